@@ -1,0 +1,45 @@
+#pragma once
+
+#include <Eigen/Core>
+
+namespace thenar {
+
+/// When a contact solve stops.
+struct GaussSeidelSettings {
+  double tolerance = 1e-6;  ///< Stop at this natural-map residual [no unit]; see residual.h.
+  int max_sweeps = 200;     ///< Bounds the time of one call.
+};
+
+enum class SolveStatus {
+  kConverged,
+  kBudgetSpent,  ///< The forces are inside their cones and usable; the residual says how good they are.
+  kNotFinite,    ///< The input was not finite, or W's diagonal not positive; the forces are zero.
+};
+
+/// What one contact solve returns by value.
+struct SolveReport {
+  SolveStatus status = SolveStatus::kConverged;
+  int sweeps = 0;
+  double residual = 0.0;  ///< Natural map, 2-norm [no unit]; see residual.h.
+};
+
+/// Finds the contact forces f of n points with Coulomb friction in a frozen contact space.
+///
+/// With the gaps delta = W f + delta_free, every point satisfies
+///     0 <= f_n  _|_  delta_n >= 0                       Signorini, eq. (24) of the paper
+///     f_t minimises f_t.delta_t over |f_t| <= mu f_n    Coulomb, eq. (29)
+/// Method: nonlinear Gauss-Seidel with the one-step local update [Duriez et al. 2004]; delta is kept up to date by
+/// increments, and a contact whose force did not change costs nothing.
+///
+/// Shapes    W 3n x 3n; delta_free, f, delta 3n; mu n. Point i owns rows 3i..3i+2 = normal, tangent 1, tangent 2.
+/// Units     W m/N; delta_free, delta m; f N.
+/// Requires  W symmetric with a positive diagonal, mu >= 0.
+/// f         In: first guess. Out: finite and inside every cone, also when the budget is spent.
+/// delta     Out: W f + delta_free.
+/// Cost      9n^2 multiply-adds a sweep. Does not allocate, lock or throw.
+[[nodiscard]] SolveReport solve_contacts(const Eigen::Ref<const Eigen::MatrixXd>& W,
+                                         const Eigen::Ref<const Eigen::VectorXd>& delta_free,
+                                         const Eigen::Ref<const Eigen::VectorXd>& mu, const GaussSeidelSettings& settings,
+                                         Eigen::Ref<Eigen::VectorXd> f, Eigen::Ref<Eigen::VectorXd> delta) noexcept;
+
+}  // namespace thenar

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "solvers/lcp.h"
+
+namespace thenar {
+
+enum class MuscleStatus { kOptimal, kInfeasible, kBudgetSpent };
+
+struct MuscleReport {
+  MuscleStatus status = MuscleStatus::kBudgetSpent;
+  int pivots = 0;
+  double residual_Nm = 0.0;  ///< max |H f - tau|.
+};
+
+/// Memory of the muscle-force solves for up to `joints` x `muscles`; taken once.
+class MuscleWorkspace {
+ public:
+  MuscleWorkspace(Eigen::Index joints, Eigen::Index muscles);
+  LcpWorkspace lcp;
+  // (further preallocated matrices)
+};
+
+/// Finds the muscle forces of eq. (23),
+///     min f'f,  H f = tau,  f >= 0,
+/// by the same LCP as the grasp forces: with pi = I - H^+ H,  0 <= f = pi z + H^+ tau  _|_  z >= 0.
+///
+/// Shapes    H joints x muscles [m], of full row rank; tau joints [N m]; f muscles [N].
+/// f         Out: the optimum; on failure left as it was.
+[[nodiscard]] MuscleReport solve_muscle_forces(const Eigen::Ref<const Eigen::MatrixXd>& H,
+                                               const Eigen::Ref<const Eigen::VectorXd>& tau, MuscleWorkspace& work,
+                                               Eigen::Ref<Eigen::VectorXd> f) noexcept;
+
+}  // namespace thenar
