@@ -39,7 +39,8 @@ struct SolveReport {
 /// Cost      9n^2 multiply-adds a sweep. Does not allocate, lock or throw.
 [[nodiscard]] SolveReport solve_contacts(const Eigen::Ref<const Eigen::MatrixXd>& W,
                                          const Eigen::Ref<const Eigen::VectorXd>& delta_free,
-                                         const Eigen::Ref<const Eigen::VectorXd>& mu, const GaussSeidelSettings& settings,
-                                         Eigen::Ref<Eigen::VectorXd> f, Eigen::Ref<Eigen::VectorXd> delta) noexcept;
+                                         const Eigen::Ref<const Eigen::VectorXd>& mu,
+                                         const GaussSeidelSettings& settings, Eigen::Ref<Eigen::VectorXd> f,
+                                         Eigen::Ref<Eigen::VectorXd> delta) noexcept;
 
 }  // namespace thenar

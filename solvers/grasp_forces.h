@@ -20,15 +20,19 @@ struct GraspContact {
 
 /// Which forces to find: the least that give `wrench` inside friction pyramids, biased towards squeezing.
 struct GraspProblem {
-  std::span<const GraspContact> contacts;                       ///< At most kMaxGraspContacts.
-  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();           ///< The point that torques are taken about.
-  Vector6d wrench = Vector6d::Zero();                           ///< W^d on the object: force [N], torque [N m], world axes.
-  double friction = 0.0;                                        ///< mu_c of the pyramid.
-  double internal_force_N = 0.0;                                ///< lambda of eq. (13).
+  std::span<const GraspContact> contacts;              ///< At most kMaxGraspContacts.
+  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< The point that torques are taken about.
+  Vector6d wrench = Vector6d::Zero();                  ///< W^d on the object: force [N], torque [N m], world axes.
+  double friction = 0.0;                               ///< mu_c of the pyramid.
+  double internal_force_N = 0.0;                       ///< lambda of eq. (13).
 };
 
 /// How a grasp-force problem ended.
-enum class GraspStatus { kOptimal, kInfeasible, kBudgetSpent };
+enum class GraspStatus {
+  kOptimal,
+  kInfeasible,   ///< No forces inside the pyramids give the wrench.
+  kBudgetSpent,  ///< The pivot budget ran out, or the input was not finite.
+};
 
 struct GraspReport {
   GraspStatus status = GraspStatus::kBudgetSpent;
@@ -37,16 +41,28 @@ struct GraspReport {
 
 /// Why a grasp is infeasible: the smallest forces that would have to act beside those the pyramids allow.
 struct GraspDeficit {
-  /// Per contact, in its frame (n, t1, t2) [N]: e of min |e|, G (f + e) = W^d, f inside the pyramids.
+  /// Per contact, in its frame (n, t1, t2) [N]: e of min |e|, G (f + e) = W^d, f inside the pyramids. What no forces at
+  /// the contacts can give, such as a torque about the line through all of them, is left out.
   Eigen::Matrix<double, 3, kMaxGraspContacts> missing_N = Eigen::Matrix<double, 3, kMaxGraspContacts>::Zero();
-  double least_friction = 0.0;  ///< Least mu_c (to 1e-3) for which the wrench can be had with some squeeze; infinity if none up to 10.
+  /// Least mu_c (to 1e-3) for which the wrench can be had with some squeeze; infinity if none up to 10.
+  double least_friction = 0.0;
 };
 
 /// Memory of the grasp-force solves; taken once.
 class GraspWorkspace {
  public:
   GraspWorkspace();
+
+  static constexpr Eigen::Index kMaxRows = 5 * kMaxGraspContacts;
+  using RowVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxRows, 1>;
+  template <int columns>
+  using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, columns, 0, kMaxRows, columns>;
+
   LcpWorkspace lcp;
+  RowMatrix<3> A;  ///< Rows of eq. (10), five a contact.
+  RowMatrix<6> N;  ///< N N' = A G^+ G A'.
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxRows, kMaxRows> M;
+  RowVector q, z;
 };
 
 /// G [6, 7]: the 6 x 3n map from contact forces (world axes) to the wrench on the object about `centre_m`.
@@ -55,7 +71,7 @@ void grasp_map(std::span<const GraspContact> contacts, const Eigen::Vector3d& ce
 /// Finds the contact forces of eq. (15),
 ///     min 1/2 f'f + c'f,  G f = W^d,  A f >= 0,   c = -lambda (n_1 .. n_n),
 /// as the LCP of eq. (19), by Lemke's method:
-///     M = A pi A',  q = -A pi c + A G^+ W^d,  f = pi (A' z - c) + G^+ W^d.
+///     M = A pi A',  q = -A pi c + A G^+ W^d,  f = pi (A' z - c) + G^+ W^d,   pi = I - G^+ G.
 /// A holds five rows a contact [10]. G^+ comes from the 3x3 inertia of the contact points about their centroid, by its
 /// eigenvalues, so that collinear contacts and pairs (rank G = 5) are seen and their inconsistent wrenches refused.
 ///

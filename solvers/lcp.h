@@ -7,7 +7,7 @@ namespace thenar {
 /// How an LCP ended.
 enum class LcpStatus {
   kSolved,       ///< z solves the problem.
-  kInfeasible,   ///< Secondary ray: for the matrices of this project (M symmetric, positive semi-definite) no z exists.
+  kInfeasible,   ///< Secondary ray: for the matrices of this project (symmetric, positive semi-definite) no z exists.
   kBudgetSpent,  ///< The pivot budget ran out, or the input was not finite; z is zero.
 };
 
@@ -22,21 +22,27 @@ class LcpWorkspace {
  public:
   explicit LcpWorkspace(Eigen::Index capacity);
 
-  using Tableau = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  Tableau tableau;                                ///< n x (2n + 2): columns w, z, artificial variable, right side.
-  Eigen::Matrix<Eigen::Index, Eigen::Dynamic, 1> basis;  ///< The variable that each row holds.
   [[nodiscard]] Eigen::Index capacity() const { return basis.size(); }
+
+  /// Row by row w, z, artificial variable, right side; a smaller problem uses the front.
+  Eigen::VectorXd tableau;
+  Eigen::Matrix<Eigen::Index, Eigen::Dynamic, 1> basis;  ///< The variable that each row holds.
 };
+
+/// A pivot budget that the problems of this project stay far below: they take about n pivots, though 2^n is possible.
+[[nodiscard]] constexpr int usual_pivot_budget(Eigen::Index n) { return 50 + 10 * static_cast<int>(n); }
 
 /// Solves the linear complementarity problem
 ///     0 <= w = M z + q  _|_  z >= 0
 /// by Lemke's method with the lexicographic rule, which cannot cycle [Murty 1988; eq. (19) of the paper].
 ///
 /// Shapes    M n x n, q and z n, n <= work.capacity().
-/// Requires  all values finite.
-/// z         Out: the solution; on kInfeasible the ray's direction: z >= 0, M z >= 0, q.z < 0 (M symmetric PSD: M z = 0).
+/// z         Out: the solution; on kInfeasible the ray's direction, which for symmetric positive semi-definite M proves
+///           that there is none: z >= 0, M z = 0, q.z < 0. On kBudgetSpent zero.
+/// Accuracy  Entries below 1e-11 of the largest of M, and right sides below 1e-12 of the largest of q, count as zero.
 /// Cost      (2n + 2) n multiply-adds a pivot. Does not allocate or throw.
-[[nodiscard]] LcpReport solve_lcp(const Eigen::Ref<const Eigen::MatrixXd>& M, const Eigen::Ref<const Eigen::VectorXd>& q,
-                                  int max_pivots, LcpWorkspace& work, Eigen::Ref<Eigen::VectorXd> z) noexcept;
+[[nodiscard]] LcpReport solve_lcp(const Eigen::Ref<const Eigen::MatrixXd>& M,
+                                  const Eigen::Ref<const Eigen::VectorXd>& q, int max_pivots, LcpWorkspace& work,
+                                  Eigen::Ref<Eigen::VectorXd> z) noexcept;
 
 }  // namespace thenar

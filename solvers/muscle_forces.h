@@ -18,16 +18,24 @@ struct MuscleReport {
 class MuscleWorkspace {
  public:
   MuscleWorkspace(Eigen::Index joints, Eigen::Index muscles);
+
   LcpWorkspace lcp;
-  // (further preallocated matrices)
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> Y;  ///< Orthonormal rows that span those of H.
+  Eigen::VectorXd t;                                                         ///< Y f = t is H f = tau.
+  Eigen::MatrixXd pi;
+  Eigen::VectorXd least;  ///< H^+ tau, the least forces of either sign.
+  Eigen::VectorXd z;
 };
 
 /// Finds the muscle forces of eq. (23),
 ///     min f'f,  H f = tau,  f >= 0,
 /// by the same LCP as the grasp forces: with pi = I - H^+ H,  0 <= f = pi z + H^+ tau  _|_  z >= 0.
+/// pi and H^+ come from orthonormal rows of H; a row that depends on the others is left out if its torque agrees with
+/// theirs, else there are no such forces.
 ///
-/// Shapes    H joints x muscles [m], of full row rank; tau joints [N m]; f muscles [N].
+/// Shapes    H joints x muscles [m]; tau joints [N m]; f muscles [N].
 /// f         Out: the optimum; on failure left as it was.
+/// Cost      an LCP of one row a muscle. Does not allocate or throw.
 [[nodiscard]] MuscleReport solve_muscle_forces(const Eigen::Ref<const Eigen::MatrixXd>& H,
                                                const Eigen::Ref<const Eigen::VectorXd>& tau, MuscleWorkspace& work,
                                                Eigen::Ref<Eigen::VectorXd> f) noexcept;

@@ -10,10 +10,23 @@ namespace thenar {
 /// How far forces f with gaps delta = W f + delta_free are from Signorini's and Coulomb's laws:
 ///     | f - P_K(f - rho_i (delta + mu |delta_t| e_n)) |_2 / | rho_i delta_free |_2,   rho_i = 3 / tr(W_ii),
 /// the natural map of De Saxce's form, scaled so that it has no unit. Zero where there is no contact or no free motion.
+///
+/// Shapes    W 3n x 3n; delta_free, f, delta 3n; mu n. Point i owns rows 3i..3i+2 = normal, tangent 1, tangent 2.
+/// Cost      linear in n. Does not allocate or throw.
 [[nodiscard]] double natural_map_residual(const Eigen::Ref<const Eigen::MatrixXd>& W,
                                           const Eigen::Ref<const Eigen::VectorXd>& delta_free,
                                           const Eigen::Ref<const Eigen::VectorXd>& mu,
                                           const Eigen::Ref<const Eigen::VectorXd>& f,
                                           const Eigen::Ref<const Eigen::VectorXd>& delta) noexcept;
+
+/// The residual's numerator [N].
+[[nodiscard]] double natural_map_error_N(const Eigen::Ref<const Eigen::MatrixXd>& W,
+                                         const Eigen::Ref<const Eigen::VectorXd>& mu,
+                                         const Eigen::Ref<const Eigen::VectorXd>& f,
+                                         const Eigen::Ref<const Eigen::VectorXd>& delta) noexcept;
+
+/// The residual's denominator [N]: the forces that would undo the free motion of each contact by itself.
+[[nodiscard]] double free_motion_force_N(const Eigen::Ref<const Eigen::MatrixXd>& W,
+                                         const Eigen::Ref<const Eigen::VectorXd>& delta_free) noexcept;
 
 }  // namespace thenar

@@ -1,0 +1,269 @@
+#include "collision/implicit_surface.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <stdexcept>
+#include <utility>
+
+namespace thenar {
+namespace {
+
+using Eigen::Index;
+using Eigen::Vector3d;
+
+// Where unused lanes are: beyond any support, and the square is finite.
+constexpr double kFarAway_m = 1e30;
+
+// Normals more than 60 degrees apart belong to two faces; less may be curvature.
+constexpr double kUnlike = 0.5;
+
+// A lone sample is no face of its own: a neighbour must add to its weight of 1. Keeps single bad normals out.
+constexpr double kLeastWeight = 1.05;
+
+PointCloud in_tree_order(const PointCloud& cloud, Index leaves) {
+  const SphereTree tree(cloud, leaves);
+  return {cloud.points_m(Eigen::all, tree.order()), cloud.normals(Eigen::all, tree.order())};
+}
+
+/// The side of the square that one sample stands for.
+double measure_spacing_m(const PointCloud& cloud) {
+  // The disc to the k-th neighbour holds the sample, k - 1 neighbours and half of the k-th: pi r^2/(k + 1/2) a sample.
+  // Eight neighbours average over the first ring and stay local; the median over a subset ignores edges and outliers.
+  const Index count = cloud.points_m.cols();
+  const Index k = std::min<Index>(8, count - 1);
+  const Index subset = std::min<Index>(100, count);
+  std::vector<double> spacings_m(subset);
+  Eigen::VectorXd squared(count);
+  for (Index s = 0; s < subset; ++s) {
+    squared = (cloud.points_m.colwise() - cloud.points_m.col(s * count / subset)).colwise().squaredNorm();
+    std::nth_element(squared.begin(), squared.begin() + k, squared.end());  // the sample itself is number 0
+    spacings_m[s] = std::sqrt(std::numbers::pi * squared[k] / (static_cast<double>(k) + 0.5));
+  }
+  std::nth_element(spacings_m.begin(), spacings_m.begin() + subset / 2, spacings_m.end());
+  return spacings_m[subset / 2];
+}
+
+double default_support_m(const PointCloud& cloud) {
+  if (cloud.points_m.cols() < 2) throw std::invalid_argument("ImplicitSurface: a single sample has no spacing");
+  // 2.2 spacings reach about 15 samples: enough to average, few enough to stay local.
+  return 2.2 * measure_spacing_m(cloud);
+}
+
+}  // namespace
+
+ImplicitSurface::ImplicitSurface(const PointCloud& cloud, Index leaves)
+    : ImplicitSurface(cloud, leaves, default_support_m(cloud)) {}
+
+ImplicitSurface::ImplicitSurface(const PointCloud& cloud, Index leaves, double support_m)
+    : cloud_(in_tree_order(cloud, leaves)), tree_(cloud_, leaves), support_m_(support_m) {
+  if (!(support_m > 0.0) || !std::isfinite(support_m)) {
+    throw std::invalid_argument("ImplicitSurface: the support must be finite and greater than zero");
+  }
+  bounds_ = {Vector3d(cloud_.points_m.rowwise().minCoeff()), Vector3d(cloud_.points_m.rowwise().maxCoeff())};
+  fill_blocks();
+  vote_on_normals();
+}
+
+void ImplicitSurface::fill_blocks() {
+  const auto lanes = [](const auto& row, Index begin, Index n, double unused) {
+    Lanes filled = Lanes::Constant(unused);
+    filled.head(n) = row.segment(begin, n).transpose();
+    return filled;
+  };
+  const auto &p = cloud_.points_m, &n = cloud_.normals;
+  for (const Index leaf : tree_.leaves()) {
+    const SphereTree::Node& node = tree_.nodes()[leaf];
+    first_block_.push_back(static_cast<Index>(blocks_.size()));
+    for (Index i = node.begin; i < node.end; i += kLanes) {
+      const Index used = std::min<Index>(kLanes, node.end - i);
+      blocks_.push_back({lanes(p.row(0), i, used, kFarAway_m), lanes(p.row(1), i, used, 0.0),
+                         lanes(p.row(2), i, used, 0.0), lanes(n.row(0), i, used, 0.0), lanes(n.row(1), i, used, 0.0),
+                         lanes(n.row(2), i, used, 0.0)});
+    }
+  }
+  first_block_.push_back(static_cast<Index>(blocks_.size()));
+}
+
+/// Calls visit(block) for every leaf that may hold samples within the radius of c, left before right.
+template <typename Visit>
+void ImplicitSurface::for_each_block(const Vector3d& c_m, double radius_m, Visit visit) const {
+  std::array<Index, SphereTree::kMaxDepth> stack;
+  int depth = 0;
+  stack[depth++] = 0;
+  while (depth > 0) {
+    const SphereTree::Node& node = tree_.nodes()[stack[--depth]];
+    const double touching_m = node.radius_m + radius_m;
+    if ((node.centre_m - c_m).squaredNorm() > touching_m * touching_m) continue;
+    if (node.is_leaf()) {
+      for (Index b = first_block_[node.right]; b < first_block_[node.right + 1]; ++b) visit(blocks_[b]);
+    } else {
+      stack[depth++] = node.right;
+      stack[depth++] = node.left;
+    }
+  }
+}
+
+/// What the samples near the candidate's tangent plane say of its normal: 1 right, -1 to be turned, 0 divided.
+double ImplicitSurface::vote(const Sample& candidate) const {
+  // Only neighbours within 0.1 h = 0.22 spacings of the plane vote: the other side of a plate has no say. Nor has the
+  // other side of an edge, where the cosine is 0.
+  const double inv_h2 = 1.0 / (support_m_ * support_m_);
+  const double inv_t2 = 100.0 * inv_h2;
+  double all = 0.0, ayes = 0.0;
+  for_each_block(candidate.point_m, support_m_, [&](const Block& block) {
+    const Lanes height = block.heights(candidate.point_m, candidate.normal);
+    const Lanes cosine = block.cosines(candidate.normal);
+    const Lanes near = (1.0 - block.squared_distances(candidate.point_m) * inv_h2).max(0.0);
+    const Lanes level = (1.0 - height.square() * inv_t2).max(0.0);
+    ayes += (near * level * cosine).sum();
+    all += (near * level * cosine.abs()).sum();
+  });
+  // The candidate's own vote is among them. Divided: a majority of less than three to one.
+  return ayes > 0.5 * all ? 1.0 : ayes < -0.5 * all ? -1.0 : 0.0;
+}
+
+void ImplicitSurface::vote_on_normals() {
+  // Everybody votes before anybody is turned: the result does not depend on the order.
+  Eigen::VectorXd verdicts(cloud_.points_m.cols());
+  for (Index i = 0; i < verdicts.size(); ++i) verdicts[i] = vote({cloud_.points_m.col(i), cloud_.normals.col(i)});
+
+  for (std::size_t leaf = 0; leaf < tree_.leaves().size(); ++leaf) {
+    const SphereTree::Node& node = tree_.nodes()[tree_.leaves()[leaf]];
+    for (Index i = node.begin; i < node.end; ++i) {
+      Block& block = blocks_[first_block_[leaf] + (i - node.begin) / kLanes];
+      const Index lane = (i - node.begin) % kLanes;
+      block.n_x[lane] *= verdicts[i];
+      block.n_y[lane] *= verdicts[i];
+      block.n_z[lane] *= verdicts[i];
+      if (verdicts[i] == 0.0) block.x[lane] = kFarAway_m;
+    }
+  }
+}
+
+/// The sample nearest to x, by branch and bound.
+std::optional<ImplicitSurface::Sample> ImplicitSurface::nearest(const Vector3d& x_m, double reach_m) const noexcept {
+  struct Visit {
+    Index node;
+    double least_m;  // no sample of the node is nearer
+  };
+  const auto visit = [&](Index id) {
+    const SphereTree::Node& node = tree_.nodes()[id];
+    return Visit{id, (node.centre_m - x_m).norm() - node.radius_m};
+  };
+
+  double best_m = reach_m, best_squared = reach_m * reach_m;
+  const Block* best_block = nullptr;
+  int best_lane = 0;
+  std::array<Visit, SphereTree::kMaxDepth> stack;
+  int depth = 0;
+  stack[depth++] = visit(0);
+  while (depth > 0) {
+    const Visit top = stack[--depth];
+    if (!(top.least_m <= best_m)) continue;
+    const SphereTree::Node& node = tree_.nodes()[top.node];
+    if (!node.is_leaf()) {
+      // The nearer child first: what it finds prunes the other.
+      Visit near = visit(node.left), far = visit(node.right);
+      if (far.least_m < near.least_m) std::swap(near, far);
+      stack[depth++] = far;
+      stack[depth++] = near;
+      continue;
+    }
+    for (Index b = first_block_[node.right]; b < first_block_[node.right + 1]; ++b) {
+      const Lanes squared = blocks_[b].squared_distances(x_m);
+      const double least = squared.minCoeff();
+      if (!(least <= best_squared)) continue;
+      best_squared = least;
+      best_m = std::sqrt(least);
+      best_block = &blocks_[b];
+      best_lane = 0;
+      while (squared[best_lane] > least) ++best_lane;
+    }
+  }
+  if (best_block == nullptr) return std::nullopt;
+  return best_block->sample(best_lane);
+}
+
+/// The sample nearest to x among those in the support about c whose normals are unlike both n_1 and n_2.
+std::optional<ImplicitSurface::Sample> ImplicitSurface::nearest_unlike(const Vector3d& x_m, const Vector3d& c_m,
+                                                                       const Vector3d& n_1,
+                                                                       const Vector3d& n_2) const noexcept {
+  std::optional<Sample> found;
+  double best_squared = std::numeric_limits<double>::infinity();
+  for_each_block(c_m, support_m_, [&](const Block& block) {
+    const Lanes squared = block.squared_distances(x_m), from_c = block.squared_distances(c_m);
+    const Lanes cosine = block.cosines(n_1).max(block.cosines(n_2));
+    for (int k = 0; k < kLanes; ++k) {
+      if (cosine[k] >= kUnlike || from_c[k] >= support_m_ * support_m_ || squared[k] >= best_squared) continue;
+      best_squared = squared[k];
+      found = block.sample(k);
+    }
+  });
+  return found;
+}
+
+/// The plane a(c), n(c), seen from x. Nothing if no sample near c has a normal like the reference.
+std::optional<ImplicitSurface::Face> ImplicitSurface::fit(const Vector3d& x_m, const Vector3d& c_m,
+                                                          const Vector3d& n_reference) const noexcept {
+  const double inv_h2 = 1.0 / (support_m_ * support_m_);
+  Lanes sum = Lanes::Zero(), a_x = sum, a_y = sum, a_z = sum, n_x = sum, n_y = sum, n_z = sum;
+  Lanes least_cosine = Lanes::Ones();
+  for_each_block(c_m, support_m_, [&](const Block& block) {
+    const Lanes near = (1.0 - block.squared_distances(c_m) * inv_h2).max(0.0);
+    const Lanes cosine = block.cosines(n_reference);
+    const Lanes th = (near * cosine.max(0.0).square()).square().square();
+    sum += th;
+    a_x += th * (block.x - c_m.x());
+    a_y += th * (block.y - c_m.y());
+    a_z += th * (block.z - c_m.z());
+    n_x += th * block.n_x;
+    n_y += th * block.n_y;
+    n_z += th * block.n_z;
+    least_cosine = least_cosine.min((near > 0.0).select(cosine, 1.0));
+  });
+  const double weight = sum.sum();
+  // At the rim of the support 1 - d^2/h^2 is rounding below 1e-3, to the fourth power 1e-12.
+  if (!(weight > 1e-12)) return std::nullopt;
+  const Vector3d a_m = c_m + Vector3d(a_x.sum(), a_y.sum(), a_z.sum()) / weight;
+  const Vector3d n = Vector3d(n_x.sum(), n_y.sum(), n_z.sum()).normalized();
+  return Face{a_m, n, n.dot(x_m - a_m), weight, least_cosine.minCoeff()};
+}
+
+/// Projects x twice, from `start` on. The weight and the least cosine are those around the start.
+std::optional<ImplicitSurface::Face> ImplicitSurface::project(const Vector3d& x_m, const Sample& start) const noexcept {
+  const std::optional<Face> first = fit(x_m, start.point_m, start.normal);
+  if (!first) return std::nullopt;
+  const std::optional<Face> second = fit(x_m, x_m - first->f_m * first->n, first->n);
+  // Past an edge or over a hole the projection leaves the samples: the first plane, extended, is the face.
+  if (!second) return first;
+  return Face{second->a_m, second->n, second->f_m, first->weight, first->least_cosine};
+}
+
+std::optional<SurfaceDistance> ImplicitSurface::distance(const Vector3d& x_m, double reach_m) const noexcept {
+  const std::optional<Sample> start = nearest(x_m, reach_m);
+  if (!start) return std::nullopt;
+  std::optional<Face> face = project(x_m, *start);
+  if (!face) return std::nullopt;
+
+  if (face->least_cosine < kUnlike) {
+    // Near an edge the nearest sample may lie on either side; near a corner three faces meet.
+    const Vector3d n_1 = face->n;
+    Vector3d n_2 = n_1;
+    for (int other = 0; other < 2; ++other) {
+      const std::optional<Sample> beyond = nearest_unlike(x_m, start->point_m, n_1, n_2);
+      const std::optional<Face> next = beyond ? project(x_m, *beyond) : std::nullopt;
+      if (!next) break;
+      n_2 = next->n;
+      if (next->weight < kLeastWeight) continue;
+      // Convex: each face lies behind the other's plane.
+      const bool convex = (face->n - next->n).dot(next->a_m - face->a_m) < 0.0;
+      if (convex ? next->f_m > face->f_m : next->f_m < face->f_m) face = next;
+    }
+  }
+  return SurfaceDistance{face->f_m, x_m - face->f_m * face->n, face->n};
+}
+
+}  // namespace thenar

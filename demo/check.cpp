@@ -1,0 +1,100 @@
+#include "demo/check.h"
+
+#include <cmath>
+#include <sstream>
+
+#include "engine/control.h"
+
+namespace {
+
+using namespace thenar;
+
+void describe_object(const ObjectSettings& object, std::ostream& out) {
+  out << "  object          rigid ";
+  if (const auto* box = std::get_if<BoxShape>(&object.shape)) {
+    out << "box of " << 1e3 * box->size_m.x() << " x " << 1e3 * box->size_m.y() << " x " << 1e3 * box->size_m.z() << " mm, "
+        << object.points << " points";
+  } else if (const auto* sphere = std::get_if<SphereShape>(&object.shape)) {
+    out << "sphere of radius " << 1e3 * sphere->radius_m << " mm, " << object.points << " points";
+  } else {
+    out << "surface scanned in " << std::get<CloudShape>(object.shape).file.string();
+  }
+  out << ", " << 1e3 * object.mass_kg << " g\n";
+}
+
+void describe_contact(const Scene& scene, std::ostream& out) {
+  if (const auto& tips = scene.fingertips) {
+    out << "  fingertips      deformable: " << tips->points << " points, " << tips->leaves << " control points each, E* "
+        << 1e-6 * tips->material.reduced_modulus_Pa << " MPa, relaxation " << 1e3 * tips->material.relaxation_s << " ms\n"
+        << "  contacts        at most " << scene.contact.max_per_finger << " a finger, closer than "
+        << 1e3 * scene.contact.band_m << " mm; friction " << scene.contact.friction << "\n";
+  } else {
+    out << "  fingertips      rigid, one contact point each; friction " << scene.contact.friction << "\n";
+  }
+}
+
+void describe_control(const Scene& scene, std::ostream& out) {
+  if (!scene.control) {
+    out << "  drive           given joint torques\n";
+    return;
+  }
+  const bool feedforward = scene.control->law == ControlLaw::kFeedforward;
+  out << "  control         every " << 1e3 * scene.control_period_s << " ms: PID, grasp forces (pyramids, mu_c "
+      << scene.control->grasp_friction << "), " << (feedforward ? "feedforward law" : "law of the paper") << ", gain "
+      << force_gain(scene) << (scene.control->gain ? "" : " (auto)") << "\n"
+      << "  drive           "
+      << (scene.control->muscles ? std::to_string(scene.hand.muscles.size()) + " muscles" : "joint torques") << "\n";
+}
+
+void describe_task(const TaskSettings& task, std::ostream& out) {
+  if (const auto& move = task.translate) {
+    out << "  task            moves the object by " << 1e3 * move->amount << " mm from " << move->from_s << " s over "
+        << move->over_s << " s\n";
+  }
+  if (const auto& move = task.rotate) {
+    out << "  task            turns the object by " << move->amount * 180.0 / EIGEN_PI << " degrees from " << move->from_s
+        << " s over " << move->over_s << " s\n";
+  }
+  if (const auto& push = task.push) {
+    out << "  task            pushes the object with " << push->force_N.norm() << " N from " << push->from_s << " s for "
+        << push->over_s << " s\n";
+  }
+  if (!task.translate && !task.rotate && !task.push) out << "  task            holds the object\n";
+}
+
+}  // namespace
+
+std::string description(const Scene& scene) {
+  std::ostringstream out;
+  out << scene.name << ": " << scene.duration_s << " s in steps of " << 1e3 * scene.step_s << " ms\n\nmodelled\n"
+      << "  hand            " << kJoints << " joints, viscosity " << scene.joint_viscosity << " N m s, no inertia\n";
+  describe_object(scene.object, out);
+  describe_contact(scene, out);
+  describe_control(scene, out);
+  describe_task(scene.task, out);
+
+  out << "\nleft out, at no cost\n";
+  bool complete = true;
+  const auto left_out = [&](bool is_out, const char* what) {
+    if (is_out) out << "  " << what << "\n";
+    complete = complete && !is_out;
+  };
+  left_out(!scene.fingertips, "deformation of the fingertips (fingertips)");
+  left_out(!scene.control, "control (control): pose, grasp forces, muscles");
+  left_out(scene.control && !scene.control->muscles, "muscles (control.muscles)");
+  left_out(scene.gravity.isZero(), "gravity (gravity)");
+  if (complete) out << "  nothing that a scene can name\n";
+
+  out << "\ndefaults used\n";
+  for (const std::string& line : scene.defaults_used) out << "  " << line << "\n";
+  if (scene.defaults_used.empty()) out << "  none\n";
+  return out.str();
+}
+
+bool host_can_run() {
+#if defined(__x86_64__) && defined(__AVX2__)
+  return __builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0;
+#else
+  return true;
+#endif
+}

@@ -1,0 +1,89 @@
+#include "demo/table.h"
+
+#include <cstdio>
+
+namespace {
+
+using nlohmann::ordered_json;
+
+/// A number with its unit, or a dash where nothing was measured.
+std::string cell(const ordered_json& value, const char* unit) {
+  if (value.is_boolean()) return value.get<bool>() ? "yes" : "no";
+  if (!value.is_number() || value.dump() == "null") return "-";
+  char text[48];
+  std::snprintf(text, sizeof text, "%.4g%s%s", value.get<double>(), *unit != '\0' ? " " : "", unit);
+  return text;
+}
+
+void line(std::string& table, const char* name, const std::string& value, const char* remark = "") {
+  char text[160];
+  std::snprintf(text, sizeof text, "  %-30s %14s   %s", name, value.c_str(), remark);
+  table += text;
+  table.erase(table.find_last_not_of(' ') + 1);
+  table += '\n';
+}
+
+void stage(std::string& table, const ordered_json& stages, const char* key, const char* name, const char* published = "") {
+  const ordered_json& times = stages.at(key);
+  char text[160];
+  std::snprintf(text, sizeof text, "  %-30s %11s %11s   %s", name, cell(times.at("p50_us"), "us").c_str(),
+                cell(times.at("p99_us"), "us").c_str(), published);
+  table += text;
+  table.erase(table.find_last_not_of(' ') + 1);
+  table += '\n';
+}
+
+/// What the paper reports for so many contacts, on a 2.2 GHz Pentium IV.
+const char* published_contact_time(const ordered_json& contacts) {
+  if (!contacts.at("max").is_number()) return "";
+  const auto n = contacts.at("max").get<long>();
+  return n > 30 ? "published: 20 ms at 60 contacts" : n > 15 ? "published: 10 ms at 30" : "published: 6 ms at 15";
+}
+
+}  // namespace
+
+std::string results_table(const ordered_json& summary) {
+  const ordered_json& build = summary.at("build");
+  const ordered_json& object = summary.at("object");
+  const ordered_json& grasp = summary.at("grasp");
+  const ordered_json& contacts = summary.at("contacts");
+  const ordered_json& lcp = summary.at("lcp");
+  const ordered_json& stages = summary.at("stages");
+  std::string table = "thenar " + build.at("version").get<std::string>() + ", " + build.at("type").get<std::string>() + " (" +
+                      build.at("flags").get<std::string>() + "), " + build.at("compiler").get<std::string>() +
+                      ", one thread, no real-time scheduling\n";
+  table += summary.at("scene").get<std::string>() + ": " + cell(summary.at("simulated_s"), "s") + " simulated, " +
+           cell(summary.at("real_time_factor"), "") + " times real time\n\ngrasp\n";
+  line(table, "held", cell(grasp.at("held"), ""));
+  line(table, "largest slip of a finger", cell(grasp.at("max_slip_mm"), "mm"));
+  line(table, "least cone margin", cell(grasp.at("min_cone_margin"), ""));
+  line(table, "contacts, median (max)", cell(contacts.at("median"), "") + " (" + cell(contacts.at("max"), "") + ")");
+  line(table, "of them carrying force", cell(contacts.at("active_median"), ""));
+  line(table, "infeasible grasp, muscle LCPs", cell(lcp.at("grasp_infeasible"), "") + ", " + cell(lcp.at("muscle_infeasible"), ""));
+  if (summary.at("muscles").is_object()) {
+    line(table, "largest muscle force", cell(summary.at("muscles").at("max_force_N"), "N"));
+  }
+  table += "\naccuracy\n";
+  line(table, "final position error", cell(object.at("final_error_mm"), "mm"));
+  line(table, "rms position error", cell(object.at("rms_error_mm"), "mm"));
+  line(table, "largest off-axis error", cell(object.at("max_off_axis_error_mm"), "mm"));
+  line(table, "largest (final) rotation error",
+       cell(object.at("max_rotation_deg"), "") + " (" + cell(object.at("final_rotation_deg"), "deg") + ")");
+  line(table, "final force error", cell(grasp.at("force_error_end"), ""), "share of the desired forces");
+  line(table, "  of the law without feedforward", cell(grasp.at("predicted_paper_law_error"), ""), "predicted: (I + S)^-1 S f^d");
+  line(table, "deepest penetration", cell(contacts.at("max_penetration_um"), "um"));
+  line(table, "contact residual, p99", cell(contacts.at("residual_p99"), ""), "natural map");
+  line(table, "muscle torque residual", cell(lcp.at("muscle_residual_max"), "N m"));
+  table += "\ntime                                      median         p99\n";
+  stage(table, stages, "find", "contact finding");
+  stage(table, stages, "assemble", "Delassus operator");
+  stage(table, stages, "solve", "contact forces");
+  stage(table, stages, "deform", "deformation");
+  stage(table, stages, "interpolate", "surface interpolation");
+  stage(table, stages, "contact_total", "contact computation, total", published_contact_time(contacts));
+  stage(table, stages, "grasp_lcp", "grasp-force LCP", "published: 40 us");
+  stage(table, stages, "muscle_lcp", "muscle-force LCP");
+  stage(table, stages, "control_total", "control tick, total");
+  table += "  (published: Rougeron et al. 2006, Pentium IV 2.2 GHz)\n";
+  return table;
+}

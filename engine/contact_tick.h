@@ -1,0 +1,53 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+
+#include "engine/frame.h"
+#include "engine/model.h"
+#include "engine/state.h"
+#include "solvers/gauss_seidel.h"
+
+namespace thenar {
+
+/// What one contact tick returns by value.
+struct TickReport {
+  SolveReport solve;
+  Eigen::Index contacts = 0;
+  Eigen::Index active = 0;                ///< Contacts that carry force.
+  double penetration_m = 0.0;             ///< Deepest deformed gap.
+  std::array<double, kFingers> slip_m{};  ///< Smallest |delta_t| among a finger's loaded contacts; 0 without any.
+  double assemble_s = 0.0, solve_s = 0.0, deform_s = 0.0;
+};
+
+/// What one contact tick works in: room for the model's most contacts, taken once.
+class ContactWorkspace {
+ public:
+  explicit ContactWorkspace(const Model& model);
+
+  /// The operator and vectors of n contacts.
+  [[nodiscard]] Eigen::Map<Eigen::MatrixXd> W(Eigen::Index n) { return {W_.data(), 3 * n, 3 * n}; }
+
+  std::int64_t sequence = -1;  ///< Of the frame that W and f belong to.
+  Eigen::VectorXd delta_free, delta, f, mu;
+  Eigen::MatrixX3d kernel_sum;  ///< Control points x 3.
+  HandPose pose;
+
+ private:
+  Eigen::VectorXd W_;
+};
+
+/// Advances the state by one step h of the contact loop on a frozen frame.
+///
+/// 1. Free motion of the rigid bodies, h B^-1 (tau - g, W_ext), and of the pulps, u* = rho u.
+/// 2. delta_free: gaps, absolute, from the body-fixed geometry at the state; slips, relative to the tick. Both bodies'
+/// free
+///    motion enters through J_c, as the contact motion does, so that what contact forbids cancels to the last bit.
+/// 3. Contact forces by Gauss-Seidel on W(h), formed when the frame is new, from the forces of the last tick.
+/// 4. Commit: (q, x) moves by h B^-1 (drive + J_c' f), u = rho u + (1 - rho) C f.
+///
+/// After the first call it does not allocate. It does not lock, log or throw.
+TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace& work, State& state) noexcept;
+
+}  // namespace thenar

@@ -1,0 +1,100 @@
+#include "engine/control.h"
+
+#include <limits>
+
+#include "engine/frame.h"
+
+namespace thenar {
+
+using Eigen::Isometry3d;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+Vector6d pose_error(const Isometry3d& X_WT, const Isometry3d& X_WO) {
+  const Eigen::AngleAxisd turn(Matrix3d(X_WT.linear() * X_WO.linear().transpose()));
+  Vector6d error;
+  error << X_WT.translation() - X_WO.translation(), turn.angle() * turn.axis();
+  return error;
+}
+
+Vector6d PosePid::update(const Vector6d& error, double period_s) {
+  integral_ += period_s * error;
+  const Vector6d rate = started_ ? Vector6d((error - last_error_) / period_s) : Vector6d::Zero();
+  last_error_ = error;
+  started_ = true;
+  Vector6d wrench;
+  wrench.head<3>() = position_.p * error.head<3>() + position_.i * integral_.head<3>() + position_.d * rate.head<3>();
+  wrench.tail<3>() = rotation_.p * error.tail<3>() + rotation_.i * integral_.tail<3>() + rotation_.d * rate.tail<3>();
+  return wrench;
+}
+
+GraspContact finger_contact(const Model& model, const HandPose& pose, const State& state, int finger) {
+  const Fingertip& tip = model.scene.hand.fingertips[finger];
+  const Isometry3d& X_WF = pose.distal(model.scene.hand, finger);
+  const FingerLoad& load = state.load[finger];
+  Vector3d point = load.centre_m, n = load.normal;
+  if (load.normal_N <= 0.0) {
+    const Vector3d centre = X_WF * tip.centre_m;
+    const auto nearest = model.object.distance(state.X_WO.inverse() * centre, std::numeric_limits<double>::infinity());
+    // Normals that cancel leave no direction but the one to the object's centre.
+    n = nearest ? Vector3d(state.X_WO.linear() * -nearest->normal) : (state.X_WO.translation() - centre).normalized();
+    point = centre + tip.radius_m * n;
+  }
+  const Matrix3d& R_WF = X_WF.linear();
+  return {point, R_WF * contact_basis(tip.normal, R_WF.transpose() * n)};
+}
+
+ForceFilter::ForceFilter(const Model& model)
+    : stiffness_(model.scene.control->pulp_normal_N_per_m, model.scene.control->pulp_tangential_N_per_m,
+                 model.scene.control->pulp_tangential_N_per_m),
+      relaxation_s_(model.scene.fingertips ? model.scene.fingertips->material.relaxation_s : 0.0) {}
+
+FingerForces ForceFilter::update(const std::array<GraspContact, kFingers>& contacts, const FingerForces& error,
+                                 double period_s) {
+  FingerForces y;
+  const double lag = relaxation_s_ / period_s;
+  for (int k = 0; k < kFingers; ++k) {
+    const Vector3d error_C = contacts[k].frame.transpose() * error.col(k);
+    y_C_.col(k) = (lag * y_C_.col(k) + error_C.cwiseQuotient(stiffness_)) / (1.0 + lag);
+    y.col(k) = contacts[k].frame * y_C_.col(k);
+  }
+  return y;
+}
+
+double force_gain(const Scene& scene) {
+  return scene.control->gain.value_or(0.3 * 2.0 * scene.joint_viscosity / scene.control_period_s);
+}
+
+JointVector desired_torques(const Model& model, const HandPose& pose,
+                            const std::array<GraspContact, kFingers>& contacts, const FingerForces& f_desired,
+                            const FingerForces& y) {
+  const bool feedforward = model.scene.control->law == ControlLaw::kFeedforward;
+  const double K = force_gain(model.scene);
+  JointVector tau = JointVector::Zero();
+  if (feedforward) tau = gravity_torques(model.scene.hand, pose, model.scene.gravity);
+  for (int k = 0; k < kFingers; ++k) {
+    const FingerJacobian J = finger_jacobian(pose, k, contacts[k].point_m);
+    auto tau_k = tau.segment<kJointsPerFinger>(kJointsPerFinger * k);
+    tau_k += K * J.transpose() * (J * J.transpose()).ldlt().solve(y.col(k));
+    if (feedforward) tau_k += J.transpose() * f_desired.col(k);
+  }
+  return tau;
+}
+
+double predicted_paper_law_error(const Model& model, const HandPose& pose,
+                                 const std::array<GraspContact, kFingers>& contacts, const FingerForces& f_desired) {
+  const ControlSettings& control = *model.scene.control;
+  const Vector3d stiffness(control.pulp_normal_N_per_m, control.pulp_tangential_N_per_m,
+                           control.pulp_tangential_N_per_m);
+  double sum = 0.0;
+  for (int k = 0; k < kFingers; ++k) {
+    const FingerJacobian J = finger_jacobian(pose, k, contacts[k].point_m);
+    const Matrix3d& E = contacts[k].frame;
+    const Matrix3d S = E * stiffness.asDiagonal() * E.transpose() * J * J.transpose() / force_gain(model.scene);
+    const Vector3d error = (Matrix3d::Identity() + S).partialPivLu().solve(S * f_desired.col(k));
+    sum += error.norm() / f_desired.col(k).norm();
+  }
+  return sum / kFingers;
+}
+
+}  // namespace thenar

@@ -1,0 +1,97 @@
+#include "engine/control_tick.h"
+
+#include "engine/stopwatch.h"
+
+namespace thenar {
+
+using Eigen::Index;
+
+namespace {
+
+/// Gravity on the object: what the controller knows of W_ext.
+Vector6d weight(const Scene& scene) {
+  Vector6d wrench = Vector6d::Zero();
+  wrench.head<3>() = scene.object.mass_kg * scene.gravity;
+  return wrench;
+}
+
+void solve_grasp(const Model& model, const State& snapshot, Controller& controller, ControlReport& report) {
+  const Scene& scene = model.scene;
+  const double time_s = static_cast<double>(snapshot.tick) * scene.step_s;
+  const Vector6d D = controller.pid->update(pose_error(model.target(time_s), snapshot.X_WO), scene.control_period_s);
+  report.wrench_desired = D - weight(scene);
+  for (int k = 0; k < kFingers; ++k) report.contacts[k] = finger_contact(model, controller.pose, snapshot, k);
+  const GraspProblem problem = grasp_problem(scene, report, snapshot.X_WO.translation());
+  report.grasp = solve_grasp_forces(problem, controller.grasp, controller.f_desired).status;
+  report.f_desired = controller.f_desired.reshaped(3, kFingers);
+}
+
+JointVector drive(const Model& model, const State& snapshot, Controller& controller, ControlReport& report) {
+  FingerForces error;
+  for (int k = 0; k < kFingers; ++k) error.col(k) = report.f_desired.col(k) - snapshot.load[k].force_N;
+  const FingerForces y = controller.filter->update(report.contacts, error, model.scene.control_period_s);
+  return desired_torques(model, controller.pose, report.contacts, report.f_desired, y);
+}
+
+/// tau = H f_m: the torques that the muscles give for those asked for.
+JointVector muscle_torques(const Model& model, const JointVector& tau_desired, Controller& controller,
+                           ControlReport& report) {
+  moment_arms(model.scene.hand, controller.pose, controller.H);
+  report.muscle = solve_muscle_forces(controller.H, tau_desired, controller.muscles, controller.f_muscle).status;
+  const JointVector tau = controller.H * controller.f_muscle;
+  report.muscle_residual_Nm = (tau - tau_desired).cwiseAbs().maxCoeff();
+  return tau;
+}
+
+}  // namespace
+
+Controller::Controller(const Model& model)
+    : f_desired(Eigen::VectorXd::Zero(3 * kFingers)),
+      f_muscle(Eigen::VectorXd::Zero(static_cast<Index>(model.scene.hand.muscles.size()))),
+      H(kJoints, f_muscle.size()),
+      muscles(kJoints, f_muscle.size()) {
+  if (!model.scene.control) return;
+  pid.emplace(model.scene.control->position, model.scene.control->rotation);
+  filter.emplace(model);
+}
+
+GraspProblem grasp_problem(const Scene& scene, const ControlReport& report, const Eigen::Vector3d& centre_m) {
+  return {.contacts = report.contacts,
+          .centre_m = centre_m,
+          .wrench = report.wrench_desired,
+          .friction = scene.control->grasp_friction,
+          .internal_force_N = scene.control->internal_force_N};
+}
+
+ControlReport control_tick(const Model& model, const State& snapshot, Controller& controller, Frame& frame) {
+  const Scene& scene = model.scene;
+  ControlReport report;
+  Stopwatch total, stage;
+  forward_kinematics(scene.hand, snapshot.q, controller.pose);
+
+  JointVector tau = scene.torques.value_or(JointVector::Zero());
+  if (scene.control) {
+    stage.lap();
+    solve_grasp(model, snapshot, controller, report);
+    report.grasp_s = stage.lap();
+    tau = drive(model, snapshot, controller, report);
+    stage.lap();
+    if (scene.control->muscles) tau = muscle_torques(model, tau, controller, report);
+    report.muscle_s = stage.lap();
+  }
+
+  frame.sequence = controller.sequence++;
+  frame.tick = snapshot.tick;
+  frame.torque_Nm = tau - gravity_torques(scene.hand, controller.pose, scene.gravity);
+  frame.wrench = weight(scene);
+  frame.wrench.head<3>() += model.push(static_cast<double>(snapshot.tick) * scene.step_s);
+  stage.lap();
+  find_frame_contacts(model, controller.pose, snapshot.X_WO, controller.finding, frame);
+  report.find_s = stage.lap();
+  fill_factors(model, controller.pose, snapshot.X_WO, frame);
+  report.factors_s = stage.lap();
+  report.total_s = total.lap();
+  return report;
+}
+
+}  // namespace thenar

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <filesystem>
+
+#include "engine/model.h"
+#include "engine/recording.h"
+#include "engine/state.h"
+
+namespace thenar {
+
+/// Draws path.svg (Fig. 9 of the paper), forces.svg (Fig. 10), grip.svg, muscles.svg from the folder's signals.csv, and
+/// grasp.png, the hand and the object as the run left them. What a scene does not have is not drawn.
+/// False if there is no gnuplot or it failed.
+[[nodiscard]] bool draw_figures(const Model& model, const Recording& recording, const State& state,
+                                const std::filesystem::path& folder);
+
+}  // namespace thenar

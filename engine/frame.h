@@ -1,0 +1,69 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "collision/contact_finding.h"
+#include "engine/hand.h"
+#include "engine/model.h"
+
+namespace thenar {
+
+/// One contact of a frame, in body-fixed terms, so that it follows the bodies while the frame is in use.
+struct FrameContact {
+  int finger = 0;
+  Eigen::Index control_point = 0;
+  Eigen::Vector3d p_F;  ///< Finger point, distal frame; rest shape.
+  Eigen::Vector3d s_O;  ///< Its projection on the object's surface, object frame.
+  Eigen::Vector3d n_O;  ///< Into the object, object frame.
+  Eigen::Matrix3d E_W;  ///< Columns n, t1, t2, world axes at the snapshot.
+  Eigen::Matrix3d E_F;  ///< The same in the distal frame.
+};
+
+/// What the control / free-motion side hands to the contact side: contacts, the operator as factors, and the drive, all
+/// taken at one snapshot of the state and frozen until the next frame.
+///
+/// It holds factors and not W, because W contains the step: W(h) = h J_c B^-1 J_c' + (1 - rho) C is formed by whoever
+/// steps.
+struct Frame {
+  explicit Frame(const Model& model);
+
+  std::int64_t sequence = -1;                      ///< 0, 1, 2, …; -1: empty.
+  std::int64_t tick = 0;                           ///< Of the snapshot.
+  std::vector<FrameContact> contacts;              ///< Sorted by finger and control point.
+  std::array<Eigen::Index, kFingers + 1> begin{};  ///< Finger k has contacts begin[k] .. begin[k + 1).
+  Eigen::Matrix<double, Eigen::Dynamic, kJointsPerFinger> J_finger;  ///< Rows -E' J_k at s; 3 capacity x 4.
+  Eigen::Matrix<double, Eigen::Dynamic, 6> J_object;                 ///< Rows E' [I, -[r]x]; 3 capacity x 6.
+  std::array<Eigen::MatrixXd, kFingers> compliance;  ///< C among a finger's contacts [m/N]; leading part.
+  JointVector torque_Nm;                             ///< tau - g: what drives the fingers beside contact.
+  Eigen::Matrix<double, 6, 1> wrench;                ///< W_ext on the object, world axes [N, N m].
+
+  [[nodiscard]] Eigen::Index size() const { return static_cast<Eigen::Index>(contacts.size()); }
+};
+
+/// The frame (columns n, t1, t2) of a contact with normal n, all in the distal frame: a basis fixed in the finger,
+/// carried to n along the great circle from the pulp's mean normal. So the tangents depend on the posture alone, follow
+/// the finger, and turn with n without a twist: parallel transport without a history.
+[[nodiscard]] Eigen::Matrix3d contact_basis(const Eigen::Vector3d& pulp_normal, const Eigen::Vector3d& n);
+
+/// Memory of contact finding.
+struct ContactFindingWorkspace {
+  std::vector<ContactCandidate> candidates;
+};
+
+/// Finds the frame's contacts on the rest shapes of the fingertips: control points of the pulps, or, for rigid
+/// fingertips, the one point of each pulp sphere that is nearest to the object.
+void find_frame_contacts(const Model& model, const HandPose& pose, const Eigen::Isometry3d& X_WO,
+                         ContactFindingWorkspace& work, Frame& frame);
+
+/// Computes J_finger, J_object and the compliance of the contacts that the frame holds.
+void fill_factors(const Model& model, const HandPose& pose, const Eigen::Isometry3d& X_WO, Frame& frame);
+
+/// W(h) = h J_c B^-1 J_c' + (1 - rho) C of eqs. (31, 36), B = diag(b I, b_t I, b_o I): the Delassus operator of a step
+/// h. W is 3n x 3n, n = frame.size() [m/N].
+void assemble_delassus(const Model& model, const Frame& frame, Eigen::Ref<Eigen::MatrixXd> W);
+
+}  // namespace thenar

@@ -1,0 +1,65 @@
+#include "engine/model.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/point_cloud_file.h"
+
+namespace thenar {
+
+using Eigen::Index;
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+namespace {
+
+PointCloud make_cloud(const ObjectSettings& object) {
+  if (const auto* box = std::get_if<BoxShape>(&object.shape)) return sample_box(box->size_m, object.points);
+  if (const auto* sphere = std::get_if<SphereShape>(&object.shape))
+    return sample_sphere(sphere->radius_m, object.points);
+  return load_ply(std::get<CloudShape>(object.shape).file);
+}
+
+ImplicitSurface make_surface(const ObjectSettings& object) {
+  PointCloud cloud = make_cloud(object);
+  // The paper's box has 36 000 points in 4800 leaves: 7 or 8 in each.
+  const Index leaves = std::max<Index>(1, cloud.points_m.cols() * 4800 / 36000);
+  return {std::move(cloud), leaves};
+}
+
+/// From 0 to 1 with no velocity and acceleration at both ends.
+double minimum_jerk(const Move& move, double time_s) {
+  const double s = std::clamp((time_s - move.from_s) / move.over_s, 0.0, 1.0);
+  return s * s * s * (10.0 + s * (6.0 * s - 15.0));
+}
+
+}  // namespace
+
+Model::Model(Scene s) : scene(std::move(s)), object(make_surface(scene.object)) {
+  max_contacts = kFingers;
+  if (!scene.fingertips) return;
+  max_contacts = kFingers * std::min(scene.contact.max_per_finger, scene.fingertips->leaves);
+  for (const Fingertip& tip : scene.hand.fingertips) {
+    pulps.push_back(make_spherical_pulp(tip.centre_m, tip.radius_m, scene.fingertips->points, scene.fingertips->leaves,
+                                        scene.fingertips->material));
+  }
+}
+
+long Model::steps_per_control() const { return std::lround(scene.control_period_s / scene.step_s); }
+
+Isometry3d Model::target(double time_s) const {
+  Isometry3d X_WT = scene.object.X_WO;
+  if (const auto& move = scene.task.translate) X_WT.translate(minimum_jerk(*move, time_s) * move->amount * move->axis);
+  if (const auto& move = scene.task.rotate) {
+    X_WT.rotate(Eigen::AngleAxisd(minimum_jerk(*move, time_s) * move->amount, move->axis));
+  }
+  return X_WT;
+}
+
+Vector3d Model::push(double time_s) const {
+  const auto& push = scene.task.push;
+  const bool acts = push && time_s >= push->from_s && time_s < push->from_s + push->over_s;
+  return acts ? Vector3d(scene.object.X_WO.linear() * push->force_N) : Vector3d::Zero();
+}
+
+}  // namespace thenar

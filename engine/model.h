@@ -1,0 +1,30 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "collision/implicit_surface.h"
+#include "engine/pulp.h"
+#include "engine/scene.h"
+
+namespace thenar {
+
+/// A scene made ready to run: its data, and what is computed from them once.
+struct Model {
+  explicit Model(Scene s);
+
+  Scene scene;
+  ImplicitSurface object;
+  std::vector<Pulp> pulps;        ///< One a finger, or none: rigid point contacts.
+  Eigen::Index max_contacts = 0;  ///< Capacity of a frame, all fingers together.
+
+  [[nodiscard]] bool deformable() const { return !pulps.empty(); }
+  /// Steps in a control period.
+  [[nodiscard]] long steps_per_control() const;
+  /// Where the object should be: its start pose moved by the task.
+  [[nodiscard]] Eigen::Isometry3d target(double time_s) const;
+  /// What the task does to the object at `time_s`, world axes.
+  [[nodiscard]] Eigen::Vector3d push(double time_s) const;
+};
+
+}  // namespace thenar

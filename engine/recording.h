@@ -1,0 +1,64 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/contact_tick.h"
+#include "engine/control_tick.h"
+
+namespace thenar {
+
+/// Normal and tangential part of a finger's force [N].
+struct NormalTangential {
+  double normal_N = 0.0, tangential_N = 0.0;
+};
+
+/// What is kept of one tick, taken after its commit.
+struct TickRecord {
+  double time_s = 0.0;                  ///< At the tick's end.
+  bool controlled = false;              ///< A control tick ran before it.
+  Eigen::Vector3d position_m, target_m; ///< Displacement from the start, object axes at the start.
+  double rotation_error_rad = 0.0;      ///< Angle between the object and its target.
+  std::array<NormalTangential, kFingers> force, force_desired;
+  std::array<double, kFingers> force_error_N{};   ///< |f^d - f|.
+  std::array<double, kFingers> cone_margin{};     ///< 1 - |F_t| / (mu F_n) of the resultant; NaN without load.
+  TickReport contact;
+  double interpolate_s = 0.0;
+  double find_s = 0.0, factors_s = 0.0, grasp_s = 0.0, muscle_s = 0.0, control_s = 0.0;
+  bool grasp_feasible = true, muscle_feasible = true;
+  double muscle_residual_Nm = 0.0;
+
+  /// Contact finding, assembly, solve, deformation and surface interpolation: the published contact computation.
+  [[nodiscard]] double contact_total_s() const {
+    return find_s + factors_s + contact.assemble_s + contact.solve_s + contact.deform_s + interpolate_s;
+  }
+};
+
+/// How a run lost its object.
+struct Loss {
+  double time_s = 0.0;
+  std::string reason;
+};
+
+/// An infeasible grasp-force problem, as it stood.
+struct InfeasibleGrasp {
+  double time_s = 0.0;
+  ControlReport control;
+  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
+};
+
+/// A run, tick by tick.
+struct Recording {
+  std::vector<TickRecord> ticks;
+  Eigen::MatrixXd muscle_forces_N;  ///< Muscles x ticks; no rows without muscles.
+  std::optional<Loss> loss;
+  std::optional<InfeasibleGrasp> infeasible;  ///< The first one.
+  bool stopped = false;                       ///< The run ended before its time.
+  std::optional<double> predicted_paper_law_error;  ///< Of the last state; nothing without control.
+  double wall_s = 0.0;                        ///< Wall time of the loop.
+};
+
+}  // namespace thenar

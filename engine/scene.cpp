@@ -1,0 +1,179 @@
+#include "engine/scene.h"
+
+#include <cmath>
+
+#include "engine/config.h"
+
+namespace thenar {
+
+using Eigen::Index;
+using Eigen::Isometry3d;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr Index kMaxPoints = 10'000'000;
+constexpr Index kMaxContactsPerFinger = 1000;
+
+void read_time(const ConfigMap& time, Scene& scene) {
+  scene.duration_s = time.positive("duration", Dimension::kTime);
+  scene.step_s = time.positive("step", Dimension::kTime);
+  scene.control_period_s = time.positive("control_period", Dimension::kTime);
+  const double ratio = scene.control_period_s / scene.step_s;
+  if (std::abs(ratio - std::round(ratio)) > 1e-6 * ratio || std::round(ratio) < 1.0) {
+    time.refuse("control_period", "must be a whole multiple of time.step");
+  }
+}
+
+void read_posture(const ConfigMap& map, Scene& scene) {
+  scene.posture = map.quantities("posture", Dimension::kAngle, kJoints);
+  for (int i = 0; i < kJoints; ++i) {
+    const Joint& joint = scene.hand.joints[i];
+    if (scene.posture[i] >= joint.lower_rad && scene.posture[i] <= joint.upper_rad) continue;
+    map.refuse("posture", "value " + std::to_string(i + 1) + " (" + joint.name + ") must lie within " +
+                              std::to_string(joint.lower_rad) + " .. " + std::to_string(joint.upper_rad) + " rad");
+  }
+}
+
+void read_hand(const ConfigMap& map, bool controlled, Scene& scene) {
+  const std::filesystem::path model = map.path("model");
+  if (!model.empty()) scene.hand = load_hand(model);
+  read_posture(map, scene);
+  scene.joint_viscosity = map.positive("joint_viscosity", Dimension::kRotationalDamping);
+  if (!controlled) scene.torques = map.quantities("torques", Dimension::kTorque, kJoints);
+}
+
+FingertipSettings read_fingertips(const ConfigMap& map) {
+  FingertipSettings tips;
+  tips.points = map.count("points", 1, kMaxPoints);
+  tips.leaves = map.count("leaves", 1, 20'000);
+  if (tips.leaves > tips.points) map.refuse("leaves", "must not exceed fingertips.points");
+  tips.material.reduced_modulus_Pa = map.positive("reduced_modulus", Dimension::kPressure);
+  tips.material.poisson = map.number("poisson", 0.0, 0.5);
+  tips.material.relaxation_s = map.non_negative("relaxation", Dimension::kTime);
+  (void)map.choice("kernel", {"boussinesq"});
+  return tips;
+}
+
+/// A rotation matrix whose rows are in the file; what rounding left is removed.
+Matrix3d read_rotation(const ConfigMap& map) {
+  const Matrix3d R = map.matrix3("rotation");
+  if ((R * R.transpose() - Matrix3d::Identity()).cwiseAbs().maxCoeff() > 1e-6 || R.determinant() < 0.0) {
+    map.refuse("rotation", "must be a rotation matrix: orthonormal rows, determinant +1");
+  }
+  return Eigen::Quaterniond(R).normalized().toRotationMatrix();
+}
+
+Shape read_shape(const ConfigMap& map) {
+  const std::string kind = map.one_of({"box", "sphere", "cloud"});
+  if (kind == "box") return BoxShape{map.positive3("box", Dimension::kLength)};
+  if (kind == "sphere") return SphereShape{map.positive("sphere", Dimension::kLength)};
+  return CloudShape{kind.empty() ? std::filesystem::path() : map.path("cloud")};
+}
+
+ObjectSettings read_object(const ConfigMap& map) {
+  ObjectSettings object;
+  object.shape = read_shape(map.map("shape"));
+  if (!std::holds_alternative<CloudShape>(object.shape)) object.points = map.count("points", 10, kMaxPoints);
+  object.mass_kg = map.positive("mass", Dimension::kMass);
+  object.X_WO.setIdentity();
+  object.X_WO.translation() = map.vector3("position", Dimension::kLength);
+  object.X_WO.linear() = read_rotation(map);
+  const ConfigMap damping = map.map("damping");
+  object.translation_damping = damping.positive("translation", Dimension::kDamping);
+  object.rotation_damping = damping.positive("rotation", Dimension::kRotationalDamping);
+  return object;
+}
+
+ContactSettings read_contact(const ConfigMap& map, bool deformable) {
+  ContactSettings contact;
+  contact.friction = map.number("friction", 0.0, 10.0);
+  contact.band_m = map.positive("band", Dimension::kLength);
+  contact.max_per_finger = deformable ? map.count("max_per_finger", 1, kMaxContactsPerFinger) : 1;
+  contact.tolerance = map.number("tolerance", 1e-14, 1.0);
+  contact.max_sweeps = static_cast<int>(map.count("max_sweeps", 1, 1'000'000));
+  return contact;
+}
+
+PidGains read_gains(const ConfigMap& map, Dimension p, Dimension i, Dimension d) {
+  return {map.non_negative("p", p), map.non_negative("i", i), map.non_negative("d", d)};
+}
+
+ControlSettings read_control(const ConfigMap& map) {
+  ControlSettings control;
+  control.law = map.choice("law", {"feedforward", "paper"}) == "paper" ? ControlLaw::kPaper : ControlLaw::kFeedforward;
+  control.gain = map.positive_or_auto("gain", Dimension::kNone);
+  const ConfigMap pulp = map.map("pulp");
+  control.pulp_normal_N_per_m = pulp.positive("normal", Dimension::kStiffness);
+  control.pulp_tangential_N_per_m = pulp.positive("tangential", Dimension::kStiffness);
+  const ConfigMap grasp = map.map("grasp");
+  control.grasp_friction = grasp.number("friction", 0.0, 10.0);
+  control.internal_force_N = grasp.non_negative("internal_force", Dimension::kForce);
+  (void)grasp.choice_or("cone", {"pyramid"}, "pyramid");
+  control.position =
+      read_gains(map.map("position"), Dimension::kStiffness, Dimension::kIntegralGain, Dimension::kDamping);
+  control.rotation = read_gains(map.map("rotation"), Dimension::kRotationalStiffness,
+                                Dimension::kRotationalIntegralGain, Dimension::kRotationalDamping);
+  control.muscles = map.flag("muscles");
+  return control;
+}
+
+void read_interval(const ConfigMap& map, double& from_s, double& over_s) {
+  from_s = map.non_negative("from", Dimension::kTime);
+  over_s = map.positive("over", Dimension::kTime);
+}
+
+Move read_translation(const ConfigMap& map) {
+  Move move;
+  const Vector3d by = map.vector3("by", Dimension::kLength);
+  move.amount = by.norm();
+  if (move.amount > 0.0) move.axis = by / move.amount;
+  read_interval(map, move.from_s, move.over_s);
+  return move;
+}
+
+Move read_rotation_move(const ConfigMap& map) {
+  Move move;
+  move.amount = map.quantity("by", Dimension::kAngle);
+  const Vector3d about = map.numbers3("about");
+  if (about.squaredNorm() <= 0.0) map.refuse("about", "an axis must not be zero");
+  move.axis = about.stableNormalized();
+  read_interval(map, move.from_s, move.over_s);
+  return move;
+}
+
+TaskSettings read_task(const ConfigMap& map) {
+  TaskSettings task;
+  if (map.has("translate")) task.translate = read_translation(map.map("translate"));
+  if (map.has("rotate")) task.rotate = read_rotation_move(map.map("rotate"));
+  if (map.has("push")) {
+    const ConfigMap push = map.map("push");
+    task.push = Push{push.vector3("force", Dimension::kForce), 0.0, 0.0};
+    read_interval(push, task.push->from_s, task.push->over_s);
+  }
+  return task;
+}
+
+}  // namespace
+
+Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
+  Config config(file, overrides);
+  const ConfigMap root = config.root();
+  Scene scene;
+  scene.file = file;
+  scene.name = root.text("name");
+  read_time(root.map("time"), scene);
+  scene.gravity = root.vector3_or("gravity", Dimension::kAcceleration, Vector3d::Zero());
+  read_hand(root.map("hand"), root.has("control"), scene);
+  if (root.has("fingertips")) scene.fingertips = read_fingertips(root.map("fingertips"));
+  scene.object = read_object(root.map("object"));
+  scene.contact = read_contact(root.map("contact"), scene.fingertips.has_value());
+  if (root.has("control")) scene.control = read_control(root.map("control"));
+  if (root.has("task")) scene.task = read_task(root.map("task"));
+  config.finish();
+  scene.defaults_used = config.defaults_used();
+  return scene;
+}
+
+}  // namespace thenar

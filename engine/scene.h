@@ -1,0 +1,117 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "engine/hand.h"
+#include "engine/pulp.h"
+
+namespace thenar {
+
+struct BoxShape {
+  Eigen::Vector3d size_m;
+};
+struct SphereShape {
+  double radius_m = 0.0;
+};
+/// A scanned surface: points and normals from a file, in metres.
+struct CloudShape {
+  std::filesystem::path file;
+};
+using Shape = std::variant<BoxShape, SphereShape, CloudShape>;
+
+struct ObjectSettings {
+  Shape shape;
+  Eigen::Index points = 0;  ///< Samples of a generated shape; a scan brings its own.
+  double mass_kg = 0.0;
+  Eigen::Isometry3d X_WO = Eigen::Isometry3d::Identity();  ///< Pose at the start.
+  double translation_damping = 0.0;                        ///< b_t [N s/m].
+  double rotation_damping = 0.0;                           ///< b_o [N m s].
+};
+
+/// Deformable pulps; a scene without them has rigid point contacts.
+struct FingertipSettings {
+  Eigen::Index points = 0;
+  Eigen::Index leaves = 0;  ///< Control points.
+  PulpMaterial material;
+};
+
+struct ContactSettings {
+  double friction = 0.0;
+  double band_m = 0.0;              ///< Control points with a gap below this are candidates.
+  Eigen::Index max_per_finger = 0;  ///< Of them, those of least gap.
+  double tolerance = 0.0;           ///< Natural-map residual of a tick.
+  int max_sweeps = 0;
+};
+
+enum class ControlLaw {
+  kFeedforward,  ///< tau^d = J' f^d + g + K J^+ y
+  kPaper,        ///< tau^d = K J^+ y, eq. (22): leaves a steady force error.
+};
+
+/// Gains of one PID: p [N/m or N m/rad], i [p/s], d [p s].
+struct PidGains {
+  double p = 0.0, i = 0.0, d = 0.0;
+};
+
+struct ControlSettings {
+  ControlLaw law = ControlLaw::kFeedforward;
+  std::optional<double> gain;            ///< K of eq. (22); nothing: from the joint viscosity and the control period.
+  double pulp_normal_N_per_m = 0.0;      ///< K_n: the controller's model of the pulp; nu = relaxation * K.
+  double pulp_tangential_N_per_m = 0.0;  ///< K_t.
+  double grasp_friction = 0.0;           ///< mu_c of the pyramid [9].
+  double internal_force_N = 0.0;         ///< lambda of eq. (13).
+  PidGains position, rotation;
+  bool muscles = false;  ///< Muscle forces drive the joints; otherwise the torques act as they are.
+};
+
+/// A minimum-jerk move of the target: by a distance or an angle along or about `axis` (unit, object axes at the start).
+struct Move {
+  Eigen::Vector3d axis = Eigen::Vector3d::Zero();
+  double amount = 0.0;  ///< [m] or [rad].
+  double from_s = 0.0;
+  double over_s = 1.0;
+};
+
+/// A constant force at the object's centre, object axes at the start, that the controller does not know of.
+struct Push {
+  Eigen::Vector3d force_N = Eigen::Vector3d::Zero();
+  double from_s = 0.0;
+  double over_s = 0.0;
+};
+
+struct TaskSettings {
+  std::optional<Move> translate, rotate;
+  std::optional<Push> push;
+};
+
+/// All that a scene file says, in SI. What it does not name is absent here, and costs nothing.
+struct Scene {
+  std::string name;
+  std::filesystem::path file;
+  double duration_s = 0.0;
+  double step_s = 0.0;
+  double control_period_s = 0.0;                      ///< A whole multiple of the step.
+  Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  ///< World = hand frame.
+  Hand hand;
+  JointVector posture = JointVector::Zero();  ///< q at the start.
+  double joint_viscosity = 0.0;               ///< b [N m s].
+  std::optional<JointVector> torques;         ///< Without control: what drives the joints [N m].
+  std::optional<FingertipSettings> fingertips;
+  ObjectSettings object;
+  ContactSettings contact;
+  std::optional<ControlSettings> control;
+  TaskSettings task;
+  std::vector<std::string> defaults_used;  ///< "key = value" of each value the file left to us.
+};
+
+/// Reads a scene and the files that it names, with `--set key=value` changes applied.
+/// Throws ConfigError with every mistake at once, or FileError.
+[[nodiscard]] Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
+
+}  // namespace thenar

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "engine/hand.h"
+#include "engine/model.h"
+
+namespace thenar {
+
+/// The force at one contact, which the next frame finds again by finger and control point.
+struct ContactForce {
+  int finger = 0;
+  Eigen::Index control_point = 0;
+  Eigen::Vector3d f_C = Eigen::Vector3d::Zero();  ///< On the object, contact rows (n, t1, t2) [N].
+};
+
+/// What one finger does to the object.
+struct FingerLoad {
+  Eigen::Vector3d force_N = Eigen::Vector3d::Zero();   ///< Sum of its contact forces, world axes.
+  double normal_N = 0.0;                               ///< Sum of their normal parts; 0: the finger is not loaded.
+  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< Pressure centre on the object's surface, world.
+  Eigen::Vector3d normal =
+      Eigen::Vector3d::Zero();  ///< Into the object, world: mean of the contacts' normals, by load.
+};
+
+/// All that moves. Owned and advanced by contact_tick alone; control_tick reads a copy of it.
+struct State {
+  explicit State(const Model& model);
+
+  std::int64_t tick = 0;
+  JointVector q;                      ///< [rad]
+  Eigen::Isometry3d X_WO;             ///< Object.
+  std::vector<Eigen::MatrixX3d> u_m;  ///< Per finger, control points x 3, distal frame: what the pulp's deformation
+                                      ///< adds to the object's displacement against the finger (the pulp's surface
+                                      ///< moves by -u). The memory of friction. Empty for rigid fingertips.
+  std::vector<ContactForce> forces;  ///< Sorted by finger and control point; capacity model.max_contacts.
+  std::array<FingerLoad, kFingers> load;
+};
+
+}  // namespace thenar

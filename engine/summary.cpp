@@ -1,0 +1,254 @@
+#include "engine/summary.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <numbers>
+
+#include "engine/build_info.h"
+#include "engine/grasp_monitor.h"
+
+namespace thenar {
+
+using Eigen::Vector3d;
+using nlohmann::ordered_json;
+
+namespace {
+
+constexpr double kFinalWindow_s = 0.3;
+constexpr double kLoadedFrom_s = 0.1;       // Every finger must carry load from here on.
+constexpr double kNotConverged = 1e-2;      // A p99 residual above this is no solution.
+constexpr double kAnyFriction = 0.01;       // A grasp that so little friction would close is closed by any.
+constexpr double kTimeRounding_s = 1e-9;
+constexpr double kDegrees = 180.0 / std::numbers::pi;
+
+using Values = std::vector<double>;
+
+/// The q-quantile of the finite values; NaN, which JSON shows as null, if there are none.
+double quantile(Values values, double q) {
+  std::erase_if(values, [](double v) { return !std::isfinite(v); });
+  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
+  const auto rank = static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1) + 0.5);
+  std::nth_element(values.begin(), values.begin() + rank, values.end());
+  return values[rank];
+}
+double largest(const Values& values) { return quantile(values, 1.0); }
+double smallest(const Values& values) { return quantile(values, 0.0); }
+double mean(const Values& values) {
+  double sum = 0.0;
+  for (const double v : values) sum += v;
+  return sum / static_cast<double>(values.size());
+}
+double root_mean_square(Values values) {
+  for (double& v : values) v *= v;
+  return std::sqrt(mean(values));
+}
+
+/// One number of every tick from `from_s` on.
+template <typename Get>
+Values collect(const Recording& recording, double from_s, Get get) {
+  Values values;
+  for (const TickRecord& tick : recording.ticks) {
+    if (tick.time_s >= from_s - kTimeRounding_s) values.push_back(get(tick));
+  }
+  return values;
+}
+
+double final_window_start(const Recording& recording) {
+  return recording.ticks.empty() ? 0.0 : recording.ticks.back().time_s - kFinalWindow_s;
+}
+
+Vector3d position_error(const TickRecord& tick) { return tick.position_m - tick.target_m; }
+
+ordered_json object_measures(const Model& model, const Recording& recording) {
+  const double final_s = final_window_start(recording);
+  const auto distance = [](const TickRecord& tick) { return position_error(tick).norm(); };
+  const auto angle = [](const TickRecord& tick) { return tick.rotation_error_rad; };
+  const Vector3d axis = model.scene.task.translate ? model.scene.task.translate->axis : Vector3d::Zero();
+  const auto off_axis = [&](const TickRecord& tick) {
+    const Vector3d error = position_error(tick);
+    return (error - error.dot(axis) * axis).norm();
+  };
+  return {{"final_error_mm", 1e3 * mean(collect(recording, final_s, distance))},
+          {"rms_error_mm", 1e3 * root_mean_square(collect(recording, kMeasuredFrom_s, distance))},
+          {"max_off_axis_error_mm", 1e3 * largest(collect(recording, kMeasuredFrom_s, off_axis))},
+          {"max_rotation_deg", kDegrees * largest(collect(recording, kMeasuredFrom_s, angle))},
+          {"final_rotation_deg", kDegrees * mean(collect(recording, final_s, angle))}};
+}
+
+bool all_loaded(const TickRecord& tick) {
+  return std::all_of(tick.force.begin(), tick.force.end(), [](const auto& f) { return f.normal_N > 0.0; });
+}
+
+bool held(const Recording& recording) {
+  return !recording.ticks.empty() && !recording.stopped && !recording.loss &&
+         std::all_of(recording.ticks.begin(), recording.ticks.end(), [](const TickRecord& tick) {
+           return tick.time_s < kLoadedFrom_s - kTimeRounding_s || all_loaded(tick);
+         });
+}
+
+/// The worst finger's slip.
+double slip_m(const Recording& recording) {
+  std::array<double, kFingers> slip{};
+  bool measured = false;
+  for (const TickRecord& tick : recording.ticks) {
+    if (tick.time_s < kMeasuredFrom_s - kTimeRounding_s) continue;
+    measured = true;
+    for (int k = 0; k < kFingers; ++k) slip[k] += tick.contact.slip_m[k];
+  }
+  return measured ? *std::max_element(slip.begin(), slip.end()) : std::numeric_limits<double>::quiet_NaN();
+}
+
+/// Mean over the fingers of |f^d - f| / |f^d|.
+double relative_force_error(const TickRecord& tick) {
+  double sum = 0.0;
+  for (int k = 0; k < kFingers; ++k) {
+    sum += tick.force_error_N[k] / std::hypot(tick.force_desired[k].normal_N, tick.force_desired[k].tangential_N);
+  }
+  return sum / kFingers;
+}
+
+ordered_json grasp_measures(const Model& model, const Recording& recording) {
+  ordered_json grasp{{"held", held(recording)}, {"lost_at_s", nullptr}};
+  if (recording.loss) grasp["lost_at_s"] = recording.loss->time_s;
+  grasp["max_slip_mm"] = 1e3 * slip_m(recording);
+  grasp["min_cone_margin"] = smallest(collect(recording, kMeasuredFrom_s, [](const TickRecord& tick) {
+    return smallest({tick.cone_margin.begin(), tick.cone_margin.end()});
+  }));
+  for (const char* key : {"force_error_end", "force_error_rms_N", "predicted_paper_law_error"}) grasp[key] = nullptr;
+  if (!model.scene.control) return grasp;
+  grasp["force_error_end"] = mean(collect(recording, final_window_start(recording), relative_force_error));
+  grasp["force_error_rms_N"] = root_mean_square(collect(recording, kMeasuredFrom_s, [](const TickRecord& tick) {
+    return root_mean_square({tick.force_error_N.begin(), tick.force_error_N.end()});
+  }));
+  if (recording.predicted_paper_law_error) grasp["predicted_paper_law_error"] = *recording.predicted_paper_law_error;
+  return grasp;
+}
+
+double residual_p99(const Recording& recording) {
+  return quantile(collect(recording, 0.0,
+                          [](const TickRecord& tick) {
+                            return tick.contact.contacts > 0 ? tick.contact.solve.residual
+                                                             : std::numeric_limits<double>::quiet_NaN();
+                          }),
+                  0.99);
+}
+
+ordered_json contact_measures(const Recording& recording) {
+  const Values contacts = collect(recording, kMeasuredFrom_s,
+                                  [](const TickRecord& tick) { return static_cast<double>(tick.contact.contacts); });
+  const Values active = collect(recording, kMeasuredFrom_s,
+                                [](const TickRecord& tick) { return static_cast<double>(tick.contact.active); });
+  const Values sweeps = collect(recording, 0.0,
+                                [](const TickRecord& tick) { return static_cast<double>(tick.contact.solve.sweeps); });
+  const Values penetration = collect(recording, 0.0, [](const TickRecord& tick) { return tick.contact.penetration_m; });
+  const auto whole = [](double value) { return std::isnan(value) ? ordered_json(nullptr) : ordered_json(std::lround(value)); };
+  return {{"min", whole(smallest(contacts))},
+          {"median", whole(quantile(contacts, 0.5))},
+          {"max", whole(largest(contacts))},
+          {"active_median", whole(quantile(active, 0.5))},
+          {"max_penetration_um", 1e6 * largest(penetration)},
+          {"residual_p99", residual_p99(recording)},
+          {"sweeps_median", whole(quantile(sweeps, 0.5))},
+          {"sweeps_max", whole(largest(sweeps))}};
+}
+
+ordered_json lcp_measures(const Recording& recording) {
+  const auto infeasible = [&](auto feasible) {
+    return std::count_if(recording.ticks.begin(), recording.ticks.end(), [&](const auto& tick) { return !feasible(tick); });
+  };
+  auto grasp = infeasible([](const TickRecord& tick) { return tick.grasp_feasible; });
+  if (recording.ticks.empty() && recording.infeasible) grasp = 1;
+  return {{"grasp_infeasible", grasp},
+          {"muscle_infeasible", infeasible([](const TickRecord& tick) { return tick.muscle_feasible; })},
+          {"muscle_residual_max", largest(collect(recording, 0.0, [](const TickRecord& t) { return t.muscle_residual_Nm; }))}};
+}
+
+ordered_json muscle_measures(const Model& model, const Recording& recording) {
+  const auto& f = recording.muscle_forces_N;
+  if (f.size() == 0) return nullptr;
+  double activation = 0.0;
+  for (Eigen::Index m = 0; m < f.rows(); ++m) {
+    activation = std::max(activation, f.row(m).maxCoeff() / model.scene.hand.muscles[m].max_force_N);
+  }
+  return {{"max_force_N", f.maxCoeff()}, {"max_activation", activation}};
+}
+
+ordered_json stage_measures(const Recording& recording) {
+  ordered_json stages;
+  const auto add = [&](const char* name, bool control_only, auto seconds) {
+    Values us;
+    for (const TickRecord& tick : recording.ticks) {
+      if (tick.controlled || !control_only) us.push_back(1e6 * seconds(tick));
+    }
+    stages[name] = {{"p50_us", quantile(us, 0.5)}, {"p99_us", quantile(us, 0.99)}};
+  };
+  add("find", true, [](const TickRecord& t) { return t.find_s; });
+  add("assemble", true, [](const TickRecord& t) { return t.factors_s + t.contact.assemble_s; });
+  add("solve", false, [](const TickRecord& t) { return t.contact.solve_s; });
+  add("deform", false, [](const TickRecord& t) { return t.contact.deform_s; });
+  add("interpolate", false, [](const TickRecord& t) { return t.interpolate_s; });
+  add("contact_total", false, [](const TickRecord& t) { return t.contact_total_s(); });
+  add("grasp_lcp", true, [](const TickRecord& t) { return t.grasp_s; });
+  add("muscle_lcp", true, [](const TickRecord& t) { return t.muscle_s; });
+  add("control_total", true, [](const TickRecord& t) { return t.control_s; });
+  return stages;
+}
+
+template <typename... Args>
+std::string text(const char* format, Args... args) {
+  char line[256];
+  std::snprintf(line, sizeof line, format, args...);
+  return line;
+}
+
+/// Names the cones that are too narrow and the tangential force that they lack, and what friction would do.
+std::string explain(const Scene& scene, const InfeasibleGrasp& infeasible) {
+  const GraspProblem problem = grasp_problem(scene, infeasible.control, infeasible.centre_m);
+  const GraspDeficit deficit = explain_infeasible_grasp(problem);
+  std::string message = text("no grasp forces exist at %.3f s: ", infeasible.time_s);
+  for (int k = 0; k < kFingers; ++k) {
+    const double tangential_N = deficit.missing_N.col(k).tail<2>().norm();
+    message += text("%sthe %s's friction cone (mu_c = %g) lacks %.3f N of tangential force", k > 0 ? ", " : "",
+                    scene.hand.fingertips[k].finger.c_str(), problem.friction, tangential_N);
+  }
+  if (deficit.least_friction <= kAnyFriction) return message + "; any mu_c > 0 with enough squeeze would do";
+  if (std::isfinite(deficit.least_friction)) {
+    return message + text("; control.grasp.friction of at least %.3f would do", deficit.least_friction);
+  }
+  return message + "; no friction would do: the fingers do not oppose each other";
+}
+
+}  // namespace
+
+ordered_json summarize(const Model& model, const Recording& recording) {
+  namespace build = build_info;
+  const double simulated_s = recording.ticks.empty() ? 0.0 : recording.ticks.back().time_s;
+  return {{"scene", model.scene.name},
+          {"build",
+           {{"type", build::kType}, {"flags", build::kFlags}, {"compiler", build::kCompiler}, {"version", build::kVersion}}},
+          {"simulated_s", simulated_s},
+          {"object", object_measures(model, recording)},
+          {"grasp", grasp_measures(model, recording)},
+          {"contacts", contact_measures(recording)},
+          {"lcp", lcp_measures(recording)},
+          {"muscles", muscle_measures(model, recording)},
+          {"stages", stage_measures(recording)},
+          {"real_time_factor", simulated_s / recording.wall_s}};
+}
+
+std::optional<std::string> failure(const Model& model, const Recording& recording) {
+  if (recording.loss) return text("the object was lost at %.3f s: ", recording.loss->time_s) + recording.loss->reason;
+  if (recording.infeasible) return explain(model.scene, *recording.infeasible);
+  for (const TickRecord& tick : recording.ticks) {
+    if (!tick.muscle_feasible) return text("no muscle forces give the torques wanted at %.3f s", tick.time_s);
+    if (tick.time_s < kLoadedFrom_s - kTimeRounding_s || all_loaded(tick)) continue;
+    return text("not every finger carried load at %.3f s", tick.time_s);
+  }
+  const double residual = residual_p99(recording);
+  if (residual > kNotConverged) return text("the contact solver did not converge: p99 residual %.1e", residual);
+  return std::nullopt;
+}
+
+}  // namespace thenar

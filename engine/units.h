@@ -1,0 +1,46 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace thenar {
+
+/// What a number measures, and so which units it may carry. The first unit named is the SI one.
+enum class Dimension {
+  kNone,                    ///< No unit.
+  kLength,                  ///< m, cm, mm, um
+  kTime,                    ///< s, ms, us
+  kFrequency,               ///< Hz, kHz
+  kMass,                    ///< kg, g
+  kForce,                   ///< N, mN
+  kTorque,                  ///< N*m, N*mm
+  kAngle,                   ///< rad, deg
+  kAcceleration,            ///< m/s^2
+  kPressure,                ///< Pa, kPa, MPa
+  kStiffness,               ///< N/m, N/mm
+  kRotationalStiffness,     ///< N*m/rad
+  kDamping,                 ///< N*s/m
+  kRotationalDamping,       ///< N*m*s, N*m*s/rad; also joint viscosity
+  kIntegralGain,            ///< N/(m*s)
+  kRotationalIntegralGain,  ///< N*m/(rad*s)
+};
+
+/// A number read from text: its SI value, or what is wrong with the text.
+struct Quantity {
+  double value = 0.0;
+  std::string fault;  ///< Empty if the value is good; else a sentence that starts with the text.
+};
+
+/// Reads a finite number and its unit, such as "50 mm" or "1 kHz". The unit must be one of the dimension's.
+[[nodiscard]] Quantity read_quantity(std::string_view text, Dimension dimension);
+
+/// The dimension in words, with its article: "a length".
+[[nodiscard]] std::string_view name_of(Dimension dimension);
+
+/// The dimension's units in words: "m, cm, mm or um"; empty for a plain number.
+[[nodiscard]] std::string unit_names(Dimension dimension);
+
+/// An SI value with its unit, in the fewest digits that read back the same.
+[[nodiscard]] std::string to_text(double value, Dimension dimension);
+
+}  // namespace thenar

@@ -1,0 +1,171 @@
+#include "solvers/lcp.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+namespace thenar {
+namespace {
+
+using Eigen::Index;
+
+// M and q are scaled to a largest entry of 1. What pivoting leaves of an exact zero was below 1e-13 on all problems of
+// the tests; the smallest entries that matter, squares of a friction of 1e-5, are about 1e-10.
+constexpr double kZeroPivot = 1e-11;
+constexpr double kTie = 1e-12;
+
+/// Rows are padded to whole AVX registers.
+constexpr Index row_length(Index n) { return (2 * n + 2 + 3) / 4 * 4; }
+
+/// The equations w - M z - z0 (1..1)' = q solved for the variables in the basis. Columns are variables: w_i is i,
+/// z_i is n + i, the artificial z0 is 2n; the right side comes last.
+struct Tableau {
+  Index n;
+  double* entries;
+  Index* basis;
+
+  [[nodiscard]] Index artificial() const { return 2 * n; }
+  [[nodiscard]] Index right_side() const { return 2 * n + 1; }
+  [[nodiscard]] Index complement(Index variable) const { return variable < n ? variable + n : variable - n; }
+  [[nodiscard]] double* row(Index i) const { return entries + i * row_length(n); }
+};
+
+void fill(const Tableau& t, const Eigen::Ref<const Eigen::MatrixXd>& M, double M_scale,
+          const Eigen::Ref<const Eigen::VectorXd>& q, double q_scale) {
+  std::fill_n(t.entries, t.n * row_length(t.n), 0.0);
+  for (Index i = 0; i < t.n; ++i) {
+    double* const row = t.row(i);
+    row[i] = 1.0;
+    for (Index j = 0; j < t.n; ++j) row[t.n + j] = -M(i, j) / M_scale;
+    row[t.artificial()] = -1.0;
+    row[t.right_side()] = q[i] / q_scale;
+    t.basis[i] = i;
+  }
+}
+
+/// Brings the variable `entering` into the basis, in place of that of row `r`.
+void pivot(const Tableau& t, Index r, Index entering) {
+  const Index length = row_length(t.n);
+  double* const pivot_row = t.row(r);
+  const double inverse = 1.0 / pivot_row[entering];
+  for (Index j = 0; j < length; ++j) pivot_row[j] *= inverse;
+  pivot_row[entering] = 1.0;
+
+  for (Index i = 0; i < t.n; ++i) {
+    double* const __restrict row = t.row(i);
+    const double factor = row[entering];
+    if (i == r || factor == 0.0) continue;
+    const double* const __restrict source = pivot_row;
+    for (Index j = 0; j < length; ++j) row[j] -= factor * source[j];
+    row[entering] = 0.0;
+  }
+  t.basis[r] = entering;
+}
+
+/// The lexicographic rule: of two rows with the same ratio, the one whose row of B^-1 over its pivot entry is less.
+bool lexicographically_less(const Tableau& t, Index a, Index b, Index entering) {
+  const double* const row_a = t.row(a);
+  const double* const row_b = t.row(b);
+  for (Index j = 0; j < t.n; ++j) {
+    const double difference = row_a[j] / row_a[entering] - row_b[j] / row_b[entering];
+    if (std::abs(difference) > kTie) return difference < 0.0;
+  }
+  return false;
+}
+
+/// The row that first stops the growth of `entering`, or -1 if none does: a ray.
+Index leaving_row(const Tableau& t, Index entering) {
+  double least = std::numeric_limits<double>::infinity();
+  for (Index i = 0; i < t.n; ++i) {
+    const double* const row = t.row(i);
+    if (row[entering] > kZeroPivot) least = std::min(least, row[t.right_side()] / row[entering]);
+  }
+
+  Index leaving = -1;
+  for (Index i = 0; i < t.n; ++i) {
+    const double* const row = t.row(i);
+    const bool stops = row[entering] > kZeroPivot && row[t.right_side()] <= (least + kTie) * row[entering];
+    if (!stops) continue;
+    // Without the artificial variable the problem is solved: it goes first.
+    if (t.basis[i] == t.artificial()) return i;
+    if (leaving < 0 || lexicographically_less(t, i, leaving, entering)) leaving = i;
+  }
+  return leaving;
+}
+
+/// What is left of the artificial variable; at zero the basis is a solution.
+double artificial_value(const Tableau& t) {
+  const Index* const row = std::find(t.basis, t.basis + t.n, t.artificial());
+  return row == t.basis + t.n ? 0.0 : t.row(row - t.basis)[t.right_side()];
+}
+
+void read_solution(const Tableau& t, double scale, Eigen::Ref<Eigen::VectorXd> z) {
+  z.setZero();
+  for (Index i = 0; i < t.n; ++i) {
+    const Index variable = t.basis[i];
+    // Rounding may have taken a zero below zero.
+    if (variable >= t.n && variable < t.artificial())
+      z[variable - t.n] = scale * std::max(0.0, t.row(i)[t.right_side()]);
+  }
+}
+
+/// How z changes as `entering`, which no row stops, grows; scaled to a largest entry of 1.
+void read_ray(const Tableau& t, Index entering, Eigen::Ref<Eigen::VectorXd> z) {
+  z.setZero();
+  if (entering >= t.n) z[entering - t.n] = 1.0;
+  for (Index i = 0; i < t.n; ++i) {
+    const Index variable = t.basis[i];
+    if (variable >= t.n && variable < t.artificial()) z[variable - t.n] = std::max(0.0, -t.row(i)[entering]);
+  }
+  const double largest = z.maxCoeff();
+  if (largest > 0.0) z /= largest;
+}
+
+}  // namespace
+
+LcpWorkspace::LcpWorkspace(Index capacity) : tableau(capacity * row_length(capacity)), basis(capacity) {}
+
+LcpReport solve_lcp(const Eigen::Ref<const Eigen::MatrixXd>& M, const Eigen::Ref<const Eigen::VectorXd>& q,
+                    int max_pivots, LcpWorkspace& work, Eigen::Ref<Eigen::VectorXd> z) noexcept {
+  const Index n = q.size();
+  assert(n <= work.capacity() && M.rows() == n && M.cols() == n && z.size() == n);
+  z.setZero();
+  if (!M.allFinite() || !q.allFinite()) return {LcpStatus::kBudgetSpent, 0};
+  if (n == 0 || q.minCoeff() >= 0.0) return {LcpStatus::kSolved, 0};
+
+  const double M_largest = M.cwiseAbs().maxCoeff();
+  const double M_scale = M_largest > 0.0 ? M_largest : 1.0;
+  const double q_scale = q.cwiseAbs().maxCoeff();
+  const Tableau t{n, work.tableau.data(), work.basis.data()};
+  fill(t, M, M_scale, q, q_scale);
+
+  // The artificial variable enters where the right side is least, which makes all right sides positive. Among equals
+  // the last row is the lexicographically least.
+  Index row = 0;
+  for (Index i = 1; i < n; ++i) row = q[i] <= q[row] ? i : row;
+  Index entering = t.artificial();
+
+  for (int pivots = 1; pivots <= max_pivots; ++pivots) {
+    const Index leaving = t.basis[row];
+    pivot(t, row, entering);
+    if (leaving == t.artificial()) {
+      read_solution(t, q_scale / M_scale, z);
+      return {LcpStatus::kSolved, pivots};
+    }
+    entering = t.complement(leaving);
+    row = leaving_row(t, entering);
+    if (row >= 0) continue;
+
+    // On a degenerate problem the artificial variable can stay in the basis at zero.
+    if (artificial_value(t) <= kTie) {
+      read_solution(t, q_scale / M_scale, z);
+      return {LcpStatus::kSolved, pivots};
+    }
+    read_ray(t, entering, z);
+    return {LcpStatus::kInfeasible, pivots};
+  }
+  return {LcpStatus::kBudgetSpent, max_pivots};
+}
+
+}  // namespace thenar

@@ -1,0 +1,53 @@
+# Reads every #include of the sources and fails on one that points the wrong way. Run in the project's root:
+#   cmake -P tests/layers.cmake
+cmake_minimum_required(VERSION 3.25)
+
+# The folders that each folder may include.
+set(below_solvers solvers)
+set(below_collision collision)
+set(below_engine engine solvers collision)
+set(below_demo demo engine solvers collision)
+set(below_bench bench engine solvers collision)
+set(below_tests tests engine solvers collision)
+
+# solvers and collision: Eigen, the standard library and vector instructions, but no threads, files or logs.
+set(pure "^<(Eigen/[A-Za-z]+|[a-z_0-9]+|immintrin\\.h)>$")
+set(impure "^<(thread|stop_token|mutex|shared_mutex|condition_variable|future|semaphore|barrier|latch|fstream|iostream|\
+cstdio|filesystem|syncstream)>$")
+
+set(faults "")
+set(read 0)
+foreach(folder solvers collision engine demo bench tests)
+  file(GLOB_RECURSE sources RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} ${folder}/*.h ${folder}/*.cpp)
+  foreach(source ${sources})
+    file(STRINGS ${source} lines REGEX "^[ \t]*#[ \t]*include")
+    foreach(line ${lines})
+      math(EXPR read "${read} + 1")
+      if(NOT line MATCHES "include[ \t]*([<\"][^>\"]+[>\"])")
+        list(APPEND faults "${source}: cannot read '${line}'")
+        continue()
+      endif()
+      set(included "${CMAKE_MATCH_1}")
+      if(included MATCHES "^\"([a-z_]+)/[^\"]+\"$")
+        if(NOT CMAKE_MATCH_1 IN_LIST below_${folder})
+          list(APPEND faults "${source}: ${folder} must not include ${included}")
+        endif()
+      elseif(included MATCHES "^\"")
+        list(APPEND faults "${source}: write ${included} as \"folder/file.h\"")
+      elseif(folder MATCHES "^(solvers|collision)$" AND (NOT included MATCHES "${pure}" OR included MATCHES "${impure}"))
+        list(APPEND faults "${source}: ${folder} must not include ${included}")
+      elseif(folder STREQUAL "engine" AND included MATCHES "^<(CLI|benchmark|gtest|gmock)/")
+        list(APPEND faults "${source}: ${folder} must not include ${included}")
+      endif()
+    endforeach()
+  endforeach()
+endforeach()
+
+if(faults)
+  list(JOIN faults "\n  " faults)
+  message(FATAL_ERROR "Includes that point the wrong way:\n  ${faults}")
+endif()
+if(read EQUAL 0)
+  message(FATAL_ERROR "No #include found: run in the project's root.")
+endif()
+message(STATUS "${read} includes point the right way.")
