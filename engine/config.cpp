@@ -392,7 +392,7 @@ bool ConfigMap::flag(std::string_view key) const {
 
 std::string ConfigMap::choice(std::string_view key, std::initializer_list<std::string_view> names) const {
   assert(names.size() > 0);
-  const std::string first(*names.begin());
+  std::string first(*names.begin());
   const YamlNode* const node = require(key);
   const std::string wanted = "one of " + join(names, ", ");
   if (node == nullptr || !expect_kind(*state_, *node, path_of(key), Kind::kScalar, wanted)) return first;
@@ -402,7 +402,7 @@ std::string ConfigMap::choice(std::string_view key, std::initializer_list<std::s
 }
 
 std::filesystem::path ConfigMap::path(std::string_view key) const {
-  const std::filesystem::path written = text(key);
+  std::filesystem::path written = text(key);
   const YamlNode* const node = find(key);
   if (node == nullptr || node->place.source > 0) return written;
   return (state_->file.parent_path() / written).lexically_normal();

@@ -76,8 +76,10 @@ ControlReport control_tick(const Model& model, const State& snapshot, Controller
     report.grasp_s = stage.lap();
     tau = drive(model, snapshot, controller, report);
     stage.lap();
-    if (scene.control->muscles) tau = muscle_torques(model, tau, controller, report);
-    report.muscle_s = stage.lap();
+    if (scene.control->muscles) {
+      tau = muscle_torques(model, tau, controller, report);
+      report.muscle_s = stage.lap();
+    }
   }
 
   frame.sequence = controller.sequence++;

@@ -44,79 +44,81 @@ std::string curve(const std::string& column, const std::string& title, int style
          (desired ? " dashtype '_._'" : "") + " title " + quoted(title);
 }
 
-/// Fig. 9: the object's way along its own axes against its target's.
-std::string path_script(const fs::path& folder) {
-  std::string script = header(folder, "path.svg", 900, 480) +
-                       "set xlabel 'time [s]'\nset ylabel 'displacement of the object [mm]'\nset key left top\nplot ";
-  const std::array<std::pair<const char*, int>, 3> axes{{{"x", 4}, {"y", 2}, {"z", 1}}};
-  for (const auto& [axis, style] : axes) {
-    const std::string name = axis;
-    script += curve("position_" + name + "_mm", name, style) + ", " +
-              curve("target_" + name + "_mm", name + ", target", style, true) + (name == "z" ? "\n" : ", ");
-  }
-  return script;
+/// The layout of `count` panels, one above the other, each with its own y label.
+std::string stack(int count, double right) {
+  return "set multiplot layout " + std::to_string(count) + ",1 margins 0.11," + std::to_string(right) +
+         ",0.09,0.94 spacing 0.05\n";
 }
 
-/// A panel a finger, one above the other.
-template <typename Panel>
-std::string panels(const Model& model, Panel panel) {
-  std::string script = "set multiplot layout " + std::to_string(kFingers) + ",1 margins 0.09,0.97,0.08,0.96 spacing 0.06\n";
-  for (int k = 0; k < kFingers; ++k) {
-    const bool last = k + 1 == kFingers;
-    script += std::string(last ? "set xlabel 'time [s]'\nset format x '%g'\n" : "set xlabel ''\nset format x ''\n") +
-              "set label 1 " + quoted(model.scene.hand.fingertips[k].finger) + " at graph 0.01,0.93 font ',15'\n" + panel(k);
+/// What distinguishes panel i of `count`: only the last one shows its time axis.
+std::string panel(int i, int count, const std::string& y_label, const std::string& plot) {
+  const bool last = i + 1 == count;
+  return std::string(last ? "set xlabel 'time [s]'\nset format x '%g'\n" : "set xlabel ''\nset format x ''\n") +
+         "set ylabel " + quoted(y_label) + " noenhanced\nplot " + plot + "\n";
+}
+
+/// Fig. 9: the object's way along its own axes against its target's, and how far it is off.
+std::string path_script(const fs::path& folder) {
+  const std::array<std::pair<std::string, int>, 3> axes{{{"x", 4}, {"y", 2}, {"z", 1}}};
+  std::string way, off;
+  for (const auto& [axis, style] : axes) {
+    const std::string comma = way.empty() ? "" : ", ";
+    way += comma + curve("position_" + axis + "_mm", axis, style) + ", " +
+           curve("target_" + axis + "_mm", axis + ", target", style, true);
+    off += comma + "data using 'time_s':(column('position_" + axis + "_mm') - column('target_" + axis +
+           "_mm')) with lines ls " + std::to_string(style) + " title " + quoted(axis);
   }
-  return script + "unset multiplot\n";
+  return header(folder, "path.svg", 900, 700) + stack(2, 0.97) + "set key tmargin center horizontal\n" +
+         panel(0, 2, "displacement, object axes [mm]", way) + "unset key\n" +
+         panel(1, 2, "error against the target [mm]", off) + "unset multiplot\n";
 }
 
 /// Fig. 10: contact forces against the desired ones.
 std::string forces_script(const Model& model, const fs::path& folder) {
-  return header(folder, "forces.svg", 900, 900) + "set ylabel 'force [N]'\nset yrange [0:*]\nset key right top horizontal\n" +
-         panels(model, [&](int k) {
-           const std::string finger = model.scene.hand.fingertips[k].finger + "_";
-           std::string plot = "plot " + curve(finger + "normal_N", "normal", 1) + ", " +
-                              curve(finger + "tangential_N", "tangential", 2);
-           if (model.scene.control) {
-             plot += ", " + curve(finger + "desired_normal_N", "normal, desired", 1, true) + ", " +
-                     curve(finger + "desired_tangential_N", "tangential, desired", 2, true);
-           }
-           return plot + "\n";
-         });
-}
-
-std::string grip_script(const Model& model, const fs::path& folder) {
-  std::string script = header(folder, "grip.svg", 900, 700) +
-                       "set multiplot layout 2,1 margins 0.1,0.97,0.1,0.96 spacing 0.1\nset key right top horizontal\n";
-  const std::array<std::pair<const char*, const char*>, 2> parts{
-      {{"cone_margin", "cone margin 1 - |F_t| / (mu F_n)"}, {"slip_mm", "slip [mm]"}}};
-  for (const auto& [column, label] : parts) {
-    script += "set ylabel " + quoted(label) + " noenhanced\nset yrange [" + (column[0] == 'c' ? "*<0:1" : "0:*") + "]\n" +
-              (column[0] == 's' ? "set xlabel 'time [s]'\nset key left top\n" : "") + "plot ";
-    for (int k = 0; k < kFingers; ++k) {
-      const std::string& finger = model.scene.hand.fingertips[k].finger;
-      script += curve(finger + "_" + column, finger, k + 1) + (k + 1 < kFingers ? ", " : "\n");
+  std::string script =
+      header(folder, "forces.svg", 900, 900) + stack(kFingers, 0.97) + "set yrange [0:*]\nset key tmargin center horizontal\n";
+  for (int k = 0; k < kFingers; ++k) {
+    const std::string& finger = model.scene.hand.fingertips[k].finger;
+    std::string plot =
+        curve(finger + "_normal_N", "normal", 1) + ", " + curve(finger + "_tangential_N", "tangential", 2);
+    if (model.scene.control) {
+      plot += ", " + curve(finger + "_desired_normal_N", "normal, desired", 1, true) + ", " +
+              curve(finger + "_desired_tangential_N", "tangential, desired", 2, true);
     }
+    script += panel(k, kFingers, finger + ": force [N]", plot) + "unset key\n";
   }
   return script + "unset multiplot\n";
 }
 
+std::string grip_script(const Model& model, const fs::path& folder) {
+  std::string margin, slip;
+  for (int k = 0; k < kFingers; ++k) {
+    const std::string& finger = model.scene.hand.fingertips[k].finger;
+    const std::string comma = k > 0 ? ", " : "";
+    margin += comma + curve(finger + "_cone_margin", finger, k + 1);
+    slip += comma + curve(finger + "_slip_um", finger, k + 1);
+  }
+  return header(folder, "grip.svg", 900, 700) + stack(2, 0.97) +
+         "set key tmargin center horizontal\nset yrange [*<0:1]\n" +
+         panel(0, 2, "cone margin, 1 - |F_t| / (mu F_n)", margin) + "unset key\nset yrange [0:*]\n" +
+         panel(1, 2, "slip since the start [um]", slip) + "unset multiplot\n";
+}
+
 /// A muscle belongs to the first finger that it crosses.
 std::string muscles_script(const Model& model, const fs::path& folder) {
-  return header(folder, "muscles.svg", 900, 1000) +
-         "set ylabel 'force [N]'\nset yrange [0:*]\nset key right top outside vertical\n" + panels(model, [&](int k) {
-           std::string plot;
-           int color = 0;
-           for (const Muscle& muscle : model.scene.hand.muscles) {
-             if (muscle.crossings.front().joints.front() / kJointsPerFinger != k) continue;
-             // Eight colours, then the same ones dashed.
-             const std::string dash = color >= 8 ? "2" : "1";
-             plot += (plot.empty() ? "plot " : ", ") + std::string("data using 'time_s':'") + muscle.name +
-                     "_N' with lines lw 2 lt " + std::to_string(color % 8 + 1) + " dashtype " + dash + " title " +
-                     quoted(muscle.name);
-             ++color;
-           }
-           return plot + "\n";
-         });
+  std::string script = header(folder, "muscles.svg", 900, 1000) + stack(kFingers, 0.86) +
+                       "set yrange [0:*]\nset key rmargin center vertical samplen 2\n";
+  for (int k = 0; k < kFingers; ++k) {
+    std::string plot;
+    int color = 0;
+    for (const Muscle& muscle : model.scene.hand.muscles) {
+      if (muscle.crossings.front().joints.front() / kJointsPerFinger != k) continue;
+      plot += (plot.empty() ? "" : ", ") + std::string("data using 'time_s':'") + muscle.name + "_N' with lines lw 2 lt " +
+              std::to_string(++color) + " title " + quoted(muscle.name);
+    }
+    if (!plot.empty()) script += panel(k, kFingers, model.scene.hand.fingertips[k].finger + ": muscle force [N]", plot);
+  }
+  return script + "unset multiplot\n";
 }
 
 }  // namespace

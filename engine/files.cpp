@@ -4,6 +4,8 @@
 #include <sstream>
 #include <system_error>
 
+#include "engine/file_error.h"
+
 namespace thenar {
 
 std::string read_file(const std::filesystem::path& file) {

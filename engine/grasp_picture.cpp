@@ -20,7 +20,7 @@ constexpr double kArrow_m_per_N = 10e-3;
 const Vector3d kBone(0.86, 0.80, 0.70);
 const Vector3d kSkin(0.93, 0.72, 0.62);
 const Vector3d kPressed(0.78, 0.10, 0.10);
-const Vector3d kObject(0.25, 0.42, 0.62);
+const Vector3d kObject(0.42, 0.58, 0.75);
 
 /// A small disc of a surface.
 struct Surfel {
@@ -38,7 +38,7 @@ Matrix3d camera(const Model& model, const HandPose& pose) {
   const Vector3d grip = 0.5 * (tip(1) + tip(2)) - tip(0);
   const Vector3d across = (grip - grip.dot(up) * up).stableNormalized();
   const Vector3d level = across.cross(up);
-  constexpr double kTurn = 0.55, kRise = 0.45;  // [rad]: both fingers and the top of the object show.
+  constexpr double kTurn = 0.35, kRise = 0.5;  // [rad]: both fingers and the top of the object show.
   Matrix3d R;
   R.row(2) = std::cos(kRise) * (std::cos(kTurn) * level + std::sin(kTurn) * across) + std::sin(kRise) * up;
   R.row(0) = up.cross(Vector3d(R.row(2))).normalized();
@@ -47,26 +47,50 @@ Matrix3d camera(const Model& model, const HandPose& pose) {
 }
 
 void add_object(const Model& model, const State& state, std::vector<Surfel>& surfels) {
+  constexpr Index kEnough = 40'000;
   const PointCloud& cloud = model.object.cloud();
-  for (const Index leaf : model.object.tree().leaves()) {
-    const Index i = model.object.tree().nodes()[leaf].representative;
-    surfels.push_back({state.X_WO * cloud.points_m.col(i), state.X_WO.linear() * cloud.normals.col(i), kObject, 0.35e-3});
+  const Index stride = 1 + (cloud.points_m.cols() - 1) / kEnough;
+  // Discs that cover the surface: the support of its implicit surface is 2.2 sample spacings.
+  const double radius_m = 0.9 * model.object.support_m() / 2.2 * std::sqrt(static_cast<double>(stride));
+  for (Index i = 0; i < cloud.points_m.cols(); i += stride) {
+    surfels.push_back({state.X_WO * cloud.points_m.col(i), state.X_WO.linear() * cloud.normals.col(i), kObject, radius_m});
   }
 }
 
+void add_ball(const Vector3d& centre_m, double radius_m, const Vector3d& color, std::vector<Surfel>& surfels) {
+  static const PointCloud kUnitSphere = sample_sphere(1.0, 1500);
+  for (Index i = 0; i < kUnitSphere.points_m.cols(); ++i) {
+    const Vector3d normal = kUnitSphere.normals.col(i);
+    surfels.push_back({centre_m + radius_m * normal, normal, color, 0.09 * radius_m});
+  }
+}
+
+void add_rod(const Vector3d& from_m, const Vector3d& to_m, double radius_m, std::vector<Surfel>& surfels) {
+  const Vector3d axis = (to_m - from_m).stableNormalized(), side = axis.unitOrthogonal();
+  const int rings = static_cast<int>((to_m - from_m).norm() / 0.5e-3), sides = 36;
+  for (int i = 0; i < rings; ++i) {
+    for (int j = 0; j < sides; ++j) {
+      const double angle = 2.0 * std::numbers::pi * (j + 0.5 * (i % 2)) / sides;
+      const Vector3d normal = std::cos(angle) * side + std::sin(angle) * axis.cross(side);
+      surfels.push_back({from_m + (to_m - from_m) * i / rings + radius_m * normal, normal, kBone, 0.6e-3});
+    }
+  }
+}
+
+/// Bones from joint to joint, and from the wrist to each finger.
 void add_bones(const Hand& hand, const HandPose& pose, std::vector<Surfel>& surfels) {
   for (std::size_t s = 0; s < hand.segments.size(); ++s) {
     const Segment& segment = hand.segments[s];
-    const double radius_m = 0.55 * hand.fingertips[segment.finger].radius_m;
-    const int rings = static_cast<int>(segment.length_m / 0.5e-3), sides = 36;
-    for (int i = 0; i < rings; ++i) {
-      for (int j = 0; j < sides; ++j) {
-        const double angle = 2.0 * std::numbers::pi * (j + 0.5 * (i % 2)) / sides;
-        const Vector3d normal(0.0, std::cos(angle), std::sin(angle));
-        const Vector3d along(segment.length_m * i / rings, 0.0, 0.0);
-        surfels.push_back({pose.segments[s] * (along + radius_m * normal), pose.segments[s].linear() * normal, kBone, 0.6e-3});
-      }
-    }
+    if (segment.joints == 0) continue;
+    const double radius_m = 0.5 * hand.fingertips[segment.finger].radius_m;
+    const Vector3d joint = pose.segments[s].translation();
+    add_rod(joint, pose.segments[s] * Vector3d(segment.length_m, 0.0, 0.0), radius_m, surfels);
+    add_ball(joint, 1.25 * radius_m, kBone, surfels);
+  }
+  for (int k = 0; k < kFingers; ++k) {
+    const double radius_m = 0.5 * hand.fingertips[k].radius_m;
+    add_rod(Vector3d::Zero(), pose.origin_m[kJointsPerFinger * k], radius_m, surfels);
+    add_ball(Vector3d::Zero(), 1.5 * radius_m, kBone, surfels);
   }
 }
 
@@ -79,30 +103,18 @@ void add_pulp(const Pulp& pulp, const Eigen::MatrixX3d& u_m, const Eigen::Isomet
     const Vector3d d = moved.col(i).head<3>();
     const double share = std::min(1.0, d.norm() / kFullColor_m);
     surfels.push_back({X_WF * (pulp.surface.points_m.col(i) + d), X_WF.linear() * pulp.surface.normals.col(i),
-                       (1.0 - share) * kSkin + share * kPressed, 0.45e-3});
+                       (1.0 - share) * kSkin + share * kPressed, 0.62e-3});
   }
 }
 
-void add_rigid_tip(const Fingertip& tip, const Eigen::Isometry3d& X_WF, std::vector<Surfel>& surfels) {
-  const PointCloud sphere = sample_sphere(tip.radius_m, 2400);
-  for (Index i = 0; i < sphere.points_m.cols(); ++i) {
-    surfels.push_back({X_WF * (tip.centre_m + sphere.points_m.col(i)), X_WF.linear() * sphere.normals.col(i), kSkin, 0.45e-3});
+void add_fingertip(const Model& model, const State& state, const HandPose& pose, int k, std::vector<Surfel>& surfels) {
+  const Fingertip& tip = model.scene.hand.fingertips[k];
+  const Eigen::Isometry3d& X_WF = pose.distal(model.scene.hand, k);
+  if (model.deformable()) {
+    add_pulp(model.pulps[k], state.u_m[k], X_WF, surfels);
+  } else {
+    add_ball(X_WF * tip.centre_m, tip.radius_m, kSkin, surfels);
   }
-}
-
-std::vector<Surfel> scene_surfels(const Model& model, const State& state, const HandPose& pose) {
-  const Hand& hand = model.scene.hand;
-  std::vector<Surfel> surfels;
-  add_object(model, state, surfels);
-  add_bones(hand, pose, surfels);
-  for (int k = 0; k < kFingers; ++k) {
-    if (model.deformable()) {
-      add_pulp(model.pulps[k], state.u_m[k], pose.distal(hand, k), surfels);
-    } else {
-      add_rigid_tip(hand.fingertips[k], pose.distal(hand, k), surfels);
-    }
-  }
-  return surfels;
 }
 
 template <typename... Args>
@@ -122,7 +134,7 @@ std::string painted(std::vector<Surfel> surfels, const Matrix3d& view) {
   std::string lines;
   for (const Surfel& s : surfels) {
     const Vector3d p = 1e3 * view * s.point_m;
-    const Vector3d rgb = 255.0 * (0.45 + 0.55 * std::max(0.0, light.dot(s.normal))) * s.color;
+    const Vector3d rgb = 255.0 * (0.55 + 0.45 * std::max(0.0, light.dot(s.normal))) * s.color;
     append(lines, "%.3f %.3f %.3f %d\n", p.x(), p.y(), 1e3 * s.radius_m,
            (static_cast<int>(rgb[0]) << 16) + (static_cast<int>(rgb[1]) << 8) + static_cast<int>(rgb[2]));
   }
@@ -141,21 +153,51 @@ std::string arrows(const State& state, const Matrix3d& view) {
   return lines;
 }
 
+/// A fingertip as the object sees it.
+std::string fingertip_view(const Model& model, const State& state, const HandPose& pose, int k, const Matrix3d& view) {
+  const Vector3d n = state.load[k].normal_N > 0.0
+                         ? state.load[k].normal
+                         : Vector3d(pose.distal(model.scene.hand, k).linear() * model.scene.hand.fingertips[k].normal);
+  Matrix3d from_object;
+  from_object.row(2) = n;
+  from_object.row(0) = Vector3d(view.row(1)).cross(n).stableNormalized();
+  from_object.row(1) = n.cross(Vector3d(from_object.row(0)));
+  std::vector<Surfel> surfels;
+  add_fingertip(model, state, pose, k, surfels);
+  return painted(surfels, from_object);
+}
+
+constexpr const char* kDiscs = " using 1:2:3:4 with circles lc rgb variable";
+
 }  // namespace
 
 std::string grasp_picture_script(const Model& model, const State& state, const std::filesystem::path& file) {
   HandPose pose;
   forward_kinematics(model.scene.hand, state.q, pose);
   const Matrix3d view = camera(model, pose);
-  std::string script = "set terminal pngcairo size 1000,760 background rgb 'white'\nset output '" + file.string() + "'\n";
-  script += "$discs << EOD\n" + painted(scene_surfels(model, state, pose), view) + "EOD\n";
-  script += "$forces << EOD\n" + arrows(state, view) + "EOD\n";
-  script +=
-      "unset border\nunset tics\nunset key\nset size ratio -1\nset margins 0,0,0,0\n"
-      "set style fill solid 1.0 noborder\n"
-      "plot $discs using 1:2:3:4 with circles lc rgb variable, "
-      "$forces using 1:2:3:4 with vectors lw 4 lc rgb '#107030' filled head size 2.5,20,60 fixed\n";
-  return script;
+  std::vector<Surfel> surfels;
+  add_object(model, state, surfels);
+  add_bones(model.scene.hand, pose, surfels);
+  for (int k = 0; k < kFingers; ++k) add_fingertip(model, state, pose, k, surfels);
+
+  std::string script = "set terminal pngcairo size 1100,700 font 'Helvetica,13' background rgb 'white'\nset output '" +
+                       file.string() + "'\n$scene << EOD\n" + painted(surfels, view) + "EOD\n$forces << EOD\n" +
+                       arrows(state, view) + "EOD\n";
+  for (int k = 0; k < kFingers; ++k) {
+    append(script, "$tip%d << EOD\n", k);
+    script += fingertip_view(model, state, pose, k, view) + "EOD\n";
+  }
+  script += std::string("unset border\nunset tics\nunset key\nset size ratio -1\nset offsets 1,1,1,1\nset style fill solid 1.0 noborder\n") +
+            "set multiplot\nset lmargin at screen 0.01\nset rmargin at screen 0.75\nset bmargin at screen 0.01\n"
+            "set tmargin at screen 0.99\nplot $scene" + kDiscs +
+            ", $forces using 1:2:3:4 with vectors lw 4 lc rgb '#107030' filled head size 2.5,20,60 fixed\n"
+            "set lmargin at screen 0.78\nset rmargin at screen 0.98\n";
+  for (int k = 0; k < kFingers; ++k) {
+    append(script, "set bmargin at screen %.3f\nset tmargin at screen %.3f\n", 0.69 - 0.325 * k, 0.95 - 0.325 * k);
+    script += "set title '" + model.scene.hand.fingertips[k].finger + ", seen from the object' offset 0,-0.8\n";
+    append(script, "plot $tip%d%s\n", k, kDiscs);
+  }
+  return script + "unset multiplot\n";
 }
 
 }  // namespace thenar

@@ -86,7 +86,7 @@ Recording run_monolithic(const Model& model, State& state, const Progress& progr
     record.contact = contact_tick(model, frame, work, state);
     Stopwatch stage;
     for (std::size_t k = 0; k < displays.size(); ++k) displays[k].displace(state.u_m[k]);
-    record.interpolate_s = stage.lap();
+    if (!displays.empty()) record.interpolate_s = stage.lap();
 
     record.time_s = static_cast<double>(state.tick) * scene.step_s;
     record_motion(model, state, record);

@@ -15,6 +15,7 @@
 #include <string_view>
 #include <vector>
 
+#include "engine/file_error.h"
 #include "engine/files.h"
 
 namespace thenar {

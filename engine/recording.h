@@ -26,7 +26,7 @@ struct TickRecord {
   std::array<double, kFingers> force_error_N{};   ///< |f^d - f|.
   std::array<double, kFingers> cone_margin{};     ///< 1 - |F_t| / (mu F_n) of the resultant; NaN without load.
   TickReport contact;
-  double interpolate_s = 0.0;
+  double interpolate_s = 0.0;  ///< This and the times below: 0 where the scene has no such stage.
   double find_s = 0.0, factors_s = 0.0, grasp_s = 0.0, muscle_s = 0.0, control_s = 0.0;
   bool grasp_feasible = true, muscle_feasible = true;
   double muscle_residual_Nm = 0.0;

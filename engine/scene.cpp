@@ -22,7 +22,7 @@ void read_time(const ConfigMap& time, Scene& scene) {
   scene.control_period_s = time.positive("control_period", Dimension::kTime);
   const double ratio = scene.control_period_s / scene.step_s;
   if (std::abs(ratio - std::round(ratio)) > 1e-6 * ratio || std::round(ratio) < 1.0) {
-    time.refuse("control_period", "must be a whole multiple of time.step");
+    time.refuse("step", "must go a whole number of times into time.control_period");
   }
 }
 

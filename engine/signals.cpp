@@ -32,7 +32,7 @@ std::string header(const Model& model, const Recording& recording) {
   row.add("rotation_error_deg");
   for (const Fingertip& tip : model.scene.hand.fingertips) {
     for (const char* what : {"normal_N", "tangential_N", "desired_normal_N", "desired_tangential_N", "force_error_N",
-                             "cone_margin", "slip_mm"}) {
+                             "cone_margin", "slip_um"}) {
       row.add(tip.finger + "_" + what);
     }
   }
@@ -57,7 +57,7 @@ std::string signals_csv(const Model& model, const Recording& recording) {
       slip_m[k] += tick.contact.slip_m[k];
       for (const double v : {tick.force[k].normal_N, tick.force[k].tangential_N, tick.force_desired[k].normal_N,
                              tick.force_desired[k].tangential_N, tick.force_error_N[k], tick.cone_margin[k],
-                             1e3 * slip_m[k]}) {
+                             1e6 * slip_m[k]}) {
         row.add(v);
       }
     }

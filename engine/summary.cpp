@@ -180,7 +180,7 @@ ordered_json stage_measures(const Recording& recording) {
   const auto add = [&](const char* name, bool control_only, auto seconds) {
     Values us;
     for (const TickRecord& tick : recording.ticks) {
-      if (tick.controlled || !control_only) us.push_back(1e6 * seconds(tick));
+      if ((tick.controlled || !control_only) && seconds(tick) > 0.0) us.push_back(1e6 * seconds(tick));
     }
     stages[name] = {{"p50_us", quantile(us, 0.5)}, {"p99_us", quantile(us, 0.99)}};
   };

@@ -13,7 +13,7 @@ struct GaussSeidelSettings {
 enum class SolveStatus {
   kConverged,
   kBudgetSpent,  ///< The forces are inside their cones and usable; the residual says how good they are.
-  kNotFinite,    ///< The input was not finite, or W's diagonal not positive; the forces are zero.
+  kNotFinite,    ///< The input was not finite, or W's diagonal not positive; the forces and gaps are zero.
 };
 
 /// What one contact solve returns by value.
@@ -34,9 +34,14 @@ struct SolveReport {
 /// Shapes    W 3n x 3n; delta_free, f, delta 3n; mu n. Point i owns rows 3i..3i+2 = normal, tangent 1, tangent 2.
 /// Units     W m/N; delta_free, delta m; f N.
 /// Requires  W symmetric with a positive diagonal, mu >= 0.
-/// f         In: first guess. Out: finite and inside every cone, also when the budget is spent.
+/// f         In: first guess, usually the last step's forces. Out: finite and inside every cone, also when the budget
+///           is spent.
 /// delta     Out: W f + delta_free.
+/// residual  Of the forces and gaps returned. Without contacts or free motion: f = 0, converged.
 /// Cost      9n^2 multiply-adds a sweep. Does not allocate, lock or throw.
+///
+/// It need not converge: it stalls on opposed walls, interference fits and viscosity ratios of 1e3 and more. The
+/// residual tells.
 [[nodiscard]] SolveReport solve_contacts(const Eigen::Ref<const Eigen::MatrixXd>& W,
                                          const Eigen::Ref<const Eigen::VectorXd>& delta_free,
                                          const Eigen::Ref<const Eigen::VectorXd>& mu,

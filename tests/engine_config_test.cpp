@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "engine/config.h"
-#include "engine/files.h"
+#include "engine/file_error.h"
 
 namespace thenar {
 namespace {
@@ -18,7 +18,7 @@ using Reader = std::function<void(const ConfigMap&)>;
 /// A scene file of this text, one for each test.
 std::filesystem::path scene_file(const std::string& text) {
   const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-  const auto folder = std::filesystem::path(testing::TempDir()) / "thenar_config" / test->name();
+  const auto folder = std::filesystem::path(THENAR_TEST_OUTPUT) / "config" / test->name();
   std::filesystem::create_directories(folder);
   std::ofstream(folder / "scene.yaml", std::ios::binary) << text;
   return folder / "scene.yaml";
@@ -533,7 +533,7 @@ TEST(Config, NamesAMissingFile) {
   } catch (const FileError& error) {
     EXPECT_STREQ(error.what(), "/nowhere/scene.yaml: no such file");
   }
-  EXPECT_THROW(Config(std::filesystem::temp_directory_path()), FileError);
+  EXPECT_THROW(Config{testing::TempDir()}, FileError);
 }
 
 }  // namespace

@@ -1,0 +1,224 @@
+// The program as a user meets it: what it prints, what it writes, and how it refuses bad input.
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+
+#include "collision/point_cloud.h"
+#include "engine/point_cloud_file.h"
+
+namespace thenar {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Outcome {
+  int code;
+  std::string text;  ///< What it printed, stdout and stderr together.
+};
+
+Outcome thenar_program(const std::string& arguments) {
+  std::FILE* pipe = popen((std::string(THENAR_PROGRAM) + " " + arguments + " 2>&1").c_str(), "r");
+  std::string text;
+  for (int c = std::fgetc(pipe); c != EOF; c = std::fgetc(pipe)) text += static_cast<char>(c);
+  return {WEXITSTATUS(pclose(pipe)), text};
+}
+
+std::string config(const std::string& name) { return std::string(THENAR_CONFIGS) + "/" + name; }
+
+std::string read(const fs::path& file) {
+  std::ostringstream text;
+  text << std::ifstream(file, std::ios::binary).rdbuf();
+  return text.str();
+}
+
+/// A fresh folder for one test.
+fs::path scratch() {
+  const fs::path folder =
+      fs::path(THENAR_TEST_OUTPUT) / testing::UnitTest::GetInstance()->current_test_info()->name();
+  fs::remove_all(folder);
+  fs::create_directories(folder);
+  return folder;
+}
+
+TEST(Program, PrintsItsVersionAndHelp) {
+  EXPECT_EQ(thenar_program("--version").code, 0);
+  EXPECT_NE(thenar_program("--version").text.find("thenar 0."), std::string::npos);
+  EXPECT_EQ(thenar_program("run --help").code, 0);
+  EXPECT_EQ(thenar_program("").code, 2);
+  EXPECT_EQ(thenar_program("rn").code, 2);
+}
+
+TEST(Program, WritesEveryResultOfARun) {
+  const fs::path out = scratch();
+  const Outcome run = thenar_program("run " + config("box_grasp.yaml") + " --time '0.35 s' --out " + out.string());
+  ASSERT_EQ(run.code, 0) << run.text;
+  EXPECT_NE(run.text.find("contact computation, total"), std::string::npos);
+  const auto summary = nlohmann::json::parse(read(out / "summary.json"));
+  EXPECT_EQ(summary.at("scene"), "box grasp");
+  EXPECT_TRUE(summary.at("grasp").at("held").get<bool>());
+  EXPECT_DOUBLE_EQ(summary.at("simulated_s").get<double>(), 0.35);
+  for (const char* stage : {"find", "assemble", "solve", "deform", "interpolate", "contact_total", "grasp_lcp",
+                            "muscle_lcp", "control_total"}) {
+    EXPECT_GT(summary.at("stages").at(stage).at("p50_us").get<double>(), 0.0) << stage;
+  }
+  // A header and a row a tick.
+  const std::string signals = read(out / "signals.csv");
+  EXPECT_EQ(std::count(signals.begin(), signals.end(), '\n'), 351);
+  for (const char* figure : {"path.svg", "forces.svg", "muscles.svg", "grip.svg"}) {
+    EXPECT_NE(read(out / figure).find("</svg>"), std::string::npos) << figure;
+  }
+  EXPECT_EQ(read(out / "grasp.png").substr(1, 3), "PNG");
+  for (const auto& entry : fs::directory_iterator(out)) EXPECT_NE(entry.path().extension(), ".part");
+}
+
+TEST(Program, PrintsTheSummaryAsJson) {
+  const Outcome run = thenar_program("run " + config("minimal.yaml") + " --time '50 ms' --format json");
+  ASSERT_EQ(run.code, 0) << run.text;
+  const auto summary = nlohmann::json::parse(run.text);
+  EXPECT_EQ(summary.at("contacts").at("max"), nullptr) << "nothing is measured before 0.3 s";
+  EXPECT_EQ(summary.at("lcp").at("grasp_infeasible"), 0);
+}
+
+TEST(Program, QuietPrintsNothing) {
+  EXPECT_EQ(thenar_program("run " + config("minimal.yaml") + " --time '50 ms' --quiet").text, "");
+}
+
+TEST(Program, ChecksAScene) {
+  const Outcome check = thenar_program("check " + config("minimal.yaml"));
+  EXPECT_EQ(check.code, 0);
+  EXPECT_NE(check.text.find("rigid, one contact point each"), std::string::npos);
+  EXPECT_NE(check.text.find("muscles (control.muscles)"), std::string::npos) << "left out";
+  EXPECT_NE(thenar_program("check " + config("box_grasp.yaml")).text.find("23 muscles"), std::string::npos);
+}
+
+TEST(Program, SaysWhichFingerSlippedWhenTheObjectIsLost) {
+  const fs::path out = scratch();
+  const Outcome run = thenar_program("run " + config("box_grasp.yaml") + " --set contact.friction=0.2 --out " + out.string());
+  EXPECT_EQ(run.code, 6);
+  EXPECT_NE(run.text.find("the object was lost at 0."), std::string::npos) << run.text;
+  EXPECT_NE(run.text.find("slipped from 0."), std::string::npos) << run.text;
+  EXPECT_TRUE(fs::exists(out / "summary.json")) << "a failed run keeps its results";
+}
+
+TEST(Program, NamesTheConeAndTheMissingForceOfAnInfeasibleGrasp) {
+  const Outcome run = thenar_program("run " + config("box_grasp.yaml") + " --set control.grasp.friction=0");
+  EXPECT_EQ(run.code, 6);
+  EXPECT_NE(run.text.find("the thumb's friction cone (mu_c = 0) lacks"), std::string::npos) << run.text;
+  EXPECT_NE(run.text.find("N of tangential force"), std::string::npos) << run.text;
+  EXPECT_NE(run.text.find("any mu_c > 0 with enough squeeze would do"), std::string::npos) << run.text;
+}
+
+struct BadInput {
+  const char* what;
+  const char* arguments;
+  int code;
+  const char* message;
+};
+
+class ProgramRefuses : public testing::TestWithParam<BadInput> {};
+
+TEST_P(ProgramRefuses, WithOneClearErrorAndWritesNothing) {
+  const fs::path out = fs::path(THENAR_TEST_OUTPUT) / (std::string("refused ") + GetParam().what);
+  fs::remove_all(out);
+  const Outcome run = thenar_program("run " + config("box_grasp.yaml") + " --out '" + out.string() + "' " + GetParam().arguments);
+  EXPECT_EQ(run.code, GetParam().code);
+  EXPECT_NE(run.text.find(GetParam().message), std::string::npos) << run.text;
+  EXPECT_EQ(std::count(run.text.begin(), run.text.end(), '\n'), 1) << run.text;
+  EXPECT_FALSE(fs::exists(out));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Input, ProgramRefuses,
+    testing::Values(BadInput{"unknown key", "--set contact.frcition=0.5", 2, "did you mean 'friction'"},
+                    BadInput{"wrong unit", "--set 'object.mass=100 mm'", 2, "object.mass"},
+                    BadInput{"missing unit", "--set object.mass=100", 2, "object.mass"},
+                    BadInput{"negative mass", "--set 'object.mass=-100 g'", 2, "must be greater than zero"},
+                    BadInput{"zero step", "--set 'time.step=0 ms'", 2, "time.step"},
+                    BadInput{"a rate for a period", "--set 'time.control_period=0 Hz'", 2, "time.control_period"},
+                    BadInput{"uneven period", "--set 'time.control_period=1.5 ms'", 2, "a whole number of times"},
+                    BadInput{"zero area", "--set 'object.shape={box: [0 mm, 50 mm, 50 mm]}'", 2, "object.shape.box"},
+                    BadInput{"missing hand", "--set hand.model=nowhere.yaml", 3, "nowhere.yaml"},
+                    BadInput{"missing cloud", "--set 'object={shape: {cloud: nowhere.ply}, mass: 100 g, position: [0 m, 0 m, 0 m], "
+                                              "rotation: [[1, 0, 0], [0, 1, 0], [0, 0, 1]], damping: {translation: 10 "
+                                              "N*s/m, rotation: 0.005 N*m*s}}'",
+                             3, "nowhere.ply"}),
+    [](const auto& test) {
+      std::string name = test.param.what;
+      std::replace(name.begin(), name.end(), ' ', '_');
+      return name;
+    });
+
+TEST(Program, RefusesAMissingScene) {
+  const Outcome run = thenar_program("run nowhere.yaml");
+  EXPECT_EQ(run.code, 3);
+  EXPECT_NE(run.text.find("nowhere.yaml: no such file"), std::string::npos) << run.text;
+}
+
+TEST(Program, RefusesAFolderThatCannotBeWrittenBeforeItRuns) {
+  // A file stands where the folder should be: nobody can write there, not even the superuser.
+  const fs::path file = scratch() / "file";
+  std::ofstream(file) << "kept";
+  const Outcome run = thenar_program("run " + config("minimal.yaml") + " --out " + (file / "out").string());
+  EXPECT_EQ(run.code, 3);
+  EXPECT_NE(run.text.find("cannot make this folder"), std::string::npos) << run.text;
+  EXPECT_EQ(read(file), "kept");
+}
+
+/// A scan of the box: its samples with measurement noise on points and normals.
+PointCloud scanned_box() {
+  PointCloud cloud = sample_box({0.05, 0.05, 0.05}, 20000, 7);
+  std::srand(1);  // Eigen's Random
+  cloud.points_m += 0.01e-3 * Eigen::Matrix3Xd::Random(3, cloud.points_m.cols());
+  cloud.normals += 0.02 * Eigen::Matrix3Xd::Random(3, cloud.normals.cols());
+  cloud.normals.colwise().normalize();
+  return cloud;
+}
+
+// Writes the cloud that configs/scan_grasp.yaml names, then grasps it as the scene stands.
+TEST(Program, GraspsAScannedObject) {
+  const fs::path file = fs::path(THENAR_CONFIGS).parent_path() / "out" / "scan" / "box.ply";
+  fs::create_directories(file.parent_path());
+  save_ply(file, scanned_box(), PlyFormat::kBinaryLittleEndian);
+  const Outcome run = thenar_program("run " + config("scan_grasp.yaml") + " --format json");
+  ASSERT_EQ(run.code, 0) << run.text;
+  const auto summary = nlohmann::json::parse(run.text);
+  EXPECT_TRUE(summary.at("grasp").at("held").get<bool>());
+  // Twice what the clean box is held to: points are off by up to 10 um, normals by about a degree.
+  EXPECT_LE(summary.at("object").at("final_error_mm").get<double>(), 0.2);
+}
+
+TEST(Program, RefusesBrokenClouds) {
+  const fs::path folder = scratch();
+  const PointCloud cloud = scanned_box();
+  save_ply(folder / "whole.ply", cloud, PlyFormat::kBinaryLittleEndian);
+  const std::string bytes = read(folder / "whole.ply");
+  std::ofstream(folder / "truncated.ply", std::ios::binary) << bytes.substr(0, bytes.size() / 2);
+  PointCloud with_nan = cloud;
+  with_nan.points_m(1, 5) = std::nan("");
+  save_ply(folder / "nan.ply", with_nan, PlyFormat::kAscii);
+  PointCloud a_point = cloud;
+  a_point.points_m.setConstant(0.01);
+  save_ply(folder / "point.ply", a_point, PlyFormat::kAscii);
+  std::ofstream(folder / "bare.ply") << "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+                                        "property float z\nend_header\n0 0 0\n";
+  for (const char* name : {"truncated.ply", "nan.ply", "point.ply", "bare.ply"}) {
+    const Outcome run = thenar_program("run " + config("scan_grasp.yaml") + " --set object.shape.cloud=" +
+                                       (folder / name).string() + " --out " + (folder / "out").string());
+    EXPECT_EQ(run.code, 3) << name;
+    EXPECT_NE(run.text.find(name), std::string::npos) << run.text;
+    EXPECT_FALSE(fs::exists(folder / "out"));
+  }
+}
+
+}  // namespace
+}  // namespace thenar

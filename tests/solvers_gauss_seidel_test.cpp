@@ -1,0 +1,346 @@
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "solvers/gauss_seidel.h"
+#include "solvers/lcp.h"
+#include "tests/allocation_counter.h"
+#include "tests/fcp.h"
+
+namespace thenar {
+namespace {
+
+using Eigen::Index;
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+struct Problem {
+  MatrixXd W;
+  VectorXd delta_free;
+  VectorXd mu;
+
+  [[nodiscard]] Index contacts() const { return mu.size(); }
+  [[nodiscard]] double rho(Index i) const { return 3.0 / W.block<3, 3>(3 * i, 3 * i).trace(); }
+
+  /// The residual's unit: residual times this is a force.
+  [[nodiscard]] double scale_N() const {
+    double sum = 0.0;
+    for (Index i = 0; i < contacts(); ++i) sum += (rho(i) * delta_free.segment<3>(3 * i)).squaredNorm();
+    return std::sqrt(sum);
+  }
+};
+
+struct Solution {
+  SolveReport report;
+  VectorXd f;
+  VectorXd delta;
+};
+
+Solution solve(const Problem& problem, const GaussSeidelSettings& settings, VectorXd f) {
+  VectorXd delta = VectorXd::Constant(f.size(), std::numeric_limits<double>::quiet_NaN());
+  const SolveReport report = solve_contacts(problem.W, problem.delta_free, problem.mu, settings, f, delta);
+  return {report, f, delta};
+}
+
+Solution solve(const Problem& problem, const GaussSeidelSettings& settings) {
+  return solve(problem, settings, VectorXd::Zero(problem.delta_free.size()));
+}
+
+MatrixXd random_matrix(Index rows, Index cols, std::mt19937& random) {
+  std::normal_distribution<double> normal;
+  return MatrixXd::NullaryExpr(rows, cols, [&] { return normal(random); });
+}
+
+/// Contacts that share a mechanism of nine freedoms, on a compliant surface; about half are pressed together.
+Problem random_problem(Index contacts, std::mt19937& random) {
+  const MatrixXd J = random_matrix(3 * contacts, 9, random);
+  Problem problem;
+  problem.W = 1e-5 * (0.1 * J * J.transpose() + MatrixXd::Identity(3 * contacts, 3 * contacts));
+  problem.delta_free = 1e-5 * random_matrix(3 * contacts, 1, random);
+  problem.mu = 0.5 * random_matrix(contacts, 1, random).cwiseAbs();
+  return problem;
+}
+
+Problem problem_of(const ContactProblem& recorded, std::size_t step = 0) {
+  return {recorded.W, recorded.delta_free[step], recorded.mu};
+}
+
+/// Signorini's and Coulomb's laws, contact by contact, on gaps computed here; shares no code with the solver.
+///
+/// The residual bounds e = |f - p|, p = P_K(f - rho u), u = delta + mu |delta_t| e_n, by tolerance * scale. By the
+/// definition of a projection v = u + (p - f)/rho satisfies p in K, v in K* and p.v = 0 exactly, and it differs from u
+/// by at most e/rho. Written out in f and delta, to first order in e, this gives the four tolerances below.
+void expect_laws(const Problem& problem, const Solution& solution, double tolerance) {
+  const VectorXd& f = solution.f;
+  const VectorXd delta = problem.W * f + problem.delta_free;
+  const double e_N = tolerance * problem.scale_N();
+  for (Index i = 0; i < problem.contacts(); ++i) {
+    SCOPED_TRACE(testing::Message() << "contact " << i);
+    const double mu = problem.mu[i];
+    const double f_n = f[3 * i];
+    const Vector2d f_t = f.segment<2>(3 * i + 1);
+    const double delta_n = delta[3 * i];
+    const Vector2d delta_t = delta.segment<2>(3 * i + 1);
+    const double e_m = e_N / problem.rho(i);
+
+    EXPECT_GE(f_n, 0.0);
+    EXPECT_LE(f_t.norm(), mu * f_n * (1.0 + 1e-15));  // scaled back to the cone: the rounding of that
+    EXPECT_GE(delta_n, -(1.0 + mu) * e_m);
+    if (f_n > e_N) {
+      EXPECT_LE(delta_n, (1.0 + mu) * e_m);
+    }
+    // Friction dissipates all it can: f_t.delta_t = -mu f_n |delta_t|.
+    EXPECT_NEAR(f_t.dot(delta_t), -mu * f_n * delta_t.norm(),
+                (1.0 + mu) * e_N * delta_t.norm() + 2.0 * (mu * f_n + e_N) * e_m);
+  }
+}
+
+void expect_inside_cones(const Problem& problem, const VectorXd& f) {
+  ASSERT_TRUE(f.allFinite());
+  for (Index i = 0; i < problem.contacts(); ++i) {
+    EXPECT_GE(f[3 * i], 0.0);
+    EXPECT_LE(f.segment<2>(3 * i + 1).norm(), problem.mu[i] * f[3 * i] * (1.0 + 1e-15));
+  }
+}
+
+/// The gaps returned are those of the forces returned; terms are as large as the free motion, 180 of them add up.
+void expect_gaps_of_forces(const Problem& problem, const Solution& solution) {
+  const VectorXd delta = problem.W * solution.f + problem.delta_free;
+  const double size_m = (problem.W.cwiseAbs() * solution.f.cwiseAbs() + problem.delta_free.cwiseAbs()).maxCoeff();
+  EXPECT_LE((solution.delta - delta).cwiseAbs().maxCoeff(), 1e-14 * size_m);
+}
+
+TEST(GaussSeidel, SolvesTheRecordedProblemsFromRest) {
+  for (const ContactProblem& recorded : recorded_contact_problems()) {
+    SCOPED_TRACE(recorded.name);
+    const Problem problem = problem_of(recorded);
+    const GaussSeidelSettings settings{.tolerance = 1e-8, .max_sweeps = 2000};
+    const Solution solution = solve(problem, settings);
+    ASSERT_EQ(solution.report.status, SolveStatus::kConverged);
+    EXPECT_LE(solution.report.residual, settings.tolerance);
+    expect_laws(problem, solution, settings.tolerance);
+    expect_gaps_of_forces(problem, solution);
+  }
+}
+
+TEST(GaussSeidel, FollowsTheRecordedSequencesFromTheLastForces) {
+  for (const ContactProblem& recorded : recorded_contact_problems()) {
+    if (recorded.delta_free.size() == 1) continue;
+    SCOPED_TRACE(recorded.name);
+    const GaussSeidelSettings settings{.tolerance = 1e-8, .max_sweeps = 2000};
+    VectorXd f = VectorXd::Zero(3 * recorded.contacts());
+    int warm_sweeps = 0;
+    int cold_sweeps = 0;
+    for (std::size_t step = 0; step < recorded.delta_free.size(); ++step) {
+      SCOPED_TRACE(step);
+      const Problem problem = problem_of(recorded, step);
+      const Solution solution = solve(problem, settings, f);
+      ASSERT_EQ(solution.report.status, SolveStatus::kConverged);
+      expect_laws(problem, solution, settings.tolerance);
+      warm_sweeps += solution.report.sweeps;
+      cold_sweeps += solve(problem, settings).report.sweeps;
+      f = solution.f;
+    }
+    EXPECT_LT(warm_sweeps, cold_sweeps);
+  }
+}
+
+TEST(GaussSeidel, NeedsNoSweepAtTheSolution) {
+  for (const ContactProblem& recorded : recorded_contact_problems()) {
+    SCOPED_TRACE(recorded.name);
+    const Solution solution = solve(problem_of(recorded), {.tolerance = 1e-10, .max_sweeps = 1}, recorded.f_reference);
+    EXPECT_EQ(solution.report.status, SolveStatus::kConverged);
+    EXPECT_EQ(solution.report.sweeps, 0);
+    // Clamped into the cones, which the reference leaves by rounding.
+    EXPECT_LE((solution.f - recorded.f_reference).cwiseAbs().maxCoeff(), 1e-12 * recorded.f_reference.maxCoeff());
+  }
+}
+
+TEST(GaussSeidel, RandomProblemsObeySignoriniAndCoulomb) {
+  for (unsigned seed = 0; seed < 100; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    const Problem problem = random_problem(1 + seed % 25, random);
+    const GaussSeidelSettings settings{.tolerance = 1e-9, .max_sweeps = 20000};
+    const Solution solution = solve(problem, settings);
+    ASSERT_EQ(solution.report.status, SolveStatus::kConverged);
+    expect_laws(problem, solution, settings.tolerance);
+    expect_gaps_of_forces(problem, solution);
+  }
+}
+
+TEST(GaussSeidel, ForcesAreUsableWhenTheBudgetIsSpent) {
+  for (const ContactProblem& recorded : recorded_contact_problems()) {
+    SCOPED_TRACE(recorded.name);
+    const Problem problem = problem_of(recorded);
+    for (const int budget : {0, 1, 3}) {
+      const Solution solution = solve(problem, {.tolerance = 0.0, .max_sweeps = budget});
+      EXPECT_EQ(solution.report.status, SolveStatus::kBudgetSpent);
+      EXPECT_EQ(solution.report.sweeps, budget);
+      EXPECT_GT(solution.report.residual, 1e-8);
+      expect_inside_cones(problem, solution.f);
+      expect_gaps_of_forces(problem, solution);
+    }
+  }
+}
+
+TEST(GaussSeidel, AnyGuessIsTakenIntoTheCones) {
+  for (unsigned seed = 0; seed < 50; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    const Problem problem = random_problem(8, random);
+    const VectorXd guess = 10.0 * random_matrix(24, 1, random);
+    const Solution cut_short = solve(problem, {.tolerance = 1e-9, .max_sweeps = 0}, guess);
+    expect_inside_cones(problem, cut_short.f);
+    expect_gaps_of_forces(problem, cut_short);
+    const Solution solution = solve(problem, {.tolerance = 1e-9, .max_sweeps = 20000}, guess);
+    ASSERT_EQ(solution.report.status, SolveStatus::kConverged);
+    expect_laws(problem, solution, 1e-9);
+  }
+}
+
+// Without friction the problem is 0 <= W_nn f_n + delta_free_n _|_ f_n >= 0, and W_nn is definite: f_n is unique.
+TEST(GaussSeidel, AgreesWithLemkeWithoutFriction) {
+  for (unsigned seed = 0; seed < 50; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    const Index n = 1 + seed % 20;
+    Problem problem = random_problem(n, random);
+    problem.mu.setZero();
+    const Solution solution = solve(problem, {.tolerance = 1e-12, .max_sweeps = 20000});
+    ASSERT_EQ(solution.report.status, SolveStatus::kConverged);
+
+    const auto normals = Eigen::seqN(0, n, 3);
+    const MatrixXd W_nn = problem.W(normals, normals);
+    const VectorXd q = problem.delta_free(normals);
+    LcpWorkspace work(n);
+    VectorXd f_n(n);
+    ASSERT_EQ(solve_lcp(W_nn, q, 1000, work, f_n).status, LcpStatus::kSolved);
+    // W_nn >= 1e-5 m/N, so a gap error of (1 + mu) e/rho, e = 1e-12 * scale, is a force error of as much over 1e-5.
+    const double rho = 3.0 / (problem.W.trace() / static_cast<double>(n));
+    EXPECT_LE((solution.f(normals) - f_n).norm(), 20.0 * 1e-12 * problem.scale_N() / (rho * 1e-5) + 1e-12 * f_n.norm());
+    EXPECT_TRUE(solution.f(Eigen::seqN(1, n, 3)).isZero(0.0));
+    EXPECT_TRUE(solution.f(Eigen::seqN(2, n, 3)).isZero(0.0));
+  }
+}
+
+// Turning the tangent axes of every contact changes coordinates and no physics: the same sweeps, the turned forces.
+TEST(GaussSeidel, TangentAxesAreArbitrary) {
+  for (unsigned seed = 0; seed < 50; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    const Problem problem = random_problem(10, random);
+    MatrixXd R = MatrixXd::Identity(30, 30);
+    std::uniform_real_distribution<double> angle(0.0, 6.28);
+    for (Index i = 0; i < 10; ++i) {
+      R.block<2, 2>(3 * i + 1, 3 * i + 1) = Eigen::Rotation2D<double>(angle(random)).toRotationMatrix();
+    }
+    MatrixXd turned_W = R * problem.W * R.transpose();
+    turned_W = 0.5 * (turned_W + turned_W.transpose()).eval();
+    const Problem turned{turned_W, R * problem.delta_free, problem.mu};
+
+    const GaussSeidelSettings settings{.tolerance = 0.0, .max_sweeps = 40};
+    const VectorXd f = solve(problem, settings).f;
+    const VectorXd turned_f = solve(turned, settings).f;
+    // Rounding only, 40 sweeps of it.
+    EXPECT_LE((turned_f - R * f).cwiseAbs().maxCoeff(), 1e-12 * (1.0 + f.norm()));
+  }
+}
+
+// One contact on W = diag(a, b, b), pressed by d and dragged by s: f_n = d/a, and it sticks with f_t = -s/b as long as
+// that is inside the cone, else it slides with f_t = -mu f_n s/|s|.
+TEST(GaussSeidel, OneContactByHand) {
+  const double a = 2e-3;
+  const double b = 1e-3;
+  Problem problem{Vector3d(a, b, b).asDiagonal().toDenseMatrix(), VectorXd(3), VectorXd::Constant(1, 0.5)};
+  const GaussSeidelSettings settings{.tolerance = 1e-14, .max_sweeps = 10};
+  const auto expect_force = [&](const Vector3d& delta_free, const Vector3d& expected) {
+    problem.delta_free = delta_free;
+    const Solution solution = solve(problem, settings);
+    EXPECT_EQ(solution.report.status, SolveStatus::kConverged);
+    EXPECT_LE((solution.f - expected).norm(), 1e-14);
+  };
+  expect_force({1e-3, 5e-4, 0.0}, Vector3d::Zero());     // open
+  expect_force({0.0, 5e-4, 0.0}, Vector3d::Zero());      // touching
+  expect_force({-4e-3, 0.0, 0.0}, {2.0, 0.0, 0.0});      // pressed
+  expect_force({-4e-3, 3e-4, -4e-4}, {2.0, -0.3, 0.4});  // sticking
+  expect_force({-4e-3, 3e-3, -4e-3}, {2.0, -0.6, 0.8});  // sliding: |f_t| = 0.5 * 2
+  problem.mu[0] = 0.0;
+  expect_force({-4e-3, 3e-3, -4e-3}, {2.0, 0.0, 0.0});  // without friction
+}
+
+TEST(GaussSeidel, NotFiniteInputGivesZeros) {
+  std::mt19937 random(1);
+  const Problem good = random_problem(6, random);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double infinity = std::numeric_limits<double>::infinity();
+  const auto expect_refused = [](const Problem& problem, const VectorXd& guess) {
+    const Solution solution = solve(problem, {}, guess);
+    EXPECT_EQ(solution.report.status, SolveStatus::kNotFinite);
+    EXPECT_TRUE(solution.f.isZero(0.0));
+    EXPECT_TRUE(solution.delta.isZero(0.0));
+    EXPECT_TRUE(std::isfinite(solution.report.residual));
+  };
+  const VectorXd zero = VectorXd::Zero(18);
+  for (const double bad : {nan, infinity, -infinity}) {
+    Problem problem = good;
+    problem.delta_free[7] = bad;
+    expect_refused(problem, zero);
+    problem = good;
+    problem.mu[2] = bad;
+    expect_refused(problem, zero);
+    problem = good;
+    problem.W(4, 4) = bad;
+    expect_refused(problem, zero);
+    // Off the diagonal, in the column and row of a contact that carries force.
+    Index loaded = 0;
+    solve(good, {}).f.maxCoeff(&loaded);
+    problem = good;
+    problem.W.col(loaded).setConstant(bad);
+    problem.W(loaded, loaded) = good.W(loaded, loaded);
+    expect_refused(problem, zero);
+    VectorXd guess = zero;
+    guess[3] = bad;
+    expect_refused(good, guess);
+  }
+  Problem problem = good;
+  problem.W(4, 4) = 0.0;
+  expect_refused(problem, zero);
+}
+
+TEST(GaussSeidel, WithoutContactsOrFreeMotionThereIsNothingToSolve) {
+  const Solution none = solve({MatrixXd(0, 0), VectorXd(0), VectorXd(0)}, {});
+  EXPECT_EQ(none.report.status, SolveStatus::kConverged);
+  EXPECT_EQ(none.report.sweeps, 0);
+
+  const Problem still{Matrix3d::Identity(), VectorXd::Zero(3), VectorXd::Ones(1)};
+  const Solution solution = solve(still, {}, Vector3d(1.0, 0.5, 0.0));
+  EXPECT_EQ(solution.report.status, SolveStatus::kConverged);
+  EXPECT_TRUE(solution.f.isZero(0.0));
+  EXPECT_TRUE(solution.delta.isZero(0.0));
+}
+
+TEST(GaussSeidel, DoesNotAllocate) {
+  if (!AllocationCounter::is_available()) GTEST_SKIP() << "malloc is not ours";
+  for (const Index contacts : {5, 20, 60}) {
+    std::mt19937 random(1);
+    const Problem problem = random_problem(contacts, random);
+    VectorXd f = VectorXd::Zero(3 * contacts);
+    VectorXd delta(3 * contacts);
+    const GaussSeidelSettings settings{.tolerance = 1e-6, .max_sweeps = 50};
+    const AllocationCounter counter;
+    const SolveReport report = solve_contacts(problem.W, problem.delta_free, problem.mu, settings, f, delta);
+    EXPECT_EQ(counter.count(), 0);
+    EXPECT_GT(report.sweeps, 0);
+  }
+}
+
+}  // namespace
+}  // namespace thenar
