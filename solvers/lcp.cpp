@@ -63,33 +63,39 @@ void pivot(const Tableau& t, Index r, Index entering) {
   t.basis[r] = entering;
 }
 
+bool is_less(double a, double b) { return a + kTie * (1.0 + std::abs(a)) < b; }
+
 /// The lexicographic rule: of two rows with the same ratio, the one whose row of B^-1 over its pivot entry is less.
-bool lexicographically_less(const Tableau& t, Index a, Index b, Index entering) {
+bool is_lexicographically_less(const Tableau& t, Index a, Index b, Index entering) {
   const double* const row_a = t.row(a);
   const double* const row_b = t.row(b);
   for (Index j = 0; j < t.n; ++j) {
-    const double difference = row_a[j] / row_a[entering] - row_b[j] / row_b[entering];
-    if (std::abs(difference) > kTie) return difference < 0.0;
+    const double ratio_a = row_a[j] / row_a[entering];
+    const double ratio_b = row_b[j] / row_b[entering];
+    if (is_less(ratio_a, ratio_b)) return true;
+    if (is_less(ratio_b, ratio_a)) return false;
   }
   return false;
+}
+
+/// How far `entering` can grow until the variable of row `i` is zero.
+double room(const Tableau& t, Index i, Index entering) {
+  const double* const row = t.row(i);
+  return row[entering] > kZeroPivot ? row[t.right_side()] / row[entering] : std::numeric_limits<double>::infinity();
 }
 
 /// The row that first stops the growth of `entering`, or -1 if none does: a ray.
 Index leaving_row(const Tableau& t, Index entering) {
   double least = std::numeric_limits<double>::infinity();
-  for (Index i = 0; i < t.n; ++i) {
-    const double* const row = t.row(i);
-    if (row[entering] > kZeroPivot) least = std::min(least, row[t.right_side()] / row[entering]);
-  }
+  for (Index i = 0; i < t.n; ++i) least = std::min(least, room(t, i, entering));
+  if (std::isinf(least)) return -1;
 
   Index leaving = -1;
   for (Index i = 0; i < t.n; ++i) {
-    const double* const row = t.row(i);
-    const bool stops = row[entering] > kZeroPivot && row[t.right_side()] <= (least + kTie) * row[entering];
-    if (!stops) continue;
+    if (is_less(least, room(t, i, entering))) continue;
     // Without the artificial variable the problem is solved: it goes first.
     if (t.basis[i] == t.artificial()) return i;
-    if (leaving < 0 || lexicographically_less(t, i, leaving, entering)) leaving = i;
+    if (leaving < 0 || is_lexicographically_less(t, i, leaving, entering)) leaving = i;
   }
   return leaving;
 }

@@ -321,7 +321,7 @@ TEST(GaussSeidel, WithoutContactsOrFreeMotionThereIsNothingToSolve) {
   EXPECT_EQ(none.report.sweeps, 0);
 
   const Problem still{Matrix3d::Identity(), VectorXd::Zero(3), VectorXd::Ones(1)};
-  const Solution solution = solve(still, {}, Vector3d(1.0, 0.5, 0.0));
+  const Solution solution = solve(still, {}, VectorXd::Constant(3, 0.5));
   EXPECT_EQ(solution.report.status, SolveStatus::kConverged);
   EXPECT_TRUE(solution.f.isZero(0.0));
   EXPECT_TRUE(solution.delta.isZero(0.0));

@@ -113,7 +113,8 @@ Grasp random_grasp(Index contacts, std::mt19937& random) {
     const Vector3d inward = -outward + 0.3 * random_vector(random);
     grasp.contacts.push_back({0.03 * outward, frame_about(inward, random)});
   }
-  grasp.wrench << random_vector(random), 0.01 * random_vector(random);
+  grasp.wrench.head<3>() = random_vector(random);
+  grasp.wrench.tail<3>() = 0.01 * random_vector(random);
   std::uniform_real_distribution<double> uniform;
   grasp.friction = 0.2 + 0.8 * uniform(random);
   grasp.internal_force_N = 3.0 * uniform(random);
@@ -228,6 +229,38 @@ TEST(GraspForces, EveryAnswerIsProved) {
   }
   EXPECT_GT(infeasible, 50);
   EXPECT_LT(infeasible, 450);
+}
+
+// Box corners and whole numbers: rows of A coincide, ratios tie, optima lie on many rows at once.
+TEST(GraspForces, EveryAnswerIsProvedOnDegenerateGrasps) {
+  for (unsigned seed = 0; seed < 1000; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    const auto whole = [&] { return static_cast<double>(random() % 3) - 1.0; };
+    Grasp grasp;
+    const Index contacts = 2 + seed % 5;
+    for (Index i = 0; i < contacts; ++i) {
+      const Index face = random() % 3;
+      const double side = random() % 2 == 0 ? 1.0 : -1.0;
+      Vector3d point(0.02 * whole(), 0.02 * whole(), 0.02 * whole());
+      point[face] = 0.02 * side;
+      Matrix3d frame;
+      frame << -side * Vector3d::Unit(face), Vector3d::Unit((face + 1) % 3), -side * Vector3d::Unit((face + 2) % 3);
+      grasp.contacts.push_back({point, frame});
+    }
+    grasp.wrench << whole(), whole(), whole(), 0.02 * whole(), 0.02 * whole(), 0.02 * whole();
+    grasp.friction = std::pow(10.0, -1.0 * (seed % 3));
+    grasp.internal_force_N = static_cast<double>(seed % 2);
+    const Solution solution = solve(grasp);
+    const double out_of_reach_N = wrench_out_of_reach(grasp);
+    ASSERT_NE(solution.report.status, GraspStatus::kBudgetSpent);
+    if (solution.report.status == GraspStatus::kOptimal) {
+      expect_optimal(grasp, solution.f);
+      EXPECT_LE(out_of_reach_N, 1e-9);
+    } else {
+      EXPECT_GE(out_of_reach_N, 1e-9);
+    }
+  }
 }
 
 // Pairs and contacts on a line cannot turn the object about that line: rank G = 5.

@@ -1,0 +1,28 @@
+// How a program of yours runs a grasp: load a scene, tick, read the state.
+
+#include <cstdio>
+#include <exception>
+
+#include "engine/contact_tick.h"
+#include "engine/control_tick.h"
+
+int main(int argc, char** argv) try {
+  const thenar::Model model(thenar::load_scene(argc > 1 ? argv[1] : "configs/box_grasp.yaml"));
+  thenar::State state(model);              // all that moves: q, object pose, deformation, forces
+  thenar::Frame frame(model);              // contacts and operator, frozen between control ticks
+  thenar::Controller controller(model);
+  thenar::ContactWorkspace work(model);    // all memory is taken here
+
+  for (int tick = 0; tick < 500; ++tick) {
+    if (tick % model.steps_per_control() == 0) thenar::control_tick(model, state, controller, frame);
+    const thenar::TickReport report = thenar::contact_tick(model, frame, work, state);
+    if (tick % 100 == 99) {
+      std::printf("%.1f s: %ld contacts, residual %.0e, the thumb presses with %.2f N\n", 1e-3 * (tick + 1),
+                  static_cast<long>(report.active), report.solve.residual, state.load[0].normal_N);
+    }
+  }
+  return 0;
+} catch (const std::exception& error) {  // load_scene says what is wrong with a scene, and where
+  std::fprintf(stderr, "%s\n", error.what());
+  return 2;
+}

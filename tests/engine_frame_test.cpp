@@ -1,0 +1,188 @@
+#include "engine/frame.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <random>
+
+#include "tests/scenes.h"
+
+namespace thenar {
+namespace {
+
+using Eigen::Index;
+using Eigen::Isometry3d;
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+constexpr int kSpeeds = kJoints + 6;  ///< Joints, object's velocity, object's angular velocity.
+
+/// J_c of all the frame's contacts for all speeds.
+MatrixXd contact_jacobian(const Frame& frame) {
+  MatrixXd J = MatrixXd::Zero(3 * frame.size(), kSpeeds);
+  for (Index i = 0; i < frame.size(); ++i) {
+    const int first = kJointsPerFinger * frame.contacts[i].finger;
+    J.block<3, kJointsPerFinger>(3 * i, first) = frame.J_finger.middleRows<3>(3 * i);
+    J.block<3, 6>(3 * i, kJoints) = frame.J_object.middleRows<3>(3 * i);
+  }
+  return J;
+}
+
+/// The box grasp at work, 20 ms after its start: three fingers pressed against the box.
+class GraspFrame : public testing::Test {
+ protected:
+  GraspFrame() : loop(scene_of("box_grasp", {kCoarseBox})) {
+    loop.run(20e-3);
+    loop.control();
+  }
+  Loop loop;
+  const Model& model = loop.model;
+  const Frame& frame = loop.frame;
+};
+
+TEST_F(GraspFrame, HoldsContactsOfEveryFingerInOrder) {
+  ASSERT_GT(frame.size(), 30);
+  EXPECT_EQ(frame.begin[0], 0);
+  EXPECT_EQ(frame.begin[kFingers], frame.size());
+  for (int k = 0; k < kFingers; ++k) {
+    EXPECT_GT(frame.begin[k + 1], frame.begin[k]);
+    EXPECT_LE(frame.begin[k + 1] - frame.begin[k], model.scene.contact.max_per_finger);
+    for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
+      EXPECT_EQ(frame.contacts[i].finger, k);
+      if (i > frame.begin[k]) EXPECT_LT(frame.contacts[i - 1].control_point, frame.contacts[i].control_point);
+    }
+  }
+}
+
+// The contact's axes: a rotation, the first into the object (from a finger towards the box's centre), the same in both bodies.
+TEST_F(GraspFrame, AxesAreRightHandedAndPointIntoTheObject) {
+  for (const FrameContact& contact : frame.contacts) {
+    const Matrix3d& E = contact.E_W;
+    EXPECT_LE((E.transpose() * E - Matrix3d::Identity()).norm(), 1e-14);
+    EXPECT_GT(E.determinant(), 0.0);
+    const Matrix3d& R_WF = loop.controller.pose.distal(model.scene.hand, contact.finger).linear();
+    EXPECT_LE((R_WF * contact.E_F - E).norm(), 1e-14);
+    EXPECT_LE((loop.state.X_WO.linear() * contact.n_O - E.col(0)).norm(), 1e-14);
+    EXPECT_GT(E.col(0).dot(loop.state.X_WO * -contact.s_O + 2.0 * loop.state.X_WO.linear() * contact.s_O -
+                           loop.state.X_WO.translation()) * -1.0,
+              0.0);
+  }
+}
+
+// J_c maps speeds to the motion of the object against the finger at s: the derivative, by every joint and direction, of the
+// distance between the points of both bodies that are at s now, in the contact's axes of now. Step 1e-6: its error is 1e-12
+// from the curvature (1e-12 times second derivatives below 1) and 1e-17 / 1e-6 from rounding.
+TEST_F(GraspFrame, JacobianIsTheRelativeMotionAtTheSurface) {
+  constexpr double h = 1e-6;
+  const MatrixXd J = contact_jacobian(frame);
+  const Hand& hand = model.scene.hand;
+  const auto positions = [&](const JointVector& q, const Isometry3d& X_WO) {
+    HandPose pose;
+    forward_kinematics(hand, q, pose);
+    VectorXd all(3 * frame.size());
+    for (Index i = 0; i < frame.size(); ++i) {
+      const FrameContact& contact = frame.contacts[i];
+      const Vector3d s_F = loop.controller.pose.distal(hand, contact.finger).inverse() * (loop.state.X_WO * contact.s_O);
+      all.segment<3>(3 * i) =
+          contact.E_W.transpose() * (X_WO * contact.s_O - pose.distal(hand, contact.finger) * s_F);
+    }
+    return all;
+  };
+  for (int speed = 0; speed < kSpeeds; ++speed) {
+    SCOPED_TRACE(speed);
+    const auto moved = [&](double by) {
+      JointVector q = loop.state.q;
+      Isometry3d X_WO = loop.state.X_WO;
+      if (speed < kJoints) {
+        q[speed] += by;
+      } else if (speed < kJoints + 3) {
+        X_WO.translation()[speed - kJoints] += by;
+      } else {
+        X_WO.linear() = Eigen::AngleAxisd(by, Vector3d::Unit(speed - kJoints - 3)) * X_WO.linear();
+      }
+      return positions(q, X_WO);
+    };
+    const VectorXd derivative = (moved(h) - moved(-h)) / (2.0 * h);
+    EXPECT_LE((derivative - J.col(speed)).cwiseAbs().maxCoeff(), 1e-10);
+  }
+}
+
+// W(h) = h J_c B^-1 J_c' + (1 - rho) C, computed with full matrices; symmetric and positive semi-definite, as f acts on the
+// object and -f on the finger. Tolerances are rounding of sums of 18 terms.
+TEST_F(GraspFrame, DelassusOperatorIsTheDenseFormula) {
+  for (const double h : {31.25e-6, 1e-3, 5e-3}) {
+    SCOPED_TRACE(h);
+    Model stepped = model;
+    stepped.scene.step_s = h;
+    const Index rows = 3 * frame.size();
+    MatrixXd W(rows, rows);
+    assemble_delassus(stepped, frame, W);
+
+    VectorXd mobility(kSpeeds);
+    mobility << VectorXd::Constant(kJoints, 1.0 / model.scene.joint_viscosity),
+        VectorXd::Constant(3, 1.0 / model.scene.object.translation_damping),
+        VectorXd::Constant(3, 1.0 / model.scene.object.rotation_damping);
+    const MatrixXd J = contact_jacobian(frame);
+    MatrixXd expected = h * J * mobility.asDiagonal() * J.transpose();
+    const double rho = std::exp(-h / model.scene.fingertips->material.relaxation_s);
+    for (int k = 0; k < kFingers; ++k) {
+      const Pulp& pulp = model.pulps[k];
+      const Vector3d S(1.0, pulp.tangential, pulp.tangential);
+      for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
+        for (Index j = frame.begin[k]; j < frame.begin[k + 1]; ++j) {
+          const FrameContact &ci = frame.contacts[i], &cj = frame.contacts[j];
+          const Matrix3d E = S.asDiagonal() * ci.E_W.transpose() * cj.E_W * S.asDiagonal();
+          expected.block<3, 3>(3 * i, 3 * j) += (1.0 - rho) * pulp.kernel(ci.control_point, cj.control_point) * E;
+        }
+      }
+    }
+    const double largest = expected.cwiseAbs().maxCoeff();
+    EXPECT_LE((W - expected).cwiseAbs().maxCoeff(), 1e-13 * largest);
+    EXPECT_LE((W - W.transpose()).cwiseAbs().maxCoeff(), 1e-15 * largest);
+    const double least = Eigen::SelfAdjointEigenSolver<MatrixXd>(W, Eigen::EigenvaluesOnly).eigenvalues()[0];
+    EXPECT_GE(least, -1e-13 * largest);
+  }
+}
+
+// Tangents must not depend on where the hand is in the world, and turn with the normal without a twist: a small turn of n by w
+// turns the whole frame by w, up to second order and up to half the angle from the pulp's mean normal times the turn.
+TEST(ContactBasis, FollowsTheNormalWithoutATwist) {
+  std::mt19937_64 random(3);
+  for (int trial = 0; trial < 100; ++trial) {
+    SCOPED_TRACE(trial);
+    const Vector3d mean = random_direction(random);
+    const Vector3d axis = mean.cross(random_direction(random)).normalized();
+    const double angle = uniform(random, 0.0, 2.5);
+    const Matrix3d E = contact_basis(mean, mean), E_n = contact_basis(mean, Eigen::AngleAxisd(angle, axis) * mean);
+    EXPECT_LE((E.col(0) - mean).norm(), 1e-15);
+    // Along the great circle from the mean normal the transport is that rotation itself.
+    EXPECT_LE((E_n - Eigen::AngleAxisd(angle, axis) * E).norm(), 1e-13);
+  }
+}
+
+// Rigid fingertips: one contact a finger, at the object's nearest point, where the normal meets both bodies.
+TEST(PointContact, IsTheNearestPointOfTheTipsSphere) {
+  Loop loop(scene_of("minimal"));
+  loop.control();
+  ASSERT_EQ(loop.frame.size(), kFingers);
+  const double R = std::get<SphereShape>(loop.model.scene.object.shape).radius_m;
+  for (int k = 0; k < kFingers; ++k) {
+    SCOPED_TRACE(k);
+    const FrameContact& contact = loop.frame.contacts[k];
+    const Fingertip& tip = loop.model.scene.hand.fingertips[k];
+    const Vector3d centre_O =
+        loop.state.X_WO.inverse() * (loop.controller.pose.distal(loop.model.scene.hand, k) * tip.centre_m);
+    // The ball is sampled: its implicit surface lies within 0.05 mm of it (h^2 / (12 R), h = 2.2 spacings of 1 mm) and its
+    // normals within 1 degree.
+    EXPECT_NEAR(contact.s_O.norm(), R, 0.05e-3);
+    EXPECT_LE(contact.n_O.cross(-centre_O.normalized()).norm(), 0.02);
+    EXPECT_GT(contact.n_O.dot(-centre_O), 0.0);
+    EXPECT_NEAR((contact.p_F - tip.centre_m).norm(), tip.radius_m, 1e-15);
+    EXPECT_LE((contact.p_F - tip.centre_m - tip.radius_m * contact.E_F.col(0)).norm(), 1e-15);
+  }
+}
+
+}  // namespace
+}  // namespace thenar
