@@ -20,12 +20,18 @@ enum Stage { kFind, kAssemble, kSolve, kDeform, kInterpolate, kTotal };
 
 double time_of(Stage stage, const StageTimes& t) {
   switch (stage) {
-    case kFind: return t.find_s;
-    case kAssemble: return t.assemble_s;
-    case kSolve: return t.solve_s;
-    case kDeform: return t.deform_s;
-    case kInterpolate: return t.interpolate_s;
-    case kTotal: break;
+    case kFind:
+      return t.find_s;
+    case kAssemble:
+      return t.assemble_s;
+    case kSolve:
+      return t.solve_s;
+    case kDeform:
+      return t.deform_s;
+    case kInterpolate:
+      return t.interpolate_s;
+    case kTotal:
+      break;
   }
   return t.find_s + t.assemble_s + t.solve_s + t.deform_s + t.interpolate_s;
 }
@@ -49,9 +55,10 @@ void contact_computation(benchmark::State& bench, Stage stage) {
     const ControlReport control = control_tick(run.model, state, controller, frame);
     const TickReport tick = contact_tick(run.model, frame, work, state);
     Stopwatch watch;
-    for (std::size_t k = 0; k < displays.size(); ++k) benchmark::DoNotOptimize(displays[k].displace(state.u_m[k]).data());
-    bench.SetIterationTime(time_of(stage, {control.find_s, control.factors_s + tick.assemble_s, tick.solve_s,
-                                           tick.deform_s, watch.lap()}));
+    for (std::size_t k = 0; k < displays.size(); ++k)
+      benchmark::DoNotOptimize(displays[k].displace(state.u_m[k]).data());
+    bench.SetIterationTime(time_of(
+        stage, {control.find_s, control.factors_s + tick.assemble_s, tick.solve_s, tick.deform_s, watch.lap()}));
     residual = std::max(residual, tick.solve.residual);
     if (tick.solve.status != SolveStatus::kConverged) bench.SkipWithError("did not converge");
   }
@@ -59,10 +66,14 @@ void contact_computation(benchmark::State& bench, Stage stage) {
   if (stage == kTotal) bench.counters["published_us"] = published_us(bench.range(0));
 }
 
-#define STAGE(name)                                              \
-  BENCHMARK_CAPTURE(contact_computation, name, k##name)          \
-      ->Arg(15)->Arg(30)->Arg(60)->ArgName("contacts")           \
-      ->UseManualTime()->Unit(benchmark::kMicrosecond)
+#define STAGE(name)                                     \
+  BENCHMARK_CAPTURE(contact_computation, name, k##name) \
+      ->Arg(15)                                         \
+      ->Arg(30)                                         \
+      ->Arg(60)                                         \
+      ->ArgName("contacts")                             \
+      ->UseManualTime()                                 \
+      ->Unit(benchmark::kMicrosecond)
 STAGE(Find);
 STAGE(Assemble);
 STAGE(Solve);

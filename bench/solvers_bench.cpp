@@ -17,8 +17,8 @@ using Eigen::VectorXd;
 
 constexpr double kPublishedLcp_us = 40.0;  // Rougeron et al. 2006, Pentium IV 2.2 GHz.
 
-// Grasp forces of three fingers, all included: from the contact geometry and W^d to the forces. With the scene's friction
-// no constraint is active; with less the method has to pivot.
+// Grasp forces of three fingers, all included: from the contact geometry and W^d to the forces. With the scene's
+// friction no constraint is active; with less the method has to pivot.
 void BM_GraspForces(benchmark::State& bench) {
   const RecordedRun& run = recorded_run(60);
   GraspWorkspace work;
@@ -88,7 +88,8 @@ void BM_SolveContacts(benchmark::State& bench) {
     } else {
       f.setZero();
     }
-    const SolveReport report = solve_contacts(p.W, p.delta_free, p.mu, {.tolerance = 1e-6, .max_sweeps = 2000}, f, delta);
+    const SolveReport report =
+        solve_contacts(p.W, p.delta_free, p.mu, {.tolerance = 1e-6, .max_sweeps = 2000}, f, delta);
     benchmark::DoNotOptimize(f.data());
     residual = std::max(residual, report.residual);
     sweeps += report.sweeps;

@@ -17,7 +17,8 @@ using Eigen::Vector3d;
 // Where unused lanes are: beyond any support, and the square is finite.
 constexpr double kFarAway_m = 1e30;
 
-// Normals more than 60 degrees apart belong to two faces; less may be curvature.
+// Normals more than 60 degrees apart belong to two faces; less is curvature, or noise. 60 degrees is where a sample's
+// weight ends: max(0, 2 cos - 1).
 constexpr double kUnlike = 0.5;
 
 // A lone sample is no face of its own: some neighbour must add to its weight of 1. Keeps single bad normals out.
@@ -212,7 +213,7 @@ std::optional<ImplicitSurface::Face> ImplicitSurface::fit(const Vector3d& x_m, c
   for_each_block(c_m, support_m_, [&](const Block& block) {
     const Lanes near = (1.0 - block.squared_distances(c_m) * inv_h2).max(0.0);
     const Lanes cosine = block.cosines(n_reference);
-    const Lanes th = (near * cosine.max(0.0).square()).square().square();
+    const Lanes th = (near * (2.0 * cosine - 1.0).max(0.0)).square().square();
     sum += th;
     a_x += th * (block.x - c_m.x());
     a_y += th * (block.y - c_m.y());

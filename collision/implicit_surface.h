@@ -19,8 +19,9 @@ struct SurfaceDistance {
 
 /// The surface that a point cloud stands for [Adamson & Alexa 2003; Keiser et al. 2004]:
 ///     a(x) = sum th_i p_i / sum th_i,   n(x) = normalised sum th_i n_i,   f(x) = n.(x - a).
-/// Weights fall with distance and with the angle between n_i and n, so that n and a belong to one face:
-///     th_i = (1 - d_i^2/h^2)^4 max(0, n_i.n)^8.
+/// Weights fall with distance and with the angle between n_i and n, up to 60 degrees, so that n and a belong to one
+/// face:
+///     th_i = max(0, 1 - d_i^2/h^2)^4 max(0, 2 n_i.n - 1)^4.
 /// Where faces meet (the sides of an edge or a corner, the two sides of a plate) the solid is the intersection of their
 /// half-spaces if they meet convexly, else the union: f is the largest or the smallest of theirs.
 ///

@@ -12,8 +12,8 @@ using namespace thenar;
 void describe_object(const ObjectSettings& object, std::ostream& out) {
   out << "  object          rigid ";
   if (const auto* box = std::get_if<BoxShape>(&object.shape)) {
-    out << "box of " << 1e3 * box->size_m.x() << " x " << 1e3 * box->size_m.y() << " x " << 1e3 * box->size_m.z() << " mm, "
-        << object.points << " points";
+    out << "box of " << 1e3 * box->size_m.x() << " x " << 1e3 * box->size_m.y() << " x " << 1e3 * box->size_m.z()
+        << " mm, " << object.points << " points";
   } else if (const auto* sphere = std::get_if<SphereShape>(&object.shape)) {
     out << "sphere of radius " << 1e3 * sphere->radius_m << " mm, " << object.points << " points";
   } else {
@@ -24,8 +24,9 @@ void describe_object(const ObjectSettings& object, std::ostream& out) {
 
 void describe_contact(const Scene& scene, std::ostream& out) {
   if (const auto& tips = scene.fingertips) {
-    out << "  fingertips      deformable: " << tips->points << " points, " << tips->leaves << " control points each, E* "
-        << 1e-6 * tips->material.reduced_modulus_Pa << " MPa, relaxation " << 1e3 * tips->material.relaxation_s << " ms\n"
+    out << "  fingertips      deformable: " << tips->points << " points, " << tips->leaves
+        << " control points each, E* " << 1e-6 * tips->material.reduced_modulus_Pa << " MPa, relaxation "
+        << 1e3 * tips->material.relaxation_s << " ms\n"
         << "  contacts        at most " << scene.contact.max_per_finger << " a finger, closer than "
         << 1e3 * scene.contact.band_m << " mm; friction " << scene.contact.friction << "\n";
   } else {
@@ -52,12 +53,12 @@ void describe_task(const TaskSettings& task, std::ostream& out) {
         << move->over_s << " s\n";
   }
   if (const auto& move = task.rotate) {
-    out << "  task            turns the object by " << move->amount * 180.0 / EIGEN_PI << " degrees from " << move->from_s
-        << " s over " << move->over_s << " s\n";
+    out << "  task            turns the object by " << move->amount * 180.0 / EIGEN_PI << " degrees from "
+        << move->from_s << " s over " << move->over_s << " s\n";
   }
   if (const auto& push = task.push) {
-    out << "  task            pushes the object with " << push->force_N.norm() << " N from " << push->from_s << " s for "
-        << push->over_s << " s\n";
+    out << "  task            pushes the object with " << push->force_N.norm() << " N from " << push->from_s
+        << " s for " << push->over_s << " s\n";
   }
   if (!task.translate && !task.rotate && !task.push) out << "  task            holds the object\n";
 }

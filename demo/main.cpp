@@ -1,8 +1,9 @@
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <iostream>
 #include <string>
-#include <unistd.h>
 #include <vector>
 
 #include "demo/check.h"
@@ -36,7 +37,8 @@ Progress progress_line(const Scene& scene, bool quiet) {
   return [duration_s = scene.duration_s, shown_s = 0.0](double simulated_s, double wall_s) mutable {
     if (wall_s - shown_s < 0.1 && simulated_s < duration_s) return;
     shown_s = wall_s;
-    std::fprintf(stderr, "\r%.2f of %.2f s simulated, %.1f times real time ", simulated_s, duration_s, simulated_s / wall_s);
+    std::fprintf(stderr, "\r%.2f of %.2f s simulated, %.1f times real time ", simulated_s, duration_s,
+                 simulated_s / wall_s);
   };
 }
 
@@ -79,7 +81,8 @@ int check(const Options& options) {
 
 int main(int argc, char** argv) try {
   if (!host_can_run()) {
-    std::cerr << "error: this build is for x86-64-v3 (AVX2 and FMA); configure with -DTHENAR_ARCH=x86-64 for this machine\n";
+    std::cerr
+        << "error: this build is for x86-64-v3 (AVX2 and FMA); configure with -DTHENAR_ARCH=x86-64 for this machine\n";
     return kInternal;
   }
   CLI::App app{"Real-time human grasp: three deformable fingertips, 23 muscles"};
@@ -89,7 +92,8 @@ int main(int argc, char** argv) try {
   std::string duration;
 
   CLI::App* run_command = app.add_subcommand("run", "Runs a scene and prints what came of it");
-  CLI::App* check_command = app.add_subcommand("check", "Says what a scene will model, what it leaves out, and the defaults");
+  CLI::App* check_command =
+      app.add_subcommand("check", "Says what a scene will model, what it leaves out, and the defaults");
   for (CLI::App* command : {run_command, check_command}) {
     command->add_option("SCENE", options.scene, "Scene file (YAML)")->required();
     command->add_option("--set", options.overrides, "Changes a value: key.path=value, as often as needed")
@@ -97,7 +101,8 @@ int main(int argc, char** argv) try {
         ->type_name("KEY=VALUE");
   }
   run_command->add_option("--out", options.out, "Folder for summary.json, signals.csv and figures")->type_name("DIR");
-  run_command->add_option("--time", duration, "Simulated time, such as 0.5 s (same as --set time.duration=…)")->type_name("T");
+  run_command->add_option("--time", duration, "Simulated time, such as 0.5 s (same as --set time.duration=…)")
+      ->type_name("T");
   run_command->add_option("--format", options.format, "What to print")->check(CLI::IsMember({"text", "json"}));
   run_command->add_flag("--quiet", options.quiet, "Prints nothing but errors (and JSON, if asked for)");
 

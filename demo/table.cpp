@@ -23,7 +23,8 @@ void line(std::string& table, const char* name, const std::string& value, const 
   table += '\n';
 }
 
-void stage(std::string& table, const ordered_json& stages, const char* key, const char* name, const char* published = "") {
+void stage(std::string& table, const ordered_json& stages, const char* key, const char* name,
+           const char* published = "") {
   const ordered_json& times = stages.at(key);
   if (cell(times.at("p50_us"), "") == "-") return;  // the scene has no such stage
   char text[160];
@@ -50,8 +51,8 @@ std::string results_table(const ordered_json& summary) {
   const ordered_json& contacts = summary.at("contacts");
   const ordered_json& lcp = summary.at("lcp");
   const ordered_json& stages = summary.at("stages");
-  std::string table = "thenar " + build.at("version").get<std::string>() + ", " + build.at("type").get<std::string>() + " (" +
-                      build.at("flags").get<std::string>() + "), " + build.at("compiler").get<std::string>() +
+  std::string table = "thenar " + build.at("version").get<std::string>() + ", " + build.at("type").get<std::string>() +
+                      " (" + build.at("flags").get<std::string>() + "), " + build.at("compiler").get<std::string>() +
                       ", one thread, no real-time scheduling\n";
   table += summary.at("scene").get<std::string>() + ": " + cell(summary.at("simulated_s"), "s") + " simulated, " +
            cell(summary.at("real_time_factor"), "") + " times real time\n\ngrasp\n";
@@ -60,7 +61,8 @@ std::string results_table(const ordered_json& summary) {
   line(table, "least cone margin", cell(grasp.at("min_cone_margin"), ""));
   line(table, "contacts, median (max)", cell(contacts.at("median"), "") + " (" + cell(contacts.at("max"), "") + ")");
   line(table, "of them carrying force", cell(contacts.at("active_median"), ""));
-  line(table, "infeasible grasp, muscle LCPs", cell(lcp.at("grasp_infeasible"), "") + ", " + cell(lcp.at("muscle_infeasible"), ""));
+  line(table, "infeasible grasp, muscle LCPs",
+       cell(lcp.at("grasp_infeasible"), "") + ", " + cell(lcp.at("muscle_infeasible"), ""));
   if (summary.at("muscles").is_object()) {
     line(table, "largest muscle force", cell(summary.at("muscles").at("max_force_N"), "N"));
   }
@@ -71,7 +73,8 @@ std::string results_table(const ordered_json& summary) {
   line(table, "largest (final) rotation error",
        cell(object.at("max_rotation_deg"), "") + " (" + cell(object.at("final_rotation_deg"), "deg") + ")");
   line(table, "final force error", cell(grasp.at("force_error_end"), ""), "share of the desired forces");
-  line(table, "  of the law without feedforward", cell(grasp.at("predicted_paper_law_error"), ""), "predicted: (I + S)^-1 S f^d");
+  line(table, "  of the law without feedforward", cell(grasp.at("predicted_paper_law_error"), ""),
+       "predicted: (I + S)^-1 S f^d");
   line(table, "deepest penetration", cell(contacts.at("max_penetration_um"), "um"));
   line(table, "contact residual, p99", cell(contacts.at("residual_p99"), ""), "natural map");
   line(table, "muscle torque residual", cell(lcp.at("muscle_residual_max"), "N m"));

@@ -8,10 +8,10 @@
 
 int main(int argc, char** argv) try {
   const thenar::Model model(thenar::load_scene(argc > 1 ? argv[1] : "configs/box_grasp.yaml"));
-  thenar::State state(model);              // all that moves: q, object pose, deformation, forces
-  thenar::Frame frame(model);              // contacts and operator, frozen between control ticks
+  thenar::State state(model);  // all that moves: q, object pose, deformation, forces
+  thenar::Frame frame(model);  // contacts and operator, frozen between control ticks
   thenar::Controller controller(model);
-  thenar::ContactWorkspace work(model);    // all memory is taken here
+  thenar::ContactWorkspace work(model);  // all memory is taken here
 
   for (int tick = 0; tick < 500; ++tick) {
     if (tick % model.steps_per_control() == 0) thenar::control_tick(model, state, controller, frame);

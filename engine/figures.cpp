@@ -1,7 +1,7 @@
 #include "engine/figures.h"
 
-#include <cstdio>
 #include <array>
+#include <cstdio>
 #include <string>
 #include <utility>
 
@@ -31,8 +31,12 @@ std::string quoted(const std::string& text) {
 std::string header(const fs::path& folder, const std::string& figure, int width, int height) {
   return "set terminal svg size " + std::to_string(width) + "," + std::to_string(height) +
          " font 'Helvetica,14' background rgb 'white'\n"
-         "set output " + quoted((folder / figure).string()) + "\n"
-         "data = " + quoted((folder / "signals.csv").string()) + "\n"
+         "set output " +
+         quoted((folder / figure).string()) +
+         "\n"
+         "data = " +
+         quoted((folder / "signals.csv").string()) +
+         "\n"
          "set datafile separator comma\nset datafile columnheaders\nset datafile missing 'nan'\n"
          "set grid lc rgb '#dddddd' lt 1\nset border 3 lc rgb '#444444'\nset tics nomirror\nset key noenhanced\n"
          "set style line 1 lc rgb '#c0392b' lw 2\nset style line 2 lc rgb '#2563a8' lw 2\n"
@@ -75,8 +79,8 @@ std::string path_script(const fs::path& folder) {
 
 /// Fig. 10: contact forces against the desired ones.
 std::string forces_script(const Model& model, const fs::path& folder) {
-  std::string script =
-      header(folder, "forces.svg", 900, 900) + stack(kFingers, 0.97) + "set yrange [0:*]\nset key tmargin center horizontal\n";
+  std::string script = header(folder, "forces.svg", 900, 900) + stack(kFingers, 0.97) +
+                       "set yrange [0:*]\nset key tmargin center horizontal\n";
   for (int k = 0; k < kFingers; ++k) {
     const std::string& finger = model.scene.hand.fingertips[k].finger;
     std::string plot =
@@ -113,8 +117,8 @@ std::string muscles_script(const Model& model, const fs::path& folder) {
     int color = 0;
     for (const Muscle& muscle : model.scene.hand.muscles) {
       if (muscle.crossings.front().joints.front() / kJointsPerFinger != k) continue;
-      plot += (plot.empty() ? "" : ", ") + std::string("data using 'time_s':'") + muscle.name + "_N' with lines lw 2 lt " +
-              std::to_string(++color) + " title " + quoted(muscle.name);
+      plot += (plot.empty() ? "" : ", ") + std::string("data using 'time_s':'") + muscle.name +
+              "_N' with lines lw 2 lt " + std::to_string(++color) + " title " + quoted(muscle.name);
     }
     if (!plot.empty()) script += panel(k, kFingers, model.scene.hand.fingertips[k].finger + ": muscle force [N]", plot);
   }
@@ -124,7 +128,8 @@ std::string muscles_script(const Model& model, const fs::path& folder) {
 }  // namespace
 
 bool draw_figures(const Model& model, const Recording& recording, const State& state, const fs::path& folder) {
-  std::string script = path_script(folder) + "reset\n" + forces_script(model, folder) + "reset\n" + grip_script(model, folder);
+  std::string script =
+      path_script(folder) + "reset\n" + forces_script(model, folder) + "reset\n" + grip_script(model, folder);
   if (recording.muscle_forces_N.size() > 0) script += "reset\n" + muscles_script(model, folder);
   return gnuplot(script) && gnuplot(grasp_picture_script(model, state, folder / "grasp.png"));
 }

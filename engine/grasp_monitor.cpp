@@ -41,7 +41,8 @@ std::optional<Loss> GraspMonitor::update(const TickRecord& tick, double step_s) 
   }
   if (reason.empty() && offset_m > kLostOffset_m) reason = text("the object is %.1f mm off its target", 1e3 * offset_m);
   if (reason.empty() && tick.rotation_error_rad > kLostTurn_rad) {
-    reason = text("the object is turned %.0f degrees off its target", tick.rotation_error_rad * 180.0 / std::numbers::pi);
+    reason =
+        text("the object is turned %.0f degrees off its target", tick.rotation_error_rad * 180.0 / std::numbers::pi);
   }
   if (reason.empty() && unloaded_s_ > kLostUnloaded_s) {
     reason = text("fewer than two fingers carried load for %.0f ms", 1e3 * kLostUnloaded_s);

@@ -10,8 +10,8 @@ namespace thenar {
 /// From here on a run is measured: the grip has built up.
 inline constexpr double kMeasuredFrom_s = 0.3;
 
-/// Watches a run for the loss of its object: a finger that slips more than 2 mm, an object more than 10 mm or 20 degrees off
-/// its target, or fewer than two fingers loaded for 50 ms.
+/// Watches a run for the loss of its object: a finger that slips more than 2 mm, an object more than 10 mm or 20
+/// degrees off its target, or fewer than two fingers loaded for 50 ms.
 class GraspMonitor {
  public:
   explicit GraspMonitor(const Hand& hand) : hand_(hand) {}
@@ -23,7 +23,7 @@ class GraspMonitor {
   [[nodiscard]] std::string slips() const;
 
   const Hand& hand_;
-  std::array<double, kFingers> slip_m_{};           ///< Since kMeasuredFrom_s.
+  std::array<double, kFingers> slip_m_{};  ///< Since kMeasuredFrom_s.
   std::array<double, kFingers> slip_from_start_m_{};
   std::array<std::optional<double>, kFingers> slips_since_s_;
   double unloaded_s_ = 0.0;  ///< How long fewer than two fingers have been loaded.

@@ -53,7 +53,8 @@ void add_object(const Model& model, const State& state, std::vector<Surfel>& sur
   // Discs that cover the surface: the support of its implicit surface is 2.2 sample spacings.
   const double radius_m = 0.9 * model.object.support_m() / 2.2 * std::sqrt(static_cast<double>(stride));
   for (Index i = 0; i < cloud.points_m.cols(); i += stride) {
-    surfels.push_back({state.X_WO * cloud.points_m.col(i), state.X_WO.linear() * cloud.normals.col(i), kObject, radius_m});
+    surfels.push_back(
+        {state.X_WO * cloud.points_m.col(i), state.X_WO.linear() * cloud.normals.col(i), kObject, radius_m});
   }
 }
 
@@ -95,7 +96,8 @@ void add_bones(const Hand& hand, const HandPose& pose, std::vector<Surfel>& surf
 }
 
 /// A fingertip as it is deformed, redder where its surface has moved farther.
-void add_pulp(const Pulp& pulp, const Eigen::MatrixX3d& u_m, const Eigen::Isometry3d& X_WF, std::vector<Surfel>& surfels) {
+void add_pulp(const Pulp& pulp, const Eigen::MatrixX3d& u_m, const Eigen::Isometry3d& X_WF,
+              std::vector<Surfel>& surfels) {
   constexpr double kFullColor_m = 1.5e-3;
   SurfaceDisplay display(pulp);
   const Eigen::Matrix4Xd& moved = display.displace(u_m);
@@ -187,9 +189,12 @@ std::string grasp_picture_script(const Model& model, const State& state, const s
     append(script, "$tip%d << EOD\n", k);
     script += fingertip_view(model, state, pose, k, view) + "EOD\n";
   }
-  script += std::string("unset border\nunset tics\nunset key\nset size ratio -1\nset offsets 1,1,1,1\nset style fill solid 1.0 noborder\n") +
+  script += std::string(
+                "unset border\nunset tics\nunset key\nset size ratio -1\nset offsets 1,1,1,1\nset style fill solid 1.0 "
+                "noborder\n") +
             "set multiplot\nset lmargin at screen 0.01\nset rmargin at screen 0.75\nset bmargin at screen 0.01\n"
-            "set tmargin at screen 0.99\nplot $scene" + kDiscs +
+            "set tmargin at screen 0.99\nplot $scene" +
+            kDiscs +
             ", $forces using 1:2:3:4 with vectors lw 4 lc rgb '#107030' filled head size 2.5,20,60 fixed\n"
             "set lmargin at screen 0.78\nset rmargin at screen 0.98\n";
   for (int k = 0; k < kFingers; ++k) {

@@ -78,7 +78,8 @@ Recording run_monolithic(const Model& model, State& state, const Progress& progr
       control = control_tick(model, snapshot, controller, frame);
       record_control(control, record);
       if (!record.grasp_feasible && !recording.infeasible) {
-        recording.infeasible = InfeasibleGrasp{static_cast<double>(tick) * scene.step_s, control, snapshot.X_WO.translation()};
+        recording.infeasible =
+            InfeasibleGrasp{static_cast<double>(tick) * scene.step_s, control, snapshot.X_WO.translation()};
         // Without a first solution there are no forces to go on with.
         if (tick == 0) break;
       }

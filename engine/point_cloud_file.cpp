@@ -266,7 +266,8 @@ void read_ascii(Source& source, const Element& element, std::vector<double>& val
     values[i] = is_list ? 0.0 : value;
     if (!is_list) continue;
     if (!(value >= 0.0 && value <= static_cast<double>(words.size()))) source.fail_at_line("wrong length of a list");
-    for (double item = 0.0; item < value; item += 1.0) static_cast<void>(take());
+    const auto length = static_cast<std::size_t>(value);
+    for (std::size_t item = 0; item < length; ++item) static_cast<void>(take());
   }
   if (next < words.size()) source.fail_at_line("too many values for one " + std::string(element.name));
 }

@@ -18,13 +18,13 @@ struct NormalTangential {
 
 /// What is kept of one tick, taken after its commit.
 struct TickRecord {
-  double time_s = 0.0;                  ///< At the tick's end.
-  bool controlled = false;              ///< A control tick ran before it.
-  Eigen::Vector3d position_m, target_m; ///< Displacement from the start, object axes at the start.
-  double rotation_error_rad = 0.0;      ///< Angle between the object and its target.
+  double time_s = 0.0;                   ///< At the tick's end.
+  bool controlled = false;               ///< A control tick ran before it.
+  Eigen::Vector3d position_m, target_m;  ///< Displacement from the start, object axes at the start.
+  double rotation_error_rad = 0.0;       ///< Angle between the object and its target.
   std::array<NormalTangential, kFingers> force, force_desired;
-  std::array<double, kFingers> force_error_N{};   ///< |f^d - f|.
-  std::array<double, kFingers> cone_margin{};     ///< 1 - |F_t| / (mu F_n) of the resultant; NaN without load.
+  std::array<double, kFingers> force_error_N{};  ///< |f^d - f|.
+  std::array<double, kFingers> cone_margin{};    ///< 1 - |F_t| / (mu F_n) of the resultant; NaN without load.
   TickReport contact;
   double interpolate_s = 0.0;  ///< This and the times below: 0 where the scene has no such stage.
   double find_s = 0.0, factors_s = 0.0, grasp_s = 0.0, muscle_s = 0.0, control_s = 0.0;
@@ -55,10 +55,10 @@ struct Recording {
   std::vector<TickRecord> ticks;
   Eigen::MatrixXd muscle_forces_N;  ///< Muscles x ticks; no rows without muscles.
   std::optional<Loss> loss;
-  std::optional<InfeasibleGrasp> infeasible;  ///< The first one.
-  bool stopped = false;                       ///< The run ended before its time.
+  std::optional<InfeasibleGrasp> infeasible;        ///< The first one.
+  bool stopped = false;                             ///< The run ended before its time.
   std::optional<double> predicted_paper_law_error;  ///< Of the last state; nothing without control.
-  double wall_s = 0.0;                        ///< Wall time of the loop.
+  double wall_s = 0.0;                              ///< Wall time of the loop.
 };
 
 }  // namespace thenar

@@ -55,9 +55,9 @@ std::string signals_csv(const Model& model, const Recording& recording) {
     row.add(tick.rotation_error_rad * 180.0 / std::numbers::pi);
     for (int k = 0; k < kFingers; ++k) {
       slip_m[k] += tick.contact.slip_m[k];
-      for (const double v : {tick.force[k].normal_N, tick.force[k].tangential_N, tick.force_desired[k].normal_N,
-                             tick.force_desired[k].tangential_N, tick.force_error_N[k], tick.cone_margin[k],
-                             1e6 * slip_m[k]}) {
+      for (const double v :
+           {tick.force[k].normal_N, tick.force[k].tangential_N, tick.force_desired[k].normal_N,
+            tick.force_desired[k].tangential_N, tick.force_error_N[k], tick.cone_margin[k], 1e6 * slip_m[k]}) {
         row.add(v);
       }
     }

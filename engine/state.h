@@ -37,7 +37,7 @@ struct State {
   std::vector<Eigen::MatrixX3d> u_m;  ///< Per finger, control points x 3, distal frame: what the pulp's deformation
                                       ///< adds to the object's displacement against the finger (the pulp's surface
                                       ///< moves by -u). The memory of friction. Empty for rigid fingertips.
-  std::vector<ContactForce> forces;  ///< Sorted by finger and control point; capacity model.max_contacts.
+  std::vector<ContactForce> forces;   ///< Sorted by finger and control point; capacity model.max_contacts.
   std::array<FingerLoad, kFingers> load;
 };
 

@@ -17,9 +17,9 @@ using nlohmann::ordered_json;
 namespace {
 
 constexpr double kFinalWindow_s = 0.3;
-constexpr double kLoadedFrom_s = 0.1;       // Every finger must carry load from here on.
-constexpr double kNotConverged = 1e-2;      // A p99 residual above this is no solution.
-constexpr double kAnyFriction = 0.01;       // A grasp that so little friction would close is closed by any.
+constexpr double kLoadedFrom_s = 0.1;   // Every finger must carry load from here on.
+constexpr double kNotConverged = 1e-2;  // A p99 residual above this is no solution.
+constexpr double kAnyFriction = 0.01;   // A grasp that so little friction would close is closed by any.
 constexpr double kTimeRounding_s = 1e-9;
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 
@@ -140,10 +140,12 @@ ordered_json contact_measures(const Recording& recording) {
                                   [](const TickRecord& tick) { return static_cast<double>(tick.contact.contacts); });
   const Values active = collect(recording, kMeasuredFrom_s,
                                 [](const TickRecord& tick) { return static_cast<double>(tick.contact.active); });
-  const Values sweeps = collect(recording, 0.0,
-                                [](const TickRecord& tick) { return static_cast<double>(tick.contact.solve.sweeps); });
+  const Values sweeps =
+      collect(recording, 0.0, [](const TickRecord& tick) { return static_cast<double>(tick.contact.solve.sweeps); });
   const Values penetration = collect(recording, 0.0, [](const TickRecord& tick) { return tick.contact.penetration_m; });
-  const auto whole = [](double value) { return std::isnan(value) ? ordered_json(nullptr) : ordered_json(std::lround(value)); };
+  const auto whole = [](double value) {
+    return std::isnan(value) ? ordered_json(nullptr) : ordered_json(std::lround(value));
+  };
   return {{"min", whole(smallest(contacts))},
           {"median", whole(quantile(contacts, 0.5))},
           {"max", whole(largest(contacts))},
@@ -156,13 +158,15 @@ ordered_json contact_measures(const Recording& recording) {
 
 ordered_json lcp_measures(const Recording& recording) {
   const auto infeasible = [&](auto feasible) {
-    return std::count_if(recording.ticks.begin(), recording.ticks.end(), [&](const auto& tick) { return !feasible(tick); });
+    return std::count_if(recording.ticks.begin(), recording.ticks.end(),
+                         [&](const auto& tick) { return !feasible(tick); });
   };
   auto grasp = infeasible([](const TickRecord& tick) { return tick.grasp_feasible; });
   if (recording.ticks.empty() && recording.infeasible) grasp = 1;
   return {{"grasp_infeasible", grasp},
           {"muscle_infeasible", infeasible([](const TickRecord& tick) { return tick.muscle_feasible; })},
-          {"muscle_residual_max", largest(collect(recording, 0.0, [](const TickRecord& t) { return t.muscle_residual_Nm; }))}};
+          {"muscle_residual_max",
+           largest(collect(recording, 0.0, [](const TickRecord& t) { return t.muscle_residual_Nm; }))}};
 }
 
 ordered_json muscle_measures(const Model& model, const Recording& recording) {
@@ -227,7 +231,10 @@ ordered_json summarize(const Model& model, const Recording& recording) {
   const double simulated_s = recording.ticks.empty() ? 0.0 : recording.ticks.back().time_s;
   return {{"scene", model.scene.name},
           {"build",
-           {{"type", build::kType}, {"flags", build::kFlags}, {"compiler", build::kCompiler}, {"version", build::kVersion}}},
+           {{"type", build::kType},
+            {"flags", build::kFlags},
+            {"compiler", build::kCompiler},
+            {"version", build::kVersion}}},
           {"simulated_s", simulated_s},
           {"object", object_measures(model, recording)},
           {"grasp", grasp_measures(model, recording)},

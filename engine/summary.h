@@ -11,13 +11,13 @@ namespace thenar {
 
 /// The measures of a run, as summary.json has them: units in the keys, null where there was nothing to measure.
 ///
-/// From 0.3 s on, when the grip has built up: position and rotation errors, slip, cone margin, contact counts. Over the last
-/// 0.3 s: the final errors. Slip of a finger: the sum over ticks of the smallest |delta_t| among its loaded contacts. Stage
-/// times: over the ticks that ran the stage, null if none did.
+/// From 0.3 s on, when the grip has built up: position and rotation errors, slip, cone margin, contact counts. Over the
+/// last 0.3 s: the final errors. Slip of a finger: the sum over ticks of the smallest |delta_t| among its loaded
+/// contacts. Stage times: over the ticks that ran the stage, null if none did.
 [[nodiscard]] nlohmann::ordered_json summarize(const Model& model, const Recording& recording);
 
-/// Why the simulation failed, in a sentence: no grasp forces exist, the object was lost, a finger let go, or the contact
-/// solver did not converge. Nothing if it did not fail.
+/// Why the simulation failed, in a sentence: no grasp forces exist, the object was lost, a finger let go, or the
+/// contact solver did not converge. Nothing if it did not fail.
 [[nodiscard]] std::optional<std::string> failure(const Model& model, const Recording& recording);
 
 }  // namespace thenar

@@ -20,6 +20,11 @@ constexpr double kCollinear = 1e-8;
 // A torque about that line below this part of the torques at hand is rounding.
 constexpr double kConsistent = 1e-9;
 
+// Forces are trusted if they break no law by more than this part of their size, and cost no more than this part too
+// much.
+constexpr double kTrust = 1e-8;
+constexpr double kTrustedGap = 1e-6;
+
 constexpr double kGreatestFriction = 10.0;
 constexpr double kFrictionStep = 1e-3;
 
@@ -204,6 +209,16 @@ void assemble(const GraspMap& map, const GraspProblem& problem, GraspWorkspace& 
   }
 }
 
+/// Whether the forces keep what the LCP promised: G f = W^d, A f >= 0 and no duality gap z.(A f). In a pyramid of
+/// little friction opposite faces nearly coincide; z then grows like 1/mu^2, and takes the digits of f with it.
+bool is_sound(const GraspMap& map, const Wrench& w, const Forces& f, GraspWorkspace& work) {
+  const double size_N = f.norm();
+  multiply_rows(work, 5, f);
+  return (nearest_forces(map, w, f) - f).norm() <= kTrust * size_N && work.q.minCoeff() >= -kTrust * size_N &&
+         std::abs(work.z.dot(work.q)) <= kTrustedGap * size_N * size_N;
+}
+
+/// -c of eq. (14).
 Forces squeeze(const GraspProblem& problem) {
   Forces minus_c(3, std::ssize(problem.contacts));
   for (Index i = 0; i < minus_c.cols(); ++i) {
@@ -241,11 +256,13 @@ GraspReport solve_grasp_forces(const GraspProblem& problem, GraspWorkspace& work
   multiply_rows(work, 5, nearest_forces(map, w, y));
   work.z.resize(5 * n);
   const LcpReport lcp = solve_lcp(work.M, work.q, usual_pivot_budget(5 * n), work.lcp, work.z);
-  if (lcp.status == LcpStatus::kSolved) {
-    y += combine_rows(work, 5, n);
-    f.reshaped(3, n) = nearest_forces(map, w, y);
-  }
-  return {status_of(lcp.status), lcp.pivots};
+  if (lcp.status != LcpStatus::kSolved) return {status_of(lcp.status), lcp.pivots};
+
+  y += combine_rows(work, 5, n);
+  const Forces found = nearest_forces(map, w, y);
+  if (!is_sound(map, w, found, work)) return {GraspStatus::kBudgetSpent, lcp.pivots};
+  f.reshaped(3, n) = found;
+  return {GraspStatus::kOptimal, lcp.pivots};
 }
 
 namespace {

@@ -7,8 +7,8 @@ namespace thenar {
 /// How an LCP ended.
 enum class LcpStatus {
   kSolved,       ///< z solves the problem.
-  kInfeasible,   ///< Secondary ray: for the matrices of this project (symmetric, positive semi-definite) no z exists.
-  kBudgetSpent,  ///< The pivot budget ran out, or the input was not finite; z is zero.
+  kInfeasible,   ///< No solution exists, and z proves it.
+  kBudgetSpent,  ///< No answer: the pivots ran out, or the input was not finite, or rounding spoiled the result; z = 0.
 };
 
 /// What one LCP solve returns by value.
@@ -37,9 +37,11 @@ class LcpWorkspace {
 /// by Lemke's method with the lexicographic rule, which cannot cycle [Murty 1988; eq. (19) of the paper].
 ///
 /// Shapes    M n x n, q and z n, n <= work.capacity().
-/// z         Out: the solution; on kInfeasible the ray's direction, which for symmetric positive semi-definite M proves
-///           that there is none: z >= 0, M z = 0, q.z < 0. On kBudgetSpent zero.
-/// Accuracy  Entries below 1e-11 of the largest of M, and right sides below 1e-12 of the largest of q, count as zero.
+/// Requires  Any M; that an answer is found is known for symmetric positive semi-definite M, and for P-matrices.
+/// z         Out: the solution; on kInfeasible the direction of the secondary ray, z >= 0 with M'z <= 0 (M z = 0 if M
+/// is
+///           symmetric positive semi-definite) and q.z < 0; on kBudgetSpent zero.
+/// Accuracy  Pivots below 1e-11 of the largest entry count as zero. Both answers are checked in the problem as given.
 /// Cost      (2n + 2) n multiply-adds a pivot. Does not allocate or throw.
 [[nodiscard]] LcpReport solve_lcp(const Eigen::Ref<const Eigen::MatrixXd>& M,
                                   const Eigen::Ref<const Eigen::VectorXd>& q, int max_pivots, LcpWorkspace& work,

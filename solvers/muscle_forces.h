@@ -6,7 +6,12 @@
 
 namespace thenar {
 
-enum class MuscleStatus { kOptimal, kInfeasible, kBudgetSpent };
+/// How a muscle-force problem ended.
+enum class MuscleStatus {
+  kOptimal,
+  kInfeasible,   ///< No pulling forces give the torques.
+  kBudgetSpent,  ///< No answer: the pivots ran out, or the input was not finite.
+};
 
 struct MuscleReport {
   MuscleStatus status = MuscleStatus::kBudgetSpent;

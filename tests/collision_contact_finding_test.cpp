@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <optional>
 #include <random>
 #include <tuple>
@@ -18,10 +19,25 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
 constexpr double kFingerRadius_m = 8e-3;
+const Vector3d kFingerCentre_m(5e-3, 20e-3, -30e-3);  // in the finger's frame: its pose has a lever arm
+
+PointCloud finger_cloud() {
+  PointCloud cloud = sample_sphere(kFingerRadius_m, 2400);
+  cloud.points_m.colwise() += kFingerCentre_m;
+  return cloud;
+}
+
+/// The pose that turns the finger by R and puts its centre at p.
+Isometry3d pose_of(const Eigen::AngleAxisd& R_SB, const Vector3d& p_SC) {
+  Isometry3d X_SB = Isometry3d::Identity();
+  X_SB.linear() = R_SB.toRotationMatrix();
+  X_SB.translation() = p_SC - X_SB.linear() * kFingerCentre_m;
+  return X_SB;
+}
 
 /// A finger, and an object whose samples are as dense as the reference scene's.
 struct Scene {
-  PointCloud finger = sample_sphere(kFingerRadius_m, 2400);
+  PointCloud finger = finger_cloud();
   SphereTree tree{finger, 320};
   Vector3d size_m{20e-3, 20e-3, 30e-3};
   ImplicitSurface box{sample_box(size_m, 7600), 1000};
@@ -63,15 +79,17 @@ class Random {
       if (v.norm() < 1.0 && v.norm() > 0.1) return v.normalized();
     }
   }
+  Eigen::AngleAxisd rotation() {
+    const double angle = between(0.0, std::numbers::pi);
+    return {angle, direction()};
+  }
   /// The finger's centre anywhere around the box, from 3 mm deep to 1 mm clear of it.
   Isometry3d pose(const Vector3d& size_m) {
     const Vector3d d = direction();
     const Vector3d on_box = d * (0.5 * size_m.array() / d.array().abs()).minCoeff();
     const Vector3d outward = (on_box.cwiseQuotient(0.5 * size_m)).array().pow(5.0).matrix().normalized();
-    Isometry3d X_SB = Isometry3d::Identity();
-    X_SB.rotate(Eigen::AngleAxisd(between(0.0, 3.0), direction()));
-    X_SB.pretranslate(on_box + (kFingerRadius_m + between(-3e-3, 1e-3)) * outward);
-    return X_SB;
+    const Vector3d centre = on_box + (kFingerRadius_m + between(-3e-3, 1e-3)) * outward;
+    return pose_of(rotation(), centre);
   }
 
  private:
@@ -112,10 +130,9 @@ TEST(ContactFinding, T14DeepPointsAreFoundOnDenseSurfaces) {
   Index total = 0;
   for (int trial = 0; trial < 14; ++trial) {
     SCOPED_TRACE(trial);
-    Isometry3d X_SB = Isometry3d::Identity();
-    X_SB.rotate(Eigen::AngleAxisd(random.between(0.0, 3.0), random.direction()));
-    X_SB.pretranslate(
-        Vector3d(random.between(-1e-3, 1e-3), 10e-3 + kFingerRadius_m - 2.6e-3, random.between(-1, 1) * 1e-3));
+    const Vector3d aside = 1e-3 * random.direction();
+    const Vector3d centre(aside.x(), 0.5 * scene().size_m.y() + kFingerRadius_m - 2.6e-3, aside.z());
+    const Isometry3d X_SB = pose_of(random.rotation(), centre);
     find_contacts(scene().finger, scene().tree, X_SB, dense, settings, found);
     std::vector<Index> expected, actual;
     for (Index leaf = 0; leaf < 320; ++leaf) {
@@ -160,8 +177,8 @@ TEST(ContactFinding, AFingerFarAwayHasNoContacts) {
   std::vector<ContactCandidate> found(3, ContactCandidate{0, 0.0, Vector3d::Zero(), Vector3d::UnitX()});
   for (int axis = 0; axis < 3; ++axis) {
     for (const double side : {-1.0, 1.0}) {
-      Isometry3d X_SB = Isometry3d::Identity();
-      X_SB.translation() = side * (0.5 * scene().size_m[axis] + kFingerRadius_m + 0.31e-3) * Vector3d::Unit(axis);
+      const double clear_m = 0.5 * scene().size_m[axis] + kFingerRadius_m + 0.31e-3;
+      const Isometry3d X_SB = pose_of({0.3, Vector3d::UnitX()}, side * clear_m * Vector3d::Unit(axis));
       find_contacts(scene().finger, scene().tree, X_SB, scene().box, {}, found);
       EXPECT_TRUE(found.empty());
     }

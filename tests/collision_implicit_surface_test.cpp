@@ -47,6 +47,7 @@ class Random {
  public:
   explicit Random(unsigned seed) : bits_(seed) {}
   double between(double low, double high) { return low + (high - low) * static_cast<double>(bits_()) / 0x1p32; }
+  double sign() { return between(-1.0, 1.0) < 0.0 ? -1.0 : 1.0; }
   Vector3d in_cube(double half) { return {between(-half, half), between(-half, half), between(-half, half)}; }
   Vector3d direction() {
     for (;;) {
@@ -76,12 +77,12 @@ struct Errors {
 using Query = std::function<Vector3d(Random&)>;
 using Truth = std::function<double(const Vector3d&)>;
 
-Errors measure(const ImplicitSurface& surface, const Query& query, const Truth& truth_m) {
+Errors measure(const ImplicitSurface& surface, const Query& query, const Truth& truth_m, double reach_m = kReach_m) {
   Random random(1);
   Errors errors;
   for (int i = 0; i < kQueries; ++i) {
     const Vector3d x_m = query(random);
-    const std::optional<SurfaceDistance> to = surface.distance(x_m, kReach_m);
+    const std::optional<SurfaceDistance> to = surface.distance(x_m, reach_m);
     if (!to) {
       ++errors.undefined;
       continue;
@@ -97,8 +98,9 @@ Errors measure(const ImplicitSurface& surface, const Query& query, const Truth& 
   return errors;
 }
 
-Errors measure(const ImplicitSurface& surface, const Query& query) {
-  return measure(surface, query, [](const Vector3d& x_m) { return box_distance_m(x_m, kHalf_m); });
+Errors measure(const ImplicitSurface& surface, const Query& query, double reach_m = kReach_m) {
+  const Truth truth_m = [](const Vector3d& x_m) { return box_distance_m(x_m, kHalf_m); };
+  return measure(surface, query, truth_m, reach_m);
 }
 
 /// Points at a given distance from the middle of the face y+.
@@ -108,18 +110,21 @@ Query over_face(double gap_mm) {
   };
 }
 
-/// Points on a ring around the edge x+ y+.
+/// Points on a ring around one of the four edges along z.
 Query around_edge(double radius_mm) {
   return [=](Random& random) -> Vector3d {
     const double angle = random.between(0.0, 2.0 * std::numbers::pi);
-    return {kHalf_m.x() + radius_mm * kMm * std::cos(angle), kHalf_m.y() + radius_mm * kMm * std::sin(angle),
-            random.between(-40, 40) * kMm};
+    return {random.sign() * (kHalf_m.x() + radius_mm * kMm * std::cos(angle)),
+            random.sign() * (kHalf_m.y() + radius_mm * kMm * std::sin(angle)), random.between(-40, 40) * kMm};
   };
 }
 
-/// Points on a sphere around the corner x+ y+ z+.
+/// Points on a sphere around one of the eight corners.
 Query around_corner(double radius_mm) {
-  return [=](Random& random) -> Vector3d { return kHalf_m + radius_mm * kMm * random.direction(); };
+  return [=](Random& random) -> Vector3d {
+    const Vector3d signs(random.sign(), random.sign(), random.sign());
+    return kHalf_m.cwiseProduct(signs) + radius_mm * kMm * random.direction();
+  };
 }
 
 PointCloud subset(const PointCloud& cloud, const std::function<bool(Index)>& keep) {
@@ -237,6 +242,32 @@ TEST(ImplicitSurface, T10FlippedNormalsDoNotFlipTheSign) {
   }
 }
 
+TEST(ImplicitSurface, SingleBadNormalsAreNoFaces) {
+  Random random(11);
+  PointCloud cloud = box_cloud();
+  for (Index i = 0; i < cloud.normals.cols(); ++i) {
+    if (random.between(0.0, 1.0) < 0.01) cloud.normals.col(i) = random.direction();
+  }
+  const ImplicitSurface surface(cloud, 4800, 1.83 * kMm);
+  for (const double gap_mm : {0.3, -0.3, -1.0}) {
+    SCOPED_TRACE(gap_mm);
+    const Errors errors = measure(surface, over_face(gap_mm));
+    EXPECT_EQ(errors.undefined, 0);
+    // One bad sample in fifteen turns the plane where it is within 60 degrees: some hundredths of the height's lever.
+    EXPECT_LT(errors.mean_mm, 0.002);
+  }
+}
+
+TEST(ImplicitSurface, SamplesWithADividedVoteAreIgnored) {
+  // With three normals in ten flipped, votes are divided here and there; what is left still makes a surface.
+  Random random(12);
+  PointCloud cloud = box_cloud();
+  for (Index i = 0; i < cloud.normals.cols(); ++i) {
+    if (random.between(0.0, 1.0) < 0.3) cloud.normals.col(i) *= -1.0;
+  }
+  EXPECT_EQ(measure(ImplicitSurface(cloud, 4800, 1.83 * kMm), over_face(0.3)).undefined, 0);
+}
+
 TEST(ImplicitSurface, T12SmallHolesAreBridged) {
   for (const double radius_mm : {1.0, 2.0}) {
     SCOPED_TRACE(radius_mm);
@@ -261,7 +292,8 @@ TEST(ImplicitSurface, T13ThinnedCloudsGetAWiderSupport) {
     Random random(13);
     const PointCloud thin = subset(box_cloud(), [&](Index) { return random.between(0.0, 1.0) < kept; });
     const ImplicitSurface surface(thin, thin.points_m.cols() / 8);
-    const Errors errors = measure(surface, over_face(0.3));
+    // Random thinning tears holes of some spacings, 2.6 mm where a tenth is kept: the reach must span them.
+    const Errors errors = measure(surface, over_face(0.3), 2.0 * surface.support_m());
     EXPECT_EQ(errors.undefined, 0);
     EXPECT_LT(errors.max_mm, 0.01);  // flat, as T1
   }
@@ -309,7 +341,7 @@ TEST(ImplicitSurface, FollowsItsDefinition) {
     for (int projection = 0; projection < 2; ++projection) {
       const Eigen::RowVectorXd d_m = (cloud.points_m.colwise() - c_m).colwise().norm();
       const Eigen::RowVectorXd th = (1.0 - (d_m.array() / h_m).square()).max(0.0).pow(4.0) *
-                                    (n.transpose() * cloud.normals).array().max(0.0).pow(8.0);
+                                    (2.0 * (n.transpose() * cloud.normals).array() - 1.0).max(0.0).pow(4.0);
       const Vector3d a_m = (cloud.points_m * th.transpose()) / th.sum();
       n = (cloud.normals * th.transpose()).normalized();
       f_m = n.dot(x_m - a_m);

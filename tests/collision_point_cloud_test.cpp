@@ -125,16 +125,18 @@ TEST(PointCloud, BoxIsSampledUpToTheEdges) {
   EXPECT_NEAR(near_edge / expected, 1.0, 0.06);
 }
 
-TEST(PointCloud, SphereOctantsGetEqualShares) {
+TEST(PointCloud, SphereIsSampledByArea) {
   const Index count = 8000;
-  const PointCloud cloud = sample_sphere(8e-3, count);
-  std::array<double, 8> samples{};
+  const PointCloud cloud = sample_sphere(1.0, count);
+  std::array<double, 8> in_octant{}, in_band{};
   for (Index i = 0; i < count; ++i) {
     const Vector3d p = cloud.points_m.col(i);
-    ++samples.at((p.x() > 0 ? 1U : 0U) + (p.y() > 0 ? 2U : 0U) + (p.z() > 0 ? 4U : 0U));
+    ++in_octant.at((p.x() > 0 ? 1U : 0U) + (p.y() > 0 ? 2U : 0U) + (p.z() > 0 ? 4U : 0U));
+    ++in_band.at(static_cast<std::size_t>(std::min(4.0 * (p.z() + 1.0), 7.0)));  // equal heights have equal areas
   }
-  // Some tenths of the 120 samples that line an octant; random samples would vary by 30.
-  for (const double n : samples) EXPECT_NEAR(n, 1000.0, 20.0);
+  // Some tenths of the 120 samples that line an octant, and of the 320 around a band; random samples vary by 30.
+  for (const double n : in_octant) EXPECT_NEAR(n, 1000.0, 20.0);
+  for (const double n : in_band) EXPECT_NEAR(n, 1000.0, 25.0);
 }
 
 TEST(PointCloud, SameSeedSameCloud) {

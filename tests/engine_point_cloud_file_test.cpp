@@ -23,7 +23,7 @@ std::filesystem::path file_of(const std::string& bytes) {
   const auto* test = testing::UnitTest::GetInstance()->current_test_info();
   const auto folder = std::filesystem::path(THENAR_TEST_OUTPUT) / "ply";
   std::filesystem::create_directories(folder);
-  const std::filesystem::path file = folder / (std::string(test->name()) + ".ply");
+  std::filesystem::path file = folder / (std::string(test->name()) + ".ply");
   write_file(file, bytes);
   return file;
 }
@@ -178,7 +178,8 @@ TEST(PointCloudFile, ReadsEveryBinaryType) {
   const PointCloud cloud = load_ply(file_of(binary_with_all_types()));
   ASSERT_EQ(cloud.points_m.cols(), 12);
   for (int i = 0; i < 12; ++i) {
-    EXPECT_EQ(cloud.points_m.col(i), Vector3d(i % 3 + 0.25, -(i / 3), 0.1 * i));
+    const int row = i / 3;
+    EXPECT_EQ(cloud.points_m.col(i), Vector3d(i % 3 + 0.25, -row, 0.1 * i));
     EXPECT_EQ(cloud.normals.col(i), Vector3d(-1, 0, 0));
   }
 }

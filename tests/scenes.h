@@ -23,6 +23,15 @@ inline Scene scene_of(const std::string& name, const std::vector<std::string>& o
   return load_scene(config_file(name), overrides);
 }
 
+/// The scene with segment frames that are rotations to the last bit: hand.yaml gives six digits of them, which would hide what
+/// a test of the algebra looks for.
+inline Scene with_exact_rotations(Scene scene) {
+  for (Segment& segment : scene.hand.segments) {
+    segment.X_WS_0.linear() = Eigen::Quaterniond(segment.X_WS_0.linear()).normalized().toRotationMatrix();
+  }
+  return scene;
+}
+
 /// A flat face needs no more samples than this; it saves the tests' time.
 inline const std::string kCoarseBox = "object.points=6000";
 

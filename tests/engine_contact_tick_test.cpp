@@ -1,0 +1,247 @@
+#include "engine/contact_tick.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "tests/allocation_counter.h"
+#include "tests/scenes.h"
+
+namespace thenar {
+namespace {
+
+using Eigen::Index;
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+bool is_finite(const State& state) {
+  bool finite = state.q.allFinite() && state.X_WO.matrix().allFinite();
+  for (const auto& u : state.u_m) finite = finite && u.allFinite();
+  for (const ContactForce& force : state.forces) finite = finite && force.f_C.allFinite();
+  for (const FingerLoad& load : state.load) {
+    finite = finite && load.force_N.allFinite() && load.centre_m.allFinite() && load.normal.allFinite();
+  }
+  return finite;
+}
+
+// Kelvin-Voigt: under a constant force the pulp gives way by C f (1 - exp(-t / tau_r)), exactly at every step length. One
+// contact without friction, on a box so easy to move (1e-10 N s/m) that its drag takes 1e-10 / (tau_r / C) of the force.
+TEST(Memory, OneContactCreepsExponentially) {
+  for (const double step_s : {0.1e-3, 1e-3, 10e-3}) {
+    for (const double tau : {2e-3, 20e-3}) {
+      SCOPED_TRACE(testing::Message() << "step " << step_s << ", tau_r " << tau);
+      const double force_N = 0.05;
+      Scene scene = pressed_thumb(0.0, {-force_N, 0.0, 0.0}, 1e-10);
+      scene.step_s = step_s;
+      scene.control_period_s = 1.0;  // one frame
+      scene.contact.max_per_finger = 1;
+      scene.contact.friction = 0.0;
+      scene.fingertips->material.relaxation_s = tau;
+      Loop loop(std::move(scene));
+      for (int tick = 1; tick <= std::lround(3.0 * tau / step_s) + 1; ++tick) {
+        loop.tick();
+        ASSERT_EQ(loop.frame.size(), 1);
+        const FrameContact& contact = loop.frame.contacts[0];
+        const Pulp& pulp = loop.model.pulps[0];
+        const double full_m = pulp.kernel(contact.control_point, contact.control_point) * force_N;
+        const double u_m = contact.E_F.col(0).dot(loop.state.u_m[0].row(contact.control_point));
+        EXPECT_NEAR(u_m / full_m, 1.0 - std::exp(-tick * step_s / tau), 1e-9);
+      }
+    }
+  }
+}
+
+/// How far the box has moved along a tangent when it is pressed by 1 N and pulled along for `time_s`.
+double creep_m(double step_s, double time_s) {
+  Scene scene = pressed_thumb(1e-3, {-1.0, 0.0, 0.0}, 0.1);
+  scene.step_s = step_s;
+  scene.control_period_s = step_s;
+  scene.contact.friction = 0.8;
+  scene.contact.tolerance = 1e-10;
+  scene.contact.max_sweeps = 100'000;
+  scene.fingertips->material.relaxation_s = 20e-3;
+  scene.task.push = Push{{0.0, 0.4, 0.0}, 0.4, 10.0};  // half of mu F_n
+  Loop loop(std::move(scene));
+  loop.run(0.4);
+  const Vector3d before = loop.state.X_WO.translation();
+  loop.run(time_s);
+  const Vector3d moved = loop.model.scene.object.X_WO.linear().transpose() * (loop.state.X_WO.translation() - before);
+  std::cout << step_s << ' ' << 1e6 * moved.transpose() << " contacts " << loop.frame.size() << '\n';
+  return moved.y();
+}
+
+TEST(Memory, CreepDoesNotDependOnTheStep) {
+  const double fine = creep_m(0.1e-3, 20e-3);
+  EXPECT_NEAR(creep_m(1e-3, 20e-3) / fine, 1.0, 0.01);
+  EXPECT_NEAR(creep_m(10e-3, 20e-3) / fine, 1.0, 0.01);
+}
+
+TEST(Memory, StickDoesNotDrift) {
+  Scene scene = pressed_thumb(1e-3, {-1.0, 0.4, 0.0}, 1.0);
+  scene.contact.tolerance = 1e-12;
+  scene.contact.max_sweeps = 100'000;
+  scene.step_s = scene.control_period_s = 1e-3;
+  Loop loop(std::move(scene));
+  loop.run(0.5);
+  const Vector3d before = loop.state.X_WO.translation();
+  loop.run(5.0);
+  std::cout << "drift " << (loop.state.X_WO.translation() - before).norm() << '\n';
+  EXPECT_LE((loop.state.X_WO.translation() - before).norm(), 1e-9);
+}
+
+/// The box grasp, carried sideways from the start on so that everything moves.
+class MovingGrasp : public testing::Test {
+ protected:
+  MovingGrasp()
+      : loop(with_exact_rotations(
+            scene_of("box_grasp", {kCoarseBox, "task.translate.from=0 s", "task.translate.over=100 ms"}))) {}
+  Loop loop;
+  const Model& model = loop.model;
+};
+
+/// B^-1 h times what drives the bodies, taken from a frame and from forces in world axes at the contacts: fingers are pushed by
+/// -J' f, the object by f and r x f.
+struct Motion {
+  JointVector dq;
+  Vector3d dp, turn;
+};
+Motion motion_of(const Model& model, const Frame& frame, const State& before, const std::vector<ContactForce>& forces) {
+  HandPose pose;
+  forward_kinematics(model.scene.hand, before.q, pose);
+  JointVector torque = frame.torque_Nm;
+  Vector3d force = frame.wrench.head<3>(), moment = frame.wrench.tail<3>();
+  for (std::size_t i = 0; i < forces.size(); ++i) {
+    const FrameContact& contact = frame.contacts[i];
+    const Vector3d f = contact.E_W * forces[i].f_C, s = before.X_WO * contact.s_O;
+    force += f;
+    moment += (s - before.X_WO.translation()).cross(f);
+    torque.segment<kJointsPerFinger>(kJointsPerFinger * contact.finger) -=
+        finger_jacobian(pose, contact.finger, s).transpose() * f;
+  }
+  const double h = model.scene.step_s;
+  return {h / model.scene.joint_viscosity * torque, h / model.scene.object.translation_damping * force,
+          h / model.scene.object.rotation_damping * moment};
+}
+
+// Action = reaction: the bodies move by what their own drive and one set of forces, f on the object and -f on the fingers at the
+// same points, give them; and what is reported as a finger's load is the sum of its forces. At a frame's first tick, where the
+// frozen geometry is that of the state. Rounding of sums over 60 contacts.
+TEST_F(MovingGrasp, ActionIsReaction) {
+  for (int tick = 0; tick < 100; ++tick) {
+    SCOPED_TRACE(tick);
+    const State before = loop.state;
+    loop.tick();
+    const Motion motion = motion_of(model, loop.frame, before, loop.state.forces);
+    EXPECT_LE((loop.state.q - before.q - motion.dq).norm(), 1e-14);
+    EXPECT_LE((loop.state.X_WO.translation() - before.X_WO.translation() - motion.dp).norm(), 1e-15);
+    const Eigen::AngleAxisd turn(loop.state.X_WO.linear() * before.X_WO.linear().transpose());
+    EXPECT_LE((turn.angle() * turn.axis() - motion.turn).norm(), 1e-14);
+
+    std::array<Vector3d, kFingers> load;
+    load.fill(Vector3d::Zero());
+    for (std::size_t i = 0; i < loop.state.forces.size(); ++i) {
+      load[loop.state.forces[i].finger] += loop.frame.contacts[i].E_W * loop.state.forces[i].f_C;
+    }
+    for (int k = 0; k < kFingers; ++k) EXPECT_LE((loop.state.load[k].force_N - load[k]).norm(), 1e-14);
+  }
+}
+
+// Coulomb's cone holds at every contact of every tick, also where the solver has run out of sweeps. The scaling back to the cone
+// rounds once.
+TEST_F(MovingGrasp, ForcesStayInTheirCones) {
+  loop.model.scene.contact.max_sweeps = 2;
+  const double mu = model.scene.contact.friction;
+  int loaded = 0;
+  while (loop.state.tick < 100) {
+    loop.tick();
+    for (const ContactForce& force : loop.state.forces) {
+      EXPECT_GE(force.f_C[0], 0.0);
+      EXPECT_LE(force.f_C.tail<2>().norm(), mu * force.f_C[0] * (1.0 + 1e-15));
+      loaded += force.f_C[0] > 0.0 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(loaded, 1000);
+}
+
+// A new frame finds the forces of the last tick by finger and control point. A tolerance that any guess meets keeps the solver
+// from changing them; contacts without a force of their own start at zero.
+TEST_F(MovingGrasp, ForcesAreCarriedToANewFrameById) {
+  loop.run(50e-3);
+  std::erase_if(loop.state.forces, [](const ContactForce& force) { return force.control_point % 3 == 0; });
+  std::erase_if(loop.state.forces, [](const ContactForce& force) { return force.finger == 2; });
+  const auto before = loop.state.forces;
+  loop.model.scene.contact.tolerance = 1e9;
+  loop.control();
+  contact_tick(model, loop.frame, loop.work, loop.state);
+
+  ASSERT_EQ(std::ssize(loop.state.forces), loop.frame.size());
+  int carried = 0;
+  for (Index i = 0; i < loop.frame.size(); ++i) {
+    const ContactForce& force = loop.state.forces[i];
+    EXPECT_EQ(force.finger, loop.frame.contacts[i].finger);
+    EXPECT_EQ(force.control_point, loop.frame.contacts[i].control_point);
+    const auto same = std::find_if(before.begin(), before.end(), [&](const ContactForce& old) {
+      return old.finger == force.finger && old.control_point == force.control_point;
+    });
+    const Vector3d expected = same == before.end() ? Vector3d(Vector3d::Zero()) : same->f_C;
+    EXPECT_LE((force.f_C - expected).norm(), 1e-15);
+    carried += expected[0] > 0.0 ? 1 : 0;
+  }
+  EXPECT_GT(carried, 5);
+}
+
+TEST_F(MovingGrasp, DoesNotAllocateAfterTheFirstTick) {
+  if (!AllocationCounter::is_available()) GTEST_SKIP() << "malloc is not ours to count";
+  loop.tick();
+  std::int64_t allocations = 0;
+  while (loop.state.tick < 200) {
+    loop.control();
+    const AllocationCounter counter;
+    contact_tick(model, loop.frame, loop.work, loop.state);
+    allocations += counter.count();
+  }
+  EXPECT_EQ(allocations, 0);
+}
+
+// Without contacts the bodies drift as their drive and their viscosity say, and nothing divides by a count of zero.
+TEST_F(MovingGrasp, MovesFreelyWithoutContacts) {
+  Frame frame(model);
+  frame.sequence = 7;
+  frame.torque_Nm.setConstant(0.01);
+  frame.wrench << 1.0, 2.0, 3.0, 0.0, 0.0, 0.0;
+  const State before = loop.state;
+  const TickReport report = contact_tick(model, frame, loop.work, loop.state);
+  EXPECT_EQ(report.contacts, 0);
+  EXPECT_EQ(report.solve.status, SolveStatus::kConverged);
+  EXPECT_TRUE(is_finite(loop.state));
+  EXPECT_TRUE(loop.state.forces.empty());
+  const double h = model.scene.step_s;
+  EXPECT_LE((loop.state.q - before.q - JointVector::Constant(0.01 * h / model.scene.joint_viscosity)).norm(), 1e-16);
+  EXPECT_LE((loop.state.X_WO.translation() - before.X_WO.translation() -
+             h / model.scene.object.translation_damping * Vector3d(1.0, 2.0, 3.0))
+                .norm(),
+            1e-16);
+}
+
+// Whatever the drive, the state stays finite and the forces in their cones.
+TEST_F(MovingGrasp, StaysFiniteUnderHugeForces) {
+  loop.run(50e-3);
+  for (const double wrench : {1e3, 1e9, -1e9}) {
+    SCOPED_TRACE(wrench);
+    State state = loop.state;
+    Frame frame = loop.frame;
+    frame.wrench.setConstant(wrench);
+    frame.torque_Nm.setConstant(-1e6);
+    const TickReport report = contact_tick(model, frame, loop.work, state);
+    EXPECT_NE(report.solve.status, SolveStatus::kNotFinite);
+    EXPECT_TRUE(is_finite(state));
+    for (const ContactForce& force : state.forces) {
+      EXPECT_LE(force.f_C.tail<2>().norm(), model.scene.contact.friction * force.f_C[0] * (1.0 + 1e-15));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace thenar
