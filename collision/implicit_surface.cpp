@@ -14,8 +14,8 @@ namespace {
 using Eigen::Index;
 using Eigen::Vector3d;
 
-// Where unused lanes are: beyond any support, and the square is finite.
-constexpr double kFarAway_m = 1e30;
+// Where unused lanes are [m]: beyond any support, and the square is finite.
+constexpr double kFarAway = 1e30;
 
 // Normals more than 60 degrees apart belong to two faces; less is curvature, or noise. 60 degrees is where a sample's
 // weight ends: max(0, 2 cos - 1).
@@ -80,7 +80,7 @@ void ImplicitSurface::fill_blocks() {
     first_block_.push_back(static_cast<Index>(blocks_.size()));
     for (Index i = node.begin; i < node.end; i += kLanes) {
       const Index used = std::min<Index>(kLanes, node.end - i);
-      blocks_.push_back({lanes(p.row(0), i, used, kFarAway_m), lanes(p.row(1), i, used, 0.0),
+      blocks_.push_back({lanes(p.row(0), i, used, kFarAway), lanes(p.row(1), i, used, 0.0),
                          lanes(p.row(2), i, used, 0.0), lanes(n.row(0), i, used, 0.0), lanes(n.row(1), i, used, 0.0),
                          lanes(n.row(2), i, used, 0.0)});
     }
@@ -137,7 +137,7 @@ void ImplicitSurface::vote_on_normals() {
       block.n_x[lane] *= verdicts[i];
       block.n_y[lane] *= verdicts[i];
       block.n_z[lane] *= verdicts[i];
-      if (verdicts[i] == 0.0) block.x[lane] = kFarAway_m;
+      if (verdicts[i] == 0.0) block.x[lane] = kFarAway;
     }
   }
 }
@@ -233,7 +233,7 @@ std::optional<ImplicitSurface::Face> ImplicitSurface::fit(const Vector3d& x_m, c
 
 /// Projects x twice, from `start` on. The weight and the least cosine are those around the start.
 std::optional<ImplicitSurface::Face> ImplicitSurface::project(const Vector3d& x_m, const Sample& start) const noexcept {
-  const std::optional<Face> first = fit(x_m, start.point_m, start.normal);
+  std::optional<Face> first = fit(x_m, start.point_m, start.normal);
   if (!first) return std::nullopt;
   const std::optional<Face> second = fit(x_m, x_m - first->f_m * first->n, first->n);
   // Past an edge or over a hole the projection leaves the samples: the first plane, extended, is the face.

@@ -119,12 +119,13 @@ PointCloud eliminate(const PointCloud& candidates, double area_m2, Index count) 
   using Entry = std::pair<double, Index>;
   std::vector<Entry> entries(all);
   for (Index i = 0; i < all; ++i) entries[i] = {crowd[i], i};
-  std::priority_queue<Entry> heap(std::less<Entry>(), std::move(entries));
+  std::priority_queue<Entry, std::vector<Entry>, std::less<>> heap(std::less<>(), std::move(entries));
   std::vector<char> kept(all, 1);
   for (Index left = all; left > count;) {
-    const auto [bound, i] = heap.top();
+    const Entry top = heap.top();
+    const Index i = top.second;
     heap.pop();
-    if (bound > crowd[i]) {
+    if (top.first > crowd[i]) {
       heap.emplace(crowd[i], i);
       continue;
     }

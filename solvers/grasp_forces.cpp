@@ -293,9 +293,11 @@ Forces missing_forces(const GraspProblem& problem) {
 double least_friction(GraspProblem problem) {
   GraspWorkspace work;
   Eigen::VectorXd f(3 * std::ssize(problem.contacts));
+  // Infeasibility is proved or not claimed; what stays without an answer, at little friction, is hard because it is
+  // feasible.
   const auto is_feasible = [&](double mu) {
     problem.friction = mu;
-    return solve_grasp_forces(problem, work, f).status == GraspStatus::kOptimal;
+    return solve_grasp_forces(problem, work, f).status != GraspStatus::kInfeasible;
   };
   if (is_feasible(0.0)) return 0.0;
   if (!is_feasible(kGreatestFriction)) return std::numeric_limits<double>::infinity();

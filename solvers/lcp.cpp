@@ -16,8 +16,10 @@ using VectorRef = Eigen::Ref<const Eigen::VectorXd>;
 // column; the smallest entries that matter, squares of a friction of 1e-5, are about 1e-10.
 constexpr double kZeroPivot = 1e-11;
 constexpr double kTie = 1e-12;
-// An answer must hold in the problem as given to this part of its terms. Sound ones reach 1e-12.
+// A solution must hold in the problem as given to this part of its terms, and a proof that there is none to this part
+// of M: solutions of thin friction pyramids have z of 1e9, which a weaker proof would not exclude.
 constexpr double kTrust = 1e-9;
+constexpr double kProof = 1e-12;
 
 /// Rows are padded to whole AVX registers.
 constexpr Index row_length(Index n) { return (2 * n + 2 + 3) / 4 * 4; }
@@ -148,7 +150,7 @@ bool is_solution(const MatrixRef& M, double M_scale, const VectorRef& q, double 
 /// 0.
 bool is_infeasibility_certificate(const MatrixRef& M, double M_scale, const VectorRef& q, const VectorRef& z) {
   for (Index j = 0; j < q.size(); ++j) {
-    if (M.col(j).dot(z) > kTrust * M_scale * z.sum()) return false;
+    if (M.col(j).dot(z) > kProof * M_scale * z.sum()) return false;
   }
   return q.dot(z) < 0.0;
 }

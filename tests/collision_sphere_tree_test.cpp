@@ -67,9 +67,10 @@ TEST(SphereTree, EverySampleLiesInOneLeafInOrder) {
 }
 
 TEST(SphereTree, ChildrenShareTheirParentsSamples) {
-  for (const auto& [name, cloud, leaves] : cases()) {
-    SCOPED_TRACE(name);
-    const SphereTree tree(cloud, leaves);
+  for (const Case& c : cases()) {
+    SCOPED_TRACE(c.name);
+    const PointCloud& cloud = c.cloud;
+    const SphereTree tree(cloud, c.leaves);
     EXPECT_EQ(tree.nodes().front().begin, 0);
     EXPECT_EQ(tree.nodes().front().end, cloud.points_m.cols());
     for (const SphereTree::Node& node : tree.nodes()) {

@@ -38,6 +38,7 @@ TEST(Memory, OneContactCreepsExponentially) {
       scene.control_period_s = 1.0;  // one frame
       scene.contact.max_per_finger = 1;
       scene.contact.friction = 0.0;
+      scene.contact.tolerance = 1e-14;
       scene.fingertips->material.relaxation_s = tau;
       Loop loop(std::move(scene));
       for (int tick = 1; tick <= std::lround(3.0 * tau / step_s) + 1; ++tick) {
@@ -53,7 +54,8 @@ TEST(Memory, OneContactCreepsExponentially) {
   }
 }
 
-/// How far the box has moved along a tangent when it is pressed by 1 N and pulled along for `time_s`.
+/// How far the box has moved along a tangent when the thumb has carried 1 N for 20 tau_r, after `time_s` under half the
+/// tangential force that it can hold, tau_r = 20 ms.
 double creep_m(double step_s, double time_s) {
   Scene scene = pressed_thumb(1e-3, {-1.0, 0.0, 0.0}, 0.1);
   scene.step_s = step_s;
@@ -68,26 +70,29 @@ double creep_m(double step_s, double time_s) {
   const Vector3d before = loop.state.X_WO.translation();
   loop.run(time_s);
   const Vector3d moved = loop.model.scene.object.X_WO.linear().transpose() * (loop.state.X_WO.translation() - before);
-  std::cout << step_s << ' ' << 1e6 * moved.transpose() << " contacts " << loop.frame.size() << '\n';
   return moved.y();
 }
 
+// Case T24: the exponential memory knows no step. What is left is the box's drag (0.1 N s/m against the pulp's 900 N/m: 0.1 ms of
+// 20 ms, by implicit Euler), a part of 1e-3. Implicit Euler for the pulp would be 1 % off at 1 ms and 11 % at 10 ms.
 TEST(Memory, CreepDoesNotDependOnTheStep) {
-  const double fine = creep_m(0.1e-3, 20e-3);
-  EXPECT_NEAR(creep_m(1e-3, 20e-3) / fine, 1.0, 0.01);
-  EXPECT_NEAR(creep_m(10e-3, 20e-3) / fine, 1.0, 0.01);
+  const double fine_m = creep_m(0.1e-3, 20e-3);
+  EXPECT_GT(fine_m, 100e-6);
+  EXPECT_NEAR(creep_m(1e-3, 20e-3) / fine_m, 1.0, 1e-3);
+  EXPECT_NEAR(creep_m(10e-3, 20e-3) / fine_m, 1.0, 1e-3);
 }
 
+// A contact that sticks under a constant load does not creep once the pulp has settled. The solver leaves 1e-12 of a free motion
+// of 1 mm a tick, 5e-12 m in 5000 ticks if all of it points one way; 1e-9 m is a hundredth of a percent of the elastic give.
 TEST(Memory, StickDoesNotDrift) {
   Scene scene = pressed_thumb(1e-3, {-1.0, 0.4, 0.0}, 1.0);
+  scene.step_s = scene.control_period_s = 1e-3;
   scene.contact.tolerance = 1e-12;
   scene.contact.max_sweeps = 100'000;
-  scene.step_s = scene.control_period_s = 1e-3;
   Loop loop(std::move(scene));
   loop.run(0.5);
   const Vector3d before = loop.state.X_WO.translation();
   loop.run(5.0);
-  std::cout << "drift " << (loop.state.X_WO.translation() - before).norm() << '\n';
   EXPECT_LE((loop.state.X_WO.translation() - before).norm(), 1e-9);
 }
 

@@ -23,8 +23,8 @@ inline Scene scene_of(const std::string& name, const std::vector<std::string>& o
   return load_scene(config_file(name), overrides);
 }
 
-/// The scene with segment frames that are rotations to the last bit: hand.yaml gives six digits of them, which would hide what
-/// a test of the algebra looks for.
+/// The scene with segment frames that are rotations to the last bit: hand.yaml gives six digits of them, which would
+/// hide what a test of the algebra looks for.
 inline Scene with_exact_rotations(Scene scene) {
   for (Segment& segment : scene.hand.segments) {
     segment.X_WS_0.linear() = Eigen::Quaterniond(segment.X_WS_0.linear()).normalized().toRotationMatrix();
@@ -60,11 +60,12 @@ struct Loop {
   ControlReport report;
 };
 
-/// The thumb, which nothing moves, against a face of a box that turns as if it were clamped and that a constant `force_C` on
-/// it (normal into the thumb negative, two tangents) moves: one pulp under a given load. `depth_m` is that of the pulp's rest
-/// shape at the start, `translation_damping` the box's.
+/// The thumb, which nothing moves, against a face of a box that turns as if it were clamped and that a constant
+/// `force_C` on it (normal into the thumb negative, two tangents) moves: one pulp under a given load. `depth_m` is that
+/// of the pulp's rest shape at the start, `translation_damping` the box's.
 inline Scene pressed_thumb(double depth_m, const Eigen::Vector3d& force_C, double translation_damping) {
-  Scene scene = scene_of("box_grasp", {"object.shape={box: [20 mm, 20 mm, 20 mm]}", "object.points=3000"});
+  Scene scene =
+      with_exact_rotations(scene_of("box_grasp", {"object.shape={box: [20 mm, 20 mm, 20 mm]}", "object.points=3000"}));
   scene.control.reset();
   scene.task = {};
   scene.torques = JointVector::Zero();
