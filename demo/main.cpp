@@ -101,7 +101,7 @@ int main(int argc, char** argv) try {
         ->type_name("KEY=VALUE");
   }
   run_command->add_option("--out", options.out, "Folder for summary.json, signals.csv and figures")->type_name("DIR");
-  run_command->add_option("--time", duration, "Simulated time, such as 0.5 s (same as --set time.duration=…)")
+  run_command->add_option("--time", duration, "Simulated time in seconds, or with a unit, such as '500 ms'")
       ->type_name("T");
   run_command->add_option("--format", options.format, "What to print")->check(CLI::IsMember({"text", "json"}));
   run_command->add_flag("--quiet", options.quiet, "Prints nothing but errors (and JSON, if asked for)");
@@ -111,7 +111,9 @@ int main(int argc, char** argv) try {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kDone : kBadUsage;
   }
-  if (!duration.empty()) options.overrides.push_back("time.duration=" + duration);
+  // A bare number is in seconds.
+  if (duration.find_first_not_of("0123456789.") == std::string::npos) duration += " s";
+  if (run_command->count("--time") > 0) options.overrides.push_back("time.duration=" + duration);
   return run_command->parsed() ? run(options) : check(options);
 } catch (const ConfigError& error) {
   std::cerr << error.what() << '\n';

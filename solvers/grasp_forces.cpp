@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <limits>
@@ -24,6 +25,8 @@ constexpr double kConsistent = 1e-9;
 // much.
 constexpr double kTrust = 1e-8;
 constexpr double kTrustedGap = 1e-6;
+// Forces this many times the least that would give the wrench without pyramids count as none.
+constexpr double kOutOfReach = 1e8;
 
 constexpr double kGreatestFriction = 10.0;
 constexpr double kFrictionStep = 1e-3;
@@ -172,18 +175,6 @@ Forces nearest_forces(const GraspMap& map, const Wrench& w, const Forces& y) {
   return y + least_forces(map, {w.force - had.force, w.torque - had.torque});
 }
 
-GraspStatus status_of(LcpStatus status) {
-  switch (status) {
-    case LcpStatus::kSolved:
-      return GraspStatus::kOptimal;
-    case LcpStatus::kInfeasible:
-      return GraspStatus::kInfeasible;
-    case LcpStatus::kBudgetSpent:
-      break;
-  }
-  return GraspStatus::kBudgetSpent;
-}
-
 bool is_finite(const GraspProblem& problem) {
   bool finite = problem.wrench.allFinite() && problem.centre_m.allFinite() && std::isfinite(problem.friction) &&
                 std::isfinite(problem.internal_force_N);
@@ -216,6 +207,15 @@ bool is_sound(const GraspMap& map, const Wrench& w, const Forces& f, GraspWorksp
   multiply_rows(work, 5, f);
   return (nearest_forces(map, w, f) - f).norm() <= kTrust * size_N && work.q.minCoeff() >= -kTrust * size_N &&
          std::abs(work.z.dot(work.q)) <= kTrustedGap * size_N * size_N;
+}
+
+/// Whether the ray z proves that no forces do. Feasible f has 0 <= z.(A f) = z.q + (pi A'z).f, so it is at least as
+/// large as -z.q / |pi A'z|: with exact arithmetic infinite, in doubles to be far beyond what little friction can ask
+/// for.
+bool is_proof(const GraspMap& map, const Wrench& w, const GraspWorkspace& work) {
+  const Forces y = combine_rows(work, 5, map.arms.cols());
+  const double left = nearest_forces(map, {Vector3d::Zero(), Vector3d::Zero()}, y).norm();
+  return -work.z.dot(work.q) >= kOutOfReach * left * least_forces(map, w).norm();
 }
 
 /// -c of eq. (14).
@@ -256,7 +256,8 @@ GraspReport solve_grasp_forces(const GraspProblem& problem, GraspWorkspace& work
   multiply_rows(work, 5, nearest_forces(map, w, y));
   work.z.resize(5 * n);
   const LcpReport lcp = solve_lcp(work.M, work.q, usual_pivot_budget(5 * n), work.lcp, work.z);
-  if (lcp.status != LcpStatus::kSolved) return {status_of(lcp.status), lcp.pivots};
+  if (lcp.status == LcpStatus::kInfeasible && is_proof(map, w, work)) return {GraspStatus::kInfeasible, lcp.pivots};
+  if (lcp.status != LcpStatus::kSolved) return {GraspStatus::kBudgetSpent, lcp.pivots};
 
   y += combine_rows(work, 5, n);
   const Forces found = nearest_forces(map, w, y);

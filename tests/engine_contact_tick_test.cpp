@@ -1,11 +1,10 @@
-#include "engine/contact_tick.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
+#include "engine/contact_tick.h"
 #include "tests/allocation_counter.h"
 #include "tests/scenes.h"
 
@@ -26,8 +25,9 @@ bool is_finite(const State& state) {
   return finite;
 }
 
-// Kelvin-Voigt: under a constant force the pulp gives way by C f (1 - exp(-t / tau_r)), exactly at every step length. One
-// contact without friction, on a box so easy to move (1e-10 N s/m) that its drag takes 1e-10 / (tau_r / C) of the force.
+// Kelvin-Voigt: under a constant force the pulp gives way by C f (1 - exp(-t / tau_r)), exactly at every step length.
+// One contact without friction, on a box so easy to move (1e-10 N s/m) that its drag takes 1e-10 / (tau_r / C) of the
+// force.
 TEST(Memory, OneContactCreepsExponentially) {
   for (const double step_s : {0.1e-3, 1e-3, 10e-3}) {
     for (const double tau : {2e-3, 20e-3}) {
@@ -73,8 +73,9 @@ double creep_m(double step_s, double time_s) {
   return moved.y();
 }
 
-// Case T24: the exponential memory knows no step. What is left is the box's drag (0.1 N s/m against the pulp's 900 N/m: 0.1 ms of
-// 20 ms, by implicit Euler), a part of 1e-3. Implicit Euler for the pulp would be 1 % off at 1 ms and 11 % at 10 ms.
+// Case T24: the exponential memory knows no step. What is left is the box's drag (0.1 N s/m against the pulp's 900 N/m:
+// 0.1 ms of 20 ms, by implicit Euler), a part of 1e-3. Implicit Euler for the pulp would be 1 % off at 1 ms and 11 % at
+// 10 ms.
 TEST(Memory, CreepDoesNotDependOnTheStep) {
   const double fine_m = creep_m(0.1e-3, 20e-3);
   EXPECT_GT(fine_m, 100e-6);
@@ -82,8 +83,9 @@ TEST(Memory, CreepDoesNotDependOnTheStep) {
   EXPECT_NEAR(creep_m(10e-3, 20e-3) / fine_m, 1.0, 1e-3);
 }
 
-// A contact that sticks under a constant load does not creep once the pulp has settled. The solver leaves 1e-12 of a free motion
-// of 1 mm a tick, 5e-12 m in 5000 ticks if all of it points one way; 1e-9 m is a hundredth of a percent of the elastic give.
+// A contact that sticks under a constant load does not creep once the pulp has settled. The solver leaves 1e-12 of a
+// free motion of 1 mm a tick, 5e-12 m in 5000 ticks if all of it points one way; 1e-9 m is a hundredth of a percent of
+// the elastic give.
 TEST(Memory, StickDoesNotDrift) {
   Scene scene = pressed_thumb(1e-3, {-1.0, 0.4, 0.0}, 1.0);
   scene.step_s = scene.control_period_s = 1e-3;
@@ -106,8 +108,8 @@ class MovingGrasp : public testing::Test {
   const Model& model = loop.model;
 };
 
-/// B^-1 h times what drives the bodies, taken from a frame and from forces in world axes at the contacts: fingers are pushed by
-/// -J' f, the object by f and r x f.
+/// B^-1 h times what drives the bodies, taken from a frame and from forces in world axes at the contacts: fingers are
+/// pushed by -J' f, the object by f and r x f.
 struct Motion {
   JointVector dq;
   Vector3d dp, turn;
@@ -130,9 +132,9 @@ Motion motion_of(const Model& model, const Frame& frame, const State& before, co
           h / model.scene.object.rotation_damping * moment};
 }
 
-// Action = reaction: the bodies move by what their own drive and one set of forces, f on the object and -f on the fingers at the
-// same points, give them; and what is reported as a finger's load is the sum of its forces. At a frame's first tick, where the
-// frozen geometry is that of the state. Rounding of sums over 60 contacts.
+// Action = reaction: the bodies move by what their own drive and one set of forces, f on the object and -f on the
+// fingers at the same points, give them; and what is reported as a finger's load is the sum of its forces. At a frame's
+// first tick, where the frozen geometry is that of the state. Rounding of sums over 60 contacts.
 TEST_F(MovingGrasp, ActionIsReaction) {
   for (int tick = 0; tick < 100; ++tick) {
     SCOPED_TRACE(tick);
@@ -153,8 +155,8 @@ TEST_F(MovingGrasp, ActionIsReaction) {
   }
 }
 
-// Coulomb's cone holds at every contact of every tick, also where the solver has run out of sweeps. The scaling back to the cone
-// rounds once.
+// Coulomb's cone holds at every contact of every tick, also where the solver has run out of sweeps. The scaling back to
+// the cone rounds once.
 TEST_F(MovingGrasp, ForcesStayInTheirCones) {
   loop.model.scene.contact.max_sweeps = 2;
   const double mu = model.scene.contact.friction;
@@ -170,8 +172,8 @@ TEST_F(MovingGrasp, ForcesStayInTheirCones) {
   EXPECT_GT(loaded, 1000);
 }
 
-// A new frame finds the forces of the last tick by finger and control point. A tolerance that any guess meets keeps the solver
-// from changing them; contacts without a force of their own start at zero.
+// A new frame finds the forces of the last tick by finger and control point. A tolerance that any guess meets keeps the
+// solver from changing them; contacts without a force of their own start at zero.
 TEST_F(MovingGrasp, ForcesAreCarriedToANewFrameById) {
   loop.run(50e-3);
   std::erase_if(loop.state.forces, [](const ContactForce& force) { return force.control_point % 3 == 0; });

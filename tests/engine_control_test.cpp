@@ -1,5 +1,3 @@
-#include "engine/control.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
@@ -7,6 +5,7 @@
 #include <numbers>
 #include <random>
 
+#include "engine/control.h"
 #include "tests/scenes.h"
 
 namespace thenar {
@@ -23,8 +22,8 @@ Isometry3d pose_of(const Vector3d& p, const Matrix3d& R) {
   return X;
 }
 
-// The error is the twist that takes the object to its target: its position by a difference, its axes by a rotation vector in
-// world axes. Rounding of a rotation matrix to an angle: 1e-15 rad; near 90 degrees a few times that.
+// The error is the twist that takes the object to its target: its position by a difference, its axes by a rotation
+// vector in world axes. Rounding of a rotation matrix to an angle: 1e-15 rad; near 90 degrees a few times that.
 TEST(PoseError, IsTheMotionToTheTarget) {
   std::mt19937_64 random(4);
   for (const double angle : {0.0, 1e-9, 1e-6, 0.01, std::numbers::pi / 2.0, 3.0}) {
@@ -40,7 +39,8 @@ TEST(PoseError, IsTheMotionToTheTarget) {
   }
 }
 
-// p e + i sum(e T) + d (e - e_last) / T, position and rotation each with their gains; nothing to differentiate at first.
+// p e + i sum(e T) + d (e - e_last) / T, position and rotation each with their gains; nothing to differentiate at
+// first.
 TEST(PosePid, SumsProportionIntegralAndDifference) {
   PosePid pid({300.0, 900.0, 5.0}, {0.5, 1.5, 0.01});
   Vector6d e1, e2;
@@ -100,16 +100,16 @@ TEST_F(GraspControl, FilterLagsByTheRelaxationTime) {
       const double risen = 1.0 - std::pow(1.0 / (1.0 + T / tau), step);
       for (int k = 0; k < kFingers; ++k) {
         const Vector3d n = contacts[k].frame.col(0), f_n = f_desired.col(k).dot(n) * n;
-        const Vector3d expected = risen * (f_n / control.pulp_normal_N_per_m +
-                                           (f_desired.col(k) - f_n) / control.pulp_tangential_N_per_m);
+        const Vector3d expected =
+            risen * (f_n / control.pulp_normal_N_per_m + (f_desired.col(k) - f_n) / control.pulp_tangential_N_per_m);
         EXPECT_LE((y.col(k) - expected).norm(), 1e-13 * expected.norm());
       }
     }
   }
 }
 
-// A finger that does not touch acts with the point of its pulp sphere that looks along the object's nearest inward normal. At
-// the start of the box grasp these are faces: the thumb's opposite to the index's and the major's.
+// A finger that does not touch acts with the point of its pulp sphere that looks along the object's nearest inward
+// normal. At the start of the box grasp these are faces: the thumb's opposite to the index's and the major's.
 TEST_F(GraspControl, UnloadedFingerActsAlongTheNearestNormal) {
   const Matrix3d& R = state.X_WO.linear();
   for (int k = 0; k < kFingers; ++k) {
@@ -154,8 +154,9 @@ TEST_F(PaperControl, TorquesAreTheGainTimesTheDeviation) {
   }
 }
 
-// The paper's law at rest: forces f for which the torques it asks for, once the filter has settled, carry just J' f. Solved here
-// from the controller's own functions, which are linear in f: tau(f) = tau(0) + T f by trying every unit force.
+// The paper's law at rest: forces f for which the torques it asks for, once the filter has settled, carry just J' f.
+// Solved here from the controller's own functions, which are linear in f: tau(f) = tau(0) + T f by trying every unit
+// force.
 TEST_F(PaperControl, PredictedErrorIsThatOfTheStaticSolution) {
   const auto torques = [&](const FingerForces& f) {
     ForceFilter filter(model);

@@ -1,10 +1,9 @@
-#include "engine/frame.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
 #include <random>
 
+#include "engine/frame.h"
 #include "tests/scenes.h"
 
 namespace thenar {
@@ -57,7 +56,8 @@ TEST_F(GraspFrame, HoldsContactsOfEveryFingerInOrder) {
   }
 }
 
-// The contact's axes: a rotation, the first into the object (from a finger towards the box's centre), the same in both bodies.
+// The contact's axes: a rotation, the first into the object (from a finger towards the box's centre), the same in both
+// bodies.
 TEST_F(GraspFrame, AxesAreRightHandedAndPointIntoTheObject) {
   for (const FrameContact& contact : frame.contacts) {
     const Matrix3d& E = contact.E_W;
@@ -70,9 +70,9 @@ TEST_F(GraspFrame, AxesAreRightHandedAndPointIntoTheObject) {
   }
 }
 
-// J_c maps speeds to the motion of the object against the finger at s: the derivative, by every joint and direction, of the
-// distance between the points of both bodies that are at s now, in the contact's axes of now. Step 1e-6: its error is 1e-12
-// from the curvature (1e-12 times second derivatives below 1) and 1e-17 / 1e-6 from rounding.
+// J_c maps speeds to the motion of the object against the finger at s: the derivative, by every joint and direction, of
+// the distance between the points of both bodies that are at s now, in the contact's axes of now. Step 1e-6: its error
+// is 1e-12 from the curvature (1e-12 times second derivatives below 1) and 1e-17 / 1e-6 from rounding.
 TEST_F(GraspFrame, JacobianIsTheRelativeMotionAtTheSurface) {
   constexpr double h = 1e-6;
   const MatrixXd J = contact_jacobian(frame);
@@ -83,9 +83,9 @@ TEST_F(GraspFrame, JacobianIsTheRelativeMotionAtTheSurface) {
     VectorXd all(3 * frame.size());
     for (Index i = 0; i < frame.size(); ++i) {
       const FrameContact& contact = frame.contacts[i];
-      const Vector3d s_F = loop.controller.pose.distal(hand, contact.finger).inverse() * (loop.state.X_WO * contact.s_O);
-      all.segment<3>(3 * i) =
-          contact.E_W.transpose() * (X_WO * contact.s_O - pose.distal(hand, contact.finger) * s_F);
+      const Vector3d s_F =
+          loop.controller.pose.distal(hand, contact.finger).inverse() * (loop.state.X_WO * contact.s_O);
+      all.segment<3>(3 * i) = contact.E_W.transpose() * (X_WO * contact.s_O - pose.distal(hand, contact.finger) * s_F);
     }
     return all;
   };
@@ -108,8 +108,8 @@ TEST_F(GraspFrame, JacobianIsTheRelativeMotionAtTheSurface) {
   }
 }
 
-// W(h) = h J_c B^-1 J_c' + (1 - rho) C, computed with full matrices; symmetric and positive semi-definite, as f acts on the
-// object and -f on the finger. Tolerances are rounding of sums of 18 terms.
+// W(h) = h J_c B^-1 J_c' + (1 - rho) C, computed with full matrices; symmetric and positive semi-definite, as f acts on
+// the object and -f on the finger. Tolerances are rounding of sums of 18 terms.
 TEST_F(GraspFrame, DelassusOperatorIsTheDenseFormula) {
   for (const double h : {31.25e-6, 1e-3, 5e-3}) {
     SCOPED_TRACE(h);
@@ -145,8 +145,8 @@ TEST_F(GraspFrame, DelassusOperatorIsTheDenseFormula) {
   }
 }
 
-// Tangents turn with the normal without a twist: along a great circle from the pulp's mean normal the frame turns as the normal
-// does. So the components of a force keep their meaning from frame to frame.
+// Tangents turn with the normal without a twist: along a great circle from the pulp's mean normal the frame turns as
+// the normal does. So the components of a force keep their meaning from frame to frame.
 TEST(ContactBasis, FollowsTheNormalWithoutATwist) {
   std::mt19937_64 random(3);
   for (int trial = 0; trial < 100; ++trial) {
@@ -172,8 +172,8 @@ TEST(PointContact, IsTheNearestPointOfTheTipsSphere) {
     const Fingertip& tip = loop.model.scene.hand.fingertips[k];
     const Vector3d centre_O =
         loop.state.X_WO.inverse() * (loop.controller.pose.distal(loop.model.scene.hand, k) * tip.centre_m);
-    // The ball is sampled: its implicit surface lies within 0.05 mm of it (h^2 / (12 R), h = 2.2 spacings of 1 mm) and its
-    // normals within 1 degree.
+    // The ball is sampled: its implicit surface lies within 0.05 mm of it (h^2 / (12 R), h = 2.2 spacings of 1 mm) and
+    // its normals within 1 degree.
     EXPECT_NEAR(contact.s_O.norm(), R, 0.05e-3);
     EXPECT_LE(contact.n_O.cross(-centre_O.normalized()).norm(), 0.02);
     EXPECT_GT(contact.n_O.dot(-centre_O), 0.0);

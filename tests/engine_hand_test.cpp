@@ -1,11 +1,10 @@
-#include "engine/hand.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
 #include <nlohmann/json.hpp>
 #include <random>
 
+#include "engine/hand.h"
 #include "solvers/grasp_forces.h"
 #include "solvers/muscle_forces.h"
 #include "tests/json_eigen.h"
@@ -71,7 +70,8 @@ TEST_F(HandReference, GravityTorques) {
   EXPECT_TRUE(g.isApprox(vector_of(reference.at("gravity_term")), kRelative));
 }
 
-// The optimum of a strictly convex problem is unique, so two programs must meet; 1e-6 N is the reference's own accuracy.
+// The optimum of a strictly convex problem is unique, so two programs must meet; 1e-6 N is the reference's own
+// accuracy.
 TEST_F(HandReference, GraspForces) {
   GraspWorkspace work;
   ASSERT_EQ(reference.at("grasp").size(), 25);
@@ -155,7 +155,8 @@ TEST_F(RandomPostures, JacobianIsTheDerivativeOfForwardKinematics) {
   }
 }
 
-// g of b qdot + g = tau is the derivative of the weight's potential, -sum m gravity . x_com. Gravity is taken from no axis.
+// g of b qdot + g = tau is the derivative of the weight's potential, -sum m gravity . x_com. Gravity is taken from no
+// axis.
 TEST_F(RandomPostures, GravityTorquesAreTheDerivativeOfThePotential) {
   const Vector3d gravity(3.0, -5.0, 8.0);
   for (int trial = 0; trial < 20; ++trial) {
@@ -174,8 +175,8 @@ TEST_F(RandomPostures, GravityTorquesAreTheDerivativeOfThePotential) {
   }
 }
 
-// Virtual work: where a tendon runs straight to a point that the joint does not move, its moment arm is the rate at which it
-// shortens.
+// Virtual work: where a tendon runs straight to a point that the joint does not move, its moment arm is the rate at
+// which it shortens.
 TEST_F(RandomPostures, MomentArmOfAStraightTendonIsItsExcursion) {
   int tendons = 0;
   MatrixXd H(kJoints, hand.muscles.size());

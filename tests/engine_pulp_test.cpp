@@ -1,5 +1,3 @@
-#include "engine/pulp.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
@@ -8,6 +6,7 @@
 #include <random>
 
 #include "engine/frame.h"
+#include "engine/pulp.h"
 #include "solvers/gauss_seidel.h"
 #include "tests/scenes.h"
 
@@ -29,9 +28,7 @@ constexpr int kFinger = 1;  // The index finger: its pulp has the radius of the 
 constexpr int kOrientations = 20;
 
 // Hertz: sphere against rigid plane.
-double hertz_force_N(double depth_m) {
-  return 4.0 / 3.0 * kModulus_Pa * std::sqrt(kRadius_m) * std::pow(depth_m, 1.5);
-}
+double hertz_force_N(double depth_m) { return 4.0 / 3.0 * kModulus_Pa * std::sqrt(kRadius_m) * std::pow(depth_m, 1.5); }
 double hertz_contact_radius_m(double depth_m) { return std::sqrt(kRadius_m * depth_m); }
 
 Scene pulp_scene(Index points, Index leaves) {
@@ -42,8 +39,8 @@ Scene pulp_scene(Index points, Index leaves) {
   return scene;
 }
 
-/// The pulp pressed by `depth_m` against a rigid plane: contacts at the control points whose gap is below the band, with
-/// the compliance that a frame gives them.
+/// The pulp pressed by `depth_m` against a rigid plane: contacts at the control points whose gap is below the band,
+/// with the compliance that a frame gives them.
 class PressedPulp {
  public:
   PressedPulp(const Model& model, const Vector3d& n_F, double depth_m) : frame_(model) {
@@ -75,8 +72,7 @@ class PressedPulp {
   [[nodiscard]] Eigen::MatrixX3d forces(double mu, const Eigen::Matrix2Xd& slip_m) const {
     VectorXd delta_free(3 * size()), f = VectorXd::Zero(3 * size()), delta(3 * size());
     for (Index i = 0; i < size(); ++i) delta_free.segment<3>(3 * i) << gap_m[i], slip_m.col(i);
-    const SolveReport report =
-        solve_contacts(C, delta_free, VectorXd::Constant(size(), mu), {1e-9, 100'000}, f, delta);
+    const SolveReport report = solve_contacts(C, delta_free, VectorXd::Constant(size(), mu), {1e-9, 100'000}, f, delta);
     EXPECT_EQ(report.status, SolveStatus::kConverged);
     return f.reshaped<Eigen::RowMajor>(size(), 3);
   }
@@ -101,8 +97,8 @@ Statistics statistics(const VectorXd& v) {
 }
 
 std::string text(const std::string& what, const Statistics& s) {
-  return what + ": mean " + std::to_string(s.mean) + " +- " + std::to_string(s.deviation) + ", " + std::to_string(s.min) +
-         " .. " + std::to_string(s.max);
+  return what + ": mean " + std::to_string(s.mean) + " +- " + std::to_string(s.deviation) + ", " +
+         std::to_string(s.min) + " .. " + std::to_string(s.max);
 }
 
 /// `measure(pulp pressed in some direction)` over random orientations.
@@ -120,14 +116,14 @@ Statistics hertz_ratio(const Model& model, double depth_m) {
   });
 }
 
-// The law is Hertz's. A control spacing of 1.77 mm leaves the contact circle (radius 2 mm at 0.5 mm, 2.8 mm at 1 mm) with a
-// dozen points, which land differently in every orientation: 8 % covers that, and the kernel's own error of 4 %.
+// The law is Hertz's. A control spacing of 1.77 mm leaves the contact circle (radius 2 mm at 0.5 mm, 2.8 mm at 1 mm)
+// with a dozen points, which land differently in every orientation: 8 % covers that, and the kernel's own error of 4 %.
 TEST(Pulp, PressesLikeHertz) {
   const Model model(pulp_scene(2400, 320));
   for (const double depth_m : {0.5e-3, 1e-3, 2e-3}) {
     SCOPED_TRACE(depth_m);
     const Statistics ratio = hertz_ratio(model, depth_m);
-    std::cout << depth_m << ' ' << text("force / Hertz", ratio) << '\n';
+    SCOPED_TRACE(text("force / Hertz", ratio));
     EXPECT_NEAR(ratio.mean, 1.0, 0.08);
     if (depth_m < 1e-3) continue;
     EXPECT_GT(ratio.min, 0.92);
@@ -141,7 +137,7 @@ TEST(Pulp, ApproachesHertzWithMorePoints) {
   for (const double depth_m : {0.25e-3, 0.5e-3, 1e-3, 2e-3}) {
     SCOPED_TRACE(depth_m);
     const Statistics ratio = hertz_ratio(model, depth_m);
-    std::cout << depth_m << ' ' << text("force / Hertz", ratio) << '\n';
+    SCOPED_TRACE(text("force / Hertz", ratio));
     EXPECT_NEAR(ratio.mean, 1.0, depth_m < 1e-3 ? 0.05 : 0.03);
     // At 0.25 mm a single orientation still meets no more than a dozen points.
     if (depth_m < 0.5e-3) continue;
@@ -150,8 +146,8 @@ TEST(Pulp, ApproachesHertzWithMorePoints) {
   }
 }
 
-// Mindlin: while nothing slips, a Hertz contact resists a tangential displacement by 8 G a / (2 - nu). The pulp's tangential
-// compliance is its normal one times c_t, so this is as far off as Hertz's force is.
+// Mindlin: while nothing slips, a Hertz contact resists a tangential displacement by 8 G a / (2 - nu). The pulp's
+// tangential compliance is its normal one times c_t, so this is as far off as Hertz's force is.
 TEST(Pulp, SticksLikeMindlin) {
   const Model model(pulp_scene(2400, 320));
   const double depth_m = 1e-3, slip_m = 1e-6;
@@ -165,16 +161,16 @@ TEST(Pulp, SticksLikeMindlin) {
     const Eigen::MatrixX3d f = pressed.forces(10.0, (slip_m * direction).replicate(1, pressed.size()));
     return -(f.rightCols<2>() * direction).sum() / slip_m / mindlin_N_per_m;
   });
-  std::cout << text("stick stiffness / Mindlin", ratio) << '\n';
+  SCOPED_TRACE(text("stick stiffness / Mindlin", ratio));
   EXPECT_NEAR(ratio.mean, 1.0, 0.05);
 }
 
-// A Hertz contact that turns about its normal until all of it slides gives 3 pi/16 mu F a: the pressure has the right spread.
+// A Hertz contact that turns about its normal until all of it slides gives 3 pi/16 mu F a: the pressure has the right
+// spread.
 TEST(Pulp, LimitsTorsionLikeHertz) {
   const Model model(pulp_scene(2400, 320));
   const double depth_m = 1e-3, mu = 0.5;
-  const double limit_Nm =
-      3.0 * std::numbers::pi / 16.0 * mu * hertz_force_N(depth_m) * hertz_contact_radius_m(depth_m);
+  const double limit_Nm = 3.0 * std::numbers::pi / 16.0 * mu * hertz_force_N(depth_m) * hertz_contact_radius_m(depth_m);
   const Statistics ratio = over_orientations(model, depth_m, [&](const PressedPulp& pressed) {
     const Eigen::Matrix2Xd xy = (pressed.E_F.transpose() * pressed.points_m).bottomRows<2>();
     const VectorXd f_n = pressed.normal_forces();
@@ -189,7 +185,7 @@ TEST(Pulp, LimitsTorsionLikeHertz) {
                               .sum();
     return -moment / limit_Nm;
   });
-  std::cout << text("torsion limit / Hertz", ratio) << '\n';
+  SCOPED_TRACE(text("torsion limit / Hertz", ratio));
   EXPECT_NEAR(ratio.mean, 1.0, 0.08);
 }
 
@@ -245,9 +241,9 @@ TEST(Pulp, KernelIsTheOneOfTheHeader) {
   EXPECT_NEAR(pulp.tangential * pulp.tangential, 1.5, 1e-15);
 }
 
-// k_ij is a mixture of Gaussians of r_ij times positive weights exp(-t s_i^2 / 2) exp(-t s_j^2 / 2): positive definite for any
-// points. C = k_ij (S E_i') (S E_j')' inherits it for any normals. Its smallest eigenvalue is 1 % of its largest entry or more
-// (ten times its condition would make Gauss-Seidel slow), whatever the normals.
+// k_ij is a mixture of Gaussians of r_ij times positive weights exp(-t s_i^2 / 2) exp(-t s_j^2 / 2): positive definite
+// for any points. C = k_ij (S E_i') (S E_j')' inherits it for any normals. Its smallest eigenvalue is 1 % of its
+// largest entry or more (ten times its condition would make Gauss-Seidel slow), whatever the normals.
 TEST(Pulp, ComplianceIsPositiveDefiniteForAnyNormals) {
   const Model model(all_controls(2400, 320));
   for (unsigned seed = 0; seed < 5; ++seed) {
@@ -257,8 +253,8 @@ TEST(Pulp, ComplianceIsPositiveDefiniteForAnyNormals) {
   }
 }
 
-// Case T20: samples 1 um apart, and leaves whose areas differ a hundredfold. Two points at r << s differ by r^2 / s^2 = 1e-6
-// at the largest areas; an eigenvalue that is 1e-8 of the largest entry is still far above rounding.
+// Case T20: samples 1 um apart, and leaves whose areas differ a hundredfold. Two points at r << s differ by r^2 / s^2 =
+// 1e-6 at the largest areas; an eigenvalue that is 1e-8 of the largest entry is still far above rounding.
 TEST(Pulp, ComplianceIsPositiveDefiniteForNearDuplicates) {
   Model model(all_controls(1200, 100));
   for (unsigned seed = 0; seed < 10; ++seed) {

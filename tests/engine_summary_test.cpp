@@ -1,11 +1,10 @@
-#include "engine/summary.h"
-
 #include <gtest/gtest.h>
 
 #include <string>
 #include <vector>
 
 #include "engine/monolithic.h"
+#include "engine/summary.h"
 #include "tests/scenes.h"
 
 namespace thenar {
@@ -19,7 +18,6 @@ struct SceneRun {
       : model(scene_of(scene, overrides)), state(model), recording(run_monolithic(model, state)) {
     summary = summarize(model, recording);
     failed = failure(model, recording);
-    std::cout << summary["object"] << summary["grasp"] << summary["contacts"] << summary["lcp"] << '\n';
   }
   [[nodiscard]] double number(const char* group, const char* key) const { return summary.at(group).at(key); }
 
@@ -36,8 +34,8 @@ void expect_held(const SceneRun& run) {
   EXPECT_FALSE(run.failed) << *run.failed;
 }
 
-// The bounds are those the reference scene is asked to meet; two independent simulations of it end at rms 0.60 mm, 0.04 mm off,
-// force error 0.3 %, rotation 0.41 degrees.
+// The bounds are those the reference scene is asked to meet; two independent simulations of it end at rms 0.60 mm, 0.04
+// mm off, force error 0.3 %, rotation 0.41 degrees.
 TEST(BoxGrasp, CarriesTheBoxToItsTarget) {
   const SceneRun run("box_grasp");
   expect_held(run);
@@ -73,8 +71,8 @@ TEST_P(ContactCount, IsKeptAndHolds) {
 }
 INSTANTIATE_TEST_SUITE_P(BoxGrasp, ContactCount, testing::Values(5, 10));
 
-// The paper's law leaves the steady force error that its statics predict. The prediction takes the patch for a point, and the
-// object still moves a little: 20 %.
+// The paper's law leaves the steady force error that its statics predict. The prediction takes the patch for a point,
+// and the object still moves a little: 20 %.
 TEST(BoxGrasp, PaperLawLeavesThePredictedForceError) {
   const SceneRun run("box_grasp", {"control.law=paper"});
   expect_held(run);
@@ -88,7 +86,6 @@ TEST(BoxGrasp, SlipperyBoxIsLost) {
   EXPECT_FALSE(run.summary.at("grasp").at("held"));
   EXPECT_TRUE(run.recording.loss);
   ASSERT_TRUE(run.failed);
-  std::cout << *run.failed << '\n';
   const bool names_a_finger = run.failed->find("thumb") != std::string::npos ||
                               run.failed->find("index") != std::string::npos ||
                               run.failed->find("major") != std::string::npos;

@@ -1,9 +1,8 @@
-#include "engine/surface_display.h"
-
 #include <gtest/gtest.h>
 
 #include <random>
 
+#include "engine/surface_display.h"
 #include "tests/allocation_counter.h"
 #include "tests/scenes.h"
 
@@ -45,8 +44,8 @@ TEST_P(Display, StaysWithinTheControlPointsDisplacements) {
   }
 }
 
-// Only the nearest control points count: one that moves is seen about it, most at the samples nearest to it, and nowhere on the
-// far side.
+// Only the nearest control points count: one that moves is seen about it, most at the samples nearest to it, and
+// nowhere on the far side.
 TEST_P(Display, IsLocal) {
   if (pulp.controls() < 100) return;
   MatrixX3d u = MatrixX3d::Zero(pulp.controls(), 3);
