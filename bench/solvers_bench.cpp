@@ -25,14 +25,14 @@ void BM_GraspForces(benchmark::State& bench) {
   VectorXd f(3 * kFingers);
   Eigen::MatrixXd G(6, 3 * kFingers);
   const auto problem_of = [&](std::size_t i) {
-    GraspProblem problem = grasp_problem(run.model.scene, run.controls[i], run.states[i].X_WO.translation());
+    GraspProblem problem = grasp_problem(run.model.scene, run.ticks[i].control, run.ticks[i].state.X_WO.translation());
     problem.friction = 0.01 * static_cast<double>(bench.range(0));
     return problem;
   };
   std::size_t i = 0;
   double pivots = 0.0;
   for (auto _ : bench) {
-    i = (i + 1) % run.states.size();
+    i = (i + 1) % run.ticks.size();
     const GraspReport report = solve_grasp_forces(problem_of(i), work, f);
     benchmark::DoNotOptimize(f.data());
     pivots += report.pivots;
@@ -51,11 +51,11 @@ void BM_MuscleForces(benchmark::State& bench) {
   const Hand& hand = run.model.scene.hand;
   const auto muscles = static_cast<Index>(hand.muscles.size());
   HandPose pose;
-  forward_kinematics(hand, run.states.front().q, pose);
+  forward_kinematics(hand, run.ticks.front().state.q, pose);
   Eigen::MatrixXd H(kJoints, muscles);
   moment_arms(hand, pose, H);
   std::vector<JointVector> torques;
-  for (const ControlReport& control : run.controls) {
+  for (const auto& [state, controller, control] : run.ticks) {
     torques.push_back(desired_torques(run.model, pose, control.contacts, control.f_desired, FingerForces::Zero()));
   }
   MuscleWorkspace work(kJoints, muscles);
@@ -76,7 +76,7 @@ BENCHMARK(BM_MuscleForces)->Unit(benchmark::kMicrosecond);
 // Contact forces to 1e-6, from nothing or from the last tick's.
 void BM_SolveContacts(benchmark::State& bench) {
   const bool warm = bench.range(1) != 0;
-  const auto problems = recorded_contacts(recorded_run(bench.range(0)));
+  const auto& problems = recorded_run(bench.range(0)).problems;
   VectorXd f(3 * bench.range(0)), delta(f.size());
   double residual = 0.0, sweeps = 0.0;
   std::size_t i = 0;

@@ -128,6 +128,7 @@ void ImplicitSurface::vote_on_normals() {
   // Everybody votes before anybody is turned: the result does not depend on the order.
   Eigen::VectorXd verdicts(cloud_.points_m.cols());
   for (Index i = 0; i < verdicts.size(); ++i) verdicts[i] = vote({cloud_.points_m.col(i), cloud_.normals.col(i)});
+  doubtful_share_ = (verdicts.array() < 1.0).cast<double>().mean();
 
   for (std::size_t leaf = 0; leaf < tree_.leaves().size(); ++leaf) {
     const SphereTree::Node& node = tree_.nodes()[tree_.leaves()[leaf]];

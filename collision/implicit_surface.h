@@ -37,7 +37,7 @@ class ImplicitSurface {
 
   /// Signed distance of x: on each face near the nearest sample x is projected twice.
   /// Nothing if no sample lies within `reach_m` of x, or if the normals around x cancel. Outside a convex edge or
-  /// corner f is a lower bound: the largest distance to one of the planes. Requires x and reach finite. Never NaN. Does
+  /// corner f is a lower bound: the largest distance to one of the planes. Requires x finite. Never NaN. Does
   /// not allocate or throw.
   [[nodiscard]] std::optional<SurfaceDistance> distance(const Eigen::Vector3d& x_m, double reach_m) const noexcept;
 
@@ -45,6 +45,8 @@ class ImplicitSurface {
   [[nodiscard]] const SphereTree& tree() const { return tree_; }
   [[nodiscard]] const Eigen::AlignedBox3d& bounds() const { return bounds_; }
   [[nodiscard]] double support_m() const { return support_m_; }
+  /// The share of the samples whose normals were turned or ignored.
+  [[nodiscard]] double doubtful_share() const { return doubtful_share_; }
 
  private:
   static constexpr int kLanes = 8;
@@ -98,6 +100,7 @@ class ImplicitSurface {
   SphereTree tree_;
   Eigen::AlignedBox3d bounds_;
   double support_m_;
+  double doubtful_share_ = 0.0;
   std::vector<Block> blocks_;
   std::vector<Eigen::Index> first_block_;  // of each leaf, and one past the last
 };

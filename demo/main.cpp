@@ -1,6 +1,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <charconv>
 #include <filesystem>
 #include <iostream>
 #include <string>
@@ -44,11 +45,13 @@ Progress progress_line(const Scene& scene, bool quiet) {
 
 void write_results(const Model& model, const Recording& recording, const State& state, const std::string& summary,
                    const fs::path& folder) {
+  write_file(folder / "summary.json", summary);
   write_file(folder / "signals.csv", signals_csv(model, recording));
+  // Figures of an earlier run must not pass for this one's.
+  for (const char* figure : kFigures) fs::remove(folder / figure);
   if (!recording.ticks.empty() && !draw_figures(model, recording, state, folder)) {
     std::cerr << "warning: no figures, for gnuplot is missing or failed\n";
   }
-  write_file(folder / "summary.json", summary);
 }
 
 int run(const Options& options) {
@@ -70,6 +73,13 @@ int run(const Options& options) {
   const std::optional<std::string> why = failure(model, recording);
   if (why) std::cerr << "failed: " << *why << '\n';
   return why ? kFailed : kDone;
+}
+
+/// A bare number, without a unit.
+bool is_number(const std::string& text) {
+  double value = 0.0;
+  const char* const end = text.data() + text.size();
+  return std::from_chars(text.data(), end, value).ptr == end;
 }
 
 int check(const Options& options) {
@@ -111,9 +121,7 @@ int main(int argc, char** argv) try {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kDone : kBadUsage;
   }
-  // A bare number is in seconds.
-  if (duration.find_first_not_of("0123456789.") == std::string::npos) duration += " s";
-  if (run_command->count("--time") > 0) options.overrides.push_back("time.duration=" + duration);
+  if (!duration.empty()) options.overrides.push_back("time.duration=" + duration + (is_number(duration) ? " s" : ""));
   return run_command->parsed() ? run(options) : check(options);
 } catch (const ConfigError& error) {
   std::cerr << error.what() << '\n';

@@ -75,7 +75,7 @@ std::string results_table(const ordered_json& summary) {
   line(table, "final force error", cell(grasp.at("force_error_end"), ""), "share of the desired forces");
   line(table, "  of the law without feedforward", cell(grasp.at("predicted_paper_law_error"), ""),
        "predicted: (I + S)^-1 S f^d");
-  line(table, "deepest penetration", cell(contacts.at("max_penetration_um"), "um"));
+  line(table, "deepest penetration at a contact", cell(contacts.at("max_penetration_um"), "um"));
   line(table, "contact residual, p99", cell(contacts.at("residual_p99"), ""), "natural map");
   line(table, "muscle torque residual", cell(lcp.at("muscle_residual_max"), "N m"));
   table += "\ntime                                      median         p99\n";

@@ -11,13 +11,14 @@ int main(int argc, char** argv) try {
   thenar::State state(model);  // all that moves: q, object pose, deformation, forces
   thenar::Frame frame(model);  // contacts and operator, frozen between control ticks
   thenar::Controller controller(model);
-  thenar::ContactWorkspace work(model);  // all memory is taken here
+  thenar::ContactWorkspace work(model);  // memory of the contact tick, which takes none later
 
   for (int tick = 0; tick < 500; ++tick) {
     if (tick % model.steps_per_control() == 0) thenar::control_tick(model, state, controller, frame);
     const thenar::TickReport report = thenar::contact_tick(model, frame, work, state);
     if (tick % 100 == 99) {
-      std::printf("%.1f s: %ld contacts, residual %.0e, the thumb presses with %.2f N\n", 1e-3 * (tick + 1),
+      const double time_s = static_cast<double>(state.tick) * model.scene.step_s;
+      std::printf("%.1f s: %ld contacts carry force, residual %.0e, the thumb presses with %.2f N\n", time_s,
                   static_cast<long>(report.active), report.solve.residual, state.load[0].normal_N);
     }
   }

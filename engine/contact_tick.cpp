@@ -14,34 +14,19 @@ using Eigen::Vector3d;
 
 namespace {
 
-using Twist = Eigen::Matrix<double, 6, 1>;
-
 /// Displacements of a tick: joints [rad]; object's centre [m] and rotation vector [rad], world axes.
 struct RigidMotion {
   JointVector dq;
-  Twist dx;
+  Vector6d dx;
 };
 
 /// h B^-1 times generalised forces.
-RigidMotion viscous_motion(const Scene& scene, const JointVector& torque, const Twist& wrench) {
+RigidMotion viscous_motion(const Scene& scene, const JointVector& torque, const Vector6d& wrench) {
   RigidMotion motion;
   motion.dq = scene.step_s / scene.joint_viscosity * torque;
   motion.dx.head<3>() = scene.step_s / scene.object.translation_damping * wrench.head<3>();
   motion.dx.tail<3>() = scene.step_s / scene.object.rotation_damping * wrench.tail<3>();
   return motion;
-}
-
-/// Carries the forces to the frame's contacts by finger and control point. Both lists are sorted. Tangents are carried
-/// by parallel transport, so the components keep their meaning, and the cone is the same.
-void carry_forces(const Frame& frame, const std::vector<ContactForce>& forces, Eigen::VectorXd& f) {
-  auto old = forces.begin();
-  for (Index i = 0; i < frame.size(); ++i) {
-    const FrameContact& contact = frame.contacts[i];
-    const auto id = std::tie(contact.finger, contact.control_point);
-    while (old != forces.end() && std::tie(old->finger, old->control_point) < id) ++old;
-    const bool known = old != forces.end() && std::tie(old->finger, old->control_point) == id;
-    f.segment<3>(3 * i) = known ? old->f_C : Vector3d::Zero();
-  }
 }
 
 /// Signed gap of a contact at the state: the finger point against the plane fixed in the object.
@@ -133,7 +118,37 @@ void report_contacts(const Frame& frame, const ContactWorkspace& work, TickRepor
   }
 }
 
+/// Moves the bodies by their free and their contact motion, and takes stock of what the fingers do.
+void commit(const Model& model, const Frame& frame, const Eigen::VectorXd& f, State& state) {
+  const Index rows = 3 * frame.size();
+  const Vector6d wrench = frame.wrench + frame.J_object.topRows(rows).transpose() * f.head(rows);
+  JointVector torque = frame.torque_Nm;
+  for (int k = 0; k < kFingers; ++k) {
+    const Index first = 3 * frame.begin[k], count = 3 * frame.begin[k + 1] - first;
+    torque.segment<kJointsPerFinger>(kJointsPerFinger * k) +=
+        frame.J_finger.middleRows(first, count).transpose() * f.segment(first, count);
+  }
+  move(viscous_motion(model.scene, torque, wrench), state);
+  for (int k = 0; k < kFingers; ++k) state.load[k] = finger_load(frame, k, f, state.X_WO);
+  state.forces.clear();
+  for (Index i = 0; i < frame.size(); ++i) {
+    state.forces.push_back({frame.contacts[i].finger, frame.contacts[i].control_point, f.segment<3>(3 * i)});
+  }
+  ++state.tick;
+}
+
 }  // namespace
+
+void carry_forces(const Frame& frame, const std::vector<ContactForce>& forces, Eigen::VectorXd& f) {
+  auto old = forces.begin();
+  for (Index i = 0; i < frame.size(); ++i) {
+    const FrameContact& contact = frame.contacts[i];
+    const auto id = std::tie(contact.finger, contact.control_point);
+    while (old != forces.end() && std::tie(old->finger, old->control_point) < id) ++old;
+    const bool known = old != forces.end() && std::tie(old->finger, old->control_point) == id;
+    f.segment<3>(3 * i) = known ? old->f_C : Vector3d::Zero();
+  }
+}
 
 ContactWorkspace::ContactWorkspace(const Model& model)
     : delta_free(3 * model.max_contacts),
@@ -150,12 +165,13 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
   Stopwatch watch;
   const Index n = frame.size();
   auto W = work.W(n);
+  state.forces.reserve(model.max_contacts);  // A copied state has lost its spare room.
   if (frame.sequence != work.sequence) {
     assemble_delassus(model, frame, W);
     carry_forces(frame, state.forces, work.f);
     work.sequence = frame.sequence;
+    report.assemble_s = watch.lap();
   }
-  report.assemble_s = watch.lap();
 
   const Scene& scene = model.scene;
   forward_kinematics(scene.hand, state.q, work.pose);
@@ -165,27 +181,12 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
       solve_contacts(W, work.delta_free.head(3 * n), work.mu.head(n),
                      {scene.contact.tolerance, scene.contact.max_sweeps}, work.f.head(3 * n), work.delta.head(3 * n));
   report_contacts(frame, work, report);
+  commit(model, frame, work.f, state);
   report.solve_s = watch.lap();
-
-  const auto f = work.f.head(3 * n);
-  JointVector torque = frame.torque_Nm;
-  for (int k = 0; k < kFingers; ++k) {
-    const Index first = 3 * frame.begin[k], rows = 3 * frame.begin[k + 1] - first;
-    torque.segment<kJointsPerFinger>(kJointsPerFinger * k) +=
-        frame.J_finger.middleRows(first, rows).transpose() * f.segment(first, rows);
+  if (model.deformable()) {
+    for (int k = 0; k < kFingers; ++k) deform(model, frame, k, work.f, work, state);
+    report.deform_s = watch.lap();
   }
-  const Twist wrench = frame.wrench + frame.J_object.topRows(3 * n).transpose() * f;
-  move(viscous_motion(scene, torque, wrench), state);
-  for (int k = 0; k < kFingers; ++k) {
-    state.load[k] = finger_load(frame, k, work.f, state.X_WO);
-    if (model.deformable()) deform(model, frame, k, work.f, work, state);
-  }
-  state.forces.clear();
-  for (Index i = 0; i < n; ++i) {
-    state.forces.push_back({frame.contacts[i].finger, frame.contacts[i].control_point, f.segment<3>(3 * i)});
-  }
-  ++state.tick;
-  report.deform_s = watch.lap();
   return report;
 }
 

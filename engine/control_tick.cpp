@@ -88,7 +88,7 @@ ControlReport control_tick(const Model& model, const State& snapshot, Controller
   frame.wrench = weight(scene);
   frame.wrench.head<3>() += model.push(static_cast<double>(snapshot.tick) * scene.step_s);
   stage.lap();
-  find_frame_contacts(model, controller.pose, snapshot.X_WO, controller.finding, frame);
+  find_frame_contacts(model, controller.pose, snapshot.X_WO, controller.candidates, frame);
   report.find_s = stage.lap();
   fill_factors(model, controller.pose, snapshot.X_WO, frame);
   report.factors_s = stage.lap();

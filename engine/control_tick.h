@@ -40,7 +40,7 @@ class Controller {
   HandPose pose;
   GraspWorkspace grasp;
   MuscleWorkspace muscles;
-  ContactFindingWorkspace finding;
+  std::vector<ContactCandidate> candidates;
 };
 
 /// The grasp-force problem of a control tick, about the object's centre. It refers to `report`.

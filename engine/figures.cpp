@@ -1,10 +1,10 @@
 #include "engine/figures.h"
 
 #include <array>
-#include <cstdio>
 #include <string>
 #include <utility>
 
+#include "engine/gnuplot.h"
 #include "engine/grasp_picture.h"
 
 namespace thenar {
@@ -13,29 +13,14 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Feeds a script to gnuplot; false if that failed.
-bool gnuplot(const std::string& script) {
-  // A missing program is an answer of the shell's, whose words would only confuse.
-  std::FILE* pipe = popen("gnuplot 2>/dev/null", "w");
-  if (pipe == nullptr) return false;
-  const bool fed = std::fwrite(script.data(), 1, script.size(), pipe) == script.size();
-  return pclose(pipe) == 0 && fed;
-}
-
-std::string quoted(const std::string& text) {
-  std::string out = "'";
-  for (const char c : text) out += c == '\'' ? "''" : std::string(1, c);
-  return out + "'";
-}
-
 std::string header(const fs::path& folder, const std::string& figure, int width, int height) {
   return "set terminal svg size " + std::to_string(width) + "," + std::to_string(height) +
          " font 'Helvetica,14' background rgb 'white'\n"
          "set output " +
-         quoted((folder / figure).string()) +
+         gnuplot_string((folder / figure).string()) +
          "\n"
          "data = " +
-         quoted((folder / "signals.csv").string()) +
+         gnuplot_string((folder / "signals.csv").string()) +
          "\n"
          "set datafile separator comma\nset datafile columnheaders\nset datafile missing 'nan'\n"
          "set grid lc rgb '#dddddd' lt 1\nset border 3 lc rgb '#444444'\nset tics nomirror\nset key noenhanced\n"
@@ -45,7 +30,7 @@ std::string header(const fs::path& folder, const std::string& figure, int width,
 
 std::string curve(const std::string& column, const std::string& title, int style, bool desired = false) {
   return "data using 'time_s':'" + column + "' with lines ls " + std::to_string(style) +
-         (desired ? " dashtype '_._'" : "") + " title " + quoted(title);
+         (desired ? " dashtype '_._'" : "") + " title " + gnuplot_string(title);
 }
 
 /// The layout of `count` panels, one above the other, each with its own y label.
@@ -58,7 +43,7 @@ std::string stack(int count, double right) {
 std::string panel(int i, int count, const std::string& y_label, const std::string& plot) {
   const bool last = i + 1 == count;
   return std::string(last ? "set xlabel 'time [s]'\nset format x '%g'\n" : "set xlabel ''\nset format x ''\n") +
-         "set ylabel " + quoted(y_label) + " noenhanced\nplot " + plot + "\n";
+         "set ylabel " + gnuplot_string(y_label) + " noenhanced\nplot " + plot + "\n";
 }
 
 /// Fig. 9: the object's way along its own axes against its target's, and how far it is off.
@@ -70,7 +55,7 @@ std::string path_script(const fs::path& folder) {
     way += comma + curve("position_" + axis + "_mm", axis, style) + ", " +
            curve("target_" + axis + "_mm", axis + ", target", style, true);
     off += comma + "data using 'time_s':(column('position_" + axis + "_mm') - column('target_" + axis +
-           "_mm')) with lines ls " + std::to_string(style) + " title " + quoted(axis);
+           "_mm')) with lines ls " + std::to_string(style) + " title " + gnuplot_string(axis);
   }
   return header(folder, "path.svg", 900, 700) + stack(2, 0.97) + "set key tmargin center horizontal\n" +
          panel(0, 2, "displacement, object axes [mm]", way) + "unset key\n" +
@@ -105,7 +90,7 @@ std::string grip_script(const Model& model, const fs::path& folder) {
   return header(folder, "grip.svg", 900, 700) + stack(2, 0.97) +
          "set key tmargin center horizontal\nset yrange [*<0:1]\n" +
          panel(0, 2, "cone margin, 1 - |F_t| / (mu F_n)", margin) + "unset key\nset yrange [0:*]\n" +
-         panel(1, 2, "slip since the start [um]", slip) + "unset multiplot\n";
+         panel(1, 2, "slip, counted anew from 0.3 s on [um]", slip) + "unset multiplot\n";
 }
 
 /// A muscle belongs to the first finger that it crosses.
@@ -118,7 +103,7 @@ std::string muscles_script(const Model& model, const fs::path& folder) {
     for (const Muscle& muscle : model.scene.hand.muscles) {
       if (muscle.crossings.front().joints.front() / kJointsPerFinger != k) continue;
       plot += (plot.empty() ? "" : ", ") + std::string("data using 'time_s':'") + muscle.name +
-              "_N' with lines lw 2 lt " + std::to_string(++color) + " title " + quoted(muscle.name);
+              "_N' with lines lw 2 lt " + std::to_string(++color) + " title " + gnuplot_string(muscle.name);
     }
     if (!plot.empty()) script += panel(k, kFingers, model.scene.hand.fingertips[k].finger + ": muscle force [N]", plot);
   }
@@ -131,7 +116,7 @@ bool draw_figures(const Model& model, const Recording& recording, const State& s
   std::string script =
       path_script(folder) + "reset\n" + forces_script(model, folder) + "reset\n" + grip_script(model, folder);
   if (recording.muscle_forces_N.size() > 0) script += "reset\n" + muscles_script(model, folder);
-  return gnuplot(script) && gnuplot(grasp_picture_script(model, state, folder / "grasp.png"));
+  return run_gnuplot(script, folder) && run_gnuplot(grasp_picture_script(model, state, folder / "grasp.png"), folder);
 }
 
 }  // namespace thenar

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
 
 #include "engine/model.h"
@@ -7,6 +8,9 @@
 #include "engine/state.h"
 
 namespace thenar {
+
+/// What draw_figures() may leave in a folder.
+inline constexpr std::array<const char*, 5> kFigures{"path.svg", "forces.svg", "grip.svg", "muscles.svg", "grasp.png"};
 
 /// Draws path.svg (Fig. 9 of the paper), forces.svg (Fig. 10), grip.svg, muscles.svg from the folder's signals.csv, and
 /// grasp.png, the hand and the object as the run left them. What a scene does not have is not drawn.

@@ -30,14 +30,14 @@ void add_contact(const Model& model, const HandPose& pose, const Isometry3d& X_W
 }
 
 void find_pulp_contacts(const Model& model, const HandPose& pose, const Isometry3d& X_WO, int finger,
-                        ContactFindingWorkspace& work, Frame& frame) {
+                        std::vector<ContactCandidate>& candidates, Frame& frame) {
   const Pulp& pulp = model.pulps[finger];
   const ContactSettings& contact = model.scene.contact;
   const double reach_m = kReachPerRadius * model.scene.hand.fingertips[finger].radius_m;
   const Isometry3d X_OF = X_WO.inverse() * pose.distal(model.scene.hand, finger);
   find_contacts(pulp.surface, pulp.tree, X_OF, model.object, {contact.band_m, reach_m, contact.max_per_finger},
-                work.candidates);
-  for (const ContactCandidate& c : work.candidates) {
+                candidates);
+  for (const ContactCandidate& c : candidates) {
     add_contact(model, pose, X_WO, finger, c.control_point, pulp.control_points_m.col(c.control_point), c.point_m,
                 -c.normal, frame);
   }
@@ -75,12 +75,12 @@ Frame::Frame(const Model& model)
 }
 
 void find_frame_contacts(const Model& model, const HandPose& pose, const Isometry3d& X_WO,
-                         ContactFindingWorkspace& work, Frame& frame) {
+                         std::vector<ContactCandidate>& candidates, Frame& frame) {
   frame.contacts.clear();
   for (int k = 0; k < kFingers; ++k) {
     frame.begin[k] = frame.size();
     if (model.deformable()) {
-      find_pulp_contacts(model, pose, X_WO, k, work, frame);
+      find_pulp_contacts(model, pose, X_WO, k, candidates, frame);
     } else {
       find_point_contact(model, pose, X_WO, k, frame);
     }

@@ -9,6 +9,7 @@
 #include "collision/contact_finding.h"
 #include "engine/hand.h"
 #include "engine/model.h"
+#include "solvers/grasp_forces.h"
 
 namespace thenar {
 
@@ -39,7 +40,7 @@ struct Frame {
   Eigen::Matrix<double, Eigen::Dynamic, 6> J_object;                 ///< Rows E' [I, -[r]x]; 3 capacity x 6.
   std::array<Eigen::MatrixXd, kFingers> compliance;  ///< C among a finger's contacts [m/N]; leading part.
   JointVector torque_Nm;                             ///< tau - g: what drives the fingers beside contact.
-  Eigen::Matrix<double, 6, 1> wrench;                ///< W_ext on the object, world axes [N, N m].
+  Vector6d wrench;                                  ///< W_ext on the object, world axes [N, N m].
 
   [[nodiscard]] Eigen::Index size() const { return static_cast<Eigen::Index>(contacts.size()); }
 };
@@ -49,15 +50,10 @@ struct Frame {
 /// the finger, and turn with n without a twist: parallel transport without a history.
 [[nodiscard]] Eigen::Matrix3d contact_basis(const Eigen::Vector3d& pulp_normal, const Eigen::Vector3d& n);
 
-/// Memory of contact finding.
-struct ContactFindingWorkspace {
-  std::vector<ContactCandidate> candidates;
-};
-
 /// Finds the frame's contacts on the rest shapes of the fingertips: control points of the pulps, or, for rigid
-/// fingertips, the one point of each pulp sphere that is nearest to the object.
+/// fingertips, the one point of each pulp sphere that is nearest to the object. `candidates` is memory to work in.
 void find_frame_contacts(const Model& model, const HandPose& pose, const Eigen::Isometry3d& X_WO,
-                         ContactFindingWorkspace& work, Frame& frame);
+                         std::vector<ContactCandidate>& candidates, Frame& frame);
 
 /// Computes J_finger, J_object and the compliance of the contacts that the frame holds.
 void fill_factors(const Model& model, const HandPose& pose, const Eigen::Isometry3d& X_WO, Frame& frame);

@@ -2,30 +2,31 @@
 
 #include <array>
 #include <optional>
+#include <string>
 
 #include "engine/recording.h"
 
 namespace thenar {
 
-/// From here on a run is measured: the grip has built up.
-inline constexpr double kMeasuredFrom_s = 0.3;
-
-/// Watches a run for the loss of its object: a finger that slips more than 2 mm, an object more than 10 mm or 20
-/// degrees off its target, or fewer than two fingers loaded for 50 ms.
+/// Watches a run for the loss of its object: a finger that slips more than 2 mm, an object more than 10 mm or 20 degrees
+/// off its target, or fewer than two fingers loaded for 50 ms.
 class GraspMonitor {
  public:
   explicit GraspMonitor(const Hand& hand) : hand_(hand) {}
 
-  /// Takes the next tick of `step_s`; says if the object is lost, and by which finger's slip.
-  std::optional<Loss> update(const TickRecord& tick, double step_s);
+  /// Takes the next tick, of `step_s`, and writes the slips so far into it. Says if the object is lost, and which fingers
+  /// slipped since when.
+  std::optional<Loss> update(double step_s, TickRecord& tick);
 
  private:
+  void add_slips(TickRecord& tick);
+  [[nodiscard]] std::string reason(const TickRecord& tick) const;
   [[nodiscard]] std::string slips() const;
 
   const Hand& hand_;
-  std::array<double, kFingers> slip_m_{};  ///< Since kMeasuredFrom_s.
-  std::array<double, kFingers> slip_from_start_m_{};
+  std::array<double, kFingers> slip_m_{};
   std::array<std::optional<double>, kFingers> slips_since_s_;
+  bool measured_ = false;
   double unloaded_s_ = 0.0;  ///< How long fewer than two fingers have been loaded.
 };
 

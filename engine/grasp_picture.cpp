@@ -6,6 +6,7 @@
 #include <numbers>
 #include <vector>
 
+#include "engine/gnuplot.h"
 #include "engine/surface_display.h"
 
 namespace thenar {
@@ -182,8 +183,8 @@ std::string grasp_picture_script(const Model& model, const State& state, const s
   add_bones(model.scene.hand, pose, surfels);
   for (int k = 0; k < kFingers; ++k) add_fingertip(model, state, pose, k, surfels);
 
-  std::string script = "set terminal pngcairo size 1100,700 font 'Helvetica,13' background rgb 'white'\nset output '" +
-                       file.string() + "'\n$scene << EOD\n" + painted(surfels, view) + "EOD\n$forces << EOD\n" +
+  std::string script = "set terminal pngcairo size 1100,700 font 'Helvetica,13' background rgb 'white'\nset output " +
+                       gnuplot_string(file.string()) + "\n$scene << EOD\n" + painted(surfels, view) + "EOD\n$forces << EOD\n" +
                        arrows(state, view) + "EOD\n";
   for (int k = 0; k < kFingers; ++k) {
     append(script, "$tip%d << EOD\n", k);

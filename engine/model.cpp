@@ -1,8 +1,12 @@
 #include "engine/model.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
+#include "engine/files.h"
 #include "engine/point_cloud_file.h"
 
 namespace thenar {
@@ -12,6 +16,9 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
 namespace {
+
+// Fewer normals that point the wrong way are put right by their neighbours.
+constexpr double kMostDoubtful = 0.1;
 
 PointCloud make_cloud(const ObjectSettings& object) {
   if (const auto* box = std::get_if<BoxShape>(&object.shape)) return sample_box(box->size_m, object.points);
@@ -24,7 +31,19 @@ ImplicitSurface make_surface(const ObjectSettings& object) {
   PointCloud cloud = make_cloud(object);
   // The paper's box has 36 000 points in 4800 leaves: 7 or 8 in each.
   const Index leaves = std::max<Index>(1, cloud.points_m.cols() * 4800 / 36000);
-  return {std::move(cloud), leaves};
+  ImplicitSurface surface(cloud, leaves);
+  if (surface.doubtful_share() > kMostDoubtful) {
+    throw std::invalid_argument(fmt::format("{:.0f} % of the normals contradict their neighbours'; {:.0f} % are too many",
+                                            100.0 * surface.doubtful_share(), 100.0 * kMostDoubtful));
+  }
+  return surface;
+}
+
+ImplicitSurface make_object(const ObjectSettings& object) try {
+  return make_surface(object);
+} catch (const std::invalid_argument& error) {  // the cloud stands for no surface
+  const auto* scan = std::get_if<CloudShape>(&object.shape);
+  throw FileError(scan != nullptr ? scan->file : "object.shape", error.what());
 }
 
 /// From 0 to 1 with no velocity and acceleration at both ends.
@@ -35,7 +54,7 @@ double minimum_jerk(const Move& move, double time_s) {
 
 }  // namespace
 
-Model::Model(Scene s) : scene(std::move(s)), object(make_surface(scene.object)) {
+Model::Model(Scene s) : scene(std::move(s)), object(make_object(scene.object)) {
   max_contacts = kFingers;
   if (!scene.fingertips) return;
   max_contacts = kFingers * std::min(scene.contact.max_per_finger, scene.fingertips->leaves);

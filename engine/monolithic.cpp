@@ -26,8 +26,8 @@ void record_control(const ControlReport& control, TickRecord& record) {
   record.grasp_s = control.grasp_s;
   record.muscle_s = control.muscle_s;
   record.control_s = control.total_s;
-  record.grasp_feasible = control.grasp == GraspStatus::kOptimal;
-  record.muscle_feasible = control.muscle == MuscleStatus::kOptimal;
+  record.grasp = control.grasp;
+  record.muscle = control.muscle;
   record.muscle_residual_Nm = control.muscle_residual_Nm;
 }
 
@@ -77,7 +77,7 @@ Recording run_monolithic(const Model& model, State& state, const Progress& progr
       const State snapshot = state;
       control = control_tick(model, snapshot, controller, frame);
       record_control(control, record);
-      if (!record.grasp_feasible && !recording.infeasible) {
+      if (control.grasp == GraspStatus::kInfeasible && !recording.infeasible) {
         recording.infeasible =
             InfeasibleGrasp{static_cast<double>(tick) * scene.step_s, control, snapshot.X_WO.translation()};
         // Without a first solution there are no forces to go on with.
@@ -93,7 +93,7 @@ Recording run_monolithic(const Model& model, State& state, const Progress& progr
     record_motion(model, state, record);
     record_forces(model, state, control, record);
     if (muscles) recording.muscle_forces_N.col(tick) = controller.f_muscle;
-    recording.loss = monitor.update(record, scene.step_s);
+    recording.loss = monitor.update(scene.step_s, record);
     recording.ticks.push_back(record);
     recording.wall_s += wall.lap();
     if (progress) progress(record.time_s, recording.wall_s);

@@ -11,6 +11,9 @@
 
 namespace thenar {
 
+/// From here on a run is measured: the grip has built up.
+inline constexpr double kMeasuredFrom_s = 0.3;
+
 /// Normal and tangential part of a finger's force [N].
 struct NormalTangential {
   double normal_N = 0.0, tangential_N = 0.0;
@@ -25,12 +28,18 @@ struct TickRecord {
   std::array<NormalTangential, kFingers> force, force_desired;
   std::array<double, kFingers> force_error_N{};  ///< |f^d - f|.
   std::array<double, kFingers> cone_margin{};    ///< 1 - |F_t| / (mu F_n) of the resultant; NaN without load.
+  std::array<double, kFingers> slip_m{};  ///< Of each finger from the start; counted anew from kMeasuredFrom_s on.
   TickReport contact;
   double interpolate_s = 0.0;  ///< This and the times below: 0 where the scene has no such stage.
   double find_s = 0.0, factors_s = 0.0, grasp_s = 0.0, muscle_s = 0.0, control_s = 0.0;
-  bool grasp_feasible = true, muscle_feasible = true;
+  GraspStatus grasp = GraspStatus::kOptimal;
+  MuscleStatus muscle = MuscleStatus::kOptimal;
   double muscle_residual_Nm = 0.0;
 
+  /// Whether it counts for the measures that leave out how the grip builds up.
+  [[nodiscard]] bool is_measured() const { return is_from(kMeasuredFrom_s); }
+  /// Whether it ends at this time or later, but for rounding.
+  [[nodiscard]] bool is_from(double from_s) const { return time_s >= from_s - 1e-9; }
   /// Contact finding, assembly, solve, deformation and surface interpolation: the published contact computation.
   [[nodiscard]] double contact_total_s() const {
     return find_s + factors_s + contact.assemble_s + contact.solve_s + contact.deform_s + interpolate_s;

@@ -13,6 +13,8 @@ using Eigen::Vector3d;
 
 namespace {
 
+constexpr double kMaxSteps = 1e7;
+constexpr double kSmallest_m = 1e-4, kLargest_m = 10.0;  // Of a shape: what a hand may meet, with room.
 constexpr Index kMaxPoints = 10'000'000;
 constexpr Index kMaxContactsPerFinger = 1000;
 
@@ -21,6 +23,7 @@ void read_time(const ConfigMap& time, Scene& scene) {
   scene.step_s = time.positive("step", Dimension::kTime);
   scene.control_period_s = time.positive("control_period", Dimension::kTime);
   const double ratio = scene.control_period_s / scene.step_s;
+  if (scene.duration_s / scene.step_s > kMaxSteps) time.refuse("step", "makes more than 10 million steps");
   if (std::abs(ratio - std::round(ratio)) > 1e-6 * ratio || std::round(ratio) < 1.0) {
     time.refuse("step", "must go a whole number of times into time.control_period");
   }
@@ -28,6 +31,7 @@ void read_time(const ConfigMap& time, Scene& scene) {
 
 void read_posture(const ConfigMap& map, Scene& scene) {
   scene.posture = map.quantities("posture", Dimension::kAngle, kJoints);
+  if (scene.hand.segments.empty()) return;  // no hand was read, and that is reported
   for (int i = 0; i < kJoints; ++i) {
     const Joint& joint = scene.hand.joints[i];
     if (scene.posture[i] >= joint.lower_rad && scene.posture[i] <= joint.upper_rad) continue;
@@ -67,8 +71,19 @@ Matrix3d read_rotation(const ConfigMap& map) {
 
 Shape read_shape(const ConfigMap& map) {
   const std::string kind = map.one_of({"box", "sphere", "cloud"});
-  if (kind == "box") return BoxShape{map.positive3("box", Dimension::kLength)};
-  if (kind == "sphere") return SphereShape{map.positive("sphere", Dimension::kLength)};
+  const auto check = [&](double least_m, double most_m) {
+    if (least_m < kSmallest_m || most_m > kLargest_m) map.refuse(kind, "must measure 0.1 mm to 10 m");
+  };
+  if (kind == "box") {
+    const Vector3d size_m = map.positive3("box", Dimension::kLength);
+    check(size_m.minCoeff(), size_m.maxCoeff());
+    return BoxShape{size_m};
+  }
+  if (kind == "sphere") {
+    const double radius_m = map.positive("sphere", Dimension::kLength);
+    check(radius_m, radius_m);
+    return SphereShape{radius_m};
+  }
   return CloudShape{kind.empty() ? std::filesystem::path() : map.path("cloud")};
 }
 

@@ -46,7 +46,6 @@ std::string header(const Model& model, const Recording& recording) {
 std::string signals_csv(const Model& model, const Recording& recording) {
   std::string csv = header(model, recording);
   CsvRow row;
-  std::array<double, kFingers> slip_m{};
   for (std::size_t i = 0; i < recording.ticks.size(); ++i) {
     const TickRecord& tick = recording.ticks[i];
     row.add(tick.time_s);
@@ -54,10 +53,9 @@ std::string signals_csv(const Model& model, const Recording& recording) {
     for (const double x : tick.target_m) row.add(1e3 * x);
     row.add(tick.rotation_error_rad * 180.0 / std::numbers::pi);
     for (int k = 0; k < kFingers; ++k) {
-      slip_m[k] += tick.contact.slip_m[k];
       for (const double v :
            {tick.force[k].normal_N, tick.force[k].tangential_N, tick.force_desired[k].normal_N,
-            tick.force_desired[k].tangential_N, tick.force_error_N[k], tick.cone_margin[k], 1e6 * slip_m[k]}) {
+            tick.force_desired[k].tangential_N, tick.force_error_N[k], tick.cone_margin[k], 1e6 * tick.slip_m[k]}) {
         row.add(v);
       }
     }

@@ -1,13 +1,13 @@
 #include "engine/summary.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <numbers>
 
 #include "engine/build_info.h"
-#include "engine/grasp_monitor.h"
 
 namespace thenar {
 
@@ -20,7 +20,6 @@ constexpr double kFinalWindow_s = 0.3;
 constexpr double kLoadedFrom_s = 0.1;   // Every finger must carry load from here on.
 constexpr double kNotConverged = 1e-2;  // A p99 residual above this is no solution.
 constexpr double kAnyFriction = 0.01;   // A grasp that so little friction would close is closed by any.
-constexpr double kTimeRounding_s = 1e-9;
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 
 using Values = std::vector<double>;
@@ -50,7 +49,7 @@ template <typename Get>
 Values collect(const Recording& recording, double from_s, Get get) {
   Values values;
   for (const TickRecord& tick : recording.ticks) {
-    if (tick.time_s >= from_s - kTimeRounding_s) values.push_back(get(tick));
+    if (tick.is_from(from_s)) values.push_back(get(tick));
   }
   return values;
 }
@@ -81,23 +80,19 @@ bool all_loaded(const TickRecord& tick) {
   return std::all_of(tick.force.begin(), tick.force.end(), [](const auto& f) { return f.normal_N > 0.0; });
 }
 
-bool held(const Recording& recording) {
-  return !recording.ticks.empty() && !recording.stopped && !recording.loss &&
-         std::all_of(recording.ticks.begin(), recording.ticks.end(), [](const TickRecord& tick) {
-           return tick.time_s < kLoadedFrom_s - kTimeRounding_s || all_loaded(tick);
-         });
+/// Never lost, and every finger loaded once the grip is there. Null if the run ended before.
+ordered_json held(const Recording& recording) {
+  if (recording.stopped || recording.loss || recording.ticks.empty()) return false;
+  if (!recording.ticks.back().is_from(kLoadedFrom_s)) return nullptr;
+  return std::all_of(recording.ticks.begin(), recording.ticks.end(),
+                     [](const TickRecord& tick) { return !tick.is_from(kLoadedFrom_s) || all_loaded(tick); });
 }
 
 /// The worst finger's slip.
 double slip_m(const Recording& recording) {
-  std::array<double, kFingers> slip{};
-  bool measured = false;
-  for (const TickRecord& tick : recording.ticks) {
-    if (tick.time_s < kMeasuredFrom_s - kTimeRounding_s) continue;
-    measured = true;
-    for (int k = 0; k < kFingers; ++k) slip[k] += tick.contact.slip_m[k];
-  }
-  return measured ? *std::max_element(slip.begin(), slip.end()) : std::numeric_limits<double>::quiet_NaN();
+  if (recording.ticks.empty() || !recording.ticks.back().is_measured()) return std::numeric_limits<double>::quiet_NaN();
+  const auto& slip_m = recording.ticks.back().slip_m;
+  return *std::max_element(slip_m.begin(), slip_m.end());
 }
 
 /// Mean over the fingers of |f^d - f| / |f^d|.
@@ -157,16 +152,16 @@ ordered_json contact_measures(const Recording& recording) {
 }
 
 ordered_json lcp_measures(const Recording& recording) {
-  const auto infeasible = [&](auto feasible) {
-    return std::count_if(recording.ticks.begin(), recording.ticks.end(),
-                         [&](const auto& tick) { return !feasible(tick); });
-  };
-  auto grasp = infeasible([](const TickRecord& tick) { return tick.grasp_feasible; });
-  if (recording.ticks.empty() && recording.infeasible) grasp = 1;
-  return {{"grasp_infeasible", grasp},
-          {"muscle_infeasible", infeasible([](const TickRecord& tick) { return tick.muscle_feasible; })},
-          {"muscle_residual_max",
-           largest(collect(recording, 0.0, [](const TickRecord& t) { return t.muscle_residual_Nm; }))}};
+  const auto count = [&](auto condition) { return std::count_if(recording.ticks.begin(), recording.ticks.end(), condition); };
+  const auto grasp = count([](const TickRecord& tick) { return tick.grasp == GraspStatus::kInfeasible; });
+  const bool stopped_at_once = recording.ticks.empty() && recording.infeasible;
+  const Values residuals_Nm = collect(recording, 0.0, [](const TickRecord& tick) { return tick.muscle_residual_Nm; });
+  return {{"grasp_infeasible", stopped_at_once ? 1 : grasp},
+          {"muscle_infeasible", count([](const TickRecord& t) { return t.muscle == MuscleStatus::kInfeasible; })},
+          {"unanswered", count([](const TickRecord& t) {
+             return t.grasp == GraspStatus::kBudgetSpent || t.muscle == MuscleStatus::kBudgetSpent;
+           })},
+          {"muscle_residual_max", largest(residuals_Nm)}};
 }
 
 ordered_json muscle_measures(const Model& model, const Recording& recording) {
@@ -200,28 +195,37 @@ ordered_json stage_measures(const Recording& recording) {
   return stages;
 }
 
-template <typename... Args>
-std::string text(const char* format, Args... args) {
-  char line[256];
-  std::snprintf(line, sizeof line, format, args...);
-  return line;
-}
-
 /// Names the cones that are too narrow and the tangential force that they lack, and what friction would do.
 std::string explain(const Scene& scene, const InfeasibleGrasp& infeasible) {
   const GraspProblem problem = grasp_problem(scene, infeasible.control, infeasible.centre_m);
   const GraspDeficit deficit = explain_infeasible_grasp(problem);
-  std::string message = text("no grasp forces exist at %.3f s: ", infeasible.time_s);
+  std::string message = fmt::format("no grasp forces exist at {:.3f} s: ", infeasible.time_s);
   for (int k = 0; k < kFingers; ++k) {
-    const double tangential_N = deficit.missing_N.col(k).tail<2>().norm();
-    message += text("%sthe %s's friction cone (mu_c = %g) lacks %.3f N of tangential force", k > 0 ? ", " : "",
-                    scene.hand.fingertips[k].finger.c_str(), problem.friction, tangential_N);
+    message += fmt::format("{}the {}'s friction cone (mu_c = {:g}) lacks {:.3f} N of tangential force", k > 0 ? ", " : "",
+                           scene.hand.fingertips[k].finger, problem.friction, deficit.missing_N.col(k).tail<2>().norm());
   }
   if (deficit.least_friction <= kAnyFriction) return message + "; any mu_c > 0 with enough squeeze would do";
   if (std::isfinite(deficit.least_friction)) {
-    return message + text("; control.grasp.friction of at least %.3f would do", deficit.least_friction);
+    return message + fmt::format("; control.grasp.friction of at least {:.3f} would do", deficit.least_friction);
   }
   return message + "; no friction would do: the fingers do not oppose each other";
+}
+
+/// The first tick that a control LCP left without an answer, or the contact solver without finite forces.
+std::optional<std::string> failure(const TickRecord& tick) {
+  if (tick.grasp == GraspStatus::kBudgetSpent) {
+    return fmt::format("the grasp-force LCP found no answer at {:.3f} s", tick.time_s);
+  }
+  if (tick.muscle == MuscleStatus::kInfeasible) {
+    return fmt::format("no muscle forces give the torques wanted at {:.3f} s", tick.time_s);
+  }
+  if (tick.muscle == MuscleStatus::kBudgetSpent) {
+    return fmt::format("the muscle-force LCP found no answer at {:.3f} s", tick.time_s);
+  }
+  if (tick.contact.solve.status == SolveStatus::kNotFinite) {
+    return fmt::format("the contact problem was not finite at {:.3f} s", tick.time_s);
+  }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -246,15 +250,13 @@ ordered_json summarize(const Model& model, const Recording& recording) {
 }
 
 std::optional<std::string> failure(const Model& model, const Recording& recording) {
-  if (recording.loss) return text("the object was lost at %.3f s: ", recording.loss->time_s) + recording.loss->reason;
+  if (recording.loss) return fmt::format("the object was lost at {:.3f} s: {}", recording.loss->time_s, recording.loss->reason);
   if (recording.infeasible) return explain(model.scene, *recording.infeasible);
   for (const TickRecord& tick : recording.ticks) {
-    if (!tick.muscle_feasible) return text("no muscle forces give the torques wanted at %.3f s", tick.time_s);
-    if (tick.time_s < kLoadedFrom_s - kTimeRounding_s || all_loaded(tick)) continue;
-    return text("not every finger carried load at %.3f s", tick.time_s);
+    if (const auto why = failure(tick)) return why;
   }
   const double residual = residual_p99(recording);
-  if (residual > kNotConverged) return text("the contact solver did not converge: p99 residual %.1e", residual);
+  if (residual > kNotConverged) return fmt::format("the contact solver did not converge: p99 residual {:.1e}", residual);
   return std::nullopt;
 }
 

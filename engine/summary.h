@@ -16,8 +16,8 @@ namespace thenar {
 /// contacts. Stage times: over the ticks that ran the stage, null if none did.
 [[nodiscard]] nlohmann::ordered_json summarize(const Model& model, const Recording& recording);
 
-/// Why the simulation failed, in a sentence: no grasp forces exist, the object was lost, a finger let go, or the
-/// contact solver did not converge. Nothing if it did not fail.
+/// Why the simulation failed, in a sentence: no grasp forces exist, the object was lost, or a solver found no
+/// answer. Nothing if it did not fail.
 [[nodiscard]] std::optional<std::string> failure(const Model& model, const Recording& recording);
 
 }  // namespace thenar

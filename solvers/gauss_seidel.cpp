@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "solvers/residual.h"
 
@@ -91,7 +92,7 @@ SolveReport solve_contacts(const MatrixRef& W, const VectorRef& delta_free, cons
   const auto refuse = [&](int sweeps) {
     f.setZero();
     delta.setZero();
-    return SolveReport{SolveStatus::kNotFinite, sweeps, 0.0};
+    return SolveReport{SolveStatus::kNotFinite, sweeps, std::numeric_limits<double>::infinity()};
   };
   if (!is_valid(W, delta_free, mu, f)) return refuse(0);
 
