@@ -40,8 +40,7 @@ GraspContact finger_contact(const Model& model, const HandPose& pose, const Stat
     n = nearest ? Vector3d(state.X_WO.linear() * -nearest->normal) : (state.X_WO.translation() - centre).normalized();
     point = centre + tip.radius_m * n;
   }
-  const Matrix3d& R_WF = X_WF.linear();
-  return {point, R_WF * contact_basis(tip.normal, R_WF.transpose() * n)};
+  return {point, contact_frame(X_WF.linear(), tip.normal, n)};
 }
 
 ForceFilter::ForceFilter(const Model& model)

@@ -25,8 +25,8 @@ void add_contact(const Model& model, const HandPose& pose, const Isometry3d& X_W
                  const Vector3d& p_F, const Vector3d& s_O, const Vector3d& n_O, Frame& frame) {
   const Fingertip& tip = model.scene.hand.fingertips[finger];
   const Matrix3d& R_WF = pose.distal(model.scene.hand, finger).linear();
-  const Matrix3d E_F = contact_basis(tip.normal, R_WF.transpose() * (X_WO.linear() * n_O));
-  frame.contacts.push_back({finger, control_point, p_F, s_O, n_O, R_WF * E_F, E_F});
+  const Matrix3d E_W = contact_frame(R_WF, tip.normal, X_WO.linear() * n_O);
+  frame.contacts.push_back({finger, control_point, p_F, s_O, n_O, E_W, R_WF.transpose() * E_W});
 }
 
 void find_pulp_contacts(const Model& model, const HandPose& pose, const Isometry3d& X_WO, int finger,
@@ -57,12 +57,15 @@ void find_point_contact(const Model& model, const HandPose& pose, const Isometry
 
 }  // namespace
 
-Matrix3d contact_basis(const Vector3d& pulp_normal, const Vector3d& n) {
-  Matrix3d basis;
-  basis.col(0) = pulp_normal;
-  basis.col(1) = pulp_normal.unitOrthogonal();
-  basis.col(2) = basis.col(0).cross(basis.col(1));
-  return Eigen::Quaterniond::FromTwoVectors(pulp_normal, n).toRotationMatrix() * basis;
+Matrix3d contact_frame(const Matrix3d& R_WF, const Vector3d& pulp_normal, const Vector3d& n_W) {
+  const auto carry = Eigen::Quaterniond::FromTwoVectors(pulp_normal, R_WF.transpose() * n_W);
+  const Vector3d t1 = R_WF * (carry * pulp_normal.unitOrthogonal());
+  Matrix3d E_W;
+  E_W.col(0) = n_W;
+  // A hand file's rotations are rounded; the frame is orthonormal all the same.
+  E_W.col(1) = (t1 - t1.dot(n_W) * n_W).normalized();
+  E_W.col(2) = n_W.cross(E_W.col(1));
+  return E_W;
 }
 
 Frame::Frame(const Model& model)

@@ -45,10 +45,11 @@ struct Frame {
   [[nodiscard]] Eigen::Index size() const { return static_cast<Eigen::Index>(contacts.size()); }
 };
 
-/// The frame (columns n, t1, t2) of a contact with normal n, all in the distal frame: a basis fixed in the finger,
-/// carried to n along the great circle from the pulp's mean normal. So the tangents depend on the posture alone, follow
-/// the finger, and turn with n without a twist: parallel transport without a history.
-[[nodiscard]] Eigen::Matrix3d contact_basis(const Eigen::Vector3d& pulp_normal, const Eigen::Vector3d& n);
+/// The frame (columns n, t1, t2, world axes) of a contact with normal n_W on the finger whose distal segment is turned by
+/// R_WF. The tangents are fixed in the finger and carried to n along the great circle from the pulp's mean normal (distal
+/// frame): they depend on the posture alone and turn with n without a twist, parallel transport without a history.
+[[nodiscard]] Eigen::Matrix3d contact_frame(const Eigen::Matrix3d& R_WF, const Eigen::Vector3d& pulp_normal,
+                                            const Eigen::Vector3d& n_W);
 
 /// Finds the frame's contacts on the rest shapes of the fingertips: control points of the pulps, or, for rigid
 /// fingertips, the one point of each pulp sphere that is nearest to the object. `candidates` is memory to work in.

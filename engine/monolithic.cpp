@@ -77,9 +77,9 @@ Recording run_monolithic(const Model& model, State& state, const Progress& progr
       const State snapshot = state;
       control = control_tick(model, snapshot, controller, frame);
       record_control(control, record);
-      if (control.grasp == GraspStatus::kInfeasible && !recording.infeasible) {
-        recording.infeasible =
-            InfeasibleGrasp{static_cast<double>(tick) * scene.step_s, control, snapshot.X_WO.translation()};
+      if (control.grasp != GraspStatus::kOptimal && !recording.unsolved) {
+        recording.unsolved =
+            UnsolvedGrasp{static_cast<double>(tick) * scene.step_s, control, snapshot.X_WO.translation()};
         // Without a first solution there are no forces to go on with.
         if (tick == 0) break;
       }

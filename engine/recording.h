@@ -52,8 +52,8 @@ struct Loss {
   std::string reason;
 };
 
-/// An infeasible grasp-force problem, as it stood.
-struct InfeasibleGrasp {
+/// A grasp-force problem without a solution, as it stood.
+struct UnsolvedGrasp {
   double time_s = 0.0;
   ControlReport control;
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
@@ -64,7 +64,7 @@ struct Recording {
   std::vector<TickRecord> ticks;
   Eigen::MatrixXd muscle_forces_N;  ///< Muscles x ticks; no rows without muscles.
   std::optional<Loss> loss;
-  std::optional<InfeasibleGrasp> infeasible;        ///< The first one.
+  std::optional<UnsolvedGrasp> unsolved;        ///< The first one.
   bool stopped = false;                             ///< The run ended before its time.
   std::optional<double> predicted_paper_law_error;  ///< Of the last state; nothing without control.
   double wall_s = 0.0;                              ///< Wall time of the loop.

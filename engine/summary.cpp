@@ -153,10 +153,12 @@ ordered_json contact_measures(const Recording& recording) {
 
 ordered_json lcp_measures(const Recording& recording) {
   const auto count = [&](auto condition) { return std::count_if(recording.ticks.begin(), recording.ticks.end(), condition); };
-  const auto grasp = count([](const TickRecord& tick) { return tick.grasp == GraspStatus::kInfeasible; });
-  const bool stopped_at_once = recording.ticks.empty() && recording.infeasible;
+  auto grasp = count([](const TickRecord& tick) { return tick.grasp == GraspStatus::kInfeasible; });
+  // A run that stops at once has no tick to count.
+  const bool stopped_at_once = recording.ticks.empty() && recording.unsolved;
+  if (stopped_at_once && recording.unsolved->control.grasp == GraspStatus::kInfeasible) grasp = 1;
   const Values residuals_Nm = collect(recording, 0.0, [](const TickRecord& tick) { return tick.muscle_residual_Nm; });
-  return {{"grasp_infeasible", stopped_at_once ? 1 : grasp},
+  return {{"grasp_infeasible", grasp},
           {"muscle_infeasible", count([](const TickRecord& t) { return t.muscle == MuscleStatus::kInfeasible; })},
           {"unanswered", count([](const TickRecord& t) {
              return t.grasp == GraspStatus::kBudgetSpent || t.muscle == MuscleStatus::kBudgetSpent;
@@ -196,10 +198,12 @@ ordered_json stage_measures(const Recording& recording) {
 }
 
 /// Names the cones that are too narrow and the tangential force that they lack, and what friction would do.
-std::string explain(const Scene& scene, const InfeasibleGrasp& infeasible) {
-  const GraspProblem problem = grasp_problem(scene, infeasible.control, infeasible.centre_m);
+std::string explain(const Scene& scene, const UnsolvedGrasp& unsolved) {
+  const GraspProblem problem = grasp_problem(scene, unsolved.control, unsolved.centre_m);
   const GraspDeficit deficit = explain_infeasible_grasp(problem);
-  std::string message = fmt::format("no grasp forces exist at {:.3f} s: ", infeasible.time_s);
+  const bool infeasible = unsolved.control.grasp == GraspStatus::kInfeasible;
+  std::string message = fmt::format("{} at {:.3f} s: ", infeasible ? "no grasp forces exist" : "no grasp forces were found",
+                                    unsolved.time_s);
   for (int k = 0; k < kFingers; ++k) {
     message += fmt::format("{}the {}'s friction cone (mu_c = {:g}) lacks {:.3f} N of tangential force", k > 0 ? ", " : "",
                            scene.hand.fingertips[k].finger, problem.friction, deficit.missing_N.col(k).tail<2>().norm());
@@ -211,11 +215,8 @@ std::string explain(const Scene& scene, const InfeasibleGrasp& infeasible) {
   return message + "; no friction would do: the fingers do not oppose each other";
 }
 
-/// The first tick that a control LCP left without an answer, or the contact solver without finite forces.
+/// The first tick that the muscle LCP left without an answer, or the contact solver without finite forces.
 std::optional<std::string> failure(const TickRecord& tick) {
-  if (tick.grasp == GraspStatus::kBudgetSpent) {
-    return fmt::format("the grasp-force LCP found no answer at {:.3f} s", tick.time_s);
-  }
   if (tick.muscle == MuscleStatus::kInfeasible) {
     return fmt::format("no muscle forces give the torques wanted at {:.3f} s", tick.time_s);
   }
@@ -251,7 +252,7 @@ ordered_json summarize(const Model& model, const Recording& recording) {
 
 std::optional<std::string> failure(const Model& model, const Recording& recording) {
   if (recording.loss) return fmt::format("the object was lost at {:.3f} s: {}", recording.loss->time_s, recording.loss->reason);
-  if (recording.infeasible) return explain(model.scene, *recording.infeasible);
+  if (recording.unsolved) return explain(model.scene, *recording.unsolved);
   for (const TickRecord& tick : recording.ticks) {
     if (const auto why = failure(tick)) return why;
   }

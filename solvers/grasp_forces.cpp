@@ -26,7 +26,7 @@ constexpr double kConsistent = 1e-9;
 constexpr double kTrust = 1e-8;
 constexpr double kTrustedGap = 1e-6;
 // Forces this many times the least that would give the wrench without pyramids count as none.
-constexpr double kOutOfReach = 1e8;
+constexpr double kOutOfReach = 1e6;
 
 constexpr double kGreatestFriction = 10.0;
 constexpr double kFrictionStep = 1e-3;

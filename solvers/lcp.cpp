@@ -17,9 +17,9 @@ using VectorRef = Eigen::Ref<const Eigen::VectorXd>;
 constexpr double kZeroPivot = 1e-11;
 constexpr double kTie = 1e-12;
 // A solution must hold in the problem as given to this part of its terms, and a proof that there is none to this part
-// of M: solutions of thin friction pyramids have z of 1e9, which a weaker proof would not exclude.
+// of M: it excludes solutions up to z of 1e8. A ray is no more exact where a matrix is nearly of less rank than it has.
 constexpr double kTrust = 1e-9;
-constexpr double kProof = 1e-12;
+constexpr double kProof = 1e-8;
 
 /// Rows are padded to whole AVX registers.
 constexpr Index row_length(Index n) { return (2 * n + 2 + 3) / 4 * 4; }

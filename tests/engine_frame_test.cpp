@@ -145,18 +145,34 @@ TEST_F(GraspFrame, DelassusOperatorIsTheDenseFormula) {
   }
 }
 
-// Tangents turn with the normal without a twist: along a great circle from the pulp's mean normal the frame turns as
-// the normal does. So the components of a force keep their meaning from frame to frame.
-TEST(ContactBasis, FollowsTheNormalWithoutATwist) {
+// Tangents are fixed in the finger and turn with the normal without a twist: along a great circle from the pulp's mean
+// normal the frame turns as the normal does, in any posture. So the components of a force keep their meaning from frame
+// to frame.
+TEST(ContactFrame, FollowsTheNormalWithoutATwist) {
   std::mt19937_64 random(3);
   for (int trial = 0; trial < 100; ++trial) {
     SCOPED_TRACE(trial);
-    const Vector3d mean = random_direction(random);
-    const Vector3d axis = mean.cross(random_direction(random)).normalized();
-    const double angle = uniform(random, 0.0, 2.5);
-    const Matrix3d E = contact_basis(mean, mean), E_n = contact_basis(mean, Eigen::AngleAxisd(angle, axis) * mean);
-    EXPECT_LE((E.col(0) - mean).norm(), 1e-15);
-    EXPECT_LE((E_n - Eigen::AngleAxisd(angle, axis) * E).norm(), 1e-13);
+    const Matrix3d R_WF = random_rotation(random);
+    const Vector3d mean_F = random_direction(random);
+    const Vector3d axis_F = mean_F.cross(random_direction(random)).normalized();
+    const Eigen::AngleAxisd turn_F(uniform(random, 0.0, 2.5), axis_F);
+    const Matrix3d at_rest = contact_frame(Matrix3d::Identity(), mean_F, mean_F);
+    EXPECT_LE((at_rest.col(0) - mean_F).norm(), 1e-15);
+    const Matrix3d E_W = contact_frame(R_WF, mean_F, R_WF * (turn_F * mean_F));
+    EXPECT_LE((E_W - R_WF * turn_F.toRotationMatrix() * at_rest).norm(), 1e-13);
+  }
+}
+
+// The rotations of hand.yaml have six digits. The contact's axes are orthonormal all the same, and their first is the
+// normal, to rounding: the gap and the force must not differ in direction by the file's 1e-6.
+TEST(ContactFrame, IsOrthonormalOnAHandOfRoundedRotations) {
+  Loop loop(scene_of("box_grasp", {kCoarseBox}));
+  loop.run(20e-3);
+  loop.control();
+  ASSERT_GT(loop.frame.size(), 30);
+  for (const FrameContact& contact : loop.frame.contacts) {
+    EXPECT_LE((contact.E_W.transpose() * contact.E_W - Matrix3d::Identity()).norm(), 1e-14);
+    EXPECT_LE((contact.E_W.col(0) - loop.state.X_WO.linear() * contact.n_O).norm(), 1e-14);
   }
 }
 
