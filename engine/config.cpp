@@ -418,17 +418,6 @@ ConfigMap ConfigMap::enter(YamlNode* node, std::string path) const {
 
 ConfigMap ConfigMap::map(std::string_view key) const { return enter(require(key), path_of(key)); }
 
-ConfigMap ConfigMap::map_or_empty(std::string_view key) const {
-  YamlNode* node = find(key);
-  if (node == nullptr && node_ != nullptr) {
-    const Place place = node_->heading;
-    auto empty = make_node(Kind::kMap, place);
-    node = empty.get();
-    node_->entries.push_back({std::string(key), place, std::move(empty)});
-  }
-  return enter(node, path_of(key));
-}
-
 std::vector<ConfigMap> ConfigMap::list_of_maps(std::string_view key) const {
   const YamlNode* const node = require(key);
   const std::string path = path_of(key);
@@ -460,18 +449,6 @@ void ConfigMap::use_default(std::string_view key, const std::string& value) cons
   if (node_ != nullptr) state_->defaults_used.push_back(path_of(key) + ": " + value);
 }
 
-double ConfigMap::quantity_or(std::string_view key, Dimension dimension, double default_value) const {
-  if (has(key)) return quantity(key, dimension);
-  use_default(key, to_text(default_value, dimension));
-  return default_value;
-}
-
-double ConfigMap::positive_or(std::string_view key, Dimension dimension, double default_value) const {
-  if (has(key)) return positive(key, dimension);
-  use_default(key, to_text(default_value, dimension));
-  return default_value;
-}
-
 double ConfigMap::non_negative_or(std::string_view key, Dimension dimension, double default_value) const {
   if (has(key)) return non_negative(key, dimension);
   use_default(key, to_text(default_value, dimension));
@@ -497,18 +474,6 @@ Index ConfigMap::count_or(std::string_view key, Index min, Index max, Index defa
   if (has(key)) return count(key, min, max);
   use_default(key, std::to_string(default_value));
   return default_value;
-}
-
-bool ConfigMap::flag_or(std::string_view key, bool default_value) const {
-  if (has(key)) return flag(key);
-  use_default(key, default_value ? "true" : "false");
-  return default_value;
-}
-
-std::string ConfigMap::text_or(std::string_view key, std::string_view default_value) const {
-  if (has(key)) return text(key);
-  use_default(key, std::string(default_value));
-  return std::string(default_value);
 }
 
 std::string ConfigMap::choice_or(std::string_view key, std::initializer_list<std::string_view> names,

@@ -80,22 +80,17 @@ class ConfigMap {
 
   // Maps below this one. A map that is missing or no map is reported once, and its readers then report nothing.
   [[nodiscard]] ConfigMap map(std::string_view key) const;
-  [[nodiscard]] ConfigMap map_or_empty(std::string_view key) const;  ///< For a map whose keys all have defaults.
   [[nodiscard]] std::vector<ConfigMap> list_of_maps(std::string_view key) const;
   /// The one of `keys` that is there, as in `shape: {box: …}` or `shape: {sphere: …}`. Reports none or several and
   /// then returns an empty string.
   [[nodiscard]] std::string one_of(std::initializer_list<std::string_view> keys) const;
 
-  [[nodiscard]] double quantity_or(std::string_view key, Dimension dimension, double default_value) const;
-  [[nodiscard]] double positive_or(std::string_view key, Dimension dimension, double default_value) const;
   [[nodiscard]] double non_negative_or(std::string_view key, Dimension dimension, double default_value) const;
   [[nodiscard]] Eigen::Vector3d vector3_or(std::string_view key, Dimension dimension,
                                            const Eigen::Vector3d& default_value) const;
   [[nodiscard]] double number_or(std::string_view key, double min, double max, double default_value) const;
   [[nodiscard]] Eigen::Index count_or(std::string_view key, Eigen::Index min, Eigen::Index max,
                                       Eigen::Index default_value) const;
-  [[nodiscard]] bool flag_or(std::string_view key, bool default_value) const;
-  [[nodiscard]] std::string text_or(std::string_view key, std::string_view default_value) const;
   [[nodiscard]] std::string choice_or(std::string_view key, std::initializer_list<std::string_view> names,
                                       std::string_view default_value) const;
 

@@ -56,7 +56,7 @@ FingertipSettings read_fingertips(const ConfigMap& map) {
   tips.material.reduced_modulus_Pa = map.positive("reduced_modulus", Dimension::kPressure);
   tips.material.poisson = map.number("poisson", 0.0, 0.5);
   tips.material.relaxation_s = map.non_negative("relaxation", Dimension::kTime);
-  (void)map.choice("kernel", {"boussinesq"});
+  (void)map.choice_or("kernel", {"boussinesq"}, "boussinesq");
   return tips;
 }
 
@@ -106,13 +106,13 @@ ContactSettings read_contact(const ConfigMap& map, bool deformable) {
   contact.friction = map.number("friction", 0.0, 10.0);
   contact.band_m = map.positive("band", Dimension::kLength);
   contact.max_per_finger = deformable ? map.count("max_per_finger", 1, kMaxContactsPerFinger) : 1;
-  contact.tolerance = map.number("tolerance", 1e-14, 1.0);
-  contact.max_sweeps = static_cast<int>(map.count("max_sweeps", 1, 1'000'000));
+  contact.tolerance = map.number_or("tolerance", 1e-14, 1.0, 1e-6);
+  contact.max_sweeps = static_cast<int>(map.count_or("max_sweeps", 1, 1'000'000, 200));
   return contact;
 }
 
 PidGains read_gains(const ConfigMap& map, Dimension p, Dimension i, Dimension d) {
-  return {map.non_negative("p", p), map.non_negative("i", i), map.non_negative("d", d)};
+  return {map.non_negative("p", p), map.non_negative_or("i", i, 0.0), map.non_negative_or("d", d, 0.0)};
 }
 
 ControlSettings read_control(const ConfigMap& map) {

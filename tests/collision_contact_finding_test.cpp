@@ -8,8 +8,8 @@
 #include <tuple>
 #include <vector>
 
-#include "allocation_counter.h"
 #include "collision/contact_finding.h"
+#include "tests/allocation_counter.h"
 
 namespace thenar {
 namespace {

@@ -43,8 +43,7 @@ std::string read(const fs::path& file) {
 
 /// A fresh folder for one test.
 fs::path scratch() {
-  const fs::path folder =
-      fs::path(THENAR_TEST_OUTPUT) / testing::UnitTest::GetInstance()->current_test_info()->name();
+  const fs::path folder = fs::path(THENAR_TEST_OUTPUT) / testing::UnitTest::GetInstance()->current_test_info()->name();
   fs::remove_all(folder);
   fs::create_directories(folder);
   return folder;
@@ -103,7 +102,8 @@ TEST(Program, ChecksAScene) {
 
 TEST(Program, SaysWhichFingerSlippedWhenTheObjectIsLost) {
   const fs::path out = scratch();
-  const Outcome run = thenar_program("run " + config("box_grasp.yaml") + " --set contact.friction=0.2 --out " + out.string());
+  const Outcome run =
+      thenar_program("run " + config("box_grasp.yaml") + " --set contact.friction=0.2 --out " + out.string());
   EXPECT_EQ(run.code, 6);
   EXPECT_NE(run.text.find("the object was lost at 0."), std::string::npos) << run.text;
   EXPECT_NE(run.text.find("slipped from 0."), std::string::npos) << run.text;
@@ -130,7 +130,8 @@ class ProgramRefuses : public testing::TestWithParam<BadInput> {};
 TEST_P(ProgramRefuses, WithOneClearErrorAndWritesNothing) {
   const fs::path out = fs::path(THENAR_TEST_OUTPUT) / (std::string("refused ") + GetParam().what);
   fs::remove_all(out);
-  const Outcome run = thenar_program("run " + config("box_grasp.yaml") + " --out '" + out.string() + "' " + GetParam().arguments);
+  const Outcome run =
+      thenar_program("run " + config("box_grasp.yaml") + " --out '" + out.string() + "' " + GetParam().arguments);
   EXPECT_EQ(run.code, GetParam().code);
   EXPECT_NE(run.text.find(GetParam().message), std::string::npos) << run.text;
   EXPECT_EQ(std::count(run.text.begin(), run.text.end(), '\n'), 1) << run.text;
@@ -148,9 +149,10 @@ INSTANTIATE_TEST_SUITE_P(
                     BadInput{"uneven period", "--set 'time.control_period=1.5 ms'", 2, "a whole number of times"},
                     BadInput{"zero area", "--set 'object.shape={box: [0 mm, 50 mm, 50 mm]}'", 2, "object.shape.box"},
                     BadInput{"missing hand", "--set hand.model=nowhere.yaml", 3, "nowhere.yaml"},
-                    BadInput{"missing cloud", "--set 'object={shape: {cloud: nowhere.ply}, mass: 100 g, position: [0 m, 0 m, 0 m], "
-                                              "rotation: [[1, 0, 0], [0, 1, 0], [0, 0, 1]], damping: {translation: 10 "
-                                              "N*s/m, rotation: 0.005 N*m*s}}'",
+                    BadInput{"missing cloud",
+                             "--set 'object={shape: {cloud: nowhere.ply}, mass: 100 g, position: [0 m, 0 m, 0 m], "
+                             "rotation: [[1, 0, 0], [0, 1, 0], [0, 0, 1]], damping: {translation: 10 "
+                             "N*s/m, rotation: 0.005 N*m*s}}'",
                              3, "nowhere.ply"}),
     [](const auto& test) {
       std::string name = test.param.what;
@@ -172,6 +174,12 @@ TEST(Program, RefusesAFolderThatCannotBeWrittenBeforeItRuns) {
   EXPECT_EQ(run.code, 3);
   EXPECT_NE(run.text.find("cannot make this folder"), std::string::npos) << run.text;
   EXPECT_EQ(read(file), "kept");
+}
+
+// What the README shows is what is built and run.
+TEST(Program, TheReadmeShowsTheExampleOfEmbedding) {
+  const fs::path root = fs::path(THENAR_CONFIGS).parent_path();
+  EXPECT_NE(read(root / "README.md").find("```cpp\n" + read(root / "docs" / "embed.cpp") + "```"), std::string::npos);
 }
 
 /// A scan of the box: its samples with measurement noise on points and normals.
@@ -209,11 +217,18 @@ TEST(Program, RefusesBrokenClouds) {
   PointCloud a_point = cloud;
   a_point.points_m.setConstant(0.01);
   save_ply(folder / "point.ply", a_point, PlyFormat::kAscii);
+  PointCloud flipped = cloud;
+  for (Eigen::Index i = 0; i < flipped.normals.cols(); i += 5) flipped.normals.col(i) *= -1.0;
+  save_ply(folder / "flipped.ply", flipped, PlyFormat::kBinaryLittleEndian);
+  PointCloud repeated = cloud;
+  for (Eigen::Index i = 0; i < repeated.points_m.cols(); ++i) repeated.points_m.col(i) = cloud.points_m.col(i % 12);
+  save_ply(folder / "repeated.ply", repeated, PlyFormat::kBinaryLittleEndian);
   std::ofstream(folder / "bare.ply") << "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
                                         "property float z\nend_header\n0 0 0\n";
-  for (const char* name : {"truncated.ply", "nan.ply", "point.ply", "bare.ply"}) {
-    const Outcome run = thenar_program("run " + config("scan_grasp.yaml") + " --set object.shape.cloud=" +
-                                       (folder / name).string() + " --out " + (folder / "out").string());
+  for (const char* name : {"truncated.ply", "nan.ply", "point.ply", "bare.ply", "flipped.ply", "repeated.ply"}) {
+    const Outcome run =
+        thenar_program("run " + config("scan_grasp.yaml") + " --set object.shape.cloud=" + (folder / name).string() +
+                       " --out " + (folder / "out").string());
     EXPECT_EQ(run.code, 3) << name;
     EXPECT_NE(run.text.find(name), std::string::npos) << run.text;
     EXPECT_FALSE(fs::exists(folder / "out"));

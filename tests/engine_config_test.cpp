@@ -364,7 +364,6 @@ TEST(Config, ReportsAMissingMapOnce) {
       const ConfigMap map = root.map(key);
       EXPECT_GT(map.positive("mass", Dimension::kMass), 0.0);
       EXPECT_EQ(map.map("shape").one_of({"box", "sphere"}), "");
-      EXPECT_EQ(map.map_or_empty("options").flag_or("fast", false), false);
       EXPECT_FALSE(map.has("mass"));
       map.refuse("mass", "is wrong");
     }
@@ -419,43 +418,30 @@ TEST(Config, ReportsWhatTheCallerRefuses) {
 }
 
 TEST(Config, ListsTheDefaultsThatWereUsed) {
-  Config config(scene_file("present: 1 mm"));
+  Config config(scene_file("{present: 1 mm, contact: {}}"));
   const ConfigMap root = config.root();
-  EXPECT_EQ(root.positive_or("present", Dimension::kLength, 5.0), 1e-3);
-  EXPECT_EQ(root.positive_or("band", Dimension::kLength, 3e-4), 3e-4);
-  EXPECT_EQ(root.quantity_or("torque", Dimension::kTorque, -0.5), -0.5);
-  const ConfigMap contact = root.map_or_empty("contact");
+  EXPECT_EQ(root.non_negative_or("present", Dimension::kLength, 5.0), 1e-3);
+  EXPECT_EQ(root.non_negative_or("band", Dimension::kLength, 3e-4), 3e-4);
+  const ConfigMap contact = root.map("contact");
   EXPECT_EQ(contact.non_negative_or("relaxation", Dimension::kTime, 0.0), 0.0);
   EXPECT_EQ(contact.vector3_or("by", Dimension::kLength, {1, 2, 3}), Eigen::Vector3d(1, 2, 3));
   EXPECT_EQ(contact.number_or("friction", 0, 2, 0.8), 0.8);
   EXPECT_EQ(contact.count_or("sweeps", 1, 100, 60), 60);
-  EXPECT_EQ(contact.flag_or("warm", true), true);
-  EXPECT_EQ(contact.text_or("name", "none"), "none");
   EXPECT_EQ(contact.choice_or("cone", {"pyramid", "exact"}, "exact"), "exact");
   EXPECT_NO_THROW(config.finish());
   EXPECT_EQ(config.defaults_used(), (Lines{
                                         "band: 3e-04 m",
-                                        "torque: -0.5 N*m",
                                         "contact.relaxation: 0 s",
                                         "contact.by: [1 m, 2 m, 3 m]",
                                         "contact.friction: 0.8",
                                         "contact.sweeps: 60",
-                                        "contact.warm: true",
-                                        "contact.name: none",
                                         "contact.cone: exact",
                                     }));
 }
 
 TEST(Config, ADefaultDoesNotHideAFault) {
-  const Reader read = [](const ConfigMap& root) {
-    (void)root.positive_or("band", Dimension::kLength, 1.0);
-    (void)root.map_or_empty("contact");
-  };
-  EXPECT_EQ(faults("band: -1 m\ncontact: 5\n", read),
-            (Lines{
-                "1:7: band: -1 m must be greater than zero",
-                "2:10: contact: must be a map of keys and values, not a single value",
-            }));
+  const Reader read = [](const ConfigMap& root) { (void)root.non_negative_or("band", Dimension::kLength, 1.0); };
+  EXPECT_EQ(faults("band: -1 m\n", read), (Lines{"1:7: band: -1 m must not be negative"}));
 }
 
 TEST(Config, TheCommandLineSetsValues) {

@@ -34,15 +34,12 @@ void expect_held(const SceneRun& run) {
   EXPECT_FALSE(run.failed) << *run.failed;
 }
 
-// The bounds are those the reference scene is asked to meet; two independent simulations of it end at rms 0.60 mm, 0.04
-// mm off, force error 0.3 %, rotation 0.41 degrees.
-TEST(BoxGrasp, CarriesTheBoxToItsTarget) {
-  const SceneRun run("box_grasp");
-  expect_held(run);
-  EXPECT_NEAR(run.summary.at("simulated_s"), 2.5, 1e-9);
+/// What the reference scene is asked to meet; two independent simulations of it end at rms 0.60 mm, 0.04 mm off, force
+/// error 0.3 %, rotation 0.41 degrees. Control at 5 ms may follow its path less closely.
+void expect_accurate(const SceneRun& run, double rms_mm, double off_axis_mm) {
   EXPECT_LE(run.number("object", "final_error_mm"), 0.1);
-  EXPECT_LE(run.number("object", "rms_error_mm"), 1.0);
-  EXPECT_LE(run.number("object", "max_off_axis_error_mm"), 0.1);
+  EXPECT_LE(run.number("object", "rms_error_mm"), rms_mm);
+  EXPECT_LE(run.number("object", "max_off_axis_error_mm"), off_axis_mm);
   EXPECT_LE(run.number("object", "max_rotation_deg"), 0.8);
   EXPECT_LE(run.number("grasp", "max_slip_mm"), 0.02);
   EXPECT_LE(run.number("grasp", "force_error_end"), 0.01);
@@ -52,15 +49,21 @@ TEST(BoxGrasp, CarriesTheBoxToItsTarget) {
   EXPECT_LE(run.number("contacts", "residual_p99"), 1e-6);
 }
 
+TEST(BoxGrasp, CarriesTheBoxToItsTarget) {
+  const SceneRun run("box_grasp");
+  expect_held(run);
+  EXPECT_NEAR(run.summary.at("simulated_s"), 2.5, 1e-9);
+  expect_accurate(run, 1.0, 0.1);
+}
+
 // Control five times as slow, with the gain that its period allows.
 TEST(BoxGrasp, HoldsWithControlEvery5ms) {
   const SceneRun run("box_grasp", {"time.control_period=5 ms"});
   expect_held(run);
-  EXPECT_LE(run.number("object", "rms_error_mm"), 1.2);
-  EXPECT_LE(run.number("object", "max_off_axis_error_mm"), 0.3);
+  expect_accurate(run, 1.2, 0.3);
 }
 
-// 5 and 10 contacts a finger are the published 15 and 30: every finger has that many at all times.
+// 5, 10 and 20 contacts a finger are the published 15, 30 and 60: every finger has that many at all times.
 class ContactCount : public testing::TestWithParam<int> {};
 TEST_P(ContactCount, IsKeptAndHolds) {
   const SceneRun run("box_grasp", {"contact.max_per_finger=" + std::to_string(GetParam())});
@@ -69,7 +72,7 @@ TEST_P(ContactCount, IsKeptAndHolds) {
   EXPECT_EQ(run.number("contacts", "min"), 3 * GetParam());
   EXPECT_EQ(run.number("contacts", "max"), 3 * GetParam());
 }
-INSTANTIATE_TEST_SUITE_P(BoxGrasp, ContactCount, testing::Values(5, 10));
+INSTANTIATE_TEST_SUITE_P(BoxGrasp, ContactCount, testing::Values(5, 10, 20));
 
 // The paper's law leaves the steady force error that its statics predict. The prediction takes the patch for a point,
 // and the object still moves a little: 20 %.
@@ -92,16 +95,28 @@ TEST(BoxGrasp, SlipperyBoxIsLost) {
   EXPECT_TRUE(names_a_finger) << *run.failed;
 }
 
+// Parallel normals without friction cannot carry a weight along the faces, however hard they press.
+TEST(BoxGrasp, IsInfeasibleWithoutFriction) {
+  const SceneRun run("box_grasp", {"control.grasp.friction=0"});
+  EXPECT_EQ(run.number("lcp", "grasp_infeasible"), 1);
+  ASSERT_TRUE(run.failed);
+  // The weight of 0.981 N is missing along the faces, a third of it at each finger.
+  EXPECT_NE(run.failed->find("thumb's friction cone (mu_c = 0) lacks 0.327 N"), std::string::npos) << *run.failed;
+  EXPECT_NE(run.failed->find("any mu_c > 0"), std::string::npos) << *run.failed;
+}
+
 TEST(BoxTurn, EndsTurned) {
   const SceneRun run("box_turn");
   expect_held(run);
   EXPECT_LE(run.number("object", "final_rotation_deg"), 0.2);
+  EXPECT_LE(run.number("grasp", "max_slip_mm"), 0.02);
 }
 
 TEST(BoxPush, ComesBack) {
   const SceneRun run("box_push");
   expect_held(run);
   EXPECT_LE(run.number("object", "final_error_mm"), 0.1);
+  EXPECT_LE(run.number("grasp", "max_slip_mm"), 0.02);
 }
 
 TEST(Minimal, PointContactsHoldABall) { expect_held(SceneRun("minimal")); }
