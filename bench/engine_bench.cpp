@@ -45,13 +45,15 @@ void contact_computation(benchmark::State& bench, Stage stage) {
 }
 
 double find(const ControlReport& control, const TickReport&, double) { return control.find_s; }
-double assemble(const ControlReport& control, const TickReport& tick, double) { return control.factors_s + tick.assemble_s; }
+double assemble(const ControlReport& control, const TickReport& tick, double) {
+  return control.factors_s + tick.assemble_s;
+}
 double solve(const ControlReport&, const TickReport& tick, double) { return tick.solve_s; }
 double deform(const ControlReport&, const TickReport& tick, double) { return tick.deform_s; }
 double interpolate(const ControlReport&, const TickReport&, double interpolate_s) { return interpolate_s; }
 double total(const ControlReport& control, const TickReport& tick, double interpolate_s) {
   return find(control, tick, interpolate_s) + assemble(control, tick, interpolate_s) + tick.solve_s + tick.deform_s +
-         + interpolate_s;
+         +interpolate_s;
 }
 
 void at_published_contacts(benchmark::internal::Benchmark* bench) {

@@ -19,13 +19,13 @@ struct TickReport {
   Eigen::Index active = 0;                ///< Contacts that carry force.
   double penetration_m = 0.0;             ///< Deepest deformed gap of a contact.
   std::array<double, kFingers> slip_m{};  ///< Smallest |delta_t| among a finger's loaded contacts; 0 without any.
-  double assemble_s = 0.0;  ///< 0 if the frame was known.
-  double solve_s = 0.0;     ///< Free motion, Gauss-Seidel and commit.
-  double deform_s = 0.0;    ///< 0 for rigid fingertips.
+  double assemble_s = 0.0;                ///< 0 if the frame was known.
+  double solve_s = 0.0;                   ///< Free motion, Gauss-Seidel and commit.
+  double deform_s = 0.0;                  ///< 0 for rigid fingertips.
 };
 
-/// What one contact tick works in: room for the model's most contacts, taken once. It serves one run: it knows a frame by
-/// its sequence number.
+/// What one contact tick works in: room for the model's most contacts, taken once. It serves one run: it knows a frame
+/// by its sequence number.
 class ContactWorkspace {
  public:
   explicit ContactWorkspace(const Model& model);
@@ -42,14 +42,15 @@ class ContactWorkspace {
   Eigen::VectorXd W_;
 };
 
-/// Carries forces to the contacts of a frame by finger and control point; both lists are sorted. Tangents are carried by
-/// parallel transport, so the components keep their meaning, and the cone is the same. f: out, 3 rows a contact.
+/// Carries forces to the contacts of a frame by finger and control point; both lists are sorted. Tangents are carried
+/// by parallel transport, so the components keep their meaning, and the cone is the same. f: out, 3 rows a contact.
 void carry_forces(const Frame& frame, const std::vector<ContactForce>& forces, Eigen::VectorXd& f);
 
 /// Advances the state by one step h of the contact loop on a frozen frame.
 ///
 /// 1. Free motion of the rigid bodies, h B^-1 (tau - g, W_ext), and of the pulps, u* = rho u.
-/// 2. delta_free: gaps, absolute, from the body-fixed geometry at the state; slips, relative to the tick. The bodies' free
+/// 2. delta_free: gaps, absolute, from the body-fixed geometry at the state; slips, relative to the tick. The bodies'
+/// free
 ///    motion enters through J_c, as the contact motion does, so that what contact forbids cancels to the last bit.
 /// 3. Contact forces by Gauss-Seidel on W(h), formed when the frame is new, from the forces of the last tick.
 /// 4. Commit: (q, x) moves by h B^-1 (drive + J_c' f), u = rho u + (1 - rho) C f.

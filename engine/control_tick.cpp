@@ -38,7 +38,7 @@ JointVector muscle_torques(const Model& model, const JointVector& tau_desired, C
                            ControlReport& report) {
   moment_arms(model.scene.hand, controller.pose, controller.H);
   report.muscle = solve_muscle_forces(controller.H, tau_desired, controller.muscles, controller.f_muscle).status;
-  const JointVector tau = controller.H * controller.f_muscle;
+  JointVector tau = controller.H * controller.f_muscle;
   report.muscle_residual_Nm = (tau - tau_desired).cwiseAbs().maxCoeff();
   return tau;
 }

@@ -40,14 +40,15 @@ struct Frame {
   Eigen::Matrix<double, Eigen::Dynamic, 6> J_object;                 ///< Rows E' [I, -[r]x]; 3 capacity x 6.
   std::array<Eigen::MatrixXd, kFingers> compliance;  ///< C among a finger's contacts [m/N]; leading part.
   JointVector torque_Nm;                             ///< tau - g: what drives the fingers beside contact.
-  Vector6d wrench;                                  ///< W_ext on the object, world axes [N, N m].
+  Vector6d wrench;                                   ///< W_ext on the object, world axes [N, N m].
 
   [[nodiscard]] Eigen::Index size() const { return static_cast<Eigen::Index>(contacts.size()); }
 };
 
-/// The frame (columns n, t1, t2, world axes) of a contact with normal n_W on the finger whose distal segment is turned by
-/// R_WF. The tangents are fixed in the finger and carried to n along the great circle from the pulp's mean normal (distal
-/// frame): they depend on the posture alone and turn with n without a twist, parallel transport without a history.
+/// The frame (columns n, t1, t2, world axes) of a contact with normal n_W on the finger whose distal segment is turned
+/// by R_WF. The tangents are fixed in the finger and carried to n along the great circle from the pulp's mean normal
+/// (distal frame): they depend on the posture alone and turn with n without a twist, parallel transport without a
+/// history.
 [[nodiscard]] Eigen::Matrix3d contact_frame(const Eigen::Matrix3d& R_WF, const Eigen::Vector3d& pulp_normal,
                                             const Eigen::Vector3d& n_W);
 

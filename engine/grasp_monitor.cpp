@@ -19,7 +19,8 @@ constexpr double kNoticedSlip_m = 0.1e-3;  // Less than this is rim micro-slip, 
 
 std::optional<Loss> GraspMonitor::update(double step_s, TickRecord& tick) {
   add_slips(tick);
-  const auto loaded = std::count_if(tick.force.begin(), tick.force.end(), [](const auto& f) { return f.normal_N > 0.0; });
+  const auto loaded =
+      std::count_if(tick.force.begin(), tick.force.end(), [](const auto& f) { return f.normal_N > 0.0; });
   unloaded_s_ = loaded < 2 ? unloaded_s_ + step_s : 0.0;
   const std::string why = reason(tick);
   if (why.empty()) return std::nullopt;
@@ -59,8 +60,8 @@ std::string GraspMonitor::slips() const {
   std::string all;
   for (int k = 0; k < kFingers; ++k) {
     if (!slips_since_s_[k]) continue;
-    all += fmt::format("{} {} slipped from {:.3f} s on ({:.1f} mm)", all.empty() ? ";" : ",", hand_.fingertips[k].finger,
-                       *slips_since_s_[k], 1e3 * slip_m_[k]);
+    all += fmt::format("{} {} slipped from {:.3f} s on ({:.1f} mm)", all.empty() ? ";" : ",",
+                       hand_.fingertips[k].finger, *slips_since_s_[k], 1e3 * slip_m_[k]);
   }
   return all;
 }

@@ -8,14 +8,14 @@
 
 namespace thenar {
 
-/// Watches a run for the loss of its object: a finger that slips more than 2 mm, an object more than 10 mm or 20 degrees
-/// off its target, or fewer than two fingers loaded for 50 ms.
+/// Watches a run for the loss of its object: a finger that slips more than 2 mm, an object more than 10 mm or 20
+/// degrees off its target, or fewer than two fingers loaded for 50 ms.
 class GraspMonitor {
  public:
   explicit GraspMonitor(const Hand& hand) : hand_(hand) {}
 
-  /// Takes the next tick, of `step_s`, and writes the slips so far into it. Says if the object is lost, and which fingers
-  /// slipped since when.
+  /// Takes the next tick, of `step_s`, and writes the slips so far into it. Says if the object is lost, and which
+  /// fingers slipped since when.
   std::optional<Loss> update(double step_s, TickRecord& tick);
 
  private:

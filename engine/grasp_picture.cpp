@@ -184,8 +184,8 @@ std::string grasp_picture_script(const Model& model, const State& state, const s
   for (int k = 0; k < kFingers; ++k) add_fingertip(model, state, pose, k, surfels);
 
   std::string script = "set terminal pngcairo size 1100,700 font 'Helvetica,13' background rgb 'white'\nset output " +
-                       gnuplot_string(file.string()) + "\n$scene << EOD\n" + painted(surfels, view) + "EOD\n$forces << EOD\n" +
-                       arrows(state, view) + "EOD\n";
+                       gnuplot_string(file.string()) + "\n$scene << EOD\n" + painted(surfels, view) +
+                       "EOD\n$forces << EOD\n" + arrows(state, view) + "EOD\n";
   for (int k = 0; k < kFingers; ++k) {
     append(script, "$tip%d << EOD\n", k);
     script += fingertip_view(model, state, pose, k, view) + "EOD\n";

@@ -33,8 +33,9 @@ ImplicitSurface make_surface(const ObjectSettings& object) {
   const Index leaves = std::max<Index>(1, cloud.points_m.cols() * 4800 / 36000);
   ImplicitSurface surface(cloud, leaves);
   if (surface.doubtful_share() > kMostDoubtful) {
-    throw std::invalid_argument(fmt::format("{:.0f} % of the normals contradict their neighbours'; {:.0f} % are too many",
-                                            100.0 * surface.doubtful_share(), 100.0 * kMostDoubtful));
+    throw std::invalid_argument(
+        fmt::format("{:.0f} % of the normals contradict their neighbours'; {:.0f} % are too many",
+                    100.0 * surface.doubtful_share(), 100.0 * kMostDoubtful));
   }
   return surface;
 }

@@ -64,7 +64,7 @@ struct Recording {
   std::vector<TickRecord> ticks;
   Eigen::MatrixXd muscle_forces_N;  ///< Muscles x ticks; no rows without muscles.
   std::optional<Loss> loss;
-  std::optional<UnsolvedGrasp> unsolved;        ///< The first one.
+  std::optional<UnsolvedGrasp> unsolved;            ///< The first one.
   bool stopped = false;                             ///< The run ended before its time.
   std::optional<double> predicted_paper_law_error;  ///< Of the last state; nothing without control.
   double wall_s = 0.0;                              ///< Wall time of the loop.

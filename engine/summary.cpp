@@ -28,7 +28,7 @@ using Values = std::vector<double>;
 double quantile(Values values, double q) {
   std::erase_if(values, [](double v) { return !std::isfinite(v); });
   if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  const auto rank = static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1) + 0.5);
+  const auto rank = std::lround(q * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), values.begin() + rank, values.end());
   return values[rank];
 }
@@ -152,7 +152,9 @@ ordered_json contact_measures(const Recording& recording) {
 }
 
 ordered_json lcp_measures(const Recording& recording) {
-  const auto count = [&](auto condition) { return std::count_if(recording.ticks.begin(), recording.ticks.end(), condition); };
+  const auto count = [&](auto condition) {
+    return std::count_if(recording.ticks.begin(), recording.ticks.end(), condition);
+  };
   auto grasp = count([](const TickRecord& tick) { return tick.grasp == GraspStatus::kInfeasible; });
   // A run that stops at once has no tick to count.
   const bool stopped_at_once = recording.ticks.empty() && recording.unsolved;
@@ -202,11 +204,12 @@ std::string explain(const Scene& scene, const UnsolvedGrasp& unsolved) {
   const GraspProblem problem = grasp_problem(scene, unsolved.control, unsolved.centre_m);
   const GraspDeficit deficit = explain_infeasible_grasp(problem);
   const bool infeasible = unsolved.control.grasp == GraspStatus::kInfeasible;
-  std::string message = fmt::format("{} at {:.3f} s: ", infeasible ? "no grasp forces exist" : "no grasp forces were found",
-                                    unsolved.time_s);
+  std::string message = fmt::format(
+      "{} at {:.3f} s: ", infeasible ? "no grasp forces exist" : "no grasp forces were found", unsolved.time_s);
   for (int k = 0; k < kFingers; ++k) {
-    message += fmt::format("{}the {}'s friction cone (mu_c = {:g}) lacks {:.3f} N of tangential force", k > 0 ? ", " : "",
-                           scene.hand.fingertips[k].finger, problem.friction, deficit.missing_N.col(k).tail<2>().norm());
+    message +=
+        fmt::format("{}the {}'s friction cone (mu_c = {:g}) lacks {:.3f} N of tangential force", k > 0 ? ", " : "",
+                    scene.hand.fingertips[k].finger, problem.friction, deficit.missing_N.col(k).tail<2>().norm());
   }
   if (deficit.least_friction <= kAnyFriction) return message + "; any mu_c > 0 with enough squeeze would do";
   if (std::isfinite(deficit.least_friction)) {
@@ -251,13 +254,15 @@ ordered_json summarize(const Model& model, const Recording& recording) {
 }
 
 std::optional<std::string> failure(const Model& model, const Recording& recording) {
-  if (recording.loss) return fmt::format("the object was lost at {:.3f} s: {}", recording.loss->time_s, recording.loss->reason);
+  if (recording.loss)
+    return fmt::format("the object was lost at {:.3f} s: {}", recording.loss->time_s, recording.loss->reason);
   if (recording.unsolved) return explain(model.scene, *recording.unsolved);
   for (const TickRecord& tick : recording.ticks) {
-    if (const auto why = failure(tick)) return why;
+    if (auto why = failure(tick)) return why;
   }
   const double residual = residual_p99(recording);
-  if (residual > kNotConverged) return fmt::format("the contact solver did not converge: p99 residual {:.1e}", residual);
+  if (residual > kNotConverged)
+    return fmt::format("the contact solver did not converge: p99 residual {:.1e}", residual);
   return std::nullopt;
 }
 
