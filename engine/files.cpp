@@ -4,7 +4,6 @@
 #include <sstream>
 #include <system_error>
 
-#include "engine/file_error.h"
 
 namespace thenar {
 

@@ -1,12 +1,18 @@
 #pragma once
 
 #include <filesystem>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 
-#include "engine/file_error.h"
-
 namespace thenar {
+
+/// A file that cannot be read or written, or does not hold what it should (exit code 3): "path: what is wrong".
+class FileError : public std::runtime_error {
+ public:
+  FileError(const std::filesystem::path& file, const std::string& what)
+      : std::runtime_error(file.string() + ": " + what) {}
+};
 
 /// All bytes of a file. Throws FileError if it cannot be read.
 [[nodiscard]] std::string read_file(const std::filesystem::path& file);

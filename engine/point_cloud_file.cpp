@@ -15,7 +15,6 @@
 #include <string_view>
 #include <vector>
 
-#include "engine/file_error.h"
 #include "engine/files.h"
 
 namespace thenar {

@@ -26,11 +26,10 @@ struct Units {
 
 const Units& units_of(Dimension dimension) {
   // In the order of Dimension.
-  static const std::array<Units, 16> kTable = {{
+  static const std::array<Units, 15> kTable = {{
       {"a plain number", {}},
       {"a length", {{"m"}, {"cm", 1, 100}, {"mm", 1, 1e3}, {"um", 1, 1e6}}},
       {"a time", {{"s"}, {"ms", 1, 1e3}, {"us", 1, 1e6}}},
-      {"a frequency", {{"Hz"}, {"kHz", 1e3}}},
       {"a mass", {{"kg"}, {"g", 1, 1e3}}},
       {"a force", {{"N"}, {"mN", 1, 1e3}}},
       {"a torque", {{"N*m"}, {"N*mm", 1, 1e3}}},

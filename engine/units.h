@@ -10,7 +10,6 @@ enum class Dimension {
   kNone,                    ///< No unit.
   kLength,                  ///< m, cm, mm, um
   kTime,                    ///< s, ms, us
-  kFrequency,               ///< Hz, kHz
   kMass,                    ///< kg, g
   kForce,                   ///< N, mN
   kTorque,                  ///< N*m, N*mm
@@ -31,7 +30,7 @@ struct Quantity {
   std::string fault;  ///< Empty if the value is good; else a sentence that starts with the text.
 };
 
-/// Reads a finite number and its unit, such as "50 mm" or "1 kHz". The unit must be one of the dimension's.
+/// Reads a finite number and its unit, such as "50 mm" or "2 N/m". The unit must be one of the dimension's.
 [[nodiscard]] Quantity read_quantity(std::string_view text, Dimension dimension);
 
 /// The dimension in words, with its article: "a length".

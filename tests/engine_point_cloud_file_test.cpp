@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "engine/file_error.h"
 #include "engine/files.h"
 #include "engine/point_cloud_file.h"
 
