@@ -4,7 +4,6 @@
 #include <sstream>
 #include <system_error>
 
-
 namespace thenar {
 
 std::string read_file(const std::filesystem::path& file) {
