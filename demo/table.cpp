@@ -1,6 +1,8 @@
 #include "demo/table.h"
 
-#include <cstdio>
+#include <fmt/format.h>
+
+#include <cmath>
 
 namespace {
 
@@ -9,30 +11,21 @@ using nlohmann::ordered_json;
 /// A number with its unit, or a dash where nothing was measured.
 std::string cell(const ordered_json& value, const char* unit) {
   if (value.is_boolean()) return value.get<bool>() ? "yes" : "no";
-  if (!value.is_number() || value.dump() == "null") return "-";
-  char text[48];
-  std::snprintf(text, sizeof text, "%.4g%s%s", value.get<double>(), *unit != '\0' ? " " : "", unit);
-  return text;
+  if (!value.is_number() || !std::isfinite(value.get<double>())) return "-";
+  return fmt::format("{:.4g}{}{}", value.get<double>(), *unit != '\0' ? " " : "", unit);
 }
 
 void line(std::string& table, const char* name, const std::string& value, const char* remark = "") {
-  char text[160];
-  std::snprintf(text, sizeof text, "  %-30s %14s   %s", name, value.c_str(), remark);
-  table += text;
-  table.erase(table.find_last_not_of(' ') + 1);
-  table += '\n';
+  table += fmt::format("  {:<32} {:>14}{}{}\n", name, value, *remark != '\0' ? "   " : "", remark);
 }
 
 void stage(std::string& table, const ordered_json& stages, const char* key, const char* name,
            const char* published = "") {
   const ordered_json& times = stages.at(key);
-  if (cell(times.at("p50_us"), "") == "-") return;  // the scene has no such stage
-  char text[160];
-  std::snprintf(text, sizeof text, "  %-30s %11s %11s   %s", name, cell(times.at("p50_us"), "us").c_str(),
-                cell(times.at("p99_us"), "us").c_str(), published);
-  table += text;
-  table.erase(table.find_last_not_of(' ') + 1);
-  table += '\n';
+  const std::string median = cell(times.at("p50_us"), "us");
+  if (median == "-") return;  // the scene has no such stage
+  table += fmt::format("  {:<32} {:>12} {:>12}{}{}\n", name, median, cell(times.at("p99_us"), "us"),
+                       *published != '\0' ? "   " : "", published);
 }
 
 /// What the paper reports for so many contacts, on a 2.2 GHz Pentium IV.
@@ -78,7 +71,7 @@ std::string results_table(const ordered_json& summary) {
   line(table, "deepest penetration at a contact", cell(contacts.at("max_penetration_um"), "um"));
   line(table, "contact residual, p99", cell(contacts.at("residual_p99"), ""), "natural map");
   line(table, "muscle torque residual", cell(lcp.at("muscle_residual_max"), "N m"));
-  table += "\ntime                                      median         p99\n";
+  table += fmt::format("\n{:<34} {:>12} {:>12}\n", "time", "median", "p99");
   stage(table, stages, "find", "contact finding");
   stage(table, stages, "assemble", "Delassus operator");
   stage(table, stages, "solve", "contact forces");

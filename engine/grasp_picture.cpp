@@ -1,8 +1,9 @@
 #include "engine/grasp_picture.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 #include <vector>
 
@@ -120,13 +121,6 @@ void add_fingertip(const Model& model, const State& state, const HandPose& pose,
   }
 }
 
-template <typename... Args>
-void append(std::string& text, const char* format, Args... args) {
-  char line[200];
-  std::snprintf(line, sizeof line, format, args...);
-  text += line;
-}
-
 /// Far discs first, each as "x y radius colour" [mm].
 std::string painted(std::vector<Surfel> surfels, const Matrix3d& view) {
   std::erase_if(surfels, [&](const Surfel& s) { return view.row(2).dot(s.normal) <= 0.0; });
@@ -138,8 +132,8 @@ std::string painted(std::vector<Surfel> surfels, const Matrix3d& view) {
   for (const Surfel& s : surfels) {
     const Vector3d p = 1e3 * view * s.point_m;
     const Vector3d rgb = 255.0 * (0.55 + 0.45 * std::max(0.0, light.dot(s.normal))) * s.color;
-    append(lines, "%.3f %.3f %.3f %d\n", p.x(), p.y(), 1e3 * s.radius_m,
-           (static_cast<int>(rgb[0]) << 16) + (static_cast<int>(rgb[1]) << 8) + static_cast<int>(rgb[2]));
+    const int color = (static_cast<int>(rgb[0]) << 16) + (static_cast<int>(rgb[1]) << 8) + static_cast<int>(rgb[2]);
+    lines += fmt::format("{:.3f} {:.3f} {:.3f} {}\n", p.x(), p.y(), 1e3 * s.radius_m, color);
   }
   return lines;
 }
@@ -151,26 +145,44 @@ std::string arrows(const State& state, const Matrix3d& view) {
     if (load.normal_N <= 0.0) continue;
     const Vector3d d = 1e3 * kArrow_m_per_N * view * load.force_N;
     const Vector3d p = 1e3 * view * load.centre_m - d;
-    append(lines, "%.3f %.3f %.3f %.3f\n", p.x(), p.y(), d.x(), d.y());
+    lines += fmt::format("{:.3f} {:.3f} {:.3f} {:.3f}\n", p.x(), p.y(), d.x(), d.y());
   }
   return lines;
 }
 
-/// A fingertip as the object sees it.
-std::string fingertip_view(const Model& model, const State& state, const HandPose& pose, int k, const Matrix3d& view) {
-  const Vector3d n = state.load[k].normal_N > 0.0
-                         ? state.load[k].normal
-                         : Vector3d(pose.distal(model.scene.hand, k).linear() * model.scene.hand.fingertips[k].normal);
+constexpr const char* kDiscs = "using 1:2:3:4 with circles lc rgb variable";
+
+/// The whole grasp, at the left of the picture.
+std::string grasp_panel(const Model& model, const State& state, const HandPose& pose, const Matrix3d& view) {
+  std::vector<Surfel> surfels;
+  add_object(model, state, surfels);
+  add_bones(model.scene.hand, pose, surfels);
+  for (int k = 0; k < kFingers; ++k) add_fingertip(model, state, pose, k, surfels);
+  return fmt::format(
+      "$grasp << EOD\n{}EOD\n$forces << EOD\n{}EOD\n"
+      "set lmargin at screen 0.01\nset rmargin at screen 0.75\nset bmargin at screen 0.01\nset tmargin at screen 0.99\n"
+      "plot $grasp {}, $forces using 1:2:3:4 with vectors lw 4 lc rgb '#107030' filled head size 2.5,20,60 fixed\n",
+      painted(surfels, view), arrows(state, view), kDiscs);
+}
+
+/// A deformed fingertip as the object sees it, at the right.
+std::string fingertip_panel(const Model& model, const State& state, const HandPose& pose, int k, const Matrix3d& view) {
+  const Fingertip& tip = model.scene.hand.fingertips[k];
+  const Vector3d n = state.load[k].normal_N > 0.0 ? state.load[k].normal
+                                                  : Vector3d(pose.distal(model.scene.hand, k).linear() * tip.normal);
   Matrix3d from_object;
   from_object.row(2) = n;
   from_object.row(0) = Vector3d(view.row(1)).cross(n).stableNormalized();
   from_object.row(1) = n.cross(Vector3d(from_object.row(0)));
   std::vector<Surfel> surfels;
   add_fingertip(model, state, pose, k, surfels);
-  return painted(surfels, from_object);
+  return fmt::format(
+      "$tip << EOD\n{}EOD\n"
+      "set lmargin at screen 0.78\nset rmargin at screen 0.98\nset bmargin at screen {}\nset tmargin at screen {}\n"
+      "set title {} offset 0,-0.8\nplot $tip {}\n",
+      painted(surfels, from_object), 0.69 - 0.325 * k, 0.95 - 0.325 * k,
+      gnuplot_string(tip.finger + ", seen from the object"), kDiscs);
 }
-
-constexpr const char* kDiscs = " using 1:2:3:4 with circles lc rgb variable";
 
 }  // namespace
 
@@ -178,31 +190,13 @@ std::string grasp_picture_script(const Model& model, const State& state, const s
   HandPose pose;
   forward_kinematics(model.scene.hand, state.q, pose);
   const Matrix3d view = camera(model, pose);
-  std::vector<Surfel> surfels;
-  add_object(model, state, surfels);
-  add_bones(model.scene.hand, pose, surfels);
-  for (int k = 0; k < kFingers; ++k) add_fingertip(model, state, pose, k, surfels);
-
-  std::string script = "set terminal pngcairo size 1100,700 font 'Helvetica,13' background rgb 'white'\nset output " +
-                       gnuplot_string(file.string()) + "\n$scene << EOD\n" + painted(surfels, view) +
-                       "EOD\n$forces << EOD\n" + arrows(state, view) + "EOD\n";
-  for (int k = 0; k < kFingers; ++k) {
-    append(script, "$tip%d << EOD\n", k);
-    script += fingertip_view(model, state, pose, k, view) + "EOD\n";
-  }
-  script += std::string(
-                "unset border\nunset tics\nunset key\nset size ratio -1\nset offsets 1,1,1,1\nset style fill solid 1.0 "
-                "noborder\n") +
-            "set multiplot\nset lmargin at screen 0.01\nset rmargin at screen 0.75\nset bmargin at screen 0.01\n"
-            "set tmargin at screen 0.99\nplot $scene" +
-            kDiscs +
-            ", $forces using 1:2:3:4 with vectors lw 4 lc rgb '#107030' filled head size 2.5,20,60 fixed\n"
-            "set lmargin at screen 0.78\nset rmargin at screen 0.98\n";
-  for (int k = 0; k < kFingers; ++k) {
-    append(script, "set bmargin at screen %.3f\nset tmargin at screen %.3f\n", 0.69 - 0.325 * k, 0.95 - 0.325 * k);
-    script += "set title '" + model.scene.hand.fingertips[k].finger + ", seen from the object' offset 0,-0.8\n";
-    append(script, "plot $tip%d%s\n", k, kDiscs);
-  }
+  std::string script = fmt::format(
+      "set terminal pngcairo size 1100,700 font 'Helvetica,13' background rgb 'white'\nset output {}\n"
+      "unset border\nunset tics\nunset key\nset size ratio -1\nset offsets 1,1,1,1\nset style fill solid 1.0 noborder\n"
+      "set multiplot\n",
+      gnuplot_string(file.string()));
+  script += grasp_panel(model, state, pose, view);
+  for (int k = 0; model.deformable() && k < kFingers; ++k) script += fingertip_panel(model, state, pose, k, view);
   return script + "unset multiplot\n";
 }
 

@@ -1,7 +1,8 @@
 #include "engine/signals.h"
 
+#include <fmt/format.h>
+
 #include <array>
-#include <cstdio>
 #include <numbers>
 #include <utility>
 
@@ -12,10 +13,7 @@ namespace {
 /// A line of comma-separated values.
 class CsvRow {
  public:
-  void add(double value) {
-    std::array<char, 32> digits{};
-    add(std::string(digits.data(), std::snprintf(digits.data(), digits.size(), "%.9g", value)));
-  }
+  void add(double value) { add(fmt::format("{:.9g}", value)); }
   void add(const std::string& cell) { line_ += (line_.empty() ? "" : ",") + cell; }
   std::string finish() { return std::exchange(line_, "") + "\n"; }
 
