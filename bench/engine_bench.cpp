@@ -53,7 +53,7 @@ double deform(const ControlReport&, const TickReport& tick, double) { return tic
 double interpolate(const ControlReport&, const TickReport&, double interpolate_s) { return interpolate_s; }
 double total(const ControlReport& control, const TickReport& tick, double interpolate_s) {
   return find(control, tick, interpolate_s) + assemble(control, tick, interpolate_s) + tick.solve_s + tick.deform_s +
-         +interpolate_s;
+         interpolate_s;
 }
 
 void at_published_contacts(benchmark::internal::Benchmark* bench) {

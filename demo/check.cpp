@@ -1,6 +1,5 @@
 #include "demo/check.h"
 
-#include <cmath>
 #include <sstream>
 
 #include "engine/control.h"
@@ -84,18 +83,10 @@ std::string description(const Scene& scene) {
   left_out(!scene.control, "control (control): pose, grasp forces, muscles");
   left_out(scene.control && !scene.control->muscles, "muscles (control.muscles)");
   left_out(scene.gravity.isZero(), "gravity (gravity)");
-  if (complete) out << "  nothing that a scene can name\n";
+  if (complete) out << "  nothing\n";
 
   out << "\ndefaults used\n";
   for (const std::string& line : scene.defaults_used) out << "  " << line << "\n";
   if (scene.defaults_used.empty()) out << "  none\n";
   return out.str();
-}
-
-bool host_can_run() {
-#if defined(__x86_64__) && defined(__AVX2__)
-  return __builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0;
-#else
-  return true;
-#endif
 }

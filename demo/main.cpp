@@ -32,6 +32,15 @@ struct Options {
   bool quiet = false;
 };
 
+/// Whether this machine has the instructions that the build uses.
+bool host_can_run() {
+#if defined(__x86_64__) && defined(__AVX2__)
+  return __builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0;
+#else
+  return true;
+#endif
+}
+
 /// A line on stderr that tells how far the run is, if somebody is looking.
 Progress progress_line(const Scene& scene, bool quiet) {
   if (quiet || isatty(STDERR_FILENO) == 0) return {};
@@ -43,13 +52,19 @@ Progress progress_line(const Scene& scene, bool quiet) {
   };
 }
 
+void remove_figures(const fs::path& folder) {
+  std::error_code none;  // A figure that cannot be removed cannot be drawn either, and then there is a warning.
+  for (const char* figure : kFigures) fs::remove(folder / figure, none);
+}
+
 void write_results(const Model& model, const Recording& recording, const State& state, const std::string& summary,
                    const fs::path& folder) {
   write_file(folder / "summary.json", summary);
   write_file(folder / "signals.csv", signals_csv(model, recording));
   // Figures of an earlier run must not pass for this one's.
-  for (const char* figure : kFigures) fs::remove(folder / figure);
+  remove_figures(folder);
   if (!recording.ticks.empty() && !draw_figures(model, recording, state, folder)) {
+    remove_figures(folder);
     std::cerr << "warning: no figures, for gnuplot is missing or failed\n";
   }
 }

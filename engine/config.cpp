@@ -33,6 +33,8 @@ struct ConfigState {
 
 namespace {
 
+constexpr const char* kMissing = "this key is missing";
+
 /// Levenshtein's distance: the fewest insertions, deletions and replacements that make `b` of `a`.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> above(b.size() + 1);
@@ -48,9 +50,9 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return above[b.size()];
 }
 
-/// ", did you mean 'x'?" with the nearest candidate, or nothing if none is near.
+/// The candidate that the word may be a slip of; empty if none is near.
 template <typename Words>
-std::string did_you_mean(std::string_view word, const Words& candidates) {
+std::string_view nearest_word(std::string_view word, const Words& candidates) {
   std::string_view nearest;
   std::size_t least = std::max<std::size_t>(2, word.size() / 3) + 1;
   for (const std::string_view candidate : candidates) {
@@ -60,7 +62,14 @@ std::string did_you_mean(std::string_view word, const Words& candidates) {
     least = distance;
     nearest = candidate;
   }
-  return nearest.empty() ? std::string() : ", did you mean '" + std::string(nearest) + "'?";
+  return nearest;
+}
+
+/// ", did you mean 'x'?" with the nearest candidate, or nothing if none is near.
+template <typename Words>
+std::string did_you_mean(std::string_view word, const Words& candidates) {
+  const std::string nearest(nearest_word(word, candidates));
+  return nearest.empty() ? nearest : ", did you mean '" + nearest + "'?";
 }
 
 template <typename Words>
@@ -182,6 +191,9 @@ void report_unknown_keys(ConfigState& state, const YamlNode& node, const std::st
   for (const YamlNode::Entry& entry : node.entries) {
     if (std::ranges::find(node.asked_keys, entry.key) == node.asked_keys.end()) {
       state.report(entry.place, key_path(path, entry.key), "unknown key" + did_you_mean(entry.key, node.asked_keys));
+      // A key that is only misspelt is not missing besides.
+      const std::string meant = key_path(path, nearest_word(entry.key, node.asked_keys));
+      std::erase_if(state.faults, [&](const YamlFault& f) { return f.key == meant && f.message == kMissing; });
     } else {
       report_unknown_keys(state, *entry.value, key_path(path, entry.key));
     }
@@ -258,7 +270,7 @@ YamlNode* ConfigMap::find(std::string_view key) const {
 
 YamlNode* ConfigMap::require(std::string_view key) const {
   YamlNode* const node = find(key);
-  if (node == nullptr && node_ != nullptr) state_->report(node_->heading, path_of(key), "this key is missing");
+  if (node == nullptr && node_ != nullptr) state_->report(node_->heading, path_of(key), kMissing);
   return node;
 }
 

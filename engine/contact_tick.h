@@ -49,8 +49,7 @@ void carry_forces(const Frame& frame, const std::vector<ContactForce>& forces, E
 /// Advances the state by one step h of the contact loop on a frozen frame.
 ///
 /// 1. Free motion of the rigid bodies, h B^-1 (tau - g, W_ext), and of the pulps, u* = rho u.
-/// 2. delta_free: gaps, absolute, from the body-fixed geometry at the state; slips, relative to the tick. The bodies'
-/// free
+/// 2. delta_free: gaps, absolute, from the body-fixed geometry at the state; slips, relative to the tick. The bodies' free
 ///    motion enters through J_c, as the contact motion does, so that what contact forbids cancels to the last bit.
 /// 3. Contact forces by Gauss-Seidel on W(h), formed when the frame is new, from the forces of the last tick.
 /// 4. Commit: (q, x) moves by h B^-1 (drive + J_c' f), u = rho u + (1 - rho) C f.

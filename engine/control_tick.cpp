@@ -83,7 +83,6 @@ ControlReport control_tick(const Model& model, const State& snapshot, Controller
   }
 
   frame.sequence = controller.sequence++;
-  frame.tick = snapshot.tick;
   frame.torque_Nm = tau - gravity_torques(scene.hand, controller.pose, scene.gravity);
   frame.wrench = weight(scene);
   frame.wrench.head<3>() += model.push(static_cast<double>(snapshot.tick) * scene.step_s);

@@ -1,8 +1,10 @@
 #include "engine/figures.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <array>
 #include <string>
-#include <utility>
 
 #include "engine/gnuplot.h"
 #include "engine/grasp_picture.h"
@@ -13,99 +15,123 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::string header(const fs::path& folder, const std::string& figure, int width, int height) {
-  return "set terminal svg size " + std::to_string(width) + "," + std::to_string(height) +
-         " font 'Helvetica,14' background rgb 'white'\n"
-         "set output " +
-         gnuplot_string((folder / figure).string()) +
-         "\n"
-         "data = " +
-         gnuplot_string((folder / "signals.csv").string()) +
-         "\n"
-         "set datafile separator comma\nset datafile columnheaders\nset datafile missing 'nan'\n"
-         "set grid lc rgb '#dddddd' lt 1\nset border 3 lc rgb '#444444'\nset tics nomirror\nset key noenhanced\n"
-         "set style line 1 lc rgb '#c0392b' lw 2\nset style line 2 lc rgb '#2563a8' lw 2\n"
-         "set style line 3 lc rgb '#3a8f5c' lw 2\nset style line 4 lc rgb '#888888' lw 2\n";
+std::string header(const Recording& recording, const fs::path& folder, const std::string& figure, int height) {
+  return fmt::format(
+      "reset\nset terminal svg size 900,{} font 'Helvetica,14' background rgb 'white'\nset output {}\ndata = {}\n"
+      "set datafile separator comma\nset datafile columnheaders\nset datafile missing 'nan'\nset xrange [0:{}]\n"
+      "set grid lc rgb '#dddddd' lt 1\nset border 3 lc rgb '#444444'\nset tics nomirror\nset key noenhanced opaque\n"
+      "set style line 1 lc rgb '#c0392b' lw 2\nset style line 2 lc rgb '#2563a8' lw 2\n"
+      "set style line 3 lc rgb '#3a8f5c' lw 2\nset style line 4 lc rgb '#888888' lw 2\n"
+      "set style line 5 lc rgb '#8e44ad' lw 2\nset style line 6 lc rgb '#d68910' lw 2\n"
+      "set style line 7 lc rgb '#17a2b8' lw 2\nset style line 8 lc rgb '#222222' lw 2\n"
+      "set style line 9 lc rgb '#000000' lw 1.2 dashtype '_._'\n",
+      height, gnuplot_string((folder / figure).string()), gnuplot_string((folder / "signals.csv").string()),
+      recording.ticks.back().time_s);
 }
 
-std::string curve(const std::string& column, const std::string& title, int style, bool desired = false) {
-  return "data using 'time_s':'" + column + "' with lines ls " + std::to_string(style) +
-         (desired ? " dashtype '_._'" : "") + " title " + gnuplot_string(title);
+constexpr int kDesired = 9;  // The dash-dotted style.
+
+std::string curve(const std::string& column, const std::string& title, int style) {
+  return fmt::format("data using 'time_s':'{}' with lines ls {} title {}", column, style, gnuplot_string(title));
 }
 
-/// The layout of `count` panels, one above the other, each with its own y label.
-std::string stack(int count, double right) {
-  return "set multiplot layout " + std::to_string(count) + ",1 margins 0.11," + std::to_string(right) +
-         ",0.09,0.94 spacing 0.05\n";
+/// The layout of `count` panels, one above the other; the key stands over the first one or at the right.
+std::string stack(int count, bool key_at_right) {
+  return fmt::format("set multiplot layout {},1 margins 0.11,{},0.09,0.93 spacing 0.05\nset key {}\n", count,
+                     key_at_right ? 0.86 : 0.97,
+                     key_at_right ? "rmargin center vertical samplen 2" : "tmargin center horizontal");
 }
 
-/// What distinguishes panel i of `count`: only the last one shows its time axis.
-std::string panel(int i, int count, const std::string& y_label, const std::string& plot) {
+/// Panel i of `count`: only the last one shows its time axis.
+std::string panel(int i, int count, const std::string& y_label, const std::string& y_range, const std::string& curves) {
   const bool last = i + 1 == count;
-  return std::string(last ? "set xlabel 'time [s]'\nset format x '%g'\n" : "set xlabel ''\nset format x ''\n") +
-         "set ylabel " + gnuplot_string(y_label) + " noenhanced\nplot " + plot + "\n";
+  return fmt::format("set xlabel '{}'\nset format x '{}'\nset ylabel {} noenhanced\nset yrange {}\nplot {}\n",
+                     last ? "time [s]" : "", last ? "%g" : "", gnuplot_string(y_label), y_range, curves);
 }
 
 /// Fig. 9: the object's way along its own axes against its target's, and how far it is off.
-std::string path_script(const fs::path& folder) {
-  const std::array<std::pair<std::string, int>, 3> axes{{{"x", 4}, {"y", 2}, {"z", 1}}};
+std::string path_script(const Recording& recording, const fs::path& folder) {
+  const std::array<std::pair<const char*, int>, 3> axes{{{"x", 4}, {"y", 2}, {"z", 1}}};
   std::string way, off;
   for (const auto& [axis, style] : axes) {
-    const std::string comma = way.empty() ? "" : ", ";
-    way += comma + curve("position_" + axis + "_mm", axis, style) + ", " +
-           curve("target_" + axis + "_mm", axis + ", target", style, true);
-    off += comma + "data using 'time_s':(column('position_" + axis + "_mm') - column('target_" + axis +
-           "_mm')) with lines ls " + std::to_string(style) + " title " + gnuplot_string(axis);
+    const char* const comma = way.empty() ? "" : ", ";
+    way += comma + curve(fmt::format("position_{}_mm", axis), axis, style);
+    off += fmt::format(
+        "{}data using 'time_s':(column('position_{}_mm') - column('target_{}_mm')) with lines ls {} notitle", comma,
+        axis, axis, style);
   }
-  return header(folder, "path.svg", 900, 700) + stack(2, 0.97) + "set key tmargin center horizontal\n" +
-         panel(0, 2, "displacement, object axes [mm]", way) + "unset key\n" +
-         panel(1, 2, "error against the target [mm]", off) + "unset multiplot\n";
+  for (const auto& [axis, style] : axes) {
+    way += ", " + curve(fmt::format("target_{}_mm", axis), axis[0] == 'x' ? "targets" : "", kDesired);
+  }
+  return header(recording, folder, "path.svg", 900) + stack(3, false) +
+         panel(0, 3, "displacement, object axes [mm]", "[*:*]", way) +
+         panel(1, 3, "distance to the target [mm]", "[*:*]", off) +
+         panel(2, 3, "angle to the target [deg]", "[0:*]",
+               "data using 'time_s':'rotation_error_deg' with lines ls 8 notitle") +
+         "unset multiplot\n";
 }
 
 /// Fig. 10: contact forces against the desired ones.
-std::string forces_script(const Model& model, const fs::path& folder) {
-  std::string script = header(folder, "forces.svg", 900, 900) + stack(kFingers, 0.97) +
-                       "set yrange [0:*]\nset key tmargin center horizontal\n";
+std::string forces_script(const Model& model, const Recording& recording, const fs::path& folder) {
+  std::string script = header(recording, folder, "forces.svg", 900) + stack(kFingers, false);
   for (int k = 0; k < kFingers; ++k) {
     const std::string& finger = model.scene.hand.fingertips[k].finger;
-    std::string plot =
+    std::string curves =
         curve(finger + "_normal_N", "normal", 1) + ", " + curve(finger + "_tangential_N", "tangential", 2);
     if (model.scene.control) {
-      plot += ", " + curve(finger + "_desired_normal_N", "normal, desired", 1, true) + ", " +
-              curve(finger + "_desired_tangential_N", "tangential, desired", 2, true);
+      curves += ", " + curve(finger + "_desired_normal_N", "desired", kDesired) + ", " +
+                curve(finger + "_desired_tangential_N", "", kDesired);
     }
-    script += panel(k, kFingers, finger + ": force [N]", plot) + "unset key\n";
+    script += panel(k, kFingers, finger + ": force [N]", "[0:*]", curves) + "unset key\n";
   }
   return script + "unset multiplot\n";
 }
 
-std::string grip_script(const Model& model, const fs::path& folder) {
+std::string grip_script(const Model& model, const Recording& recording, const fs::path& folder) {
+  // The count of slip starts anew when the grip has built up; of a run that does not last so long all is shown.
+  const double from_s = recording.ticks.back().is_measured() ? kMeasuredFrom_s : 0.0;
   std::string margin, slip;
   for (int k = 0; k < kFingers; ++k) {
     const std::string& finger = model.scene.hand.fingertips[k].finger;
-    const std::string comma = k > 0 ? ", " : "";
+    const char* const comma = k > 0 ? ", " : "";
     margin += comma + curve(finger + "_cone_margin", finger, k + 1);
-    slip += comma + curve(finger + "_slip_um", finger, k + 1);
+    slip += fmt::format(
+        "{}data using 'time_s':(column('time_s') < {} - 1e-9 ? NaN : column('{}_slip_um')) with lines ls {} title '{}'",
+        comma, from_s, finger, k + 1, finger);
   }
-  return header(folder, "grip.svg", 900, 700) + stack(2, 0.97) +
-         "set key tmargin center horizontal\nset yrange [*<0:1]\n" +
-         panel(0, 2, "cone margin, 1 - |F_t| / (mu F_n)", margin) + "unset key\nset yrange [0:*]\n" +
-         panel(1, 2, "slip, counted anew from 0.3 s on [um]", slip) + "unset multiplot\n";
+  return header(recording, folder, "grip.svg", 700) + stack(2, false) +
+         panel(0, 2, "cone margin, 1 - |F_t| / (mu F_n)", "[0:1]", margin) + "unset key\n" +
+         panel(1, 2, fmt::format("slip from {:g} s on [um]", from_s), "[0:*]", slip) + "unset multiplot\n";
 }
 
-/// A muscle belongs to the first finger that it crosses.
-std::string muscles_script(const Model& model, const fs::path& folder) {
-  std::string script = header(folder, "muscles.svg", 900, 1000) + stack(kFingers, 0.86) +
-                       "set yrange [0:*]\nset key rmargin center vertical samplen 2\n";
+/// The largest force of a muscle once the fingers have met the object.
+double peak_N(const Recording& recording, Eigen::Index muscle) {
+  constexpr double kFirstTouch_s = 0.05;
+  double peak = 0.0;
+  for (std::size_t i = 0; i < recording.ticks.size(); ++i) {
+    if (recording.ticks[i].is_from(kFirstTouch_s)) peak = std::max(peak, recording.muscle_forces_N(muscle, i));
+  }
+  return peak;
+}
+
+/// The muscles at work. A muscle belongs to the first finger that it crosses.
+std::string muscles_script(const Model& model, const Recording& recording, const fs::path& folder) {
+  constexpr double kAtWork_N = 0.01;
+  std::string script = header(recording, folder, "muscles.svg", 1000) + stack(kFingers, true);
   for (int k = 0; k < kFingers; ++k) {
-    std::string plot;
-    int color = 0;
-    for (const Muscle& muscle : model.scene.hand.muscles) {
-      if (muscle.crossings.front().joints.front() / kJointsPerFinger != k) continue;
-      plot += (plot.empty() ? "" : ", ") + std::string("data using 'time_s':'") + muscle.name +
-              "_N' with lines lw 2 lt " + std::to_string(++color) + " title " + gnuplot_string(muscle.name);
+    std::string curves;
+    double highest_N = 1.0;
+    int style = 0;
+    for (std::size_t m = 0; m < model.scene.hand.muscles.size(); ++m) {
+      const Muscle& muscle = model.scene.hand.muscles[m];
+      const double peak = peak_N(recording, static_cast<Eigen::Index>(m));
+      if (muscle.crossings.front().joints.front() / kJointsPerFinger != k || peak < kAtWork_N) continue;
+      curves += (curves.empty() ? "" : ", ") + curve(muscle.name + "_N", muscle.name, style++ % 8 + 1);
+      highest_N = std::max(highest_N, peak);
     }
-    if (!plot.empty()) script += panel(k, kFingers, model.scene.hand.fingertips[k].finger + ": muscle force [N]", plot);
+    if (curves.empty()) curves = "NaN notitle";
+    script += panel(k, kFingers, model.scene.hand.fingertips[k].finger + ": muscle force [N]",
+                    fmt::format("[0:{}]", 1.15 * highest_N), curves);
   }
   return script + "unset multiplot\n";
 }
@@ -114,8 +140,8 @@ std::string muscles_script(const Model& model, const fs::path& folder) {
 
 bool draw_figures(const Model& model, const Recording& recording, const State& state, const fs::path& folder) {
   std::string script =
-      path_script(folder) + "reset\n" + forces_script(model, folder) + "reset\n" + grip_script(model, folder);
-  if (recording.muscle_forces_N.size() > 0) script += "reset\n" + muscles_script(model, folder);
+      path_script(recording, folder) + forces_script(model, recording, folder) + grip_script(model, recording, folder);
+  if (recording.muscle_forces_N.size() > 0) script += muscles_script(model, recording, folder);
   return run_gnuplot(script, folder) && run_gnuplot(grasp_picture_script(model, state, folder / "grasp.png"), folder);
 }
 

@@ -1,7 +1,5 @@
 #include "engine/frame.h"
 
-#include <algorithm>
-
 namespace thenar {
 
 using Eigen::Index;

@@ -33,7 +33,6 @@ struct Frame {
   explicit Frame(const Model& model);
 
   std::int64_t sequence = -1;                      ///< 0, 1, 2, …; -1: empty.
-  std::int64_t tick = 0;                           ///< Of the snapshot.
   std::vector<FrameContact> contacts;              ///< Sorted by finger and control point.
   std::array<Eigen::Index, kFingers + 1> begin{};  ///< Finger k has contacts begin[k] .. begin[k + 1).
   Eigen::Matrix<double, Eigen::Dynamic, kJointsPerFinger> J_finger;  ///< Rows -E' J_k at s; 3 capacity x 4.

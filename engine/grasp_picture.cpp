@@ -53,7 +53,7 @@ void add_object(const Model& model, const State& state, std::vector<Surfel>& sur
   const PointCloud& cloud = model.object.cloud();
   const Index stride = 1 + (cloud.points_m.cols() - 1) / kEnough;
   // Discs that cover the surface: the support of its implicit surface is 2.2 sample spacings.
-  const double radius_m = 0.9 * model.object.support_m() / 2.2 * std::sqrt(static_cast<double>(stride));
+  const double radius_m = 1.0 * model.object.support_m() / 2.2 * std::sqrt(static_cast<double>(stride));
   for (Index i = 0; i < cloud.points_m.cols(); i += stride) {
     surfels.push_back(
         {state.X_WO * cloud.points_m.col(i), state.X_WO.linear() * cloud.normals.col(i), kObject, radius_m});
@@ -138,14 +138,14 @@ std::string painted(std::vector<Surfel> surfels, const Matrix3d& view) {
   return lines;
 }
 
-/// The fingers' forces on the object: arrows that end where they act.
+/// The fingers' forces on the object: arrows that end where they act, with their size.
 std::string arrows(const State& state, const Matrix3d& view) {
   std::string lines;
   for (const FingerLoad& load : state.load) {
     if (load.normal_N <= 0.0) continue;
     const Vector3d d = 1e3 * kArrow_m_per_N * view * load.force_N;
     const Vector3d p = 1e3 * view * load.centre_m - d;
-    lines += fmt::format("{:.3f} {:.3f} {:.3f} {:.3f}\n", p.x(), p.y(), d.x(), d.y());
+    lines += fmt::format("{:.3f} {:.3f} {:.3f} {:.3f} \"{:.2f} N\"\n", p.x(), p.y(), d.x(), d.y(), load.force_N.norm());
   }
   return lines;
 }
@@ -160,8 +160,9 @@ std::string grasp_panel(const Model& model, const State& state, const HandPose& 
   for (int k = 0; k < kFingers; ++k) add_fingertip(model, state, pose, k, surfels);
   return fmt::format(
       "$grasp << EOD\n{}EOD\n$forces << EOD\n{}EOD\n"
-      "set lmargin at screen 0.01\nset rmargin at screen 0.75\nset bmargin at screen 0.01\nset tmargin at screen 0.99\n"
-      "plot $grasp {}, $forces using 1:2:3:4 with vectors lw 4 lc rgb '#107030' filled head size 2.5,20,60 fixed\n",
+      "set lmargin at screen 0.02\nset rmargin at screen 0.66\nset bmargin at screen 0.01\nset tmargin at screen 0.99\n"
+      "plot $grasp {}, $forces using 1:2:3:4 with vectors lw 4 lc rgb '#107030' filled head size 2.5,20,60 fixed, "
+      "$forces using ($3<0 ? $1+8 : $1-2):($3<0 ? $2-3 : $2+4):5 with labels font ',14' textcolor rgb '#107030'\n",
       painted(surfels, view), arrows(state, view), kDiscs);
 }
 
@@ -178,7 +179,7 @@ std::string fingertip_panel(const Model& model, const State& state, const HandPo
   add_fingertip(model, state, pose, k, surfels);
   return fmt::format(
       "$tip << EOD\n{}EOD\n"
-      "set lmargin at screen 0.78\nset rmargin at screen 0.98\nset bmargin at screen {}\nset tmargin at screen {}\n"
+      "set lmargin at screen 0.70\nset rmargin at screen 0.98\nset bmargin at screen {}\nset tmargin at screen {}\n"
       "set title {} offset 0,-0.8\nplot $tip {}\n",
       painted(surfels, from_object), 0.69 - 0.325 * k, 0.95 - 0.325 * k,
       gnuplot_string(tip.finger + ", seen from the object"), kDiscs);
@@ -191,7 +192,7 @@ std::string grasp_picture_script(const Model& model, const State& state, const s
   forward_kinematics(model.scene.hand, state.q, pose);
   const Matrix3d view = camera(model, pose);
   std::string script = fmt::format(
-      "set terminal pngcairo size 1100,700 font 'Helvetica,13' background rgb 'white'\nset output {}\n"
+      "set terminal pngcairo size 900,700 font 'Helvetica,13' background rgb 'white'\nset output {}\n"
       "unset border\nunset tics\nunset key\nset size ratio -1\nset offsets 1,1,1,1\nset style fill solid 1.0 noborder\n"
       "set multiplot\n",
       gnuplot_string(file.string()));

@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "engine/grasp_monitor.h"
 #include "engine/stopwatch.h"
@@ -44,7 +43,8 @@ void record_forces(const Model& model, const State& state, const ControlReport& 
     const FingerLoad& load = state.load[k];
     record.force[k] = split(load.force_N, load.normal);
     record.cone_margin[k] = std::numeric_limits<double>::quiet_NaN();
-    if (load.normal_N > 0.0) {
+    const double mu = model.scene.contact.friction;
+    if (load.normal_N > 0.0 && mu > 0.0) {
       record.cone_margin[k] =
           1.0 - record.force[k].tangential_N / (model.scene.contact.friction * record.force[k].normal_N);
     }

@@ -176,7 +176,6 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
   Config config(file, overrides);
   const ConfigMap root = config.root();
   Scene scene;
-  scene.file = file;
   scene.name = root.text("name");
   read_time(root.map("time"), scene);
   scene.gravity = root.vector3_or("gravity", Dimension::kAcceleration, Vector3d::Zero());

@@ -93,7 +93,6 @@ struct TaskSettings {
 /// All that a scene file says, in SI. What it does not name is absent here, and costs nothing.
 struct Scene {
   std::string name;
-  std::filesystem::path file;
   double duration_s = 0.0;
   double step_s = 0.0;
   double control_period_s = 0.0;                      ///< A whole multiple of the step.

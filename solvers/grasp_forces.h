@@ -76,8 +76,7 @@ void grasp_map(std::span<const GraspContact> contacts, const Eigen::Vector3d& ce
 /// eigenvalues, so that collinear contacts and pairs (rank G = 5) are seen and their inconsistent wrenches refused.
 ///
 /// f         Out: 3n forces on the object, world axes [N]; on failure left as it was.
-/// Accuracy  1e-10 of the forces at a friction of 0.1 and more; each tenth of it costs some three digits, and below
-/// 1e-5
+/// Accuracy  1e-10 of the forces at a friction of 0.1 and more; each tenth of it costs some three digits, and below 1e-5
 ///           it counts as none. Without friction at all accuracy is full again.
 /// Cost      an LCP of 5n rows. Does not allocate or throw.
 [[nodiscard]] GraspReport solve_grasp_forces(const GraspProblem& problem, GraspWorkspace& work,
