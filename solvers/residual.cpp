@@ -20,7 +20,8 @@ struct Projection {
 };
 
 Projection project(double f_n, double f_t, double mu) {
-  if (f_t <= mu * f_n) return {f_n, 1.0};
+  // Without friction a pull has mu f_n = 0 as well: it is not inside.
+  if (f_n >= 0.0 && f_t <= mu * f_n) return {f_n, 1.0};
   // In the polar cone: the tip is nearest.
   if (mu * f_t <= -f_n) return {0.0, 0.0};
   // Beside the cone: the nearest point of the generator (1, mu).

@@ -80,5 +80,16 @@ TEST(NaturalMapResidual, IsZeroWithoutContactOrFreeMotion) {
   EXPECT_EQ(natural_map_residual(Matrix3d::Identity(), zero, VectorXd::Ones(1), zero, zero), 0.0);
 }
 
+// Without friction the cone is a ray: a pull goes to its tip, also one without any tangential part, and an open contact
+// is solved.
+TEST(Residual, AConeWithoutFrictionIsARay) {
+  EXPECT_EQ(project_on_cone({-1.0, 0.0, 0.0}, 0.0), Eigen::Vector3d::Zero());
+  EXPECT_EQ(project_on_cone({-1.0, 2.0, 0.0}, 0.0), Eigen::Vector3d::Zero());
+  EXPECT_EQ(project_on_cone({1.0, 2.0, 0.0}, 0.0), Eigen::Vector3d(1.0, 0.0, 0.0));
+  const Eigen::Matrix3d W = Eigen::Matrix3d::Identity();
+  const Eigen::Vector3d open(0.1, 0.0, 0.0), no_force = Eigen::Vector3d::Zero();
+  EXPECT_EQ(natural_map_residual(W, open, Eigen::VectorXd::Zero(1), no_force, open), 0.0);
+}
+
 }  // namespace
 }  // namespace thenar
