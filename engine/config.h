@@ -50,8 +50,6 @@ struct ConfigState;  // All that is known of the file: config.cpp.
 class ConfigMap {
  public:
   [[nodiscard]] bool has(std::string_view key) const;
-  /// True if the value of `key` is this word, as in `gain: auto`; false if it is another or missing.
-  [[nodiscard]] bool is_word(std::string_view key, std::string_view word) const;
 
   // Numbers with a unit of the dimension.
   [[nodiscard]] double quantity(std::string_view key, Dimension dimension) const;
@@ -104,6 +102,8 @@ class ConfigMap {
   friend class Config;
   ConfigMap(ConfigState* state, YamlNode* node, std::string path);
 
+  /// True if the value of `key` is this word, as in `gain: auto`; false if it is another or missing.
+  [[nodiscard]] bool is_word(std::string_view key, std::string_view word) const;
   [[nodiscard]] YamlNode* find(std::string_view key) const;
   [[nodiscard]] YamlNode* require(std::string_view key) const;
   [[nodiscard]] ConfigMap enter(YamlNode* node, std::string path) const;

@@ -36,20 +36,21 @@ double rest_gap(const FrameContact& contact, const Isometry3d& X_WF, const Isome
 
 void free_gaps_and_slips(const Model& model, const Frame& frame, const State& state, const RigidMotion& free,
                          ContactWorkspace& work) {
-  for (Index i = 0; i < frame.size(); ++i) {
-    const FrameContact& contact = frame.contacts[i];
-    const Isometry3d& X_WF = work.pose.distal(model.scene.hand, contact.finger);
-    Vector3d delta =
-        frame.J_finger.middleRows<3>(3 * i) * free.dq.segment<kJointsPerFinger>(kJointsPerFinger * contact.finger) +
-        frame.J_object.middleRows<3>(3 * i) * free.dx;
-    delta[0] += rest_gap(contact, X_WF, state.X_WO);
-    if (model.deformable()) {
-      const double rho = memory(model.pulps[contact.finger].material, model.scene.step_s);
-      const Vector3d u_C = contact.E_F.transpose() * state.u_m[contact.finger].row(contact.control_point).transpose();
-      delta[0] += rho * u_C[0];
-      delta.tail<2>() += (rho - 1.0) * u_C.tail<2>();
+  for (int k = 0; k < kFingers; ++k) {
+    const Isometry3d& X_WF = work.pose.distal(model.scene.hand, k);
+    const double rho = model.deformable() ? memory(model.pulps[k].material, model.scene.step_s) : 0.0;
+    for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
+      const FrameContact& contact = frame.contacts[i];
+      Vector3d delta = frame.J_finger.middleRows<3>(3 * i) * free.dq.segment<kJointsPerFinger>(kJointsPerFinger * k) +
+                       frame.J_object.middleRows<3>(3 * i) * free.dx;
+      delta[0] += rest_gap(contact, X_WF, state.X_WO);
+      if (model.deformable()) {
+        const Vector3d u_C = contact.E_F.transpose() * state.u_m[k].row(contact.control_point).transpose();
+        delta[0] += rho * u_C[0];
+        delta.tail<2>() += (rho - 1.0) * u_C.tail<2>();
+      }
+      work.delta_free.segment<3>(3 * i) = delta;
     }
-    work.delta_free.segment<3>(3 * i) = delta;
   }
 }
 
