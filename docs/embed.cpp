@@ -14,7 +14,7 @@ int main(int argc, char** argv) try {
   thenar::ContactWorkspace work(model);  // memory of the contact tick, which takes none later
 
   for (int tick = 0; tick < 500; ++tick) {
-    if (tick % model.steps_per_control() == 0) thenar::control_tick(model, state, controller, frame);
+    if (model.control_is_due(tick)) thenar::control_tick(model, state, controller, frame);
     const thenar::TickReport report = thenar::contact_tick(model, frame, work, state);
     if (tick % 100 == 99) {
       const double time_s = static_cast<double>(state.tick) * model.scene.step_s;

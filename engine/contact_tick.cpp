@@ -140,6 +140,8 @@ void commit(const Model& model, const Frame& frame, const Eigen::VectorXd& f, St
 
 }  // namespace
 
+FramePolicy split_policy(const Scene&) { return {}; }
+
 void carry_forces(const Frame& frame, const std::vector<ContactForce>& forces, Eigen::VectorXd& f) {
   auto old = forces.begin();
   for (Index i = 0; i < frame.size(); ++i) {
@@ -151,7 +153,7 @@ void carry_forces(const Frame& frame, const std::vector<ContactForce>& forces, E
   }
 }
 
-ContactWorkspace::ContactWorkspace(const Model& model)
+ContactWorkspace::ContactWorkspace(const Model& model, const FramePolicy&)
     : delta_free(3 * model.max_contacts),
       delta(3 * model.max_contacts),
       f(3 * model.max_contacts),
@@ -161,8 +163,12 @@ ContactWorkspace::ContactWorkspace(const Model& model)
   pose.segments.resize(model.scene.hand.segments.size());
 }
 
-TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace& work, State& state) noexcept {
+TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace& work, State& state,
+                        const TickInput& input) noexcept {
   TickReport report;
+  state.X_WT = input.X_WT;
+  report.sequence = frame.sequence;
+  report.frame_age = state.tick - frame.tick;
   Stopwatch watch;
   const Index n = frame.size();
   auto W = work.W(n);
@@ -171,6 +177,7 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
     assemble_delassus(model, frame, W);
     carry_forces(frame, state.forces, work.f);
     work.sequence = frame.sequence;
+    report.handed_over = true;
     report.assemble_s = watch.lap();
   }
 

@@ -3,6 +3,8 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <limits>
+#include <optional>
 #include <vector>
 
 #include "engine/frame.h"
@@ -12,9 +14,32 @@
 
 namespace thenar {
 
+/// What the caller of a contact tick brings: the place of a haptic device.
+struct TickInput {
+  Vector6d wrench = Vector6d::Zero();     ///< On the object beside the frame's, about its centre, world axes [N, N m].
+  std::optional<Eigen::Isometry3d> X_WT;  ///< Where the object should be from now on; nothing: where the task has it.
+};
+
+/// What the contact tick does about frames that are noisy, late or lost. The default trusts every frame for ever, as a
+/// loop may that makes one for each of its control periods itself.
+struct FramePolicy {
+  double offset_decay_s = 0.0;  ///< tau_e of the gap offset at a hand-over; 0: no offset.
+  double hold_after_s = std::numeric_limits<double>::infinity();  ///< Age of a frame from which its drive is held.
+};
+
+/// For frames from another thread: tau_e is a control period, and a frame more than three of them older than
+/// expected is too old. Without control the torques are given and do not age.
+[[nodiscard]] FramePolicy split_policy(const Scene& scene);
+
 /// What one contact tick returns by value.
 struct TickReport {
   SolveReport solve;
+  std::int64_t sequence = -1;             ///< Of the frame used.
+  std::int64_t frame_age = 0;             ///< Steps from the frame's snapshot to this tick's start.
+  bool handed_over = false;               ///< The frame is new.
+  bool held = false;                      ///< The frame is too old or too far off: its drive is held.
+  bool input_refused = false;             ///< The input was not finite, and was left out.
+  double injected_J = 0.0, dissipated_J = 0.0;  ///< Passivity ledger: contact work on the bodies, by its sign.
   Eigen::Index contacts = 0;
   Eigen::Index active = 0;                ///< Contacts that carry force.
   double penetration_m = 0.0;             ///< Deepest deformed gap of a contact.
@@ -24,11 +49,11 @@ struct TickReport {
   double deform_s = 0.0;                  ///< 0 for rigid fingertips.
 };
 
-/// What one contact tick works in: room for the model's most contacts, taken once. It serves one run: it knows a frame
-/// by its sequence number.
+/// What one contact tick works in, and what it keeps from tick to tick beside the state: room for the model's most
+/// contacts, taken once. It serves one run: it knows a frame by its sequence number.
 class ContactWorkspace {
  public:
-  explicit ContactWorkspace(const Model& model);
+  explicit ContactWorkspace(const Model& model, const FramePolicy& policy = {});
 
   /// The operator and vectors of n contacts.
   [[nodiscard]] Eigen::Map<Eigen::MatrixXd> W(Eigen::Index n) { return {W_.data(), 3 * n, 3 * n}; }
@@ -55,6 +80,7 @@ void carry_forces(const Frame& frame, const std::vector<ContactForce>& forces, E
 /// 4. Commit: (q, x) moves by h B^-1 (drive + J_c' f), u = rho u + (1 - rho) C f.
 ///
 /// After the first call on a state it does not allocate. It does not lock, log or throw.
-TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace& work, State& state) noexcept;
+TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace& work, State& state,
+                        const TickInput& input = {}) noexcept;
 
 }  // namespace thenar

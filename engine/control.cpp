@@ -28,16 +28,16 @@ Vector6d PosePid::update(const Vector6d& error, double period_s) {
   return wrench;
 }
 
-GraspContact finger_contact(const Model& model, const HandPose& pose, const State& state, int finger) {
+GraspContact finger_contact(const Model& model, const HandPose& pose, const Snapshot& snapshot, int finger) {
   const Fingertip& tip = model.scene.hand.fingertips[finger];
   const Isometry3d& X_WF = pose.distal(model.scene.hand, finger);
-  const FingerLoad& load = state.load[finger];
+  const FingerLoad& load = snapshot.load[finger];
   Vector3d point = load.centre_m, n = load.normal;
   if (load.normal_N <= 0.0) {
     const Vector3d centre = X_WF * tip.centre_m;
-    const auto nearest = model.object.distance(state.X_WO.inverse() * centre, std::numeric_limits<double>::infinity());
+    const auto nearest = model.object.distance(snapshot.X_WO.inverse() * centre, std::numeric_limits<double>::infinity());
     // Normals that cancel leave no direction but the one to the object's centre.
-    n = nearest ? Vector3d(state.X_WO.linear() * -nearest->normal) : (state.X_WO.translation() - centre).normalized();
+    n = nearest ? Vector3d(snapshot.X_WO.linear() * -nearest->normal) : (snapshot.X_WO.translation() - centre).normalized();
     point = centre + tip.radius_m * n;
   }
   return {point, contact_frame(X_WF.linear(), tip.normal, n)};

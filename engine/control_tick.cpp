@@ -15,10 +15,11 @@ Vector6d weight(const Scene& scene) {
   return wrench;
 }
 
-void solve_grasp(const Model& model, const State& snapshot, Controller& controller, ControlReport& report) {
+void solve_grasp(const Model& model, const Snapshot& snapshot, Controller& controller, ControlReport& report) {
   const Scene& scene = model.scene;
   const double time_s = static_cast<double>(snapshot.tick) * scene.step_s;
-  const Vector6d D = controller.pid->update(pose_error(model.target(time_s), snapshot.X_WO), scene.control_period_s);
+  const Eigen::Isometry3d X_WT = snapshot.X_WT.value_or(model.target(time_s));
+  const Vector6d D = controller.pid->update(pose_error(X_WT, snapshot.X_WO), scene.control_period_s);
   report.wrench_desired = D - weight(scene);
   for (int k = 0; k < kFingers; ++k) report.contacts[k] = finger_contact(model, controller.pose, snapshot, k);
   const GraspProblem problem = grasp_problem(scene, report, snapshot.X_WO.translation());
@@ -26,7 +27,7 @@ void solve_grasp(const Model& model, const State& snapshot, Controller& controll
   report.f_desired = controller.f_desired.reshaped(3, kFingers);
 }
 
-JointVector drive(const Model& model, const State& snapshot, Controller& controller, ControlReport& report) {
+JointVector drive(const Model& model, const Snapshot& snapshot, Controller& controller, ControlReport& report) {
   FingerForces error;
   for (int k = 0; k < kFingers; ++k) error.col(k) = report.f_desired.col(k) - snapshot.load[k].force_N;
   const FingerForces y = controller.filter->update(report.contacts, error, model.scene.control_period_s);
@@ -63,7 +64,7 @@ GraspProblem grasp_problem(const Scene& scene, const ControlReport& report, cons
           .internal_force_N = scene.control->internal_force_N};
 }
 
-ControlReport control_tick(const Model& model, const State& snapshot, Controller& controller, Frame& frame) {
+ControlReport control_tick(const Model& model, const Snapshot& snapshot, Controller& controller, Frame& frame) {
   const Scene& scene = model.scene;
   ControlReport report;
   Stopwatch total, stage;
@@ -83,6 +84,9 @@ ControlReport control_tick(const Model& model, const State& snapshot, Controller
   }
 
   frame.sequence = controller.sequence++;
+  frame.tick = snapshot.tick;
+  frame.X_WO = snapshot.X_WO;
+  for (int k = 0; k < kFingers; ++k) frame.X_WF[k] = controller.pose.distal(scene.hand, k);
   frame.torque_Nm = tau - gravity_torques(scene.hand, controller.pose, scene.gravity);
   frame.wrench = weight(scene);
   frame.wrench.head<3>() += model.push(static_cast<double>(snapshot.tick) * scene.step_s);

@@ -50,6 +50,6 @@ class Controller {
 /// One control period on a snapshot: pose error -> PID -> desired wrench -> grasp forces -> joint torques -> muscle
 /// forces; contact finding; and the frame that the contact tick will use: contacts, factors and drive at the snapshot.
 /// An LCP without a solution is a status: the last forces go on.
-ControlReport control_tick(const Model& model, const State& snapshot, Controller& controller, Frame& frame);
+ControlReport control_tick(const Model& model, const Snapshot& snapshot, Controller& controller, Frame& frame);
 
 }  // namespace thenar

@@ -24,7 +24,7 @@ void add_contact(const Model& model, const HandPose& pose, const Isometry3d& X_W
   const Fingertip& tip = model.scene.hand.fingertips[finger];
   const Matrix3d& R_WF = pose.distal(model.scene.hand, finger).linear();
   const Matrix3d E_W = contact_frame(R_WF, tip.normal, X_WO.linear() * n_O);
-  frame.contacts.push_back({finger, control_point, p_F, s_O, n_O, E_W, R_WF.transpose() * E_W});
+  frame.contacts.push_back({finger, control_point, p_F, s_O, n_O, 0.0, E_W, R_WF.transpose() * E_W});
 }
 
 void find_pulp_contacts(const Model& model, const HandPose& pose, const Isometry3d& X_WO, int finger,
@@ -71,6 +71,8 @@ Frame::Frame(const Model& model)
   contacts.reserve(model.max_contacts);
   const Index per_finger = model.deformable() ? model.max_contacts / kFingers : 0;
   for (MatrixXd& C : compliance) C.setZero(3 * per_finger, 3 * per_finger);
+  X_WO.setIdentity();
+  X_WF.fill(Isometry3d::Identity());
   torque_Nm.setZero();
   wrench.setZero();
 }

@@ -20,6 +20,7 @@ struct FrameContact {
   Eigen::Vector3d p_F;  ///< Finger point, distal frame; rest shape.
   Eigen::Vector3d s_O;  ///< Its projection on the object's surface, object frame.
   Eigen::Vector3d n_O;  ///< Into the object, object frame.
+  double curvature_per_m = 0.0;  ///< Of the object's surface there: 1/R of the local sphere, > 0 convex.
   Eigen::Matrix3d E_W;  ///< Columns n, t1, t2, world axes at the snapshot.
   Eigen::Matrix3d E_F;  ///< The same in the distal frame.
 };
@@ -33,6 +34,9 @@ struct Frame {
   explicit Frame(const Model& model);
 
   std::int64_t sequence = -1;                      ///< 0, 1, 2, …; -1: empty.
+  std::int64_t tick = 0;                           ///< Of the snapshot: the frame's age is counted from there.
+  Eigen::Isometry3d X_WO;                          ///< Object, at the snapshot.
+  std::array<Eigen::Isometry3d, kFingers> X_WF;    ///< Distal segments, at the snapshot.
   std::vector<FrameContact> contacts;              ///< Sorted by finger and control point.
   std::array<Eigen::Index, kFingers + 1> begin{};  ///< Finger k has contacts begin[k] .. begin[k + 1).
   Eigen::Matrix<double, Eigen::Dynamic, kJointsPerFinger> J_finger;  ///< Rows -E' J_k at s; 3 capacity x 4.

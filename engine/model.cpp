@@ -65,7 +65,13 @@ Model::Model(Scene s) : scene(std::move(s)), object(make_object(scene.object)) {
   }
 }
 
-long Model::steps_per_control() const { return std::lround(scene.control_period_s / scene.step_s); }
+bool Model::control_is_due(std::int64_t tick) const {
+  // A period that ends at a step's start, but for rounding, ends there.
+  const auto periods = [&](std::int64_t t) {
+    return std::floor(static_cast<double>(t) * scene.step_s / scene.control_period_s + 1e-6);
+  };
+  return tick == 0 || periods(tick) > periods(tick - 1);
+}
 
 Isometry3d Model::target(double time_s) const {
   Isometry3d X_WT = scene.object.X_WO;

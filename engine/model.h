@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "collision/implicit_surface.h"
@@ -18,8 +19,8 @@ struct Model {
   Eigen::Index max_contacts = 0;  ///< Capacity of a frame, all fingers together.
 
   [[nodiscard]] bool deformable() const { return !pulps.empty(); }
-  /// Steps in a control period.
-  [[nodiscard]] long steps_per_control() const;
+  /// Whether a control period begins with this step. The periods need not hold a whole number of steps.
+  [[nodiscard]] bool control_is_due(std::int64_t tick) const;
   /// Where the object should be: its start pose moved by the task.
   [[nodiscard]] Eigen::Isometry3d target(double time_s) const;
   /// What the task does to the object at `time_s`, world axes.

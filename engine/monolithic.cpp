@@ -73,7 +73,7 @@ Recording run_monolithic(const Model& model, State& state, const Progress& progr
   Stopwatch wall;
   for (std::int64_t tick = 0; tick < ticks && !recording.loss; ++tick) {
     TickRecord record;
-    if (tick % model.steps_per_control() == 0) {
+    if (model.control_is_due(tick)) {
       const State snapshot = state;
       control = control_tick(model, snapshot, controller, frame);
       record_control(control, record);

@@ -95,7 +95,7 @@ struct Scene {
   std::string name;
   double duration_s = 0.0;
   double step_s = 0.0;
-  double control_period_s = 0.0;                      ///< A whole multiple of the step.
+  double control_period_s = 0.0;                      ///< Not shorter than the step.
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  ///< World = hand frame.
   Hand hand;
   JointVector posture = JointVector::Zero();  ///< q at the start.

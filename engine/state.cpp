@@ -2,7 +2,9 @@
 
 namespace thenar {
 
-State::State(const Model& model) : q(model.scene.posture), X_WO(model.scene.object.X_WO) {
+State::State(const Model& model) {
+  q = model.scene.posture;
+  X_WO = model.scene.object.X_WO;
   for (const Pulp& pulp : model.pulps) u_m.emplace_back(Eigen::MatrixX3d::Zero(pulp.controls(), 3));
   forces.reserve(model.max_contacts);
 }

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "engine/hand.h"
@@ -27,18 +28,24 @@ struct FingerLoad {
       Eigen::Vector3d::Zero();  ///< Into the object, world: mean of the contacts' normals, by load.
 };
 
-/// All that moves. Owned and advanced by contact_tick alone; control_tick reads a copy of it.
-struct State {
+/// What the control side sees of the state.
+struct Snapshot {
+  std::int64_t tick = 0;   ///< Steps taken: the time is tick * step.
+  JointVector q;           ///< [rad]
+  Eigen::Isometry3d X_WO;  ///< Object.
+  std::array<FingerLoad, kFingers> load;
+  std::optional<Eigen::Isometry3d> X_WT;  ///< Where the caller wants the object; nothing: where the task does.
+  bool held = false;                      ///< The drive of an old frame is held: no control acts.
+};
+
+/// All that moves. Owned and advanced by contact_tick alone.
+struct State : Snapshot {
   explicit State(const Model& model);
 
-  std::int64_t tick = 0;
-  JointVector q;                      ///< [rad]
-  Eigen::Isometry3d X_WO;             ///< Object.
   std::vector<Eigen::MatrixX3d> u_m;  ///< Per finger, control points x 3, distal frame: what the pulp's deformation
                                       ///< adds to the object's displacement against the finger (the pulp's surface
                                       ///< moves by -u). The memory of friction. Empty for rigid fingertips.
   std::vector<ContactForce> forces;   ///< Sorted by finger and control point; capacity model.max_contacts.
-  std::array<FingerLoad, kFingers> load;
 };
 
 }  // namespace thenar

@@ -146,7 +146,7 @@ INSTANTIATE_TEST_SUITE_P(
                     BadInput{"negative mass", "--set 'object.mass=-100 g'", 2, "must be greater than zero"},
                     BadInput{"zero step", "--set 'time.step=0 ms'", 2, "time.step"},
                     BadInput{"a rate for a period", "--set 'time.control_period=0 Hz'", 2, "time.control_period"},
-                    BadInput{"uneven period", "--set 'time.control_period=1.5 ms'", 2, "a whole number of times"},
+                    BadInput{"short period", "--set 'time.control_period=0.5 ms'", 2, "must not be shorter"},
                     BadInput{"zero area", "--set 'object.shape={box: [0 mm, 50 mm, 50 mm]}'", 2, "object.shape.box"},
                     BadInput{"missing hand", "--set hand.model=nowhere.yaml", 3, "nowhere.yaml"},
                     BadInput{"missing cloud",

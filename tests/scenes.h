@@ -44,7 +44,7 @@ struct Loop {
     report = control_tick(model, snapshot, controller, frame);
   }
   TickReport tick() {
-    if (state.tick % model.steps_per_control() == 0) control();
+    if (model.control_is_due(state.tick)) control();
     return contact_tick(model, frame, work, state);
   }
   void run(double duration_s) {

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+
+#include "engine/latest_value.h"
+#include "engine/model.h"
+#include "engine/realtime.h"
+#include "engine/split_grasp.h"
+#include "engine/state.h"
+
+namespace thenar {
+
+/// What leaves the contact thread for each of its ticks.
+struct ContactSample {
+  ContactStep step;
+  Snapshot after;               ///< The state that the tick left.
+  std::int64_t deadline_ns = 0;  ///< When the tick was due (steady clock).
+  std::int64_t start_ns = 0, end_ns = 0;
+  std::int32_t slipped = 0;  ///< Ticks given up just before this one.
+  bool caught_up = false;    ///< It started late because the one before overran.
+};
+
+/// What leaves the control thread for each of its ticks.
+struct ControlSample {
+  ControlStep step;
+  Eigen::VectorXd muscle_forces_N;  ///< Empty without muscles.
+  std::int64_t deadline_ns = 0, start_ns = 0, end_ns = 0;
+  std::int32_t slipped = 0;
+};
+
+struct ThreadSettings {
+  double duration_s = 0.0;      ///< Of contact ticks due, slipped ones included.
+  double spin_s = 50e-6;        ///< The contact thread wakes so long before its tick is due, and spins.
+  bool realtime = true;         ///< Ask for SCHED_FIFO, locked memory, a core of its own. False: take what any thread gets.
+  std::function<bool(const ContactSample&)> on_tick;  ///< On the calling thread, in order; false ends the run.
+  std::function<void(const ControlSample&)> on_control;  ///< On the calling thread, in order.
+};
+
+/// What is known when a threaded run has ended.
+struct ThreadsReport {
+  Scheduling contact, control;     ///< What was granted.
+  ExchangeCounts frames, snapshots;
+  std::int64_t ticks = 0;          ///< Contact ticks done.
+  std::int64_t slipped = 0;        ///< Contact ticks given up: simulated time lags by so many steps.
+  std::int64_t overruns = 0;       ///< Contact ticks that ended after the next one was due.
+  std::int64_t lost_samples = 0;   ///< Records that found the ring full.
+  double wall_s = 0.0;
+};
+
+/// Runs a scene in real time on two threads, contact at 1 / step and control at 1 / control period, while the calling
+/// thread receives their records. `state` is left as the run ended.
+ThreadsReport run_threads(const Model& model, State& state, const ThreadSettings& settings);
+
+}  // namespace thenar
