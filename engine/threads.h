@@ -1,8 +1,9 @@
 #pragma once
 
-#include <atomic>
+#include <Eigen/Core>
 #include <cstdint>
 #include <functional>
+#include <stop_token>
 
 #include "engine/latest_value.h"
 #include "engine/model.h"
@@ -15,7 +16,7 @@ namespace thenar {
 /// What leaves the contact thread for each of its ticks.
 struct ContactSample {
   ContactStep step;
-  Snapshot after;               ///< The state that the tick left.
+  Snapshot after;                ///< The state that the tick left.
   std::int64_t deadline_ns = 0;  ///< When the tick was due (steady clock).
   std::int64_t start_ns = 0, end_ns = 0;
   std::int32_t slipped = 0;  ///< Ticks given up just before this one.
@@ -31,26 +32,41 @@ struct ControlSample {
 };
 
 struct ThreadSettings {
-  double duration_s = 0.0;      ///< Of contact ticks due, slipped ones included.
-  double spin_s = 50e-6;        ///< The contact thread wakes so long before its tick is due, and spins.
-  bool realtime = true;         ///< Ask for SCHED_FIFO, locked memory, a core of its own. False: take what any thread gets.
-  std::function<bool(const ContactSample&)> on_tick;  ///< On the calling thread, in order; false ends the run.
+  double duration_s = 0.0;  ///< Of contact ticks due, slipped ones included.
+  double spin_s = 50e-6;    ///< The contact thread wakes so long before its tick is due, and spins.
+  bool realtime = true;     ///< Ask for SCHED_FIFO, locked memory, a core of its own. False: take what any thread gets.
+  std::function<bool(const ContactSample&)> on_tick;     ///< On the calling thread, in order; false ends the run.
   std::function<void(const ControlSample&)> on_control;  ///< On the calling thread, in order.
 };
 
 /// What is known when a threaded run has ended.
 struct ThreadsReport {
-  Scheduling contact, control;     ///< What was granted.
+  Scheduling contact, control;  ///< What was granted.
   ExchangeCounts frames, snapshots;
-  std::int64_t ticks = 0;          ///< Contact ticks done.
-  std::int64_t slipped = 0;        ///< Contact ticks given up: simulated time lags by so many steps.
-  std::int64_t overruns = 0;       ///< Contact ticks that ended after the next one was due.
-  std::int64_t lost_samples = 0;   ///< Records that found the ring full.
+  std::int64_t ticks = 0;         ///< Contact ticks done.
+  std::int64_t slipped = 0;       ///< Contact ticks given up: simulated time lags by so many steps.
+  std::int64_t overruns = 0;      ///< Contact ticks that ended after the next one was due.
+  std::int64_t lost_samples = 0;  ///< Records that found the ring full.
   double wall_s = 0.0;
 };
 
+/// What became of the ticks of a contact loop.
+struct ContactLoopCounts {
+  std::int64_t ticks = 0, slipped = 0;  ///< Together the ticks that were due, unless the loop was stopped.
+  std::int64_t overruns = 0;            ///< Ticks that ended after the next one was due.
+  std::int64_t lost_samples = 0;        ///< Records that nobody had room for.
+};
+
+/// The contact thread's loop: waits for each tick of the schedule, does it, and hands its record to `keep`, which says
+/// whether it had room. It does not allocate, lock, log, throw or call the system but to sleep, nor may `keep`.
+ContactLoopCounts run_contact_loop(SplitGrasp& grasp, Schedule schedule, std::int64_t spin_ns,
+                                   const std::function<bool(const ContactSample&)>& keep,
+                                   const std::stop_token& stop) noexcept;
+
 /// Runs a scene in real time on two threads, contact at 1 / step and control at 1 / control period, while the calling
-/// thread receives their records. `state` is left as the run ended.
+/// thread receives their records. With `realtime`, and two cores or more, the last core is the contact thread's alone:
+/// until the run ends the calling thread, and what it starts, keeps to the others. `state`: in, where to start; out, as
+/// the run ended. What was refused and what went wrong is logged, at most once a second.
 ThreadsReport run_threads(const Model& model, State& state, const ThreadSettings& settings);
 
 }  // namespace thenar
