@@ -117,7 +117,7 @@ void say_granted(std::ostream& out, const Scheduling& granted) {
           ? "none: timers are not held back to gather them"
           : fmt::format("{:.0f} us: timers are held back to gather them", 1e-3 * granted.timer_slack_ns));
   say(out, "denormals", granted.denormals_flushed ? "flushed to zero" : "not flushed on this processor");
-  if (!granted.remark.empty()) say(out, "refused", granted.remark);
+  if (!granted.remark.empty()) say(out, "how to get it", granted.remark);
 }
 
 void say_cores(std::ostream& out, const std::vector<int>& cores) {

@@ -1,6 +1,7 @@
 // How a real-time thread of yours, here a haptic device's, holds an object by a spring: it calls contact_step at its own
 // rate, and another thread calls control_step.
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -32,7 +33,7 @@ int main(int argc, char** argv) try {
     }
   });
 
-  double force_N = 0.0;  // what the device shows its user
+  double force_N = 0.0;  // the most that the device showed its user
   std::thread device([&] {
     const thenar::Scheduling granted = thenar::ask_for_realtime(thenar::allowed_cores().back());
     thenar::flush_denormals();
@@ -45,11 +46,11 @@ int main(int argc, char** argv) try {
       thenar::TickInput input;  // a wrench on the object; input.X_WT would move its target
       input.wrench.head<3>() = kStiffness_N_per_m * (start + device_position(time_s) - state.X_WO.translation());
       grasp.contact_step(input);
-      force_N = -input.wrench[1];
+      force_N = std::max(force_N, input.wrench.head<3>().norm());
     }
   });
   device.join();
-  std::printf("The device pushes back with %.3f N; the thumb presses with %.2f N.\n", force_N,
+  std::printf("The device pushed back with up to %.2f N; the thumb presses with %.2f N.\n", force_N,
               grasp.state().load[0].normal_N);
   return 0;
 } catch (const std::exception& error) {  // load_scene says what is wrong with a scene, and where
