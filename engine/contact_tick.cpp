@@ -47,11 +47,14 @@ bool is_finite(const TickInput& input) {
   return input.wrench.allFinite() && (!input.X_WT || input.X_WT->matrix().allFinite());
 }
 
-/// Whether the fingertips have moved so far against the object that the frame's contacts mean little.
-bool beyond_trust(const Model& model, const Frame& frame, const HandPose& pose, const State& state) {
+/// Whether the frame is too old, or the fingertips have moved so far against the object since that its contacts mean
+/// little.
+bool must_hold(const Model& model, const Frame& frame, const State& state, const ContactWorkspace& work) {
+  if (!std::isfinite(work.policy.hold_after_s)) return false;
+  if (static_cast<double>(state.tick - frame.tick) * model.scene.step_s > work.policy.hold_after_s) return true;
   for (int k = 0; k < kFingers; ++k) {
     const Fingertip& tip = model.scene.hand.fingertips[k];
-    const Vector3d now_O = state.X_WO.inverse() * (pose.distal(model.scene.hand, k) * tip.centre_m);
+    const Vector3d now_O = state.X_WO.inverse() * (work.pose.distal(model.scene.hand, k) * tip.centre_m);
     const Vector3d then_O = frame.X_WO.inverse() * (frame.X_WF[k] * tip.centre_m);
     if ((now_O - then_O).norm() > kTrustPerRadius * tip.radius_m) return true;
   }
@@ -89,18 +92,14 @@ Drive drive(const Model& model, const Frame& frame, const Vector6d& wrench, Cont
 
 void free_gaps_and_slips(const Model& model, const Frame& frame, const State& state, const RigidMotion& free,
                          ContactWorkspace& work) {
+  const ContactKinematics& now = work.kinematics;
   for (int k = 0; k < kFingers; ++k) {
-    const Isometry3d X_FO = work.pose.distal(model.scene.hand, k).inverse() * state.X_WO;
     const double rho = model.deformable() ? memory(model.pulps[k].material, model.scene.step_s) : 0.0;
     for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
-      const FrameContact& contact = frame.contacts[i];
-      const Vector3d u_F = displacement(state, contact);
-      work.gap_m[i] = contact_gap(contact, X_FO, u_F) + work.offset_m[i];
-      Vector3d delta =
-          work.jacobian.finger.middleRows<3>(3 * i) * free.dq.segment<kJointsPerFinger>(kJointsPerFinger * k) +
-          work.jacobian.object.middleRows<3>(3 * i) * free.dx;
-      delta[0] += work.gap_m[i];
-      delta -= (1.0 - rho) * (contact.E_F.transpose() * u_F);
+      Vector3d delta = now.J_finger.middleRows<3>(3 * i) * free.dq.segment<kJointsPerFinger>(kJointsPerFinger * k) +
+                       now.J_object.middleRows<3>(3 * i) * free.dx;
+      delta -= (1.0 - rho) * (now.E_F[i].transpose() * displacement(state, frame.contacts[i]));
+      delta[0] += now.gap_m[i] + work.offset_m[i];
       work.delta_free.segment<3>(3 * i) = delta;
     }
   }
@@ -115,7 +114,7 @@ void deform(const Model& model, const Frame& frame, int k, const Eigen::VectorXd
   sum.setZero();
   for (Index j = frame.begin[k]; j < frame.begin[k + 1]; ++j) {
     if (f[3 * j] <= 0.0) continue;
-    const Matrix3d& E_F = frame.contacts[j].E_F;
+    const Matrix3d& E_F = work.kinematics.E_F[j];
     const Vector3d w = pulp.tensor(E_F.col(0)) * (E_F * f.segment<3>(3 * j));
     sum.noalias() += pulp.kernel.col(frame.contacts[j].control_point) * w.transpose();
   }
@@ -127,20 +126,19 @@ void deform(const Model& model, const Frame& frame, int k, const Eigen::VectorXd
       (1.0 - rho) * (a * sum + (1.0 - a) * ((N.array() * sum.array()).rowwise().sum().matrix().asDiagonal() * N));
   for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
     const Index c = frame.contacts[i].control_point;
-    const Matrix3d change = pulp.tensor(frame.contacts[i].E_F.col(0)) - pulp.tensor(N.row(c).transpose());
+    const Matrix3d change = pulp.tensor(work.kinematics.E_F[i].col(0)) - pulp.tensor(N.row(c).transpose());
     u.row(c) += (1.0 - rho) * (sum.row(c) * change);
   }
 }
 
-FingerLoad finger_load(const Frame& frame, const ContactJacobian& J, int k, const Eigen::VectorXd& f,
-                       const Isometry3d& X_WO) {
+FingerLoad finger_load(const Frame& frame, const ContactKinematics& now, int k, const Eigen::VectorXd& f) {
   FingerLoad load;
   for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
     if (f[3 * i] <= 0.0) continue;
-    load.force_N += J.E_W[i] * f.segment<3>(3 * i);
+    load.force_N += now.E_W[i] * f.segment<3>(3 * i);
     load.normal_N += f[3 * i];
-    load.centre_m += f[3 * i] * (X_WO * J.c_O[i]);
-    load.normal += f[3 * i] * (X_WO.linear() * frame.contacts[i].n_O);
+    load.centre_m += f[3 * i] * now.c_W[i];
+    load.normal += f[3 * i] * now.E_W[i].col(0);
   }
   if (load.normal_N > 0.0) {
     load.centre_m /= load.normal_N;
@@ -166,7 +164,8 @@ void report_contacts(const Frame& frame, const ContactWorkspace& work, TickRepor
       report.penetration_m = std::max(report.penetration_m, -work.delta[3 * i]);
       if (work.f[3 * i] <= 0.0) continue;
       const auto slip = work.delta.segment<2>(3 * i + 1);
-      work_J += work.f[3 * i] * (work.delta[3 * i] - work.gap_m[i]) + work.f.segment<2>(3 * i + 1).dot(slip);
+      work_J += work.f[3 * i] * (work.delta[3 * i] - work.offset_m[i] - work.kinematics.gap_m[i]) +
+                work.f.segment<2>(3 * i + 1).dot(slip);
       const double slip_m = slip.norm();
       report.slip_m[k] = loaded ? std::min(report.slip_m[k], slip_m) : slip_m;
       loaded = true;
@@ -181,16 +180,16 @@ void report_contacts(const Frame& frame, const ContactWorkspace& work, TickRepor
 bool commit(const Frame& frame, const ContactWorkspace& work, Drive drive, State& state) {
   const Eigen::VectorXd& f = work.f;
   const Index rows = 3 * frame.size();
-  drive.wrench += work.jacobian.object.topRows(rows).transpose() * f.head(rows);
+  drive.wrench += work.kinematics.J_object.topRows(rows).transpose() * f.head(rows);
   for (int k = 0; k < kFingers; ++k) {
     const Index first = 3 * frame.begin[k], count = 3 * frame.begin[k + 1] - first;
     drive.torque.segment<kJointsPerFinger>(kJointsPerFinger * k) +=
-        work.jacobian.finger.middleRows(first, count).transpose() * f.segment(first, count);
+        work.kinematics.J_finger.middleRows(first, count).transpose() * f.segment(first, count);
   }
   const RigidMotion motion = viscous_motion(drive.mobility, drive.torque, drive.wrench);
   if (!motion.dq.allFinite() || !motion.dx.allFinite()) return false;
   move(motion, state);
-  for (int k = 0; k < kFingers; ++k) state.load[k] = finger_load(frame, work.jacobian, k, f, state.X_WO);
+  for (int k = 0; k < kFingers; ++k) state.load[k] = finger_load(frame, work.kinematics, k, f);
   state.forces.clear();
   for (Index i = 0; i < frame.size(); ++i) {
     state.forces.push_back({frame.contacts[i].finger, frame.contacts[i].control_point, f.segment<3>(3 * i)});
@@ -209,19 +208,18 @@ FramePolicy split_policy(const Scene& scene) {
 
 ContactWorkspace::ContactWorkspace(const Model& model, const FramePolicy& frame_policy)
     : policy(frame_policy),
-      jacobian(model),
+      kinematics(model),
       offset_m(Eigen::VectorXd::Zero(model.max_contacts)),
       old_offset_m(model.max_contacts),
-      gap_m(model.max_contacts),
       delta_free(3 * model.max_contacts),
       delta(3 * model.max_contacts),
       f(3 * model.max_contacts),
       mu(Eigen::VectorXd::Constant(model.max_contacts, model.scene.contact.friction)),
+      solver(model.max_contacts, kFingers),
       torque_Nm(JointVector::Zero()),
       resumed_Nm(JointVector::Zero()),
       q_held(JointVector::Zero()),
-      torque_held_Nm(JointVector::Zero()),
-      W_(9 * model.max_contacts * model.max_contacts) {
+      torque_held_Nm(JointVector::Zero()) {
   contacts.reserve(model.max_contacts);
   if (model.deformable()) kernel_sum.resize(model.pulps.front().controls(), 3);
   pose.segments.resize(model.scene.hand.segments.size());
@@ -233,7 +231,6 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
   Stopwatch watch;
   const Scene& scene = model.scene;
   const Index n = frame.size();
-  auto W = work.W(n);
   report.sequence = frame.sequence;
   report.frame_age = state.tick - frame.tick;
   report.handed_over = frame.sequence != work.sequence;
@@ -241,31 +238,25 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
   if (!report.input_refused) state.X_WT = input.X_WT;
 
   forward_kinematics(scene.hand, state.q, work.pose);
-  const double age_s = static_cast<double>(report.frame_age) * scene.step_s;
-  report.held = age_s > work.policy.hold_after_s;
-  if (std::isfinite(work.policy.hold_after_s)) report.held |= beyond_trust(model, frame, work.pose, state);
-  const bool hold_changes = report.held != state.held;
-  if (hold_changes) set_hold(report.held, frame, work, state);
-  const Vector6d extra = report.input_refused ? Vector6d(Vector6d::Zero()) : input.wrench;
-  const Drive drive = thenar::drive(model, frame, extra, work, state);
-
   if (report.handed_over) {
     state.forces.reserve(model.max_contacts);  // A copied state has lost its spare room.
     hand_over(model, frame, state, work);
-    fill_jacobian(model, frame, work.pose, state, work.jacobian);
   } else if (work.policy.offset_decay_s > 0.0) {
     work.offset_m.head(n) *= std::exp(-scene.step_s / work.policy.offset_decay_s);
   }
-  if (report.handed_over || hold_changes) {
-    assemble_delassus(model, frame, work.jacobian, drive.mobility, W);
-    report.assemble_s = watch.lap();
-  }
+  report.held = must_hold(model, frame, state, work);
+  if (report.held != state.held) set_hold(report.held, frame, work, state);
+  const Vector6d extra = report.input_refused ? Vector6d(Vector6d::Zero()) : input.wrench;
+  const Drive drive = thenar::drive(model, frame, extra, work, state);
 
-  const RigidMotion free = viscous_motion(drive.mobility, drive.torque, drive.wrench);
-  free_gaps_and_slips(model, frame, state, free, work);
-  report.solve =
-      solve_contacts(W, work.delta_free.head(3 * n), work.mu.head(n),
-                     {scene.contact.tolerance, scene.contact.max_sweeps}, work.f.head(3 * n), work.delta.head(3 * n));
+  contact_kinematics(model, frame, work.pose, state, work.kinematics);
+  const GroupedDelassus W = delassus_operator(model, frame, work.kinematics, drive.mobility);
+  report.assemble_s = watch.lap();
+
+  free_gaps_and_slips(model, frame, state, viscous_motion(drive.mobility, drive.torque, drive.wrench), work);
+  report.solve = solve_contacts(W, work.delta_free.head(3 * n), work.mu.head(n),
+                                {scene.contact.tolerance, scene.contact.max_sweeps}, work.solver, work.f.head(3 * n),
+                                work.delta.head(3 * n));
   report_contacts(frame, work, report);
   const bool moved = commit(frame, work, drive, state);
   if (!moved) report.solve = {SolveStatus::kNotFinite, report.solve.sweeps, std::numeric_limits<double>::infinity()};

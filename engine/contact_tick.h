@@ -45,36 +45,29 @@ struct TickReport {
   Eigen::Index active = 0;                ///< Contacts that carry force.
   double penetration_m = 0.0;             ///< Deepest deformed gap of a contact.
   std::array<double, kFingers> slip_m{};  ///< Smallest |delta_t| among a finger's loaded contacts; 0 without any.
-  double assemble_s = 0.0;                ///< 0 if the frame was known.
+  double assemble_s = 0.0;                ///< Hand-over, drive, gaps and Jacobians: what W is made of.
   double solve_s = 0.0;                   ///< Free motion, Gauss-Seidel and commit.
   double deform_s = 0.0;                  ///< 0 for rigid fingertips.
 };
 
 /// What one contact tick works in, and what it keeps from tick to tick beside the state: room for the model's most
 /// contacts, taken once. It serves one run: it knows a frame by its sequence number.
-class ContactWorkspace {
- public:
+struct ContactWorkspace {
   explicit ContactWorkspace(const Model& model, const FramePolicy& policy = {});
 
-  /// The operator and vectors of n contacts.
-  [[nodiscard]] Eigen::Map<Eigen::MatrixXd> W(Eigen::Index n) { return {W_.data(), 3 * n, 3 * n}; }
-
   FramePolicy policy;
-  std::int64_t sequence = -1;          ///< Of the frame that W, f and the contacts belong to.
-  ContactJacobian jacobian;            ///< Of the frame, at the state that took it over.
+  std::int64_t sequence = -1;          ///< Of the frame that f and the contacts belong to.
+  ContactKinematics kinematics;        ///< Of the frame's contacts, at the start of the tick.
   std::vector<FrameContact> contacts;  ///< That frame's, for the hand-over to the next one.
   Eigen::VectorXd offset_m;            ///< e: what the gaps of contacts are raised by since the hand-over; n.
   Eigen::VectorXd old_offset_m;        ///< The last frame's.
-  Eigen::VectorXd gap_m;               ///< Deformed gaps at the start of the tick, e included; n.
   Eigen::VectorXd delta_free, delta, f, mu;
+  GroupedWorkspace solver;
   JointVector torque_Nm;               ///< What drove the fingers in the last tick.
   JointVector resumed_Nm;              ///< What is left of the step in the drive when a hold ended.
   JointVector q_held, torque_held_Nm;  ///< Joints and drive when the hold began.
   Eigen::MatrixX3d kernel_sum;         ///< Control points x 3.
   HandPose pose;
-
- private:
-  Eigen::VectorXd W_;
 };
 
 /// Advances the state by one step h of the contact loop on a frozen frame.

@@ -5,7 +5,6 @@ namespace thenar {
 using Eigen::Index;
 using Eigen::Isometry3d;
 using Eigen::Matrix3d;
-using Eigen::MatrixXd;
 using Eigen::Vector3d;
 
 namespace {
@@ -18,27 +17,32 @@ Matrix3d skew(const Vector3d& v) {
 
 }  // namespace
 
-ContactJacobian::ContactJacobian(const Model& model)
-    : finger(3 * model.max_contacts, kJointsPerFinger),
-      object(3 * model.max_contacts, 6),
+ContactKinematics::ContactKinematics(const Model& model)
+    : gap_m(model.max_contacts),
+      J_finger(3 * model.max_contacts, kJointsPerFinger),
+      J_object(3 * model.max_contacts, 6),
       E_W(model.max_contacts),
-      c_O(model.max_contacts) {}
+      E_F(model.max_contacts),
+      c_W(model.max_contacts) {}
 
-void fill_jacobian(const Model& model, const Frame& frame, const HandPose& pose, const State& state,
-                   ContactJacobian& jacobian) {
+void contact_kinematics(const Model& model, const Frame& frame, const HandPose& pose, const State& state,
+                        ContactKinematics& kinematics) {
   for (int k = 0; k < kFingers; ++k) {
     const Isometry3d& X_WF = pose.distal(model.scene.hand, k);
     const Isometry3d X_FO = X_WF.inverse() * state.X_WO;
     for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
       const FrameContact& contact = frame.contacts[i];
       const Vector3d u_F = displacement(state, contact);
-      const Matrix3d E_W = axes_of(X_WF.linear() * contact.E_F.col(0), X_WF.linear() * contact.E_F.col(1));
-      const Vector3d c_W = X_WF * (contact.p_F - u_F + contact_gap(contact, X_FO, u_F) * contact.E_F.col(0));
-      jacobian.E_W[i] = E_W;
-      jacobian.c_O[i] = state.X_WO.inverse() * c_W;
-      jacobian.finger.middleRows<3>(3 * i) = -E_W.transpose() * finger_jacobian(pose, k, c_W);
-      jacobian.object.block<3, 3>(3 * i, 0) = E_W.transpose();
-      jacobian.object.block<3, 3>(3 * i, 3) = -E_W.transpose() * skew(c_W - state.X_WO.translation());
+      const auto [gap_m, n_F] = contact_gap(contact, X_FO, u_F);
+      const Matrix3d E_W = axes_of(X_WF.linear() * n_F, X_WF.linear() * contact.E_F.col(1));
+      const Vector3d c_W = X_WF * (contact.p_F - u_F) + gap_m * E_W.col(0);
+      kinematics.gap_m[i] = gap_m;
+      kinematics.E_W[i] = E_W;
+      kinematics.E_F[i] = X_WF.linear().transpose() * E_W;
+      kinematics.c_W[i] = c_W;
+      kinematics.J_finger.middleRows<3>(3 * i) = -E_W.transpose() * finger_jacobian(pose, k, c_W);
+      kinematics.J_object.block<3, 3>(3 * i, 0) = E_W.transpose();
+      kinematics.J_object.block<3, 3>(3 * i, 3) = -E_W.transpose() * skew(c_W - state.X_WO.translation());
     }
   }
 }
@@ -51,21 +55,21 @@ Mobility mobility(const Scene& scene, double joint_stiffness) {
           h / (scene.object.rotation_damping + h * spring.rotation_Nm_per_rad)};
 }
 
-void assemble_delassus(const Model& model, const Frame& frame, const ContactJacobian& jacobian,
-                       const Mobility& mobility, Eigen::Ref<MatrixXd> W) {
-  const double h = model.scene.step_s;
-  const auto J_o = jacobian.object.topRows(3 * frame.size());
-  W.noalias() = mobility.translation * J_o.leftCols<3>() * J_o.leftCols<3>().transpose();
-  W.noalias() += mobility.rotation * J_o.rightCols<3>() * J_o.rightCols<3>().transpose();
-  for (int k = 0; k < kFingers; ++k) {
-    const Index first = 3 * frame.begin[k], rows = 3 * frame.begin[k + 1] - first;
-    if (rows == 0) continue;
-    auto W_k = W.block(first, first, rows, rows);
-    const auto J_k = jacobian.finger.middleRows(first, rows);
-    W_k.noalias() += mobility.joint * J_k * J_k.transpose();
-    if (!model.deformable()) continue;
-    W_k += (1.0 - memory(model.pulps[k].material, h)) * frame.compliance[k].topLeftCorner(rows, rows);
+GroupedDelassus delassus_operator(const Model& model, const Frame& frame, const ContactKinematics& kinematics,
+                                  const Mobility& mobility) {
+  GroupedDelassus W{frame.begin,
+                    kinematics.J_finger.topRows(3 * frame.size()),
+                    kinematics.J_object.topRows(3 * frame.size()),
+                    mobility.joint,
+                    {},
+                    {},
+                    1.0};
+  W.common_mobility << Vector3d::Constant(mobility.translation), Vector3d::Constant(mobility.rotation);
+  if (model.deformable()) {
+    W.compliance = frame.compliance;
+    W.compliance_scale = 1.0 - memory(model.pulps.front().material, model.scene.step_s);
   }
+  return W;
 }
 
 }  // namespace thenar

@@ -8,23 +8,27 @@
 #include "engine/hand.h"
 #include "engine/model.h"
 #include "engine/state.h"
+#include "solvers/grouped_delassus.h"
 
 namespace thenar {
 
-/// J_c of a frame's contacts at one state: how the bodies' motion changes gaps and slips. Finger and object meet at the
-/// deformed finger point, where the force acts; elsewhere J_c would not be the derivative of the gap.
-struct ContactJacobian {
-  explicit ContactJacobian(const Model& model);
+/// A frame's contacts at one state: their gaps, and J_c, how the bodies' motion changes gaps and slips. Finger and object
+/// meet at the deformed finger point, where the force acts: with J_c taken elsewhere, it would not be the derivative of
+/// the gap, and contact would feed the bodies with energy.
+struct ContactKinematics {
+  explicit ContactKinematics(const Model& model);
 
-  Eigen::Matrix<double, Eigen::Dynamic, kJointsPerFinger> finger;  ///< Rows -E' J_k; 3 capacity x 4.
-  Eigen::Matrix<double, Eigen::Dynamic, 6> object;                 ///< Rows E' [I, -[r]x]; 3 capacity x 6.
-  std::vector<Eigen::Matrix3d> E_W;                                ///< Columns n, t1, t2, world axes.
-  std::vector<Eigen::Vector3d> c_O;                                ///< Where finger and object meet, object frame.
+  Eigen::VectorXd gap_m;                                             ///< Deformed; capacity.
+  Eigen::Matrix<double, Eigen::Dynamic, kJointsPerFinger> J_finger;  ///< Rows -E' J_k; 3 capacity x 4.
+  Eigen::Matrix<double, Eigen::Dynamic, 6> J_object;                 ///< Rows E' [I, -[r]x]; 3 capacity x 6.
+  std::vector<Eigen::Matrix3d> E_W;                                  ///< Columns n, t1, t2, world axes.
+  std::vector<Eigen::Matrix3d> E_F;                                  ///< The same in the distal frame.
+  std::vector<Eigen::Vector3d> c_W;                                  ///< Where finger and object meet.
 };
 
-/// Computes J_c for the contacts of a frame, with the bodies as the state and the pose of its hand have them.
-void fill_jacobian(const Model& model, const Frame& frame, const HandPose& pose, const State& state,
-                   ContactJacobian& jacobian);
+/// Computes all of it for the bodies as the state, and the pose of its hand, have them.
+void contact_kinematics(const Model& model, const Frame& frame, const HandPose& pose, const State& state,
+                        ContactKinematics& kinematics);
 
 /// How far a step h moves the bodies for a unit of force: h B^-1, B = diag(b I, b_t I, b_o I). A spring k that pulls a
 /// body adds h k to its viscosity, for it is taken at the end of the step.
@@ -37,9 +41,9 @@ struct Mobility {
 /// The scene's, with the stiffness of the springs on each joint [N m/rad].
 [[nodiscard]] Mobility mobility(const Scene& scene, double joint_stiffness = 0.0);
 
-/// W(h) = J_c h B^-1 J_c' + (1 - rho) C of eqs. (31, 36): the Delassus operator of a step h. W is 3n x 3n, n =
-/// frame.size() [m/N].
-void assemble_delassus(const Model& model, const Frame& frame, const ContactJacobian& jacobian,
-                       const Mobility& mobility, Eigen::Ref<Eigen::MatrixXd> W);
+/// W(h) = J_c h B^-1 J_c' + (1 - rho) C of eqs. (31, 36): the Delassus operator of a step h, in factors [m/N]. It refers
+/// to the frame and the kinematics.
+[[nodiscard]] GroupedDelassus delassus_operator(const Model& model, const Frame& frame,
+                                                const ContactKinematics& kinematics, const Mobility& mobility);
 
 }  // namespace thenar

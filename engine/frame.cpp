@@ -80,13 +80,14 @@ Matrix3d axes_of(const Vector3d& n, const Vector3d& t1) {
   return E;
 }
 
-double contact_gap(const FrameContact& contact, const Isometry3d& X_FO, const Vector3d& u_F) {
+ContactGap contact_gap(const FrameContact& contact, const Isometry3d& X_FO, const Vector3d& u_F) {
   const Vector3d n_F = X_FO.linear() * contact.n_O;
-  const Vector3d way_F = X_FO * contact.s_O - contact.p_F;  // finger point to surface point
-  // (R + gap)^2 = (R + plane gap)^2 + tangential way^2, solved for the gap without a difference of large numbers.
+  const Vector3d way_F = X_FO * contact.s_O - contact.p_F + u_F;  // finger point to surface point
+  // (R + gap)^2 = (R + plane gap)^2 + tangential way^2, solved for the gap without a difference of large numbers; the
+  // sphere's centre lies R n from the surface point.
   const double k = contact.curvature_per_m;
   const double a = 2.0 * n_F.dot(way_F) + k * way_F.squaredNorm();
-  return a / (1.0 + std::sqrt(std::max(0.0, 1.0 + k * a))) + n_F.dot(u_F);
+  return {a / (1.0 + std::sqrt(std::max(0.0, 1.0 + k * a))), (n_F + k * way_F).normalized()};
 }
 
 Frame::Frame(const Model& model) {

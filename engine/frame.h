@@ -56,10 +56,16 @@ struct Frame {
 /// axes that went through them are put right so.
 [[nodiscard]] Eigen::Matrix3d axes_of(const Eigen::Vector3d& n, const Eigen::Vector3d& t1);
 
-/// Signed gap of a contact, with the object at X_FO in the distal frame and the pulp deformed by u there: the finger
-/// point against the sphere of the surface's curvature that is fixed in the object, plus n.u [m].
-[[nodiscard]] double contact_gap(const FrameContact& contact, const Eigen::Isometry3d& X_FO,
-                                 const Eigen::Vector3d& u_F);
+/// How the deformed finger point of a contact stands to the object's surface.
+struct ContactGap {
+  double gap_m;         ///< Signed.
+  Eigen::Vector3d n_F;  ///< Into the object, at the point's projection; distal frame.
+};
+
+/// The gap with the object at X_FO in the distal frame and the pulp deformed by u there: the distance of p - u from the
+/// sphere of the surface's curvature that is fixed in the object.
+[[nodiscard]] ContactGap contact_gap(const FrameContact& contact, const Eigen::Isometry3d& X_FO,
+                                     const Eigen::Vector3d& u_F);
 
 /// Finds the frame's contacts on the rest shapes of the fingertips: control points of the pulps, or, for rigid
 /// fingertips, the one point of each pulp sphere that is nearest to the object. `candidates` is memory to work in.

@@ -4,25 +4,20 @@
 #include <cmath>
 #include <limits>
 
-#include "solvers/residual.h"
+#include "solvers/grouped_delassus.h"
+#include "solvers/natural_map.h"
 
 namespace thenar {
 namespace {
 
 using Eigen::Index;
+using Eigen::Vector3d;
 using MatrixRef = Eigen::Ref<const Eigen::MatrixXd>;
 using VectorRef = Eigen::Ref<const Eigen::VectorXd>;
 using VectorOut = Eigen::Ref<Eigen::VectorXd>;
-
-bool is_valid(const MatrixRef& W, const VectorRef& delta_free, const VectorRef& mu, const VectorRef& f) {
-  return (W.diagonal().array() > 0.0).all() && W.diagonal().allFinite() && delta_free.allFinite() && mu.allFinite() &&
-         f.allFinite();
-}
-
-/// A force or a gap in contact rows. In numbers, not an Eigen vector: these stay in registers.
-struct Rows {
-  double n, t1, t2;
-};
+using LocalBlock = GroupedWorkspace::LocalBlock;
+using OwnMotion = Eigen::Matrix<double, GroupedDelassus::kOwn, 1>;
+using CommonMotion = Eigen::Matrix<double, GroupedDelassus::kCommon, 1>;
 
 Rows rows_of(const VectorOut& v, Index i) { return {v[3 * i], v[3 * i + 1], v[3 * i + 2]}; }
 
@@ -31,6 +26,96 @@ void set_rows(VectorOut& v, Index i, const Rows& rows) {
   v[3 * i + 1] = rows.t1;
   v[3 * i + 2] = rows.t2;
 }
+
+/// target += three columns times a force: one pass over the target.
+template <typename Columns, typename Target>
+void add_columns(const Columns& columns, const Rows& f, Target&& target) {
+  target.noalias() += f.n * columns.col(0) + f.t1 * columns.col(1) + f.t2 * columns.col(2);
+}
+
+/// W as one matrix. Gaps of all contacts are kept up to date.
+class DenseOperator {
+ public:
+  DenseOperator(const MatrixRef& W, VectorOut& delta) : W_(W), delta_(delta) {}
+
+  [[nodiscard]] LocalBlock local(Index i) const {
+    const Index n = 3 * i;
+    return {W_(n, n), W_(n + 1, n), W_(n + 2, n), W_(n + 1, n + 1) + W_(n + 2, n + 2)};
+  }
+  void reset(const VectorRef& delta_free) { delta_ = delta_free; }
+  [[nodiscard]] Rows gap(Index i) const { return rows_of(delta_, i); }
+  void add_force(Index i, const Rows& f) { add_columns(W_.middleCols<3>(3 * i), f, delta_); }
+  void write_gaps() {}
+
+ private:
+  const MatrixRef& W_;
+  VectorOut& delta_;
+};
+
+/// W in factors: what is kept up to date are the bodies' motions and, of the gaps, the share of the compliance.
+class GroupedOperator {
+ public:
+  GroupedOperator(const GroupedDelassus& W, GroupedWorkspace& work, VectorOut& delta)
+      : W_(W), work_(work), delta_(delta) {
+    for (Index k = 0; k < W.groups(); ++k) {
+      for (Index i = W.begin[k]; i < W.begin[k + 1]; ++i) work.local[i] = block(k, i);
+    }
+  }
+
+  [[nodiscard]] const LocalBlock& local(Index i) const { return work_.local[i]; }
+  void reset(const VectorRef& delta_free) {
+    delta_ = delta_free;
+    common_.setZero();
+    work_.own_motion.setZero();
+    group_ = 0;
+  }
+  /// Contacts come in their order: their group is the last one's or a later one, or the first again.
+  [[nodiscard]] Rows gap(Index i) {
+    find_group(i);
+    const Vector3d rigid =
+        W_.J_own.middleRows<3>(3 * i) * work_.own_motion.col(group_) + W_.J_common.middleRows<3>(3 * i) * common_;
+    return {delta_[3 * i] + rigid[0], delta_[3 * i + 1] + rigid[1], delta_[3 * i + 2] + rigid[2]};
+  }
+  void add_force(Index i, const Rows& f) {
+    find_group(i);
+    const auto J_own = W_.J_own.middleRows<3>(3 * i);
+    const auto J_common = W_.J_common.middleRows<3>(3 * i);
+    const Vector3d f_i(f.n, f.t1, f.t2);
+    work_.own_motion.col(group_) += W_.own_mobility * (J_own.transpose() * f_i);
+    common_ += W_.common_mobility.cwiseProduct(J_common.transpose() * f_i);
+    if (W_.compliance.empty()) return;
+    const Index first = W_.begin[group_], count = W_.begin[group_ + 1] - first;
+    const double s = W_.compliance_scale;
+    add_columns(W_.compliance[group_].block(0, 3 * (i - first), 3 * count, 3), {s * f.n, s * f.t1, s * f.t2},
+                delta_.segment(3 * first, 3 * count));
+  }
+  void write_gaps() {
+    for (Index i = 0; i < W_.contacts(); ++i) set_rows(delta_, i, gap(i));
+  }
+
+ private:
+  void find_group(Index i) {
+    if (i < W_.begin[group_]) group_ = 0;
+    while (i >= W_.begin[group_ + 1]) ++group_;
+  }
+  [[nodiscard]] LocalBlock block(Index k, Index i) const {
+    const auto J_own = W_.J_own.middleRows<3>(3 * i);
+    const auto J_common = W_.J_common.middleRows<3>(3 * i);
+    Eigen::Matrix3d B = W_.own_mobility * (J_own * J_own.transpose());
+    B += J_common * W_.common_mobility.asDiagonal() * J_common.transpose();
+    if (!W_.compliance.empty()) {
+      const Index row = 3 * (i - W_.begin[k]);
+      B += W_.compliance_scale * W_.compliance[k].block<3, 3>(row, row);
+    }
+    return {B(0, 0), B(1, 0), B(2, 0), B(1, 1) + B(2, 2)};
+  }
+
+  const GroupedDelassus& W_;
+  GroupedWorkspace& work_;
+  VectorOut& delta_;
+  CommonMotion common_ = CommonMotion::Zero();
+  Index group_ = 0;
+};
 
 /// Scales the tangential force back to the cone.
 Rows inside_cone(const Rows& f, double mu) {
@@ -41,62 +126,77 @@ Rows inside_cone(const Rows& f, double mu) {
   return {f.n, scale * f.t1, scale * f.t2};
 }
 
-/// One step of contact i towards its laws, the others held: the normal force closes the gap, the tangential force
+/// One step of a contact towards its laws, the others held: the normal force closes the gap, the tangential force
 /// then undoes the slip that is left as far as friction goes. Only an exact solution stays where it is.
-Rows update_force(const MatrixRef& W, Index i, const Rows& delta, double mu, const Rows& f) {
-  const Index n = 3 * i;
-  const Index t1 = n + 1;
-  const Index t2 = n + 2;
+Rows update_force(const LocalBlock& W, const Rows& delta, double mu, const Rows& f) {
   // The reciprocals do not wait for the gap.
-  const double f_n = f.n - (1.0 / W(n, n)) * delta.n;
+  const double f_n = f.n - (1.0 / W.nn) * delta.n;
   if (f_n <= 0.0) return {0.0, 0.0, 0.0};
 
   const double change = f_n - f.n;
-  const double stiffness_t = 2.0 / (W(t1, t1) + W(t2, t2));
-  const double slip_1 = delta.t1 + W(t1, n) * change;
-  const double slip_2 = delta.t2 + W(t2, n) * change;
+  const double stiffness_t = 2.0 / W.tt;
+  const double slip_1 = delta.t1 + W.t1n * change;
+  const double slip_2 = delta.t2 + W.t2n * change;
   return inside_cone({f_n, f.t1 - stiffness_t * slip_1, f.t2 - stiffness_t * slip_2}, mu);
 }
 
-/// delta += W times a force at contact i. One pass over delta: three columns of W at a time.
-void add_force(const MatrixRef& W, Index i, const Rows& f_i, VectorOut& delta) {
-  const Index n = 3 * i;
-  delta.noalias() += f_i.n * W.col(n) + f_i.t1 * W.col(n + 1) + f_i.t2 * W.col(n + 2);
-}
-
-/// delta = W f + delta_free, without the rounding that increments gather.
-void recompute_gaps(const MatrixRef& W, const VectorRef& delta_free, const VectorOut& f, VectorOut& delta) {
-  delta = delta_free;
+/// The gaps of f, without the rounding that increments gather.
+template <typename Operator>
+void recompute_gaps(Operator& W, const VectorRef& delta_free, const VectorOut& f) {
+  W.reset(delta_free);
   for (Index i = 0; 3 * i < f.size(); ++i) {
     const Rows f_i = rows_of(f, i);
-    if (f_i.n > 0.0) add_force(W, i, f_i, delta);
+    if (f_i.n > 0.0) W.add_force(i, f_i);
   }
 }
 
-void sweep(const MatrixRef& W, const VectorRef& mu, VectorOut& f, VectorOut& delta) {
+template <typename Operator>
+void sweep(Operator& W, const VectorRef& mu, VectorOut& f) {
   for (Index i = 0; i < mu.size(); ++i) {
     const Rows old = rows_of(f, i);
-    const Rows updated = update_force(W, i, rows_of(delta, i), mu[i], old);
+    const Rows updated = update_force(W.local(i), W.gap(i), mu[i], old);
     const Rows change{updated.n - old.n, updated.t1 - old.t1, updated.t2 - old.t2};
     // Most candidates of a grasp are open and stay so.
     if (change.n == 0.0 && change.t1 == 0.0 && change.t2 == 0.0) continue;
     set_rows(f, i, updated);
-    add_force(W, i, change, delta);
+    W.add_force(i, change);
   }
 }
 
-}  // namespace
+double rho(const LocalBlock& W) { return 3.0 / (W.nn + W.tt); }
 
-SolveReport solve_contacts(const MatrixRef& W, const VectorRef& delta_free, const VectorRef& mu,
-                           const GaussSeidelSettings& settings, VectorOut f, VectorOut delta) noexcept {
+template <typename Operator>
+double error_N(Operator& W, const VectorRef& mu, const VectorOut& f) {
+  double sum = 0.0;
+  for (Index i = 0; i < mu.size(); ++i) {
+    sum += natural_map_error_squared(rho(W.local(i)), mu[i], rows_of(f, i), W.gap(i));
+  }
+  return std::sqrt(sum);
+}
+
+/// The free motion's force [N], which scales the residual; NaN where the problem is not one.
+template <typename Operator>
+double scale_of(const Operator& W, const VectorRef& delta_free, const VectorRef& mu, const VectorOut& f) {
+  double sum = 0.0;
+  for (Index i = 0; i < mu.size(); ++i) {
+    const LocalBlock& block = W.local(i);
+    if (!(block.nn > 0.0 && block.tt > 0.0)) return std::numeric_limits<double>::quiet_NaN();
+    sum += (rho(block) * delta_free.segment<3>(3 * i)).squaredNorm();
+  }
+  if (!mu.allFinite() || !f.allFinite()) return std::numeric_limits<double>::quiet_NaN();
+  return std::sqrt(sum);
+}
+
+template <typename Operator>
+SolveReport solve(Operator& W, const VectorRef& delta_free, const VectorRef& mu, const GaussSeidelSettings& settings,
+                  VectorOut& f, VectorOut& delta) {
   const auto refuse = [&](int sweeps) {
     f.setZero();
     delta.setZero();
     return SolveReport{SolveStatus::kNotFinite, sweeps, std::numeric_limits<double>::infinity()};
   };
-  if (!is_valid(W, delta_free, mu, f)) return refuse(0);
-
-  const double scale_N = free_motion_force_N(W, delta_free);
+  const double scale_N = scale_of(W, delta_free, mu, f);
+  if (!std::isfinite(scale_N)) return refuse(0);
   if (scale_N == 0.0) {
     // Without free motion no force is needed, and there is no scale to judge one by.
     f.setZero();
@@ -107,25 +207,53 @@ SolveReport solve_contacts(const MatrixRef& W, const VectorRef& delta_free, cons
     const Rows guess = rows_of(f, i);
     set_rows(f, i, inside_cone({std::max(0.0, guess.n), guess.t1, guess.t2}, mu[i]));
   }
-  recompute_gaps(W, delta_free, f, delta);
+  recompute_gaps(W, delta_free, f);
 
   // A stalled sweep moves nothing and solves nothing: judge by the residual, never by the step. It costs a seventh of a
   // sweep, so looking less often would save less than the sweeps too many.
-  const auto residual = [&] { return natural_map_error_N(W, mu, f, delta) / scale_N; };
+  const auto residual = [&] { return error_N(W, mu, f) / scale_N; };
   SolveReport report{SolveStatus::kBudgetSpent, 0, residual()};
   while (report.residual > settings.tolerance && report.sweeps < settings.max_sweeps) {
-    sweep(W, mu, f, delta);
+    sweep(W, mu, f);
     ++report.sweeps;
     report.residual = residual();
     if (report.residual <= settings.tolerance || report.sweeps == settings.max_sweeps) {
-      recompute_gaps(W, delta_free, f, delta);
+      recompute_gaps(W, delta_free, f);
       report.residual = residual();
     }
   }
+  W.write_gaps();
   // What W holds beside its diagonal was not looked at before: it shows here.
   if (!std::isfinite(report.residual) || !delta.allFinite() || !f.allFinite()) return refuse(report.sweeps);
   if (report.residual <= settings.tolerance) report.status = SolveStatus::kConverged;
   return report;
+}
+
+}  // namespace
+
+SolveReport solve_contacts(const MatrixRef& W, const VectorRef& delta_free, const VectorRef& mu,
+                           const GaussSeidelSettings& settings, VectorOut f, VectorOut delta) noexcept {
+  DenseOperator dense(W, delta);
+  return solve(dense, delta_free, mu, settings, f, delta);
+}
+
+SolveReport solve_contacts(const GroupedDelassus& W, const VectorRef& delta_free, const VectorRef& mu,
+                           const GaussSeidelSettings& settings, GroupedWorkspace& work, VectorOut f,
+                           VectorOut delta) noexcept {
+  GroupedOperator grouped(W, work, delta);
+  return solve(grouped, delta_free, mu, settings, f, delta);
+}
+
+void GroupedDelassus::to_dense(Eigen::Ref<Eigen::MatrixXd> W) const {
+  W.noalias() = J_common * common_mobility.asDiagonal() * J_common.transpose();
+  for (Index k = 0; k < groups(); ++k) {
+    const Index first = 3 * begin[k], rows = 3 * begin[k + 1] - first;
+    if (rows == 0) continue;
+    auto W_k = W.block(first, first, rows, rows);
+    const auto J_k = J_own.middleRows(first, rows);
+    W_k.noalias() += own_mobility * J_k * J_k.transpose();
+    if (!compliance.empty()) W_k += compliance_scale * compliance[k].topLeftCorner(rows, rows);
+  }
 }
 
 }  // namespace thenar

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "solvers/gauss_seidel.h"
+
+namespace thenar {
+
+/// A Delassus operator in factors, for contacts in groups, as fingers make them on one object. A group moves a body of
+/// its own with 4 degrees of freedom and, with all others, a common body with 6; and it may give way by a compliance
+/// among its own contacts:
+///     W = J_own m_own J_own' + J_common M_common J_common' + s C,    J_own and C block diagonal by group.
+/// It refers to its parts.
+struct GroupedDelassus {
+  static constexpr int kOwn = 4, kCommon = 6;
+
+  std::span<const Eigen::Index> begin;  ///< Group k has contacts begin[k] .. begin[k + 1).
+  Eigen::Ref<const Eigen::Matrix<double, Eigen::Dynamic, kOwn>> J_own;        ///< 3n x 4: of the contact's own body.
+  Eigen::Ref<const Eigen::Matrix<double, Eigen::Dynamic, kCommon>> J_common;  ///< 3n x 6.
+  double own_mobility;                                                        ///< m_own, the same for every group.
+  Eigen::Matrix<double, kCommon, 1> common_mobility;                          ///< The diagonal of M_common.
+  std::span<const Eigen::MatrixXd> compliance;  ///< C of each group, in the leading part; empty: none.
+  double compliance_scale = 1.0;                ///< s.
+
+  [[nodiscard]] Eigen::Index groups() const { return std::ssize(begin) - 1; }
+  [[nodiscard]] Eigen::Index contacts() const { return begin.back(); }
+  /// W as one matrix, 3n x 3n.
+  void to_dense(Eigen::Ref<Eigen::MatrixXd> W) const;
+};
+
+/// What a solve with a GroupedDelassus works in, for up to `contacts` contacts in `groups` groups.
+class GroupedWorkspace {
+ public:
+  GroupedWorkspace(Eigen::Index contacts, Eigen::Index groups)
+      : local(contacts), own_motion(GroupedDelassus::kOwn, groups) {}
+
+  /// What the local step needs of a diagonal block.
+  struct LocalBlock {
+    double nn, t1n, t2n, tt;  ///< W_nn, W_t1n, W_t2n, W_t1t1 + W_t2t2.
+  };
+  std::vector<LocalBlock> local;
+  Eigen::Matrix<double, GroupedDelassus::kOwn, Eigen::Dynamic> own_motion;  ///< m_own J_own' f, a column a group.
+};
+
+/// As solve_contacts with a dense W, at 3 x (10 + contacts of the group) multiply-adds a changed contact, and no W to
+/// form: the Jacobians may be new in every call.
+[[nodiscard]] SolveReport solve_contacts(const GroupedDelassus& W, const Eigen::Ref<const Eigen::VectorXd>& delta_free,
+                                         const Eigen::Ref<const Eigen::VectorXd>& mu,
+                                         const GaussSeidelSettings& settings, GroupedWorkspace& work,
+                                         Eigen::Ref<Eigen::VectorXd> f, Eigen::Ref<Eigen::VectorXd> delta) noexcept;
+
+}  // namespace thenar

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cmath>
+
+namespace thenar {
+
+/// A force or a gap in contact rows. In numbers, not an Eigen vector: inner loops keep these in registers.
+struct Rows {
+  double n, t1, t2;
+};
+
+/// Where a force goes when it is projected: to this normal force, and to this part of its tangential force.
+struct Projection {
+  double normal;
+  double tangential_part;
+};
+
+inline Projection project(double f_n, double f_t, double mu) {
+  // Without friction a pull has mu f_n = 0 as well: it is not inside.
+  if (f_n >= 0.0 && f_t <= mu * f_n) return {f_n, 1.0};
+  // In the polar cone: the tip is nearest.
+  if (mu * f_t <= -f_n) return {0.0, 0.0};
+  // Beside the cone: the nearest point of the generator (1, mu).
+  const double normal = (f_n + mu * f_t) / (1.0 + mu * mu);
+  return {normal, mu * normal / f_t};
+}
+
+/// | f - P_K(f - rho (delta + mu |delta_t| e_n)) |^2 of one contact [N^2].
+inline double natural_map_error_squared(double rho, double mu, const Rows& f, const Rows& delta) {
+  const double x_n = f.n - rho * (delta.n + mu * std::sqrt(delta.t1 * delta.t1 + delta.t2 * delta.t2));
+  const double x_1 = f.t1 - rho * delta.t1;
+  const double x_2 = f.t2 - rho * delta.t2;
+  const Projection p = project(x_n, std::sqrt(x_1 * x_1 + x_2 * x_2), mu);
+  const double e_n = f.n - p.normal;
+  const double e_1 = f.t1 - p.tangential_part * x_1;
+  const double e_2 = f.t2 - p.tangential_part * x_2;
+  return e_n * e_n + e_1 * e_1 + e_2 * e_2;
+}
+
+}  // namespace thenar
