@@ -97,7 +97,7 @@ void free_gaps_and_slips(const Model& model, const Frame& frame, const State& st
     const double rho = model.deformable() ? memory(model.pulps[k].material, model.scene.step_s) : 0.0;
     for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
       Vector3d delta = now.J_finger.middleRows<3>(3 * i) * free.dq.segment<kJointsPerFinger>(kJointsPerFinger * k) +
-                       now.J_object.middleRows<3>(3 * i) * free.dx;
+                       now.J_object.middleRows<3>(3 * i).leftCols<6>() * free.dx;
       delta -= (1.0 - rho) * (now.E_F[i].transpose() * displacement(state, frame.contacts[i]));
       delta[0] += now.gap_m[i] + work.offset_m[i];
       work.delta_free.segment<3>(3 * i) = delta;
@@ -177,17 +177,11 @@ void report_contacts(const Frame& frame, const ContactWorkspace& work, TickRepor
 
 /// Moves the bodies by their free and their contact motion, and takes stock of what the fingers do. False, and nothing
 /// has moved, if that is not finite.
-bool commit(const Frame& frame, const ContactWorkspace& work, Drive drive, State& state) {
-  const Eigen::VectorXd& f = work.f;
-  const Index rows = 3 * frame.size();
-  drive.wrench += work.kinematics.J_object.topRows(rows).transpose() * f.head(rows);
-  for (int k = 0; k < kFingers; ++k) {
-    const Index first = 3 * frame.begin[k], count = 3 * frame.begin[k + 1] - first;
-    drive.torque.segment<kJointsPerFinger>(kJointsPerFinger * k) +=
-        work.kinematics.J_finger.middleRows(first, count).transpose() * f.segment(first, count);
-  }
-  const RigidMotion motion = viscous_motion(drive.mobility, drive.torque, drive.wrench);
+bool commit(const Frame& frame, const ContactWorkspace& work, RigidMotion motion, State& state) {
+  motion.dq += work.solver.own_motion.reshaped();
+  motion.dx += work.solver.common_motion.head<6>();
   if (!motion.dq.allFinite() || !motion.dx.allFinite()) return false;
+  const Eigen::VectorXd& f = work.f;
   move(motion, state);
   for (int k = 0; k < kFingers; ++k) state.load[k] = finger_load(frame, work.kinematics, k, f);
   state.forces.clear();
@@ -253,12 +247,13 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
   const GroupedDelassus W = delassus_operator(model, frame, work.kinematics, drive.mobility);
   report.assemble_s = watch.lap();
 
-  free_gaps_and_slips(model, frame, state, viscous_motion(drive.mobility, drive.torque, drive.wrench), work);
+  const RigidMotion free = viscous_motion(drive.mobility, drive.torque, drive.wrench);
+  free_gaps_and_slips(model, frame, state, free, work);
   report.solve = solve_contacts(W, work.delta_free.head(3 * n), work.mu.head(n),
                                 {scene.contact.tolerance, scene.contact.max_sweeps}, work.solver, work.f.head(3 * n),
                                 work.delta.head(3 * n));
   report_contacts(frame, work, report);
-  const bool moved = commit(frame, work, drive, state);
+  const bool moved = commit(frame, work, free, state);
   if (!moved) report.solve = {SolveStatus::kNotFinite, report.solve.sweeps, std::numeric_limits<double>::infinity()};
   ++state.tick;
   report.solve_s = watch.lap();

@@ -7,20 +7,10 @@ using Eigen::Isometry3d;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-namespace {
-
-Matrix3d skew(const Vector3d& v) {
-  Matrix3d S;
-  S << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
-  return S;
-}
-
-}  // namespace
-
 ContactKinematics::ContactKinematics(const Model& model)
     : gap_m(model.max_contacts),
       J_finger(3 * model.max_contacts, kJointsPerFinger),
-      J_object(3 * model.max_contacts, 6),
+      J_object(GroupedDelassus::CommonJacobian::Zero(3 * model.max_contacts, GroupedDelassus::kPadded)),
       E_W(model.max_contacts),
       E_F(model.max_contacts),
       c_W(model.max_contacts) {}
@@ -34,15 +24,20 @@ void contact_kinematics(const Model& model, const Frame& frame, const HandPose& 
       const FrameContact& contact = frame.contacts[i];
       const Vector3d u_F = displacement(state, contact);
       const auto [gap_m, n_F] = contact_gap(contact, X_FO, u_F);
-      const Matrix3d E_W = axes_of(X_WF.linear() * n_F, X_WF.linear() * contact.E_F.col(1));
+      const Matrix3d E_F = axes_of(n_F, contact.E_F.col(1));
+      const Matrix3d E_W = X_WF.linear() * E_F;
       const Vector3d c_W = X_WF * (contact.p_F - u_F) + gap_m * E_W.col(0);
+      const Vector3d r = c_W - state.X_WO.translation();
       kinematics.gap_m[i] = gap_m;
+      kinematics.E_F[i] = E_F;
       kinematics.E_W[i] = E_W;
-      kinematics.E_F[i] = X_WF.linear().transpose() * E_W;
       kinematics.c_W[i] = c_W;
-      kinematics.J_finger.middleRows<3>(3 * i) = -E_W.transpose() * finger_jacobian(pose, k, c_W);
-      kinematics.J_object.block<3, 3>(3 * i, 0) = E_W.transpose();
-      kinematics.J_object.block<3, 3>(3 * i, 3) = -E_W.transpose() * skew(c_W - state.X_WO.translation());
+      kinematics.J_finger.middleRows<3>(3 * i).noalias() = -E_W.transpose() * finger_jacobian(pose, k, c_W);
+      for (int axis = 0; axis < 3; ++axis) {
+        auto row = kinematics.J_object.row(3 * i + axis);
+        row.head<3>() = E_W.col(axis).transpose();
+        row.segment<3>(3) = r.cross(E_W.col(axis)).transpose();
+      }
     }
   }
 }
@@ -57,14 +52,13 @@ Mobility mobility(const Scene& scene, double joint_stiffness) {
 
 GroupedDelassus delassus_operator(const Model& model, const Frame& frame, const ContactKinematics& kinematics,
                                   const Mobility& mobility) {
-  GroupedDelassus W{frame.begin,
-                    kinematics.J_finger.topRows(3 * frame.size()),
-                    kinematics.J_object.topRows(3 * frame.size()),
-                    mobility.joint,
-                    {},
-                    {},
-                    1.0};
-  W.common_mobility << Vector3d::Constant(mobility.translation), Vector3d::Constant(mobility.rotation);
+  GroupedDelassus W{.begin = frame.begin,
+                    .J_own = kinematics.J_finger,
+                    .J_common = kinematics.J_object,
+                    .own_mobility = mobility.joint,
+                    .common_mobility = {},
+                    .compliance = {}};
+  W.common_mobility << Vector3d::Constant(mobility.translation), Vector3d::Constant(mobility.rotation), 0.0, 0.0;
   if (model.deformable()) {
     W.compliance = frame.compliance;
     W.compliance_scale = 1.0 - memory(model.pulps.front().material, model.scene.step_s);

@@ -18,12 +18,12 @@ namespace thenar {
 struct ContactKinematics {
   explicit ContactKinematics(const Model& model);
 
-  Eigen::VectorXd gap_m;                                             ///< Deformed; capacity.
-  Eigen::Matrix<double, Eigen::Dynamic, kJointsPerFinger> J_finger;  ///< Rows -E' J_k; 3 capacity x 4.
-  Eigen::Matrix<double, Eigen::Dynamic, 6> J_object;                 ///< Rows E' [I, -[r]x]; 3 capacity x 6.
-  std::vector<Eigen::Matrix3d> E_W;                                  ///< Columns n, t1, t2, world axes.
-  std::vector<Eigen::Matrix3d> E_F;                                  ///< The same in the distal frame.
-  std::vector<Eigen::Vector3d> c_W;                                  ///< Where finger and object meet.
+  Eigen::VectorXd gap_m;                     ///< Deformed; capacity.
+  GroupedDelassus::OwnJacobian J_finger;     ///< Rows -E' J_k; 3 capacity x 4.
+  GroupedDelassus::CommonJacobian J_object;  ///< Rows E' [I, -[r]x, 0 0]; 3 capacity x 6, padded to 8.
+  std::vector<Eigen::Matrix3d> E_W;          ///< Columns n, t1, t2, world axes.
+  std::vector<Eigen::Matrix3d> E_F;          ///< The same in the distal frame.
+  std::vector<Eigen::Vector3d> c_W;          ///< Where finger and object meet.
 };
 
 /// Computes all of it for the bodies as the state, and the pose of its hand, have them.

@@ -11,13 +11,13 @@ namespace thenar {
 namespace {
 
 using Eigen::Index;
-using Eigen::Vector3d;
 using MatrixRef = Eigen::Ref<const Eigen::MatrixXd>;
 using VectorRef = Eigen::Ref<const Eigen::VectorXd>;
 using VectorOut = Eigen::Ref<Eigen::VectorXd>;
 using LocalBlock = GroupedWorkspace::LocalBlock;
-using OwnMotion = Eigen::Matrix<double, GroupedDelassus::kOwn, 1>;
-using CommonMotion = Eigen::Matrix<double, GroupedDelassus::kCommon, 1>;
+
+// Between the rounding of some hundred sweeps' increments and the residuals that are asked for in a loop.
+constexpr double kRoundingMatters = 1e-10;
 
 Rows rows_of(const VectorOut& v, Index i) { return {v[3 * i], v[3 * i + 1], v[3 * i + 2]}; }
 
@@ -31,6 +31,12 @@ void set_rows(VectorOut& v, Index i, const Rows& rows) {
 template <typename Columns, typename Target>
 void add_columns(const Columns& columns, const Rows& f, Target&& target) {
   target.noalias() += f.n * columns.col(0) + f.t1 * columns.col(1) + f.t2 * columns.col(2);
+}
+
+/// J_i' f of one contact.
+template <typename Jacobian>
+Eigen::Matrix<double, Jacobian::ColsAtCompileTime, 1> pull(const Jacobian& J, Index i, const Rows& f) {
+  return (f.n * J.row(3 * i) + f.t1 * J.row(3 * i + 1) + f.t2 * J.row(3 * i + 2)).transpose();
 }
 
 /// W as one matrix. Gaps of all contacts are kept up to date.
@@ -65,24 +71,21 @@ class GroupedOperator {
   [[nodiscard]] const LocalBlock& local(Index i) const { return work_.local[i]; }
   void reset(const VectorRef& delta_free) {
     delta_ = delta_free;
-    common_.setZero();
+    work_.common_motion.setZero();
     work_.own_motion.setZero();
-    group_ = 0;
   }
-  /// Contacts come in their order: their group is the last one's or a later one, or the first again.
   [[nodiscard]] Rows gap(Index i) {
     find_group(i);
-    const Vector3d rigid =
-        W_.J_own.middleRows<3>(3 * i) * work_.own_motion.col(group_) + W_.J_common.middleRows<3>(3 * i) * common_;
-    return {delta_[3 * i] + rigid[0], delta_[3 * i + 1] + rigid[1], delta_[3 * i + 2] + rigid[2]};
+    const auto own = work_.own_motion.col(group_);
+    const auto rigid = [&](Index row) {
+      return W_.J_own.row(row).dot(own) + W_.J_common.row(row).dot(work_.common_motion);
+    };
+    return {delta_[3 * i] + rigid(3 * i), delta_[3 * i + 1] + rigid(3 * i + 1), delta_[3 * i + 2] + rigid(3 * i + 2)};
   }
   void add_force(Index i, const Rows& f) {
     find_group(i);
-    const auto J_own = W_.J_own.middleRows<3>(3 * i);
-    const auto J_common = W_.J_common.middleRows<3>(3 * i);
-    const Vector3d f_i(f.n, f.t1, f.t2);
-    work_.own_motion.col(group_) += W_.own_mobility * (J_own.transpose() * f_i);
-    common_ += W_.common_mobility.cwiseProduct(J_common.transpose() * f_i);
+    work_.own_motion.col(group_) += W_.own_mobility * pull(W_.J_own, i, f);
+    work_.common_motion += W_.common_mobility.cwiseProduct(pull(W_.J_common, i, f));
     if (W_.compliance.empty()) return;
     const Index first = W_.begin[group_], count = W_.begin[group_ + 1] - first;
     const double s = W_.compliance_scale;
@@ -94,26 +97,32 @@ class GroupedOperator {
   }
 
  private:
+  /// Contacts come in their order: their group is the last one's or a later one, or the first again.
   void find_group(Index i) {
     if (i < W_.begin[group_]) group_ = 0;
     while (i >= W_.begin[group_ + 1]) ++group_;
   }
   [[nodiscard]] LocalBlock block(Index k, Index i) const {
-    const auto J_own = W_.J_own.middleRows<3>(3 * i);
-    const auto J_common = W_.J_common.middleRows<3>(3 * i);
-    Eigen::Matrix3d B = W_.own_mobility * (J_own * J_own.transpose());
-    B += J_common * W_.common_mobility.asDiagonal() * J_common.transpose();
-    if (!W_.compliance.empty()) {
-      const Index row = 3 * (i - W_.begin[k]);
-      B += W_.compliance_scale * W_.compliance[k].block<3, 3>(row, row);
-    }
-    return {B(0, 0), B(1, 0), B(2, 0), B(1, 1) + B(2, 2)};
+    const Index n = 3 * i, t1 = n + 1, t2 = n + 2;
+    const auto rigid = [&](Index r, Index c) {
+      return W_.own_mobility * W_.J_own.row(r).dot(W_.J_own.row(c)) +
+             W_.J_common.row(r).cwiseProduct(W_.common_mobility.transpose()).dot(W_.J_common.row(c));
+    };
+    LocalBlock block{rigid(n, n), rigid(t1, n), rigid(t2, n), rigid(t1, t1) + rigid(t2, t2)};
+    if (W_.compliance.empty()) return block;
+    const Index c = 3 * (i - W_.begin[k]);
+    const auto C = W_.compliance[k].block<3, 3>(c, c);
+    const double s = W_.compliance_scale;
+    block.nn += s * C(0, 0);
+    block.t1n += s * C(1, 0);
+    block.t2n += s * C(2, 0);
+    block.tt += s * (C(1, 1) + C(2, 2));
+    return block;
   }
 
   const GroupedDelassus& W_;
   GroupedWorkspace& work_;
   VectorOut& delta_;
-  CommonMotion common_ = CommonMotion::Zero();
   Index group_ = 0;
 };
 
@@ -192,7 +201,7 @@ SolveReport solve(Operator& W, const VectorRef& delta_free, const VectorRef& mu,
                   VectorOut& f, VectorOut& delta) {
   const auto refuse = [&](int sweeps) {
     f.setZero();
-    delta.setZero();
+    W.reset(VectorRef(f));
     return SolveReport{SolveStatus::kNotFinite, sweeps, std::numeric_limits<double>::infinity()};
   };
   const double scale_N = scale_of(W, delta_free, mu, f);
@@ -200,7 +209,7 @@ SolveReport solve(Operator& W, const VectorRef& delta_free, const VectorRef& mu,
   if (scale_N == 0.0) {
     // Without free motion no force is needed, and there is no scale to judge one by.
     f.setZero();
-    delta.setZero();
+    W.reset(VectorRef(f));
     return {SolveStatus::kConverged, 0, 0.0};
   }
   for (Index i = 0; i < mu.size(); ++i) {
@@ -209,15 +218,17 @@ SolveReport solve(Operator& W, const VectorRef& delta_free, const VectorRef& mu,
   }
   recompute_gaps(W, delta_free, f);
 
-  // A stalled sweep moves nothing and solves nothing: judge by the residual, never by the step. It costs a seventh of a
-  // sweep, so looking less often would save less than the sweeps too many.
+  // A stalled sweep moves nothing and solves nothing: judge by the residual, never by the step. It costs a part of a
+  // sweep, so looking less often would save less than the sweeps too many. Increments gather rounding, which only a
+  // tolerance close to it can see.
+  const bool fine = settings.tolerance < kRoundingMatters;
   const auto residual = [&] { return error_N(W, mu, f) / scale_N; };
   SolveReport report{SolveStatus::kBudgetSpent, 0, residual()};
   while (report.residual > settings.tolerance && report.sweeps < settings.max_sweeps) {
     sweep(W, mu, f);
     ++report.sweeps;
     report.residual = residual();
-    if (report.residual <= settings.tolerance || report.sweeps == settings.max_sweeps) {
+    if (fine && (report.residual <= settings.tolerance || report.sweeps == settings.max_sweeps)) {
       recompute_gaps(W, delta_free, f);
       report.residual = residual();
     }
@@ -245,7 +256,8 @@ SolveReport solve_contacts(const GroupedDelassus& W, const VectorRef& delta_free
 }
 
 void GroupedDelassus::to_dense(Eigen::Ref<Eigen::MatrixXd> W) const {
-  W.noalias() = J_common * common_mobility.asDiagonal() * J_common.transpose();
+  const auto J_c = J_common.topRows(3 * contacts());
+  W.noalias() = J_c * common_mobility.asDiagonal() * J_c.transpose();
   for (Index k = 0; k < groups(); ++k) {
     const Index first = 3 * begin[k], rows = 3 * begin[k + 1] - first;
     if (rows == 0) continue;

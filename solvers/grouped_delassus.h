@@ -15,12 +15,16 @@ namespace thenar {
 /// It refers to its parts.
 struct GroupedDelassus {
   static constexpr int kOwn = 4, kCommon = 6;
+  static constexpr int kPadded = 8;  ///< Columns of J_common, the last two zero: rows that fill whole registers.
+  using OwnJacobian = Eigen::Matrix<double, Eigen::Dynamic, kOwn, Eigen::RowMajor>;
+  using CommonJacobian = Eigen::Matrix<double, Eigen::Dynamic, kPadded, Eigen::RowMajor>;
+  using CommonMotion = Eigen::Matrix<double, kPadded, 1>;
 
-  std::span<const Eigen::Index> begin;  ///< Group k has contacts begin[k] .. begin[k + 1).
-  Eigen::Ref<const Eigen::Matrix<double, Eigen::Dynamic, kOwn>> J_own;        ///< 3n x 4: of the contact's own body.
-  Eigen::Ref<const Eigen::Matrix<double, Eigen::Dynamic, kCommon>> J_common;  ///< 3n x 6.
-  double own_mobility;                                                        ///< m_own, the same for every group.
-  Eigen::Matrix<double, kCommon, 1> common_mobility;                          ///< The diagonal of M_common.
+  std::span<const Eigen::Index> begin;          ///< Group k has contacts begin[k] .. begin[k + 1).
+  const OwnJacobian& J_own;                     ///< 3n x 4, or more rows: of the contact's own body.
+  const CommonJacobian& J_common;               ///< 3n x 6, padded.
+  double own_mobility = 0.0;                    ///< m_own, the same for every group.
+  CommonMotion common_mobility;                 ///< The diagonal of M_common, padded.
   std::span<const Eigen::MatrixXd> compliance;  ///< C of each group, in the leading part; empty: none.
   double compliance_scale = 1.0;                ///< s.
 
@@ -30,9 +34,9 @@ struct GroupedDelassus {
   void to_dense(Eigen::Ref<Eigen::MatrixXd> W) const;
 };
 
-/// What a solve with a GroupedDelassus works in, for up to `contacts` contacts in `groups` groups.
-class GroupedWorkspace {
- public:
+/// What a solve with a GroupedDelassus works in, for up to `contacts` contacts in `groups` groups; and the motion of the
+/// bodies by the forces that it found.
+struct GroupedWorkspace {
   GroupedWorkspace(Eigen::Index contacts, Eigen::Index groups)
       : local(contacts), own_motion(GroupedDelassus::kOwn, groups) {}
 
@@ -41,7 +45,8 @@ class GroupedWorkspace {
     double nn, t1n, t2n, tt;  ///< W_nn, W_t1n, W_t2n, W_t1t1 + W_t2t2.
   };
   std::vector<LocalBlock> local;
-  Eigen::Matrix<double, GroupedDelassus::kOwn, Eigen::Dynamic> own_motion;  ///< m_own J_own' f, a column a group.
+  Eigen::Matrix<double, GroupedDelassus::kOwn, Eigen::Dynamic> own_motion;  ///< Out: m_own J_own' f, a column a group.
+  GroupedDelassus::CommonMotion common_motion;                              ///< Out: M_common J_common' f, padded.
 };
 
 /// As solve_contacts with a dense W, at 3 x (10 + contacts of the group) multiply-adds a changed contact, and no W to
