@@ -36,7 +36,9 @@ RecordedRun::RecordedRun(Index contacts) : model(box_scene(contacts)) {
     if (!recorded) continue;
     if (frame.size() != contacts) throw std::runtime_error("the recorded run lost contacts");
     ticks.back().control = control;
-    problems.push_back({work.W(contacts), work.delta_free.head(3 * contacts), work.mu.head(contacts), f_last});
+    Eigen::MatrixXd W(3 * contacts, 3 * contacts);
+    delassus_operator(model, frame, work.kinematics, mobility(model.scene)).to_dense(W);
+    problems.push_back({W, work.delta_free.head(3 * contacts), work.mu.head(contacts), f_last});
   }
 }
 

@@ -24,12 +24,12 @@ void contact_kinematics(const Model& model, const Frame& frame, const HandPose& 
       const FrameContact& contact = frame.contacts[i];
       const Vector3d u_F = displacement(state, contact);
       const auto [gap_m, n_F] = contact_gap(contact, X_FO, u_F);
-      const Matrix3d E_F = axes_of(n_F, contact.E_F.col(1));
-      const Matrix3d E_W = X_WF.linear() * E_F;
+      // A hand file's rotations are rounded: axes that went through them are put right.
+      const Matrix3d E_W = axes_of(X_WF.linear() * n_F, X_WF.linear() * contact.E_F.col(1));
       const Vector3d c_W = X_WF * (contact.p_F - u_F) + gap_m * E_W.col(0);
       const Vector3d r = c_W - state.X_WO.translation();
       kinematics.gap_m[i] = gap_m;
-      kinematics.E_F[i] = E_F;
+      kinematics.E_F[i] = X_WF.linear().transpose() * E_W;
       kinematics.E_W[i] = E_W;
       kinematics.c_W[i] = c_W;
       kinematics.J_finger.middleRows<3>(3 * i).noalias() = -E_W.transpose() * finger_jacobian(pose, k, c_W);

@@ -59,10 +59,6 @@ double minimum_jerk(const Move& move, double time_s) {
 }  // namespace
 
 Model::Model(Scene s) : scene(std::move(s)), object(make_object(scene.object)) {
-  // A hand file's rotations are rounded; gaps and forces must not differ in direction by that.
-  for (Segment& segment : scene.hand.segments) {
-    segment.X_WS_0.linear() = Eigen::Quaterniond(segment.X_WS_0.linear()).normalized().toRotationMatrix();
-  }
   max_contacts = kFingers;
   if (!scene.fingertips) return;
   max_contacts = kFingers * std::min(scene.contact.max_per_finger, scene.fingertips->leaves);

@@ -189,7 +189,8 @@ double scale_of(const Operator& W, const VectorRef& delta_free, const VectorRef&
   double sum = 0.0;
   for (Index i = 0; i < mu.size(); ++i) {
     const LocalBlock& block = W.local(i);
-    if (!(block.nn > 0.0 && block.tt > 0.0)) return std::numeric_limits<double>::quiet_NaN();
+    if (!(block.nn > 0.0 && block.tt > 0.0 && std::isfinite(block.nn + block.tt)))
+      return std::numeric_limits<double>::quiet_NaN();
     sum += (rho(block) * delta_free.segment<3>(3 * i)).squaredNorm();
   }
   if (!mu.allFinite() || !f.allFinite()) return std::numeric_limits<double>::quiet_NaN();

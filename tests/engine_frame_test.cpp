@@ -20,12 +20,12 @@ using Eigen::VectorXd;
 constexpr int kSpeeds = kJoints + 6;  ///< Joints, object's velocity, object's angular velocity.
 
 /// J_c of all the frame's contacts for all speeds.
-MatrixXd dense(const Frame& frame, const ContactJacobian& jacobian) {
+MatrixXd dense(const Frame& frame, const ContactKinematics& now) {
   MatrixXd J = MatrixXd::Zero(3 * frame.size(), kSpeeds);
   for (Index i = 0; i < frame.size(); ++i) {
     const int first = kJointsPerFinger * frame.contacts[i].finger;
-    J.block<3, kJointsPerFinger>(3 * i, first) = jacobian.finger.middleRows<3>(3 * i);
-    J.block<3, 6>(3 * i, kJoints) = jacobian.object.middleRows<3>(3 * i);
+    J.block<3, kJointsPerFinger>(3 * i, first) = now.J_finger.middleRows<3>(3 * i);
+    J.block<3, 6>(3 * i, kJoints) = now.J_object.middleRows<3>(3 * i).leftCols<6>();
   }
   return J;
 }
@@ -37,13 +37,13 @@ class GraspFrame : public testing::Test {
     loop.run(20e-3);
     loop.control();
     forward_kinematics(model.scene.hand, loop.state.q, pose);
-    fill_jacobian(model, frame, pose, loop.state, jacobian);
+    contact_kinematics(model, frame, pose, loop.state, now);
   }
   Loop loop;
   const Model& model = loop.model;
   const Frame& frame = loop.frame;
   HandPose pose;
-  ContactJacobian jacobian{model};
+  ContactKinematics now{model};
 };
 
 TEST_F(GraspFrame, HoldsContactsOfEveryFingerInOrder) {
@@ -66,7 +66,7 @@ TEST_F(GraspFrame, HoldsContactsOfEveryFingerInOrder) {
 TEST_F(GraspFrame, AxesAreRightHandedAndPointIntoTheObject) {
   for (Index i = 0; i < frame.size(); ++i) {
     const FrameContact& contact = frame.contacts[i];
-    const Matrix3d& E = jacobian.E_W[i];
+    const Matrix3d& E = now.E_W[i];
     EXPECT_LE((E.transpose() * E - Matrix3d::Identity()).norm(), 1e-14);
     EXPECT_GT(E.determinant(), 0.0);
     const Matrix3d& R_WF = loop.controller.pose.distal(model.scene.hand, contact.finger).linear();
@@ -81,7 +81,7 @@ TEST_F(GraspFrame, AxesAreRightHandedAndPointIntoTheObject) {
 // is 1e-12 from the curvature (1e-12 times second derivatives below 1) and 1e-17 / 1e-6 from rounding.
 TEST_F(GraspFrame, JacobianIsTheRelativeMotionAtTheSurface) {
   constexpr double h = 1e-6;
-  const MatrixXd J = dense(frame, jacobian);
+  const MatrixXd J = dense(frame, now);
   const Hand& hand = model.scene.hand;
   const auto positions = [&](const JointVector& q, const Isometry3d& X_WO) {
     HandPose moved;
@@ -89,9 +89,9 @@ TEST_F(GraspFrame, JacobianIsTheRelativeMotionAtTheSurface) {
     VectorXd all(3 * frame.size());
     for (Index i = 0; i < frame.size(); ++i) {
       const FrameContact& contact = frame.contacts[i];
-      const Vector3d& c_O = jacobian.c_O[i];
+      const Vector3d c_O = loop.state.X_WO.inverse() * now.c_W[i];
       const Vector3d c_F = pose.distal(hand, contact.finger).inverse() * (loop.state.X_WO * c_O);
-      all.segment<3>(3 * i) = jacobian.E_W[i].transpose() * (X_WO * c_O - moved.distal(hand, contact.finger) * c_F);
+      all.segment<3>(3 * i) = now.E_W[i].transpose() * (X_WO * c_O - moved.distal(hand, contact.finger) * c_F);
     }
     return all;
   };
@@ -119,7 +119,7 @@ TEST_F(GraspFrame, JacobianIsTheRelativeMotionAtTheSurface) {
 // finger's rest points would not do. Step and tolerance as above.
 TEST_F(GraspFrame, JacobianIsTheDerivativeOfTheGap) {
   constexpr double h = 1e-6;
-  const MatrixXd J = dense(frame, jacobian);
+  const MatrixXd J = dense(frame, now);
   const auto gaps = [&](const JointVector& q, const Isometry3d& X_WO) {
     HandPose moved;
     forward_kinematics(model.scene.hand, q, moved);
@@ -127,7 +127,7 @@ TEST_F(GraspFrame, JacobianIsTheDerivativeOfTheGap) {
     for (Index i = 0; i < frame.size(); ++i) {
       const FrameContact& contact = frame.contacts[i];
       const Isometry3d X_FO = moved.distal(model.scene.hand, contact.finger).inverse() * X_WO;
-      all[i] = contact_gap(contact, X_FO, displacement(loop.state, contact));
+      all[i] = contact_gap(contact, X_FO, displacement(loop.state, contact)).gap_m;
     }
     return all;
   };
@@ -163,7 +163,10 @@ TEST(ContactGap, FollowsTheLocalSphere) {
       Isometry3d X_FO = random_rotation_about(centre, random);
       X_FO.pretranslate(2e-3 * random_direction(random));
       const double outside_m = (contact.p_F - X_FO * centre).norm() - std::abs(R);
-      EXPECT_NEAR(contact_gap(contact, X_FO, Vector3d::Zero()), R > 0.0 ? outside_m : -outside_m, 1e-15);
+      const auto [gap_m, n_F] = contact_gap(contact, X_FO, Vector3d::Zero());
+      EXPECT_NEAR(gap_m, R > 0.0 ? outside_m : -outside_m, 1e-15);
+      const Vector3d inwards = std::copysign(1.0, R) * (X_FO * centre - contact.p_F).normalized();
+      EXPECT_LE((n_F - inwards).norm(), 1e-13);
     }
   }
 }
@@ -177,13 +180,13 @@ TEST_F(GraspFrame, DelassusOperatorIsTheDenseFormula) {
     stepped.scene.step_s = h;
     const Index rows = 3 * frame.size();
     MatrixXd W(rows, rows);
-    assemble_delassus(stepped, frame, jacobian, mobility(stepped.scene), W);
+    delassus_operator(stepped, frame, now, mobility(stepped.scene)).to_dense(W);
 
     VectorXd b_inverse(kSpeeds);
     b_inverse << VectorXd::Constant(kJoints, 1.0 / model.scene.joint_viscosity),
         VectorXd::Constant(3, 1.0 / model.scene.object.translation_damping),
         VectorXd::Constant(3, 1.0 / model.scene.object.rotation_damping);
-    const MatrixXd J = dense(frame, jacobian);
+    const MatrixXd J = dense(frame, now);
     MatrixXd expected = h * J * b_inverse.asDiagonal() * J.transpose();
     const double rho = std::exp(-h / model.scene.fingertips->material.relaxation_s);
     for (int k = 0; k < kFingers; ++k) {
@@ -192,7 +195,7 @@ TEST_F(GraspFrame, DelassusOperatorIsTheDenseFormula) {
       for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
         for (Index j = frame.begin[k]; j < frame.begin[k + 1]; ++j) {
           const FrameContact &ci = frame.contacts[i], &cj = frame.contacts[j];
-          const Matrix3d E = S.asDiagonal() * jacobian.E_W[i].transpose() * jacobian.E_W[j] * S.asDiagonal();
+          const Matrix3d E = S.asDiagonal() * now.E_W[i].transpose() * now.E_W[j] * S.asDiagonal();
           expected.block<3, 3>(3 * i, 3 * j) += (1.0 - rho) * pulp.kernel(ci.control_point, cj.control_point) * E;
         }
       }
@@ -230,10 +233,10 @@ TEST(ContactFrame, IsOrthonormalOnAHandOfRoundedRotations) {
   loop.run(20e-3);
   loop.control();
   ASSERT_GT(loop.frame.size(), 30);
-  ContactJacobian jacobian(loop.model);
-  fill_jacobian(loop.model, loop.frame, loop.controller.pose, loop.state, jacobian);
+  ContactKinematics now(loop.model);
+  contact_kinematics(loop.model, loop.frame, loop.controller.pose, loop.state, now);
   for (Index i = 0; i < loop.frame.size(); ++i) {
-    const Matrix3d& E = jacobian.E_W[i];
+    const Matrix3d& E = now.E_W[i];
     EXPECT_LE((E.transpose() * E - Matrix3d::Identity()).norm(), 1e-14);
     // The normal goes through the rounded rotation and back.
     EXPECT_LE((E.col(0) - loop.state.X_WO.linear() * loop.frame.contacts[i].n_O).norm(), 1e-5);
