@@ -15,7 +15,7 @@ namespace thenar {
 /// What leaves the contact thread for each of its ticks.
 struct ContactSample {
   ContactStep step;
-  Snapshot after;               ///< The state that the tick left.
+  Snapshot after;                ///< The state that the tick left.
   std::int64_t deadline_ns = 0;  ///< When the tick was due (steady clock).
   std::int64_t start_ns = 0, end_ns = 0;
   std::int32_t slipped = 0;  ///< Ticks given up just before this one.
@@ -31,21 +31,21 @@ struct ControlSample {
 };
 
 struct ThreadSettings {
-  double duration_s = 0.0;      ///< Of contact ticks due, slipped ones included.
-  double spin_s = 50e-6;        ///< The contact thread wakes so long before its tick is due, and spins.
-  bool realtime = true;         ///< Ask for SCHED_FIFO, locked memory, a core of its own. False: take what any thread gets.
-  std::function<bool(const ContactSample&)> on_tick;  ///< On the calling thread, in order; false ends the run.
+  double duration_s = 0.0;  ///< Of contact ticks due, slipped ones included.
+  double spin_s = 50e-6;    ///< The contact thread wakes so long before its tick is due, and spins.
+  bool realtime = true;     ///< Ask for SCHED_FIFO, locked memory, a core of its own. False: take what any thread gets.
+  std::function<bool(const ContactSample&)> on_tick;     ///< On the calling thread, in order; false ends the run.
   std::function<void(const ControlSample&)> on_control;  ///< On the calling thread, in order.
 };
 
 /// What is known when a threaded run has ended.
 struct ThreadsReport {
-  Scheduling contact, control;     ///< What was granted.
+  Scheduling contact, control;  ///< What was granted.
   ExchangeCounts frames, snapshots;
-  std::int64_t ticks = 0;          ///< Contact ticks done.
-  std::int64_t slipped = 0;        ///< Contact ticks given up: simulated time lags by so many steps.
-  std::int64_t overruns = 0;       ///< Contact ticks that ended after the next one was due.
-  std::int64_t lost_samples = 0;   ///< Records that found the ring full.
+  std::int64_t ticks = 0;         ///< Contact ticks done.
+  std::int64_t slipped = 0;       ///< Contact ticks given up: simulated time lags by so many steps.
+  std::int64_t overruns = 0;      ///< Contact ticks that ended after the next one was due.
+  std::int64_t lost_samples = 0;  ///< Records that found the ring full.
   double wall_s = 0.0;
 };
 
