@@ -34,11 +34,11 @@ struct FramePolicy {
 /// What one contact tick returns by value.
 struct TickReport {
   SolveReport solve;
-  std::int64_t sequence = -1;                   ///< Of the frame used.
-  std::int64_t frame_age = 0;                   ///< Steps from the frame's snapshot to this tick's start.
-  bool handed_over = false;                     ///< The frame is new.
-  bool held = false;                            ///< The frame is too old or too far off: its drive is held.
-  bool input_refused = false;                   ///< The input was not finite, and was left out.
+  std::int64_t sequence = -1;             ///< Of the frame used.
+  std::int64_t frame_age = 0;             ///< Steps from the frame's snapshot to this tick's start.
+  bool handed_over = false;               ///< The frame is new.
+  bool held = false;                      ///< The frame is too old or too far off: its drive is held.
+  bool input_refused = false;             ///< The input was not finite, and was left out.
   double injected_J = 0.0, dissipated_J = 0.0;  ///< Passivity ledger: contact work on the bodies, by its sign.
   Eigen::Index contacts = 0;
   Eigen::Index active = 0;                ///< Contacts that carry force.

@@ -35,11 +35,9 @@ GraspContact finger_contact(const Model& model, const HandPose& pose, const Snap
   Vector3d point = load.centre_m, n = load.normal;
   if (load.normal_N <= 0.0) {
     const Vector3d centre = X_WF * tip.centre_m;
-    const auto nearest =
-        model.object.distance(snapshot.X_WO.inverse() * centre, std::numeric_limits<double>::infinity());
+    const auto nearest = model.object.distance(snapshot.X_WO.inverse() * centre, std::numeric_limits<double>::infinity());
     // Normals that cancel leave no direction but the one to the object's centre.
-    n = nearest ? Vector3d(snapshot.X_WO.linear() * -nearest->normal)
-                : (snapshot.X_WO.translation() - centre).normalized();
+    n = nearest ? Vector3d(snapshot.X_WO.linear() * -nearest->normal) : (snapshot.X_WO.translation() - centre).normalized();
     point = centre + tip.radius_m * n;
   }
   return {point, contact_frame(X_WF.linear(), tip.normal, n)};

@@ -17,12 +17,12 @@ namespace thenar {
 struct FrameContact {
   int finger = 0;
   Eigen::Index control_point = 0;
-  Eigen::Vector3d p_F;           ///< Finger point, distal frame; rest shape.
-  Eigen::Vector3d s_O;           ///< Its projection on the object's surface, object frame.
-  Eigen::Vector3d n_O;           ///< Into the object, object frame.
+  Eigen::Vector3d p_F;  ///< Finger point, distal frame; rest shape.
+  Eigen::Vector3d s_O;  ///< Its projection on the object's surface, object frame.
+  Eigen::Vector3d n_O;  ///< Into the object, object frame.
   double curvature_per_m = 0.0;  ///< Of the object's surface there: 1/R of the local sphere, > 0 convex.
-  Eigen::Matrix3d E_W;           ///< Columns n, t1, t2, world axes at the snapshot.
-  Eigen::Matrix3d E_F;           ///< The same in the distal frame.
+  Eigen::Matrix3d E_W;  ///< Columns n, t1, t2, world axes at the snapshot.
+  Eigen::Matrix3d E_F;  ///< The same in the distal frame.
 };
 
 /// What the control / free-motion side hands to the contact side: contacts, the operator as factors, and the drive, all

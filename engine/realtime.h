@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <vector>
 
 namespace thenar {
 
@@ -12,9 +14,76 @@ struct Scheduling {
   int core = -1;  ///< The one it is pinned to; -1: any.
   bool memory_locked = false;
   bool denormals_flushed = false;
-  double timer_slack_ns = 0.0;
+  double timer_slack_ns = 0.0;  ///< How late the system may let a timer be; 0: it adds nothing.
   double spin_us = 0.0;
   std::string remark;  ///< What was refused, and how to get it; empty if nothing was.
+};
+
+/// Above the kernel's threaded interrupts (50), below its own watchdogs (99).
+inline constexpr int kContactPriority = 80;
+
+/// The cores that the calling thread may use, in order.
+[[nodiscard]] std::vector<int> allowed_cores();
+
+/// Keeps the calling thread, and the threads that it starts from now on, to these cores; false if that is refused.
+bool keep_to_cores(const std::vector<int>& cores) noexcept;
+
+/// What the calling thread has, without asking for anything.
+[[nodiscard]] Scheduling current_scheduling();
+
+/// Asks for what a contact loop needs, for the calling thread: SCHED_FIFO, or else timers without slack; memory locked
+/// and the stack touched; core `core` (-1: any). Nothing fails for lack of it: the result says what was granted.
+[[nodiscard]] Scheduling ask_for_realtime(int core, int priority = kContactPriority);
+
+/// Makes the calling thread's results below the normal range zero, and takes such operands for zero: the hardware
+/// spends a hundred cycles on one otherwise. False if this processor is not known to us.
+bool flush_denormals() noexcept;
+
+/// Nanoseconds of the steady clock, CLOCK_MONOTONIC. No system call where the clock is the processor's own.
+[[nodiscard]] std::int64_t steady_now_ns() noexcept;
+
+/// Sleeps until `spin_ns` before `time_ns`, then spins. Returns the time.
+std::int64_t wait_until(std::int64_t time_ns, std::int64_t spin_ns) noexcept;
+
+/// One tick of a loop, as its schedule has it.
+struct ScheduledTick {
+  std::int64_t deadline_ns = 0;  ///< When it is due.
+  std::int32_t slipped = 0;      ///< Ticks given up just before this one.
+  bool caught_up = false;        ///< It was due before the one before had ended.
+};
+
+/// When the ticks of a loop are due, and what becomes of those that are late. Tick k = 0, 1, 2, … is due at
+/// start + k * period. After a tick that took too long at most `max_catch_up` ticks in a row start late; if that has not
+/// caught up, the ticks missed are given up: they slip, and the next one is due on the same grid. So a loop that cannot
+/// keep its rate loses simulated time, which is counted, and not its rhythm.
+///
+/// It reads no clock: arithmetic alone. Every tick is either done or slipped: ticks() + slipped() is the number due.
+class Schedule {
+ public:
+  /// Ends after `ticks_due` ticks.
+  Schedule(std::int64_t start_ns, double period_s, std::int64_t ticks_due, int max_catch_up) noexcept
+      : start_ns_(start_ns), period_ns_(1e9 * period_s), ticks_due_(ticks_due), max_catch_up_(max_catch_up) {}
+
+  /// The tick to do next, given that the last one has ended by `now_ns`; nothing after the last.
+  [[nodiscard]] std::optional<ScheduledTick> next(std::int64_t now_ns) noexcept;
+
+  /// When the tick after the one that next() gave is due.
+  [[nodiscard]] std::int64_t next_deadline_ns() const noexcept { return deadline_ns(index_); }
+  [[nodiscard]] std::int64_t ticks() const noexcept { return index_ - slipped_; }
+  [[nodiscard]] std::int64_t slipped() const noexcept { return slipped_; }
+
+ private:
+  [[nodiscard]] std::int64_t deadline_ns(std::int64_t index) const noexcept;
+  /// Of the first tick that is not due before `now_ns`.
+  [[nodiscard]] std::int64_t first_not_before(std::int64_t now_ns) const noexcept;
+
+  std::int64_t start_ns_;
+  double period_ns_;
+  std::int64_t ticks_due_;
+  int max_catch_up_;
+  std::int64_t index_ = 0;  // of the next tick
+  std::int64_t slipped_ = 0;
+  int caught_up_ = 0;  // in a row
 };
 
 }  // namespace thenar

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 
 #include "engine/contact_tick.h"
@@ -14,8 +13,8 @@ namespace thenar {
 /// What one contact step returns by value.
 struct ContactStep {
   TickReport tick;
-  std::int64_t acquire_ns = 0;  ///< Looking for a new frame, and taking it.
-  std::int64_t publish_ns = 0;  ///< Making the snapshot the newest one.
+  std::int64_t acquire_ns = 0;  ///< Looking for a new frame, and taking it. One reading of the clock is included,
+  std::int64_t publish_ns = 0;  ///< here too: copying the snapshot, and making it the newest one.
 };
 
 /// What one control step returns by value.
@@ -30,17 +29,22 @@ struct ControlStep {
 /// scene's control period. They exchange frames and snapshots through buffers that cannot block; neither ever waits
 /// for the other. The model's step is the period of the first, its control period that of the second.
 ///
-/// The constructor takes all memory and makes frame 0, control included, so that the first contact step has a drive.
+/// The constructor takes all memory and makes frame 0, control included, so that the first contact step has a drive. It
+/// throws std::runtime_error if that frame is not finite. The model is referred to, not copied.
 class SplitGrasp {
  public:
-  explicit SplitGrasp(const Model& model);
+  explicit SplitGrasp(const Model& model) : SplitGrasp(model, State(model)) {}
+  SplitGrasp(const Model& model, const State& start);
 
   /// Advances the state by one step, on the newest frame. For one thread. It does not allocate, lock, log, throw or call
   /// the system; an input that is not finite is left out, and the report says so.
   ContactStep contact_step(const TickInput& input = {}) noexcept;
 
-  /// One control tick on the newest snapshot, and its frame published. For one other thread.
+  /// One control tick on the newest snapshot, and its frame published. For one other thread. A frame that is not finite
+  /// is kept back.
   ControlStep control_step();
+  /// Of the last control step [N]; empty without muscles. For the thread that makes them.
+  [[nodiscard]] const Eigen::VectorXd& muscle_forces_N() const { return controller_.f_muscle; }
 
   /// Of the contact thread; other threads may read it when contact steps have ended.
   [[nodiscard]] const State& state() const { return state_; }

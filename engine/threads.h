@@ -1,8 +1,9 @@
 #pragma once
 
-#include <atomic>
+#include <Eigen/Core>
 #include <cstdint>
 #include <functional>
+#include <stop_token>
 
 #include "engine/latest_value.h"
 #include "engine/model.h"
@@ -49,8 +50,23 @@ struct ThreadsReport {
   double wall_s = 0.0;
 };
 
+/// What became of the ticks of a contact loop.
+struct ContactLoopCounts {
+  std::int64_t ticks = 0, slipped = 0;  ///< Together the ticks that were due, unless the loop was stopped.
+  std::int64_t overruns = 0;            ///< Ticks that ended after the next one was due.
+  std::int64_t lost_samples = 0;        ///< Records that nobody had room for.
+};
+
+/// The contact thread's loop: waits for each tick of the schedule, does it, and hands its record to `keep`, which says
+/// whether it had room. It does not allocate, lock, log, throw or call the system but to sleep, nor may `keep`.
+ContactLoopCounts run_contact_loop(SplitGrasp& grasp, Schedule schedule, std::int64_t spin_ns,
+                                   const std::function<bool(const ContactSample&)>& keep,
+                                   const std::stop_token& stop) noexcept;
+
 /// Runs a scene in real time on two threads, contact at 1 / step and control at 1 / control period, while the calling
-/// thread receives their records. `state` is left as the run ended.
+/// thread receives their records. With `realtime`, and two cores or more, the last core is the contact thread's alone:
+/// until the run ends the calling thread, and what it starts, keeps to the others. `state`: in, where to start; out, as
+/// the run ended. What was refused and what went wrong is logged, at most once a second.
 ThreadsReport run_threads(const Model& model, State& state, const ThreadSettings& settings);
 
 }  // namespace thenar

@@ -1,0 +1,198 @@
+#include "engine/realtime.h"
+
+#include <fmt/format.h>
+#include <linux/capability.h>
+#include <pthread.h>
+#include <sched.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <cmath>
+#include <cstddef>
+#include <ctime>
+
+#if defined(__SSE2__)
+#include <immintrin.h>
+#endif
+
+namespace thenar {
+
+namespace {
+
+// What a contact tick may use of its stack before a page of it is missing.
+constexpr std::size_t kStackBytes = 256 * 1024;
+
+/// Uses the stack once, so that its pages are there.
+[[gnu::noinline]] void touch_stack() noexcept {
+  std::array<char, kStackBytes> pages;
+  for (std::size_t i = 0; i < pages.size(); i += 1024) {
+    volatile char& page = pages[i];
+    page = 0;
+  }
+}
+
+bool may_lock_memory() noexcept {
+  __user_cap_header_struct header{_LINUX_CAPABILITY_VERSION_3, 0};
+  std::array<__user_cap_data_struct, _LINUX_CAPABILITY_U32S_3> data{};
+  if (syscall(SYS_capget, &header, data.data()) != 0) return false;
+  return (data[CAP_TO_INDEX(CAP_IPC_LOCK)].effective & CAP_TO_MASK(CAP_IPC_LOCK)) != 0;
+}
+
+bool lock_memory() noexcept {
+  // Under a limit, memory locked in advance would make a later allocation fail: then what is there now must do.
+  rlimit limit{};
+  const bool unlimited = getrlimit(RLIMIT_MEMLOCK, &limit) == 0 && limit.rlim_cur == RLIM_INFINITY;
+  return mlockall(unlimited || may_lock_memory() ? MCL_CURRENT | MCL_FUTURE : MCL_CURRENT) == 0;
+}
+
+void pause() noexcept {
+#if defined(__SSE2__)
+  _mm_pause();
+#elif defined(__aarch64__)
+  asm volatile("yield");
+#endif
+}
+
+void add_remark(Scheduling& scheduling, const std::string& remark) {
+  if (!scheduling.remark.empty()) scheduling.remark += "; ";
+  scheduling.remark += remark;
+}
+
+bool denormals_are_flushed() noexcept {
+#if defined(__SSE2__)
+  constexpr unsigned kBoth = _MM_FLUSH_ZERO_ON | _MM_DENORMALS_ZERO_ON;
+  return (_mm_getcsr() & kBoth) == kBoth;
+#else
+  return false;
+#endif
+}
+
+}  // namespace
+
+std::vector<int> allowed_cores() {
+  cpu_set_t set;
+  CPU_ZERO(&set);
+  std::vector<int> cores;
+  if (sched_getaffinity(0, sizeof set, &set) != 0) return cores;
+  for (int core = 0; core < CPU_SETSIZE; ++core) {
+    if (CPU_ISSET(core, &set)) cores.push_back(core);
+  }
+  return cores;
+}
+
+bool keep_to_cores(const std::vector<int>& cores) noexcept {
+  cpu_set_t set;
+  CPU_ZERO(&set);
+  for (const int core : cores) CPU_SET(core, &set);
+  return sched_setaffinity(0, sizeof set, &set) == 0;
+}
+
+Scheduling current_scheduling() {
+  Scheduling scheduling;
+  int policy = SCHED_OTHER;
+  sched_param parameters{};
+  if (pthread_getschedparam(pthread_self(), &policy, &parameters) == 0) {
+    if (policy == SCHED_FIFO) scheduling.policy = "SCHED_FIFO";
+    if (policy == SCHED_RR) scheduling.policy = "SCHED_RR";
+    scheduling.priority = parameters.sched_priority;
+  }
+  const std::vector<int> cores = allowed_cores();
+  if (cores.size() == 1) scheduling.core = cores.front();
+  scheduling.timer_slack_ns = std::max(0, prctl(PR_GET_TIMERSLACK));
+  scheduling.denormals_flushed = denormals_are_flushed();
+  return scheduling;
+}
+
+Scheduling ask_for_realtime(int core, int priority) {
+  const bool pinned = core < 0 || keep_to_cores({core});
+  touch_stack();
+  const bool locked = lock_memory();
+  // Slack lets the kernel gather timers: 50 us unless asked. A SCHED_FIFO thread has none.
+  prctl(PR_SET_TIMERSLACK, 1UL);
+  sched_param parameters{};
+  parameters.sched_priority = priority;
+  const bool fifo = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters) == 0;
+
+  Scheduling scheduling = current_scheduling();
+  scheduling.memory_locked = locked;
+  if (!fifo) {
+    add_remark(scheduling,
+               fmt::format("SCHED_FIFO {} was refused: other programs may delay the contact thread. To get it: "
+                           "`setcap cap_sys_nice,cap_ipc_lock+ep PROGRAM`, or `USER - rtprio {}` in "
+                           "/etc/security/limits.conf and a new login",
+                           priority, priority));
+  }
+  if (!locked) {
+    add_remark(scheduling,
+               "memory was not locked: a page that was swapped out delays a tick. To get it: the same setcap, or `USER "
+               "- memlock unlimited` in /etc/security/limits.conf and a new login");
+  }
+  if (!pinned) add_remark(scheduling, fmt::format("core {} was refused: the thread may run on any", core));
+  return scheduling;
+}
+
+bool flush_denormals() noexcept {
+#if defined(__SSE2__)
+  _mm_setcsr(_mm_getcsr() | _MM_FLUSH_ZERO_ON | _MM_DENORMALS_ZERO_ON);
+#endif
+  return denormals_are_flushed();
+}
+
+std::int64_t steady_now_ns() noexcept {
+  return std::chrono::nanoseconds(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+std::int64_t wait_until(std::int64_t time_ns, std::int64_t spin_ns) noexcept {
+  constexpr std::int64_t kSecond = 1'000'000'000;
+  const std::int64_t wake_ns = time_ns - spin_ns;
+  std::int64_t now_ns = steady_now_ns();
+  if (now_ns < wake_ns) {
+    const timespec wake{wake_ns / kSecond, wake_ns % kSecond};
+    while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &wake, nullptr) == EINTR) {
+    }
+    now_ns = steady_now_ns();
+  }
+  while (now_ns < time_ns) {
+    pause();
+    now_ns = steady_now_ns();
+  }
+  return now_ns;
+}
+
+std::optional<ScheduledTick> Schedule::next(std::int64_t now_ns) noexcept {
+  ScheduledTick tick;
+  if (index_ < ticks_due_ && deadline_ns(index_) < now_ns && index_ > 0) {
+    if (caught_up_ < max_catch_up_) {
+      tick.caught_up = true;
+    } else {
+      const std::int64_t next = std::min(first_not_before(now_ns), ticks_due_);
+      tick.slipped = static_cast<std::int32_t>(next - index_);
+      slipped_ += tick.slipped;
+      index_ = next;
+    }
+  }
+  if (index_ >= ticks_due_) return std::nullopt;
+  caught_up_ = tick.caught_up ? caught_up_ + 1 : 0;
+  tick.deadline_ns = deadline_ns(index_++);
+  return tick;
+}
+
+std::int64_t Schedule::deadline_ns(std::int64_t index) const noexcept {
+  return start_ns_ + std::llround(static_cast<double>(index) * period_ns_);
+}
+
+std::int64_t Schedule::first_not_before(std::int64_t now_ns) const noexcept {
+  // The quotient may be rounded to either side of the tick: look at both.
+  auto index = static_cast<std::int64_t>(static_cast<double>(now_ns - start_ns_) / period_ns_) - 1;
+  while (deadline_ns(index) < now_ns) ++index;
+  return index;
+}
+
+}  // namespace thenar

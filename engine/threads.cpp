@@ -1,0 +1,255 @@
+#include "engine/threads.h"
+
+#include <spdlog/logger.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <atomic>
+#include <boost/lockfree/spsc_queue.hpp>
+#include <chrono>
+#include <cmath>
+#include <exception>
+#include <latch>
+#include <limits>
+#include <memory>
+#include <thread>
+#include <utility>
+#include <vector>
+
+namespace thenar {
+
+namespace {
+
+using std::chrono::milliseconds;
+
+// The records of two seconds: so long may the calling thread be away, or be kept off its core.
+constexpr double kRoom_s = 2.0;
+// The calling thread looks for records so often.
+constexpr milliseconds kDrainPeriod{3};
+// From the end of the threads' set-up to the first tick: both are asleep by then.
+constexpr std::int64_t kStartDelay_ns = 5'000'000;
+constexpr int kMaxCatchUp = 2;
+
+/// The records of one thread on their way to another, in a ring of fixed size that neither side waits for.
+template <class Sample>
+class Records {
+ public:
+  Records(double period_s, const Sample& blank) : ring_(static_cast<std::size_t>(std::ceil(kRoom_s / period_s)) + 16) {
+    // Every page is used once, so that the thread that records need not be the first.
+    while (ring_.push(blank)) {
+    }
+    ring_.reset();
+  }
+
+  bool keep(const Sample& sample) { return ring_.push(sample); }
+
+  template <class Receive>
+  void drain(const Receive& receive) {
+    ring_.consume_all([&receive](const Sample& sample) { receive(sample); });
+  }
+
+ private:
+  boost::lockfree::spsc_queue<Sample> ring_;
+};
+
+/// The cores of a run, and the calling thread's own ones given back when it ends.
+class Cores {
+ public:
+  explicit Cores(bool separate) : all_(allowed_cores()) {
+    if (!separate || all_.size() < 2) return;
+    contact_ = all_.back();
+    keep_to_cores({all_.begin(), all_.end() - 1});
+  }
+  ~Cores() {
+    if (contact_ >= 0) keep_to_cores(all_);
+  }
+  Cores(const Cores&) = delete;
+  Cores& operator=(const Cores&) = delete;
+
+  /// The contact thread's; -1: any.
+  [[nodiscard]] int contact() const { return contact_; }
+
+ private:
+  std::vector<int> all_;
+  int contact_ = -1;
+};
+
+/// What the operator of a long run should know, on stderr unless the program has its own logger "thenar".
+class RunLog {
+ public:
+  explicit RunLog(double step_s) : step_ns_(1e9 * step_s), log_(spdlog::get("thenar")) {
+    if (!log_) log_ = spdlog::stderr_color_mt("thenar");
+  }
+
+  void started(const Scheduling& contact) {
+    if (!contact.remark.empty()) log_->warn("{}", contact.remark);
+  }
+
+  void add(const ContactSample& sample) {
+    slipped_ += sample.slipped;
+    if (static_cast<double>(sample.end_ns - sample.deadline_ns) > step_ns_) ++overruns_;
+    if (sample.step.tick.held != held_) {
+      held_ = sample.step.tick.held;
+      ++(held_ ? holds_ : releases_);
+    }
+  }
+
+  void add(const ControlSample& sample) {
+    if (!sample.step.published) ++refused_;
+  }
+
+  /// Says what has gone wrong since the last time, at most once a second.
+  void say(std::int64_t now_ns) {
+    if (overruns_ + slipped_ + holds_ + releases_ + refused_ == 0 || now_ns < next_ns_) return;
+    log_->warn("ticks overrun: {}, slipped: {}; holds begun: {}, ended: {}; frames not finite: {}", overruns_, slipped_,
+               holds_, releases_, refused_);
+    overruns_ = slipped_ = holds_ = releases_ = refused_ = 0;
+    next_ns_ = now_ns + 1'000'000'000;
+  }
+
+ private:
+  double step_ns_;
+  std::shared_ptr<spdlog::logger> log_;
+  bool held_ = false;
+  std::int64_t overruns_ = 0, slipped_ = 0, holds_ = 0, releases_ = 0, refused_ = 0;
+  std::int64_t next_ns_ = std::numeric_limits<std::int64_t>::min();
+};
+
+/// The control thread's loop, to its stop. A tick that is late is given up at once: a newer snapshot serves better.
+void run_control_loop(SplitGrasp& grasp, Schedule schedule, bool muscles, Records<ControlSample>& records,
+                      const std::stop_token& stop) {
+  ControlSample sample;
+  while (const auto tick = schedule.next(steady_now_ns())) {
+    sample.start_ns = wait_until(tick->deadline_ns, 0);
+    if (stop.stop_requested()) return;
+    sample.deadline_ns = tick->deadline_ns;
+    sample.slipped = tick->slipped;
+    sample.step = grasp.control_step();
+    if (muscles) sample.muscle_forces_N = grasp.muscle_forces_N();
+    sample.end_ns = steady_now_ns();
+    records.keep(sample);
+  }
+}
+
+/// When the run begins, once that is known; 0 if it is stopped before.
+std::int64_t wait_for_start(const std::atomic<std::int64_t>& start_ns, const std::stop_token& stop) {
+  // Relaxed: the number is all that is passed.
+  while (start_ns.load(std::memory_order_relaxed) == 0 && !stop.stop_requested()) {
+    std::this_thread::sleep_for(std::chrono::microseconds(100));
+  }
+  return start_ns.load(std::memory_order_relaxed);
+}
+
+}  // namespace
+
+ContactLoopCounts run_contact_loop(SplitGrasp& grasp, Schedule schedule, std::int64_t spin_ns,
+                                   const std::function<bool(const ContactSample&)>& keep,
+                                   const std::stop_token& stop) noexcept {
+  ContactLoopCounts counts;
+  ContactSample sample;
+  sample.end_ns = steady_now_ns();
+  while (const auto tick = schedule.next(sample.end_ns)) {
+    sample.deadline_ns = tick->deadline_ns;
+    sample.slipped = tick->slipped;
+    sample.caught_up = tick->caught_up;
+    sample.start_ns = wait_until(tick->deadline_ns, spin_ns);
+    if (stop.stop_requested()) break;
+    sample.step = grasp.contact_step();
+    sample.end_ns = steady_now_ns();
+    if (sample.end_ns > schedule.next_deadline_ns()) ++counts.overruns;
+    ++counts.ticks;
+    sample.after = grasp.state();
+    if (!keep(sample)) ++counts.lost_samples;
+  }
+  counts.slipped = schedule.slipped();
+  return counts;
+}
+
+ThreadsReport run_threads(const Model& model, State& state, const ThreadSettings& settings) {
+  const Scene& scene = model.scene;
+  const auto ticks_due = static_cast<std::int64_t>(std::ceil(settings.duration_s / scene.step_s - 1e-9));
+  // At most half a step is spun away, so that the thread sleeps at any rate.
+  const double spin_s = std::min(settings.spin_s, 0.5 * scene.step_s);
+  SplitGrasp grasp(model, state);
+  Records<ContactSample> contact_records(scene.step_s, {{}, state});
+  Records<ControlSample> control_records(scene.control_period_s, {});
+  RunLog log(scene.step_s);
+  const Cores cores(settings.realtime);
+
+  ThreadsReport report;
+  ContactLoopCounts counts;
+  std::exception_ptr failure;  // of the control thread
+  std::latch set_up(2);
+  std::atomic<std::int64_t> start_ns{0};
+  std::atomic<int> running{2};
+
+  // A jthread that goes out of scope is stopped and joined: also when this function is left by an exception.
+  std::jthread control([&](const std::stop_token& stop) {
+    report.control = current_scheduling();
+    set_up.count_down();
+    const std::int64_t start = wait_for_start(start_ns, stop);
+    try {
+      const std::int64_t first = start + std::llround(1e9 * scene.control_period_s);  // frame 0 is there already
+      const bool muscles = scene.control && scene.control->muscles;
+      run_control_loop(grasp, Schedule(first, scene.control_period_s, std::numeric_limits<std::int64_t>::max(), 0),
+                       muscles, control_records, stop);
+    } catch (...) {
+      failure = std::current_exception();
+    }
+    // Release: the caller that sees this sees what the thread has left.
+    running.fetch_sub(1, std::memory_order_release);
+  });
+  std::jthread contact([&](const std::stop_token& stop) {
+    report.contact = settings.realtime ? ask_for_realtime(cores.contact()) : current_scheduling();
+    report.contact.denormals_flushed = flush_denormals();
+    report.contact.spin_us = 1e6 * spin_s;
+    set_up.count_down();
+    const std::int64_t start = wait_for_start(start_ns, stop);
+    counts = run_contact_loop(
+        grasp, Schedule(start, scene.step_s, ticks_due, kMaxCatchUp), std::llround(1e9 * spin_s),
+        [&contact_records](const ContactSample& sample) { return contact_records.keep(sample); }, stop);
+    running.fetch_sub(1, std::memory_order_release);
+  });
+
+  set_up.wait();
+  log.started(report.contact);
+  const std::int64_t begin_ns = steady_now_ns() + kStartDelay_ns;
+  start_ns.store(begin_ns, std::memory_order_relaxed);
+
+  bool go_on = true;
+  const auto drain = [&] {
+    contact_records.drain([&](const ContactSample& sample) {
+      log.add(sample);
+      if (go_on && settings.on_tick) go_on = settings.on_tick(sample);
+    });
+    control_records.drain([&](const ControlSample& sample) {
+      log.add(sample);
+      if (settings.on_control) settings.on_control(sample);
+    });
+    log.say(steady_now_ns());
+  };
+  // Acquire: see the threads' release. One thread has ended by itself only if the run is over, or the control failed.
+  while (go_on && running.load(std::memory_order_acquire) == 2) {
+    drain();
+    std::this_thread::sleep_for(kDrainPeriod);
+  }
+  contact.request_stop();
+  contact.join();
+  control.request_stop();
+  control.join();
+  report.wall_s = 1e-9 * static_cast<double>(steady_now_ns() - begin_ns);
+  drain();
+  if (failure) std::rethrow_exception(failure);
+
+  report.frames = grasp.frames().counts();
+  report.snapshots = grasp.snapshots().counts();
+  report.ticks = counts.ticks;
+  report.slipped = counts.slipped;
+  report.overruns = counts.overruns;
+  report.lost_samples = counts.lost_samples;
+  state = grasp.state();
+  return report;
+}
+
+}  // namespace thenar
