@@ -1,15 +1,13 @@
-#include <unistd.h>
-
-#include <CLI/CLI.hpp>
-#include <charconv>
 #include <filesystem>
 #include <iostream>
 #include <string>
-#include <vector>
 
 #include "demo/check.h"
+#include "demo/exit_code.h"
+#include "demo/options.h"
+#include "demo/profile.h"
+#include "demo/progress.h"
 #include "demo/table.h"
-#include "engine/build_info.h"
 #include "engine/config.h"
 #include "engine/figures.h"
 #include "engine/files.h"
@@ -22,16 +20,6 @@ namespace {
 using namespace thenar;
 namespace fs = std::filesystem;
 
-enum ExitCode { kDone = 0, kInternal = 1, kBadUsage = 2, kBadFile = 3, kFailed = 6 };
-
-struct Options {
-  fs::path scene;
-  std::vector<std::string> overrides;
-  fs::path out;
-  std::string format = "text";
-  bool quiet = false;
-};
-
 /// Whether this machine has the instructions that the build uses.
 bool host_can_run() {
 #if defined(__x86_64__) && defined(__AVX2__)
@@ -39,17 +27,6 @@ bool host_can_run() {
 #else
   return true;
 #endif
-}
-
-/// A line on stderr that tells how far the run is, if somebody is looking.
-Progress progress_line(const Scene& scene, bool quiet) {
-  if (quiet || isatty(STDERR_FILENO) == 0) return {};
-  return [duration_s = scene.duration_s, shown_s = 0.0](double simulated_s, double wall_s) mutable {
-    if (wall_s - shown_s < 0.1 && simulated_s < duration_s) return;
-    shown_s = wall_s;
-    std::fprintf(stderr, "\r%.2f of %.2f s simulated, %.1f times real time ", simulated_s, duration_s,
-                 simulated_s / wall_s);
-  };
 }
 
 void remove_figures(const fs::path& folder) {
@@ -90,13 +67,6 @@ int run(const Options& options) {
   return why ? kFailed : kDone;
 }
 
-/// A bare number, without a unit.
-bool is_number(const std::string& text) {
-  double value = 0.0;
-  const char* const end = text.data() + text.size();
-  return std::from_chars(text.data(), end, value).ptr == end;
-}
-
 int check(const Options& options) {
   std::cout << description(load_scene(options.scene, options.overrides));
   return kDone;
@@ -110,34 +80,18 @@ int main(int argc, char** argv) try {
         << "error: this build is for x86-64-v3 (AVX2 and FMA); configure with -DTHENAR_ARCH=x86-64 for this machine\n";
     return kInternal;
   }
-  CLI::App app{"Real-time human grasp: three deformable fingertips, 23 muscles"};
-  app.set_version_flag("--version", std::string("thenar ") + std::string(build_info::kVersion));
-  app.require_subcommand(1);
-  Options options;
-  std::string duration;
-
-  CLI::App* run_command = app.add_subcommand("run", "Runs a scene and prints what came of it");
-  CLI::App* check_command =
-      app.add_subcommand("check", "Says what a scene will model, what it leaves out, and the defaults");
-  for (CLI::App* command : {run_command, check_command}) {
-    command->add_option("SCENE", options.scene, "Scene file (YAML)")->required();
-    command->add_option("--set", options.overrides, "Changes a value: key.path=value, as often as needed")
-        ->take_all()
-        ->type_name("KEY=VALUE");
+  int exit_code = kDone;
+  const std::optional<Options> options = parse_options(argc, argv, exit_code);
+  if (!options) return exit_code;
+  switch (options->command) {
+    case Command::kRun:
+      return run(*options);
+    case Command::kProfile:
+      return profile(*options);
+    case Command::kCheck:
+      return check(*options);
   }
-  run_command->add_option("--out", options.out, "Folder for summary.json, signals.csv and figures")->type_name("DIR");
-  run_command->add_option("--time", duration, "Simulated time in seconds, or with a unit, such as '500 ms'")
-      ->type_name("T");
-  run_command->add_option("--format", options.format, "What to print")->check(CLI::IsMember({"text", "json"}));
-  run_command->add_flag("--quiet", options.quiet, "Prints nothing but errors (and JSON, if asked for)");
-
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? kDone : kBadUsage;
-  }
-  if (!duration.empty()) options.overrides.push_back("time.duration=" + duration + (is_number(duration) ? " s" : ""));
-  return run_command->parsed() ? run(options) : check(options);
+  return kInternal;
 } catch (const ConfigError& error) {
   std::cerr << error.what() << '\n';
   return kBadUsage;
