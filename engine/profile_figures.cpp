@@ -17,6 +17,8 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::array<const char*, kFingers> kFingerColour{"#c0392b", "#2563a8", "#3a8f5c"};
+constexpr const char* kFrameColour = "#d68910";
+constexpr const char* kSnapshotColour = "#8497a9";
 
 std::string header(const fs::path& file, int width, int height) {
   return fmt::format(
@@ -68,13 +70,13 @@ std::string jitter_script(const Model& model, const LoopProfile& profile, const 
   }
   const double step_us = 1e6 * model.scene.step_s;
   script += fmt::format(
-      "set multiplot layout 1,2 margins 0.08,0.98,0.13,0.86 spacing 0.09\nset logscale xy\nset format y '10^{{%T}}'\n"
-      "set yrange [{:.3g}:1.2]\nset key tmargin center horizontal width -1\n"
+      "set multiplot layout 1,2 margins 0.08,0.98,0.13,0.95 spacing 0.09\nset logscale xy\nset format y '10^{{%T}}'\n"
+      "set yrange [{:.3g}:1.2]\nset key inside top right\n"
       "set ylabel 'share of ticks at or above'\nset xlabel 'start of a tick after its deadline [us]'\nplot {}\n"
       "set ylabel ''\nset xlabel 'computation of a tick [us]'\n"
-      "set xrange [*:{}]\nset arrow from {},graph 0 to {},graph 1 nohead lw 2 lc rgb '#888888' dt '-'\n"
-      "set label 'period' at {},graph 0.93 right offset -0.7,0 tc rgb '#666666'\n"
-      "plot $compute with lines lw 3 lc rgb '#2563a8' title 'contact tick'\n"
+      "set xrange [*:{}] noextend\nset arrow from {},graph 0 to {},graph 1 nohead lw 2 lc rgb '#888888' dt '-'\n"
+      "set label 'period' at {},graph 0.97 right offset -0.7,0 tc rgb '#666666'\n"
+      "plot $compute with lines lw 3 lc rgb '#2563a8' notitle\n"
       "unset multiplot\n",
       0.5 / static_cast<double>(ticks.size()), curves, 2.0 * step_us, step_us, step_us, step_us);
   return script;
@@ -109,22 +111,22 @@ std::string handover_script(const Model& model, const LoopProfile& profile, cons
         fmt::format("set arrow from {0:.4f},graph 0 to {0:.4f},graph 1 nohead back lw 1 lc rgb '#bbbbbb'\n", time_ms);
   }
   if (kicks.ends_with("EOD\n")) kicks += "nan nan\n";
-  std::string curves;
+  std::string script = header(folder / "handover.svg", 1100, 900) + forces + "EOD\n" + kicks + "EOD\n" + marks +
+                       fmt::format(
+                           "set multiplot layout {},1 margins 0.1,0.97,0.08,0.95 spacing 0.04\n"
+                           "set xrange [{}:{}]\nunset grid\nset grid y lc rgb '#dddddd' lt 1\n"
+                           "set key inside top left\nset format x ''\nset format y '%.3f'\n",
+                           kFingers + 1, 1e3 * (centre_s - kHalfWindow_s), 1e3 * (centre_s + kHalfWindow_s));
   for (int k = 0; k < kFingers; ++k) {
-    curves += fmt::format("{}$forces using 1:{} with steps lw 2.5 lc rgb '{}' title {}", k > 0 ? ", " : "", k + 2,
-                          kFingerColour[k], gnuplot_string(model.scene.hand.fingertips[k].finger));
+    script += fmt::format("set ylabel {} noenhanced\nplot $forces using 1:{} with steps lw 2 lc rgb '{}' notitle{}\n",
+                          gnuplot_string(model.scene.hand.fingertips[k].finger + ": force [N]"), k + 2,
+                          kFingerColour[k], k == 0 ? ", NaN with lines lw 1 lc rgb '#bbbbbb' title 'hand-over'" : "");
   }
-  return header(folder / "handover.svg", 1100, 720) + forces + "EOD\n" + kicks + "EOD\n" + marks +
-         fmt::format(
-             "set multiplot layout 2,1 margins 0.09,0.97,0.1,0.92 spacing 0.06\nset xrange [{}:{}]\n"
-             "unset grid\nset grid y lc rgb '#dddddd' lt 1\n"
-             "set key tmargin center horizontal\nset format x ''\nset ylabel 'force of a finger [N]'\n"
-             "plot {}, NaN with lines lw 1 lc rgb '#bbbbbb' title 'hand-over'\n"
-             "set format x '%g'\nset xlabel 'time [ms]'\nset ylabel 'force step of a tick [mN]'\n"
-             "set yrange [0:*]\nset key top right\n"
-             "plot $forces using 1:5 with impulses lw 1.5 lc rgb '#888888' title 'tick', "
-             "$kicks with impulses lw 3 lc rgb '#d68910' title 'tick with a new frame'\nunset multiplot\n",
-             1e3 * (centre_s - kHalfWindow_s), 1e3 * (centre_s + kHalfWindow_s), curves);
+  return script +
+         "set format x '%g'\nset format y '%g'\nset xlabel 'time [ms]'\nset ylabel 'force step of a tick [mN]'\n"
+         "set yrange [0:*]\nset key inside top left horizontal\n"
+         "plot $forces using 1:5 with impulses lw 1.5 lc rgb '#888888' title 'tick', "
+         "$kicks with impulses lw 3 lc rgb '#d68910' title 'tick with a new frame'\nunset multiplot\n";
 }
 
 // --- timeline ----------------------------------------------------------------------------------------------------------
@@ -151,7 +153,7 @@ class Timeline {
 
   /// Kinds of bars: contact tick, contact tick with a new frame, and the stages of a control tick, the rest of it first.
   static constexpr std::array<std::pair<const char*, const char*>, 7> kKinds{{{"contact tick", "#2563a8"},
-                                                                              {"with a new frame", "#d68910"},
+                                                                              {"with a new frame", kFrameColour},
                                                                               {"control tick", "#c8ccd0"},
                                                                               {"grasp-force LCP", "#8e44ad"},
                                                                               {"muscle-force LCP", "#c0392b"},
@@ -166,14 +168,15 @@ class Timeline {
       plots += fmt::format("{}$bars{} with boxxyerror fs solid 1.0 noborder lc rgb '{}' title '{}'",
                            plots.empty() ? "" : ", ", kind, kKinds[kind].second, kKinds[kind].first);
     }
-    if (plots.empty()) plots = "NaN notitle";
+    plots += plots.empty() ? "" : ", ";
+    plots +=
+        fmt::format("NaN with lines lw 2 lc rgb '{}' title 'snapshot', NaN with lines lw 2 lc rgb '{}' title 'frame'",
+                    kSnapshotColour, kFrameColour);
     return header(file, 1200, 430) + data + arrows_ +
            fmt::format(
                "unset grid\nset border 1\nset xrange [0:{}]\nset yrange [-0.45:1.45]\nset xlabel 'time [ms]'\n"
                "set ytics ('contact' 0, 'control' 1) scale 0\nset lmargin 9\nset rmargin 3\n"
-               "set key tmargin center horizontal samplen 1.5 maxrows 2\nset label 'frame' at graph 0.995,0.57 right "
-               "tc rgb '#b9770e'\n"
-               "set label 'snapshot' at graph 0.995,0.47 right tc rgb '#5a6b7c'\n"
+               "set key tmargin center horizontal samplen 1.5 maxcols 5\n"
                "plot {}\n",
                length_ms_, plots);
   }
@@ -221,12 +224,12 @@ std::string timeline_script(const Model& model, const LoopProfile& profile, cons
     timeline.bar(tick.handed_over ? 1 : 0, 0.0, start_ms, end_ms);
     snapshot_ms[tick.tick] = end_ms;
     const auto frame = frame_ms.find(tick.sequence);
-    if (tick.handed_over && frame != frame_ms.end()) timeline.arrow(frame->second, 1.0, start_ms, 0.0, "#d68910");
+    if (tick.handed_over && frame != frame_ms.end()) timeline.arrow(frame->second, 1.0, start_ms, 0.0, kFrameColour);
   }
   for (const ControlTrace& tick : profile.control()) {
     const auto snapshot = snapshot_ms.find(tick.snapshot_tick);
     if (snapshot == snapshot_ms.end()) continue;
-    timeline.arrow(snapshot->second, 0.0, timeline.ms(tick.start_ns), 1.0, "#8497a9");
+    timeline.arrow(snapshot->second, 0.0, timeline.ms(tick.start_ns), 1.0, kSnapshotColour);
   }
   return timeline.script(folder / "timeline.svg");
 }
