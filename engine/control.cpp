@@ -61,7 +61,11 @@ FingerForces ForceFilter::update(const std::array<GraspContact, kFingers>& conta
 }
 
 double force_gain(const Scene& scene) {
-  return scene.control->gain.value_or(0.3 * 2.0 * scene.joint_viscosity / scene.control_period_s);
+  // Sampled with a period and a delay, the loop is stable up to about 2 b / (period + delay). A third of that settles
+  // within two periods; with a delay the lag behind a moving target grows, and more than half of it errs less.
+  const double period_s = scene.control_period_s;
+  return scene.control->gain.value_or(
+      2.0 * scene.joint_viscosity * std::min(0.3 / period_s, 0.6 / (period_s + scene.control_delay_s)));
 }
 
 JointVector desired_torques(const Model& model, const HandPose& pose,

@@ -53,7 +53,8 @@ class ForceFilter {
   FingerForces y_C_ = FingerForces::Zero();  ///< Contact axes [m].
 };
 
-/// K of eq. (22): the scene's, or 0.3 times the stability bound 2 b / (control period).
+/// K of eq. (22): the scene's, or 0.3 times the stability bound 2 b / (control period), and not more than 0.6 times the
+/// bound 2 b / (control period + control delay) of late frames.
 [[nodiscard]] double force_gain(const Scene& scene);
 
 /// The desired joint torques: eq. (22), K J^+ y, and with the feed-forward law J' f^d + g besides.

@@ -1,5 +1,8 @@
 #include "engine/frame.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace thenar {
 
 using Eigen::Index;
@@ -31,9 +34,9 @@ void find_pulp_contacts(const Model& model, const HandPose& pose, const Isometry
                         std::vector<ContactCandidate>& candidates, Frame& frame) {
   const Pulp& pulp = model.pulps[finger];
   const ContactSettings& contact = model.scene.contact;
-  const double reach_m = kReachPerRadius * model.scene.hand.fingertips[finger].radius_m;
+  const double reach_m = kReachPerRadius * model.scene.hand.fingertips[finger].radius_m + model.band_m();
   const Isometry3d X_OF = X_WO.inverse() * pose.distal(model.scene.hand, finger);
-  find_contacts(pulp.surface, pulp.tree, X_OF, model.object, {contact.band_m, reach_m, contact.max_per_finger},
+  find_contacts(pulp.surface, pulp.tree, X_OF, model.object, {model.band_m(), reach_m, contact.max_per_finger},
                 candidates);
   for (const ContactCandidate& c : candidates) {
     add_contact(model, pose, X_WO, finger, c.control_point, pulp.control_points_m.col(c.control_point), c.point_m,
@@ -44,13 +47,31 @@ void find_pulp_contacts(const Model& model, const HandPose& pose, const Isometry
 void find_point_contact(const Model& model, const HandPose& pose, const Isometry3d& X_WO, int finger, Frame& frame) {
   const Fingertip& tip = model.scene.hand.fingertips[finger];
   const Isometry3d X_OF = X_WO.inverse() * pose.distal(model.scene.hand, finger);
-  const double band_m = model.scene.contact.band_m;
+  const double band_m = model.band_m();
   const double reach_m = tip.radius_m + band_m + model.object.support_m();
   const auto nearest = model.object.distance(X_OF * tip.centre_m, reach_m);
   if (!nearest || nearest->distance_m - tip.radius_m >= band_m) return;
   const Vector3d n_F = X_OF.linear().transpose() * -nearest->normal;
   add_contact(model, pose, X_WO, finger, 0, tip.centre_m + tip.radius_m * n_F, nearest->point_m, -nearest->normal,
               frame);
+}
+
+/// The curvature of the object's surface at each contact of a finger, from how normals turn among its contacts: on a
+/// sphere n_j - n_i = -(s_j - s_i) / R exactly. Normals of another face (more than 45 degrees off) do not count.
+void fill_curvatures(int finger, Frame& frame) {
+  constexpr double kSameFace = 0.7;
+  for (Index i = frame.begin[finger]; i < frame.size(); ++i) {
+    FrameContact& contact = frame.contacts[i];
+    double turn = 0.0, way = 0.0;
+    for (Index j = frame.begin[finger]; j < frame.size(); ++j) {
+      const FrameContact& other = frame.contacts[j];
+      if (other.n_O.dot(contact.n_O) < kSameFace) continue;
+      const Vector3d step = other.s_O - contact.s_O;
+      turn -= step.dot(other.n_O - contact.n_O);
+      way += step.squaredNorm();
+    }
+    contact.curvature_per_m = way > 0.0 ? turn / way : 0.0;
+  }
 }
 
 }  // namespace
@@ -64,6 +85,15 @@ Matrix3d contact_frame(const Matrix3d& R_WF, const Vector3d& pulp_normal, const 
   E_W.col(1) = (t1 - t1.dot(n_W) * n_W).normalized();
   E_W.col(2) = n_W.cross(E_W.col(1));
   return E_W;
+}
+
+double contact_gap(const FrameContact& contact, const Isometry3d& X_FO, const Vector3d& u_F) {
+  const Vector3d n_F = X_FO.linear() * contact.n_O;
+  const Vector3d way_F = X_FO * contact.s_O - contact.p_F;  // finger point to surface point
+  // (R + gap)^2 = (R + plane gap)^2 + tangential way^2, solved for the gap without a difference of large numbers.
+  const double k = contact.curvature_per_m;
+  const double a = 2.0 * n_F.dot(way_F) + k * way_F.squaredNorm();
+  return a / (1.0 + std::sqrt(std::max(0.0, 1.0 + k * a))) + n_F.dot(u_F);
 }
 
 Frame::Frame(const Model& model)
@@ -87,6 +117,7 @@ void find_frame_contacts(const Model& model, const HandPose& pose, const Isometr
     } else {
       find_point_contact(model, pose, X_WO, k, frame);
     }
+    fill_curvatures(k, frame);
   }
   frame.begin[kFingers] = frame.size();
 }
@@ -118,18 +149,25 @@ void fill_factors(const Model& model, const HandPose& pose, const Isometry3d& X_
   }
 }
 
-void assemble_delassus(const Model& model, const Frame& frame, Eigen::Ref<MatrixXd> W) {
-  const Scene& scene = model.scene;
+Mobility mobility(const Scene& scene, double joint_stiffness) {
   const double h = scene.step_s;
+  const Spring spring = scene.task.spring.value_or(Spring{});
+  return {h / (scene.joint_viscosity + h * joint_stiffness),
+          h / (scene.object.translation_damping + h * spring.translation_N_per_m),
+          h / (scene.object.rotation_damping + h * spring.rotation_Nm_per_rad)};
+}
+
+void assemble_delassus(const Model& model, const Frame& frame, const Mobility& mobility, Eigen::Ref<MatrixXd> W) {
+  const double h = model.scene.step_s;
   const auto J_o = frame.J_object.topRows(3 * frame.size());
-  W.noalias() = (h / scene.object.translation_damping) * J_o.leftCols<3>() * J_o.leftCols<3>().transpose();
-  W.noalias() += (h / scene.object.rotation_damping) * J_o.rightCols<3>() * J_o.rightCols<3>().transpose();
+  W.noalias() = mobility.translation * J_o.leftCols<3>() * J_o.leftCols<3>().transpose();
+  W.noalias() += mobility.rotation * J_o.rightCols<3>() * J_o.rightCols<3>().transpose();
   for (int k = 0; k < kFingers; ++k) {
     const Index first = 3 * frame.begin[k], rows = 3 * frame.begin[k + 1] - first;
     if (rows == 0) continue;
     auto W_k = W.block(first, first, rows, rows);
     const auto J_k = frame.J_finger.middleRows(first, rows);
-    W_k.noalias() += (h / scene.joint_viscosity) * J_k * J_k.transpose();
+    W_k.noalias() += mobility.joint * J_k * J_k.transpose();
     if (!model.deformable()) continue;
     W_k += (1.0 - memory(model.pulps[k].material, h)) * frame.compliance[k].topLeftCorner(rows, rows);
   }

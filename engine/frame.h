@@ -55,6 +55,11 @@ struct Frame {
 [[nodiscard]] Eigen::Matrix3d contact_frame(const Eigen::Matrix3d& R_WF, const Eigen::Vector3d& pulp_normal,
                                             const Eigen::Vector3d& n_W);
 
+/// Signed gap of a contact, with the object at X_FO in the distal frame and the pulp deformed by u there: the finger
+/// point against the sphere of the surface's curvature that is fixed in the object, plus n.u [m].
+[[nodiscard]] double contact_gap(const FrameContact& contact, const Eigen::Isometry3d& X_FO,
+                                 const Eigen::Vector3d& u_F);
+
 /// Finds the frame's contacts on the rest shapes of the fingertips: control points of the pulps, or, for rigid
 /// fingertips, the one point of each pulp sphere that is nearest to the object. `candidates` is memory to work in.
 void find_frame_contacts(const Model& model, const HandPose& pose, const Eigen::Isometry3d& X_WO,
@@ -63,8 +68,20 @@ void find_frame_contacts(const Model& model, const HandPose& pose, const Eigen::
 /// Computes J_finger, J_object and the compliance of the contacts that the frame holds.
 void fill_factors(const Model& model, const HandPose& pose, const Eigen::Isometry3d& X_WO, Frame& frame);
 
-/// W(h) = h J_c B^-1 J_c' + (1 - rho) C of eqs. (31, 36), B = diag(b I, b_t I, b_o I): the Delassus operator of a step
-/// h. W is 3n x 3n, n = frame.size() [m/N].
-void assemble_delassus(const Model& model, const Frame& frame, Eigen::Ref<Eigen::MatrixXd> W);
+/// How far a step h moves the bodies for a unit of force: h B^-1, B = diag(b I, b_t I, b_o I). A spring k that pulls a
+/// body adds h k to its viscosity, for it is taken at the end of the step.
+struct Mobility {
+  double joint;        ///< [rad/(N m)]
+  double translation;  ///< [m/N]
+  double rotation;     ///< [rad/(N m)]
+};
+
+/// The scene's, with the stiffness of the springs on each joint [N m/rad].
+[[nodiscard]] Mobility mobility(const Scene& scene, double joint_stiffness = 0.0);
+
+/// W(h) = J_c h B^-1 J_c' + (1 - rho) C of eqs. (31, 36): the Delassus operator of a step h. W is 3n x 3n, n =
+/// frame.size() [m/N].
+void assemble_delassus(const Model& model, const Frame& frame, const Mobility& mobility,
+                       Eigen::Ref<Eigen::MatrixXd> W);
 
 }  // namespace thenar

@@ -19,6 +19,9 @@ struct Model {
   Eigen::Index max_contacts = 0;  ///< Capacity of a frame, all fingers together.
 
   [[nodiscard]] bool deformable() const { return !pulps.empty(); }
+  /// Control points nearer than this to the object are contacts of a frame: the scene's band, or twice what a fingertip
+  /// may close in on the object while a frame is under way and in use.
+  [[nodiscard]] double band_m() const;
   /// Whether a control period begins with this step. The periods need not hold a whole number of steps.
   [[nodiscard]] bool control_is_due(std::int64_t tick) const;
   /// Where the object should be: its start pose moved by the task.

@@ -117,7 +117,7 @@ TEST_F(GraspFrame, DelassusOperatorIsTheDenseFormula) {
     stepped.scene.step_s = h;
     const Index rows = 3 * frame.size();
     MatrixXd W(rows, rows);
-    assemble_delassus(stepped, frame, W);
+    assemble_delassus(stepped, frame, mobility(stepped.scene), W);
 
     VectorXd mobility(kSpeeds);
     mobility << VectorXd::Constant(kJoints, 1.0 / model.scene.joint_viscosity),
