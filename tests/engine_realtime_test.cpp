@@ -1,0 +1,176 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <random>
+#include <thread>
+#include <vector>
+
+#include "engine/realtime.h"
+
+namespace thenar {
+namespace {
+
+constexpr std::int64_t kStart_ns = 1'000'000'007;
+
+/// One tick, and the time at which next() gave it.
+struct Given {
+  ScheduledTick tick;
+  std::int64_t now_ns;
+};
+
+/// Runs a schedule on a virtual clock: tick k takes durations_ns[k], and the last one over and over.
+std::vector<Given> run(Schedule& schedule, const std::vector<std::int64_t>& durations_ns) {
+  std::vector<Given> given;
+  std::int64_t now_ns = kStart_ns - 1000;
+  while (const auto tick = schedule.next(now_ns)) {
+    given.push_back({*tick, now_ns});
+    now_ns = std::max(now_ns, tick->deadline_ns) + durations_ns[std::min(given.size(), durations_ns.size()) - 1];
+  }
+  return given;
+}
+
+int catch_ups(const std::vector<Given>& given) {
+  return static_cast<int>(std::count_if(given.begin(), given.end(), [](const Given& g) { return g.tick.caught_up; }));
+}
+
+TEST(Schedule, ATickInTimeIsDueOnTheGrid) {
+  Schedule schedule(kStart_ns, 1e-3 / 3.0, 3000, 2);
+  const std::vector<Given> given = run(schedule, {300'000});
+  ASSERT_EQ(given.size(), 3000U);
+  for (std::size_t k = 0; k < given.size(); ++k) {
+    // Rounded to a nanosecond once, not a tick: no drift.
+    EXPECT_NEAR(static_cast<double>(given[k].tick.deadline_ns - kStart_ns), static_cast<double>(k) * 1e6 / 3.0, 0.51);
+    EXPECT_EQ(given[k].tick.slipped, 0);
+    EXPECT_FALSE(given[k].tick.caught_up);
+  }
+  EXPECT_EQ(schedule.ticks(), 3000);
+  EXPECT_EQ(schedule.slipped(), 0);
+}
+
+TEST(Schedule, AShortOverrunIsCaughtUpWithoutALoss) {
+  Schedule schedule(kStart_ns, 1e-3, 10, 2);
+  // Tick 3 ends at 5.5 ms: ticks 4 and 5 are late, tick 6 is in time.
+  const std::vector<Given> given = run(schedule, {100'000, 100'000, 100'000, 2'500'000, 100'000});
+  ASSERT_EQ(given.size(), 10U);
+  for (std::size_t k = 0; k < given.size(); ++k) EXPECT_EQ(given[k].tick.caught_up, k == 4 || k == 5) << k;
+  EXPECT_EQ(schedule.slipped(), 0);
+}
+
+TEST(Schedule, ALongOverrunSlips) {
+  Schedule schedule(kStart_ns, 1e-3, 20, 2);
+  // Tick 3 ends at 10.5 ms, ticks 4 and 5 by 10.7 ms: 6 to 10 are given up, and 11 is in time.
+  const std::vector<Given> given = run(schedule, {100'000, 100'000, 100'000, 7'500'000, 100'000});
+  ASSERT_EQ(given.size(), 15U);
+  EXPECT_EQ(catch_ups(given), 2);
+  EXPECT_EQ(given[6].tick.slipped, 5);
+  EXPECT_EQ(given[6].tick.deadline_ns, kStart_ns + 11'000'000);
+  EXPECT_EQ(schedule.slipped(), 5);
+  EXPECT_EQ(schedule.ticks(), 15);
+}
+
+TEST(Schedule, ALoopThatIsTooSlowLosesTimeAndNotItsGrid) {
+  Schedule schedule(kStart_ns, 1e-3, 1000, 2);
+  run(schedule, {1'250'000});
+  EXPECT_EQ(schedule.ticks() + schedule.slipped(), 1000);
+  // Busy all the time but for the wait after a slip, which is less than a period and comes after three ticks at least:
+  // between 1000/1.25 and 1000/(1.25 + 1/3) ticks.
+  EXPECT_LE(schedule.ticks(), 800);
+  EXPECT_GE(schedule.ticks(), 631);
+}
+
+TEST(Schedule, HoldsItsLawsForAnyDurations) {
+  std::mt19937_64 random(7);
+  for (int run_index = 0; run_index < 500; ++run_index) {
+    SCOPED_TRACE(testing::Message() << "seed 7, run " << run_index);
+    const double period_s = std::uniform_real_distribution(50e-6, 5e-3)(random);
+    const int max_catch_up = static_cast<int>(random() % 4);
+    const std::int64_t due = 1 + static_cast<std::int64_t>(random() % 300);
+    // Heavy tails: most ticks take a fraction of the period, some many periods.
+    std::lognormal_distribution<double> share(-1.0, std::uniform_real_distribution(0.1, 1.5)(random));
+    std::vector<std::int64_t> durations_ns(static_cast<std::size_t>(due));
+    for (auto& d : durations_ns) d = std::llround(1e9 * period_s * share(random));
+
+    Schedule schedule(kStart_ns, period_s, due, max_catch_up);
+    const std::vector<Given> given = run(schedule, durations_ns);
+    std::int64_t index = -1, slipped = 0;
+    int in_a_row = 0;
+    for (const auto& [tick, now_ns] : given) {
+      ASSERT_GE(tick.slipped, 0);
+      index += 1 + tick.slipped;
+      slipped += tick.slipped;
+      // On the grid, and the ticks left out are those counted.
+      ASSERT_NEAR(static_cast<double>(tick.deadline_ns - kStart_ns), 1e9 * period_s * static_cast<double>(index), 0.51);
+      ASSERT_EQ(tick.caught_up, tick.deadline_ns < now_ns);
+      in_a_row = tick.caught_up ? in_a_row + 1 : 0;
+      ASSERT_LE(in_a_row, max_catch_up);
+      if (tick.slipped > 0) {
+        ASSERT_FALSE(tick.caught_up);
+        // None is given up that could have been in time.
+        ASSERT_LT(static_cast<double>(tick.deadline_ns - now_ns), 1e9 * period_s + 1.0);
+      }
+    }
+    EXPECT_EQ(std::ssize(given), schedule.ticks());
+    EXPECT_GE(schedule.slipped(), slipped);  // The last ones may have slipped too.
+    EXPECT_EQ(schedule.ticks() + schedule.slipped(), due);
+  }
+}
+
+TEST(Realtime, WaitsToTheDeadlineAndNotLess) {
+  for (const std::int64_t spin_ns : {0, 50'000, 10'000'000}) {
+    const std::int64_t due_ns = steady_now_ns() + 2'000'000;
+    EXPECT_GE(wait_until(due_ns, spin_ns), due_ns);
+    EXPECT_GE(steady_now_ns(), due_ns);
+  }
+  // What is past is not waited for.
+  const std::int64_t now_ns = steady_now_ns();
+  EXPECT_GE(wait_until(now_ns - 1'000'000'000, 50'000), now_ns);
+}
+
+TEST(Realtime, FlushesDenormalsOfItsThreadAlone) {
+  const volatile double least = std::numeric_limits<double>::min();
+  std::thread([&least] {
+    EXPECT_NE(least * 0.5, 0.0);
+    if (!flush_denormals()) GTEST_SKIP() << "not on this processor";
+    EXPECT_TRUE(current_scheduling().denormals_flushed);
+    EXPECT_EQ(least * 0.5, 0.0);  // a result below the normal range
+    const volatile double denormal = std::numeric_limits<double>::denorm_min();
+    EXPECT_EQ(denormal * 1e300, 0.0);  // an operand
+  }).join();
+  EXPECT_FALSE(current_scheduling().denormals_flushed);
+  EXPECT_NE(least * 0.5, 0.0);
+}
+
+TEST(Realtime, SaysWhatItWasGrantedOrHowToGetIt) {
+  const std::vector<int> cores = allowed_cores();
+  ASSERT_FALSE(cores.empty());
+  std::thread([&cores] {
+    const Scheduling granted = ask_for_realtime(cores.back());
+    EXPECT_EQ(granted.core, cores.back());
+    EXPECT_EQ(allowed_cores(), std::vector<int>{cores.back()});
+    // Neither a timer of a real-time thread nor one of ours is late on purpose.
+    EXPECT_LE(granted.timer_slack_ns, 1.0);
+    if (granted.policy == "SCHED_FIFO") {
+      EXPECT_EQ(granted.priority, kContactPriority);
+    } else {
+      EXPECT_NE(granted.remark.find("rtprio"), std::string::npos) << granted.remark;
+    }
+    EXPECT_EQ(granted.memory_locked, granted.remark.find("memlock") == std::string::npos) << granted.remark;
+  }).join();
+  EXPECT_EQ(allowed_cores(), cores);
+  EXPECT_NE(current_scheduling().policy, "SCHED_FIFO");
+}
+
+TEST(Realtime, AnImpossibleCoreIsARemark) {
+  std::thread([] {
+    const std::vector<int> cores = allowed_cores();
+    const Scheduling granted = ask_for_realtime(1000);
+    EXPECT_NE(granted.remark.find("core 1000"), std::string::npos) << granted.remark;
+    EXPECT_EQ(allowed_cores(), cores);
+  }).join();
+}
+
+}  // namespace
+}  // namespace thenar
