@@ -11,7 +11,10 @@
 #include "engine/config.h"
 #include "engine/figures.h"
 #include "engine/files.h"
+#include "engine/lockstep.h"
 #include "engine/monolithic.h"
+#include "engine/profile.h"
+#include "engine/realtime_run.h"
 #include "engine/signals.h"
 #include "engine/summary.h"
 
@@ -46,15 +49,48 @@ void write_results(const Model& model, const Recording& recording, const State& 
   }
 }
 
+/// The scene on two threads; what they did goes into `loops`.
+Recording run_realtime(const Options& options, const Model& model, State& state, const Progress& progress,
+                       nlohmann::ordered_json& loops) {
+  ThreadSettings settings;
+  settings.duration_s = model.scene.duration_s;
+  settings.spin_s = options.spin_s;
+  settings.realtime = options.realtime;
+  LoopProfile profile(model);
+  RealtimeRun run = run_realtime(model, state, settings, profile, progress);
+  const nlohmann::ordered_json all = profile_json(model, profile, run.report);
+  for (const char* key :
+       {"scheduling", "settings", "loops", "exchange", "snapshots", "frame_age", "handover", "ledger", "hold"}) {
+    loops[key] = all.at(key);
+  }
+  return std::move(run.recording);
+}
+
 int run(const Options& options) {
-  const Model model(load_scene(options.scene, options.overrides));
+  Model model(load_scene(options.scene, options.overrides));
   if (!options.out.empty()) prepare_folder(options.out);
+  choose_control_rate(options, model);
   State state(model);
   const Progress progress = progress_line(model.scene, options.quiet);
-  const Recording recording = run_monolithic(model, state, progress);
+  nlohmann::ordered_json loops = nlohmann::ordered_json::object();  // Of two threads.
+  LockstepSettings settings;
+  settings.jitter_s = options.control_jitter_s;
+  const auto record = [&] {
+    switch (options.runner) {
+      case Runner::kMonolithic:
+        break;
+      case Runner::kLockstep:
+        return run_lockstep(model, state, settings, progress);
+      case Runner::kRealtime:
+        return run_realtime(options, model, state, progress, loops);
+    }
+    return run_monolithic(model, state, progress);
+  };
+  const Recording recording = record();
   if (progress) std::cerr << '\n';
 
-  const nlohmann::ordered_json summary = summarize(model, recording);
+  nlohmann::ordered_json summary = summarize(model, recording);
+  summary.update(loops);
   if (!options.out.empty()) write_results(model, recording, state, summary.dump(2) + "\n", options.out);
   if (options.format == "json") {
     std::cout << summary.dump(2) << '\n';

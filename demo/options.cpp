@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <charconv>
 
 #include "demo/exit_code.h"
@@ -19,7 +20,7 @@ constexpr double kProfileContact_Hz = 4000.0, kProfileControl_Hz = 200.0;
 
 /// The texts of the flags that change the scene, as they were written.
 struct SceneFlags {
-  std::string time, duration, contact_rate, control_rate, tolerance, spin;
+  std::string time, duration, contact_rate, control_rate, tolerance, control_delay, control_jitter, spin;
 };
 
 /// Whether the text is a quantity within [low, high], as CLI11 asks: what is wrong, or nothing.
@@ -38,7 +39,8 @@ CLI::Validator or_auto(const CLI::Validator& rule) {
 }
 CLI::Validator rate() { return quantity(Dimension::kFrequency, kSlowest_Hz, kFastest_Hz, "200Hz"); }
 
-double value_of(const std::string& text, Dimension dimension) { return thenar::read_quantity(text, dimension).value; }
+double rate_Hz(const std::string& text) { return thenar::read_quantity(text, Dimension::kFrequency).value; }
+double time_s(const std::string& text) { return thenar::read_quantity(text, Dimension::kTime).value; }
 
 /// A bare number, without a unit.
 bool is_number(const std::string& text) {
@@ -60,60 +62,69 @@ void add_results(CLI::App& command, Options& options, const char* results) {
   command.add_flag("--quiet", options.quiet, "Prints nothing but errors (and JSON, if asked for)");
 }
 
-/// The flags of two threads; each needs `needed`, if that is given.
-void add_threads(CLI::App& command, SceneFlags& flags, Options& options, CLI::Option* needed) {
-  const auto add = [&](const char* name, std::string& text, const char* what) {
-    CLI::Option* const option = command.add_option(name, text, what);
-    return needed != nullptr ? option->needs(needed) : option;
-  };
-  add("--contact-rate", flags.contact_rate, "Ticks a second of the contact loop, such as 4kHz")
+/// The flags of two loops, whoever runs them.
+void add_loops(CLI::App& command, SceneFlags& flags) {
+  command.add_option("--contact-rate", flags.contact_rate, "Ticks a second of the contact loop, such as 4kHz")
       ->type_name("RATE")
       ->check(rate());
-  add("--control-rate", flags.control_rate, "Of the control loop, such as 200Hz; auto: what this machine can keep")
-      ->type_name("RATE")
+  command
+      .add_option("--control-rate", flags.control_rate,
+                  "Of the control loop, such as 200Hz; auto, in real time: what this machine keeps")
+      ->type_name("RATE|auto")
       ->check(or_auto(rate()));
-  add("--tolerance", flags.tolerance, "Residual at which a contact tick stops its sweeps, default 1e-3")
+  command.add_option("--tolerance", flags.tolerance, "Residual at which a contact tick stops its sweeps, such as 1e-3")
       ->type_name("NUMBER")
       ->check(quantity(Dimension::kNone, 1e-12, 1.0, "1e-3"));
-  add("--spin", flags.spin, "The contact thread wakes so long before its tick and spins, default 50us")
-      ->type_name("T")
-      ->check(quantity(Dimension::kTime, 0.0, 1e-2, "50us"));
-  CLI::Option* const no_realtime =
-      command.add_flag("!--no-realtime", options.realtime, "Takes what any thread gets: no SCHED_FIFO, no own core");
-  if (needed != nullptr) no_realtime->needs(needed);
 }
 
-std::string period(double rate_Hz) { return thenar::to_text(1.0 / rate_Hz, Dimension::kTime); }
+/// The flags of two threads. They return so that they can be tied to another flag.
+std::array<CLI::Option*, 2> add_threads(CLI::App& command, SceneFlags& flags, Options& options) {
+  return {
+      command
+          .add_option("--spin", flags.spin, "The contact thread wakes so long before its tick and spins, default 50us")
+          ->type_name("T")
+          ->check(quantity(Dimension::kTime, 0.0, 1e-2, "50us")),
+      command.add_flag("!--no-realtime", options.realtime,
+                       "Takes what any thread gets: no SCHED_FIFO, no core of its own")};
+}
 
-/// The flags of two threads as changes of the scene, around those that the user set by key: a default of ours gives way
-/// to them, a flag does not.
-void apply_threads(const SceneFlags& flags, Options& options) {
-  std::vector<std::string> defaults{"contact.tolerance=1e-3", "contact.max_sweeps=60"};
-  std::vector<std::string> asked;
+std::string period(double frequency_Hz) { return thenar::to_text(1.0 / frequency_Hz, Dimension::kTime); }
+
+/// The flags as changes of the scene, around those that the user set by key: a default of ours gives way to them, a flag
+/// does not.
+void apply(const SceneFlags& flags, Options& options) {
+  std::vector<std::string> defaults, asked;
+  const double contact_Hz = flags.contact_rate.empty() ? kProfileContact_Hz : rate_Hz(flags.contact_rate);
+  if (options.runner == Runner::kRealtime) defaults = {"contact.tolerance=1e-3", "contact.max_sweeps=60"};
   if (options.command == Command::kProfile) {
-    const double contact_Hz =
-        flags.contact_rate.empty() ? kProfileContact_Hz : value_of(flags.contact_rate, Dimension::kFrequency);
     defaults.push_back("time.step=" + period(contact_Hz));
     defaults.push_back("time.control_period=" + period(std::min(kProfileControl_Hz, contact_Hz)));
   }
-  if (!flags.contact_rate.empty()) {
-    asked.push_back("time.step=" + period(value_of(flags.contact_rate, Dimension::kFrequency)));
-  }
   options.auto_control_rate = flags.control_rate == "auto";
+  if (!flags.contact_rate.empty()) asked.push_back("time.step=" + period(contact_Hz));
   if (!flags.control_rate.empty() && !options.auto_control_rate) {
-    asked.push_back("time.control_period=" + period(value_of(flags.control_rate, Dimension::kFrequency)));
+    asked.push_back("time.control_period=" + period(rate_Hz(flags.control_rate)));
   }
+  if (!flags.control_delay.empty()) asked.push_back("time.control_delay=" + flags.control_delay);
   if (!flags.tolerance.empty()) asked.push_back("contact.tolerance=" + flags.tolerance);
-  if (!flags.spin.empty()) options.spin_s = value_of(flags.spin, Dimension::kTime);
+  if (options.command == Command::kProfile) asked.push_back("time.duration=" + flags.duration);
+  if (!flags.time.empty()) asked.push_back("time.duration=" + flags.time + (is_number(flags.time) ? " s" : ""));
+  if (!flags.spin.empty()) options.spin_s = time_s(flags.spin);
+  if (!flags.control_jitter.empty()) options.control_jitter_s = time_s(flags.control_jitter);
   options.overrides.insert(options.overrides.begin(), defaults.begin(), defaults.end());
   options.overrides.insert(options.overrides.end(), asked.begin(), asked.end());
 }
 
 /// What the flags cannot say together.
-void check_together(const SceneFlags& flags) {
+void check_together(const SceneFlags& flags, Runner runner) {
+  const bool rates = !flags.contact_rate.empty() || !flags.control_rate.empty();
+  const char* const first = flags.contact_rate.empty() ? "--control-rate" : "--contact-rate";
+  if (rates && runner == Runner::kMonolithic) throw CLI::ValidationError(first, "needs --realtime or --lockstep");
+  if (flags.control_rate == "auto" && runner == Runner::kLockstep) {
+    throw CLI::ValidationError("--control-rate", "auto needs --realtime: a virtual clock is never late");
+  }
   if (flags.contact_rate.empty() || flags.control_rate.empty() || flags.control_rate == "auto") return;
-  if (value_of(flags.control_rate, Dimension::kFrequency) <= value_of(flags.contact_rate, Dimension::kFrequency))
-    return;
+  if (rate_Hz(flags.control_rate) <= rate_Hz(flags.contact_rate)) return;
   throw CLI::ValidationError("--control-rate", flags.control_rate + " must not be faster than --contact-rate");
 }
 
@@ -132,12 +143,26 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
   run->add_option("--time", flags.time, "Simulated time in seconds, or with a unit, such as '500 ms'")->type_name("T");
   CLI::Option* const realtime = run->add_flag_callback(
       "--realtime", [&] { options.runner = Runner::kRealtime; }, "Runs it on two threads, in real time");
-  add_threads(*run, flags, options, realtime);
+  CLI::Option* const lockstep = run->add_flag_callback(
+      "--lockstep", [&] { options.runner = Runner::kLockstep; }, "Runs the two loops on a virtual clock");
+  lockstep->excludes(realtime);
+  add_loops(*run, flags);
+  for (CLI::Option* option : add_threads(*run, flags, options)) option->needs(realtime);
+  run->add_option("--control-delay", flags.control_delay,
+                  "From a control tick's start to its frame's use, such as 20ms")
+      ->type_name("T")
+      ->check(quantity(Dimension::kTime, 0.0, 1e3, "20ms"))
+      ->needs(lockstep);
+  run->add_option("--control-jitter", flags.control_jitter, "Each frame takes up to so much longer, such as 2ms")
+      ->type_name("T")
+      ->check(quantity(Dimension::kTime, 0.0, 1e3, "2ms"))
+      ->needs(lockstep);
 
   CLI::App* const profile = app.add_subcommand("profile", "Runs a scene in real time and tells the times of its loops");
   add_scene(*profile, options);
   add_results(*profile, options, "profile.json and figures");
-  add_threads(*profile, flags, options, nullptr);
+  add_loops(*profile, flags);
+  add_threads(*profile, flags, options);
   flags.duration = "30s";
   profile->add_option("--duration", flags.duration, "How long, such as 30s")
       ->type_name("T")
@@ -153,17 +178,14 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
 
   try {
     app.parse(argc, argv);
-    check_together(flags);
+    if (check->parsed()) options.command = Command::kCheck;
+    if (profile->parsed()) options.command = Command::kProfile;
+    if (profile->parsed()) options.runner = Runner::kRealtime;
+    check_together(flags, options.runner);
   } catch (const CLI::ParseError& error) {
     exit_code = app.exit(error) == 0 ? kDone : kBadUsage;
     return std::nullopt;
   }
-  if (check->parsed()) options.command = Command::kCheck;
-  if (profile->parsed()) options.command = Command::kProfile;
-  if (options.command == Command::kProfile || options.runner == Runner::kRealtime) apply_threads(flags, options);
-  if (profile->parsed()) options.overrides.push_back("time.duration=" + flags.duration);
-  if (!flags.time.empty()) {
-    options.overrides.push_back("time.duration=" + flags.time + (is_number(flags.time) ? " s" : ""));
-  }
+  apply(flags, options);
   return options;
 }

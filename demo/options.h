@@ -10,6 +10,7 @@ enum class Command { kRun, kProfile, kCheck };
 /// Who runs the two loops.
 enum class Runner {
   kMonolithic,  ///< One loop, as the paper.
+  kLockstep,    ///< Two loops on a virtual clock.
   kRealtime,    ///< Two threads.
 };
 
@@ -22,6 +23,8 @@ struct Options {
   std::string format = "text";         ///< Or "json".
   bool quiet = false;
   Runner runner = Runner::kMonolithic;
+
+  double control_jitter_s = 0.0;  ///< Of lockstep.
 
   // Of the two threads.
   bool auto_control_rate = false;  ///< The scene's control period is to be measured.

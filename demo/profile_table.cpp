@@ -40,28 +40,6 @@ std::string latency_row(const std::string& name, const ordered_json& times) {
   return row(name, {us(times.at("p50_us")), us(times.at("p99_us")), us(times.at("p999_us")), us(times.at("max_us"))});
 }
 
-std::string loops_table(const ordered_json& profile) {
-  const ordered_json& contact = profile.at("loops").at("contact");
-  const ordered_json& control = profile.at("loops").at("control");
-  const ordered_json& stages = control.at("stages");
-  const ordered_json& settings = profile.at("settings");
-  std::string table = heading("loops", {"asked [Hz]", "rate [Hz]", "ticks", "overruns", "slipped"});
-  table += row("contact", {cell(settings.at("contact_rate_hz")), cell(contact.at("rate_hz")), cell(contact.at("ticks")),
-                           cell(contact.at("overruns")), cell(contact.at("slipped"))});
-  table += row("control", {cell(settings.at("control_rate_hz")), cell(control.at("rate_hz")), cell(control.at("ticks")),
-                           "", cell(control.at("slipped"))});
-  table += heading("time [us]", {"p50", "p99", "p99.9", "max"});
-  table += latency_row("contact: start jitter", contact.at("jitter"));
-  table += latency_row("contact: compute", contact.at("compute"));
-  table += latency_row("control: start jitter", control.at("jitter"));
-  table += latency_row("control: whole tick", control.at("total"));
-  table += latency_row("  grasp-force LCP", stages.at("grasp_lcp"));
-  table += latency_row("  muscle-force LCP", stages.at("muscle_lcp"));
-  table += latency_row("  contact finding", stages.at("find"));
-  table += latency_row("  Jacobians, compliance", stages.at("factors"));
-  return table;
-}
-
 std::string accuracy_table(const ordered_json& profile) {
   const ordered_json& object = profile.at("object");
   const ordered_json& handover = profile.at("handover");
@@ -125,6 +103,28 @@ std::string scheduling_in_words(const ordered_json& scheduling) {
   std::string words = scheduling.at("policy").get<std::string>() + (priority > 0 ? fmt::format(" {}", priority) : "");
   words += scheduling.at("core").is_null() ? ", any core" : ", core " + scheduling.at("core").dump();
   return words + (scheduling.at("locked").get<bool>() ? ", memory locked" : ", memory not locked");
+}
+
+std::string loops_table(const ordered_json& profile) {
+  const ordered_json& contact = profile.at("loops").at("contact");
+  const ordered_json& control = profile.at("loops").at("control");
+  const ordered_json& stages = control.at("stages");
+  const ordered_json& settings = profile.at("settings");
+  std::string table = heading("loops", {"asked [Hz]", "rate [Hz]", "ticks", "overruns", "slipped"});
+  table += row("contact", {cell(settings.at("contact_rate_hz")), cell(contact.at("rate_hz")), cell(contact.at("ticks")),
+                           cell(contact.at("overruns")), cell(contact.at("slipped"))});
+  table += row("control", {cell(settings.at("control_rate_hz")), cell(control.at("rate_hz")), cell(control.at("ticks")),
+                           "", cell(control.at("slipped"))});
+  table += heading("time [us]", {"p50", "p99", "p99.9", "max"});
+  table += latency_row("contact: start jitter", contact.at("jitter"));
+  table += latency_row("contact: compute", contact.at("compute"));
+  table += latency_row("control: start jitter", control.at("jitter"));
+  table += latency_row("control: whole tick", control.at("total"));
+  table += latency_row("  grasp-force LCP", stages.at("grasp_lcp"));
+  table += latency_row("  muscle-force LCP", stages.at("muscle_lcp"));
+  table += latency_row("  contact finding", stages.at("find"));
+  table += latency_row("  Jacobians, compliance", stages.at("factors"));
+  return table;
 }
 
 std::string profile_table(const ordered_json& profile) {

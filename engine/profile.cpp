@@ -68,7 +68,9 @@ LoopProfile::LoopProfile(const Model& model) : model_(model), monitor_(model.sce
 void LoopProfile::add(const ContactSample& sample) {
   const TickReport& tick = sample.step.tick;
   TickRecord record = record_of(model_, sample);
-  if (auto loss = monitor_.update(model_.scene.step_s, record); loss && !loss_) loss_ = std::move(loss);
+  auto loss = monitor_.update(model_.scene.step_s, record);
+  // Without control nobody minds the object.
+  if (loss && !loss_ && model_.scene.control) loss_ = std::move(loss);
 
   ContactTrace trace;
   trace.deadline_ns = sample.deadline_ns;

@@ -110,12 +110,12 @@ std::string handover_script(const Model& model, const LoopProfile& profile, cons
     marks +=
         fmt::format("set arrow from {0:.4f},graph 0 to {0:.4f},graph 1 nohead back lw 1 lc rgb '#bbbbbb'\n", time_ms);
   }
-  if (kicks.ends_with("EOD\n")) kicks += "nan nan\n";
+  if (marks.empty()) kicks += "NaN NaN\n";  // gnuplot refuses an empty block
   std::string script = header(folder / "handover.svg", 1100, 900) + forces + "EOD\n" + kicks + "EOD\n" + marks +
                        fmt::format(
                            "set multiplot layout {},1 margins 0.1,0.97,0.08,0.95 spacing 0.04\n"
                            "set xrange [{}:{}]\nunset grid\nset grid y lc rgb '#dddddd' lt 1\n"
-                           "set key inside top left\nset format x ''\nset format y '%.3f'\n",
+                           "set key tmargin right\nset format x ''\nset format y '%.3f'\n",
                            kFingers + 1, 1e3 * (centre_s - kHalfWindow_s), 1e3 * (centre_s + kHalfWindow_s));
   for (int k = 0; k < kFingers; ++k) {
     script += fmt::format("set ylabel {} noenhanced\nplot $forces using 1:{} with steps lw 2 lc rgb '{}' notitle{}\n",
@@ -124,7 +124,7 @@ std::string handover_script(const Model& model, const LoopProfile& profile, cons
   }
   return script +
          "set format x '%g'\nset format y '%g'\nset xlabel 'time [ms]'\nset ylabel 'force step of a tick [mN]'\n"
-         "set yrange [0:*]\nset key inside top left horizontal\n"
+         "set yrange [0:*]\nset offsets 0,0,graph 0.25,0\nset key inside top right horizontal\n"
          "plot $forces using 1:5 with impulses lw 1.5 lc rgb '#888888' title 'tick', "
          "$kicks with impulses lw 3 lc rgb '#d68910' title 'tick with a new frame'\nunset multiplot\n";
 }
