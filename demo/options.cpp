@@ -84,8 +84,9 @@ std::array<CLI::Option*, 2> add_threads(CLI::App& command, SceneFlags& flags, Op
           .add_option("--spin", flags.spin, "The contact thread wakes so long before its tick and spins, default 50us")
           ->type_name("T")
           ->check(quantity(Dimension::kTime, 0.0, 1e-2, "50us")),
-      command.add_flag("!--no-realtime", options.realtime,
-                       "Takes what any thread gets: no SCHED_FIFO, no core of its own")};
+      command.add_flag_callback(
+          "--no-realtime", [&options] { options.realtime = false; },
+          "Takes what any thread gets: no SCHED_FIFO, no core of its own")};
 }
 
 std::string period(double frequency_Hz) { return thenar::to_text(1.0 / frequency_Hz, Dimension::kTime); }
