@@ -17,11 +17,12 @@ std::string cell(const ordered_json& value) {
   return fmt::format("{:.4g}", value.get<double>());
 }
 
-/// A time in us: to 0.1 below a millisecond, whole above.
+/// A time in us, with the decimals that it is worth.
 std::string us(const ordered_json& value) {
   if (!value.is_number()) return "-";
   const double time_us = value.get<double>();
-  return fmt::format("{:.{}f}", time_us, std::abs(time_us) < 1000.0 ? 1 : 0);
+  const double size_us = std::abs(time_us);
+  return fmt::format("{:.{}f}", time_us, size_us < 1.0 ? 3 : size_us < 1000.0 ? 1 : 0);
 }
 
 std::string row(const std::string& name, std::initializer_list<std::string> cells) {

@@ -71,10 +71,10 @@ std::string jitter_script(const Model& model, const LoopProfile& profile, const 
   const double step_us = 1e6 * model.scene.step_s;
   script += fmt::format(
       "set multiplot layout 1,2 margins 0.08,0.98,0.13,0.95 spacing 0.09\nset logscale xy\nset format y '10^{{%T}}'\n"
-      "set yrange [{:.3g}:1.2]\nset key inside top right\n"
+      "set yrange [{:.3g}:1.2]\nset key inside bottom left Left reverse\n"
       "set ylabel 'share of ticks at or above'\nset xlabel 'start of a tick after its deadline [us]'\nplot {}\n"
       "set ylabel ''\nset xlabel 'computation of a tick [us]'\n"
-      "set xrange [*:{}] noextend\nset arrow from {},graph 0 to {},graph 1 nohead lw 2 lc rgb '#888888' dt '-'\n"
+      "set xrange [1:*]\nset arrow from {},graph 0 to {},graph 1 nohead lw 2 lc rgb '#888888' dt '-'\n"
       "set label 'period' at {},graph 0.97 right offset -0.7,0 tc rgb '#666666'\n"
       "plot $compute with lines lw 3 lc rgb '#2563a8' notitle\n"
       "unset multiplot\n",
