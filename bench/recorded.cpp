@@ -4,6 +4,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "engine/handover.h"
+
 namespace thenar {
 
 using Eigen::Index;

@@ -18,9 +18,6 @@ namespace {
 
 // The posture spring of a hold. Frozen torques alone let the grasp creep away within seconds.
 constexpr double kHoldStiffness = 1.0;  // [N m/rad]
-// A fingertip that has moved this share of its radius along the object since the snapshot touches it with other points
-// than those of the frame.
-constexpr double kTrustPerRadius = 0.5;
 // In a hold the controller's demands move away from what is held; the step between them fades in so slowly that it is
 // no bump, and sooner than the object can go far.
 constexpr double kResume_s = 0.1;
@@ -99,8 +96,9 @@ void free_gaps_and_slips(const Model& model, const Frame& frame, const State& st
       const FrameContact& contact = frame.contacts[i];
       const Vector3d u_F = displacement(state, contact);
       work.gap_m[i] = contact_gap(contact, X_FO, u_F) + work.offset_m[i];
-      Vector3d delta = frame.J_finger.middleRows<3>(3 * i) * free.dq.segment<kJointsPerFinger>(kJointsPerFinger * k) +
-                       frame.J_object.middleRows<3>(3 * i) * free.dx;
+      Vector3d delta =
+          work.jacobian.finger.middleRows<3>(3 * i) * free.dq.segment<kJointsPerFinger>(kJointsPerFinger * k) +
+          work.jacobian.object.middleRows<3>(3 * i) * free.dx;
       delta[0] += work.gap_m[i];
       delta -= (1.0 - rho) * (contact.E_F.transpose() * u_F);
       work.delta_free.segment<3>(3 * i) = delta;
@@ -134,15 +132,15 @@ void deform(const Model& model, const Frame& frame, int k, const Eigen::VectorXd
   }
 }
 
-FingerLoad finger_load(const Frame& frame, int k, const Eigen::VectorXd& f, const Isometry3d& X_WO) {
+FingerLoad finger_load(const Frame& frame, const ContactJacobian& J, int k, const Eigen::VectorXd& f,
+                       const Isometry3d& X_WO) {
   FingerLoad load;
   for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
     if (f[3 * i] <= 0.0) continue;
-    const FrameContact& contact = frame.contacts[i];
-    load.force_N += contact.E_W * f.segment<3>(3 * i);
+    load.force_N += J.E_W[i] * f.segment<3>(3 * i);
     load.normal_N += f[3 * i];
-    load.centre_m += f[3 * i] * (X_WO * contact.s_O);
-    load.normal += f[3 * i] * (X_WO.linear() * contact.n_O);
+    load.centre_m += f[3 * i] * (X_WO * J.c_O[i]);
+    load.normal += f[3 * i] * (X_WO.linear() * frame.contacts[i].n_O);
   }
   if (load.normal_N > 0.0) {
     load.centre_m /= load.normal_N;
@@ -180,18 +178,19 @@ void report_contacts(const Frame& frame, const ContactWorkspace& work, TickRepor
 
 /// Moves the bodies by their free and their contact motion, and takes stock of what the fingers do. False, and nothing
 /// has moved, if that is not finite.
-bool commit(const Frame& frame, Drive drive, const Eigen::VectorXd& f, State& state) {
+bool commit(const Frame& frame, const ContactWorkspace& work, Drive drive, State& state) {
+  const Eigen::VectorXd& f = work.f;
   const Index rows = 3 * frame.size();
-  drive.wrench += frame.J_object.topRows(rows).transpose() * f.head(rows);
+  drive.wrench += work.jacobian.object.topRows(rows).transpose() * f.head(rows);
   for (int k = 0; k < kFingers; ++k) {
     const Index first = 3 * frame.begin[k], count = 3 * frame.begin[k + 1] - first;
     drive.torque.segment<kJointsPerFinger>(kJointsPerFinger * k) +=
-        frame.J_finger.middleRows(first, count).transpose() * f.segment(first, count);
+        work.jacobian.finger.middleRows(first, count).transpose() * f.segment(first, count);
   }
   const RigidMotion motion = viscous_motion(drive.mobility, drive.torque, drive.wrench);
   if (!motion.dq.allFinite() || !motion.dx.allFinite()) return false;
   move(motion, state);
-  for (int k = 0; k < kFingers; ++k) state.load[k] = finger_load(frame, k, f, state.X_WO);
+  for (int k = 0; k < kFingers; ++k) state.load[k] = finger_load(frame, work.jacobian, k, f, state.X_WO);
   state.forces.clear();
   for (Index i = 0; i < frame.size(); ++i) {
     state.forces.push_back({frame.contacts[i].finger, frame.contacts[i].control_point, f.segment<3>(3 * i)});
@@ -210,6 +209,7 @@ FramePolicy split_policy(const Scene& scene) {
 
 ContactWorkspace::ContactWorkspace(const Model& model, const FramePolicy& frame_policy)
     : policy(frame_policy),
+      jacobian(model),
       offset_m(Eigen::VectorXd::Zero(model.max_contacts)),
       old_offset_m(model.max_contacts),
       gap_m(model.max_contacts),
@@ -252,11 +252,12 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
   if (report.handed_over) {
     state.forces.reserve(model.max_contacts);  // A copied state has lost its spare room.
     hand_over(model, frame, state, work);
+    fill_jacobian(model, frame, work.pose, state, work.jacobian);
   } else if (work.policy.offset_decay_s > 0.0) {
     work.offset_m.head(n) *= std::exp(-scene.step_s / work.policy.offset_decay_s);
   }
   if (report.handed_over || hold_changes) {
-    assemble_delassus(model, frame, drive.mobility, W);
+    assemble_delassus(model, frame, work.jacobian, drive.mobility, W);
     report.assemble_s = watch.lap();
   }
 
@@ -266,7 +267,7 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
       solve_contacts(W, work.delta_free.head(3 * n), work.mu.head(n),
                      {scene.contact.tolerance, scene.contact.max_sweeps}, work.f.head(3 * n), work.delta.head(3 * n));
   report_contacts(frame, work, report);
-  const bool moved = commit(frame, drive, work.f, state);
+  const bool moved = commit(frame, work, drive, state);
   if (!moved) report.solve = {SolveStatus::kNotFinite, report.solve.sweeps, std::numeric_limits<double>::infinity()};
   ++state.tick;
   report.solve_s = watch.lap();

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "engine/delassus.h"
 #include "engine/frame.h"
 #include "engine/model.h"
 #include "engine/state.h"
@@ -34,11 +35,11 @@ struct FramePolicy {
 /// What one contact tick returns by value.
 struct TickReport {
   SolveReport solve;
-  std::int64_t sequence = -1;             ///< Of the frame used.
-  std::int64_t frame_age = 0;             ///< Steps from the frame's snapshot to this tick's start.
-  bool handed_over = false;               ///< The frame is new.
-  bool held = false;                      ///< The frame is too old or too far off: its drive is held.
-  bool input_refused = false;             ///< The input was not finite, and was left out.
+  std::int64_t sequence = -1;                   ///< Of the frame used.
+  std::int64_t frame_age = 0;                   ///< Steps from the frame's snapshot to this tick's start.
+  bool handed_over = false;                     ///< The frame is new.
+  bool held = false;                            ///< The frame is too old or too far off: its drive is held.
+  bool input_refused = false;                   ///< The input was not finite, and was left out.
   double injected_J = 0.0, dissipated_J = 0.0;  ///< Passivity ledger: contact work on the bodies, by its sign.
   Eigen::Index contacts = 0;
   Eigen::Index active = 0;                ///< Contacts that carry force.
@@ -60,6 +61,7 @@ class ContactWorkspace {
 
   FramePolicy policy;
   std::int64_t sequence = -1;          ///< Of the frame that W, f and the contacts belong to.
+  ContactJacobian jacobian;            ///< Of the frame, at the state that took it over.
   std::vector<FrameContact> contacts;  ///< That frame's, for the hand-over to the next one.
   Eigen::VectorXd offset_m;            ///< e: what the gaps of contacts are raised by since the hand-over; n.
   Eigen::VectorXd old_offset_m;        ///< The last frame's.

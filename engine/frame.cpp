@@ -13,28 +13,19 @@ using Eigen::Vector3d;
 
 namespace {
 
-// A pulp pressed deeper than half its radius is beyond any law used here; the search need not go further.
-constexpr double kReachPerRadius = 0.5;
-
-Matrix3d skew(const Vector3d& v) {
-  Matrix3d S;
-  S << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
-  return S;
-}
-
 void add_contact(const Model& model, const HandPose& pose, const Isometry3d& X_WO, int finger, Index control_point,
                  const Vector3d& p_F, const Vector3d& s_O, const Vector3d& n_O, Frame& frame) {
   const Fingertip& tip = model.scene.hand.fingertips[finger];
   const Matrix3d& R_WF = pose.distal(model.scene.hand, finger).linear();
   const Matrix3d E_W = contact_frame(R_WF, tip.normal, X_WO.linear() * n_O);
-  frame.contacts.push_back({finger, control_point, p_F, s_O, n_O, 0.0, E_W, R_WF.transpose() * E_W});
+  frame.contacts.push_back({finger, control_point, p_F, s_O, n_O, 0.0, R_WF.transpose() * E_W});
 }
 
 void find_pulp_contacts(const Model& model, const HandPose& pose, const Isometry3d& X_WO, int finger,
                         std::vector<ContactCandidate>& candidates, Frame& frame) {
   const Pulp& pulp = model.pulps[finger];
   const ContactSettings& contact = model.scene.contact;
-  const double reach_m = kReachPerRadius * model.scene.hand.fingertips[finger].radius_m + model.band_m();
+  const double reach_m = kTrustPerRadius * model.scene.hand.fingertips[finger].radius_m + model.band_m();
   const Isometry3d X_OF = X_WO.inverse() * pose.distal(model.scene.hand, finger);
   find_contacts(pulp.surface, pulp.tree, X_OF, model.object, {model.band_m(), reach_m, contact.max_per_finger},
                 candidates);
@@ -78,13 +69,15 @@ void fill_curvatures(int finger, Frame& frame) {
 
 Matrix3d contact_frame(const Matrix3d& R_WF, const Vector3d& pulp_normal, const Vector3d& n_W) {
   const auto carry = Eigen::Quaterniond::FromTwoVectors(pulp_normal, R_WF.transpose() * n_W);
-  const Vector3d t1 = R_WF * (carry * pulp_normal.unitOrthogonal());
-  Matrix3d E_W;
-  E_W.col(0) = n_W;
-  // A hand file's rotations are rounded; the frame is orthonormal all the same.
-  E_W.col(1) = (t1 - t1.dot(n_W) * n_W).normalized();
-  E_W.col(2) = n_W.cross(E_W.col(1));
-  return E_W;
+  return axes_of(n_W, R_WF * (carry * pulp_normal.unitOrthogonal()));
+}
+
+Matrix3d axes_of(const Vector3d& n, const Vector3d& t1) {
+  Matrix3d E;
+  E.col(0) = n.normalized();
+  E.col(1) = (t1 - t1.dot(E.col(0)) * E.col(0)).normalized();
+  E.col(2) = E.col(0).cross(E.col(1));
+  return E;
 }
 
 double contact_gap(const FrameContact& contact, const Isometry3d& X_FO, const Vector3d& u_F) {
@@ -96,8 +89,7 @@ double contact_gap(const FrameContact& contact, const Isometry3d& X_FO, const Ve
   return a / (1.0 + std::sqrt(std::max(0.0, 1.0 + k * a))) + n_F.dot(u_F);
 }
 
-Frame::Frame(const Model& model)
-    : J_finger(3 * model.max_contacts, kJointsPerFinger), J_object(3 * model.max_contacts, 6) {
+Frame::Frame(const Model& model) {
   contacts.reserve(model.max_contacts);
   const Index per_finger = model.deformable() ? model.max_contacts / kFingers : 0;
   for (MatrixXd& C : compliance) C.setZero(3 * per_finger, 3 * per_finger);
@@ -122,14 +114,7 @@ void find_frame_contacts(const Model& model, const HandPose& pose, const Isometr
   frame.begin[kFingers] = frame.size();
 }
 
-void fill_factors(const Model& model, const HandPose& pose, const Isometry3d& X_WO, Frame& frame) {
-  for (Index i = 0; i < frame.size(); ++i) {
-    const FrameContact& contact = frame.contacts[i];
-    const Vector3d s_W = X_WO * contact.s_O;
-    frame.J_finger.middleRows<3>(3 * i) = -contact.E_W.transpose() * finger_jacobian(pose, contact.finger, s_W);
-    frame.J_object.block<3, 3>(3 * i, 0) = contact.E_W.transpose();
-    frame.J_object.block<3, 3>(3 * i, 3) = -contact.E_W.transpose() * skew(s_W - X_WO.translation());
-  }
+void fill_compliance(const Model& model, Frame& frame) {
   if (!model.deformable()) return;
   for (int k = 0; k < kFingers; ++k) {
     const Pulp& pulp = model.pulps[k];
@@ -146,30 +131,6 @@ void fill_factors(const Model& model, const HandPose& pose, const Isometry3d& X_
         frame.compliance[k].block<3, 3>(column, row) = C_ij.transpose();
       }
     }
-  }
-}
-
-Mobility mobility(const Scene& scene, double joint_stiffness) {
-  const double h = scene.step_s;
-  const Spring spring = scene.task.spring.value_or(Spring{});
-  return {h / (scene.joint_viscosity + h * joint_stiffness),
-          h / (scene.object.translation_damping + h * spring.translation_N_per_m),
-          h / (scene.object.rotation_damping + h * spring.rotation_Nm_per_rad)};
-}
-
-void assemble_delassus(const Model& model, const Frame& frame, const Mobility& mobility, Eigen::Ref<MatrixXd> W) {
-  const double h = model.scene.step_s;
-  const auto J_o = frame.J_object.topRows(3 * frame.size());
-  W.noalias() = mobility.translation * J_o.leftCols<3>() * J_o.leftCols<3>().transpose();
-  W.noalias() += mobility.rotation * J_o.rightCols<3>() * J_o.rightCols<3>().transpose();
-  for (int k = 0; k < kFingers; ++k) {
-    const Index first = 3 * frame.begin[k], rows = 3 * frame.begin[k + 1] - first;
-    if (rows == 0) continue;
-    auto W_k = W.block(first, first, rows, rows);
-    const auto J_k = frame.J_finger.middleRows(first, rows);
-    W_k.noalias() += mobility.joint * J_k * J_k.transpose();
-    if (!model.deformable()) continue;
-    W_k += (1.0 - memory(model.pulps[k].material, h)) * frame.compliance[k].topLeftCorner(rows, rows);
   }
 }
 

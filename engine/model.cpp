@@ -69,7 +69,10 @@ Model::Model(Scene s) : scene(std::move(s)), object(make_object(scene.object)) {
 }
 
 double Model::band_m() const {
-  return std::max(scene.contact.band_m, 2.0 * kClosingSpeed * (scene.control_period_s + scene.control_delay_s));
+  double trust_m = scene.hand.fingertips[0].radius_m;
+  for (const Fingertip& tip : scene.hand.fingertips) trust_m = std::min(trust_m, kTrustPerRadius * tip.radius_m);
+  const double way_m = 2.0 * kClosingSpeed * (scene.control_period_s + scene.control_delay_s);
+  return std::max(scene.contact.band_m, std::min(way_m, trust_m));
 }
 
 bool Model::control_is_due(std::int64_t tick) const {

@@ -31,8 +31,9 @@ bool keep_to_cores(const std::vector<int>& cores) noexcept;
 /// What the calling thread has, without asking for anything.
 [[nodiscard]] Scheduling current_scheduling();
 
-/// Asks for what a contact loop needs, for the calling thread: SCHED_FIFO, or else timers without slack; memory locked
-/// and the stack touched; core `core` (-1: any). Nothing fails for lack of it: the result says what was granted.
+/// Asks for what a contact loop needs, for the calling thread: SCHED_FIFO, or else timers without slack and short turns; memory locked,
+/// which is the whole process' and for good, and the stack touched; core `core` (-1: any). Nothing fails for lack of it:
+/// the result says what was granted.
 [[nodiscard]] Scheduling ask_for_realtime(int core, int priority = kContactPriority);
 
 /// Makes the calling thread's results below the normal range zero, and takes such operands for zero: the hardware

@@ -95,8 +95,7 @@ Recording Recorder::finish(const Snapshot& state, const ControlReport& control, 
   if (model_.scene.control && ticks > 0) {
     HandPose pose;
     forward_kinematics(model_.scene.hand, state.q, pose);
-    recording_.predicted_paper_law_error =
-        predicted_paper_law_error(model_, pose, control.contacts, control.f_desired);
+    recording_.predicted_paper_law_error = predicted_paper_law_error(model_, pose, control.contacts, control.f_desired);
   }
   return std::move(recording_);
 }

@@ -102,8 +102,9 @@ struct Scene {
   std::string name;
   double duration_s = 0.0;
   double step_s = 0.0;
-  double control_period_s = 0.0;                      ///< Not shorter than the step.
-  double control_delay_s = 0.0;  ///< From a control tick's snapshot to its frame's use, where the two have clocks of their own.
+  double control_period_s = 0.0;  ///< Not shorter than the step.
+  double control_delay_s =
+      0.0;  ///< From a control tick's snapshot to its frame's use, where the two have clocks of their own.
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  ///< World = hand frame.
   Hand hand;
   JointVector posture = JointVector::Zero();  ///< q at the start.

@@ -1,0 +1,8 @@
+#pragma once
+
+#include <ostream>
+
+/// Says in plain words what this machine can keep: what scheduling it grants and how to get what it refuses, what may
+/// hold a contact thread up, how late such a thread wakes, and so at which rate one may run. Takes four seconds, in
+/// which it measures.
+void doctor(std::ostream& out);
