@@ -4,6 +4,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "engine/handover.h"
+
 namespace thenar {
 
 using Eigen::Index;
@@ -29,7 +31,7 @@ RecordedRun::RecordedRun(Index contacts) : model(box_scene(contacts)) {
     if (recorded) ticks.push_back({state, controller, {}});
     const ControlReport control = control_tick(model, state, controller, frame);
     Eigen::VectorXd f_last(3 * model.max_contacts);
-    carry_forces(frame, state.forces, f_last);
+    carry_forces(model, frame, state.forces, f_last);
     (void)contact_tick(model, frame, work, state);
     if (!recorded) continue;
     if (frame.size() != contacts) throw std::runtime_error("the recorded run lost contacts");

@@ -1,8 +1,10 @@
 #include "engine/contact_tick.h"
 
 #include <algorithm>
-#include <tuple>
+#include <cmath>
 
+#include "engine/control.h"
+#include "engine/handover.h"
 #include "engine/stopwatch.h"
 
 namespace thenar {
@@ -14,41 +16,91 @@ using Eigen::Vector3d;
 
 namespace {
 
+// The posture spring of a hold. Frozen torques alone let the grasp creep away within seconds.
+constexpr double kHoldStiffness = 1.0;  // [N m/rad]
+// In a hold the controller's demands move away from what is held; the step between them fades in so slowly that it is
+// no bump, and sooner than the object can go far.
+constexpr double kResume_s = 0.1;
+
+/// What moves the bodies beside contact.
+struct Drive {
+  JointVector torque;
+  Vector6d wrench;
+  Mobility mobility;
+};
+
 /// Displacements of a tick: joints [rad]; object's centre [m] and rotation vector [rad], world axes.
 struct RigidMotion {
   JointVector dq;
   Vector6d dx;
 };
 
-/// h B^-1 times generalised forces.
-RigidMotion viscous_motion(const Scene& scene, const JointVector& torque, const Vector6d& wrench) {
+RigidMotion viscous_motion(const Mobility& mobility, const JointVector& torque, const Vector6d& wrench) {
   RigidMotion motion;
-  motion.dq = scene.step_s / scene.joint_viscosity * torque;
-  motion.dx.head<3>() = scene.step_s / scene.object.translation_damping * wrench.head<3>();
-  motion.dx.tail<3>() = scene.step_s / scene.object.rotation_damping * wrench.tail<3>();
+  motion.dq = mobility.joint * torque;
+  motion.dx.head<3>() = mobility.translation * wrench.head<3>();
+  motion.dx.tail<3>() = mobility.rotation * wrench.tail<3>();
   return motion;
 }
 
-/// Signed gap of a contact at the state: the finger point against the plane fixed in the object.
-double rest_gap(const FrameContact& contact, const Isometry3d& X_WF, const Isometry3d& X_WO) {
-  return (X_WO.linear() * contact.n_O).dot(X_WO * contact.s_O - X_WF * contact.p_F);
+bool is_finite(const TickInput& input) {
+  return input.wrench.allFinite() && (!input.X_WT || input.X_WT->matrix().allFinite());
+}
+
+/// Whether the fingertips have moved so far against the object that the frame's contacts mean little.
+bool beyond_trust(const Model& model, const Frame& frame, const HandPose& pose, const State& state) {
+  for (int k = 0; k < kFingers; ++k) {
+    const Fingertip& tip = model.scene.hand.fingertips[k];
+    const Vector3d now_O = state.X_WO.inverse() * (pose.distal(model.scene.hand, k) * tip.centre_m);
+    const Vector3d then_O = frame.X_WO.inverse() * (frame.X_WF[k] * tip.centre_m);
+    if ((now_O - then_O).norm() > kTrustPerRadius * tip.radius_m) return true;
+  }
+  return false;
+}
+
+/// Begins or ends a hold.
+void set_hold(bool held, const Frame& frame, ContactWorkspace& work, State& state) {
+  if (held) {
+    work.q_held = state.q;
+    work.torque_held_Nm = work.torque_Nm;
+    work.resumed_Nm.setZero();
+  } else {
+    work.resumed_Nm = work.torque_Nm - frame.torque_Nm;
+  }
+  state.held = held;
+}
+
+Drive drive(const Model& model, const Frame& frame, const Vector6d& wrench, ContactWorkspace& work,
+            const State& state) {
+  const Scene& scene = model.scene;
+  Drive drive{frame.torque_Nm + work.resumed_Nm, frame.wrench + wrench,
+              mobility(scene, state.held ? kHoldStiffness : 0.0)};
+  if (state.held) drive.torque = work.torque_held_Nm - kHoldStiffness * (state.q - work.q_held);
+  work.resumed_Nm *= std::exp(-scene.step_s / kResume_s);
+  work.torque_Nm = drive.torque;
+  if (const auto& spring = scene.task.spring) {
+    const double end_s = static_cast<double>(state.tick + 1) * scene.step_s;
+    const Vector6d error = pose_error(state.X_WT.value_or(model.target(end_s)), state.X_WO);
+    drive.wrench.head<3>() += spring->translation_N_per_m * error.head<3>();
+    drive.wrench.tail<3>() += spring->rotation_Nm_per_rad * error.tail<3>();
+  }
+  return drive;
 }
 
 void free_gaps_and_slips(const Model& model, const Frame& frame, const State& state, const RigidMotion& free,
                          ContactWorkspace& work) {
   for (int k = 0; k < kFingers; ++k) {
-    const Isometry3d& X_WF = work.pose.distal(model.scene.hand, k);
+    const Isometry3d X_FO = work.pose.distal(model.scene.hand, k).inverse() * state.X_WO;
     const double rho = model.deformable() ? memory(model.pulps[k].material, model.scene.step_s) : 0.0;
     for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
       const FrameContact& contact = frame.contacts[i];
-      Vector3d delta = frame.J_finger.middleRows<3>(3 * i) * free.dq.segment<kJointsPerFinger>(kJointsPerFinger * k) +
-                       frame.J_object.middleRows<3>(3 * i) * free.dx;
-      delta[0] += rest_gap(contact, X_WF, state.X_WO);
-      if (model.deformable()) {
-        const Vector3d u_C = contact.E_F.transpose() * state.u_m[k].row(contact.control_point).transpose();
-        delta[0] += rho * u_C[0];
-        delta.tail<2>() += (rho - 1.0) * u_C.tail<2>();
-      }
+      const Vector3d u_F = displacement(state, contact);
+      work.gap_m[i] = contact_gap(contact, X_FO, u_F) + work.offset_m[i];
+      Vector3d delta =
+          work.jacobian.finger.middleRows<3>(3 * i) * free.dq.segment<kJointsPerFinger>(kJointsPerFinger * k) +
+          work.jacobian.object.middleRows<3>(3 * i) * free.dx;
+      delta[0] += work.gap_m[i];
+      delta -= (1.0 - rho) * (contact.E_F.transpose() * u_F);
       work.delta_free.segment<3>(3 * i) = delta;
     }
   }
@@ -80,14 +132,15 @@ void deform(const Model& model, const Frame& frame, int k, const Eigen::VectorXd
   }
 }
 
-FingerLoad finger_load(const Frame& frame, int k, const Eigen::VectorXd& f, const Isometry3d& X_WO) {
+FingerLoad finger_load(const Frame& frame, const ContactJacobian& J, int k, const Eigen::VectorXd& f,
+                       const Isometry3d& X_WO) {
   FingerLoad load;
   for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
-    const FrameContact& contact = frame.contacts[i];
-    load.force_N += contact.E_W * f.segment<3>(3 * i);
+    if (f[3 * i] <= 0.0) continue;
+    load.force_N += J.E_W[i] * f.segment<3>(3 * i);
     load.normal_N += f[3 * i];
-    load.centre_m += f[3 * i] * (X_WO * contact.s_O);
-    load.normal += f[3 * i] * (X_WO.linear() * contact.n_O);
+    load.centre_m += f[3 * i] * (X_WO * J.c_O[i]);
+    load.normal += f[3 * i] * (X_WO.linear() * frame.contacts[i].n_O);
   }
   if (load.normal_N > 0.0) {
     load.centre_m /= load.normal_N;
@@ -106,59 +159,70 @@ void move(const RigidMotion& motion, State& state) {
 
 void report_contacts(const Frame& frame, const ContactWorkspace& work, TickReport& report) {
   report.contacts = frame.size();
+  double work_J = 0.0;  // of the contact forces on the bodies
   for (int k = 0; k < kFingers; ++k) {
     bool loaded = false;
     for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
       report.penetration_m = std::max(report.penetration_m, -work.delta[3 * i]);
       if (work.f[3 * i] <= 0.0) continue;
-      const double slip_m = work.delta.segment<2>(3 * i + 1).norm();
+      const auto slip = work.delta.segment<2>(3 * i + 1);
+      work_J += work.f[3 * i] * (work.delta[3 * i] - work.gap_m[i]) + work.f.segment<2>(3 * i + 1).dot(slip);
+      const double slip_m = slip.norm();
       report.slip_m[k] = loaded ? std::min(report.slip_m[k], slip_m) : slip_m;
       loaded = true;
       ++report.active;
     }
   }
+  (work_J > 0.0 ? report.injected_J : report.dissipated_J) = std::abs(work_J);
 }
 
-/// Moves the bodies by their free and their contact motion, and takes stock of what the fingers do.
-void commit(const Model& model, const Frame& frame, const Eigen::VectorXd& f, State& state) {
+/// Moves the bodies by their free and their contact motion, and takes stock of what the fingers do. False, and nothing
+/// has moved, if that is not finite.
+bool commit(const Frame& frame, const ContactWorkspace& work, Drive drive, State& state) {
+  const Eigen::VectorXd& f = work.f;
   const Index rows = 3 * frame.size();
-  const Vector6d wrench = frame.wrench + frame.J_object.topRows(rows).transpose() * f.head(rows);
-  JointVector torque = frame.torque_Nm;
+  drive.wrench += work.jacobian.object.topRows(rows).transpose() * f.head(rows);
   for (int k = 0; k < kFingers; ++k) {
     const Index first = 3 * frame.begin[k], count = 3 * frame.begin[k + 1] - first;
-    torque.segment<kJointsPerFinger>(kJointsPerFinger * k) +=
-        frame.J_finger.middleRows(first, count).transpose() * f.segment(first, count);
+    drive.torque.segment<kJointsPerFinger>(kJointsPerFinger * k) +=
+        work.jacobian.finger.middleRows(first, count).transpose() * f.segment(first, count);
   }
-  move(viscous_motion(model.scene, torque, wrench), state);
-  for (int k = 0; k < kFingers; ++k) state.load[k] = finger_load(frame, k, f, state.X_WO);
+  const RigidMotion motion = viscous_motion(drive.mobility, drive.torque, drive.wrench);
+  if (!motion.dq.allFinite() || !motion.dx.allFinite()) return false;
+  move(motion, state);
+  for (int k = 0; k < kFingers; ++k) state.load[k] = finger_load(frame, work.jacobian, k, f, state.X_WO);
   state.forces.clear();
   for (Index i = 0; i < frame.size(); ++i) {
     state.forces.push_back({frame.contacts[i].finger, frame.contacts[i].control_point, f.segment<3>(3 * i)});
   }
-  ++state.tick;
+  return true;
 }
 
 }  // namespace
 
-FramePolicy split_policy(const Scene&) { return {}; }
-
-void carry_forces(const Frame& frame, const std::vector<ContactForce>& forces, Eigen::VectorXd& f) {
-  auto old = forces.begin();
-  for (Index i = 0; i < frame.size(); ++i) {
-    const FrameContact& contact = frame.contacts[i];
-    const auto id = std::tie(contact.finger, contact.control_point);
-    while (old != forces.end() && std::tie(old->finger, old->control_point) < id) ++old;
-    const bool known = old != forces.end() && std::tie(old->finger, old->control_point) == id;
-    f.segment<3>(3 * i) = known ? old->f_C : Vector3d::Zero();
-  }
+FramePolicy split_policy(const Scene& scene) {
+  FramePolicy policy;
+  policy.offset_decay_s = scene.control_period_s;
+  if (scene.control) policy.hold_after_s = 3.0 * scene.control_period_s + scene.control_delay_s;
+  return policy;
 }
 
-ContactWorkspace::ContactWorkspace(const Model& model, const FramePolicy&)
-    : delta_free(3 * model.max_contacts),
+ContactWorkspace::ContactWorkspace(const Model& model, const FramePolicy& frame_policy)
+    : policy(frame_policy),
+      jacobian(model),
+      offset_m(Eigen::VectorXd::Zero(model.max_contacts)),
+      old_offset_m(model.max_contacts),
+      gap_m(model.max_contacts),
+      delta_free(3 * model.max_contacts),
       delta(3 * model.max_contacts),
       f(3 * model.max_contacts),
       mu(Eigen::VectorXd::Constant(model.max_contacts, model.scene.contact.friction)),
+      torque_Nm(JointVector::Zero()),
+      resumed_Nm(JointVector::Zero()),
+      q_held(JointVector::Zero()),
+      torque_held_Nm(JointVector::Zero()),
       W_(9 * model.max_contacts * model.max_contacts) {
+  contacts.reserve(model.max_contacts);
   if (model.deformable()) kernel_sum.resize(model.pulps.front().controls(), 3);
   pose.segments.resize(model.scene.hand.segments.size());
 }
@@ -166,32 +230,48 @@ ContactWorkspace::ContactWorkspace(const Model& model, const FramePolicy&)
 TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace& work, State& state,
                         const TickInput& input) noexcept {
   TickReport report;
-  state.X_WT = input.X_WT;
-  report.sequence = frame.sequence;
-  report.frame_age = state.tick - frame.tick;
   Stopwatch watch;
+  const Scene& scene = model.scene;
   const Index n = frame.size();
   auto W = work.W(n);
-  state.forces.reserve(model.max_contacts);  // A copied state has lost its spare room.
-  if (frame.sequence != work.sequence) {
-    assemble_delassus(model, frame, W);
-    carry_forces(frame, state.forces, work.f);
-    work.sequence = frame.sequence;
-    report.handed_over = true;
+  report.sequence = frame.sequence;
+  report.frame_age = state.tick - frame.tick;
+  report.handed_over = frame.sequence != work.sequence;
+  report.input_refused = !is_finite(input);
+  if (!report.input_refused) state.X_WT = input.X_WT;
+
+  forward_kinematics(scene.hand, state.q, work.pose);
+  const double age_s = static_cast<double>(report.frame_age) * scene.step_s;
+  report.held = age_s > work.policy.hold_after_s;
+  if (std::isfinite(work.policy.hold_after_s)) report.held |= beyond_trust(model, frame, work.pose, state);
+  const bool hold_changes = report.held != state.held;
+  if (hold_changes) set_hold(report.held, frame, work, state);
+  const Vector6d extra = report.input_refused ? Vector6d(Vector6d::Zero()) : input.wrench;
+  const Drive drive = thenar::drive(model, frame, extra, work, state);
+
+  if (report.handed_over) {
+    state.forces.reserve(model.max_contacts);  // A copied state has lost its spare room.
+    hand_over(model, frame, state, work);
+    fill_jacobian(model, frame, work.pose, state, work.jacobian);
+  } else if (work.policy.offset_decay_s > 0.0) {
+    work.offset_m.head(n) *= std::exp(-scene.step_s / work.policy.offset_decay_s);
+  }
+  if (report.handed_over || hold_changes) {
+    assemble_delassus(model, frame, work.jacobian, drive.mobility, W);
     report.assemble_s = watch.lap();
   }
 
-  const Scene& scene = model.scene;
-  forward_kinematics(scene.hand, state.q, work.pose);
-  const RigidMotion free = viscous_motion(scene, frame.torque_Nm, frame.wrench);
+  const RigidMotion free = viscous_motion(drive.mobility, drive.torque, drive.wrench);
   free_gaps_and_slips(model, frame, state, free, work);
   report.solve =
       solve_contacts(W, work.delta_free.head(3 * n), work.mu.head(n),
                      {scene.contact.tolerance, scene.contact.max_sweeps}, work.f.head(3 * n), work.delta.head(3 * n));
   report_contacts(frame, work, report);
-  commit(model, frame, work.f, state);
+  const bool moved = commit(frame, work, drive, state);
+  if (!moved) report.solve = {SolveStatus::kNotFinite, report.solve.sweeps, std::numeric_limits<double>::infinity()};
+  ++state.tick;
   report.solve_s = watch.lap();
-  if (model.deformable()) {
+  if (moved && model.deformable()) {
     for (int k = 0; k < kFingers; ++k) deform(model, frame, k, work.f, work, state);
     report.deform_s = watch.lap();
   }

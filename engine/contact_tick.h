@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "engine/delassus.h"
 #include "engine/frame.h"
 #include "engine/model.h"
 #include "engine/state.h"
@@ -34,11 +35,11 @@ struct FramePolicy {
 /// What one contact tick returns by value.
 struct TickReport {
   SolveReport solve;
-  std::int64_t sequence = -1;             ///< Of the frame used.
-  std::int64_t frame_age = 0;             ///< Steps from the frame's snapshot to this tick's start.
-  bool handed_over = false;               ///< The frame is new.
-  bool held = false;                      ///< The frame is too old or too far off: its drive is held.
-  bool input_refused = false;             ///< The input was not finite, and was left out.
+  std::int64_t sequence = -1;                   ///< Of the frame used.
+  std::int64_t frame_age = 0;                   ///< Steps from the frame's snapshot to this tick's start.
+  bool handed_over = false;                     ///< The frame is new.
+  bool held = false;                            ///< The frame is too old or too far off: its drive is held.
+  bool input_refused = false;                   ///< The input was not finite, and was left out.
   double injected_J = 0.0, dissipated_J = 0.0;  ///< Passivity ledger: contact work on the bodies, by its sign.
   Eigen::Index contacts = 0;
   Eigen::Index active = 0;                ///< Contacts that carry force.
@@ -58,26 +59,37 @@ class ContactWorkspace {
   /// The operator and vectors of n contacts.
   [[nodiscard]] Eigen::Map<Eigen::MatrixXd> W(Eigen::Index n) { return {W_.data(), 3 * n, 3 * n}; }
 
-  std::int64_t sequence = -1;  ///< Of the frame that W and f belong to.
+  FramePolicy policy;
+  std::int64_t sequence = -1;          ///< Of the frame that W, f and the contacts belong to.
+  ContactJacobian jacobian;            ///< Of the frame, at the state that took it over.
+  std::vector<FrameContact> contacts;  ///< That frame's, for the hand-over to the next one.
+  Eigen::VectorXd offset_m;            ///< e: what the gaps of contacts are raised by since the hand-over; n.
+  Eigen::VectorXd old_offset_m;        ///< The last frame's.
+  Eigen::VectorXd gap_m;               ///< Deformed gaps at the start of the tick, e included; n.
   Eigen::VectorXd delta_free, delta, f, mu;
-  Eigen::MatrixX3d kernel_sum;  ///< Control points x 3.
+  JointVector torque_Nm;               ///< What drove the fingers in the last tick.
+  JointVector resumed_Nm;              ///< What is left of the step in the drive when a hold ended.
+  JointVector q_held, torque_held_Nm;  ///< Joints and drive when the hold began.
+  Eigen::MatrixX3d kernel_sum;         ///< Control points x 3.
   HandPose pose;
 
  private:
   Eigen::VectorXd W_;
 };
 
-/// Carries forces to the contacts of a frame by finger and control point; both lists are sorted. Tangents are carried
-/// by parallel transport, so the components keep their meaning, and the cone is the same. f: out, 3 rows a contact.
-void carry_forces(const Frame& frame, const std::vector<ContactForce>& forces, Eigen::VectorXd& f);
-
 /// Advances the state by one step h of the contact loop on a frozen frame.
 ///
-/// 1. Free motion of the rigid bodies, h B^-1 (tau - g, W_ext), and of the pulps, u* = rho u.
-/// 2. delta_free: gaps, absolute, from the body-fixed geometry at the state; slips, relative to the tick. The bodies' free
-///    motion enters through J_c, as the contact motion does, so that what contact forbids cancels to the last bit.
-/// 3. Contact forces by Gauss-Seidel on W(h), formed when the frame is new, from the forces of the last tick.
-/// 4. Commit: (q, x) moves by h B^-1 (drive + J_c' f), u = rho u + (1 - rho) C f.
+/// 1. A new frame is taken over without a bump: forces are carried, and with `policy.offset_decay_s` each gap gets the
+///    offset e that makes old and new frame agree at this state, which then decays. W(h) is formed.
+/// 2. Drive: the frame's, the input's, and the pull of the task's spring. A frame too old, or one from which the fingers
+///    have moved too far, is held: tau = tau_held - K_h (q - q_held).
+/// 3. Free motion of the rigid bodies, h B^-1 (tau - g, W_ext), and of the pulps, u* = rho u.
+/// 4. delta_free: gaps, absolute, from the body-fixed geometry at the state (the local sphere of the object's surface);
+///    slips, relative to the tick. The bodies' free motion enters through J_c, as the contact motion does, so that what
+///    contact forbids cancels to the last bit.
+/// 5. Contact forces by Gauss-Seidel on W(h), from the forces of the last tick.
+/// 6. Commit: (q, x) moves by h B^-1 (drive + J_c' f), u = rho u + (1 - rho) C f. What is not finite moves nothing, and
+///    the status says so.
 ///
 /// After the first call on a state it does not allocate. It does not lock, log or throw.
 TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace& work, State& state,

@@ -35,9 +35,11 @@ GraspContact finger_contact(const Model& model, const HandPose& pose, const Snap
   Vector3d point = load.centre_m, n = load.normal;
   if (load.normal_N <= 0.0) {
     const Vector3d centre = X_WF * tip.centre_m;
-    const auto nearest = model.object.distance(snapshot.X_WO.inverse() * centre, std::numeric_limits<double>::infinity());
+    const auto nearest =
+        model.object.distance(snapshot.X_WO.inverse() * centre, std::numeric_limits<double>::infinity());
     // Normals that cancel leave no direction but the one to the object's centre.
-    n = nearest ? Vector3d(snapshot.X_WO.linear() * -nearest->normal) : (snapshot.X_WO.translation() - centre).normalized();
+    n = nearest ? Vector3d(snapshot.X_WO.linear() * -nearest->normal)
+                : (snapshot.X_WO.translation() - centre).normalized();
     point = centre + tip.radius_m * n;
   }
   return {point, contact_frame(X_WF.linear(), tip.normal, n)};
@@ -61,7 +63,11 @@ FingerForces ForceFilter::update(const std::array<GraspContact, kFingers>& conta
 }
 
 double force_gain(const Scene& scene) {
-  return scene.control->gain.value_or(0.3 * 2.0 * scene.joint_viscosity / scene.control_period_s);
+  // Sampled with a period and a delay, the loop is stable up to about 2 b / (period + delay). A third of that settles
+  // within two periods; with a delay the lag behind a moving target grows, and more than half of it errs less.
+  const double period_s = scene.control_period_s;
+  return scene.control->gain.value_or(2.0 * scene.joint_viscosity *
+                                      std::min(0.3 / period_s, 0.6 / (period_s + scene.control_delay_s)));
 }
 
 JointVector desired_torques(const Model& model, const HandPose& pose,

@@ -36,7 +36,8 @@ class PosePid {
 /// Where finger k acts on the object: its pressure centre and the mean normal there; without load the point of its pulp
 /// sphere along the object's nearest inward normal. Columns of the frame: n, t1, t2, tangents as in
 /// find_frame_contacts.
-[[nodiscard]] GraspContact finger_contact(const Model& model, const HandPose& pose, const Snapshot& snapshot, int finger);
+[[nodiscard]] GraspContact finger_contact(const Model& model, const HandPose& pose, const Snapshot& snapshot,
+                                          int finger);
 
 /// The filter of eq. (21), one lag a direction: K_n y_n + nu_n dy_n/dt = e_n, discretised implicitly; likewise
 /// tangential.
@@ -53,7 +54,8 @@ class ForceFilter {
   FingerForces y_C_ = FingerForces::Zero();  ///< Contact axes [m].
 };
 
-/// K of eq. (22): the scene's, or 0.3 times the stability bound 2 b / (control period).
+/// K of eq. (22): the scene's, or 0.3 times the stability bound 2 b / (control period), and not more than 0.6 times the
+/// bound 2 b / (control period + control delay) of late frames.
 [[nodiscard]] double force_gain(const Scene& scene);
 
 /// The desired joint torques: eq. (22), K J^+ y, and with the feed-forward law J' f^d + g besides.

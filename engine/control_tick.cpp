@@ -93,7 +93,7 @@ ControlReport control_tick(const Model& model, const Snapshot& snapshot, Control
   stage.lap();
   find_frame_contacts(model, controller.pose, snapshot.X_WO, controller.candidates, frame);
   report.find_s = stage.lap();
-  fill_factors(model, controller.pose, snapshot.X_WO, frame);
+  fill_compliance(model, frame);
   report.factors_s = stage.lap();
   report.total_s = total.lap();
   return report;

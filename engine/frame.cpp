@@ -1,5 +1,8 @@
 #include "engine/frame.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace thenar {
 
 using Eigen::Index;
@@ -10,30 +13,21 @@ using Eigen::Vector3d;
 
 namespace {
 
-// A pulp pressed deeper than half its radius is beyond any law used here; the search need not go further.
-constexpr double kReachPerRadius = 0.5;
-
-Matrix3d skew(const Vector3d& v) {
-  Matrix3d S;
-  S << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
-  return S;
-}
-
 void add_contact(const Model& model, const HandPose& pose, const Isometry3d& X_WO, int finger, Index control_point,
                  const Vector3d& p_F, const Vector3d& s_O, const Vector3d& n_O, Frame& frame) {
   const Fingertip& tip = model.scene.hand.fingertips[finger];
   const Matrix3d& R_WF = pose.distal(model.scene.hand, finger).linear();
   const Matrix3d E_W = contact_frame(R_WF, tip.normal, X_WO.linear() * n_O);
-  frame.contacts.push_back({finger, control_point, p_F, s_O, n_O, 0.0, E_W, R_WF.transpose() * E_W});
+  frame.contacts.push_back({finger, control_point, p_F, s_O, n_O, 0.0, R_WF.transpose() * E_W});
 }
 
 void find_pulp_contacts(const Model& model, const HandPose& pose, const Isometry3d& X_WO, int finger,
                         std::vector<ContactCandidate>& candidates, Frame& frame) {
   const Pulp& pulp = model.pulps[finger];
   const ContactSettings& contact = model.scene.contact;
-  const double reach_m = kReachPerRadius * model.scene.hand.fingertips[finger].radius_m;
+  const double reach_m = kTrustPerRadius * model.scene.hand.fingertips[finger].radius_m + model.band_m();
   const Isometry3d X_OF = X_WO.inverse() * pose.distal(model.scene.hand, finger);
-  find_contacts(pulp.surface, pulp.tree, X_OF, model.object, {contact.band_m, reach_m, contact.max_per_finger},
+  find_contacts(pulp.surface, pulp.tree, X_OF, model.object, {model.band_m(), reach_m, contact.max_per_finger},
                 candidates);
   for (const ContactCandidate& c : candidates) {
     add_contact(model, pose, X_WO, finger, c.control_point, pulp.control_points_m.col(c.control_point), c.point_m,
@@ -44,7 +38,7 @@ void find_pulp_contacts(const Model& model, const HandPose& pose, const Isometry
 void find_point_contact(const Model& model, const HandPose& pose, const Isometry3d& X_WO, int finger, Frame& frame) {
   const Fingertip& tip = model.scene.hand.fingertips[finger];
   const Isometry3d X_OF = X_WO.inverse() * pose.distal(model.scene.hand, finger);
-  const double band_m = model.scene.contact.band_m;
+  const double band_m = model.band_m();
   const double reach_m = tip.radius_m + band_m + model.object.support_m();
   const auto nearest = model.object.distance(X_OF * tip.centre_m, reach_m);
   if (!nearest || nearest->distance_m - tip.radius_m >= band_m) return;
@@ -53,21 +47,49 @@ void find_point_contact(const Model& model, const HandPose& pose, const Isometry
               frame);
 }
 
+/// The curvature of the object's surface at each contact of a finger, from how normals turn among its contacts: on a
+/// sphere n_j - n_i = -(s_j - s_i) / R exactly. Normals of another face (more than 45 degrees off) do not count.
+void fill_curvatures(int finger, Frame& frame) {
+  constexpr double kSameFace = 0.7;
+  for (Index i = frame.begin[finger]; i < frame.size(); ++i) {
+    FrameContact& contact = frame.contacts[i];
+    double turn = 0.0, way = 0.0;
+    for (Index j = frame.begin[finger]; j < frame.size(); ++j) {
+      const FrameContact& other = frame.contacts[j];
+      if (other.n_O.dot(contact.n_O) < kSameFace) continue;
+      const Vector3d step = other.s_O - contact.s_O;
+      turn -= step.dot(other.n_O - contact.n_O);
+      way += step.squaredNorm();
+    }
+    contact.curvature_per_m = way > 0.0 ? turn / way : 0.0;
+  }
+}
+
 }  // namespace
 
 Matrix3d contact_frame(const Matrix3d& R_WF, const Vector3d& pulp_normal, const Vector3d& n_W) {
   const auto carry = Eigen::Quaterniond::FromTwoVectors(pulp_normal, R_WF.transpose() * n_W);
-  const Vector3d t1 = R_WF * (carry * pulp_normal.unitOrthogonal());
-  Matrix3d E_W;
-  E_W.col(0) = n_W;
-  // A hand file's rotations are rounded; the frame is orthonormal all the same.
-  E_W.col(1) = (t1 - t1.dot(n_W) * n_W).normalized();
-  E_W.col(2) = n_W.cross(E_W.col(1));
-  return E_W;
+  return axes_of(n_W, R_WF * (carry * pulp_normal.unitOrthogonal()));
 }
 
-Frame::Frame(const Model& model)
-    : J_finger(3 * model.max_contacts, kJointsPerFinger), J_object(3 * model.max_contacts, 6) {
+Matrix3d axes_of(const Vector3d& n, const Vector3d& t1) {
+  Matrix3d E;
+  E.col(0) = n.normalized();
+  E.col(1) = (t1 - t1.dot(E.col(0)) * E.col(0)).normalized();
+  E.col(2) = E.col(0).cross(E.col(1));
+  return E;
+}
+
+double contact_gap(const FrameContact& contact, const Isometry3d& X_FO, const Vector3d& u_F) {
+  const Vector3d n_F = X_FO.linear() * contact.n_O;
+  const Vector3d way_F = X_FO * contact.s_O - contact.p_F;  // finger point to surface point
+  // (R + gap)^2 = (R + plane gap)^2 + tangential way^2, solved for the gap without a difference of large numbers.
+  const double k = contact.curvature_per_m;
+  const double a = 2.0 * n_F.dot(way_F) + k * way_F.squaredNorm();
+  return a / (1.0 + std::sqrt(std::max(0.0, 1.0 + k * a))) + n_F.dot(u_F);
+}
+
+Frame::Frame(const Model& model) {
   contacts.reserve(model.max_contacts);
   const Index per_finger = model.deformable() ? model.max_contacts / kFingers : 0;
   for (MatrixXd& C : compliance) C.setZero(3 * per_finger, 3 * per_finger);
@@ -87,18 +109,12 @@ void find_frame_contacts(const Model& model, const HandPose& pose, const Isometr
     } else {
       find_point_contact(model, pose, X_WO, k, frame);
     }
+    fill_curvatures(k, frame);
   }
   frame.begin[kFingers] = frame.size();
 }
 
-void fill_factors(const Model& model, const HandPose& pose, const Isometry3d& X_WO, Frame& frame) {
-  for (Index i = 0; i < frame.size(); ++i) {
-    const FrameContact& contact = frame.contacts[i];
-    const Vector3d s_W = X_WO * contact.s_O;
-    frame.J_finger.middleRows<3>(3 * i) = -contact.E_W.transpose() * finger_jacobian(pose, contact.finger, s_W);
-    frame.J_object.block<3, 3>(3 * i, 0) = contact.E_W.transpose();
-    frame.J_object.block<3, 3>(3 * i, 3) = -contact.E_W.transpose() * skew(s_W - X_WO.translation());
-  }
+void fill_compliance(const Model& model, Frame& frame) {
   if (!model.deformable()) return;
   for (int k = 0; k < kFingers; ++k) {
     const Pulp& pulp = model.pulps[k];
@@ -115,23 +131,6 @@ void fill_factors(const Model& model, const HandPose& pose, const Isometry3d& X_
         frame.compliance[k].block<3, 3>(column, row) = C_ij.transpose();
       }
     }
-  }
-}
-
-void assemble_delassus(const Model& model, const Frame& frame, Eigen::Ref<MatrixXd> W) {
-  const Scene& scene = model.scene;
-  const double h = scene.step_s;
-  const auto J_o = frame.J_object.topRows(3 * frame.size());
-  W.noalias() = (h / scene.object.translation_damping) * J_o.leftCols<3>() * J_o.leftCols<3>().transpose();
-  W.noalias() += (h / scene.object.rotation_damping) * J_o.rightCols<3>() * J_o.rightCols<3>().transpose();
-  for (int k = 0; k < kFingers; ++k) {
-    const Index first = 3 * frame.begin[k], rows = 3 * frame.begin[k + 1] - first;
-    if (rows == 0) continue;
-    auto W_k = W.block(first, first, rows, rows);
-    const auto J_k = frame.J_finger.middleRows(first, rows);
-    W_k.noalias() += (h / scene.joint_viscosity) * J_k * J_k.transpose();
-    if (!model.deformable()) continue;
-    W_k += (1.0 - memory(model.pulps[k].material, h)) * frame.compliance[k].topLeftCorner(rows, rows);
   }
 }
 

@@ -17,12 +17,11 @@ namespace thenar {
 struct FrameContact {
   int finger = 0;
   Eigen::Index control_point = 0;
-  Eigen::Vector3d p_F;  ///< Finger point, distal frame; rest shape.
-  Eigen::Vector3d s_O;  ///< Its projection on the object's surface, object frame.
-  Eigen::Vector3d n_O;  ///< Into the object, object frame.
+  Eigen::Vector3d p_F;           ///< Finger point, distal frame; rest shape.
+  Eigen::Vector3d s_O;           ///< Its projection on the object's surface, object frame.
+  Eigen::Vector3d n_O;           ///< Into the object, object frame.
   double curvature_per_m = 0.0;  ///< Of the object's surface there: 1/R of the local sphere, > 0 convex.
-  Eigen::Matrix3d E_W;  ///< Columns n, t1, t2, world axes at the snapshot.
-  Eigen::Matrix3d E_F;  ///< The same in the distal frame.
+  Eigen::Matrix3d E_F;           ///< Columns n, t1, t2, distal frame, at the snapshot.
 };
 
 /// What the control / free-motion side hands to the contact side: contacts, the operator as factors, and the drive, all
@@ -33,14 +32,12 @@ struct FrameContact {
 struct Frame {
   explicit Frame(const Model& model);
 
-  std::int64_t sequence = -1;                      ///< 0, 1, 2, …; -1: empty.
-  std::int64_t tick = 0;                           ///< Of the snapshot: the frame's age is counted from there.
-  Eigen::Isometry3d X_WO;                          ///< Object, at the snapshot.
-  std::array<Eigen::Isometry3d, kFingers> X_WF;    ///< Distal segments, at the snapshot.
-  std::vector<FrameContact> contacts;              ///< Sorted by finger and control point.
-  std::array<Eigen::Index, kFingers + 1> begin{};  ///< Finger k has contacts begin[k] .. begin[k + 1).
-  Eigen::Matrix<double, Eigen::Dynamic, kJointsPerFinger> J_finger;  ///< Rows -E' J_k at s; 3 capacity x 4.
-  Eigen::Matrix<double, Eigen::Dynamic, 6> J_object;                 ///< Rows E' [I, -[r]x]; 3 capacity x 6.
+  std::int64_t sequence = -1;                        ///< 0, 1, 2, …; -1: empty.
+  std::int64_t tick = 0;                             ///< Of the snapshot: the frame's age is counted from there.
+  Eigen::Isometry3d X_WO;                            ///< Object, at the snapshot.
+  std::array<Eigen::Isometry3d, kFingers> X_WF;      ///< Distal segments, at the snapshot.
+  std::vector<FrameContact> contacts;                ///< Sorted by finger and control point.
+  std::array<Eigen::Index, kFingers + 1> begin{};    ///< Finger k has contacts begin[k] .. begin[k + 1).
   std::array<Eigen::MatrixXd, kFingers> compliance;  ///< C among a finger's contacts [m/N]; leading part.
   JointVector torque_Nm;                             ///< tau - g: what drives the fingers beside contact.
   Vector6d wrench;                                   ///< W_ext on the object, world axes [N, N m].
@@ -55,16 +52,21 @@ struct Frame {
 [[nodiscard]] Eigen::Matrix3d contact_frame(const Eigen::Matrix3d& R_WF, const Eigen::Vector3d& pulp_normal,
                                             const Eigen::Vector3d& n_W);
 
+/// Orthonormal right-handed axes: n, and t1 as far as it is across n. A hand file's rotations are rounded; contact
+/// axes that went through them are put right so.
+[[nodiscard]] Eigen::Matrix3d axes_of(const Eigen::Vector3d& n, const Eigen::Vector3d& t1);
+
+/// Signed gap of a contact, with the object at X_FO in the distal frame and the pulp deformed by u there: the finger
+/// point against the sphere of the surface's curvature that is fixed in the object, plus n.u [m].
+[[nodiscard]] double contact_gap(const FrameContact& contact, const Eigen::Isometry3d& X_FO,
+                                 const Eigen::Vector3d& u_F);
+
 /// Finds the frame's contacts on the rest shapes of the fingertips: control points of the pulps, or, for rigid
 /// fingertips, the one point of each pulp sphere that is nearest to the object. `candidates` is memory to work in.
 void find_frame_contacts(const Model& model, const HandPose& pose, const Eigen::Isometry3d& X_WO,
                          std::vector<ContactCandidate>& candidates, Frame& frame);
 
-/// Computes J_finger, J_object and the compliance of the contacts that the frame holds.
-void fill_factors(const Model& model, const HandPose& pose, const Eigen::Isometry3d& X_WO, Frame& frame);
-
-/// W(h) = h J_c B^-1 J_c' + (1 - rho) C of eqs. (31, 36), B = diag(b I, b_t I, b_o I): the Delassus operator of a step
-/// h. W is 3n x 3n, n = frame.size() [m/N].
-void assemble_delassus(const Model& model, const Frame& frame, Eigen::Ref<Eigen::MatrixXd> W);
+/// Computes the compliance C_ij = k_ij S E_i' E_j S among the contacts that the frame holds.
+void fill_compliance(const Model& model, Frame& frame);
 
 }  // namespace thenar

@@ -20,6 +20,9 @@ namespace {
 // Fewer normals that point the wrong way are put right by their neighbours.
 constexpr double kMostDoubtful = 0.1;
 
+// A fingertip reaches it when a grip closes at once.
+constexpr double kClosingSpeed = 0.1;  // [m/s]
+
 PointCloud make_cloud(const ObjectSettings& object) {
   if (const auto* box = std::get_if<BoxShape>(&object.shape)) return sample_box(box->size_m, object.points);
   if (const auto* sphere = std::get_if<SphereShape>(&object.shape))
@@ -63,6 +66,13 @@ Model::Model(Scene s) : scene(std::move(s)), object(make_object(scene.object)) {
     pulps.push_back(make_spherical_pulp(tip.centre_m, tip.radius_m, scene.fingertips->points, scene.fingertips->leaves,
                                         scene.fingertips->material));
   }
+}
+
+double Model::band_m() const {
+  double trust_m = scene.hand.fingertips[0].radius_m;
+  for (const Fingertip& tip : scene.hand.fingertips) trust_m = std::min(trust_m, kTrustPerRadius * tip.radius_m);
+  const double way_m = 2.0 * kClosingSpeed * (scene.control_period_s + scene.control_delay_s);
+  return std::max(scene.contact.band_m, std::min(way_m, trust_m));
 }
 
 bool Model::control_is_due(std::int64_t tick) const {

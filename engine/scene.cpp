@@ -22,6 +22,7 @@ void read_time(const ConfigMap& time, Scene& scene) {
   scene.duration_s = time.positive("duration", Dimension::kTime);
   scene.step_s = time.positive("step", Dimension::kTime);
   scene.control_period_s = time.positive("control_period", Dimension::kTime);
+  scene.control_delay_s = time.non_negative_or("control_delay", Dimension::kTime, 0.0);
   if (scene.duration_s / scene.step_s > kMaxSteps) time.refuse("step", "makes more than 10 million steps");
   if (scene.control_period_s < (1.0 - 1e-9) * scene.step_s) {
     time.refuse("control_period", "must not be shorter than time.step");
@@ -161,6 +162,11 @@ TaskSettings read_task(const ConfigMap& map) {
   TaskSettings task;
   if (map.has("translate")) task.translate = read_translation(map.map("translate"));
   if (map.has("rotate")) task.rotate = read_rotation_move(map.map("rotate"));
+  if (map.has("spring")) {
+    const ConfigMap spring = map.map("spring");
+    task.spring = Spring{spring.positive("translation", Dimension::kStiffness),
+                         spring.positive("rotation", Dimension::kRotationalStiffness)};
+  }
   if (map.has("push")) {
     const ConfigMap push = map.map("push");
     task.push = Push{push.vector3("force", Dimension::kForce), 0.0, 0.0};

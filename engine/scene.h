@@ -78,6 +78,12 @@ struct Move {
   double over_s = 1.0;
 };
 
+/// What ties the object to its target at every step, as a hand that moves it would: a haptic device's virtual coupling.
+struct Spring {
+  double translation_N_per_m = 0.0;
+  double rotation_Nm_per_rad = 0.0;
+};
+
 /// A constant force at the object's centre, object axes at the start, that the controller does not know of.
 struct Push {
   Eigen::Vector3d force_N = Eigen::Vector3d::Zero();
@@ -87,6 +93,7 @@ struct Push {
 
 struct TaskSettings {
   std::optional<Move> translate, rotate;
+  std::optional<Spring> spring;
   std::optional<Push> push;
 };
 
@@ -95,7 +102,9 @@ struct Scene {
   std::string name;
   double duration_s = 0.0;
   double step_s = 0.0;
-  double control_period_s = 0.0;                      ///< Not shorter than the step.
+  double control_period_s = 0.0;  ///< Not shorter than the step.
+  double control_delay_s =
+      0.0;  ///< From a control tick's snapshot to its frame's use, where the two have clocks of their own.
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  ///< World = hand frame.
   Hand hand;
   JointVector posture = JointVector::Zero();  ///< q at the start.

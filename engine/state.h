@@ -48,4 +48,11 @@ struct State : Snapshot {
   std::vector<ContactForce> forces;   ///< Sorted by finger and control point; capacity model.max_contacts.
 };
 
+/// u at the control point of a contact, distal frame; zero for rigid fingertips.
+template <typename Contact>
+[[nodiscard]] Eigen::Vector3d displacement(const State& state, const Contact& contact) {
+  if (state.u_m.empty()) return Eigen::Vector3d::Zero();
+  return state.u_m[contact.finger].row(contact.control_point).transpose();
+}
+
 }  // namespace thenar

@@ -115,14 +115,15 @@ struct Motion {
   JointVector dq;
   Vector3d dp, turn;
 };
-Motion motion_of(const Model& model, const Frame& frame, const State& before, const std::vector<ContactForce>& forces) {
+Motion motion_of(const Model& model, const Frame& frame, const ContactJacobian& jacobian, const State& before,
+                 const std::vector<ContactForce>& forces) {
   HandPose pose;
   forward_kinematics(model.scene.hand, before.q, pose);
   JointVector torque = frame.torque_Nm;
   Vector3d force = frame.wrench.head<3>(), moment = frame.wrench.tail<3>();
   for (std::size_t i = 0; i < forces.size(); ++i) {
     const FrameContact& contact = frame.contacts[i];
-    const Vector3d f = contact.E_W * forces[i].f_C, s = before.X_WO * contact.s_O;
+    const Vector3d f = jacobian.E_W[i] * forces[i].f_C, s = before.X_WO * jacobian.c_O[i];
     force += f;
     moment += (s - before.X_WO.translation()).cross(f);
     torque.segment<kJointsPerFinger>(kJointsPerFinger * contact.finger) -=
@@ -141,7 +142,7 @@ TEST_F(MovingGrasp, ActionIsReaction) {
     SCOPED_TRACE(tick);
     const State before = loop.state;
     loop.tick();
-    const Motion motion = motion_of(model, loop.frame, before, loop.state.forces);
+    const Motion motion = motion_of(model, loop.frame, loop.work.jacobian, before, loop.state.forces);
     EXPECT_LE((loop.state.q - before.q - motion.dq).norm(), 1e-14);
     EXPECT_LE((loop.state.X_WO.translation() - before.X_WO.translation() - motion.dp).norm(), 1e-15);
     const Eigen::AngleAxisd turn(loop.state.X_WO.linear() * before.X_WO.linear().transpose());
@@ -150,7 +151,7 @@ TEST_F(MovingGrasp, ActionIsReaction) {
     std::array<Vector3d, kFingers> load;
     load.fill(Vector3d::Zero());
     for (std::size_t i = 0; i < loop.state.forces.size(); ++i) {
-      load[loop.state.forces[i].finger] += loop.frame.contacts[i].E_W * loop.state.forces[i].f_C;
+      load[loop.state.forces[i].finger] += loop.work.jacobian.E_W[i] * loop.state.forces[i].f_C;
     }
     for (int k = 0; k < kFingers; ++k) EXPECT_LE((loop.state.load[k].force_N - load[k]).norm(), 1e-14);
   }

@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <random>
 
+#include "engine/delassus.h"
 #include "engine/frame.h"
 #include "tests/scenes.h"
 
@@ -19,12 +20,12 @@ using Eigen::VectorXd;
 constexpr int kSpeeds = kJoints + 6;  ///< Joints, object's velocity, object's angular velocity.
 
 /// J_c of all the frame's contacts for all speeds.
-MatrixXd contact_jacobian(const Frame& frame) {
+MatrixXd dense(const Frame& frame, const ContactJacobian& jacobian) {
   MatrixXd J = MatrixXd::Zero(3 * frame.size(), kSpeeds);
   for (Index i = 0; i < frame.size(); ++i) {
     const int first = kJointsPerFinger * frame.contacts[i].finger;
-    J.block<3, kJointsPerFinger>(3 * i, first) = frame.J_finger.middleRows<3>(3 * i);
-    J.block<3, 6>(3 * i, kJoints) = frame.J_object.middleRows<3>(3 * i);
+    J.block<3, kJointsPerFinger>(3 * i, first) = jacobian.finger.middleRows<3>(3 * i);
+    J.block<3, 6>(3 * i, kJoints) = jacobian.object.middleRows<3>(3 * i);
   }
   return J;
 }
@@ -35,10 +36,14 @@ class GraspFrame : public testing::Test {
   GraspFrame() : loop(with_exact_rotations(scene_of("box_grasp", {kCoarseBox}))) {
     loop.run(20e-3);
     loop.control();
+    forward_kinematics(model.scene.hand, loop.state.q, pose);
+    fill_jacobian(model, frame, pose, loop.state, jacobian);
   }
   Loop loop;
   const Model& model = loop.model;
   const Frame& frame = loop.frame;
+  HandPose pose;
+  ContactJacobian jacobian{model};
 };
 
 TEST_F(GraspFrame, HoldsContactsOfEveryFingerInOrder) {
@@ -59,8 +64,9 @@ TEST_F(GraspFrame, HoldsContactsOfEveryFingerInOrder) {
 // The contact's axes: a rotation, the first into the object (from a finger towards the box's centre), the same in both
 // bodies.
 TEST_F(GraspFrame, AxesAreRightHandedAndPointIntoTheObject) {
-  for (const FrameContact& contact : frame.contacts) {
-    const Matrix3d& E = contact.E_W;
+  for (Index i = 0; i < frame.size(); ++i) {
+    const FrameContact& contact = frame.contacts[i];
+    const Matrix3d& E = jacobian.E_W[i];
     EXPECT_LE((E.transpose() * E - Matrix3d::Identity()).norm(), 1e-14);
     EXPECT_GT(E.determinant(), 0.0);
     const Matrix3d& R_WF = loop.controller.pose.distal(model.scene.hand, contact.finger).linear();
@@ -70,22 +76,22 @@ TEST_F(GraspFrame, AxesAreRightHandedAndPointIntoTheObject) {
   }
 }
 
-// J_c maps speeds to the motion of the object against the finger at s: the derivative, by every joint and direction, of
-// the distance between the points of both bodies that are at s now, in the contact's axes of now. Step 1e-6: its error
+// J_c maps speeds to the motion of the object against the finger where they meet, c: the derivative, by every joint and
+// direction, of the distance between the points of both bodies that are at c now, in the contact's axes of now. Step 1e-6: its error
 // is 1e-12 from the curvature (1e-12 times second derivatives below 1) and 1e-17 / 1e-6 from rounding.
 TEST_F(GraspFrame, JacobianIsTheRelativeMotionAtTheSurface) {
   constexpr double h = 1e-6;
-  const MatrixXd J = contact_jacobian(frame);
+  const MatrixXd J = dense(frame, jacobian);
   const Hand& hand = model.scene.hand;
   const auto positions = [&](const JointVector& q, const Isometry3d& X_WO) {
-    HandPose pose;
-    forward_kinematics(hand, q, pose);
+    HandPose moved;
+    forward_kinematics(hand, q, moved);
     VectorXd all(3 * frame.size());
     for (Index i = 0; i < frame.size(); ++i) {
       const FrameContact& contact = frame.contacts[i];
-      const Vector3d s_F =
-          loop.controller.pose.distal(hand, contact.finger).inverse() * (loop.state.X_WO * contact.s_O);
-      all.segment<3>(3 * i) = contact.E_W.transpose() * (X_WO * contact.s_O - pose.distal(hand, contact.finger) * s_F);
+      const Vector3d& c_O = jacobian.c_O[i];
+      const Vector3d c_F = pose.distal(hand, contact.finger).inverse() * (loop.state.X_WO * c_O);
+      all.segment<3>(3 * i) = jacobian.E_W[i].transpose() * (X_WO * c_O - moved.distal(hand, contact.finger) * c_F);
     }
     return all;
   };
@@ -108,6 +114,60 @@ TEST_F(GraspFrame, JacobianIsTheRelativeMotionAtTheSurface) {
   }
 }
 
+// J_c's normal rows are the derivative of the gap that a tick computes: only then does contact take no energy from the
+// bodies' motion, or give any. On the deformed pulps, whose surface has moved by up to 0.3 mm along the box, so that the
+// finger's rest points would not do. Step and tolerance as above.
+TEST_F(GraspFrame, JacobianIsTheDerivativeOfTheGap) {
+  constexpr double h = 1e-6;
+  const MatrixXd J = dense(frame, jacobian);
+  const auto gaps = [&](const JointVector& q, const Isometry3d& X_WO) {
+    HandPose moved;
+    forward_kinematics(model.scene.hand, q, moved);
+    VectorXd all(frame.size());
+    for (Index i = 0; i < frame.size(); ++i) {
+      const FrameContact& contact = frame.contacts[i];
+      const Isometry3d X_FO = moved.distal(model.scene.hand, contact.finger).inverse() * X_WO;
+      all[i] = contact_gap(contact, X_FO, displacement(loop.state, contact));
+    }
+    return all;
+  };
+  for (int speed = 0; speed < kSpeeds; ++speed) {
+    SCOPED_TRACE(speed);
+    const auto moved = [&](double by) {
+      JointVector q = loop.state.q;
+      Isometry3d X_WO = loop.state.X_WO;
+      if (speed < kJoints) {
+        q[speed] += by;
+      } else if (speed < kJoints + 3) {
+        X_WO.translation()[speed - kJoints] += by;
+      } else {
+        const Vector3d centre = X_WO.translation();
+        X_WO.linear() = Eigen::AngleAxisd(by, Vector3d::Unit(speed - kJoints - 3)) * X_WO.linear();
+        X_WO.translation() = centre;
+      }
+      return gaps(q, X_WO);
+    };
+    const VectorXd derivative = (moved(h) - moved(-h)) / (2.0 * h);
+    for (Index i = 0; i < frame.size(); ++i) EXPECT_NEAR(derivative[i], J(3 * i, speed), 1e-9);
+  }
+}
+
+// A contact keeps its gap where the object rolls or slides under it, if its surface is the sphere that the frame took it
+// for; a frozen plane would lose t^2 / 2R of it.
+TEST(ContactGap, FollowsTheLocalSphere) {
+  std::mt19937_64 random(4);
+  for (const double R : {0.02, 0.1, -0.05}) {  // convex, and the inside of a ball
+    const Vector3d n = random_direction(random), centre(0.3, -0.2, 0.5);
+    const FrameContact contact{0, 0, centre - (R + 1e-4) * n, centre - R * n, n, 1.0 / R, Matrix3d::Identity()};
+    for (int trial = 0; trial < 20; ++trial) {
+      Isometry3d X_FO = random_rotation_about(centre, random);
+      X_FO.pretranslate(2e-3 * random_direction(random));
+      const double outside_m = (contact.p_F - X_FO * centre).norm() - std::abs(R);
+      EXPECT_NEAR(contact_gap(contact, X_FO, Vector3d::Zero()), R > 0.0 ? outside_m : -outside_m, 1e-15);
+    }
+  }
+}
+
 // W(h) = h J_c B^-1 J_c' + (1 - rho) C, computed with full matrices; symmetric and positive semi-definite, as f acts on
 // the object and -f on the finger. Tolerances are rounding of sums of 18 terms.
 TEST_F(GraspFrame, DelassusOperatorIsTheDenseFormula) {
@@ -117,14 +177,14 @@ TEST_F(GraspFrame, DelassusOperatorIsTheDenseFormula) {
     stepped.scene.step_s = h;
     const Index rows = 3 * frame.size();
     MatrixXd W(rows, rows);
-    assemble_delassus(stepped, frame, W);
+    assemble_delassus(stepped, frame, jacobian, mobility(stepped.scene), W);
 
-    VectorXd mobility(kSpeeds);
-    mobility << VectorXd::Constant(kJoints, 1.0 / model.scene.joint_viscosity),
+    VectorXd b_inverse(kSpeeds);
+    b_inverse << VectorXd::Constant(kJoints, 1.0 / model.scene.joint_viscosity),
         VectorXd::Constant(3, 1.0 / model.scene.object.translation_damping),
         VectorXd::Constant(3, 1.0 / model.scene.object.rotation_damping);
-    const MatrixXd J = contact_jacobian(frame);
-    MatrixXd expected = h * J * mobility.asDiagonal() * J.transpose();
+    const MatrixXd J = dense(frame, jacobian);
+    MatrixXd expected = h * J * b_inverse.asDiagonal() * J.transpose();
     const double rho = std::exp(-h / model.scene.fingertips->material.relaxation_s);
     for (int k = 0; k < kFingers; ++k) {
       const Pulp& pulp = model.pulps[k];
@@ -132,7 +192,7 @@ TEST_F(GraspFrame, DelassusOperatorIsTheDenseFormula) {
       for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
         for (Index j = frame.begin[k]; j < frame.begin[k + 1]; ++j) {
           const FrameContact &ci = frame.contacts[i], &cj = frame.contacts[j];
-          const Matrix3d E = S.asDiagonal() * ci.E_W.transpose() * cj.E_W * S.asDiagonal();
+          const Matrix3d E = S.asDiagonal() * jacobian.E_W[i].transpose() * jacobian.E_W[j] * S.asDiagonal();
           expected.block<3, 3>(3 * i, 3 * j) += (1.0 - rho) * pulp.kernel(ci.control_point, cj.control_point) * E;
         }
       }
@@ -170,9 +230,13 @@ TEST(ContactFrame, IsOrthonormalOnAHandOfRoundedRotations) {
   loop.run(20e-3);
   loop.control();
   ASSERT_GT(loop.frame.size(), 30);
-  for (const FrameContact& contact : loop.frame.contacts) {
-    EXPECT_LE((contact.E_W.transpose() * contact.E_W - Matrix3d::Identity()).norm(), 1e-14);
-    EXPECT_LE((contact.E_W.col(0) - loop.state.X_WO.linear() * contact.n_O).norm(), 1e-14);
+  ContactJacobian jacobian(loop.model);
+  fill_jacobian(loop.model, loop.frame, loop.controller.pose, loop.state, jacobian);
+  for (Index i = 0; i < loop.frame.size(); ++i) {
+    const Matrix3d& E = jacobian.E_W[i];
+    EXPECT_LE((E.transpose() * E - Matrix3d::Identity()).norm(), 1e-14);
+    // The normal goes through the rounded rotation and back.
+    EXPECT_LE((E.col(0) - loop.state.X_WO.linear() * loop.frame.contacts[i].n_O).norm(), 1e-5);
   }
 }
 

@@ -53,16 +53,14 @@ class PressedPulp {
       const double gap = tip.radius_m - depth_m - n_F.dot(p - tip.centre_m);
       if (gap >= kBand_m) continue;
       gaps.push_back(gap);
-      frame_.contacts.push_back({kFinger, c, p, p, n_F, E_F, E_F});
+      frame_.contacts.push_back({kFinger, c, p, p, n_F, 0.0, E_F});
     }
     frame_.begin = {0, 0, frame_.size(), frame_.size()};
     points_m.resize(3, frame_.size());
     for (Index i = 0; i < frame_.size(); ++i) points_m.col(i) = frame_.contacts[i].p_F;
     gap_m = Eigen::Map<VectorXd>(gaps.data(), frame_.size());
 
-    HandPose pose;
-    forward_kinematics(model.scene.hand, model.scene.posture, pose);
-    fill_factors(model, pose, Eigen::Isometry3d::Identity(), frame_);
+    fill_compliance(model, frame_);
     C = frame_.compliance[kFinger].topLeftCorner(3 * frame_.size(), 3 * frame_.size());
   }
 
@@ -205,17 +203,15 @@ MatrixXd kernel_of(const Matrix3Xd& points_m, const VectorXd& area_m2) {
 
 /// A pulp's compliance among all its control points, each met by a surface of any direction.
 MatrixXd compliance_for_random_normals(const Model& model, std::mt19937_64& random) {
-  HandPose pose;
-  forward_kinematics(model.scene.hand, model.scene.posture, pose);
   const Pulp& pulp = model.pulps[kFinger];
   Frame frame(model);
   for (Index c = 0; c < pulp.controls(); ++c) {
     const Vector3d p = pulp.control_points_m.col(c), n = random_direction(random);
     const Matrix3d E = contact_frame(Matrix3d::Identity(), model.scene.hand.fingertips[kFinger].normal, n);
-    frame.contacts.push_back({kFinger, c, p, p, n, E, E});
+    frame.contacts.push_back({kFinger, c, p, p, n, 0.0, E});
   }
   frame.begin = {0, 0, frame.size(), frame.size()};
-  fill_factors(model, pose, Eigen::Isometry3d::Identity(), frame);
+  fill_compliance(model, frame);
   return frame.compliance[kFinger];
 }
 

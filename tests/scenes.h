@@ -102,4 +102,12 @@ inline Eigen::Matrix3d random_rotation(std::mt19937_64& random) {
   return Eigen::AngleAxisd(uniform(random, 0.0, 3.1), axis).toRotationMatrix();
 }
 
+/// A turn about a point that stays.
+inline Eigen::Isometry3d random_rotation_about(const Eigen::Vector3d& point, std::mt19937_64& random) {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.linear() = random_rotation(random);
+  X.translation() = point - X.linear() * point;
+  return X;
+}
+
 }  // namespace thenar

@@ -1,0 +1,103 @@
+#include "engine/recorder.h"
+
+#include <cmath>
+#include <limits>
+
+namespace thenar {
+
+using Eigen::Vector3d;
+
+namespace {
+
+NormalTangential split(const Vector3d& force, const Vector3d& n) {
+  const double normal_N = force.dot(n);
+  return {normal_N, (force - normal_N * n).norm()};
+}
+
+void record_motion(const Model& model, const Snapshot& state, TickRecord& record) {
+  const Eigen::Isometry3d& start = model.scene.object.X_WO;
+  const Eigen::Isometry3d target = model.target(record.time_s);
+  record.position_m = start.linear().transpose() * (state.X_WO.translation() - start.translation());
+  record.target_m = start.linear().transpose() * (target.translation() - start.translation());
+  record.rotation_error_rad = pose_error(target, state.X_WO).tail<3>().norm();
+}
+
+void record_forces(const Model& model, const Snapshot& state, const ControlReport& control, TickRecord& record) {
+  for (int k = 0; k < kFingers; ++k) {
+    const FingerLoad& load = state.load[k];
+    record.force[k] = split(load.force_N, load.normal);
+    record.cone_margin[k] = std::numeric_limits<double>::quiet_NaN();
+    const double mu = model.scene.contact.friction;
+    if (load.normal_N > 0.0 && mu > 0.0) {
+      record.cone_margin[k] =
+          1.0 - record.force[k].tangential_N / (model.scene.contact.friction * record.force[k].normal_N);
+    }
+    if (!model.scene.control) continue;
+    record.force_desired[k] = split(control.f_desired.col(k), control.contacts[k].frame.col(0));
+    record.force_error_N[k] = (control.f_desired.col(k) - load.force_N).norm();
+  }
+}
+
+bool has_muscles(const Scene& scene) { return scene.control && scene.control->muscles; }
+
+}  // namespace
+
+void record_control(const ControlReport& control, TickRecord& record) {
+  record.controlled = true;
+  record.find_s = control.find_s;
+  record.factors_s = control.factors_s;
+  record.grasp_s = control.grasp_s;
+  record.muscle_s = control.muscle_s;
+  record.control_s = control.total_s;
+  record.grasp = control.grasp;
+  record.muscle = control.muscle;
+  record.muscle_residual_Nm = control.muscle_residual_Nm;
+}
+
+TickRecord tick_record(const Model& model, const Snapshot& after, const TickReport& contact,
+                       const ControlReport& control) {
+  TickRecord record;
+  record.contact = contact;
+  record.time_s = static_cast<double>(after.tick) * model.scene.step_s;
+  record_motion(model, after, record);
+  record_forces(model, after, control, record);
+  return record;
+}
+
+Recorder::Recorder(const Model& model)
+    : model_(model),
+      planned_(static_cast<std::int64_t>(std::ceil(model.scene.duration_s / model.scene.step_s - 1e-9))),
+      monitor_(model.scene.hand) {
+  recording_.ticks.reserve(planned_);
+  const auto muscles = std::ssize(model.scene.hand.muscles);
+  recording_.muscle_forces_N.resize(has_muscles(model.scene) ? muscles : 0, planned_);
+}
+
+void Recorder::check_grasp(double time_s, const ControlReport& control, const Vector3d& centre_m) {
+  if (control.grasp == GraspStatus::kOptimal || recording_.unsolved) return;
+  recording_.unsolved = UnsolvedGrasp{time_s, control, centre_m};
+}
+
+bool Recorder::add(TickRecord record, const Eigen::VectorXd& muscle_forces_N) {
+  if (has_muscles(model_.scene)) recording_.muscle_forces_N.col(std::ssize(recording_.ticks)) = muscle_forces_N;
+  const auto loss = monitor_.update(model_.scene.step_s, record);
+  // Without control nobody minds the object.
+  if (model_.scene.control) recording_.loss = loss;
+  recording_.ticks.push_back(record);
+  return !recording_.loss;
+}
+
+Recording Recorder::finish(const Snapshot& state, const ControlReport& control, double wall_s) {
+  const auto ticks = std::ssize(recording_.ticks);
+  recording_.stopped = ticks < planned_;
+  recording_.wall_s = wall_s;
+  recording_.muscle_forces_N.conservativeResize(Eigen::NoChange, ticks);
+  if (model_.scene.control && ticks > 0) {
+    HandPose pose;
+    forward_kinematics(model_.scene.hand, state.q, pose);
+    recording_.predicted_paper_law_error = predicted_paper_law_error(model_, pose, control.contacts, control.f_desired);
+  }
+  return std::move(recording_);
+}
+
+}  // namespace thenar

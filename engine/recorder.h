@@ -1,0 +1,44 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+
+#include "engine/contact_tick.h"
+#include "engine/control_tick.h"
+#include "engine/grasp_monitor.h"
+#include "engine/model.h"
+#include "engine/recording.h"
+#include "engine/state.h"
+
+namespace thenar {
+
+/// What a tick left: the state after it, what it reported, and the control tick whose frame it used.
+[[nodiscard]] TickRecord tick_record(const Model& model, const Snapshot& after, const TickReport& contact,
+                                     const ControlReport& control);
+
+/// Writes into the record what a control tick before this one cost and found.
+void record_control(const ControlReport& control, TickRecord& record);
+
+/// Gathers a run tick by tick, and watches it.
+class Recorder {
+ public:
+  explicit Recorder(const Model& model);
+
+  /// Notes a grasp-force problem without a solution, if it is one and the first.
+  void check_grasp(double time_s, const ControlReport& control, const Eigen::Vector3d& centre_m);
+  /// Takes the next tick; `muscle_forces_N` is not read in a scene without muscles. False if the object is lost.
+  bool add(TickRecord record, const Eigen::VectorXd& muscle_forces_N);
+  /// Ends the run as the state and the last control tick left it.
+  [[nodiscard]] Recording finish(const Snapshot& state, const ControlReport& control, double wall_s);
+  /// Ticks of the whole scene.
+  [[nodiscard]] std::int64_t planned() const { return planned_; }
+  [[nodiscard]] bool has_unsolved() const { return recording_.unsolved.has_value(); }
+
+ private:
+  const Model& model_;
+  std::int64_t planned_;
+  Recording recording_;
+  GraspMonitor monitor_;
+};
+
+}  // namespace thenar
