@@ -3,6 +3,7 @@
 #include <string>
 
 #include "demo/check.h"
+#include "demo/doctor.h"
 #include "demo/exit_code.h"
 #include "demo/options.h"
 #include "demo/profile.h"
@@ -126,6 +127,9 @@ int main(int argc, char** argv) try {
       return profile(*options);
     case Command::kCheck:
       return check(*options);
+    case Command::kDoctor:
+      doctor(std::cout);
+      return kDone;
   }
   return kInternal;
 } catch (const ConfigError& error) {

@@ -176,10 +176,13 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
   CLI::App* const check =
       app.add_subcommand("check", "Says what a scene will model, what it leaves out, and the defaults");
   add_scene(*check, options);
+  CLI::App* const doctor =
+      app.add_subcommand("doctor", "Says what this machine can keep, and how to get what it refuses");
 
   try {
     app.parse(argc, argv);
     if (check->parsed()) options.command = Command::kCheck;
+    if (doctor->parsed()) options.command = Command::kDoctor;
     if (profile->parsed()) options.command = Command::kProfile;
     if (profile->parsed()) options.runner = Runner::kRealtime;
     check_together(flags, options.runner);

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-enum class Command { kRun, kProfile, kCheck };
+enum class Command { kRun, kProfile, kCheck, kDoctor };
 
 /// Who runs the two loops.
 enum class Runner {

@@ -78,7 +78,7 @@ std::string jitter_script(const Model& model, const LoopProfile& profile, const 
       "set label 'period' at {},graph 0.97 right offset -0.7,0 tc rgb '#666666'\n"
       "plot $compute with lines lw 3 lc rgb '#2563a8' notitle\n"
       "unset multiplot\n",
-      0.5 / static_cast<double>(ticks.size()), curves, 2.0 * step_us, step_us, step_us, step_us);
+      0.5 / static_cast<double>(ticks.size()), curves, step_us, step_us, step_us);
   return script;
 }
 
