@@ -57,7 +57,9 @@ std::string jitter_script(const Model& model, const LoopProfile& profile, const 
   const auto& ticks = profile.contact();
   std::string script = header(folder / "jitter.svg", 1200, 560);
   script += distribution("jitter", collect(ticks, [](const ContactTrace& t) { return t.jitter_us(); }));
-  script += distribution("compute", collect(ticks, [](const ContactTrace& t) { return t.compute_us(); }));
+  const std::vector<double> compute_us = collect(ticks, [](const ContactTrace& t) { return t.compute_us(); });
+  const double longest_us = *std::max_element(compute_us.begin(), compute_us.end());
+  script += distribution("compute", compute_us);
   std::string curves =
       fmt::format("$jitter with lines lw 3 lc rgb '#2563a8' title 'contact loop, {:g} us spin'", spin_us);
   if (!floor.contact_us.empty()) {
@@ -74,11 +76,12 @@ std::string jitter_script(const Model& model, const LoopProfile& profile, const 
       "set yrange [{:.3g}:1.2]\nset key inside bottom left Left reverse\n"
       "set ylabel 'share of ticks at or above'\nset xlabel 'start of a tick after its deadline [us]'\nplot {}\n"
       "set ylabel ''\nset xlabel 'computation of a tick [us]'\n"
-      "set xrange [1:*]\nset arrow from {},graph 0 to {},graph 1 nohead lw 2 lc rgb '#888888' dt '-'\n"
+      "set xrange [1:{:.6g}]\nset arrow from {},graph 0 to {},graph 1 nohead lw 2 lc rgb '#888888' dt '-'\n"
       "set label 'period' at {},graph 0.97 right offset -0.7,0 tc rgb '#666666'\n"
       "plot $compute with lines lw 3 lc rgb '#2563a8' notitle\n"
       "unset multiplot\n",
-      0.5 / static_cast<double>(ticks.size()), curves, step_us, step_us, step_us);
+      0.5 / static_cast<double>(ticks.size()), curves, std::max(2.0 * step_us, 1.2 * longest_us), step_us, step_us,
+      step_us);
   return script;
 }
 
