@@ -1,6 +1,7 @@
 #include "engine/split_grasp.h"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include "engine/realtime.h"
@@ -10,17 +11,13 @@ namespace thenar {
 namespace {
 
 bool is_finite(const FrameContact& contact) {
-  return contact.p_F.allFinite() && contact.s_O.allFinite() && contact.n_O.allFinite() && contact.E_W.allFinite() &&
-         contact.E_F.allFinite();
+  return contact.p_F.allFinite() && contact.s_O.allFinite() && contact.n_O.allFinite() && contact.E_F.allFinite() &&
+         std::isfinite(contact.curvature_per_m);
 }
 
 /// Whether the contact side may use the frame: one number that is not finite would be in the state for good.
 bool is_finite(const Model& model, const Frame& frame) {
-  const Eigen::Index rows = 3 * frame.size();
-  if (!frame.torque_Nm.allFinite() || !frame.wrench.allFinite() || !frame.X_WO.matrix().allFinite() ||
-      !frame.J_finger.topRows(rows).allFinite() || !frame.J_object.topRows(rows).allFinite()) {
-    return false;
-  }
+  if (!frame.torque_Nm.allFinite() || !frame.wrench.allFinite() || !frame.X_WO.matrix().allFinite()) return false;
   for (int k = 0; k < kFingers; ++k) {
     const Eigen::Index rows_k = 3 * (frame.begin[k + 1] - frame.begin[k]);
     if (!frame.X_WF[k].matrix().allFinite()) return false;
