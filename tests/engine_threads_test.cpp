@@ -116,7 +116,8 @@ TEST(SplitGrasp, StaysFiniteWhateverTheInput) {
   bad.X_WT->translation().x() = std::numeric_limits<double>::infinity();
   for (int tick = 0; tick < 200; ++tick) {
     if (tick % 5 == 4) grasp.control_step();
-    grasp.contact_step(tick == 50 ? bad : TickInput{});
+    const ContactStep step = grasp.contact_step(tick == 50 ? bad : TickInput{});
+    ASSERT_EQ(step.tick.input_refused, tick == 50);
     ASSERT_TRUE(is_finite(grasp.state())) << tick;
   }
 }
