@@ -100,6 +100,7 @@ void write_results(const Model& model, const LoopProfile& profile, const Threads
     for (const char* figure : kProfileFigures) fs::remove(folder / figure, none);
   };
   remove_figures();
+  if (profile.contact().empty()) return;
   if (draw_profile(model, profile, floor, report.contact.spin_us, folder)) return;
   remove_figures();
   std::cerr << "warning: no figures, for gnuplot is missing or failed\n";
@@ -140,7 +141,7 @@ int profile(const Options& options) {
     std::cout << profile_table(json);
     if (!options.out.empty()) std::cout << "\nresults in " << options.out.string() << '\n';
   }
-  const std::optional<std::string> why = failure(profile);
+  const std::optional<std::string> why = failure(profile, report);
   if (why) std::cerr << "failed: " << *why << '\n';
   return why ? kFailed : kDone;
 }

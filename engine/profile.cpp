@@ -350,7 +350,10 @@ ordered_json profile_json(const Model& model, const LoopProfile& profile, const 
           {"floor", nullptr}};
 }
 
-std::optional<std::string> failure(const LoopProfile& profile) {
+std::optional<std::string> failure(const LoopProfile& profile, const ThreadsReport& report) {
+  if (report.first_control.grasp != GraspStatus::kOptimal) {
+    return "no grasp forces were found at 0.000 s: `thenar run` says what is missing";
+  }
   if (profile.loss()) {
     return fmt::format("the object was lost at {:.3f} s: {}", profile.loss()->time_s, profile.loss()->reason);
   }

@@ -90,8 +90,8 @@ class LoopProfile {
 [[nodiscard]] nlohmann::ordered_json profile_json(const Model& model, const LoopProfile& profile,
                                                   const ThreadsReport& report);
 
-/// Why the simulation under the profile failed, in a sentence: the object was lost, forces were not finite, an LCP found
+/// Why the simulation under the profile failed, in a sentence: no grasp forces exist at the start, the object was lost, forces were not finite, an LCP found
 /// no answer, or the contact solver did not converge. Nothing if it did not fail.
-[[nodiscard]] std::optional<std::string> failure(const LoopProfile& profile);
+[[nodiscard]] std::optional<std::string> failure(const LoopProfile& profile, const ThreadsReport& report);
 
 }  // namespace thenar

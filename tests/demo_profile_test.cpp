@@ -108,6 +108,13 @@ TEST(Profile, ReportsALostObjectAtTheEnd) {
   EXPECT_NE(run.text.find("contact: start jitter"), std::string::npos) << "the profile is told all the same";
 }
 
+TEST(Profile, FailsWithoutGraspForcesAtTheStart) {
+  const Outcome run =
+      thenar_program("profile " + config("box_grasp.yaml") + " --no-realtime --set control.grasp.friction=0 --quiet");
+  EXPECT_EQ(run.code, 6);
+  EXPECT_NE(run.text.find("no grasp forces were found at 0.000 s"), std::string::npos) << run.text;
+}
+
 TEST(Profile, SaysHowToGetTheFloor) {
   const fs::path out = scratch();
   const Outcome run = short_profile("--floor --out " + out.string(), "PATH=/nowhere ");

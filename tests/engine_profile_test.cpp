@@ -155,7 +155,7 @@ TEST(LoopProfile, GivesTheNumbersOfAKnownRun) {
   EXPECT_NEAR(json.at("simulated_s"), 1.0, 1e-12);
   EXPECT_EQ(json.at("scheduling").at("policy"), "SCHED_FIFO");
   EXPECT_TRUE(json.at("floor").is_null());
-  EXPECT_EQ(failure(run.profile), std::nullopt);
+  EXPECT_EQ(failure(run.profile, run.report), std::nullopt);
 }
 
 TEST(LoopProfile, NamesNoNumberOfARunTooShortForIt) {
@@ -184,8 +184,8 @@ TEST(LoopProfile, ReportsALostObjectAndGoesOn) {
   EXPECT_EQ(json.at("object").at("held"), false);
   EXPECT_NEAR(json.at("object").at("lost_at_s"), 0.401, 1e-9);
   EXPECT_NEAR(json.at("object").at("max_error_mm"), 20.0, 1e-3);
-  ASSERT_TRUE(failure(run.profile));
-  EXPECT_NE(failure(run.profile)->find("lost at 0.401 s"), std::string::npos);
+  ASSERT_TRUE(failure(run.profile, run.report));
+  EXPECT_NE(failure(run.profile, run.report)->find("lost at 0.401 s"), std::string::npos);
 }
 
 // A record that comes in during a run must not cost the process a page.
