@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "demo/profile_table.h"
+
 namespace {
 
 using nlohmann::ordered_json;
@@ -44,9 +46,11 @@ std::string results_table(const ordered_json& summary) {
   const ordered_json& contacts = summary.at("contacts");
   const ordered_json& lcp = summary.at("lcp");
   const ordered_json& stages = summary.at("stages");
+  const std::string scheduling = summary.contains("scheduling") ? scheduling_in_words(summary.at("scheduling"))
+                                                                : "one thread, no real-time scheduling";
   std::string table = "thenar " + build.at("version").get<std::string>() + ", " + build.at("type").get<std::string>() +
                       " (" + build.at("flags").get<std::string>() + "), " + build.at("compiler").get<std::string>() +
-                      ", one thread, no real-time scheduling\n";
+                      ", " + scheduling + "\n";
   table += summary.at("scene").get<std::string>() + ": " + cell(summary.at("simulated_s"), "s") + " simulated, " +
            cell(summary.at("real_time_factor"), "") + " times real time\n\ngrasp\n";
   line(table, "held", cell(grasp.at("held"), ""));
@@ -84,5 +88,5 @@ std::string results_table(const ordered_json& summary) {
   stage(table, stages, "muscle_lcp", "muscle-force LCP");
   stage(table, stages, "control_total", "control tick, total");
   table += "  (published: Rougeron et al. 2006, Pentium IV 2.2 GHz)\n";
-  return table;
+  return summary.contains("loops") ? table + loops_table(summary) : table;
 }

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 
 namespace thenar {
 
@@ -27,7 +28,7 @@ template <class T>
 class Stamped {
  public:
   template <class... Arguments>
-  explicit Stamped(const Arguments&... arguments) : value(arguments...) {}
+  explicit Stamped(Arguments&&... arguments) : value(std::forward<Arguments>(arguments)...) {}
 
   void begin(std::int64_t number) noexcept { before_.store(number, std::memory_order_relaxed); }
   void end(std::int64_t number) noexcept { after_.store(number, std::memory_order_relaxed); }

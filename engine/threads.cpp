@@ -30,6 +30,7 @@ constexpr milliseconds kDrainPeriod{3};
 // From the end of the threads' set-up to the first tick: both are asleep by then.
 constexpr std::int64_t kStartDelay_ns = 5'000'000;
 constexpr int kMaxCatchUp = 2;
+constexpr std::int64_t kSecond_ns = 1'000'000'000;
 
 /// The records of one thread on their way to another, in a ring of fixed size that neither side waits for.
 template <class Sample>
@@ -99,13 +100,20 @@ class RunLog {
     if (!sample.step.published) ++refused_;
   }
 
-  /// Says what has gone wrong since the last time, at most once a second.
-  void say(std::int64_t now_ns) {
-    if (overruns_ + slipped_ + holds_ + releases_ + refused_ == 0 || now_ns < next_ns_) return;
+  /// Says what has gone wrong since the last time: at most once a second, and ever more rarely, to once a minute.
+  void say_if_due(std::int64_t now_ns) {
+    if (now_ns < next_ns_ || !say()) return;
+    next_ns_ = now_ns + pause_ns_;
+    pause_ns_ = std::min(2 * pause_ns_, 60 * kSecond_ns);
+  }
+
+  /// Says it now; false if there is nothing to say.
+  bool say() {
+    if (overruns_ + slipped_ + holds_ + releases_ + refused_ == 0) return false;
     log_->warn("ticks overrun: {}, slipped: {}; holds begun: {}, ended: {}; frames not finite: {}", overruns_, slipped_,
                holds_, releases_, refused_);
     overruns_ = slipped_ = holds_ = releases_ = refused_ = 0;
-    next_ns_ = now_ns + 1'000'000'000;
+    return true;
   }
 
  private:
@@ -114,6 +122,7 @@ class RunLog {
   bool held_ = false;
   std::int64_t overruns_ = 0, slipped_ = 0, holds_ = 0, releases_ = 0, refused_ = 0;
   std::int64_t next_ns_ = std::numeric_limits<std::int64_t>::min();
+  std::int64_t pause_ns_ = kSecond_ns;
 };
 
 /// The control thread's loop, to its stop. A tick that is late is given up at once: a newer snapshot serves better.
@@ -171,13 +180,15 @@ ThreadsReport run_threads(const Model& model, State& state, const ThreadSettings
   const auto ticks_due = static_cast<std::int64_t>(std::ceil(settings.duration_s / scene.step_s - 1e-9));
   // At most half a step is spun away, so that the thread sleeps at any rate.
   const double spin_s = std::min(settings.spin_s, 0.5 * scene.step_s);
+  ThreadsReport report;
   SplitGrasp grasp(model, state);
+  report.first_control = grasp.first_control();
+  if (report.first_control.grasp != GraspStatus::kOptimal) return report;
   Records<ContactSample> contact_records(scene.step_s, {{}, state});
   Records<ControlSample> control_records(scene.control_period_s, {});
   RunLog log(scene.step_s);
   const Cores cores(settings.realtime);
 
-  ThreadsReport report;
   ContactLoopCounts counts;
   std::exception_ptr failure;  // of the control thread
   std::latch set_up(2);
@@ -227,7 +238,7 @@ ThreadsReport run_threads(const Model& model, State& state, const ThreadSettings
       log.add(sample);
       if (settings.on_control) settings.on_control(sample);
     });
-    log.say(steady_now_ns());
+    log.say_if_due(steady_now_ns());
   };
   // Acquire: see the threads' release. One thread has ended by itself only if the run is over, or the control failed.
   while (go_on && running.load(std::memory_order_acquire) == 2) {
@@ -240,6 +251,7 @@ ThreadsReport run_threads(const Model& model, State& state, const ThreadSettings
   control.join();
   report.wall_s = 1e-9 * static_cast<double>(steady_now_ns() - begin_ns);
   drain();
+  log.say();
   if (failure) std::rethrow_exception(failure);
 
   report.frames = grasp.frames().counts();

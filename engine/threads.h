@@ -41,6 +41,7 @@ struct ThreadSettings {
 
 /// What is known when a threaded run has ended.
 struct ThreadsReport {
+  ControlReport first_control;  ///< Of frame 0, which is made before the threads start.
   Scheduling contact, control;  ///< What was granted.
   ExchangeCounts frames, snapshots;
   std::int64_t ticks = 0;         ///< Contact ticks done.
@@ -66,7 +67,8 @@ ContactLoopCounts run_contact_loop(SplitGrasp& grasp, Schedule schedule, std::in
 /// Runs a scene in real time on two threads, contact at 1 / step and control at 1 / control period, while the calling
 /// thread receives their records. With `realtime`, and two cores or more, the last core is the contact thread's alone:
 /// until the run ends the calling thread, and what it starts, keeps to the others. `state`: in, where to start; out, as
-/// the run ended. What was refused and what went wrong is logged, at most once a second.
+/// the run ended. Without grasp forces for the start nothing runs. What was refused and what went wrong is logged, at
+/// most once a second.
 ThreadsReport run_threads(const Model& model, State& state, const ThreadSettings& settings);
 
 }  // namespace thenar

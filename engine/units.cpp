@@ -26,7 +26,7 @@ struct Units {
 
 const Units& units_of(Dimension dimension) {
   // In the order of Dimension.
-  static const std::array<Units, 15> kTable = {{
+  static const std::array<Units, 16> kTable = {{
       {"a plain number", {}},
       {"a length", {{"m"}, {"cm", 1, 100}, {"mm", 1, 1e3}, {"um", 1, 1e6}}},
       {"a time", {{"s"}, {"ms", 1, 1e3}, {"us", 1, 1e6}}},
@@ -42,6 +42,7 @@ const Units& units_of(Dimension dimension) {
       {"a rotational damping", {{"N*m*s"}, {"N*m*s/rad"}}},
       {"an integral gain", {{"N/(m*s)"}}},
       {"a rotational integral gain", {{"N*m/(rad*s)"}}},
+      {"a frequency", {{"Hz"}, {"kHz", 1e3}}},
   }};
   return kTable[static_cast<std::size_t>(dimension)];
 }

@@ -22,6 +22,7 @@ enum class Dimension {
   kRotationalDamping,       ///< N*m*s, N*m*s/rad; also joint viscosity
   kIntegralGain,            ///< N/(m*s)
   kRotationalIntegralGain,  ///< N*m/(rad*s)
+  kFrequency,               ///< Hz, kHz
 };
 
 /// A number read from text: its SI value, or what is wrong with the text.

@@ -1,53 +1,23 @@
 // The program as a user meets it: what it prints, what it writes, and how it refuses bad input.
 
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 #include <string>
 
 #include "collision/point_cloud.h"
 #include "engine/point_cloud_file.h"
+#include "tests/program.h"
 
 namespace thenar {
 namespace {
 
 namespace fs = std::filesystem;
-
-struct Outcome {
-  int code;
-  std::string text;  ///< What it printed, stdout and stderr together.
-};
-
-Outcome thenar_program(const std::string& arguments) {
-  std::FILE* pipe = popen((std::string(THENAR_PROGRAM) + " " + arguments + " 2>&1").c_str(), "r");
-  std::string text;
-  for (int c = std::fgetc(pipe); c != EOF; c = std::fgetc(pipe)) text += static_cast<char>(c);
-  return {WEXITSTATUS(pclose(pipe)), text};
-}
-
-std::string config(const std::string& name) { return std::string(THENAR_CONFIGS) + "/" + name; }
-
-std::string read(const fs::path& file) {
-  std::ostringstream text;
-  text << std::ifstream(file, std::ios::binary).rdbuf();
-  return text.str();
-}
-
-/// A fresh folder for one test.
-fs::path scratch() {
-  const fs::path folder = fs::path(THENAR_TEST_OUTPUT) / testing::UnitTest::GetInstance()->current_test_info()->name();
-  fs::remove_all(folder);
-  fs::create_directories(folder);
-  return folder;
-}
 
 TEST(Program, PrintsItsVersionAndHelp) {
   EXPECT_EQ(thenar_program("--version").code, 0);

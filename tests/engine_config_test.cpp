@@ -185,6 +185,8 @@ TEST(Config, ReadsEveryUnit) {
            {Dimension::kRotationalDamping, "1 N*m*s/rad", 1.0},
            {Dimension::kIntegralGain, "1 N/(m*s)", 1.0},
            {Dimension::kRotationalIntegralGain, "1 N*m/(rad*s)", 1.0},
+           {Dimension::kFrequency, "200 Hz", 200.0},
+           {Dimension::kFrequency, "4kHz", 4e3},
        }) {
     Config config(scene_file(std::string("value: ") + c.text));
     EXPECT_EQ(config.root().quantity("value", c.dimension), c.value) << c.text;

@@ -71,8 +71,7 @@ TEST(SplitGrasp, IsTheTwoTicksAndAnExchange) {
 
   for (int tick = 0; tick < 300; ++tick) {
     if (tick > 0 && model.control_is_due(tick)) {
-      const Snapshot snapshot = state;
-      control_tick(model, snapshot, controller, frame);
+      control_tick(model, state, controller, frame);
       const ControlStep step = grasp.control_step();
       EXPECT_TRUE(step.published);
       EXPECT_EQ(step.sequence, frame.sequence);
@@ -95,8 +94,8 @@ TEST(SplitGrasp, ContactStepsTakeNoMemoryFromTheFirstOn) {
   if (!AllocationCounter::is_available()) GTEST_SKIP() << "malloc belongs to somebody else";
   const Model model(split_scene());
   State start(model);
-  const State copy = start;  // which has no spare room for forces
-  SplitGrasp grasp(model, copy);
+  start.forces.shrink_to_fit();  // as a copy of a state has none to spare
+  SplitGrasp grasp(model, start);
   std::int64_t allocations = 0;
   for (int tick = 0; tick < 200; ++tick) {
     if (tick % 5 == 4) grasp.control_step();
@@ -117,7 +116,8 @@ TEST(SplitGrasp, StaysFiniteWhateverTheInput) {
   bad.X_WT->translation().x() = std::numeric_limits<double>::infinity();
   for (int tick = 0; tick < 200; ++tick) {
     if (tick % 5 == 4) grasp.control_step();
-    grasp.contact_step(tick == 50 ? bad : TickInput{});
+    const ContactStep step = grasp.contact_step(tick == 50 ? bad : TickInput{});
+    ASSERT_EQ(step.tick.input_refused, tick == 50);
     ASSERT_TRUE(is_finite(grasp.state())) << tick;
   }
 }
@@ -202,6 +202,18 @@ TEST(Threads, EndWhenTheReceiverThrows) {
   settings.on_tick = [](const ContactSample&) -> bool { throw std::runtime_error("enough"); };
   EXPECT_THROW(run_threads(model, state, settings), std::runtime_error);
   EXPECT_EQ(allowed_cores(), cores);
+}
+
+TEST(Threads, DoNotStartWithoutGraspForces) {
+  // Without friction the fingers' normals, all along the grip axis, cannot carry the weight across it.
+  const Model model(scene_of("box_grasp", {kCoarseBox, "control.grasp.friction=0"}));
+  State state(model);
+  ThreadSettings settings;
+  settings.duration_s = 60.0;
+  const ThreadsReport report = run_threads(model, state, settings);
+  EXPECT_EQ(report.first_control.grasp, GraspStatus::kInfeasible);
+  EXPECT_EQ(report.ticks, 0);
+  EXPECT_EQ(state.tick, 0);
 }
 
 // In the thread of the loop itself, beside a control thread that keeps frames coming.

@@ -11,13 +11,13 @@
 #ifdef THENAR_TRAPS_SYSTEM_CALLS
 #include <linux/filter.h>
 #include <linux/seccomp.h>
-#include <signal.h>
 #include <sys/prctl.h>
 #include <sys/syscall.h>
 #include <ucontext.h>
 
 #include <array>
 #include <cerrno>
+#include <csignal>
 #endif
 
 namespace thenar {

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+enum class Command { kRun, kProfile, kCheck, kDoctor };
+
+/// Who runs the two loops.
+enum class Runner {
+  kMonolithic,  ///< One loop, as the paper.
+  kLockstep,    ///< Two loops on a virtual clock.
+  kRealtime,    ///< Two threads.
+};
+
+/// What the command line asks for.
+struct Options {
+  Command command = Command::kRun;
+  std::filesystem::path scene;
+  std::vector<std::string> overrides;  ///< Of the scene, key=value, the last one wins: all flags that change it, too.
+  std::filesystem::path out;           ///< Folder of results; empty: none.
+  std::string format = "text";         ///< Or "json".
+  bool quiet = false;
+  Runner runner = Runner::kMonolithic;
+
+  double control_jitter_s = 0.0;  ///< Of lockstep.
+
+  // Of the two threads.
+  bool auto_control_rate = false;  ///< The scene's control period is to be measured.
+  double spin_s = 50e-6;
+  bool realtime = true;  ///< Ask for real-time scheduling.
+  bool floor = false;    ///< Measure what the machine can do at best, too.
+  std::filesystem::path trace;
+};
+
+/// Reads the command line. Nothing if there is nothing left to do: help or the version is printed, or what is wrong with
+/// it, and `exit_code` is set.
+[[nodiscard]] std::optional<Options> parse_options(int argc, const char* const* argv, int& exit_code);

@@ -1,0 +1,147 @@
+#include "demo/profile.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <iostream>
+
+#include "demo/cyclictest.h"
+#include "demo/exit_code.h"
+#include "demo/profile_table.h"
+#include "demo/progress.h"
+#include "engine/chrome_trace.h"
+#include "engine/control_period.h"
+#include "engine/files.h"
+#include "engine/percentiles.h"
+#include "engine/profile.h"
+#include "engine/profile_figures.h"
+#include "engine/threads.h"
+
+namespace {
+
+using namespace thenar;
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+constexpr double kTrace_s = 5.0;  // A trace of more is slow to open.
+constexpr int kPairs = 5;
+constexpr double kPair_s = 2.0;  // Of each run, or the scene's duration if that is less.
+
+/// The scene from its start on two threads.
+ThreadsReport run_profiled(const Model& model, double duration_s, double spin_s, bool realtime, LoopProfile& profile,
+                           const Progress& progress) {
+  State state(model);
+  std::int64_t first_ns = 0;
+  ThreadSettings settings;
+  settings.duration_s = duration_s;
+  settings.spin_s = spin_s;
+  settings.realtime = realtime;
+  settings.on_tick = [&](const ContactSample& sample) {
+    profile.add(sample);
+    if (first_ns == 0) first_ns = sample.deadline_ns;
+    const double simulated_s = static_cast<double>(sample.after.tick) * model.scene.step_s;
+    if (progress) progress(simulated_s, 1e-9 * static_cast<double>(sample.end_ns - first_ns));
+    return true;
+  };
+  settings.on_control = [&](const ControlSample& sample) { profile.add(sample); };
+  ThreadsReport report = run_threads(model, state, settings);
+  if (progress) std::cerr << '\n';
+  return report;
+}
+
+std::vector<double> jitters_us(const LoopProfile& profile) {
+  std::vector<double> us;
+  for (const ContactTrace& tick : profile.contact()) us.push_back(tick.jitter_us());
+  return us;
+}
+
+double median(const std::vector<double>& values) { return percentiles(values).p50; }
+
+void append(std::vector<double>& all, const std::vector<double>& more) {
+  all.insert(all.end(), more.begin(), more.end());
+}
+
+/// What the machine can do at best: short runs of ours without a spin and of cyclictest in turns, so that both meet the
+/// same neighbours. Null, and a warning, if there is no cyclictest.
+ordered_json measure_floor(const Model& model, const Options& options, JitterFloor& floor) {
+  if (std::system("command -v cyclictest >/dev/null 2>&1") != 0) {
+    std::cerr << "warning: no floor, for cyclictest is missing: apt-get install rt-tests\n";
+    return nullptr;
+  }
+  const double pair_s = std::min(kPair_s, model.scene.duration_s);
+  const std::int64_t loops = std::llround(pair_s / model.scene.step_s);
+  std::vector<double> theirs_us, ours_us, ratios;
+  for (int pair = 0; pair < kPairs; ++pair) {
+    LoopProfile profile(model);
+    const ThreadsReport report = run_profiled(model, pair_s, 0.0, options.realtime, profile, {});
+    const auto cyclictest = run_cyclictest(report.contact, model.scene.step_s, loops);
+    if (!cyclictest) {
+      std::cerr << "warning: no floor, for cyclictest was refused what the contact thread was granted\n";
+      return nullptr;
+    }
+    const std::vector<double> jitter_us = jitters_us(profile);
+    theirs_us.push_back(percentiles(*cyclictest).p99);
+    ours_us.push_back(percentiles(jitter_us).p99);
+    ratios.push_back(ours_us.back() / theirs_us.back());
+    append(floor.cyclictest_us, *cyclictest);
+    append(floor.contact_us, jitter_us);
+  }
+  return {{"pairs", kPairs},          {"pair_s", pair_s}, {"cyclictest_p99_us", theirs_us},
+          {"jitter_p99_us", ours_us}, {"ratios", ratios}, {"ratio_p99_median", median(ratios)}};
+}
+
+void write_results(const Model& model, const LoopProfile& profile, const ThreadsReport& report,
+                   const JitterFloor& floor, const std::string& json, const fs::path& folder) {
+  write_file(folder / "profile.json", json);
+  // Figures of an earlier run must not pass for this one's.
+  const auto remove_figures = [&] {
+    std::error_code none;
+    for (const char* figure : kProfileFigures) fs::remove(folder / figure, none);
+  };
+  remove_figures();
+  if (profile.contact().empty()) return;
+  if (draw_profile(model, profile, floor, report.contact.spin_us, folder)) return;
+  remove_figures();
+  std::cerr << "warning: no figures, for gnuplot is missing or failed\n";
+}
+
+}  // namespace
+
+void choose_control_rate(const Options& options, Model& model) {
+  if (!options.auto_control_rate) return;
+  model.scene.control_period_s = measured_control_period_s(model);
+  std::cerr << fmt::format("control rate: {:.4g} Hz, every {:g} ms, which is what this machine keeps\n",
+                           1.0 / model.scene.control_period_s, 1e3 * model.scene.control_period_s);
+}
+
+int profile(const Options& options) {
+  Model model(load_scene(options.scene, options.overrides));
+  if (!options.out.empty()) prepare_folder(options.out);
+  if (options.trace.has_parent_path()) prepare_folder(options.trace.parent_path());
+  choose_control_rate(options, model);
+
+  JitterFloor floor;
+  const ordered_json floor_json = options.floor ? measure_floor(model, options, floor) : nullptr;
+  LoopProfile profile(model);
+  const ThreadsReport report = run_profiled(model, model.scene.duration_s, options.spin_s, options.realtime, profile,
+                                            progress_line(model.scene, options.quiet));
+
+  ordered_json json = profile_json(model, profile, report);
+  json["floor"] = floor_json;
+  if (floor_json.is_object()) {
+    json["floor"]["spin"] = {{"spin_us", report.contact.spin_us},
+                             {"jitter_p99_us", json["loops"]["contact"]["jitter"]["p99_us"]}};
+  }
+  if (!options.out.empty()) write_results(model, profile, report, floor, json.dump(2) + "\n", options.out);
+  if (!options.trace.empty()) write_file(options.trace, chrome_trace(model, profile, kTrace_s));
+  if (options.format == "json") {
+    std::cout << json.dump(2) << '\n';
+  } else if (!options.quiet) {
+    std::cout << profile_table(json);
+    if (!options.out.empty()) std::cout << "\nresults in " << options.out.string() << '\n';
+  }
+  const std::optional<std::string> why = failure(profile, report);
+  if (why) std::cerr << "failed: " << *why << '\n';
+  return why ? kFailed : kDone;
+}

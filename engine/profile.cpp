@@ -1,0 +1,375 @@
+#include "engine/profile.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "engine/build_info.h"
+#include "engine/control.h"
+#include "engine/percentiles.h"
+
+namespace thenar {
+
+using nlohmann::ordered_json;
+
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kFinalWindow_s = 0.3;
+constexpr double kLoadedFrom_s = 0.1;   // Every finger must carry load from here on.
+constexpr double kNotConverged = 1e-2;  // A residual above this is no solution.
+constexpr double kDegrees = 180.0 / std::numbers::pi;
+
+using Values = std::vector<double>;
+
+/// Memory for `count` items, touched, so that filling it takes no page from the system.
+template <typename T>
+void take_memory(std::vector<T>& items, double count) {
+  items.resize(static_cast<std::size_t>(std::ceil(count)) + 1);
+  items.clear();
+}
+
+/// What the monitor looks at, of the motion after a contact tick.
+TickRecord record_of(const Model& model, const ContactSample& sample) {
+  TickRecord record;
+  record.time_s = static_cast<double>(sample.after.tick) * model.scene.step_s;
+  const Eigen::Isometry3d X_WT = sample.after.X_WT.value_or(model.target(record.time_s));
+  const Vector6d error = pose_error(X_WT, sample.after.X_WO);
+  record.target_m = error.head<3>();  // The monitor needs the difference to the position alone: it is counted from 0.
+  record.position_m.setZero();
+  record.rotation_error_rad = error.tail<3>().norm();
+  for (int k = 0; k < kFingers; ++k) record.force[k].normal_N = sample.after.load[k].normal_N;
+  record.contact = sample.step.tick;
+  return record;
+}
+
+double force_step_N(const Snapshot& before, const Snapshot& after) {
+  double step_N = 0.0;
+  for (int k = 0; k < kFingers; ++k) {
+    step_N = std::max(step_N, (after.load[k].force_N - before.load[k].force_N).norm());
+  }
+  return step_N;
+}
+
+std::int32_t narrow(std::int64_t value) {
+  return static_cast<std::int32_t>(std::min<std::int64_t>(value, std::numeric_limits<std::int32_t>::max()));
+}
+
+}  // namespace
+
+LoopProfile::LoopProfile(const Model& model) : model_(model), monitor_(model.scene.hand) {
+  take_memory(contact_, model.scene.duration_s / model.scene.step_s);
+  take_memory(control_, model.scene.duration_s / model.scene.control_period_s);
+}
+
+void LoopProfile::add(const ContactSample& sample) {
+  const TickReport& tick = sample.step.tick;
+  TickRecord record = record_of(model_, sample);
+  auto loss = monitor_.update(model_.scene.step_s, record);
+  // Without control nobody minds the object.
+  if (loss && !loss_ && model_.scene.control) loss_ = std::move(loss);
+
+  ContactTrace trace;
+  trace.deadline_ns = sample.deadline_ns;
+  trace.start_ns = sample.start_ns;
+  trace.end_ns = sample.end_ns;
+  trace.tick = sample.after.tick;
+  trace.sequence = tick.sequence;
+  trace.frame_age = narrow(tick.frame_age);
+  trace.acquire_ns = narrow(sample.step.acquire_ns);
+  trace.publish_ns = narrow(sample.step.publish_ns);
+  trace.sweeps = tick.solve.sweeps;
+  trace.contacts = narrow(tick.contacts);
+  trace.residual = static_cast<float>(tick.solve.residual);
+  const bool follows = !contact_.empty() && last_.tick + 1 == sample.after.tick;
+  trace.force_step_N = static_cast<float>(follows ? force_step_N(last_, sample.after) : kNaN);
+  trace.position_error_m = static_cast<float>(record.target_m.norm());
+  trace.rotation_error_rad = static_cast<float>(record.rotation_error_rad);
+  for (int k = 0; k < kFingers; ++k) trace.force_N[k] = static_cast<float>(sample.after.load[k].force_N.norm());
+  trace.handed_over = tick.handed_over;
+  trace.held = tick.held;
+  trace.caught_up = sample.caught_up;
+  trace.finite = tick.solve.status != SolveStatus::kNotFinite;
+  trace.loaded = std::all_of(record.force.begin(), record.force.end(), [](const auto& f) { return f.normal_N > 0.0; });
+  contact_.push_back(trace);
+
+  injected_J_ += tick.injected_J;
+  dissipated_J_ += tick.dissipated_J;
+  last_ = sample.after;
+}
+
+void LoopProfile::add(const ControlSample& sample) {
+  const ControlReport& control = sample.step.control;
+  ControlTrace trace;
+  trace.deadline_ns = sample.deadline_ns;
+  trace.start_ns = sample.start_ns;
+  trace.end_ns = sample.end_ns;
+  trace.sequence = sample.step.sequence;
+  trace.snapshot_tick = sample.step.snapshot_tick;
+  trace.find_us = static_cast<float>(1e6 * control.find_s);
+  trace.factors_us = static_cast<float>(1e6 * control.factors_s);
+  trace.grasp_us = static_cast<float>(1e6 * control.grasp_s);
+  trace.muscle_us = static_cast<float>(1e6 * control.muscle_s);
+  trace.published = sample.step.published;
+  trace.grasp_found = control.grasp == GraspStatus::kOptimal;
+  trace.muscles_found = control.muscle == MuscleStatus::kOptimal;
+  control_.push_back(trace);
+  control_slipped_ += sample.slipped;
+}
+
+namespace {
+
+/// One number of every trace for which `use` holds.
+template <typename Trace, typename Get, typename Use>
+Values collect(const std::vector<Trace>& traces, Get get, Use use) {
+  Values values;
+  for (const Trace& trace : traces) {
+    if (use(trace)) values.push_back(static_cast<double>(get(trace)));
+  }
+  return values;
+}
+template <typename Trace, typename Get>
+Values collect(const std::vector<Trace>& traces, Get get) {
+  return collect(traces, get, [](const Trace&) { return true; });
+}
+
+template <typename Trace, typename Use>
+std::int64_t count(const std::vector<Trace>& traces, Use use) {
+  return std::count_if(traces.begin(), traces.end(), use);
+}
+
+double mean(const Values& values) {
+  double sum = 0.0;
+  for (const double v : values) sum += v;
+  return sum / static_cast<double>(values.size());
+}
+
+/// With the 9 digits that a time needs; null if it is not finite.
+ordered_json finite(double value) { return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr); }
+
+ordered_json latency(Values us) {
+  const Percentiles p = percentiles(std::move(us));
+  return {{"p50_us", finite(p.p50)}, {"p99_us", finite(p.p99)}, {"p999_us", finite(p.p999)}, {"max_us", finite(p.max)}};
+}
+
+/// Ticks a second of wall time, from the first start to the last.
+template <typename Trace>
+ordered_json rate_hz(const std::vector<Trace>& traces) {
+  if (traces.size() < 2) return nullptr;
+  const auto spent_ns = static_cast<double>(traces.back().start_ns - traces.front().start_ns);
+  return finite(1e9 * static_cast<double>(traces.size() - 1) / spent_ns);
+}
+
+ordered_json contact_loop(const LoopProfile& profile, const ThreadsReport& report) {
+  const auto& ticks = profile.contact();
+  return {{"rate_hz", rate_hz(ticks)},
+          {"ticks", report.ticks},
+          {"jitter", latency(collect(ticks, [](const ContactTrace& t) { return t.jitter_us(); }))},
+          {"compute", latency(collect(ticks, [](const ContactTrace& t) { return t.compute_us(); }))},
+          {"overruns", report.overruns},
+          {"caught_up", count(ticks, [](const ContactTrace& t) { return t.caught_up; })},
+          {"slipped", report.slipped},
+          {"lost_samples", report.lost_samples}};
+}
+
+ordered_json control_loop(const Model& model, const LoopProfile& profile) {
+  const auto& ticks = profile.control();
+  // A stage that the scene does not have takes no time; null says so.
+  const auto stage = [&](bool exists, float ControlTrace::*us) -> ordered_json {
+    return latency(collect(
+        ticks, [us](const ControlTrace& t) { return t.*us; }, [&](const auto&) { return exists; }));
+  };
+  const auto& control = model.scene.control;
+  return {{"rate_hz", rate_hz(ticks)},
+          {"ticks", ticks.size()},
+          {"total", latency(collect(ticks, [](const ControlTrace& t) { return t.total_us(); }))},
+          {"jitter", latency(collect(ticks, [](const ControlTrace& t) { return t.jitter_us(); }))},
+          {"slipped", profile.control_slipped()},
+          {"refused", count(ticks, [](const ControlTrace& t) { return !t.published; })},
+          {"stages",
+           {{"grasp_lcp", stage(control.has_value(), &ControlTrace::grasp_us)},
+            {"muscle_lcp", stage(control && control->muscles, &ControlTrace::muscle_us)},
+            {"find", stage(true, &ControlTrace::find_us)},
+            {"factors", stage(true, &ControlTrace::factors_us)}}}};
+}
+
+ordered_json counts_json(const ExchangeCounts& counts) {
+  return {{"published", counts.published}, {"consumed", counts.consumed}, {"superseded", counts.superseded},
+          {"in_flight", counts.in_flight}, {"torn", counts.torn},         {"unaccounted", counts.unaccounted()}};
+}
+
+ordered_json exchange(const LoopProfile& profile, const ThreadsReport& report) {
+  const auto& ticks = profile.contact();
+  const Percentiles publish = percentiles(collect(ticks, [](const ContactTrace& t) { return t.publish_ns; }));
+  const Percentiles acquire = percentiles(collect(
+      ticks, [](const ContactTrace& t) { return t.acquire_ns; }, [](const ContactTrace& t) { return t.handed_over; }));
+  ordered_json json = counts_json(report.frames);
+  json["publish_p50_ns"] = finite(publish.p50);
+  json["publish_p99_ns"] = finite(publish.p99);
+  json["acquire_p50_ns"] = finite(acquire.p50);
+  json["acquire_p99_ns"] = finite(acquire.p99);
+  return json;
+}
+
+ordered_json frame_age(const Model& model, const LoopProfile& profile) {
+  const double step_ms = 1e3 * model.scene.step_s;
+  const Percentiles ms = percentiles(collect(
+      profile.contact(), [step_ms](const ContactTrace& t) { return step_ms * static_cast<double>(t.frame_age); }));
+  return {{"p50_ms", finite(ms.p50)}, {"p99_ms", finite(ms.p99)}, {"max_ms", finite(ms.max)}};
+}
+
+/// Whether a tick ends at this time or later, but for rounding.
+auto ends_from(const Model& model, double from_s) {
+  return [step_s = model.scene.step_s, from_s](const ContactTrace& t) {
+    return static_cast<double>(t.tick) * step_s >= from_s - 1e-9;
+  };
+}
+
+ordered_json handover(const Model& model, const LoopProfile& profile) {
+  const auto measured = ends_from(model, kMeasuredFrom_s);
+  const auto step_N = [](const ContactTrace& t) { return t.force_step_N; };
+  const Percentiles kick =
+      percentiles(collect(profile.contact(), step_N, [&](const auto& t) { return measured(t) && t.handed_over; }));
+  const Percentiles tick =
+      percentiles(collect(profile.contact(), step_N, [&](const auto& t) { return measured(t) && !t.handed_over; }));
+  return {{"count", count(profile.contact(), [](const ContactTrace& t) { return t.handed_over; })},
+          {"kick_N_max", finite(kick.max)},
+          {"kick_N_p99", finite(kick.p99)},
+          {"tick_N_p99", finite(tick.p99)},
+          {"kick_over_tick_p99", finite(kick.p99 / tick.p99)}};
+}
+
+ordered_json hold(const LoopProfile& profile) {
+  std::int64_t transitions = 0;
+  bool held = false;
+  for (const ContactTrace& tick : profile.contact()) {
+    transitions += tick.held != held;
+    held = tick.held;
+  }
+  return {{"transitions", transitions}, {"ticks", count(profile.contact(), [](const auto& t) { return t.held; })}};
+}
+
+/// Never lost, and every finger loaded once the grip is there. Null if the run ended before.
+ordered_json held(const Model& model, const LoopProfile& profile) {
+  const auto from = ends_from(model, kLoadedFrom_s);
+  if (profile.loss()) return false;
+  if (profile.contact().empty() || !from(profile.contact().back())) return nullptr;
+  return std::all_of(profile.contact().begin(), profile.contact().end(),
+                     [&](const ContactTrace& t) { return !from(t) || t.loaded; });
+}
+
+ordered_json object(const Model& model, const LoopProfile& profile) {
+  const auto& ticks = profile.contact();
+  const double end_s = ticks.empty() ? 0.0 : static_cast<double>(ticks.back().tick) * model.scene.step_s;
+  const auto last = ends_from(model, end_s - kFinalWindow_s);
+  const auto measured = ends_from(model, kMeasuredFrom_s);
+  const auto mm = [](const ContactTrace& t) { return 1e3 * static_cast<double>(t.position_error_m); };
+  const auto deg = [](const ContactTrace& t) { return kDegrees * static_cast<double>(t.rotation_error_rad); };
+  ordered_json json{{"held", held(model, profile)},
+                    {"lost_at_s", nullptr},
+                    {"final_error_mm", finite(mean(collect(ticks, mm, last)))},
+                    {"max_error_mm", finite(percentiles(collect(ticks, mm, measured)).max)},
+                    {"final_rotation_deg", finite(mean(collect(ticks, deg, last)))},
+                    {"max_rotation_deg", finite(percentiles(collect(ticks, deg, measured)).max)}};
+  if (profile.loss()) json["lost_at_s"] = profile.loss()->time_s;
+  return json;
+}
+
+Values residuals(const LoopProfile& profile) {
+  return collect(
+      profile.contact(), [](const ContactTrace& t) { return t.residual; },
+      [](const ContactTrace& t) { return t.contacts > 0; });
+}
+
+ordered_json scheduling(const ThreadsReport& report) {
+  const Scheduling& contact = report.contact;
+  const Scheduling& control = report.control;
+  return {{"policy", contact.policy},
+          {"priority", contact.priority},
+          {"core", contact.core < 0 ? ordered_json(nullptr) : ordered_json(contact.core)},
+          {"locked", contact.memory_locked},
+          {"denormals_flushed", contact.denormals_flushed},
+          {"spin_us", contact.spin_us},
+          {"timer_slack_ns", contact.timer_slack_ns},
+          {"remark", contact.remark},
+          {"control",
+           {{"policy", control.policy},
+            {"priority", control.priority},
+            {"core", control.core < 0 ? ordered_json(nullptr) : ordered_json(control.core)},
+            {"remark", control.remark}}}};
+}
+
+ordered_json settings(const Scene& scene) {
+  return {{"contact_rate_hz", 1.0 / scene.step_s},
+          {"control_rate_hz", 1.0 / scene.control_period_s},
+          {"tolerance", scene.contact.tolerance},
+          {"max_sweeps", scene.contact.max_sweeps}};
+}
+
+}  // namespace
+
+ordered_json profile_json(const Model& model, const LoopProfile& profile, const ThreadsReport& report) {
+  namespace build = build_info;
+  const auto& ticks = profile.contact();
+  const Values residual = residuals(profile);
+  const Percentiles sweeps = percentiles(collect(ticks, [](const ContactTrace& t) { return t.sweeps; }));
+  const Percentiles contacts = percentiles(collect(ticks, [](const ContactTrace& t) { return t.contacts; }));
+  const double ledger = profile.injected_J() / profile.dissipated_J();
+  return {{"scene", model.scene.name},
+          {"build",
+           {{"type", build::kType},
+            {"flags", build::kFlags},
+            {"compiler", build::kCompiler},
+            {"version", build::kVersion}}},
+          {"scheduling", scheduling(report)},
+          {"settings", settings(model.scene)},
+          {"wall_s", report.wall_s},
+          {"simulated_s", ticks.empty() ? 0.0 : static_cast<double>(ticks.back().tick) * model.scene.step_s},
+          {"loops", {{"contact", contact_loop(profile, report)}, {"control", control_loop(model, profile)}}},
+          {"exchange", exchange(profile, report)},
+          {"snapshots", counts_json(report.snapshots)},
+          {"frame_age", frame_age(model, profile)},
+          {"residual_p99", finite(percentiles(residual).p99)},
+          {"residual_above_1e-2", std::count_if(residual.begin(), residual.end(), [](double r) { return r > 1e-2; })},
+          {"not_finite", count(ticks, [](const ContactTrace& t) { return !t.finite; })},
+          {"sweeps", {{"p50", finite(sweeps.p50)}, {"p99", finite(sweeps.p99)}}},
+          {"contacts", {{"p50", finite(contacts.p50)}, {"max", finite(contacts.max)}}},
+          {"handover", handover(model, profile)},
+          {"ledger",
+           {{"injected_J", profile.injected_J()},
+            {"dissipated_J", profile.dissipated_J()},
+            {"injected_over_dissipated", finite(ledger)}}},
+          {"hold", hold(profile)},
+          {"lcp",
+           {{"grasp_unsolved", count(profile.control(), [](const ControlTrace& t) { return !t.grasp_found; })},
+            {"muscle_unsolved", count(profile.control(), [](const ControlTrace& t) { return !t.muscles_found; })}}},
+          {"object", object(model, profile)},
+          {"floor", nullptr}};
+}
+
+std::optional<std::string> failure(const LoopProfile& profile, const ThreadsReport& report) {
+  if (report.first_control.grasp != GraspStatus::kOptimal) {
+    return "no grasp forces were found at 0.000 s: `thenar run` says what is missing";
+  }
+  if (profile.loss()) {
+    return fmt::format("the object was lost at {:.3f} s: {}", profile.loss()->time_s, profile.loss()->reason);
+  }
+  if (const auto n = count(profile.control(), [](const ControlTrace& t) { return !t.grasp_found; }); n > 0) {
+    return fmt::format("no grasp forces were found in {} control ticks", n);
+  }
+  if (const auto n = count(profile.control(), [](const ControlTrace& t) { return !t.muscles_found; }); n > 0) {
+    return fmt::format("no muscle forces were found in {} control ticks", n);
+  }
+  if (const auto n = count(profile.contact(), [](const ContactTrace& t) { return !t.finite; }); n > 0) {
+    return fmt::format("the contact problem was not finite in {} ticks", n);
+  }
+  const double residual = percentiles(residuals(profile)).p99;
+  if (residual > kNotConverged)
+    return fmt::format("the contact solver did not converge: p99 residual {:.1e}", residual);
+  return std::nullopt;
+}
+
+}  // namespace thenar

@@ -1,0 +1,97 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/grasp_monitor.h"
+#include "engine/model.h"
+#include "engine/recording.h"
+#include "engine/threads.h"
+
+namespace thenar {
+
+/// What a profile keeps of one contact tick.
+struct ContactTrace {
+  std::int64_t deadline_ns = 0, start_ns = 0, end_ns = 0;  ///< Steady clock.
+  std::int64_t tick = 0;                                   ///< Steps taken after it.
+  std::int64_t sequence = -1;                              ///< Of the frame used.
+  std::int32_t frame_age = 0;                              ///< Steps.
+  std::int32_t acquire_ns = 0, publish_ns = 0;
+  std::int32_t sweeps = 0, contacts = 0;
+  float residual = 0.0F;
+  float force_step_N = 0.0F;  ///< max over the fingers of |F_k(t) - F_k(t - 1)|; NaN if the tick before is unknown.
+  float position_error_m = 0.0F, rotation_error_rad = 0.0F;
+  std::array<float, kFingers> force_N{};  ///< |F_k|.
+  bool handed_over = false, held = false, caught_up = false, finite = true, loaded = false;
+
+  [[nodiscard]] double jitter_us() const { return 1e-3 * static_cast<double>(start_ns - deadline_ns); }
+  [[nodiscard]] double compute_us() const { return 1e-3 * static_cast<double>(end_ns - start_ns); }
+};
+
+/// What a profile keeps of one control tick.
+struct ControlTrace {
+  std::int64_t deadline_ns = 0, start_ns = 0, end_ns = 0;
+  std::int64_t sequence = 0, snapshot_tick = 0;
+  float find_us = 0.0F, factors_us = 0.0F, grasp_us = 0.0F, muscle_us = 0.0F;
+  bool published = false, grasp_found = true, muscles_found = true;
+
+  [[nodiscard]] double jitter_us() const { return 1e-3 * static_cast<double>(start_ns - deadline_ns); }
+  [[nodiscard]] double total_us() const { return 1e-3 * static_cast<double>(end_ns - start_ns); }
+};
+
+/// The ticks of a threaded run, as its latency profile needs them. It receives what run_threads gives to on_tick and
+/// on_control, on the thread that called it, and takes and touches its memory beforehand, for the scene's duration:
+/// it does not grow during a run.
+class LoopProfile {
+ public:
+  explicit LoopProfile(const Model& model);
+
+  void add(const ContactSample& sample);
+  void add(const ControlSample& sample);
+
+  [[nodiscard]] const std::vector<ContactTrace>& contact() const { return contact_; }
+  [[nodiscard]] const std::vector<ControlTrace>& control() const { return control_; }
+  [[nodiscard]] double injected_J() const { return injected_J_; }
+  [[nodiscard]] double dissipated_J() const { return dissipated_J_; }
+  [[nodiscard]] std::int64_t control_slipped() const { return control_slipped_; }
+  [[nodiscard]] const std::optional<Loss>& loss() const { return loss_; }
+
+ private:
+  const Model& model_;
+  GraspMonitor monitor_;
+  std::vector<ContactTrace> contact_;
+  std::vector<ControlTrace> control_;
+  Snapshot last_;  ///< After the contact tick before.
+  double injected_J_ = 0.0, dissipated_J_ = 0.0;
+  std::int64_t control_slipped_ = 0;
+  std::optional<Loss> loss_;
+};
+
+/// The latency profile, as profile.json has it: units in the keys, null where there was nothing to measure. Percentiles
+/// are those of percentiles.h, over all ticks of the run unless a line below says otherwise.
+///
+/// jitter        Start of a tick minus its deadline, catch-up ticks included.
+/// compute       Start to end of a contact tick: frame taken, step done, snapshot published.
+/// rate_hz       Ticks done in the wall time between the first and the last start.
+/// exchange      Counts of the frames, and the two costs on the contact thread: acquire, over the ticks that took a new
+///               frame, and publish of the snapshot, over all ticks. Each holds one reading of the clock.
+/// frame_age     Simulated time from the frame's snapshot to the tick's start.
+/// residual_p99  Over the ticks with contacts, natural map. residual_above_1e-2 counts ticks.
+/// handover      Force step of a tick: max over the fingers of |F_k(t) - F_k(t - 1)|. kick_N_max and kick_N_p99 at the
+///               hand-overs, tick_N_p99 at all other ticks, all from 0.3 s on.
+/// hold          Ticks that held an old frame's drive, and the times that this began or ended.
+/// object        As in summary.json: mean error over the last 0.3 s, the largest from 0.3 s on. A lost object is
+///               reported and the run goes on.
+/// floor         Null: what the machine can do at best is measured elsewhere.
+[[nodiscard]] nlohmann::ordered_json profile_json(const Model& model, const LoopProfile& profile,
+                                                  const ThreadsReport& report);
+
+/// Why the simulation under the profile failed, in a sentence: no grasp forces exist at the start, the object was lost, forces were not finite, an LCP found
+/// no answer, or the contact solver did not converge. Nothing if it did not fail.
+[[nodiscard]] std::optional<std::string> failure(const LoopProfile& profile, const ThreadsReport& report);
+
+}  // namespace thenar

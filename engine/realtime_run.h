@@ -1,0 +1,25 @@
+#pragma once
+
+#include "engine/model.h"
+#include "engine/monolithic.h"
+#include "engine/profile.h"
+#include "engine/recording.h"
+#include "engine/state.h"
+#include "engine/threads.h"
+
+namespace thenar {
+
+/// What a run on two threads leaves.
+struct RealtimeRun {
+  Recording recording;
+  ThreadsReport report;
+};
+
+/// Runs a scene by run_threads, as run_monolithic does in one loop: to its end, or until the object is lost or no grasp
+/// forces exist at the start. Ticks that slipped are not in the recording and do not count as missing: simulated time
+/// lags. The fingertips are not shown. `settings` says how; its on_tick and on_control are not called.
+/// `profile` receives every tick.
+[[nodiscard]] RealtimeRun run_realtime(const Model& model, State& state, ThreadSettings settings, LoopProfile& profile,
+                                       const Progress& progress = {});
+
+}  // namespace thenar
