@@ -46,7 +46,7 @@ class DenseOperator {
 
   [[nodiscard]] LocalBlock local(Index i) const {
     const Index n = 3 * i;
-    return {W_(n, n), W_(n + 1, n), W_(n + 2, n), W_(n + 1, n + 1) + W_(n + 2, n + 2)};
+    return {W_(n, n), W_(n + 1, n), W_(n + 2, n), W_(n + 1, n + 1), W_(n + 2, n + 2)};
   }
   void reset(const VectorRef& delta_free) { delta_ = delta_free; }
   [[nodiscard]] Rows gap(Index i) const { return rows_of(delta_, i); }
@@ -108,7 +108,7 @@ class GroupedOperator {
       return W_.own_mobility * W_.J_own.row(r).dot(W_.J_own.row(c)) +
              W_.J_common.row(r).cwiseProduct(W_.common_mobility.transpose()).dot(W_.J_common.row(c));
     };
-    LocalBlock block{rigid(n, n), rigid(t1, n), rigid(t2, n), rigid(t1, t1) + rigid(t2, t2)};
+    LocalBlock block{rigid(n, n), rigid(t1, n), rigid(t2, n), rigid(t1, t1), rigid(t2, t2)};
     if (W_.compliance.empty()) return block;
     const Index c = 3 * (i - W_.begin[k]);
     const auto C = W_.compliance[k].block<3, 3>(c, c);
@@ -116,7 +116,8 @@ class GroupedOperator {
     block.nn += s * C(0, 0);
     block.t1n += s * C(1, 0);
     block.t2n += s * C(2, 0);
-    block.tt += s * (C(1, 1) + C(2, 2));
+    block.t1t1 += s * C(1, 1);
+    block.t2t2 += s * C(2, 2);
     return block;
   }
 
@@ -143,7 +144,7 @@ Rows update_force(const LocalBlock& W, const Rows& delta, double mu, const Rows&
   if (f_n <= 0.0) return {0.0, 0.0, 0.0};
 
   const double change = f_n - f.n;
-  const double stiffness_t = 2.0 / W.tt;
+  const double stiffness_t = 2.0 / (W.t1t1 + W.t2t2);
   const double slip_1 = delta.t1 + W.t1n * change;
   const double slip_2 = delta.t2 + W.t2n * change;
   return inside_cone({f_n, f.t1 - stiffness_t * slip_1, f.t2 - stiffness_t * slip_2}, mu);
@@ -172,7 +173,7 @@ void sweep(Operator& W, const VectorRef& mu, VectorOut& f) {
   }
 }
 
-double rho(const LocalBlock& W) { return 3.0 / (W.nn + W.tt); }
+double rho(const LocalBlock& W) { return 3.0 / W.trace(); }
 
 template <typename Operator>
 double error_N(Operator& W, const VectorRef& mu, const VectorOut& f) {
@@ -189,7 +190,7 @@ double scale_of(const Operator& W, const VectorRef& delta_free, const VectorRef&
   double sum = 0.0;
   for (Index i = 0; i < mu.size(); ++i) {
     const LocalBlock& block = W.local(i);
-    if (!(block.nn > 0.0 && block.tt > 0.0 && std::isfinite(block.nn + block.tt)))
+    if (!(std::min({block.nn, block.t1t1, block.t2t2}) > 0.0 && std::isfinite(block.trace())))
       return std::numeric_limits<double>::quiet_NaN();
     sum += (rho(block) * delta_free.segment<3>(3 * i)).squaredNorm();
   }

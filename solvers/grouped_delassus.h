@@ -42,7 +42,8 @@ struct GroupedWorkspace {
 
   /// What the local step needs of a diagonal block.
   struct LocalBlock {
-    double nn, t1n, t2n, tt;  ///< W_nn, W_t1n, W_t2n, W_t1t1 + W_t2t2.
+    double nn, t1n, t2n, t1t1, t2t2;
+    [[nodiscard]] double trace() const { return nn + t1t1 + t2t2; }
   };
   std::vector<LocalBlock> local;
   Eigen::Matrix<double, GroupedDelassus::kOwn, Eigen::Dynamic> own_motion;  ///< Out: m_own J_own' f, a column a group.
