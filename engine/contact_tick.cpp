@@ -18,9 +18,6 @@ namespace {
 
 // The posture spring of a hold. Frozen torques alone let the grasp creep away within seconds.
 constexpr double kHoldStiffness = 1.0;  // [N m/rad]
-// In a hold the controller's demands move away from what is held; the step between them fades in so slowly that it is
-// no bump, and sooner than the object can go far.
-constexpr double kResume_s = 0.1;
 
 /// What moves the bodies beside contact.
 struct Drive {

@@ -1,5 +1,7 @@
 #include "engine/control_tick.h"
 
+#include <cmath>
+
 #include "engine/stopwatch.h"
 
 namespace thenar {
@@ -19,7 +21,11 @@ void solve_grasp(const Model& model, const Snapshot& snapshot, Controller& contr
   const Scene& scene = model.scene;
   const double time_s = static_cast<double>(snapshot.tick) * scene.step_s;
   const Eigen::Isometry3d X_WT = snapshot.X_WT.value_or(model.target(time_s));
-  const Vector6d D = controller.pid->update(pose_error(X_WT, snapshot.X_WO), scene.control_period_s);
+  // In a hold nothing that is asked for acts. The error that has gathered there comes back as slowly as the drive does.
+  const double fade = std::exp(-scene.control_period_s / kResume_s);
+  controller.acting_share = snapshot.held ? 0.0 : 1.0 - fade * (1.0 - controller.acting_share);
+  const Vector6d D =
+      controller.pid->update(controller.acting_share * pose_error(X_WT, snapshot.X_WO), scene.control_period_s);
   report.wrench_desired = D - weight(scene);
   for (int k = 0; k < kFingers; ++k) report.contacts[k] = finger_contact(model, controller.pose, snapshot, k);
   const GraspProblem problem = grasp_problem(scene, report, snapshot.X_WO.translation());

@@ -32,6 +32,7 @@ class Controller {
   explicit Controller(const Model& model);
 
   std::int64_t sequence = 0;          ///< Of the next frame.
+  double acting_share = 1.0;          ///< Of the pose error: less than 1 in a hold and after it.
   std::optional<PosePid> pid;         ///< Nothing without control.
   std::optional<ForceFilter> filter;  ///< Nothing without control.
   Eigen::VectorXd f_desired;          ///< 3 a finger, world axes [N].
