@@ -96,7 +96,7 @@ std::string period(double frequency_Hz) { return thenar::to_text(1.0 / frequency
 void apply(const SceneFlags& flags, Options& options) {
   std::vector<std::string> defaults, asked;
   const double contact_Hz = flags.contact_rate.empty() ? kProfileContact_Hz : rate_Hz(flags.contact_rate);
-  if (options.runner == Runner::kRealtime) defaults = {"contact.tolerance=1e-5", "contact.max_sweeps=60"};
+  if (options.runner == Runner::kRealtime) defaults = {"contact.tolerance=1e-7", "contact.max_sweeps=60"};
   if (options.command == Command::kProfile) {
     defaults.push_back("time.step=" + period(contact_Hz));
     defaults.push_back("time.control_period=" + period(std::min(kProfileControl_Hz, contact_Hz)));

@@ -94,7 +94,7 @@ TEST(Profile, TakesTheLastWordOnASetting) {
     EXPECT_EQ(run.code, 0) << run.text;
     return json::parse(read(out / "profile.json")).at("settings");
   };
-  EXPECT_EQ(settings("").at("tolerance"), 1e-5) << "what real time can afford";
+  EXPECT_EQ(settings("").at("tolerance"), 1e-7) << "what real time can afford";
   EXPECT_EQ(settings("").at("max_sweeps"), 60);
   EXPECT_EQ(settings("--set contact.tolerance=1e-5").at("tolerance"), 1e-5) << "a default gives way";
   EXPECT_EQ(settings("--tolerance 1e-4 --set contact.tolerance=1e-5").at("tolerance"), 1e-4) << "a flag does not";
