@@ -3,6 +3,7 @@
 #include <sstream>
 
 #include "engine/control.h"
+#include "engine/model.h"
 
 namespace {
 
@@ -21,16 +22,28 @@ void describe_object(const ObjectSettings& object, std::ostream& out) {
   out << ", " << 1e3 * object.mass_kg << " g\n";
 }
 
+/// The band in use, and why it is not the scene's where it is wider.
+void describe_band(const Scene& scene, std::ostream& out) {
+  const double band_m = contact_band_m(scene);
+  out << 1e3 * band_m << " mm";
+  if (band_m > scene.contact.band_m) {
+    out << " (contact.band is " << 1e3 * scene.contact.band_m << " mm: too narrow for frames of this period"
+        << (scene.control_delay_s > 0.0 ? " and delay)" : ")");
+  }
+}
+
 void describe_contact(const Scene& scene, std::ostream& out) {
   if (const auto& tips = scene.fingertips) {
     out << "  fingertips      deformable: " << tips->points << " points, " << tips->leaves
         << " control points each, E* " << 1e-6 * tips->material.reduced_modulus_Pa << " MPa, relaxation "
         << 1e3 * tips->material.relaxation_s << " ms\n"
-        << "  contacts        at most " << scene.contact.max_per_finger << " a finger, closer than "
-        << 1e3 * scene.contact.band_m << " mm; friction " << scene.contact.friction << "\n";
+        << "  contacts        at most " << scene.contact.max_per_finger << " a finger";
   } else {
-    out << "  fingertips      rigid, one contact point each; friction " << scene.contact.friction << "\n";
+    out << "  fingertips      rigid, one contact point each\n  contacts        at most 1 a finger";
   }
+  out << ", closer than ";
+  describe_band(scene, out);
+  out << "; friction " << scene.contact.friction << "\n";
 }
 
 void describe_control(const Scene& scene, std::ostream& out) {
@@ -39,11 +52,19 @@ void describe_control(const Scene& scene, std::ostream& out) {
     return;
   }
   const bool feedforward = scene.control->law == ControlLaw::kFeedforward;
-  out << "  control         every " << 1e3 * scene.control_period_s << " ms: PID, grasp forces (pyramids, mu_c "
-      << scene.control->grasp_friction << "), " << (feedforward ? "feedforward law" : "law of the paper") << ", gain "
-      << force_gain(scene) << (scene.control->gain ? "" : " (auto)") << "\n"
+  out << "  control         with every frame: PID, grasp forces (pyramids, mu_c " << scene.control->grasp_friction
+      << "), " << (feedforward ? "feedforward law" : "law of the paper") << ", gain " << force_gain(scene)
+      << (scene.control->gain ? "" : " (auto)") << "\n"
       << "  drive           "
       << (scene.control->muscles ? std::to_string(scene.hand.muscles.size()) + " muscles" : "joint torques") << "\n";
+}
+
+void describe_frames(const Scene& scene, std::ostream& out) {
+  out << "  frames          every " << 1e3 * scene.control_period_s << " ms";
+  if (scene.control_delay_s > 0.0) {
+    out << "; two loops use them " << 1e3 * scene.control_delay_s << " ms after their snapshot (time.control_delay)";
+  }
+  out << "\n";
 }
 
 void describe_task(const TaskSettings& task, std::ostream& out) {
@@ -59,7 +80,11 @@ void describe_task(const TaskSettings& task, std::ostream& out) {
     out << "  task            pushes the object with " << push->force_N.norm() << " N from " << push->from_s
         << " s for " << push->over_s << " s\n";
   }
-  if (!task.translate && !task.rotate && !task.push) out << "  task            holds the object\n";
+  if (const auto& spring = task.spring) {
+    out << "  task            pulls the object to its target by a spring of " << spring->translation_N_per_m
+        << " N/m and " << spring->rotation_Nm_per_rad << " N m/rad\n";
+  }
+  if (!task.translate && !task.rotate && !task.spring && !task.push) out << "  task            holds the object\n";
 }
 
 }  // namespace
@@ -70,6 +95,7 @@ std::string description(const Scene& scene) {
       << "  hand            " << kJoints << " joints, viscosity " << scene.joint_viscosity << " N m s, no inertia\n";
   describe_object(scene.object, out);
   describe_contact(scene, out);
+  describe_frames(scene, out);
   describe_control(scene, out);
   describe_task(scene.task, out);
 

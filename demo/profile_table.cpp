@@ -124,7 +124,7 @@ std::string loops_table(const ordered_json& profile) {
   table += latency_row("  grasp-force LCP", stages.at("grasp_lcp"));
   table += latency_row("  muscle-force LCP", stages.at("muscle_lcp"));
   table += latency_row("  contact finding", stages.at("find"));
-  table += latency_row("  Jacobians, compliance", stages.at("factors"));
+  table += latency_row("  compliance", stages.at("factors"));
   return table;
 }
 

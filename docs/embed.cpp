@@ -9,7 +9,7 @@
 int main(int argc, char** argv) try {
   const thenar::Model model(thenar::load_scene(argc > 1 ? argv[1] : "configs/box_grasp.yaml"));
   thenar::State state(model);  // all that moves: q, object pose, deformation, forces
-  thenar::Frame frame(model);  // contacts and operator, frozen between control ticks
+  thenar::Frame frame(model);  // contacts and drive, frozen between control ticks
   thenar::Controller controller(model);
   thenar::ContactWorkspace work(model);  // memory of the contact tick, which takes none later
 

@@ -73,14 +73,14 @@ struct ContactWorkspace {
 /// Advances the state by one step h of the contact loop on a frozen frame.
 ///
 /// 1. A new frame is taken over without a bump: forces are carried, and with `policy.offset_decay_s` each gap gets the
-///    offset e that makes old and new frame agree at this state, which then decays. W(h) is formed.
+///    offset e that makes old and new frame agree at this state, which then decays.
 /// 2. Drive: the frame's, the input's, and the pull of the task's spring. A frame too old, or one from which the fingers
 ///    have moved too far, is held: tau = tau_held - K_h (q - q_held).
 /// 3. Free motion of the rigid bodies, h B^-1 (tau - g, W_ext), and of the pulps, u* = rho u.
 /// 4. delta_free: gaps, absolute, from the body-fixed geometry at the state (the local sphere of the object's surface);
 ///    slips, relative to the tick. The bodies' free motion enters through J_c, as the contact motion does, so that what
 ///    contact forbids cancels to the last bit.
-/// 5. Contact forces by Gauss-Seidel on W(h), from the forces of the last tick.
+/// 5. Contact forces by Gauss-Seidel on W(h) in factors, J_c of this state, from the forces of the last tick.
 /// 6. Commit: (q, x) moves by h B^-1 (drive + J_c' f), u = rho u + (1 - rho) C f. What is not finite moves nothing, and
 ///    the status says so.
 ///

@@ -21,7 +21,7 @@ struct ControlReport {
   Vector6d wrench_desired = Vector6d::Zero();     ///< W^d [N, N m], world axes, about the object's centre.
   FingerForces f_desired = FingerForces::Zero();  ///< World axes [N]; the last feasible ones if these are not.
   double find_s = 0.0;                            ///< Contact finding.
-  double factors_s = 0.0;                         ///< Jacobians and compliance of the contacts.
+  double factors_s = 0.0;                         ///< Compliance among the contacts.
   double grasp_s = 0.0, muscle_s = 0.0;           ///< The two LCPs, all included.
   double total_s = 0.0;
 };

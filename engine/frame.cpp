@@ -25,10 +25,10 @@ void find_pulp_contacts(const Model& model, const HandPose& pose, const Isometry
                         std::vector<ContactCandidate>& candidates, Frame& frame) {
   const Pulp& pulp = model.pulps[finger];
   const ContactSettings& contact = model.scene.contact;
-  const double reach_m = kTrustPerRadius * model.scene.hand.fingertips[finger].radius_m + model.band_m();
+  const double band_m = contact_band_m(model.scene);
+  const double reach_m = kTrustPerRadius * model.scene.hand.fingertips[finger].radius_m + band_m;
   const Isometry3d X_OF = X_WO.inverse() * pose.distal(model.scene.hand, finger);
-  find_contacts(pulp.surface, pulp.tree, X_OF, model.object, {model.band_m(), reach_m, contact.max_per_finger},
-                candidates);
+  find_contacts(pulp.surface, pulp.tree, X_OF, model.object, {band_m, reach_m, contact.max_per_finger}, candidates);
   for (const ContactCandidate& c : candidates) {
     add_contact(model, pose, X_WO, finger, c.control_point, pulp.control_points_m.col(c.control_point), c.point_m,
                 -c.normal, frame);
@@ -38,7 +38,7 @@ void find_pulp_contacts(const Model& model, const HandPose& pose, const Isometry
 void find_point_contact(const Model& model, const HandPose& pose, const Isometry3d& X_WO, int finger, Frame& frame) {
   const Fingertip& tip = model.scene.hand.fingertips[finger];
   const Isometry3d X_OF = X_WO.inverse() * pose.distal(model.scene.hand, finger);
-  const double band_m = model.band_m();
+  const double band_m = contact_band_m(model.scene);
   const double reach_m = tip.radius_m + band_m + model.object.support_m();
   const auto nearest = model.object.distance(X_OF * tip.centre_m, reach_m);
   if (!nearest || nearest->distance_m - tip.radius_m >= band_m) return;

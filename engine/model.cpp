@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "engine/files.h"
@@ -58,6 +59,13 @@ double minimum_jerk(const Move& move, double time_s) {
 
 }  // namespace
 
+double contact_band_m(const Scene& scene) {
+  double trust_m = std::numeric_limits<double>::infinity();
+  for (const Fingertip& tip : scene.hand.fingertips) trust_m = std::min(trust_m, kTrustPerRadius * tip.radius_m);
+  const double way_m = 2.0 * kClosingSpeed * (scene.control_period_s + scene.control_delay_s);
+  return std::max(scene.contact.band_m, std::min(way_m, trust_m));
+}
+
 Model::Model(Scene s) : scene(std::move(s)), object(make_object(scene.object)) {
   max_contacts = kFingers;
   if (!scene.fingertips) return;
@@ -66,13 +74,6 @@ Model::Model(Scene s) : scene(std::move(s)), object(make_object(scene.object)) {
     pulps.push_back(make_spherical_pulp(tip.centre_m, tip.radius_m, scene.fingertips->points, scene.fingertips->leaves,
                                         scene.fingertips->material));
   }
-}
-
-double Model::band_m() const {
-  double trust_m = scene.hand.fingertips[0].radius_m;
-  for (const Fingertip& tip : scene.hand.fingertips) trust_m = std::min(trust_m, kTrustPerRadius * tip.radius_m);
-  const double way_m = 2.0 * kClosingSpeed * (scene.control_period_s + scene.control_delay_s);
-  return std::max(scene.contact.band_m, std::min(way_m, trust_m));
 }
 
 bool Model::control_is_due(std::int64_t tick) const {

@@ -13,6 +13,10 @@ namespace thenar {
 /// snapshot: beyond it no law used here holds, and other points touch than those of the frame.
 inline constexpr double kTrustPerRadius = 0.5;
 
+/// Control points nearer than this to the object are contacts of a frame: the scene's band, or twice what a fingertip may
+/// close in on the object while a frame is under way and in use, within the trust in a frame.
+[[nodiscard]] double contact_band_m(const Scene& scene);
+
 /// A scene made ready to run: its data, and what is computed from them once.
 struct Model {
   explicit Model(Scene s);
@@ -23,9 +27,6 @@ struct Model {
   Eigen::Index max_contacts = 0;  ///< Capacity of a frame, all fingers together.
 
   [[nodiscard]] bool deformable() const { return !pulps.empty(); }
-  /// Control points nearer than this to the object are contacts of a frame: the scene's band, or twice what a fingertip
-  /// may close in on the object while a frame is under way and in use, within the trust in a frame.
-  [[nodiscard]] double band_m() const;
   /// Whether a control period begins with this step. The periods need not hold a whole number of steps.
   [[nodiscard]] bool control_is_due(std::int64_t tick) const;
   /// Where the object should be: its start pose moved by the task.

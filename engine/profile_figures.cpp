@@ -161,7 +161,7 @@ class Timeline {
                                                                               {"grasp-force LCP", "#8e44ad"},
                                                                               {"muscle-force LCP", "#c0392b"},
                                                                               {"contact finding", "#3a8f5c"},
-                                                                              {"Jacobians, compliance", "#17a2b8"}}};
+                                                                              {"compliance", "#17a2b8"}}};
 
   [[nodiscard]] std::string script(const fs::path& file) const {
     std::string data, plots;
