@@ -31,6 +31,7 @@ void Lockstep::run_control(double now_s) {
   if (sent.frame.sequence > 0) {
     sent.due_s += model_.scene.control_delay_s + settings_.jitter_s * std::uniform_real_distribution<>()(random_);
   }
+  if (settings_.late_s) sent.due_s += settings_.late_s(now_s);
   if (settings_.channel && !settings_.channel(now_s, sent.frame)) return;
   under_way_.push_back(std::move(sent));
 }

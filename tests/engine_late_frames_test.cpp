@@ -29,12 +29,11 @@ struct Outage {
   bool gripped = true;  ///< All fingers loaded to the end.
 };
 
-/// The box grasp, control at 200 Hz, without frames from `from_s` on for `lasts_s`, and for `after_s` more.
-Outage outage(double from_s, double lasts_s, double after_s, double hold_after_s, std::vector<std::string> overrides) {
+/// The box grasp, control at 200 Hz, with the frames' fate from `from_s` on for `lasts_s`, and for `after_s` more.
+Outage outage_with(const LockstepSettings& settings, double from_s, double lasts_s, double after_s, double hold_after_s,
+                   std::vector<std::string> overrides) {
   overrides.insert(overrides.end(), {kCoarseBox, "time.control_period=5 ms"});
   const Model model(scene_of("box_grasp", overrides));
-  LockstepSettings settings;
-  settings.channel = [&](double time_s, Frame&) { return time_s < from_s || time_s >= from_s + lasts_s; };
   Lockstep loops(model, settings);
   if (hold_after_s > 0.0) loops.workspace().policy.hold_after_s = hold_after_s;
   Outage out;
@@ -71,6 +70,14 @@ Outage outage(double from_s, double lasts_s, double after_s, double hold_after_s
   return out;
 }
 
+/// No frame comes for `lasts_s`.
+Outage outage(double from_s, double lasts_s, double after_s, double hold_after_s,
+              const std::vector<std::string>& overrides) {
+  LockstepSettings settings;
+  settings.channel = [&](double time_s, Frame&) { return time_s < from_s || time_s >= from_s + lasts_s; };
+  return outage_with(settings, from_s, lasts_s, after_s, hold_after_s, overrides);
+}
+
 const std::vector<std::string> kHolds{"task.translate.from=0.5 s",
                                       "task.translate.over=0.3 s"};  // at rest from 0.8 s on
 
@@ -86,6 +93,23 @@ TEST(LateFrames, AreHeldAtRest) {
     EXPECT_LE(out.slip_m, 20e-6);
     EXPECT_LE(out.resumed_N, 5.0 * out.ordinary_N);
     EXPECT_LE(out.final_error_m, 0.1e-3);
+    EXPECT_TRUE(out.gripped);
+  }
+}
+
+// The same if frames go on to come, but each so late that its drive would act on what has long changed: they are used
+// for their contacts, and their drive is not.
+TEST(LateFrames, ThatGoOnComingLateAreHeld) {
+  for (const double late_s : {0.05, 0.1, 0.5}) {
+    SCOPED_TRACE(late_s);
+    LockstepSettings settings;
+    settings.late_s = [&](double time_s) { return time_s >= 1.9 && time_s < 6.9 ? late_s : 0.0; };
+    const Outage out = outage_with(settings, 1.9, 5.0, 1.0, 0.0, kHolds);
+    EXPECT_EQ(out.begun, 1);
+    EXPECT_EQ(out.ended, 1);
+    EXPECT_LE(out.moved_m, 0.2e-3);
+    EXPECT_LE(out.slip_m, 20e-6);
+    EXPECT_LE(out.resumed_N, 5.0 * out.ordinary_N);
     EXPECT_TRUE(out.gripped);
   }
 }
