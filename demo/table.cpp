@@ -73,6 +73,13 @@ std::string results_table(const ordered_json& summary) {
   line(table, "  of the law without feedforward", cell(grasp.at("predicted_paper_law_error"), ""),
        "predicted: (I + S)^-1 S f^d");
   line(table, "deepest penetration at a contact", cell(contacts.at("max_penetration_um"), "um"));
+  const ordered_json& frames = summary.at("frames");
+  line(table, "energy contact gave, and took", cell(frames.at("injected_J"), "J"),
+       ("and " + cell(frames.at("dissipated_J"), "J")).c_str());
+  if (frames.at("held_ticks") > 0) {
+    line(table, "ticks on the drive of an old frame", cell(frames.at("held_ticks"), ""),
+         ("in " + cell(frames.at("hold_transitions"), "") + " transitions").c_str());
+  }
   line(table, "contact residual, p99", cell(contacts.at("residual_p99"), ""), "natural map");
   if (summary.at("muscles").is_object()) {
     line(table, "muscle torque residual", cell(lcp.at("muscle_residual_max"), "N m"));

@@ -25,10 +25,16 @@ void find_pulp_contacts(const Model& model, const HandPose& pose, const Isometry
                         std::vector<ContactCandidate>& candidates, Frame& frame) {
   const Pulp& pulp = model.pulps[finger];
   const ContactSettings& contact = model.scene.contact;
-  const double band_m = contact_band_m(model.scene);
-  const double reach_m = kTrustPerRadius * model.scene.hand.fingertips[finger].radius_m + band_m;
+  const double widest_m = contact_band_m(model.scene);
+  const double depth_m = kTrustPerRadius * model.scene.hand.fingertips[finger].radius_m;
   const Isometry3d X_OF = X_WO.inverse() * pose.distal(model.scene.hand, finger);
-  find_contacts(pulp.surface, pulp.tree, X_OF, model.object, {band_m, reach_m, contact.max_per_finger}, candidates);
+  // Points far from the surface are the dear ones. A finger at work has contacts enough near it, and a wider band would
+  // not change which of them are kept.
+  for (double band_m = contact.band_m;; band_m = std::min(2.0 * band_m, widest_m)) {
+    find_contacts(pulp.surface, pulp.tree, X_OF, model.object, {band_m, depth_m + band_m, contact.max_per_finger},
+                  candidates);
+    if (std::ssize(candidates) == contact.max_per_finger || band_m >= widest_m) break;
+  }
   for (const ContactCandidate& c : candidates) {
     add_contact(model, pose, X_WO, finger, c.control_point, pulp.control_points_m.col(c.control_point), c.point_m,
                 -c.normal, frame);

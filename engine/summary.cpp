@@ -151,6 +151,26 @@ ordered_json contact_measures(const Recording& recording) {
           {"sweeps_max", whole(largest(sweeps))}};
 }
 
+/// What became of the frames, and what contact did with the bodies' energy.
+ordered_json frame_measures(const Recording& recording) {
+  std::int64_t handovers = 0, held_ticks = 0, transitions = 0;
+  double injected_J = 0.0, dissipated_J = 0.0;
+  bool held = false;
+  for (const TickRecord& tick : recording.ticks) {
+    handovers += tick.contact.handed_over ? 1 : 0;
+    held_ticks += tick.contact.held ? 1 : 0;
+    transitions += tick.contact.held != held ? 1 : 0;
+    held = tick.contact.held;
+    injected_J += tick.contact.injected_J;
+    dissipated_J += tick.contact.dissipated_J;
+  }
+  return {{"handovers", handovers},
+          {"held_ticks", held_ticks},
+          {"hold_transitions", transitions},
+          {"injected_J", injected_J},
+          {"dissipated_J", dissipated_J}};
+}
+
 ordered_json lcp_measures(const Recording& recording) {
   const auto count = [&](auto condition) {
     return std::count_if(recording.ticks.begin(), recording.ticks.end(), condition);
@@ -247,6 +267,7 @@ ordered_json summarize(const Model& model, const Recording& recording) {
           {"object", object_measures(model, recording)},
           {"grasp", grasp_measures(model, recording)},
           {"contacts", contact_measures(recording)},
+          {"frames", frame_measures(recording)},
           {"lcp", lcp_measures(recording)},
           {"muscles", muscle_measures(model, recording)},
           {"stages", stage_measures(recording)},
