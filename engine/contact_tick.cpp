@@ -229,11 +229,11 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
   if (!report.input_refused) state.X_WT = input.X_WT;
 
   forward_kinematics(scene.hand, state.q, work.pose);
+  // In the tick of a hand-over, too: frames that come at every step would add up their offsets.
+  if (work.policy.offset_decay_s > 0.0) work.offset_m *= std::exp(-scene.step_s / work.policy.offset_decay_s);
   if (report.handed_over) {
     state.forces.reserve(model.max_contacts);  // A copied state has lost its spare room.
     hand_over(model, frame, state, work);
-  } else if (work.policy.offset_decay_s > 0.0) {
-    work.offset_m.head(n) *= std::exp(-scene.step_s / work.policy.offset_decay_s);
   }
   report.held = must_hold(model, frame, state, work);
   if (report.held != state.held) set_hold(report.held, frame, work, state);
