@@ -231,6 +231,25 @@ TEST(SplitAccuracy, TheOffsetMakesNoNoiselessRunWorse) {
   }
 }
 
+// Frames at every step: the offset decays in a control period, which is then a step, and what is left of an old offset
+// must not add up from frame to frame.
+TEST(SplitAccuracy, TheOffsetMakesNoNoiselessRunWorseWhenFramesComeEveryStep) {
+  for (const Driven* scene : {&stick(), &slide()}) {
+    for (const double step_s : {5e-3, 1e-3, 0.25e-3}) {
+      SCOPED_TRACE(testing::Message() << scene->course.reference_model.scene.name << ", step " << step_s);
+      const Timing timing{step_s, step_s};
+      expect_no_worse(scene->error(scene->course.split(timing, true)),
+                      scene->error(scene->course.split(timing, false)));
+    }
+  }
+  const Course course(scene_of("box_grasp", {kCoarseBox, "task.translate.from=0.3 s", "task.translate.over=0.4 s"}),
+                      {100e-6, 1e-3}, 0.0, 0.3, 0.8);
+  const Path reference = course.in_one_loop({100e-6, 1e-3});
+  const Timing timing{1e-3, 1e-3};
+  expect_no_worse(path_error(course.split(timing, true), reference),
+                  path_error(course.split(timing, false), reference));
+}
+
 // --- lockstep --------------------------------------------------------------------------------------------------------
 
 /// Every number of a state but its clock.
