@@ -159,7 +159,7 @@ bool draw(const std::vector<Result>& results, const std::vector<Panel>& panels, 
       "set terminal svg size 1500,560 font 'Helvetica,15' background rgb 'white'\nset output {}\n"
       "set multiplot layout 1,{} margins 0.06,0.985,0.13,0.92 spacing 0.025,0\n"
       "set grid lc rgb '#dddddd' lt 1\nset border 3 lc rgb '#444444'\nset tics nomirror\nset logscale xy\n"
-      "set xrange [5:3000]\nset yrange [0.3:2000]\nset xlabel 'cost [µs per simulated ms]'\n"
+      "set xrange [5:9000]\nset yrange [0.3:2000]\nset xlabel 'cost [µs per simulated ms]'\n"
       "set ylabel 'object position error [µm rms]'\nset key top right reverse Left samplen 2\n",
       gnuplot_string(file.string()), panels.size());
   for (std::size_t p = 0; p < panels.size(); ++p) {

@@ -8,7 +8,7 @@ set(below_collision collision)
 set(below_engine engine solvers collision)
 set(below_demo demo engine solvers collision)
 set(below_bench bench engine solvers collision)
-set(below_tests tests engine solvers collision)
+set(below_tests tests bench engine solvers collision)
 
 # solvers and collision: Eigen, the standard library and vector instructions, but no threads, files or logs.
 set(pure "^<(Eigen/[A-Za-z]+|[a-z_0-9]+|immintrin\\.h)>$")
