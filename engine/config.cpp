@@ -495,16 +495,17 @@ std::string ConfigMap::choice_or(std::string_view key, std::initializer_list<std
   return std::string(default_value);
 }
 
-void ConfigMap::refuse(std::string_view key, std::string_view what) const {
-  if (node_ == nullptr) return;
-  const YamlNode* const node = find(key);
+bool ConfigMap::is_refused(std::string_view key) const {
   const std::string path = path_of(key);
-  // A reader that reported the key gave a harmless value, which is not the file's: say no more about it.
-  const auto is_reported = [&](const YamlFault& fault) {
+  return std::ranges::any_of(state_->faults, [&](const YamlFault& fault) {
     return fault.key == path || fault.key.starts_with(path + "[") || fault.key.starts_with(path + ".");
-  };
-  if (std::ranges::any_of(state_->faults, is_reported)) return;
-  state_->report(node == nullptr ? node_->heading : node->place, path, std::string(what));
+  });
+}
+
+void ConfigMap::refuse(std::string_view key, std::string_view what) const {
+  if (node_ == nullptr || is_refused(key)) return;
+  const YamlNode* const node = find(key);
+  state_->report(node == nullptr ? node_->heading : node->place, path_of(key), std::string(what));
 }
 
 }  // namespace thenar

@@ -92,6 +92,8 @@ class ConfigMap {
   [[nodiscard]] std::string choice_or(std::string_view key, std::initializer_list<std::string_view> names,
                                       std::string_view default_value) const;
 
+  /// Whether `key` is reported already: its reader then gave a harmless value, which is not the file's.
+  [[nodiscard]] bool is_refused(std::string_view key) const;
   /// Reports a fault that only the caller can see, at the place of `key` or, if that is missing, of this map. Says
   /// nothing about a key that is reported already.
   void refuse(std::string_view key, std::string_view what) const;

@@ -19,9 +19,9 @@ struct LockstepSettings {
   double jitter_s = 0.0;   ///< Each frame takes up to so much longer, uniformly at random.
   std::uint64_t seed = 1;  ///< Of the jitter.
   /// How much later than the scene expects does the frame of a snapshot at this time come. Nothing: it is in time.
-  std::function<double(double time_s)> late_s;
+  std::function<double(double time_s)> late_s = {};
   /// Sees each frame at the time of its snapshot and may change it; false: it is lost. Nothing: it passes.
-  std::function<bool(double time_s, Frame& frame)> channel;
+  std::function<bool(double time_s, Frame& frame)> channel = {};
 };
 
 /// The two loops on a virtual clock and one thread: what the threads do, without their chance. A control tick at every

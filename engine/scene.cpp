@@ -24,7 +24,7 @@ void read_time(const ConfigMap& time, Scene& scene) {
   scene.control_period_s = time.positive("control_period", Dimension::kTime);
   scene.control_delay_s = time.non_negative_or("control_delay", Dimension::kTime, 0.0);
   if (scene.duration_s / scene.step_s > kMaxSteps) time.refuse("step", "makes more than 10 million steps");
-  if (scene.step_s > 0.0 && scene.control_period_s < (1.0 - 1e-9) * scene.step_s) {
+  if (!time.is_refused("step") && scene.control_period_s < (1.0 - 1e-9) * scene.step_s) {
     time.refuse("control_period", "must not be shorter than time.step");
   }
 }
