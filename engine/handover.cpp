@@ -57,7 +57,7 @@ void carry_forces(const Model& model, const Frame& frame, const std::vector<Cont
 void hand_over(const Model& model, const Frame& frame, const State& state, ContactWorkspace& work) {
   carry_forces(model, frame, state.forces, work.f);
   if (work.policy.offset_decay_s > 0.0) {
-    const double limit_m = model.scene.contact.band_m;
+    const double limit_m = contact_band_m(model.scene);
     const bool first = work.sequence < 0;
     std::swap(work.offset_m, work.old_offset_m);
     auto old = work.contacts.begin();
