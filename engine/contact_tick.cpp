@@ -158,7 +158,7 @@ void report_contacts(const Frame& frame, const ContactWorkspace& work, TickRepor
   for (int k = 0; k < kFingers; ++k) {
     bool loaded = false;
     for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
-      report.penetration_m = std::max(report.penetration_m, -work.delta[3 * i]);
+      report.penetration_m = std::max(report.penetration_m, work.offset_m[i] - work.delta[3 * i]);
       if (work.f[3 * i] <= 0.0) continue;
       const auto slip = work.delta.segment<2>(3 * i + 1);
       work_J += work.f[3 * i] * (work.delta[3 * i] - work.offset_m[i] - work.kinematics.gap_m[i]) +
@@ -201,7 +201,7 @@ ContactWorkspace::ContactWorkspace(const Model& model, const FramePolicy& frame_
     : policy(frame_policy),
       kinematics(model),
       offset_m(Eigen::VectorXd::Zero(model.max_contacts)),
-      old_offset_m(model.max_contacts),
+      old_offset_m(Eigen::VectorXd::Zero(model.max_contacts)),
       delta_free(3 * model.max_contacts),
       delta(3 * model.max_contacts),
       f(3 * model.max_contacts),
@@ -225,6 +225,7 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
   report.sequence = frame.sequence;
   report.frame_age = state.tick - frame.tick;
   report.handed_over = frame.sequence != work.sequence;
+  if (work.sequence < 0) state.held = false;  // This workspace has held nothing yet.
   report.input_refused = !is_finite(input);
   if (!report.input_refused) state.X_WT = input.X_WT;
 
@@ -250,7 +251,7 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
                                 {scene.contact.tolerance, scene.contact.max_sweeps}, work.solver, work.f.head(3 * n),
                                 work.delta.head(3 * n));
   report_contacts(frame, work, report);
-  const bool moved = commit(frame, work, free, state);
+  const bool moved = report.solve.status != SolveStatus::kNotFinite && commit(frame, work, free, state);
   if (!moved) report.solve = {SolveStatus::kNotFinite, report.solve.sweeps, std::numeric_limits<double>::infinity()};
   ++state.tick;
   report.solve_s = watch.lap();

@@ -18,7 +18,7 @@ namespace thenar {
 /// What the caller of a contact tick brings: the place of a haptic device.
 struct TickInput {
   Vector6d wrench = Vector6d::Zero();     ///< On the object beside the frame's, about its centre, world axes [N, N m].
-  std::optional<Eigen::Isometry3d> X_WT;  ///< Where the object should be from now on; nothing: where the task has it.
+  std::optional<Eigen::Isometry3d> X_WT;  ///< Where the object should be at this tick; nothing: where the task has it.
 };
 
 /// What the contact tick does about frames that are noisy, late or lost. The default trusts every frame for ever, as a
@@ -43,7 +43,7 @@ struct TickReport {
   double injected_J = 0.0, dissipated_J = 0.0;  ///< Passivity ledger: contact work on the bodies, by its sign.
   Eigen::Index contacts = 0;
   Eigen::Index active = 0;                ///< Contacts that carry force.
-  double penetration_m = 0.0;             ///< Deepest deformed gap of a contact.
+  double penetration_m = 0.0;             ///< Deepest deformed gap of a contact, offset or not.
   std::array<double, kFingers> slip_m{};  ///< Smallest |delta_t| among a finger's loaded contacts; 0 without any.
   double assemble_s = 0.0;                ///< Hand-over, drive, gaps and Jacobians: what W is made of.
   double solve_s = 0.0;                   ///< Free motion, Gauss-Seidel and commit.

@@ -17,14 +17,17 @@ Vector6d pose_error(const Isometry3d& X_WT, const Isometry3d& X_WO) {
   return error;
 }
 
-Vector6d PosePid::update(const Vector6d& error, double period_s) {
-  integral_ += period_s * error;
+Vector6d PosePid::update(const Vector6d& error, double period_s, double share) {
+  integral_ += period_s * share * error;
   const Vector6d rate = started_ ? Vector6d((error - last_error_) / period_s) : Vector6d::Zero();
   last_error_ = error;
   started_ = true;
+  const auto act = [&](const PidGains& gains, auto e, auto integral, auto e_rate) {
+    return Eigen::Vector3d(share * (gains.p * e + gains.d * e_rate) + gains.i * integral);
+  };
   Vector6d wrench;
-  wrench.head<3>() = position_.p * error.head<3>() + position_.i * integral_.head<3>() + position_.d * rate.head<3>();
-  wrench.tail<3>() = rotation_.p * error.tail<3>() + rotation_.i * integral_.tail<3>() + rotation_.d * rate.tail<3>();
+  wrench.head<3>() = act(position_, error.head<3>(), integral_.head<3>(), rate.head<3>());
+  wrench.tail<3>() = act(rotation_, error.tail<3>(), integral_.tail<3>(), rate.tail<3>());
   return wrench;
 }
 

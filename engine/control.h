@@ -23,8 +23,9 @@ class PosePid {
  public:
   PosePid(const PidGains& position, const PidGains& rotation) : position_(position), rotation_(rotation) {}
 
-  /// The wrench for this error, `period_s` after the last one.
-  Vector6d update(const Vector6d& error, double period_s);
+  /// The wrench for this error, `period_s` after the last one. Only a share of the error acts; without any the
+  /// integrals wait.
+  Vector6d update(const Vector6d& error, double period_s, double share = 1.0);
 
  private:
   PidGains position_, rotation_;

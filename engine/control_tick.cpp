@@ -1,5 +1,6 @@
 #include "engine/control_tick.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "engine/stopwatch.h"
@@ -22,10 +23,10 @@ void solve_grasp(const Model& model, const Snapshot& snapshot, Controller& contr
   const double time_s = static_cast<double>(snapshot.tick) * scene.step_s;
   const Eigen::Isometry3d X_WT = snapshot.X_WT.value_or(model.target(time_s));
   // In a hold nothing that is asked for acts. The error that has gathered there comes back as slowly as the drive does.
-  const double fade = std::exp(-scene.control_period_s / kResume_s);
+  const double fade = std::exp(-controller.period_s / kResume_s);
   controller.acting_share = snapshot.held ? 0.0 : 1.0 - fade * (1.0 - controller.acting_share);
   const Vector6d D =
-      controller.pid->update(controller.acting_share * pose_error(X_WT, snapshot.X_WO), scene.control_period_s);
+      controller.pid->update(pose_error(X_WT, snapshot.X_WO), controller.period_s, controller.acting_share);
   report.wrench_desired = D - weight(scene);
   for (int k = 0; k < kFingers; ++k) report.contacts[k] = finger_contact(model, controller.pose, snapshot, k);
   const GraspProblem problem = grasp_problem(scene, report, snapshot.X_WO.translation());
@@ -36,7 +37,7 @@ void solve_grasp(const Model& model, const Snapshot& snapshot, Controller& contr
 JointVector drive(const Model& model, const Snapshot& snapshot, Controller& controller, ControlReport& report) {
   FingerForces error;
   for (int k = 0; k < kFingers; ++k) error.col(k) = report.f_desired.col(k) - snapshot.load[k].force_N;
-  const FingerForces y = controller.filter->update(report.contacts, error, model.scene.control_period_s);
+  const FingerForces y = controller.filter->update(report.contacts, error, controller.period_s);
   return desired_torques(model, controller.pose, report.contacts, report.f_desired, y);
 }
 
@@ -53,7 +54,8 @@ JointVector muscle_torques(const Model& model, const JointVector& tau_desired, C
 }  // namespace
 
 Controller::Controller(const Model& model)
-    : f_desired(Eigen::VectorXd::Zero(3 * kFingers)),
+    : period_s(model.scene.control_period_s),
+      f_desired(Eigen::VectorXd::Zero(3 * kFingers)),
       f_muscle(Eigen::VectorXd::Zero(static_cast<Index>(model.scene.hand.muscles.size()))),
       H(kJoints, f_muscle.size()),
       muscles(kJoints, f_muscle.size()) {
@@ -75,6 +77,12 @@ ControlReport control_tick(const Model& model, const Snapshot& snapshot, Control
   ControlReport report;
   Stopwatch total, stage;
   forward_kinematics(scene.hand, snapshot.q, controller.pose);
+  // What has passed for the object: late ticks are further apart, and steps that slip do not count.
+  if (controller.sequence > 0) {
+    const auto steps = std::max<std::int64_t>(1, snapshot.tick - controller.last_tick);
+    controller.period_s = static_cast<double>(steps) * scene.step_s;
+  }
+  controller.last_tick = snapshot.tick;
 
   JointVector tau = scene.torques.value_or(JointVector::Zero());
   if (scene.control) {

@@ -32,6 +32,8 @@ class Controller {
   explicit Controller(const Model& model);
 
   std::int64_t sequence = 0;          ///< Of the next frame.
+  std::int64_t last_tick = 0;         ///< Of the last snapshot.
+  double period_s;                    ///< Simulated time since then; the scene's control period at first.
   double acting_share = 1.0;          ///< Of the pose error: less than 1 in a hold and after it.
   std::optional<PosePid> pid;         ///< Nothing without control.
   std::optional<ForceFilter> filter;  ///< Nothing without control.

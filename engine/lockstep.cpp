@@ -46,7 +46,7 @@ void Lockstep::receive(double now_s) {
 
 Recording run_lockstep(const Model& model, State& state, const LockstepSettings& settings, const Progress& progress) {
   Lockstep loops(model, settings);
-  loops.state = state;
+  loops.state = start_of_run(state);
   Recorder recorder(model);
   Stopwatch wall;
   double wall_s = 0.0;

@@ -1,5 +1,7 @@
 #include "engine/monolithic.h"
 
+#include <utility>
+
 #include "engine/recorder.h"
 #include "engine/stopwatch.h"
 #include "engine/surface_display.h"
@@ -13,6 +15,7 @@ Recording run_monolithic(const Model& model, State& state, const Progress& progr
   std::vector<SurfaceDisplay> displays(model.pulps.begin(), model.pulps.end());
   ControlReport control;
   Recorder recorder(model);
+  state = start_of_run(std::move(state));
 
   Stopwatch wall;
   double wall_s = 0.0;

@@ -31,11 +31,11 @@ bool is_finite(const Model& model, const Frame& frame) {
 
 SplitGrasp::SplitGrasp(const Model& model, const State& start)
     : model_(model),
-      state_(start),
+      state_(start_of_run(start)),
       work_(model, split_policy(model.scene)),
       controller_(model),
       frames_(model),
-      snapshots_(static_cast<const Snapshot&>(start)) {
+      snapshots_(static_cast<const Snapshot&>(state_)) {
   state_.forces.reserve(model.max_contacts);  // A copied state has lost its spare room.
   const ControlStep first = control_step();
   if (!first.published) throw std::runtime_error("the first frame of the grasp is not finite");

@@ -52,6 +52,13 @@ struct State : Snapshot {
   std::vector<ContactForce> forces;   ///< Sorted by finger and control point; capacity model.max_contacts.
 };
 
+/// The state without what belonged to the run that left it: its caller's target, and its hold.
+[[nodiscard]] inline State start_of_run(State state) {
+  state.X_WT.reset();
+  state.held = false;
+  return state;
+}
+
 /// u at the control point of a contact, distal frame; zero for rigid fingertips.
 template <typename Contact>
 [[nodiscard]] Eigen::Vector3d displacement(const State& state, const Contact& contact) {

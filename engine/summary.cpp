@@ -208,7 +208,7 @@ ordered_json stage_measures(const Recording& recording) {
     stages[name] = {{"p50_us", quantile(us, 0.5)}, {"p99_us", quantile(us, 0.99)}};
   };
   add("find", true, [](const TickRecord& t) { return t.find_s; });
-  add("assemble", true, [](const TickRecord& t) { return t.factors_s + t.contact.assemble_s; });
+  add("assemble", false, [](const TickRecord& t) { return t.factors_s + t.contact.assemble_s; });
   add("solve", false, [](const TickRecord& t) { return t.contact.solve_s; });
   add("deform", false, [](const TickRecord& t) { return t.contact.deform_s; });
   add("interpolate", false, [](const TickRecord& t) { return t.interpolate_s; });

@@ -14,8 +14,8 @@ namespace thenar {
 ///     W = J_own m_own J_own' + J_common M_common J_common' + s C,    J_own and C block diagonal by group.
 /// It refers to its parts.
 struct GroupedDelassus {
-  static constexpr int kOwn = 4, kCommon = 6;
-  static constexpr int kPadded = 8;  ///< Columns of J_common, the last two zero: rows that fill whole registers.
+  static constexpr int kOwn = 4;
+  static constexpr int kPadded = 8;  ///< Columns of J_common: 6, and two of zeros, so that rows fill whole registers.
   using OwnJacobian = Eigen::Matrix<double, Eigen::Dynamic, kOwn, Eigen::RowMajor>;
   using CommonJacobian = Eigen::Matrix<double, Eigen::Dynamic, kPadded, Eigen::RowMajor>;
   using CommonMotion = Eigen::Matrix<double, kPadded, 1>;

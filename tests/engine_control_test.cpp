@@ -42,6 +42,20 @@ TEST(PoseError, IsTheMotionToTheTarget) {
 
 // p e + i sum(e T) + d (e - e_last) / T, position and rotation each with their gains; nothing to differentiate at
 // first.
+// In a hold no share of the error acts: integrals wait, and when it ends the rate of an error that has not moved is
+// zero, not its size over a period.
+TEST(PosePid, WaitsWhileNothingActs) {
+  PosePid pid({300.0, 900.0, 5.0}, {0.5, 1.5, 0.01});
+  Vector6d error;
+  error << 1e-3, -2e-3, 3e-3, 0.1, 0.2, -0.3;
+  constexpr double period_s = 5e-3;
+  const Vector6d before = pid.update(error, period_s);
+  for (int i = 0; i < 100; ++i) pid.update(error, period_s, 0.0);
+  Vector6d integral_step;
+  integral_step << 900.0 * period_s * error.head<3>(), 1.5 * period_s * error.tail<3>();
+  EXPECT_LE((pid.update(error, period_s) - before - integral_step).norm(), 1e-14);
+}
+
 TEST(PosePid, SumsProportionIntegralAndDifference) {
   PosePid pid({300.0, 900.0, 5.0}, {0.5, 1.5, 0.01});
   Vector6d e1, e2;

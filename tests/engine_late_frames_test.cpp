@@ -153,6 +153,20 @@ TEST(LateFrames, FrozenTorquesAloneLoseTheObject) {
   EXPECT_FALSE(out.gripped);
 }
 
+// A run may go on from where another one ended in a hold: with its own drive, from its first tick on.
+TEST(LateFrames, ARunStartsFreeOfTheHoldOfTheLast) {
+  const Model model(scene_of("box_grasp", {kCoarseBox, "time.control_period=5 ms", "time.duration=0.3 s", "task={}"}));
+  State state(model);
+  LockstepSettings dies;
+  dies.channel = [](double time_s, Frame&) { return time_s < 0.2; };
+  (void)run_lockstep(model, state, dies);
+  ASSERT_TRUE(state.held);
+  const double grip_N = state.load[0].normal_N;
+  const Recording again = run_lockstep(model, state);
+  EXPECT_FALSE(again.loss);
+  for (const TickRecord& tick : again.ticks) EXPECT_GT(tick.force[0].normal_N, 0.5 * grip_N);
+}
+
 // A fingertip that a push of the caller drags far along the object leaves what its frame was made for: a hold, also of
 // a frame that is not old.
 TEST(LateFrames, AStateFarFromItsFrameIsHeld) {
@@ -220,6 +234,13 @@ TEST(TickInput, WhatIsNotFiniteMovesNothing) {
   EXPECT_EQ(with.q, without.q);
   EXPECT_EQ(with.X_WO.matrix(), without.X_WO.matrix());
   EXPECT_EQ(with.tick, without.tick + 1);
+
+  // Finite, but what it would do is not: contact cannot be solved, and without contact nothing may move.
+  TickInput absurd;
+  absurd.wrench.setConstant(1e200);
+  const State before = with;
+  EXPECT_EQ(contact_tick(loop.model, loop.frame, work_with, with, absurd).solve.status, SolveStatus::kNotFinite);
+  EXPECT_EQ(with.X_WO.matrix(), before.X_WO.matrix());
 }
 
 }  // namespace

@@ -27,7 +27,7 @@ class Load {
         prctl(PR_SET_PDEATHSIG, SIGKILL);  // never longer than the test
         for (std::atomic<unsigned> busy = 0;;) ++busy;
       }
-      children_.push_back(child);
+      if (child > 0) children_.push_back(child);
     }
   }
   ~Load() {
@@ -95,6 +95,7 @@ void expect_agreement(bool realtime, int repetitions) {
   const Model model(carried_box());
   const Ending expected = lockstep_ending(model);
   ASSERT_FALSE(expected.lost);
+  int compared = 0;
   for (int repetition = 0; repetition < repetitions; ++repetition) {
     SCOPED_TRACE(repetition);
     ThreadsReport report;
@@ -104,7 +105,8 @@ void expect_agreement(bool realtime, int repetitions) {
     EXPECT_EQ(report.frames.torn + report.snapshots.torn, 0);
     EXPECT_EQ(report.frames.unaccounted() + report.snapshots.unaccounted(), 0);
     EXPECT_FALSE(ending.lost);
-    if (report.slipped > 500) continue;  // the machine gave us less than it takes; the counts above hold all the same
+    if (report.slipped > 500) continue;  // the counts above hold all the same
+    ++compared;
     const auto error = pose_error(expected.state.X_WO, ending.state.X_WO);
     EXPECT_LE(error.head<3>().norm(), 0.1e-3);
     EXPECT_LE(error.tail<3>().norm(), 0.1 * EIGEN_PI / 180.0);
@@ -112,6 +114,7 @@ void expect_agreement(bool realtime, int repetitions) {
       EXPECT_NEAR(ending.state.load[k].normal_N / expected.state.load[k].normal_N, 1.0, 0.02);
     }
   }
+  if (compared == 0) GTEST_SKIP() << "this machine gave less than three quarters of the ticks their time";
 }
 
 TEST(SplitAgreement, ThreadsEndWhereLockstepDoes) { expect_agreement(true, 3); }
