@@ -30,6 +30,8 @@ constexpr milliseconds kDrainPeriod{3};
 // From the end of the threads' set-up to the first tick: both are asleep by then.
 constexpr std::int64_t kStartDelay_ns = 5'000'000;
 constexpr int kMaxCatchUp = 2;
+// Of the time that an overloaded contact thread is busy: twice what keeps the kernel from stopping it.
+constexpr double kRestShare = 0.1;
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 
 /// The records of one thread on their way to another, in a ring of fixed size that neither side waits for.
@@ -178,7 +180,7 @@ ContactLoopCounts run_contact_loop(SplitGrasp& grasp, Schedule schedule, std::in
 ThreadsReport run_threads(const Model& model, State& state, const ThreadSettings& settings) {
   const Scene& scene = model.scene;
   const auto ticks_due = static_cast<std::int64_t>(std::ceil(settings.duration_s / scene.step_s - 1e-9));
-  // At most half a step is spun away, so that the thread sleeps at any rate.
+  // At most half a step is spun away.
   const double spin_s = std::min(settings.spin_s, 0.5 * scene.step_s);
   ThreadsReport report;
   SplitGrasp grasp(model, state);
@@ -218,7 +220,7 @@ ThreadsReport run_threads(const Model& model, State& state, const ThreadSettings
     set_up.count_down();
     const std::int64_t start = wait_for_start(start_ns, stop);
     counts = run_contact_loop(
-        grasp, Schedule(start, scene.step_s, ticks_due, kMaxCatchUp), std::llround(1e9 * spin_s),
+        grasp, Schedule(start, scene.step_s, ticks_due, kMaxCatchUp, kRestShare), std::llround(1e9 * spin_s),
         [&contact_records](const ContactSample& sample) { return contact_records.keep(sample); }, stop);
     running.fetch_sub(1, std::memory_order_release);
   });
