@@ -128,8 +128,9 @@ class RunLog {
 };
 
 /// The control thread's loop, to its stop. A tick that is late is given up at once: a newer snapshot serves better.
+/// Adds to `lost` the records that found the ring full.
 void run_control_loop(SplitGrasp& grasp, Schedule schedule, bool muscles, Records<ControlSample>& records,
-                      const std::stop_token& stop) {
+                      std::int64_t& lost, const std::stop_token& stop) {
   ControlSample sample;
   while (const auto tick = schedule.next(steady_now_ns())) {
     sample.start_ns = wait_until(tick->deadline_ns, 0);
@@ -139,7 +140,7 @@ void run_control_loop(SplitGrasp& grasp, Schedule schedule, bool muscles, Record
     sample.step = grasp.control_step();
     if (muscles) sample.muscle_forces_N = grasp.muscle_forces_N();
     sample.end_ns = steady_now_ns();
-    records.keep(sample);
+    if (!records.keep(sample)) ++lost;
   }
 }
 
@@ -206,7 +207,7 @@ ThreadsReport run_threads(const Model& model, State& state, const ThreadSettings
       const std::int64_t first = start + std::llround(1e9 * scene.control_period_s);  // frame 0 is there already
       const bool muscles = scene.control && scene.control->muscles;
       run_control_loop(grasp, Schedule(first, scene.control_period_s, std::numeric_limits<std::int64_t>::max(), 0),
-                       muscles, control_records, stop);
+                       muscles, control_records, report.lost_control_samples, stop);
     } catch (...) {
       failure = std::current_exception();
     }

@@ -44,10 +44,11 @@ struct ThreadsReport {
   ControlReport first_control;  ///< Of frame 0, which is made before the threads start.
   Scheduling contact, control;  ///< What was granted.
   ExchangeCounts frames, snapshots;
-  std::int64_t ticks = 0;         ///< Contact ticks done.
-  std::int64_t slipped = 0;       ///< Contact ticks given up: simulated time lags by so many steps.
-  std::int64_t overruns = 0;      ///< Contact ticks that ended after the next one was due.
-  std::int64_t lost_samples = 0;  ///< Records that found the ring full.
+  std::int64_t ticks = 0;                 ///< Contact ticks done.
+  std::int64_t slipped = 0;               ///< Contact ticks given up: simulated time lags by so many steps.
+  std::int64_t overruns = 0;              ///< Contact ticks that ended after the next one was due.
+  std::int64_t lost_samples = 0;          ///< Records that found the ring full: on_tick was not called for them,
+  std::int64_t lost_control_samples = 0;  ///< or on_control.
   double wall_s = 0.0;
 };
 

@@ -46,6 +46,7 @@ TEST(Profile, WritesEveryNumberThatItPromises) {
   EXPECT_GE(contact.at("overruns"), 0);
   EXPECT_GT(contact.at("rate_hz"), 0.0);
   EXPECT_EQ(contact.at("lost_samples"), 0);
+  EXPECT_EQ(profile.at("loops").at("control").at("lost_samples"), 0);
   const json& control = profile.at("loops").at("control");
   expect_latencies(control.at("total"));
   expect_latencies(control.at("jitter"));

@@ -159,6 +159,7 @@ TEST(Threads, HoldABoxWithoutLosingARecord) {
 
   EXPECT_EQ(report.ticks + report.slipped, std::lround(kThreadedRun_s / 1e-3));
   EXPECT_EQ(report.lost_samples, 0);
+  EXPECT_EQ(report.lost_control_samples, 0);
   EXPECT_EQ(samples, report.ticks);
   EXPECT_LE(slipped, report.slipped);  // The last ones may have slipped too.
   EXPECT_EQ(disordered, 0);
