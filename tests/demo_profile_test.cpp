@@ -145,6 +145,7 @@ TEST(Profile, ReadsCyclictestsHistogram) {
   std::sort(ratios.begin(), ratios.end());
   EXPECT_EQ(floor.at("ratio_p99_median"), ratios[2]);
   EXPECT_EQ(floor.at("spin").at("spin_us"), 50.0);
+  EXPECT_EQ(floor.at("remark"), "") << "nothing was asked for, so both ran alike";
   // Asked for what our own thread had: 400 loops of 1 ms under the ordinary policy.
   const std::string asked = read(out / "asked");
   EXPECT_NE(asked.find("-i 1000 -l 400 "), std::string::npos) << asked;
