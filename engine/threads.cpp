@@ -186,6 +186,7 @@ ThreadsReport run_threads(const Model& model, State& state, const ThreadSettings
   ThreadsReport report;
   SplitGrasp grasp(model, state);
   report.first_control = grasp.first_control();
+  if (settings.on_first_control) settings.on_first_control(report.first_control, grasp.muscle_forces_N());
   if (report.first_control.grasp != GraspStatus::kOptimal) return report;
   Records<ContactSample> contact_records(scene.step_s, {{}, state});
   Records<ControlSample> control_records(scene.control_period_s, {});
