@@ -14,15 +14,16 @@
 #include <thread>
 #include <vector>
 
+#include "engine/percentiles.h"
 #include "engine/realtime.h"
 
 namespace {
 
 using namespace thenar;
 
-constexpr double kPeriod_s = 1e-3;
-constexpr std::int64_t kTicks = 2000;
-constexpr double kSpin_s = 50e-6;  // as the contact thread of a run
+constexpr std::array kRates_kHz{10.0, 4.0, 2.0, 1.0};
+constexpr double kMeasured_s = 1.0;  // for each of them
+constexpr double kSpin_s = 50e-6;    // as the contact thread of a run
 
 /// The first line of a file of the system; nothing if there is none to be read.
 std::optional<std::string> line_of(const std::string& file) {
@@ -68,39 +69,40 @@ CoreTime core_time(int core) {
   return {};
 }
 
-/// How late a contact thread wakes [us].
-struct Lateness {
-  double p50 = 0.0, p99 = 0.0, p999 = 0.0, max = 0.0;
-};
-
-Lateness lateness(std::vector<double> samples_us) {
-  std::sort(samples_us.begin(), samples_us.end());
-  const auto quantile = [&samples_us](double share) {
-    return samples_us[static_cast<std::size_t>(share * static_cast<double>(samples_us.size() - 1))];
-  };
-  return {quantile(0.5), quantile(0.99), quantile(0.999), samples_us.back()};
+/// How late the ticks of a contact thread start [us]. One that slips would have started when the next one does.
+Percentiles measure_lateness(double rate_kHz, double spin_s) {
+  const double period_s = 1e-3 / rate_kHz;
+  const std::int64_t ticks = std::llround(kMeasured_s / period_s);
+  std::vector<double> late_us;
+  late_us.reserve(static_cast<std::size_t>(ticks));
+  Schedule schedule(steady_now_ns() + 1'000'000, period_s, ticks, 0);
+  std::int64_t now_ns = steady_now_ns();
+  while (const auto tick = schedule.next(now_ns)) {
+    now_ns = wait_until(tick->deadline_ns, std::llround(1e9 * spin_s));
+    const double this_us = 1e-3 * static_cast<double>(now_ns - tick->deadline_ns);
+    for (int k = tick->slipped; k >= 0; --k) late_us.push_back(this_us + 1e6 * period_s * k);
+  }
+  // The last ones may have slipped, with nothing after them.
+  for (auto k = ticks - std::ssize(late_us); k > 0; --k) late_us.push_back(1e6 * period_s * static_cast<double>(k));
+  return percentiles(std::move(late_us));
 }
 
 struct WakeUps {
   Scheduling granted;
-  Lateness asleep, spinning;
+  Percentiles asleep_us;                                 ///< At the last rate, without a spin.
+  std::array<Percentiles, kRates_kHz.size()> late_us{};  ///< At each rate, with one.
 };
 
-/// Wakes at 1 kHz, without a spin and then with one, in a thread as the contact thread of a run.
+/// Wakes at each rate, in a thread as the contact thread of a run.
 WakeUps measure_wake_ups(int core) {
   WakeUps result;
   std::thread([&result, core] {
     result.granted = ask_for_realtime(core);
     result.granted.denormals_flushed = flush_denormals();
-    for (const bool spin : {false, true}) {
-      std::vector<double> late_us;
-      late_us.reserve(kTicks);
-      Schedule schedule(steady_now_ns() + 1'000'000, kPeriod_s, kTicks, 0);
-      while (const auto tick = schedule.next(steady_now_ns())) {
-        const std::int64_t now_ns = wait_until(tick->deadline_ns, spin ? std::llround(1e9 * kSpin_s) : 0);
-        late_us.push_back(1e-3 * static_cast<double>(now_ns - tick->deadline_ns));
-      }
-      (spin ? result.spinning : result.asleep) = lateness(std::move(late_us));
+    result.asleep_us = measure_lateness(kRates_kHz.back(), 0.0);
+    for (std::size_t i = 0; i < kRates_kHz.size(); ++i) {
+      // As in a run, half a step at most.
+      result.late_us[i] = measure_lateness(kRates_kHz[i], std::min(kSpin_s, 0.5e-3 / kRates_kHz[i]));
     }
   }).join();
   return result;
@@ -151,7 +153,8 @@ void say_kernel(std::ostream& out, int core) {
     say(out, "throttling", "none");
   } else {
     say(out, "throttling",
-        fmt::format("real-time threads may have {} of {} us; ours sleeps in every step", *runtime, *period));
+        fmt::format("real-time threads may have {} of {} us; ours sleeps where a step leaves time, and after a slip",
+                    *runtime, *period));
   }
 }
 
@@ -169,23 +172,26 @@ void say_clock(std::ostream& out) {
       fmt::format("{}, read {} a system call in {:.0f} ns", source, local ? "without" : "by", reading_ns));
 }
 
-void say_lateness(std::ostream& out, const char* what, const Lateness& late_us) {
-  say(out, what,
+void say_lateness(std::ostream& out, const std::string& what, const Percentiles& late_us) {
+  say(out, what.c_str(),
       fmt::format("p50 {:.1f}, p99 {:.1f}, p99.9 {:.1f}, max {:.1f} us", late_us.p50, late_us.p99, late_us.p999,
                   late_us.max));
 }
 
-/// A rate is kept if 999 of 1000 ticks start within half a step, which leaves the other half to compute.
-std::string verdict(const Lateness& late_us) {
-  for (const double rate_kHz : {10.0, 4.0, 2.0, 1.0}) {
+/// A rate is kept if 999 of 1000 ticks start within half a step, which leaves the other half to compute: of those at that
+/// rate.
+std::string verdict(const WakeUps& wake_ups) {
+  for (std::size_t i = 0; i < kRates_kHz.size(); ++i) {
+    const double rate_kHz = kRates_kHz[i];
     const double half_step_us = 500.0 / rate_kHz;
-    if (late_us.p999 > half_step_us) continue;
+    if (wake_ups.late_us[i].p999 > half_step_us) continue;
     return fmt::format(
         "This machine can keep a contact rate of {:g} kHz: 999 of 1000 ticks start within half a step "
         "({:g} us), the other half is there to compute.",
         rate_kHz, half_step_us);
   }
-  return fmt::format("This machine cannot keep 1 kHz: one tick in 1000 starts more than {:.0f} us late.", late_us.p999);
+  return fmt::format("This machine cannot keep 1 kHz: one tick in 1000 starts more than {:.0f} us late.",
+                     wake_ups.late_us.back().p999);
 }
 
 }  // namespace
@@ -205,8 +211,12 @@ void doctor(std::ostream& out) {
   say(out, "steal",
       fmt::format("{:.1f} % of the core's time went to others on its host while measuring",
                   100.0 * stolen / static_cast<double>(std::max<std::int64_t>(1, after.all - before.all))));
-  out << fmt::format("How late a thread at {:g} kHz wakes, {} times each\n", 1e-3 / kPeriod_s, kTicks);
-  say_lateness(out, "asleep", wake_ups.asleep);
-  say_lateness(out, fmt::format("spin {:.0f} us", 1e6 * kSpin_s).c_str(), wake_ups.spinning);
-  out << verdict(wake_ups.spinning) << '\n';
+  out << fmt::format(
+      "How late the ticks of a thread start, in {:g} s each; with a spin of {:.0f} us but for the first\n", kMeasured_s,
+      1e6 * kSpin_s);
+  say_lateness(out, fmt::format("{:g} kHz, asleep", kRates_kHz.back()), wake_ups.asleep_us);
+  for (std::size_t i = kRates_kHz.size(); i-- > 0;) {
+    say_lateness(out, fmt::format("{:g} kHz", kRates_kHz[i]), wake_ups.late_us[i]);
+  }
+  out << verdict(wake_ups) << '\n';
 }

@@ -3,6 +3,6 @@
 #include <ostream>
 
 /// Says in plain words what this machine can keep: what scheduling it grants and how to get what it refuses, what may
-/// hold a contact thread up, how late such a thread wakes, and so at which rate one may run. Takes four seconds, in
-/// which it measures.
+/// hold a contact thread up, how late such a thread wakes, and so at which rate one may run. Takes five seconds, in
+/// which it measures at each rate.
 void doctor(std::ostream& out);

@@ -50,9 +50,9 @@ void write_results(const Model& model, const Recording& recording, const State& 
   }
 }
 
-/// The scene on two threads; what they did goes into `loops`.
+/// The scene on two threads; what they did goes into `loops`, and into `lost` that records of it were lost.
 Recording run_realtime(const Options& options, const Model& model, State& state, const Progress& progress,
-                       nlohmann::ordered_json& loops) {
+                       nlohmann::ordered_json& loops, std::optional<std::string>& lost) {
   ThreadSettings settings;
   settings.duration_s = model.scene.duration_s;
   settings.spin_s = options.spin_s;
@@ -64,6 +64,7 @@ Recording run_realtime(const Options& options, const Model& model, State& state,
        {"scheduling", "settings", "loops", "exchange", "snapshots", "frame_age", "handover", "ledger", "hold"}) {
     loops[key] = all.at(key);
   }
+  lost = lost_records(run.report);
   return std::move(run.recording);
 }
 
@@ -74,6 +75,7 @@ int run(const Options& options) {
   State state(model);
   const Progress progress = progress_line(model.scene, options.quiet);
   nlohmann::ordered_json loops = nlohmann::ordered_json::object();  // Of two threads.
+  std::optional<std::string> lost;
   LockstepSettings settings;
   settings.jitter_s = options.control_jitter_s;
   const auto record = [&] {
@@ -83,7 +85,7 @@ int run(const Options& options) {
       case Runner::kLockstep:
         return run_lockstep(model, state, settings, progress);
       case Runner::kRealtime:
-        return run_realtime(options, model, state, progress, loops);
+        return run_realtime(options, model, state, progress, loops, lost);
     }
     return run_monolithic(model, state, progress);
   };
@@ -92,6 +94,8 @@ int run(const Options& options) {
 
   nlohmann::ordered_json summary = summarize(model, recording);
   summary.update(loops);
+  // What nobody saw may have been a loss.
+  if (lost && summary.at("grasp").at("held") == true) summary["grasp"]["held"] = nullptr;
   if (!options.out.empty()) write_results(model, recording, state, summary.dump(2) + "\n", options.out);
   if (options.format == "json") {
     std::cout << summary.dump(2) << '\n';
@@ -99,7 +103,8 @@ int run(const Options& options) {
     std::cout << results_table(summary);
     if (!options.out.empty()) std::cout << "\nresults in " << options.out.string() << '\n';
   }
-  const std::optional<std::string> why = failure(model, recording);
+  std::optional<std::string> why = failure(model, recording);
+  if (!why) why = lost;
   if (why) std::cerr << "failed: " << *why << '\n';
   return why ? kFailed : kDone;
 }

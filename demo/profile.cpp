@@ -72,6 +72,7 @@ ordered_json measure_floor(const Model& model, const Options& options, JitterFlo
   const double pair_s = std::min(kPair_s, model.scene.duration_s);
   const std::int64_t loops = std::llround(pair_s / model.scene.step_s);
   std::vector<double> theirs_us, ours_us, ratios;
+  std::string remark;
   for (int pair = 0; pair < kPairs; ++pair) {
     LoopProfile profile(model);
     const ThreadsReport report = run_profiled(model, pair_s, 0.0, options.realtime, profile, {});
@@ -79,6 +80,10 @@ ordered_json measure_floor(const Model& model, const Options& options, JitterFlo
     if (!cyclictest) {
       std::cerr << "warning: no floor, for cyclictest was refused what the contact thread was granted\n";
       return nullptr;
+    }
+    // Without SCHED_FIFO ours asks for short turns, see ask_for_realtime, which cyclictest cannot be told to.
+    if (options.realtime && report.contact.policy != "SCHED_FIFO") {
+      remark = "cyclictest had no short turns, which the contact thread asks for where SCHED_FIFO is refused";
     }
     const std::vector<double> jitter_us = jitters_us(profile);
     theirs_us.push_back(percentiles(*cyclictest).p99);
@@ -88,7 +93,8 @@ ordered_json measure_floor(const Model& model, const Options& options, JitterFlo
     append(floor.contact_us, jitter_us);
   }
   return {{"pairs", kPairs},          {"pair_s", pair_s}, {"cyclictest_p99_us", theirs_us},
-          {"jitter_p99_us", ours_us}, {"ratios", ratios}, {"ratio_p99_median", median(ratios)}};
+          {"jitter_p99_us", ours_us}, {"ratios", ratios}, {"ratio_p99_median", median(ratios)},
+          {"remark", remark}};
 }
 
 void write_results(const Model& model, const LoopProfile& profile, const ThreadsReport& report,

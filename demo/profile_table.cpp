@@ -94,6 +94,8 @@ std::string floor_table(const ordered_json& floor) {
   table += row("median of the ratios", {"", "", cell(floor.at("ratio_p99_median"))});
   table += row(fmt::format("this run, {:g} us spin", floor.at("spin").at("spin_us").get<double>()),
                {"", us(floor.at("spin").at("jitter_p99_us"))});
+  const std::string remark = floor.at("remark").get<std::string>();
+  if (!remark.empty()) table += "  " + remark + '\n';
   return table;
 }
 

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <exception>
 #include <thread>
+#include <vector>
 
 #include "engine/realtime.h"
 #include "engine/split_grasp.h"
@@ -22,6 +23,13 @@ Vector3d device_position(double time_s) { return {0.0, 0.005 * std::sin(2.0 * M_
 int main(int argc, char** argv) try {
   const thenar::Model model(thenar::load_scene(argc > 1 ? argv[1] : "configs/box_grasp.yaml"));
   thenar::SplitGrasp grasp(model);  // takes all memory, and makes the first frame
+  if (grasp.first_control().grasp != thenar::GraspStatus::kOptimal) {
+    std::fprintf(stderr, "no grasp forces hold the object at the start\n");
+    return 6;
+  }
+  // The last core is the device thread's alone: this thread, and what it starts from now on, keeps to the others.
+  const std::vector<int> cores = thenar::allowed_cores();
+  if (cores.size() > 1) thenar::keep_to_cores({cores.begin(), cores.end() - 1});
   const Vector3d start = model.scene.object.X_WO.translation();
 
   const std::jthread control([&](const std::stop_token& stop) {
@@ -35,7 +43,7 @@ int main(int argc, char** argv) try {
 
   double force_N = 0.0;  // the most that the device showed its user
   std::thread device([&] {
-    const thenar::Scheduling granted = thenar::ask_for_realtime(thenar::allowed_cores().back());
+    const thenar::Scheduling granted = thenar::ask_for_realtime(cores.empty() ? -1 : cores.back());
     thenar::flush_denormals();
     std::printf("%s %s\n", granted.policy.c_str(), granted.remark.c_str());
     thenar::Schedule schedule(thenar::steady_now_ns() + 1'000'000, model.scene.step_s, 500, 2);

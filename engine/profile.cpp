@@ -175,7 +175,7 @@ ordered_json contact_loop(const LoopProfile& profile, const ThreadsReport& repor
           {"lost_samples", report.lost_samples}};
 }
 
-ordered_json control_loop(const Model& model, const LoopProfile& profile) {
+ordered_json control_loop(const Model& model, const LoopProfile& profile, const ThreadsReport& report) {
   const auto& ticks = profile.control();
   // A stage that the scene does not have takes no time; null says so.
   const auto stage = [&](bool exists, float ControlTrace::*us) -> ordered_json {
@@ -188,6 +188,7 @@ ordered_json control_loop(const Model& model, const LoopProfile& profile) {
           {"total", latency(collect(ticks, [](const ControlTrace& t) { return t.total_us(); }))},
           {"jitter", latency(collect(ticks, [](const ControlTrace& t) { return t.jitter_us(); }))},
           {"slipped", profile.control_slipped()},
+          {"lost_samples", report.lost_control_samples},
           {"refused", count(ticks, [](const ControlTrace& t) { return !t.published; })},
           {"stages",
            {{"grasp_lcp", stage(control.has_value(), &ControlTrace::grasp_us)},
@@ -252,23 +253,26 @@ ordered_json hold(const LoopProfile& profile) {
   return {{"transitions", transitions}, {"ticks", count(profile.contact(), [](const auto& t) { return t.held; })}};
 }
 
-/// Never lost, and every finger loaded once the grip is there. Null if the run ended before.
-ordered_json held(const Model& model, const LoopProfile& profile) {
+/// Never lost, and every finger loaded once the grip is there. Null if the run ended before, or if nobody knows for lack
+/// of a tick's record.
+ordered_json held(const Model& model, const LoopProfile& profile, const ThreadsReport& report) {
   const auto from = ends_from(model, kLoadedFrom_s);
   if (profile.loss()) return false;
   if (profile.contact().empty() || !from(profile.contact().back())) return nullptr;
-  return std::all_of(profile.contact().begin(), profile.contact().end(),
-                     [&](const ContactTrace& t) { return !from(t) || t.loaded; });
+  const bool loaded = std::all_of(profile.contact().begin(), profile.contact().end(),
+                                  [&](const ContactTrace& t) { return !from(t) || t.loaded; });
+  if (loaded && report.lost_samples > 0) return nullptr;
+  return loaded;
 }
 
-ordered_json object(const Model& model, const LoopProfile& profile) {
+ordered_json object(const Model& model, const LoopProfile& profile, const ThreadsReport& report) {
   const auto& ticks = profile.contact();
   const double end_s = ticks.empty() ? 0.0 : static_cast<double>(ticks.back().tick) * model.scene.step_s;
   const auto last = ends_from(model, end_s - kFinalWindow_s);
   const auto measured = ends_from(model, kMeasuredFrom_s);
   const auto mm = [](const ContactTrace& t) { return 1e3 * static_cast<double>(t.position_error_m); };
   const auto deg = [](const ContactTrace& t) { return kDegrees * static_cast<double>(t.rotation_error_rad); };
-  ordered_json json{{"held", held(model, profile)},
+  ordered_json json{{"held", held(model, profile, report)},
                     {"lost_at_s", nullptr},
                     {"final_error_mm", finite(mean(collect(ticks, mm, last)))},
                     {"max_error_mm", finite(percentiles(collect(ticks, mm, measured)).max)},
@@ -328,7 +332,7 @@ ordered_json profile_json(const Model& model, const LoopProfile& profile, const 
           {"settings", settings(model.scene)},
           {"wall_s", report.wall_s},
           {"simulated_s", ticks.empty() ? 0.0 : static_cast<double>(ticks.back().tick) * model.scene.step_s},
-          {"loops", {{"contact", contact_loop(profile, report)}, {"control", control_loop(model, profile)}}},
+          {"loops", {{"contact", contact_loop(profile, report)}, {"control", control_loop(model, profile, report)}}},
           {"exchange", exchange(profile, report)},
           {"snapshots", counts_json(report.snapshots)},
           {"frame_age", frame_age(model, profile)},
@@ -346,8 +350,14 @@ ordered_json profile_json(const Model& model, const LoopProfile& profile, const 
           {"lcp",
            {{"grasp_unsolved", count(profile.control(), [](const ControlTrace& t) { return !t.grasp_found; })},
             {"muscle_unsolved", count(profile.control(), [](const ControlTrace& t) { return !t.muscles_found; })}}},
-          {"object", object(model, profile)},
+          {"object", object(model, profile, report)},
           {"floor", nullptr}};
+}
+
+std::optional<std::string> lost_records(const ThreadsReport& report) {
+  if (report.lost_samples + report.lost_control_samples == 0) return std::nullopt;
+  return fmt::format("the records of {} contact and {} control ticks were lost: nobody saw what they did",
+                     report.lost_samples, report.lost_control_samples);
 }
 
 std::optional<std::string> failure(const LoopProfile& profile, const ThreadsReport& report) {
@@ -369,7 +379,7 @@ std::optional<std::string> failure(const LoopProfile& profile, const ThreadsRepo
   const double residual = percentiles(residuals(profile)).p99;
   if (residual > kNotConverged)
     return fmt::format("the contact solver did not converge: p99 residual {:.1e}", residual);
-  return std::nullopt;
+  return lost_records(report);
 }
 
 }  // namespace thenar

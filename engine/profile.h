@@ -85,13 +85,17 @@ class LoopProfile {
 ///               hand-overs, tick_N_p99 at all other ticks, all from 0.3 s on.
 /// hold          Ticks that held an old frame's drive, and the times that this began or ended.
 /// object        As in summary.json: mean error over the last 0.3 s, the largest from 0.3 s on. A lost object is
-///               reported and the run goes on.
+///               reported and the run goes on. `held` is null if it may have been lost in a tick whose record was.
 /// floor         Null: what the machine can do at best is measured elsewhere.
 [[nodiscard]] nlohmann::ordered_json profile_json(const Model& model, const LoopProfile& profile,
                                                   const ThreadsReport& report);
 
-/// Why the simulation under the profile failed, in a sentence: no grasp forces exist at the start, the object was lost, forces were not finite, an LCP found
-/// no answer, or the contact solver did not converge. Nothing if it did not fail.
+/// That records were lost, in a sentence; nothing if none was.
+[[nodiscard]] std::optional<std::string> lost_records(const ThreadsReport& report);
+
+/// Why the simulation under the profile failed, in a sentence: no grasp forces exist at the start, the object was lost,
+/// forces were not finite, an LCP found no answer, the contact solver did not converge, or records were lost, so that
+/// nobody knows. Nothing if it did not fail.
 [[nodiscard]] std::optional<std::string> failure(const LoopProfile& profile, const ThreadsReport& report);
 
 }  // namespace thenar

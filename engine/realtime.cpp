@@ -171,8 +171,8 @@ std::int64_t steady_now_ns() noexcept {
 
 std::int64_t wait_until(std::int64_t time_ns, std::int64_t spin_ns) noexcept {
   constexpr std::int64_t kSecond = 1'000'000'000;
-  const std::int64_t wake_ns = time_ns - spin_ns;
   std::int64_t now_ns = steady_now_ns();
+  const std::int64_t wake_ns = time_ns - std::min(spin_ns, (time_ns - now_ns) / 2);
   if (now_ns < wake_ns) {
     const timespec wake{wake_ns / kSecond, wake_ns % kSecond};
     while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &wake, nullptr) == EINTR) {
@@ -192,7 +192,8 @@ std::optional<ScheduledTick> Schedule::next(std::int64_t now_ns) noexcept {
     if (caught_up_ < max_catch_up_) {
       tick.caught_up = true;
     } else {
-      const std::int64_t next = std::min(first_not_before(now_ns), ticks_due_);
+      const std::int64_t rest_ns = std::llround(rest_share_ * static_cast<double>(now_ns - punctual_ns_));
+      const std::int64_t next = std::min(first_not_before(now_ns + rest_ns), ticks_due_);
       tick.slipped = static_cast<std::int32_t>(next - index_);
       slipped_ += tick.slipped;
       index_ = next;
@@ -201,6 +202,7 @@ std::optional<ScheduledTick> Schedule::next(std::int64_t now_ns) noexcept {
   if (index_ >= ticks_due_) return std::nullopt;
   caught_up_ = tick.caught_up ? caught_up_ + 1 : 0;
   tick.deadline_ns = deadline_ns(index_++);
+  if (!tick.caught_up) punctual_ns_ = tick.deadline_ns;
   return tick;
 }
 

@@ -32,7 +32,7 @@ bool keep_to_cores(const std::vector<int>& cores) noexcept;
 [[nodiscard]] Scheduling current_scheduling();
 
 /// Asks for what a contact loop needs, for the calling thread: SCHED_FIFO, or else timers without slack and short turns; memory locked,
-/// which is the whole process' and for good, and the stack touched; core `core` (-1: any). Nothing fails for lack of it:
+/// which is the whole process' and for good, and 256 KB of the thread's stack touched, which it must have left; core `core` (-1: any). Nothing fails for lack of it:
 /// the result says what was granted.
 [[nodiscard]] Scheduling ask_for_realtime(int core, int priority = kContactPriority);
 
@@ -43,7 +43,8 @@ bool flush_denormals() noexcept;
 /// Nanoseconds of the steady clock, CLOCK_MONOTONIC. No system call where the clock is the processor's own.
 [[nodiscard]] std::int64_t steady_now_ns() noexcept;
 
-/// Sleeps until `spin_ns` before `time_ns`, then spins. Returns the time.
+/// Sleeps until `spin_ns` before `time_ns`, then spins; of less time than twice that it sleeps one half, so that a loop
+/// with little time left sleeps all the same. Returns the time.
 std::int64_t wait_until(std::int64_t time_ns, std::int64_t spin_ns) noexcept;
 
 /// One tick of a loop, as its schedule has it.
@@ -58,12 +59,21 @@ struct ScheduledTick {
 /// caught up, the ticks missed are given up: they slip, and the next one is due on the same grid. So a loop that cannot
 /// keep its rate loses simulated time, which is counted, and not its rhythm.
 ///
+/// After a slip the next tick is due no sooner than `rest_share` of the time for which the loop has been busy, counted
+/// from when its last punctual tick was due: so long a thread can sleep however overloaded it is. A thread under
+/// SCHED_FIFO needs a rest of more than 5 %, or the kernel stops it for 50 ms in every second.
+///
 /// It reads no clock: arithmetic alone. Every tick is either done or slipped: ticks() + slipped() is the number due.
 class Schedule {
  public:
   /// Ends after `ticks_due` ticks.
-  Schedule(std::int64_t start_ns, double period_s, std::int64_t ticks_due, int max_catch_up) noexcept
-      : start_ns_(start_ns), period_ns_(1e9 * period_s), ticks_due_(ticks_due), max_catch_up_(max_catch_up) {}
+  Schedule(std::int64_t start_ns, double period_s, std::int64_t ticks_due, int max_catch_up,
+           double rest_share = 0.0) noexcept
+      : start_ns_(start_ns),
+        period_ns_(1e9 * period_s),
+        ticks_due_(ticks_due),
+        max_catch_up_(max_catch_up),
+        rest_share_(rest_share) {}
 
   /// The tick to do next, given that the last one has ended by `now_ns`; nothing after the last.
   [[nodiscard]] std::optional<ScheduledTick> next(std::int64_t now_ns) noexcept;
@@ -82,9 +92,11 @@ class Schedule {
   double period_ns_;
   std::int64_t ticks_due_;
   int max_catch_up_;
+  double rest_share_;
   std::int64_t index_ = 0;  // of the next tick
   std::int64_t slipped_ = 0;
-  int caught_up_ = 0;  // in a row
+  int caught_up_ = 0;             // in a row
+  std::int64_t punctual_ns_ = 0;  // when the last tick that was not late was due
 };
 
 }  // namespace thenar

@@ -13,11 +13,13 @@ namespace {
 /// tick waits here until that of its frame, or a later one, has come.
 class Pairing {
  public:
-  Pairing(const Model& model, Recorder& recorder, const SplitGrasp& start) : model_(model), recorder_(recorder) {
-    in_use_.step.control = start.first_control();
-    in_use_.muscle_forces_N = start.muscle_forces_N();
-  }
+  Pairing(const Model& model, Recorder& recorder) : model_(model), recorder_(recorder) {}
 
+  /// Of frame 0: comes first.
+  void start(const ControlReport& control, const Eigen::VectorXd& muscle_forces_N) {
+    in_use_.step.control = control;
+    in_use_.muscle_forces_N = muscle_forces_N;
+  }
   void add(const ContactSample& sample) {
     contact_.push_back(sample);
     record(false);
@@ -71,13 +73,12 @@ class Pairing {
 RealtimeRun run_realtime(const Model& model, State& state, ThreadSettings settings, LoopProfile& profile,
                          const Progress& progress) {
   Recorder recorder(model);
-  // run_threads makes the same frame 0 from the same state, but tells nobody what its control tick found.
-  const SplitGrasp start(model, state);
-  recorder.check_grasp(0.0, start.first_control(), state.X_WO.translation());
-  if (recorder.has_unsolved()) return {recorder.finish(state, start.first_control(), 0.0), {}};
-
-  Pairing pairing(model, recorder, start);
+  Pairing pairing(model, recorder);
   std::int64_t first_ns = 0;
+  settings.on_first_control = [&](const ControlReport& control, const Eigen::VectorXd& muscle_forces_N) {
+    recorder.check_grasp(0.0, control, state.X_WO.translation());
+    pairing.start(control, muscle_forces_N);
+  };
   settings.on_tick = [&](const ContactSample& sample) {
     profile.add(sample);
     pairing.add(sample);
@@ -94,7 +95,8 @@ RealtimeRun run_realtime(const Model& model, State& state, ThreadSettings settin
   run.report = run_threads(model, state, settings);
   pairing.finish();
   run.recording = recorder.finish(state, pairing.control(), run.report.wall_s);
-  run.recording.stopped = pairing.lost();
+  // Ticks that slipped do not make it one that stopped.
+  run.recording.stopped = pairing.lost() || run.report.first_control.grasp != GraspStatus::kOptimal;
   return run;
 }
 

@@ -17,7 +17,7 @@ struct RealtimeRun {
 
 /// Runs a scene by run_threads, as run_monolithic does in one loop: to its end, or until the object is lost or no grasp
 /// forces exist at the start. Ticks that slipped are not in the recording and do not count as missing: simulated time
-/// lags. The fingertips are not shown. `settings` says how; its on_tick and on_control are not called.
+/// lags. The fingertips are not shown. `settings` says how; its callbacks are not called.
 /// `profile` receives every tick.
 [[nodiscard]] RealtimeRun run_realtime(const Model& model, State& state, ThreadSettings settings, LoopProfile& profile,
                                        const Progress& progress = {});

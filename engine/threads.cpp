@@ -30,6 +30,8 @@ constexpr milliseconds kDrainPeriod{3};
 // From the end of the threads' set-up to the first tick: both are asleep by then.
 constexpr std::int64_t kStartDelay_ns = 5'000'000;
 constexpr int kMaxCatchUp = 2;
+// Of the time that an overloaded contact thread is busy: twice what keeps the kernel from stopping it.
+constexpr double kRestShare = 0.1;
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 
 /// The records of one thread on their way to another, in a ring of fixed size that neither side waits for.
@@ -126,8 +128,9 @@ class RunLog {
 };
 
 /// The control thread's loop, to its stop. A tick that is late is given up at once: a newer snapshot serves better.
+/// Adds to `lost` the records that found the ring full.
 void run_control_loop(SplitGrasp& grasp, Schedule schedule, bool muscles, Records<ControlSample>& records,
-                      const std::stop_token& stop) {
+                      std::int64_t& lost, const std::stop_token& stop) {
   ControlSample sample;
   while (const auto tick = schedule.next(steady_now_ns())) {
     sample.start_ns = wait_until(tick->deadline_ns, 0);
@@ -137,7 +140,7 @@ void run_control_loop(SplitGrasp& grasp, Schedule schedule, bool muscles, Record
     sample.step = grasp.control_step();
     if (muscles) sample.muscle_forces_N = grasp.muscle_forces_N();
     sample.end_ns = steady_now_ns();
-    records.keep(sample);
+    if (!records.keep(sample)) ++lost;
   }
 }
 
@@ -178,11 +181,12 @@ ContactLoopCounts run_contact_loop(SplitGrasp& grasp, Schedule schedule, std::in
 ThreadsReport run_threads(const Model& model, State& state, const ThreadSettings& settings) {
   const Scene& scene = model.scene;
   const auto ticks_due = static_cast<std::int64_t>(std::ceil(settings.duration_s / scene.step_s - 1e-9));
-  // At most half a step is spun away, so that the thread sleeps at any rate.
+  // At most half a step is spun away.
   const double spin_s = std::min(settings.spin_s, 0.5 * scene.step_s);
   ThreadsReport report;
   SplitGrasp grasp(model, state);
   report.first_control = grasp.first_control();
+  if (settings.on_first_control) settings.on_first_control(report.first_control, grasp.muscle_forces_N());
   if (report.first_control.grasp != GraspStatus::kOptimal) return report;
   Records<ContactSample> contact_records(scene.step_s, {{}, state});
   Records<ControlSample> control_records(scene.control_period_s, {});
@@ -204,7 +208,7 @@ ThreadsReport run_threads(const Model& model, State& state, const ThreadSettings
       const std::int64_t first = start + std::llround(1e9 * scene.control_period_s);  // frame 0 is there already
       const bool muscles = scene.control && scene.control->muscles;
       run_control_loop(grasp, Schedule(first, scene.control_period_s, std::numeric_limits<std::int64_t>::max(), 0),
-                       muscles, control_records, stop);
+                       muscles, control_records, report.lost_control_samples, stop);
     } catch (...) {
       failure = std::current_exception();
     }
@@ -218,7 +222,7 @@ ThreadsReport run_threads(const Model& model, State& state, const ThreadSettings
     set_up.count_down();
     const std::int64_t start = wait_for_start(start_ns, stop);
     counts = run_contact_loop(
-        grasp, Schedule(start, scene.step_s, ticks_due, kMaxCatchUp), std::llround(1e9 * spin_s),
+        grasp, Schedule(start, scene.step_s, ticks_due, kMaxCatchUp, kRestShare), std::llround(1e9 * spin_s),
         [&contact_records](const ContactSample& sample) { return contact_records.keep(sample); }, stop);
     running.fetch_sub(1, std::memory_order_release);
   });

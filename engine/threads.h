@@ -35,6 +35,8 @@ struct ThreadSettings {
   double duration_s = 0.0;  ///< Of contact ticks due, slipped ones included.
   double spin_s = 50e-6;    ///< The contact thread wakes so long before its tick is due, and spins.
   bool realtime = true;     ///< Ask for SCHED_FIFO, locked memory, a core of its own. False: take what any thread gets.
+  /// On the calling thread, before all else: frame 0's control tick and its muscle forces, also if nothing will run.
+  std::function<void(const ControlReport&, const Eigen::VectorXd& muscle_forces_N)> on_first_control;
   std::function<bool(const ContactSample&)> on_tick;     ///< On the calling thread, in order; false ends the run.
   std::function<void(const ControlSample&)> on_control;  ///< On the calling thread, in order.
 };
@@ -44,10 +46,11 @@ struct ThreadsReport {
   ControlReport first_control;  ///< Of frame 0, which is made before the threads start.
   Scheduling contact, control;  ///< What was granted.
   ExchangeCounts frames, snapshots;
-  std::int64_t ticks = 0;         ///< Contact ticks done.
-  std::int64_t slipped = 0;       ///< Contact ticks given up: simulated time lags by so many steps.
-  std::int64_t overruns = 0;      ///< Contact ticks that ended after the next one was due.
-  std::int64_t lost_samples = 0;  ///< Records that found the ring full.
+  std::int64_t ticks = 0;                 ///< Contact ticks done.
+  std::int64_t slipped = 0;               ///< Contact ticks given up: simulated time lags by so many steps.
+  std::int64_t overruns = 0;              ///< Contact ticks that ended after the next one was due.
+  std::int64_t lost_samples = 0;          ///< Records that found the ring full: on_tick was not called for them,
+  std::int64_t lost_control_samples = 0;  ///< or on_control.
   double wall_s = 0.0;
 };
 

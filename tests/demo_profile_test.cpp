@@ -46,6 +46,7 @@ TEST(Profile, WritesEveryNumberThatItPromises) {
   EXPECT_GE(contact.at("overruns"), 0);
   EXPECT_GT(contact.at("rate_hz"), 0.0);
   EXPECT_EQ(contact.at("lost_samples"), 0);
+  EXPECT_EQ(profile.at("loops").at("control").at("lost_samples"), 0);
   const json& control = profile.at("loops").at("control");
   expect_latencies(control.at("total"));
   expect_latencies(control.at("jitter"));
@@ -144,6 +145,7 @@ TEST(Profile, ReadsCyclictestsHistogram) {
   std::sort(ratios.begin(), ratios.end());
   EXPECT_EQ(floor.at("ratio_p99_median"), ratios[2]);
   EXPECT_EQ(floor.at("spin").at("spin_us"), 50.0);
+  EXPECT_EQ(floor.at("remark"), "") << "nothing was asked for, so both ran alike";
   // Asked for what our own thread had: 400 loops of 1 ms under the ordinary policy.
   const std::string asked = read(out / "asked");
   EXPECT_NE(asked.find("-i 1000 -l 400 "), std::string::npos) << asked;

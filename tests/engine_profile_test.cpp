@@ -188,6 +188,22 @@ TEST(LoopProfile, ReportsALostObjectAndGoesOn) {
   EXPECT_NE(failure(run.profile, run.report)->find("lost at 0.401 s"), std::string::npos);
 }
 
+TEST(LoopProfile, ClaimsNothingOfARunWhoseRecordsWereLost) {
+  SyntheticRun run(1000);
+  run.report.lost_samples = 2;
+  run.report.lost_control_samples = 1;
+  const ordered_json json = profile_json(run.model, run.profile, run.report);
+  EXPECT_TRUE(json.at("object").at("held").is_null());
+  EXPECT_EQ(json.at("loops").at("contact").at("lost_samples"), 2);
+  EXPECT_EQ(json.at("loops").at("control").at("lost_samples"), 1);
+  ASSERT_TRUE(failure(run.profile, run.report));
+  EXPECT_NE(failure(run.profile, run.report)->find("2 contact and 1 control"), std::string::npos);
+  // Without control records alone it is still known that the object was held.
+  run.report.lost_samples = 0;
+  EXPECT_EQ(profile_json(run.model, run.profile, run.report).at("object").at("held"), true);
+  EXPECT_TRUE(failure(run.profile, run.report));
+}
+
 // A record that comes in during a run must not cost the process a page.
 TEST(LoopProfile, TakesItsMemoryBeforehand) {
   SyntheticRun run(1);

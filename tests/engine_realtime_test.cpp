@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <ctime>
 #include <limits>
 #include <random>
 #include <thread>
@@ -81,6 +82,31 @@ TEST(Schedule, ALoopThatIsTooSlowLosesTimeAndNotItsGrid) {
   EXPECT_GE(schedule.ticks(), 631);
 }
 
+// As a contact thread at 4 kHz whose ticks take longer than a step: it must rest for more than the 5 % that the kernel
+// wants of a real-time thread.
+TEST(Schedule, AnOverloadedLoopRests) {
+  constexpr double kPeriod_s = 250e-6;
+  for (const double steps : {1.01, 1.3, 1.34, 1.99, 3.0, 30.0}) {
+    SCOPED_TRACE(testing::Message() << steps << " steps a tick");
+    Schedule schedule(kStart_ns, kPeriod_s, 40'000, 2, 0.1);
+    const std::int64_t duration_ns = std::llround(1e9 * kPeriod_s * steps);
+    const std::vector<Given> given = run(schedule, {duration_ns});
+    EXPECT_EQ(schedule.ticks() + schedule.slipped(), 40'000);
+    std::int64_t busy_ns = 0;
+    int slips = 0;
+    for (std::size_t k = 0; k < given.size(); ++k) {
+      if (given[k].tick.slipped > 0) {
+        ++slips;
+        EXPECT_EQ(busy_ns, 3 * duration_ns) << k;  // A slip comes after three ticks,
+        EXPECT_GE(given[k].tick.deadline_ns - given[k].now_ns, busy_ns / 10 - 1) << k;  // and a rest with it.
+        busy_ns = 0;
+      }
+      busy_ns += duration_ns;
+    }
+    EXPECT_EQ(slips, (static_cast<int>(given.size()) - 1) / 3);
+  }
+}
+
 TEST(Schedule, HoldsItsLawsForAnyDurations) {
   std::mt19937_64 random(7);
   for (int run_index = 0; run_index < 500; ++run_index) {
@@ -124,6 +150,15 @@ TEST(Realtime, WaitsToTheDeadlineAndNotLess) {
     EXPECT_GE(wait_until(due_ns, spin_ns), due_ns);
     EXPECT_GE(steady_now_ns(), due_ns);
   }
+  // Too little time for the spin that is asked for is not spun away: the processor has rested.
+  const auto processor_ns = [] {
+    timespec time{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+    return 1'000'000'000 * static_cast<std::int64_t>(time.tv_sec) + time.tv_nsec;
+  };
+  const std::int64_t before_ns = processor_ns();
+  wait_until(steady_now_ns() + 20'000'000, 40'000'000);
+  EXPECT_LT(processor_ns() - before_ns, 15'000'000);
   // What is past is not waited for.
   const std::int64_t now_ns = steady_now_ns();
   EXPECT_GE(wait_until(now_ns - 1'000'000'000, 50'000), now_ns);
