@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <filesystem>
 #include <iostream>
 #include <string>
@@ -23,6 +25,9 @@ namespace {
 
 using namespace thenar;
 namespace fs = std::filesystem;
+
+// A run that slips more of its ticks is not what was asked for.
+constexpr double kKept = 0.99;
 
 /// Whether this machine has the instructions that the build uses.
 bool host_can_run() {
@@ -65,6 +70,12 @@ Recording run_realtime(const Options& options, const Model& model, State& state,
     loops[key] = all.at(key);
   }
   lost = lost_records(run.report);
+  const double kept =
+      static_cast<double>(run.report.ticks) / static_cast<double>(run.report.ticks + run.report.slipped);
+  if (kept < kKept) {
+    std::cerr << fmt::format("warning: this machine kept {:.0f} % of the contact ticks; simulated time lags behind\n",
+                             100.0 * kept);
+  }
   return std::move(run.recording);
 }
 
@@ -114,6 +125,21 @@ int check(const Options& options) {
   return kDone;
 }
 
+int execute(const Options& options) {
+  switch (options.command) {
+    case Command::kRun:
+      return run(options);
+    case Command::kProfile:
+      return profile(options);
+    case Command::kCheck:
+      return check(options);
+    case Command::kDoctor:
+      doctor(std::cout);
+      return kDone;
+  }
+  return kInternal;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) try {
@@ -125,18 +151,10 @@ int main(int argc, char** argv) try {
   int exit_code = kDone;
   const std::optional<Options> options = parse_options(argc, argv, exit_code);
   if (!options) return exit_code;
-  switch (options->command) {
-    case Command::kRun:
-      return run(*options);
-    case Command::kProfile:
-      return profile(*options);
-    case Command::kCheck:
-      return check(*options);
-    case Command::kDoctor:
-      doctor(std::cout);
-      return kDone;
-  }
-  return kInternal;
+  exit_code = execute(*options);
+  std::cout.flush();
+  if (!std::cout) throw FileError("standard output", "could not be written in full");
+  return exit_code;
 } catch (const ConfigError& error) {
   std::cerr << error.what() << '\n';
   return kBadUsage;

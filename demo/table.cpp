@@ -52,7 +52,13 @@ std::string results_table(const ordered_json& summary) {
                       " (" + build.at("flags").get<std::string>() + "), " + build.at("compiler").get<std::string>() +
                       ", " + scheduling + "\n";
   table += summary.at("scene").get<std::string>() + ": " + cell(summary.at("simulated_s"), "s") + " simulated, " +
-           cell(summary.at("real_time_factor"), "") + " times real time\n\ngrasp\n";
+           cell(summary.at("real_time_factor"), "") + " times real time\n";
+  const ordered_json& settings = summary.at("settings");
+  const double delay_ms = settings.at("control_delay_ms");
+  table += "contact at " + cell(settings.at("contact_rate_hz"), "Hz") + ", control at " +
+           cell(settings.at("control_rate_hz"), "Hz") +
+           (delay_ms > 0.0 ? fmt::format(", {:g} ms late", delay_ms) : "") + "; stops at residual " +
+           cell(settings.at("tolerance"), "") + " or " + cell(settings.at("max_sweeps"), "") + " sweeps\n\ngrasp\n";
   line(table, "held", cell(grasp.at("held"), ""));
   line(table, "largest slip of a finger", cell(grasp.at("max_slip_mm"), "mm"));
   line(table, "least cone margin", cell(grasp.at("min_cone_margin"), ""));

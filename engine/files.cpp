@@ -18,18 +18,23 @@ std::string read_file(const std::filesystem::path& file) {
   return std::move(bytes).str();
 }
 
-void write_file(const std::filesystem::path& file, std::string_view bytes) {
-  const std::filesystem::path draft = file.string() + ".part";
+void write_file(const std::filesystem::path& path, std::string_view bytes) {
+  std::error_code unresolved;
+  // What a link names is written, and the link stays; a device or a pipe cannot be put in place of another.
+  const std::filesystem::path resolved = std::filesystem::weakly_canonical(path, unresolved);
+  const std::filesystem::path& file = unresolved ? path : resolved;
+  const bool replace = !std::filesystem::exists(file, unresolved) || std::filesystem::is_regular_file(file, unresolved);
+  const std::filesystem::path draft = file.string() + (replace ? ".part" : "");
   std::ofstream stream(draft, std::ios::binary | std::ios::trunc);
-  if (!stream) throw FileError(file, "cannot be written");
+  if (!stream) throw FileError(path, "cannot be written");
   stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   // A full disk may show only when the last bytes leave the buffer.
   stream.close();
   std::error_code error;
-  if (stream) std::filesystem::rename(draft, file, error);
+  if (stream && replace) std::filesystem::rename(draft, file, error);
   if (stream && !error) return;
-  std::filesystem::remove(draft, error);
-  throw FileError(file, "could not be written in full");
+  if (replace) std::filesystem::remove(draft, error);
+  throw FileError(path, "could not be written in full");
 }
 
 void prepare_folder(const std::filesystem::path& folder) {

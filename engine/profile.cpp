@@ -10,6 +10,7 @@
 #include "engine/build_info.h"
 #include "engine/control.h"
 #include "engine/percentiles.h"
+#include "engine/summary.h"
 
 namespace thenar {
 
@@ -306,13 +307,6 @@ ordered_json scheduling(const ThreadsReport& report) {
             {"remark", control.remark}}}};
 }
 
-ordered_json settings(const Scene& scene) {
-  return {{"contact_rate_hz", 1.0 / scene.step_s},
-          {"control_rate_hz", 1.0 / scene.control_period_s},
-          {"tolerance", scene.contact.tolerance},
-          {"max_sweeps", scene.contact.max_sweeps}};
-}
-
 }  // namespace
 
 ordered_json profile_json(const Model& model, const LoopProfile& profile, const ThreadsReport& report) {
@@ -329,7 +323,7 @@ ordered_json profile_json(const Model& model, const LoopProfile& profile, const 
             {"compiler", build::kCompiler},
             {"version", build::kVersion}}},
           {"scheduling", scheduling(report)},
-          {"settings", settings(model.scene)},
+          {"settings", loop_settings(model.scene)},
           {"wall_s", report.wall_s},
           {"simulated_s", ticks.empty() ? 0.0 : static_cast<double>(ticks.back().tick) * model.scene.step_s},
           {"loops", {{"contact", contact_loop(profile, report)}, {"control", control_loop(model, profile, report)}}},

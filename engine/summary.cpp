@@ -212,7 +212,7 @@ ordered_json stage_measures(const Recording& recording) {
   add("solve", false, [](const TickRecord& t) { return t.contact.solve_s; });
   add("deform", false, [](const TickRecord& t) { return t.contact.deform_s; });
   add("interpolate", false, [](const TickRecord& t) { return t.interpolate_s; });
-  add("contact_total", false, [](const TickRecord& t) { return t.contact_total_s(); });
+  add("contact_total", true, [](const TickRecord& t) { return t.contact_total_s(); });
   add("grasp_lcp", true, [](const TickRecord& t) { return t.grasp_s; });
   add("muscle_lcp", true, [](const TickRecord& t) { return t.muscle_s; });
   add("control_total", true, [](const TickRecord& t) { return t.control_s; });
@@ -254,6 +254,14 @@ std::optional<std::string> failure(const TickRecord& tick) {
 
 }  // namespace
 
+ordered_json loop_settings(const Scene& scene) {
+  return {{"contact_rate_hz", 1.0 / scene.step_s},
+          {"control_rate_hz", 1.0 / scene.control_period_s},
+          {"control_delay_ms", 1e3 * scene.control_delay_s},
+          {"tolerance", scene.contact.tolerance},
+          {"max_sweeps", scene.contact.max_sweeps}};
+}
+
 ordered_json summarize(const Model& model, const Recording& recording) {
   namespace build = build_info;
   const double simulated_s = recording.ticks.empty() ? 0.0 : recording.ticks.back().time_s;
@@ -264,6 +272,7 @@ ordered_json summarize(const Model& model, const Recording& recording) {
             {"compiler", build::kCompiler},
             {"version", build::kVersion}}},
           {"simulated_s", simulated_s},
+          {"settings", loop_settings(model.scene)},
           {"object", object_measures(model, recording)},
           {"grasp", grasp_measures(model, recording)},
           {"contacts", contact_measures(recording)},

@@ -9,6 +9,9 @@
 
 namespace thenar {
 
+/// How both loops were asked to run: rates, delay of the frames, when a contact solve stops.
+[[nodiscard]] nlohmann::ordered_json loop_settings(const Scene& scene);
+
 /// The measures of a run, as summary.json has them: units in the keys, null where there was nothing to measure.
 ///
 /// From 0.3 s on, when the grip has built up: position and rotation errors, slip, cone margin, contact counts. Over the
