@@ -7,7 +7,6 @@
 #include <limits>
 #include <numbers>
 
-#include "engine/build_info.h"
 #include "engine/control.h"
 #include "engine/percentiles.h"
 #include "engine/summary.h"
@@ -310,18 +309,13 @@ ordered_json scheduling(const ThreadsReport& report) {
 }  // namespace
 
 ordered_json profile_json(const Model& model, const LoopProfile& profile, const ThreadsReport& report) {
-  namespace build = build_info;
   const auto& ticks = profile.contact();
   const Values residual = residuals(profile);
   const Percentiles sweeps = percentiles(collect(ticks, [](const ContactTrace& t) { return t.sweeps; }));
   const Percentiles contacts = percentiles(collect(ticks, [](const ContactTrace& t) { return t.contacts; }));
   const double ledger = profile.injected_J() / profile.dissipated_J();
   return {{"scene", model.scene.name},
-          {"build",
-           {{"type", build::kType},
-            {"flags", build::kFlags},
-            {"compiler", build::kCompiler},
-            {"version", build::kVersion}}},
+          {"build", build_settings()},
           {"scheduling", scheduling(report)},
           {"settings", loop_settings(model.scene)},
           {"wall_s", report.wall_s},

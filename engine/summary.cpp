@@ -254,6 +254,13 @@ std::optional<std::string> failure(const TickRecord& tick) {
 
 }  // namespace
 
+ordered_json build_settings() {
+  return {{"type", build_info::kType},
+          {"flags", build_info::kFlags},
+          {"compiler", build_info::kCompiler},
+          {"version", build_info::kVersion}};
+}
+
 ordered_json loop_settings(const Scene& scene) {
   return {{"contact_rate_hz", 1.0 / scene.step_s},
           {"control_rate_hz", 1.0 / scene.control_period_s},
@@ -263,14 +270,9 @@ ordered_json loop_settings(const Scene& scene) {
 }
 
 ordered_json summarize(const Model& model, const Recording& recording) {
-  namespace build = build_info;
   const double simulated_s = recording.ticks.empty() ? 0.0 : recording.ticks.back().time_s;
   return {{"scene", model.scene.name},
-          {"build",
-           {{"type", build::kType},
-            {"flags", build::kFlags},
-            {"compiler", build::kCompiler},
-            {"version", build::kVersion}}},
+          {"build", build_settings()},
           {"simulated_s", simulated_s},
           {"settings", loop_settings(model.scene)},
           {"object", object_measures(model, recording)},

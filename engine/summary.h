@@ -9,6 +9,9 @@
 
 namespace thenar {
 
+/// How this library was built: type, flags, compiler, version.
+[[nodiscard]] nlohmann::ordered_json build_settings();
+
 /// How both loops were asked to run: rates, delay of the frames, when a contact solve stops.
 [[nodiscard]] nlohmann::ordered_json loop_settings(const Scene& scene);
 

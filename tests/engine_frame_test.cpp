@@ -30,6 +30,22 @@ MatrixXd dense(const Frame& frame, const ContactKinematics& now) {
   return J;
 }
 
+/// What a function of the bodies' poses gives when they have moved from a state along one speed: a joint, or the object
+/// along or about a world axis.
+template <typename Function>
+VectorXd moved_along(int speed, double by, const State& state, const Function& function) {
+  JointVector q = state.q;
+  Isometry3d X_WO = state.X_WO;
+  if (speed < kJoints) {
+    q[speed] += by;
+  } else if (speed < kJoints + 3) {
+    X_WO.translation()[speed - kJoints] += by;
+  } else {
+    X_WO.linear() = Eigen::AngleAxisd(by, Vector3d::Unit(speed - kJoints - 3)) * X_WO.linear();
+  }
+  return function(q, X_WO);
+}
+
 /// The box grasp at work, 20 ms after its start: three fingers pressed against the box.
 class GraspFrame : public testing::Test {
  protected:
@@ -97,18 +113,7 @@ TEST_F(GraspFrame, JacobianIsTheRelativeMotionAtTheSurface) {
   };
   for (int speed = 0; speed < kSpeeds; ++speed) {
     SCOPED_TRACE(speed);
-    const auto moved = [&](double by) {
-      JointVector q = loop.state.q;
-      Isometry3d X_WO = loop.state.X_WO;
-      if (speed < kJoints) {
-        q[speed] += by;
-      } else if (speed < kJoints + 3) {
-        X_WO.translation()[speed - kJoints] += by;
-      } else {
-        X_WO.linear() = Eigen::AngleAxisd(by, Vector3d::Unit(speed - kJoints - 3)) * X_WO.linear();
-      }
-      return positions(q, X_WO);
-    };
+    const auto moved = [&](double by) { return moved_along(speed, by, loop.state, positions); };
     const VectorXd derivative = (moved(h) - moved(-h)) / (2.0 * h);
     EXPECT_LE((derivative - J.col(speed)).cwiseAbs().maxCoeff(), 1e-10);
   }
@@ -133,20 +138,7 @@ TEST_F(GraspFrame, JacobianIsTheDerivativeOfTheGap) {
   };
   for (int speed = 0; speed < kSpeeds; ++speed) {
     SCOPED_TRACE(speed);
-    const auto moved = [&](double by) {
-      JointVector q = loop.state.q;
-      Isometry3d X_WO = loop.state.X_WO;
-      if (speed < kJoints) {
-        q[speed] += by;
-      } else if (speed < kJoints + 3) {
-        X_WO.translation()[speed - kJoints] += by;
-      } else {
-        const Vector3d centre = X_WO.translation();
-        X_WO.linear() = Eigen::AngleAxisd(by, Vector3d::Unit(speed - kJoints - 3)) * X_WO.linear();
-        X_WO.translation() = centre;
-      }
-      return gaps(q, X_WO);
-    };
+    const auto moved = [&](double by) { return moved_along(speed, by, loop.state, gaps); };
     const VectorXd derivative = (moved(h) - moved(-h)) / (2.0 * h);
     for (Index i = 0; i < frame.size(); ++i) EXPECT_NEAR(derivative[i], J(3 * i, speed), 1e-9);
   }
