@@ -125,8 +125,11 @@ class RunLog {
     if (!log_ || nothing()) return false;
     std::string what;
     const auto add_clause = [&what](const std::string& clause) { what += (what.empty() ? "" : "; ") + clause; };
-    if (overruns_ > 0) add_clause(count(overruns_, "contact tick") + " overran");
-    if (slipped_ > 0) add_clause(count(slipped_, "contact tick") + " given up, for too many were late");
+    if (overruns_ + slipped_ > 0) {
+      const char* const given_up = slipped_ == 1 ? "was given up" : "were given up";
+      add_clause(count(overruns_, "contact tick") + " overran" +
+                 (slipped_ > 0 ? fmt::format(", {} {}", slipped_, given_up) : ""));
+    }
     if (holds_ > 0) add_clause(count(holds_, "hold") + " began (frames came too late)");
     if (releases_ > 0) add_clause(count(releases_, "hold") + " ended (frames came again)");
     if (refused_ > 0) add_clause(count(refused_, "frame") + " refused (not finite)");
