@@ -129,11 +129,15 @@ std::string handover_script(const Model& model, const LoopProfile& profile, cons
                            "set multiplot layout {},1 margins 0.1,0.97,{:.4f},{:.4f} spacing 0.04\n"
                            "set xrange [{}:{}]\nunset grid\nset grid y lc rgb '#dddddd' lt 1\n"
                            "set key at screen 0.97,screen {:.4f} right top vertical maxrows 1 Left reverse\n"
-                           "set label 1 'The force step of a tick with a new frame includes the controller''s new "
-                           "torques.' at screen 0.97,screen {:.4f} right tc rgb '#444444'\n"
                            "set format x ''\nset format y '%.3f'\n",
                            panels, 70.0 / height, 1.0 - 75.0 / height, 1e3 * (centre_s - kHalfWindow_s),
-                           1e3 * (centre_s + kHalfWindow_s), 1.0 - 36.0 / height, 1.0 - 22.0 / height);
+                           1e3 * (centre_s + kHalfWindow_s), 1.0 - 36.0 / height);
+  if (model.scene.control) {
+    script += fmt::format(
+        "set label 'The force step of a tick with a new frame includes the controller''s new torques.' "
+        "at screen 0.97,screen {:.4f} right tc rgb '#444444'\n",
+        1.0 - 22.0 / height);
+  }
   for (int k = 0; k < kFingers; ++k) {
     if (!loaded[k]) continue;
     script += fmt::format(
