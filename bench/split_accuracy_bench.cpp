@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <iostream>
 #include <nlohmann/json.hpp>
@@ -148,6 +149,12 @@ std::string block(const std::string& name, const std::vector<Result>& results, c
   return text + "EOD\n";
 }
 
+/// The range of an axis that shows all values, with room for the labels beside the points.
+std::string log_range(const std::vector<double>& values, double room) {
+  const auto [least, most] = std::minmax_element(values.begin(), values.end());
+  return fmt::format("[{:.3g}:{:.3g}]", *least / 1.4, *most * room);
+}
+
 bool draw(const std::vector<Result>& results, const std::vector<Panel>& panels, const fs::path& file) {
   struct Curve {
     const char *runner, *title, *colour;
@@ -155,14 +162,24 @@ bool draw(const std::vector<Result>& results, const std::vector<Panel>& panels, 
   constexpr Curve kCurves[]{{"one loop", "one loop, at its step", "#c0392b"},
                             {"split 1 kHz", "split, contact at 1 kHz", "#2563a8"},
                             {"split 4 kHz", "split, contact at 4 kHz", "#3a8f5c"}};
+  const auto is_drawn = [](const Result& r) { return r.split == r.offset; };
+  std::vector<double> errors;
+  for (const Result& r : results) {
+    if (is_drawn(r)) errors.push_back(1e6 * r.error.position_m);
+  }
   std::string script = fmt::format(
-      "set terminal svg size 1500,560 font 'Helvetica,15' background rgb 'white'\nset output {}\n"
-      "set multiplot layout 1,{} margins 0.06,0.985,0.13,0.92 spacing 0.025,0\n"
+      "set terminal svg size 1500,600 font 'Helvetica,15' background rgb 'white'\nset output {}\n"
+      "set multiplot layout 1,{} margins 0.06,0.985,0.12,0.81 spacing 0.025,0\n"
       "set grid lc rgb '#dddddd' lt 1\nset border 3 lc rgb '#444444'\nset tics nomirror\nset logscale xy\n"
-      "set xrange [5:9000]\nset yrange [0.3:2000]\nset xlabel 'cost [µs per simulated ms]'\n"
-      "set ylabel 'object position error [µm rms]'\nset key top right reverse Left samplen 2\n",
-      gnuplot_string(file.string()), panels.size());
+      "set xtics (5,10,20,50,100,200,500,1000,2000,5000)\nset yrange {}\nset xlabel 'cost [µs per simulated ms]'\n"
+      "set ylabel 'rms position error against a {:g} µs reference [µm]'\n"
+      "set key at screen 0.52,screen 0.985 center top vertical maxrows 2 reverse Left samplen 2\n",
+      gnuplot_string(file.string()), panels.size(), log_range(errors, 1.4), 1e6 * kReference_s);
   for (std::size_t p = 0; p < panels.size(); ++p) {
+    std::vector<double> costs;
+    for (const Result& r : results) {
+      if (is_drawn(r) && r.scene == panels[p].scene) costs.push_back(r.cost_us_per_ms());
+    }
     std::string plot;
     for (std::size_t c = 0; c < std::size(kCurves); ++c) {
       const auto& [runner, title, colour] = kCurves[c];
@@ -176,8 +193,8 @@ bool draw(const std::vector<Result>& results, const std::vector<Panel>& panels, 
     plot += ", NaN w p pt 9 lc rgb '#444444' title 'frames every 20 ms, 20 ms late'";
     plot += ", NaN w p pt 5 lc rgb '#444444' title 'frames every 5 ms, 5 ms late'";
     // One legend and one y axis for all panels.
-    script += fmt::format("set title {}\n{}\nset key off\nset ylabel ''\nset format y ''\n",
-                          gnuplot_string(panels[p].title), plot);
+    script += fmt::format("set title {}\nset xrange {}\n{}\nset key off\nset ylabel ''\nset format y ''\n",
+                          gnuplot_string(panels[p].title), log_range(costs, 1.8), plot);
   }
   return run_gnuplot(script + "unset multiplot\n", file.parent_path());
 }

@@ -6,13 +6,18 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <system_error>
+#include <utility>
 
 #include "demo/exit_code.h"
 #include "engine/build_info.h"
+#include "engine/config.h"
+#include "engine/profile_figures.h"
 #include "engine/units.h"
 
 namespace {
 
+namespace fs = std::filesystem;
 using thenar::Dimension;
 
 constexpr double kFastest_Hz = 100e3, kSlowest_Hz = 1.0;  // Of a loop: what may make sense, with room.
@@ -46,7 +51,31 @@ double time_s(const std::string& text) { return thenar::read_quantity(text, Dime
 bool is_number(const std::string& text) {
   double value = 0.0;
   const char* const end = text.data() + text.size();
-  return std::from_chars(text.data(), end, value).ptr == end;
+  const auto [rest, error] = std::from_chars(text.data(), end, value);
+  return error == std::errc() && rest == end;
+}
+
+/// A bare number is one of seconds.
+std::string with_unit(const std::string& text) { return is_number(text) ? text + " s" : text; }
+
+CLI::Validator simulated_time() {
+  const CLI::Validator rule = quantity(Dimension::kTime, 1e-6, 1e5, "500 ms");
+  return {[rule](const std::string& text) {
+            std::string time = with_unit(text);
+            return rule(time);
+          },
+          ""};
+}
+
+CLI::Validator named() {
+  return {[](const std::string& text) -> std::string { return text.empty() ? "needs a name" : ""; }, ""};
+}
+CLI::Validator no_folder() {
+  return {[](const std::string& text) -> std::string {
+            std::error_code none;  // What cannot be looked at is found out when it is written.
+            return fs::is_directory(text, none) ? text + " is a folder, and must be a file" : "";
+          },
+          ""};
 }
 
 void add_scene(CLI::App& command, Options& options) {
@@ -57,7 +86,7 @@ void add_scene(CLI::App& command, Options& options) {
 }
 
 void add_results(CLI::App& command, Options& options, const char* results) {
-  command.add_option("--out", options.out, std::string("Folder for ") + results)->type_name("DIR");
+  command.add_option("--out", options.out, std::string("Folder for ") + results)->type_name("DIR")->check(named());
   command.add_option("--format", options.format, "What to print")->check(CLI::IsMember({"text", "json"}));
   command.add_flag("--quiet", options.quiet, "Prints nothing but errors (and JSON, if asked for)");
 }
@@ -96,12 +125,16 @@ std::string period(double frequency_Hz) { return thenar::to_text(1.0 / frequency
 void apply(const SceneFlags& flags, Options& options) {
   std::vector<std::string> defaults, asked;
   const double contact_Hz = flags.contact_rate.empty() ? kProfileContact_Hz : rate_Hz(flags.contact_rate);
+  options.auto_control_rate = flags.control_rate == "auto";
+  options.contact_rate = flags.contact_rate;
+  options.control_rate = flags.control_rate;
   if (options.runner == Runner::kRealtime) defaults = {"contact.tolerance=1e-7", "contact.max_sweeps=60"};
   if (options.command == Command::kProfile) {
     defaults.push_back("time.step=" + period(contact_Hz));
-    defaults.push_back("time.control_period=" + period(std::min(kProfileControl_Hz, contact_Hz)));
+    // What is measured later only has to go with the contact rate until then.
+    const double control_Hz = options.auto_control_rate ? std::min(kProfileControl_Hz, contact_Hz) : kProfileControl_Hz;
+    defaults.push_back("time.control_period=" + period(control_Hz));
   }
-  options.auto_control_rate = flags.control_rate == "auto";
   if (!flags.contact_rate.empty()) asked.push_back("time.step=" + period(contact_Hz));
   if (!flags.control_rate.empty() && !options.auto_control_rate) {
     asked.push_back("time.control_period=" + period(rate_Hz(flags.control_rate)));
@@ -109,7 +142,7 @@ void apply(const SceneFlags& flags, Options& options) {
   if (!flags.control_delay.empty()) asked.push_back("time.control_delay=" + flags.control_delay);
   if (!flags.tolerance.empty()) asked.push_back("contact.tolerance=" + flags.tolerance);
   if (options.command == Command::kProfile) asked.push_back("time.duration=" + flags.duration);
-  if (!flags.time.empty()) asked.push_back("time.duration=" + flags.time + (is_number(flags.time) ? " s" : ""));
+  if (!flags.time.empty()) asked.push_back("time.duration=" + with_unit(flags.time));
   if (!flags.spin.empty()) options.spin_s = time_s(flags.spin);
   if (!flags.control_jitter.empty()) options.control_jitter_s = time_s(flags.control_jitter);
   options.overrides.insert(options.overrides.begin(), defaults.begin(), defaults.end());
@@ -129,6 +162,18 @@ void check_together(const SceneFlags& flags, Runner runner) {
   throw CLI::ValidationError("--control-rate", flags.control_rate + " must not be faster than --contact-rate");
 }
 
+/// Throws if the trace would be one of the results, of which it would leave nothing.
+void check_trace(const Options& options) {
+  if (options.trace.empty() || options.out.empty()) return;
+  const auto is_trace = [trace = fs::weakly_canonical(options.trace), &options](const char* result) {
+    return fs::weakly_canonical(options.out / result) == trace;
+  };
+  if (is_trace("profile.json") ||
+      std::any_of(thenar::kProfileFigures.begin(), thenar::kProfileFigures.end(), is_trace)) {
+    throw CLI::ValidationError("--trace", options.trace.string() + " is a file of --out's own");
+  }
+}
+
 }  // namespace
 
 std::optional<Options> parse_options(int argc, const char* const* argv, int& exit_code) {
@@ -141,7 +186,9 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
   CLI::App* const run = app.add_subcommand("run", "Runs a scene and prints what came of it");
   add_scene(*run, options);
   add_results(*run, options, "summary.json, signals.csv and figures");
-  run->add_option("--time", flags.time, "Simulated time in seconds, or with a unit, such as '500 ms'")->type_name("T");
+  run->add_option("--time", flags.time, "Simulated time in seconds, or with a unit, such as '500 ms'")
+      ->type_name("T")
+      ->check(simulated_time());
   CLI::Option* const realtime = run->add_flag_callback(
       "--realtime", [&] { options.runner = Runner::kRealtime; }, "Runs it on two threads, in real time");
   CLI::Option* const lockstep = run->add_flag_callback(
@@ -171,7 +218,9 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
       ->check(quantity(Dimension::kTime, 1e-3, 1e5, "30s"));
   profile->add_flag("--floor", options.floor, "Runs cyclictest in between: what this machine can do at best");
   profile->add_option("--trace", options.trace, "File for the last 5 s as a Chrome trace, which Perfetto opens")
-      ->type_name("FILE");
+      ->type_name("FILE")
+      ->check(named())
+      ->check(no_folder());
 
   CLI::App* const check =
       app.add_subcommand("check", "Says what a scene will model, what it leaves out, and the defaults");
@@ -186,10 +235,29 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
     if (profile->parsed()) options.command = Command::kProfile;
     if (profile->parsed()) options.runner = Runner::kRealtime;
     check_together(flags, options.runner);
+    check_trace(options);
   } catch (const CLI::ParseError& error) {
     exit_code = app.exit(error) == 0 ? kDone : kBadUsage;
     return std::nullopt;
   }
   apply(flags, options);
   return options;
+}
+
+thenar::Scene load_scene(const Options& options) try {
+  return thenar::load_scene(options.scene, options.overrides);
+} catch (const thenar::ConfigError& error) {
+  std::vector<thenar::ConfigDiagnostic> diagnostics = error.diagnostics();
+  for (thenar::ConfigDiagnostic& fault : diagnostics) {
+    if (fault.key != "time.control_period" || !fault.message.starts_with("must not be shorter")) continue;
+    if (!options.control_rate.empty() && !options.auto_control_rate) {
+      fault = {"--control-rate", "",
+               options.control_rate + " must not be faster than " +
+                   (options.contact_rate.empty() ? "the contact loop: give --contact-rate, too" : "--contact-rate")};
+    } else if (!options.contact_rate.empty()) {
+      fault = {"--contact-rate", "",
+               options.contact_rate + " must not be slower than the control loop: give --control-rate, too"};
+    }
+  }
+  throw thenar::ConfigError(std::move(diagnostics));
 }

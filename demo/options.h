@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "engine/scene.h"
+
 enum class Command { kRun, kProfile, kCheck, kDoctor };
 
 /// Who runs the two loops.
@@ -19,8 +21,9 @@ struct Options {
   Command command = Command::kRun;
   std::filesystem::path scene;
   std::vector<std::string> overrides;  ///< Of the scene, key=value, the last one wins: all flags that change it, too.
-  std::filesystem::path out;           ///< Folder of results; empty: none.
-  std::string format = "text";         ///< Or "json".
+  std::string contact_rate, control_rate;  ///< As written; empty: not asked for. The overrides have them, too.
+  std::filesystem::path out;               ///< Folder of results; empty: none.
+  std::string format = "text";             ///< Or "json".
   bool quiet = false;
   Runner runner = Runner::kMonolithic;
 
@@ -37,3 +40,6 @@ struct Options {
 /// Reads the command line. Nothing if there is nothing left to do: help or the version is printed, or what is wrong with
 /// it, and `exit_code` is set.
 [[nodiscard]] std::optional<Options> parse_options(int argc, const char* const* argv, int& exit_code);
+
+/// The scene as the command line asks for it. ConfigError names the flag where rates do not go together.
+[[nodiscard]] thenar::Scene load_scene(const Options& options);

@@ -29,14 +29,15 @@ constexpr int kPairs = 5;
 constexpr double kPair_s = 2.0;  // Of each run, or the scene's duration if that is less.
 
 /// The scene from its start on two threads.
-ThreadsReport run_profiled(const Model& model, double duration_s, double spin_s, bool realtime, LoopProfile& profile,
-                           const Progress& progress) {
+ThreadsReport run_profiled(const Model& model, double duration_s, double spin_s, const Options& options,
+                           LoopProfile& profile, const Progress& progress) {
   State state(model);
   std::int64_t first_ns = 0;
   ThreadSettings settings;
   settings.duration_s = duration_s;
   settings.spin_s = spin_s;
-  settings.realtime = realtime;
+  settings.realtime = options.realtime;
+  settings.quiet = options.quiet;
   settings.on_tick = [&](const ContactSample& sample) {
     profile.add(sample);
     if (first_ns == 0) first_ns = sample.deadline_ns;
@@ -75,7 +76,7 @@ ordered_json measure_floor(const Model& model, const Options& options, JitterFlo
   std::string remark;
   for (int pair = 0; pair < kPairs; ++pair) {
     LoopProfile profile(model);
-    const ThreadsReport report = run_profiled(model, pair_s, 0.0, options.realtime, profile, {});
+    const ThreadsReport report = run_profiled(model, pair_s, 0.0, options, profile, {});
     const auto cyclictest = run_cyclictest(report.contact, model.scene.step_s, loops);
     if (!cyclictest) {
       std::cerr << "warning: no floor, for cyclictest was refused what the contact thread was granted\n";
@@ -117,12 +118,13 @@ void write_results(const Model& model, const LoopProfile& profile, const Threads
 void choose_control_rate(const Options& options, Model& model) {
   if (!options.auto_control_rate) return;
   model.scene.control_period_s = measured_control_period_s(model);
+  if (options.quiet) return;
   std::cerr << fmt::format("control rate: {:.4g} Hz, every {:g} ms, which is what this machine keeps\n",
                            1.0 / model.scene.control_period_s, 1e3 * model.scene.control_period_s);
 }
 
 int profile(const Options& options) {
-  Model model(load_scene(options.scene, options.overrides));
+  Model model(load_scene(options));
   if (!options.out.empty()) prepare_folder(options.out);
   if (options.trace.has_parent_path()) prepare_folder(options.trace.parent_path());
   choose_control_rate(options, model);
@@ -130,7 +132,7 @@ int profile(const Options& options) {
   JitterFloor floor;
   const ordered_json floor_json = options.floor ? measure_floor(model, options, floor) : nullptr;
   LoopProfile profile(model);
-  const ThreadsReport report = run_profiled(model, model.scene.duration_s, options.spin_s, options.realtime, profile,
+  const ThreadsReport report = run_profiled(model, model.scene.duration_s, options.spin_s, options, profile,
                                             progress_line(model.scene, options.quiet));
 
   ordered_json json = profile_json(model, profile, report);

@@ -61,7 +61,7 @@ std::string jitter_script(const Model& model, const LoopProfile& profile, const 
   const double longest_us = *std::max_element(compute_us.begin(), compute_us.end());
   script += distribution("compute", compute_us);
   std::string curves =
-      fmt::format("$jitter with lines lw 3 lc rgb '#2563a8' title 'contact loop, {:g} us spin'", spin_us);
+      fmt::format("$jitter with lines lw 3 lc rgb '#2563a8' title 'contact loop, {:g} µs spin'", spin_us);
   if (!floor.contact_us.empty()) {
     script += distribution("no_spin", floor.contact_us);
     curves += ", $no_spin with lines lw 3 lc rgb '#c0392b' title 'contact loop, no spin'";
@@ -71,17 +71,18 @@ std::string jitter_script(const Model& model, const LoopProfile& profile, const 
     curves += ", $floor with lines lw 3 lc rgb '#444444' dt '-' title 'cyclictest'";
   }
   const double step_us = 1e6 * model.scene.step_s;
+  // The largest value of the longest sample is the least share.
+  const std::size_t most = std::max({ticks.size(), floor.contact_us.size(), floor.cyclictest_us.size()});
   script += fmt::format(
-      "set multiplot layout 1,2 margins 0.08,0.98,0.13,0.95 spacing 0.09\nset logscale xy\nset format y '10^{{%T}}'\n"
-      "set yrange [{:.3g}:1.2]\nset key inside bottom left Left reverse\n"
-      "set ylabel 'share of ticks at or above'\nset xlabel 'start of a tick after its deadline [us]'\nplot {}\n"
-      "set ylabel ''\nset xlabel 'computation of a tick [us]'\n"
+      "set multiplot layout 1,2 margins 0.08,0.98,0.13,0.89 spacing 0.09\nset logscale xy\nset format y '10^{{%T}}'\n"
+      "set yrange [{:.3g}:1.2]\nset key at screen 0.53,screen 0.98 center top vertical maxrows 1 Left reverse\n"
+      "set ylabel 'share of ticks at or above'\nset xlabel 'start of a tick after its deadline [µs]'\nplot {}\n"
+      "set ylabel ''\nset xlabel 'computation of a tick [µs]'\n"
       "set xrange [1:{:.6g}]\nset arrow from {},graph 0 to {},graph 1 nohead lw 2 lc rgb '#888888' dt '-'\n"
       "set label 'period' at {},graph 0.97 right offset -0.7,0 tc rgb '#666666'\n"
       "plot $compute with lines lw 3 lc rgb '#2563a8' notitle\n"
       "unset multiplot\n",
-      0.5 / static_cast<double>(ticks.size()), curves, std::max(2.0 * step_us, 1.2 * longest_us), step_us, step_us,
-      step_us);
+      0.5 / static_cast<double>(most), curves, std::max(2.0 * step_us, 1.2 * longest_us), step_us, step_us, step_us);
   return script;
 }
 
@@ -102,34 +103,53 @@ std::string handover_script(const Model& model, const LoopProfile& profile, cons
   constexpr double kHalfWindow_s = 0.05;
   const double centre_s = middle_s(model, profile);
   std::string forces = "$forces << EOD\n", kicks = "$kicks << EOD\n", marks;
+  std::array<bool, kFingers> loaded{};
   for (const ContactTrace& tick : profile.contact()) {
     const double time_s = static_cast<double>(tick.tick) * model.scene.step_s;
     if (std::abs(time_s - centre_s) > kHalfWindow_s) continue;
     const double time_ms = 1e3 * time_s;
     forces += fmt::format("{:.4f} {:.6g} {:.6g} {:.6g} {:.4g}\n", time_ms, tick.force_N[0], tick.force_N[1],
                           tick.force_N[2], 1e3 * static_cast<double>(tick.force_step_N));
+    for (int k = 0; k < kFingers; ++k) loaded[k] = loaded[k] || tick.force_N[k] > 0.0F;
     if (!tick.handed_over) continue;
     kicks += fmt::format("{:.4f} {:.4g}\n", time_ms, 1e3 * static_cast<double>(tick.force_step_N));
     marks +=
         fmt::format("set arrow from {0:.4f},graph 0 to {0:.4f},graph 1 nohead back lw 1 lc rgb '#bbbbbb'\n", time_ms);
   }
   if (marks.empty()) kicks += "NaN NaN\n";  // gnuplot refuses an empty block
-  std::string script = header(folder / "handover.svg", 1100, 900) + forces + "EOD\n" + kicks + "EOD\n" + marks +
+  // A finger without load has no panel.
+  const auto panels = 1 + std::count(loaded.begin(), loaded.end(), true);
+  const int height = 150 + 200 * static_cast<int>(panels);
+  // One legend, above the panels: the first one's, whatever it draws.
+  std::string legend =
+      ", NaN with lines lw 1 lc rgb '#bbbbbb' title 'hand-over', NaN with lines lw 3 lc rgb '#888888' title 'tick', "
+      "NaN with lines lw 3 lc rgb '#d68910' title 'tick with a new frame'";
+  std::string script = header(folder / "handover.svg", 1100, height) + forces + "EOD\n" + kicks + "EOD\n" + marks +
                        fmt::format(
-                           "set multiplot layout {},1 margins 0.1,0.97,0.08,0.95 spacing 0.04\n"
+                           "set multiplot layout {},1 margins 0.1,0.97,{:.4f},{:.4f} spacing 0.04\n"
                            "set xrange [{}:{}]\nunset grid\nset grid y lc rgb '#dddddd' lt 1\n"
-                           "set key tmargin right\nset format x ''\nset format y '%.3f'\n",
-                           kFingers + 1, 1e3 * (centre_s - kHalfWindow_s), 1e3 * (centre_s + kHalfWindow_s));
+                           "set key at screen 0.97,screen {:.4f} right top vertical maxrows 1 Left reverse\n"
+                           "set format x ''\nset format y '%.3f'\n",
+                           panels, 70.0 / height, 1.0 - 75.0 / height, 1e3 * (centre_s - kHalfWindow_s),
+                           1e3 * (centre_s + kHalfWindow_s), 1.0 - 36.0 / height);
+  if (model.scene.control) {
+    script += fmt::format(
+        "set label 'The force step of a tick with a new frame includes the controller''s new torques.' "
+        "at screen 0.97,screen {:.4f} right tc rgb '#444444'\n",
+        1.0 - 22.0 / height);
+  }
   for (int k = 0; k < kFingers; ++k) {
-    script += fmt::format("set ylabel {} noenhanced\nplot $forces using 1:{} with steps lw 2 lc rgb '{}' notitle{}\n",
-                          gnuplot_string(model.scene.hand.fingertips[k].finger + ": force [N]"), k + 2,
-                          kFingerColour[k], k == 0 ? ", NaN with lines lw 1 lc rgb '#bbbbbb' title 'hand-over'" : "");
+    if (!loaded[k]) continue;
+    script += fmt::format(
+        "set ylabel {} noenhanced\nplot $forces using 1:{} with steps lw 2 lc rgb '{}' notitle{}\nunset label\n",
+        gnuplot_string(model.scene.hand.fingertips[k].finger + ": force [N]"), k + 2, kFingerColour[k],
+        std::exchange(legend, ""));
   }
   return script +
          "set format x '%g'\nset format y '%g'\nset xlabel 'time [ms]'\nset ylabel 'force step of a tick [mN]'\n"
-         "set yrange [0:*]\nset offsets 0,0,graph 0.25,0\nset key inside top right horizontal\n"
-         "plot $forces using 1:5 with impulses lw 1.5 lc rgb '#888888' title 'tick', "
-         "$kicks with impulses lw 3 lc rgb '#d68910' title 'tick with a new frame'\nunset multiplot\n";
+         "set yrange [0:*]\nplot $forces using 1:5 with impulses lw 1.5 lc rgb '#888888' notitle, "
+         "$kicks with impulses lw 3 lc rgb '#d68910' notitle" +
+         legend + "\nunset multiplot\n";
 }
 
 // --- timeline ----------------------------------------------------------------------------------------------------------

@@ -19,7 +19,7 @@ struct JitterFloor {
 
 /// Draws, from the ticks of a profile:
 ///   jitter.svg    share of ticks that start later, or compute longer, than x: complementary distribution, log-log
-///   handover.svg  the fingers' forces over 0.1 s in the middle of the motion, hand-overs marked
+///   handover.svg  the loaded fingers' forces over 0.1 s in the middle of the motion, hand-overs marked
 ///   timeline.svg  a little more than one control period: both loops' ticks, what they publish and take
 /// False if there is no gnuplot or it failed, or no tick to draw.
 [[nodiscard]] bool draw_profile(const Model& model, const LoopProfile& profile, const JitterFloor& floor,

@@ -1,5 +1,6 @@
 #include "engine/threads.h"
 
+#include <fmt/format.h>
 #include <spdlog/logger.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
@@ -13,6 +14,7 @@
 #include <latch>
 #include <limits>
 #include <memory>
+#include <string>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -78,15 +80,22 @@ class Cores {
   int contact_ = -1;
 };
 
+/// "1 hold", "2 holds".
+std::string count(std::int64_t number, const std::string& what) {
+  return fmt::format("{} {}{}", number, what, number == 1 ? "" : "s");
+}
+
 /// What the operator of a long run should know, on stderr unless the program has its own logger "thenar".
 class RunLog {
  public:
-  explicit RunLog(double step_s) : step_ns_(1e9 * step_s), log_(spdlog::get("thenar")) {
+  RunLog(double step_s, bool quiet) : step_ns_(1e9 * step_s) {
+    if (quiet) return;
+    log_ = spdlog::get("thenar");
     if (!log_) log_ = spdlog::stderr_color_mt("thenar");
   }
 
   void started(const Scheduling& contact) {
-    if (!contact.remark.empty()) log_->warn("{}", contact.remark);
+    if (log_ && !contact.remark.empty()) log_->warn("{}", contact.remark);
   }
 
   void add(const ContactSample& sample) {
@@ -96,33 +105,56 @@ class RunLog {
       held_ = sample.step.tick.held;
       ++(held_ ? holds_ : releases_);
     }
+    note(sample.end_ns);
   }
 
   void add(const ControlSample& sample) {
     if (!sample.step.published) ++refused_;
+    note(sample.end_ns);
   }
 
   /// Says what has gone wrong since the last time: at most once a second, and ever more rarely, to once a minute.
   void say_if_due(std::int64_t now_ns) {
-    if (now_ns < next_ns_ || !say()) return;
+    if (now_ns < next_ns_ || !say(now_ns)) return;
     next_ns_ = now_ns + pause_ns_;
     pause_ns_ = std::min(2 * pause_ns_, 60 * kSecond_ns);
   }
 
   /// Says it now; false if there is nothing to say.
-  bool say() {
-    if (overruns_ + slipped_ + holds_ + releases_ + refused_ == 0) return false;
-    log_->warn("ticks overrun: {}, slipped: {}; holds begun: {}, ended: {}; frames not finite: {}", overruns_, slipped_,
-               holds_, releases_, refused_);
+  bool say(std::int64_t now_ns) {
+    if (!log_ || nothing()) return false;
+    std::string what;
+    const auto add_clause = [&what](const std::string& clause) { what += (what.empty() ? "" : "; ") + clause; };
+    if (overruns_ + slipped_ > 0) {
+      const char* const given_up = slipped_ == 1 ? "was given up" : "were given up";
+      add_clause(count(overruns_, "contact tick") + " overran" +
+                 (slipped_ > 0 ? fmt::format(", {} {}", slipped_, given_up) : ""));
+    }
+    if (holds_ > 0) add_clause(count(holds_, "hold") + " began (frames came too late)");
+    if (releases_ > 0) add_clause(count(releases_, "hold") + " ended (frames came again)");
+    if (refused_ > 0) add_clause(count(refused_, "frame") + " refused (not finite)");
+    const std::int64_t seconds = std::max<std::int64_t>(1, (now_ns - since_ns_ + kSecond_ns - 1) / kSecond_ns);
+    log_->warn("in the last {} {}", seconds == 1 ? "second" : fmt::format("{} seconds", seconds), what);
     overruns_ = slipped_ = holds_ = releases_ = refused_ = 0;
+    since_ns_ = kNever_ns;
     return true;
   }
 
  private:
+  static constexpr std::int64_t kNever_ns = std::numeric_limits<std::int64_t>::max();
+
+  [[nodiscard]] bool nothing() const { return overruns_ + slipped_ + holds_ + releases_ + refused_ == 0; }
+
+  /// The first thing that is still to be said happened at the time, or before.
+  void note(std::int64_t time_ns) {
+    if (!nothing()) since_ns_ = std::min(since_ns_, time_ns);
+  }
+
   double step_ns_;
-  std::shared_ptr<spdlog::logger> log_;
+  std::shared_ptr<spdlog::logger> log_;  // Null: quiet.
   bool held_ = false;
   std::int64_t overruns_ = 0, slipped_ = 0, holds_ = 0, releases_ = 0, refused_ = 0;
+  std::int64_t since_ns_ = kNever_ns;
   std::int64_t next_ns_ = std::numeric_limits<std::int64_t>::min();
   std::int64_t pause_ns_ = kSecond_ns;
 };
@@ -190,7 +222,7 @@ ThreadsReport run_threads(const Model& model, State& state, const ThreadSettings
   if (report.first_control.grasp != GraspStatus::kOptimal) return report;
   Records<ContactSample> contact_records(scene.step_s, {{}, state});
   Records<ControlSample> control_records(scene.control_period_s, {});
-  RunLog log(scene.step_s);
+  RunLog log(scene.step_s, settings.quiet);
   const Cores cores(settings.realtime);
 
   ContactLoopCounts counts;
@@ -255,7 +287,7 @@ ThreadsReport run_threads(const Model& model, State& state, const ThreadSettings
   control.join();
   report.wall_s = 1e-9 * static_cast<double>(steady_now_ns() - begin_ns);
   drain();
-  log.say();
+  log.say(steady_now_ns());
   if (failure) std::rethrow_exception(failure);
 
   report.frames = grasp.frames().counts();

@@ -35,6 +35,7 @@ struct ThreadSettings {
   double duration_s = 0.0;  ///< Of contact ticks due, slipped ones included.
   double spin_s = 50e-6;    ///< The contact thread wakes so long before its tick is due, and spins.
   bool realtime = true;     ///< Ask for SCHED_FIFO, locked memory, a core of its own. False: take what any thread gets.
+  bool quiet = false;       ///< Log nothing.
   /// On the calling thread, before all else: frame 0's control tick and its muscle forces, also if nothing will run.
   std::function<void(const ControlReport&, const Eigen::VectorXd& muscle_forces_N)> on_first_control;
   std::function<bool(const ContactSample&)> on_tick;     ///< On the calling thread, in order; false ends the run.
@@ -70,8 +71,8 @@ ContactLoopCounts run_contact_loop(SplitGrasp& grasp, Schedule schedule, std::in
 /// Runs a scene in real time on two threads, contact at 1 / step and control at 1 / control period, while the calling
 /// thread receives their records. With `realtime`, and two cores or more, the last core is the contact thread's alone:
 /// until the run ends the calling thread, and what it starts, keeps to the others. `state`: in, where to start; out, as
-/// the run ended. Without grasp forces for the start nothing runs. What was refused and what went wrong is logged, at
-/// most once a second.
+/// the run ended. Without grasp forces for the start nothing runs. Unless `quiet`, what was refused and what went
+/// wrong is logged, at most once a second.
 ThreadsReport run_threads(const Model& model, State& state, const ThreadSettings& settings);
 
 }  // namespace thenar

@@ -101,6 +101,16 @@ TEST(Profile, TakesTheLastWordOnASetting) {
   EXPECT_EQ(settings("--tolerance 1e-4 --set contact.tolerance=1e-5").at("tolerance"), 1e-4) << "a flag does not";
 }
 
+// 100 kHz is more than any tick keeps: that is warned of, in a sentence, unless the run is to be quiet.
+TEST(Profile, WarnsOfOverrunsUnlessQuiet) {
+  const std::string command =
+      "profile " + config("box_grasp.yaml") + " --contact-rate 100kHz --duration 0.1s --no-realtime";
+  const Outcome run = thenar_program(command);
+  EXPECT_NE(run.text.find("overran"), std::string::npos) << run.text;
+  EXPECT_NE(run.text.find("in the last second"), std::string::npos) << run.text;
+  EXPECT_EQ(thenar_program(command + " --quiet").text.find("overran"), std::string::npos);
+}
+
 TEST(Profile, ReportsALostObjectAtTheEnd) {
   const Outcome run = thenar_program("profile " + config("box_grasp.yaml") +
                                      " --contact-rate 1kHz --duration 0.9s --no-realtime --set contact.friction=0.1");
@@ -220,6 +230,18 @@ INSTANTIATE_TEST_SUITE_P(
         BadFlag{"BadTolerance", "profile --tolerance 1mm", "--tolerance: 1mm must be a plain number"},
         BadFlag{"ControlFaster", "profile --contact-rate 1kHz --control-rate 2kHz",
                 "--control-rate: 2kHz must not be faster than --contact-rate"},
+        BadFlag{"ControlFasterThanTheDefault", "profile --control-rate 8kHz",
+                "--control-rate: 8kHz must not be faster than the contact loop: give --contact-rate"},
+        BadFlag{"ContactSlower", "profile --contact-rate 100Hz",
+                "--contact-rate: 100Hz must not be slower than the control loop: give --control-rate"},
+        BadFlag{"NotATime", "run --time abc", "--time: 'abc' is not a time"},
+        BadFlag{"ZeroTime", "run --time 0", "--time: 0 s must lie within"},
+        BadFlag{"EmptyTime", "run --time ''", "--time: '' is not a time"},
+        BadFlag{"EmptyOut", "run --out ''", "--out: needs a name"},
+        BadFlag{"EmptyTrace", "profile --trace ''", "--trace: needs a name"},
+        BadFlag{"TraceIntoAFolder", "profile --trace /", "--trace: / is a folder"},
+        BadFlag{"TraceOverTheProfile", "profile --out nowhere --trace nowhere/../nowhere/profile.json",
+                "--trace: nowhere/../nowhere/profile.json is a file of --out's own"},
         BadFlag{"RateOfOneLoop", "run --contact-rate 4kHz", "--contact-rate: needs --realtime or --lockstep"},
         BadFlag{"SpinOfLockstep", "run --lockstep --spin 50us", "--spin requires --realtime"},
         BadFlag{"DelayOfThreads", "run --realtime --control-delay 5ms", "--control-delay requires --lockstep"},
