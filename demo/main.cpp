@@ -62,6 +62,7 @@ Recording run_realtime(const Options& options, const Model& model, State& state,
   settings.duration_s = model.scene.duration_s;
   settings.spin_s = options.spin_s;
   settings.realtime = options.realtime;
+  settings.quiet = options.quiet;
   LoopProfile profile(model);
   RealtimeRun run = run_realtime(model, state, settings, profile, progress);
   const nlohmann::ordered_json all = profile_json(model, profile, run.report);
@@ -80,7 +81,7 @@ Recording run_realtime(const Options& options, const Model& model, State& state,
 }
 
 int run(const Options& options) {
-  Model model(load_scene(options.scene, options.overrides));
+  Model model(load_scene(options));
   if (!options.out.empty()) prepare_folder(options.out);
   choose_control_rate(options, model);
   State state(model);
@@ -121,7 +122,7 @@ int run(const Options& options) {
 }
 
 int check(const Options& options) {
-  std::cout << description(load_scene(options.scene, options.overrides));
+  std::cout << description(load_scene(options));
   return kDone;
 }
 
