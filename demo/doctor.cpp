@@ -99,6 +99,8 @@ WakeUps measure_wake_ups(int core) {
   std::thread([&result, core] {
     result.granted = ask_for_realtime(core);
     result.granted.denormals_flushed = flush_denormals();
+    const AwakeCores awake;
+    result.granted.kept_awake = awake.granted();
     result.asleep_us = measure_lateness(kRates_kHz.back(), 0.0);
     for (std::size_t i = 0; i < kRates_kHz.size(); ++i) {
       // As in a run, half a step at most.

@@ -105,7 +105,8 @@ std::string scheduling_in_words(const ordered_json& scheduling) {
   const int priority = scheduling.at("priority").get<int>();
   std::string words = scheduling.at("policy").get<std::string>() + (priority > 0 ? fmt::format(" {}", priority) : "");
   words += scheduling.at("core").is_null() ? ", any core" : ", core " + scheduling.at("core").dump();
-  return words + (scheduling.at("locked").get<bool>() ? ", memory locked" : ", memory not locked");
+  words += scheduling.at("locked").get<bool>() ? ", memory locked" : ", memory not locked";
+  return words + (scheduling.at("kept_awake").get<bool>() ? ", cores kept awake" : "");
 }
 
 std::string loops_table(const ordered_json& profile) {

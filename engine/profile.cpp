@@ -295,6 +295,7 @@ ordered_json scheduling(const ThreadsReport& report) {
           {"priority", contact.priority},
           {"core", contact.core < 0 ? ordered_json(nullptr) : ordered_json(contact.core)},
           {"locked", contact.memory_locked},
+          {"kept_awake", contact.kept_awake},
           {"denormals_flushed", contact.denormals_flushed},
           {"spin_us", contact.spin_us},
           {"timer_slack_ns", contact.timer_slack_ns},

@@ -1,5 +1,6 @@
 #include "engine/realtime.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <linux/capability.h>
 #include <pthread.h>
@@ -111,6 +112,18 @@ bool keep_to_cores(const std::vector<int>& cores) noexcept {
   CPU_ZERO(&set);
   for (const int core : cores) CPU_SET(core, &set);
   return sched_setaffinity(0, sizeof set, &set) == 0;
+}
+
+AwakeCores::AwakeCores() noexcept : file_(open("/dev/cpu_dma_latency", O_WRONLY | O_CLOEXEC)) {
+  // The kernel takes the number as a wish while the file stays open.
+  const std::int32_t longest_us = 0;
+  if (file_ >= 0 && write(file_, &longest_us, sizeof longest_us) == sizeof longest_us) return;
+  if (file_ >= 0) close(file_);
+  file_ = -1;
+}
+
+AwakeCores::~AwakeCores() {
+  if (file_ >= 0) close(file_);
 }
 
 Scheduling current_scheduling() {

@@ -13,6 +13,7 @@ struct Scheduling {
   int priority = 0;
   int core = -1;  ///< The one it is pinned to; -1: any.
   bool memory_locked = false;
+  bool kept_awake = false;  ///< No core of the machine sleeps so deeply that it is late.
   bool denormals_flushed = false;
   double timer_slack_ns = 0.0;  ///< How late the system may let a timer be; 0: it adds nothing.
   double spin_us = 0.0;
@@ -27,6 +28,19 @@ inline constexpr int kContactPriority = 80;
 
 /// Keeps the calling thread, and the threads that it starts from now on, to these cores; false if that is refused.
 bool keep_to_cores(const std::vector<int>& cores) noexcept;
+
+/// Keeps the machine's cores out of sleep that they wake from late, as long as it lives. Only root may, as a rule.
+class AwakeCores {
+ public:
+  AwakeCores() noexcept;
+  ~AwakeCores();
+  AwakeCores(const AwakeCores&) = delete;
+  AwakeCores& operator=(const AwakeCores&) = delete;
+  [[nodiscard]] bool granted() const noexcept { return file_ >= 0; }
+
+ private:
+  int file_ = -1;
+};
 
 /// What the calling thread has, without asking for anything.
 [[nodiscard]] Scheduling current_scheduling();

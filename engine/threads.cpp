@@ -14,6 +14,7 @@
 #include <latch>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
 #include <utility>
@@ -224,6 +225,8 @@ ThreadsReport run_threads(const Model& model, State& state, const ThreadSettings
   Records<ControlSample> control_records(scene.control_period_s, {});
   RunLog log(scene.step_s, settings.quiet);
   const Cores cores(settings.realtime);
+  std::optional<AwakeCores> awake;
+  if (settings.realtime) awake.emplace();
 
   ContactLoopCounts counts;
   std::exception_ptr failure;  // of the control thread
@@ -251,6 +254,7 @@ ThreadsReport run_threads(const Model& model, State& state, const ThreadSettings
     report.contact = settings.realtime ? ask_for_realtime(cores.contact()) : current_scheduling();
     report.contact.denormals_flushed = flush_denormals();
     report.contact.spin_us = 1e6 * spin_s;
+    report.contact.kept_awake = awake && awake->granted();
     set_up.count_down();
     const std::int64_t start = wait_for_start(start_ns, stop);
     counts = run_contact_loop(
