@@ -22,33 +22,19 @@ Vector3d project_on_cone(const Vector3d& f, double mu) noexcept {
   return {p.normal, p.tangential_part * f[1], p.tangential_part * f[2]};
 }
 
-double natural_map_error_N(const Eigen::Ref<const Eigen::MatrixXd>& W, const Eigen::Ref<const Eigen::VectorXd>& mu,
-                           const Eigen::Ref<const Eigen::VectorXd>& f,
-                           const Eigen::Ref<const Eigen::VectorXd>& delta) noexcept {
-  double sum = 0.0;
-  for (Index i = 0; i < mu.size(); ++i) {
-    const Index n = 3 * i;
-    sum +=
-        natural_map_error_squared(rho(W, i), mu[i], {f[n], f[n + 1], f[n + 2]}, {delta[n], delta[n + 1], delta[n + 2]});
-  }
-  return std::sqrt(sum);
-}
-
-double free_motion_force_N(const Eigen::Ref<const Eigen::MatrixXd>& W,
-                           const Eigen::Ref<const Eigen::VectorXd>& delta_free) noexcept {
-  double sum = 0.0;
-  for (Index i = 0; 3 * i < delta_free.size(); ++i) {
-    sum += (rho(W, i) * delta_free.segment<3>(3 * i)).squaredNorm();
-  }
-  return std::sqrt(sum);
-}
-
 double natural_map_residual(const Eigen::Ref<const Eigen::MatrixXd>& W,
                             const Eigen::Ref<const Eigen::VectorXd>& delta_free,
                             const Eigen::Ref<const Eigen::VectorXd>& mu, const Eigen::Ref<const Eigen::VectorXd>& f,
                             const Eigen::Ref<const Eigen::VectorXd>& delta) noexcept {
-  const double scale = free_motion_force_N(W, delta_free);
-  return scale == 0.0 ? 0.0 : natural_map_error_N(W, mu, f, delta) / scale;
+  double error = 0.0, scale = 0.0;  // squared [N^2]
+  for (Index i = 0; i < mu.size(); ++i) {
+    const Index n = 3 * i;
+    const double rho_i = rho(W, i);
+    error +=
+        natural_map_error_squared(rho_i, mu[i], {f[n], f[n + 1], f[n + 2]}, {delta[n], delta[n + 1], delta[n + 2]});
+    scale += (rho_i * delta_free.segment<3>(n)).squaredNorm();
+  }
+  return scale == 0.0 ? 0.0 : std::sqrt(error / scale);
 }
 
 }  // namespace thenar

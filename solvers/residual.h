@@ -19,14 +19,4 @@ namespace thenar {
                                           const Eigen::Ref<const Eigen::VectorXd>& f,
                                           const Eigen::Ref<const Eigen::VectorXd>& delta) noexcept;
 
-/// The residual's numerator [N].
-[[nodiscard]] double natural_map_error_N(const Eigen::Ref<const Eigen::MatrixXd>& W,
-                                         const Eigen::Ref<const Eigen::VectorXd>& mu,
-                                         const Eigen::Ref<const Eigen::VectorXd>& f,
-                                         const Eigen::Ref<const Eigen::VectorXd>& delta) noexcept;
-
-/// The residual's denominator [N]: the forces that would undo the free motion of each contact by itself.
-[[nodiscard]] double free_motion_force_N(const Eigen::Ref<const Eigen::MatrixXd>& W,
-                                         const Eigen::Ref<const Eigen::VectorXd>& delta_free) noexcept;
-
 }  // namespace thenar
