@@ -14,13 +14,15 @@ enum class SolveStatus {
   kConverged,
   kBudgetSpent,  ///< The forces are inside their cones and usable; the residual says how good they are.
   kNotFinite,    ///< The input was not finite, or W's diagonal not positive; the forces and gaps are zero.
+  kNoSolution,   ///< No forces exist: normal forces that move nothing, W y = 0, press where gaps are closed in sum.
 };
 
 /// What one contact solve returns by value.
 struct SolveReport {
   SolveStatus status = SolveStatus::kConverged;
   int sweeps = 0;
-  double residual = 0.0;  ///< Natural map, 2-norm [no unit]; see residual.h.
+  double residual = 0.0;        ///< Natural map, 2-norm [no unit]; see residual.h.
+  double residual_worst = 0.0;  ///< Of the worst single contact, over the same scale.
 };
 
 /// Finds the contact forces f of n points with Coulomb friction in a frozen contact space.

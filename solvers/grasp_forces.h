@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <span>
 
 #include "solvers/lcp.h"
@@ -18,12 +19,19 @@ struct GraspContact {
   Eigen::Matrix3d frame;    ///< Columns n, t1, t2 in world axes; n points into the object.
 };
 
-/// Which forces to find: the least that give `wrench` inside friction pyramids, biased towards squeezing.
+/// What holds the tangential force of a contact.
+enum class FrictionCone {
+  kPyramid,  ///< |f_t1|, |f_t2| <= mu f_n: circumscribed about Coulomb's cone [9].
+  kExact,    ///< |f_t| <= mu f_n.
+};
+
+/// Which forces to find: the least that give `wrench` inside friction cones, biased towards squeezing.
 struct GraspProblem {
   std::span<const GraspContact> contacts;              ///< At most kMaxGraspContacts.
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< The point that torques are taken about.
   Vector6d wrench = Vector6d::Zero();                  ///< W^d on the object: force [N], torque [N m], world axes.
-  double friction = 0.0;                               ///< mu_c of the pyramid.
+  double friction = 0.0;                               ///< mu_c of the cone.
+  FrictionCone cone = FrictionCone::kPyramid;
   double internal_force_N = 0.0;                       ///< lambda of eq. (13).
 };
 
@@ -36,7 +44,14 @@ enum class GraspStatus {
 
 struct GraspReport {
   GraspStatus status = GraspStatus::kBudgetSpent;
-  int pivots = 0;
+  int iterations = 0;  ///< Pivots of Lemke, faces taken up or dropped by the active set, Newton steps of the exact cone.
+  /// How far the answer is from its proof [no unit]. Optimal: grasp_kkt_error of the forces. Infeasible: the least forces
+  /// that would give the wrench without cones, over those that a solution would need at least (infeasibility_gap).
+  double residual = std::numeric_limits<double>::infinity();
+  /// What proves the answer, per newton of force and per newton metre of torque about `centre_m`, world axes. Optimal: the
+  /// multiplier l of G f = W^d, with f = P_K(G' l - c). Infeasible: a twist l on which the wrench does work, W^d.l > 0,
+  /// and on which no force inside the cones does any, P_K(G' l) = 0.
+  Vector6d multiplier = Vector6d::Zero();
 };
 
 /// Why a grasp is infeasible: the smallest forces that would have to act beside those the pyramids allow.
@@ -69,18 +84,33 @@ class GraspWorkspace {
 void grasp_map(std::span<const GraspContact> contacts, const Eigen::Vector3d& centre_m, Eigen::Ref<Eigen::MatrixXd> G);
 
 /// Finds the contact forces of eq. (15),
-///     min 1/2 f'f + c'f,  G f = W^d,  A f >= 0,   c = -lambda (n_1 .. n_n),
-/// as the LCP of eq. (19), by Lemke's method:
-///     M = A pi A',  q = -A pi c + A G^+ W^d,  f = pi (A' z - c) + G^+ W^d,   pi = I - G^+ G.
-/// A holds five rows a contact [10]. G^+ comes from the 3x3 inertia of the contact points about their centroid, by its
-/// eigenvalues, so that collinear contacts and pairs (rank G = 5) are seen and their inconsistent wrenches refused.
+///     min 1/2 f'f + c'f,  G f = W^d,  f_i in the friction cone K_i of contact i,   c = -lambda (n_1 .. n_n),
+/// for 1 to 8 contacts: the projection of -c on the forces that give the wrench inside the cones, which is unique.
+/// Pyramid: a dual active set [Goldfarb and Idnani 1983] on the faces of the pyramids. Exact cone: TODO method.
 ///
 /// f         Out: 3n forces on the object, world axes [N]; on failure left as it was.
+/// Does not allocate or throw; the same problem gives the same bits.
+[[nodiscard]] GraspReport solve_grasp_forces(const GraspProblem& problem, Eigen::Ref<Eigen::VectorXd> f) noexcept;
+
+/// The same for the pyramid as the paper does it, by Lemke's method on the LCP of eq. (19):
+///     M = A pi A',  q = -A pi c + A G^+ W^d,  f = pi (A' z - c) + G^+ W^d,   pi = I - G^+ G.
+/// A holds five rows a contact [10].
+/// Requires  problem.cone is kPyramid.
 /// Accuracy  1e-10 of the forces at a friction of 0.1 and more; each tenth of it costs some three digits, and below 1e-5
 ///           it counts as none. Without friction at all accuracy is full again.
-/// Cost      an LCP of 5n rows. Does not allocate or throw.
-[[nodiscard]] GraspReport solve_grasp_forces(const GraspProblem& problem, GraspWorkspace& work,
-                                             Eigen::Ref<Eigen::VectorXd> f) noexcept;
+/// Cost      an LCP of 5n rows.
+[[nodiscard]] GraspReport solve_grasp_forces_by_lemke(const GraspProblem& problem, GraspWorkspace& work,
+                                                      Eigen::Ref<Eigen::VectorXd> f) noexcept;
+
+/// How far forces f with a multiplier l are from the optimum of the problem as given, as a share of the forces at hand:
+/// the largest of |f - P_K(G' l - c)| / |f|, and |R^-1 (G f - W^d)| / |f| with R R' = G G' (the least forces that would
+/// make up for the wrench that is missing). Zero at the optimum, and there only.
+[[nodiscard]] double grasp_kkt_error(const GraspProblem& problem, const Vector6d& multiplier,
+                                     const Eigen::Ref<const Eigen::VectorXd>& f) noexcept;
+
+/// What the twist l leaves possible: feasible forces are at least W^d.l / |P_K(G' l)| large, and this is the least that
+/// would give the wrench without cones, |G^+ W^d|, over that. Zero proves that there are none; infinity if W^d.l <= 0.
+[[nodiscard]] double infeasibility_gap(const GraspProblem& problem, const Vector6d& twist) noexcept;
 
 /// Explains an infeasible problem in forces. For messages and tests, not for a loop.
 [[nodiscard]] GraspDeficit explain_infeasible_grasp(const GraspProblem& problem);

@@ -15,7 +15,7 @@ enum class MuscleStatus {
 
 struct MuscleReport {
   MuscleStatus status = MuscleStatus::kBudgetSpent;
-  int pivots = 0;
+  int iterations = 0;
   double residual_Nm = 0.0;  ///< max |H f - tau|.
 };
 
