@@ -52,9 +52,10 @@ void describe_control(const Scene& scene, std::ostream& out) {
     return;
   }
   const bool feedforward = scene.control->law == ControlLaw::kFeedforward;
-  out << "  control         with every frame: PID, grasp forces (pyramids, mu_c " << scene.control->grasp_friction
-      << "), " << (feedforward ? "feedforward law" : "law of the paper") << ", gain " << force_gain(scene)
-      << (scene.control->gain ? "" : " (auto)") << "\n"
+  out << "  control         with every frame: PID, grasp forces ("
+      << (scene.control->cone == FrictionCone::kExact ? "exact cones" : "pyramids") << ", mu_c "
+      << scene.control->grasp_friction << "), " << (feedforward ? "feedforward law" : "law of the paper") << ", gain "
+      << force_gain(scene) << (scene.control->gain ? "" : " (auto)") << "\n"
       << "  drive           "
       << (scene.control->muscles ? std::to_string(scene.hand.muscles.size()) + " muscles" : "joint torques") << "\n";
 }

@@ -69,6 +69,7 @@ GraspProblem grasp_problem(const Scene& scene, const ControlReport& report, cons
           .centre_m = centre_m,
           .wrench = report.wrench_desired,
           .friction = scene.control->grasp_friction,
+          .cone = scene.control->cone,
           .internal_force_N = scene.control->internal_force_N};
 }
 

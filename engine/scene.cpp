@@ -125,7 +125,8 @@ ControlSettings read_control(const ConfigMap& map) {
   const ConfigMap grasp = map.map("grasp");
   control.grasp_friction = grasp.number("friction", 0.0, 10.0);
   control.internal_force_N = grasp.non_negative("internal_force", Dimension::kForce);
-  (void)grasp.choice_or("cone", {"pyramid"}, "pyramid");
+  const bool exact = grasp.choice_or("cone", {"pyramid", "exact"}, "pyramid") == "exact";
+  control.cone = exact ? FrictionCone::kExact : FrictionCone::kPyramid;
   control.position =
       read_gains(map.map("position"), Dimension::kStiffness, Dimension::kIntegralGain, Dimension::kDamping);
   control.rotation = read_gains(map.map("rotation"), Dimension::kRotationalStiffness,
