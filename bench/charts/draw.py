@@ -1,0 +1,157 @@
+#!/usr/bin/env python3
+"""Draws the charts of solvers.json: draw.py solvers.json FOLDER writes an SVG and a PNG of each."""
+
+import json
+import sys
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+
+plt.rcParams.update({
+    "font.size": 10, "axes.grid": True, "grid.color": "#e4e4e4", "axes.spines.top": False, "axes.spines.right": False,
+    "axes.edgecolor": "#555555", "lines.linewidth": 1.8, "legend.frameon": False, "svg.fonttype": "none",
+    "axes.titlesize": 11, "figure.titlesize": 12, "axes.axisbelow": True,
+})
+
+# One colour a method in all charts: ours are saturated, peers grey and dashed.
+STYLE = {
+    "gauss_seidel": dict(color="#c0392b"), "gauss_seidel_grouped": dict(color="#e67e22"),
+    "newton": dict(color="#2563a8"), "default": dict(color="#8e44ad"),
+    "active_set": dict(color="#c0392b"), "lemke": dict(color="#2563a8"), "exact_cone": dict(color="#3a8f5c"),
+    "siconos_nsgs": dict(color="#555555", ls="--"), "siconos_nsn": dict(color="#999999", ls="--"),
+    "siconos_lexicolemke": dict(color="#555555", ls="--"), "bullet_pgs": dict(color="#555555", ls=":"),
+    "bullet_lemke": dict(color="#999999", ls="--"), "ode_dantzig": dict(color="#999999", ls=":"),
+}
+LABEL = {
+    "gauss_seidel": "Gauss-Seidel, dense W", "gauss_seidel_grouped": "Gauss-Seidel, W in factors",
+    "newton": "homotopy + Newton", "default": "Gauss-Seidel, then Newton", "active_set": "pyramid, active set",
+    "lemke": "pyramid, Lemke", "exact_cone": "exact cone", "siconos_nsgs": "Siconos NSGS",
+    "siconos_nsn": "Siconos Newton (Alart-Curnier)", "siconos_lexicolemke": "Siconos lexicolemke",
+    "bullet_pgs": "Bullet PGS (square friction)", "bullet_lemke": "Bullet Lemke",
+    "ode_dantzig": "ODE Dantzig (square friction)",
+}
+
+
+def style(method):
+    return dict(STYLE.get(method, {}), label=LABEL.get(method, method))
+
+
+def legend_below(figure, axes, columns):
+    entries = {}
+    for axis in axes:
+        for handle, label in zip(*axis.get_legend_handles_labels()):
+            entries.setdefault(label, handle)
+    figure.legend(entries.values(), entries.keys(), loc="lower center", ncol=columns)
+
+
+def save(figure, folder, name, note):
+    figure.text(0.995, 0.995, note, ha="right", va="top", fontsize=7, color="#777777")
+    for ending in ("svg", "png"):
+        figure.savefig(folder / f"{name}.{ending}", dpi=110)
+    plt.close(figure)
+
+
+def contact_residual(data, folder, note):
+    problems = list(dict.fromkeys((c["problem"], c["start"]) for c in data["contact_residual"]))
+    figure, axes = plt.subplots(2, len(problems), figsize=(4.2 * len(problems), 7.4), sharey=True, squeeze=False)
+    for column, (problem, start) in enumerate(problems):
+        for row, (key, label) in enumerate((("us", "time [µs]"), ("sweeps", "sweeps or Newton steps"))):
+            axis = axes[row][column]
+            for curve in data["contact_residual"]:
+                if (curve["problem"], curve["start"]) != (problem, start):
+                    continue
+                points = [(x, r) for x, r in zip(curve[key], curve["residual"]) if x > 0]
+                single = len(points) == 1
+                axis.loglog(*zip(*points), marker="o" if single else None, **style(curve["method"]))
+            axis.set_ylim(1e-13, 2)
+            axis.axhline(1e-6, color="#888888", lw=0.8)
+            axis.set_xlabel(label)
+            if row == 0:
+                axis.set_title(f"{problem}, {start}")
+        axes[0][0].set_ylabel("residual (natural map)")
+        axes[1][0].set_ylabel("residual (natural map)")
+    figure.tight_layout(rect=(0, 0.09, 1, 0.97))
+    legend_below(figure, axes.flat, 4)
+    save(figure, folder, "contact_residual", note)
+
+
+def growth(data, folder, note):
+    figure, (left, right) = plt.subplots(1, 2, figsize=(11, 5.2))
+    for curve in data["grasp_growth"]:
+        left.semilogy(curve["contacts"], curve["us"], marker="o", ms=3, **style(curve["method"]))
+    left.axhline(40, color="#888888", lw=0.8)
+    left.text(8, 42, "published, 3 contacts, 2006", ha="right", va="bottom", fontsize=8, color="#666666")
+    left.set(title="Grasp forces, cold, from geometry and wrench", xlabel="contacts", ylabel="median time [µs]")
+    left.legend(fontsize=8)
+    for curve in data["contact_growth"]:
+        line = style(curve["method"])
+        line["label"] += f": n^{curve['exponent']:.2f}"
+        right.loglog(curve["contacts"], curve["us"], marker="o", ms=3, **line)
+    right.set(title="Contact forces, all points pressed, cold, to 1e-6", xlabel="contacts", ylabel="median time [µs]")
+    right.legend(fontsize=8)
+    figure.tight_layout(rect=(0, 0, 1, 0.97))
+    save(figure, folder, "growth", note)
+
+
+def pyramid(data, folder, note):
+    figure, axis = plt.subplots(figsize=(7.5, 5))
+    floor = 1e-15
+    for point in data["pyramid"]:
+        error, high = max(point["error_median"], floor), max(point["error_p90"], floor)
+        exact = point["name"].startswith("exact")
+        color = "#3a8f5c" if exact else "#c0392b"
+        axis.errorbar(point["us"], error, yerr=[[0], [high - error]], fmt="o", color=color, capsize=3)
+        axis.annotate(point["name"], (point["us"], error), textcoords="offset points", xytext=(8, 4), fontsize=9)
+    axis.set_xscale("log")
+    axis.set_yscale("log")
+    axis.set(title="What a friction pyramid costs in accuracy: 3 contacts, the cone active",
+             xlabel="median time [µs]", ylabel="force error |f - f_exact| / |f_exact|, median and 90 %")
+    axis.margins(x=0.2)
+    figure.tight_layout(rect=(0, 0, 1, 0.97))
+    save(figure, folder, "pyramid", note)
+
+
+def profile(data, folder, note):
+    families = list(dict.fromkeys(c["family"] for c in data["profile"]))
+    columns = 3
+    rows = -(-len(families) // columns)
+    figure, axes = plt.subplots(rows, columns, figsize=(4 * columns, 2.9 * rows + 0.8), sharex=True, sharey=True,
+                                squeeze=False)
+    for axis in list(axes.flat)[len(families):]:
+        axis.axis("off")
+    for axis, family in zip(axes.flat, families):
+        for curve in (c for c in data["profile"] if c["family"] == family):
+            times = sorted(curve["us"])
+            shares = [100 * (k + 1) / curve["problems"] for k in range(len(times))]
+            if times:
+                axis.step(times + [1e7], shares + shares[-1:], where="post", **style(curve["method"]))
+            else:
+                axis.plot([1, 1e7], [0, 0], **style(curve["method"]))
+        axis.set_title(family)
+        axis.set_xscale("log")
+        axis.set_xlim(1, 1e6)
+        axis.set_ylim(-2, 103)
+    for axis in axes[-1]:
+        axis.set_xlabel("time [µs]")
+    for row in axes:
+        row[0].set_ylabel("solved to 1e-6 [%]")
+    figure.tight_layout(rect=(0, 0.07, 1, 0.98))
+    legend_below(figure, axes.flat, 3)
+    save(figure, folder, "profile", note)
+
+
+def main():
+    data = json.loads(Path(sys.argv[1]).read_text())
+    folder = Path(sys.argv[2])
+    folder.mkdir(parents=True, exist_ok=True)
+    note = data["note"]
+    for chart in (contact_residual, growth, pyramid, profile):
+        if data.get(chart.__name__) or chart is growth:
+            chart(data, folder, note)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <memory>
+
+#include "bench/peers.h"
+#include "solvers/contact_newton.h"
+#include "solvers/gauss_seidel.h"
+
+namespace thenar {
+
+/// Our contact solvers of a dense W, under the names of `thenar solve`:
+///     gauss_seidel  the loops' own
+///     newton        Gauss-Seidel, then homotopy and Newton: the accurate one
+[[nodiscard]] inline std::vector<ContactMethod> our_contact_methods() {
+  using Eigen::MatrixXd;
+  using Eigen::VectorXd;
+  const auto gauss_seidel = [](const MatrixXd& W, const VectorXd& delta_free, const VectorXd& mu) -> ContactSolver {
+    auto delta = std::make_shared<VectorXd>(delta_free.size());
+    return [&W, &delta_free, &mu, delta](double tolerance, int budget, VectorXd& f) {
+      (void)solve_contacts(W, delta_free, mu, {.tolerance = tolerance, .max_sweeps = budget}, f, *delta);
+    };
+  };
+  const auto newton = [](const MatrixXd& W, const VectorXd& delta_free, const VectorXd& mu) -> ContactSolver {
+    auto delta = std::make_shared<VectorXd>(delta_free.size());
+    auto work = std::make_shared<AccurateWorkspace>(mu.size());
+    return [&W, &delta_free, &mu, delta, work](double tolerance, int budget, VectorXd& f) {
+      const AccurateSettings settings{.tolerance = tolerance, .max_sweeps = 20, .max_steps = budget};
+      (void)solve_contacts_accurately(W, delta_free, mu, settings, *work, f, *delta);
+    };
+  };
+  return {{"gauss_seidel", gauss_seidel}, {"newton", newton}};
+}
+
+}  // namespace thenar
