@@ -1,0 +1,248 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace thenar {
+
+/// How a projection ended.
+enum class ActiveSetStatus {
+  kOptimal,
+  kInfeasible,   ///< No point keeps all constraints; `multiplier` proves it.
+  kBudgetSpent,  ///< The changes ran out: x and the multipliers are of no use.
+};
+
+/// What one projection returns by value.
+struct ActiveSetReport {
+  ActiveSetStatus status = ActiveSetStatus::kBudgetSpent;
+  int changes = 0;  ///< Constraints taken up or dropped.
+};
+
+/// A constraint a.x >= b, seen from a point x.
+template <int kNonzeros>
+struct Constraint {
+  int id = -1;         ///< The user's name for it.
+  double slack = 0.0;  ///< a.x - b
+  // a by its nonzeros; an index may come twice, and a value may be 0.
+  std::array<int, kNonzeros> index{};
+  std::array<double, kNonzeros> value{};
+};
+
+/// The constraints that hold with equality, and an orthonormal basis of their rows. Memory of a projection; no state
+/// outlives a call.
+template <int kSize>
+struct ActiveSet {
+  using Vector = Eigen::Array<double, kSize, 1>;
+  using Numbers = std::array<double, kSize>;
+
+  /// The rows of Q first, set by the user; then one vector a constraint:
+  /// a_j = Q'(..) + sum_i R(i, j) basis[equalities + i].
+  std::array<Vector, kSize> basis;
+  int equalities = 0;
+  int active = 0;
+  std::array<Numbers, kSize> R;  ///< By columns; upper triangular.
+  /// Optimal: the constraints without slack, and u >= 0 of x = x0 + Q'(..) + sum u_j a_j. Infeasible: u >= 0 with
+  /// sum u_j a_j in the span of Q, along which no x of Q x = w can have sum u_j (a_j.x - b_j) >= 0.
+  std::array<int, kSize + 1> id;
+  std::array<double, kSize + 1> multiplier;
+
+  [[nodiscard]] int working() const { return equalities + active; }
+};
+
+namespace dual_active_set {
+
+// Rounding of x and of slacks in some tens of steps, as a share of the way that x has gone: far above 1e-16, far below
+// what any force is asked for.
+inline constexpr double kRounding = 1e-13;
+// Slacks that come from rounding are amplified where constraints nearly coincide. What is still taken for it, as a share
+// of the same way.
+inline constexpr double kMostRounding = 1e-9;
+// A constraint whose row is in the span of the working ones up to this part of its length is of their combination: a
+// projection leaves 1e-16, and a point that needs less would be 1e12 violations away.
+inline constexpr double kDependent = 1e-12;
+// The rate at which a multiplier falls, over the largest: below this it is rounding of zero.
+inline constexpr double kZeroRate = 1e-12;
+// A projection that shortens a row below this part leaves the rest skewed by its rounding: it is done once more.
+inline constexpr double kShortened = 0.1;
+
+/// The row a of a constraint against the working set: a = sum d_i basis_i + z.
+template <int kSize>
+struct Direction {
+  typename ActiveSet<kSize>::Vector z;
+  double z_squared;
+  double a_squared;
+  typename ActiveSet<kSize>::Numbers d;
+
+  [[nodiscard]] bool is_dependent() const { return z_squared <= kDependent * kDependent * a_squared; }
+};
+
+template <int kSize, int kNonzeros>
+void split(const ActiveSet<kSize>& set, const Constraint<kNonzeros>& constraint, Direction<kSize>& s) {
+  s.z.setZero();
+  s.a_squared = 0.0;
+  for (int k = 0; k < kNonzeros; ++k) {
+    s.z[constraint.index[k]] += constraint.value[k];
+    s.a_squared += constraint.value[k] * constraint.value[k];
+  }
+  for (int i = 0; i < set.working(); ++i) {
+    s.d[i] = 0.0;
+    for (int k = 0; k < kNonzeros; ++k) s.d[i] += constraint.value[k] * set.basis[i][constraint.index[k]];
+    s.z -= s.d[i] * set.basis[i];
+  }
+  s.z_squared = s.z.square().sum();
+  if (s.z_squared < kShortened * kShortened * s.a_squared) {
+    for (int i = 0; i < set.working(); ++i) {
+      const double rest = (s.z * set.basis[i]).sum();
+      s.d[i] += rest;
+      s.z -= rest * set.basis[i];
+    }
+    s.z_squared = s.z.square().sum();
+  }
+}
+
+/// r = R^-1 d: how fast the multipliers fall as the new constraint's grows.
+template <int kSize>
+void falling_rates(const ActiveSet<kSize>& set, const Direction<kSize>& s, typename ActiveSet<kSize>::Numbers& r) {
+  for (int i = set.active - 1; i >= 0; --i) {
+    double rest = s.d[set.equalities + i];
+    for (int j = i + 1; j < set.active; ++j) rest -= set.R[j][i] * r[j];
+    r[i] = rest / set.R[i][i];
+  }
+}
+
+/// Takes up the constraint: the set's rows stay triangular in the basis, z its new vector.
+template <int kSize>
+void take_up(ActiveSet<kSize>& set, const Direction<kSize>& s, int id, double multiplier) {
+  const double length = std::sqrt(s.z_squared);
+  set.basis[set.working()] = s.z / length;
+  auto& column = set.R[set.active];
+  for (int i = 0; i < set.active; ++i) column[i] = s.d[set.equalities + i];
+  column[set.active] = length;
+  set.id[set.active] = id;
+  set.multiplier[set.active] = multiplier;
+  ++set.active;
+}
+
+/// Drops the constraint `l`: without its column R has entries below its diagonal, which plane rotations of the basis
+/// take away. The last vector, then of no row, goes back to z.
+template <int kSize>
+void drop(ActiveSet<kSize>& set, Direction<kSize>& s, int l) {
+  --set.active;
+  for (int j = l; j < set.active; ++j) {
+    set.R[j] = set.R[j + 1];
+    set.id[j] = set.id[j + 1];
+    set.multiplier[j] = set.multiplier[j + 1];
+  }
+  for (int i = l; i < set.active; ++i) {
+    const double length = std::hypot(set.R[i][i], set.R[i][i + 1]);
+    const double c = set.R[i][i] / length;
+    const double sn = set.R[i][i + 1] / length;
+    for (int j = i; j < set.active; ++j) {
+      const double upper = set.R[j][i];
+      set.R[j][i] = c * upper + sn * set.R[j][i + 1];
+      set.R[j][i + 1] = c * set.R[j][i + 1] - sn * upper;
+    }
+    auto& first = set.basis[set.equalities + i];
+    auto& second = set.basis[set.equalities + i + 1];
+    const typename ActiveSet<kSize>::Vector turned = c * first + sn * second;
+    second = c * second - sn * first;
+    first = turned;
+    double& d_first = s.d[set.equalities + i];
+    double& d_second = s.d[set.equalities + i + 1];
+    const double d_turned = c * d_first + sn * d_second;
+    d_second = c * d_second - sn * d_first;
+    d_first = d_turned;
+  }
+  s.z += s.d[set.working()] * set.basis[set.working()];
+  s.z_squared = s.z.square().sum();
+}
+
+}  // namespace dual_active_set
+
+/// Finds the point of a polyhedron that is nearest to x0,
+///     min 1/2 |x - x0|^2,  Q x = w,  a_j.x >= b_j for all j,
+/// by the dual active set method [Goldfarb and Idnani 1983] in the full space: from the nearest point of Q x = w it takes
+/// up the most violated constraint, over and over, and drops those whose multiplier would become negative. Each change
+/// makes the distance grow, so no set comes twice.
+///
+/// set          In: Q's rows, orthonormal (none of them zero), in basis[0 .. equalities). Out: see there.
+/// x            In: the point of Q x = w nearest to x0. Out: the solution.
+/// constraints  most_violated(x) gives the constraint of least slack among all. All rows should be of like length. If
+///              x has entries of padding, Q and the rows are zero there.
+/// Accuracy     slacks and equations to about 1e-13 of the way that x has gone; more where constraints nearly coincide.
+/// Cost         (working + 2) kSize multiply-adds a change, and a scan for each constraint taken up. Does not allocate or
+///              throw; the same problem gives the same bits.
+template <int kSize, class Constraints>
+[[nodiscard]] ActiveSetReport project(const Constraints& constraints, ActiveSet<kSize>& set,
+                                      typename ActiveSet<kSize>::Vector& x) noexcept {
+  using namespace dual_active_set;
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  // About one change for each active constraint is usual, and a few times that on degenerate problems.
+  constexpr int kMaxChanges = 50 + 10 * kSize;
+
+  ActiveSetReport report;
+  set.active = 0;
+  double way = std::sqrt(x.square().sum());  // Bounds all that x has been.
+  double amplified = 0.0;                    // Violations up to this were seen to be rounding.
+  Direction<kSize> s;
+  typename ActiveSet<kSize>::Numbers r;
+
+  for (;;) {
+    const auto constraint = constraints.most_violated(x);
+    if (constraint.slack >= -std::max(kRounding * way, amplified)) {
+      report.status = ActiveSetStatus::kOptimal;
+      return report;
+    }
+    if (!std::isfinite(constraint.slack)) return report;
+    split(set, constraint, s);
+    double slack = constraint.slack;
+    double multiplier = 0.0;
+    for (;;) {
+      if (++report.changes > kMaxChanges) return report;
+      falling_rates(set, s, r);
+      double r_sum = 1.0;
+      for (int j = 0; j < set.active; ++j) r_sum += std::abs(r[j]);
+      double dual_step = kInfinity;
+      int blocking = -1;
+      for (int j = 0; j < set.active; ++j) {
+        if (r[j] > kZeroRate * r_sum && set.multiplier[j] < dual_step * r[j]) {
+          dual_step = set.multiplier[j] / r[j];
+          blocking = j;
+        }
+      }
+      const bool is_dependent = set.working() == kSize || s.is_dependent();
+      if (is_dependent && blocking < 0) {
+        // Its slack is a combination of those of the active constraints, which are rounding of zero.
+        if (multiplier == 0.0 && -slack <= std::min(kRounding * r_sum, kMostRounding) * way) {
+          amplified = -slack;
+          break;
+        }
+        for (int j = 0; j < set.active; ++j) set.multiplier[j] = std::max(0.0, -r[j]);
+        set.id[set.active] = constraint.id;
+        set.multiplier[set.active] = 1.0;
+        ++set.active;
+        report.status = ActiveSetStatus::kInfeasible;
+        return report;
+      }
+      const double primal_step = is_dependent ? kInfinity : -slack / s.z_squared;
+      const double step = std::min(primal_step, dual_step);
+      for (int j = 0; j < set.active; ++j) set.multiplier[j] = std::max(0.0, set.multiplier[j] - step * r[j]);
+      multiplier += step;
+      if (!is_dependent) {
+        x += step * s.z;
+        slack += step * s.z_squared;
+        way += step * std::sqrt(s.z_squared);
+      }
+      if (primal_step <= dual_step) {
+        take_up(set, s, constraint.id, multiplier);
+        break;
+      }
+      drop(set, s, blocking);
+    }
+  }
+}
+
+}  // namespace thenar
