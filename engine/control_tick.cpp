@@ -45,7 +45,7 @@ JointVector drive(const Model& model, const Snapshot& snapshot, Controller& cont
 JointVector muscle_torques(const Model& model, const JointVector& tau_desired, Controller& controller,
                            ControlReport& report) {
   moment_arms(model.scene.hand, controller.pose, controller.H);
-  report.muscle = solve_muscle_forces(controller.H, tau_desired, controller.muscles, controller.f_muscle).status;
+  report.muscle = solve_muscle_forces(controller.H, tau_desired, controller.f_muscle).status;
   JointVector tau = controller.H * controller.f_muscle;
   report.muscle_residual_Nm = (tau - tau_desired).cwiseAbs().maxCoeff();
   return tau;
@@ -57,8 +57,7 @@ Controller::Controller(const Model& model)
     : period_s(model.scene.control_period_s),
       f_desired(Eigen::VectorXd::Zero(3 * kFingers)),
       f_muscle(Eigen::VectorXd::Zero(static_cast<Index>(model.scene.hand.muscles.size()))),
-      H(kJoints, f_muscle.size()),
-      muscles(kJoints, f_muscle.size()) {
+      H(kJoints, f_muscle.size())) {
   if (!model.scene.control) return;
   pid.emplace(model.scene.control->position, model.scene.control->rotation);
   filter.emplace(model);

@@ -42,7 +42,6 @@ class Controller {
   Eigen::MatrixXd H;                  ///< Moment arms [m].
   HandPose pose;
   GraspWorkspace grasp;
-  MuscleWorkspace muscles;
   std::vector<ContactCandidate> candidates;
 };
 

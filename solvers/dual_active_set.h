@@ -44,6 +44,7 @@ struct ActiveSet {
   int equalities = 0;
   int active = 0;
   std::array<Numbers, kSize> R;  ///< By columns; upper triangular.
+  Numbers inverse_diagonal;      ///< Of R.
   /// Optimal: the constraints without slack, and u >= 0 of x = x0 + Q'(..) + sum u_j a_j. Infeasible: u >= 0 with
   /// sum u_j a_j in the span of Q, along which no x of Q x = w can have sum u_j (a_j.x - b_j) >= 0.
   std::array<int, kSize + 1> id;
@@ -106,10 +107,11 @@ void split(const ActiveSet<kSize>& set, const Constraint<kNonzeros>& constraint,
 /// r = R^-1 d: how fast the multipliers fall as the new constraint's grows.
 template <int kSize>
 void falling_rates(const ActiveSet<kSize>& set, const Direction<kSize>& s, typename ActiveSet<kSize>::Numbers& r) {
-  for (int i = set.active - 1; i >= 0; --i) {
-    double rest = s.d[set.equalities + i];
-    for (int j = i + 1; j < set.active; ++j) rest -= set.R[j][i] * r[j];
-    r[i] = rest / set.R[i][i];
+  for (int i = 0; i < set.active; ++i) r[i] = s.d[set.equalities + i];
+  // Column by column: the next entry waits for one product only.
+  for (int j = set.active - 1; j >= 0; --j) {
+    r[j] *= set.inverse_diagonal[j];
+    for (int i = 0; i < j; ++i) r[i] -= set.R[j][i] * r[j];
   }
 }
 
@@ -121,6 +123,7 @@ void take_up(ActiveSet<kSize>& set, const Direction<kSize>& s, int id, double mu
   auto& column = set.R[set.active];
   for (int i = 0; i < set.active; ++i) column[i] = s.d[set.equalities + i];
   column[set.active] = length;
+  set.inverse_diagonal[set.active] = 1.0 / length;
   set.id[set.active] = id;
   set.multiplier[set.active] = multiplier;
   ++set.active;
@@ -137,9 +140,10 @@ void drop(ActiveSet<kSize>& set, Direction<kSize>& s, int l) {
     set.multiplier[j] = set.multiplier[j + 1];
   }
   for (int i = l; i < set.active; ++i) {
-    const double length = std::hypot(set.R[i][i], set.R[i][i + 1]);
-    const double c = set.R[i][i] / length;
-    const double sn = set.R[i][i + 1] / length;
+    const double inverse = 1.0 / std::sqrt(set.R[i][i] * set.R[i][i] + set.R[i][i + 1] * set.R[i][i + 1]);
+    const double c = set.R[i][i] * inverse;
+    const double sn = set.R[i][i + 1] * inverse;
+    set.inverse_diagonal[i] = inverse;
     for (int j = i; j < set.active; ++j) {
       const double upper = set.R[j][i];
       set.R[j][i] = c * upper + sn * set.R[j][i + 1];

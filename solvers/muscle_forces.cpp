@@ -1,8 +1,14 @@
 #include "solvers/muscle_forces.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cassert>
 #include <cmath>
+#include <cstdint>
+#include <tuple>
+
+#include "solvers/dual_active_set.h"
 
 namespace thenar {
 namespace {
@@ -10,84 +16,394 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+using MatrixRef = Eigen::Ref<const MatrixXd>;
+using VectorRef = Eigen::Ref<const VectorXd>;
 
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // Rows of H are measured lever arms: what is left of one below this part of its length is rounding, not anatomy.
 constexpr double kDependentRow = 1e-10;
+// Rows that lose more than this part of their length to those before them are made orthogonal twice.
+constexpr double kShortened = 0.1;
+// Answers are trusted if they miss their proof by less; the active set's usually do by 1e-13.
+constexpr double kTrust = 1e-7;
+// A muscle without a limit counts as able to pull this many times what a single muscle would need for a joint.
+constexpr double kOutOfReach = 1e6;
 
-/// Replaces H f = tau by Y f = t with orthonormal rows, by Gram-Schmidt on the rows of [H tau]. False if a row depends
-/// on those before it and its torque does not.
-bool orthonormalise(const Eigen::Ref<const MatrixXd>& H, const Eigen::Ref<const VectorXd>& tau, Eigen::Ref<RowMatrix> Y,
-                    Eigen::Ref<VectorXd> t) {
+/// Joints and the muscles that cross them, by their numbers in H.
+struct Block {
+  std::array<int, kMaxJoints> joint;
+  std::array<int, kMaxMuscles> muscle;
+  int joints = 0, muscles = 0;
+};
+
+using Crossings = std::array<std::uint64_t, kMaxJoints>;
+
+/// The muscles with an arm on each joint, a bit each.
+Crossings crossings_of(const MatrixRef& H) {
+  Crossings crossings{};
+  for (Index j = 0; j < H.cols(); ++j) {
+    const double* const arms = H.col(j).data();
+    const std::uint64_t bit = std::uint64_t{1} << j;
+    for (Index i = 0; i < H.rows(); ++i) crossings[i] |= arms[i] != 0.0 ? bit : 0;
+  }
+  return crossings;
+}
+
+/// Takes from the joints that are left the first and all that it is coupled with.
+Block take_block(const Crossings& crossings, std::uint64_t& joints_left) {
+  std::uint64_t joints = joints_left & -joints_left;
+  std::uint64_t muscles = crossings[std::countr_zero(joints)];
+  for (std::uint64_t before = 0; before != joints;) {
+    before = joints;
+    for (std::uint64_t rest = joints_left & ~joints; rest != 0; rest &= rest - 1) {
+      const int i = std::countr_zero(rest);
+      if ((crossings[i] & muscles) == 0) continue;
+      joints |= std::uint64_t{1} << i;
+      muscles |= crossings[i];
+    }
+  }
+  joints_left &= ~joints;
+  Block block;
+  for (; joints != 0; joints &= joints - 1) block.joint[block.joints++] = std::countr_zero(joints);
+  for (; muscles != 0; muscles &= muscles - 1) block.muscle[block.muscles++] = std::countr_zero(muscles);
+  return block;
+}
+
+/// 0 <= x <= x_max, one constraint an entry and limit.
+template <int kSize>
+struct Limits {
+  using Vector = typename ActiveSet<kSize>::Vector;
+
+  Vector x_max;
+  bool has_max = false;
+
+  [[nodiscard]] Constraint<1> most_violated(const Vector& x) const {
+    const double least = x.minCoeff();
+    if (has_max) {
+      const Vector room = x_max - x;
+      const double least_room = room.minCoeff();
+      if (least_room < least) {
+        const int upper = index_of(least_room, room);
+        return {kSize + upper, least_room, {upper}, {-1.0}};
+      }
+    }
+    const int lower = index_of(least, x);
+    return {lower, least, {lower}, {1.0}};
+  }
+
+ private:
+  /// Looking the value up is faster than carrying its index through the search.
+  static int index_of(double value, const Vector& x) {
+    int i = 0;
+    while (i < kSize - 1 && x[i] != value) ++i;
+    return i;
+  }
+};
+
+/// H = L Y with orthonormal rows Y, and L t = tau, of the rows of a block that do not depend on those before them.
+template <int kSize>
+struct Equations {
+  explicit Equations(ActiveSet<kSize>& basis) : set(basis) {}
+
+  ActiveSet<kSize>& set;  ///< Y is its basis.
+  std::array<std::array<double, kSize>, kSize> L;
+  std::array<double, kSize> t;
+  std::array<int, kSize> joint;  ///< Of each row.
+  int rank = 0;
+
+  /// Adds the row of a joint. False if it depends on the others and its torque does not agree with theirs; then
+  /// `certificate` holds what of it is left on which side.
+  bool add(int number, const typename ActiveSet<kSize>::Vector& row, double tau, std::array<double, kSize>& part,
+           double& torque_left) {
+    auto y = row;
+    const double length = std::sqrt(row.square().sum());
+    part.fill(0.0);
+    double left = length;
+    for (int pass = 0; pass < 2 && (pass == 0 || left < kShortened * length); ++pass) {
+      // All products first: they do not wait for each other.
+      std::array<double, kSize> along;
+      for (int k = 0; k < rank; ++k) along[k] = (y * set.basis[k]).sum();
+      for (int k = 0; k < rank; ++k) {
+        part[k] += along[k];
+        y -= along[k] * set.basis[k];
+      }
+      left = std::sqrt(y.square().sum());
+    }
+    torque_left = tau;
+    double torque_scale = std::abs(tau);
+    for (int k = 0; k < rank; ++k) {
+      torque_left -= part[k] * t[k];
+      torque_scale = std::max(torque_scale, std::abs(part[k] * t[k]));
+    }
+    if (rank < kSize && left > kDependentRow * length) {
+      set.basis[rank] = y / left;
+      L[rank] = part;
+      L[rank][rank] = left;
+      t[rank] = torque_left / left;
+      joint[rank++] = number;
+      return true;
+    }
+    return std::abs(torque_left) <= kDependentRow * torque_scale;
+  }
+
+  /// l of the rows with L' l = v.
+  void solve_transposed(std::array<double, kSize>& v) const {
+    for (int k = rank - 1; k >= 0; --k) {
+      v[k] /= L[k][k];
+      for (int i = 0; i < k; ++i) v[i] -= L[k][i] * v[k];
+    }
+  }
+};
+
+/// One block's share of the problem; adds to f, and to l what proves the block's answer.
+template <int kSize>
+MuscleStatus solve_block(const Block& block, const MatrixRef& H, const VectorRef& tau, const VectorRef& f_max,
+                         std::array<double, kMaxMuscles>& f, MuscleReport& report) {
+  using Vector = typename ActiveSet<kSize>::Vector;
+  ActiveSet<kSize> set;
+  Equations<kSize> equations(set);
+  std::array<double, kSize> part;
+  for (int i = 0; i < block.joints; ++i) {
+    const int joint = block.joint[i];
+    Vector row = Vector::Zero();
+    for (int j = 0; j < block.muscles; ++j) row[j] = H(joint, block.muscle[j]);
+    double torque_left = 0.0;
+    if (equations.add(joint, row, tau[joint], part, torque_left)) continue;
+    // Velocities of the joints at which no muscle changes its length, and the torques do work.
+    const double sign = torque_left > 0.0 ? 1.0 : -1.0;
+    report.multiplier.setZero();
+    equations.solve_transposed(part);
+    for (int k = 0; k < equations.rank; ++k) report.multiplier[equations.joint[k]] = -sign * part[k];
+    report.multiplier[joint] = sign;
+    return MuscleStatus::kInfeasible;
+  }
+
+  set.equalities = equations.rank;
+  Vector x = Vector::Zero();
+  for (int k = 0; k < equations.rank; ++k) x += equations.t[k] * set.basis[k];
+  Limits<kSize> limits{Vector::Constant(kInfinity), f_max.size() > 0};
+  if (limits.has_max) {
+    for (int j = 0; j < block.muscles; ++j) limits.x_max[j] = f_max[block.muscle[j]];
+  }
+  const ActiveSetReport found = project<kSize>(limits, set, x);
+  report.iterations += found.changes;
+  if (found.status == ActiveSetStatus::kBudgetSpent) return MuscleStatus::kBudgetSpent;
+
+  // x = Y' (L' l) + the pushes of the limits.
+  const bool optimal = found.status == ActiveSetStatus::kOptimal;
+  Vector rest = optimal ? x : Vector(Vector::Zero());
+  for (int j = 0; j < set.active; ++j) {
+    const int id = set.id[j];
+    rest[id % kSize] -= id < kSize ? set.multiplier[j] : -set.multiplier[j];
+  }
+  for (int k = 0; k < equations.rank; ++k) part[k] = (rest * set.basis[k]).sum();
+  equations.solve_transposed(part);
+  if (!optimal) report.multiplier.setZero();
+  for (int k = 0; k < equations.rank; ++k) report.multiplier[equations.joint[k]] = part[k];
+  if (!optimal) return MuscleStatus::kInfeasible;
+
+  x = x.max(0.0).min(limits.x_max);
+  // At its limit a muscle pulls with just that; the rest is rounding.
+  for (int j = 0; j < set.active; ++j) x[set.id[j] % kSize] = set.id[j] < kSize ? 0.0 : limits.x_max[set.id[j] % kSize];
+  for (int j = 0; j < block.muscles; ++j) f[block.muscle[j]] = x[j];
+  return MuscleStatus::kOptimal;
+}
+
+MuscleStatus solve_block_of_any_size(const Block& block, const MatrixRef& H, const VectorRef& tau,
+                                     const VectorRef& f_max, std::array<double, kMaxMuscles>& f, MuscleReport& report) {
+  if (block.muscles <= 8) return solve_block<8>(block, H, tau, f_max, f, report);
+  if (block.muscles <= 16) return solve_block<16>(block, H, tau, f_max, f, report);
+  if (block.muscles <= 24) return solve_block<24>(block, H, tau, f_max, f, report);
+  return solve_block<kMaxMuscles>(block, H, tau, f_max, f, report);
+}
+
+double limit(const VectorRef& f_max, Index j) { return f_max.size() > 0 ? f_max[j] : kInfinity; }
+
+/// No answer without its proof: fills in the residual, and takes back an answer that fails. No input that is not finite
+/// has one.
+MuscleReport finish(const MatrixRef& H, const VectorRef& tau, const VectorRef& f_max, const VectorRef& found,
+                    MuscleReport report, Eigen::Ref<VectorXd> f) {
+  bool proved = false;
+  if (report.status == MuscleStatus::kInfeasible) {
+    report.residual = muscle_infeasibility_gap(H, tau, f_max, report.multiplier);
+    proved = report.residual < 1.0;
+  } else if (report.status == MuscleStatus::kOptimal) {
+    report.residual = muscle_kkt_error(H, tau, f_max, report.multiplier, found);
+    proved = report.residual <= kTrust;
+    if (proved) f = found;
+  }
+  if (!proved) report.status = MuscleStatus::kBudgetSpent;
+  return report;
+}
+
+}  // namespace
+
+MuscleReport solve_muscle_forces(const MatrixRef& H, const VectorRef& tau, const VectorRef& f_max,
+                                 Eigen::Ref<VectorXd> f) noexcept {
+  const Index joints = H.rows(), muscles = H.cols();
+  assert(joints <= kMaxJoints && muscles <= kMaxMuscles && tau.size() == joints && f.size() == muscles);
+  assert(f_max.size() == 0 || f_max.size() == muscles);
+  MuscleReport report;
+  report.multiplier.setZero(joints);
+
+  const Crossings crossings = crossings_of(H);
+  std::array<double, kMaxMuscles> found{};
+  std::uint64_t joints_left = (std::uint64_t{1} << joints) - 1;
+  while (joints_left != 0) {
+    const Block block = take_block(crossings, joints_left);
+    report.status = solve_block_of_any_size(block, H, tau, f_max, found, report);
+    if (report.status != MuscleStatus::kOptimal) break;
+  }
+  return finish(H, tau, f_max, Eigen::Map<const VectorXd>(found.data(), muscles), report, f);
+}
+
+MuscleReport solve_muscle_forces(const MatrixRef& H, const VectorRef& tau, Eigen::Ref<VectorXd> f) noexcept {
+  return solve_muscle_forces(H, tau, VectorRef(f.head(0)), f);
+}
+
+double muscle_kkt_error(const MatrixRef& H, const VectorRef& tau, const VectorRef& f_max, const VectorRef& l,
+                        const VectorRef& f) noexcept {
+  using JointVector = MuscleReport::JointVector;
+  JointVector torque = -tau;
+  JointVector scale = tau.cwiseAbs();
+  double force_error = 0.0;
+  double largest = 0.0;
+  for (Index j = 0; j < H.cols(); ++j) {
+    const auto arms = H.col(j);
+    const double wanted = std::min(std::max(0.0, arms.dot(l)), limit(f_max, j));
+    force_error = std::max(force_error, std::abs(f[j] - wanted));
+    largest = std::max(largest, std::abs(f[j]));
+    torque += f[j] * arms;
+    scale = scale.cwiseMax((f[j] * arms).cwiseAbs());
+  }
+  const double torque_error = (torque.array().abs() > 0.0).select(torque.array().abs() / scale.array(), 0.0).maxCoeff();
+  return std::max(torque_error, force_error > 0.0 ? force_error / largest : 0.0);
+}
+
+double muscle_infeasibility_gap(const MatrixRef& H, const VectorRef& tau, const VectorRef& f_max,
+                                const VectorRef& l) noexcept {
+  const double wanted = tau.dot(l);
+  if (!(wanted > 0.0)) return kInfinity;
+  double least_N = 0.0;  // What some joint asks for at least.
+  for (Index i = 0; i < H.rows(); ++i) {
+    const double arm = H.row(i).cwiseAbs().maxCoeff();
+    if (arm > 0.0) least_N = std::max(least_N, std::abs(tau[i]) / arm);
+  }
+  double possible = 0.0;
+  for (Index j = 0; j < H.cols(); ++j) {
+    const double most_N = std::min(limit(f_max, j), kOutOfReach * least_N);
+    possible += std::max(0.0, H.col(j).dot(l)) * most_N;
+  }
+  return possible / wanted;
+}
+
+namespace {
+
+/// Replaces H f = tau by Y f = t with orthonormal rows, H = L Y and tau = L t, by Gram-Schmidt. Rows that depend on those
+/// before them are zero in Y. Stops at such a row whose torque does not agree with theirs, with what is left of it in t.
+Index orthonormalise(const MatrixRef& H, const VectorRef& tau, MuscleWorkspace& work) {
+  auto Y = work.Y.topLeftCorner(H.rows(), H.cols());
+  work.L.setZero();
   for (Index i = 0; i < H.rows(); ++i) {
     auto y = Y.row(i);
     y = H.row(i);
-    t[i] = tau[i];
+    double& t = work.t[i];
+    t = tau[i];
     const double length = y.norm();
-    double torque_scale = std::abs(tau[i]);
+    double torque_scale = std::abs(t);
     // Twice is enough: the second pass takes away what rounding left in the first.
     for (int pass = 0; pass < 2; ++pass) {
-      for (Index j = 0; j < i; ++j) {
-        const double part = y.dot(Y.row(j));
-        y -= part * Y.row(j);
-        t[i] -= part * t[j];
-        torque_scale = std::max(torque_scale, std::abs(part * t[j]));
+      for (Index k = 0; k < i; ++k) {
+        const double along = y.dot(Y.row(k));
+        y -= along * Y.row(k);
+        t -= along * work.t[k];
+        work.L(i, k) += along;
+        torque_scale = std::max(torque_scale, std::abs(along * work.t[k]));
       }
     }
     const double left = y.norm();
     if (left > kDependentRow * length) {
       y /= left;
-      t[i] /= left;
-    } else if (std::abs(t[i]) <= kDependentRow * torque_scale) {
-      y.setZero();
-      t[i] = 0.0;
-    } else {
-      return false;
+      t /= left;
+      work.L(i, i) = left;
+      continue;
     }
+    y.setZero();
+    if (std::abs(t) > kDependentRow * torque_scale) return i;
+    t = 0.0;
   }
-  return true;
+  return H.rows();
 }
 
-double largest_error(const Eigen::Ref<const MatrixXd>& H, const Eigen::Ref<const VectorXd>& tau,
-                     const Eigen::Ref<const VectorXd>& f) {
-  double largest = 0.0;
-  for (Index i = 0; i < H.rows(); ++i) largest = std::max(largest, std::abs(H.row(i).dot(f) - tau[i]));
-  return largest;
-}
-
-MuscleStatus failure(LcpStatus status) {
-  return status == LcpStatus::kInfeasible ? MuscleStatus::kInfeasible : MuscleStatus::kBudgetSpent;
+/// L' l = v for the first rows that depend on no others; l is 0 for the rest.
+void solve_transposed(const MuscleWorkspace& work, Index rows, MuscleReport::JointVector& v) {
+  for (Index k = rows - 1; k >= 0; --k) {
+    for (Index i = k + 1; i < rows; ++i) v[k] -= work.L(i, k) * v[i];
+    v[k] = work.L(k, k) > 0.0 ? v[k] / work.L(k, k) : 0.0;
+  }
 }
 
 }  // namespace
 
 MuscleWorkspace::MuscleWorkspace(Index joints, Index muscles)
-    : lcp(muscles), Y(joints, muscles), t(joints), pi(muscles, muscles), least(muscles), z(muscles) {}
+    : lcp(muscles),
+      Y(joints, muscles),
+      L(joints, joints),
+      t(joints),
+      pi(muscles, muscles),
+      least(muscles),
+      z(muscles) {}
 
-MuscleReport solve_muscle_forces(const Eigen::Ref<const MatrixXd>& H, const Eigen::Ref<const VectorXd>& tau,
-                                 MuscleWorkspace& work, Eigen::Ref<VectorXd> f) noexcept {
-  const Index joints = H.rows();
-  const Index muscles = H.cols();
+MuscleReport solve_muscle_forces_by_lemke(const MatrixRef& H, const VectorRef& tau, MuscleWorkspace& work,
+                                          Eigen::Ref<VectorXd> f) noexcept {
+  const Index joints = H.rows(), muscles = H.cols();
   assert(joints <= work.Y.rows() && muscles <= work.Y.cols() && tau.size() == joints && f.size() == muscles);
-  if (!H.allFinite() || !tau.allFinite()) return {};
+  const auto no_limits = VectorRef(work.z.head(0));
+  MuscleReport report;
+  auto& l = report.multiplier;
+  l.setZero(joints);
 
-  auto Y = work.Y.topLeftCorner(joints, muscles);
-  auto t = work.t.head(joints);
-  if (!orthonormalise(H, tau, Y, t)) return {MuscleStatus::kInfeasible, 0, 0.0};
+  const Index contradiction = orthonormalise(H, tau, work);
+  if (contradiction < joints) {
+    // Velocities of the joints at which no muscle changes its length, and the torques do work.
+    const double sign = work.t[contradiction] > 0.0 ? 1.0 : -1.0;
+    l = -sign * work.L.row(contradiction).head(joints).transpose();
+    solve_transposed(work, contradiction, l);
+    l[contradiction] = sign;
+    report.status = MuscleStatus::kInfeasible;
+  } else {
+    const auto Y = work.Y.topLeftCorner(joints, muscles);
+    const auto t = work.t.head(joints);
+    auto pi = work.pi.topLeftCorner(muscles, muscles);
+    auto least = work.least.head(muscles);
+    auto z = work.z.head(muscles);
+    pi.noalias() = -Y.transpose().lazyProduct(Y);
+    pi.diagonal().array() += 1.0;
+    least.noalias() = Y.transpose().lazyProduct(t);
+    const LcpReport lcp = solve_lcp(pi, least, usual_pivot_budget(muscles), work.lcp, z);
+    report.iterations = lcp.pivots;
+    if (lcp.status == LcpStatus::kBudgetSpent) return report;
+    // f = Y' (t - Y z) + z; and a ray z = Y' (Y z) >= 0 with z.least < 0.
+    report.status = lcp.status == LcpStatus::kSolved ? MuscleStatus::kOptimal : MuscleStatus::kInfeasible;
+    l.noalias() = -Y.lazyProduct(z);
+    if (report.status == MuscleStatus::kOptimal) l += t;
+    solve_transposed(work, joints, l);
+    least += pi.lazyProduct(z);
+    // Either f or z is zero; the rest is rounding.
+    for (Index j = 0; j < muscles; ++j) least[j] = z[j] > 0.0 ? 0.0 : std::max(0.0, least[j]);
+  }
+  return finish(H, tau, no_limits, work.least.head(muscles), report, f);
+}
 
-  auto pi = work.pi.topLeftCorner(muscles, muscles);
-  auto least = work.least.head(muscles);
-  auto z = work.z.head(muscles);
-  pi.noalias() = -Y.transpose().lazyProduct(Y);
-  pi.diagonal().array() += 1.0;
-  least.noalias() = Y.transpose().lazyProduct(t);
-  const LcpReport lcp = solve_lcp(pi, least, usual_pivot_budget(muscles), work.lcp, z);
-  if (lcp.status != LcpStatus::kSolved) return {failure(lcp.status), lcp.pivots, 0.0};
-
-  f.noalias() = least + pi.lazyProduct(z);
-  // Either f or z is zero; the rest is rounding.
-  for (Index i = 0; i < muscles; ++i) f[i] = z[i] > 0.0 ? 0.0 : std::max(0.0, f[i]);
-  return {MuscleStatus::kOptimal, lcp.pivots, largest_error(H, tau, f)};
+VectorXd missing_torques(const MatrixRef& H, const VectorRef& tau) {
+  // min |H f - tau| over f >= 0: 0 <= H'H f - H'tau _|_ f >= 0.
+  const MatrixXd M = H.transpose() * H;
+  const VectorXd q = -H.transpose() * tau;
+  LcpWorkspace work(H.cols());
+  VectorXd f(H.cols());
+  // It has a solution; should the budget be spent, f = 0 and all torques are named.
+  std::ignore = solve_lcp(M, q, usual_pivot_budget(H.cols()), work, f);
+  return tau - H * f;
 }
 
 }  // namespace thenar

@@ -1,48 +1,97 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 
 #include "solvers/lcp.h"
 
 namespace thenar {
 
+/// The largest muscle problem.
+inline constexpr Eigen::Index kMaxJoints = 32;
+inline constexpr Eigen::Index kMaxMuscles = 64;
+
 /// How a muscle-force problem ended.
 enum class MuscleStatus {
   kOptimal,
-  kInfeasible,   ///< No pulling forces give the torques.
-  kBudgetSpent,  ///< No answer: the pivots ran out, or the input was not finite.
+  kInfeasible,   ///< No pulling forces within their limits give the torques.
+  kBudgetSpent,  ///< No answer: the changes ran out, the input was not finite, or rounding spoiled the result.
 };
 
 struct MuscleReport {
+  using JointVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxJoints, 1>;
+
   MuscleStatus status = MuscleStatus::kBudgetSpent;
-  int iterations = 0;
-  double residual_Nm = 0.0;  ///< max |H f - tau|.
+  int iterations = 0;  ///< Muscles taken to their limits or back; of Lemke's method pivots.
+  /// How far the answer is from its proof [no unit]: muscle_kkt_error of an optimum, muscle_infeasibility_gap else.
+  double residual = std::numeric_limits<double>::infinity();
+  /// What proves it. Optimal: the multiplier l of H f = tau [N/m], with f = H' l cut to its limits. Infeasible: joint
+  /// velocities l at which the torques do more work than pulling muscles can.
+  JointVector multiplier;
 };
 
-/// Memory of the muscle-force solves for up to `joints` x `muscles`; taken once.
+/// Finds the muscle forces of eq. (23),
+///     min f'f,  H f = tau,  0 <= f <= f_max,
+/// by a dual active set [Goldfarb and Idnani 1983], in blocks: joints that share no muscle are problems of their own, and
+/// are found from the zeros of H in every call (of the hand thumb 4 x 8, index and major 8 x 15, coupled by one muscle).
+/// A row that depends on others is left out if its torque agrees with theirs, else there are no such forces.
+///
+/// Shapes    H joints x muscles [m], at most kMaxJoints x kMaxMuscles; tau joints [N m]; f muscles [N]; f_max muscles [N]
+///           or empty: no limits.
+/// f         Out: the optimum; on failure left as it was.
+/// Accuracy  forces and torques to about 1e-14 of their size times the condition of H's rows.
+/// Cost      about muscles x joints multiply-adds a change. Does not allocate or throw; the same problem gives the same
+///           bits.
+[[nodiscard]] MuscleReport solve_muscle_forces(const Eigen::Ref<const Eigen::MatrixXd>& H,
+                                               const Eigen::Ref<const Eigen::VectorXd>& tau,
+                                               const Eigen::Ref<const Eigen::VectorXd>& f_max,
+                                               Eigen::Ref<Eigen::VectorXd> f) noexcept;
+
+/// Without limits.
+[[nodiscard]] MuscleReport solve_muscle_forces(const Eigen::Ref<const Eigen::MatrixXd>& H,
+                                               const Eigen::Ref<const Eigen::VectorXd>& tau,
+                                               Eigen::Ref<Eigen::VectorXd> f) noexcept;
+
+/// Memory of muscle forces by Lemke's method for up to `joints` x `muscles`; taken once.
 class MuscleWorkspace {
  public:
   MuscleWorkspace(Eigen::Index joints, Eigen::Index muscles);
 
   LcpWorkspace lcp;
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> Y;  ///< Orthonormal rows that span those of H.
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> L;  ///< H = L Y.
   Eigen::VectorXd t;                                                         ///< Y f = t is H f = tau.
   Eigen::MatrixXd pi;
   Eigen::VectorXd least;  ///< H^+ tau, the least forces of either sign.
   Eigen::VectorXd z;
 };
 
-/// Finds the muscle forces of eq. (23),
-///     min f'f,  H f = tau,  f >= 0,
-/// by the same LCP as the grasp forces: with pi = I - H^+ H,  0 <= f = pi z + H^+ tau  _|_  z >= 0.
-/// pi and H^+ come from orthonormal rows of H; a row that depends on the others is left out if its torque agrees with
-/// theirs, else there are no such forces.
-///
-/// Shapes    H joints x muscles [m]; tau joints [N m]; f muscles [N].
-/// f         Out: the optimum; on failure left as it was.
-/// Cost      an LCP of one row a muscle. Does not allocate or throw.
-[[nodiscard]] MuscleReport solve_muscle_forces(const Eigen::Ref<const Eigen::MatrixXd>& H,
-                                               const Eigen::Ref<const Eigen::VectorXd>& tau, MuscleWorkspace& work,
-                                               Eigen::Ref<Eigen::VectorXd> f) noexcept;
+/// The same without limits as the paper does it, by the LCP of the grasp forces: with pi = I - H^+ H,
+///     0 <= f = pi z + H^+ tau  _|_  z >= 0.
+/// Cost      an LCP of one row a muscle.
+[[nodiscard]] MuscleReport solve_muscle_forces_by_lemke(const Eigen::Ref<const Eigen::MatrixXd>& H,
+                                                        const Eigen::Ref<const Eigen::VectorXd>& tau,
+                                                        MuscleWorkspace& work, Eigen::Ref<Eigen::VectorXd> f) noexcept;
+
+/// How far forces f with a multiplier l are from the optimum: the largest of |f - cut(H' l)| / |f|, cut to 0 .. f_max, and
+/// of each joint's error of torque over the largest term of its sum, |H_i f - tau_i| / max_j |H_ij f_j|. Zero at the
+/// optimum, and there only.
+[[nodiscard]] double muscle_kkt_error(const Eigen::Ref<const Eigen::MatrixXd>& H,
+                                      const Eigen::Ref<const Eigen::VectorXd>& tau,
+                                      const Eigen::Ref<const Eigen::VectorXd>& f_max,
+                                      const Eigen::Ref<const Eigen::VectorXd>& l,
+                                      const Eigen::Ref<const Eigen::VectorXd>& f) noexcept;
+
+/// How far joint velocities l are from a proof that no forces give the torques: the work that pulling muscles can do,
+/// over that of the torques. Muscles without a limit must not pull along l at all; rounding in H' l is taken for nothing.
+/// Below 1 it is a proof; infinity if tau.l <= 0.
+[[nodiscard]] double muscle_infeasibility_gap(const Eigen::Ref<const Eigen::MatrixXd>& H,
+                                              const Eigen::Ref<const Eigen::VectorXd>& tau,
+                                              const Eigen::Ref<const Eigen::VectorXd>& f_max,
+                                              const Eigen::Ref<const Eigen::VectorXd>& l) noexcept;
+
+/// The torques that pulling muscles without limits cannot give: tau - H f of the f >= 0 that come nearest. For messages.
+[[nodiscard]] Eigen::VectorXd missing_torques(const Eigen::Ref<const Eigen::MatrixXd>& H,
+                                              const Eigen::Ref<const Eigen::VectorXd>& tau);
 
 }  // namespace thenar

@@ -1,9 +1,12 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
+#include <numeric>
 #include <random>
 #include <vector>
 
+#include "bench/grasp_families.h"
 #include "solvers/muscle_forces.h"
 #include "tests/allocation_counter.h"
 #include "tests/json_eigen.h"
@@ -21,10 +24,18 @@ struct Solution {
   VectorXd f;
 };
 
-Solution solve(const MatrixXd& H, const VectorXd& tau) {
+VectorXd untouched(Index muscles) { return VectorXd::Constant(muscles, std::numeric_limits<double>::quiet_NaN()); }
+
+Solution solve(const MatrixXd& H, const VectorXd& tau, const VectorXd& f_max = {}) {
+  VectorXd f = untouched(H.cols());
+  const MuscleReport report = solve_muscle_forces(H, tau, f_max, f);
+  return {report, f};
+}
+
+Solution solve_by_lemke(const MatrixXd& H, const VectorXd& tau) {
   MuscleWorkspace work(H.rows(), H.cols());
-  VectorXd f = VectorXd::Constant(H.cols(), std::numeric_limits<double>::quiet_NaN());
-  const MuscleReport report = solve_muscle_forces(H, tau, work, f);
+  VectorXd f = untouched(H.cols());
+  const MuscleReport report = solve_muscle_forces_by_lemke(H, tau, work, f);
   return {report, f};
 }
 
@@ -37,19 +48,49 @@ MatrixXd random_matrix(Index rows, Index cols, std::mt19937& random) {
 MatrixXd random_arms(std::mt19937& random) { return 0.01 * random_matrix(12, 23, random); }
 
 /// Karush-Kuhn-Tucker. Lever arms of 1 cm and forces of newtons: torques round at 1e-18 a term, and a condition number
-/// of H of 100 leaves 1e-12 of the forces' size. A muscle counts as slack below 1e-9 of it.
-void expect_optimal(const MatrixXd& H, const VectorXd& tau, const Solution& solution) {
-  const VectorXd& f = solution.f;
+/// of H of 100 leaves 1e-12 of the forces' size. A muscle counts as at its limit within 1e-9 of it.
+void expect_optimal(const MatrixXd& H, const VectorXd& tau, const VectorXd& f, const VectorXd& f_max = {}) {
   const double size_N = 1.0 + f.norm();
   EXPECT_GE(f.minCoeff(), 0.0);
   EXPECT_LE((H * f - tau).cwiseAbs().maxCoeff(), 1e-12 * size_N);
-  EXPECT_NEAR(solution.report.residual_Nm, (H * f - tau).cwiseAbs().maxCoeff(), 1e-15 * size_N);
-  std::vector<Index> slack;
+  MatrixXd pushes(0, f.size());
+  const auto add_limit = [&](Index j, double sign) {
+    pushes.conservativeResize(pushes.rows() + 1, Eigen::NoChange);
+    pushes.bottomRows<1>() = sign * VectorXd::Unit(f.size(), j).transpose();
+  };
   for (Index j = 0; j < f.size(); ++j) {
-    if (f[j] < 1e-9 * size_N) slack.push_back(j);
+    if (f[j] < 1e-9 * size_N) add_limit(j, 1.0);
+    if (f_max.size() == 0) continue;
+    EXPECT_LE(f[j], f_max[j]);
+    if (f[j] > f_max[j] - 1e-9 * size_N) add_limit(j, -1.0);
   }
-  const MatrixXd identity = MatrixXd::Identity(f.size(), f.size());
-  EXPECT_LE(stationarity_error(f, H, identity(slack, Eigen::all)), 1e-8 * size_N);
+  EXPECT_LE(stationarity_error(f, H, pushes), 1e-8 * size_N);
+}
+
+/// The proof in exact terms: at joint velocities l the torques do work, tau.l > 0, and more than pulling muscles can. A
+/// muscle without a limit would have to be still: 1e-10 of its arms is the rounding of l.
+void expect_infeasible(const MatrixXd& H, const VectorXd& tau, const VectorXd& l, const VectorXd& f_max = {}) {
+  double possible_W = 0.0;
+  for (Index j = 0; j < H.cols(); ++j) {
+    const double pull = H.col(j).dot(l);
+    if (f_max.size() == 0) {
+      EXPECT_LE(pull, 1e-10 * H.col(j).norm() * l.norm());
+    } else {
+      possible_W += std::max(0.0, pull) * f_max[j];
+    }
+  }
+  EXPECT_GT(tau.dot(l), possible_W);
+}
+
+void expect_proved(const MatrixXd& H, const VectorXd& tau, const Solution& solution, const VectorXd& f_max = {}) {
+  ASSERT_NE(solution.report.status, MuscleStatus::kBudgetSpent);
+  if (solution.report.status == MuscleStatus::kOptimal) {
+    EXPECT_LE(solution.report.residual, 1e-9);
+    expect_optimal(H, tau, solution.f, f_max);
+  } else {
+    EXPECT_TRUE(solution.f.hasNaN()) << "f must be left as it was";
+    expect_infeasible(H, tau, solution.report.multiplier, f_max);
+  }
 }
 
 TEST(MuscleForces, AgreeWithTheRecordedOptima) {
@@ -66,7 +107,6 @@ TEST(MuscleForces, AgreeWithTheRecordedOptima) {
     ASSERT_EQ(solution.report.status, MuscleStatus::kOptimal);
     // Forces of 60 to 200 N: 1e-11 of them.
     EXPECT_LE((solution.f - vector_of(problem.at("f_opt"))).cwiseAbs().maxCoeff(), 1e-9);
-    EXPECT_LE(solution.report.residual_Nm, 1e-12);
   }
 }
 
@@ -82,11 +122,11 @@ TEST(MuscleForces, AgreeWithTheHandsReference) {
     }
     ASSERT_EQ(solution.report.status, MuscleStatus::kOptimal);
     EXPECT_LE((solution.f - vector_of(problem.at("f"))).cwiseAbs().maxCoeff(), 1e-10);
-    expect_optimal(H, tau, solution);
+    expect_optimal(H, tau, solution.f);
   }
 }
 
-// Random arms often cannot pull every way: both answers occur, and both are proved.
+// Random arms without any zero are one block, and often cannot pull every way: both answers occur, and both are proved.
 TEST(MuscleForces, EveryAnswerIsProved) {
   int infeasible = 0;
   for (unsigned seed = 0; seed < 300; ++seed) {
@@ -95,19 +135,95 @@ TEST(MuscleForces, EveryAnswerIsProved) {
     const MatrixXd H = random_arms(random);
     const VectorXd tau = 0.1 * random_matrix(12, 1, random);
     const Solution solution = solve(H, tau);
-    ASSERT_NE(solution.report.status, MuscleStatus::kBudgetSpent);
+    expect_proved(H, tau, solution);
     // In units of 1 cm, so that the oracle's zero fits.
-    const double out_of_reach = distance_from_cone(100.0 * H, 100.0 * tau);
-    if (solution.report.status == MuscleStatus::kOptimal) {
-      expect_optimal(H, tau, solution);
-      EXPECT_LE(out_of_reach, 1e-9);
-    } else {
-      ++infeasible;
-      EXPECT_GE(out_of_reach, 1e-9);
-    }
+    const bool out_of_reach = distance_from_cone(100.0 * H, 100.0 * tau) > 1e-9;
+    EXPECT_EQ(solution.report.status == MuscleStatus::kInfeasible, out_of_reach);
+    infeasible += out_of_reach ? 1 : 0;
   }
   EXPECT_GT(infeasible, 30);
   EXPECT_LT(infeasible, 270);
+}
+
+// With limits all three kinds of muscle occur: idle, pulling, at its limit.
+TEST(MuscleForces, LimitsAreKept) {
+  int at_limit = 0, infeasible = 0;
+  for (std::uint64_t seed = 0; seed < 500; ++seed) {
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    const MuscleProblem problem = seed % 2 == 0 ? muscle_families::held(random) : muscle_families::any(random);
+    const VectorXd f_max = VectorXd::NullaryExpr(23, [&] { return random.uniform(10.0, 60.0); });
+    const Solution solution = solve(problem.H, problem.tau_Nm, f_max);
+    expect_proved(problem.H, problem.tau_Nm, solution, f_max);
+    infeasible += solution.report.status == MuscleStatus::kInfeasible ? 1 : 0;
+    if (solution.report.status == MuscleStatus::kOptimal)
+      at_limit += (solution.f.array() == f_max.array()).any() ? 1 : 0;
+  }
+  EXPECT_GT(at_limit, 50);
+  EXPECT_GT(infeasible, 50);
+  EXPECT_LT(infeasible, 450);
+}
+
+// Limits that no muscle reaches change nothing, not even rounding.
+TEST(MuscleForces, DistantLimitsChangeNothing) {
+  Random random(1);
+  const MuscleProblem problem = muscle_families::held(random);
+  EXPECT_EQ(solve(problem.H, problem.tau_Nm).f, solve(problem.H, problem.tau_Nm, VectorXd::Constant(23, 1e6)).f);
+}
+
+// The published method and the active set share nothing but H. Lemke's tableau leaves 1e-9 of the forces.
+TEST(MuscleForces, AgreeWithLemke) {
+  for (std::uint64_t seed = 0; seed < 1000; ++seed) {
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    const MuscleProblem problem = seed % 2 == 0 ? muscle_families::held(random) : muscle_families::any(random);
+    const Solution ours = solve(problem.H, problem.tau_Nm);
+    const Solution lemke = solve_by_lemke(problem.H, problem.tau_Nm);
+    ASSERT_EQ(ours.report.status, lemke.report.status);
+    if (ours.report.status == MuscleStatus::kOptimal) {
+      EXPECT_LE((ours.f - lemke.f).norm(), 1e-6 * ours.f.norm());
+    } else {
+      expect_infeasible(problem.H, problem.tau_Nm, lemke.report.multiplier);
+    }
+  }
+}
+
+// Joints that share no muscle are problems of their own: each block alone has the same forces. The order of joints and
+// muscles has no meaning; rounding may follow it.
+TEST(MuscleForces, BlocksAreIndependent) {
+  for (unsigned seed = 0; seed < 50; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    const MatrixXd A = 0.01 * random_matrix(3, 9, random), B = 0.01 * random_matrix(5, 12, random);
+    const VectorXd tau_A = A * random_matrix(9, 1, random).cwiseAbs(),
+                   tau_B = B * random_matrix(12, 1, random).cwiseAbs();
+    MatrixXd H = MatrixXd::Zero(8, 22);  // One muscle crosses no joint.
+    H.topLeftCorner(3, 9) = A;
+    H.bottomRightCorner(5, 12) = B;
+    VectorXd tau(8);
+    tau << tau_A, tau_B;
+    std::vector<Index> joints(8), muscles(22);
+    std::iota(joints.begin(), joints.end(), 0);
+    std::iota(muscles.begin(), muscles.end(), 0);
+    std::shuffle(joints.begin(), joints.end(), random);
+    std::shuffle(muscles.begin(), muscles.end(), random);
+    const Solution whole = solve(H(joints, muscles), tau(joints));
+    ASSERT_EQ(whole.report.status, MuscleStatus::kOptimal);
+    VectorXd f(22);
+    f(muscles) = whole.f;
+    const double size_N = f.norm();
+    EXPECT_LE((f.head(9) - solve(A, tau_A).f).norm(), 1e-11 * size_N);
+    EXPECT_LE((f.tail(12) - solve(B, tau_B).f).norm(), 1e-11 * size_N);
+    EXPECT_EQ(f[9], 0.0);
+  }
+}
+
+// As many joints and muscles as there may be.
+TEST(MuscleForces, OfTheLargestHand) {
+  std::mt19937 random(1);
+  const MatrixXd H = 0.01 * random_matrix(kMaxJoints, kMaxMuscles, random);
+  const VectorXd tau = H * random_matrix(kMaxMuscles, 1, random).cwiseAbs();
+  expect_proved(H, tau, solve(H, tau));
 }
 
 // Two muscles that pull apart on one joint: only the agonist works. A third of the same arm halves it.
@@ -138,35 +254,55 @@ TEST(MuscleForces, DependentJointsAreTakenOrRefused) {
     const VectorXd tau = H * random_matrix(23, 1, random).cwiseAbs();
     const Solution solution = solve(H, tau);
     ASSERT_EQ(solution.report.status, MuscleStatus::kOptimal);
-    expect_optimal(H, tau, solution);
+    expect_optimal(H, tau, solution.f);
     for (const Index joint : {5, 11}) {
       EXPECT_EQ(solve(H, tau + 0.01 * VectorXd::Unit(12, joint)).report.status, MuscleStatus::kInfeasible);
     }
   }
 }
 
-TEST(MuscleForces, NotFiniteInputIsRefused) {
-  std::mt19937 random(1);
-  MatrixXd H = random_arms(random);
-  VectorXd tau = VectorXd::Constant(12, 0.1);
-  tau[3] = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(solve(H, tau).report.status, MuscleStatus::kBudgetSpent);
-  tau[3] = 0.0;
-  H(2, 2) = std::numeric_limits<double>::infinity();
-  EXPECT_EQ(solve(H, tau).report.status, MuscleStatus::kBudgetSpent);
+// The torques that are missing, and no others: a joint without a muscle, and a push where muscles can only pull.
+TEST(MuscleForces, MissingTorquesAreNamed) {
+  MatrixXd H(3, 2);
+  H << 0.01, 0.02, 0.0, 0.0, 0.01, 0.0;
+  const VectorXd missing = missing_torques(H, Eigen::Vector3d(0.3, 0.1, -0.2));
+  EXPECT_LE((missing - Eigen::Vector3d(0.0, 0.1, -0.2)).cwiseAbs().maxCoeff(), 1e-12);
 }
 
-TEST(MuscleForces, DoNotAllocate) {
-  if (!AllocationCounter::is_available()) GTEST_SKIP() << "malloc is not ours";
+TEST(MuscleForces, NotFiniteInputIsRefused) {
+  const double nan = std::numeric_limits<double>::quiet_NaN(), infinity = std::numeric_limits<double>::infinity();
   std::mt19937 random(1);
   const MatrixXd H = random_arms(random);
-  const VectorXd tau = H * random_matrix(23, 1, random).cwiseAbs();
+  const VectorXd tau = H * VectorXd::Ones(23);
+  for (const double bad : {nan, infinity}) {
+    MatrixXd bad_H = H;
+    bad_H(2, 2) = bad;
+    VectorXd bad_tau = tau, bad_limit = VectorXd::Constant(23, 100.0);
+    bad_tau[3] = bad;
+    bad_limit[4] = nan;
+    for (const Solution& solution : {solve(bad_H, tau), solve(H, bad_tau), solve(H, tau, bad_limit),
+                                     solve_by_lemke(bad_H, tau), solve_by_lemke(H, bad_tau)}) {
+      EXPECT_EQ(solution.report.status, MuscleStatus::kBudgetSpent);
+      EXPECT_TRUE(solution.f.hasNaN()) << "f must be left as it was";
+    }
+  }
+}
+
+TEST(MuscleForces, DoNotAllocateAndRepeatTheirBits) {
+  if (!AllocationCounter::is_available()) GTEST_SKIP() << "malloc is not ours";
+  Random random(2);
+  const MuscleProblem problem = muscle_families::held(random);
+  const VectorXd f_max = VectorXd::Constant(23, 50.0);
   MuscleWorkspace work(12, 23);
-  VectorXd f(23);
+  VectorXd f(23), again(23);
   const AllocationCounter counter;
-  const MuscleReport report = solve_muscle_forces(H, tau, work, f);
+  EXPECT_EQ(solve_muscle_forces(problem.H, problem.tau_Nm, f).status, MuscleStatus::kOptimal);
+  (void)solve_muscle_forces(problem.H, problem.tau_Nm, f_max, f);
+  (void)solve_muscle_forces_by_lemke(problem.H, problem.tau_Nm, work, f);
+  (void)solve_muscle_forces(problem.H, problem.tau_Nm, f);
+  (void)solve_muscle_forces(problem.H, problem.tau_Nm, again);
   EXPECT_EQ(counter.count(), 0);
-  EXPECT_EQ(report.status, MuscleStatus::kOptimal);
+  EXPECT_EQ(f, again);
 }
 
 }  // namespace
