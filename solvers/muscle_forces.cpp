@@ -245,7 +245,7 @@ MuscleReport solve_muscle_forces(const MatrixRef& H, const VectorRef& tau, const
   assert(f_max.size() == 0 || f_max.size() == muscles);
   MuscleReport report;
   report.multiplier.setZero(joints);
-
+  if (!(f_max.array() >= 0.0).all()) return report;
   const Crossings crossings = crossings_of(H);
   std::array<double, kMaxMuscles> found{};
   std::uint64_t joints_left = (std::uint64_t{1} << joints) - 1;
@@ -276,6 +276,8 @@ double muscle_kkt_error(const MatrixRef& H, const VectorRef& tau, const VectorRe
     torque += f[j] * arms;
     scale = scale.cwiseMax((f[j] * arms).cwiseAbs());
   }
+  // Every entry of H has been in a sum, and 0 times infinity is not a number either.
+  if (!torque.allFinite() || !l.allFinite()) return kInfinity;
   const double torque_error = (torque.array().abs() > 0.0).select(torque.array().abs() / scale.array(), 0.0).maxCoeff();
   return std::max(torque_error, force_error > 0.0 ? force_error / largest : 0.0);
 }
