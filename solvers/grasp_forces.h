@@ -32,7 +32,7 @@ struct GraspProblem {
   Vector6d wrench = Vector6d::Zero();                  ///< W^d on the object: force [N], torque [N m], world axes.
   double friction = 0.0;                               ///< mu_c of the cone.
   FrictionCone cone = FrictionCone::kPyramid;
-  double internal_force_N = 0.0;                       ///< lambda of eq. (13).
+  double internal_force_N = 0.0;  ///< lambda of eq. (13).
 };
 
 /// How a grasp-force problem ended.
@@ -44,7 +44,8 @@ enum class GraspStatus {
 
 struct GraspReport {
   GraspStatus status = GraspStatus::kBudgetSpent;
-  int iterations = 0;  ///< Pivots of Lemke, faces taken up or dropped by the active set, Newton steps of the exact cone.
+  int iterations =
+      0;  ///< Pivots of Lemke, faces taken up or dropped by the active set, Newton steps of the exact cone.
   /// How far the answer is from its proof [no unit]. Optimal: grasp_kkt_error of the forces. Infeasible: the least forces
   /// that would give the wrench without cones, over those that a solution would need at least (infeasibility_gap).
   double residual = std::numeric_limits<double>::infinity();
@@ -70,12 +71,9 @@ class GraspWorkspace {
 
   static constexpr Eigen::Index kMaxRows = 5 * kMaxGraspContacts;
   using RowVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxRows, 1>;
-  template <int columns>
-  using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, columns, 0, kMaxRows, columns>;
 
   LcpWorkspace lcp;
-  RowMatrix<3> A;  ///< Rows of eq. (10), five a contact.
-  RowMatrix<6> N;  ///< N N' = A G^+ G A'.
+  Eigen::Matrix<double, Eigen::Dynamic, 6, 0, kMaxRows, 6> N;  ///< A Q', with Q's rows those of G made orthonormal.
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxRows, kMaxRows> M;
   RowVector q, z;
 };
