@@ -30,7 +30,7 @@ void solve_grasp(const Model& model, const Snapshot& snapshot, Controller& contr
   report.wrench_desired = D - weight(scene);
   for (int k = 0; k < kFingers; ++k) report.contacts[k] = finger_contact(model, controller.pose, snapshot, k);
   const GraspProblem problem = grasp_problem(scene, report, snapshot.X_WO.translation());
-  report.grasp = solve_grasp_forces(problem, controller.grasp, controller.f_desired).status;
+  report.grasp = solve_grasp_forces(problem, controller.f_desired).status;
   report.f_desired = controller.f_desired.reshaped(3, kFingers);
 }
 

@@ -41,7 +41,6 @@ class Controller {
   Eigen::VectorXd f_muscle;           ///< [N].
   Eigen::MatrixXd H;                  ///< Moment arms [m].
   HandPose pose;
-  GraspWorkspace grasp;
   std::vector<ContactCandidate> candidates;
 };
 

@@ -174,8 +174,8 @@ void drop(ActiveSet<kSize>& set, Direction<kSize>& s, int l) {
 ///
 /// set          In: Q's rows, orthonormal (none of them zero), in basis[0 .. equalities). Out: see there.
 /// x            In: the point of Q x = w nearest to x0. Out: the solution.
-/// constraints  most_violated(x) gives the constraint of least slack among all. All rows should be of like length. If
-///              x has entries of padding, Q and the rows are zero there.
+/// constraints  most_violated(x, tolerance) gives one of slack < -tolerance if there is any, best that of least slack.
+///              All rows should be of like length. If x has entries of padding, Q and the rows are zero there.
 /// Accuracy     slacks and equations to about 1e-13 of the way that x has gone; more where constraints nearly coincide.
 /// Cost         (working + 2) kSize multiply-adds a change, and a scan for each constraint taken up. Does not allocate or
 ///              throw; the same problem gives the same bits.
@@ -195,8 +195,9 @@ template <int kSize, class Constraints>
   typename ActiveSet<kSize>::Numbers r;
 
   for (;;) {
-    const auto constraint = constraints.most_violated(x);
-    if (constraint.slack >= -std::max(kRounding * way, amplified)) {
+    const double tolerance = std::max(kRounding * way, amplified);
+    const auto constraint = constraints.most_violated(x, tolerance);
+    if (constraint.slack >= -tolerance) {
       report.status = ActiveSetStatus::kOptimal;
       return report;
     }

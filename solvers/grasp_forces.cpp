@@ -1,12 +1,15 @@
 #include "solvers/grasp_forces.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <limits>
 #include <tuple>
+
+#include "solvers/dual_active_set.h"
+#include "solvers/reduced_grasp.h"
 
 namespace thenar {
 namespace {
@@ -15,216 +18,257 @@ using Eigen::Index;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// Contacts that stray from a line by less than this part of their distances are on it. With exact arithmetic forces 1e8
-// times the rest could still balance a torque about that line; in doubles little would be left of them.
-constexpr double kCollinear = 1e-8;
-// A torque about that line below this part of the torques at hand is rounding.
-constexpr double kConsistent = 1e-9;
-
-// Forces are trusted if they break no law by more than this part of their size, and cost no more than this part too
-// much.
-constexpr double kTrust = 1e-8;
-constexpr double kTrustedGap = 1e-6;
-// Forces this many times the least that would give the wrench without pyramids count as none.
+// Forces are an optimum if they keep all its conditions to this part of their size. Rounding leaves 1e-15, times 1/mu in
+// thin cones; a wrong set of faces leaves parts of 1.
+constexpr double kTrust = 1e-9;
+// Forces this many times the least that would give the wrench without cones count as none. They are found where W^d lies
+// 1e-6 of itself inside the wrenches that can be had: far less than anything that a wrench is computed from is known to.
 constexpr double kOutOfReach = 1e6;
 
 constexpr double kGreatestFriction = 10.0;
 constexpr double kFrictionStep = 1e-3;
 
-/// Forces at the contacts, one a column, world axes.
-using Forces = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxGraspContacts>;
-
-struct Wrench {
-  Vector3d force;
-  Vector3d torque;  ///< About the contacts' centroid.
+/// An answer to a reduced problem, before it is checked.
+template <int kLanes>
+struct Answer {
+  GraspStatus status = GraspStatus::kBudgetSpent;
+  int iterations = 0;
+  LaneForces<kLanes> f;
+  /// Optimal: l of f = P_K(Q'l + bias). Infeasible: l.w > 0 and P_K(Q'l) = 0.
+  std::array<double, 6> multiplier{};
 };
 
-/// G and its pseudo-inverse. About the centroid of the contacts GG' = diag(n I, J), J their inertia with unit masses.
-struct GraspMap {
-  Vector3d centroid;
-  Forces arms;  ///< Contact points from the centroid.
-  Matrix3d K;   ///< J^+ = K K': the axes of J over the roots of their moments, zero where the contacts have none.
-  Matrix3d powerless;  ///< The axes without moment: no contact force gives a torque about them. Else zero.
+/// The point of Q f = w nearest to y.
+template <int kLanes>
+LaneForces<kLanes> nearest_with_wrench(const ReducedGrasp<kLanes>& grasp, const LaneForces<kLanes>& y) {
+  std::array<double, 6> missing = reduced_wrench(grasp, y);
+  for (int k = 0; k < 6; ++k) missing[k] = grasp.w[k] - missing[k];
+  return y + combine(grasp, missing);
+}
+
+/// Completes an answer by the multiplier: `push` is what the faces of the pyramids give, A'u with u >= 0. With it an
+/// optimum is f = bias + Q'l + A'u; and infeasible is where A'u = -Q'l, so that 0 <= u.(A f) = -l.w < 0.
+template <int kLanes>
+void find_multiplier(const ReducedGrasp<kLanes>& grasp, const LaneForces<kLanes>& push, Answer<kLanes>& answer) {
+  const bool optimal = answer.status == GraspStatus::kOptimal;
+  answer.multiplier =
+      optimal ? reduced_wrench<kLanes>(grasp, answer.f - grasp.bias - push) : reduced_wrench<kLanes>(grasp, -push);
+}
+
+// ------------------------------------------------------------------------------------------- the dual active set
+
+/// Faces of the pyramids as constraints. Face 0, 1: mu f_n -+ f_t1 >= 0; 2, 3: mu f_n -+ f_t2 >= 0; 4: f_n >= 0.
+template <int kLanes>
+struct Pyramids {
+  double mu;
+
+  [[nodiscard]] static int id(Index lane, int face) { return 5 * static_cast<int>(lane) + face; }
+
+  /// a of a face: f_n at `lane`, f_t1 and f_t2 behind by kLanes each.
+  [[nodiscard]] Constraint<2> face(Index lane, int face, double slack) const {
+    const int n = static_cast<int>(lane);
+    if (face == 4) return {id(lane, face), slack, {n, n}, {1.0, 0.0}};
+    const int t = n + (face < 2 ? kLanes : 2 * kLanes);
+    return {id(lane, face), slack, {n, t}, {mu, face % 2 == 0 ? -1.0 : 1.0}};
+  }
+
+  [[nodiscard]] Constraint<2> most_violated(const typename ActiveSet<3 * kLanes>::Vector& f, double tolerance) const {
+    const auto f_n = f.template segment<kLanes>(0);
+    const auto f_t1 = f.template segment<kLanes>(kLanes);
+    const auto f_t2 = f.template segment<kLanes>(2 * kLanes);
+    const Lane<kLanes> slack = mu * f_n - f_t1.abs().max(f_t2.abs());
+    Index lane = 0;
+    const double least = slack.minCoeff(&lane);
+    if (!(least >= -tolerance)) {
+      const bool first = std::abs(f_t1[lane]) >= std::abs(f_t2[lane]);
+      const double t = first ? f_t1[lane] : f_t2[lane];
+      return face(lane, (first ? 0 : 2) + (t > 0.0 ? 0 : 1), least);
+    }
+    // The other faces imply this one, but for little or no friction.
+    const double least_normal = f_n.minCoeff(&lane);
+    return face(lane, 4, least_normal);
+  }
 };
 
-/// The moment about the axis `a` through the centroid. By distances, not a'J a: for contacts nearly on the axis this
-/// keeps the digits that the differences in J lose.
-double moment_about(const Forces& arms, const Vector3d& a) {
-  double sum = 0.0;
-  for (Index i = 0; i < arms.cols(); ++i) sum += arms.col(i).cross(a).squaredNorm();
-  return sum;
+template <int kLanes>
+Answer<kLanes> solve_pyramid(const ReducedGrasp<kLanes>& grasp) {
+  ActiveSet<3 * kLanes> set;
+  for (const LaneForces<kLanes>& row : grasp.Q) {
+    // A torque that the contacts cannot give has no row.
+    if ((row != 0.0).any()) set.basis[set.equalities++] = row.reshaped();
+  }
+  const Pyramids<kLanes> pyramids{grasp.friction};
+  Answer<kLanes> answer;
+  answer.f = nearest_with_wrench(grasp, grasp.bias);
+  typename ActiveSet<3 * kLanes>::Vector f = answer.f.reshaped();
+  const ActiveSetReport report = project(pyramids, set, f);
+  answer.iterations = report.changes;
+  if (report.status == ActiveSetStatus::kBudgetSpent) return answer;
+
+  answer.status = report.status == ActiveSetStatus::kOptimal ? GraspStatus::kOptimal : GraspStatus::kInfeasible;
+  answer.f = f.reshaped(kLanes, 3);
+  LaneForces<kLanes> push = LaneForces<kLanes>::Zero();
+  for (int j = 0; j < set.active; ++j) {
+    const Constraint<2> face = pyramids.face(set.id[j] / 5, set.id[j] % 5, 0.0);
+    for (int k = 0; k < 2; ++k) push.data()[face.index[k]] += set.multiplier[j] * face.value[k];
+  }
+  find_multiplier(grasp, push, answer);
+  return answer;
 }
 
-GraspMap make_grasp_map(std::span<const GraspContact> contacts) {
-  GraspMap map;
-  const Index n = std::ssize(contacts);
-  map.centroid.setZero();
-  for (const GraspContact& contact : contacts) map.centroid += contact.point_m / static_cast<double>(n);
+// ------------------------------------------------------------------------------------------- Lemke's method
 
-  map.arms.resize(3, n);
-  Matrix3d scatter = Matrix3d::Zero();
-  double largest_m = 0.0;
-  for (Index i = 0; i < n; ++i) {
-    map.arms.col(i) = contacts[i].point_m - map.centroid;
-    scatter.noalias() += map.arms.col(i) * map.arms.col(i).transpose();
-    largest_m = std::max(largest_m, contacts[i].point_m.cwiseAbs().maxCoeff());
-  }
-  // The axes of J = tr(S) I - S are those of the scatter S.
-  const Eigen::SelfAdjointEigenSolver<Matrix3d> axes(scatter);
-  // Contacts at one point differ by the rounding of their coordinates.
-  const double rounding_m = 16.0 * std::numeric_limits<double>::epsilon() * largest_m;
-  const double least_moment = std::max(kCollinear * kCollinear * scatter.trace(), rounding_m * rounding_m);
-
-  map.K.setZero();
-  map.powerless.setZero();
-  for (int k = 0; k < 3; ++k) {
-    const Vector3d axis = axes.eigenvectors().col(k);
-    const double moment = moment_about(map.arms, axis);
-    (moment > least_moment ? map.K : map.powerless).col(k) = moment > least_moment ? axis / std::sqrt(moment) : axis;
-  }
-  return map;
+/// A y for forces y, eq. (10) with the rows of one kind together: row n face + i for contact i.
+template <int kLanes, class Rows>
+void multiply_rows(const ReducedGrasp<kLanes>& grasp, const LaneForces<kLanes>& y, Rows&& rows) {
+  const Index n = grasp.contacts;
+  const double mu = grasp.friction;
+  rows.segment(0, n) = (mu * y.col(0) - y.col(1)).head(n);
+  rows.segment(n, n) = (mu * y.col(0) + y.col(1)).head(n);
+  rows.segment(2 * n, n) = (mu * y.col(0) - y.col(2)).head(n);
+  rows.segment(3 * n, n) = (mu * y.col(0) + y.col(2)).head(n);
+  rows.segment(4 * n, n) = y.col(0).head(n);
 }
 
-/// G f
-Wrench wrench_of(const GraspMap& map, const Forces& f) {
-  Wrench wrench{Vector3d::Zero(), Vector3d::Zero()};
-  for (Index i = 0; i < f.cols(); ++i) {
-    wrench.force += f.col(i);
-    wrench.torque += map.arms.col(i).cross(f.col(i));
-  }
-  return wrench;
-}
-
-/// G^+ w: the least forces that give the wrench.
-Forces least_forces(const GraspMap& map, const Wrench& w) {
-  const Vector3d shared = w.force / static_cast<double>(map.arms.cols());
-  const Vector3d turning = map.K * (map.K.transpose() * w.torque);
-  Forces f(3, map.arms.cols());
-  for (Index i = 0; i < f.cols(); ++i) f.col(i) = shared + turning.cross(map.arms.col(i));
+/// A'z
+template <int kLanes>
+LaneForces<kLanes> combine_rows(const ReducedGrasp<kLanes>& grasp, const GraspWorkspace::RowVector& z) {
+  const Index n = grasp.contacts;
+  const auto z_of = [&](Index face) { return z.segment(face * n, n).array(); };
+  LaneForces<kLanes> f = LaneForces<kLanes>::Zero();
+  f.col(0).head(n) = grasp.friction * (z_of(0) + z_of(1) + z_of(2) + z_of(3)) + z_of(4);
+  f.col(1).head(n) = z_of(1) - z_of(0);
+  f.col(2).head(n) = z_of(3) - z_of(2);
   return f;
 }
 
-Wrench wrench_about_centroid(const GraspMap& map, const GraspProblem& problem) {
-  const Vector3d force = problem.wrench.head<3>();
-  const Vector3d torque = problem.wrench.tail<3>();
-  return {force, torque - (map.centroid - problem.centre_m).cross(force)};
-}
-
-/// Whether forces of any size and direction at the contacts can give the wrench.
-bool is_within_reach(const GraspMap& map, const GraspProblem& problem, const Wrench& w) {
-  const double torque_scale =
-      problem.wrench.tail<3>().norm() + (map.centroid - problem.centre_m).norm() * w.force.norm();
-  return (map.powerless.transpose() * w.torque).cwiseAbs().maxCoeff() <= kConsistent * torque_scale;
-}
-
-/// The five rows of eq. (10) of one contact, world axes.
-Eigen::Matrix<double, 5, 3> pyramid_rows(const Matrix3d& frame, double mu) {
-  const auto n = frame.col(0).transpose();
-  const auto u = frame.col(1).transpose();
-  const auto v = frame.col(2).transpose();
-  Eigen::Matrix<double, 5, 3> A;
-  A << mu * n - u, mu * n + u, mu * n - v, mu * n + v, n;
-  return A;
-}
-
-/// The four edges of one contact's pyramid as rows, world axes.
-Eigen::Matrix<double, 4, 3> pyramid_edges(const Matrix3d& frame, double mu) {
-  const auto n = frame.col(0).transpose();
-  const auto u = mu * frame.col(1).transpose();
-  const auto v = mu * frame.col(2).transpose();
-  Eigen::Matrix<double, 4, 3> E;
-  E << n + u + v, n + u - v, n - u + v, n - u - v;
-  return E;
-}
-
-/// Rows N with N N' = A G^+ G A', for rows A of which the contact i owns `per_contact`.
-void project_rows(const GraspMap& map, Index per_contact, GraspWorkspace& work) {
-  const Index n = map.arms.cols();
-  work.N.resize(work.A.rows(), 6);
-  work.N.leftCols<3>() = work.A / std::sqrt(static_cast<double>(n));
-  for (Index i = 0; i < n; ++i) {
-    // (r x a)' K, for all rows a at once: a'(K x r).
-    Matrix3d turned;
-    for (int k = 0; k < 3; ++k) turned.col(k) = map.K.col(k).cross(map.arms.col(i));
-    work.N.middleRows(i * per_contact, per_contact).rightCols<3>().noalias() =
-        work.A.middleRows(i * per_contact, per_contact).lazyProduct(turned);
-  }
-}
-
-/// A' z: the forces that multipliers z of the rows stand for.
-Forces combine_rows(const GraspWorkspace& work, Index per_contact, Index contacts) {
-  Forces f(3, contacts);
-  for (Index i = 0; i < contacts; ++i) {
-    f.col(i).noalias() =
-        work.A.middleRows(i * per_contact, per_contact).transpose() * work.z.segment(i * per_contact, per_contact);
-  }
-  return f;
-}
-
-/// A f, row by row.
-void multiply_rows(GraspWorkspace& work, Index per_contact, const Forces& f) {
-  work.q.resize(work.A.rows());
-  for (Index i = 0; i < f.cols(); ++i) {
-    work.q.segment(i * per_contact, per_contact).noalias() = work.A.middleRows(i * per_contact, per_contact) * f.col(i);
-  }
-}
-
-/// y + G^+ (w - G y): of the forces that give the wrench, those nearest y. This is pi y + G^+ w.
-Forces nearest_forces(const GraspMap& map, const Wrench& w, const Forces& y) {
-  const Wrench had = wrench_of(map, y);
-  return y + least_forces(map, {w.force - had.force, w.torque - had.torque});
-}
-
-bool is_finite(const GraspProblem& problem) {
-  bool finite = problem.wrench.allFinite() && problem.centre_m.allFinite() && std::isfinite(problem.friction) &&
-                std::isfinite(problem.internal_force_N);
-  for (const GraspContact& contact : problem.contacts) {
-    finite = finite && contact.point_m.allFinite() && contact.frame.allFinite();
-  }
-  return finite;
-}
-
-/// The LCP's matrix: M = A pi A' = A A' - N N', with A A' in 5x5 blocks.
-void assemble(const GraspMap& map, const GraspProblem& problem, GraspWorkspace& work) {
-  const Index n = std::ssize(problem.contacts);
-  work.A.resize(5 * n, 3);
-  for (Index i = 0; i < n; ++i) {
-    work.A.middleRows<5>(5 * i) = pyramid_rows(problem.contacts[i].frame, problem.friction);
-  }
-  project_rows(map, 5, work);
+/// The LCP of eq. (19) in contact axes: M = A pi A' = A A' - N N' with N = A Q', and q = A f for the forces f that give
+/// the wrench nearest to -c.
+template <int kLanes>
+void assemble(const ReducedGrasp<kLanes>& grasp, const LaneForces<kLanes>& start, GraspWorkspace& work) {
+  const Index n = grasp.contacts;
+  const double mu = grasp.friction;
+  work.N.resize(5 * n, 6);
+  for (int k = 0; k < 6; ++k) multiply_rows(grasp, grasp.Q[k], work.N.col(k).array());
   work.M.resize(5 * n, 5 * n);
   work.M.noalias() = -work.N.lazyProduct(work.N.transpose());
-  for (Index i = 0; i < n; ++i) {
-    const auto A_i = work.A.middleRows<5>(5 * i);
-    work.M.block<5, 5>(5 * i, 5 * i) += A_i * A_i.transpose();
+  // The product of two rows of one contact: mu^2 from the normals, and 1 or -1 from one tangent.
+  for (int a = 0; a < 5; ++a) {
+    for (int b = 0; b < 5; ++b) {
+      const double normals = (a < 4 ? mu : 1.0) * (b < 4 ? mu : 1.0);
+      const double tangents = a == 4 || b == 4 || a / 2 != b / 2 ? 0.0 : a == b ? 1.0 : -1.0;
+      work.M.block(a * n, b * n, n, n).diagonal().array() += normals + tangents;
+    }
   }
+  work.q.resize(5 * n);
+  multiply_rows(grasp, start, work.q.array());
 }
 
-/// Whether the forces keep what the LCP promised: G f = W^d, A f >= 0 and no duality gap z.(A f). In a pyramid of
-/// little friction opposite faces nearly coincide; z then grows like 1/mu^2, and takes the digits of f with it.
-bool is_sound(const GraspMap& map, const Wrench& w, const Forces& f, GraspWorkspace& work) {
-  const double size_N = f.norm();
-  multiply_rows(work, 5, f);
-  return (nearest_forces(map, w, f) - f).norm() <= kTrust * size_N && work.q.minCoeff() >= -kTrust * size_N &&
-         std::abs(work.z.dot(work.q)) <= kTrustedGap * size_N * size_N;
+template <int kLanes>
+Answer<kLanes> solve_lemke(const ReducedGrasp<kLanes>& grasp, GraspWorkspace& work) {
+  Answer<kLanes> answer;
+  answer.f = nearest_with_wrench(grasp, grasp.bias);
+  assemble(grasp, answer.f, work);
+  work.z.resize(work.q.size());
+  const LcpReport lcp = solve_lcp(work.M, work.q, usual_pivot_budget(work.q.size()), work.lcp, work.z);
+  answer.iterations = lcp.pivots;
+  if (lcp.status == LcpStatus::kBudgetSpent) return answer;
+
+  answer.status = lcp.status == LcpStatus::kSolved ? GraspStatus::kOptimal : GraspStatus::kInfeasible;
+  const LaneForces<kLanes> push = combine_rows(grasp, work.z);
+  // f = pi (A'z - c) + G^+ W^d
+  answer.f = nearest_with_wrench<kLanes>(grasp, grasp.bias + push);
+  find_multiplier(grasp, push, answer);
+  return answer;
 }
 
-/// Whether the ray z proves that no forces do. Feasible f has 0 <= z.(A f) = z.q + (pi A'z).f, so it is at least as
-/// large as -z.q / |pi A'z|: with exact arithmetic infinite, in doubles to be far beyond what little friction can ask
-/// for.
-bool is_proof(const GraspMap& map, const Wrench& w, const GraspWorkspace& work) {
-  const Forces y = combine_rows(work, 5, map.arms.cols());
-  const double left = nearest_forces(map, {Vector3d::Zero(), Vector3d::Zero()}, y).norm();
-  return -work.z.dot(work.q) >= kOutOfReach * left * least_forces(map, w).norm();
+// ------------------------------------------------------------------------------------------- what all answers go through
+
+template <int kLanes>
+LaneForces<kLanes> nearest_inside(FrictionCone cone, double mu, const LaneForces<kLanes>& f) {
+  return cone == FrictionCone::kPyramid ? nearest_in_pyramids(mu, f) : nearest_in_cones(mu, f);
 }
 
-/// -c of eq. (14).
-Forces squeeze(const GraspProblem& problem) {
-  Forces minus_c(3, std::ssize(problem.contacts));
-  for (Index i = 0; i < minus_c.cols(); ++i) {
-    minus_c.col(i) = problem.internal_force_N * problem.contacts[i].frame.col(0);
+double norm(const std::array<double, 6>& v) {
+  double sum = 0.0;
+  for (const double x : v) sum += x * x;
+  return std::sqrt(sum);
+}
+
+/// grasp_kkt_error of a reduced problem.
+template <int kLanes>
+double kkt_error(const ReducedGrasp<kLanes>& grasp, FrictionCone cone, const Answer<kLanes>& answer) {
+  const LaneForces<kLanes> projected =
+      nearest_inside<kLanes>(cone, grasp.friction, grasp.bias + combine(grasp, answer.multiplier));
+  std::array<double, 6> missing = reduced_wrench(grasp, answer.f);
+  for (int k = 0; k < 6; ++k) missing[k] -= grasp.w[k];
+  const double error = std::max((answer.f - projected).matrix().norm(), norm(missing));
+  const double size = std::max(answer.f.matrix().norm(), grasp.bias.matrix().norm());
+  return error == 0.0 ? 0.0 : error / size;
+}
+
+/// infeasibility_gap of a reduced problem.
+template <int kLanes>
+double gap_left(const ReducedGrasp<kLanes>& grasp, FrictionCone cone, const std::array<double, 6>& multiplier,
+                double power) {
+  if (!(power > 0.0)) return std::numeric_limits<double>::infinity();
+  const LaneForces<kLanes> allowed = nearest_inside<kLanes>(cone, grasp.friction, combine(grasp, multiplier));
+  return norm(grasp.w) * allowed.matrix().norm() / power;
+}
+
+/// Checks an answer; a proved one is handed out.
+template <int kLanes>
+GraspReport hand_out(const ReducedGrasp<kLanes>& grasp, FrictionCone cone, const Answer<kLanes>& answer,
+                     Eigen::Ref<Eigen::VectorXd> f) {
+  GraspReport report;
+  report.iterations = answer.iterations;
+  if (answer.status == GraspStatus::kOptimal) {
+    report.residual = kkt_error(grasp, cone, answer);
+    if (!(report.residual <= kTrust)) return report;
+    to_world(grasp, answer.f, f);
+  } else if (answer.status == GraspStatus::kInfeasible) {
+    double power = 0.0;
+    for (int k = 0; k < 6; ++k) power += answer.multiplier[k] * grasp.w[k];
+    report.residual = gap_left(grasp, cone, answer.multiplier, power);
+    if (!(report.residual * kOutOfReach <= 1.0)) return report;
+  } else {
+    return report;
   }
-  return minus_c;
+  report.status = answer.status;
+  report.multiplier = twist_of(grasp, answer.multiplier);
+  return report;
+}
+
+/// Reduces, solves by `solve_reduced`, checks.
+template <int kLanes, class Solve>
+GraspReport solve(const GraspProblem& problem, Solve solve_reduced, Eigen::Ref<Eigen::VectorXd> f) {
+  ReducedGrasp<kLanes> grasp;
+  Vector6d twist;
+  switch (reduce(problem, grasp, twist)) {
+    case Reduction::kDone:
+      return hand_out<kLanes>(grasp, problem.cone, solve_reduced(grasp), f);
+    case Reduction::kOutOfReach: {
+      const double gap = infeasibility_gap(problem, twist);
+      if (gap * kOutOfReach <= 1.0) return {GraspStatus::kInfeasible, 0, gap, twist};
+      return {GraspStatus::kBudgetSpent, 0, gap, Vector6d::Zero()};
+    }
+    case Reduction::kNotFinite:
+      break;
+  }
+  return {};
+}
+
+template <class Solve>
+GraspReport solve_with(const GraspProblem& problem, Solve solve_reduced, Eigen::Ref<Eigen::VectorXd> f) {
+  const Index n = std::ssize(problem.contacts);
+  assert(n <= kMaxGraspContacts && f.size() == 3 * n);
+  if (n == 0) {
+    // Any motion along the wrench proves that nothing holds it.
+    if (!problem.wrench.allFinite()) return {};
+    if (problem.wrench.isZero(0.0)) return {GraspStatus::kOptimal, 0, 0.0, Vector6d::Zero()};
+    return {GraspStatus::kInfeasible, 0, 0.0, problem.wrench};
+  }
+  return n <= 4 ? solve<4>(problem, solve_reduced, f) : solve<8>(problem, solve_reduced, f);
 }
 
 }  // namespace
@@ -240,65 +284,159 @@ void grasp_map(std::span<const GraspContact> contacts, const Vector3d& centre_m,
   }
 }
 
-GraspReport solve_grasp_forces(const GraspProblem& problem, GraspWorkspace& work,
-                               Eigen::Ref<Eigen::VectorXd> f) noexcept {
-  const Index n = std::ssize(problem.contacts);
-  assert(n <= kMaxGraspContacts && f.size() == 3 * n);
-  if (!is_finite(problem)) return {GraspStatus::kBudgetSpent, 0};
-  if (n == 0) return {problem.wrench.isZero(0.0) ? GraspStatus::kOptimal : GraspStatus::kInfeasible, 0};
+GraspReport solve_grasp_forces(const GraspProblem& problem, Eigen::Ref<Eigen::VectorXd> f) noexcept {
+  const auto solve_reduced = [&]<int kLanes>(const ReducedGrasp<kLanes>& grasp) {
+    return problem.cone == FrictionCone::kPyramid ? solve_pyramid(grasp) : Answer<kLanes>{};
+  };
+  return solve_with(problem, solve_reduced, f);
+}
 
-  const GraspMap map = make_grasp_map(problem.contacts);
-  const Wrench w = wrench_about_centroid(map, problem);
-  if (!is_within_reach(map, problem, w)) return {GraspStatus::kInfeasible, 0};
-
-  assemble(map, problem, work);
-  Forces y = squeeze(problem);
-  multiply_rows(work, 5, nearest_forces(map, w, y));
-  work.z.resize(5 * n);
-  const LcpReport lcp = solve_lcp(work.M, work.q, usual_pivot_budget(5 * n), work.lcp, work.z);
-  if (lcp.status == LcpStatus::kInfeasible && is_proof(map, w, work)) return {GraspStatus::kInfeasible, lcp.pivots};
-  if (lcp.status != LcpStatus::kSolved) return {GraspStatus::kBudgetSpent, lcp.pivots};
-
-  y += combine_rows(work, 5, n);
-  const Forces found = nearest_forces(map, w, y);
-  if (!is_sound(map, w, found, work)) return {GraspStatus::kBudgetSpent, lcp.pivots};
-  f.reshaped(3, n) = found;
-  return {GraspStatus::kOptimal, lcp.pivots};
+GraspReport solve_grasp_forces_by_lemke(const GraspProblem& problem, GraspWorkspace& work,
+                                        Eigen::Ref<Eigen::VectorXd> f) noexcept {
+  assert(problem.cone == FrictionCone::kPyramid);
+  const auto solve_reduced = [&]<int kLanes>(const ReducedGrasp<kLanes>& grasp) { return solve_lemke(grasp, work); };
+  return solve_with(problem, solve_reduced, f);
 }
 
 namespace {
 
-/// Least |e| over f = E' z inside the pyramids, z >= 0: with G e = W^d - G E' z an LCP in z, M = E G^+ G E',
-/// q = -E G^+ W^d.
-Forces missing_forces(const GraspProblem& problem) {
-  const Index n = std::ssize(problem.contacts);
-  const GraspMap map = make_grasp_map(problem.contacts);
-  const Wrench w = wrench_about_centroid(map, problem);
+/// The problem as given, for checks: plain G about the contacts' centroid, lengths in their mean distance from it, so that
+/// ranks do not depend on units.
+struct PlainGrasp {
+  Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, 3 * kMaxGraspContacts> G;
+  Vector6d wrench;
 
-  GraspWorkspace work;
-  work.A.resize(4 * n, 3);
-  for (Index i = 0; i < n; ++i) {
-    work.A.middleRows<4>(4 * i) = pyramid_edges(problem.contacts[i].frame, problem.friction);
+  explicit PlainGrasp(const GraspProblem& problem) {
+    const Index n = std::ssize(problem.contacts);
+    Vector3d centroid = Vector3d::Zero();
+    for (const GraspContact& contact : problem.contacts) centroid += contact.point_m / static_cast<double>(n);
+    double scatter = 0.0;
+    for (const GraspContact& contact : problem.contacts) scatter += (contact.point_m - centroid).squaredNorm();
+    const double length_m = scatter > 0.0 ? std::sqrt(scatter / static_cast<double>(n)) : 1.0;
+    G.resize(6, 3 * n);
+    grasp_map(problem.contacts, centroid, G);
+    G.bottomRows<3>() /= length_m;
+    const Vector3d force = problem.wrench.head<3>();
+    wrench.head<3>() = force;
+    wrench.tail<3>() = (problem.wrench.tail<3>() - (centroid - problem.centre_m).cross(force)) / length_m;
   }
-  project_rows(map, 4, work);
-  work.M = work.N * work.N.transpose();
-  const Forces least = least_forces(map, w);
-  multiply_rows(work, 4, -least);
-  work.z.setZero(4 * n);
-  // This least-squares problem always has a solution; should the budget be spent, z = 0 and the least forces are named.
-  std::ignore = solve_lcp(work.M, work.q, usual_pivot_budget(4 * n), work.lcp, work.z);
-  const Wrench had = wrench_of(map, combine_rows(work, 4, n));
-  return least_forces(map, {w.force - had.force, w.torque - had.torque});
+
+  /// |G^+ w|
+  [[nodiscard]] double least_forces(const Vector6d& w) const {
+    Eigen::CompleteOrthogonalDecomposition<decltype(G)> decomposition;
+    decomposition.setThreshold(1e-8);  // As collinear contacts are told: see reduced_grasp.cpp.
+    decomposition.compute(G);
+    return decomposition.solve(w).norm();
+  }
+};
+
+Vector3d nearest_inside(FrictionCone cone, double mu, const Matrix3d& frame, const Vector3d& f) {
+  LaneForces<1> lane = (frame.transpose() * f).transpose().array();
+  lane = nearest_inside<1>(cone, mu, lane);
+  return frame * lane.matrix().transpose();
+}
+
+/// The work of unit forces at a contact on a twist.
+Vector3d velocity(const GraspProblem& problem, const Vector6d& twist, Index i) {
+  return twist.head<3>() + twist.tail<3>().cross(problem.contacts[i].point_m - problem.centre_m);
+}
+
+}  // namespace
+
+double grasp_kkt_error(const GraspProblem& problem, const Vector6d& multiplier,
+                       const Eigen::Ref<const Eigen::VectorXd>& f) noexcept {
+  const Index n = std::ssize(problem.contacts);
+  if (n == 0) return problem.wrench.isZero(0.0) ? 0.0 : std::numeric_limits<double>::infinity();
+  double squares = 0.0;
+  for (Index i = 0; i < n; ++i) {
+    const GraspContact& contact = problem.contacts[i];
+    const Vector3d pulled = velocity(problem, multiplier, i) + problem.internal_force_N * contact.frame.col(0);
+    squares +=
+        (f.segment<3>(3 * i) - nearest_inside(problem.cone, problem.friction, contact.frame, pulled)).squaredNorm();
+  }
+  const PlainGrasp grasp(problem);
+  const double error = std::max(std::sqrt(squares), grasp.least_forces(grasp.G * f - grasp.wrench));
+  const double size = std::max(f.norm(), std::abs(problem.internal_force_N) * std::sqrt(static_cast<double>(n)));
+  return error == 0.0 ? 0.0 : error / size;
+}
+
+double infeasibility_gap(const GraspProblem& problem, const Vector6d& twist) noexcept {
+  const double power = problem.wrench.dot(twist);
+  if (!(power > 0.0)) return std::numeric_limits<double>::infinity();
+  if (problem.contacts.empty()) return 0.0;
+  double squares = 0.0;
+  for (Index i = 0; i < std::ssize(problem.contacts); ++i) {
+    squares += nearest_inside(problem.cone, problem.friction, problem.contacts[i].frame, velocity(problem, twist, i))
+                   .squaredNorm();
+  }
+  const PlainGrasp grasp(problem);
+  return grasp.least_forces(grasp.wrench) * std::sqrt(squares) / power;
+}
+
+namespace {
+
+/// The motions l that no force inside the cones works on, as constraints on l in R^6: -(Q e).l >= 0 for every edge e of
+/// the pyramids, or every ray on the cones' surface.
+template <int kLanes>
+struct ResistedMotions {
+  static constexpr int kSize = 8;  // 6, padded to whole registers.
+  const ReducedGrasp<kLanes>& grasp;
+  FrictionCone cone;
+
+  [[nodiscard]] Constraint<6> most_violated(const ActiveSet<kSize>::Vector& l, double) const {
+    const LaneForces<kLanes> along = combine(grasp, {l[0], l[1], l[2], l[3], l[4], l[5]});
+    Constraint<6> worst;
+    worst.slack = std::numeric_limits<double>::max();
+    for (Index i = 0; i < grasp.contacts; ++i) {
+      // Of all edges or rays the one that works most on l.
+      const double t1 = along(i, 1);
+      const double t2 = along(i, 2);
+      double e1 = t1 < 0.0 ? -1.0 : 1.0;
+      double e2 = t2 < 0.0 ? -1.0 : 1.0;
+      if (const double t = std::hypot(t1, t2); cone == FrictionCone::kExact && t > 0.0) {
+        e1 = t1 / t;
+        e2 = t2 / t;
+      }
+      // Rows of length 1 at most.
+      const double n = 1.0 / std::sqrt(1.0 + grasp.friction * grasp.friction * (e1 * e1 + e2 * e2));
+      const double t = n * grasp.friction;
+      const double slack = -(n * along(i, 0) + t * (e1 * t1 + e2 * t2));
+      if (slack >= worst.slack) continue;
+      worst.id = static_cast<int>(i);
+      worst.slack = slack;
+      for (int k = 0; k < 6; ++k) {
+        worst.index[k] = k;
+        worst.value[k] = -(n * grasp.Q[k](i, 0) + t * (e1 * grasp.Q[k](i, 1) + e2 * grasp.Q[k](i, 2)));
+      }
+    }
+    return worst;
+  }
+};
+
+/// Least |e| with Q (f + e) = w, f inside the cones: e = Q'l with l the part of w that the wrenches of the cones leave,
+/// the nearest to w of the motions that they resist. In contact axes.
+template <int kLanes>
+LaneForces<kLanes> missing_forces(const GraspProblem& problem) {
+  ReducedGrasp<kLanes> grasp;
+  Vector6d twist;
+  if (reduce(problem, grasp, twist) == Reduction::kNotFinite) return LaneForces<kLanes>::Zero();
+  using Set = ActiveSet<ResistedMotions<kLanes>::kSize>;
+  Set set;
+  typename Set::Vector l = Set::Vector::Zero();
+  for (int k = 0; k < 6; ++k) l[k] = grasp.w[k];
+  // A round cone has a face for every direction, and never needs the last: the budget ends with what is left of e below
+  // notice.
+  std::ignore = project(ResistedMotions<kLanes>{grasp, problem.cone}, set, l);
+  return combine(grasp, {l[0], l[1], l[2], l[3], l[4], l[5]});
 }
 
 double least_friction(GraspProblem problem) {
-  GraspWorkspace work;
   Eigen::VectorXd f(3 * std::ssize(problem.contacts));
   // Infeasibility is proved or not claimed; what stays without an answer, at little friction, is hard because it is
   // feasible.
   const auto is_feasible = [&](double mu) {
     problem.friction = mu;
-    return solve_grasp_forces(problem, work, f).status != GraspStatus::kInfeasible;
+    return solve_grasp_forces(problem, f).status != GraspStatus::kInfeasible;
   };
   if (is_feasible(0.0)) return 0.0;
   if (!is_feasible(kGreatestFriction)) return std::numeric_limits<double>::infinity();
@@ -316,9 +454,10 @@ double least_friction(GraspProblem problem) {
 GraspDeficit explain_infeasible_grasp(const GraspProblem& problem) {
   GraspDeficit deficit;
   const Index n = std::ssize(problem.contacts);
-  if (n > 0) {
-    const Forces missing = missing_forces(problem);
-    for (Index i = 0; i < n; ++i) deficit.missing_N.col(i) = problem.contacts[i].frame.transpose() * missing.col(i);
+  if (n > 4) {
+    deficit.missing_N.leftCols(n) = missing_forces<8>(problem).topRows(n).transpose().matrix();
+  } else if (n > 0) {
+    deficit.missing_N.leftCols(n) = missing_forces<4>(problem).topRows(n).transpose().matrix();
   }
   deficit.least_friction = least_friction(problem);
   return deficit;

@@ -71,12 +71,9 @@ class GraspWorkspace {
 
   static constexpr Eigen::Index kMaxRows = 5 * kMaxGraspContacts;
   using RowVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxRows, 1>;
-  template <int columns>
-  using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, columns, 0, kMaxRows, columns>;
 
   LcpWorkspace lcp;
-  RowMatrix<3> A;  ///< Rows of eq. (10), five a contact.
-  RowMatrix<6> N;  ///< N N' = A G^+ G A'.
+  Eigen::Matrix<double, Eigen::Dynamic, 6, 0, kMaxRows, 6> N;  ///< A Q', with Q's rows those of G made orthonormal.
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxRows, kMaxRows> M;
   RowVector q, z;
 };

@@ -2,6 +2,9 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <limits>
+
+#include "solvers/grasp_forces.h"
 
 namespace thenar {
 
@@ -16,7 +19,8 @@ using LaneForces = Eigen::Array<double, kLanes, 3>;
 /// A grasp problem in contact axes, the rows of its grasp map made orthonormal: with R R' = G G' the equations
 /// G f = W^d are Q f = w, Q = R^-1 G and w = R^-1 W^d. What remains to find is
 ///     min 1/2 |f - bias|^2,  Q f = w,  f_i in K_i.
-/// Where the contacts cannot give some torque (two contacts, collinear ones), the row of Q is zero, and w too.
+/// Where the contacts cannot give some torque (two contacts, collinear ones), the row of Q is zero, and w too. |w| is the
+/// size of the least forces that give the wrench without cones.
 template <int kLanes>
 struct ReducedGrasp {
   std::array<LaneForces<kLanes>, 6> Q;
@@ -24,6 +28,93 @@ struct ReducedGrasp {
   LaneForces<kLanes> bias;  ///< -c: lambda in column n of each contact.
   double friction = 0.0;
   Eigen::Index contacts = 0;
+
+  // The way back. About the centroid R^-1 = [1/sqrt(n) I, 0; C, B].
+  std::array<LaneForces<kLanes>, 3> axes;  ///< World x, y, z of every contact's n, t1, t2.
+  Eigen::Vector3d centroid_m;              ///< From the problem's centre.
+  Eigen::Matrix3d B, C;
 };
+
+/// What a reduction found.
+enum class Reduction {
+  kDone,
+  kOutOfReach,  ///< The wrench has a torque that no forces at the contacts give; `twist` is the axis.
+  kNotFinite,   ///< The problem has an infinity or a NaN.
+};
+
+/// Reduces a problem of 1 to kLanes contacts (4 or 8). About the centroid of the contacts G G' = diag(n I, J), J their
+/// inertia with unit masses. Cholesky's factor of J gives R; where contacts are nearly on a line, the axes of J and
+/// Gram-Schmidt on the rows do, and a line's own axis is left out.
+///
+/// Requires  contact frames orthonormal to rounding.
+/// twist     Out: for kOutOfReach a motion that no contact resists, and that W^d does work on; see infeasibility_gap.
+/// Accuracy  Q Q' = I to 1e-12. Q itself is that of contact points moved by rounding: errors in forces are 1e-16 over
+///           the distance of the contacts from a line as a share of those between them. Below 1e-8 they are on a line.
+/// Cost      100 multiply-adds for four contacts; near a line some 3000. Does not allocate or throw. What it returns for
+///           not finite problems is kDone or kNotFinite, with NaN in w or Q.
+template <int kLanes>
+[[nodiscard]] Reduction reduce(const GraspProblem& problem, ReducedGrasp<kLanes>& grasp, Vector6d& twist) noexcept;
+
+/// The motion l = R^-T `multiplier` about the problem's centre, world axes: G'l = Q' multiplier.
+template <int kLanes>
+[[nodiscard]] Vector6d twist_of(const ReducedGrasp<kLanes>& grasp, const std::array<double, 6>& multiplier) noexcept;
+
+/// Q' multiplier
+template <int kLanes>
+[[nodiscard]] LaneForces<kLanes> combine(const ReducedGrasp<kLanes>& grasp, const std::array<double, 6>& multiplier) {
+  LaneForces<kLanes> f = multiplier[0] * grasp.Q[0];
+  for (int k = 1; k < 6; ++k) f += multiplier[k] * grasp.Q[k];
+  return f;
+}
+
+/// Q f
+template <int kLanes>
+[[nodiscard]] std::array<double, 6> reduced_wrench(const ReducedGrasp<kLanes>& grasp, const LaneForces<kLanes>& f) {
+  std::array<double, 6> w;
+  for (int k = 0; k < 6; ++k) w[k] = (grasp.Q[k] * f).sum();
+  return w;
+}
+
+/// The nearest forces inside the pyramids |f_t1|, |f_t2| <= mu f_n.
+///
+/// With the normal force x the tangential ones are cut to mu x, and x is where x - n = mu sum (|t| - mu x)_+. As a
+/// function of x the difference of both sides is the least of four rising lines (either |t| cut or not): its zero is the
+/// greatest of theirs.
+template <int kLanes>
+[[nodiscard]] LaneForces<kLanes> nearest_in_pyramids(double mu, const LaneForces<kLanes>& f) {
+  const Lane<kLanes> t1 = f.col(1).abs();
+  const Lane<kLanes> t2 = f.col(2).abs();
+  const double one_cut = 1.0 / (1.0 + mu * mu);
+  const double both_cut = 1.0 / (1.0 + 2.0 * mu * mu);
+  LaneForces<kLanes> nearest;
+  nearest.col(0) =
+      f.col(0).max((f.col(0) + mu * t1.max(t2)) * one_cut).max((f.col(0) + mu * (t1 + t2)) * both_cut).max(0.0);
+  const Lane<kLanes> bound = mu * nearest.col(0);
+  nearest.col(1) = f.col(1).max(-bound).min(bound);
+  nearest.col(2) = f.col(2).max(-bound).min(bound);
+  return nearest;
+}
+
+/// The nearest forces inside the cones |f_t| <= mu f_n.
+template <int kLanes>
+[[nodiscard]] LaneForces<kLanes> nearest_in_cones(double mu, const LaneForces<kLanes>& f) {
+  const Lane<kLanes> t = (f.col(1).square() + f.col(2).square()).sqrt();
+  LaneForces<kLanes> nearest;
+  nearest.col(0) = f.col(0).max((f.col(0) + mu * t) * (1.0 / (1.0 + mu * mu))).max(0.0);
+  // Without tangential force there is nothing to cut, and 0/0 to avoid.
+  const Lane<kLanes> cut = (mu * nearest.col(0)).min(t) / t.max(std::numeric_limits<double>::min());
+  nearest.col(1) = f.col(1) * cut;
+  nearest.col(2) = f.col(2) * cut;
+  return nearest;
+}
+
+/// Forces in world axes, three a contact.
+template <int kLanes>
+void to_world(const ReducedGrasp<kLanes>& grasp, const LaneForces<kLanes>& f, Eigen::Ref<Eigen::VectorXd> f_W) {
+  for (int k = 0; k < 3; ++k) {
+    const Lane<kLanes> f_k = (grasp.axes[k] * f).rowwise().sum();
+    for (Eigen::Index i = 0; i < grasp.contacts; ++i) f_W[3 * i + k] = f_k[i];
+  }
+}
 
 }  // namespace thenar

@@ -73,14 +73,17 @@ TEST_F(HandReference, GravityTorques) {
 // The optimum of a strictly convex problem is unique, so two programs must meet; 1e-6 N is the reference's own
 // accuracy.
 TEST_F(HandReference, GraspForces) {
-  GraspWorkspace work;
   ASSERT_EQ(reference.at("grasp").size(), 25);
   for (std::size_t i = 0; i < 25; ++i) {
     SCOPED_TRACE(i);
     const auto& recorded = reference.at("grasp")[i];
-    GraspProblem problem{contacts, object_centre_m, vector_of(recorded.at("W")), recorded.at("mu"), recorded.at("lam")};
+    const GraspProblem problem{.contacts = contacts,
+                               .centre_m = object_centre_m,
+                               .wrench = vector_of(recorded.at("W")),
+                               .friction = recorded.at("mu"),
+                               .internal_force_N = recorded.at("lam")};
     VectorXd f(9);
-    const GraspReport report = solve_grasp_forces(problem, work, f);
+    const GraspReport report = solve_grasp_forces(problem, f);
     if (recorded.at("f").is_null()) {
       EXPECT_EQ(report.status, GraspStatus::kInfeasible);
       continue;

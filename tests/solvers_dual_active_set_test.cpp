@@ -23,7 +23,7 @@ struct Polyhedron {
   VectorXd x0, w, b;
 
   // What the projection asks of its constraints.
-  [[nodiscard]] Constraint<3> most_violated(const Set::Vector& x) const {
+  [[nodiscard]] Constraint<3> most_violated(const Set::Vector& x, double) const {
     Constraint<3> worst;
     worst.slack = std::numeric_limits<double>::max();
     for (Index j = 0; j < A.rows(); ++j) {
