@@ -77,7 +77,7 @@ struct Limits {
   Vector x_max;
   bool has_max = false;
 
-  [[nodiscard]] Constraint<1> most_violated(const Vector& x) const {
+  [[nodiscard]] Constraint<1> most_violated(const Vector& x, double) const {
     const double least = x.minCoeff();
     if (has_max) {
       const Vector room = x_max - x;

@@ -48,7 +48,8 @@ ordered_json residual_curve(const std::string& problem, const std::string& start
   double best = std::numeric_limits<double>::infinity();
   for (int budget = 1; budget <= 1000; budget = budget < 10 ? budget + 1 : budget * 6 / 5) {
     VectorXd f;
-    const double us = median_us(31, [&] { f = f_start; }, [&] { solve(kNever, budget, f); });
+    const double us = median_us(
+        31, [&] { f = f_start; }, [&] { solve(kNever, budget, f); });
     const double reached = residual(f);
     curve["sweeps"].push_back(budget);
     curve["us"].push_back(us);
@@ -122,7 +123,8 @@ void contact_growth(ordered_json& curves) {
           if (enough > step && residual_at(enough - step) <= kSolved) enough -= step;
         }
         VectorXd f;
-        us.push_back(median_us(11, [&] { f.setZero(3 * p.contacts()); }, [&] { solve(1e-16, enough, f); }));
+        us.push_back(median_us(
+            11, [&] { f.setZero(3 * p.contacts()); }, [&] { solve(1e-16, enough, f); }));
         worst = std::max(worst, residual_of(p.W, p.delta_free, p.mu, f));
       }
       if (us.empty()) continue;
@@ -148,10 +150,12 @@ struct GraspMethod {
 
 std::vector<GraspMethod> grasp_methods() {
   auto work = std::make_shared<GraspWorkspace>();
-  return {{"active_set", FrictionCone::kPyramid, [](const GraspProblem& p, VectorXd& f) { return solve_grasp_forces(p, f); }},
+  return {{"active_set", FrictionCone::kPyramid,
+           [](const GraspProblem& p, VectorXd& f) { return solve_grasp_forces(p, f); }},
           {"lemke", FrictionCone::kPyramid,
            [work](const GraspProblem& p, VectorXd& f) { return solve_grasp_forces_by_lemke(p, *work, f); }},
-          {"exact_cone", FrictionCone::kExact, [](const GraspProblem& p, VectorXd& f) { return solve_grasp_forces(p, f); }}};
+          {"exact_cone", FrictionCone::kExact,
+           [](const GraspProblem& p, VectorXd& f) { return solve_grasp_forces(p, f); }}};
 }
 
 /// Problems of a hand at work with n contacts: half of them out of reach.
@@ -174,7 +178,8 @@ void grasp_growth(ordered_json& curves) {
       for (const Grasp& grasp : grasps(n, 1000)) {
         const GraspProblem problem = grasp.problem(method.cone);
         GraspReport report;
-        us.push_back(median_us(5, [] {}, [&] { report = method.solve(problem, f); }));
+        us.push_back(median_us(
+            5, [] {}, [&] { report = method.solve(problem, f); }));
         const bool optimal = report.status == GraspStatus::kOptimal;
         if (report.status == GraspStatus::kBudgetSpent) worst = std::numeric_limits<double>::infinity();
         worst = std::max(worst, optimal ? grasp_kkt_error(problem, report.multiplier, f)
@@ -203,7 +208,8 @@ void grasp_growth(ordered_json& curves) {
         if (work.q.size() != 5 * n) continue;
         const LcpSolver solve = peer.prepare(work.M, work.q);
         bool claimed = false;
-        us.push_back(median_us(5, [&] { z.setZero(); }, [&] { claimed = solve(z); }));
+        us.push_back(median_us(
+            5, [&] { z.setZero(); }, [&] { claimed = solve(z); }));
         wrong += claimed != feasible;
       }
       curve["contacts"].push_back(n);
@@ -228,10 +234,12 @@ void pyramid_error(ordered_json& points) {
     GraspReport report = solve_grasp_forces(problem, exact);
     if (report.status != GraspStatus::kOptimal || report.iterations == 0) continue;
     ++used;
-    us.back().push_back(median_us(5, [] {}, [&] { report = solve_grasp_forces(problem, f); }));
+    us.back().push_back(median_us(
+        5, [] {}, [&] { report = solve_grasp_forces(problem, f); }));
     error.back().push_back(grasp_kkt_error(problem, report.multiplier, exact));
     for (std::size_t s = 0; s < kSides.size(); ++s) {
-      us[s].push_back(median_us(5, [] {}, [&] { solve_polygon_cone(problem, kSides[s], f); }));
+      us[s].push_back(median_us(
+          5, [] {}, [&] { solve_polygon_cone(problem, kSides[s], f); }));
       error[s].push_back((f - exact).norm() / exact.norm());
     }
   }
