@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <vector>
 
 #include "solvers/gauss_seidel.h"
 
@@ -13,13 +14,46 @@ struct AccurateSettings {
   int max_steps = 400;      ///< Newton steps of all stages together: bounds the time of one call.
 };
 
-/// Memory of accurate contact solves for up to `contacts` contacts; taken once.
-class AccurateWorkspace;
+/// Memory of accurate contact solves for up to `contacts` contacts, about 72 contacts^2 bytes; taken once.
+struct AccurateWorkspace {
+  explicit AccurateWorkspace(Eigen::Index contacts);
+
+  /// Out: where there is no solution, normal forces y that prove it, the largest of them 1; else zero. One a contact.
+  Eigen::VectorXd certificate;
+
+  // Scratch of contact_newton.cpp.
+  std::vector<Eigen::Index> active;
+  Eigen::MatrixXd jacobian;
+  Eigen::VectorXd f, last_good, delta, right, step, motion, trial_f, trial_delta, zero;
+};
 
 /// What one accurate solve returns by value.
 struct AccurateReport {
   SolveReport solve;  ///< As of Gauss-Seidel; `sweeps` counts those.
   int steps = 0;      ///< Newton steps; 0 where Gauss-Seidel was enough.
 };
+
+/// Finds contact forces as solve_contacts does, also where Gauss-Seidel stalls: opposed walls, interference fits, viscosity
+/// ratios, rigid bodies on more contacts than they have freedoms.
+///
+/// Method: Gauss-Seidel; if that does not converge, springs behind all contacts that stiffen from W's own compliance to
+/// nothing, each stage solved from the last one by Newton's method on Alart and Curnier's map [Alart, Curnier 1991],
+/// restricted to the contacts that are pressed; then the problem itself. The forces of the least residual are kept.
+///
+/// Shapes, units and requirements are those of solve_contacts; work for mu.size() contacts or more.
+/// f         In: first guess. Out: finite and inside every cone, with any status.
+/// delta     Out: W f + delta_free.
+/// status    kNoSolution if no forces exist, and work.certificate proves it: y >= 0 with W y = 0, y.delta_free < 0.
+///           Gaps delta >= 0 of any f would have 0 <= y.delta = y.delta_free < 0. Contacts with y > 0 press against one
+///           another, and their gaps are closed in sum by -y.delta_free. It is found wherever there is one, and without
+///           friction every problem without solution has one. kBudgetSpent: neither forces nor proof were found.
+/// Cost      A sweep is 9n^2, a step about 18 k^3 multiply-adds for k pressed contacts; beyond max_steps it takes at most
+///           225 more, to look for the proof. Does not allocate or throw.
+[[nodiscard]] AccurateReport solve_contacts_accurately(const Eigen::Ref<const Eigen::MatrixXd>& W,
+                                                       const Eigen::Ref<const Eigen::VectorXd>& delta_free,
+                                                       const Eigen::Ref<const Eigen::VectorXd>& mu,
+                                                       const AccurateSettings& settings, AccurateWorkspace& work,
+                                                       Eigen::Ref<Eigen::VectorXd> f,
+                                                       Eigen::Ref<Eigen::VectorXd> delta) noexcept;
 
 }  // namespace thenar

@@ -127,21 +127,12 @@ class GroupedOperator {
   Index group_ = 0;
 };
 
-/// Scales the tangential force back to the cone.
-Rows inside_cone(const Rows& f, double mu) {
-  const double limit = mu * f.n;
-  const double squared = f.t1 * f.t1 + f.t2 * f.t2;
-  if (squared <= limit * limit) return f;
-  const double scale = limit / std::sqrt(squared);
-  return {f.n, scale * f.t1, scale * f.t2};
-}
-
 /// One step of a contact towards its laws, the others held: the normal force closes the gap, the tangential force
 /// then undoes the slip that is left as far as friction goes. Only an exact solution stays where it is.
 Rows update_force(const LocalBlock& W, const Rows& delta, double mu, const Rows& f) {
   // The reciprocals do not wait for the gap.
   const double f_n = f.n - (1.0 / W.nn) * delta.n;
-  if (f_n <= 0.0) return {0.0, 0.0, 0.0};
+  if (!(f_n > 0.0)) return {0.0, 0.0, 0.0};
 
   const double change = f_n - f.n;
   const double stiffness_t = 2.0 / (W.t1t1 + W.t2t2);
@@ -216,7 +207,7 @@ SolveReport solve(Operator& W, const VectorRef& delta_free, const VectorRef& mu,
   }
   for (Index i = 0; i < mu.size(); ++i) {
     const Rows guess = rows_of(f, i);
-    set_rows(f, i, inside_cone({std::max(0.0, guess.n), guess.t1, guess.t2}, mu[i]));
+    set_rows(f, i, inside_cone(guess, mu[i]));
   }
   recompute_gaps(W, delta_free, f);
 

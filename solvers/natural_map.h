@@ -9,6 +9,19 @@ struct Rows {
   double n, t1, t2;
 };
 
+/// rho_i = 3 / tr(W_ii), the force for a gap in the natural map [N/m]; zero for a contact that no force moves.
+inline double rho_of_trace(double trace) { return trace > 0.0 ? 3.0 / trace : 0.0; }
+
+/// Takes a force into its cone: a pull to nothing, a tangential force that is too large back to mu f_n.
+inline Rows inside_cone(const Rows& f, double mu) {
+  if (!(f.n > 0.0)) return {0.0, 0.0, 0.0};
+  const double limit = mu * f.n;
+  const double squared = f.t1 * f.t1 + f.t2 * f.t2;
+  if (squared <= limit * limit) return f;
+  const double scale = limit / std::sqrt(squared);
+  return {f.n, scale * f.t1, scale * f.t2};
+}
+
 /// Where a force goes when it is projected: to this normal force, and to this part of its tangential force.
 struct Projection {
   double normal;

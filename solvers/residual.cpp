@@ -1,5 +1,6 @@
 #include "solvers/residual.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "solvers/natural_map.h"
@@ -9,10 +10,12 @@ namespace {
 
 using Eigen::Index;
 using Eigen::Vector3d;
+using MatrixRef = Eigen::Ref<const Eigen::MatrixXd>;
+using VectorRef = Eigen::Ref<const Eigen::VectorXd>;
 
-double rho(const Eigen::Ref<const Eigen::MatrixXd>& W, Index contact) {
+double rho(const MatrixRef& W, Index contact) {
   const Index n = 3 * contact;
-  return 3.0 / (W(n, n) + W(n + 1, n + 1) + W(n + 2, n + 2));
+  return rho_of_trace(W(n, n) + W(n + 1, n + 1) + W(n + 2, n + 2));
 }
 
 }  // namespace
@@ -22,19 +25,32 @@ Vector3d project_on_cone(const Vector3d& f, double mu) noexcept {
   return {p.normal, p.tangential_part * f[1], p.tangential_part * f[2]};
 }
 
-double natural_map_residual(const Eigen::Ref<const Eigen::MatrixXd>& W,
-                            const Eigen::Ref<const Eigen::VectorXd>& delta_free,
-                            const Eigen::Ref<const Eigen::VectorXd>& mu, const Eigen::Ref<const Eigen::VectorXd>& f,
-                            const Eigen::Ref<const Eigen::VectorXd>& delta) noexcept {
-  double error = 0.0, scale = 0.0;  // squared [N^2]
+double residual_scale_N(const MatrixRef& W, const VectorRef& delta_free) noexcept {
+  double squared = 0.0;
+  for (Index i = 0; 3 * i < delta_free.size(); ++i) {
+    squared += (rho(W, i) * delta_free.segment<3>(3 * i)).squaredNorm();
+  }
+  return std::sqrt(squared);
+}
+
+Residual natural_map(const MatrixRef& W, const VectorRef& delta_free, const VectorRef& mu, const VectorRef& f,
+                     const VectorRef& delta) noexcept {
+  double sum = 0.0, worst = 0.0;  // squared [N^2]
   for (Index i = 0; i < mu.size(); ++i) {
     const Index n = 3 * i;
-    const double rho_i = rho(W, i);
-    error +=
-        natural_map_error_squared(rho_i, mu[i], {f[n], f[n + 1], f[n + 2]}, {delta[n], delta[n + 1], delta[n + 2]});
-    scale += (rho_i * delta_free.segment<3>(n)).squaredNorm();
+    const double error =
+        natural_map_error_squared(rho(W, i), mu[i], {f[n], f[n + 1], f[n + 2]}, {delta[n], delta[n + 1], delta[n + 2]});
+    sum += error;
+    worst = std::max(worst, error);
   }
-  return scale == 0.0 ? 0.0 : std::sqrt(error / scale);
+  const double scale = residual_scale_N(W, delta_free);
+  if (scale == 0.0) return {};
+  return {std::sqrt(sum) / scale, std::sqrt(worst) / scale};
+}
+
+double natural_map_residual(const MatrixRef& W, const VectorRef& delta_free, const VectorRef& mu, const VectorRef& f,
+                            const VectorRef& delta) noexcept {
+  return natural_map(W, delta_free, mu, f, delta).norm;
 }
 
 }  // namespace thenar
