@@ -10,12 +10,14 @@
 #include "demo/options.h"
 #include "demo/profile.h"
 #include "demo/progress.h"
+#include "demo/solve.h"
 #include "demo/table.h"
 #include "engine/config.h"
 #include "engine/figures.h"
 #include "engine/files.h"
 #include "engine/lockstep.h"
 #include "engine/monolithic.h"
+#include "engine/problem_dump.h"
 #include "engine/profile.h"
 #include "engine/realtime_run.h"
 #include "engine/signals.h"
@@ -83,6 +85,11 @@ Recording run_realtime(const Options& options, const Model& model, State& state,
 int run(const Options& options) {
   Model model(load_scene(options));
   if (!options.out.empty()) prepare_folder(options.out);
+  std::optional<ProblemDump> dump;
+  if (!options.dump_problems.empty()) {
+    prepare_folder(options.dump_problems);
+    dump.emplace(options.dump_problems, options.dump_every);
+  }
   choose_control_rate(options, model);
   State state(model);
   const Progress progress = progress_line(model.scene, options.quiet);
@@ -95,11 +102,11 @@ int run(const Options& options) {
       case Runner::kMonolithic:
         break;
       case Runner::kLockstep:
-        return run_lockstep(model, state, settings, progress);
+        return run_lockstep(model, state, settings, progress, dump ? &*dump : nullptr);
       case Runner::kRealtime:
         return run_realtime(options, model, state, progress, loops, lost);
     }
-    return run_monolithic(model, state, progress);
+    return run_monolithic(model, state, progress, dump ? &*dump : nullptr);
   };
   const Recording recording = record();
   if (progress) std::cerr << '\n';
@@ -114,6 +121,10 @@ int run(const Options& options) {
   } else if (!options.quiet) {
     std::cout << results_table(summary);
     if (!options.out.empty()) std::cout << "\nresults in " << options.out.string() << '\n';
+    if (dump) {
+      std::cout << fmt::format("\nproblems of every {}th tick in {}: {} files\n", options.dump_every,
+                               options.dump_problems.string(), dump->files());
+    }
   }
   std::optional<std::string> why = failure(model, recording);
   if (!why) why = lost;
@@ -134,6 +145,8 @@ int execute(const Options& options) {
       return profile(options);
     case Command::kCheck:
       return check(options);
+    case Command::kSolve:
+      return solve(options);
     case Command::kDoctor:
       doctor(std::cout);
       return kDone;

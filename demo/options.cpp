@@ -118,6 +118,60 @@ std::array<CLI::Option*, 2> add_threads(CLI::App& command, SceneFlags& flags, Op
           "Takes what any thread gets: no SCHED_FIFO, no core of its own")};
 }
 
+/// The flags that write problem files. The first of them returns so that it can be tied to another flag.
+CLI::Option* add_dump(CLI::App& command, Options& options) {
+  CLI::Option* const folder =
+      command
+          .add_option(
+              "--dump-problems", options.dump_problems,
+              "Folder for contact-T.fcp, grasp-T.json and muscle-T.json: the problems that were solved in tick T, for "
+              "thenar solve. Not with --realtime, where writing would make ticks late")
+          ->type_name("DIR")
+          ->check(named());
+  command.add_option("--dump-every", options.dump_every, "Ticks from one dump to the next")
+      ->type_name("N")
+      ->capture_default_str()
+      ->check(CLI::Range(std::int64_t{1}, std::int64_t{1'000'000'000}).description(""))
+      ->needs(folder);
+  return folder;
+}
+
+/// The command that solves problem files.
+CLI::App* add_solve(CLI::App& app, Options& options) {
+  CLI::App* const command = app.add_subcommand(
+      "solve", "Solves problem files, and tells the residuals, recomputed from the files, and the times");
+  command
+      ->add_option("FILE", options.problems,
+                   "Problem files: .fcp (contact), .json (P1 grasp forces, P2 muscle forces, LCP)")
+      ->required();
+  command
+      ->add_option(
+          "--method", options.method,
+          "How; the first is the default. contact: newton (Gauss-Seidel, then Newton), gauss_seidel. P1: "
+          "active_set, lemke (pyramids), exact_cone. P2: active_set, lemke. LCP: lemke. all: each that applies")
+      ->type_name("METHOD")
+      ->check(CLI::IsMember({"newton", "gauss_seidel", "active_set", "lemke", "exact_cone", "all"}).description(""));
+  command
+      ->add_option(
+          "--tolerance", options.tolerance,
+          "Largest residual of a solution, default 1e-8 for contact (natural map), else 1e-10 (share of the forces)")
+      ->type_name("NUMBER")
+      ->check(CLI::Range(1e-15, 1.0).description(""));
+  command
+      ->add_option("--repeat", options.repeat,
+                   "Timed solves of each problem, from no forces. An .fcp file with several steps, or with the forces "
+                   "of the tick before, has a second row: each step from the forces before it, iterations a step")
+      ->type_name("N")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 1'000'000).description(""));
+  command->add_option("--format", options.format, "What to print")->check(CLI::IsMember({"text", "json"}));
+  command->add_flag("--forces", options.forces, "Shows the forces (z of an LCP), too");
+  command->footer(
+      "Exit code: 0 if every verdict is right and every solution within the tolerance, 2 for a wrong command, "
+      "3 for a file that cannot be read, else 6.");
+  return command;
+}
+
 std::string period(double frequency_Hz) { return thenar::to_text(1.0 / frequency_Hz, Dimension::kTime); }
 
 /// The flags as changes of the scene, around those that the user set by key: a default of ours gives way to them, a flag
@@ -205,6 +259,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
       ->type_name("T")
       ->check(quantity(Dimension::kTime, 0.0, 1e3, "2ms"))
       ->needs(lockstep);
+  add_dump(*run, options)->excludes(realtime);
 
   CLI::App* const profile = app.add_subcommand("profile", "Runs a scene in real time and tells the times of its loops");
   add_scene(*profile, options);
@@ -222,6 +277,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
       ->check(named())
       ->check(no_folder());
 
+  CLI::App* const solve = add_solve(app, options);
   CLI::App* const check =
       app.add_subcommand("check", "Says what a scene will model, what it leaves out, and the defaults");
   add_scene(*check, options);
@@ -231,6 +287,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
   try {
     app.parse(argc, argv);
     if (check->parsed()) options.command = Command::kCheck;
+    if (solve->parsed()) options.command = Command::kSolve;
     if (doctor->parsed()) options.command = Command::kDoctor;
     if (profile->parsed()) options.command = Command::kProfile;
     if (profile->parsed()) options.runner = Runner::kRealtime;

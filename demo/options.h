@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -7,7 +8,7 @@
 
 #include "engine/scene.h"
 
-enum class Command { kRun, kProfile, kCheck, kDoctor };
+enum class Command { kRun, kProfile, kCheck, kSolve, kDoctor };
 
 /// Who runs the two loops.
 enum class Runner {
@@ -28,6 +29,17 @@ struct Options {
   Runner runner = Runner::kMonolithic;
 
   double control_jitter_s = 0.0;  ///< Of lockstep.
+
+  // Of runs on one thread.
+  std::filesystem::path dump_problems;  ///< Folder for problem files; empty: none.
+  std::int64_t dump_every = 25;         ///< Ticks from one dump to the next.
+
+  // Of solve.
+  std::vector<std::filesystem::path> problems;
+  std::string method;               ///< Or "all"; empty: each problem's default.
+  std::optional<double> tolerance;  ///< Of the residuals; nothing: each problem's default.
+  int repeat = 100;                 ///< Timed solves.
+  bool forces = false;              ///< Show them, too.
 
   // Of the two threads.
   bool auto_control_rate = false;  ///< The scene's control period is to be measured.

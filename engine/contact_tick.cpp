@@ -206,6 +206,7 @@ ContactWorkspace::ContactWorkspace(const Model& model, const FramePolicy& frame_
       delta(3 * model.max_contacts),
       f(3 * model.max_contacts),
       mu(Eigen::VectorXd::Constant(model.max_contacts, model.scene.contact.friction)),
+      f_first(3 * model.max_contacts),
       solver(model.max_contacts, kFingers),
       torque_Nm(JointVector::Zero()),
       resumed_Nm(JointVector::Zero()),
@@ -242,11 +243,13 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
   const Drive drive = thenar::drive(model, frame, extra, work, state);
 
   contact_kinematics(model, frame, work.pose, state, work.kinematics);
-  const GroupedDelassus W = delassus_operator(model, frame, work.kinematics, drive.mobility);
+  work.mobility = drive.mobility;
+  const GroupedDelassus W = delassus_operator(model, frame, work.kinematics, work.mobility);
   report.assemble_s = watch.lap();
 
   const RigidMotion free = viscous_motion(drive.mobility, drive.torque, drive.wrench);
   free_gaps_and_slips(model, frame, state, free, work);
+  work.f_first.head(3 * n) = work.f.head(3 * n);
   report.solve = solve_contacts(W, work.delta_free.head(3 * n), work.mu.head(n),
                                 {scene.contact.tolerance, scene.contact.max_sweeps}, work.solver, work.f.head(3 * n),
                                 work.delta.head(3 * n));

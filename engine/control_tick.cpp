@@ -90,6 +90,7 @@ ControlReport control_tick(const Model& model, const Snapshot& snapshot, Control
     solve_grasp(model, snapshot, controller, report);
     report.grasp_s = stage.lap();
     tau = drive(model, snapshot, controller, report);
+    report.torques_desired_Nm = tau;
     stage.lap();
     if (scene.control->muscles) {
       tau = muscle_torques(model, tau, controller, report);

@@ -16,13 +16,14 @@ namespace thenar {
 struct ControlReport {
   GraspStatus grasp = GraspStatus::kOptimal;
   MuscleStatus muscle = MuscleStatus::kOptimal;
-  double muscle_residual_Nm = 0.0;                ///< max |H f_m - tau^d|.
-  std::array<GraspContact, kFingers> contacts{};  ///< Where the fingers act.
-  Vector6d wrench_desired = Vector6d::Zero();     ///< W^d [N, N m], world axes, about the object's centre.
-  FingerForces f_desired = FingerForces::Zero();  ///< World axes [N]; the last feasible ones if these are not.
-  double find_s = 0.0;                            ///< Contact finding.
-  double factors_s = 0.0;                         ///< Compliance among the contacts.
-  double grasp_s = 0.0, muscle_s = 0.0;           ///< The two LCPs, all included.
+  double muscle_residual_Nm = 0.0;                       ///< max |H f_m - tau^d|.
+  std::array<GraspContact, kFingers> contacts{};         ///< Where the fingers act.
+  Vector6d wrench_desired = Vector6d::Zero();            ///< W^d [N, N m], world axes, about the object's centre.
+  FingerForces f_desired = FingerForces::Zero();         ///< World axes [N]; the last feasible ones if these are not.
+  JointVector torques_desired_Nm = JointVector::Zero();  ///< tau^d, which muscles are to give if there are any.
+  double find_s = 0.0;                                   ///< Contact finding.
+  double factors_s = 0.0;                                ///< Compliance among the contacts.
+  double grasp_s = 0.0, muscle_s = 0.0;                  ///< The two LCPs, all included.
   double total_s = 0.0;
 };
 

@@ -44,7 +44,8 @@ void Lockstep::receive(double now_s) {
   std::erase_if(under_way_, is_due);
 }
 
-Recording run_lockstep(const Model& model, State& state, const LockstepSettings& settings, const Progress& progress) {
+Recording run_lockstep(const Model& model, State& state, const LockstepSettings& settings, const Progress& progress,
+                       ProblemDump* dump) {
   Lockstep loops(model, settings);
   loops.state = start_of_run(state);
   Recorder recorder(model);
@@ -53,6 +54,10 @@ Recording run_lockstep(const Model& model, State& state, const LockstepSettings&
   for (std::int64_t tick = 0, held = true; tick < recorder.planned() && held; ++tick) {
     const Eigen::Vector3d centre_m = loops.state.X_WO.translation();
     const TickReport contact = loops.tick();
+    if (dump != nullptr) {
+      if (loops.controlled()) dump->add_control(model, loops.controller(), loops.control(), centre_m);
+      dump->add_contact(tick, model, loops.frame(), loops.workspace());
+    }
     TickRecord record = tick_record(model, loops.state, contact, loops.control());
     if (loops.controlled()) {
       record_control(loops.control(), record);

@@ -9,6 +9,7 @@
 #include "engine/control_tick.h"
 #include "engine/model.h"
 #include "engine/monolithic.h"
+#include "engine/problem_dump.h"
 #include "engine/recording.h"
 #include "engine/state.h"
 
@@ -64,6 +65,6 @@ class Lockstep {
 
 /// Runs a scene by Lockstep, as run_monolithic does in one loop.
 [[nodiscard]] Recording run_lockstep(const Model& model, State& state, const LockstepSettings& settings = {},
-                                     const Progress& progress = {});
+                                     const Progress& progress = {}, ProblemDump* dump = nullptr);
 
 }  // namespace thenar

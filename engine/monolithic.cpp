@@ -8,7 +8,7 @@
 
 namespace thenar {
 
-Recording run_monolithic(const Model& model, State& state, const Progress& progress) {
+Recording run_monolithic(const Model& model, State& state, const Progress& progress, ProblemDump* dump) {
   Frame frame(model);
   Controller controller(model);
   ContactWorkspace work(model);
@@ -24,11 +24,13 @@ Recording run_monolithic(const Model& model, State& state, const Progress& progr
     if (controlled) {
       const Snapshot snapshot = state;
       control = control_tick(model, snapshot, controller, frame);
+      if (dump != nullptr) dump->add_control(model, controller, control, snapshot.X_WO.translation());
       recorder.check_grasp(static_cast<double>(tick) * model.scene.step_s, control, snapshot.X_WO.translation());
       // Without a first solution there are no forces to go on with.
       if (tick == 0 && recorder.has_unsolved()) break;
     }
     const TickReport contact = contact_tick(model, frame, work, state);
+    if (dump != nullptr) dump->add_contact(tick, model, frame, work);
     TickRecord record = tick_record(model, state, contact, control);
     if (controlled) record_control(control, record);
     Stopwatch stage;

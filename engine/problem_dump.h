@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+
+#include "engine/contact_tick.h"
+#include "engine/control_tick.h"
+#include "engine/frame.h"
+#include "engine/model.h"
+#include "engine/problem_file.h"
+
+namespace thenar {
+
+/// The contact problem of the contact tick that `work` has just done on this frame, W dense, with the forces that its
+/// solve began with.
+[[nodiscard]] ContactFile contact_problem_file(const Model& model, const Frame& frame, const ContactWorkspace& work);
+
+/// The grasp-force problem of a control tick, about the object's centre, and its optimum by solve_grasp_forces with the
+/// pyramid; without an answer the file states none.
+[[nodiscard]] GraspFile grasp_problem_file(const Scene& scene, const ControlReport& report,
+                                           const Eigen::Vector3d& centre_m);
+
+/// The muscle-force problem of the last control tick, and its answer.
+[[nodiscard]] MuscleFile muscle_problem_file(const Controller& controller, const ControlReport& report);
+
+/// Writes the problems of a run into a folder: of every Nth contact tick T, counted from 0, contact-T.fcp (if the frame
+/// has contacts), and of the last control tick up to there, if no file has it yet, grasp-T.json and muscle-T.json. T has
+/// six digits or more.
+class ProblemDump {
+ public:
+  /// Takes a folder that can be written to; requires every >= 1.
+  ProblemDump(std::filesystem::path folder, std::int64_t every) : folder_(std::move(folder)), every_(every) {}
+
+  /// Tell it after every control tick; `centre_m` is the object's at the snapshot.
+  void add_control(const Model& model, const Controller& controller, const ControlReport& report,
+                   const Eigen::Vector3d& centre_m);
+  /// Tell it after every contact tick. Throws FileError.
+  void add_contact(std::int64_t tick, const Model& model, const Frame& frame, const ContactWorkspace& work);
+
+  [[nodiscard]] int files() const { return files_; }
+
+ private:
+  std::filesystem::path folder_;
+  std::int64_t every_;
+  int files_ = 0;
+  std::optional<GraspFile> grasp_;    // of the last control tick, not yet written
+  std::optional<MuscleFile> muscle_;  // likewise
+};
+
+}  // namespace thenar

@@ -1,0 +1,84 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "solvers/grasp_forces.h"
+
+namespace thenar {
+
+/// A frictional contact problem: forces f with gaps delta = W f + delta_free that obey Signorini and Coulomb; see
+/// solvers/gauss_seidel.h for the laws and the order of the rows.
+struct ContactFile {
+  std::string name;
+  std::string status;                       ///< Known answer: "solved" or "no_solution"; empty if the file states none.
+  std::string units, source;                ///< In the file's words; may be empty.
+  Eigen::MatrixXd W;                        ///< 3n x 3n [m/N].
+  std::vector<Eigen::VectorXd> delta_free;  ///< One a step, at least one [m]; several are a sequence for warm starts.
+  Eigen::VectorXd mu;
+  Eigen::VectorXd f_reference;      ///< Solves the first step [N]; empty if the file has none.
+  Eigen::VectorXd delta_reference;  ///< [m], with f_reference.
+  double reference_residual = 0.0;  ///< Natural-map residual of f_reference, as the file states it.
+  Eigen::VectorXd f_last;           ///< First guess for the first step [N]; empty if the file has none.
+
+  [[nodiscard]] Eigen::Index contacts() const { return mu.size(); }
+};
+
+/// A grasp-force problem, eq. (15); see solvers/grasp_forces.h.
+struct GraspFile {
+  std::string name;
+  std::string status;                  ///< Known answer for the pyramid: "optimal" or "infeasible"; may be empty.
+  std::string status_exact_cone;       ///< The same for the exact cone.
+  std::vector<GraspContact> contacts;  ///< At most kMaxGraspContacts, axes orthonormal.
+  Vector6d wrench = Vector6d::Zero();  ///< W^d [N, N m], about the origin of the contact points.
+  double friction = 0.0;
+  double internal_force_N = 0.0;
+  Eigen::VectorXd f_optimal, f_optimal_exact_cone;  ///< Known optima, 3 a contact [N]; may be empty.
+
+  /// The problem with this cone. It refers to the contacts here.
+  [[nodiscard]] GraspProblem problem(FrictionCone cone) const;
+};
+
+/// A muscle-force problem, eq. (23); see solvers/muscle_forces.h.
+struct MuscleFile {
+  std::string name;
+  std::string status;         ///< Known answer: "optimal" or "infeasible"; may be empty.
+  Eigen::MatrixXd H;          ///< Joints x muscles [m].
+  Eigen::VectorXd tau;        ///< [N m].
+  Eigen::VectorXd f_optimal;  ///< Known optimum [N]; may be empty.
+};
+
+/// A linear complementarity problem; see solvers/lcp.h.
+struct LcpFile {
+  std::string name;
+  std::string status;  ///< Known answer: "solved" or "no_solution"; may be empty.
+  Eigen::MatrixXd M;
+  Eigen::VectorXd q;
+  Eigen::VectorXd z;  ///< A solution; may be empty.
+};
+
+using ProblemFile = std::variant<ContactFile, GraspFile, MuscleFile, LcpFile>;
+
+/// Reads a problem, all of it finite and of shapes that go together. A file without a name is called as its file is.
+///
+/// .fcp   A contact problem: `fcp 1`, then lines `key value` up to `end_header`, then little-endian doubles: W (row by
+///        row), delta_free of every step, mu; with `has_ref 1` f_reference and delta_reference; with `has_f_last 1`
+///        f_last. A reader that does not know the last of these finds spare bytes at the end.
+/// .json  `problem` says which: "P1" grasp forces, "P2" muscle forces, "LCP". A grasp is taken from its contact points and
+///        axes; G, A and c need not be there, but must not contradict them.
+///
+/// Throws FileError: "path: what is wrong", with the line or the key.
+[[nodiscard]] ProblemFile read_problem(const std::filesystem::path& file);
+
+/// Writes a problem so that it is read back to the last bit, with all that the formats hold. A known optimum comes with
+/// what can be said of it: objective, rows without slack. Throws FileError.
+/// Requires  Finite values.
+void write_problem(const std::filesystem::path& file, const ContactFile& problem);
+void write_problem(const std::filesystem::path& file, const GraspFile& problem);
+void write_problem(const std::filesystem::path& file, const MuscleFile& problem);
+void write_problem(const std::filesystem::path& file, const LcpFile& problem);
+
+}  // namespace thenar
