@@ -280,7 +280,8 @@ inline RandomContacts wedge(Random& random) {
   const Vector3d force = Vector3d(0.0, 0.0, -20.0) + random.normal3().cwiseProduct(Vector3d(2.0, 1.0, 0.0));
   const Vector3d torque = random.normal3().cwiseProduct(Vector3d(0.05, 0.05, 0.02));
   Vector6d wrench;
-  wrench << force, torque;
+  wrench.head<3>() = force;
+  wrench.tail<3>() = torque;
   const double compliance = random.chance(1.0 / 3.0) ? 0.0 : random.decades(-8.0, -5.0);
   return rigid_body(point, normal, 0.0, compliance, random.uniform(0.1, 1.5), wrench);
 }
@@ -302,7 +303,8 @@ inline RandomContacts peg(Random& random) {
   const Vector3d force = Vector3d(0.0, 0.0, -15.0) + random.normal3().cwiseProduct(Vector3d(3.0, 3.0, 0.0));
   const Vector3d torque = Vector3d(0.4, 0.2, 0.05).cwiseProduct(random.normal3());
   Vector6d wrench;
-  wrench << force, torque;
+  wrench.head<3>() = force;
+  wrench.tail<3>() = torque;
   return rigid_body(point, normal, gap_m, compliance, random.uniform(0.1, 0.9), wrench);
 }
 
@@ -318,7 +320,8 @@ inline RandomContacts box_on_plane(Random& random) {
   const Vector3d force = Vector3d(0.0, 0.0, -5.0) + random.normal3().cwiseProduct(Vector3d(1.5, 1.5, 0.0));
   const Vector3d torque = random.normal3().cwiseProduct(Vector3d(0.03, 0.03, 0.05));
   Vector6d wrench;
-  wrench << force, torque;
+  wrench.head<3>() = force;
+  wrench.tail<3>() = torque;
   return rigid_body(point, normal, 0.0, 0.0, random.uniform(0.1, 1.0), wrench);
 }
 

@@ -326,14 +326,17 @@ std::string explain(const MuscleDeficit& deficit) {
                      deficit.missing_Nm.norm());
 }
 
-std::vector<Result> solve(const MuscleFile& file, const std::string& /*method*/, double tolerance, int repeat) {
+std::vector<Result> solve(const MuscleFile& file, const std::string& method, double tolerance, int repeat) {
   Result result;
   result.name = file.name;
   VectorXd f(file.H.cols());
   MuscleWorkspace work(file.H.rows(), file.H.cols());
   MuscleReport report;
   result.us = time_solves(
-      repeat, [&] { f.setZero(); }, [&] { report = solve_muscle_forces(file.H, file.tau, work, f); });
+      repeat, [&] { f.setZero(); }, [&] {
+        report = method == "lemke" ? solve_muscle_forces_by_lemke(file.H, file.tau, work, f)
+                                   : solve_muscle_forces(file.H, file.tau, f);
+      });
   result.iterations = report.iterations;
   if (report.status == MuscleStatus::kInfeasible) {
     const MuscleDeficit deficit = explain_infeasible_muscles(file);

@@ -57,7 +57,7 @@ Controller::Controller(const Model& model)
     : period_s(model.scene.control_period_s),
       f_desired(Eigen::VectorXd::Zero(3 * kFingers)),
       f_muscle(Eigen::VectorXd::Zero(static_cast<Index>(model.scene.hand.muscles.size()))),
-      H(kJoints, f_muscle.size())) {
+      H(kJoints, f_muscle.size()) {
   if (!model.scene.control) return;
   pid.emplace(model.scene.control->position, model.scene.control->rotation);
   filter.emplace(model);

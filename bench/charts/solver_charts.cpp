@@ -27,6 +27,18 @@ using nlohmann::ordered_json;
 
 constexpr double kSolved = 1e-6;  // Natural-map residual of a solved contact problem.
 
+/// Three flattened pulps of so many contacts each, all of them pressed.
+RandomContacts pressed_contacts(Index per_finger, std::uint64_t seed) {
+  families::Random random(seed);
+  families::Grasp scene;
+  scene.per_finger = per_finger;
+  scene.pulp_radius_m = 0.05;
+  scene.depth_m = 2e-3;
+  RandomContacts problem = families::grasp(scene, random);
+  problem.mu.setConstant(0.7);
+  return problem;
+}
+
 std::vector<ContactMethod> contact_methods() {
   std::vector<ContactMethod> methods = our_contact_methods();
   for (ContactMethod& peer : contact_peers()) methods.push_back(std::move(peer));
