@@ -44,7 +44,7 @@ struct ActiveSet {
   int equalities = 0;
   int active = 0;
   std::array<Numbers, kSize> R;  ///< By columns; upper triangular.
-  Numbers inverse_diagonal;      ///< Of R.
+  Numbers over_diagonal;         ///< 1 / R(i, i)
   /// Optimal: the constraints without slack, and u >= 0 of x = x0 + Q'(..) + sum u_j a_j. Infeasible: u >= 0 with
   /// sum u_j a_j in the span of Q, along which no x of Q x = w can have sum u_j (a_j.x - b_j) >= 0.
   std::array<int, kSize + 1> id;
@@ -74,56 +74,68 @@ template <int kSize>
 struct Direction {
   typename ActiveSet<kSize>::Vector z;
   double z_squared;
-  double a_squared;
   typename ActiveSet<kSize>::Numbers d;
-
-  [[nodiscard]] bool is_dependent() const { return z_squared <= kDependent * kDependent * a_squared; }
 };
 
-template <int kSize, int kNonzeros>
-void split(const ActiveSet<kSize>& set, const Constraint<kNonzeros>& constraint, Direction<kSize>& s) {
-  s.z.setZero();
-  s.a_squared = 0.0;
-  for (int k = 0; k < kNonzeros; ++k) {
-    s.z[constraint.index[k]] += constraint.value[k];
-    s.a_squared += constraint.value[k] * constraint.value[k];
-  }
-  for (int i = 0; i < set.working(); ++i) {
-    s.d[i] = 0.0;
-    for (int k = 0; k < kNonzeros; ++k) s.d[i] += constraint.value[k] * set.basis[i][constraint.index[k]];
-    s.z -= s.d[i] * set.basis[i];
-  }
-  s.z_squared = s.z.square().sum();
-  if (s.z_squared < kShortened * kShortened * s.a_squared) {
-    for (int i = 0; i < set.working(); ++i) {
-      const double rest = (s.z * set.basis[i]).sum();
-      s.d[i] += rest;
-      s.z -= rest * set.basis[i];
-    }
-    s.z_squared = s.z.square().sum();
-  }
+/// A unit vector: a window on zeros with one 1, so that no vector has to wait for a number to be stored in it.
+template <int kSize>
+typename ActiveSet<kSize>::Vector unit(int index) {
+  static constexpr auto kZerosAndOne = [] {
+    std::array<double, 2 * kSize - 1> numbers{};
+    numbers[kSize - 1] = 1.0;
+    return numbers;
+  }();
+  return Eigen::Map<const typename ActiveSet<kSize>::Vector>(kZerosAndOne.data() + kSize - 1 - index);
 }
 
-/// r = R^-1 d: how fast the multipliers fall as the new constraint's grows.
-template <int kSize>
-void falling_rates(const ActiveSet<kSize>& set, const Direction<kSize>& s, typename ActiveSet<kSize>::Numbers& r) {
-  for (int i = 0; i < set.active; ++i) r[i] = s.d[set.equalities + i];
-  // Column by column: the next entry waits for one product only.
-  for (int j = set.active - 1; j >= 0; --j) {
-    r[j] *= set.inverse_diagonal[j];
-    for (int i = 0; i < j; ++i) r[i] -= set.R[j][i] * r[j];
+template <int kSize, int kNonzeros>
+void split(const ActiveSet<kSize>& set, const Constraint<kNonzeros>& constraint, double a_squared,
+           Direction<kSize>& s) {
+  using Vector = typename ActiveSet<kSize>::Vector;
+  Vector z = constraint.value[0] * unit<kSize>(constraint.index[0]);
+  for (int k = 1; k < kNonzeros; ++k) z += constraint.value[k] * unit<kSize>(constraint.index[k]);
+  for (int i = 0; i < set.working(); ++i) {
+    double d = constraint.value[0] * set.basis[i][constraint.index[0]];
+    for (int k = 1; k < kNonzeros; ++k) d += constraint.value[k] * set.basis[i][constraint.index[k]];
+    z -= d * set.basis[i];
+    s.d[i] = d;
   }
+  double z_squared = z.square().sum();
+  if (z_squared < kShortened * kShortened * a_squared) {
+    for (int i = 0; i < set.working(); ++i) {
+      const double rest = (z * set.basis[i]).sum();
+      z -= rest * set.basis[i];
+      s.d[i] += rest;
+    }
+    z_squared = z.square().sum();
+  }
+  s.z = z;
+  s.z_squared = z_squared;
+}
+
+/// r = R^-1 d: how fast the multipliers fall as the new constraint's grows. Returns 1 + sum |r|.
+template <int kSize>
+double falling_rates(const ActiveSet<kSize>& set, const Direction<kSize>& s, typename ActiveSet<kSize>::Numbers& r) {
+  double r_sum = 1.0;
+  for (int i = set.active - 1; i >= 0; --i) {
+    double rest = s.d[set.equalities + i];
+    for (int j = i + 1; j < set.active; ++j) rest -= set.R[j][i] * r[j];
+    r[i] = rest * set.over_diagonal[i];
+    r_sum += std::abs(r[i]);
+  }
+  return r_sum;
 }
 
 /// Takes up the constraint: the set's rows stay triangular in the basis, z its new vector.
 template <int kSize>
 void take_up(ActiveSet<kSize>& set, const Direction<kSize>& s, int id, double multiplier) {
   const double length = std::sqrt(s.z_squared);
-  set.basis[set.working()] = s.z / length;
+  const double over_length = 1.0 / length;
+  set.basis[set.working()] = over_length * s.z;
+  set.over_diagonal[set.active] = over_length;
   auto& column = set.R[set.active];
   for (int i = 0; i < set.active; ++i) column[i] = s.d[set.equalities + i];
   column[set.active] = length;
-  set.inverse_diagonal[set.active] = 1.0 / length;
   set.id[set.active] = id;
   set.multiplier[set.active] = multiplier;
   ++set.active;
@@ -140,10 +152,10 @@ void drop(ActiveSet<kSize>& set, Direction<kSize>& s, int l) {
     set.multiplier[j] = set.multiplier[j + 1];
   }
   for (int i = l; i < set.active; ++i) {
-    const double inverse = 1.0 / std::sqrt(set.R[i][i] * set.R[i][i] + set.R[i][i + 1] * set.R[i][i + 1]);
-    const double c = set.R[i][i] * inverse;
-    const double sn = set.R[i][i + 1] * inverse;
-    set.inverse_diagonal[i] = inverse;
+    const double length = std::sqrt(set.R[i][i] * set.R[i][i] + set.R[i][i + 1] * set.R[i][i + 1]);
+    const double c = set.R[i][i] / length;
+    const double sn = set.R[i][i + 1] / length;
+    set.over_diagonal[i] = 1.0 / length;
     for (int j = i; j < set.active; ++j) {
       const double upper = set.R[j][i];
       set.R[j][i] = c * upper + sn * set.R[j][i + 1];
@@ -202,14 +214,14 @@ template <int kSize, class Constraints>
       return report;
     }
     if (!std::isfinite(constraint.slack)) return report;
-    split(set, constraint, s);
+    double a_squared = 0.0;
+    for (const double value : constraint.value) a_squared += value * value;
+    split(set, constraint, a_squared, s);
     double slack = constraint.slack;
     double multiplier = 0.0;
     for (;;) {
       if (++report.changes > kMaxChanges) return report;
-      falling_rates(set, s, r);
-      double r_sum = 1.0;
-      for (int j = 0; j < set.active; ++j) r_sum += std::abs(r[j]);
+      const double r_sum = falling_rates(set, s, r);
       double dual_step = kInfinity;
       int blocking = -1;
       for (int j = 0; j < set.active; ++j) {
@@ -218,7 +230,7 @@ template <int kSize, class Constraints>
           blocking = j;
         }
       }
-      const bool is_dependent = set.working() == kSize || s.is_dependent();
+      const bool is_dependent = set.working() == kSize || s.z_squared <= kDependent * kDependent * a_squared;
       if (is_dependent && blocking < 0) {
         // Its slack is a combination of those of the active constraints, which are rounding of zero.
         if (multiplier == 0.0 && -slack <= std::min(kRounding * r_sum, kMostRounding) * way) {

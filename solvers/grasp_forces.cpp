@@ -72,31 +72,35 @@ struct Pyramids {
     return {id(lane, face), slack, {n, t}, {mu, face % 2 == 0 ? -1.0 : 1.0}};
   }
 
+  /// Which lane holds the value. Selects and does not branch: which one it is cannot be foreseen.
+  [[nodiscard]] static Index first_with(const Lane<kLanes>& lanes, double value) {
+    const Lane<kLanes> lane = (lanes == value).select(Lane<kLanes>::LinSpaced(0, kLanes - 1), kLanes - 1);
+    return static_cast<Index>(lane.minCoeff());
+  }
+
   [[nodiscard]] Constraint<2> most_violated(const typename ActiveSet<3 * kLanes>::Vector& f, double tolerance) const {
     const auto f_n = f.template segment<kLanes>(0);
     const auto f_t1 = f.template segment<kLanes>(kLanes);
     const auto f_t2 = f.template segment<kLanes>(2 * kLanes);
     const Lane<kLanes> slack = mu * f_n - f_t1.abs().max(f_t2.abs());
-    Index lane = 0;
-    const double least = slack.minCoeff(&lane);
-    if (!(least >= -tolerance)) {
+    if (!(slack >= -tolerance).all()) {
+      Index lane = 0;
+      const double least = slack.minCoeff(&lane);
       const bool first = std::abs(f_t1[lane]) >= std::abs(f_t2[lane]);
       const double t = first ? f_t1[lane] : f_t2[lane];
       return face(lane, (first ? 0 : 2) + (t > 0.0 ? 0 : 1), least);
     }
     // The other faces imply this one, but for little or no friction.
-    const double least_normal = f_n.minCoeff(&lane);
-    return face(lane, 4, least_normal);
+    const double least = f_n.minCoeff();
+    return face(first_with(f_n, least), 4, least);
   }
 };
 
 template <int kLanes>
 Answer<kLanes> solve_pyramid(const ReducedGrasp<kLanes>& grasp) {
   ActiveSet<3 * kLanes> set;
-  for (const LaneForces<kLanes>& row : grasp.Q) {
-    // A torque that the contacts cannot give has no row.
-    if ((row != 0.0).any()) set.basis[set.equalities++] = row.reshaped();
-  }
+  set.equalities = grasp.rank;
+  for (int k = 0; k < grasp.rank; ++k) set.basis[k] = grasp.Q[k].reshaped();
   const Pyramids<kLanes> pyramids{grasp.friction};
   Answer<kLanes> answer;
   answer.f = nearest_with_wrench(grasp, grasp.bias);

@@ -26,35 +26,27 @@ constexpr double kConsistent = 1e-9;
 template <int kLanes>
 using Points = std::array<Lane<kLanes>, 3>;
 
-template <int kLanes>
-struct Contacts {
-  Lane<kLanes> present;  ///< 1 or 0.
-  Points<kLanes> arms;   ///< From the centroid.
-};
-
-/// Contact i for lane i; lanes without a contact repeat the last one.
-template <int kLanes, class Number>
-Lane<kLanes> gather(std::span<const GraspContact> contacts, Number number) {
-  const Index last = std::ssize(contacts) - 1;
-  Lane<kLanes> lane;
-  for (Index i = 0; i < kLanes; ++i) lane[i] = number(contacts[std::min(i, last)]);
-  return lane;
-}
-
 /// Fills what does not depend on the rows of Q; gives the arms of the contacts about the centroid.
 template <int kLanes>
 Points<kLanes> gather(const GraspProblem& problem, ReducedGrasp<kLanes>& grasp) {
   const Index n = std::ssize(problem.contacts);
+  // Lanes without a contact repeat the last one, times 0.
+  std::array<const GraspContact*, kLanes> contacts;
   Lane<kLanes> present;
-  for (Index i = 0; i < kLanes; ++i) present[i] = i < n ? 1.0 : 0.0;
+  for (Index i = 0; i < kLanes; ++i) {
+    contacts[i] = &problem.contacts[std::min(i, n - 1)];
+    present[i] = i < n ? 1.0 : 0.0;
+  }
   Points<kLanes> arms;
   for (int k = 0; k < 3; ++k) {
     for (int j = 0; j < 3; ++j) {
-      grasp.axes[k].col(j) =
-          present * gather<kLanes>(problem.contacts, [=](const GraspContact& c) { return c.frame(k, j); });
+      Lane<kLanes> axis;
+      for (int i = 0; i < kLanes; ++i) axis[i] = contacts[i]->frame(k, j);
+      grasp.axes[k].col(j) = present * axis;
     }
-    const Lane<kLanes> points =
-        gather<kLanes>(problem.contacts, [=](const GraspContact& c) { return c.point_m[k]; }) - problem.centre_m[k];
+    Lane<kLanes> points;
+    for (int i = 0; i < kLanes; ++i) points[i] = contacts[i]->point_m[k];
+    points -= problem.centre_m[k];
     grasp.centroid_m[k] = (present * points).sum() / static_cast<double>(n);
     arms[k] = present * (points - grasp.centroid_m[k]);
   }
@@ -137,6 +129,7 @@ bool reduce_near_line(const Points<kLanes>& arms, const GraspProblem& problem, c
   const double least_arm = std::max(kCollinear * std::sqrt(0.5 * J.trace()), rounding_m);
   const double torque_scale = problem.wrench.tail<3>().norm() + grasp.centroid_m.norm() * force.norm();
 
+  grasp.rank = 3;
   grasp.B.setZero();
   grasp.C.setZero();
   bool within_reach = true;
@@ -156,6 +149,7 @@ bool reduce_near_line(const Points<kLanes>& arms, const GraspProblem& problem, c
       }
       continue;
     }
+    ++grasp.rank;
     grasp.Q[k] = row / arm;
     grasp.B.row(k - 3) = axis.transpose() / arm;
     // What rounding leaves of the angle with other rows grows as the arm shrinks, to 1e-8. Twice is enough: the first
@@ -194,6 +188,7 @@ Reduction reduce(const GraspProblem& problem, ReducedGrasp<kLanes>& grasp, Vecto
     grasp.w[k] = share * force[k];
   }
   if (invert_factor(inertia<kLanes>(arms), grasp.B)) {
+    grasp.rank = 6;
     grasp.C.setZero();
     for (int k = 0; k < 3; ++k) {
       grasp.Q[3 + k] = torque_row<kLanes>(grasp, arms, grasp.B.row(k));

@@ -19,11 +19,12 @@ using LaneForces = Eigen::Array<double, kLanes, 3>;
 /// A grasp problem in contact axes, the rows of its grasp map made orthonormal: with R R' = G G' the equations
 /// G f = W^d are Q f = w, Q = R^-1 G and w = R^-1 W^d. What remains to find is
 ///     min 1/2 |f - bias|^2,  Q f = w,  f_i in K_i.
-/// Where the contacts cannot give some torque (two contacts, collinear ones), the row of Q is zero, and w too. |w| is the
-/// size of the least forces that give the wrench without cones.
+/// Where the contacts cannot give some torque (two contacts, collinear ones), the last rows of Q are zero, and w too. |w|
+/// is the size of the least forces that give the wrench without cones.
 template <int kLanes>
 struct ReducedGrasp {
   std::array<LaneForces<kLanes>, 6> Q;
+  int rank = 6;  ///< Rows of Q that are not zero.
   std::array<double, 6> w;
   LaneForces<kLanes> bias;  ///< -c: lambda in column n of each contact.
   double friction = 0.0;
