@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 
 namespace thenar {
 
@@ -24,6 +25,14 @@ struct SolveReport {
   double residual = 0.0;        ///< Natural map, 2-norm [no unit]; see residual.h.
   double residual_worst = 0.0;  ///< Of the worst single contact, over the same scale.
 };
+
+/// Of a problem that is not one: forces and gaps are zero, and no number may pass for a good one.
+[[nodiscard]] inline SolveReport not_finite(int sweeps) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  return {SolveStatus::kNotFinite, sweeps, kInfinity, kInfinity};
+}
+
+struct SweepWorkspace;  // contact_sweeps.h
 
 /// Finds the contact forces f of n points with Coulomb friction in a frozen contact space.
 ///
@@ -49,5 +58,13 @@ struct SolveReport {
                                          const Eigen::Ref<const Eigen::VectorXd>& mu,
                                          const GaussSeidelSettings& settings, Eigen::Ref<Eigen::VectorXd> f,
                                          Eigen::Ref<Eigen::VectorXd> delta) noexcept;
+
+/// The same with a workspace, two to five times as fast and seldom stalled: sweeps in single precision, accelerated, whose gaps
+/// are computed in double precision often enough; see contact_sweeps.h. The result has the same accuracy.
+[[nodiscard]] SolveReport solve_contacts(const Eigen::Ref<const Eigen::MatrixXd>& W,
+                                         const Eigen::Ref<const Eigen::VectorXd>& delta_free,
+                                         const Eigen::Ref<const Eigen::VectorXd>& mu,
+                                         const GaussSeidelSettings& settings, SweepWorkspace& work,
+                                         Eigen::Ref<Eigen::VectorXd> f, Eigen::Ref<Eigen::VectorXd> delta) noexcept;
 
 }  // namespace thenar

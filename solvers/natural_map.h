@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cmath>
 
 namespace thenar {
@@ -9,8 +10,23 @@ struct Rows {
   double n, t1, t2;
 };
 
+inline Rows rows_of(const Eigen::Ref<const Eigen::VectorXd>& v, Eigen::Index i) {
+  return {v[3 * i], v[3 * i + 1], v[3 * i + 2]};
+}
+
+inline void set_rows(Eigen::Ref<Eigen::VectorXd>& v, Eigen::Index i, const Rows& rows) {
+  v[3 * i] = rows.n;
+  v[3 * i + 1] = rows.t1;
+  v[3 * i + 2] = rows.t2;
+}
+
 /// rho_i = 3 / tr(W_ii), the force for a gap in the natural map [N/m]; zero for a contact that no force moves.
 inline double rho_of_trace(double trace) { return trace > 0.0 ? 3.0 / trace : 0.0; }
+
+inline bool is_inside_cone(const Rows& f, double mu) {
+  const double limit = mu * f.n;
+  return f.n >= 0.0 && f.t1 * f.t1 + f.t2 * f.t2 <= limit * limit;
+}
 
 /// Takes a force into its cone: a pull to nothing, a tangential force that is too large back to mu f_n.
 inline Rows inside_cone(const Rows& f, double mu) {

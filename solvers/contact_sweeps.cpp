@@ -1,0 +1,187 @@
+#include "solvers/contact_sweeps.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace thenar {
+namespace {
+
+using Eigen::Index;
+using VectorRef = Eigen::Ref<const Eigen::VectorXd>;
+using VectorOut = Eigen::Ref<Eigen::VectorXd>;
+
+// A cache line of floats, and whole vector registers of any kind.
+constexpr Index kPadding = 16;
+// Ridge of the acceleration's least squares, over their size: what single precision leaves of their digits.
+constexpr double kRidge = 1e-10;
+// A change that has grown this much tells of another set of laws: what came before is no guide.
+constexpr double kGrown = 2.0;
+Index padded(Index rows) { return (rows + kPadding - 1) / kPadding * kPadding; }
+
+using Group = SweepWorkspace::Group;
+
+Index rows_used(const SweepWorkspace& work) {
+  return work.groups.empty() ? 0 : work.groups.back().row + work.groups.back().rows;
+}
+
+Rows gap_at(const double* computed, const float* moved) {
+  return {computed[0] + moved[0], computed[1] + moved[1], computed[2] + moved[2]};
+}
+
+void forget(SweepWorkspace& work) {
+  const Index rows = rows_used(work);
+  work.d_change.topRows(rows).setZero();
+  work.d_moved.topRows(rows).setZero();
+  work.d_f.topRows(rows).setZero();
+  work.gram.setZero();
+  work.results = 0;
+  work.least_change = std::numeric_limits<double>::infinity();
+}
+
+/// d_change, d_moved and d_f get the differences to the last result, and the oldest ones go.
+void remember(SweepWorkspace& work, const VectorRef& f) {
+  const Index rows = rows_used(work);
+  const auto change = work.change.head(rows), moved = work.moved.head(rows);
+  if (work.results > 0) {
+    const Index newest = (work.results - 1) % SweepWorkspace::kWindow;
+    work.d_change.col(newest).head(rows) = change - work.change_last.head(rows);
+    work.d_moved.col(newest).head(rows) = moved - work.moved_last.head(rows);
+    for (const Group& group : work.groups) {
+      const Index first = 3 * group.begin, count = 3 * (group.end - group.begin);
+      work.d_f.col(newest).segment(group.row, count) =
+          (f.segment(first, count) - work.f_last.segment(first, count)).cast<float>();
+    }
+    for (Index j = 0; j < SweepWorkspace::kWindow; ++j) {
+      work.gram(newest, j) = work.gram(j, newest) =
+          work.d_change.col(newest).head(rows).dot(work.d_change.col(j).head(rows));
+    }
+  }
+  work.change_last.head(rows) = change;
+  work.moved_last.head(rows) = moved;
+  work.f_last.head(f.size()) = f;
+  ++work.results;
+}
+
+}  // namespace
+
+SweepWorkspace::SweepWorkspace(Index contacts, Index groups_at_most)
+    : local(contacts),
+      blocks((3 * contacts + kPadding) * 3 * contacts),
+      common_after(kCommon, groups_at_most),
+      f_last(3 * contacts) {
+  const Index rows = 3 * contacts + kPadding * groups_at_most;
+  groups.reserve(groups_at_most);
+  for (auto* v : {&moved, &change, &change_last, &moved_last}) v->setZero(rows);
+  for (auto* columns : {&d_change, &d_moved, &d_f}) columns->setZero(rows, kWindow);
+  J_common.setZero(rows, kCommon);
+  J_own.setZero(rows, kOwn);
+}
+
+void SweepWorkspace::lay_out(std::span<const Index> begin) {
+  groups.clear();
+  Index row = 0, block = 0;
+  for (std::size_t k = 0; k + 1 < begin.size(); ++k) {
+    const Index columns = 3 * (begin[k + 1] - begin[k]), rows = padded(columns);
+    groups.push_back({begin[k], begin[k + 1], row, rows, block});
+    row += rows;
+    block += rows * columns;
+  }
+}
+
+void start_sweeps(SweepWorkspace& work) {
+  const Index rows = rows_used(work);
+  work.moved.head(rows).setZero();
+  work.change.head(rows).setZero();
+  forget(work);
+}
+
+void gaps_are_exact(SweepWorkspace& work) {
+  const Index rows = rows_used(work);
+  work.moved_last.head(rows) -= work.moved.head(rows);
+  work.moved.head(rows).setZero();
+}
+
+Residual sweep_residual(const SweepWorkspace& work, const VectorRef& mu, const VectorRef& f, const VectorRef& delta,
+                        double scale_N) {
+  double sum = 0.0, worst = 0.0;  // squared [N^2]
+  for (const Group& group : work.groups) {
+    for (Index i = group.begin; i < group.end; ++i) {
+      const double error = natural_map_error_squared(
+          work.local[i].rho, mu[i], rows_of(f, i),
+          gap_at(delta.data() + 3 * i, work.moved.data() + group.row + 3 * (i - group.begin)));
+      sum += error;
+      worst = std::max(worst, error);
+    }
+  }
+  return {std::sqrt(sum) / scale_N, std::sqrt(worst) / scale_N};
+}
+
+double sweep(const VectorRef& mu, const VectorRef& delta, SweepWorkspace& work, VectorOut f) {
+  const Index count = std::ssize(work.groups);
+  SweepWorkspace::Common common = SweepWorkspace::Common::Zero();
+  for (Index k = 0; k < count; ++k) {
+    const Group& group = work.groups[k];
+    const auto W = work.block(group);
+    SweepWorkspace::GroupRows moved(work.moved.data() + group.row, group.rows);
+    SweepWorkspace::GroupRows change(work.change.data() + group.row, group.rows);
+    const auto J = work.J_common.middleRows(group.row, work.coupled ? group.rows : 0);
+    if (work.coupled && k > 0) moved.noalias() += J.lazyProduct(common);
+    for (Index i = group.begin; i < group.end; ++i) {
+      const Index r = 3 * (i - group.begin);
+      const Rows old = rows_of(f, i);
+      const Rows updated = update_force(work.local[i], mu[i], gap_at(delta.data() + 3 * i, moved.data() + r), old);
+      const Eigen::Vector3f step =
+          Eigen::Vector3d(updated.n - old.n, updated.t1 - old.t1, updated.t2 - old.t2).cast<float>();
+      change.segment<3>(r) = step;
+      // Most candidates of a grasp are open and stay so.
+      if (step[0] == 0.0f && step[1] == 0.0f && step[2] == 0.0f) continue;
+      set_rows(f, i, updated);
+      // One after the other: the normal's share does not wait for the tangents'.
+      moved = moved + step[0] * W.col(r) + step[1] * W.col(r + 1) + step[2] * W.col(r + 2);
+    }
+    if (!work.coupled) continue;
+    common.noalias() += J.transpose().lazyProduct(change);
+    work.common_after.col(k) = common;
+  }
+  for (Index k = 0; work.coupled && k + 1 < count; ++k) {
+    const Group& group = work.groups[k];
+    const SweepWorkspace::Common later = common - work.common_after.col(k);
+    work.moved.segment(group.row, group.rows).noalias() +=
+        work.J_common.middleRows(group.row, group.rows).lazyProduct(later);
+  }
+  return work.change.head(rows_used(work)).norm();
+}
+
+void accelerate(double change_N, SweepWorkspace& work, VectorOut f) {
+  if (!(change_N > 0.0)) return;
+  if (change_N > kGrown * work.least_change) forget(work);
+  work.least_change = std::min(work.least_change, change_N);
+  remember(work, f);
+  if (work.results < 2) return;
+
+  const Index rows = rows_used(work);
+  using Window = Eigen::Matrix<double, SweepWorkspace::kWindow, 1>;
+  Window right;
+  for (Index j = 0; j < SweepWorkspace::kWindow; ++j) {
+    right[j] = work.d_change.col(j).head(rows).dot(work.change.head(rows));
+  }
+  Eigen::Matrix<double, SweepWorkspace::kWindow, SweepWorkspace::kWindow> ridged = work.gram;
+  // Columns without a difference yet are zero, and so are their weights.
+  const double ridge = kRidge * work.gram.trace();
+  for (Index j = 0; j < SweepWorkspace::kWindow; ++j)
+    ridged(j, j) = work.gram(j, j) > 0.0 ? work.gram(j, j) + ridge : 1.0;
+  const Window weights = ridged.llt().solve(right);
+  if (!weights.allFinite()) return;
+  const Eigen::Matrix<float, SweepWorkspace::kWindow, 1> w = weights.cast<float>();
+
+  work.moved.head(rows).noalias() -= work.d_moved.topRows(rows).lazyProduct(w);
+  // The next sweep takes into their cones what this leaves outside.
+  for (const Group& group : work.groups) {
+    const Index first = 3 * group.begin, count = 3 * (group.end - group.begin);
+    f.segment(first, count) -= work.d_f.middleRows(group.row, count).lazyProduct(w).cast<double>();
+  }
+}
+
+}  // namespace thenar

@@ -1,0 +1,209 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "solvers/gauss_seidel.h"
+#include "solvers/natural_map.h"
+#include "solvers/residual.h"
+
+// What the Gauss-Seidel solvers share: the local step, fast sweeps over blocks of W, and when to stop.
+
+namespace thenar {
+
+/// What a contact's local step needs of its own block W_ii.
+struct LocalStep {
+  double per_nn;    ///< 1 / W_nn; 0 where no force moves the gap.
+  double t1n, t2n;  ///< W_t1n, W_t2n.
+  double per_tt;    ///< 2 / (W_t1t1 + W_t2t2).
+  double rho;       ///< Of the residual.
+};
+
+/// Of the block's entries; rho is NaN if they are not those of a contact: finite, and the diagonal not negative.
+inline LocalStep local_step(double nn, double t1n, double t2n, double t1t1, double t2t2) {
+  const double trace = nn + t1t1 + t2t2;
+  const bool valid = nn >= 0.0 && t1t1 >= 0.0 && t2t2 >= 0.0 && std::isfinite(trace + t1n + t2n);
+  const double per_nn = nn > 0.0 ? 1.0 / nn : 0.0;
+  // A contact that no tangential force moves: any positive step leads its friction to the limit.
+  const double per_tt = t1t1 + t2t2 > 0.0 ? 2.0 / (t1t1 + t2t2) : per_nn;
+  return {per_nn, t1n, t2n, per_tt, valid ? rho_of_trace(trace) : std::numeric_limits<double>::quiet_NaN()};
+}
+
+/// One step of a contact towards its laws, the others held: the normal force closes the gap, the tangential force
+/// then undoes the slip that is left as far as friction goes. Only an exact solution stays where it is.
+inline Rows update_force(const LocalStep& W, double mu, const Rows& delta, const Rows& f) {
+  const double change = -W.per_nn * delta.n;
+  const double f_n = f.n + change;
+  if (!(f_n > 0.0)) return {0.0, 0.0, 0.0};
+  const double slip_1 = delta.t1 + W.t1n * change;
+  const double slip_2 = delta.t2 + W.t2n * change;
+  return inside_cone({f_n, f.t1 - W.per_tt * slip_1, f.t2 - W.per_tt * slip_2}, mu);
+}
+
+/// What is known of a problem before its first sweep.
+struct Admission {
+  double scale_N = 0.0;      ///< Of the residual; NaN where the problem is not one.
+  bool no_solution = false;  ///< A contact is pressed that no force opens.
+};
+
+/// Looks at a problem by the contacts' local steps, and takes the first guess into the cones.
+template <typename Local>
+Admission admit(const Local& local, const Eigen::Ref<const Eigen::VectorXd>& delta_free,
+                const Eigen::Ref<const Eigen::VectorXd>& mu, double tolerance, Eigen::Ref<Eigen::VectorXd> f) {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  if (!mu.allFinite() || !f.allFinite() || !delta_free.allFinite()) return {kNone};
+  // Less than this is touching: its error would not count if a force could move it.
+  const double touching_m = mu.size() > 0 ? tolerance * delta_free.cwiseAbs().maxCoeff() : 0.0;
+  Admission admission;
+  double squared = 0.0;
+  for (Eigen::Index i = 0; i < mu.size(); ++i) {
+    const LocalStep& W = local(i);
+    if (!(W.rho >= 0.0) || !(mu[i] >= 0.0)) return {kNone};
+    squared += (W.rho * delta_free.segment<3>(3 * i)).squaredNorm();
+    const bool movable = W.per_nn > 0.0;
+    if (!movable && delta_free[3 * i] < -touching_m) admission.no_solution = true;
+    set_rows(f, i, movable ? inside_cone(rows_of(f, i), mu[i]) : Rows{0.0, 0.0, 0.0});
+  }
+  admission.scale_N = std::sqrt(squared);
+  return admission;
+}
+
+/// Memory of fast Gauss-Seidel solves for up to `contacts` contacts in `groups` groups, taken once; and the problem as its
+/// sweeps see it: a group's part of W as a dense block in single precision, and what groups do to one another through a
+/// body that all of them touch, in factors.
+///
+/// Single precision halves what a sweep reads, and with it the time. It holds only changes since the gaps were last
+/// computed in double precision, which is done again whenever the residual has fallen by three digits and before any
+/// residual is reported: no tolerance is out of its reach.
+struct SweepWorkspace {
+  static constexpr int kWindow = 5;  ///< Differences that the acceleration knows: 3 cost some sweeps more, 10 save few.
+  static constexpr int kCommon = 8;  ///< Freedoms of the common body, 6, padded.
+  static constexpr int kOwn = 4;     ///< Freedoms of a group's own body.
+  using GroupRows = Eigen::Map<Eigen::VectorXf, Eigen::AlignedMax>;
+  using Columns = Eigen::Matrix<float, Eigen::Dynamic, kWindow>;
+  using Common = Eigen::Matrix<float, kCommon, 1>;
+
+  explicit SweepWorkspace(Eigen::Index contacts, Eigen::Index groups = 1);
+
+  /// Contacts begin .. end - 1; they have `rows` rows, padded, from `row` on.
+  struct Group {
+    Eigen::Index begin, end, row, rows, block;
+  };
+
+  /// Makes contacts begin[k] .. begin[k + 1) group k.
+  void lay_out(std::span<const Eigen::Index> begin);
+  /// W of a group's own contacts, for the caller to fill; the padding, too.
+  auto block(const Group& group) {
+    return Eigen::Map<Eigen::MatrixXf, Eigen::AlignedMax>(blocks.data() + group.block, group.rows,
+                                                          3 * (group.end - group.begin));
+  }
+
+  std::vector<Group> groups;
+  std::vector<LocalStep> local;  ///< Of each contact; the caller's to fill.
+  Eigen::VectorXf blocks;
+  bool coupled = false;                                    ///< Whether groups move one another, by J_common J_common'.
+  Eigen::Matrix<float, Eigen::Dynamic, kCommon> J_common;  ///< In the groups' rows, the padding zero.
+  Eigen::Matrix<float, Eigen::Dynamic, kOwn> J_own;        ///< Room to make blocks.
+
+  // Of the sweeps, in the groups' rows.
+  Eigen::VectorXf moved;   ///< By what gaps have changed since they were computed.
+  Eigen::VectorXf change;  ///< Of the forces by the last sweep.
+  Eigen::Matrix<float, kCommon, Eigen::Dynamic>
+      common_after;  ///< The body's motion in a sweep, up to each group's end.
+
+  // Of the acceleration: the last result, and how results and their changes differed from sweep to sweep.
+  Eigen::VectorXf change_last, moved_last;
+  Eigen::VectorXd f_last;
+  Columns d_change, d_moved, d_f;
+  Eigen::Matrix<double, kWindow, kWindow> gram;
+  int results = 0;  ///< Since the last restart; the newest difference is in column (results - 2) % kWindow.
+  double least_change = 0.0;
+};
+
+/// No sweeps yet, gaps just computed.
+void start_sweeps(SweepWorkspace& work);
+
+/// Gives each contact its next force, one after the other; the 2-norm of the changes [N].
+double sweep(const Eigen::Ref<const Eigen::VectorXd>& mu, const Eigen::Ref<const Eigen::VectorXd>& delta,
+             SweepWorkspace& work, Eigen::Ref<Eigen::VectorXd> f);
+
+/// Anderson's step after a sweep [Anderson 1965; Walker, Ni 2011]: combines the last results so that their changes all but
+/// cancel. It halves the number of sweeps and more. Where changes grow it starts anew. Contacts that it takes out of their
+/// cones the next sweep takes back.
+void accelerate(double change_N, SweepWorkspace& work, Eigen::Ref<Eigen::VectorXd> f);
+
+/// The residual of f, of the gaps that the sweeps know.
+Residual sweep_residual(const SweepWorkspace& work, const Eigen::Ref<const Eigen::VectorXd>& mu,
+                        const Eigen::Ref<const Eigen::VectorXd>& f, const Eigen::Ref<const Eigen::VectorXd>& delta,
+                        double scale_N);
+
+/// After delta has been computed anew.
+void gaps_are_exact(SweepWorkspace& work);
+
+// A residual costs a third of a sweep. Between two looks at it, it is guessed from the last change: time to look is when
+// it may be this close to the tolerance, or after so many sweeps.
+inline constexpr double kLookAt = 3.0;
+inline constexpr int kLookAfter = 6;
+// Single precision has seven digits, and the weights of the acceleration may cost some.
+inline constexpr double kExactEvery = 1e-3;
+
+/// Sweeps from f to settings.tolerance. The workspace is laid out and filled; `gaps(f, delta)` computes
+/// delta = W f + delta_free in double precision.
+template <typename Gaps>
+SolveReport iterate_sweeps(const Eigen::Ref<const Eigen::VectorXd>& delta_free,
+                           const Eigen::Ref<const Eigen::VectorXd>& mu, const GaussSeidelSettings& settings,
+                           SweepWorkspace& work, const Gaps& gaps, Eigen::Ref<Eigen::VectorXd> f,
+                           Eigen::Ref<Eigen::VectorXd> delta) {
+  const auto refuse = [&](int sweeps) {
+    f.setZero();
+    delta.setZero();
+    return not_finite(sweeps);
+  };
+  const Admission admission =
+      admit([&](Eigen::Index i) { return work.local[i]; }, delta_free, mu, settings.tolerance, f);
+  if (!std::isfinite(admission.scale_N)) return refuse(0);
+  const SolveStatus solved = admission.no_solution ? SolveStatus::kNoSolution : SolveStatus::kConverged;
+  // Without free motion no force is needed, and there is no scale to judge one by.
+  if (admission.scale_N == 0.0) f.setZero();
+  gaps(f, delta);
+  if (admission.scale_N == 0.0) return {solved};
+
+  const auto look = [&] { return sweep_residual(work, mu, f, delta, admission.scale_N); };
+  start_sweeps(work);
+  SolveReport report{SolveStatus::kBudgetSpent};
+  Residual residual = look();
+  double exact_residual = residual.norm, per_change = 0.0;
+  int last_look = 0;
+  // A stalled sweep moves nothing and solves nothing: judge by the residual, never by the step.
+  while (residual.norm > settings.tolerance && report.sweeps < settings.max_sweeps) {
+    const double change_N = sweep(mu, delta, work, f);
+    ++report.sweeps;
+    if (report.sweeps == 1) per_change = residual.norm / change_N;
+    const bool last = report.sweeps == settings.max_sweeps;
+    if (last || report.sweeps >= last_look + kLookAfter || !(per_change * change_N > kLookAt * settings.tolerance)) {
+      last_look = report.sweeps;
+      residual = look();
+      if (last || residual.norm <= std::max(settings.tolerance, kExactEvery * exact_residual)) {
+        gaps(f, delta);
+        gaps_are_exact(work);
+        residual = look();
+        exact_residual = residual.norm;
+      }
+      per_change = residual.norm / change_N;
+      if (last || residual.norm <= settings.tolerance) break;
+    }
+    accelerate(change_N, work, f);
+  }
+  // What W holds beside its diagonal was not looked at before: it shows here.
+  if (!std::isfinite(residual.norm) || !delta.allFinite() || !f.allFinite()) return refuse(report.sweeps);
+  report.residual = residual.norm;
+  report.residual_worst = residual.worst;
+  if (residual.norm <= settings.tolerance) report.status = solved;
+  return report;
+}
+
+}  // namespace thenar
