@@ -25,14 +25,14 @@ void BM_GraspForces(benchmark::State& bench) {
   VectorXd f(3 * kFingers);
   Eigen::MatrixXd G(6, 3 * kFingers);
   const auto problem_of = [&](std::size_t i) {
-    GraspProblem problem = grasp_problem(run.model.scene, run.ticks[i].control, run.ticks[i].state.X_WO.translation());
+    GraspProblem problem = run.grasps[i].problem(FrictionCone::kPyramid);
     problem.friction = 0.01 * static_cast<double>(bench.range(0));
     return problem;
   };
   std::size_t i = 0;
   double pivots = 0.0;
   for (auto _ : bench) {
-    i = (i + 1) % run.ticks.size();
+    i = (i + 1) % run.grasps.size();
     const GraspReport report = solve_grasp_forces(problem_of(i), work, f);
     benchmark::DoNotOptimize(f.data());
     pivots += report.pivots;
@@ -47,24 +47,14 @@ BENCHMARK(BM_GraspForces)->Arg(55)->Arg(20)->ArgName("friction_percent")->Unit(b
 
 // 23 muscle forces for 12 joint torques.
 void BM_MuscleForces(benchmark::State& bench) {
-  const RecordedRun& run = recorded_run(60);
-  const Hand& hand = run.model.scene.hand;
-  const auto muscles = static_cast<Index>(hand.muscles.size());
-  HandPose pose;
-  forward_kinematics(hand, run.ticks.front().state.q, pose);
-  Eigen::MatrixXd H(kJoints, muscles);
-  moment_arms(hand, pose, H);
-  std::vector<JointVector> torques;
-  for (const auto& [state, controller, control] : run.ticks) {
-    torques.push_back(desired_torques(run.model, pose, control.contacts, control.f_desired, FingerForces::Zero()));
-  }
-  MuscleWorkspace work(kJoints, muscles);
-  VectorXd f(muscles);
+  const std::vector<MuscleFile>& problems = recorded_run(60).muscles;
+  MuscleWorkspace work(problems.front().H.rows(), problems.front().H.cols());
+  VectorXd f(problems.front().H.cols());
   double residual_Nm = 0.0;
   std::size_t i = 0;
   for (auto _ : bench) {
-    i = (i + 1) % torques.size();
-    const MuscleReport report = solve_muscle_forces(H, torques[i], work, f);
+    i = (i + 1) % problems.size();
+    const MuscleReport report = solve_muscle_forces(problems[i].H, problems[i].tau, work, f);
     benchmark::DoNotOptimize(f.data());
     residual_Nm = std::max(residual_Nm, report.residual_Nm);
     if (report.status != MuscleStatus::kOptimal) bench.SkipWithError("not optimal");
@@ -76,20 +66,20 @@ BENCHMARK(BM_MuscleForces)->Unit(benchmark::kMicrosecond);
 // Contact forces to 1e-6, from nothing or from the last tick's.
 void BM_SolveContacts(benchmark::State& bench) {
   const bool warm = bench.range(1) != 0;
-  const auto& problems = recorded_run(bench.range(0)).problems;
+  const auto& problems = recorded_run(bench.range(0)).contacts;
   VectorXd f(3 * bench.range(0)), delta(f.size());
   double residual = 0.0, sweeps = 0.0;
   std::size_t i = 0;
   for (auto _ : bench) {
     i = (i + 1) % problems.size();
-    const RecordedContacts& p = problems[i];
+    const ContactFile& p = problems[i];
     if (warm) {
       f = p.f_last;
     } else {
       f.setZero();
     }
     const SolveReport report =
-        solve_contacts(p.W, p.delta_free, p.mu, {.tolerance = 1e-6, .max_sweeps = 2000}, f, delta);
+        solve_contacts(p.W, p.delta_free.front(), p.mu, {.tolerance = 1e-6, .max_sweeps = 2000}, f, delta);
     benchmark::DoNotOptimize(f.data());
     residual = std::max(residual, report.residual);
     sweeps += report.sweeps;
