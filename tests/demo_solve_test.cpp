@@ -24,11 +24,11 @@ namespace fs = std::filesystem;
 
 std::string data(const std::string& name) { return std::string(THENAR_TEST_DATA) + "/" + name; }
 
-/// The results of a command that prints JSON.
+/// The results of a command that prints JSON, and on stderr after it what is not right.
 std::vector<nlohmann::json> results_of(const std::string& arguments, int code = 0) {
-  const Outcome run = thenar_program("solve " + arguments + " --format json 2>/dev/null");
+  const Outcome run = thenar_program("solve " + arguments + " --format json");
   EXPECT_EQ(run.code, code) << run.text;
-  return nlohmann::json::parse(run.text).at("results");
+  return nlohmann::json::parse(run.text.substr(0, run.text.find("\n}\n") + 3)).at("results");
 }
 
 // Every reference file by every method that applies: the known verdict, and for solutions a residual within the default
@@ -48,12 +48,15 @@ TEST(Solve, FindsTheKnownAnswersOfTheReferenceFiles) {
       EXPECT_GE(result.at("p99_us"), result.at("median_us"));
       const bool exact_cone = result.at("method") == "exact_cone";
       const char* const optimum = exact_cone ? "f_opt_exact_cone" : "f_opt";
-      if (!exact_cone || expected.contains(optimum)) EXPECT_EQ(result.at("status"), expected.at("status"));
+      if (!exact_cone || expected.contains(optimum)) {
+        EXPECT_EQ(result.at("status"), expected.at("status"));
+      }
       if (!expected.contains(optimum)) continue;
       const VectorXd f = vector_of(result.at("f")), f_known = vector_of(expected.at(optimum));
       // The cones' references are known to 1e-6; contacts that are nearly on a line lose six digits.
       EXPECT_LE((f - f_known).norm(), (exact_cone ? 1e-6 : 1e-9) * f_known.norm());
-      if (!exact_cone) EXPECT_NEAR(result.at("objective"), expected.at("objective"), 1e-9 * f_known.squaredNorm());
+      if (exact_cone) continue;
+      EXPECT_NEAR(result.at("objective"), expected.at("objective"), 1e-9 * f_known.squaredNorm());
     }
   }
 }
@@ -85,7 +88,7 @@ ContactFile pressed_rigid_body() {
   Eigen::Matrix<double, 6, 3> J;
   J << 1, 0, 0, 0, 1, 0, 0, 0, 1, -1, 0, 0, 0, 1, 0, 0, 0, -1;
   problem.W = 1e-3 * J * J.transpose();
-  problem.mu = Eigen::Vector2d(0.5, 0.5);
+  problem.mu = VectorXd::Constant(2, 0.5);
   problem.delta_free = {VectorXd::Zero(6)};
   problem.delta_free[0][0] = -1e-3;
   return problem;
@@ -165,7 +168,7 @@ TEST(DumpProblems, WritesWhatTheRunSolved) {
     const Outcome run = thenar_program("run " + config("box_grasp.yaml") + " --time 0.11" + runner +
                                        " --dump-problems " + folder.string() + " --dump-every 50");
     ASSERT_EQ(run.code, 0) << run.text;
-    EXPECT_NE(run.text.find("every 50th tick"), std::string::npos) << run.text;
+    EXPECT_NE(run.text.find("problems of one tick in 50"), std::string::npos) << run.text;
     std::vector<std::string> names;
     std::string files;
     for (const auto& entry : fs::directory_iterator(folder)) {

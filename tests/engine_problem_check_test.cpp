@@ -42,7 +42,7 @@ TEST(ProblemCheck, ReferenceContactForcesHaveTheResidualThatTheirFilesState) {
 TEST(ProblemCheck, NoForcesOnClosedGapsAreWrongByTheWholeScale) {
   ContactFile problem;
   problem.W = Eigen::Matrix<double, 6, 6>::Identity();
-  problem.mu = Eigen::Vector2d(0.5, 0.5);
+  problem.mu = VectorXd::Constant(2, 0.5);
   problem.delta_free = {VectorXd::Zero(6)};
   problem.delta_free[0][0] = -3e-3;
   problem.delta_free[0][3] = -4e-3;
@@ -57,7 +57,7 @@ TEST(ProblemCheck, OpposedContactsOnARigidBodyProveThatThereAreNoForces) {
   Eigen::Matrix<double, 6, 3> J;  // rows n, t1, t2 of both; the normals oppose each other
   J << 1, 0, 0, 0, 1, 0, 0, 0, 1, -1, 0, 0, 0, 1, 0, 0, 0, -1;
   problem.W = 1e-3 * J * J.transpose();
-  problem.mu = Eigen::Vector2d(0.5, 0.5);
+  problem.mu = VectorXd::Constant(2, 0.5);
   problem.delta_free = {VectorXd::Zero(6)};
   problem.delta_free[0][0] = -1e-3;
   problem.delta_free[0][3] = 0.25e-3;
