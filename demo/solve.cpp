@@ -36,6 +36,8 @@ constexpr int kMaxSweeps = 5000;
 constexpr int kMaxPivots = 100'000;
 // A part of a deficit is worth a word from this share of its largest part on.
 constexpr double kWorthAWord = 0.01;
+// Forces below this part of those at hand are none.
+constexpr double kNothing = 1e-9;
 
 /// One row of the results.
 struct Result {
@@ -264,6 +266,9 @@ std::string explain(const GraspProblem& problem) {
     }
     if (!parts.empty()) lacking.push_back(fmt::format("contact {} lacks {}", i, listed(parts)));
   }
+  // What is left where only a torque is missing that no contact force gives is rounding.
+  const double forces_N = problem.wrench.head<3>().norm() + problem.internal_force_N;
+  if (largest_N <= kNothing * forces_N) lacking.clear();
   std::string text = lacking.empty() ? "the contacts cannot give a part of the torque, whatever their forces"
                                      : fmt::format("at friction {:g} {}", problem.friction, listed(lacking));
   if (std::isfinite(deficit.least_friction)) {
@@ -355,13 +360,12 @@ std::vector<Result> solve(const MuscleFile& file, const std::string& /*method*/,
 // ---- linear complementarity ----
 
 std::string explain(const LcpFile& file, const VectorXd& y) {
-  std::vector<std::string> rows;
+  std::vector<std::string> terms;
   for (Index i = 0; i < y.size(); ++i) {
-    if (y[i] > kWorthAWord * y.maxCoeff()) rows.push_back(fmt::format("{:.3g} of row {}", y[i], i));
+    if (y[i] > kWorthAWord * y.maxCoeff()) terms.push_back(fmt::format("{:.3g} w_{}", y[i], i));
   }
-  return fmt::format(
-      "{} add up to at most {:.3g} for every z >= 0, and w >= 0 would have to make that positive or zero", listed(rows),
-      y.dot(file.q));
+  return fmt::format("{} is at most {:.3g} for every z >= 0, and would have to be 0 or more", fmt::join(terms, " + "),
+                     y.dot(file.q));
 }
 
 std::vector<Result> solve(const LcpFile& file, const std::string& /*method*/, double tolerance, int repeat) {
@@ -465,7 +469,8 @@ int solve(const Options& options) {
   if (options.format == "json") {
     ordered_json all{{"results", ordered_json::array()}};
     for (const Result& result : results) all["results"].push_back(to_json(result, options.forces));
-    std::cout << all.dump(2) << '\n';
+    // A name may hold any bytes; JSON may not.
+    std::cout << all.dump(2, ' ', false, ordered_json::error_handler_t::replace) << '\n';
   } else {
     print(results, options.forces);
   }

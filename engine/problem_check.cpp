@@ -8,14 +8,18 @@
 
 #include "solvers/grasp_forces.h"
 #include "solvers/lcp.h"
+#include "solvers/residual.h"
 
 namespace thenar {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
+using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 namespace {
+
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 // A muscle that pulls with less than this part of all forces rests: what may keep it from pushing is not missed.
 constexpr double kRests = 1e-12;
@@ -25,6 +29,16 @@ constexpr double kNoPower = 1e-8;
 
 /// Zero if nothing is wrong, whatever the scale.
 double share(double error, double scale) { return error == 0.0 ? 0.0 : error / scale; }
+
+/// rho_i delta_i of every contact [N], rho_i = 3 / tr(W_ii); zero where no force moves a contact.
+VectorXd scaled_by_rho(const MatrixXd& W, VectorXd delta) {
+  for (Index i = 0; i < delta.size(); i += 3) {
+    const double trace = W(i, i) + W(i + 1, i + 1) + W(i + 2, i + 2);
+    // Divided first: 1 / trace may overflow where the quotient does not.
+    delta.segment<3>(i) = trace > 0.0 ? Vector3d(3.0 * (delta.segment<3>(i) / trace)) : Vector3d::Zero();
+  }
+  return delta;
+}
 
 /// x >= 0 of least |B x - b|, by the LCP of its normal equations: how near it comes to the least does not matter here,
 /// only that no x comes nearer than the least.
@@ -43,11 +57,18 @@ VectorXd nonnegative_least_squares(const MatrixXd& B, const VectorXd& b) {
 Residual contact_residual(const ContactFile& problem, Index step, const VectorXd& f) {
   const VectorXd& delta_free = problem.delta_free[static_cast<std::size_t>(step)];
   const VectorXd delta = problem.W * f + delta_free;
-  for (Index i = 0; i < problem.contacts(); ++i) {
-    constexpr double kInfinite = std::numeric_limits<double>::infinity();
-    if (problem.W.block<3, 3>(3 * i, 3 * i).isZero(0.0) && delta[3 * i] < 0.0) return {kInfinite, kInfinite};
+  const VectorXd pulled = scaled_by_rho(problem.W, delta);
+  VectorXd errors(problem.contacts());
+  for (Index i = 0; i < errors.size(); ++i) {
+    if (pulled.segment<3>(3 * i).isZero(0.0) && delta[3 * i] < 0.0) return {kInfinite, kInfinite};
+    const Vector3d f_i = f.segment<3>(3 * i);
+    Vector3d moved = f_i - pulled.segment<3>(3 * i);
+    moved[0] -= problem.mu[i] * pulled.segment<2>(3 * i + 1).norm();
+    errors[i] = (f_i - project_on_cone(moved, problem.mu[i])).norm();
   }
-  return natural_map(problem.W, delta_free, problem.mu, f, delta);
+  const double scale_N = scaled_by_rho(problem.W, delta_free).stableNorm();
+  // Of extreme units the squares may not fit a double.
+  return {share(errors.stableNorm(), scale_N), share(errors.lpNorm<Eigen::Infinity>(), scale_N)};
 }
 
 double grasp_rounding(const GraspFile& problem) {
@@ -101,7 +122,7 @@ ContactVerdict contact_verdict(const ContactFile& problem, Index step, const Vec
     moved += y[i] * problem.W.row(3 * i).transpose();
   }
   if (y.minCoeff() >= 0.0 && verdict.closed_m > 0.0) {
-    verdict.gap = residual_scale_N(problem.W, delta_free) * moved.norm() / verdict.closed_m;
+    verdict.gap = scaled_by_rho(problem.W, delta_free).stableNorm() * moved.stableNorm() / verdict.closed_m;
   }
   return verdict;
 }
@@ -120,7 +141,7 @@ MuscleDeficit explain_infeasible_muscles(const MuscleFile& problem) {
 
 double lcp_infeasibility_gap(const LcpFile& problem, const VectorXd& y) {
   const double done = -y.dot(problem.q);
-  if (done <= 0.0 || y.minCoeff() < 0.0) return std::numeric_limits<double>::infinity();
+  if (done <= 0.0 || y.minCoeff() < 0.0) return kInfinite;
   const double left = (problem.M.transpose() * y).cwiseMax(0.0).norm();
   return share(problem.q.cwiseAbs().maxCoeff() * left, problem.M.cwiseAbs().maxCoeff() * done);
 }

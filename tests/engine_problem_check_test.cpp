@@ -38,6 +38,19 @@ TEST(ProblemCheck, ReferenceContactForcesHaveTheResidualThatTheirFilesState) {
   }
 }
 
+// It has no unit, so other units change nothing, also where squares of such numbers do not fit a double.
+TEST(ProblemCheck, TheContactResidualIsTheSameInAnyUnit) {
+  ContactFile problem = recorded_contact_problems().front();
+  const VectorXd f = 0.9 * problem.f_reference;
+  const double residual = contact_residual(problem, 0, f).norm;
+  for (const double m_per_unit : {1e-250, 1e250}) {
+    ContactFile scaled = problem;
+    scaled.W *= m_per_unit;
+    scaled.delta_free.front() *= m_per_unit;
+    EXPECT_NEAR(contact_residual(scaled, 0, f).norm, residual, 1e-12 * residual);
+  }
+}
+
 // Without forces the natural map is P_K of minus the scaled free gaps: all of it where they are closed and do not slip.
 TEST(ProblemCheck, NoForcesOnClosedGapsAreWrongByTheWholeScale) {
   ContactFile problem;
@@ -73,6 +86,15 @@ TEST(ProblemCheck, OpposedContactsOnARigidBodyProveThatThereAreNoForces) {
   EXPECT_EQ(contact_verdict(problem, 0, y).gap, std::numeric_limits<double>::infinity());
   problem.delta_free[0][3] = 2e-3;
   EXPECT_EQ(contact_verdict(problem, 0, VectorXd::Ones(2)).gap, std::numeric_limits<double>::infinity());
+}
+
+// Only contacts that are nearly on a line lose digits; on a line, what they cannot do at all is not asked of them.
+TEST(ProblemCheck, GraspsLoseDigitsNearALine) {
+  for (const GraspFile& problem : recorded_small_files<GraspFile>()) {
+    const bool is_near_line = problem.name == "near_collinear";
+    EXPECT_LE(grasp_rounding(problem), is_near_line ? 1e-8 : 1e-14) << problem.name;
+    EXPECT_GE(grasp_rounding(problem), is_near_line ? 1e-10 : 0.0) << problem.name;
+  }
 }
 
 TEST(ProblemCheck, MuscleForcesAreWrongByWhatCouldBeSaved) {

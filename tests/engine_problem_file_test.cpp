@@ -52,6 +52,7 @@ ContactFile contact_problem(std::mt19937_64& random) {
   problem.units = "SI";
   problem.source = "a test";
   problem.W = awkward(6, 6, random);
+  problem.W.diagonal() = problem.W.diagonal().cwiseAbs().eval();
   problem.delta_free = {awkward(6, 1, random), awkward(6, 1, random), awkward(6, 1, random)};
   problem.mu = (VectorXd(2) << 0.0, 0.3).finished();
   problem.f_reference = awkward(6, 1, random);
@@ -250,7 +251,9 @@ TEST(ProblemFile, RefusesBrokenContactFiles) {
   expect_refused(file, replaced(good, "units SI", "units"), "must be 'key value'");
   expect_refused(file, with_double(7, nan), "W: value 8 of 36 is not finite");
   expect_refused(file, with_double(36 + 6, std::numeric_limits<double>::infinity()), "q: value 1 of 6 is not finite");
-  expect_refused(file, with_double(36 + 18, -0.1), "mu: must not be negative");
+  expect_refused(file, with_double(36 + 18, -0.1), "mu: must lie within 0 .. 1e6");
+  expect_refused(file, with_double(36 + 18, 1e300), "mu: must lie within 0 .. 1e6");
+  expect_refused(file, with_double(35, -1.0), "W: entry 6 of its diagonal is negative");
   expect_refused(file, with_double(36 + 18 + 2 + 12, nan), "f_last: value 1 of 6 is not finite");
 }
 
@@ -262,7 +265,7 @@ TEST(ProblemFile, RefusesBrokenSmallFiles) {
   expect_refused(file, text + "x", "parse error at line");
   expect_refused(file, replaced(text, "\"mu\": 0.9", "\"mu\": NaN, \"x\": 0.9"), "parse error at line 3");
   expect_refused(file, replaced(text, "\"mu\": 0.9", "\"mu\": 1e999, \"x\": 0.9"), "number overflow");
-  expect_refused(file, replaced(text, "\"mu\": 0.9", "\"mu\": -0.9"), "key 'mu': must not be negative");
+  expect_refused(file, replaced(text, "\"mu\": 0.9", "\"mu\": -0.9"), "key 'mu': must lie within 0 .. 1e6");
   expect_refused(file, replaced(text, "\"mu\": 0.9", "\"mu\": 0.8"), "key 'A': contradicts");
   expect_refused(file, replaced(text, "\"lambda\": 2", "\"lambda\": 3"), "key 'c': contradicts");
   expect_refused(file, replaced(text, "\"mu\"", "\"lambda\""), "key 'lambda': is there twice");
