@@ -1,14 +1,20 @@
 #include "bench/recorded.h"
 
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
 #include <map>
 #include <stdexcept>
 #include <string>
 
-#include "engine/handover.h"
+#include "engine/files.h"
+#include "engine/problem_dump.h"
 
 namespace thenar {
 
 using Eigen::Index;
+namespace fs = std::filesystem;
 
 namespace {
 
@@ -19,26 +25,51 @@ Scene box_scene(Index contacts) {
                     {"contact.max_per_finger=" + std::to_string(contacts / kFingers)});
 }
 
+/// A folder that is gone afterwards.
+struct TemporaryFolder {
+  TemporaryFolder() : path(fs::temp_directory_path() / ("thenar-recorded-" + std::to_string(getpid()))) {
+    prepare_folder(path);
+  }
+  ~TemporaryFolder() {
+    std::error_code none;  // What cannot be removed stays.
+    fs::remove_all(path, none);
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+
+  fs::path path;
+};
+
 }  // namespace
 
-RecordedRun::RecordedRun(Index contacts) : model(box_scene(contacts)) {
+RecordedRun::RecordedRun(Index asked) : model(box_scene(asked)) {
   State state(model);
   Frame frame(model);
   Controller controller(model);
   ContactWorkspace work(model);
+  const TemporaryFolder folder;
+  ProblemDump dump(folder.path, 1);
   for (int tick = 0; tick < kTo; ++tick) {
     const bool recorded = tick >= kFrom;
     if (recorded) ticks.push_back({state, controller, {}});
+    const Eigen::Vector3d centre_m = state.X_WO.translation();
     const ControlReport control = control_tick(model, state, controller, frame);
-    Eigen::VectorXd f_last(3 * model.max_contacts);
-    carry_forces(model, frame, state.forces, f_last);
     (void)contact_tick(model, frame, work, state);
     if (!recorded) continue;
-    if (frame.size() != contacts) throw std::runtime_error("the recorded run lost contacts");
+    if (frame.size() != asked) throw std::runtime_error("the recorded run lost contacts");
     ticks.back().control = control;
-    Eigen::MatrixXd W(3 * contacts, 3 * contacts);
-    delassus_operator(model, frame, work.kinematics, mobility(model.scene)).to_dense(W);
-    problems.push_back({W, work.delta_free.head(3 * contacts), work.mu.head(contacts), f_last});
+    dump.add_control(model, controller, control, centre_m);
+    dump.add_contact(tick, model, frame, work);
+  }
+
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(folder.path)) files.push_back(entry);
+  std::sort(files.begin(), files.end());
+  for (const fs::path& file : files) {
+    ProblemFile problem = read_problem(file);
+    if (auto* contact = std::get_if<ContactFile>(&problem)) contacts.push_back(std::move(*contact));
+    if (auto* grasp = std::get_if<GraspFile>(&problem)) grasps.push_back(std::move(*grasp));
+    if (auto* muscle = std::get_if<MuscleFile>(&problem)) muscles.push_back(std::move(*muscle));
   }
 }
 

@@ -5,6 +5,7 @@
 #include "engine/contact_tick.h"
 #include "engine/control_tick.h"
 #include "engine/model.h"
+#include "engine/problem_file.h"
 #include "engine/state.h"
 
 namespace thenar {
@@ -16,21 +17,17 @@ struct RecordedTick {
   ControlReport control;
 };
 
-/// One contact problem of a recorded run, as the contact tick meets it.
-struct RecordedContacts {
-  Eigen::MatrixXd W;
-  Eigen::VectorXd delta_free, mu;
-  Eigen::VectorXd f_last;  ///< The forces of the tick before: the warm start.
-};
-
 /// Inputs recorded from configs/box_grasp.yaml while the box is on its way: consecutive ticks at the published sizes
-/// (36 000 + 3 x 2400 points), all of them with the same number of contacts.
+/// (36 000 + 3 x 2400 points), all of them with the same number of contacts. The problems have been through files, as
+/// `thenar run --dump-problems` writes them: what is timed is what anyone can solve again.
 struct RecordedRun {
   explicit RecordedRun(Eigen::Index contacts);
 
   Model model;
   std::vector<RecordedTick> ticks;
-  std::vector<RecordedContacts> problems;
+  std::vector<ContactFile> contacts;
+  std::vector<GraspFile> grasps;
+  std::vector<MuscleFile> muscles;
 };
 
 /// The run with 15, 30 or 60 contacts; recorded once.

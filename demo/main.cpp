@@ -122,7 +122,7 @@ int run(const Options& options) {
     std::cout << results_table(summary);
     if (!options.out.empty()) std::cout << "\nresults in " << options.out.string() << '\n';
     if (dump) {
-      std::cout << fmt::format("\nproblems of every {}th tick in {}: {} files\n", options.dump_every,
+      std::cout << fmt::format("\nproblems of one tick in {} (--dump-every) in {}: {} files\n", options.dump_every,
                                options.dump_problems.string(), dump->files());
     }
   }

@@ -152,9 +152,10 @@ CLI::App* add_solve(CLI::App& app, Options& options) {
       ->type_name("METHOD")
       ->check(CLI::IsMember({"newton", "gauss_seidel", "active_set", "lemke", "exact_cone", "all"}).description(""));
   command
-      ->add_option(
-          "--tolerance", options.tolerance,
-          "Largest residual of a solution, default 1e-8 for contact (natural map), else 1e-10 (share of the forces)")
+      ->add_option("--tolerance", options.tolerance,
+                   "Largest residual of a solution, default 1e-8 for contact (natural map), else 1e-10 (share of the "
+                   "forces); for "
+                   "grasps not less than what rounding does to the forces of contacts that are nearly on a line")
       ->type_name("NUMBER")
       ->check(CLI::Range(1e-15, 1.0).description(""));
   command

@@ -2,10 +2,11 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <tuple>
+#include <vector>
 
+#include "solvers/grasp_forces.h"
 #include "solvers/lcp.h"
 #include "solvers/residual.h"
 
@@ -18,11 +19,26 @@ using Eigen::VectorXd;
 
 namespace {
 
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+
 // A muscle that pulls with less than this part of all forces rests: what may keep it from pushing is not missed.
 constexpr double kRests = 1e-12;
 
+// Contacts that stray from a line by less than this part of their distances are taken to be on it, as the solver does.
+constexpr double kNoPower = 1e-8;
+
 /// Zero if nothing is wrong, whatever the scale.
 double share(double error, double scale) { return error == 0.0 ? 0.0 : error / scale; }
+
+/// rho_i delta_i of every contact [N], rho_i = 3 / tr(W_ii); zero where no force moves a contact.
+VectorXd scaled_by_rho(const MatrixXd& W, VectorXd delta) {
+  for (Index i = 0; i < delta.size(); i += 3) {
+    const double trace = W(i, i) + W(i + 1, i + 1) + W(i + 2, i + 2);
+    // Divided first: 1 / trace may overflow where the quotient does not.
+    delta.segment<3>(i) = trace > 0.0 ? Vector3d(3.0 * (delta.segment<3>(i) / trace)) : Vector3d::Zero();
+  }
+  return delta;
+}
 
 /// x >= 0 of least |B x - b|, by the LCP of its normal equations: how near it comes to the least does not matter here,
 /// only that no x comes nearer than the least.
@@ -36,32 +52,39 @@ VectorXd nonnegative_least_squares(const MatrixXd& B, const VectorXd& b) {
   return x;
 }
 
-/// rho_i q_i of the natural map, all contacts.
-VectorXd scaled_gaps(const ContactFile& problem, const VectorXd& delta) {
-  VectorXd scaled(delta.size());
-  for (Index i = 0; i < problem.contacts(); ++i) {
-    const double rho_i = 3.0 / problem.W.block<3, 3>(3 * i, 3 * i).trace();
-    scaled.segment<3>(3 * i) = rho_i * delta.segment<3>(3 * i);
-  }
-  return scaled;
-}
-
 }  // namespace
 
-ContactResidual contact_residual(const ContactFile& problem, Index step, const VectorXd& f) {
+Residual contact_residual(const ContactFile& problem, Index step, const VectorXd& f) {
   const VectorXd& delta_free = problem.delta_free[static_cast<std::size_t>(step)];
-  const double scale_N = scaled_gaps(problem, delta_free).norm();
-  const VectorXd rho_delta = scaled_gaps(problem, problem.W * f + delta_free);
-  double sum = 0.0, worst = 0.0;  // squared [N^2]
-  for (Index i = 0; i < problem.contacts(); ++i) {
+  const VectorXd delta = problem.W * f + delta_free;
+  const VectorXd pulled = scaled_by_rho(problem.W, delta);
+  VectorXd errors(problem.contacts());
+  for (Index i = 0; i < errors.size(); ++i) {
+    if (pulled.segment<3>(3 * i).isZero(0.0) && delta[3 * i] < 0.0) return {kInfinite, kInfinite};
     const Vector3d f_i = f.segment<3>(3 * i);
-    Vector3d moved = f_i - rho_delta.segment<3>(3 * i);
-    moved[0] -= problem.mu[i] * rho_delta.segment<2>(3 * i + 1).norm();
-    const double error = (f_i - project_on_cone(moved, problem.mu[i])).squaredNorm();
-    sum += error;
-    worst = std::isnan(error) ? error : std::max(worst, error);
+    Vector3d moved = f_i - pulled.segment<3>(3 * i);
+    moved[0] -= problem.mu[i] * pulled.segment<2>(3 * i + 1).norm();
+    errors[i] = (f_i - project_on_cone(moved, problem.mu[i])).norm();
   }
-  return {share(std::sqrt(sum), scale_N), share(std::sqrt(worst), scale_N)};
+  const double scale_N = scaled_by_rho(problem.W, delta_free).stableNorm();
+  // Of extreme units the squares may not fit a double.
+  return {share(errors.stableNorm(), scale_N), share(errors.lpNorm<Eigen::Infinity>(), scale_N)};
+}
+
+double grasp_rounding(const GraspFile& problem) {
+  const Index n = std::ssize(problem.contacts);
+  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
+  for (const GraspContact& contact : problem.contacts) centre_m += contact.point_m / static_cast<double>(n);
+  MatrixXd G(6, 3 * n);
+  grasp_map(problem.contacts, centre_m, G);
+  const double size_m = G.bottomRows<3>().norm();
+  if (size_m > 0.0) G.bottomRows<3>() /= size_m;
+  const VectorXd values = G.jacobiSvd().singularValues();
+  double condition = 1.0;
+  for (const double value : values) {
+    if (value > kNoPower * values[0]) condition = std::max(condition, values[0] / value);
+  }
+  return std::numeric_limits<double>::epsilon() * condition;
 }
 
 double muscle_residual(const MuscleFile& problem, const VectorXd& f) {
@@ -90,25 +113,18 @@ double lcp_residual(const LcpFile& problem, const VectorXd& z) {
   return share(error, problem.q.cwiseAbs().maxCoeff() + m * z.cwiseAbs().sum());
 }
 
-ContactCertificate contact_certificate(const ContactFile& problem, Index step) {
-  const Index n = problem.contacts();
+ContactVerdict contact_verdict(const ContactFile& problem, Index step, const VectorXd& y) {
   const VectorXd& delta_free = problem.delta_free[static_cast<std::size_t>(step)];
-  const auto normals = Eigen::seqN(0, n, 3);
-  const MatrixXd W_nn = problem.W(normals, normals);
-  const VectorXd q_n = delta_free(normals);
-  ContactCertificate certificate{VectorXd::Zero(n)};
-  LcpWorkspace work(n);
-  if (solve_lcp(W_nn, q_n, usual_pivot_budget(n), work, certificate.y).status != LcpStatus::kInfeasible) {
-    certificate.y.setZero();
-    return certificate;
+  ContactVerdict verdict;
+  VectorXd moved = VectorXd::Zero(delta_free.size());
+  for (Index i = 0; i < y.size(); ++i) {
+    verdict.closed_m -= y[i] * delta_free[3 * i];
+    moved += y[i] * problem.W.row(3 * i).transpose();
   }
-  certificate.y /= certificate.y.maxCoeff();
-  certificate.closed_m = -certificate.y.dot(q_n);
-  if (certificate.closed_m <= 0.0) return certificate;
-  VectorXd moved = VectorXd::Zero(3 * n);
-  for (Index i = 0; i < n; ++i) moved += certificate.y[i] * problem.W.row(3 * i).transpose();
-  certificate.gap = scaled_gaps(problem, delta_free).norm() * moved.norm() / certificate.closed_m;
-  return certificate;
+  if (y.minCoeff() >= 0.0 && verdict.closed_m > 0.0) {
+    verdict.gap = scaled_by_rho(problem.W, delta_free).stableNorm() * moved.stableNorm() / verdict.closed_m;
+  }
+  return verdict;
 }
 
 MuscleDeficit explain_infeasible_muscles(const MuscleFile& problem) {
@@ -125,7 +141,7 @@ MuscleDeficit explain_infeasible_muscles(const MuscleFile& problem) {
 
 double lcp_infeasibility_gap(const LcpFile& problem, const VectorXd& y) {
   const double done = -y.dot(problem.q);
-  if (done <= 0.0 || y.minCoeff() < 0.0) return std::numeric_limits<double>::infinity();
+  if (done <= 0.0 || y.minCoeff() < 0.0) return kInfinite;
   const double left = (problem.M.transpose() * y).cwiseMax(0.0).norm();
   return share(problem.q.cwiseAbs().maxCoeff() * left, problem.M.cwiseAbs().maxCoeff() * done);
 }

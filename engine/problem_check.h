@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "engine/problem_file.h"
+#include "solvers/residual.h"
 
 namespace thenar {
 
@@ -14,14 +15,14 @@ namespace thenar {
 /// problem's own size are none. In doubles no gap is smaller than the rounding of its certificate.
 inline constexpr double kProvedGap = 1e-6;
 
-/// Natural-map residual; see solvers/residual.h. NaN where it has none, as for bodies that nothing moves.
-struct ContactResidual {
-  double all;    ///< 2-norm over all contacts.
-  double worst;  ///< Of the worst contact alone, over the same scale.
-};
+/// Natural map of forces f for one step of a contact problem, gaps computed anew. Infinite if a contact that no force moves
+/// is pressed: then no forces are right.
+[[nodiscard]] Residual contact_residual(const ContactFile& problem, Eigen::Index step, const Eigen::VectorXd& f);
 
-/// Of forces f for one step of a contact problem.
-[[nodiscard]] ContactResidual contact_residual(const ContactFile& problem, Eigen::Index step, const Eigen::VectorXd& f);
+/// What the last digits of a grasp's contact points and wrench can do to its forces, as a share of them: the rounding of
+/// doubles times the condition of G about the contacts' centroid, arms over their size. What no contact forces can give,
+/// such as a torque about the line through all contacts, does not count.
+[[nodiscard]] double grasp_rounding(const GraspFile& problem);
 
 /// How far f is from the optimum of min 1/2 f'f, H f = tau, f >= 0, as a share of |f|: the largest of
 ///     |H^+ (H f - tau)|            the least forces that would make up for the torques that are missing,
@@ -33,17 +34,16 @@ struct ContactResidual {
 /// brings z to the unit of w.
 [[nodiscard]] double lcp_residual(const LcpFile& problem, const Eigen::VectorXd& z);
 
-/// Why a contact problem has no solution: normal forces y >= 0 [N] that move nothing, W y = 0, and press where the free
-/// gaps are closed in sum, y.q < 0. Any forces would leave y.u_n = y.q < 0, and so some gap below zero.
-struct ContactCertificate {
-  Eigen::VectorXd y;      ///< One a contact, the largest is 1; zero if there is no such y.
-  double closed_m = 0.0;  ///< -y.q: by how much the gaps are closed, in sum.
+/// What normal forces y >= 0, one a contact, prove about a step of a contact problem. Where they move nothing, W y = 0, and
+/// press where the free gaps are closed in sum, y.q < 0, there are no forces f: any would leave y.u_n = y.q < 0, and so
+/// some gap below zero.
+struct ContactVerdict {
+  double closed_m = 0.0;  ///< -y.q: by how much the gaps are closed, in sum, weighted by y.
   /// Solutions are at least 1/gap times the residual's scale |rho q| large; 0: there are none.
   double gap = std::numeric_limits<double>::infinity();
 };
 
-/// Looks for one by Lemke's method on the normal rows of W.
-[[nodiscard]] ContactCertificate contact_certificate(const ContactFile& problem, Eigen::Index step);
+[[nodiscard]] ContactVerdict contact_verdict(const ContactFile& problem, Eigen::Index step, const Eigen::VectorXd& y);
 
 /// What no pulling forces give of the torques.
 struct MuscleDeficit {

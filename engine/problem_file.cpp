@@ -32,9 +32,14 @@ static_assert(std::endian::native == std::endian::little, "the doubles of an .fc
 
 // What an .fcp header may ask for: far more than any machine solves, and little enough for sizes in bytes to fit 64 bits.
 constexpr Index kMostContacts = 1'000'000, kMostSteps = 1'000'000;
+// Beyond this a gap drowns in the rounding of friction's part in the laws, and there is nothing left to judge.
+constexpr double kMostFriction = 1e6;
+const std::string kNoFriction = "must lie within 0 .. 1e6";
 constexpr std::size_t kLongestLine = 4096;  // Of a header; what has none is no header.
 // What a file says twice, geometry and matrices, may differ by the digits it was printed with.
 constexpr double kAgree = 1e-9;
+// What a symmetric matrix, summed up in different orders, may lack of it.
+constexpr double kRounding = 1e-12;
 // A row of A f >= 0 with less slack than this part of the forces has none.
 constexpr double kNoSlack = 1e-9;
 
@@ -177,13 +182,22 @@ ContactFile read_contact_problem(const fs::path& file, const std::string& bytes)
   problem.W = data.take("W", rows * rows).reshaped<Eigen::RowMajor>(rows, rows);
   for (Index step = 0; step < steps; ++step) problem.delta_free.push_back(data.take("q", rows));
   problem.mu = data.take("mu", contacts);
-  if (problem.mu.minCoeff() < 0.0) throw FileError(file, "mu: must not be negative");
+  for (Index i = 0; i < rows; ++i) {
+    if (problem.W(i, i) < 0.0)
+      throw FileError(file, "W: entry " + std::to_string(i + 1) + " of its diagonal is negative");
+  }
+  if (!(problem.mu.minCoeff() >= 0.0 && problem.mu.maxCoeff() <= kMostFriction))
+    throw FileError(file, "mu: " + kNoFriction);
   if (has_reference) {
     problem.f_reference = data.take("r_ref", rows);
     problem.delta_reference = data.take("u_ref", rows);
   }
   if (has_f_last) problem.f_last = data.take("f_last", rows);
   return problem;
+}
+
+bool is_symmetric(const MatrixXd& W) {
+  return (W - W.transpose()).cwiseAbs().maxCoeff() <= kRounding * W.cwiseAbs().maxCoeff();
 }
 
 void append(std::string& bytes, const VectorXd& values) {
@@ -337,7 +351,7 @@ GraspFile read_grasp(const fs::path& file, const json& problem) {
   }
   grasp.wrench = vector_of(file, value_of(file, problem, "W"), "W", 6);
   grasp.friction = number_of(file, problem, "mu");
-  if (grasp.friction < 0.0) fail(file, "mu", "must not be negative");
+  if (!(grasp.friction >= 0.0 && grasp.friction <= kMostFriction)) fail(file, "mu", kNoFriction);
   grasp.internal_force_N = number_of(file, problem, "lambda");
   grasp.f_optimal = optional_vector_of(file, problem, "f_opt", 3 * n);
   grasp.f_optimal_exact_cone = optional_vector_of(file, problem, "f_opt_exact_cone", 3 * n);
@@ -449,7 +463,7 @@ void write_problem(const fs::path& file, const ContactFile& problem) {
   append_line(bytes, "status", problem.status);
   if (problem.f_reference.size() > 0) append_line(bytes, "ref_error", ordered_json(problem.reference_residual).dump());
   append_line(bytes, "source", problem.source);
-  append_line(bytes, "symmetric", problem.W == problem.W.transpose() ? "1" : "0");
+  append_line(bytes, "symmetric", is_symmetric(problem.W) ? "1" : "0");
   append_line(bytes, "units", problem.units);
   bytes += "end_header\n";
   append(bytes, problem.W.reshaped<Eigen::RowMajor>());

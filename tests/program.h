@@ -1,13 +1,11 @@
 #pragma once
 
-#include <gtest/gtest.h>
 #include <sys/wait.h>
 
 #include <cstdio>
-#include <filesystem>
-#include <fstream>
-#include <sstream>
 #include <string>
+
+#include "tests/scratch.h"
 
 namespace thenar {
 
@@ -25,20 +23,5 @@ inline Outcome thenar_program(const std::string& arguments, const std::string& b
 }
 
 inline std::string config(const std::string& name) { return std::string(THENAR_CONFIGS) + "/" + name; }
-
-inline std::string read(const std::filesystem::path& file) {
-  std::ostringstream text;
-  text << std::ifstream(file, std::ios::binary).rdbuf();
-  return text.str();
-}
-
-/// A fresh folder for one test.
-inline std::filesystem::path scratch() {
-  const std::filesystem::path folder =
-      std::filesystem::path(THENAR_TEST_OUTPUT) / testing::UnitTest::GetInstance()->current_test_info()->name();
-  std::filesystem::remove_all(folder);
-  std::filesystem::create_directories(folder);
-  return folder;
-}
 
 }  // namespace thenar

@@ -9,7 +9,7 @@
 #include "solvers/gauss_seidel.h"
 #include "solvers/lcp.h"
 #include "tests/allocation_counter.h"
-#include "tests/fcp.h"
+#include "tests/recorded_problems.h"
 
 namespace thenar {
 namespace {
@@ -68,7 +68,7 @@ Problem random_problem(Index contacts, std::mt19937& random) {
   return problem;
 }
 
-Problem problem_of(const ContactProblem& recorded, std::size_t step = 0) {
+Problem problem_of(const ContactFile& recorded, std::size_t step = 0) {
   return {recorded.W, recorded.delta_free[step], recorded.mu};
 }
 
@@ -118,7 +118,7 @@ void expect_gaps_of_forces(const Problem& problem, const Solution& solution) {
 }
 
 TEST(GaussSeidel, SolvesTheRecordedProblemsFromRest) {
-  for (const ContactProblem& recorded : recorded_contact_problems()) {
+  for (const ContactFile& recorded : recorded_contact_problems()) {
     SCOPED_TRACE(recorded.name);
     const Problem problem = problem_of(recorded);
     const GaussSeidelSettings settings{.tolerance = 1e-8, .max_sweeps = 2000};
@@ -131,7 +131,7 @@ TEST(GaussSeidel, SolvesTheRecordedProblemsFromRest) {
 }
 
 TEST(GaussSeidel, FollowsTheRecordedSequencesFromTheLastForces) {
-  for (const ContactProblem& recorded : recorded_contact_problems()) {
+  for (const ContactFile& recorded : recorded_contact_problems()) {
     if (recorded.delta_free.size() == 1) continue;
     SCOPED_TRACE(recorded.name);
     const GaussSeidelSettings settings{.tolerance = 1e-8, .max_sweeps = 2000};
@@ -153,7 +153,7 @@ TEST(GaussSeidel, FollowsTheRecordedSequencesFromTheLastForces) {
 }
 
 TEST(GaussSeidel, NeedsNoSweepAtTheSolution) {
-  for (const ContactProblem& recorded : recorded_contact_problems()) {
+  for (const ContactFile& recorded : recorded_contact_problems()) {
     SCOPED_TRACE(recorded.name);
     const Solution solution = solve(problem_of(recorded), {.tolerance = 1e-10, .max_sweeps = 1}, recorded.f_reference);
     EXPECT_EQ(solution.report.status, SolveStatus::kConverged);
@@ -177,7 +177,7 @@ TEST(GaussSeidel, RandomProblemsObeySignoriniAndCoulomb) {
 }
 
 TEST(GaussSeidel, ForcesAreUsableWhenTheBudgetIsSpent) {
-  for (const ContactProblem& recorded : recorded_contact_problems()) {
+  for (const ContactFile& recorded : recorded_contact_problems()) {
     SCOPED_TRACE(recorded.name);
     const Problem problem = problem_of(recorded);
     for (const int budget : {0, 1, 3}) {

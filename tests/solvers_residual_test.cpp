@@ -3,7 +3,7 @@
 #include <random>
 
 #include "solvers/residual.h"
-#include "tests/fcp.h"
+#include "tests/recorded_problems.h"
 
 namespace thenar {
 namespace {
@@ -47,7 +47,7 @@ TEST(ProjectOnCone, LeavesTheConeAndSendsItsPolarToTheTip) {
 // The files state the residual of their reference forces; both computations round delta = W f + delta_free, by
 // about sqrt(180) * 1e-16 of its terms, which are a few times delta_free.
 TEST(NaturalMapResidual, AgreesWithTheRecordedReferences) {
-  for (const ContactProblem& problem : recorded_contact_problems()) {
+  for (const ContactFile& problem : recorded_contact_problems()) {
     SCOPED_TRACE(problem.name);
     const VectorXd delta = problem.W * problem.f_reference + problem.delta_free[0];
     const double residual =
