@@ -4,20 +4,29 @@
 
 #include "bench/peers.h"
 #include "solvers/contact_newton.h"
+#include "solvers/contact_sweeps.h"
 #include "solvers/gauss_seidel.h"
 
 namespace thenar {
 
-/// Our contact solvers of a dense W, under the names of `thenar solve`:
-///     gauss_seidel  the loops' own
+/// Our contact solvers of a dense W, the first and the last under the names of `thenar solve`:
+///     gauss_seidel  single-precision sweeps, accelerated
+///     sweeps        plain sweeps in double precision, without a workspace
 ///     newton        Gauss-Seidel, then homotopy and Newton: the accurate one
 [[nodiscard]] inline std::vector<ContactMethod> our_contact_methods() {
   using Eigen::MatrixXd;
   using Eigen::VectorXd;
-  const auto gauss_seidel = [](const MatrixXd& W, const VectorXd& delta_free, const VectorXd& mu) -> ContactSolver {
+  const auto sweeps = [](const MatrixXd& W, const VectorXd& delta_free, const VectorXd& mu) -> ContactSolver {
     auto delta = std::make_shared<VectorXd>(delta_free.size());
     return [&W, &delta_free, &mu, delta](double tolerance, int budget, VectorXd& f) {
       (void)solve_contacts(W, delta_free, mu, {.tolerance = tolerance, .max_sweeps = budget}, f, *delta);
+    };
+  };
+  const auto gauss_seidel = [](const MatrixXd& W, const VectorXd& delta_free, const VectorXd& mu) -> ContactSolver {
+    auto delta = std::make_shared<VectorXd>(delta_free.size());
+    auto work = std::make_shared<SweepWorkspace>(mu.size());
+    return [&W, &delta_free, &mu, delta, work](double tolerance, int budget, VectorXd& f) {
+      (void)solve_contacts(W, delta_free, mu, {.tolerance = tolerance, .max_sweeps = budget}, *work, f, *delta);
     };
   };
   const auto newton = [](const MatrixXd& W, const VectorXd& delta_free, const VectorXd& mu) -> ContactSolver {
@@ -28,7 +37,7 @@ namespace thenar {
       (void)solve_contacts_accurately(W, delta_free, mu, settings, *work, f, *delta);
     };
   };
-  return {{"gauss_seidel", gauss_seidel}, {"newton", newton}};
+  return {{"gauss_seidel", gauss_seidel}, {"sweeps", sweeps}, {"newton", newton}};
 }
 
 }  // namespace thenar
