@@ -37,7 +37,7 @@ namespace thenar {
       (void)solve_contacts_accurately(W, delta_free, mu, settings, *work, f, *delta);
     };
   };
-  return {{"gauss_seidel", gauss_seidel}, {"sweeps", sweeps}, {"newton", newton}};
+  return {{"gauss_seidel", true, gauss_seidel}, {"sweeps", true, sweeps}, {"newton", true, newton}};
 }
 
 }  // namespace thenar

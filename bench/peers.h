@@ -13,6 +13,7 @@ using ContactSolver = std::function<void(double tolerance, int budget, Eigen::Ve
 /// A contact solver by its name.
 struct ContactMethod {
   const char* name;
+  bool stops_by_natural_map;  ///< Its own measure is that of residual.h.
   std::function<ContactSolver(const Eigen::MatrixXd& W, const Eigen::VectorXd& delta_free, const Eigen::VectorXd& mu)>
       prepare;
 };

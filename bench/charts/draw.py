@@ -18,7 +18,7 @@ plt.rcParams.update({
 
 # One colour a method in all charts: ours are saturated, peers grey and dashed.
 STYLE = {
-    "gauss_seidel": dict(color="#c0392b"), "gauss_seidel_grouped": dict(color="#e67e22"),
+    "gauss_seidel": dict(color="#c0392b"), "sweeps": dict(color="#e67e22"),
     "newton": dict(color="#2563a8"), "default": dict(color="#8e44ad"),
     "active_set": dict(color="#c0392b"), "lemke": dict(color="#2563a8"), "exact_cone": dict(color="#3a8f5c"),
     "siconos_nsgs": dict(color="#555555", ls="--"), "siconos_nsn": dict(color="#999999", ls="--"),
@@ -26,7 +26,7 @@ STYLE = {
     "bullet_lemke": dict(color="#999999", ls="--"), "ode_dantzig": dict(color="#999999", ls=":"),
 }
 LABEL = {
-    "gauss_seidel": "Gauss-Seidel, dense W", "gauss_seidel_grouped": "Gauss-Seidel, W in factors",
+    "gauss_seidel": "Gauss-Seidel, accelerated", "sweeps": "plain sweeps",
     "newton": "homotopy + Newton", "default": "Gauss-Seidel, then Newton", "active_set": "pyramid, active set",
     "lemke": "pyramid, Lemke", "exact_cone": "exact cone", "siconos_nsgs": "Siconos NSGS",
     "siconos_nsn": "Siconos Newton (Alart-Curnier)", "siconos_lexicolemke": "Siconos lexicolemke",
