@@ -192,7 +192,7 @@ struct Point {
   LaneForces<kLanes> x;   ///< Q'l + bias
   Projection<kLanes> to;  ///< f = P_K(x)
   Vector6 residual;       ///< w - Q f
-  double square = 0.0;    ///< |w - Q f|^2
+  double square;          ///< |w - Q f|^2
 
   /// |w - Q f| / |f|
   [[nodiscard]] double kkt_error() const {
@@ -232,7 +232,10 @@ class Solver {
 
  private:
   Point<kLanes> evaluate(const Vector6& l, const Forces& x) const {
-    Point<kLanes> point{l, x, project<kLanes>(x, cone_), {}, 0.0};
+    Point<kLanes> point;
+    point.l = l;
+    point.x = x;
+    point.to = project<kLanes>(x, cone_);
     point.residual = wrench(grasp_.Q, point.to.f);
     for (int k = 0; k < 6; ++k) point.residual[k] = grasp_.w[k] - point.residual[k];
     point.square = dot(point.residual, point.residual);
@@ -368,11 +371,11 @@ bool Solver<kLanes>::newton(const Vector6& start, int steps) {
 }
 
 /// The largest t for which s + t d is in the cone |s_t| <= s_n for all contacts is the inverse of this, if positive.
+/// `size` is the Lorentz norm of s.
 template <int kLanes>
-double inverse_reach(const LaneForces<kLanes>& s, const LaneForces<kLanes>& d) {
+double inverse_reach(const LaneForces<kLanes>& s, const Lane<kLanes>& size, const LaneForces<kLanes>& d) {
   using Lanes = Lane<kLanes>;
   // In the frame where s is the axis [Vandenberghe, The CVXOPT linear and quadratic cone program solvers, 2010].
-  const Lanes size = lorentz_norm<kLanes>(s);
   const Lanes r_n = (s.col(0) * d.col(0) - s.col(1) * d.col(1) - s.col(2) * d.col(2)) / size;
   const Lanes k = (r_n + d.col(0)) / (s.col(0) + size);
   const Lanes r_t = ((d.col(1) - k * s.col(1)).square() + (d.col(2) - k * s.col(2)).square()).sqrt();
@@ -511,8 +514,8 @@ bool Solver<kLanes>::interior_point() {
       return d;
     };
     const auto reach = [&](const Direction& d) {
-      return 1.0 / std::max({kTiny, inverse_reach<kLanes>(s, d.s), inverse_reach<kLanes>(z, d.z), -d.tau / tau,
-                             -d.kappa / kappa});
+      return 1.0 / std::max({kTiny, inverse_reach<kLanes>(s, s_size, d.s), inverse_reach<kLanes>(z, z_size, d.z),
+                             -d.tau / tau, -d.kappa / kappa});
     };
     const Direction predicted = towards(0.0, Forces::Zero(), 0.0);
     const double left = 1.0 - std::min(1.0, reach(predicted));
