@@ -53,22 +53,40 @@ Vector6 wrench(const std::array<LaneForces<kLanes>, 6>& Q, const LaneForces<kLan
   return w;
 }
 
-/// P_K, all contacts at once.
+/// |f_t| <= mu f_n
+struct Cone {
+  explicit Cone(double friction) : mu(friction), slope(1.0 / (1.0 + friction * friction)) {}
+  double mu;
+  double slope;  ///< Of f_n along the cone's surface.
+};
+
+/// P_K(x) for all contacts at once, and what its derivative needs.
 template <int kLanes>
-LaneForces<kLanes> project(const LaneForces<kLanes>& x, double mu) {
+struct Projection {
+  LaneForces<kLanes> f;
+  Lane<kLanes> e_1, e_2;  ///< x_t / |x_t|
+  Lane<kLanes> part;      ///< |f_t| / |x_t|
+  Eigen::Array<bool, kLanes, 1> is_inside;
+};
+
+template <int kLanes>
+Projection<kLanes> project(const LaneForces<kLanes>& x, const Cone& cone) {
   using Lanes = Lane<kLanes>;
   const Lanes length = (x.col(1).square() + x.col(2).square()).sqrt();
-  const auto is_inside = (length < mu * x.col(0)).eval();
+  const Lanes inverse = 1.0 / length.max(kTiny);
   // Beside the cone: the nearest point of the generator (1, mu); behind it, or there but for rounding: the apex.
-  const Lanes along = x.col(0) + mu * length;
-  const Lanes rounding = kRounding * (x.col(0).abs() + mu * length);
-  const Lanes normal = (along > rounding).select(along / (1.0 + mu * mu), 0.0);
-  const Lanes part = is_inside.select(Lanes::Ones(), mu * normal / length.max(kTiny));
-  LaneForces<kLanes> f;
-  f.col(0) = is_inside.select(x.col(0), normal);
-  f.col(1) = part * x.col(1);
-  f.col(2) = part * x.col(2);
-  return f;
+  const Lanes along = x.col(0) + cone.mu * length;
+  const Lanes rounding = kRounding * (x.col(0).abs() + cone.mu * length);
+  const Lanes normal = (along > rounding).select(cone.slope * along, 0.0);
+  Projection<kLanes> to;
+  to.is_inside = length < cone.mu * x.col(0);
+  to.part = to.is_inside.select(Lanes::Ones(), cone.mu * normal * inverse);
+  to.f.col(0) = to.is_inside.select(x.col(0), normal);
+  to.f.col(1) = to.part * x.col(1);
+  to.f.col(2) = to.part * x.col(2);
+  to.e_1 = (length > 0.0).select(x.col(1) * inverse, 1.0);
+  to.e_2 = x.col(2) * inverse;
+  return to;
 }
 
 /// sqrt(s_n^2 - |s_t|^2)
@@ -97,21 +115,17 @@ Blocks<kLanes> blocks_about(const Lane<kLanes>& e1, const Lane<kLanes>& e2, cons
           along * e2.square() + across * e1.square()};
 }
 
-/// The derivative of P_K at x, where it is f.
+/// The derivative of P_K.
 template <int kLanes>
-Blocks<kLanes> derivative(const LaneForces<kLanes>& x, const LaneForces<kLanes>& f, double mu) {
+Blocks<kLanes> derivative(const Projection<kLanes>& to, const Cone& cone) {
   using Lanes = Lane<kLanes>;
-  const Lanes length = (x.col(1).square() + x.col(2).square()).sqrt();
-  const Lanes inverse = 1.0 / length.max(kTiny);
-  const auto is_inside = (length < mu * x.col(0)).eval();
-  const Lanes one = Lanes::Ones();
-  const Lanes zero = Lanes::Zero();
   // Beside the cone the normal force follows along (1, mu e) and the tangential one turns with x_t; at the apex nothing
   // moves.
-  const Lanes slope = (f.col(0) > 0.0).select(Lanes::Constant(1.0 / (1.0 + mu * mu)), 0.0);
-  return blocks_about<kLanes>(is_inside.select(one, x.col(1) * inverse), is_inside.select(zero, x.col(2) * inverse),
-                              is_inside.select(one, slope), is_inside.select(zero, mu * slope),
-                              is_inside.select(one, mu * mu * slope), is_inside.select(one, mu * f.col(0) * inverse));
+  const Lanes slope = (to.f.col(0) > 0.0).select(Lanes::Constant(cone.slope), 0.0);
+  const Lanes one = Lanes::Ones();
+  return blocks_about<kLanes>(to.e_1, to.e_2, to.is_inside.select(one, slope),
+                              to.is_inside.select(Lanes::Zero(), cone.mu * slope),
+                              to.is_inside.select(one, cone.mu * cone.mu * slope), to.part);
 }
 
 template <int kLanes>
@@ -175,18 +189,18 @@ class Factors {
 template <int kLanes>
 struct Point {
   Vector6 l;
-  LaneForces<kLanes> x;  ///< Q'l + bias
-  LaneForces<kLanes> f;  ///< P_K(x)
-  Vector6 residual;      ///< w - Q f
-  double square = 0.0;   ///< |w - Q f|^2
+  LaneForces<kLanes> x;   ///< Q'l + bias
+  Projection<kLanes> to;  ///< f = P_K(x)
+  Vector6 residual;       ///< w - Q f
+  double square;          ///< |w - Q f|^2
 
   /// |w - Q f| / |f|
   [[nodiscard]] double kkt_error() const {
-    return square == 0.0 ? 0.0 : std::sqrt(square / std::max(f.square().sum(), kTiny));
+    return square == 0.0 ? 0.0 : std::sqrt(square / std::max(to.f.square().sum(), kTiny));
   }
   /// The error that the rounding of x leaves.
   [[nodiscard]] double rounding() const {
-    return kRounding * std::sqrt(x.square().sum() / std::max(f.square().sum(), kTiny));
+    return kRounding * std::sqrt(x.square().sum() / std::max(to.f.square().sum(), kTiny));
   }
 };
 
@@ -196,7 +210,7 @@ class Solver {
   using Lanes = Lane<kLanes>;
   using Forces = LaneForces<kLanes>;
 
-  explicit Solver(const ReducedGrasp<kLanes>& grasp) : grasp_(grasp) {
+  explicit Solver(const ReducedGrasp<kLanes>& grasp) : grasp_(grasp), cone_(grasp.friction) {
     least_ = std::sqrt(dot(grasp.w, grasp.w));
     scale_ = least_ + std::sqrt(grasp.bias.square().sum());
   }
@@ -208,7 +222,7 @@ class Solver {
 
     if (status_ == GraspStatus::kBudgetSpent && residual_ <= kTrusted) status_ = GraspStatus::kOptimal;
     if (status_ == GraspStatus::kOptimal) {
-      f = best_.f;
+      f = best_.to.f;
       multiplier = best_.l;
     } else if (status_ == GraspStatus::kInfeasible) {
       multiplier = certificate_;
@@ -218,8 +232,11 @@ class Solver {
 
  private:
   Point<kLanes> evaluate(const Vector6& l, const Forces& x) const {
-    Point<kLanes> point{l, x, project<kLanes>(x, grasp_.friction), {}, 0.0};
-    point.residual = wrench(grasp_.Q, point.f);
+    Point<kLanes> point;
+    point.l = l;
+    point.x = x;
+    point.to = project<kLanes>(x, cone_);
+    point.residual = wrench(grasp_.Q, point.to.f);
     for (int k = 0; k < 6; ++k) point.residual[k] = grasp_.w[k] - point.residual[k];
     point.square = dot(point.residual, point.residual);
     return point;
@@ -244,8 +261,8 @@ class Solver {
       const double work = dot(grasp_.w, c);
       if (!(work > 0.0)) return false;
       const Forces x = combine(grasp_.Q, c);
-      const Forces f = project<kLanes>(x, grasp_.friction);
-      const double gap = least_ * std::sqrt(f.square().sum()) / work;
+      const Projection<kLanes> to = project<kLanes>(x, cone_);
+      const double gap = least_ * std::sqrt(to.f.square().sum()) / work;
       if (gap * kOutOfReach <= 1.0) {
         status_ = GraspStatus::kInfeasible;
         residual_ = gap;
@@ -255,8 +272,8 @@ class Solver {
       if (gap > kContraction * last) return false;
       last = gap;
       ++iterations_;
-      const Factors V(grasp_.Q, derivative<kLanes>(x, f, grasp_.friction), kLeastShift);
-      c = plus(c, -1.0, V.solve(wrench(grasp_.Q, f)));
+      const Factors V(grasp_.Q, derivative(to, cone_), kLeastShift);
+      c = plus(c, -1.0, V.solve(wrench(grasp_.Q, to.f)));
     }
     return false;
   }
@@ -273,7 +290,7 @@ class Solver {
       if (point.kkt_error() > std::min(kNearOptimum, kContraction * last)) return false;
       last = point.kkt_error();
       ++iterations_;
-      const Factors V(grasp_.Q, derivative<kLanes>(point.x, point.f, grasp_.friction), kLeastShift);
+      const Factors V(grasp_.Q, derivative(point.to, cone_), kLeastShift);
       point = evaluate(plus(point.l, 1.0, V.solve(point.residual)));
     }
     return is_optimal(point);
@@ -290,6 +307,7 @@ class Solver {
   static constexpr double kLeastShift = 1e-14;
 
   const ReducedGrasp<kLanes>& grasp_;
+  const Cone cone_;
   double least_;  ///< |w|: the least forces without cones.
   double scale_;
   GraspStatus status_ = GraspStatus::kBudgetSpent;
@@ -303,14 +321,17 @@ template <int kLanes>
 bool Solver<kLanes>::newton(const Vector6& start, int steps) {
   Point<kLanes> point = evaluate(start);
   double damping = 1e-3;
+  double last = 0.0;
   for (int step = 0;; ++step) {
     if (is_optimal(point)) return true;
-    if (step > 0 && is_certificate(point.residual)) return true;
+    // Of infeasible problems the residual stays: it becomes the part of w that is out of reach.
+    if (step > 0 && point.square > 0.1 * last && is_certificate(point.residual)) return true;
+    last = point.square;
     if (step == steps) return false;
     ++iterations_;
 
     const double shift = kLeastShift + damping * std::min(1.0, std::sqrt(point.square) / scale_);
-    const Factors V(grasp_.Q, derivative<kLanes>(point.x, point.f, grasp_.friction), shift);
+    const Factors V(grasp_.Q, derivative(point.to, cone_), shift);
     const Vector6 direction = V.solve(point.residual);
     const Forces dx = combine(grasp_.Q, direction);
     const double slope = dot(point.residual, direction);
@@ -321,7 +342,7 @@ bool Solver<kLanes>::newton(const Vector6& start, int steps) {
     Point<kLanes> next = evaluate(plus(point.l, t, direction), point.x + t * dx);
     double low = 0.0, slope_low = slope, high = 1.0, slope_high = 0.0;
     for (int k = 0; k < kLineSteps && next.square > 0.25 * point.square; ++k) {
-      const double slope_t = work - (next.f * dx).sum();
+      const double slope_t = work - (next.to.f * dx).sum();
       if (std::abs(slope_t) <= 0.5 * slope || (t == 1.0 && slope_t > 0.0)) break;
       if (slope_t > 0.0) {
         low = t;
@@ -350,11 +371,11 @@ bool Solver<kLanes>::newton(const Vector6& start, int steps) {
 }
 
 /// The largest t for which s + t d is in the cone |s_t| <= s_n for all contacts is the inverse of this, if positive.
+/// `size` is the Lorentz norm of s.
 template <int kLanes>
-double inverse_reach(const LaneForces<kLanes>& s, const LaneForces<kLanes>& d) {
+double inverse_reach(const LaneForces<kLanes>& s, const Lane<kLanes>& size, const LaneForces<kLanes>& d) {
   using Lanes = Lane<kLanes>;
   // In the frame where s is the axis [Vandenberghe, The CVXOPT linear and quadratic cone program solvers, 2010].
-  const Lanes size = lorentz_norm<kLanes>(s);
   const Lanes r_n = (s.col(0) * d.col(0) - s.col(1) * d.col(1) - s.col(2) * d.col(2)) / size;
   const Lanes k = (r_n + d.col(0)) / (s.col(0) + size);
   const Lanes r_t = ((d.col(1) - k * s.col(1)).square() + (d.col(2) - k * s.col(2)).square()).sqrt();
@@ -493,8 +514,8 @@ bool Solver<kLanes>::interior_point() {
       return d;
     };
     const auto reach = [&](const Direction& d) {
-      return 1.0 / std::max({kTiny, inverse_reach<kLanes>(s, d.s), inverse_reach<kLanes>(z, d.z), -d.tau / tau,
-                             -d.kappa / kappa});
+      return 1.0 / std::max({kTiny, inverse_reach<kLanes>(s, s_size, d.s), inverse_reach<kLanes>(z, z_size, d.z),
+                             -d.tau / tau, -d.kappa / kappa});
     };
     const Direction predicted = towards(0.0, Forces::Zero(), 0.0);
     const double left = 1.0 - std::min(1.0, reach(predicted));
