@@ -403,6 +403,11 @@ AccurateReport solve_contacts_accurately(const MatrixRef& W, const VectorRef& de
               {solve_contacts(W, delta_free, mu, first, work.sweeps, f, delta)},
               residual_scale_N(W, delta_free)};
   SolveReport& report = solve.report.solve;
+  if (report.status == SolveStatus::kNoSolution) {
+    for (Index i = 0; i < mu.size(); ++i) {
+      if (W(3 * i, 3 * i) == 0.0 && delta_free[3 * i] < 0.0) work.certificate[i] = 1.0;
+    }
+  }
   if (report.status != SolveStatus::kBudgetSpent) return solve.report;
 
   follow_stiffening_springs(solve);
