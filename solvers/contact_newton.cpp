@@ -22,6 +22,9 @@ using VectorOut = Eigen::Ref<Eigen::VectorXd>;
 // tenth at first; a step that Newton's method cannot take is shortened to its square root, one that it can is squared.
 constexpr double kSoftest = 1.0, kStiffest = 1e-10;
 constexpr double kFirstStep = 0.1, kLongestStep = 0.01, kShortestStep = 0.93;
+// Springs for the proximal iteration, and how often each is relaxed.
+constexpr std::array<double, 4> kProximalSprings{1e-2, 1e-3, 1e-4, 1e-5};
+constexpr int kRelaxations = 20;
 // A stage only has to lead to the next one, but near the end it has to be right.
 constexpr double kStageTolerance = 1e-4, kFineTolerance = 1e-10, kFineFrom = 1e-6;
 constexpr int kStageSteps = 15, kLastSteps = 40, kHalvings = 12;
@@ -273,7 +276,19 @@ void keep_if_better(Solve& solve, const VectorRef& candidate) {
   solve.report.solve.residual_worst = residual.worst;
 }
 
-/// From soft springs to none: every stage begins at the last one's forces.
+/// One stage from `start` to f, with the rho that gets it to kStageTolerance at least, if any does.
+bool solve_stage(Solve& solve, double eta, const VectorRef& centre, const VectorRef& start, double tolerance_N,
+                 VectorOut f) {
+  for (const double push : kPushes) {
+    f = start;
+    const Stage stage{solve.W, solve.delta_free, solve.mu, centre, eta, push};
+    const double error_N = newton(stage, tolerance_N, solve.steps(kStageSteps), solve.work, f, solve.report.steps);
+    if (error_N <= kStageTolerance * solve.scale_N) return true;
+  }
+  return false;
+}
+
+/// From soft springs to none, every stage from the last one's forces.
 void follow_stiffening_springs(Solve& solve) {
   auto f = solve.work.f.head(solve.f.size());
   auto last_good = solve.work.last_good.head(solve.f.size());
@@ -281,14 +296,7 @@ void follow_stiffening_springs(Solve& solve) {
   double eta = kSoftest, good_eta = kSoftest / kFirstStep, factor = kFirstStep;
   while (!solve.solved() && eta >= kStiffest && factor <= kShortestStep && solve.steps(1) > 0) {
     const double wanted_N = (eta < kFineFrom ? kFineTolerance : kStageTolerance) * solve.scale_N;
-    bool good = false;
-    for (const double push : kPushes) {
-      f = last_good;
-      const Stage stage{solve.W, solve.delta_free, solve.mu, solve.zero(), eta, push};
-      const double error = newton(stage, wanted_N, solve.steps(kStageSteps), solve.work, f, solve.report.steps);
-      good = error <= kStageTolerance * solve.scale_N;
-      if (good) break;
-    }
+    const bool good = solve_stage(solve, eta, solve.zero(), last_good, wanted_N, f);
     keep_if_better(solve, f);
     if (good) {
       last_good = f;
@@ -307,6 +315,21 @@ void follow_stiffening_springs(Solve& solve) {
   keep_if_better(solve, f);
 }
 
+/// The proximal point method [Rockafellar 1976]: springs that are relaxed again and again at the last forces change nothing
+/// in the end. Slower than to stiffen them, but every stage begins close to its solution.
+void relax_springs(Solve& solve) {
+  auto f = solve.work.f.head(solve.f.size());
+  auto centre = solve.work.last_good.head(solve.f.size());
+  for (const double eta : kProximalSprings) {
+    centre = solve.f;
+    for (int k = 0; k < kRelaxations && !solve.solved() && solve.steps(1) > 0; ++k) {
+      if (!solve_stage(solve, eta, centre, centre, 0.01 * solve.settings.tolerance * solve.scale_N, f)) break;
+      keep_if_better(solve, f);
+      centre = f;
+    }
+  }
+}
+
 /// Looks for normal forces y >= 0 with W y = 0 and y.delta_free < 0. Any solution then has f.W y >= -y.delta_free, which
 /// bounds |f| from below: by how much tells a proof from rounding.
 ///
@@ -314,7 +337,7 @@ void follow_stiffening_springs(Solve& solve) {
 /// such a y, and so does, exactly, each step of springs that are relaxed again and again at the last forces.
 bool find_certificate(Solve& solve) {
   // It has to be found also where the Newton steps of the solve are spent.
-  constexpr int kSteps = 25, kRelaxations = 4;
+  constexpr int kSteps = 25, kDirections = 4;
   constexpr double kSpring = 1e-4;
   const Index n = solve.mu.size();
   const VectorRef frictionless = solve.work.zero.head(n);
@@ -327,7 +350,7 @@ bool find_certificate(Solve& solve) {
   }
   auto y = solve.work.certificate.head(n);
   auto motion = solve.work.motion.head(3 * n);
-  for (int k = 0; k < kRelaxations; ++k) {
+  for (int k = 0; k < kDirections; ++k) {
     centre = f;
     const Stage stage{solve.W, solve.delta_free, frictionless, centre, kSpring, 1.0};
     newton(stage, kFineTolerance * solve.scale_N, kSteps, solve.work, f, solve.report.steps);
@@ -351,6 +374,7 @@ bool find_certificate(Solve& solve) {
 
 AccurateWorkspace::AccurateWorkspace(Index contacts)
     : certificate(VectorXd::Zero(contacts)),
+      sweeps(contacts),
       jacobian(3 * contacts, 3 * contacts),
       f(3 * contacts),
       last_good(3 * contacts),
@@ -376,17 +400,23 @@ AccurateReport solve_contacts_accurately(const MatrixRef& W, const VectorRef& de
               work,
               f,
               delta,
-              {solve_contacts(W, delta_free, mu, first, f, delta)},
+              {solve_contacts(W, delta_free, mu, first, work.sweeps, f, delta)},
               residual_scale_N(W, delta_free)};
   SolveReport& report = solve.report.solve;
+  if (report.status == SolveStatus::kNoSolution) {
+    for (Index i = 0; i < mu.size(); ++i) {
+      if (W(3 * i, 3 * i) == 0.0 && delta_free[3 * i] < 0.0) work.certificate[i] = 1.0;
+    }
+  }
   if (report.status != SolveStatus::kBudgetSpent) return solve.report;
 
   follow_stiffening_springs(solve);
-  if (solve.solved()) {
-    report.status = SolveStatus::kConverged;
-  } else if (find_certificate(solve)) {
+  if (!solve.solved() && find_certificate(solve)) {
     report.status = SolveStatus::kNoSolution;
+    return solve.report;
   }
+  relax_springs(solve);
+  if (solve.solved()) report.status = SolveStatus::kConverged;
   return solve.report;
 }
 

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "solvers/contact_sweeps.h"
 #include "solvers/gauss_seidel.h"
 
 namespace thenar {
@@ -11,10 +12,10 @@ namespace thenar {
 struct AccurateSettings {
   double tolerance = 1e-8;  ///< Stop at this natural-map residual [no unit]; see residual.h.
   int max_sweeps = 300;     ///< Of the Gauss-Seidel that goes first.
-  int max_steps = 400;      ///< Newton steps of all stages together: bounds the time of one call.
+  int max_steps = 800;      ///< Newton steps of all stages together: bounds the time of one call.
 };
 
-/// Memory of accurate contact solves for up to `contacts` contacts, about 72 contacts^2 bytes; taken once.
+/// Memory of accurate contact solves for up to `contacts` contacts, about 110 contacts^2 bytes; taken once.
 struct AccurateWorkspace {
   explicit AccurateWorkspace(Eigen::Index contacts);
 
@@ -22,6 +23,7 @@ struct AccurateWorkspace {
   Eigen::VectorXd certificate;
 
   // Scratch of contact_newton.cpp.
+  SweepWorkspace sweeps;
   std::vector<Eigen::Index> active;
   Eigen::MatrixXd jacobian;
   Eigen::VectorXd f, last_good, delta, right, step, motion, trial_f, trial_delta, zero;
@@ -38,7 +40,8 @@ struct AccurateReport {
 ///
 /// Method: Gauss-Seidel; if that does not converge, springs behind all contacts that stiffen from W's own compliance to
 /// nothing, each stage solved from the last one by Newton's method on Alart and Curnier's map [Alart, Curnier 1991],
-/// restricted to the contacts that are pressed; then the problem itself. The forces of the least residual are kept.
+/// restricted to the contacts that are pressed; then the problem itself; then, where that failed, springs relaxed again and
+/// again at the last forces. The forces of the least residual are kept.
 ///
 /// Shapes, units and requirements are those of solve_contacts; work for mu.size() contacts or more.
 /// f         In: first guess. Out: finite and inside every cone, with any status.

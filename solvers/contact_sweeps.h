@@ -148,8 +148,10 @@ void gaps_are_exact(SweepWorkspace& work);
 // it may be this close to the tolerance, or after so many sweeps.
 inline constexpr double kLookAt = 3.0;
 inline constexpr int kLookAfter = 6;
-// Single precision has seven digits, and the weights of the acceleration may cost some.
+// Single precision has seven digits, and the weights of the acceleration may cost some. It may also be what a residual
+// stalls at: great forces that hold one another leave few digits for the gaps.
 inline constexpr double kExactEvery = 1e-3;
+inline constexpr double kStalled = 0.5;
 
 /// Sweeps from f to settings.tolerance. The workspace is laid out and filled; `gaps(f, delta)` computes
 /// delta = W f + delta_free in double precision.
@@ -186,8 +188,10 @@ SolveReport iterate_sweeps(const Eigen::Ref<const Eigen::VectorXd>& delta_free,
     const bool last = report.sweeps == settings.max_sweeps;
     if (last || report.sweeps >= last_look + kLookAfter || !(per_change * change_N > kLookAt * settings.tolerance)) {
       last_look = report.sweeps;
+      const double stalled_at = kStalled * residual.norm;
       residual = look();
-      if (last || residual.norm <= std::max(settings.tolerance, kExactEvery * exact_residual)) {
+      if (last || residual.norm > stalled_at ||
+          residual.norm <= std::max(settings.tolerance, kExactEvery * exact_residual)) {
         gaps(f, delta);
         gaps_are_exact(work);
         residual = look();

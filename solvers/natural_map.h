@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cmath>
+#include <limits>
 
 namespace thenar {
 
@@ -54,7 +55,8 @@ inline Projection project(double f_n, double f_t, double mu) {
   return {normal, mu * normal / f_t};
 }
 
-/// | f - P_K(f - rho (delta + mu |delta_t| e_n)) |^2 of one contact [N^2].
+/// | f - P_K(f - rho (delta + mu |delta_t| e_n)) |^2 of one contact [N^2], and at least the square of f_n's rounding: where
+/// no forces exist, solvers drive them up until all else is lost in their digits, and that must not pass for a solution.
 inline double natural_map_error_squared(double rho, double mu, const Rows& f, const Rows& delta) {
   const double x_n = f.n - rho * (delta.n + mu * std::sqrt(delta.t1 * delta.t1 + delta.t2 * delta.t2));
   const double x_1 = f.t1 - rho * delta.t1;
@@ -63,7 +65,8 @@ inline double natural_map_error_squared(double rho, double mu, const Rows& f, co
   const double e_n = f.n - p.normal;
   const double e_1 = f.t1 - p.tangential_part * x_1;
   const double e_2 = f.t2 - p.tangential_part * x_2;
-  return e_n * e_n + e_1 * e_1 + e_2 * e_2;
+  const double rounding = std::numeric_limits<double>::epsilon() * f.n;
+  return e_n * e_n + e_1 * e_1 + e_2 * e_2 + rounding * rounding;
 }
 
 }  // namespace thenar

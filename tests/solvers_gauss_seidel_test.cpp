@@ -6,6 +6,7 @@
 #include <limits>
 #include <random>
 
+#include "solvers/contact_sweeps.h"
 #include "solvers/gauss_seidel.h"
 #include "solvers/lcp.h"
 #include "tests/allocation_counter.h"
@@ -43,15 +44,30 @@ struct Solution {
   VectorXd delta;
 };
 
-Solution solve(const Problem& problem, const GaussSeidelSettings& settings, VectorXd f) {
-  VectorXd delta = VectorXd::Constant(f.size(), std::numeric_limits<double>::quiet_NaN());
-  const SolveReport report = solve_contacts(problem.W, problem.delta_free, problem.mu, settings, f, delta);
-  return {report, f, delta};
-}
+/// Every property holds for the plain sweeps and for the fast ones, which work in single precision and are accelerated.
+class GaussSeidel : public testing::TestWithParam<bool> {
+ protected:
+  [[nodiscard]] static bool fast() { return GetParam(); }
 
-Solution solve(const Problem& problem, const GaussSeidelSettings& settings) {
-  return solve(problem, settings, VectorXd::Zero(problem.delta_free.size()));
-}
+  [[nodiscard]] static Solution solve(const Problem& problem, const GaussSeidelSettings& settings, VectorXd f) {
+    VectorXd delta = VectorXd::Constant(f.size(), std::numeric_limits<double>::quiet_NaN());
+    SolveReport report;
+    if (fast()) {
+      SweepWorkspace work(problem.contacts());
+      report = solve_contacts(problem.W, problem.delta_free, problem.mu, settings, work, f, delta);
+    } else {
+      report = solve_contacts(problem.W, problem.delta_free, problem.mu, settings, f, delta);
+    }
+    return {report, f, delta};
+  }
+
+  [[nodiscard]] static Solution solve(const Problem& problem, const GaussSeidelSettings& settings) {
+    return solve(problem, settings, VectorXd::Zero(problem.delta_free.size()));
+  }
+};
+
+INSTANTIATE_TEST_SUITE_P(Sweeps, GaussSeidel, testing::Bool(),
+                         [](const auto& sweeps) { return sweeps.param ? "Fast" : "Plain"; });
 
 MatrixXd random_matrix(Index rows, Index cols, std::mt19937& random) {
   std::normal_distribution<double> normal;
@@ -117,7 +133,7 @@ void expect_gaps_of_forces(const Problem& problem, const Solution& solution) {
   EXPECT_LE((solution.delta - delta).cwiseAbs().maxCoeff(), 1e-14 * size_m);
 }
 
-TEST(GaussSeidel, SolvesTheRecordedProblemsFromRest) {
+TEST_P(GaussSeidel, SolvesTheRecordedProblemsFromRest) {
   for (const ContactFile& recorded : recorded_contact_problems()) {
     SCOPED_TRACE(recorded.name);
     const Problem problem = problem_of(recorded);
@@ -130,7 +146,7 @@ TEST(GaussSeidel, SolvesTheRecordedProblemsFromRest) {
   }
 }
 
-TEST(GaussSeidel, FollowsTheRecordedSequencesFromTheLastForces) {
+TEST_P(GaussSeidel, FollowsTheRecordedSequencesFromTheLastForces) {
   for (const ContactFile& recorded : recorded_contact_problems()) {
     if (recorded.delta_free.size() == 1) continue;
     SCOPED_TRACE(recorded.name);
@@ -152,7 +168,7 @@ TEST(GaussSeidel, FollowsTheRecordedSequencesFromTheLastForces) {
   }
 }
 
-TEST(GaussSeidel, NeedsNoSweepAtTheSolution) {
+TEST_P(GaussSeidel, NeedsNoSweepAtTheSolution) {
   for (const ContactFile& recorded : recorded_contact_problems()) {
     SCOPED_TRACE(recorded.name);
     const Solution solution = solve(problem_of(recorded), {.tolerance = 1e-10, .max_sweeps = 1}, recorded.f_reference);
@@ -163,7 +179,7 @@ TEST(GaussSeidel, NeedsNoSweepAtTheSolution) {
   }
 }
 
-TEST(GaussSeidel, RandomProblemsObeySignoriniAndCoulomb) {
+TEST_P(GaussSeidel, RandomProblemsObeySignoriniAndCoulomb) {
   for (unsigned seed = 0; seed < 100; ++seed) {
     SCOPED_TRACE(seed);
     std::mt19937 random(seed);
@@ -176,7 +192,7 @@ TEST(GaussSeidel, RandomProblemsObeySignoriniAndCoulomb) {
   }
 }
 
-TEST(GaussSeidel, ForcesAreUsableWhenTheBudgetIsSpent) {
+TEST_P(GaussSeidel, ForcesAreUsableWhenTheBudgetIsSpent) {
   for (const ContactFile& recorded : recorded_contact_problems()) {
     SCOPED_TRACE(recorded.name);
     const Problem problem = problem_of(recorded);
@@ -191,7 +207,7 @@ TEST(GaussSeidel, ForcesAreUsableWhenTheBudgetIsSpent) {
   }
 }
 
-TEST(GaussSeidel, AnyGuessIsTakenIntoTheCones) {
+TEST_P(GaussSeidel, AnyGuessIsTakenIntoTheCones) {
   for (unsigned seed = 0; seed < 50; ++seed) {
     SCOPED_TRACE(seed);
     std::mt19937 random(seed);
@@ -207,7 +223,7 @@ TEST(GaussSeidel, AnyGuessIsTakenIntoTheCones) {
 }
 
 // Without friction the problem is 0 <= W_nn f_n + delta_free_n _|_ f_n >= 0, and W_nn is definite: f_n is unique.
-TEST(GaussSeidel, AgreesWithLemkeWithoutFriction) {
+TEST_P(GaussSeidel, AgreesWithLemkeWithoutFriction) {
   for (unsigned seed = 0; seed < 50; ++seed) {
     SCOPED_TRACE(seed);
     std::mt19937 random(seed);
@@ -232,7 +248,7 @@ TEST(GaussSeidel, AgreesWithLemkeWithoutFriction) {
 }
 
 // Turning the tangent axes of every contact changes coordinates and no physics: the same sweeps, the turned forces.
-TEST(GaussSeidel, TangentAxesAreArbitrary) {
+TEST_P(GaussSeidel, TangentAxesAreArbitrary) {
   for (unsigned seed = 0; seed < 50; ++seed) {
     SCOPED_TRACE(seed);
     std::mt19937 random(seed);
@@ -256,11 +272,11 @@ TEST(GaussSeidel, TangentAxesAreArbitrary) {
 
 // One contact on W = diag(a, b, b), pressed by d and dragged by s: f_n = d/a, and it sticks with f_t = -s/b as long as
 // that is inside the cone, else it slides with f_t = -mu f_n s/|s|.
-TEST(GaussSeidel, OneContactByHand) {
+TEST_P(GaussSeidel, OneContactByHand) {
   const double a = 2e-3;
   const double b = 1e-3;
   Problem problem{Vector3d(a, b, b).asDiagonal().toDenseMatrix(), VectorXd(3), VectorXd::Constant(1, 0.5)};
-  const GaussSeidelSettings settings{.tolerance = 1e-14, .max_sweeps = 10};
+  const GaussSeidelSettings settings{.tolerance = 1e-14, .max_sweeps = 50};
   const auto expect_force = [&](const Vector3d& delta_free, const Vector3d& expected) {
     problem.delta_free = delta_free;
     const Solution solution = solve(problem, settings);
@@ -276,7 +292,7 @@ TEST(GaussSeidel, OneContactByHand) {
   expect_force({-4e-3, 3e-3, -4e-3}, {2.0, 0.0, 0.0});  // without friction
 }
 
-TEST(GaussSeidel, NotFiniteInputGivesZeros) {
+TEST_P(GaussSeidel, NotFiniteInputGivesZeros) {
   std::mt19937 random(1);
   const Problem good = random_problem(6, random);
   const double nan = std::numeric_limits<double>::quiet_NaN();
@@ -311,11 +327,130 @@ TEST(GaussSeidel, NotFiniteInputGivesZeros) {
     expect_refused(good, guess);
   }
   Problem problem = good;
-  problem.W(4, 4) = 0.0;
+  problem.W(4, 4) = -good.W(4, 4);
+  expect_refused(problem, zero);
+  problem = good;
+  problem.mu[3] = -0.1;
   expect_refused(problem, zero);
 }
 
-TEST(GaussSeidel, WithoutContactsOrFreeMotionThereIsNothingToSolve) {
+// Two bodies that nothing can move, as a held object against a wall: a gap stays as it is, and a penetration, too.
+TEST_P(GaussSeidel, ContactsThatNoForceMoves) {
+  std::mt19937 random(1);
+  Problem problem = random_problem(6, random);
+  // The same without contact 2.
+  Problem rest{MatrixXd(15, 15), VectorXd(15), VectorXd(5)};
+  rest.W << problem.W.topLeftCorner(6, 6), problem.W.topRightCorner(6, 9), problem.W.bottomLeftCorner(9, 6),
+      problem.W.bottomRightCorner(9, 9);
+  rest.delta_free << problem.delta_free.head(6), problem.delta_free.tail(9);
+  rest.mu << problem.mu.head(2), problem.mu.tail(3);
+  const GaussSeidelSettings settings{.tolerance = 1e-9, .max_sweeps = 20000};
+  const Solution without = solve(rest, settings);
+  problem.W.middleRows<3>(6).setZero();
+  problem.W.middleCols<3>(6).setZero();
+  problem.delta_free[6] = 1e-5;
+  const Solution open = solve(problem, settings, VectorXd::Ones(18));
+  EXPECT_EQ(open.report.status, SolveStatus::kConverged);
+  EXPECT_TRUE(open.f.segment<3>(6).isZero(0.0));
+  // W >= 1e-5 m/N makes a residual an error of about as much: some digits are left over.
+  EXPECT_LE((open.f.head(6) - without.f.head(6)).norm(), 1e-6 * without.f.norm());
+  EXPECT_LE((open.f.tail(9) - without.f.tail(9)).norm(), 1e-6 * without.f.norm());
+
+  problem.delta_free[6] = -1e-5;
+  const Solution pressed = solve(problem, settings);
+  EXPECT_EQ(pressed.report.status, SolveStatus::kNoSolution);
+  // The others have their forces all the same.
+  EXPECT_LE((pressed.f - open.f).norm(), 1e-6 * open.f.norm());
+}
+
+// A gap that only the normal force moves, W_tt = 0: whatever slips does so at the limit of friction.
+TEST_P(GaussSeidel, SlipThatNoForceMoves) {
+  const Problem problem{Vector3d(1e-3, 0.0, 0.0).asDiagonal().toDenseMatrix(), Vector3d(-2e-3, 1e-3, 0.0),
+                        VectorXd::Constant(1, 0.5)};
+  const Solution solution = solve(problem, {.tolerance = 1e-12, .max_sweeps = 10});
+  EXPECT_EQ(solution.report.status, SolveStatus::kConverged);
+  EXPECT_LE((solution.f - Vector3d(2.0, -1.0, 0.0)).norm(), 1e-12);
+}
+
+// Problems outside of the requirements, and numbers at the ends of their range: an end, a status, forces in their cones.
+TEST_P(GaussSeidel, AnyProblemEnds) {
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    const Problem good = random_problem(8, random);
+    std::vector<Problem> problems(7, good);
+    problems[0].mu.setConstant(1e300);
+    problems[1].W *= 1e-200;
+    problems[2].W *= 1e+200;
+    problems[3].W = 1e-5 * random_matrix(24, 24, random);  // neither symmetric nor definite
+    problems[3].W.diagonal() = problems[3].W.diagonal().cwiseAbs().eval();
+    problems[4].W = -good.W;
+    problems[4].W.diagonal() = good.W.diagonal();
+    problems[5].delta_free *= 1e-300;
+    problems[6].delta_free *= 1e300;
+    for (const Problem& problem : problems) {
+      const Solution solution = solve(problem, {.tolerance = 1e-9, .max_sweeps = 50});
+      ASSERT_TRUE(solution.f.allFinite() && solution.delta.allFinite());
+      EXPECT_FALSE(std::isnan(solution.report.residual) || std::isnan(solution.report.residual_worst));
+      for (Index i = 0; i < 8; ++i) {
+        EXPECT_GE(solution.f[3 * i], 0.0);
+        EXPECT_LE(solution.f.segment<2>(3 * i + 1).stableNorm(), problem.mu[i] * solution.f[3 * i] * (1.0 + 1e-15));
+      }
+      if (solution.report.status == SolveStatus::kConverged) {
+        EXPECT_LE(solution.report.residual, 1e-9);
+      }
+    }
+  }
+}
+
+// W's columns alone are read, so that one which was printed with few digits is solved as it is.
+TEST_P(GaussSeidel, WNeedNotBeSymmetricToTheLastDigit) {
+  std::mt19937 random(3);
+  Problem problem = random_problem(12, random);
+  problem.W += 1e-4 * problem.W.cwiseAbs().cwiseProduct(random_matrix(36, 36, random));
+  const Solution solution = solve(problem, {.tolerance = 1e-9, .max_sweeps = 20000});
+  ASSERT_EQ(solution.report.status, SolveStatus::kConverged);
+  expect_laws(problem, solution, 1e-9);
+}
+
+// The worst contact has at most all of the error, and at least its share of it.
+TEST_P(GaussSeidel, ReportsTheWorstContact) {
+  for (const ContactFile& recorded : recorded_contact_problems()) {
+    const Problem problem = problem_of(recorded);
+    const SolveReport report = solve(problem, {.tolerance = 1e-6, .max_sweeps = 2000}).report;
+    EXPECT_LE(report.residual_worst, report.residual);
+    EXPECT_GE(report.residual_worst * std::sqrt(static_cast<double>(problem.contacts())), report.residual);
+  }
+}
+
+TEST_P(GaussSeidel, SameProblemSameBits) {
+  std::mt19937 random(5);
+  const Problem problem = random_problem(25, random);
+  const Problem other = random_problem(12, random);
+  SweepWorkspace work(25);
+  VectorXd f_1 = VectorXd::Zero(75), f_2 = f_1, f_other = VectorXd::Zero(36), delta(75);
+  const GaussSeidelSettings settings{.tolerance = 1e-7, .max_sweeps = 500};
+  (void)solve_contacts(problem.W, problem.delta_free, problem.mu, settings, work, f_1, delta);
+  (void)solve_contacts(other.W, other.delta_free, other.mu, settings, work, f_other, delta.head(36));
+  (void)solve_contacts(problem.W, problem.delta_free, problem.mu, settings, work, f_2, delta);
+  EXPECT_EQ(f_1, f_2);  // What a workspace was used for before leaves no trace.
+}
+
+// What the acceleration is there for. Counts, not times: plain sweeps take about twice as many on these.
+TEST(FastSweeps, AreFewer) {
+  int plain_sweeps = 0, fast_sweeps = 0;
+  for (const ContactFile& recorded : recorded_contact_problems()) {
+    const GaussSeidelSettings settings{.tolerance = 1e-6, .max_sweeps = 2000};
+    SweepWorkspace work(recorded.contacts());
+    VectorXd f = VectorXd::Zero(3 * recorded.contacts()), delta(f.size());
+    plain_sweeps += solve_contacts(recorded.W, recorded.delta_free[0], recorded.mu, settings, f, delta).sweeps;
+    f.setZero();
+    fast_sweeps += solve_contacts(recorded.W, recorded.delta_free[0], recorded.mu, settings, work, f, delta).sweeps;
+  }
+  EXPECT_LT(fast_sweeps, 0.7 * plain_sweeps);
+}
+
+TEST_P(GaussSeidel, WithoutContactsOrFreeMotionThereIsNothingToSolve) {
   const Solution none = solve({MatrixXd(0, 0), VectorXd(0), VectorXd(0)}, {});
   EXPECT_EQ(none.report.status, SolveStatus::kConverged);
   EXPECT_EQ(none.report.sweeps, 0);
@@ -327,7 +462,7 @@ TEST(GaussSeidel, WithoutContactsOrFreeMotionThereIsNothingToSolve) {
   EXPECT_TRUE(solution.delta.isZero(0.0));
 }
 
-TEST(GaussSeidel, DoesNotAllocate) {
+TEST_P(GaussSeidel, DoesNotAllocate) {
   if (!AllocationCounter::is_available()) GTEST_SKIP() << "malloc is not ours";
   for (const Index contacts : {5, 20, 60}) {
     std::mt19937 random(1);
@@ -335,8 +470,11 @@ TEST(GaussSeidel, DoesNotAllocate) {
     VectorXd f = VectorXd::Zero(3 * contacts);
     VectorXd delta(3 * contacts);
     const GaussSeidelSettings settings{.tolerance = 1e-6, .max_sweeps = 50};
+    SweepWorkspace work(contacts);
     const AllocationCounter counter;
-    const SolveReport report = solve_contacts(problem.W, problem.delta_free, problem.mu, settings, f, delta);
+    const SolveReport report = fast()
+                                   ? solve_contacts(problem.W, problem.delta_free, problem.mu, settings, work, f, delta)
+                                   : solve_contacts(problem.W, problem.delta_free, problem.mu, settings, f, delta);
     EXPECT_EQ(counter.count(), 0);
     EXPECT_GT(report.sweeps, 0);
   }

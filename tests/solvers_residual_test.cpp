@@ -66,7 +66,28 @@ TEST(NaturalMapResidual, OfOneContactByHand) {
     return natural_map_residual(W, delta_free, mu, f, W * f + delta_free);
   };
   EXPECT_DOUBLE_EQ(residual_of({1.0, 0.0, 0.0}), 0.5);
-  EXPECT_DOUBLE_EQ(residual_of({2.0, 0.0, 0.0}), 0.0);
+  EXPECT_LE(residual_of({2.0, 0.0, 0.0}), 1e-15);
+}
+
+// Two walls, no solution: gaps of W (f_1 - f_2) - 1 and W (f_2 - f_1) - 1. Forces of 1e20 N make both round to zero.
+TEST(NaturalMapResidual, ForcesWithoutDigitsLeftAreNoSolution) {
+  Eigen::MatrixXd W = Eigen::MatrixXd::Identity(6, 6);
+  W(0, 3) = W(3, 0) = -1.0;
+  const VectorXd delta_free = (VectorXd(6) << -1.0, 0.0, 0.0, -1.0, 0.0, 0.0).finished();
+  const VectorXd f = 1e20 * (VectorXd(6) << 1.0, 0.0, 0.0, 1.0, 0.0, 0.0).finished();
+  // As a solver sums them up: W f first, then delta_free.
+  const VectorXd delta = VectorXd::Zero(6);
+  EXPECT_GT(natural_map_residual(W, delta_free, VectorXd::Ones(2), f, delta), 1.0);
+}
+
+// The norm is that of all contacts' errors, the worst is the largest of them: by hand, 3 N and 4 N over 5 N.
+TEST(NaturalMap, WorstIsOneContacts) {
+  const Eigen::MatrixXd W = Eigen::MatrixXd::Identity(6, 6);
+  const VectorXd delta_free = (VectorXd(6) << -3.0, 0.0, 0.0, -4.0, 0.0, 0.0).finished();
+  const Residual residual = natural_map(W, delta_free, VectorXd::Ones(2), VectorXd::Zero(6), delta_free);
+  EXPECT_DOUBLE_EQ(residual.norm, 1.0);
+  EXPECT_DOUBLE_EQ(residual.worst, 0.8);
+  EXPECT_DOUBLE_EQ(residual_scale_N(W, delta_free), 5.0);
 }
 
 TEST(NaturalMapResidual, IsZeroWithoutContactOrFreeMotion) {
