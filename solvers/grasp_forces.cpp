@@ -22,8 +22,9 @@ using Eigen::Vector3d;
 // thin cones; a wrong set of faces leaves parts of 1.
 constexpr double kTrust = 1e-9;
 // Forces this many times the least that would give the wrench without cones count as none. They are found where W^d lies
-// 1e-6 of itself inside the wrenches that can be had: far less than anything that a wrench is computed from is known to.
-constexpr double kOutOfReach = 1e6;
+// 1e-8 of itself inside the wrenches that can be had, far less than anything that a wrench is computed from is known to;
+// what rounding leaves of a certificate is 1e-13.
+constexpr double kOutOfReach = 1e8;
 
 constexpr double kGreatestFriction = 10.0;
 constexpr double kFrictionStep = 1e-3;
@@ -46,13 +47,24 @@ LaneForces<kLanes> nearest_with_wrench(const ReducedGrasp<kLanes>& grasp, const 
   return y + combine(grasp, missing);
 }
 
+double norm(const std::array<double, 6>& v) {
+  double sum = 0.0;
+  for (const double x : v) sum += x * x;
+  return std::sqrt(sum);
+}
+
 /// Completes an answer by the multiplier: `push` is what the faces of the pyramids give, A'u with u >= 0. With it an
-/// optimum is f = bias + Q'l + A'u; and infeasible is where A'u = -Q'l, so that 0 <= u.(A f) = -l.w < 0.
+/// optimum is f = bias + Q'l + A'u; and infeasible is where A'u = -Q'l, so that 0 <= u.(A f) = -l.w < 0. Then l has
+/// any length: 1.
 template <int kLanes>
 void find_multiplier(const ReducedGrasp<kLanes>& grasp, const LaneForces<kLanes>& push, Answer<kLanes>& answer) {
-  const bool optimal = answer.status == GraspStatus::kOptimal;
-  answer.multiplier =
-      optimal ? reduced_wrench<kLanes>(grasp, answer.f - grasp.bias - push) : reduced_wrench<kLanes>(grasp, -push);
+  if (answer.status == GraspStatus::kOptimal) {
+    answer.multiplier = reduced_wrench<kLanes>(grasp, answer.f - grasp.bias - push);
+  } else {
+    answer.multiplier = reduced_wrench<kLanes>(grasp, -push);
+    const double length = norm(answer.multiplier);
+    for (double& l : answer.multiplier) l /= length;
+  }
 }
 
 // ------------------------------------------------------------------------------------------- the dual active set
@@ -193,12 +205,6 @@ LaneForces<kLanes> nearest_inside(FrictionCone cone, double mu, const LaneForces
   return cone == FrictionCone::kPyramid ? nearest_in_pyramids(mu, f) : nearest_in_cones(mu, f);
 }
 
-double norm(const std::array<double, 6>& v) {
-  double sum = 0.0;
-  for (const double x : v) sum += x * x;
-  return std::sqrt(sum);
-}
-
 /// grasp_kkt_error of a reduced problem.
 template <int kLanes>
 double kkt_error(const ReducedGrasp<kLanes>& grasp, FrictionCone cone, const Answer<kLanes>& answer) {
@@ -328,7 +334,7 @@ struct PlainGrasp {
   /// |G^+ w|
   [[nodiscard]] double least_forces(const Vector6d& w) const {
     Eigen::CompleteOrthogonalDecomposition<decltype(G)> decomposition;
-    decomposition.setThreshold(1e-8);  // As collinear contacts are told: see reduced_grasp.cpp.
+    decomposition.setThreshold(1e-10);  // As collinear contacts are told: see reduced_grasp.cpp.
     decomposition.compute(G);
     return decomposition.solve(w).norm();
   }
