@@ -217,6 +217,27 @@ LaneForces<kLanes> nearest_inside(FrictionCone cone, double mu, const LaneForces
   return cone == FrictionCone::kPyramid ? nearest_in_pyramids(mu, f) : nearest_in_cones(mu, f);
 }
 
+Vector3d nearest_inside(FrictionCone cone, double mu, const Matrix3d& frame, const Vector3d& f) {
+  LaneForces<1> lane = (frame.transpose() * f).transpose().array();
+  lane = nearest_inside<1>(cone, mu, lane);
+  return frame * lane.matrix().transpose();
+}
+
+/// The work of unit forces at a contact on a twist.
+Vector3d velocity(const GraspProblem& problem, const Vector6d& twist, Index i) {
+  return twist.head<3>() + twist.tail<3>().cross(problem.contacts[i].point_m - problem.centre_m);
+}
+
+/// |P_K(G'l)|
+double allowed_forces(const GraspProblem& problem, const Vector6d& twist) {
+  double squares = 0.0;
+  for (Index i = 0; i < std::ssize(problem.contacts); ++i) {
+    squares += nearest_inside(problem.cone, problem.friction, problem.contacts[i].frame, velocity(problem, twist, i))
+                   .squaredNorm();
+  }
+  return std::sqrt(squares);
+}
+
 /// grasp_kkt_error of a reduced problem.
 template <int kLanes>
 double kkt_error(const ReducedGrasp<kLanes>& grasp, FrictionCone cone, const Answer<kLanes>& answer) {
@@ -270,7 +291,7 @@ GraspReport solve(const GraspProblem& problem, Solve solve_reduced, Eigen::Ref<E
     case Reduction::kDone:
       return hand_out<kLanes>(grasp, problem.cone, solve_reduced(grasp), f);
     case Reduction::kOutOfReach: {
-      const double gap = infeasibility_gap(problem, twist);
+      const double gap = norm(grasp.w) * allowed_forces(problem, twist) / problem.wrench.dot(twist);
       if (gap * kOutOfReach <= 1.0) return {GraspStatus::kInfeasible, 0, gap, twist};
       return {GraspStatus::kBudgetSpent, 0, gap, Vector6d::Zero()};
     }
@@ -355,17 +376,6 @@ struct PlainGrasp {
   }
 };
 
-Vector3d nearest_inside(FrictionCone cone, double mu, const Matrix3d& frame, const Vector3d& f) {
-  LaneForces<1> lane = (frame.transpose() * f).transpose().array();
-  lane = nearest_inside<1>(cone, mu, lane);
-  return frame * lane.matrix().transpose();
-}
-
-/// The work of unit forces at a contact on a twist.
-Vector3d velocity(const GraspProblem& problem, const Vector6d& twist, Index i) {
-  return twist.head<3>() + twist.tail<3>().cross(problem.contacts[i].point_m - problem.centre_m);
-}
-
 }  // namespace
 
 double grasp_kkt_error(const GraspProblem& problem, const Vector6d& multiplier,
@@ -389,13 +399,8 @@ double infeasibility_gap(const GraspProblem& problem, const Vector6d& twist) noe
   const double power = problem.wrench.dot(twist);
   if (!(power > 0.0)) return std::numeric_limits<double>::infinity();
   if (problem.contacts.empty()) return 0.0;
-  double squares = 0.0;
-  for (Index i = 0; i < std::ssize(problem.contacts); ++i) {
-    squares += nearest_inside(problem.cone, problem.friction, problem.contacts[i].frame, velocity(problem, twist, i))
-                   .squaredNorm();
-  }
   const PlainGrasp grasp(problem);
-  return grasp.least_forces(grasp.wrench) * std::sqrt(squares) / power;
+  return grasp.least_forces(grasp.wrench) * allowed_forces(problem, twist) / power;
 }
 
 namespace {
