@@ -22,8 +22,9 @@ using Eigen::Vector3d;
 // thin cones; a wrong set of faces leaves parts of 1.
 constexpr double kTrust = 1e-9;
 // Forces this many times the least that would give the wrench without cones count as none. They are found where W^d lies
-// 1e-6 of itself inside the wrenches that can be had: far less than anything that a wrench is computed from is known to.
-constexpr double kOutOfReach = 1e6;
+// 1e-8 of itself inside the wrenches that can be had, far less than anything that a wrench is computed from is known to;
+// what rounding leaves of a certificate is 1e-13.
+constexpr double kOutOfReach = 1e8;
 
 constexpr double kGreatestFriction = 10.0;
 constexpr double kFrictionStep = 1e-3;
@@ -46,13 +47,24 @@ LaneForces<kLanes> nearest_with_wrench(const ReducedGrasp<kLanes>& grasp, const 
   return y + combine(grasp, missing);
 }
 
+double norm(const std::array<double, 6>& v) {
+  double sum = 0.0;
+  for (const double x : v) sum += x * x;
+  return std::sqrt(sum);
+}
+
 /// Completes an answer by the multiplier: `push` is what the faces of the pyramids give, A'u with u >= 0. With it an
-/// optimum is f = bias + Q'l + A'u; and infeasible is where A'u = -Q'l, so that 0 <= u.(A f) = -l.w < 0.
+/// optimum is f = bias + Q'l + A'u; and infeasible is where A'u = -Q'l, so that 0 <= u.(A f) = -l.w < 0. Then l has
+/// any length: 1.
 template <int kLanes>
 void find_multiplier(const ReducedGrasp<kLanes>& grasp, const LaneForces<kLanes>& push, Answer<kLanes>& answer) {
-  const bool optimal = answer.status == GraspStatus::kOptimal;
-  answer.multiplier =
-      optimal ? reduced_wrench<kLanes>(grasp, answer.f - grasp.bias - push) : reduced_wrench<kLanes>(grasp, -push);
+  if (answer.status == GraspStatus::kOptimal) {
+    answer.multiplier = reduced_wrench<kLanes>(grasp, answer.f - grasp.bias - push);
+  } else {
+    answer.multiplier = reduced_wrench<kLanes>(grasp, -push);
+    const double length = norm(answer.multiplier);
+    for (double& l : answer.multiplier) l /= length;
+  }
 }
 
 // ------------------------------------------------------------------------------------------- the dual active set
@@ -123,26 +135,29 @@ Answer<kLanes> solve_pyramid(const ReducedGrasp<kLanes>& grasp) {
 // ------------------------------------------------------------------------------------------- Lemke's method
 
 /// A y for forces y, eq. (10) with the rows of one kind together: row n face + i for contact i.
-template <int kLanes, class Rows>
-void multiply_rows(const ReducedGrasp<kLanes>& grasp, const LaneForces<kLanes>& y, Rows&& rows) {
+template <int kLanes>
+void multiply_rows(const ReducedGrasp<kLanes>& grasp, const LaneForces<kLanes>& y, double* rows) {
   const Index n = grasp.contacts;
-  const double mu = grasp.friction;
-  rows.segment(0, n) = (mu * y.col(0) - y.col(1)).head(n);
-  rows.segment(n, n) = (mu * y.col(0) + y.col(1)).head(n);
-  rows.segment(2 * n, n) = (mu * y.col(0) - y.col(2)).head(n);
-  rows.segment(3 * n, n) = (mu * y.col(0) + y.col(2)).head(n);
-  rows.segment(4 * n, n) = y.col(0).head(n);
+  for (Index i = 0; i < n; ++i) {
+    const double bound = grasp.friction * y(i, 0);
+    rows[i] = bound - y(i, 1);
+    rows[n + i] = bound + y(i, 1);
+    rows[2 * n + i] = bound - y(i, 2);
+    rows[3 * n + i] = bound + y(i, 2);
+    rows[4 * n + i] = y(i, 0);
+  }
 }
 
 /// A'z
 template <int kLanes>
 LaneForces<kLanes> combine_rows(const ReducedGrasp<kLanes>& grasp, const GraspWorkspace::RowVector& z) {
   const Index n = grasp.contacts;
-  const auto z_of = [&](Index face) { return z.segment(face * n, n).array(); };
   LaneForces<kLanes> f = LaneForces<kLanes>::Zero();
-  f.col(0).head(n) = grasp.friction * (z_of(0) + z_of(1) + z_of(2) + z_of(3)) + z_of(4);
-  f.col(1).head(n) = z_of(1) - z_of(0);
-  f.col(2).head(n) = z_of(3) - z_of(2);
+  for (Index i = 0; i < n; ++i) {
+    f(i, 0) = grasp.friction * (z[i] + z[n + i] + z[2 * n + i] + z[3 * n + i]) + z[4 * n + i];
+    f(i, 1) = z[n + i] - z[i];
+    f(i, 2) = z[3 * n + i] - z[2 * n + i];
+  }
   return f;
 }
 
@@ -150,22 +165,30 @@ LaneForces<kLanes> combine_rows(const ReducedGrasp<kLanes>& grasp, const GraspWo
 /// the wrench nearest to -c.
 template <int kLanes>
 void assemble(const ReducedGrasp<kLanes>& grasp, const LaneForces<kLanes>& start, GraspWorkspace& work) {
+  // Columns of whole blocks have no remainder; what lies behind row 5n is not used.
+  using Block = Eigen::Array<double, 8, 1>;
   const Index n = grasp.contacts;
+  const Index length = (5 * n + 7) / 8 * 8;
+  for (int k = 0; k < 6; ++k) multiply_rows(grasp, grasp.Q[k], work.N.col(k).data());
+  work.M.resize(length, 5 * n);
+  for (Index j = 0; j < 5 * n; ++j) {
+    for (Index i = 0; i < length; i += 8) {
+      Block sum = -work.N(j, 0) * work.N.col(0).segment<8>(i).array();
+      for (int k = 1; k < 6; ++k) sum -= work.N(j, k) * work.N.col(k).segment<8>(i).array();
+      work.M.col(j).segment<8>(i) = sum;
+    }
+  }
+  // A A' couples the rows of one contact alone: by mu^2 from the normals, and 1 or -1 from one tangent.
   const double mu = grasp.friction;
-  work.N.resize(5 * n, 6);
-  for (int k = 0; k < 6; ++k) multiply_rows(grasp, grasp.Q[k], work.N.col(k).array());
-  work.M.resize(5 * n, 5 * n);
-  work.M.noalias() = -work.N.lazyProduct(work.N.transpose());
-  // The product of two rows of one contact: mu^2 from the normals, and 1 or -1 from one tangent.
   for (int a = 0; a < 5; ++a) {
     for (int b = 0; b < 5; ++b) {
       const double normals = (a < 4 ? mu : 1.0) * (b < 4 ? mu : 1.0);
       const double tangents = a == 4 || b == 4 || a / 2 != b / 2 ? 0.0 : a == b ? 1.0 : -1.0;
-      work.M.block(a * n, b * n, n, n).diagonal().array() += normals + tangents;
+      for (Index i = 0; i < n; ++i) work.M(a * n + i, b * n + i) += normals + tangents;
     }
   }
   work.q.resize(5 * n);
-  multiply_rows(grasp, start, work.q.array());
+  multiply_rows(grasp, start, work.q.data());
 }
 
 template <int kLanes>
@@ -174,7 +197,8 @@ Answer<kLanes> solve_lemke(const ReducedGrasp<kLanes>& grasp, GraspWorkspace& wo
   answer.f = nearest_with_wrench(grasp, grasp.bias);
   assemble(grasp, answer.f, work);
   work.z.resize(work.q.size());
-  const LcpReport lcp = solve_lcp(work.M, work.q, usual_pivot_budget(work.q.size()), work.lcp, work.z);
+  const LcpReport lcp =
+      solve_lcp(work.M.topRows(work.q.size()), work.q, usual_pivot_budget(work.q.size()), work.lcp, work.z);
   answer.iterations = lcp.pivots;
   if (lcp.status == LcpStatus::kBudgetSpent) return answer;
 
@@ -193,10 +217,25 @@ LaneForces<kLanes> nearest_inside(FrictionCone cone, double mu, const LaneForces
   return cone == FrictionCone::kPyramid ? nearest_in_pyramids(mu, f) : nearest_in_cones(mu, f);
 }
 
-double norm(const std::array<double, 6>& v) {
-  double sum = 0.0;
-  for (const double x : v) sum += x * x;
-  return std::sqrt(sum);
+Vector3d nearest_inside(FrictionCone cone, double mu, const Matrix3d& frame, const Vector3d& f) {
+  LaneForces<1> lane = (frame.transpose() * f).transpose().array();
+  lane = nearest_inside<1>(cone, mu, lane);
+  return frame * lane.matrix().transpose();
+}
+
+/// The work of unit forces at a contact on a twist.
+Vector3d velocity(const GraspProblem& problem, const Vector6d& twist, Index i) {
+  return twist.head<3>() + twist.tail<3>().cross(problem.contacts[i].point_m - problem.centre_m);
+}
+
+/// |P_K(G'l)|
+double allowed_forces(const GraspProblem& problem, const Vector6d& twist) {
+  double squares = 0.0;
+  for (Index i = 0; i < std::ssize(problem.contacts); ++i) {
+    squares += nearest_inside(problem.cone, problem.friction, problem.contacts[i].frame, velocity(problem, twist, i))
+                   .squaredNorm();
+  }
+  return std::sqrt(squares);
 }
 
 /// grasp_kkt_error of a reduced problem.
@@ -252,7 +291,7 @@ GraspReport solve(const GraspProblem& problem, Solve solve_reduced, Eigen::Ref<E
     case Reduction::kDone:
       return hand_out<kLanes>(grasp, problem.cone, solve_reduced(grasp), f);
     case Reduction::kOutOfReach: {
-      const double gap = infeasibility_gap(problem, twist);
+      const double gap = norm(grasp.w) * allowed_forces(problem, twist) / problem.wrench.dot(twist);
       if (gap * kOutOfReach <= 1.0) return {GraspStatus::kInfeasible, 0, gap, twist};
       return {GraspStatus::kBudgetSpent, 0, gap, Vector6d::Zero()};
     }
@@ -277,7 +316,10 @@ GraspReport solve_with(const GraspProblem& problem, Solve solve_reduced, Eigen::
 
 }  // namespace
 
-GraspWorkspace::GraspWorkspace() : lcp(kMaxRows) {}
+GraspWorkspace::GraspWorkspace() : lcp(kMaxRows) {
+  // Rows behind those in use are computed with, and not used.
+  N.setZero();
+}
 
 void grasp_map(std::span<const GraspContact> contacts, const Vector3d& centre_m, Eigen::Ref<Eigen::MatrixXd> G) {
   assert(G.rows() == 6 && G.cols() == 3 * std::ssize(contacts));
@@ -328,22 +370,11 @@ struct PlainGrasp {
   /// |G^+ w|
   [[nodiscard]] double least_forces(const Vector6d& w) const {
     Eigen::CompleteOrthogonalDecomposition<decltype(G)> decomposition;
-    decomposition.setThreshold(1e-8);  // As collinear contacts are told: see reduced_grasp.cpp.
+    decomposition.setThreshold(1e-10);  // As collinear contacts are told: see reduced_grasp.cpp.
     decomposition.compute(G);
     return decomposition.solve(w).norm();
   }
 };
-
-Vector3d nearest_inside(FrictionCone cone, double mu, const Matrix3d& frame, const Vector3d& f) {
-  LaneForces<1> lane = (frame.transpose() * f).transpose().array();
-  lane = nearest_inside<1>(cone, mu, lane);
-  return frame * lane.matrix().transpose();
-}
-
-/// The work of unit forces at a contact on a twist.
-Vector3d velocity(const GraspProblem& problem, const Vector6d& twist, Index i) {
-  return twist.head<3>() + twist.tail<3>().cross(problem.contacts[i].point_m - problem.centre_m);
-}
 
 }  // namespace
 
@@ -368,13 +399,8 @@ double infeasibility_gap(const GraspProblem& problem, const Vector6d& twist) noe
   const double power = problem.wrench.dot(twist);
   if (!(power > 0.0)) return std::numeric_limits<double>::infinity();
   if (problem.contacts.empty()) return 0.0;
-  double squares = 0.0;
-  for (Index i = 0; i < std::ssize(problem.contacts); ++i) {
-    squares += nearest_inside(problem.cone, problem.friction, problem.contacts[i].frame, velocity(problem, twist, i))
-                   .squaredNorm();
-  }
   const PlainGrasp grasp(problem);
-  return grasp.least_forces(grasp.wrench) * std::sqrt(squares) / power;
+  return grasp.least_forces(grasp.wrench) * allowed_forces(problem, twist) / power;
 }
 
 namespace {

@@ -73,7 +73,7 @@ class GraspWorkspace {
   using RowVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxRows, 1>;
 
   LcpWorkspace lcp;
-  Eigen::Matrix<double, Eigen::Dynamic, 6, 0, kMaxRows, 6> N;  ///< A Q', with Q's rows those of G made orthonormal.
+  Eigen::Matrix<double, kMaxRows, 6> N;  ///< A Q', with Q's rows those of G made orthonormal.
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxRows, kMaxRows> M;
   RowVector q, z;
 };

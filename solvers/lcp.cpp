@@ -12,7 +12,7 @@ using Eigen::Index;
 using MatrixRef = Eigen::Ref<const Eigen::MatrixXd>;
 using VectorRef = Eigen::Ref<const Eigen::VectorXd>;
 
-// M and q are scaled to a largest entry of 1. What pivoting leaves of a zero is rounding of the largest entries of its
+// M and q are scaled to a largest entry between 1 and 2. What pivoting leaves of a zero is rounding of the largest entries of its
 // column; the smallest entries that matter, squares of a friction of 1e-5, are about 1e-10.
 constexpr double kZeroPivot = 1e-11;
 constexpr double kTie = 1e-12;
@@ -21,62 +21,84 @@ constexpr double kTie = 1e-12;
 constexpr double kTrust = 1e-9;
 constexpr double kProof = 1e-8;
 
-/// Rows are padded to whole AVX registers.
-constexpr Index row_length(Index n) { return (2 * n + 2 + 3) / 4 * 4; }
+// Columns are padded with zeros to whole blocks, so that loops over them have no remainder.
+constexpr Index kBlock = 8;
+using Block = Eigen::Array<double, kBlock, 1>;
+constexpr Index column_length(Index n) { return (n + kBlock - 1) / kBlock * kBlock; }
+Eigen::Map<Block> block(double* column, Index i) { return Eigen::Map<Block>(column + i); }
 
-/// The equations w - M z - z0 (1..1)' = q solved for the variables in the basis. Columns are variables: w_i is i,
-/// z_i is n + i, the artificial z0 is 2n; the right side comes last.
-struct Tableau {
+/// The greatest power of two up to x, which scales without rounding; 1 for 0.
+double power_of_two(double x) { return x > 0.0 ? std::ldexp(1.0, std::ilogb(x)) : 1.0; }
+
+/// The equations w = q + M z + z0 (1..1)' solved for the variables in the basis, x_B = right side + sum of column times
+/// variable over those out of it. The condensed form: what the basis itself would fill with unit vectors is not stored.
+/// Variables: w_i is i, z_i is n + i, the artificial z0 is 2n.
+struct Dictionary {
   Index n;
   double* entries;
+  double* scratch;
   Index* basis;
+  Index* column_of;
 
   [[nodiscard]] Index artificial() const { return 2 * n; }
-  [[nodiscard]] Index right_side() const { return 2 * n + 1; }
   [[nodiscard]] Index complement(Index variable) const { return variable < n ? variable + n : variable - n; }
-  [[nodiscard]] double* row(Index i) const { return entries + i * row_length(n); }
+  [[nodiscard]] Index length() const { return column_length(n); }
+  [[nodiscard]] double* column(Index j) const { return entries + j * length(); }
+  [[nodiscard]] double* right_side() const { return column(n + 1); }
 };
 
-void fill(const Tableau& t, const MatrixRef& M, double M_scale, const VectorRef& q, double q_scale) {
-  std::fill_n(t.entries, t.n * row_length(t.n), 0.0);
-  for (Index i = 0; i < t.n; ++i) {
-    double* const row = t.row(i);
-    row[i] = 1.0;
-    for (Index j = 0; j < t.n; ++j) row[t.n + j] = -M(i, j) / M_scale;
-    row[t.artificial()] = -1.0;
-    row[t.right_side()] = q[i] / q_scale;
-    t.basis[i] = i;
+void fill(const Dictionary& t, const MatrixRef& M, double over_M_scale, const VectorRef& q, double over_q_scale) {
+  std::fill_n(t.entries, (t.n + 2) * t.length(), 0.0);
+  for (Index j = 0; j < t.n; ++j) {
+    double* const column = t.column(j);
+    for (Index i = 0; i < t.n; ++i) column[i] = M(i, j) * over_M_scale;
+    t.column(t.n)[j] = 1.0;
+    t.right_side()[j] = q[j] * over_q_scale;
+    t.basis[j] = j;
+    t.column_of[j] = -1;
+    t.column_of[t.n + j] = j;
   }
+  t.column_of[t.artificial()] = t.n;
 }
 
-/// Brings the variable `entering` into the basis, in place of that of row `r`.
-void pivot(const Tableau& t, Index r, Index entering) {
-  const Index length = row_length(t.n);
-  double* const pivot_row = t.row(r);
-  const double inverse = 1.0 / pivot_row[entering];
-  for (Index j = 0; j < length; ++j) pivot_row[j] *= inverse;
-  pivot_row[entering] = 1.0;
-
-  for (Index i = 0; i < t.n; ++i) {
-    double* const __restrict row = t.row(i);
-    const double factor = row[entering];
-    if (i == r || factor == 0.0) continue;
-    const double* const __restrict source = pivot_row;
-    for (Index j = 0; j < length; ++j) row[j] -= factor * source[j];
-    row[entering] = 0.0;
+/// Brings the variable `entering` into the basis, in place of that of row `r`: row r is solved for it, and put into the
+/// others.
+void pivot(const Dictionary& t, Index r, Index entering) {
+  const Index length = t.length();
+  const Index c = t.column_of[entering];
+  double* const pivot_column = t.column(c);
+  const double inverse = 1.0 / pivot_column[r];
+  pivot_column[r] = 0.0;
+  for (Index j = 0; j < t.n + 2; ++j) {
+    if (j == c) continue;
+    double* const column = t.column(j);
+    const double factor = -inverse * column[r];
+    for (Index i = 0; i < length; i += kBlock) block(column, i) += factor * block(pivot_column, i);
+    column[r] = factor;
   }
+  for (Index i = 0; i < length; i += kBlock) block(pivot_column, i) *= inverse;
+  pivot_column[r] = inverse;
+
+  t.column_of[t.basis[r]] = c;
+  t.column_of[entering] = -1;
   t.basis[r] = entering;
 }
 
 bool is_less(double a, double b) { return a + kTie * (1.0 + std::abs(a)) < b; }
 
+/// Entry (i, j) of B^-1: how the variable of row i follows a change of q_j. Out of the basis w_j does the same with the
+/// opposite sign; in it, it takes it all.
+double inverse_entry(const Dictionary& t, Index i, Index j) {
+  const Index column = t.column_of[j];
+  if (column >= 0) return -t.column(column)[i];
+  return t.basis[i] == j ? 1.0 : 0.0;
+}
+
 /// The lexicographic rule: of two rows with the same ratio, the one whose row of B^-1 over its pivot entry is less.
-bool is_lexicographically_less(const Tableau& t, Index a, Index b, Index entering) {
-  const double* const row_a = t.row(a);
-  const double* const row_b = t.row(b);
+bool is_lexicographically_less(const Dictionary& t, Index a, Index b, const double* falling) {
   for (Index j = 0; j < t.n; ++j) {
-    const double ratio_a = row_a[j] / row_a[entering];
-    const double ratio_b = row_b[j] / row_b[entering];
+    const double ratio_a = inverse_entry(t, a, j) / -falling[a];
+    const double ratio_b = inverse_entry(t, b, j) / -falling[b];
     if (is_less(ratio_a, ratio_b)) return true;
     if (is_less(ratio_b, ratio_a)) return false;
   }
@@ -84,64 +106,75 @@ bool is_lexicographically_less(const Tableau& t, Index a, Index b, Index enterin
 }
 
 /// The row that first stops the growth of `entering`, or -1 if none does: a ray.
-Index leaving_row(const Tableau& t, Index entering) {
-  double largest = 1.0;
-  for (Index i = 0; i < t.n; ++i) largest = std::max(largest, std::abs(t.row(i)[entering]));
-  const double zero = kZeroPivot * largest;
-  // How far `entering` can grow until the variable of row i is zero.
-  const auto room = [&](Index i) {
-    const double* const row = t.row(i);
-    return row[entering] > zero ? row[t.right_side()] / row[entering] : std::numeric_limits<double>::infinity();
-  };
+Index leaving_row(const Dictionary& t, Index entering) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  double* const column = t.column(t.column_of[entering]);
+  double* const right_side = t.right_side();
+  Block largest = Block::Ones();
+  for (Index i = 0; i < t.length(); i += kBlock) largest = largest.max(block(column, i).abs());
+  const double zero = kZeroPivot * largest.maxCoeff();
 
-  double least = std::numeric_limits<double>::infinity();
-  for (Index i = 0; i < t.n; ++i) least = std::min(least, room(i));
+  // How far `entering` can grow until the variable of each row is zero.
+  double* const room = t.scratch;
+  Block block_least = Block::Constant(kInfinity);
+  for (Index i = 0; i < t.length(); i += kBlock) {
+    const auto falling = block(column, i);
+    block(room, i) = (falling < -zero).select(block(right_side, i) / -falling, kInfinity);
+    block_least = block_least.min(block(room, i));
+  }
+  const double least = block_least.minCoeff();
   if (std::isinf(least)) return -1;
 
   Index leaving = -1;
   for (Index i = 0; i < t.n; ++i) {
-    if (is_less(least, room(i))) continue;
+    if (is_less(least, room[i])) continue;
     // Without the artificial variable the problem is solved: it goes first.
     if (t.basis[i] == t.artificial()) return i;
-    if (leaving < 0 || is_lexicographically_less(t, i, leaving, entering)) leaving = i;
+    if (leaving < 0 || is_lexicographically_less(t, i, leaving, column)) leaving = i;
   }
   return leaving;
 }
 
 /// What is left of the artificial variable; at zero the basis is a solution.
-double artificial_value(const Tableau& t) {
+double artificial_value(const Dictionary& t) {
   const Index* const row = std::find(t.basis, t.basis + t.n, t.artificial());
-  return row == t.basis + t.n ? 0.0 : t.row(row - t.basis)[t.right_side()];
+  return row == t.basis + t.n ? 0.0 : t.right_side()[row - t.basis];
 }
 
-void read_solution(const Tableau& t, double scale, Eigen::Ref<Eigen::VectorXd> z) {
+void read_solution(const Dictionary& t, double scale, Eigen::Ref<Eigen::VectorXd> z) {
   z.setZero();
   for (Index i = 0; i < t.n; ++i) {
     const Index variable = t.basis[i];
     // Rounding may have taken a zero below zero.
-    if (variable >= t.n && variable < t.artificial())
-      z[variable - t.n] = scale * std::max(0.0, t.row(i)[t.right_side()]);
+    if (variable >= t.n && variable < t.artificial()) z[variable - t.n] = scale * std::max(0.0, t.right_side()[i]);
   }
 }
 
 /// How z changes as `entering`, which no row stops, grows; scaled to a largest entry of 1.
-void read_ray(const Tableau& t, Index entering, Eigen::Ref<Eigen::VectorXd> z) {
+void read_ray(const Dictionary& t, Index entering, Eigen::Ref<Eigen::VectorXd> z) {
   z.setZero();
   if (entering >= t.n) z[entering - t.n] = 1.0;
   for (Index i = 0; i < t.n; ++i) {
     const Index variable = t.basis[i];
-    if (variable >= t.n && variable < t.artificial()) z[variable - t.n] = std::max(0.0, -t.row(i)[entering]);
+    if (variable >= t.n && variable < t.artificial())
+      z[variable - t.n] = std::max(0.0, t.column(t.column_of[entering])[i]);
   }
   const double largest = z.maxCoeff();
   if (largest > 0.0) z /= largest;
 }
 
-/// Whether z solves the problem itself, and not only the tableau that many pivots made of it.
-bool is_solution(const MatrixRef& M, double M_scale, const VectorRef& q, double q_scale, const VectorRef& z) {
+/// Whether z solves the problem itself, and not only the dictionary that many pivots made of it.
+bool is_solution(const MatrixRef& M, double M_scale, const VectorRef& q, double q_scale, const VectorRef& z,
+                 double* w) {
+  const Index n = q.size();
   const double w_tolerance = kTrust * (q_scale + M_scale * z.sum());
-  for (Index i = 0; i < q.size(); ++i) {
-    const double w = M.row(i).dot(z) + q[i];
-    if (w < -w_tolerance || (z[i] > 0.0 && w > w_tolerance)) return false;
+  std::copy_n(q.data(), n, w);
+  for (Index j = 0; j < n; ++j) {
+    if (z[j] == 0.0) continue;
+    for (Index i = 0; i < n; ++i) w[i] += z[j] * M(i, j);
+  }
+  for (Index i = 0; i < n; ++i) {
+    if (!(w[i] >= -w_tolerance && (z[i] == 0.0 || w[i] <= w_tolerance))) return false;
   }
   return true;
 }
@@ -157,21 +190,27 @@ bool is_infeasibility_certificate(const MatrixRef& M, double M_scale, const Vect
 
 }  // namespace
 
-LcpWorkspace::LcpWorkspace(Index capacity) : tableau(capacity * row_length(capacity)), basis(capacity) {}
+LcpWorkspace::LcpWorkspace(Index capacity)
+    : dictionary((capacity + 2) * column_length(capacity)),
+      scratch(column_length(capacity)),
+      basis(capacity),
+      column_of(2 * capacity + 1) {}
 
 LcpReport solve_lcp(const MatrixRef& M, const VectorRef& q, int max_pivots, LcpWorkspace& work,
                     Eigen::Ref<Eigen::VectorXd> z) noexcept {
   const Index n = q.size();
   assert(n <= work.capacity() && M.rows() == n && M.cols() == n && z.size() == n);
   z.setZero();
-  if (!M.allFinite() || !q.allFinite()) return {LcpStatus::kBudgetSpent, 0};
-  if (n == 0 || q.minCoeff() >= 0.0) return {LcpStatus::kSolved, 0};
+  if (n == 0) return {LcpStatus::kSolved, 0};
+  const double M_largest = M.cwiseAbs().maxCoeff<Eigen::PropagateNaN>();
+  const double q_largest = q.cwiseAbs().maxCoeff<Eigen::PropagateNaN>();
+  if (!std::isfinite(M_largest) || !std::isfinite(q_largest)) return {LcpStatus::kBudgetSpent, 0};
+  if (q.minCoeff() >= 0.0) return {LcpStatus::kSolved, 0};
 
-  const double M_largest = M.cwiseAbs().maxCoeff();
-  const double M_scale = M_largest > 0.0 ? M_largest : 1.0;
-  const double q_scale = q.cwiseAbs().maxCoeff();
-  const Tableau t{n, work.tableau.data(), work.basis.data()};
-  fill(t, M, M_scale, q, q_scale);
+  const double M_scale = power_of_two(M_largest);
+  const double q_scale = power_of_two(q_largest);
+  const Dictionary t{n, work.dictionary.data(), work.scratch.data(), work.basis.data(), work.column_of.data()};
+  fill(t, M, 1.0 / M_scale, q, 1.0 / q_scale);
 
   // The artificial variable enters where the right side is least, which makes all right sides positive. Among equals
   // the last row is the lexicographically least.
@@ -194,7 +233,7 @@ LcpReport solve_lcp(const MatrixRef& M, const VectorRef& q, int max_pivots, LcpW
   // On a degenerate problem the artificial variable can stay in the basis, at zero.
   if (artificial_value(t) <= kTie) {
     read_solution(t, q_scale / M_scale, z);
-    if (is_solution(M, M_scale, q, q_scale, z)) report.status = LcpStatus::kSolved;
+    if (is_solution(M, M_scale, q, q_scale, z, work.scratch.data())) report.status = LcpStatus::kSolved;
   } else if (is_ray) {
     read_ray(t, entering, z);
     if (is_infeasibility_certificate(M, M_scale, q, z)) report.status = LcpStatus::kInfeasible;

@@ -17,16 +17,18 @@ struct LcpReport {
   int pivots = 0;
 };
 
-/// The tableau that a solve works in: memory for problems of up to `capacity` rows, taken once.
+/// What a solve works in: memory for problems of up to `capacity` rows, taken once.
 class LcpWorkspace {
  public:
   explicit LcpWorkspace(Eigen::Index capacity);
 
   [[nodiscard]] Eigen::Index capacity() const { return basis.size(); }
 
-  /// Row by row w, z, artificial variable, right side; a smaller problem uses the front.
-  Eigen::VectorXd tableau;
-  Eigen::Matrix<Eigen::Index, Eigen::Dynamic, 1> basis;  ///< The variable that each row holds.
+  // A smaller problem uses the front.
+  Eigen::VectorXd dictionary;  ///< By columns: one for each variable out of the basis, then the right side.
+  Eigen::VectorXd scratch;     ///< One column.
+  Eigen::Matrix<Eigen::Index, Eigen::Dynamic, 1> basis;      ///< The variable that each row holds.
+  Eigen::Matrix<Eigen::Index, Eigen::Dynamic, 1> column_of;  ///< The column of each variable, -1 in the basis.
 };
 
 /// A pivot budget that the problems of this project stay far below: they take about n pivots, though 2^n is possible.
@@ -37,11 +39,12 @@ class LcpWorkspace {
 /// by Lemke's method with the lexicographic rule, which cannot cycle [Murty 1988; eq. (19) of the paper].
 ///
 /// Shapes    M n x n, q and z n, n <= work.capacity().
+/// max_pivots  Bounds the time of one call: some families take 2^n pivots. When they are spent the status says so.
 /// Requires  Any M; that an answer is found is known for symmetric positive semi-definite M, and for P-matrices.
 /// z         Out: the solution; on kInfeasible the direction of the secondary ray, z >= 0 with M'z <= 0 (M z = 0 if M is
 ///           symmetric positive semi-definite) and q.z < 0; on kBudgetSpent zero.
 /// Accuracy  Pivots below 1e-11 of the largest entry count as zero. Both answers are checked in the problem as given.
-/// Cost      (2n + 2) n multiply-adds a pivot. Does not allocate or throw.
+/// Cost      (n + 2) n multiply-adds a pivot. Does not allocate or throw.
 [[nodiscard]] LcpReport solve_lcp(const Eigen::Ref<const Eigen::MatrixXd>& M,
                                   const Eigen::Ref<const Eigen::VectorXd>& q, int max_pivots, LcpWorkspace& work,
                                   Eigen::Ref<Eigen::VectorXd> z) noexcept;

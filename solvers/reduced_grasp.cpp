@@ -16,9 +16,9 @@ using Eigen::Vector3d;
 // Cholesky's rows of Q are orthogonal to rounding times the condition of J, which this share of det J / (tr J)^3 keeps
 // below 1e4: contacts farther from a line than 1 % of their distances.
 constexpr double kWellSpread = 1e-4;
-// Contacts that stray from a line by less than this part of their distances are on it. With exact arithmetic forces 1e8
-// times the rest could still balance a torque about that line; in doubles little would be left of them.
-constexpr double kCollinear = 1e-8;
+// Contacts that stray from a line by less than this part of their distances are on it: rounding of their coordinates,
+// 1e-16, would be 1e-6 of what they stray, and of the forces that balance a torque about the line.
+constexpr double kCollinear = 1e-10;
 // A torque about that line below this part of the torques at hand is rounding.
 constexpr double kConsistent = 1e-9;
 
@@ -152,7 +152,7 @@ bool reduce_near_line(const Points<kLanes>& arms, const GraspProblem& problem, c
     ++grasp.rank;
     grasp.Q[k] = row / arm;
     grasp.B.row(k - 3) = axis.transpose() / arm;
-    // What rounding leaves of the angle with other rows grows as the arm shrinks, to 1e-8. Twice is enough: the first
+    // What rounding leaves of the angle with other rows grows as the arm shrinks, to 1e-6. Twice is enough: the first
     // pass makes it small, the second takes what is left of that.
     for (int pass = 0; pass < 2; ++pass) {
       for (int j = 0; j < k; ++j) {

@@ -50,7 +50,7 @@ enum class Reduction {
 /// Requires  contact frames orthonormal to rounding.
 /// twist     Out: for kOutOfReach a motion that no contact resists, and that W^d does work on; see infeasibility_gap.
 /// Accuracy  Q Q' = I to 1e-12. Q itself is that of contact points moved by rounding: errors in forces are 1e-16 over
-///           the distance of the contacts from a line as a share of those between them. Below 1e-8 they are on a line.
+///           the distance of the contacts from a line as a share of those between them. Below 1e-10 they are on a line.
 /// Cost      100 multiply-adds for four contacts; near a line some 3000. Does not allocate or throw. What it returns for
 ///           not finite problems is kDone or kNotFinite, with NaN in w or Q.
 template <int kLanes>

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 #include <random>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "solvers/grasp_forces.h"
@@ -28,9 +30,17 @@ struct Grasp {
   Vector6d wrench = Vector6d::Zero();
   double friction = 0.5;
   double internal_force_N = 0.0;
+  FrictionCone cone = FrictionCone::kPyramid;
 
   [[nodiscard]] Index n() const { return std::ssize(contacts); }
-  [[nodiscard]] GraspProblem problem() const { return {contacts, centre_m, wrench, friction, internal_force_N}; }
+  [[nodiscard]] GraspProblem problem() const {
+    return {.contacts = contacts,
+            .centre_m = centre_m,
+            .wrench = wrench,
+            .friction = friction,
+            .cone = cone,
+            .internal_force_N = internal_force_N};
+  }
 
   [[nodiscard]] MatrixXd G() const {
     MatrixXd G(6, 3 * n());
@@ -78,9 +88,15 @@ struct Solution {
 };
 
 Solution solve(const Grasp& grasp) {
+  VectorXd f = VectorXd::Constant(3 * grasp.n(), std::numeric_limits<double>::quiet_NaN());
+  const GraspReport report = solve_grasp_forces(grasp.problem(), f);
+  return {report, f};
+}
+
+Solution solve_by_lemke(const Grasp& grasp) {
   GraspWorkspace work;
   VectorXd f = VectorXd::Constant(3 * grasp.n(), std::numeric_limits<double>::quiet_NaN());
-  const GraspReport report = solve_grasp_forces(grasp.problem(), work, f);
+  const GraspReport report = solve_grasp_forces_by_lemke(grasp.problem(), work, f);
   return {report, f};
 }
 
@@ -146,21 +162,68 @@ Grasp hand_grasp(const nlohmann::json& hand) {
   return grasp;
 }
 
-/// Karush-Kuhn-Tucker: G f = W, A f >= 0, and f + c balanced by multipliers of the rows without slack.
-/// Forces are a few newtons to some tens (near the border of feasibility), rows of A and G of order 1, a dozen pivots
-/// amplify rounding by less than 1e4: 1e-10 of the forces' size. A row counts as tight below 1e-8; a wrong set of tight
-/// rows leaves errors of the forces' own size.
-void expect_optimal(const Grasp& grasp, const VectorXd& f) {
-  const double size_N = 1.0 + f.norm();
-  const MatrixXd A = grasp.A();
-  const VectorXd slack = A * f;
-  EXPECT_LE((grasp.G() * f - grasp.wrench).cwiseAbs().maxCoeff(), 1e-12 * size_N);
-  EXPECT_GE(slack.minCoeff(), -1e-10 * size_N);
-  std::vector<Index> tight;
-  for (Index row = 0; row < slack.size(); ++row) {
-    if (slack[row] < 1e-8 * size_N) tight.push_back(row);
+/// The point of the pyramid nearest to y (contact axes), by trying all its faces, edges and the tip: the projections on
+/// them, of which the nearest inside the pyramid is it.
+Vector3d nearest_in_pyramid(double mu, const Vector3d& y) {
+  std::vector<MatrixXd> faces{MatrixXd(0, 3), MatrixXd::Identity(3, 3)};
+  for (const double u : {-1.0, 1.0}) {
+    faces.push_back(Eigen::RowVector3d(mu, u, 0.0));
+    faces.push_back(Eigen::RowVector3d(mu, 0.0, u));
+    for (const double v : {-1.0, 1.0}) faces.push_back((MatrixXd(2, 3) << mu, u, 0.0, mu, 0.0, v).finished());
   }
-  EXPECT_LE(stationarity_error(f + grasp.c(), grasp.G(), A(tight, Eigen::all)), 1e-7 * size_N);
+  Vector3d nearest = Vector3d::Zero();
+  for (const MatrixXd& A : faces) {
+    Vector3d point = y;
+    if (A.rows() > 0) point -= A.transpose() * (A * A.transpose()).llt().solve(A * y);
+    const bool inside = point.tail<2>().cwiseAbs().maxCoeff() <= mu * point[0] + 1e-14 * y.norm() && point[0] >= 0.0;
+    if (inside && (point - y).norm() < (nearest - y).norm()) nearest = point;
+  }
+  return nearest;
+}
+
+/// Karush-Kuhn-Tucker with the multiplier that the solver gave: G f = W, and f_i = P_K(G_i'l - c_i). Forces are a few
+/// newtons to some tens (near the border of feasibility), and a dozen changes on rows of order 1 amplify rounding by less
+/// than 1e4: 1e-10 is on the safe side, and a wrong set of tight rows leaves errors of the forces' own size.
+void expect_optimal(const Grasp& grasp, const Solution& solution, double tolerance = 1e-10) {
+  const VectorXd& f = solution.f;
+  const double size = f.norm() + grasp.c().norm();
+  const MatrixXd G = grasp.G();
+  const VectorXd pulled = G.transpose() * solution.report.multiplier - grasp.c();
+  for (Index i = 0; i < grasp.n(); ++i) {
+    const Matrix3d& frame = grasp.contacts[i].frame;
+    const Vector3d nearest = frame * nearest_in_pyramid(grasp.friction, frame.transpose() * pulled.segment<3>(3 * i));
+    EXPECT_LE((f.segment<3>(3 * i) - nearest).norm(), tolerance * size);
+  }
+  EXPECT_LE((G.topRows(3) * f - grasp.wrench.head<3>()).norm(), tolerance * size);
+  EXPECT_LE((G.bottomRows(3) * f - grasp.wrench.tail<3>()).norm(), tolerance * size * G.bottomRows(3).norm());
+  EXPECT_LE(solution.report.residual, 1e-9);
+  EXPECT_LE(grasp_kkt_error(grasp.problem(), solution.report.multiplier, f), std::max(1e-9, tolerance));
+}
+
+/// The twist that the solver gave moves with the wrench, and against every edge of every pyramid: any forces inside them
+/// do no work on it where the wrench would have to.
+void expect_infeasible(const Grasp& grasp, const Solution& solution, double tolerance = 1e-10) {
+  const Vector6d& twist = solution.report.multiplier;
+  const MatrixXd G = grasp.G();
+  const VectorXd velocities = G.transpose() * twist;
+  // What the velocities are the sums of.
+  const double size = (G.cwiseAbs().transpose() * twist.cwiseAbs()).norm();
+  EXPECT_GT(grasp.wrench.dot(twist), 0.0);
+  EXPECT_LE((grasp.edges().transpose() * velocities).maxCoeff(), tolerance * size);
+  // Forces 1e8 times the least that would do without cones count as none.
+  EXPECT_LE(solution.report.residual, 1e-8);
+  EXPECT_LE(infeasibility_gap(grasp.problem(), twist), std::max(1e-8, tolerance));
+  EXPECT_TRUE(solution.f.hasNaN()) << "f must be left as it was";
+}
+
+/// Expects one of both answers, with its proof.
+void expect_proved(const Grasp& grasp, const Solution& solution, double tolerance = 1e-10) {
+  ASSERT_NE(solution.report.status, GraspStatus::kBudgetSpent);
+  if (solution.report.status == GraspStatus::kOptimal) {
+    expect_optimal(grasp, solution, tolerance);
+  } else {
+    expect_infeasible(grasp, solution, tolerance);
+  }
 }
 
 /// The least length of W - G f over f inside the pyramids; torques in newtons at 3 cm.
@@ -220,8 +283,8 @@ TEST(GraspForces, EveryAnswerIsProved) {
     const Solution solution = solve(grasp);
     const double out_of_reach_N = wrench_out_of_reach(grasp);
     ASSERT_NE(solution.report.status, GraspStatus::kBudgetSpent);
+    expect_proved(grasp, solution);
     if (solution.report.status == GraspStatus::kOptimal) {
-      expect_optimal(grasp, solution.f);
       EXPECT_LE(out_of_reach_N, 1e-9);
     } else {
       ++infeasible;
@@ -259,31 +322,214 @@ TEST(GraspForces, EveryAnswerIsProvedOnDegenerateGrasps) {
     const Solution solution = solve(grasp);
     ASSERT_NE(solution.report.status, GraspStatus::kBudgetSpent);
     EXPECT_EQ(solution.report.status == GraspStatus::kOptimal, wrench_out_of_reach(grasp) < 1e-9);
-    if (solution.report.status == GraspStatus::kOptimal) expect_optimal(grasp, solution.f);
+    expect_proved(grasp, solution);
   }
 }
 
-// Faces of a thin pyramid nearly coincide: multipliers grow like 1/mu^2 and the digits go. No answer is then an answer,
-// a wrong one is not: what is called optimal keeps all laws to 1e-7 of the forces.
-TEST(GraspForces, LittleFrictionGivesNoWrongAnswer) {
+// Faces of a thin pyramid nearly coincide. The active set answers all the same; for Lemke's method multipliers grow like
+// 1/mu^2 and the digits go: no answer is then an answer, a wrong one is not.
+TEST(GraspForces, LittleFriction) {
   int optimal = 0;
   int unanswered = 0;
   for (unsigned seed = 0; seed < 900; ++seed) {
     SCOPED_TRACE(seed);
-    const Grasp grasp = degenerate_grasp(seed, std::array{0.03, 0.01, 0.001}[seed % 3]);
+    const Grasp grasp = degenerate_grasp(seed, std::array{0.03, 1e-3, 1e-6}[seed % 3]);
     const Solution solution = solve(grasp);
-    if (solution.report.status == GraspStatus::kInfeasible) {
-      EXPECT_GE(wrench_out_of_reach(grasp), 1e-9);
-    } else if (solution.report.status == GraspStatus::kOptimal) {
-      ++optimal;
-      const double size_N = solution.f.norm();
-      EXPECT_LE((grasp.G() * solution.f - grasp.wrench).cwiseAbs().maxCoeff(), 1e-7 * size_N);
-      EXPECT_GE((grasp.A() * solution.f).minCoeff(), -1e-7 * size_N);
-    } else {
+    if (solution.report.status == GraspStatus::kBudgetSpent)
+      printf("BS %u mu %g res %g it %d\n", seed, grasp.friction, solution.report.residual, solution.report.iterations);
+    expect_proved(grasp, solution, 1e-9);
+    optimal += solution.report.status == GraspStatus::kOptimal ? 1 : 0;
+    const Solution by_lemke = solve_by_lemke(grasp);
+    if (by_lemke.report.status == GraspStatus::kBudgetSpent) {
       ++unanswered;
+    } else {
+      EXPECT_EQ(by_lemke.report.status, solution.report.status);
     }
   }
+  EXPECT_GT(optimal, 100);
   EXPECT_LT(unanswered, optimal / 2);
+}
+
+// Two methods that have no step in common. Lemke's method loses digits where forces are large, near the border of
+// feasibility: 1e-9 of the forces while they are below 100 N, for wrenches of a few.
+TEST(GraspForces, LemkesMethodAgreesWithTheActiveSet) {
+  int infeasible = 0;
+  for (unsigned seed = 0; seed < 10000; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    const Grasp grasp = random_grasp(2 + seed % 7, random);
+    const Solution solution = solve(grasp);
+    const Solution by_lemke = solve_by_lemke(grasp);
+    ASSERT_NE(solution.report.status, GraspStatus::kBudgetSpent);
+    ASSERT_EQ(by_lemke.report.status, solution.report.status);
+    if (solution.report.status == GraspStatus::kOptimal) {
+      const double size_N = solution.f.norm();
+      EXPECT_LE((by_lemke.f - solution.f).norm(), (size_N < 100.0 ? 1e-9 : 1e-6) * size_N);
+    } else {
+      ++infeasible;
+      expect_infeasible(grasp, by_lemke, 1e-9);
+    }
+  }
+  EXPECT_GT(infeasible, 1000);
+  EXPECT_LT(infeasible, 9000);
+}
+
+/// Forces inside the pyramids that need not be the optimum, and the wrench they give: so the grasp is feasible.
+Grasp held(Grasp grasp, const VectorXd& f_inside) {
+  grasp.wrench = grasp.G() * f_inside;
+  return grasp;
+}
+
+/// For each contact a force n + t1 friction a + t2 friction b with a, b drawn from [-edge, edge].
+VectorXd forces_inside(const Grasp& grasp, double edge, std::mt19937& random) {
+  std::uniform_real_distribution<double> share(-edge, edge);
+  std::uniform_real_distribution<double> normal_N(0.5, 3.0);
+  VectorXd f(3 * grasp.n());
+  for (Index i = 0; i < grasp.n(); ++i) {
+    f.segment<3>(3 * i) = normal_N(random) * (grasp.contacts[i].frame * Vector3d(1.0, grasp.friction * share(random),
+                                                                                 grasp.friction * share(random)));
+  }
+  return f;
+}
+
+TEST(GraspForces, FeasibleGraspsAreFoundSo) {
+  for (unsigned seed = 0; seed < 2000; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    Grasp grasp = random_grasp(2 + seed % 7, random);
+    grasp.friction = std::array{0.5, 1e-2, 1e-6, 0.0}[seed % 4];
+    grasp = held(grasp, forces_inside(grasp, 0.9, random));
+    const Solution solution = solve(grasp);
+    ASSERT_EQ(solution.report.status, GraspStatus::kOptimal);
+    expect_optimal(grasp, solution, 1e-9);
+  }
+}
+
+// The same contact up to four times: rows of A coincide, and the multipliers are not unique.
+TEST(GraspForces, RepeatedContacts) {
+  for (unsigned seed = 0; seed < 1000; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    Grasp grasp = random_grasp(2 + seed % 3, random);
+    const Index repeated = grasp.n();
+    for (Index i = 0; i < repeated; ++i) grasp.contacts.push_back(grasp.contacts[i % (1 + seed % 2)]);
+    if (seed % 3 == 0) grasp = held(grasp, forces_inside(grasp, 1.0, random));
+    expect_proved(grasp, solve(grasp), 1e-9);
+  }
+}
+
+// Without squeeze a wrench that forces on edges of the pyramids give has an optimum on many rows at once, often at the
+// tip of a pyramid.
+TEST(GraspForces, OptimaOnEdgesAndTips) {
+  for (unsigned seed = 0; seed < 1000; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    Grasp grasp = random_grasp(3 + seed % 6, random);
+    grasp.internal_force_N = 0.0;
+    VectorXd f = VectorXd::Zero(3 * grasp.n());
+    for (Index i = 0; i < 1 + seed % 3; ++i)
+      f += static_cast<double>(i + 1) * grasp.edges().middleCols<4>(4 * i).col(seed % 4);
+    grasp = held(grasp, f);
+    const Solution solution = solve(grasp);
+    ASSERT_EQ(solution.report.status, GraspStatus::kOptimal);
+    expect_optimal(grasp, solution, 1e-9);
+  }
+}
+
+// Where contacts stray from a line by a part s of their distances, rounding of the points is 1e-16/s of what they stray,
+// and so are errors in what balances a torque about the line. Both answers occur: also a torque that needs large forces.
+TEST(GraspForces, ContactsNearALine) {
+  int infeasible = 0;
+  for (unsigned seed = 0; seed < 2000; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    const double stray = std::pow(10.0, -1.0 - 8.0 * static_cast<double>(seed % 100) / 99.0);
+    Grasp grasp = random_grasp(3 + seed % 3, random);
+    const Vector3d along = random_vector(random).normalized();
+    for (Index i = 0; i < grasp.n(); ++i) {
+      grasp.contacts[i].point_m =
+          0.03 * ((i % 2 == 0 ? 1.0 + static_cast<double>(i) : -static_cast<double>(i)) * along +
+                  stray * random_vector(random));
+    }
+    if (seed % 3 != 0) grasp = held(grasp, forces_inside(grasp, 0.9, random));
+    const Solution solution = solve(grasp);
+    const double tolerance = std::max(1e-9, 1e-14 / stray);
+    expect_proved(grasp, solution, tolerance);
+    if (seed % 3 != 0) {
+      EXPECT_EQ(solution.report.status, GraspStatus::kOptimal);
+    }
+    infeasible += solution.report.status == GraspStatus::kInfeasible ? 1 : 0;
+  }
+  EXPECT_GT(infeasible, 100);
+}
+
+// Other units change nothing. Powers of two: not even rounding does.
+TEST(GraspForces, DoNotDependOnUnits) {
+  for (unsigned seed = 0; seed < 300; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    const Grasp grasp = seed % 2 == 0 ? random_grasp(2 + seed % 7, random) : degenerate_grasp(seed, 0.5);
+    for (const auto& [force, length] : {std::pair{20, 0}, {-20, 0}, {0, 20}, {0, -20}, {20, -20}}) {
+      Grasp scaled = grasp;
+      scaled.wrench.head<3>() *= std::ldexp(1.0, force);
+      scaled.wrench.tail<3>() *= std::ldexp(1.0, force + length);
+      scaled.internal_force_N *= std::ldexp(1.0, force);
+      scaled.centre_m *= std::ldexp(1.0, length);
+      for (GraspContact& contact : scaled.contacts) contact.point_m *= std::ldexp(1.0, length);
+      for (const auto method : {solve, solve_by_lemke}) {
+        const Solution solution = method(grasp);
+        const Solution scaled_solution = method(scaled);
+        ASSERT_EQ(scaled_solution.report.status, solution.report.status);
+        EXPECT_EQ(scaled_solution.report.iterations, solution.report.iterations);
+        if (solution.report.status == GraspStatus::kOptimal) {
+          EXPECT_EQ(scaled_solution.f, std::ldexp(1.0, force) * solution.f);
+        }
+      }
+    }
+  }
+}
+
+TEST(GraspForces, TheSameProblemGivesTheSameBits) {
+  for (unsigned seed = 0; seed < 100; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    const Grasp grasp = random_grasp(2 + seed % 7, random);
+    const Solution first = solve(grasp);
+    std::ignore = solve(random_grasp(8, random));
+    const Solution second = solve(grasp);
+    EXPECT_EQ(first.report.multiplier, second.report.multiplier);
+    EXPECT_EQ(first.report.residual, second.report.residual);
+    if (first.report.status == GraspStatus::kOptimal) {
+      EXPECT_EQ(first.f, second.f);
+    }
+  }
+}
+
+// The check sees what is wrong: forces that give another wrench, and forces that give this one but are not the best.
+TEST(GraspForces, TheKktErrorIsThatOfTheForces) {
+  for (unsigned seed = 0; seed < 100; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    Grasp grasp = random_grasp(3, random);
+    grasp = held(grasp, forces_inside(grasp, 0.9, random));
+    const Solution solution = solve(grasp);
+    ASSERT_EQ(solution.report.status, GraspStatus::kOptimal);
+    const GraspProblem problem = grasp.problem();
+    const auto error = [&](const VectorXd& f) { return grasp_kkt_error(problem, solution.report.multiplier, f); };
+    const double size_N = std::max(solution.f.norm(), grasp.c().norm());
+    VectorXd off = solution.f;
+    off[seed % 9] += 1e-3 * size_N;
+    // The change is what differs from the projection; what it adds to |f| is 1e-3.
+    EXPECT_NEAR(error(off), 1e-3, 2e-6);
+    // Two contacts pressed together along the line through them: the wrench stays.
+    VectorXd pressed = solution.f;
+    const Vector3d along = (grasp.contacts[1].point_m - grasp.contacts[0].point_m).normalized();
+    pressed.segment<3>(0) += 1e-3 * size_N * along;
+    pressed.segment<3>(3) -= 1e-3 * size_N * along;
+    EXPECT_NEAR(error(pressed), 1e-3 * std::sqrt(2.0), 4e-6);
+    EXPECT_TRUE(std::isinf(infeasibility_gap(problem, -problem.wrench)));
+    EXPECT_GT(infeasibility_gap(problem, problem.wrench), 1e-3);
+  }
 }
 
 // Pairs and contacts on a line cannot turn the object about that line: rank G = 5.
@@ -305,7 +551,7 @@ TEST(GraspForces, ContactsOnALineRefuseATorqueAboutItAndHoldTheRest) {
     grasp.wrench = grasp.G() * inside;
     const Solution solution = solve(grasp);
     ASSERT_EQ(solution.report.status, GraspStatus::kOptimal);
-    expect_optimal(grasp, solution.f);
+    expect_optimal(grasp, solution);
 
     grasp.wrench.tail<3>() += 1e-3 * along;
     EXPECT_EQ(solve(grasp).report.status, GraspStatus::kInfeasible);
@@ -383,6 +629,25 @@ Grasp box_grasp(double friction) {
   return grasp;
 }
 
+TEST(GraspForces, WithoutFrictionAWrenchOffTheNormalsIsInfeasible) {
+  for (unsigned seed = 0; seed < 300; ++seed) {
+    SCOPED_TRACE(seed);
+    const Grasp grasp = degenerate_grasp(seed, 0.0);
+    const Solution solution = solve(grasp);
+    expect_proved(grasp, solution);
+    EXPECT_EQ(solution.report.status == GraspStatus::kOptimal, wrench_out_of_reach(grasp) < 1e-9);
+    const Solution by_lemke = solve_by_lemke(grasp);
+    EXPECT_EQ(by_lemke.report.status, solution.report.status);
+    std::mt19937 random(seed);
+    Grasp off = grasp;
+    off.wrench += 1e-3 * Vector6d::NullaryExpr([&] { return std::normal_distribution<double>()(random); });
+    if (wrench_out_of_reach(off) < 1e-9) continue;
+    const Solution infeasible = solve(off);
+    ASSERT_EQ(infeasible.report.status, GraspStatus::kInfeasible);
+    expect_infeasible(off, infeasible);
+  }
+}
+
 TEST(GraspForces, WithoutFrictionALateralLoadIsInfeasible) {
   Grasp grasp = box_grasp(0.0);
   EXPECT_EQ(solve(grasp).report.status, GraspStatus::kOptimal);
@@ -391,7 +656,7 @@ TEST(GraspForces, WithoutFrictionALateralLoadIsInfeasible) {
   grasp.friction = 0.3;
   const Solution solution = solve(grasp);
   ASSERT_EQ(solution.report.status, GraspStatus::kOptimal);
-  expect_optimal(grasp, solution.f);
+  expect_optimal(grasp, solution);
 }
 
 // Two fingers face each other and hold a lateral load F: each carries F/2, which needs a normal force of F/(2 mu).
@@ -499,9 +764,11 @@ TEST(GraspForces, DoNotAllocate) {
     const GraspProblem problem = grasp.problem();
     VectorXd f(3 * n);
     const AllocationCounter counter;
-    const GraspReport report = solve_grasp_forces(problem, work, f);
+    const GraspReport report = solve_grasp_forces(problem, f);
+    const GraspReport by_lemke = solve_grasp_forces_by_lemke(problem, work, f);
     EXPECT_EQ(counter.count(), 0);
     EXPECT_NE(report.status, GraspStatus::kBudgetSpent);
+    EXPECT_EQ(by_lemke.status, report.status);
   }
 }
 
