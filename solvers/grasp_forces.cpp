@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "solvers/dual_active_set.h"
+#include "solvers/exact_cone.h"
 #include "solvers/reduced_grasp.h"
 
 namespace thenar {
@@ -332,7 +333,12 @@ void grasp_map(std::span<const GraspContact> contacts, const Vector3d& centre_m,
 
 GraspReport solve_grasp_forces(const GraspProblem& problem, Eigen::Ref<Eigen::VectorXd> f) noexcept {
   const auto solve_reduced = [&]<int kLanes>(const ReducedGrasp<kLanes>& grasp) {
-    return problem.cone == FrictionCone::kPyramid ? solve_pyramid(grasp) : Answer<kLanes>{};
+    if (problem.cone == FrictionCone::kPyramid) return solve_pyramid(grasp);
+    Answer<kLanes> answer;
+    const ConeResult found = solve_exact_cone(grasp, answer.f, answer.multiplier);
+    answer.status = found.status;
+    answer.iterations = found.iterations;
+    return answer;
   };
   return solve_with(problem, solve_reduced, f);
 }

@@ -84,7 +84,8 @@ void grasp_map(std::span<const GraspContact> contacts, const Eigen::Vector3d& ce
 /// Finds the contact forces of eq. (15),
 ///     min 1/2 f'f + c'f,  G f = W^d,  f_i in the friction cone K_i of contact i,   c = -lambda (n_1 .. n_n),
 /// for 1 to 8 contacts: the projection of -c on the forces that give the wrench inside the cones, which is unique.
-/// Pyramid: a dual active set [Goldfarb and Idnani 1983] on the faces of the pyramids. Exact cone: TODO method.
+/// Pyramid: a dual active set [Goldfarb and Idnani 1983] on the faces of the pyramids. Exact cone: semismooth Newton and an
+/// interior point on its dual (exact_cone.h).
 ///
 /// f         Out: 3n forces on the object, world axes [N]; on failure left as it was.
 /// Does not allocate or throw; the same problem gives the same bits.

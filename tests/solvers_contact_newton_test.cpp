@@ -35,9 +35,7 @@ Solution solve(const RandomContacts& problem, const AccurateSettings& settings =
 /// The files that the plain sweeps solve, and those that break them.
 std::vector<ContactFile> all_recorded_problems() {
   std::vector<ContactFile> problems = recorded_contact_problems();
-  for (const auto& entry : std::filesystem::directory_iterator(THENAR_TEST_DATA "/contact_hard")) {
-    problems.push_back(read_contact_problem(entry));
-  }
+  for (const auto& file : data_files("contact_hard")) problems.push_back(std::get<ContactFile>(read_problem(file)));
   return problems;
 }
 
