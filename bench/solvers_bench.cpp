@@ -34,8 +34,8 @@ void BM_GraspForces(benchmark::State& bench) {
   double changes = 0.0, residual = 0.0;
   for (auto _ : bench) {
     i = (i + 1) % run.ticks.size();
-    const GraspReport report = by_lemke ? solve_grasp_forces_by_lemke(problem_of(i), work, f)
-                                        : solve_grasp_forces(problem_of(i), f);
+    const GraspReport report =
+        by_lemke ? solve_grasp_forces_by_lemke(problem_of(i), work, f) : solve_grasp_forces(problem_of(i), f);
     benchmark::DoNotOptimize(f.data());
     changes += report.iterations;
     residual = std::max(residual, report.residual);
