@@ -192,7 +192,7 @@ void drop(ActiveSet<kSize>& set, Direction<kSize>& s, int l) {
 /// Cost         (working + 2) kSize multiply-adds a change, and a scan for each constraint taken up. Does not allocate or
 ///              throw; the same problem gives the same bits.
 template <int kSize, class Constraints>
-[[nodiscard]] ActiveSetReport project(const Constraints& constraints, ActiveSet<kSize>& set,
+[[nodiscard]] ActiveSetReport project(Constraints&& constraints, ActiveSet<kSize>& set,
                                       typename ActiveSet<kSize>::Vector& x) noexcept {
   using namespace dual_active_set;
   constexpr double kInfinity = std::numeric_limits<double>::infinity();

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "solvers/dual_active_set.h"
+
 namespace thenar {
 namespace {
 
@@ -19,10 +21,10 @@ constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 constexpr double kRounding = 8.0 * kEpsilon;
 constexpr double kTiny = std::numeric_limits<double>::min();
 
-// Newton ends most problems in 3 to 6 steps; those that take more than these are the interior point's.
+// What the planes may leave of a cone's violation, as a share of the forces: from the first Newton ends most problems in 2
+// to 5 steps; where it does not, from a later one.
+constexpr std::array kLeft{1e-3, 1e-6, 1e-10};
 constexpr int kNewtonSteps = 8;
-// 4 to 8 steps lead near an optimum that has a multiplier; after 20 rounding has the say.
-constexpr int kInteriorSteps = 20;
 // Without a multiplier each step gains about half a digit.
 constexpr int kBorderSteps = 40;
 
@@ -89,13 +91,6 @@ Projection<kLanes> project(const LaneForces<kLanes>& x, const Cone& cone) {
   to.e_1 = (length > 0.0).select(x.col(1) * inverse, 1.0);
   to.e_2 = x.col(2) * inverse;
   return to;
-}
-
-/// sqrt(s_n^2 - |s_t|^2)
-template <int kLanes>
-Lane<kLanes> lorentz_norm(const LaneForces<kLanes>& s) {
-  const Lane<kLanes> length = (s.col(1).square() + s.col(2).square()).sqrt();
-  return ((s.col(0) - length) * (s.col(0) + length)).max(kTiny).sqrt();
 }
 
 /// A symmetric 3x3 matrix a contact.
@@ -206,6 +201,57 @@ struct Point {
   }
 };
 
+/// The planes that touch Coulomb's cones as constraints. Each is made when it is asked for: of the cone that is violated
+/// most the one that faces its force.
+template <int kLanes>
+class TangentPlanes {
+ public:
+  static constexpr int kSize = 3 * kLanes;  ///< f_n of all lanes, then f_t1, f_t2.
+  using Vector = typename ActiveSet<kSize>::Vector;
+
+  /// Violations up to `left` N are left.
+  TangentPlanes(double mu, double left) : mu_(mu), left_(left) {}
+
+  [[nodiscard]] Constraint<3> most_violated(const Vector& f, double tolerance) {
+    const auto f_t1 = f.template segment<kLanes>(kLanes);
+    const auto f_t2 = f.template segment<kLanes>(2 * kLanes);
+    const Lane<kLanes> f_t = (f_t1.square() + f_t2.square()).sqrt();
+    const Lane<kLanes> slack = mu_ * f.template segment<kLanes>(0) - f_t;
+    const double least = slack.minCoeff();
+    if (!(least < -std::max(tolerance, left_)) || count_ == kMost) return {};
+    int i = 0;
+    while (slack[i] != least) ++i;
+    const bool has_direction = f_t[i] > 0.0;
+    const Plane plane{i, has_direction ? f_t1[i] / f_t[i] : 1.0, has_direction ? f_t2[i] / f_t[i] : 0.0};
+    planes_[count_] = plane;
+    return {count_++, least, {i, i + kLanes, i + 2 * kLanes}, {mu_, -plane.e_1, -plane.e_2}};
+  }
+
+  /// A'u of the planes in the set.
+  [[nodiscard]] LaneForces<kLanes> push(const ActiveSet<kSize>& set) const {
+    LaneForces<kLanes> push = LaneForces<kLanes>::Zero();
+    for (int j = 0; j < set.active; ++j) {
+      const Plane& plane = planes_[set.id[j]];
+      push(plane.lane, 0) += set.multiplier[j] * mu_;
+      push(plane.lane, 1) -= set.multiplier[j] * plane.e_1;
+      push(plane.lane, 2) -= set.multiplier[j] * plane.e_2;
+    }
+    return push;
+  }
+
+ private:
+  struct Plane {
+    int lane;
+    double e_1, e_2;
+  };
+  // More only gain digits that Newton finds sooner.
+  static constexpr int kMost = 100;
+
+  double mu_, left_;
+  int count_ = 0;
+  std::array<Plane, kMost> planes_;
+};
+
 template <int kLanes>
 class Solver {
  public:
@@ -220,7 +266,10 @@ class Solver {
   ConeResult solve(Forces& f, Vector6& multiplier) {
     Vector6 start = wrench(grasp_.Q, grasp_.bias);
     for (int k = 0; k < 6; ++k) start[k] = grasp_.w[k] - start[k];
-    const bool is_decided = newton(start, kNewtonSteps) || interior_point();
+    // Without the cones: often they have no part in it.
+    const Forces f_start = combine(grasp_.Q, start) + grasp_.bias;
+    bool is_decided = is_optimal(evaluate(start, f_start));
+    for (const double left : kLeft) is_decided = is_decided || planes_and_newton(f_start, left);
     if (!is_decided && std::isfinite(residual_)) newton(best_.l, kBorderSteps);
 
     if (status_ == GraspStatus::kBudgetSpent && residual_ <= kTrusted) status_ = GraspStatus::kOptimal;
@@ -286,29 +335,15 @@ class Solver {
   /// Newton on the dual from l. True if it decided the problem.
   bool newton(const Vector6& start, int steps);
 
-  /// Newton's full steps from l as long as they contract. True if they end in the optimum.
-  bool is_near_optimum(const Vector6& l) {
-    Point<kLanes> point = evaluate(l);
-    double last = std::numeric_limits<double>::infinity();
-    for (int step = 0; step < kPolishSteps; ++step) {
-      if (is_optimal(point)) return true;
-      if (point.kkt_error() > std::min(kNearOptimum, kContraction * last)) return false;
-      last = point.kkt_error();
-      ++iterations_;
-      const Factors V(grasp_.Q, derivative(point.to, cone_), kLeastShift);
-      point = evaluate(plus(point.l, 1.0, V.solve(point.residual)));
-    }
-    return is_optimal(point);
-  }
-
-  bool interior_point();
+  /// Newton from the optimum between planes that touch the cones, of which violations up to a share `left` of the forces
+  /// remain. True if it decided the problem; where the planes leave no forces, the cones do not.
+  bool planes_and_newton(const Forces& start, double left);
 
   // Each at least a tenth of the bracket.
   static constexpr int kLineSteps = 30;
   // Newton doubles the digits from where it contracts: 1e-2, 1e-4, 1e-8, done.
   static constexpr int kPolishSteps = 4;
   static constexpr double kContraction = 0.3;
-  static constexpr double kNearOptimum = 1e-2;
   static constexpr double kNearCertificate = 0.03;
   // The eigenvalues of Q DP Q' are 0 to 1.
   static constexpr double kLeastShift = 1e-14;
@@ -377,179 +412,19 @@ bool Solver<kLanes>::newton(const Vector6& start, int steps) {
   }
 }
 
-/// The largest t for which s + t d is in the cone |s_t| <= s_n for all contacts is the inverse of this, if positive.
-/// `size` is the Lorentz norm of s.
 template <int kLanes>
-double inverse_reach(const LaneForces<kLanes>& s, const Lane<kLanes>& size, const LaneForces<kLanes>& d) {
-  using Lanes = Lane<kLanes>;
-  // In the frame where s is the axis [Vandenberghe, The CVXOPT linear and quadratic cone program solvers, 2010].
-  const Lanes r_n = (s.col(0) * d.col(0) - s.col(1) * d.col(1) - s.col(2) * d.col(2)) / size;
-  const Lanes k = (r_n + d.col(0)) / (s.col(0) + size);
-  const Lanes r_t = ((d.col(1) - k * s.col(1)).square() + (d.col(2) - k * s.col(2)).square()).sqrt();
-  return ((r_t - r_n) / size).maxCoeff();
-}
-
-/// x in the frame that moves with v, of Lorentz norm one; with sign -1 back again.
-template <int kLanes>
-LaneForces<kLanes> boost(const LaneForces<kLanes>& v, const LaneForces<kLanes>& x, double sign) {
-  const Lane<kLanes> along = v.col(1) * x.col(1) + v.col(2) * x.col(2);
-  const Lane<kLanes> k = sign * x.col(0) + along / (1.0 + v.col(0));
-  LaneForces<kLanes> y;
-  y.col(0) = v.col(0) * x.col(0) + sign * along;
-  y.col(1) = x.col(1) + k * v.col(1);
-  y.col(2) = x.col(2) + k * v.col(2);
-  return y;
-}
-
-/// The product of Lorentz's cones: a o b = (a.b, a_n b_t + b_n a_t).
-template <int kLanes>
-LaneForces<kLanes> jordan(const LaneForces<kLanes>& a, const LaneForces<kLanes>& b) {
-  LaneForces<kLanes> c;
-  c.col(0) = (a * b).rowwise().sum();
-  c.col(1) = a.col(0) * b.col(1) + b.col(0) * a.col(1);
-  c.col(2) = a.col(0) * b.col(2) + b.col(0) * a.col(2);
-  return c;
-}
-
-/// The x of a o x = c, for a of the given Lorentz norm.
-template <int kLanes>
-LaneForces<kLanes> jordan_quotient(const LaneForces<kLanes>& c, const LaneForces<kLanes>& a, const Lane<kLanes>& norm) {
-  LaneForces<kLanes> x;
-  x.col(0) = (a.col(0) * c.col(0) - a.col(1) * c.col(1) - a.col(2) * c.col(2)) / norm.square();
-  x.col(1) = (c.col(1) - x.col(0) * a.col(1)) / a.col(0);
-  x.col(2) = (c.col(2) - x.col(0) * a.col(2)) / a.col(0);
-  return x;
-}
-
-/// The homogeneous embedding: with s in Lorentz's cones, s = f / (size of the columns), and the forces s / tau,
-///     P s - Q'l - z - tau bias = 0,  Q s - tau w = 0,  kappa + s'P s / tau - bias's - w'l = 0,  s, z in K, tau, kappa >= 0
-/// has solutions with s'z + tau kappa = 0; if tau > 0 it is an optimum, if kappa > 0 then l is a certificate.
-/// P = diag of the columns' squared sizes. Steps follow Nesterov and Todd's scaling.
-template <int kLanes>
-bool Solver<kLanes>::interior_point() {
-  // The cone is Lorentz's for s = (f_n, f_t / mu), or (mu f_n, f_t) where mu > 1. Without friction s_t is there, and does
-  // nothing.
-  const double mu = grasp_.friction;
-  const double part_n = mu > 1.0 ? 1.0 / mu : 1.0;
-  const double part_t = mu > 1.0 ? 1.0 : mu;
-  Lanes is_used;
-  for (int i = 0; i < kLanes; ++i) is_used[i] = i < grasp_.contacts ? 1.0 : 0.0;
-  std::array<Forces, 6> Q = grasp_.Q;
-  for (Forces& row : Q) {
-    row.col(0) *= part_n;
-    row.template rightCols<2>() *= part_t;
-  }
-  Forces bias = grasp_.bias / scale_;
-  bias.col(0) *= part_n;
-  bias.template rightCols<2>() *= part_t;
-  Vector6 w;
-  for (int k = 0; k < 6; ++k) w[k] = grasp_.w[k] / scale_;
-  const Lanes P_n = is_used * (part_n * part_n);
-  const Lanes P_t = is_used * (part_t * part_t);
-  const double degree = static_cast<double>(grasp_.contacts) + 1.0;
-
-  Forces s = Forces::Zero();
-  s.col(0).setOnes();
-  Forces z = s;
-  Vector6 l{};
-  double tau = 1.0, kappa = 1.0;
-
-  for (int step = 0; step < kInteriorSteps; ++step) {
-    ++iterations_;
-    Forces Ps;
-    Ps.col(0) = P_n * s.col(0);
-    Ps.col(1) = P_t * s.col(1);
-    Ps.col(2) = P_t * s.col(2);
-    const double sPs = (s * Ps).sum();
-    const double centre = (((s * z).rowwise().sum() * is_used).sum() + tau * kappa) / degree;
-    const Forces rest_s = Ps - combine(Q, l) - z - tau * bias;
-    Vector6 rest_l = wrench(Q, s);
-    rest_l = plus(rest_l, -tau, w);
-    const double rest_tau = kappa + sPs / tau - (bias * s).sum() - dot(w, l);
-
-    // z = H s with H = (2 v v' - J) h, v = (v_n, v_t e) of Lorentz norm one. M = (P + H)^-1 has no difference in it.
-    const Lanes s_size = lorentz_norm<kLanes>(s);
-    const Lanes z_size = lorentz_norm<kLanes>(z);
-    const Lanes h = z_size / s_size;
-    const Lanes cosine = (s * z).rowwise().sum() / (s_size * z_size);
-    const Lanes half = 0.5 / (0.5 * (1.0 + cosine)).sqrt();
-    Forces v;
-    v.col(1) = half * (s.col(1) / s_size - z.col(1) / z_size);
-    v.col(2) = half * (s.col(2) / s_size - z.col(2) / z_size);
-    const Lanes v_t = (v.col(1).square() + v.col(2).square()).sqrt();
-    v.col(0) = (1.0 + v_t.square()).sqrt();
-    const Lanes e_1 = (v_t > 0.0).select(v.col(1) / v_t, 1.0);
-    const Lanes e_2 = (v_t > 0.0).select(v.col(2) / v_t, 0.0);
-    const Lanes both = h * (1.0 + 2.0 * v_t.square());
-    const Lanes mixed = 2.0 * h * v_t * v.col(0);
-    const Blocks<kLanes> H = blocks_about<kLanes>(e_1, e_2, both, -mixed, both, h);
-    const Lanes part = is_used / (P_n * P_t + both * (P_n + P_t) + h.square());
-    const Blocks<kLanes> M =
-        blocks_about<kLanes>(e_1, e_2, part * (P_t + both), part * mixed, part * (P_n + both), is_used / (P_t + h));
-    const Factors K(Q, M, kLeastShift);
-    const Vector6 l_tau = K.solve(plus(w, -1.0, wrench<kLanes>(Q, M * bias)));
-    const Forces s_tau = M * Forces(combine(Q, l_tau) + bias);
-    const Forces slope = 2.0 / tau * Ps - bias;
-    const double pivot = -kappa / tau + (slope * s_tau).sum() - sPs / (tau * tau) - dot(w, l_tau);
-
-    struct Direction {
-      Forces s, z;
-      Vector6 l;
-      double tau, kappa;
-    };
-    // Towards s'z = tau kappa = `target`, the other equations' rests times target / centre.
-    const auto towards = [&](double target, const Forces& z_bend, double tau_bend) {
-      const double share = 1.0 - target / centre;
-      Forces z_rest = -z - z_bend;
-      const Lanes inverse = target / s_size.square();
-      z_rest.col(0) += inverse * s.col(0);
-      z_rest.col(1) -= inverse * s.col(1);
-      z_rest.col(2) -= inverse * s.col(2);
-      for (int column = 0; column < 3; ++column) z_rest.col(column) *= is_used;
-      const double tau_rest = target - tau * kappa - tau_bend;
-      const Forces rest = z_rest - share * rest_s;
-      Vector6 l_0 = wrench<kLanes>(Q, M * rest);
-      for (int k = 0; k < 6; ++k) l_0[k] = -share * rest_l[k] - l_0[k];
-      l_0 = K.solve(l_0);
-      const Forces s_0 = M * Forces(combine(Q, l_0) + rest);
-      Direction d;
-      d.tau = (-share * rest_tau - tau_rest / tau - (slope * s_0).sum() + dot(w, l_0)) / pivot;
-      d.l = plus(l_0, d.tau, l_tau);
-      d.s = s_0 + d.tau * s_tau;
-      d.z = z_rest - H * d.s;
-      d.kappa = (tau_rest - kappa * d.tau) / tau;
-      return d;
-    };
-    const auto reach = [&](const Direction& d) {
-      return 1.0 / std::max({kTiny, inverse_reach<kLanes>(s, s_size, d.s), inverse_reach<kLanes>(z, z_size, d.z),
-                             -d.tau / tau, -d.kappa / kappa});
-    };
-    const Direction predicted = towards(0.0, Forces::Zero(), 0.0);
-    const double left = 1.0 - std::min(1.0, reach(predicted));
-    // What the products of the predicted changes would add [Mehrotra 1992].
-    const Forces bend = jordan<kLanes>(boost<kLanes>(v, predicted.s, -1.0), boost<kLanes>(v, predicted.z, 1.0));
-    Forces z_bend = boost<kLanes>(v, jordan_quotient<kLanes>(bend, boost<kLanes>(v, z, 1.0), z_size), -1.0);
-    for (int column = 0; column < 3; ++column) z_bend.col(column) *= h;
-    const Direction d = towards(std::max(1e-6, left * left * left) * centre, z_bend, predicted.tau * predicted.kappa);
-    const double length = std::min(1.0, 0.99 * reach(d));
-    if (!(length > 1e-10)) return false;
-    s += length * d.s;
-    z += length * d.z;
-    l = plus(l, length, d.l);
-    tau += length * d.tau;
-    kappa += length * d.kappa;
-    const double unit = 1.0 / std::max({tau, kappa, std::sqrt(dot(l, l))});
-    s *= unit;
-    z *= unit;
-    for (double& l_k : l) l_k *= unit;
-    tau *= unit;
-    kappa *= unit;
-
-    Vector6 l_N;
-    for (int k = 0; k < 6; ++k) l_N[k] = l[k] * scale_ / tau;
-    if (is_near_optimum(l_N) || is_certificate(l)) return true;
-  }
-  return false;
+bool Solver<kLanes>::planes_and_newton(const Forces& start, double left) {
+  TangentPlanes<kLanes> planes(cone_.mu, left * std::sqrt(start.square().sum()));
+  ActiveSet<3 * kLanes> set;
+  for (int k = 0; k < grasp_.rank; ++k) set.basis[set.equalities++] = grasp_.Q[k].reshaped();
+  typename TangentPlanes<kLanes>::Vector x = start.reshaped();
+  const ActiveSetReport report = thenar::project(planes, set, x);
+  iterations_ += report.changes;
+  if (report.status == ActiveSetStatus::kBudgetSpent) return false;
+  const Forces push = planes.push(set);
+  if (report.status == ActiveSetStatus::kInfeasible) return is_certificate(wrench<kLanes>(grasp_.Q, -push));
+  const Forces f = x.reshaped(kLanes, 3);
+  return newton(wrench<kLanes>(grasp_.Q, f - grasp_.bias - push), kNewtonSteps);
 }
 
 }  // namespace

@@ -11,7 +11,7 @@ namespace thenar {
 /// How a reduced problem with the exact cone ended.
 struct ConeResult {
   GraspStatus status = GraspStatus::kBudgetSpent;
-  int iterations = 0;  ///< Newton and interior-point steps: each factors one 6x6 matrix.
+  int iterations = 0;  ///< Planes taken up or dropped, and Newton steps.
   /// How far the answer is from its proof [no unit]. Optimal: |w - Q f| / |f|. Infeasible: |w| over the least |f| that a
   /// solution would need. Budget spent: |w - Q f| / |f| of the best forces seen.
   double residual = std::numeric_limits<double>::infinity();
@@ -21,9 +21,9 @@ struct ConeResult {
 ///     min 1/2 |f - bias|^2,  Q f = w,  |f_t| <= mu f_n for each contact,
 /// by the concave problem in six unknowns that is its dual,
 ///     max over l   w'l - 1/2 |P_K(Q'l + bias)|^2,   gradient w - Q f,   f = P_K(Q'l + bias).
-/// Method: semismooth Newton from the optimum without cones, which ends most problems after a few steps. Where it does
-/// not, a homogeneous interior-point method, to which no start is bad and infeasible problems are as good as others,
-/// leads to where Newton ends the work [Andersen and Ye 1999; Goulart and Chen 2024].
+/// Method: a dual active set on planes that touch the cones, each made where a force leaves its cone [after Kelley 1960],
+/// until no force is far outside; from the multiplier found there semismooth Newton, which doubles the digits. Planes
+/// contain the cones: where they leave no forces, their multipliers are all but a proof for the cones, too.
 ///
 /// f          Out: the forces, if optimal; else left as they were.
 /// multiplier Out: if optimal l, with f = P_K(Q'l + bias). If infeasible a direction with w'l > 0 and P_K(Q'l) nearly 0:

@@ -22,6 +22,9 @@ using Eigen::Vector3d;
 // Forces are an optimum if they keep all its conditions to this part of their size. Rounding leaves 1e-15, times 1/mu in
 // thin cones; a wrong set of faces leaves parts of 1.
 constexpr double kTrust = 1e-9;
+// What rounding leaves of a multiplier. Where cones are so thin that forces must be 1e5 and more times the least, it is as
+// many times the forces, sums of face multipliers larger still, and what it proves them to grows with it.
+constexpr double kMultiplierRounding = 1e-11;
 // Forces this many times the least that would give the wrench without cones count as none. They are found where W^d lies
 // 1e-8 of itself inside the wrenches that can be had, far less than anything that a wrench is computed from is known to;
 // what rounding leaves of a certificate is 1e-13.
@@ -239,22 +242,48 @@ double allowed_forces(const GraspProblem& problem, const Vector6d& twist) {
   return std::sqrt(squares);
 }
 
+/// |Q f - w|
+template <int kLanes>
+double missing_wrench(const ReducedGrasp<kLanes>& grasp, const LaneForces<kLanes>& f) {
+  std::array<double, 6> missing = reduced_wrench(grasp, f);
+  for (int k = 0; k < 6; ++k) missing[k] -= grasp.w[k];
+  return norm(missing);
+}
+
+/// |f - P_K(Q'l + bias)|
+template <int kLanes>
+double distance_from_projection(const ReducedGrasp<kLanes>& grasp, FrictionCone cone, const Answer<kLanes>& answer) {
+  const LaneForces<kLanes> pulled = grasp.bias + combine(grasp, answer.multiplier);
+  return (answer.f - nearest_inside<kLanes>(cone, grasp.friction, pulled)).matrix().norm();
+}
+
+/// What errors in forces are measured by.
+template <int kLanes>
+double size_of(const ReducedGrasp<kLanes>& grasp, const LaneForces<kLanes>& f) {
+  return std::max(f.matrix().norm(), grasp.bias.matrix().norm());
+}
+
 /// grasp_kkt_error of a reduced problem.
 template <int kLanes>
 double kkt_error(const ReducedGrasp<kLanes>& grasp, FrictionCone cone, const Answer<kLanes>& answer) {
-  const LaneForces<kLanes> projected =
-      nearest_inside<kLanes>(cone, grasp.friction, grasp.bias + combine(grasp, answer.multiplier));
-  std::array<double, 6> missing = reduced_wrench(grasp, answer.f);
-  for (int k = 0; k < 6; ++k) missing[k] -= grasp.w[k];
-  const double error = std::max((answer.f - projected).matrix().norm(), norm(missing));
-  const double size = std::max(answer.f.matrix().norm(), grasp.bias.matrix().norm());
-  return error == 0.0 ? 0.0 : error / size;
+  const double error = std::max(distance_from_projection(grasp, cone, answer), missing_wrench(grasp, answer.f));
+  return error == 0.0 ? 0.0 : error / size_of(grasp, answer.f);
+}
+
+/// Whether forces keep the laws, and are the least that do as far as the rounding of their multiplier lets it prove.
+template <int kLanes>
+bool is_optimal_to_rounding(const ReducedGrasp<kLanes>& grasp, FrictionCone cone, const Answer<kLanes>& answer) {
+  const double trust = kTrust * size_of(grasp, answer.f);
+  const LaneForces<kLanes> inside = nearest_inside<kLanes>(cone, grasp.friction, answer.f);
+  return missing_wrench(grasp, answer.f) <= trust && (answer.f - inside).matrix().norm() <= trust &&
+         distance_from_projection(grasp, cone, answer) <= trust + kMultiplierRounding * norm(answer.multiplier);
 }
 
 /// infeasibility_gap of a reduced problem.
 template <int kLanes>
-double gap_left(const ReducedGrasp<kLanes>& grasp, FrictionCone cone, const std::array<double, 6>& multiplier,
-                double power) {
+double gap_left(const ReducedGrasp<kLanes>& grasp, FrictionCone cone, const std::array<double, 6>& multiplier) {
+  double power = 0.0;
+  for (int k = 0; k < 6; ++k) power += multiplier[k] * grasp.w[k];
   if (!(power > 0.0)) return std::numeric_limits<double>::infinity();
   const LaneForces<kLanes> allowed = nearest_inside<kLanes>(cone, grasp.friction, combine(grasp, multiplier));
   return norm(grasp.w) * allowed.matrix().norm() / power;
@@ -266,20 +295,25 @@ GraspReport hand_out(const ReducedGrasp<kLanes>& grasp, FrictionCone cone, const
                      Eigen::Ref<Eigen::VectorXd> f) {
   GraspReport report;
   report.iterations = answer.iterations;
+  if (answer.status == GraspStatus::kBudgetSpent) return report;
+  report.multiplier = twist_of(grasp, answer.multiplier);
   if (answer.status == GraspStatus::kOptimal) {
     report.residual = kkt_error(grasp, cone, answer);
-    if (!(report.residual <= kTrust)) return report;
-    to_world(grasp, answer.f, f);
-  } else if (answer.status == GraspStatus::kInfeasible) {
-    double power = 0.0;
-    for (int k = 0; k < 6; ++k) power += answer.multiplier[k] * grasp.w[k];
-    report.residual = gap_left(grasp, cone, answer.multiplier, power);
-    if (!(report.residual * kOutOfReach <= 1.0)) return report;
-  } else {
-    return report;
+    if (report.residual <= kTrust) {
+      report.status = GraspStatus::kOptimal;
+      to_world(grasp, answer.f, f);
+      return report;
+    }
   }
-  report.status = answer.status;
-  report.multiplier = twist_of(grasp, answer.multiplier);
+  // Forces that grow out of reach lose their own proof to rounding, and their multiplier becomes one that there are none.
+  const double gap = gap_left(grasp, cone, answer.multiplier);
+  if (gap * kOutOfReach <= 1.0) {
+    report.status = GraspStatus::kInfeasible;
+    report.residual = gap;
+  } else if (answer.status == GraspStatus::kOptimal && is_optimal_to_rounding(grasp, cone, answer)) {
+    report.status = GraspStatus::kOptimal;
+    to_world(grasp, answer.f, f);
+  }
   return report;
 }
 

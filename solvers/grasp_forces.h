@@ -38,7 +38,7 @@ struct GraspProblem {
 /// How a grasp-force problem ended.
 enum class GraspStatus {
   kOptimal,
-  kInfeasible,   ///< No forces inside the pyramids give the wrench.
+  kInfeasible,   ///< No forces inside the cones give the wrench, or none below 1e8 times those that do without cones.
   kBudgetSpent,  ///< No answer: the pivots ran out, the input was not finite, or rounding spoiled the result.
 };
 
@@ -84,10 +84,15 @@ void grasp_map(std::span<const GraspContact> contacts, const Eigen::Vector3d& ce
 /// Finds the contact forces of eq. (15),
 ///     min 1/2 f'f + c'f,  G f = W^d,  f_i in the friction cone K_i of contact i,   c = -lambda (n_1 .. n_n),
 /// for 1 to 8 contacts: the projection of -c on the forces that give the wrench inside the cones, which is unique.
-/// Pyramid: a dual active set [Goldfarb and Idnani 1983] on the faces of the pyramids. Exact cone: semismooth Newton and an
-/// interior point on its dual (exact_cone.h).
+/// GG' is factorised about the contacts' centroid, and Q f = w solved for in contact axes: see reduced_grasp.h.
+/// Pyramid: a dual active set [Goldfarb and Idnani 1983] on the faces of the pyramids. Exact cone: planes that
+/// touch it, then semismooth Newton (exact_cone.h).
 ///
 /// f         Out: 3n forces on the object, world axes [N]; on failure left as it was.
+/// Accuracy  Every answer is checked: residual <= 1e-9, or what rounding of the multiplier leaves, 1e-11 of it, where
+///           cones are so thin that it is 1e2 and more times the forces; laws are kept to 1e-9 of the forces always.
+///           Contacts that stray from a line by a part s of their distances cost 1e-16/s of the forces.
+/// Requires  contact frames orthonormal to rounding; friction >= 0.
 /// Does not allocate or throw; the same problem gives the same bits.
 [[nodiscard]] GraspReport solve_grasp_forces(const GraspProblem& problem, Eigen::Ref<Eigen::VectorXd> f) noexcept;
 
@@ -102,8 +107,9 @@ void grasp_map(std::span<const GraspContact> contacts, const Eigen::Vector3d& ce
                                                       Eigen::Ref<Eigen::VectorXd> f) noexcept;
 
 /// How far forces f with a multiplier l are from the optimum of the problem as given, as a share of the forces at hand:
-/// the largest of |f - P_K(G' l - c)| / |f|, and |R^-1 (G f - W^d)| / |f| with R R' = G G' (the least forces that would
-/// make up for the wrench that is missing). Zero at the optimum, and there only.
+/// the largest of |f - P_K(G' l - c)| / s, and |R^-1 (G f - W^d)| / s with R R' = G G' (the least forces that would make
+/// up for the wrench that is missing), s the larger of |f| and |c|. Zero at the optimum, and there only. From plain G: for
+/// checks, not for a loop.
 [[nodiscard]] double grasp_kkt_error(const GraspProblem& problem, const Vector6d& multiplier,
                                      const Eigen::Ref<const Eigen::VectorXd>& f) noexcept;
 
