@@ -14,8 +14,6 @@ using Vector6 = std::array<double, 6>;
 // An optimum is exact at this share of the forces, and trusted up to the second.
 constexpr double kExact = 1e-12;
 constexpr double kTrusted = 1e-9;
-// Forces this many times the least without cones count as none.
-constexpr double kOutOfReach = 1e6;
 // Q'l and what is made of it lose the last two or three bits.
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 constexpr double kRounding = 8.0 * kEpsilon;

@@ -27,8 +27,8 @@ struct ConeResult {
 ///
 /// f          Out: the forces, if optimal; else left as they were.
 /// multiplier Out: if optimal l, with f = P_K(Q'l + bias). If infeasible a direction with w'l > 0 and P_K(Q'l) nearly 0:
-///            forces that give the wrench would be at least w'l / |P_K(Q'l)| large, here a million times |w|, the least
-///            without cones. Else left as it was.
+///            forces that give the wrench would be at least w'l / |P_K(Q'l)| large, here kOutOfReach times |w|, the
+///            least without cones. Else left as it was.
 /// Accuracy   A residual of 1e-12, or rounding where multipliers are large. Where a wrench is at the border of what the
 ///            contacts can give there may be no multiplier at all, only better and better ones: 1e-9 is then accepted.
 /// Cost       0 to 8 Newton steps; one problem in ten takes up to 20 interior-point steps, too, each as long as three,

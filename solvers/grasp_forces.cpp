@@ -25,10 +25,6 @@ constexpr double kTrust = 1e-9;
 // What rounding leaves of a multiplier. Where cones are so thin that forces must be 1e5 and more times the least, it is as
 // many times the forces, sums of face multipliers larger still, and what it proves them to grows with it.
 constexpr double kMultiplierRounding = 1e-11;
-// Forces this many times the least that would give the wrench without cones count as none. They are found where W^d lies
-// 1e-8 of itself inside the wrenches that can be had, far less than anything that a wrench is computed from is known to;
-// what rounding leaves of a certificate is 1e-13.
-constexpr double kOutOfReach = 1e8;
 
 constexpr double kGreatestFriction = 10.0;
 constexpr double kFrictionStep = 1e-3;
@@ -325,7 +321,7 @@ GraspReport solve(const GraspProblem& problem, Solve solve_reduced, Eigen::Ref<E
   switch (reduce(problem, grasp, twist)) {
     case Reduction::kDone:
       return hand_out<kLanes>(grasp, problem.cone, solve_reduced(grasp), f);
-    case Reduction::kOutOfReach: {
+    case Reduction::kUnreachable: {
       const double gap = norm(grasp.w) * allowed_forces(problem, twist) / problem.wrench.dot(twist);
       if (gap * kOutOfReach <= 1.0) return {GraspStatus::kInfeasible, 0, gap, twist};
       return {GraspStatus::kBudgetSpent, 0, gap, Vector6d::Zero()};

@@ -203,7 +203,7 @@ Reduction reduce(const GraspProblem& problem, ReducedGrasp<kLanes>& grasp, Vecto
   // A turn about the axis through the centroid.
   twist.head<3>() = grasp.centroid_m.cross(powerless);
   twist.tail<3>() = powerless;
-  return Reduction::kOutOfReach;
+  return Reduction::kUnreachable;
 }
 
 template <int kLanes>

@@ -8,6 +8,11 @@
 
 namespace thenar {
 
+/// Forces this many times the least that would give the wrench without cones count as none. They are found where W^d lies
+/// 1e-8 of itself inside the wrenches that can be had, far less than anything that a wrench is computed from is known to;
+/// what rounding leaves of a certificate is 1e-13.
+inline constexpr double kOutOfReach = 1e8;
+
 /// One number a contact, contacts side by side, so that one instruction works on several. Lanes without a contact are 0.
 template <int kLanes>
 using Lane = Eigen::Array<double, kLanes, 1>;
@@ -39,8 +44,8 @@ struct ReducedGrasp {
 /// What a reduction found.
 enum class Reduction {
   kDone,
-  kOutOfReach,  ///< The wrench has a torque that no forces at the contacts give; `twist` is the axis.
-  kNotFinite,   ///< The problem has an infinity or a NaN.
+  kUnreachable,  ///< The wrench has a torque that no forces at the contacts give; `twist` is the axis.
+  kNotFinite,    ///< The problem has an infinity or a NaN.
 };
 
 /// Reduces a problem of 1 to kLanes contacts (4 or 8). About the centroid of the contacts G G' = diag(n I, J), J their
@@ -48,7 +53,7 @@ enum class Reduction {
 /// Gram-Schmidt on the rows do, and a line's own axis is left out.
 ///
 /// Requires  contact frames orthonormal to rounding.
-/// twist     Out: for kOutOfReach a motion that no contact resists, and that W^d does work on; see infeasibility_gap.
+/// twist     Out: for kUnreachable a motion that no contact resists, and that W^d does work on; see infeasibility_gap.
 /// Accuracy  Q Q' = I to 1e-12. Q itself is that of contact points moved by rounding: errors in forces are 1e-16 over
 ///           the distance of the contacts from a line as a share of those between them. Below 1e-10 they are on a line.
 /// Cost      100 multiply-adds for four contacts; near a line some 3000. Does not allocate or throw. What it returns for
