@@ -75,8 +75,7 @@ SweepWorkspace::SweepWorkspace(Index contacts, Index groups_at_most)
   groups.reserve(groups_at_most);
   for (auto* v : {&moved, &change, &change_last, &moved_last}) v->setZero(rows);
   for (auto* columns : {&d_change, &d_moved, &d_f}) columns->setZero(rows, kWindow);
-  J_common.setZero(rows, kCommon);
-  J_own.setZero(rows, kOwn);
+  J.setZero(rows, kOwn + kCommon);
 }
 
 void SweepWorkspace::lay_out(std::span<const Index> begin) {
@@ -126,7 +125,7 @@ double sweep(const VectorRef& mu, const VectorRef& delta, SweepWorkspace& work, 
     const auto W = work.block(group);
     SweepWorkspace::GroupRows moved(work.moved.data() + group.row, group.rows);
     SweepWorkspace::GroupRows change(work.change.data() + group.row, group.rows);
-    const auto J = work.J_common.middleRows(group.row, work.coupled ? group.rows : 0);
+    const auto J = work.J.middleRows(group.row, work.coupled ? group.rows : 0).rightCols<SweepWorkspace::kCommon>();
     if (work.coupled && k > 0) moved.noalias() += J.lazyProduct(common);
     for (Index i = group.begin; i < group.end; ++i) {
       const Index r = 3 * (i - group.begin);
@@ -149,7 +148,7 @@ double sweep(const VectorRef& mu, const VectorRef& delta, SweepWorkspace& work, 
     const Group& group = work.groups[k];
     const SweepWorkspace::Common later = common - work.common_after.col(k);
     work.moved.segment(group.row, group.rows).noalias() +=
-        work.J_common.middleRows(group.row, group.rows).lazyProduct(later);
+        work.J.middleRows(group.row, group.rows).rightCols<SweepWorkspace::kCommon>().lazyProduct(later);
   }
   return work.change.head(rows_used(work)).norm();
 }

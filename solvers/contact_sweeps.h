@@ -105,9 +105,9 @@ struct SweepWorkspace {
   std::vector<Group> groups;
   std::vector<LocalStep> local;  ///< Of each contact; the caller's to fill.
   Eigen::VectorXf blocks;
-  bool coupled = false;                                    ///< Whether groups move one another, by J_common J_common'.
-  Eigen::Matrix<float, Eigen::Dynamic, kCommon> J_common;  ///< In the groups' rows, the padding zero.
-  Eigen::Matrix<float, Eigen::Dynamic, kOwn> J_own;        ///< Room to make blocks.
+  bool coupled = false;  ///< Whether groups move one another, by J_common J_common'.
+  /// In the groups' rows, the padding zero. Columns to make blocks of, and J_common.
+  Eigen::Matrix<float, Eigen::Dynamic, kOwn + kCommon> J;
 
   // Of the sweeps, in the groups' rows.
   Eigen::VectorXf moved;   ///< By what gaps have changed since they were computed.
