@@ -1,6 +1,5 @@
 #include "solvers/contact_sweeps.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -38,6 +37,26 @@ void forget(SweepWorkspace& work) {
   work.gram.setZero();
   work.results = 0;
   work.least_change = std::numeric_limits<double>::infinity();
+}
+
+using Window = Eigen::Matrix<double, SweepWorkspace::kWindow, 1>;
+
+/// Solves A x = b for a symmetric positive definite A by elimination.
+Window solve_definite(Eigen::Matrix<double, SweepWorkspace::kWindow, SweepWorkspace::kWindow> A, Window b) {
+  constexpr int n = SweepWorkspace::kWindow;
+  for (int k = 0; k < n; ++k) {
+    const double pivot = 1.0 / A(k, k);
+    for (int j = k + 1; j < n; ++j) {
+      const double factor = A(j, k) * pivot;
+      for (int i = j; i < n; ++i) A(i, j) -= factor * A(i, k);
+      b[j] -= factor * b[k];
+    }
+  }
+  for (int k = n - 1; k >= 0; --k) {
+    for (int j = k + 1; j < n; ++j) b[k] -= A(j, k) * b[j];
+    b[k] /= A(k, k);
+  }
+  return b;
 }
 
 /// d_change, d_moved and d_f get the differences to the last result, and the oldest ones go.
@@ -161,7 +180,6 @@ void accelerate(double change_N, SweepWorkspace& work, VectorOut f) {
   if (work.results < 2) return;
 
   const Index rows = rows_used(work);
-  using Window = Eigen::Matrix<double, SweepWorkspace::kWindow, 1>;
   Window right;
   for (Index j = 0; j < SweepWorkspace::kWindow; ++j) {
     right[j] = work.d_change.col(j).head(rows).dot(work.change.head(rows));
@@ -171,7 +189,7 @@ void accelerate(double change_N, SweepWorkspace& work, VectorOut f) {
   const double ridge = kRidge * work.gram.trace();
   for (Index j = 0; j < SweepWorkspace::kWindow; ++j)
     ridged(j, j) = work.gram(j, j) > 0.0 ? work.gram(j, j) + ridge : 1.0;
-  const Window weights = ridged.llt().solve(right);
+  const Window weights = solve_definite(ridged, right);
   if (!weights.allFinite()) return;
   const Eigen::Matrix<float, SweepWorkspace::kWindow, 1> w = weights.cast<float>();
 

@@ -56,17 +56,22 @@ void gaps(const GroupedDelassus& W, const VectorRef& delta_free, const VectorRef
       work.common_motion += W.common_mobility.cwiseProduct(pull(W.J_common, i, f_i));
     }
   }
+  const Eigen::Array4d common_1 = work.common_motion.head<4>().array(), common_2 = work.common_motion.tail<4>().array();
   for (Index k = 0; k < W.groups(); ++k) {
     const Index first = 3 * W.begin[k], rows = 3 * W.begin[k + 1] - first;
-    auto delta_k = delta.segment(first, rows);
-    delta_k = delta_free.segment(first, rows);
-    delta_k.noalias() += W.J_own.middleRows(first, rows).lazyProduct(work.own_motion.col(k));
-    delta_k.noalias() += W.J_common.middleRows(first, rows).lazyProduct(work.common_motion);
+    const Eigen::Array4d own = work.own_motion.col(k).array();
+    for (Index r = first; r < first + rows; ++r) {
+      // The 12 products in three registers, which are added up once.
+      const Eigen::Array4d parts = W.J_own.row(r).transpose().array() * own +
+                                   W.J_common.row(r).head<4>().transpose().array() * common_1 +
+                                   W.J_common.row(r).tail<4>().transpose().array() * common_2;
+      delta[r] = delta_free[r] + parts.sum();
+    }
     if (W.compliance.empty()) continue;
     for (Index c = 0; c < rows; c += 3) {
       const Eigen::Vector3d f_i = f.segment<3>(first + c);
       if (f_i[0] <= 0.0) continue;
-      delta_k.noalias() += W.compliance[k].block(0, c, rows, 3).leftCols<3>().lazyProduct(W.compliance_scale * f_i);
+      delta.segment(first, rows).noalias() += W.compliance[k].block(0, c, rows, 3).leftCols<3>().lazyProduct(W.compliance_scale * f_i);
     }
   }
 }
