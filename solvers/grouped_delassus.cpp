@@ -71,7 +71,8 @@ void gaps(const GroupedDelassus& W, const VectorRef& delta_free, const VectorRef
     for (Index c = 0; c < rows; c += 3) {
       const Eigen::Vector3d f_i = f.segment<3>(first + c);
       if (f_i[0] <= 0.0) continue;
-      delta.segment(first, rows).noalias() += W.compliance[k].block(0, c, rows, 3).leftCols<3>().lazyProduct(W.compliance_scale * f_i);
+      delta.segment(first, rows).noalias() +=
+          W.compliance[k].block(0, c, rows, 3).leftCols<3>().lazyProduct(W.compliance_scale * f_i);
     }
   }
 }
