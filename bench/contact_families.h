@@ -11,6 +11,8 @@
 #include <string_view>
 #include <vector>
 
+#include "solvers/gauss_seidel.h"
+
 namespace thenar {
 
 /// A contact problem of a random family: find forces f with gaps delta = W f + delta_free that obey Signorini and Coulomb.
@@ -350,5 +352,40 @@ inline constexpr std::array<ContactFamily, 9> kContactFamilies{{
     {"peg", families::peg},
     {"box_on_plane", families::box_on_plane},
 }};
+
+/// How a solver did on a family: what a table of families has in a row.
+struct FamilyRecord {
+  int problems = 0, solved = 0, no_solution = 0, unanswered = 0;
+  double worst_residual = 0.0;                  ///< Of the solved ones.
+  std::vector<std::uint64_t> unanswered_seeds;  ///< To look at them again.
+  std::vector<double> times_us;                 ///< One a problem, as `solve` reports them.
+};
+
+/// What `solve` returns for a problem of a family.
+struct FamilyAnswer {
+  SolveReport report;
+  double time_us = 0.0;
+};
+
+/// Runs solve(problem) -> FamilyAnswer on the problems of `count` seeds from `first_seed` on.
+template <typename Solver>
+FamilyRecord run_family(const ContactFamily& family, std::uint64_t first_seed, int count, const Solver& solve) {
+  FamilyRecord record;
+  for (std::uint64_t seed = first_seed; record.problems < count; ++seed) {
+    const FamilyAnswer answer = solve(family.make(seed));
+    ++record.problems;
+    record.times_us.push_back(answer.time_us);
+    if (answer.report.status == SolveStatus::kConverged) {
+      ++record.solved;
+      record.worst_residual = std::max(record.worst_residual, answer.report.residual);
+    } else if (answer.report.status == SolveStatus::kNoSolution) {
+      ++record.no_solution;
+    } else {
+      ++record.unanswered;
+      record.unanswered_seeds.push_back(seed);
+    }
+  }
+  return record;
+}
 
 }  // namespace thenar

@@ -1,6 +1,5 @@
 #include "solvers/contact_sweeps.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -40,6 +39,26 @@ void forget(SweepWorkspace& work) {
   work.least_change = std::numeric_limits<double>::infinity();
 }
 
+using Window = Eigen::Matrix<double, SweepWorkspace::kWindow, 1>;
+
+/// Solves A x = b for a symmetric positive definite A by elimination.
+Window solve_definite(Eigen::Matrix<double, SweepWorkspace::kWindow, SweepWorkspace::kWindow> A, Window b) {
+  constexpr int n = SweepWorkspace::kWindow;
+  for (int k = 0; k < n; ++k) {
+    const double pivot = 1.0 / A(k, k);
+    for (int j = k + 1; j < n; ++j) {
+      const double factor = A(j, k) * pivot;
+      for (int i = j; i < n; ++i) A(i, j) -= factor * A(i, k);
+      b[j] -= factor * b[k];
+    }
+  }
+  for (int k = n - 1; k >= 0; --k) {
+    for (int j = k + 1; j < n; ++j) b[k] -= A(j, k) * b[j];
+    b[k] /= A(k, k);
+  }
+  return b;
+}
+
 /// d_change, d_moved and d_f get the differences to the last result, and the oldest ones go.
 void remember(SweepWorkspace& work, const VectorRef& f) {
   const Index rows = rows_used(work);
@@ -75,8 +94,7 @@ SweepWorkspace::SweepWorkspace(Index contacts, Index groups_at_most)
   groups.reserve(groups_at_most);
   for (auto* v : {&moved, &change, &change_last, &moved_last}) v->setZero(rows);
   for (auto* columns : {&d_change, &d_moved, &d_f}) columns->setZero(rows, kWindow);
-  J_common.setZero(rows, kCommon);
-  J_own.setZero(rows, kOwn);
+  J.setZero(rows, kOwn + kCommon);
 }
 
 void SweepWorkspace::lay_out(std::span<const Index> begin) {
@@ -126,7 +144,7 @@ double sweep(const VectorRef& mu, const VectorRef& delta, SweepWorkspace& work, 
     const auto W = work.block(group);
     SweepWorkspace::GroupRows moved(work.moved.data() + group.row, group.rows);
     SweepWorkspace::GroupRows change(work.change.data() + group.row, group.rows);
-    const auto J = work.J_common.middleRows(group.row, work.coupled ? group.rows : 0);
+    const auto J = work.J.middleRows(group.row, work.coupled ? group.rows : 0).rightCols<SweepWorkspace::kCommon>();
     if (work.coupled && k > 0) moved.noalias() += J.lazyProduct(common);
     for (Index i = group.begin; i < group.end; ++i) {
       const Index r = 3 * (i - group.begin);
@@ -149,7 +167,7 @@ double sweep(const VectorRef& mu, const VectorRef& delta, SweepWorkspace& work, 
     const Group& group = work.groups[k];
     const SweepWorkspace::Common later = common - work.common_after.col(k);
     work.moved.segment(group.row, group.rows).noalias() +=
-        work.J_common.middleRows(group.row, group.rows).lazyProduct(later);
+        work.J.middleRows(group.row, group.rows).rightCols<SweepWorkspace::kCommon>().lazyProduct(later);
   }
   return work.change.head(rows_used(work)).norm();
 }
@@ -162,7 +180,6 @@ void accelerate(double change_N, SweepWorkspace& work, VectorOut f) {
   if (work.results < 2) return;
 
   const Index rows = rows_used(work);
-  using Window = Eigen::Matrix<double, SweepWorkspace::kWindow, 1>;
   Window right;
   for (Index j = 0; j < SweepWorkspace::kWindow; ++j) {
     right[j] = work.d_change.col(j).head(rows).dot(work.change.head(rows));
@@ -172,7 +189,7 @@ void accelerate(double change_N, SweepWorkspace& work, VectorOut f) {
   const double ridge = kRidge * work.gram.trace();
   for (Index j = 0; j < SweepWorkspace::kWindow; ++j)
     ridged(j, j) = work.gram(j, j) > 0.0 ? work.gram(j, j) + ridge : 1.0;
-  const Window weights = ridged.llt().solve(right);
+  const Window weights = solve_definite(ridged, right);
   if (!weights.allFinite()) return;
   const Eigen::Matrix<float, SweepWorkspace::kWindow, 1> w = weights.cast<float>();
 

@@ -61,7 +61,7 @@ Admission admit(const Local& local, const Eigen::Ref<const Eigen::VectorXd>& del
   Admission admission;
   double squared = 0.0;
   for (Eigen::Index i = 0; i < mu.size(); ++i) {
-    const LocalStep& W = local(i);
+    const LocalStep W = local(i);
     if (!(W.rho >= 0.0) || !(mu[i] >= 0.0)) return {kNone};
     squared += (W.rho * delta_free.segment<3>(3 * i)).squaredNorm();
     const bool movable = W.per_nn > 0.0;
@@ -77,8 +77,8 @@ Admission admit(const Local& local, const Eigen::Ref<const Eigen::VectorXd>& del
 /// body that all of them touch, in factors.
 ///
 /// Single precision halves what a sweep reads, and with it the time. It holds only changes since the gaps were last
-/// computed in double precision, which is done again whenever the residual has fallen by three digits and before any
-/// residual is reported: no tolerance is out of its reach.
+/// computed in double precision. That is done again whenever the residual has fallen by three digits or stalls, and
+/// before any residual is reported: no tolerance is out of its reach.
 struct SweepWorkspace {
   static constexpr int kWindow = 5;  ///< Differences that the acceleration knows: 3 cost some sweeps more, 10 save few.
   static constexpr int kCommon = 8;  ///< Freedoms of the common body, 6, padded.
@@ -105,15 +105,15 @@ struct SweepWorkspace {
   std::vector<Group> groups;
   std::vector<LocalStep> local;  ///< Of each contact; the caller's to fill.
   Eigen::VectorXf blocks;
-  bool coupled = false;                                    ///< Whether groups move one another, by J_common J_common'.
-  Eigen::Matrix<float, Eigen::Dynamic, kCommon> J_common;  ///< In the groups' rows, the padding zero.
-  Eigen::Matrix<float, Eigen::Dynamic, kOwn> J_own;        ///< Room to make blocks.
+  bool coupled = false;  ///< Whether groups move one another, by J_common J_common'.
+  /// Columns to make blocks of, then J_common, both with the roots of the mobilities; in the groups' rows, padding zero.
+  Eigen::Matrix<float, Eigen::Dynamic, kOwn + kCommon> J;
 
   // Of the sweeps, in the groups' rows.
   Eigen::VectorXf moved;   ///< By what gaps have changed since they were computed.
   Eigen::VectorXf change;  ///< Of the forces by the last sweep.
-  Eigen::Matrix<float, kCommon, Eigen::Dynamic>
-      common_after;  ///< The body's motion in a sweep, up to each group's end.
+  /// The body's motion in a sweep, up to each group's end.
+  Eigen::Matrix<float, kCommon, Eigen::Dynamic> common_after;
 
   // Of the acceleration: the last result, and how results and their changes differed from sweep to sweep.
   Eigen::VectorXf change_last, moved_last;
@@ -151,7 +151,7 @@ inline constexpr int kLookAfter = 6;
 // Single precision has seven digits, and the weights of the acceleration may cost some. It may also be what a residual
 // stalls at: great forces that hold one another leave few digits for the gaps.
 inline constexpr double kExactEvery = 1e-3;
-inline constexpr double kStalled = 0.5;
+inline constexpr double kStalled = 0.8;
 
 /// Sweeps from f to settings.tolerance. The workspace is laid out and filled; `gaps(f, delta)` computes
 /// delta = W f + delta_free in double precision.

@@ -24,7 +24,7 @@ LocalStep step_of(const MatrixRef& W, Index i) {
 /// delta += the columns of contact i times a force: one pass over delta. W's rows are not read, so that it need not be
 /// symmetric to the last digit.
 void add_force(const MatrixRef& W, Index i, const Rows& f, VectorOut delta) {
-  delta.noalias() += W.middleCols<3>(3 * i).lazyProduct(Eigen::Vector3d(f.n, f.t1, f.t2));
+  delta.noalias() += f.n * W.col(3 * i) + f.t1 * W.col(3 * i + 1) + f.t2 * W.col(3 * i + 2);
 }
 
 void gaps(const MatrixRef& W, const VectorRef& delta_free, const VectorRef& f, VectorOut delta) {
@@ -54,7 +54,8 @@ SolveReport solve_contacts(const MatrixRef& W, const VectorRef& delta_free, cons
   const auto look = [&] {
     residual = {};
     for (Index i = 0; i < mu.size(); ++i) {
-      const double error = natural_map_error_squared(local(i).rho, mu[i], rows_of(f, i), rows_of(delta, i));
+      const double rho = rho_of_trace(W(3 * i, 3 * i) + W(3 * i + 1, 3 * i + 1) + W(3 * i + 2, 3 * i + 2));
+      const double error = natural_map_error_squared(rho, mu[i], rows_of(f, i), rows_of(delta, i));
       residual.norm += error;
       residual.worst = std::max(residual.worst, error);
     }

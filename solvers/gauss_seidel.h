@@ -14,7 +14,7 @@ struct GaussSeidelSettings {
 enum class SolveStatus {
   kConverged,
   kBudgetSpent,  ///< The forces are inside their cones and usable; the residual says how good they are.
-  kNotFinite,    ///< The input was not finite, or W's diagonal not positive; the forces and gaps are zero.
+  kNotFinite,    ///< Input not finite, or W's diagonal or mu negative; forces and gaps are zero, residuals infinite.
   kNoSolution,   ///< No forces exist: normal forces that move nothing, W y = 0, press where gaps are closed in sum.
 };
 
@@ -44,7 +44,8 @@ struct SweepWorkspace;  // contact_sweeps.h
 ///
 /// Shapes    W 3n x 3n; delta_free, f, delta 3n; mu n. Point i owns rows 3i..3i+2 = normal, tangent 1, tangent 2.
 /// Units     W m/N; delta_free, delta m; f N.
-/// Requires  W symmetric with a positive diagonal, mu >= 0.
+/// Requires  W symmetric, positive semi-definite, mu >= 0. A row of zeros is a contact that no force moves: open, or
+///           without solution. Symmetry to a few digits will do, for W's columns alone are read.
 /// f         In: first guess, usually the last step's forces. Out: finite and inside every cone, also when the budget
 ///           is spent.
 /// delta     Out: W f + delta_free.
@@ -59,8 +60,11 @@ struct SweepWorkspace;  // contact_sweeps.h
                                          const GaussSeidelSettings& settings, Eigen::Ref<Eigen::VectorXd> f,
                                          Eigen::Ref<Eigen::VectorXd> delta) noexcept;
 
-/// The same with a workspace, two to five times as fast and seldom stalled: sweeps in single precision, accelerated, whose gaps
-/// are computed in double precision often enough; see contact_sweeps.h. The result has the same accuracy.
+/// The same with a workspace, 1.3 (15 contacts) to 2.5 times (60) as fast, and it stalls less often: sweeps in single
+/// precision, each accelerated, on gaps that are computed in double precision often enough; see contact_sweeps.h. What it
+/// returns is as accurate.
+///
+/// W         Outside of 1e-20 .. 1e20 m/N it takes the plain sweeps.
 [[nodiscard]] SolveReport solve_contacts(const Eigen::Ref<const Eigen::MatrixXd>& W,
                                          const Eigen::Ref<const Eigen::VectorXd>& delta_free,
                                          const Eigen::Ref<const Eigen::VectorXd>& mu,

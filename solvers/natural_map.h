@@ -11,7 +11,9 @@ struct Rows {
   double n, t1, t2;
 };
 
-inline Rows rows_of(const Eigen::Ref<const Eigen::VectorXd>& v, Eigen::Index i) {
+/// Contact i's rows of a vector.
+template <typename Vector>
+Rows rows_of(const Eigen::MatrixBase<Vector>& v, Eigen::Index i) {
   return {v[3 * i], v[3 * i + 1], v[3 * i + 2]};
 }
 
