@@ -37,7 +37,9 @@ namespace thenar {
       (void)solve_contacts_accurately(W, delta_free, mu, settings, *work, f, *delta);
     };
   };
-  return {{"gauss_seidel", true, gauss_seidel}, {"sweeps", true, sweeps}, {"newton", true, newton}};
+  return {{"gauss_seidel", ContactMethod::kNaturalMap, gauss_seidel},
+          {"sweeps", ContactMethod::kNaturalMap, sweeps},
+          {"newton", ContactMethod::kNaturalMap, newton}};
 }
 
 }  // namespace thenar

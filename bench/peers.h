@@ -13,7 +13,11 @@ using ContactSolver = std::function<void(double tolerance, int budget, Eigen::Ve
 /// A contact solver by its name.
 struct ContactMethod {
   const char* name;
-  bool stops_by_natural_map;  ///< Its own measure is that of residual.h.
+  enum {
+    kNaturalMap,
+    kOwnMeasure,
+    kOtherLaw
+  } stops_by;  ///< The residual of residual.h; another; or never to Coulomb's law.
   std::function<ContactSolver(const Eigen::MatrixXd& W, const Eigen::VectorXd& delta_free, const Eigen::VectorXd& mu)>
       prepare;
 };

@@ -16,6 +16,7 @@
 #include "engine/problem_file.h"
 #include "engine/stopwatch.h"
 #include "solvers/contact_newton.h"
+#include "solvers/contact_sweeps.h"
 #include "solvers/gauss_seidel.h"
 #include "solvers/grasp_forces.h"
 #include "solvers/lcp.h"
@@ -138,6 +139,7 @@ class ContactSolver {
         accurate_(method == "newton"),
         tolerance_(kMargin * tolerance),
         work_(file.contacts()),
+        sweeps_(file.contacts()),
         delta_(3 * file.contacts()) {}
 
   /// One step from the first guess in f.
@@ -151,7 +153,8 @@ class ContactSolver {
       status = report.solve.status;
       iterations = report.solve.sweeps + report.steps;
     } else {
-      const SolveReport report = solve_contacts(file_.W, delta_free, file_.mu, {tolerance_, kMaxSweeps}, f, delta_);
+      const SolveReport report =
+          solve_contacts(file_.W, delta_free, file_.mu, {tolerance_, kMaxSweeps}, sweeps_, f, delta_);
       status = report.status;
       iterations = report.sweeps;
     }
@@ -167,6 +170,7 @@ class ContactSolver {
   bool accurate_;
   double tolerance_;
   AccurateWorkspace work_;
+  SweepWorkspace sweeps_;
   VectorXd delta_;
 };
 
@@ -345,7 +349,8 @@ std::vector<Result> solve(const MuscleFile& file, const std::string& method, dou
   MuscleWorkspace work(file.H.rows(), file.H.cols());
   MuscleReport report;
   result.us = time_solves(
-      repeat, [&] { f.setZero(); }, [&] {
+      repeat, [&] { f.setZero(); },
+      [&] {
         report = method == "lemke" ? solve_muscle_forces_by_lemke(file.H, file.tau, work, f)
                                    : solve_muscle_forces(file.H, file.tau, f);
       });

@@ -143,6 +143,18 @@ def profile(data, folder, note):
     save(figure, folder, "profile", note)
 
 
+def print_verdicts(data):
+    print(f"{'contact family':18}{'solved':>8}{'none':>8}{'no answer':>11}{'worst residual':>16}{'p50 us':>10}{'p99 us':>10}")
+    for r in data["contact_verdicts"]:
+        print(f"{r['family']:18}{r['solved']:8}{r['no_solution']:8}{r['unanswered']:11}{r['worst_residual']:16.1e}"
+              f"{r['p50_us']:10.1f}{r['p99_us']:10.1f}")
+    print(f"\n{'grasp family':18}{'method':12}{'optimal':>8}{'none':>8}{'no answer':>11}{'worst error':>16}"
+          f"{'p50 us':>10}{'p99 us':>10}")
+    for r in data["grasp_verdicts"]:
+        print(f"{r['family']:18}{r['method']:12}{r['optimal']:8}{r['infeasible']:8}{r['unanswered']:11}"
+              f"{r['worst_kkt_error']:16.1e}{r['p50_us']:10.2f}{r['p99_us']:10.2f}")
+
+
 def main():
     data = json.loads(Path(sys.argv[1]).read_text())
     folder = Path(sys.argv[2])
@@ -151,6 +163,7 @@ def main():
     for chart in (contact_residual, growth, pyramid, profile):
         if data.get(chart.__name__) or chart is growth:
             chart(data, folder, note)
+    print_verdicts(data)
 
 
 if __name__ == "__main__":

@@ -45,6 +45,13 @@ std::vector<ContactMethod> contact_methods() {
   return methods;
 }
 
+/// Those that can reach any residual.
+std::vector<ContactMethod> coulomb_methods() {
+  std::vector<ContactMethod> methods = contact_methods();
+  std::erase_if(methods, [](const ContactMethod& method) { return method.stops_by == ContactMethod::kOtherLaw; });
+  return methods;
+}
+
 double residual_of(const MatrixXd& W, const VectorXd& delta_free, const VectorXd& mu, const VectorXd& f) {
   if (!f.allFinite()) return std::numeric_limits<double>::infinity();
   return natural_map_residual(W, delta_free, mu, f, W * f + delta_free);
@@ -59,7 +66,8 @@ struct Solved {
 std::optional<Solved> time_to_solve(const ContactMethod& method, const RandomContacts& p, int repeats) {
   constexpr int kMaxSweeps = 3000;
   const ContactSolver solve = method.prepare(p.W, p.delta_free, p.mu);
-  const auto tolerances = method.stops_by_natural_map ? std::vector{kSolved} : std::vector{1e-4, 1e-6, 1e-8, 1e-10};
+  const auto tolerances =
+      method.stops_by == ContactMethod::kNaturalMap ? std::vector{kSolved} : std::vector{1e-4, 1e-6, 1e-8, 1e-10};
   for (const double tolerance : tolerances) {
     VectorXd f = VectorXd::Zero(3 * p.contacts());
     double us = time_us([&] { solve(tolerance, kMaxSweeps, f); });
@@ -137,7 +145,8 @@ double exponent(const std::vector<double>& n, const std::vector<double>& us) {
 void contact_growth(ordered_json& curves) {
   constexpr std::array<Index, 11> kPerFinger{2, 3, 5, 7, 10, 14, 20, 28, 40, 56, 83};
   constexpr std::uint64_t kProblems = 5;
-  for (const ContactMethod& method : contact_methods()) {
+  constexpr double kPatience_us = 10e3;
+  for (const ContactMethod& method : coulomb_methods()) {
     std::vector<double> sizes, times;
     double worst = 0.0;
     for (const Index k : kPerFinger) {
@@ -152,6 +161,7 @@ void contact_growth(ordered_json& curves) {
       if (us.size() < kProblems) continue;
       sizes.push_back(static_cast<double>(3 * k));
       times.push_back(percentiles(us).p50);
+      if (times.back() > kPatience_us) break;
     }
     if (sizes.size() < 2) continue;
     curves.push_back({{"method", method.name},
@@ -278,12 +288,80 @@ void pyramid_error(ordered_json& points) {
 
 void profile(ordered_json& curves, std::uint64_t problems) {
   for (const ContactFamily& family : kContactFamilies) {
-    for (const ContactMethod& method : contact_methods()) {
+    for (const ContactMethod& method : coulomb_methods()) {
       std::vector<double> us;
       for (std::uint64_t seed = 0; seed < problems; ++seed) {
         if (const auto solved = time_to_solve(method, family.make(seed), 1)) us.push_back(solved->us);
       }
       curves.push_back({{"family", family.name}, {"method", method.name}, {"problems", problems}, {"us", us}});
+    }
+  }
+}
+
+// --- Verdicts on fresh problems ------------------------------------------------------------------------------------
+
+// Seeds that no solver's constants were chosen on.
+constexpr std::uint64_t kFresh = 1'000'000;
+constexpr int kFreshProblems = 1000;
+
+void contact_verdicts(ordered_json& rows) {
+  AccurateWorkspace work(64);  // The largest of them: a box on 8 x 8 points.
+  for (const ContactFamily& family : kContactFamilies) {
+    const FamilyRecord record = run_family(family, kFresh, kFreshProblems, [&](const RandomContacts& p) {
+      VectorXd f = VectorXd::Zero(3 * p.contacts()), delta(f.size());
+      FamilyAnswer answer;
+      answer.time_us = time_us(
+          [&] { answer.report = solve_contacts_accurately(p.W, p.delta_free, p.mu, {}, work, f, delta).solve; });
+      // Judged here, not by the solver: forces by their residual, the lack of them by the proof.
+      if (answer.report.status == SolveStatus::kConverged) {
+        answer.report.residual = residual_of(p.W, p.delta_free, p.mu, f);
+        if (answer.report.residual > 1.001e-8) answer.report.status = SolveStatus::kBudgetSpent;
+      }
+      return answer;
+    });
+    const Percentiles us = percentiles(record.times_us);
+    rows.push_back({{"family", family.name},
+                    {"solved", record.solved},
+                    {"no_solution", record.no_solution},
+                    {"unanswered", record.unanswered},
+                    {"worst_residual", record.worst_residual},
+                    {"p50_us", us.p50},
+                    {"p99_us", us.p99}});
+  }
+}
+
+void grasp_verdicts(ordered_json& rows) {
+  for (const GraspMethod& method : grasp_methods()) {
+    for (const GraspFamily& family : kGraspFamilies) {
+      int optimal = 0, infeasible = 0, unanswered = 0;
+      double worst = 0.0, worst_gap = 0.0;
+      std::vector<double> us;
+      for (int i = 0; i < kFreshProblems; ++i) {
+        const Grasp grasp = family.problem(kFresh + static_cast<std::uint64_t>(i));
+        const GraspProblem problem = grasp.problem(method.cone);
+        VectorXd f(3 * grasp.n());
+        GraspReport report;
+        us.push_back(time_us([&] { report = method.solve(problem, f); }));
+        if (report.status == GraspStatus::kOptimal) {
+          ++optimal;
+          worst = std::max(worst, grasp_kkt_error(problem, report.multiplier, f));
+        } else if (report.status == GraspStatus::kInfeasible) {
+          ++infeasible;
+          worst_gap = std::max(worst_gap, infeasibility_gap(problem, report.multiplier));
+        } else {
+          ++unanswered;
+        }
+      }
+      const Percentiles times = percentiles(us);
+      rows.push_back({{"method", method.name},
+                      {"family", family.name},
+                      {"optimal", optimal},
+                      {"infeasible", infeasible},
+                      {"unanswered", unanswered},
+                      {"worst_kkt_error", worst},
+                      {"worst_gap", worst_gap},
+                      {"p50_us", times.p50},
+                      {"p99_us", times.p99}});
     }
   }
 }
@@ -309,5 +387,8 @@ int main(int argc, char** argv) {
   pyramid_error(data["pyramid"]);
   std::cerr << "families ...\n";
   profile(data["profile"], 100);
+  std::cerr << "verdicts ...\n";
+  contact_verdicts(data["contact_verdicts"]);
+  grasp_verdicts(data["grasp_verdicts"]);
   std::ofstream(argv[1]) << data.dump(1) << '\n';
 }

@@ -195,10 +195,10 @@ LcpSolver bullet_lemke(const MatrixXd& M, const VectorXd& q) {
 
 std::vector<ContactMethod> contact_peers() {
   using namespace std::placeholders;
-  return {{"siconos_nsgs", false, std::bind(siconos, SICONOS_FRICTION_3D_NSGS, _1, _2, _3)},
-          {"siconos_nsn", false, std::bind(siconos, SICONOS_FRICTION_3D_NSN_AC, _1, _2, _3)},
-          {"bullet_pgs", false, bullet_pgs},
-          {"ode_dantzig", false, ode_dantzig}};
+  return {{"siconos_nsgs", ContactMethod::kOwnMeasure, std::bind(siconos, SICONOS_FRICTION_3D_NSGS, _1, _2, _3)},
+          {"siconos_nsn", ContactMethod::kOwnMeasure, std::bind(siconos, SICONOS_FRICTION_3D_NSN_AC, _1, _2, _3)},
+          {"bullet_pgs", ContactMethod::kOtherLaw, bullet_pgs},
+          {"ode_dantzig", ContactMethod::kOtherLaw, ode_dantzig}};
 }
 
 std::vector<LcpMethod> lcp_peers() {
