@@ -9,6 +9,17 @@
 
 namespace thenar {
 
+/// The accurate solver after so many sweeps; the budget is of Newton steps.
+[[nodiscard]] inline ContactSolver newton_after_sweeps(const Eigen::MatrixXd& W, const Eigen::VectorXd& delta_free,
+                                                       const Eigen::VectorXd& mu, int max_sweeps) {
+  auto delta = std::make_shared<Eigen::VectorXd>(delta_free.size());
+  auto work = std::make_shared<AccurateWorkspace>(mu.size());
+  return [&W, &delta_free, &mu, delta, work, max_sweeps](double tolerance, int budget, Eigen::VectorXd& f) {
+    const AccurateSettings settings{.tolerance = tolerance, .max_sweeps = max_sweeps, .max_steps = budget};
+    (void)solve_contacts_accurately(W, delta_free, mu, settings, *work, f, *delta);
+  };
+}
+
 /// Our contact solvers of a dense W, the first and the last under the names of `thenar solve`:
 ///     gauss_seidel  single-precision sweeps, accelerated
 ///     sweeps        plain sweeps in double precision, without a workspace
@@ -29,13 +40,8 @@ namespace thenar {
       (void)solve_contacts(W, delta_free, mu, {.tolerance = tolerance, .max_sweeps = budget}, *work, f, *delta);
     };
   };
-  const auto newton = [](const MatrixXd& W, const VectorXd& delta_free, const VectorXd& mu) -> ContactSolver {
-    auto delta = std::make_shared<VectorXd>(delta_free.size());
-    auto work = std::make_shared<AccurateWorkspace>(mu.size());
-    return [&W, &delta_free, &mu, delta, work](double tolerance, int budget, VectorXd& f) {
-      const AccurateSettings settings{.tolerance = tolerance, .max_sweeps = 20, .max_steps = budget};
-      (void)solve_contacts_accurately(W, delta_free, mu, settings, *work, f, *delta);
-    };
+  const auto newton = [](const MatrixXd& W, const VectorXd& delta_free, const VectorXd& mu) {
+    return newton_after_sweeps(W, delta_free, mu, AccurateSettings{}.max_sweeps);
   };
   return {{"gauss_seidel", ContactMethod::kNaturalMap, gauss_seidel},
           {"sweeps", ContactMethod::kNaturalMap, sweeps},

@@ -120,8 +120,12 @@ void contact_residual(ordered_json& curves) {
   for (const Case& c : cases) {
     const auto residual = [&](const VectorXd& f) { return residual_of(c.W, c.delta_free, c.mu, f); };
     for (const ContactMethod& method : contact_methods()) {
-      const ContactSolver solve = method.prepare(c.W, c.delta_free, c.mu);
-      curves.push_back(residual_curve(c.problem, c.start, method.name, solve, c.f_start, residual));
+      // Newton alone, without the many sweeps that usually leave it nothing to do.
+      const bool is_newton = std::string_view(method.name) == "newton";
+      const ContactSolver solve =
+          is_newton ? newton_after_sweeps(c.W, c.delta_free, c.mu, 20) : method.prepare(c.W, c.delta_free, c.mu);
+      curves.push_back(
+          residual_curve(c.problem, c.start, is_newton ? "newton_alone" : method.name, solve, c.f_start, residual));
     }
   }
 }
