@@ -7,10 +7,10 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
-#include <random>
 #include <string_view>
 #include <vector>
 
+#include "bench/random.h"
 #include "solvers/gauss_seidel.h"
 
 namespace thenar {
@@ -33,35 +33,6 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
-
-/// Random numbers that are the same with every standard library: its distributions are not.
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : bits_(seed) {}
-
-  double uniform(double low, double high) {
-    return low + (high - low) * (static_cast<double>(bits_() >> 11) * 0x1p-53);
-  }
-  /// About normal, of variance 1: Irwin-Hall.
-  double normal() {
-    double sum = -6.0;
-    for (int k = 0; k < 12; ++k) sum += uniform(0.0, 1.0);
-    return sum;
-  }
-  Vector3d normal3() {
-    const double x = normal(), y = normal(), z = normal();
-    return {x, y, z};
-  }
-  /// 10^low .. 10^high, as often in each decade.
-  double decades(double low, double high) { return std::pow(10.0, uniform(low, high)); }
-  Index integer(Index low, Index high) {
-    return low + static_cast<Index>(uniform(0.0, static_cast<double>(high - low + 1)));
-  }
-  bool chance(double probability) { return uniform(0.0, 1.0) < probability; }
-
- private:
-  std::mt19937_64 bits_;
-};
 
 /// Columns n, t1, t2.
 inline Matrix3d axes(const Vector3d& direction) {
@@ -187,7 +158,7 @@ inline RandomContacts rigid_body(const Eigen::Matrix3Xd& point, const Eigen::Mat
 /// Curved pulps: of the candidates, those in the middle carry force.
 inline RandomContacts curved(Random& random) {
   Grasp scene;
-  scene.per_finger = random.integer(1, 20);
+  scene.per_finger = random.whole(1, 20);
   scene.step_s = random.chance(0.5) ? 5e-3 : 1e-3;
   scene.depth_m = random.uniform(0.2e-3, 2e-3);
   scene.slip_m = random.uniform(0.0, 1e-3);
@@ -200,8 +171,8 @@ inline RandomContacts curved(Random& random) {
 /// Flattened pulps: nearly all contacts carry force.
 inline Grasp flat(Random& random) {
   Grasp scene;
-  scene.per_finger = random.integer(2, 20);
-  scene.pulp_radius_m = random.decades(-1.3, 3.0);
+  scene.per_finger = random.whole(2, 20);
+  scene.pulp_radius_m = random.power_of_ten(-1.3, 3.0);
   scene.depth_m = 2e-3;
   scene.slip_m = random.uniform(0.05e-3, 0.6e-3);
   return scene;
@@ -216,7 +187,7 @@ inline RandomContacts pressed(Random& random) {
 /// Compliance down to none, where forces are no longer unique.
 inline RandomContacts stiff(Random& random) {
   Grasp scene = flat(random);
-  scene.compliance_m_per_N = random.chance(0.25) ? 0.0 : 2e-4 * random.decades(-8.0, 0.0);
+  scene.compliance_m_per_N = random.chance(0.25) ? 0.0 : 2e-4 * random.power_of_ten(-8.0, 0.0);
   scene.slip_m = random.uniform(0.05e-3, 0.4e-3);
   if (random.chance(0.5)) scene.bumpiness = 0.1;
   RandomContacts problem = grasp(scene, random);
@@ -227,9 +198,9 @@ inline RandomContacts stiff(Random& random) {
 /// Bodies whose viscosities differ by up to 10^4.
 inline RandomContacts ratio(Random& random) {
   Grasp scene = flat(random);
-  scene.object_viscosity *= random.decades(-2.0, 2.0);
-  for (double& viscosity : scene.joint_viscosity) viscosity *= random.decades(-2.0, 2.0);
-  scene.compliance_m_per_N *= random.decades(-2.0, 0.0);
+  scene.object_viscosity *= random.power_of_ten(-2.0, 2.0);
+  for (double& viscosity : scene.joint_viscosity) viscosity *= random.power_of_ten(-2.0, 2.0);
+  scene.compliance_m_per_N *= random.power_of_ten(-2.0, 0.0);
   RandomContacts problem = grasp(scene, random);
   problem.mu.setConstant(random.uniform(0.3, 1.0));
   return problem;
@@ -239,7 +210,7 @@ inline RandomContacts ratio(Random& random) {
 inline RandomContacts friction(Random& random) {
   Grasp scene = flat(random);
   scene.slip_m = random.uniform(0.2e-3, 2e-3);
-  scene.compliance_m_per_N *= random.decades(-1.0, 0.0);
+  scene.compliance_m_per_N *= random.power_of_ten(-1.0, 0.0);
   if (random.chance(0.5)) scene.bumpiness = 0.1;
   RandomContacts problem = grasp(scene, random);
   const bool mixed = random.chance(0.5);
@@ -256,8 +227,8 @@ inline RandomContacts friction(Random& random) {
 inline RandomContacts duplicates(Random& random) {
   Grasp scene = flat(random);
   scene.copies = random.chance(0.5) ? 2 : 4;
-  scene.per_finger = random.integer(1, 20 / scene.copies);
-  scene.compliance_m_per_N *= random.decades(-3.0, 0.0);
+  scene.per_finger = random.whole(1, 20 / scene.copies);
+  scene.compliance_m_per_N *= random.power_of_ten(-3.0, 0.0);
   RandomContacts problem = grasp(scene, random);
   problem.mu.setConstant(random.uniform(0.3, 1.0));
   return problem;
@@ -284,7 +255,7 @@ inline RandomContacts wedge(Random& random) {
   Vector6d wrench;
   wrench.head<3>() = force;
   wrench.tail<3>() = torque;
-  const double compliance = random.chance(1.0 / 3.0) ? 0.0 : random.decades(-8.0, -5.0);
+  const double compliance = random.chance(1.0 / 3.0) ? 0.0 : random.power_of_ten(-8.0, -5.0);
   return rigid_body(point, normal, 0.0, compliance, random.uniform(0.1, 1.5), wrench);
 }
 
@@ -300,8 +271,8 @@ inline RandomContacts peg(Random& random) {
       normal.col(i++) = Vector3d(-std::cos(angle), -std::sin(angle), 0.0);
     }
   }
-  const double gap_m = random.chance(0.5) ? random.decades(-6.0, -4.5) : -random.decades(-6.0, -4.5);
-  const double compliance = random.chance(1.0 / 3.0) ? 0.0 : random.decades(-9.0, -6.0);
+  const double gap_m = random.chance(0.5) ? random.power_of_ten(-6.0, -4.5) : -random.power_of_ten(-6.0, -4.5);
+  const double compliance = random.chance(1.0 / 3.0) ? 0.0 : random.power_of_ten(-9.0, -6.0);
   const Vector3d force = Vector3d(0.0, 0.0, -15.0) + random.normal3().cwiseProduct(Vector3d(3.0, 3.0, 0.0));
   const Vector3d torque = Vector3d(0.4, 0.2, 0.05).cwiseProduct(random.normal3());
   Vector6d wrench;
@@ -312,7 +283,7 @@ inline RandomContacts peg(Random& random) {
 
 /// A rigid box on a rigid plane: 4 to 64 contacts for 6 degrees of freedom.
 inline RandomContacts box_on_plane(Random& random) {
-  const Index side = random.integer(2, 8);
+  const Index side = random.whole(2, 8);
   Eigen::Matrix3Xd point(3, side * side);
   for (Index i = 0; i < side * side; ++i) {
     const auto at = [&](Index k) { return 0.04 * static_cast<double>(k) / static_cast<double>(side - 1) - 0.02; };
@@ -332,10 +303,10 @@ inline RandomContacts box_on_plane(Random& random) {
 /// A family of random contact problems. The same seed makes the same problem.
 struct ContactFamily {
   std::string_view name;
-  RandomContacts (*from)(families::Random&);
+  RandomContacts (*from)(Random&);
 
   [[nodiscard]] RandomContacts make(std::uint64_t seed) const {
-    families::Random random(seed);
+    Random random(seed);
     return from(random);
   }
 };

@@ -6,56 +6,15 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
-#include <random>
 #include <string_view>
 #include <vector>
 
+#include "bench/random.h"
 #include "solvers/grasp_forces.h"
 
 namespace thenar {
 
 // Random grasp and muscle problems by name: the same in tests, benchmarks and charts.
-
-/// Random numbers from a seed. The distributions are our own: those of the standard library differ from one library to
-/// the next.
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : bits_(seed) {}
-
-  /// Uniform in [low, high).
-  double uniform(double low = 0.0, double high = 1.0) {
-    return low + (high - low) * static_cast<double>(bits_() >> 11) * 0x1.0p-53;
-  }
-  /// 10^x, x uniform in [low, high).
-  double power_of_ten(double low, double high) { return std::pow(10.0, uniform(low, high)); }
-  /// Uniform in first..last.
-  int whole(int first, int last) { return first + static_cast<int>(uniform() * static_cast<double>(last - first + 1)); }
-  bool chance(double probability) { return uniform() < probability; }
-
-  /// A unit vector, all directions alike: the first of those in the cube that is in the ball, and not at its centre.
-  Eigen::Vector3d direction() {
-    for (;;) {
-      const double x = uniform(-1.0, 1.0);
-      const double y = uniform(-1.0, 1.0);
-      const double z = uniform(-1.0, 1.0);
-      const double square = x * x + y * y + z * z;
-      if (square <= 1.0 && square > 1e-4) return Eigen::Vector3d(x, y, z) / std::sqrt(square);
-    }
-  }
-  /// A unit vector square to `axis`.
-  Eigen::Vector3d square_to(const Eigen::Vector3d& axis) { return axis.cross(direction()).normalized(); }
-  /// A right-handed frame whose first axis is along n, turned about it at random.
-  Eigen::Matrix3d frame_about(const Eigen::Vector3d& n) {
-    Eigen::Matrix3d frame;
-    frame.col(0) = n.normalized();
-    frame.col(1) = square_to(frame.col(0));
-    frame.col(2) = frame.col(0).cross(frame.col(1));
-    return frame;
-  }
-
- private:
-  std::mt19937_64 bits_;
-};
 
 /// A grasp problem that owns its contacts.
 struct Grasp {

@@ -29,7 +29,7 @@ constexpr double kSolved = 1e-6;  // Natural-map residual of a solved contact pr
 
 /// Three flattened pulps of so many contacts each, all of them pressed.
 RandomContacts pressed_contacts(Index per_finger, std::uint64_t seed) {
-  families::Random random(seed);
+  Random random(seed);
   families::Grasp scene;
   scene.per_finger = per_finger;
   scene.pulp_radius_m = 0.05;
