@@ -1,5 +1,6 @@
 #include "demo/check.h"
 
+#include <cmath>
 #include <sstream>
 
 #include "engine/control.h"
@@ -52,10 +53,14 @@ void describe_control(const Scene& scene, std::ostream& out) {
     return;
   }
   const bool feedforward = scene.control->law == ControlLaw::kFeedforward;
-  out << "  control         with every frame: PID, grasp forces ("
-      << (scene.control->cone == FrictionCone::kExact ? "exact cones" : "pyramids") << ", mu_c "
-      << scene.control->grasp_friction << "), " << (feedforward ? "feedforward law" : "law of the paper") << ", gain "
-      << force_gain(scene) << (scene.control->gain ? "" : " (auto)") << "\n"
+  const bool pyramids = scene.control->cone == FrictionCone::kPyramid;
+  const double mu_c = scene.control->grasp_friction;
+  // At the corners of a pyramid the tangential force is sqrt(2) times that of its sides.
+  const bool exceeds = (pyramids ? std::sqrt(2.0) : 1.0) * mu_c > scene.contact.friction;
+  out << "  control         with every frame: PID, grasp forces (" << (pyramids ? "pyramids" : "exact cones")
+      << ", mu_c " << mu_c << (exceeds ? ", which may ask for more friction than there is" : "") << "), "
+      << (feedforward ? "feedforward law" : "law of the paper") << ", gain " << force_gain(scene)
+      << (scene.control->gain ? "" : " (auto)") << "\n"
       << "  drive           "
       << (scene.control->muscles ? std::to_string(scene.hand.muscles.size()) + " muscles" : "joint torques") << "\n";
 }

@@ -125,7 +125,7 @@ ControlSettings read_control(const ConfigMap& map) {
   const ConfigMap grasp = map.map("grasp");
   control.grasp_friction = grasp.number("friction", 0.0, 10.0);
   control.internal_force_N = grasp.non_negative("internal_force", Dimension::kForce);
-  const bool exact = grasp.choice_or("cone", {"pyramid", "exact"}, "pyramid") == "exact";
+  const bool exact = grasp.choice_or("cone", {"pyramid", "exact"}, "exact") == "exact";
   control.cone = exact ? FrictionCone::kExact : FrictionCone::kPyramid;
   control.position =
       read_gains(map.map("position"), Dimension::kStiffness, Dimension::kIntegralGain, Dimension::kDamping);

@@ -66,8 +66,8 @@ struct ControlSettings {
   double pulp_normal_N_per_m = 0.0;      ///< K_n: the controller's model of the pulp; nu = relaxation * K.
   double pulp_tangential_N_per_m = 0.0;  ///< K_t.
   double grasp_friction = 0.0;           ///< mu_c of the cones of grasp forces.
-  FrictionCone cone = FrictionCone::kPyramid;  ///< Their shape.
-  double internal_force_N = 0.0;               ///< lambda of eq. (13).
+  FrictionCone cone = FrictionCone::kExact;  ///< Their shape.
+  double internal_force_N = 0.0;             ///< lambda of eq. (13).
   PidGains position, rotation;
   bool muscles = false;  ///< Muscle forces drive the joints; otherwise the torques act as they are.
 };
