@@ -37,9 +37,8 @@ struct LcpMethod {
 ///     ode_dantzig        Dantzig's method (in the copy of DART) on the same square
 [[nodiscard]] std::vector<ContactMethod> contact_peers();
 
-///     siconos_lexicolemke    Lemke's method with lexicographic pivoting
-///     ode_dantzig            Dantzig's method (in the copy of DART)
-/// Bullet's Lemke is not among them: on problems without solution it writes outside its memory (3.24).
+///     siconos_lexicolemke, bullet_lemke    Lemke's method with lexicographic pivoting
+///     ode_dantzig                          Dantzig's method (in the copy of DART)
 [[nodiscard]] std::vector<LcpMethod> lcp_peers();
 
 #ifndef THENAR_PEERS

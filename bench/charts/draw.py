@@ -23,14 +23,15 @@ STYLE = {
     "active_set": dict(color="#c0392b"), "lemke": dict(color="#2563a8"), "exact_cone": dict(color="#3a8f5c"),
     "siconos_nsgs": dict(color="#555555", ls="--"), "siconos_nsn": dict(color="#999999", ls="--"),
     "siconos_lexicolemke": dict(color="#555555", ls="--"), "bullet_pgs": dict(color="#555555", ls=":"),
-    "ode_dantzig": dict(color="#999999", ls=":"),
+    "bullet_lemke": dict(color="#999999", ls="--"), "ode_dantzig": dict(color="#999999", ls=":"),
 }
 LABEL = {
     "gauss_seidel": "Gauss-Seidel, accelerated", "sweeps": "plain sweeps",
     "newton": "Gauss-Seidel, then Newton", "newton_alone": "springs and Newton", "active_set": "pyramid, active set",
     "lemke": "pyramid, Lemke", "exact_cone": "exact cone", "siconos_nsgs": "Siconos NSGS",
     "siconos_nsn": "Siconos Newton (Alart-Curnier)", "siconos_lexicolemke": "Siconos lexicolemke",
-    "bullet_pgs": "Bullet PGS (square friction)", "ode_dantzig": "ODE Dantzig (square friction)",
+    "bullet_pgs": "Bullet PGS (square friction)", "bullet_lemke": "Bullet Lemke",
+    "ode_dantzig": "ODE Dantzig (square friction)",
 }
 # In problems without a square of friction.
 PLAIN = {"ode_dantzig": "ODE Dantzig"}

@@ -242,7 +242,7 @@ void grasp_growth(ordered_json& curves) {
         GraspWorkspace work;
         (void)solve_grasp_forces_by_lemke(problem, work, f);  // For its M and q: a peer is given the LCP.
         if (work.q.size() != 5 * n) continue;
-        const LcpSolver solve = peer.prepare(work.M, work.q);
+        const LcpSolver solve = peer.prepare(work.M.topRows(5 * n), work.q);
         bool claimed = false;
         us.push_back(median_us(
             5, [&] { z.setZero(); }, [&] { claimed = solve(z); }));

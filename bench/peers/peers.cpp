@@ -1,5 +1,6 @@
 #include "bench/peers.h"
 
+#include <BulletDynamics/MLCPSolvers/btLemkeAlgorithm.h>
 #include <BulletDynamics/MLCPSolvers/btSolveProjectedGaussSeidel.h>
 #include <dart/external/odelcpsolver/lcp.h>
 #include <siconos/numerics/FrictionContactProblem.h>
@@ -181,6 +182,15 @@ LcpSolver siconos_lexicolemke(const MatrixXd& M, const VectorXd& q) {
   };
 }
 
+LcpSolver bullet_lemke(const MatrixXd& M, const VectorXd& q) {
+  auto lemke = std::make_shared<btLemkeAlgorithm>(bullet_matrix(M), bullet_vector(q));
+  return [lemke](VectorXd& z) {
+    const btVectorXu found = lemke->solve();
+    for (int i = 0; i < z.size(); ++i) z[i] = found[i];
+    return lemke->getInfo() == 0;
+  };
+}
+
 }  // namespace
 
 std::vector<ContactMethod> contact_peers() {
@@ -192,7 +202,8 @@ std::vector<ContactMethod> contact_peers() {
 }
 
 std::vector<LcpMethod> lcp_peers() {
-  return {{"siconos_lexicolemke", siconos_lexicolemke}, {"ode_dantzig", ode_dantzig_lcp}};
+  return {
+      {"siconos_lexicolemke", siconos_lexicolemke}, {"bullet_lemke", bullet_lemke}, {"ode_dantzig", ode_dantzig_lcp}};
 }
 
 }  // namespace thenar
