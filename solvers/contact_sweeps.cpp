@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 namespace thenar {
@@ -25,6 +26,24 @@ Index rows_used(const SweepWorkspace& work) {
   return work.groups.empty() ? 0 : work.groups.back().row + work.groups.back().rows;
 }
 
+/// Floats that are worked on at once. Eigen keeps a sum of many lanes in memory from step to step; these stay in registers.
+constexpr Index kLanes = 8;
+using Lanes [[gnu::vector_size(kLanes * sizeof(float))]] = float;
+
+Lanes load(const float* p) {
+  Lanes lanes;
+  std::memcpy(&lanes, p, sizeof lanes);
+  return lanes;
+}
+
+void store(const Lanes& lanes, float* p) { std::memcpy(p, &lanes, sizeof lanes); }
+
+float sum(const Lanes& lanes) {
+  float pairs[kLanes / 2];
+  for (int i = 0; i < kLanes / 2; ++i) pairs[i] = lanes[i] + lanes[i + kLanes / 2];
+  return (pairs[0] + pairs[2]) + (pairs[1] + pairs[3]);
+}
+
 Rows gap_at(const double* computed, const float* moved) {
   return {computed[0] + moved[0], computed[1] + moved[1], computed[2] + moved[2]};
 }
@@ -44,17 +63,18 @@ using Window = Eigen::Matrix<double, SweepWorkspace::kWindow, 1>;
 /// Solves A x = b for a symmetric positive definite A by elimination.
 Window solve_definite(Eigen::Matrix<double, SweepWorkspace::kWindow, SweepWorkspace::kWindow> A, Window b) {
   constexpr int n = SweepWorkspace::kWindow;
+  Window per_pivot;
   for (int k = 0; k < n; ++k) {
-    const double pivot = 1.0 / A(k, k);
+    per_pivot[k] = 1.0 / A(k, k);
     for (int j = k + 1; j < n; ++j) {
-      const double factor = A(j, k) * pivot;
+      const double factor = A(j, k) * per_pivot[k];
       for (int i = j; i < n; ++i) A(i, j) -= factor * A(i, k);
       b[j] -= factor * b[k];
     }
   }
   for (int k = n - 1; k >= 0; --k) {
     for (int j = k + 1; j < n; ++j) b[k] -= A(j, k) * b[j];
-    b[k] /= A(k, k);
+    b[k] *= per_pivot[k];
   }
   return b;
 }
@@ -72,15 +92,32 @@ void remember(SweepWorkspace& work, const VectorRef& f) {
       work.d_f.col(newest).segment(group.row, count) =
           (f.segment(first, count) - work.f_last.segment(first, count)).cast<float>();
     }
-    for (Index j = 0; j < SweepWorkspace::kWindow; ++j) {
-      work.gram(newest, j) = work.gram(j, newest) =
-          work.d_change.col(newest).head(rows).dot(work.d_change.col(j).head(rows));
-    }
   }
   work.change_last.head(rows) = change;
   work.moved_last.head(rows) = moved;
   work.f_last.head(f.size()) = f;
   ++work.results;
+}
+
+/// The newest difference's row of the Gram matrix; returns the differences times the change.
+Window products(SweepWorkspace& work) {
+  constexpr int n = SweepWorkspace::kWindow;
+  const Index rows = rows_used(work), newest = (work.results - 2) % n;
+  Lanes gram[n] = {}, right[n] = {};
+  for (Index r = 0; r < rows; r += kLanes) {
+    const Lanes d_newest = load(&work.d_change(r, newest)), change = load(&work.change[r]);
+    for (int j = 0; j < n; ++j) {
+      const Lanes d = load(&work.d_change(r, j));
+      gram[j] += d * d_newest;
+      right[j] += d * change;
+    }
+  }
+  Window products;
+  for (int j = 0; j < n; ++j) {
+    work.gram(newest, j) = work.gram(j, newest) = sum(gram[j]);
+    products[j] = sum(right[j]);
+  }
+  return products;
 }
 
 }  // namespace
@@ -146,18 +183,33 @@ double sweep(const VectorRef& mu, const VectorRef& delta, SweepWorkspace& work, 
     SweepWorkspace::GroupRows change(work.change.data() + group.row, group.rows);
     const auto J = work.J.middleRows(group.row, work.coupled ? group.rows : 0).rightCols<SweepWorkspace::kCommon>();
     if (work.coupled && k > 0) moved.noalias() += J.lazyProduct(common);
+    const double* const delta_k = delta.data() + 3 * group.begin;
+    const Index last = 3 * (group.end - group.begin - 1);
+    Rows gap = last < 0 ? Rows{} : gap_at(delta_k, moved.data());
     for (Index i = group.begin; i < group.end; ++i) {
       const Index r = 3 * (i - group.begin);
       const Rows old = rows_of(f, i);
-      const Rows updated = update_force(work.local[i], mu[i], gap_at(delta.data() + 3 * i, moved.data() + r), old);
-      const Eigen::Vector3f step =
-          Eigen::Vector3d(updated.n - old.n, updated.t1 - old.t1, updated.t2 - old.t2).cast<float>();
-      change.segment<3>(r) = step;
+      const Rows updated = update_force(work.local[i], mu[i], gap, old);
+      const Rows step{updated.n - old.n, updated.t1 - old.t1, updated.t2 - old.t2};
+      const Eigen::Vector3f step_f = Eigen::Vector3d(step.n, step.t1, step.t2).cast<float>();
+      change.segment<3>(r) = step_f;
+      const Index next = std::min(r + 3, last);
+      gap = gap_at(delta_k + next, moved.data() + next);
       // Most candidates of a grasp are open and stay so.
-      if (step[0] == 0.0f && step[1] == 0.0f && step[2] == 0.0f) continue;
+      if (step_f[0] == 0.0f && step_f[1] == 0.0f && step_f[2] == 0.0f) continue;
       set_rows(f, i, updated);
+      // What this step does to the next contact goes to it in registers: it need not wait for all the others.
+      const auto W_next = W.block<3, 3>(next, r);
+      gap.n += W_next(0, 0) * step.n + W_next(0, 1) * step.t1 + W_next(0, 2) * step.t2;
+      gap.t1 += W_next(1, 0) * step.n + W_next(1, 1) * step.t1 + W_next(1, 2) * step.t2;
+      gap.t2 += W_next(2, 0) * step.n + W_next(2, 1) * step.t1 + W_next(2, 2) * step.t2;
       // One after the other: the normal's share does not wait for the tangents'.
-      moved = moved + step[0] * W.col(r) + step[1] * W.col(r + 1) + step[2] * W.col(r + 2);
+      for (Index lane = 0; lane < group.rows; lane += kLanes) {
+        float* const at = moved.data() + lane;
+        store(load(at) + step_f[0] * load(&W(lane, r)) + step_f[1] * load(&W(lane, r + 1)) +
+                  step_f[2] * load(&W(lane, r + 2)),
+              at);
+      }
     }
     if (!work.coupled) continue;
     common.noalias() += J.transpose().lazyProduct(change);
@@ -179,11 +231,7 @@ void accelerate(double change_N, SweepWorkspace& work, VectorOut f) {
   remember(work, f);
   if (work.results < 2) return;
 
-  const Index rows = rows_used(work);
-  Window right;
-  for (Index j = 0; j < SweepWorkspace::kWindow; ++j) {
-    right[j] = work.d_change.col(j).head(rows).dot(work.change.head(rows));
-  }
+  const Window right = products(work);
   Eigen::Matrix<double, SweepWorkspace::kWindow, SweepWorkspace::kWindow> ridged = work.gram;
   // Columns without a difference yet are zero, and so are their weights.
   const double ridge = kRidge * work.gram.trace();
@@ -191,13 +239,21 @@ void accelerate(double change_N, SweepWorkspace& work, VectorOut f) {
     ridged(j, j) = work.gram(j, j) > 0.0 ? work.gram(j, j) + ridge : 1.0;
   const Window weights = solve_definite(ridged, right);
   if (!weights.allFinite()) return;
-  const Eigen::Matrix<float, SweepWorkspace::kWindow, 1> w = weights.cast<float>();
 
-  work.moved.head(rows).noalias() -= work.d_moved.topRows(rows).lazyProduct(w);
   // The next sweep takes into their cones what this leaves outside.
   for (const Group& group : work.groups) {
-    const Index first = 3 * group.begin, count = 3 * (group.end - group.begin);
-    f.segment(first, count) -= work.d_f.middleRows(group.row, count).lazyProduct(w).cast<double>();
+    const Index count = 3 * (group.end - group.begin);
+    double* const f_group = f.data() + 3 * group.begin;
+    for (Index r = 0; r < group.rows; r += kLanes) {
+      Lanes moved = {}, df = {};
+      for (int j = 0; j < SweepWorkspace::kWindow; ++j) {
+        const float weight = static_cast<float>(weights[j]);
+        moved += weight * load(&work.d_moved(group.row + r, j));
+        df += weight * load(&work.d_f(group.row + r, j));
+      }
+      store(load(&work.moved[group.row + r]) - moved, &work.moved[group.row + r]);
+      for (Index i = 0; i < std::min(kLanes, count - r); ++i) f_group[r + i] -= df[i];
+    }
   }
 }
 
