@@ -60,20 +60,26 @@ void forget(SweepWorkspace& work) {
 
 using Window = Eigen::Matrix<double, SweepWorkspace::kWindow, 1>;
 
-/// Solves A x = b for a symmetric positive definite A by elimination.
+/// Solves A x = b for a symmetric positive definite A by elimination. Unrolled, it stays in registers: as loops it takes as
+/// long as a sweep.
 Window solve_definite(Eigen::Matrix<double, SweepWorkspace::kWindow, SweepWorkspace::kWindow> A, Window b) {
   constexpr int n = SweepWorkspace::kWindow;
   Window per_pivot;
+#pragma GCC unroll 5
   for (int k = 0; k < n; ++k) {
     per_pivot[k] = 1.0 / A(k, k);
+#pragma GCC unroll 5
     for (int j = k + 1; j < n; ++j) {
       const double factor = A(j, k) * per_pivot[k];
+#pragma GCC unroll 5
       for (int i = j; i < n; ++i) A(i, j) -= factor * A(i, k);
       b[j] -= factor * b[k];
     }
   }
+#pragma GCC unroll 5
   for (int k = n - 1; k >= 0; --k) {
-    for (int j = k + 1; j < n; ++j) b[k] -= A(j, k) * b[j];
+#pragma GCC unroll 5
+    for (int j = n - 1; j > k; --j) b[k] -= A(j, k) * b[j];
     b[k] *= per_pivot[k];
   }
   return b;
@@ -184,12 +190,14 @@ double sweep(const VectorRef& mu, const VectorRef& delta, SweepWorkspace& work, 
     const auto J = work.J.middleRows(group.row, work.coupled ? group.rows : 0).rightCols<SweepWorkspace::kCommon>();
     if (work.coupled && k > 0) moved.noalias() += J.lazyProduct(common);
     const double* const delta_k = delta.data() + 3 * group.begin;
+    const double* const mu_k = mu.data() + group.begin;
+    const LocalStep* const local = work.local.data() + group.begin;
+    double* const f_k = f.data() + 3 * group.begin;
     const Index last = 3 * (group.end - group.begin - 1);
     Rows gap = last < 0 ? Rows{} : gap_at(delta_k, moved.data());
-    for (Index i = group.begin; i < group.end; ++i) {
-      const Index r = 3 * (i - group.begin);
-      const Rows old = rows_of(f, i);
-      const Rows updated = update_force(work.local[i], mu[i], gap, old);
+    for (Index i = 0, r = 0; r <= last; ++i, r += 3) {
+      const Rows old{f_k[r], f_k[r + 1], f_k[r + 2]};
+      const Rows updated = update_force(local[i], mu_k[i], gap, old);
       const Rows step{updated.n - old.n, updated.t1 - old.t1, updated.t2 - old.t2};
       const Eigen::Vector3f step_f = Eigen::Vector3d(step.n, step.t1, step.t2).cast<float>();
       change.segment<3>(r) = step_f;
@@ -197,7 +205,7 @@ double sweep(const VectorRef& mu, const VectorRef& delta, SweepWorkspace& work, 
       gap = gap_at(delta_k + next, moved.data() + next);
       // Most candidates of a grasp are open and stay so.
       if (step_f[0] == 0.0f && step_f[1] == 0.0f && step_f[2] == 0.0f) continue;
-      set_rows(f, i, updated);
+      f_k[r] = updated.n, f_k[r + 1] = updated.t1, f_k[r + 2] = updated.t2;
       // What this step does to the next contact goes to it in registers: it need not wait for all the others.
       const auto W_next = W.block<3, 3>(next, r);
       gap.n += W_next(0, 0) * step.n + W_next(0, 1) * step.t1 + W_next(0, 2) * step.t2;
