@@ -184,39 +184,44 @@ double sweep(const VectorRef& mu, const VectorRef& delta, SweepWorkspace& work, 
   SweepWorkspace::Common common = SweepWorkspace::Common::Zero();
   for (Index k = 0; k < count; ++k) {
     const Group& group = work.groups[k];
+    const Index rows = group.rows;
     const auto W = work.block(group);
     SweepWorkspace::GroupRows moved(work.moved.data() + group.row, group.rows);
     SweepWorkspace::GroupRows change(work.change.data() + group.row, group.rows);
     const auto J = work.J.middleRows(group.row, work.coupled ? group.rows : 0).rightCols<SweepWorkspace::kCommon>();
     if (work.coupled && k > 0) moved.noalias() += J.lazyProduct(common);
+    const Index last = 3 * (group.end - group.begin - 1);
     const double* const delta_k = delta.data() + 3 * group.begin;
     const double* const mu_k = mu.data() + group.begin;
     const LocalStep* const local = work.local.data() + group.begin;
     double* const f_k = f.data() + 3 * group.begin;
-    const Index last = 3 * (group.end - group.begin - 1);
     Rows gap = last < 0 ? Rows{} : gap_at(delta_k, moved.data());
     for (Index i = 0, r = 0; r <= last; ++i, r += 3) {
       const Rows old{f_k[r], f_k[r + 1], f_k[r + 2]};
       const Rows updated = update_force(local[i], mu_k[i], gap, old);
       const Rows step{updated.n - old.n, updated.t1 - old.t1, updated.t2 - old.t2};
-      const Eigen::Vector3f step_f = Eigen::Vector3d(step.n, step.t1, step.t2).cast<float>();
-      change.segment<3>(r) = step_f;
+      const float step_n = static_cast<float>(step.n), step_1 = static_cast<float>(step.t1),
+                  step_2 = static_cast<float>(step.t2);
+      change[r] = step_n, change[r + 1] = step_1, change[r + 2] = step_2;
       const Index next = std::min(r + 3, last);
       gap = gap_at(delta_k + next, moved.data() + next);
       // Most candidates of a grasp are open and stay so.
-      if (step_f[0] == 0.0f && step_f[1] == 0.0f && step_f[2] == 0.0f) continue;
+      if (std::abs(step_n) + std::abs(step_1) + std::abs(step_2) == 0.0f) continue;
       f_k[r] = updated.n, f_k[r + 1] = updated.t1, f_k[r + 2] = updated.t2;
+      const float* const W_n = W.data() + r * rows;
+      const float *const W_1 = W_n + rows, *const W_2 = W_1 + rows;
       // What this step does to the next contact goes to it in registers: it need not wait for all the others.
-      const auto W_next = W.block<3, 3>(next, r);
-      gap.n += W_next(0, 0) * step.n + W_next(0, 1) * step.t1 + W_next(0, 2) * step.t2;
-      gap.t1 += W_next(1, 0) * step.n + W_next(1, 1) * step.t1 + W_next(1, 2) * step.t2;
-      gap.t2 += W_next(2, 0) * step.n + W_next(2, 1) * step.t1 + W_next(2, 2) * step.t2;
+      gap.n += step.n * W_n[next] + step.t1 * W_1[next] + step.t2 * W_2[next];
+      gap.t1 += step.n * W_n[next + 1] + step.t1 * W_1[next + 1] + step.t2 * W_2[next + 1];
+      gap.t2 += step.n * W_n[next + 2] + step.t1 * W_1[next + 2] + step.t2 * W_2[next + 2];
       // One after the other: the normal's share does not wait for the tangents'.
-      for (Index lane = 0; lane < group.rows; lane += kLanes) {
+      for (Index lane = 0; lane < rows; lane += kPadding) {
         float* const at = moved.data() + lane;
-        store(load(at) + step_f[0] * load(&W(lane, r)) + step_f[1] * load(&W(lane, r + 1)) +
-                  step_f[2] * load(&W(lane, r + 2)),
-              at);
+        const Lanes first = load(at) + step_n * load(W_n + lane) + step_1 * load(W_1 + lane) + step_2 * load(W_2 + lane);
+        const Lanes second = load(at + kLanes) + step_n * load(W_n + lane + kLanes) +
+                             step_1 * load(W_1 + lane + kLanes) + step_2 * load(W_2 + lane + kLanes);
+        store(first, at);
+        store(second, at + kLanes);
       }
     }
     if (!work.coupled) continue;
