@@ -38,10 +38,10 @@ Lanes load(const float* p) {
 
 void store(const Lanes& lanes, float* p) { std::memcpy(p, &lanes, sizeof lanes); }
 
-float sum(const Lanes& lanes) {
-  float pairs[kLanes / 2];
-  for (int i = 0; i < kLanes / 2; ++i) pairs[i] = lanes[i] + lanes[i + kLanes / 2];
-  return (pairs[0] + pairs[2]) + (pairs[1] + pairs[3]);
+float sum(const Lanes& v) {
+  const auto four = __builtin_shufflevector(v, v, 0, 1, 2, 3) + __builtin_shufflevector(v, v, 4, 5, 6, 7);
+  const auto two = four + __builtin_shufflevector(four, four, 2, 3, 0, 1);
+  return two[0] + two[1];
 }
 
 Rows gap_at(const double* computed, const float* moved) {
@@ -251,7 +251,7 @@ void accelerate(double change_N, SweepWorkspace& work, VectorOut f) {
   for (Index j = 0; j < SweepWorkspace::kWindow; ++j)
     ridged(j, j) = work.gram(j, j) > 0.0 ? work.gram(j, j) + ridge : 1.0;
   const Window weights = solve_definite(ridged, right);
-  if (!weights.allFinite()) return;
+  if (!std::isfinite(weights.sum())) return;
 
   // The next sweep takes into their cones what this leaves outside.
   for (const Group& group : work.groups) {
