@@ -13,20 +13,22 @@ using VectorOut = Eigen::Ref<Eigen::VectorXd>;
 template <typename Jacobian, typename Block>
 void add_products(const Jacobian& J, Block& block) {
   constexpr int kUsed = GroupedDelassus::kOwn + 6;
-  using Lanes = Eigen::Array<float, 16, 1>;  // The padding of a group's rows.
+  constexpr int kLanes = 16;  // The padding of a group's rows.
   for (Index c = 0; c < block.cols(); c += 3) {
-    for (Index r = 0; r < block.rows(); r += Lanes::RowsAtCompileTime) {
-      Lanes n = block.col(c).template segment<16>(r), t1 = block.col(c + 1).template segment<16>(r), t2 = block.col(c + 2).template segment<16>(r);
+    for (Index r = 0; r < block.rows(); r += kLanes) {
+      Eigen::Array<float, kLanes, 1> n = block.col(c).template segment<kLanes>(r),
+                                     t1 = block.col(c + 1).template segment<kLanes>(r),
+                                     t2 = block.col(c + 2).template segment<kLanes>(r);
 #pragma GCC unroll 10
       for (int j = 0; j < kUsed; ++j) {
-        const Lanes J_r = J.col(j).template segment<16>(r);
+        const auto J_r = J.col(j).template segment<kLanes>(r).array();
         n += J(c, j) * J_r;
         t1 += J(c + 1, j) * J_r;
         t2 += J(c + 2, j) * J_r;
       }
-      block.col(c).template segment<16>(r) = n;
-      block.col(c + 1).template segment<16>(r) = t1;
-      block.col(c + 2).template segment<16>(r) = t2;
+      block.col(c).template segment<kLanes>(r) = n;
+      block.col(c + 1).template segment<kLanes>(r) = t1;
+      block.col(c + 2).template segment<kLanes>(r) = t2;
     }
   }
 }
