@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 namespace thenar {
@@ -25,6 +26,24 @@ Index rows_used(const SweepWorkspace& work) {
   return work.groups.empty() ? 0 : work.groups.back().row + work.groups.back().rows;
 }
 
+/// Floats that are worked on at once: the compiler's own vectors, so that sums of many of them stay in registers.
+constexpr Index kLanes = 8;
+using Lanes [[gnu::vector_size(kLanes * sizeof(float))]] = float;
+
+Lanes load(const float* p) {
+  Lanes lanes;
+  std::memcpy(&lanes, p, sizeof lanes);
+  return lanes;
+}
+
+void store(const Lanes& lanes, float* p) { std::memcpy(p, &lanes, sizeof lanes); }
+
+float sum(const Lanes& v) {
+  const auto four = __builtin_shufflevector(v, v, 0, 1, 2, 3) + __builtin_shufflevector(v, v, 4, 5, 6, 7);
+  const auto two = four + __builtin_shufflevector(four, four, 2, 3, 0, 1);
+  return two[0] + two[1];
+}
+
 Rows gap_at(const double* computed, const float* moved) {
   return {computed[0] + moved[0], computed[1] + moved[1], computed[2] + moved[2]};
 }
@@ -41,20 +60,27 @@ void forget(SweepWorkspace& work) {
 
 using Window = Eigen::Matrix<double, SweepWorkspace::kWindow, 1>;
 
-/// Solves A x = b for a symmetric positive definite A by elimination.
+/// Solves A x = b for a symmetric positive definite A by elimination. Unrolled (kWindow times), it stays in registers: in
+/// loops it would cost a sixth of a sweep of 15 contacts.
 Window solve_definite(Eigen::Matrix<double, SweepWorkspace::kWindow, SweepWorkspace::kWindow> A, Window b) {
   constexpr int n = SweepWorkspace::kWindow;
+  Window per_pivot;
+#pragma GCC unroll 5
   for (int k = 0; k < n; ++k) {
-    const double pivot = 1.0 / A(k, k);
+    per_pivot[k] = 1.0 / A(k, k);
+#pragma GCC unroll 5
     for (int j = k + 1; j < n; ++j) {
-      const double factor = A(j, k) * pivot;
+      const double factor = A(j, k) * per_pivot[k];
+#pragma GCC unroll 5
       for (int i = j; i < n; ++i) A(i, j) -= factor * A(i, k);
       b[j] -= factor * b[k];
     }
   }
+#pragma GCC unroll 5
   for (int k = n - 1; k >= 0; --k) {
-    for (int j = k + 1; j < n; ++j) b[k] -= A(j, k) * b[j];
-    b[k] /= A(k, k);
+#pragma GCC unroll 5
+    for (int j = n - 1; j > k; --j) b[k] -= A(j, k) * b[j];
+    b[k] *= per_pivot[k];
   }
   return b;
 }
@@ -72,15 +98,32 @@ void remember(SweepWorkspace& work, const VectorRef& f) {
       work.d_f.col(newest).segment(group.row, count) =
           (f.segment(first, count) - work.f_last.segment(first, count)).cast<float>();
     }
-    for (Index j = 0; j < SweepWorkspace::kWindow; ++j) {
-      work.gram(newest, j) = work.gram(j, newest) =
-          work.d_change.col(newest).head(rows).dot(work.d_change.col(j).head(rows));
-    }
   }
   work.change_last.head(rows) = change;
   work.moved_last.head(rows) = moved;
   work.f_last.head(f.size()) = f;
   ++work.results;
+}
+
+/// The newest difference's row of the Gram matrix; returns the differences times the change.
+Window products(SweepWorkspace& work) {
+  constexpr int n = SweepWorkspace::kWindow;
+  const Index rows = rows_used(work), newest = (work.results - 2) % n;
+  Lanes gram[n] = {}, right[n] = {};
+  for (Index r = 0; r < rows; r += kLanes) {
+    const Lanes d_newest = load(&work.d_change(r, newest)), change = load(&work.change[r]);
+    for (int j = 0; j < n; ++j) {
+      const Lanes d = load(&work.d_change(r, j));
+      gram[j] += d * d_newest;
+      right[j] += d * change;
+    }
+  }
+  Window products;
+  for (int j = 0; j < n; ++j) {
+    work.gram(newest, j) = work.gram(j, newest) = sum(gram[j]);
+    products[j] = sum(right[j]);
+  }
+  return products;
 }
 
 }  // namespace
@@ -141,23 +184,46 @@ double sweep(const VectorRef& mu, const VectorRef& delta, SweepWorkspace& work, 
   SweepWorkspace::Common common = SweepWorkspace::Common::Zero();
   for (Index k = 0; k < count; ++k) {
     const Group& group = work.groups[k];
+    const Index rows = group.rows;
     const auto W = work.block(group);
     SweepWorkspace::GroupRows moved(work.moved.data() + group.row, group.rows);
     SweepWorkspace::GroupRows change(work.change.data() + group.row, group.rows);
     const auto J = work.J.middleRows(group.row, work.coupled ? group.rows : 0).rightCols<SweepWorkspace::kCommon>();
     if (work.coupled && k > 0) moved.noalias() += J.lazyProduct(common);
-    for (Index i = group.begin; i < group.end; ++i) {
-      const Index r = 3 * (i - group.begin);
-      const Rows old = rows_of(f, i);
-      const Rows updated = update_force(work.local[i], mu[i], gap_at(delta.data() + 3 * i, moved.data() + r), old);
-      const Eigen::Vector3f step =
-          Eigen::Vector3d(updated.n - old.n, updated.t1 - old.t1, updated.t2 - old.t2).cast<float>();
-      change.segment<3>(r) = step;
+    const Index last = 3 * (group.end - group.begin - 1);
+    const double* const delta_k = delta.data() + 3 * group.begin;
+    const double* const mu_k = mu.data() + group.begin;
+    const LocalStep* const local = work.local.data() + group.begin;
+    double* const f_k = f.data() + 3 * group.begin;
+    Rows gap = last < 0 ? Rows{} : gap_at(delta_k, moved.data());
+    for (Index i = 0, r = 0; r <= last; ++i, r += 3) {
+      const Rows old{f_k[r], f_k[r + 1], f_k[r + 2]};
+      const Rows updated = update_force(local[i], mu_k[i], gap, old);
+      const Rows step{updated.n - old.n, updated.t1 - old.t1, updated.t2 - old.t2};
+      const float step_n = static_cast<float>(step.n), step_1 = static_cast<float>(step.t1),
+                  step_2 = static_cast<float>(step.t2);
+      change[r] = step_n, change[r + 1] = step_1, change[r + 2] = step_2;
+      const Index next = std::min(r + 3, last);
+      gap = gap_at(delta_k + next, moved.data() + next);
       // Most candidates of a grasp are open and stay so.
-      if (step[0] == 0.0f && step[1] == 0.0f && step[2] == 0.0f) continue;
-      set_rows(f, i, updated);
+      if (std::abs(step_n) + std::abs(step_1) + std::abs(step_2) == 0.0f) continue;
+      f_k[r] = updated.n, f_k[r + 1] = updated.t1, f_k[r + 2] = updated.t2;
+      const float* const W_n = W.data() + r * rows;
+      const float *const W_1 = W_n + rows, *const W_2 = W_1 + rows;
+      // What this step does to the next contact goes to it in registers: it need not wait for all the others.
+      gap.n += step.n * W_n[next] + step.t1 * W_1[next] + step.t2 * W_2[next];
+      gap.t1 += step.n * W_n[next + 1] + step.t1 * W_1[next + 1] + step.t2 * W_2[next + 1];
+      gap.t2 += step.n * W_n[next + 2] + step.t1 * W_1[next + 2] + step.t2 * W_2[next + 2];
       // One after the other: the normal's share does not wait for the tangents'.
-      moved = moved + step[0] * W.col(r) + step[1] * W.col(r + 1) + step[2] * W.col(r + 2);
+      for (Index lane = 0; lane < rows; lane += kPadding) {
+        float* const at = moved.data() + lane;
+        const Lanes first =
+            load(at) + step_n * load(W_n + lane) + step_1 * load(W_1 + lane) + step_2 * load(W_2 + lane);
+        const Lanes second = load(at + kLanes) + step_n * load(W_n + lane + kLanes) +
+                             step_1 * load(W_1 + lane + kLanes) + step_2 * load(W_2 + lane + kLanes);
+        store(first, at);
+        store(second, at + kLanes);
+      }
     }
     if (!work.coupled) continue;
     common.noalias() += J.transpose().lazyProduct(change);
@@ -179,25 +245,29 @@ void accelerate(double change_N, SweepWorkspace& work, VectorOut f) {
   remember(work, f);
   if (work.results < 2) return;
 
-  const Index rows = rows_used(work);
-  Window right;
-  for (Index j = 0; j < SweepWorkspace::kWindow; ++j) {
-    right[j] = work.d_change.col(j).head(rows).dot(work.change.head(rows));
-  }
+  const Window right = products(work);
   Eigen::Matrix<double, SweepWorkspace::kWindow, SweepWorkspace::kWindow> ridged = work.gram;
   // Columns without a difference yet are zero, and so are their weights.
   const double ridge = kRidge * work.gram.trace();
   for (Index j = 0; j < SweepWorkspace::kWindow; ++j)
     ridged(j, j) = work.gram(j, j) > 0.0 ? work.gram(j, j) + ridge : 1.0;
   const Window weights = solve_definite(ridged, right);
-  if (!weights.allFinite()) return;
-  const Eigen::Matrix<float, SweepWorkspace::kWindow, 1> w = weights.cast<float>();
+  if (!std::isfinite(weights.sum())) return;
 
-  work.moved.head(rows).noalias() -= work.d_moved.topRows(rows).lazyProduct(w);
   // The next sweep takes into their cones what this leaves outside.
   for (const Group& group : work.groups) {
-    const Index first = 3 * group.begin, count = 3 * (group.end - group.begin);
-    f.segment(first, count) -= work.d_f.middleRows(group.row, count).lazyProduct(w).cast<double>();
+    const Index count = 3 * (group.end - group.begin);
+    double* const f_group = f.data() + 3 * group.begin;
+    for (Index r = 0; r < group.rows; r += kLanes) {
+      Lanes moved = {}, df = {};
+      for (int j = 0; j < SweepWorkspace::kWindow; ++j) {
+        const float weight = static_cast<float>(weights[j]);
+        moved += weight * load(&work.d_moved(group.row + r, j));
+        df += weight * load(&work.d_f(group.row + r, j));
+      }
+      store(load(&work.moved[group.row + r]) - moved, &work.moved[group.row + r]);
+      for (Index i = 0; i < std::min(kLanes, count - r); ++i) f_group[r + i] -= df[i];
+    }
   }
 }
 

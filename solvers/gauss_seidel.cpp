@@ -106,9 +106,20 @@ SolveReport solve_contacts(const MatrixRef& W, const VectorRef& delta_free, cons
   work.coupled = false;
   for (Index i = 0; i < n; ++i) work.local[i] = step_of(W, i);
   auto block = work.block(work.groups.front());
-  block.topRows(3 * n) = W.cast<float>();
-  block.bottomRows(block.rows() - 3 * n).setZero();
-  const auto exact = [&](const VectorRef& forces, VectorOut out) { gaps(W, delta_free, forces, out); };
+  // The first gaps are computed before the first sweep, from all of W: the block is made of its columns on the way.
+  bool filled = false;
+  const auto exact = [&](const VectorRef& forces, VectorOut out) {
+    if (filled) return gaps(W, delta_free, forces, out);
+    filled = true;
+    out = delta_free;
+    for (Index i = 0; i < n; ++i) {
+      auto columns = block.middleCols<3>(3 * i);
+      columns.topRows(3 * n) = W.middleCols<3>(3 * i).cast<float>();
+      columns.bottomRows(block.rows() - 3 * n).setZero();
+      const Rows f_i = rows_of(forces, i);
+      if (f_i.n > 0.0) add_force(W, i, f_i, out);
+    }
+  };
   return iterate_sweeps(delta_free, mu, settings, work, exact, f, delta);
 }
 

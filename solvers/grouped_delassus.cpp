@@ -9,10 +9,28 @@ using Eigen::Index;
 using VectorRef = Eigen::Ref<const Eigen::VectorXd>;
 using VectorOut = Eigen::Ref<Eigen::VectorXd>;
 
-/// J_i' f of one contact.
-template <typename Jacobian>
-Eigen::Matrix<double, Jacobian::ColsAtCompileTime, 1> pull(const Jacobian& J, Index i, const Rows& f) {
-  return (f.n * J.row(3 * i) + f.t1 * J.row(3 * i + 1) + f.t2 * J.row(3 * i + 2)).transpose();
+/// block += J J' in the first ten columns of J: three columns of the block at a time, the sums in registers.
+template <typename Jacobian, typename Block>
+void add_products(const Jacobian& J, Block& block) {
+  constexpr int kUsed = GroupedDelassus::kOwn + 6;
+  constexpr int kLanes = 16;  // The padding of a group's rows.
+  for (Index c = 0; c < block.cols(); c += 3) {
+    for (Index r = 0; r < block.rows(); r += kLanes) {
+      Eigen::Array<float, kLanes, 1> n = block.col(c).template segment<kLanes>(r),
+                                     t1 = block.col(c + 1).template segment<kLanes>(r),
+                                     t2 = block.col(c + 2).template segment<kLanes>(r);
+#pragma GCC unroll 10
+      for (int j = 0; j < kUsed; ++j) {
+        const auto J_r = J.col(j).template segment<kLanes>(r).array();
+        n += J(c, j) * J_r;
+        t1 += J(c + 1, j) * J_r;
+        t2 += J(c + 2, j) * J_r;
+      }
+      block.col(c).template segment<kLanes>(r) = n;
+      block.col(c + 1).template segment<kLanes>(r) = t1;
+      block.col(c + 2).template segment<kLanes>(r) = t2;
+    }
+  }
 }
 
 /// The problem as sweeps see it. The Jacobians take the roots of the mobilities: each group's block is J J' + s C.
@@ -31,10 +49,18 @@ void fill(const GroupedDelassus& W, SweepWorkspace& work) {
     J.topRightCorner(columns, kCommon) = W.J_common.middleRows(first, columns).cast<float>() * common_root.asDiagonal();
     J.bottomRows(group.rows - columns).setZero();
     auto block = work.block(group);
-    block.noalias() = J.leftCols<kOwn + 6>() * J.topLeftCorner(columns, kOwn + 6).transpose();
-    if (!W.compliance.empty()) {
-      block.topRows(columns) += scale * W.compliance[k].topLeftCorner(columns, columns).cast<float>();
+    if (W.compliance.empty()) {
+      block.setZero();
+    } else {
+      const Eigen::MatrixXd& C = W.compliance[k];
+      for (Index c = 0; c < columns; ++c) {
+        const double* const from = &C(0, c);
+        float* const to = &block(0, c);
+        for (Index r = 0; r < columns; ++r) to[r] = scale * static_cast<float>(from[r]);
+      }
+      block.bottomRows(group.rows - columns).setZero();
     }
+    add_products(J, block);
     for (Index i = group.begin; i < group.end; ++i) {
       const Index n = 3 * (i - group.begin);
       work.local[i] =
@@ -46,17 +72,23 @@ void fill(const GroupedDelassus& W, SweepWorkspace& work) {
 /// The bodies' motion by forces f, and from it and the compliance the gaps.
 void gaps(const GroupedDelassus& W, const VectorRef& delta_free, const VectorRef& f, GroupedWorkspace& work,
           VectorOut delta) {
-  work.own_motion.setZero();
-  work.common_motion.setZero();
+  // A register each: sums in the workspace would wait for memory at every contact.
+  Eigen::Array4d common_1 = Eigen::Array4d::Zero(), common_2 = common_1;
   for (Index k = 0; k < W.groups(); ++k) {
+    Eigen::Array4d own = Eigen::Array4d::Zero();
     for (Index i = W.begin[k]; i < W.begin[k + 1]; ++i) {
-      const Rows f_i = rows_of(f, i);
-      if (f_i.n <= 0.0) continue;
-      work.own_motion.col(k) += W.own_mobility * pull(W.J_own, i, f_i);
-      work.common_motion += W.common_mobility.cwiseProduct(pull(W.J_common, i, f_i));
+      if (f[3 * i] <= 0.0) continue;
+      for (Index r = 3 * i; r < 3 * i + 3; ++r) {
+        own += f[r] * W.J_own.row(r).transpose().array();
+        common_1 += f[r] * W.J_common.row(r).head<4>().transpose().array();
+        common_2 += f[r] * W.J_common.row(r).tail<4>().transpose().array();
+      }
     }
+    work.own_motion.col(k) = W.own_mobility * own.matrix();
   }
-  const Eigen::Array4d common_1 = work.common_motion.head<4>().array(), common_2 = work.common_motion.tail<4>().array();
+  common_1 *= W.common_mobility.head<4>().array();
+  common_2 *= W.common_mobility.tail<4>().array();
+  work.common_motion << common_1, common_2;
   for (Index k = 0; k < W.groups(); ++k) {
     const Index first = 3 * W.begin[k], rows = 3 * W.begin[k + 1] - first;
     const Eigen::Array4d own = work.own_motion.col(k).array();
