@@ -427,9 +427,10 @@ bool Solver<kLanes>::planes_and_newton(const Forces& start, double left) {
 
 }  // namespace
 
+// Inlined as a whole: 4 % of the time.
 template <int kLanes>
-ConeResult solve_exact_cone(const ReducedGrasp<kLanes>& grasp, LaneForces<kLanes>& f,
-                            std::array<double, 6>& multiplier) noexcept {
+[[gnu::flatten]] ConeResult solve_exact_cone(const ReducedGrasp<kLanes>& grasp, LaneForces<kLanes>& f,
+                                             std::array<double, 6>& multiplier) noexcept {
   return Solver<kLanes>(grasp).solve(f, multiplier);
 }
 
