@@ -430,7 +430,7 @@ template <int kLanes>
 
 template <int kLanes>
 ConeResult solve_exact_cone(const ReducedGrasp<kLanes>& grasp, LaneForces<kLanes>& f,
-                                             std::array<double, 6>& multiplier) noexcept {
+                            std::array<double, 6>& multiplier) noexcept {
   return Solver<kLanes>(grasp).solve(f, multiplier);
 }
 
