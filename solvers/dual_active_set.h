@@ -222,15 +222,16 @@ template <int kSize, class Constraints>
     for (;;) {
       if (++report.changes > kMaxChanges) return report;
       const double r_sum = falling_rates(set, s, r);
-      double dual_step = kInfinity;
+      const bool is_dependent = set.working() == kSize || s.z_squared <= kDependent * kDependent * a_squared;
+      // To where the constraint holds, or the first multiplier on the way is zero.
+      double step = is_dependent ? kInfinity : -slack / s.z_squared;
       int blocking = -1;
       for (int j = 0; j < set.active; ++j) {
-        if (r[j] > kZeroRate * r_sum && set.multiplier[j] < dual_step * r[j]) {
-          dual_step = set.multiplier[j] / r[j];
+        if (set.multiplier[j] < step * r[j] && r[j] > kZeroRate * r_sum) {
+          step = set.multiplier[j] / r[j];
           blocking = j;
         }
       }
-      const bool is_dependent = set.working() == kSize || s.z_squared <= kDependent * kDependent * a_squared;
       if (is_dependent && blocking < 0) {
         // Its slack is a combination of those of the active constraints, which are rounding of zero.
         if (multiplier == 0.0 && -slack <= std::min(kRounding * r_sum, kMostRounding) * way) {
@@ -244,8 +245,6 @@ template <int kSize, class Constraints>
         report.status = ActiveSetStatus::kInfeasible;
         return report;
       }
-      const double primal_step = is_dependent ? kInfinity : -slack / s.z_squared;
-      const double step = std::min(primal_step, dual_step);
       for (int j = 0; j < set.active; ++j) set.multiplier[j] = std::max(0.0, set.multiplier[j] - step * r[j]);
       multiplier += step;
       if (!is_dependent) {
@@ -253,7 +252,7 @@ template <int kSize, class Constraints>
         slack += step * s.z_squared;
         way += step * std::sqrt(s.z_squared);
       }
-      if (primal_step <= dual_step) {
+      if (blocking < 0) {
         take_up(set, s, constraint.id, multiplier);
         break;
       }

@@ -31,8 +31,9 @@ struct ConeResult {
 ///            least without cones. Else left as it was.
 /// Accuracy   A residual of 1e-12, or rounding where multipliers are large. Where a wrench is at the border of what the
 ///            contacts can give there may be no multiplier at all, only better and better ones: 1e-9 is then accepted.
-/// Cost       0 to 8 Newton steps; one problem in ten takes up to 20 interior-point steps, too, each as long as three,
-///            and at the border 40 more of Newton's. Linear in lanes.
+/// Cost       For three contacts usually 5 to 15 planes and 2 to 5 Newton steps, together 27 in 99 of 100 problems of
+///            boxes; bounded by three rounds of planes with 8 Newton steps each, and 40 more steps at the border, where
+///            100 and more are usual. Linear in lanes.
 ///            Does not allocate or throw.
 template <int kLanes>
 [[nodiscard]] ConeResult solve_exact_cone(const ReducedGrasp<kLanes>& grasp, LaneForces<kLanes>& f,

@@ -44,8 +44,8 @@ enum class GraspStatus {
 
 struct GraspReport {
   GraspStatus status = GraspStatus::kBudgetSpent;
-  int iterations =
-      0;  ///< Pivots of Lemke, faces taken up or dropped by the active set, Newton steps of the exact cone.
+  /// Pivots of Lemke; faces taken up or dropped by the active set; of the exact cone planes, and Newton steps, too.
+  int iterations = 0;
   /// How far the answer is from its proof [no unit]. Optimal: grasp_kkt_error of the forces. Infeasible: the least forces
   /// that would give the wrench without cones, over those that a solution would need at least (infeasibility_gap).
   double residual = std::numeric_limits<double>::infinity();

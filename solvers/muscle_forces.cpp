@@ -105,21 +105,21 @@ template <int kSize>
 struct Equations {
   explicit Equations(ActiveSet<kSize>& basis) : set(basis) {}
 
-  ActiveSet<kSize>& set;  ///< Y is its basis.
-  std::array<std::array<double, kSize>, kSize> L;
+  ActiveSet<kSize>& set;                           ///< Y is its basis.
+  std::array<std::array<double, kSize>, kSize> L;  ///< Below the diagonal.
+  std::array<double, kSize> over_diagonal;         ///< 1 / L(k, k)
   std::array<double, kSize> t;
   std::array<int, kSize> joint;  ///< Of each row.
   int rank = 0;
 
-  /// Adds the row of a joint. False if it depends on the others and its torque does not agree with theirs; then
-  /// `certificate` holds what of it is left on which side.
-  bool add(int number, const typename ActiveSet<kSize>::Vector& row, double tau, std::array<double, kSize>& part,
+  /// Adds the row of a joint, y. False if it depends on the others and its torque does not agree with theirs; then
+  /// `part` and `torque_left` hold what of it is left on which side.
+  bool add(int number, typename ActiveSet<kSize>::Vector y, double tau, std::array<double, kSize>& part,
            double& torque_left) {
-    auto y = row;
-    const double length = std::sqrt(row.square().sum());
-    part.fill(0.0);
-    double left = length;
-    for (int pass = 0; pass < 2 && (pass == 0 || left < kShortened * length); ++pass) {
+    const double length_squared = y.square().sum();
+    double left_squared = length_squared;
+    for (int k = 0; k < rank; ++k) part[k] = 0.0;
+    for (int pass = 0; pass < 2 && (pass == 0 || left_squared < kShortened * kShortened * length_squared); ++pass) {
       // All products first: they do not wait for each other.
       std::array<double, kSize> along;
       for (int k = 0; k < rank; ++k) along[k] = (y * set.basis[k]).sum();
@@ -127,29 +127,28 @@ struct Equations {
         part[k] += along[k];
         y -= along[k] * set.basis[k];
       }
-      left = std::sqrt(y.square().sum());
+      left_squared = y.square().sum();
     }
     torque_left = tau;
-    double torque_scale = std::abs(tau);
-    for (int k = 0; k < rank; ++k) {
-      torque_left -= part[k] * t[k];
-      torque_scale = std::max(torque_scale, std::abs(part[k] * t[k]));
-    }
-    if (rank < kSize && left > kDependentRow * length) {
-      set.basis[rank] = y / left;
-      L[rank] = part;
-      L[rank][rank] = left;
-      t[rank] = torque_left / left;
+    for (int k = 0; k < rank; ++k) torque_left -= part[k] * t[k];
+    if (rank < kSize && left_squared > kDependentRow * kDependentRow * length_squared) {
+      const double over_left = 1.0 / std::sqrt(left_squared);
+      set.basis[rank] = over_left * y;
+      for (int k = 0; k < rank; ++k) L[rank][k] = part[k];
+      over_diagonal[rank] = over_left;
+      t[rank] = over_left * torque_left;
       joint[rank++] = number;
       return true;
     }
+    double torque_scale = std::abs(tau);
+    for (int k = 0; k < rank; ++k) torque_scale = std::max(torque_scale, std::abs(part[k] * t[k]));
     return std::abs(torque_left) <= kDependentRow * torque_scale;
   }
 
   /// l of the rows with L' l = v.
   void solve_transposed(std::array<double, kSize>& v) const {
     for (int k = rank - 1; k >= 0; --k) {
-      v[k] /= L[k][k];
+      v[k] *= over_diagonal[k];
       for (int i = 0; i < k; ++i) v[i] -= L[k][i] * v[k];
     }
   }
@@ -162,13 +161,17 @@ MuscleStatus solve_block(const Block& block, const MatrixRef& H, const VectorRef
   using Vector = typename ActiveSet<kSize>::Vector;
   ActiveSet<kSize> set;
   Equations<kSize> equations(set);
+  // All rows first: numbers stored one by one are slow to be had as a vector at once.
+  std::array<Vector, kMaxJoints> rows;
+  for (int i = 0; i < block.joints; ++i) {
+    rows[i].setZero();
+    for (int j = 0; j < block.muscles; ++j) rows[i][j] = H(block.joint[i], block.muscle[j]);
+  }
   std::array<double, kSize> part;
   for (int i = 0; i < block.joints; ++i) {
     const int joint = block.joint[i];
-    Vector row = Vector::Zero();
-    for (int j = 0; j < block.muscles; ++j) row[j] = H(joint, block.muscle[j]);
     double torque_left = 0.0;
-    if (equations.add(joint, row, tau[joint], part, torque_left)) continue;
+    if (equations.add(joint, rows[i], tau[joint], part, torque_left)) continue;
     // Velocities of the joints at which no muscle changes its length, and the torques do work.
     const double sign = torque_left > 0.0 ? 1.0 : -1.0;
     report.multiplier.setZero();

@@ -30,6 +30,7 @@ using Points = std::array<Lane<kLanes>, 3>;
 template <int kLanes>
 Points<kLanes> gather(const GraspProblem& problem, ReducedGrasp<kLanes>& grasp) {
   const Index n = std::ssize(problem.contacts);
+  const double over_n = 1.0 / static_cast<double>(n);
   // Lanes without a contact repeat the last one, times 0.
   std::array<const GraspContact*, kLanes> contacts;
   Lane<kLanes> present;
@@ -47,7 +48,7 @@ Points<kLanes> gather(const GraspProblem& problem, ReducedGrasp<kLanes>& grasp) 
     Lane<kLanes> points;
     for (int i = 0; i < kLanes; ++i) points[i] = contacts[i]->point_m[k];
     points -= problem.centre_m[k];
-    grasp.centroid_m[k] = (present * points).sum() / static_cast<double>(n);
+    grasp.centroid_m[k] = (present * points).sum() * over_n;
     arms[k] = present * (points - grasp.centroid_m[k]);
   }
   grasp.bias.col(0) = problem.internal_force_N * present;
@@ -116,8 +117,8 @@ bool invert_factor(const Matrix3d& J, Matrix3d& B) {
 /// The rows of the torques where contacts are nearly on a line. The axes of the inertia come by falling moment; each row
 /// is made orthogonal to those before it, and B and C with it. False if the wrench turns about an axis without moment.
 template <int kLanes>
-bool reduce_near_line(const Points<kLanes>& arms, const GraspProblem& problem, const Vector3d& force,
-                      const Vector3d& torque, ReducedGrasp<kLanes>& grasp, Vector3d& powerless) {
+[[gnu::noinline]] bool reduce_near_line(const Points<kLanes>& arms, const GraspProblem& problem, const Vector3d& force,
+                                        const Vector3d& torque, ReducedGrasp<kLanes>& grasp, Vector3d& powerless) {
   double largest_m = 0.0;
   for (const GraspContact& contact : problem.contacts) {
     largest_m = std::max(largest_m, contact.point_m.cwiseAbs().maxCoeff());
@@ -177,8 +178,9 @@ bool reduce_near_line(const Points<kLanes>& arms, const GraspProblem& problem, c
 
 }  // namespace
 
+// Inlined as a whole, but for what is rare: a tenth of the time.
 template <int kLanes>
-Reduction reduce(const GraspProblem& problem, ReducedGrasp<kLanes>& grasp, Vector6d& twist) noexcept {
+[[gnu::flatten]] Reduction reduce(const GraspProblem& problem, ReducedGrasp<kLanes>& grasp, Vector6d& twist) noexcept {
   const Points<kLanes> arms = gather<kLanes>(problem, grasp);
   const Vector3d force = problem.wrench.head<3>();
   const Vector3d torque = problem.wrench.tail<3>() - grasp.centroid_m.cross(force);

@@ -165,6 +165,9 @@ Solution solve(const Grasp& grasp, const Reduced& reduced) {
 /// only rounding tells from infeasible ones: without multipliers, or with forces that grow without bound.
 double unproved_percent(std::string_view family) { return family == "border" ? 10.0 : (family == "grid" ? 1.0 : 0.0); }
 
+// The solver's constants were chosen on seeds below 1000.
+constexpr std::uint64_t kFirstSeed = 100000;
+
 class ExactCone : public testing::TestWithParam<GraspFamily> {};
 
 // Convex: multipliers prove an optimum, a twist proves that there is none. Nothing else is claimed, and next to nothing
@@ -173,7 +176,7 @@ TEST_P(ExactCone, EveryAnswerIsProved) {
   constexpr int kProblems = 500;
   const GraspFamily& family = GetParam();
   std::map<GraspStatus, int> count;
-  for (std::uint64_t seed = 0; seed < kProblems; ++seed) {
+  for (std::uint64_t seed = kFirstSeed; seed < kFirstSeed + kProblems; ++seed) {
     SCOPED_TRACE(seed);
     const Grasp grasp = family.problem(seed);
     const Reduced reduced = reduce(grasp);
@@ -237,7 +240,7 @@ TEST(ExactConeForces, AgreeWithTheRecordedOptima) {
 
 // The cone is round: turning the tangents of a contact about its normal changes nothing but their names.
 TEST(ExactConeForces, DoNotDependOnTheTangents) {
-  for (std::uint64_t seed = 0; seed < 200; ++seed) {
+  for (std::uint64_t seed = kFirstSeed; seed < kFirstSeed + 200; ++seed) {
     SCOPED_TRACE(seed);
     const GraspFamily& family = kGraspFamilies[seed % 4];
     const Grasp grasp = family.problem(seed);
@@ -261,7 +264,7 @@ TEST(ExactConeForces, DoNotDependOnTheTangents) {
 }
 
 TEST(ExactConeForces, AreTheSameInFourLanesAndEight) {
-  for (std::uint64_t seed = 0; seed < 200; ++seed) {
+  for (std::uint64_t seed = kFirstSeed; seed < kFirstSeed + 200; ++seed) {
     SCOPED_TRACE(seed);
     const Grasp grasp = kGraspFamilies[seed % 4].problem(seed, 2 + static_cast<Index>(seed % 3));
     const Reduced reduced = reduce(grasp);
@@ -276,7 +279,7 @@ TEST(ExactConeForces, AreTheSameInFourLanesAndEight) {
 TEST(ExactConeForces, AreTheSameBitsEachTimeAndTakeNoMemory) {
   for (const GraspFamily& family : kGraspFamilies) {
     SCOPED_TRACE(family.name);
-    for (std::uint64_t seed = 0; seed < 30; ++seed) {
+    for (std::uint64_t seed = kFirstSeed; seed < kFirstSeed + 30; ++seed) {
       const Grasp grasp = family.problem(seed);
       const ReducedGrasp<8> reduced = reduce(grasp).lanes<8>(grasp);
       LaneForces<8> f = LaneForces<8>::Zero(), f_again = LaneForces<8>::Ones();

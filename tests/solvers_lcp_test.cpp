@@ -87,6 +87,25 @@ TEST(Lcp, MurtysFamilyTakesExponentiallyManyPivots) {
   }
 }
 
+TEST(Lcp, MurtysFamilyEndsAtTheUsualBudget) {
+  constexpr Index n = 15;  // 32768 pivots; the LCP of three contacts is as large.
+  const MatrixXd lower = MatrixXd(MatrixXd::Constant(n, n, 2.0).triangularView<Eigen::StrictlyLower>());
+  const Lcp lcp{lower + MatrixXd::Identity(n, n), VectorXd::Constant(n, -1.0)};
+  const Solution solution = solve(lcp, usual_pivot_budget(n));
+  EXPECT_EQ(solution.report.status, LcpStatus::kBudgetSpent);
+  EXPECT_EQ(solution.report.pivots, usual_pivot_budget(n));
+  EXPECT_TRUE(solution.z.isZero(0.0));
+}
+
+// A P-matrix on which Bard's principal pivoting and projected Gauss-Seidel cycle. By hand: z = 1/3 in all rows, w = 0.
+TEST(Lcp, CirculantThreeByThree) {
+  const Lcp lcp{Eigen::Matrix3d{{1.0, 2.0, 0.0}, {0.0, 1.0, 2.0}, {2.0, 0.0, 1.0}}, VectorXd::Constant(3, -1.0)};
+  const Solution solution = solve(lcp);
+  ASSERT_EQ(solution.report.status, LcpStatus::kSolved);
+  // Rounding of a third.
+  EXPECT_LE((solution.z.array() - 1.0 / 3.0).abs().maxCoeff(), 1e-15);
+}
+
 // M = B B' of rank 1 to n, q = w - M z with known w, z: a solution exists. z need not be unique, w is.
 TEST(Lcp, SolvesFeasibleSemiDefiniteProblems) {
   for (unsigned seed = 0; seed < 400; ++seed) {
