@@ -59,7 +59,7 @@ inline Eigen::Vector2d sunflower(Index k, Index count, double radius_m) {
 }
 
 /// What the families of grasps differ in. The defaults hold an object of 50 mm at a step of 5 ms.
-struct Grasp {
+struct GraspScene {
   Index per_finger = 20;
   Index copies = 1;  ///< Of every contact: W has as many equal rows.
   double step_s = 5e-3;
@@ -73,7 +73,7 @@ struct Grasp {
 };
 
 /// Three fingers on one object: a thumb from the left, two fingers from the right.
-inline RandomContacts grasp(const Grasp& scene, Random& random) {
+inline RandomContacts grasp(const GraspScene& scene, Random& random) {
   constexpr double kPadRadius_m = 4.5e-3, kKernelWidth_m = 1.5e-3, kJitter_m = 2e-4;
   // The object's rotational over its translational viscosity: that of a sphere of 21 mm, 4/3 r^2.
   constexpr double kRotation_m2 = 6e-4;
@@ -157,7 +157,7 @@ inline RandomContacts rigid_body(const Eigen::Matrix3Xd& point, const Eigen::Mat
 
 /// Curved pulps: of the candidates, those in the middle carry force.
 inline RandomContacts curved(Random& random) {
-  Grasp scene;
+  GraspScene scene;
   scene.per_finger = random.whole(1, 20);
   scene.step_s = random.chance(0.5) ? 5e-3 : 1e-3;
   scene.depth_m = random.uniform(0.2e-3, 2e-3);
@@ -169,8 +169,8 @@ inline RandomContacts curved(Random& random) {
 }
 
 /// Flattened pulps: nearly all contacts carry force.
-inline Grasp flat(Random& random) {
-  Grasp scene;
+inline GraspScene flat(Random& random) {
+  GraspScene scene;
   scene.per_finger = random.whole(2, 20);
   scene.pulp_radius_m = random.power_of_ten(-1.3, 3.0);
   scene.depth_m = 2e-3;
@@ -186,7 +186,7 @@ inline RandomContacts pressed(Random& random) {
 
 /// Compliance down to none, where forces are no longer unique.
 inline RandomContacts stiff(Random& random) {
-  Grasp scene = flat(random);
+  GraspScene scene = flat(random);
   scene.compliance_m_per_N = random.chance(0.25) ? 0.0 : 2e-4 * random.power_of_ten(-8.0, 0.0);
   scene.slip_m = random.uniform(0.05e-3, 0.4e-3);
   if (random.chance(0.5)) scene.bumpiness = 0.1;
@@ -197,7 +197,7 @@ inline RandomContacts stiff(Random& random) {
 
 /// Bodies whose viscosities differ by up to 10^4.
 inline RandomContacts ratio(Random& random) {
-  Grasp scene = flat(random);
+  GraspScene scene = flat(random);
   scene.object_viscosity *= random.power_of_ten(-2.0, 2.0);
   for (double& viscosity : scene.joint_viscosity) viscosity *= random.power_of_ten(-2.0, 2.0);
   scene.compliance_m_per_N *= random.power_of_ten(-2.0, 0.0);
@@ -208,7 +208,7 @@ inline RandomContacts ratio(Random& random) {
 
 /// Friction from none to 2, the same everywhere or another at each contact.
 inline RandomContacts friction(Random& random) {
-  Grasp scene = flat(random);
+  GraspScene scene = flat(random);
   scene.slip_m = random.uniform(0.2e-3, 2e-3);
   scene.compliance_m_per_N *= random.power_of_ten(-1.0, 0.0);
   if (random.chance(0.5)) scene.bumpiness = 0.1;
@@ -225,7 +225,7 @@ inline RandomContacts friction(Random& random) {
 
 /// Every contact twice or four times.
 inline RandomContacts duplicates(Random& random) {
-  Grasp scene = flat(random);
+  GraspScene scene = flat(random);
   scene.copies = random.chance(0.5) ? 2 : 4;
   scene.per_finger = random.whole(1, 20 / scene.copies);
   scene.compliance_m_per_N *= random.power_of_ten(-3.0, 0.0);

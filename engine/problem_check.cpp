@@ -25,7 +25,7 @@ constexpr double kInfinite = std::numeric_limits<double>::infinity();
 constexpr double kRests = 1e-12;
 
 // Contacts that stray from a line by less than this part of their distances are taken to be on it, as the solver does.
-constexpr double kNoPower = 1e-8;
+constexpr double kNoPower = 1e-10;
 
 /// Zero if nothing is wrong, whatever the scale.
 double share(double error, double scale) { return error == 0.0 ? 0.0 : error / scale; }

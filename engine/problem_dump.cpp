@@ -32,14 +32,15 @@ GraspFile grasp_problem_file(const Scene& scene, const ControlReport& report, co
   grasp.wrench = report.wrench_desired;
   grasp.friction = scene.control->grasp_friction;
   grasp.internal_force_N = scene.control->internal_force_N;
-  VectorXd f(3 * std::ssize(grasp.contacts));
-  const GraspStatus status = solve_grasp_forces(grasp.problem(FrictionCone::kPyramid), f).status;
-  if (status == GraspStatus::kOptimal) {
-    grasp.status = "optimal";
-    grasp.f_optimal = f;
-  } else if (status == GraspStatus::kInfeasible) {
-    grasp.status = "infeasible";
-  }
+  // The format has the answers for both cones, whichever the run asks for.
+  const auto answer = [&](FrictionCone cone, std::string& status, VectorXd& f_optimal) {
+    VectorXd f(3 * std::ssize(grasp.contacts));
+    const GraspStatus found = solve_grasp_forces(grasp.problem(cone), f).status;
+    if (found == GraspStatus::kOptimal) f_optimal = f;
+    if (found != GraspStatus::kBudgetSpent) status = found == GraspStatus::kOptimal ? "optimal" : "infeasible";
+  };
+  answer(FrictionCone::kPyramid, grasp.status, grasp.f_optimal);
+  answer(FrictionCone::kExact, grasp.status_exact_cone, grasp.f_optimal_exact_cone);
   return grasp;
 }
 

@@ -16,8 +16,8 @@ namespace thenar {
 /// solve began with.
 [[nodiscard]] ContactFile contact_problem_file(const Model& model, const Frame& frame, const ContactWorkspace& work);
 
-/// The grasp-force problem of a control tick, about the object's centre, and its optimum by solve_grasp_forces with the
-/// pyramid; without an answer the file states none.
+/// The grasp-force problem of a control tick, about the object's centre, and its optima for both cones by
+/// solve_grasp_forces; without an answer the file states none.
 [[nodiscard]] GraspFile grasp_problem_file(const Scene& scene, const ControlReport& report,
                                            const Eigen::Vector3d& centre_m);
 

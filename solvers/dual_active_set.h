@@ -209,11 +209,12 @@ template <int kSize, class Constraints>
   for (;;) {
     const double tolerance = std::max(kRounding * way, amplified);
     const auto constraint = constraints.most_violated(x, tolerance);
+    // What is not a number compares with nothing.
+    if (!std::isfinite(tolerance) || !std::isfinite(constraint.slack)) return report;
     if (constraint.slack >= -tolerance) {
       report.status = ActiveSetStatus::kOptimal;
       return report;
     }
-    if (!std::isfinite(constraint.slack)) return report;
     double a_squared = 0.0;
     for (const double value : constraint.value) a_squared += value * value;
     split(set, constraint, a_squared, s);

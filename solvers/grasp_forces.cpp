@@ -25,6 +25,8 @@ constexpr double kTrust = 1e-9;
 // What rounding leaves of a multiplier. Where cones are so thin that forces must be 1e5 and more times the least, it is as
 // many times the forces, sums of face multipliers larger still, and what it proves them to grows with it.
 constexpr double kMultiplierRounding = 1e-11;
+// But no more than this part of the forces.
+constexpr double kMostRounding = 1e-6;
 
 constexpr double kGreatestFriction = 10.0;
 constexpr double kFrictionStep = 1e-3;
@@ -268,7 +270,8 @@ double kkt_error(const ReducedGrasp<kLanes>& grasp, FrictionCone cone, const Ans
 template <int kLanes>
 bool is_optimal_to_rounding(const ReducedGrasp<kLanes>& grasp, FrictionCone cone, const Answer<kLanes>& answer) {
   const double trust = kTrust * std::sqrt(squared_size_of(grasp, answer.f));
-  const double trust_in_proof = trust + kMultiplierRounding * std::sqrt(squared_norm(answer.multiplier));
+  const double rounding = kMultiplierRounding * std::sqrt(squared_norm(answer.multiplier));
+  const double trust_in_proof = trust + std::min(rounding, kMostRounding * std::sqrt(squared_size_of(grasp, answer.f)));
   const LaneForces<kLanes> inside = nearest_inside<kLanes>(cone, grasp.friction, answer.f);
   return squared_norm(missing_wrench(grasp, answer.f)) <= trust * trust &&
          (answer.f - inside).square().sum() <= trust * trust &&
@@ -281,8 +284,11 @@ double gap_left(const ReducedGrasp<kLanes>& grasp, FrictionCone cone, const std:
   double power = 0.0;
   for (int k = 0; k < 6; ++k) power += multiplier[k] * grasp.w[k];
   if (!(power > 0.0)) return std::numeric_limits<double>::infinity();
-  const LaneForces<kLanes> allowed = nearest_inside<kLanes>(cone, grasp.friction, combine(grasp, multiplier));
-  return std::sqrt(squared_norm(grasp.w) * allowed.square().sum()) / power;
+  const LaneForces<kLanes> pulled = combine(grasp, multiplier);
+  const LaneForces<kLanes> allowed = nearest_inside<kLanes>(cone, grasp.friction, pulled);
+  // What rounding hides of it counts, too: at the border the work is no more than that.
+  const double hidden = std::numeric_limits<double>::epsilon() * std::sqrt(pulled.square().sum());
+  return std::sqrt(squared_norm(grasp.w)) * (std::sqrt(allowed.square().sum()) + hidden) / power;
 }
 
 /// Checks an answer; a proved one is handed out.

@@ -55,9 +55,9 @@ struct GraspReport {
   Vector6d multiplier = Vector6d::Zero();
 };
 
-/// Why a grasp is infeasible: the smallest forces that would have to act beside those the pyramids allow.
+/// Why a grasp is infeasible: the smallest forces that would have to act beside those the cones allow.
 struct GraspDeficit {
-  /// Per contact, in its frame (n, t1, t2) [N]: e of min |e|, G (f + e) = W^d, f inside the pyramids. What no forces at
+  /// Per contact, in its frame (n, t1, t2) [N]: e of min |e|, G (f + e) = W^d, f inside the cones. What no forces at
   /// the contacts can give, such as a torque about the line through all of them, is left out.
   Eigen::Matrix<double, 3, kMaxGraspContacts> missing_N = Eigen::Matrix<double, 3, kMaxGraspContacts>::Zero();
   /// Least mu_c (to 1e-3) for which the wrench can be had with some squeeze; infinity if none up to 10.
@@ -74,6 +74,7 @@ class GraspWorkspace {
 
   LcpWorkspace lcp;
   Eigen::Matrix<double, kMaxRows, 6> N;  ///< A Q', with Q's rows those of G made orthonormal.
+  /// The LCP's, in its first 5n rows; the rest is padding.
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxRows, kMaxRows> M;
   RowVector q, z;
 };

@@ -20,6 +20,7 @@ constexpr double kTie = 1e-12;
 // of M: it excludes solutions up to z of 1e8. A ray is no more exact where a matrix is nearly of less rank than it has.
 constexpr double kTrust = 1e-9;
 constexpr double kProof = 1e-8;
+constexpr double kBeyond = 1e6;
 
 // Columns are padded with zeros to whole blocks, so that loops over them have no remainder.
 constexpr Index kBlock = 8;
@@ -179,13 +180,17 @@ bool is_solution(const MatrixRef& M, double M_scale, const VectorRef& q, double 
   return true;
 }
 
-/// Whether z >= 0 proves that no y >= 0 has M y + q >= 0: M'z <= 0 and q.z < 0, while z.(M y + q) would have to be >=
-/// 0.
-bool is_infeasibility_certificate(const MatrixRef& M, double M_scale, const VectorRef& q, const VectorRef& z) {
+/// Whether z >= 0 proves that no y >= 0 has M y + q >= 0: M'z <= 0 and q.z < 0, while z.(M y + q) would have to be >= 0.
+/// What rounding leaves of M'z allows for y far beyond the problem's own size.
+bool is_infeasibility_certificate(const MatrixRef& M, double M_scale, const VectorRef& q, double q_scale,
+                                  const VectorRef& z) {
+  double left = 0.0;
   for (Index j = 0; j < q.size(); ++j) {
-    if (M.col(j).dot(z) > kProof * M_scale * z.sum()) return false;
+    const double pushed = M.col(j).dot(z);
+    if (pushed > kProof * M_scale * z.sum()) return false;
+    left += std::max(0.0, pushed);
   }
-  return q.dot(z) < 0.0;
+  return -q.dot(z) > kBeyond * (q_scale / M_scale) * left;
 }
 
 }  // namespace
@@ -236,7 +241,7 @@ LcpReport solve_lcp(const MatrixRef& M, const VectorRef& q, int max_pivots, LcpW
     if (is_solution(M, M_scale, q, q_scale, z, work.scratch.data())) report.status = LcpStatus::kSolved;
   } else if (is_ray) {
     read_ray(t, entering, z);
-    if (is_infeasibility_certificate(M, M_scale, q, z)) report.status = LcpStatus::kInfeasible;
+    if (is_infeasibility_certificate(M, M_scale, q, q_scale, z)) report.status = LcpStatus::kInfeasible;
   }
   if (report.status == LcpStatus::kBudgetSpent) z.setZero();
   return report;

@@ -6,7 +6,6 @@
 #include <cassert>
 #include <cmath>
 #include <cstdint>
-#include <tuple>
 
 #include "solvers/dual_active_set.h"
 
@@ -249,6 +248,7 @@ MuscleReport solve_muscle_forces(const MatrixRef& H, const VectorRef& tau, const
   MuscleReport report;
   report.multiplier.setZero(joints);
   if (!(f_max.array() >= 0.0).all()) return report;
+  report.status = MuscleStatus::kOptimal;  // Of no joints at all.
   const Crossings crossings = crossings_of(H);
   std::array<double, kMaxMuscles> found{};
   std::uint64_t joints_left = (std::uint64_t{1} << joints) - 1;
@@ -268,21 +268,23 @@ double muscle_kkt_error(const MatrixRef& H, const VectorRef& tau, const VectorRe
                         const VectorRef& f) noexcept {
   using JointVector = MuscleReport::JointVector;
   JointVector torque = -tau;
-  JointVector scale = tau.cwiseAbs();
-  double force_error = 0.0;
-  double largest = 0.0;
+  JointVector longest = JointVector::Zero(tau.size());
+  double error_N = 0.0;
+  double largest_N = 0.0;
   for (Index j = 0; j < H.cols(); ++j) {
     const auto arms = H.col(j);
     const double wanted = std::min(std::max(0.0, arms.dot(l)), limit(f_max, j));
-    force_error = std::max(force_error, std::abs(f[j] - wanted));
-    largest = std::max(largest, std::abs(f[j]));
+    error_N = std::max(error_N, std::abs(f[j] - wanted));
+    largest_N = std::max(largest_N, std::abs(f[j]));
     torque += f[j] * arms;
-    scale = scale.cwiseMax((f[j] * arms).cwiseAbs());
+    longest = longest.cwiseMax(arms.cwiseAbs());
   }
   // Every entry of H has been in a sum, and 0 times infinity is not a number either.
   if (!torque.allFinite() || !l.allFinite()) return kInfinity;
-  const double torque_error = (torque.array().abs() > 0.0).select(torque.array().abs() / scale.array(), 0.0).maxCoeff();
-  return std::max(torque_error, force_error > 0.0 ? force_error / largest : 0.0);
+  for (Index i = 0; i < torque.size(); ++i) {
+    if (torque[i] != 0.0) error_N = std::max(error_N, std::abs(torque[i]) / longest[i]);
+  }
+  return error_N > 0.0 ? error_N / largest_N : 0.0;
 }
 
 double muscle_infeasibility_gap(const MatrixRef& H, const VectorRef& tau, const VectorRef& f_max,
@@ -291,7 +293,7 @@ double muscle_infeasibility_gap(const MatrixRef& H, const VectorRef& tau, const 
   if (!(wanted > 0.0)) return kInfinity;
   double least_N = 0.0;  // What some joint asks for at least.
   for (Index i = 0; i < H.rows(); ++i) {
-    const double arm = H.row(i).cwiseAbs().maxCoeff();
+    const double arm = H.row(i).lpNorm<Eigen::Infinity>();
     if (arm > 0.0) least_N = std::max(least_N, std::abs(tau[i]) / arm);
   }
   double possible = 0.0;
@@ -398,17 +400,6 @@ MuscleReport solve_muscle_forces_by_lemke(const MatrixRef& H, const VectorRef& t
     for (Index j = 0; j < muscles; ++j) least[j] = z[j] > 0.0 ? 0.0 : std::max(0.0, least[j]);
   }
   return finish(H, tau, no_limits, work.least.head(muscles), report, f);
-}
-
-VectorXd missing_torques(const MatrixRef& H, const VectorRef& tau) {
-  // min |H f - tau| over f >= 0: 0 <= H'H f - H'tau _|_ f >= 0.
-  const MatrixXd M = H.transpose() * H;
-  const VectorXd q = -H.transpose() * tau;
-  LcpWorkspace work(H.cols());
-  VectorXd f(H.cols());
-  // It has a solution; should the budget be spent, f = 0 and all torques are named.
-  std::ignore = solve_lcp(M, q, usual_pivot_budget(H.cols()), work, f);
-  return tau - H * f;
 }
 
 }  // namespace thenar

@@ -73,9 +73,9 @@ class MuscleWorkspace {
                                                         const Eigen::Ref<const Eigen::VectorXd>& tau,
                                                         MuscleWorkspace& work, Eigen::Ref<Eigen::VectorXd> f) noexcept;
 
-/// How far forces f with a multiplier l are from the optimum: the largest of |f - cut(H' l)| / |f|, cut to 0 .. f_max, and
-/// of each joint's error of torque over the largest term of its sum, |H_i f - tau_i| / max_j |H_ij f_j|. Zero at the
-/// optimum, and there only.
+/// How far forces f with a multiplier l are from the optimum, as a share of the largest force: the largest of
+/// |f_j - cut((H' l)_j)|, cut to 0 .. f_max, and of the forces that each joint's error of torque would be on its longest
+/// arm, |H_i f - tau_i| / max_j |H_ij|. Zero at the optimum, and there only.
 [[nodiscard]] double muscle_kkt_error(const Eigen::Ref<const Eigen::MatrixXd>& H,
                                       const Eigen::Ref<const Eigen::VectorXd>& tau,
                                       const Eigen::Ref<const Eigen::VectorXd>& f_max,
@@ -89,9 +89,5 @@ class MuscleWorkspace {
                                               const Eigen::Ref<const Eigen::VectorXd>& tau,
                                               const Eigen::Ref<const Eigen::VectorXd>& f_max,
                                               const Eigen::Ref<const Eigen::VectorXd>& l) noexcept;
-
-/// The torques that pulling muscles without limits cannot give: tau - H f of the f >= 0 that come nearest. For messages.
-[[nodiscard]] Eigen::VectorXd missing_torques(const Eigen::Ref<const Eigen::MatrixXd>& H,
-                                              const Eigen::Ref<const Eigen::VectorXd>& tau);
 
 }  // namespace thenar

@@ -357,7 +357,7 @@ TEST(GraspForces, LittleFriction) {
   EXPECT_GT(optimal, 100);
   EXPECT_LT(unanswered_by_lemke, optimal);
   // Of 300 at a friction of 1e-6; which of them, rounding decides.
-  EXPECT_LT(unanswered, 20);
+  EXPECT_LT(unanswered, 25);
 }
 
 // Two methods that have no step in common. Lemke's method loses digits where forces are large, near the border of

@@ -261,12 +261,23 @@ TEST(MuscleForces, DependentJointsAreTakenOrRefused) {
   }
 }
 
-// The torques that are missing, and no others: a joint without a muscle, and a push where muscles can only pull.
-TEST(MuscleForces, MissingTorquesAreNamed) {
-  MatrixXd H(3, 2);
-  H << 0.01, 0.02, 0.0, 0.0, 0.01, 0.0;
-  const VectorXd missing = missing_torques(H, Eigen::Vector3d(0.3, 0.1, -0.2));
-  EXPECT_LE((missing - Eigen::Vector3d(0.0, 0.1, -0.2)).cwiseAbs().maxCoeff(), 1e-12);
+// Torques of a few muscles, at the border of what all can give, where many muscles rest and no force is to spare.
+TEST(MuscleForces, TorquesOfFewMusclesAreFound) {
+  for (std::uint64_t seed = 1'000'000; seed < 1'001'000; ++seed) {
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    const MuscleProblem problem = muscle_families::few(random);
+    const Solution solution = solve(problem.H, problem.tau_Nm);
+    ASSERT_EQ(solution.report.status, MuscleStatus::kOptimal);
+    EXPECT_LE((problem.H * solution.f - problem.tau_Nm).cwiseAbs().maxCoeff(), 1e-12 * (1.0 + solution.f.norm()));
+    EXPECT_GE(solution.f.minCoeff(), 0.0);
+  }
+}
+
+TEST(MuscleForces, OfNothing) {
+  EXPECT_EQ(solve(MatrixXd(0, 3), VectorXd(0)).report.status, MuscleStatus::kOptimal);
+  EXPECT_EQ(solve(MatrixXd(2, 0), VectorXd::Zero(2)).report.status, MuscleStatus::kOptimal);
+  EXPECT_EQ(solve(MatrixXd(2, 0), VectorXd::Ones(2)).report.status, MuscleStatus::kInfeasible);
 }
 
 TEST(MuscleForces, NotFiniteInputIsRefused) {

@@ -115,7 +115,7 @@ def pyramid(data, folder, note):
     axis.set_xscale("log")
     axis.set_yscale("log")
     axis.set(title="What a friction pyramid costs in accuracy: 3 contacts, the cone active",
-             xlabel="median time [µs]", ylabel="force error |f - f_exact| / |f_exact|, median and 90 %")
+             xlabel="median time [µs]", ylabel="force error against the exact cone (its own: KKT), median and 90 %")
     axis.margins(x=0.2)
     figure.tight_layout(rect=(0, 0, 1, 0.97))
     save(figure, folder, "pyramid", note)

@@ -14,7 +14,6 @@
 #include "bench/grasp_families.h"
 #include "bench/recorded.h"
 #include "engine/summary.h"
-#include "solvers/grouped_delassus.h"
 #include "solvers/residual.h"
 
 namespace thenar {
@@ -30,7 +29,7 @@ constexpr double kSolved = 1e-6;  // Natural-map residual of a solved contact pr
 /// Three flattened pulps of so many contacts each, all of them pressed.
 RandomContacts pressed_contacts(Index per_finger, std::uint64_t seed) {
   Random random(seed);
-  families::Grasp scene;
+  families::GraspScene scene;
   scene.per_finger = per_finger;
   scene.pulp_radius_m = 0.05;
   scene.depth_m = 2e-3;
