@@ -176,8 +176,8 @@ void run_grasp_lcps(benchmark::State& bench, const std::vector<Grasp>& grasps, c
     work.q.resize(0);
     const GraspReport report = solve_grasp_forces_by_lemke(grasp.problem(FrictionCone::kPyramid), work, f);
     if (work.q.size() == 0) continue;  // Seen to be out of reach before there is an LCP.
-    cases.push_back(
-        {peer.prepare(work.M.topRows(work.q.size()), work.q), report.status == GraspStatus::kOptimal, VectorXd::Zero(work.q.size())});
+    cases.push_back({peer.prepare(work.M.topRows(work.q.size()), work.q), report.status == GraspStatus::kOptimal,
+                     VectorXd::Zero(work.q.size())});
   }
   std::size_t i = 0;
   for (auto _ : bench) {
