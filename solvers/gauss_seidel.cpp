@@ -43,7 +43,7 @@ constexpr double kSmallestSingle = 1e-20, kLargestSingle = 1e20;
 SolveReport solve_contacts(const MatrixRef& W, const VectorRef& delta_free, const VectorRef& mu,
                            const GaussSeidelSettings& settings, VectorOut f, VectorOut delta) noexcept {
   const auto local = [&](Index i) { return step_of(W, i); };
-  const Admission admission = admit(local, delta_free, mu, settings.tolerance, f);
+  const Admission admission = admit(local, delta_free, mu, f);
   const bool still = admission.scale_N == 0.0;
   if (!std::isfinite(admission.scale_N) || still) f.setZero();
   gaps(W, delta_free, f, delta);

@@ -33,6 +33,11 @@ double residual_scale_N(const MatrixRef& W, const VectorRef& delta_free) noexcep
   return std::sqrt(squared);
 }
 
+double touching_m(const VectorRef& delta_free) noexcept {
+  constexpr double kTouching = 1e-9;
+  return delta_free.size() > 0 ? kTouching * delta_free.cwiseAbs().maxCoeff() : 0.0;
+}
+
 Residual natural_map(const MatrixRef& W, const VectorRef& delta_free, const VectorRef& mu, const VectorRef& f,
                      const VectorRef& delta) noexcept {
   double sum = 0.0, worst = 0.0;  // squared [N^2]
