@@ -64,7 +64,8 @@ struct SweepWorkspace;  // contact_sweeps.h
 /// precision, each accelerated, on gaps that are computed in double precision often enough; see contact_sweeps.h. What it
 /// returns is as accurate.
 ///
-/// W         Outside of 1e-20 .. 1e20 m/N it takes the plain sweeps.
+/// W         Outside of 1e-20 .. 1e20 m/N it takes the plain sweeps, as where the largest |delta_free| [m], the residual's
+///           scale [N] (see residual.h) is outside of 1e-15 .. 1e15 or the first guess beyond 1e15 N.
 [[nodiscard]] SolveReport solve_contacts(const Eigen::Ref<const Eigen::MatrixXd>& W,
                                          const Eigen::Ref<const Eigen::VectorXd>& delta_free,
                                          const Eigen::Ref<const Eigen::VectorXd>& mu,

@@ -403,6 +403,34 @@ TEST_P(GaussSeidel, AnyProblemEnds) {
   }
 }
 
+// Forces are as large as the free motion, whatever that is: single precision ends at 1e-45 and 3e38, doubles do not.
+TEST_P(GaussSeidel, ScalesOfFreeMotionFarFromOne) {
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    const Problem good = random_problem(8, random);
+    const GaussSeidelSettings settings{.tolerance = 1e-9, .max_sweeps = 20000};
+    const Solution expected = solve(good, settings);
+    // Inside of the range that single precision is trusted with, at its ends, and far outside.
+    for (const double scale : {1e-60, 1e-45, 1e-25, 1e-15, 1e-12, 1e-9, 1e9, 1e12, 1e15, 1e25, 1e40, 1e60}) {
+      SCOPED_TRACE(scale);
+      Problem scaled = good;
+      scaled.delta_free *= scale;
+      Solution solution = solve(scaled, settings);
+      ASSERT_EQ(solution.report.status, SolveStatus::kConverged);
+      solution.f /= scale;
+      solution.delta /= scale;
+      expect_laws(good, solution, settings.tolerance * (1.0 + 1e-6));  // both solvers round
+      // W >= 1e-6 of its norm makes a residual an error of as many times it.
+      EXPECT_LE((solution.f - expected.f).norm(), 1e-5 * expected.f.norm());
+      // A guess that no float holds is none that forces cannot leave.
+      solution = solve(scaled, settings, VectorXd::Constant(24, 1e40 * scale));
+      EXPECT_TRUE(solution.f.allFinite() && solution.delta.allFinite());
+      EXPECT_NE(solution.report.status, SolveStatus::kNotFinite);
+    }
+  }
+}
+
 // W's columns alone are read, so that one which was printed with few digits is solved as it is.
 TEST_P(GaussSeidel, WNeedNotBeSymmetricToTheLastDigit) {
   std::mt19937 random(3);
