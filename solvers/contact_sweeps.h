@@ -46,7 +46,7 @@ inline Rows update_force(const LocalStep& W, double mu, const Rows& delta, const
 
 /// What is known of a problem before its first sweep.
 struct Admission {
-  double scale_N = 0.0;      ///< Of the residual; NaN where the problem is not one.
+  double scale_N = 0.0;      ///< Of the residual; NaN where the problem is not one, or its scale does not fit a double.
   bool no_solution = false;  ///< A contact is pressed that no force opens.
 };
 
@@ -59,15 +59,17 @@ Admission admit(const Local& local, const Eigen::Ref<const Eigen::VectorXd>& del
   const double touching = touching_m(delta_free);
   Admission admission;
   double squared = 0.0;
+  bool moves = false;
   for (Eigen::Index i = 0; i < mu.size(); ++i) {
     const LocalStep W = local(i);
     if (!(W.rho >= 0.0) || !(mu[i] >= 0.0)) return {kNone};
     squared += (W.rho * delta_free.segment<3>(3 * i)).squaredNorm();
+    moves = moves || (W.rho > 0.0 && !delta_free.segment<3>(3 * i).isZero(0.0));
     const bool movable = W.per_nn > 0.0;
     if (!movable && delta_free[3 * i] < -touching) admission.no_solution = true;
     set_rows(f, i, movable ? inside_cone(rows_of(f, i), mu[i]) : Rows{0.0, 0.0, 0.0});
   }
-  admission.scale_N = std::sqrt(squared);
+  admission.scale_N = judged_scale_N(std::sqrt(squared), moves);
   return admission;
 }
 

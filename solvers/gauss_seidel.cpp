@@ -57,7 +57,12 @@ SolveReport solve_contacts(const MatrixRef& W, const VectorRef& delta_free, cons
   const auto local = [&](Index i) { return step_of(W, i); };
   const Admission admission = admit(local, delta_free, mu, f);
   const bool still = admission.scale_N == 0.0;
-  if (!std::isfinite(admission.scale_N) || still) f.setZero();
+  if (!std::isfinite(admission.scale_N)) {
+    f.setZero();
+    delta.setZero();
+    return not_finite(0);
+  }
+  if (still) f.setZero();
   gaps(W, delta_free, f, delta);
   const SolveStatus solved = admission.no_solution ? SolveStatus::kNoSolution : SolveStatus::kConverged;
   if (still) return {solved};

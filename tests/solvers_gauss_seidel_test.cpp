@@ -9,6 +9,7 @@
 #include "solvers/contact_sweeps.h"
 #include "solvers/gauss_seidel.h"
 #include "solvers/lcp.h"
+#include "solvers/residual.h"
 #include "tests/allocation_counter.h"
 #include "tests/recorded_problems.h"
 
@@ -428,6 +429,23 @@ TEST_P(GaussSeidel, ScalesOfFreeMotionFarFromOne) {
       EXPECT_TRUE(solution.f.allFinite() && solution.delta.allFinite());
       EXPECT_NE(solution.report.status, SolveStatus::kNotFinite);
     }
+  }
+}
+
+// Where the residual's scale is no number, nothing can be told of forces: f = 0 must not pass for a solution of contacts that
+// are pressed, though the sum of squares is zero.
+TEST_P(GaussSeidel, AScaleThatFitsNoDoubleIsRefused) {
+  for (const double scale : {1e-300, 1e-170, 1e-150, 1e170, 1e300}) {
+    SCOPED_TRACE(scale);
+    std::mt19937 random(1);
+    Problem problem = random_problem(8, random);
+    problem.delta_free *= scale;
+    const Solution solution = solve(problem, {});
+    EXPECT_EQ(solution.report.status, SolveStatus::kNotFinite);
+    EXPECT_TRUE(solution.f.isZero(0.0) && solution.delta.isZero(0.0));
+    EXPECT_TRUE(std::isinf(solution.report.residual));
+    EXPECT_TRUE(std::isinf(
+        natural_map_residual(problem.W, problem.delta_free, problem.mu, VectorXd::Zero(24), problem.delta_free)));
   }
 }
 
