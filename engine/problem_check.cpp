@@ -59,8 +59,10 @@ Residual contact_residual(const ContactFile& problem, Index step, const VectorXd
   const VectorXd delta = problem.W * f + delta_free;
   const VectorXd pulled = scaled_by_rho(problem.W, delta);
   VectorXd errors(problem.contacts());
+  const double touching = touching_m(delta_free);
   for (Index i = 0; i < errors.size(); ++i) {
-    if (pulled.segment<3>(3 * i).isZero(0.0) && delta[3 * i] < 0.0) return {kInfinite, kInfinite};
+    // As the solvers tell it: no force opens this contact.
+    if (problem.W(3 * i, 3 * i) == 0.0 && delta_free[3 * i] < -touching) return {kInfinite, kInfinite};
     const Vector3d f_i = f.segment<3>(3 * i);
     Vector3d moved = f_i - pulled.segment<3>(3 * i);
     moved[0] -= problem.mu[i] * pulled.segment<2>(3 * i + 1).norm();

@@ -370,6 +370,18 @@ bool find_certificate(Solve& solve) {
   return false;
 }
 
+/// Contacts that are pressed and that no force opens, each a proof of its own: marks them in the certificate.
+bool find_pressed_immovable(Solve& solve) {
+  const double touching = touching_m(solve.delta_free);
+  bool found = false;
+  for (Index i = 0; i < solve.mu.size(); ++i) {
+    if (solve.W(3 * i, 3 * i) > 0.0 || solve.delta_free[3 * i] >= -touching) continue;
+    solve.work.certificate[i] = 1.0;
+    found = true;
+  }
+  return found;
+}
+
 }  // namespace
 
 AccurateWorkspace::AccurateWorkspace(Index contacts)
@@ -403,12 +415,12 @@ AccurateReport solve_contacts_accurately(const MatrixRef& W, const VectorRef& de
               {solve_contacts(W, delta_free, mu, first, work.sweeps, f, delta)},
               residual_scale_N(W, delta_free)};
   SolveReport& report = solve.report.solve;
-  if (report.status == SolveStatus::kNoSolution) {
-    for (Index i = 0; i < mu.size(); ++i) {
-      if (W(3 * i, 3 * i) == 0.0 && delta_free[3 * i] < 0.0) work.certificate[i] = 1.0;
-    }
+  if (report.status == SolveStatus::kConverged || report.status == SolveStatus::kNotFinite) return solve.report;
+  // A contact that is pressed and that no force opens is proof enough, whatever became of the others.
+  if (find_pressed_immovable(solve)) {
+    report.status = SolveStatus::kNoSolution;
+    return solve.report;
   }
-  if (report.status != SolveStatus::kBudgetSpent) return solve.report;
 
   follow_stiffening_springs(solve);
   if (!solve.solved() && find_certificate(solve)) {

@@ -46,29 +46,30 @@ inline Rows update_force(const LocalStep& W, double mu, const Rows& delta, const
 
 /// What is known of a problem before its first sweep.
 struct Admission {
-  double scale_N = 0.0;      ///< Of the residual; NaN where the problem is not one.
+  double scale_N = 0.0;      ///< Of the residual; NaN where the problem is not one, or its scale does not fit a double.
   bool no_solution = false;  ///< A contact is pressed that no force opens.
 };
 
 /// Looks at a problem by the contacts' local steps, and takes the first guess into the cones.
 template <typename Local>
 Admission admit(const Local& local, const Eigen::Ref<const Eigen::VectorXd>& delta_free,
-                const Eigen::Ref<const Eigen::VectorXd>& mu, double tolerance, Eigen::Ref<Eigen::VectorXd> f) {
+                const Eigen::Ref<const Eigen::VectorXd>& mu, Eigen::Ref<Eigen::VectorXd> f) {
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   if (!mu.allFinite() || !f.allFinite() || !delta_free.allFinite()) return {kNone};
-  // Less than this is touching: its error would not count if a force could move it.
-  const double touching_m = mu.size() > 0 ? tolerance * delta_free.cwiseAbs().maxCoeff() : 0.0;
+  const double touching = touching_m(delta_free);
   Admission admission;
   double squared = 0.0;
+  bool moves = false;
   for (Eigen::Index i = 0; i < mu.size(); ++i) {
     const LocalStep W = local(i);
     if (!(W.rho >= 0.0) || !(mu[i] >= 0.0)) return {kNone};
     squared += (W.rho * delta_free.segment<3>(3 * i)).squaredNorm();
+    moves = moves || (W.rho > 0.0 && !delta_free.segment<3>(3 * i).isZero(0.0));
     const bool movable = W.per_nn > 0.0;
-    if (!movable && delta_free[3 * i] < -touching_m) admission.no_solution = true;
+    if (!movable && delta_free[3 * i] < -touching) admission.no_solution = true;
     set_rows(f, i, movable ? inside_cone(rows_of(f, i), mu[i]) : Rows{0.0, 0.0, 0.0});
   }
-  admission.scale_N = std::sqrt(squared);
+  admission.scale_N = judged_scale_N(std::sqrt(squared), moves);
   return admission;
 }
 
@@ -165,8 +166,7 @@ SolveReport iterate_sweeps(const Eigen::Ref<const Eigen::VectorXd>& delta_free,
     delta.setZero();
     return not_finite(sweeps);
   };
-  const Admission admission =
-      admit([&](Eigen::Index i) { return work.local[i]; }, delta_free, mu, settings.tolerance, f);
+  const Admission admission = admit([&](Eigen::Index i) { return work.local[i]; }, delta_free, mu, f);
   if (!std::isfinite(admission.scale_N)) return refuse(0);
   const SolveStatus solved = admission.no_solution ? SolveStatus::kNoSolution : SolveStatus::kConverged;
   // Without free motion no force is needed, and there is no scale to judge one by.

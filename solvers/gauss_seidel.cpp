@@ -35,17 +35,34 @@ void gaps(const MatrixRef& W, const VectorRef& delta_free, const VectorRef& f, V
   }
 }
 
-// Single precision has room for W, forces and gaps, whatever unit they come in, as long as W's scale is between these.
-constexpr double kSmallestSingle = 1e-20, kLargestSingle = 1e20;
+// Single precision goes from 1e-38 to 3e38. W itself has room in it between these;
+constexpr double kSmallestW = 1e-20, kLargestW = 1e20;
+// gaps and forces have it together with their squares, which the acceleration sums.
+constexpr double kSmallestSquared = 1e-15, kLargestSquared = 1e15;
+
+/// Whether single precision has room for the problem, its forces and their squares. False if anything is not a number.
+bool fits_single(const MatrixRef& W, const VectorRef& delta_free, const VectorRef& f) {
+  if (f.size() == 0) return true;
+  const auto is_between = [](double low, double x, double high) { return x >= low && x <= high; };
+  return is_between(kSmallestW, W.diagonal().maxCoeff(), kLargestW) &&
+         is_between(kSmallestSquared, delta_free.cwiseAbs().maxCoeff(), kLargestSquared) &&
+         is_between(kSmallestSquared, residual_scale_N(W, delta_free), kLargestSquared) &&
+         f.cwiseAbs().maxCoeff() <= kLargestSquared;
+}
 
 }  // namespace
 
 SolveReport solve_contacts(const MatrixRef& W, const VectorRef& delta_free, const VectorRef& mu,
                            const GaussSeidelSettings& settings, VectorOut f, VectorOut delta) noexcept {
   const auto local = [&](Index i) { return step_of(W, i); };
-  const Admission admission = admit(local, delta_free, mu, settings.tolerance, f);
+  const Admission admission = admit(local, delta_free, mu, f);
   const bool still = admission.scale_N == 0.0;
-  if (!std::isfinite(admission.scale_N) || still) f.setZero();
+  if (!std::isfinite(admission.scale_N)) {
+    f.setZero();
+    delta.setZero();
+    return not_finite(0);
+  }
+  if (still) f.setZero();
   gaps(W, delta_free, f, delta);
   const SolveStatus solved = admission.no_solution ? SolveStatus::kNoSolution : SolveStatus::kConverged;
   if (still) return {solved};
@@ -98,10 +115,7 @@ SolveReport solve_contacts(const MatrixRef& W, const VectorRef& delta_free, cons
                            const GaussSeidelSettings& settings, SweepWorkspace& work, VectorOut f,
                            VectorOut delta) noexcept {
   const Index n = mu.size();
-  const double largest = n > 0 ? W.diagonal().maxCoeff() : 1.0;
-  if (!(largest >= kSmallestSingle && largest <= kLargestSingle)) {
-    return solve_contacts(W, delta_free, mu, settings, f, delta);
-  }
+  if (!fits_single(W, delta_free, f)) return solve_contacts(W, delta_free, mu, settings, f, delta);
   work.lay_out(std::array<Index, 2>{0, n});
   work.coupled = false;
   for (Index i = 0; i < n; ++i) work.local[i] = step_of(W, i);

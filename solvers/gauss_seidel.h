@@ -14,8 +14,10 @@ struct GaussSeidelSettings {
 enum class SolveStatus {
   kConverged,
   kBudgetSpent,  ///< The forces are inside their cones and usable; the residual says how good they are.
-  kNotFinite,    ///< Input not finite, or W's diagonal or mu negative; forces and gaps are zero, residuals infinite.
-  kNoSolution,   ///< No forces exist: normal forces that move nothing, W y = 0, press where gaps are closed in sum.
+  /// Input not finite, W's diagonal or mu negative, the residual's scale infinite or below 1e-140 N without being zero, or
+  /// forces that grew beyond all numbers, as they may with an indefinite W. Forces and gaps are zero, residuals infinite.
+  kNotFinite,
+  kNoSolution,  ///< No forces exist: normal forces that move nothing, W y = 0, press where gaps are closed in sum.
 };
 
 /// What one contact solve returns by value.
@@ -43,9 +45,12 @@ struct SweepWorkspace;  // contact_sweeps.h
 /// increments, and a contact whose force did not change costs nothing.
 ///
 /// Shapes    W 3n x 3n; delta_free, f, delta 3n; mu n. Point i owns rows 3i..3i+2 = normal, tangent 1, tangent 2.
+///           Looked at for kNotFinite are the diagonals and first columns of the blocks W_ii. A NaN elsewhere is seen
+///           only where its column's contact has a force.
 /// Units     W m/N; delta_free, delta m; f N.
 /// Requires  W symmetric, positive semi-definite, mu >= 0. A row of zeros is a contact that no force moves: open, or
-///           without solution. Symmetry to a few digits will do, for W's columns alone are read.
+///           without solution if its gap is below -touching_m (residual.h), which is told where the others' forces are
+///           found. Symmetry to a few digits will do, for W's columns alone are read.
 /// f         In: first guess, usually the last step's forces. Out: finite and inside every cone, also when the budget
 ///           is spent.
 /// delta     Out: W f + delta_free.
@@ -64,7 +69,8 @@ struct SweepWorkspace;  // contact_sweeps.h
 /// precision, each accelerated, on gaps that are computed in double precision often enough; see contact_sweeps.h. What it
 /// returns is as accurate.
 ///
-/// W         Outside of 1e-20 .. 1e20 m/N it takes the plain sweeps.
+/// W         Outside of 1e-20 .. 1e20 m/N it takes the plain sweeps, as where the largest |delta_free| [m], the residual's
+///           scale [N] (see residual.h) is outside of 1e-15 .. 1e15 or the first guess beyond 1e15 N.
 [[nodiscard]] SolveReport solve_contacts(const Eigen::Ref<const Eigen::MatrixXd>& W,
                                          const Eigen::Ref<const Eigen::VectorXd>& delta_free,
                                          const Eigen::Ref<const Eigen::VectorXd>& mu,

@@ -26,6 +26,15 @@ inline void set_rows(Eigen::Ref<Eigen::VectorXd>& v, Eigen::Index i, const Rows&
 /// rho_i = 3 / tr(W_ii), the force for a gap in the natural map [N/m]; zero for a contact that no force moves.
 inline double rho_of_trace(double trace) { return trace > 0.0 ? 3.0 / trace : 0.0; }
 
+/// The residual's scale, if errors can be judged by it: NaN where it is infinite, or so small that the squares of errors
+/// underflow, though contacts that forces move do move freely. Zero without such contacts.
+inline double judged_scale_N(double scale_N, bool moves) {
+  // Squares of errors that are 1e-14 of the scale, all that a double resolves, still have all their digits.
+  constexpr double kSmallest_N = 1e-140;
+  const bool judged = moves ? scale_N >= kSmallest_N && std::isfinite(scale_N) : scale_N == 0.0;
+  return judged ? scale_N : std::numeric_limits<double>::quiet_NaN();
+}
+
 inline bool is_inside_cone(const Rows& f, double mu) {
   const double limit = mu * f.n;
   return f.n >= 0.0 && f.t1 * f.t1 + f.t2 * f.t2 <= limit * limit;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "solvers/natural_map.h"
 
@@ -33,18 +34,27 @@ double residual_scale_N(const MatrixRef& W, const VectorRef& delta_free) noexcep
   return std::sqrt(squared);
 }
 
+double touching_m(const VectorRef& delta_free) noexcept {
+  constexpr double kTouching = 1e-9;
+  return delta_free.size() > 0 ? kTouching * delta_free.cwiseAbs().maxCoeff() : 0.0;
+}
+
 Residual natural_map(const MatrixRef& W, const VectorRef& delta_free, const VectorRef& mu, const VectorRef& f,
                      const VectorRef& delta) noexcept {
   double sum = 0.0, worst = 0.0;  // squared [N^2]
+  bool moves = false;
   for (Index i = 0; i < mu.size(); ++i) {
     const Index n = 3 * i;
     const double error =
         natural_map_error_squared(rho(W, i), mu[i], {f[n], f[n + 1], f[n + 2]}, {delta[n], delta[n + 1], delta[n + 2]});
     sum += error;
     worst = std::max(worst, error);
+    moves = moves || (rho(W, i) > 0.0 && !delta_free.segment<3>(n).isZero(0.0));
   }
-  const double scale = residual_scale_N(W, delta_free);
+  const double scale = judged_scale_N(residual_scale_N(W, delta_free), moves);
   if (scale == 0.0) return {};
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  if (std::isnan(scale)) return {kInfinity, kInfinity};
   return {std::sqrt(sum) / scale, std::sqrt(worst) / scale};
 }
 

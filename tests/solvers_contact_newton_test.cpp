@@ -154,6 +154,32 @@ TEST(AccurateContacts, AContactThatNoForceOpensHasNoSolution) {
   expect_proof(problem, solution.certificate);
 }
 
+// The same beside contacts that Gauss-Seidel stalls on: the proof does not wait for their forces.
+TEST(AccurateContacts, AContactThatNoForceOpensIsFoundBesideHardOnes) {
+  for (const auto& file : data_files("contact_hard")) {
+    const auto recorded = std::get<ContactFile>(read_problem(file));
+    SCOPED_TRACE(recorded.name);
+    const Index n = recorded.contacts();
+    RandomContacts problem{MatrixXd::Zero(3 * n + 3, 3 * n + 3), VectorXd::Zero(3 * n + 3), VectorXd::Ones(n + 1)};
+    problem.W.topLeftCorner(3 * n, 3 * n) = recorded.W;
+    problem.delta_free.head(3 * n) = recorded.delta_free[0];
+    problem.mu.head(n) = recorded.mu;
+    const double size_m = recorded.delta_free[0].cwiseAbs().maxCoeff();
+    problem.delta_free[3 * n] = -size_m;
+    const Solution none = solve(problem, {.max_sweeps = 20});
+    EXPECT_EQ(none.report.solve.status, SolveStatus::kNoSolution);
+    EXPECT_EQ(none.report.steps, 0);
+    EXPECT_EQ(none.certificate[n], 1.0);
+    EXPECT_EQ(none.certificate.sum(), 1.0);
+    expect_proof(problem, none.certificate);
+    expect_inside_cones(problem, none.f);
+
+    // What rounding may leave of a gap is touching: the contact takes no part.
+    problem.delta_free[3 * n] = -1e-12 * size_m;
+    EXPECT_NE(solve(problem, {.max_sweeps = 20}).report.solve.status, SolveStatus::kNoSolution);
+  }
+}
+
 TEST(AccurateContacts, FewStepsStillGiveUsableForces) {
   for (const int steps : {0, 1, 5}) {
     const RandomContacts problem = kContactFamilies[6].make(1);

@@ -9,6 +9,7 @@
 #include "solvers/contact_sweeps.h"
 #include "solvers/gauss_seidel.h"
 #include "solvers/lcp.h"
+#include "solvers/residual.h"
 #include "tests/allocation_counter.h"
 #include "tests/recorded_problems.h"
 
@@ -400,6 +401,51 @@ TEST_P(GaussSeidel, AnyProblemEnds) {
         EXPECT_LE(solution.report.residual, 1e-9);
       }
     }
+  }
+}
+
+// Forces are as large as the free motion, whatever that is: single precision ends at 1e-45 and 3e38, doubles do not.
+TEST_P(GaussSeidel, ScalesOfFreeMotionFarFromOne) {
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    const Problem good = random_problem(8, random);
+    const GaussSeidelSettings settings{.tolerance = 1e-9, .max_sweeps = 20000};
+    const Solution expected = solve(good, settings);
+    // Inside of the range that single precision is trusted with, at its ends, and far outside.
+    for (const double scale : {1e-60, 1e-45, 1e-25, 1e-15, 1e-12, 1e-9, 1e9, 1e12, 1e15, 1e25, 1e40, 1e60}) {
+      SCOPED_TRACE(scale);
+      Problem scaled = good;
+      scaled.delta_free *= scale;
+      Solution solution = solve(scaled, settings);
+      ASSERT_EQ(solution.report.status, SolveStatus::kConverged);
+      solution.f /= scale;
+      solution.delta /= scale;
+      expect_laws(good, solution, settings.tolerance * (1.0 + 1e-6));  // both solvers round
+      // W >= 1e-6 of its norm makes a residual an error of as many times it.
+      EXPECT_LE((solution.f - expected.f).norm(), 1e-5 * expected.f.norm());
+      // A guess that no float holds is none that forces cannot leave.
+      solution = solve(scaled, settings, VectorXd::Constant(24, 1e40 * scale));
+      EXPECT_TRUE(solution.f.allFinite() && solution.delta.allFinite());
+      EXPECT_NE(solution.report.status, SolveStatus::kNotFinite);
+    }
+  }
+}
+
+// Where the residual's scale is no number, nothing can be told of forces: f = 0 must not pass for a solution of contacts that
+// are pressed, though the sum of squares is zero.
+TEST_P(GaussSeidel, AScaleThatFitsNoDoubleIsRefused) {
+  for (const double scale : {1e-300, 1e-170, 1e-150, 1e170, 1e300}) {
+    SCOPED_TRACE(scale);
+    std::mt19937 random(1);
+    Problem problem = random_problem(8, random);
+    problem.delta_free *= scale;
+    const Solution solution = solve(problem, {});
+    EXPECT_EQ(solution.report.status, SolveStatus::kNotFinite);
+    EXPECT_TRUE(solution.f.isZero(0.0) && solution.delta.isZero(0.0));
+    EXPECT_TRUE(std::isinf(solution.report.residual));
+    EXPECT_TRUE(std::isinf(
+        natural_map_residual(problem.W, problem.delta_free, problem.mu, VectorXd::Zero(24), problem.delta_free)));
   }
 }
 
