@@ -186,6 +186,7 @@ void drop(ActiveSet<kSize>& set, Direction<kSize>& s, int l) {
 ///
 /// set          In: Q's rows, orthonormal (none of them zero), in basis[0 .. equalities). Out: see there.
 /// x            In: the point of Q x = w nearest to x0. Out: the solution.
+/// scale        The size of what x was computed from, whose rounding it has, if that is larger than x.
 /// constraints  most_violated(x, tolerance) gives one of slack < -tolerance if there is any, best that of least slack.
 ///              All rows should be of like length. If x has entries of padding, Q and the rows are zero there.
 /// Accuracy     slacks and equations to about 1e-13 of the way that x has gone; more where constraints nearly coincide.
@@ -193,7 +194,7 @@ void drop(ActiveSet<kSize>& set, Direction<kSize>& s, int l) {
 ///              throw; the same problem gives the same bits.
 template <int kSize, class Constraints>
 [[nodiscard]] ActiveSetReport project(Constraints&& constraints, ActiveSet<kSize>& set,
-                                      typename ActiveSet<kSize>::Vector& x) noexcept {
+                                      typename ActiveSet<kSize>::Vector& x, double scale = 0.0) noexcept {
   using namespace dual_active_set;
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   // About one change for each active constraint is usual, and a few times that on degenerate problems.
@@ -201,8 +202,8 @@ template <int kSize, class Constraints>
 
   ActiveSetReport report;
   set.active = 0;
-  double way = std::sqrt(x.square().sum());  // Bounds all that x has been.
-  double amplified = 0.0;                    // Violations up to this were seen to be rounding.
+  double way = std::max(scale, std::sqrt(x.square().sum()));  // Bounds all that x has been.
+  double amplified = 0.0;                                     // Violations up to this were seen to be rounding.
   Direction<kSize> s;
   typename ActiveSet<kSize>::Numbers r;
 

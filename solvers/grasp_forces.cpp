@@ -119,7 +119,7 @@ Answer<kLanes> solve_pyramid(const ReducedGrasp<kLanes>& grasp) {
   const std::array<double, 6> start = missing_wrench(grasp, grasp.bias);
   answer.f = grasp.bias + combine(grasp, start);
   typename ActiveSet<3 * kLanes>::Vector f = answer.f.reshaped();
-  const ActiveSetReport report = project(pyramids, set, f);
+  const ActiveSetReport report = project(pyramids, set, f, grasp.bias.matrix().norm());
   answer.iterations = report.changes;
   if (report.status == ActiveSetStatus::kBudgetSpent) return answer;
 
