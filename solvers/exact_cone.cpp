@@ -39,22 +39,6 @@ Vector6 plus(const Vector6& a, double t, const Vector6& b) {
   return sum;
 }
 
-/// Q' l
-template <int kLanes>
-LaneForces<kLanes> combine(const std::array<LaneForces<kLanes>, 6>& Q, const Vector6& l) {
-  LaneForces<kLanes> x = l[0] * Q[0];
-  for (int k = 1; k < 6; ++k) x += l[k] * Q[k];
-  return x;
-}
-
-/// Q f
-template <int kLanes>
-Vector6 wrench(const std::array<LaneForces<kLanes>, 6>& Q, const LaneForces<kLanes>& f) {
-  Vector6 w;
-  for (int k = 0; k < 6; ++k) w[k] = (Q[k] * f).sum();
-  return w;
-}
-
 /// |f_t| <= mu f_n
 struct Cone {
   explicit Cone(double friction) : mu(friction), slope(1.0 / (1.0 + friction * friction)) {}
@@ -262,10 +246,10 @@ class Solver {
   }
 
   ConeResult solve(Forces& f, Vector6& multiplier) {
-    Vector6 start = wrench(grasp_.Q, grasp_.bias);
+    Vector6 start = reduced_wrench(grasp_, grasp_.bias);
     for (int k = 0; k < 6; ++k) start[k] = grasp_.w[k] - start[k];
     // Without the cones: often they have no part in it.
-    const Forces f_start = combine(grasp_.Q, start) + grasp_.bias;
+    const Forces f_start = combine(grasp_, start) + grasp_.bias;
     bool is_decided = is_optimal(evaluate(start, f_start));
     for (const double left : kLeft) is_decided = is_decided || planes_and_newton(f_start, left);
     if (!is_decided && std::isfinite(residual_)) newton(best_.l, kBorderSteps);
@@ -286,12 +270,12 @@ class Solver {
     point.l = l;
     point.x = x;
     point.to = project<kLanes>(x, cone_);
-    point.residual = wrench(grasp_.Q, point.to.f);
+    point.residual = reduced_wrench(grasp_, point.to.f);
     for (int k = 0; k < 6; ++k) point.residual[k] = grasp_.w[k] - point.residual[k];
     point.square = dot(point.residual, point.residual);
     return point;
   }
-  Point<kLanes> evaluate(const Vector6& l) const { return evaluate(l, combine(grasp_.Q, l) + grasp_.bias); }
+  Point<kLanes> evaluate(const Vector6& l) const { return evaluate(l, combine(grasp_, l) + grasp_.bias); }
 
   /// Keeps the point if it is the best so far; true if it is the optimum.
   bool is_optimal(const Point<kLanes>& point) {
@@ -310,7 +294,7 @@ class Solver {
     for (int step = 0; step < kPolishSteps; ++step) {
       const double work = dot(grasp_.w, c);
       if (!(work > 0.0)) return false;
-      const Forces x = combine(grasp_.Q, c);
+      const Forces x = combine(grasp_, c);
       const Projection<kLanes> to = project<kLanes>(x, cone_);
       // What rounding hides of P_K(Q'c) counts, too: at the border the work is no more than that.
       const double hidden = kEpsilon * std::sqrt(x.square().sum());
@@ -325,7 +309,7 @@ class Solver {
       last = gap;
       ++iterations_;
       const Factors V(grasp_.Q, derivative(to, cone_), kLeastShift);
-      c = plus(c, -1.0, V.solve(wrench(grasp_.Q, to.f)));
+      c = plus(c, -1.0, V.solve(reduced_wrench(grasp_, to.f)));
     }
     return false;
   }
@@ -374,7 +358,7 @@ template <int kLanes>
     const double shift = kLeastShift + damping * std::min(1.0, std::sqrt(point.square) / scale_);
     const Factors V(grasp_.Q, derivative(point.to, cone_), shift);
     const Vector6 direction = V.solve(point.residual);
-    const Forces dx = combine(grasp_.Q, direction);
+    const Forces dx = combine(grasp_, direction);
     const double slope = dot(point.residual, direction);
     const double work = dot(grasp_.w, direction);
 
@@ -421,9 +405,9 @@ template <int kLanes>
   iterations_ += report.changes;
   if (report.status == ActiveSetStatus::kBudgetSpent) return false;
   const Forces push = planes.push(set);
-  if (report.status == ActiveSetStatus::kInfeasible) return is_certificate(wrench<kLanes>(grasp_.Q, -push));
+  if (report.status == ActiveSetStatus::kInfeasible) return is_certificate(reduced_wrench<kLanes>(grasp_, -push));
   const Forces f = x.reshaped(kLanes, 3);
-  return newton(wrench<kLanes>(grasp_.Q, f - grasp_.bias - push), kNewtonSteps);
+  return newton(reduced_wrench<kLanes>(grasp_, f - grasp_.bias - push), kNewtonSteps);
 }
 
 }  // namespace
