@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "engine/compliance.h"
 #include "engine/control_tick.h"
 #include "engine/lockstep.h"
 #include "engine/stopwatch.h"
@@ -87,7 +88,7 @@ struct Path {
       frame.X_WO = state.X_WO;
       forward_kinematics(scene.hand, state.q, controller.pose);
       for (int k = 0; k < kFingers; ++k) frame.X_WF[k] = controller.pose.distal(scene.hand, k);
-      find_frame_contacts(model, controller.pose, state.X_WO, controller.candidates, frame);
+      find_frame_contacts(model, controller.pose, state.X_WO, controller.search, frame);
       fill_compliance(model, frame);
     }
     frame.sequence = sequence;

@@ -1,7 +1,6 @@
 #include "collision/contact_finding.h"
 
 #include <algorithm>
-#include <array>
 #include <cassert>
 #include <optional>
 #include <tuple>
@@ -22,37 +21,19 @@ bool less_control_point(const ContactCandidate& a, const ContactCandidate& b) {
 
 }  // namespace
 
-void find_contacts(const PointCloud& cloud, const SphereTree& tree, const Eigen::Isometry3d& X_SB,
-                   const ImplicitSurface& surface, const ContactFindingSettings& settings,
-                   std::vector<ContactCandidate>& found) {
+FindingReport find_contacts(const Eigen::Matrix3Xd& control_points_m, const Eigen::Isometry3d& X_SB,
+                            const ImplicitSurface& surface, const ContactFindingSettings& settings,
+                            FindingMemory& /*memory*/, std::vector<ContactCandidate>& found) {
   assert(settings.band_m > 0.0 && settings.max_contacts >= 0);
+  FindingReport report;
   found.clear();
-  found.reserve(tree.leaves().size());
-
-  // No point is nearer to the surface than to its bounds. A finger far away ends at the root of its tree.
-  const auto is_near = [&](const Vector3d& p_S, double radius_m) {
-    const double touching_m = settings.band_m + radius_m;
-    return surface.bounds().squaredExteriorDistance(p_S) < touching_m * touching_m;
-  };
-
-  // Depth first, left before right: in the order of the leaves.
-  std::array<Index, SphereTree::kMaxDepth> stack;
-  int depth = 0;
-  stack[depth++] = 0;
-  while (depth > 0) {
-    const SphereTree::Node& node = tree.nodes()[stack[--depth]];
-    if (!is_near(X_SB * node.centre_m, node.radius_m)) continue;
-    if (!node.is_leaf()) {
-      stack[depth++] = node.right;
-      stack[depth++] = node.left;
-      continue;
-    }
-    const Vector3d p_S = X_SB * cloud.points_m.col(node.representative);
-    if (!is_near(p_S, 0.0)) continue;
+  found.reserve(control_points_m.cols());
+  for (Index i = 0; i < control_points_m.cols(); ++i) {
+    const Vector3d p_S = X_SB * control_points_m.col(i);
+    // No point is nearer to the surface than to its bounds.
+    if (surface.bounds().squaredExteriorDistance(p_S) >= settings.band_m * settings.band_m) continue;
     const std::optional<SurfaceDistance> to = surface.distance(p_S, settings.reach_m);
-    if (to && to->distance_m < settings.band_m) {
-      found.push_back({node.right, to->distance_m, to->point_m, to->normal});
-    }
+    if (to && to->distance_m < settings.band_m) found.push_back({i, to->distance_m, to->point_m, to->normal});
   }
 
   if (static_cast<Index>(found.size()) > settings.max_contacts) {
@@ -61,6 +42,7 @@ void find_contacts(const PointCloud& cloud, const SphereTree& tree, const Eigen:
     found.erase(end, found.end());
     std::sort(found.begin(), found.end(), less_control_point);
   }
+  return report;
 }
 
 }  // namespace thenar

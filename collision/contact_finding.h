@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "collision/implicit_surface.h"
-#include "collision/sphere_tree.h"
 
 namespace thenar {
 
@@ -18,21 +17,31 @@ struct ContactFindingSettings {
 
 /// A control point of one body near the surface of the other.
 struct ContactCandidate {
-  Eigen::Index control_point;  ///< Leaf number in the first body's tree.
+  Eigen::Index control_point;  ///< Column of the control points.
   double gap_m;                ///< Signed distance of the control point from the surface.
   Eigen::Vector3d point_m;     ///< Its projection on the surface, in the surface's frame.
   Eigen::Vector3d normal;      ///< Outward normal of the surface there, in the surface's frame.
 };
 
-/// Finds the control points of a body (cloud and tree, posed by X_SB in the surface's frame) that lie within the band
-/// of `surface` or inside it: those inside its bounds grown by the band whose signed distance exists and is below the
-/// band. Sorted by control point.
+/// What the last call knew about a body's control points and a surface: it makes the next one cheaper, and changes
+/// nothing in what is found.
+struct FindingMemory {};
+
+/// What one call of find_contacts returns by value.
+struct FindingReport {
+  bool complete = true;  ///< False where the budget was spent: what is found then are the most important contacts.
+  Eigen::Index undefined = 0;  ///< Control points near samples that make no surface: a hole, or normals that cancel.
+};
+
+/// Finds the control points of a body (3 x L in its own frame, posed by X_SB in the surface's frame) that lie within the
+/// band of `surface` or inside it: those inside its bounds grown by the band whose signed distance exists and is below
+/// the band. Keeps the max_contacts of least gap, ties by number; sorted by control point.
 ///
 /// Requires  band > 0, max_contacts >= 0; reach finite and greater than the band and than the depth to be expected.
-/// Cost      about 1 us a candidate. `found` keeps its capacity: no allocation once it has grown to the number of
-/// leaves.
-void find_contacts(const PointCloud& cloud, const SphereTree& tree, const Eigen::Isometry3d& X_SB,
-                   const ImplicitSurface& surface, const ContactFindingSettings& settings,
-                   std::vector<ContactCandidate>& found);
+///           `memory` belongs to one pair of control points and surface.
+/// `found` and `memory` keep their capacity: no allocation once they have grown to the number of control points.
+FindingReport find_contacts(const Eigen::Matrix3Xd& control_points_m, const Eigen::Isometry3d& X_SB,
+                            const ImplicitSurface& surface, const ContactFindingSettings& settings,
+                            FindingMemory& memory, std::vector<ContactCandidate>& found);
 
 }  // namespace thenar

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <stdexcept>
 #include <utility>
 
@@ -29,28 +28,9 @@ PointCloud in_tree_order(const PointCloud& cloud, Index leaves) {
   return {cloud.points_m(Eigen::all, tree.order()), cloud.normals(Eigen::all, tree.order())};
 }
 
-/// The side of the square that one sample stands for.
-double measure_spacing_m(const PointCloud& cloud) {
-  // The disc to the k-th neighbour holds the sample, k - 1 neighbours and half of the k-th: pi r^2/(k + 1/2) a sample.
-  // Eight neighbours average over the first ring and stay local; the median over a subset ignores edges and outliers.
-  const Index count = cloud.points_m.cols();
-  const Index k = std::min<Index>(8, count - 1);
-  const Index subset = std::min<Index>(100, count);
-  std::vector<double> spacings_m(subset);
-  Eigen::VectorXd squared(count);
-  for (Index s = 0; s < subset; ++s) {
-    squared = (cloud.points_m.colwise() - cloud.points_m.col(s * count / subset)).colwise().squaredNorm();
-    std::nth_element(squared.begin(), squared.begin() + k, squared.end());  // the sample itself is number 0
-    spacings_m[s] = std::sqrt(std::numbers::pi * squared[k] / (static_cast<double>(k) + 0.5));
-  }
-  std::nth_element(spacings_m.begin(), spacings_m.begin() + subset / 2, spacings_m.end());
-  return spacings_m[subset / 2];
-}
-
 double default_support_m(const PointCloud& cloud) {
-  if (cloud.points_m.cols() < 2) throw std::invalid_argument("ImplicitSurface: a single sample has no spacing");
   // 2.2 spacings reach about 15 samples: enough to average, few enough to stay local.
-  return 2.2 * measure_spacing_m(cloud);
+  return 2.2 * sample_spacing_m(cloud);
 }
 
 }  // namespace
@@ -65,7 +45,6 @@ ImplicitSurface::ImplicitSurface(const PointCloud& cloud, Index leaves, double s
   }
   bounds_ = {Vector3d(cloud_.points_m.rowwise().minCoeff()), Vector3d(cloud_.points_m.rowwise().maxCoeff())};
   fill_blocks();
-  vote_on_normals();
 }
 
 void ImplicitSurface::fill_blocks() {
@@ -103,42 +82,6 @@ void ImplicitSurface::for_each_block(const Vector3d& c_m, double radius_m, Visit
     } else {
       stack[depth++] = node.right;
       stack[depth++] = node.left;
-    }
-  }
-}
-
-/// What the samples near the candidate's tangent plane say of its normal: 1 right, -1 to be turned, 0 divided.
-double ImplicitSurface::vote(const Sample& candidate) const {
-  // Voters live within 1.5 h, some 35 on a face and 9 in a corner, and within 0.1 h = 0.22 spacings of the plane: the
-  // other side of a plate has no say. Nor has the other side of an edge, where the cosine is 0.
-  const double radius_m = 1.5 * support_m_, height_m = 0.1 * support_m_;
-  double all = 0.0, ayes = 0.0;
-  for_each_block(candidate.point_m, radius_m, [&](const Block& block) {
-    const Lanes near = (1.0 - block.squared_distances(candidate.point_m) / (radius_m * radius_m)).max(0.0);
-    const Lanes level = (1.0 - (block.heights(candidate.point_m, candidate.normal) / height_m).square()).max(0.0);
-    const Lanes cosine = block.cosines(candidate.normal);
-    ayes += (near * level * cosine).sum();
-    all += (near * level * cosine.abs()).sum();
-  });
-  // The candidate's own vote is among them. Divided: a majority of less than two to one.
-  return ayes > all / 3.0 ? 1.0 : ayes < -all / 3.0 ? -1.0 : 0.0;
-}
-
-void ImplicitSurface::vote_on_normals() {
-  // Everybody votes before anybody is turned: the result does not depend on the order.
-  Eigen::VectorXd verdicts(cloud_.points_m.cols());
-  for (Index i = 0; i < verdicts.size(); ++i) verdicts[i] = vote({cloud_.points_m.col(i), cloud_.normals.col(i)});
-  doubtful_share_ = (verdicts.array() < 1.0).cast<double>().mean();
-
-  for (std::size_t leaf = 0; leaf < tree_.leaves().size(); ++leaf) {
-    const SphereTree::Node& node = tree_.nodes()[tree_.leaves()[leaf]];
-    for (Index i = node.begin; i < node.end; ++i) {
-      Block& block = blocks_[first_block_[leaf] + (i - node.begin) / kLanes];
-      const Index lane = (i - node.begin) % kLanes;
-      block.n_x[lane] *= verdicts[i];
-      block.n_y[lane] *= verdicts[i];
-      block.n_z[lane] *= verdicts[i];
-      if (verdicts[i] == 0.0) block.x[lane] = kFarAway;
     }
   }
 }

@@ -25,7 +25,7 @@ struct SurfaceDistance {
 /// Where faces meet (the sides of an edge or a corner, the two sides of a plate) the solid is the intersection of their
 /// half-spaces if they meet convexly, else the union: f is the largest or the smallest of theirs.
 ///
-/// A sample whose normal is outvoted by the samples in its tangent plane is turned; one with a divided vote is ignored.
+/// It trusts the samples: see repair() in cloud_repair.h.
 class ImplicitSurface {
  public:
   /// Support h = 2.2 sample spacings, the spacing measured on the cloud.
@@ -45,8 +45,6 @@ class ImplicitSurface {
   [[nodiscard]] const SphereTree& tree() const { return tree_; }
   [[nodiscard]] const Eigen::AlignedBox3d& bounds() const { return bounds_; }
   [[nodiscard]] double support_m() const { return support_m_; }
-  /// The share of the samples whose normals were turned or ignored.
-  [[nodiscard]] double doubtful_share() const { return doubtful_share_; }
 
  private:
   static constexpr int kLanes = 8;
@@ -56,8 +54,8 @@ class ImplicitSurface {
     Eigen::Vector3d point_m, normal;
   };
 
-  /// Up to eight samples of a leaf, each coordinate contiguous. Unused lanes, and samples that are ignored, have no
-  /// normal and lie too far away to weigh anything.
+  /// Up to eight samples of a leaf, each coordinate contiguous. Unused lanes have no normal and lie too
+  /// far away to weigh anything.
   struct Block {
     Lanes x, y, z;
     Lanes n_x, n_y, n_z;
@@ -84,8 +82,6 @@ class ImplicitSurface {
   };
 
   void fill_blocks();
-  void vote_on_normals();
-  [[nodiscard]] double vote(const Sample& candidate) const;
   template <typename Visit>
   void for_each_block(const Eigen::Vector3d& c_m, double radius_m, Visit visit) const;
   [[nodiscard]] std::optional<Sample> nearest(const Eigen::Vector3d& x_m, double reach_m) const noexcept;
@@ -100,7 +96,6 @@ class ImplicitSurface {
   SphereTree tree_;
   Eigen::AlignedBox3d bounds_;
   double support_m_;
-  double doubtful_share_ = 0.0;
   std::vector<Block> blocks_;
   std::vector<Eigen::Index> first_block_;  // of each leaf, and one past the last
 };

@@ -11,13 +11,14 @@
 #include <utility>
 #include <vector>
 
+#include "collision/point_grid.h"
+
 namespace thenar {
 namespace {
 
 using Eigen::Index;
 using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
-using Eigen::Vector3i;
 
 // Candidates for every sample kept: beyond 5 the result hardly improves and the time still grows [Yuksel 2015].
 constexpr Index kCandidatesPerSample = 5;
@@ -34,60 +35,6 @@ class Uniform {
 
  private:
   std::mt19937 bits_;
-};
-
-/// The points sorted into cubic cells no smaller than `radius`: a point's neighbours lie in its 27 cells.
-class Grid {
- public:
-  Grid(const Matrix3Xd& points, double radius) : points_(points), radius_(radius) {
-    low_ = points.rowwise().minCoeff();
-    const Vector3d extent = points.rowwise().maxCoeff() - low_;
-    // 128 cells an axis bound the memory (2 M cells); denser clouds have fuller cells.
-    cell_ = std::max(radius, extent.maxCoeff() / 128.0);
-    cells_ = (extent / cell_).cast<int>() + Vector3i::Ones();
-
-    // Counting sort: cell k holds members_[begin_[k] .. begin_[k + 1]).
-    begin_.assign(cells_.cast<std::size_t>().prod() + 1, 0);
-    for (Index i = 0; i < points.cols(); ++i) ++begin_[cell_of(points.col(i)) + 1];
-    for (std::size_t k = 1; k < begin_.size(); ++k) begin_[k] += begin_[k - 1];
-    members_.resize(points.cols());
-    std::vector<Index> next(begin_.begin(), begin_.end() - 1);
-    for (Index i = 0; i < points.cols(); ++i) members_[next[cell_of(points.col(i))]++] = i;
-  }
-
-  /// Calls visit(j, distance) for every other point j closer than the radius to point i.
-  template <typename Visit>
-  void for_each_neighbour(Index i, Visit visit) const {
-    const Vector3d p = points_.col(i);
-    const Vector3i at = ((p - low_) / cell_).cast<int>();
-    const Vector3i from = (at.array() - 1).max(0), to = (at.array() + 1).min(cells_.array() - 1);
-    for (int x = from.x(); x <= to.x(); ++x) {
-      for (int y = from.y(); y <= to.y(); ++y) {
-        // Cells along z are adjacent in memory.
-        const Index end = begin_[number(x, y, to.z()) + 1];
-        for (Index m = begin_[number(x, y, from.z())]; m < end; ++m) {
-          const Index j = members_[m];
-          const double squared = (points_.col(j) - p).squaredNorm();
-          if (squared < radius_ * radius_ && j != i) visit(j, std::sqrt(squared));
-        }
-      }
-    }
-  }
-
- private:
-  [[nodiscard]] Index number(int x, int y, int z) const {
-    return (static_cast<Index>(x) * cells_.y() + y) * cells_.z() + z;
-  }
-  [[nodiscard]] Index cell_of(const Vector3d& p) const {
-    const Vector3i at = ((p - low_) / cell_).cast<int>();
-    return number(at.x(), at.y(), at.z());
-  }
-
-  const Matrix3Xd& points_;
-  double radius_, cell_;
-  Vector3d low_;
-  Vector3i cells_;
-  std::vector<Index> begin_, members_;
 };
 
 /// Thins `candidates` to `count` samples by removing, again and again, the one most crowded by the others
@@ -109,7 +56,7 @@ PointCloud eliminate(const PointCloud& candidates, double area_m2, Index count) 
     return squared * squared * squared * squared;
   };
 
-  const Grid grid(candidates.points_m, packing_m);
+  const PointGrid grid(candidates.points_m, packing_m);
   std::vector<double> crowd(all, 0.0);
   for (Index i = 0; i < all; ++i) {
     grid.for_each_neighbour(i, [&](Index j, double d) { crowd[i] += crowding(i, j, d); });
@@ -144,6 +91,24 @@ PointCloud eliminate(const PointCloud& candidates, double area_m2, Index count) 
 }
 
 }  // namespace
+
+double sample_spacing_m(const PointCloud& cloud) {
+  if (cloud.points_m.cols() < 2) throw std::invalid_argument("sample_spacing_m: a single sample has no spacing");
+  // The disc to the k-th neighbour holds the sample, k - 1 neighbours and half of the k-th: pi r^2/(k + 1/2) a sample.
+  // Eight neighbours average over the first ring and stay local; the median over a subset ignores edges and outliers.
+  const Index count = cloud.points_m.cols();
+  const Index k = std::min<Index>(8, count - 1);
+  const Index subset = std::min<Index>(100, count);
+  std::vector<double> spacings_m(subset);
+  Eigen::VectorXd squared(count);
+  for (Index s = 0; s < subset; ++s) {
+    squared = (cloud.points_m.colwise() - cloud.points_m.col(s * count / subset)).colwise().squaredNorm();
+    std::nth_element(squared.begin(), squared.begin() + k, squared.end());  // the sample itself is number 0
+    spacings_m[s] = std::sqrt(std::numbers::pi * squared[k] / (static_cast<double>(k) + 0.5));
+  }
+  std::nth_element(spacings_m.begin(), spacings_m.begin() + subset / 2, spacings_m.end());
+  return spacings_m[subset / 2];
+}
 
 PointCloud sample_box(const Vector3d& size_m, Index count, std::uint32_t seed) {
   if (!(size_m.minCoeff() > 0.0) || !size_m.allFinite()) {

@@ -17,4 +17,8 @@ struct PointCloud {
 /// Exactly `count` blue-noise samples of a sphere's surface, centred on the origin. Same seed, same cloud.
 [[nodiscard]] PointCloud sample_sphere(double radius_m, Eigen::Index count, std::uint32_t seed = 1);
 
+/// The side of the square that one sample stands for: the median over a subset, from eight neighbours each.
+/// Throws std::invalid_argument for fewer than two samples. Cost O(points).
+[[nodiscard]] double sample_spacing_m(const PointCloud& cloud);
+
 }  // namespace thenar

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/compliance.h"
 #include "engine/control.h"
 #include "engine/handover.h"
 #include "engine/stopwatch.h"
@@ -99,32 +100,6 @@ void free_gaps_and_slips(const Model& model, const Frame& frame, const State& st
       delta[0] += now.gap_m[i] + work.offset_m[i];
       work.delta_free.segment<3>(3 * i) = delta;
     }
-  }
-}
-
-/// u = rho u + (1 - rho) C f of finger k, at all its control points.
-void deform(const Model& model, const Frame& frame, int k, const Eigen::VectorXd& f, ContactWorkspace& work,
-            State& state) {
-  const Pulp& pulp = model.pulps[k];
-  const double rho = memory(pulp.material, model.scene.step_s);
-  auto& sum = work.kernel_sum;  // of k_ij T_j f_j over the contacts j
-  sum.setZero();
-  for (Index j = frame.begin[k]; j < frame.begin[k + 1]; ++j) {
-    if (f[3 * j] <= 0.0) continue;
-    const Matrix3d& E_F = work.kinematics.E_F[j];
-    const Vector3d w = pulp.tensor(E_F.col(0)) * (E_F * f.segment<3>(3 * j));
-    sum.noalias() += pulp.kernel.col(frame.contacts[j].control_point) * w.transpose();
-  }
-  auto& u = state.u_m[k];
-  const auto& N = pulp.control_normals;
-  const double a = pulp.tangential;
-  // T_i of the rest normal everywhere, then of the contact's own normal at the contacts, as in W.
-  u = rho * u +
-      (1.0 - rho) * (a * sum + (1.0 - a) * ((N.array() * sum.array()).rowwise().sum().matrix().asDiagonal() * N));
-  for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
-    const Index c = frame.contacts[i].control_point;
-    const Matrix3d change = pulp.tensor(work.kinematics.E_F[i].col(0)) - pulp.tensor(N.row(c).transpose());
-    u.row(c) += (1.0 - rho) * (sum.row(c) * change);
   }
 }
 
@@ -259,7 +234,7 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
   ++state.tick;
   report.solve_s = watch.lap();
   if (moved && model.deformable()) {
-    for (int k = 0; k < kFingers; ++k) deform(model, frame, k, work.f, work, state);
+    for (int k = 0; k < kFingers; ++k) deform(model, frame, work.kinematics, k, work.f, work.kernel_sum, state);
     report.deform_s = watch.lap();
   }
   return report;

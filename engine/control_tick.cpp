@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/compliance.h"
 #include "engine/stopwatch.h"
 
 namespace thenar {
@@ -57,7 +58,8 @@ Controller::Controller(const Model& model)
     : period_s(model.scene.control_period_s),
       f_desired(Eigen::VectorXd::Zero(3 * kFingers)),
       f_muscle(Eigen::VectorXd::Zero(static_cast<Index>(model.scene.hand.muscles.size()))),
-      H(kJoints, f_muscle.size()) {
+      H(kJoints, f_muscle.size()),
+      search(model) {
   if (!model.scene.control) return;
   pid.emplace(model.scene.control->position, model.scene.control->rotation);
   filter.emplace(model);
@@ -106,7 +108,7 @@ ControlReport control_tick(const Model& model, const Snapshot& snapshot, Control
   frame.wrench = weight(scene);
   frame.wrench.head<3>() += model.push(static_cast<double>(snapshot.tick) * scene.step_s);
   stage.lap();
-  find_frame_contacts(model, controller.pose, snapshot.X_WO, controller.candidates, frame);
+  find_frame_contacts(model, controller.pose, snapshot.X_WO, controller.search, frame);
   report.find_s = stage.lap();
   fill_compliance(model, frame);
   report.factors_s = stage.lap();

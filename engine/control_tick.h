@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "engine/contact_search.h"
 #include "engine/control.h"
 #include "engine/frame.h"
 #include "engine/model.h"
@@ -42,7 +43,7 @@ class Controller {
   Eigen::VectorXd f_muscle;           ///< [N].
   Eigen::MatrixXd H;                  ///< Moment arms [m].
   HandPose pose;
-  std::vector<ContactCandidate> candidates;
+  ContactSearch search;
 };
 
 /// The grasp-force problem of a control tick, about the object's centre. It refers to `report`.

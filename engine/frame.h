@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "collision/contact_finding.h"
 #include "engine/hand.h"
 #include "engine/model.h"
 #include "solvers/grasp_forces.h"
@@ -65,13 +64,5 @@ struct ContactGap {
 /// sphere of the surface's curvature that is fixed in the object.
 [[nodiscard]] ContactGap contact_gap(const FrameContact& contact, const Eigen::Isometry3d& X_FO,
                                      const Eigen::Vector3d& u_F);
-
-/// Finds the frame's contacts on the rest shapes of the fingertips: control points of the pulps, or, for rigid
-/// fingertips, the one point of each pulp sphere that is nearest to the object. `candidates` is memory to work in.
-void find_frame_contacts(const Model& model, const HandPose& pose, const Eigen::Isometry3d& X_WO,
-                         std::vector<ContactCandidate>& candidates, Frame& frame);
-
-/// Computes the compliance C_ij = k_ij S E_i' E_j S among the contacts that the frame holds.
-void fill_compliance(const Model& model, Frame& frame);
 
 }  // namespace thenar

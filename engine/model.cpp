@@ -7,6 +7,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "collision/cloud_repair.h"
 #include "engine/files.h"
 #include "engine/point_cloud_file.h"
 
@@ -33,15 +34,14 @@ PointCloud make_cloud(const ObjectSettings& object) {
 
 ImplicitSurface make_surface(const ObjectSettings& object) {
   PointCloud cloud = make_cloud(object);
-  // The paper's box has 36 000 points in 4800 leaves: 7 or 8 in each.
-  const Index leaves = std::max<Index>(1, cloud.points_m.cols() * 4800 / 36000);
-  ImplicitSurface surface(cloud, leaves);
-  if (surface.doubtful_share() > kMostDoubtful) {
+  const CloudRepair repaired = repair(cloud, 2.2 * sample_spacing_m(cloud));
+  if (repaired.doubtful_share > kMostDoubtful) {
     throw std::invalid_argument(
         fmt::format("{:.0f} % of the normals contradict their neighbours'; {:.0f} % are too many",
-                    100.0 * surface.doubtful_share(), 100.0 * kMostDoubtful));
+                    100.0 * repaired.doubtful_share, 100.0 * kMostDoubtful));
   }
-  return surface;
+  // The paper's box has 36 000 points in 4800 leaves: 7 or 8 in each.
+  return {cloud, std::max<Index>(1, cloud.points_m.cols() * 4800 / 36000)};
 }
 
 ImplicitSurface make_object(const ObjectSettings& object) try {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "collision/contact_finding.h"
+#include "collision/sphere_tree.h"
 #include "tests/allocation_counter.h"
 
 namespace thenar {
@@ -27,6 +28,16 @@ PointCloud finger_cloud() {
   return cloud;
 }
 
+/// Those of a tree's leaves.
+Eigen::Matrix3Xd control_points(const PointCloud& cloud, Index leaves) {
+  const SphereTree tree(cloud, leaves);
+  Eigen::Matrix3Xd points_m(3, leaves);
+  for (Index i = 0; i < leaves; ++i) {
+    points_m.col(i) = cloud.points_m.col(tree.nodes()[tree.leaves()[i]].representative);
+  }
+  return points_m;
+}
+
 /// The pose that turns the finger by R and puts its centre at p.
 Isometry3d pose_of(const Eigen::AngleAxisd& R_SB, const Vector3d& p_SC) {
   Isometry3d X_SB = Isometry3d::Identity();
@@ -38,7 +49,7 @@ Isometry3d pose_of(const Eigen::AngleAxisd& R_SB, const Vector3d& p_SC) {
 /// A finger, and an object whose samples are as dense as the reference scene's.
 struct Scene {
   PointCloud finger = finger_cloud();
-  SphereTree tree{finger, 320};
+  Eigen::Matrix3Xd controls_m = control_points(finger, 320);
   Vector3d size_m{20e-3, 20e-3, 30e-3};
   ImplicitSurface box{sample_box(size_m, 7600), 1000};
 };
@@ -54,14 +65,14 @@ double box_distance_m(const Vector3d& p_m, const Vector3d& size_m) {
 }
 
 /// The definition: every control point asked, no tree.
-std::vector<ContactCandidate> brute_force(const PointCloud& cloud, const SphereTree& tree, const Isometry3d& X_SB,
+std::vector<ContactCandidate> brute_force(const Eigen::Matrix3Xd& controls_m, const Isometry3d& X_SB,
                                           const ImplicitSurface& surface, const ContactFindingSettings& settings) {
   std::vector<ContactCandidate> found;
-  for (Index leaf = 0; leaf < static_cast<Index>(tree.leaves().size()); ++leaf) {
-    const Vector3d p_S = X_SB * cloud.points_m.col(tree.nodes()[tree.leaves()[leaf]].representative);
+  for (Index i = 0; i < controls_m.cols(); ++i) {
+    const Vector3d p_S = X_SB * controls_m.col(i);
     if (surface.bounds().exteriorDistance(p_S) >= settings.band_m) continue;
     const std::optional<SurfaceDistance> to = surface.distance(p_S, settings.reach_m);
-    if (to && to->distance_m < settings.band_m) found.push_back({leaf, to->distance_m, to->point_m, to->normal});
+    if (to && to->distance_m < settings.band_m) found.push_back({i, to->distance_m, to->point_m, to->normal});
   }
   std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.gap_m < b.gap_m; });
   found.erase(found.begin() + std::min<Index>(static_cast<Index>(found.size()), settings.max_contacts), found.end());
@@ -97,6 +108,7 @@ class Random {
 };
 
 TEST(ContactFinding, FindsWhatBruteForceFinds) {
+  FindingMemory memory;
   std::vector<ContactCandidate> found;
   Index contacts = 0;
   for (const Index max_contacts : {0, 5, 20, 1000}) {
@@ -105,8 +117,8 @@ TEST(ContactFinding, FindsWhatBruteForceFinds) {
     for (int trial = 0; trial < 100; ++trial) {
       SCOPED_TRACE(testing::Message() << "max_contacts " << max_contacts << ", trial " << trial);
       const Isometry3d X_SB = random.pose(scene().size_m);
-      find_contacts(scene().finger, scene().tree, X_SB, scene().box, settings, found);
-      const auto expected = brute_force(scene().finger, scene().tree, X_SB, scene().box, settings);
+      find_contacts(scene().controls_m, X_SB, scene().box, settings, memory, found);
+      const auto expected = brute_force(scene().controls_m, X_SB, scene().box, settings);
       ASSERT_EQ(found.size(), expected.size());
       for (std::size_t i = 0; i < found.size(); ++i) {
         // The same function of the same point: equal to the last bit.
@@ -125,6 +137,7 @@ TEST(ContactFinding, T14DeepPointsAreFoundOnDenseSurfaces) {
   // Four times the reference scene's samples: a search in a shell of the band, or of the support, loses deep points.
   const ImplicitSurface dense(sample_box(scene().size_m, 4 * 7600), 4000);
   const ContactFindingSettings settings{0.3e-3, 4e-3, 1000};
+  FindingMemory memory;
   std::vector<ContactCandidate> found;
   Random random(14);
   Index total = 0;
@@ -133,11 +146,10 @@ TEST(ContactFinding, T14DeepPointsAreFoundOnDenseSurfaces) {
     const Vector3d aside = 1e-3 * random.direction();
     const Vector3d centre(aside.x(), 0.5 * scene().size_m.y() + kFingerRadius_m - 2.6e-3, aside.z());
     const Isometry3d X_SB = pose_of(random.rotation(), centre);
-    find_contacts(scene().finger, scene().tree, X_SB, dense, settings, found);
+    find_contacts(scene().controls_m, X_SB, dense, settings, memory, found);
     std::vector<Index> expected, actual;
     for (Index leaf = 0; leaf < 320; ++leaf) {
-      const Index sample = scene().tree.nodes()[scene().tree.leaves()[leaf]].representative;
-      if (box_distance_m(X_SB * scene().finger.points_m.col(sample), scene().size_m) < settings.band_m) {
+      if (box_distance_m(X_SB * scene().controls_m.col(leaf), scene().size_m) < settings.band_m) {
         expected.push_back(leaf);
       }
     }
@@ -153,13 +165,14 @@ TEST(ContactFinding, KeepsTheLeastGapsAndTiesByControlPoint) {
   PointCloud cloud{Eigen::Matrix3Xd(3, 20), Vector3d::UnitX().replicate(1, 20)};
   for (Index i = 0; i < 20; ++i)
     cloud.points_m.col(i) = Vector3d(10e-3 - 0.1e-3 * static_cast<double>(i % 5), 0.0, 0.0);
-  const SphereTree tree(cloud, 20);
+  const Eigen::Matrix3Xd controls_m = control_points(cloud, 20);
+  FindingMemory memory;
   std::vector<ContactCandidate> all, kept;
-  find_contacts(cloud, tree, Isometry3d::Identity(), scene().box, {0.3e-3, 4e-3, 100}, all);
+  find_contacts(controls_m, Isometry3d::Identity(), scene().box, {0.3e-3, 4e-3, 100}, memory, all);
   ASSERT_EQ(all.size(), 20U);
   for (Index max_contacts = 1; max_contacts < 20; ++max_contacts) {
     SCOPED_TRACE(max_contacts);
-    find_contacts(cloud, tree, Isometry3d::Identity(), scene().box, {0.3e-3, 4e-3, max_contacts}, kept);
+    find_contacts(controls_m, Isometry3d::Identity(), scene().box, {0.3e-3, 4e-3, max_contacts}, memory, kept);
     ASSERT_EQ(static_cast<Index>(kept.size()), max_contacts);
     for (std::size_t i = 1; i < kept.size(); ++i) EXPECT_LT(kept[i - 1].control_point, kept[i].control_point);
     // Whoever was left out comes after everybody kept, by (gap, control point).
@@ -174,12 +187,13 @@ TEST(ContactFinding, KeepsTheLeastGapsAndTiesByControlPoint) {
 }
 
 TEST(ContactFinding, AFingerFarAwayHasNoContacts) {
+  FindingMemory memory;
   std::vector<ContactCandidate> found(3, ContactCandidate{0, 0.0, Vector3d::Zero(), Vector3d::UnitX()});
   for (int axis = 0; axis < 3; ++axis) {
     for (const double side : {-1.0, 1.0}) {
       const double clear_m = 0.5 * scene().size_m[axis] + kFingerRadius_m + 0.31e-3;
       const Isometry3d X_SB = pose_of({0.3, Vector3d::UnitX()}, side * clear_m * Vector3d::Unit(axis));
-      find_contacts(scene().finger, scene().tree, X_SB, scene().box, {}, found);
+      find_contacts(scene().controls_m, X_SB, scene().box, {}, memory, found);
       EXPECT_TRUE(found.empty());
     }
   }
@@ -207,13 +221,14 @@ TEST(ContactFinding, BesideAnEdgeThereIsNoContact) {
 
 TEST(ContactFinding, DoesNotAllocateAgain) {
   if (!AllocationCounter::is_available()) GTEST_SKIP() << "malloc belongs to somebody else";
+  FindingMemory memory;
   std::vector<ContactCandidate> found;
   Random random(5);
   const Isometry3d far(Eigen::Translation3d(1.0, 0.0, 0.0));
-  find_contacts(scene().finger, scene().tree, far, scene().box, {}, found);
+  find_contacts(scene().controls_m, far, scene().box, {}, memory, found);
   const AllocationCounter counter;
   for (int trial = 0; trial < 50; ++trial) {
-    find_contacts(scene().finger, scene().tree, random.pose(scene().size_m), scene().box, {}, found);
+    find_contacts(scene().controls_m, random.pose(scene().size_m), scene().box, {}, memory, found);
   }
   EXPECT_EQ(counter.count(), 0);
 }

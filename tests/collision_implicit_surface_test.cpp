@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "collision/cloud_repair.h"
 #include "collision/implicit_surface.h"
 
 // The cases T1..T14 of the point-cloud distance use a box of 50 x 50 x 100 mm of 36 000 blue-noise points (spacing
@@ -229,6 +230,7 @@ TEST(ImplicitSurface, T10FlippedNormalsDoNotFlipTheSign) {
     for (Index i = 0; i < cloud.normals.cols(); ++i) {
       if (random.between(0.0, 1.0) < flipped) cloud.normals.col(i) *= -1.0;
     }
+    repair(cloud, 1.83 * kMm);
     const ImplicitSurface surface(cloud, 4800, 1.83 * kMm);
     const std::vector<Query> queries = {over_face(0.3), over_face(-0.3), over_face(-1.0), around_edge(0.8),
                                         around_corner(0.8)};
@@ -252,7 +254,7 @@ TEST(ImplicitSurface, T10CountsDoubtfulNormals) {
     for (Index i = 0; i < cloud.normals.cols(); ++i) {
       if (random.between(0.0, 1.0) < flipped) cloud.normals.col(i) *= -1.0;
     }
-    const double share = ImplicitSurface(cloud, 4800, 1.83 * kMm).doubtful_share();
+    const double share = repair(cloud, 1.83 * kMm).doubtful_share;
     if (flipped == 0.0) {
       EXPECT_EQ(share, 0.0);
     } else {
@@ -268,6 +270,7 @@ TEST(ImplicitSurface, SingleBadNormalsAreNoFaces) {
   for (Index i = 0; i < cloud.normals.cols(); ++i) {
     if (random.between(0.0, 1.0) < 0.01) cloud.normals.col(i) = random.direction();
   }
+  repair(cloud, 1.83 * kMm);
   const ImplicitSurface surface(cloud, 4800, 1.83 * kMm);
   for (const double gap_mm : {0.3, -0.3, -1.0}) {
     SCOPED_TRACE(gap_mm);
@@ -285,6 +288,7 @@ TEST(ImplicitSurface, SamplesWithADividedVoteAreIgnored) {
   for (Index i = 0; i < cloud.normals.cols(); ++i) {
     if (random.between(0.0, 1.0) < 0.3) cloud.normals.col(i) *= -1.0;
   }
+  EXPECT_GT(repair(cloud, 1.83 * kMm).removed, 0);
   EXPECT_EQ(measure(ImplicitSurface(cloud, 4800, 1.83 * kMm), over_face(0.3)).undefined, 0);
 }
 

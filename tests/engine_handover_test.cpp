@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "engine/compliance.h"
 #include "engine/handover.h"
 #include "engine/lockstep.h"
 #include "tests/allocation_counter.h"

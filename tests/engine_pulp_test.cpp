@@ -5,6 +5,7 @@
 #include <numbers>
 #include <random>
 
+#include "engine/compliance.h"
 #include "engine/frame.h"
 #include "engine/pulp.h"
 #include "solvers/gauss_seidel.h"
