@@ -1,5 +1,6 @@
 #include "engine/pulp_levels.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -1,5 +1,6 @@
 #include "engine/voronoi_areas.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <numbers>
 #include <vector>
