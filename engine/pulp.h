@@ -22,9 +22,9 @@ struct PulpMaterial {
   double stiffening_per_N = 0.0;  ///< beta: a fingertip under the normal load F has the modulus E* (1 + beta F).
 };
 
-/// A quasi-rigid fingertip [26, 31]: a rigid rest shape and a compliance on its control points, one for each part of its
-/// surface: the leaves of its tree or, at coarser levels of detail, nodes above them. A control point is the part's
-/// centroid on the surface; its area A_i is that of its Voronoi cell.
+/// A quasi-rigid fingertip [26, 31]: a rigid rest shape and a compliance on its control points, one for each leaf of its
+/// tree or, at coarser levels of detail, for each of some nodes above. They begin at the centroids of these, and move on
+/// to those of their Voronoi cells [Lloyd 1982]; A_i is the area of such a cell.
 ///
 /// A force at control point j moves the surface at control point i by u_i = k_ij T_i T_j f_j. The kernels:
 ///     boussinesq   k_ij = 1 / (pi E* sqrt(r_ij^2 + (s_i^2 + s_j^2) / 2)),   s_i = sqrt(A_i) / 3.9210

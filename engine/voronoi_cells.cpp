@@ -1,4 +1,4 @@
-#include "engine/voronoi_areas.h"
+#include "engine/voronoi_cells.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -29,20 +29,28 @@ void clip(const Vector2d& n, double c, Polygon& polygon, Polygon& work) {
   polygon.swap(work);
 }
 
-double area(const Polygon& polygon) {
-  double twice = 0.0;
+struct Patch {
+  double area = 0.0;
+  Vector2d centroid = Vector2d::Zero();
+};
+
+Patch patch(const Polygon& polygon) {
+  Patch sum;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
     const Vector2d &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
-    twice += a.x() * b.y() - a.y() * b.x();
+    const double triangle = 0.5 * (a.x() * b.y() - a.y() * b.x());  // with the origin
+    sum.area += triangle;
+    sum.centroid += triangle / 3.0 * (a + b);
   }
-  return 0.5 * twice;
+  sum.centroid /= sum.area;
+  return sum;
 }
 
 }  // namespace
 
-Eigen::VectorXd voronoi_areas(const Eigen::Matrix3Xd& directions) {
+VoronoiCells voronoi_cells(const Eigen::Matrix3Xd& directions) {
   const Index n = directions.cols();
-  Eigen::VectorXd areas(n);
+  VoronoiCells cells{Eigen::VectorXd(n), Eigen::Matrix3Xd(3, n)};
   Polygon cell, work;
   for (Index i = 0; i < n; ++i) {
     // Seen from the sphere's centre on the plane that touches it at direction i, cells have straight edges: the points
@@ -55,10 +63,13 @@ Eigen::VectorXd voronoi_areas(const Eigen::Matrix3Xd& directions) {
       if (j == i || between.squaredNorm() < 1e-20) continue;
       clip({between.dot(e1), between.dot(e2)}, -between.dot(d), cell, work);
     }
-    areas[i] = area(cell);
+    const Patch seen = patch(cell);
+    cells.areas[i] = seen.area;
+    cells.centroids.col(i) = (d + seen.centroid.x() * e1 + seen.centroid.y() * e2).normalized();
   }
   // The plane's areas exceed the sphere's, by about the same share everywhere.
-  return 4.0 * std::numbers::pi / areas.sum() * areas;
+  cells.areas *= 4.0 * std::numbers::pi / cells.areas.sum();
+  return cells;
 }
 
 }  // namespace thenar
