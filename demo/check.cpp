@@ -1,11 +1,14 @@
 #include "demo/check.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <sstream>
 
 #include "engine/control.h"
 #include "engine/model.h"
 #include "engine/point_cloud_file.h"
+#include "engine/pulp_levels.h"
 
 namespace {
 
@@ -67,7 +70,10 @@ void describe_contact(const Scene& scene, std::ostream& out) {
   if (const auto& tips = scene.fingertips) {
     out << "  fingertips      deformable: " << tips->points << " points, " << tips->leaves
         << " control points each, E* " << 1e-6 * tips->material.reduced_modulus_Pa << " MPa, relaxation "
-        << 1e3 * tips->material.relaxation_s << " ms\n"
+        << 1e3 * tips->material.relaxation_s << " ms"
+        << (tips->material.kernel == PulpKernel::kGaussian ? ", gaussian kernel" : "");
+    if (tips->material.stiffening_per_N > 0.0) out << ", stiffening " << tips->material.stiffening_per_N << " /N";
+    out << "\n"
         << "  contacts        at most " << scene.contact.max_per_finger << " a finger";
   } else {
     out << "  fingertips      rigid, one contact point each\n  contacts        at most 1 a finger";
@@ -75,6 +81,29 @@ void describe_contact(const Scene& scene, std::ostream& out) {
   out << ", closer than ";
   describe_band(scene, out);
   out << "; friction " << scene.contact.friction << "\n";
+}
+
+/// What each level of detail of the fingertips would cost and err, which one is used, and why.
+void describe_levels(const Scene& scene, std::ostream& out) {
+  if (!scene.fingertips || scene.contact.level == 0) return;
+  std::vector<Pulp> pulps = make_pulps(scene);
+  const double load_N = expected_load_N(scene, pulps.front());
+  const std::vector<LevelEstimate> levels = estimate_levels(scene, pulps);
+  const double allowed = scene.contact.force_error;
+  const LevelEstimate& chosen = choose_level(levels, allowed);
+  const int used = scene.contact.level.value_or(chosen.level);
+  const std::string why = scene.contact.level ? "contact.level"
+                          : chosen.force_error <= allowed
+                              ? fmt::format("the coarsest within {:g} % (contact.force_error)", 100.0 * allowed)
+                              : fmt::format("none is within {:g} %: the least error", 100.0 * allowed);
+  out << fmt::format("  level of detail a finger, pressed with up to {:.2g} N, against Hertz:\n", load_N)
+      << fmt::format("{:18}{:>6}{:>17}{:>11}{:>14}\n", "", "level", "control points", "contacts", "force error");
+  for (const LevelEstimate& level : levels) {
+    out << fmt::format("{:18}{:>6}{:>17}{:>11.1f}{:>12.1f} %{}\n", "",
+                       level.level == 0 ? "leaves" : std::to_string(level.level), level.controls, level.contacts,
+                       100.0 * level.force_error, level.level == used ? "  used: " + why : "");
+  }
+  if (used > levels.back().level) out << fmt::format("{:18}{:>6}  used: {}\n", "", used, why);
 }
 
 void describe_control(const Scene& scene, std::ostream& out) {
@@ -131,6 +160,7 @@ std::string description(const Scene& scene) {
       << "  hand            " << kJoints << " joints, viscosity " << scene.joint_viscosity << " N m s, no inertia\n";
   describe_object(scene.object, out);
   describe_contact(scene, out);
+  describe_levels(scene, out);
   describe_frames(scene, out);
   describe_control(scene, out);
   describe_task(scene.task, out);

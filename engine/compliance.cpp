@@ -13,7 +13,7 @@ void fill_compliance(const Model& model, Frame& frame) {
     const Vector3d S(1.0, pulp.tangential, pulp.tangential);
     for (Index j = frame.begin[k]; j < frame.begin[k + 1]; ++j) {
       const FrameContact& cj = frame.contacts[j];
-      const Matrix3d E_j_S = cj.E_F * S.asDiagonal();
+      const Matrix3d E_j_S = frame.softness[k] * cj.E_F * S.asDiagonal();
       for (Index i = frame.begin[k]; i <= j; ++i) {
         const FrameContact& ci = frame.contacts[i];
         const Matrix3d C_ij =
@@ -35,7 +35,7 @@ void deform(const Model& model, const Frame& frame, const ContactKinematics& now
   for (Index j = frame.begin[k]; j < frame.begin[k + 1]; ++j) {
     if (f[3 * j] <= 0.0) continue;
     const Matrix3d& E_F = now.E_F[j];
-    const Vector3d w = pulp.tensor(E_F.col(0)) * (E_F * f.segment<3>(3 * j));
+    const Vector3d w = frame.softness[k] * (pulp.tensor(E_F.col(0)) * (E_F * f.segment<3>(3 * j)));
     sum.noalias() += pulp.kernel.col(frame.contacts[j].control_point) * w.transpose();
   }
   auto& u = state.u_m[k];

@@ -9,7 +9,7 @@
 
 namespace thenar {
 
-/// Computes the compliance C_ij = k_ij S E_i' E_j S among the contacts that the frame holds.
+/// Computes the compliance C_ij = softness k_ij S E_i' E_j S among the contacts that the frame holds.
 void fill_compliance(const Model& model, Frame& frame);
 
 /// u = rho u + (1 - rho) C f of finger k, at all its control points. `f` holds the frame's contact forces, rows (n, t1,

@@ -110,6 +110,9 @@ ControlReport control_tick(const Model& model, const Snapshot& snapshot, Control
   stage.lap();
   find_frame_contacts(model, controller.pose, snapshot.X_WO, controller.search, frame);
   report.find_s = stage.lap();
+  for (std::size_t k = 0; k < model.pulps.size(); ++k) {
+    frame.softness[k] = softness(model.pulps[k].material, snapshot.load[k].normal_N);
+  }
   fill_compliance(model, frame);
   report.factors_s = stage.lap();
   report.total_s = total.lap();

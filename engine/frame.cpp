@@ -40,6 +40,7 @@ Frame::Frame(const Model& model) {
   for (MatrixXd& C : compliance) C.setZero(3 * per_finger, 3 * per_finger);
   X_WO.setIdentity();
   X_WF.fill(Isometry3d::Identity());
+  softness.fill(1.0);
   torque_Nm.setZero();
   wrench.setZero();
 }

@@ -38,6 +38,7 @@ struct Frame {
   std::vector<FrameContact> contacts;                ///< Sorted by finger and control point.
   std::array<Eigen::Index, kFingers + 1> begin{};    ///< Finger k has contacts begin[k] .. begin[k + 1).
   std::array<Eigen::MatrixXd, kFingers> compliance;  ///< C among a finger's contacts [m/N]; leading part.
+  std::array<double, kFingers> softness;             ///< What its load leaves of a pulp's compliance; 1 without load.
   JointVector torque_Nm;                             ///< tau - g: what drives the fingers beside contact.
   Vector6d wrench;                                   ///< W_ext on the object, world axes [N, N m].
 

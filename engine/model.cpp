@@ -11,6 +11,7 @@
 #include "collision/shapes.h"
 #include "engine/files.h"
 #include "engine/point_cloud_file.h"
+#include "engine/pulp_levels.h"
 
 namespace thenar {
 
@@ -83,11 +84,14 @@ double contact_band_m(const Scene& scene) {
 Model::Model(Scene s) : scene(std::move(s)), object(make_object(scene.object, object_notes)) {
   max_contacts = kFingers;
   if (!scene.fingertips) return;
-  max_contacts = kFingers * std::min(scene.contact.max_per_finger, scene.fingertips->leaves);
-  for (const Fingertip& tip : scene.hand.fingertips) {
-    pulps.push_back(make_spherical_pulp(tip.centre_m, tip.radius_m, scene.fingertips->points, scene.fingertips->leaves,
-                                        scene.fingertips->material));
+  pulps = make_pulps(scene);
+  if (scene.contact.level != 0) {
+    const int level = scene.contact.level
+                          ? *scene.contact.level
+                          : choose_level(estimate_levels(scene, pulps), scene.contact.force_error).level;
+    for (Pulp& pulp : pulps) set_level(pulp, level);
   }
+  max_contacts = kFingers * std::min(scene.contact.max_per_finger, pulps.front().controls());
 }
 
 bool Model::control_is_due(std::int64_t tick) const {

@@ -58,7 +58,10 @@ FingertipSettings read_fingertips(const ConfigMap& map) {
   tips.material.reduced_modulus_Pa = map.positive("reduced_modulus", Dimension::kPressure);
   tips.material.poisson = map.number("poisson", 0.0, 0.5);
   tips.material.relaxation_s = map.non_negative("relaxation", Dimension::kTime);
-  (void)map.choice_or("kernel", {"boussinesq"}, "boussinesq");
+  if (map.choice_or("kernel", {"boussinesq", "gaussian"}, "boussinesq") == "gaussian") {
+    tips.material.kernel = PulpKernel::kGaussian;
+  }
+  if (map.has("stiffening")) tips.material.stiffening_per_N = map.non_negative("stiffening", Dimension::kPerForce);
   return tips;
 }
 
@@ -154,11 +157,20 @@ ObjectSettings read_object(const ConfigMap& map) {
   return object;
 }
 
+/// leaves: 0; auto: nothing.
+std::optional<int> read_level(const ConfigMap& map) {
+  const std::string level = map.choice("level", {"leaves", "1", "2", "3", "4", "5", "6", "7", "8", "auto"});
+  if (level == "auto") return std::nullopt;
+  return level.empty() || level == "leaves" ? 0 : std::stoi(level);
+}
+
 ContactSettings read_contact(const ConfigMap& map, bool deformable) {
   ContactSettings contact;
   contact.friction = map.number("friction", 0.0, 10.0);
   contact.band_m = map.positive("band", Dimension::kLength);
   contact.max_per_finger = deformable ? map.count("max_per_finger", 1, kMaxContactsPerFinger) : 1;
+  if (deformable && map.has("level")) contact.level = read_level(map);
+  if (!contact.level) contact.force_error = map.non_negative_or("force_error", Dimension::kShare, contact.force_error);
   contact.tolerance = map.number_or("tolerance", 1e-14, 1.0, 1e-6);
   contact.max_sweeps = static_cast<int>(map.count_or("max_sweeps", 1, 1'000'000, 200));
   return contact;

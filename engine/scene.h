@@ -59,6 +59,8 @@ struct ContactSettings {
   double friction = 0.0;
   double band_m = 0.0;              ///< Control points with a gap below this are candidates.
   Eigen::Index max_per_finger = 0;  ///< Of them, those of least gap.
+  std::optional<int> level = 0;     ///< Level of detail of the pulps, see set_level; nothing: chosen by force_error.
+  double force_error = 0.05;        ///< Of a pulp's force against Hertz's, rms, that the choice of a level allows.
   double tolerance = 0.0;           ///< Natural-map residual of a tick.
   int max_sweeps = 0;
 };

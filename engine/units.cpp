@@ -26,7 +26,7 @@ struct Units {
 
 const Units& units_of(Dimension dimension) {
   // In the order of Dimension.
-  static const std::array<Units, 16> kTable = {{
+  static const std::array<Units, 18> kTable = {{
       {"a plain number", {}},
       {"a length", {{"m"}, {"cm", 1, 100}, {"mm", 1, 1e3}, {"um", 1, 1e6}}},
       {"a time", {{"s"}, {"ms", 1, 1e3}, {"us", 1, 1e6}}},
@@ -43,6 +43,8 @@ const Units& units_of(Dimension dimension) {
       {"an integral gain", {{"N/(m*s)"}}},
       {"a rotational integral gain", {{"N*m/(rad*s)"}}},
       {"a frequency", {{"Hz"}, {"kHz", 1e3}}},
+      {"a value per force", {{"1/N"}}},
+      {"a share", {{"%", 1, 100}}},
   }};
   return kTable[static_cast<std::size_t>(dimension)];
 }
@@ -112,10 +114,11 @@ std::string unit_names(Dimension dimension) {
 }
 
 std::string to_text(double value, Dimension dimension) {
-  std::array<char, 32> buffer{};
-  const auto written = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value);
-  std::string text(buffer.data(), written.ptr);
   const std::vector<Unit>& units = units_of(dimension).units;
+  const double shown = units.empty() ? value : value * units.front().divisor / units.front().factor;
+  std::array<char, 32> buffer{};
+  const auto written = std::to_chars(buffer.data(), buffer.data() + buffer.size(), shown);
+  std::string text(buffer.data(), written.ptr);
   if (!units.empty()) text.append(" ").append(units.front().symbol);
   return text;
 }

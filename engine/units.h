@@ -5,7 +5,7 @@
 
 namespace thenar {
 
-/// What a number measures, and so which units it may carry. The first unit named is the SI one.
+/// What a number measures, and so which units it may carry. The first unit named is the SI one, or %.
 enum class Dimension {
   kNone,                    ///< No unit.
   kLength,                  ///< m, cm, mm, um
@@ -23,6 +23,8 @@ enum class Dimension {
   kIntegralGain,            ///< N/(m*s)
   kRotationalIntegralGain,  ///< N*m/(rad*s)
   kFrequency,               ///< Hz, kHz
+  kPerForce,                ///< 1/N
+  kShare,                   ///< %, a hundredth
 };
 
 /// A number read from text: its SI value, or what is wrong with the text.

@@ -31,6 +31,11 @@ constexpr int kOrientations = 20;
 // Hertz: sphere against rigid plane.
 double hertz_force_N(double depth_m) { return 4.0 / 3.0 * kModulus_Pa * std::sqrt(kRadius_m) * std::pow(depth_m, 1.5); }
 double hertz_contact_radius_m(double depth_m) { return std::sqrt(kRadius_m * depth_m); }
+// Mindlin: what a contact that sticks resists a displacement along its plane with.
+double mindlin_N_per_m(double depth_m) {
+  const double shear_Pa = kModulus_Pa * (1.0 - kPoisson * kPoisson) / (2.0 * (1.0 + kPoisson));
+  return 8.0 * shear_Pa * hertz_contact_radius_m(depth_m) / (2.0 - kPoisson);
+}
 
 Scene pulp_scene(Index points, Index leaves) {
   Scene scene = scene_of("box_grasp", {"object.points=500"});
@@ -115,63 +120,96 @@ Statistics hertz_ratio(const Model& model, double depth_m) {
   });
 }
 
+/// The published pulp, which has 15, 30 and 60 candidates at 0.45, 1.2 and 2.7 mm; and a finer one: 60, 120 and 180 at
+/// 0.45, 1.2 and 2 mm.
+const Model& published_model() {
+  static const Model model(pulp_scene(2400, 320));
+  return model;
+}
+const Model& fine_model() {
+  static const Model model(pulp_scene(9600, 1280));
+  return model;
+}
+
 // The law is Hertz's. A control spacing of 1.6 mm leaves 5 points in the contact circle at 0.5 mm, 10 at 1 mm, and they
-// lie differently in every orientation: 8 % covers that, and the kernel's own error of a few percent.
+// lie differently in every orientation.
 TEST(Pulp, PressesLikeHertz) {
-  const Model model(pulp_scene(2400, 320));
+  const Model& model = published_model();
   for (const double depth_m : {0.5e-3, 1e-3, 2e-3}) {
     SCOPED_TRACE(depth_m);
     const Statistics ratio = hertz_ratio(model, depth_m);
     SCOPED_TRACE(text("force / Hertz", ratio));
-    EXPECT_NEAR(ratio.mean, 1.0, 0.08);
+    EXPECT_NEAR(ratio.mean, 1.0, depth_m < 1e-3 ? 0.04 : 0.02);
     if (depth_m < 1e-3) continue;
-    EXPECT_GT(ratio.min, 0.92);
-    EXPECT_LT(ratio.max, 1.08);
+    EXPECT_GT(ratio.min, 0.96);
+    EXPECT_LT(ratio.max, 1.04);
   }
 }
 
 // Four times the points halve the spacing, and what the lattice does.
 TEST(Pulp, ApproachesHertzWithMorePoints) {
-  const Model model(pulp_scene(9600, 1280));
   for (const double depth_m : {0.25e-3, 0.5e-3, 1e-3, 2e-3}) {
     SCOPED_TRACE(depth_m);
-    const Statistics ratio = hertz_ratio(model, depth_m);
+    const Statistics ratio = hertz_ratio(fine_model(), depth_m);
     SCOPED_TRACE(text("force / Hertz", ratio));
-    EXPECT_NEAR(ratio.mean, 1.0, depth_m < 1e-3 ? 0.05 : 0.03);
+    EXPECT_NEAR(ratio.mean, 1.0, depth_m < 1e-3 ? 0.03 : 0.01);
     // At 0.25 mm a single orientation still meets no more than a dozen points.
     if (depth_m < 0.5e-3) continue;
-    EXPECT_GT(ratio.min, depth_m < 1e-3 ? 0.95 : 0.97);
-    EXPECT_LT(ratio.max, depth_m < 1e-3 ? 1.05 : 1.03);
+    EXPECT_GT(ratio.min, depth_m < 1e-3 ? 0.97 : 0.985);
+    EXPECT_LT(ratio.max, depth_m < 1e-3 ? 1.03 : 1.015);
   }
 }
 
 // Mindlin: while nothing slips, a Hertz contact resists a tangential displacement by 8 G a / (2 - nu). The pulp's
 // tangential compliance is its normal one times c_t, which Mindlin's theory bears out within 3 %; single orientations
-// scatter by as much as the number of points in the circle does, so 5 % is asked of the mean of twenty.
+// scatter by as much as the number of points in the circle does, for those at its edge, which press with next to nothing,
+// stick as well as the others. With 30 candidates 5 % is asked of the mean of twenty, with 120 of each.
 TEST(Pulp, SticksLikeMindlin) {
-  const Model model(pulp_scene(2400, 320));
-  const double depth_m = 1e-3, slip_m = 1e-6;
-  const double shear_Pa = kModulus_Pa * (1.0 - kPoisson * kPoisson) / (2.0 * (1.0 + kPoisson));
-  const double mindlin_N_per_m = 8.0 * shear_Pa * hertz_contact_radius_m(depth_m) / (2.0 - kPoisson);
-  std::mt19937_64 random(21);
-  const Statistics ratio = over_orientations(model, depth_m, [&](const PressedPulp& pressed) {
-    const double angle = uniform(random, 0.0, 2.0 * std::numbers::pi);
-    const Eigen::Vector2d direction(std::cos(angle), std::sin(angle));
-    // With mu = 10 the limit is ten thousand times the force.
-    const Eigen::MatrixX3d f = pressed.forces(10.0, (slip_m * direction).replicate(1, pressed.size()));
-    return -(f.rightCols<2>() * direction).sum() / slip_m / mindlin_N_per_m;
-  });
-  SCOPED_TRACE(text("stick stiffness / Mindlin", ratio));
-  EXPECT_NEAR(ratio.mean, 1.0, 0.05);
+  const double depth_m = 1.2e-3, slip_m = 1e-6;
+  for (const Model* model : {&published_model(), &fine_model()}) {
+    std::mt19937_64 random(21);
+    const Statistics ratio = over_orientations(*model, depth_m, [&](const PressedPulp& pressed) {
+      const double angle = uniform(random, 0.0, 2.0 * std::numbers::pi);
+      const Eigen::Vector2d direction(std::cos(angle), std::sin(angle));
+      // With mu = 10 the limit is ten thousand times the force.
+      const Eigen::MatrixX3d f = pressed.forces(10.0, (slip_m * direction).replicate(1, pressed.size()));
+      return -(f.rightCols<2>() * direction).sum() / slip_m / mindlin_N_per_m(depth_m);
+    });
+    SCOPED_TRACE(text("stick stiffness / Mindlin", ratio));
+    EXPECT_NEAR(ratio.mean, 1.0, 0.05);
+    if (model == &published_model()) continue;
+    EXPECT_GT(ratio.min, 0.95);
+    EXPECT_LT(ratio.max, 1.05);
+  }
+}
+
+// Cattaneo and Mindlin: as the contact is pushed along its plane, it slips from the edge inwards. Of the limit mu F it
+// holds 1 - (1 - x)^1.5 at the share x of the displacement at which all of it slides, 3/2 mu F over the stick stiffness.
+TEST(Pulp, SlipsFromItsEdgeLikeMindlin) {
+  const double depth_m = 1.2e-3, mu = 0.5;
+  const double limit_N = mu * hertz_force_N(depth_m);
+  const double whole_m = 1.5 * limit_N / mindlin_N_per_m(depth_m);
+  for (const Model* model : {&published_model(), &fine_model()}) {
+    for (const double x : {0.2, 0.4, 0.6, 0.8, 1.0}) {
+      SCOPED_TRACE(x);
+      const Statistics held = over_orientations(*model, depth_m, [&](const PressedPulp& pressed) {
+        const Eigen::Vector2d slip_m(x * whole_m, 0.0);
+        return -pressed.forces(mu, slip_m.replicate(1, pressed.size())).col(1).sum() / limit_N;
+      });
+      SCOPED_TRACE(text("share of the limit", held));
+      const double expected = 1.0 - std::pow(1.0 - x, 1.5);
+      EXPECT_NEAR(held.min, expected, 0.05);
+      EXPECT_NEAR(held.max, expected, 0.05);
+    }
+  }
 }
 
 // A Hertz contact that turns about its normal until all of it slides gives 3 pi/16 mu F a: the pressure has the right
-// spread. 8 % for the mean of twenty orientations; single ones scatter by 4 %.
+// spread. With 30 candidates, and the more so with 120, each orientation is within 8 %.
 TEST(Pulp, LimitsTorsionLikeHertz) {
-  const Model model(pulp_scene(2400, 320));
-  const double depth_m = 1e-3, mu = 0.5;
+  const double depth_m = 1.2e-3, mu = 0.5;
   const double limit_Nm = 3.0 * std::numbers::pi / 16.0 * mu * hertz_force_N(depth_m) * hertz_contact_radius_m(depth_m);
-  const Statistics ratio = over_orientations(model, depth_m, [&](const PressedPulp& pressed) {
+  const auto torsion_ratio = [&](const PressedPulp& pressed) {
     const Eigen::Matrix2Xd xy = (pressed.E_F.transpose() * pressed.points_m).bottomRows<2>();
     const VectorXd f_n = pressed.normal_forces();
     const Eigen::Vector2d centre = xy * f_n / f_n.sum();
@@ -184,15 +222,19 @@ TEST(Pulp, LimitsTorsionLikeHertz) {
                            (xy.row(1).array() - centre.y()) * f.col(1).transpose().array())
                               .sum();
     return -moment / limit_Nm;
-  });
-  SCOPED_TRACE(text("torsion limit / Hertz", ratio));
-  EXPECT_NEAR(ratio.mean, 1.0, 0.08);
+  };
+  for (const Model* model : {&published_model(), &fine_model()}) {
+    const Statistics ratio = over_orientations(*model, depth_m, torsion_ratio);
+    SCOPED_TRACE(text("torsion limit / Hertz", ratio));
+    EXPECT_GT(ratio.min, 0.92);
+    EXPECT_LT(ratio.max, 1.08);
+  }
 }
 
 /// The header's k_ij.
 MatrixXd kernel_of(const Matrix3Xd& points_m, const VectorXd& area_m2) {
   MatrixXd k(points_m.cols(), points_m.cols());
-  const auto s = [&](Index i) { return std::sqrt(area_m2[i] / std::numbers::pi) / 2.0; };
+  const auto s = [&](Index i) { return std::sqrt(area_m2[i]) / 3.9210; };
   for (Index i = 0; i < k.rows(); ++i) {
     for (Index j = 0; j < k.cols(); ++j) {
       const double r = (points_m.col(i) - points_m.col(j)).norm();

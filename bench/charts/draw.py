@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Draws the charts of solvers.json: draw.py solvers.json FOLDER writes an SVG and a PNG of each."""
+"""Draws the charts of solvers.json or hertz.json: draw.py FILE FOLDER writes an SVG and a PNG of each."""
 
 import json
 import sys
@@ -24,6 +24,7 @@ STYLE = {
     "siconos_nsgs": dict(color="#555555", ls="--"), "siconos_nsn": dict(color="#999999", ls="--"),
     "siconos_lexicolemke": dict(color="#555555", ls="--"), "bullet_pgs": dict(color="#555555", ls=":"),
     "bullet_lemke": dict(color="#999999", ls="--"), "ode_dantzig": dict(color="#999999", ls=":"),
+    "boussinesq": dict(color="#c0392b", marker="o", ms=4), "gaussian": dict(color="#2563a8", marker="s", ms=4),
 }
 LABEL = {
     "gauss_seidel": "Gauss-Seidel, accelerated", "sweeps": "plain sweeps",
@@ -32,6 +33,7 @@ LABEL = {
     "siconos_nsn": "Siconos Newton (Alart-Curnier)", "siconos_lexicolemke": "Siconos lexicolemke",
     "bullet_pgs": "Bullet PGS (square friction)", "bullet_lemke": "Bullet Lemke",
     "ode_dantzig": "ODE Dantzig (square friction)",
+    "boussinesq": "boussinesq: elastic half space", "gaussian": "gaussian: the published model, calibrated at 1 mm",
 }
 # In problems without a square of friction.
 PLAIN = {"ode_dantzig": "ODE Dantzig"}
@@ -150,6 +152,31 @@ def profile(data, folder, note):
     save(figure, folder, "profile", note)
 
 
+def hertz(data, folder, note):
+    rows = (("contacts", "control points within reach at 1 mm"), ("us", "time of the contact solve, cold, to 1e-6 [µs]"))
+    columns = (("force_error", "force, 0.5 to 2 mm deep"), ("force_error_1mm", "force, 1 mm deep"),
+               ("radius_error", "contact radius, 1 mm"), ("pressure_error", "pressure, 1 mm"))
+    figure, axes = plt.subplots(len(rows), len(columns), figsize=(15, 7.6), sharey=True)
+    for row, (x, x_label) in enumerate(rows):
+        for column, (y, title) in enumerate(columns):
+            axis = axes[row][column]
+            for curve in data["hertz"]:
+                axis.loglog(curve[x], [100 * e for e in curve[y]], **style(curve["kernel"]))
+            axis.set_xlabel(x_label)
+            axis.set_yticks([0.1, 0.3, 1, 3, 10, 30], ["0.1", "0.3", "1", "3", "10", "30"])
+            axis.set_ylim(0.08, 60)
+            axis.minorticks_off()
+            ticks = [5, 10, 30, 60, 120, 240] if x == "contacts" else [1, 3, 10, 30, 100, 300, 1000]
+            axis.set_xticks(ticks, [str(t) for t in ticks])
+            if row == 0:
+                axis.set_title(title)
+    for axis in axes[:, 0]:
+        axis.set_ylabel("error against Hertz, rms [%]")
+    figure.tight_layout(rect=(0, 0.06, 1, 0.97))
+    legend_below(figure, axes.flat, 2)
+    save(figure, folder, "hertz", note)
+
+
 def print_verdicts(data):
     print(f"{'contact family':18}{'solved':>8}{'none':>8}{'no answer':>11}{'worst residual':>16}{'p50 us':>10}{'p99 us':>10}")
     for r in data["contact_verdicts"]:
@@ -167,9 +194,11 @@ def main():
     folder = Path(sys.argv[2])
     folder.mkdir(parents=True, exist_ok=True)
     note = data["note"]
-    for chart in (contact_residual, growth, pyramid, profile):
-        if data.get(chart.__name__) or chart is growth:
+    for chart in (contact_residual, pyramid, profile, hertz):
+        if data.get(chart.__name__):
             chart(data, folder, note)
+    if "contact_growth" in data:
+        growth(data, folder, note)
     if "contact_verdicts" in data:
         print_verdicts(data)
 
