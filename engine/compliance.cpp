@@ -1,53 +1,107 @@
 #include "engine/compliance.h"
 
+#include <algorithm>
+
+#include "engine/object_compliance.h"
+
 namespace thenar {
 
 using Eigen::Index;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
+namespace {
+
+/// u = rho u + (1 - rho) T sum_j k_ij w_j for kRows control points i from `first` on, T of the rest normal. All sums stay
+/// in registers.
+template <int kRows>
+void deform_rows(const Pulp& pulp, double rho, Index first, PulpLoads& loads, Eigen::MatrixX3d& u) {
+  using Lanes = Eigen::Array<double, kRows, 1>;
+  Lanes x = Lanes::Zero(), y = x, z = x;
+  for (const PulpLoads::Load& load : loads.loads) {
+    const Lanes k = pulp.kernel.col(load.control_point).segment<kRows>(first);
+    x += load.w.x() * k;
+    y += load.w.y() * k;
+    z += load.w.z() * k;
+  }
+  const auto put = [&](const Lanes& value, int axis) {
+    loads.kernel_sum.col(axis).segment<kRows>(first) = value;
+    return value;
+  };
+  const auto normal = [&](int axis) { return pulp.control_normals.col(axis).segment<kRows>(first).array(); };
+  const Lanes along = (1.0 - rho) * (1.0 - pulp.tangential) * (normal(0) * x + normal(1) * y + normal(2) * z);
+  const double across = (1.0 - rho) * pulp.tangential;
+  const auto move = [&](const Lanes& sum, int axis) {
+    auto u_axis = u.col(axis).segment<kRows>(first).array();
+    u_axis = rho * u_axis + across * put(sum, axis) + along * normal(axis);
+  };
+  move(x, 0);
+  move(y, 1);
+  move(z, 2);
+}
+
+}  // namespace
+
+PulpLoads::PulpLoads(const Model& model) {
+  if (!model.deformable()) return;
+  loads.reserve(model.max_contacts / kFingers);
+  kernel_sum.setZero(model.pulps.front().controls(), 3);
+}
+
 void fill_compliance(const Model& model, Frame& frame) {
+  // So many contacts' rows together, in a column of fixed capacity.
+  constexpr Index kTogether = 32;
+  using Blocks = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::ColMajor, 3 * kTogether, 3>;
+  fill_object_compliance(model, frame);
   if (!model.deformable()) return;
   for (int k = 0; k < kFingers; ++k) {
     const Pulp& pulp = model.pulps[k];
     const Vector3d S(1.0, pulp.tangential, pulp.tangential);
-    for (Index j = frame.begin[k]; j < frame.begin[k + 1]; ++j) {
-      const FrameContact& cj = frame.contacts[j];
-      const Matrix3d E_j_S = frame.softness[k] * cj.E_F * S.asDiagonal();
-      for (Index i = frame.begin[k]; i <= j; ++i) {
-        const FrameContact& ci = frame.contacts[i];
-        const Matrix3d C_ij =
-            pulp.kernel(ci.control_point, cj.control_point) * (S.asDiagonal() * (ci.E_F.transpose() * E_j_S));
-        const Index row = 3 * (i - frame.begin[k]), column = 3 * (j - frame.begin[k]);
-        frame.compliance[k].block<3, 3>(row, column) = C_ij;
-        frame.compliance[k].block<3, 3>(column, row) = C_ij.transpose();
+    const Index begin = frame.begin[k], end = frame.begin[k + 1];
+    for (Index first = begin; first < end; first += kTogether) {
+      const Index count = std::min(kTogether, end - first);
+      Blocks S_E(3 * count, 3);  // S E_i'
+      for (Index i = 0; i < count; ++i) {
+        S_E.middleRows<3>(3 * i) = S.asDiagonal() * frame.contacts[first + i].E_F.transpose();
+      }
+      Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 3 * kTogether, 1> k_j(3 * count);
+      for (Index j = begin; j < end; ++j) {
+        const FrameContact& cj = frame.contacts[j];
+        for (Index i = 0; i < count; ++i) {
+          k_j.segment<3>(3 * i).setConstant(pulp.kernel(frame.contacts[first + i].control_point, cj.control_point));
+        }
+        const Matrix3d E_j_S = frame.softness[k] * cj.E_F * S.asDiagonal();
+        for (int axis = 0; axis < 3; ++axis) {
+          frame.compliance[k].col(3 * (j - begin) + axis).segment(3 * (first - begin), 3 * count) =
+              k_j.array() *
+              (E_j_S(0, axis) * S_E.col(0) + E_j_S(1, axis) * S_E.col(1) + E_j_S(2, axis) * S_E.col(2)).array();
+        }
       }
     }
   }
 }
 
 void deform(const Model& model, const Frame& frame, const ContactKinematics& now, int k, const Eigen::VectorXd& f,
-            Eigen::MatrixX3d& kernel_sum, State& state) {
+            PulpLoads& work, State& state) {
   const Pulp& pulp = model.pulps[k];
   const double rho = memory(pulp.material, model.scene.step_s);
-  auto& sum = kernel_sum;  // of k_ij T_j f_j over the contacts j
-  sum.setZero();
+  work.loads.clear();
   for (Index j = frame.begin[k]; j < frame.begin[k + 1]; ++j) {
     if (f[3 * j] <= 0.0) continue;
     const Matrix3d& E_F = now.E_F[j];
-    const Vector3d w = frame.softness[k] * (pulp.tensor(E_F.col(0)) * (E_F * f.segment<3>(3 * j)));
-    sum.noalias() += pulp.kernel.col(frame.contacts[j].control_point) * w.transpose();
+    work.loads.push_back({frame.contacts[j].control_point, frame.softness[k] * (pulp.tensor(E_F.col(0)) * (E_F * f.segment<3>(3 * j)))});
   }
-  auto& u = state.u_m[k];
-  const auto& N = pulp.control_normals;
-  const double a = pulp.tangential;
   // T_i of the rest normal everywhere, then of the contact's own normal at the contacts, as in W.
-  u = rho * u +
-      (1.0 - rho) * (a * sum + (1.0 - a) * ((N.array() * sum.array()).rowwise().sum().matrix().asDiagonal() * N));
+  constexpr int kRows = 8;
+  Eigen::MatrixX3d& u = state.u_m[k];
+  Index first = 0;
+  for (; first + kRows <= u.rows(); first += kRows) deform_rows<kRows>(pulp, rho, first, work, u);
+  for (; first < u.rows(); ++first) deform_rows<1>(pulp, rho, first, work, u);
   for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
     const Index c = frame.contacts[i].control_point;
-    const Matrix3d change = pulp.tensor(now.E_F[i].col(0)) - pulp.tensor(N.row(c).transpose());
-    u.row(c) += (1.0 - rho) * (sum.row(c) * change);
+    const Vector3d sum = work.kernel_sum.row(c).transpose(), n = now.E_F[i].col(0), N = pulp.control_normals.row(c);
+    const Vector3d change = (1.0 - rho) * (1.0 - pulp.tangential) * (n.dot(sum) * n - N.dot(sum) * N);
+    u.row(c) += change.transpose();
   }
 }
 

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/compliance.h"
 #include "engine/control.h"
 #include "engine/handover.h"
+#include "engine/object_compliance.h"
 #include "engine/stopwatch.h"
 
 namespace thenar {
@@ -91,16 +91,47 @@ Drive drive(const Model& model, const Frame& frame, const Vector6d& wrench, Cont
 void free_gaps_and_slips(const Model& model, const Frame& frame, const State& state, const RigidMotion& free,
                          ContactWorkspace& work) {
   const ContactKinematics& now = work.kinematics;
+  const double rho_object = model.soft_object() ? memory(*model.scene.object.compliance, model.scene.step_s) : 0.0;
   for (int k = 0; k < kFingers; ++k) {
     const double rho = model.deformable() ? memory(model.pulps[k].material, model.scene.step_s) : 0.0;
     for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
       Vector3d delta = now.J_finger.middleRows<3>(3 * i) * free.dq.segment<kJointsPerFinger>(kJointsPerFinger * k) +
                        now.J_object.middleRows<3>(3 * i).leftCols<6>() * free.dx;
       delta -= (1.0 - rho) * (now.E_F[i].transpose() * displacement(state, frame.contacts[i]));
+      if (model.soft_object()) delta -= (1.0 - rho_object) * now.u_object_m.col(i);
       delta[0] += now.gap_m[i] + work.offset_m[i];
       work.delta_free.segment<3>(3 * i) = delta;
     }
   }
+}
+
+/// The motion of the bodies by contact forces, as a solve in factors leaves it.
+void find_contact_motion(const GroupedDelassus& W, const Eigen::VectorXd& f, GroupedWorkspace& motion) {
+  motion.own_motion.setZero();
+  motion.common_motion.setZero();
+  for (Index k = 0; k < W.groups(); ++k) {
+    for (Index r = 3 * W.begin[k]; r < 3 * W.begin[k + 1]; ++r) {
+      motion.own_motion.col(k) += W.own_mobility * f[r] * W.J_own.row(r).transpose();
+      motion.common_motion += f[r] * W.J_common.row(r).transpose();
+    }
+  }
+  motion.common_motion.array() *= W.common_mobility.array();
+}
+
+SolveReport find_forces(const Model& model, const Frame& frame, const GroupedDelassus& W, ContactWorkspace& work) {
+  const Index n = frame.size();
+  const GaussSeidelSettings settings{model.scene.contact.tolerance, model.scene.contact.max_sweeps};
+  const auto delta_free = work.delta_free.head(3 * n);
+  const auto mu = work.mu.head(n);
+  auto f = work.f.head(3 * n), delta = work.delta.head(3 * n);
+  if (!work.dense) return solve_contacts(W, delta_free, mu, settings, work.solver, f, delta);
+  auto dense = work.dense->W.topLeftCorner(3 * n, 3 * n);
+  W.to_dense(dense);
+  const double rho = memory(*model.scene.object.compliance, model.scene.step_s);
+  dense += (1.0 - rho) * frame.object_compliance.topLeftCorner(3 * n, 3 * n);
+  const SolveReport report = solve_contacts(dense, delta_free, mu, settings, work.dense->sweeps, f, delta);
+  find_contact_motion(W, work.f, work.solver);
+  return report;
 }
 
 FingerLoad finger_load(const Frame& frame, const ContactKinematics& now, int k, const Eigen::VectorXd& f) {
@@ -186,9 +217,10 @@ ContactWorkspace::ContactWorkspace(const Model& model, const FramePolicy& frame_
       torque_Nm(JointVector::Zero()),
       resumed_Nm(JointVector::Zero()),
       q_held(JointVector::Zero()),
-      torque_held_Nm(JointVector::Zero()) {
+      torque_held_Nm(JointVector::Zero()),
+      loads(model) {
   contacts.reserve(model.max_contacts);
-  if (model.deformable()) kernel_sum.resize(model.pulps.front().controls(), 3);
+  if (model.soft_object()) dense.emplace(model.max_contacts);
   pose.segments.resize(model.scene.hand.segments.size());
 }
 
@@ -210,6 +242,7 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
   if (work.policy.offset_decay_s > 0.0) work.offset_m *= std::exp(-scene.step_s / work.policy.offset_decay_s);
   if (report.handed_over) {
     state.forces.reserve(model.max_contacts);  // A copied state has lost its spare room.
+    if (model.soft_object()) state.object_loads.reserve(kLoadsPerContact * model.max_contacts);
     hand_over(model, frame, state, work);
   }
   report.held = must_hold(model, frame, state, work);
@@ -225,16 +258,15 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
   const RigidMotion free = viscous_motion(drive.mobility, drive.torque, drive.wrench);
   free_gaps_and_slips(model, frame, state, free, work);
   work.f_first.head(3 * n) = work.f.head(3 * n);
-  report.solve = solve_contacts(W, work.delta_free.head(3 * n), work.mu.head(n),
-                                {scene.contact.tolerance, scene.contact.max_sweeps}, work.solver, work.f.head(3 * n),
-                                work.delta.head(3 * n));
+  report.solve = find_forces(model, frame, W, work);
   report_contacts(frame, work, report);
   const bool moved = report.solve.status != SolveStatus::kNotFinite && commit(frame, work, free, state);
   if (!moved) report.solve = {SolveStatus::kNotFinite, report.solve.sweeps, std::numeric_limits<double>::infinity()};
   ++state.tick;
   report.solve_s = watch.lap();
   if (moved && model.deformable()) {
-    for (int k = 0; k < kFingers; ++k) deform(model, frame, work.kinematics, k, work.f, work.kernel_sum, state);
+    for (int k = 0; k < kFingers; ++k) deform(model, frame, work.kinematics, k, work.f, work.loads, state);
+    if (model.soft_object()) remember_loads(model, frame, work.kinematics, work.f, state);
     report.deform_s = watch.lap();
   }
   return report;

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "engine/compliance.h"
 #include "engine/delassus.h"
 #include "engine/frame.h"
 #include "engine/model.h"
@@ -50,6 +51,14 @@ struct TickReport {
   double deform_s = 0.0;                  ///< 0 for rigid fingertips.
 };
 
+/// W as one matrix, 3 capacity x 3 capacity, and what sweeps over it work in.
+struct DenseSolver {
+  explicit DenseSolver(Eigen::Index contacts) : W(3 * contacts, 3 * contacts), sweeps(contacts) {}
+
+  Eigen::MatrixXd W;
+  SweepWorkspace sweeps;
+};
+
 /// What one contact tick works in, and what it keeps from tick to tick beside the state: room for the model's most
 /// contacts, taken once. It serves one run: it knows a frame by its sequence number.
 struct ContactWorkspace {
@@ -65,10 +74,11 @@ struct ContactWorkspace {
   Eigen::VectorXd f_first;  ///< What the last solve began with: the forces of the tick before it.
   Mobility mobility{};      ///< Of the last tick's bodies.
   GroupedWorkspace solver;
+  std::optional<DenseSolver> dense;    ///< For a soft object, which couples the contacts of all fingers.
   JointVector torque_Nm;               ///< What drove the fingers in the last tick.
   JointVector resumed_Nm;              ///< What is left of the step in the drive when a hold ended.
   JointVector q_held, torque_held_Nm;  ///< Joints and drive when the hold began.
-  Eigen::MatrixX3d kernel_sum;         ///< Control points x 3.
+  PulpLoads loads;
   HandPose pose;
 };
 
@@ -78,11 +88,12 @@ struct ContactWorkspace {
 ///    offset e that makes old and new frame agree at this state, which then decays.
 /// 2. Drive: the frame's, the input's, and the pull of the task's spring. A frame too old, or one from which the fingers
 ///    have moved too far, is held: tau = tau_held - K_h (q - q_held).
-/// 3. Free motion of the rigid bodies, h B^-1 (tau - g, W_ext), and of the pulps, u* = rho u.
+/// 3. Free motion of the rigid bodies, h B^-1 (tau - g, W_ext), and of the pulps, u* = rho u; a soft object likewise.
 /// 4. delta_free: gaps, absolute, from the body-fixed geometry at the state (the local sphere of the object's surface);
 ///    slips, relative to the tick. The bodies' free motion enters through J_c, as the contact motion does, so that what
 ///    contact forbids cancels to the last bit.
-/// 5. Contact forces by Gauss-Seidel on W(h) in factors, J_c of this state, from the forces of the last tick.
+/// 5. Contact forces by Gauss-Seidel on W(h) in factors, J_c of this state, from the forces of the last tick. A soft
+///    object couples all contacts: then W is formed, with (1 - rho_o) C_o.
 /// 6. Commit: (q, x) moves by h B^-1 (drive + J_c' f), u = rho u + (1 - rho) C f. What is not finite moves nothing, and
 ///    the status says so.
 ///

@@ -1,5 +1,7 @@
 #include "engine/delassus.h"
 
+#include "engine/object_compliance.h"
+
 namespace thenar {
 
 using Eigen::Index;
@@ -13,7 +15,11 @@ ContactKinematics::ContactKinematics(const Model& model)
       J_object(GroupedDelassus::CommonJacobian::Zero(3 * model.max_contacts, GroupedDelassus::kPadded)),
       E_W(model.max_contacts),
       E_F(model.max_contacts),
-      c_W(model.max_contacts) {}
+      c_W(model.max_contacts) {
+  if (!model.soft_object()) return;
+  E_O.resize(model.max_contacts);
+  u_object_m.setZero(3, model.max_contacts);
+}
 
 void contact_kinematics(const Model& model, const Frame& frame, const HandPose& pose, const State& state,
                         ContactKinematics& kinematics) {
@@ -23,7 +29,8 @@ void contact_kinematics(const Model& model, const Frame& frame, const HandPose& 
     for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
       const FrameContact& contact = frame.contacts[i];
       const Vector3d u_F = displacement(state, contact);
-      const auto [gap_m, n_F] = contact_gap(contact, X_FO, u_F);
+      const Vector3d u_O = object_displacement(model, state, contact);
+      const auto [gap_m, n_F] = contact_gap(contact, X_FO, u_F, u_O);
       // A hand file's rotations are rounded: axes that went through them are put right.
       const Matrix3d E_W = axes_of(X_WF.linear() * n_F, X_WF.linear() * contact.E_F.col(1));
       const Vector3d c_W = X_WF * (contact.p_F - u_F) + gap_m * E_W.col(0);
@@ -31,6 +38,10 @@ void contact_kinematics(const Model& model, const Frame& frame, const HandPose& 
       kinematics.gap_m[i] = gap_m;
       kinematics.E_F[i] = X_WF.linear().transpose() * E_W;
       kinematics.E_W[i] = E_W;
+      if (model.soft_object()) {
+        kinematics.E_O[i] = state.X_WO.linear().transpose() * E_W;
+        kinematics.u_object_m.col(i) = kinematics.E_O[i].transpose() * u_O;
+      }
       kinematics.c_W[i] = c_W;
       kinematics.J_finger.middleRows<3>(3 * i).noalias() = -E_W.transpose() * finger_jacobian(pose, k, c_W);
       for (int axis = 0; axis < 3; ++axis) {

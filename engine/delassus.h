@@ -24,6 +24,9 @@ struct ContactKinematics {
   std::vector<Eigen::Matrix3d> E_W;          ///< Columns n, t1, t2, world axes.
   std::vector<Eigen::Matrix3d> E_F;          ///< The same in the distal frame.
   std::vector<Eigen::Vector3d> c_W;          ///< Where finger and object meet.
+  // Of a soft object alone:
+  std::vector<Eigen::Matrix3d> E_O;  ///< Columns n, t1, t2, object frame.
+  Eigen::Matrix3Xd u_object_m;       ///< u_o in contact rows; 3 x capacity.
 };
 
 /// Computes all of it for the bodies as the state, and the pose of its hand, have them.

@@ -24,9 +24,9 @@ Matrix3d axes_of(const Vector3d& n, const Vector3d& t1) {
   return E;
 }
 
-ContactGap contact_gap(const FrameContact& contact, const Isometry3d& X_FO, const Vector3d& u_F) {
+ContactGap contact_gap(const FrameContact& contact, const Isometry3d& X_FO, const Vector3d& u_F, const Vector3d& u_O) {
   const Vector3d n_F = X_FO.linear() * contact.n_O;
-  const Vector3d way_F = X_FO * contact.s_O - contact.p_F + u_F;  // finger point to surface point
+  const Vector3d way_F = X_FO * (contact.s_O + u_O) - contact.p_F + u_F;  // finger point to surface point
   // (R + gap)^2 = (R + plane gap)^2 + tangential way^2, solved for the gap without a difference of large numbers; the
   // sphere's centre lies R n from the surface point.
   const double k = contact.curvature_per_m;
@@ -38,6 +38,7 @@ Frame::Frame(const Model& model) {
   contacts.reserve(model.max_contacts);
   const Index per_finger = model.deformable() ? model.max_contacts / kFingers : 0;
   for (MatrixXd& C : compliance) C.setZero(3 * per_finger, 3 * per_finger);
+  if (model.soft_object()) object_compliance.setZero(3 * model.max_contacts, 3 * model.max_contacts);
   X_WO.setIdentity();
   X_WF.fill(Isometry3d::Identity());
   softness.fill(1.0);

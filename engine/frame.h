@@ -39,6 +39,7 @@ struct Frame {
   std::array<Eigen::Index, kFingers + 1> begin{};    ///< Finger k has contacts begin[k] .. begin[k + 1).
   std::array<Eigen::MatrixXd, kFingers> compliance;  ///< C among a finger's contacts [m/N]; leading part.
   std::array<double, kFingers> softness;             ///< What its load leaves of a pulp's compliance; 1 without load.
+  Eigen::MatrixXd object_compliance;                 ///< C_o among all contacts, likewise; of a rigid object none.
   JointVector torque_Nm;                             ///< tau - g: what drives the fingers beside contact.
   Vector6d wrench;                                   ///< W_ext on the object, world axes [N, N m].
 
@@ -61,9 +62,9 @@ struct ContactGap {
   Eigen::Vector3d n_F;  ///< Into the object, at the point's projection; distal frame.
 };
 
-/// The gap with the object at X_FO in the distal frame and the pulp deformed by u there: the distance of p - u from the
-/// sphere of the surface's curvature that is fixed in the object.
+/// The gap with the object at X_FO in the distal frame and both deformed there, the pulp by u, the object by u_o: the
+/// distance of p - u from the sphere of the surface's curvature that is fixed in the object, at s + u_o.
 [[nodiscard]] ContactGap contact_gap(const FrameContact& contact, const Eigen::Isometry3d& X_FO,
-                                     const Eigen::Vector3d& u_F);
+                                     const Eigen::Vector3d& u_F, const Eigen::Vector3d& u_O = Eigen::Vector3d::Zero());
 
 }  // namespace thenar

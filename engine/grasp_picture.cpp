@@ -103,9 +103,10 @@ void add_pulp(const Pulp& pulp, const Eigen::MatrixX3d& u_m, const Eigen::Isomet
               std::vector<Surfel>& surfels) {
   constexpr double kFullColor_m = 1.5e-3;
   SurfaceDisplay display(pulp);
-  const Eigen::Matrix4Xd& moved = display.displace(u_m);
-  for (Index i = 0; i < moved.cols(); ++i) {
-    const Vector3d d = moved.col(i).head<3>();
+  const Eigen::MatrixX3f moved = display.displace(u_m);
+  for (Index row = 0; row < moved.rows(); ++row) {
+    const Vector3d d = moved.row(row).transpose().cast<double>();
+    const Index i = pulp.tree.order()[row];
     const double share = std::min(1.0, d.norm() / kFullColor_m);
     surfels.push_back({X_WF * (pulp.surface.points_m.col(i) + d), X_WF.linear() * pulp.surface.normals.col(i),
                        (1.0 - share) * kSkin + share * kPressed, 0.62e-3});

@@ -4,6 +4,8 @@
 #include <cassert>
 #include <tuple>
 
+#include "engine/object_compliance.h"
+
 namespace thenar {
 
 using Eigen::Index;
@@ -19,7 +21,7 @@ auto id_of(const Contact& contact) {
 /// The gap of a contact as the tick sees it, without its offset.
 double gap_at(const Model& model, const FrameContact& contact, const State& state, const ContactWorkspace& work) {
   const Eigen::Isometry3d X_FO = work.pose.distal(model.scene.hand, contact.finger).inverse() * state.X_WO;
-  return contact_gap(contact, X_FO, displacement(state, contact)).gap_m;
+  return contact_gap(contact, X_FO, displacement(state, contact), object_displacement(model, state, contact)).gap_m;
 }
 
 /// Shares the force of a contact that is no more among the loaded contacts of its finger, by the pulp's kernel.

@@ -29,6 +29,7 @@ struct Model {
   Eigen::Index max_contacts = 0;  ///< Capacity of a frame, all fingers together.
 
   [[nodiscard]] bool deformable() const { return !pulps.empty(); }
+  [[nodiscard]] bool soft_object() const { return scene.object.compliance.has_value() && deformable(); }
   /// Whether a control period begins with this step. The periods need not hold a whole number of steps.
   [[nodiscard]] bool control_is_due(std::int64_t tick) const;
   /// Where the object should be: its start pose moved by the task.

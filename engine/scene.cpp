@@ -138,7 +138,12 @@ Shape read_shape(const ConfigMap& map) {
   return kind.empty() ? CloudShape{} : read_cloud(map);
 }
 
-ObjectSettings read_object(const ConfigMap& map) {
+PulpMaterial read_compliance(const ConfigMap& map) {
+  return {map.positive("reduced_modulus", Dimension::kPressure), map.number("poisson", 0.0, 0.5),
+          map.non_negative("relaxation", Dimension::kTime)};
+}
+
+ObjectSettings read_object(const ConfigMap& map, bool deformable_fingers) {
   ObjectSettings object;
   object.shape = read_shape(map.map("shape"));
   const auto* const scan = std::get_if<CloudShape>(&object.shape);
@@ -154,6 +159,11 @@ ObjectSettings read_object(const ConfigMap& map) {
   const ConfigMap damping = map.map("damping");
   object.translation_damping = damping.positive("translation", Dimension::kDamping);
   object.rotation_damping = damping.positive("rotation", Dimension::kRotationalDamping);
+  if (map.has("compliance")) {
+    object.compliance = read_compliance(map.map("compliance"));
+    // A point's force would press it in without end.
+    if (!deformable_fingers) map.refuse("compliance", "needs fingertips: rigid ones touch at a point each");
+  }
   return object;
 }
 
@@ -252,7 +262,7 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
   scene.gravity = root.vector3_or("gravity", Dimension::kAcceleration, Vector3d::Zero());
   read_hand(root.map("hand"), root.has("control"), scene);
   if (root.has("fingertips")) scene.fingertips = read_fingertips(root.map("fingertips"));
-  scene.object = read_object(root.map("object"));
+  scene.object = read_object(root.map("object"), scene.fingertips.has_value());
   scene.contact = read_contact(root.map("contact"), scene.fingertips.has_value());
   if (root.has("control")) scene.control = read_control(root.map("control"));
   if (root.has("task")) scene.task = read_task(root.map("task"));

@@ -46,6 +46,7 @@ struct ObjectSettings {
   Eigen::Isometry3d X_WO = Eigen::Isometry3d::Identity();  ///< Pose at the start.
   double translation_damping = 0.0;                        ///< b_t [N s/m].
   double rotation_damping = 0.0;                           ///< b_o [N m s].
+  std::optional<PulpMaterial> compliance;                  ///< How its surface gives way; nothing: rigid.
 };
 
 /// Deformable pulps; a scene without them has rigid point contacts.

@@ -7,6 +7,7 @@ State::State(const Model& model) {
   X_WO = model.scene.object.X_WO;
   for (const Pulp& pulp : model.pulps) u_m.emplace_back(Eigen::MatrixX3d::Zero(pulp.controls(), 3));
   forces.reserve(model.max_contacts);
+  if (model.soft_object()) object_loads.reserve(kLoadsPerContact * model.max_contacts);
 }
 
 }  // namespace thenar

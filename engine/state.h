@@ -23,6 +23,18 @@ struct ContactForce {
   Eigen::Vector3d f_C = Eigen::Vector3d::Zero();  ///< On the object, contact rows (n, t1, t2) [N].
 };
 
+/// The force by which a soft object is still deformed where a contact acted last, found again as a ContactForce is.
+struct ObjectLoad {
+  int finger = 0;
+  Eigen::Index control_point = 0;
+  Eigen::Vector3d x_O;   ///< On the surface, object frame.
+  double area_m2 = 0.0;  ///< Of the finger's control point.
+  Eigen::Vector3d w_O;   ///< T phi, phi the contact's force filtered with the object's relaxation; object frame [N].
+};
+
+/// Room for the loads of contacts that are no more.
+inline constexpr Eigen::Index kLoadsPerContact = 4;
+
 /// What one finger does to the object.
 struct FingerLoad {
   Eigen::Vector3d force_N = Eigen::Vector3d::Zero();   ///< Sum of its contact forces, world axes.
@@ -46,10 +58,11 @@ struct Snapshot {
 struct State : Snapshot {
   explicit State(const Model& model);
 
-  std::vector<Eigen::MatrixX3d> u_m;  ///< Per finger, control points x 3, distal frame: what the pulp's deformation
-                                      ///< adds to the object's displacement against the finger (the pulp's surface
-                                      ///< moves by -u). The memory of friction. Empty for rigid fingertips.
-  std::vector<ContactForce> forces;   ///< Sorted by finger and control point; capacity model.max_contacts.
+  std::vector<Eigen::MatrixX3d> u_m;     ///< Per finger, control points x 3, distal frame: what the pulp's deformation
+                                         ///< adds to the object's displacement against the finger (the pulp's surface
+                                         ///< moves by -u). The memory of friction. Empty for rigid fingertips.
+  std::vector<ContactForce> forces;      ///< Sorted by finger and control point; capacity model.max_contacts.
+  std::vector<ObjectLoad> object_loads;  ///< Likewise, kLoadsPerContact times as many; of a rigid object none.
 };
 
 /// The state without what belonged to the run that left it: its caller's target, and its hold.

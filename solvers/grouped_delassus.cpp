@@ -126,13 +126,20 @@ SolveReport solve_contacts(const GroupedDelassus& W, const VectorRef& delta_free
 
 void GroupedDelassus::to_dense(Eigen::Ref<Eigen::MatrixXd> W) const {
   const auto J_c = J_common.topRows(3 * contacts());
-  W.noalias() = J_c * common_mobility.asDiagonal() * J_c.transpose();
+  // Products with few columns at a time: they need no memory.
+  for (Index c = 0; c < W.cols(); c += 3) {
+    const Eigen::Matrix<double, kPadded, 3> moved = common_mobility.asDiagonal() * J_c.middleRows<3>(c).transpose();
+    W.middleCols<3>(c) = J_c.lazyProduct(moved);
+  }
   for (Index k = 0; k < groups(); ++k) {
     const Index first = 3 * begin[k], rows = 3 * begin[k + 1] - first;
     if (rows == 0) continue;
     auto W_k = W.block(first, first, rows, rows);
     const auto J_k = J_own.middleRows(first, rows);
-    W_k.noalias() += own_mobility * J_k * J_k.transpose();
+    for (Index c = 0; c < rows; c += 3) {
+      const Eigen::Matrix<double, kOwn, 3> moved = own_mobility * J_k.middleRows<3>(c).transpose();
+      W_k.middleCols<3>(c) += J_k.lazyProduct(moved);
+    }
     if (!compliance.empty()) W_k += compliance_scale * compliance[k].topLeftCorner(rows, rows);
   }
 }

@@ -31,7 +31,7 @@ struct GroupedDelassus {
 
   [[nodiscard]] Eigen::Index groups() const { return std::ssize(begin) - 1; }
   [[nodiscard]] Eigen::Index contacts() const { return begin.back(); }
-  /// W as one matrix, 3n x 3n.
+  /// W as one matrix, 3n x 3n. Does not allocate.
   void to_dense(Eigen::Ref<Eigen::MatrixXd> W) const;
 };
 

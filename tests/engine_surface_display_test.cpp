@@ -1,6 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
+#include <utility>
+#include <vector>
 
 #include "engine/surface_display.h"
 #include "tests/allocation_counter.h"
@@ -15,17 +18,17 @@ using Eigen::Vector3d;
 
 class Display : public testing::TestWithParam<Index> {
  protected:
-  Pulp pulp = make_spherical_pulp(Vector3d(1e-3, 2e-3, 3e-3), 8e-3, 1200, GetParam(), {0.24e6, 0.5, 2e-3});
+  Pulp pulp = make_spherical_pulp(Vector3d(1e-3, 2e-3, 3e-3), 8e-3, 1203, GetParam(), {0.24e6, 0.5, 2e-3});
   SurfaceDisplay display{pulp};
 };
 
 // The weights of every sample sum to 1: a pulp that moves as a whole is shown moved as a whole, the other way of u.
 TEST_P(Display, ShowsARigidMotionExactly) {
   const Vector3d u(1e-3, -2e-3, 0.5e-3);
-  const Eigen::Matrix4Xd& shown = display.displace(u.transpose().replicate(pulp.controls(), 1));
-  ASSERT_EQ(shown.cols(), 1200);
-  // Ten roundings of weights and products.
-  EXPECT_LE((shown.topRows<3>().colwise() + u).cwiseAbs().maxCoeff(), 20 * 2.2e-16 * u.norm());
+  const Eigen::MatrixX3f shown = display.displace(u.transpose().replicate(pulp.controls(), 1));
+  ASSERT_EQ(shown.rows(), 1203);
+  // Ten roundings of weights and products, in single precision.
+  EXPECT_LE((shown.cast<double>().rowwise() + u.transpose()).cwiseAbs().maxCoeff(), 20 * 1.2e-7 * u.norm());
 }
 
 // Weights are not negative: no sample is shown beyond what its control points do, in any direction.
@@ -35,11 +38,11 @@ TEST_P(Display, StaysWithinTheControlPointsDisplacements) {
     std::mt19937_64 random(seed);
     MatrixX3d u(pulp.controls(), 3);
     for (Index i = 0; i < u.rows(); ++i) u.row(i) = 1e-3 * random_direction(random).transpose();
-    const Eigen::Matrix4Xd& shown = display.displace(u);
-    const double rounding = 1e-17;
+    const Eigen::MatrixX3f shown = display.displace(u);
+    const double rounding = 20 * 1.2e-7 * 1e-3;
     for (int axis = 0; axis < 3; ++axis) {
-      EXPECT_LE(shown.row(axis).maxCoeff(), -u.col(axis).minCoeff() + rounding);
-      EXPECT_GE(shown.row(axis).minCoeff(), -u.col(axis).maxCoeff() - rounding);
+      EXPECT_LE(shown.col(axis).maxCoeff(), -u.col(axis).minCoeff() + rounding);
+      EXPECT_GE(shown.col(axis).minCoeff(), -u.col(axis).maxCoeff() - rounding);
     }
   }
 }
@@ -50,18 +53,43 @@ TEST_P(Display, IsLocal) {
   if (pulp.controls() < 100) return;
   MatrixX3d u = MatrixX3d::Zero(pulp.controls(), 3);
   u(7, 0) = -1.0;
-  const Eigen::Matrix4Xd& shown = display.displace(u);
-  const auto distance = [&](Index i) { return (pulp.surface.points_m.col(i) - pulp.control_points_m.col(7)).norm(); };
+  const Eigen::MatrixX3f shown = display.displace(u);
+  const auto distance = [&](Index row) {
+    return (pulp.surface.points_m.col(pulp.tree.order()[row]) - pulp.control_points_m.col(7)).norm();
+  };
   const double spacing = std::sqrt(pulp.area_m2.mean());
-  for (Index i = 0; i < shown.cols(); ++i) {
+  for (Index i = 0; i < shown.rows(); ++i) {
     // Ten nearest of an even spread reach 1.8 spacings; unevenness stays below twice that.
     if (distance(i) > 4.0 * spacing) {
-      EXPECT_EQ(shown(0, i), 0.0);
+      EXPECT_EQ(shown(i, 0), 0.0);
     }
     // The ten have weights of at most that of the nearest, which the control point is to itself.
     if (distance(i) == 0.0) {
-      EXPECT_GE(shown(0, i), 0.1);
+      EXPECT_GE(shown(i, 0), 0.1);
     }
+  }
+}
+
+// Eq. (27) itself, sample by sample, in double precision.
+TEST_P(Display, IsTheWeightedMeanOfTheTenNearest) {
+  std::mt19937_64 random(9);
+  MatrixX3d u(pulp.controls(), 3);
+  for (Index i = 0; i < u.rows(); ++i) u.row(i) = 1e-3 * random_direction(random).transpose();
+  const Eigen::MatrixX3f shown = display.displace(u);
+  for (Index row = 0; row < shown.rows(); ++row) {
+    const Vector3d p = pulp.surface.points_m.col(pulp.tree.order()[row]);
+    std::vector<std::pair<double, Index>> nearest;
+    for (Index c = 0; c < pulp.controls(); ++c) nearest.emplace_back((pulp.control_points_m.col(c) - p).norm(), c);
+    std::sort(nearest.begin(), nearest.end());
+    nearest.resize(std::min<std::size_t>(10, nearest.size()));
+    Vector3d sum = Vector3d::Zero();
+    double weights = 0.0;
+    for (const auto& [d, c] : nearest) {
+      const double w = std::exp(-d * d / (2.0 * pulp.area_m2.mean()));
+      sum -= w * u.row(c).transpose();
+      weights += w;
+    }
+    EXPECT_LE((shown.row(row).transpose().cast<double>() - sum / weights).norm(), 20 * 1.2e-7 * 1e-3);
   }
 }
 

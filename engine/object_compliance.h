@@ -1,0 +1,45 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "engine/delassus.h"
+#include "engine/frame.h"
+#include "engine/model.h"
+#include "engine/state.h"
+
+namespace thenar {
+
+// The object's own compliance, for a scene that names one: a half space under every part of its surface, as under a
+// pulp's (pulp.h). A force f_j at the surface point s_j moves the surface at s_i by
+//     u_i = k_ij T_i T_j f_j,   k_ij = 1 / (pi E* sqrt(r_ij^2 + (a_i^2 + a_j^2) / 2)),
+// with the object's E*, nu. Both bodies share one patch: the force is spread over the area of the finger's control point.
+// So two bodies of one material share their displacement equally, and a pulp on a soft plane presses like Hertz with
+// 1/E* = 1/E*_f + 1/E*_o within 3 %. Forces taken at the nearest of the object's own control points gave up to twice
+// that, and steps where a contact passes from one to the next.
+//
+// Signs: f acts on the object, whose surface moves with it, by +u_o (object frame); the pulp's by -u_f. Seen from the
+// finger both open the gap: n.((s + u_o) - (p - u_f)), and in contact rows u = u_f + u_o.
+//
+// Memory: while the points stay, u+ = (1 - rho) C f + rho u is u = C phi of the filtered forces phi+ = (1 - rho) f +
+// rho phi. The state keeps T phi, one load a contact, where it acted last; a contact that slides takes its load along.
+
+/// Computes C_ij = k_ij S E_i' E_j S among all contacts of the frame, also of different fingers.
+/// Requires the frame's poses and contacts.
+void fill_object_compliance(const Model& model, Frame& frame);
+
+/// u_o of the object's surface at a contact, object frame; zero for a rigid object.
+[[nodiscard]] Eigen::Vector3d object_displacement(const Model& model, const State& state, const FrameContact& contact);
+
+/// u_o at each of the object's control points, the leaves of its tree: 3 x leaves, object frame. For eyes and files; it
+/// allocates.
+[[nodiscard]] Eigen::Matrix3Xd object_displacements(const Model& model, const State& state);
+
+/// phi+ = (1 - rho) f + rho phi of the forces that the frame's contacts carry, rows (n, t1, t2) each. Loads below
+/// kForgotten_N are dropped, and the least of them where there are too many. Does not allocate.
+void remember_loads(const Model& model, const Frame& frame, const ContactKinematics& now, const Eigen::VectorXd& f,
+                    State& state);
+
+/// It moves a surface as soft as a pulp by a hundredth of a nanometre.
+inline constexpr double kForgotten_N = 1e-8;
+
+}  // namespace thenar
