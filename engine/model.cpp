@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
 #include "collision/cloud_repair.h"
 #include "collision/shapes.h"
 #include "engine/files.h"
+#include "engine/fine_parts.h"
 #include "engine/point_cloud_file.h"
 #include "engine/pulp_levels.h"
 
@@ -23,9 +23,6 @@ namespace {
 
 // Fewer normals that point the wrong way are put right by their neighbours.
 constexpr double kMostDoubtful = 0.1;
-
-// A fingertip reaches it when a grip closes at once.
-constexpr double kClosingSpeed = 0.1;  // [m/s]
 
 /// A shape's surface as `points` samples; a scan brings its own.
 struct MakeCloud {
@@ -74,13 +71,6 @@ double minimum_jerk(const Move& move, double time_s) {
 
 }  // namespace
 
-double contact_band_m(const Scene& scene) {
-  double trust_m = std::numeric_limits<double>::infinity();
-  for (const Fingertip& tip : scene.hand.fingertips) trust_m = std::min(trust_m, kTrustPerRadius * tip.radius_m);
-  const double way_m = 2.0 * kClosingSpeed * (scene.control_period_s + scene.control_delay_s);
-  return std::max(scene.contact.band_m, std::min(way_m, trust_m));
-}
-
 Model::Model(Scene s) : scene(std::move(s)), object(make_object(scene.object, object_notes)) {
   max_contacts = kFingers;
   if (!scene.fingertips) return;
@@ -92,6 +82,9 @@ Model::Model(Scene s) : scene(std::move(s)), object(make_object(scene.object, ob
     for (Pulp& pulp : pulps) set_level(pulp, level);
   }
   max_contacts = kFingers * std::min(scene.contact.max_per_finger, pulps.front().controls());
+  double spacing_m = 0.0;  // of control points
+  for (const Pulp& pulp : pulps) spacing_m = std::max(spacing_m, std::sqrt(pulp.area_m2.mean()));
+  fine_m = fine_parts(object.cloud(), spacing_m);
 }
 
 bool Model::control_is_due(std::int64_t tick) const {
