@@ -68,9 +68,8 @@ SampleBlocks::SampleBlocks(const PointCloud& cloud) {
   std::vector<Eigen::AlignedBox3f> boxes;
   for (Index i = 0; i < p.cols(); i += kLanes) {
     const Index used = std::min<Index>(kLanes, p.cols() - i);
-    blocks_.push_back({lanes(p.row(0), i, used, kFarAway), lanes(p.row(1), i, used, 0.0),
-                       lanes(p.row(2), i, used, 0.0), lanes(n.row(0), i, used, 0.0), lanes(n.row(1), i, used, 0.0),
-                       lanes(n.row(2), i, used, 0.0)});
+    blocks_.push_back({lanes(p.row(0), i, used, kFarAway), lanes(p.row(1), i, used, 0.0), lanes(p.row(2), i, used, 0.0),
+                       lanes(n.row(0), i, used, 0.0), lanes(n.row(1), i, used, 0.0), lanes(n.row(2), i, used, 0.0)});
     Eigen::AlignedBox3f box;
     for (Index k = i; k < i + used; ++k) box.extend(Eigen::Vector3f((p.col(k) - middle_m_).cast<float>()));
     boxes.push_back(box);
@@ -116,9 +115,8 @@ struct SampleBlocks::Search {
   float float_limit;
 
   void limit_to(double distance_m) {
-    // Not below the nearest by rounding: its equals count, too.
-    limit_squared = std::isfinite(squared) ? std::max(squared, distance_m * distance_m) : distance_m * distance_m;
-    float_limit = samples.inflated_squared(distance_m);
+    limit_squared = std::min(limit_squared, distance_m * distance_m);
+    float_limit = std::min(float_limit, samples.inflated_squared(distance_m));
   }
 
   void meet(const Block& block, Index first) {
@@ -126,6 +124,7 @@ struct SampleBlocks::Search {
     if (!(met.minCoeff() <= limit_squared)) return;
     const double before = squared;
     for (int k = 0; k < kLanes; ++k) {
+      // Blocks come in any order.
       if (met[k] < squared || (met[k] == squared && first + k < sample)) {
         others_squared = squared;
         squared = met[k];
@@ -134,10 +133,8 @@ struct SampleBlocks::Search {
         others_squared = std::min(others_squared, met[k]);
       }
     }
-    if (squared < before) {
-      const double limit_m = std::sqrt(squared) + beyond_m;
-      if (limit_m * limit_m < limit_squared) limit_to(limit_m);
-    }
+    // Rounded up: those as near as this one count, too.
+    if (squared < before) limit_to((std::sqrt(squared) + beyond_m) * (1.0 + 1e-15));
   }
 };
 
@@ -166,7 +163,7 @@ void SampleBlocks::search(int level, Index node, Search& best) const noexcept {
 SampleBlocks::Nearest SampleBlocks::nearest(const Vector3d& x_m, double reach_m, double beyond_m,
                                             Index hint) const noexcept {
   constexpr double kNone = std::numeric_limits<double>::infinity();
-  Search best{*this, x_m, beyond_m, query_at(x_m), kNone, kNone, -1, 0.0, 0.0F};
+  Search best{*this, x_m, beyond_m, query_at(x_m), kNone, kNone, -1, kNone, std::numeric_limits<float>::infinity()};
   double within_m = reach_m;
   if (hint >= 0) {
     // Rounded up: the hint's block gives its distance again, perhaps in another last bit.
