@@ -89,7 +89,8 @@ void deform(const Model& model, const Frame& frame, const ContactKinematics& now
   for (Index j = frame.begin[k]; j < frame.begin[k + 1]; ++j) {
     if (f[3 * j] <= 0.0) continue;
     const Matrix3d& E_F = now.E_F[j];
-    work.loads.push_back({frame.contacts[j].control_point, frame.softness[k] * (pulp.tensor(E_F.col(0)) * (E_F * f.segment<3>(3 * j)))});
+    work.loads.push_back(
+        {frame.contacts[j].control_point, frame.softness[k] * (pulp.tensor(E_F.col(0)) * (E_F * f.segment<3>(3 * j)))});
   }
   // T_i of the rest normal everywhere, then of the contact's own normal at the contacts, as in W.
   constexpr int kRows = 8;

@@ -95,8 +95,9 @@ Vector3d object_displacement(const Model& model, const State& state, const Frame
 }
 
 Eigen::Matrix3Xd object_displacements(const Model& model, const State& state) {
-  const SphereTree& tree = model.object.tree();
   const PointCloud& cloud = model.object.cloud();
+  // As on a pulp of the paper's, seven or eight samples a control point.
+  const SphereTree tree(cloud, std::max<Index>(1, cloud.points_m.cols() * 2 / 15));
   Eigen::Matrix3Xd u = Eigen::Matrix3Xd::Zero(3, std::ssize(tree.leaves()));
   if (!model.soft_object()) return u;
   const HalfSpace half_space(*model.scene.object.compliance);

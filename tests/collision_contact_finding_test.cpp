@@ -108,30 +108,183 @@ class Random {
   std::mt19937 bits_;
 };
 
+/// The same function of the same point: equal to the last bit.
+void expect_same(const std::vector<ContactCandidate>& found, const std::vector<ContactCandidate>& expected) {
+  ASSERT_EQ(found.size(), expected.size());
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    ASSERT_EQ(found[i].control_point, expected[i].control_point);
+    ASSERT_EQ(found[i].gap_m, expected[i].gap_m);
+    ASSERT_EQ(found[i].point_m, expected[i].point_m);
+    ASSERT_EQ(found[i].normal, expected[i].normal);
+  }
+}
+
+/// A cloud with noise of this size in every sample's place and normal.
+PointCloud disturbed(PointCloud cloud, double noise_m, double lean) {
+  Random random(99);
+  for (Index i = 0; i < cloud.points_m.cols(); ++i) {
+    cloud.points_m.col(i) += noise_m * random.direction();
+    cloud.normals.col(i) = (cloud.normals.col(i) + lean * random.direction()).normalized();
+  }
+  return cloud;
+}
+
+PointCloud ellipsoid(const Vector3d& half_m, Index count) {
+  PointCloud cloud = sample_sphere(1.0, count);
+  for (Index i = 0; i < count; ++i) {
+    const Vector3d d = cloud.points_m.col(i);
+    cloud.points_m.col(i) = half_m.cwiseProduct(d);
+    cloud.normals.col(i) = d.cwiseQuotient(half_m).normalized();
+  }
+  return cloud;
+}
+
+struct Shape {
+  const char* name;
+  ImplicitSurface surface;
+  Vector3d size_m;
+  bool round = false;
+
+  /// The finger anywhere around it, from 3 mm deep to 1 mm clear of it.
+  [[nodiscard]] Isometry3d pose(Random& random) const {
+    if (!round) return random.pose(size_m);
+    const Vector3d half_m = 0.5 * size_m, d = random.direction();
+    const Vector3d on_surface = d / d.cwiseQuotient(half_m).norm();
+    const Vector3d outward = on_surface.cwiseQuotient(half_m.cwiseAbs2()).normalized();
+    const double clear_m = kFingerRadius_m + random.between(-3e-3, 1e-3);
+    return pose_of(random.rotation(), on_surface + clear_m * outward);
+  }
+};
+
+/// Flat, curved, rough; with edges, and too thin for the support.
+const std::vector<Shape>& shapes() {
+  const Vector3d size_m = scene().size_m, plate_m(20e-3, 1e-3, 20e-3), egg_m(20e-3, 24e-3, 34e-3);
+  static const std::vector<Shape> kShapes = {
+      {"box", scene().box, size_m},
+      {"plate", {sample_box(plate_m, 3600), 450}, plate_m},
+      {"ellipsoid", {ellipsoid(0.5 * egg_m, 8000), 1000}, egg_m, true},
+      {"noisy ellipsoid", {disturbed(ellipsoid(0.5 * egg_m, 8000), 0.05e-3, 0.1), 1000}, egg_m, true},
+      {"very noisy box", {disturbed(sample_box(size_m, 7600), 0.2e-3, 0.5), 1000}, size_m}};
+  return kShapes;
+}
+
 TEST(ContactFinding, FindsWhatBruteForceFinds) {
-  FindingMemory memory;
-  std::vector<ContactCandidate> found;
-  Index contacts = 0;
-  for (const Index max_contacts : {0, 5, 20, 1000}) {
-    const ContactFindingSettings settings{0.3e-3, 4e-3, max_contacts};
-    Random random(static_cast<unsigned>(max_contacts) + 1);
-    for (int trial = 0; trial < 100; ++trial) {
-      SCOPED_TRACE(testing::Message() << "max_contacts " << max_contacts << ", trial " << trial);
-      const Isometry3d X_SB = random.pose(scene().size_m);
-      find_contacts(scene().controls_m, X_SB, scene().box, settings, memory, found);
-      const auto expected = brute_force(scene().controls_m, X_SB, scene().box, settings);
-      ASSERT_EQ(found.size(), expected.size());
-      for (std::size_t i = 0; i < found.size(); ++i) {
-        // The same function of the same point: equal to the last bit.
-        ASSERT_EQ(found[i].control_point, expected[i].control_point);
-        ASSERT_EQ(found[i].gap_m, expected[i].gap_m);
-        ASSERT_EQ(found[i].point_m, expected[i].point_m);
-        ASSERT_EQ(found[i].normal, expected[i].normal);
+  for (const Shape& shape : shapes()) {
+    FindingMemory memory;
+    std::vector<ContactCandidate> found;
+    std::size_t contacts = 0;
+    for (const Index max_contacts : {0, 1, 5, 20, 1000}) {
+      const ContactFindingSettings settings{0.3e-3, 4e-3, max_contacts};
+      const unsigned seed = static_cast<unsigned>(max_contacts) + 1;
+      Random random(seed);
+      for (int trial = 0; trial < 40; ++trial) {
+        SCOPED_TRACE(testing::Message() << shape.name << ", seed " << seed << ", trial " << trial);
+        const Isometry3d X_SB = shape.pose(random);
+        const FindingReport report = find_contacts(scene().controls_m, X_SB, shape.surface, settings, memory, found);
+        expect_same(found, brute_force(scene().controls_m, X_SB, shape.surface, settings));
+        if (HasFatalFailure()) return;
+        EXPECT_TRUE(report.complete);
+        contacts += found.size();
       }
-      contacts += static_cast<Index>(found.size());
+    }
+    EXPECT_GT(contacts, 1000U) << shape.name;  // otherwise the test compared empty lists
+  }
+}
+
+TEST(ContactFinding, WhatIsRememberedChangesNothing) {
+  // Walks with steps from nanometres to half a millimetre, jumps, and bands and reaches that change on the way, as when
+  // the caller looks for contacts farther off.
+  for (const Shape& shape : shapes()) {
+    for (unsigned seed = 1; seed <= 3; ++seed) {
+      Random random(seed);
+      FindingMemory memory;
+      std::vector<ContactCandidate> found;
+      Isometry3d X_SB = shape.pose(random);
+      std::size_t contacts = 0;
+      for (int step = 0; step < 120; ++step) {
+        SCOPED_TRACE(testing::Message() << shape.name << ", seed " << seed << ", step " << step);
+        if (step % 40 == 39) X_SB = shape.pose(random);
+        const double step_m = std::pow(10.0, random.between(-9.0, -3.3));
+        X_SB.translation() += step_m * random.direction();
+        X_SB.rotate(Eigen::AngleAxisd(step_m / kFingerRadius_m, random.direction()));
+        const double band_m = step % 7 == 0 ? 1e-3 : 0.3e-3;
+        const ContactFindingSettings settings{band_m, step % 5 == 0 ? 2.5e-3 : 4e-3, step % 3 == 0 ? 30 : 5};
+        find_contacts(scene().controls_m, X_SB, shape.surface, settings, memory, found);
+        expect_same(found, brute_force(scene().controls_m, X_SB, shape.surface, settings));
+        if (HasFatalFailure()) return;
+        contacts += found.size();
+      }
+      EXPECT_GT(contacts, 100U) << shape.name;
     }
   }
-  EXPECT_GT(contacts, 2000);  // otherwise the test compared empty lists
+}
+
+TEST(ContactFinding, ABudgetGivesTheMostImportantFirst) {
+  // On a box's face the estimates are the gaps: with a budget of n distances the n least are found.
+  Random random(11);
+  FindingMemory memory;
+  std::vector<ContactCandidate> all, found;
+  const Isometry3d X_SB = pose_of(random.rotation(), {0.0, 0.5 * scene().size_m.y() + kFingerRadius_m - 1.5e-3, 0.0});
+  find_contacts(scene().controls_m, X_SB, scene().box, {0.3e-3, 4e-3, 1000}, memory, all);
+  std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.gap_m < b.gap_m; });
+  const Index enough = static_cast<Index>(all.size());
+  ASSERT_GT(enough, 20);
+  for (Index budget = 0; budget <= enough; ++budget) {
+    SCOPED_TRACE(budget);
+    ContactFindingSettings settings{0.3e-3, 4e-3, 1000};
+    settings.max_distances = budget;
+    const FindingReport report = find_contacts(scene().controls_m, X_SB, scene().box, settings, memory, found);
+    EXPECT_EQ(report.complete, budget == enough);
+    std::vector<ContactCandidate> expected(all.begin(), all.begin() + budget);
+    std::sort(expected.begin(), expected.end(),
+              [](const auto& a, const auto& b) { return a.control_point < b.control_point; });
+    expect_same(found, expected);
+    if (HasFatalFailure()) return;
+  }
+}
+
+TEST(ContactFinding, ABudgetNeverGivesAWrongGap) {
+  for (const Shape& shape : shapes()) {
+    Random random(12);
+    std::vector<ContactCandidate> all, found;
+    for (int trial = 0; trial < 10; ++trial) {
+      const Isometry3d X_SB = shape.pose(random);
+      FindingMemory memory;
+      find_contacts(scene().controls_m, X_SB, shape.surface, {0.3e-3, 4e-3, 1000}, memory, all);
+      for (Index budget = 0;; budget = 2 * budget + 1) {
+        SCOPED_TRACE(testing::Message() << shape.name << ", trial " << trial << ", budget " << budget);
+        ContactFindingSettings settings{0.3e-3, 4e-3, 10};
+        settings.max_distances = budget;
+        const FindingReport report = find_contacts(scene().controls_m, X_SB, shape.surface, settings, memory, found);
+        ASSERT_LE(static_cast<Index>(found.size()), std::min<Index>(budget, settings.max_contacts));
+        for (const ContactCandidate& contact : found) {
+          const auto same = [&](const ContactCandidate& other) {
+            return other.control_point == contact.control_point && other.gap_m == contact.gap_m;
+          };
+          ASSERT_TRUE(std::any_of(all.begin(), all.end(), same));
+        }
+        if (report.complete) {
+          expect_same(found, brute_force(scene().controls_m, X_SB, shape.surface, settings));
+          break;
+        }
+        ASSERT_LT(budget, 320);
+      }
+    }
+  }
+}
+
+TEST(ContactFinding, NoTimeNoDistances) {
+  Random random(13);
+  FindingMemory memory;
+  std::vector<ContactCandidate> found;
+  ContactFindingSettings settings;
+  settings.budget_s = 0.0;
+  const Isometry3d X_SB = pose_of(random.rotation(), {0.0, 0.5 * scene().size_m.y() + kFingerRadius_m - 1e-3, 0.0});
+  EXPECT_FALSE(find_contacts(scene().controls_m, X_SB, scene().box, settings, memory, found).complete);
+  EXPECT_TRUE(found.empty());
+  settings.budget_s = 1e3;
+  EXPECT_TRUE(find_contacts(scene().controls_m, X_SB, scene().box, settings, memory, found).complete);
+  EXPECT_FALSE(found.empty());
 }
 
 TEST(ContactFinding, T14DeepPointsAreFoundOnDenseSurfaces) {

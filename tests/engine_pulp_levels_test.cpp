@@ -1,5 +1,3 @@
-#include "engine/pulp_levels.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -7,6 +5,7 @@
 #include <random>
 
 #include "engine/pressed_pulp.h"
+#include "engine/pulp_levels.h"
 #include "tests/scenes.h"
 
 namespace thenar {
