@@ -170,41 +170,54 @@ std::optional<SurfaceDistance> ImplicitSurface::distance(const Vector3d& x_m, do
 }
 
 std::optional<SurfaceDistance> ImplicitSurface::distance_from(const Vector3d& x_m, Index start) const noexcept {
-  Face face = project(x_m, start);
+  const Face first = project(x_m, start);
   const double way_m = (x_m - point_m(start)).norm();
-  const bool inside = face.f_m < 0.0;
-  // Where the nearest sample may lie on another face than the nearest plane: inside about x, else about the sample.
-  double radius_m = inside ? std::max(support_m_, 2.0 * way_m + 0.25 * support_m_) : support_m_;
-  const bool edge =
-      face.least_cosine < kUnlike || (face.f_m < -kDeep * support_m_ && !is_clear(start, face.n, way_m + radius_m));
+  // Near an edge the nearest sample may lie on either side. Deep inside, another face may be as near as this one: but for
+  // the slant to the nearest sample, d^2/2|f| < h/4 where d < h/2.
+  const bool at_edge = first.least_cosine < kUnlike, deep = first.f_m < -0.75 * support_m_;
+  const bool inside = first.f_m < 0.0;
+  double radius_m = inside ? widest_m(way_m) : support_m_;
+  const bool alone = !at_edge && (first.f_m > -kDeep * support_m_ || is_clear(start, first.n, way_m + radius_m));
+  if (alone) return SurfaceDistance{first.f_m, x_m - first.f_m * first.n, first.n};
 
-  std::array<Face, kMostFaces> convex = {face};
+  Face face = first;
+  double edge_m = support_m_;
+  std::array<Face, kMostFaces> convex = {first};
   std::size_t count = 1;
-  std::array<Vector3d, kMostFaces> seen = {face.n};
-  for (std::size_t faces = 1; edge && faces < kMostFaces; ++faces) {
+  std::array<Vector3d, kMostFaces> seen = {first.n};
+  for (std::size_t faces = 1; faces < kMostFaces; ++faces) {
     const Index beyond = nearest_unlike(x_m, inside ? x_m : point_m(start), radius_m, {seen.data(), faces});
     if (beyond < 0) break;
     const Face next = project(x_m, beyond);
     seen[faces] = next.n;
     // The rim of a thin plate is a single row of samples, which may be wide apart.
-    if (seen[0].dot(next.n) < -kUnlike) radius_m = std::max(radius_m, 2.0 * support_m_);
+    if (first.n.dot(next.n) < -kUnlike) edge_m = 2.0 * support_m_;
+    radius_m = std::max(radius_m, edge_m);
     // Convex: each face lies behind the other's plane.
     const bool meets_convexly = (face.n - next.n).dot(next.a_m - face.a_m) < 0.0;
     if (meets_convexly) convex[count++] = next;
-    if (meets_convexly ? next.f_m > face.f_m : next.f_m < face.f_m) face = next;
+    // A point deep inside is inside: a plane that says otherwise is that of a part farther off.
+    const bool counts = deep ? next.f_m < 0.0 && (x_m - point_m(beyond)).norm() < way_m + 0.25 * support_m_
+                             : at_edge && (point_m(start) - point_m(beyond)).norm() < edge_m;
+    if (counts && (meets_convexly ? next.f_m > face.f_m : next.f_m < face.f_m)) face = next;
   }
-  const Vector3d n = face.f_m < 0.0 && count > 1 ? mean_normal(face, {convex.data(), count}) : face.n;
+  const Vector3d n = face.f_m < 0.0 ? mean_normal(face, {convex.data(), count}) : face.n;
   return SurfaceDistance{face.f_m, x_m - face.f_m * n, n};
 }
 
 /// The normal inside an edge: the mean of those of the faces nearly as near as the nearest one, up to twice as far, so
 /// that it turns by and by as x moves from one to the other. Faces that look the other way, of a plate, have no say.
 Vector3d ImplicitSurface::mean_normal(const Face& face, std::span<const Face> convex) noexcept {
-  Vector3d sum = Vector3d::Zero();
+  Vector3d others = Vector3d::Zero();
   for (const Face& other : convex) {
-    if (other.n.dot(face.n) >= -kUnlike) sum += std::max(0.0, 2.0 - other.f_m / face.f_m) * other.n;
+    const double farther = other.f_m / face.f_m;
+    if (other.n != face.n && farther >= 1.0 && farther < 2.0 && other.n.dot(face.n) >= -kUnlike) {
+      others += (2.0 - farther) * other.n;
+    }
   }
-  return sum.normalized();
+  const Vector3d sum = face.n + others;
+  // Samples that are no surface may have any normals.
+  return sum.squaredNorm() > 0.01 ? sum.normalized() : face.n;
 }
 
 /// With x - a = f_1 n_1 + (c - a), c the first projection, and n_2 at an angle phi from n_1, the second projection gives
@@ -223,7 +236,7 @@ ImplicitSurface::Estimate ImplicitSurface::estimate(const Vector3d& x_m, Index s
   if (least_m < -kDeep * support_m_) {
     // Faces that meet this one concavely could be nearer, if there are others.
     const double way_m = (x_m - point_m(sample)).norm();
-    if (start.clear_m < std::max(way_m + support_m_, 3.0 * way_m + 0.25 * support_m_)) {
+    if (start.clear_m < way_m + widest_m(way_m)) {
       return {f_m, -std::numeric_limits<double>::infinity()};
     }
   }

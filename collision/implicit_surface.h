@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <optional>
 #include <span>
 #include <vector>
@@ -105,6 +106,8 @@ class ImplicitSurface {
   [[nodiscard]] bool is_clear(Eigen::Index start, const Eigen::Vector3d& n, double radius_m) const noexcept {
     return radius_m <= starts_[start].clear_m && n.dot(starts_[start].plane.n) >= starts_[start].cosine;
   }
+  /// How far around a point inside other faces are looked for, which is at this distance from the nearest sample.
+  [[nodiscard]] double widest_m(double way_m) const { return std::max(support_m_, 2.0 * way_m + 0.25 * support_m_); }
   [[nodiscard]] static Eigen::Vector3d mean_normal(const Face& face, std::span<const Face> convex) noexcept;
   [[nodiscard]] Face project(const Eigen::Vector3d& x_m, Eigen::Index start) const noexcept;
 

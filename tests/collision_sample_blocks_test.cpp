@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "collision/sample_blocks.h"
+#include "collision/shapes.h"
 
 namespace thenar {
 namespace {
