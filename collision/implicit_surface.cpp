@@ -196,10 +196,13 @@ std::optional<SurfaceDistance> ImplicitSurface::distance_from(const Vector3d& x_
     // Convex: each face lies behind the other's plane.
     const bool meets_convexly = (face.n - next.n).dot(next.a_m - face.a_m) < 0.0;
     if (meets_convexly) convex[count++] = next;
-    // A point deep inside is inside: a plane that says otherwise is that of a part farther off.
-    const bool counts = deep ? next.f_m < 0.0 && (x_m - point_m(beyond)).norm() < way_m + 0.25 * support_m_
-                             : at_edge && (point_m(start) - point_m(beyond)).norm() < edge_m;
-    if (counts && (meets_convexly ? next.f_m > face.f_m : next.f_m < face.f_m)) face = next;
+    // A point deep inside is inside, and none is farther outside than the nearest sample: a plane that says otherwise is
+    // that of a part farther off.
+    const double most_m = deep ? 0.0 : way_m + 0.05 * support_m_;
+    const bool near = deep ? (x_m - point_m(beyond)).norm() < way_m + 0.25 * support_m_
+                           : at_edge && (point_m(start) - point_m(beyond)).norm() < edge_m;
+    if (!near || next.f_m > most_m) continue;
+    if (meets_convexly ? next.f_m > face.f_m : next.f_m < face.f_m) face = next;
   }
   const Vector3d n = face.f_m < 0.0 ? mean_normal(face, {convex.data(), count}) : face.n;
   return SurfaceDistance{face.f_m, x_m - face.f_m * n, n};
