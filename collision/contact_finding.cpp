@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <chrono>
 #include <optional>
 #include <tuple>
 
@@ -10,6 +11,15 @@ namespace {
 
 using Eigen::Index;
 using Eigen::Vector3d;
+using Known = FindingMemory::Known;
+using Prospect = FindingMemory::Prospect;
+
+// More than rounding does to a length below a metre [m].
+constexpr double kRounding_m = 1e-12;
+
+// How far a search for a nearest sample looks past it, in supports: a quarter of a spacing. More makes one search dearer
+// and lets its result hold for longer.
+constexpr double kBeyond = 0.1;
 
 bool less_gap(const ContactCandidate& a, const ContactCandidate& b) {
   return std::tie(a.gap_m, a.control_point) < std::tie(b.gap_m, b.control_point);
@@ -19,29 +29,124 @@ bool less_control_point(const ContactCandidate& a, const ContactCandidate& b) {
   return a.control_point < b.control_point;
 }
 
+/// For a heap with the least estimate on top.
+bool later(const Prospect& a, const Prospect& b) { return a.estimate_m > b.estimate_m; }
+
+void set_up(const Eigen::Matrix3Xd& control_points_m, FindingMemory& memory) {
+  memory.known.assign(control_points_m.cols(), Known{});
+  memory.prospects.reserve(control_points_m.cols());
+  memory.centre_m = control_points_m.rowwise().mean();
+  memory.radius_m = (control_points_m.colwise() - memory.centre_m).colwise().norm().maxCoeff();
+}
+
+/// The sample nearest to x, or -1: what is known, or a search.
+Index nearest_sample(const ImplicitSurface& surface, const Vector3d& x_m, double reach_m, Index hint, Known& known) {
+  const double moved_m = (x_m - known.at_m).norm();
+  if (known.sample >= 0) {
+    // At the reach itself the search decides.
+    const bool within = (surface.cloud().points_m.col(known.sample) - x_m).norm() < reach_m - kRounding_m;
+    if (moved_m < known.free_m && within) return known.sample;
+    hint = known.sample;
+  } else if (known.free_m - moved_m > reach_m) {
+    return -1;
+  }
+  const SampleBlocks::Nearest found = surface.nearest(x_m, reach_m, kBeyond * surface.support_m(), hint);
+  // At x + d the sample is at most |d| farther, and all others are at most |d| nearer.
+  const double free_m = found.sample < 0 ? found.others_m : 0.5 * (found.others_m - found.distance_m);
+  known = {x_m, free_m - kRounding_m, found.sample};
+  return found.sample;
+}
+
+/// Fills memory.prospects with the control points inside the surface's bounds grown by the band and near a sample, but
+/// for those whose gap is surely not below the band.
+void find_prospects(const Eigen::Matrix3Xd& control_points_m, const Eigen::Isometry3d& X_SB,
+                    const ImplicitSurface& surface, const ContactFindingSettings& settings, FindingMemory& memory) {
+  using Eigen::Array4d;
+  memory.prospects.clear();
+  const double band_m = settings.band_m, band_squared = band_m * band_m;
+  if (surface.bounds().squaredExteriorDistance(X_SB * memory.centre_m) >= std::pow(memory.radius_m + band_m, 2)) return;
+
+  // Four lanes, the last one idle, and every axis for itself: this only spares most points the exact test.
+  const auto wide = [](const auto& v) { return Array4d(v[0], v[1], v[2], 0.0); };
+  const Array4d R_x = wide(X_SB.linear().col(0)), R_y = wide(X_SB.linear().col(1)), R_z = wide(X_SB.linear().col(2));
+  const Array4d p = wide(X_SB.translation());
+  const Array4d low = wide(surface.bounds().min()) - (band_m + kRounding_m);
+  const Array4d high = wide(surface.bounds().max()) + (band_m + kRounding_m);
+
+  Index hint = -1;
+  for (Index i = 0; i < control_points_m.cols(); ++i) {
+    const double* c = control_points_m.col(i).data();
+    const Array4d at = p + R_x * c[0] + R_y * c[1] + R_z * c[2];
+    if ((low - at).max(at - high).maxCoeff() > 0.0) continue;
+    const Vector3d p_S = X_SB * control_points_m.col(i);
+    // No point is nearer to the surface than to its bounds.
+    if (surface.bounds().squaredExteriorDistance(p_S) >= band_squared) continue;
+    const Index sample = nearest_sample(surface, p_S, settings.reach_m, hint, memory.known[i]);
+    if (sample < 0) continue;
+    hint = sample;
+    const ImplicitSurface::Estimate estimate = surface.estimate(p_S, sample);
+    if (estimate.least_m >= band_m) continue;
+    memory.prospects.push_back({i, p_S, sample, estimate.distance_m, estimate.least_m});
+  }
+}
+
+/// The budget of one call.
+class Budget {
+ public:
+  explicit Budget(const ContactFindingSettings& settings)
+      : left_(settings.max_distances), timed_(settings.budget_s < std::numeric_limits<double>::infinity()) {
+    if (timed_) end_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(settings.budget_s));
+  }
+  [[nodiscard]] bool spend_one() { return left_-- > 0 && (!timed_ || Clock::now() < end_); }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  Index left_;
+  bool timed_;
+  Clock::time_point end_;
+};
+
 }  // namespace
 
 FindingReport find_contacts(const Eigen::Matrix3Xd& control_points_m, const Eigen::Isometry3d& X_SB,
                             const ImplicitSurface& surface, const ContactFindingSettings& settings,
-                            FindingMemory& /*memory*/, std::vector<ContactCandidate>& found) {
+                            FindingMemory& memory, std::vector<ContactCandidate>& found) {
   assert(settings.band_m > 0.0 && settings.max_contacts >= 0);
   FindingReport report;
   found.clear();
   found.reserve(control_points_m.cols());
-  for (Index i = 0; i < control_points_m.cols(); ++i) {
-    const Vector3d p_S = X_SB * control_points_m.col(i);
-    // No point is nearer to the surface than to its bounds.
-    if (surface.bounds().squaredExteriorDistance(p_S) >= settings.band_m * settings.band_m) continue;
-    const std::optional<SurfaceDistance> to = surface.distance(p_S, settings.reach_m);
-    if (to && to->distance_m < settings.band_m) found.push_back({i, to->distance_m, to->point_m, to->normal});
-  }
+  if (static_cast<Index>(memory.known.size()) != control_points_m.cols()) set_up(control_points_m, memory);
+  if (settings.max_contacts == 0) return report;
 
-  if (static_cast<Index>(found.size()) > settings.max_contacts) {
-    const auto end = found.begin() + settings.max_contacts;
-    std::nth_element(found.begin(), end, found.end(), less_gap);
-    found.erase(end, found.end());
-    std::sort(found.begin(), found.end(), less_control_point);
+  Budget budget(settings);
+  find_prospects(control_points_m, X_SB, surface, settings, memory);
+  std::vector<Prospect>& prospects = memory.prospects;
+  std::make_heap(prospects.begin(), prospects.end(), later);
+  for (; !prospects.empty(); prospects.pop_back()) {
+    std::pop_heap(prospects.begin(), prospects.end(), later);
+    const Prospect& next = prospects.back();
+    const bool full = static_cast<Index>(found.size()) == settings.max_contacts;
+    if (full && next.least_m > found.front().gap_m) continue;
+    if (!budget.spend_one()) {
+      report.complete = false;
+      break;
+    }
+    const std::optional<SurfaceDistance> to = surface.distance_from(next.at_m, next.sample);
+    if (!to) {
+      ++report.undefined;
+      continue;
+    }
+    if (to->distance_m >= settings.band_m) continue;
+    const ContactCandidate contact{next.control_point, to->distance_m, to->point_m, to->normal};
+    if (full) {
+      if (!less_gap(contact, found.front())) continue;
+      std::pop_heap(found.begin(), found.end(), less_gap);
+      found.pop_back();
+    }
+    found.push_back(contact);
+    std::push_heap(found.begin(), found.end(), less_gap);
   }
+  std::sort(found.begin(), found.end(), less_control_point);
   return report;
 }
 

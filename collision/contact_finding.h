@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <limits>
 #include <vector>
 
 #include "collision/implicit_surface.h"
@@ -13,6 +14,8 @@ struct ContactFindingSettings {
   double band_m = 0.3e-3;          ///< Candidates have a gap below this.
   double reach_m = 4e-3;           ///< No candidate is deeper than this; it bounds the search.
   Eigen::Index max_contacts = 20;  ///< Keeps those of least gap, ties by control point.
+  double budget_s = std::numeric_limits<double>::infinity();  ///< Time that the distances may take.
+  Eigen::Index max_distances = std::numeric_limits<Eigen::Index>::max();  ///< The same, as a number of distances.
 };
 
 /// A control point of one body near the surface of the other.
@@ -25,7 +28,26 @@ struct ContactCandidate {
 
 /// What the last call knew about a body's control points and a surface: it makes the next one cheaper, and changes
 /// nothing in what is found.
-struct FindingMemory {};
+struct FindingMemory {
+  /// The sample nearest to a control point, found at at_m. It is so until the point has moved free_m from there.
+  struct Known {
+    Eigen::Vector3d at_m = Eigen::Vector3d::Zero();
+    double free_m = -1.0;      ///< Of a point without a sample: none is nearer than this; < 0: nothing is known.
+    Eigen::Index sample = -1;  ///< -1: none was in reach.
+  };
+  /// A control point that may be a contact.
+  struct Prospect {
+    Eigen::Index control_point;
+    Eigen::Vector3d at_m;
+    Eigen::Index sample;
+    double estimate_m;  ///< Of its gap.
+    double least_m;     ///< Its gap is this or more.
+  };
+  std::vector<Known> known;         // of each control point
+  std::vector<Prospect> prospects;  // room for one call's
+  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  // of a sphere around the control points, in their frame
+  double radius_m = 0.0;
+};
 
 /// What one call of find_contacts returns by value.
 struct FindingReport {
@@ -36,6 +58,9 @@ struct FindingReport {
 /// Finds the control points of a body (3 x L in its own frame, posed by X_SB in the surface's frame) that lie within the
 /// band of `surface` or inside it: those inside its bounds grown by the band whose signed distance exists and is below
 /// the band. Keeps the max_contacts of least gap, ties by number; sorted by control point.
+///
+/// Distances are taken in the order of their estimates, deepest first, until a lower bound shows that no other is among
+/// the least. When the budget is spent before, report.complete is false: gaps are right, but nearer ones may be missing.
 ///
 /// Requires  band > 0, max_contacts >= 0; reach finite and greater than the band and than the depth to be expected.
 ///           `memory` belongs to one pair of control points and surface.

@@ -1,20 +1,16 @@
 #include "collision/implicit_surface.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
-#include <utility>
+#include <vector>
 
 namespace thenar {
 namespace {
 
 using Eigen::Index;
 using Eigen::Vector3d;
-
-// Where unused lanes are [m]: beyond any support, and the square is finite.
-constexpr double kFarAway = 1e30;
 
 // Normals more than 60 degrees apart belong to two faces; less is curvature, or noise. 60 degrees is where a sample's
 // weight ends: max(0, 2 cos - 1).
@@ -23,9 +19,19 @@ constexpr double kUnlike = 0.5;
 // A lone sample is no face of its own: some neighbour must add to its weight of 1. Keeps single bad normals out.
 constexpr double kLeastWeight = 1.0001;
 
-PointCloud in_tree_order(const PointCloud& cloud, Index leaves) {
-  const SphereTree tree(cloud, leaves);
-  return {cloud.points_m(Eigen::all, tree.order()), cloud.normals(Eigen::all, tree.order())};
+// How far a first projection may lie from the middle of its plane, in supports, for the bounds on the second to hold.
+// About a spacing: nearly all do.
+constexpr double kStray = 0.5;
+
+// More than rounding does to a length [m] below a metre or to a cosine.
+constexpr double kRounding = 1e-12;
+
+PointCloud in_block_order(const PointCloud& cloud, Index leaves) {
+  if (leaves < 1 || leaves > cloud.points_m.cols()) {
+    throw std::invalid_argument("ImplicitSurface: leaves must be between 1 and the number of points");
+  }
+  const std::vector<Index> order = SampleBlocks::order(cloud.points_m);
+  return {cloud.points_m(Eigen::all, order), cloud.normals(Eigen::all, order)};
 }
 
 double default_support_m(const PointCloud& cloud) {
@@ -39,122 +45,58 @@ ImplicitSurface::ImplicitSurface(const PointCloud& cloud, Index leaves)
     : ImplicitSurface(cloud, leaves, default_support_m(cloud)) {}
 
 ImplicitSurface::ImplicitSurface(const PointCloud& cloud, Index leaves, double support_m)
-    : cloud_(in_tree_order(cloud, leaves)), tree_(cloud_, leaves), support_m_(support_m) {
+    : cloud_(in_block_order(cloud, leaves)), blocks_(cloud_), support_m_(support_m) {
   if (!(support_m > 0.0) || !std::isfinite(support_m)) {
     throw std::invalid_argument("ImplicitSurface: the support must be finite and greater than zero");
   }
   bounds_ = {Vector3d(cloud_.points_m.rowwise().minCoeff()), Vector3d(cloud_.points_m.rowwise().maxCoeff())};
-  fill_blocks();
+  fill_starts();
 }
 
-void ImplicitSurface::fill_blocks() {
-  const auto lanes = [](const auto& row, Index begin, Index n, double unused) {
-    Lanes filled = Lanes::Constant(unused);
-    filled.head(n) = row.segment(begin, n).transpose();
-    return filled;
-  };
-  const auto &p = cloud_.points_m, &n = cloud_.normals;
-  for (const Index leaf : tree_.leaves()) {
-    const SphereTree::Node& node = tree_.nodes()[leaf];
-    first_block_.push_back(static_cast<Index>(blocks_.size()));
-    for (Index i = node.begin; i < node.end; i += kLanes) {
-      const Index used = std::min<Index>(kLanes, node.end - i);
-      blocks_.push_back({lanes(p.row(0), i, used, kFarAway), lanes(p.row(1), i, used, 0.0),
-                         lanes(p.row(2), i, used, 0.0), lanes(n.row(0), i, used, 0.0), lanes(n.row(1), i, used, 0.0),
-                         lanes(n.row(2), i, used, 0.0)});
-    }
-  }
-  first_block_.push_back(static_cast<Index>(blocks_.size()));
-}
-
-/// Calls visit(block) for every leaf that may hold samples within the radius of c, left before right.
-template <typename Visit>
-void ImplicitSurface::for_each_block(const Vector3d& c_m, double radius_m, Visit visit) const {
-  std::array<Index, SphereTree::kMaxDepth> stack;
-  int depth = 0;
-  stack[depth++] = 0;
-  while (depth > 0) {
-    const SphereTree::Node& node = tree_.nodes()[stack[--depth]];
-    const double touching_m = node.radius_m + radius_m;
-    if ((node.centre_m - c_m).squaredNorm() > touching_m * touching_m) continue;
-    if (node.is_leaf()) {
-      for (Index b = first_block_[node.right]; b < first_block_[node.right + 1]; ++b) visit(blocks_[b]);
-    } else {
-      stack[depth++] = node.right;
-      stack[depth++] = node.left;
-    }
+void ImplicitSurface::fill_starts() {
+  starts_.reserve(cloud_.points_m.cols());
+  for (Index i = 0; i < cloud_.points_m.cols(); ++i) {
+    // A sample weighs 1 in its own plane: there is one, unless its normal is none.
+    const std::optional<Plane> plane = fit(point_m(i), cloud_.normals.col(i));
+    if (!plane) throw std::invalid_argument("ImplicitSurface: normals must be of length one");
+    const Vector3d n = plane->n;
+    Lanes rise_m = Lanes::Zero(), cosine = Lanes::Ones();
+    const double radius_m = (1.0 + kStray) * support_m_;
+    blocks_.for_each_near(plane->a_m, radius_m, [&](const Block& block, Index) {
+      const Lanes from_n = block.cosines(n);
+      const auto counts = from_n > kUnlike - kRounding && block.squared_distances(plane->a_m) < radius_m * radius_m;
+      rise_m = rise_m.max(counts.select(block.heights(plane->a_m, n), 0.0));
+      cosine = cosine.min(counts.select(from_n, 1.0));
+    });
+    const double least = std::clamp(cosine.minCoeff() - kRounding, 0.0, 1.0);
+    starts_.push_back({*plane, rise_m.maxCoeff() + kRounding, least, std::sqrt(1.0 - least * least) * support_m_});
   }
 }
 
-/// The sample nearest to x, by branch and bound.
-std::optional<ImplicitSurface::Sample> ImplicitSurface::nearest(const Vector3d& x_m, double reach_m) const noexcept {
-  struct Visit {
-    Index node;
-    double least_m;  // no sample of the node is nearer
-  };
-  const auto visit = [&](Index id) {
-    const SphereTree::Node& node = tree_.nodes()[id];
-    return Visit{id, (node.centre_m - x_m).norm() - node.radius_m};
-  };
-
-  double best_m = reach_m, best_squared = reach_m * reach_m;
-  const Block* best_block = nullptr;
-  int best_lane = 0;
-  std::array<Visit, SphereTree::kMaxDepth> stack;
-  int depth = 0;
-  stack[depth++] = visit(0);
-  while (depth > 0) {
-    const Visit top = stack[--depth];
-    if (!(top.least_m <= best_m)) continue;
-    const SphereTree::Node& node = tree_.nodes()[top.node];
-    if (!node.is_leaf()) {
-      // The nearer child first: what it finds prunes the other.
-      Visit near = visit(node.left), far = visit(node.right);
-      if (far.least_m < near.least_m) std::swap(near, far);
-      stack[depth++] = far;
-      stack[depth++] = near;
-      continue;
-    }
-    for (Index b = first_block_[node.right]; b < first_block_[node.right + 1]; ++b) {
-      const Lanes squared = blocks_[b].squared_distances(x_m);
-      const double least = squared.minCoeff();
-      if (!(least <= best_squared)) continue;
-      best_squared = least;
-      best_m = std::sqrt(least);
-      best_block = &blocks_[b];
-      best_lane = 0;
-      while (squared[best_lane] > least) ++best_lane;
-    }
-  }
-  if (best_block == nullptr) return std::nullopt;
-  return best_block->sample(best_lane);
-}
-
-/// The sample nearest to x among those in the support about c whose normals are unlike both n_1 and n_2.
-std::optional<ImplicitSurface::Sample> ImplicitSurface::nearest_unlike(const Vector3d& x_m, const Vector3d& c_m,
-                                                                       const Vector3d& n_1,
-                                                                       const Vector3d& n_2) const noexcept {
-  std::optional<Sample> found;
+/// The sample nearest to x among those in the support about c whose normals are unlike both n_1 and n_2, or -1.
+Index ImplicitSurface::nearest_unlike(const Vector3d& x_m, const Vector3d& c_m, const Vector3d& n_1,
+                                      const Vector3d& n_2) const noexcept {
+  Index found = -1;
   double best_squared = std::numeric_limits<double>::infinity();
-  for_each_block(c_m, support_m_, [&](const Block& block) {
+  blocks_.for_each_near(c_m, support_m_, [&](const Block& block, Index number) {
     const Lanes squared = block.squared_distances(x_m), from_c = block.squared_distances(c_m);
     const Lanes cosine = block.cosines(n_1).max(block.cosines(n_2));
-    for (int k = 0; k < kLanes; ++k) {
+    for (int k = 0; k < SampleBlocks::kLanes; ++k) {
       if (cosine[k] >= kUnlike || from_c[k] >= support_m_ * support_m_ || squared[k] >= best_squared) continue;
       best_squared = squared[k];
-      found = block.sample(k);
+      found = SampleBlocks::kLanes * number + k;
     }
   });
   return found;
 }
 
-/// The plane a(c), n(c), seen from x. Nothing if no sample near c has a normal like the reference.
-std::optional<ImplicitSurface::Face> ImplicitSurface::fit(const Vector3d& x_m, const Vector3d& c_m,
-                                                          const Vector3d& n_reference) const noexcept {
+/// The plane a(c), n(c). Nothing if no sample near c has a normal like the reference.
+std::optional<ImplicitSurface::Plane> ImplicitSurface::fit(const Vector3d& c_m,
+                                                           const Vector3d& n_reference) const noexcept {
   const double inv_h2 = 1.0 / (support_m_ * support_m_);
   Lanes sum = Lanes::Zero(), a_x = sum, a_y = sum, a_z = sum, n_x = sum, n_y = sum, n_z = sum;
   Lanes least_cosine = Lanes::Ones();
-  for_each_block(c_m, support_m_, [&](const Block& block) {
+  blocks_.for_each_near(c_m, support_m_, [&](const Block& block, Index) {
     const Lanes near = (1.0 - block.squared_distances(c_m) * inv_h2).max(0.0);
     const Lanes cosine = block.cosines(n_reference);
     const Lanes th = (near * (2.0 * cosine - 1.0).max(0.0)).square().square();
@@ -171,42 +113,58 @@ std::optional<ImplicitSurface::Face> ImplicitSurface::fit(const Vector3d& x_m, c
   // At the rim of the support 1 - d^2/h^2 is rounding below 1e-3, to the fourth power 1e-12.
   if (!(weight > 1e-12)) return std::nullopt;
   const Vector3d a_m = c_m + Vector3d(a_x.sum(), a_y.sum(), a_z.sum()) / weight;
-  const Vector3d n = Vector3d(n_x.sum(), n_y.sum(), n_z.sum()).normalized();
-  return Face{a_m, n, n.dot(x_m - a_m), weight, least_cosine.minCoeff()};
+  return Plane{a_m, Vector3d(n_x.sum(), n_y.sum(), n_z.sum()).normalized(), weight, least_cosine.minCoeff()};
 }
 
-/// Projects x twice, from `start` on. The weight and the least cosine are those around the start.
-std::optional<ImplicitSurface::Face> ImplicitSurface::project(const Vector3d& x_m, const Sample& start) const noexcept {
-  std::optional<Face> first = fit(x_m, start.point_m, start.normal);
-  if (!first) return std::nullopt;
-  const std::optional<Face> second = fit(x_m, x_m - first->f_m * first->n, first->n);
+/// Projects x twice, from a sample on.
+ImplicitSurface::Face ImplicitSurface::project(const Vector3d& x_m, Index start) const noexcept {
+  const Plane& first = starts_[start].plane;
+  const double f_m = first.n.dot(x_m - first.a_m);
+  const std::optional<Plane> second = fit(x_m - f_m * first.n, first.n);
   // Past an edge or over a hole the projection leaves the samples: the first plane, extended, is the face.
-  if (!second) return first;
-  return Face{second->a_m, second->n, second->f_m, first->weight, first->least_cosine};
+  if (!second) return {first.a_m, first.n, f_m, first.weight, first.least_cosine};
+  return {second->a_m, second->n, second->n.dot(x_m - second->a_m), first.weight, first.least_cosine};
 }
 
 std::optional<SurfaceDistance> ImplicitSurface::distance(const Vector3d& x_m, double reach_m) const noexcept {
-  const std::optional<Sample> start = nearest(x_m, reach_m);
-  if (!start) return std::nullopt;
-  std::optional<Face> face = project(x_m, *start);
-  if (!face) return std::nullopt;
+  const Index start = nearest(x_m, reach_m).sample;
+  if (start < 0) return std::nullopt;
+  return distance_from(x_m, start);
+}
 
-  if (face->least_cosine < kUnlike) {
+std::optional<SurfaceDistance> ImplicitSurface::distance_from(const Vector3d& x_m, Index start) const noexcept {
+  Face face = project(x_m, start);
+  if (face.least_cosine < kUnlike) {
     // Near an edge the nearest sample may lie on either side; near a corner three faces meet.
-    const Vector3d n_1 = face->n;
+    const Vector3d n_1 = face.n;
     Vector3d n_2 = n_1;
     for (int other = 0; other < 2; ++other) {
-      const std::optional<Sample> beyond = nearest_unlike(x_m, start->point_m, n_1, n_2);
-      const std::optional<Face> next = beyond ? project(x_m, *beyond) : std::nullopt;
-      if (!next) break;
-      n_2 = next->n;
-      if (next->weight < kLeastWeight) continue;
+      const Index beyond = nearest_unlike(x_m, point_m(start), n_1, n_2);
+      if (beyond < 0) break;
+      const Face next = project(x_m, beyond);
+      n_2 = next.n;
+      if (next.weight < kLeastWeight) continue;
       // Convex: each face lies behind the other's plane.
-      const bool convex = (face->n - next->n).dot(next->a_m - face->a_m) < 0.0;
-      if (convex ? next->f_m > face->f_m : next->f_m < face->f_m) face = next;
+      const bool convex = (face.n - next.n).dot(next.a_m - face.a_m) < 0.0;
+      if (convex ? next.f_m > face.f_m : next.f_m < face.f_m) face = next;
     }
   }
-  return SurfaceDistance{face->f_m, x_m - face->f_m * face->n, face->n};
+  return SurfaceDistance{face.f_m, x_m - face.f_m * face.n, face.n};
+}
+
+/// With x - a = f_1 n_1 + (c - a), c the first projection, and n_2 at an angle phi from n_1, the second projection gives
+///     f_2 = n_2.(x - a_2) >= cos(phi) (f_1 - rise) - sin(phi) |c - a_2|,
+/// for a_2 is a mean of samples that rise above the first plane no higher than `rise`. They lie within h of c, and phi is
+/// no more than the largest angle of theirs.
+ImplicitSurface::Estimate ImplicitSurface::estimate(const Vector3d& x_m, Index sample) const noexcept {
+  const Start& start = starts_[sample];
+  const Vector3d from_a = x_m - start.plane.a_m;
+  const double f_m = start.plane.n.dot(from_a);
+  const double stray = from_a.squaredNorm() - f_m * f_m;
+  const bool bounded = start.plane.least_cosine >= kUnlike && stray < kStray * kStray * support_m_ * support_m_;
+  if (!bounded) return {f_m, -std::numeric_limits<double>::infinity()};
+  const double height_m = f_m - start.rise_m;
+  return {f_m, height_m * (height_m > 0.0 ? start.cosine : 1.0) - start.lean_m};
 }
 
 }  // namespace thenar

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "collision/point_cloud.h"
-#include "collision/sphere_tree.h"
+#include "collision/sample_blocks.h"
 
 namespace thenar {
 
@@ -41,63 +41,65 @@ class ImplicitSurface {
   /// not allocate or throw.
   [[nodiscard]] std::optional<SurfaceDistance> distance(const Eigen::Vector3d& x_m, double reach_m) const noexcept;
 
-  [[nodiscard]] const PointCloud& cloud() const { return cloud_; }
-  [[nodiscard]] const SphereTree& tree() const { return tree_; }
+  /// The sample nearest to x, where its projections start: distance(x, reach) is distance_from(x, nearest(x, reach).sample)
+  /// if there is one. See SampleBlocks::nearest().
+  [[nodiscard]] SampleBlocks::Nearest nearest(const Eigen::Vector3d& x_m, double reach_m, double beyond_m = 0.0,
+                                              Eigen::Index hint = -1) const noexcept {
+    return blocks_.nearest(x_m, reach_m, beyond_m, hint);
+  }
+  [[nodiscard]] std::optional<SurfaceDistance> distance_from(const Eigen::Vector3d& x_m,
+                                                             Eigen::Index sample) const noexcept;
+
+  /// What distance_from(x, sample) is about, without the second projection.
+  struct Estimate {
+    double distance_m;  ///< After the first projection.
+    double least_m;     ///< The distance is this or more; -inf near edges, where several faces compete.
+  };
+  [[nodiscard]] Estimate estimate(const Eigen::Vector3d& x_m, Eigen::Index sample) const noexcept;
+
+  [[nodiscard]] const PointCloud& cloud() const { return cloud_; }  ///< In the order of the blocks.
   [[nodiscard]] const Eigen::AlignedBox3d& bounds() const { return bounds_; }
   [[nodiscard]] double support_m() const { return support_m_; }
 
  private:
-  static constexpr int kLanes = 8;
-  using Lanes = Eigen::Array<double, kLanes, 1>;
+  using Block = SampleBlocks::Block;
+  using Lanes = SampleBlocks::Lanes;
 
-  struct Sample {
-    Eigen::Vector3d point_m, normal;
+  /// The plane a, n that the samples around a point make.
+  struct Plane {
+    Eigen::Vector3d a_m, n;
+    double weight;        ///< sum th_i; a sample at the centre of the support counts 1.
+    double least_cosine;  ///< Between the reference normal and those of the samples in the support.
   };
 
-  /// Up to eight samples of a leaf, each coordinate contiguous. Unused lanes have no normal and lie too
-  /// far away to weigh anything.
-  struct Block {
-    Lanes x, y, z;
-    Lanes n_x, n_y, n_z;
-
-    [[nodiscard]] Sample sample(int lane) const {
-      return {{x[lane], y[lane], z[lane]}, {n_x[lane], n_y[lane], n_z[lane]}};
-    }
-    [[nodiscard]] Lanes squared_distances(const Eigen::Vector3d& p) const {
-      return (x - p.x()).square() + (y - p.y()).square() + (z - p.z()).square();
-    }
-    [[nodiscard]] Lanes cosines(const Eigen::Vector3d& n) const { return n_x * n.x() + n_y * n.y() + n_z * n.z(); }
-    /// Heights of the samples over the plane through p with normal n.
-    [[nodiscard]] Lanes heights(const Eigen::Vector3d& p, const Eigen::Vector3d& n) const {
-      return (x - p.x()) * n.x() + (y - p.y()) * n.y() + (z - p.z()) * n.z();
-    }
+  /// The first projection of every x that is nearest to a sample: its plane depends on the sample alone. Of the samples
+  /// that the second one may use if it stays near, it says how high they rise above this plane and how far their normals
+  /// lean from its.
+  struct Start {
+    Plane plane;
+    double rise_m, cosine, lean_m;
   };
 
   /// A face as x sees it: the plane near x's projection.
   struct Face {
     Eigen::Vector3d a_m, n;
     double f_m;           ///< n.(x - a)
-    double weight;        ///< sum th_i; a sample at the centre of the support counts 1.
-    double least_cosine;  ///< Between the reference normal and those of the samples in the support.
+    double weight;        ///< Of the start's plane.
+    double least_cosine;  ///< Of the start's plane.
   };
 
-  void fill_blocks();
-  template <typename Visit>
-  void for_each_block(const Eigen::Vector3d& c_m, double radius_m, Visit visit) const;
-  [[nodiscard]] std::optional<Sample> nearest(const Eigen::Vector3d& x_m, double reach_m) const noexcept;
-  [[nodiscard]] std::optional<Sample> nearest_unlike(const Eigen::Vector3d& x_m, const Eigen::Vector3d& c_m,
-                                                     const Eigen::Vector3d& n_1,
-                                                     const Eigen::Vector3d& n_2) const noexcept;
-  [[nodiscard]] std::optional<Face> fit(const Eigen::Vector3d& x_m, const Eigen::Vector3d& c_m,
-                                        const Eigen::Vector3d& n_reference) const noexcept;
-  [[nodiscard]] std::optional<Face> project(const Eigen::Vector3d& x_m, const Sample& start) const noexcept;
+  void fill_starts();
+  [[nodiscard]] Eigen::Vector3d point_m(Eigen::Index sample) const { return cloud_.points_m.col(sample); }
+  [[nodiscard]] Eigen::Index nearest_unlike(const Eigen::Vector3d& x_m, const Eigen::Vector3d& c_m,
+                                            const Eigen::Vector3d& n_1, const Eigen::Vector3d& n_2) const noexcept;
+  [[nodiscard]] std::optional<Plane> fit(const Eigen::Vector3d& c_m, const Eigen::Vector3d& n_reference) const noexcept;
+  [[nodiscard]] Face project(const Eigen::Vector3d& x_m, Eigen::Index start) const noexcept;
 
-  PointCloud cloud_;  // in the tree's order, so that a leaf's samples are neighbours in memory
-  SphereTree tree_;
+  PointCloud cloud_;
+  SampleBlocks blocks_;
   Eigen::AlignedBox3d bounds_;
   double support_m_;
-  std::vector<Block> blocks_;
-  std::vector<Eigen::Index> first_block_;  // of each leaf, and one past the last
+  std::vector<Start> starts_;  // of each sample
 };
 
 }  // namespace thenar

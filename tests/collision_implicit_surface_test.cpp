@@ -445,10 +445,10 @@ TEST(ImplicitSurface, DegenerateCloudsGiveNoNan) {
   }
 }
 
-TEST(ImplicitSurface, IsStoredInTheOrderOfItsTree) {
+TEST(ImplicitSurface, IsStoredInTheOrderOfItsBlocks) {
   const PointCloud cloud = sample_sphere(8 * kMm, 997);
   const ImplicitSurface surface(cloud, 101, 1 * kMm);
-  const std::vector<Index>& order = surface.tree().order();
+  const std::vector<Index> order = SampleBlocks::order(surface.cloud().points_m);
   for (std::size_t i = 0; i < order.size(); ++i) ASSERT_EQ(order[i], static_cast<Index>(i));
   // The same samples in another order, and all of them within the bounds.
   EXPECT_NEAR((cloud.points_m.rowwise().sum() - surface.cloud().points_m.rowwise().sum()).norm(), 0.0, 1e-12);
