@@ -49,6 +49,7 @@ struct FindingMethod {
 struct FindingRecipe {
   std::string name;
   std::function<FindingMethod(const KnownObject&, const Eigen::Matrix3Xd&, const GripTask&)> make;
+  bool knows_distances = false;  ///< Of single points.
 };
 
 /// Distance grids, and those of other projects, from Debian's packages (bench/peers/), if built with -DTHENAR_PEERS=ON.
@@ -106,7 +107,7 @@ struct FindingRecord {
 
 /// How a method's distances of single points are, near the surface: from 2 mm inside to the band outside.
 struct DistanceRecord {
-  double ns = 0.0;        ///< Median over rounds of the mean time of a query.
+  double ns = 0.0;        ///< Of a query: the median over batches of the mean.
   double answered = 1.0;  ///< Share of the points.
   double mean_error_um = 0.0, p99_error_um = 0.0, max_error_um = 0.0;  ///< Of the size alone if it has no sign.
 };

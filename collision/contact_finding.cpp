@@ -95,7 +95,9 @@ class Budget {
  public:
   explicit Budget(const ContactFindingSettings& settings)
       : left_(settings.max_distances), timed_(settings.budget_s < std::numeric_limits<double>::infinity()) {
-    if (timed_) end_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(settings.budget_s));
+    if (timed_)
+      end_ =
+          Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(settings.budget_s));
   }
   [[nodiscard]] bool spend_one() { return left_-- > 0 && (!timed_ || Clock::now() < end_); }
 

@@ -14,7 +14,7 @@ struct ContactFindingSettings {
   double band_m = 0.3e-3;          ///< Candidates have a gap below this.
   double reach_m = 4e-3;           ///< No candidate is deeper than this; it bounds the search.
   Eigen::Index max_contacts = 20;  ///< Keeps those of least gap, ties by control point.
-  double budget_s = std::numeric_limits<double>::infinity();  ///< Time that the distances may take.
+  double budget_s = std::numeric_limits<double>::infinity();              ///< Time that the distances may take.
   Eigen::Index max_distances = std::numeric_limits<Eigen::Index>::max();  ///< The same, as a number of distances.
 };
 
@@ -43,8 +43,8 @@ struct FindingMemory {
     double estimate_m;  ///< Of its gap.
     double least_m;     ///< Its gap is this or more.
   };
-  std::vector<Known> known;         // of each control point
-  std::vector<Prospect> prospects;  // room for one call's
+  std::vector<Known> known;                            // of each control point
+  std::vector<Prospect> prospects;                     // room for one call's
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  // of a sphere around the control points, in their frame
   double radius_m = 0.0;
 };

@@ -68,9 +68,8 @@ SampleBlocks::SampleBlocks(const PointCloud& cloud) {
   std::vector<Eigen::AlignedBox3f> boxes;
   for (Index i = 0; i < p.cols(); i += kLanes) {
     const Index used = std::min<Index>(kLanes, p.cols() - i);
-    blocks_.push_back({lanes(p.row(0), i, used, kFarAway), lanes(p.row(1), i, used, 0.0),
-                       lanes(p.row(2), i, used, 0.0), lanes(n.row(0), i, used, 0.0), lanes(n.row(1), i, used, 0.0),
-                       lanes(n.row(2), i, used, 0.0)});
+    blocks_.push_back({lanes(p.row(0), i, used, kFarAway), lanes(p.row(1), i, used, 0.0), lanes(p.row(2), i, used, 0.0),
+                       lanes(n.row(0), i, used, 0.0), lanes(n.row(1), i, used, 0.0), lanes(n.row(2), i, used, 0.0)});
     Eigen::AlignedBox3f box;
     for (Index k = i; k < i + used; ++k) box.extend(Eigen::Vector3f((p.col(k) - middle_m_).cast<float>()));
     boxes.push_back(box);

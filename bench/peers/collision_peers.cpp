@@ -270,11 +270,11 @@ FindingMethod bullet_hulls(const KnownObject& object, const Matrix3Xd& controls_
 
 std::vector<FindingRecipe> finding_peers(bool box) {
   std::vector<FindingRecipe> peers{
-      {"nanoflann, 16 neighbours", nanoflann_finding}, {"FCL distance, points and mesh", fcl_distances},
-      {"FCL collide, sphere and mesh", fcl_sphere},    {"FCL collide, mesh and mesh", fcl_meshes},
-      {"Bullet, sphere and mesh", bullet_sphere},
+      {"nanoflann, 16 neighbours", nanoflann_finding, true}, {"FCL distance, points and mesh", fcl_distances, true},
+      {"FCL collide, sphere and mesh", fcl_sphere, false},   {"FCL collide, mesh and mesh", fcl_meshes, false},
+      {"Bullet, sphere and mesh", bullet_sphere, false},
   };
-  if (box) peers.push_back({"Bullet GJK + EPA, hull and box", bullet_hulls});
+  if (box) peers.push_back({"Bullet GJK + EPA, hull and box", bullet_hulls, false});
   return peers;
 }
 
