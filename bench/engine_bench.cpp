@@ -1,13 +1,14 @@
-// The contact computation of the paper's timing table, stage by stage, on states recorded from the box grasp: contact
-// finding, Delassus operator, Gauss-Seidel, deformation of the control points, interpolation at 3 x 2400 samples.
+// The contact computation of the paper's timing table, stage by stage, in the box grasp: contact finding, compliance,
+// Gauss-Seidel, deformation of the control points, interpolation at 3 x 2400 samples.
 
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
 
+#include "bench/contact_computation.h"
 #include "bench/recorded.h"
+#include "engine/percentiles.h"
 #include "engine/stopwatch.h"
-#include "engine/surface_display.h"
 #include "solvers/contact_sweeps.h"
 #include "solvers/grouped_delassus.h"
 
@@ -16,59 +17,53 @@ namespace {
 
 using Eigen::Index;
 
-// Rougeron et al. 2006, Pentium IV 2.2 GHz.
-double published_us(long contacts) { return contacts <= 15 ? 6000.0 : contacts <= 30 ? 10000.0 : 20000.0; }
+constexpr int kWarmSweeps = 10;
 
-/// Seconds that a stage took of a tick.
-using Stage = double (*)(const ControlReport&, const TickReport&, double interpolate_s);
-
-/// Every iteration does a whole contact computation on the next recorded tick, and counts one stage of it.
-void contact_computation(benchmark::State& bench, Stage stage) {
-  const RecordedRun& run = recorded_run(bench.range(0));
-  Frame frame(run.model);
-  ContactWorkspace work(run.model);
-  std::vector<SurfaceDisplay> displays(run.model.pulps.begin(), run.model.pulps.end());
-  RecordedTick tick = run.ticks.front();
-  double residual = 0.0;
-  std::size_t i = 0;
+/// Every iteration is a whole contact computation on the next tick; its time is the total, all samples interpolated. The
+/// counters are medians of the stages [us], and the residual: the median tick's and the worst one's.
+void contact_computation(benchmark::State& bench, int max_sweeps) {
+  ContactRun run(bench.range(0), max_sweeps);
+  constexpr int kUntimed = 10;
+  for (int i = 0; i < kUntimed; ++i) (void)run.tick();
+  std::vector<ContactComputation> ticks;
   for (auto _ : bench) {
-    i = (i + 1) % run.ticks.size();
-    tick = run.ticks[i];
-    const ControlReport control = control_tick(run.model, tick.state, tick.controller, frame);
-    const TickReport contact = contact_tick(run.model, frame, work, tick.state);
-    Stopwatch watch;
-    for (std::size_t k = 0; k < displays.size(); ++k) {
-      benchmark::DoNotOptimize(displays[k].displace(tick.state.u_m[k]).data());
+    ticks.push_back(run.tick());
+    bench.SetIterationTime(ticks.back().total_s());
+    if (max_sweeps > kWarmSweeps && ticks.back().solve.status != SolveStatus::kConverged) {
+      bench.SkipWithError("did not converge");
     }
-    bench.SetIterationTime(stage(control, contact, watch.lap()));
-    residual = std::max(residual, contact.solve.residual);
-    if (contact.solve.status != SolveStatus::kConverged) bench.SkipWithError("did not converge");
   }
-  bench.counters["worst_residual"] = residual;
-  bench.counters["published_total_us"] = published_us(bench.range(0));
-}
-
-double find(const ControlReport& control, const TickReport&, double) { return control.find_s; }
-double assemble(const ControlReport& control, const TickReport& tick, double) {
-  return control.factors_s + tick.assemble_s;
-}
-double solve(const ControlReport&, const TickReport& tick, double) { return tick.solve_s; }
-double deform(const ControlReport&, const TickReport& tick, double) { return tick.deform_s; }
-double interpolate(const ControlReport&, const TickReport&, double interpolate_s) { return interpolate_s; }
-double total(const ControlReport& control, const TickReport& tick, double interpolate_s) {
-  return find(control, tick, interpolate_s) + assemble(control, tick, interpolate_s) + tick.solve_s + tick.deform_s +
-         interpolate_s;
+  const auto median_us = [&](auto stage) {
+    std::vector<double> us;
+    for (const ContactComputation& tick : ticks) us.push_back(1e6 * stage(tick));
+    return percentiles(std::move(us)).p50;
+  };
+  const auto add = [&](const char* name, auto stage) { bench.counters[name] = median_us(stage); };
+  using Tick = ContactComputation;
+  add("1_find", [](const Tick& t) { return t.find_s; });
+  add("2_compliance", [](const Tick& t) { return t.compliance_s; });
+  add("3_assemble", [](const Tick& t) { return t.assemble_s; });
+  add("4_solve", [](const Tick& t) { return t.solve_s; });
+  add("5_deform", [](const Tick& t) { return t.deform_s; });
+  add("6_display", [](const Tick& t) { return t.display_s; });
+  add("contact_thread", [](const Tick& t) { return t.contact_thread_s(); });
+  add("slow_thread", [](const Tick& t) { return t.slow_thread_s(); });
+  add("no_display", [](const Tick& t) { return t.total_s() - t.display_s; });
+  add("total", [](const Tick& t) { return t.total_s(); });
+  const auto residual = [](const Tick& t) { return t.solve.residual; };
+  bench.counters["residual"] = 1e-6 * median_us(residual);
+  bench.counters["worst_residual"] = residual(*std::max_element(
+      ticks.begin(), ticks.end(), [&](const Tick& a, const Tick& b) { return residual(a) < residual(b); }));
+  bench.counters["sweeps"] = 1e-6 * median_us([](const Tick& t) { return static_cast<double>(t.solve.sweeps); });
+  if (bench.range(0) <= 60) bench.counters["published"] = published_us(bench.range(0));
 }
 
 void at_published_contacts(benchmark::internal::Benchmark* bench) {
   bench->Arg(15)->Arg(30)->Arg(60)->ArgName("contacts")->UseManualTime()->Unit(benchmark::kMicrosecond);
 }
-BENCHMARK_CAPTURE(contact_computation, find, find)->Apply(at_published_contacts);
-BENCHMARK_CAPTURE(contact_computation, assemble, assemble)->Apply(at_published_contacts);
-BENCHMARK_CAPTURE(contact_computation, solve, solve)->Apply(at_published_contacts);
-BENCHMARK_CAPTURE(contact_computation, deform, deform)->Apply(at_published_contacts);
-BENCHMARK_CAPTURE(contact_computation, interpolate, interpolate)->Apply(at_published_contacts);
-BENCHMARK_CAPTURE(contact_computation, total, total)->Apply(at_published_contacts);
+// The budget of a haptic loop, from the last tick's forces; and the scene's own, to its tolerance.
+BENCHMARK_CAPTURE(contact_computation, ten_warm_sweeps, kWarmSweeps)->Apply(at_published_contacts)->Arg(120);
+BENCHMARK_CAPTURE(contact_computation, solved, 1000)->Apply(at_published_contacts)->Arg(120);
 
 // Contact forces of a frame, from the last tick's, with W in factors or dense: what the factors save.
 enum class Form { kFactors, kDenseGiven, kDenseFormed };

@@ -30,7 +30,7 @@ struct RecordedRun {
   std::vector<MuscleFile> muscles;
 };
 
-/// The run with 15, 30 or 60 contacts; recorded once.
+/// The run with 15, 30 or 60 contacts, or with 120 on pulps twice as fine; recorded once.
 [[nodiscard]] const RecordedRun& recorded_run(Eigen::Index contacts);
 
 }  // namespace thenar

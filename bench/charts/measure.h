@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <vector>
 
 #include "engine/percentiles.h"
@@ -25,6 +26,21 @@ double median_us(int repeats, Prepare&& prepare, Work&& work) {
     times.push_back(time_us(work));
   }
   return percentiles(std::move(times)).p50;
+}
+
+/// p of us = c n^p, fitted by least squares of the logarithms.
+inline double exponent(const std::vector<double>& n, const std::vector<double>& us) {
+  double x_mean = 0.0, y_mean = 0.0, xy = 0.0, xx = 0.0;
+  const auto count = static_cast<double>(n.size());
+  for (std::size_t i = 0; i < n.size(); ++i) {
+    x_mean += std::log(n[i]) / count;
+    y_mean += std::log(us[i]) / count;
+  }
+  for (std::size_t i = 0; i < n.size(); ++i) {
+    xy += (std::log(n[i]) - x_mean) * (std::log(us[i]) - y_mean);
+    xx += (std::log(n[i]) - x_mean) * (std::log(n[i]) - x_mean);
+  }
+  return xy / xx;
 }
 
 }  // namespace thenar

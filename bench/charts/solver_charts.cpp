@@ -131,20 +131,6 @@ void contact_residual(ordered_json& curves) {
 
 // --- Time over the number of contacts ------------------------------------------------------------------------------
 
-double exponent(const std::vector<double>& n, const std::vector<double>& us) {
-  double x_mean = 0.0, y_mean = 0.0, xy = 0.0, xx = 0.0;
-  const auto count = static_cast<double>(n.size());
-  for (std::size_t i = 0; i < n.size(); ++i) {
-    x_mean += std::log(n[i]) / count;
-    y_mean += std::log(us[i]) / count;
-  }
-  for (std::size_t i = 0; i < n.size(); ++i) {
-    xy += (std::log(n[i]) - x_mean) * (std::log(us[i]) - y_mean);
-    xx += (std::log(n[i]) - x_mean) * (std::log(n[i]) - x_mean);
-  }
-  return xy / xx;
-}
-
 void contact_growth(ordered_json& curves) {
   constexpr std::array<Index, 11> kPerFinger{2, 3, 5, 7, 10, 14, 20, 28, 40, 56, 83};
   constexpr std::uint64_t kProblems = 5;
