@@ -14,7 +14,8 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 PressedPulp press(const Pulp& pulp, const Vector3d& direction, double depth_m, double band_m, Index most) {
-  const VectorXd gap_m = (pulp.radius_m - depth_m - pulp.radius_m * (pulp.control_normals * direction).array()).matrix();
+  const VectorXd gap_m =
+      (pulp.radius_m - depth_m - pulp.radius_m * (pulp.control_normals * direction).array()).matrix();
   PressedPulp pressed;
   for (Index c = 0; c < pulp.controls(); ++c) {
     if (gap_m[c] < band_m) pressed.controls.push_back(c);

@@ -63,7 +63,8 @@ std::vector<Pulp> make_pulps(const Scene& scene) {
 
 double expected_load_N(const Scene& scene, const Pulp& pulp) {
   // The thumb faces the other fingers, and carries half of the weight by friction.
-  const double mu = scene.control ? std::min(scene.control->grasp_friction, scene.contact.friction) : scene.contact.friction;
+  const double mu =
+      scene.control ? std::min(scene.control->grasp_friction, scene.contact.friction) : scene.contact.friction;
   const double weight_N = scene.object.mass_kg * scene.gravity.norm();
   const double held_N = mu > 0.0 ? weight_N / (2.0 * mu) : 0.0;
   const double load_N = std::max(held_N, scene.control ? scene.control->internal_force_N : 0.0);

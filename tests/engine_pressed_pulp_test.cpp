@@ -1,5 +1,3 @@
-#include "engine/pressed_pulp.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -7,6 +5,7 @@
 #include <numbers>
 #include <random>
 
+#include "engine/pressed_pulp.h"
 #include "tests/scenes.h"
 
 namespace thenar {

@@ -25,9 +25,7 @@ TEST(VoronoiCells, AreEqualOnAnOctahedron) {
   EXPECT_TRUE(voronoi_cells(directions).areas.isApproxToConstant(kSphere / 6.0, 1e-14));
 }
 
-TEST(VoronoiCells, OfOneDirectionIsTheSphere) {
-  EXPECT_DOUBLE_EQ(voronoi_cells(Vector3d::UnitX()).areas[0], kSphere);
-}
+TEST(VoronoiCells, OfOneDirectionIsTheSphere) { EXPECT_DOUBLE_EQ(voronoi_cells(Vector3d::UnitX()).areas[0], kSphere); }
 
 // The share of many random directions that lie nearest: counted, c of them are right within 1/sqrt(c), four times which
 // one in a thousand cells exceeds by chance. The plane's areas are right within 1 % of these small cells.

@@ -41,8 +41,7 @@ Vector3d random_direction(std::mt19937_64& random) {
 
 /// Meets the plane with about so many control points when it is pressed by the reference depth.
 Pulp pad(Index candidates, PulpKernel kernel) {
-  const auto leaves =
-      std::lround(static_cast<double>(candidates) * 2.0 * kRadius_m / (kReferenceDepth_m + kBand_m));
+  const auto leaves = std::lround(static_cast<double>(candidates) * 2.0 * kRadius_m / (kReferenceDepth_m + kBand_m));
   return make_spherical_pulp(Vector3d::Zero(), kRadius_m, leaves * 15 / 2, leaves, {kModulus_Pa, 0.5, 0.0, kernel});
 }
 
@@ -73,7 +72,8 @@ PressErrors errors(const Pulp& pulp, const PressedPulp& pressed, const Vector3d&
     }
   }
   // Of Hertz's pressure the mean r^2 is 2/5 a^2.
-  return {force_N / hertz_force_N(pulp, depth_m) - 1.0, std::sqrt(2.5 * squares_m2.dot(pressed.force_N) / force_N) / a_m - 1.0,
+  return {force_N / hertz_force_N(pulp, depth_m) - 1.0,
+          std::sqrt(2.5 * squares_m2.dot(pressed.force_N) / force_N) / a_m - 1.0,
           std::sqrt(difference / near / (whole / inside))};
 }
 
