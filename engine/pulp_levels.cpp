@@ -74,7 +74,9 @@ double expected_load_N(const Scene& scene, const Pulp& pulp) {
 std::vector<LevelEstimate> estimate_levels(const Scene& scene, std::vector<Pulp>& pulps) {
   std::vector<LevelEstimate> levels;
   for (int level = 0; level == 0 || pulps.front().controls() > kFewestControls; ++level) {
-    for (Pulp& pulp : pulps) set_level(pulp, level);
+    for (Pulp& pulp : pulps) {
+      if (level > 0) set_level(pulp, level);
+    }
     levels.push_back(estimate(scene, pulps, level));
   }
   return levels;

@@ -24,7 +24,8 @@ struct LevelEstimate {
 [[nodiscard]] double expected_load_N(const Scene& scene, const Pulp& pulp);
 
 /// All levels from the leaves to a handful of control points: each is tried with the scene's pulps, pressed on a plane
-/// in a few directions about their middle, up to the depth that the expected load gives. Leaves the pulps at the last.
+/// in a few directions about their middle, up to the depth that the expected load gives. Takes the pulps as make_pulps makes them, and leaves them at the last
+/// level.
 [[nodiscard]] std::vector<LevelEstimate> estimate_levels(const Scene& scene, std::vector<Pulp>& pulps);
 
 /// The coarsest level within the error; where there is none, that of the least error.

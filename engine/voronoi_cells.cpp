@@ -17,8 +17,6 @@ using Polygon = std::vector<Vector2d>;
 
 /// Leaves of the polygon what lies at n.x <= c [Sutherland, Hodgman 1974].
 void clip(const Vector2d& n, double c, Polygon& polygon, Polygon& work) {
-  const auto outside = [&](const Vector2d& x) { return n.dot(x) > c; };
-  if (std::none_of(polygon.begin(), polygon.end(), outside)) return;
   work.clear();
   for (std::size_t i = 0; i < polygon.size(); ++i) {
     const Vector2d &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
@@ -27,6 +25,13 @@ void clip(const Vector2d& n, double c, Polygon& polygon, Polygon& work) {
     if ((beyond_a > 0.0) != (beyond_b > 0.0)) work.emplace_back(a + beyond_a / (beyond_a - beyond_b) * (b - a));
   }
   polygon.swap(work);
+}
+
+/// The square of how far the polygon reaches from the origin.
+double reach2(const Polygon& polygon) {
+  double most = 0.0;
+  for (const Vector2d& x : polygon) most = std::max(most, x.squaredNorm());
+  return most;
 }
 
 struct Patch {
@@ -58,10 +63,15 @@ VoronoiCells voronoi_cells(const Eigen::Matrix3Xd& directions) {
     const Vector3d d = directions.col(i), e1 = d.unitOrthogonal(), e2 = d.cross(e1);
     // Where few directions leave a cell wider than that, its area is anyone's guess.
     cell = {{-2.0, -2.0}, {2.0, -2.0}, {2.0, 2.0}, {-2.0, 2.0}};
-    for (Index j = 0; j < n; ++j) {
-      const Vector3d between = directions.col(j) - d;
-      if (j == i || between.squaredNorm() < 1e-20) continue;
-      clip({between.dot(e1), between.dot(e2)}, -between.dot(d), cell, work);
+    double cell_reach2 = reach2(cell);
+    for (Index k = 1; k < n; ++k) {
+      // From i on: in a tree's order neighbours come early, and most others are then out of reach.
+      const Vector3d between = directions.col((i + k) % n) - d;
+      const Vector2d across(between.dot(e1), between.dot(e2));
+      const double c = -between.dot(d);
+      if (c * c >= across.squaredNorm() * cell_reach2 || between.squaredNorm() < 1e-20) continue;
+      clip(across, c, cell, work);
+      cell_reach2 = reach2(cell);
     }
     const Patch seen = patch(cell);
     cells.areas[i] = seen.area;

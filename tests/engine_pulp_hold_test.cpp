@@ -23,9 +23,9 @@ TEST(PulpHold, NothingChangesUnderAConstantForce) {
   Loop loop(held(0.9));
   loop.run(0.5);
   const auto ids = [&] {
-    std::vector<Eigen::Index> ids;
-    for (const FrameContact& contact : loop.frame.contacts) ids.push_back(contact.control_point);
-    return ids;
+    std::vector<Eigen::Index> all;
+    for (const FrameContact& contact : loop.frame.contacts) all.push_back(contact.control_point);
+    return all;
   };
   const std::vector<Eigen::Index> first = ids();
   ASSERT_GT(first.size(), 10u);
