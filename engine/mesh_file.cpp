@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <cstring>
 #include <optional>
+#include <stdexcept>
 
 #include "engine/byte_source.h"
 #include "engine/files.h"
@@ -243,7 +244,11 @@ PointCloud sample_mesh_file(std::string_view bytes, const fs::path& file, Index 
                                 mesh.triangles.cols()));
   }
   if (mending.open_edges > 0) notes.push_back(fmt::format("the mesh has {} open edges", mending.open_edges));
-  return sample_mesh(mesh, samples);
+  try {
+    return sample_mesh(mesh, samples);
+  } catch (const std::invalid_argument& error) {  // areas beyond the range of numbers
+    throw FileError(file, error.what());
+  }
 }
 
 }  // namespace thenar

@@ -149,7 +149,7 @@ ObjectSettings read_object(const ConfigMap& map, bool deformable_fingers) {
   const auto* const scan = std::get_if<CloudShape>(&object.shape);
   if (scan == nullptr || is_mesh_file(scan->file)) {
     object.points = map.count("points", 10, kMaxPoints);
-  } else if (map.has("points")) {
+  } else if (map.has("points") && !scan->file.empty()) {
     map.refuse("points", "a point cloud brings its own points: leave this out");
   }
   object.mass_kg = map.positive("mass", Dimension::kMass);

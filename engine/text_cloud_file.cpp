@@ -41,12 +41,12 @@ std::uint64_t whole_number(const ByteSource& source, const Words& words) {
 /// The fields, each repeated as often as `counts` says.
 std::vector<std::string> columns_of(const ByteSource& source, const std::vector<std::string>& fields,
                                     const std::vector<std::uint64_t>& counts) {
-  constexpr std::uint64_t kMostValues = 10'000;  // of a field: a histogram has some hundreds
+  constexpr std::size_t kMostValues = 10'000;  // of a line: a histogram has some hundreds
   if (!counts.empty() && counts.size() != fields.size()) source.fail("COUNT must have one number for each of FIELDS");
   std::vector<std::string> columns;
   for (std::size_t i = 0; i < fields.size(); ++i) {
     const std::uint64_t count = counts.empty() ? 1 : counts[i];
-    if (count > kMostValues) source.fail("COUNT is larger than " + std::to_string(kMostValues));
+    if (count > kMostValues - columns.size()) source.fail("COUNT makes more than 10000 values of a line");
     columns.insert(columns.end(), count, fields[i]);
   }
   return columns;
@@ -82,6 +82,7 @@ PcdHeader read_pcd_header(ByteSource& source) {
   // Compared as doubles, whose products do not wrap around.
   const double declared = width ? static_cast<double>(*width) * static_cast<double>(height.value_or(1)) : 0.0;
   if (points && width && declared != static_cast<double>(*points)) source.fail("POINTS is not WIDTH times HEIGHT");
+  if (declared > 1e15) source.fail("WIDTH times HEIGHT is more than any file holds");
   const std::uint64_t count = points.value_or(width.value_or(0) * height.value_or(1));
   return {columns_of(source, fields, counts), count};
 }

@@ -140,6 +140,17 @@ TEST(MeshFile, RefusesWhatIsNoClosedSurface) {
   EXPECT_EQ(read("OFF\n3 1 3\n0 0 0\n1 0 0\n2 0 0\n3 0 1 2\n", "flat.off").fault, "flat.off: its faces have no area");
 }
 
+TEST(MeshFile, RefusesSizesBeyondNumbers) {
+  for (const char* size : {"1e-300", "1e200", "1e308"}) {
+    std::string bytes = "OFF\n4 4 6\n0 0 0\n";
+    for (const std::string& vertex :
+         {size + std::string(" 0 0"), "0 " + std::string(size) + " 0", "0 0 " + std::string(size)}) {
+      bytes += vertex + "\n";
+    }
+    EXPECT_NE(read(bytes + "3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n", "a.off").fault, "") << size;
+  }
+}
+
 TEST(MeshFile, RefusesBrokenFiles) {
   const auto off = [](const std::string& from, const std::string& to) {
     std::string bytes = off_box();

@@ -83,7 +83,10 @@ TEST(TextCloudFile, RefusesWrongPcd) {
   EXPECT_EQ(fault_of(parse_pcd, with("WIDTH 2", "WIDTH two")), "scan: line 7: WIDTH must be one whole number");
   EXPECT_EQ(fault_of(parse_pcd, with("WIDTH 2", "WIDTH 3")), "scan: POINTS is not WIDTH times HEIGHT");
   EXPECT_EQ(fault_of(parse_pcd, with("COUNT 1 ", "COUNT ")), "scan: COUNT must have one number for each of FIELDS");
-  EXPECT_EQ(fault_of(parse_pcd, with("COUNT 1 ", "COUNT 99999999999 ")), "scan: COUNT is larger than 10000");
+  EXPECT_EQ(fault_of(parse_pcd, with("COUNT 1 ", "COUNT 99999999999 ")),
+            "scan: COUNT makes more than 10000 values of a line");
+  EXPECT_EQ(fault_of(parse_pcd, "FIELDS x y z\nWIDTH 4294967296\nHEIGHT 4294967297\nDATA ascii\n1 2 3\n"),
+            "scan: WIDTH times HEIGHT is more than any file holds");
   EXPECT_EQ(fault_of(parse_pcd, with("FIELDS x", "FIELDS w")), "scan: FIELDS needs x y z");
   EXPECT_EQ(fault_of(parse_pcd, with("rgb", "x")), "scan: FIELDS has x more than once");
   EXPECT_EQ(fault_of(parse_pcd, with(" normal_z", " curvature")),
