@@ -81,7 +81,7 @@ void fill_object_compliance(const Model& model, Frame& frame) {
     for (Index i = 0; i <= j; ++i) {
       const FrameContact& ci = frame.contacts[i];
       const double k_ij = half_space.kernel(ci.s_O, cj.s_O, area_m2(model, ci), area_m2(model, cj));
-      const Matrix3d C_ij = k_ij * axes(ci).transpose() * E_j_S;
+      const Matrix3d C_ij = k_ij * (axes(ci).transpose() * E_j_S);
       frame.object_compliance.block<3, 3>(3 * i, 3 * j) = C_ij;
       frame.object_compliance.block<3, 3>(3 * j, 3 * i) = C_ij.transpose();
     }
