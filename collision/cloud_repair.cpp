@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
 #include <vector>
 
 #include "collision/point_grid.h"
@@ -227,10 +228,10 @@ CloudRepair repair(PointCloud& cloud, double support_m) {
   {
     const PointGrid grid(cloud.points_m, sight_m);
     report.normal_noise = normal_noise(cloud, grid, support_m);
-    const bool rough = report.normal_noise > 2.0 * std::numbers::pi / 180.0;
-    if (rough) smooth_normals(cloud, grid, support_m);
+    report.smoothed_normals = report.normal_noise > 2.0 * std::numbers::pi / 180.0;
+    if (report.smoothed_normals) smooth_normals(cloud, grid, support_m);
     turn_outvoted(cloud, grid, support_m, verdicts, report);
-    if (rough && report.turned > 0) smooth_normals(cloud, grid, support_m);
+    if (report.smoothed_normals && report.turned > 0) smooth_normals(cloud, grid, support_m);
     report.position_noise_m = position_noise_m(cloud, grid);
   }
   remove(cloud, verdicts, report);
@@ -247,7 +248,8 @@ CloudRepair repair(PointCloud& cloud, double support_m) {
   report.doubtful_share = static_cast<double>(report.turned + report.removed) / static_cast<double>(count);
 
   // Noisy normals alone make arcs of some height.
-  if (report.position_noise_m > std::max(0.02, 0.15 * report.normal_noise) * support_m && cloud.points_m.cols() > 0) {
+  report.smoothed_points = report.position_noise_m > std::max(0.02, 0.15 * report.normal_noise) * support_m;
+  if (report.smoothed_points && cloud.points_m.cols() > 0) {
     smooth_points(cloud, PointGrid(cloud.points_m, sight_m), support_m);
   }
   return report;
@@ -257,6 +259,7 @@ double covering_support_m(const PointCloud& cloud) {
   // As sample_spacing_m() measures it, but with 16 neighbours, so that chance does not look like a sparse region.
   constexpr std::ptrdiff_t kNeighbours = 16;
   const double spacing_m = sample_spacing_m(cloud), radius_m = 5.0 * spacing_m;
+  if (!(spacing_m > 0.0)) throw std::invalid_argument("covering_support_m: all samples lie in one place");
   const PointGrid grid(cloud.points_m, radius_m);
   std::vector<double> spacings_m, squared;
   const Index count = cloud.points_m.cols(), subset = std::min(kSubset, count);
@@ -264,9 +267,10 @@ double covering_support_m(const PointCloud& cloud) {
     const Index i = s * count / subset;
     squared.clear();
     grid.for_each_neighbour(i, [&](Index j, double distance_m) {
-      const bool one_face = std::abs(cloud.normals.col(i).dot(cloud.normals.col(j))) > kLike;
-      const double height_m = std::abs((cloud.points_m.col(j) - cloud.points_m.col(i)).dot(cloud.normals.col(i)));
-      if (!one_face || height_m < 0.5 * distance_m) squared.push_back(distance_m * distance_m);
+      // The other side of a plate; a flipped neighbour lies level.
+      const bool opposite = cloud.normals.col(i).dot(cloud.normals.col(j)) < -kLike;
+      const double height_m = (cloud.points_m.col(j) - cloud.points_m.col(i)).dot(cloud.normals.col(i));
+      if (!opposite || std::abs(height_m) < 0.22 * spacing_m) squared.push_back(distance_m * distance_m);
     });
     const std::ptrdiff_t k = std::min(kNeighbours, std::ssize(squared));
     if (k == kNeighbours) std::nth_element(squared.begin(), squared.begin() + k - 1, squared.end());

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "collision/implicit_surface.h"
@@ -22,6 +23,7 @@ struct Model {
   explicit Model(Scene s);
 
   Scene scene;
+  std::vector<std::string> object_notes;  ///< What was done to the object's points to make a surface of them.
   ImplicitSurface object;
   std::vector<Pulp> pulps;        ///< One a finger, or none: rigid point contacts.
   Eigen::Index max_contacts = 0;  ///< Capacity of a frame, all fingers together.
