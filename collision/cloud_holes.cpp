@@ -61,6 +61,7 @@ std::optional<CloudHole> empty_ball(const PointCloud& cloud, const PointGrid& gr
 }  // namespace
 
 std::vector<CloudHole> find_holes(const PointCloud& cloud, double support_m, double largest_m) {
+  if (cloud.points_m.cols() == 0) return {};
   // First what the neighbours in the support's sight leave open, then, for these few, how far it reaches.
   std::vector<Index> beside;
   {

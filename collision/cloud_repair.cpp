@@ -214,6 +214,7 @@ std::vector<Index> order_in_space(const Matrix3Xd& points_m, double cell_m) {
 /// Whether a sample lies in the midst of one even face, as most do: nobody within h is unlike, or off its arc. Neither its
 /// normal nor its place needs the judgement of a wider circle.
 std::vector<char> find_plain(const PointCloud& cloud, double support_m) {
+  if (cloud.points_m.cols() == 0) return {};
   const PointGrid grid(cloud.points_m, support_m);
   std::vector<char> plain(cloud.points_m.cols());
   for (Index i = 0; i < std::ssize(plain); ++i) {
