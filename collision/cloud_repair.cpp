@@ -3,8 +3,11 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <numeric>
+#include <stdexcept>
 #include <vector>
 
 #include "collision/point_grid.h"
@@ -20,6 +23,9 @@ namespace {
 
 // Normals more than 60 degrees apart belong to two faces, as for ImplicitSurface.
 constexpr double kLike = 0.5;
+
+// Heights below 0.1 h average out over the support, and are what a chamfer of a spacing leaves off its planes [h].
+constexpr double kSlab = 0.1;
 
 // Samples judge each other within 1.5 h: some 35 on a face, 9 in a corner.
 constexpr double kSight = 1.5;
@@ -190,11 +196,45 @@ Verdict judge(const PointCloud& cloud, const PointGrid& grid, Index i, double su
   return with > 1 ? Verdict::kKept : judge_lone(cloud, grid, i, support_m, slab_m);
 }
 
+/// The samples, numbered so that neighbours in space are neighbours in memory: large clouds are judged several times as fast.
+std::vector<Index> order_in_space(const Matrix3Xd& points_m, double cell_m) {
+  const Vector3d low_m = points_m.rowwise().minCoeff();
+  using Key = std::array<int, 4>;
+  std::vector<Key> keys(points_m.cols());
+  for (Index i = 0; i < points_m.cols(); ++i) {
+    const Eigen::Vector3i cell = ((points_m.col(i) - low_m) / cell_m).cwiseMin(1e9).cast<int>();
+    keys[i] = {cell.x(), cell.y(), cell.z(), static_cast<int>(i)};
+  }
+  std::ranges::sort(keys);
+  std::vector<Index> order(keys.size());
+  std::ranges::transform(keys, order.begin(), [](const Key& key) { return key[3]; });
+  return order;
+}
+
+/// Whether a sample lies in the midst of one even face, as most do: nobody within h is unlike, or off its arc. Neither its
+/// normal nor its place needs the judgement of a wider circle.
+std::vector<char> find_plain(const PointCloud& cloud, double support_m) {
+  if (cloud.points_m.cols() == 0) return {};
+  const PointGrid grid(cloud.points_m, support_m);
+  std::vector<char> plain(cloud.points_m.cols());
+  for (Index i = 0; i < std::ssize(plain); ++i) {
+    int with = 0;
+    bool all = true;
+    grid.for_each_neighbour(i, [&](Index j, double) {
+      ++with;
+      all = all && alike(cloud, i, j) && std::abs(arc_height_m(cloud, i, j)) < kSlab * support_m;
+    });
+    plain[i] = all && with >= 7 ? 1 : 0;
+  }
+  return plain;
+}
+
 /// Turns the outvoted. Everybody votes before anybody is turned: the result does not depend on the order.
-void turn_outvoted(PointCloud& cloud, const PointGrid& grid, double support_m, std::vector<Verdict>& verdicts,
-                   CloudRepair& report) {
+void turn_outvoted(PointCloud& cloud, const PointGrid& grid, double support_m, const std::vector<char>& plain,
+                   std::vector<Verdict>& verdicts, CloudRepair& report) {
   std::vector<Index> outvoted;
   for (Index i = 0; i < cloud.points_m.cols(); ++i) {
+    if (plain[i] != 0) continue;
     const double result = vote(cloud, grid, i, support_m);
     if (result < 0.0) outvoted.push_back(i);
     if (result == 0.0) verdicts[i] = Verdict::kContradicts;
@@ -203,8 +243,8 @@ void turn_outvoted(PointCloud& cloud, const PointGrid& grid, double support_m, s
   report.turned = std::ssize(outvoted);
 }
 
-/// Removes and counts the samples that are not kept; returns whether there were any.
-bool remove(PointCloud& cloud, const std::vector<Verdict>& verdicts, CloudRepair& report) {
+/// Removes and counts the samples that are not kept, here and in the list of their numbers; returns whether there were any.
+bool remove(PointCloud& cloud, std::vector<Index>& numbers, const std::vector<Verdict>& verdicts, CloudRepair& report) {
   std::vector<Index> kept;
   kept.reserve(verdicts.size());
   for (Index i = 0; i < std::ssize(verdicts); ++i) {
@@ -214,42 +254,58 @@ bool remove(PointCloud& cloud, const std::vector<Verdict>& verdicts, CloudRepair
   }
   if (kept.size() == verdicts.size()) return false;
   cloud = {cloud.points_m(Eigen::all, kept), cloud.normals(Eigen::all, kept)};
+  for (std::size_t k = 0; k < kept.size(); ++k) numbers[k] = numbers[kept[k]];
+  numbers.resize(kept.size());
   return true;
 }
 
 }  // namespace
 
-CloudRepair repair(PointCloud& cloud, double support_m) {
+CloudRepair repair(PointCloud& original, double support_m) {
   const double sight_m = kSight * support_m;
-  const Index count = cloud.points_m.cols();
+  const Index count = original.points_m.cols();
+  std::vector<Index> numbers = order_in_space(original.points_m, sight_m);
+  PointCloud cloud{original.points_m(Eigen::all, numbers), original.normals(Eigen::all, numbers)};
+
   CloudRepair report;
   std::vector<Verdict> verdicts(count, Verdict::kKept);
+  std::vector<char> plain;
   {
     const PointGrid grid(cloud.points_m, sight_m);
     report.normal_noise = normal_noise(cloud, grid, support_m);
-    const bool rough = report.normal_noise > 2.0 * std::numbers::pi / 180.0;
-    if (rough) smooth_normals(cloud, grid, support_m);
-    turn_outvoted(cloud, grid, support_m, verdicts, report);
-    if (rough && report.turned > 0) smooth_normals(cloud, grid, support_m);
+    report.smoothed_normals = report.normal_noise > 2.0 * std::numbers::pi / 180.0;
+    if (report.smoothed_normals) smooth_normals(cloud, grid, support_m);
+    plain = find_plain(cloud, support_m);
+    turn_outvoted(cloud, grid, support_m, plain, verdicts, report);
+    if (report.smoothed_normals && report.turned > 0) smooth_normals(cloud, grid, support_m);
     report.position_noise_m = position_noise_m(cloud, grid);
   }
-  remove(cloud, verdicts, report);
+  if (remove(cloud, numbers, verdicts, report)) plain = find_plain(cloud, support_m);
 
-  // Less than 0.1 h averages out over the support, and is what a chamfer of a spacing leaves off its planes.
-  const double slab_m = std::max(0.1 * support_m, 4.0 * report.position_noise_m);
+  const double slab_m = std::max(kSlab * support_m, 4.0 * report.position_noise_m);
   // An outlier may hide behind another.
-  for (int round = 0; round < 3 && cloud.points_m.cols() > 0; ++round) {
+  for (int round = 0; round < 3 && !numbers.empty(); ++round) {
     const PointGrid grid(cloud.points_m, sight_m);
-    verdicts.resize(cloud.points_m.cols());
-    for (Index i = 0; i < std::ssize(verdicts); ++i) verdicts[i] = judge(cloud, grid, i, support_m, slab_m);
-    if (!remove(cloud, verdicts, report)) break;
+    verdicts.assign(numbers.size(), Verdict::kKept);
+    for (Index i = 0; i < std::ssize(verdicts); ++i) {
+      if (plain[i] == 0) verdicts[i] = judge(cloud, grid, i, support_m, slab_m);
+    }
+    if (!remove(cloud, numbers, verdicts, report)) break;
+    plain = find_plain(cloud, support_m);
   }
   report.doubtful_share = static_cast<double>(report.turned + report.removed) / static_cast<double>(count);
 
   // Noisy normals alone make arcs of some height.
-  if (report.position_noise_m > std::max(0.02, 0.15 * report.normal_noise) * support_m && cloud.points_m.cols() > 0) {
+  report.smoothed_points = report.position_noise_m > std::max(0.02, 0.15 * report.normal_noise) * support_m;
+  if (report.smoothed_points && !numbers.empty()) {
     smooth_points(cloud, PointGrid(cloud.points_m, sight_m), support_m);
   }
+
+  // Back in their order.
+  std::vector<Index> places(numbers.size());
+  std::iota(places.begin(), places.end(), Index{0});
+  std::ranges::sort(places, {}, [&](Index k) { return numbers[k]; });
+  original = {cloud.points_m(Eigen::all, places), cloud.normals(Eigen::all, places)};
   return report;
 }
 
@@ -257,6 +313,7 @@ double covering_support_m(const PointCloud& cloud) {
   // As sample_spacing_m() measures it, but with 16 neighbours, so that chance does not look like a sparse region.
   constexpr std::ptrdiff_t kNeighbours = 16;
   const double spacing_m = sample_spacing_m(cloud), radius_m = 5.0 * spacing_m;
+  if (!(spacing_m > 0.0)) throw std::invalid_argument("covering_support_m: all samples lie in one place");
   const PointGrid grid(cloud.points_m, radius_m);
   std::vector<double> spacings_m, squared;
   const Index count = cloud.points_m.cols(), subset = std::min(kSubset, count);
@@ -264,9 +321,10 @@ double covering_support_m(const PointCloud& cloud) {
     const Index i = s * count / subset;
     squared.clear();
     grid.for_each_neighbour(i, [&](Index j, double distance_m) {
-      const bool one_face = std::abs(cloud.normals.col(i).dot(cloud.normals.col(j))) > kLike;
-      const double height_m = std::abs((cloud.points_m.col(j) - cloud.points_m.col(i)).dot(cloud.normals.col(i)));
-      if (!one_face || height_m < 0.5 * distance_m) squared.push_back(distance_m * distance_m);
+      // The other side of a plate; a flipped neighbour lies level.
+      const bool opposite = cloud.normals.col(i).dot(cloud.normals.col(j)) < -kLike;
+      const double height_m = (cloud.points_m.col(j) - cloud.points_m.col(i)).dot(cloud.normals.col(i));
+      if (!opposite || std::abs(height_m) < 0.22 * spacing_m) squared.push_back(distance_m * distance_m);
     });
     const std::ptrdiff_t k = std::min(kNeighbours, std::ssize(squared));
     if (k == kNeighbours) std::nth_element(squared.begin(), squared.begin() + k - 1, squared.end());

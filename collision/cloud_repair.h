@@ -14,6 +14,7 @@ struct CloudRepair {
   double doubtful_share = 0.0;  ///< Turned and removed, as a share of all samples.
   double normal_noise = 0.0;    ///< Typical angle between a normal and what its neighbours make of it [rad].
   double position_noise_m = 0.0;  ///< Typical height of samples over the surface [m]. Both are 0 on smooth surfaces.
+  bool smoothed_normals = false, smoothed_points = false;  ///< Whether the noise was averaged.
 };
 
 /// Makes a cloud consistent before a surface is made of it:

@@ -5,21 +5,18 @@
 #include <vector>
 
 #include "collision/implicit_surface.h"
+#include "engine/object_surface.h"
 #include "engine/pulp.h"
 #include "engine/scene.h"
 
 namespace thenar {
-
-/// The share of its radius by which a fingertip may be pressed in, or have moved against the object since a frame's
-/// snapshot: beyond it no law used here holds, and other points touch than those of the frame.
-inline constexpr double kTrustPerRadius = 0.5;
 
 /// A scene made ready to run: its data, and what is computed from them once.
 struct Model {
   explicit Model(Scene s);
 
   Scene scene;
-  std::vector<std::string> object_notes;  ///< What was mended in the object's surface, one sentence each.
+  std::vector<std::string> object_notes;  ///< What was done to the object's points to make a surface of them.
   ImplicitSurface object;
   std::vector<Pulp> pulps;        ///< One a finger, or none: rigid point contacts.
   Eigen::Matrix3Xd fine_m;        ///< Object's samples that control points may pass by (fine_parts): usually none.

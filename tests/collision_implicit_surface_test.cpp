@@ -211,15 +211,136 @@ TEST(ImplicitSurface, T6T7PlatesHaveTheRightSign) {
   }
 }
 
+TEST(ImplicitSurface, T7RimsOfThinPlatesHaveTheRightSign) {
+  // All around the rim and the corners, as far as the search goes. A rim of 0.5 mm holds a single row of samples.
+  for (const double thickness_mm : {1.0, 0.5}) {
+    SCOPED_TRACE(thickness_mm);
+    const Vector3d half_m = 0.5 * Vector3d(50 * kMm, thickness_mm * kMm, 100 * kMm);
+    const PointCloud cloud = sample_box(2.0 * half_m, 20600);
+    const ImplicitSurface plate(cloud, 2750, covering_support_m(cloud));
+    const auto truth_m = [&](const Vector3d& x_m) { return box_distance_m(x_m, half_m); };
+    const Query along_x = [&](Random& random) -> Vector3d {
+      return {random.sign() * (half_m.x() + random.between(-2, 2) * kMm), random.between(-2, 2) * kMm,
+              random.between(-48, 48) * kMm};
+    };
+    const Query at_corners = [&](Random& random) -> Vector3d {
+      return {random.sign() * (half_m.x() + random.between(-2, 2) * kMm), random.between(-2, 2) * kMm,
+              random.sign() * (half_m.z() + random.between(-2, 2) * kMm)};
+    };
+    for (const Query& query : {along_x, at_corners}) {
+      const Errors errors = measure(plate, query, truth_m);
+      EXPECT_EQ(errors.undefined, 0);
+      EXPECT_EQ(errors.wrong_sign, 0);
+    }
+  }
+}
+
+TEST(ImplicitSurface, NeedlesHaveTheRightSign) {
+  // 0.5 mm in diameter, 40 mm long, samples 0.2 mm apart: eight around.
+  const double radius_m = 0.25 * kMm;
+  PointCloud needle{Matrix3Xd(3, 1602), Matrix3Xd(3, 1602)};
+  for (Index i = 0; i < 1600; ++i) {
+    const Index ring = i / 8;
+    const double turn = (static_cast<double>(i % 8) + 0.5 * static_cast<double>(ring % 2)) * std::numbers::pi / 4.0;
+    needle.normals.col(i) = Vector3d(std::cos(turn), std::sin(turn), 0.0);
+    needle.points_m.col(i) = radius_m * needle.normals.col(i);
+    needle.points_m(2, i) = (static_cast<double>(ring) - 99.5) * 0.2 * kMm;
+  }
+  needle.points_m.rightCols<2>() << 0, 0, 0, 0, -20 * kMm, 20 * kMm;
+  needle.normals.rightCols<2>() << 0, 0, 0, 0, -1, 1;
+  const Errors errors = measure(
+      ImplicitSurface(needle, 200, 0.44 * kMm),
+      [&](Random& random) -> Vector3d {
+        const double turn = random.between(0.0, 2.0 * std::numbers::pi), r_m = random.between(0, 2) * kMm;
+        return {r_m * std::cos(turn), r_m * std::sin(turn), random.between(-22, 22) * kMm};
+      },
+      [&](const Vector3d& x_m) {
+        const double side_m = x_m.head<2>().norm() - radius_m, end_m = std::abs(x_m.z()) - 20 * kMm;
+        return side_m > 0.0 && end_m > 0.0 ? std::hypot(side_m, end_m) : std::max(side_m, end_m);
+      });
+  EXPECT_EQ(errors.undefined, 0);
+  EXPECT_EQ(errors.wrong_sign, 0);
+}
+
+TEST(ImplicitSurface, GapIsContinuousAcrossAnEdge) {
+  // Along lines across the edge between x+ and y+ at heights above and below the face, steps of 2 um. The signed distance
+  // changes by no more than the step; both planes are exact, so no more than rounding is allowed for.
+  const double step_m = 2e-6;
+  for (const double height_mm : {1.0, 0.3, 0.0, -0.3, -1.0, -2.0, -3.0}) {
+    Random random(4);
+    for (int line = 0; line < 4; ++line) {
+      const double z_m = random.between(-40, 40) * kMm;
+      std::optional<double> last_m;
+      for (int k = 0; k < 2500; ++k) {
+        const Vector3d x_m(kHalf_m.x() - 4 * kMm + step_m * k, kHalf_m.y() + height_mm * kMm, z_m);
+        const std::optional<SurfaceDistance> to = box().distance(x_m, 6 * kMm);
+        ASSERT_TRUE(to.has_value());
+        if (last_m) {
+          ASSERT_LE(std::abs(to->distance_m - *last_m), step_m + 1e-9)
+              << height_mm << " mm high, at x = " << x_m.x() / kMm << " mm, z = " << z_m / kMm << " mm";
+        }
+        last_m = to->distance_m;
+      }
+    }
+  }
+}
+
 TEST(ImplicitSurface, T8NoiseIsAveraged) {
   for (const double sd_mm : {0.05, 0.1, 0.2, 0.4}) {
     SCOPED_TRACE(sd_mm);
     Random random(8);
     PointCloud noisy = box_cloud();
     for (Index i = 0; i < noisy.points_m.cols(); ++i) noisy.points_m.col(i) += sd_mm * kMm * random.gaussian();
+    const CloudRepair repaired = repair(noisy, 1.83 * kMm);
+    EXPECT_TRUE(repaired.smoothed_points);
+    EXPECT_NEAR(repaired.position_noise_m, sd_mm * kMm, 0.15 * sd_mm * kMm);
     const Errors errors = measure(ImplicitSurface(noisy, 4800, 1.83 * kMm), over_face(0.3));
     EXPECT_EQ(errors.undefined, 0);
     EXPECT_LE(errors.mean_mm, 0.4 * sd_mm);
+  }
+}
+
+TEST(ImplicitSurface, T9OutliersDoNotMoveTheSurface) {
+  for (const double share : {0.001, 0.01, 0.05}) {
+    SCOPED_TRACE(share);
+    Random random(9);
+    PointCloud cloud = box_cloud();
+    for (Index i = 0; i < cloud.points_m.cols(); ++i) {
+      if (random.between(0.0, 1.0) < share) cloud.points_m.col(i) += 2.0 * kMm * random.gaussian();
+    }
+    repair(cloud, 1.83 * kMm);
+    const ImplicitSurface surface(cloud, 4800, 1.83 * kMm);
+    const Errors errors = measure(surface, over_face(0.3));
+    EXPECT_EQ(errors.undefined, 0);
+    EXPECT_LT(errors.max_mm, 0.1);
+    const Errors at_edge = measure(surface, around_edge(0.8));
+    // Beside an edge an outlier of one face may pass for a sample of the other, one in a thousand.
+    EXPECT_LE(at_edge.wrong_sign, kQueries / 1000);
+    EXPECT_LT(at_edge.mean_mm, 0.05);  // as T4
+  }
+}
+
+TEST(ImplicitSurface, T11NoisyNormalsAreAveragedOverTheirFace) {
+  struct Case {
+    double noise_deg, mean_mm;
+  };
+  for (const auto& [noise_deg, mean_mm] : {Case{5, 0.001}, Case{15, 0.005}, Case{30, 0.014}}) {
+    SCOPED_TRACE(noise_deg);
+    Random random(11);
+    PointCloud cloud = box_cloud();
+    const double sd = std::tan(noise_deg * std::numbers::pi / 180.0) / std::numbers::sqrt2;
+    for (Index i = 0; i < cloud.normals.cols(); ++i) {
+      cloud.normals.col(i) = (cloud.normals.col(i) + sd * random.gaussian()).normalized();
+    }
+    EXPECT_TRUE(repair(cloud, 1.83 * kMm).smoothed_normals);
+    const ImplicitSurface surface(cloud, 4800, 1.83 * kMm);
+    const Errors errors = measure(surface, over_face(0.3));
+    EXPECT_EQ(errors.undefined, 0);
+    EXPECT_LT(errors.mean_mm, mean_mm);
+    // Edges stay sharp, up to where normals point to the other face as often as to their own.
+    if (noise_deg < 20) {
+      EXPECT_LT(measure(surface, around_edge(0.8)).mean_mm, 0.05);  // as T4
+    }
   }
 }
 
@@ -293,21 +414,40 @@ TEST(ImplicitSurface, SamplesWithADividedVoteAreIgnored) {
   EXPECT_EQ(measure(ImplicitSurface(cloud, 4800, 1.83 * kMm), over_face(0.3)).undefined, 0);
 }
 
-TEST(ImplicitSurface, T12SmallHolesAreBridged) {
-  for (const double radius_mm : {1.0, 2.0}) {
+TEST(ImplicitSurface, T12HolesAreBridged) {
+  // By the plane at the rim, so exactly on a face. On a sphere it lies up to r^2/2R off in the middle of the hole, twice
+  // that where the plane comes from the far rim. Wider holes than the reach are refused: see find_holes().
+  const auto disc = [](Random& random, double radius_mm) -> Eigen::Vector2d {
+    const double r_m = radius_mm * kMm * std::sqrt(random.between(0.0, 1.0));
+    const double angle = random.between(0.0, 2.0 * std::numbers::pi);
+    return {r_m * std::cos(angle), r_m * std::sin(angle)};
+  };
+  const double R_mm = 25.0;
+  const PointCloud sphere = sample_sphere(R_mm * kMm, 11400);  // spacing 0.83 mm
+  for (const double radius_mm : {1.0, 2.0, 4.0}) {
     SCOPED_TRACE(radius_mm);
-    const auto in_hole = [&](const Vector3d& p_m) {
-      return p_m.y() > 0.99 * kHalf_m.y() && std::hypot(p_m.x(), p_m.z()) < radius_mm * kMm;
+    const auto torn = [&](const PointCloud& cloud, const Vector3d& centre_m) {
+      return subset(cloud, [&](Index i) { return (cloud.points_m.col(i) - centre_m).norm() > radius_mm * kMm; });
     };
-    const PointCloud torn = subset(box_cloud(), [&](Index i) { return !in_hole(box_cloud().points_m.col(i)); });
-    ASSERT_LT(torn.points_m.cols(), 36000);
-    const Errors errors = measure(ImplicitSurface(torn, 4800, 1.83 * kMm), [&](Random& random) -> Vector3d {
-      const double r = radius_mm * std::sqrt(random.between(0.0, 1.0));
-      const double angle = random.between(0.0, 2.0 * std::numbers::pi);
-      return {r * kMm * std::cos(angle), kHalf_m.y() + 0.3 * kMm, r * kMm * std::sin(angle)};
-    });
-    EXPECT_EQ(errors.undefined, 0);
-    EXPECT_LT(errors.max_mm, 0.01);  // flat, as T1
+    const double reach_m = 5 * kMm;
+    const Errors on_face = measure(
+        ImplicitSurface(torn(box_cloud(), {0.0, kHalf_m.y(), 0.0}), 4700, 1.83 * kMm),
+        [&](Random& random) -> Vector3d {
+          const Eigen::Vector2d at_m = disc(random, radius_mm);
+          return {at_m.x(), kHalf_m.y() + 0.3 * kMm, at_m.y()};
+        },
+        reach_m);
+    EXPECT_EQ(on_face.undefined, 0);
+    EXPECT_LT(on_face.max_mm, 0.01);  // flat, as T1
+    const Errors on_sphere = measure(
+        ImplicitSurface(torn(sphere, R_mm * kMm * Vector3d::UnitZ()), 1500, 1.83 * kMm),
+        [&](Random& random) -> Vector3d {
+          const Eigen::Vector2d at_m = disc(random, radius_mm);
+          return (R_mm + 0.3) * kMm * Vector3d(at_m.x(), at_m.y(), R_mm * kMm).normalized();
+        },
+        [&](const Vector3d& x_m) { return x_m.norm() - R_mm * kMm; }, reach_m);
+    EXPECT_EQ(on_sphere.undefined, 0);
+    EXPECT_LT(on_sphere.max_mm, 0.03 + radius_mm * radius_mm / R_mm);
   }
 }
 
@@ -321,6 +461,21 @@ TEST(ImplicitSurface, T13ThinnedCloudsGetAWiderSupport) {
     const Errors errors = measure(surface, over_face(0.3), 2.0 * surface.support_m());
     EXPECT_EQ(errors.undefined, 0);
     EXPECT_LT(errors.max_mm, 0.01);  // flat, as T1
+  }
+}
+
+TEST(ImplicitSurface, T13UnevenDensityGetsTheSupportOfItsSparsestRegion) {
+  Random random(13);
+  const PointCloud uneven =
+      subset(box_cloud(), [&](Index i) { return box_cloud().points_m(2, i) < 0.0 || random.between(0.0, 1.0) < 0.25; });
+  const double support_m = covering_support_m(uneven);
+  // A quarter of the samples: twice the spacing, found to 10 % as chance has it.
+  EXPECT_NEAR(support_m, 2.0 * 1.83 * kMm, 0.2 * 1.83 * kMm);
+  const ImplicitSurface surface(uneven, uneven.points_m.cols() / 8, support_m);
+  for (const Query& query : {over_face(0.3), over_face(-1.0), around_edge(0.8), around_corner(0.8)}) {
+    const Errors errors = measure(surface, query);
+    EXPECT_EQ(errors.undefined, 0);
+    EXPECT_EQ(errors.wrong_sign, 0);
   }
 }
 
@@ -401,14 +556,14 @@ TEST(ImplicitSurface, ConcaveEdgesAreUnionsOfHalfSpaces) {
 }
 
 TEST(ImplicitSurface, CancellingNormalsAreNoSurface) {
-  // Two sheets in one place that face opposite ways have no outside.
+  // Two sheets in one place that face opposite ways have no outside: every vote is divided.
   const PointCloud face = subset(box_cloud(), [](Index i) { return box_cloud().normals(1, i) > 0.5; });
   const Index n = face.points_m.cols();
   PointCloud sheets{Matrix3Xd(3, 2 * n), Matrix3Xd(3, 2 * n)};
   sheets.points_m << face.points_m, face.points_m;
   sheets.normals << face.normals, -face.normals;
-  const Errors errors = measure(ImplicitSurface(sheets, 2400, 1.83 * kMm), over_face(0.3));
-  EXPECT_EQ(errors.undefined, kQueries);
+  EXPECT_EQ(repair(sheets, 1.83 * kMm).doubtful_share, 1.0);
+  EXPECT_EQ(sheets.points_m.cols(), 0);
 }
 
 TEST(ImplicitSurface, DegenerateCloudsGiveNoNan) {

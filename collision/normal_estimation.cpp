@@ -1,0 +1,106 @@
+#include "collision/normal_estimation.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <queue>
+#include <stdexcept>
+#include <tuple>
+#include <vector>
+
+#include "collision/point_grid.h"
+
+namespace thenar {
+
+using Eigen::Index;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+namespace {
+
+/// The normal, of either sign, of the plane near sample i.
+Vector3d plane_normal(const PointCloud& cloud, const PointGrid& grid, Index i, double radius_m) {
+  Vector3d n = Vector3d::Zero();
+  // The first plane is that of all neighbours; each of the next listens less to those far from the last.
+  for (int pass = 0; pass < 6; ++pass) {
+    // From half the radius down to a tenth.
+    const double height_m = radius_m * std::max(0.1, 0.5 * std::pow(0.7, pass - 1));
+    Matrix3d moments = Matrix3d::Zero();
+    double sum = 0.0;
+    grid.for_each_neighbour(i, [&](Index j, double distance_m) {
+      const Vector3d step_m = cloud.points_m.col(j) - cloud.points_m.col(i);
+      const double height = pass == 0 ? 0.0 : step_m.dot(n) / height_m;
+      const double near = 1.0 - distance_m * distance_m / (radius_m * radius_m);
+      const double weight = near / ((1.0 + height * height) * (1.0 + height * height));
+      sum += weight;
+      moments += weight * step_m * step_m.transpose();
+    });
+    if (!(sum > 0.0)) return Vector3d::UnitZ();
+    // The plane passes through the sample, which lies on its own face only: through the mean an edge would be cut.
+    n = Eigen::SelfAdjointEigenSolver<Matrix3d>().computeDirect(moments).eigenvectors().col(0);
+  }
+  return n;
+}
+
+/// The normal at the other end of the step if both lie on one arc: n mirrored in the plane across the step.
+Vector3d carried(const Vector3d& n, const Vector3d& step_m) {
+  return n - 2.0 * n.dot(step_m) / step_m.squaredNorm() * step_m;
+}
+
+/// Gives all samples joined to the start signs that agree with its own, by Prim's algorithm; returns these samples.
+std::vector<Index> spread_sign(PointCloud& cloud, const PointGrid& grid, Index start, std::vector<char>& reached) {
+  using Edge = std::tuple<double, Index, Index>;  // doubt, from, to
+  std::priority_queue<Edge, std::vector<Edge>, std::greater<>> edges;
+  std::vector<Index> part;
+  const auto reach = [&](Index i) {
+    reached[i] = 1;
+    part.push_back(i);
+    grid.for_each_neighbour(i, [&](Index j, double) {
+      const Vector3d step_m = cloud.points_m.col(j) - cloud.points_m.col(i);
+      if (reached[j] != 0 || !(step_m.squaredNorm() > 0.0)) return;
+      edges.emplace(1.0 - std::abs(carried(cloud.normals.col(i), step_m).dot(cloud.normals.col(j))), i, j);
+    });
+  };
+  reach(start);
+  while (!edges.empty()) {
+    const auto [doubt, from, to] = edges.top();
+    edges.pop();
+    if (reached[to] != 0) continue;
+    const Vector3d step_m = cloud.points_m.col(to) - cloud.points_m.col(from);
+    if (carried(cloud.normals.col(from), step_m).dot(cloud.normals.col(to)) < 0.0) cloud.normals.col(to) *= -1.0;
+    reach(to);
+  }
+  return part;
+}
+
+/// Three times the volume that the samples enclose, in units of the area that one stands for: negative if they point inward.
+double volume(const PointCloud& cloud, const std::vector<Index>& part) {
+  double sum = 0.0;
+  for (const Index i : part) sum += cloud.normals.col(i).dot(cloud.points_m.col(i) - cloud.points_m.col(part.front()));
+  return sum;
+}
+
+}  // namespace
+
+void estimate_normals(PointCloud& cloud) {
+  const Index count = cloud.points_m.cols();
+  const double spacing_m = sample_spacing_m(cloud);
+  if (!(spacing_m > 0.0)) throw std::invalid_argument("estimate_normals: all samples lie in one place");
+  cloud.normals.resize(3, count);
+  {
+    const double radius_m = 3.0 * spacing_m;
+    const PointGrid grid(cloud.points_m, radius_m);
+    for (Index i = 0; i < count; ++i) cloud.normals.col(i) = plane_normal(cloud, grid, i, radius_m);
+  }
+
+  const PointGrid grid(cloud.points_m, 2.0 * spacing_m);
+  std::vector<char> reached(count, 0);
+  for (Index i = 0; i < count; ++i) {
+    if (reached[i] != 0) continue;
+    const std::vector<Index> part = spread_sign(cloud, grid, i, reached);
+    if (volume(cloud, part) >= 0.0) continue;
+    for (const Index k : part) cloud.normals.col(k) *= -1.0;
+  }
+}
+
+}  // namespace thenar

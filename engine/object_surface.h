@@ -1,0 +1,21 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "collision/implicit_surface.h"
+#include "engine/scene.h"
+
+namespace thenar {
+
+/// The share of its radius by which a fingertip may be pressed in, or have moved against the object since a frame's
+/// snapshot: beyond it no law used here holds, and other points touch than those of the frame.
+inline constexpr double kTrustPerRadius = 0.5;
+
+/// The surface of a scene's object: a shape is sampled; a scan is read, given normals where it has none, mended (repair(),
+/// find_holes()), and what was done is added to `notes`, one sentence each.
+/// Throws FileError for a file that cannot be read or is no surface: normals that contradict each other, points off any
+/// surface, holes that a fingertip does not see across, a size that makes no sense.
+[[nodiscard]] ImplicitSurface make_object_surface(const Scene& scene, std::vector<std::string>& notes);
+
+}  // namespace thenar
