@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cassert>
 #include <chrono>
+#include <cmath>
+#include <limits>
 #include <optional>
 #include <tuple>
 
@@ -35,58 +37,81 @@ bool later(const Prospect& a, const Prospect& b) { return a.estimate_m > b.estim
 void set_up(const Eigen::Matrix3Xd& control_points_m, FindingMemory& memory) {
   memory.known.assign(control_points_m.cols(), Known{});
   memory.prospects.reserve(control_points_m.cols());
+  memory.wakes_m.assign(control_points_m.cols(), 0.0);
   memory.centre_m = control_points_m.rowwise().mean();
   memory.radius_m = (control_points_m.colwise() - memory.centre_m).colwise().norm().maxCoeff();
 }
 
-/// The sample nearest to x, or -1: what is known, or a search.
-Index nearest_sample(const ImplicitSurface& surface, const Vector3d& x_m, double reach_m, Index hint, Known& known) {
+/// Adds the way from the last pose to this one: |X c - X' c| + |R - R'| r for the sphere (c, r) around the points.
+void travel(const Eigen::Isometry3d& X_SB, const ContactFindingSettings& settings, FindingMemory& memory) {
+  const double shift_m = (X_SB * memory.centre_m - memory.X_SB * memory.centre_m).norm();
+  const double turn = (X_SB.linear() - memory.X_SB.linear()).norm();
+  if (shift_m > 0.0 || turn > 0.0) memory.travelled_m += shift_m + turn * memory.radius_m + 1e-3 * kRounding_m;
+  memory.X_SB = X_SB;
+  // After a metre sums begin to lose what a step adds.
+  if (settings.band_m == memory.band_m && settings.reach_m == memory.reach_m && memory.travelled_m < 1.0) return;
+  memory.band_m = settings.band_m;
+  memory.reach_m = settings.reach_m;
+  memory.travelled_m = 0.0;
+  std::fill(memory.wakes_m.begin(), memory.wakes_m.end(), 0.0);
+}
+
+/// What is known of the sample nearest to x, after a search if it was not known.
+struct Start {
+  Index sample;   // -1: none in reach
+  double free_m;  // it stays so while x moves less
+};
+
+Start find_start(const ImplicitSurface& surface, const Vector3d& x_m, double reach_m, Index hint, Known& known) {
   const double moved_m = (x_m - known.at_m).norm();
   if (known.sample >= 0) {
     // At the reach itself the search decides.
     const bool within = (surface.cloud().points_m.col(known.sample) - x_m).norm() < reach_m - kRounding_m;
-    if (moved_m < known.free_m && within) return known.sample;
+    if (moved_m < known.free_m && within) return {known.sample, known.free_m - moved_m};
     hint = known.sample;
   } else if (known.free_m - moved_m > reach_m) {
-    return -1;
+    return {-1, known.free_m - moved_m - reach_m};
   }
   const SampleBlocks::Nearest found = surface.nearest(x_m, reach_m, kBeyond * surface.support_m(), hint);
   // At x + d the sample is at most |d| farther, and all others are at most |d| nearer.
   const double free_m = found.sample < 0 ? found.others_m : 0.5 * (found.others_m - found.distance_m);
   known = {x_m, free_m - kRounding_m, found.sample};
-  return found.sample;
+  return {found.sample, found.sample < 0 ? known.free_m - reach_m : known.free_m};
 }
 
 /// Fills memory.prospects with the control points inside the surface's bounds grown by the band and near a sample, but
 /// for those whose gap is surely not below the band.
 void find_prospects(const Eigen::Matrix3Xd& control_points_m, const Eigen::Isometry3d& X_SB,
                     const ImplicitSurface& surface, const ContactFindingSettings& settings, FindingMemory& memory) {
-  using Eigen::Array4d;
   memory.prospects.clear();
-  const double band_m = settings.band_m, band_squared = band_m * band_m;
-  if (surface.bounds().squaredExteriorDistance(X_SB * memory.centre_m) >= std::pow(memory.radius_m + band_m, 2)) return;
-
-  // Four lanes, the last one idle, and every axis for itself: this only spares most points the exact test.
-  const auto wide = [](const auto& v) { return Array4d(v[0], v[1], v[2], 0.0); };
-  const Array4d R_x = wide(X_SB.linear().col(0)), R_y = wide(X_SB.linear().col(1)), R_z = wide(X_SB.linear().col(2));
-  const Array4d p = wide(X_SB.translation());
-  const Array4d low = wide(surface.bounds().min()) - (band_m + kRounding_m);
-  const Array4d high = wide(surface.bounds().max()) + (band_m + kRounding_m);
+  const double band_m = settings.band_m;
+  // No point is nearer to the surface than to its bounds.
+  const auto beyond_bounds_m = [&](const Vector3d& p_S) {
+    return std::sqrt(surface.bounds().squaredExteriorDistance(p_S)) - band_m;
+  };
+  if (beyond_bounds_m(X_SB * memory.centre_m) > memory.radius_m + kRounding_m) return;
 
   Index hint = -1;
   for (Index i = 0; i < control_points_m.cols(); ++i) {
-    const double* c = control_points_m.col(i).data();
-    const Array4d at = p + R_x * c[0] + R_y * c[1] + R_z * c[2];
-    if ((low - at).max(at - high).maxCoeff() > 0.0) continue;
+    if (memory.travelled_m < memory.wakes_m[i]) continue;
+    const auto sleep = [&](double way_m) { memory.wakes_m[i] = memory.travelled_m + way_m - kRounding_m; };
     const Vector3d p_S = X_SB * control_points_m.col(i);
-    // No point is nearer to the surface than to its bounds.
-    if (surface.bounds().squaredExteriorDistance(p_S) >= band_squared) continue;
-    const Index sample = nearest_sample(surface, p_S, settings.reach_m, hint, memory.known[i]);
-    if (sample < 0) continue;
-    hint = sample;
-    const ImplicitSurface::Estimate estimate = surface.estimate(p_S, sample);
-    if (estimate.least_m >= band_m) continue;
-    memory.prospects.push_back({i, p_S, sample, estimate.distance_m, estimate.least_m});
+    if (const double way_m = beyond_bounds_m(p_S); way_m >= 0.0) {
+      sleep(way_m);
+      continue;
+    }
+    const Start start = find_start(surface, p_S, settings.reach_m, hint, memory.known[i]);
+    if (start.sample < 0) {
+      sleep(start.free_m);
+      continue;
+    }
+    hint = start.sample;
+    const ImplicitSurface::Estimate estimate = surface.estimate(p_S, start.sample);
+    if (estimate.least_m >= band_m) {
+      sleep(std::min({start.free_m, estimate.least_m - band_m, estimate.firm_m}));
+      continue;
+    }
+    memory.prospects.push_back({i, p_S, start.sample, estimate.distance_m, estimate.least_m});
   }
 }
 
@@ -121,6 +146,7 @@ FindingReport find_contacts(const Eigen::Matrix3Xd& control_points_m, const Eige
   if (settings.max_contacts == 0) return report;
 
   Budget budget(settings);
+  travel(X_SB, settings, memory);
   find_prospects(control_points_m, X_SB, surface, settings, memory);
   std::vector<Prospect>& prospects = memory.prospects;
   std::make_heap(prospects.begin(), prospects.end(), later);

@@ -43,8 +43,15 @@ struct FindingMemory {
     double estimate_m;  ///< Of its gap.
     double least_m;     ///< Its gap is this or more.
   };
-  std::vector<Known> known;                            // of each control point
-  std::vector<Prospect> prospects;                     // room for one call's
+  std::vector<Known> known;         // of each control point
+  std::vector<Prospect> prospects;  // room for one call's
+
+  // A control point that is no prospect sleeps until the body has travelled so far that it might be one.
+  std::vector<double> wakes_m;  // of each control point, at this travelled_m
+  double travelled_m = 0.0;     // no control point went farther
+  Eigen::Isometry3d X_SB = Eigen::Isometry3d::Identity();
+  double band_m = 0.0, reach_m = 0.0;  // what the sleepers are asleep for
+
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  // of a sphere around the control points, in their frame
   double radius_m = 0.0;
 };

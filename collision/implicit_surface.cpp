@@ -231,19 +231,21 @@ ImplicitSurface::Estimate ImplicitSurface::estimate(const Vector3d& x_m, Index s
   const Start& start = starts_[sample];
   const Vector3d from_a = x_m - start.plane.a_m;
   const double f_m = start.plane.n.dot(from_a);
-  const double stray = from_a.squaredNorm() - f_m * f_m;
-  const bool bounded = start.plane.least_cosine >= kUnlike && stray < kStray * kStray * support_m_ * support_m_;
-  if (!bounded) return {f_m, -std::numeric_limits<double>::infinity()};
+  const double stray_m = std::sqrt(std::max(0.0, from_a.squaredNorm() - f_m * f_m));
+  const double firm_m = kStray * support_m_ - stray_m;
+  if (start.plane.least_cosine < kUnlike || firm_m < kRounding) {
+    return {f_m, -std::numeric_limits<double>::infinity(), 0.0};
+  }
   const double height_m = f_m - start.rise_m;
   const double least_m = height_m * (height_m > 0.0 ? start.cosine : 1.0) - start.lean_m;
   if (least_m < -kDeep * support_m_) {
     // Faces that meet this one concavely could be nearer, if there are others.
     const double way_m = (x_m - point_m(sample)).norm();
     if (start.clear_m < way_m + widest_m(way_m)) {
-      return {f_m, -std::numeric_limits<double>::infinity()};
+      return {f_m, -std::numeric_limits<double>::infinity(), 0.0};
     }
   }
-  return {f_m, least_m};
+  return {f_m, least_m, firm_m};
 }
 
 }  // namespace thenar

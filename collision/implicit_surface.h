@@ -56,6 +56,7 @@ class ImplicitSurface {
   struct Estimate {
     double distance_m;  ///< After the first projection.
     double least_m;     ///< The distance is this or more; -inf near edges, where several faces compete.
+    double firm_m;  ///< While x moves no farther and starts from this sample, least_m falls no faster than it moves.
   };
   [[nodiscard]] Estimate estimate(const Eigen::Vector3d& x_m, Eigen::Index sample) const noexcept;
 
