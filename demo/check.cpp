@@ -10,16 +10,33 @@ namespace {
 
 using namespace thenar;
 
+struct DescribeShape {
+  std::ostream& out;
+
+  void named(const char* name, const Eigen::Vector3d& size_m) const {
+    out << name << " of " << 1e3 * size_m.x() << " x " << 1e3 * size_m.y() << " x " << 1e3 * size_m.z() << " mm";
+  }
+  void operator()(const BoxShape& box) const { named("box", box.size_m); }
+  void operator()(const EllipsoidShape& ellipsoid) const { named("ellipsoid", ellipsoid.size_m); }
+  void operator()(const SuperquadricShape& shape) const {
+    named("superquadric", shape.size_m);
+    out << " and exponents " << shape.exponents.north_south << " and " << shape.exponents.east_west;
+  }
+  void operator()(const SphereShape& sphere) const { out << "sphere of radius " << 1e3 * sphere.radius_m << " mm"; }
+  void operator()(const CylinderShape& cylinder) const {
+    out << "cylinder of radius " << 1e3 * cylinder.radius_m << " mm, " << 1e3 * cylinder.length_m << " mm long";
+  }
+  void operator()(const Mug& mug) const {
+    out << "mug of radius " << 1e3 * mug.radius_m << " mm, " << 1e3 * mug.height_m << " mm high, its wall "
+        << 1e3 * mug.wall_m << " mm" << (mug.handle ? ", with a handle" : "");
+  }
+  void operator()(const CloudShape& scan) const { out << "surface scanned in " << scan.file.string(); }
+};
+
 void describe_object(const ObjectSettings& object, std::ostream& out) {
   out << "  object          rigid ";
-  if (const auto* box = std::get_if<BoxShape>(&object.shape)) {
-    out << "box of " << 1e3 * box->size_m.x() << " x " << 1e3 * box->size_m.y() << " x " << 1e3 * box->size_m.z()
-        << " mm, " << object.points << " points";
-  } else if (const auto* sphere = std::get_if<SphereShape>(&object.shape)) {
-    out << "sphere of radius " << 1e3 * sphere->radius_m << " mm, " << object.points << " points";
-  } else {
-    out << "surface scanned in " << std::get<CloudShape>(object.shape).file.string();
-  }
+  std::visit(DescribeShape{out}, object.shape);
+  if (object.points > 0) out << ", " << object.points << " points";
   out << ", " << 1e3 * object.mass_kg << " g\n";
 }
 

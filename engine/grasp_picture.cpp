@@ -7,6 +7,7 @@
 #include <numbers>
 #include <vector>
 
+#include "collision/shapes.h"
 #include "engine/gnuplot.h"
 #include "engine/surface_display.h"
 

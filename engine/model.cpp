@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "collision/cloud_repair.h"
+#include "collision/shapes.h"
 #include "engine/files.h"
 #include "engine/point_cloud_file.h"
 
@@ -25,15 +26,24 @@ constexpr double kMostDoubtful = 0.1;
 // A fingertip reaches it when a grip closes at once.
 constexpr double kClosingSpeed = 0.1;  // [m/s]
 
-PointCloud make_cloud(const ObjectSettings& object) {
-  if (const auto* box = std::get_if<BoxShape>(&object.shape)) return sample_box(box->size_m, object.points);
-  if (const auto* sphere = std::get_if<SphereShape>(&object.shape))
-    return sample_sphere(sphere->radius_m, object.points);
-  return load_ply(std::get<CloudShape>(object.shape).file);
-}
+/// A shape's surface as `points` samples; a scan brings its own.
+struct MakeCloud {
+  Index points;
+  PointCloud operator()(const BoxShape& box) const { return sample_box(box.size_m, points); }
+  PointCloud operator()(const SphereShape& sphere) const { return sample_sphere(sphere.radius_m, points); }
+  PointCloud operator()(const EllipsoidShape& ellipsoid) const { return sample_ellipsoid(ellipsoid.size_m, points); }
+  PointCloud operator()(const CylinderShape& cylinder) const {
+    return sample_cylinder(cylinder.radius_m, cylinder.length_m, points);
+  }
+  PointCloud operator()(const SuperquadricShape& shape) const {
+    return sample_superquadric(shape.size_m, shape.exponents, points);
+  }
+  PointCloud operator()(const Mug& mug) const { return sample_mug(mug, points); }
+  PointCloud operator()(const CloudShape& scan) const { return load_ply(scan.file); }
+};
 
 ImplicitSurface make_surface(const ObjectSettings& object) {
-  PointCloud cloud = make_cloud(object);
+  PointCloud cloud = std::visit(MakeCloud{object.points}, object.shape);
   const CloudRepair repaired = repair(cloud, 2.2 * sample_spacing_m(cloud));
   if (repaired.doubtful_share > kMostDoubtful) {
     throw std::invalid_argument(

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "collision/shapes.h"
+
 namespace thenar {
 
 using Eigen::Index;

@@ -69,22 +69,54 @@ Matrix3d read_rotation(const ConfigMap& map) {
   return Eigen::Quaterniond(R).normalized().toRotationMatrix();
 }
 
+/// A length of a shape.
+double read_length(const ConfigMap& map, std::string_view key) {
+  const double length_m = map.positive(key, Dimension::kLength);
+  if (length_m < kSmallest_m || length_m > kLargest_m) map.refuse(key, "must measure 0.1 mm to 10 m");
+  return length_m;
+}
+
+/// The full sizes of a shape along its axes.
+Vector3d read_size(const ConfigMap& map, std::string_view key) {
+  const Vector3d size_m = map.positive3(key, Dimension::kLength);
+  if (size_m.minCoeff() < kSmallest_m || size_m.maxCoeff() > kLargest_m) map.refuse(key, "must measure 0.1 mm to 10 m");
+  return size_m;
+}
+
+CylinderShape read_cylinder(const ConfigMap& map) { return {read_length(map, "radius"), read_length(map, "length")}; }
+
+SuperquadricShape read_superquadric(const ConfigMap& map) {
+  const Vector3d size_m = read_size(map, "size");
+  const Eigen::VectorXd exponents = map.numbers("exponents", 2);
+  if (exponents.minCoeff() < kLeastExponent || exponents.maxCoeff() > kLargestExponent) {
+    map.refuse("exponents", "must lie within 0.1 .. 2");
+  }
+  return {size_m, {exponents[0], exponents[1]}};
+}
+
+Mug read_mug(const ConfigMap& map) {
+  Mug mug{read_length(map, "radius"), read_length(map, "height"), read_length(map, "wall"), std::nullopt};
+  if (mug.wall_m >= std::min(mug.radius_m, mug.height_m)) map.refuse("wall", "must be less than radius and height");
+  if (!map.has("handle")) return mug;
+  const ConfigMap handle = map.map("handle");
+  mug.handle = MugHandle{read_length(handle, "radius"), read_length(handle, "thickness")};
+  if (!mug.handle_fits() && !handle.is_refused("radius") && !handle.is_refused("thickness")) {
+    map.refuse("handle",
+               "thickness must be less than twice its radius, and both together fit the mug: "
+               "radius + thickness/2 less than the mug's radius and half its height");
+  }
+  return mug;
+}
+
 Shape read_shape(const ConfigMap& map) {
-  const std::string kind = map.one_of({"box", "sphere", "cloud"});
-  const auto check = [&](double least_m, double most_m) {
-    if (least_m < kSmallest_m || most_m > kLargest_m) map.refuse(kind, "must measure 0.1 mm to 10 m");
-  };
-  if (kind == "box") {
-    const Vector3d size_m = map.positive3("box", Dimension::kLength);
-    check(size_m.minCoeff(), size_m.maxCoeff());
-    return BoxShape{size_m};
-  }
-  if (kind == "sphere") {
-    const double radius_m = map.positive("sphere", Dimension::kLength);
-    check(radius_m, radius_m);
-    return SphereShape{radius_m};
-  }
-  return CloudShape{kind.empty() ? std::filesystem::path() : map.path("cloud")};
+  const std::string kind = map.one_of({"box", "sphere", "ellipsoid", "cylinder", "superquadric", "mug", "cloud"});
+  if (kind == "box") return BoxShape{read_size(map, kind)};
+  if (kind == "sphere") return SphereShape{read_length(map, kind)};
+  if (kind == "ellipsoid") return EllipsoidShape{read_size(map, kind)};
+  if (kind == "cylinder") return read_cylinder(map.map(kind));
+  if (kind == "superquadric") return read_superquadric(map.map(kind));
+  if (kind == "mug") return read_mug(map.map(kind));
+  return CloudShape{kind.empty() ? std::filesystem::path() : map.path(kind)};
 }
 
 ObjectSettings read_object(const ConfigMap& map) {

@@ -8,23 +8,35 @@
 #include <variant>
 #include <vector>
 
+#include "collision/shapes.h"
 #include "engine/hand.h"
 #include "engine/pulp.h"
 #include "solvers/grasp_forces.h"
 
 namespace thenar {
 
+// Sizes are full sizes along the object's axes x, y, z; an axis of revolution is z. See collision/shapes.h.
 struct BoxShape {
   Eigen::Vector3d size_m;
 };
 struct SphereShape {
   double radius_m = 0.0;
 };
+struct EllipsoidShape {
+  Eigen::Vector3d size_m;
+};
+struct CylinderShape {
+  double radius_m = 0.0, length_m = 0.0;
+};
+struct SuperquadricShape {
+  Eigen::Vector3d size_m;
+  Exponents exponents;
+};
 /// A scanned surface: points and normals from a file, in metres.
 struct CloudShape {
   std::filesystem::path file;
 };
-using Shape = std::variant<BoxShape, SphereShape, CloudShape>;
+using Shape = std::variant<BoxShape, SphereShape, EllipsoidShape, CylinderShape, SuperquadricShape, Mug, CloudShape>;
 
 struct ObjectSettings {
   Shape shape;

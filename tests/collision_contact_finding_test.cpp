@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "collision/contact_finding.h"
+#include "collision/shapes.h"
 #include "collision/sphere_tree.h"
 #include "tests/allocation_counter.h"
 

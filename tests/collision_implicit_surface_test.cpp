@@ -12,6 +12,7 @@
 
 #include "collision/cloud_repair.h"
 #include "collision/implicit_surface.h"
+#include "collision/shapes.h"
 
 // The cases T1..T14 of the point-cloud distance use a box of 50 x 50 x 100 mm of 36 000 blue-noise points (spacing
 // 0.83 mm) and h = 1.83 mm, unless said. Their bounds are requirements on the accuracy, as given.

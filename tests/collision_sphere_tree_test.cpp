@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "collision/shapes.h"
 #include "collision/sphere_tree.h"
 
 namespace thenar {

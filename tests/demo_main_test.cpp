@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "collision/point_cloud.h"
+#include "collision/shapes.h"
 #include "engine/point_cloud_file.h"
 #include "tests/program.h"
 
