@@ -88,7 +88,7 @@ struct Path {
       frame.X_WO = state.X_WO;
       forward_kinematics(scene.hand, state.q, controller.pose);
       for (int k = 0; k < kFingers; ++k) frame.X_WF[k] = controller.pose.distal(scene.hand, k);
-      find_frame_contacts(model, controller.pose, state.X_WO, controller.search, frame);
+      find_frame_contacts(model, controller.pose, state, controller.search, frame);
       fill_compliance(model, frame);
     }
     frame.sequence = sequence;

@@ -40,16 +40,6 @@ void describe_object(const ObjectSettings& object, std::ostream& out) {
   out << ", " << 1e3 * object.mass_kg << " g\n";
 }
 
-/// The band in use, and why it is not the scene's where it is wider.
-void describe_band(const Scene& scene, std::ostream& out) {
-  const double band_m = contact_band_m(scene);
-  out << 1e3 * band_m << " mm";
-  if (band_m > scene.contact.band_m) {
-    out << " (contact.band is " << 1e3 * scene.contact.band_m << " mm: too narrow for frames of this period"
-        << (scene.control_delay_s > 0.0 ? " and delay)" : ")");
-  }
-}
-
 void describe_contact(const Scene& scene, std::ostream& out) {
   if (const auto& tips = scene.fingertips) {
     out << "  fingertips      deformable: " << tips->points << " points, " << tips->leaves
@@ -59,9 +49,8 @@ void describe_contact(const Scene& scene, std::ostream& out) {
   } else {
     out << "  fingertips      rigid, one contact point each\n  contacts        at most 1 a finger";
   }
-  out << ", closer than ";
-  describe_band(scene, out);
-  out << "; friction " << scene.contact.friction << "\n";
+  out << ", closer than " << 1e3 * scene.contact.band_m
+      << " mm, or that may come so close while a frame is in use; friction " << scene.contact.friction << "\n";
 }
 
 void describe_control(const Scene& scene, std::ostream& out) {

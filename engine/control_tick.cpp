@@ -108,7 +108,7 @@ ControlReport control_tick(const Model& model, const Snapshot& snapshot, Control
   frame.wrench = weight(scene);
   frame.wrench.head<3>() += model.push(static_cast<double>(snapshot.tick) * scene.step_s);
   stage.lap();
-  find_frame_contacts(model, controller.pose, snapshot.X_WO, controller.search, frame);
+  find_frame_contacts(model, controller.pose, snapshot, controller.search, frame);
   report.find_s = stage.lap();
   fill_compliance(model, frame);
   report.factors_s = stage.lap();

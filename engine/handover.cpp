@@ -57,7 +57,6 @@ void carry_forces(const Model& model, const Frame& frame, const std::vector<Cont
 void hand_over(const Model& model, const Frame& frame, const State& state, ContactWorkspace& work) {
   carry_forces(model, frame, state.forces, work.f);
   if (work.policy.offset_decay_s > 0.0) {
-    const double limit_m = contact_band_m(model.scene);
     const bool first = work.sequence < 0;
     std::swap(work.offset_m, work.old_offset_m);
     auto old = work.contacts.begin();
@@ -69,6 +68,7 @@ void hand_over(const Model& model, const Frame& frame, const State& state, Conta
       if (old != work.contacts.end() && id_of(*old) == id_of(contact)) {
         e = work.old_offset_m[old - work.contacts.begin()] + gap_at(model, *old, state, work) - gap_m;
       }
+      const double limit_m = kTrustPerRadius * model.scene.hand.fingertips[contact.finger].radius_m;
       work.offset_m[i] = first ? 0.0 : std::clamp(e, -limit_m, limit_m);
     }
     assert(work.contacts.capacity() >= frame.contacts.size());

@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
 #include "collision/cloud_repair.h"
 #include "collision/shapes.h"
 #include "engine/files.h"
+#include "engine/fine_parts.h"
 #include "engine/point_cloud_file.h"
 
 namespace thenar {
@@ -41,6 +41,12 @@ struct MakeCloud {
   PointCloud operator()(const Mug& mug) const { return sample_mug(mug, points); }
   PointCloud operator()(const CloudShape& scan) const { return load_ply(scan.file); }
 };
+PointCloud make_cloud(const ObjectSettings& object) {
+  if (const auto* box = std::get_if<BoxShape>(&object.shape)) return sample_box(box->size_m, object.points);
+  if (const auto* sphere = std::get_if<SphereShape>(&object.shape))
+    return sample_sphere(sphere->radius_m, object.points);
+  return load_ply(std::get<CloudShape>(object.shape).file);
+}
 
 ImplicitSurface make_surface(const ObjectSettings& object) {
   PointCloud cloud = std::visit(MakeCloud{object.points}, object.shape);
@@ -69,21 +75,17 @@ double minimum_jerk(const Move& move, double time_s) {
 
 }  // namespace
 
-double contact_band_m(const Scene& scene) {
-  double trust_m = std::numeric_limits<double>::infinity();
-  for (const Fingertip& tip : scene.hand.fingertips) trust_m = std::min(trust_m, kTrustPerRadius * tip.radius_m);
-  const double way_m = 2.0 * kClosingSpeed * (scene.control_period_s + scene.control_delay_s);
-  return std::max(scene.contact.band_m, std::min(way_m, trust_m));
-}
-
 Model::Model(Scene s) : scene(std::move(s)), object(make_object(scene.object)) {
   max_contacts = kFingers;
   if (!scene.fingertips) return;
   max_contacts = kFingers * std::min(scene.contact.max_per_finger, scene.fingertips->leaves);
+  double spacing_m = 0.0;  // of control points
   for (const Fingertip& tip : scene.hand.fingertips) {
     pulps.push_back(make_spherical_pulp(tip.centre_m, tip.radius_m, scene.fingertips->points, scene.fingertips->leaves,
                                         scene.fingertips->material));
+    spacing_m = std::max(spacing_m, std::sqrt(pulps.back().area_m2.mean()));
   }
+  fine_m = fine_parts(object.cloud(), spacing_m);
 }
 
 bool Model::control_is_due(std::int64_t tick) const {

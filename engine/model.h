@@ -13,10 +13,6 @@ namespace thenar {
 /// snapshot: beyond it no law used here holds, and other points touch than those of the frame.
 inline constexpr double kTrustPerRadius = 0.5;
 
-/// Control points nearer than this to the object are contacts of a frame: the scene's band, or twice what a fingertip may
-/// close in on the object while a frame is under way and in use, within the trust in a frame.
-[[nodiscard]] double contact_band_m(const Scene& scene);
-
 /// A scene made ready to run: its data, and what is computed from them once.
 struct Model {
   explicit Model(Scene s);
@@ -24,6 +20,7 @@ struct Model {
   Scene scene;
   ImplicitSurface object;
   std::vector<Pulp> pulps;        ///< One a finger, or none: rigid point contacts.
+  Eigen::Matrix3Xd fine_m;        ///< Object's samples that control points may pass by (fine_parts): usually none.
   Eigen::Index max_contacts = 0;  ///< Capacity of a frame, all fingers together.
 
   [[nodiscard]] bool deformable() const { return !pulps.empty(); }
