@@ -23,9 +23,6 @@ namespace {
 // Fewer normals that point the wrong way are put right by their neighbours.
 constexpr double kMostDoubtful = 0.1;
 
-// A fingertip reaches it when a grip closes at once.
-constexpr double kClosingSpeed = 0.1;  // [m/s]
-
 /// A shape's surface as `points` samples; a scan brings its own.
 struct MakeCloud {
   Index points;
@@ -41,12 +38,6 @@ struct MakeCloud {
   PointCloud operator()(const Mug& mug) const { return sample_mug(mug, points); }
   PointCloud operator()(const CloudShape& scan) const { return load_ply(scan.file); }
 };
-PointCloud make_cloud(const ObjectSettings& object) {
-  if (const auto* box = std::get_if<BoxShape>(&object.shape)) return sample_box(box->size_m, object.points);
-  if (const auto* sphere = std::get_if<SphereShape>(&object.shape))
-    return sample_sphere(sphere->radius_m, object.points);
-  return load_ply(std::get<CloudShape>(object.shape).file);
-}
 
 ImplicitSurface make_surface(const ObjectSettings& object) {
   PointCloud cloud = std::visit(MakeCloud{object.points}, object.shape);
