@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <stdexcept>
 #include <utility>
 
@@ -19,9 +20,6 @@ constexpr double kFarAway = 1e30;
 // Normals more than 60 degrees apart belong to two faces; less is curvature, or noise. 60 degrees is where a sample's
 // weight ends: max(0, 2 cos - 1).
 constexpr double kUnlike = 0.5;
-
-// A lone sample is no face of its own: some neighbour must add to its weight of 1. Keeps single bad normals out.
-constexpr double kLeastWeight = 1.0001;
 
 PointCloud in_tree_order(const PointCloud& cloud, Index leaves) {
   const SphereTree tree(cloud, leaves);
@@ -130,17 +128,18 @@ std::optional<ImplicitSurface::Sample> ImplicitSurface::nearest(const Vector3d& 
   return best_block->sample(best_lane);
 }
 
-/// The sample nearest to x among those in the support about c whose normals are unlike both n_1 and n_2.
+/// The sample nearest to x among those within the radius of c whose normals are unlike all of `seen`.
 std::optional<ImplicitSurface::Sample> ImplicitSurface::nearest_unlike(const Vector3d& x_m, const Vector3d& c_m,
-                                                                       const Vector3d& n_1,
-                                                                       const Vector3d& n_2) const noexcept {
+                                                                       double radius_m,
+                                                                       std::span<const Vector3d> seen) const noexcept {
   std::optional<Sample> found;
   double best_squared = std::numeric_limits<double>::infinity();
-  for_each_block(c_m, support_m_, [&](const Block& block) {
+  for_each_block(c_m, radius_m, [&](const Block& block) {
     const Lanes squared = block.squared_distances(x_m), from_c = block.squared_distances(c_m);
-    const Lanes cosine = block.cosines(n_1).max(block.cosines(n_2));
+    Lanes cosine = block.cosines(seen[0]);
+    for (const Vector3d& n : seen.subspan(1)) cosine = cosine.max(block.cosines(n));
     for (int k = 0; k < kLanes; ++k) {
-      if (cosine[k] >= kUnlike || from_c[k] >= support_m_ * support_m_ || squared[k] >= best_squared) continue;
+      if (cosine[k] >= kUnlike || from_c[k] >= radius_m * radius_m || squared[k] >= best_squared) continue;
       best_squared = squared[k];
       found = block.sample(k);
     }
@@ -191,16 +190,21 @@ std::optional<SurfaceDistance> ImplicitSurface::distance(const Vector3d& x_m, do
   std::optional<Face> face = project(x_m, *start);
   if (!face) return std::nullopt;
 
-  if (face->least_cosine < kUnlike) {
-    // Near an edge the nearest sample may lie on either side; near a corner three faces meet.
-    const Vector3d n_1 = face->n;
-    Vector3d n_2 = n_1;
-    for (int other = 0; other < 2; ++other) {
-      const std::optional<Sample> beyond = nearest_unlike(x_m, start->point_m, n_1, n_2);
+  // Near an edge the nearest sample may lie on either side. Deep inside, another face may be as near as this one: but for
+  // the slant to the nearest sample, d^2/2|f| < h/4 where d < h/2.
+  const bool deep = face->f_m < -0.75 * support_m_;
+  if (deep || face->least_cosine < kUnlike) {
+    const Vector3d& view_m = deep ? x_m : start->point_m;
+    double radius_m = deep ? (x_m - start->point_m).norm() + 0.25 * support_m_ : support_m_;
+    // At a corner three faces meet, at that of a plate four.
+    std::array<Vector3d, 4> seen = {face->n};
+    for (std::size_t faces = 1; faces < seen.size(); ++faces) {
+      const std::optional<Sample> beyond = nearest_unlike(x_m, view_m, radius_m, {seen.data(), faces});
       const std::optional<Face> next = beyond ? project(x_m, *beyond) : std::nullopt;
       if (!next) break;
-      n_2 = next->n;
-      if (next->weight < kLeastWeight) continue;
+      seen[faces] = next->n;
+      // The rim of a thin plate is a single row of samples, which may be wide apart.
+      if (seen[0].dot(next->n) < -kUnlike) radius_m = 2.0 * support_m_;
       // Convex: each face lies behind the other's plane.
       const bool convex = (face->n - next->n).dot(next->a_m - face->a_m) < 0.0;
       if (convex ? next->f_m > face->f_m : next->f_m < face->f_m) face = next;

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "collision/point_cloud.h"
@@ -86,8 +87,8 @@ class ImplicitSurface {
   void for_each_block(const Eigen::Vector3d& c_m, double radius_m, Visit visit) const;
   [[nodiscard]] std::optional<Sample> nearest(const Eigen::Vector3d& x_m, double reach_m) const noexcept;
   [[nodiscard]] std::optional<Sample> nearest_unlike(const Eigen::Vector3d& x_m, const Eigen::Vector3d& c_m,
-                                                     const Eigen::Vector3d& n_1,
-                                                     const Eigen::Vector3d& n_2) const noexcept;
+                                                     double radius_m,
+                                                     std::span<const Eigen::Vector3d> seen) const noexcept;
   [[nodiscard]] std::optional<Face> fit(const Eigen::Vector3d& x_m, const Eigen::Vector3d& c_m,
                                         const Eigen::Vector3d& n_reference) const noexcept;
   [[nodiscard]] std::optional<Face> project(const Eigen::Vector3d& x_m, const Sample& start) const noexcept;
