@@ -5,6 +5,7 @@
 
 #include "engine/control.h"
 #include "engine/model.h"
+#include "engine/point_cloud_file.h"
 
 namespace {
 
@@ -30,7 +31,10 @@ struct DescribeShape {
     out << "mug of radius " << 1e3 * mug.radius_m << " mm, " << 1e3 * mug.height_m << " mm high, its wall "
         << 1e3 * mug.wall_m << " mm" << (mug.handle ? ", with a handle" : "");
   }
-  void operator()(const CloudShape& scan) const { out << "surface scanned in " << scan.file.string(); }
+  void operator()(const CloudShape& scan) const {
+    out << (is_mesh_file(scan.file) ? "mesh in " : "surface scanned in ") << scan.file.string();
+    if (scan.unit_m != 1.0) out << ", where 1 is " << 1e3 * scan.unit_m << " mm";
+  }
 };
 
 void describe_object(const ObjectSettings& object, std::ostream& out) {
@@ -38,6 +42,15 @@ void describe_object(const ObjectSettings& object, std::ostream& out) {
   std::visit(DescribeShape{out}, object.shape);
   if (object.points > 0) out << ", " << object.points << " points";
   out << ", " << 1e3 * object.mass_kg << " g\n";
+}
+
+/// What was mended in a surface that somebody brought.
+void describe_mending(const Scene& scene, std::ostream& out) {
+  if (!std::holds_alternative<CloudShape>(scene.object.shape)) return;
+  out << "\nmended in the object's surface\n";
+  const Model model(scene);
+  for (const std::string& note : model.object_notes) out << "  " << note << "\n";
+  if (model.object_notes.empty()) out << "  nothing\n";
 }
 
 void describe_contact(const Scene& scene, std::ostream& out) {
@@ -122,6 +135,8 @@ std::string description(const Scene& scene) {
   left_out(scene.control && !scene.control->muscles, "muscles (control.muscles)");
   left_out(scene.gravity.isZero(), "gravity (gravity)");
   if (complete) out << "  nothing\n";
+
+  describe_mending(scene, out);
 
   out << "\ndefaults used\n";
   for (const std::string& line : scene.defaults_used) out << "  " << line << "\n";

@@ -276,6 +276,11 @@ YamlNode* ConfigMap::require(std::string_view key) const {
 
 bool ConfigMap::has(std::string_view key) const { return find(key) != nullptr; }
 
+bool ConfigMap::is_map(std::string_view key) const {
+  const YamlNode* const node = find(key);
+  return node != nullptr && node->kind == Kind::kMap;
+}
+
 bool ConfigMap::is_word(std::string_view key, std::string_view word) const {
   const YamlNode* const node = find(key);
   return node != nullptr && node->kind == Kind::kScalar && node->text == word;
@@ -459,6 +464,12 @@ std::string ConfigMap::one_of(std::initializer_list<std::string_view> keys) cons
 
 void ConfigMap::use_default(std::string_view key, const std::string& value) const {
   if (node_ != nullptr) state_->defaults_used.push_back(path_of(key) + ": " + value);
+}
+
+double ConfigMap::positive_or(std::string_view key, Dimension dimension, double default_value) const {
+  if (has(key)) return positive(key, dimension);
+  use_default(key, to_text(default_value, dimension));
+  return default_value;
 }
 
 double ConfigMap::non_negative_or(std::string_view key, Dimension dimension, double default_value) const {

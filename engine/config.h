@@ -50,6 +50,7 @@ struct ConfigState;  // All that is known of the file: config.cpp.
 class ConfigMap {
  public:
   [[nodiscard]] bool has(std::string_view key) const;
+  [[nodiscard]] bool is_map(std::string_view key) const;
 
   // Numbers with a unit of the dimension.
   [[nodiscard]] double quantity(std::string_view key, Dimension dimension) const;
@@ -83,6 +84,7 @@ class ConfigMap {
   /// then returns an empty string.
   [[nodiscard]] std::string one_of(std::initializer_list<std::string_view> keys) const;
 
+  [[nodiscard]] double positive_or(std::string_view key, Dimension dimension, double default_value) const;
   [[nodiscard]] double non_negative_or(std::string_view key, Dimension dimension, double default_value) const;
   [[nodiscard]] Eigen::Vector3d vector3_or(std::string_view key, Dimension dimension,
                                            const Eigen::Vector3d& default_value) const;

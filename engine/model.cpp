@@ -26,6 +26,7 @@ constexpr double kMostDoubtful = 0.1;
 /// A shape's surface as `points` samples; a scan brings its own.
 struct MakeCloud {
   Index points;
+  std::vector<std::string>& notes;
   PointCloud operator()(const BoxShape& box) const { return sample_box(box.size_m, points); }
   PointCloud operator()(const SphereShape& sphere) const { return sample_sphere(sphere.radius_m, points); }
   PointCloud operator()(const EllipsoidShape& ellipsoid) const { return sample_ellipsoid(ellipsoid.size_m, points); }
@@ -36,11 +37,14 @@ struct MakeCloud {
     return sample_superquadric(shape.size_m, shape.exponents, points);
   }
   PointCloud operator()(const Mug& mug) const { return sample_mug(mug, points); }
-  PointCloud operator()(const CloudShape& scan) const { return load_ply(scan.file); }
+  PointCloud operator()(const CloudShape& scan) const {
+    return load_cloud(scan.file, {.unit_m = scan.unit_m, .samples = points}, notes);
+  }
 };
 
-ImplicitSurface make_surface(const ObjectSettings& object) {
-  PointCloud cloud = std::visit(MakeCloud{object.points}, object.shape);
+ImplicitSurface make_surface(const ObjectSettings& object, std::vector<std::string>& notes) {
+  PointCloud cloud = std::visit(MakeCloud{object.points, notes}, object.shape);
+  if (cloud.normals.cols() == 0) throw std::invalid_argument("has no normals");
   const CloudRepair repaired = repair(cloud, 2.2 * sample_spacing_m(cloud));
   if (repaired.doubtful_share > kMostDoubtful) {
     throw std::invalid_argument(
@@ -51,8 +55,8 @@ ImplicitSurface make_surface(const ObjectSettings& object) {
   return {cloud, std::max<Index>(1, cloud.points_m.cols() * 4800 / 36000)};
 }
 
-ImplicitSurface make_object(const ObjectSettings& object) try {
-  return make_surface(object);
+ImplicitSurface make_object(const ObjectSettings& object, std::vector<std::string>& notes) try {
+  return make_surface(object, notes);
 } catch (const std::invalid_argument& error) {  // the cloud stands for no surface
   const auto* scan = std::get_if<CloudShape>(&object.shape);
   throw FileError(scan != nullptr ? scan->file : "object.shape", error.what());
@@ -66,7 +70,7 @@ double minimum_jerk(const Move& move, double time_s) {
 
 }  // namespace
 
-Model::Model(Scene s) : scene(std::move(s)), object(make_object(scene.object)) {
+Model::Model(Scene s) : scene(std::move(s)), object(make_object(scene.object, object_notes)) {
   max_contacts = kFingers;
   if (!scene.fingertips) return;
   max_contacts = kFingers * std::min(scene.contact.max_per_finger, scene.fingertips->leaves);

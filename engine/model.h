@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "collision/implicit_surface.h"
@@ -18,6 +19,7 @@ struct Model {
   explicit Model(Scene s);
 
   Scene scene;
+  std::vector<std::string> object_notes;  ///< What was mended in the object's surface, one sentence each.
   ImplicitSurface object;
   std::vector<Pulp> pulps;        ///< One a finger, or none: rigid point contacts.
   Eigen::Matrix3Xd fine_m;        ///< Object's samples that control points may pass by (fine_parts): usually none.

@@ -1,21 +1,18 @@
 #include "engine/point_cloud_file.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
-#include <bit>
-#include <cassert>
-#include <charconv>
+#include <cctype>
 #include <cmath>
-#include <cstdint>
-#include <cstring>
 #include <limits>
-#include <optional>
-#include <string>
-#include <string_view>
-#include <vector>
 
 #include "engine/files.h"
+#include "engine/mesh_file.h"
+#include "engine/ply_file.h"
+#include "engine/text_cloud_file.h"
 
 namespace thenar {
 
@@ -23,299 +20,69 @@ namespace {
 
 using Eigen::Index;
 using Eigen::Vector3d;
-
-static_assert(std::endian::native == std::endian::little, "binary files are read and written as they are in memory");
+namespace fs = std::filesystem;
 
 constexpr Index kMinPoints = 10;
-constexpr std::array<std::string_view, 6> kNeeded = {"x", "y", "z", "nx", "ny", "nz"};
+constexpr double kSmallest_m = 1e-3, kLargest_m = 2.0;
 
-enum class Type { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kFloat, kDouble };
-
-struct Property {
-  std::string_view name;
-  Type type;
-  std::optional<Type> length_type;  ///< Of a list.
-};
-
-struct Element {
-  std::string_view name;
-  std::uint64_t count;
-  std::vector<Property> properties;
-};
-
-std::optional<Type> type_named(std::string_view name) {
-  if (name == "char" || name == "int8") return Type::kInt8;
-  if (name == "uchar" || name == "uint8") return Type::kUint8;
-  if (name == "short" || name == "int16") return Type::kInt16;
-  if (name == "ushort" || name == "uint16") return Type::kUint16;
-  if (name == "int" || name == "int32") return Type::kInt32;
-  if (name == "uint" || name == "uint32") return Type::kUint32;
-  if (name == "float" || name == "float32") return Type::kFloat;
-  if (name == "double" || name == "float64") return Type::kDouble;
-  return std::nullopt;
+/// The ending of the file's name in small letters: ".ply".
+std::string ending_of(const fs::path& file) {
+  std::string ending = file.extension().string();
+  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return ending;
 }
 
-std::size_t size_of(Type type) {
-  switch (type) {
-    case Type::kInt8:
-    case Type::kUint8:
-      return 1;
-    case Type::kInt16:
-    case Type::kUint16:
-      return 2;
-    case Type::kInt32:
-    case Type::kUint32:
-    case Type::kFloat:
-      return 4;
-    case Type::kDouble:
-      return 8;
-  }
-  return 0;
-}
-
-std::vector<std::string_view> words_of(std::string_view line) {
-  std::vector<std::string_view> words;
-  for (;;) {
-    const std::size_t begin = line.find_first_not_of(" \t\r");
-    if (begin == line.npos) return words;
-    const std::size_t end = std::min(line.find_first_of(" \t\r", begin), line.size());
-    words.push_back(line.substr(begin, end - begin));
-    line.remove_prefix(end);
-  }
-}
-
-template <typename Number>
-std::optional<Number> number_in(std::string_view word) {
-  Number number{};
-  const char* const last = word.data() + word.size();
-  const auto [end, error] = std::from_chars(word.data(), last, number);
-  if (error != std::errc() || end != last) return std::nullopt;
-  return number;
-}
-
-template <typename Number>
-double unpack(const char* bytes) {
-  Number number;
-  std::memcpy(&number, bytes, sizeof number);
-  return static_cast<double>(number);
-}
-
-double unpack(Type type, const char* bytes) {
-  switch (type) {
-    case Type::kInt8:
-      return unpack<std::int8_t>(bytes);
-    case Type::kUint8:
-      return unpack<std::uint8_t>(bytes);
-    case Type::kInt16:
-      return unpack<std::int16_t>(bytes);
-    case Type::kUint16:
-      return unpack<std::uint16_t>(bytes);
-    case Type::kInt32:
-      return unpack<std::int32_t>(bytes);
-    case Type::kUint32:
-      return unpack<std::uint32_t>(bytes);
-    case Type::kFloat:
-      return unpack<float>(bytes);
-    case Type::kDouble:
-      return unpack<double>(bytes);
-  }
-  return 0.0;
-}
-
-/// The file's bytes, read from the front. What goes wrong is told with the line or the byte.
-class Source {
- public:
-  Source(const std::filesystem::path& file, std::string_view bytes) : file_(file), bytes_(bytes) {}
-
-  [[nodiscard]] std::size_t left() const { return bytes_.size() - position_; }
-
-  [[noreturn]] void fail_at_line(const std::string& what) const {
-    throw FileError(file_, "line " + std::to_string(line_) + ": " + what);
-  }
-  [[noreturn]] void fail_at_byte(const std::string& what) const {
-    throw FileError(file_, "byte " + std::to_string(position_) + ": " + what);
-  }
-  [[noreturn]] void fail(const std::string& what) const { throw FileError(file_, what); }
-
-  /// The next line without its end. A last line without an end may have been cut, so it is refused.
-  std::string_view take_line() {
-    ++line_;
-    const std::size_t end = bytes_.find('\n', position_);
-    if (end == bytes_.npos) fail_at_line("the file is truncated: it ends here");
-    const std::string_view line = bytes_.substr(position_, end - position_);
-    position_ = end + 1;
-    return line;
-  }
-
-  double take_binary(Type type) {
-    if (left() < size_of(type)) fail_at_byte("the file is truncated: it ends here");
-    const double value = unpack(type, bytes_.data() + position_);
-    position_ += size_of(type);
-    return value;
-  }
-
-  void skip(std::size_t size) {
-    if (left() < size) fail_at_byte("the file is truncated: a list of " + std::to_string(size) + " bytes starts here");
-    position_ += size;
-  }
-
-  void expect_end(PlyFormat format) {
-    const std::string_view rest = bytes_.substr(position_);
-    if (rest.empty()) return;
-    if (format == PlyFormat::kBinaryLittleEndian) {
-      fail_at_byte("the header declares less than the file holds: " + std::to_string(rest.size()) + " bytes are left");
-    }
-    if (rest.find_first_not_of(" \t\r\n") == rest.npos) return;
-    ++line_;
-    fail_at_line("the header declares less than the file holds");
-  }
-
- private:
-  const std::filesystem::path& file_;
-  std::string_view bytes_;
-  std::size_t position_ = 0;
-  std::size_t line_ = 0;
-};
-
-struct Header {
-  PlyFormat format = PlyFormat::kAscii;
-  std::vector<Element> elements;
-};
-
-PlyFormat read_format(const Source& source, const std::vector<std::string_view>& words) {
-  if (words.size() != 3 || words[0] != "format") source.fail_at_line("'format' must follow 'ply'");
-  if (words[2] != "1.0") source.fail_at_line("PLY version " + std::string(words[2]) + " is not read, only 1.0");
-  if (words[1] == "ascii") return PlyFormat::kAscii;
-  if (words[1] == "binary_little_endian") return PlyFormat::kBinaryLittleEndian;
-  if (words[1] == "binary_big_endian") {
-    source.fail_at_line("big-endian files are not read: save it as binary_little_endian or ascii");
-  }
-  source.fail_at_line("unknown format '" + std::string(words[1]) + "'");
-}
-
-Element read_element(const Source& source, const std::vector<std::string_view>& words) {
-  const auto count = words.size() == 3 ? number_in<std::uint64_t>(words[2]) : std::nullopt;
-  if (!count) source.fail_at_line("an element needs a name and a count");
-  return {words[1], *count, {}};
-}
-
-Property read_property(const Source& source, const std::vector<std::string_view>& words) {
-  const bool is_list = words.size() == 5 && words[1] == "list";
-  if (!is_list && words.size() != 3) source.fail_at_line("a property needs a type and a name");
-  const auto type = type_named(words[words.size() - 2]);
-  const auto length_type = is_list ? type_named(words[2]) : std::nullopt;
-  if (!type || (is_list && !length_type)) source.fail_at_line("unknown type");
-  if (is_list && (*length_type == Type::kFloat || *length_type == Type::kDouble)) {
-    source.fail_at_line("the length of a list must be a whole number");
-  }
-  return {words.back(), *type, length_type};
-}
-
-Header read_header(Source& source) {
-  if (source.left() == 0) source.fail("the file is empty");
-  if (words_of(source.take_line()) != std::vector<std::string_view>{"ply"}) source.fail("not a PLY file");
-  Header header;
-  bool has_format = false;
-  for (;;) {
-    const auto words = words_of(source.take_line());
-    if (words.empty() || words[0] == "comment" || words[0] == "obj_info") continue;
-    if (!has_format) {
-      header.format = read_format(source, words);
-      has_format = true;
-    } else if (words[0] == "element") {
-      header.elements.push_back(read_element(source, words));
-    } else if (words[0] == "property" && !header.elements.empty()) {
-      header.elements.back().properties.push_back(read_property(source, words));
-    } else if (words[0] == "end_header" && words.size() == 1) {
-      return header;
-    } else {
-      source.fail_at_line("'" + std::string(words[0]) + "' is not expected in the header here");
-    }
-  }
-}
-
-/// Reads one instance of `element`, and its scalars into `values`, where a list leaves a zero.
-void read_binary(Source& source, const Element& element, std::vector<double>& values) {
-  for (std::size_t i = 0; i < element.properties.size(); ++i) {
-    const Property& property = element.properties[i];
-    values[i] = 0.0;
-    if (!property.length_type) {
-      values[i] = source.take_binary(property.type);
-      continue;
-    }
-    const double length = source.take_binary(*property.length_type);
-    if (length < 0.0) source.fail_at_byte("a list has a negative length");
-    source.skip(static_cast<std::size_t>(length) * size_of(property.type));
-  }
-}
-
-void read_ascii(Source& source, const Element& element, std::vector<double>& values) {
-  const auto words = words_of(source.take_line());
-  std::size_t next = 0;
-  const auto take = [&] {
-    if (next == words.size()) source.fail_at_line("too few values for one " + std::string(element.name));
-    const auto value = number_in<double>(words[next]);
-    if (!value) source.fail_at_line("'" + std::string(words[next]) + "' is not a number");
-    ++next;
-    return *value;
-  };
-  for (std::size_t i = 0; i < element.properties.size(); ++i) {
-    const double value = take();
-    const bool is_list = element.properties[i].length_type.has_value();
-    values[i] = is_list ? 0.0 : value;
-    if (!is_list) continue;
-    if (!(value >= 0.0 && value <= static_cast<double>(words.size()))) source.fail_at_line("wrong length of a list");
-    const auto length = static_cast<std::size_t>(value);
-    for (std::size_t item = 0; item < length; ++item) static_cast<void>(take());
-  }
-  if (next < words.size()) source.fail_at_line("too many values for one " + std::string(element.name));
-}
-
-/// The least number of bytes that one instance takes.
-std::size_t least_size(const Element& element, PlyFormat format) {
-  // In ascii every value has a digit and a blank or the line's end after it.
-  if (format == PlyFormat::kAscii) return std::max<std::size_t>(1, 2 * element.properties.size());
-  std::size_t size = 0;
-  for (const Property& property : element.properties) size += size_of(property.length_type.value_or(property.type));
-  return size;
-}
-
-/// Where the needed properties stand among those of the vertex.
-std::array<std::size_t, 6> columns_of(const Source& source, const Element& vertex) {
-  std::array<std::size_t, 6> columns{};
-  for (std::size_t i = 0; i < kNeeded.size(); ++i) {
-    const auto is_needed = [&](const Property& p) { return p.name == kNeeded[i] && !p.length_type; };
-    const auto count = std::ranges::count_if(vertex.properties, is_needed);
-    if (count == 0 && i >= 3) source.fail("needs normals nx ny nz");
-    if (count == 0) source.fail("needs coordinates x y z");
-    if (count > 1) source.fail("property " + std::string(kNeeded[i]) + " is declared twice");
-    const auto found = std::ranges::find_if(vertex.properties, is_needed);
-    columns[i] = static_cast<std::size_t>(found - vertex.properties.begin());
-  }
-  return columns;
-}
-
-void check_surface(const Source& source, const PointCloud& cloud) {
+/// Refuses points that make no surface. `cloud` is as in the file.
+void check_surface(const fs::path& file, const PointCloud& cloud) {
+  const bool has_normals = cloud.normals.cols() > 0;
   for (Index i = 0; i < cloud.points_m.cols(); ++i) {
     const std::string vertex = "vertex " + std::to_string(i) + ": ";
-    if (!cloud.points_m.col(i).allFinite()) source.fail(vertex + "the point is not finite");
-    if (!cloud.normals.col(i).allFinite()) source.fail(vertex + "the normal is not finite");
-    if (cloud.normals.col(i).isZero(0.0)) source.fail(vertex + "the normal has no length");
+    if (!cloud.points_m.col(i).allFinite()) throw FileError(file, vertex + "the point is not finite");
+    if (!has_normals) continue;
+    if (!cloud.normals.col(i).allFinite()) throw FileError(file, vertex + "the normal is not finite");
+    if (cloud.normals.col(i).isZero(0.0)) throw FileError(file, vertex + "the normal has no length");
   }
   const Index count = cloud.points_m.cols();
   if (count < kMinPoints) {
-    source.fail("needs at least " + std::to_string(kMinPoints) + " points, has " + std::to_string(count));
+    throw FileError(file, "needs at least " + std::to_string(kMinPoints) + " points, has " + std::to_string(count));
   }
   // The spread along the principal axes, of the points scaled to 1: a surface has at least two.
   Eigen::Matrix3Xd points = cloud.points_m.colwise() - cloud.points_m.col(0);
   const double scale = points.cwiseAbs().maxCoeff();
-  if (!(scale > 0.0)) source.fail("all points coincide");
-  if (!std::isfinite(scale)) source.fail("the points are too far apart");
+  if (!(scale > 0.0)) throw FileError(file, "all points coincide");
+  if (!std::isfinite(scale)) throw FileError(file, "the points are too far apart");
   points /= scale;
   points.colwise() -= points.rowwise().mean().eval();
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> spread(points * points.transpose(), Eigen::EigenvaluesOnly);
   // Squared widths: a millionth of the length is a line, also in files of single precision.
-  if (spread.eigenvalues()[1] <= 1e-12 * spread.eigenvalues()[2]) source.fail("all points lie on one line");
+  if (spread.eigenvalues()[1] <= 1e-12 * spread.eigenvalues()[2]) throw FileError(file, "all points lie on one line");
+}
+
+/// A length in the unit that reads best.
+std::string in_words(double length_m) {
+  if (length_m >= 1.0) return fmt::format("{:.3g} m", length_m);
+  if (length_m >= 1e-3) return fmt::format("{:.3g} mm", 1e3 * length_m);
+  return fmt::format("{:.3g} um", 1e6 * length_m);
+}
+
+/// Refuses what no hand grasps: almost always the units are others than was said.
+void check_size(const fs::path& file, const PointCloud& cloud, double unit_m) {
+  const Vector3d extent_m = cloud.points_m.rowwise().maxCoeff() - cloud.points_m.rowwise().minCoeff();
+  const double wide_m = extent_m.maxCoeff();
+  if (wide_m >= kSmallest_m && wide_m <= kLargest_m) return;
+  struct Unit {
+    const char* name;
+    double m;
+  };
+  constexpr std::array<Unit, 4> kUnits = {Unit{"mm", 1e-3}, Unit{"cm", 1e-2}, Unit{"m", 1.0}, Unit{"um", 1e-6}};
+  std::string guess;
+  for (const Unit& unit : kUnits) {
+    const double then_m = wide_m / unit_m * unit.m;
+    if (!guess.empty() || then_m < kSmallest_m || then_m > kLargest_m) continue;
+    guess = fmt::format(": are its units {}? write unit: {}", unit.name, unit.name);
+  }
+  throw FileError(file, fmt::format("is {} wide, where {} to {} make sense{}", in_words(wide_m), in_words(kSmallest_m),
+                                    in_words(kLargest_m), guess));
 }
 
 void normalise(Eigen::Matrix3Xd& normals) {
@@ -329,73 +96,37 @@ void normalise(Eigen::Matrix3Xd& normals) {
   }
 }
 
-template <typename Append>
-void append_vertices(const PointCloud& cloud, const Append& append) {
-  for (Index i = 0; i < cloud.points_m.cols(); ++i) {
-    for (const double value : cloud.points_m.col(i)) append(value, false);
-    append(cloud.normals(0, i), false);
-    append(cloud.normals(1, i), false);
-    append(cloud.normals(2, i), true);
-  }
-}
-
 }  // namespace
 
-PointCloud load_ply(const std::filesystem::path& file) {
-  const std::string bytes = read_file(file);
-  Source source(file, bytes);
-  const Header header = read_header(source);
-  const bool is_ascii = header.format == PlyFormat::kAscii;
-  const auto is_vertex = [](const Element& element) { return element.name == "vertex"; };
-  if (std::ranges::count_if(header.elements, is_vertex) != 1) source.fail("needs one element 'vertex'");
-  const auto columns = columns_of(source, *std::ranges::find_if(header.elements, is_vertex));
+bool is_mesh_file(const fs::path& file) {
+  const std::string ending = ending_of(file);
+  return ending == ".obj" || ending == ".stl" || ending == ".off";
+}
 
+PointCloud parse_cloud(std::string_view bytes, const fs::path& file, const CloudOptions& options,
+                       std::vector<std::string>& notes) {
+  const std::string ending = ending_of(file);
   PointCloud cloud;
-  for (const Element& element : header.elements) {
-    // Also the guard against a header that claims more than the file holds.
-    const std::size_t size = least_size(element, header.format);
-    if (size > 0 && element.count > source.left() / size) {
-      source.fail("the file is truncated: it cannot hold " + std::to_string(element.count) + " of '" +
-                  std::string(element.name) + "'");
-    }
-    if (size == 0) continue;
-    const bool is_wanted = is_vertex(element);
-    if (is_wanted) cloud.points_m.resize(3, static_cast<Index>(element.count));
-    if (is_wanted) cloud.normals.resize(3, static_cast<Index>(element.count));
-    std::vector<double> values(element.properties.size());
-    for (std::uint64_t i = 0; i < element.count; ++i) {
-      is_ascii ? read_ascii(source, element, values) : read_binary(source, element, values);
-      if (!is_wanted) continue;
-      const auto value = [&](std::size_t column) { return values[columns[column]]; };
-      cloud.points_m.col(static_cast<Index>(i)) = Vector3d(value(0), value(1), value(2));
-      cloud.normals.col(static_cast<Index>(i)) = Vector3d(value(3), value(4), value(5));
-    }
+  if (ending == ".ply") {
+    cloud = parse_ply(bytes, file);
+  } else if (ending == ".xyz") {
+    cloud = parse_xyz(bytes, file);
+  } else if (ending == ".pcd") {
+    cloud = parse_pcd(bytes, file);
+  } else if (is_mesh_file(file)) {
+    cloud = sample_mesh_file(bytes, file, options.samples, notes);
+  } else {
+    throw FileError(file, "what kind of file is it? Names end in .ply, .xyz, .pcd, .obj, .stl or .off");
   }
-  source.expect_end(header.format);
-  check_surface(source, cloud);
+  check_surface(file, cloud);
   normalise(cloud.normals);
+  cloud.points_m *= options.unit_m;
+  check_size(file, cloud, options.unit_m);
   return cloud;
 }
 
-void save_ply(const std::filesystem::path& file, const PointCloud& cloud, PlyFormat format) {
-  assert(cloud.points_m.cols() == cloud.normals.cols());
-  const bool is_ascii = format == PlyFormat::kAscii;
-  std::string bytes = "ply\nformat ";
-  bytes += is_ascii ? "ascii" : "binary_little_endian";
-  bytes += " 1.0\nelement vertex " + std::to_string(cloud.points_m.cols()) + "\n";
-  for (const std::string_view name : kNeeded) bytes.append("property double ").append(name).append("\n");
-  bytes += "end_header\n";
-  append_vertices(cloud, [&](double value, bool is_last) {
-    std::array<char, 32> buffer{};
-    if (!is_ascii) {
-      std::memcpy(buffer.data(), &value, sizeof value);
-      bytes.append(buffer.data(), sizeof value);
-      return;
-    }
-    const auto written = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value);
-    bytes.append(buffer.data(), written.ptr).append(is_last ? "\n" : " ");
-  });
-  write_file(file, bytes);
+PointCloud load_cloud(const fs::path& file, const CloudOptions& options, std::vector<std::string>& notes) {
+  return parse_cloud(read_file(file), file, options, notes);
 }
 
 }  // namespace thenar

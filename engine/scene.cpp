@@ -3,6 +3,8 @@
 #include <cmath>
 
 #include "engine/config.h"
+#include "engine/point_cloud_file.h"
+#include "engine/units.h"
 
 namespace thenar {
 
@@ -108,6 +110,20 @@ Mug read_mug(const ConfigMap& map) {
   return mug;
 }
 
+/// What 1 in a file measures: the name of a unit or, as "25.4 mm", a length.
+double read_unit(const ConfigMap& map) {
+  const std::string name = map.has("unit") ? map.text("unit") : "";
+  const Quantity unit = read_quantity("1 " + name, Dimension::kLength);
+  return unit.fault.empty() ? unit.value : map.positive_or("unit", Dimension::kLength, 1.0);
+}
+
+/// `cloud: scan.ply`, or `cloud: {file: scan.ply, unit: mm}`.
+CloudShape read_cloud(const ConfigMap& map) {
+  if (!map.is_map("cloud")) return {map.path("cloud")};
+  const ConfigMap cloud = map.map("cloud");
+  return {cloud.path("file"), read_unit(cloud)};
+}
+
 Shape read_shape(const ConfigMap& map) {
   const std::string kind = map.one_of({"box", "sphere", "ellipsoid", "cylinder", "superquadric", "mug", "cloud"});
   if (kind == "box") return BoxShape{read_size(map, kind)};
@@ -116,13 +132,18 @@ Shape read_shape(const ConfigMap& map) {
   if (kind == "cylinder") return read_cylinder(map.map(kind));
   if (kind == "superquadric") return read_superquadric(map.map(kind));
   if (kind == "mug") return read_mug(map.map(kind));
-  return CloudShape{kind.empty() ? std::filesystem::path() : map.path(kind)};
+  return kind.empty() ? CloudShape{} : read_cloud(map);
 }
 
 ObjectSettings read_object(const ConfigMap& map) {
   ObjectSettings object;
   object.shape = read_shape(map.map("shape"));
-  if (!std::holds_alternative<CloudShape>(object.shape)) object.points = map.count("points", 10, kMaxPoints);
+  const auto* const scan = std::get_if<CloudShape>(&object.shape);
+  if (scan == nullptr || is_mesh_file(scan->file)) {
+    object.points = map.count("points", 10, kMaxPoints);
+  } else if (map.has("points")) {
+    map.refuse("points", "a point cloud brings its own points: leave this out");
+  }
   object.mass_kg = map.positive("mass", Dimension::kMass);
   object.X_WO.setIdentity();
   object.X_WO.translation() = map.vector3("position", Dimension::kLength);

@@ -32,15 +32,16 @@ struct SuperquadricShape {
   Eigen::Vector3d size_m;
   Exponents exponents;
 };
-/// A scanned surface: points and normals from a file, in metres.
+/// A surface from a file, as engine/point_cloud_file.h reads it.
 struct CloudShape {
   std::filesystem::path file;
+  double unit_m = 1.0;  ///< What 1 in the file measures.
 };
 using Shape = std::variant<BoxShape, SphereShape, EllipsoidShape, CylinderShape, SuperquadricShape, Mug, CloudShape>;
 
 struct ObjectSettings {
   Shape shape;
-  Eigen::Index points = 0;  ///< Samples of a generated shape; a scan brings its own.
+  Eigen::Index points = 0;  ///< Samples of a generated shape or a mesh; a scan brings its own.
   double mass_kg = 0.0;
   Eigen::Isometry3d X_WO = Eigen::Isometry3d::Identity();  ///< Pose at the start.
   double translation_damping = 0.0;                        ///< b_t [N s/m].

@@ -11,7 +11,7 @@
 #include <string>
 
 #include "collision/shapes.h"
-#include "engine/point_cloud_file.h"
+#include "engine/ply_file.h"
 #include "tests/program.h"
 
 namespace thenar {

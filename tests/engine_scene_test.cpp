@@ -1,7 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "engine/config.h"
 #include "engine/model.h"
@@ -64,6 +66,27 @@ TEST(Scene, MakesASurfaceOfEveryShape) {
     // Samples reach the ends of the shape, but for about a spacing.
     EXPECT_NEAR(model.object.bounds().sizes().z(), shape[0] == 's' && shape[1] == 'p' ? 0.05 : 0.03, 1e-3) << shape;
   }
+}
+
+TEST(Scene, ReadsTheUnitOfACloud) {
+  const auto cloud = [](const std::string& shape, const std::string& points = "object.points=500") {
+    return std::get<CloudShape>(scene_of("minimal", {"object.shape={" + shape + "}", points}).object.shape);
+  };
+  EXPECT_EQ(cloud("cloud: a.obj").file, "a.obj");
+  EXPECT_EQ(cloud("cloud: a.obj").unit_m, 1.0);
+  EXPECT_EQ(cloud("cloud: {file: a.obj}").unit_m, 1.0);
+  EXPECT_EQ(cloud("cloud: {file: a.obj, unit: mm}").unit_m, 1e-3);
+  EXPECT_EQ(cloud("cloud: {file: a.obj, unit: 25.4 mm}").unit_m, 25.4e-3);
+  const std::vector<std::string> defaults = scene_with_shape("cloud: {file: a.obj}").defaults_used;
+  EXPECT_EQ(std::ranges::count(defaults, "object.shape.cloud.unit: 1 m"), 1);
+  EXPECT_EQ(fault_of("cloud: {file: a.obj, unit: mile}").substr(0, 25), "object.shape.cloud.unit: ");
+  EXPECT_EQ(fault_of("cloud: {file: a.obj, unit: -1 mm}"), "object.shape.cloud.unit: -1 mm must be greater than zero");
+  EXPECT_EQ(fault_of("cloud: {unit: mm}"), "object.shape.cloud.file: this key is missing");
+}
+
+TEST(Scene, AsksForPointsOfAMeshAlone) {
+  EXPECT_EQ(scene_with_shape("cloud: a.stl").object.points, 2000);
+  EXPECT_EQ(fault_of("cloud: a.ply"), "object.points: a point cloud brings its own points: leave this out");
 }
 
 TEST(Scene, RefusesShapesThatAreNone) {
