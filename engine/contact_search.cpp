@@ -63,6 +63,20 @@ struct PulpSearch {
     }
   }
 
+  /// Past a rim there is the plane of the face, and no object. Within a small way of it the depth is less in proportion,
+  /// so that no force begins or ends at once.
+  [[nodiscard]] bool is_on_object(const Vector3d& p_O, ContactCandidate& c) const {
+    const double below_m = 0.125 * model.object.support_m();
+    const auto foot = model.object.distance(p_O - (c.gap_m + below_m) * c.normal, depth_m + band_m);
+    const double share = foot ? std::min(1.0, -foot->distance_m / (0.8 * below_m)) : 0.0;
+    if (share <= 0.0) return false;
+    if (c.gap_m < 0.0 && share < 1.0) {
+      c.gap_m *= share;
+      c.point_m = p_O - c.gap_m * c.normal;
+    }
+    return true;
+  }
+
   /// The points as the drawn-in ones see the surface: none of those is beyond its middle. A contact's surface point is
   /// not then the projection of its finger point, but lies on the same plane or local sphere.
   void find_drawn_in() {
@@ -74,9 +88,7 @@ struct PulpSearch {
       const Vector3d p_O = X_OF * pulp().control_points_m.col(c.control_point);
       c.gap_m = c.normal.dot(p_O - c.point_m);
       if (c.gap_m >= band_m || is_far_side(pulp(), X_OF.linear(), c)) return true;
-      // Past a rim there is the plane, and no object.
-      const auto foot = model.object.distance(p_O - c.gap_m * c.normal, reach_m);
-      return !foot || foot->distance_m > model.scene.contact.band_m;
+      return !is_on_object(p_O, c);
     });
     keep_least_gaps(most(), candidates);
   }

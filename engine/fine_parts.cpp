@@ -14,9 +14,9 @@ using Eigen::Matrix3Xd;
 
 namespace {
 
-constexpr double kLike = 0.5;           // 60 degrees
-constexpr double kWideShare = 0.5;      // The middle of a face's edge has half a disc of it.
-constexpr double kSamplesADisc = 24.0;  // tell half a disc from a fifth, the rim of a plate of a third of the spacing
+constexpr double kLike = 0.5;        // 60 degrees
+constexpr double kWideShare = 0.42;  // At a straight edge a face covers half a disc; a rim of half its radius a third.
+constexpr double kSamplesADisc = 40.0;  // tell the two.
 
 }  // namespace
 

@@ -71,17 +71,12 @@ TEST(Program, ChecksAScene) {
 }
 
 TEST(Program, ChecksWhatTwoLoopsMakeOfAScene) {
-  // 0.1 m/s for a control period and its delay, twice: 1 mm with the scene's 5 ms, 2 mm with 5 ms of delay.
   const std::string stick = thenar_program("check " + config("stick.yaml")).text;
-  EXPECT_NE(stick.find("closer than 1 mm (contact.band is 0.3 mm"), std::string::npos) << stick;
+  EXPECT_NE(stick.find("closer than 0.3 mm, or that may come so close"), std::string::npos) << stick;
   EXPECT_NE(stick.find("spring of 500 N/m and 0.5 N m/rad"), std::string::npos) << stick;
   EXPECT_EQ(stick.find("control_delay)"), std::string::npos) << stick;
   const std::string late = thenar_program("check " + config("stick.yaml") + " --set 'time.control_delay=5 ms'").text;
-  EXPECT_NE(late.find("closer than 2 mm"), std::string::npos) << late;
   EXPECT_NE(late.find("5 ms after their snapshot"), std::string::npos) << late;
-  // One that moves less in a period keeps the scene's.
-  EXPECT_NE(thenar_program("check " + config("minimal.yaml")).text.find("closer than 0.3 mm; friction"),
-            std::string::npos);
 }
 
 TEST(Program, SaysWhichFingerSlippedWhenTheObjectIsLost) {
