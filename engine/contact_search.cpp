@@ -15,8 +15,9 @@ using Eigen::Vector3d;
 
 namespace {
 
-// A face that looks the way the pulp does there, to 60 degrees, is the far side of something thin.
-constexpr double kFarSide = 0.5;
+// A face that the pulp there does not look at, to 60 degrees, is not the one that it came through: the far side of
+// something thin, or the side of a pressed edge. On the face itself no point of a pulp within the trust looks further off.
+constexpr double kFarSide = -0.5;
 
 FrameContact frame_contact(const Model& model, const HandPose& pose, const Isometry3d& X_WO, int finger,
                            Index control_point, const Vector3d& p_F, const Vector3d& s_O, const Vector3d& n_O) {
