@@ -207,7 +207,8 @@ TEST(ContactFinding, WhatIsRememberedChangesNothing) {
         X_SB.translation() += step_m * random.direction();
         X_SB.rotate(Eigen::AngleAxisd(step_m / kFingerRadius_m, random.direction()));
         const double band_m = seed == 3 && step % 7 == 0 ? 1e-3 : 0.3e-3;
-        const ContactFindingSettings settings{band_m, seed == 3 && step % 5 == 0 ? 2.5e-3 : 4e-3, step % 3 == 0 ? 30 : 5};
+        const ContactFindingSettings settings{band_m, seed == 3 && step % 5 == 0 ? 2.5e-3 : 4e-3,
+                                              step % 3 == 0 ? 30 : 5};
         find_contacts(scene().controls_m, X_SB, shape.surface, settings, memory, found);
         expect_same(found, brute_force(scene().controls_m, X_SB, shape.surface, settings));
         if (HasFatalFailure()) return;
