@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "bench/random.h"
+#include "collision/shapes.h"
 #include "collision/sphere_tree.h"
 
 namespace thenar {

@@ -94,22 +94,6 @@ Vector3d object_displacement(const Model& model, const State& state, const Frame
   return displacement_at(half_space, state, contact.s_O, contact.n_O, area_m2(model, contact));
 }
 
-Eigen::Matrix3Xd object_displacements(const Model& model, const State& state) {
-  const PointCloud& cloud = model.object.cloud();
-  // As on a pulp of the paper's, seven or eight samples a control point.
-  const SphereTree tree(cloud, std::max<Index>(1, cloud.points_m.cols() * 2 / 15));
-  Eigen::Matrix3Xd u = Eigen::Matrix3Xd::Zero(3, std::ssize(tree.leaves()));
-  if (!model.soft_object()) return u;
-  const HalfSpace half_space(*model.scene.object.compliance);
-  for (Index i = 0; i < u.cols(); ++i) {
-    const Index sample = tree.nodes()[tree.leaves()[i]].representative;
-    // Where a load acts it is felt as by its own patch.
-    const double area = model.pulps.front().area_m2.mean();
-    u.col(i) = displacement_at(half_space, state, cloud.points_m.col(sample), cloud.normals.col(sample), area);
-  }
-  return u;
-}
-
 void remember_loads(const Model& model, const Frame& frame, const ContactKinematics& now, const Eigen::VectorXd& f,
                     State& state) {
   const PulpMaterial& material = *model.scene.object.compliance;

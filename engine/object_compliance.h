@@ -30,10 +30,6 @@ void fill_object_compliance(const Model& model, Frame& frame);
 /// u_o of the object's surface at a contact, object frame; zero for a rigid object.
 [[nodiscard]] Eigen::Vector3d object_displacement(const Model& model, const State& state, const FrameContact& contact);
 
-/// u_o at each of the object's control points, the leaves of its tree: 3 x leaves, object frame. For eyes and files; it
-/// allocates.
-[[nodiscard]] Eigen::Matrix3Xd object_displacements(const Model& model, const State& state);
-
 /// phi+ = (1 - rho) f + rho phi of the forces that the frame's contacts carry, rows (n, t1, t2) each. Loads below
 /// kForgotten_N are dropped, and the least of them where there are too many. Does not allocate.
 void remember_loads(const Model& model, const Frame& frame, const ContactKinematics& now, const Eigen::VectorXd& f,

@@ -39,7 +39,7 @@ LevelEstimate estimate(const Scene& scene, const std::vector<Pulp>& pulps, int l
       const Vector3d n = direction(scene.hand.fingertips[finger].normal, k);
       for (const double depth : kDepths) {
         const double depth_m = depth * deepest_m;
-        const PressedPulp pressed = press(pulp, n, depth_m, contact_band_m(scene), scene.contact.max_per_finger);
+        const PressedPulp pressed = press(pulp, n, depth_m, scene.contact.band_m, scene.contact.max_per_finger);
         const double error = pressed.force_N.sum() / hertz_force_N(pulp, depth_m) - 1.0;
         result.force_error += share / kDepths.size() * error * error;
         if (depth == kDepths.back()) result.contacts += share * static_cast<double>(pressed.controls.size());

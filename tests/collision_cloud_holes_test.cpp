@@ -7,6 +7,7 @@
 
 #include "collision/cloud_holes.h"
 #include "collision/cloud_repair.h"
+#include "collision/shapes.h"
 
 namespace thenar {
 namespace {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "collision/cloud_repair.h"
+#include "collision/shapes.h"
 
 // How exact distances are on repaired clouds: see T8..T13 in collision_implicit_surface_test.cpp.
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "collision/normal_estimation.h"
+#include "collision/shapes.h"
 
 namespace thenar {
 namespace {

@@ -7,9 +7,10 @@
 #include <random>
 #include <vector>
 
+#include "collision/shapes.h"
 #include "engine/contact_search.h"
 #include "engine/lockstep.h"
-#include "engine/point_cloud_file.h"
+#include "engine/ply_file.h"
 #include "tests/allocation_counter.h"
 #include "tests/scenes.h"
 #include "tests/scratch.h"

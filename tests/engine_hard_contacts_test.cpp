@@ -11,9 +11,10 @@
 #include <string>
 #include <vector>
 
+#include "collision/shapes.h"
 #include "engine/fine_parts.h"
 #include "engine/lockstep.h"
-#include "engine/point_cloud_file.h"
+#include "engine/ply_file.h"
 #include "tests/scenes.h"
 #include "tests/scratch.h"
 

@@ -287,26 +287,6 @@ TEST(SoftObject, ForgetsTheLeastLoads) {
   EXPECT_TRUE(state.object_loads.empty());
 }
 
-// Far from a load the surface follows Boussinesq's point force, u = F / (pi E* r): its patch is 0.5 mm.
-TEST(SoftObject, SurfaceFollowsBoussinesq) {
-  const Model model(soft_grasp());
-  State state(model);
-  const Index leaves = std::ssize(model.object.tree().leaves());
-  const Vector3d x(-25e-3, 0.0, 0.0), n(1.0, 0.0, 0.0);
-  state.object_loads.push_back({0, 0, x, 3e-6, 2.0 * n});
-  const Eigen::Matrix3Xd u = object_displacements(model, state);
-  ASSERT_EQ(u.cols(), leaves);
-  int same_face = 0;
-  for (Index i = 0; i < leaves; ++i) {
-    const Index sample = model.object.tree().nodes()[model.object.tree().leaves()[i]].representative;
-    const double r = (model.object.cloud().points_m.col(sample) - x).norm();
-    if (model.object.cloud().normals.col(sample).x() > -0.999 || r < 5e-3) continue;
-    EXPECT_NEAR(u(0, i) * std::numbers::pi * 1e6 * r / 2.0, 1.0, 0.01);
-    ++same_face;
-  }
-  EXPECT_GT(same_face, 50);
-}
-
 std::string error_of(const std::vector<std::string>& overrides, const std::string& scene = "box_grasp") {
   try {
     (void)scene_of(scene, overrides);

@@ -5,6 +5,7 @@
 #include <random>
 
 #include "collision/point_cloud.h"
+#include "collision/shapes.h"
 #include "engine/voronoi_cells.h"
 #include "tests/scenes.h"
 
