@@ -198,7 +198,7 @@ std::optional<SurfaceDistance> ImplicitSurface::distance_from(const Vector3d& x_
     if (meets_convexly) convex[count++] = next;
     // A point deep inside is inside, and none is farther outside than the nearest sample: a plane that says otherwise is
     // that of a part farther off.
-    const double most_m = deep ? 0.0 : way_m + 0.05 * support_m_;
+    const double most_m = deep ? 0.0 : way_m + 0.2 * support_m_;
     const bool near = deep ? (x_m - point_m(beyond)).norm() < way_m + 0.25 * support_m_
                            : at_edge && (point_m(start) - point_m(beyond)).norm() < edge_m;
     if (!near || next.f_m > most_m) continue;

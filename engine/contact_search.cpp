@@ -31,6 +31,14 @@ bool is_far_side(const Pulp& pulp, const Matrix3d& R_OF, const ContactCandidate&
   return c.normal.dot(R_OF * pulp.control_normals.row(c.control_point).transpose()) > kFarSide;
 }
 
+/// Whether both name the same control points with the same normals, to a degree.
+bool agree(const std::vector<ContactCandidate>& a, const std::vector<ContactCandidate>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const ContactCandidate& of_a, const ContactCandidate& of_b) {
+                      return of_a.control_point == of_b.control_point && of_a.normal.dot(of_b.normal) > 0.9998;
+                    });
+}
+
 void keep_least_gaps(Index most, std::vector<ContactCandidate>& candidates) {
   if (std::ssize(candidates) <= most) return;
   std::nth_element(candidates.begin(), candidates.begin() + most, candidates.end(), [](const auto& a, const auto& b) {
@@ -176,7 +184,13 @@ void find_pulp_contacts(const Model& model, const HandPose& pose, const Isometry
   PulpSearch pulp{model, finger, X_WO.inverse() * pose.distal(model.scene.hand, finger), band_m, depth_m, search};
   pulp.find();
   const auto is_beyond = [&](const auto& c) { return is_far_side(pulp.pulp(), pulp.X_OF.linear(), c); };
-  if (std::any_of(search.candidates.begin(), search.candidates.end(), is_beyond)) pulp.find_drawn_in();
+  const bool beyond = std::any_of(search.candidates.begin(), search.candidates.end(), is_beyond);
+  // At an edge the two ways of looking differ: a finger goes back to the plain one where they agree, without a step.
+  if (beyond || search.draws_in[finger]) {
+    search.plain = search.candidates;
+    pulp.find_drawn_in();
+    search.draws_in[finger] = beyond || !agree(search.plain, search.candidates);
+  }
   for (const ContactCandidate& c : search.candidates) {
     frame.contacts.push_back(frame_contact(model, pose, X_WO, finger, c.control_point,
                                            pulp.pulp().control_points_m.col(c.control_point), c.point_m, -c.normal));
@@ -223,6 +237,7 @@ ContactSearch::ContactSearch(const Model& model) {
   if (!model.deformable()) return;
   const Index controls = model.pulps.front().controls();
   candidates.reserve(controls);
+  plain.reserve(controls);
   for (int k = 0; k < kFingers; ++k) {
     const Pulp& pulp = model.pulps[k];
     const double depth_m = kTrustPerRadius * model.scene.hand.fingertips[k].radius_m;

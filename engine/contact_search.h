@@ -16,8 +16,9 @@ struct ContactSearch {
   explicit ContactSearch(const Model& model);
 
   std::array<FindingMemory, kFingers> memory, memory_drawn_in;
+  std::array<bool, kFingers> draws_in{};  ///< Fingers that look from drawn-in points, since they met something thin.
   std::array<Eigen::Matrix3Xd, kFingers> drawn_in_m;  ///< Control points of pulps drawn in by the trust in them.
-  std::vector<ContactCandidate> candidates;
+  std::vector<ContactCandidate> candidates, plain;
   std::vector<Eigen::Index> deepest;   ///< Of the object's fine samples, by control point; -1: none.
   std::vector<FrameContact> contacts;  ///< One finger's.
 };

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <tuple>
 
 namespace thenar {
@@ -15,19 +14,17 @@ namespace {
 
 /// What the laws need of the material.
 struct HalfSpace {
-  explicit HalfSpace(const PulpMaterial& material)
-      : per_m(1.0 / (std::numbers::pi * material.reduced_modulus_Pa)),
-        tangential(std::sqrt((2.0 - material.poisson) / (2.0 * (1.0 - material.poisson)))) {}
+  explicit HalfSpace(const PulpMaterial& of)
+      : material(of), tangential(std::sqrt((2.0 - of.poisson) / (2.0 * (1.0 - of.poisson)))) {}
 
   [[nodiscard]] double kernel(const Vector3d& x_i, const Vector3d& x_j, double area_i_m2, double area_j_m2) const {
-    const double a2 = (area_i_m2 + area_j_m2) / (8.0 * std::numbers::pi);
-    return per_m / std::sqrt((x_i - x_j).squaredNorm() + a2);
+    return half_space_kernel(material, (x_i - x_j).squaredNorm(), area_i_m2, area_j_m2);
   }
   [[nodiscard]] Vector3d tensor(const Vector3d& normal, const Vector3d& v) const {
     return tangential * v + (1.0 - tangential) * normal.dot(v) * normal;
   }
 
-  double per_m;       ///< 1 / (pi E*) [m^2/N].
+  const PulpMaterial& material;
   double tangential;  ///< sqrt(c_t).
 };
 

@@ -11,7 +11,7 @@ namespace thenar {
 
 // The object's own compliance, for a scene that names one: a half space under every part of its surface, as under a
 // pulp's (pulp.h). A force f_j at the surface point s_j moves the surface at s_i by
-//     u_i = k_ij T_i T_j f_j,   k_ij = 1 / (pi E* sqrt(r_ij^2 + (a_i^2 + a_j^2) / 2)),
+//     u_i = k_ij T_i T_j f_j,   k_ij the pulp's Boussinesq kernel (pulp.h)
 // with the object's E*, nu. Both bodies share one patch: the force is spread over the area of the finger's control point.
 // So two bodies of one material share their displacement equally, and a pulp on a soft plane presses like Hertz with
 // 1/E* = 1/E*_f + 1/E*_o within 3 %. Forces taken at the nearest of the object's own control points gave up to twice

@@ -37,10 +37,8 @@ Vector3d direction(const Pulp& pulp, const SphereTree::Node& node) {
 }
 
 double boussinesq(const Pulp& pulp, Index i, Index j) {
-  constexpr double kHexagonal = 3.9210;
-  const double r2 = (pulp.control_points_m.col(i) - pulp.control_points_m.col(j)).squaredNorm();
-  const double s2 = (pulp.area_m2[i] + pulp.area_m2[j]) / (2.0 * kHexagonal * kHexagonal);
-  return 1.0 / (std::numbers::pi * pulp.material.reduced_modulus_Pa * std::sqrt(r2 + s2));
+  return half_space_kernel(pulp.material, (pulp.control_points_m.col(i) - pulp.control_points_m.col(j)).squaredNorm(),
+                           pulp.area_m2[i], pulp.area_m2[j]);
 }
 
 double gaussian(const Pulp& pulp, Index i, Index j) {
@@ -53,6 +51,12 @@ double gaussian(const Pulp& pulp, Index i, Index j) {
 }
 
 }  // namespace
+
+double half_space_kernel(const PulpMaterial& material, double squared_m2, double area_i_m2, double area_j_m2) {
+  constexpr double kHexagonal = 3.9210;
+  const double s2 = (area_i_m2 + area_j_m2) / (2.0 * kHexagonal * kHexagonal);
+  return 1.0 / (std::numbers::pi * material.reduced_modulus_Pa * std::sqrt(squared_m2 + s2));
+}
 
 Pulp make_spherical_pulp(const Vector3d& centre_m, double radius_m, Index points, Index leaves,
                          const PulpMaterial& material) {

@@ -66,6 +66,10 @@ struct Pulp {
 /// Takes the control points of a level of detail: one for about 2^level leaves, or for all of them. Cost O(controls^2).
 void set_level(Pulp& pulp, int level);
 
+/// k_ij of the Boussinesq kernel between points whose distance squared is `squared_m2`, standing for these areas [m/N].
+[[nodiscard]] double half_space_kernel(const PulpMaterial& material, double squared_m2, double area_i_m2,
+                                       double area_j_m2);
+
 /// rho = exp(-h / tau_r): the share of a displacement that is still there a step h later; 0 if elastic.
 [[nodiscard]] double memory(const PulpMaterial& material, double step_s);
 
