@@ -92,7 +92,7 @@ FindingMethod our_finding(const KnownObject& object, const Matrix3Xd& controls_m
   FindingMethod method;
   const Index leaves = object.cloud.points_m.cols() * 2 / 15;
   auto ready = made_ready(method, [&] {
-    return std::make_shared<Ready>(Ready{ImplicitSurface(object.cloud, leaves), controls_m, {}, {}});
+    return std::make_shared<Ready>(Ready{ImplicitSurface(object.cloud), controls_m, {}, {}});
   });
   const ContactFindingSettings settings{task.band_m, kDeepest_m + task.band_m, task.per_finger};
   // Copied from, it leaves what the memory has taken: forgetting allocates nothing.

@@ -46,7 +46,8 @@ void set_up(const Eigen::Matrix3Xd& control_points_m, FindingMemory& memory) {
 void travel(const Eigen::Isometry3d& X_SB, const ContactFindingSettings& settings, FindingMemory& memory) {
   const double shift_m = (X_SB * memory.centre_m - memory.X_SB * memory.centre_m).norm();
   const double turn = (X_SB.linear() - memory.X_SB.linear()).norm();
-  if (shift_m > 0.0 || turn > 0.0) memory.travelled_m += shift_m + turn * memory.radius_m + 1e-3 * kRounding_m;
+  // A pose that is not finite wakes all.
+  if (!(shift_m <= 0.0 && turn <= 0.0)) memory.travelled_m += shift_m + turn * memory.radius_m + 1e-3 * kRounding_m;
   memory.X_SB = X_SB;
   // After a metre sums begin to lose what a step adds.
   if (settings.band_m == memory.band_m && settings.reach_m == memory.reach_m && memory.travelled_m < 1.0) return;
@@ -115,11 +116,14 @@ void find_prospects(const Eigen::Matrix3Xd& control_points_m, const Eigen::Isome
   }
 }
 
+// A longer budget is none.
+constexpr double kLongest_s = 1e6;
+
 /// The budget of one call.
 class Budget {
  public:
   explicit Budget(const ContactFindingSettings& settings)
-      : left_(settings.max_distances), timed_(settings.budget_s < std::numeric_limits<double>::infinity()) {
+      : left_(settings.max_distances), timed_(settings.budget_s < kLongest_s) {
     if (timed_)
       end_ =
           Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(settings.budget_s));
@@ -159,13 +163,9 @@ FindingReport find_contacts(const Eigen::Matrix3Xd& control_points_m, const Eige
       report.complete = false;
       break;
     }
-    const std::optional<SurfaceDistance> to = surface.distance_from(next.at_m, next.sample);
-    if (!to) {
-      ++report.undefined;
-      continue;
-    }
-    if (to->distance_m >= settings.band_m) continue;
-    const ContactCandidate contact{next.control_point, to->distance_m, to->point_m, to->normal};
+    const SurfaceDistance to = surface.distance_from(next.at_m, next.sample);
+    if (to.distance_m >= settings.band_m) continue;
+    const ContactCandidate contact{next.control_point, to.distance_m, to.point_m, to.normal};
     if (full) {
       if (!less_gap(contact, found.front())) continue;
       std::pop_heap(found.begin(), found.end(), less_gap);

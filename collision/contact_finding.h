@@ -59,11 +59,10 @@ struct FindingMemory {
 /// What one call of find_contacts returns by value.
 struct FindingReport {
   bool complete = true;  ///< False where the budget was spent: what is found then are the most important contacts.
-  Eigen::Index undefined = 0;  ///< Control points near samples that make no surface: a hole, or normals that cancel.
 };
 
 /// Finds the control points of a body (3 x L in its own frame, posed by X_SB in the surface's frame) that lie within the
-/// band of `surface` or inside it: those inside its bounds grown by the band whose signed distance exists and is below
+/// band of `surface` or inside it: those inside its bounds grown by the band near a sample, whose signed distance is below
 /// the band. Keeps the max_contacts of least gap, ties by number; sorted by control point.
 ///
 /// Distances are taken in the order of their estimates, deepest first, until a lower bound shows that no other is among

@@ -32,10 +32,8 @@ constexpr double kStray = 0.5;
 // More than rounding does to a length [m] below a metre or to a cosine.
 constexpr double kRounding = 1e-12;
 
-PointCloud in_block_order(const PointCloud& cloud, Index leaves) {
-  if (leaves < 1 || leaves > cloud.points_m.cols()) {
-    throw std::invalid_argument("ImplicitSurface: leaves must be between 1 and the number of points");
-  }
+PointCloud in_block_order(const PointCloud& cloud) {
+  if (cloud.points_m.cols() < 1) throw std::invalid_argument("ImplicitSurface: a surface needs samples");
   const std::vector<Index> order = SampleBlocks::order(cloud.points_m);
   return {cloud.points_m(Eigen::all, order), cloud.normals(Eigen::all, order)};
 }
@@ -47,11 +45,10 @@ double default_support_m(const PointCloud& cloud) {
 
 }  // namespace
 
-ImplicitSurface::ImplicitSurface(const PointCloud& cloud, Index leaves)
-    : ImplicitSurface(cloud, leaves, default_support_m(cloud)) {}
+ImplicitSurface::ImplicitSurface(const PointCloud& cloud) : ImplicitSurface(cloud, default_support_m(cloud)) {}
 
-ImplicitSurface::ImplicitSurface(const PointCloud& cloud, Index leaves, double support_m)
-    : cloud_(in_block_order(cloud, leaves)), blocks_(cloud_), support_m_(support_m) {
+ImplicitSurface::ImplicitSurface(const PointCloud& cloud, double support_m)
+    : cloud_(in_block_order(cloud)), blocks_(cloud_), support_m_(support_m) {
   if (!(support_m > 0.0) || !std::isfinite(support_m)) {
     throw std::invalid_argument("ImplicitSurface: the support must be finite and greater than zero");
   }
@@ -70,8 +67,8 @@ void ImplicitSurface::fill_starts() {
     Lanes rise_m = Lanes::Zero(), cosine = Lanes::Ones();
     const double radius_m = (1.0 + kStray) * support_m_;
     blocks_.for_each_near(plane->a_m, radius_m, [&](const Block& block, Index) {
-      const Lanes from_n = block.cosines(n);
-      const auto counts = from_n > kUnlike - kRounding && block.squared_distances(plane->a_m) < radius_m * radius_m;
+      const Lanes from_n = block.cosines(n), squared = block.squared_distances(plane->a_m);
+      const auto counts = from_n > kUnlike - kRounding && squared < radius_m * radius_m;
       rise_m = rise_m.max(counts.select(block.heights(plane->a_m, n), 0.0));
       cosine = cosine.min(counts.select(from_n, 1.0));
     });
@@ -93,7 +90,7 @@ double ImplicitSurface::clear_m(Index sample, const Plane& plane, double least_c
 }
 
 void ImplicitSurface::fill_clearances() {
-  // Beyond this another face is never looked for: see distance_from().
+  // Beyond this other faces are looked for, whether there are any or not: see distance_from().
   const double farthest_m = 8.0 * support_m_;
   clearances_.reserve(blocks_.blocks().size());
   for (const Block& own : blocks_.blocks()) {
@@ -169,7 +166,7 @@ std::optional<SurfaceDistance> ImplicitSurface::distance(const Vector3d& x_m, do
   return distance_from(x_m, start);
 }
 
-std::optional<SurfaceDistance> ImplicitSurface::distance_from(const Vector3d& x_m, Index start) const noexcept {
+SurfaceDistance ImplicitSurface::distance_from(const Vector3d& x_m, Index start) const noexcept {
   const Face first = project(x_m, start);
   const double way_m = (x_m - point_m(start)).norm();
   // Near an edge the nearest sample may lie on either side. Deep inside, another face may be as near as this one: but for
@@ -178,7 +175,7 @@ std::optional<SurfaceDistance> ImplicitSurface::distance_from(const Vector3d& x_
   const bool inside = first.f_m < 0.0;
   double radius_m = inside ? widest_m(way_m) : support_m_;
   const bool alone = !at_edge && (first.f_m > -kDeep * support_m_ || is_clear(start, first.n, way_m + radius_m));
-  if (alone) return SurfaceDistance{first.f_m, x_m - first.f_m * first.n, first.n};
+  if (alone) return {first.f_m, x_m - first.f_m * first.n, first.n};
 
   Face face = first;
   double edge_m = support_m_;
@@ -196,16 +193,16 @@ std::optional<SurfaceDistance> ImplicitSurface::distance_from(const Vector3d& x_
     // Convex: each face lies behind the other's plane.
     const bool meets_convexly = (face.n - next.n).dot(next.a_m - face.a_m) < 0.0;
     if (meets_convexly) convex[count++] = next;
-    // A point deep inside is inside, and none is farther outside than the nearest sample: a plane that says otherwise is
+    // None is farther outside than the nearest sample, and a point deep inside is inside: a plane that says otherwise is
     // that of a part farther off.
-    const double most_m = deep ? 0.0 : way_m + 0.2 * support_m_;
-    const bool near = deep ? (x_m - point_m(beyond)).norm() < way_m + 0.25 * support_m_
-                           : at_edge && (point_m(start) - point_m(beyond)).norm() < edge_m;
+    const double most_m = at_edge && !deep ? way_m + 0.2 * support_m_ : 0.0;
+    const bool near = (x_m - point_m(beyond)).norm() < way_m + 0.25 * support_m_ ||
+                      (at_edge && !deep && (point_m(start) - point_m(beyond)).norm() < edge_m);
     if (!near || next.f_m > most_m) continue;
     if (meets_convexly ? next.f_m > face.f_m : next.f_m < face.f_m) face = next;
   }
   const Vector3d n = face.f_m < 0.0 ? mean_normal(face, {convex.data(), count}) : face.n;
-  return SurfaceDistance{face.f_m, x_m - face.f_m * n, n};
+  return {face.f_m, x_m - face.f_m * n, n};
 }
 
 /// The normal inside an edge: the mean of those of the faces nearly as near as the nearest one, up to twice as far, so

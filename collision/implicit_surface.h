@@ -31,14 +31,14 @@ struct SurfaceDistance {
 class ImplicitSurface {
  public:
   /// Support h = 2.2 sample spacings, the spacing measured on the cloud.
-  /// Throws std::invalid_argument if leaves < 1 or > points, or if the samples have no spacing (a single place).
-  ImplicitSurface(const PointCloud& cloud, Eigen::Index leaves);
+  /// Throws std::invalid_argument if there are no samples, or if they have no spacing (a single place).
+  explicit ImplicitSurface(const PointCloud& cloud);
 
-  /// Throws std::invalid_argument if leaves < 1 or > points, or if the support is not finite and greater than zero.
-  ImplicitSurface(const PointCloud& cloud, Eigen::Index leaves, double support_m);
+  /// Throws std::invalid_argument if there are no samples, or if the support is not finite and greater than zero.
+  ImplicitSurface(const PointCloud& cloud, double support_m);
 
   /// Signed distance of x: on each face near the nearest sample x is projected twice.
-  /// Nothing if no sample lies within `reach_m` of x, or if the normals around x cancel. Outside a convex edge or
+  /// Nothing if no sample lies within `reach_m` of x. Outside a convex edge or
   /// corner f is a lower bound: the largest distance to one of the planes. Requires x finite. Never NaN. Does
   /// not allocate or throw.
   [[nodiscard]] std::optional<SurfaceDistance> distance(const Eigen::Vector3d& x_m, double reach_m) const noexcept;
@@ -49,8 +49,7 @@ class ImplicitSurface {
                                               Eigen::Index hint = -1) const noexcept {
     return blocks_.nearest(x_m, reach_m, beyond_m, hint);
   }
-  [[nodiscard]] std::optional<SurfaceDistance> distance_from(const Eigen::Vector3d& x_m,
-                                                             Eigen::Index sample) const noexcept;
+  [[nodiscard]] SurfaceDistance distance_from(const Eigen::Vector3d& x_m, Eigen::Index sample) const noexcept;
 
   /// What distance_from(x, sample) is about, without the second projection.
   struct Estimate {

@@ -7,8 +7,16 @@ using Eigen::Vector3d;
 using Eigen::Vector3i;
 
 PointGrid::PointGrid(const Eigen::Matrix3Xd& points_m, double radius_m) : points_m_(points_m), radius_m_(radius_m) {
-  low_m_ = points_m.rowwise().minCoeff();
-  const Vector3d extent_m = points_m.rowwise().maxCoeff() - low_m_;
+  // From the 1 % to the 99 % point of each axis: a stray point must not make the cells wide.
+  Vector3d extent_m;
+  for (int axis = 0; axis < 3; ++axis) {
+    Eigen::VectorXd x_m = points_m.row(axis);
+    const Index few = x_m.size() / 100;
+    std::nth_element(x_m.begin(), x_m.begin() + few, x_m.end());
+    low_m_[axis] = x_m[few];
+    std::nth_element(x_m.begin(), x_m.end() - 1 - few, x_m.end());
+    extent_m[axis] = x_m[x_m.size() - 1 - few] - low_m_[axis];
+  }
   // 128 cells an axis bound the memory (2 M cells); denser clouds have fuller cells.
   cell_m_ = std::max(radius_m, extent_m.maxCoeff() / 128.0);
   cells_ = (extent_m / cell_m_).cast<int>() + Vector3i::Ones();
@@ -23,7 +31,7 @@ PointGrid::PointGrid(const Eigen::Matrix3Xd& points_m, double radius_m) : points
 }
 
 Index PointGrid::cell_of(const Vector3d& p_m) const {
-  const Vector3i at = ((p_m - low_m_) / cell_m_).cast<int>();
+  const Vector3i at = cell_at(p_m);
   return number(at.x(), at.y(), at.z());
 }
 

@@ -18,7 +18,7 @@ class PointGrid {
   template <typename Visit>
   void for_each_neighbour(Eigen::Index i, Visit visit) const {
     const Eigen::Vector3d p = points_m_.col(i);
-    const Eigen::Vector3i at = ((p - low_m_) / cell_m_).cast<int>();
+    const Eigen::Vector3i at = cell_at(p);
     const Eigen::Vector3i from = (at.array() - 1).max(0), to = (at.array() + 1).min(cells_.array() - 1);
     for (int x = from.x(); x <= to.x(); ++x) {
       for (int y = from.y(); y <= to.y(); ++y) {
@@ -36,6 +36,11 @@ class PointGrid {
  private:
   [[nodiscard]] Eigen::Index number(int x, int y, int z) const {
     return (static_cast<Eigen::Index>(x) * cells_.y() + y) * cells_.z() + z;
+  }
+  /// Points outside of the cells belong to the outermost ones: neighbours stay neighbours.
+  [[nodiscard]] Eigen::Vector3i cell_at(const Eigen::Vector3d& p_m) const {
+    const Eigen::Array3d last = (cells_.array() - 1).cast<double>();
+    return ((p_m - low_m_) / cell_m_).array().max(0.0).min(last).cast<int>();
   }
   [[nodiscard]] Eigen::Index cell_of(const Eigen::Vector3d& p_m) const;
 

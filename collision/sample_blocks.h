@@ -11,7 +11,7 @@ namespace thenar {
 /// The samples of a cloud in blocks of eight neighbours under a tree of boxes, for the samples around a point.
 ///
 /// Every node has eight children, one a lane. The tree is implicit: child k of node i is 8 i + k of the level below,
-/// down to the blocks. Boxes are floats, rounded outwards, so that they only ever hold too much.
+/// down to the blocks. Boxes and queries are floats; a query's radius is grown by more than their rounding.
 class SampleBlocks {
  public:
   static constexpr int kLanes = 8;

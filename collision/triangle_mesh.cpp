@@ -172,7 +172,10 @@ bool is_ear(const Eigen::Matrix3Xd& corners, int a, int b, int c, const std::vec
   };
   if (side(a, b, c) <= 0.0) return false;
   return std::ranges::none_of(others, [&](int p) {
-    if (p == a || p == b || p == c) return false;
+    // A bridge to a hole runs along its places twice.
+    for (const int own : {a, b, c}) {
+      if (corners.col(p) == corners.col(own)) return false;
+    }
     return side(a, b, p) >= 0.0 && side(b, c, p) >= 0.0 && side(c, a, p) >= 0.0;
   });
 }

@@ -41,17 +41,23 @@ struct DescribeShape {
 };
 
 void describe_object(const ObjectSettings& object, std::ostream& out) {
-  out << "  object          rigid ";
+  out << "  object          " << (object.compliance ? "soft " : "rigid ");
   std::visit(DescribeShape{out}, object.shape);
   if (object.points > 0) out << ", " << object.points << " points";
-  out << ", " << 1e3 * object.mass_kg << " g\n";
+  out << ", " << 1e3 * object.mass_kg << " g";
+  if (object.compliance) {
+    out << ", E* " << 1e-6 * object.compliance->reduced_modulus_Pa << " MPa, relaxation "
+        << 1e3 * object.compliance->relaxation_s << " ms";
+  }
+  out << "\n";
 }
 
 /// What was mended in a surface that somebody brought.
 void describe_mending(const Scene& scene, std::ostream& out) {
+  // Made for shapes, too: whether their samples make a surface shows then.
+  const Model model(scene);
   if (!std::holds_alternative<CloudShape>(scene.object.shape)) return;
   out << "\nmended in the object's surface\n";
-  const Model model(scene);
   for (const std::string& note : model.object_notes) out << "  " << note << "\n";
   if (model.object_notes.empty()) out << "  nothing\n";
 }
@@ -161,6 +167,7 @@ std::string description(const Scene& scene) {
     complete = complete && !is_out;
   };
   left_out(!scene.fingertips, "deformation of the fingertips (fingertips)");
+  left_out(scene.fingertips && !scene.object.compliance, "deformation of the object (object.compliance)");
   left_out(!scene.control, "control (control): pose, grasp forces, muscles");
   left_out(scene.control && !scene.control->muscles, "muscles (control.muscles)");
   left_out(scene.gravity.isZero(), "gravity (gravity)");

@@ -12,6 +12,9 @@ using Eigen::Index;
 
 namespace {
 
+// Grasp forces may be so many times what is asked for, moments taken at this lever.
+constexpr double kMostForce = 100.0, kLeastLever_m = 1e-2;
+
 /// Gravity on the object: what the controller knows of W_ext.
 Vector6d weight(const Scene& scene) {
   Vector6d wrench = Vector6d::Zero();
@@ -31,7 +34,13 @@ void solve_grasp(const Model& model, const Snapshot& snapshot, Controller& contr
   report.wrench_desired = D - weight(scene);
   for (int k = 0; k < kFingers; ++k) report.contacts[k] = finger_contact(model, controller.pose, snapshot, k);
   const GraspProblem problem = grasp_problem(scene, report, snapshot.X_WO.translation());
-  report.grasp = solve_grasp_forces(problem, controller.f_desired).status;
+  Eigen::Matrix<double, 3 * kFingers, 1> f = controller.f_desired;
+  report.grasp = solve_grasp_forces(problem, f).status;
+  // Contacts that hardly resist some moment take forces that no finger has: that is no grasp.
+  const double asked_N = scene.control->internal_force_N + report.wrench_desired.head<3>().norm() +
+                         report.wrench_desired.tail<3>().norm() / kLeastLever_m;
+  if (report.grasp == GraspStatus::kOptimal && f.norm() > kMostForce * asked_N) report.grasp = GraspStatus::kInfeasible;
+  if (report.grasp == GraspStatus::kOptimal) controller.f_desired = f;
   report.f_desired = controller.f_desired.reshaped(3, kFingers);
 }
 

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kLike = 0.5;        // 60 degrees
 constexpr double kWideShare = 0.42;  // At a straight edge a face covers half a disc; a rim of half its radius a third.
-constexpr double kSamplesADisc = 40.0;  // tell the two.
+constexpr double kSamplesADisc = 40.0;  // So many tell the two.
 
 }  // namespace
 
@@ -25,26 +25,25 @@ Matrix3Xd fine_parts(const PointCloud& cloud, double control_spacing_m) {
   const double radius_m = std::max(control_spacing_m, 2.5 * spacing_m);
   const double in_disc = std::numbers::pi * std::pow(radius_m / spacing_m, 2);
   const auto stride = std::max<Index>(1, static_cast<Index>(in_disc / kSamplesADisc));
-  const auto some = Eigen::seq(0, Eigen::last, stride);
-  const PointCloud thin{cloud.points_m(Eigen::all, some), cloud.normals(Eigen::all, some)};
-  const PointGrid grid(thin.points_m, radius_m);
-  const Index n = thin.points_m.cols();
-  const auto is_like = [&](Index i, Index j) { return thin.normals.col(i).dot(thin.normals.col(j)) > kLike; };
+  // All samples are counted, and one in so many is asked: by their numbers alone the two sides of a plate may be shared
+  // unevenly among those.
+  const PointGrid grid(cloud.points_m, radius_m);
+  const Index n = cloud.points_m.cols();
+  const auto is_like = [&](Index i, Index j) { return cloud.normals.col(i).dot(cloud.normals.col(j)) > kLike; };
 
   std::vector<bool> wide(n);
-  const double enough = kWideShare * in_disc / static_cast<double>(stride);
-  for (Index i = 0; i < n; ++i) {
+  for (Index i = 0; i < n; i += stride) {
     int like = 1;
     grid.for_each_neighbour(i, [&](Index j, double) { like += is_like(i, j) ? 1 : 0; });
-    wide[i] = like > enough;
+    wide[i] = like > kWideShare * in_disc;
   }
   std::vector<Index> fine;
-  for (Index i = 0; i < n; ++i) {
+  for (Index i = 0; i < n; i += stride) {
     bool beside_wide = wide[i];
     if (!beside_wide) grid.for_each_neighbour(i, [&](Index j, double) { beside_wide |= wide[j] && is_like(i, j); });
     if (!beside_wide) fine.push_back(i);
   }
-  return thin.points_m(Eigen::all, fine);
+  return cloud.points_m(Eigen::all, fine);
 }
 
 }  // namespace thenar

@@ -32,6 +32,8 @@ void share_force(const Model& model, const Frame& frame, const ContactForce& los
   for (Index i = begin; i < end; ++i) {
     if (f[3 * i] > 0.0) sum += kernel[frame.contacts[i].control_point];
   }
+  // A gaussian may be nothing so far away.
+  if (!(sum > 0.0)) return;
   for (Index i = begin; i < end; ++i) {
     if (f[3 * i] > 0.0) f.segment<3>(3 * i) += kernel[frame.contacts[i].control_point] / sum * lost.f_C;
   }
@@ -56,8 +58,15 @@ void carry_forces(const Model& model, const Frame& frame, const std::vector<Cont
   }
 }
 
-void hand_over(const Model& model, const Frame& frame, const State& state, ContactWorkspace& work) {
+void hand_over(const Model& model, const Frame& frame, State& state, ContactWorkspace& work) {
   carry_forces(model, frame, state.forces, work.f);
+  if (work.policy.offset_decay_s > 0.0) {
+    // The old gaps, with the old loads on a soft object.
+    for (Index i = 0; i < std::ssize(work.contacts); ++i) {
+      work.offset_m[i] += gap_at(model, work.contacts[i], state, work);
+    }
+  }
+  carry_loads(model, frame, state);
   if (work.policy.offset_decay_s > 0.0) {
     const bool first = work.sequence < 0;
     std::swap(work.offset_m, work.old_offset_m);
@@ -68,7 +77,7 @@ void hand_over(const Model& model, const Frame& frame, const State& state, Conta
       const double gap_m = gap_at(model, contact, state, work);
       double e = std::max(0.0, -gap_m);
       if (old != work.contacts.end() && id_of(*old) == id_of(contact)) {
-        e = work.old_offset_m[old - work.contacts.begin()] + gap_at(model, *old, state, work) - gap_m;
+        e = work.old_offset_m[old - work.contacts.begin()] - gap_m;
       }
       const double limit_m = kTrustPerRadius * model.scene.hand.fingertips[contact.finger].radius_m;
       work.offset_m[i] = first ? 0.0 : std::clamp(e, -limit_m, limit_m);

@@ -18,8 +18,8 @@ void carry_forces(const Model& model, const Frame& frame, const std::vector<Cont
 /// Takes over a new frame at a state (`work.pose` belongs to it): carries the forces, and gives each contact the offset
 ///     e = e_old + gap_old - gap_new
 /// of its gaps by the old and the new frame, both at this state and deformed, so that noise of the frame moves nothing
-/// at once. A contact that the old frame did not have starts closed at the deepest, not pressed in. Larger than the
-/// contact band no offset becomes: that is no noise.
-void hand_over(const Model& model, const Frame& frame, const State& state, ContactWorkspace& work);
+/// at once. A contact that the old frame did not have starts closed at the deepest, not pressed in. Larger than
+/// half a fingertip's radius no offset becomes: that is no noise. Loads on a soft object go along with their contacts.
+void hand_over(const Model& model, const Frame& frame, State& state, ContactWorkspace& work);
 
 }  // namespace thenar

@@ -91,6 +91,17 @@ Vector3d object_displacement(const Model& model, const State& state, const Frame
   return displacement_at(half_space, state, contact.s_O, contact.n_O, area_m2(model, contact));
 }
 
+void carry_loads(const Model& model, const Frame& frame, State& state) {
+  if (!model.soft_object()) return;
+  auto load = state.object_loads.begin();
+  for (const FrameContact& contact : frame.contacts) {
+    while (load != state.object_loads.end() && is_before(*load, contact)) ++load;
+    if (load == state.object_loads.end() || is_before(contact, *load)) continue;
+    load->x_O = contact.s_O;
+    load->area_m2 = area_m2(model, contact);
+  }
+}
+
 void remember_loads(const Model& model, const Frame& frame, const ContactKinematics& now, const Eigen::VectorXd& f,
                     State& state) {
   const PulpMaterial& material = *model.scene.object.compliance;

@@ -30,6 +30,9 @@ void fill_object_compliance(const Model& model, Frame& frame);
 /// u_o of the object's surface at a contact, object frame; zero for a rigid object.
 [[nodiscard]] Eigen::Vector3d object_displacement(const Model& model, const State& state, const FrameContact& contact);
 
+/// Moves the loads of the frame's contacts to where those touch now. For the hand-over. Does not allocate.
+void carry_loads(const Model& model, const Frame& frame, State& state);
+
 /// phi+ = (1 - rho) f + rho phi of the forces that the frame's contacts carry, rows (n, t1, t2) each. Loads below
 /// kForgotten_N are dropped, and the least of them where there are too many. Does not allocate.
 void remember_loads(const Model& model, const Frame& frame, const ContactKinematics& now, const Eigen::VectorXd& f,

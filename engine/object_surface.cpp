@@ -11,6 +11,7 @@
 #include "collision/cloud_repair.h"
 #include "collision/normal_estimation.h"
 #include "collision/shapes.h"
+#include "engine/config.h"
 #include "engine/files.h"
 #include "engine/point_cloud_file.h"
 
@@ -101,6 +102,10 @@ ImplicitSurface make_surface(const Scene& scene, std::vector<std::string>& notes
   const Index points = cloud.points_m.cols();
   const double spacing_m = sample_spacing_m(cloud), support_m = covering_support_m(cloud);
   const CloudRepair repaired = repair(cloud, support_m);
+  if (cloud.normals.cwiseProduct(cloud.points_m.colwise() - cloud.points_m.rowwise().mean()).sum() < 0.0) {
+    cloud.normals *= -1.0;
+    notes.emplace_back("turned all normals outward: they pointed into the object");
+  }
   if (repaired.doubtful_share > kMostDoubtful) {
     throw std::invalid_argument(
         fmt::format("{:.0f} % of the normals contradict their neighbours'; {:.0f} % are too many: orient them anew, or "
@@ -118,8 +123,7 @@ ImplicitSurface make_surface(const Scene& scene, std::vector<std::string>& notes
   }
   add_notes(repaired, points, notes);
   check_holes(cloud, support_m, search_reach_m(scene), notes);
-  // The paper's box has 36 000 points in 4800 leaves: 7 or 8 in each.
-  return {cloud, std::max<Index>(1, cloud.points_m.cols() * 4800 / 36000), support_m};
+  return {cloud, support_m};
 }
 
 }  // namespace
@@ -127,8 +131,11 @@ ImplicitSurface make_surface(const Scene& scene, std::vector<std::string>& notes
 ImplicitSurface make_object_surface(const Scene& scene, std::vector<std::string>& notes) try {
   return make_surface(scene, notes);
 } catch (const std::invalid_argument& error) {  // the cloud stands for no surface
-  const auto* scan = std::get_if<CloudShape>(&scene.object.shape);
-  throw FileError(scan != nullptr ? scan->file : "object.shape", error.what());
+  if (const auto* scan = std::get_if<CloudShape>(&scene.object.shape)) throw FileError(scan->file, error.what());
+  throw ConfigError(
+      {{scene.name, "object.points",
+        "are too few for the thinnest part of object.shape, or the shape is no solid: its samples make no "
+        "surface"}});
 }
 
 }  // namespace thenar

@@ -22,7 +22,7 @@ struct CloudOptions {
 ///   .xyz, .pcd        points, ascii: text_cloud_file.h
 ///   .obj .stl .off    a mesh, whose faces are sampled: mesh_file.h
 /// Points have normals, which are normalised, or none, and then the cloud has none: see estimate_normals() in
-/// collision/cloud_repair.h. What was mended is added to `notes`, one sentence each.
+/// collision/normal_estimation.h. What was mended is added to `notes`, one sentence each.
 ///
 /// Throws FileError for all that is no such surface: a broken or truncated file, values that are not finite, normals of
 /// zero length, fewer than 10 points, points on one line, and sizes that no hand grasps: below 1 mm or above 2 m.

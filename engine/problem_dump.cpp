@@ -17,6 +17,10 @@ ContactFile contact_problem_file(const Model& model, const Frame& frame, const C
   problem.source = fmt::format("thenar {}", build_info::kVersion);
   problem.W.resize(rows, rows);
   delassus_operator(model, frame, work.kinematics, work.mobility).to_dense(problem.W);
+  if (model.soft_object()) {
+    const double rho = memory(*model.scene.object.compliance, model.scene.step_s);
+    problem.W += (1.0 - rho) * frame.object_compliance.topLeftCorner(rows, rows);
+  }
   problem.delta_free.emplace_back(work.delta_free.head(rows));
   problem.mu = work.mu.head(frame.size());
   problem.f_last = work.f_first.head(rows);

@@ -17,6 +17,8 @@ namespace {
 
 constexpr double kMaxSteps = 1e7;
 constexpr double kSmallest_m = 1e-4, kLargest_m = 10.0;  // Of a shape: what a hand may meet, with room.
+constexpr double kStiffest_per_N = 10.0;                 // Of stiffening: a human fingertip has about 0.5.
+constexpr double kSoftest_Pa = 1e3;
 constexpr Index kMaxPoints = 10'000'000;
 constexpr Index kMaxContactsPerFinger = 1000;
 
@@ -61,7 +63,10 @@ FingertipSettings read_fingertips(const ConfigMap& map) {
   if (map.choice_or("kernel", {"boussinesq", "gaussian"}, "boussinesq") == "gaussian") {
     tips.material.kernel = PulpKernel::kGaussian;
   }
-  if (map.has("stiffening")) tips.material.stiffening_per_N = map.non_negative("stiffening", Dimension::kPerForce);
+  if (map.has("stiffening")) {
+    tips.material.stiffening_per_N = map.non_negative("stiffening", Dimension::kPerForce);
+    if (tips.material.stiffening_per_N > kStiffest_per_N) map.refuse("stiffening", "must not exceed 10 1/N");
+  }
   return tips;
 }
 
@@ -122,7 +127,7 @@ double read_unit(const ConfigMap& map) {
 
 /// `cloud: scan.ply`, or `cloud: {file: scan.ply, unit: mm}`.
 CloudShape read_cloud(const ConfigMap& map) {
-  if (!map.is_map("cloud")) return {map.path("cloud")};
+  if (!map.is_map("cloud")) return {map.path("cloud")};  // in metres
   const ConfigMap cloud = map.map("cloud");
   return {cloud.path("file"), read_unit(cloud)};
 }
@@ -139,8 +144,9 @@ Shape read_shape(const ConfigMap& map) {
 }
 
 PulpMaterial read_compliance(const ConfigMap& map) {
-  return {map.positive("reduced_modulus", Dimension::kPressure), map.number("poisson", 0.0, 0.5),
-          map.non_negative("relaxation", Dimension::kTime)};
+  const double modulus_Pa = map.positive("reduced_modulus", Dimension::kPressure);
+  if (modulus_Pa < kSoftest_Pa) map.refuse("reduced_modulus", "must be 1 kPa at least");
+  return {modulus_Pa, map.number("poisson", 0.0, 0.5), map.non_negative("relaxation", Dimension::kTime)};
 }
 
 ObjectSettings read_object(const ConfigMap& map, bool deformable_fingers) {

@@ -52,7 +52,7 @@ struct Scene {
   PointCloud finger = finger_cloud();
   Eigen::Matrix3Xd controls_m = control_points(finger, 320);
   Vector3d size_m{20e-3, 20e-3, 30e-3};
-  ImplicitSurface box{sample_box(size_m, 7600), 1000};
+  ImplicitSurface box{sample_box(size_m, 7600)};
 };
 
 const Scene& scene() {
@@ -290,7 +290,7 @@ TEST(ContactFinding, NoTimeNoDistances) {
 
 TEST(ContactFinding, T14DeepPointsAreFoundOnDenseSurfaces) {
   // Four times the reference scene's samples: a search in a shell of the band, or of the support, loses deep points.
-  const ImplicitSurface dense(sample_box(scene().size_m, 4 * 7600), 4000);
+  const ImplicitSurface dense(sample_box(scene().size_m, 4 * 7600));
   const ContactFindingSettings settings{0.3e-3, 4e-3, 1000};
   FindingMemory memory;
   std::vector<ContactCandidate> found;
@@ -361,7 +361,7 @@ TEST(ContactFinding, BesideAnEdgeThereIsNoContact) {
   const Eigen::Matrix3d R = Eigen::AngleAxisd(0.5, Vector3d(1.0, 2.0, 3.0).normalized()).toRotationMatrix();
   turned.points_m = R * turned.points_m;
   turned.normals = R * turned.normals;
-  const ImplicitSurface surface(turned, 1000);
+  const ImplicitSurface surface(turned);
   Random random(3);
   for (int trial = 0; trial < 2000; ++trial) {
     // Within 0.2 mm of the plane of the face y+, 0.8 to 3 mm beyond its edge at x+.
@@ -386,6 +386,36 @@ TEST(ContactFinding, DoesNotAllocateAgain) {
     find_contacts(scene().controls_m, random.pose(scene().size_m), scene().box, {}, memory, found);
   }
   EXPECT_EQ(counter.count(), 0);
+}
+
+// What find_contacts leaves out rests on this: no distance is less than its bound, nor does it fall faster than the point
+// moves.
+TEST(ContactFinding, BoundsHold) {
+  const Mug mug{20e-3, 40e-3, 3e-3, MugHandle{8e-3, 5e-3}};
+  PointCloud noisy = sample_box(scene().size_m, 4000);
+  Random random(77);
+  for (Index i = 0; i < noisy.points_m.cols(); ++i) noisy.points_m.col(i) += 0.05e-3 * random.direction();
+  const std::vector<PointCloud> clouds = {sample_mug(mug, 12000), noisy, sample_ellipsoid({30e-3, 40e-3, 60e-3}, 8000),
+                                          sample_box({20e-3, 1e-3, 20e-3}, 3000)};
+  for (std::size_t k = 0; k < clouds.size(); ++k) {
+    const ImplicitSurface surface(clouds[k]);
+    int bounded = 0;
+    for (int i = 0; i < 20000; ++i) {
+      const Vector3d x =
+          clouds[k].points_m.col(i % clouds[k].points_m.cols()) + random.between(0.0, 2e-3) * random.direction();
+      const Index sample = surface.nearest(x, 4e-3).sample;
+      ASSERT_GE(sample, 0);
+      const ImplicitSurface::Estimate estimate = surface.estimate(x, sample);
+      ASSERT_GE(surface.distance_from(x, sample).distance_m, estimate.least_m) << "cloud " << k << ", query " << i;
+      if (!(estimate.least_m > 0.0)) continue;
+      ++bounded;
+      const double way = random.between(0.0, std::min(estimate.firm_m, estimate.least_m));
+      const Vector3d moved = x + way * random.direction();
+      ASSERT_GE(surface.distance_from(moved, sample).distance_m, estimate.least_m - way - 1e-15)
+          << "cloud " << k << ", query " << i;
+    }
+    EXPECT_GT(bounded, 100) << "cloud " << k;
+  }
 }
 
 }  // namespace

@@ -36,7 +36,7 @@ const PointCloud& box_cloud() {
 }
 
 const ImplicitSurface& box() {
-  static const ImplicitSurface kSurface(box_cloud(), 4800, 1.83 * kMm);
+  static const ImplicitSurface kSurface(box_cloud(), 1.83 * kMm);
   return kSurface;
 }
 
@@ -150,7 +150,7 @@ TEST(ImplicitSurface, T2SphereIsSeenSmallerByItsCurvature) {
   // The mean of the samples lies E[d^2]/2R under the surface; E[d^2] = h^2/6 for the weight (1 - d^2/h^2)^4.
   const double radius_mm = 8.0, h_mm = 1.43;
   const double bias_mm = h_mm * h_mm / (12.0 * radius_mm);
-  const ImplicitSurface sphere(sample_sphere(radius_mm * kMm, 1900), 240, h_mm * kMm);  // spacing 0.65 mm
+  const ImplicitSurface sphere(sample_sphere(radius_mm * kMm, 1900), h_mm * kMm);  // spacing 0.65 mm
   for (const double gap_mm : {-1.0, 0.0, 0.3, 1.0}) {
     SCOPED_TRACE(gap_mm);
     const Errors errors = measure(
@@ -197,7 +197,7 @@ TEST(ImplicitSurface, T6T7PlatesHaveTheRightSign) {
   for (const double thickness_mm : {4.0, 2.0, 1.0, 0.5}) {
     SCOPED_TRACE(thickness_mm);
     const Vector3d size_m(50 * kMm, thickness_mm * kMm, 100 * kMm), half_m = 0.5 * size_m;
-    const ImplicitSurface plate(sample_box(size_m, 20600), 2750);
+    const ImplicitSurface plate(sample_box(size_m, 20600));
     const Errors errors = measure(
         plate,
         [&](Random& random) -> Vector3d {
@@ -217,7 +217,7 @@ TEST(ImplicitSurface, T7RimsOfThinPlatesHaveTheRightSign) {
     SCOPED_TRACE(thickness_mm);
     const Vector3d half_m = 0.5 * Vector3d(50 * kMm, thickness_mm * kMm, 100 * kMm);
     const PointCloud cloud = sample_box(2.0 * half_m, 20600);
-    const ImplicitSurface plate(cloud, 2750, covering_support_m(cloud));
+    const ImplicitSurface plate(cloud, covering_support_m(cloud));
     const auto truth_m = [&](const Vector3d& x_m) { return box_distance_m(x_m, half_m); };
     const Query along_x = [&](Random& random) -> Vector3d {
       return {random.sign() * (half_m.x() + random.between(-2, 2) * kMm), random.between(-2, 2) * kMm,
@@ -249,7 +249,7 @@ TEST(ImplicitSurface, NeedlesHaveTheRightSign) {
   needle.points_m.rightCols<2>() << 0, 0, 0, 0, -20 * kMm, 20 * kMm;
   needle.normals.rightCols<2>() << 0, 0, 0, 0, -1, 1;
   const Errors errors = measure(
-      ImplicitSurface(needle, 200, 0.44 * kMm),
+      ImplicitSurface(needle, 0.44 * kMm),
       [&](Random& random) -> Vector3d {
         const double turn = random.between(0.0, 2.0 * std::numbers::pi), r_m = random.between(0, 2) * kMm;
         return {r_m * std::cos(turn), r_m * std::sin(turn), random.between(-22, 22) * kMm};
@@ -294,7 +294,7 @@ TEST(ImplicitSurface, T8NoiseIsAveraged) {
     const CloudRepair repaired = repair(noisy, 1.83 * kMm);
     EXPECT_TRUE(repaired.smoothed_points);
     EXPECT_NEAR(repaired.position_noise_m, sd_mm * kMm, 0.15 * sd_mm * kMm);
-    const Errors errors = measure(ImplicitSurface(noisy, 4800, 1.83 * kMm), over_face(0.3));
+    const Errors errors = measure(ImplicitSurface(noisy, 1.83 * kMm), over_face(0.3));
     EXPECT_EQ(errors.undefined, 0);
     EXPECT_LE(errors.mean_mm, 0.4 * sd_mm);
   }
@@ -309,7 +309,7 @@ TEST(ImplicitSurface, T9OutliersDoNotMoveTheSurface) {
       if (random.between(0.0, 1.0) < share) cloud.points_m.col(i) += 2.0 * kMm * random.gaussian();
     }
     repair(cloud, 1.83 * kMm);
-    const ImplicitSurface surface(cloud, 4800, 1.83 * kMm);
+    const ImplicitSurface surface(cloud, 1.83 * kMm);
     const Errors errors = measure(surface, over_face(0.3));
     EXPECT_EQ(errors.undefined, 0);
     EXPECT_LT(errors.max_mm, 0.1);
@@ -333,7 +333,7 @@ TEST(ImplicitSurface, T11NoisyNormalsAreAveragedOverTheirFace) {
       cloud.normals.col(i) = (cloud.normals.col(i) + sd * random.gaussian()).normalized();
     }
     EXPECT_TRUE(repair(cloud, 1.83 * kMm).smoothed_normals);
-    const ImplicitSurface surface(cloud, 4800, 1.83 * kMm);
+    const ImplicitSurface surface(cloud, 1.83 * kMm);
     const Errors errors = measure(surface, over_face(0.3));
     EXPECT_EQ(errors.undefined, 0);
     EXPECT_LT(errors.mean_mm, mean_mm);
@@ -353,7 +353,7 @@ TEST(ImplicitSurface, T10FlippedNormalsDoNotFlipTheSign) {
       if (random.between(0.0, 1.0) < flipped) cloud.normals.col(i) *= -1.0;
     }
     repair(cloud, 1.83 * kMm);
-    const ImplicitSurface surface(cloud, 4800, 1.83 * kMm);
+    const ImplicitSurface surface(cloud, 1.83 * kMm);
     const std::vector<Query> queries = {over_face(0.3), over_face(-0.3), over_face(-1.0), around_edge(0.8),
                                         around_corner(0.8)};
     for (std::size_t i = 0; i < queries.size(); ++i) {
@@ -393,7 +393,7 @@ TEST(ImplicitSurface, SingleBadNormalsAreNoFaces) {
     if (random.between(0.0, 1.0) < 0.01) cloud.normals.col(i) = random.direction();
   }
   repair(cloud, 1.83 * kMm);
-  const ImplicitSurface surface(cloud, 4800, 1.83 * kMm);
+  const ImplicitSurface surface(cloud, 1.83 * kMm);
   for (const double gap_mm : {0.3, -0.3, -1.0}) {
     SCOPED_TRACE(gap_mm);
     const Errors errors = measure(surface, over_face(gap_mm));
@@ -411,7 +411,7 @@ TEST(ImplicitSurface, SamplesWithADividedVoteAreIgnored) {
     if (random.between(0.0, 1.0) < 0.3) cloud.normals.col(i) *= -1.0;
   }
   EXPECT_GT(repair(cloud, 1.83 * kMm).removed, 0);
-  EXPECT_EQ(measure(ImplicitSurface(cloud, 4800, 1.83 * kMm), over_face(0.3)).undefined, 0);
+  EXPECT_EQ(measure(ImplicitSurface(cloud, 1.83 * kMm), over_face(0.3)).undefined, 0);
 }
 
 TEST(ImplicitSurface, T12HolesAreBridged) {
@@ -431,7 +431,7 @@ TEST(ImplicitSurface, T12HolesAreBridged) {
     };
     const double reach_m = 5 * kMm;
     const Errors on_face = measure(
-        ImplicitSurface(torn(box_cloud(), {0.0, kHalf_m.y(), 0.0}), 4700, 1.83 * kMm),
+        ImplicitSurface(torn(box_cloud(), {0.0, kHalf_m.y(), 0.0}), 1.83 * kMm),
         [&](Random& random) -> Vector3d {
           const Eigen::Vector2d at_m = disc(random, radius_mm);
           return {at_m.x(), kHalf_m.y() + 0.3 * kMm, at_m.y()};
@@ -440,7 +440,7 @@ TEST(ImplicitSurface, T12HolesAreBridged) {
     EXPECT_EQ(on_face.undefined, 0);
     EXPECT_LT(on_face.max_mm, 0.01);  // flat, as T1
     const Errors on_sphere = measure(
-        ImplicitSurface(torn(sphere, R_mm * kMm * Vector3d::UnitZ()), 1500, 1.83 * kMm),
+        ImplicitSurface(torn(sphere, R_mm * kMm * Vector3d::UnitZ()), 1.83 * kMm),
         [&](Random& random) -> Vector3d {
           const Eigen::Vector2d at_m = disc(random, radius_mm);
           return (R_mm + 0.3) * kMm * Vector3d(at_m.x(), at_m.y(), R_mm * kMm).normalized();
@@ -456,7 +456,7 @@ TEST(ImplicitSurface, T13ThinnedCloudsGetAWiderSupport) {
     SCOPED_TRACE(kept);
     Random random(13);
     const PointCloud thin = subset(box_cloud(), [&](Index) { return random.between(0.0, 1.0) < kept; });
-    const ImplicitSurface surface(thin, thin.points_m.cols() / 8);
+    const ImplicitSurface surface(thin);
     // Random thinning tears holes of some spacings, 2.6 mm where a tenth is kept: the reach must span them.
     const Errors errors = measure(surface, over_face(0.3), 2.0 * surface.support_m());
     EXPECT_EQ(errors.undefined, 0);
@@ -471,7 +471,7 @@ TEST(ImplicitSurface, T13UnevenDensityGetsTheSupportOfItsSparsestRegion) {
   const double support_m = covering_support_m(uneven);
   // A quarter of the samples: twice the spacing, found to 10 % as chance has it.
   EXPECT_NEAR(support_m, 2.0 * 1.83 * kMm, 0.2 * 1.83 * kMm);
-  const ImplicitSurface surface(uneven, uneven.points_m.cols() / 8, support_m);
+  const ImplicitSurface surface(uneven, support_m);
   for (const Query& query : {over_face(0.3), over_face(-1.0), around_edge(0.8), around_corner(0.8)}) {
     const Errors errors = measure(surface, query);
     EXPECT_EQ(errors.undefined, 0);
@@ -483,13 +483,13 @@ TEST(ImplicitSurface, SupportIsTwoPointTwoSpacings) {
   // Spacing: the side of the square that one sample stands for. The estimate from eight neighbours is exact to some
   // percent, and to 10 percent for random samples; the accuracy above changes little with h.
   const double box_m = std::sqrt(2.0 * (50.0 * 50.0 + 2.0 * 50.0 * 100.0) / 36000.0) * kMm;
-  EXPECT_NEAR(ImplicitSurface(box_cloud(), 4800).support_m() / (2.2 * box_m), 1.0, 0.05);
+  EXPECT_NEAR(ImplicitSurface(box_cloud()).support_m() / (2.2 * box_m), 1.0, 0.05);
   const double sphere_m = std::sqrt(4.0 * std::numbers::pi * 64.0 / 2400.0) * kMm;
-  EXPECT_NEAR(ImplicitSurface(sample_sphere(8 * kMm, 2400), 320).support_m() / (2.2 * sphere_m), 1.0, 0.05);
+  EXPECT_NEAR(ImplicitSurface(sample_sphere(8 * kMm, 2400)).support_m() / (2.2 * sphere_m), 1.0, 0.05);
   Random random(2);
   const PointCloud thin = subset(box_cloud(), [&](Index) { return random.between(0.0, 1.0) < 0.1; });
   const double thin_m = box_m * std::sqrt(36000.0 / static_cast<double>(thin.points_m.cols()));
-  EXPECT_NEAR(ImplicitSurface(thin, 400).support_m() / (2.2 * thin_m), 1.0, 0.1);
+  EXPECT_NEAR(ImplicitSurface(thin).support_m() / (2.2 * thin_m), 1.0, 0.1);
 }
 
 TEST(ImplicitSurface, ReachIsMeasuredToTheNearestSample) {
@@ -509,7 +509,7 @@ TEST(ImplicitSurface, FollowsItsDefinition) {
   // The header's formulas summed over all samples, on a surface without edges; only the order of the sums differs.
   const PointCloud cloud = sample_sphere(8 * kMm, 1900);
   const double h_m = 1.43 * kMm;
-  const ImplicitSurface sphere(cloud, 237, h_m);
+  const ImplicitSurface sphere(cloud, h_m);
   for (unsigned seed = 1; seed <= 300; ++seed) {
     SCOPED_TRACE(seed);
     Random random(seed);
@@ -540,7 +540,7 @@ TEST(ImplicitSurface, ConcaveEdgesAreUnionsOfHalfSpaces) {
   // the nearest wall.
   PointCloud room = sample_box({20 * kMm, 20 * kMm, 20 * kMm}, 6000);
   room.normals *= -1.0;
-  const ImplicitSurface surface(room, 800);
+  const ImplicitSurface surface(room);
   const Errors errors = measure(
       surface,
       [](Random& random) -> Vector3d {
@@ -584,7 +584,7 @@ TEST(ImplicitSurface, DegenerateCloudsGiveNoNan) {
       cloud_of(300, [&](Index) { return random.in_cube(1.5 * kMm); }),
       sample_sphere(1 * kMm, 12)};
   for (std::size_t k = 0; k < clouds.size(); ++k) {
-    const ImplicitSurface surface(clouds[k], (clouds[k].points_m.cols() + 7) / 8, 1 * kMm);
+    const ImplicitSurface surface(clouds[k], 1 * kMm);
     for (int i = 0; i < 2000; ++i) {
       SCOPED_TRACE(testing::Message() << "cloud " << k << ", query " << i);
       // Among them samples, the middle of a sphere, and points far off.
@@ -603,7 +603,7 @@ TEST(ImplicitSurface, DegenerateCloudsGiveNoNan) {
 
 TEST(ImplicitSurface, IsStoredInTheOrderOfItsBlocks) {
   const PointCloud cloud = sample_sphere(8 * kMm, 997);
-  const ImplicitSurface surface(cloud, 101, 1 * kMm);
+  const ImplicitSurface surface(cloud, 1 * kMm);
   const std::vector<Index> order = SampleBlocks::order(surface.cloud().points_m);
   for (std::size_t i = 0; i < order.size(); ++i) ASSERT_EQ(order[i], static_cast<Index>(i));
   // The same samples in another order, and all of them within the bounds.
@@ -615,12 +615,11 @@ TEST(ImplicitSurface, IsStoredInTheOrderOfItsBlocks) {
 TEST(ImplicitSurface, RefusesWhatHasNoSpacing) {
   const PointCloud one{Vector3d::Zero(), Vector3d::UnitX()};
   const PointCloud same_place{Matrix3Xd::Zero(3, 20), Vector3d::UnitX().replicate(1, 20)};
-  EXPECT_THROW(ImplicitSurface(one, 1), std::invalid_argument);
-  EXPECT_THROW(ImplicitSurface(same_place, 2), std::invalid_argument);
-  EXPECT_THROW(ImplicitSurface(same_place, 2, 0.0), std::invalid_argument);
-  EXPECT_THROW(ImplicitSurface(same_place, 2, std::numeric_limits<double>::quiet_NaN()), std::invalid_argument);
-  EXPECT_THROW(ImplicitSurface(same_place, 21, 1.0), std::invalid_argument);
-  EXPECT_THROW(ImplicitSurface(PointCloud{}, 1), std::invalid_argument);
+  EXPECT_THROW(ImplicitSurface{one}, std::invalid_argument);
+  EXPECT_THROW(ImplicitSurface{same_place}, std::invalid_argument);
+  EXPECT_THROW(ImplicitSurface(same_place, 0.0), std::invalid_argument);
+  EXPECT_THROW(ImplicitSurface(same_place, std::numeric_limits<double>::quiet_NaN()), std::invalid_argument);
+  EXPECT_THROW(ImplicitSurface(PointCloud{}), std::invalid_argument);
 }
 
 }  // namespace

@@ -338,7 +338,7 @@ TEST(Shapes, TheSurfaceOfTheSamplesPartsInsideFromOutside) {
   for (const Solid& solid : solids()) {
     SCOPED_TRACE(solid.name);
     const PointCloud cloud = solid.sample(6000, 1);
-    const ImplicitSurface surface(cloud, 800);
+    const ImplicitSurface surface(cloud);
     std::mt19937_64 random(5);
     std::uniform_real_distribution<double> unit(-1.0, 1.0);
     int queries = 0;

@@ -231,9 +231,7 @@ TEST(Edge, CarriesAPadOnIt) {
 // --- finer than control points -----------------------------------------------------------------------------------------
 
 /// As a model has it.
-PointCloud in_tree_order(const PointCloud& cloud) {
-  return ImplicitSurface(cloud, std::max<Index>(1, cloud.points_m.cols() / 8)).cloud();
-}
+PointCloud in_tree_order(const PointCloud& cloud) { return ImplicitSurface(cloud).cloud(); }
 
 /// A needle along z with a round tip at the origin.
 PointCloud needle(double radius_m, double length_m, double spacing_m) {
@@ -305,6 +303,19 @@ TEST(FineParts, AreTheRimOfAThinPlate) {
   EXPECT_GT(fine.cols(), 40);
   for (Index i = 0; i < fine.cols(); ++i) {
     EXPECT_GT((fine.col(i).cwiseAbs() - half_m).head<2>().maxCoeff(), -1e-9) << fine.col(i).transpose();
+  }
+}
+
+// Whatever the spacing of control points is to that of samples, fine are only samples near the rim.
+TEST(FineParts, AreNeverTheMiddleOfAThinPlate) {
+  const Eigen::Vector3d size_m(60e-3, 1e-3, 60e-3);
+  const PointCloud plate = sample_box(size_m, 20000);
+  for (const double spacing_m : {1e-3, 1.5e-3, 2e-3, 3e-3, 5e-3, 8e-3}) {
+    const Eigen::Matrix3Xd fine_m = fine_parts(plate, spacing_m);
+    for (Eigen::Index i = 0; i < fine_m.cols(); ++i) {
+      const double to_rim_m = 0.5 * size_m.x() - std::max(std::abs(fine_m(0, i)), std::abs(fine_m(2, i)));
+      ASSERT_LT(to_rim_m, spacing_m) << "spacing " << spacing_m;
+    }
   }
 }
 
