@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <concepts>
 #include <optional>
 #include <span>
 #include <vector>
@@ -36,6 +37,7 @@ class ImplicitSurface {
 
   /// Throws std::invalid_argument if there are no samples, or if the support is not finite and greater than zero.
   ImplicitSurface(const PointCloud& cloud, double support_m);
+  ImplicitSurface(const PointCloud& cloud, std::integral auto) = delete;  // no number of samples is a support
 
   /// Signed distance of x: on each face near the nearest sample x is projected twice.
   /// Nothing if no sample lies within `reach_m` of x. Outside a convex edge or

@@ -161,10 +161,10 @@ const std::vector<Shape>& shapes() {
   const Vector3d size_m = scene().size_m, plate_m(20e-3, 1e-3, 20e-3), egg_m(20e-3, 24e-3, 34e-3);
   static const std::vector<Shape> kShapes = {
       {"box", scene().box, size_m},
-      {"plate", {sample_box(plate_m, 3600), 450}, plate_m},
-      {"ellipsoid", {ellipsoid(0.5 * egg_m, 8000), 1000}, egg_m, true},
-      {"noisy ellipsoid", {disturbed(ellipsoid(0.5 * egg_m, 8000), 0.05e-3, 0.1), 1000}, egg_m, true},
-      {"very noisy box", {disturbed(sample_box(size_m, 7600), 0.2e-3, 0.5), 1000}, size_m}};
+      {"plate", ImplicitSurface(sample_box(plate_m, 3600)), plate_m},
+      {"ellipsoid", ImplicitSurface(ellipsoid(0.5 * egg_m, 8000)), egg_m, true},
+      {"noisy ellipsoid", ImplicitSurface(disturbed(ellipsoid(0.5 * egg_m, 8000), 0.05e-3, 0.1)), egg_m, true},
+      {"very noisy box", ImplicitSurface(disturbed(sample_box(size_m, 7600), 0.2e-3, 0.5)), size_m}};
   return kShapes;
 }
 
@@ -396,7 +396,7 @@ TEST(ContactFinding, BoundsHold) {
   Random random(77);
   for (Index i = 0; i < noisy.points_m.cols(); ++i) noisy.points_m.col(i) += 0.05e-3 * random.direction();
   const std::vector<PointCloud> clouds = {sample_mug(mug, 12000), noisy, sample_ellipsoid({30e-3, 40e-3, 60e-3}, 8000),
-                                          sample_box({20e-3, 1e-3, 20e-3}, 3000)};
+                                          sample_box({20e-3, 6e-3, 20e-3}, 3000)};
   for (std::size_t k = 0; k < clouds.size(); ++k) {
     const ImplicitSurface surface(clouds[k]);
     int bounded = 0;
