@@ -90,7 +90,6 @@ FindingMethod our_finding(const KnownObject& object, const Matrix3Xd& controls_m
     std::vector<ContactCandidate> candidates;
   };
   FindingMethod method;
-  const Index leaves = object.cloud.points_m.cols() * 2 / 15;
   auto ready = made_ready(method, [&] {
     return std::make_shared<Ready>(Ready{ImplicitSurface(object.cloud), controls_m, {}, {}});
   });
