@@ -14,6 +14,9 @@ class FileError : public std::runtime_error {
       : std::runtime_error(file.string() + ": " + what) {}
 };
 
+/// The ending of the file's name in small letters: ".ply".
+[[nodiscard]] std::string ending_of(const std::filesystem::path& file);
+
 /// All bytes of a file. Throws FileError if it cannot be read.
 [[nodiscard]] std::string read_file(const std::filesystem::path& file);
 

@@ -216,8 +216,7 @@ TriangleMesh parse_stl(ByteSource& source) {
 
 TriangleMesh parse_mesh(std::string_view bytes, const fs::path& file) {
   ByteSource source(file, bytes);
-  std::string ending = file.extension().string();
-  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string ending = ending_of(file);
   if (ending == ".off") return parse_off(source);
   if (ending == ".obj") return parse_obj(source);
   if (ending == ".stl") return parse_stl(source);

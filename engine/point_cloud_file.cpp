@@ -5,7 +5,6 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <limits>
 
@@ -24,13 +23,6 @@ namespace fs = std::filesystem;
 
 constexpr Index kMinPoints = 10;
 constexpr double kSmallest_m = 1e-3, kLargest_m = 2.0;
-
-/// The ending of the file's name in small letters: ".ply".
-std::string ending_of(const fs::path& file) {
-  std::string ending = file.extension().string();
-  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return ending;
-}
 
 /// Refuses points that make no surface. `cloud` is as in the file.
 void check_surface(const fs::path& file, const PointCloud& cloud) {

@@ -131,7 +131,16 @@ TEST(TriangleMesh, CutsPolygonsThatAreNotConvex) {
   comb.col(20) = R * Vector3d(19, 0, 0);
   comb.col(21) = R * Vector3d(0, 0, 0);
   comb.rowwise().reverseInPlace();
-  for (const Eigen::Matrix3Xd& polygon : {star, comb}) {
+  // A washer: its hole is joined to its outline by a bridge, along which two corners lie in one place.
+  constexpr int kSides = 16;
+  Eigen::Matrix3Xd washer(3, 2 * kSides + 2);
+  for (int i = 0; i <= kSides; ++i) {
+    const double angle = 2.0 * std::numbers::pi * (i % kSides) / kSides;
+    const Vector3d d(std::cos(angle), std::sin(angle), 0.0);
+    washer.col(i) = R * (3.0 * d);
+    washer.col(2 * kSides + 1 - i) = R * d;
+  }
+  for (const Eigen::Matrix3Xd& polygon : {star, comb, washer}) {
     const auto triangles = cut_polygon(polygon);
     EXPECT_EQ(std::ssize(triangles), polygon.cols() - 2);
     Vector3d whole = Vector3d::Zero();

@@ -8,6 +8,7 @@
 #include "engine/compliance.h"
 #include "engine/config.h"
 #include "engine/object_compliance.h"
+#include "engine/problem_dump.h"
 #include "tests/allocation_counter.h"
 #include "tests/scenes.h"
 
@@ -308,6 +309,31 @@ TEST(SoftObject, SceneErrorsNameTheKey) {
       error_of({"object.compliance={reduced_modulus: 1 MPa, poisson: 0.5, relaxation: 5 ms}"}, "minimal");
   EXPECT_TRUE(has(rigid, "object.compliance: needs fingertips")) << rigid;
   EXPECT_FALSE(scene_of("box_grasp").object.compliance.has_value());
+}
+
+// A ball dragged along the thumb: at every new frame its loads go to where the contacts are then, or the gaps that the
+// frame brings would be another surface's, and contact would give energy.
+TEST(SoftObject, LoadsGoAlongWithASlidingContact) {
+  Loop loop(scene_of("slide", {"object.compliance={reduced_modulus: 0.24 MPa, poisson: 0.5, relaxation: 5 ms}"}));
+  double injected_J = 0.0, dissipated_J = 0.0;
+  while (loop.state.tick < 600) {
+    const TickReport report = loop.tick();
+    injected_J += report.injected_J;
+    dissipated_J += report.dissipated_J;
+  }
+  EXPECT_GT(dissipated_J, 1e-4);
+  EXPECT_LT(injected_J, 0.01 * dissipated_J);
+}
+
+// What a run leaves in a problem file is what it solved: its forces keep the law with the file's W.
+TEST(SoftObject, DumpsTheProblemThatItSolves) {
+  Loop loop(soft_grasp());
+  loop.run(0.02);
+  const ContactFile problem = contact_problem_file(loop.model, loop.frame, loop.work);
+  const Index rows = problem.W.rows();
+  ASSERT_GT(rows, 0);
+  const VectorXd delta = problem.W * loop.work.f.head(rows) + problem.delta_free[0];
+  EXPECT_LE((delta - loop.work.delta.head(rows)).norm(), 1e-9 * problem.delta_free[0].norm());
 }
 
 }  // namespace
