@@ -12,8 +12,7 @@ namespace thenar {
 ///
 /// A node of L leaves splits its points along the longest axis of their box in the proportion floor(L/2) : ceil(L/2),
 /// so that 2400 points in 320 leaves give 7 or 8 points a leaf. Every sample lies in exactly one leaf. The sample
-/// nearest a node's mean represents it: a leaf's representative is its control point, inner ones are the coarser levels
-/// of detail.
+/// nearest a node's mean represents it. Leaves are a pulp's patches, inner nodes those of its coarser levels of detail.
 class SphereTree {
  public:
   struct Node {
