@@ -1,0 +1,55 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+
+/// What a page may send, as docs/WINDOW.md has it.
+namespace window {
+
+struct Next {};
+struct Ping {
+  double t = 0.0;
+};
+struct Pull {
+  Eigen::Vector3d point_m, handle_m;
+  std::optional<double> stamp_s;
+};
+struct Release {};
+struct Target {
+  Eigen::Vector3d shift_m, turn_rad;
+  std::optional<double> stamp_s;
+};
+struct Poke {
+  Eigen::Vector3d force_N;
+  std::optional<double> stamp_s;
+};
+struct Pause {};
+struct Resume {};
+struct Step {};
+struct Reset {};
+struct Speed {
+  double value = 1.0;
+};
+/// Changes of the scene; nothing: stays as it is.
+struct Set {
+  std::optional<double> friction, internal_force_N, tolerance, contact_Hz, control_Hz;
+  std::optional<int> max_sweeps, delay_periods, level;
+  std::optional<std::string> kernel;
+};
+
+using Message = std::variant<Next, Ping, Pull, Release, Target, Poke, Pause, Resume, Step, Reset, Speed, Set>;
+
+/// Reads one message. Whatever the text, every number of a message is finite and within its range; else there is none, and
+/// a reason.
+struct ReadMessage {
+  std::optional<Message> message;
+  std::string refusal;
+};
+[[nodiscard]] ReadMessage read_message(std::string_view text);
+
+inline constexpr std::size_t kMaxMessage = 4096;  ///< Bytes.
+
+}  // namespace window

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <atomic>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "demo/window/message.h"
+#include "demo/window/server.h"
+#include "engine/model.h"
+
+namespace window {
+
+struct SessionSettings {
+  double spin_s = 50e-6;
+  bool realtime = true;          ///< Ask for real-time scheduling.
+  bool quiet = false;            ///< Log nothing.
+  std::filesystem::path record;  ///< What is shown goes into this recording, too; empty: none.
+};
+
+/// A scene that runs in real time, without end, while pages watch it and lay hands on it.
+///
+/// Inputs (pull, poke, target) go from the server's thread to the contact thread through a buffer that cannot block. All else
+/// (pause, step, reset, speed, changes of the scene) takes effect between two runs of the loops: they are stopped, the
+/// scene is changed while nobody reads it, and they go on from the state and with the controller's memory that they left.
+class Session {
+ public:
+  Session(thenar::Model model, const SessionSettings& settings);
+  ~Session();
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
+
+  /// For the server's thread, see WindowServer::Receive.
+  [[nodiscard]] std::string receive(const Message& message);
+
+  /// Runs and shows until `stop`.
+  void run(WindowServer& server, const std::atomic<bool>& stop);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace window

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace thenar {
+
+/// A topic of a recording.
+struct McapChannel {
+  std::string topic;
+  std::string encoding;         ///< Of its messages: "json", or one of ours.
+  std::string schema_name;      ///< Of what its messages hold,
+  std::string schema_encoding;  ///< "jsonschema" or "text",
+  std::string schema;           ///< and its text.
+};
+
+/// Writes an MCAP file (mcap.dev, version 0), message by message, without chunks or an index: it is sound after every message,
+/// and a reader gets all whole messages of one that was cut off.
+class McapWriter {
+ public:
+  /// Throws FileError, as do the others.
+  McapWriter(const std::filesystem::path& file, const std::vector<McapChannel>& channels);
+
+  /// A message of channel `channel`, counted from 0.
+  void add(std::size_t channel, double time_s, std::string_view bytes);
+  /// Ends the file. Without it the file counts as cut off.
+  void finish();
+
+ private:
+  void record(std::uint8_t kind, std::string_view bytes);
+
+  std::filesystem::path path_;
+  std::ofstream file_;
+  std::vector<std::uint32_t> messages_;  ///< Written, by channel.
+};
+
+/// One message of a recording.
+struct McapMessage {
+  std::string topic;
+  double time_s = 0.0;
+  std::string bytes;
+};
+
+/// The messages of a file that McapWriter wrote, in order, up to the last whole one; `whole` says whether the file was
+/// ended. Throws FileError if it cannot be read or is no such file: of chunks and compression this reader knows nothing.
+struct McapContents {
+  std::vector<McapMessage> messages;
+  bool whole = false;
+};
+[[nodiscard]] McapContents read_mcap(const std::filesystem::path& file);
+
+}  // namespace thenar
