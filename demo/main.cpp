@@ -7,6 +7,7 @@
 #include "demo/check.h"
 #include "demo/doctor.h"
 #include "demo/exit_code.h"
+#include "demo/export.h"
 #include "demo/options.h"
 #include "demo/profile.h"
 #include "demo/progress.h"
@@ -151,6 +152,8 @@ int execute(const Options& options) {
       return check(options);
     case Command::kSolve:
       return solve(options);
+    case Command::kExport:
+      return export_recording(options);
     case Command::kDoctor:
       doctor(std::cout);
       return kDone;

@@ -288,12 +288,26 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
   CLI::App* const check =
       app.add_subcommand("check", "Says what a scene will model, what it leaves out, and the defaults");
   add_scene(*check, options);
+  CLI::App* const exports =
+      app.add_subcommand("export", "Makes one page that plays without a network, or a table, of a recording");
+  exports->add_option("FILE", options.record, "Recording, of thenar run --record")->required();
+  CLI::Option_group* const formats = exports->add_option_group("formats");
+  formats->add_option("--html", options.html, "The page, one file")
+      ->type_name("FILE")
+      ->check(named())
+      ->check(no_folder());
+  formats->add_option("--csv", options.csv, "A row a state: its numbers by name, but for shapes")
+      ->type_name("FILE")
+      ->check(named())
+      ->check(no_folder());
+  formats->require_option(1, 2);
   CLI::App* const doctor =
       app.add_subcommand("doctor", "Says what this machine can keep, and how to get what it refuses");
 
   try {
     app.parse(argc, argv);
     if (check->parsed()) options.command = Command::kCheck;
+    if (exports->parsed()) options.command = Command::kExport;
     if (solve->parsed()) options.command = Command::kSolve;
     if (doctor->parsed()) options.command = Command::kDoctor;
     if (profile->parsed()) options.command = Command::kProfile;
