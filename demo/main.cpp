@@ -94,6 +94,7 @@ int run(const Options& options) {
   }
   choose_control_rate(options, model);
   std::optional<RecordingFile> film;
+  if (options.record.has_parent_path()) prepare_folder(options.record.parent_path());
   if (!options.record.empty()) film.emplace(options.record, model);
   State state(model);
   const Progress progress = progress_line(model.scene, options.quiet);
