@@ -20,6 +20,7 @@
 #include "engine/problem_dump.h"
 #include "engine/profile.h"
 #include "engine/realtime_run.h"
+#include "engine/recording_file.h"
 #include "engine/signals.h"
 #include "engine/summary.h"
 
@@ -91,6 +92,8 @@ int run(const Options& options) {
     dump.emplace(options.dump_problems, options.dump_every);
   }
   choose_control_rate(options, model);
+  std::optional<RecordingFile> film;
+  if (!options.record.empty()) film.emplace(options.record, model);
   State state(model);
   const Progress progress = progress_line(model.scene, options.quiet);
   nlohmann::ordered_json loops = nlohmann::ordered_json::object();  // Of two threads.
@@ -102,14 +105,15 @@ int run(const Options& options) {
       case Runner::kMonolithic:
         break;
       case Runner::kLockstep:
-        return run_lockstep(model, state, settings, progress, dump ? &*dump : nullptr);
+        return run_lockstep(model, state, settings, progress, dump ? &*dump : nullptr, film ? &*film : nullptr);
       case Runner::kRealtime:
         return run_realtime(options, model, state, progress, loops, lost);
     }
-    return run_monolithic(model, state, progress, dump ? &*dump : nullptr);
+    return run_monolithic(model, state, progress, dump ? &*dump : nullptr, film ? &*film : nullptr);
   };
   const Recording recording = record();
   if (progress) std::cerr << '\n';
+  if (film) film->finish(recording);
 
   nlohmann::ordered_json summary = summarize(model, recording);
   summary.update(loops);

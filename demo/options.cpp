@@ -260,6 +260,12 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
       ->type_name("T")
       ->check(quantity(Dimension::kTime, 0.0, 1e3, "2ms"))
       ->needs(lockstep);
+  run->add_option(
+         "--record", options.record,
+         "MCAP file of what the run looks like, 50 states a second: thenar demo replays it, thenar export shares it")
+      ->type_name("FILE")
+      ->check(named())
+      ->check(no_folder());
   add_dump(*run, options)->excludes(realtime);
 
   CLI::App* const profile = app.add_subcommand("profile", "Runs a scene in real time and tells the times of its loops");

@@ -34,6 +34,8 @@ struct Options {
   std::filesystem::path dump_problems;  ///< Folder for problem files; empty: none.
   std::int64_t dump_every = 25;         ///< Ticks from one dump to the next.
 
+  std::filesystem::path record;  ///< MCAP file of what a run looks like; empty: none.
+
   // Of solve.
   std::vector<std::filesystem::path> problems;
   std::string method;               ///< Or "all"; empty: each problem's default.
