@@ -31,13 +31,13 @@ Eigen::AngleAxisd turn_of(const Vector3d& rotation) {
 
 TickInput LiveHands::next(const LiveInput& input, const State& state, std::int64_t now_ns) noexcept {
   TickInput tick;
-  pull_ = pull(input, state, now_ns);
+  pull_ = find_pull(input, state, now_ns);
   if (pull_) {
     tick.wrench.head<3>() = pull_->force_N;
     tick.wrench.tail<3>() = (pull_->anchor_m - state.X_WO.translation()).cross(pull_->force_N);
   }
   tick.wrench.head<3>() += poke(input);
-  tick.X_WT = target(input, static_cast<double>(state.tick + 1) * model_.scene.step_s);
+  tick.X_WT = move_target(input, static_cast<double>(state.tick + 1) * model_.scene.step_s);
   return tick;
 }
 
@@ -48,8 +48,8 @@ void LiveHands::reset() noexcept {
   turn_rad_.setZero();
 }
 
-std::optional<ShownPull> LiveHands::pull(const LiveInput& input, const State& state,
-                                         std::int64_t now_ns) const noexcept {
+std::optional<ShownPull> LiveHands::find_pull(const LiveInput& input, const State& state,
+                                              std::int64_t now_ns) const noexcept {
   if (!input.pull || !input.pull->point_O.allFinite() || !input.pull->handle_W.allFinite()) return std::nullopt;
   // In double, where the difference of any two numbers is one. A clock that is ahead by more is none.
   const double age_s = 1e-9 * (static_cast<double>(now_ns) - static_cast<double>(input.received_ns));
@@ -81,7 +81,7 @@ Vector3d LiveHands::poke(const LiveInput& input) noexcept {
   return std::max(0.0, std::sin(std::numbers::pi * time_s / kPoke_s)) * poke_N_;
 }
 
-std::optional<Isometry3d> LiveHands::target(const LiveInput& input, double time_s) noexcept {
+std::optional<Isometry3d> LiveHands::move_target(const LiveInput& input, double time_s) noexcept {
   const double step_s = model_.scene.step_s;
   shift_m_ = approach(shift_m_, goal(input.target_shift_m, shift_m_, kShiftLimit_m), kShiftSpeed_m_per_s * step_s);
   turn_rad_ = approach(turn_rad_, goal(input.target_turn_rad, turn_rad_, kTurnLimit_rad), kTurnSpeed_rad_per_s * step_s);

@@ -54,10 +54,10 @@ class LiveHands {
   void reset() noexcept;
 
  private:
-  [[nodiscard]] std::optional<ShownPull> pull(const LiveInput& input, const State& state,
-                                              std::int64_t now_ns) const noexcept;
+  [[nodiscard]] std::optional<ShownPull> find_pull(const LiveInput& input, const State& state,
+                                                   std::int64_t now_ns) const noexcept;
   [[nodiscard]] Eigen::Vector3d poke(const LiveInput& input) noexcept;
-  [[nodiscard]] std::optional<Eigen::Isometry3d> target(const LiveInput& input, double time_s) noexcept;
+  [[nodiscard]] std::optional<Eigen::Isometry3d> move_target(const LiveInput& input, double time_s) noexcept;
 
   const Model& model_;
   std::optional<ShownPull> pull_;
