@@ -8,6 +8,7 @@
 #include "demo/check.h"
 #include "demo/doctor.h"
 #include "demo/exit_code.h"
+#include "demo/export.h"
 #include "demo/host.h"
 #include "demo/options.h"
 #include "demo/profile.h"
@@ -23,6 +24,7 @@
 #include "engine/problem_dump.h"
 #include "engine/profile.h"
 #include "engine/realtime_run.h"
+#include "engine/recording_file.h"
 #include "engine/signals.h"
 #include "engine/summary.h"
 
@@ -85,6 +87,9 @@ int run(const Options& options) {
     dump.emplace(options.dump_problems, options.dump_every);
   }
   choose_control_rate(options, model);
+  std::optional<RecordingFile> film;
+  if (options.record.has_parent_path()) prepare_folder(options.record.parent_path());
+  if (!options.record.empty()) film.emplace(options.record, model);
   State state(model);
   const Progress progress = progress_line(model.scene, options.quiet);
   nlohmann::ordered_json loops = nlohmann::ordered_json::object();  // Of two threads.
@@ -96,14 +101,15 @@ int run(const Options& options) {
       case Runner::kMonolithic:
         break;
       case Runner::kLockstep:
-        return run_lockstep(model, state, settings, progress, dump ? &*dump : nullptr);
+        return run_lockstep(model, state, settings, progress, dump ? &*dump : nullptr, film ? &*film : nullptr);
       case Runner::kRealtime:
         return run_realtime(options, model, state, progress, loops, lost);
     }
-    return run_monolithic(model, state, progress, dump ? &*dump : nullptr);
+    return run_monolithic(model, state, progress, dump ? &*dump : nullptr, film ? &*film : nullptr);
   };
   const Recording recording = record();
   if (progress) std::cerr << '\n';
+  if (film) film->finish(recording);
 
   nlohmann::ordered_json summary = summarize(model, recording);
   summary.update(loops);
@@ -141,6 +147,8 @@ int execute(const Options& options) {
       return check(options);
     case Command::kSolve:
       return solve(options);
+    case Command::kExport:
+      return export_recording(options);
     case Command::kDoctor:
       doctor(std::cout);
       return kDone;

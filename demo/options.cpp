@@ -210,6 +210,12 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
       ->type_name("T")
       ->check(quantity(Dimension::kTime, 0.0, 1e3, "2ms"))
       ->needs(lockstep);
+  run->add_option(
+         "--record", options.record,
+         "MCAP file of what the run looks like, 50 states a second: thenar demo replays it, thenar export shares it")
+      ->type_name("FILE")
+      ->check(named())
+      ->check(no_folder());
   add_dump(*run, options)->excludes(realtime);
 
   CLI::App* const profile = app.add_subcommand("profile", "Runs a scene in real time and tells the times of its loops");
@@ -234,12 +240,26 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
   CLI::App* const check =
       app.add_subcommand("check", "Says what a scene will model, what it leaves out, and the defaults");
   add_scene(*check, options.scene, options.overrides);
+  CLI::App* const exports =
+      app.add_subcommand("export", "Makes one page that plays without a network, or a table, of a recording");
+  exports->add_option("FILE", options.record, "Recording, of thenar run --record")->required();
+  CLI::Option_group* const formats = exports->add_option_group("formats");
+  formats->add_option("--html", options.html, "The page, one file")
+      ->type_name("FILE")
+      ->check(named())
+      ->check(no_folder());
+  formats->add_option("--csv", options.csv, "A row a state: its numbers by name, but for shapes")
+      ->type_name("FILE")
+      ->check(named())
+      ->check(no_folder());
+  formats->require_option(1, 2);
   CLI::App* const doctor =
       app.add_subcommand("doctor", "Says what this machine can keep, and how to get what it refuses");
 
   try {
     app.parse(argc, argv);
     if (check->parsed()) options.command = Command::kCheck;
+    if (exports->parsed()) options.command = Command::kExport;
     if (solve->parsed()) options.command = Command::kSolve;
     if (doctor->parsed()) options.command = Command::kDoctor;
     if (profile->parsed()) options.command = Command::kProfile;

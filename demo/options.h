@@ -8,7 +8,7 @@
 
 #include "demo/scene_flags.h"
 
-enum class Command { kRun, kProfile, kCheck, kSolve, kDoctor };
+enum class Command { kRun, kProfile, kCheck, kSolve, kDoctor, kExport };
 
 /// Who runs the two loops.
 enum class Runner {
@@ -33,6 +33,9 @@ struct Options {
   // Of runs on one thread.
   std::filesystem::path dump_problems;  ///< Folder for problem files; empty: none.
   std::int64_t dump_every = 25;         ///< Ticks from one dump to the next.
+
+  std::filesystem::path record;     ///< MCAP file of what a run looks like, written or exported; empty: none.
+  std::filesystem::path html, csv;  ///< What it is exported to; empty: not to this.
 
   // Of solve.
   std::vector<std::filesystem::path> problems;

@@ -45,7 +45,7 @@ void Lockstep::receive(double now_s) {
 }
 
 Recording run_lockstep(const Model& model, State& state, const LockstepSettings& settings, const Progress& progress,
-                       ProblemDump* dump) {
+                       ProblemDump* dump, RecordingFile* film) {
   Lockstep loops(model, settings);
   loops.state = start_of_run(state);
   Recorder recorder(model);
@@ -64,6 +64,7 @@ Recording run_lockstep(const Model& model, State& state, const LockstepSettings&
       recorder.check_grasp(static_cast<double>(tick) * model.scene.step_s, loops.control(), centre_m);
       if (tick == 0 && recorder.has_unsolved()) break;
     }
+    if (film != nullptr) film->add(loops.state, loops.workspace(), record, loops.controller().f_muscle);
     held = recorder.add(record, loops.controller().f_muscle);
     wall_s += wall.lap();
     if (progress) progress(record.time_s, wall_s);

@@ -65,6 +65,7 @@ class Lockstep {
 
 /// Runs a scene by Lockstep, as run_monolithic does in one loop.
 [[nodiscard]] Recording run_lockstep(const Model& model, State& state, const LockstepSettings& settings = {},
-                                     const Progress& progress = {}, ProblemDump* dump = nullptr);
+                                     const Progress& progress = {}, ProblemDump* dump = nullptr,
+                                     RecordingFile* film = nullptr);
 
 }  // namespace thenar

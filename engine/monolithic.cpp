@@ -8,7 +8,8 @@
 
 namespace thenar {
 
-Recording run_monolithic(const Model& model, State& state, const Progress& progress, ProblemDump* dump) {
+Recording run_monolithic(const Model& model, State& state, const Progress& progress, ProblemDump* dump,
+                         RecordingFile* film) {
   Frame frame(model);
   Controller controller(model);
   ContactWorkspace work(model);
@@ -36,6 +37,7 @@ Recording run_monolithic(const Model& model, State& state, const Progress& progr
     Stopwatch stage;
     for (std::size_t k = 0; k < displays.size(); ++k) displays[k].displace(state.u_m[k]);
     if (!displays.empty()) record.interpolate_s = stage.lap();
+    if (film != nullptr) film->add(state, work, record, controller.f_muscle);
     held = recorder.add(record, controller.f_muscle);
     wall_s += wall.lap();
     if (progress) progress(record.time_s, wall_s);

@@ -5,6 +5,7 @@
 #include "engine/model.h"
 #include "engine/problem_dump.h"
 #include "engine/recording.h"
+#include "engine/recording_file.h"
 #include "engine/state.h"
 
 namespace thenar {
@@ -15,8 +16,9 @@ using Progress = std::function<void(double simulated_s, double wall_s)>;
 /// Runs a scene as the paper does, in one loop: a control tick every control period and a contact tick every step, on
 /// one thread, to the end of the scene or until the object is lost or no grasp forces exist at the start. The deformed
 /// fingertips are shown at every sample after every tick, as a viewer would need them. `state` is left as the run
-/// ended. The same scene gives the same bits. `dump`, if there is one, writes problems of the run: throws FileError.
+/// ended. The same scene gives the same bits. `dump`, if there is one, writes problems of the run, and `film` what it
+/// looks like: both throw FileError.
 [[nodiscard]] Recording run_monolithic(const Model& model, State& state, const Progress& progress = {},
-                                       ProblemDump* dump = nullptr);
+                                       ProblemDump* dump = nullptr, RecordingFile* film = nullptr);
 
 }  // namespace thenar

@@ -32,7 +32,9 @@ void record_forces(const Model& model, const Snapshot& state, const ControlRepor
       record.cone_margin[k] =
           1.0 - record.force[k].tangential_N / (model.scene.contact.friction * record.force[k].normal_N);
     }
+    record.desired_N[k].setZero();
     if (!model.scene.control) continue;
+    record.desired_N[k] = control.f_desired.col(k);
     record.force_desired[k] = split(control.f_desired.col(k), control.contacts[k].frame.col(0));
     record.force_error_N[k] = (control.f_desired.col(k) - load.force_N).norm();
   }

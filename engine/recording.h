@@ -26,8 +26,9 @@ struct TickRecord {
   Eigen::Vector3d position_m, target_m;  ///< Displacement from the start, object axes at the start.
   double rotation_error_rad = 0.0;       ///< Angle between the object and its target.
   std::array<NormalTangential, kFingers> force, force_desired;
-  std::array<double, kFingers> force_error_N{};  ///< |f^d - f|.
-  std::array<double, kFingers> cone_margin{};    ///< 1 - |F_t| / (mu F_n) of the resultant; NaN without load.
+  std::array<Eigen::Vector3d, kFingers> desired_N;  ///< f^d, world axes; zero without control.
+  std::array<double, kFingers> force_error_N{};     ///< |f^d - f|.
+  std::array<double, kFingers> cone_margin{};       ///< 1 - |F_t| / (mu F_n) of the resultant; NaN without load.
   std::array<double, kFingers> slip_m{};  ///< Of each finger from the start; counted anew from kMeasuredFrom_s on.
   TickReport contact;
   double interpolate_s = 0.0;  ///< This and the times below: 0 where the scene has no such stage.
