@@ -3,15 +3,19 @@
 #include <filesystem>
 #include <iostream>
 #include <string>
+#include <string_view>
 
 #include "demo/check.h"
 #include "demo/doctor.h"
 #include "demo/exit_code.h"
+#include "demo/export.h"
+#include "demo/host.h"
 #include "demo/options.h"
 #include "demo/profile.h"
 #include "demo/progress.h"
 #include "demo/solve.h"
 #include "demo/table.h"
+#include "demo/window_program.h"
 #include "engine/config.h"
 #include "engine/figures.h"
 #include "engine/files.h"
@@ -31,15 +35,6 @@ namespace fs = std::filesystem;
 
 // A run that slips more of its ticks is not what was asked for.
 constexpr double kKept = 0.99;
-
-/// Whether this machine has the instructions that the build uses.
-bool host_can_run() {
-#if defined(__x86_64__) && defined(__AVX2__)
-  return __builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0;
-#else
-  return true;
-#endif
-}
 
 void remove_figures(const fs::path& folder) {
   std::error_code none;  // A figure that cannot be removed cannot be drawn either, and then there is a warning.
@@ -93,6 +88,7 @@ int run(const Options& options) {
   }
   choose_control_rate(options, model);
   std::optional<RecordingFile> film;
+  if (options.record.has_parent_path()) prepare_folder(options.record.parent_path());
   if (!options.record.empty()) film.emplace(options.record, model);
   State state(model);
   const Progress progress = progress_line(model.scene, options.quiet);
@@ -151,6 +147,8 @@ int execute(const Options& options) {
       return check(options);
     case Command::kSolve:
       return solve(options);
+    case Command::kExport:
+      return export_recording(options);
     case Command::kDoctor:
       doctor(std::cout);
       return kDone;
@@ -162,10 +160,11 @@ int execute(const Options& options) {
 
 int main(int argc, char** argv) try {
   if (!host_can_run()) {
-    std::cerr
-        << "error: this build is for x86-64-v3 (AVX2 and FMA); configure with -DTHENAR_ARCH=x86-64 for this machine\n";
+    std::cerr << kHostCannotRun;
     return kInternal;
   }
+  // The window is a program of its own, so that this one neither needs nor builds it.
+  if (argc > 1 && std::string_view(argv[1]) == "demo") return run_window_program(argv);
   int exit_code = kDone;
   const std::optional<Options> options = parse_options(argc, argv, exit_code);
   if (!options) return exit_code;

@@ -11,7 +11,6 @@
 
 #include "demo/exit_code.h"
 #include "engine/build_info.h"
-#include "engine/config.h"
 #include "engine/profile_figures.h"
 #include "engine/units.h"
 
@@ -20,32 +19,11 @@ namespace {
 namespace fs = std::filesystem;
 using thenar::Dimension;
 
-constexpr double kFastest_Hz = 100e3, kSlowest_Hz = 1.0;  // Of a loop: what may make sense, with room.
-constexpr double kProfileContact_Hz = 4000.0, kProfileControl_Hz = 200.0;
-
 /// The texts of the flags that change the scene, as they were written.
 struct SceneFlags {
-  std::string time, duration, contact_rate, control_rate, tolerance, control_delay, control_jitter, spin;
+  std::string time, duration, tolerance, control_delay, control_jitter, spin;
+  RateFlags rates;
 };
-
-/// Whether the text is a quantity within [low, high], as CLI11 asks: what is wrong, or nothing.
-CLI::Validator quantity(Dimension dimension, double low, double high, const char* example) {
-  return {[=](const std::string& text) -> std::string {
-            const thenar::Quantity read = thenar::read_quantity(text, dimension);
-            if (!read.fault.empty()) return read.fault + fmt::format(", such as '{}'", example);
-            if (read.value >= low && read.value <= high) return "";
-            return fmt::format("{} must lie within {} .. {}", text, thenar::to_text(low, dimension),
-                               thenar::to_text(high, dimension));
-          },
-          ""};
-}
-CLI::Validator or_auto(const CLI::Validator& rule) {
-  return {[rule](std::string& text) { return text == "auto" ? "" : rule(text); }, ""};
-}
-CLI::Validator rate() { return quantity(Dimension::kFrequency, kSlowest_Hz, kFastest_Hz, "200Hz"); }
-
-double rate_Hz(const std::string& text) { return thenar::read_quantity(text, Dimension::kFrequency).value; }
-double time_s(const std::string& text) { return thenar::read_quantity(text, Dimension::kTime).value; }
 
 /// A bare number, without a unit.
 bool is_number(const std::string& text) {
@@ -78,13 +56,6 @@ CLI::Validator no_folder() {
           ""};
 }
 
-void add_scene(CLI::App& command, Options& options) {
-  command.add_option("SCENE", options.scene, "Scene file (YAML)")->required();
-  command.add_option("--set", options.overrides, "Changes a value: key.path=value, as often as needed")
-      ->take_all()
-      ->type_name("KEY=VALUE");
-}
-
 void add_results(CLI::App& command, Options& options, const char* results) {
   command.add_option("--out", options.out, std::string("Folder for ") + results)->type_name("DIR")->check(named());
   command.add_option("--format", options.format, "What to print")->check(CLI::IsMember({"text", "json"}));
@@ -93,14 +64,7 @@ void add_results(CLI::App& command, Options& options, const char* results) {
 
 /// The flags of two loops, whoever runs them.
 void add_loops(CLI::App& command, SceneFlags& flags) {
-  command.add_option("--contact-rate", flags.contact_rate, "Ticks a second of the contact loop, such as 4kHz")
-      ->type_name("RATE")
-      ->check(rate());
-  command
-      .add_option("--control-rate", flags.control_rate,
-                  "Of the control loop, such as 200Hz; auto, in real time: what this machine keeps")
-      ->type_name("RATE|auto")
-      ->check(or_auto(rate()));
+  add_rates(command, flags.rates, true);
   command.add_option("--tolerance", flags.tolerance, "Residual at which a contact tick stops its sweeps, such as 1e-3")
       ->type_name("NUMBER")
       ->check(quantity(Dimension::kNone, 1e-12, 1.0, "1e-3"));
@@ -173,26 +137,15 @@ CLI::App* add_solve(CLI::App& app, Options& options) {
   return command;
 }
 
-std::string period(double frequency_Hz) { return thenar::to_text(1.0 / frequency_Hz, Dimension::kTime); }
-
 /// The flags as changes of the scene, around those that the user set by key: a default of ours gives way to them, a flag
 /// does not.
 void apply(const SceneFlags& flags, Options& options) {
-  std::vector<std::string> defaults, asked;
-  const double contact_Hz = flags.contact_rate.empty() ? kProfileContact_Hz : rate_Hz(flags.contact_rate);
-  options.auto_control_rate = flags.control_rate == "auto";
-  options.contact_rate = flags.contact_rate;
-  options.control_rate = flags.control_rate;
-  if (options.runner == Runner::kRealtime) defaults = {"contact.tolerance=1e-7", "contact.max_sweeps=60"};
+  std::vector<std::string> defaults, asked = flags.rates.changes();
+  options.rates = flags.rates;
+  if (options.runner == Runner::kRealtime) defaults = realtime_defaults();
   if (options.command == Command::kProfile) {
-    defaults.push_back("time.step=" + period(contact_Hz));
-    // What is measured later only has to go with the contact rate until then.
-    const double control_Hz = options.auto_control_rate ? std::min(kProfileControl_Hz, contact_Hz) : kProfileControl_Hz;
-    defaults.push_back("time.control_period=" + period(control_Hz));
-  }
-  if (!flags.contact_rate.empty()) asked.push_back("time.step=" + period(contact_Hz));
-  if (!flags.control_rate.empty() && !options.auto_control_rate) {
-    asked.push_back("time.control_period=" + period(rate_Hz(flags.control_rate)));
+    const std::vector<std::string> rates = flags.rates.defaults();
+    defaults.insert(defaults.end(), rates.begin(), rates.end());
   }
   if (!flags.control_delay.empty()) asked.push_back("time.control_delay=" + flags.control_delay);
   if (!flags.tolerance.empty()) asked.push_back("contact.tolerance=" + flags.tolerance);
@@ -205,16 +158,13 @@ void apply(const SceneFlags& flags, Options& options) {
 }
 
 /// What the flags cannot say together.
-void check_together(const SceneFlags& flags, Runner runner) {
-  const bool rates = !flags.contact_rate.empty() || !flags.control_rate.empty();
-  const char* const first = flags.contact_rate.empty() ? "--control-rate" : "--contact-rate";
-  if (rates && runner == Runner::kMonolithic) throw CLI::ValidationError(first, "needs --realtime or --lockstep");
-  if (flags.control_rate == "auto" && runner == Runner::kLockstep) {
+void check_together(const RateFlags& rates, Runner runner) {
+  const char* const first = rates.contact.empty() ? "--control-rate" : "--contact-rate";
+  if (rates.any() && runner == Runner::kMonolithic) throw CLI::ValidationError(first, "needs --realtime or --lockstep");
+  if (rates.auto_control() && runner == Runner::kLockstep) {
     throw CLI::ValidationError("--control-rate", "auto needs --realtime: a virtual clock is never late");
   }
-  if (flags.contact_rate.empty() || flags.control_rate.empty() || flags.control_rate == "auto") return;
-  if (rate_Hz(flags.control_rate) <= rate_Hz(flags.contact_rate)) return;
-  throw CLI::ValidationError("--control-rate", flags.control_rate + " must not be faster than --contact-rate");
+  check_rates(rates);
 }
 
 /// Throws if the trace would be one of the results, of which it would leave nothing.
@@ -239,7 +189,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
   SceneFlags flags;
 
   CLI::App* const run = app.add_subcommand("run", "Runs a scene and prints what came of it");
-  add_scene(*run, options);
+  add_scene(*run, options.scene, options.overrides);
   add_results(*run, options, "summary.json, signals.csv and figures");
   run->add_option("--time", flags.time, "Simulated time in seconds, or with a unit, such as '500 ms'")
       ->type_name("T")
@@ -269,7 +219,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
   add_dump(*run, options)->excludes(realtime);
 
   CLI::App* const profile = app.add_subcommand("profile", "Runs a scene in real time and tells the times of its loops");
-  add_scene(*profile, options);
+  add_scene(*profile, options.scene, options.overrides);
   add_results(*profile, options, "profile.json and figures");
   add_loops(*profile, flags);
   add_threads(*profile, flags, options);
@@ -284,21 +234,37 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
       ->check(named())
       ->check(no_folder());
 
+  // For the help alone: main() hands it to another program.
+  app.add_subcommand("demo", "Shows a scene while it runs, or a recording, in a browser, and lets hands on it");
   CLI::App* const solve = add_solve(app, options);
   CLI::App* const check =
       app.add_subcommand("check", "Says what a scene will model, what it leaves out, and the defaults");
-  add_scene(*check, options);
+  add_scene(*check, options.scene, options.overrides);
+  CLI::App* const exports =
+      app.add_subcommand("export", "Makes one page that plays without a network, or a table, of a recording");
+  exports->add_option("FILE", options.record, "Recording, of thenar run --record")->required();
+  CLI::Option_group* const formats = exports->add_option_group("formats");
+  formats->add_option("--html", options.html, "The page, one file")
+      ->type_name("FILE")
+      ->check(named())
+      ->check(no_folder());
+  formats->add_option("--csv", options.csv, "A row a state: its numbers by name, but for shapes")
+      ->type_name("FILE")
+      ->check(named())
+      ->check(no_folder());
+  formats->require_option(1, 2);
   CLI::App* const doctor =
       app.add_subcommand("doctor", "Says what this machine can keep, and how to get what it refuses");
 
   try {
     app.parse(argc, argv);
     if (check->parsed()) options.command = Command::kCheck;
+    if (exports->parsed()) options.command = Command::kExport;
     if (solve->parsed()) options.command = Command::kSolve;
     if (doctor->parsed()) options.command = Command::kDoctor;
     if (profile->parsed()) options.command = Command::kProfile;
     if (profile->parsed()) options.runner = Runner::kRealtime;
-    check_together(flags, options.runner);
+    check_together(flags.rates, options.runner);
     check_trace(options);
   } catch (const CLI::ParseError& error) {
     exit_code = app.exit(error) == 0 ? kDone : kBadUsage;
@@ -308,20 +274,4 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
   return options;
 }
 
-thenar::Scene load_scene(const Options& options) try {
-  return thenar::load_scene(options.scene, options.overrides);
-} catch (const thenar::ConfigError& error) {
-  std::vector<thenar::ConfigDiagnostic> diagnostics = error.diagnostics();
-  for (thenar::ConfigDiagnostic& fault : diagnostics) {
-    if (fault.key != "time.control_period" || !fault.message.starts_with("must not be shorter")) continue;
-    if (!options.control_rate.empty() && !options.auto_control_rate) {
-      fault = {"--control-rate", "",
-               options.control_rate + " must not be faster than " +
-                   (options.contact_rate.empty() ? "the contact loop: give --contact-rate, too" : "--contact-rate")};
-    } else if (!options.contact_rate.empty()) {
-      fault = {"--contact-rate", "",
-               options.contact_rate + " must not be slower than the control loop: give --control-rate, too"};
-    }
-  }
-  throw thenar::ConfigError(std::move(diagnostics));
-}
+thenar::Scene load_scene(const Options& options) { return load_scene(options.scene, options.overrides, options.rates); }

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "engine/scene.h"
+#include "demo/scene_flags.h"
 
-enum class Command { kRun, kProfile, kCheck, kSolve, kDoctor };
+enum class Command { kRun, kProfile, kCheck, kSolve, kDoctor, kExport };
 
 /// Who runs the two loops.
 enum class Runner {
@@ -22,9 +22,9 @@ struct Options {
   Command command = Command::kRun;
   std::filesystem::path scene;
   std::vector<std::string> overrides;  ///< Of the scene, key=value, the last one wins: all flags that change it, too.
-  std::string contact_rate, control_rate;  ///< As written; empty: not asked for. The overrides have them, too.
-  std::filesystem::path out;               ///< Folder of results; empty: none.
-  std::string format = "text";             ///< Or "json".
+  RateFlags rates;                     ///< The overrides have them, too.
+  std::filesystem::path out;           ///< Folder of results; empty: none.
+  std::string format = "text";         ///< Or "json".
   bool quiet = false;
   Runner runner = Runner::kMonolithic;
 
@@ -34,7 +34,8 @@ struct Options {
   std::filesystem::path dump_problems;  ///< Folder for problem files; empty: none.
   std::int64_t dump_every = 25;         ///< Ticks from one dump to the next.
 
-  std::filesystem::path record;  ///< MCAP file of what a run looks like; empty: none.
+  std::filesystem::path record;     ///< MCAP file of what a run looks like, written or exported; empty: none.
+  std::filesystem::path html, csv;  ///< What it is exported to; empty: not to this.
 
   // Of solve.
   std::vector<std::filesystem::path> problems;
@@ -44,7 +45,6 @@ struct Options {
   bool forces = false;              ///< Show them, too.
 
   // Of the two threads.
-  bool auto_control_rate = false;  ///< The scene's control period is to be measured.
   double spin_s = 50e-6;
   bool realtime = true;  ///< Ask for real-time scheduling.
   bool floor = false;    ///< Measure what the machine can do at best, too.
@@ -55,5 +55,5 @@ struct Options {
 /// it, and `exit_code` is set.
 [[nodiscard]] std::optional<Options> parse_options(int argc, const char* const* argv, int& exit_code);
 
-/// The scene as the command line asks for it. ConfigError names the flag where rates do not go together.
+/// The scene as the command line asks for it. Throws ConfigError.
 [[nodiscard]] thenar::Scene load_scene(const Options& options);

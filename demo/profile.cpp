@@ -116,7 +116,7 @@ void write_results(const Model& model, const LoopProfile& profile, const Threads
 }  // namespace
 
 void choose_control_rate(const Options& options, Model& model) {
-  if (!options.auto_control_rate) return;
+  if (!options.rates.auto_control()) return;
   model.scene.control_period_s = measured_control_period_s(model);
   if (options.quiet) return;
   std::cerr << fmt::format("control rate: {:.4g} Hz, every {:g} ms, which is what this machine keeps\n",

@@ -96,7 +96,8 @@ std::string csv_row(const std::vector<Field>& fields, const std::vector<double>&
   for (const Field& field : fields) {
     if (is_long(field.name)) continue;
     for (std::size_t i = 0; i < field.count; ++i) {
-      line += fmt::format("{}{:.9g}", line.empty() ? "" : ",", numbers.at(field.begin + i));
+      // The fewest digits that read back the same.
+      line += fmt::format("{}{}", line.empty() ? "" : ",", numbers.at(field.begin + i));
     }
   }
   return line + "\n";

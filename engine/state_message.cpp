@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstring>
 #include <initializer_list>
 #include <span>
@@ -159,8 +160,9 @@ Crossing crossing_line(const MuscleCrossing& crossing) {
   Crossing line{{crossing.insertion_segment, crossing.pull_segment}, {crossing.insertion_m, crossing.pull}};
   if (crossing.pull_is_point) return line;
   // A direction alone: as far behind the joint, which is the segment's origin, as the attachment lies before it.
+  const Vector3d pull = crossing.pull.normalized();
   line.segment[1] = crossing.insertion_segment;
-  line.point[1] = crossing.insertion_m + 2.0 * crossing.insertion_m.norm() * crossing.pull.normalized();
+  line.point[1] = crossing.insertion_m + 2.0 * std::abs(crossing.insertion_m.dot(pull)) * pull;
   return line;
 }
 

@@ -50,6 +50,30 @@ TEST(Program, WritesEveryResultOfARun) {
   for (const auto& entry : fs::directory_iterator(out)) EXPECT_NE(entry.path().extension(), ".part");
 }
 
+TEST(Program, RecordsARunAndExportsIt) {
+  const fs::path folder = scratch();
+  const std::string film = (folder / "film.mcap").string(), csv = (folder / "film.csv").string();
+  for (const char* runner : {"", " --lockstep"}) {
+    const Outcome run = thenar_program("run " + config("minimal.yaml") + " --time '0.2 s' --record " + film + runner);
+    ASSERT_EQ(run.code, 0) << run.text;
+    const Outcome exported = thenar_program("export " + film + " --csv " + csv);
+    ASSERT_EQ(exported.code, 0) << exported.text;
+    const std::string table = read(csv);
+    EXPECT_EQ(std::count(table.begin(), table.end(), '\n'), 1 + 10) << "50 states a second, under a header";
+  }
+  // Cut off, it goes on to its last whole state.
+  const std::string bytes = read(film);
+  std::ofstream(film, std::ios::binary) << bytes.substr(0, bytes.size() - 100);
+  const Outcome cut = thenar_program("export " + film + " --csv " + csv);
+  EXPECT_EQ(cut.code, 0);
+  EXPECT_NE(cut.text.find("cut off"), std::string::npos);
+  // A table that was written stays when the next one fails.
+  EXPECT_EQ(thenar_program("export " + config("minimal.yaml") + " --csv " + csv).code, 3);
+  EXPECT_GT(fs::file_size(csv), 0U);
+  EXPECT_EQ(thenar_program("export " + film).code, 2);
+  EXPECT_EQ(thenar_program("run " + config("minimal.yaml") + " --record " + csv + "/a.mcap").code, 3);
+}
+
 TEST(Program, PrintsTheSummaryAsJson) {
   const Outcome run = thenar_program("run " + config("minimal.yaml") + " --time '50 ms' --format json");
   ASSERT_EQ(run.code, 0) << run.text;

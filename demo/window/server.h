@@ -17,6 +17,7 @@ struct ServerSettings {
   std::string token;                  ///< Pages must show it; empty: none is asked for.
   std::filesystem::path page;         ///< The built page, one file.
   std::filesystem::path recording;    ///< Served instead of a simulation; empty: live.
+  double patience_s = 20.0;  ///< A header, a message to a page or its sign of life that takes longer has failed.
 };
 
 /// Serves the page and its messages, on one thread of its own. It keeps the newest state alone, and one message on its way
@@ -27,7 +28,7 @@ class WindowServer {
   /// nothing.
   using Receive = std::function<std::string(const Message&)>;
 
-  /// Listens. Throws PortError if it cannot, FileError if the page cannot be read.
+  /// Listens. Throws PortError if it cannot, FileError if the page or the recording cannot be read.
   WindowServer(const ServerSettings& settings, Receive receive);
   ~WindowServer();
   WindowServer(const WindowServer&) = delete;
@@ -45,7 +46,7 @@ class WindowServer {
   void show(std::string state);
   /// How many pages are connected.
   [[nodiscard]] int pages() const;
-  /// Bytes handed to the system for all pages so far.
+  /// Bytes of the messages that the system has taken for all pages so far.
   [[nodiscard]] std::int64_t bytes_sent() const;
 
  private:

@@ -1,0 +1,55 @@
+#include "demo/export.h"
+
+#include <boost/archive/iterators/base64_from_binary.hpp>
+#include <boost/archive/iterators/transform_width.hpp>
+#include <filesystem>
+#include <iostream>
+#include <string>
+#include <string_view>
+
+#include "demo/exit_code.h"
+#include "engine/files.h"
+#include "engine/mcap_file.h"
+#include "engine/recording_file.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using thenar::FileError;
+
+std::string base64(std::string_view bytes) {
+  using namespace boost::archive::iterators;
+  using Letters = base64_from_binary<transform_width<std::string_view::const_iterator, 6, 8>>;
+  std::string text(Letters(bytes.begin()), Letters(bytes.end()));
+  return text.append((3 - bytes.size() % 3) % 3, '=');
+}
+
+void replace(std::string_view what, std::string_view by, std::string& text, const fs::path& page) {
+  const std::size_t at = text.find(what);
+  if (at == std::string::npos) throw FileError(page, "is no page of this program");
+  text.replace(at, what.size(), by);
+}
+
+/// The page with the recording in it.
+std::string page_with(const fs::path& recording) {
+  const fs::path page = fs::read_symlink("/proc/self/exe").parent_path() / "page.html";
+  if (!fs::exists(page)) throw FileError(page, "is missing: ./dev build makes it, where npm is installed");
+  std::string html = thenar::read_file(page);
+  replace("data-source=\"live\"", "data-source=\"embedded\"", html, page);
+  const std::string script = "<script id=\"recording\" type=\"text/plain\">";
+  replace("<!-- recording -->", script + base64(thenar::read_file(recording)) + "</script>", html, page);
+  return html;
+}
+
+}  // namespace
+
+int export_recording(const Options& options) {
+  const thenar::McapContents contents = thenar::read_mcap(options.record);
+  const auto last = contents.messages.empty() ? 0.0 : contents.messages.back().time_s;
+  if (!contents.whole) {
+    std::cerr << "warning: " << options.record.string() << " was cut off; it goes on to " << last << " s\n";
+  }
+  if (!options.html.empty()) thenar::write_file(options.html, page_with(options.record));
+  if (!options.csv.empty()) thenar::write_file(options.csv, thenar::recording_csv(options.record));
+  return kDone;
+}

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <boost/beast/core/tcp_stream.hpp>
+#include <filesystem>
+
+#include "demo/window/admission.h"
+#include "demo/window/hub.h"
+#include "demo/window/page_text.h"
+
+namespace window {
+
+/// What is served, and to whom.
+struct Site {
+  Listening listening;
+  PageText page;
+  std::filesystem::path recording;  ///< Empty: none, what is live instead.
+};
+
+/// Reads one request, and answers it or makes a PageLink of its connection; on the server's thread. A connection that takes
+/// longer than the hub's patience to state its request, or to take a piece of the answer, ends.
+void serve(boost::beast::tcp_stream stream, const Site& site, Hub& hub);
+
+}  // namespace window

@@ -1,0 +1,181 @@
+// The program `thenar-window`, which `thenar demo` becomes: a scene while it runs, or a recording, in a browser.
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <iostream>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "demo/exit_code.h"
+#include "demo/host.h"
+#include "demo/scene_flags.h"
+#include "demo/window/admission.h"
+#include "demo/window/server.h"
+#include "demo/window/session.h"
+#include "engine/config.h"
+#include "engine/files.h"
+#include "engine/model.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using window::WindowServer;
+
+struct Options {
+  fs::path file;  ///< A scene, or a recording.
+  std::vector<std::string> overrides;
+  RateFlags rates;
+  window::ServerSettings server;
+  window::SessionSettings session;
+  bool browser = true;
+
+  [[nodiscard]] bool is_recording() const { return thenar::ending_of(file) == ".mcap"; }
+};
+
+// The signal handler's.
+std::atomic<bool> stop = false;
+static_assert(std::atomic<bool>::is_always_lock_free);
+
+CLI::Validator numeric_address() {
+  return {[](const std::string& text) -> std::string {
+            if (window::reach_of(text) != window::Reach::kNoAddress) return "";
+            return text + " is no numeric address, such as 127.0.0.1 or 0.0.0.0";
+          },
+          ""};
+}
+
+/// What a recording has no use for.
+void check_recording(const CLI::App& demo) {
+  for (const char* flag : {"--set", "--contact-rate", "--control-rate", "--record", "--no-realtime"}) {
+    if (demo.count(flag) > 0) throw CLI::ValidationError(flag, "is for a scene, not for a recording");
+  }
+}
+
+std::optional<Options> parse_options(int argc, const char* const* argv, int& exit_code) {
+  CLI::App app{"The live window", "thenar"};
+  app.require_subcommand(1);
+  Options options;
+  CLI::App* const demo =
+      app.add_subcommand("demo", "Shows a scene while it runs, or a recording, in a browser, and lets hands on it");
+  add_scene(*demo, options.file, options.overrides);
+  demo->get_option("SCENE")->description("Scene file (YAML), or a recording (.mcap)");
+  demo->add_option("--port", options.server.port, "Port of the address that is printed; 0: any that is free")
+      ->capture_default_str();
+  demo->add_option("--listen", options.server.address,
+                   "Numeric address to be reached at. Any but this machine's own needs the token that is printed")
+      ->type_name("ADDRESS")
+      ->capture_default_str()
+      ->check(numeric_address());
+  demo->add_flag_callback(
+      "--no-browser", [&] { options.browser = false; }, "Opens no browser, only prints the address");
+  demo->add_option("--record", options.session.record, "File (.mcap) for what is shown")->type_name("FILE");
+  add_rates(*demo, options.rates, false);
+  demo->add_flag_callback(
+      "--no-realtime", [&] { options.session.realtime = false; },
+      "Takes what any thread gets: no SCHED_FIFO, no core of its own");
+  demo->add_flag("--quiet", options.session.quiet, "Prints nothing but the address and errors");
+  demo->footer("Ctrl-C ends it. Exit code: 0 when ended, 2 for a wrong command or scene, 3 for a file, 4 for a port.");
+  try {
+    app.parse(argc, argv);
+    if (options.is_recording()) check_recording(*demo);
+    check_rates(options.rates);
+  } catch (const CLI::ParseError& error) {
+    exit_code = app.exit(error) == 0 ? kDone : kBadUsage;
+    return std::nullopt;
+  }
+  return options;
+}
+
+/// The scene with the defaults of real time, which give way to the user's changes, and those to the flags.
+thenar::Scene load_scene(const Options& options) {
+  std::vector<std::string> overrides = realtime_defaults();
+  for (const auto& more : {options.rates.defaults(), options.overrides, options.rates.changes()}) {
+    overrides.insert(overrides.end(), more.begin(), more.end());
+  }
+  return load_scene(options.file, overrides, options.rates);
+}
+
+void end_on_signals() {
+  struct sigaction action {};
+  action.sa_handler = [](int) { stop = true; };
+  action.sa_flags = SA_RESETHAND;  // The second one ends at once what does not end.
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaction(signal, &action, nullptr);
+}
+
+/// Says where the page is, and opens it where there is a desktop.
+void announce(const std::string& url, const Options& options) {
+  std::cout << url << std::endl;
+  if (!options.session.quiet) {
+    if (options.server.token.empty()) {
+      const std::string place = url.substr(7, url.size() - 8);  // Between "http://" and "/".
+      const std::string port = place.substr(place.rfind(':') + 1);
+      std::cout << fmt::format("From another machine: ssh -L {}:{} to this one, then the same address there.\n", port,
+                               place);
+    } else {
+      std::cout << "From another machine: the same, with an address by which it reaches this one.\n";
+    }
+    std::cout << "Ctrl-C ends it." << std::endl;
+  }
+  const bool desktop = std::getenv("DISPLAY") != nullptr || std::getenv("WAYLAND_DISPLAY") != nullptr;
+  if (!options.browser || !desktop) return;
+  // A browser that cannot be opened is none the less: the address is printed.
+  const int ignored = std::system(fmt::format("xdg-open '{}' >/dev/null 2>&1 &", url).c_str());
+  static_cast<void>(ignored);
+}
+
+void replay(const Options& options) {
+  const WindowServer server(options.server, [](const window::Message&) { return "a recording takes no orders"; });
+  announce(server.url(), options);
+  while (!stop) std::this_thread::sleep_for(std::chrono::milliseconds(50));
+}
+
+void run(const Options& options) {
+  window::Session session(thenar::Model(load_scene(options)), options.session);
+  WindowServer server(options.server, [&](const window::Message& message) { return session.receive(message); });
+  announce(server.url(), options);
+  session.run(server, stop);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) try {
+  if (!host_can_run()) {
+    std::cerr << kHostCannotRun;
+    return kInternal;
+  }
+  int exit_code = kDone;
+  std::optional<Options> options = parse_options(argc, argv, exit_code);
+  if (!options) return exit_code;
+  options->server.page = fs::read_symlink("/proc/self/exe").parent_path() / "page.html";
+  if (window::reach_of(options->server.address) == window::Reach::kOthers) {
+    options->server.token = window::random_token();
+  }
+  end_on_signals();
+  if (options->is_recording()) {
+    options->server.recording = options->file;
+    replay(*options);
+  } else {
+    run(*options);
+  }
+  return kDone;
+} catch (const thenar::ConfigError& error) {
+  std::cerr << error.what() << '\n';
+  return kBadUsage;
+} catch (const thenar::FileError& error) {
+  std::cerr << error.what() << '\n';
+  return kBadFile;
+} catch (const window::PortError& error) {
+  std::cerr << error.what() << '\n';
+  return kNoPort;
+} catch (const std::exception& error) {
+  std::cerr << "internal error: " << error.what() << '\n';
+  return kInternal;
+}

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+namespace window {
+
+/// The page as it is served, and what its browser is told to allow it.
+struct PageText {
+  std::string html;
+  std::string content_security_policy;
+};
+
+/// The built page, showing a recording or what is live. Its own scripts get a nonce, so that a browser runs no others.
+/// Throws FileError if it cannot be read or is no page of ours.
+[[nodiscard]] PageText read_page(const std::filesystem::path& file, bool recording);
+
+}  // namespace window
