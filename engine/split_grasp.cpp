@@ -44,15 +44,15 @@ SplitGrasp::SplitGrasp(const Model& model, const State& start)
   first_control_ = first.control;
 }
 
-SplitGrasp::SplitGrasp(const Model& model, const SplitGrasp& before)
+SplitGrasp::SplitGrasp(const Model& model, const Model& old, const SplitGrasp& before)
     : model_(model),
-      state_(carry_over(before.model_, before.state_, model)),
+      state_(carry_over(old, before.state_, model)),
       work_(model, split_policy(model.scene)),
       controller_(before.controller_),
       frames_(model),
       snapshots_(static_cast<const Snapshot&>(state_)) {
   controller_.search = ContactSearch(model);
-  controller_.last_tick = same_time(before.model_, controller_.last_tick, model);
+  controller_.last_tick = same_time(old, controller_.last_tick, model);
   // The fingertips are pressed in already: their contacts are newcomers to the hand-over, not those of a first touch.
   work_.sequence = before.work_.sequence;
   const ControlStep first = control_step();

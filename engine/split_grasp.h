@@ -36,9 +36,9 @@ class SplitGrasp {
  public:
   explicit SplitGrasp(const Model& model) : SplitGrasp(model, State(model)) {}
   SplitGrasp(const Model& model, const State& start);
-  /// Goes on where another left off, whose model may have other fingertips and another step: with its state
-  /// (carry_over), its controller's memory, and a new frame. While neither loop runs.
-  SplitGrasp(const Model& model, const SplitGrasp& before);
+  /// Goes on where another left off, on a model that may have other fingertips and another step than `old`, the other's:
+  /// with its state (carry_over), its controller's memory, and a new frame. While neither loop runs.
+  SplitGrasp(const Model& model, const Model& old, const SplitGrasp& before);
 
   /// Advances the state by one step, on the newest frame. For one thread. It does not allocate, lock, log, throw or call
   /// the system; an input that is not finite is left out, and the report says so.

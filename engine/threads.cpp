@@ -297,8 +297,11 @@ ThreadsReport run_threads(SplitGrasp& grasp, const ThreadSettings& settings) {
   });
 
   set_up.wait();
-  log.started(report.contact);
-  if (settings.on_start) settings.on_start(report.contact);
+  if (settings.on_start) {
+    settings.on_start(report.contact);
+  } else {
+    log.started(report.contact);
+  }
   const std::int64_t begin_ns = steady_now_ns() + kStartDelay_ns;
   start_ns.store(begin_ns, std::memory_order_relaxed);
 

@@ -45,7 +45,8 @@ struct ThreadSettings {
   LiveContact* live = nullptr;  ///< Input and pictures; nobody's.
   /// On the calling thread, before all else: frame 0's control tick and its muscle forces, also if nothing will run.
   std::function<void(const ControlReport&, const Eigen::VectorXd& muscle_forces_N)> on_first_control;
-  std::function<void(const Scheduling& contact)> on_start;  ///< On the calling thread, when both threads are set up.
+  /// On the calling thread, when both threads are set up. Without it, what was refused is logged.
+  std::function<void(const Scheduling& contact)> on_start;
   std::function<bool()> on_look;  ///< On the calling thread, whenever it has looked for records; false ends the run.
   std::function<bool(const ContactSample&)> on_tick;     ///< On the calling thread, in order; false ends the run.
   std::function<void(const ControlSample&)> on_control;  ///< On the calling thread, in order.
