@@ -77,4 +77,16 @@ GroupedDelassus delassus_operator(const Model& model, const Frame& frame, const 
   return W;
 }
 
+Eigen::MatrixXd dense_delassus(const Model& model, const Frame& frame, const ContactKinematics& kinematics,
+                               const Mobility& mobility) {
+  const Index rows = 3 * frame.size();
+  Eigen::MatrixXd W(rows, rows);
+  delassus_operator(model, frame, kinematics, mobility).to_dense(W);
+  if (model.soft_object()) {
+    const double rho = memory(*model.scene.object.compliance, model.scene.step_s);
+    W += (1.0 - rho) * frame.object_compliance.topLeftCorner(rows, rows);
+  }
+  return W;
+}
+
 }  // namespace thenar

@@ -49,4 +49,8 @@ struct Mobility {
 [[nodiscard]] GroupedDelassus delassus_operator(const Model& model, const Frame& frame,
                                                 const ContactKinematics& kinematics, const Mobility& mobility);
 
+/// The same as one matrix, 3n x 3n, with (1 - rho_o) C_o of a soft object. Takes memory for it.
+[[nodiscard]] Eigen::MatrixXd dense_delassus(const Model& model, const Frame& frame,
+                                             const ContactKinematics& kinematics, const Mobility& mobility);
+
 }  // namespace thenar

@@ -50,7 +50,15 @@ class LiveHands {
   /// The spring as it acted in that tick.
   [[nodiscard]] const std::optional<ShownPull>& pull() const { return pull_; }
 
+  /// Lets go, and the target is the task's again. Pokes that have been stay so.
+  void reset() noexcept;
+
  private:
+  [[nodiscard]] std::optional<ShownPull> find_pull(const LiveInput& input, const State& state,
+                                                   std::int64_t now_ns) const noexcept;
+  [[nodiscard]] Eigen::Vector3d poke(const LiveInput& input) noexcept;
+  [[nodiscard]] std::optional<Eigen::Isometry3d> move_target(const LiveInput& input, double time_s) noexcept;
+
   const Model& model_;
   std::optional<ShownPull> pull_;
   std::int64_t pokes_ = 0;

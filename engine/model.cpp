@@ -20,6 +20,14 @@ double minimum_jerk(const Move& move, double time_s) {
   return s * s * s * (10.0 + s * (6.0 * s - 15.0));
 }
 
+/// What depends on how many control points the pulps have.
+void fit_to_controls(Model& model) {
+  model.max_contacts = kFingers * std::min(model.scene.contact.max_per_finger, model.pulps.front().controls());
+  double spacing_m = 0.0;  // of control points
+  for (const Pulp& pulp : model.pulps) spacing_m = std::max(spacing_m, std::sqrt(pulp.area_m2.mean()));
+  model.fine_m = fine_parts(model.object.cloud(), spacing_m);
+}
+
 }  // namespace
 
 Model::Model(Scene s) : scene(std::move(s)), object(make_object_surface(scene, object_notes)) {
@@ -27,15 +35,21 @@ Model::Model(Scene s) : scene(std::move(s)), object(make_object_surface(scene, o
   if (!scene.fingertips) return;
   pulps = make_pulps(scene);
   if (scene.contact.level != 0) {
-    const int level = scene.contact.level
-                          ? *scene.contact.level
-                          : choose_level(estimate_levels(scene, pulps), scene.contact.force_error).level;
+    level = scene.contact.level ? *scene.contact.level
+                                : choose_level(estimate_levels(scene, pulps), scene.contact.force_error).level;
     for (Pulp& pulp : pulps) set_level(pulp, level);
   }
-  max_contacts = kFingers * std::min(scene.contact.max_per_finger, pulps.front().controls());
-  double spacing_m = 0.0;  // of control points
-  for (const Pulp& pulp : pulps) spacing_m = std::max(spacing_m, std::sqrt(pulp.area_m2.mean()));
-  fine_m = fine_parts(object.cloud(), spacing_m);
+  fit_to_controls(*this);
+}
+
+void Model::set_fingertips(PulpKernel kernel, int detail) {
+  scene.fingertips->material.kernel = kernel;
+  level = detail;
+  for (Pulp& pulp : pulps) {
+    pulp.material.kernel = kernel;
+    set_level(pulp, level);
+  }
+  fit_to_controls(*this);
 }
 
 bool Model::control_is_due(std::int64_t tick) const {

@@ -20,7 +20,11 @@ struct Model {
   ImplicitSurface object;
   std::vector<Pulp> pulps;        ///< One a finger, or none: rigid point contacts.
   Eigen::Matrix3Xd fine_m;        ///< Object's samples that control points may pass by (fine_parts): usually none.
+  int level = 0;                  ///< Of detail of the pulps.
   Eigen::Index max_contacts = 0;  ///< Capacity of a frame, all fingers together.
+
+  /// Gives the fingertips another kernel and level of detail (set_level). Requires deformable ones.
+  void set_fingertips(PulpKernel kernel, int level);
 
   [[nodiscard]] bool deformable() const { return !pulps.empty(); }
   [[nodiscard]] bool soft_object() const { return scene.object.compliance.has_value() && deformable(); }

@@ -15,12 +15,7 @@ ContactFile contact_problem_file(const Model& model, const Frame& frame, const C
   ContactFile problem;
   problem.units = "SI_m_N_displacement_level";
   problem.source = fmt::format("thenar {}", build_info::kVersion);
-  problem.W.resize(rows, rows);
-  delassus_operator(model, frame, work.kinematics, work.mobility).to_dense(problem.W);
-  if (model.soft_object()) {
-    const double rho = memory(*model.scene.object.compliance, model.scene.step_s);
-    problem.W += (1.0 - rho) * frame.object_compliance.topLeftCorner(rows, rows);
-  }
+  problem.W = dense_delassus(model, frame, work.kinematics, work.mobility);
   problem.delta_free.emplace_back(work.delta_free.head(rows));
   problem.mu = work.mu.head(frame.size());
   problem.f_last = work.f_first.head(rows);

@@ -16,7 +16,7 @@ NormalTangential split(const Vector3d& force, const Vector3d& n) {
 
 void record_motion(const Model& model, const Snapshot& state, TickRecord& record) {
   const Eigen::Isometry3d& start = model.scene.object.X_WO;
-  const Eigen::Isometry3d target = model.target(record.time_s);
+  const Eigen::Isometry3d target = state.X_WT.value_or(model.target(record.time_s));
   record.position_m = start.linear().transpose() * (state.X_WO.translation() - start.translation());
   record.target_m = start.linear().transpose() * (target.translation() - start.translation());
   record.rotation_error_rad = pose_error(target, state.X_WO).tail<3>().norm();

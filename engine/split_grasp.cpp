@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
+#include "engine/carry_over.h"
 #include "engine/realtime.h"
 
 namespace thenar {
@@ -42,6 +44,35 @@ SplitGrasp::SplitGrasp(const Model& model, const State& start)
   first_control_ = first.control;
 }
 
+SplitGrasp::SplitGrasp(const Model& model, const Model& old, const SplitGrasp& before)
+    : model_(model),
+      state_(carry_over(old, before.state_, model)),
+      work_(model, split_policy(model.scene)),
+      controller_(before.controller_),
+      frames_(model),
+      snapshots_(static_cast<const Snapshot&>(state_)) {
+  controller_.search = ContactSearch(model);
+  controller_.last_tick = same_time(old, controller_.last_tick, model);
+  // The fingertips are pressed in already: their contacts are newcomers to the hand-over, not those of a first touch.
+  work_.sequence = before.work_.sequence;
+  const ControlStep first = control_step();
+  if (!first.published) throw std::runtime_error("the frame after the change is not finite");
+  first_control_ = first.control;
+  hold_frames_back(static_cast<int>(before.held_back_.size()));
+}
+
+void SplitGrasp::heed_scene() noexcept {
+  work_.policy = split_policy(model_.scene);
+  work_.mu.setConstant(model_.scene.contact.friction);
+}
+
+void SplitGrasp::hold_frames_back(int periods) {
+  if (periods == static_cast<int>(held_back_.size())) return;
+  held_back_.assign(periods, Frame(model_));
+  for (Frame& frame : held_back_) frame.contacts.reserve(model_.max_contacts);  // A copy has no spare room.
+  next_held_back_ = 0;
+}
+
 ContactStep SplitGrasp::contact_step(const TickInput& input) noexcept {
   ContactStep step;
   const std::int64_t start_ns = steady_now_ns();
@@ -58,12 +89,21 @@ ContactStep SplitGrasp::contact_step(const TickInput& input) noexcept {
 ControlStep SplitGrasp::control_step() {
   ControlStep step;
   snapshots_.take();
-  Frame& frame = frames_.draft();
+  if (!held_back_.empty() && held_back_[next_held_back_].sequence >= 0) {
+    std::swap(frames_.draft(), held_back_[next_held_back_]);
+    frames_.publish();
+  }
+  Frame& frame = held_back_.empty() ? frames_.draft() : held_back_[next_held_back_];
   step.control = control_tick(model_, snapshots_.current(), controller_, frame);
   step.sequence = frame.sequence;
   step.snapshot_tick = frame.tick;
   step.published = is_finite(model_, frame);
-  if (step.published) frames_.publish();
+  if (held_back_.empty()) {
+    if (step.published) frames_.publish();
+  } else {
+    if (!step.published) frame.sequence = -1;
+    next_held_back_ = (next_held_back_ + 1) % held_back_.size();
+  }
   return step;
 }
 

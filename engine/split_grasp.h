@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "engine/contact_tick.h"
 #include "engine/control_tick.h"
@@ -20,9 +21,9 @@ struct ContactStep {
 /// What one control step returns by value.
 struct ControlStep {
   ControlReport control;
-  std::int64_t sequence = 0;       ///< Of the frame that it published.
+  std::int64_t sequence = 0;       ///< Of the frame that it made.
   std::int64_t snapshot_tick = 0;  ///< Of the snapshot that it used.
-  bool published = false;          ///< False if the frame was not finite: the last one stays in use.
+  bool published = false;          ///< False if the frame was not finite, and is never used.
 };
 
 /// A grasp run by two threads of the caller's: one calls contact_step at 1 kHz or faster, another control_step at the
@@ -35,6 +36,9 @@ class SplitGrasp {
  public:
   explicit SplitGrasp(const Model& model) : SplitGrasp(model, State(model)) {}
   SplitGrasp(const Model& model, const State& start);
+  /// Goes on where another left off, on a model that may have other fingertips and another step than `old`, the other's:
+  /// with its state (carry_over), its controller's memory, and a new frame. While neither loop runs.
+  SplitGrasp(const Model& model, const Model& old, const SplitGrasp& before);
 
   /// Advances the state by one step, on the newest frame. For one thread. It does not allocate, lock, log, throw or call
   /// the system; an input that is not finite is left out, and the report says so.
@@ -45,6 +49,18 @@ class SplitGrasp {
   ControlStep control_step();
   /// Of the last control step [N]; empty without muscles. For the thread that makes them.
   [[nodiscard]] const Eigen::VectorXd& muscle_forces_N() const { return controller_.f_muscle; }
+
+  // While neither loop runs:
+  /// Heeds what has changed in the model's scene: friction, internal force, tolerance, sweeps, control period and delay.
+  void heed_scene() noexcept;
+  /// From now on a frame comes into use so many control steps after it was made, 0: at once. The scene's control delay
+  /// should say so, too, for drive and contact finding reckon with that.
+  void hold_frames_back(int periods);
+
+  [[nodiscard]] const Model& model() const { return model_; }
+  [[nodiscard]] const Controller& controller() const { return controller_; }
+  /// Of the contact thread, like the state.
+  [[nodiscard]] const ContactWorkspace& workspace() const { return work_; }
 
   /// Of the contact thread; other threads may read it when contact steps have ended.
   [[nodiscard]] const State& state() const { return state_; }
@@ -61,6 +77,8 @@ class SplitGrasp {
   ControlReport first_control_;
   LatestValue<Frame> frames_;
   LatestValue<Snapshot> snapshots_;
+  std::vector<Frame> held_back_;    ///< In a ring; sequence -1: none.
+  std::size_t next_held_back_ = 0;  ///< The oldest.
 };
 
 }  // namespace thenar

@@ -36,6 +36,8 @@ constexpr int kMaxCatchUp = 2;
 // Of the time that an overloaded contact thread is busy: twice what keeps the kernel from stopping it.
 constexpr double kRestShare = 0.1;
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
+// A tick further off is waited for in parts, so that a stop need not wait for it.
+constexpr std::int64_t kPatience_ns = 20'000'000;
 
 /// The records of one thread on their way to another, in a ring of fixed size that neither side waits for.
 template <class Sample>
@@ -62,13 +64,16 @@ class Records {
 /// The cores of a run, and the calling thread's own ones given back when it ends.
 class Cores {
  public:
-  explicit Cores(bool separate) : all_(allowed_cores()) {
-    if (!separate || all_.size() < 2) return;
+  /// `set_aside`: the contact thread's core, which the caller keeps off; -1: none.
+  Cores(bool separate, int set_aside) : contact_(set_aside) {
+    const std::vector<int> all = allowed_cores();
+    if (!separate || set_aside >= 0 || all.size() < 2) return;
+    all_ = all;
     contact_ = all_.back();
     keep_to_cores({all_.begin(), all_.end() - 1});
   }
   ~Cores() {
-    if (contact_ >= 0) keep_to_cores(all_);
+    if (!all_.empty()) keep_to_cores(all_);
   }
   Cores(const Cores&) = delete;
   Cores& operator=(const Cores&) = delete;
@@ -77,8 +82,8 @@ class Cores {
   [[nodiscard]] int contact() const { return contact_; }
 
  private:
-  std::vector<int> all_;
-  int contact_ = -1;
+  std::vector<int> all_;  // The caller's, to be given back; empty: they were left alone.
+  int contact_;
 };
 
 /// "1 hold", "2 holds".
@@ -160,13 +165,22 @@ class RunLog {
   std::int64_t pause_ns_ = kSecond_ns;
 };
 
+/// As wait_until, or sooner if it is stopped.
+std::int64_t wait_for_tick(std::int64_t deadline_ns, std::int64_t spin_ns, const std::stop_token& stop) noexcept {
+  for (std::int64_t now_ns = steady_now_ns(); deadline_ns - now_ns > 2 * kPatience_ns;) {
+    now_ns = wait_until(now_ns + kPatience_ns, 0);
+    if (stop.stop_requested()) return now_ns;
+  }
+  return wait_until(deadline_ns, spin_ns);
+}
+
 /// The control thread's loop, to its stop. A tick that is late is given up at once: a newer snapshot serves better.
 /// Adds to `lost` the records that found the ring full.
 void run_control_loop(SplitGrasp& grasp, Schedule schedule, bool muscles, Records<ControlSample>& records,
                       std::int64_t& lost, const std::stop_token& stop) {
   ControlSample sample;
   while (const auto tick = schedule.next(steady_now_ns())) {
-    sample.start_ns = wait_until(tick->deadline_ns, 0);
+    sample.start_ns = wait_for_tick(tick->deadline_ns, 0, stop);
     if (stop.stop_requested()) return;
     sample.deadline_ns = tick->deadline_ns;
     sample.slipped = tick->slipped;
@@ -189,8 +203,8 @@ std::int64_t wait_for_start(const std::atomic<std::int64_t>& start_ns, const std
 }  // namespace
 
 ContactLoopCounts run_contact_loop(SplitGrasp& grasp, Schedule schedule, std::int64_t spin_ns,
-                                   const std::function<bool(const ContactSample&)>& keep,
-                                   const std::stop_token& stop) noexcept {
+                                   const std::function<bool(const ContactSample&)>& keep, const std::stop_token& stop,
+                                   LiveContact* live) noexcept {
   ContactLoopCounts counts;
   ContactSample sample;
   sample.end_ns = steady_now_ns();
@@ -198,9 +212,14 @@ ContactLoopCounts run_contact_loop(SplitGrasp& grasp, Schedule schedule, std::in
     sample.deadline_ns = tick->deadline_ns;
     sample.slipped = tick->slipped;
     sample.caught_up = tick->caught_up;
-    sample.start_ns = wait_until(tick->deadline_ns, spin_ns);
+    sample.start_ns = wait_for_tick(tick->deadline_ns, spin_ns, stop);
     if (stop.stop_requested()) break;
-    sample.step = grasp.contact_step();
+    if (live == nullptr) {
+      sample.step = grasp.contact_step();
+    } else {
+      sample.step = grasp.contact_step(live->input(grasp.state(), sample.start_ns, sample.stamp_ns));
+      sample.shown = live->show(grasp);
+    }
     sample.end_ns = steady_now_ns();
     if (sample.end_ns > schedule.next_deadline_ns()) ++counts.overruns;
     ++counts.ticks;
@@ -212,22 +231,36 @@ ContactLoopCounts run_contact_loop(SplitGrasp& grasp, Schedule schedule, std::in
 }
 
 ThreadsReport run_threads(const Model& model, State& state, const ThreadSettings& settings) {
-  const Scene& scene = model.scene;
-  const auto ticks_due = static_cast<std::int64_t>(std::ceil(settings.duration_s / scene.step_s - 1e-9));
-  // At most half a step is spun away.
-  const double spin_s = std::min(settings.spin_s, 0.5 * scene.step_s);
-  ThreadsReport report;
   SplitGrasp grasp(model, state);
+  if (settings.on_first_control) settings.on_first_control(grasp.first_control(), grasp.muscle_forces_N());
+  if (grasp.first_control().grasp != GraspStatus::kOptimal) {
+    ThreadsReport report;
+    report.first_control = grasp.first_control();
+    return report;
+  }
+  const ThreadsReport report = run_threads(grasp, settings);
+  state = grasp.state();
+  return report;
+}
+
+ThreadsReport run_threads(SplitGrasp& grasp, const ThreadSettings& settings) {
+  const Scene& scene = grasp.model().scene;
+  const auto ticks_due = static_cast<std::int64_t>(std::ceil(settings.duration_s / scene.step_s - 1e-9));
+  // By the clock on the wall.
+  const double step_s = scene.step_s / settings.speed, control_period_s = scene.control_period_s / settings.speed;
+  // At most half a step is spun away.
+  const double spin_s = std::min(settings.spin_s, 0.5 * step_s);
+  ThreadsReport report;
   report.first_control = grasp.first_control();
-  if (settings.on_first_control) settings.on_first_control(report.first_control, grasp.muscle_forces_N());
-  if (report.first_control.grasp != GraspStatus::kOptimal) return report;
-  Records<ContactSample> contact_records(scene.step_s, {{}, state});
-  Records<ControlSample> control_records(scene.control_period_s, {});
-  RunLog log(scene.step_s, settings.quiet);
-  const Cores cores(settings.realtime);
+  Records<ContactSample> contact_records(step_s, {{}, grasp.state()});
+  Records<ControlSample> control_records(control_period_s, {});
+  RunLog log(step_s, settings.quiet);
+  const Cores cores(settings.realtime, settings.contact_core);
   std::optional<AwakeCores> awake;
   if (settings.realtime) awake.emplace();
 
+  // Of the state as it is: frame 0 is such a one.
+  const bool has_frame = grasp.controller().last_tick == grasp.state().tick;
   ContactLoopCounts counts;
   std::exception_ptr failure;  // of the control thread
   std::latch set_up(2);
@@ -240,9 +273,9 @@ ThreadsReport run_threads(const Model& model, State& state, const ThreadSettings
     set_up.count_down();
     const std::int64_t start = wait_for_start(start_ns, stop);
     try {
-      const std::int64_t first = start + std::llround(1e9 * scene.control_period_s);  // frame 0 is there already
+      const std::int64_t first = start + (has_frame ? std::llround(1e9 * control_period_s) : 0);
       const bool muscles = scene.control && scene.control->muscles;
-      run_control_loop(grasp, Schedule(first, scene.control_period_s, std::numeric_limits<std::int64_t>::max(), 0),
+      run_control_loop(grasp, Schedule(first, control_period_s, std::numeric_limits<std::int64_t>::max(), 0),
                        muscles, control_records, report.lost_control_samples, stop);
     } catch (...) {
       failure = std::current_exception();
@@ -258,13 +291,17 @@ ThreadsReport run_threads(const Model& model, State& state, const ThreadSettings
     set_up.count_down();
     const std::int64_t start = wait_for_start(start_ns, stop);
     counts = run_contact_loop(
-        grasp, Schedule(start, scene.step_s, ticks_due, kMaxCatchUp, kRestShare), std::llround(1e9 * spin_s),
-        [&contact_records](const ContactSample& sample) { return contact_records.keep(sample); }, stop);
+        grasp, Schedule(start, step_s, ticks_due, kMaxCatchUp, kRestShare), std::llround(1e9 * spin_s),
+        [&contact_records](const ContactSample& sample) { return contact_records.keep(sample); }, stop, settings.live);
     running.fetch_sub(1, std::memory_order_release);
   });
 
   set_up.wait();
-  log.started(report.contact);
+  if (settings.on_start) {
+    settings.on_start(report.contact);
+  } else {
+    log.started(report.contact);
+  }
   const std::int64_t begin_ns = steady_now_ns() + kStartDelay_ns;
   start_ns.store(begin_ns, std::memory_order_relaxed);
 
@@ -283,6 +320,7 @@ ThreadsReport run_threads(const Model& model, State& state, const ThreadSettings
   // Acquire: see the threads' release. One thread has ended by itself only if the run is over, or the control failed.
   while (go_on && running.load(std::memory_order_acquire) == 2) {
     drain();
+    if (settings.on_look && !settings.on_look()) break;
     std::this_thread::sleep_for(kDrainPeriod);
   }
   contact.request_stop();
@@ -300,7 +338,6 @@ ThreadsReport run_threads(const Model& model, State& state, const ThreadSettings
   report.slipped = counts.slipped;
   report.overruns = counts.overruns;
   report.lost_samples = counts.lost_samples;
-  state = grasp.state();
   return report;
 }
 

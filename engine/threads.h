@@ -6,6 +6,7 @@
 #include <stop_token>
 
 #include "engine/latest_value.h"
+#include "engine/live_contact.h"
 #include "engine/model.h"
 #include "engine/realtime.h"
 #include "engine/split_grasp.h"
@@ -21,6 +22,8 @@ struct ContactSample {
   std::int64_t start_ns = 0, end_ns = 0;
   std::int32_t slipped = 0;  ///< Ticks given up just before this one.
   bool caught_up = false;    ///< It started late because the one before overran.
+  std::int64_t stamp_ns = 0;  ///< Of the live input that acted in this tick for the first time; 0: of none.
+  bool shown = false;         ///< A picture of it was taken.
 };
 
 /// What leaves the control thread for each of its ticks.
@@ -33,16 +36,23 @@ struct ControlSample {
 
 struct ThreadSettings {
   double duration_s = 0.0;  ///< Of contact ticks due, slipped ones included.
+  double speed = 1.0;       ///< Simulated over wall time: both loops' ticks are so many times rarer, or more frequent.
   double spin_s = 50e-6;    ///< The contact thread wakes so long before its tick is due, and spins.
   bool realtime = true;     ///< Ask for SCHED_FIFO, locked memory, a core of its own. False: take what any thread gets.
-  bool quiet = false;       ///< Log nothing.
+  /// The contact thread's core, if the caller has set one aside; -1: the run does so, see run_threads.
+  int contact_core = -1;
+  bool quiet = false;           ///< Log nothing.
+  LiveContact* live = nullptr;  ///< Input and pictures; nobody's.
   /// On the calling thread, before all else: frame 0's control tick and its muscle forces, also if nothing will run.
   std::function<void(const ControlReport&, const Eigen::VectorXd& muscle_forces_N)> on_first_control;
+  /// On the calling thread, when both threads are set up. Without it, what was refused is logged.
+  std::function<void(const Scheduling& contact)> on_start;
+  std::function<bool()> on_look;  ///< On the calling thread, whenever it has looked for records; false ends the run.
   std::function<bool(const ContactSample&)> on_tick;     ///< On the calling thread, in order; false ends the run.
   std::function<void(const ControlSample&)> on_control;  ///< On the calling thread, in order.
 };
 
-/// What is known when a threaded run has ended.
+/// What is known when a threaded run has ended. `frames` and `snapshots` are those of the grasp since it was made.
 struct ThreadsReport {
   ControlReport first_control;  ///< Of frame 0, which is made before the threads start.
   Scheduling contact, control;  ///< What was granted.
@@ -63,10 +73,10 @@ struct ContactLoopCounts {
 };
 
 /// The contact thread's loop: waits for each tick of the schedule, does it, and hands its record to `keep`, which says
-/// whether it had room. It does not allocate, lock, log, throw or call the system but to sleep, nor may `keep`.
+/// whether it had room. With `live` it takes input from there, and leaves pictures. It does not allocate, lock, log, throw or call the system but to sleep, nor may `keep`.
 ContactLoopCounts run_contact_loop(SplitGrasp& grasp, Schedule schedule, std::int64_t spin_ns,
-                                   const std::function<bool(const ContactSample&)>& keep,
-                                   const std::stop_token& stop) noexcept;
+                                   const std::function<bool(const ContactSample&)>& keep, const std::stop_token& stop,
+                                   LiveContact* live = nullptr) noexcept;
 
 /// Runs a scene in real time on two threads, contact at 1 / step and control at 1 / control period, while the calling
 /// thread receives their records. With `realtime`, and two cores or more, the last core is the contact thread's alone:
@@ -74,5 +84,9 @@ ContactLoopCounts run_contact_loop(SplitGrasp& grasp, Schedule schedule, std::in
 /// the run ended. Without grasp forces for the start nothing runs. Unless `quiet`, what was refused and what went
 /// wrong is logged, at most once a second.
 ThreadsReport run_threads(const Model& model, State& state, const ThreadSettings& settings);
+
+/// The same with a grasp that is there already, and may go on in another run: its state, its controller's memory and
+/// its last frame stay as they are. on_first_control is not called.
+ThreadsReport run_threads(SplitGrasp& grasp, const ThreadSettings& settings);
 
 }  // namespace thenar

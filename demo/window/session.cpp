@@ -1,0 +1,478 @@
+#include "demo/window/session.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <condition_variable>
+#include <cstdint>
+#include <mutex>
+#include <optional>
+#include <stop_token>
+#include <type_traits>
+#include <variant>
+#include <vector>
+
+#include "demo/window/live_settings.h"
+#include "demo/window/reference.h"
+#include "demo/window/telemetry.h"
+#include "engine/grasp_monitor.h"
+#include "engine/live_contact.h"
+#include "engine/pairing.h"
+#include "engine/realtime.h"
+#include "engine/recorder.h"
+#include "engine/recording_file.h"
+#include "engine/split_grasp.h"
+#include "engine/threads.h"
+
+namespace window {
+
+using nlohmann::ordered_json;
+using namespace thenar;
+
+namespace {
+
+constexpr double kPictures_Hz = 30.0, kProblems_Hz = 2.0;  // on the wall's clock
+constexpr double kEndless_s = 1e9;
+constexpr std::chrono::milliseconds kIdle{20};
+// A monitor sums up slip. In a run without end it begins anew from time to time, lest creep of years pass for a loss; and
+// soon after a loss, to tell when the object is held again.
+constexpr double kWatch_s = 10.0, kWatchLost_s = 3.0;
+
+/// What the pages want: written on the server's thread, heeded on the calling one.
+struct Wanted {
+  bool paused = false;
+  double speed = 1.0;
+  int steps = 0;       ///< Yet to be done.
+  bool reset = false;  ///< Yet to be done.
+  LiveSettings settings;
+};
+
+std::string in_words(const Scheduling& contact) {
+  std::string words = contact.policy + (contact.priority > 0 ? fmt::format(" {}", contact.priority) : "");
+  words += contact.core < 0 ? ", any core" : fmt::format(", core {}", contact.core);
+  words += contact.memory_locked ? ", memory locked" : ", memory not locked";
+  if (contact.kept_awake) words += ", cores kept awake";
+  return words + (contact.remark.empty() ? "" : "; " + contact.remark);
+}
+
+/// Keeps the process off the core that the contact thread is to have, to the end of its scope.
+class CoreSetAside {
+ public:
+  explicit CoreSetAside(bool wanted) : all_(allowed_cores()) {
+    if (!wanted || all_.size() < 2) return;
+    core_ = all_.back();
+    keep_to_cores({all_.begin(), all_.end() - 1});
+  }
+  ~CoreSetAside() {
+    if (core_ >= 0) keep_to_cores(all_);
+  }
+  CoreSetAside(const CoreSetAside&) = delete;
+  CoreSetAside& operator=(const CoreSetAside&) = delete;
+
+  /// -1: none.
+  [[nodiscard]] int core() const { return core_; }
+
+ private:
+  std::vector<int> all_;
+  int core_ = -1;
+};
+
+}  // namespace
+
+struct Session::Impl {
+  Impl(Model m, const SessionSettings& s);
+
+  // The server's thread:
+  std::string receive(const Message& message);
+  template <typename Change>
+  void want(const Change& change);
+  void send(const std::optional<double>& stamp_s);
+
+  // The calling thread:
+  void run(const Display& shown_on, const std::atomic<bool>& stop);
+  void heed_wanted();
+  void change_scene(const LiveSettings& changed);
+  void reset();
+  [[nodiscard]] ControlSample first_control() const;
+  void run_loops(const std::atomic<bool>& stop);
+  void do_step();
+  void wait_idle();
+  bool see(const ContactSample& sample, const ControlSample& control);
+  void watch(TickRecord& tick);
+  void look_aside();
+  void show(const Picture& picture, TickRecord tick, const Eigen::VectorXd& muscle_forces_N);
+  void show_still();
+  void show_scene();
+  void show_status(bool running);
+  [[nodiscard]] bool is_watched() const { return recording || display->pages() > 0; }
+  [[nodiscard]] double time_s() const { return static_cast<double>(grasp->state().tick) * model.scene.step_s; }
+
+  const SessionSettings settings;
+  const CoreSetAside core;
+
+  // Between the threads.
+  LatestValue<LiveInput> inputs;
+  std::mutex mutex;  // of the next three
+  std::condition_variable woken;
+  Wanted wanted;
+  std::atomic<bool> changed{false};
+
+  // The server's thread's.
+  LiveInput input;
+
+  // The calling thread's, and in a run the loops'.
+  Model model;
+  LiveHands hands;
+  std::unique_ptr<SplitGrasp> grasp;
+  std::unique_ptr<LiveContact> live;
+
+  // The calling thread's.
+  const Display* display = nullptr;
+  std::optional<RecordingFile> recording;
+  Wanted heeded;
+  bool can_run = false;  ///< Grasp forces exist at the start.
+  Pairing pairing;
+  Telemetry telemetry;
+  Reference reference;
+  std::optional<GraspMonitor> monitor;
+  double watch_from_s = 0.0;
+  std::optional<std::string> lost, note;
+  std::string scheduling, status;
+  TickRecord last_tick;
+  std::array<double, kFingers> slip_m{};  ///< Of all ticks; the monitor's begins anew.
+  std::int64_t unaccounted = 0;           ///< The most of any grasp.
+  bool still_shown = false;
+  std::string bytes;
+};
+
+Session::Impl::Impl(Model m, const SessionSettings& s)
+    : settings(s),
+      core(s.realtime),
+      model(std::move(m)),
+      hands(model),
+      pairing([this](const ContactSample& sample, const ControlSample& control) { return see(sample, control); }) {
+  wanted.settings = heeded.settings = live_settings(model);
+  reset();
+}
+
+// ---- The server's thread.
+
+std::string Session::Impl::receive(const Message& message) {
+  std::string refusal;
+  const auto heed = [&](const auto& m) {
+    using Kind = std::decay_t<decltype(m)>;
+    if constexpr (std::is_same_v<Kind, Pull>) {
+      input.pull = {m.point_m, m.handle_m};
+      send(m.stamp_s);
+    } else if constexpr (std::is_same_v<Kind, Release>) {
+      input.pull.reset();
+      send({});
+    } else if constexpr (std::is_same_v<Kind, Target>) {
+      input.target_shift_m = m.shift_m;
+      input.target_turn_rad = m.turn_rad;
+      send(m.stamp_s);
+    } else if constexpr (std::is_same_v<Kind, Poke>) {
+      input.poke_N = m.force_N;
+      ++input.pokes;
+      send(m.stamp_s);
+    } else if constexpr (std::is_same_v<Kind, Pause>) {
+      want([](Wanted& w) { w.paused = true; });
+    } else if constexpr (std::is_same_v<Kind, Resume>) {
+      want([](Wanted& w) { w.paused = false; });
+    } else if constexpr (std::is_same_v<Kind, Step>) {
+      want([&](Wanted& w) {
+        if (w.paused) {
+          w.steps = std::min(w.steps + 1, 100);
+        } else {
+          refusal = "step needs a pause";
+        }
+      });
+    } else if constexpr (std::is_same_v<Kind, Reset>) {
+      input.pull.reset();
+      input.target_shift_m.setZero();
+      input.target_turn_rad.setZero();
+      send({});
+      want([](Wanted& w) { w.reset = true; });
+    } else if constexpr (std::is_same_v<Kind, Speed>) {
+      want([&](Wanted& w) { w.speed = m.value; });
+    } else if constexpr (std::is_same_v<Kind, Set>) {
+      want([&](Wanted& w) { refusal = change(m, w.settings); });
+    } else {
+      refusal = "the server answers this";
+    }
+  };
+  std::visit(heed, message);
+  return refusal;
+}
+
+template <typename Change>
+void Session::Impl::want(const Change& change) {
+  const std::lock_guard lock(mutex);
+  change(wanted);
+  // Relaxed: the mutex orders what is wanted; this only says when to look.
+  changed.store(true, std::memory_order_relaxed);
+  woken.notify_one();
+}
+
+void Session::Impl::send(const std::optional<double>& stamp_s) {
+  ++input.number;
+  input.received_ns = steady_now_ns();
+  const double now_s = 1e-9 * static_cast<double>(input.received_ns);
+  const bool known = stamp_s && *stamp_s > 0.0 && *stamp_s < now_s;
+  input.stamp_ns = known ? std::llround(1e9 * *stamp_s) : input.received_ns;
+  inputs.draft() = input;
+  inputs.publish();
+}
+
+// ---- The calling thread.
+
+void Session::Impl::run(const Display& shown_on, const std::atomic<bool>& stop) {
+  display = &shown_on;
+  if (!settings.record.empty()) recording.emplace(settings.record, model);
+  show_scene();
+  while (!stop) {
+    heed_wanted();
+    if (heeded.paused && can_run && heeded.steps > 0) {
+      --heeded.steps;
+      do_step();
+    } else if (heeded.paused || !can_run) {
+      show_status(false);
+      wait_idle();
+    } else {
+      run_loops(stop);
+    }
+  }
+  if (recording) recording->finish();
+}
+
+void Session::Impl::heed_wanted() {
+  changed.store(false, std::memory_order_relaxed);
+  Wanted now;
+  {
+    const std::lock_guard lock(mutex);
+    now = wanted;
+    wanted.steps = 0;
+    wanted.reset = false;
+  }
+  now.steps = now.paused ? std::min(now.steps + heeded.steps, 100) : 0;
+  const bool other_scene = !(now.settings == heeded.settings);
+  heeded = now;
+  if (other_scene) change_scene(now.settings);
+  // A start that no forces hold may be held by others.
+  if (now.reset || (other_scene && !can_run)) reset();
+}
+
+void Session::Impl::change_scene(const LiveSettings& wished) {
+  const LiveSettings now = live_settings(model);
+  const bool other_fingertips = wished.kernel != now.kernel || wished.level != now.level;
+  std::optional<Model> old;
+  if (other_fingertips || wished.contact_Hz != now.contact_Hz) old = model;
+  apply(wished, model);
+  if (old) {
+    const double old_now_s = static_cast<double>(grasp->state().tick) * old->scene.step_s;
+    grasp = std::make_unique<SplitGrasp>(model, *old, *grasp);
+    pairing.add(first_control());
+    watch_from_s += time_s() - old_now_s;
+  }
+  grasp->heed_scene();
+  grasp->hold_frames_back(wished.delay_periods);
+  if (other_fingertips) {
+    live = std::make_unique<LiveContact>(model, inputs, hands);
+    if (display != nullptr) show_scene();
+  }
+  still_shown = false;
+}
+
+void Session::Impl::reset() {
+  hands.reset();
+  grasp = std::make_unique<SplitGrasp>(model);
+  grasp->hold_frames_back(heeded.settings.delay_periods);
+  live = std::make_unique<LiveContact>(model, inputs, hands);
+  telemetry = Telemetry();
+  monitor.emplace(model.scene.hand);
+  watch_from_s = 0.0;
+  slip_m.fill(0.0);
+  lost.reset();
+  note.reset();
+  can_run = grasp->first_control().grasp == GraspStatus::kOptimal;
+  if (!can_run) note = "no grasp forces hold the object at the start: change the scene, or reset";
+  pairing = Pairing([this](const ContactSample& sample, const ControlSample& control) { return see(sample, control); });
+  pairing.start(first_control());
+  last_tick = tick_record(model, grasp->state(), TickReport{}, grasp->first_control());
+  still_shown = false;
+}
+
+/// The control tick of a new grasp's first frame.
+ControlSample Session::Impl::first_control() const {
+  ControlSample first;
+  first.step.control = grasp->first_control();
+  first.step.sequence = grasp->controller().sequence - 1;
+  first.step.published = true;
+  first.muscle_forces_N = grasp->muscle_forces_N();
+  return first;
+}
+
+void Session::Impl::run_loops(const std::atomic<bool>& stop) {
+  const Scene& scene = model.scene;
+  const double steps_per_s = heeded.speed / scene.step_s;
+  const auto every = [&](double rate_Hz) { return std::max<std::int64_t>(1, std::llround(steps_per_s / rate_Hz)); };
+  live->picture_ticks = every(kPictures_Hz);
+  live->problem_ticks = every(kProblems_Hz);
+  live->watched = is_watched();
+  // What came while nothing ran is no latency.
+  inputs.take();
+  live->number = inputs.current().number;
+  telemetry.begin_run(scene.step_s, heeded.speed);
+
+  ThreadSettings threads;
+  threads.duration_s = kEndless_s;
+  threads.speed = heeded.speed;
+  threads.spin_s = settings.spin_s;
+  threads.realtime = settings.realtime;
+  threads.contact_core = core.core();
+  threads.quiet = settings.quiet;
+  threads.live = live.get();
+  threads.on_start = [&](const Scheduling& contact) {
+    scheduling = in_words(contact);
+    show_status(true);
+  };
+  threads.on_tick = [&](const ContactSample& sample) {
+    telemetry.add(sample);
+    pairing.add(sample);
+    return true;
+  };
+  threads.on_control = [&](const ControlSample& sample) {
+    telemetry.add(sample);
+    pairing.add(sample);
+  };
+  threads.on_look = [&] {
+    look_aside();
+    show_status(true);
+    return !stop && !changed.load(std::memory_order_relaxed);
+  };
+  const ThreadsReport report = run_threads(*grasp, threads);
+  pairing.finish();
+  unaccounted = std::max(unaccounted, report.frames.unaccounted() + report.frames.torn +
+                                          report.snapshots.unaccounted() + report.snapshots.torn);
+  telemetry.set_unaccounted(unaccounted);
+  still_shown = false;
+}
+
+/// One control period, on this thread: contact ticks, then the control tick at their end.
+void Session::Impl::do_step() {
+  const Scene& scene = model.scene;
+  const auto ticks = std::max<std::int64_t>(1, std::llround(scene.control_period_s / scene.step_s));
+  const auto all_late = static_cast<int>(ticks);
+  const std::stop_token never;
+  live->watched = false;
+  run_contact_loop(
+      *grasp, Schedule(steady_now_ns(), scene.step_s, ticks, all_late), 0,
+      [this](const ContactSample& sample) {
+        pairing.add(sample);
+        return true;
+      },
+      never, live.get());
+  ControlSample control;
+  control.step = grasp->control_step();
+  control.muscle_forces_N = grasp->muscle_forces_N();
+  pairing.finish();
+  pairing.add(control);
+  still_shown = false;
+}
+
+void Session::Impl::wait_idle() {
+  if (!still_shown && is_watched()) show_still();
+  std::unique_lock lock(mutex);
+  woken.wait_for(lock, kIdle, [this] { return changed.load(std::memory_order_relaxed); });
+}
+
+/// A tick, with the control tick of its frame.
+bool Session::Impl::see(const ContactSample& sample, const ControlSample& control) {
+  TickRecord tick = tick_record(model, sample.after, sample.step.tick, control.step.control);
+  record_control(control.step.control, tick);
+  watch(tick);
+  last_tick = tick;
+  if (!sample.shown) return true;
+  live->pictures.take();
+  const Picture& picture = live->pictures.current();
+  // A picture taken since stands for a tick that is yet to come here.
+  if (picture.snapshot.tick == sample.after.tick) show(picture, tick, control.muscle_forces_N);
+  return true;
+}
+
+/// Looks for a loss, and sums up slips.
+void Session::Impl::watch(TickRecord& tick) {
+  if (tick.time_s - watch_from_s > (lost ? kWatchLost_s : kWatch_s)) {
+    lost.reset();  // A whole watch has seen nothing.
+    monitor.emplace(model.scene.hand);
+    watch_from_s = tick.time_s;
+  }
+  const std::optional<Loss> loss = monitor->update(model.scene.step_s, tick);
+  for (int k = 0; k < kFingers && tick.is_measured(); ++k) slip_m[k] += tick.contact.slip_m[k];
+  tick.slip_m = slip_m;
+  // Without control nobody minds the object.
+  if (!loss || !model.scene.control) return;
+  if (!lost) lost = loss->reason;
+  monitor.emplace(model.scene.hand);
+  watch_from_s = tick.time_s;
+}
+
+/// What is done aside while the loops run.
+void Session::Impl::look_aside() {
+  live->watched.store(is_watched(), std::memory_order_relaxed);
+  if (live->problems.take()) reference.offer(model, live->problems.current());
+  if (const auto result = reference.take_result()) telemetry.set_reference(result->error, result->residual);
+}
+
+void Session::Impl::show(const Picture& picture, TickRecord tick, const Eigen::VectorXd& muscle_forces_N) {
+  const LoopFigures& figures = telemetry.figures(steady_now_ns());
+  telemetry.write_stages(tick);
+  write_state_message(model, picture, tick, muscle_forces_N, figures, bytes);
+  display->show(bytes);
+  if (recording) recording->add(tick.time_s, bytes);
+}
+
+/// The state between two runs.
+void Session::Impl::show_still() {
+  State state = grasp->state();
+  // A grasp that has not made a tick knows its contacts' forces, but not yet where they are.
+  if (grasp->workspace().sequence != grasp->frames().current().sequence) state.forces.clear();
+  Picture picture(model);
+  take_picture(state, grasp->workspace(), picture);
+  show(picture, last_tick, pairing.in_use().muscle_forces_N);
+  still_shown = true;
+}
+
+void Session::Impl::show_scene() {
+  display->set_scene(scene_message(model, true).dump(), geometry_message(model));
+  if (recording && grasp->state().tick > 0) recording->add_scene(model, time_s());
+}
+
+void Session::Impl::show_status(bool running) {
+  const auto or_null = [](const auto& text) { return text ? ordered_json(*text) : ordered_json(nullptr); };
+  const ordered_json json = {{"type", "status"},
+                             {"running", running},
+                             {"paused", heeded.paused},
+                             {"speed", heeded.speed},
+                             {"lost", or_null(lost)},
+                             {"note", or_null(note)},
+                             {"scheduling", scheduling},
+                             {"settings", settings_json(heeded.settings)}};
+  const std::string text = json.dump();
+  if (text == status) return;
+  status = text;
+  display->set_status(status);
+  if (recording) recording->add_status(time_s(), json);
+}
+
+Session::Session(Model model, const SessionSettings& settings)
+    : impl_(std::make_unique<Impl>(std::move(model), settings)) {}
+Session::~Session() = default;
+
+std::string Session::receive(const Message& message) { return impl_->receive(message); }
+
+void Session::run(const Display& display, const std::atomic<bool>& stop) { impl_->run(display, stop); }
+
+}  // namespace window
