@@ -60,9 +60,9 @@ std::string get(int port, const std::string& target) {
   std::string answer;
   if (connect(client, reinterpret_cast<const sockaddr*>(&place), sizeof place) == 0) {
     const std::string request = "GET " + target + " HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port) + "\r\n\r\n";
-    (void)!write(client, request.data(), request.size());
+    send(client, request.data(), request.size(), MSG_NOSIGNAL);
     char bytes[4096];
-    for (ssize_t n = read(client, bytes, sizeof bytes); n > 0; n = read(client, bytes, sizeof bytes)) {
+    for (ssize_t n = recv(client, bytes, sizeof bytes, 0); n > 0; n = recv(client, bytes, sizeof bytes, 0)) {
       answer.append(bytes, static_cast<std::size_t>(n));
     }
   }
