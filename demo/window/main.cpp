@@ -1,6 +1,7 @@
 // The program `thenar-window`, which `thenar demo` becomes: a scene while it runs, or a recording, in a browser.
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <atomic>
@@ -110,19 +111,19 @@ void end_on_signals() {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaction(signal, &action, nullptr);
 }
 
+std::string way_from_elsewhere(const std::string& url, const Options& options) {
+  if (!options.server.token.empty()) return "the same, with an address by which it reaches this one.";
+  const std::string place = url.substr(7, url.size() - 8);  // Between "http://" and "/".
+  char name[256] = "";
+  gethostname(name, sizeof name - 1);
+  return fmt::format("ssh -L {}:{} {}, then the same address there.", place.substr(place.rfind(':') + 1), place, name);
+}
+
 /// Says where the page is, and opens it where there is a desktop.
 void announce(const std::string& url, const Options& options) {
   std::cout << url << std::endl;
   if (!options.session.quiet) {
-    if (options.server.token.empty()) {
-      const std::string place = url.substr(7, url.size() - 8);  // Between "http://" and "/".
-      const std::string port = place.substr(place.rfind(':') + 1);
-      std::cout << fmt::format("From another machine: ssh -L {}:{} to this one, then the same address there.\n", port,
-                               place);
-    } else {
-      std::cout << "From another machine: the same, with an address by which it reaches this one.\n";
-    }
-    std::cout << "Ctrl-C ends it." << std::endl;
+    std::cout << "From another machine: " << way_from_elsewhere(url, options) << "\nCtrl-C ends it." << std::endl;
   }
   const bool desktop = std::getenv("DISPLAY") != nullptr || std::getenv("WAYLAND_DISPLAY") != nullptr;
   if (!options.browser || !desktop) return;
