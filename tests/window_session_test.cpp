@@ -113,7 +113,7 @@ class Shown {
   std::atomic<bool> stop_{false};
   std::atomic<int> pages_{1};
   std::mutex mutex_;
-  ordered_json status_, fields_of_scene_;
+  ordered_json status_ = ordered_json::object(), fields_of_scene_;
   std::vector<double> state_;
   int states_ = 0, scenes_ = 0;
   std::thread thread_;
@@ -213,7 +213,7 @@ TEST(Session, RunsSlowlyAndStopsSoon) {
   EXPECT_LT(std::chrono::steady_clock::now() - before, std::chrono::seconds(2));  // within the tick's period
 }
 
-/// Pulls the box at its centre along its grip axis from a handle that is `way_m` away, until it has been held so for a while.
+/// Pulls the box at its centre to a handle, for so long.
 void pull(Shown& shown, const Eigen::Vector3d& handle, double duration_s) {
   const double end_s = shown.value("time_s") + duration_s;
   while (shown.value("time_s") < end_s) {
@@ -241,7 +241,7 @@ TEST(Session, APullMovesTheBoxByForceOverStiffnessAndLetsGo) {
 TEST(Session, MovesTheTargetAndTheBoxFollows) {
   Shown shown(held_box());
   ASSERT_TRUE(shown.passes(0.5));
-  const Eigen::Vector3d shift(0.0, 0.01, 0.0);
+  const Eigen::Vector3d shift(0.0, 0.05, 0.0);  // as far as it may go
   shown.receive(Target{shift, Eigen::Vector3d::Zero(), std::nullopt});
   ASSERT_TRUE(shown.comes([&] { return (shown.vector("path_target_m") - shift).norm() < 1e-9; }));
   EXPECT_TRUE(shown.comes([&] { return (shown.vector("position_m") - shift).norm() < 0.5e-3; }));
@@ -250,12 +250,15 @@ TEST(Session, MovesTheTargetAndTheBoxFollows) {
   ASSERT_TRUE(shown.comes([&] { return shown.vector("path_target_m").isZero(0.0) && shown.value("time_s") > 0.3; }));
 }
 
+// At rest in the task's first grip 0.2 would just do: the fingers press with the cones of 0.55 in mind. A box that is
+// moved against its viscosity needs more.
 TEST(Session, LosesTheBoxWithoutFrictionAndFindsItAfterAReset) {
   Shown shown(held_box());
   ASSERT_TRUE(shown.passes(0.5));
   Set less;
   less.friction = 0.2;
   EXPECT_EQ(shown.receive(less), "");
+  shown.receive(Target{{0.0, 0.03, 0.0}, Eigen::Vector3d::Zero(), std::nullopt});
   ASSERT_TRUE(shown.comes([&] { return shown.status()["lost"].is_string(); }));
   EXPECT_EQ(shown.status()["running"], true);
   Set enough;
