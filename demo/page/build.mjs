@@ -1,0 +1,41 @@
+// Bundles the page into one html file: node build.mjs SOURCE NODE_MODULES OUT.html
+
+import {readFile, writeFile} from 'node:fs/promises';
+import {createRequire} from 'node:module';
+import {join, resolve} from 'node:path';
+
+const [source, modules, out] = process.argv.slice(2).map((path) => resolve(path));
+if (!out) {
+  console.error('usage: node build.mjs SOURCE NODE_MODULES OUT.html');
+  process.exit(2);
+}
+
+// The packages may lie elsewhere than beside this file, where the build keeps them out of the source.
+const esbuild = createRequire(join(modules, 'x.js'))('esbuild');
+const bundle = async (file) => {
+  const result = await esbuild.build({
+    entryPoints: [join(source, 'src', file)],
+    bundle: true,
+    minify: true,
+    write: false,
+    format: 'iife',
+    target: 'es2022',
+    charset: 'utf8',
+    legalComments: 'eof',
+    nodePaths: [modules],
+  });
+  return result.outputFiles[0].text;
+};
+
+const template = await readFile(join(source, 'src', 'page.html'), 'utf8');
+const script = (await bundle('main.js')).replaceAll('</script', '<\\/script');
+const style = await bundle('style.css');
+// Functions, so that a $ in the bundle is no pattern.
+const page = template
+  .replace('<!-- style -->', () => `<style>\n${style}</style>`)
+  .replace('<!-- script -->', () => `<script>\n${script}</script>`);
+// The server and the export replace these texts: each must stand there once.
+for (const place of ['data-source="live"', '<!-- recording -->']) {
+  if (page.split(place).length !== 2) throw new Error(`the page must contain ${place} once`);
+}
+await writeFile(out, page);

@@ -1,0 +1,193 @@
+// Plots: lines over time, a trail of accuracy against time, a histogram. The drawing is uPlot's.
+
+import uPlot from 'uplot';
+
+import {superscript} from './format.js';
+import {themed} from './colors.js';
+
+const kFont = '10.5px system-ui, "DejaVu Sans", sans-serif';
+
+const axis = (more) => ({
+  stroke: () => themed('--muted'),
+  grid: {stroke: () => themed('--line'), width: 1},
+  ticks: {show: false},
+  font: kFont,
+  ...more,
+});
+
+/** A plot that is as large as the element it makes in `parent`. */
+function plotIn(parent, options, data, name) {
+  const element = document.createElement('div');
+  element.className = 'chart';
+  parent.append(element);
+  if (name) {
+    const text = document.createElement('span');
+    text.className = 'name';
+    text.textContent = name.text;
+    text.style.setProperty('--color', name.color);
+    element.append(text);
+  }
+  const size = () => ({width: Math.max(40, element.clientWidth), height: Math.max(40, element.clientHeight)});
+  const plot = new uPlot({
+    ...size(),
+    legend: {show: false},
+    cursor: {show: false},
+    padding: [6, 6, 0, 0],
+    ...options,
+  }, data, element);
+  new ResizeObserver(() => {
+    const {width, height} = size();
+    if (width !== plot.width || height !== plot.height) plot.setSize({width, height});
+  }).observe(element);
+  matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => plot.redraw(false));
+  return {plot, element, shown: () => element.clientHeight > 0};
+}
+
+/** The last seconds of some signals. `series`: [{color, dashed}]; `floor`: the least range of the values. */
+export class TimeChart {
+  constructor(parent, {series, seconds, floor, name, times}) {
+    this.seconds = seconds;
+    this.end_s = 0;
+    this.view = plotIn(parent, {
+      scales: {
+        x: {time: false, range: () => [this.end_s - seconds, this.end_s]},
+        y: {range: (_, low, high) => spread(low, high, floor)},
+      },
+      axes: [
+        axis({size: times ? 20 : 6, gap: 2, space: 40, values: times ? undefined : (_, ticks) => ticks.map(() => '')}),
+        axis({size: 32, gap: 3, space: 20}),
+      ],
+      series: [{}, ...series.map(({color, dashed}) => ({
+        stroke: () => themed(color),
+        width: dashed ? 1.2 : 1.8,
+        dash: dashed ? [7, 3, 2, 3] : undefined,
+        points: {show: false},
+      }))],
+    }, [[0], ...series.map(() => [null])], name);
+  }
+
+  set(columns) {
+    if (!this.view.shown()) return;
+    this.end_s = columns[0].at(-1) ?? 0;
+    this.view.plot.setData(columns);
+  }
+}
+
+function spread(low, high, floor) {
+  if (low === null || high === null || !Number.isFinite(low + high)) return floor;
+  const a = Math.min(low, floor[0]);
+  const b = Math.max(high, floor[1]);
+  const room = 0.06 * (b - a);
+  return [low < floor[0] ? a - room : a, high > floor[1] ? b + room : b];
+}
+
+/** Microseconds across, relative error upwards, both logarithmic: where the loop is, and where it came from. */
+export class AccuracyTrail {
+  #points = []; // {time_s, x, y}
+
+  constructor(parent, seconds) {
+    this.seconds = seconds;
+    const log = (range) => ({time: false, distr: 3, log: 10, range: () => range});
+    const powers = (_, ticks) => ticks.map((x) => (Math.abs(Math.log10(x) % 1) < 1e-9 ? label(x) : ''));
+    this.view = plotIn(parent, {
+      scales: {x: log([10, 1000]), y: log([1e-9, 1])},
+      axes: [axis({size: 20, gap: 2, space: 18, values: (_, t) => t.map((x) => ([10, 30, 100, 300, 1000].includes(Math.round(x)) ? `${Math.round(x)} µs` : ''))}),
+             axis({size: 38, gap: 3, space: 14, values: powers})],
+      series: [{}, {show: true, points: {show: false}, paths: () => null}],
+      hooks: {draw: [(plot) => this.#draw(plot)]},
+    }, [[10, 1000], [1e-9, 1]]);
+    this.empty = document.createElement('span');
+    this.empty.className = 'empty';
+    this.empty.textContent = 'not measured';
+    this.view.element.append(this.empty);
+  }
+
+  clear() {
+    this.#points = [];
+  }
+
+  add(time_s, x, y) {
+    this.#points = this.#points.filter((p) => p.time_s > time_s - this.seconds);
+    const last = this.#points.at(-1);
+    if (x > 0 && y > 0 && !(last && last.x === x && last.y === y)) this.#points.push({time_s, x, y});
+    this.empty.hidden = this.#points.length > 0;
+  }
+
+  set() {
+    if (this.view.shown()) this.view.plot.redraw(false);
+  }
+
+  #draw(plot) {
+    const {ctx} = plot;
+    const last = this.#points.at(-1);
+    if (!last) return;
+    ctx.save();
+    ctx.beginPath();
+    ctx.rect(plot.bbox.left, plot.bbox.top, plot.bbox.width, plot.bbox.height);
+    ctx.clip();
+    ctx.fillStyle = ctx.strokeStyle = themed('--accent');
+    for (const point of this.#points) {
+      ctx.globalAlpha = point === last ? 1 : 0.12 + 0.4 * (1 - (last.time_s - point.time_s) / this.seconds);
+      ctx.beginPath();
+      ctx.arc(plot.valToPos(clamp(point.x, 10, 1000), 'x', true), plot.valToPos(clamp(point.y, 1e-9, 1), 'y', true),
+              (point === last ? 4.5 : 2.2) * devicePixelRatio, 0, 7);
+      ctx.fill();
+    }
+    ctx.restore();
+  }
+}
+
+const clamp = (x, low, high) => Math.min(high, Math.max(low, x));
+const label = (x) => `10${superscript(Math.round(Math.log10(x)))}`;
+
+/** Counts in bins of a factor sqrt(2) from 50 us on; the first and the last are open. Lines: p50 and p99. */
+export class LatencyChart {
+  constructor(parent, bins) {
+    this.edges_us = Array.from({length: bins}, (_, i) => 50 * 2 ** ((i - 1) / 2));
+    this.marks_us = [];
+    const place = (us) => 1 + 2 * Math.log2(us / 50); // in bins
+    this.view = plotIn(parent, {
+      scales: {
+        x: {time: false, range: () => [-0.2, bins + 0.2]},
+        y: {range: (_, low, high) => [0, Math.max(1, high)]},
+      },
+      axes: [
+        axis({size: 20, gap: 2, splits: () => [100, 1e3, 1e4, 1e5].map(place), grid: {show: false},
+              values: () => ['0.1 ms', '1', '10', '100']}),
+        axis({size: 32, gap: 3, space: 20, incrs: [1, 2, 5, 10, 20, 50, 100, 200, 500, 1e3, 2e3, 5e3, 1e4, 2e4, 5e4, 1e5, 1e6]}),
+      ],
+      series: [{}, {
+        fill: () => themed('--accent'),
+        stroke: () => themed('--accent'),
+        width: 0,
+        paths: uPlot.paths.bars({size: [0.86], align: 1}),
+        points: {show: false},
+      }],
+      hooks: {draw: [(plot) => {
+        const {ctx, bbox} = plot;
+        ctx.save();
+        ctx.strokeStyle = themed('--tangential');
+        ctx.lineWidth = 1.5 * devicePixelRatio;
+        for (const us of this.marks_us) {
+          if (!(us > 0)) continue;
+          const x = plot.valToPos(clamp(place(us), 0, bins), 'x', true);
+          ctx.beginPath();
+          ctx.moveTo(x, bbox.top);
+          ctx.lineTo(x, bbox.top + bbox.height);
+          ctx.stroke();
+        }
+        ctx.restore();
+      }]},
+    }, [Array.from({length: bins}, (_, i) => i), Array(bins).fill(0)]);
+    this.empty = document.createElement('span');
+    this.empty.className = 'empty';
+    this.empty.textContent = 'no input yet';
+    this.view.element.append(this.empty);
+  }
+
+  set(counts, marks_us) {
+    this.empty.hidden = counts.some((count) => count > 0);
+    this.marks_us = marks_us;
+    if (this.view.shown()) this.view.plot.setData([this.view.plot.data[0], Array.from(counts)]);
+  }
+}

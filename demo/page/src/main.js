@@ -1,0 +1,358 @@
+// The page of thenar's live window; docs/WINDOW.md says what it talks.
+
+import {Connection} from './connection.js';
+import {fingerColors, pressureGradient} from './colors.js';
+import {fixed} from './format.js';
+import {Hands, kHardPoke_N, kPoke_N} from './hands.js';
+import {State, kGeometry, kState, kVersion, kindOf, readGeometry} from './messages.js';
+import {Panels} from './panels.js';
+import {Picture} from './picture.js';
+import {fromBase64, openRecording} from './recording.js';
+import {Replay} from './replay.js';
+import {Settings} from './settings.js';
+import {Views} from './views.js';
+
+const kSpeeds = [1, 0.5, 0.2, 0.1, 0.01];
+const kMemory = 200; // states before the one that is sought, for the plots
+
+const byId = (id) => document.getElementById(id);
+const root = document.documentElement;
+const source = root.dataset.source;
+const isLive = source === 'live';
+
+const insets = fingerColors.map((color) => {
+  const inset = document.createElement('div');
+  inset.className = 'inset';
+  inset.style.setProperty('--color', color);
+  inset.append(document.createElement('span'));
+  byId('insets').append(inset);
+  return inset;
+});
+const picture = new Picture(byId('canvas'), byId('labels'), insets);
+const panels = new Panels();
+const views = new Views(byId('views'), picture);
+
+let scene = null;
+let state = null;
+let status = null;
+let failure = null; // why nothing more can be shown
+let connection = null;
+let replay = null;
+let waiting = false; // a state is asked for
+let states = 0; // drawn
+
+const hands = new Hands(picture, (message) => send({...message, ...stamp()}));
+const settings = new Settings(byId('settings'), (change) => send({type: 'set', ...change}));
+
+// Messages out.
+
+function send(message) {
+  if (!connection?.send(message) && isLive) toast('not connected: nothing was done');
+}
+
+function stamp() {
+  const stamp_s = connection?.now_s();
+  return stamp_s === undefined ? {} : {stamp_s};
+}
+
+/** Asks for the newest state: only after the last one was drawn, so that a slow page falls behind nothing. */
+function askNext() {
+  if (waiting || !connection?.connected) return;
+  waiting = connection.send({type: 'next'});
+}
+
+function setSpeed(value) {
+  if (replay) {
+    replay.speed = value;
+    byId('replay-speed').value = value;
+  } else {
+    send({type: 'speed', value});
+  }
+}
+
+function pause() {
+  if (replay) replay.toggle();
+  else send({type: status?.paused ? 'resume' : 'pause'});
+}
+
+function reset() {
+  hands.release();
+  send({type: 'reset'});
+  if (hands.shift_m.lengthSq() + hands.turn_rad.lengthSq() > 0) hands.home();
+}
+
+// Messages in.
+
+function setScene(message, geometry) {
+  scene = message;
+  state = new State(scene);
+  picture.load(scene, readGeometry(geometry, scene));
+  panels.load(scene);
+  hands.load(scene);
+  byId('scene-name').textContent = scene.name;
+  document.title = `${scene.name} · Thenar`;
+  scene.fingers.forEach(({name}, k) => (insets[k].firstChild.textContent = name));
+}
+
+function setStatus(message) {
+  status = message;
+  settings.show(status?.settings);
+  byId('pause').textContent = status?.paused ? 'Go on' : 'Pause';
+  byId('pause').setAttribute('aria-pressed', String(Boolean(status?.paused)));
+  if (status) setSelect(byId('speed'), status.speed);
+  byId('panel-loops').title = status?.scheduling ?? '';
+  showBanner();
+}
+
+/** Shows a state; `quiet`: only for the plots' memory. */
+function showState(bytes, quiet = false) {
+  const before_s = state.values.time_s[0];
+  state.take(bytes);
+  const time_s = state.values.time_s[0];
+  if (time_s < before_s) picture.clearTrail();
+  if (!quiet) picture.show(state, status?.settings?.friction ?? NaN);
+  panels.show(state, picture.fullActivation, quiet);
+  if (quiet) return;
+  byId('time').textContent = fixed(time_s, 3);
+  byId('factor').textContent = fixed(state.values.realtime_factor[0], 2);
+  byId('full-pressure').textContent = `${fixed(picture.fullPressure_Pa / 1e3, 0)} kPa`;
+  showBanner();
+}
+
+picture.onDrawn = () => {
+  states += 1;
+  askNext();
+};
+
+/** The loudest of what there is to say. */
+function showBanner() {
+  const v = state?.values;
+  const [text, kind] =
+      failure ? [failure, ''] :
+      status?.lost ? [`The object is lost: ${status.lost}`, ''] :
+      v?.grasp_failed[0] ? ['No grasp forces exist: the fingers cannot hold this object so', ''] :
+      v?.muscles_failed[0] ? ['The muscles cannot make these torques', 'warn'] :
+      v?.held[0] ? ['The frame is too old: its drive is held', 'warn'] :
+      status?.note ? [status.note, 'note'] : ['', ''];
+  const banner = byId('banner');
+  if (banner.textContent !== text) banner.textContent = text;
+  banner.className = kind;
+  banner.hidden = text === '';
+}
+
+function fail(error) {
+  console.error(error);
+  failure = error.message;
+  showBanner();
+}
+
+let toastTimer = 0;
+function toast(text) {
+  byId('toast').textContent = text;
+  byId('toast').classList.add('shown');
+  clearTimeout(toastTimer);
+  toastTimer = setTimeout(() => byId('toast').classList.remove('shown'), 4000);
+}
+
+// Live.
+
+let pendingScene = null;
+
+function receiveText(message) {
+  if (message.type === 'scene') {
+    if (message.version !== kVersion) return fail(new Error(`the program talks version ${message.version}, this page ${kVersion}: reload it`));
+    pendingScene = message;
+  } else if (message.type === 'status') {
+    setStatus(message);
+  } else if (message.type === 'refused') {
+    toast(`Refused: ${message.reason}`);
+    settings.show(status?.settings);
+  }
+}
+
+function receiveBinary(bytes) {
+  try {
+    if (kindOf(bytes) === kGeometry) {
+      setScene(pendingScene, bytes);
+      askNext();
+    } else if (kindOf(bytes) === kState) {
+      waiting = false;
+      showState(bytes);
+    }
+  } catch (error) {
+    fail(error);
+  }
+}
+
+function setConnected(connected) {
+  waiting = false;
+  hands.enabled = connected;
+  if (!connected) hands.release();
+  showLink(connected ? 'live' : 'connection lost, trying again', connected ? 'good' : 'bad');
+}
+
+function showLink(text, kind) {
+  byId('link').textContent = text;
+  byId('link').className = `badge ${kind}`;
+}
+
+function goLive() {
+  const url = `${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/live${location.search}`;
+  connection = new Connection(url, {text: receiveText, binary: receiveBinary, state: setConnected});
+}
+
+// A recording.
+
+async function recordedBytes() {
+  if (source === 'embedded') return fromBase64(byId('recording').textContent);
+  const response = await fetch(`recording${location.search}`);
+  if (!response.ok) throw new Error(`the recording cannot be fetched: ${response.status} ${response.statusText}`);
+  return response.arrayBuffer();
+}
+
+function showFrame(frames, index) {
+  const frame = frames[index];
+  if (frame.scene !== scene) setScene(frame.scene, frame.geometry);
+  if (frame.status !== status) setStatus(frame.status);
+  const previous = frames[index - 1];
+  const follows = previous && state.values.time_s[0] === timeOf(previous.bytes);
+  if (!follows) recall(frames, index);
+  showState(frame.bytes);
+}
+
+/** The time of a state message that is not shown. */
+function timeOf(bytes) {
+  const scratch = (timeOf.scratch ??= new State(scene));
+  scratch.take(bytes);
+  return scratch.values.time_s[0];
+}
+
+/** After a jump the plots need what went before. */
+function recall(frames, index) {
+  panels.clear();
+  picture.clearTrail();
+  for (let i = Math.max(0, index - kMemory); i < index; ++i) {
+    if (frames[i].scene === scene) showState(frames[i].bytes, true);
+  }
+}
+
+async function openReplay() {
+  root.classList.add('replay-on');
+  showLink('opening the recording', '');
+  const recording = openRecording(await recordedBytes());
+  showLink(recording.whole ? 'recording' : 'recording, cut off', '');
+  const seek = byId('seek');
+  seek.max = recording.duration_s;
+  replay = new Replay(recording, showFrame, () => {
+    if (!replay) return;
+    seek.value = replay.time;
+    seek.setAttribute('aria-valuetext', `${fixed(replay.time, 2)} s`);
+    byId('seek-time').textContent = `${fixed(replay.time, 2)} of ${fixed(replay.duration, 2)} s`;
+    byId('play').textContent = replay.playing ? 'Pause' : 'Play';
+  });
+  seek.addEventListener('input', () => replay.seek(Number(seek.value)));
+  byId('play').addEventListener('click', () => replay.toggle());
+  setSelect(byId('replay-speed'), 1);
+  replay.play();
+}
+
+// Buttons and keys.
+
+function setSelect(select, value) {
+  if (![...select.options].some((option) => Number(option.value) === value)) select.add(new Option(`${value}×`, value));
+  select.value = value;
+}
+
+for (const id of ['speed', 'replay-speed']) {
+  for (const value of kSpeeds) byId(id).add(new Option(`${value}×`, value));
+  byId(id).addEventListener('change', (event) => setSpeed(Number(event.target.value)));
+}
+
+function toggleSettings() {
+  const hidden = !byId('settings').hidden;
+  byId('settings').hidden = hidden;
+  byId('show-settings').setAttribute('aria-pressed', String(!hidden));
+}
+
+for (const part of ['grasp', 'loops']) {
+  byId(`show-${part}`).addEventListener('click', (event) => {
+    const hidden = document.querySelector('main').classList.toggle(`no-${part}`);
+    event.currentTarget.setAttribute('aria-pressed', String(!hidden));
+  });
+}
+const toggleHelp = () => (byId('help').open ? byId('help').close() : byId('help').showModal());
+const clicks = {
+  pause, reset, step: () => send({type: 'step'}), 'show-settings': toggleSettings, 'show-help': toggleHelp,
+};
+for (const [id, act] of Object.entries(clicks)) byId(id).addEventListener('click', act);
+byId('scales').querySelector('.bar').style.background = pressureGradient;
+
+function poke(direction, hard) {
+  hands.poke(direction.multiplyScalar(hard ? kHardPoke_N : kPoke_N));
+}
+
+const keys = {
+  ' ': pause,
+  h: toggleHelp,
+  '?': toggleHelp,
+  v: () => picture.aim(),
+  Escape: () => hands.release(),
+};
+const liveKeys = {
+  '.': () => send({type: 'step'}),
+  r: reset,
+  s: toggleSettings,
+  b: () => hands.home(),
+  p: () => poke(picture.axes().away, false),
+  P: () => poke(picture.axes().away, true),
+  ArrowLeft: (event) => poke(picture.axes().right.negate(), event.shiftKey),
+  ArrowRight: (event) => poke(picture.axes().right, event.shiftKey),
+  ArrowUp: (event) => poke(picture.axes().up, event.shiftKey),
+  ArrowDown: (event) => poke(picture.axes().up.negate(), event.shiftKey),
+};
+const replayKeys = {
+  ',': () => replay.step(-1),
+  '.': () => replay.step(1),
+  ArrowLeft: () => replay.seek(replay.time - 0.5),
+  ArrowRight: () => replay.seek(replay.time + 0.5),
+};
+
+addEventListener('keydown', (event) => {
+  if (event.ctrlKey || event.metaKey || event.altKey) return;
+  // An input with the focus keeps the keys that it takes itself.
+  const {tagName} = event.target;
+  if (tagName === 'INPUT' || tagName === 'SELECT') {
+    if (event.key !== 'Escape') return;
+    event.target.blur();
+  }
+  if ((tagName === 'BUTTON' || tagName === 'SUMMARY') && (event.key === ' ' || event.key === 'Enter')) return;
+  const more = isLive ? liveKeys : replay ? replayKeys : {};
+  const act = keys[event.key] ?? more[event.key];
+  const speed = kSpeeds[Number(event.key) - 1];
+  if (act) act(event);
+  else if (speed !== undefined && event.key !== ' ') setSpeed(speed);
+  else if (!views.press(event.key)) return;
+  event.preventDefault();
+});
+
+// For tests, and for who looks at it in the console.
+window.thenar = {
+  get connected() { return connection?.connected ?? false; },
+  get scene() { return scene; },
+  get status() { return status; },
+  get state() { return state?.values; },
+  get contacts() { return state?.contacts ?? 0; },
+  get drawn() { return states; },
+  get plots() { return panels.advanced; },
+  get fps() { return picture.fps; },
+  get replay() { return replay; },
+  get roundTrip_s() { return connection?.clock.roundTrip_s; },
+  get cost_ms() { return picture.cost_ms; },
+  options: picture.options,
+  project: (point) => picture.project(point),
+  metresPerPixel: (point) => picture.metresPerPixel(point),
+  hitObject: (x, y) => picture.hitObject(x, y)?.world.toArray() ?? null,
+};
+
+if (isLive) goLive();
+else openReplay().catch(fail);

@@ -1,0 +1,241 @@
+// The panels: what the numbers of a state say, ten times a second.
+
+import {AccuracyTrail, LatencyChart, TimeChart} from './charts.js';
+import {activationColor, fingerColors} from './colors.js';
+import {fixed, length, power, short} from './format.js';
+
+const kEvery_ms = 100;
+const kSeconds = 5; // of the plots over time
+const kTrailSeconds = 60;
+const kRed = 0.1; // a cone margin below it
+const kFullSlip_m = 1e-3; // of the slip's bar
+
+const byId = (id) => document.getElementById(id);
+
+function element(tag, text = '', parent = null) {
+  const made = document.createElement(tag);
+  made.textContent = text;
+  parent?.append(made);
+  return made;
+}
+
+const setText = (node, text) => {
+  if (node.textContent !== text) node.textContent = text;
+};
+
+/** A bar of a share 0 .. 1. */
+function bar(parent) {
+  const track = element('span', '', parent);
+  track.className = 'track';
+  const fill = element('i', '', track);
+  return (share, color) => {
+    fill.style.transform = `scaleX(${Math.min(1, Math.max(0, share || 0)).toFixed(4)})`;
+    if (color) fill.style.setProperty('--fill', color);
+  };
+}
+
+/** What the plots over time remember: columns of numbers, the time first. */
+class History {
+  constructor(columns) {
+    this.columns = Array.from({length: columns}, () => []);
+  }
+
+  clear() {
+    for (const column of this.columns) column.length = 0;
+  }
+
+  add(values) {
+    const [times] = this.columns;
+    if (values[0] <= times.at(-1)) {
+      if (values[0] === times.at(-1)) return;
+      this.clear(); // the simulation was set back
+    }
+    this.columns.forEach((column, i) => column.push(Number.isFinite(values[i]) ? values[i] : null));
+    while (times[0] < values[0] - 1.2 * kSeconds) for (const column of this.columns) column.shift();
+  }
+}
+
+export class Panels {
+  advanced = 0; // how often the plots were drawn
+  #scene = null;
+  #state = null;
+  #timer = 0;
+  #last_ms = 0;
+
+  /** A new scene: makes what depends on its fingers, muscles and fields. */
+  load(scene) {
+    this.#scene = scene;
+    for (const id of ['forces', 'path', 'muscles', 'stages', 'accuracy', 'latency']) byId(id).replaceChildren();
+    this.forces = new History(1 + 4 * scene.fingers.length);
+    this.path = new History(7);
+    this.forceCharts = scene.fingers.map(({name}, k) => new TimeChart(byId('forces'), {
+      series: [
+        {color: '--normal', dashed: true}, {color: '--tangential', dashed: true}, {color: '--normal'}, {color: '--tangential'},
+      ],
+      seconds: kSeconds, floor: [0, 1], name: {text: name, color: fingerColors[k]}, times: k === scene.fingers.length - 1,
+    }));
+    const dashed = ['--x', '--y', '--z'].map((color) => ({color, dashed: true}));
+    this.pathChart = new TimeChart(byId('path'), {
+      series: [...dashed, ...dashed.map(({color}) => ({color}))], seconds: kSeconds, floor: [-1, 1], times: true,
+    });
+    this.accuracy = new AccuracyTrail(byId('accuracy'), kTrailSeconds);
+    this.latency = new LatencyChart(byId('latency'), scene.fields.find(({name}) => name === 'latency_counts').count);
+    this.#makeGrip();
+    this.#makeMuscles();
+    this.#makeStages();
+    this.#makeRates();
+  }
+
+  #makeGrip() {
+    const body = byId('grip').tBodies[0];
+    body.replaceChildren();
+    this.grip = this.#scene.fingers.map(({name}, k) => {
+      const row = element('tr', '', body);
+      row.style.setProperty('--color', fingerColors[k]);
+      element('th', name, row).scope = 'row';
+      const cell = () => {
+        const meter = element('td', '', row);
+        meter.className = 'meter';
+        const set = bar(meter);
+        return {meter, set, text: element('td', '', row)};
+      };
+      return {margin: cell(), slip: cell()};
+    });
+  }
+
+  #makeMuscles() {
+    byId('panel-muscles').hidden = this.#scene.muscles.length === 0;
+    this.muscles = this.#scene.muscles.map(({name, max_force_N}) => {
+      const row = element('div', '', byId('muscles'));
+      row.title = `${name}: at most ${short(max_force_N)} N`;
+      element('span', name, row);
+      const set = bar(row);
+      return {set, text: element('span', '', row)};
+    });
+  }
+
+  #makeStages() {
+    const names = ['find', 'factors', 'assemble', 'solve', 'deform', 'grasp', 'muscle'];
+    this.stages = names.map((name) => {
+      const row = element('div', '', byId('stages'));
+      element('span', name, row);
+      return {field: `${name}_us`, set: bar(row), text: element('span', '', row)};
+    });
+  }
+
+  #makeRates() {
+    const rows = (table, names, cells) => {
+      const body = byId(table).tBodies[0];
+      body.replaceChildren();
+      return names.map((name) => {
+        const row = element('tr', '', body);
+        element('th', name, row).scope = 'row';
+        return Array.from({length: cells}, () => element('td', '', row));
+      });
+    };
+    this.rates = rows('rates', ['rate', 'compute p50', 'p99', 'p99.9', 'jitter p50', 'p99', 'p99.9', 'missed'], 2);
+    this.figures = rows('figures', ['real time', 'frame age', 'contacts', 'sweeps', 'residual', 'deepest', 'overruns', 'lost frames'], 1)
+        .map(([cell]) => cell);
+  }
+
+  /** A state; `quiet`: for the plots' memory only. `full`: what a muscle's full bar means. */
+  show(state, full, quiet = false) {
+    const v = state.values;
+    const row = [v.time_s[0]];
+    for (let k = 0; k < this.#scene.fingers.length; ++k) {
+      row.push(v.desired_n_N[k], v.desired_t_N[k], v.force_n_N[k], v.force_t_N[k]);
+    }
+    this.forces.add(row);
+    this.path.add([v.time_s[0], ...v.path_target_m.map(mm), ...v.position_m.map(mm)]);
+    this.accuracy.add(v.time_s[0], v.contact_compute_us[0], v.reference_error[0]);
+    this.#state = state;
+    this.full = full;
+    if (quiet || this.#timer) return;
+    this.#timer = setTimeout(() => this.#refresh(), Math.max(0, this.#last_ms + kEvery_ms - performance.now()));
+  }
+
+  clear() {
+    this.forces?.clear();
+    this.path?.clear();
+    this.accuracy?.clear();
+  }
+
+  #refresh() {
+    this.#timer = 0;
+    this.#last_ms = performance.now();
+    const v = this.#state.values;
+    const {columns} = this.forces;
+    this.forceCharts.forEach((chart, k) => chart.set([columns[0], ...columns.slice(1 + 4 * k, 5 + 4 * k)]));
+    this.pathChart.set(this.path.columns);
+    this.#showPath(v);
+    this.#showGrip(v);
+    this.#showMuscles(v);
+    this.#showLoops(v);
+    this.advanced += 1;
+  }
+
+  #showPath(v) {
+    const off_m = Math.hypot(...[0, 1, 2].map((i) => v.object[i] - v.target[i]));
+    setText(byId('path-error'), fixed(1e3 * off_m, 3));
+    setText(byId('turn-error'), fixed((v.rotation_error_rad[0] * 180) / Math.PI, 2));
+  }
+
+  #showGrip(v) {
+    this.grip.forEach(({margin, slip}, k) => {
+      const inside = v.cone_margin[k];
+      margin.set(inside, fingerColors[k]);
+      setText(margin.text, fixed(inside, 2));
+      for (const cell of [margin.meter, margin.text]) cell.classList.toggle('bad', inside < kRed);
+      slip.set(v.slip_m[k] / kFullSlip_m, fingerColors[k]);
+      setText(slip.text, length(v.slip_m[k]));
+      for (const cell of [slip.meter, slip.text]) cell.classList.toggle('bad', v.slip_m[k] >= kFullSlip_m);
+    });
+  }
+
+  #showMuscles(v) {
+    setText(byId('full-activation'), `${Math.round(100 * this.full)} %`);
+    this.muscles.forEach(({set, text}, m) => {
+      const share = v.muscles_N[m] / this.#scene.muscles[m].max_force_N / this.full;
+      activationColor(share, rgb, 0);
+      set(share, `color(srgb-linear ${rgb.map((c) => c.toFixed(3)).join(' ')})`);
+      setText(text, short(v.muscles_N[m]));
+    });
+  }
+
+  #showLoops(v) {
+    const column = (loop) => [
+      Number.isFinite(v[`${loop}_Hz`][0]) ? `${fixed(v[`${loop}_Hz`][0], 0)} Hz` : fixed(NaN, 0),
+      ...micros(v[`${loop}_compute_us`]),
+      ...micros(v[`${loop}_jitter_us`] ?? [NaN, NaN, NaN]),
+      fixed(v[`${loop}_slipped`][0], 0),
+    ];
+    const texts = [column('contact'), column('control')];
+    this.rates.forEach((cells, row) => cells.forEach((cell, i) => setText(cell, texts[i][row])));
+    [
+      fixed(v.realtime_factor[0], 3),
+      Number.isFinite(v.frame_age_s[0]) ? `${fixed(1e3 * v.frame_age_s[0], 2)} ms` : fixed(NaN),
+      `${fixed(v.active[0], 0)} of ${fixed(v.contacts[0], 0)}`,
+      fixed(v.sweeps[0], 0),
+      power(v.residual[0]),
+      length(v.penetration_m[0]),
+      fixed(v.contact_overruns[0], 0),
+      fixed(v.unaccounted[0], 0),
+    ].forEach((text, i) => setText(this.figures[i], text));
+    this.figures[7].classList.toggle('bad', v.unaccounted[0] > 0);
+    const most = Math.max(...this.stages.map(({field}) => v[field][0]).filter(Number.isFinite), 1);
+    for (const {field, set, text} of this.stages) {
+      set(v[field][0] / most);
+      setText(text, short(v[field][0]));
+    }
+    this.accuracy.set();
+    setText(byId('reference-error'), power(v.reference_error[0]));
+    setText(byId('reference-residual'), power(v.reference_residual[0]));
+    this.latency.set(v.latency_counts, v.latency_us);
+    setText(byId('latency-p50'), fixed(v.latency_us[0] / 1e3, 2));
+    setText(byId('latency-p99'), fixed(v.latency_us[1] / 1e3, 2));
+  }
+}
+
+const rgb = [0, 0, 0];
+const mm = (m) => 1e3 * m;
+const micros = (values) => Array.from(values, (us) => (Number.isFinite(us) ? `${short(us)} µs` : fixed(us)));

@@ -1,0 +1,111 @@
+// Does the contact loop notice who watches? Its compute time with a page that renders on the same cores over that without,
+// in turns in one session.
+//     node load.mjs THENAR-WINDOW CONFIGS [PAIRS] [SECONDS]
+
+import {createHash, randomBytes} from 'node:crypto';
+import {request} from 'node:http';
+import {join} from 'node:path';
+import {setTimeout as sleep} from 'node:timers/promises';
+
+import {State, kGeometry, kState, kindOf} from '../src/messages.js';
+import {openBrowser} from './browser.mjs';
+import {startProgram} from './program.mjs';
+
+const [program, configs, pairs = '5', seconds = '8'] = process.argv.slice(2);
+const median = (values) => values.toSorted((a, b) => a - b)[Math.floor(values.length / 2)];
+
+/** A text frame of a client (RFC 6455): masked, shorter than 126 bytes. */
+function frameOf(text) {
+  const bytes = Buffer.from(text);
+  const mask = randomBytes(4);
+  return Buffer.concat([Buffer.from([0x81, 0x80 | bytes.length]), mask, bytes.map((byte, i) => byte ^ mask[i % 4])]);
+}
+
+/** The first whole frame of a server in `bytes`: {opcode, payload, size}. */
+function firstFrame(bytes) {
+  if (bytes.length < 2) return null;
+  let size = bytes[1];
+  let at = 2;
+  if (size === 126 && bytes.length >= 4) [size, at] = [bytes.readUInt16BE(2), 4];
+  else if (size === 127 && bytes.length >= 10) [size, at] = [Number(bytes.readBigUInt64BE(2)), 10];
+  else if (size >= 126) return null;
+  if (bytes.length < at + size) return null;
+  return {opcode: bytes[0] & 15, payload: bytes.subarray(at, at + size), size: at + size};
+}
+
+/** One state, by a connection of its own: the figures in it are of the second before. */
+function look(url) {
+  return new Promise((resolve, reject) => {
+    const key = randomBytes(16).toString('base64');
+    const upgrade = request(new URL('live', url), {
+      headers: {Connection: 'Upgrade', Upgrade: 'websocket', Origin: new URL(url).origin, 'Sec-WebSocket-Version': '13',
+                'Sec-WebSocket-Key': key},
+    });
+    upgrade.on('error', reject);
+    upgrade.on('response', (response) => reject(new Error(`refused: ${response.statusCode}`)));
+    upgrade.on('upgrade', (response, socket, head) => {
+      const accepted = createHash('sha1').update(`${key}258EAFA5-E914-47DA-95CA-C5AB0DC85B11`).digest('base64');
+      if (response.headers['sec-websocket-accept'] !== accepted) return reject(new Error('not accepted'));
+      let bytes = head;
+      let state = null;
+      const take = () => {
+        for (let frame = firstFrame(bytes); frame; frame = firstFrame(bytes)) {
+          const payload = new Uint8Array(frame.payload).buffer;
+          bytes = bytes.subarray(frame.size);
+          if (frame.opcode === 1) {
+            const message = JSON.parse(Buffer.from(payload).toString());
+            if (message.type === 'scene') state = new State(message);
+          } else if (frame.opcode === 2 && kindOf(payload) === kGeometry) {
+            socket.write(frameOf('{"type":"next"}'));
+          } else if (frame.opcode === 2 && kindOf(payload) === kState) {
+            state.take(payload);
+            socket.destroy();
+            resolve(state.values);
+          }
+        }
+      };
+      socket.on('data', (more) => {
+        bytes = Buffer.concat([bytes, more]);
+        take();
+      });
+      socket.on('error', reject);
+      take();
+    });
+    upgrade.end();
+  });
+}
+
+/** The median over some seconds of each second's p99 [us], of the contact loop's compute time. */
+async function measure(url) {
+  await sleep(2000);
+  const p99 = [], p50 = [];
+  let last = null;
+  for (let i = 0; i < Number(seconds); ++i) {
+    await sleep(1000);
+    last = await look(url);
+    p50.push(last.contact_compute_us[0]);
+    p99.push(last.contact_compute_us[1]);
+  }
+  return {p50_us: median(p50), p99_us: median(p99), last};
+}
+
+const server = await startProgram(program, [join(configs, 'box_grasp.yaml'), '--port', '0', '--quiet']);
+const ratios = [];
+console.log('pair   without: p50    p99 us      with: p50    p99 us   fps   ratio of p99');
+for (let pair = 0; pair < Number(pairs); ++pair) {
+  const without = await measure(server.url);
+  const browser = await openBrowser();
+  await browser.page.goto(server.url);
+  await browser.page.waitForFunction(() => window.thenar?.drawn > 10, null, {timeout: 60_000});
+  const watched = await measure(server.url);
+  const fps = await browser.page.evaluate(() => window.thenar.fps);
+  await browser.close();
+  const ratio = watched.p99_us / without.p99_us;
+  ratios.push(ratio);
+  const row = [without.p50_us, without.p99_us, watched.p50_us, watched.p99_us].map((us) => us.toFixed(1).padStart(8));
+  console.log(`${pair + 1}      ${row[0]} ${row[1]}            ${row[2]} ${row[3]}   ${fps.toFixed(0).padStart(4)}   ${ratio.toFixed(2)}`);
+}
+const end = await look(server.url);
+console.log(`ratio of p99, median of ${pairs} pairs: ${median(ratios).toFixed(2)}; frames unaccounted ${end.unaccounted[0]}, ` +
+            `residual ${end.residual[0].toExponential(1)}, lost ticks ${end.contact_slipped[0]} of ${end.tick[0]}`);
+await server.stop();
