@@ -55,14 +55,14 @@ void write_results(const Model& model, const Recording& recording, const State& 
 
 /// The scene on two threads; what they did goes into `loops`, and into `lost` that records of it were lost.
 Recording run_realtime(const Options& options, const Model& model, State& state, const Progress& progress,
-                       nlohmann::ordered_json& loops, std::optional<std::string>& lost) {
+                       nlohmann::ordered_json& loops, std::optional<std::string>& lost, RecordingFile* film) {
   ThreadSettings settings;
   settings.duration_s = model.scene.duration_s;
   settings.spin_s = options.spin_s;
   settings.realtime = options.realtime;
   settings.quiet = options.quiet;
   LoopProfile profile(model);
-  RealtimeRun run = run_realtime(model, state, settings, profile, progress);
+  RealtimeRun run = run_realtime(model, state, settings, profile, progress, film);
   const nlohmann::ordered_json all = profile_json(model, profile, run.report);
   for (const char* key :
        {"scheduling", "settings", "loops", "exchange", "snapshots", "frame_age", "handover", "ledger", "hold"}) {
@@ -103,7 +103,7 @@ int run(const Options& options) {
       case Runner::kLockstep:
         return run_lockstep(model, state, settings, progress, dump ? &*dump : nullptr, film ? &*film : nullptr);
       case Runner::kRealtime:
-        return run_realtime(options, model, state, progress, loops, lost);
+        return run_realtime(options, model, state, progress, loops, lost, film ? &*film : nullptr);
     }
     return run_monolithic(model, state, progress, dump ? &*dump : nullptr, film ? &*film : nullptr);
   };

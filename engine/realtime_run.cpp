@@ -1,18 +1,39 @@
 #include "engine/realtime_run.h"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "engine/live_contact.h"
 #include "engine/pairing.h"
 #include "engine/recorder.h"
 
 namespace thenar {
 
 RealtimeRun run_realtime(const Model& model, State& state, ThreadSettings settings, LoopProfile& profile,
-                         const Progress& progress) {
+                         const Progress& progress, RecordingFile* film) {
   Recorder recorder(model);
   bool lost = false;
+  LatestValue<LiveInput> nobody;
+  LiveHands hands(model);
+  std::optional<LiveContact> live;
+  if (film != nullptr) {
+    live.emplace(model, nobody, hands);
+    live->picture_ticks = std::max(1L, std::lround(1.0 / (kRecordingRate_Hz * model.scene.step_s)));
+    live->problem_ticks = std::numeric_limits<std::int64_t>::max();
+    live->watched = true;
+    settings.live = &*live;
+  }
   const auto record = [&](const ContactSample& sample, const ControlSample& control) {
     TickRecord tick = tick_record(model, sample.after, sample.step.tick, control.step.control);
     if (tick.contact.handed_over) record_control(control.step.control, tick);
     lost = !recorder.add(tick, control.muscle_forces_N);
+    if (sample.shown) live->pictures.take();
+    // A picture taken since stands for a tick that is yet to come here.
+    if (sample.shown && live->pictures.current().snapshot.tick == sample.after.tick) {
+      film->add(live->pictures.current(), tick, control.muscle_forces_N);
+    }
     return !lost;
   };
   Pairing pairing(record, [&](const ContactSample& sample, const ControlSample& control) {

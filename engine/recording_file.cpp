@@ -128,7 +128,11 @@ void RecordingFile::add(const State& state, const ContactWorkspace& work, const 
                         const Eigen::VectorXd& muscle_forces_N) {
   if (!is_due(state.tick)) return;
   take_picture(state, work, picture_);
-  write_state_message(model_, picture_, tick, muscle_forces_N, {}, bytes_);
+  add(picture_, tick, muscle_forces_N);
+}
+
+void RecordingFile::add(const Picture& picture, const TickRecord& tick, const Eigen::VectorXd& muscle_forces_N) {
+  write_state_message(model_, picture, tick, muscle_forces_N, {}, bytes_);
   add(tick.time_s, bytes_);
 }
 

@@ -31,6 +31,8 @@ class RecordingFile {
   /// The state that a tick left, if it is due.
   void add(const State& state, const ContactWorkspace& work, const TickRecord& tick,
            const Eigen::VectorXd& muscle_forces_N);
+  /// The same of a picture that is taken already.
+  void add(const Picture& picture, const TickRecord& tick, const Eigen::VectorXd& muscle_forces_N);
   /// A state message as it was shown.
   void add(double time_s, const std::string& state_message);
   /// The scene and its points once more: they have changed.

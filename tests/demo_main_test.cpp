@@ -53,13 +53,16 @@ TEST(Program, WritesEveryResultOfARun) {
 TEST(Program, RecordsARunAndExportsIt) {
   const fs::path folder = scratch();
   const std::string film = (folder / "film.mcap").string(), csv = (folder / "film.csv").string();
-  for (const char* runner : {"", " --lockstep"}) {
+  for (const char* runner : {"", " --lockstep", " --realtime"}) {
     const Outcome run = thenar_program("run " + config("minimal.yaml") + " --time '0.2 s' --record " + film + runner);
     ASSERT_EQ(run.code, 0) << run.text;
     const Outcome exported = thenar_program("export " + film + " --csv " + csv);
     ASSERT_EQ(exported.code, 0) << exported.text;
     const std::string table = read(csv);
-    EXPECT_EQ(std::count(table.begin(), table.end(), '\n'), 1 + 10) << "50 states a second, under a header";
+    // 50 states a second, under a header; in real time a busy machine may miss some.
+    const auto states = std::count(table.begin(), table.end(), '\n') - 1;
+    EXPECT_LE(states, 10);
+    EXPECT_GE(states, std::string(runner) == " --realtime" ? 1 : 10);
   }
   // Cut off, it goes on to its last whole state.
   const std::string bytes = read(film);

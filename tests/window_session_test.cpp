@@ -1,5 +1,3 @@
-#include "demo/window/session.h"
-
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -14,8 +12,9 @@
 #include <utility>
 #include <vector>
 
-#include "engine/realtime.h"
+#include "demo/window/session.h"
 #include "engine/live_input.h"
+#include "engine/realtime.h"
 #include "engine/state_message.h"
 #include "tests/scenes.h"
 
@@ -23,9 +22,9 @@ namespace window {
 namespace {
 
 using nlohmann::ordered_json;
+using std::chrono::milliseconds;
 using thenar::kCoarseBox;
 using thenar::scene_of;
-using std::chrono::milliseconds;
 
 // Far beyond what anything here takes: the machine may be busy.
 constexpr std::chrono::seconds kPatience{60};
@@ -92,7 +91,9 @@ class Shown {
     ADD_FAILURE() << "no field " << name;
     return thenar::kUnknown;
   }
-  [[nodiscard]] Eigen::Vector3d vector(const std::string& name) { return {value(name, 0), value(name, 1), value(name, 2)}; }
+  [[nodiscard]] Eigen::Vector3d vector(const std::string& name) {
+    return {value(name, 0), value(name, 1), value(name, 2)};
+  }
   [[nodiscard]] bool passes(double time_s) {
     return comes([&] { return value("time_s") > time_s; });
   }
