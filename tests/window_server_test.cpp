@@ -41,7 +41,7 @@ constexpr const char* kPage =
     "<!doctype html><html data-source=\"live\"><style>p{}</style><!-- recording --><script>'<script>'</script>"
     "<script type=\"module\">1</script></html>";
 
-/// Waits for what must come; whoever runs the tests ends one for which it does not.
+/// Waits for what must come.
 template <class Condition>
 void await(const Condition& condition) {
   while (!condition()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -123,7 +123,7 @@ std::string body(const std::string& answer) { return answer.substr(answer.find("
 class Server : public testing::Test {
  protected:
   void SetUp() override {
-    alarm(120);  // Else a message that does not come would be waited for for ever.
+    alarm(120);  // Ends the tests where they would wait for ever for what does not come.
     folder_ = thenar::scratch();
     thenar::write_file(folder_ / "page.html", kPage);
     settings_.page = folder_ / "page.html";
@@ -402,10 +402,14 @@ TEST_F(Server, ShowsAChangedSceneBeforeAnyOfItsStates) {
   server_->show("old state");
   const auto page = this->page();
   server_->set_scene("scene 2", "geometry 2");
-  page->ask();
-  server_->show("new state");
   EXPECT_EQ(page->read(), "scene 2");
   EXPECT_EQ(page->read(), "geometry 2");
+  page->ask();  // The old state would come between these answers.
+  for (int i = 0; i < 3; ++i) {
+    page->send(R"({"type":"ping","t":0})");
+    EXPECT_EQ(json::parse(page->read()).at("type"), "pong");
+  }
+  server_->show("new state");
   EXPECT_EQ(page->read(), "new state");
 }
 
