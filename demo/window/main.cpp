@@ -66,8 +66,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
   Options options;
   CLI::App* const demo =
       app.add_subcommand("demo", "Shows a scene while it runs, or a recording, in a browser, and lets hands on it");
-  add_scene(*demo, options.file, options.overrides);
-  demo->get_option("SCENE")->description("Scene file (YAML), or a recording (.mcap)");
+  add_scene(*demo, options.file, options.overrides, "Scene file (YAML), or a recording (.mcap)");
   demo->add_option("--port", options.server.port, "Port of the address that is printed; 0: any that is free")
       ->capture_default_str();
   demo->add_option("--listen", options.server.address,
@@ -127,9 +126,8 @@ void announce(const std::string& url, const Options& options) {
   }
   const bool desktop = std::getenv("DISPLAY") != nullptr || std::getenv("WAYLAND_DISPLAY") != nullptr;
   if (!options.browser || !desktop) return;
-  // A browser that cannot be opened is none the less: the address is printed.
-  const int ignored = std::system(fmt::format("xdg-open '{}' >/dev/null 2>&1 &", url).c_str());
-  static_cast<void>(ignored);
+  // Nothing is lost with one that cannot be opened: the address is printed.
+  [[maybe_unused]] const int done = std::system(fmt::format("xdg-open '{}' >/dev/null 2>&1 &", url).c_str());
 }
 
 void replay(const Options& options) {
