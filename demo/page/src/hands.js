@@ -72,6 +72,7 @@ export class Hands {
 
   #down(event) {
     if (!this.enabled || event.button !== 0) return;
+    this.release(); // one hand
     const {offsetX: x, offsetY: y} = event;
     const drag = this.#begin(event, x, y);
     if (!drag) return;

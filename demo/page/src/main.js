@@ -349,6 +349,7 @@ window.thenar = {
   get roundTrip_s() { return connection?.clock.roundTrip_s; },
   get cost_ms() { return picture.cost_ms; },
   options: picture.options,
+  picture,
   project: (point) => picture.project(point),
   metresPerPixel: (point) => picture.metresPerPixel(point),
   hitObject: (x, y) => picture.hitObject(x, y)?.world.toArray() ?? null,

@@ -20,6 +20,7 @@ const kEnoughForGhost = 9000;
 const kTrail = 600; // points of the path
 const kPulpLayer = 1; // what the small views show
 const kFrame_ms = 33;
+const kLongest_ms = 2000; // of a drawing: graphics that say nothing were lost
 
 const vector = (numbers, at = 0) => new Vector3(numbers[at], numbers[at + 1], numbers[at + 2]);
 const isFinite3 = (numbers) => Number.isFinite(numbers[0] + numbers[1] + numbers[2]);
@@ -53,7 +54,9 @@ export class Picture {
   #poses = [];
   #friction = NaN;
   #fresh = false;
-  #scheduled = false;
+  #wanted = false; // a drawing is asked for,
+  #scheduled = false; // is soon begun,
+  #drawing = false; // is under way
   #last_ms = 0;
   #pause_ms = kFrame_ms;
   #times_ms = [];
@@ -338,7 +341,8 @@ export class Picture {
 
   /** Draws soon: at most thirty times a second, and on a processor instead of a graphics card less than half of the time. */
   request() {
-    if (this.#scheduled) return;
+    this.#wanted = true;
+    if (this.#scheduled || this.#drawing) return;
     this.#scheduled = true;
     const wait_ms = this.#last_ms + this.#pause_ms - performance.now();
     const draw = () => requestAnimationFrame(() => this.#draw());
@@ -347,23 +351,39 @@ export class Picture {
   }
 
   #draw() {
-    this.#scheduled = false;
+    this.#scheduled = this.#wanted = false;
+    this.#drawing = true;
     const start_ms = performance.now();
     this.#last_ms = start_ms;
     if (this.scene && this.state) {
       this.#render();
       this.#placeLabels();
     }
-    if (this.software) {
-      // Software draws beside this thread: only a pixel read back tells how long that takes.
-      const gl = this.renderer.getContext();
-      gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
-    }
+    this.#await(start_ms);
+  }
+
+  /** A drawing is done when the graphics have done it, which this thread must not wait for: it has hands to serve. */
+  #await(start_ms) {
+    const gl = this.renderer.getContext();
+    const fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    gl.flush();
+    const look = () => {
+      const late = performance.now() - start_ms > kLongest_ms;
+      if (!late && gl.getSyncParameter(fence, gl.SYNC_STATUS) !== gl.SIGNALED) return setTimeout(look, 4);
+      gl.deleteSync(fence);
+      this.#finish(start_ms);
+    };
+    setTimeout(look, 2);
+  }
+
+  #finish(start_ms) {
     const end_ms = performance.now();
     this.cost_ms = end_ms - start_ms;
-    this.#pause_ms = Math.max(kFrame_ms, this.software ? 2.2 * this.cost_ms : 0);
+    this.#pause_ms = Math.max(kFrame_ms, this.software ? 2 * this.cost_ms : 0);
     this.#times_ms.push(end_ms);
     if (this.#times_ms.length > 30) this.#times_ms.shift();
+    this.#drawing = false;
+    if (this.#wanted) this.request();
     if (!this.#fresh) return;
     this.#fresh = false;
     this.drawn += 1;
@@ -504,7 +524,6 @@ const to = new Vector3();
 const n = new Vector3();
 const f = new Vector3();
 const place = [0, 0, 0];
-const pixel = new Uint8Array(4);
 const pointer = new Vector2();
 const raycaster = new Raycaster();
 
