@@ -278,8 +278,8 @@ ThreadsReport run_threads(SplitGrasp& grasp, const ThreadSettings& settings) {
     try {
       const std::int64_t first = start + (has_frame ? std::llround(1e9 * control_period_s) : 0);
       const bool muscles = scene.control && scene.control->muscles;
-      run_control_loop(grasp, Schedule(first, control_period_s, std::numeric_limits<std::int64_t>::max(), 0),
-                       muscles, control_records, report.lost_control_samples, stop);
+      run_control_loop(grasp, Schedule(first, control_period_s, std::numeric_limits<std::int64_t>::max(), 0), muscles,
+                       control_records, report.lost_control_samples, stop);
     } catch (...) {
       failure = std::current_exception();
     }

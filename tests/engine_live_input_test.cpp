@@ -1,5 +1,3 @@
-#include "engine/live_input.h"
-
 #include <gtest/gtest.h>
 
 #include <array>
@@ -13,6 +11,7 @@
 #include <vector>
 
 #include "engine/control.h"
+#include "engine/live_input.h"
 #include "engine/lockstep.h"
 #include "tests/allocation_counter.h"
 #include "tests/scenes.h"
@@ -109,7 +108,8 @@ TEST(LiveHands, PokeOnceByHalfASine) {
       most_N = std::max(most_N, next.wrench[1]);
     }
     // The midpoint rule on n intervals errs by (pi / n)^2 / 24 of it; 6 intervals: 1.1 %.
-    EXPECT_NEAR(impulse, 2.0 * 3.0 * kPoke_s / std::numbers::pi, 0.015 * 2.0 * 3.0 * kPoke_s / std::numbers::pi) << step;
+    EXPECT_NEAR(impulse, 2.0 * 3.0 * kPoke_s / std::numbers::pi, 0.015 * 2.0 * 3.0 * kPoke_s / std::numbers::pi)
+        << step;
     EXPECT_LE(most_N, 3.0);
     input.pokes = 2;
     EXPECT_GT(hands.next(input, state, kNow_ns).wrench[1], 0.0) << "the second one";
@@ -168,8 +168,8 @@ TEST(LiveHands, ForgetAllButThePokesOnAReset) {
 /// Any number that a double can be, most of them absurd.
 double any_double(std::mt19937_64& random) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  constexpr std::array kSpecial{0.0, -0.0, 1e308, -1e308, 5e-324, kInfinity, -kInfinity,
-                                std::numeric_limits<double>::quiet_NaN()};
+  constexpr std::array kSpecial{0.0,    -0.0,      1e308,      -1e308,
+                                5e-324, kInfinity, -kInfinity, std::numeric_limits<double>::quiet_NaN()};
   const std::uint64_t kind = random() % 3;
   if (kind == 0) return kSpecial[random() % kSpecial.size()];
   if (kind == 1) return uniform(random, -1.0, 1.0);

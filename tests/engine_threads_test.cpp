@@ -471,9 +471,8 @@ TEST(Threads, ContactLoopTakesNoMemory) {
   const std::jthread control = control_thread(grasp, model.scene.control_period_s);
   const std::stop_token never;
   const AllocationCounter counter;
-  const ContactLoopCounts counts =
-      run_contact_loop(grasp, Schedule(steady_now_ns() + 1'000'000, model.scene.step_s, 500, 2), 50'000, keep, never,
-                       &people.live);
+  const ContactLoopCounts counts = run_contact_loop(
+      grasp, Schedule(steady_now_ns() + 1'000'000, model.scene.step_s, 500, 2), 50'000, keep, never, &people.live);
   EXPECT_EQ(counter.count(), 0);
   EXPECT_GT(stamps, 1);
   EXPECT_GT(shown, 1);

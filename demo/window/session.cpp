@@ -452,14 +452,10 @@ void Session::Impl::show_scene() {
 
 void Session::Impl::show_status(bool running) {
   const auto or_null = [](const auto& text) { return text ? ordered_json(*text) : ordered_json(nullptr); };
-  const ordered_json json = {{"type", "status"},
-                             {"running", running},
-                             {"paused", heeded.paused},
-                             {"speed", heeded.speed},
-                             {"lost", or_null(lost)},
-                             {"note", or_null(note)},
-                             {"scheduling", scheduling},
-                             {"settings", settings_json(heeded.settings)}};
+  const ordered_json json = {{"type", "status"},         {"running", running},
+                             {"paused", heeded.paused},  {"speed", heeded.speed},
+                             {"lost", or_null(lost)},    {"note", or_null(note)},
+                             {"scheduling", scheduling}, {"settings", settings_json(heeded.settings)}};
   const std::string text = json.dump();
   if (text == status) return;
   status = text;
