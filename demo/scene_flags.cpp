@@ -53,8 +53,9 @@ std::vector<std::string> RateFlags::defaults() const {
 
 std::vector<std::string> realtime_defaults() { return {"contact.tolerance=1e-7", "contact.max_sweeps=60"}; }
 
-void add_scene(CLI::App& command, std::filesystem::path& scene, std::vector<std::string>& overrides) {
-  command.add_option("SCENE", scene, "Scene file (YAML)")->required();
+void add_scene(CLI::App& command, std::filesystem::path& scene, std::vector<std::string>& overrides,
+               const char* description) {
+  command.add_option("SCENE", scene, description)->required();
   command.add_option("--set", overrides, "Changes a value: key.path=value, as often as needed")
       ->take_all()
       ->type_name("KEY=VALUE");

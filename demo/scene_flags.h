@@ -30,7 +30,8 @@ struct RateFlags {
 [[nodiscard]] double time_s(const std::string& text);
 
 /// SCENE and --set.
-void add_scene(CLI::App& command, std::filesystem::path& scene, std::vector<std::string>& overrides);
+void add_scene(CLI::App& command, std::filesystem::path& scene, std::vector<std::string>& overrides,
+               const char* description = "Scene file (YAML)");
 /// --contact-rate and --control-rate, which may be `auto`, or not.
 void add_rates(CLI::App& command, RateFlags& rates, bool may_be_auto);
 /// Throws CLI::ValidationError if the rates do not go together.

@@ -107,7 +107,6 @@ class HttpExchange : public std::enable_shared_from_this<HttpExchange> {
     answer.set("Referrer-Policy", "no-referrer");  // A token is in the page's address.
     answer.set("X-Content-Type-Options", "nosniff");
     answer.set("Cross-Origin-Resource-Policy", "same-origin");
-    answer.set("Cross-Origin-Opener-Policy", "same-origin");
     answer.keep_alive(false);
     answer.prepare_payload();
     struct Answer {

@@ -1,6 +1,7 @@
 // The program `thenar-window`, which `thenar demo` becomes: a scene while it runs, or a recording, in a browser.
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <atomic>
@@ -65,8 +66,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
   Options options;
   CLI::App* const demo =
       app.add_subcommand("demo", "Shows a scene while it runs, or a recording, in a browser, and lets hands on it");
-  add_scene(*demo, options.file, options.overrides);
-  demo->get_option("SCENE")->description("Scene file (YAML), or a recording (.mcap)");
+  add_scene(*demo, options.file, options.overrides, "Scene file (YAML), or a recording (.mcap)");
   demo->add_option("--port", options.server.port, "Port of the address that is printed; 0: any that is free")
       ->capture_default_str();
   demo->add_option("--listen", options.server.address,
@@ -110,25 +110,24 @@ void end_on_signals() {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaction(signal, &action, nullptr);
 }
 
+std::string way_from_elsewhere(const std::string& url, const Options& options) {
+  if (!options.server.token.empty()) return "the same, with an address by which it reaches this one.";
+  const std::string place = url.substr(7, url.size() - 8);  // Between "http://" and "/".
+  char name[256] = "";
+  gethostname(name, sizeof name - 1);
+  return fmt::format("ssh -L {}:{} {}, then the same address there.", place.substr(place.rfind(':') + 1), place, name);
+}
+
 /// Says where the page is, and opens it where there is a desktop.
 void announce(const std::string& url, const Options& options) {
   std::cout << url << std::endl;
   if (!options.session.quiet) {
-    if (options.server.token.empty()) {
-      const std::string place = url.substr(7, url.size() - 8);  // Between "http://" and "/".
-      const std::string port = place.substr(place.rfind(':') + 1);
-      std::cout << fmt::format("From another machine: ssh -L {}:{} to this one, then the same address there.\n", port,
-                               place);
-    } else {
-      std::cout << "From another machine: the same, with an address by which it reaches this one.\n";
-    }
-    std::cout << "Ctrl-C ends it." << std::endl;
+    std::cout << "From another machine: " << way_from_elsewhere(url, options) << "\nCtrl-C ends it." << std::endl;
   }
   const bool desktop = std::getenv("DISPLAY") != nullptr || std::getenv("WAYLAND_DISPLAY") != nullptr;
   if (!options.browser || !desktop) return;
-  // A browser that cannot be opened is none the less: the address is printed.
-  const int ignored = std::system(fmt::format("xdg-open '{}' >/dev/null 2>&1 &", url).c_str());
-  static_cast<void>(ignored);
+  // Nothing is lost with one that cannot be opened: the address is printed.
+  [[maybe_unused]] const int done = std::system(fmt::format("xdg-open '{}' >/dev/null 2>&1 &", url).c_str());
 }
 
 void replay(const Options& options) {

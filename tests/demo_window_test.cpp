@@ -1,0 +1,133 @@
+// `thenar demo` as a user meets it, where the live window is built.
+
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdio>
+#include <string>
+#include <utility>
+
+#include "tests/program.h"
+
+namespace thenar {
+namespace {
+
+#ifdef THENAR_WINDOW
+
+/// The program while it runs; it is told to end with this.
+class Running {
+ public:
+  explicit Running(const std::string& arguments) {
+    output_ = popen(("echo $$; exec " + std::string(THENAR_PROGRAM) + " " + arguments + " 2>&1").c_str(), "r");
+    process_ = std::stoi(line());
+  }
+  ~Running() {
+    if (output_ != nullptr) end(SIGKILL);
+  }
+  Running(const Running&) = delete;
+  Running& operator=(const Running&) = delete;
+
+  /// The next line of its output.
+  std::string line() {
+    std::string text;
+    for (int c = std::fgetc(output_); c != EOF && c != '\n'; c = std::fgetc(output_)) text += static_cast<char>(c);
+    return text;
+  }
+  /// The exit code, after the signal.
+  int end(int signal) {
+    kill(process_, signal);
+    while (!line().empty()) continue;
+    const int status = pclose(std::exchange(output_, nullptr));
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+
+ private:
+  std::FILE* output_;
+  pid_t process_;
+};
+
+/// What a server at 127.0.0.1 answers to a request for `target`.
+std::string get(int port, const std::string& target) {
+  const int client = socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in place{};
+  place.sin_family = AF_INET;
+  place.sin_port = htons(static_cast<std::uint16_t>(port));
+  place.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  std::string answer;
+  if (connect(client, reinterpret_cast<const sockaddr*>(&place), sizeof place) == 0) {
+    const std::string request = "GET " + target + " HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port) + "\r\n\r\n";
+    send(client, request.data(), request.size(), MSG_NOSIGNAL);
+    char bytes[4096];
+    for (ssize_t n = recv(client, bytes, sizeof bytes, 0); n > 0; n = recv(client, bytes, sizeof bytes, 0)) {
+      answer.append(bytes, static_cast<std::size_t>(n));
+    }
+  }
+  close(client);
+  return answer;
+}
+
+int port_in(const std::string& url) { return std::stoi(url.substr(url.rfind(':') + 1)); }
+
+TEST(Demo, ServesASceneUntilItIsTold) {
+  for (const int signal : {SIGINT, SIGTERM}) {
+    Running demo("demo " + config("box_grasp.yaml") + " --port 0 --no-browser");
+    const std::string url = demo.line();
+    ASSERT_TRUE(url.starts_with("http://127.0.0.1:")) << url;
+    EXPECT_NE(demo.line().find("ssh -L"), std::string::npos);
+    EXPECT_NE(get(port_in(url), "/").find("data-source=\"live\""), std::string::npos);
+    EXPECT_EQ(demo.end(signal), 0);
+  }
+}
+
+TEST(Demo, ServesARecording) {
+  const std::string file = (scratch() / "box.mcap").string();
+  ASSERT_EQ(thenar_program("run " + config("box_grasp.yaml") + " --time '0.1 s' --quiet --record " + file).code, 0);
+  Running demo("demo " + file + " --port 0 --no-browser --quiet");
+  const int port = port_in(demo.line());
+  EXPECT_NE(get(port, "/").find("data-source=\"recording\""), std::string::npos);
+  EXPECT_TRUE(get(port, "/recording").ends_with("\r\n\r\n" + read(file)));
+  EXPECT_EQ(demo.end(SIGINT), 0);
+}
+
+TEST(Demo, AsksOthersForAToken) {
+  Running demo("demo " + config("minimal.yaml") + " --port 0 --no-browser --listen 0.0.0.0");
+  const std::string url = demo.line();
+  const std::size_t token = url.find("/?token=");
+  ASSERT_NE(token, std::string::npos) << url;
+  EXPECT_EQ(get(port_in(url), "/").substr(9, 3), "403");
+  EXPECT_EQ(get(port_in(url), url.substr(token)).substr(9, 3), "200");
+}
+
+TEST(Demo, SaysWhatIsWrong) {
+  EXPECT_EQ(thenar_program("demo --help").code, 0);
+  const std::string scene = "demo " + config("box_grasp.yaml") + " --no-browser ";
+  EXPECT_EQ(thenar_program("demo").code, 2);
+  EXPECT_EQ(thenar_program("demo none.yaml --no-browser").code, 3);
+  EXPECT_EQ(thenar_program("demo none.mcap --no-browser").code, 3);
+  EXPECT_EQ(thenar_program("demo none.mcap --no-browser --contact-rate 4kHz").code, 2);
+  EXPECT_EQ(thenar_program(scene + "--port 70000").code, 2);
+  EXPECT_EQ(thenar_program(scene + "--listen localhost").code, 2);
+  EXPECT_EQ(thenar_program(scene + "--set object.mas=1").code, 2);
+  EXPECT_EQ(thenar_program(scene + "--control-rate 8kHz").code, 2);
+  Running demo("demo " + config("box_grasp.yaml") + " --port 0 --no-browser");
+  const Outcome taken = thenar_program(scene + "--port " + std::to_string(port_in(demo.line())));
+  EXPECT_EQ(taken.code, 4);
+  EXPECT_NE(taken.text.find("--port"), std::string::npos) << taken.text;
+}
+
+#else
+
+TEST(Demo, SaysHowToBuildIt) {
+  const Outcome demo = thenar_program("demo " + config("box_grasp.yaml"));
+  EXPECT_EQ(demo.code, 3);
+  EXPECT_NE(demo.text.find("./dev demo"), std::string::npos) << demo.text;
+}
+
+#endif
+
+}  // namespace
+}  // namespace thenar
