@@ -36,6 +36,8 @@ namespace {
 constexpr double kPictures_Hz = 30.0, kProblems_Hz = 2.0;  // on the wall's clock
 constexpr double kEndless_s = 1e9;
 constexpr std::chrono::milliseconds kIdle{20};
+// So long does a run last at least: wishes that pour in must not keep the loops from running.
+constexpr std::int64_t kShortestRun_ns = 50'000'000;
 // A monitor sums up slip. In a run without end it begins anew from time to time, lest creep of years pass for a loss; and
 // soon after a loss, to tell when the object is held again.
 constexpr double kWatch_s = 10.0, kWatchLost_s = 3.0;
@@ -47,6 +49,8 @@ struct Wanted {
   int steps = 0;       ///< Yet to be done.
   bool reset = false;  ///< Yet to be done.
   LiveSettings settings;
+
+  [[nodiscard]] bool operator==(const Wanted&) const = default;
 };
 
 std::string in_words(const Scheduling& contact) {
@@ -114,9 +118,9 @@ struct Session::Impl {
 
   // Between the threads.
   LatestValue<LiveInput> inputs;
-  std::mutex mutex;  // of the next three
-  std::condition_variable woken;
+  std::mutex mutex;  // of `wanted`
   Wanted wanted;
+  std::condition_variable woken;
   std::atomic<bool> changed{false};
 
   // The server's thread's.
@@ -210,7 +214,9 @@ std::string Session::Impl::receive(const Message& message) {
 template <typename Change>
 void Session::Impl::want(const Change& change) {
   const std::lock_guard lock(mutex);
+  const Wanted before = wanted;
   change(wanted);
+  if (wanted == before) return;  // refused, or nothing new: the loops go on
   // Relaxed: the mutex orders what is wanted; this only says when to look.
   changed.store(true, std::memory_order_relaxed);
   woken.notify_one();
@@ -326,6 +332,7 @@ void Session::Impl::run_loops(const std::atomic<bool>& stop) {
   live->number = inputs.current().number;
   telemetry.begin_run(scene.step_s, heeded.speed);
 
+  const std::int64_t begin_ns = steady_now_ns();
   ThreadSettings threads;
   threads.duration_s = kEndless_s;
   threads.speed = heeded.speed;
@@ -350,7 +357,8 @@ void Session::Impl::run_loops(const std::atomic<bool>& stop) {
   threads.on_look = [&] {
     look_aside();
     show_status(true);
-    return !stop && !changed.load(std::memory_order_relaxed);
+    const bool may_end = steady_now_ns() - begin_ns > kShortestRun_ns;
+    return !stop && !(may_end && changed.load(std::memory_order_relaxed));
   };
   const ThreadsReport report = run_threads(*grasp, threads);
   pairing.finish();
