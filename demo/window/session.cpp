@@ -111,6 +111,7 @@ struct Session::Impl {
   void show_scene();
   void show_status(bool running);
   [[nodiscard]] bool is_watched() const { return recording || display->pages() > 0; }
+  /// Between two runs.
   [[nodiscard]] double time_s() const { return static_cast<double>(grasp->state().tick) * model.scene.step_s; }
 
   const SessionSettings settings;
@@ -279,15 +280,13 @@ void Session::Impl::change_scene(const LiveSettings& wished) {
   if (old) {
     const double old_now_s = static_cast<double>(grasp->state().tick) * old->scene.step_s;
     grasp = std::make_unique<SplitGrasp>(model, *old, *grasp);
+    live = std::make_unique<LiveContact>(model, inputs, hands);
     pairing.add(first_control());
     watch_from_s += time_s() - old_now_s;
   }
   grasp->heed_scene();
   grasp->hold_frames_back(wished.delay_periods);
-  if (other_fingertips) {
-    live = std::make_unique<LiveContact>(model, inputs, hands);
-    if (display != nullptr) show_scene();
-  }
+  if (other_fingertips && display != nullptr) show_scene();
   still_shown = false;
 }
 
@@ -468,7 +467,7 @@ void Session::Impl::show_status(bool running) {
   if (text == status) return;
   status = text;
   display->set_status(status);
-  if (recording) recording->add_status(time_s(), json);
+  if (recording) recording->add_status(last_tick.time_s, json);  // The state itself may be the contact thread's now.
 }
 
 Session::Session(Model model, const SessionSettings& settings)
