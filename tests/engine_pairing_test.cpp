@@ -1,10 +1,10 @@
-#include "engine/pairing.h"
-
 #include <gtest/gtest.h>
 
 #include <cstdint>
 #include <utility>
 #include <vector>
+
+#include "engine/pairing.h"
 
 namespace thenar {
 namespace {

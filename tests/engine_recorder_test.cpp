@@ -1,8 +1,7 @@
-#include "engine/recorder.h"
-
 #include <gtest/gtest.h>
 
 #include "engine/grasp_monitor.h"
+#include "engine/recorder.h"
 #include "tests/scenes.h"
 
 namespace thenar {

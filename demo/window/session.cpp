@@ -36,6 +36,8 @@ namespace {
 constexpr double kPictures_Hz = 30.0, kProblems_Hz = 2.0;  // on the wall's clock
 constexpr double kEndless_s = 1e9;
 constexpr std::chrono::milliseconds kIdle{20};
+// So long does a run last at least: wishes that pour in must not keep the loops from running.
+constexpr std::int64_t kShortestRun_ns = 50'000'000;
 // A monitor sums up slip. In a run without end it begins anew from time to time, lest creep of years pass for a loss; and
 // soon after a loss, to tell when the object is held again.
 constexpr double kWatch_s = 10.0, kWatchLost_s = 3.0;
@@ -47,6 +49,8 @@ struct Wanted {
   int steps = 0;       ///< Yet to be done.
   bool reset = false;  ///< Yet to be done.
   LiveSettings settings;
+
+  [[nodiscard]] bool operator==(const Wanted&) const = default;
 };
 
 std::string in_words(const Scheduling& contact) {
@@ -107,6 +111,7 @@ struct Session::Impl {
   void show_scene();
   void show_status(bool running);
   [[nodiscard]] bool is_watched() const { return recording || display->pages() > 0; }
+  /// Between two runs.
   [[nodiscard]] double time_s() const { return static_cast<double>(grasp->state().tick) * model.scene.step_s; }
 
   const SessionSettings settings;
@@ -114,9 +119,9 @@ struct Session::Impl {
 
   // Between the threads.
   LatestValue<LiveInput> inputs;
-  std::mutex mutex;  // of the next three
-  std::condition_variable woken;
+  std::mutex mutex;  // of `wanted`
   Wanted wanted;
+  std::condition_variable woken;
   std::atomic<bool> changed{false};
 
   // The server's thread's.
@@ -210,7 +215,9 @@ std::string Session::Impl::receive(const Message& message) {
 template <typename Change>
 void Session::Impl::want(const Change& change) {
   const std::lock_guard lock(mutex);
+  const Wanted before = wanted;
   change(wanted);
+  if (wanted == before) return;  // refused, or nothing new: the loops go on
   // Relaxed: the mutex orders what is wanted; this only says when to look.
   changed.store(true, std::memory_order_relaxed);
   woken.notify_one();
@@ -273,15 +280,13 @@ void Session::Impl::change_scene(const LiveSettings& wished) {
   if (old) {
     const double old_now_s = static_cast<double>(grasp->state().tick) * old->scene.step_s;
     grasp = std::make_unique<SplitGrasp>(model, *old, *grasp);
+    live = std::make_unique<LiveContact>(model, inputs, hands);
     pairing.add(first_control());
     watch_from_s += time_s() - old_now_s;
   }
   grasp->heed_scene();
   grasp->hold_frames_back(wished.delay_periods);
-  if (other_fingertips) {
-    live = std::make_unique<LiveContact>(model, inputs, hands);
-    if (display != nullptr) show_scene();
-  }
+  if (other_fingertips && display != nullptr) show_scene();
   still_shown = false;
 }
 
@@ -326,6 +331,7 @@ void Session::Impl::run_loops(const std::atomic<bool>& stop) {
   live->number = inputs.current().number;
   telemetry.begin_run(scene.step_s, heeded.speed);
 
+  const std::int64_t begin_ns = steady_now_ns();
   ThreadSettings threads;
   threads.duration_s = kEndless_s;
   threads.speed = heeded.speed;
@@ -350,7 +356,8 @@ void Session::Impl::run_loops(const std::atomic<bool>& stop) {
   threads.on_look = [&] {
     look_aside();
     show_status(true);
-    return !stop && !changed.load(std::memory_order_relaxed);
+    const bool may_end = steady_now_ns() - begin_ns > kShortestRun_ns;
+    return !stop && !(may_end && changed.load(std::memory_order_relaxed));
   };
   const ThreadsReport report = run_threads(*grasp, threads);
   pairing.finish();
@@ -438,7 +445,7 @@ void Session::Impl::show(const Picture& picture, TickRecord tick, const Eigen::V
 void Session::Impl::show_still() {
   State state = grasp->state();
   // A grasp that has not made a tick knows its contacts' forces, but not yet where they are.
-  if (grasp->workspace().sequence != grasp->frames().current().sequence) state.forces.clear();
+  if (grasp->workspace().sequence < 0) state.forces.clear();
   Picture picture(model);
   take_picture(state, grasp->workspace(), picture);
   show(picture, last_tick, pairing.in_use().muscle_forces_N);
@@ -460,7 +467,7 @@ void Session::Impl::show_status(bool running) {
   if (text == status) return;
   status = text;
   display->set_status(status);
-  if (recording) recording->add_status(time_s(), json);
+  if (recording) recording->add_status(last_tick.time_s, json);  // The state itself may be the contact thread's now.
 }
 
 Session::Session(Model model, const SessionSettings& settings)
