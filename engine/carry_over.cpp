@@ -79,8 +79,7 @@ State carry_over(const Model& from, const State& state, const Model& to) {
   for (std::size_t k = 0; k < to.pulps.size(); ++k) {
     const Matrix3Xd& points = to.pulps[k].control_points_m;
     for (Index i = 0; i < points.cols(); ++i) {
-      carried.u_m[k].row(i) =
-          interpolate(from.pulps[k].control_points_m, state.u_m[k], points.col(i)).transpose();
+      carried.u_m[k].row(i) = interpolate(from.pulps[k].control_points_m, state.u_m[k], points.col(i)).transpose();
     }
   }
   carry(

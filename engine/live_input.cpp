@@ -84,7 +84,8 @@ Vector3d LiveHands::poke(const LiveInput& input) noexcept {
 std::optional<Isometry3d> LiveHands::move_target(const LiveInput& input, double time_s) noexcept {
   const double step_s = model_.scene.step_s;
   shift_m_ = approach(shift_m_, goal(input.target_shift_m, shift_m_, kShiftLimit_m), kShiftSpeed_m_per_s * step_s);
-  turn_rad_ = approach(turn_rad_, goal(input.target_turn_rad, turn_rad_, kTurnLimit_rad), kTurnSpeed_rad_per_s * step_s);
+  turn_rad_ =
+      approach(turn_rad_, goal(input.target_turn_rad, turn_rad_, kTurnLimit_rad), kTurnSpeed_rad_per_s * step_s);
   if (shift_m_.isZero(0.0) && turn_rad_.isZero(0.0)) return std::nullopt;
   const Eigen::Matrix3d& axes = model_.scene.object.X_WO.linear();
   Isometry3d X_WT = model_.target(time_s);

@@ -53,8 +53,6 @@ SplitGrasp::SplitGrasp(const Model& model, const Model& old, const SplitGrasp& b
       snapshots_(static_cast<const Snapshot&>(state_)) {
   controller_.search = ContactSearch(model);
   controller_.last_tick = same_time(old, controller_.last_tick, model);
-  // The fingertips are pressed in already: their contacts are newcomers to the hand-over, not those of a first touch.
-  work_.sequence = before.work_.sequence;
   const ControlStep first = control_step();
   if (!first.published) throw std::runtime_error("the frame after the change is not finite");
   first_control_ = first.control;

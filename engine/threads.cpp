@@ -33,6 +33,9 @@ constexpr milliseconds kDrainPeriod{3};
 // From the end of the threads' set-up to the first tick: both are asleep by then.
 constexpr std::int64_t kStartDelay_ns = 5'000'000;
 constexpr int kMaxCatchUp = 2;
+// Below the contact thread's. Beside three programs that kept its core busy, a control thread at 1 kHz without it came too
+// late, and its drive was held, 4 to 7 times a second.
+constexpr int kControlPriority = 70;
 // Of the time that an overloaded contact thread is busy: twice what keeps the kernel from stopping it.
 constexpr double kRestShare = 0.1;
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
@@ -269,14 +272,14 @@ ThreadsReport run_threads(SplitGrasp& grasp, const ThreadSettings& settings) {
 
   // A jthread that goes out of scope is stopped and joined: also when this function is left by an exception.
   std::jthread control([&](const std::stop_token& stop) {
-    report.control = current_scheduling();
+    report.control = settings.realtime ? ask_for_realtime(-1, kControlPriority) : current_scheduling();
     set_up.count_down();
     const std::int64_t start = wait_for_start(start_ns, stop);
     try {
       const std::int64_t first = start + (has_frame ? std::llround(1e9 * control_period_s) : 0);
       const bool muscles = scene.control && scene.control->muscles;
-      run_control_loop(grasp, Schedule(first, control_period_s, std::numeric_limits<std::int64_t>::max(), 0),
-                       muscles, control_records, report.lost_control_samples, stop);
+      run_control_loop(grasp, Schedule(first, control_period_s, std::numeric_limits<std::int64_t>::max(), 0), muscles,
+                       control_records, report.lost_control_samples, stop);
     } catch (...) {
       failure = std::current_exception();
     }

@@ -20,8 +20,8 @@ struct ContactSample {
   Snapshot after;                ///< The state that the tick left.
   std::int64_t deadline_ns = 0;  ///< When the tick was due (steady clock).
   std::int64_t start_ns = 0, end_ns = 0;
-  std::int32_t slipped = 0;  ///< Ticks given up just before this one.
-  bool caught_up = false;    ///< It started late because the one before overran.
+  std::int32_t slipped = 0;   ///< Ticks given up just before this one.
+  bool caught_up = false;     ///< It started late because the one before overran.
   std::int64_t stamp_ns = 0;  ///< Of the live input that acted in this tick for the first time; 0: of none.
   bool shown = false;         ///< A picture of it was taken.
 };

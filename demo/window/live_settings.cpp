@@ -40,15 +40,12 @@ LiveSettings live_settings(const Model& model) {
 
 ordered_json settings_json(const LiveSettings& settings) {
   const auto or_null = [](const auto& value) { return value ? ordered_json(*value) : ordered_json(nullptr); };
-  ordered_json json = {{"friction", settings.friction},
-                       {"internal_force_N", or_null(settings.internal_force_N)},
-                       {"max_sweeps", settings.max_sweeps},
-                       {"tolerance", settings.tolerance},
-                       {"contact_Hz", settings.contact_Hz},
-                       {"control_Hz", settings.control_Hz},
-                       {"delay_periods", settings.delay_periods},
-                       {"kernel", nullptr},
-                       {"level", or_null(settings.level)}};
+  ordered_json json = {
+      {"friction", settings.friction},           {"internal_force_N", or_null(settings.internal_force_N)},
+      {"max_sweeps", settings.max_sweeps},       {"tolerance", settings.tolerance},
+      {"contact_Hz", settings.contact_Hz},       {"control_Hz", settings.control_Hz},
+      {"delay_periods", settings.delay_periods}, {"kernel", nullptr},
+      {"level", or_null(settings.level)}};
   if (settings.kernel) json["kernel"] = *settings.kernel == PulpKernel::kGaussian ? "gaussian" : "boussinesq";
   return json;
 }

@@ -438,7 +438,7 @@ void Session::Impl::show(const Picture& picture, TickRecord tick, const Eigen::V
 void Session::Impl::show_still() {
   State state = grasp->state();
   // A grasp that has not made a tick knows its contacts' forces, but not yet where they are.
-  if (grasp->workspace().sequence != grasp->frames().current().sequence) state.forces.clear();
+  if (grasp->workspace().sequence < 0) state.forces.clear();
   Picture picture(model);
   take_picture(state, grasp->workspace(), picture);
   show(picture, last_tick, pairing.in_use().muscle_forces_N);
@@ -452,14 +452,10 @@ void Session::Impl::show_scene() {
 
 void Session::Impl::show_status(bool running) {
   const auto or_null = [](const auto& text) { return text ? ordered_json(*text) : ordered_json(nullptr); };
-  const ordered_json json = {{"type", "status"},
-                             {"running", running},
-                             {"paused", heeded.paused},
-                             {"speed", heeded.speed},
-                             {"lost", or_null(lost)},
-                             {"note", or_null(note)},
-                             {"scheduling", scheduling},
-                             {"settings", settings_json(heeded.settings)}};
+  const ordered_json json = {{"type", "status"},         {"running", running},
+                             {"paused", heeded.paused},  {"speed", heeded.speed},
+                             {"lost", or_null(lost)},    {"note", or_null(note)},
+                             {"scheduling", scheduling}, {"settings", settings_json(heeded.settings)}};
   const std::string text = json.dump();
   if (text == status) return;
   status = text;

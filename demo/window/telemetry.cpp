@@ -16,7 +16,7 @@ using thenar::TickRecord;
 namespace {
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
-constexpr std::size_t kFewest = 10;  // In slow motion a second holds fewer ticks than make a rate.
+constexpr std::size_t kFewest = 10;        // In slow motion a second holds fewer ticks than make a rate.
 constexpr std::size_t kLatencies = 16384;  // Percentiles are of so many at most: minutes of dragging.
 
 double us(std::int64_t from_ns, std::int64_t to_ns) { return 1e-3 * static_cast<double>(to_ns - from_ns); }
