@@ -52,7 +52,7 @@ class Keys {
   }
   /// Three numbers whose length is at most `limit`.
   Vector3d vector_within(const char* key, double limit, const char* unit) {
-    const Vector3d value = vector(key, limit);
+    Vector3d value = vector(key, limit);
     if (value.norm() > limit) refuse(fmt::format("{} must not be longer than {} {}", key, limit, unit));
     return value;
   }
