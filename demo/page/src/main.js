@@ -110,7 +110,8 @@ function showState(bytes, quiet = false) {
   state.take(bytes);
   const time_s = state.values.time_s[0];
   if (time_s < before_s) picture.clearTrail();
-  if (!quiet) picture.show(state, status?.settings?.friction ?? NaN);
+  if (quiet) picture.remember(state.values);
+  else picture.show(state, status?.settings?.friction ?? NaN);
   panels.show(state, picture.fullActivation, quiet);
   if (quiet) return;
   byId('time').textContent = fixed(time_s, 3);
@@ -121,6 +122,7 @@ function showState(bytes, quiet = false) {
 
 picture.onDrawn = () => {
   states += 1;
+  if (states === 1) replay?.play(); // not while the picture is still being made
   askNext();
 };
 
@@ -253,7 +255,6 @@ async function openReplay() {
   seek.addEventListener('input', () => replay.seek(Number(seek.value)));
   byId('play').addEventListener('click', () => replay.toggle());
   setSelect(byId('replay-speed'), 1);
-  replay.play();
 }
 
 // Buttons and keys.
@@ -330,7 +331,7 @@ addEventListener('keydown', (event) => {
   const act = keys[event.key] ?? more[event.key];
   const speed = kSpeeds[Number(event.key) - 1];
   if (act) act(event);
-  else if (speed !== undefined && event.key !== ' ') setSpeed(speed);
+  else if (speed !== undefined) setSpeed(speed);
   else if (!views.press(event.key)) return;
   event.preventDefault();
 });

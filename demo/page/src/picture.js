@@ -16,7 +16,9 @@ const kFinger_m_per_N = 10e-3; // of the arrows
 const kContact_m_per_N = 40e-3;
 const kGhostFrom_m = 0.5e-3;
 const kGhostFrom_rad = 1 * Math.PI / 180;
-const kEnoughForGhost = 9000;
+const kEnough = 40000; // splats
+const kEnoughForProcessor = 18000;
+const kEnoughForGhost = 6000;
 const kTrail = 600; // points of the path
 const kPulpLayer = 1; // what the small views show
 const kFrame_ms = 33;
@@ -111,11 +113,8 @@ export class Picture {
     this.scene = scene;
     this.geometry = geometry;
     this.#poses = scene.segments.map(() => new Matrix4());
-    const {points, normals} = geometry.object;
-    this.object = this.#keep(this.world, new Splats(points, normals, scene.object.spacing_m, themed('--object')));
-    const few = thinned(points, normals, kEnoughForGhost);
-    this.ghost = this.#keep(this.world, new Splats(few.points, few.normals, few.growth * scene.object.spacing_m,
-                                                   themed('--ghost'), 0.3));
+    this.object = this.#addSplats(this.software ? kEnoughForProcessor : kEnough, themed('--object'), 1);
+    this.ghost = this.#addSplats(kEnoughForGhost, themed('--ghost'), 0.3);
     for (const splats of [this.object, this.ghost]) splats.matrixAutoUpdate = false;
     this.skeleton = this.#keep(this.world, new Skeleton(scene, themed('--bone')));
     this.muscles = this.#keep(this.world, new Muscles(scene));
@@ -138,6 +137,12 @@ export class Picture {
     this.#aimed = this.#aimed && this.aimedFor === scene.name;
     this.aimedFor = scene.name;
     this.resize();
+  }
+
+  #addSplats(enough, color, opacity) {
+    const {points, normals, growth} = thinned(this.geometry.object.points, this.geometry.object.normals, enough);
+    const radius = 0.9 * growth * this.scene.object.spacing_m;
+    return this.#keep(this.world, new Splats(points, normals, radius, color, {opacity, tilted: !this.software}));
   }
 
   #keep(parent, thing) {
@@ -183,7 +188,7 @@ export class Picture {
     for (let s = 0; s < this.#poses.length; ++s) setPose(this.#poses[s], v.segments, 12 * s);
     this.skeleton.pose(this.#poses);
     this.#pullMuscles(v.muscles_N);
-    this.#extendTrail(v);
+    this.remember(v);
     if (!this.#aimed) this.aim();
     this.#fresh = true;
     this.update();
@@ -292,7 +297,8 @@ export class Picture {
     label.text = `pull ${Math.hypot(...v.pull_force_N).toFixed(2)} N`;
   }
 
-  #extendTrail(v) {
+  /** Adds to the way of the object and its target; `v`: a state's values. */
+  remember(v) {
     if (this.#trailCount === kTrail) {
       // Half of it is let go at once: seldom, and without a seam.
       for (const {geometry} of [this.path, this.targetPath]) geometry.attributes.position.array.copyWithin(0, 3 * kTrail / 2);

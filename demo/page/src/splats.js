@@ -32,15 +32,20 @@ void main() {
   vec2 d = vec2(2.0, -2.0) * (gl_PointCoord - 0.5);
   float rise = -dot(facing.xy, d) / max(facing.z, 0.05);  // of the disc's plane, towards the eye, in radii
   if (dot(d, d) + rise * rise > 1.0) discard;
+#ifdef TILTED
   float z = eye + radius * rise;
   gl_FragDepth = 0.5 - 0.5 * (projectionMatrix[2][2] * z + projectionMatrix[3][2]) / z;
+#endif
   gl_FragColor = vec4(color * light * (0.86 + 0.14 * facing.z), opacity);
   #include <colorspace_fragment>
 }`;
 
-/** `points`, `normals`: three numbers each; `radius` of a disc [m]. With an opacity below 1 only the nearest discs show. */
+/**
+ * `points`, `normals`: three numbers each; `radius` of a disc [m]. With an opacity below 1 only the nearest discs show.
+ * `tilted`: their depth is that of their plane, at every pixel; else of their centre, which a processor draws faster.
+ */
 export class Splats extends Points {
-  constructor(points, normals, radius, color, opacity = 1) {
+  constructor(points, normals, radius, color, {opacity = 1, tilted = true} = {}) {
     const geometry = new BufferGeometry();
     geometry.setAttribute('position', new BufferAttribute(points, 3));
     geometry.setAttribute('normal', new BufferAttribute(normals, 3));
@@ -50,7 +55,7 @@ export class Splats extends Points {
       color: {value: new Color(color)},
       opacity: {value: opacity},
     };
-    super(geometry, new ShaderMaterial({vertexShader, fragmentShader, uniforms}));
+    super(geometry, new ShaderMaterial({vertexShader, fragmentShader, uniforms, defines: tilted ? {TILTED: ''} : {}}));
     this.frustumCulled = false;
     this.uniforms = uniforms;
     this.setOpacity(opacity);
