@@ -32,7 +32,7 @@ function plotIn(parent, options, data, name) {
     ...size(),
     legend: {show: false},
     cursor: {show: false},
-    padding: [6, 10, 0, 0],
+    padding: [6, 14, 0, 0],
     ...options,
   }, data, element);
   new ResizeObserver(() => {
@@ -81,7 +81,8 @@ function spread(low, high, floor) {
   const a = Math.min(low, floor[0]);
   const b = Math.max(high, floor[1]);
   const room = 0.06 * (b - a);
-  return [low < floor[0] ? a - room : a, high > floor[1] ? b + room : b];
+  // Above there is a name to be read.
+  return [low < floor[0] ? a - room : a, high > floor[1] ? b + 3 * room : b];
 }
 
 /** Microseconds across, relative error upwards, both logarithmic: where the loop is, and where it came from. */
@@ -95,7 +96,7 @@ export class AccuracyTrail {
       scales: {x: log([10, 1000]), y: log([1e-9, 1])},
       axes: [
         axis({size: 20, gap: 2, splits: () => [10, 100, 1000], values: () => ['10 µs', '100', '1000']}),
-        axis({size: 34, gap: 3, splits: () => [1e-8, 1e-6, 1e-4, 1e-2, 1], values: (_, ticks) => ticks.map(label)}),
+        axis({size: 42, gap: 3, splits: () => [1e-8, 1e-6, 1e-4, 1e-2, 1], values: (_, ticks) => ticks.map(label)}),
       ],
       series: [{}, {show: true, points: {show: false}, paths: () => null}],
       hooks: {draw: [(plot) => this.#draw(plot)]},
