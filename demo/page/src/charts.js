@@ -2,7 +2,6 @@
 
 import uPlot from 'uplot';
 
-import {superscript} from './format.js';
 import {themed} from './colors.js';
 
 const kFont = '10.5px system-ui, "DejaVu Sans", sans-serif';
@@ -96,7 +95,7 @@ export class AccuracyTrail {
       scales: {x: log([10, 1000]), y: log([1e-9, 1])},
       axes: [
         axis({size: 20, gap: 2, splits: () => [10, 100, 1000], values: () => ['10 µs', '100', '1000']}),
-        axis({size: 42, gap: 3, splits: () => [1e-8, 1e-6, 1e-4, 1e-2, 1], values: (_, ticks) => ticks.map(label)}),
+        axis({size: 42, gap: 3, splits: () => [1e-8, 1e-6, 1e-4, 1e-2, 1], values: (_, ticks) => ticks.map((x) => (x === 1 ? '1' : x.toExponential(0)))}),
       ],
       series: [{}, {show: true, points: {show: false}, paths: () => null}],
       hooks: {draw: [(plot) => this.#draw(plot)]},
@@ -143,7 +142,6 @@ export class AccuracyTrail {
 }
 
 const clamp = (x, low, high) => Math.min(high, Math.max(low, x));
-const label = (x) => `10${superscript(Math.round(Math.log10(x)))}`;
 
 /** Counts in bins of a factor sqrt(2) from 50 us on; the first and the last are open. Lines: p50 and p99. */
 export class LatencyChart {

@@ -99,9 +99,18 @@ function setStatus(message) {
   settings.show(status?.settings);
   byId('pause').textContent = status?.paused ? 'Go on' : 'Pause';
   byId('pause').setAttribute('aria-pressed', String(Boolean(status?.paused)));
-  if (status) setSelect(byId('speed'), status.speed);
+  if (status?.speed) setSelect(byId('speed'), status.speed);
   byId('panel-loops').title = status?.scheduling ?? '';
   showBanner();
+}
+
+/** What the margins of a recording without settings are measured by: a margin is 1 - f_t / (mu f_n). NaN if nothing slides. */
+function frictionOf({force_n_N, force_t_N, cone_margin}) {
+  let best = -1;
+  cone_margin.forEach((margin, k) => {
+    if (margin < 1 && force_n_N[k] > 0 && !(force_t_N[k] <= force_t_N[best])) best = k;
+  });
+  return best < 0 ? NaN : force_t_N[best] / (force_n_N[best] * (1 - cone_margin[best]));
 }
 
 /** Shows a state; `quiet`: only for the plots' memory. */
@@ -111,7 +120,7 @@ function showState(bytes, quiet = false) {
   const time_s = state.values.time_s[0];
   if (time_s < before_s) picture.clearTrail();
   if (quiet) picture.remember(state.values);
-  else picture.show(state, status?.settings?.friction ?? NaN);
+  else picture.show(state, status?.settings?.friction ?? frictionOf(state.values));
   panels.show(state, picture.fullActivation, quiet);
   if (quiet) return;
   byId('time').textContent = fixed(time_s, 3);

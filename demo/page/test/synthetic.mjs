@@ -118,12 +118,13 @@ const text = (x) => Buffer.concat([u32(Buffer.byteLength(x)), Buffer.from(x)]);
 const kMagic = Buffer.from('\x89MCAP0\r\n', 'latin1');
 const kTopics = ['/scene', '/geometry', '/status', '/state'];
 
-/** The file of a recording: {bytes, ends}, where `ends` are the places behind its message records. */
-export function recording(states) {
+/** The file of a recording, with a status behind the last state if one is given: {bytes, ends}, where `ends` are the places behind its message records. */
+export function recording(states, lastStatus = null) {
   const parts = [kMagic, record(1, Buffer.concat([text(''), text('test')]))];
   kTopics.forEach((topic, id) => parts.push(record(4, Buffer.concat([u16(id), u16(0), text(topic), text('json'), u32(0)]))));
   const messages = [[0, 0, Buffer.from(JSON.stringify(scene))], [1, 0, geometry()], [2, 0, Buffer.from(JSON.stringify(status))]];
   for (let i = 0; i < states; ++i) messages.push([3, i / 30, state(i / 30)]);
+  if (lastStatus) messages.push([2, states / 30, Buffer.from(JSON.stringify(lastStatus))]);
   const ends = [];
   let size = parts.reduce((sum, {length}) => sum + length, 0);
   messages.forEach(([channel, time_s, data], i) => {
