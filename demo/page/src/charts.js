@@ -2,6 +2,7 @@
 
 import uPlot from 'uplot';
 
+import {superscript} from './format.js';
 import {themed} from './colors.js';
 
 const kFont = '10.5px system-ui, "DejaVu Sans", sans-serif';
@@ -94,8 +95,8 @@ export class AccuracyTrail {
     this.view = plotIn(parent, {
       scales: {x: log([10, 1000]), y: log([1e-9, 1])},
       axes: [
-        axis({size: 20, gap: 2, splits: () => [10, 100, 1000], values: () => ['10 µs', '100', '1000']}),
-        axis({size: 42, gap: 3, splits: () => [1e-8, 1e-6, 1e-4, 1e-2, 1], values: (_, ticks) => ticks.map((x) => (x === 1 ? '1' : x.toExponential(0)))}),
+        axis({size: 20, gap: 2, splits: () => [10, 100, 1000], filter: all, values: () => ['10 µs', '100', '1000']}),
+        axis({size: 42, gap: 3, splits: () => [1e-8, 1e-6, 1e-4, 1e-2, 1], filter: all, values: (_, ticks) => ticks.map(label)}),
       ],
       series: [{}, {show: true, points: {show: false}, paths: () => null}],
       hooks: {draw: [(plot) => this.#draw(plot)]},
@@ -141,6 +142,8 @@ export class AccuracyTrail {
   }
 }
 
+const all = (_, ticks) => ticks; // uPlot would leave out some of a logarithmic axis
+const label = (x) => (x === 1 ? '1' : `10${superscript(Math.round(Math.log10(x)))}`);
 const clamp = (x, low, high) => Math.min(high, Math.max(low, x));
 
 /** Counts in bins of a factor sqrt(2) from 50 us on; the first and the last are open. Lines: p50 and p99. */

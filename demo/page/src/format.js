@@ -25,7 +25,7 @@ export function power(x) {
   return `${digits}·10${superscript(Number(exponent))}`;
 }
 
-function superscript(n) {
+export function superscript(n) {
   return [...String(n)].map((c) => (c === '-' ? '⁻' : '⁰¹²³⁴⁵⁶⁷⁸⁹'[c])).join('');
 }
 
