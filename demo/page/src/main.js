@@ -329,12 +329,11 @@ const replayKeys = {
 
 addEventListener('keydown', (event) => {
   if (event.ctrlKey || event.metaKey || event.altKey) return;
-  // An input with the focus keeps the keys that it takes itself.
+  // An input with the focus, a slider or a choice, keeps the keys that it takes itself.
   const {tagName} = event.target;
-  if (tagName === 'INPUT' || tagName === 'SELECT') {
-    if (event.key !== 'Escape') return;
-    event.target.blur();
-  }
+  if (tagName === 'INPUT' && /^(Arrow|Page|Home|End)/.test(event.key)) return;
+  if (tagName === 'SELECT' && event.key !== 'Escape') return;
+  if (event.key === 'Escape' && (tagName === 'INPUT' || tagName === 'SELECT')) event.target.blur();
   if ((tagName === 'BUTTON' || tagName === 'SUMMARY') && (event.key === ' ' || event.key === 'Enter')) return;
   const more = isLive ? liveKeys : replay ? replayKeys : {};
   const act = keys[event.key] ?? more[event.key];
