@@ -114,6 +114,7 @@ export class Picture {
     this.#unload();
     this.scene = scene;
     this.geometry = geometry;
+    this.state = null; // nothing is drawn before its first state: what was seen stays
     this.#poses = scene.segments.map(() => new Matrix4());
     this.object = this.#addSplats(kEnough, themed('--object'), 1, 0);
     this.ghost = this.#addSplats(kEnoughForGhost, themed('--ghost'), 0.3, kGhostBehind_m);
@@ -462,10 +463,12 @@ export class Picture {
 
   resize() {
     const {clientWidth, clientHeight} = this.canvas.parentElement;
-    this.width = Math.max(1, clientWidth);
-    this.height = Math.max(1, clientHeight);
-    this.renderer.setPixelRatio(this.software ? 1 : Math.min(devicePixelRatio, 2));
-    this.renderer.setSize(this.width, this.height, false);
+    if (clientWidth !== this.width || clientHeight !== this.height) {
+      this.width = Math.max(1, clientWidth);
+      this.height = Math.max(1, clientHeight);
+      this.renderer.setPixelRatio(this.software ? 1 : Math.min(devicePixelRatio, 2));
+      this.renderer.setSize(this.width, this.height, false); // which wipes it
+    }
     this.camera.aspect = this.width / this.height;
     this.camera.updateProjectionMatrix();
     const pixels = this.height * this.renderer.getPixelRatio();
