@@ -32,7 +32,7 @@ function plotIn(parent, options, data, name) {
     ...size(),
     legend: {show: false},
     cursor: {show: false},
-    padding: [6, 6, 0, 0],
+    padding: [6, 14, 0, 0],
     ...options,
   }, data, element);
   new ResizeObserver(() => {
@@ -47,10 +47,11 @@ function plotIn(parent, options, data, name) {
 export class TimeChart {
   constructor(parent, {series, seconds, floor, name, times}) {
     this.seconds = seconds;
-    this.end_s = 0;
+    this.begin_s = 0;
+    this.end_s = 1;
     this.view = plotIn(parent, {
       scales: {
-        x: {time: false, range: () => [this.end_s - seconds, this.end_s]},
+        x: {time: false, range: () => [this.begin_s, this.end_s]},
         y: {range: (_, low, high) => spread(low, high, floor)},
       },
       axes: [
@@ -68,7 +69,9 @@ export class TimeChart {
 
   set(columns) {
     if (!this.view.shown()) return;
-    this.end_s = columns[0].at(-1) ?? 0;
+    const first_s = columns[0][0] ?? 0;
+    this.end_s = Math.max(columns[0].at(-1) ?? 0, first_s + 1);
+    this.begin_s = Math.max(first_s, this.end_s - this.seconds);
     this.view.plot.setData(columns);
   }
 }
@@ -78,7 +81,8 @@ function spread(low, high, floor) {
   const a = Math.min(low, floor[0]);
   const b = Math.max(high, floor[1]);
   const room = 0.06 * (b - a);
-  return [low < floor[0] ? a - room : a, high > floor[1] ? b + room : b];
+  // Above there is a name to be read.
+  return [low < floor[0] ? a - room : a, high > floor[1] ? b + 3 * room : b];
 }
 
 /** Microseconds across, relative error upwards, both logarithmic: where the loop is, and where it came from. */
@@ -88,11 +92,12 @@ export class AccuracyTrail {
   constructor(parent, seconds) {
     this.seconds = seconds;
     const log = (range) => ({time: false, distr: 3, log: 10, range: () => range});
-    const powers = (_, ticks) => ticks.map((x) => (Math.abs(Math.log10(x) % 1) < 1e-9 ? label(x) : ''));
     this.view = plotIn(parent, {
       scales: {x: log([10, 1000]), y: log([1e-9, 1])},
-      axes: [axis({size: 20, gap: 2, space: 18, values: (_, t) => t.map((x) => ([10, 30, 100, 300, 1000].includes(Math.round(x)) ? `${Math.round(x)} µs` : ''))}),
-             axis({size: 38, gap: 3, space: 14, values: powers})],
+      axes: [
+        axis({size: 20, gap: 2, splits: () => [10, 100, 1000], filter: all, values: () => ['10 µs', '100', '1000']}),
+        axis({size: 42, gap: 3, splits: () => [1e-8, 1e-6, 1e-4, 1e-2, 1], filter: all, values: (_, ticks) => ticks.map(label)}),
+      ],
       series: [{}, {show: true, points: {show: false}, paths: () => null}],
       hooks: {draw: [(plot) => this.#draw(plot)]},
     }, [[10, 1000], [1e-9, 1]]);
@@ -137,8 +142,9 @@ export class AccuracyTrail {
   }
 }
 
+const all = (_, ticks) => ticks; // uPlot would leave out some of a logarithmic axis
+const label = (x) => (x === 1 ? '1' : `10${superscript(Math.round(Math.log10(x)))}`);
 const clamp = (x, low, high) => Math.min(high, Math.max(low, x));
-const label = (x) => `10${superscript(Math.round(Math.log10(x)))}`;
 
 /** Counts in bins of a factor sqrt(2) from 50 us on; the first and the last are open. Lines: p50 and p99. */
 export class LatencyChart {

@@ -71,7 +71,7 @@ export class Hands {
   }
 
   #down(event) {
-    if (!this.enabled || event.button !== 0) return;
+    if (!this.enabled || !this.#picture.state || event.button !== 0) return;
     this.release(); // one hand
     const {offsetX: x, offsetY: y} = event;
     const drag = this.#begin(event, x, y);

@@ -99,9 +99,18 @@ function setStatus(message) {
   settings.show(status?.settings);
   byId('pause').textContent = status?.paused ? 'Go on' : 'Pause';
   byId('pause').setAttribute('aria-pressed', String(Boolean(status?.paused)));
-  if (status) setSelect(byId('speed'), status.speed);
+  if (status?.speed) setSelect(byId('speed'), status.speed);
   byId('panel-loops').title = status?.scheduling ?? '';
   showBanner();
+}
+
+/** What the margins of a recording without settings are measured by: a margin is 1 - f_t / (mu f_n). NaN if nothing slides. */
+function frictionOf({force_n_N, force_t_N, cone_margin}) {
+  let best = -1;
+  cone_margin.forEach((margin, k) => {
+    if (margin < 1 && force_n_N[k] > 0 && !(force_t_N[k] <= force_t_N[best])) best = k;
+  });
+  return best < 0 ? NaN : force_t_N[best] / (force_n_N[best] * (1 - cone_margin[best]));
 }
 
 /** Shows a state; `quiet`: only for the plots' memory. */
@@ -110,7 +119,8 @@ function showState(bytes, quiet = false) {
   state.take(bytes);
   const time_s = state.values.time_s[0];
   if (time_s < before_s) picture.clearTrail();
-  if (!quiet) picture.show(state, status?.settings?.friction ?? NaN);
+  if (quiet) picture.remember(state.values);
+  else picture.show(state, status?.settings?.friction ?? frictionOf(state.values));
   panels.show(state, picture.fullActivation, quiet);
   if (quiet) return;
   byId('time').textContent = fixed(time_s, 3);
@@ -121,6 +131,7 @@ function showState(bytes, quiet = false) {
 
 picture.onDrawn = () => {
   states += 1;
+  if (states === 1) replay?.play(); // not while the picture is still being made
   askNext();
 };
 
@@ -253,7 +264,6 @@ async function openReplay() {
   seek.addEventListener('input', () => replay.seek(Number(seek.value)));
   byId('play').addEventListener('click', () => replay.toggle());
   setSelect(byId('replay-speed'), 1);
-  replay.play();
 }
 
 // Buttons and keys.
@@ -319,18 +329,17 @@ const replayKeys = {
 
 addEventListener('keydown', (event) => {
   if (event.ctrlKey || event.metaKey || event.altKey) return;
-  // An input with the focus keeps the keys that it takes itself.
+  // An input with the focus, a slider or a choice, keeps the keys that it takes itself.
   const {tagName} = event.target;
-  if (tagName === 'INPUT' || tagName === 'SELECT') {
-    if (event.key !== 'Escape') return;
-    event.target.blur();
-  }
+  if (tagName === 'INPUT' && /^(Arrow|Page|Home|End)/.test(event.key)) return;
+  if (tagName === 'SELECT' && event.key !== 'Escape') return;
+  if (event.key === 'Escape' && (tagName === 'INPUT' || tagName === 'SELECT')) event.target.blur();
   if ((tagName === 'BUTTON' || tagName === 'SUMMARY') && (event.key === ' ' || event.key === 'Enter')) return;
   const more = isLive ? liveKeys : replay ? replayKeys : {};
   const act = keys[event.key] ?? more[event.key];
   const speed = kSpeeds[Number(event.key) - 1];
   if (act) act(event);
-  else if (speed !== undefined && event.key !== ' ') setSpeed(speed);
+  else if (speed !== undefined) setSpeed(speed);
   else if (!views.press(event.key)) return;
   event.preventDefault();
 });

@@ -15,9 +15,13 @@ import {Splats, hitSplats, thinned} from './splats.js';
 const kFinger_m_per_N = 10e-3; // of the arrows
 const kContact_m_per_N = 40e-3;
 const kGhostFrom_m = 0.5e-3;
+const kGhostBehind_m = 0.4e-3; // so that the object shows where both nearly are
 const kGhostFrom_rad = 1 * Math.PI / 180;
-const kEnoughForGhost = 9000;
-const kTrail = 600; // points of the path
+const kEnough = 40000; // splats
+const kEnoughForGhost = 6000;
+const kTrail = 600; // points of the path,
+const kTrailStep_m = 0.1e-3; // no nearer to each other than this
+const kSlipping = 0.1; // a cone margin below it
 const kPulpLayer = 1; // what the small views show
 const kFrame_ms = 33;
 const kLongest_ms = 2000; // of a drawing: graphics that say nothing were lost
@@ -110,12 +114,10 @@ export class Picture {
     this.#unload();
     this.scene = scene;
     this.geometry = geometry;
+    this.state = null; // nothing is drawn before its first state: what was seen stays
     this.#poses = scene.segments.map(() => new Matrix4());
-    const {points, normals} = geometry.object;
-    this.object = this.#keep(this.world, new Splats(points, normals, scene.object.spacing_m, themed('--object')));
-    const few = thinned(points, normals, kEnoughForGhost);
-    this.ghost = this.#keep(this.world, new Splats(few.points, few.normals, few.growth * scene.object.spacing_m,
-                                                   themed('--ghost'), 0.3));
+    this.object = this.#addSplats(kEnough, themed('--object'), 1, 0);
+    this.ghost = this.#addSplats(kEnoughForGhost, themed('--ghost'), 0.3, kGhostBehind_m);
     for (const splats of [this.object, this.ghost]) splats.matrixAutoUpdate = false;
     this.skeleton = this.#keep(this.world, new Skeleton(scene, themed('--bone')));
     this.muscles = this.#keep(this.world, new Muscles(scene));
@@ -138,6 +140,12 @@ export class Picture {
     this.#aimed = this.#aimed && this.aimedFor === scene.name;
     this.aimedFor = scene.name;
     this.resize();
+  }
+
+  #addSplats(enough, color, opacity, behind) {
+    const {points, normals, growth} = thinned(this.geometry.object.points, this.geometry.object.normals, enough);
+    const radius = growth * this.scene.object.spacing_m;
+    return this.#keep(this.world, new Splats(points, normals, radius, color, {opacity, behind, tilted: !this.software}));
   }
 
   #keep(parent, thing) {
@@ -183,7 +191,7 @@ export class Picture {
     for (let s = 0; s < this.#poses.length; ++s) setPose(this.#poses[s], v.segments, 12 * s);
     this.skeleton.pose(this.#poses);
     this.#pullMuscles(v.muscles_N);
-    this.#extendTrail(v);
+    this.remember(v);
     if (!this.#aimed) this.aim();
     this.#fresh = true;
     this.update();
@@ -197,7 +205,7 @@ export class Picture {
     const apart = Math.hypot(v.object[0] - v.target[0], v.object[1] - v.target[1], v.object[2] - v.target[2]);
     this.ghost.visible = options.ghost || apart > kGhostFrom_m || angleBetween(this.#object, this.#target) > kGhostFrom_rad;
     this.muscles.visible = options.muscles;
-    this.path.visible = this.targetPath.visible = options.path;
+    this.path.visible = this.targetPath.visible = options.path && this.#trailCount > 2;
     this.object.setOpacity(options.seeThrough ? 0.35 : 1);
     this.#movePulps(v);
     this.#drawForces(v);
@@ -250,13 +258,16 @@ export class Picture {
       const label = this.labels[k];
       label.text = '';
       if (!options.forces || !Number.isFinite(acts.x) || !(force.lengthSq() > 0)) continue;
+      const slipping = v.cone_margin[k] < kSlipping;
       color.set(fingerColors[k]);
+      if (slipping) color.copy(kSliding);
       fingerArrows.put(label.at.copy(acts).addScaledVector(force, -kFinger_m_per_N), acts, 1.1e-3, color);
       if (desired.lengthSq() > 0) {
         color.lerp(kWhite, 0.35);
         desiredArrows.put(from.copy(acts).addScaledVector(desired, -kFinger_m_per_N), acts, 1.9e-3, color);
       }
-      label.text = `${this.scene.fingers[k].name} ${force.length().toFixed(2)} N`;
+      label.text = `${this.scene.fingers[k].name} ${force.length().toFixed(2)} N${slipping ? ', slipping' : ''}`;
+      label.element.classList.toggle('bad', slipping);
     }
     for (const many of [contactArrows, cones, fingerArrows, desiredArrows]) many.done();
   }
@@ -292,7 +303,11 @@ export class Picture {
     label.text = `pull ${Math.hypot(...v.pull_force_N).toFixed(2)} N`;
   }
 
-  #extendTrail(v) {
+  /** Adds to the way of the object and its target; `v`: a state's values. */
+  remember(v) {
+    const last = this.path.geometry.attributes.position.array.subarray(3 * this.#trailCount - 3);
+    const moved = Math.hypot(v.object[0] - last[0], v.object[1] - last[1], v.object[2] - last[2]);
+    if (this.#trailCount > 0 && moved < kTrailStep_m) return;
     if (this.#trailCount === kTrail) {
       // Half of it is let go at once: seldom, and without a seam.
       for (const {geometry} of [this.path, this.targetPath]) geometry.attributes.position.array.copyWithin(0, 3 * kTrail / 2);
@@ -448,10 +463,12 @@ export class Picture {
 
   resize() {
     const {clientWidth, clientHeight} = this.canvas.parentElement;
-    this.width = Math.max(1, clientWidth);
-    this.height = Math.max(1, clientHeight);
-    this.renderer.setPixelRatio(this.software ? 1 : Math.min(devicePixelRatio, 2));
-    this.renderer.setSize(this.width, this.height, false);
+    if (clientWidth !== this.width || clientHeight !== this.height) {
+      this.width = Math.max(1, clientWidth);
+      this.height = Math.max(1, clientHeight);
+      this.renderer.setPixelRatio(this.software ? 1 : Math.min(devicePixelRatio, 2));
+      this.renderer.setSize(this.width, this.height, false); // which wipes it
+    }
     this.camera.aspect = this.width / this.height;
     this.camera.updateProjectionMatrix();
     const pixels = this.height * this.renderer.getPixelRatio();
@@ -529,7 +546,7 @@ const raycaster = new Raycaster();
 
 /** A scale's end, that grows at once and shrinks when a good part of it is not used. */
 function steadyScale(full, most, least) {
-  return most > full || most < 0.15 * full ? niceAbove(Math.max(most, least)) : full;
+  return most > full || most < 0.3 * full ? niceAbove(Math.max(most, least)) : full;
 }
 
 function trail(color, size) {

@@ -23,6 +23,8 @@ export function openRecording(buffer) {
     last_s = time_s;
     frames.push({at_s, bytes, scene, geometry, status});
   }
+  // What is said at the end, that the object was lost for one, is said of the last state.
+  if (frames.length > 0) frames.at(-1).status = status;
   if (frames.length === 0) throw new Error('the recording holds no states');
   return {frames, duration_s: at_s, whole};
 }

@@ -1,6 +1,7 @@
 // Plays a recording: shows its newest frame at a time that runs, stands, or is set.
 
 const kFrame_ms = 33;
+const kLongest_ms = 250; // after a stall the recording goes on from where it stood
 
 export class Replay {
   speed = 1;
@@ -66,7 +67,7 @@ export class Replay {
 
   #advance() {
     const now_ms = performance.now();
-    const next_s = this.#time_s + (this.speed * (now_ms - this.#then_ms)) / 1e3;
+    const next_s = this.#time_s + (this.speed * Math.min(now_ms - this.#then_ms, kLongest_ms)) / 1e3;
     this.#then_ms = now_ms;
     this.seek(next_s);
     if (next_s >= this.duration) this.pause();

@@ -4,6 +4,7 @@ import {BufferAttribute, BufferGeometry, Color, Points, ShaderMaterial} from 'th
 
 const vertexShader = `
 uniform float radius;      // of a disc [m]
+uniform float behind;      // how much farther it is drawn [m]
 uniform float pixels;      // that 1 m has at a distance of 1 m
 varying vec3 facing;       // the normal, where z is the way to the eye
 varying float eye;
@@ -17,11 +18,16 @@ void main() {
   light = 0.5 + 0.12 * dot(n, vec3(0.0, 1.0, 0.0)) + 0.52 * max(0.0, dot(n, normalize(vec3(-0.4, 0.7, 0.6))));
   gl_PointSize = max(2.0 * radius * pixels / -centre.z, 1.5);
   // What looks away is left out.
-  gl_Position = facing.z > 0.0 ? projectionMatrix * centre : vec4(2.0, 2.0, 2.0, 1.0);
+  gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
+  if (facing.z <= 0.0) return;
+  gl_Position = projectionMatrix * centre;
+  vec4 farther = projectionMatrix * (centre - vec4(0.0, 0.0, behind, 0.0));
+  gl_Position.z = farther.z / farther.w * gl_Position.w;
 }`;
 
 const fragmentShader = `
 uniform float radius;
+uniform float behind;
 uniform mat4 projectionMatrix;
 uniform vec3 color;
 uniform float opacity;
@@ -32,25 +38,31 @@ void main() {
   vec2 d = vec2(2.0, -2.0) * (gl_PointCoord - 0.5);
   float rise = -dot(facing.xy, d) / max(facing.z, 0.05);  // of the disc's plane, towards the eye, in radii
   if (dot(d, d) + rise * rise > 1.0) discard;
-  float z = eye + radius * rise;
+#ifdef TILTED
+  float z = eye - behind + radius * rise;
   gl_FragDepth = 0.5 - 0.5 * (projectionMatrix[2][2] * z + projectionMatrix[3][2]) / z;
+#endif
   gl_FragColor = vec4(color * light * (0.86 + 0.14 * facing.z), opacity);
   #include <colorspace_fragment>
 }`;
 
-/** `points`, `normals`: three numbers each; `radius` of a disc [m]. With an opacity below 1 only the nearest discs show. */
+/**
+ * `points`, `normals`: three numbers each; `radius` of a disc [m]. With an opacity below 1 only the nearest discs show.
+ * `behind`: so much farther they are drawn [m], where they lie in another surface. `tilted`: their depth is that of their plane, at every pixel; else of their centre, which a processor draws faster.
+ */
 export class Splats extends Points {
-  constructor(points, normals, radius, color, opacity = 1) {
+  constructor(points, normals, radius, color, {opacity = 1, tilted = true, behind = 0} = {}) {
     const geometry = new BufferGeometry();
     geometry.setAttribute('position', new BufferAttribute(points, 3));
     geometry.setAttribute('normal', new BufferAttribute(normals, 3));
     const uniforms = {
       radius: {value: radius},
+      behind: {value: behind},
       pixels: {value: 1},
       color: {value: new Color(color)},
       opacity: {value: opacity},
     };
-    super(geometry, new ShaderMaterial({vertexShader, fragmentShader, uniforms}));
+    super(geometry, new ShaderMaterial({vertexShader, fragmentShader, uniforms, defines: tilted ? {TILTED: ''} : {}}));
     this.frustumCulled = false;
     this.uniforms = uniforms;
     this.setOpacity(opacity);

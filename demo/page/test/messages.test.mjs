@@ -1,0 +1,71 @@
+import assert from 'node:assert/strict';
+import test from 'node:test';
+
+import {State, readGeometry} from '../src/messages.js';
+import {geometry, scene, state} from './synthetic.mjs';
+
+const bytes = (buffer) => new Uint8Array(buffer);
+
+test('fields are found where the table says, not where they used to be', () => {
+  const shown = new State(scene);
+  shown.take(bytes(state(0.5)));
+  assert.equal(shown.values.time_s[0], 0.5);
+  assert.equal(shown.values.object[1], 0.005);
+  assert.equal(shown.values.displacement_m.length, 360);
+  // A table that swaps two fields swaps what they read.
+  const swapped = structuredClone(scene);
+  const [time, tick] = swapped.fields;
+  [time.begin, tick.begin] = [tick.begin, time.begin];
+  const other = new State(swapped);
+  other.take(bytes(state(0.5)));
+  assert.equal(other.values.tick[0], 0.5);
+});
+
+test('contacts are read by row, from any place in memory', () => {
+  const message = bytes(state(0));
+  const off = new Uint8Array(message.length + 3).subarray(3); // no multiple of eight
+  off.set(message);
+  const shown = new State(scene);
+  shown.take(off);
+  assert.equal(shown.contacts, 3);
+  const at = shown.contact(2);
+  assert.equal(shown.numbers[at + shown.columns.finger], 2);
+  assert.equal(shown.numbers[at + shown.columns.control_point], 7);
+  assert.equal(shown.numbers[at + shown.columns.force_N + 2], 0.3);
+});
+
+test('more contacts than there was room for', () => {
+  const row = state(0).subarray(-11 * 8);
+  const shown = new State(scene);
+  shown.take(bytes(Buffer.concat([state(0), ...Array(500).fill(row)])));
+  assert.equal(shown.contacts, 503);
+  assert.equal(shown.numbers[shown.contact(502) + shown.columns.finger], 2);
+  assert.equal(shown.values.cone_margin[0], 0.6);
+});
+
+test('what is no state of this scene is refused, and the last one stays', () => {
+  const shown = new State(scene);
+  shown.take(bytes(state(0.25)));
+  const broken = [
+    Buffer.alloc(0), Buffer.from('THNR'), state(1).subarray(0, -1), state(1).subarray(0, -8), state(1).subarray(0, 800), geometry(),
+  ];
+  const version = Buffer.from(state(1));
+  version[4] = 2;
+  for (const message of [...broken, version]) assert.throws(() => shown.take(bytes(message)));
+  assert.equal(shown.values.time_s[0], 0.25);
+});
+
+test('geometry has every point of object and pulps, and no number more', () => {
+  const {object, fingers} = readGeometry(bytes(geometry()), scene);
+  assert.equal(object.points.length, 3 * scene.object.samples);
+  for (let i = 0; i < object.points.length; i += 3) {
+    const n = object.normals.subarray(i, i + 3);
+    const out = object.points.subarray(i, i + 3).reduce((sum, x, k) => sum + x * n[k], 0);
+    assert.ok(Math.abs(out - 0.02) < 1e-8); // each sample lies on the face of its normal
+  }
+  // The areas of a sphere's cells sum to its area; float32 has 1e-7 of relative rounding, forty times.
+  const area = 4 * Math.PI * 0.008 ** 2;
+  for (const finger of fingers) assert.ok(Math.abs(finger.areas.reduce((a, b) => a + b) - area) < 4e-6 * area);
+  assert.throws(() => readGeometry(bytes(geometry().subarray(0, -4)), scene));
+  assert.throws(() => readGeometry(bytes(Buffer.concat([geometry(), Buffer.alloc(4)])), scene));
+});
