@@ -50,9 +50,3 @@ export async function openBrowser({width = 1280, height = 800, colorScheme = 'li
     },
   };
 }
-
-/** The page with a recording in it, as `thenar export --html` writes it. */
-export function withRecording(page, recording) {
-  return page.replace('data-source="live"', 'data-source="embedded"')
-      .replace('<!-- recording -->', () => `<script id="recording" type="text/plain">${recording.toString('base64')}</script>`);
-}

@@ -1,18 +1,21 @@
-// An exported page opens from a file with no network, and plays: node replay.browser.mjs PAGE.html [RECORDING.mcap]
+// What the program exports opens from a file with no network, and plays: node offline.mjs THENAR CONFIGS
 
 import assert from 'node:assert/strict';
-import {mkdtemp, readFile, rm, writeFile} from 'node:fs/promises';
+import {execFileSync} from 'node:child_process';
+import {mkdtemp, rm} from 'node:fs/promises';
 import {tmpdir} from 'node:os';
 import {join} from 'node:path';
 import {pathToFileURL} from 'node:url';
 
-import {openBrowser, withRecording} from './browser.mjs';
-import {recording} from './synthetic.mjs';
+import {findChromium, openBrowser} from './browser.mjs';
 
-const [built, file] = process.argv.slice(2);
+const [program, configs] = process.argv.slice(2);
+findChromium();
 const folder = await mkdtemp(join(tmpdir(), 'thenar-export-'));
+const recorded = join(folder, 'grasp.mcap');
 const exported = join(folder, 'grasp.html');
-await writeFile(exported, withRecording(await readFile(built, 'utf8'), file ? await readFile(file) : recording(60).bytes));
+execFileSync(program, ['run', join(configs, 'box_grasp.yaml'), '--time', '1 s', '--record', recorded], {cwd: folder});
+execFileSync(program, ['export', recorded, '--html', exported], {cwd: folder});
 
 const browser = await openBrowser();
 try {
