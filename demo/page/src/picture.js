@@ -345,7 +345,7 @@ export class Picture {
     middle.lerp(new Vector3(), 0.35);
     this.controls.target.copy(centre).lerp(middle, 0.45);
     this.camera.up.copy(up);
-    const radius = 0.078 / Math.min(1, 1.15 * this.camera.aspect);
+    const radius = 0.088 / Math.min(1, 1.15 * this.camera.aspect);
     this.camera.position.copy(this.controls.target)
         .addScaledVector(eye, radius / Math.sin((this.camera.fov * Math.PI) / 360));
     this.controls.update();

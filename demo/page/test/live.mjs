@@ -160,6 +160,25 @@ test('a moved target is followed', async () => {
   await page.keyboard.press('b');
 });
 
+test('a poke pushes it, and slow motion is slow', async () => {
+  await untilTime((await number('time_s')) + 0.5);
+  const rest = await meanOf('object');
+  await page.keyboard.press('2');
+  await until(() => window.thenar.status.speed === 0.5);
+  const from_s = await number('time_s');
+  await page.keyboard.press('Shift+ArrowRight');
+  // 5 N for 30 ms against the damping and the controller: some tenths of a millimetre, and back.
+  await until((centre) => {
+    const {object} = window.thenar.state;
+    return Math.hypot(object[0] - centre[0], object[1] - centre[1], object[2] - centre[2]) > 1e-4;
+  }, rest.slice(0, 3));
+  await untilTime(from_s + 1.0);
+  assert.ok(norm(minus((await meanOf('object')).slice(0, 3), rest.slice(0, 3))) < 1e-4, 'it comes back');
+  await page.keyboard.press('1');
+  await until(() => window.thenar.status.speed === 1);
+  assert.deepEqual(browser.problems, []);
+});
+
 test('settings change the simulation, and what cannot be is refused', async () => {
   await setSlider('max_sweeps', 2); // 3 sweeps
   await until(() => window.thenar.status.settings.max_sweeps === 3);
