@@ -111,5 +111,5 @@ await look(server.url, '{"type":"pause"}');
 await sleep(500);
 const end = await look(server.url);
 console.log(`ratio of p99, median of ${pairs} pairs: ${median(ratios).toFixed(2)}; frames unaccounted ${end.unaccounted[0]}, ` +
-            `residual ${end.residual[0].toExponential(1)}, lost ticks ${end.contact_slipped[0]} of ${end.tick[0]}`);
+            `residual ${end.residual[0].toExponential(1)}, slipped ticks ${end.contact_slipped[0]} of ${end.tick[0]}`);
 await server.stop();
