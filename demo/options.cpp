@@ -45,17 +45,6 @@ CLI::Validator simulated_time() {
           ""};
 }
 
-CLI::Validator named() {
-  return {[](const std::string& text) -> std::string { return text.empty() ? "needs a name" : ""; }, ""};
-}
-CLI::Validator no_folder() {
-  return {[](const std::string& text) -> std::string {
-            std::error_code none;  // What cannot be looked at is found out when it is written.
-            return fs::is_directory(text, none) ? text + " is a folder, and must be a file" : "";
-          },
-          ""};
-}
-
 void add_results(CLI::App& command, Options& options, const char* results) {
   command.add_option("--out", options.out, std::string("Folder for ") + results)->type_name("DIR")->check(named());
   command.add_option("--format", options.format, "What to print")->check(CLI::IsMember({"text", "json"}));

@@ -35,6 +35,17 @@ CLI::Validator quantity(Dimension dimension, double low, double high, const char
           ""};
 }
 
+CLI::Validator named() {
+  return {[](const std::string& text) -> std::string { return text.empty() ? "needs a name" : ""; }, ""};
+}
+CLI::Validator no_folder() {
+  return {[](const std::string& text) -> std::string {
+            std::error_code none;  // What cannot be looked at is found out when it is written.
+            return std::filesystem::is_directory(text, none) ? text + " is a folder, and must be a file" : "";
+          },
+          ""};
+}
+
 double time_s(const std::string& text) { return thenar::read_quantity(text, Dimension::kTime).value; }
 
 std::vector<std::string> RateFlags::changes() const {

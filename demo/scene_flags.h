@@ -28,6 +28,9 @@ struct RateFlags {
 /// Whether the text is a quantity within [low, high], as CLI11 asks: what is wrong, or nothing.
 [[nodiscard]] CLI::Validator quantity(thenar::Dimension dimension, double low, double high, const char* example);
 [[nodiscard]] double time_s(const std::string& text);
+/// Whether the text is a name, and not that of a folder.
+[[nodiscard]] CLI::Validator named();
+[[nodiscard]] CLI::Validator no_folder();
 
 /// SCENE and --set.
 void add_scene(CLI::App& command, std::filesystem::path& scene, std::vector<std::string>& overrides,

@@ -41,8 +41,9 @@ TickInput LiveHands::next(const LiveInput& input, const State& state, std::int64
   return tick;
 }
 
-void LiveHands::reset() noexcept {
+void LiveHands::reset(const LiveInput& newest) noexcept {
   pull_.reset();
+  pokes_ = newest.pokes;
   poke_s_ = kPoke_s;
   shift_m_.setZero();
   turn_rad_.setZero();
@@ -52,7 +53,7 @@ std::optional<ShownPull> LiveHands::find_pull(const LiveInput& input, const Stat
                                               std::int64_t now_ns) const noexcept {
   if (!input.pull || !input.pull->point_O.allFinite() || !input.pull->handle_W.allFinite()) return std::nullopt;
   // In double, where the difference of any two numbers is one. A clock that is ahead by more is none.
-  const double age_s = 1e-9 * (static_cast<double>(now_ns) - static_cast<double>(input.received_ns));
+  const double age_s = 1e-9 * (static_cast<double>(now_ns) - static_cast<double>(input.pull_heard_ns));
   if (std::abs(age_s) > kDeadMan_s) return std::nullopt;
   const Scene& scene = model_.scene;
   // The spring holds the object itself: what is beside it has no lever.

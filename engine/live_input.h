@@ -20,9 +20,9 @@ struct LiveInput {
     Eigen::Vector3d handle_W;  ///< World [m].
   };
 
-  std::int64_t number = 0;       ///< Of the input: a new one is acted on for the first time. 0: there was none.
-  std::int64_t stamp_ns = 0;     ///< When the device made it, steady clock.
-  std::int64_t received_ns = 0;  ///< When it arrived: the dead man's clock.
+  std::int64_t number = 0;         ///< Of the input: a new one is acted on for the first time. 0: there was none.
+  std::int64_t stamp_ns = 0;       ///< When the device made it, steady clock.
+  std::int64_t pull_heard_ns = 0;  ///< When the pull was last heard of: the dead man's clock.
   std::optional<Pull> pull;
   std::int64_t pokes = 0;  ///< How many there have been: one more begins one.
   Eigen::Vector3d poke_N = Eigen::Vector3d::Zero();
@@ -52,8 +52,8 @@ class LiveHands {
   /// The spring as it acted in that tick.
   [[nodiscard]] const std::optional<ShownPull>& pull() const { return pull_; }
 
-  /// Lets go, and the target is the task's again. Pokes that have been stay so.
-  void reset() noexcept;
+  /// Lets go, and the target is the task's again. Pokes up to now are over.
+  void reset(const LiveInput& newest) noexcept;
 
  private:
   [[nodiscard]] std::optional<ShownPull> find_pull(const LiveInput& input, const State& state,

@@ -64,8 +64,8 @@ Recording run_lockstep(const Model& model, State& state, const LockstepSettings&
       recorder.check_grasp(static_cast<double>(tick) * model.scene.step_s, loops.control(), centre_m);
       if (tick == 0 && recorder.has_unsolved()) break;
     }
-    if (film != nullptr) film->add(loops.state, loops.workspace(), record, loops.controller().f_muscle);
     held = recorder.add(record, loops.controller().f_muscle);
+    if (film != nullptr) film->add(loops.state, loops.workspace(), record, loops.controller().f_muscle);
     wall_s += wall.lap();
     if (progress) progress(record.time_s, wall_s);
   }

@@ -37,8 +37,8 @@ Recording run_monolithic(const Model& model, State& state, const Progress& progr
     Stopwatch stage;
     for (std::size_t k = 0; k < displays.size(); ++k) displays[k].displace(state.u_m[k]);
     if (!displays.empty()) record.interpolate_s = stage.lap();
-    if (film != nullptr) film->add(state, work, record, controller.f_muscle);
     held = recorder.add(record, controller.f_muscle);
+    if (film != nullptr) film->add(state, work, record, controller.f_muscle);
     wall_s += wall.lap();
     if (progress) progress(record.time_s, wall_s);
   }

@@ -18,8 +18,11 @@ class Pairing {
 
   explicit Pairing(OnTick on_tick, OnControl on_control = {});
 
-  /// Of frame 0: comes first.
-  void start(const ControlSample& control) { in_use_ = control; }
+  /// Of the frame that the next contact tick uses, or one before: comes first, and where a grasp goes on with another.
+  void start(const ControlSample& control) {
+    control_.clear();
+    in_use_ = control;
+  }
   void add(const ContactSample& sample);
   void add(const ControlSample& sample);
   /// Gives the ticks that wait, and whose control ticks did not come.

@@ -80,7 +80,7 @@ void Recorder::check_grasp(double time_s, const ControlReport& control, const Ve
   recording_.unsolved = UnsolvedGrasp{time_s, control, centre_m};
 }
 
-bool Recorder::add(TickRecord record, const Eigen::VectorXd& muscle_forces_N) {
+bool Recorder::add(TickRecord& record, const Eigen::VectorXd& muscle_forces_N) {
   if (has_muscles(model_.scene)) recording_.muscle_forces_N.col(std::ssize(recording_.ticks)) = muscle_forces_N;
   const auto loss = monitor_.update(model_.scene.step_s, record);
   // Without control nobody minds the object.

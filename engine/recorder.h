@@ -26,8 +26,8 @@ class Recorder {
 
   /// Notes a grasp-force problem without a solution, if it is one and the first.
   void check_grasp(double time_s, const ControlReport& control, const Eigen::Vector3d& centre_m);
-  /// Takes the next tick; `muscle_forces_N` is not read in a scene without muscles. False if the object is lost.
-  bool add(TickRecord record, const Eigen::VectorXd& muscle_forces_N);
+  /// Takes the next tick, and writes its slips into it; `muscle_forces_N` is not read in a scene without muscles. False if the object is lost.
+  bool add(TickRecord& record, const Eigen::VectorXd& muscle_forces_N);
   /// Ends the run as the state and the last control tick left it.
   [[nodiscard]] Recording finish(const Snapshot& state, const ControlReport& control, double wall_s);
   /// Ticks of the whole scene.

@@ -15,6 +15,8 @@ using nlohmann::ordered_json;
 
 namespace {
 
+constexpr std::size_t kMostNumbers = 100'000;  // Of a field: no scene of ours has as many.
+
 // In the order of the channels.
 enum Channel : std::size_t { kScene, kGeometry, kState, kSignals, kStatus };
 
@@ -76,6 +78,7 @@ std::vector<Field> fields_of(const ordered_json& scene) {
   std::vector<Field> fields;
   for (const ordered_json& field : scene.at("fields")) {
     fields.push_back({field.at("name"), field.at("unit"), field.at("begin"), field.at("count")});
+    if (fields.back().count > kMostNumbers) throw std::out_of_range("fields");
   }
   return fields;
 }

@@ -16,7 +16,7 @@
 
 namespace thenar {
 
-/// So many states are kept of a second.
+/// So many states are kept of a second of a run.
 inline constexpr double kRecordingRate_Hz = 50.0;
 
 /// What a run looks like, in an MCAP file that a window replays: docs/WINDOW.md. All throw FileError.

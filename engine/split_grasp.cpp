@@ -66,6 +66,14 @@ void SplitGrasp::heed_scene() noexcept {
 
 void SplitGrasp::hold_frames_back(int periods) {
   if (periods == static_cast<int>(held_back_.size())) return;
+  if (!held_back_.empty()) {
+    // The newest on its way comes into use at once: the one in use would be too old before the next one is due.
+    Frame& newest = held_back_[(next_held_back_ + held_back_.size() - 1) % held_back_.size()];
+    if (newest.sequence >= 0) {
+      std::swap(frames_.draft(), newest);
+      frames_.publish();
+    }
+  }
   held_back_.assign(periods, Frame(model_));
   for (Frame& frame : held_back_) frame.contacts.reserve(model_.max_contacts);  // A copy has no spare room.
   next_held_back_ = 0;

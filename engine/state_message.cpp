@@ -132,6 +132,7 @@ void for_each_field(const Model& model, const Picture& picture, const TickRecord
   one("contact_slipped", "", loops.contact_slipped);
   one("control_Hz", "Hz", loops.control_Hz);
   vector("control_compute_us", "us", loops.control_compute_us);
+  vector("control_jitter_us", "us", loops.control_jitter_us);
   one("control_slipped", "", loops.control_slipped);
   one("realtime_factor", "", loops.realtime_factor);
   one("injected_J", "J", loops.injected_J);

@@ -33,7 +33,7 @@ struct LoopFigures {
   ThreePercentiles contact_compute_us = kNoPercentiles, contact_jitter_us = kNoPercentiles;
   double contact_overruns = kUnknown, contact_slipped = kUnknown;
   double control_Hz = kUnknown;
-  ThreePercentiles control_compute_us = kNoPercentiles;
+  ThreePercentiles control_compute_us = kNoPercentiles, control_jitter_us = kNoPercentiles;
   double control_slipped = kUnknown;
   double realtime_factor = kUnknown;
   double injected_J = kUnknown, dissipated_J = kUnknown;

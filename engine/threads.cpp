@@ -36,7 +36,7 @@ constexpr int kMaxCatchUp = 2;
 // Below the contact thread's. Beside three programs that kept its core busy, a control thread at 1 kHz without it came too
 // late, and its drive was held, 4 to 7 times a second.
 constexpr int kControlPriority = 70;
-// Of the time that an overloaded contact thread is busy: twice what keeps the kernel from stopping it.
+// Of the time that an overloaded thread is busy: twice what keeps the kernel from stopping it.
 constexpr double kRestShare = 0.1;
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 // A tick further off is waited for in parts, so that a stop need not wait for it.
@@ -278,8 +278,9 @@ ThreadsReport run_threads(SplitGrasp& grasp, const ThreadSettings& settings) {
     try {
       const std::int64_t first = start + (has_frame ? std::llround(1e9 * control_period_s) : 0);
       const bool muscles = scene.control && scene.control->muscles;
-      run_control_loop(grasp, Schedule(first, control_period_s, std::numeric_limits<std::int64_t>::max(), 0), muscles,
-                       control_records, report.lost_control_samples, stop);
+      run_control_loop(grasp,
+                       Schedule(first, control_period_s, std::numeric_limits<std::int64_t>::max(), 0, kRestShare),
+                       muscles, control_records, report.lost_control_samples, stop);
     } catch (...) {
       failure = std::current_exception();
     }

@@ -73,7 +73,8 @@ struct ContactLoopCounts {
 };
 
 /// The contact thread's loop: waits for each tick of the schedule, does it, and hands its record to `keep`, which says
-/// whether it had room. With `live` it takes input from there, and leaves pictures. It does not allocate, lock, log, throw or call the system but to sleep, nor may `keep`.
+/// whether it had room. With `live` it takes input from there, and leaves pictures. It does not allocate, lock, log,
+/// throw or call the system but to sleep, nor may `keep`.
 ContactLoopCounts run_contact_loop(SplitGrasp& grasp, Schedule schedule, std::int64_t spin_ns,
                                    const std::function<bool(const ContactSample&)>& keep, const std::stop_token& stop,
                                    LiveContact* live = nullptr) noexcept;

@@ -35,7 +35,7 @@ Scene still_box(const std::vector<std::string>& more = {}) {
 LiveInput pull_at(const Vector3d& point_O, const Vector3d& handle_W) {
   LiveInput input;
   input.number = 1;
-  input.stamp_ns = input.received_ns = kNow_ns;
+  input.stamp_ns = input.pull_heard_ns = kNow_ns;
   input.pull = LiveInput::Pull{point_O, handle_W};
   return input;
 }
@@ -44,7 +44,7 @@ LiveInput pull_at(const Vector3d& point_O, const Vector3d& handle_W) {
 void run(Lockstep& loops, LiveHands& hands, LiveInput input, const Model& model, double duration_s) {
   const auto ticks = std::lround(duration_s / model.scene.step_s);
   for (std::int64_t tick = 0; tick < ticks; ++tick) {
-    input.received_ns = kNow_ns;
+    input.pull_heard_ns = kNow_ns;
     loops.tick(hands.next(input, loops.state, kNow_ns));
   }
 }
@@ -158,7 +158,8 @@ TEST(LiveHands, ForgetAllButThePokesOnAReset) {
   input.poke_N = Vector3d::UnitX();
   input.target_shift_m = Vector3d(0.01, 0.0, 0.0);
   for (int tick = 0; tick < 10; ++tick) std::ignore = hands.next(input, state, kNow_ns);
-  hands.reset();
+  input.pokes = 2;  // The second one came while nothing ran.
+  hands.reset(input);
   input.target_shift_m.setZero();
   const TickInput tick = hands.next(input, state, kNow_ns);
   EXPECT_EQ(tick.wrench.norm(), 0.0);
@@ -198,7 +199,7 @@ TEST(LiveHands, AreBoundedForAnyBits) {
     LiveInput input;
     input.number = static_cast<std::int64_t>(random());
     input.stamp_ns = static_cast<std::int64_t>(random());
-    input.received_ns = random() % 2 == 0 ? kNow_ns : static_cast<std::int64_t>(random());
+    input.pull_heard_ns = random() % 2 == 0 ? kNow_ns : static_cast<std::int64_t>(random());
     input.pokes = random() % 50 == 0 ? i : static_cast<std::int64_t>(random() % 100);
     if (random() % 2 == 0) input.pull = LiveInput::Pull{any_vector(random), any_vector(random)};
     input.poke_N = any_vector(random);

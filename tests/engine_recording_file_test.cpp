@@ -189,6 +189,24 @@ TEST(RecordingFile, IsExportedAsColumns) {
   EXPECT_FALSE(std::getline(csv, line));
 }
 
+// Slips are sums that the run keeps: they must have come into what is recorded of each tick.
+TEST(RecordingFile, KnowsTheSlipsOfARun) {
+  const Model model(scene_of("slide", {"time.duration=0.6 s"}));
+  const std::filesystem::path file = scratch() / "slide.mcap";
+  RecordingFile film(file, model);
+  State state(model);
+  const Recording run = run_lockstep(model, state, {}, {}, nullptr, &film);
+  film.finish(run);
+  const Field slip = by_name(state_fields(model)).at("slip_m");
+  std::vector<double> last;
+  for (const McapMessage& message : read_mcap(file).messages) {
+    if (message.topic == "/state") last = read_state_message(message.bytes);
+  }
+  ASSERT_FALSE(last.empty());
+  EXPECT_GT(run.ticks.back().slip_m[0], 1e-4);
+  EXPECT_EQ(last[slip.begin], run.ticks.back().slip_m[0]);
+}
+
 TEST(RecordingFile, RefusesAFileWithoutAScene) {
   const std::filesystem::path file = scratch() / "a.mcap";
   McapWriter(file, {{"/scene", "json", "S", "jsonschema", "{}"}}).add(0, 0.0, "{}");

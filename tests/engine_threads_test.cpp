@@ -181,6 +181,9 @@ TEST(SplitGrasp, HoldsFramesBackAsADelayDoes) {
   }
   EXPECT_GT(grasp.state().load[0].normal_N, 0.5);
   EXPECT_EQ(grasp.frames().counts().unaccounted(), 0);
+  // With less delay the newest on its way comes into use at once, and nothing is held.
+  grasp.hold_frames_back(2);
+  EXPECT_FALSE(grasp.contact_step().tick.held);
   // And without a delay the newest is there at once.
   grasp.hold_frames_back(0);
   const std::int64_t newest = grasp.control_step().sequence;
@@ -429,7 +432,7 @@ struct People {
       LiveInput input;
       while (!stop.stop_requested()) {
         ++input.number;
-        input.stamp_ns = input.received_ns = steady_now_ns();
+        input.stamp_ns = input.pull_heard_ns = steady_now_ns();
         input.pull = LiveInput::Pull{Eigen::Vector3d::Zero(), handle};
         input.pokes = input.number / 20;
         input.poke_N = Eigen::Vector3d(0.0, 0.0, 1.0);

@@ -254,6 +254,10 @@ TEST(Session, APullMovesTheBoxByForceOverStiffnessAndLetsGo) {
   // The dead man: nobody repeats it.
   ASSERT_TRUE(shown.comes([&] { return std::isnan(shown.value("pull_force_N")); }));
   EXPECT_GT(shown.value("latency_us"), 0.0);
+  // Other input does not bring it back.
+  shown.receive(Poke{Eigen::Vector3d(0.01, 0.0, 0.0), std::nullopt});
+  ASSERT_TRUE(shown.passes(0.1));
+  EXPECT_TRUE(std::isnan(shown.value("pull_force_N")));
 }
 
 TEST(Session, MovesTheTargetAndTheBoxFollows) {

@@ -62,7 +62,9 @@ bool same_secret(std::string_view shown, std::string_view token) {
 
 std::string refuse(const Asker& asker, const Listening& listening) {
   if (!asker.host || !is_ours(*asker.host, listening)) {
-    return fmt::format("The Host must be {}.", host_and_port(listening.address, listening.port));
+    return make_address(listening.address).is_unspecified()
+               ? fmt::format("The Host must be a numeric address of this machine, with port {}.", listening.port)
+               : fmt::format("The Host must be {}.", host_and_port(listening.address, listening.port));
   }
   const bool needs_token = !listening.token.empty();
   if (needs_token && !same_secret(token_in(asker.target), listening.token)) {

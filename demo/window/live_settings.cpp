@@ -73,8 +73,7 @@ std::string change(const Set& changes, LiveSettings& settings) {
   return "";
 }
 
-void apply(const LiveSettings& settings, Model& model) {
-  const LiveSettings now = live_settings(model);
+void apply(const LiveSettings& now, const LiveSettings& settings, Model& model) {
   Scene& scene = model.scene;
   scene.contact.friction = settings.friction;
   scene.contact.tolerance = settings.tolerance;

@@ -28,7 +28,7 @@ struct LiveSettings {
 /// Makes the changes, or says why they cannot be made; then none is.
 [[nodiscard]] std::string change(const Set& changes, LiveSettings& settings);
 
-/// Writes into the model what differs from it.
-void apply(const LiveSettings& settings, thenar::Model& model);
+/// Writes into the model, whose settings are `now`, what differs from them.
+void apply(const LiveSettings& now, const LiveSettings& settings, thenar::Model& model);
 
 }  // namespace window

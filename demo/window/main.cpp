@@ -23,6 +23,7 @@
 #include "demo/window/session.h"
 #include "engine/config.h"
 #include "engine/files.h"
+#include "engine/mcap_file.h"
 #include "engine/model.h"
 
 namespace {
@@ -76,7 +77,10 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
       ->check(numeric_address());
   demo->add_flag_callback(
       "--no-browser", [&] { options.browser = false; }, "Opens no browser, only prints the address");
-  demo->add_option("--record", options.session.record, "File (.mcap) for what is shown")->type_name("FILE");
+  demo->add_option("--record", options.session.record, "File (.mcap) for what is shown")
+      ->type_name("FILE")
+      ->check(named())
+      ->check(no_folder());
   add_rates(*demo, options.rates, false);
   demo->add_flag_callback(
       "--no-realtime", [&] { options.session.realtime = false; },
@@ -111,7 +115,7 @@ void end_on_signals() {
 }
 
 std::string way_from_elsewhere(const std::string& url, const Options& options) {
-  if (!options.server.token.empty()) return "the same, with an address by which it reaches this one.";
+  if (!options.server.token.empty()) return "the same, with a numeric address by which it reaches this one.";
   const std::string place = url.substr(7, url.size() - 8);  // Between "http://" and "/".
   char name[256] = "";
   gethostname(name, sizeof name - 1);
@@ -131,12 +135,17 @@ void announce(const std::string& url, const Options& options) {
 }
 
 void replay(const Options& options) {
+  // Refused before anybody looks at it.
+  if (!thenar::read_mcap(options.file).whole) {
+    std::cerr << "warning: " << options.file.string() << " was cut off; it is shown to its last whole state\n";
+  }
   const WindowServer server(options.server, [](const window::Message&) { return "a recording takes no orders"; });
   announce(server.url(), options);
   while (!stop) std::this_thread::sleep_for(std::chrono::milliseconds(50));
 }
 
 void run(const Options& options) {
+  if (options.session.record.has_parent_path()) thenar::prepare_folder(options.session.record.parent_path());
   window::Session session(thenar::Model(load_scene(options)), options.session);
   WindowServer server(options.server, [&](const window::Message& message) { return session.receive(message); });
   announce(server.url(), options);

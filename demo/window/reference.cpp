@@ -19,6 +19,7 @@ Reference::Reference() : thread_([this](const std::stop_token& stop) { work(stop
 void Reference::offer(const thenar::Model& model, const thenar::SolvedTick& tick) {
   const Index n = tick.frame.size();
   const std::lock_guard lock(mutex_);
+  if (n == 0) result_ = ReferenceResult{};  // Nothing is to be solved: what was known of it is not true any more.
   if (busy_ || n == 0) return;
   problem_ = Problem{thenar::dense_delassus(model, tick.frame, tick.kinematics, tick.mobility),
                      tick.delta_free.head(3 * n), tick.mu.head(n), tick.f_first.head(3 * n), tick.f.head(3 * n)};

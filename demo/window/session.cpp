@@ -11,6 +11,7 @@
 #include <optional>
 #include <stop_token>
 #include <type_traits>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -36,6 +37,7 @@ namespace {
 constexpr double kPictures_Hz = 30.0, kProblems_Hz = 2.0;  // on the wall's clock
 constexpr double kEndless_s = 1e9;
 constexpr std::chrono::milliseconds kIdle{20};
+constexpr double kOldest_s = 10.0;  // Of input: what claims to be older has another clock.
 // So long does a run last at least: wishes that pour in must not keep the loops from running.
 constexpr std::int64_t kShortestRun_ns = 50'000'000;
 // A monitor sums up slip. In a run without end it begins anew from time to time, lest creep of years pass for a loss; and
@@ -97,7 +99,7 @@ struct Session::Impl {
   // The calling thread:
   void run(const Display& shown_on, const std::atomic<bool>& stop);
   void heed_wanted();
-  void change_scene(const LiveSettings& changed);
+  void change_scene(const LiveSettings& before);
   void reset();
   [[nodiscard]] ControlSample first_control() const;
   void run_loops(const std::atomic<bool>& stop);
@@ -160,6 +162,7 @@ Session::Impl::Impl(Model m, const SessionSettings& s)
       pairing([this](const ContactSample& sample, const ControlSample& control) { return see(sample, control); }) {
   wanted.settings = heeded.settings = live_settings(model);
   reset();
+  if (!settings.record.empty()) recording.emplace(settings.record, model);
 }
 
 // ---- The server's thread.
@@ -170,6 +173,7 @@ std::string Session::Impl::receive(const Message& message) {
     using Kind = std::decay_t<decltype(m)>;
     if constexpr (std::is_same_v<Kind, Pull>) {
       input.pull = {m.point_m, m.handle_m};
+      input.pull_heard_ns = steady_now_ns();
       send(m.stamp_s);
     } else if constexpr (std::is_same_v<Kind, Release>) {
       input.pull.reset();
@@ -225,10 +229,10 @@ void Session::Impl::want(const Change& change) {
 
 void Session::Impl::send(const std::optional<double>& stamp_s) {
   ++input.number;
-  input.received_ns = steady_now_ns();
-  const double now_s = 1e-9 * static_cast<double>(input.received_ns);
-  const bool known = stamp_s && *stamp_s > 0.0 && *stamp_s < now_s;
-  input.stamp_ns = known ? std::llround(1e9 * *stamp_s) : input.received_ns;
+  const std::int64_t now_ns = steady_now_ns();
+  const double now_s = 1e-9 * static_cast<double>(now_ns);
+  const bool known = stamp_s && *stamp_s > now_s - kOldest_s && *stamp_s < now_s;
+  input.stamp_ns = known ? std::llround(1e9 * *stamp_s) : now_ns;
   inputs.draft() = input;
   inputs.publish();
 }
@@ -237,7 +241,6 @@ void Session::Impl::send(const std::optional<double>& stamp_s) {
 
 void Session::Impl::run(const Display& shown_on, const std::atomic<bool>& stop) {
   display = &shown_on;
-  if (!settings.record.empty()) recording.emplace(settings.record, model);
   show_scene();
   while (!stop) {
     heed_wanted();
@@ -264,34 +267,37 @@ void Session::Impl::heed_wanted() {
     wanted.reset = false;
   }
   now.steps = now.paused ? std::min(now.steps + heeded.steps, 100) : 0;
-  const bool other_scene = !(now.settings == heeded.settings);
-  heeded = now;
-  if (other_scene) change_scene(now.settings);
+  const LiveSettings before = std::exchange(heeded, now).settings;
+  const bool other_scene = !(now.settings == before);
+  if (other_scene) change_scene(before);
   // A start that no forces hold may be held by others.
   if (now.reset || (other_scene && !can_run)) reset();
 }
 
-void Session::Impl::change_scene(const LiveSettings& wished) {
-  const LiveSettings now = live_settings(model);
-  const bool other_fingertips = wished.kernel != now.kernel || wished.level != now.level;
+void Session::Impl::change_scene(const LiveSettings& before) {
+  const LiveSettings& wished = heeded.settings;
+  const bool other_fingertips = wished.kernel != before.kernel || wished.level != before.level;
   std::optional<Model> old;
-  if (other_fingertips || wished.contact_Hz != now.contact_Hz) old = model;
-  apply(wished, model);
+  if (other_fingertips || wished.contact_Hz != before.contact_Hz) old = model;
+  apply(before, wished, model);
   if (old) {
     const double old_now_s = static_cast<double>(grasp->state().tick) * old->scene.step_s;
     grasp = std::make_unique<SplitGrasp>(model, *old, *grasp);
     live = std::make_unique<LiveContact>(model, inputs, hands);
-    pairing.add(first_control());
+    pairing.start(first_control());
     watch_from_s += time_s() - old_now_s;
   }
   grasp->heed_scene();
   grasp->hold_frames_back(wished.delay_periods);
   if (other_fingertips && display != nullptr) show_scene();
+  if (other_fingertips && recording) recording->add_scene(model, time_s());
+  telemetry.set_reference(kUnknown, kUnknown);
   still_shown = false;
 }
 
 void Session::Impl::reset() {
-  hands.reset();
+  inputs.take();
+  hands.reset(inputs.current());
   grasp = std::make_unique<SplitGrasp>(model);
   grasp->hold_frames_back(heeded.settings.delay_periods);
   live = std::make_unique<LiveContact>(model, inputs, hands);
@@ -448,14 +454,12 @@ void Session::Impl::show_still() {
   if (grasp->workspace().sequence < 0) state.forces.clear();
   Picture picture(model);
   take_picture(state, grasp->workspace(), picture);
+  picture.pull = hands.pull();
   show(picture, last_tick, pairing.in_use().muscle_forces_N);
   still_shown = true;
 }
 
-void Session::Impl::show_scene() {
-  display->set_scene(scene_message(model, true).dump(), geometry_message(model));
-  if (recording && grasp->state().tick > 0) recording->add_scene(model, time_s());
-}
+void Session::Impl::show_scene() { display->set_scene(scene_message(model, true).dump(), geometry_message(model)); }
 
 void Session::Impl::show_status(bool running) {
   const auto or_null = [](const auto& text) { return text ? ordered_json(*text) : ordered_json(nullptr); };

@@ -85,8 +85,8 @@ void Telemetry::add(const ContactSample& sample) {
 
 void Telemetry::add(const ControlSample& sample) {
   const thenar::ControlReport& control = sample.step.control;
-  control_.push_back({sample.start_ns, us(sample.start_ns, sample.end_ns), control.find_s, control.factors_s,
-                      control.grasp_s, control.muscle_s});
+  control_.push_back({sample.start_ns, us(sample.start_ns, sample.end_ns), us(sample.deadline_ns, sample.start_ns),
+                      control.find_s, control.factors_s, control.grasp_s, control.muscle_s});
   keep_last_second(control_);
   control_slipped_ += sample.slipped;
 }
@@ -138,6 +138,7 @@ void Telemetry::take_stock() {
   figures_.contact_jitter_us = three(contact_, &Contact::jitter_us);
   figures_.control_Hz = rate_Hz(control_);
   figures_.control_compute_us = three(control_, &Control::total_us);
+  figures_.control_jitter_us = three(control_, &Control::jitter_us);
   if (contact_.size() > 1) {
     const auto ticks = static_cast<double>(contact_.back().tick - contact_.front().tick);
     figures_.realtime_factor = ticks * step_s_ / spent_s(contact_);

@@ -35,7 +35,7 @@ class Telemetry {
   };
   struct Control {
     std::int64_t start_ns;
-    double total_us, find_s, factors_s, grasp_s, muscle_s;
+    double total_us, jitter_us, find_s, factors_s, grasp_s, muscle_s;
   };
   void add_latency(double latency_s);
   void take_stock();

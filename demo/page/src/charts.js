@@ -39,8 +39,14 @@ function plotIn(parent, options, data, name) {
     const {width, height} = size();
     if (width !== plot.width || height !== plot.height) plot.setSize({width, height});
   }).observe(element);
-  matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => plot.redraw(false));
-  return {plot, element, shown: () => element.clientHeight > 0};
+  const theme = matchMedia('(prefers-color-scheme: dark)');
+  const redraw = () => plot.redraw(false);
+  theme.addEventListener('change', redraw);
+  const destroy = () => {
+    theme.removeEventListener('change', redraw);
+    plot.destroy();
+  };
+  return {plot, element, destroy, shown: () => element.clientHeight > 0};
 }
 
 /** The last seconds of some signals. `series`: [{color, dashed}]; `floor`: the least range of the values. */
@@ -112,7 +118,7 @@ export class AccuracyTrail {
   }
 
   add(time_s, x, y) {
-    this.#points = this.#points.filter((p) => p.time_s > time_s - this.seconds);
+    this.#points = this.#points.filter((p) => p.time_s > time_s - this.seconds && p.time_s <= time_s);
     const last = this.#points.at(-1);
     if (x > 0 && y > 0 && !(last && last.x === x && last.y === y)) this.#points.push({time_s, x, y});
     this.empty.hidden = this.#points.length > 0;

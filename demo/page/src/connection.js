@@ -5,7 +5,7 @@ import {RemoteClock} from './clock.js';
 const kFirstWait_ms = 250;
 const kLongestWait_ms = 4000;
 const kPing_ms = 2000;
-const kSilence_ms = 7000; // pings stay without an answer: the way is dead, though nobody says so
+const kUnanswered = 3; // so many pings without an answer: the way is dead, though nobody says so
 
 const local_s = () => performance.now() / 1e3;
 
@@ -16,7 +16,7 @@ export class Connection {
   #on;
   #socket = null;
   #wait_ms = kFirstWait_ms;
-  #heard_ms = 0;
+  #unanswered = 0;
 
   /**
    * `on`: {text(object), binary(Uint8Array), state(connected)}; what they throw is no reason to stop.
@@ -46,13 +46,13 @@ export class Connection {
     socket.binaryType = 'arraybuffer';
     socket.onopen = () => {
       this.#wait_ms = kFirstWait_ms;
-      this.#heard_ms = performance.now();
+      this.#unanswered = 0;
       this.clock = new RemoteClock(); // it may be another server
       this.#set(true);
       this.#ping();
     };
     socket.onmessage = ({data}) => {
-      this.#heard_ms = performance.now();
+      this.#unanswered = 0;
       if (typeof data !== 'string') return this.#on.binary(new Uint8Array(data));
       const message = JSON.parse(data);
       if (message.type === 'pong') return this.clock.add(message.t, local_s(), message.now_s);
@@ -68,7 +68,7 @@ export class Connection {
 
   #ping() {
     if (!this.connected) return;
-    if (performance.now() - this.#heard_ms > kSilence_ms) {
+    if (this.#unanswered >= kUnanswered) {
       // A close that waits for the other side's would take its time: go on without.
       const socket = this.#socket;
       socket.onmessage = null;
@@ -77,6 +77,7 @@ export class Connection {
       socket.onclose = null;
       return;
     }
+    this.#unanswered += 1;
     this.send({type: 'ping', t: local_s()});
   }
 

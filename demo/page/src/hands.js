@@ -4,6 +4,7 @@ import {Matrix4, Vector3} from 'three';
 
 const kRepeat_ms = 25; // the simulation lets go after 200 ms without a message
 const kHover_ms = 60;
+const kReach_m = 1; // a handle farther out is refused
 const kShiftLimit_m = 0.05;
 const kTurnLimit_rad = 0.5;
 const kTurn_rad_per_pixel = 2.5e-3;
@@ -82,9 +83,9 @@ export class Hands {
     this.#picture.canvas.setPointerCapture(event.pointerId);
     this.#picture.canvas.classList.add('pulling');
     this.#drag = {...drag, pointer: event.pointerId, x, y};
-    if (drag.kind !== 'pull') return;
-    this.#sendPull();
-    this.#timer = setInterval(() => this.#sendPull(), kRepeat_ms);
+    const act = {pull: () => this.#sendPull(), shift: () => this.#shift(this.#drag), turn: () => this.#turn(this.#drag)}[drag.kind];
+    act();
+    this.#timer = setInterval(act, kRepeat_ms);
   }
 
   #begin(event, x, y) {
@@ -104,15 +105,16 @@ export class Hands {
     if (!drag) return this.#hover(x, y, event.buttons);
     if (event.pointerId !== drag.pointer) return;
     event.stopImmediatePropagation();
+    // The timer sends it: a fast display has more of these than the server takes.
     drag.x = x;
     drag.y = y;
-    if (drag.kind === 'shift') this.#shift(drag);
-    if (drag.kind === 'turn') this.#turn(drag);
   }
 
   #up(event) {
     if (event.pointerId !== this.#drag?.pointer) return;
     event.stopImmediatePropagation();
+    if (this.#drag.kind === 'shift') this.#shift(this.#drag);
+    if (this.#drag.kind === 'turn') this.#turn(this.#drag);
     this.release();
   }
 
@@ -126,7 +128,7 @@ export class Hands {
   /** Again and again while it is held, also without motion: else the simulation takes us for gone. */
   #sendPull() {
     const {point, through, x, y} = this.#drag;
-    const handle = this.#picture.onPlane(x, y, through);
+    const handle = this.#picture.onPlane(x, y, through).clampLength(0, kReach_m);
     this.#send({type: 'pull', point_m: point.toArray(), handle_m: handle.toArray()});
   }
 

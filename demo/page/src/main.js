@@ -41,7 +41,7 @@ let replay = null;
 let waiting = false; // a state is asked for
 let states = 0; // drawn
 
-const hands = new Hands(picture, (message) => send({...message, ...stamp()}));
+const hands = new Hands(picture, (message) => send(message.type === 'release' ? message : {...message, ...stamp()}));
 const settings = new Settings(byId('settings'), (change) => send({type: 'set', ...change}));
 
 // Messages out.
@@ -92,6 +92,7 @@ function setScene(message, geometry) {
   byId('scene-name').textContent = scene.name;
   document.title = `${scene.name} · Thenar`;
   scene.fingers.forEach(({name}, k) => (insets[k].firstChild.textContent = name));
+  failure = null;
 }
 
 function setStatus(message) {
@@ -192,6 +193,7 @@ function receiveBinary(bytes) {
     }
   } catch (error) {
     fail(error);
+    askNext();
   }
 }
 
@@ -225,18 +227,11 @@ function showFrame(frames, index) {
   const frame = frames[index];
   if (frame.scene !== scene) setScene(frame.scene, frame.geometry);
   if (frame.status !== status) setStatus(frame.status);
-  const previous = frames[index - 1];
-  const follows = previous && state.values.time_s[0] === timeOf(previous.bytes);
-  if (!follows) recall(frames, index);
+  if (index !== shownFrame + 1 || frames[shownFrame]?.scene !== scene) recall(frames, index);
+  shownFrame = index;
   showState(frame.bytes);
 }
-
-/** The time of a state message that is not shown. */
-function timeOf(bytes) {
-  const scratch = (timeOf.scratch ??= new State(scene));
-  scratch.take(bytes);
-  return scratch.values.time_s[0];
-}
+let shownFrame = -1;
 
 /** After a jump the plots need what went before. */
 function recall(frames, index) {
@@ -329,6 +324,8 @@ const replayKeys = {
 
 addEventListener('keydown', (event) => {
   if (event.ctrlKey || event.metaKey || event.altKey) return;
+  if (byId('help').open && !'h?'.includes(event.key)) return; // Escape closes it, and nothing else happens behind it
+  if (event.repeat && !/^[.,]$/.test(event.key) && !(replay && event.key.startsWith('Arrow'))) return;
   // An input with the focus, a slider or a choice, keeps the keys that it takes itself.
   const {tagName} = event.target;
   if (tagName === 'INPUT' && /^(Arrow|Page|Home|End)/.test(event.key)) return;

@@ -58,13 +58,19 @@ class History {
 export class Panels {
   advanced = 0; // how often the plots were drawn
   #scene = null;
+  #same = ''; // what the panels were made for
+  forceCharts = [];
   #state = null;
   #timer = 0;
   #last_ms = 0;
 
   /** A new scene: makes what depends on its fingers, muscles and fields. */
   load(scene) {
+    const same = JSON.stringify([scene.fingers.map(({name}) => name), scene.muscles]);
     this.#scene = scene;
+    if (same === this.#same) return; // another level, say: the plots go on
+    this.#same = same;
+    for (const chart of [...this.forceCharts, this.pathChart, this.accuracy, this.latency]) chart?.view.destroy();
     for (const id of ['forces', 'path', 'muscles', 'stages', 'accuracy', 'latency']) byId(id).replaceChildren();
     this.forces = new History(1 + 4 * scene.fingers.length);
     this.path = new History(7);

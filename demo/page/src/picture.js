@@ -328,6 +328,7 @@ export class Picture {
 
   /** The camera as at the start: the grip axis level and across, both fingers and the top of the object to be seen. */
   aim() {
+    if (!this.state) return;
     const tips = this.scene.fingers.map(({segment, centre_m}) => vector(centre_m).applyMatrix4(this.#poses[segment]));
     const gravity = vector(this.scene.gravity_m_per_s2);
     const up = gravity.lengthSq() > 0 ? gravity.normalize().negate() : new Vector3(0, 0, 1);
@@ -349,6 +350,7 @@ export class Picture {
     this.camera.position.copy(this.controls.target)
         .addScaledVector(eye, radius / Math.sin((this.camera.fov * Math.PI) / 360));
     this.controls.update();
+    this.camera.updateMatrixWorld(); // hands may reach for something before it is drawn
     this.#aimed = true;
     this.request();
   }

@@ -133,6 +133,7 @@ test('a drag pulls with the spring, and the controller pulls back', async () => 
 
   await page.mouse.up();
   await until(() => Number.isNaN(window.thenar.state.pull_force_N[0]));
+  assert.equal(await page.locator('#toast').textContent(), '', 'nothing was refused');
   await untilTime((await number('time_s')) + 1.0);
   const back = await meanOf('object');
   assert.ok(norm(minus(back.slice(0, 3), rest.slice(0, 3))) < 1e-4, 'it comes back');
@@ -161,7 +162,7 @@ test('a moved target is followed', async () => {
 });
 
 test('a poke pushes it, and slow motion is slow', async () => {
-  await untilTime((await number('time_s')) + 0.5);
+  await untilTime((await number('time_s')) + 1.5);
   const rest = await meanOf('object');
   await page.keyboard.press('2');
   await until(() => window.thenar.status.speed === 0.5);
@@ -173,7 +174,9 @@ test('a poke pushes it, and slow motion is slow', async () => {
     return Math.hypot(object[0] - centre[0], object[1] - centre[1], object[2] - centre[2]) > 1e-4;
   }, rest.slice(0, 3));
   await untilTime(from_s + 1.0);
-  assert.ok(norm(minus((await meanOf('object')).slice(0, 3), rest.slice(0, 3))) < 1e-4, 'it comes back');
+  // Without the integrals what slips at the pulps' rims stays: less than a millimetre.
+  assert.ok(norm(minus((await meanOf('object')).slice(0, 3), rest.slice(0, 3))) < 1e-3, 'it comes back');
+  assert.equal(await page.evaluate(() => window.thenar.status.lost), null);
   await page.keyboard.press('1');
   await until(() => window.thenar.status.speed === 1);
   assert.deepEqual(browser.problems, []);
