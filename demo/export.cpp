@@ -1,5 +1,6 @@
 #include "demo/export.h"
 
+#include <algorithm>
 #include <boost/archive/iterators/base64_from_binary.hpp>
 #include <boost/archive/iterators/transform_width.hpp>
 #include <filesystem>
@@ -46,6 +47,10 @@ std::string page_with(const fs::path& recording) {
 int export_recording(const Options& options) {
   const thenar::McapContents contents = thenar::read_mcap(options.record);
   const auto last = contents.messages.empty() ? 0.0 : contents.messages.back().time_s;
+  const auto is_state = [](const thenar::McapMessage& message) { return message.topic == "/state"; };
+  if (std::none_of(contents.messages.begin(), contents.messages.end(), is_state)) {
+    throw FileError(options.record, "holds no states");
+  }
   if (!contents.whole) {
     std::cerr << "warning: " << options.record.string() << " was cut off; it goes on to " << last << " s\n";
   }

@@ -65,8 +65,8 @@ function connect(url, receive) {
 
 const kNext = '{"type":"next"}';
 
-/** One state, by a connection of its own: the figures in it are of the second before. `first` is said before it. */
-function look(url, first = '') {
+/** One state, by a connection of its own: the figures in it are of the second before. `first` is said `ahead_ms` before it. */
+function look(url, first = '', ahead_ms = 0) {
   return new Promise((resolve, reject) => {
     let state = null;
     connect(url, (opcode, payload, socket) => {
@@ -75,7 +75,7 @@ function look(url, first = '') {
         if (message.type === 'scene') state = new State(message);
       } else if (opcode === 2 && kindOf(payload) === kGeometry) {
         if (first) socket.write(frameOf(first));
-        socket.write(frameOf(kNext));
+        setTimeout(() => socket.write(frameOf(kNext)), ahead_ms);
       } else if (opcode === 2 && kindOf(payload) === kState) {
         state.take(payload);
         socket.destroy();
@@ -145,9 +145,7 @@ for (let pair = 0; pair < Number(pairs); ++pair) {
   console.log(`${pair + 1}    ${row.join('')}   ${fps.toFixed(0).padStart(4)}   ${ratios.at(-1).toFixed(2)}   ${crowdRatios.at(-1).toFixed(2)}`);
 }
 // Frames are counted when the loops rest.
-await look(server.url, '{"type":"pause"}');
-await sleep(500);
-const end = await look(server.url);
+const end = await look(server.url, '{"type":"pause"}', 500);
 console.log(`ratio of p99, median of ${pairs} pairs: ${median(ratios).toFixed(2)}, in a crowd ${median(crowdRatios).toFixed(2)}; frames unaccounted ${end.unaccounted[0]}, ` +
             `residual ${end.residual[0].toExponential(1)}, slipped ticks ${end.contact_slipped[0]} of ${end.tick[0]}`);
 await server.stop();
