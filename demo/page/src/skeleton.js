@@ -28,6 +28,12 @@ export class Skeleton extends Group {
       this.add(bone);
       return bone;
     });
+    for (const {samples, segment, centre_m, radius_m} of scene.fingers) {
+      if (samples > 0) continue; // a pulp is drawn there
+      const tip = new Mesh(new SphereGeometry(radius_m, 24, 16), this.material);
+      tip.position.fromArray(centre_m);
+      this.bones[segment]?.add(tip);
+    }
     // From the wrist, the world's origin, to where each finger begins.
     this.metacarpals = scene.fingers.map(({radius_m}, finger) => {
       const bone = new Mesh(undefined, this.material);
