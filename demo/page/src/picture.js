@@ -283,7 +283,8 @@ export class Picture {
     const margin = 1 - f_t / (this.#friction * f_n);
     // Red at the cone's edge, pale from a third of the way in.
     color.copy(kSafe).lerp(kSliding, Number.isFinite(margin) ? 1 - Math.min(1, Math.max(0, margin - 0.05) / 0.3) : 0);
-    if (this.options.forces) {
+    // A rigid fingertip has one contact: its force is the finger's, which is drawn already.
+    if (this.options.forces && this.state.contacts > this.scene.fingers.length) {
       this.contactArrows.put(from.copy(to).addScaledVector(f, -kContact_m_per_N), to, 2.6e-4, color);
     }
     if (this.options.cones && this.#friction > 0) {
