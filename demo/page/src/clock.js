@@ -17,11 +17,6 @@ export class RemoteClock {
     return this.#trips.reduce((a, b) => (b.length_s < a.length_s ? b : a), this.#trips[0]);
   }
 
-  /** The shortest round trip [s]; undefined before the first one. */
-  get roundTrip_s() {
-    return this.best?.length_s;
-  }
-
   /** What the other clock reads at `local_s`; undefined before the first round trip. */
   at(local_s) {
     const best = this.best;

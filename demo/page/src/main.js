@@ -352,8 +352,6 @@ window.thenar = {
   get plots() { return panels.advanced; },
   get fps() { return picture.fps; },
   get replay() { return replay; },
-  get roundTrip_s() { return connection?.clock.roundTrip_s; },
-  get cost_ms() { return picture.cost_ms; },
   options: picture.options,
   picture,
   project: (point) => picture.project(point),

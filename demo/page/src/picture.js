@@ -52,7 +52,6 @@ export class Picture {
   onDrawn = () => {};
   fullPressure_Pa = 20e3;
   fullActivation = 0.1; // of a muscle's strength
-  drawn = 0;
   #object = new Matrix4();
   #target = new Matrix4();
   #poses = [];
@@ -72,9 +71,9 @@ export class Picture {
     this.canvas = canvas;
     this.overlay = overlay;
     this.insets = insets;
-    this.renderer = new WebGLRenderer({canvas, antialias: !isSoftware(), powerPreference: 'low-power'});
-    this.renderer.autoClear = false;
     this.software = isSoftware();
+    this.renderer = new WebGLRenderer({canvas, antialias: !this.software, powerPreference: 'low-power'});
+    this.renderer.autoClear = false;
     this.world = new Scene();
     this.above = new Scene(); // is drawn over the world, for forces act inside of things
     this.camera = new PerspectiveCamera(30, 1, 0.02, 3);
@@ -396,15 +395,13 @@ export class Picture {
 
   #finish(start_ms) {
     const end_ms = performance.now();
-    this.cost_ms = end_ms - start_ms;
-    this.#pause_ms = Math.max(kFrame_ms, this.software ? 2 * this.cost_ms : 0);
+    this.#pause_ms = Math.max(kFrame_ms, this.software ? 2 * (end_ms - start_ms) : 0);
     this.#times_ms.push(end_ms);
     if (this.#times_ms.length > 30) this.#times_ms.shift();
     this.#drawing = false;
     if (this.#wanted) this.request();
     if (!this.#fresh) return;
     this.#fresh = false;
-    this.drawn += 1;
     this.onDrawn();
   }
 

@@ -115,7 +115,7 @@ export function thinned(points, normals, enough) {
 }
 
 /**
- * Where a ray meets discs: the nearest to the eye, as {index, distance}, or null. All in the points' frame; `radius` is how
+ * Where a ray meets discs: the nearest to the eye, as {distance}, or null. All in the points' frame; `radius` is how
  * far from its point a disc may be met.
  */
 export function hitSplats(points, normals, radius, origin, direction) {
@@ -129,7 +129,7 @@ export function hitSplats(points, normals, radius, origin, direction) {
     const distance = (normals[i] * x + normals[i + 1] * y + normals[i + 2] * z) / towards;
     if (distance <= 0 || (best && distance >= best.distance)) continue;
     const off = Math.hypot(distance * direction.x - x, distance * direction.y - y, distance * direction.z - z);
-    if (off <= radius) best = {index: i / 3, distance};
+    if (off <= radius) best = {distance};
   }
   return best;
 }
