@@ -11,7 +11,7 @@
 #include <numbers>
 #include <random>
 
-#include "bench/charts/measure.h"
+#include "bench/report/measure.h"
 #include "engine/pressed_pulp.h"
 #include "engine/summary.h"
 #include "solvers/grouped_delassus.h"

@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "bench/charts/measure.h"
-#include "bench/charts/polygon_cone.h"
+#include "bench/report/measure.h"
+#include "bench/report/polygon_cone.h"
 #include "bench/contact_families.h"
 #include "bench/contact_methods.h"
 #include "bench/grasp_families.h"

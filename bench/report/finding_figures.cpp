@@ -9,7 +9,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
-#include "bench/charts/measure.h"
+#include "bench/report/measure.h"
 #include "bench/contact_computation.h"
 #include "bench/finding_methods.h"
 #include "engine/summary.h"

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+namespace thenar {
+
+// What the report is drawn from. A part of it is a program that measures and writes one JSON file:
+//
+//     {"part", "title", "text", "measured": {machine, threads, compiler, flags, type, version, quick}, "figures": [...]}
+//
+// and a figure is an object with "kind", "id", "title", "caption" (the figure is understood from it alone), "runs" (what a
+// number is the median of, and how runs were interleaved), and by its kind:
+//
+//     work_precision  error over time, a panel a case. "error", "time": labels with units; "choice": what is chosen among
+//                     ("contact solver"); "cases": [{"name", "points": [WorkPoint]}]
+//     map             what becomes of a grasp over two settings. "x", "y": {"label", "values", "log"}; "panels": [{"name",
+//                     "ours", "cells": rows by y of columns by x of {"outcome", "reason"}, "limits": [{"label", "x": [],
+//                     "y": []}]}]; "reference": [x, y], where the scene itself is, or null
+//     curves          "x", "y": {"label", "log"}; "panels": [{"name", "curves": [{"name", "x", "y", "exponent" or null,
+//                     "peer"}]}]
+//     table           "columns": [text], "rows": [[text or number]]
+//
+// A number that is not finite is written as null.
+
+/// A method at one of its settings.
+struct WorkPoint {
+  std::string method, setting;  ///< Points of one method are joined by a line.
+  double error = 0.0, us = 0.0;
+  double us_p99 = std::numeric_limits<double>::quiet_NaN();
+  bool is_default = false;  ///< What a scene gets that says nothing else.
+  bool peer = false;        ///< Another project's.
+  bool published = false;   ///< Part of the published model: kept for fidelity.
+};
+
+/// Other projects' points and those of the published model are no candidates for a default.
+void to_json(nlohmann::ordered_json& json, const WorkPoint& point);
+
+/// The command line of a part: [--quick] FILE. Ends the program with 2 where it is another.
+struct PartArguments {
+  bool quick = false;
+  std::filesystem::path file;
+};
+[[nodiscard]] PartArguments part_arguments(int argc, char** argv);
+
+/// A part without figures, with what it is measured on.
+[[nodiscard]] nlohmann::ordered_json make_part(const std::string& name, const std::string& title,
+                                               const std::string& text, const PartArguments& arguments);
+
+/// Appends a figure to the part; what its kind needs beside these is the caller's to fill in.
+nlohmann::ordered_json& add_figure(nlohmann::ordered_json& part, const std::string& kind, const std::string& id,
+                                   const std::string& title, const std::string& caption, const std::string& runs);
+
+/// Throws FileError.
+void write_part(const nlohmann::ordered_json& part, const PartArguments& arguments);
+
+}  // namespace thenar

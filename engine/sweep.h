@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "engine/scene.h"
+#include "engine/verdict.h"
+
+namespace thenar {
+
+/// A key of a scene and the values that it takes in turn, as --set would write them.
+struct Variation {
+  std::string key;
+  std::vector<std::string> values;
+};
+
+/// `key=a:b:n`: n values from a to b, evenly; `key=a:b:n:log`: by equal ratios; `key=a,b,c`: these. Bounds carry their
+/// unit, "0.1 mm". Throws ConfigError.
+[[nodiscard]] Variation read_variation(const std::string& text);
+
+/// A scene with all combinations of what varies; the last key turns fastest.
+struct SweepPlan {
+  std::filesystem::path scene;
+  std::vector<std::string> overrides;  ///< Of all rows.
+  std::vector<Variation> vary;
+
+  [[nodiscard]] std::size_t rows() const;
+  /// The values of one row, one a key.
+  [[nodiscard]] std::vector<std::string> values(std::size_t row) const;
+};
+
+/// What became of one row: the same for the same scene, to the last bit, whoever runs it; so no times.
+struct SweepRow {
+  Verdict verdict;
+  nlohmann::ordered_json measures;  ///< Flat: name to number or null.
+};
+
+/// How a row is run; called on several threads at once.
+using RunScene = std::function<SweepRow(const Model& model)>;
+
+/// The scene as it is run by `thenar run`.
+[[nodiscard]] SweepRow run_row(const Model& model);
+
+/// Runs these rows, `jobs` at a time, each on one thread; `done` is told of each as it ends, in any order but never
+/// twice at once. A row whose scene is refused is a row, too: kRefused, and why.
+void run_sweep(const SweepPlan& plan, const std::vector<std::size_t>& rows, int jobs, const RunScene& run,
+               const std::function<void(std::size_t row, SweepRow result)>& done);
+
+}  // namespace thenar
