@@ -23,6 +23,7 @@ namespace thenar {
 struct Exponents {
   double north_south = 1.0;  ///< e1: sections along z.
   double east_west = 1.0;    ///< e2: sections across z.
+  bool operator==(const Exponents&) const = default;
 };
 inline constexpr double kLeastExponent = 0.1, kLargestExponent = 2.0;
 
@@ -36,6 +37,7 @@ inline constexpr double kLeastExponent = 0.1, kLargestExponent = 2.0;
 struct MugHandle {
   double radius_m = 0.0;     ///< From the ring's centre, on the wall, to the middle of the rod.
   double thickness_m = 0.0;  ///< Diameter of the rod.
+  bool operator==(const MugHandle&) const = default;
 };
 
 /// A cylinder with a cylindrical hollow, open at z+; its wall and its floor are equally thick.
@@ -47,6 +49,7 @@ struct Mug {
 
   /// The rod leaves a hole in the ring, and the ring is no higher than the mug, nor its half wider than the mug's.
   [[nodiscard]] bool handle_fits() const;
+  bool operator==(const Mug&) const = default;
 };
 
 [[nodiscard]] PointCloud sample_mug(const Mug& mug, Eigen::Index count, std::uint32_t seed = 1);

@@ -28,18 +28,31 @@ void fit_to_controls(Model& model) {
   model.fine_m = fine_parts(model.object.cloud(), spacing_m);
 }
 
+void make_fingertips(Model& model) {
+  const Scene& scene = model.scene;
+  model.max_contacts = kFingers;
+  if (!scene.fingertips) return;
+  model.pulps = make_pulps(scene);
+  if (scene.contact.level != 0) {
+    model.level = scene.contact.level
+                      ? *scene.contact.level
+                      : choose_level(estimate_levels(scene, model.pulps), scene.contact.force_error).level;
+    for (Pulp& pulp : model.pulps) set_level(pulp, model.level);
+  }
+  fit_to_controls(model);
+}
+
 }  // namespace
 
 Model::Model(Scene s) : scene(std::move(s)), object(make_object_surface(scene, object_notes)) {
-  max_contacts = kFingers;
-  if (!scene.fingertips) return;
-  pulps = make_pulps(scene);
-  if (scene.contact.level != 0) {
-    level = scene.contact.level ? *scene.contact.level
-                                : choose_level(estimate_levels(scene, pulps), scene.contact.force_error).level;
-    for (Pulp& pulp : pulps) set_level(pulp, level);
-  }
-  fit_to_controls(*this);
+  make_fingertips(*this);
+}
+
+Model::Model(Scene s, const Model& known)
+    : scene(std::move(s)),
+      object(have_same_surface(scene, known.scene) ? known.object : make_object_surface(scene, object_notes)) {
+  if (have_same_surface(scene, known.scene)) object_notes = known.object_notes;
+  make_fingertips(*this);
 }
 
 void Model::set_fingertips(PulpKernel kernel, int detail) {

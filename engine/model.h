@@ -14,6 +14,8 @@ namespace thenar {
 /// A scene made ready to run: its data, and what is computed from them once.
 struct Model {
   explicit Model(Scene s);
+  /// The same model, sooner: a known one lends its object's surface where the scene has the same.
+  Model(Scene s, const Model& known);
 
   Scene scene;
   std::vector<std::string> object_notes;  ///< What was done to the object's points to make a surface of them.

@@ -138,4 +138,9 @@ ImplicitSurface make_object_surface(const Scene& scene, std::vector<std::string>
         "surface"}});
 }
 
+bool have_same_surface(const Scene& one, const Scene& other) {
+  return one.object.points == other.object.points && one.object.shape == other.object.shape &&
+         search_reach_m(one) == search_reach_m(other);
+}
+
 }  // namespace thenar

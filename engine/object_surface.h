@@ -19,4 +19,7 @@ inline constexpr double kTrustPerRadius = 0.5;
 /// no surface.
 [[nodiscard]] ImplicitSurface make_object_surface(const Scene& scene, std::vector<std::string>& notes);
 
+/// Whether the two scenes have the same surface for certain.
+[[nodiscard]] bool have_same_surface(const Scene& one, const Scene& other);
+
 }  // namespace thenar

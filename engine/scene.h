@@ -18,24 +18,30 @@ namespace thenar {
 // Sizes are full sizes along the object's axes x, y, z; an axis of revolution is z. See collision/shapes.h.
 struct BoxShape {
   Eigen::Vector3d size_m;
+  bool operator==(const BoxShape&) const = default;
 };
 struct SphereShape {
   double radius_m = 0.0;
+  bool operator==(const SphereShape&) const = default;
 };
 struct EllipsoidShape {
   Eigen::Vector3d size_m;
+  bool operator==(const EllipsoidShape&) const = default;
 };
 struct CylinderShape {
   double radius_m = 0.0, length_m = 0.0;
+  bool operator==(const CylinderShape&) const = default;
 };
 struct SuperquadricShape {
   Eigen::Vector3d size_m;
   Exponents exponents;
+  bool operator==(const SuperquadricShape&) const = default;
 };
 /// A surface from a file, as engine/point_cloud_file.h reads it.
 struct CloudShape {
   std::filesystem::path file;
   double unit_m = 1.0;  ///< What 1 in the file measures.
+  bool operator==(const CloudShape&) const = default;
 };
 using Shape = std::variant<BoxShape, SphereShape, EllipsoidShape, CylinderShape, SuperquadricShape, Mug, CloudShape>;
 
