@@ -1,0 +1,197 @@
+"""What the report is made of and what it concludes: nothing here draws. bench/report/figure.h has the format of a part."""
+
+import json
+import re
+from collections import Counter
+from pathlib import Path
+
+# The sections of the report, in order, and the parts that each has. Figures whose id begins with growth_ go to Growth.
+SECTIONS = (
+    ("The published timings", ("published",)),
+    ("Speed against accuracy", ("grasp_forces", "muscle_forces", "contact", "finding", "pulps", "rates")),
+    ("Where methods fail", ("stability",)),
+    ("No more than a scene needs", ("model",)),
+    ("Growth", ("growth",)),
+)
+OUTCOMES = ("held", "slipping", "unstable", "solver failed", "refused")
+NEAR = 1.10  # On the front, as far as clocks can tell.
+SAME_ERROR = 1.0000001
+
+_PART_KEYS = ("part", "title", "text", "measured", "figures")
+_FIGURE_KEYS = ("kind", "id", "title", "caption", "runs")
+_KIND_KEYS = {
+    "work_precision": ("error", "time", "cases"),
+    "map": ("x", "y", "panels"),
+    "curves": ("x", "y", "panels"),
+    "table": ("columns", "rows"),
+}
+
+
+class ReportError(Exception):
+    """A file that the report cannot be made of; says which, where and why."""
+
+
+def read_parts(folder):
+    """The parts among the JSON files of a folder, by file name; other JSON (that of Google Benchmark) is passed over."""
+    parts = []
+    for file in sorted(Path(folder).glob("*.json")):
+        try:
+            part = json.loads(file.read_text(encoding="utf-8"))
+        except (ValueError, OSError) as error:
+            raise ReportError(f"{file}: {error}") from error
+        if isinstance(part, dict) and "part" in part:
+            _check_part(part, file)
+            parts.append(part)
+    if not parts:
+        raise ReportError(f"{folder}: has no part of the report")
+    return parts
+
+
+def _check_part(part, file):
+    def require(value, keys, where):
+        for key in keys:
+            if key not in value:
+                raise ReportError(f"{file}: {where}: lacks '{key}'")
+
+    require(part, _PART_KEYS, "the part")
+    for figure in part["figures"]:
+        require(figure, _FIGURE_KEYS, f"figure '{figure.get('id', '?')}'")
+        if figure["kind"] not in _KIND_KEYS:
+            raise ReportError(f"{file}: figure '{figure['id']}': no kind is named '{figure['kind']}'")
+        require(figure, _KIND_KEYS[figure["kind"]], f"figure '{figure['id']}'")
+
+
+def sections(parts):
+    """[(title, [(part, figures)], [names of missing parts])]; parts that no section names are in one more at the end."""
+    by_name = {part["part"]: part for part in parts}
+
+    def figures(part, growth):
+        return [figure for figure in part["figures"] if figure["id"].startswith("growth_") == growth]
+
+    known = {name for _, names in SECTIONS for name in names}
+    result = []
+    for title, names in SECTIONS:
+        groups = [(by_name[name], by_name[name]["figures"] if name == "growth" else figures(by_name[name], False))
+                  for name in names if name in by_name]
+        if "growth" in names:
+            groups += [(part, figures(part, True)) for part in parts if part["part"] != "growth" and figures(part, True)]
+        result.append((title, groups, [name for name in names if name not in by_name]))
+    others = [(part, figures(part, False)) for part in parts if part["part"] not in known]
+    return result + ([("Others", others, [])] if others else [])
+
+
+def solved(points):
+    """The points that have an error and a time: what no number was found for is no candidate for anything."""
+    return [p for p in points if p["error"] is not None and p["us"] is not None]
+
+
+def front(points):
+    """The points than which no other is both as fast and as accurate, and better in one of them; by time."""
+    result = []
+    for point in sorted(solved(points), key=lambda p: (p["us"], p["error"])):
+        if not result or point["error"] < result[-1]["error"]:
+            result.append(point)
+    return result
+
+
+def ratio_to_front(point, points):
+    """The time of a point over the least among the points that are as accurate: 1 is on the front. And that point."""
+    as_accurate = [p for p in solved(points) if p["error"] <= SAME_ERROR * point["error"]] + [point]
+    best = min(as_accurate, key=lambda p: p["us"])
+    return (point["us"] / best["us"] if best["us"] > 0 else 1.0), best
+
+
+def default_ratios(figure):
+    """[(case, default point, ratio, best point)] of a work-precision figure, where a case has a default with a number.
+    It is held against ours that are free to be chosen: neither other projects' nor kept for the published model."""
+    result = []
+    for case in figure["cases"]:
+        ours = [p for p in case["points"] if not p.get("peer") and not p.get("published")]
+        for point in solved(case["points"]):
+            if point.get("default"):
+                result.append((case["name"], point, *ratio_to_front(point, ours)))
+    return result
+
+
+def choices(parts):
+    """{choice: its work-precision figures}; a figure without a choice shows none."""
+    result = {}
+    for part in parts:
+        for figure in part["figures"]:
+            if figure["kind"] == "work_precision" and figure.get("choice"):
+                result.setdefault(figure["choice"], []).append(figure)
+    return result
+
+
+def never_on_a_front(figures):
+    """The methods of a choice that are nowhere within 10 % of our front, in no case of no figure: what could be deleted.
+    Other projects' methods and those of the published model are none of them."""
+    near, all_methods, kept = set(), [], set()
+    for figure in figures:
+        for case in figure["cases"]:
+            ours = [p for p in case["points"] if not p.get("peer")]
+            for point in ours:
+                all_methods.append(point["method"])
+                if point.get("published"):
+                    kept.add(point["method"])
+            near |= {p["method"] for p in solved(ours) if ratio_to_front(p, ours)[0] <= NEAR}
+    return [method for method in dict.fromkeys(all_methods) if method not in near | kept]
+
+
+def outcome_counts(panel):
+    counts = Counter(cell["outcome"] for row in panel["cells"] for cell in row)
+    return {outcome: counts[outcome] for outcome in [*OUTCOMES, *sorted(set(counts) - set(OUTCOMES))] if counts[outcome]}
+
+
+def failures(panel):
+    """[(outcome, count, a typical reason)] of the cells that are not held, the most frequent first. Reasons that differ
+    in their numbers alone count as one. A cell that fails without a reason has an empty one."""
+    groups = {}
+    for row in panel["cells"]:
+        for cell in row:
+            if cell["outcome"] != "held":
+                reason = cell.get("reason") or ""
+                groups.setdefault((cell["outcome"], re.sub(r"[-+]?\d[\d.]*(e[-+]?\d+)?", "#", reason)), []).append(reason)
+    ranked = sorted(groups.items(), key=lambda group: -len(group[1]))
+    return [(outcome, len(reasons), reasons[len(reasons) // 2]) for (outcome, _), reasons in ranked]
+
+
+def maps(parts):
+    return [figure for part in parts for figure in part["figures"] if figure["kind"] == "map"]
+
+
+def number(value):
+    """A number as a reader wants it: three digits, no more; a dash where there is none."""
+    if value is None:
+        return "–"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, int):
+        return f"{value:,}".replace(",", "\u202f")
+    if value == 0:
+        return "0"
+    if 1e-3 <= abs(value) < 1e5:
+        text = f"{value:.0f}" if abs(value) >= 1000 else f"{value:.3g}"
+        return text
+    mantissa, exponent = f"{value:.2e}".split("e")
+    return f"{float(mantissa):g}e{int(exponent)}"
+
+
+def published_sentence(parts):
+    """The published table in one sentence, with the accuracy; empty without a table that has these columns."""
+    for part in parts:
+        for figure in part["figures"] if part["part"] == "published" else []:
+            if figure["kind"] != "table":
+                continue
+            columns = [str(column).lower() for column in figure["columns"]]
+            ratio = next((i for i, column in enumerate(columns) if "ratio" in column), None)
+            accuracy = next((i for i, column in enumerate(columns)
+                             if any(word in column for word in ("accura", "residual", "error"))), None)
+            if ratio is None or accuracy is None:
+                continue
+            said = [f"{row[0]}: {number(row[ratio]) if not isinstance(row[ratio], str) else row[ratio]} times as fast "
+                    f"({columns[accuracy]}: {row[accuracy] if isinstance(row[accuracy], str) else number(row[accuracy])})"
+                    for row in figure["rows"] if row[ratio] not in (None, "", "-", "–")]
+            if said:
+                return "Beside the published times: " + "; ".join(said) + "."
+    return ""

@@ -1,0 +1,297 @@
+"""The report as one page of HTML: nothing in it comes from elsewhere, and it needs no script."""
+
+import re
+from collections import Counter
+from html import escape
+
+import analysis
+import drawing
+
+STYLE = """
+:root { --ink: #1c1c1c; --soft: #5a5a5a; --line: #d8d8d8; }
+* { box-sizing: border-box; }
+body { margin: 0 auto; padding: 1.2rem; max-width: 76rem; color: var(--ink); background: white;
+       font: 16px/1.5 system-ui, "DejaVu Sans", sans-serif; overflow-wrap: break-word; }
+h1 { font-size: 1.9rem; line-height: 1.2; margin: 0.5rem 0; }
+h2 { font-size: 1.5rem; border-bottom: 2px solid var(--ink); margin: 3rem 0 1rem; }
+h3 { font-size: 1.2rem; margin: 2.2rem 0 0.3rem; }
+h4 { font-size: 1rem; margin: 0 0 0.5rem; }
+p, ul { max-width: 52rem; margin: 0.5rem 0; }
+a { color: #1f4f8a; }
+nav ol { columns: 2; padding-left: 1.3rem; margin: 0.5rem 0; font-size: 0.9rem; }
+nav li { break-inside: avoid; }
+nav ol ol { columns: 1; }
+nav .figure { list-style: none; }
+figure { margin: 1.8rem 0 2.6rem; }
+.panels { display: grid; grid-template-columns: repeat(auto-fill, minmax(19rem, 1fr)); gap: 0.6rem 1rem; }
+.panel { break-inside: avoid; }
+.panel svg { width: 100%; max-width: 30rem; height: auto; display: block; }
+svg * { stroke-linejoin: round; stroke-linecap: butt; }
+.legend { display: flex; flex-wrap: wrap; gap: 0.15rem 1.1rem; margin: 0.5rem 0; max-width: none; font-size: 0.85rem; }
+.legend span { display: inline-flex; align-items: center; gap: 0.35rem; }
+.legend svg { width: 2.1rem; height: 1rem; flex: none; }
+figcaption { max-width: 52rem; margin-top: 0.5rem; }
+.runs, .soft { color: var(--soft); font-size: 0.88rem; }
+.scroll { overflow-x: auto; }
+table { border-collapse: collapse; font-size: 0.88rem; margin: 0.5rem 0; font-variant-numeric: tabular-nums; }
+th, td { padding: 0.2rem 0.7rem 0.2rem 0; text-align: left; vertical-align: top; border-bottom: 1px solid var(--line); }
+th { border-bottom-color: var(--ink); vertical-align: bottom; }
+td.n, th.n { text-align: right; }
+td.n, th.n, .nobr { white-space: nowrap; }
+code { font-size: 0.92em; background: #f3f3f3; padding: 0 0.15em; }
+details { margin: 0.5rem 0; }
+summary { cursor: pointer; color: var(--soft); font-size: 0.88rem; }
+.missing { border-left: 4px solid #c0392b; padding-left: 0.7rem; }
+.good::before { content: "\\2713\\00a0"; } .bad { font-weight: bold; } .bad::before { content: "\\2717\\00a0"; }
+@media (max-width: 40rem) { body { padding: 0.8rem; } nav ol { columns: 1; } .panels { grid-template-columns: 1fr; } }
+@page { size: A4; margin: 14mm; }
+@media print {
+  body { font-size: 9.5pt; padding: 0; max-width: none; print-color-adjust: exact; -webkit-print-color-adjust: exact; }
+  h1 { font-size: 20pt; } h2 { font-size: 15pt; margin-top: 1.6rem; } h3 { font-size: 12pt; }
+  h2, h3, h4 { break-after: avoid; }
+  p, figcaption, ul { max-width: none; orphans: 3; widows: 3; }
+  a { color: inherit; text-decoration: none; }
+  figure { margin: 1rem 0 1.4rem; break-inside: avoid; }
+  .panels { grid-template-columns: 1fr 1fr; gap: 2mm 4mm; }
+  .panels.three, .panels.many { grid-template-columns: 1fr 1fr 1fr; gap: 1mm 3mm; }
+  .panels.one { grid-template-columns: 62%; }
+  table { font-size: 8pt; } tr { break-inside: avoid; } th, td { padding-right: 0.4rem; }
+  .scroll { overflow: visible; }
+  figcaption { break-before: avoid; } details { display: none; }
+}
+"""
+
+
+def text(value):
+    """Plain text of a part, for a page: `so` is code; a number keeps its exponent and per cent on its line."""
+    marked = re.sub(r"`([^`]+)`", r"<code>\1</code>", escape(str(value)))
+    return re.sub(r"\d[\d.]*(e-\d+| %)", r'<span class="nobr">\g<0></span>', marked)
+
+
+def table(columns, rows, html=False):
+    """A table; a column of numbers is set to the right. With `html`, texts are taken as they are."""
+    show = (lambda v: v) if html else text
+
+    def is_number(value):
+        return isinstance(value, (int, float)) or value is None
+
+    right = [bool(rows) and all(is_number(row[i]) for row in rows) for i in range(len(columns))]
+    cells = lambda tag, row: "".join(  # noqa: E731
+        f"<{tag}{' class=n' if right[i] else ''}>{analysis.number(v) if is_number(v) else show(v)}</{tag}>"
+        for i, v in enumerate(row))
+    body = "\n".join(f"<tr>{cells('td', row)}</tr>" for row in rows)
+    return (f'<div class="scroll"><table>\n<thead><tr>{cells("th", columns)}</tr></thead>\n'
+            f"<tbody>\n{body}\n</tbody></table></div>").replace("class=n", 'class="n"')
+
+
+def details(title, content):
+    return f"<details><summary>{text(title)}</summary>\n{content}\n</details>"
+
+
+def panels(svgs, below=None):
+    size = {1: " one", 3: " three"}.get(len(svgs), " many" if len(svgs) > 4 else "")
+    below = below or [""] * len(svgs)
+    cells = "\n".join(f'<div class="panel">{svg}{note}</div>' for svg, note in zip(svgs, below))
+    return f'<div class="panels{size}">\n{cells}\n</div>'
+
+
+def legend(entries):
+    return '<p class="legend">' + "\n".join(f"<span>{svg}{text(name)}</span>" for svg, name in entries) + "</p>"
+
+
+def work_precision(page, figure):
+    svgs, look = drawing.work_precision(page, figure)
+    points = [p for case in figure["cases"] for p in case["points"]]
+    peers = {p["method"] for p in points if p.get("peer")}
+    open_ones = {p["method"] for p in points if p.get("published")} - {p["method"] for p in points if not p.get("published")}
+    entries = [(page.swatch(**style, mfc="white" if name in open_ones else style["color"]),
+                f"{name} (another project's)" if name in peers else name) for name, style in look.items()]
+    if any(p.get("published") for p in points):
+        entries.append((page.swatch(color="#555555", marker="o", mfc="white", ls="none"), "hollow: as published"))
+    if any(p.get("default") for p in points):
+        entries.append((page.swatch(**{**drawing.RING, "ms": 8}), "the default"))
+    entries.append((page.swatch(**{**drawing.FRONT, "marker": ""}), "the front: nothing is both faster and more accurate"))
+    rows = []
+    for case in figure["cases"]:
+        ours = [p for p in case["points"] if not p.get("peer") and not p.get("published")]
+        for p in case["points"]:
+            marks = [word for word in ("default", "peer", "published") if p.get(word)]
+            ratio = analysis.ratio_to_front(p, ours)[0] if not p.get("peer") and analysis.solved([p]) else None
+            rows.append([case["name"], p["method"], p["setting"], p["error"], p["us"], p.get("us_p99"), ratio,
+                         ", ".join(marks)])
+    numbers = table(["case", "method", "setting", figure["error"], figure["time"], "99 % of the times are below",
+                     "time over the least of ours that is as accurate", ""], rows)
+    return panels(svgs) + legend(entries), "", details("All numbers", numbers)
+
+
+def outcome_map(page, figure):
+    svgs, limits = drawing.outcome_map(page, figure)
+    counts = [analysis.outcome_counts(panel) for panel in figure["panels"]]
+    seen = [o for o in dict.fromkeys([*analysis.OUTCOMES, *(o for c in counts for o in c)]) if any(o in c for c in counts)]
+    entries = [(page.patch(**drawing.outcome_look(outcome)), outcome) for outcome in seen]
+    entries += [(page.swatch(ls=ls, **drawing.LIMIT), name) for name, ls in limits.items()]
+    if figure.get("reference"):
+        entries.append((page.swatch(**drawing.STAR), "the scene itself"))
+    reasons = ""
+    for panel in figure["panels"]:
+        if panel.get("ours") and analysis.failures(panel):
+            items = "".join(f"<li>{count} {text(outcome)}: {text(reason) or 'no reason given, which is a defect'}</li>"
+                            for outcome, count, reason in analysis.failures(panel))
+            reasons += f"<p>Where ours fails ({text(panel['name'])}), and a typical reason:</p>\n<ul>{items}</ul>\n"
+    others = "".join(f"<li>{text(panel['name'])}: {count} {text(outcome)}: {text(reason) or '–'}</li>"
+                     for panel in figure["panels"] if not panel.get("ours")
+                     for outcome, count, reason in analysis.failures(panel))
+    numbers = table(["", *seen], [[panel["name"], *(c.get(o, 0) for o in seen)] for panel, c in zip(figure["panels"], counts)])
+    if others:
+        numbers += f"<p>Where the others fail, and a typical reason:</p>\n<ul>{others}</ul>"
+    return panels(svgs) + legend(entries), reasons, details("Cells by what became of them", numbers)
+
+
+def curves(page, figure):
+    svgs, look = drawing.curves(page, figure)
+    swatches = {name: page.swatch(**style) for name, style in look.items()}
+    all_curves = [(panel["name"], curve) for panel in figure["panels"] for curve in panel["curves"]]
+    peers = {curve["name"] for _, curve in all_curves if curve.get("peer")}
+    names = {name: f"{name} (another project's)" if name in peers else name for name in look}
+    if any(curve.get("exponent") is not None for _, curve in all_curves):
+        def name_of(curve):
+            exponent = curve.get("exponent")
+            return names[curve["name"]] + (f": n^{exponent:.2f}" if exponent is not None else "")
+        below = [legend([(swatches[c["name"]], name_of(c)) for c in panel["curves"]]) for panel in figure["panels"]]
+        drawn = panels(svgs, below)
+    else:
+        drawn = panels(svgs) + legend([(swatches[name], names[name]) for name in look])
+    rows = [[panel, curve["name"], x, y] for panel, curve in all_curves for x, y in zip(curve["x"], curve["y"])]
+    return drawn, "", details("All numbers", table(["", "", figure["x"]["label"], figure["y"]["label"]], rows))
+
+
+def plain_table(_page, figure):
+    return table(figure["columns"], figure["rows"]), "", ""
+
+
+KINDS = {"work_precision": work_precision, "map": outcome_map, "curves": curves, "table": plain_table}
+
+
+def figure_html(page, figure, number):
+    drawn, conclusions, numbers = KINDS[figure["kind"]](page, figure)
+    runs = f'<p class="runs">Runs: {text(figure["runs"])}</p>' if figure["runs"] else ""
+    return (f'<figure id="f{number}" class="{figure["kind"]}">\n<h4>Figure {number}. {text(figure["title"])}</h4>\n{drawn}\n'
+            f'<figcaption>{text(figure["caption"])}{runs}</figcaption>\n{conclusions}{numbers}\n</figure>')
+
+
+def measured_on(parts):
+    """What the numbers were measured on: a line for all parts that share it."""
+    groups = {}
+    for part in parts:
+        m = part["measured"]
+        key = (m.get("machine"), m.get("threads"), m.get("compiler"), f"{m.get('type')}: {m.get('flags')}", m.get("version"),
+               "quick" if m.get("quick") else "full")
+        groups.setdefault(key, []).append(part["part"])
+    rows = [[", ".join(names) if len(groups) > 1 else "all", *key] for key, names in groups.items()]
+    return table(["parts", "machine", "hardware threads", "compiler", "flags", "version", "measurement"], rows)
+
+
+def defaults(parts, numbers):
+    """A row a choice: on how many scenes its default is on the front, and where it is not."""
+    rows = []
+    for choice, figures in analysis.choices(parts).items():
+        for figure in figures:
+            ratios = analysis.default_ratios(figure)
+            near = [r for _, _, r, _ in ratios if r <= analysis.NEAR]
+            points = Counter(" ".join(filter(None, (p["method"], p["setting"]))) for _, p, _, _ in ratios)
+            worse = "; ".join(f"{text(case)}: {r:.2f} times the time of {text(best['method'])} {text(best['setting'])}"
+                              for case, _, r, best in ratios if r > analysis.NEAR)
+            unmarked = len(figure["cases"]) - len({case for case, *_ in ratios})
+            if unmarked:
+                worse = "; ".join(filter(None, (worse, f"without a default that has a number: {unmarked}")))
+            verdict = f"on {len(near)} of {len(ratios)} scenes" if ratios else "no default is marked"
+            good = bool(ratios) and len(near) == len(ratios)
+            rows.append([text(choice), f'<a href="#f{numbers[id(figure)]}">Figure {numbers[id(figure)]}</a>',
+                         "<br>".join(text(p) for p in points), f'<span class="{"good" if good else "bad"}">{verdict}</span>',
+                         worse])
+    return table(["choice", "", "default", "on the front or within 10 %", "where not"], rows, html=True)
+
+
+def deletion_candidates(parts):
+    items = "".join(f"<li>{text(choice)}: {text(', '.join(names))}</li>"
+                    for choice, figures in analysis.choices(parts).items()
+                    if (names := analysis.never_on_a_front(figures)))
+    if not items:
+        return "<p>Every method of ours is on a front, or within 10 % of it, somewhere.</p>"
+    return ("<p>Nowhere within 10 % of a front of ours, and no part of the published model, so that nothing would be lost "
+            f"without them:</p>\n<ul>{items}</ul>")
+
+
+def failing(parts, numbers):
+    rows = []
+    for figure in analysis.maps(parts):
+        named = f'<a href="#f{numbers[id(figure)]}">Figure {numbers[id(figure)]}</a>', text(figure["title"])
+        for panel in figure["panels"]:
+            cells = sum(len(row) for row in panel["cells"])
+            reasons = analysis.failures(panel)
+            why = "<br>".join(f"{count} {text(outcome)}: {text(reason) or '<b>no reason given, which is a defect</b>'}"
+                              for outcome, count, reason in reasons[:3]) if panel.get("ours") else ""
+            rows.append([*named, f"<b>{text(panel['name'])}</b>" if panel.get("ours") else text(panel["name"]),
+                         f"{cells - sum(count for _, count, _ in reasons)} of {cells}", why])
+            named = "", ""
+    return table(["", "map", "method (ours in bold)", "held", "where ours fails: the most frequent reasons"], rows, html=True)
+
+
+def summary(parts, numbers):
+    blocks = ["<p>Time stands beside the error that it was had at. Down and to the left is better. A point that no other beats "
+              "in both is on the <i>front</i>; a default should lie on it.</p>"]
+    if sentence := analysis.published_sentence(parts):
+        blocks.append(f"<p>{text(sentence)}</p>")
+    blocks.append("<h3>What the numbers were measured on</h3>\n" + measured_on(parts))
+    if analysis.choices(parts):
+        blocks.append("<h3>The defaults</h3>\n<p>A default is held against our other methods and settings that are as accurate or "
+                      "more, on every scene.</p>\n" + defaults(parts, numbers) + deletion_candidates(parts))
+    if analysis.maps(parts):
+        blocks.append("<h3>Where methods fail</h3>\n" + failing(parts, numbers))
+    return "\n".join(blocks)
+
+
+def render(parts):
+    """The page, as text: the same parts give the same bytes."""
+    page = drawing.Page()
+    layout = analysis.sections(parts)
+    order = [figure for _, groups, _ in layout for _, figures in groups for figure in figures]
+    numbers = {id(figure): i + 1 for i, figure in enumerate(order)}
+    contents, body = [], []
+    for i, (title, groups, missing) in enumerate(layout, 1):
+        body.append(f'<h2 id="s-{i}">{i}. {text(title)}</h2>')
+        lines = []
+        for name in missing:
+            body.append(f'<p class="missing">The part <code>{text(name)}</code> has not been measured: '
+                        "<code>./dev bench</code> measures all that there are.</p>")
+        for part, figures in groups:
+            body.append(f"<h3>{text(part['title'])}</h3>\n<p>{text(part['text'])}</p>")
+            for figure in figures:
+                number = numbers[id(figure)]
+                body.append(figure_html(page, figure, number))
+                lines.append(f'<li class="figure"><a href="#f{number}">{number}. {text(figure["title"])}</a></li>')
+        inner = f"\n<ol>{''.join(lines)}</ol>" if lines else ""
+        contents.append(f'<li><a href="#s-{i}">{text(title)}</a>{inner}</li>')
+    quick = " A quick measurement: scatter is larger than in a full one." if any(
+        part["measured"].get("quick") for part in parts) else ""
+    return f"""<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>Thenar: speed against accuracy</title>
+<style>{STYLE}</style>
+</head>
+<body>
+<h1>Thenar: speed against accuracy, and where methods fail</h1>
+<p class="soft">A real-time engine of the human grasp.{quick}</p>
+<h2 id="summary">Summary</h2>
+{summary(parts, numbers)}
+<nav>
+<h2>Contents</h2>
+<ol>{"".join(contents)}</ol>
+</nav>
+{chr(10).join(body)}
+</body>
+</html>
+"""
