@@ -160,7 +160,7 @@ def maps(parts):
     return [figure for part in parts for figure in part["figures"] if figure["kind"] == "map"]
 
 
-def number(value):
+def number(value, digits=3):
     """A number as a reader wants it: three digits, no more; a dash where there is none."""
     if value is None:
         return "–"
@@ -170,10 +170,9 @@ def number(value):
         return f"{value:,}".replace(",", "\u202f")
     if value == 0:
         return "0"
-    if 1e-3 <= abs(value) < 1e5:
-        text = f"{value:.0f}" if abs(value) >= 1000 else f"{value:.3g}"
-        return text
-    mantissa, exponent = f"{value:.2e}".split("e")
+    mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
+    if -4 < int(exponent) < 5:
+        return f"{float(f'{value:.{digits - 1}e}'):.10g}"
     return f"{float(mantissa):g}e{int(exponent)}"
 
 

@@ -26,7 +26,7 @@ plt.rcParams.update({
     "svg.hashsalt": "thenar", "axes.unicode_minus": False,
 })
 
-PANEL_IN = (3.3, 2.75)
+PANEL_IN = (3.05, 2.6)
 
 OURS = [(color, marker) for color, marker in zip(
     ("#c0392b", "#2563a8", "#2e8b57", "#d98200", "#7b3fa0", "#0b8c8c", "#8c6d31", "#c2478d", "#4d4d00", "#00457a"),
@@ -82,7 +82,8 @@ class Page:
         svg = re.sub(r"<!--.*?-->\s*", "", svg, flags=re.DOTALL).replace("xlink:href", "href")
         # Verdana has the widths of DejaVu Sans, which few machines have.
         svg = re.sub(r"'DejaVu Sans'[^;\"]*", "'DejaVu Sans', Verdana, sans-serif", svg)
-        svg = re.sub(r"(\d\.\d\d)\d+", r"\1", re.sub(r"<style.*?</style>", "", svg, flags=re.DOTALL))
+        svg = re.sub(r"<style.*?</style>", "", svg, flags=re.DOTALL)
+        svg = re.sub(r"<[^>]*>", lambda tag: re.sub(r"(\d\.\d\d)\d+", r"\1", tag.group()), svg)
         for name in dict.fromkeys(re.findall(r'\bid="([^"]+)"', svg)):
             used = re.search(rf'(url\(#|href="#){re.escape(name)}\b', svg)
             self._count += 1 if used else 0
@@ -108,7 +109,7 @@ class Page:
 def _panel(title):
     figure, axes = plt.subplots(figsize=PANEL_IN)
     if title:
-        axes.set_title(fill(title, 44))
+        axes.set_title(fill(title, 40))
     return figure, axes
 
 
@@ -163,8 +164,8 @@ def work_precision(page, figure):
     for case in cases:
         drawn = [p for p in case["points"] if p["us"]]
         fig, axes = _panel(case["name"])
-        axes.set(xscale="log", yscale="log", xlim=x_range, ylim=y_range, xlabel=fill(figure["time"], 60),
-                 ylabel=fill(figure["error"], 48))
+        axes.set(xscale="log", yscale="log", xlim=x_range, ylim=y_range, xlabel=fill(figure["time"], 52),
+                 ylabel=fill(figure["error"], 44))
         _log_axis(axes.xaxis, *x_range)
         _log_axis(axes.yaxis, bottom, top)
         for level, text in ((floor, "no error at all"), (ceiling, "no answer")):
@@ -200,11 +201,12 @@ def _index_of(value, values, log):
     return i + (value - at[i]) / (at[i + 1] - at[i])
 
 
-def _cell_axis(axis, values, most):
+def _cell_axis(axis, values, log, most):
+    digits = 2 if log else 3
     step = -(-len(values) // most)
     ticks = list(range(0, len(values), step))
     axis.set_major_locator(FixedLocator(ticks))
-    axis.set_major_formatter(FixedFormatter([analysis.number(float(values[i])) for i in ticks]))
+    axis.set_major_formatter(FixedFormatter([analysis.number(float(values[i]), digits) for i in ticks]))
 
 
 def outcome_map(page, figure):
@@ -237,10 +239,10 @@ def outcome_map(page, figure):
             axes.plot(*zip(*line), ls=styles[limit["label"]], **LIMIT)
         if figure.get("reference"):
             axes.plot(*place(*figure["reference"]), clip_on=False, **STAR)
-        axes.set(xlim=(-0.5, columns - 0.5), ylim=(-0.5, rows - 0.5), xlabel=fill(x["label"], 60),
-                 ylabel=fill(y["label"], 48))
-        _cell_axis(axes.xaxis, x["values"], 6)
-        _cell_axis(axes.yaxis, y["values"], 11)
+        axes.set(xlim=(-0.5, columns - 0.5), ylim=(-0.5, rows - 0.5), xlabel=fill(x["label"], 52),
+                 ylabel=fill(y["label"], 44))
+        _cell_axis(axes.xaxis, x["values"], x.get("log"), 6)
+        _cell_axis(axes.yaxis, y["values"], y.get("log"), 11)
         fig.tight_layout(pad=0.4)
         svgs.append(page.svg(fig, f"{figure['title']}: {panel['name']}"))
     return svgs, styles
@@ -261,7 +263,7 @@ def curves(page, figure):
                 axes.plot(*zip(*pairs), markevery=-(-len(pairs) // 12), zorder=2 if style["ls"] == "--" else 3, **style)
                 for key, values in zip("xy", zip(*pairs)):
                     seen[key] += values
-        axes.set(xlabel=fill(figure["x"]["label"], 60), ylabel=fill(figure["y"]["label"], 48))
+        axes.set(xlabel=fill(figure["x"]["label"], 52), ylabel=fill(figure["y"]["label"], 44))
         for key, axis in (("x", axes.xaxis), ("y", axes.yaxis)):
             if figure[key].get("log") and seen[key]:
                 getattr(axes, f"set_{key}scale")("log")

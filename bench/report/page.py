@@ -1,7 +1,6 @@
 """The report as one page of HTML: nothing in it comes from elsewhere, and it needs no script."""
 
 import re
-from collections import Counter
 from html import escape
 
 import analysis
@@ -39,21 +38,22 @@ th { border-bottom-color: var(--ink); vertical-align: bottom; }
 td.n, th.n { text-align: right; }
 td.n, th.n, .nobr { white-space: nowrap; }
 code { font-size: 0.92em; background: #f3f3f3; padding: 0 0.15em; }
-details { margin: 0.5rem 0; }
+details { margin: 0.5rem 0; } sup { line-height: 0; }
 summary { cursor: pointer; color: var(--soft); font-size: 0.88rem; }
 .missing { border-left: 4px solid #c0392b; padding-left: 0.7rem; }
 .good::before { content: "\\2713\\00a0"; } .bad { font-weight: bold; } .bad::before { content: "\\2717\\00a0"; }
-@media (max-width: 40rem) { body { padding: 0.8rem; } nav ol { columns: 1; } .panels { grid-template-columns: 1fr; } }
+@media (max-width: 40rem) { body { padding: 0.8rem; } nav ol { columns: 1; } .panels { grid-template-columns: 1fr; }
+  .scroll table { width: max-content; max-width: 46rem; } }
 @page { size: A4; margin: 14mm; }
 @media print {
   body { font-size: 9.5pt; padding: 0; max-width: none; print-color-adjust: exact; -webkit-print-color-adjust: exact; }
   h1 { font-size: 20pt; } h2 { font-size: 15pt; margin-top: 1.6rem; } h3 { font-size: 12pt; }
-  h2, h3, h4 { break-after: avoid; }
+  h2, h3, h4, h3 + p { break-after: avoid; }
   p, figcaption, ul { max-width: none; orphans: 3; widows: 3; }
   a { color: inherit; text-decoration: none; }
   figure { margin: 1rem 0 1.4rem; break-inside: avoid; }
   .panels { grid-template-columns: 1fr 1fr; gap: 2mm 4mm; }
-  .panels.three, .panels.many { grid-template-columns: 1fr 1fr 1fr; gap: 1mm 3mm; }
+  .panels.many { grid-template-columns: 1fr 1fr 1fr; gap: 1mm 3mm; }
   .panels.one { grid-template-columns: 62%; }
   table { font-size: 8pt; } tr { break-inside: avoid; } th, td { padding-right: 0.4rem; }
   .scroll { overflow: visible; }
@@ -63,9 +63,14 @@ summary { cursor: pointer; color: var(--soft); font-size: 0.88rem; }
 
 
 def text(value):
-    """Plain text of a part, for a page: `so` is code; a number keeps its exponent and per cent on its line."""
+    """Plain text of a part, for a page: `so` is code, n^2 a power; a number keeps its exponent and per cent on its line."""
     marked = re.sub(r"`([^`]+)`", r"<code>\1</code>", escape(str(value)))
+    marked = re.sub(r"\b([a-zA-Z])\^(-?[\d.]*\d)", r"\1<sup>\2</sup>", marked)
     return re.sub(r"\d[\d.]*(e-\d+| %)", r'<span class="nobr">\g<0></span>', marked)
+
+
+def named(point):
+    return text(" ".join(filter(None, (point["method"], point["setting"]))))
 
 
 def table(columns, rows, html=False):
@@ -89,7 +94,7 @@ def details(title, content):
 
 
 def panels(svgs, below=None):
-    size = {1: " one", 3: " three"}.get(len(svgs), " many" if len(svgs) > 4 else "")
+    size = " one" if len(svgs) == 1 else " many" if len(svgs) > 4 else ""
     below = below or [""] * len(svgs)
     cells = "\n".join(f'<div class="panel">{svg}{note}</div>' for svg, note in zip(svgs, below))
     return f'<div class="panels{size}">\n{cells}\n</div>'
@@ -198,8 +203,8 @@ def defaults(parts, numbers):
         for figure in figures:
             ratios = analysis.default_ratios(figure)
             near = [r for _, _, r, _ in ratios if r <= analysis.NEAR]
-            points = Counter(" ".join(filter(None, (p["method"], p["setting"]))) for _, p, _, _ in ratios)
-            worse = "; ".join(f"{text(case)}: {r:.2f} times the time of {text(best['method'])} {text(best['setting'])}"
+            marked = dict.fromkeys(named(p) for _, p, _, _ in ratios)
+            worse = "; ".join(f"{text(case)}: {r:.2f} times the time of {named(best)}"
                               for case, _, r, best in ratios if r > analysis.NEAR)
             unmarked = len(figure["cases"]) - len({case for case, *_ in ratios})
             if unmarked:
@@ -207,7 +212,7 @@ def defaults(parts, numbers):
             verdict = f"on {len(near)} of {len(ratios)} scenes" if ratios else "no default is marked"
             good = bool(ratios) and len(near) == len(ratios)
             rows.append([text(choice), f'<a href="#f{numbers[id(figure)]}">Figure {numbers[id(figure)]}</a>',
-                         "<br>".join(text(p) for p in points), f'<span class="{"good" if good else "bad"}">{verdict}</span>',
+                         "<br>".join(marked), f'<span class="{"good" if good else "bad"}">{verdict}</span>',
                          worse])
     return table(["choice", "", "default", "on the front or within 10 %", "where not"], rows, html=True)
 

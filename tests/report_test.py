@@ -1,0 +1,208 @@
+"""The report says what its parts measured: report_test.py Analysis, and report_test.py Page, which ends with 77 where
+matplotlib is missing."""
+
+import html.parser
+import importlib.util
+import json
+import os
+import random
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+DATA = ROOT / "tests" / "data" / "report"
+PROGRAM = ROOT / "bench" / "report" / "report.py"
+sys.dont_write_bytecode = True
+sys.path.insert(0, str(PROGRAM.parent))
+
+import analysis  # noqa: E402
+
+
+def point(method, error, us, **flags):
+    return {"method": method, "setting": "", "error": error, "us": us, **flags}
+
+
+def work(*cases, choice="a choice"):
+    return {"kind": "work_precision", "choice": choice,
+            "cases": [{"name": str(i), "points": list(points)} for i, points in enumerate(cases)]}
+
+
+class Analysis(unittest.TestCase):
+    def test_the_front_is_what_no_other_point_beats(self):
+        dice = random.Random(1)
+        for _ in range(100):
+            # Few values, so that there are ties.
+            points = [point("m", dice.randint(0, 5), dice.randint(1, 6)) for _ in range(12)]
+            front = analysis.front(points)
+            for p in points:
+                beaten = any(q["us"] <= p["us"] and q["error"] <= p["error"] and (q["us"], q["error"]) != (p["us"], p["error"])
+                             for q in points)
+                self.assertEqual(not beaten, any((f["us"], f["error"]) == (p["us"], p["error"]) for f in front))
+            self.assertEqual(front, sorted(front, key=lambda p: p["us"]))
+
+    def test_what_has_no_number_is_on_no_front(self):
+        self.assertEqual(analysis.front([point("no error", None, 1.0), point("no time", 0.0, None)]), [])
+
+    def test_a_default_is_held_against_ours_that_are_as_accurate(self):
+        figure = work([point("default", 1e-6, 3.0, default=True), point("as accurate", 1e-6, 2.0),
+                       point("more accurate", 1e-9, 2.5), point("less accurate", 2e-6, 0.5),
+                       point("a peer", 1e-9, 0.1, peer=True), point("published", 1e-9, 0.2, published=True),
+                       point("without an error", None, 0.1)])
+        (case, _, ratio, best), = analysis.default_ratios(figure)
+        self.assertEqual((case, ratio, best["method"]), ("0", 1.5, "as accurate"))
+
+    def test_a_default_alone_is_on_its_front(self):
+        for flags in ({}, {"published": True}):
+            (_, _, ratio, _), = analysis.default_ratios(work([point("default", 0.0, 3.0, default=True, **flags)]))
+            self.assertEqual(ratio, 1.0)
+
+    def test_what_is_near_no_front_could_be_deleted(self):
+        one = work([point("best", 1e-6, 1.0), point("near", 1e-6, 1.09), point("far", 1e-6, 1.2), point("late", 1e-6, 9.0),
+                    point("paper", 1e-3, 9.0, published=True), point("peer", 1e-3, 9.0, peer=True),
+                    point("no answer", None, 0.1)])
+        two = work([point("best", 1e-6, 3.0), point("late", 1e-6, 1.0)])
+        self.assertEqual(analysis.never_on_a_front([one, two]), ["far", "no answer"])
+
+    def test_a_peer_does_not_make_ours_a_candidate_for_deletion(self):
+        self.assertEqual(analysis.never_on_a_front([work([point("ours", 1e-3, 2.0), point("peer", 1e-6, 1.0, peer=True)])]), [])
+
+    def test_reasons_that_differ_in_numbers_count_as_one(self):
+        panel = {"cells": [[{"outcome": "held", "reason": ""}, {"outcome": "unstable", "reason": "30 mm off at 1e-3 s"}],
+                           [{"outcome": "unstable", "reason": "-3.5 mm off at 2 s"}, {"outcome": "unstable", "reason": None}]]}
+        self.assertEqual([(outcome, count) for outcome, count, _ in analysis.failures(panel)],
+                         [("unstable", 2), ("unstable", 1)])
+        self.assertEqual(analysis.outcome_counts(panel), {"held": 1, "unstable": 3})
+
+    def test_sections_have_every_figure_once_and_name_what_is_missing(self):
+        parts = analysis.read_parts(DATA)
+        layout = analysis.sections(parts)
+        ids = [figure["id"] for _, groups, _ in layout for _, figures in groups for figure in figures]
+        self.assertEqual(sorted(ids), sorted(figure["id"] for part in parts for figure in part["figures"]))
+        self.assertEqual([title for title, groups, _ in layout if any("growth_contacts" == figure["id"]
+                          for _, figures in groups for figure in figures)], ["Growth"])
+        self.assertEqual(layout[-1][0], "Others")
+        self.assertEqual([name for _, _, missing in layout for name in missing],
+                         ["grasp_forces", "muscle_forces", "finding", "pulps", "rates", "model", "growth"])
+
+    def test_numbers_are_short(self):
+        for value, shown in ((0, "0"), (0.0, "0"), (None, "–"), (1.0, "1"), (0.00123456, "0.00123"), (99999.0, "1e5"),
+                             (63.04, "63"), (1234.5, "1230"), (2e-15, "2e-15"), (-0.5, "-0.5"), (36000, "36\u202f000")):
+            self.assertEqual(analysis.number(value), shown)
+
+    def test_a_broken_part_is_one_error_that_names_file_and_key(self):
+        part = json.loads((DATA / "contact.json").read_text())
+        breaks = {
+            "lacks 'title'": lambda: part.pop("title"),
+            "figure 'contact_residual': lacks 'cases'": lambda: part["figures"][0].pop("cases"),
+            "no kind is named 'pie'": lambda: part["figures"][0].update(kind="pie"),
+        }
+        for message, break_it in breaks.items():
+            part = json.loads((DATA / "contact.json").read_text())
+            break_it()
+            self.refused(json.dumps(part), message)
+        self.refused('{"part": ', "part.json")
+        self.refused('{"benchmarks": []}', "no part")
+
+    def refused(self, content, message):
+        with tempfile.TemporaryDirectory() as folder:
+            (Path(folder) / "part.json").write_text(content)
+            run = subprocess.run([sys.executable, "-B", PROGRAM, folder], capture_output=True, text=True)
+            self.assertEqual(run.returncode, 3)
+            self.assertIn(message, run.stderr)
+            self.assertEqual(len(run.stderr.splitlines()), 1)
+
+
+class Reader(html.parser.HTMLParser):
+    """Checks that elements close in order; keeps texts, identifiers and references."""
+
+    VOID = {"meta", "br"}
+
+    def __init__(self, page):
+        super().__init__()
+        self.open, self.ids, self.references, self.words, self.captions = [], [], [], [], []
+        self.feed(page)
+        self.close()
+
+    def handle_starttag(self, tag, attributes):
+        if tag not in self.VOID:
+            self.open.append(tag)
+        for name, value in attributes:
+            if name == "id":
+                self.ids.append(value)
+            if name in ("src", "href", "xlink:href", "srcset", "data", "action"):
+                self.references.append(value)
+            self.references += re.findall(r"url\(([^)]*)\)", value or "")
+        if tag == "figcaption":
+            self.captions.append("")
+
+    def handle_startendtag(self, tag, attributes):
+        self.handle_starttag(tag, attributes)
+        self.handle_endtag(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open and self.open.pop() == tag, f"</{tag}> closes nothing at {self.getpos()}"
+
+    def handle_data(self, data):
+        self.words.append(data)
+        if "figcaption" in self.open:
+            self.captions[-1] += data
+
+
+class Page(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.pages = [cls.draw(seed) for seed in ("1", "2")]
+        cls.page = cls.pages[0].decode()
+        cls.read = Reader(cls.page)
+
+    @classmethod
+    def draw(cls, hash_seed):
+        with tempfile.TemporaryDirectory() as folder:
+            for file in DATA.glob("*.json"):
+                (Path(folder) / file.name).write_bytes(file.read_bytes())
+            subprocess.run([sys.executable, "-B", PROGRAM, folder], check=True, capture_output=True,
+                           env={**os.environ, "PYTHONHASHSEED": hash_seed})
+            return (Path(folder) / "report.html").read_bytes()
+
+    def test_the_same_parts_give_the_same_bytes(self):
+        self.assertEqual(self.pages[0], self.pages[1])
+
+    def test_every_element_is_closed_and_every_reference_is_within_the_page(self):
+        self.assertEqual(self.read.open, [])
+        self.assertEqual(len(self.read.ids), len(set(self.read.ids)))
+        self.assertEqual([r for r in self.read.references if not (r.startswith("#") and r[1:] in self.read.ids)], [])
+        for word in ("http", "src=", "@import", "<script"):
+            self.assertNotIn(word, self.page)
+
+    def test_every_figure_has_its_caption_runs_and_number(self):
+        figures = [figure for part in analysis.read_parts(DATA) for figure in part["figures"]]
+        self.assertEqual(len(self.read.captions), len(figures))
+        for figure in figures:
+            caption = figure["caption"].replace("`", "")
+            self.assertTrue(any(c.startswith(caption) and figure["runs"] in c for c in self.read.captions), caption)
+        self.assertEqual(len(re.findall(r"<h4>Figure \d+\. ", self.page)), len(figures))
+
+    def test_what_is_missing_is_named(self):
+        for name in ("grasp_forces", "muscle_forces", "finding", "pulps", "rates", "model", "growth"):
+            self.assertIn(f"The part <code>{name}</code> has not been measured", self.page)
+
+    def test_the_summary_tells_defaults_failures_and_candidates_for_deletion(self):
+        words = "".join(self.read.words)
+        for text in ("on 1 of 2 scenes", "two: 1.50 times the time of exact", "contact solver: slow, broken, unmeasured",
+                     "grasp forces: 100 times as fast (accuracy of ours: KKT error 1e-15)", "3 of 6", "2 unstable: 31 mm off",
+                     "1 solver failed: no reason given, which is a defect"):
+            self.assertIn(text, words)
+
+    def test_panels_are_pictures_with_names(self):
+        # Two cases with points, one panel of curves, two of a map.
+        self.assertEqual(len(re.findall(r'<div class="panel"><svg viewBox="[\d. ]+" role="img" aria-label="[^"]+"', self.page)), 5)
+
+
+if __name__ == "__main__":
+    if "Page" in sys.argv and not importlib.util.find_spec("matplotlib"):
+        sys.exit(77)
+    unittest.main()
