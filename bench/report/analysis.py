@@ -180,17 +180,21 @@ def published_sentence(parts):
     """The published table in one sentence, with the accuracy; empty without a table that has these columns."""
     for part in parts:
         for figure in part["figures"] if part["part"] == "published" else []:
-            if figure["kind"] != "table":
-                continue
-            columns = [str(column).lower() for column in figure["columns"]]
-            ratio = next((i for i, column in enumerate(columns) if "ratio" in column), None)
-            accuracy = next((i for i, column in enumerate(columns)
-                             if any(word in column for word in ("accura", "residual", "error"))), None)
-            if ratio is None or accuracy is None:
-                continue
-            said = [f"{row[0]}: {number(row[ratio]) if not isinstance(row[ratio], str) else row[ratio]} times as fast "
-                    f"({columns[accuracy]}: {row[accuracy] if isinstance(row[accuracy], str) else number(row[accuracy])})"
-                    for row in figure["rows"] if row[ratio] not in (None, "", "-", "–")]
-            if said:
+            if figure["kind"] == "table" and (said := _faster_rows(figure)):
                 return "Beside the published times: " + "; ".join(said) + "."
     return ""
+
+
+def _faster_rows(table):
+    def column(*words):
+        return next((i for i, name in enumerate(table["columns"]) if any(word in str(name).lower() for word in words)), None)
+
+    def told(value):
+        return value if isinstance(value, str) else number(value)
+
+    ratio, accuracy, rest = column("ratio", "times as fast"), column("accura", "residual", "error"), column("hardware")
+    if ratio is None or accuracy is None:
+        return []
+    return [f"{row[0]} {told(row[ratio])} times as fast"
+            + (f", {told(row[rest])} without the hardware's share" if rest is not None else "") + f" ({told(row[accuracy])})"
+            for row in table["rows"] if row[ratio] not in (None, "", "-", "–")]

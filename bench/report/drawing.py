@@ -165,7 +165,7 @@ def work_precision(page, figure):
         drawn = [p for p in case["points"] if p["us"]]
         fig, axes = _panel(case["name"])
         axes.set(xscale="log", yscale="log", xlim=x_range, ylim=y_range, xlabel=fill(figure["time"], 52),
-                 ylabel=fill(figure["error"], 44))
+                 ylabel=fill(figure["error"], 36))
         _log_axis(axes.xaxis, *x_range)
         _log_axis(axes.yaxis, bottom, top)
         for level, text in ((floor, "no error at all"), (ceiling, "no answer")):
@@ -240,7 +240,7 @@ def outcome_map(page, figure):
         if figure.get("reference"):
             axes.plot(*place(*figure["reference"]), clip_on=False, **STAR)
         axes.set(xlim=(-0.5, columns - 0.5), ylim=(-0.5, rows - 0.5), xlabel=fill(x["label"], 52),
-                 ylabel=fill(y["label"], 44))
+                 ylabel=fill(y["label"], 36))
         _cell_axis(axes.xaxis, x["values"], x.get("log"), 6)
         _cell_axis(axes.yaxis, y["values"], y.get("log"), 11)
         fig.tight_layout(pad=0.4)
@@ -263,7 +263,7 @@ def curves(page, figure):
                 axes.plot(*zip(*pairs), markevery=-(-len(pairs) // 12), zorder=2 if style["ls"] == "--" else 3, **style)
                 for key, values in zip("xy", zip(*pairs)):
                     seen[key] += values
-        axes.set(xlabel=fill(figure["x"]["label"], 52), ylabel=fill(figure["y"]["label"], 44))
+        axes.set(xlabel=fill(figure["x"]["label"], 52), ylabel=fill(figure["y"]["label"], 36))
         for key, axis in (("x", axes.xaxis), ("y", axes.yaxis)):
             if figure[key].get("log") and seen[key]:
                 getattr(axes, f"set_{key}scale")("log")

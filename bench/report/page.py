@@ -18,7 +18,7 @@ h4 { font-size: 1rem; margin: 0 0 0.5rem; }
 p, ul { max-width: 52rem; margin: 0.5rem 0; }
 a { color: #1f4f8a; }
 nav ol { columns: 2; padding-left: 1.3rem; margin: 0.5rem 0; font-size: 0.9rem; }
-nav li { break-inside: avoid; }
+nav .figure { break-inside: avoid; }
 nav ol ol { columns: 1; }
 nav .figure { list-style: none; }
 figure { margin: 1.8rem 0 2.6rem; }
@@ -36,7 +36,8 @@ table { border-collapse: collapse; font-size: 0.88rem; margin: 0.5rem 0; font-va
 th, td { padding: 0.2rem 0.7rem 0.2rem 0; text-align: left; vertical-align: top; border-bottom: 1px solid var(--line); }
 th { border-bottom-color: var(--ink); vertical-align: bottom; }
 td.n, th.n { text-align: right; }
-td.n, th.n, .nobr { white-space: nowrap; }
+td.n, .nobr { white-space: nowrap; }
+td.long { min-width: 15rem; }
 code { font-size: 0.92em; background: #f3f3f3; padding: 0 0.15em; }
 details { margin: 0.5rem 0; } sup { line-height: 0; }
 summary { cursor: pointer; color: var(--soft); font-size: 0.88rem; }
@@ -55,7 +56,7 @@ summary { cursor: pointer; color: var(--soft); font-size: 0.88rem; }
   .panels { grid-template-columns: 1fr 1fr; gap: 2mm 4mm; }
   .panels.many { grid-template-columns: 1fr 1fr 1fr; gap: 1mm 3mm; }
   .panels.one { grid-template-columns: 62%; }
-  table { font-size: 8pt; } tr { break-inside: avoid; } th, td { padding-right: 0.4rem; }
+  table { font-size: 8pt; } td.long { min-width: 38mm; } tr { break-inside: avoid; } th, td { padding-right: 0.4rem; }
   .scroll { overflow: visible; }
   figcaption { break-before: avoid; } details { display: none; }
 }
@@ -80,13 +81,17 @@ def table(columns, rows, html=False):
     def is_number(value):
         return isinstance(value, (int, float)) or value is None
 
-    right = [bool(rows) and all(is_number(row[i]) for row in rows) for i in range(len(columns))]
-    cells = lambda tag, row: "".join(  # noqa: E731
-        f"<{tag}{' class=n' if right[i] else ''}>{analysis.number(v) if is_number(v) else show(v)}</{tag}>"
-        for i, v in enumerate(row))
+    def looks_like_one(value):
+        return is_number(value) or re.fullmatch(r"-?[\d.]+(e-?\d+)?|[-–]?", value)
+
+    right = [any(row[i] != "" for row in rows) and all(looks_like_one(row[i]) for row in rows) for i in range(len(columns))]
+    def cells(tag, row):
+        kinds = [' class="n"' if right[i] else ' class="long"' if len(str(v)) > 40 else "" for i, v in enumerate(row)]
+        return "".join(f"<{tag}{kind}>{analysis.number(v) if is_number(v) else show(v)}</{tag}>" for kind, v in zip(kinds, row))
+
     body = "\n".join(f"<tr>{cells('td', row)}</tr>" for row in rows)
     return (f'<div class="scroll"><table>\n<thead><tr>{cells("th", columns)}</tr></thead>\n'
-            f"<tbody>\n{body}\n</tbody></table></div>").replace("class=n", 'class="n"')
+            f"<tbody>\n{body}\n</tbody></table></div>")
 
 
 def details(title, content):
@@ -184,6 +189,10 @@ def figure_html(page, figure, number):
             f'<figcaption>{text(figure["caption"])}{runs}</figcaption>\n{conclusions}{numbers}\n</figure>')
 
 
+def link(number):
+    return f'<a class="nobr" href="#f{number}">Figure {number}</a>'
+
+
 def measured_on(parts):
     """What the numbers were measured on: a line for all parts that share it."""
     groups = {}
@@ -211,7 +220,7 @@ def defaults(parts, numbers):
                 worse = "; ".join(filter(None, (worse, f"without a default that has a number: {unmarked}")))
             verdict = f"on {len(near)} of {len(ratios)} scenes" if ratios else "no default is marked"
             good = bool(ratios) and len(near) == len(ratios)
-            rows.append([text(choice), f'<a href="#f{numbers[id(figure)]}">Figure {numbers[id(figure)]}</a>',
+            rows.append([text(choice), link(numbers[id(figure)]),
                          "<br>".join(marked), f'<span class="{"good" if good else "bad"}">{verdict}</span>',
                          worse])
     return table(["choice", "", "default", "on the front or within 10 %", "where not"], rows, html=True)
@@ -230,7 +239,7 @@ def deletion_candidates(parts):
 def failing(parts, numbers):
     rows = []
     for figure in analysis.maps(parts):
-        named = f'<a href="#f{numbers[id(figure)]}">Figure {numbers[id(figure)]}</a>', text(figure["title"])
+        named = link(numbers[id(figure)]), text(figure["title"])
         for panel in figure["panels"]:
             cells = sum(len(row) for row in panel["cells"])
             reasons = analysis.failures(panel)
@@ -266,9 +275,9 @@ def render(parts):
     for i, (title, groups, missing) in enumerate(layout, 1):
         body.append(f'<h2 id="s-{i}">{i}. {text(title)}</h2>')
         lines = []
-        for name in missing:
-            body.append(f'<p class="missing">The part <code>{text(name)}</code> has not been measured: '
-                        "<code>./dev bench</code> measures all that there are.</p>")
+        if missing:
+            names = ", ".join(f"<code>{text(name)}</code>" for name in missing)
+            body.append(f'<p class="missing">Not measured: {names}. <code>./dev bench</code> measures all parts.</p>')
         for part, figures in groups:
             body.append(f"<h3>{text(part['title'])}</h3>\n<p>{text(part['text'])}</p>")
             for figure in figures:
