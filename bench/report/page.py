@@ -109,13 +109,18 @@ def legend(entries):
     return '<p class="legend">' + "\n".join(f"<span>{svg}{text(name)}</span>" for svg, name in entries) + "</p>"
 
 
+def peers_entry(page):
+    return page.swatch(color="#777777", ls="--"), "grey and dashed: not Thenar's"
+
+
 def work_precision(page, figure):
     svgs, look = drawing.work_precision(page, figure)
     points = [p for case in figure["cases"] for p in case["points"]]
-    peers = {p["method"] for p in points if p.get("peer")}
     open_ones = {p["method"] for p in points if p.get("published")} - {p["method"] for p in points if not p.get("published")}
-    entries = [(page.swatch(**style, mfc="white" if name in open_ones else style["color"]),
-                f"{name} (another project's)" if name in peers else name) for name, style in look.items()]
+    entries = [(page.swatch(**style, mfc="white" if name in open_ones else style["color"]), name)
+               for name, style in look.items()]
+    if any(p.get("peer") for p in points):
+        entries.append(peers_entry(page))
     if any(p.get("published") for p in points):
         entries.append((page.swatch(color="#555555", marker="o", mfc="white", ls="none"), "hollow: as published"))
     if any(p.get("default") for p in points):
@@ -161,16 +166,15 @@ def curves(page, figure):
     svgs, look = drawing.curves(page, figure)
     swatches = {name: page.swatch(**style) for name, style in look.items()}
     all_curves = [(panel["name"], curve) for panel in figure["panels"] for curve in panel["curves"]]
-    peers = {curve["name"] for _, curve in all_curves if curve.get("peer")}
-    names = {name: f"{name} (another project's)" if name in peers else name for name in look}
+    peers = [peers_entry(page)] if any(curve.get("peer") for _, curve in all_curves) else []
     if any(curve.get("exponent") is not None for _, curve in all_curves):
         def name_of(curve):
             exponent = curve.get("exponent")
-            return names[curve["name"]] + (f": n^{exponent:.2f}" if exponent is not None else "")
+            return curve["name"] + (f": n^{exponent:.2f}" if exponent is not None else "")
         below = [legend([(swatches[c["name"]], name_of(c)) for c in panel["curves"]]) for panel in figure["panels"]]
-        drawn = panels(svgs, below)
+        drawn = panels(svgs, below) + (legend(peers) if peers else "")
     else:
-        drawn = panels(svgs) + legend([(swatches[name], names[name]) for name in look])
+        drawn = panels(svgs) + legend([(swatches[name], name) for name in look] + peers)
     rows = [[panel, curve["name"], x, y] for panel, curve in all_curves for x, y in zip(curve["x"], curve["y"])]
     return drawn, "", details("All numbers", table(["", "", figure["x"]["label"], figure["y"]["label"]], rows))
 
