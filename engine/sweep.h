@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <filesystem>
 #include <functional>
@@ -40,6 +41,10 @@ struct SweepPlan {
 /// The scene of the first row that is one. Throws ConfigError if a key varies twice, if there are more than a million
 /// rows, and what is wrong with the first row if no row is a scene, as where a key is misspelt.
 [[nodiscard]] Scene first_scene(const SweepPlan& plan);
+
+/// All that may become of a row.
+inline constexpr std::array kOutcomes = {Outcome::kHeld, Outcome::kSlipping, Outcome::kUnstable, Outcome::kSolverFailed,
+                                         Outcome::kRefused};
 
 /// What became of one row: the same for the same scene, to the last bit, whoever runs it; so no times.
 struct SweepRow {
