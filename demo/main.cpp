@@ -14,6 +14,7 @@
 #include "demo/profile.h"
 #include "demo/progress.h"
 #include "demo/solve.h"
+#include "demo/sweep.h"
 #include "demo/table.h"
 #include "demo/window_program.h"
 #include "engine/config.h"
@@ -147,6 +148,8 @@ int execute(const Options& options) {
       return check(options);
     case Command::kSolve:
       return solve(options);
+    case Command::kSweep:
+      return sweep(options);
     case Command::kExport:
       return export_recording(options);
     case Command::kDoctor:

@@ -126,6 +126,37 @@ CLI::App* add_solve(CLI::App& app, Options& options) {
   return command;
 }
 
+/// The command that runs a scene many times.
+CLI::App* add_sweep(CLI::App& app, Options& options) {
+  CLI::App* const command = app.add_subcommand(
+      "sweep", "Runs all combinations of what varies in a scene, one a core, and makes one table of them");
+  add_scene(*command, options.scene, options.overrides);
+  command
+      ->add_option("--vary", options.vary,
+                   "What varies, as often as needed, the last one fastest: 'contact.friction=0.4:1:7' is 7 values from "
+                   "0.4 to 1, with :log at the end by equal ratios; 'time.step=0.5 ms,1 ms' is these values")
+      ->take_all()
+      ->required()
+      ->type_name("KEY=VALUES");
+  command
+      ->add_option("--out", options.out,
+                   "Folder for rows.csv and the journals of what has run: the same command goes on where it stopped")
+      ->required()
+      ->type_name("DIR")
+      ->check(named());
+  command->add_option("--jobs", options.jobs, "Rows at a time; default: one a core, and under mpirun one a process")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1024).description(""));
+  command->add_flag_callback(
+      "--lockstep", [&options] { options.runner = Runner::kLockstep; }, "Runs the two loops on a virtual clock");
+  command->add_flag("--quiet", options.quiet, "Prints nothing but errors");
+  command->footer(
+      "Exit code: 0 if all rows were run, whatever became of them, 2 for a wrong command or a folder that holds "
+      "another "
+      "sweep, 3 for a file, 6 if rows are missing, 130 if interrupted.");
+  return command;
+}
+
 /// The flags as changes of the scene, around those that the user set by key: a default of ours gives way to them, a flag
 /// does not.
 void apply(const SceneFlags& flags, Options& options) {
@@ -229,6 +260,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
   CLI::App* const check =
       app.add_subcommand("check", "Says what a scene will model, what it leaves out, and the defaults");
   add_scene(*check, options.scene, options.overrides);
+  CLI::App* const sweep = add_sweep(app, options);
   CLI::App* const exports =
       app.add_subcommand("export", "Makes one page that plays without a network, or a table, of a recording");
   exports->add_option("FILE", options.record, "Recording, of thenar run --record")->required();
@@ -253,6 +285,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
     if (doctor->parsed()) options.command = Command::kDoctor;
     if (profile->parsed()) options.command = Command::kProfile;
     if (profile->parsed()) options.runner = Runner::kRealtime;
+    if (sweep->parsed()) options.command = Command::kSweep;
     check_together(flags.rates, options.runner);
     check_trace(options);
   } catch (const CLI::ParseError& error) {

@@ -8,7 +8,7 @@
 
 #include "demo/scene_flags.h"
 
-enum class Command { kRun, kProfile, kCheck, kSolve, kDoctor, kExport };
+enum class Command { kRun, kProfile, kCheck, kSolve, kDoctor, kExport, kSweep };
 
 /// Who runs the two loops.
 enum class Runner {
@@ -43,6 +43,10 @@ struct Options {
   std::optional<double> tolerance;  ///< Of the residuals; nothing: each problem's default.
   int repeat = 100;                 ///< Timed solves.
   bool forces = false;              ///< Show them, too.
+
+  // Of sweeps.
+  std::vector<std::string> vary;  ///< As written, the last one turns fastest.
+  int jobs = 0;                   ///< Rows at a time; 0: one a core, or one a process under mpirun.
 
   // Of the two threads.
   double spin_s = 50e-6;
