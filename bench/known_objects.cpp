@@ -8,7 +8,7 @@
 
 #include "bench/random.h"
 #include "collision/shapes.h"
-#include "collision/sphere_tree.h"
+#include "engine/pulp.h"
 
 namespace thenar {
 
@@ -168,13 +168,8 @@ KnownObject known_scan(Index n) {
 
 Matrix3Xd pulp_control_points(Index leaves) {
   // 7.5 samples a leaf, as the reference scene has.
-  const PointCloud surface = sample_sphere(kPulpRadius_m, 15 * leaves / 2);
-  const SphereTree tree(surface, leaves);
-  Matrix3Xd controls_m(3, leaves);
-  for (Index i = 0; i < leaves; ++i) {
-    controls_m.col(i) = surface.points_m.col(tree.nodes()[tree.leaves()[i]].representative);
-  }
-  return controls_m;
+  return make_spherical_pulp(Vector3d::Zero(), kPulpRadius_m, 15 * leaves / 2, leaves, {.reduced_modulus_Pa = 1.0})
+      .control_points_m;
 }
 
 std::vector<Grip> random_grips(const KnownObject& object, const Matrix3Xd& controls_m, const GripTask& task, int count,

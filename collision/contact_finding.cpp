@@ -2,10 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
-#include <chrono>
 #include <cmath>
-#include <limits>
-#include <optional>
 #include <tuple>
 
 namespace thenar {
@@ -116,40 +113,17 @@ void find_prospects(const Eigen::Matrix3Xd& control_points_m, const Eigen::Isome
   }
 }
 
-// A longer budget is none.
-constexpr double kLongest_s = 1e6;
-
-/// The budget of one call.
-class Budget {
- public:
-  explicit Budget(const ContactFindingSettings& settings)
-      : left_(settings.max_distances), timed_(settings.budget_s < kLongest_s) {
-    if (timed_)
-      end_ =
-          Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(settings.budget_s));
-  }
-  [[nodiscard]] bool spend_one() { return left_-- > 0 && (!timed_ || Clock::now() < end_); }
-
- private:
-  using Clock = std::chrono::steady_clock;
-  Index left_;
-  bool timed_;
-  Clock::time_point end_;
-};
-
 }  // namespace
 
-FindingReport find_contacts(const Eigen::Matrix3Xd& control_points_m, const Eigen::Isometry3d& X_SB,
-                            const ImplicitSurface& surface, const ContactFindingSettings& settings,
-                            FindingMemory& memory, std::vector<ContactCandidate>& found) {
+void find_contacts(const Eigen::Matrix3Xd& control_points_m, const Eigen::Isometry3d& X_SB,
+                   const ImplicitSurface& surface, const ContactFindingSettings& settings, FindingMemory& memory,
+                   std::vector<ContactCandidate>& found) {
   assert(settings.band_m > 0.0 && settings.max_contacts >= 0);
-  FindingReport report;
   found.clear();
   found.reserve(control_points_m.cols());
   if (static_cast<Index>(memory.known.size()) != control_points_m.cols()) set_up(control_points_m, memory);
-  if (settings.max_contacts == 0) return report;
+  if (settings.max_contacts == 0) return;
 
-  Budget budget(settings);
   travel(X_SB, settings, memory);
   find_prospects(control_points_m, X_SB, surface, settings, memory);
   std::vector<Prospect>& prospects = memory.prospects;
@@ -159,10 +133,6 @@ FindingReport find_contacts(const Eigen::Matrix3Xd& control_points_m, const Eige
     const Prospect& next = prospects.back();
     const bool full = static_cast<Index>(found.size()) == settings.max_contacts;
     if (full && next.least_m > found.front().gap_m) continue;
-    if (!budget.spend_one()) {
-      report.complete = false;
-      break;
-    }
     const SurfaceDistance to = surface.distance_from(next.at_m, next.sample);
     if (to.distance_m >= settings.band_m) continue;
     const ContactCandidate contact{next.control_point, to.distance_m, to.point_m, to.normal};
@@ -175,7 +145,6 @@ FindingReport find_contacts(const Eigen::Matrix3Xd& control_points_m, const Eige
     std::push_heap(found.begin(), found.end(), less_gap);
   }
   std::sort(found.begin(), found.end(), less_control_point);
-  return report;
 }
 
 }  // namespace thenar

@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
-#include <limits>
 #include <vector>
 
 #include "collision/implicit_surface.h"
@@ -14,8 +13,6 @@ struct ContactFindingSettings {
   double band_m = 0.3e-3;          ///< Candidates have a gap below this.
   double reach_m = 4e-3;           ///< No candidate is deeper than this; it bounds the search.
   Eigen::Index max_contacts = 20;  ///< Keeps those of least gap, ties by control point.
-  double budget_s = std::numeric_limits<double>::infinity();              ///< Time that the distances may take.
-  Eigen::Index max_distances = std::numeric_limits<Eigen::Index>::max();  ///< The same, as a number of distances.
 };
 
 /// A control point of one body near the surface of the other.
@@ -56,23 +53,18 @@ struct FindingMemory {
   double radius_m = 0.0;
 };
 
-/// What one call of find_contacts returns by value.
-struct FindingReport {
-  bool complete = true;  ///< False where the budget was spent: what is found then are the most important contacts.
-};
-
 /// Finds the control points of a body (3 x L in its own frame, posed by X_SB in the surface's frame) that lie within the
 /// band of `surface` or inside it: those inside its bounds grown by the band near a sample, whose signed distance is below
 /// the band. Keeps the max_contacts of least gap, ties by number; sorted by control point.
 ///
 /// Distances are taken in the order of their estimates, deepest first, until a lower bound shows that no other is among
-/// the least. When the budget is spent before, report.complete is false: gaps are right, but nearer ones may be missing.
+/// the least.
 ///
 /// Requires  band > 0, max_contacts >= 0; reach finite and greater than the band and than the depth to be expected.
 ///           `memory` belongs to one pair of control points and surface.
 /// `found` and `memory` keep their capacity: no allocation once they have grown to the number of control points.
-FindingReport find_contacts(const Eigen::Matrix3Xd& control_points_m, const Eigen::Isometry3d& X_SB,
-                            const ImplicitSurface& surface, const ContactFindingSettings& settings,
-                            FindingMemory& memory, std::vector<ContactCandidate>& found);
+void find_contacts(const Eigen::Matrix3Xd& control_points_m, const Eigen::Isometry3d& X_SB,
+                   const ImplicitSurface& surface, const ContactFindingSettings& settings, FindingMemory& memory,
+                   std::vector<ContactCandidate>& found);
 
 }  // namespace thenar

@@ -106,7 +106,7 @@ void add_pulp(const Pulp& pulp, const Eigen::MatrixX3d& u_m, const Eigen::Isomet
   const Eigen::MatrixX3f moved = display.displace(u_m);
   for (Index row = 0; row < moved.rows(); ++row) {
     const Vector3d d = moved.row(row).transpose().cast<double>();
-    const Index i = pulp.tree.order()[row];
+    const Index i = pulp.order[row];
     const double share = std::min(1.0, d.norm() / kFullColor_m);
     surfels.push_back({X_WF * (pulp.surface.points_m.col(i) + d), X_WF.linear() * pulp.surface.normals.col(i),
                        (1.0 - share) * kSkin + share * kPressed, 0.62e-3});

@@ -4,6 +4,7 @@
 #include <numbers>
 #include <vector>
 
+#include "collision/point_tree.h"
 #include "collision/shapes.h"
 #include "engine/voronoi_cells.h"
 
@@ -14,25 +15,12 @@ using Eigen::Vector3d;
 
 namespace {
 
-// The nodes of the tree, below `node` of so many leaves, that stand for no more than `most` leaves each.
-void collect(const SphereTree& tree, Index node, Index leaves, Index most, std::vector<Index>& nodes) {
-  const SphereTree::Node& n = tree.nodes()[node];
-  if (leaves <= most || n.is_leaf()) {
-    nodes.push_back(node);
-    return;
-  }
-  collect(tree, n.left, leaves / 2, most, nodes);
-  collect(tree, n.right, leaves - leaves / 2, most, nodes);
-}
-
 /// The outward normal at the centroid of a node's samples.
-Vector3d direction(const Pulp& pulp, const SphereTree::Node& node) {
+Vector3d direction(const Pulp& pulp, const TreeNode& node) {
   Vector3d sum = Vector3d::Zero();
-  for (Index k = node.begin; k < node.end; ++k) {
-    sum += pulp.surface.points_m.col(pulp.tree.order()[k]) - pulp.centre_m;
-  }
+  for (Index k = node.begin; k < node.end; ++k) sum += pulp.surface.points_m.col(pulp.order[k]) - pulp.centre_m;
   // A node all around the sphere, as the root is, has its centroid near the centre, and perhaps at it.
-  if (sum.norm() < 1e-6 * pulp.radius_m) sum = pulp.surface.normals.col(node.representative);
+  if (sum.norm() < 1e-6 * pulp.radius_m) sum = pulp.surface.normals.col(pulp.order[node.begin]);
   return sum.normalized();
 }
 
@@ -62,8 +50,8 @@ Pulp make_spherical_pulp(const Vector3d& centre_m, double radius_m, Index points
                          const PulpMaterial& material) {
   PointCloud surface = sample_sphere(radius_m, points);
   surface.points_m.colwise() += centre_m;
-  SphereTree tree(surface, leaves);
-  Pulp pulp{std::move(surface), std::move(tree), centre_m, radius_m, material};
+  std::vector<Index> order = order_by_leaves(surface.points_m, leaves);
+  Pulp pulp{std::move(surface), leaves, std::move(order), centre_m, radius_m, material};
   const double nu = material.poisson;
   pulp.tangential = std::sqrt((2.0 - nu) / (2.0 * (1.0 - nu)));
   set_level(pulp, 0);
@@ -71,14 +59,12 @@ Pulp make_spherical_pulp(const Vector3d& centre_m, double radius_m, Index points
 }
 
 void set_level(Pulp& pulp, int level) {
-  const Index leaves = std::ssize(pulp.tree.leaves());
   const Index part = Index{1} << level;
-  std::vector<Index> nodes;
-  collect(pulp.tree, 0, leaves, part + part / 2, nodes);
+  const std::vector<TreeNode> nodes = tree_nodes(std::ssize(pulp.order), pulp.leaves, part + part / 2);
 
   const Index n = std::ssize(nodes);
   Eigen::Matrix3Xd directions(3, n);
-  for (Index i = 0; i < n; ++i) directions.col(i) = direction(pulp, pulp.tree.nodes()[nodes[i]]);
+  for (Index i = 0; i < n; ++i) directions.col(i) = direction(pulp, nodes[i]);
   // Lloyd's iteration makes cells as alike as the tree's nodes are not: with 15 to 60 candidates, it takes a third of the
   // ripple out of the force of a pulp that rolls. More steps gain no more.
   constexpr int kLloydSteps = 3;

@@ -1,9 +1,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <vector>
 
 #include "collision/point_cloud.h"
-#include "collision/sphere_tree.h"
 
 namespace thenar {
 
@@ -40,9 +40,10 @@ struct PulpMaterial {
 /// contact's own frame T is S = diag(1, sqrt(c_t), sqrt(c_t)), so C_ij = k_ij S E_i' E_j S. The product form is symmetric
 /// positive definite for any normals.
 struct Pulp {
-  PointCloud surface;  ///< Rest shape, distal frame.
-  SphereTree tree;
-  Eigen::Vector3d centre_m;  ///< Of the sphere, distal frame.
+  PointCloud surface;               ///< Rest shape, distal frame.
+  Eigen::Index leaves = 0;          ///< Of the tree over its samples, see collision/point_tree.h.
+  std::vector<Eigen::Index> order;  ///< Samples, leaf after leaf.
+  Eigen::Vector3d centre_m;         ///< Of the sphere, distal frame.
   double radius_m = 0.0;
   PulpMaterial material;
   Eigen::Matrix3Xd control_points_m = {};  ///< 3 x L, distal frame.

@@ -18,7 +18,7 @@ SurfaceDisplay::SurfaceDisplay(const Pulp& pulp)
     Eigen::Matrix<int, kNeighbours, kLanes> control = Eigen::Matrix<int, kNeighbours, kLanes>::Zero();
     Eigen::Matrix<float, kNeighbours, kLanes> weight = Eigen::Matrix<float, kNeighbours, kLanes>::Zero();
     for (Index lane = 0; lane < std::min<Index>(kLanes, samples_ - first); ++lane) {
-      const Eigen::Vector3d point_m = pulp.surface.points_m.col(pulp.tree.order()[first + lane]);
+      const Eigen::Vector3d point_m = pulp.surface.points_m.col(pulp.order[first + lane]);
       const Eigen::VectorXd d2 = (pulp.control_points_m.colwise() - point_m).colwise().squaredNorm().transpose();
       std::iota(nearest.begin(), nearest.end(), 0);
       std::partial_sort(nearest.begin(), nearest.begin() + neighbours, nearest.end(),

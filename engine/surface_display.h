@@ -17,8 +17,8 @@ class SurfaceDisplay {
  public:
   explicit SurfaceDisplay(const Pulp& pulp);
 
-  /// Displacement of every sample [m], distal frame: samples x 3, in the order of the pulp's tree: row i is that of sample
-  /// pulp.tree.order()[i]. It is overwritten by the next call.
+  /// Displacement of every sample [m], distal frame: samples x 3, leaf after leaf: row i is that of sample
+  /// pulp.order[i]. It is overwritten by the next call.
   /// `u_m` is the state's deformation, control points x 3; the surface moves by -u.
   /// Does not allocate.
   Eigen::Ref<const Eigen::MatrixX3f> displace(const Eigen::MatrixX3d& u_m);

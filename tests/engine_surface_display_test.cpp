@@ -55,7 +55,7 @@ TEST_P(Display, IsLocal) {
   u(7, 0) = -1.0;
   const Eigen::MatrixX3f shown = display.displace(u);
   const auto distance = [&](Index row) {
-    return (pulp.surface.points_m.col(pulp.tree.order()[row]) - pulp.control_points_m.col(7)).norm();
+    return (pulp.surface.points_m.col(pulp.order[row]) - pulp.control_points_m.col(7)).norm();
   };
   const double spacing = std::sqrt(pulp.area_m2.mean());
   for (Index i = 0; i < shown.rows(); ++i) {
@@ -77,7 +77,7 @@ TEST_P(Display, IsTheWeightedMeanOfTheTenNearest) {
   for (Index i = 0; i < u.rows(); ++i) u.row(i) = 1e-3 * random_direction(random).transpose();
   const Eigen::MatrixX3f shown = display.displace(u);
   for (Index row = 0; row < shown.rows(); ++row) {
-    const Vector3d p = pulp.surface.points_m.col(pulp.tree.order()[row]);
+    const Vector3d p = pulp.surface.points_m.col(pulp.order[row]);
     std::vector<std::pair<double, Index>> nearest;
     for (Index c = 0; c < pulp.controls(); ++c) nearest.emplace_back((pulp.control_points_m.col(c) - p).norm(), c);
     std::sort(nearest.begin(), nearest.end());
