@@ -36,9 +36,11 @@ class ContactRun {
 
   ContactComputation tick();
 
+  /// How far the last tick's forces are from an accurate solve of its problem, |f - f*| / |f*|; NaN where that failed.
+  [[nodiscard]] double force_error() const;
+
  private:
-  const RecordedRun& recorded_;
-  Model model_;
+  RecordedTicks recorded_;
   Frame frame_;
   ContactWorkspace work_;
   std::vector<SurfaceDisplay> displays_;

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <memory>
+#include <stdexcept>
 
 #include "bench/random.h"
 #include "engine/percentiles.h"
@@ -146,28 +147,21 @@ std::vector<FindingRecipe> other_findings(bool box) {
   return recipes;
 }
 
-FindingRecord measure_finding(const FindingMethod& method, const KnownObject& object, const Matrix3Xd& controls_m,
-                              const GripTask& task, const std::vector<Grip>& grips, int rounds) {
+namespace {
+
+/// Mean and largest error of the gaps, and how many there are and should be.
+FindingRecord judge(const FindingCase& c, const KnownObject& object, const Matrix3Xd& controls_m,
+                    const GripTask& task) {
   FindingRecord record;
-  std::vector<double> times_us;
   std::vector<FoundContact> found;
-  const double share = 1.0 / static_cast<double>(grips.size());
-  for (int round = -1; round < rounds; ++round) {
-    for (const Grip& grip : grips) {
-      found.clear();
-      Stopwatch watch;
-      method.find(grip, found);
-      const double us = 1e6 * watch.lap();
-      if (round >= 0) times_us.push_back(us);
-    }
-  }
+  const double share = 1.0 / static_cast<double>(c.grips.size());
   double sum_um = 0.0, count = 0.0;
-  for (const Grip& grip : grips) {
+  for (const Grip& grip : c.grips) {
     found.clear();
-    method.find(grip, found);
+    c.method.find(grip, found);
     for (const FoundContact& contact : found) {
       const double exact_m = object.distance_m(contact.point_m);
-      const double error_um = 1e6 * std::abs(contact.gap_m - (method.is_signed ? exact_m : std::abs(exact_m)));
+      const double error_um = 1e6 * std::abs(contact.gap_m - (c.method.is_signed ? exact_m : std::abs(exact_m)));
       sum_um += error_um;
       count += 1.0;
       record.max_error_um = std::max(record.max_error_um, error_um);
@@ -178,50 +172,78 @@ FindingRecord measure_finding(const FindingMethod& method, const KnownObject& ob
       record.wanted += share * static_cast<double>(std::min(there, task.per_finger));
     }
   }
-  const Percentiles us = percentiles(times_us);
-  record.us_p50 = us.p50;
-  record.us_p99 = us.p99;
   record.contacts = share * count;
   record.mean_error_um = count > 0.0 ? sum_um / count : 0.0;
   return record;
 }
 
-DistanceRecord measure_distance(const FindingMethod& method, const KnownObject& object, int rounds) {
+}  // namespace
+
+std::vector<FindingRecord> measure_findings(const std::vector<FindingCase>& cases, const KnownObject& object,
+                                            const Matrix3Xd& controls_m, const GripTask& task, int rounds) {
+  std::vector<std::vector<double>> times_us(cases.size());
+  std::vector<FoundContact> found;
+  for (int round = -1; round < rounds; ++round) {
+    for (std::size_t c = 0; c < cases.size(); ++c) {
+      for (const Grip& grip : cases[c].grips) {
+        found.clear();
+        Stopwatch watch;
+        cases[c].method.find(grip, found);
+        const double us = 1e6 * watch.lap();
+        if (round >= 0) times_us[c].push_back(us);
+      }
+    }
+  }
+  std::vector<FindingRecord> records;
+  for (std::size_t c = 0; c < cases.size(); ++c) {
+    records.push_back(judge(cases[c], object, controls_m, task));
+    const Percentiles us = percentiles(std::move(times_us[c]));
+    records.back().us_p50 = us.p50;
+    records.back().us_p99 = us.p99;
+  }
+  return records;
+}
+
+std::vector<DistanceRecord> measure_distances(const std::vector<FindingMethod>& methods, const KnownObject& object,
+                                              int rounds) {
   constexpr int kPoints = 2000;
   Random random(7);
   std::vector<Vector3d> points;
+  std::vector<double> exact_m;
   for (int k = 0; k < kPoints; ++k) {
     const Index i = random.whole(Index{0}, object.cloud.points_m.cols() - 1);
     points.push_back(object.cloud.points_m.col(i) + random.uniform(-2e-3, 0.3e-3) * object.cloud.normals.col(i));
+    exact_m.push_back(object.distance_m(points.back()));
   }
   // In batches so short that other programs seldom interrupt one, and so long that reading the clock does not count.
   constexpr int kBatch = 50;
-  std::vector<double> times_ns;
+  std::vector<std::vector<double>> times_ns(methods.size());
   double sum_m = 0.0;  // Keeps the compiler from leaving the work out.
   for (int round = 0; round < rounds; ++round) {
-    for (int first = 0; first < kPoints; first += kBatch) {
-      Stopwatch watch;
-      for (int k = first; k < first + kBatch; ++k) sum_m += method.distance(points[k]).value_or(0.0);
-      times_ns.push_back(1e9 * watch.lap() / kBatch);
+    for (std::size_t m = 0; m < methods.size(); ++m) {
+      for (int first = 0; first < kPoints; first += kBatch) {
+        Stopwatch watch;
+        for (int k = first; k < first + kBatch; ++k) sum_m += methods[m].distance(points[k]).value_or(0.0);
+        times_ns[m].push_back(1e9 * watch.lap() / kBatch);
+      }
     }
   }
-  std::vector<double> errors_um;
-  for (const Vector3d& p : points) {
-    const auto distance_m = method.distance(p);
-    if (!distance_m) continue;
-    const double exact_m = object.distance_m(p);
-    errors_um.push_back(1e6 * std::abs(*distance_m - (method.is_signed ? exact_m : std::abs(exact_m))));
+  if (!std::isfinite(sum_m)) throw std::runtime_error("a distance is not a number");
+  std::vector<DistanceRecord> records;
+  for (std::size_t m = 0; m < methods.size(); ++m) {
+    std::vector<double> errors_um;
+    double sum_um = 0.0;
+    for (int k = 0; k < kPoints; ++k) {
+      const auto distance_m = methods[m].distance(points[k]);
+      if (!distance_m) continue;
+      errors_um.push_back(1e6 * std::abs(*distance_m - (methods[m].is_signed ? exact_m[k] : std::abs(exact_m[k]))));
+      sum_um += errors_um.back();
+    }
+    const auto answered = static_cast<double>(errors_um.size());
+    const Percentiles um = percentiles(std::move(errors_um)), ns = percentiles(std::move(times_ns[m]));
+    records.push_back({ns.p50, ns.p99, answered / kPoints, sum_um / answered, um.p99, um.max});
   }
-  DistanceRecord record;
-  record.ns = std::isfinite(sum_m) ? percentiles(times_ns).p50 : 0.0;
-  record.answered = static_cast<double>(errors_um.size()) / kPoints;
-  double mean_um = 0.0;
-  for (const double e : errors_um) mean_um += e / static_cast<double>(errors_um.size());
-  const Percentiles um = percentiles(errors_um);
-  record.mean_error_um = mean_um;
-  record.p99_error_um = um.p99;
-  record.max_error_um = um.max;
-  return record;
+  return records;
 }
 
 }  // namespace thenar

@@ -94,23 +94,33 @@ auto made_ready(FindingMethod& method, Make&& make) {
   return made;
 }
 
-/// How a method did on some grips, one after the other, after a round that is not timed.
+/// A method, and the grips that it is to find the contacts of, one after the other.
+struct FindingCase {
+  FindingMethod method;
+  std::vector<Grip> grips;
+};
+
+/// How it did.
 struct FindingRecord {
   double us_p50 = 0.0, us_p99 = 0.0;               ///< For the three fingers together.
   double contacts = 0.0;                           ///< Found, mean over the grips.
   double wanted = 0.0;                             ///< Those of the control points that are there, by exact distances.
   double mean_error_um = 0.0, max_error_um = 0.0;  ///< Of the gaps that it gives, against exact ones.
 };
-[[nodiscard]] FindingRecord measure_finding(const FindingMethod& method, const KnownObject& object,
-                                            const Eigen::Matrix3Xd& controls_m, const GripTask& task,
-                                            const std::vector<Grip>& grips, int rounds);
+/// Of all cases, in turns, after a round that is not timed.
+[[nodiscard]] std::vector<FindingRecord> measure_findings(const std::vector<FindingCase>& cases,
+                                                          const KnownObject& object,
+                                                          const Eigen::Matrix3Xd& controls_m, const GripTask& task,
+                                                          int rounds);
 
 /// How a method's distances of single points are, near the surface: from 2 mm inside to the band outside.
 struct DistanceRecord {
-  double ns = 0.0;        ///< Of a query: the median over batches of the mean.
-  double answered = 1.0;  ///< Share of the points.
+  double ns = 0.0, ns_p99 = 0.0;  ///< Of a query: over batches of some.
+  double answered = 1.0;          ///< Share of the points.
   double mean_error_um = 0.0, p99_error_um = 0.0, max_error_um = 0.0;  ///< Of the size alone if it has no sign.
 };
-[[nodiscard]] DistanceRecord measure_distance(const FindingMethod& method, const KnownObject& object, int rounds);
+/// Of all methods, in turns.
+[[nodiscard]] std::vector<DistanceRecord> measure_distances(const std::vector<FindingMethod>& methods,
+                                                            const KnownObject& object, int rounds);
 
 }  // namespace thenar

@@ -166,6 +166,15 @@ KnownObject known_scan(Index n) {
   return scan;
 }
 
+KnownObject known_ball(Index n) {
+  constexpr double kRadius_m = 20e-3;
+  KnownObject ball{"ball", {}, geodesic_sphere(n), [](const Vector3d& p) { return p.norm() - kRadius_m; }, {}};
+  ball.cloud.normals = ball.mesh.corners_m;
+  ball.mesh.corners_m *= kRadius_m;
+  ball.cloud.points_m = ball.mesh.corners_m;
+  return ball;
+}
+
 Matrix3Xd pulp_control_points(Index leaves) {
   // 7.5 samples a leaf, as the reference scene has.
   return make_spherical_pulp(Vector3d::Zero(), kPulpRadius_m, 15 * leaves / 2, leaves, {.reduced_modulus_Pa = 1.0})

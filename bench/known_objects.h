@@ -37,6 +37,9 @@ struct KnownObject {
 /// A smooth bumpy ellipsoid of 40 x 50 x 70 mm with 10 n^2 + 2 samples, as unevenly spaced as a scan's: 61 gives 37 212.
 [[nodiscard]] KnownObject known_scan(Eigen::Index frequency);
 
+/// A ball of radius 20 mm with 10 n^2 + 2 samples.
+[[nodiscard]] KnownObject known_ball(Eigen::Index frequency);
+
 /// Where the three pulps are to an object.
 using Grip = std::array<Eigen::Isometry3d, 3>;
 

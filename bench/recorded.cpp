@@ -22,8 +22,12 @@ constexpr int kFrom = 700, kTo = 800;  // Ticks: the box moves at 35 to 45 mm/s.
 
 Scene box_scene(Index contacts) {
   std::vector<std::string> changes{"contact.max_per_finger=" + std::to_string(contacts / kFingers)};
-  // The scene's pulps have 32 to 44 control points near the box: too few for 40 in every tick.
-  if (contacts > 60) changes.insert(changes.end(), {"fingertips.points=4800", "fingertips.leaves=640"});
+  if (contacts > 60) {
+    // The scene's pulps have 32 to 44 control points near the box.
+    const Index leaves = contacts * 16 / 3;
+    changes.push_back("fingertips.leaves=" + std::to_string(leaves));
+    changes.push_back("fingertips.points=" + std::to_string(leaves * 15 / 2));
+  }
   return load_scene(THENAR_CONFIGS "/box_grasp.yaml", changes);
 }
 
@@ -42,15 +46,26 @@ struct TemporaryFolder {
   fs::path path;
 };
 
+/// Reads back the problems in a folder.
+void read_problems(const fs::path& folder, RecordedRun& run) {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(folder)) files.push_back(entry);
+  std::sort(files.begin(), files.end());
+  for (const fs::path& file : files) {
+    ProblemFile problem = read_problem(file);
+    if (auto* contact = std::get_if<ContactFile>(&problem)) run.contacts.push_back(std::move(*contact));
+    if (auto* grasp = std::get_if<GraspFile>(&problem)) run.grasps.push_back(std::move(*grasp));
+    if (auto* muscle = std::get_if<MuscleFile>(&problem)) run.muscles.push_back(std::move(*muscle));
+  }
+}
+
 }  // namespace
 
-RecordedRun::RecordedRun(Index asked) : model(box_scene(asked)) {
+RecordedTicks::RecordedTicks(Index asked, ProblemDump* dump) : model(box_scene(asked)) {
   State state(model);
   Frame frame(model);
   Controller controller(model);
   ContactWorkspace work(model);
-  const TemporaryFolder folder;
-  ProblemDump dump(folder.path, 1);
   for (int tick = 0; tick < kTo; ++tick) {
     const bool recorded = tick >= kFrom;
     if (recorded) ticks.push_back({state, controller, {}});
@@ -60,24 +75,20 @@ RecordedRun::RecordedRun(Index asked) : model(box_scene(asked)) {
     if (!recorded) continue;
     if (frame.size() != asked) throw std::runtime_error("the recorded run lost contacts");
     ticks.back().control = control;
-    dump.add_control(model, controller, control, centre_m);
-    dump.add_contact(tick, model, frame, work);
-  }
-
-  std::vector<fs::path> files;
-  for (const auto& entry : fs::directory_iterator(folder.path)) files.push_back(entry);
-  std::sort(files.begin(), files.end());
-  for (const fs::path& file : files) {
-    ProblemFile problem = read_problem(file);
-    if (auto* contact = std::get_if<ContactFile>(&problem)) contacts.push_back(std::move(*contact));
-    if (auto* grasp = std::get_if<GraspFile>(&problem)) grasps.push_back(std::move(*grasp));
-    if (auto* muscle = std::get_if<MuscleFile>(&problem)) muscles.push_back(std::move(*muscle));
+    if (!dump) continue;
+    dump->add_control(model, controller, control, centre_m);
+    dump->add_contact(tick, model, frame, work);
   }
 }
 
 const RecordedRun& recorded_run(Index contacts) {
   static std::map<Index, RecordedRun> runs;
-  return runs.try_emplace(contacts, contacts).first->second;
+  if (const auto at = runs.find(contacts); at != runs.end()) return at->second;
+  const TemporaryFolder folder;
+  ProblemDump dump(folder.path, 1);
+  RecordedRun run{RecordedTicks(contacts, &dump), {}, {}, {}};
+  read_problems(folder.path, run);
+  return runs.emplace(contacts, std::move(run)).first->second;
 }
 
 }  // namespace thenar

@@ -5,6 +5,7 @@
 #include "engine/contact_tick.h"
 #include "engine/control_tick.h"
 #include "engine/model.h"
+#include "engine/problem_dump.h"
 #include "engine/problem_file.h"
 #include "engine/state.h"
 
@@ -17,20 +18,26 @@ struct RecordedTick {
   ControlReport control;
 };
 
-/// Inputs recorded from configs/box_grasp.yaml while the box is on its way: consecutive ticks at the published sizes
-/// (36 000 + 3 x 2400 points), all of them with the same number of contacts. The problems have been through files, as
-/// `thenar run --dump-problems` writes them: what is timed is what anyone can solve again.
-struct RecordedRun {
-  explicit RecordedRun(Eigen::Index contacts);
+/// The box grasp of configs/box_grasp.yaml while the box is on its way, at the published sizes (36 000 + 3 x 2400 points):
+/// a hundred consecutive ticks, all of them with the same number of contacts.
+struct RecordedTicks {
+  /// So many contacts, a multiple of 3. More than 60 are on pulps so much finer. Throws std::runtime_error if a tick has
+  /// fewer. `dump`, if there is one, writes the problems of the ticks.
+  explicit RecordedTicks(Eigen::Index contacts, ProblemDump* dump = nullptr);
 
   Model model;
   std::vector<RecordedTick> ticks;
+};
+
+/// With its problems, which have been through files, as `thenar run --dump-problems` writes them: what is timed is what
+/// anyone can solve again.
+struct RecordedRun : RecordedTicks {
   std::vector<ContactFile> contacts;
   std::vector<GraspFile> grasps;
   std::vector<MuscleFile> muscles;
 };
 
-/// The run with 15, 30 or 60 contacts, or with 120 on pulps twice as fine; recorded once.
+/// The run with so many contacts, recorded once.
 [[nodiscard]] const RecordedRun& recorded_run(Eigen::Index contacts);
 
 }  // namespace thenar

@@ -1,174 +1,243 @@
-// What the charts of the fingertips against Hertz are drawn from, as one JSON file: hertz_charts FILE. A pulp of the
-// reference case (R 8 mm, E* 0.24 MPa) is pressed on a rigid plane in many directions, with few control points and with
-// many; force, contact radius and pressure are held against Hertz's, beside what the contact solve took.
+// Fingertips against Hertz's contact: kernels and numbers of control points by the error of the force and the time of the
+// solve, and levels of detail by the time of a whole tick of three scenes.
+
+#include <fmt/format.h>
 
 #include <Eigen/Geometry>
-#include <array>
+#include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <iostream>
-#include <nlohmann/json.hpp>
-#include <numbers>
-#include <random>
+#include <numeric>
+#include <vector>
 
+#include "bench/random.h"
+#include "bench/report/figure.h"
 #include "bench/report/measure.h"
+#include "bench/split_runs.h"
 #include "engine/pressed_pulp.h"
-#include "engine/summary.h"
+#include "engine/pulp_levels.h"
 #include "solvers/grouped_delassus.h"
 
 namespace thenar {
 namespace {
 
 using Eigen::Index;
-using Eigen::Matrix3Xd;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 using nlohmann::ordered_json;
 
-constexpr double kRadius_m = 8e-3;
-constexpr double kModulus_Pa = 0.24e6;
-constexpr double kBand_m = 0.3e-3;
-constexpr double kReferenceDepth_m = 1e-3;
-constexpr std::array kDepths_m{0.5e-3, 1e-3, 2e-3};
-constexpr int kDirections = 20;
-
-Vector3d random_direction(std::mt19937_64& random) {
-  std::normal_distribution<double> normal;
-  const double x = normal(random), y = normal(random), z = normal(random);
-  return Vector3d(x, y, z).normalized();
-}
-
-/// Meets the plane with about so many control points when it is pressed by the reference depth.
-Pulp pad(Index candidates, PulpKernel kernel) {
-  const auto leaves = std::lround(static_cast<double>(candidates) * 2.0 * kRadius_m / (kReferenceDepth_m + kBand_m));
-  return make_spherical_pulp(Vector3d::Zero(), kRadius_m, leaves * 15 / 2, leaves, {kModulus_Pa, 0.5, 0.0, kernel});
-}
-
-/// Relative errors of one press.
-struct PressErrors {
-  double force, radius, pressure;
-};
-
-PressErrors errors(const Pulp& pulp, const PressedPulp& pressed, const Vector3d& n, double depth_m) {
-  const double a_m = std::sqrt(kRadius_m * depth_m);
-  const double peak_Pa = 2.0 / std::numbers::pi * kModulus_Pa * std::sqrt(depth_m / kRadius_m);
-  const Matrix3Xd points_m = pulp.control_points_m(Eigen::all, pressed.controls);
-  const Matrix3Xd across_m = points_m - n * (n.transpose() * points_m);
-  const double force_N = pressed.force_N.sum();
-  const Vector3d centre_m = across_m * pressed.force_N / force_N;
-  const VectorXd squares_m2 = (across_m.colwise() - centre_m).colwise().squaredNorm().transpose();
-  double difference = 0.0, near = 0.0, whole = 0.0, inside = 0.0;
-  for (Index i = 0; i < pressed.force_N.size(); ++i) {
-    const double r = across_m.col(i).norm() / a_m;
-    const double hertz_Pa = peak_Pa * std::sqrt(std::max(0.0, 1.0 - r * r));
-    if (r < 1.1) {
-      difference += std::pow(pressed.force_N[i] / pulp.area_m2[pressed.controls[i]] - hertz_Pa, 2);
-      near += 1.0;
-    }
-    if (r < 1.0) {
-      whole += hertz_Pa * hertz_Pa;
-      inside += 1.0;
-    }
-  }
-  // Of Hertz's pressure the mean r^2 is 2/5 a^2.
-  return {force_N / hertz_force_N(pulp, depth_m) - 1.0,
-          std::sqrt(2.5 * squares_m2.dot(pressed.force_N) / force_N) / a_m - 1.0,
-          std::sqrt(difference / near / (whole / inside))};
-}
-
-/// Time and sweeps of a contact tick's solve of such a press, cold, to 1e-6, with friction, the plane dragged by 50 um.
-struct Solve {
-  double us;
-  int sweeps;
-};
-
-Solve solve_time(const Pulp& pulp, const Vector3d& n, double depth_m) {
-  const PressedPulp pressed = press(pulp, n, depth_m, kBand_m, pulp.controls());
-  const Index m = std::ssize(pressed.controls);
-  const double c_t = pulp.tangential * pulp.tangential;
-  std::vector<MatrixXd> compliance{MatrixXd::Zero(3 * m, 3 * m)};
-  VectorXd delta_free(3 * m), f(3 * m), delta(3 * m);
-  for (Index j = 0; j < m; ++j) {
-    const double height_m = n.dot(pulp.control_points_m.col(pressed.controls[j]));
-    delta_free.segment<3>(3 * j) << kRadius_m - depth_m - height_m, 50e-6, 0.0;
-    for (Index i = 0; i < m; ++i) {
-      const double k_ij = pulp.kernel(pressed.controls[i], pressed.controls[j]);
-      compliance[0].block<3, 3>(3 * i, 3 * j) = (k_ij * Vector3d(1.0, c_t, c_t)).asDiagonal();
-    }
-  }
-  const std::vector<Index> begin{0, m};
-  const GroupedDelassus::OwnJacobian J_own = GroupedDelassus::OwnJacobian::Zero(3 * m, GroupedDelassus::kOwn);
-  const GroupedDelassus::CommonJacobian J_common =
-      GroupedDelassus::CommonJacobian::Zero(3 * m, GroupedDelassus::kPadded);
-  const GroupedDelassus W{.begin = begin,
-                          .J_own = J_own,
-                          .J_common = J_common,
-                          .own_mobility = 0.0,
-                          .common_mobility = GroupedDelassus::CommonMotion::Zero(),
-                          .compliance = compliance};
-  const VectorXd mu = VectorXd::Constant(m, 0.8);
-  GroupedWorkspace work(m, 1);
-  SolveReport report;
-  const double us = median_us(
-      41, [&] { f.setZero(); },
-      [&] { report = solve_contacts(W, delta_free, mu, {.tolerance = 1e-6, .max_sweeps = 3000}, work, f, delta); });
-  return {us, report.sweeps};
-}
-
 double rms(const std::vector<double>& values) {
-  double sum = 0.0;
-  for (const double value : values) sum += value * value;
+  const double sum = std::inner_product(values.begin(), values.end(), values.begin(), 0.0);
   return std::sqrt(sum / static_cast<double>(values.size()));
 }
 
-ordered_json curve(const char* name, PulpKernel kernel) {
-  ordered_json curve{{"kernel", name}};
-  for (const Index candidates : {5, 8, 10, 15, 20, 30, 42, 60, 85, 120, 170, 240}) {
-    const Pulp pulp = pad(candidates, kernel);
-    std::mt19937_64 random(20);
-    std::vector<double> force, radius, pressure, at_reference, us, sweeps;
-    for (int k = 0; k < kDirections; ++k) {
-      const Vector3d n = random_direction(random);
-      for (const double depth_m : kDepths_m) {
-        const PressErrors e = errors(pulp, press(pulp, n, depth_m, kBand_m, pulp.controls()), n, depth_m);
-        force.push_back(e.force);
-        if (depth_m != kReferenceDepth_m) continue;
-        at_reference.push_back(e.force);
-        radius.push_back(e.radius);
-        pressure.push_back(e.pressure);
+// --- Kernels and numbers of control points --------------------------------------------------------------------------
+
+// A fingertip of the scenes.
+constexpr double kRadius_m = 8e-3, kModulus_Pa = 0.24e6, kBand_m = 0.3e-3;
+constexpr Index kDefaultLeaves = 320;
+
+/// A pulp pressed on a plane that is dragged by 50 um: the problem of a contact tick's solve.
+class PressedSolve {
+ public:
+  PressedSolve(const Pulp& pulp, const Vector3d& n, double depth_m, const PressedPulp& pressed)
+      : contacts_(std::ssize(pressed.controls)),
+        begin_{0, contacts_},
+        compliance_{MatrixXd::Zero(3 * contacts_, 3 * contacts_)},
+        J_own_(GroupedDelassus::OwnJacobian::Zero(3 * contacts_, GroupedDelassus::kOwn)),
+        J_common_(GroupedDelassus::CommonJacobian::Zero(3 * contacts_, GroupedDelassus::kPadded)),
+        delta_free_(3 * contacts_),
+        f_(3 * contacts_),
+        delta_(3 * contacts_),
+        mu_(VectorXd::Constant(contacts_, 0.8)),
+        work_(contacts_, 1) {
+    const double c_t = pulp.tangential * pulp.tangential;
+    for (Index j = 0; j < contacts_; ++j) {
+      const double height_m = n.dot(pulp.control_points_m.col(pressed.controls[j]));
+      delta_free_.segment<3>(3 * j) << kRadius_m - depth_m - height_m, 50e-6, 0.0;
+      for (Index i = 0; i < contacts_; ++i) {
+        const double k_ij = pulp.kernel(pressed.controls[i], pressed.controls[j]);
+        compliance_[0].block<3, 3>(3 * i, 3 * j) = (k_ij * Vector3d(1.0, c_t, c_t)).asDiagonal();
       }
-      const Solve solve = solve_time(pulp, n, kReferenceDepth_m);
-      us.push_back(solve.us);
-      sweeps.push_back(solve.sweeps);
     }
-    curve["contacts"].push_back(candidates);
-    curve["us"].push_back(percentiles(us).p50);
-    curve["sweeps"].push_back(percentiles(sweeps).p50);
-    curve["force_error"].push_back(rms(force));
-    curve["force_error_1mm"].push_back(rms(at_reference));
-    curve["radius_error"].push_back(rms(radius));
-    curve["pressure_error"].push_back(rms(pressure));
-    std::cerr << name << " " << candidates << " contacts: " << curve["us"].back() << " us, force "
-              << curve["force_error"].back() << ", at 1 mm " << curve["force_error_1mm"].back() << ", radius "
-              << curve["radius_error"].back() << ", pressure " << curve["pressure_error"].back() << "\n";
   }
-  return curve;
+
+  /// Of a cold solve to 1e-6.
+  double us() {
+    const GroupedDelassus W{.begin = begin_,
+                            .J_own = J_own_,
+                            .J_common = J_common_,
+                            .own_mobility = 0.0,
+                            .common_mobility = GroupedDelassus::CommonMotion::Zero(),
+                            .compliance = compliance_};
+    f_.setZero();
+    return time_us(
+        [&] { (void)solve_contacts(W, delta_free_, mu_, {.tolerance = 1e-6, .max_sweeps = 3000}, work_, f_, delta_); });
+  }
+
+ private:
+  Index contacts_;
+  std::vector<Index> begin_;
+  std::vector<MatrixXd> compliance_;
+  GroupedDelassus::OwnJacobian J_own_;
+  GroupedDelassus::CommonJacobian J_common_;
+  VectorXd delta_free_, f_, delta_, mu_;
+  GroupedWorkspace work_;
+};
+
+/// What a pulp makes of one depth.
+struct Pressing {
+  Index leaves;
+  PulpKernel kernel;
+  std::vector<double> errors;  ///< Of the force against Hertz's, relative; one a direction.
+  double contacts = 0.0;       ///< Mean.
+  std::vector<PressedSolve> solves;
+  std::vector<double> us = {};
+};
+
+Pressing press_in_all_directions(Index leaves, PulpKernel kernel, double depth_m, int directions) {
+  const Pulp pulp =
+      make_spherical_pulp(Vector3d::Zero(), kRadius_m, leaves * 15 / 2, leaves, {kModulus_Pa, 0.5, 0.0, kernel});
+  Pressing pressing{leaves, kernel, {}, 0.0, {}};
+  Random random(20);
+  for (int k = 0; k < directions; ++k) {
+    const Vector3d n = random.direction();
+    const PressedPulp pressed = press(pulp, n, depth_m, kBand_m, pulp.controls());
+    pressing.errors.push_back(pressed.force_N.sum() / hertz_force_N(pulp, depth_m) - 1.0);
+    pressing.contacts += static_cast<double>(pressed.controls.size()) / directions;
+    pressing.solves.emplace_back(pulp, n, depth_m, pressed);
+  }
+  return pressing;
+}
+
+void kernels(ordered_json& part, bool quick) {
+  const int directions = quick ? 8 : 20, rounds = quick ? 5 : 15;
+  ordered_json& figure = add_figure(
+      part, "work_precision", "kernels", "Kernels and control points against Hertz",
+      fmt::format(
+          "A fingertip (sphere of 8 mm, E* 0.24 MPa) is pressed on a rigid plane, without friction; a panel a depth. "
+          "Error: of its force against Hertz's closed form, rms over {} directions, in parts of it. Time: a contact "
+          "tick's cold solve of that finger to 1e-6, with friction, the plane dragged by 50 um. Down and left is better. "
+          "Points of a line differ in the number of control points on the whole sphere, of which those near the plane "
+          "are contacts. boussinesq is an elastic half space and the default, at {} control points; gaussian is the "
+          "published influence function: it is right at the one depth that it is made for, and more control points do "
+          "not help it at others.",
+          directions, kDefaultLeaves),
+      fmt::format("medians of {} rounds over {} directions, all numbers and kernels in turns", rounds, directions));
+  figure["choice"] = "fingertip";
+  figure["error"] = "error of the force [parts of Hertz's]";
+  figure["time"] = "time of a finger's contact solve [us]";
+  const std::vector<Index> numbers =
+      quick ? std::vector<Index>{80, 160, 320, 640, 1280} : std::vector<Index>{40, 80, 160, 320, 640, 1280, 2560};
+  for (const double depth_m : {0.5e-3, 1e-3, 2e-3}) {
+    std::vector<Pressing> all;
+    for (const PulpKernel kernel : {PulpKernel::kBoussinesq, PulpKernel::kGaussian}) {
+      for (const Index leaves : numbers) all.push_back(press_in_all_directions(leaves, kernel, depth_m, directions));
+    }
+    for (int round = 0; round < rounds; ++round) {
+      for (Pressing& pressing : all) {
+        for (PressedSolve& solve : pressing.solves) pressing.us.push_back(solve.us());
+      }
+    }
+    ordered_json points = ordered_json::array();
+    for (const Pressing& pressing : all) {
+      const bool published = pressing.kernel == PulpKernel::kGaussian;
+      const Percentiles us = percentiles(pressing.us);
+      points.push_back(WorkPoint{.method = published ? "gaussian" : "boussinesq",
+                                 .setting = fmt::format("{} control points, {:.0f} contacts", pressing.leaves,
+                                                        pressing.contacts),
+                                 .error = rms(pressing.errors),
+                                 .us = us.p50,
+                                 .us_p99 = us.p99,
+                                 .is_default = !published && pressing.leaves == kDefaultLeaves,
+                                 .published = published});
+    }
+    figure["cases"].push_back({{"name", fmt::format("pressed in by {:g} mm", 1e3 * depth_m)}, {"points", points}});
+  }
+}
+
+// --- Levels of detail -----------------------------------------------------------------------------------------------
+
+/// A scene's fingertips at a level, or with another number of leaves.
+struct Detail {
+  std::string method, setting;
+  Model model;
+  double force_error;
+  bool is_default;
+  std::vector<double> us_per_tick = {};
+};
+
+std::vector<Detail> details_of(const std::string& scene_name, const Model& known) {
+  const Scene& scene = known.scene;
+  std::vector<Detail> details;
+  std::vector<Pulp> pulps = make_pulps(scene);
+  for (const LevelEstimate& level : estimate_levels(scene, pulps)) {
+    if (level.controls < 16) break;  // So few hold nothing.
+    Model model = known;
+    model.set_fingertips(scene.fingertips->material.kernel, level.level);
+    details.push_back({"levels", fmt::format("level {}: {} control points", level.level, level.controls),
+                       std::move(model), level.force_error, level.level == 0});
+  }
+  for (const int leaves : {160, 640}) {
+    const std::vector<std::string> changes{fmt::format("fingertips.leaves={}", leaves),
+                                           fmt::format("fingertips.points={}", leaves * 15 / 2),
+                                           fmt::format("contact.max_per_finger={}", std::max(20, leaves / 16))};
+    const Scene other = load_scene(fmt::format("{}/{}.yaml", THENAR_CONFIGS, scene_name), changes);
+    pulps = make_pulps(other);
+    details.push_back({"leaves", fmt::format("{} leaves", leaves), Model(other, known),
+                       estimate_levels(other, pulps).front().force_error, false});
+  }
+  return details;
+}
+
+void levels(ordered_json& part, bool quick) {
+  const int rounds = quick ? 2 : 5;
+  ordered_json& figure = add_figure(
+      part, "work_precision", "levels", "Levels of detail, by the scene",
+      "What a whole tick of the one loop takes (control, contact finding, contact solve, deformation) with coarser and "
+      "finer fingertips, over the error of a fingertip's force: rms against Hertz's, pressed on a plane in six directions "
+      "at three depths up to that of the scene's load, with at most 20 contacts, as `contact.level: auto` "
+      "estimates it. Down and left is better. Level l has a control point for about 2^l of the 320 leaves; level 0, all "
+      "leaves, is the default; `auto` takes the coarsest within 5 %. With 640 leaves 40 contacts a finger are allowed.",
+      fmt::format("medians of {} runs of each, all of a scene in turns", rounds));
+  figure["choice"] = "contact.level";
+  figure["error"] = "error of a fingertip's force [parts of Hertz's]";
+  figure["time"] = "time of a tick [us]";
+  for (const char* name : {"box_grasp", "capsule", "mug"}) {
+    const Model known(load_scene(fmt::format("{}/{}.yaml", THENAR_CONFIGS, name)));
+    std::vector<Detail> details = details_of(name, known);
+    const double until_s = quick ? 0.5 : 1.5;
+    for (int round = 0; round < rounds; ++round) {
+      for (Detail& detail : details) {
+        State state(detail.model);
+        const Path path = run_in_one_loop(detail.model, state, 0.0, until_s);
+        detail.us_per_tick.push_back(1e6 * path.wall_s / static_cast<double>(path.X_WO.size()));
+      }
+    }
+    ordered_json points = ordered_json::array();
+    for (const Detail& detail : details) {
+      points.push_back(WorkPoint{.method = detail.method,
+                                 .setting = detail.setting,
+                                 .error = detail.force_error,
+                                 .us = percentiles(detail.us_per_tick).p50,
+                                 .is_default = detail.is_default});
+    }
+    figure["cases"].push_back({{"name", known.scene.name}, {"points", points}});
+  }
+}
+
+void run(const PartArguments& arguments) {
+  ordered_json part = make_part("pulps", "Fingertips",
+                                "A fingertip is some hundred control points with a compliance among them. How many, and "
+                                "which compliance, decides both what a solve costs and how far its force is from an "
+                                "elastic sphere's.",
+                                arguments);
+  kernels(part, arguments.quick);
+  levels(part, arguments.quick);
+  write_part(part, arguments);
 }
 
 }  // namespace
 }  // namespace thenar
 
-int main(int argc, char** argv) {
-  using namespace thenar;
-  if (argc != 2) {
-    std::cerr << "usage: hertz_charts FILE\n";
-    return 2;
-  }
-  nlohmann::ordered_json data{{"build", build_settings()}};
-  data["note"] = "medians and rms of 20 directions; " + data["build"].at("compiler").get<std::string>() + " " +
-                 data["build"].at("flags").get<std::string>();
-  data["hertz"].push_back(curve("boussinesq", PulpKernel::kBoussinesq));
-  data["hertz"].push_back(curve("gaussian", PulpKernel::kGaussian));
-  std::ofstream(argv[1]) << data.dump(1) << '\n';
-}
+int main(int argc, char** argv) { thenar::run(thenar::part_arguments(argc, argv)); }

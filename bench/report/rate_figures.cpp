@@ -1,238 +1,294 @@
-// How accurate the split is, against one loop that does everything at every step, and what it costs: one table and one
-// chart, error against cost. Everything runs on the virtual clock, in one thread. The reference of each scene steps and
-// finds contacts every 50 us, with the control period and delay of the runs it is compared with.
-//   split_accuracy_bench [--benchmark_out=FILE.json]    The chart goes beside it, as FILE.svg.
+// Step sizes, rates and settings for the whole grasp: the error of the object's path and of the fingers' forces, against
+// the finest run, over what a simulated millisecond costs. All on the virtual clock and one thread: errors are the same
+// in every run.
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
-#include <iostream>
-#include <nlohmann/json.hpp>
+#include <functional>
+#include <memory>
 #include <numbers>
-#include <string>
-#include <string_view>
-#include <vector>
 
+#include "bench/report/figure.h"
 #include "bench/split_runs.h"
-#include "engine/files.h"
-#include "engine/gnuplot.h"
+#include "engine/percentiles.h"
 
 namespace thenar {
 namespace {
 
-namespace fs = std::filesystem;
+using nlohmann::ordered_json;
 
 constexpr double kReference_s = 50e-6;
-constexpr double kRadian_deg = 180.0 / std::numbers::pi;
+constexpr double kLost_m = 5e-3;  // An object so far off is lost, and its forces say nothing.
 
-struct Result {
-  std::string scene, runner;
-  Timing timing;
-  bool split = false, offset = false;
-  Path path;
-  PathError error;
+/// Where the runs of a scene begin, where they are judged from, and their ends.
+struct Scenario {
+  const char* name;
+  double start_s, from_s, until_s, quick_until_s;
 
-  /// Wall time per simulated time: 1 is as fast as life.
-  [[nodiscard]] double cost_us_per_ms() const {
-    return path.wall_s / (static_cast<double>(path.X_WO.size()) * path.step_s) * 1e3;
-  }
+  [[nodiscard]] double end_s(bool quick) const { return quick ? quick_until_s : until_s; }
 };
+constexpr Scenario kStick{"stick", 0.16, 0.2, 1.0, 0.6}, kSlide{"slide", 0.16, 0.2, 1.2, 0.6};
+constexpr Scenario kBoxGrasp{"box_grasp", 0.0, 0.3, 2.5, 1.0}, kBoxTurn{"box_turn", 0.0, 0.3, 2.5, 1.0};
+constexpr Scenario kCapsule{"capsule", 0.0, 0.3, 2.5, 1.0};
+constexpr Scenario kAll[]{kStick, kSlide, kBoxGrasp, kBoxTurn, kCapsule};
+
+Scene scene_of(const Scenario& scenario, const std::vector<std::string>& changes = {}) {
+  return load_scene(std::filesystem::path(THENAR_CONFIGS) / (std::string(scenario.name) + ".yaml"), changes);
+}
 
 std::string rate(double step_s) {
   return step_s <= 1e-3 ? fmt::format("{:g} kHz", 1e-3 / step_s) : fmt::format("{:g} Hz", 1.0 / step_s);
 }
 
-// --- runs ------------------------------------------------------------------------------------------------------------
+/// Wall time per simulated time: 1000 is as fast as life.
+double us_per_ms(const Path& path) { return path.wall_s / (static_cast<double>(path.X_WO.size()) * path.step_s) * 1e3; }
 
-/// Without control the drive is the scene's: one loop has no other clock than its step.
-std::vector<Result> run_driven(const std::string& scene, double until_s) {
-  const Course course(load_scene(fs::path(THENAR_CONFIGS) / (scene + ".yaml")), {kReference_s, kReference_s}, 0.16, 0.2,
-                      until_s);
-  const Path reference = course.in_one_loop({kReference_s, kReference_s});
-  std::vector<Result> results;
-  for (const double step_s : {20e-3, 5e-3, 1e-3}) {
-    const Timing timing{step_s, step_s};
-    const Path path = course.in_one_loop(timing);
-    results.push_back({scene, "one loop", timing, false, false, path, path_error(path, reference)});
+/// A way to run a scene, its error, and what it cost in each run.
+struct Way {
+  std::string method, setting;
+  bool is_default;
+  std::function<Path()> run;
+  PathError error = {};
+  std::vector<double> us = {};
+};
+
+/// Runs all ways in turns.
+void measure(std::vector<Way>& ways, const Path& reference, int rounds) {
+  for (int round = 0; round < rounds; ++round) {
+    for (Way& way : ways) {
+      const Path path = way.run();
+      way.us.push_back(us_per_ms(path));
+      if (round == 0) way.error = path_error(path, reference);
+    }
   }
-  for (const bool offset : {true, false}) {
-    for (const double step_s : {1e-3, 0.25e-3}) {
-      for (const double period_s : {20e-3, 5e-3}) {
-        const Timing timing{step_s, period_s, period_s};
-        const Path path = course.split(timing, offset);
-        results.push_back({scene, "split " + rate(step_s), timing, true, offset, path, path_error(path, reference)});
+}
+
+/// The two figures of one choice: errors of path and of force.
+struct Charts {
+  ordered_json path, force;
+
+  Charts(const std::string& id, const std::string& title, const std::string& choice, const std::string& caption,
+         const std::string& runs)
+      : path(chart(id + "_path", title + ": the object's path", choice,
+                   "Error: of the object's position, rms over the run. " + caption, runs, "rms position error [um]")),
+        force(chart(id + "_force", title + ": the fingers' forces", choice,
+                    "Error: of the force of a loaded finger on the object, rms over fingers and the run. " + caption, runs,
+                    "rms force error [mN]")) {}
+
+  void add_case(const std::string& name, const std::vector<Way>& ways) {
+    ordered_json path_points = ordered_json::array(), force_points = ordered_json::array();
+    for (const Way& way : ways) {
+      const bool lost = way.error.position_m > kLost_m;
+      WorkPoint point{.method = way.method,
+                      .setting = way.setting + (lost ? ", lost" : ""),
+                      .error = 1e6 * way.error.position_m,
+                      .us = percentiles(way.us).p50,
+                      .is_default = way.is_default};
+      path_points.push_back(point);
+      point.error = 1e3 * way.error.force_N;
+      if (!lost) force_points.push_back(point);
+    }
+    path["cases"].push_back({{"name", name}, {"points", path_points}});
+    force["cases"].push_back({{"name", name}, {"points", force_points}});
+  }
+
+  void add_to(ordered_json& part) const {
+    part["figures"].push_back(path);
+    part["figures"].push_back(force);
+  }
+
+ private:
+  static ordered_json chart(const std::string& id, const std::string& title, const std::string& choice,
+                            const std::string& caption, const std::string& runs, const std::string& error) {
+    ordered_json holder{{"figures", ordered_json::array()}};
+    ordered_json figure = add_figure(holder, "work_precision", id, title, caption, runs);
+    figure["choice"] = choice;
+    figure["error"] = error;
+    figure["time"] = "cost of a simulated millisecond [us]";
+    return figure;
+  }
+};
+
+// --- Steps and rates ------------------------------------------------------------------------------------------------
+
+std::vector<Way> one_loop_ways(const Scene& scene, const Course& course, bool quick) {
+  std::vector<Way> ways;
+  for (const double step_s : {20e-3, 10e-3, 5e-3, 2e-3, 1e-3, 0.5e-3, 0.25e-3, 0.1e-3}) {
+    if (quick && step_s < 0.2e-3) continue;
+    const Timing timing{step_s, std::max(step_s, scene.control_period_s)};
+    ways.push_back({"one loop", fmt::format("{:g} ms", 1e3 * step_s), step_s == scene.step_s,
+                    [&course, timing] { return course.in_one_loop(timing); }});
+  }
+  return ways;
+}
+
+std::vector<Way> two_loop_ways(const Course& course, bool quick) {
+  constexpr double kContact_s = 0.25e-3, kControl_s = 5e-3;  // Of `thenar profile`.
+  std::vector<Way> ways;
+  for (const double period_s : {1e-3, 5e-3, 20e-3}) {
+    for (const double step_s : {1e-3, 0.5e-3, 0.25e-3, 0.1e-3}) {
+      if (quick && (step_s == 0.5e-3 || step_s < 0.2e-3)) continue;
+      const Timing timing{step_s, period_s, period_s};
+      ways.push_back({"control at " + rate(period_s), "contact at " + rate(step_s),
+                      step_s == kContact_s && period_s == kControl_s,
+                      [&course, timing] { return course.split(timing); }});
+    }
+  }
+  return ways;
+}
+
+void steps_and_rates(ordered_json& part, bool quick) {
+  const int rounds = quick ? 1 : 3;
+  const std::string against = fmt::format(
+      " Against one loop with steps of {:g} us and control as often as the scene has it. Down and left is better. Stick: "
+      "three fingertips press on a box that a spring carries and turns, nobody controls. Slide: a ball is dragged along "
+      "a fingertip. Box grasp, box turn, capsule: held and moved by the controlled hand. Where contacts stick, they "
+      "remember the order in which they touched, which another step takes in another order: stick and slide go on from "
+      "one state; the grasps begin anew, and differ by that, too.",
+      1e6 * kReference_s);
+  const std::string runs = rounds == 1 ? "a single run of each" : fmt::format("medians of {} runs of each, in turns", rounds);
+  Charts one("one_loop", "Steps of the one loop", "time.step",
+             "One loop does everything at every step; control as often as the scene has it, or every step if that is "
+             "longer. The scene's own step, 1 ms, is the default." +
+                 against,
+             runs);
+  Charts two("two_loops", "Rates of the two loops", "rates",
+             "Contact and control with clocks of their own; a frame comes into use a control period after its snapshot. "
+             "Control late by 5 ms cannot be made up for by a faster contact loop, and its part of the error is that of "
+             "a slower controller, not of the contact loop. 4 kHz and 200 Hz, what real-time runs have, are the default: "
+             "the contact rate is a haptic device's, which takes 1 kHz at least." +
+                 against,
+             runs);
+  for (const Scenario& scenario : kAll) {
+    const Scene scene = scene_of(scenario);
+    const double period_s = scene.control ? scene.control_period_s : kReference_s;
+    const Course course(scene, {kReference_s, period_s}, scenario.start_s, scenario.from_s, scenario.end_s(quick));
+    const Path reference = course.in_one_loop({kReference_s, period_s});
+    std::vector<Way> ways = one_loop_ways(scene, course, quick);
+    const auto singles = ways.size();
+    for (Way& way : two_loop_ways(course, quick)) ways.push_back(std::move(way));
+    measure(ways, reference, rounds);
+    const auto middle = ways.begin() + static_cast<std::ptrdiff_t>(singles);
+    one.add_case(scene.name, {ways.begin(), middle});
+    two.add_case(scene.name, {middle, ways.end()});
+  }
+  one.add_to(part);
+  two.add_to(part);
+}
+
+// --- What the split adds --------------------------------------------------------------------------------------------
+
+void hand_over(ordered_json& part, bool quick) {
+  constexpr double kDegree = std::numbers::pi / 180.0;
+  ordered_json& figure = add_figure(
+      part, "table", "hand_over", "What the split alone adds, with and without the offset at hand-overs",
+      fmt::format("The two loops against one loop with steps of {:g} us that has the same control period and delay: what "
+                  "is left is the error of the contact rate, of old frames, and of handing over from one to the next. "
+                  "Offset: gaps agree at a hand-over and move on to the new frame's in a control period. Steps of the "
+                  "force: the largest change of a finger's force from tick to tick, where a new frame comes into use and "
+                  "elsewhere. Injected: work that contact did on the bodies, over what it took from them; 0 is passive. "
+                  "The offset is the default; smaller is better everywhere.",
+                  1e6 * kReference_s),
+      "deterministic");
+  figure["columns"] = {"scene",           "contact",          "frames every [ms]",   "offset",
+                       "position [um]",   "rotation [mdeg]",  "force [mN]",          "step at new frame [mN]",
+                       "step else [mN]",  "injected/dissipated"};
+  for (const Scenario& scenario : {kStick, kSlide, kBoxGrasp}) {
+    const Scene scene = scene_of(scenario);
+    for (const double period_s : {5e-3, 20e-3}) {
+      const Timing finest = scene.control ? Timing{kReference_s, period_s, period_s} : Timing{kReference_s, kReference_s};
+      const Course course(scene, finest, scenario.start_s, scenario.from_s, scenario.end_s(quick));
+      const Path reference = course.in_one_loop(finest);
+      for (const double step_s : {1e-3, 0.25e-3}) {
+        for (const bool offset : {true, false}) {
+          if (quick && step_s == 1e-3) continue;
+          const Path path = course.split({step_s, period_s, period_s}, offset);
+          const PathError error = path_error(path, reference);
+          figure["rows"].push_back({scene.name, rate(step_s), 1e3 * period_s, offset ? "on" : "off",
+                                    1e6 * error.position_m, 1e3 * error.rotation_rad / kDegree, 1e3 * error.force_N,
+                                    1e3 * path.handover_step_N, 1e3 * path.ordinary_step_N,
+                                    path.injected_J / path.dissipated_J});
+        }
       }
     }
   }
-  return results;
 }
 
-/// With control, every run has the same control period and delay; what differs is the contact step.
-std::vector<Result> run_controlled(const std::string& scene, double period_s, double until_s) {
-  const Course course(load_scene(fs::path(THENAR_CONFIGS) / (scene + ".yaml")), {kReference_s, period_s, period_s}, 0.0,
-                      0.3, until_s);
-  const Path reference = course.in_one_loop({kReference_s, period_s, period_s});
-  std::vector<Result> results;
-  for (const double step_s : {20e-3, 1e-3, 0.25e-3}) {
-    const Timing timing{step_s, period_s, period_s};
-    const Path path = course.in_one_loop(timing);
-    results.push_back({scene, "one loop", timing, false, false, path, path_error(path, reference)});
-  }
-  for (const bool offset : {true, false}) {
-    for (const double step_s : {1e-3, 0.25e-3}) {
-      const Timing timing{step_s, period_s, period_s};
-      const Path path = course.split(timing, offset);
-      results.push_back({scene, "split " + rate(step_s), timing, true, offset, path, path_error(path, reference)});
-    }
-  }
-  return results;
+// --- Settings -------------------------------------------------------------------------------------------------------
+
+Path run_scene(const Model& model, const Scenario& scenario, bool quick) {
+  State state(model);
+  return run_in_one_loop(model, state, scenario.from_s, scenario.end_s(quick));
 }
 
-// --- table and JSON ---------------------------------------------------------------------------------------------------
-
-void print(const std::vector<Result>& results) {
-  std::cout << fmt::format(
-      "{:<10} {:<11} {:>5} {:>6} {:>6} | {:>9} {:>9} {:>8} | {:>11} {:>8} | {:>9} | {:>9}\n"
-      "{:<10} {:<11} {:>5} {:>6} {:>6} | {:>9} {:>9} {:>8} | {:>11} {:>8} | {:>9} | {:>9}\n",
-      "scene", "runner", "step", "frames", "offset", "position", "rotation", "force", "force step:", "", "injected/",
-      "cost", "", "", "ms", "ms", "", "um rms", "mdeg rms", "mN rms", "new frame", "else mN", "dissipated",
-      "us per ms");
-  std::string last;
-  for (const Result& r : results) {
-    if (r.scene != last) std::cout << std::string(130, '-') << '\n';
-    last = r.scene;
-    const std::string ordinary = r.split ? fmt::format("{:.1f}", 1e3 * r.path.ordinary_step_N) : "";
-    std::cout << fmt::format(
-        "{:<10} {:<11} {:>5g} {:>6g} {:>6} | {:>9.3f} {:>9.3f} {:>8.3f} | {:>11.1f} {:>8} | {:>9.1e} | {:>9.1f}\n",
-        r.scene, r.runner, 1e3 * r.timing.step_s, 1e3 * (r.split ? r.timing.period_s : r.timing.step_s),
-        !r.split   ? ""
-        : r.offset ? "on"
-                   : "off",
-        1e6 * r.error.position_m, 1e3 * kRadian_deg * r.error.rotation_rad, 1e3 * r.error.force_N,
-        1e3 * r.path.handover_step_N, ordinary, r.path.injected_J / r.path.dissipated_J, r.cost_us_per_ms());
-  }
+/// So many control points, and contacts in proportion.
+std::vector<std::string> with_leaves(int leaves) {
+  return {fmt::format("fingertips.leaves={}", leaves), fmt::format("fingertips.points={}", leaves * 15 / 2),
+          fmt::format("contact.max_per_finger={}", leaves / 16)};
 }
 
-nlohmann::json json(const Result& r) {
-  return {{"scene", r.scene},
-          {"runner", r.split ? "split" : "one_loop"},
-          {"step_s", r.timing.step_s},
-          {"control_period_s", r.timing.period_s},
-          {"control_delay_s", r.timing.delay_s},
-          {"offset", r.offset},
-          {"position_rms_m", r.error.position_m},
-          {"rotation_rms_rad", r.error.rotation_rad},
-          {"force_rms_N", r.error.force_N},
-          {"force_step_new_frame_N", r.path.handover_step_N},
-          {"force_step_else_N", r.path.ordinary_step_N},
-          {"injected_over_dissipated", r.path.injected_J / r.path.dissipated_J},
-          {"cost_us_per_ms", r.cost_us_per_ms()}};
-}
-
-// --- chart -----------------------------------------------------------------------------------------------------------
-
-struct Panel {
-  std::string scene, title;
-};
-
-/// A runner's points in a panel, as a block of data: cost, error, point type by the frames' period, label.
-std::string block(const std::string& name, const std::vector<Result>& results, const std::string& scene,
-                  const std::string& runner) {
-  std::string text = "$" + name + " << EOD\n";
-  for (const Result& r : results) {
-    if (r.scene != scene || r.runner != runner || r.split != r.offset) continue;
-    const int point_type = !r.split ? 7 : r.timing.period_s > 10e-3 ? 9 : 5;
-    const std::string label = r.split ? "" : fmt::format("{:g} ms", 1e3 * r.timing.step_s);
-    text += fmt::format("{:.4g} {:.4g} {} \"{}\"\n", r.cost_us_per_ms(), 1e6 * r.error.position_m, point_type, label);
-  }
-  return text + "EOD\n";
-}
-
-/// The range of an axis that shows all values, with room for the labels beside the points.
-std::string log_range(const std::vector<double>& values, double room) {
-  const auto [least, most] = std::minmax_element(values.begin(), values.end());
-  return fmt::format("[{:.3g}:{:.3g}]", *least / 1.4, *most * room);
-}
-
-bool draw(const std::vector<Result>& results, const std::vector<Panel>& panels, const fs::path& file) {
-  struct Curve {
-    const char *runner, *title, *colour;
+/// One setting at a time, the others as the scene has them.
+std::vector<Way> setting_ways(const Model& known, const Scenario& scenario, bool quick) {
+  std::vector<Way> ways;
+  const auto add = [&](const std::string& method, const std::string& setting, const std::vector<std::string>& changes,
+                       bool is_default = false) {
+    auto model = std::make_shared<const Model>(scene_of(scenario, changes), known);
+    ways.push_back({method, setting, is_default,
+                    [model = std::move(model), &scenario, quick] { return run_scene(*model, scenario, quick); }});
   };
-  constexpr Curve kCurves[]{{"one loop", "one loop, at its step", "#c0392b"},
-                            {"split 1 kHz", "split, contact at 1 kHz", "#2563a8"},
-                            {"split 4 kHz", "split, contact at 4 kHz", "#3a8f5c"}};
-  const auto is_drawn = [](const Result& r) { return r.split == r.offset; };
-  std::vector<double> errors;
-  for (const Result& r : results) {
-    if (is_drawn(r)) errors.push_back(1e6 * r.error.position_m);
+  for (const char* tolerance : {"1e-2", "1e-3", "1e-4", "1e-5", "1e-6", "1e-7", "1e-9"}) {
+    add("contact.tolerance", tolerance, {std::string("contact.tolerance=") + tolerance, "contact.max_sweeps=1000"},
+        std::string(tolerance) == "1e-6");
   }
-  std::string script = fmt::format(
-      "set terminal svg size 1500,600 font 'Helvetica,15' background rgb 'white'\nset output {}\n"
-      "set multiplot layout 1,{} margins 0.06,0.985,0.12,0.81 spacing 0.025,0\n"
-      "set grid lc rgb '#dddddd' lt 1\nset border 3 lc rgb '#444444'\nset tics nomirror\nset logscale xy\n"
-      "set xtics (5,10,20,50,100,200,500,1000,2000,5000)\nset yrange {}\nset xlabel 'cost [µs per simulated ms]'\n"
-      "set ylabel 'rms position error against a {:g} µs reference [µm]'\n"
-      "set key at screen 0.52,screen 0.985 center top vertical maxrows 2 reverse Left samplen 2\n",
-      gnuplot_string(file.string()), panels.size(), log_range(errors, 1.4), 1e6 * kReference_s);
-  for (std::size_t p = 0; p < panels.size(); ++p) {
-    std::vector<double> costs;
-    for (const Result& r : results) {
-      if (is_drawn(r) && r.scene == panels[p].scene) costs.push_back(r.cost_us_per_ms());
-    }
-    std::string plot;
-    for (std::size_t c = 0; c < std::size(kCurves); ++c) {
-      const auto& [runner, title, colour] = kCurves[c];
-      const std::string name = fmt::format("data{}{}", p, c);
-      script += block(name, results, panels[p].scene, runner);
-      plot += fmt::format(
-          "{0} ${1} u 1:2 w l lw 2.5 lc rgb '{2}' title '{3}', ${1} u 1:2:3 w p pt variable ps 1 lc rgb '{2}' notitle, "
-          "${1} u 1:2:4 w labels left offset 0.9,0.3 tc rgb '{2}' notitle",
-          c == 0 ? "plot" : ",", name, colour, title);
-    }
-    plot += ", NaN w p pt 9 lc rgb '#444444' title 'frames every 20 ms, 20 ms late'";
-    plot += ", NaN w p pt 5 lc rgb '#444444' title 'frames every 5 ms, 5 ms late'";
-    // One legend and one y axis for all panels.
-    script += fmt::format("set title {}\nset xrange {}\n{}\nset key off\nset ylabel ''\nset format y ''\n",
-                          gnuplot_string(panels[p].title), log_range(costs, 1.8), plot);
+  for (const int most : {3, 5, 10, 20, 40}) {
+    add("contact.max_per_finger", fmt::format("{} contacts a finger", most),
+        {fmt::format("contact.max_per_finger={}", most)});
   }
-  return run_gnuplot(script + "unset multiplot\n", file.parent_path());
+  for (const int leaves : {80, 160, 320, 640}) {
+    add("fingertips.leaves", fmt::format("{} leaves", leaves), with_leaves(leaves));
+  }
+  return ways;
 }
 
-/// Where Google Benchmark's option asks for the results.
-fs::path result_file(int argc, char** argv) {
-  constexpr std::string_view kOption = "--benchmark_out=";
-  for (int i = 1; i < argc; ++i) {
-    const std::string_view argument = argv[i];
-    if (argument.starts_with(kOption)) return argument.substr(kOption.size());
+void settings(ordered_json& part, bool quick) {
+  constexpr int kFinest = 1280;
+  const int rounds = quick ? 1 : 3;
+  Charts charts(
+      "settings", "Settings of contact and fingertips", "contact.tolerance, contact.max_per_finger, fingertips.leaves",
+      fmt::format("One loop at the scene's own step; one setting at a time differs from the scene's, which is the default "
+                  "(tolerance 1e-6, 20 contacts a finger, 320 leaves; with other numbers of leaves as many contacts in "
+                  "proportion). Against {} leaves, up to {} contacts a finger, solved to 1e-10: an error that a tighter "
+                  "tolerance leaves is that of the number of control points. Down and left is better: where a line is "
+                  "flat, what is spent is wasted; where it is steep, it pays.",
+                  kFinest, kFinest / 16),
+      rounds == 1 ? "a single run of each" : fmt::format("medians of {} runs of each, in turns", rounds));
+  for (const Scenario& scenario : {kBoxGrasp, kCapsule, kSlide}) {
+    const Model known(scene_of(scenario));
+    std::vector<std::string> changes = with_leaves(kFinest);
+    changes.insert(changes.end(), {"contact.tolerance=1e-10", "contact.max_sweeps=2000"});
+    const Path reference = run_scene(Model(scene_of(scenario, changes), known), scenario, quick);
+    std::vector<Way> ways = setting_ways(known, scenario, quick);
+    measure(ways, reference, rounds);
+    charts.add_case(known.scene.name, ways);
   }
-  return "out/bench/split_accuracy.json";
+  charts.add_to(part);
+}
+
+void run(const PartArguments& arguments) {
+  ordered_json part = make_part("rates", "Steps, rates and settings for the whole grasp",
+                                "What a coarser or finer run of the same scene costs, and how far it takes the object and "
+                                "the forces from the finest one.",
+                                arguments);
+  steps_and_rates(part, arguments.quick);
+  hand_over(part, arguments.quick);
+  settings(part, arguments.quick);
+  write_part(part, arguments);
 }
 
 }  // namespace
 }  // namespace thenar
 
-int main(int argc, char** argv) try {
-  using namespace thenar;
-  const fs::path file = result_file(argc, argv);
-  prepare_folder(file.parent_path());
-  std::vector<Result> results;
-  for (const auto& runs :
-       {run_driven("stick", 1.0), run_driven("slide", 1.2), run_controlled("box_grasp", 20e-3, 2.5)}) {
-    results.insert(results.end(), runs.begin(), runs.end());
-  }
-  print(results);
-  nlohmann::json all = nlohmann::json::array();
-  for (const Result& result : results) all.push_back(json(result));
-  write_file(file, nlohmann::json{{"reference_step_s", kReference_s}, {"runs", all}}.dump(1) + "\n");
-  const bool drawn = draw(results,
-                          {{"stick", "carried, everything sticks"},
-                           {"slide", "dragged and turned along a fingertip"},
-                           {"box_grasp", "grasp, control every 20 ms, 20 ms late"}},
-                          fs::path(file).replace_extension(".svg"));
-  if (!drawn) std::cerr << "no chart: gnuplot is missing or failed\n";
-  return 0;
-} catch (const std::exception& error) {
-  std::cerr << error.what() << '\n';
-  return 1;
-}
+int main(int argc, char** argv) { thenar::run(thenar::part_arguments(argc, argv)); }
