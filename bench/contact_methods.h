@@ -2,10 +2,12 @@
 
 #include <memory>
 
+#include "bench/factored_contacts.h"
 #include "bench/peers.h"
 #include "solvers/contact_newton.h"
 #include "solvers/contact_sweeps.h"
 #include "solvers/gauss_seidel.h"
+#include "solvers/grouped_delassus.h"
 
 namespace thenar {
 
@@ -17,6 +19,29 @@ namespace thenar {
   return [&W, &delta_free, &mu, delta, work, max_sweeps](double tolerance, int budget, Eigen::VectorXd& f) {
     const AccurateSettings settings{.tolerance = tolerance, .max_sweeps = max_sweeps, .max_steps = budget};
     (void)solve_contacts_accurately(W, delta_free, mu, settings, *work, f, *delta);
+  };
+}
+
+/// Single-precision sweeps on the operator in factors: what the contact tick does.
+[[nodiscard]] inline ContactSolver in_factors(const FactoredContacts& W, const Eigen::VectorXd& delta_free,
+                                              const Eigen::VectorXd& mu) {
+  auto delta = std::make_shared<Eigen::VectorXd>(delta_free.size());
+  auto work = std::make_shared<GroupedWorkspace>(mu.size(), std::ssize(W.begin) - 1);
+  return [&W, &delta_free, &mu, delta, work](double tolerance, int budget, Eigen::VectorXd& f) {
+    (void)solve_contacts(W.operator_of(), delta_free, mu, {.tolerance = tolerance, .max_sweeps = budget}, *work, f,
+                         *delta);
+  };
+}
+
+/// The same on one matrix, which it forms in every call: what the contact tick does for a soft object.
+[[nodiscard]] inline ContactSolver formed_dense(const FactoredContacts& W, const Eigen::VectorXd& delta_free,
+                                                const Eigen::VectorXd& mu) {
+  auto delta = std::make_shared<Eigen::VectorXd>(delta_free.size());
+  auto work = std::make_shared<SweepWorkspace>(mu.size());
+  auto dense = std::make_shared<Eigen::MatrixXd>(delta_free.size(), delta_free.size());
+  return [&W, &delta_free, &mu, delta, work, dense](double tolerance, int budget, Eigen::VectorXd& f) {
+    W.operator_of().to_dense(*dense);
+    (void)solve_contacts(*dense, delta_free, mu, {.tolerance = tolerance, .max_sweeps = budget}, *work, f, *delta);
   };
 }
 
