@@ -12,14 +12,17 @@
 namespace thenar {
 
 /// The accurate solver after so many sweeps; the budget is of Newton steps.
-[[nodiscard]] inline ContactSolver newton_after_sweeps(const Eigen::MatrixXd& W, const Eigen::VectorXd& delta_free,
-                                                       const Eigen::VectorXd& mu, int max_sweeps) {
-  auto delta = std::make_shared<Eigen::VectorXd>(delta_free.size());
-  auto work = std::make_shared<AccurateWorkspace>(mu.size());
-  return [&W, &delta_free, &mu, delta, work, max_sweeps](double tolerance, int budget, Eigen::VectorXd& f) {
-    const AccurateSettings settings{.tolerance = tolerance, .max_sweeps = max_sweeps, .max_steps = budget};
-    (void)solve_contacts_accurately(W, delta_free, mu, settings, *work, f, *delta);
-  };
+[[nodiscard]] inline ContactMethod newton_after_sweeps(const char* name, int max_sweeps) {
+  return {name, ContactMethod::kNaturalMap,
+          [max_sweeps](const Eigen::MatrixXd& W, const Eigen::VectorXd& delta_free,
+                       const Eigen::VectorXd& mu) -> ContactSolver {
+            auto delta = std::make_shared<Eigen::VectorXd>(delta_free.size());
+            auto work = std::make_shared<AccurateWorkspace>(mu.size());
+            return [&W, &delta_free, &mu, delta, work, max_sweeps](double tolerance, int budget, Eigen::VectorXd& f) {
+              const AccurateSettings settings{.tolerance = tolerance, .max_sweeps = max_sweeps, .max_steps = budget};
+              (void)solve_contacts_accurately(W, delta_free, mu, settings, *work, f, *delta);
+            };
+          }};
 }
 
 /// Single-precision sweeps on the operator in factors: what the contact tick does.
@@ -33,15 +36,13 @@ namespace thenar {
   };
 }
 
-/// The same on one matrix, which it forms in every call: what the contact tick does for a soft object.
-[[nodiscard]] inline ContactSolver formed_dense(const FactoredContacts& W, const Eigen::VectorXd& delta_free,
-                                                const Eigen::VectorXd& mu) {
-  auto delta = std::make_shared<Eigen::VectorXd>(delta_free.size());
-  auto work = std::make_shared<SweepWorkspace>(mu.size());
-  auto dense = std::make_shared<Eigen::MatrixXd>(delta_free.size(), delta_free.size());
-  return [&W, &delta_free, &mu, delta, work, dense](double tolerance, int budget, Eigen::VectorXd& f) {
-    W.operator_of().to_dense(*dense);
-    (void)solve_contacts(*dense, delta_free, mu, {.tolerance = tolerance, .max_sweeps = budget}, *work, f, *delta);
+/// A method of a dense W that forms the matrix in every call, as the contact tick has to.
+[[nodiscard]] inline ContactSolver forming_w(const ContactMethod& method, const FactoredContacts& factors,
+                                             const Eigen::VectorXd& delta_free, const Eigen::VectorXd& mu) {
+  auto W = std::make_shared<Eigen::MatrixXd>(delta_free.size(), delta_free.size());
+  return [W, &factors, solve = method.prepare(*W, delta_free, mu)](double tolerance, int budget, Eigen::VectorXd& f) {
+    factors.operator_of().to_dense(*W);
+    solve(tolerance, budget, f);
   };
 }
 
@@ -65,12 +66,9 @@ namespace thenar {
       (void)solve_contacts(W, delta_free, mu, {.tolerance = tolerance, .max_sweeps = budget}, *work, f, *delta);
     };
   };
-  const auto newton = [](const MatrixXd& W, const VectorXd& delta_free, const VectorXd& mu) {
-    return newton_after_sweeps(W, delta_free, mu, AccurateSettings{}.max_sweeps);
-  };
   return {{"gauss_seidel", ContactMethod::kNaturalMap, gauss_seidel},
           {"sweeps", ContactMethod::kNaturalMap, sweeps},
-          {"newton", ContactMethod::kNaturalMap, newton}};
+          newton_after_sweeps("newton", AccurateSettings{}.max_sweeps)};
 }
 
 }  // namespace thenar
