@@ -186,7 +186,8 @@ LcpSolver bullet_lemke(const MatrixXd& M, const VectorXd& q) {
   auto lemke = std::make_shared<btLemkeAlgorithm>(bullet_matrix(M), bullet_vector(q));
   return [lemke](VectorXd& z) {
     const btVectorXu found = lemke->solve();
-    for (int i = 0; i < z.size(); ++i) z[i] = found[i];
+    // First w, then z.
+    for (int i = 0; i < z.size(); ++i) z[i] = found[static_cast<int>(z.size()) + i];
     return lemke->getInfo() == 0;
   };
 }

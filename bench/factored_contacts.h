@@ -1,0 +1,37 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "solvers/grouped_delassus.h"
+
+namespace thenar {
+
+/// A Delassus operator in factors that owns its parts.
+struct FactoredContacts {
+  std::vector<Eigen::Index> begin{0};
+  GroupedDelassus::OwnJacobian J_own;
+  GroupedDelassus::CommonJacobian J_common;
+  double own_mobility = 0.0;
+  GroupedDelassus::CommonMotion common_mobility = GroupedDelassus::CommonMotion::Zero();
+  std::vector<Eigen::MatrixXd> compliance;
+  double compliance_scale = 1.0;
+
+  [[nodiscard]] GroupedDelassus operator_of() const {
+    return {.begin = begin,
+            .J_own = J_own,
+            .J_common = J_common,
+            .own_mobility = own_mobility,
+            .common_mobility = common_mobility,
+            .compliance = compliance,
+            .compliance_scale = compliance_scale};
+  }
+
+  [[nodiscard]] Eigen::MatrixXd dense() const {
+    Eigen::MatrixXd W(3 * begin.back(), 3 * begin.back());
+    operator_of().to_dense(W);
+    return W;
+  }
+};
+
+}  // namespace thenar
