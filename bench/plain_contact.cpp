@@ -71,7 +71,7 @@ class PlainTick {
   }
 
   TickReport tick(const Frame& frame, State& state);
-  [[nodiscard]] double penalty_limit_s(const Frame& frame) const;
+  [[nodiscard]] std::function<double(const Scene&)> penalty_limit(const Frame& frame) const;
 
  private:
   [[nodiscard]] VectorXd free_gaps_and_slips(const Frame& frame, const State& state, const JointVector& dq,
@@ -219,7 +219,7 @@ TickReport PlainTick::tick(const Frame& frame, State& state) {
   return report;
 }
 
-double PlainTick::penalty_limit_s(const Frame& frame) const {
+std::function<double(const Scene&)> PlainTick::penalty_limit(const Frame& frame) const {
   const Index n = 3 * frame.size();
   VectorXd root_k = VectorXd::Zero(n);  // sqrt(K) of what is pressed
   for (Index i = 0; i < frame.size(); ++i) {
@@ -229,14 +229,22 @@ double PlainTick::penalty_limit_s(const Frame& frame) const {
     const double tangential = std::sqrt(springs.tangential_N_per_m[point]);
     root_k.segment<3>(3 * i) << std::sqrt(springs.normal_N_per_m[point]), tangential, tangential;
   }
-  if (root_k.isZero()) return std::numeric_limits<double>::quiet_NaN();
-  GroupedDelassus rigid = delassus_operator(model_, frame, now_, mobility(model_.scene));
-  rigid.compliance = {};
-  MatrixXd W(n, n);  // h J_c B^-1 J_c'
-  rigid.to_dense(W);
-  const MatrixXd A = root_k.asDiagonal() * W * root_k.asDiagonal();
-  const double largest = Eigen::SelfAdjointEigenSolver<MatrixXd>(A, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff();
-  return 2.0 * model_.scene.step_s / largest;
+  // K J_c B^-1 J_c' of one body at a time, for unit mobilities: joints, the object's translation and rotation.
+  std::array<MatrixXd, 3> parts;
+  for (int part = 0; part < 3; ++part) {
+    GroupedDelassus body = delassus_operator(model_, frame, now_, {part == 0 ? 1.0 : 0.0, part == 1 ? 1.0 : 0.0,
+                                                                   part == 2 ? 1.0 : 0.0});
+    body.compliance = {};
+    MatrixXd W(n, n);
+    body.to_dense(W);
+    parts[part] = root_k.asDiagonal() * W * root_k.asDiagonal();
+  }
+  return [parts, pressed = !root_k.isZero()](const Scene& scene) {
+    if (!pressed) return std::numeric_limits<double>::quiet_NaN();
+    const MatrixXd rate = parts[0] / scene.joint_viscosity + parts[1] / scene.object.translation_damping +
+                          parts[2] / scene.object.rotation_damping;
+    return 2.0 / Eigen::SelfAdjointEigenSolver<MatrixXd>(rate, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff();
+  };
 }
 
 /// With room for every control point that may touch where contacts are springs.
@@ -280,14 +288,14 @@ Recording run_plain(const Model& model, const PlainContact& plain) {
   return run(own, tick, frame);
 }
 
-double penalty_step_limit_s(const Model& model, double step_s, double duration_s) {
+std::function<double(const Scene&)> penalty_step_limit(const Model& model, double step_s, double duration_s) {
   Model own = with_room(model, {});
   own.scene.step_s = own.scene.control_period_s = step_s;
   own.scene.duration_s = duration_s;
   PlainTick tick(own, {});
   Frame frame(own);
   (void)run(own, tick, frame);
-  return tick.penalty_limit_s(frame);
+  return tick.penalty_limit(frame);
 }
 
 }  // namespace thenar

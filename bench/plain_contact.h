@@ -1,5 +1,7 @@
 #pragma once
 
+#include <functional>
+
 #include "engine/model.h"
 #include "engine/recording.h"
 
@@ -31,8 +33,10 @@ struct PlainContact {
 /// task.spring.
 [[nodiscard]] Recording run_plain(const Model& model, const PlainContact& plain);
 
-/// Explicit Euler on the penalty's springs is stable below this step: 2 / lambda_max(J_c B^-1 J_c' K) of the contacts that
-/// are pressed at the end of a run of the penalty with steps of `step_s` over `duration_s` [s]. NaN if none is.
-[[nodiscard]] double penalty_step_limit_s(const Model& model, double step_s, double duration_s);
+/// The penalty's springs are stable in explicit Euler below this step [s], by the viscosities of a scene: 2 / lambda_max(J_c
+/// B^-1 J_c' K) of the contacts that are pressed at the end of the model's run with the penalty, in steps of `step_s` over
+/// `duration_s`. NaN if none is.
+[[nodiscard]] std::function<double(const Scene&)> penalty_step_limit(const Model& model, double step_s,
+                                                                     double duration_s);
 
 }  // namespace thenar
