@@ -3,10 +3,12 @@
 #include <cstddef>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "engine/recording.h"
 #include "engine/scene.h"
 #include "engine/verdict.h"
 
@@ -19,7 +21,7 @@ struct Variation {
 };
 
 /// `key=a:b:n`: n values from a to b, evenly; `key=a:b:n:log`: by equal ratios; `key=a,b,c`: these. Bounds carry their
-/// unit, "0.1 mm". Throws ConfigError.
+/// unit, "0.1 mm:2 mm:5". Commas and colons within brackets or quotes belong to a value. Throws ConfigError.
 [[nodiscard]] Variation read_variation(const std::string& text);
 
 /// A scene with all combinations of what varies; the last key turns fastest.
@@ -31,13 +33,22 @@ struct SweepPlan {
   [[nodiscard]] std::size_t rows() const;
   /// The values of one row, one a key.
   [[nodiscard]] std::vector<std::string> values(std::size_t row) const;
+  /// The changes of one row: the overrides and its values.
+  [[nodiscard]] std::vector<std::string> changes(std::size_t row) const;
 };
+
+/// The scene of the first row that is one. Throws ConfigError if a key varies twice, if there are more than a million
+/// rows, and what is wrong with the first row if no row is a scene, as where a key is misspelt.
+[[nodiscard]] Scene first_scene(const SweepPlan& plan);
 
 /// What became of one row: the same for the same scene, to the last bit, whoever runs it; so no times.
 struct SweepRow {
   Verdict verdict;
-  nlohmann::ordered_json measures;  ///< Flat: name to number or null.
+  nlohmann::ordered_json measures;  ///< Flat: name to number or null. Of a refused scene nothing.
 };
+
+/// The row of a run that has ended: measures of summary.json by their names there, and force_chatter.
+[[nodiscard]] SweepRow sweep_row(const Model& model, const Recording& recording);
 
 /// How a row is run; called on several threads at once.
 using RunScene = std::function<SweepRow(const Model& model)>;
@@ -46,8 +57,13 @@ using RunScene = std::function<SweepRow(const Model& model)>;
 [[nodiscard]] SweepRow run_row(const Model& model);
 
 /// Runs these rows, `jobs` at a time, each on one thread; `done` is told of each as it ends, in any order but never
-/// twice at once. A row whose scene is refused is a row, too: kRefused, and why.
+/// twice at once. A row whose scene is refused is a row, too: kRefused, and why. What `run` or `done` throws ends the
+/// sweep and is thrown.
 void run_sweep(const SweepPlan& plan, const std::vector<std::size_t>& rows, int jobs, const RunScene& run,
                const std::function<void(std::size_t row, SweepRow result)>& done);
+
+/// Rows as a table, in the plan's order: what varies, outcome, reason, measures. A unit that all values of a key share
+/// is in the header; what was not measured is empty.
+[[nodiscard]] std::string rows_csv(const SweepPlan& plan, const std::map<std::size_t, SweepRow>& rows);
 
 }  // namespace thenar
