@@ -13,7 +13,6 @@ constexpr double kLostSlip_m = 2e-3;
 constexpr double kLostOffset_m = 10e-3;
 constexpr double kLostTurn_rad = 20.0 * std::numbers::pi / 180.0;
 constexpr double kLostUnloaded_s = 0.05;
-constexpr double kNoticedSlip_m = 0.1e-3;  // Less than this is rim micro-slip, not a finger that slides.
 
 }  // namespace
 
@@ -24,7 +23,14 @@ std::optional<Loss> GraspMonitor::update(double step_s, TickRecord& tick) {
   unloaded_s_ = loaded < 2 ? unloaded_s_ + step_s : 0.0;
   const std::string why = reason(tick);
   if (why.empty()) return std::nullopt;
-  return Loss{tick.time_s, why + slips()};
+  Loss loss{tick.time_s, tick.time_s, unloaded_s_ > kLostUnloaded_s ? LossCause::kUnloaded : LossCause::kOffTarget,
+            why + slips()};
+  for (const auto& since_s : slips_since_s_) {
+    if (!since_s) continue;
+    loss.since_s = std::min(loss.since_s, *since_s);
+    loss.cause = LossCause::kSlipped;
+  }
+  return loss;
 }
 
 void GraspMonitor::add_slips(TickRecord& tick) {
@@ -47,8 +53,9 @@ std::string GraspMonitor::reason(const TickRecord& tick) const {
     return fmt::format("the {} slipped more than {:g} mm", hand_.fingertips[k].finger, 1e3 * kLostSlip_m);
   }
   const double offset_m = (tick.position_m - tick.target_m).norm();
-  if (offset_m > kLostOffset_m) return fmt::format("the object is {:.1f} mm off its target", 1e3 * offset_m);
-  if (tick.rotation_error_rad > kLostTurn_rad) {
+  // Written so that what is not a number is lost, too.
+  if (!(offset_m <= kLostOffset_m)) return fmt::format("the object is {:.1f} mm off its target", 1e3 * offset_m);
+  if (!(tick.rotation_error_rad <= kLostTurn_rad)) {
     const double turn_deg = tick.rotation_error_rad * 180.0 / std::numbers::pi;
     return fmt::format("the object is turned {:.0f} degrees off its target", turn_deg);
   }

@@ -8,6 +8,9 @@
 
 namespace thenar {
 
+/// Less slip than this is micro-slip at a patch's rim, not a finger that slides.
+inline constexpr double kNoticedSlip_m = 0.1e-3;
+
 /// Watches a run for the loss of its object: a finger that slips more than 2 mm, an object more than 10 mm or 20
 /// degrees off its target, or fewer than two fingers loaded for 50 ms.
 class GraspMonitor {

@@ -13,6 +13,8 @@ namespace thenar {
 
 /// From here on a run is measured: the grip has built up.
 inline constexpr double kMeasuredFrom_s = 0.3;
+/// From here on every finger must carry load.
+inline constexpr double kLoadedFrom_s = 0.1;
 
 /// Normal and tangential part of a finger's force [N].
 struct NormalTangential {
@@ -47,9 +49,17 @@ struct TickRecord {
   }
 };
 
+enum class LossCause {
+  kSlipped,    ///< A finger slid: too far, or before what ended the run.
+  kUnloaded,   ///< Fewer than two fingers carried load.
+  kOffTarget,  ///< The object left its target, or turned away from it, and no finger had slid.
+};
+
 /// How a run lost its object.
 struct Loss {
   double time_s = 0.0;
+  double since_s = 0.0;  ///< When it began: the first finger's slip that was noticed, or the loss itself.
+  LossCause cause = LossCause::kOffTarget;
   std::string reason;
 };
 

@@ -17,7 +17,6 @@ using nlohmann::ordered_json;
 namespace {
 
 constexpr double kFinalWindow_s = 0.3;
-constexpr double kLoadedFrom_s = 0.1;   // Every finger must carry load from here on.
 constexpr double kNotConverged = 1e-2;  // A p99 residual above this is no solution.
 constexpr double kAnyFriction = 0.01;   // A grasp that so little friction would close is closed by any.
 constexpr double kDegrees = 180.0 / std::numbers::pi;
@@ -238,18 +237,12 @@ std::string explain(const Scene& scene, const UnsolvedGrasp& unsolved) {
   return message + "; no friction would do: the fingers do not oppose each other";
 }
 
-/// The first tick that the muscle LCP left without an answer, or the contact solver without finite forces.
-std::optional<std::string> failure(const TickRecord& tick) {
-  if (tick.muscle == MuscleStatus::kInfeasible) {
-    return fmt::format("no muscle forces give the torques wanted at {:.3f} s", tick.time_s);
-  }
-  if (tick.muscle == MuscleStatus::kBudgetSpent) {
-    return fmt::format("the muscle-force LCP found no answer at {:.3f} s", tick.time_s);
-  }
-  if (tick.contact.solve.status == SolveStatus::kNotFinite) {
-    return fmt::format("the contact problem was not finite at {:.3f} s", tick.time_s);
-  }
-  return std::nullopt;
+/// What the muscle LCP or the contact solver left undone in a tick; nothing: it was solved.
+std::string unsolved_in(const TickRecord& tick) {
+  if (tick.contact.solve.status == SolveStatus::kNotFinite) return "the contact problem was not finite";
+  if (tick.muscle == MuscleStatus::kInfeasible) return "no muscle forces give the torques wanted";
+  if (tick.muscle == MuscleStatus::kBudgetSpent) return "the muscle-force LCP found no answer";
+  return "";
 }
 
 }  // namespace
@@ -285,16 +278,27 @@ ordered_json summarize(const Model& model, const Recording& recording) {
           {"real_time_factor", simulated_s / recording.wall_s}};
 }
 
+std::optional<SolveFailure> solve_failure(const Model& model, const Recording& recording) {
+  if (recording.unsolved) return SolveFailure{recording.unsolved->time_s, false, explain(model.scene, *recording.unsolved)};
+  for (const TickRecord& tick : recording.ticks) {
+    const std::string what = unsolved_in(tick);
+    if (what.empty()) continue;
+    const bool contact = tick.contact.solve.status == SolveStatus::kNotFinite;
+    return SolveFailure{tick.time_s, contact, fmt::format("{} at {:.3f} s", what, tick.time_s)};
+  }
+  const double residual = residual_p99(recording);
+  if (!(residual > kNotConverged)) return std::nullopt;
+  const auto first = std::find_if(recording.ticks.begin(), recording.ticks.end(), [](const TickRecord& tick) {
+    return tick.contact.solve.residual > kNotConverged;
+  });
+  return SolveFailure{first->time_s, true,
+                      fmt::format("the contact solver did not converge: p99 residual {:.1e}", residual)};
+}
+
 std::optional<std::string> failure(const Model& model, const Recording& recording) {
   if (recording.loss)
     return fmt::format("the object was lost at {:.3f} s: {}", recording.loss->time_s, recording.loss->reason);
-  if (recording.unsolved) return explain(model.scene, *recording.unsolved);
-  for (const TickRecord& tick : recording.ticks) {
-    if (auto why = failure(tick)) return why;
-  }
-  const double residual = residual_p99(recording);
-  if (residual > kNotConverged)
-    return fmt::format("the contact solver did not converge: p99 residual {:.1e}", residual);
+  if (const auto unsolved = solve_failure(model, recording)) return unsolved->reason;
   return std::nullopt;
 }
 

@@ -22,6 +22,17 @@ namespace thenar {
 /// contacts. Stage times: over the ticks that ran the stage, null if none did.
 [[nodiscard]] nlohmann::ordered_json summarize(const Model& model, const Recording& recording);
 
+/// A problem that found no answer.
+struct SolveFailure {
+  double time_s = 0.0;   ///< Of the first one.
+  bool contact = false;  ///< It is the contact solver's, not that of grasp or muscle forces.
+  std::string reason;
+};
+
+/// The first grasp-force problem without a solution, muscle-force problem without one, or contact problem that was not
+/// finite; or that contact solves did not converge. Nothing if all was solved.
+[[nodiscard]] std::optional<SolveFailure> solve_failure(const Model& model, const Recording& recording);
+
 /// Why the simulation failed, in a sentence: no grasp forces exist, the object was lost, or a solver found no
 /// answer. Nothing if it did not fail.
 [[nodiscard]] std::optional<std::string> failure(const Model& model, const Recording& recording);

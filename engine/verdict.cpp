@@ -1,9 +1,13 @@
 #include "engine/verdict.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
+#include "engine/grasp_monitor.h"
 #include "engine/summary.h"
 
 namespace thenar {
@@ -11,7 +15,42 @@ namespace thenar {
 namespace {
 
 constexpr double kChatterWindow_s = 0.3;
-constexpr double kChatters = 0.05;
+// Steady grips have 1e-9 to 2e-4, 2e-3 in steps of 20 ms; loops and springs beyond their limits 0.014 and more.
+constexpr double kChatters = 0.01;
+
+/// Of forces that are `stride` ticks apart.
+double chatter(const std::vector<TickRecord>& ticks, std::size_t stride) {
+  double worst = std::numeric_limits<double>::quiet_NaN();
+  for (std::size_t k = 0; k < kFingers; ++k) {
+    const auto normal_N = [&](std::size_t i) { return ticks[i].force[k].normal_N; };
+    double turns = 0.0, sum = 0.0;
+    for (std::size_t i = 2 * stride; i < ticks.size(); ++i) {
+      if (!ticks[i].is_from(ticks.back().time_s - kChatterWindow_s)) continue;
+      turns += 0.5 * std::abs(normal_N(i) - 2.0 * normal_N(i - stride) + normal_N(i - 2 * stride));
+      sum += normal_N(i);
+    }
+    if (sum > 0.0) worst = std::fmax(worst, turns / sum);
+  }
+  return worst;
+}
+
+std::string joined(const std::string& first, const std::string& then) {
+  return then.empty() ? first : first + "; " + then;
+}
+
+/// The finger that slid, or carries no load though it should; empty if none.
+std::string slips(const Hand& hand, const std::vector<TickRecord>& ticks) {
+  for (int k = 0; k < kFingers && !ticks.empty(); ++k) {
+    const std::string& finger = hand.fingertips[k].finger;
+    const double slip_m = ticks.back().slip_m[k];
+    if (slip_m > kNoticedSlip_m) return fmt::format("the {} slipped {:.2f} mm", finger, 1e3 * slip_m);
+    for (const TickRecord& tick : ticks) {
+      if (!tick.is_from(kLoadedFrom_s) || tick.force[k].normal_N > 0.0) continue;
+      return fmt::format("the {} carried no load at {:.3f} s", finger, tick.time_s);
+    }
+  }
+  return "";
+}
 
 }  // namespace
 
@@ -32,31 +71,26 @@ const char* name(Outcome outcome) {
 }
 
 double force_chatter(const Recording& recording) {
-  const auto& ticks = recording.ticks;
-  double worst = std::numeric_limits<double>::quiet_NaN();
-  for (std::size_t k = 0; k < kFingers; ++k) {
-    double squares = 0.0, sum = 0.0, count = 0.0;
-    for (std::size_t i = 2; i < ticks.size(); ++i) {
-      if (!ticks[i].is_from(ticks.back().time_s - kChatterWindow_s)) continue;
-      const double turn_N =
-          ticks[i].force[k].normal_N - 2.0 * ticks[i - 1].force[k].normal_N + ticks[i - 2].force[k].normal_N;
-      squares += 0.25 * turn_N * turn_N;
-      sum += ticks[i].force[k].normal_N;
-      ++count;
-    }
-    if (sum > 0.0) worst = std::fmax(worst, std::sqrt(squares * count) / sum);
-  }
-  return worst;
+  std::int64_t oldest = 0;  // A loop through the controller swings with the age that frames reach.
+  for (const TickRecord& tick : recording.ticks) oldest = std::max(oldest, tick.contact.frame_age);
+  return std::fmax(chatter(recording.ticks, 1), chatter(recording.ticks, static_cast<std::size_t>(oldest) + 1));
 }
 
 Verdict verdict(const Model& model, const Recording& recording) {
-  if (const auto why = failure(model, recording)) {
-    if (!recording.loss) return {Outcome::kSolverFailed, *why};
-    const bool slipped = recording.loss->reason.find("slipped") != std::string::npos;
-    return {slipped ? Outcome::kSlipping : Outcome::kUnstable, *why};
+  const auto unsolved = solve_failure(model, recording);
+  const auto& loss = recording.loss;
+  const std::string lost = loss ? fmt::format("the object was lost at {:.3f} s: {}", loss->time_s, loss->reason) : "";
+  if (unsolved && unsolved->contact) return {Outcome::kSolverFailed, joined(unsolved->reason, lost)};
+  const double chatter = force_chatter(recording);
+  if (chatter > kChatters) {
+    return {Outcome::kUnstable, joined(fmt::format("forces chatter by {:.0f} %", 100.0 * chatter), lost)};
   }
-  if (force_chatter(recording) > kChatters) return {Outcome::kUnstable, "the forces chatter"};
-  return {Outcome::kHeld, ""};
+  if (unsolved && !(loss && loss->since_s < unsolved->time_s)) {
+    return {Outcome::kSolverFailed, joined(unsolved->reason, lost)};
+  }
+  if (loss) return {loss->cause == LossCause::kOffTarget ? Outcome::kUnstable : Outcome::kSlipping, lost};
+  const std::string slip = model.scene.control ? slips(model.scene.hand, recording.ticks) : "";
+  return {slip.empty() ? Outcome::kHeld : Outcome::kSlipping, slip};
 }
 
 }  // namespace thenar
