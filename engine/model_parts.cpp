@@ -17,6 +17,10 @@ namespace thenar {
 namespace {
 
 constexpr int kCoarsest = 8;  // Of contact.level.
+// The controller's model of a fingertip that does not give way, as in configs/minimal.yaml: stiff enough for rigid contacts.
+constexpr double kRigidNormal_N_per_m = 50e3, kRigidTangential_N_per_m = 33.3e3;
+// A change so small is none: it is rounding, or what a contact solve leaves open that stops at a residual of 1e-6.
+constexpr Tolerance kNoChange{1e-9, 1e-7, 1e-6};
 
 double rms(double squares, double count) { return count > 0.0 ? std::sqrt(squares / count) : 0.0; }
 
@@ -37,16 +41,19 @@ std::size_t first_measured(const Scene& scene) {
 }
 
 bool is_within(const PathDeviation& error, const Tolerance& tolerance) {
-  return std::max(error.position_rms_m, error.position_final_m) <= tolerance.position_m &&
-         std::max(error.rotation_rms_rad, error.rotation_final_rad) <= tolerance.rotation_rad &&
-         error.force <= tolerance.force;
+  const auto small = [](double value, double allowed, double nothing) { return value <= std::max(allowed, nothing); };
+  return small(error.position_rms_m, tolerance.position_m, kNoChange.position_m) &&
+         small(error.position_final_m, tolerance.position_m, kNoChange.position_m) &&
+         small(error.rotation_rms_rad, tolerance.rotation_rad, kNoChange.rotation_rad) &&
+         small(error.rotation_final_rad, tolerance.rotation_rad, kNoChange.rotation_rad) &&
+         small(error.force, tolerance.force, kNoChange.force);
 }
 
 PartEffect effect_of(Part part, const Scene& without, const Model& model, const PathRun& full) {
   const PathRun run = run_path(Model(without, model));
   PartEffect effect{part, run.verdict, deviation(run.path, full.path, first_measured(model.scene)), run.us};
-  effect.within = effect.verdict.outcome == full.verdict.outcome && run.ended &&
-                  is_within(effect.error, model.scene.tolerance);
+  effect.alike = run.ended && run.verdict.outcome == full.verdict.outcome;
+  effect.within = effect.alike && is_within(effect.error, model.scene.tolerance);
   return effect;
 }
 
@@ -100,6 +107,10 @@ Scene leave_out(Scene scene, Part part) {
       scene.object.compliance.reset();  // It needs deformable ones.
       scene.contact.max_per_finger = 1;
       scene.contact.level = 0;
+      if (auto& control = scene.control) {
+        control->pulp_normal_N_per_m = std::max(control->pulp_normal_N_per_m, kRigidNormal_N_per_m);
+        control->pulp_tangential_N_per_m = std::max(control->pulp_tangential_N_per_m, kRigidTangential_N_per_m);
+      }
       break;
     case Part::kSoftObject:
       scene.object.compliance.reset();
@@ -184,14 +195,12 @@ NeededParts needed_parts(const Model& model, const PathRun& full) {
 }
 
 std::string in_words(const PartEffect& effect) {
-  if (effect.verdict.outcome != Outcome::kHeld && !effect.within) {
-    return fmt::format("{}: {}", name(effect.verdict.outcome), effect.verdict.reason);
-  }
+  if (!effect.alike) return fmt::format("{}: {}", name(effect.verdict.outcome), effect.verdict.reason);
   constexpr double kRadian_deg = 180.0 / std::numbers::pi;
-  return fmt::format("path off by {:.2g} um and {:.2g} deg rms, {:.2g} um and {:.2g} deg at the end, forces by {:.2g} %",
-                     1e6 * effect.error.position_rms_m, kRadian_deg * effect.error.rotation_rms_rad,
-                     1e6 * effect.error.position_final_m, kRadian_deg * effect.error.rotation_final_rad,
-                     100.0 * effect.error.force);
+  return fmt::format(
+      "path off by {:.2g} um and {:.2g} deg rms, {:.2g} um and {:.2g} deg at the end, forces by {:.2g} %",
+      1e6 * effect.error.position_rms_m, kRadian_deg * effect.error.rotation_rms_rad,
+      1e6 * effect.error.position_final_m, kRadian_deg * effect.error.rotation_final_rad, 100.0 * effect.error.force);
 }
 
 Model as_needed(Model model) {

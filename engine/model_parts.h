@@ -14,7 +14,8 @@ namespace thenar {
 
 /// What a scene models beyond rigid bodies that touch at points, and could do without.
 enum class Part {
-  kFingertips,  ///< Deformation of the fingertips, and of the object with it: without, a rigid contact point each.
+  kFingertips,  ///< Deformation of the fingertips, and of the object with it: without, a rigid contact point each, and
+                ///< the controller knows that they are rigid.
   kSoftObject,
   kDetail,  ///< Control points: without, the next coarser level. A level chosen by contact.force_error is none.
   kMuscles,
@@ -23,7 +24,7 @@ enum class Part {
   kStiffening,
 };
 /// Those that save most first: so they are tried.
-inline constexpr std::array kParts{Part::kFingertips, Part::kSoftObject,   Part::kDetail,    Part::kMuscles,
+inline constexpr std::array kParts{Part::kFingertips,   Part::kSoftObject,      Part::kDetail,    Part::kMuscles,
                                    Part::kObjectMemory, Part::kFingertipMemory, Part::kStiffening};
 
 /// In words, with the scene's key: "muscles (control.muscles)".
@@ -66,7 +67,8 @@ struct PartEffect {
   Verdict verdict;
   PathDeviation error;  ///< Against the full model, once the grip has built up (kMeasuredFrom_s).
   double us = 0.0;      ///< PathRun's.
-  bool within = false;  ///< The outcome is the same, and the error is within the scene's tolerance.
+  bool alike = false;   ///< It came to its end with the same outcome.
+  bool within = false;  ///< And the error is within the scene's tolerance.
 };
 
 /// Runs a scene once without each part that it names. `full` is its own run.
@@ -80,7 +82,7 @@ struct NeededParts {
 };
 [[nodiscard]] NeededParts needed_parts(const Model& model, const PathRun& full);
 
-/// Why an effect is within the tolerance or not, in words.
+/// What becomes of the scene, in words: how far it is off, or how it fails.
 [[nodiscard]] std::string in_words(const PartEffect& effect);
 
 /// The model as its scene wants it: as it is or, for `model: auto`, with the needed parts, and Scene::left_out says which
