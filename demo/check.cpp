@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <iostream>
 #include <sstream>
 
 #include "engine/control.h"
 #include "engine/model.h"
+#include "engine/model_parts.h"
 #include "engine/point_cloud_file.h"
 #include "engine/pulp_levels.h"
 
@@ -53,13 +55,59 @@ void describe_object(const ObjectSettings& object, std::ostream& out) {
 }
 
 /// What was mended in a surface that somebody brought.
-void describe_mending(const Scene& scene, std::ostream& out) {
-  // Made for shapes, too: whether their samples make a surface shows then.
-  const Model model(scene);
-  if (!std::holds_alternative<CloudShape>(scene.object.shape)) return;
+void describe_mending(const Model& model, std::ostream& out) {
+  if (!std::holds_alternative<CloudShape>(model.scene.object.shape)) return;
   out << "\nmended in the object's surface\n";
   for (const std::string& note : model.object_notes) out << "  " << note << "\n";
   if (model.object_notes.empty()) out << "  nothing\n";
+}
+
+/// What each part costs and gives, and what could be left out: the scene is run without it.
+void describe_parts(const Model& model, std::ostream& out) {
+  const Scene& scene = model.scene;
+  const auto deg = [](double angle_rad) { return angle_rad * 180.0 / EIGEN_PI; };
+  const Tolerance& allowed = scene.tolerance;
+  std::cerr << "running the scene once without each of its parts\n";
+  const PathRun full = run_path(model);
+  out << "\nwhat its parts cost and give\n";
+  if (!full.ended) {
+    out << "  not tried, for the scene fails: " << full.verdict.reason << "\n";
+    return;
+  }
+  const std::vector<PartEffect> effects = ablate(model, full);
+  if (effects.empty()) {
+    out << "  there is none that could be left out\n";
+    return;
+  }
+  out << fmt::format("  {:<52}{:>9}{:>16}{:>13}{:>10}\n", "", "saves us", "path, um rms", "turned, deg", "forces, %");
+  for (const PartEffect& effect : effects) {
+    out << fmt::format("  {:<52}{:>9.1f}{:>16.2g}{:>13.2g}{:>10.2g}  {}\n", name(effect.part), full.us - effect.us,
+                       1e6 * effect.error.position_rms_m, deg(effect.error.rotation_rms_rad),
+                       100.0 * effect.error.force,
+                       effect.within  ? "could be left out"
+                       : effect.alike ? "needed"
+                                      : "needed: else " + in_words(effect));
+  }
+  out << fmt::format("  of {:.1f} us a tick; within {:.3g} mm, {:.3g} deg and {:.3g} % of the forces (tolerance)\n",
+                     full.us, 1e3 * allowed.position_m, deg(allowed.rotation_rad), 100.0 * allowed.force);
+
+  const PartEffect* last = nullptr;
+  std::string parts;
+  const NeededParts needed = needed_parts(model, full);
+  for (const PartEffect& effect : needed.tried) {
+    if (!effect.within) continue;
+    if (last == nullptr || last->part != effect.part)
+      parts += fmt::format("{}{}", parts.empty() ? "" : ", ", name(effect.part));
+    last = &effect;
+  }
+  out << "  model: auto " << (scene.only_needed ? "leaves out " : "would leave out ");
+  if (last == nullptr) {
+    out << "nothing\n";
+    return;
+  }
+  if (needed.scene.contact.level != scene.contact.level)
+    parts += fmt::format(", down to level {}", *needed.scene.contact.level);
+  out << fmt::format("{}\n  which saves {:.1f} us a tick; {}\n", parts, full.us - last->us, in_words(*last));
 }
 
 void describe_contact(const Scene& scene, std::ostream& out) {
@@ -173,7 +221,10 @@ std::string description(const Scene& scene) {
   left_out(scene.gravity.isZero(), "gravity (gravity)");
   if (complete) out << "  nothing\n";
 
-  describe_mending(scene, out);
+  // Made for shapes, too: whether their samples make a surface shows then.
+  const Model model(scene);
+  describe_mending(model, out);
+  describe_parts(model, out);
 
   out << "\ndefaults used\n";
   for (const std::string& line : scene.defaults_used) out << "  " << line << "\n";

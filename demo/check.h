@@ -4,5 +4,6 @@
 
 #include "engine/scene.h"
 
-/// Says in words what a scene models, what it leaves out, and which defaults it used.
+/// Says in words what a scene models and what it leaves out, what each part of it costs and gives, and which defaults it
+/// used. Runs the scene once for each part, which it says on standard error.
 [[nodiscard]] std::string description(const thenar::Scene& scene);

@@ -21,6 +21,7 @@
 #include "engine/figures.h"
 #include "engine/files.h"
 #include "engine/lockstep.h"
+#include "engine/model_parts.h"
 #include "engine/monolithic.h"
 #include "engine/problem_dump.h"
 #include "engine/profile.h"
@@ -80,7 +81,7 @@ Recording run_realtime(const Options& options, const Model& model, State& state,
 }
 
 int run(const Options& options) {
-  Model model(load_scene(options));
+  Model model = as_needed(Model(load_scene(options)));
   if (!options.out.empty()) prepare_folder(options.out);
   std::optional<ProblemDump> dump;
   if (!options.dump_problems.empty()) {

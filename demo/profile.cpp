@@ -13,6 +13,7 @@
 #include "engine/chrome_trace.h"
 #include "engine/control_period.h"
 #include "engine/files.h"
+#include "engine/model_parts.h"
 #include "engine/percentiles.h"
 #include "engine/profile.h"
 #include "engine/profile_figures.h"
@@ -124,7 +125,7 @@ void choose_control_rate(const Options& options, Model& model) {
 }
 
 int profile(const Options& options) {
-  Model model(load_scene(options));
+  Model model = as_needed(Model(load_scene(options)));
   if (!options.out.empty()) prepare_folder(options.out);
   if (options.trace.has_parent_path()) prepare_folder(options.trace.parent_path());
   choose_control_rate(options, model);

@@ -58,7 +58,9 @@ std::string results_table(const ordered_json& summary) {
   table += "contact at " + cell(settings.at("contact_rate_hz"), "Hz") + ", control at " +
            cell(settings.at("control_rate_hz"), "Hz") +
            (delay_ms > 0.0 ? fmt::format(", {:g} ms late", delay_ms) : "") + "; stops at residual " +
-           cell(settings.at("tolerance"), "") + " or " + cell(settings.at("max_sweeps"), "") + " sweeps\n\ngrasp\n";
+           cell(settings.at("tolerance"), "") + " or " + cell(settings.at("max_sweeps"), "") + " sweeps\n";
+  for (const std::string part : summary.at("parts")) table += part + "\n";
+  table += "\ngrasp\n";
   line(table, "held", cell(grasp.at("held"), ""));
   line(table, "largest slip of a finger", cell(grasp.at("max_slip_mm"), "mm"));
   line(table, "least cone margin", cell(grasp.at("min_cone_margin"), ""));

@@ -257,6 +257,14 @@ TaskSettings read_task(const ConfigMap& map) {
   return task;
 }
 
+Tolerance read_tolerance(const ConfigMap& map) {
+  Tolerance tolerance;
+  tolerance.position_m = map.non_negative_or("position", Dimension::kLength, tolerance.position_m);
+  tolerance.rotation_rad = map.non_negative_or("rotation", Dimension::kAngle, tolerance.rotation_rad);
+  tolerance.force = map.non_negative_or("force", Dimension::kShare, tolerance.force);
+  return tolerance;
+}
+
 }  // namespace
 
 Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
@@ -272,8 +280,13 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
   scene.contact = read_contact(root.map("contact"), scene.fingertips.has_value());
   if (root.has("control")) scene.control = read_control(root.map("control"));
   if (root.has("task")) scene.task = read_task(root.map("task"));
+  if (root.has("model")) scene.only_needed = root.choice("model", {"full", "auto"}) == "auto";
+  if (root.has("tolerance")) scene.tolerance = read_tolerance(root.map("tolerance"));
   config.finish();
   scene.defaults_used = config.defaults_used();
+  if (scene.only_needed && !root.has("tolerance")) {
+    scene.defaults_used.emplace_back("tolerance: {position: 0.1 mm, rotation: 0.1 deg, force: 5 %}");
+  }
   return scene;
 }
 

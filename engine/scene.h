@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <filesystem>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <variant>
@@ -121,6 +122,14 @@ struct TaskSettings {
   std::optional<Push> push;
 };
 
+/// How far a scene may be off its full model where parts of it are left out: the object's path, rms and at the end, and
+/// the fingers' forces on it, rms, as a share.
+struct Tolerance {
+  double position_m = 1e-4;
+  double rotation_rad = std::numbers::pi / 1800.0;
+  double force = 0.05;
+};
+
 /// All that a scene file says, in SI. What it does not name is absent here, and costs nothing.
 struct Scene {
   std::string name;
@@ -139,6 +148,9 @@ struct Scene {
   ContactSettings contact;
   std::optional<ControlSettings> control;
   TaskSettings task;
+  bool only_needed = false;  ///< Parts that change less than the tolerance are left out: engine/model_parts.h.
+  Tolerance tolerance;
+  std::vector<std::string> left_out;       ///< A line for each part that was left out or kept so, and why.
   std::vector<std::string> defaults_used;  ///< "key = value" of each value the file left to us.
 };
 

@@ -268,6 +268,7 @@ ordered_json summarize(const Model& model, const Recording& recording) {
           {"build", build_settings()},
           {"simulated_s", simulated_s},
           {"settings", loop_settings(model.scene)},
+          {"parts", model.scene.left_out},
           {"object", object_measures(model, recording)},
           {"grasp", grasp_measures(model, recording)},
           {"contacts", contact_measures(recording)},

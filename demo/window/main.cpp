@@ -25,6 +25,7 @@
 #include "engine/files.h"
 #include "engine/mcap_file.h"
 #include "engine/model.h"
+#include "engine/model_parts.h"
 
 namespace {
 
@@ -146,7 +147,7 @@ void replay(const Options& options) {
 
 void run(const Options& options) {
   if (options.session.record.has_parent_path()) thenar::prepare_folder(options.session.record.parent_path());
-  window::Session session(thenar::Model(load_scene(options)), options.session);
+  window::Session session(thenar::as_needed(thenar::Model(load_scene(options))), options.session);
   WindowServer server(options.server, [&](const window::Message& message) { return session.receive(message); });
   announce(server.url(), options);
   session.run(server, stop);

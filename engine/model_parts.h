@@ -1,0 +1,92 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <array>
+#include <string>
+#include <vector>
+
+#include "engine/control.h"
+#include "engine/model.h"
+#include "engine/state.h"
+#include "engine/verdict.h"
+
+namespace thenar {
+
+/// What a scene models beyond rigid bodies that touch at points, and could do without.
+enum class Part {
+  kFingertips,  ///< Deformation of the fingertips, and of the object with it: without, a rigid contact point each, and
+                ///< the controller knows that they are rigid.
+  kSoftObject,
+  kDetail,  ///< Control points: without, the next coarser level. A level chosen by contact.force_error is none.
+  kMuscles,
+  kObjectMemory,
+  kFingertipMemory,
+  kStiffening,
+};
+/// Those that save most first: so they are tried.
+inline constexpr std::array kParts{Part::kFingertips,   Part::kSoftObject,      Part::kDetail,    Part::kMuscles,
+                                   Part::kObjectMemory, Part::kFingertipMemory, Part::kStiffening};
+
+/// In words, with the scene's key: "muscles (control.muscles)".
+[[nodiscard]] const char* name(Part part);
+
+/// Whether the scene names the part.
+[[nodiscard]] bool has(const Scene& scene, Part part);
+
+/// The scene as if it had not named the part.
+[[nodiscard]] Scene leave_out(Scene scene, Part part);
+
+/// Where the object was and what the fingers did to it, tick by tick.
+struct GraspPath {
+  std::vector<Eigen::Isometry3d> X_WO;
+  std::vector<FingerForces> force_N;  ///< On the object, world axes.
+
+  void add(const Snapshot& after);
+};
+
+/// How far one path is off another, in the ticks that both have from `first` on.
+struct PathDeviation {
+  double position_rms_m = 0.0, position_final_m = 0.0;
+  double rotation_rms_rad = 0.0, rotation_final_rad = 0.0;
+  double force = 0.0;  ///< rms of what the forces differ by, all fingers together, over that of the reference's.
+};
+[[nodiscard]] PathDeviation deviation(const GraspPath& path, const GraspPath& reference, std::size_t first);
+
+/// A scene run in one loop, as run_monolithic does. All but the time is the same for the same scene, to the last bit.
+struct PathRun {
+  GraspPath path;
+  Verdict verdict;
+  bool ended = false;  ///< It came to the scene's end.
+  double us = 0.0;     ///< A tick takes: median contact tick, and as much of the median control tick as falls to each.
+};
+[[nodiscard]] PathRun run_path(const Model& model);
+
+/// What becomes of a scene without a part.
+struct PartEffect {
+  Part part = Part::kFingertips;
+  Verdict verdict;
+  PathDeviation error;  ///< Against the full model, once the grip has built up (kMeasuredFrom_s).
+  double us = 0.0;      ///< PathRun's.
+  bool alike = false;   ///< It came to its end with the same outcome.
+  bool within = false;  ///< And the error is within the scene's tolerance.
+};
+
+/// Runs a scene once without each part that it names. `full` is its own run.
+[[nodiscard]] std::vector<PartEffect> ablate(const Model& model, const PathRun& full);
+
+/// What is left of a scene if one part after the other is left out, in the order of kParts, as long as all that is left
+/// out together stays within the tolerance. Errors decide, not times: the same scene keeps the same parts.
+struct NeededParts {
+  Scene scene;
+  std::vector<PartEffect> tried;  ///< Each together with those before it that are within; detail once a level.
+};
+[[nodiscard]] NeededParts needed_parts(const Model& model, const PathRun& full);
+
+/// What becomes of the scene, in words: how far it is off, or how it fails.
+[[nodiscard]] std::string in_words(const PartEffect& effect);
+
+/// The model as its scene wants it: as it is or, for `model: auto`, with the needed parts, and Scene::left_out says which
+/// were left out or kept, and why. Then it runs the scene several times.
+[[nodiscard]] Model as_needed(Model model);
+
+}  // namespace thenar
