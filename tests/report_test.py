@@ -193,7 +193,7 @@ class Page(unittest.TestCase):
     def test_the_summary_tells_defaults_failures_and_candidates_for_deletion(self):
         words = "".join(self.read.words)
         for text in ("on 1 of 2 scenes", "two: 1.50 times the time of exact", "contact solver: slow, broken, unmeasured",
-                     "grasp forces 100 times as fast, 7 to 60 without the hardware's share (KKT error 1e-15).", "3 of 6", "2 unstable: 31 mm off",
+                     "grasp forces 100 times as fast, 7 to 60 without the hardware's share (KKT error 1e-15)", "3 of 6", "2 unstable: 31 mm off",
                      "1 solver failed: no reason given, which is a defect"):
             self.assertIn(text, words)
 

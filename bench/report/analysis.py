@@ -15,6 +15,7 @@ SECTIONS = (
 )
 OUTCOMES = ("held", "slipping", "unstable", "solver failed", "refused")
 NEAR = 1.10  # On the front, as far as clocks can tell.
+ENOUGH_SCENES = 3  # On which a default should be.
 SAME_ERROR = 1.0000001
 
 _PART_KEYS = ("part", "title", "text", "measured", "figures")
@@ -176,13 +177,10 @@ def number(value, digits=3):
     return f"{float(mantissa):g}e{int(exponent)}"
 
 
-def published_sentence(parts):
-    """The published table in one sentence, with the accuracy; empty without a table that has these columns."""
-    for part in parts:
-        for figure in part["figures"] if part["part"] == "published" else []:
-            if figure["kind"] == "table" and (said := _faster_rows(figure)):
-                return "Beside the published times: " + "; ".join(said) + "."
-    return ""
+def published_ratios(parts):
+    """What the published table says, with the accuracy, a line a row; empty without a table that has these columns."""
+    return [line for part in parts if part["part"] == "published"
+            for figure in part["figures"] if figure["kind"] == "table" for line in _faster_rows(figure)]
 
 
 def _faster_rows(table):

@@ -86,7 +86,8 @@ def table(columns, rows, html=False):
 
     right = [any(row[i] != "" for row in rows) and all(looks_like_one(row[i]) for row in rows) for i in range(len(columns))]
     def cells(tag, row):
-        kinds = [' class="n"' if right[i] else ' class="long"' if len(str(v)) > 40 else "" for i, v in enumerate(row)]
+        kinds = [' class="n"' if right[i] else ' class="long"' if len(re.sub("<[^>]*>", "", str(v))) > 40 else ""
+                 for i, v in enumerate(row)]
         return "".join(f"<{tag}{kind}>{analysis.number(v) if is_number(v) else show(v)}</{tag}>" for kind, v in zip(kinds, row))
 
     body = "\n".join(f"<tr>{cells('td', row)}</tr>" for row in rows)
@@ -122,7 +123,7 @@ def work_precision(page, figure):
     if any(p.get("peer") for p in points):
         entries.append(peers_entry(page))
     if any(p.get("published") for p in points):
-        entries.append((page.swatch(color="#555555", marker="o", mfc="white", ls="none"), "hollow: as published"))
+        entries.append((page.swatch(color="#555555", marker="o", ms=5.5, mfc="white", ls="none"), "hollow: as published"))
     if any(p.get("default") for p in points):
         entries.append((page.swatch(**{**drawing.RING, "ms": 8}), "the default"))
     entries.append((page.swatch(**{**drawing.FRONT, "marker": ""}), "the front: nothing is both faster and more accurate"))
@@ -223,7 +224,7 @@ def defaults(parts, numbers):
             if unmarked:
                 worse = "; ".join(filter(None, (worse, f"without a default that has a number: {unmarked}")))
             verdict = f"on {len(near)} of {len(ratios)} scenes" if ratios else "no default is marked"
-            good = bool(ratios) and len(near) == len(ratios)
+            good = len(near) >= analysis.ENOUGH_SCENES
             rows.append([text(choice), link(numbers[id(figure)]),
                          "<br>".join(marked), f'<span class="{"good" if good else "bad"}">{verdict}</span>',
                          worse])
@@ -258,12 +259,12 @@ def failing(parts, numbers):
 def summary(parts, numbers):
     blocks = ["<p>Time stands beside the error that it was had at. Down and to the left is better. A point that no other beats "
               "in both is on the <i>front</i>; a default should lie on it.</p>"]
-    if sentence := analysis.published_sentence(parts):
-        blocks.append(f"<p>{text(sentence)}</p>")
+    if faster := analysis.published_ratios(parts):
+        blocks.append(f"<p>Beside the published times:</p>\n<ul>{''.join(f'<li>{text(row)}</li>' for row in faster)}</ul>")
     blocks.append("<h3>What the numbers were measured on</h3>\n" + measured_on(parts))
     if analysis.choices(parts):
         blocks.append("<h3>The defaults</h3>\n<p>A default is held against our other methods and settings that are as accurate or "
-                      "more, on every scene.</p>\n" + defaults(parts, numbers) + deletion_candidates(parts))
+                      f"more; {analysis.ENOUGH_SCENES} scenes on the front are asked for.</p>\n" + defaults(parts, numbers) + deletion_candidates(parts))
     if analysis.maps(parts):
         blocks.append("<h3>Where methods fail</h3>\n" + failing(parts, numbers))
     return "\n".join(blocks)
@@ -283,6 +284,7 @@ def render(parts):
             names = ", ".join(f"<code>{text(name)}</code>" for name in missing)
             body.append(f'<p class="missing">Not measured: {names}. <code>./dev bench</code> measures all parts.</p>')
         for part, figures in groups:
+            page.part = part["part"]
             body.append(f"<h3>{text(part['title'])}</h3>\n<p>{text(part['text'])}</p>")
             for figure in figures:
                 number = numbers[id(figure)]
