@@ -42,6 +42,7 @@ code { font-size: 0.92em; background: #f3f3f3; padding: 0 0.15em; }
 details { margin: 0.5rem 0; } sup { line-height: 0; }
 summary { cursor: pointer; color: var(--soft); font-size: 0.88rem; }
 .missing { border-left: 4px solid #c0392b; padding-left: 0.7rem; }
+.good, .bad, td code { white-space: nowrap; }
 .good::before { content: "\\2713\\00a0"; } .bad { font-weight: bold; } .bad::before { content: "\\2717\\00a0"; }
 @media (max-width: 40rem) { body { padding: 0.8rem; } nav ol { columns: 1; } .panels { grid-template-columns: 1fr; }
   .scroll table { width: max-content; max-width: 46rem; } }
@@ -55,7 +56,7 @@ summary { cursor: pointer; color: var(--soft); font-size: 0.88rem; }
   figure { margin: 1rem 0 1.4rem; break-inside: avoid; }
   .panels { grid-template-columns: 1fr 1fr; gap: 2mm 4mm; }
   .panels.many { grid-template-columns: 1fr 1fr 1fr; gap: 1mm 3mm; }
-  .panels.one { grid-template-columns: 62%; }
+  .panels.one { grid-template-columns: 48%; }
   table { font-size: 8pt; } td.long { min-width: 38mm; } tr { break-inside: avoid; } th, td { padding-right: 0.4rem; }
   .scroll { overflow: visible; }
   figcaption { break-before: avoid; } details { display: none; }
@@ -100,7 +101,7 @@ def details(title, content):
 
 
 def panels(svgs, below=None):
-    size = " one" if len(svgs) == 1 else " many" if len(svgs) > 4 else ""
+    size = " one" if len(svgs) == 1 else " many" if len(svgs) > 2 else ""
     below = below or [""] * len(svgs)
     cells = "\n".join(f'<div class="panel">{svg}{note}</div>' for svg, note in zip(svgs, below))
     return f'<div class="panels{size}">\n{cells}\n</div>'
@@ -203,7 +204,7 @@ def measured_on(parts):
     groups = {}
     for part in parts:
         m = part["measured"]
-        key = (m.get("machine"), m.get("threads"), m.get("compiler"), f"{m.get('type')}: {m.get('flags')}", m.get("version"),
+        key = (m.get("machine"), m.get("threads"), m.get("compiler"), f"`{m.get('flags')}`", m.get("version"),
                "quick" if m.get("quick") else "full")
         groups.setdefault(key, []).append(part["part"])
     rows = [[", ".join(names) if len(groups) > 1 else "all", *key] for key, names in groups.items()]
