@@ -46,18 +46,19 @@ summary { cursor: pointer; color: var(--soft); font-size: 0.88rem; }
 .good::before { content: "\\2713\\00a0"; } .bad { font-weight: bold; } .bad::before { content: "\\2717\\00a0"; }
 @media (max-width: 40rem) { body { padding: 0.8rem; } nav ol { columns: 1; } .panels { grid-template-columns: 1fr; }
   .scroll table { width: max-content; max-width: 46rem; } }
-@page { size: A4; margin: 14mm; }
+@page { size: A4; margin: 13mm; }
 @media print {
-  body { font-size: 9.5pt; padding: 0; max-width: none; print-color-adjust: exact; -webkit-print-color-adjust: exact; }
+  body { font-size: 8.6pt; line-height: 1.4; padding: 0; max-width: none; print-color-adjust: exact; -webkit-print-color-adjust: exact; }
   h1 { font-size: 20pt; } h2 { font-size: 15pt; margin-top: 1.6rem; } h3 { font-size: 12pt; }
   h2, h3, h4, h3 + p { break-after: avoid; }
   p, figcaption, ul { max-width: none; orphans: 3; widows: 3; }
   a { color: inherit; text-decoration: none; }
-  figure { margin: 1rem 0 1.4rem; break-inside: avoid; }
+  figure { margin: 0.8rem 0 1rem; break-inside: avoid; }
+  .legend, .runs { font-size: 7.8pt; } p, .legend { margin: 1.2mm 0; }
   .panels { grid-template-columns: 1fr 1fr; gap: 2mm 4mm; }
   .panels.many { grid-template-columns: 1fr 1fr 1fr; gap: 1mm 3mm; }
   .panels.one { grid-template-columns: 48%; }
-  table { font-size: 8pt; } td.long { min-width: 38mm; } tr { break-inside: avoid; } th, td { padding-right: 0.4rem; }
+  table { font-size: 7.6pt; } td.long { min-width: 38mm; } tr { break-inside: avoid; } th, td { padding-right: 0.4rem; }
   .scroll { overflow: visible; }
   figcaption { break-before: avoid; } details { display: none; }
 }
