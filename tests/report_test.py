@@ -86,7 +86,8 @@ class Analysis(unittest.TestCase):
                           for _, figures in groups for figure in figures)], ["Growth"])
         self.assertEqual(layout[-1][0], "Others")
         self.assertEqual([name for _, _, missing in layout for name in missing],
-                         ["grasp_forces", "muscle_forces", "finding", "pulps", "rates", "model", "growth"])
+                         ["grasp_forces", "muscle_forces", "finding", "pulps", "rates", "contact_families", "model", "growth",
+                          "contact_growth"])
 
     def test_numbers_are_short(self):
         for value, shown in ((0, "0"), (0.0, "0"), (None, "–"), (1.0, "1"), (0.00123456, "0.00123"), (99999.0, "1e5"),
@@ -188,7 +189,8 @@ class Page(unittest.TestCase):
 
     def test_what_is_missing_is_named(self):
         said = re.findall("Not measured: (.*?)\\. ", "".join(self.read.words))
-        self.assertEqual(said, ["grasp_forces, muscle_forces, finding, pulps, rates", "model", "growth"])
+        self.assertEqual(said, ["grasp_forces, muscle_forces, finding, pulps, rates", "contact_families", "model",
+                                "growth, contact_growth"])
 
     def test_the_summary_tells_defaults_failures_and_candidates_for_deletion(self):
         words = "".join(self.read.words)

@@ -9,9 +9,9 @@ from pathlib import Path
 SECTIONS = (
     ("The published timings", ("published",)),
     ("Speed against accuracy", ("grasp_forces", "muscle_forces", "contact", "finding", "pulps", "rates")),
-    ("Where methods fail", ("stability",)),
+    ("Where methods fail", ("stability", "contact_families")),
     ("No more than a scene needs", ("model",)),
-    ("Growth", ("growth",)),
+    ("Growth", ("growth", "contact_growth")),
 )
 OUTCOMES = ("held", "slipping", "unstable", "solver failed", "refused")
 NEAR = 1.10  # On the front, as far as clocks can tell.
@@ -65,20 +65,17 @@ def _check_part(part, file):
 def sections(parts):
     """[(title, [(part, figures)], [names of missing parts])]; parts that no section names are in one more at the end."""
     by_name = {part["part"]: part for part in parts}
+    title_of = {name: title for title, names in SECTIONS for name in names}
 
-    def figures(part, growth):
-        return [figure for figure in part["figures"] if figure["id"].startswith("growth_") == growth]
+    def title(part, figure):
+        return "Growth" if figure["id"].startswith("growth_") else title_of.get(part["part"], "Others")
 
-    known = {name for _, names in SECTIONS for name in names}
     result = []
-    for title, names in SECTIONS:
-        groups = [(by_name[name], by_name[name]["figures"] if name == "growth" else figures(by_name[name], False))
-                  for name in names if name in by_name]
-        if "growth" in names:
-            groups += [(part, figures(part, True)) for part in parts if part["part"] != "growth" and figures(part, True)]
-        result.append((title, groups, [name for name in names if name not in by_name]))
-    others = [(part, figures(part, False)) for part in parts if part["part"] not in known]
-    return result + ([("Others", others, [])] if others else [])
+    for name, names in (*SECTIONS, ("Others", ())):
+        in_order = [by_name[n] for n in names if n in by_name] + [part for part in parts if part["part"] not in names]
+        groups = [(part, [figure for figure in part["figures"] if title(part, figure) == name]) for part in in_order]
+        result.append((name, [group for group in groups if group[1]], [n for n in names if n not in by_name]))
+    return result if result[-1][1] else result[:-1]
 
 
 def solved(points):
