@@ -70,8 +70,8 @@ class Analysis(unittest.TestCase):
     def test_a_peer_does_not_make_ours_a_candidate_for_deletion(self):
         self.assertEqual(analysis.never_on_a_front([work([point("ours", 1e-3, 2.0), point("peer", 1e-6, 1.0, peer=True)])]), [])
 
-    def test_reasons_that_differ_in_numbers_count_as_one(self):
-        panel = {"cells": [[{"outcome": "held", "reason": ""}, {"outcome": "unstable", "reason": "30 mm off at 1e-3 s"}],
+    def test_reasons_count_as_one_whose_first_clause_differs_in_numbers_alone(self):
+        panel = {"cells": [[{"outcome": "held", "reason": ""}, {"outcome": "unstable", "reason": "30 mm off at 1e-3 s; so"}],
                            [{"outcome": "unstable", "reason": "-3.5 mm off at 2 s"}, {"outcome": "unstable", "reason": None}]]}
         self.assertEqual([(outcome, count) for outcome, count, _ in analysis.failures(panel)],
                          [("unstable", 2), ("unstable", 1)])

@@ -142,14 +142,15 @@ def outcome_counts(panel):
 
 
 def failures(panel):
-    """[(outcome, count, a typical reason)] of the cells that are not held, the most frequent first. Reasons that differ
-    in their numbers alone count as one. A cell that fails without a reason has an empty one."""
+    """[(outcome, count, a typical reason)] of the cells that are not held, the most frequent first. Reasons count as one
+    whose first clause differs in its numbers alone. A cell that fails without a reason has an empty one."""
     groups = {}
     for row in panel["cells"]:
         for cell in row:
             if cell["outcome"] != "held":
                 reason = cell.get("reason") or ""
-                groups.setdefault((cell["outcome"], re.sub(r"[-+]?\d[\d.]*(e[-+]?\d+)?", "#", reason)), []).append(reason)
+                clause = re.sub(r"[-+]?\d[\d.]*(e[-+]?\d+)?", "#", reason.split(";")[0])
+                groups.setdefault((cell["outcome"], clause), []).append(reason)
     ranked = sorted(groups.items(), key=lambda group: -len(group[1]))
     return [(outcome, len(reasons), reasons[len(reasons) // 2]) for (outcome, _), reasons in ranked]
 

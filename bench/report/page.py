@@ -155,7 +155,7 @@ def outcome_map(page, figure):
         if panel.get("ours") and analysis.failures(panel):
             items = "".join(f"<li>{count} {text(outcome)}: {text(reason) or 'no reason given, which is a defect'}</li>"
                             for outcome, count, reason in analysis.failures(panel))
-            reasons += f"<p>Where ours fails ({text(panel['name'])}), and a typical reason:</p>\n<ul>{items}</ul>\n"
+            reasons += f"<p>Cells of <i>{text(panel['name'])}</i> that fail, and a typical reason:</p>\n<ul>{items}</ul>\n"
     others = "".join(f"<li>{text(panel['name'])}: {count} {text(outcome)}: {text(reason) or '–'}</li>"
                      for panel in figure["panels"] if not panel.get("ours")
                      for outcome, count, reason in analysis.failures(panel))
