@@ -1,4 +1,4 @@
-"""What the report is made of and what it concludes: nothing here draws. bench/report/figure.h has the format of a part."""
+"""What the report is made of and what it concludes: nothing here draws. figure.h has the format of a part."""
 
 import json
 import re
@@ -33,7 +33,7 @@ class ReportError(Exception):
 
 
 def read_parts(folder):
-    """The parts among the JSON files of a folder, by file name; other JSON (that of Google Benchmark) is passed over."""
+    """The parts among the JSON files of a folder, by file name; other JSON, as Google Benchmark's, is passed over."""
     parts = []
     for file in sorted(Path(folder).glob("*.json")):
         try:
@@ -63,7 +63,7 @@ def _check_part(part, file):
 
 
 def sections(parts):
-    """[(title, [(part, figures)], [names of missing parts])]; parts that no section names are in one more at the end."""
+    """[(title, [(part, figures)], [names of missing parts])]; what no section names is in one more at the end."""
     by_name = {part["part"]: part for part in parts}
     title_of = {name: title for title, names in SECTIONS for name in names}
 
@@ -122,7 +122,7 @@ def choices(parts):
 
 
 def never_on_a_front(figures):
-    """The methods of a choice that are nowhere within 10 % of our front, in no case of no figure: what could be deleted.
+    """The methods of a choice that are nowhere within 10 % of our front, in no case of any figure: to be deleted.
     Other projects' methods and those of the published model are none of them."""
     near, all_methods, kept = set(), [], set()
     for figure in figures:
@@ -138,12 +138,13 @@ def never_on_a_front(figures):
 
 def outcome_counts(panel):
     counts = Counter(cell["outcome"] for row in panel["cells"] for cell in row)
-    return {outcome: counts[outcome] for outcome in [*OUTCOMES, *sorted(set(counts) - set(OUTCOMES))] if counts[outcome]}
+    others = sorted(set(counts) - set(OUTCOMES))
+    return {outcome: counts[outcome] for outcome in (*OUTCOMES, *others) if counts[outcome]}
 
 
 def failures(panel):
-    """[(outcome, count, a typical reason)] of the cells that are not held, the most frequent first. Reasons count as one
-    whose first clause differs in its numbers alone. A cell that fails without a reason has an empty one."""
+    """[(outcome, count, a typical reason)] of the cells that are not held, the most frequent first. Reasons count as
+    one whose first clause differs in its numbers alone. A cell that fails without a reason has an empty one."""
     groups = {}
     for row in panel["cells"]:
         for cell in row:
@@ -183,7 +184,7 @@ def published_ratios(parts):
 
 def _faster_rows(table):
     def column(*words):
-        return next((i for i, name in enumerate(table["columns"]) if any(word in str(name).lower() for word in words)), None)
+        return next((i for i, name in enumerate(table["columns"]) if any(w in str(name).lower() for w in words)), None)
 
     def told(value):
         return value if isinstance(value, str) else number(value)
@@ -191,6 +192,9 @@ def _faster_rows(table):
     ratio, accuracy, rest = column("ratio", "times as fast"), column("accura", "residual", "error"), column("hardware")
     if ratio is None or accuracy is None:
         return []
-    return [f"{row[0]} {told(row[ratio])} times as fast"
-            + (f", {told(row[rest])} without the hardware's share" if rest is not None else "") + f" ({told(row[accuracy])})"
-            for row in table["rows"] if row[ratio] not in (None, "", "-", "–")]
+    lines = []
+    for row in table["rows"]:
+        if row[ratio] not in (None, "", "-", "–"):
+            left = f", {told(row[rest])} without the hardware's share" if rest is not None else ""
+            lines.append(f"{row[0]} {told(row[ratio])} times as fast{left} ({told(row[accuracy])})")
+    return lines

@@ -251,7 +251,8 @@ def outcome_map(page, figure):
 
 def curves(page, figure):
     """[SVG a panel], {curve: look}."""
-    look = page.looks([(curve["name"], bool(curve.get("peer"))) for panel in figure["panels"] for curve in panel["curves"]])
+    all_curves = [curve for panel in figure["panels"] for curve in panel["curves"]]
+    look = page.looks([(curve["name"], bool(curve.get("peer"))) for curve in all_curves])
     svgs = []
     for panel in figure["panels"]:
         fig, axes = _panel(panel["name"])
