@@ -63,7 +63,8 @@ class Analysis(unittest.TestCase):
 
     def test_what_is_near_no_front_could_be_deleted(self):
         one = work([point("best", 1e-6, 1.0), point("near", 1e-6, 1.09), point("far", 1e-6, 1.2),
-                    point("late", 1e-6, 9.0), point("paper", 1e-3, 9.0, published=True), point("peer", 1e-3, 9.0, peer=True),
+                    point("late", 1e-6, 9.0), point("paper", 1e-3, 9.0, published=True),
+                    point("peer", 1e-3, 9.0, peer=True),
                     point("no answer", None, 0.1)])
         two = work([point("best", 1e-6, 3.0), point("late", 1e-6, 1.0)])
         self.assertEqual(analysis.never_on_a_front([one, two]), ["far", "no answer"])

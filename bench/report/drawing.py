@@ -23,7 +23,7 @@ plt.rcParams.update({
     "grid.linewidth": 0.6, "axes.axisbelow": True, "axes.spines.top": False, "axes.spines.right": False,
     "axes.edgecolor": "#555555", "axes.linewidth": 0.7, "xtick.major.width": 0.7, "ytick.major.width": 0.7,
     "lines.linewidth": 1.3, "lines.markersize": 4.5, "hatch.linewidth": 0.6, "svg.fonttype": "none",
-    "svg.hashsalt": "thenar", "axes.unicode_minus": False,
+    "axes.unicode_minus": False,
 })
 
 PANEL_IN = (3.05, 2.6)
@@ -74,9 +74,10 @@ class Page:
         return {name: known[name] for name, _ in entries}
 
     def svg(self, figure, label):
-        """The figure as an <svg> for a page: without prolog, metadata, size and unused identifiers."""
+        """The figure as an <svg> for a page: without prolog, date, size and unused identifiers, and the others, which are
+        random, by number."""
         text = io.StringIO()
-        figure.savefig(text, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
+        figure.savefig(text, format="svg")
         plt.close(figure)
         svg = text.getvalue()
         svg = re.sub(r"<metadata>.*?</metadata>\s*", "", svg[svg.index("<svg"):], flags=re.DOTALL)

@@ -266,8 +266,8 @@ def failing(parts, numbers):
 
 
 def summary(parts, numbers):
-    blocks = ["<p>Time stands beside the error that it was had at. Down and to the left is better. A point that no other "
-              "beats in both is on the <i>front</i>; a default should lie on it.</p>"]
+    blocks = ["<p>Time stands beside the error that it was had at. Down and to the left is better. A point that no "
+              "other beats in both is on the <i>front</i>; a default should lie on it.</p>"]
     if faster := analysis.published_ratios(parts):
         items = "".join(f"<li>{text(line)}</li>" for line in faster)
         blocks.append(f"<p>Beside the published times:</p>\n<ul>{items}</ul>")
