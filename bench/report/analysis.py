@@ -1,4 +1,4 @@
-"""What the report is made of and what it concludes: nothing here draws. bench/report/figure.h has the format of a part."""
+"""What the report is made of and what it concludes: nothing here draws. figure.h has the format of a part."""
 
 import json
 import re
@@ -9,12 +9,13 @@ from pathlib import Path
 SECTIONS = (
     ("The published timings", ("published",)),
     ("Speed against accuracy", ("grasp_forces", "muscle_forces", "contact", "finding", "pulps", "rates")),
-    ("Where methods fail", ("stability",)),
+    ("Where methods fail", ("stability", "contact_families")),
     ("No more than a scene needs", ("model",)),
-    ("Growth", ("growth",)),
+    ("Growth", ("growth", "contact_growth")),
 )
 OUTCOMES = ("held", "slipping", "unstable", "solver failed", "refused")
 NEAR = 1.10  # On the front, as far as clocks can tell.
+ENOUGH_SCENES = 3  # On which a default should be.
 SAME_ERROR = 1.0000001
 
 _PART_KEYS = ("part", "title", "text", "measured", "figures")
@@ -32,7 +33,7 @@ class ReportError(Exception):
 
 
 def read_parts(folder):
-    """The parts among the JSON files of a folder, by file name; other JSON (that of Google Benchmark) is passed over."""
+    """The parts among the JSON files of a folder, by file name; other JSON, as Google Benchmark's, is passed over."""
     parts = []
     for file in sorted(Path(folder).glob("*.json")):
         try:
@@ -62,22 +63,19 @@ def _check_part(part, file):
 
 
 def sections(parts):
-    """[(title, [(part, figures)], [names of missing parts])]; parts that no section names are in one more at the end."""
+    """[(title, [(part, figures)], [names of missing parts])]; what no section names is in one more at the end."""
     by_name = {part["part"]: part for part in parts}
+    title_of = {name: title for title, names in SECTIONS for name in names}
 
-    def figures(part, growth):
-        return [figure for figure in part["figures"] if figure["id"].startswith("growth_") == growth]
+    def title(part, figure):
+        return "Growth" if figure["id"].startswith("growth_") else title_of.get(part["part"], "Others")
 
-    known = {name for _, names in SECTIONS for name in names}
     result = []
-    for title, names in SECTIONS:
-        groups = [(by_name[name], by_name[name]["figures"] if name == "growth" else figures(by_name[name], False))
-                  for name in names if name in by_name]
-        if "growth" in names:
-            groups += [(part, figures(part, True)) for part in parts if part["part"] != "growth" and figures(part, True)]
-        result.append((title, groups, [name for name in names if name not in by_name]))
-    others = [(part, figures(part, False)) for part in parts if part["part"] not in known]
-    return result + ([("Others", others, [])] if others else [])
+    for name, names in (*SECTIONS, ("Others", ())):
+        in_order = [by_name[n] for n in names if n in by_name] + [part for part in parts if part["part"] not in names]
+        groups = [(part, [figure for figure in part["figures"] if title(part, figure) == name]) for part in in_order]
+        result.append((name, [group for group in groups if group[1]], [n for n in names if n not in by_name]))
+    return result if result[-1][1] else result[:-1]
 
 
 def solved(points):
@@ -124,7 +122,7 @@ def choices(parts):
 
 
 def never_on_a_front(figures):
-    """The methods of a choice that are nowhere within 10 % of our front, in no case of no figure: what could be deleted.
+    """The methods of a choice that are nowhere within 10 % of our front, in no case of any figure: to be deleted.
     Other projects' methods and those of the published model are none of them."""
     near, all_methods, kept = set(), [], set()
     for figure in figures:
@@ -140,18 +138,20 @@ def never_on_a_front(figures):
 
 def outcome_counts(panel):
     counts = Counter(cell["outcome"] for row in panel["cells"] for cell in row)
-    return {outcome: counts[outcome] for outcome in [*OUTCOMES, *sorted(set(counts) - set(OUTCOMES))] if counts[outcome]}
+    others = sorted(set(counts) - set(OUTCOMES))
+    return {outcome: counts[outcome] for outcome in (*OUTCOMES, *others) if counts[outcome]}
 
 
 def failures(panel):
-    """[(outcome, count, a typical reason)] of the cells that are not held, the most frequent first. Reasons that differ
-    in their numbers alone count as one. A cell that fails without a reason has an empty one."""
+    """[(outcome, count, a typical reason)] of the cells that are not held, the most frequent first. Reasons count as
+    one whose first clause differs in its numbers alone. A cell that fails without a reason has an empty one."""
     groups = {}
     for row in panel["cells"]:
         for cell in row:
             if cell["outcome"] != "held":
                 reason = cell.get("reason") or ""
-                groups.setdefault((cell["outcome"], re.sub(r"[-+]?\d[\d.]*(e[-+]?\d+)?", "#", reason)), []).append(reason)
+                clause = re.sub(r"[-+]?\d[\d.]*(e[-+]?\d+)?", "#", reason.split(";")[0])
+                groups.setdefault((cell["outcome"], clause), []).append(reason)
     ranked = sorted(groups.items(), key=lambda group: -len(group[1]))
     return [(outcome, len(reasons), reasons[len(reasons) // 2]) for (outcome, _), reasons in ranked]
 
@@ -176,18 +176,15 @@ def number(value, digits=3):
     return f"{float(mantissa):g}e{int(exponent)}"
 
 
-def published_sentence(parts):
-    """The published table in one sentence, with the accuracy; empty without a table that has these columns."""
-    for part in parts:
-        for figure in part["figures"] if part["part"] == "published" else []:
-            if figure["kind"] == "table" and (said := _faster_rows(figure)):
-                return "Beside the published times: " + "; ".join(said) + "."
-    return ""
+def published_ratios(parts):
+    """What the published table says, with the accuracy, a line a row; empty without a table that has these columns."""
+    return [line for part in parts if part["part"] == "published"
+            for figure in part["figures"] if figure["kind"] == "table" for line in _faster_rows(figure)]
 
 
 def _faster_rows(table):
     def column(*words):
-        return next((i for i, name in enumerate(table["columns"]) if any(word in str(name).lower() for word in words)), None)
+        return next((i for i, name in enumerate(table["columns"]) if any(w in str(name).lower() for w in words)), None)
 
     def told(value):
         return value if isinstance(value, str) else number(value)
@@ -195,6 +192,9 @@ def _faster_rows(table):
     ratio, accuracy, rest = column("ratio", "times as fast"), column("accura", "residual", "error"), column("hardware")
     if ratio is None or accuracy is None:
         return []
-    return [f"{row[0]} {told(row[ratio])} times as fast"
-            + (f", {told(row[rest])} without the hardware's share" if rest is not None else "") + f" ({told(row[accuracy])})"
-            for row in table["rows"] if row[ratio] not in (None, "", "-", "–")]
+    lines = []
+    for row in table["rows"]:
+        if row[ratio] not in (None, "", "-", "–"):
+            left = f", {told(row[rest])} without the hardware's share" if rest is not None else ""
+            lines.append(f"{row[0]} {told(row[ratio])} times as fast{left} ({told(row[accuracy])})")
+    return lines

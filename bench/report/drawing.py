@@ -23,16 +23,15 @@ plt.rcParams.update({
     "grid.linewidth": 0.6, "axes.axisbelow": True, "axes.spines.top": False, "axes.spines.right": False,
     "axes.edgecolor": "#555555", "axes.linewidth": 0.7, "xtick.major.width": 0.7, "ytick.major.width": 0.7,
     "lines.linewidth": 1.3, "lines.markersize": 4.5, "hatch.linewidth": 0.6, "svg.fonttype": "none",
-    "svg.hashsalt": "thenar", "axes.unicode_minus": False,
+    "axes.unicode_minus": False,
 })
 
 PANEL_IN = (3.05, 2.6)
 
-OURS = [(color, marker) for color, marker in zip(
-    ("#c0392b", "#2563a8", "#2e8b57", "#d98200", "#7b3fa0", "#0b8c8c", "#8c6d31", "#c2478d", "#4d4d00", "#00457a"),
-    ("o", "s", "^", "D", "v", "P", "X", "*", "<", ">"))]
-PEERS = [(color, marker) for color, marker in zip(("#6a6a6a", "#9a9a9a", "#444444", "#b0b0b0", "#7d7d7d"),
-                                                  ("s", "^", "D", "v", "o"))]
+OURS = ("#c0392b", "#2563a8", "#2e8b57", "#d98200", "#7b3fa0", "#0b8c8c", "#8c6d31", "#c2478d", "#4d4d00", "#00457a")
+OURS_MARKERS = "os^DvPX*<>"
+PEERS = ("#6a6a6a", "#9a9a9a", "#444444", "#b0b0b0", "#7d7d7d")
+PEERS_MARKERS = "s^Dvo"
 FRONT = dict(color="#f0d060", lw=3.6, solid_capstyle="butt", solid_joinstyle="round", zorder=1.5)
 RING = dict(marker="o", ms=10, mfc="none", mec="black", mew=1.2, ls="none", zorder=5)
 LIMIT_STYLES = ("--", "-.", ":", (0, (6, 1.5)))
@@ -54,28 +53,31 @@ def outcome_look(outcome):
     return dict(facecolor=face, hatch=hatch, edgecolor=line, linewidth=0)
 
 
-def looks(entries):
-    """{name: how its line is drawn} of [(name, peer)]: one colour and marker each, other projects' grey and dashed."""
-    result, counts = {}, {False: 0, True: 0}
-    for name, peer in entries:
-        if name not in result:
-            palette = PEERS if peer else OURS
-            color, marker = palette[counts[peer] % len(palette)]
-            counts[peer] += 1
-            result[name] = dict(color=color, marker=marker, ls="--" if peer else "-", mew=1.0)
-    return result
-
-
 class Page:
-    """Numbers the identifiers of all SVGs of one page, which must not meet."""
+    """What the pictures of a page share: their identifiers must not meet, and a name looks the same within a part."""
 
     def __init__(self):
         self._count = 0
+        self._looks = {}
+        self.part = ""
+
+    def looks(self, entries):
+        """{name: how its line is drawn} of [(name, peer)]: one colour and marker each, others' grey and dashed."""
+        known = self._looks.setdefault(self.part, {})
+        for name, peer in entries:
+            if name not in known:
+                i = sum((look["ls"] == "--") == peer for look in known.values())
+                colors, markers = (PEERS, PEERS_MARKERS) if peer else (OURS, OURS_MARKERS)
+                # After all colours the markers are shifted, so that no two names look the same.
+                marker = markers[(i + i // len(colors)) % len(markers)]
+                known[name] = dict(color=colors[i % len(colors)], marker=marker, ls="--" if peer else "-", mew=1.0)
+        return {name: known[name] for name, _ in entries}
 
     def svg(self, figure, label):
-        """The figure as an <svg> for a page: without prolog, metadata, size and unused identifiers."""
+        """The figure as an <svg> for a page: without prolog, date, size and unused identifiers, and the others, which are
+        random, by number."""
         text = io.StringIO()
-        figure.savefig(text, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
+        figure.savefig(text, format="svg")
         plt.close(figure)
         svg = text.getvalue()
         svg = re.sub(r"<metadata>.*?</metadata>\s*", "", svg[svg.index("<svg"):], flags=re.DOTALL)
@@ -148,7 +150,7 @@ def work_precision(page, figure):
     points = [p for case in cases for p in case["points"]]
     # The default's method has the first colour.
     order = sorted(points, key=lambda p: not p.get("default"))
-    look = looks([(p["method"], bool(p.get("peer"))) for p in order])
+    look = page.looks([(p["method"], bool(p.get("peer"))) for p in order])
     errors, times = _numbers(p["error"] for p in points) or [1.0], _numbers(p["us"] for p in points) or [1.0]
     x_range, (bottom, top) = _log_range(times), _log_range(errors)
     # What errs by nothing lies on a line below all others, what has no error to tell on one above.
@@ -250,7 +252,8 @@ def outcome_map(page, figure):
 
 def curves(page, figure):
     """[SVG a panel], {curve: look}."""
-    look = looks([(curve["name"], bool(curve.get("peer"))) for panel in figure["panels"] for curve in panel["curves"]])
+    all_curves = [curve for panel in figure["panels"] for curve in panel["curves"]]
+    look = page.looks([(curve["name"], bool(curve.get("peer"))) for curve in all_curves])
     svgs = []
     for panel in figure["panels"]:
         fig, axes = _panel(panel["name"])

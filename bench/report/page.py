@@ -42,21 +42,24 @@ code { font-size: 0.92em; background: #f3f3f3; padding: 0 0.15em; }
 details { margin: 0.5rem 0; } sup { line-height: 0; }
 summary { cursor: pointer; color: var(--soft); font-size: 0.88rem; }
 .missing { border-left: 4px solid #c0392b; padding-left: 0.7rem; }
+.good, .bad, td code { white-space: nowrap; }
 .good::before { content: "\\2713\\00a0"; } .bad { font-weight: bold; } .bad::before { content: "\\2717\\00a0"; }
 @media (max-width: 40rem) { body { padding: 0.8rem; } nav ol { columns: 1; } .panels { grid-template-columns: 1fr; }
   .scroll table { width: max-content; max-width: 46rem; } }
-@page { size: A4; margin: 14mm; }
+@page { size: A4; margin: 13mm; }
 @media print {
-  body { font-size: 9.5pt; padding: 0; max-width: none; print-color-adjust: exact; -webkit-print-color-adjust: exact; }
+  body { font-size: 8.6pt; line-height: 1.4; padding: 0; max-width: none; }
+  * { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
   h1 { font-size: 20pt; } h2 { font-size: 15pt; margin-top: 1.6rem; } h3 { font-size: 12pt; }
   h2, h3, h4, h3 + p { break-after: avoid; }
   p, figcaption, ul { max-width: none; orphans: 3; widows: 3; }
   a { color: inherit; text-decoration: none; }
-  figure { margin: 1rem 0 1.4rem; break-inside: avoid; }
+  figure { margin: 0.8rem 0 1rem; break-inside: avoid; }
+  .legend, .runs { font-size: 7.8pt; } p, .legend { margin: 1.2mm 0; }
   .panels { grid-template-columns: 1fr 1fr; gap: 2mm 4mm; }
   .panels.many { grid-template-columns: 1fr 1fr 1fr; gap: 1mm 3mm; }
-  .panels.one { grid-template-columns: 62%; }
-  table { font-size: 8pt; } td.long { min-width: 38mm; } tr { break-inside: avoid; } th, td { padding-right: 0.4rem; }
+  .panels.one { grid-template-columns: 48%; }
+  table { font-size: 7.6pt; } td.long { min-width: 38mm; } tr { break-inside: avoid; } th, td { padding-right: 0.4rem; }
   .scroll { overflow: visible; }
   figcaption { break-before: avoid; } details { display: none; }
 }
@@ -64,7 +67,7 @@ summary { cursor: pointer; color: var(--soft); font-size: 0.88rem; }
 
 
 def text(value):
-    """Plain text of a part, for a page: `so` is code, n^2 a power; a number keeps its exponent and per cent on its line."""
+    """Plain text of a part, for a page: `so` is code, n^2 a power; an exponent or per cent stays with its number."""
     marked = re.sub(r"`([^`]+)`", r"<code>\1</code>", escape(str(value)))
     marked = re.sub(r"\b([a-zA-Z])\^(-?[\d.]*\d)", r"\1<sup>\2</sup>", marked)
     return re.sub(r"\d[\d.]*(e-\d+| %)", r'<span class="nobr">\g<0></span>', marked)
@@ -84,10 +87,13 @@ def table(columns, rows, html=False):
     def looks_like_one(value):
         return is_number(value) or re.fullmatch(r"-?[\d.]+(e-?\d+)?|[-–]?", value)
 
-    right = [any(row[i] != "" for row in rows) and all(looks_like_one(row[i]) for row in rows) for i in range(len(columns))]
+    right = [any(v != "" for v in column) and all(looks_like_one(v) for v in column)
+             for column in ([row[i] for row in rows] for i in range(len(columns)))]
     def cells(tag, row):
-        kinds = [' class="n"' if right[i] else ' class="long"' if len(str(v)) > 40 else "" for i, v in enumerate(row)]
-        return "".join(f"<{tag}{kind}>{analysis.number(v) if is_number(v) else show(v)}</{tag}>" for kind, v in zip(kinds, row))
+        kinds = [' class="n"' if right[i] else ' class="long"' if len(re.sub("<[^>]*>", "", str(v))) > 40 else ""
+                 for i, v in enumerate(row)]
+        shown = [analysis.number(v) if is_number(v) else show(v) for v in row]
+        return "".join(f"<{tag}{kind}>{v}</{tag}>" for kind, v in zip(kinds, shown))
 
     body = "\n".join(f"<tr>{cells('td', row)}</tr>" for row in rows)
     return (f'<div class="scroll"><table>\n<thead><tr>{cells("th", columns)}</tr></thead>\n'
@@ -99,7 +105,7 @@ def details(title, content):
 
 
 def panels(svgs, below=None):
-    size = " one" if len(svgs) == 1 else " many" if len(svgs) > 4 else ""
+    size = " one" if len(svgs) == 1 else " many" if len(svgs) > 2 else ""
     below = below or [""] * len(svgs)
     cells = "\n".join(f'<div class="panel">{svg}{note}</div>' for svg, note in zip(svgs, below))
     return f'<div class="panels{size}">\n{cells}\n</div>'
@@ -116,16 +122,17 @@ def peers_entry(page):
 def work_precision(page, figure):
     svgs, look = drawing.work_precision(page, figure)
     points = [p for case in figure["cases"] for p in case["points"]]
-    open_ones = {p["method"] for p in points if p.get("published")} - {p["method"] for p in points if not p.get("published")}
-    entries = [(page.swatch(**style, mfc="white" if name in open_ones else style["color"]), name)
+    filled = {p["method"] for p in points if not p.get("published")}
+    entries = [(page.swatch(**style, mfc=style["color"] if name in filled else "white"), name)
                for name, style in look.items()]
     if any(p.get("peer") for p in points):
         entries.append(peers_entry(page))
     if any(p.get("published") for p in points):
-        entries.append((page.swatch(color="#555555", marker="o", mfc="white", ls="none"), "hollow: as published"))
+        hollow = dict(color="#555555", marker="o", ms=5.5, mfc="white", ls="none")
+        entries.append((page.swatch(**hollow), "hollow: as published"))
     if any(p.get("default") for p in points):
         entries.append((page.swatch(**{**drawing.RING, "ms": 8}), "the default"))
-    entries.append((page.swatch(**{**drawing.FRONT, "marker": ""}), "the front: nothing is both faster and more accurate"))
+    entries.append((page.swatch(**drawing.FRONT), "the front: nothing is both faster and more accurate"))
     rows = []
     for case in figure["cases"]:
         ours = [p for p in case["points"] if not p.get("peer") and not p.get("published")]
@@ -142,7 +149,8 @@ def work_precision(page, figure):
 def outcome_map(page, figure):
     svgs, limits = drawing.outcome_map(page, figure)
     counts = [analysis.outcome_counts(panel) for panel in figure["panels"]]
-    seen = [o for o in dict.fromkeys([*analysis.OUTCOMES, *(o for c in counts for o in c)]) if any(o in c for c in counts)]
+    known = dict.fromkeys([*analysis.OUTCOMES, *(outcome for count in counts for outcome in count)])
+    seen = [outcome for outcome in known if any(outcome in count for count in counts)]
     entries = [(page.patch(**drawing.outcome_look(outcome)), outcome) for outcome in seen]
     entries += [(page.swatch(ls=ls, **drawing.LIMIT), name) for name, ls in limits.items()]
     if figure.get("reference"):
@@ -152,11 +160,12 @@ def outcome_map(page, figure):
         if panel.get("ours") and analysis.failures(panel):
             items = "".join(f"<li>{count} {text(outcome)}: {text(reason) or 'no reason given, which is a defect'}</li>"
                             for outcome, count, reason in analysis.failures(panel))
-            reasons += f"<p>Where ours fails ({text(panel['name'])}), and a typical reason:</p>\n<ul>{items}</ul>\n"
+            reasons += f"<p>Where <i>{text(panel['name'])}</i> fails, and a typical reason:</p>\n<ul>{items}</ul>\n"
     others = "".join(f"<li>{text(panel['name'])}: {count} {text(outcome)}: {text(reason) or '–'}</li>"
                      for panel in figure["panels"] if not panel.get("ours")
                      for outcome, count, reason in analysis.failures(panel))
-    numbers = table(["", *seen], [[panel["name"], *(c.get(o, 0) for o in seen)] for panel, c in zip(figure["panels"], counts)])
+    rows = [[panel["name"], *(count.get(o, 0) for o in seen)] for panel, count in zip(figure["panels"], counts)]
+    numbers = table(["", *seen], rows)
     if others:
         numbers += f"<p>Where the others fail, and a typical reason:</p>\n<ul>{others}</ul>"
     return panels(svgs) + legend(entries), reasons, details("Cells by what became of them", numbers)
@@ -189,7 +198,7 @@ KINDS = {"work_precision": work_precision, "map": outcome_map, "curves": curves,
 def figure_html(page, figure, number):
     drawn, conclusions, numbers = KINDS[figure["kind"]](page, figure)
     runs = f'<p class="runs">Runs: {text(figure["runs"])}</p>' if figure["runs"] else ""
-    return (f'<figure id="f{number}" class="{figure["kind"]}">\n<h4>Figure {number}. {text(figure["title"])}</h4>\n{drawn}\n'
+    return (f'<figure id="f{number}">\n<h4>Figure {number}. {text(figure["title"])}</h4>\n{drawn}\n'
             f'<figcaption>{text(figure["caption"])}{runs}</figcaption>\n{conclusions}{numbers}\n</figure>')
 
 
@@ -202,7 +211,7 @@ def measured_on(parts):
     groups = {}
     for part in parts:
         m = part["measured"]
-        key = (m.get("machine"), m.get("threads"), m.get("compiler"), f"{m.get('type')}: {m.get('flags')}", m.get("version"),
+        key = (m.get("machine"), m.get("threads"), m.get("compiler"), f"`{m.get('flags')}`", m.get("version"),
                "quick" if m.get("quick") else "full")
         groups.setdefault(key, []).append(part["part"])
     rows = [[", ".join(names) if len(groups) > 1 else "all", *key] for key, names in groups.items()]
@@ -223,7 +232,7 @@ def defaults(parts, numbers):
             if unmarked:
                 worse = "; ".join(filter(None, (worse, f"without a default that has a number: {unmarked}")))
             verdict = f"on {len(near)} of {len(ratios)} scenes" if ratios else "no default is marked"
-            good = bool(ratios) and len(near) == len(ratios)
+            good = len(near) >= analysis.ENOUGH_SCENES
             rows.append([text(choice), link(numbers[id(figure)]),
                          "<br>".join(marked), f'<span class="{"good" if good else "bad"}">{verdict}</span>',
                          worse])
@@ -236,8 +245,8 @@ def deletion_candidates(parts):
                     if (names := analysis.never_on_a_front(figures)))
     if not items:
         return "<p>Every method of ours is on a front, or within 10 % of it, somewhere.</p>"
-    return ("<p>Nowhere within 10 % of a front of ours, and no part of the published model, so that nothing would be lost "
-            f"without them:</p>\n<ul>{items}</ul>")
+    return ("<p>Nowhere within 10 % of a front of ours, and no part of the published model, so that nothing would be "
+            f"lost without them:</p>\n<ul>{items}</ul>")
 
 
 def failing(parts, numbers):
@@ -252,18 +261,21 @@ def failing(parts, numbers):
             rows.append([*named, f"<b>{text(panel['name'])}</b>" if panel.get("ours") else text(panel["name"]),
                          f"{cells - sum(count for _, count, _ in reasons)} of {cells}", why])
             named = "", ""
-    return table(["", "map", "method (ours in bold)", "held", "where ours fails: the most frequent reasons"], rows, html=True)
+    columns = ["", "map", "method (ours in bold)", "held", "where ours fails: the most frequent reasons"]
+    return table(columns, rows, html=True)
 
 
 def summary(parts, numbers):
-    blocks = ["<p>Time stands beside the error that it was had at. Down and to the left is better. A point that no other beats "
-              "in both is on the <i>front</i>; a default should lie on it.</p>"]
-    if sentence := analysis.published_sentence(parts):
-        blocks.append(f"<p>{text(sentence)}</p>")
+    blocks = ["<p>Time stands beside the error that it was had at. Down and to the left is better. A point that no "
+              "other beats in both is on the <i>front</i>; a default should lie on it.</p>"]
+    if faster := analysis.published_ratios(parts):
+        items = "".join(f"<li>{text(line)}</li>" for line in faster)
+        blocks.append(f"<p>Beside the published times:</p>\n<ul>{items}</ul>")
     blocks.append("<h3>What the numbers were measured on</h3>\n" + measured_on(parts))
     if analysis.choices(parts):
-        blocks.append("<h3>The defaults</h3>\n<p>A default is held against our other methods and settings that are as accurate or "
-                      "more, on every scene.</p>\n" + defaults(parts, numbers) + deletion_candidates(parts))
+        blocks.append("<h3>The defaults</h3>\n<p>A default is held against our other methods and settings that are as "
+                      f"accurate or more; {analysis.ENOUGH_SCENES} scenes on the front are asked for.</p>\n"
+                      + defaults(parts, numbers) + deletion_candidates(parts))
     if analysis.maps(parts):
         blocks.append("<h3>Where methods fail</h3>\n" + failing(parts, numbers))
     return "\n".join(blocks)
@@ -283,6 +295,7 @@ def render(parts):
             names = ", ".join(f"<code>{text(name)}</code>" for name in missing)
             body.append(f'<p class="missing">Not measured: {names}. <code>./dev bench</code> measures all parts.</p>')
         for part, figures in groups:
+            page.part = part["part"]
             body.append(f"<h3>{text(part['title'])}</h3>\n<p>{text(part['text'])}</p>")
             for figure in figures:
                 number = numbers[id(figure)]
