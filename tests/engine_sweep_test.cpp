@@ -1,9 +1,10 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <limits>
 #include <map>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -40,6 +41,13 @@ std::map<std::size_t, SweepRow> rows_of(const SweepPlan& plan, int jobs, const R
     EXPECT_TRUE(rows.emplace(row, std::move(result)).second) << "row " << row << " ran twice";
   });
   return rows;
+}
+
+SweepRow row_of(Outcome outcome, const std::string& reason, const std::string& measures) {
+  SweepRow row;
+  row.verdict = {outcome, reason};
+  row.measures = nlohmann::ordered_json::parse(measures);
+  return row;
 }
 
 SweepRow do_nothing(const Model& /*model*/) { return {}; }
@@ -167,7 +175,7 @@ TEST(Sweep, TheTableHasUnitsInItsHeaderAndQuotesText) {
   const SweepPlan plan = small_plan({"contact.band=0.2 mm,0.3mm", "time.step=1 ms,0.001 s",
                                      "fingertips.stiffening=0 1/N,2 1/N", "object.shape={box: [1 m, 1 m, 1 m]}"});
   std::map<std::size_t, SweepRow> rows;
-  rows[0].measures = {{"final_error_mm", 0.1}, {"rms_error_mm", nullptr}, {"lost_at_s", 2}};
+  rows[0] = row_of(Outcome::kHeld, "", R"({"final_error_mm": 0.1, "rms_error_mm": null, "lost_at_s": 2})");
   rows[7].verdict = {Outcome::kUnstable, "it said \"no\", twice"};
   std::istringstream lines(rows_csv(plan, rows));
   std::string header, first, second, rest;
@@ -190,20 +198,19 @@ TEST(SweepJournal, GivesBackWhatWasAddedAndDropsATornLine) {
   const fs::path folder = scratch();
   const SweepPlan plan = small_plan({"contact.friction=0.1:0.9:5"});
   claim_sweep_folder(folder, plan_json(plan, "test"));
-  const double awkward = 0.1 + 0.2, tiny = std::numeric_limits<double>::denorm_min();
-  SweepJournal(folder, 0).add(3, {{Outcome::kSolverFailed, "a \"reason\",\nin two lines"}, {{"max_slip_mm", awkward}}});
+  const SweepRow failed =
+      row_of(Outcome::kSolverFailed, "a \"reason\",\nin two lines", R"({"max_slip_mm": 0.30000000000000004})");
+  SweepJournal(folder, 0).add(3, failed);
   std::ofstream(folder / "journal-0.jsonl", std::ios::app) << R"({"row":4,"outcome":"held","rea)";
-  {
-    SweepJournal journal(folder, 0);
-    journal.add(1, {{Outcome::kHeld, ""}, {{"final_error_mm", tiny}, {"lost_at_s", nullptr}}});
-  }
+  const SweepRow held = row_of(Outcome::kHeld, "", R"({"final_error_mm": 5e-324, "lost_at_s": null})");
+  SweepJournal(folder, 0).add(1, held);
   SweepJournal(folder, 7).add(0, {});
   const auto rows = read_journals(folder);
   ASSERT_EQ(rows.size(), 3U);
-  EXPECT_EQ(rows.at(3).verdict.outcome, Outcome::kSolverFailed);
-  EXPECT_EQ(rows.at(3).verdict.reason, "a \"reason\",\nin two lines");
-  EXPECT_EQ(rows.at(3).measures.at("max_slip_mm").get<double>(), awkward);
-  EXPECT_EQ(rows.at(1).measures.at("final_error_mm").get<double>(), tiny);
+  EXPECT_EQ(rows.at(3).verdict.outcome, failed.verdict.outcome);
+  EXPECT_EQ(rows.at(3).verdict.reason, failed.verdict.reason);
+  EXPECT_EQ(rows.at(3).measures, failed.measures);
+  EXPECT_EQ(rows.at(1).measures, held.measures);
 }
 
 TEST(SweepJournal, TheLastProcessToEndIsTheOneThatKnowsIt) {
