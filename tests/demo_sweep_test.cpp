@@ -82,7 +82,7 @@ TEST(SweepProgram, RefusesWhatIsNoSweep) {
 
 TEST(SweepProgram, KilledItGoesOnWhereItStopped) {
   const fs::path folder = scratch();
-  const std::string long_rows = "1.5 s";
+  const std::string long_rows = "4 s";
   ASSERT_EQ(thenar_program(sweep_command(folder / "whole", long_rows)).code, 0);
   const fs::path out = folder / "killed", journal = out / "journal-0.jsonl", pid = folder / "pid";
   shell(THENAR_PROGRAM + (" " + sweep_command(out, long_rows)) + " --jobs 1 & echo $! > " + pid.string() + "; " +
@@ -139,7 +139,7 @@ TEST_F(SweepUnderMpi, MakesTheSameTableForAnyNumberOfRanks) {
 
 TEST_F(SweepUnderMpi, ARankThatDiesLosesOnlyItsOwnRows) {
   const fs::path folder = scratch(), out = folder / "out", pid = folder / "pid";
-  const std::string long_rows = "1.5 s";
+  const std::string long_rows = "4 s";
   ASSERT_EQ(thenar_program(sweep_command(folder / "alone", long_rows)).code, 0);
   // Rank 1 says who it is before it becomes the program.
   const fs::path rank = folder / "rank.sh";
