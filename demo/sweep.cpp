@@ -72,7 +72,7 @@ std::function<void()> sweep_progress(std::size_t before, std::size_t to_run, boo
 std::string farewell;  // Of whoever interrupts; not changed once the handler is there.
 
 void interrupted(int /*signal*/) {
-  // FinishedRows that have ended are in the journal already.
+  // Rows that have ended are in the journal already.
   [[maybe_unused]] const auto told = write(STDERR_FILENO, farewell.data(), farewell.size());
   _exit(kInterrupted);
 }

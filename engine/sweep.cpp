@@ -242,7 +242,12 @@ Scene first_scene(const SweepPlan& plan) {
       if (!first) first = error;
     }
   }
-  throw ConfigError(*first);
+  std::vector<ConfigDiagnostic> faults = first->diagnostics();
+  for (ConfigDiagnostic& fault : faults) {
+    const auto is_its = [&](const Variation& variation) { return fault.location == "--set " + variation.key; };
+    if (std::ranges::any_of(plan.vary, is_its)) fault.location.replace(0, 5, "--vary");
+  }
+  throw ConfigError(std::move(faults));
 }
 
 SweepRow sweep_row(const Model& model, const Recording& recording) {
