@@ -83,13 +83,10 @@ void distances(ordered_json& part, bool quick) {
       part, "work_precision", "distance", "Distance of a point from a surface of samples",
       fmt::format(
           "What one signed distance takes, and how far it is from the exact one: mean over 2000 points from 2 mm "
-          "inside "
-          "to 0.3 mm outside. Down and left is better. Box: 50 mm, flat faces and sharp edges. Scan: a bumpy "
-          "ellipsoid, "
-          "unevenly sampled. Ball: radius 20 mm, finely and evenly sampled. Points of a line differ in the number of "
-          "samples; ours at the 36 000 of the scenes is the default. On the box's faces our error is rounding (drawn "
-          "at "
-          "{:g} um). {}",
+          "inside to 0.3 mm outside. Down and left is better. Box: 50 mm, flat faces and sharp edges. Scan: a bumpy "
+          "ellipsoid, unevenly sampled. Ball: radius 20 mm, finely and evenly sampled. Points of a line differ in the "
+          "number of samples; ours at the 36 000 of the scenes is the default. On the box's faces our error is "
+          "rounding (drawn at {:g} um). {}",
           kLeastError_um, kPeers),
       fmt::format("medians of {} rounds of 40 batches of 50 points, methods of one density in turns", rounds));
   figure["choice"] = "distance from the object";
@@ -151,13 +148,13 @@ void contacts(ordered_json& part, bool quick) {
   ordered_json& chart = add_figure(
       part, "work_precision", "contacts", "Finding the contacts of three fingertips",
       fmt::format(
-          "What it takes to find up to 20 contacts of each of three fingertips (320 control points each) on an "
-          "object of 36 000 samples, and the mean error of their gaps. Down and left is better. Grips are at "
-          "random places, edges too; \"a grip that creeps\" moves by micrometres from one to the next, as a held "
-          "object does: the default, which remembers. Others look at every control point in the object's bounds; "
-          "those that find other contacts, or but half of them, are in the table below alone. A grid of exact "
-          "distances is faster; it is off by tenths of a millimetre at edges, its memory grows with the object's "
-          "volume, and a scan has no exact distance. {}",
+          "What it takes to find up to 20 contacts of each of three fingertips (320 control points each) on an object "
+          "of 36 000 samples, and the mean error of their gaps. Down and left is better. Grips are at random places, "
+          "edges too; \"a grip that creeps\" moves by micrometres from one to the next, as a held object does: the "
+          "default, which remembers. Others look at every control point in the object's bounds; those that find other "
+          "contacts, or but half of them, are in the table below alone. A grid of exact distances is faster; it is off "
+          "by tenths of a millimetre at edges, its memory grows with the object's volume, and a scan has no exact "
+          "distance. {}",
           kPeers),
       runs);
   chart["choice"] = "contact finding";
@@ -177,8 +174,8 @@ void contacts(ordered_json& part, bool quick) {
   ordered_json& table = add_figure(
       part, "table", "contact_methods", "What each way of finding contacts finds, and costs",
       "The same grips by all methods, with what a method does not compute of what the engine needs in the last column. "
-      "\"There\" are the contacts that exact distances tell, at most 20 a finger; a method that finds "
-      "other things may find more or fewer. Ready: from the samples, the mesh or the exact distance, once.",
+      "\"There\" are the contacts that exact distances tell, at most 20 a finger; a method that finds other things may "
+      "find more or fewer. Ready: from the samples, the mesh or the exact distance, once.",
       runs);
   table["columns"] = {"object",          "method",       "median [us]", "p99 [us]",    "found",           "there",
                       "mean error [um]", "largest [um]", "ready [ms]",  "memory [MB]", "does not compute"};
