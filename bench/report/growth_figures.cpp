@@ -140,10 +140,8 @@ void samples(ordered_json& part, bool quick) {
       fmt::format("finding: medians over 32 and 126 grips, {} rounds, all sizes in turns; making ready: once", rounds);
   ordered_json& time = add_curves(part, "samples", "Contact finding over the samples of the object",
                                   "Three fingertips of 320 control points, up to 20 contacts each, on a box of 50 mm "
-                                  "and on a bumpy ellipsoid. Finding "
-                                  "runs once a control period, making ready once at the start. A held object creeps: "
-                                  "what is remembered then spares "
-                                  "most searches.",
+                                  "and on a bumpy ellipsoid. Finding runs once a control period, making ready once at "
+                                  "the start. A held object creeps: what is remembered then spares most searches.",
                                   runs, "samples of the object", "time [us]");
   time["panels"] = times;
   ordered_json& memory = add_curves(
@@ -182,8 +180,8 @@ void controls(ordered_json& part, bool quick) {
   }
   ordered_json& time = add_curves(
       part, "controls", "Contact finding and start-up over the control points",
-      "Three fingertips on the bumpy ellipsoid of 37 000 samples: finding up to 20 contacts each, whatever the "
-      "number of control points; and making one fingertip, once at the start.",
+      "Three fingertips on the bumpy ellipsoid of 37 000 samples: finding up to 20 contacts each, whatever the number "
+      "of control points; and making one fingertip, once at the start.",
       fmt::format("finding: medians over 32 and 126 grips, {} rounds; making: once", rounds),
       "control points of a fingertip", "time [us]");
   time["panels"].push_back(panel("bumpy ellipsoid", {make, cold, warm}));
@@ -291,11 +289,11 @@ void fingers(ordered_json& part, bool quick) {
       part, "fingers", "The contact solve over the number of fingers",
       fmt::format(
           "Composed, not simulated: the engine's hand has three fingers, but its solver takes any number. Fingers "
-          "stand around an object of 50 mm, {} contacts each, 4 joints each, pressed in by 1.2 mm, and are solved "
-          "cold to 1e-6. A finger's contacts act on each other in a block of its own, and on others through the 6 "
-          "freedoms of the object alone, so that a sweep's cost goes with the number of fingers; what exceeds it "
-          "is sweeps. Contact finding, compliance and deformation are done finger by finger: they go with the "
-          "number of fingers by construction, and are not drawn.",
+          "stand around an object of 50 mm, {} contacts each, 4 joints each, pressed in by 1.2 mm, and are solved cold "
+          "to 1e-6. A finger's contacts act on each other in a block of its own, and on others through the 6 freedoms "
+          "of the object alone, so that a sweep's cost goes with the number of fingers; what exceeds it is sweeps. "
+          "Contact finding, compliance and deformation are done finger by finger: they go with the number of fingers "
+          "by construction, and are not drawn.",
           kPerFinger),
       fmt::format("medians of {} solves, all numbers in turns", rounds), "fingers", "time [us]");
   figure["panels"].push_back(panel("20 contacts a finger", {solve}));

@@ -144,12 +144,10 @@ void steps_and_rates(ordered_json& part, bool quick) {
   const int rounds = quick ? 1 : 3;
   const std::string against = fmt::format(
       " Against one loop with steps of {:g} us and control as often as the scene has it. Down and left is better. "
-      "Stick: "
-      "three fingertips press on a box that a spring carries and turns, nobody controls. Slide: a ball is dragged "
-      "along "
-      "a fingertip. Box grasp, box turn, capsule: held and moved by the controlled hand. Where contacts stick, they "
-      "remember the order in which they touched, which another step takes in another order: stick and slide go on from "
-      "one state; the grasps begin anew, and differ by that, too.",
+      "Stick: three fingertips press on a box that a spring carries and turns, nobody controls. Slide: a ball is "
+      "dragged along a fingertip. Box grasp, box turn, capsule: held and moved by the controlled hand. Where contacts "
+      "stick, they remember the order in which they touched, which another step takes in another order: stick and "
+      "slide go on from one state; the grasps begin anew, and differ by that, too.",
       1e6 * kReference_s);
   const std::string runs =
       rounds == 1 ? "a single run of each" : fmt::format("medians of {} runs of each, in turns", rounds);
@@ -161,9 +159,9 @@ void steps_and_rates(ordered_json& part, bool quick) {
   Charts two(
       "two_loops", "Rates of the two loops", "rates",
       "Contact and control with clocks of their own; a frame comes into use a control period after its snapshot. "
-      "Control late by 5 ms cannot be made up for by a faster contact loop, and its part of the error is that of "
-      "a slower controller, not of the contact loop. 4 kHz and 200 Hz, what real-time runs have, are the default: "
-      "the contact rate is a haptic device's, which takes 1 kHz at least." +
+      "Control late by 5 ms cannot be made up for by a faster contact loop, and its part of the error is that of a "
+      "slower controller, not of the contact loop. 4 kHz and 200 Hz, what real-time runs have, are the default: the "
+      "contact rate is a haptic device's, which takes 1 kHz at least." +
           against,
       runs);
   for (const Scenario& scenario : kAll) {
@@ -190,12 +188,12 @@ void hand_over(ordered_json& part, bool quick) {
   ordered_json& figure = add_figure(
       part, "table", "hand_over", "What the split alone adds, with and without the offset at hand-overs",
       fmt::format(
-          "The two loops against one loop with steps of {:g} us that has the same control period and delay: what "
-          "is left is the error of the contact rate, of old frames, and of handing over from one to the next. "
-          "Offset: gaps agree at a hand-over and move on to the new frame's in a control period. Steps of the "
-          "force: the largest change of a finger's force from tick to tick, where a new frame comes into use and "
-          "elsewhere. Injected: work that contact did on the bodies, over what it took from them; 0 is passive. "
-          "The offset is the default; smaller is better everywhere.",
+          "The two loops against one loop with steps of {:g} us that has the same control period and delay: what is "
+          "left is the error of the contact rate, of old frames, and of handing over from one to the next. Offset: "
+          "gaps agree at a hand-over and move on to the new frame's in a control period. Steps of the force: the "
+          "largest change of a finger's force from tick to tick, where a new frame comes into use and elsewhere. "
+          "Injected: work that contact did on the bodies, over what it took from them; 0 is passive. The offset is the "
+          "default; smaller is better everywhere.",
           1e6 * kReference_s),
       "deterministic");
   figure["columns"] = {
@@ -268,8 +266,8 @@ void settings(ordered_json& part, bool quick) {
           "One loop at the scene's own step; one setting at a time differs from the scene's, which is the default "
           "(tolerance 1e-6, 20 contacts a finger, 320 leaves; with other numbers of leaves as many contacts in "
           "proportion). Against {} leaves, up to {} contacts a finger, solved to 1e-10: an error that a tighter "
-          "tolerance leaves is that of the number of control points. Down and left is better: where a line is "
-          "flat, what is spent is wasted; where it is steep, it pays.",
+          "tolerance leaves is that of the number of control points. Down and left is better: where a line is flat, "
+          "what is spent is wasted; where it is steep, it pays.",
           kFinest, kFinest / 16),
       rounds == 1 ? "a single run of each" : fmt::format("medians of {} runs of each, in turns", rounds));
   for (const Scenario& scenario : {kBoxGrasp, kCapsule, kSlide}) {
@@ -287,8 +285,8 @@ void settings(ordered_json& part, bool quick) {
 void run(const PartArguments& arguments) {
   ordered_json part =
       make_part("rates", "Steps, rates and settings for the whole grasp",
-                "What a coarser or finer run of the same scene costs, and how far it takes the object and "
-                "the forces from the finest one.",
+                "What a coarser or finer run of the same scene costs, and how far it takes the object and the forces "
+                "from the finest one.",
                 arguments);
   steps_and_rates(part, arguments.quick);
   hand_over(part, arguments.quick);
