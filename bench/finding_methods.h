@@ -109,14 +109,13 @@ struct FindingRecord {
 };
 /// Of all cases, in turns, after a round that is not timed.
 [[nodiscard]] std::vector<FindingRecord> measure_findings(const std::vector<FindingCase>& cases,
-                                                          const KnownObject& object,
-                                                          const Eigen::Matrix3Xd& controls_m, const GripTask& task,
-                                                          int rounds);
+                                                          const KnownObject& object, const Eigen::Matrix3Xd& controls_m,
+                                                          const GripTask& task, int rounds);
 
 /// How a method's distances of single points are, near the surface: from 2 mm inside to the band outside.
 struct DistanceRecord {
-  double ns = 0.0, ns_p99 = 0.0;  ///< Of a query: over batches of some.
-  double answered = 1.0;          ///< Share of the points.
+  double ns = 0.0, ns_p99 = 0.0;                                       ///< Of a query: over batches of some.
+  double answered = 1.0;                                               ///< Share of the points.
   double mean_error_um = 0.0, p99_error_um = 0.0, max_error_um = 0.0;  ///< Of the size alone if it has no sign.
 };
 /// Of all methods, in turns.

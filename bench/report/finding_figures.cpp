@@ -63,8 +63,8 @@ void add_distances(ordered_json& points, const KnownObject& object, bool referen
   for (const double cell_m : {4e-3, 2e-3, 1e-3, 0.5e-3}) {
     if (!reference) continue;
     methods.push_back(grid_finding(object, none, {}, cell_m));
-    made.push_back(work_point("distance grid", fmt::format("{:g} mm, {:.1f} MB", 1e3 * cell_m, methods.back().memory_MB),
-                              0, 0, 0));
+    made.push_back(work_point("distance grid",
+                              fmt::format("{:g} mm, {:.1f} MB", 1e3 * cell_m, methods.back().memory_MB), 0, 0, 0));
     made.back().peer = true;
   }
   const std::vector<DistanceRecord> records = measure_distances(methods, object, rounds);
@@ -82,11 +82,11 @@ void distances(ordered_json& part, bool quick) {
   ordered_json& figure = add_figure(
       part, "work_precision", "distance", "Distance of a point from a surface of samples",
       fmt::format(
-          "What one signed distance takes, and how far it is from the exact one: mean over 2000 points from 2 mm inside "
-          "to 0.3 mm outside. Down and left is better. Box: 50 mm, flat faces and sharp edges. Scan: a bumpy ellipsoid, "
-          "unevenly sampled. Ball: radius 20 mm, finely and evenly sampled. Points of a line differ in the number of "
-          "samples; ours at the 36 000 of the scenes is the default. On the box's faces our error is rounding (drawn at "
-          "{:g} um). {}",
+          "What one signed distance takes, and how far it is from the exact one: mean over 2000 points from 2 mm "
+          "inside to 0.3 mm outside. Down and left is better. Box: 50 mm, flat faces and sharp edges. Scan: a bumpy "
+          "ellipsoid, unevenly sampled. Ball: radius 20 mm, finely and evenly sampled. Points of a line differ in the "
+          "number of samples; ours at the 36 000 of the scenes is the default. On the box's faces our error is "
+          "rounding (drawn at {:g} um). {}",
           kLeastError_um, kPeers),
       fmt::format("medians of {} rounds of 40 batches of 50 points, methods of one density in turns", rounds));
   figure["choice"] = "distance from the object";
@@ -111,9 +111,7 @@ struct Finding {
   FindingRecord record = {};
 
   /// Whether it finds the control points that touch, and their gaps, as the engine needs.
-  [[nodiscard]] bool same_contacts() const {
-    return std::abs(record.contacts - record.wanted) < 0.05 * record.wanted;
-  }
+  [[nodiscard]] bool same_contacts() const { return std::abs(record.contacts - record.wanted) < 0.05 * record.wanted; }
 };
 
 std::vector<Finding> find_contacts_of(const KnownObject& object, bool quick) {
@@ -149,14 +147,15 @@ void contacts(ordered_json& part, bool quick) {
 
   ordered_json& chart = add_figure(
       part, "work_precision", "contacts", "Finding the contacts of three fingertips",
-      fmt::format("What it takes to find up to 20 contacts of each of three fingertips (320 control points each) on an "
-                  "object of 36 000 samples, and the mean error of their gaps. Down and left is better. Grips are at "
-                  "random places, edges too; \"a grip that creeps\" moves by micrometres from one to the next, as a held "
-                  "object does: the default, which remembers. Others look at every control point in the object's bounds; "
-                  "those that find other contacts, or but half of them, are in the table below alone. A grid of exact "
-                  "distances is faster; it is off by tenths of a millimetre at edges, its memory grows with the object's "
-                  "volume, and a scan has no exact distance. {}",
-                  kPeers),
+      fmt::format(
+          "What it takes to find up to 20 contacts of each of three fingertips (320 control points each) on an object "
+          "of 36 000 samples, and the mean error of their gaps. Down and left is better. Grips are at random places, "
+          "edges too; \"a grip that creeps\" moves by micrometres from one to the next, as a held object does: the "
+          "default, which remembers. Others look at every control point in the object's bounds; those that find other "
+          "contacts, or but half of them, are in the table below alone. A grid of exact distances is faster; it is off "
+          "by tenths of a millimetre at edges, its memory grows with the object's volume, and a scan has no exact "
+          "distance. {}",
+          kPeers),
       runs);
   chart["choice"] = "contact finding";
   chart["error"] = "mean error of the gaps [um]";
@@ -174,11 +173,12 @@ void contacts(ordered_json& part, bool quick) {
 
   ordered_json& table = add_figure(
       part, "table", "contact_methods", "What each way of finding contacts finds, and costs",
-      "The same grips by all methods, with what a method does not compute of what the engine needs in the last column. \"There\" are the contacts that exact distances tell, at most 20 a finger; a method that finds "
-      "other things may find more or fewer. Ready: from the samples, the mesh or the exact distance, once.",
+      "The same grips by all methods, with what a method does not compute of what the engine needs in the last column. "
+      "\"There\" are the contacts that exact distances tell, at most 20 a finger; a method that finds other things may "
+      "find more or fewer. Ready: from the samples, the mesh or the exact distance, once.",
       runs);
-  table["columns"] = {"object", "method",          "median [us]",    "p99 [us]",   "found",       "there",
-                      "mean error [um]", "largest [um]", "ready [ms]", "memory [MB]", "does not compute"};
+  table["columns"] = {"object",          "method",       "median [us]", "p99 [us]",    "found",           "there",
+                      "mean error [um]", "largest [um]", "ready [ms]",  "memory [MB]", "does not compute"};
   for (const Finding& f : all) {
     table["rows"].push_back({f.object, f.method, f.record.us_p50, f.record.us_p99, f.record.contacts, f.record.wanted,
                              f.record.mean_error_um, f.record.max_error_um, f.prepare_ms, f.memory_MB, f.lacks});

@@ -3,8 +3,9 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <cmath>
+#include <memory>
 #include <numbers>
+#include <stdexcept>
 
 #include "bench/contact_computation.h"
 #include "bench/contact_families.h"
@@ -48,8 +49,9 @@ ordered_json panel(const std::string& name, const std::vector<Curve>& curves) {
 
 constexpr char kExponents[] = " The number beside a curve is p of n^p, fitted to the upper half of the sizes.";
 
-ordered_json& add_curves(ordered_json& part, const std::string& id, const std::string& title, const std::string& caption,
-                         const std::string& runs, const std::string& x, const std::string& y) {
+ordered_json& add_curves(ordered_json& part, const std::string& id, const std::string& title,
+                         const std::string& caption, const std::string& runs, const std::string& x,
+                         const std::string& y) {
   ordered_json& figure = add_figure(part, "curves", id, title, caption + kExponents, runs);
   figure["x"] = {{"label", x}, {"log", true}};
   figure["y"] = {{"label", y}, {"log", true}};
@@ -90,13 +92,13 @@ void contacts(ordered_json& part, bool quick) {
     }
     return result;
   };
-  figure["panels"].push_back(panel(
-      "box grasp",
-      {curve("in all", [](const Tick& t) { return t.total_s(); }), curve("find", [](const Tick& t) { return t.find_s; }),
-       curve("compliance", [](const Tick& t) { return t.compliance_s; }),
-       curve("assemble", [](const Tick& t) { return t.assemble_s; }),
-       curve("solve", [](const Tick& t) { return t.solve_s; }), curve("deform", [](const Tick& t) { return t.deform_s; }),
-       curve("display", [](const Tick& t) { return t.display_s; })}));
+  figure["panels"].push_back(panel("box grasp", {curve("in all", [](const Tick& t) { return t.total_s(); }),
+                                                 curve("find", [](const Tick& t) { return t.find_s; }),
+                                                 curve("compliance", [](const Tick& t) { return t.compliance_s; }),
+                                                 curve("assemble", [](const Tick& t) { return t.assemble_s; }),
+                                                 curve("solve", [](const Tick& t) { return t.solve_s; }),
+                                                 curve("deform", [](const Tick& t) { return t.deform_s; }),
+                                                 curve("display", [](const Tick& t) { return t.display_s; })}));
 }
 
 // --- Samples of the object ------------------------------------------------------------------------------------------
@@ -109,12 +111,14 @@ void samples(ordered_json& part, bool quick) {
   const GripTask task;
   std::vector<ordered_json> times, memories;
   for (const bool box : {true, false}) {
-    const auto make = [&](double by) { return box ? known_box(std::lround(77 * by)) : known_scan(std::lround(61 * by)); };
+    const auto make = [&](double by) {
+      return box ? known_box(std::lround(77 * by)) : known_scan(std::lround(61 * by));
+    };
     const KnownObject reference = make(1.0);
     const std::vector<Grip> grips = random_grips(reference, controls_m, task, 32, 1);
     const std::vector<Grip> creeping = creeping_grip(grips.front(), 64, 1);
     std::vector<FindingCase> cases;
-    Curve cold{"find, nothing remembered"}, warm{"find, a grip that creeps"}, ready{"make ready"}, memory{reference.name};
+    Curve cold{"find, nothing remembered"}, warm{"find, a grip that creeps"}, ready{"make ready"}, memory{"surface"};
     for (const double by : finer) {
       const KnownObject object = make(by);
       const auto n = static_cast<double>(object.cloud.points_m.cols());
@@ -134,17 +138,16 @@ void samples(ordered_json& part, bool quick) {
   }
   const std::string runs =
       fmt::format("finding: medians over 32 and 126 grips, {} rounds, all sizes in turns; making ready: once", rounds);
-  ordered_json& time = add_curves(
-      part, "samples", "Contact finding over the samples of the object",
-      "Three fingertips of 320 control points, up to 20 contacts each, on a box of 50 mm and on a bumpy ellipsoid. Finding "
-      "runs once a control period, making ready once at the start. A held object creeps: what is remembered then spares "
-      "most searches.",
-      runs, "samples of the object", "time [us]");
+  ordered_json& time = add_curves(part, "samples", "Contact finding over the samples of the object",
+                                  "Three fingertips of 320 control points, up to 20 contacts each, on a box of 50 mm "
+                                  "and on a bumpy ellipsoid. Finding runs once a control period, making ready once at "
+                                  "the start. A held object creeps: what is remembered then spares most searches.",
+                                  runs, "samples of the object", "time [us]");
   time["panels"] = times;
-  ordered_json& memory =
-      add_curves(part, "samples_memory", "Memory over the samples of the object",
-                 "What the object's surface takes on the heap, ready to be asked for distances: samples, blocks, starts.",
-                 "one run", "samples of the object", "memory [MB]");
+  ordered_json& memory = add_curves(
+      part, "samples_memory", "Memory over the samples of the object",
+      "What the object's surface takes on the heap, ready to be asked for distances: samples, blocks, starts.",
+      "one run", "samples of the object", "memory [MB]");
   memory["panels"] = memories;
 }
 
@@ -156,7 +159,8 @@ void controls(ordered_json& part, bool quick) {
   if (!quick) sizes.insert(sizes.end(), {2560, 5120});
   const KnownObject object = known_scan(61);
   const GripTask task;
-  Curve cold{"find, nothing remembered"}, warm{"find, a grip that creeps"}, make{"make a fingertip"}, memory{"a fingertip"};
+  Curve cold{"find, nothing remembered"}, warm{"find, a grip that creeps"}, make{"make a fingertip"},
+      memory{"a fingertip"};
   for (const Index size : sizes) {
     const Matrix3Xd controls_m = pulp_control_points(size);
     const std::vector<Grip> grips = random_grips(object, controls_m, task, 32, 1);
@@ -174,18 +178,18 @@ void controls(ordered_json& part, bool quick) {
     make.y.push_back(1e3 * taken.prepare_ms);
     memory.y.push_back(taken.memory_MB);
   }
-  ordered_json& time =
-      add_curves(part, "controls", "Contact finding and start-up over the control points",
-                 "Three fingertips on the bumpy ellipsoid of 37 000 samples: finding up to 20 contacts each, whatever the "
-                 "number of control points; and making one fingertip, once at the start.",
-                 fmt::format("finding: medians over 32 and 126 grips, {} rounds; making: once", rounds),
-                 "control points of a fingertip", "time [us]");
-  time["panels"] = {panel("bumpy ellipsoid", {make, cold, warm})};
+  ordered_json& time = add_curves(
+      part, "controls", "Contact finding and start-up over the control points",
+      "Three fingertips on the bumpy ellipsoid of 37 000 samples: finding up to 20 contacts each, whatever the number "
+      "of control points; and making one fingertip, once at the start.",
+      fmt::format("finding: medians over 32 and 126 grips, {} rounds; making: once", rounds),
+      "control points of a fingertip", "time [us]");
+  time["panels"].push_back(panel("bumpy ellipsoid", {make, cold, warm}));
   ordered_json& memories = add_curves(part, "controls_memory", "Memory over the control points",
                                       "What a fingertip takes on the heap: its samples, its tree, and the kernel among "
                                       "all control points, which grows with their square.",
                                       "one run", "control points of a fingertip", "memory [MB]");
-  memories["panels"] = {panel("", {memory})};
+  memories["panels"].push_back(panel("fingertip", {memory}));
 }
 
 // --- Fingers --------------------------------------------------------------------------------------------------------
@@ -283,20 +287,21 @@ void fingers(ordered_json& part, bool quick) {
   for (std::vector<double>& times : us) solve.y.push_back(percentiles(std::move(times)).p50);
   ordered_json& figure = add_curves(
       part, "fingers", "The contact solve over the number of fingers",
-      fmt::format("Composed, not simulated: the engine's hand has three fingers, but its solver takes any number. Fingers "
-                  "stand around an object of 50 mm, {} contacts each, 4 joints each, pressed in by 1.2 mm, and are solved "
-                  "cold to 1e-6. A finger's contacts act on each other in a block of its own, and on others through the 6 "
-                  "freedoms of the object alone, so that a sweep's cost goes with the number of fingers; what exceeds it "
-                  "is sweeps. Contact finding, compliance and deformation are done finger by finger: they go with the "
-                  "number of fingers by construction, and are not drawn.",
-                  kPerFinger),
+      fmt::format(
+          "Composed, not simulated: the engine's hand has three fingers, but its solver takes any number. Fingers "
+          "stand around an object of 50 mm, {} contacts each, 4 joints each, pressed in by 1.2 mm, and are solved cold "
+          "to 1e-6. A finger's contacts act on each other in a block of its own, and on others through the 6 freedoms "
+          "of the object alone, so that a sweep's cost goes with the number of fingers; what exceeds it is sweeps. "
+          "Contact finding, compliance and deformation are done finger by finger: they go with the number of fingers "
+          "by construction, and are not drawn.",
+          kPerFinger),
       fmt::format("medians of {} solves, all numbers in turns", rounds), "fingers", "time [us]");
-  figure["panels"].push_back(panel("", {solve}));
+  figure["panels"].push_back(panel("20 contacts a finger", {solve}));
 }
 
 void run(const PartArguments& arguments) {
-  ordered_json part = make_part("growth", "Growth",
-                                "Time and memory against the size of a scene, and with which power they grow.", arguments);
+  ordered_json part = make_part(
+      "growth", "Growth", "Time and memory against the size of a scene, and with which power they grow.", arguments);
   contacts(part, arguments.quick);
   samples(part, arguments.quick);
   controls(part, arguments.quick);

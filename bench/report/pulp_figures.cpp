@@ -117,11 +117,11 @@ void kernels(ordered_json& part, bool quick) {
       fmt::format(
           "A fingertip (sphere of 8 mm, E* 0.24 MPa) is pressed on a rigid plane, without friction; a panel a depth. "
           "Error: of its force against Hertz's closed form, rms over {} directions, in parts of it. Time: a contact "
-          "tick's cold solve of that finger to 1e-6, with friction, the plane dragged by 50 um. Down and left is better. "
-          "Points of a line differ in the number of control points on the whole sphere, of which those near the plane "
-          "are contacts. boussinesq is an elastic half space and the default, at {} control points; gaussian is the "
-          "published influence function: it is right at the one depth that it is made for, and more control points do "
-          "not help it at others.",
+          "tick's cold solve of that finger to 1e-6, with friction, the plane dragged by 50 um. Down and left is "
+          "better. Points of a line differ in the number of control points on the whole sphere, of which those near "
+          "the plane are contacts. boussinesq is an elastic half space and the default, at {} control points; gaussian "
+          "is the published influence function: it is right at the one depth that it is made for, and more control "
+          "points do not help it at others.",
           directions, kDefaultLeaves),
       fmt::format("medians of {} rounds over {} directions, all numbers and kernels in turns", rounds, directions));
   figure["choice"] = "fingertip";
@@ -143,14 +143,14 @@ void kernels(ordered_json& part, bool quick) {
     for (const Pressing& pressing : all) {
       const bool published = pressing.kernel == PulpKernel::kGaussian;
       const Percentiles us = percentiles(pressing.us);
-      points.push_back(WorkPoint{.method = published ? "gaussian" : "boussinesq",
-                                 .setting = fmt::format("{} control points, {:.0f} contacts", pressing.leaves,
-                                                        pressing.contacts),
-                                 .error = rms(pressing.errors),
-                                 .us = us.p50,
-                                 .us_p99 = us.p99,
-                                 .is_default = !published && pressing.leaves == kDefaultLeaves,
-                                 .published = published});
+      points.push_back(
+          WorkPoint{.method = published ? "gaussian" : "boussinesq",
+                    .setting = fmt::format("{} control points, {:.0f} contacts", pressing.leaves, pressing.contacts),
+                    .error = rms(pressing.errors),
+                    .us = us.p50,
+                    .us_p99 = us.p99,
+                    .is_default = !published && pressing.leaves == kDefaultLeaves,
+                    .published = published});
     }
     figure["cases"].push_back({{"name", fmt::format("pressed in by {:g} mm", 1e3 * depth_m)}, {"points", points}});
   }
@@ -195,10 +195,11 @@ void levels(ordered_json& part, bool quick) {
   ordered_json& figure = add_figure(
       part, "work_precision", "levels", "Levels of detail, by the scene",
       "What a whole tick of the one loop takes (control, contact finding, contact solve, deformation) with coarser and "
-      "finer fingertips, over the error of a fingertip's force: rms against Hertz's, pressed on a plane in six directions "
-      "at three depths up to that of the scene's load, with at most 20 contacts, as `contact.level: auto` "
-      "estimates it. Down and left is better. Level l has a control point for about 2^l of the 320 leaves; level 0, all "
-      "leaves, is the default; `auto` takes the coarsest within 5 %. With 640 leaves 40 contacts a finger are allowed.",
+      "finer fingertips, over the error of a fingertip's force: rms against Hertz's, pressed on a plane in six "
+      "directions at three depths up to that of the scene's load, with at most 20 contacts, as `contact.level: auto` "
+      "estimates it. Down and left is better. Level l has a control point for about 2^l of the 320 leaves; level 0, "
+      "all leaves, is the default; `auto` takes the coarsest within 5 %. With 640 leaves 40 contacts a finger are "
+      "allowed.",
       fmt::format("medians of {} runs of each, all of a scene in turns", rounds));
   figure["choice"] = "contact.level";
   figure["error"] = "error of a fingertip's force [parts of Hertz's]";
@@ -227,11 +228,11 @@ void levels(ordered_json& part, bool quick) {
 }
 
 void run(const PartArguments& arguments) {
-  ordered_json part = make_part("pulps", "Fingertips",
-                                "A fingertip is some hundred control points with a compliance among them. How many, and "
-                                "which compliance, decides both what a solve costs and how far its force is from an "
-                                "elastic sphere's.",
-                                arguments);
+  ordered_json part =
+      make_part("pulps", "Fingertips",
+                "A fingertip is some hundred control points with a compliance among them. How many, and which "
+                "compliance, decides both what a solve costs and how far its force is from an elastic sphere's.",
+                arguments);
   kernels(part, arguments.quick);
   levels(part, arguments.quick);
   write_part(part, arguments);

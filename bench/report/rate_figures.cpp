@@ -51,6 +51,7 @@ struct Way {
   std::string method, setting;
   bool is_default;
   std::function<Path()> run;
+  bool is_scene = false;  ///< Nothing is changed: the same runs as all others of which that is true.
   PathError error = {};
   std::vector<double> us = {};
 };
@@ -64,6 +65,13 @@ void measure(std::vector<Way>& ways, const Path& reference, int rounds) {
       if (round == 0) way.error = path_error(path, reference);
     }
   }
+  std::vector<double> of_scene;
+  for (const Way& way : ways) {
+    if (way.is_scene) of_scene.insert(of_scene.end(), way.us.begin(), way.us.end());
+  }
+  for (Way& way : ways) {
+    if (way.is_scene) way.us = of_scene;
+  }
 }
 
 /// The two figures of one choice: errors of path and of force.
@@ -75,8 +83,8 @@ struct Charts {
       : path(chart(id + "_path", title + ": the object's path", choice,
                    "Error: of the object's position, rms over the run. " + caption, runs, "rms position error [um]")),
         force(chart(id + "_force", title + ": the fingers' forces", choice,
-                    "Error: of the force of a loaded finger on the object, rms over fingers and the run. " + caption, runs,
-                    "rms force error [mN]")) {}
+                    "Error: of the force of a loaded finger on the object, rms over fingers and the run. " + caption,
+                    runs, "rms force error [mN]")) {}
 
   void add_case(const std::string& name, const std::vector<Way>& ways) {
     ordered_json path_points = ordered_json::array(), force_points = ordered_json::array();
@@ -143,25 +151,27 @@ std::vector<Way> two_loop_ways(const Course& course, bool quick) {
 void steps_and_rates(ordered_json& part, bool quick) {
   const int rounds = quick ? 1 : 3;
   const std::string against = fmt::format(
-      " Against one loop with steps of {:g} us and control as often as the scene has it. Down and left is better. Stick: "
-      "three fingertips press on a box that a spring carries and turns, nobody controls. Slide: a ball is dragged along "
-      "a fingertip. Box grasp, box turn, capsule: held and moved by the controlled hand. Where contacts stick, they "
-      "remember the order in which they touched, which another step takes in another order: stick and slide go on from "
-      "one state; the grasps begin anew, and differ by that, too.",
+      " Against one loop with steps of {:g} us and control as often as the scene has it. Down and left is better. "
+      "Stick: three fingertips press on a box that a spring carries and turns, nobody controls. Slide: a ball is "
+      "dragged along a fingertip. Box grasp, box turn, capsule: held and moved by the controlled hand. Where contacts "
+      "stick, they remember the order in which they touched, which another step takes in another order: stick and "
+      "slide go on from one state; the grasps begin anew, and differ by that, too.",
       1e6 * kReference_s);
-  const std::string runs = rounds == 1 ? "a single run of each" : fmt::format("medians of {} runs of each, in turns", rounds);
+  const std::string runs =
+      rounds == 1 ? "a single run of each" : fmt::format("medians of {} runs of each, in turns", rounds);
   Charts one("one_loop", "Steps of the one loop", "time.step",
              "One loop does everything at every step; control as often as the scene has it, or every step if that is "
              "longer. The scene's own step, 1 ms, is the default." +
                  against,
              runs);
-  Charts two("two_loops", "Rates of the two loops", "rates",
-             "Contact and control with clocks of their own; a frame comes into use a control period after its snapshot. "
-             "Control late by 5 ms cannot be made up for by a faster contact loop, and its part of the error is that of "
-             "a slower controller, not of the contact loop. 4 kHz and 200 Hz, what real-time runs have, are the default: "
-             "the contact rate is a haptic device's, which takes 1 kHz at least." +
-                 against,
-             runs);
+  Charts two(
+      "two_loops", "Rates of the two loops", "rates",
+      "Contact and control with clocks of their own; a frame comes into use a control period after its snapshot. "
+      "Control late by 5 ms cannot be made up for by a faster contact loop, and its part of the error is that of a "
+      "slower controller, not of the contact loop. 4 kHz and 200 Hz, what real-time runs have, are the default: the "
+      "contact rate is a haptic device's, which takes 1 kHz at least." +
+          against,
+      runs);
   for (const Scenario& scenario : kAll) {
     const Scene scene = scene_of(scenario);
     const double period_s = scene.control ? scene.control_period_s : kReference_s;
@@ -185,21 +195,23 @@ void hand_over(ordered_json& part, bool quick) {
   constexpr double kDegree = std::numbers::pi / 180.0;
   ordered_json& figure = add_figure(
       part, "table", "hand_over", "What the split alone adds, with and without the offset at hand-overs",
-      fmt::format("The two loops against one loop with steps of {:g} us that has the same control period and delay: what "
-                  "is left is the error of the contact rate, of old frames, and of handing over from one to the next. "
-                  "Offset: gaps agree at a hand-over and move on to the new frame's in a control period. Steps of the "
-                  "force: the largest change of a finger's force from tick to tick, where a new frame comes into use and "
-                  "elsewhere. Injected: work that contact did on the bodies, over what it took from them; 0 is passive. "
-                  "The offset is the default; smaller is better everywhere.",
-                  1e6 * kReference_s),
+      fmt::format(
+          "The two loops against one loop with steps of {:g} us that has the same control period and delay: what is "
+          "left is the error of the contact rate, of old frames, and of handing over from one to the next. Offset: "
+          "gaps agree at a hand-over and move on to the new frame's in a control period. Steps of the force: the "
+          "largest change of a finger's force from tick to tick, where a new frame comes into use and elsewhere. "
+          "Injected: work that contact did on the bodies, over what it took from them; 0 is passive. The offset is the "
+          "default; smaller is better everywhere.",
+          1e6 * kReference_s),
       "deterministic");
-  figure["columns"] = {"scene",           "contact",          "frames every [ms]",   "offset",
-                       "position [um]",   "rotation [mdeg]",  "force [mN]",          "step at new frame [mN]",
-                       "step else [mN]",  "injected/dissipated"};
+  figure["columns"] = {
+      "scene",           "contact",    "frames every [ms]",      "offset",         "position [um]",
+      "rotation [mdeg]", "force [mN]", "step at new frame [mN]", "step else [mN]", "injected/dissipated"};
   for (const Scenario& scenario : {kStick, kSlide, kBoxGrasp}) {
     const Scene scene = scene_of(scenario);
     for (const double period_s : {5e-3, 20e-3}) {
-      const Timing finest = scene.control ? Timing{kReference_s, period_s, period_s} : Timing{kReference_s, kReference_s};
+      const Timing finest =
+          scene.control ? Timing{kReference_s, period_s, period_s} : Timing{kReference_s, kReference_s};
       const Course course(scene, finest, scenario.start_s, scenario.from_s, scenario.end_s(quick));
       const Path reference = course.in_one_loop(finest);
       for (const double step_s : {1e-3, 0.25e-3}) {
@@ -234,22 +246,25 @@ std::vector<std::string> with_leaves(int leaves) {
 std::vector<Way> setting_ways(const Model& known, const Scenario& scenario, bool quick) {
   std::vector<Way> ways;
   const auto add = [&](const std::string& method, const std::string& setting, const std::vector<std::string>& changes,
-                       bool is_default = false) {
+                       bool is_scene) {
     auto model = std::make_shared<const Model>(scene_of(scenario, changes), known);
-    ways.push_back({method, setting, is_default,
-                    [model = std::move(model), &scenario, quick] { return run_scene(*model, scenario, quick); }});
+    ways.push_back({method, setting, false,
+                    [model = std::move(model), &scenario, quick] { return run_scene(*model, scenario, quick); },
+                    is_scene});
   };
-  for (const char* tolerance : {"1e-2", "1e-3", "1e-4", "1e-5", "1e-6", "1e-7", "1e-9"}) {
-    add("contact.tolerance", tolerance, {std::string("contact.tolerance=") + tolerance, "contact.max_sweeps=1000"},
-        std::string(tolerance) == "1e-6");
+  for (const int digits : {2, 3, 4, 5, 6, 7, 9}) {
+    add("contact.tolerance", fmt::format("1e-{}", digits),
+        {fmt::format("contact.tolerance=1e-{}", digits), "contact.max_sweeps=1000"}, digits == 6);
   }
   for (const int most : {3, 5, 10, 20, 40}) {
     add("contact.max_per_finger", fmt::format("{} contacts a finger", most),
-        {fmt::format("contact.max_per_finger={}", most)});
+        {fmt::format("contact.max_per_finger={}", most)}, most == 20);
   }
   for (const int leaves : {80, 160, 320, 640}) {
-    add("fingertips.leaves", fmt::format("{} leaves", leaves), with_leaves(leaves));
+    add("fingertips.leaves", fmt::format("{} leaves", leaves), with_leaves(leaves), leaves == 320);
   }
+  // All three lines pass through the scene itself; it is the default once.
+  for (Way& way : ways) way.is_default = way.is_scene && way.method == "contact.tolerance";
   return ways;
 }
 
@@ -258,12 +273,13 @@ void settings(ordered_json& part, bool quick) {
   const int rounds = quick ? 1 : 3;
   Charts charts(
       "settings", "Settings of contact and fingertips", "contact.tolerance, contact.max_per_finger, fingertips.leaves",
-      fmt::format("One loop at the scene's own step; one setting at a time differs from the scene's, which is the default "
-                  "(tolerance 1e-6, 20 contacts a finger, 320 leaves; with other numbers of leaves as many contacts in "
-                  "proportion). Against {} leaves, up to {} contacts a finger, solved to 1e-10: an error that a tighter "
-                  "tolerance leaves is that of the number of control points. Down and left is better: where a line is "
-                  "flat, what is spent is wasted; where it is steep, it pays.",
-                  kFinest, kFinest / 16),
+      fmt::format(
+          "One loop at the scene's own step; one setting at a time differs from the scene's, which is the default "
+          "(tolerance 1e-6, 20 contacts a finger, 320 leaves; with other numbers of leaves as many contacts in "
+          "proportion). Against {} leaves, up to {} contacts a finger, solved to 1e-10: an error that a tighter "
+          "tolerance leaves is that of the number of control points. Down and left is better: where a line is flat, "
+          "what is spent is wasted; where it is steep, it pays.",
+          kFinest, kFinest / 16),
       rounds == 1 ? "a single run of each" : fmt::format("medians of {} runs of each, in turns", rounds));
   for (const Scenario& scenario : {kBoxGrasp, kCapsule, kSlide}) {
     const Model known(scene_of(scenario));
@@ -278,10 +294,11 @@ void settings(ordered_json& part, bool quick) {
 }
 
 void run(const PartArguments& arguments) {
-  ordered_json part = make_part("rates", "Steps, rates and settings for the whole grasp",
-                                "What a coarser or finer run of the same scene costs, and how far it takes the object and "
-                                "the forces from the finest one.",
-                                arguments);
+  ordered_json part =
+      make_part("rates", "Steps, rates and settings for the whole grasp",
+                "What a coarser or finer run of the same scene costs, and how far it takes the object and the forces "
+                "from the finest one.",
+                arguments);
   steps_and_rates(part, arguments.quick);
   hand_over(part, arguments.quick);
   settings(part, arguments.quick);
