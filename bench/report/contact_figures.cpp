@@ -111,10 +111,7 @@ constexpr GaussSeidelSettings kDefault;
 
 std::vector<Setting> tolerances(std::initializer_list<double> values) {
   std::vector<Setting> settings;
-  for (const double tolerance : values) {
-    settings.push_back(
-        {fmt::format("{:g}", tolerance), tolerance, tolerance == kDefault.tolerance ? kDefault.max_sweeps : kAmple});
-  }
+  for (const double tolerance : values) settings.push_back({fmt::format("{:g}", tolerance), tolerance, kAmple});
   return settings;
 }
 
@@ -144,6 +141,9 @@ std::vector<Method> methods_for(bool factored) {
   } else {
     methods.push_back({"Gauss-Seidel, W as a matrix", false, false, of_matrix(ours[0]), all});
     methods.push_back({"the same, so many sweeps", false, false, of_matrix(ours[0]), sweeps});
+  }
+  for (Setting& setting : methods.front().settings) {
+    if (setting.tolerance == kDefault.tolerance) setting.budget = kDefault.max_sweeps;
   }
   methods.push_back({"plain sweeps", false, true, of_matrix(ours[1]), few});
   methods.push_back({"Newton after 300 sweeps", false, false, of_matrix(ours[2]), tolerances({1e-6, 1e-8, 1e-12})});
