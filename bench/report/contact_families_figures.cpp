@@ -1,5 +1,5 @@
-// Contact solvers on random families, from grasps to what breaks solvers: how many problems are solved in which time, and what
-// becomes of the rest.
+// Contact solvers on random families, from grasps to what breaks solvers: how many problems are solved in which time, and
+// what becomes of the rest.
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -33,8 +33,8 @@ double residual_of(const RandomContacts& p, const VectorXd& f) {
 constexpr int kMostSweeps = 3000, kMostSteps = 200;  // Newton's steps of another project: some ten times a sweep.
 constexpr double kPatience_us = 20e3;
 
-/// How long a method needs to kSolved from zero. Ours stop by the residual that is judged here; peers by measures of their
-/// own, and are given the loosest tolerance of theirs that is enough, as long as they do not take for ever.
+/// How long a method needs to kSolved from zero. Ours stop by the residual that is judged here; peers by measures of
+/// their own, and are given the loosest tolerance of theirs that is enough, as long as they do not take for ever.
 std::optional<double> time_to_solve_us(const ContactMethod& method, const RandomContacts& p) {
   const ContactSolver solve = method.prepare(p.W, p.delta_free, p.mu);
   const int budget = std::string_view(method.name) == "siconos_nsn" ? kMostSteps : kMostSweeps;
@@ -144,8 +144,8 @@ void add_verdicts(ordered_json& part, bool quick) {
                                        "here from the forces returned. No solution: proved by normal forces that move "
                                        "nothing. Unanswered: the budget is "
                                        "spent; the forces are inside their cones, the report says how good they are, "
-                                       "and the loop goes on with them. No "
-                                       "answer passed for solved that was not.",
+                                       "and the loop goes on with them. Forces that miss their tolerance here would "
+                                       "count as unanswered.",
                                        problems),
                            "Each problem solved once; median and 99 % of the times, clock included.");
   table["columns"] = {"family",      "solver",  "solved", "no solution", "unanswered", "worst residual of the solved",

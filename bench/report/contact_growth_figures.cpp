@@ -142,8 +142,8 @@ std::vector<Problem> of_box_grasp(Index contacts, int count) {
   return problems;
 }
 
-/// A contact problem of the box grasp with so many fingers: the thumb, and index and major by turns, of another moment from
-/// the fourth finger on.
+/// A contact problem of the box grasp with so many fingers: the thumb, and index and major by turns, of another moment
+/// from the fourth finger on.
 Problem with_fingers(const std::vector<SceneContacts>& recorded, std::size_t moment, Index fingers) {
   Problem problem;
   FactoredContacts& factors = problem.factors;
