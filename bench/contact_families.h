@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "bench/factored_contacts.h"
 #include "bench/random.h"
 #include "solvers/gauss_seidel.h"
 
@@ -72,8 +73,9 @@ struct GraspScene {
   std::array<double, 3> joint_viscosity{0.05, 0.05, 0.05};
 };
 
-/// Three fingers on one object: a thumb from the left, two fingers from the right.
-inline RandomContacts grasp(const GraspScene& scene, Random& random) {
+/// Three fingers on one object: a thumb from the left, two fingers from the right. W in factors, too, for who asks; they
+/// have one viscosity of joints, the first finger's.
+inline RandomContacts grasp(const GraspScene& scene, Random& random, FactoredContacts* factors = nullptr) {
   constexpr double kPadRadius_m = 4.5e-3, kKernelWidth_m = 1.5e-3, kJitter_m = 2e-4;
   // The object's rotational over its translational viscosity: that of a sphere of 21 mm, 4/3 r^2.
   constexpr double kRotation_m2 = 6e-4;
@@ -122,6 +124,11 @@ inline RandomContacts grasp(const GraspScene& scene, Random& random) {
       }
     }
     auto W_finger = problem.W.block(first, first, 3 * per_finger, 3 * per_finger);
+    if (factors != nullptr) {
+      factors->J_own.conservativeResize(first + 3 * per_finger, GroupedDelassus::kOwn);
+      factors->J_own.bottomRows(3 * per_finger) = J_finger;
+      factors->begin.push_back(first / 3 + per_finger);
+    }
     W_finger = scene.step_s / scene.joint_viscosity[finger] * J_finger * J_finger.transpose();
     for (Index i = 0; i < per_finger; ++i) {
       for (Index j = 0; j < per_finger; ++j) {
@@ -130,9 +137,19 @@ inline RandomContacts grasp(const GraspScene& scene, Random& random) {
             scene.compliance_m_per_N * std::exp(-0.5 * distance * distance) * E[i].transpose() * E[j];
       }
     }
+    if (factors != nullptr) {
+      factors->compliance.emplace_back(W_finger -
+                                       scene.step_s / scene.joint_viscosity[finger] * J_finger * J_finger.transpose());
+    }
   }
   Vector6d mobility;
   mobility << Vector3d::Constant(1.0), Vector3d::Constant(1.0 / kRotation_m2);
+  if (factors != nullptr) {
+    factors->own_mobility = scene.step_s / scene.joint_viscosity[0];
+    factors->common_mobility.head<6>() = scene.step_s / scene.object_viscosity * mobility;
+    factors->J_common.setZero(3 * n, GroupedDelassus::kPadded);
+    factors->J_common.leftCols<6>() = J_object;
+  }
   problem.W += scene.step_s / scene.object_viscosity * J_object * mobility.asDiagonal() * J_object.transpose();
   problem.W = 0.5 * (problem.W + problem.W.transpose()).eval();
   return problem;

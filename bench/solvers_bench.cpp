@@ -1,5 +1,6 @@
-// Every solver on the problems of the box grasp as recorded, on problem files with known answers, and on random families:
-// time with the accuracy it was had at, cold and warm. Names read problem kind / problems / method / start.
+// Our solvers on the problems of the box grasp as recorded, and on problem files with known answers: time with the accuracy it
+// was had at, cold and warm, for who tunes them. Names read problem kind / problems / method / start. Other settings, other
+// projects and random problems are in the report (bench/report).
 //
 // Files come from the folder that the environment's THENAR_PROBLEMS names, with its folders `contact` and `small`; without
 // it, from the tests'. A benchmark goes through its problems round and round: its time is their mean.
@@ -10,7 +11,6 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "bench/contact_families.h"
 #include "bench/contact_methods.h"
 #include "bench/grasp_families.h"
 #include "bench/recorded.h"
@@ -28,7 +28,6 @@ namespace fs = std::filesystem;
 constexpr double kPublishedGraspLcp_us = 40.0;  // Rougeron et al. 2006, Pentium IV 2.2 GHz.
 constexpr double kTolerance = 1e-6;
 constexpr int kMaxSweeps = 2000;
-constexpr std::uint64_t kFamilyProblems = 50;
 
 // --- Contact forces ------------------------------------------------------------------------------------------------
 
@@ -74,9 +73,7 @@ void run_contacts(benchmark::State& bench, const std::vector<ContactCase>& cases
 
 void register_contacts(const std::string& problems, const std::string& start,
                        const std::shared_ptr<std::vector<ContactCase>>& cases) {
-  std::vector<ContactMethod> methods = our_contact_methods();
-  for (ContactMethod& peer : contact_peers()) methods.push_back(std::move(peer));
-  for (const ContactMethod& method : methods) {
+  for (const ContactMethod& method : our_contact_methods()) {
     const std::string name = "contact/" + problems + "/" + method.name + "/" + start;
     benchmark::RegisterBenchmark(name.c_str(), [=](benchmark::State& bench) {
       run_contacts(bench, *cases, method);
@@ -93,14 +90,6 @@ void register_contacts() {
     }
     register_contacts("recorded_" + std::to_string(contacts), "cold", cold);
     register_contacts("recorded_" + std::to_string(contacts), "warm", warm);
-  }
-  for (const ContactFamily& family : kContactFamilies) {
-    auto cases = std::make_shared<std::vector<ContactCase>>();
-    for (std::uint64_t seed = 0; seed < kFamilyProblems; ++seed) {
-      RandomContacts p = family.make(seed);
-      cases->push_back({p.W, p.delta_free, p.mu, VectorXd::Zero(p.delta_free.size())});
-    }
-    register_contacts("random_" + std::string(family.name), "cold", cases);
   }
 }
 
@@ -162,45 +151,11 @@ void run_grasps(benchmark::State& bench, const std::vector<Grasp>& grasps, const
   bench.counters["published_us"] = kPublishedGraspLcp_us;
 }
 
-/// Peers are given the LCP that Lemke's method is given: forming it is not in their time.
-void run_grasp_lcps(benchmark::State& bench, const std::vector<Grasp>& grasps, const LcpMethod& peer) {
-  struct Case {
-    LcpSolver solve;
-    bool solvable;
-    VectorXd z;
-  };
-  GraspWorkspace work;
-  std::vector<Case> cases;
-  for (const Grasp& grasp : grasps) {
-    VectorXd f(3 * grasp.n());
-    work.q.resize(0);
-    const GraspReport report = solve_grasp_forces_by_lemke(grasp.problem(FrictionCone::kPyramid), work, f);
-    if (work.q.size() == 0) continue;  // Seen to be out of reach before there is an LCP.
-    cases.push_back({peer.prepare(work.M.topRows(work.q.size()), work.q), report.status == GraspStatus::kOptimal,
-                     VectorXd::Zero(work.q.size())});
-  }
-  std::size_t i = 0;
-  for (auto _ : bench) {
-    Case& c = cases[i];
-    c.z.setZero();
-    benchmark::DoNotOptimize(c.solve(c.z));
-    i = (i + 1) % cases.size();
-  }
-  const auto wrong = std::count_if(cases.begin(), cases.end(), [](Case& c) { return c.solve(c.z) != c.solvable; });
-  bench.counters["wrong_verdicts_percent"] = 100.0 * static_cast<double>(wrong) / static_cast<double>(cases.size());
-}
-
 void register_grasps(const std::string& problems, const std::shared_ptr<std::vector<Grasp>>& grasps) {
   for (const GraspMethod& method : kGraspMethods) {
     const std::string name = "grasp/" + problems + "/" + method.name + "/cold";
     benchmark::RegisterBenchmark(name.c_str(), [=](benchmark::State& bench) {
       run_grasps(bench, *grasps, method);
-    })->Unit(benchmark::kMicrosecond);
-  }
-  for (const LcpMethod& peer : lcp_peers()) {
-    const std::string name = "grasp/" + problems + "/" + peer.name + "/cold";
-    benchmark::RegisterBenchmark(name.c_str(), [=](benchmark::State& bench) {
-      run_grasp_lcps(bench, *grasps, peer);
     })->Unit(benchmark::kMicrosecond);
   }
 }
@@ -223,11 +178,6 @@ void register_grasps() {
       grasps->back().friction = friction;
     }
     register_grasps("recorded_friction_" + std::to_string(std::lround(100.0 * friction)), grasps);
-  }
-  for (const GraspFamily& family : kGraspFamilies) {
-    auto grasps = std::make_shared<std::vector<Grasp>>();
-    for (std::uint64_t seed = 0; seed < 4 * kFamilyProblems; ++seed) grasps->push_back(family.problem(seed));
-    register_grasps("random_" + std::string(family.name), grasps);
   }
 }
 
@@ -278,11 +228,6 @@ void register_muscles() {
   auto recorded = std::make_shared<std::vector<MuscleProblem>>();
   for (const MuscleFile& file : recorded_run(60).muscles) recorded->push_back({file.H, file.tau});
   register_muscles("recorded", recorded);
-  for (const MuscleFamily& family : kMuscleFamilies) {
-    auto problems = std::make_shared<std::vector<MuscleProblem>>();
-    for (std::uint64_t seed = 0; seed < 4 * kFamilyProblems; ++seed) problems->push_back(family.problem(seed));
-    register_muscles("random_" + std::string(family.name), problems);
-  }
 }
 
 // --- Linear complementarity problems -------------------------------------------------------------------------------
@@ -301,20 +246,6 @@ void register_lcp(const LcpFile& file) {
     bench.counters["worst_complementarity"] = (problem->M * z + problem->q).cwiseMin(z).cwiseAbs().maxCoeff();
     if (report.status == LcpStatus::kBudgetSpent) bench.SkipWithError("no answer");
   })->Unit(benchmark::kMicrosecond);
-  for (const LcpMethod& peer : lcp_peers()) {
-    benchmark::RegisterBenchmark(("lcp/" + file.name + "/" + peer.name + "/cold").c_str(), [=](benchmark::State&
-                                                                                                   bench) {
-      const LcpSolver solve = peer.prepare(problem->M, problem->q);
-      VectorXd z = VectorXd::Zero(problem->q.size());
-      bool claimed = false;
-      for (auto _ : bench) {
-        z.setZero();
-        claimed = solve(z);
-      }
-      bench.counters["claims_solved"] = claimed ? 1.0 : 0.0;
-      bench.counters["worst_complementarity"] = (problem->M * z + problem->q).cwiseMin(z).cwiseAbs().maxCoeff();
-    })->Unit(benchmark::kMicrosecond);
-  }
 }
 
 // --- Files ---------------------------------------------------------------------------------------------------------
