@@ -140,6 +140,8 @@ struct Scene {
   std::optional<ControlSettings> control;
   TaskSettings task;
   std::vector<std::string> defaults_used;  ///< "key = value" of each value the file left to us.
+
+  [[nodiscard]] bool has_muscles() const { return control && control->muscles; }
 };
 
 /// Reads a scene and the files that it names, with `--set key=value` changes applied.
