@@ -7,8 +7,8 @@
 #include <stdexcept>
 
 #include "bench/random.h"
+#include "collision/point_tree.h"
 #include "collision/shapes.h"
-#include "engine/pulp.h"
 
 namespace thenar {
 
@@ -177,8 +177,16 @@ KnownObject known_ball(Index n) {
 
 Matrix3Xd pulp_control_points(Index leaves) {
   // 7.5 samples a leaf, as the reference scene has.
-  return make_spherical_pulp(Vector3d::Zero(), kPulpRadius_m, 15 * leaves / 2, leaves, {.reduced_modulus_Pa = 1.0})
-      .control_points_m;
+  const Matrix3Xd points_m = sample_sphere(kPulpRadius_m, 15 * leaves / 2).points_m;
+  const std::vector<Index> order = order_by_leaves(points_m, leaves);
+  const std::vector<TreeNode> nodes = tree_nodes(points_m.cols(), leaves, 1);
+  Matrix3Xd controls_m(3, leaves);
+  for (Index i = 0; i < leaves; ++i) {
+    Vector3d sum = Vector3d::Zero();
+    for (Index k = nodes[i].begin; k < nodes[i].end; ++k) sum += points_m.col(order[k]);
+    controls_m.col(i) = kPulpRadius_m * sum.normalized();
+  }
+  return controls_m;
 }
 
 std::vector<Grip> random_grips(const KnownObject& object, const Matrix3Xd& controls_m, const GripTask& task, int count,

@@ -18,7 +18,7 @@
 #include "solvers/contact_newton.h"
 #include "solvers/contact_sweeps.h"
 #include "solvers/gauss_seidel.h"
-#include "solvers/grasp_forces.h"
+#include "solvers/grasp_deficit.h"
 #include "solvers/lcp.h"
 #include "solvers/muscle_forces.h"
 

@@ -204,7 +204,9 @@ std::string lines(const std::vector<ConfigDiagnostic>& diagnostics) {
   std::string text;
   for (const ConfigDiagnostic& d : diagnostics) {
     if (!text.empty()) text += '\n';
-    text += d.location + ": " + (d.key.empty() ? "" : d.key + ": ") + d.message;
+    // "--set key" has said it.
+    const bool told = d.key.empty() || d.location == "--set " + d.key;
+    text += d.location + ": " + (told ? "" : d.key + ": ") + d.message;
   }
   return text;
 }

@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "engine/byte_source.h"
+#include "engine/counted.h"
 #include "engine/files.h"
 
 namespace thenar {
@@ -237,12 +238,12 @@ PointCloud sample_mesh_file(std::string_view bytes, const fs::path& file, Index 
     throw FileError(file, fmt::format("has no outside: the faces along {:.0f} % of its edges cannot agree on one",
                                       100.0 * share(mending.at_odds)));
   }
-  if (mending.dropped > 0) notes.push_back(fmt::format("{} faces without area were left out", mending.dropped));
+  if (mending.dropped > 0) notes.push_back(fmt::format("left out {} without area", counted(mending.dropped, "face")));
   if (mending.turned > 0) {
-    notes.push_back(fmt::format("{} of {} faces were turned: they were wound the other way", mending.turned,
-                                mesh.triangles.cols()));
+    notes.push_back(
+        fmt::format("turned {} of {}, wound the other way", counted(mending.turned, "face"), mesh.triangles.cols()));
   }
-  if (mending.open_edges > 0) notes.push_back(fmt::format("the mesh has {} open edges", mending.open_edges));
+  if (mending.open_edges > 0) notes.push_back(fmt::format("the mesh has {}", counted(mending.open_edges, "open edge")));
   try {
     return sample_mesh(mesh, samples);
   } catch (const std::invalid_argument& error) {  // areas beyond the range of numbers

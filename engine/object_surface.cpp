@@ -12,6 +12,7 @@
 #include "collision/normal_estimation.h"
 #include "collision/shapes.h"
 #include "engine/config.h"
+#include "engine/counted.h"
 #include "engine/files.h"
 #include "engine/point_cloud_file.h"
 
@@ -55,15 +56,15 @@ double search_reach_m(const Scene& scene) {
 void add_notes(const CloudRepair& repaired, Index points, std::vector<std::string>& notes) {
   const auto share = [&](Index part) { return 100.0 * static_cast<double>(part) / static_cast<double>(points); };
   if (repaired.turned > 0) {
-    notes.push_back(fmt::format("turned {} normals ({:.2g} %) that contradicted their neighbours'", repaired.turned,
-                                share(repaired.turned)));
+    notes.push_back(fmt::format("turned {} ({:.2g} %) that contradicted those around",
+                                counted(repaired.turned, "normal"), share(repaired.turned)));
   }
   if (repaired.removed > 0) {
-    notes.push_back(fmt::format("removed {} points ({:.2g} %) whose normals contradict their neighbours'",
-                                repaired.removed, share(repaired.removed)));
+    notes.push_back(fmt::format("removed {} ({:.2g} %) facing against those around", counted(repaired.removed, "point"),
+                                share(repaired.removed)));
   }
   if (repaired.outliers > 0) {
-    notes.push_back(fmt::format("removed {} points ({:.2g} %) that stand off the surface", repaired.outliers,
+    notes.push_back(fmt::format("removed {} ({:.2g} %) off the surface", counted(repaired.outliers, "point"),
                                 share(repaired.outliers)));
   }
   if (repaired.smoothed_normals) {

@@ -192,7 +192,7 @@ ordered_json control_loop(const Model& model, const LoopProfile& profile, const 
           {"refused", count(ticks, [](const ControlTrace& t) { return !t.published; })},
           {"stages",
            {{"grasp_lcp", stage(control.has_value(), &ControlTrace::grasp_us)},
-            {"muscle_lcp", stage(control && control->muscles, &ControlTrace::muscle_us)},
+            {"muscle_lcp", stage(model.scene.has_muscles(), &ControlTrace::muscle_us)},
             {"find", stage(true, &ControlTrace::find_us)},
             {"factors", stage(true, &ControlTrace::factors_us)}}}};
 }

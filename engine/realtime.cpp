@@ -114,6 +114,17 @@ bool keep_to_cores(const std::vector<int>& cores) noexcept {
   return sched_setaffinity(0, sizeof set, &set) == 0;
 }
 
+CoreSetAside::CoreSetAside(bool wanted) {
+  const std::vector<int> all = allowed_cores();
+  if (!wanted || all.size() < 2) return;
+  all_ = all;
+  keep_to_cores({all_.begin(), all_.end() - 1});
+}
+
+CoreSetAside::~CoreSetAside() {
+  if (!all_.empty()) keep_to_cores(all_);
+}
+
 AwakeCores::AwakeCores() noexcept : file_(open("/dev/cpu_dma_latency", O_WRONLY | O_CLOEXEC)) {
   // The kernel takes the number as a wish while the file stays open.
   const std::int32_t longest_us = 0;

@@ -29,6 +29,21 @@ inline constexpr int kContactPriority = 80;
 /// Keeps the calling thread, and the threads that it starts from now on, to these cores; false if that is refused.
 bool keep_to_cores(const std::vector<int>& cores) noexcept;
 
+/// Keeps the calling thread, and what it starts from now on, off the last of its cores, to the end of its scope: that one
+/// is for the contact thread alone. Does nothing unless it is wanted, and there are two or more.
+class CoreSetAside {
+ public:
+  explicit CoreSetAside(bool wanted);
+  ~CoreSetAside();
+  CoreSetAside(const CoreSetAside&) = delete;
+  CoreSetAside& operator=(const CoreSetAside&) = delete;
+  /// -1: none.
+  [[nodiscard]] int number() const noexcept { return all_.empty() ? -1 : all_.back(); }
+
+ private:
+  std::vector<int> all_;  // The caller's cores, to be given back; empty: they were left alone.
+};
+
 /// Keeps the machine's cores out of sleep that they wake from late, as long as it lives. Only root may, as a rule.
 class AwakeCores {
  public:

@@ -40,8 +40,6 @@ void record_forces(const Model& model, const Snapshot& state, const ControlRepor
   }
 }
 
-bool has_muscles(const Scene& scene) { return scene.control && scene.control->muscles; }
-
 }  // namespace
 
 void record_control(const ControlReport& control, TickRecord& record) {
@@ -72,7 +70,7 @@ Recorder::Recorder(const Model& model)
       monitor_(model.scene.hand) {
   recording_.ticks.reserve(planned_);
   const auto muscles = std::ssize(model.scene.hand.muscles);
-  recording_.muscle_forces_N.resize(has_muscles(model.scene) ? muscles : 0, planned_);
+  recording_.muscle_forces_N.resize(model.scene.has_muscles() ? muscles : 0, planned_);
 }
 
 void Recorder::check_grasp(double time_s, const ControlReport& control, const Vector3d& centre_m) {
@@ -81,7 +79,7 @@ void Recorder::check_grasp(double time_s, const ControlReport& control, const Ve
 }
 
 bool Recorder::add(TickRecord& record, const Eigen::VectorXd& muscle_forces_N) {
-  if (has_muscles(model_.scene)) recording_.muscle_forces_N.col(std::ssize(recording_.ticks)) = muscle_forces_N;
+  if (model_.scene.has_muscles()) recording_.muscle_forces_N.col(std::ssize(recording_.ticks)) = muscle_forces_N;
   const auto loss = monitor_.update(model_.scene.step_s, record);
   // Without control nobody minds the object.
   if (model_.scene.control) recording_.loss = loss;

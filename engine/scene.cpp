@@ -180,13 +180,21 @@ std::optional<int> read_level(const ConfigMap& map) {
   return level.empty() || level == "leaves" ? 0 : std::stoi(level);
 }
 
-ContactSettings read_contact(const ConfigMap& map, bool deformable) {
+ContactSettings read_contact(const ConfigMap& map, const std::optional<FingertipSettings>& fingertips) {
+  const bool deformable = fingertips.has_value();
   ContactSettings contact;
   contact.friction = map.number("friction", 0.0, 10.0);
   contact.band_m = map.positive("band", Dimension::kLength);
   contact.max_per_finger = deformable ? map.count("max_per_finger", 1, kMaxContactsPerFinger) : 1;
   if (deformable && map.has("level")) contact.level = read_level(map);
-  if (!contact.level) contact.force_error = map.non_negative_or("force_error", Dimension::kShare, contact.force_error);
+  if (const int level = contact.level.value_or(0); level > 0 && (Index{1} << level) > fingertips->leaves) {
+    map.refuse("level", "needs fingertips of " + std::to_string(1 << level) + " leaves or more");
+  }
+  if (!contact.level) {
+    contact.force_error = map.non_negative_or("force_error", Dimension::kShare, contact.force_error);
+  } else if (map.has("force_error")) {
+    map.refuse("force_error", "counts with contact.level: auto alone");
+  }
   contact.tolerance = map.number_or("tolerance", 1e-14, 1.0, 1e-6);
   contact.max_sweeps = static_cast<int>(map.count_or("max_sweeps", 1, 1'000'000, 200));
   return contact;
@@ -277,7 +285,7 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
   read_hand(root.map("hand"), root.has("control"), scene);
   if (root.has("fingertips")) scene.fingertips = read_fingertips(root.map("fingertips"));
   scene.object = read_object(root.map("object"), scene.fingertips.has_value());
-  scene.contact = read_contact(root.map("contact"), scene.fingertips.has_value());
+  scene.contact = read_contact(root.map("contact"), scene.fingertips);
   if (root.has("control")) scene.control = read_control(root.map("control"));
   if (root.has("task")) scene.task = read_task(root.map("task"));
   if (root.has("model")) scene.only_needed = root.choice("model", {"full", "auto"}) == "auto";

@@ -152,6 +152,8 @@ struct Scene {
   Tolerance tolerance;
   std::vector<std::string> left_out;       ///< A line for each part that was left out or kept so, and why.
   std::vector<std::string> defaults_used;  ///< "key = value" of each value the file left to us.
+
+  [[nodiscard]] bool has_muscles() const { return control && control->muscles; }
 };
 
 /// Reads a scene and the files that it names, with `--set key=value` changes applied.

@@ -50,8 +50,6 @@ std::array<double, 12> numbers_of(const Isometry3d& X) {
   return numbers;
 }
 
-bool has_muscles(const Model& model) { return model.scene.control && model.scene.control->muscles; }
-
 /// 0 is a stage that did not run.
 double us_or_unknown(double time_s) { return time_s > 0.0 ? 1e6 * time_s : kUnknown; }
 
@@ -104,7 +102,7 @@ void for_each_field(const Model& model, const Picture& picture, const TickRecord
   vector("position_m", "m", tick.position_m);
   vector("path_target_m", "m", tick.target_m);
   one("rotation_error_rad", "rad", tick.rotation_error_rad);
-  vector("muscles_N", "N", has_muscles(model) ? muscle_forces_N : Eigen::VectorXd());
+  vector("muscles_N", "N", model.scene.has_muscles() ? muscle_forces_N : Eigen::VectorXd());
   const Vector3d unknown = Vector3d::Constant(kUnknown);
   const ShownPull pull = picture.pull.value_or(ShownPull{unknown, unknown, unknown});
   vector("pull_anchor_m", "m", pull.anchor_m);
@@ -239,7 +237,7 @@ ordered_json scene_message(const Model& model, bool live) {
                         {"length_m", segment.length_m},
                         {"joints", segment.joints}});
   }
-  if (has_muscles(model)) {
+  if (model.scene.has_muscles()) {
     for (const Muscle& muscle : scene.hand.muscles) {
       muscles.push_back(
           {{"name", muscle.name}, {"max_force_N", muscle.max_force_N}, {"lines", muscle_lines(scene.hand, muscle)}});

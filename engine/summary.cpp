@@ -8,6 +8,8 @@
 #include <numbers>
 
 #include "engine/build_info.h"
+#include "engine/percentiles.h"
+#include "solvers/grasp_deficit.h"
 
 namespace thenar {
 
@@ -26,10 +28,8 @@ using Values = std::vector<double>;
 /// The q-quantile of the finite values; NaN, which JSON shows as null, if there are none.
 double quantile(Values values, double q) {
   std::erase_if(values, [](double v) { return !std::isfinite(v); });
-  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  const auto rank = std::lround(q * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + rank, values.end());
-  return values[rank];
+  std::sort(values.begin(), values.end());
+  return percentile(values, q);
 }
 double largest(const Values& values) { return quantile(values, 1.0); }
 double smallest(const Values& values) { return quantile(values, 0.0); }
@@ -264,10 +264,12 @@ ordered_json loop_settings(const Scene& scene) {
 
 ordered_json summarize(const Model& model, const Recording& recording) {
   const double simulated_s = recording.ticks.empty() ? 0.0 : recording.ticks.back().time_s;
+  ordered_json settings = loop_settings(model.scene);
+  if (model.deformable()) settings["level"] = model.level;
   return {{"scene", model.scene.name},
           {"build", build_settings()},
           {"simulated_s", simulated_s},
-          {"settings", loop_settings(model.scene)},
+          {"settings", settings},
           {"parts", model.scene.left_out},
           {"object", object_measures(model, recording)},
           {"grasp", grasp_measures(model, recording)},

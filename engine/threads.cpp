@@ -20,6 +20,8 @@
 #include <utility>
 #include <vector>
 
+#include "engine/counted.h"
+
 namespace thenar {
 
 namespace {
@@ -64,40 +66,10 @@ class Records {
   boost::lockfree::spsc_queue<Sample> ring_;
 };
 
-/// The cores of a run, and the calling thread's own ones given back when it ends.
-class Cores {
- public:
-  /// `set_aside`: the contact thread's core, which the caller keeps off; -1: none.
-  Cores(bool separate, int set_aside) : contact_(set_aside) {
-    const std::vector<int> all = allowed_cores();
-    if (!separate || set_aside >= 0 || all.size() < 2) return;
-    all_ = all;
-    contact_ = all_.back();
-    keep_to_cores({all_.begin(), all_.end() - 1});
-  }
-  ~Cores() {
-    if (!all_.empty()) keep_to_cores(all_);
-  }
-  Cores(const Cores&) = delete;
-  Cores& operator=(const Cores&) = delete;
-
-  /// The contact thread's; -1: any.
-  [[nodiscard]] int contact() const { return contact_; }
-
- private:
-  std::vector<int> all_;  // The caller's, to be given back; empty: they were left alone.
-  int contact_;
-};
-
-/// "1 hold", "2 holds".
-std::string count(std::int64_t number, const std::string& what) {
-  return fmt::format("{} {}{}", number, what, number == 1 ? "" : "s");
-}
-
 /// What the operator of a long run should know, on stderr unless the program has its own logger "thenar".
 class RunLog {
  public:
-  RunLog(double step_s, bool quiet) : step_ns_(1e9 * step_s) {
+  explicit RunLog(bool quiet) {
     if (quiet) return;
     log_ = spdlog::get("thenar");
     if (!log_) log_ = spdlog::stderr_color_mt("thenar");
@@ -109,7 +81,7 @@ class RunLog {
 
   void add(const ContactSample& sample) {
     slipped_ += sample.slipped;
-    if (static_cast<double>(sample.end_ns - sample.deadline_ns) > step_ns_) ++overruns_;
+    overruns_ += sample.overran;
     if (sample.step.tick.held != held_) {
       held_ = sample.step.tick.held;
       ++(held_ ? holds_ : releases_);
@@ -136,14 +108,14 @@ class RunLog {
     const auto add_clause = [&what](const std::string& clause) { what += (what.empty() ? "" : "; ") + clause; };
     if (overruns_ + slipped_ > 0) {
       const char* const given_up = slipped_ == 1 ? "was given up" : "were given up";
-      add_clause(count(overruns_, "contact tick") + " overran" +
+      add_clause(counted(overruns_, "contact tick") + " overran" +
                  (slipped_ > 0 ? fmt::format(", {} {}", slipped_, given_up) : ""));
     }
-    if (holds_ > 0) add_clause(count(holds_, "hold") + " began (frames came too late)");
-    if (releases_ > 0) add_clause(count(releases_, "hold") + " ended (frames came again)");
-    if (refused_ > 0) add_clause(count(refused_, "frame") + " refused (not finite)");
+    if (holds_ > 0) add_clause(counted(holds_, "hold") + " began (frames came too late)");
+    if (releases_ > 0) add_clause(counted(releases_, "hold") + " ended (frames came again)");
+    if (refused_ > 0) add_clause(counted(refused_, "frame") + " refused (not finite)");
     const std::int64_t seconds = std::max<std::int64_t>(1, (now_ns - since_ns_ + kSecond_ns - 1) / kSecond_ns);
-    log_->warn("in the last {} {}", seconds == 1 ? "second" : fmt::format("{} seconds", seconds), what);
+    log_->warn("in the last {} {}", seconds == 1 ? "second" : counted(seconds, "second"), what);
     overruns_ = slipped_ = holds_ = releases_ = refused_ = 0;
     since_ns_ = kNever_ns;
     return true;
@@ -159,7 +131,6 @@ class RunLog {
     if (!nothing()) since_ns_ = std::min(since_ns_, time_ns);
   }
 
-  double step_ns_;
   std::shared_ptr<spdlog::logger> log_;  // Null: quiet.
   bool held_ = false;
   std::int64_t overruns_ = 0, slipped_ = 0, holds_ = 0, releases_ = 0, refused_ = 0;
@@ -224,7 +195,8 @@ ContactLoopCounts run_contact_loop(SplitGrasp& grasp, Schedule schedule, std::in
       sample.shown = live->show(grasp);
     }
     sample.end_ns = steady_now_ns();
-    if (sample.end_ns > schedule.next_deadline_ns()) ++counts.overruns;
+    sample.overran = sample.end_ns > schedule.next_deadline_ns();
+    counts.overruns += sample.overran;
     ++counts.ticks;
     sample.after = grasp.state();
     if (!keep(sample)) ++counts.lost_samples;
@@ -257,8 +229,9 @@ ThreadsReport run_threads(SplitGrasp& grasp, const ThreadSettings& settings) {
   report.first_control = grasp.first_control();
   Records<ContactSample> contact_records(step_s, {{}, grasp.state()});
   Records<ControlSample> control_records(control_period_s, {});
-  RunLog log(step_s, settings.quiet);
-  const Cores cores(settings.realtime, settings.contact_core);
+  RunLog log(settings.quiet);
+  const CoreSetAside core(settings.realtime && settings.contact_core < 0);
+  const int contact_core = settings.contact_core < 0 ? core.number() : settings.contact_core;
   std::optional<AwakeCores> awake;
   if (settings.realtime) awake.emplace();
 
@@ -277,10 +250,9 @@ ThreadsReport run_threads(SplitGrasp& grasp, const ThreadSettings& settings) {
     const std::int64_t start = wait_for_start(start_ns, stop);
     try {
       const std::int64_t first = start + (has_frame ? std::llround(1e9 * control_period_s) : 0);
-      const bool muscles = scene.control && scene.control->muscles;
       run_control_loop(grasp,
                        Schedule(first, control_period_s, std::numeric_limits<std::int64_t>::max(), 0, kRestShare),
-                       muscles, control_records, report.lost_control_samples, stop);
+                       scene.has_muscles(), control_records, report.lost_control_samples, stop);
     } catch (...) {
       failure = std::current_exception();
     }
@@ -288,7 +260,7 @@ ThreadsReport run_threads(SplitGrasp& grasp, const ThreadSettings& settings) {
     running.fetch_sub(1, std::memory_order_release);
   });
   std::jthread contact([&](const std::stop_token& stop) {
-    report.contact = settings.realtime ? ask_for_realtime(cores.contact()) : current_scheduling();
+    report.contact = settings.realtime ? ask_for_realtime(contact_core) : current_scheduling();
     report.contact.denormals_flushed = flush_denormals();
     report.contact.spin_us = 1e6 * spin_s;
     report.contact.kept_awake = awake && awake->granted();

@@ -24,6 +24,7 @@ struct ContactSample {
   bool caught_up = false;     ///< It started late because the one before overran.
   std::int64_t stamp_ns = 0;  ///< Of the live input that acted in this tick for the first time; 0: of none.
   bool shown = false;         ///< A picture of it was taken.
+  bool overran = false;       ///< It ended after the next one was due.
 };
 
 /// What leaves the control thread for each of its ticks.

@@ -55,15 +55,6 @@ struct GraspReport {
   Vector6d multiplier = Vector6d::Zero();
 };
 
-/// Why a grasp is infeasible: the smallest forces that would have to act beside those the cones allow.
-struct GraspDeficit {
-  /// Per contact, in its frame (n, t1, t2) [N]: e of min |e|, G (f + e) = W^d, f inside the cones. What no forces at
-  /// the contacts can give, such as a torque about the line through all of them, is left out.
-  Eigen::Matrix<double, 3, kMaxGraspContacts> missing_N = Eigen::Matrix<double, 3, kMaxGraspContacts>::Zero();
-  /// Least mu_c (to 1e-3) for which the wrench can be had with some squeeze; infinity if none up to 10.
-  double least_friction = 0.0;
-};
-
 /// Memory of the grasp-force solves; taken once.
 class GraspWorkspace {
  public:
@@ -117,8 +108,5 @@ void grasp_map(std::span<const GraspContact> contacts, const Eigen::Vector3d& ce
 /// What the twist l leaves possible: feasible forces are at least W^d.l / |P_K(G' l)| large, and this is the least that
 /// would give the wrench without cones, |G^+ W^d|, over that. Zero proves that there are none; infinity if W^d.l <= 0.
 [[nodiscard]] double infeasibility_gap(const GraspProblem& problem, const Vector6d& twist) noexcept;
-
-/// Explains an infeasible problem in forces. For messages and tests, not for a loop.
-[[nodiscard]] GraspDeficit explain_infeasible_grasp(const GraspProblem& problem);
 
 }  // namespace thenar

@@ -126,7 +126,7 @@ TEST(MeshFile, TurnsFacesAndSaysSo) {
   const Outcome box = read(bytes, "box.obj");
   ASSERT_EQ(box.fault, "");
   ASSERT_EQ(box.notes.size(), 1U);
-  EXPECT_EQ(box.notes[0], "2 of 12 faces were turned: they were wound the other way");
+  EXPECT_EQ(box.notes[0], "turned 2 faces of 12, wound the other way");
   for (Index i = 0; i < 600; ++i) {
     const Vector3d from_centre = box.cloud.points_m.col(i) - 0.5 * corner(7);
     EXPECT_GT(box.cloud.normals.col(i).dot(from_centre), 0.0);

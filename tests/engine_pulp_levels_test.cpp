@@ -143,6 +143,8 @@ TEST(PulpLevels, SceneTakesItsLevel) {
 TEST(PulpLevels, SceneRefusesWhatIsNoLevel) {
   EXPECT_THROW(grasp({"contact.level=9"}), ConfigError);
   EXPECT_THROW(grasp({"contact.level=coarse"}), ConfigError);
+  EXPECT_THROW(grasp({"fingertips.leaves=100", "contact.level=7"}), ConfigError);
+  EXPECT_NO_THROW(grasp({"fingertips.leaves=100", "contact.level=6"}));
   EXPECT_THROW(grasp({"contact.level=auto", "contact.force_error=0.05"}), ConfigError);
   // Without a choice to make it would mean nothing.
   EXPECT_THROW(grasp({"contact.force_error=5 %"}), ConfigError);

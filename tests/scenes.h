@@ -60,6 +60,16 @@ struct Loop {
   ControlReport report;
 };
 
+/// The box grasp as two threads run it: contact at 1 kHz, control at 200 Hz.
+inline Scene split_scene() { return scene_of("box_grasp", {kCoarseBox, "time.step=1 ms", "time.control_period=5 ms"}); }
+
+inline bool is_finite(const State& state) {
+  bool finite = state.q.allFinite() && state.X_WO.matrix().allFinite();
+  for (const auto& u : state.u_m) finite = finite && u.allFinite();
+  for (const ContactForce& force : state.forces) finite = finite && force.f_C.allFinite();
+  return finite;
+}
+
 /// The thumb, which nothing moves, against a face of a box that turns as if it were clamped and that a constant
 /// `force_C` on it (normal into the thumb negative, two tangents) moves: one pulp under a given load. `depth_m` is that
 /// of the pulp's rest shape at the start, `translation_damping` the box's.

@@ -10,7 +10,7 @@
 #include "bench/grasp_families.h"
 #include "solvers/exact_cone.h"
 #include "tests/allocation_counter.h"
-#include "tests/json_eigen.h"
+#include "tests/grasp_problems.h"
 
 namespace thenar {
 namespace {
@@ -206,17 +206,7 @@ TEST(ExactConeForces, AgreeWithTheRecordedOptima) {
   int compared = 0;
   for (const auto& problem : recorded_small_problems("P1")) {
     SCOPED_TRACE(problem.at("file"));
-    Grasp grasp;
-    for (Index i = 0; i < problem.at("n_contacts"); ++i) {
-      GraspContact contact;
-      contact.point_m = vector_of(problem.at("contact_points")[i]);
-      contact.frame << vector_of(problem.at("normals_inward")[i]), vector_of(problem.at("tangent_u")[i]),
-          vector_of(problem.at("tangent_v")[i]);
-      grasp.contacts.push_back(contact);
-    }
-    grasp.wrench = vector_of(problem.at("W"));
-    grasp.friction = problem.at("mu");
-    grasp.internal_force_N = problem.at("lambda");
+    const Grasp grasp = recorded_grasp(problem);
     const Solution solution = solve<8>(grasp, reduce(grasp));
     if (problem.at("status") == "infeasible") {
       // Coulomb's cone is inside the pyramid.

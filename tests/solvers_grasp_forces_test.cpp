@@ -12,8 +12,7 @@
 
 #include "solvers/grasp_forces.h"
 #include "tests/allocation_counter.h"
-#include "tests/json_eigen.h"
-#include "tests/nnls.h"
+#include "tests/grasp_problems.h"
 
 namespace thenar {
 namespace {
@@ -24,64 +23,12 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-/// A grasp problem that owns its contacts.
-struct Grasp {
-  std::vector<GraspContact> contacts;
-  Vector3d centre_m = Vector3d::Zero();
-  Vector6d wrench = Vector6d::Zero();
-  double friction = 0.5;
-  double internal_force_N = 0.0;
-  FrictionCone cone = FrictionCone::kPyramid;
-
-  [[nodiscard]] Index n() const { return std::ssize(contacts); }
-  [[nodiscard]] GraspProblem problem() const {
-    return {.contacts = contacts,
-            .centre_m = centre_m,
-            .wrench = wrench,
-            .friction = friction,
-            .cone = cone,
-            .internal_force_N = internal_force_N};
-  }
-
-  [[nodiscard]] MatrixXd G() const {
-    MatrixXd G(6, 3 * n());
-    grasp_map(contacts, centre_m, G);
-    return G;
-  }
-
-  /// Eq. (10), written out here once more for the oracle.
-  [[nodiscard]] MatrixXd A() const {
-    MatrixXd A = MatrixXd::Zero(5 * n(), 3 * n());
-    for (Index i = 0; i < n(); ++i) {
-      const Matrix3d& frame = contacts[i].frame;
-      for (int row = 0; row < 4; ++row) {
-        A.block<1, 3>(5 * i + row, 3 * i) =
-            (friction * frame.col(0) + (row % 2 == 0 ? -1.0 : 1.0) * frame.col(1 + row / 2)).transpose();
-      }
-      A.block<1, 3>(5 * i + 4, 3 * i) = frame.col(0).transpose();
-    }
-    return A;
-  }
-
-  /// The edges of all pyramids, one a column: the forces that the contacts can give are their non-negative
-  /// combinations.
-  [[nodiscard]] MatrixXd edges() const {
-    MatrixXd E = MatrixXd::Zero(3 * n(), 4 * n());
-    for (Index i = 0; i < n(); ++i) {
-      for (int k = 0; k < 4; ++k) {
-        const Vector3d edge(1.0, k / 2 == 0 ? friction : -friction, k % 2 == 0 ? friction : -friction);
-        E.block<3, 1>(3 * i, 4 * i + k) = contacts[i].frame * edge;
-      }
-    }
-    return E;
-  }
-
-  [[nodiscard]] VectorXd c() const {
-    VectorXd c(3 * n());
-    for (Index i = 0; i < n(); ++i) c.segment<3>(3 * i) = -internal_force_N * contacts[i].frame.col(0);
-    return c;
-  }
-};
+/// c of eq. (15).
+VectorXd bias_of(const Grasp& grasp) {
+  VectorXd c(3 * grasp.n());
+  for (Index i = 0; i < grasp.n(); ++i) c.segment<3>(3 * i) = -grasp.internal_force_N * grasp.contacts[i].frame.col(0);
+  return c;
+}
 
 struct Solution {
   GraspReport report;
@@ -90,68 +37,15 @@ struct Solution {
 
 Solution solve(const Grasp& grasp) {
   VectorXd f = VectorXd::Constant(3 * grasp.n(), std::numeric_limits<double>::quiet_NaN());
-  const GraspReport report = solve_grasp_forces(grasp.problem(), f);
+  const GraspReport report = solve_grasp_forces(grasp.problem(FrictionCone::kPyramid), f);
   return {report, f};
 }
 
 Solution solve_by_lemke(const Grasp& grasp) {
   GraspWorkspace work;
   VectorXd f = VectorXd::Constant(3 * grasp.n(), std::numeric_limits<double>::quiet_NaN());
-  const GraspReport report = solve_grasp_forces_by_lemke(grasp.problem(), work, f);
+  const GraspReport report = solve_grasp_forces_by_lemke(grasp.problem(FrictionCone::kPyramid), work, f);
   return {report, f};
-}
-
-Vector3d random_vector(std::mt19937& random) {
-  std::normal_distribution<double> normal;
-  return {normal(random), normal(random), normal(random)};
-}
-
-Matrix3d random_rotation(std::mt19937& random) {
-  std::normal_distribution<double> normal;
-  return Eigen::Quaterniond(normal(random), normal(random), normal(random), normal(random))
-      .normalized()
-      .toRotationMatrix();
-}
-
-/// A right-handed frame whose first axis is n, turned about it at random.
-Matrix3d frame_about(const Vector3d& n, std::mt19937& random) {
-  Matrix3d frame;
-  frame.col(0) = n.normalized();
-  frame.col(1) = frame.col(0).cross(random_vector(random)).normalized();
-  frame.col(2) = frame.col(0).cross(frame.col(1));
-  return frame;
-}
-
-/// Contacts on a ball of 3 cm with normals up to some 30 degrees off its radius, and a wrench of a few newtons.
-Grasp random_grasp(Index contacts, std::mt19937& random) {
-  Grasp grasp;
-  grasp.centre_m = 0.05 * random_vector(random);
-  for (Index i = 0; i < contacts; ++i) {
-    const Vector3d outward = random_vector(random).normalized();
-    const Vector3d inward = -outward + 0.3 * random_vector(random);
-    grasp.contacts.push_back({0.03 * outward, frame_about(inward, random)});
-  }
-  grasp.wrench.head<3>() = random_vector(random);
-  grasp.wrench.tail<3>() = 0.01 * random_vector(random);
-  std::uniform_real_distribution<double> uniform;
-  grasp.friction = 0.2 + 0.8 * uniform(random);
-  grasp.internal_force_N = 3.0 * uniform(random);
-  return grasp;
-}
-
-Grasp recorded_grasp(const nlohmann::json& problem) {
-  Grasp grasp;
-  for (Index i = 0; i < problem.at("n_contacts"); ++i) {
-    GraspContact contact;
-    contact.point_m = vector_of(problem.at("contact_points")[i]);
-    contact.frame << vector_of(problem.at("normals_inward")[i]), vector_of(problem.at("tangent_u")[i]),
-        vector_of(problem.at("tangent_v")[i]);
-    grasp.contacts.push_back(contact);
-  }
-  grasp.wrench = vector_of(problem.at("W"));
-  grasp.friction = problem.at("mu");
-  grasp.internal_force_N = problem.at("lambda");
-  return grasp;
 }
 
 Grasp hand_grasp(const nlohmann::json& hand) {
@@ -187,14 +81,14 @@ Vector3d nearest_in_pyramid(double mu, const Vector3d& y) {
 /// than 1e4: 1e-10 is on the safe side, and a wrong set of tight rows leaves errors of the forces' own size.
 void expect_optimal(const Grasp& grasp, const Solution& solution, double tolerance = 1e-10) {
   const VectorXd& f = solution.f;
-  const double size = f.norm() + grasp.c().norm();
-  const MatrixXd G = grasp.G();
+  const double size = f.norm() + bias_of(grasp).norm();
+  const MatrixXd G = grasp_map(grasp);
   EXPECT_LE((G.topRows(3) * f - grasp.wrench.head<3>()).norm(), tolerance * size);
   EXPECT_LE((G.bottomRows(3) * f - grasp.wrench.tail<3>()).norm(), tolerance * size * G.bottomRows(3).norm());
-  EXPECT_GE((grasp.A() * f).minCoeff(), -tolerance * size);
-  const VectorXd pulled = G.transpose() * solution.report.multiplier - grasp.c();
+  EXPECT_GE((pyramid_rows(grasp) * f).minCoeff(), -tolerance * size);
+  const VectorXd pulled = G.transpose() * solution.report.multiplier - bias_of(grasp);
   EXPECT_LE(solution.report.residual, 1e-9 + 1e-11 * pulled.norm() / size);
-  EXPECT_LE(grasp_kkt_error(grasp.problem(), solution.report.multiplier, f),
+  EXPECT_LE(grasp_kkt_error(grasp.problem(FrictionCone::kPyramid), solution.report.multiplier, f),
             std::max(1e-9, tolerance) + 1e-11 * pulled.norm() / size);
   // Cones so thin that forces must be far larger than the wrench: the multiplier is larger still, and distances from it,
   // which the trials below compare, round by more than they differ.
@@ -210,15 +104,15 @@ void expect_optimal(const Grasp& grasp, const Solution& solution, double toleran
 /// do no work on it where the wrench would have to.
 void expect_infeasible(const Grasp& grasp, const Solution& solution, double tolerance = 1e-10) {
   const Vector6d& twist = solution.report.multiplier;
-  const MatrixXd G = grasp.G();
+  const MatrixXd G = grasp_map(grasp);
   const VectorXd velocities = G.transpose() * twist;
   // What the velocities are the sums of.
   const double size = (G.cwiseAbs().transpose() * twist.cwiseAbs()).norm();
   EXPECT_GT(grasp.wrench.dot(twist), 0.0);
-  EXPECT_LE((grasp.edges().transpose() * velocities).maxCoeff(), tolerance * size);
+  EXPECT_LE((pyramid_edges(grasp).transpose() * velocities).maxCoeff(), tolerance * size);
   // Forces 1e8 times the least that would do without cones count as none.
   EXPECT_LE(solution.report.residual, 1e-8);
-  EXPECT_LE(infeasibility_gap(grasp.problem(), twist), std::max(1e-8, tolerance));
+  EXPECT_LE(infeasibility_gap(grasp.problem(FrictionCone::kPyramid), twist), std::max(1e-8, tolerance));
   EXPECT_TRUE(solution.f.hasNaN()) << "f must be left as it was";
 }
 
@@ -232,18 +126,11 @@ void expect_proved(const Grasp& grasp, const Solution& solution, double toleranc
   }
 }
 
-/// The least length of W - G f over f inside the pyramids; torques in newtons at 3 cm.
-double wrench_out_of_reach(const Grasp& grasp) {
-  Vector6d scale;
-  scale << 1.0, 1.0, 1.0, 30.0, 30.0, 30.0;
-  return distance_from_cone(scale.asDiagonal() * grasp.G() * grasp.edges(), scale.asDiagonal() * grasp.wrench);
-}
-
 TEST(GraspForces, AgreeWithTheRecordedOptima) {
   for (const auto& problem : recorded_small_problems("P1")) {
     SCOPED_TRACE(problem.at("file"));
     const Grasp grasp = recorded_grasp(problem);
-    EXPECT_LE((grasp.G() - matrix_of(problem.at("G"))).cwiseAbs().maxCoeff(), 1e-15);
+    EXPECT_LE((grasp_map(grasp) - matrix_of(problem.at("G"))).cwiseAbs().maxCoeff(), 1e-15);
     const Solution solution = solve(grasp);
     if (problem.at("status") == "infeasible") {
       EXPECT_EQ(solution.report.status, GraspStatus::kInfeasible);
@@ -262,7 +149,7 @@ TEST(GraspForces, AgreeWithTheHandsReference) {
   const nlohmann::json hand = read_json(THENAR_TEST_DATA "/hand_reference.json");
   Grasp grasp = hand_grasp(hand);
   // The same products of the same numbers, to the last bit or two.
-  EXPECT_LE((grasp.G() - matrix_of(hand.at("G"))).cwiseAbs().maxCoeff(), 1e-16);
+  EXPECT_LE((grasp_map(grasp) - matrix_of(hand.at("G"))).cwiseAbs().maxCoeff(), 1e-16);
   for (const auto& problem : hand.at("grasp")) {
     grasp.wrench = vector_of(problem.at("W"));
     grasp.friction = problem.at("mu");
@@ -387,7 +274,7 @@ TEST(GraspForces, LemkesMethodAgreesWithTheActiveSet) {
 
 /// Forces inside the pyramids that need not be the optimum, and the wrench they give: so the grasp is feasible.
 Grasp held(Grasp grasp, const VectorXd& f_inside) {
-  grasp.wrench = grasp.G() * f_inside;
+  grasp.wrench = grasp_map(grasp) * f_inside;
   return grasp;
 }
 
@@ -440,7 +327,7 @@ TEST(GraspForces, OptimaOnEdgesAndTips) {
     grasp.internal_force_N = 0.0;
     VectorXd f = VectorXd::Zero(3 * grasp.n());
     for (Index i = 0; i < 1 + seed % 3; ++i)
-      f += static_cast<double>(i + 1) * grasp.edges().middleCols<4>(4 * i).col(seed % 4);
+      f += static_cast<double>(i + 1) * pyramid_edges(grasp).middleCols<4>(4 * i).col(seed % 4);
     grasp = held(grasp, f);
     const Solution solution = solve(grasp);
     ASSERT_EQ(solution.report.status, GraspStatus::kOptimal);
@@ -526,9 +413,9 @@ TEST(GraspForces, TheKktErrorIsThatOfTheForces) {
     grasp = held(grasp, forces_inside(grasp, 0.9, random));
     const Solution solution = solve(grasp);
     ASSERT_EQ(solution.report.status, GraspStatus::kOptimal);
-    const GraspProblem problem = grasp.problem();
+    const GraspProblem problem = grasp.problem(FrictionCone::kPyramid);
     const auto error = [&](const VectorXd& f) { return grasp_kkt_error(problem, solution.report.multiplier, f); };
-    const double size_N = std::max(solution.f.norm(), grasp.c().norm());
+    const double size_N = std::max(solution.f.norm(), bias_of(grasp).norm());
     VectorXd off = solution.f;
     off[seed % 9] += 1e-3 * size_N;
     // The change is what differs from the projection; what it adds to |f| is 1e-3.
@@ -560,7 +447,7 @@ TEST(GraspForces, ContactsOnALineRefuseATorqueAboutItAndHoldTheRest) {
     for (Index i = 0; i < grasp.n(); ++i) {
       inside.segment<3>(3 * i) = grasp.contacts[i].frame * (Vector3d(3.0, 0.0, 0.0) + 0.2 * random_vector(random));
     }
-    grasp.wrench = grasp.G() * inside;
+    grasp.wrench = grasp_map(grasp) * inside;
     const Solution solution = solve(grasp);
     ASSERT_EQ(solution.report.status, GraspStatus::kOptimal);
     expect_optimal(grasp, solution);
@@ -630,17 +517,6 @@ TEST(GraspForces, MoreSqueezeMeansMoreNormalForce) {
   }
 }
 
-/// Three fingers on two faces of a box of 5 cm, as the hand holds it; x across the box.
-Grasp box_grasp(double friction) {
-  Grasp grasp;
-  const Matrix3d along = Matrix3d::Identity();
-  Matrix3d against;
-  against << -Vector3d::UnitX(), Vector3d::UnitY(), -Vector3d::UnitZ();
-  grasp.contacts = {{{-0.025, 0.0, 0.0}, along}, {{0.025, 0.01, 0.0}, against}, {{0.025, -0.01, 0.0}, against}};
-  grasp.friction = friction;
-  return grasp;
-}
-
 TEST(GraspForces, WithoutFrictionAWrenchOffTheNormalsIsInfeasible) {
   for (unsigned seed = 0; seed < 300; ++seed) {
     SCOPED_TRACE(seed);
@@ -703,7 +579,7 @@ TEST(GraspForces, SmallGraspsAndBadInput) {
 
   // Torques about a far point round by more than the contacts' own torques are.
   grasp.centre_m = {0.3, -1.7, 2.9};
-  grasp.wrench = grasp.G() * Vector3d(2.0, 0.7, -0.3);
+  grasp.wrench = grasp_map(grasp) * Vector3d(2.0, 0.7, -0.3);
   EXPECT_EQ(solve(grasp).report.status, GraspStatus::kOptimal);
 
   Grasp bad = box_grasp(0.5);
@@ -714,97 +590,13 @@ TEST(GraspForces, SmallGraspsAndBadInput) {
   EXPECT_EQ(solve(bad).report.status, GraspStatus::kBudgetSpent);
 }
 
-// min 1/2 |e|^2 over G (f + e) = W, f = E z, z >= 0. Its optimum is e = G'l with E'e <= 0 and e.f = 0, and then
-// |e|^2 = l.G e = l.W - e.f = e.(G^+ W).
-TEST(InfeasibleGrasp, IsExplainedByTheLeastMissingForces) {
-  int infeasible = 0;
-  for (unsigned seed = 0; seed < 200; ++seed) {
-    SCOPED_TRACE(seed);
-    std::mt19937 random(seed);
-    const Grasp grasp = random_grasp(3 + seed % 3, random);
-    const bool feasible = solve(grasp).report.status == GraspStatus::kOptimal;
-    infeasible += feasible ? 0 : 1;
-    const GraspDeficit deficit = explain_infeasible_grasp(grasp.problem());
-    VectorXd e(3 * grasp.n());
-    for (Index i = 0; i < grasp.n(); ++i) e.segment<3>(3 * i) = grasp.contacts[i].frame * deficit.missing_N.col(i);
-
-    const MatrixXd G = grasp.G();
-    const MatrixXd G_pinv = G.completeOrthogonalDecomposition().pseudoInverse();
-    // Forces of a few newtons through matrices of condition about 100.
-    EXPECT_LE((e - G_pinv * (G * e)).norm(), 1e-10);
-    EXPECT_LE((grasp.edges().transpose() * e).maxCoeff(), 1e-9);
-    EXPECT_NEAR(e.squaredNorm(), e.dot(G_pinv * grasp.wrench), 1e-9);
-    Grasp rest = grasp;
-    rest.wrench -= G * e;
-    EXPECT_LE(wrench_out_of_reach(rest), 1e-9);
-    EXPECT_EQ(e.norm() < 1e-9, feasible);
-  }
-  EXPECT_GT(infeasible, 20);
-}
-
-// The same with round cones: |e_t| is as much as e_n allows, mu |e_t| <= -e_n; and what is left can be had, by pyramids
-// inscribed in the cones with 64 edges, up to their gap to the cone of 1 - cos(pi / 64) = 1.2e-3.
-TEST(InfeasibleGrasp, IsExplainedForRoundCones) {
-  for (unsigned seed = 0; seed < 50; ++seed) {
-    SCOPED_TRACE(seed);
-    std::mt19937 random(seed);
-    Grasp grasp = random_grasp(3 + seed % 3, random);
-    grasp.cone = FrictionCone::kExact;
-    const GraspDeficit deficit = explain_infeasible_grasp(grasp.problem());
-    VectorXd e(3 * grasp.n());
-    MatrixXd rays = MatrixXd::Zero(3 * grasp.n(), 64 * grasp.n());
-    for (Index i = 0; i < grasp.n(); ++i) {
-      const Vector3d e_C = deficit.missing_N.col(i);
-      EXPECT_LE(grasp.friction * e_C.tail<2>().norm() + e_C[0], 1e-6);
-      e.segment<3>(3 * i) = grasp.contacts[i].frame * e_C;
-      for (int k = 0; k < 64; ++k) {
-        const double angle = 2.0 * M_PI * k / 64.0;
-        const Vector3d ray(1.0, grasp.friction * std::cos(angle), grasp.friction * std::sin(angle));
-        rays.block<3, 1>(3 * i, 64 * i + k) = grasp.contacts[i].frame * ray;
-      }
-    }
-    const MatrixXd G = grasp.G();
-    const MatrixXd G_pinv = G.completeOrthogonalDecomposition().pseudoInverse();
-    const VectorXd least = G_pinv * grasp.wrench;
-    EXPECT_NEAR(e.squaredNorm(), e.dot(least), 1e-6);
-    const double missing = distance_from_cone(G_pinv * G * rays, least);
-    EXPECT_NEAR(missing, e.norm(), 2e-3 * (1.0 + least.norm()));
-    EXPECT_GE(missing, e.norm() - 1e-6);
-  }
-}
-
-TEST(InfeasibleGrasp, LeastFrictionIsTheBorderOfFeasibility) {
-  Grasp grasp = box_grasp(0.01);
-  // The thumb at the left carries as much as the two fingers at the right: any friction holds the load by itself.
-  grasp.wrench << 0.0, 0.0, 1.0, 0.0, 0.0, 0.0;
-  EXPECT_NEAR(explain_infeasible_grasp(grasp.problem()).least_friction, 0.0, 1e-3);
-
-  for (unsigned seed = 0; seed < 30; ++seed) {
-    SCOPED_TRACE(seed);
-    std::mt19937 random(seed);
-    Grasp other = random_grasp(3, random);
-    const double least = explain_infeasible_grasp(other.problem()).least_friction;
-    if (least == 0.0) continue;
-    if (std::isfinite(least)) {
-      other.friction = least + 1e-6;
-      EXPECT_EQ(solve(other).report.status, GraspStatus::kOptimal);
-      other.friction = least - 1e-3;
-    } else {
-      other.friction = 10.0;
-    }
-    if (other.friction >= 0.0) {
-      EXPECT_EQ(solve(other).report.status, GraspStatus::kInfeasible);
-    }
-  }
-}
-
 TEST(GraspForces, DoNotAllocate) {
   if (!AllocationCounter::is_available()) GTEST_SKIP() << "malloc is not ours";
   GraspWorkspace work;
   for (const Index n : {2, 3, 8}) {
     std::mt19937 random(3);
     const Grasp grasp = random_grasp(n, random);
-    const GraspProblem problem = grasp.problem();
+    const GraspProblem problem = grasp.problem(FrictionCone::kPyramid);
     VectorXd f(3 * n);
     const AllocationCounter counter;
     const GraspReport report = solve_grasp_forces(problem, f);

@@ -580,8 +580,6 @@ TEST_F(Server, APageThatStopsReadingCostsNothing) {
     EXPECT_TRUE(other->read() == large + "99");
   }
   EXPECT_EQ(server_->pages(), 10);
-  // 10 pages got their scene, 9 a state; what the stuck page got of one is not counted.
-  EXPECT_EQ(server_->bytes_sent(), 10 * 13 + 9 * static_cast<std::int64_t>(large.size() + 2));
 }
 
 TEST_F(Server, DropsAPageThatDoesNotTakeWhatItAskedFor) {
@@ -592,7 +590,6 @@ TEST_F(Server, DropsAPageThatDoesNotTakeWhatItAskedFor) {
   // Its signs of life do not help it.
   while (page.send(R"({"type":"release"})")) std::this_thread::sleep_for(std::chrono::milliseconds(10));
   await([&] { return server_->pages() == 0; });
-  EXPECT_EQ(server_->bytes_sent(), 5) << "the scene alone";
 }
 
 TEST_F(Server, PingsThoseThatAreSilent) {

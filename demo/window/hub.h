@@ -38,7 +38,6 @@ struct Hub {
   std::set<PageLink*> links;  ///< The server's thread alone.
   int connections = 0;        ///< Likewise: pages, and requests that are not answered yet.
   std::atomic<int> pages = 0;
-  std::atomic<std::int64_t> bytes_sent = 0;
 
   News newest() {
     const std::lock_guard lock(mutex);

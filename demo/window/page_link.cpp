@@ -145,14 +145,12 @@ void PageLink::write(const std::shared_ptr<const std::string>& bytes, bool text)
     if (!cancelled && self->writing_ && Clock::now() >= self->write_deadline_.expiry()) self->drop();
   });
   socket_.text(text);
-  socket_.async_write(boost::asio::buffer(*bytes),
-                      [self = shared_from_this(), bytes](error_code fault, std::size_t sent) {
-                        self->writing_ = false;
-                        self->write_deadline_.cancel();
-                        if (fault) return self->drop();
-                        self->hub_.bytes_sent += static_cast<std::int64_t>(sent);
-                        self->pump();
-                      });
+  socket_.async_write(boost::asio::buffer(*bytes), [self = shared_from_this(), bytes](error_code fault, std::size_t) {
+    self->writing_ = false;
+    self->write_deadline_.cancel();
+    if (fault) return self->drop();
+    self->pump();
+  });
 }
 
 /// Whether the page keeps to its share of messages; counts one more.

@@ -186,6 +186,5 @@ void WindowServer::show(std::string state) {
 }
 
 int WindowServer::pages() const { return impl_->hub.pages; }
-std::int64_t WindowServer::bytes_sent() const { return impl_->hub.bytes_sent; }
 
 }  // namespace window

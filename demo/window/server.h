@@ -46,8 +46,6 @@ class WindowServer {
   void show(std::string state);
   /// How many pages are connected.
   [[nodiscard]] int pages() const;
-  /// Bytes of the messages that the system has taken for all pages so far.
-  [[nodiscard]] std::int64_t bytes_sent() const;
 
  private:
   struct Impl;

@@ -63,28 +63,6 @@ std::string in_words(const Scheduling& contact) {
   return words + (contact.remark.empty() ? "" : "; " + contact.remark);
 }
 
-/// Keeps the process off the core that the contact thread is to have, to the end of its scope.
-class CoreSetAside {
- public:
-  explicit CoreSetAside(bool wanted) : all_(allowed_cores()) {
-    if (!wanted || all_.size() < 2) return;
-    core_ = all_.back();
-    keep_to_cores({all_.begin(), all_.end() - 1});
-  }
-  ~CoreSetAside() {
-    if (core_ >= 0) keep_to_cores(all_);
-  }
-  CoreSetAside(const CoreSetAside&) = delete;
-  CoreSetAside& operator=(const CoreSetAside&) = delete;
-
-  /// -1: none.
-  [[nodiscard]] int core() const { return core_; }
-
- private:
-  std::vector<int> all_;
-  int core_ = -1;
-};
-
 }  // namespace
 
 struct Session::Impl {
@@ -146,7 +124,9 @@ struct Session::Impl {
   std::optional<GraspMonitor> monitor;
   double watch_from_s = 0.0;
   std::optional<std::string> lost, note;
-  std::string scheduling, status;
+  std::string scheduling;
+  std::string status;                     ///< As it was shown last, and
+  std::optional<std::string> shown_lost;  ///< what it said of a loss.
   TickRecord last_tick;
   std::array<double, kFingers> slip_m{};  ///< Of all ticks; the monitor's begins anew.
   std::int64_t unaccounted = 0;           ///< The most of any grasp.
@@ -335,7 +315,7 @@ void Session::Impl::run_loops(const std::atomic<bool>& stop) {
   // What came while nothing ran is no latency.
   inputs.take();
   live->number = inputs.current().number;
-  telemetry.begin_run(scene.step_s, heeded.speed);
+  telemetry.begin_run(scene.step_s);
 
   const std::int64_t begin_ns = steady_now_ns();
   ThreadSettings threads;
@@ -343,7 +323,7 @@ void Session::Impl::run_loops(const std::atomic<bool>& stop) {
   threads.speed = heeded.speed;
   threads.spin_s = settings.spin_s;
   threads.realtime = settings.realtime;
-  threads.contact_core = core.core();
+  threads.contact_core = core.number();
   threads.quiet = settings.quiet;
   threads.live = live.get();
   threads.on_start = [&](const Scheduling& contact) {
@@ -361,7 +341,7 @@ void Session::Impl::run_loops(const std::atomic<bool>& stop) {
   };
   threads.on_look = [&] {
     look_aside();
-    show_status(true);
+    if (lost != shown_lost) show_status(true);  // all else stays in a run
     const bool may_end = steady_now_ns() - begin_ns > kShortestRun_ns;
     return !stop && !(may_end && changed.load(std::memory_order_relaxed));
   };
@@ -462,6 +442,7 @@ void Session::Impl::show_still() {
 void Session::Impl::show_scene() { display->set_scene(scene_message(model, true).dump(), geometry_message(model)); }
 
 void Session::Impl::show_status(bool running) {
+  shown_lost = lost;
   const auto or_null = [](const auto& text) { return text ? ordered_json(*text) : ordered_json(nullptr); };
   const ordered_json json = {{"type", "status"},         {"running", running},
                              {"paused", heeded.paused},  {"speed", heeded.speed},

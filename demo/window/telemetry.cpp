@@ -64,9 +64,8 @@ double rate_Hz(const std::deque<Timing>& timings) {
 
 }  // namespace
 
-void Telemetry::begin_run(double step_s, double speed) {
+void Telemetry::begin_run(double step_s) {
   step_s_ = step_s;
-  step_ns_ = std::llround(1e9 * step_s / speed);
   contact_.clear();
   control_.clear();
 }
@@ -77,7 +76,7 @@ void Telemetry::add(const ContactSample& sample) {
                       us(sample.deadline_ns, sample.start_ns), tick.assemble_s, tick.solve_s, tick.deform_s});
   keep_last_second(contact_);
   slipped_ += sample.slipped;
-  if (sample.end_ns - sample.deadline_ns > step_ns_) ++overruns_;
+  overruns_ += sample.overran;
   injected_J_ += tick.injected_J;
   dissipated_J_ += tick.dissipated_J;
   if (sample.stamp_ns != 0) add_latency(1e-9 * static_cast<double>(sample.end_ns - sample.stamp_ns));

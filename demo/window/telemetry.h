@@ -15,7 +15,7 @@ namespace window {
 class Telemetry {
  public:
   /// A run begins, with such steps: rates and times are its own, counts and ledger go on.
-  void begin_run(double step_s, double speed);
+  void begin_run(double step_s);
   void add(const thenar::ContactSample& sample);
   void add(const thenar::ControlSample& sample);
 
@@ -41,7 +41,6 @@ class Telemetry {
   void take_stock();
 
   double step_s_ = 0.0;
-  std::int64_t step_ns_ = 0;     // on the wall
   std::deque<Contact> contact_;  // of the last second
   std::deque<Control> control_;
   std::int64_t stock_ns_ = 0;  // when it was taken
