@@ -30,8 +30,8 @@ struct Verdict {
 /// share. NaN where no finger is loaded.
 [[nodiscard]] double force_chatter(const Recording& recording);
 
-/// The verdict on a run that has ended. Of several causes the first in time; forces that chatter before all that follows
-/// from it, unless the contact solver failed. Without control nobody minds the object: only solves and chatter count.
+/// The verdict on a run that has ended. Of several causes the first in time; forces that chatter before a finger slides
+/// come before all that follows, unless the contact solver failed. Without control nobody minds the object: only solves and chatter count.
 [[nodiscard]] Verdict verdict(const Model& model, const Recording& recording);
 
 }  // namespace thenar

@@ -35,11 +35,11 @@ constexpr const char* kText =
     "% and "
     "more. Solver failed: a solve found no answer, or there is none. The reason of every cell is in the data behind "
     "the "
-    "figure. The runs of the maps are shorter than the scene's, 1.3 s with the move from 0.4 s to 0.9 s, and the box "
+    "figure. The runs of the maps are shorter than the scene's, 1.2 s with the move from 0.4 s to 0.9 s, and the box "
     "has 9000 "
     "points; all else is as in the scene, unless the caption says so.";
 
-const Texts kShort = {"time.duration=1.3 s", "task.translate.over=0.5 s", "object.points=9000"};
+const Texts kShort = {"time.duration=1.2 s", "task.translate.over=0.5 s", "object.points=9000"};
 
 Texts shortened(Texts more) {
   more.insert(more.begin(), kShort.begin(), kShort.end());
@@ -89,7 +89,7 @@ MapLimit penalty_limit_by_modulus(const MapAxis& modulus, int count) {
 }
 
 OutcomeMap step_stiffness(int count) {
-  const MapAxis step{"time.step", "ms", 0.1, 20.0, "step [ms]"};
+  const MapAxis step{"time.step", "ms", 0.25, 20.0, "step [ms]"};
   const MapAxis modulus{"fingertips.reduced_modulus", "MPa", 0.03, 10.0, "modulus E* of the pulps [MPa]"};
   const auto adapt = [](Model& model) {
     model.scene.control_period_s = std::max(1e-3, model.scene.step_s);
@@ -131,9 +131,9 @@ OutcomeMap wrong_step() {
       "its own period, and hands it to a contact loop with a shorter step, hands over another law: forces come out too "
       "small by up to the ratio of the two. Ours makes W of factors in every step. At the right lower corner the ratio "
       "is "
-      "200, at the left upper one 1, where the two are the same.",
+      "80, at the left upper one 1, where the two are the same.",
       {"time.control_period", "ms", 1.0, 20.0, "control period, for which the plain method makes W [ms]"},
-      {"time.step", "ms", 0.1, 1.0, "contact step [ms]"},
+      {"time.step", "ms", 0.25, 1.0, "contact step [ms]"},
       shortened({}),
       {},
       {{"ours", true, ours}, {"W of the control period", false, stale}},
@@ -371,8 +371,8 @@ OutcomeMap redundancy() {
           "at that of 320 points. A pulp of few points, or with few of many points as contacts, is pressed in at too "
           "few places to "
           "hold a moment, whatever its kernel.",
-          {"fingertips.leaves", "count", 40.0, 1200.0, "control points of a fingertip"},
-          {"contact.max_per_finger", "count", 2.0, 60.0, "most contacts of a finger"},
+          {"fingertips.leaves", "count", 40.0, 800.0, "control points of a fingertip"},
+          {"contact.max_per_finger", "count", 2.0, 40.0, "most contacts of a finger"},
           shortened({}),
           {},
           {{"ours: half space", true, ours},
