@@ -319,7 +319,8 @@ std::function<double(const Scene&)> penalty_step_limit(const Model& model, doubl
   own.scene.duration_s = duration_s;
   PlainTick tick(own, {});
   Frame frame(own);
-  (void)run(own, tick, frame);
+  const bool lost = run(own, tick, frame).loss.has_value();
+  if (lost) return [](const Scene&) { return std::numeric_limits<double>::quiet_NaN(); };
   return tick.penalty_limit(frame);
 }
 

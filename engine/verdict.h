@@ -31,7 +31,8 @@ struct Verdict {
 [[nodiscard]] double force_chatter(const Recording& recording);
 
 /// The verdict on a run that has ended. Of several causes the first in time; forces that chatter before a finger slides
-/// come before all that follows, unless the contact solver failed. Without control nobody minds the object: only solves and chatter count.
+/// come before all that follows, unless the contact solver failed. Without control nobody minds the object: only solves
+/// and chatter count.
 [[nodiscard]] Verdict verdict(const Model& model, const Recording& recording);
 
 }  // namespace thenar
