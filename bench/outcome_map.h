@@ -48,8 +48,8 @@ struct OutcomeMap {
   std::optional<std::array<double, 2>> reference;  ///< Where the scene itself is, as shown.
 };
 
-/// Runs all cells, count x count of them, on all cores, and appends the figure to the part. Its caption ends with how many
-/// cells each panel holds. Throws std::logic_error if a cell fails without a reason.
+/// Runs all cells, count x count of them, on all cores, and appends the figure to the part. Its caption ends with how
+/// many cells each panel holds. Throws std::logic_error if a cell fails without a reason.
 void add_map(nlohmann::ordered_json& part, const OutcomeMap& map, int count);
 
 /// One method's verdict on a scene of its own: borrowed from `model` is all but its settings.

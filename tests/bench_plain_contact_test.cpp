@@ -38,8 +38,9 @@ Outcome outcome(const Model& model, const PlainContact& plain) {
 
 double end_error_m(const Recording& run) { return (run.ticks.back().position_m - run.ticks.back().target_m).norm(); }
 
-// Where its springs are stable, the penalty is another model of the same grasp: the loop is fair, and the box goes where
-// ours goes. The target's path is the same, so what differs is the pulps' give: a tenth of their depth of a millimetre.
+// Where its springs are stable, the penalty is another model of the same grasp: the loop is fair, and the box goes
+// where ours goes. The target's path is the same, so what differs is the pulps' give: a tenth of their depth of a
+// millimetre.
 TEST(PlainContact, PenaltyHoldsTheBoxAsOursInSmallSteps) {
   const Model model = short_grasp(step_ms(0.5));
   const Recording penalty = run_plain(model, {});
@@ -47,8 +48,8 @@ TEST(PlainContact, PenaltyHoldsTheBoxAsOursInSmallSteps) {
   EXPECT_NEAR(end_error_m(penalty), end_error_m(ours(model)), 0.1e-3);
 }
 
-// A linear system's limit is sharp: a step of half of it settles. Beyond it an oscillation grows until contacts open, and
-// pressed points are fewer then: a step of twice the limit is beyond that of half as many springs.
+// A linear system's limit is sharp: a step of half of it settles. Beyond it an oscillation grows until contacts open,
+// and pressed points are fewer then: a step of twice the limit is beyond that of half as many springs.
 TEST(PlainContact, PenaltyFailsBeyondItsLimitAndOursHolds) {
   const double limit_ms = 1e3 * penalty_step_limit(short_grasp({}), 0.2e-3, 0.2)(short_grasp({}).scene);
   const Model below = short_grasp(step_ms(0.5 * limit_ms)), beyond = short_grasp(step_ms(2.0 * limit_ms));
@@ -87,13 +88,15 @@ TEST(PlainContact, SolversAgreeWhereNothingSlides) {
 }
 
 TEST(Gain, BeyondItsLimitLosesTheBoxAndBelowHoldsIt) {
-  // K = 2 b / T_c = 20 at 5 ms; the pulp is softer than the controller's model of it, and its filter lags: a factor of two.
+  // K = 2 b / T_c = 20 at 5 ms; the pulp is softer than the controller's model of it, and its filter lags: a factor of
+  // two.
   EXPECT_EQ(run_and_judge(short_grasp({"time.control_period=5 ms", "control.gain=10"}), ours).outcome, Outcome::kHeld);
   EXPECT_EQ(run_and_judge(short_grasp({"time.control_period=5 ms", "control.gain=60"}), ours).outcome,
             Outcome::kUnstable);
 }
 
-// Scenes far out in every direction: whatever becomes of them, it is said, by both runners; run_and_judge throws where not.
+// Scenes far out in every direction: whatever becomes of them, it is said, by both runners; run_and_judge throws where
+// not.
 TEST(HarshScenes, NeverFailSilently) {
   const std::vector<std::vector<std::string>> scenes = {
       {"time.step=20 ms", "time.control_period=20 ms", "fingertips.reduced_modulus=10 MPa"},

@@ -51,7 +51,8 @@ TEST(ForceChatter, SeesASwingFromFrameToFrame) {
   Recording swing = steady_run([](int i) { return 3.0 + 0.3 * std::sin(std::numbers::pi * i / 10.0); });
   const double unseen = force_chatter(swing);
   for (std::size_t i = 0; i < swing.ticks.size(); ++i) swing.ticks[i].contact.frame_age = static_cast<long>(i % 10);
-  // Half a period on, a sine is its negative: the mean of 2 |0.3 sin| over ten ticks, over 3; the window has one tick more.
+  // Half a period on, a sine is its negative: the mean of 2 |0.3 sin| over ten ticks, over 3; the window has one tick
+  // more.
   const double mean_sine = 0.1 / std::tan(std::numbers::pi / 20.0);
   EXPECT_NEAR(force_chatter(swing) / (2.0 * 0.3 / 3.0 * mean_sine), 1.0, 1.0 / 300.0);
   EXPECT_LT(unseen, 0.05 * force_chatter(swing));

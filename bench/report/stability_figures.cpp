@@ -1,5 +1,5 @@
-// Where methods fail: what becomes of the grasp of configs/box_grasp.yaml over pairs of settings, by our method and by the
-// plain ones that it replaces; and how far each of its settings may go.
+// Where methods fail: what becomes of the grasp of configs/box_grasp.yaml over pairs of settings, by our method and by
+// the plain ones that it replaces; and how far each of its settings may go.
 //   stability_figures [--quick] FILE.json
 
 #include <fmt/format.h>
@@ -28,16 +28,11 @@ using Texts = std::vector<std::string>;
 
 constexpr const char* kText =
     "Each cell is one run of configs/box_grasp.yaml: three soft fingertips grip a box of 100 g, and carry it 20 mm. "
-    "Held: "
-    "never lost, every finger loaded, no finger slipped 0.1 mm, forces steady. Slipping: a finger slid, or lost its "
-    "load. "
-    "Unstable: the object went 10 mm or 20 degrees off its target though no finger slid before, or forces chatter by 1 "
-    "% and "
-    "more. Solver failed: a solve found no answer, or there is none. The reason of every cell is in the data behind "
-    "the "
-    "figure. The runs of the maps are shorter than the scene's, 1.2 s with the move from 0.4 s to 0.9 s, and the box "
-    "has 9000 "
-    "points; all else is as in the scene, unless the caption says so.";
+    "Held: never lost, every finger loaded, no finger slipped 0.1 mm, forces steady. Slipping: a finger slid, or "
+    "lost its load. Unstable: the object went 10 mm or 20 degrees off its target though no finger slid before, or "
+    "forces chatter by 1 % and more. Solver failed: a solve found no answer, or there is none. The reason of every "
+    "cell is in the data behind the figure. The runs of the maps are shorter than the scene's, 1.2 s with the move "
+    "from 0.4 s to 0.9 s, and the box has 9000 points; all else is as in the scene, unless the caption says so.";
 
 const Texts kShort = {"time.duration=1.2 s", "task.translate.over=0.5 s", "object.points=9000"};
 
@@ -64,7 +59,7 @@ auto plain(ContactLaw law) {
   return [law](const Model& model) { return run_plain(model, {law}); };
 }
 
-// --- a step and stiffness -----------------------------------------------------------------------------------------------
+// --- a step and stiffness -------------------------------------------------------------------------------------------
 
 constexpr double kScenePulp_Pa = 0.24e6;
 
@@ -95,51 +90,44 @@ OutcomeMap step_stiffness(int count) {
     model.scene.control_period_s = std::max(1e-3, model.scene.step_s);
     scale_pulp_model(model.scene);
   };
-  return {
-      "step_stiffness",
-      "Step and stiffness",
-      "The time step against the stiffness of the fingertips. Ours solves for the forces at the end of the step. The "
-      "plain alternative takes them from springs at its start: a bed of springs, one a control point, that takes "
-      "Hertz's "
-      "force at the depth R/8, and tangential springs that slide at Coulomb's limit; explicit Euler on the same "
-      "viscous "
-      "bodies. Right of the line its springs overshoot. Control runs every millisecond, or every step where steps are "
-      "longer; its model of the pulps, K_n and K_t, goes with their stiffness. Ours fails below 0.023 MPa: there 2 N "
-      "press "
-      "a pulp in by more than its radius, 8 mm, by Hertz's law.",
-      step,
-      modulus,
-      shortened({"time.control_period=20 ms"}),
-      adapt,
-      {{"ours", true, ours},
-       {"explicit penalty", false, plain(ContactLaw::kPenalty), {penalty_limit_by_modulus(modulus, count)}}},
-      {{1.0, 0.24}}};
+  return {"step_stiffness",
+          "Step and stiffness",
+          "The time step against the stiffness of the fingertips. Ours solves for the forces at the end of the step. "
+          "The plain alternative takes them from springs at its start: a bed of springs, one a control point, that "
+          "takes Hertz's force at the depth R/8, and tangential springs that slide at Coulomb's limit; explicit Euler "
+          "on the same viscous bodies. Right of the line its springs overshoot. Control runs every millisecond, or "
+          "every step where steps are longer; its model of the pulps, K_n and K_t, goes with their stiffness. Ours "
+          "fails below 0.023 MPa: there 2 N press a pulp in by more than its radius, 8 mm, by Hertz's law.",
+          step,
+          modulus,
+          shortened({"time.control_period=20 ms"}),
+          adapt,
+          {{"ours", true, ours},
+           {"explicit penalty", false, plain(ContactLaw::kPenalty), {penalty_limit_by_modulus(modulus, count)}}},
+          {{1.0, 0.24}}};
 }
 
-// --- W of the wrong step --------------------------------------------------------------------------------------------------
+// --- W of the wrong step --------------------------------------------------------------------------------------------
 
 OutcomeMap wrong_step() {
   const auto stale = [](const Model& model) {
     return run_plain(model, {ContactLaw::kWrongStep, model.scene.control_period_s});
   };
-  return {
-      "wrong_step",
-      "W of the wrong step",
-      "The Delassus operator W(h) = h J B⁻¹ Jᵀ + (1 - ρ(h)) C holds the step h. A control loop that assembles it once "
-      "for "
-      "its own period, and hands it to a contact loop with a shorter step, hands over another law: forces come out too "
-      "small by up to the ratio of the two. Ours makes W of factors in every step. At the right lower corner the ratio "
-      "is "
-      "80, at the left upper one 1, where the two are the same.",
-      {"time.control_period", "ms", 1.0, 20.0, "control period, for which the plain method makes W [ms]"},
-      {"time.step", "ms", 0.25, 1.0, "contact step [ms]"},
-      shortened({}),
-      {},
-      {{"ours", true, ours}, {"W of the control period", false, stale}},
-      {{1.0, 1.0}}};
+  return {"wrong_step",
+          "W of the wrong step",
+          "The Delassus operator W(h) = h J B⁻¹ Jᵀ + (1 - ρ(h)) C holds the step h. A control loop that assembles it "
+          "once for its own period, and hands it to a contact loop with a shorter step, hands over another law: forces "
+          "come out too small by up to the ratio of the two. Ours makes W of factors in every step. At the right lower "
+          "corner the ratio is 80, at the left upper one 1, where the two are the same.",
+          {"time.control_period", "ms", 1.0, 20.0, "control period, for which the plain method makes W [ms]"},
+          {"time.step", "ms", 0.25, 1.0, "contact step [ms]"},
+          shortened({}),
+          {},
+          {{"ours", true, ours}, {"W of the control period", false, stale}},
+          {{1.0, 1.0}}};
 }
 
-// --- friction and squeeze ---------------------------------------------------------------------------------------------------
+// --- friction and squeeze -------------------------------------------------------------------------------------------
 
 constexpr double kShare = 0.9;  // mu_c over mu.
 
@@ -178,33 +166,28 @@ OutcomeMap friction_squeeze(int count) {
     return own;
   };
   const std::vector<MapLimit> limit = {friction_limit(squeeze, count)};
-  return {
-      "friction_squeeze",
-      "Friction and squeeze",
-      "Friction of the contacts against the squeeze that the grasp forces are biased to. The controller plans with 0.9 "
-      "of "
-      "the friction that there is. Ours plans inside round cones. The published pyramid, planned with the same number, "
-      "allows 1.27 μ at its corners, which the contacts do not have: its forces slip. In the third panel the contacts "
-      "have "
-      "a pyramid, too, as in engines of games (|f_t1|, |f_t2| <= μ f_n, by projected Gauss-Seidel), whose corners are "
-      "turned "
-      "against those of the plan. Left of the line grasp forces squeeze harder than asked. Ours fails at the left edge "
-      "and "
-      "in the left upper corner, where that takes some 10 N and more of a finger: by Hertz's law 10 N press a pulp in "
-      "by 5 mm "
-      "of its 8 mm, and fingers that slip so deep leave the object.",
-      friction,
-      squeeze,
-      shortened({}),
-      adapt,
-      {{"ours: exact cones", true, ours, limit},
-       {"grasp forces in pyramids", false, [=](const Model& m) { return ours(with_pyramid(m)); }, limit},
-       {"and contacts in pyramids", false,
-        [=](const Model& m) { return run_plain(with_pyramid(m), {ContactLaw::kBoxFriction}); }, limit}},
-      {{0.8, 2.0}}};
+  return {"friction_squeeze",
+          "Friction and squeeze",
+          "Friction of the contacts against the squeeze that the grasp forces are biased to. The controller plans with "
+          "0.9 of the friction that there is. Ours plans inside round cones. The published pyramid, planned with the "
+          "same number, allows 1.27 μ at its corners, which the contacts do not have: its forces slip. In the third "
+          "panel the contacts have a pyramid, too, as in engines of games (|f_t1|, |f_t2| <= μ f_n, by projected "
+          "Gauss-Seidel), whose corners are turned against those of the plan. Left of the line grasp forces squeeze "
+          "harder than asked. Ours fails at the left edge and in the left upper corner, where that takes some 10 N and "
+          "more of a finger: by Hertz's law 10 N press a pulp in by 5 mm of its 8 mm, and fingers that slip so deep "
+          "leave the object.",
+          friction,
+          squeeze,
+          shortened({}),
+          adapt,
+          {{"ours: exact cones", true, ours, limit},
+           {"grasp forces in pyramids", false, [=](const Model& m) { return ours(with_pyramid(m)); }, limit},
+           {"and contacts in pyramids", false,
+            [=](const Model& m) { return run_plain(with_pyramid(m), {ContactLaw::kBoxFriction}); }, limit}},
+          {{0.8, 2.0}}};
 }
 
-// --- control period and gain --------------------------------------------------------------------------------------------------
+// --- control period and gain ----------------------------------------------------------------------------------------
 
 OutcomeMap period_gain(int count) {
   const MapAxis period{"time.control_period", "ms", 1.0, 20.0, "control period T_c [ms]"};
@@ -218,26 +201,23 @@ OutcomeMap period_gain(int count) {
     own.scene.control->law = ControlLaw::kPaper;
     return ours(own);
   };
-  return {
-      "period_gain",
-      "Control period and gain",
-      "The control period against the gain K of the force control, contact at 1 kHz. Sampled with the period, the loop "
-      "multiplies a force error by about 1 - K T_c / b in each, and is stable below the line; the lag of the pulp's "
-      "filter, and a "
-      "pulp softer than the controller's model of it, leave a factor of two more at short periods. Above, the forces "
-      "chatter and the box is lost: for us, too, and there is no way round it but a shorter period. With feed-forward "
-      "any "
-      "smaller gain holds; the published law, torque by the force error alone, lets the box go where K is too small to "
-      "hold it. `gain: auto` takes 0.3 of the line.",
-      period,
-      {"control.gain", "", 0.1, 1000.0, "gain K"},
-      shortened({}),
-      {},
-      {{"ours: feed-forward", true, ours, {limit}}, {"published law", false, paper, {limit}}},
-      {{1.0, 30.0}}};
+  return {"period_gain",
+          "Control period and gain",
+          "The control period against the gain K of the force control, contact at 1 kHz. Sampled with the period, the "
+          "loop multiplies a force error by about 1 - K T_c / b in each, and is stable below the line; the lag of the "
+          "pulp's filter, and a pulp softer than the controller's model of it, leave a factor of two more at short "
+          "periods. Above, the forces chatter and the box is lost: for us, too, and there is no way round it but a "
+          "shorter period. With feed-forward any smaller gain holds; the published law, torque by the force error "
+          "alone, lets the box go where K is too small to hold it. `gain: auto` takes 0.3 of the line.",
+          period,
+          {"control.gain", "", 0.1, 1000.0, "gain K"},
+          shortened({}),
+          {},
+          {{"ours: feed-forward", true, ours, {limit}}, {"published law", false, paper, {limit}}},
+          {{1.0, 30.0}}};
 }
 
-// --- delay and speed --------------------------------------------------------------------------------------------------------
+// --- delay and speed ------------------------------------------------------------------------------------------------
 
 OutcomeMap delay_speed() {
   constexpr double kMove_mm = 20.0, kPeakPerMean = 1.875;  // of a minimum-jerk move
@@ -262,16 +242,13 @@ OutcomeMap delay_speed() {
   return {
       "delay_speed",
       "Delay and speed",
-      "How late the frames of the control loop come against how fast the target moves; contact at 1 kHz, control every "
-      "5 ms, "
-      "two clocks in lockstep. Ours takes the gain that period and delay allow, 0.6 * 2 b / (T_c + delay) at most, and "
-      "hands frames over with an offset that keeps the gaps. Without the offset nothing is lost on a flat face: it "
-      "takes "
-      "bumps out of forces on curved ones. A gain chosen for the period alone, K = 6, is beyond the loop's limit right "
-      "of "
-      "the line. All fail at the right, where the PID of the pose comes too late, and at the top, where it lags: the "
-      "box "
-      "resists with 10 N s/m, which takes an error of 33 mm per m/s, and 10 mm count as lost.",
+      "How late the frames of the control loop come against how fast the target moves; contact at 1 kHz, control "
+      "every 5 ms, two clocks in lockstep. Ours takes the gain that period and delay allow, 0.6 * 2 b / (T_c + "
+      "delay) at most, and hands frames over with an offset that keeps the gaps. Without the offset nothing is lost "
+      "on a flat face: it takes bumps out of forces on curved ones. A gain chosen for the period alone, K = 6, is "
+      "beyond the loop's limit right of the line. All fail at the right, where the PID of the pose comes too late, "
+      "and at the top, where it lags: the box resists with 10 N s/m, which takes an error of 33 mm per m/s, and 10 "
+      "mm count as lost.",
       delay,
       speed,
       shortened({"time.control_period=5 ms"}),
@@ -282,7 +259,7 @@ OutcomeMap delay_speed() {
       std::nullopt};
 }
 
-// --- viscosity ---------------------------------------------------------------------------------------------------------------
+// --- viscosity ------------------------------------------------------------------------------------------------------
 
 constexpr double kShortMove_mm = 2.0;  // A drag by the object's damping is not what this map is about.
 
@@ -323,15 +300,12 @@ OutcomeMap viscosity(int count) {
       "viscosity",
       "Viscosity",
       "The viscosity of the joints against that of the object, its rotation scaled alike; their ratio is what plain "
-      "Gauss-Seidel sweeps are known to stall on. The move is 2 mm, lest the object's drag decide. Plain sweeps have "
-      "the "
-      "same tolerance and budget, 200 sweeps, on the whole matrix, and are not accelerated: they take longer, and hold "
-      "as "
-      "much. Springs at the start of the step overshoot where either body moves too easily: left of and below the "
-      "line. Ours "
-      "fails at the left edge: the tolerance of a solve, 1e-6, is relative to the free motion of a tick, which is a "
-      "thousand times the scene's where the joints resist so little, and what is left of it lets fingers creep. With "
-      "`contact.tolerance=1e-9` and 1000 sweeps it holds there, too.",
+      "Gauss-Seidel sweeps are known to stall on. The move is 2 mm, lest the object's drag decide. Plain sweeps "
+      "have the same tolerance and budget, 200 sweeps, on the whole matrix, and are not accelerated: they take "
+      "longer, and hold as much. Springs at the start of the step overshoot where either body moves too easily: "
+      "left of and below the line. Ours fails at the left edge: the tolerance of a solve, 1e-6, is relative to the "
+      "free motion of a tick, which is a thousand times the scene's where the joints resist so little, and what is "
+      "left of it lets fingers creep. With `contact.tolerance=1e-9` and 1000 sweeps it holds there, too.",
       joint,
       object,
       shortened({}),
@@ -345,7 +319,7 @@ OutcomeMap viscosity(int count) {
       {{0.05, 10.0}}};
 }
 
-// --- contacts and redundancy -----------------------------------------------------------------------------------------------------
+// --- contacts and redundancy ----------------------------------------------------------------------------------------
 
 /// The published gaussian with the width that the scene's 320 control points give it, whatever their number.
 Model with_fixed_gaussian(const Model& model) {
@@ -373,14 +347,12 @@ OutcomeMap redundancy() {
   };
   return {"redundancy",
           "Contacts and redundancy",
-          "How many control points a fingertip has against how many of them may be contacts. Where contacts lie closer "
-          "together than the kernel is wide, rows of W become alike. Ours is the kernel of an elastic half space; the "
-          "plain "
-          "ones are the published gaussian, its width following the spacing of the points, and the same with the width "
-          "fixed "
-          "at that of 320 points. Ours fails at the right bottom, where 2 to 4 of several hundred points may be "
-          "contacts: a "
-          "spot far smaller than the patch that the load presses; the forces chatter.",
+          "How many control points a fingertip has against how many of them may be contacts. Where contacts lie "
+          "closer together than the kernel is wide, rows of W become alike. Ours is the kernel of an elastic half "
+          "space; the plain ones are the published gaussian, its width following the spacing of the points, and the "
+          "same with the width fixed at that of 320 points. Ours fails at the right bottom, where 2 to 4 of several "
+          "hundred points may be contacts: a spot far smaller than the patch that the load presses; the forces "
+          "chatter.",
           {"fingertips.leaves", "count", 40.0, 800.0, "control points of a fingertip"},
           {"contact.max_per_finger", "count", 2.0, 40.0, "most contacts of a finger"},
           shortened({}),
@@ -391,7 +363,7 @@ OutcomeMap redundancy() {
           {{320.0, 20.0}}};
 }
 
-// --- margins ----------------------------------------------------------------------------------------------------------------------
+// --- margins --------------------------------------------------------------------------------------------------------
 
 /// A key that is a number with a unit.
 MarginKey simple(const std::string& name, const std::string& key, double value, const std::string& unit) {
@@ -465,10 +437,9 @@ void add_margins(ordered_json& part, bool quick) {
   ordered_json& figure = add_figure(
       part, "table", "margins", "Margins of the reference scene",
       fmt::format("How far each setting of configs/box_grasp.yaml may go, all others as they are, before the box is no "
-                  "more held: "
-                  "tried at ratios that grow by 2.5, up to 100 at most, and halved between the last that holds and the "
-                  "first that does "
-                  "not to {:.0f} %. Where a setting holds again beyond its first failure, that is not seen.{}",
+                  "more held: tried at ratios that grow by 2.5, up to 100 at most, and halved between the last that "
+                  "holds and the first that does not to {:.0f} %. Where a setting holds again beyond its first "
+                  "failure, that is not seen.{}",
                   100.0 * (accuracy - 1.0), quick ? " The scene is the maps' shorter one." : ""),
       "One deterministic run each, on a virtual clock: no times are measured.");
   figure["columns"] = {"setting",    "in the scene",      "way", "last that holds", "first that does not",
