@@ -14,6 +14,7 @@
 #include "engine/control_tick.h"
 #include "engine/delassus.h"
 #include "engine/handover.h"
+#include "engine/lockstep.h"
 #include "engine/recorder.h"
 #include "solvers/gauss_seidel.h"
 
@@ -40,8 +41,8 @@ struct Springs {
 };
 
 /// Projected Gauss-Seidel with each tangential row in an interval of its own.
-SolveReport solve_box_friction(const MatrixXd& W, const VectorXd& delta_free, double mu, const ContactSettings& settings,
-                               VectorXd& f, VectorXd& delta) {
+SolveReport solve_box_friction(const MatrixXd& W, const VectorXd& delta_free, double mu,
+                               const ContactSettings& settings, VectorXd& f, VectorXd& delta) {
   SolveReport report{SolveStatus::kBudgetSpent};
   delta = delta_free + W * f;
   while (report.sweeps < settings.max_sweeps && report.status == SolveStatus::kBudgetSpent) {
@@ -65,7 +66,12 @@ SolveReport solve_box_friction(const MatrixXd& W, const VectorXd& delta_free, do
 class PlainTick {
  public:
   PlainTick(const Model& model, const PlainContact& plain)
-      : model_(model), plain_(plain), operator_model_(model), now_(model), loads_(model), carried_(3 * model.max_contacts) {
+      : model_(model),
+        plain_(plain),
+        operator_model_(model),
+        now_(model),
+        loads_(model),
+        carried_(3 * model.max_contacts) {
     if (plain.law == ContactLaw::kWrongStep) operator_model_.scene.step_s = plain.operator_step_s;
     for (const Pulp& pulp : model.pulps) springs_.emplace_back(pulp);
   }
@@ -232,8 +238,8 @@ std::function<double(const Scene&)> PlainTick::penalty_limit(const Frame& frame)
   // K J_c B^-1 J_c' of one body at a time, for unit mobilities: joints, the object's translation and rotation.
   std::array<MatrixXd, 3> parts;
   for (int part = 0; part < 3; ++part) {
-    GroupedDelassus body = delassus_operator(model_, frame, now_, {part == 0 ? 1.0 : 0.0, part == 1 ? 1.0 : 0.0,
-                                                                   part == 2 ? 1.0 : 0.0});
+    GroupedDelassus body =
+        delassus_operator(model_, frame, now_, {part == 0 ? 1.0 : 0.0, part == 1 ? 1.0 : 0.0, part == 2 ? 1.0 : 0.0});
     body.compliance = {};
     MatrixXd W(n, n);
     body.to_dense(W);
@@ -288,13 +294,33 @@ Recording run_plain(const Model& model, const PlainContact& plain) {
   return run(own, tick, frame);
 }
 
+Recording run_lockstep_without_offset(const Model& model) {
+  Lockstep loops(model);
+  loops.workspace().policy.offset_decay_s = 0.0;
+  Recorder recorder(model);
+  for (bool held = true; loops.state.tick < recorder.planned() && held;) {
+    const double time_s = static_cast<double>(loops.state.tick) * model.scene.step_s;
+    const Vector3d centre_m = loops.state.X_WO.translation();
+    const TickReport contact = loops.tick();
+    TickRecord record = tick_record(model, loops.state, contact, loops.control());
+    if (loops.controlled()) {
+      record_control(loops.control(), record);
+      recorder.check_grasp(time_s, loops.control(), centre_m);
+      if (loops.state.tick == 1 && recorder.has_unsolved()) break;
+    }
+    held = recorder.add(record, loops.controller().f_muscle);
+  }
+  return recorder.finish(loops.state, loops.control(), 0.0);
+}
+
 std::function<double(const Scene&)> penalty_step_limit(const Model& model, double step_s, double duration_s) {
   Model own = with_room(model, {});
   own.scene.step_s = own.scene.control_period_s = step_s;
   own.scene.duration_s = duration_s;
   PlainTick tick(own, {});
   Frame frame(own);
-  (void)run(own, tick, frame);
+  const bool lost = run(own, tick, frame).loss.has_value();
+  if (lost) return [](const Scene&) { return std::numeric_limits<double>::quiet_NaN(); };
   return tick.penalty_limit(frame);
 }
 

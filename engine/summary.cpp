@@ -282,7 +282,8 @@ ordered_json summarize(const Model& model, const Recording& recording) {
 }
 
 std::optional<SolveFailure> solve_failure(const Model& model, const Recording& recording) {
-  if (recording.unsolved) return SolveFailure{recording.unsolved->time_s, false, explain(model.scene, *recording.unsolved)};
+  if (recording.unsolved)
+    return SolveFailure{recording.unsolved->time_s, false, explain(model.scene, *recording.unsolved)};
   for (const TickRecord& tick : recording.ticks) {
     const std::string what = unsolved_in(tick);
     if (what.empty()) continue;
@@ -291,9 +292,8 @@ std::optional<SolveFailure> solve_failure(const Model& model, const Recording& r
   }
   const double residual = residual_p99(recording);
   if (!(residual > kNotConverged)) return std::nullopt;
-  const auto first = std::find_if(recording.ticks.begin(), recording.ticks.end(), [](const TickRecord& tick) {
-    return tick.contact.solve.residual > kNotConverged;
-  });
+  const auto first = std::find_if(recording.ticks.begin(), recording.ticks.end(),
+                                  [](const TickRecord& tick) { return tick.contact.solve.residual > kNotConverged; });
   return SolveFailure{first->time_s, true,
                       fmt::format("the contact solver did not converge: p99 residual {:.1e}", residual)};
 }

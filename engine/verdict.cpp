@@ -14,24 +14,32 @@ namespace thenar {
 
 namespace {
 
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kChatterWindow_s = 0.3;
 // Steady grips have 1e-9 to 2e-4, 2e-3 in steps of 20 ms; loops and springs beyond their limits 0.014 and more.
 constexpr double kChatters = 0.01;
 
-/// Of forces that are `stride` ticks apart.
-double chatter(const std::vector<TickRecord>& ticks, std::size_t stride) {
-  double worst = std::numeric_limits<double>::quiet_NaN();
+/// Of forces that are `stride` ticks apart, over the window that ends at `until_s`.
+double chatter(const std::vector<TickRecord>& ticks, std::size_t stride, double until_s) {
+  double worst = kNone;
   for (std::size_t k = 0; k < kFingers; ++k) {
     const auto normal_N = [&](std::size_t i) { return ticks[i].force[k].normal_N; };
     double turns = 0.0, sum = 0.0;
-    for (std::size_t i = 2 * stride; i < ticks.size(); ++i) {
-      if (!ticks[i].is_from(ticks.back().time_s - kChatterWindow_s)) continue;
+    for (std::size_t i = 2 * stride; i < ticks.size() && ticks[i].time_s <= until_s; ++i) {
+      if (!ticks[i].is_from(until_s - kChatterWindow_s)) continue;
       turns += 0.5 * std::abs(normal_N(i) - 2.0 * normal_N(i - stride) + normal_N(i - 2 * stride));
       sum += normal_N(i);
     }
     if (sum > 0.0) worst = std::fmax(worst, turns / sum);
   }
   return worst;
+}
+
+double chatter(const Recording& recording, double until_s) {
+  std::int64_t oldest = 0;  // A loop through the controller swings with the age that frames reach.
+  for (const TickRecord& tick : recording.ticks) oldest = std::max(oldest, tick.contact.frame_age);
+  return std::fmax(chatter(recording.ticks, 1, until_s),
+                   chatter(recording.ticks, static_cast<std::size_t>(oldest) + 1, until_s));
 }
 
 std::string joined(const std::string& first, const std::string& then) {
@@ -71,9 +79,7 @@ const char* name(Outcome outcome) {
 }
 
 double force_chatter(const Recording& recording) {
-  std::int64_t oldest = 0;  // A loop through the controller swings with the age that frames reach.
-  for (const TickRecord& tick : recording.ticks) oldest = std::max(oldest, tick.contact.frame_age);
-  return std::fmax(chatter(recording.ticks, 1), chatter(recording.ticks, static_cast<std::size_t>(oldest) + 1));
+  return recording.ticks.empty() ? kNone : chatter(recording, recording.ticks.back().time_s);
 }
 
 Verdict verdict(const Model& model, const Recording& recording) {
@@ -81,9 +87,10 @@ Verdict verdict(const Model& model, const Recording& recording) {
   const auto& loss = recording.loss;
   const std::string lost = loss ? fmt::format("the object was lost at {:.3f} s: {}", loss->time_s, loss->reason) : "";
   if (unsolved && unsolved->contact) return {Outcome::kSolverFailed, joined(unsolved->reason, lost)};
-  const double chatter = force_chatter(recording);
-  if (chatter > kChatters) {
-    return {Outcome::kUnstable, joined(fmt::format("forces chatter by {:.0f} %", 100.0 * chatter), lost)};
+  // Forces of a finger that slides off are unsteady, too: what counts is how they were before.
+  const double share = loss ? chatter(recording, loss->since_s) : force_chatter(recording);
+  if (share > kChatters) {
+    return {Outcome::kUnstable, joined(fmt::format("forces chatter by {:.0f} %", 100.0 * std::min(share, 1.0)), lost)};
   }
   if (unsolved && !(loss && loss->since_s < unsolved->time_s)) {
     return {Outcome::kSolverFailed, joined(unsolved->reason, lost)};

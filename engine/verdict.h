@@ -24,14 +24,15 @@ struct Verdict {
   std::string reason;  ///< In words; empty if it is held.
 };
 
-/// How much of a finger's force changes to and fro: half the mean size of its second difference, over the mean force, of
-/// the worst finger over the last 0.3 s; the larger of that from tick to tick and that from frame to frame (control period
-/// and delay). A force that alternates between F + a and F - a has 2 a / F, a ramp none, one jump among n ticks 1/n of its
-/// share. NaN where no finger is loaded.
+/// How much of a finger's force changes to and fro: half the mean size of its second difference, over the mean force,
+/// of the worst finger over the last 0.3 s; the larger of that from tick to tick and that from frame to frame (control
+/// period and delay). A force that alternates between F + a and F - a has 2 a / F, a ramp none, one jump among n ticks
+/// 1/n of its share. NaN where no finger is loaded.
 [[nodiscard]] double force_chatter(const Recording& recording);
 
-/// The verdict on a run that has ended. Of several causes the first in time; forces that chatter before all that follows
-/// from it, unless the contact solver failed. Without control nobody minds the object: only solves and chatter count.
+/// The verdict on a run that has ended. Of several causes the first in time; forces that chatter before a finger slides
+/// come before all that follows, unless the contact solver failed. Without control nobody minds the object: only solves
+/// and chatter count.
 [[nodiscard]] Verdict verdict(const Model& model, const Recording& recording);
 
 }  // namespace thenar

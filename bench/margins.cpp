@@ -1,0 +1,58 @@
+#include "bench/margins.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "bench/outcome_map.h"
+#include "engine/config.h"
+#include "engine/lockstep.h"
+#include "engine/monolithic.h"
+
+namespace thenar {
+
+namespace {
+
+Verdict judge(const MarginKey& key, std::vector<std::string> changes, double value) {
+  for (const std::string& change : key.changes(value)) changes.push_back(change);
+  try {
+    const Model model(load_scene(std::string(THENAR_CONFIGS) + "/box_grasp.yaml", changes));
+    return run_and_judge(model, [&](const Model& own) {
+      State state(own);
+      return key.lockstep ? run_lockstep(own, state) : run_monolithic(own, state);
+    });
+  } catch (const ConfigError& error) {
+    return {Outcome::kRefused, error.what()};
+  }
+}
+
+}  // namespace
+
+Margin find_margin(const MarginKey& key, bool up, const std::vector<std::string>& overrides, double accuracy) {
+  constexpr double kGrowth = 2.5;
+  const auto at = [&](double ratio) {
+    const double value = up ? key.value * ratio : key.value / ratio;
+    return key.whole ? std::round(value) : value;
+  };
+  Margin margin{up, key.value, std::numeric_limits<double>::quiet_NaN(), 1.0, {}};
+  double holds = 1.0, fails = 1.0;
+  while (fails == 1.0 && holds < key.most) {
+    const double ratio = std::min(key.most, kGrowth * holds);
+    margin.there = judge(key, overrides, at(ratio));
+    (margin.there.outcome == Outcome::kHeld ? holds : fails) = ratio;
+  }
+  while (fails > accuracy * holds) {
+    const double ratio = std::sqrt(holds * fails);
+    if (at(ratio) == at(holds) || at(ratio) == at(fails)) break;
+    const Verdict verdict = judge(key, overrides, at(ratio));
+    const bool held = verdict.outcome == Outcome::kHeld;
+    (held ? holds : fails) = ratio;
+    if (!held) margin.there = verdict;
+  }
+  margin.holds = at(holds);
+  margin.ratio = holds;
+  if (fails > 1.0) margin.fails = at(fails);
+  return margin;
+}
+
+}  // namespace thenar
