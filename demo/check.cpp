@@ -91,23 +91,19 @@ void describe_parts(const Model& model, std::ostream& out) {
   out << fmt::format("  of {:.1f} us a tick; within {:.3g} mm, {:.3g} deg and {:.3g} % of the forces (tolerance)\n",
                      full.us, 1e3 * allowed.position_m, deg(allowed.rotation_rad), 100.0 * allowed.force);
 
-  const PartEffect* last = nullptr;
-  std::string parts;
+  // Of levels the last one tells it.
   const NeededParts needed = needed_parts(model, full);
+  std::vector<PartEffect> out_of_it;
   for (const PartEffect& effect : needed.tried) {
     if (!effect.within) continue;
-    if (last == nullptr || last->part != effect.part)
-      parts += fmt::format("{}{}", parts.empty() ? "" : ", ", name(effect.part));
-    last = &effect;
+    if (!out_of_it.empty() && out_of_it.back().part == effect.part) out_of_it.pop_back();
+    out_of_it.push_back(effect);
   }
-  out << "  model: auto " << (scene.only_needed ? "leaves out " : "would leave out ");
-  if (last == nullptr) {
-    out << "nothing\n";
-    return;
-  }
-  if (needed.scene.contact.level != scene.contact.level)
-    parts += fmt::format(", down to level {}", *needed.scene.contact.level);
-  out << fmt::format("{}\n  which saves {:.1f} us a tick; {}\n", parts, full.us - last->us, in_words(*last));
+  out << "  model: auto " << (scene.only_needed ? "leaves out" : "would leave out")
+      << (out_of_it.empty() ? " nothing\n" : ", all together\n");
+  for (const PartEffect& effect : out_of_it) out << "    " << title(effect) << "\n";
+  if (out_of_it.empty()) return;
+  out << fmt::format("  which saves {:.1f} us; {}\n", full.us - out_of_it.back().us, in_words(out_of_it.back()));
 }
 
 void describe_contact(const Scene& scene, std::ostream& out) {

@@ -51,7 +51,8 @@ bool is_within(const PathDeviation& error, const Tolerance& tolerance) {
 
 PartEffect effect_of(Part part, const Scene& without, const Model& model, const PathRun& full) {
   const PathRun run = run_path(Model(without, model));
-  PartEffect effect{part, run.verdict, deviation(run.path, full.path, first_measured(model.scene)), run.us};
+  PartEffect effect{part, without.contact.level.value_or(0), run.verdict,
+                    deviation(run.path, full.path, first_measured(model.scene)), run.us};
   effect.alike = run.ended && run.verdict.outcome == full.verdict.outcome;
   effect.within = effect.alike && is_within(effect.error, model.scene.tolerance);
   return effect;
@@ -194,6 +195,10 @@ NeededParts needed_parts(const Model& model, const PathRun& full) {
   return needed;
 }
 
+std::string title(const PartEffect& effect) {
+  return effect.part == Part::kDetail ? fmt::format("{} to {}", name(effect.part), effect.level) : name(effect.part);
+}
+
 std::string in_words(const PartEffect& effect) {
   if (!effect.alike) return fmt::format("{}: {}", name(effect.verdict.outcome), effect.verdict.reason);
   constexpr double kRadian_deg = 180.0 / std::numbers::pi;
@@ -211,9 +216,15 @@ Model as_needed(Model model) {
     return model;
   }
   NeededParts needed = needed_parts(model, full);
-  for (const PartEffect& effect : needed.tried) {
-    needed.scene.left_out.push_back(
-        fmt::format("{} {}: {}", effect.within ? "left out" : "kept", name(effect.part), in_words(effect)));
+  std::vector<std::string>& lines = needed.scene.left_out;
+  for (std::size_t i = 0; i < needed.tried.size(); ++i) {
+    const PartEffect& effect = needed.tried[i];
+    // Of levels the last one tells it.
+    const bool goes_on = effect.within && i + 1 < needed.tried.size() && needed.tried[i + 1].part == effect.part &&
+                         needed.tried[i + 1].within;
+    if (goes_on) continue;
+    lines.push_back(
+        fmt::format("{}: {}: {}", effect.within ? "left out" : "not left out", title(effect), in_words(effect)));
   }
   return Model(std::move(needed.scene), model);
 }
