@@ -65,7 +65,6 @@ void describe_mending(const Model& model, std::ostream& out) {
 /// What each part costs and gives, and what could be left out: the scene is run without it.
 void describe_parts(const Model& model, std::ostream& out) {
   const Scene& scene = model.scene;
-  const auto deg = [](double angle_rad) { return angle_rad * 180.0 / EIGEN_PI; };
   const Tolerance& allowed = scene.tolerance;
   std::cerr << "running the scene once without each of its parts\n";
   const PathRun full = run_path(model);
@@ -79,17 +78,14 @@ void describe_parts(const Model& model, std::ostream& out) {
     out << "  there is none that could be left out\n";
     return;
   }
-  out << fmt::format("  {:<52}{:>9}{:>16}{:>13}{:>10}\n", "", "saves us", "path, um rms", "turned, deg", "forces, %");
+  out << fmt::format("  {:<54}{:>8}  {:<40}\n", "", "saves us", "without it, rms");
   for (const PartEffect& effect : effects) {
-    out << fmt::format("  {:<52}{:>9.1f}{:>16.2g}{:>13.2g}{:>10.2g}  {}\n", name(effect.part), full.us - effect.us,
-                       1e6 * effect.error.position_rms_m, deg(effect.error.rotation_rms_rad),
-                       100.0 * effect.error.force,
-                       effect.within  ? "could be left out"
-                       : effect.alike ? "needed"
-                                      : "needed: else " + in_words(effect));
+    out << fmt::format("  {:<54}{:>8.1f}  {:<40}{}\n", title(effect), full.us - effect.us,
+                       effect.alike ? in_words(effect.error) : in_words(effect),
+                       effect.within ? "could be left out" : "needed");
   }
   out << fmt::format("  of {:.1f} us a tick; within {:.3g} mm, {:.3g} deg and {:.3g} % of the forces (tolerance)\n",
-                     full.us, 1e3 * allowed.position_m, deg(allowed.rotation_rad), 100.0 * allowed.force);
+                     full.us, 1e3 * allowed.position_m, allowed.rotation_rad * 180.0 / EIGEN_PI, 100.0 * allowed.force);
 
   // Of levels the last one tells it.
   const NeededParts needed = needed_parts(model, full);

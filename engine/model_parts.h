@@ -85,7 +85,9 @@ struct NeededParts {
 
 /// name(), and how far detail goes: "level of detail (contact.level) to 4".
 [[nodiscard]] std::string title(const PartEffect& effect);
-/// What becomes of the scene, in words: how far it is off, or how it fails.
+/// The rms of position, rotation and forces: "2.1 um, 0.0029 deg, forces 0.21 %".
+[[nodiscard]] std::string in_words(const PathDeviation& error);
+/// How far the scene is off, or how else it ends.
 [[nodiscard]] std::string in_words(const PartEffect& effect);
 
 /// The model as its scene wants it: as it is or, for `model: auto`, with the needed parts, and Scene::left_out says which

@@ -108,11 +108,6 @@ const PartEffect* effect_of(const CaseResult& result, Part part) {
   return found == result.effects.end() ? nullptr : &*found;
 }
 
-std::string off(const PathDeviation& error) {
-  return fmt::format("{:.2g} µm, {:.2g}°, {:.2g} %", 1e6 * error.position_rms_m, kRadian_deg * error.rotation_rms_rad,
-                     100.0 * error.force);
-}
-
 ordered_json part_columns(std::vector<std::string> columns) {
   for (const Part part : kParts) columns.push_back(short_name(part));
   return columns;
@@ -165,7 +160,7 @@ void add_errors(ordered_json& part, const std::vector<CaseResult>& results) {
       const PartEffect* const effect = effect_of(result, what);
       const std::string cell = effect == nullptr ? "–"
                                : !effect->alike  ? std::string("NEEDED: ") + name(effect->verdict.outcome)
-                                                 : (effect->within ? "" : "NEEDED: ") + off(effect->error);
+                                                 : (effect->within ? "" : "NEEDED: ") + in_words(effect->error);
       row.push_back(cell);
     }
     figure["rows"].push_back(row);
@@ -184,6 +179,7 @@ void add_needs(ordered_json& part, const std::vector<CaseResult>& results) {
     int with = 0;
     std::string needed;
     PathDeviation largest;
+    bool needed_in_all = true;
     for (const CaseResult& result : results) {
       const PartEffect* const effect = effect_of(result, what);
       if (effect == nullptr) continue;
@@ -192,12 +188,14 @@ void add_needs(ordered_json& part, const std::vector<CaseResult>& results) {
         needed += (needed.empty() ? "" : ", ") + result.name;
         continue;
       }
+      needed_in_all = false;
       largest.position_rms_m = std::max(largest.position_rms_m, effect->error.position_rms_m);
       largest.rotation_rms_rad = std::max(largest.rotation_rms_rad, effect->error.rotation_rms_rad);
       largest.force = std::max(largest.force, effect->error.force);
     }
     if (with == 0) continue;
-    figure["rows"].push_back({name(what), with, needed.empty() ? "none" : needed, off(largest)});
+    figure["rows"].push_back(
+        {name(what), with, needed.empty() ? "none" : needed, needed_in_all ? "–" : in_words(largest)});
   }
 }
 
@@ -229,7 +227,7 @@ void add_auto(ordered_json& part, const std::vector<CaseResult>& results, int ro
     if (!result.failure.empty()) left_out = "not tried, for the scene fails: " + result.failure;
     figure["rows"].push_back({result.name, left_out.empty() ? "nothing" : left_out, fmt::format("{:.1f}", result.us),
                               fmt::format("{:.1f}", result.auto_us), fmt::format("{:.1f}", result.us / result.auto_us),
-                              last != nullptr ? off(last->error) : "–"});
+                              last != nullptr ? in_words(last->error) : "–"});
   }
 }
 
@@ -403,7 +401,7 @@ void add_split(ordered_json& part, bool quick, int rounds) {
 int main(int argc, char** argv) try {
   using namespace thenar;
   const PartArguments arguments = part_arguments(argc, argv);
-  const int rounds = arguments.quick ? 1 : 5;
+  const int rounds = arguments.quick ? 1 : 3;
   ordered_json part = make_part("model", "No more than a scene needs",
                                 "What a scene does not name is not modelled. Of what it names, each part was left out "
                                 "by itself: what it costs, and how "
@@ -418,7 +416,7 @@ int main(int argc, char** argv) try {
   add_needs(part, results);
   add_auto(part, results, rounds);
   add_detail(part, arguments.quick, rounds);
-  add_split(part, arguments.quick, arguments.quick ? 1 : 3);
+  add_split(part, arguments.quick, rounds);
   write_part(part, arguments);
   return 0;
 } catch (const std::exception& error) {
