@@ -78,7 +78,7 @@ void describe_parts(const Model& model, std::ostream& out) {
     out << "  there is none that could be left out\n";
     return;
   }
-  out << fmt::format("  {:<54}{:>8}  {:<40}\n", "", "saves us", "without it, rms");
+  out << fmt::format("  {:<54}{:>8}  {}\n", "", "saves us", "without it, rms");
   for (const PartEffect& effect : effects) {
     out << fmt::format("  {:<54}{:>8.1f}  {:<40}{}\n", title(effect), full.us - effect.us,
                        effect.alike ? in_words(effect.error) : in_words(effect),

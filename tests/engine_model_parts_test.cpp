@@ -143,7 +143,7 @@ TEST(ModelParts, AutoStaysWithinTheTolerance) {
 }
 
 TEST(ModelParts, AutoKeepsASoftObjectThatMatters) {
-  const Scene loose = expect_within(grasp({"model=auto", kSoft}), Tolerance{});
+  const Scene loose = expect_within(grasp({"model=auto", kSoft}, "0.4 s"), Tolerance{});
   EXPECT_FALSE(loose.object.compliance);
   const Scene tight =
       expect_within(grasp({"model=auto", kSoft, "tolerance={position: 1 um, rotation: 0.001 deg, force: 0.1 %}"}),
@@ -152,7 +152,7 @@ TEST(ModelParts, AutoKeepsASoftObjectThatMatters) {
 }
 
 TEST(ModelParts, AutoGivesTheSameBits) {
-  const Model full(grasp({"model=auto"}));
+  const Model full(grasp({"model=auto"}, "0.1 s"));
   EXPECT_EQ(as_needed(full).scene.left_out, as_needed(full).scene.left_out);
 }
 
