@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kRadian_deg = 180.0 / std::numbers::pi;
 constexpr int kCoarsest = 8;  // Of contact.level.
-// The controller's model of a fingertip that does not give way, as in configs/minimal.yaml: stiff enough for rigid contacts.
+// The controller's model of a fingertip that does not give way, as in configs/minimal.yaml: stiff enough.
 constexpr double kRigidNormal_N_per_m = 50e3, kRigidTangential_N_per_m = 33.3e3;
 // A change so small is none: it is rounding, or what a contact solve leaves open that stops at a residual of 1e-6.
 constexpr Tolerance kNoChange{1e-9, 1e-7, 1e-6};

@@ -379,7 +379,7 @@ void add_split(ordered_json& part, bool quick, int rounds) {
       "is all there is, in grasps most of it is the controller's own delay, the same in all three rows. The last "
       "column is "
       "the largest jump of a finger's force when a frame comes. What the fit of curvatures costs is a part of contact "
-      "finding and not in the column of the contact tick.",
+      "finding and not in the column of the contact tick. Handle and mug are lost with frames of 20 ms.",
       runs_in_turns(rounds));
   figure["columns"] = {"scene",
                        "frames",
@@ -390,8 +390,12 @@ void add_split(ordered_json& part, bool quick, int rounds) {
                        "forces off, %",
                        "largest jump of a force, N"};
   figure["rows"] = ordered_json::array();
-  for (const Case& item : quick ? std::vector<Case>{kSlide} : std::vector<Case>{kSlide, kStick, kBox, kCapsule, kMug}) {
-    for (const double period_ms : {5.0, 20.0}) add_split_rows(figure["rows"], item, period_ms, rounds);
+  const std::vector<Case> items =
+      quick ? std::vector<Case>{kSlide} : std::vector<Case>{kSlide, kStick, kBox, kCapsule, kMug};
+  for (const Case& item : items) {
+    add_split_rows(figure["rows"], item, 5.0, rounds);
+    // With frames every 20 ms the other grasps are lost.
+    if (&item - items.data() < 3) add_split_rows(figure["rows"], item, 20.0, rounds);
   }
 }
 
