@@ -65,7 +65,6 @@ void describe_mending(const Model& model, std::ostream& out) {
 /// What each part costs and gives, and what could be left out: the scene is run without it.
 void describe_parts(const Model& model, std::ostream& out) {
   const Scene& scene = model.scene;
-  const auto deg = [](double angle_rad) { return angle_rad * 180.0 / EIGEN_PI; };
   const Tolerance& allowed = scene.tolerance;
   std::cerr << "running the scene once without each of its parts\n";
   const PathRun full = run_path(model);
@@ -79,35 +78,28 @@ void describe_parts(const Model& model, std::ostream& out) {
     out << "  there is none that could be left out\n";
     return;
   }
-  out << fmt::format("  {:<52}{:>9}{:>16}{:>13}{:>10}\n", "", "saves us", "path, um rms", "turned, deg", "forces, %");
+  out << fmt::format("  {:<54}{:>8}  {}\n", "", "saves us", "without it, rms");
   for (const PartEffect& effect : effects) {
-    out << fmt::format("  {:<52}{:>9.1f}{:>16.2g}{:>13.2g}{:>10.2g}  {}\n", name(effect.part), full.us - effect.us,
-                       1e6 * effect.error.position_rms_m, deg(effect.error.rotation_rms_rad),
-                       100.0 * effect.error.force,
-                       effect.within  ? "could be left out"
-                       : effect.alike ? "needed"
-                                      : "needed: else " + in_words(effect));
+    out << fmt::format("  {:<54}{:>8.1f}  {:<40}{}\n", title(effect), full.us - effect.us,
+                       effect.alike ? in_words(effect.error) : in_words(effect),
+                       effect.within ? "could be left out" : "needed");
   }
   out << fmt::format("  of {:.1f} us a tick; within {:.3g} mm, {:.3g} deg and {:.3g} % of the forces (tolerance)\n",
-                     full.us, 1e3 * allowed.position_m, deg(allowed.rotation_rad), 100.0 * allowed.force);
+                     full.us, 1e3 * allowed.position_m, allowed.rotation_rad * 180.0 / EIGEN_PI, 100.0 * allowed.force);
 
-  const PartEffect* last = nullptr;
-  std::string parts;
+  // Of levels the last one tells it.
   const NeededParts needed = needed_parts(model, full);
+  std::vector<PartEffect> out_of_it;
   for (const PartEffect& effect : needed.tried) {
     if (!effect.within) continue;
-    if (last == nullptr || last->part != effect.part)
-      parts += fmt::format("{}{}", parts.empty() ? "" : ", ", name(effect.part));
-    last = &effect;
+    if (!out_of_it.empty() && out_of_it.back().part == effect.part) out_of_it.pop_back();
+    out_of_it.push_back(effect);
   }
-  out << "  model: auto " << (scene.only_needed ? "leaves out " : "would leave out ");
-  if (last == nullptr) {
-    out << "nothing\n";
-    return;
-  }
-  if (needed.scene.contact.level != scene.contact.level)
-    parts += fmt::format(", down to level {}", *needed.scene.contact.level);
-  out << fmt::format("{}\n  which saves {:.1f} us a tick; {}\n", parts, full.us - last->us, in_words(*last));
+  out << "  model: auto " << (scene.only_needed ? "leaves out" : "would leave out")
+      << (out_of_it.empty() ? " nothing\n" : ", all together\n");
+  for (const PartEffect& effect : out_of_it) out << "    " << title(effect) << "\n";
+  if (out_of_it.empty()) return;
+  out << fmt::format("  which saves {:.1f} us; {}\n", full.us - out_of_it.back().us, in_words(out_of_it.back()));
 }
 
 void describe_contact(const Scene& scene, std::ostream& out) {

@@ -16,11 +16,18 @@ namespace thenar {
 
 namespace {
 
+constexpr double kRadian_deg = 180.0 / std::numbers::pi;
 constexpr int kCoarsest = 8;  // Of contact.level.
-// The controller's model of a fingertip that does not give way, as in configs/minimal.yaml: stiff enough for rigid contacts.
+// The controller's model of a fingertip that does not give way, as in configs/minimal.yaml: stiff enough.
 constexpr double kRigidNormal_N_per_m = 50e3, kRigidTangential_N_per_m = 33.3e3;
 // A change so small is none: it is rounding, or what a contact solve leaves open that stops at a residual of 1e-6.
 constexpr Tolerance kNoChange{1e-9, 1e-7, 1e-6};
+
+/// Two digits; what is next to nothing is 0.
+std::string brief(double value) {
+  if (value < 1e-3) return "0";
+  return value < 10.0 ? fmt::format("{:.2g}", value) : fmt::format("{:.0f}", value);
+}
 
 double rms(double squares, double count) { return count > 0.0 ? std::sqrt(squares / count) : 0.0; }
 
@@ -51,7 +58,8 @@ bool is_within(const PathDeviation& error, const Tolerance& tolerance) {
 
 PartEffect effect_of(Part part, const Scene& without, const Model& model, const PathRun& full) {
   const PathRun run = run_path(Model(without, model));
-  PartEffect effect{part, run.verdict, deviation(run.path, full.path, first_measured(model.scene)), run.us};
+  PartEffect effect{part, without.contact.level.value_or(0), run.verdict,
+                    deviation(run.path, full.path, first_measured(model.scene)), run.us};
   effect.alike = run.ended && run.verdict.outcome == full.verdict.outcome;
   effect.within = effect.alike && is_within(effect.error, model.scene.tolerance);
   return effect;
@@ -194,13 +202,19 @@ NeededParts needed_parts(const Model& model, const PathRun& full) {
   return needed;
 }
 
+std::string title(const PartEffect& effect) {
+  return effect.part == Part::kDetail ? fmt::format("{} to {}", name(effect.part), effect.level) : name(effect.part);
+}
+
+std::string in_words(const PathDeviation& error) {
+  return fmt::format("{} um, {} deg, forces {} %", brief(1e6 * error.position_rms_m),
+                     brief(kRadian_deg * error.rotation_rms_rad), brief(100.0 * error.force));
+}
+
 std::string in_words(const PartEffect& effect) {
   if (!effect.alike) return fmt::format("{}: {}", name(effect.verdict.outcome), effect.verdict.reason);
-  constexpr double kRadian_deg = 180.0 / std::numbers::pi;
-  return fmt::format(
-      "path off by {:.2g} um and {:.2g} deg rms, {:.2g} um and {:.2g} deg at the end, forces by {:.2g} %",
-      1e6 * effect.error.position_rms_m, kRadian_deg * effect.error.rotation_rms_rad,
-      1e6 * effect.error.position_final_m, kRadian_deg * effect.error.rotation_final_rad, 100.0 * effect.error.force);
+  return fmt::format("off by {} rms; {} um, {} deg at the end", in_words(effect.error),
+                     brief(1e6 * effect.error.position_final_m), brief(kRadian_deg * effect.error.rotation_final_rad));
 }
 
 Model as_needed(Model model) {
@@ -211,9 +225,15 @@ Model as_needed(Model model) {
     return model;
   }
   NeededParts needed = needed_parts(model, full);
-  for (const PartEffect& effect : needed.tried) {
-    needed.scene.left_out.push_back(
-        fmt::format("{} {}: {}", effect.within ? "left out" : "kept", name(effect.part), in_words(effect)));
+  std::vector<std::string>& lines = needed.scene.left_out;
+  for (std::size_t i = 0; i < needed.tried.size(); ++i) {
+    const PartEffect& effect = needed.tried[i];
+    // Of levels the last one tells it.
+    const bool goes_on = effect.within && i + 1 < needed.tried.size() && needed.tried[i + 1].part == effect.part &&
+                         needed.tried[i + 1].within;
+    if (goes_on) continue;
+    lines.push_back(
+        fmt::format("{}: {}: {}", effect.within ? "left out" : "not left out", title(effect), in_words(effect)));
   }
   return Model(std::move(needed.scene), model);
 }

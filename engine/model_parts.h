@@ -64,6 +64,7 @@ struct PathRun {
 /// What becomes of a scene without a part.
 struct PartEffect {
   Part part = Part::kFingertips;
+  int level = 0;  ///< Of detail, without it.
   Verdict verdict;
   PathDeviation error;  ///< Against the full model, once the grip has built up (kMeasuredFrom_s).
   double us = 0.0;      ///< PathRun's.
@@ -82,11 +83,15 @@ struct NeededParts {
 };
 [[nodiscard]] NeededParts needed_parts(const Model& model, const PathRun& full);
 
-/// What becomes of the scene, in words: how far it is off, or how it fails.
+/// name(), and how far detail goes: "level of detail (contact.level) to 4".
+[[nodiscard]] std::string title(const PartEffect& effect);
+/// The rms of position, rotation and forces: "2.1 um, 0.0029 deg, forces 0.21 %".
+[[nodiscard]] std::string in_words(const PathDeviation& error);
+/// How far the scene is off, or how else it ends.
 [[nodiscard]] std::string in_words(const PartEffect& effect);
 
 /// The model as its scene wants it: as it is or, for `model: auto`, with the needed parts, and Scene::left_out says which
-/// were left out or kept, and why. Then it runs the scene several times.
+/// were left out or not, and why. Then it runs the scene several times.
 [[nodiscard]] Model as_needed(Model model);
 
 }  // namespace thenar

@@ -97,6 +97,30 @@ TEST(Program, ChecksAScene) {
   EXPECT_NE(thenar_program("check " + config("box_grasp.yaml")).text.find("23 muscles"), std::string::npos);
 }
 
+TEST(Program, ChecksWhatASceneCouldLeaveOut) {
+  const std::string scene = "check " + config("box_grasp.yaml") +
+                            " --set object.points=2000 --set 'time.duration=0.4 s' --set 'tolerance={force: 0.5 %}'";
+  const std::string check = thenar_program(scene).text;
+  const auto line_of = [&](const std::string& part) {
+    const std::size_t at = check.find(part, check.find("what its parts cost and give"));
+    return at == std::string::npos ? "" : check.substr(at, check.find('\n', at) - at);
+  };
+  EXPECT_TRUE(line_of("muscles (control.muscles)").ends_with("could be left out")) << check;
+  EXPECT_TRUE(line_of("deformation of the fingertips (fingertips)").ends_with("needed")) << check;
+  EXPECT_NE(check.find("model: auto would leave out"), std::string::npos) << check;
+  EXPECT_NE(thenar_program(scene + " --set contact.friction=0.1").text.find("not tried, for the scene fails: "),
+            std::string::npos);
+}
+
+TEST(Program, RunsWhatASceneNeeds) {
+  const Outcome run = thenar_program("run " + config("box_grasp.yaml") +
+                                     " --set object.points=2000 --set model=auto --time '0.4 s' --format json");
+  ASSERT_EQ(run.code, 0) << run.text;
+  const auto summary = nlohmann::json::parse(run.text);
+  EXPECT_TRUE(summary.at("muscles").is_null());
+  EXPECT_NE(summary.at("parts").dump().find("left out: muscles (control.muscles)"), std::string::npos) << run.text;
+}
+
 TEST(Program, ChecksWhatTwoLoopsMakeOfAScene) {
   const std::string stick = thenar_program("check " + config("stick.yaml")).text;
   EXPECT_NE(stick.find("closer than 0.3 mm, or that may come so close"), std::string::npos) << stick;

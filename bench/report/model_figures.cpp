@@ -1,0 +1,429 @@
+// The part "model" of the report: what each part of the model costs and how much error it removes, scene by scene, and
+// what `model: auto` makes of it.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <functional>
+#include <iostream>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "bench/report/figure.h"
+#include "engine/lockstep.h"
+#include "engine/model_parts.h"
+#include "engine/percentiles.h"
+
+namespace thenar {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr double kRadian_deg = 180.0 / std::numbers::pi;
+
+struct Case {
+  std::string name, scene;
+  std::vector<std::string> overrides = {};
+
+  [[nodiscard]] Scene load(std::vector<std::string> more = {}) const {
+    more.insert(more.begin(), overrides.begin(), overrides.end());
+    return load_scene(std::filesystem::path(THENAR_CONFIGS) / (scene + ".yaml"), more);
+  }
+};
+
+const Case kBox{"box", "box_grasp"};
+const Case kSlide{"sliding ball", "slide"};
+const Case kCapsule{"handle", "capsule"};
+const Case kMug{"mug", "mug"};
+const Case kStick{"box on a spring", "stick"};
+const Case kSoftBox{
+    "soft box", "box_grasp", {"object.compliance={reduced_modulus: 1 MPa, poisson: 0.5, relaxation: 5 ms}"}};
+
+std::vector<Case> cases(bool quick) {
+  if (quick) return {kBox, kSlide, kCapsule, kSoftBox};
+  std::vector<Case> all{kBox,
+                        {"box, turned", "box_turn"},
+                        {"box by its edges", "box_edge"},
+                        {"thin plate", "thin_plate"},
+                        kCapsule,
+                        kMug,
+                        kStick,
+                        kSlide,
+                        kSoftBox,
+                        {"box, stiffening tips", "box_grasp", {"fingertips.stiffening=0.5 1/N"}}};
+  const Case bunny{"bunny", "bunny"};
+  if (std::filesystem::exists(std::get<CloudShape>(bunny.load().object.shape).file)) all.push_back(bunny);
+  return all;
+}
+
+// --- the parts that have a key ---------------------------------------------------------------------------------------
+
+/// Median times of models that are run in turns.
+std::vector<double> median_us(const std::vector<Model>& models, int rounds) {
+  std::vector<std::vector<double>> us(models.size());
+  for (int round = 0; round < rounds; ++round) {
+    for (std::size_t i = 0; i < models.size(); ++i) us[i].push_back(run_path(models[i]).us);
+  }
+  std::vector<double> medians;
+  for (auto& times : us) medians.push_back(percentiles(std::move(times)).p50);
+  return medians;
+}
+
+struct CaseResult {
+  std::string name;
+  double us = 0.0, auto_us = 0.0;
+  std::vector<PartEffect> effects;  ///< With the times of runs in turns.
+  std::vector<PartEffect> auto_parts;
+  std::string failure;
+};
+
+CaseResult measure(const Case& item, int rounds) {
+  const Model model(item.load());
+  const PathRun full = run_path(model);
+  CaseResult result{item.name, full.us, full.us, {}, {}, full.ended ? "" : full.verdict.reason};
+  if (!full.ended) return result;
+  result.effects = ablate(model, full);
+  const NeededParts needed = needed_parts(model, full);
+  result.auto_parts = needed.tried;
+
+  std::vector<Model> models{model, Model(needed.scene, model)};
+  for (const PartEffect& effect : result.effects) models.emplace_back(leave_out(model.scene, effect.part), model);
+  const std::vector<double> us = median_us(models, rounds);
+  result.us = us[0];
+  result.auto_us = us[1];
+  for (std::size_t i = 0; i < result.effects.size(); ++i) result.effects[i].us = us[i + 2];
+  return result;
+}
+
+std::string short_name(Part part) {
+  const std::string text = name(part);
+  return text.substr(0, text.find(" ("));
+}
+
+const PartEffect* effect_of(const CaseResult& result, Part part) {
+  const auto found = std::ranges::find(result.effects, part, &PartEffect::part);
+  return found == result.effects.end() ? nullptr : &*found;
+}
+
+ordered_json part_columns(std::vector<std::string> columns) {
+  for (const Part part : kParts) columns.push_back(short_name(part));
+  return columns;
+}
+
+std::string runs_in_turns(int rounds) {
+  return fmt::format(
+      "Medians of {} runs; every variant of a scene ran once before any ran again. Errors are the same in "
+      "each run, to the last bit.",
+      rounds);
+}
+
+void add_costs(ordered_json& part, const std::vector<CaseResult>& results, int rounds) {
+  ordered_json& figure = add_figure(
+      part, "table", "part_costs", "What each part of the model costs",
+      "Microseconds of a tick that are saved where one part of the model is left out and all others stay; beside them "
+      "what a tick takes with all parts. A tick is one step of contact and its share of the control tick (here nearly "
+      "always one a step). Level of detail: the next coarser set of control points in the fingertips instead of the "
+      "finest. Deformation of the fingertips: a rigid point of contact a finger instead of a pulp. A dash: the scene "
+      "does "
+      "not have the part. Savings below a few percent of the tick, of either sign, are noise.",
+      runs_in_turns(rounds));
+  figure["columns"] = part_columns({"scene", "all parts, µs"});
+  for (const CaseResult& result : results) {
+    ordered_json row{result.name, std::round(10.0 * result.us) / 10.0};
+    for (const Part what : kParts) {
+      const PartEffect* const effect = effect_of(result, what);
+      row.push_back(effect != nullptr ? ordered_json(fmt::format("{:.1f}", result.us - effect->us)) : "–");
+    }
+    figure["rows"].push_back(row);
+  }
+}
+
+void add_errors(ordered_json& part, const std::vector<CaseResult>& results) {
+  const Tolerance tolerance;
+  ordered_json& figure = add_figure(
+      part, "table", "part_errors", "How much error each part removes",
+      fmt::format(
+          "How far a scene goes astray where one part is left out, against the same scene with all parts: the "
+          "object's position, its rotation (both rms along the way), and the fingers' forces (rms, as a share). "
+          "NEEDED marks what is beyond the default tolerance, {:g} mm, {:g}° and {:g} %, rms or at the end; a "
+          "word stands where the grasp ends in another way than it does with all parts. A rigid fingertip's "
+          "controller knows that it is rigid. The grip's first 0.3 s do not count.",
+          1e3 * tolerance.position_m, kRadian_deg * tolerance.rotation_rad, 100.0 * tolerance.force),
+      "One run each: errors are the same in every run, to the last bit.");
+  figure["columns"] = part_columns({"scene"});
+  for (const CaseResult& result : results) {
+    ordered_json row{result.name};
+    for (const Part what : kParts) {
+      const PartEffect* const effect = effect_of(result, what);
+      const std::string cell = effect == nullptr ? "–"
+                               : !effect->alike  ? std::string("NEEDED: ") + name(effect->verdict.outcome)
+                                                 : (effect->within ? "" : "NEEDED: ") + in_words(effect->error);
+      row.push_back(cell);
+    }
+    figure["rows"].push_back(row);
+  }
+}
+
+void add_needs(ordered_json& part, const std::vector<CaseResult>& results) {
+  ordered_json& figure = add_figure(
+      part, "table", "part_needs", "Which parts are needed at all",
+      "For each part of the model: in how many of the scenes above it is modelled, in which of them it cannot be "
+      "left out within the default tolerance, and the largest error that leaving it out makes in the others. "
+      "What is needed in none is either a part of the published model, or a candidate to be deleted.",
+      "One run each: errors are the same in every run, to the last bit.");
+  figure["columns"] = {"part", "scenes with it", "needed in", "largest error where it is not needed"};
+  for (const Part what : kParts) {
+    int with = 0;
+    std::string needed;
+    PathDeviation largest;
+    bool needed_in_all = true;
+    for (const CaseResult& result : results) {
+      const PartEffect* const effect = effect_of(result, what);
+      if (effect == nullptr) continue;
+      ++with;
+      if (!effect->within) {
+        needed += (needed.empty() ? "" : ", ") + result.name;
+        continue;
+      }
+      needed_in_all = false;
+      largest.position_rms_m = std::max(largest.position_rms_m, effect->error.position_rms_m);
+      largest.rotation_rms_rad = std::max(largest.rotation_rms_rad, effect->error.rotation_rms_rad);
+      largest.force = std::max(largest.force, effect->error.force);
+    }
+    if (with == 0) continue;
+    figure["rows"].push_back(
+        {name(what), with, needed.empty() ? "none" : needed, needed_in_all ? "–" : in_words(largest)});
+  }
+}
+
+void add_auto(ordered_json& part, const std::vector<CaseResult>& results, int rounds) {
+  ordered_json& figure = add_figure(
+      part, "table", "model_auto", "What `model: auto` leaves out",
+      "With `model: auto` a scene is run a few times when it is loaded, and parts are left out one after the other as "
+      "long as "
+      "all that is left out together stays within the scene's tolerance, here the default: 0.1 mm, 0.1° and 5 % of the "
+      "forces. Only errors decide, so that the same scene always keeps the same parts. 'Detail to 4': control points "
+      "of "
+      "level 4, where each stands for about 16 of the finest.",
+      runs_in_turns(rounds));
+  figure["columns"] = {"scene",           "left out",      "all parts, µs a tick",
+                       "auto, µs a tick", "times as fast", "path, forces off"};
+  for (const CaseResult& result : results) {
+    std::string left_out;
+    const PartEffect* last = nullptr;
+    for (std::size_t i = 0; i < result.auto_parts.size(); ++i) {
+      const PartEffect& effect = result.auto_parts[i];
+      if (!effect.within) continue;
+      last = &effect;
+      const bool goes_on = i + 1 < result.auto_parts.size() && result.auto_parts[i + 1].part == effect.part &&
+                           result.auto_parts[i + 1].within;
+      if (goes_on) continue;  // Of levels the last one tells it.
+      left_out += (left_out.empty() ? "" : ", ") +
+                  (effect.part == Part::kDetail ? fmt::format("detail to {}", effect.level) : short_name(effect.part));
+    }
+    if (!result.failure.empty()) left_out = "not tried, for the scene fails: " + result.failure;
+    figure["rows"].push_back({result.name, left_out.empty() ? "nothing" : left_out, fmt::format("{:.1f}", result.us),
+                              fmt::format("{:.1f}", result.auto_us), fmt::format("{:.1f}", result.us / result.auto_us),
+                              last != nullptr ? in_words(last->error) : "–"});
+  }
+}
+
+// --- levels of detail, against fingertips finer than any scene's -----------------------------------------------------
+
+struct Variant {
+  std::string method, setting;
+  Scene scene;
+  bool is_default = false;
+};
+
+/// The scene's fingertips, and coarser and simpler ones.
+std::vector<Variant> variants(const Scene& scene) {
+  std::vector<Variant> all{{"levels of detail", "leaves, the default", scene, true}};
+  Scene coarser = scene;
+  for (int level = 1; level <= 5; ++level) {
+    coarser = leave_out(coarser, Part::kDetail);
+    all.push_back({"levels of detail", fmt::format("level {}", level), coarser});
+  }
+  for (const Part what : {Part::kFingertips, Part::kMuscles, Part::kFingertipMemory}) {
+    if (has(scene, what)) all.push_back({"without " + short_name(what), "", leave_out(scene, what)});
+  }
+  const Model model(scene);
+  all.push_back({"model: auto", "", needed_parts(model, run_path(model)).scene});
+  return all;
+}
+
+ordered_json detail_case(const Case& item, int rounds) {
+  const Scene scene = item.load();
+  std::vector<Variant> all = variants(scene);
+  Model finest(item.load({"fingertips.leaves=1280", "fingertips.points=9600", "contact.max_per_finger=160"}));
+  const PathRun reference = run_path(finest);
+  const auto first = static_cast<std::size_t>(std::lround(kMeasuredFrom_s / scene.step_s));
+  std::vector<Model> models;
+  for (const Variant& variant : all) models.emplace_back(variant.scene, finest);
+  const std::vector<double> us = median_us(models, rounds);
+  ordered_json points = ordered_json::array();
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const PathRun run = run_path(models[i]);
+    if (!run.ended) continue;
+    WorkPoint point{all[i].method, all[i].setting, 100.0 * deviation(run.path, reference.path, first).force, us[i]};
+    point.is_default = all[i].is_default;
+    points.push_back(point);
+  }
+  return {{"name", fmt::format("{} (the reference takes {:.0f} µs)", item.name, reference.us)}, {"points", points}};
+}
+
+void add_detail(ordered_json& part, bool quick, int rounds) {
+  ordered_json& figure =
+      add_figure(part, "work_precision", "detail_precision", "Less of a model: how fast, and how far off",
+                 "What a tick takes (contact step and its share of control) against how far the fingers' forces on the "
+                 "object are off, "
+                 "rms over the scene, measured against fingertips four times as fine as the scene's, with all their "
+                 "contacts (1280 "
+                 "control points instead of 320, up to 160 contacts a finger instead of 20). Lower and further left is "
+                 "better. The line "
+                 "joins levels of detail, each with about half as many control points as the last; single points leave "
+                 "one part out of "
+                 "the scene's own model, or are what `model: auto` makes of it within 5 % of the scene's own forces. A "
+                 "point that is "
+                 "missing lost the object.",
+                 runs_in_turns(rounds));
+  figure["error"] = "forces off the finest model's, rms [%]";
+  figure["time"] = "a tick [µs]";
+  figure["choice"] = "parts of the model";
+  figure["cases"] = ordered_json::array();
+  for (const Case& item : quick ? std::vector<Case>{kBox} : std::vector<Case>{kBox, kCapsule, kMug, kStick, kSlide}) {
+    figure["cases"].push_back(detail_case(item, rounds));
+  }
+}
+
+// --- the parts of two loops that have no key -------------------------------------------------------------------------
+
+/// Two loops on a virtual clock, to their end or the object's loss.
+struct SplitRun {
+  GraspPath path;
+  double contact_us = 0.0;      ///< Median contact tick.
+  double largest_step_N = 0.0;  ///< Of a finger's force at a new frame.
+};
+
+SplitRun run_split(const Model& model, bool curvature, bool offset) {
+  LockstepSettings settings;
+  settings.channel = [&](double, Frame& frame) {
+    if (!curvature) {
+      for (FrameContact& contact : frame.contacts) contact.curvature_per_m = 0.0;
+    }
+    return true;
+  };
+  Lockstep loops(model, settings);
+  if (!offset) loops.workspace().policy.offset_decay_s = 0.0;
+  SplitRun run;
+  std::vector<double> us;
+  for (const auto end = std::lround(model.scene.duration_s / model.scene.step_s); loops.state.tick < end;) {
+    const TickReport tick = loops.tick();
+    us.push_back(1e6 * (tick.assemble_s + tick.solve_s + tick.deform_s));
+    run.path.add(loops.state);
+    const std::size_t now = run.path.force_N.size() - 1;
+    if (!tick.handed_over || static_cast<double>(loops.state.tick) * model.scene.step_s < kMeasuredFrom_s) continue;
+    const FingerForces step_N = run.path.force_N[now] - run.path.force_N[now - 1];
+    run.largest_step_N = std::max(run.largest_step_N, step_N.colwise().norm().maxCoeff());
+  }
+  run.contact_us = percentiles(std::move(us)).p50;
+  return run;
+}
+
+void add_split_rows(ordered_json& rows, const Case& item, double period_ms, int rounds) {
+  const auto every = [&](double period, double delay) {
+    return item.load({"time.step=0.25 ms", fmt::format("time.control_period={:g} ms", period),
+                      fmt::format("time.control_delay={:g} ms", delay)});
+  };
+  const Model model(every(period_ms, period_ms));
+  // Frames of every step that are never late. Without control the drive is the same; with it, so is the controller's
+  // part of the difference in all rows of a scene.
+  const Model fresh(every(0.25, 0.0), model);
+  const GraspPath reference = run_split(fresh, true, true).path;
+  const auto first = static_cast<std::size_t>(std::lround(kMeasuredFrom_s / model.scene.step_s));
+  struct Way {
+    const char* name;
+    bool curvature, offset;
+    std::vector<double> us = {};
+    SplitRun run = {};
+  };
+  std::vector<Way> ways{{"both", true, true}, {"without curvature", false, true}, {"without offset", true, false}};
+  for (int round = 0; round < rounds; ++round) {
+    for (Way& way : ways) {
+      way.run = run_split(model, way.curvature, way.offset);
+      way.us.push_back(way.run.contact_us);
+    }
+  }
+  for (const Way& way : ways) {
+    const PathDeviation error = deviation(way.run.path, reference, first);
+    rows.push_back({item.name, fmt::format("{:g} ms", period_ms), way.name,
+                    fmt::format("{:.1f}", percentiles(way.us).p50), fmt::format("{:.3g}", 1e6 * error.position_rms_m),
+                    fmt::format("{:.3g}", kRadian_deg * error.rotation_rms_rad),
+                    fmt::format("{:.3g}", 100.0 * error.force), fmt::format("{:.3g}", way.run.largest_step_N)});
+  }
+}
+
+void add_split(ordered_json& part, bool quick, int rounds) {
+  ordered_json& figure = add_figure(
+      part, "table", "split_parts", "Two parts that only late frames need",
+      "Contacts are found by the control loop, every 5 or 20 ms and as much late, while the contact loop goes on at 4 "
+      "kHz. "
+      "Curvature: between two frames it takes the object's surface at each contact for a sphere; without, for a plane. "
+      "Offset: when a new frame comes, gaps go over to it by and by; without, at once. Errors are against the same "
+      "scene "
+      "whose frames come at every step (4 kHz), and are never late: of scenes without control (ball, box on a spring) "
+      "that "
+      "is all there is, in grasps most of it is the controller's own delay, the same in all three rows. The last "
+      "column is "
+      "the largest jump of a finger's force when a frame comes. What the fit of curvatures costs is a part of contact "
+      "finding and not in the column of the contact tick. Handle and mug are lost with frames of 20 ms.",
+      runs_in_turns(rounds));
+  figure["columns"] = {"scene",
+                       "frames",
+                       "what is modelled",
+                       "contact tick, µs",
+                       "path off, µm rms",
+                       "turned off, ° rms",
+                       "forces off, %",
+                       "largest jump of a force, N"};
+  figure["rows"] = ordered_json::array();
+  const std::vector<Case> items =
+      quick ? std::vector<Case>{kSlide} : std::vector<Case>{kSlide, kStick, kBox, kCapsule, kMug};
+  for (const Case& item : items) {
+    add_split_rows(figure["rows"], item, 5.0, rounds);
+    // With frames every 20 ms the other grasps are lost.
+    if (&item - items.data() < 3) add_split_rows(figure["rows"], item, 20.0, rounds);
+  }
+}
+
+}  // namespace
+}  // namespace thenar
+
+int main(int argc, char** argv) try {
+  using namespace thenar;
+  const PartArguments arguments = part_arguments(argc, argv);
+  const int rounds = arguments.quick ? 1 : 3;
+  ordered_json part = make_part("model", "No more than a scene needs",
+                                "What a scene does not name is not modelled. Of what it names, each part was left out "
+                                "by itself: what it costs, and how "
+                                "far the object's path and the fingers' forces go astray without it. `thenar check "
+                                "SCENE` prints the same for a scene "
+                                "of your own, and `model: auto` leaves out what its tolerance does not need.",
+                                arguments);
+  std::vector<CaseResult> results;
+  for (const Case& item : cases(arguments.quick)) results.push_back(measure(item, rounds));
+  add_costs(part, results, rounds);
+  add_errors(part, results);
+  add_needs(part, results);
+  add_auto(part, results, rounds);
+  add_detail(part, arguments.quick, rounds);
+  add_split(part, arguments.quick, rounds);
+  write_part(part, arguments);
+  return 0;
+} catch (const std::exception& error) {
+  std::cerr << error.what() << '\n';
+  return 1;
+}
