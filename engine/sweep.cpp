@@ -19,6 +19,7 @@
 #include "engine/files.h"
 #include "engine/monolithic.h"
 #include "engine/state.h"
+#include "engine/model_parts.h"
 #include "engine/summary.h"
 
 namespace thenar {
@@ -149,7 +150,7 @@ std::string reason(const ConfigError& error) {
 /// Runs one row. `known` is the thread's last model, whose surface may serve again, and becomes this one's.
 SweepRow run_one(const SweepPlan& plan, std::size_t row, const RunScene& run, std::optional<Model>& known) try {
   Scene scene = load_scene(plan.scene, plan.changes(row));
-  known = known ? Model(std::move(scene), *known) : Model(std::move(scene));
+  known = as_needed(known ? Model(std::move(scene), *known) : Model(std::move(scene)));
   return run(*known);
 } catch (const ConfigError& error) {
   return {{Outcome::kRefused, reason(error)}, nlohmann::ordered_json::object()};

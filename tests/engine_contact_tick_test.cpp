@@ -16,16 +16,6 @@ using Eigen::Index;
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-bool is_finite(const State& state) {
-  bool finite = state.q.allFinite() && state.X_WO.matrix().allFinite();
-  for (const auto& u : state.u_m) finite = finite && u.allFinite();
-  for (const ContactForce& force : state.forces) finite = finite && force.f_C.allFinite();
-  for (const FingerLoad& load : state.load) {
-    finite = finite && load.force_N.allFinite() && load.centre_m.allFinite() && load.normal.allFinite();
-  }
-  return finite;
-}
-
 // Kelvin-Voigt: under a constant force the pulp gives way by C f (1 - exp(-t / tau_r)), exactly at every step length.
 // One contact without friction, on a box so easy to move (1e-10 N s/m) that its drag takes 1e-10 / (tau_r / C) of the
 // force.

@@ -67,6 +67,9 @@ inline bool is_finite(const State& state) {
   bool finite = state.q.allFinite() && state.X_WO.matrix().allFinite();
   for (const auto& u : state.u_m) finite = finite && u.allFinite();
   for (const ContactForce& force : state.forces) finite = finite && force.f_C.allFinite();
+  for (const FingerLoad& load : state.load) {
+    finite = finite && load.force_N.allFinite() && load.centre_m.allFinite() && load.normal.allFinite();
+  }
   return finite;
 }
 

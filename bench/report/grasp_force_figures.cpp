@@ -13,6 +13,7 @@
 #include "bench/report/measure.h"
 #include "bench/report/polygon_cone.h"
 #include "bench/scene_problems.h"
+#include "solvers/grasp_deficit.h"
 
 namespace thenar {
 namespace {
