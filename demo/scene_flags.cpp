@@ -12,7 +12,7 @@ namespace {
 using thenar::Dimension;
 
 constexpr double kFastest_Hz = 100e3, kSlowest_Hz = 1.0;  // Of a loop: what may make sense, with room.
-constexpr double kContact_Hz = 4000.0, kControl_Hz = 200.0;
+constexpr double kContact_Hz = 4000.0, kControl_Hz = 1000.0;
 
 CLI::Validator or_auto(const CLI::Validator& rule) {
   return {[rule](std::string& text) { return text == "auto" ? "" : rule(text); }, ""};

@@ -17,9 +17,9 @@
 
 #include "engine/config.h"
 #include "engine/files.h"
+#include "engine/model_parts.h"
 #include "engine/monolithic.h"
 #include "engine/state.h"
-#include "engine/model_parts.h"
 #include "engine/summary.h"
 
 namespace thenar {

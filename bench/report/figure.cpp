@@ -1,6 +1,6 @@
 #include "bench/report/figure.h"
 
-#include <cstdlib>
+#include <cmath>
 #include <fstream>
 #include <iostream>
 #include <string_view>
@@ -23,6 +23,17 @@ std::string processor() {
   return "an unknown processor";
 }
 
+ordered_json measured(bool quick) {
+  ordered_json measured = build_settings();
+  measured["machine"] = processor();
+  measured["threads"] = std::thread::hardware_concurrency();
+#ifdef THENAR_PEERS
+  measured["peers"] = THENAR_PEER_VERSIONS;
+#endif
+  measured["quick"] = quick;
+  return measured;
+}
+
 }  // namespace
 
 void to_json(ordered_json& json, const WorkPoint& point) {
@@ -31,29 +42,23 @@ void to_json(ordered_json& json, const WorkPoint& point) {
           {"peer", point.peer},     {"published", point.published}};
 }
 
-PartArguments part_arguments(int argc, char** argv) {
-  PartArguments arguments;
-  for (int i = 1; i < argc; ++i) {
-    if (std::string_view(argv[i]) == "--quick") {
-      arguments.quick = true;
-    } else {
-      arguments.file = argv[i];
-    }
+double exponent(const std::vector<double>& x, const std::vector<double>& y) {
+  const std::size_t first = x.size() < 4 ? 0 : x.size() / 2;
+  const auto count = static_cast<double>(x.size() - first);
+  double x_mean = 0.0, y_mean = 0.0, xy = 0.0, xx = 0.0;
+  for (std::size_t i = first; i < x.size(); ++i) {
+    x_mean += std::log(x[i]) / count;
+    y_mean += std::log(y[i]) / count;
   }
-  if (arguments.file.empty() || arguments.file.string().starts_with("-")) {
-    std::cerr << "usage: " << argv[0] << " [--quick] FILE\n";
-    std::exit(2);
+  for (std::size_t i = first; i < x.size(); ++i) {
+    xy += (std::log(x[i]) - x_mean) * (std::log(y[i]) - y_mean);
+    xx += (std::log(x[i]) - x_mean) * (std::log(x[i]) - x_mean);
   }
-  return arguments;
+  return xy / xx;
 }
 
-ordered_json make_part(const std::string& name, const std::string& title, const std::string& text,
-                       const PartArguments& arguments) {
-  ordered_json measured = build_settings();
-  measured["machine"] = processor();
-  measured["threads"] = std::thread::hardware_concurrency();
-  measured["quick"] = arguments.quick;
-  return {{"part", name}, {"title", title}, {"text", text}, {"measured", measured}, {"figures", ordered_json::array()}};
+ordered_json curve(const std::string& name, const std::vector<double>& x, const std::vector<double>& y, bool peer) {
+  return {{"name", name}, {"x", x}, {"y", y}, {"exponent", exponent(x, y)}, {"peer", peer}};
 }
 
 ordered_json& add_figure(ordered_json& part, const std::string& kind, const std::string& id, const std::string& title,
@@ -62,8 +67,21 @@ ordered_json& add_figure(ordered_json& part, const std::string& kind, const std:
   return part["figures"].back();
 }
 
-void write_part(const ordered_json& part, const PartArguments& arguments) {
-  write_file(arguments.file, part.dump(1) + "\n");
+int run_part(int argc, char** argv, const std::string& name, const std::string& title, const std::string& text,
+             const std::vector<Section>& sections) try {
+  const bool quick = argc == 3 && std::string_view(argv[1]) == "--quick";
+  if (argc != (quick ? 3 : 2) || std::string_view(argv[argc - 1]).starts_with("-")) {
+    std::cerr << "usage: " << argv[0] << " [--quick] FILE\n";
+    return 2;
+  }
+  ordered_json part{{"part", name}, {"title", title}, {"text", text}, {"measured", measured(quick)}};
+  part["figures"] = ordered_json::array();
+  for (const Section section : sections) section(part, quick);
+  write_file(argv[argc - 1], part.dump(1) + "\n");
+  return 0;
+} catch (const std::exception& error) {
+  std::cerr << name << ": " << error.what() << '\n';
+  return 1;
 }
 
 }  // namespace thenar

@@ -33,29 +33,30 @@ struct WorkPoint {
   double error = 0.0, us = 0.0;
   double us_p99 = std::numeric_limits<double>::quiet_NaN();
   bool is_default = false;  ///< What a scene gets that says nothing else.
-  bool peer = false;        ///< Another project's.
+  bool peer = false;        ///< Not part of Thenar: another project's, or a textbook's.
   bool published = false;   ///< Part of the published model: kept for fidelity.
 };
 
-/// Other projects' points and those of the published model are no candidates for a default.
+/// Points that are no part of Thenar, and those of the published model, are no candidates for a default.
 void to_json(nlohmann::ordered_json& json, const WorkPoint& point);
 
-/// The command line of a part: [--quick] FILE. Ends the program with 2 where it is another.
-struct PartArguments {
-  bool quick = false;
-  std::filesystem::path file;
-};
-[[nodiscard]] PartArguments part_arguments(int argc, char** argv);
+/// p of y = c x^p, by least squares of logarithms over the upper half of x, where what does not grow no longer counts; over
+/// all of fewer than four.
+[[nodiscard]] double exponent(const std::vector<double>& x, const std::vector<double>& y);
 
-/// A part without figures, with what it is measured on.
-[[nodiscard]] nlohmann::ordered_json make_part(const std::string& name, const std::string& title,
-                                               const std::string& text, const PartArguments& arguments);
+/// A curve, with its exponent.
+[[nodiscard]] nlohmann::ordered_json curve(const std::string& name, const std::vector<double>& x,
+                                           const std::vector<double>& y, bool peer = false);
 
 /// Appends a figure to the part; what its kind needs beside these is the caller's to fill in.
 nlohmann::ordered_json& add_figure(nlohmann::ordered_json& part, const std::string& kind, const std::string& id,
                                    const std::string& title, const std::string& caption, const std::string& runs);
 
-/// Throws FileError.
-void write_part(const nlohmann::ordered_json& part, const PartArguments& arguments);
+/// Measures something, and adds it to the part.
+using Section = void (*)(nlohmann::ordered_json& part, bool quick);
+
+/// All of a part's program, `[--quick] FILE`: returns its exit code, 2 for another command line, 1 where it fails.
+[[nodiscard]] int run_part(int argc, char** argv, const std::string& name, const std::string& title,
+                           const std::string& text, const std::vector<Section>& sections);
 
 }  // namespace thenar

@@ -73,19 +73,4 @@ inline double over_front(const std::vector<WorkPoint>& points) {
   return chosen->us / least_us;
 }
 
-/// p of us = c n^p, fitted by least squares of the logarithms.
-inline double exponent(const std::vector<double>& n, const std::vector<double>& us) {
-  double x_mean = 0.0, y_mean = 0.0, xy = 0.0, xx = 0.0;
-  const auto count = static_cast<double>(n.size());
-  for (std::size_t i = 0; i < n.size(); ++i) {
-    x_mean += std::log(n[i]) / count;
-    y_mean += std::log(us[i]) / count;
-  }
-  for (std::size_t i = 0; i < n.size(); ++i) {
-    xy += (std::log(n[i]) - x_mean) * (std::log(us[i]) - y_mean);
-    xx += (std::log(n[i]) - x_mean) * (std::log(n[i]) - x_mean);
-  }
-  return xy / xx;
-}
-
 }  // namespace thenar
