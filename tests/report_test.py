@@ -20,6 +20,7 @@ sys.dont_write_bytecode = True
 sys.path.insert(0, str(PROGRAM.parent))
 
 import analysis  # noqa: E402
+import headlines  # noqa: E402
 
 
 def point(method, error, us, **flags):
@@ -61,17 +62,72 @@ class Analysis(unittest.TestCase):
             (_, _, ratio, _), = analysis.default_ratios(work([point("default", 0.0, 3.0, default=True, **flags)]))
             self.assertEqual(ratio, 1.0)
 
-    def test_what_is_near_no_front_could_be_deleted(self):
-        one = work([point("best", 1e-6, 1.0), point("near", 1e-6, 1.09), point("far", 1e-6, 1.2),
-                    point("late", 1e-6, 9.0), point("paper", 1e-3, 9.0, published=True),
-                    point("peer", 1e-3, 9.0, peer=True),
-                    point("no answer", None, 0.1)])
-        two = work([point("best", 1e-6, 3.0), point("late", 1e-6, 1.0)])
-        self.assertEqual(analysis.never_on_a_front([one, two]), ["far", "no answer"])
+    def test_errors_of_rounding_are_alike(self):
+        points = [point("fast", 9e-13, 1.0), point("slow", 1e-16, 9.0), point("coarse", 1.1e-12, 0.9)]
+        self.assertEqual([p["method"] for p in analysis.front(points)], ["coarse", "fast"])
+        self.assertEqual(analysis.ratio_to_front(points[1], points)[0], 9.0)
 
-    def test_a_peer_does_not_make_ours_a_candidate_for_deletion(self):
-        figure = work([point("ours", 1e-3, 2.0), point("peer", 1e-6, 1.0, peer=True)])
-        self.assertEqual(analysis.never_on_a_front([figure]), [])
+    def test_needed_is_what_nothing_else_comes_near_in_some_case_or_what_is_near_in_three(self):
+        def one(mine, other=(1e-6, 1.0)):
+            return [point("mine", *mine), point("other", *other)]
+
+        for mine in ((1e-6, 0.89), (0.8e-6, 1.0)):  # Faster, or more accurate, by more than 10 %.
+            self.assertEqual(analysis.not_needed([work(one(mine)), work(one((1e-6, 9.0)))]), [])
+        # Nearly as fast and as accurate as the other on so many scenes, and beaten by it on the others.
+        for near, unneeded in ((2, ["mine"]), (3, [])):
+            figure = work(*[one((1e-6, 1.09))] * near, one((1e-6, 1.2), (1e-6, 0.5)))
+            self.assertEqual(analysis.not_needed([figure]), unneeded)
+        for mine in ((1e-6, 0.95), (0.95e-6, 1.0)):  # Better, by less than 10 %.
+            self.assertEqual(analysis.not_needed([work(one(mine), one((1e-3, 9.0)))]), ["mine"])
+
+    def test_needed_is_asked_neither_of_the_published_model_nor_of_what_is_not_ours(self):
+        figure = work([point("best", 1e-6, 1.0), point("paper", 1e-3, 9.0, published=True),
+                       point("peer", 1e-9, 0.1, peer=True), point("no answer", None, 0.1)])
+        self.assertEqual(analysis.not_needed([figure]), ["no answer"])
+
+    def test_fewer_than_three_scenes_are_a_verdict_of_their_own(self):
+        def ratios(*values):
+            return [("a case", {}, value, {}) for value in values]
+
+        for values, kind in (((1.0, 1.0), "few"), ((1.0, 9.0, 1.0, 1.1), "good"), ((1.0, 1.0, 1.2), "bad")):
+            self.assertEqual(analysis.verdict(ratios(*values))[0], kind)
+
+    def test_headlines_are_taken_from_the_figures_that_have_them(self):
+        def part(name, *figures):
+            return {"part": name, "figures": [{"kind": "table", "id": "", **figure} for figure in figures]}
+
+        parts = [
+            part("published", {"columns": ["computation", "published [us]", "here, median [us]", "times as fast",
+                                           "left without the hardware", "accuracy here"],
+                               "rows": [["contact computation, 15 contacts", 6000, 30.0, 200.0, "15 to 110", "force error 1e-7"],
+                                        ["contact computation, 60 contacts", 20000, 77.24, 259.0, "19 to 147",
+                                         "residual 8e-7; force error 2e-06"],
+                                        ["muscle forces", "-", 1.0, "-", "-", "KKT 3e-15"]]}),
+            part("stability", {"columns": ["setting", "way", "ratio held", "what becomes of it"],
+                               "rows": [["step", "down", "1", "refused: too short"],
+                                        ["gain", "up", "3.95", "unstable: chatter; and more"],
+                                        ["friction", "down", "1.58", "slipping: by 1 mm; so"],
+                                        ["mass", "down", "1.2", "holds to the end"]]}),
+            part("model", {"columns": ["scene", "left out", "times as fast"], "rows": [["a", "x", "1.8"], ["b", "", "15.6"]]}),
+            part("growth", {"kind": "curves", "id": "contacts", "panels": [{"curves": [
+                {"name": "in all", "exponent": 1.4}, {"name": "find", "exponent": 9}]}]}),
+            part("contact_families", {"columns": ["family", "solver", "solved", "no solution", "unanswered"],
+                                      "rows": [["easy", "sweeps", 10, 0, 0], ["peg", "sweeps", 3, 1, 6]]}),
+        ]
+        self.assertEqual(headlines.headlines(parts), [
+            "Contact computation, 60 contacts: 77.2 µs (published 20 ms), forces right to 2e-06.",
+            "Nearest edge of the reference scene: friction may go down 1.58 times, no further (slipping: by 1 mm).",
+            "`model: auto` makes 2 scenes 1.8 to 15.6 times as fast, within their tolerance.",
+            "Growth: the contact computation over contacts n^1.40."])
+        self.assertEqual(len(headlines.published(parts)), 2)
+        self.assertEqual(headlines.unanswered(parts), ["sweeps: 6 of 20 (peg 6)"])
+        self.assertEqual(headlines.headlines([]) + headlines.published([]) + headlines.unanswered([]), [])
+
+    def test_scenes_have_the_first_sentence_of_their_file(self):
+        with tempfile.TemporaryDirectory() as folder:
+            (Path(folder) / "a.yaml").write_text("# A plate of 1.5 mm\n# is held. It slips.\nname: a\n")
+            (Path(folder) / "hand.yaml").write_text("# A hand.\n")
+            self.assertEqual(analysis.scenes(folder), [("a", "A plate of 1.5 mm is held.")])
 
     def test_reasons_count_as_one_whose_first_clause_differs_in_numbers_alone(self):
         def unstable(reason):
@@ -92,7 +148,7 @@ class Analysis(unittest.TestCase):
                           for _, figures in groups for figure in figures)], ["Growth"])
         self.assertEqual(layout[-1][0], "Others")
         self.assertEqual([name for _, _, missing in layout for name in missing],
-                         ["grasp_forces", "muscle_forces", "finding", "pulps", "rates", "contact_families", "model",
+                         ["grasp_force", "muscle", "finding", "pulp", "rate", "contact_families", "model",
                           "growth", "contact_growth"])
 
     def test_numbers_are_short(self):
@@ -195,16 +251,20 @@ class Page(unittest.TestCase):
 
     def test_what_is_missing_is_named(self):
         said = re.findall("Not measured: (.*?)\\. ", "".join(self.read.words))
-        self.assertEqual(said, ["grasp_forces, muscle_forces, finding, pulps, rates", "contact_families", "model",
+        self.assertEqual(said, ["grasp_force, muscle, finding, pulp, rate", "contact_families", "model",
                                 "growth, contact_growth"])
 
     def test_the_summary_tells_defaults_failures_and_candidates_for_deletion(self):
         words = "".join(self.read.words)
-        for text in ("on 1 of 2 scenes", "two: 1.50 times the time of exact",
-                     "contact solver: slow, broken, unmeasured", "3 of 6", "2 unstable: 31 mm off",
-                     "grasp forces 100 times as fast, 7 to 60 without the hardware's share (KKT error 1e-15)",
+        for text in ("fewer than three scenes: on 1 of 2", "two: 1.50 times the time of exact",
+                     "contact solver: slow, broken, unmeasured", "3 of 6", "2 unstable: 31 mm off", "Defaults on their front, or within 10 % of it: 1 of 2",
+                     "grasp forces: 0.4 µs for 40 µs, 100 times as fast (7 to 60 without the hardware's share); KKT error 1e-15",
+                     "box_pushThe held box is pushed sideways and comes back.",
                      "1 solver failed: no reason given, which is a defect"):
             self.assertIn(text, words)
+
+    def test_an_exponent_stays_with_its_curve(self):
+        self.assertIn("<span>fast: n<sup>2.00</sup></span></span>", self.page)
 
     def test_panels_are_pictures_with_names(self):
         # Two cases with points, one panel of curves, two of a map.

@@ -1,5 +1,6 @@
 """What the report is made of and what it concludes: nothing here draws. figure.h has the format of a part."""
 
+import itertools
 import json
 import re
 from collections import Counter
@@ -8,7 +9,7 @@ from pathlib import Path
 # The sections of the report, in order, and the parts that each has. Figures whose id begins with growth_ go to Growth.
 SECTIONS = (
     ("The published timings", ("published",)),
-    ("Speed against accuracy", ("grasp_forces", "muscle_forces", "contact", "finding", "pulps", "rates")),
+    ("Speed against accuracy", ("grasp_force", "muscle", "contact", "finding", "pulp", "rate")),
     ("Where methods fail", ("stability", "contact_families")),
     ("No more than a scene needs", ("model",)),
     ("Growth", ("growth", "contact_growth")),
@@ -17,6 +18,7 @@ OUTCOMES = ("held", "slipping", "unstable", "solver failed", "refused")
 NEAR = 1.10  # On the front, as far as clocks can tell.
 ENOUGH_SCENES = 3  # On which a default should be.
 SAME_ERROR = 1.0000001
+ROUNDING = 1e-12  # Errors below it are all alike.
 
 _PART_KEYS = ("part", "title", "text", "measured", "figures")
 _FIGURE_KEYS = ("kind", "id", "title", "caption", "runs")
@@ -83,18 +85,22 @@ def solved(points):
     return [p for p in points if p["error"] is not None and p["us"] is not None]
 
 
+def _error(point):
+    return max(point["error"], ROUNDING)
+
+
 def front(points):
     """The points than which no other is both as fast and as accurate, and better in one of them; by time."""
     result = []
-    for point in sorted(solved(points), key=lambda p: (p["us"], p["error"])):
-        if not result or point["error"] < result[-1]["error"]:
+    for point in sorted(solved(points), key=lambda p: (p["us"], _error(p))):
+        if not result or _error(point) < _error(result[-1]):
             result.append(point)
     return result
 
 
 def ratio_to_front(point, points):
     """The time of a point over the least among the points that are as accurate: 1 is on the front. And that point."""
-    as_accurate = [p for p in solved(points) if p["error"] <= SAME_ERROR * point["error"]] + [point]
+    as_accurate = [p for p in solved(points) if _error(p) <= SAME_ERROR * _error(point)] + [point]
     best = min(as_accurate, key=lambda p: p["us"])
     return (point["us"] / best["us"] if best["us"] > 0 else 1.0), best
 
@@ -111,6 +117,14 @@ def default_ratios(figure):
     return result
 
 
+def verdict(ratios):
+    """What default_ratios say of a default: "few" scenes to judge by, "good" or "bad"; and in words."""
+    near = sum(ratio <= NEAR for _, _, ratio, _ in ratios)
+    if len(ratios) < ENOUGH_SCENES:
+        return "few", f"fewer than three scenes: on {near} of {len(ratios)}"
+    return "good" if near >= ENOUGH_SCENES else "bad", f"on {near} of {len(ratios)} scenes"
+
+
 def choices(parts):
     """{choice: its work-precision figures}; a figure without a choice shows none."""
     result = {}
@@ -121,25 +135,34 @@ def choices(parts):
     return result
 
 
-def never_on_a_front(figures):
-    """The methods of a choice that are nowhere within 10 % of our front, in no case of any figure: to be deleted.
-    Other projects' methods and those of the published model are none of them."""
-    near, all_methods, kept = set(), [], set()
-    for figure in figures:
-        for case in figure["cases"]:
-            ours = [p for p in case["points"] if not p.get("peer")]
-            for point in ours:
-                all_methods.append(point["method"])
-                if point.get("published"):
-                    kept.add(point["method"])
-            near |= {p["method"] for p in solved(ours) if ratio_to_front(p, ours)[0] <= NEAR}
-    return [method for method in dict.fromkeys(all_methods) if method not in near | kept]
+def not_needed(figures):
+    """The methods of a choice that ours could do without: to be deleted. Needed is what is within 10 % of our front in
+    three cases or more, or what has a point in some case that no other method comes within 10 % of, in time and in error.
+    What is not part of Thenar, and what is of the published model, is not asked."""
+    near, methods, needed = Counter(), {}, set()
+    for case in (case for figure in figures for case in figure["cases"]):
+        ours = [p for p in case["points"] if not p.get("peer")]
+        methods.update((p["method"], True) for p in ours)
+        needed |= {p["method"] for p in ours if p.get("published") or not _others_serve(p, solved(ours))}
+        near.update({p["method"] for p in solved(ours) if ratio_to_front(p, ours)[0] <= NEAR})
+    return [method for method in methods if method not in needed and near[method] < ENOUGH_SCENES]
+
+
+def _others_serve(point, points):
+    if not solved([point]):
+        return True
+    return any(p["us"] <= NEAR * point["us"] and _error(p) <= NEAR * _error(point)
+               for p in points if p["method"] != point["method"])
 
 
 def outcome_counts(panel):
     counts = Counter(cell["outcome"] for row in panel["cells"] for cell in row)
     others = sorted(set(counts) - set(OUTCOMES))
     return {outcome: counts[outcome] for outcome in (*OUTCOMES, *others) if counts[outcome]}
+
+
+def first_clause(reason):
+    return reason.split(";")[0]
 
 
 def failures(panel):
@@ -150,10 +173,21 @@ def failures(panel):
         for cell in row:
             if cell["outcome"] != "held":
                 reason = cell.get("reason") or ""
-                clause = re.sub(r"[-+]?\d[\d.]*(e[-+]?\d+)?", "#", reason.split(";")[0])
+                clause = re.sub(r"[-+]?\d[\d.]*(e[-+]?\d+)?", "#", first_clause(reason))
                 groups.setdefault((cell["outcome"], clause), []).append(reason)
     ranked = sorted(groups.items(), key=lambda group: -len(group[1]))
     return [(outcome, len(reasons), reasons[len(reasons) // 2]) for (outcome, _), reasons in ranked]
+
+
+def scenes(folder):
+    """[(name, what it is)] of the scene files: the first sentence of the comment that each begins with."""
+    result = []
+    for file in sorted(Path(folder).glob("*.yaml")):
+        lines = itertools.takewhile(lambda line: line.startswith("#"), file.read_text(encoding="utf-8").splitlines())
+        sentence = re.match(r".*?\.(?= |$)", " ".join(line.lstrip("# ") for line in lines))
+        if sentence and file.stem != "hand":
+            result.append((file.stem, sentence.group()))
+    return result
 
 
 def maps(parts):
@@ -174,27 +208,3 @@ def number(value, digits=3):
     if -4 < int(exponent) < 5:
         return f"{float(f'{value:.{digits - 1}e}'):.10g}"
     return f"{float(mantissa):g}e{int(exponent)}"
-
-
-def published_ratios(parts):
-    """What the published table says, with the accuracy, a line a row; empty without a table that has these columns."""
-    return [line for part in parts if part["part"] == "published"
-            for figure in part["figures"] if figure["kind"] == "table" for line in _faster_rows(figure)]
-
-
-def _faster_rows(table):
-    def column(*words):
-        return next((i for i, name in enumerate(table["columns"]) if any(w in str(name).lower() for w in words)), None)
-
-    def told(value):
-        return value if isinstance(value, str) else number(value)
-
-    ratio, accuracy, rest = column("ratio", "times as fast"), column("accura", "residual", "error"), column("hardware")
-    if ratio is None or accuracy is None:
-        return []
-    lines = []
-    for row in table["rows"]:
-        if row[ratio] not in (None, "", "-", "–"):
-            left = f", {told(row[rest])} without the hardware's share" if rest is not None else ""
-            lines.append(f"{row[0]} {told(row[ratio])} times as fast{left} ({told(row[accuracy])})")
-    return lines

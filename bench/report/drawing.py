@@ -54,24 +54,29 @@ def outcome_look(outcome):
 
 
 class Page:
-    """What the pictures of a page share: their identifiers must not meet, and a name looks the same within a part."""
+    """What the pictures of a page share: their identifiers must not meet, and a name looks the same in all figures."""
 
     def __init__(self):
         self._count = 0
         self._looks = {}
-        self.part = ""
 
     def looks(self, entries):
         """{name: how its line is drawn} of [(name, peer)]: one colour and marker each, others' grey and dashed."""
-        known = self._looks.setdefault(self.part, {})
         for name, peer in entries:
-            if name not in known:
-                i = sum((look["ls"] == "--") == peer for look in known.values())
-                colors, markers = (PEERS, PEERS_MARKERS) if peer else (OURS, OURS_MARKERS)
-                # After all colours the markers are shifted, so that no two names look the same.
-                marker = markers[(i + i // len(colors)) % len(markers)]
-                known[name] = dict(color=colors[i % len(colors)], marker=marker, ls="--" if peer else "-", mew=1.0)
-        return {name: known[name] for name, _ in entries}
+            if (name, peer) not in self._looks:
+                self._looks[name, peer] = self._new_look(peer, [self._looks[e] for e in entries if e in self._looks])
+        return {name: self._looks[name, peer] for name, peer in entries}
+
+    def _new_look(self, peer, beside):
+        """A pair of colour and marker that no name has, and as far as there is one, a colour that none beside it has."""
+        colors, markers = (PEERS, PEERS_MARKERS) if peer else (OURS, OURS_MARKERS)
+        # After all colours the markers are shifted.
+        pairs = [(colors[i % len(colors)], markers[(i + i // len(colors)) % len(markers)])
+                 for i in range(len(colors) * len(markers))]
+        taken = [(look["color"], look["marker"]) for look in self._looks.values()]
+        color, marker = min(pairs, key=lambda pair: (pair in taken, *(
+            sum(look[key] == value for look in beside) for key, value in zip(("color", "marker"), pair))))
+        return dict(color=color, marker=marker, ls="--" if peer else "-", mew=1.0)
 
     def svg(self, figure, label):
         """The figure as an <svg> for a page: without prolog, date, size and unused identifiers, and the others, which are
@@ -115,22 +120,25 @@ def _panel(title):
     return figure, axes
 
 
-def _power(value):
-    return f"{value:g}" if 1e-3 < value < 1e5 else "1e" + str(round(math.log10(value)))
+def _short(value):
+    if 1e-3 < value < 1e4:
+        return f"{value:g}"
+    exponent = math.floor(math.log10(value) + 1e-9)
+    return f"{value / 10.0**exponent:.0f}e{exponent}"
 
 
 def _log_axis(axis, low, high):
-    """Few ticks in plain digits: decades, or 1-2-5 where there are less than two of them."""
+    """At most five labels in plain digits: decades, or 1-2-5 or all digits where there are less than three of them."""
     decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
-    ticks = [10.0**d for d in decades if low <= 10.0**d <= high]
-    if len(ticks) < 3:
-        ticks = [s * 10.0**d for d in decades for s in (1, 2, 5) if low <= s * 10.0**d <= high]
-        labels = [analysis.number(t) for t in ticks]
-    else:
-        step = -(-len(ticks) // 7)
-        labels = [_power(t) if round(math.log10(t)) % step == 0 else "" for t in ticks]
+    for digits in ((1,), (1, 2, 5), range(1, 10)):
+        ticks = [s * 10.0**d for d in decades for s in digits if low <= s * 10.0**d <= high]
+        if len(ticks) > 2:
+            break
+    step = -(-len(ticks) // 5)
+    # Counted from 1 where there are decades, so that axes agree.
+    first = round(math.log10(ticks[0])) if digits == (1,) else 0
     axis.set_major_locator(FixedLocator(ticks))
-    axis.set_major_formatter(FixedFormatter(labels))
+    axis.set_major_formatter(FixedFormatter([_short(t) if (first + i) % step == 0 else "" for i, t in enumerate(ticks)]))
     axis.set_minor_locator(NullLocator())
 
 
@@ -166,7 +174,7 @@ def work_precision(page, figure):
     for case in cases:
         drawn = [p for p in case["points"] if p["us"]]
         fig, axes = _panel(case["name"])
-        axes.set(xscale="log", yscale="log", xlim=x_range, ylim=y_range, xlabel=fill(figure["time"], 52),
+        axes.set(xscale="log", yscale="log", xlim=x_range, ylim=y_range, xlabel=fill(figure["time"], 42),
                  ylabel=fill(figure["error"], 36))
         _log_axis(axes.xaxis, *x_range)
         _log_axis(axes.yaxis, bottom, top)
@@ -241,7 +249,7 @@ def outcome_map(page, figure):
             axes.plot(*zip(*line), ls=styles[limit["label"]], **LIMIT)
         if figure.get("reference"):
             axes.plot(*place(*figure["reference"]), clip_on=False, **STAR)
-        axes.set(xlim=(-0.5, columns - 0.5), ylim=(-0.5, rows - 0.5), xlabel=fill(x["label"], 52),
+        axes.set(xlim=(-0.5, columns - 0.5), ylim=(-0.5, rows - 0.5), xlabel=fill(x["label"], 42),
                  ylabel=fill(y["label"], 36))
         _cell_axis(axes.xaxis, x["values"], x.get("log"), 6)
         _cell_axis(axes.yaxis, y["values"], y.get("log"), 11)
@@ -266,7 +274,7 @@ def curves(page, figure):
                 axes.plot(*zip(*pairs), markevery=-(-len(pairs) // 12), zorder=2 if style["ls"] == "--" else 3, **style)
                 for key, values in zip("xy", zip(*pairs)):
                     seen[key] += values
-        axes.set(xlabel=fill(figure["x"]["label"], 52), ylabel=fill(figure["y"]["label"], 36))
+        axes.set(xlabel=fill(figure["x"]["label"], 42), ylabel=fill(figure["y"]["label"], 36))
         for key, axis in (("x", axes.xaxis), ("y", axes.yaxis)):
             if figure[key].get("log") and seen[key]:
                 getattr(axes, f"set_{key}scale")("log")

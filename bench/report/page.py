@@ -5,6 +5,7 @@ from html import escape
 
 import analysis
 import drawing
+import headlines
 
 STYLE = """
 :root { --ink: #1c1c1c; --soft: #5a5a5a; --line: #d8d8d8; }
@@ -27,7 +28,7 @@ figure { margin: 1.8rem 0 2.6rem; }
 .panel svg { width: 100%; max-width: 30rem; height: auto; display: block; }
 svg * { stroke-linejoin: round; stroke-linecap: butt; }
 .legend { display: flex; flex-wrap: wrap; gap: 0.15rem 1.1rem; margin: 0.5rem 0; max-width: none; font-size: 0.85rem; }
-.legend span { display: inline-flex; align-items: center; gap: 0.35rem; }
+.legend > span { display: inline-flex; align-items: center; gap: 0.35rem; }
 .legend svg { width: 2.1rem; height: 1rem; flex: none; }
 figcaption { max-width: 52rem; margin-top: 0.5rem; }
 .runs, .soft { color: var(--soft); font-size: 0.88rem; }
@@ -42,7 +43,7 @@ code { font-size: 0.92em; background: #f3f3f3; padding: 0 0.15em; }
 details { margin: 0.5rem 0; } sup { line-height: 0; }
 summary { cursor: pointer; color: var(--soft); font-size: 0.88rem; }
 .missing { border-left: 4px solid #c0392b; padding-left: 0.7rem; }
-.good, .bad, td code { white-space: nowrap; }
+.good, td code { white-space: nowrap; }
 .good::before { content: "\\2713\\00a0"; } .bad { font-weight: bold; } .bad::before { content: "\\2717\\00a0"; }
 @media (max-width: 40rem) { body { padding: 0.8rem; } nav ol { columns: 1; } .panels { grid-template-columns: 1fr; }
   .scroll table { width: max-content; max-width: 46rem; } }
@@ -54,7 +55,8 @@ summary { cursor: pointer; color: var(--soft); font-size: 0.88rem; }
   h2, h3, h4, h3 + p { break-after: avoid; }
   p, figcaption, ul { max-width: none; orphans: 3; widows: 3; }
   a { color: inherit; text-decoration: none; }
-  figure { margin: 0.8rem 0 1rem; break-inside: avoid; }
+  figure { margin: 0.8rem 0 1rem; break-inside: avoid; } figure.long { break-inside: auto; }
+  .intro { break-inside: avoid; break-after: avoid; }
   .legend, .runs { font-size: 7.8pt; } p, .legend { margin: 1.2mm 0; }
   .panels { grid-template-columns: 1fr 1fr; gap: 2mm 4mm; }
   .panels.many { grid-template-columns: 1fr 1fr 1fr; gap: 1mm 3mm; }
@@ -69,7 +71,7 @@ summary { cursor: pointer; color: var(--soft); font-size: 0.88rem; }
 def text(value):
     """Plain text of a part, for a page: `so` is code, n^2 a power; an exponent or per cent stays with its number."""
     marked = re.sub(r"`([^`]+)`", r"<code>\1</code>", escape(str(value)))
-    marked = re.sub(r"\b([a-zA-Z])\^(-?[\d.]*\d)", r"\1<sup>\2</sup>", marked)
+    marked = re.sub(r"\b([a-zA-Z]|10|2)\^(-?\d*\.?\w+)", r"\1<sup>\2</sup>", marked)
     return re.sub(r"\d[\d.]*(e-\d+| %)", r'<span class="nobr">\g<0></span>', marked)
 
 
@@ -112,11 +114,11 @@ def panels(svgs, below=None):
 
 
 def legend(entries):
-    return '<p class="legend">' + "\n".join(f"<span>{svg}{text(name)}</span>" for svg, name in entries) + "</p>"
+    return '<p class="legend">' + "\n".join(f"<span>{svg}<span>{text(name)}</span></span>" for svg, name in entries) + "</p>"
 
 
 def peers_entry(page):
-    return page.swatch(color="#777777", ls="--"), "grey and dashed: not Thenar's"
+    return page.swatch(color="#777777", ls="--"), "grey and dashed: not part of Thenar"
 
 
 def work_precision(page, figure):
@@ -137,7 +139,8 @@ def work_precision(page, figure):
     for case in figure["cases"]:
         ours = [p for p in case["points"] if not p.get("peer") and not p.get("published")]
         for p in case["points"]:
-            marks = [word for word in ("default", "peer", "published") if p.get(word)]
+            marks = [word for key, word in (("default", "default"), ("peer", "not part of Thenar"), ("published", "published"))
+                     if p.get(key)]
             ratio = analysis.ratio_to_front(p, ours)[0] if not p.get("peer") and analysis.solved([p]) else None
             rows.append([case["name"], p["method"], p["setting"], p["error"], p["us"], p.get("us_p99"), ratio,
                          ", ".join(marks)])
@@ -198,8 +201,12 @@ KINDS = {"work_precision": work_precision, "map": outcome_map, "curves": curves,
 def figure_html(page, figure, number):
     drawn, conclusions, numbers = KINDS[figure["kind"]](page, figure)
     runs = f'<p class="runs">Runs: {text(figure["runs"])}</p>' if figure["runs"] else ""
-    return (f'<figure id="f{number}">\n<h4>Figure {number}. {text(figure["title"])}</h4>\n{drawn}\n'
-            f'<figcaption>{text(figure["caption"])}{runs}</figcaption>\n{conclusions}{numbers}\n</figure>')
+    caption = f'<figcaption>{text(figure["caption"])}{runs}</figcaption>'
+    # A table's caption stands above it, where a table that goes on over pages begins.
+    content = (caption, drawn) if figure["kind"] == "table" else (drawn, caption)
+    long = ' class="long"' if len(figure.get("rows", ())) > 20 else ""
+    return (f'<figure id="f{number}"{long}>\n<h4>Figure {number}. {text(figure["title"])}</h4>\n{content[0]}\n'
+            f"{content[1]}\n{conclusions}{numbers}\n</figure>")
 
 
 def link(number):
@@ -212,10 +219,11 @@ def measured_on(parts):
     for part in parts:
         m = part["measured"]
         key = (m.get("machine"), m.get("threads"), m.get("compiler"), f"`{m.get('flags')}`", m.get("version"),
-               "quick" if m.get("quick") else "full")
+               "quick" if m.get("quick") else "full", str(m.get("peers") or "none").strip(", "))
         groups.setdefault(key, []).append(part["part"])
     rows = [[", ".join(names) if len(groups) > 1 else "all", *key] for key, names in groups.items()]
-    return table(["parts", "machine", "hardware threads", "compiler", "flags", "version", "measurement"], rows)
+    return table(["parts", "machine", "hardware threads", "compiler", "flags", "version", "measurement",
+                  "measured beside ours"], rows)
 
 
 def defaults(parts, numbers):
@@ -224,29 +232,27 @@ def defaults(parts, numbers):
     for choice, figures in analysis.choices(parts).items():
         for figure in figures:
             ratios = analysis.default_ratios(figure)
-            near = [r for _, _, r, _ in ratios if r <= analysis.NEAR]
             marked = dict.fromkeys(named(p) for _, p, _, _ in ratios)
             worse = "; ".join(f"{text(case)}: {r:.2f} times the time of {named(best)}"
                               for case, _, r, best in ratios if r > analysis.NEAR)
             unmarked = len(figure["cases"]) - len({case for case, *_ in ratios})
             if unmarked:
                 worse = "; ".join(filter(None, (worse, f"without a default that has a number: {unmarked}")))
-            verdict = f"on {len(near)} of {len(ratios)} scenes" if ratios else "no default is marked"
-            good = len(near) >= analysis.ENOUGH_SCENES
-            rows.append([text(choice), link(numbers[id(figure)]),
-                         "<br>".join(marked), f'<span class="{"good" if good else "bad"}">{verdict}</span>',
-                         worse])
-    return table(["choice", "", "default", "on the front or within 10 %", "where not"], rows, html=True)
+            kind, verdict = analysis.verdict(ratios) if ratios else ("bad", "no default is marked")
+            once = " (one run)" if re.search(r"\b(1|one) (run|round)", figure["runs"]) else ""
+            rows.append([text(choice), f'<span class="{kind}">{verdict}{once}</span>', "<br>".join(marked), worse,
+                         link(numbers[id(figure)])])
+    return table(["choice", "on the front or within 10 %", "default", "where not", ""], rows, html=True)
 
 
 def deletion_candidates(parts):
     items = "".join(f"<li>{text(choice)}: {text(', '.join(names))}</li>"
-                    for choice, figures in analysis.choices(parts).items()
-                    if (names := analysis.never_on_a_front(figures)))
+                    for choice, figures in analysis.choices(parts).items() if (names := analysis.not_needed(figures)))
     if not items:
-        return "<p>Every method of ours is on a front, or within 10 % of it, somewhere.</p>"
-    return ("<p>Nowhere within 10 % of a front of ours, and no part of the published model, so that nothing would be "
-            f"lost without them:</p>\n<ul>{items}</ul>")
+        return ("<p>Every method of ours is needed: it is within 10 % of the front of ours on three scenes, or some scene "
+                "has nothing else within 10 % of it, in time and in error.</p>")
+    return ("<p>Within 10 % of the front of ours on fewer than three scenes, and on each of them something else is as good "
+            f"within 10 %; no part of the published model. Nothing would be lost without:</p>\n<ul>{items}</ul>")
 
 
 def failing(parts, numbers):
@@ -256,7 +262,8 @@ def failing(parts, numbers):
         for panel in figure["panels"]:
             cells = sum(len(row) for row in panel["cells"])
             reasons = analysis.failures(panel)
-            why = "<br>".join(f"{count} {text(outcome)}: {text(reason) or '<b>no reason given, which is a defect</b>'}"
+            why = "<br>".join(f"{count} {text(outcome)}: "
+                              f"{text(analysis.first_clause(reason)) or '<b>no reason given, which is a defect</b>'}"
                               for outcome, count, reason in reasons[:3]) if panel.get("ours") else ""
             rows.append([*named, f"<b>{text(panel['name'])}</b>" if panel.get("ours") else text(panel["name"]),
                          f"{cells - sum(count for _, count, _ in reasons)} of {cells}", why])
@@ -265,23 +272,29 @@ def failing(parts, numbers):
     return table(columns, rows, html=True)
 
 
+def listed(title, lines):
+    items = "".join(f"<li>{text(line)}</li>" for line in lines)
+    return f"<p>{title}</p>\n<ul>{items}</ul>" if lines else ""
+
+
 def summary(parts, numbers):
     blocks = ["<p>Time stands beside the error that it was had at. Down and to the left is better. A point that no "
-              "other beats in both is on the <i>front</i>; a default should lie on it.</p>"]
-    if faster := analysis.published_ratios(parts):
-        items = "".join(f"<li>{text(line)}</li>" for line in faster)
-        blocks.append(f"<p>Beside the published times:</p>\n<ul>{items}</ul>")
-    blocks.append("<h3>What the numbers were measured on</h3>\n" + measured_on(parts))
+              "other beats in both is on the <i>front</i>; a default should lie on it. Errors below 1e-12 are rounding, and "
+              "all alike.</p>", listed("Beside the published times:", headlines.published(parts))]
     if analysis.choices(parts):
-        blocks.append("<h3>The defaults</h3>\n<p>A default is held against our other methods and settings that are as "
-                      f"accurate or more; {analysis.ENOUGH_SCENES} scenes on the front are asked for.</p>\n"
+        blocks.append("<h3>The defaults</h3>\n<p>A default is held against our own other methods and settings that are as "
+                      "accurate or more; the drawn front includes what is not part of Thenar. "
+                      f"{analysis.ENOUGH_SCENES} scenes on the front are asked for.</p>\n"
                       + defaults(parts, numbers) + deletion_candidates(parts))
     if analysis.maps(parts):
         blocks.append("<h3>Where methods fail</h3>\n" + failing(parts, numbers))
-    return "\n".join(blocks)
+    blocks.append(listed("Contact problems made at random that a solver had no answer to, and the families with most:",
+                         headlines.unanswered(parts)))
+    blocks.append("<h3>What the numbers were measured on</h3>\n" + measured_on(parts))
+    return "\n".join(filter(None, blocks))
 
 
-def render(parts):
+def render(parts, scenes=()):
     """The page, as text: the same parts give the same bytes."""
     page = drawing.Page()
     layout = analysis.sections(parts)
@@ -289,14 +302,16 @@ def render(parts):
     numbers = {id(figure): i + 1 for i, figure in enumerate(order)}
     contents, body = [], []
     for i, (title, groups, missing) in enumerate(layout, 1):
+        if i == 2 and scenes:
+            rows = [[f"`{name}`", line] for name, line in scenes]
+            body.append("<h2>The scenes</h2>\n" + table(["configs/", "what happens"], rows))
         body.append(f'<h2 id="s-{i}">{i}. {text(title)}</h2>')
         lines = []
         if missing:
             names = ", ".join(f"<code>{text(name)}</code>" for name in missing)
             body.append(f'<p class="missing">Not measured: {names}. <code>./dev bench</code> measures all parts.</p>')
         for part, figures in groups:
-            page.part = part["part"]
-            body.append(f"<h3>{text(part['title'])}</h3>\n<p>{text(part['text'])}</p>")
+            body.append(f"<div class=\"intro\"><h3>{text(part['title'])}</h3>\n<p>{text(part['text'])}</p></div>")
             for figure in figures:
                 number = numbers[id(figure)]
                 body.append(figure_html(page, figure, number))
@@ -314,8 +329,9 @@ def render(parts):
 <style>{STYLE}</style>
 </head>
 <body>
-<h1>Thenar: speed against accuracy, and where methods fail</h1>
+<h1>Thenar: speed against accuracy, stability where methods fail, and no more than a scene needs</h1>
 <p class="soft">A real-time engine of the human grasp.{quick}</p>
+{listed("", headlines.headlines(parts)).replace("<p></p>", "")}
 <h2 id="summary">Summary</h2>
 {summary(parts, numbers)}
 <nav>

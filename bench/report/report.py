@@ -6,6 +6,8 @@ from pathlib import Path
 
 import analysis
 
+CONFIGS = Path(__file__).resolve().parents[2] / "configs"
+
 
 def main():
     if len(sys.argv) != 2:
@@ -16,7 +18,7 @@ def main():
         parts = analysis.read_parts(folder)
         import page  # Needs matplotlib, which reading does not.
 
-        (folder / "report.html").write_text(page.render(parts), encoding="utf-8")
+        (folder / "report.html").write_text(page.render(parts, analysis.scenes(CONFIGS)), encoding="utf-8")
     except (analysis.ReportError, OSError) as error:
         print(f"report: {error}", file=sys.stderr)
         return 3
