@@ -99,7 +99,7 @@ class Analysis(unittest.TestCase):
         parts = [
             part("published", {"columns": ["computation", "published [us]", "here, median [us]", "times as fast",
                                            "left without the hardware", "accuracy here"],
-                               "rows": [["contact computation, 15 contacts", 6000, 30.0, 200.0, "15 to 110", "force error 1e-7"],
+                               "rows": [["contact computation, 15 contacts", 6000, 30.0, 200.0, "15 to 110", "KKT 1e-7"],
                                         ["contact computation, 60 contacts", 20000, 77.24, 259.0, "19 to 147",
                                          "residual 8e-7; force error 2e-06"],
                                         ["muscle forces", "-", 1.0, "-", "-", "KKT 3e-15"]]}),
@@ -108,7 +108,8 @@ class Analysis(unittest.TestCase):
                                         ["gain", "up", "3.95", "unstable: chatter; and more"],
                                         ["friction", "down", "1.58", "slipping: by 1 mm; so"],
                                         ["mass", "down", "1.2", "holds to the end"]]}),
-            part("model", {"columns": ["scene", "left out", "times as fast"], "rows": [["a", "x", "1.8"], ["b", "", "15.6"]]}),
+            part("model", {"columns": ["scene", "left out", "times as fast"],
+                           "rows": [["a", "x", "1.8"], ["b", "", "15.6"]]}),
             part("growth", {"kind": "curves", "id": "contacts", "panels": [{"curves": [
                 {"name": "in all", "exponent": 1.4}, {"name": "find", "exponent": 9}]}]}),
             part("contact_families", {"columns": ["family", "solver", "solved", "no solution", "unanswered"],
@@ -257,8 +258,10 @@ class Page(unittest.TestCase):
     def test_the_summary_tells_defaults_failures_and_candidates_for_deletion(self):
         words = "".join(self.read.words)
         for text in ("fewer than three scenes: on 1 of 2", "two: 1.50 times the time of exact",
-                     "contact solver: slow, broken, unmeasured", "3 of 6", "2 unstable: 31 mm off", "Defaults on their front, or within 10 % of it: 1 of 2",
-                     "grasp forces: 0.4 µs for 40 µs, 100 times as fast (7 to 60 without the hardware's share); KKT error 1e-15",
+                     "contact solver: slow, broken, unmeasured", "3 of 6", "2 unstable: 31 mm off",
+                     "Defaults on their front, or within 10 % of it: 1 of 2",
+                     "grasp forces: 0.4 µs for 40 µs, 100 times as fast (7 to 60 without the hardware's share); "
+                     "KKT error 1e-15",
                      "box_pushThe held box is pushed sideways and comes back.",
                      "1 solver failed: no reason given, which is a defect"):
             self.assertIn(text, words)

@@ -137,7 +137,7 @@ def choices(parts):
 
 def not_needed(figures):
     """The methods of a choice that ours could do without: to be deleted. Needed is what is within 10 % of our front in
-    three cases or more, or what has a point in some case that no other method comes within 10 % of, in time and in error.
+    three cases or more, or what has a point in some case that no other comes within 10 % of, in time and in error.
     What is not part of Thenar, and what is of the published model, is not asked."""
     near, methods, needed = Counter(), {}, set()
     for case in (case for figure in figures for case in figure["cases"]):

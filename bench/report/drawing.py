@@ -68,7 +68,7 @@ class Page:
         return {name: self._looks[name, peer] for name, peer in entries}
 
     def _new_look(self, peer, beside):
-        """A pair of colour and marker that no name has, and as far as there is one, a colour that none beside it has."""
+        """A pair of colour and marker that no name has; a colour that none beside it has, as far as there is one."""
         colors, markers = (PEERS, PEERS_MARKERS) if peer else (OURS, OURS_MARKERS)
         # After all colours the markers are shifted.
         pairs = [(colors[i % len(colors)], markers[(i + i // len(colors)) % len(markers)])
@@ -79,8 +79,8 @@ class Page:
         return dict(color=color, marker=marker, ls="--" if peer else "-", mew=1.0)
 
     def svg(self, figure, label):
-        """The figure as an <svg> for a page: without prolog, date, size and unused identifiers, and the others, which are
-        random, by number."""
+        """The figure as an <svg> for a page: without prolog, date, size and unused identifiers, and the others, which
+        are random, by number."""
         text = io.StringIO()
         figure.savefig(text, format="svg")
         plt.close(figure)
@@ -138,7 +138,8 @@ def _log_axis(axis, low, high):
     # Counted from 1 where there are decades, so that axes agree.
     first = round(math.log10(ticks[0])) if digits == (1,) else 0
     axis.set_major_locator(FixedLocator(ticks))
-    axis.set_major_formatter(FixedFormatter([_short(t) if (first + i) % step == 0 else "" for i, t in enumerate(ticks)]))
+    labels = [_short(tick) if (first + i) % step == 0 else "" for i, tick in enumerate(ticks)]
+    axis.set_major_formatter(FixedFormatter(labels))
     axis.set_minor_locator(NullLocator())
 
 

@@ -36,7 +36,7 @@ def _rows(parts, part, **columns):
 
 def _published_rows(parts):
     rows = _rows(parts, "published", name=("computation",), published=("published",), here=("median",),
-                 ratio=("ratio", "times as fast"), rest=("without the hardware",), accuracy=("accura", "residual", "error"))
+                 ratio=("times as fast",), rest=("without the hardware",), accuracy=("accuracy",))
     return [row for row in rows if _is_number(row["published"]) and _is_number(row["here"])]
 
 
@@ -73,7 +73,7 @@ def _defaults(parts):
     ratios = [ratio for figures in analysis.choices(parts).values() for figure in figures
               for _, _, ratio, _ in analysis.default_ratios(figure)]
     near = sum(ratio <= analysis.NEAR for ratio in ratios)
-    return f"Defaults on their front, or within 10 % of it: {near} of {len(ratios)} scenes and choices." if ratios else ""
+    return f"Defaults on their front, or within 10 % of it: {near} of {len(ratios)} (choice, scene)." if ratios else ""
 
 
 def _nearest_edge(parts):
@@ -86,8 +86,8 @@ def _nearest_edge(parts):
     if not edges:
         return ""
     ratio, row = min(edges, key=lambda edge: edge[0])
-    return (f"Nearest edge of the reference scene: {row['setting']} may go {row['way']} {number(ratio)} times, no further "
-            f"({analysis.first_clause(row['end'])}).")
+    return (f"Nearest edge of the reference scene: {row['setting']} may go {row['way']} {number(ratio)} times, no "
+            f"further ({analysis.first_clause(row['end'])}).")
 
 
 def _model(parts):
@@ -95,8 +95,8 @@ def _model(parts):
     ratios = [float(row["ratio"]) for row in rows]
     if not ratios:
         return ""
-    return (f"`model: auto` makes {len(ratios)} scenes {number(min(ratios))} to {number(max(ratios))} times as fast, within "
-            "their tolerance.")
+    return (f"`model: auto` makes {len(ratios)} scenes {number(min(ratios))} to {number(max(ratios))} times as fast, "
+            "within their tolerance.")
 
 
 def _growth(parts):

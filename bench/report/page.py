@@ -58,9 +58,8 @@ summary { cursor: pointer; color: var(--soft); font-size: 0.88rem; }
   figure { margin: 0.8rem 0 1rem; break-inside: avoid; } figure.long { break-inside: auto; }
   .intro { break-inside: avoid; break-after: avoid; }
   .legend, .runs { font-size: 7.8pt; } p, .legend { margin: 1.2mm 0; }
-  .panels { grid-template-columns: 1fr 1fr; gap: 2mm 4mm; }
+  .panels, .panels.one { grid-template-columns: 38% 38%; gap: 2mm 4mm; }
   .panels.many { grid-template-columns: 1fr 1fr 1fr; gap: 1mm 3mm; }
-  .panels.one { grid-template-columns: 48%; }
   table { font-size: 7.6pt; } td.long { min-width: 38mm; } tr { break-inside: avoid; } th, td { padding-right: 0.4rem; }
   .scroll { overflow: visible; }
   figcaption { break-before: avoid; } details { display: none; }
@@ -114,7 +113,8 @@ def panels(svgs, below=None):
 
 
 def legend(entries):
-    return '<p class="legend">' + "\n".join(f"<span>{svg}<span>{text(name)}</span></span>" for svg, name in entries) + "</p>"
+    items = "\n".join(f"<span>{svg}<span>{text(name)}</span></span>" for svg, name in entries)
+    return f'<p class="legend">{items}</p>'
 
 
 def peers_entry(page):
@@ -139,8 +139,8 @@ def work_precision(page, figure):
     for case in figure["cases"]:
         ours = [p for p in case["points"] if not p.get("peer") and not p.get("published")]
         for p in case["points"]:
-            marks = [word for key, word in (("default", "default"), ("peer", "not part of Thenar"), ("published", "published"))
-                     if p.get(key)]
+            words = {"default": "default", "peer": "not part of Thenar", "published": "published"}
+            marks = [word for key, word in words.items() if p.get(key)]
             ratio = analysis.ratio_to_front(p, ours)[0] if not p.get("peer") and analysis.solved([p]) else None
             rows.append([case["name"], p["method"], p["setting"], p["error"], p["us"], p.get("us_p99"), ratio,
                          ", ".join(marks)])
@@ -249,10 +249,11 @@ def deletion_candidates(parts):
     items = "".join(f"<li>{text(choice)}: {text(', '.join(names))}</li>"
                     for choice, figures in analysis.choices(parts).items() if (names := analysis.not_needed(figures)))
     if not items:
-        return ("<p>Every method of ours is needed: it is within 10 % of the front of ours on three scenes, or some scene "
-                "has nothing else within 10 % of it, in time and in error.</p>")
-    return ("<p>Within 10 % of the front of ours on fewer than three scenes, and on each of them something else is as good "
-            f"within 10 %; no part of the published model. Nothing would be lost without:</p>\n<ul>{items}</ul>")
+        return ("<p>Every method of ours is needed: it is within 10 % of the front of ours on three scenes, or some "
+                "scene has nothing else within 10 % of it, in time and in error.</p>")
+    return ("<p>Within 10 % of the front of ours on fewer than three scenes, and on each of them something else is as "
+            "good within 10 %; no part of the published model. Nothing would be lost without:</p>\n"
+            f"<ul>{items}</ul>")
 
 
 def failing(parts, numbers):
@@ -279,11 +280,11 @@ def listed(title, lines):
 
 def summary(parts, numbers):
     blocks = ["<p>Time stands beside the error that it was had at. Down and to the left is better. A point that no "
-              "other beats in both is on the <i>front</i>; a default should lie on it. Errors below 1e-12 are rounding, and "
-              "all alike.</p>", listed("Beside the published times:", headlines.published(parts))]
+              "other beats in both is on the <i>front</i>; a default should lie on it. Errors below 1e-12 are rounding, "
+              "and all alike.</p>", listed("Beside the published times:", headlines.published(parts))]
     if analysis.choices(parts):
-        blocks.append("<h3>The defaults</h3>\n<p>A default is held against our own other methods and settings that are as "
-                      "accurate or more; the drawn front includes what is not part of Thenar. "
+        blocks.append("<h3>The defaults</h3>\n<p>A default is held against our own other methods and settings that are "
+                      "as accurate or more; the drawn front includes what is not part of Thenar. "
                       f"{analysis.ENOUGH_SCENES} scenes on the front are asked for.</p>\n"
                       + defaults(parts, numbers) + deletion_candidates(parts))
     if analysis.maps(parts):
