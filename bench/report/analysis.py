@@ -162,7 +162,7 @@ def outcome_counts(panel):
 
 
 def first_clause(reason):
-    return reason.split(";")[0]
+    return re.split("[;,] ", reason)[0]
 
 
 def failures(panel):

@@ -52,7 +52,7 @@ summary { cursor: pointer; color: var(--soft); font-size: 0.88rem; }
   body { font-size: 8.6pt; line-height: 1.4; padding: 0; max-width: none; }
   * { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
   h1 { font-size: 20pt; } h2 { font-size: 15pt; margin-top: 1.6rem; } h3 { font-size: 12pt; }
-  h2, h3, h4, h3 + p { break-after: avoid; }
+  h2, h3, h4, p:has(+ ul) { break-after: avoid; }
   p, figcaption, ul { max-width: none; orphans: 3; widows: 3; }
   a { color: inherit; text-decoration: none; }
   figure { margin: 0.8rem 0 1rem; break-inside: avoid; } figure.long { break-inside: auto; }
