@@ -78,8 +78,8 @@ void add_rates(CLI::App& command, RateFlags& rates, bool may_be_auto) {
       ->check(rate());
   command
       .add_option("--control-rate", rates.control,
-                  may_be_auto ? "Of the control loop, such as 200Hz; auto, in real time: what this machine keeps"
-                              : "Of the control loop, such as 200Hz")
+                  may_be_auto ? "Of the control loop, such as 1kHz; auto, in real time: what this machine keeps"
+                              : "Of the control loop, such as 1kHz")
       ->type_name(may_be_auto ? "RATE|auto" : "RATE")
       ->check(may_be_auto ? or_auto(rate()) : rate());
 }
