@@ -57,7 +57,7 @@ std::vector<std::string> RateFlags::changes() const {
 
 std::vector<std::string> RateFlags::defaults() const {
   const double contact_Hz = contact.empty() ? kContact_Hz : rate_Hz(contact);
-  // What is measured later only has to go with the contact rate until then.
+  // Control is no faster than contact.
   const double control_Hz = std::min(kControl_Hz, contact_Hz);
   return {"time.step=" + period(contact_Hz), "time.control_period=" + period(control_Hz)};
 }
