@@ -57,8 +57,8 @@ std::vector<std::string> RateFlags::changes() const {
 
 std::vector<std::string> RateFlags::defaults() const {
   const double contact_Hz = contact.empty() ? kContact_Hz : rate_Hz(contact);
-  // What is measured later only has to go with the contact rate until then.
-  const double control_Hz = auto_control() ? std::min(kControl_Hz, contact_Hz) : kControl_Hz;
+  // Control is no faster than contact.
+  const double control_Hz = std::min(kControl_Hz, contact_Hz);
   return {"time.step=" + period(contact_Hz), "time.control_period=" + period(control_Hz)};
 }
 
@@ -78,8 +78,8 @@ void add_rates(CLI::App& command, RateFlags& rates, bool may_be_auto) {
       ->check(rate());
   command
       .add_option("--control-rate", rates.control,
-                  may_be_auto ? "Of the control loop, such as 200Hz; auto, in real time: what this machine keeps"
-                              : "Of the control loop, such as 200Hz")
+                  may_be_auto ? "Of the control loop, such as 1kHz; auto, in real time: what this machine keeps"
+                              : "Of the control loop, such as 1kHz")
       ->type_name(may_be_auto ? "RATE|auto" : "RATE")
       ->check(may_be_auto ? or_auto(rate()) : rate());
 }

@@ -18,7 +18,7 @@ struct RateFlags {
   [[nodiscard]] bool auto_control() const { return control == "auto"; }  ///< It is to be measured.
   /// What they change in the scene,
   [[nodiscard]] std::vector<std::string> changes() const;
-  /// and what holds where neither they nor the user's changes say anything: 4 kHz and 200 Hz.
+  /// and what holds where neither they nor the user's changes say anything: 4 kHz and 1 kHz.
   [[nodiscard]] std::vector<std::string> defaults() const;
 };
 
