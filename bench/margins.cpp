@@ -34,7 +34,12 @@ Margin find_margin(const MarginKey& key, bool up, const std::vector<std::string>
     const double value = up ? key.value * ratio : key.value / ratio;
     return key.whole ? std::round(value) : value;
   };
-  Margin margin{up, key.value, std::numeric_limits<double>::quiet_NaN(), 1.0, {}};
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  Margin margin{up, kNone, kNone, 0.0, judge(key, overrides, key.value)};
+  if (margin.there.outcome != Outcome::kHeld) {
+    margin.fails = key.value;
+    return margin;
+  }
   double holds = 1.0, fails = 1.0;
   while (fails == 1.0 && holds < key.most) {
     const double ratio = std::min(key.most, kGrowth * holds);

@@ -23,9 +23,9 @@ struct MarginKey {
 /// How far a setting may go one way.
 struct Margin {
   bool up = false;
-  double holds = 0.0;  ///< The last value that held.
+  double holds = 0.0;  ///< The last value that held; NaN if the scene itself does not.
   double fails = 0.0;  ///< The first that did not; NaN if all that was tried held.
-  double ratio = 0.0;  ///< Of the first to the scene's, or of the second where it held to the end; above 1.
+  double ratio = 0.0;  ///< Of `holds` to the scene's, or the other way round: 1 or more; 0 if the scene does not hold.
   Verdict there;       ///< At `fails`.
 };
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <stdexcept>
@@ -29,6 +30,13 @@ ordered_json shown(const MapAxis& axis, int count) {
   ordered_json values = ordered_json::array();
   for (const double value : axis.values(count)) values.push_back(axis.show(value));
   return {{"label", axis.label}, {"values", values}, {"log", true}};
+}
+
+bool is_finite(const TickRecord& tick) {
+  return tick.position_m.allFinite() && std::isfinite(tick.rotation_error_rad) &&
+         std::ranges::all_of(tick.force, [](const auto& force) {
+           return std::isfinite(force.normal_N) && std::isfinite(force.tangential_N);
+         });
 }
 
 ordered_json cell(const Verdict& verdict) { return {{"outcome", name(verdict.outcome)}, {"reason", verdict.reason}}; }
@@ -66,7 +74,7 @@ Verdict run_and_judge(const Model& model, const std::function<Recording(const Mo
   const Recording recording = run(model);
   const Verdict judged = verdict(model, recording);
   const bool silent = judged.outcome == Outcome::kHeld
-                          ? recording.ticks.empty() || !recording.ticks.back().position_m.allFinite()
+                          ? recording.ticks.empty() || !std::ranges::all_of(recording.ticks, is_finite)
                           : judged.reason.empty();
   if (silent) throw std::logic_error("a grasp failed without a reason");
   return judged;

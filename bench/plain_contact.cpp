@@ -14,7 +14,6 @@
 #include "engine/control_tick.h"
 #include "engine/delassus.h"
 #include "engine/handover.h"
-#include "engine/lockstep.h"
 #include "engine/recorder.h"
 #include "solvers/gauss_seidel.h"
 
@@ -292,25 +291,6 @@ Recording run_plain(const Model& model, const PlainContact& plain) {
   PlainTick tick(own, plain);
   Frame frame(own);
   return run(own, tick, frame);
-}
-
-Recording run_lockstep_without_offset(const Model& model) {
-  Lockstep loops(model);
-  loops.workspace().policy.offset_decay_s = 0.0;
-  Recorder recorder(model);
-  for (bool held = true; loops.state.tick < recorder.planned() && held;) {
-    const double time_s = static_cast<double>(loops.state.tick) * model.scene.step_s;
-    const Vector3d centre_m = loops.state.X_WO.translation();
-    const TickReport contact = loops.tick();
-    TickRecord record = tick_record(model, loops.state, contact, loops.control());
-    if (loops.controlled()) {
-      record_control(loops.control(), record);
-      recorder.check_grasp(time_s, loops.control(), centre_m);
-      if (loops.state.tick == 1 && recorder.has_unsolved()) break;
-    }
-    held = recorder.add(record, loops.controller().f_muscle);
-  }
-  return recorder.finish(loops.state, loops.control(), 0.0);
 }
 
 std::function<double(const Scene&)> penalty_step_limit(const Model& model, double step_s, double duration_s) {

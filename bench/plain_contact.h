@@ -33,9 +33,6 @@ struct PlainContact {
 /// and no task.spring.
 [[nodiscard]] Recording run_plain(const Model& model, const PlainContact& plain);
 
-/// run_lockstep without the offset that makes old and new frames agree at a hand-over.
-[[nodiscard]] Recording run_lockstep_without_offset(const Model& model);
-
 /// The penalty's springs are stable in explicit Euler below this step [s], by the viscosities of a scene: 2 /
 /// lambda_max(J_c B^-1 J_c' K) of the contacts that are pressed at the end of the model's run with the penalty, in
 /// steps of `step_s` over `duration_s`. NaN if none is.

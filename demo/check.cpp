@@ -80,26 +80,21 @@ void describe_parts(const Model& model, std::ostream& out) {
   }
   out << fmt::format("  {:<54}{:>8}  {}\n", "", "saves us", "without it, rms");
   for (const PartEffect& effect : effects) {
-    out << fmt::format("  {:<54}{:>8.1f}  {:<40}{}\n", title(effect), full.us - effect.us,
+    out << fmt::format("  {:<54}{:>8.0f}  {:<40}{}\n", title(effect), full.us - effect.us,
                        effect.alike ? in_words(effect.error) : in_words(effect),
                        effect.within ? "could be left out" : "needed");
   }
-  out << fmt::format("  of {:.1f} us a tick; within {:.3g} mm, {:.3g} deg and {:.3g} % of the forces (tolerance)\n",
+  out << fmt::format("  of {:.0f} us a tick, one run each: a few us more or less, by what else this machine does\n"
+                     "  within {:.3g} mm, {:.3g} deg and {:.3g} % of the forces (tolerance)\n",
                      full.us, 1e3 * allowed.position_m, allowed.rotation_rad * 180.0 / EIGEN_PI, 100.0 * allowed.force);
 
-  // Of levels the last one tells it.
-  const NeededParts needed = needed_parts(model, full);
-  std::vector<PartEffect> out_of_it;
-  for (const PartEffect& effect : needed.tried) {
-    if (!effect.within) continue;
-    if (!out_of_it.empty() && out_of_it.back().part == effect.part) out_of_it.pop_back();
-    out_of_it.push_back(effect);
-  }
+  std::vector<PartEffect> out_of_it = needed_parts(model, full).tried;
+  std::erase_if(out_of_it, [](const PartEffect& effect) { return !effect.within; });
   out << "  model: auto " << (scene.only_needed ? "leaves out" : "would leave out")
       << (out_of_it.empty() ? " nothing\n" : ", all together\n");
   for (const PartEffect& effect : out_of_it) out << "    " << title(effect) << "\n";
   if (out_of_it.empty()) return;
-  out << fmt::format("  which saves {:.1f} us; {}\n", full.us - out_of_it.back().us, in_words(out_of_it.back()));
+  out << fmt::format("  which saves {:.0f} us; {}\n", full.us - out_of_it.back().us, in_words(out_of_it.back()));
 }
 
 void describe_contact(const Scene& scene, std::ostream& out) {

@@ -4,6 +4,7 @@
 #include <iostream>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "demo/check.h"
 #include "demo/doctor.h"
@@ -81,7 +82,7 @@ Recording run_realtime(const Options& options, const Model& model, State& state,
 }
 
 int run(const Options& options) {
-  Model model = as_needed(Model(load_scene(options)));
+  Model model(load_scene(options));
   if (!options.out.empty()) prepare_folder(options.out);
   std::optional<ProblemDump> dump;
   if (!options.dump_problems.empty()) {
@@ -89,6 +90,7 @@ int run(const Options& options) {
     dump.emplace(options.dump_problems, options.dump_every);
   }
   choose_control_rate(options, model);
+  model = as_needed(std::move(model));
   std::optional<RecordingFile> film;
   if (options.record.has_parent_path()) prepare_folder(options.record.parent_path());
   if (!options.record.empty()) film.emplace(options.record, model);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <iostream>
+#include <utility>
 
 #include "demo/cyclictest.h"
 #include "demo/exit_code.h"
@@ -125,10 +126,11 @@ void choose_control_rate(const Options& options, Model& model) {
 }
 
 int profile(const Options& options) {
-  Model model = as_needed(Model(load_scene(options)));
+  Model model(load_scene(options));
   if (!options.out.empty()) prepare_folder(options.out);
   if (options.trace.has_parent_path()) prepare_folder(options.trace.parent_path());
   choose_control_rate(options, model);
+  model = as_needed(std::move(model));
 
   JitterFloor floor;
   const ordered_json floor_json = options.floor ? measure_floor(model, options, floor) : nullptr;

@@ -46,17 +46,24 @@ struct Meeting {
     MPI_Allreduce(&failed, &any_failed, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
     return any_failed == 0;
   }
+
+  /// Rank 0's tasks for all, as their bytes.
+  void share(Tasks& tasks) const {
+    std::size_t count = tasks.size();
+    MPI_Bcast(&count, sizeof(count), MPI_BYTE, 0, MPI_COMM_WORLD);
+    tasks.resize(count);
+    MPI_Bcast(tasks.data(), static_cast<int>(count * sizeof(std::size_t)), MPI_BYTE, 0, MPI_COMM_WORLD);
+  }
 };
 
 #endif
 
 }  // namespace
 
-std::optional<Ranks> meet_ranks(const std::function<void()>& prepare,
-                                const std::function<void(const Ranks& me)>& enter) {
+std::optional<Ranks> meet_ranks(const std::function<Tasks()>& prepare,
+                                const std::function<void(const Ranks& me, const Tasks& tasks)>& enter) {
   if (!is_under_mpi()) {
-    prepare();
-    enter({});
+    enter({}, prepare());
     return Ranks{};
   }
 #ifdef THENAR_MPI
@@ -66,9 +73,14 @@ std::optional<Ranks> meet_ranks(const std::function<void()>& prepare,
   {
     Meeting meeting;
     me = meeting.me;
+    Tasks tasks;
     all_well = meeting.together([&] {
-      if (me.rank == 0) prepare();
-    }) && meeting.together([&] { enter(me); });
+      if (me.rank == 0) tasks = prepare();
+    });
+    if (all_well) {
+      meeting.share(tasks);
+      all_well = meeting.together([&] { enter(me, tasks); });
+    }
     fault = meeting.fault;
   }
   if (fault) std::rethrow_exception(fault);

@@ -39,12 +39,17 @@ SweepRow run_row_lockstep(const Model& model) {
   return sweep_row(model, run_lockstep(model, state));
 }
 
-/// This process's share of the rows that are missing: all processes know the same ones, and take them in turns.
-std::vector<std::size_t> rows_to_run(std::size_t rows, const FinishedRows& finished, const Ranks& me) {
-  std::vector<std::size_t> missing, mine;
-  for (std::size_t row = 0; row < rows; ++row) {
+std::vector<std::size_t> missing_rows(const SweepPlan& plan, const FinishedRows& finished) {
+  std::vector<std::size_t> missing;
+  for (std::size_t row = 0; row < plan.rows(); ++row) {
     if (!finished.contains(row)) missing.push_back(row);
   }
+  return missing;
+}
+
+/// This process's share: all take rows in turns.
+std::vector<std::size_t> share_of(const std::vector<std::size_t>& missing, const Ranks& me) {
+  std::vector<std::size_t> mine;
   for (std::size_t i = me.rank; i < missing.size(); i += me.ranks) mine.push_back(missing[i]);
   return mine;
 }
@@ -112,26 +117,28 @@ int report(const SweepPlan& plan, const SweepJournal::Merged& merged, const Opti
 int sweep(const Options& options) {
   SweepPlan plan;
   std::optional<SweepJournal> journal;
-  FinishedRows finished;
+  std::vector<std::size_t> missing;
   const bool lockstep = options.runner == Runner::kLockstep;
   const auto prepare = [&] {
     plan = read_plan(options);
     static_cast<void>(first_scene(plan));
     claim_sweep_folder(options.out, plan_json(plan, lockstep ? "lockstep" : "monolithic"));
+    // By one process for all: a file system of many machines may show each of them another state of the journals.
+    return missing_rows(plan, read_journals(options.out));
   };
-  const auto enter = [&](const Ranks& me) {
+  const auto enter = [&](const Ranks& me, const std::vector<std::size_t>& all_missing) {
     if (me.rank != 0) plan = read_plan(options);
     journal.emplace(options.out, me.rank);
-    finished = read_journals(options.out);  // Before any process adds to them.
+    missing = all_missing;
   };
   const std::optional<Ranks> me = meet_ranks(prepare, enter);
   if (!me) return kBadUsage;  // Another process has said why.
 
   say_farewell_to(options.out);
-  const std::vector<std::size_t> rows = rows_to_run(plan.rows(), finished, *me);
+  const std::vector<std::size_t> rows = share_of(missing, *me);
   const int cores = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   const int jobs = options.jobs > 0 ? options.jobs : me->ranks > 1 ? 1 : cores;
-  const std::function<void()> progress = sweep_progress(finished.size(), rows.size(), options.quiet);
+  const std::function<void()> progress = sweep_progress(plan.rows() - missing.size(), rows.size(), options.quiet);
   run_sweep(plan, rows, jobs, lockstep ? run_row_lockstep : run_row, [&](std::size_t row, const SweepRow& result) {
     journal->add(row, result);
     progress();

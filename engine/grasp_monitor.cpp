@@ -67,8 +67,12 @@ std::string GraspMonitor::slips() const {
   std::string all;
   for (int k = 0; k < kFingers; ++k) {
     if (!slips_since_s_[k]) continue;
-    all += fmt::format("{} {} slipped from {:.3f} s on ({:.1f} mm)", all.empty() ? ";" : ",",
-                       hand_.fingertips[k].finger, *slips_since_s_[k], 1e3 * slip_m_[k]);
+    const Fingertip& tip = hand_.fingertips[k];
+    // Beyond its radius nothing is left of a patch whose slip could be told.
+    const std::string how_far =
+        slip_m_[k] > tip.radius_m ? std::string("slid off") : fmt::format("{:.1f} mm", 1e3 * slip_m_[k]);
+    all += fmt::format("{} {} slipped from {:.3f} s on ({})", all.empty() ? ";" : ",", tip.finger, *slips_since_s_[k],
+                       how_far);
   }
   return all;
 }

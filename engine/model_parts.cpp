@@ -194,8 +194,11 @@ NeededParts needed_parts(const Model& model, const PathRun& full) {
     // Of detail there may be more to leave out.
     while (has(needed.scene, part)) {
       Scene without = leave_out(needed.scene, part);
-      needed.tried.push_back(effect_of(part, without, model, full));
-      if (!needed.tried.back().within) break;
+      const PartEffect effect = effect_of(part, without, model, full);
+      const bool goes_on = effect.within && !needed.tried.empty() && needed.tried.back().part == part;
+      if (goes_on) needed.tried.pop_back();
+      needed.tried.push_back(effect);
+      if (!effect.within) break;
       needed.scene = std::move(without);
     }
   }
@@ -225,14 +228,8 @@ Model as_needed(Model model) {
     return model;
   }
   NeededParts needed = needed_parts(model, full);
-  std::vector<std::string>& lines = needed.scene.left_out;
-  for (std::size_t i = 0; i < needed.tried.size(); ++i) {
-    const PartEffect& effect = needed.tried[i];
-    // Of levels the last one tells it.
-    const bool goes_on = effect.within && i + 1 < needed.tried.size() && needed.tried[i + 1].part == effect.part &&
-                         needed.tried[i + 1].within;
-    if (goes_on) continue;
-    lines.push_back(
+  for (const PartEffect& effect : needed.tried) {
+    needed.scene.left_out.push_back(
         fmt::format("{}: {}: {}", effect.within ? "left out" : "not left out", title(effect), in_words(effect)));
   }
   return Model(std::move(needed.scene), model);

@@ -79,7 +79,8 @@ struct PartEffect {
 /// out together stays within the tolerance. Errors decide, not times: the same scene keeps the same parts.
 struct NeededParts {
   Scene scene;
-  std::vector<PartEffect> tried;  ///< Each together with those before it that are within; detail once a level.
+  /// Each together with those before it that are within: of levels the coarsest that is, and the finest that is not.
+  std::vector<PartEffect> tried;
 };
 [[nodiscard]] NeededParts needed_parts(const Model& model, const PathRun& full);
 

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "engine/build_info.h"
+#include "engine/source_id.h"
 #include "engine/percentiles.h"
 #include "solvers/grasp_deficit.h"
 
@@ -227,7 +228,7 @@ std::string explain(const Scene& scene, const UnsolvedGrasp& unsolved) {
       "{} at {:.3f} s: ", infeasible ? "no grasp forces exist" : "no grasp forces were found", unsolved.time_s);
   for (int k = 0; k < kFingers; ++k) {
     message +=
-        fmt::format("{}the {}'s friction cone (mu_c = {:g}) lacks {:.3f} N of tangential force", k > 0 ? ", " : "",
+        fmt::format("{}the {}'s friction cone (mu_c = {:.3g}) lacks {:.3f} N of tangential force", k > 0 ? ", " : "",
                     scene.hand.fingertips[k].finger, problem.friction, deficit.missing_N.col(k).tail<2>().norm());
   }
   if (deficit.least_friction <= kAnyFriction) return message + "; any mu_c > 0 with enough squeeze would do";
@@ -251,7 +252,8 @@ ordered_json build_settings() {
   return {{"type", build_info::kType},
           {"flags", build_info::kFlags},
           {"compiler", build_info::kCompiler},
-          {"version", build_info::kVersion}};
+          {"version", build_info::kVersion},
+          {"source", build_info::kSource}};
 }
 
 ordered_json loop_settings(const Scene& scene) {

@@ -9,7 +9,7 @@
 
 namespace thenar {
 
-/// How this library was built: type, flags, compiler, version.
+/// How this library was built: type, flags, compiler, version, and of which source (a commit, where git knows it).
 [[nodiscard]] nlohmann::ordered_json build_settings();
 
 /// How both loops were asked to run: rates, delay of the frames, when a contact solve stops.

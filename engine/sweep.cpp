@@ -253,7 +253,8 @@ Scene first_scene(const SweepPlan& plan) {
 
 SweepRow sweep_row(const Model& model, const Recording& recording) {
   const nlohmann::ordered_json summary = summarize(model, recording);
-  SweepRow row{verdict(model, recording), nlohmann::ordered_json::object()};
+  SweepRow row{verdict(model, recording), nlohmann::ordered_json::object(),
+               fmt::format("{}", fmt::join(model.scene.left_out, "; "))};
   for (const Measure& measure : kMeasures) {
     const nlohmann::ordered_json& value = summary.at(measure.section).at(measure.key);
     const bool nothing = value.is_number_float() && !std::isfinite(value.get<double>());
@@ -299,7 +300,7 @@ std::string rows_csv(const SweepPlan& plan, const std::map<std::size_t, SweepRow
     units.push_back(common_unit(variation));
     csv += csv_cell(variation.key + (units.back().empty() ? "" : " [" + units.back() + "]")) + ',';
   }
-  csv += fmt::format("outcome,reason,{}\n", fmt::join(names, ","));
+  csv += fmt::format("outcome,reason,left_out,{}\n", fmt::join(names, ","));
   for (const auto& [index, row] : rows) {
     const std::vector<std::string> values = plan.values(index);
     for (std::size_t i = 0; i < values.size(); ++i) {
@@ -308,7 +309,7 @@ std::string rows_csv(const SweepPlan& plan, const std::map<std::size_t, SweepRow
       if (!units[i].empty()) value.erase(value.find_last_not_of(' ', value.size() - units[i].size() - 1) + 1);
       csv += csv_cell(value) + ',';
     }
-    csv += csv_cell(name(row.verdict.outcome)) + ',' + csv_cell(row.verdict.reason);
+    csv += csv_cell(name(row.verdict.outcome)) + ',' + csv_cell(row.verdict.reason) + ',' + csv_cell(row.left_out);
     for (const std::string& measure : names) csv += ',' + csv_cell(row, measure);
     csv += '\n';
   }

@@ -43,13 +43,14 @@ struct SweepPlan {
 [[nodiscard]] Scene first_scene(const SweepPlan& plan);
 
 /// All that may become of a row.
-inline constexpr std::array kOutcomes = {Outcome::kHeld, Outcome::kSlipping, Outcome::kUnstable, Outcome::kSolverFailed,
-                                         Outcome::kRefused};
+inline constexpr std::array kOutcomes = {Outcome::kHeld,      Outcome::kSlipping,     Outcome::kUnstable,
+                                         Outcome::kOffTarget, Outcome::kSolverFailed, Outcome::kRefused};
 
 /// What became of one row: the same for the same scene, to the last bit, whoever runs it; so no times.
 struct SweepRow {
   Verdict verdict;
   nlohmann::ordered_json measures;  ///< Flat: name to number or null. Of a refused scene nothing.
+  std::string left_out = {};        ///< What `model: auto` left out or not, and why; empty for another scene.
 };
 
 /// The row of a run that has ended: measures of summary.json by their names there, and force_chatter.
@@ -67,7 +68,7 @@ using RunScene = std::function<SweepRow(const Model& model)>;
 void run_sweep(const SweepPlan& plan, const std::vector<std::size_t>& rows, int jobs, const RunScene& run,
                const std::function<void(std::size_t row, SweepRow result)>& done);
 
-/// Rows as a table, in the plan's order: what varies, outcome, reason, measures. A unit that all values of a key share
+/// Rows as a table, in the plan's order: what varies, outcome, reason, what `model: auto` left out, measures. A unit that all values of a key share
 /// is in the header; what was not measured is empty.
 [[nodiscard]] std::string rows_csv(const SweepPlan& plan, const std::map<std::size_t, SweepRow>& rows);
 

@@ -89,6 +89,7 @@ ordered_json to_line(std::size_t row, const SweepRow& result) {
   return {{"row", row},
           {"outcome", name(result.verdict.outcome)},
           {"reason", result.verdict.reason},
+          {"left_out", result.left_out},
           {"measures", result.measures}};
 }
 
@@ -97,8 +98,9 @@ std::optional<std::pair<std::size_t, SweepRow>> read_line(const std::string& tex
   const ordered_json line = ordered_json::parse(text);
   const auto* const outcome = std::ranges::find_if(kOutcomes, [&](Outcome o) { return line.at("outcome") == name(o); });
   if (outcome == kOutcomes.end()) return std::nullopt;
-  return std::pair(line.at("row").get<std::size_t>(),
-                   SweepRow{{*outcome, line.at("reason").get<std::string>()}, line.at("measures")});
+  return std::pair(line.at("row").get<std::size_t>(), SweepRow{{*outcome, line.at("reason").get<std::string>()},
+                                                               line.at("measures"),
+                                                               line.at("left_out").get<std::string>()});
 } catch (const ordered_json::exception&) {
   return std::nullopt;
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <optional>
 
 #include "engine/grasp_monitor.h"
 #include "engine/summary.h"
@@ -46,18 +47,25 @@ std::string joined(const std::string& first, const std::string& then) {
   return then.empty() ? first : first + "; " + then;
 }
 
-/// The finger that slid, or carries no load though it should; empty if none.
-std::string slips(const Hand& hand, const std::vector<TickRecord>& ticks) {
-  for (int k = 0; k < kFingers && !ticks.empty(); ++k) {
-    const std::string& finger = hand.fingertips[k].finger;
-    const double slip_m = ticks.back().slip_m[k];
-    if (slip_m > kNoticedSlip_m) return fmt::format("the {} slipped {:.2f} mm", finger, 1e3 * slip_m);
-    for (const TickRecord& tick : ticks) {
-      if (!tick.is_from(kLoadedFrom_s) || tick.force[k].normal_N > 0.0) continue;
-      return fmt::format("the {} carried no load at {:.3f} s", finger, tick.time_s);
+struct Slip {
+  double time_s;
+  std::string reason;
+};
+
+/// The first finger that slid, or carries no load though it should.
+std::optional<Slip> first_slip(const Hand& hand, const std::vector<TickRecord>& ticks) {
+  for (const TickRecord& tick : ticks) {
+    for (int k = 0; k < kFingers; ++k) {
+      const std::string& finger = hand.fingertips[k].finger;
+      if (tick.is_measured() && tick.slip_m[k] > kNoticedSlip_m) {
+        return Slip{tick.time_s, fmt::format("the {} slipped {:.2f} mm", finger, 1e3 * ticks.back().slip_m[k])};
+      }
+      if (tick.is_from(kLoadedFrom_s) && !(tick.force[k].normal_N > 0.0)) {
+        return Slip{tick.time_s, fmt::format("the {} carried no load at {:.3f} s", finger, tick.time_s)};
+      }
     }
   }
-  return "";
+  return std::nullopt;
 }
 
 }  // namespace
@@ -70,6 +78,8 @@ const char* name(Outcome outcome) {
       return "slipping";
     case Outcome::kUnstable:
       return "unstable";
+    case Outcome::kOffTarget:
+      return "off target";
     case Outcome::kSolverFailed:
       return "solver failed";
     case Outcome::kRefused:
@@ -87,17 +97,21 @@ Verdict verdict(const Model& model, const Recording& recording) {
   const auto& loss = recording.loss;
   const std::string lost = loss ? fmt::format("the object was lost at {:.3f} s: {}", loss->time_s, loss->reason) : "";
   if (unsolved && unsolved->contact) return {Outcome::kSolverFailed, joined(unsolved->reason, lost)};
+  const auto slip = model.scene.control && !loss ? first_slip(model.scene.hand, recording.ticks) : std::nullopt;
+  const std::string then = slip ? slip->reason : lost;
+
   // Forces of a finger that slides off are unsteady, too: what counts is how they were before.
-  const double share = loss ? chatter(recording, loss->since_s) : force_chatter(recording);
-  if (share > kChatters) {
-    return {Outcome::kUnstable, joined(fmt::format("forces chatter by {:.0f} %", 100.0 * std::min(share, 1.0)), lost)};
+  constexpr double kNever = std::numeric_limits<double>::infinity();
+  const double lost_s = loss ? loss->since_s : slip ? slip->time_s : kNever;
+  const double unsolved_s = unsolved ? unsolved->time_s : kNever;
+  const double first_s = std::min(lost_s, unsolved_s);
+  const double share = first_s < kNever ? chatter(recording, first_s) : force_chatter(recording);
+  if (share > (first_s < kNever ? 2.0 : 1.0) * kChatters) {
+    return {Outcome::kUnstable, joined(fmt::format("forces chatter by {:.0f} %", 100.0 * std::min(share, 1.0)), then)};
   }
-  if (unsolved && !(loss && loss->since_s < unsolved->time_s)) {
-    return {Outcome::kSolverFailed, joined(unsolved->reason, lost)};
-  }
-  if (loss) return {loss->cause == LossCause::kOffTarget ? Outcome::kUnstable : Outcome::kSlipping, lost};
-  const std::string slip = model.scene.control ? slips(model.scene.hand, recording.ticks) : "";
-  return {slip.empty() ? Outcome::kHeld : Outcome::kSlipping, slip};
+  if (unsolved && unsolved_s <= lost_s) return {Outcome::kSolverFailed, joined(unsolved->reason, then)};
+  if (loss && loss->cause == LossCause::kOffTarget) return {Outcome::kOffTarget, then};
+  return {loss || slip ? Outcome::kSlipping : Outcome::kHeld, then};
 }
 
 }  // namespace thenar

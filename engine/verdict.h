@@ -11,12 +11,13 @@ namespace thenar {
 enum class Outcome {
   kHeld,          ///< Never lost, every finger loaded and without slip, forces steady.
   kSlipping,      ///< A finger slid, or lost its load.
-  kUnstable,      ///< The object left its target though no finger slid, or the forces chatter.
+  kUnstable,      ///< The forces chatter.
+  kOffTarget,     ///< The object left its target though no finger slid and no force chattered.
   kSolverFailed,  ///< A solve found no answer, or there is none.
   kRefused,       ///< The scene is none.
 };
 
-/// As reports have it: "held", "slipping", "unstable", "solver failed", "refused".
+/// As reports have it: "held", "slipping", "unstable", "off target", "solver failed", "refused".
 [[nodiscard]] const char* name(Outcome outcome);
 
 struct Verdict {
@@ -30,9 +31,9 @@ struct Verdict {
 /// 1/n of its share. NaN where no finger is loaded.
 [[nodiscard]] double force_chatter(const Recording& recording);
 
-/// The verdict on a run that has ended. Of several causes the first in time; forces that chatter before a finger slides
-/// come before all that follows, unless the contact solver failed. Without control nobody minds the object: only solves
-/// and chatter count.
+/// The verdict on a run that has ended. Of several causes the first in time: chatter counts up to the first of the others,
+/// and where there is one, only if it is twice as much as steady grips may have. A contact solver that failed comes
+/// before all. Without control nobody minds the object: only solves and chatter count.
 [[nodiscard]] Verdict verdict(const Model& model, const Recording& recording);
 
 }  // namespace thenar

@@ -75,6 +75,13 @@ TEST(PlainContact, WOfTheWrongStepLosesTheBox) {
   ASSERT_TRUE(lost.loss);
 }
 
+// What fails there is the wrong step alone: the same code with the right one holds where control is as slow.
+TEST(PlainContact, WOfTheRightStepHoldsWithSlowControl) {
+  const Model model = short_grasp({"time.control_period=20 ms"});
+  EXPECT_EQ(outcome(model, {ContactLaw::kWrongStep, model.scene.step_s}), Outcome::kHeld);
+  EXPECT_NE(outcome(model, {ContactLaw::kWrongStep, model.scene.control_period_s}), Outcome::kHeld);
+}
+
 // With forces far inside the cones all solvers have the same problem, which has one solution.
 TEST(PlainContact, SolversAgreeWhereNothingSlides) {
   const Model model = short_grasp({}, "0.3 s");

@@ -177,18 +177,21 @@ TEST(Sweep, TheTableHasUnitsInItsHeaderAndQuotesText) {
   std::map<std::size_t, SweepRow> rows;
   rows[0] = row_of(Outcome::kHeld, "", R"({"final_error_mm": 0.1, "rms_error_mm": null, "lost_at_s": 2})");
   rows[7].verdict = {Outcome::kUnstable, "it said \"no\", twice"};
+  rows[7].left_out = "left out: muscles";
   std::istringstream lines(rows_csv(plan, rows));
   std::string header, first, second, rest;
   std::getline(lines, header);
   std::getline(lines, first);
   std::getline(lines, second);
   EXPECT_FALSE(std::getline(lines, rest));
-  EXPECT_EQ(header.find(
-                "contact.band [mm],time.step,fingertips.stiffening [1/N],object.shape,outcome,reason,final_error_mm,"),
+  EXPECT_EQ(header.find("contact.band [mm],time.step,fingertips.stiffening "
+                        "[1/N],object.shape,outcome,reason,left_out,final_error_mm,"),
             0U)
       << header;
-  EXPECT_EQ(first.find("0.2,1 ms,0,\"{box: [1 m, 1 m, 1 m]}\",held,,0.1,,"), 0U) << first;
-  EXPECT_EQ(second.find("0.3,0.001 s,2,\"{box: [1 m, 1 m, 1 m]}\",unstable,\"it said \"\"no\"\", twice\",,"), 0U)
+  EXPECT_EQ(first.find("0.2,1 ms,0,\"{box: [1 m, 1 m, 1 m]}\",held,,,0.1,,"), 0U) << first;
+  EXPECT_EQ(second.find(
+                "0.3,0.001 s,2,\"{box: [1 m, 1 m, 1 m]}\",unstable,\"it said \"\"no\"\", twice\",left out: muscles,,"),
+            0U)
       << second;
   EXPECT_EQ(std::count(header.begin(), header.end(), ','), std::count(second.begin(), second.end(), ',') - 3)
       << "as many cells, but for the commas in two texts: " << second;
@@ -198,8 +201,9 @@ TEST(SweepJournal, GivesBackWhatWasAddedAndDropsATornLine) {
   const fs::path folder = scratch();
   const SweepPlan plan = small_plan({"contact.friction=0.1:0.9:5"});
   claim_sweep_folder(folder, plan_json(plan, "test"));
-  const SweepRow failed =
+  SweepRow failed =
       row_of(Outcome::kSolverFailed, "a \"reason\",\nin two lines", R"({"max_slip_mm": 0.30000000000000004})");
+  failed.left_out = "left out: muscles, and why";
   SweepJournal(folder, 0).add(3, failed);
   std::ofstream(folder / "journal-0.jsonl", std::ios::app) << R"({"row":4,"outcome":"held","rea)";
   const SweepRow held = row_of(Outcome::kHeld, "", R"({"final_error_mm": 5e-324, "lost_at_s": null})");
@@ -210,6 +214,7 @@ TEST(SweepJournal, GivesBackWhatWasAddedAndDropsATornLine) {
   EXPECT_EQ(rows.at(3).verdict.outcome, failed.verdict.outcome);
   EXPECT_EQ(rows.at(3).verdict.reason, failed.verdict.reason);
   EXPECT_EQ(rows.at(3).measures, failed.measures);
+  EXPECT_EQ(rows.at(3).left_out, failed.left_out);
   EXPECT_EQ(rows.at(1).measures, held.measures);
 }
 

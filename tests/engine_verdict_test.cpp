@@ -97,7 +97,31 @@ TEST(Verdict, NamesWhatCameFirst) {
   run.ticks[300].muscle = MuscleStatus::kOptimal;
   EXPECT_EQ(outcome(run), Outcome::kSlipping);
   run.loss->cause = LossCause::kOffTarget;
+  EXPECT_EQ(outcome(run), Outcome::kOffTarget);
+}
+
+// Forces chatter by 10 % from the tick 200 on: the mean of |second difference| / 2 is twice the amplitude of 5 %.
+TEST(Verdict, ChatterCountsUpToWhatCameFirst) {
+  const auto late_chatter = [] { return steady_run([](int i) { return i < 200 ? 2.0 : i % 2 == 0 ? 2.1 : 1.9; }); };
+  EXPECT_EQ(outcome(late_chatter()), Outcome::kUnstable);
+  Recording run = late_chatter();
+  run.ticks[150].muscle = MuscleStatus::kInfeasible;
+  EXPECT_EQ(outcome(run), Outcome::kSolverFailed);
+  run = late_chatter();
+  run.ticks[450].muscle = MuscleStatus::kInfeasible;
   EXPECT_EQ(outcome(run), Outcome::kUnstable);
+  run.loss = Loss{0.5, 0.15, LossCause::kSlipped, "the thumb slipped"};
+  EXPECT_EQ(outcome(run), Outcome::kSlipping);
+  run.loss->since_s = 0.4;
+  EXPECT_EQ(outcome(run), Outcome::kUnstable);
+}
+
+// 1.5 % is more than a steady grip has, but not clearly the cause of a slip that follows.
+TEST(Verdict, ChatterAtTheThresholdIsNotTheCauseOfASlip) {
+  Recording run = steady_run([](int i) { return 2.0 + (i % 2 == 0 ? 0.015 : -0.015); });
+  EXPECT_EQ(outcome(run), Outcome::kUnstable);
+  run.loss = Loss{0.5, 0.45, LossCause::kSlipped, "the thumb slipped"};
+  EXPECT_EQ(outcome(run), Outcome::kSlipping);
 }
 
 TEST(Verdict, EveryOutcomeButHeldHasAReason) {

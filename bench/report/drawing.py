@@ -43,6 +43,7 @@ OUTCOME_LOOKS = {
     "held": ("#dcefe0", None, "#dcefe0"),
     "slipping": ("#f5d27a", "////", "#8a6100"),
     "unstable": ("#de6b4e", "xxxx", "#5c1a0a"),
+    "off target": ("#9db8d9", "\\\\\\\\", "#1f3f66"),
     "solver failed": ("#3d2b56", None, "#3d2b56"),
     "refused": ("#f4f4f4", "---", "#8a8a8a"),
 }

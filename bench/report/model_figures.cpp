@@ -4,10 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
-#include <functional>
-#include <iostream>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -61,15 +60,23 @@ std::vector<Case> cases(bool quick) {
 
 // --- the parts that have a key ---------------------------------------------------------------------------------------
 
-/// Median times of models that are run in turns.
-std::vector<double> median_us(const std::vector<Model>& models, int rounds) {
+struct Times {
+  std::vector<double> median_us, spread;  ///< Of each model; spread: largest less smallest, over the median.
+};
+
+/// Times of models that are run in turns.
+Times run_in_turns(const std::vector<Model>& models, int rounds) {
   std::vector<std::vector<double>> us(models.size());
   for (int round = 0; round < rounds; ++round) {
     for (std::size_t i = 0; i < models.size(); ++i) us[i].push_back(run_path(models[i]).us);
   }
-  std::vector<double> medians;
-  for (auto& times : us) medians.push_back(percentiles(std::move(times)).p50);
-  return medians;
+  Times times;
+  for (auto& of_one : us) {
+    const auto [least, most] = std::ranges::minmax(of_one);
+    times.median_us.push_back(percentiles(std::move(of_one)).p50);
+    times.spread.push_back((most - least) / times.median_us.back());
+  }
+  return times;
 }
 
 struct CaseResult {
@@ -78,12 +85,13 @@ struct CaseResult {
   std::vector<PartEffect> effects;  ///< With the times of runs in turns.
   std::vector<PartEffect> auto_parts;
   std::string failure;
+  std::vector<double> spread;  ///< Of the times of each variant.
 };
 
 CaseResult measure(const Case& item, int rounds) {
   const Model model(item.load());
   const PathRun full = run_path(model);
-  CaseResult result{item.name, full.us, full.us, {}, {}, full.ended ? "" : full.verdict.reason};
+  CaseResult result{item.name, full.us, full.us, {}, {}, full.ended ? "" : full.verdict.reason, {}};
   if (!full.ended) return result;
   result.effects = ablate(model, full);
   const NeededParts needed = needed_parts(model, full);
@@ -91,9 +99,10 @@ CaseResult measure(const Case& item, int rounds) {
 
   std::vector<Model> models{model, Model(needed.scene, model)};
   for (const PartEffect& effect : result.effects) models.emplace_back(leave_out(model.scene, effect.part), model);
-  const std::vector<double> us = median_us(models, rounds);
+  const auto [us, spread] = run_in_turns(models, rounds);
   result.us = us[0];
   result.auto_us = us[1];
+  result.spread = spread;
   for (std::size_t i = 0; i < result.effects.size(); ++i) result.effects[i].us = us[i + 2];
   return result;
 }
@@ -108,8 +117,17 @@ const PartEffect* effect_of(const CaseResult& result, Part part) {
   return found == result.effects.end() ? nullptr : &*found;
 }
 
-ordered_json part_columns(std::vector<std::string> columns) {
-  for (const Part part : kParts) columns.push_back(short_name(part));
+/// Those that any of the scenes has.
+std::vector<Part> parts_of(const std::vector<CaseResult>& results) {
+  std::vector<Part> parts(kParts.begin(), kParts.end());
+  std::erase_if(parts, [&](Part part) {
+    return std::ranges::none_of(results, [&](const CaseResult& result) { return effect_of(result, part) != nullptr; });
+  });
+  return parts;
+}
+
+ordered_json part_columns(std::vector<std::string> columns, const std::vector<Part>& parts) {
+  for (const Part part : parts) columns.push_back(short_name(part));
   return columns;
 }
 
@@ -121,19 +139,26 @@ std::string runs_in_turns(int rounds) {
 }
 
 void add_costs(ordered_json& part, const std::vector<CaseResult>& results, int rounds) {
+  std::vector<double> spread;
+  for (const CaseResult& result : results) spread.insert(spread.end(), result.spread.begin(), result.spread.end());
+  const double worst = spread.empty() ? 0.0 : std::ranges::max(spread), usual = percentiles(spread).p50;
   ordered_json& figure = add_figure(
       part, "table", "part_costs", "What each part of the model costs",
-      "Microseconds of a tick that are saved where one part of the model is left out and all others stay; beside them "
-      "what a tick takes with all parts. A tick is one step of contact and its share of the control tick (here nearly "
-      "always one a step). Level of detail: the next coarser set of control points in the fingertips instead of the "
-      "finest. Deformation of the fingertips: a rigid point of contact a finger instead of a pulp. A dash: the scene "
-      "does "
-      "not have the part. Savings below a few percent of the tick, of either sign, are noise.",
+      fmt::format(
+          "Microseconds of a tick that are saved where one part of the model is left out and all others stay; beside "
+          "them what a tick takes with all parts. A tick is one step of contact and its share of the control tick "
+          "(here "
+          "nearly always one a step). Level of detail: the next coarser set of control points in the fingertips "
+          "instead "
+          "of the finest. Deformation of the fingertips: a rigid point of contact a finger instead of a pulp. A dash: "
+          "the scene does not have the part. The runs of one and the same variant differed by {:.0f} % of a tick, as a "
+          "median over all variants, and by {:.0f} % at most: less than that, of either sign, is noise.",
+          100.0 * usual, 100.0 * worst),
       runs_in_turns(rounds));
-  figure["columns"] = part_columns({"scene", "all parts, µs"});
+  figure["columns"] = part_columns({"scene", "all parts, µs"}, parts_of(results));
   for (const CaseResult& result : results) {
     ordered_json row{result.name, std::round(10.0 * result.us) / 10.0};
-    for (const Part what : kParts) {
+    for (const Part what : parts_of(results)) {
       const PartEffect* const effect = effect_of(result, what);
       row.push_back(effect != nullptr ? ordered_json(fmt::format("{:.1f}", result.us - effect->us)) : "–");
     }
@@ -153,10 +178,10 @@ void add_errors(ordered_json& part, const std::vector<CaseResult>& results) {
           "controller knows that it is rigid. The grip's first 0.3 s do not count.",
           1e3 * tolerance.position_m, kRadian_deg * tolerance.rotation_rad, 100.0 * tolerance.force),
       "One run each: errors are the same in every run, to the last bit.");
-  figure["columns"] = part_columns({"scene"});
+  figure["columns"] = part_columns({"scene"}, parts_of(results));
   for (const CaseResult& result : results) {
     ordered_json row{result.name};
-    for (const Part what : kParts) {
+    for (const Part what : parts_of(results)) {
       const PartEffect* const effect = effect_of(result, what);
       const std::string cell = effect == nullptr ? "–"
                                : !effect->alike  ? std::string("NEEDED: ") + name(effect->verdict.outcome)
@@ -172,10 +197,14 @@ void add_needs(ordered_json& part, const std::vector<CaseResult>& results) {
       part, "table", "part_needs", "Which parts are needed at all",
       "For each part of the model: in how many of the scenes above it is modelled, in which of them it cannot be "
       "left out within the default tolerance, and the largest error that leaving it out makes in the others. "
-      "What is needed in none is either a part of the published model, or a candidate to be deleted.",
+      "What is needed in none of them is kept all the same: that the object gives way, that bodies remember, and that "
+      "fingertips stiffen are properties of bodies, which a scene has because it names them, and which cost one that "
+      "does not name them nothing. Muscles are part of the published model. Without them the motion is the same, for "
+      "as "
+      "long as none reaches its limit they give the very torques that are asked for: they tell what a hand can do.",
       "One run each: errors are the same in every run, to the last bit.");
   figure["columns"] = {"part", "scenes with it", "needed in", "largest error where it is not needed"};
-  for (const Part what : kParts) {
+  for (const Part what : parts_of(results)) {
     int with = 0;
     std::string needed;
     PathDeviation largest;
@@ -193,7 +222,6 @@ void add_needs(ordered_json& part, const std::vector<CaseResult>& results) {
       largest.rotation_rms_rad = std::max(largest.rotation_rms_rad, effect->error.rotation_rms_rad);
       largest.force = std::max(largest.force, effect->error.force);
     }
-    if (with == 0) continue;
     figure["rows"].push_back(
         {name(what), with, needed.empty() ? "none" : needed, needed_in_all ? "–" : in_words(largest)});
   }
@@ -214,13 +242,9 @@ void add_auto(ordered_json& part, const std::vector<CaseResult>& results, int ro
   for (const CaseResult& result : results) {
     std::string left_out;
     const PartEffect* last = nullptr;
-    for (std::size_t i = 0; i < result.auto_parts.size(); ++i) {
-      const PartEffect& effect = result.auto_parts[i];
+    for (const PartEffect& effect : result.auto_parts) {
       if (!effect.within) continue;
       last = &effect;
-      const bool goes_on = i + 1 < result.auto_parts.size() && result.auto_parts[i + 1].part == effect.part &&
-                           result.auto_parts[i + 1].within;
-      if (goes_on) continue;  // Of levels the last one tells it.
       left_out += (left_out.empty() ? "" : ", ") +
                   (effect.part == Part::kDetail ? fmt::format("detail to {}", effect.level) : short_name(effect.part));
     }
@@ -263,7 +287,7 @@ ordered_json detail_case(const Case& item, int rounds) {
   const auto first = static_cast<std::size_t>(std::lround(kMeasuredFrom_s / scene.step_s));
   std::vector<Model> models;
   for (const Variant& variant : all) models.emplace_back(variant.scene, finest);
-  const std::vector<double> us = median_us(models, rounds);
+  const std::vector<double> us = run_in_turns(models, rounds).median_us;
   ordered_json points = ordered_json::array();
   for (std::size_t i = 0; i < all.size(); ++i) {
     const PathRun run = run_path(models[i]);
@@ -290,140 +314,114 @@ void add_detail(ordered_json& part, bool quick, int rounds) {
                  "point that is "
                  "missing lost the object.",
                  runs_in_turns(rounds));
-  figure["error"] = "forces off the finest model's, rms [%]";
-  figure["time"] = "a tick [µs]";
-  figure["choice"] = "parts of the model";
+  figure["error"] = "error of the forces against the finest model, rms [%]";
+  figure["time"] = "time of a tick [µs]";
   figure["cases"] = ordered_json::array();
   for (const Case& item : quick ? std::vector<Case>{kBox} : std::vector<Case>{kBox, kCapsule, kMug, kStick, kSlide}) {
     figure["cases"].push_back(detail_case(item, rounds));
   }
 }
 
-// --- the parts of two loops that have no key -------------------------------------------------------------------------
+// --- the part of two loops that has no key --------------------------------------------------------------------------
 
 /// Two loops on a virtual clock, to their end or the object's loss.
 struct SplitRun {
   GraspPath path;
-  double contact_us = 0.0;      ///< Median contact tick.
-  double largest_step_N = 0.0;  ///< Of a finger's force at a new frame.
+  double contact_us = 0.0;  ///< Median contact tick.
 };
 
-SplitRun run_split(const Model& model, bool curvature, bool offset) {
+SplitRun run_split(const Model& model, bool curvature) {
   LockstepSettings settings;
   settings.channel = [&](double, Frame& frame) {
-    if (!curvature) {
-      for (FrameContact& contact : frame.contacts) contact.curvature_per_m = 0.0;
-    }
+    for (FrameContact& contact : frame.contacts) contact.curvature_per_m *= curvature ? 1.0 : 0.0;
     return true;
   };
   Lockstep loops(model, settings);
-  if (!offset) loops.workspace().policy.offset_decay_s = 0.0;
   SplitRun run;
   std::vector<double> us;
   for (const auto end = std::lround(model.scene.duration_s / model.scene.step_s); loops.state.tick < end;) {
     const TickReport tick = loops.tick();
     us.push_back(1e6 * (tick.assemble_s + tick.solve_s + tick.deform_s));
     run.path.add(loops.state);
-    const std::size_t now = run.path.force_N.size() - 1;
-    if (!tick.handed_over || static_cast<double>(loops.state.tick) * model.scene.step_s < kMeasuredFrom_s) continue;
-    const FingerForces step_N = run.path.force_N[now] - run.path.force_N[now - 1];
-    run.largest_step_N = std::max(run.largest_step_N, step_N.colwise().norm().maxCoeff());
   }
   run.contact_us = percentiles(std::move(us)).p50;
   return run;
 }
 
-void add_split_rows(ordered_json& rows, const Case& item, double period_ms, int rounds) {
+void add_curvature_rows(ordered_json& rows, const Case& item, double period_ms, int rounds) {
   const auto every = [&](double period, double delay) {
     return item.load({"time.step=0.25 ms", fmt::format("time.control_period={:g} ms", period),
                       fmt::format("time.control_delay={:g} ms", delay)});
   };
   const Model model(every(period_ms, period_ms));
   // Frames of every step that are never late. Without control the drive is the same; with it, so is the controller's
-  // part of the difference in all rows of a scene.
-  const Model fresh(every(0.25, 0.0), model);
-  const GraspPath reference = run_split(fresh, true, true).path;
+  // part of the difference in both rows of a scene.
+  const GraspPath reference = run_split(Model(every(0.25, 0.0), model), true).path;
   const auto first = static_cast<std::size_t>(std::lround(kMeasuredFrom_s / model.scene.step_s));
-  struct Way {
-    const char* name;
-    bool curvature, offset;
-    std::vector<double> us = {};
-    SplitRun run = {};
-  };
-  std::vector<Way> ways{{"both", true, true}, {"without curvature", false, true}, {"without offset", true, false}};
+  std::array<std::vector<double>, 2> us;
+  std::array<SplitRun, 2> runs;
   for (int round = 0; round < rounds; ++round) {
-    for (Way& way : ways) {
-      way.run = run_split(model, way.curvature, way.offset);
-      way.us.push_back(way.run.contact_us);
+    for (std::size_t without : {0U, 1U}) {
+      runs[without] = run_split(model, without == 0);
+      us[without].push_back(runs[without].contact_us);
     }
   }
-  for (const Way& way : ways) {
-    const PathDeviation error = deviation(way.run.path, reference, first);
-    rows.push_back({item.name, fmt::format("{:g} ms", period_ms), way.name,
-                    fmt::format("{:.1f}", percentiles(way.us).p50), fmt::format("{:.3g}", 1e6 * error.position_rms_m),
-                    fmt::format("{:.3g}", kRadian_deg * error.rotation_rms_rad),
-                    fmt::format("{:.3g}", 100.0 * error.force), fmt::format("{:.3g}", way.run.largest_step_N)});
+  for (std::size_t without : {0U, 1U}) {
+    const PathDeviation error = deviation(runs[without].path, reference, first);
+    rows.push_back(
+        {item.name, fmt::format("{:g} ms", period_ms), without == 0 ? "spheres" : "planes",
+         fmt::format("{:.1f}", percentiles(us[without]).p50), fmt::format("{:.3g}", 1e6 * error.position_rms_m),
+         fmt::format("{:.3g}", kRadian_deg * error.rotation_rms_rad), fmt::format("{:.3g}", 100.0 * error.force)});
   }
 }
 
-void add_split(ordered_json& part, bool quick, int rounds) {
+void add_curvature(ordered_json& part, bool quick, int rounds) {
   ordered_json& figure = add_figure(
-      part, "table", "split_parts", "Two parts that only late frames need",
+      part, "table", "curvature", "Curvature, which only late frames need",
       "Contacts are found by the control loop, every 5 or 20 ms and as much late, while the contact loop goes on at 4 "
-      "kHz. "
-      "Curvature: between two frames it takes the object's surface at each contact for a sphere; without, for a plane. "
-      "Offset: when a new frame comes, gaps go over to it by and by; without, at once. Errors are against the same "
-      "scene "
-      "whose frames come at every step (4 kHz), and are never late: of scenes without control (ball, box on a spring) "
-      "that "
-      "is all there is, in grasps most of it is the controller's own delay, the same in all three rows. The last "
-      "column is "
-      "the largest jump of a finger's force when a frame comes. What the fit of curvatures costs is a part of contact "
-      "finding and not in the column of the contact tick. Handle and mug are lost with frames of 20 ms.",
+      "kHz. Between two frames it takes the object's surface at each contact for a sphere of the surface's curvature; "
+      "without, for a plane. On flat faces the two are the same. Errors are against the same scene whose frames come "
+      "at "
+      "every step (4 kHz), and are never late: of scenes without control (ball, box on a spring) that is all there is, "
+      "in grasps most of it is the controller's own delay, the same in both rows. What the fit of curvatures costs is "
+      "a "
+      "part of contact finding and not in the column of the contact tick.",
       runs_in_turns(rounds));
-  figure["columns"] = {"scene",
-                       "frames",
-                       "what is modelled",
-                       "contact tick, µs",
-                       "path off, µm rms",
-                       "turned off, ° rms",
-                       "forces off, %",
-                       "largest jump of a force, N"};
+  figure["columns"] = {
+      "scene",        "frames", "surface between them", "contact tick, µs", "path off, µm rms", "turned off, ° rms",
+      "forces off, %"};
   figure["rows"] = ordered_json::array();
   const std::vector<Case> items =
       quick ? std::vector<Case>{kSlide} : std::vector<Case>{kSlide, kStick, kBox, kCapsule, kMug};
   for (const Case& item : items) {
-    add_split_rows(figure["rows"], item, 5.0, rounds);
+    add_curvature_rows(figure["rows"], item, 5.0, rounds);
     // With frames every 20 ms the other grasps are lost.
-    if (&item - items.data() < 3) add_split_rows(figure["rows"], item, 20.0, rounds);
+    if (&item - items.data() < 3) add_curvature_rows(figure["rows"], item, 20.0, rounds);
   }
+}
+
+void add_all(ordered_json& part, bool quick) {
+  constexpr int kRounds = 3;
+  std::vector<CaseResult> results;
+  for (const Case& item : cases(quick)) results.push_back(measure(item, kRounds));
+  add_costs(part, results, kRounds);
+  add_errors(part, results);
+  add_needs(part, results);
+  add_auto(part, results, kRounds);
+  add_detail(part, quick, quick ? 1 : kRounds);
+  add_curvature(part, quick, quick ? 1 : kRounds);
 }
 
 }  // namespace
 }  // namespace thenar
 
-int main(int argc, char** argv) try {
+int main(int argc, char** argv) {
   using namespace thenar;
-  const PartArguments arguments = part_arguments(argc, argv);
-  const int rounds = arguments.quick ? 1 : 3;
-  ordered_json part = make_part("model", "No more than a scene needs",
-                                "What a scene does not name is not modelled. Of what it names, each part was left out "
-                                "by itself: what it costs, and how "
-                                "far the object's path and the fingers' forces go astray without it. `thenar check "
-                                "SCENE` prints the same for a scene "
-                                "of your own, and `model: auto` leaves out what its tolerance does not need.",
-                                arguments);
-  std::vector<CaseResult> results;
-  for (const Case& item : cases(arguments.quick)) results.push_back(measure(item, rounds));
-  add_costs(part, results, rounds);
-  add_errors(part, results);
-  add_needs(part, results);
-  add_auto(part, results, rounds);
-  add_detail(part, arguments.quick, rounds);
-  add_split(part, arguments.quick, rounds);
-  write_part(part, arguments);
-  return 0;
-} catch (const std::exception& error) {
-  std::cerr << error.what() << '\n';
-  return 1;
+  return run_part(
+      argc, argv, "model", "No more than a scene needs",
+      "What a scene does not name is not modelled. Of what it names, each part was left out by itself: what "
+      "it costs, and how far the object's path and the fingers' forces go astray without it. `thenar check "
+      "SCENE` prints the same for a scene of your own, and `model: auto` leaves out what its tolerance does "
+      "not need.",
+      {add_all});
 }
