@@ -81,7 +81,7 @@ def _nearest_edge(parts):
     edges = []
     for row in rows:
         # What the scene file refuses, and what held as far as it was tried, is no edge.
-        if re.match("slipping|unstable|solver failed", str(row["end"])):
+        if re.match("slipping|unstable|off target|solver failed", str(row["end"])):
             edges.append((float(row["ratio"]), row))
     if not edges:
         return ""

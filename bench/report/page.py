@@ -218,8 +218,8 @@ def measured_on(parts):
     groups = {}
     for part in parts:
         m = part["measured"]
-        key = (m.get("machine"), m.get("threads"), m.get("compiler"), f"`{m.get('flags')}`", m.get("version"),
-               "quick" if m.get("quick") else "full", str(m.get("peers") or "none").strip(", "))
+        key = (m.get("machine"), m.get("threads"), m.get("compiler"), f"`{m.get('flags')}`",
+               " ".join(filter(None, (m.get("version"), m.get("source")))), "quick" if m.get("quick") else "full", str(m.get("peers") or "none").strip(", "))
         groups.setdefault(key, []).append(part["part"])
     rows = [[", ".join(names) if len(groups) > 1 else "all", *key] for key, names in groups.items()]
     return table(["parts", "machine", "hardware threads", "compiler", "flags", "version", "measurement",
