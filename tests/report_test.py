@@ -98,7 +98,7 @@ class Analysis(unittest.TestCase):
 
         parts = [
             part("published", {"columns": ["computation", "published [us]", "here, median [us]", "times as fast",
-                                           "left without the hardware", "accuracy here"],
+                                           "left when the hardware is taken out", "accuracy here"],
                                "rows": [["contact computation, 15 contacts", 6000, 30.0, 200.0, "15 to 110", "KKT 1e-7"],
                                         ["contact computation, 60 contacts", 20000, 77.24, 259.0, "19 to 147",
                                          "residual 8e-7; force error 2e-06"],
@@ -110,9 +110,9 @@ class Analysis(unittest.TestCase):
                                         ["mass", "down", "1.2", "holds to the end"]]}),
             part("model", {"columns": ["scene", "left out", "times as fast"],
                            "rows": [["a", "x", "1.8"], ["b", "", "15.6"]]}),
-            part("growth", {"kind": "curves", "id": "contacts", "panels": [{"curves": [
+            part("growth", {"kind": "curves", "id": "growth_computation", "panels": [{"curves": [
                 {"name": "in all", "exponent": 1.4}, {"name": "find", "exponent": 9}]}]}),
-            part("contact_families", {"columns": ["family", "solver", "solved", "no solution", "unanswered"],
+            part("contact_families", {"columns": ["family", "solver", "said solved", "said none", "no answer"],
                                       "rows": [["easy", "sweeps", 10, 0, 0], ["peg", "sweeps", 3, 1, 6]]}),
         ]
         self.assertEqual(headlines.headlines(parts), [

@@ -5,13 +5,13 @@ import re
 import analysis
 from analysis import number
 
-# Of the part "growth": the figure, its curve, and what grows over what.
+# Of the parts of growth: the figure, its curve, and what grows over what.
 GROWTH = (
-    ("contacts", "in all", "the contact computation over contacts"),
+    ("growth_computation", "in all", "the contact computation over contacts"),
     ("samples", "find, a grip that creeps", "contact finding over the object's samples"),
     ("samples_memory", "surface", "memory over the object's samples"),
     ("controls", "find, a grip that creeps", "contact finding over control points"),
-    ("fingers", "solve, all fingers", "the contact solve over fingers"),
+    ("growth_contact_time", "Gauss-Seidel, W in factors", "the contact solve over contacts and fingers"),
 )
 
 
@@ -36,7 +36,7 @@ def _rows(parts, part, **columns):
 
 def _published_rows(parts):
     rows = _rows(parts, "published", name=("computation",), published=("published",), here=("median",),
-                 ratio=("times as fast",), rest=("without the hardware",), accuracy=("accuracy",))
+                 ratio=("times as fast",), rest=("hardware",), accuracy=("accuracy",))
     return [row for row in rows if _is_number(row["published"]) and _is_number(row["here"])]
 
 
@@ -101,7 +101,7 @@ def _model(parts):
 
 def _growth(parts):
     powers = {}
-    for figure in _figures(parts, "growth", "curves"):
+    for figure in _figures(parts, "growth", "curves") + _figures(parts, "contact_growth", "curves"):
         for curve in (curve for panel in figure["panels"] for curve in panel["curves"]):
             if curve.get("exponent") is not None:
                 powers.setdefault((figure["id"], curve["name"]), []).append(f"n^{curve['exponent']:.2f}")
@@ -115,13 +115,13 @@ def _growth(parts):
 def unanswered(parts):
     """Of fresh contact problems: what each solver had no answer to, a line a solver."""
     solvers = {}
-    for row in _rows(parts, "contact_families", family=("family",), solver=("solver",), solved=("solved",),
-                     impossible=("no solution",), unanswered=("unanswered",)):
+    for row in _rows(parts, "contact_families", family=("family",), solver=("solver",), solved=("said solved",),
+                     none=("said none",), unanswered=("no answer",)):
         solvers.setdefault(row["solver"], []).append(row)
     lines = []
     for solver, rows in solvers.items():
         worst = sorted((row for row in rows if row["unanswered"]), key=lambda row: -row["unanswered"])[:3]
-        of = sum(row["solved"] + row["impossible"] + row["unanswered"] for row in rows)
+        of = sum(row["solved"] + row["none"] + row["unanswered"] for row in rows)
         where = ", ".join(f"{row['family']} {row['unanswered']}" for row in worst)
         lines.append(f"{solver}: {sum(row['unanswered'] for row in rows)} of {of}" + (f" ({where})" if where else ""))
     return lines
