@@ -273,15 +273,15 @@ def failing(parts, numbers):
     return table(columns, rows, html=True)
 
 
-def listed(title, lines):
+def listed(lines, title=""):
     items = "".join(f"<li>{text(line)}</li>" for line in lines)
-    return f"<p>{title}</p>\n<ul>{items}</ul>" if lines else ""
+    return (f"<p>{title}</p>\n" if title else "") + f"<ul>{items}</ul>" if lines else ""
 
 
 def summary(parts, numbers):
     blocks = ["<p>Time stands beside the error that it was had at. Down and to the left is better. A point that no "
               "other beats in both is on the <i>front</i>; a default should lie on it. Errors below 1e-12 are rounding, "
-              "and all alike.</p>", listed("Beside the published times:", headlines.published(parts))]
+              "and all alike.</p>", listed(headlines.published(parts), "Beside the published times:")]
     if analysis.choices(parts):
         blocks.append("<h3>The defaults</h3>\n<p>A default is held against our own other methods and settings that are "
                       "as accurate or more; the drawn front includes what is not part of Thenar. "
@@ -289,8 +289,8 @@ def summary(parts, numbers):
                       + defaults(parts, numbers) + deletion_candidates(parts))
     if analysis.maps(parts):
         blocks.append("<h3>Where methods fail</h3>\n" + failing(parts, numbers))
-    blocks.append(listed("Contact problems made at random that a solver had no answer to, and the families with most:",
-                         headlines.unanswered(parts)))
+    blocks.append(listed(headlines.unanswered(parts), "Contact problems made at random that a solver had no answer to, and "
+                         "the families with most:"))
     blocks.append("<h3>What the numbers were measured on</h3>\n" + measured_on(parts))
     return "\n".join(filter(None, blocks))
 
@@ -332,7 +332,7 @@ def render(parts, scenes=()):
 <body>
 <h1>Thenar: speed against accuracy, stability where methods fail, and no more than a scene needs</h1>
 <p class="soft">A real-time engine of the human grasp.{quick}</p>
-{listed("", headlines.headlines(parts)).replace("<p></p>", "")}
+{listed(headlines.headlines(parts))}
 <h2 id="summary">Summary</h2>
 {summary(parts, numbers)}
 <nav>
