@@ -99,7 +99,7 @@ class Analysis(unittest.TestCase):
         parts = [
             part("published", {"columns": ["computation", "published [us]", "here, median [us]", "times as fast",
                                            "left when the hardware is taken out", "accuracy here"],
-                               "rows": [["contact computation, 15 contacts", 6000, 30.0, 200.0, "15 to 110", "KKT 1e-7"],
+                               "rows": [["contact computation, 15 contacts", 6000, 30.0, 200.0, "15 to 110", "1e-7"],
                                         ["contact computation, 60 contacts", 20000, 77.24, 259.0, "19 to 147",
                                          "residual 8e-7; force error 2e-06"],
                                         ["muscle forces", "-", 1.0, "-", "-", "KKT 3e-15"]]}),
@@ -265,6 +265,15 @@ class Page(unittest.TestCase):
                      "box_pushThe held box is pushed sideways and comes back.",
                      "1 solver failed: no reason given, which is a defect"):
             self.assertIn(text, words)
+
+    def test_a_verdict_on_single_runs_says_so(self):
+        import page
+
+        for runs, once in (("medians of 5 runs", False), ("in 1 rounds", True), ("a single run of each", True),
+                           ("medians of 101 rounds", False)):
+            figure = {**work([point("m", 1.0, 1.0, default=True)]), "runs": runs}
+            html = page.defaults([{"figures": [figure]}], {id(figure): 1})
+            self.assertEqual("(one run)" in html, once, runs)
 
     def test_an_exponent_stays_with_its_curve(self):
         self.assertIn("<span>fast: n<sup>2.00</sup></span></span>", self.page)

@@ -219,7 +219,8 @@ def measured_on(parts):
     for part in parts:
         m = part["measured"]
         key = (m.get("machine"), m.get("threads"), m.get("compiler"), f"`{m.get('flags')}`",
-               " ".join(filter(None, (m.get("version"), m.get("source")))), "quick" if m.get("quick") else "full", str(m.get("peers") or "none").strip(", "))
+               " ".join(filter(None, (m.get("version"), m.get("source")))),
+               "quick" if m.get("quick") else "full", str(m.get("peers") or "none").strip(", "))
         groups.setdefault(key, []).append(part["part"])
     rows = [[", ".join(names) if len(groups) > 1 else "all", *key] for key, names in groups.items()]
     return table(["parts", "machine", "hardware threads", "compiler", "flags", "version", "measurement",
@@ -239,7 +240,7 @@ def defaults(parts, numbers):
             if unmarked:
                 worse = "; ".join(filter(None, (worse, f"without a default that has a number: {unmarked}")))
             kind, verdict = analysis.verdict(ratios) if ratios else ("bad", "no default is marked")
-            once = " (one run)" if re.search(r"\b(1|one) (run|round)", figure["runs"]) else ""
+            once = " (one run)" if re.search(r"\b(1|one|single) (run|round)", figure["runs"]) else ""
             rows.append([text(choice), f'<span class="{kind}">{verdict}{once}</span>', "<br>".join(marked), worse,
                          link(numbers[id(figure)])])
     return table(["choice", "on the front or within 10 %", "default", "where not", ""], rows, html=True)
@@ -280,8 +281,8 @@ def listed(lines, title=""):
 
 def summary(parts, numbers):
     blocks = ["<p>Time stands beside the error that it was had at. Down and to the left is better. A point that no "
-              "other beats in both is on the <i>front</i>; a default should lie on it. Errors below 1e-12 are rounding, "
-              "and all alike.</p>", listed(headlines.published(parts), "Beside the published times:")]
+              "other beats in both is on the <i>front</i>; a default should lie on it. Errors below 1e-12 are "
+              "rounding, and all alike.</p>", listed(headlines.published(parts), "Beside the published times:")]
     if analysis.choices(parts):
         blocks.append("<h3>The defaults</h3>\n<p>A default is held against our own other methods and settings that are "
                       "as accurate or more; the drawn front includes what is not part of Thenar. "
@@ -289,8 +290,8 @@ def summary(parts, numbers):
                       + defaults(parts, numbers) + deletion_candidates(parts))
     if analysis.maps(parts):
         blocks.append("<h3>Where methods fail</h3>\n" + failing(parts, numbers))
-    blocks.append(listed(headlines.unanswered(parts), "Contact problems made at random that a solver had no answer to, and "
-                         "the families with most:"))
+    blocks.append(listed(headlines.unanswered(parts), "Contact problems made at random that a solver had no answer to, "
+                         "and the families with most:"))
     blocks.append("<h3>What the numbers were measured on</h3>\n" + measured_on(parts))
     return "\n".join(filter(None, blocks))
 
