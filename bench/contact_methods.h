@@ -1,6 +1,9 @@
 #pragma once
 
+#include <limits>
 #include <memory>
+#include <string_view>
+#include <vector>
 
 #include "bench/factored_contacts.h"
 #include "bench/peers.h"
@@ -8,8 +11,29 @@
 #include "solvers/contact_sweeps.h"
 #include "solvers/gauss_seidel.h"
 #include "solvers/grouped_delassus.h"
+#include "solvers/residual.h"
 
 namespace thenar {
+
+inline constexpr double kSolvedResidual = 1e-6;  ///< Natural-map residual of a solved problem.
+
+/// Sweeps, or steps of Newton's method, which cost some hundred sweeps each, after which a contact solver is given up.
+[[nodiscard]] inline int ample_budget(std::string_view method) {
+  if (method == "siconos_nsn") return 200;
+  return method.starts_with("Newton") ? AccurateSettings{}.max_steps : 3000;
+}
+
+/// Tolerances to be tried for kSolvedResidual until one is enough: peers stop by measures of their own.
+[[nodiscard]] inline std::vector<double> tolerances_to_solve(const ContactMethod& method) {
+  return method.stops_by == ContactMethod::kNaturalMap ? std::vector{kSolvedResidual} : std::vector{1e-4, 1e-6, 1e-8};
+}
+
+/// The natural-map residual of forces in a problem of W, delta_free and mu; no number where they are none.
+template <typename Problem>
+[[nodiscard]] double residual_of(const Problem& p, const Eigen::VectorXd& f) {
+  if (!f.allFinite()) return std::numeric_limits<double>::quiet_NaN();
+  return natural_map_residual(p.W, p.delta_free, p.mu, f, p.W * f + p.delta_free);
+}
 
 /// The accurate solver after so many sweeps; the budget is of Newton steps.
 [[nodiscard]] inline ContactMethod newton_after_sweeps(const char* name, int max_sweeps) {
@@ -46,13 +70,14 @@ namespace thenar {
   };
 }
 
-/// Our contact solvers of a dense W, the first and the last under the names of `thenar solve`:
-///     gauss_seidel  single-precision sweeps, accelerated
-///     sweeps        plain sweeps in double precision, without a workspace
-///     newton        Gauss-Seidel, then homotopy and Newton: the accurate one
+inline constexpr const char* kInFactors = "Gauss-Seidel, W in factors";
+
+/// Our contact solvers of a dense W: single-precision sweeps, accelerated; plain sweeps in double precision, without a
+/// workspace, as published; and Gauss-Seidel, then homotopy and Newton, the accurate one.
 [[nodiscard]] inline std::vector<ContactMethod> our_contact_methods() {
   using Eigen::MatrixXd;
   using Eigen::VectorXd;
+  static_assert(AccurateSettings{}.max_sweeps == 300);
   const auto sweeps = [](const MatrixXd& W, const VectorXd& delta_free, const VectorXd& mu) -> ContactSolver {
     auto delta = std::make_shared<VectorXd>(delta_free.size());
     return [&W, &delta_free, &mu, delta](double tolerance, int budget, VectorXd& f) {
@@ -66,9 +91,9 @@ namespace thenar {
       (void)solve_contacts(W, delta_free, mu, {.tolerance = tolerance, .max_sweeps = budget}, *work, f, *delta);
     };
   };
-  return {{"gauss_seidel", ContactMethod::kNaturalMap, gauss_seidel},
-          {"sweeps", ContactMethod::kNaturalMap, sweeps},
-          newton_after_sweeps("newton", AccurateSettings{}.max_sweeps)};
+  return {{"Gauss-Seidel, W as a matrix", ContactMethod::kNaturalMap, gauss_seidel},
+          {"plain sweeps", ContactMethod::kNaturalMap, sweeps},
+          newton_after_sweeps("Newton after 300 sweeps", AccurateSettings{}.max_sweeps)};
 }
 
 }  // namespace thenar

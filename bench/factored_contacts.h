@@ -27,6 +27,12 @@ struct FactoredContacts {
             .compliance_scale = compliance_scale};
   }
 
+  [[nodiscard]] double bytes() const {
+    Eigen::Index numbers = J_own.size() + J_common.size() + common_mobility.size();
+    for (const Eigen::MatrixXd& finger : compliance) numbers += finger.size();
+    return static_cast<double>(sizeof(double)) * static_cast<double>(numbers);
+  }
+
   [[nodiscard]] Eigen::MatrixXd dense() const {
     Eigen::MatrixXd W(3 * begin.back(), 3 * begin.back());
     operator_of().to_dense(W);

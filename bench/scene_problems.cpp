@@ -31,10 +31,6 @@ SceneProblems scene_problems(const std::string& scene, const std::vector<std::st
                              const Moments& moments) {
   const Model model(load_scene(std::string(THENAR_CONFIGS "/") + scene + ".yaml", changes));
   SceneProblems problems;
-  if (model.scene.hand.muscles.size() > 0) {
-    problems.f_max_N.resize(std::ssize(model.scene.hand.muscles));
-    for (Index j = 0; j < problems.f_max_N.size(); ++j) problems.f_max_N[j] = model.scene.hand.muscles[j].max_force_N;
-  }
   const double every_s = (moments.to_s - moments.from_s) / moments.count;
   Lockstep run(model);
   for (int taken = 0; taken < moments.count;) {

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <string>
 #include <vector>
 
@@ -20,7 +19,6 @@ struct SceneProblems {
   std::vector<SceneContacts> contacts;
   std::vector<GraspFile> grasps;  ///< None of a scene without control.
   std::vector<MuscleFile> muscles;
-  Eigen::VectorXd f_max_N;  ///< Of the hand's muscles.
 };
 
 /// When to look, in the run's time.

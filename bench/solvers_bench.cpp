@@ -183,13 +183,12 @@ void register_grasps() {
 
 // --- Muscle forces -------------------------------------------------------------------------------------------------
 
-void run_muscles(benchmark::State& bench, const std::vector<MuscleProblem>& problems, bool lemke, double f_max) {
+void run_muscles(benchmark::State& bench, const std::vector<MuscleProblem>& problems, bool lemke) {
   const Index joints = problems.front().H.rows(), muscles = problems.front().H.cols();
   MuscleWorkspace work(joints, muscles);
-  const VectorXd limits = VectorXd::Constant(f_max > 0.0 ? muscles : 0, f_max);
   VectorXd f(muscles);
   const auto solve = [&](const MuscleProblem& p) {
-    return lemke ? solve_muscle_forces_by_lemke(p.H, p.tau_Nm, work, f) : solve_muscle_forces(p.H, p.tau_Nm, limits, f);
+    return lemke ? solve_muscle_forces_by_lemke(p.H, p.tau_Nm, work, f) : solve_muscle_forces(p.H, p.tau_Nm, f);
   };
   std::size_t i = 0;
   for (auto _ : bench) {
@@ -205,7 +204,7 @@ void run_muscles(benchmark::State& bench, const std::vector<MuscleProblem>& prob
     infeasible += report.status == MuscleStatus::kInfeasible ? 1 : 0;
     unanswered += report.status == MuscleStatus::kBudgetSpent ? 1 : 0;
     if (report.status != MuscleStatus::kOptimal) continue;
-    worst = std::max(worst, muscle_kkt_error(p.H, p.tau_Nm, limits, report.multiplier, f));
+    worst = std::max(worst, muscle_kkt_error(p.H, p.tau_Nm, report.multiplier, f));
   }
   bench.counters["infeasible_percent"] = 100.0 * infeasible / static_cast<double>(problems.size());
   bench.counters["unanswered_percent"] = 100.0 * unanswered / static_cast<double>(problems.size());
@@ -213,15 +212,14 @@ void run_muscles(benchmark::State& bench, const std::vector<MuscleProblem>& prob
 }
 
 void register_muscles(const std::string& name, const std::shared_ptr<std::vector<MuscleProblem>>& problems) {
-  const auto add = [&](const char* method, bool lemke, double f_max) {
+  const auto add = [&](const char* method, bool lemke) {
     const std::string full = "muscle/" + name + "/" + method + "/cold";
     benchmark::RegisterBenchmark(full.c_str(), [=](benchmark::State& bench) {
-      run_muscles(bench, *problems, lemke, f_max);
+      run_muscles(bench, *problems, lemke);
     })->Unit(benchmark::kMicrosecond);
   };
-  add("active_set", false, 0.0);
-  add("active_set_limits_100_N", false, 100.0);
-  add("lemke", true, 0.0);
+  add("active_set", false);
+  add("lemke", true);
 }
 
 void register_muscles() {

@@ -25,7 +25,7 @@ constexpr double kDependentRow = 1e-10;
 constexpr double kShortened = 0.1;
 // Answers are trusted if they miss their proof by less; the active set's usually do by 1e-13.
 constexpr double kTrust = 1e-7;
-// A muscle without a limit counts as able to pull this many times what a single muscle would need for a joint.
+// A muscle counts as able to pull this many times what a single muscle would need for a joint.
 constexpr double kOutOfReach = 1e6;
 
 /// Joints and the muscles that cross them, by their numbers in H.
@@ -68,34 +68,17 @@ Block take_block(const Crossings& crossings, std::uint64_t& joints_left) {
   return block;
 }
 
-/// 0 <= x <= x_max, one constraint an entry and limit.
+/// 0 <= x, one constraint an entry.
 template <int kSize>
-struct Limits {
+struct Pulling {
   using Vector = typename ActiveSet<kSize>::Vector;
 
-  Vector x_max;
-  bool has_max = false;
-
   [[nodiscard]] Constraint<1> most_violated(const Vector& x, double) const {
+    // Looking the least up is faster than carrying its index through the search.
     const double least = x.minCoeff();
-    if (has_max) {
-      const Vector room = x_max - x;
-      const double least_room = room.minCoeff();
-      if (least_room < least) {
-        const int upper = index_of(least_room, room);
-        return {kSize + upper, least_room, {upper}, {-1.0}};
-      }
-    }
-    const int lower = index_of(least, x);
-    return {lower, least, {lower}, {1.0}};
-  }
-
- private:
-  /// Looking the value up is faster than carrying its index through the search.
-  static int index_of(double value, const Vector& x) {
     int i = 0;
-    while (i < kSize - 1 && x[i] != value) ++i;
-    return i;
+    while (i < kSize - 1 && x[i] != least) ++i;
+    return {i, least, {i}, {1.0}};
   }
 };
 
@@ -155,7 +138,7 @@ struct Equations {
 
 /// One block's share of the problem; adds to f, and to l what proves the block's answer.
 template <int kSize>
-MuscleStatus solve_block(const Block& block, const MatrixRef& H, const VectorRef& tau, const VectorRef& f_max,
+MuscleStatus solve_block(const Block& block, const MatrixRef& H, const VectorRef& tau,
                          std::array<double, kMaxMuscles>& f, MuscleReport& report) {
   using Vector = typename ActiveSet<kSize>::Vector;
   ActiveSet<kSize> set;
@@ -183,54 +166,44 @@ MuscleStatus solve_block(const Block& block, const MatrixRef& H, const VectorRef
   set.equalities = equations.rank;
   Vector x = Vector::Zero();
   for (int k = 0; k < equations.rank; ++k) x += equations.t[k] * set.basis[k];
-  Limits<kSize> limits{Vector::Constant(kInfinity), f_max.size() > 0};
-  if (limits.has_max) {
-    for (int j = 0; j < block.muscles; ++j) limits.x_max[j] = f_max[block.muscle[j]];
-  }
-  const ActiveSetReport found = project<kSize>(limits, set, x);
+  const ActiveSetReport found = project<kSize>(Pulling<kSize>{}, set, x);
   report.iterations += found.changes;
   if (found.status == ActiveSetStatus::kBudgetSpent) return MuscleStatus::kBudgetSpent;
 
-  // x = Y' (L' l) + the pushes of the limits.
+  // x = Y' (L' l) + what holds idle muscles at 0.
   const bool optimal = found.status == ActiveSetStatus::kOptimal;
   Vector rest = optimal ? x : Vector(Vector::Zero());
-  for (int j = 0; j < set.active; ++j) {
-    const int id = set.id[j];
-    rest[id % kSize] -= id < kSize ? set.multiplier[j] : -set.multiplier[j];
-  }
+  for (int j = 0; j < set.active; ++j) rest[set.id[j]] -= set.multiplier[j];
   for (int k = 0; k < equations.rank; ++k) part[k] = (rest * set.basis[k]).sum();
   equations.solve_transposed(part);
   if (!optimal) report.multiplier.setZero();
   for (int k = 0; k < equations.rank; ++k) report.multiplier[equations.joint[k]] = part[k];
   if (!optimal) return MuscleStatus::kInfeasible;
 
-  x = x.max(0.0).min(limits.x_max);
-  // At its limit a muscle pulls with just that; the rest is rounding.
-  for (int j = 0; j < set.active; ++j) x[set.id[j] % kSize] = set.id[j] < kSize ? 0.0 : limits.x_max[set.id[j] % kSize];
+  x = x.max(0.0);
+  for (int j = 0; j < set.active; ++j) x[set.id[j]] = 0.0;  // The rest is rounding.
   for (int j = 0; j < block.muscles; ++j) f[block.muscle[j]] = x[j];
   return MuscleStatus::kOptimal;
 }
 
 MuscleStatus solve_block_of_any_size(const Block& block, const MatrixRef& H, const VectorRef& tau,
-                                     const VectorRef& f_max, std::array<double, kMaxMuscles>& f, MuscleReport& report) {
-  if (block.muscles <= 8) return solve_block<8>(block, H, tau, f_max, f, report);
-  if (block.muscles <= 16) return solve_block<16>(block, H, tau, f_max, f, report);
-  if (block.muscles <= 24) return solve_block<24>(block, H, tau, f_max, f, report);
-  return solve_block<kMaxMuscles>(block, H, tau, f_max, f, report);
+                                     std::array<double, kMaxMuscles>& f, MuscleReport& report) {
+  if (block.muscles <= 8) return solve_block<8>(block, H, tau, f, report);
+  if (block.muscles <= 16) return solve_block<16>(block, H, tau, f, report);
+  if (block.muscles <= 24) return solve_block<24>(block, H, tau, f, report);
+  return solve_block<kMaxMuscles>(block, H, tau, f, report);
 }
-
-double limit(const VectorRef& f_max, Index j) { return f_max.size() > 0 ? f_max[j] : kInfinity; }
 
 /// No answer without its proof: fills in the residual, and takes back an answer that fails. No input that is not finite
 /// has one.
-MuscleReport finish(const MatrixRef& H, const VectorRef& tau, const VectorRef& f_max, const VectorRef& found,
-                    MuscleReport report, Eigen::Ref<VectorXd> f) {
+MuscleReport finish(const MatrixRef& H, const VectorRef& tau, const VectorRef& found, MuscleReport report,
+                    Eigen::Ref<VectorXd> f) {
   bool proved = false;
   if (report.status == MuscleStatus::kInfeasible) {
-    report.residual = muscle_infeasibility_gap(H, tau, f_max, report.multiplier);
+    report.residual = muscle_infeasibility_gap(H, tau, report.multiplier);
     proved = report.residual < 1.0;
   } else if (report.status == MuscleStatus::kOptimal) {
-    report.residual = muscle_kkt_error(H, tau, f_max, report.multiplier, found);
+    report.residual = muscle_kkt_error(H, tau, report.multiplier, found);
     proved = report.residual <= kTrust;
     if (proved) f = found;
   }
@@ -240,32 +213,24 @@ MuscleReport finish(const MatrixRef& H, const VectorRef& tau, const VectorRef& f
 
 }  // namespace
 
-MuscleReport solve_muscle_forces(const MatrixRef& H, const VectorRef& tau, const VectorRef& f_max,
-                                 Eigen::Ref<VectorXd> f) noexcept {
+MuscleReport solve_muscle_forces(const MatrixRef& H, const VectorRef& tau, Eigen::Ref<VectorXd> f) noexcept {
   const Index joints = H.rows(), muscles = H.cols();
   assert(joints <= kMaxJoints && muscles <= kMaxMuscles && tau.size() == joints && f.size() == muscles);
-  assert(f_max.size() == 0 || f_max.size() == muscles);
   MuscleReport report;
   report.multiplier.setZero(joints);
-  if (!(f_max.array() >= 0.0).all()) return report;
   report.status = MuscleStatus::kOptimal;  // Of no joints at all.
   const Crossings crossings = crossings_of(H);
   std::array<double, kMaxMuscles> found{};
   std::uint64_t joints_left = (std::uint64_t{1} << joints) - 1;
   while (joints_left != 0) {
     const Block block = take_block(crossings, joints_left);
-    report.status = solve_block_of_any_size(block, H, tau, f_max, found, report);
+    report.status = solve_block_of_any_size(block, H, tau, found, report);
     if (report.status != MuscleStatus::kOptimal) break;
   }
-  return finish(H, tau, f_max, Eigen::Map<const VectorXd>(found.data(), muscles), report, f);
+  return finish(H, tau, Eigen::Map<const VectorXd>(found.data(), muscles), report, f);
 }
 
-MuscleReport solve_muscle_forces(const MatrixRef& H, const VectorRef& tau, Eigen::Ref<VectorXd> f) noexcept {
-  return solve_muscle_forces(H, tau, VectorRef(f.head(0)), f);
-}
-
-double muscle_kkt_error(const MatrixRef& H, const VectorRef& tau, const VectorRef& f_max, const VectorRef& l,
-                        const VectorRef& f) noexcept {
+double muscle_kkt_error(const MatrixRef& H, const VectorRef& tau, const VectorRef& l, const VectorRef& f) noexcept {
   using JointVector = MuscleReport::JointVector;
   JointVector torque = -tau;
   JointVector longest = JointVector::Zero(tau.size());
@@ -273,7 +238,7 @@ double muscle_kkt_error(const MatrixRef& H, const VectorRef& tau, const VectorRe
   double largest_N = 0.0;
   for (Index j = 0; j < H.cols(); ++j) {
     const auto arms = H.col(j);
-    const double wanted = std::min(std::max(0.0, arms.dot(l)), limit(f_max, j));
+    const double wanted = std::max(0.0, arms.dot(l));
     error_N = std::max(error_N, std::abs(f[j] - wanted));
     largest_N = std::max(largest_N, std::abs(f[j]));
     torque += f[j] * arms;
@@ -287,8 +252,7 @@ double muscle_kkt_error(const MatrixRef& H, const VectorRef& tau, const VectorRe
   return error_N > 0.0 ? error_N / largest_N : 0.0;
 }
 
-double muscle_infeasibility_gap(const MatrixRef& H, const VectorRef& tau, const VectorRef& f_max,
-                                const VectorRef& l) noexcept {
+double muscle_infeasibility_gap(const MatrixRef& H, const VectorRef& tau, const VectorRef& l) noexcept {
   const double wanted = tau.dot(l);
   if (!(wanted > 0.0)) return kInfinity;
   double least_N = 0.0;  // What some joint asks for at least.
@@ -297,10 +261,7 @@ double muscle_infeasibility_gap(const MatrixRef& H, const VectorRef& tau, const 
     if (arm > 0.0) least_N = std::max(least_N, std::abs(tau[i]) / arm);
   }
   double possible = 0.0;
-  for (Index j = 0; j < H.cols(); ++j) {
-    const double most_N = std::min(limit(f_max, j), kOutOfReach * least_N);
-    possible += std::max(0.0, H.col(j).dot(l)) * most_N;
-  }
+  for (Index j = 0; j < H.cols(); ++j) possible += std::max(0.0, H.col(j).dot(l)) * kOutOfReach * least_N;
   return possible / wanted;
 }
 
@@ -365,7 +326,6 @@ MuscleReport solve_muscle_forces_by_lemke(const MatrixRef& H, const VectorRef& t
                                           Eigen::Ref<VectorXd> f) noexcept {
   const Index joints = H.rows(), muscles = H.cols();
   assert(joints <= work.Y.rows() && muscles <= work.Y.cols() && tau.size() == joints && f.size() == muscles);
-  const auto no_limits = VectorRef(work.z.head(0));
   MuscleReport report;
   auto& l = report.multiplier;
   l.setZero(joints);
@@ -399,7 +359,7 @@ MuscleReport solve_muscle_forces_by_lemke(const MatrixRef& H, const VectorRef& t
     // Either f or z is zero; the rest is rounding.
     for (Index j = 0; j < muscles; ++j) least[j] = z[j] > 0.0 ? 0.0 : std::max(0.0, least[j]);
   }
-  return finish(H, tau, no_limits, work.least.head(muscles), report, f);
+  return finish(H, tau, work.least.head(muscles), report, f);
 }
 
 }  // namespace thenar

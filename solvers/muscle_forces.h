@@ -14,7 +14,7 @@ inline constexpr Eigen::Index kMaxMuscles = 64;
 /// How a muscle-force problem ended.
 enum class MuscleStatus {
   kOptimal,
-  kInfeasible,   ///< No pulling forces within their limits give the torques.
+  kInfeasible,   ///< No pulling forces give the torques.
   kBudgetSpent,  ///< No answer: the changes ran out, the input was not finite, or rounding spoiled the result.
 };
 
@@ -22,32 +22,25 @@ struct MuscleReport {
   using JointVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxJoints, 1>;
 
   MuscleStatus status = MuscleStatus::kBudgetSpent;
-  int iterations = 0;  ///< Muscles taken to their limits or back; of Lemke's method pivots.
+  int iterations = 0;  ///< Muscles laid idle or taken up again; of Lemke's method pivots.
   /// How far the answer is from its proof [no unit]: muscle_kkt_error of an optimum, muscle_infeasibility_gap else.
   double residual = std::numeric_limits<double>::infinity();
-  /// What proves it. Optimal: the multiplier l of H f = tau [N/m], with f = H' l cut to its limits. Infeasible: joint
+  /// What proves it. Optimal: the multiplier l of H f = tau [N/m], with f = max(0, H' l). Infeasible: joint
   /// velocities l at which the torques do more work than pulling muscles can.
   JointVector multiplier;
 };
 
 /// Finds the muscle forces of eq. (23),
-///     min f'f,  H f = tau,  0 <= f <= f_max,
+///     min f'f,  H f = tau,  f >= 0,
 /// by a dual active set [Goldfarb and Idnani 1983], in blocks: joints that share no muscle are problems of their own, and
 /// are found from the zeros of H in every call (of the hand thumb 4 x 8, index and major 8 x 15, coupled by one muscle).
 /// A row that depends on others is left out if its torque agrees with theirs, else there are no such forces.
 ///
-/// Shapes    H joints x muscles [m], at most kMaxJoints x kMaxMuscles; tau joints [N m]; f muscles [N]; f_max muscles [N]
-///           or empty: no limits.
+/// Shapes    H joints x muscles [m], at most kMaxJoints x kMaxMuscles; tau joints [N m]; f muscles [N].
 /// f         Out: the optimum; on failure left as it was.
 /// Accuracy  forces and torques to about 1e-14 of their size times the condition of H's rows.
 /// Cost      about muscles x joints multiply-adds a change. Does not allocate or throw; the same problem gives the same
 ///           bits.
-[[nodiscard]] MuscleReport solve_muscle_forces(const Eigen::Ref<const Eigen::MatrixXd>& H,
-                                               const Eigen::Ref<const Eigen::VectorXd>& tau,
-                                               const Eigen::Ref<const Eigen::VectorXd>& f_max,
-                                               Eigen::Ref<Eigen::VectorXd> f) noexcept;
-
-/// Without limits.
 [[nodiscard]] MuscleReport solve_muscle_forces(const Eigen::Ref<const Eigen::MatrixXd>& H,
                                                const Eigen::Ref<const Eigen::VectorXd>& tau,
                                                Eigen::Ref<Eigen::VectorXd> f) noexcept;
@@ -66,7 +59,7 @@ class MuscleWorkspace {
   Eigen::VectorXd z;
 };
 
-/// The same without limits as the paper does it, by the LCP of the grasp forces: with pi = I - H^+ H,
+/// The same as the paper does it, by the LCP of the grasp forces: with pi = I - H^+ H,
 ///     0 <= f = pi z + H^+ tau  _|_  z >= 0.
 /// Cost      an LCP of one row a muscle.
 [[nodiscard]] MuscleReport solve_muscle_forces_by_lemke(const Eigen::Ref<const Eigen::MatrixXd>& H,
@@ -74,20 +67,18 @@ class MuscleWorkspace {
                                                         MuscleWorkspace& work, Eigen::Ref<Eigen::VectorXd> f) noexcept;
 
 /// How far forces f with a multiplier l are from the optimum, as a share of the largest force: the largest of
-/// |f_j - cut((H' l)_j)|, cut to 0 .. f_max, and of the forces that each joint's error of torque would be on its longest
+/// |f_j - max(0, (H' l)_j)| and of the forces that each joint's error of torque would be on its longest
 /// arm, |H_i f - tau_i| / max_j |H_ij|. Zero at the optimum, and there only.
 [[nodiscard]] double muscle_kkt_error(const Eigen::Ref<const Eigen::MatrixXd>& H,
                                       const Eigen::Ref<const Eigen::VectorXd>& tau,
-                                      const Eigen::Ref<const Eigen::VectorXd>& f_max,
                                       const Eigen::Ref<const Eigen::VectorXd>& l,
                                       const Eigen::Ref<const Eigen::VectorXd>& f) noexcept;
 
 /// How far joint velocities l are from a proof that no forces give the torques: the work that pulling muscles can do,
-/// over that of the torques. Muscles without a limit must not pull along l at all; rounding in H' l is taken for nothing.
+/// over that of the torques. No muscle may pull along l at all; rounding in H' l is taken for nothing.
 /// Below 1 it is a proof; infinity if tau.l <= 0.
 [[nodiscard]] double muscle_infeasibility_gap(const Eigen::Ref<const Eigen::MatrixXd>& H,
                                               const Eigen::Ref<const Eigen::VectorXd>& tau,
-                                              const Eigen::Ref<const Eigen::VectorXd>& f_max,
                                               const Eigen::Ref<const Eigen::VectorXd>& l) noexcept;
 
 }  // namespace thenar

@@ -26,9 +26,9 @@ struct Solution {
 
 VectorXd untouched(Index muscles) { return VectorXd::Constant(muscles, std::numeric_limits<double>::quiet_NaN()); }
 
-Solution solve(const MatrixXd& H, const VectorXd& tau, const VectorXd& f_max = {}) {
+Solution solve(const MatrixXd& H, const VectorXd& tau) {
   VectorXd f = untouched(H.cols());
-  const MuscleReport report = solve_muscle_forces(H, tau, f_max, f);
+  const MuscleReport report = solve_muscle_forces(H, tau, f);
   return {report, f};
 }
 
@@ -48,48 +48,35 @@ MatrixXd random_matrix(Index rows, Index cols, std::mt19937& random) {
 MatrixXd random_arms(std::mt19937& random) { return 0.01 * random_matrix(12, 23, random); }
 
 /// Karush-Kuhn-Tucker. Lever arms of 1 cm and forces of newtons: torques round at 1e-18 a term, and a condition number
-/// of H of 100 leaves 1e-12 of the forces' size. A muscle counts as at its limit within 1e-9 of it.
-void expect_optimal(const MatrixXd& H, const VectorXd& tau, const VectorXd& f, const VectorXd& f_max = {}) {
+/// of H of 100 leaves 1e-12 of the forces' size. A muscle counts as idle below 1e-9 of it.
+void expect_optimal(const MatrixXd& H, const VectorXd& tau, const VectorXd& f) {
   const double size_N = 1.0 + f.norm();
   EXPECT_GE(f.minCoeff(), 0.0);
   EXPECT_LE((H * f - tau).cwiseAbs().maxCoeff(), 1e-12 * size_N);
   MatrixXd pushes(0, f.size());
-  const auto add_limit = [&](Index j, double sign) {
-    pushes.conservativeResize(pushes.rows() + 1, Eigen::NoChange);
-    pushes.bottomRows<1>() = sign * VectorXd::Unit(f.size(), j).transpose();
-  };
   for (Index j = 0; j < f.size(); ++j) {
-    if (f[j] < 1e-9 * size_N) add_limit(j, 1.0);
-    if (f_max.size() == 0) continue;
-    EXPECT_LE(f[j], f_max[j]);
-    if (f[j] > f_max[j] - 1e-9 * size_N) add_limit(j, -1.0);
+    if (f[j] >= 1e-9 * size_N) continue;
+    pushes.conservativeResize(pushes.rows() + 1, Eigen::NoChange);
+    pushes.bottomRows<1>() = VectorXd::Unit(f.size(), j).transpose();
   }
   EXPECT_LE(stationarity_error(f, H, pushes), 1e-8 * size_N);
 }
 
-/// The proof in exact terms: at joint velocities l the torques do work, tau.l > 0, and more than pulling muscles can. A
-/// muscle without a limit would have to be still: 1e-10 of its arms is the rounding of l.
-void expect_infeasible(const MatrixXd& H, const VectorXd& tau, const VectorXd& l, const VectorXd& f_max = {}) {
-  double possible_W = 0.0;
-  for (Index j = 0; j < H.cols(); ++j) {
-    const double pull = H.col(j).dot(l);
-    if (f_max.size() == 0) {
-      EXPECT_LE(pull, 1e-10 * H.col(j).norm() * l.norm());
-    } else {
-      possible_W += std::max(0.0, pull) * f_max[j];
-    }
-  }
-  EXPECT_GT(tau.dot(l), possible_W);
+/// The proof in exact terms: at joint velocities l the torques do work, tau.l > 0, and no muscle can: 1e-10 of its arms is
+/// the rounding of l.
+void expect_infeasible(const MatrixXd& H, const VectorXd& tau, const VectorXd& l) {
+  for (Index j = 0; j < H.cols(); ++j) EXPECT_LE(H.col(j).dot(l), 1e-10 * H.col(j).norm() * l.norm());
+  EXPECT_GT(tau.dot(l), 0.0);
 }
 
-void expect_proved(const MatrixXd& H, const VectorXd& tau, const Solution& solution, const VectorXd& f_max = {}) {
+void expect_proved(const MatrixXd& H, const VectorXd& tau, const Solution& solution) {
   ASSERT_NE(solution.report.status, MuscleStatus::kBudgetSpent);
   if (solution.report.status == MuscleStatus::kOptimal) {
     EXPECT_LE(solution.report.residual, 1e-9);
-    expect_optimal(H, tau, solution.f, f_max);
+    expect_optimal(H, tau, solution.f);
   } else {
     EXPECT_TRUE(solution.f.hasNaN()) << "f must be left as it was";
-    expect_infeasible(H, tau, solution.report.multiplier, f_max);
+    expect_infeasible(H, tau, solution.report.multiplier);
   }
 }
 
@@ -143,32 +130,6 @@ TEST(MuscleForces, EveryAnswerIsProved) {
   }
   EXPECT_GT(infeasible, 30);
   EXPECT_LT(infeasible, 270);
-}
-
-// With limits all three kinds of muscle occur: idle, pulling, at its limit.
-TEST(MuscleForces, LimitsAreKept) {
-  int at_limit = 0, infeasible = 0;
-  for (std::uint64_t seed = 0; seed < 500; ++seed) {
-    SCOPED_TRACE(seed);
-    Random random(seed);
-    const MuscleProblem problem = seed % 2 == 0 ? muscle_families::held(random) : muscle_families::any(random);
-    const VectorXd f_max = VectorXd::NullaryExpr(23, [&] { return random.uniform(10.0, 60.0); });
-    const Solution solution = solve(problem.H, problem.tau_Nm, f_max);
-    expect_proved(problem.H, problem.tau_Nm, solution, f_max);
-    infeasible += solution.report.status == MuscleStatus::kInfeasible ? 1 : 0;
-    if (solution.report.status == MuscleStatus::kOptimal)
-      at_limit += (solution.f.array() == f_max.array()).any() ? 1 : 0;
-  }
-  EXPECT_GT(at_limit, 50);
-  EXPECT_GT(infeasible, 50);
-  EXPECT_LT(infeasible, 450);
-}
-
-// Limits that no muscle reaches change nothing, not even rounding.
-TEST(MuscleForces, DistantLimitsChangeNothing) {
-  Random random(1);
-  const MuscleProblem problem = muscle_families::held(random);
-  EXPECT_EQ(solve(problem.H, problem.tau_Nm).f, solve(problem.H, problem.tau_Nm, VectorXd::Constant(23, 1e6)).f);
 }
 
 // The published method and the active set share nothing but H. Lemke's tableau leaves 1e-9 of the forces.
@@ -288,11 +249,10 @@ TEST(MuscleForces, NotFiniteInputIsRefused) {
   for (const double bad : {nan, infinity}) {
     MatrixXd bad_H = H;
     bad_H(2, 2) = bad;
-    VectorXd bad_tau = tau, bad_limit = VectorXd::Constant(23, 100.0);
+    VectorXd bad_tau = tau;
     bad_tau[3] = bad;
-    bad_limit[4] = nan;
-    for (const Solution& solution : {solve(bad_H, tau), solve(H, bad_tau), solve(H, tau, bad_limit),
-                                     solve_by_lemke(bad_H, tau), solve_by_lemke(H, bad_tau)}) {
+    for (const Solution& solution :
+         {solve(bad_H, tau), solve(H, bad_tau), solve_by_lemke(bad_H, tau), solve_by_lemke(H, bad_tau)}) {
       EXPECT_EQ(solution.report.status, MuscleStatus::kBudgetSpent);
       EXPECT_TRUE(solution.f.hasNaN()) << "f must be left as it was";
     }
@@ -303,12 +263,10 @@ TEST(MuscleForces, DoNotAllocateAndRepeatTheirBits) {
   if (!AllocationCounter::is_available()) GTEST_SKIP() << "malloc is not ours";
   Random random(2);
   const MuscleProblem problem = muscle_families::held(random);
-  const VectorXd f_max = VectorXd::Constant(23, 50.0);
   MuscleWorkspace work(12, 23);
   VectorXd f(23), again(23);
   const AllocationCounter counter;
   EXPECT_EQ(solve_muscle_forces(problem.H, problem.tau_Nm, f).status, MuscleStatus::kOptimal);
-  (void)solve_muscle_forces(problem.H, problem.tau_Nm, f_max, f);
   (void)solve_muscle_forces_by_lemke(problem.H, problem.tau_Nm, work, f);
   (void)solve_muscle_forces(problem.H, problem.tau_Nm, f);
   (void)solve_muscle_forces(problem.H, problem.tau_Nm, again);

@@ -8,14 +8,12 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <string_view>
 
 #include "bench/contact_families.h"
 #include "bench/contact_methods.h"
 #include "bench/report/figure.h"
 #include "bench/report/measure.h"
 #include "bench/scene_problems.h"
-#include "solvers/residual.h"
 
 namespace thenar {
 namespace {
@@ -25,47 +23,33 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using nlohmann::ordered_json;
 
-constexpr double kSolved = 1e-6;                     // Natural-map residual of a solved problem.
-constexpr int kMostSweeps = 3000, kMostSteps = 200;  // A step of Newton's method costs a hundred sweeps and more.
-
 struct Problem {
   FactoredContacts factors;
   MatrixXd W;
   VectorXd delta_free, mu;
-
-  [[nodiscard]] double residual(const VectorXd& f) const {
-    return f.allFinite() ? natural_map_residual(W, delta_free, mu, f, W * f + delta_free) : 1.0;
-  }
 };
 
 struct Method {
   std::string name;
   bool peer;
-  int budget;
-  std::vector<double> tolerances;  ///< The loosest that is enough is taken: those of peers are of their own measures.
+  std::vector<double> tolerances;
   std::function<ContactSolver(const Problem&)> prepare;
 };
 
 std::vector<Method> all_methods() {
   std::vector<Method> methods;
-  methods.push_back({"Gauss-Seidel, W in factors", false, kMostSweeps, {kSolved}, [](const Problem& p) {
+  methods.push_back({kInFactors, false, {kSolvedResidual}, [](const Problem& p) {
                        return in_factors(p.factors, p.delta_free, p.mu);
                      }});
-  const std::array<const char*, 3> names{"Gauss-Seidel, W as a matrix", "plain sweeps", "Newton after 300 sweeps"};
-  const std::vector<ContactMethod> ours = our_contact_methods();
-  for (std::size_t m = 0; m < names.size(); ++m) {
-    methods.push_back(
-        {names[m], false, m == 2 ? kMostSteps : kMostSweeps, {kSolved}, [method = ours[m]](const Problem& p) {
-           return forming_w(method, p.factors, p.delta_free, p.mu);
-         }});
+  for (const ContactMethod& method : our_contact_methods()) {
+    methods.push_back({method.name, false, {kSolvedResidual}, [method](const Problem& p) {
+                         return forming_w(method, p.factors, p.delta_free, p.mu);
+                       }});
   }
   for (const ContactMethod& peer : contact_peers()) {
     if (peer.stops_by == ContactMethod::kOtherLaw) continue;
-    const bool is_newton = std::string_view(peer.name) == "siconos_nsn";
-    methods.push_back(
-        {peer.name, true, is_newton ? kMostSteps : kMostSweeps, {1e-4, 1e-6, 1e-8}, [peer](const Problem& p) {
-           return peer.prepare(p.W, p.delta_free, p.mu);
-         }});
+    methods.push_back({peer.name, true, tolerances_to_solve(peer),
+                       [peer](const Problem& p) { return peer.prepare(p.W, p.delta_free, p.mu); }});
   }
   return methods;
 }
@@ -89,12 +73,15 @@ std::vector<std::optional<Cost>> costs(const std::vector<Problem>& problems, con
       auto f = std::make_shared<VectorXd>(p.delta_free.size());
       const double before = heap_bytes();
       const ContactSolver solver = methods[m].prepare(p);
+      const int budget = ample_budget(methods[m].name);
+      const double given =
+          methods[m].peer ? static_cast<double>(sizeof(double)) * static_cast<double>(p.W.size()) : p.factors.bytes();
       for (const double tolerance : methods[m].tolerances) {
         f->setZero();
-        solver(tolerance, methods[m].budget, *f);
-        if (p.residual(*f) > 1.001 * kSolved) continue;
-        bytes = std::max(bytes, heap_bytes() - before);
-        solves.emplace_back([=, budget = methods[m].budget] {
+        solver(tolerance, budget, *f);
+        if (!(residual_of(p, *f) <= 1.001 * kSolvedResidual)) continue;
+        bytes = std::max(bytes, given + heap_bytes() - before);
+        solves.emplace_back([=] {
           f->setZero();
           solver(tolerance, budget, *f);
         });
@@ -199,17 +186,10 @@ Growth grow(const std::string& panel, const std::vector<Index>& sizes, int turns
   }
   Growth growth{{{"name", panel}}, {{"name", panel}}};
   for (std::size_t m = 0; m < methods.size(); ++m) {
-    const Curve& curve = curves[m];
-    if (curve.x.size() < 3) continue;
-    const auto add = [&](ordered_json& to, const std::vector<double>& y) {
-      to["curves"].push_back({{"name", methods[m].name},
-                              {"x", curve.x},
-                              {"y", y},
-                              {"exponent", exponent(curve.x, y)},
-                              {"peer", methods[m].peer}});
-    };
-    add(growth.time, curve.us);
-    add(growth.memory, curve.bytes);
+    const Curve& c = curves[m];
+    if (c.x.size() < 3) continue;
+    growth.time["curves"].push_back(curve(methods[m].name, c.x, c.us, methods[m].peer));
+    growth.memory["curves"].push_back(curve(methods[m].name, c.x, c.bytes, methods[m].peer));
   }
   return growth;
 }
@@ -219,8 +199,7 @@ void add_figures(ordered_json& part, bool quick) {
   const std::size_t count = quick ? 2 : 5;
   const std::string runs = fmt::format(
       "{} problems a size, from nothing to a residual of 1e-6; medians of {} rounds (3 where they take long), methods "
-      "in "
-      "turns. Exponents by least squares of the logarithms over all sizes shown.",
+      "in turns. Exponents: of the upper half of the sizes, of all of fewer than six.",
       count, turns);
   const std::vector<Index> sizes = quick ? std::vector<Index>{15, 30, 60, 120, 249, 498}
                                          : std::vector<Index>{15, 21, 30, 42, 60, 84, 120, 168, 249, 336, 498};
@@ -233,51 +212,39 @@ void add_figures(ordered_json& part, bool quick) {
     return problems;
   });
   const SceneProblems scene = scene_problems("box_grasp", {}, {0.6, 1.0, static_cast<int>(count) + 1});
-  const Growth fingers = grow("fingers, of 20 contacts each", {2, 3, 4, 5}, turns, [&](Index size) {
+  const Growth fingers = grow("2 to 5 fingers of 20 contacts each", {40, 60, 80, 100}, turns, [&](Index size) {
     std::vector<Problem> problems;
-    for (std::size_t k = 0; k < count; ++k) problems.push_back(with_fingers(scene.contacts, k, size));
+    for (std::size_t k = 0; k < count; ++k) problems.push_back(with_fingers(scene.contacts, k, size / 20));
     return problems;
   });
-  const std::string problems =
-      " Panels: the box grasp on its way with 15 contacts and more (from 120 on, on finer pulps); random grasps by "
-      "three "
-      "fingers with all of 15 to 498 contacts pressed; the box grasp with 20 contacts on each of 2 to 5 fingers, the "
-      "fourth and "
-      "fifth pressing where index and major do. A method that needs more than 50 ms, or does not solve all problems of "
-      "a "
-      "size, is not asked for more.";
-  auto& time = add_figure(part, "curves", "growth_contact_time", "Contact forces: time over contacts and fingers",
-                          "Time to the forces of a contact step; lower is better, and so is a lower exponent. In "
-                          "factors, the default, a sweep "
-                          "costs contacts times contacts per finger: with fingers it grows more slowly than on the "
-                          "matrix, which has all of "
-                          "them against all." +
-                              problems + " Ours pay for forming what they need of W; other projects are given W.",
-                          runs);
-  time["x"] = {{"label", "contacts, fingers"}, {"log", true}};
-  time["y"] = {{"label", "time of a solve [us]"}, {"log", true}};
-  time["panels"] = {recorded.time, contacts.time, fingers.time};
-  auto& memory = add_figure(
-      part, "curves", "growth_contact_memory", "Contact forces: memory over contacts and fingers",
-      "Heap that a prepared solver holds after its first solve, the most over the problems: ours take it once, for the "
-      "largest problem, and nothing in a solve. In factors it counts workspace and not the factors; as a matrix the "
-      "matrix "
-      "and the workspace; of other projects their copy of W and what they keep." +
-          problems,
-      runs);
-  memory["x"] = {{"label", "contacts, fingers"}, {"log", true}};
-  memory["y"] = {{"label", "memory [bytes]"}, {"log", true}};
-  memory["panels"] = {recorded.memory, contacts.memory, fingers.memory};
+  const auto add = [&](const char* id, const char* title, const std::string& caption, const char* label,
+                       const ordered_json& panels) {
+    auto& figure = add_figure(part, "curves", id, title, caption, runs);
+    figure["x"] = {{"label", "contacts"}, {"log", true}};
+    figure["y"] = {{"label", label}, {"log", true}};
+    figure["panels"] = panels;
+  };
+  add("growth_contact_time", "Contact forces: time over contacts and fingers",
+      "Lower is better, and so is a lower exponent. In factors, the default, a sweep costs contacts times contacts "
+      "per finger: with fingers it grows more slowly than on the matrix, which has all of them against all. Ours pay "
+      "for forming what they need of W; other projects are given W.",
+      "time of a solve [µs]", {recorded.time, contacts.time, fingers.time});
+  add("growth_contact_memory", "Contact forces: memory over contacts and fingers",
+      "What a solver is given and what it holds of the heap after its first solve, the most over the problems: ours "
+      "take it once, for the largest problem, and nothing in a solve. All of ours are given the factors, and those on "
+      "the matrix form it; other projects are given the matrix, and keep a copy.",
+      "memory [bytes]", {recorded.memory, contacts.memory, fingers.memory});
 }
 
 }  // namespace
 }  // namespace thenar
 
 int main(int argc, char** argv) {
-  using namespace thenar;
-  const PartArguments arguments = part_arguments(argc, argv);
-  auto part = make_part("contact_growth", "Growth of the contact solve",
-                        "What more contacts and more fingers cost the contact solvers, in time and memory.", arguments);
-  add_figures(part, arguments.quick);
-  write_part(part, arguments);
+  return thenar::run_part(
+      argc, argv, "contact_growth", "Growth of the contact solve",
+      "What more contacts and more fingers cost the contact solvers, in time and memory. Panels: the box grasp on its "
+      "way (from 120 contacts on, on finer pulps); random grasps by three fingers with all contacts pressed; the box "
+      "grasp with more or fewer fingers, the fourth and fifth pressing where index and major do. A line ends where a "
+      "method needs more than 50 ms, or does not solve all problems of the next size.",
+      {thenar::add_figures});
 }

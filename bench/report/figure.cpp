@@ -43,7 +43,7 @@ void to_json(ordered_json& json, const WorkPoint& point) {
 }
 
 double exponent(const std::vector<double>& x, const std::vector<double>& y) {
-  const std::size_t first = x.size() < 4 ? 0 : x.size() / 2;
+  const std::size_t first = x.size() < 6 ? 0 : x.size() / 2;
   const auto count = static_cast<double>(x.size() - first);
   double x_mean = 0.0, y_mean = 0.0, xy = 0.0, xx = 0.0;
   for (std::size_t i = first; i < x.size(); ++i) {

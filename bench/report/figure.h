@@ -41,7 +41,7 @@ struct WorkPoint {
 void to_json(nlohmann::ordered_json& json, const WorkPoint& point);
 
 /// p of y = c x^p, by least squares of logarithms over the upper half of x, where what does not grow no longer counts; over
-/// all of fewer than four.
+/// all of fewer than six.
 [[nodiscard]] double exponent(const std::vector<double>& x, const std::vector<double>& y);
 
 /// A curve, with its exponent.

@@ -2,15 +2,12 @@
 
 #include <malloc.h>
 
-#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <functional>
-#include <limits>
 #include <vector>
 
-#include "bench/report/figure.h"
 #include "engine/percentiles.h"
 
 namespace thenar {
@@ -23,15 +20,13 @@ double time_us(Work&& work) {
   return std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// Median time of `repeats` calls, each after a `prepare` that is not timed.
-template <typename Prepare, typename Work>
-double median_us(int repeats, Prepare&& prepare, Work&& work) {
-  std::vector<double> times;
-  for (int k = 0; k < repeats; ++k) {
-    prepare();
-    times.push_back(time_us(work));
-  }
-  return percentiles(std::move(times)).p50;
+/// Microseconds of the second of two calls, or of the first where it is long: what the work needs is in the caches,
+/// whoever has been at it before.
+template <typename Work>
+double warm_time_us(Work&& work) {
+  constexpr double kLong_us = 5e3;
+  const double first_us = time_us(work);
+  return first_us > kLong_us ? first_us : time_us(work);
 }
 
 /// Median microseconds of each contender's round. They take turns, so that all of them see the same machine; a short round
@@ -60,17 +55,7 @@ inline double heap_bytes() {
   return static_cast<double>(heap.uordblks + heap.hblkhd);
 }
 
-/// The default's time over the least of any of our points that errs no more: 1 on the front. Errors that rounding makes
-/// are alike.
-inline double over_front(const std::vector<WorkPoint>& points) {
-  const auto chosen = std::find_if(points.begin(), points.end(), [](const WorkPoint& p) { return p.is_default; });
-  if (chosen == points.end()) return std::numeric_limits<double>::quiet_NaN();
-  constexpr double kRounding = 1e-12;
-  double least_us = chosen->us;
-  for (const WorkPoint& p : points) {
-    if (!p.peer && p.error <= std::max(chosen->error, kRounding)) least_us = std::min(least_us, p.us);
-  }
-  return chosen->us / least_us;
-}
+/// The worse of two errors: no number, of no answer, is the worst of all.
+inline double worse(double a, double b) { return std::isnan(a) || a > b ? a : b; }
 
 }  // namespace thenar
