@@ -20,9 +20,7 @@ struct ContactComputation {
   double display_s = 0.0;     ///< Interpolation at 3 x 2400 samples; at 120 contacts 3 x 4800.
   SolveReport solve;
 
-  [[nodiscard]] double total_s() const {
-    return find_s + compliance_s + assemble_s + solve_s + deform_s + display_s;
-  }
+  [[nodiscard]] double total_s() const { return find_s + compliance_s + assemble_s + solve_s + deform_s + display_s; }
 };
 
 /// Times that Rougeron et al. 2006 publish for it, on a Pentium IV at 2.2 GHz; they have none for more than 60 contacts.

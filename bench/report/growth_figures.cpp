@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-
 #include "bench/contact_computation.h"
 #include "bench/finding_methods.h"
 #include "bench/report/figure.h"
@@ -49,7 +48,7 @@ void contacts(ordered_json& part, bool quick) {
   const int turns = quick ? 4 : 20;
   ordered_json& figure = add_curves(
       part, "growth_computation", "A contact computation over the number of contacts",
-      "At some ten contacts finding them takes most of the time; at hundreds the solve, the compliance and the "
+      "At some ten contacts finding them takes the largest part; at hundreds the solve, the compliance and the "
       "deformation do, which grow nearly with the square. The box grasp on its way, every contact solve to a residual "
       "of 1e-6 from the last tick's forces. Above 60 contacts the fingertips have so many more control points and "
       "samples, so that finding and display grow, too. Contacts are found and their compliance made once a control "
@@ -118,21 +117,22 @@ void samples(ordered_json& part, bool quick) {
     times.push_back(panel(reference.name, {ready, cold, warm}));
     memories.push_back(panel(reference.name, {memory}));
   }
-  const std::string runs =
-      fmt::format("finding: medians over 32 random and 126 creeping grips in {}, all sizes in turns; making ready: once", rounds_of(rounds));
+  const std::string runs = fmt::format(
+      "finding: medians over 32 random and 126 creeping grips in {}, all sizes in turns; making ready: once",
+      rounds_of(rounds));
   ordered_json& time = add_curves(part, "samples", "Contact finding over the samples of the object",
-                                  "A hundred times the samples take finding less than ten times as long: it asks a tree. "
+                                  "A hundred times the samples take finding less than ten times as long. "
                                   "Three fingertips of 320 control points, up to 20 contacts each, on a box of 50 mm "
                                   "and on a bumpy ellipsoid (scan). Finding runs once a control period, making ready "
                                   "once at the start. A held object creeps by micrometres: what is remembered from the "
                                   "last grip then spares most searches.",
                                   runs, "samples of the object", "time [µs]");
   time["panels"] = times;
-  ordered_json& memory = add_curves(
-      part, "samples_memory", "Memory over the samples of the object",
-      "Memory goes with the samples: some 200 bytes each. What the object's surface takes on the heap, ready to be asked "
-      "for distances: samples, blocks, starts.",
-      "one run", "samples of the object", "memory [MB]");
+  ordered_json& memory = add_curves(part, "samples_memory", "Memory over the samples of the object",
+                                    "Memory goes with the samples: some 200 bytes each. What the object's surface "
+                                    "takes on the heap, ready to be asked "
+                                    "for distances: samples, blocks, starts.",
+                                    "one run", "samples of the object", "memory [MB]");
   memory["panels"] = memories;
 }
 
@@ -165,7 +165,8 @@ void controls(ordered_json& part, bool quick) {
   }
   ordered_json& time = add_curves(
       part, "controls", "Contact finding and start-up over the control points",
-      "Making a fingertip grows faster than its control points (their compliance is a square), finding does not. Three "
+      "Making a fingertip grows faster than its control points (their compliance is a square), finding no faster. "
+      "Three "
       "fingertips on the scan of 37 000 samples: finding up to 20 contacts each, whatever the number of control "
       "points; and making one fingertip, once at the start.",
       fmt::format("finding: medians over 32 random and 126 creeping grips in {}; making: once", rounds_of(rounds)),

@@ -211,12 +211,13 @@ void published(ordered_json& part, const SmallProblems& small,
   ordered_json& figure = add_figure(
       part, "table", "published", "The published timings, side by side",
       fmt::format(
-          "The published method on this processor, and ours, beside the times of Rougeron et al. 2006 on a Pentium IV at "
-          "2.2 GHz; one core. Hardware alone explains a factor of {:.1f} (clock) to {:.0f} (arithmetic), see the next "
+          "Times of Rougeron et al. 2006 on a Pentium IV at 2.2 GHz, and here on one core. Hardware alone explains a "
+          "factor of {:.1f} (clock) to {:.0f} (arithmetic), see the next "
           "table; what is left when it is taken out is the method's: above 1, the same program on the old machine "
           "would have been so much faster. The paper has no time for muscles. Grasp forces: the recorded problems have "
-          "nothing to decide, their least forces lie within the cones; with the friction halved below what these use, "
-          "cones are active. A contact computation is contact finding among 36 000 + 3 x 2400 points, the compliance, "
+          "nothing to decide, their least forces lie within the cones; with half the friction that these use, cones "
+          "are "
+          "active. A contact computation is contact finding among 36 000 + 3 x 2400 points, the compliance, "
           "Gauss-Seidel to a residual of 1e-6, the deformation of 3 x 320 control points, and the display of 3 x 2400 "
           "points, which is {:.0f} % of it at 60 contacts and not in a loop that nobody watches. KKT: how far forces "
           "are from the optimum's conditions, the worst; force error: against an accurate solve, |f - f*| / |f*|, "
@@ -224,8 +225,9 @@ void published(ordered_json& part, const SmallProblems& small,
           h.low(), h.high(),
           100.0 * contacts.back().over_ticks([](const auto& tick) { return tick.display_s / tick.total_s(); }).p50),
       runs);
-  figure["columns"] = {"computation", "published [µs]", "here, median [µs]", "here, p99 [µs]", "times as fast",
-                       "left when the hardware is taken out", "accuracy here"};
+  figure["columns"] = {"computation",    "published [µs]", "here, median [µs]",
+                       "here, p99 [µs]", "times as fast",  "left when the hardware is taken out",
+                       "accuracy here"};
   const auto row = [&](const std::string& name, double theirs_us, const Percentiles& ours,
                        const std::string& accuracy) {
     if (std::isnan(theirs_us)) {
@@ -273,8 +275,9 @@ void tables(ordered_json& part, bool quick) {
 
 int main(int argc, char** argv) {
   using namespace thenar;
-  return run_part(argc, argv, "published", "The published timings, side by side",
-                  "The paper's timing table is the one measure that it shares with this program: the same hand, box and "
-                  "numbers of points. Lower is better; no time stands without its accuracy.",
-                  {tables});
+  return run_part(
+      argc, argv, "published", "The published timings, side by side",
+      "The paper's timing table is the one measure that it shares with this program: the same hand, box and "
+      "numbers of points. Lower is better; no time stands without its accuracy.",
+      {tables});
 }

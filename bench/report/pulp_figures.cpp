@@ -111,13 +111,14 @@ void kernels(ordered_json& part, bool quick) {
   ordered_json& figure = add_figure(
       part, "work_precision", "kernels", "Kernels and control points against Hertz",
       fmt::format(
-          "Down and left is better: four times the control points are some four times as exact and ten times as slow, "
-          "with boussinesq, an elastic half space and the default at {1} points on the whole sphere. gaussian, the "
+          "With boussinesq, an elastic half space and the default at {1} points on the whole sphere, the error falls "
+          "about "
+          "as one over the points, and the time grows faster than they do. gaussian, the "
           "published influence function, is made for one depth, 1 mm (an eighth of the radius), and "
           "stays wrong at others, however many points. A fingertip (radius 8 mm, E* 0.24 MPa) is pressed "
           "on a rigid plane; a panel a depth. Error: of its force without friction against Hertz's closed form, rms "
           "over {0} directions. Time: a contact tick's cold solve of that finger to 1e-6, with friction, the plane "
-          "dragged by 50 µm. The points near the plane are the contacts.",
+          "dragged by 50 µm. The points near the plane are the contacts. Down and left is better.",
           directions, kDefaultLeaves),
       fmt::format("medians of {} rounds over {} directions, all numbers and kernels in turns", rounds, directions));
   figure["choice"] = "fingertip";

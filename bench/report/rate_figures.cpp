@@ -113,8 +113,7 @@ struct Charts {
       : path(chart(id + "_path", title + ": the object's path", choice,
                    caption + " Error: of the object's position, rms over the run.", runs, "rms position error [µm]")),
         force(chart(id + "_force", title + ": the fingers' forces", choice,
-                    "As the figure before, by another error: of the force of a loaded finger on the object, rms over "
-                    "fingers and the run. " + caption,
+                    caption + " Error: of the force of a loaded finger on the object, rms over fingers and the run.",
                     runs, "rms force error [mN]")) {}
 
   void add(const std::string& name, const std::vector<Way>& ways) {
@@ -163,14 +162,15 @@ Timing finest(const Scene& scene, double period_s) {
 
 void contact_rates(ordered_json& part, bool quick) {
   const int rounds = quick ? 1 : 3;
-  Charts charts("contact_rate", "Contact rate of the two loops", "contact rate",
-                fmt::format("With control as often, a faster contact loop comes nearer to the finest one at a cost that "
-                            "grows more slowly than the rate. Contact at 1, 2, 4 and 10 kHz, from the left; 4 kHz, the "
-                            "default of real-time runs, is a haptic device's rate with room. Control and frames at "
-                            "1 kHz, which come into use 1 ms after their snapshot. Against one loop with steps of "
-                            "{:g} µs that has the same control period and delay. Down and left is better.",
-                            1e6 * kReference_s),
-                runs_of(rounds));
+  Charts charts(
+      "contact_rate", "Contact rate of the two loops", "contact rate",
+      fmt::format("With control as often, a faster contact loop comes nearer to the finest one at a cost that "
+                  "grows more slowly than the rate. Contact at 1, 2, 4 and 10 kHz, from the left; 4 kHz, the "
+                  "default of real-time runs, is a haptic device's rate with room. Control and frames at "
+                  "1 kHz, which come into use 1 ms after their snapshot. Against one loop with steps of "
+                  "{:g} µs that has the same control period and delay. Down and left is better.",
+                  1e6 * kReference_s),
+      runs_of(rounds));
   for (const Scenario& scenario : kAll) {
     const Scene scene = scene_of(scenario);
     const Timing reference = finest(scene, kControl_s);
@@ -202,8 +202,10 @@ void control_rates(ordered_json& part, bool quick) {
   const int rounds = quick ? 1 : 3;
   ordered_json figure = chart(
       "control_rate", "Control rate of the two loops", "control rate",
-      "What a user sees of the control rate: how far the object is from its target while it is held and moved. Control "
-      "at 50, 100, 200, 500 Hz, 1 and 2 kHz, from the left; 1 kHz is the default of real-time runs. Contact at 4 kHz; "
+      "From 50 Hz to 2 kHz the object comes three to eight times nearer to its target, at some twice the cost. Error: "
+      "how "
+      "far it is from its target while it is held and moved, what a user sees of the control rate. Control at 50, 100, "
+      "200, 500 Hz, 1 and 2 kHz, from the left; 1 kHz is the default of real-time runs. Contact at 4 kHz; "
       "a frame comes into use a control period after its snapshot, and the force gain goes with the control rate, as "
       "scenes have it that name none. An object more than 5 mm off is lost, and has no error. Down and left is better.",
       runs_of(rounds), "rms distance from the target [µm]");
@@ -250,17 +252,19 @@ void hand_over(ordered_json& part, bool quick) {
   ordered_json& figure = add_figure(
       part, "table", "hand_over", "What the split alone adds, with and without the offset at hand-overs",
       fmt::format(
-          "The offset takes the jump of the force at a new frame down {:.0f} times (slide, 20 ms) and makes the error of "
+          "The offset takes the jump of the force at a new frame down {:.0f} times (slide, 20 ms) and makes the error "
+          "of "
           "the path {:.1f} times as large; on the box's flat faces, whose gaps hardly change from frame to frame, it "
-          "does nothing but at 20 ms. Two loops, contact at 4 kHz, against one loop with steps of {:g} µs that has the "
+          "changes little up to 5 ms. Two loops, contact at 4 kHz, against one loop with steps of {:g} µs that has the "
           "same control period and delay. Offset: gaps agree at a hand-over and move on to the new frame's in a "
           "control period; on is the default. Step of the force: the largest change of a finger's force from tick to "
           "tick, where a new frame comes into use and elsewhere. Injected: work that contact did on the bodies, over "
           "what it took from them; 0 is passive.",
           slid[1].handover_step_N / slid[0].handover_step_N, slid_off_m[0] / slid_off_m[1], 1e6 * kReference_s),
       "deterministic");
-  figure["columns"] = {"scene",      "frames every [ms]",      "offset",         "position [µm]", "rotation [mdeg]",
-                       "force [mN]", "step at new frame [mN]", "step else [mN]", "injected/dissipated"};
+  figure["columns"] = {
+      "scene",      "frames every [ms]",      "offset",         "position [µm]",      "rotation [mdeg]",
+      "force [mN]", "step at new frame [mN]", "step else [mN]", "injected/dissipated"};
   figure["rows"] = rows;
 }
 
@@ -280,11 +284,12 @@ Way changed(const Model& known, const Scenario& scenario, bool quick, const std:
 
 void tolerances(ordered_json& part, bool quick) {
   const int rounds = quick ? 1 : 3;
-  Charts charts("tolerance", "Tolerance of the contact solve", "contact.tolerance",
-                "Each digit of the tolerance takes about as much off the error until others take over, and costs a few "
-                "per cent of a tick. 1e-6 is the default. One loop at the scene's own step, against the same scene "
-                "solved to 1e-11: what the solve alone adds. Down and left is better.",
-                runs_of(rounds));
+  Charts charts(
+      "tolerance", "Tolerance of the contact solve", "contact.tolerance",
+      "From 1e-4 on each digit takes the error down some ten times and adds a few per cent to a tick; at 1e-6, "
+      "the default, the solve adds nanometres, far less than steps and control points do. One loop at the "
+      "scene's own step, against the same scene solved to 1e-11. Down and left is better.",
+      runs_of(rounds));
   for (const Scenario& scenario : kTolerances) {
     const Model known(scene_of(scenario));
     const Way fine = changed(known, scenario, quick, "", "", {"contact.tolerance=1e-11", "contact.max_sweeps=3000"});
@@ -313,9 +318,10 @@ void details(ordered_json& part, bool quick) {
   Charts charts(
       "detail", "Contacts a finger, and leaves", "",
       fmt::format(
-          "What a scene must name, there is no default: leaves buy accuracy at a cost that grows faster than their "
-          "number; with fewer than 20 of 320 leaves' contacts the path suffers at once, and more than 20 buy nothing. "
-          "One of them at a time differs from the scene's 20 contacts a finger and 320 leaves; with other numbers of "
+          "Leaves buy accuracy at a cost that grows about with their number; fewer than 20 contacts a finger cost "
+          "accuracy on box grasp and capsule, and more than 20 buy nothing. A scene must name both, there is no "
+          "default. One of them at a time differs from the scene's 20 contacts a finger and 320 leaves; with other "
+          "numbers of "
           "leaves there are as many contacts in proportion. One loop at the scene's own step, against {} leaves and up "
           "to {} contacts a finger, solved to 1e-10. Down and left is better.",
           kFinest, kFinest / 16),
@@ -327,12 +333,13 @@ void details(ordered_json& part, bool quick) {
     const Way fine = changed(known, scenario, quick, "", "", changes);
     std::vector<Way> ways;
     for (const int most : {3, 5, 10, 20, 40}) {
-      ways.push_back(changed(known, scenario, quick, "contact.max_per_finger", fmt::format("{} contacts a finger", most),
+      ways.push_back(changed(known, scenario, quick, "contact.max_per_finger",
+                             fmt::format("{} contacts a finger", most),
                              {fmt::format("contact.max_per_finger={}", most)}));
     }
     for (const int leaves : {80, 160, 320, 640}) {
-      ways.push_back(changed(known, scenario, quick, "fingertips.leaves", fmt::format("{} leaves", leaves),
-                             with_leaves(leaves)));
+      ways.push_back(
+          changed(known, scenario, quick, "fingertips.leaves", fmt::format("{} leaves", leaves), with_leaves(leaves)));
     }
     measure_against(fine.run(), ways, rounds);
     charts.add(known.scene.name, ways);
