@@ -137,7 +137,8 @@ void contacts(ordered_json& part, bool quick) {
       "no exact distance to fill it from, and one filled from ours takes a query of ours for every corner first; its "
       "memory grows with the object's volume; at edges it is off by more than 0.2 mm with cells of 1 mm; an object "
       "that "
-      "deforms needs a new one at every step. Of the others ours is the fastest, and twice as fast where it remembers "
+      "deforms needs a new one at every step. Of the others ours is the fastest, and up to twice as fast where it "
+      "remembers "
       "the last grip and the grip creeps by micrometres, as a held object's does. Up to 20 contacts of each fingertip "
       "(320 control points); error: of the gaps, mean. Down and left is better. Random: grips at random places, edges "
       "too. Methods that find other contacts, or but half of them, are only in the next table.",

@@ -229,8 +229,7 @@ void control_rates(ordered_json& part, bool quick) {
 void hand_over(ordered_json& part, bool quick) {
   constexpr double kDegree = std::numbers::pi / 180.0;
   ordered_json rows = ordered_json::array();
-  std::vector<Path> slid;  // With the offset and without, at the longest period.
-  std::vector<double> slid_off_m;
+  std::vector<double> jump_N, off_m;  // Of slide at the longest period, with the offset and without.
   for (const Scenario& scenario : {kSlide, kBoxGrasp}) {
     const Scene scene = scene_of(scenario);
     for (const double period_s : {kControl_s, 5e-3, 20e-3}) {
@@ -244,8 +243,8 @@ void hand_over(ordered_json& part, bool quick) {
                         1e3 * error.rotation_rad / kDegree, 1e3 * error.force_N, 1e3 * path.handover_step_N,
                         1e3 * path.ordinary_step_N, path.injected_J / path.dissipated_J});
         if (scene.control || period_s < 20e-3) continue;
-        slid.push_back(path);
-        slid_off_m.push_back(error.position_m);
+        jump_N.push_back(path.handover_step_N);
+        off_m.push_back(error.position_m);
       }
     }
   }
@@ -260,7 +259,7 @@ void hand_over(ordered_json& part, bool quick) {
           "control period; on is the default. Step of the force: the largest change of a finger's force from tick to "
           "tick, where a new frame comes into use and elsewhere. Injected: work that contact did on the bodies, over "
           "what it took from them; 0 is passive.",
-          slid[1].handover_step_N / slid[0].handover_step_N, slid_off_m[0] / slid_off_m[1], 1e6 * kReference_s),
+          jump_N[1] / jump_N[0], off_m[0] / off_m[1], 1e6 * kReference_s),
       "deterministic");
   figure["columns"] = {
       "scene",      "frames every [ms]",      "offset",         "position [µm]",      "rotation [mdeg]",
