@@ -53,4 +53,18 @@ double ContactRun::force_error() const {
   return (work_.f.head(rows) - f).norm() / f.norm();
 }
 
+std::vector<std::vector<ContactComputation>> in_turns(std::deque<ContactRun>& runs, int turns) {
+  std::vector<std::vector<ContactComputation>> ticks(runs.size());
+  for (int turn = 0; turn < turns; ++turn) {
+    for (std::size_t k = 0; k < runs.size(); ++k) {
+      for (int i = 0; i < kTicksATurn; ++i) {
+        const ContactComputation tick = runs[k].tick();
+        if (tick.solve.status != SolveStatus::kConverged) throw std::runtime_error("a contact solve did not converge");
+        if (i >= kDroppedTicks) ticks[k].push_back(tick);
+      }
+    }
+  }
+  return ticks;
+}
+
 }  // namespace thenar

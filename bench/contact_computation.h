@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <deque>
 #include <vector>
 
 #include "bench/recorded.h"
@@ -19,9 +20,7 @@ struct ContactComputation {
   double display_s = 0.0;     ///< Interpolation at 3 x 2400 samples; at 120 contacts 3 x 4800.
   SolveReport solve;
 
-  [[nodiscard]] double slow_thread_s() const { return find_s + compliance_s; }
-  [[nodiscard]] double contact_thread_s() const { return assemble_s + solve_s + deform_s; }
-  [[nodiscard]] double total_s() const { return slow_thread_s() + contact_thread_s() + display_s; }
+  [[nodiscard]] double total_s() const { return find_s + compliance_s + assemble_s + solve_s + deform_s + display_s; }
 };
 
 /// Times that Rougeron et al. 2006 publish for it, on a Pentium IV at 2.2 GHz; they have none for more than 60 contacts.
@@ -47,5 +46,11 @@ class ContactRun {
   RecordedTick now_;
   std::size_t ticks_ = 0;
 };
+
+inline constexpr int kTicksATurn = 20, kDroppedTicks = 4;
+
+/// Ticks of runs that take turns of so many consecutive ones, the first of them dropped: a run alone has its data in the
+/// caches. Throws std::runtime_error where a solve did not converge.
+[[nodiscard]] std::vector<std::vector<ContactComputation>> in_turns(std::deque<ContactRun>& runs, int turns);
 
 }  // namespace thenar

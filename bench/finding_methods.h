@@ -114,9 +114,8 @@ struct FindingRecord {
 
 /// How a method's distances of single points are, near the surface: from 2 mm inside to the band outside.
 struct DistanceRecord {
-  double ns = 0.0, ns_p99 = 0.0;                                       ///< Of a query: over batches of some.
-  double answered = 1.0;                                               ///< Share of the points.
-  double mean_error_um = 0.0, p99_error_um = 0.0, max_error_um = 0.0;  ///< Of the size alone if it has no sign.
+  double us = 0.0, us_p99 = 0.0;  ///< Of a query: over batches of some.
+  double mean_error_um = 0.0;     ///< Of the size alone if it has no sign.
 };
 /// Of all methods, in turns.
 [[nodiscard]] std::vector<DistanceRecord> measure_distances(const std::vector<FindingMethod>& methods,

@@ -68,13 +68,12 @@ RecordedTicks::RecordedTicks(Index asked, ProblemDump* dump) : model(box_scene(a
   ContactWorkspace work(model);
   for (int tick = 0; tick < kTo; ++tick) {
     const bool recorded = tick >= kFrom;
-    if (recorded) ticks.push_back({state, controller, {}});
+    if (recorded) ticks.push_back({state, controller});
     const Eigen::Vector3d centre_m = state.X_WO.translation();
     const ControlReport control = control_tick(model, state, controller, frame);
     (void)contact_tick(model, frame, work, state);
     if (!recorded) continue;
     if (frame.size() != asked) throw std::runtime_error("the recorded run lost contacts");
-    ticks.back().control = control;
     if (!dump) continue;
     dump->add_control(model, controller, control, centre_m);
     dump->add_contact(tick, model, frame, work);

@@ -11,11 +11,10 @@
 
 namespace thenar {
 
-/// What a tick of a recorded run starts from, and what control asked for in it.
+/// What a tick of a recorded run starts from.
 struct RecordedTick {
   State state;
   Controller controller;
-  ControlReport control;
 };
 
 /// The box grasp of configs/box_grasp.yaml while the box is on its way, at the published sizes (36 000 + 3 x 2400 points):

@@ -1,10 +1,8 @@
 // Fingertips against Hertz's contact: kernels and numbers of control points by the error of the force and the time of the
-// solve, and levels of detail by the time of a whole tick of three scenes.
+// solve.
 
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
-#include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <vector>
@@ -12,9 +10,7 @@
 #include "bench/random.h"
 #include "bench/report/figure.h"
 #include "bench/report/measure.h"
-#include "bench/split_runs.h"
 #include "engine/pressed_pulp.h"
-#include "engine/pulp_levels.h"
 #include "solvers/grouped_delassus.h"
 
 namespace thenar {
@@ -115,18 +111,19 @@ void kernels(ordered_json& part, bool quick) {
   ordered_json& figure = add_figure(
       part, "work_precision", "kernels", "Kernels and control points against Hertz",
       fmt::format(
-          "A fingertip (sphere of 8 mm, E* 0.24 MPa) is pressed on a rigid plane, without friction; a panel a depth. "
-          "Error: of its force against Hertz's closed form, rms over {} directions, in parts of it. Time: a contact "
-          "tick's cold solve of that finger to 1e-6, with friction, the plane dragged by 50 um. Down and left is "
-          "better. Points of a line differ in the number of control points on the whole sphere, of which those near "
-          "the plane are contacts. boussinesq is an elastic half space and the default, at {} control points; gaussian "
-          "is the published influence function: it is right at the one depth that it is made for, and more control "
-          "points do not help it at others.",
+          "With boussinesq, an elastic half space and the default at {1} points on the whole sphere, the error falls "
+          "about "
+          "as one over the points, and the time grows faster than they do. gaussian, the "
+          "published influence function, is made for one depth, 1 mm (an eighth of the radius), and "
+          "stays wrong at others, however many points. A fingertip (radius 8 mm, E* 0.24 MPa) is pressed "
+          "on a rigid plane; a panel a depth. Error: of its force without friction against Hertz's closed form, rms "
+          "over {0} directions. Time: a contact tick's cold solve of that finger to 1e-6, with friction, the plane "
+          "dragged by 50 µm. The points near the plane are the contacts. Down and left is better.",
           directions, kDefaultLeaves),
       fmt::format("medians of {} rounds over {} directions, all numbers and kernels in turns", rounds, directions));
   figure["choice"] = "fingertip";
   figure["error"] = "error of the force [parts of Hertz's]";
-  figure["time"] = "time of a finger's contact solve [us]";
+  figure["time"] = "time of a finger's contact solve [µs]";
   const std::vector<Index> numbers =
       quick ? std::vector<Index>{80, 160, 320, 640, 1280} : std::vector<Index>{40, 80, 160, 320, 640, 1280, 2560};
   for (const double depth_m : {0.5e-3, 1e-3, 2e-3}) {
@@ -156,89 +153,13 @@ void kernels(ordered_json& part, bool quick) {
   }
 }
 
-// --- Levels of detail -----------------------------------------------------------------------------------------------
-
-/// A scene's fingertips at a level, or with another number of leaves.
-struct Detail {
-  std::string method, setting;
-  Model model;
-  double force_error;
-  bool is_default;
-  std::vector<double> us_per_tick = {};
-};
-
-std::vector<Detail> details_of(const std::string& scene_name, const Model& known) {
-  const Scene& scene = known.scene;
-  std::vector<Detail> details;
-  std::vector<Pulp> pulps = make_pulps(scene);
-  for (const LevelEstimate& level : estimate_levels(scene, pulps)) {
-    if (level.controls < 16) break;  // So few hold nothing.
-    Model model = known;
-    model.set_fingertips(scene.fingertips->material.kernel, level.level);
-    details.push_back({"levels", fmt::format("level {}: {} control points", level.level, level.controls),
-                       std::move(model), level.force_error, level.level == 0});
-  }
-  for (const int leaves : {160, 640}) {
-    const std::vector<std::string> changes{fmt::format("fingertips.leaves={}", leaves),
-                                           fmt::format("fingertips.points={}", leaves * 15 / 2),
-                                           fmt::format("contact.max_per_finger={}", std::max(20, leaves / 16))};
-    const Scene other = load_scene(fmt::format("{}/{}.yaml", THENAR_CONFIGS, scene_name), changes);
-    pulps = make_pulps(other);
-    details.push_back({"leaves", fmt::format("{} leaves", leaves), Model(other, known),
-                       estimate_levels(other, pulps).front().force_error, false});
-  }
-  return details;
-}
-
-void levels(ordered_json& part, bool quick) {
-  const int rounds = quick ? 2 : 5;
-  ordered_json& figure = add_figure(
-      part, "work_precision", "levels", "Levels of detail, by the scene",
-      "What a whole tick of the one loop takes (control, contact finding, contact solve, deformation) with coarser and "
-      "finer fingertips, over the error of a fingertip's force: rms against Hertz's, pressed on a plane in six "
-      "directions at three depths up to that of the scene's load, with at most 20 contacts, as `contact.level: auto` "
-      "estimates it. Down and left is better. Level l has a control point for about 2^l of the 320 leaves; level 0, "
-      "all leaves, is the default; `auto` takes the coarsest within 5 %. With 640 leaves 40 contacts a finger are "
-      "allowed.",
-      fmt::format("medians of {} runs of each, all of a scene in turns", rounds));
-  figure["choice"] = "contact.level";
-  figure["error"] = "error of a fingertip's force [parts of Hertz's]";
-  figure["time"] = "time of a tick [us]";
-  for (const char* name : {"box_grasp", "capsule", "mug"}) {
-    const Model known(load_scene(fmt::format("{}/{}.yaml", THENAR_CONFIGS, name)));
-    std::vector<Detail> details = details_of(name, known);
-    const double until_s = quick ? 0.5 : 1.5;
-    for (int round = 0; round < rounds; ++round) {
-      for (Detail& detail : details) {
-        State state(detail.model);
-        const Path path = run_in_one_loop(detail.model, state, 0.0, until_s);
-        detail.us_per_tick.push_back(1e6 * path.wall_s / static_cast<double>(path.X_WO.size()));
-      }
-    }
-    ordered_json points = ordered_json::array();
-    for (const Detail& detail : details) {
-      points.push_back(WorkPoint{.method = detail.method,
-                                 .setting = detail.setting,
-                                 .error = detail.force_error,
-                                 .us = percentiles(detail.us_per_tick).p50,
-                                 .is_default = detail.is_default});
-    }
-    figure["cases"].push_back({{"name", known.scene.name}, {"points", points}});
-  }
-}
-
-void run(const PartArguments& arguments) {
-  ordered_json part =
-      make_part("pulps", "Fingertips",
-                "A fingertip is some hundred control points with a compliance among them. How many, and which "
-                "compliance, decides both what a solve costs and how far its force is from an elastic sphere's.",
-                arguments);
-  kernels(part, arguments.quick);
-  levels(part, arguments.quick);
-  write_part(part, arguments);
-}
-
 }  // namespace
 }  // namespace thenar
 
-int main(int argc, char** argv) { thenar::run(thenar::part_arguments(argc, argv)); }
+int main(int argc, char** argv) {
+  using namespace thenar;
+  return run_part(argc, argv, "pulp", "Fingertips",
+                  "A fingertip is some hundred control points with a compliance among them. How many, and which "
+                  "compliance, decides both what a solve costs and how far its force is from an elastic sphere's.",
+                  {kernels});
+}
