@@ -437,16 +437,15 @@ void add_margins(ordered_json& part, bool quick) {
   const double move_s = quick ? 0.5 : 0.8, accuracy = quick ? 1.6 : 1.05;
   const std::vector<MarginKey> keys = margin_keys(move_s);
   struct Row {
-    const MarginKey& key;
+    const MarginKey* key;
     Margin margin;
   };
   std::vector<Row> rows;
-  for (const MarginKey& key : keys) rows.insert(rows.end(), 2, {key, {}});
-  tbb::parallel_for(std::size_t{0}, rows.size(),
-                    [&](std::size_t i) { rows[i].margin = find_margin(rows[i].key, i % 2 == 1, overrides, accuracy); });
-  std::vector<const Row*> nearest_first;
-  for (const Row& row : rows) nearest_first.push_back(&row);
-  std::ranges::stable_sort(nearest_first, {}, [](const Row* row) { return row->margin.ratio; });
+  for (const MarginKey& key : keys) rows.insert(rows.end(), 2, {&key, {}});
+  tbb::parallel_for(std::size_t{0}, rows.size(), [&](std::size_t i) {
+    rows[i].margin = find_margin(*rows[i].key, i % 2 == 1, overrides, accuracy);
+  });
+  std::ranges::stable_sort(rows, {}, [](const Row& row) { return row.margin.ratio; });
 
   ordered_json& figure = add_figure(
       part, "table", "margins", "Margins of the reference scene",
@@ -460,10 +459,9 @@ void add_margins(ordered_json& part, bool quick) {
   figure["columns"] = {"setting",    "it starts from",    "way", "last that holds", "first that does not",
                        "ratio held", "what becomes of it"};
   figure["rows"] = ordered_json::array();
-  for (const Row* row : nearest_first) {
-    const auto& [key, margin] = *row;
-    figure["rows"].push_back({key.name, with_unit(key.value, key), margin.up ? "up" : "down",
-                              with_unit(margin.holds, key), with_unit(margin.fails, key),
+  for (const auto& [key, margin] : rows) {
+    figure["rows"].push_back({key->name, with_unit(key->value, *key), margin.up ? "up" : "down",
+                              with_unit(margin.holds, *key), with_unit(margin.fails, *key),
                               fmt::format("{:.3g}", margin.ratio), what_becomes(margin)});
   }
 }
