@@ -84,9 +84,10 @@ void describe_parts(const Model& model, std::ostream& out) {
                        effect.alike ? in_words(effect.error) : in_words(effect),
                        effect.within ? "could be left out" : "needed");
   }
-  out << fmt::format("  of {:.0f} us a tick, one run each: a few us more or less, by what else this machine does\n"
-                     "  within {:.3g} mm, {:.3g} deg and {:.3g} % of the forces (tolerance)\n",
-                     full.us, 1e3 * allowed.position_m, allowed.rotation_rad * 180.0 / EIGEN_PI, 100.0 * allowed.force);
+  out << fmt::format(
+      "  of {:.0f} us a tick, one run each: a few us more or less, by what else this machine does\n"
+      "  within {:.3g} mm, {:.3g} deg and {:.3g} % of the forces (tolerance)\n",
+      full.us, 1e3 * allowed.position_m, allowed.rotation_rad * 180.0 / EIGEN_PI, 100.0 * allowed.force);
 
   std::vector<PartEffect> out_of_it = needed_parts(model, full).tried;
   std::erase_if(out_of_it, [](const PartEffect& effect) { return !effect.within; });

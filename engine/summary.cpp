@@ -8,8 +8,8 @@
 #include <numbers>
 
 #include "engine/build_info.h"
-#include "engine/source_id.h"
 #include "engine/percentiles.h"
+#include "engine/source_id.h"
 #include "solvers/grasp_deficit.h"
 
 namespace thenar {

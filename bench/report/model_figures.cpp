@@ -133,8 +133,8 @@ ordered_json part_columns(std::vector<std::string> columns, const std::vector<Pa
 
 std::string runs_in_turns(int rounds) {
   return fmt::format(
-      "Medians of {} runs; every variant of a scene ran once before any ran again. Errors are the same in "
-      "each run, to the last bit.",
+      "Medians of {} runs; every variant of a scene ran once before any ran again. Errors are the same in each run, to "
+      "the last bit.",
       rounds);
 }
 
@@ -147,12 +147,10 @@ void add_costs(ordered_json& part, const std::vector<CaseResult>& results, int r
       fmt::format(
           "Microseconds of a tick that are saved where one part of the model is left out and all others stay; beside "
           "them what a tick takes with all parts. A tick is one step of contact and its share of the control tick "
-          "(here "
-          "nearly always one a step). Level of detail: the next coarser set of control points in the fingertips "
-          "instead "
-          "of the finest. Deformation of the fingertips: a rigid point of contact a finger instead of a pulp. A dash: "
-          "the scene does not have the part. The runs of one and the same variant differed by {:.0f} % of a tick, as a "
-          "median over all variants, and by {:.0f} % at most: less than that, of either sign, is noise.",
+          "(here nearly always one a step). Level of detail: the next coarser set of control points in the fingertips "
+          "instead of the finest. Deformation of the fingertips: a rigid point of contact a finger instead of a pulp. "
+          "A dash: the scene does not have the part. The runs of one and the same variant differed by {:.0f} % of a "
+          "tick, as a median over all variants, and by {:.0f} % at most: less than that, of either sign, is noise.",
           100.0 * usual, 100.0 * worst),
       runs_in_turns(rounds));
   figure["columns"] = part_columns({"scene", "all parts, µs"}, parts_of(results));
@@ -170,13 +168,12 @@ void add_errors(ordered_json& part, const std::vector<CaseResult>& results) {
   const Tolerance tolerance;
   ordered_json& figure = add_figure(
       part, "table", "part_errors", "How much error each part removes",
-      fmt::format(
-          "How far a scene goes astray where one part is left out, against the same scene with all parts: the "
-          "object's position, its rotation (both rms along the way), and the fingers' forces (rms, as a share). "
-          "NEEDED marks what is beyond the default tolerance, {:g} mm, {:g}° and {:g} %, rms or at the end; a "
-          "word stands where the grasp ends in another way than it does with all parts. A rigid fingertip's "
-          "controller knows that it is rigid. The grip's first 0.3 s do not count.",
-          1e3 * tolerance.position_m, kRadian_deg * tolerance.rotation_rad, 100.0 * tolerance.force),
+      fmt::format("How far a scene goes astray where one part is left out, against the same scene with all parts: the "
+                  "object's position, its rotation (both rms along the way), and the fingers' forces (rms, as a "
+                  "share). NEEDED marks what is beyond the default tolerance, {:g} mm, {:g}° and {:g} %, rms or at the "
+                  "end; a word stands where the grasp ends in another way than it does with all parts. A rigid "
+                  "fingertip's controller knows that it is rigid. The grip's first 0.3 s do not count.",
+                  1e3 * tolerance.position_m, kRadian_deg * tolerance.rotation_rad, 100.0 * tolerance.force),
       "One run each: errors are the same in every run, to the last bit.");
   figure["columns"] = part_columns({"scene"}, parts_of(results));
   for (const CaseResult& result : results) {
@@ -195,13 +192,12 @@ void add_errors(ordered_json& part, const std::vector<CaseResult>& results) {
 void add_needs(ordered_json& part, const std::vector<CaseResult>& results) {
   ordered_json& figure = add_figure(
       part, "table", "part_needs", "Which parts are needed at all",
-      "For each part of the model: in how many of the scenes above it is modelled, in which of them it cannot be "
-      "left out within the default tolerance, and the largest error that leaving it out makes in the others. "
-      "What is needed in none of them is kept all the same: that the object gives way, that bodies remember, and that "
-      "fingertips stiffen are properties of bodies, which a scene has because it names them, and which cost one that "
-      "does not name them nothing. Muscles are part of the published model. Without them the motion is the same, for "
-      "as "
-      "long as none reaches its limit they give the very torques that are asked for: they tell what a hand can do.",
+      "For each part of the model: in how many of the scenes above it is modelled, in which of them it cannot be left "
+      "out within the default tolerance, and the largest error that leaving it out makes in the others. What is needed "
+      "in none of them is kept all the same: that the object gives way, that bodies remember, and that fingertips "
+      "stiffen are properties of bodies, which a scene has because it names them, and which cost one that does not "
+      "name them nothing. Muscles are part of the published model. Without them the motion is the same, for as long as "
+      "none reaches its limit they give the very torques that are asked for: they tell what a hand can do.",
       "One run each: errors are the same in every run, to the last bit.");
   figure["columns"] = {"part", "scenes with it", "needed in", "largest error where it is not needed"};
   for (const Part what : parts_of(results)) {
@@ -231,11 +227,9 @@ void add_auto(ordered_json& part, const std::vector<CaseResult>& results, int ro
   ordered_json& figure = add_figure(
       part, "table", "model_auto", "What `model: auto` leaves out",
       "With `model: auto` a scene is run a few times when it is loaded, and parts are left out one after the other as "
-      "long as "
-      "all that is left out together stays within the scene's tolerance, here the default: 0.1 mm, 0.1° and 5 % of the "
-      "forces. Only errors decide, so that the same scene always keeps the same parts. 'Detail to 4': control points "
-      "of "
-      "level 4, where each stands for about 16 of the finest.",
+      "long as all that is left out together stays within the scene's tolerance, here the default: 0.1 mm, 0.1° and 5 "
+      "% of the forces. Only errors decide, so that the same scene always keeps the same parts. 'Detail to 4': control "
+      "points of level 4, where each stands for about 16 of the finest.",
       runs_in_turns(rounds));
   figure["columns"] = {"scene",           "left out",      "all parts, µs a tick",
                        "auto, µs a tick", "times as fast", "path, forces off"};
@@ -300,20 +294,15 @@ ordered_json detail_case(const Case& item, int rounds) {
 }
 
 void add_detail(ordered_json& part, bool quick, int rounds) {
-  ordered_json& figure =
-      add_figure(part, "work_precision", "detail_precision", "Less of a model: how fast, and how far off",
-                 "What a tick takes (contact step and its share of control) against how far the fingers' forces on the "
-                 "object are off, "
-                 "rms over the scene, measured against fingertips four times as fine as the scene's, with all their "
-                 "contacts (1280 "
-                 "control points instead of 320, up to 160 contacts a finger instead of 20). Lower and further left is "
-                 "better. The line "
-                 "joins levels of detail, each with about half as many control points as the last; single points leave "
-                 "one part out of "
-                 "the scene's own model, or are what `model: auto` makes of it within 5 % of the scene's own forces. A "
-                 "point that is "
-                 "missing lost the object.",
-                 runs_in_turns(rounds));
+  ordered_json& figure = add_figure(
+      part, "work_precision", "detail_precision", "Less of a model: how fast, and how far off",
+      "What a tick takes (contact step and its share of control) against how far the fingers' forces on the object are "
+      "off, rms over the scene, measured against fingertips four times as fine as the scene's, with all their contacts "
+      "(1280 control points instead of 320, up to 160 contacts a finger instead of 20). Lower and further left is "
+      "better. The line joins levels of detail, each with about half as many control points as the last; single points "
+      "leave one part out of the scene's own model, or are what `model: auto` makes of it within 5 % of the scene's "
+      "own forces. A point that is missing lost the object.",
+      runs_in_turns(rounds));
   figure["error"] = "error of the forces against the finest model, rms [%]";
   figure["time"] = "time of a tick [µs]";
   figure["cases"] = ordered_json::array();
@@ -381,11 +370,9 @@ void add_curvature(ordered_json& part, bool quick, int rounds) {
       "Contacts are found by the control loop, every 5 or 20 ms and as much late, while the contact loop goes on at 4 "
       "kHz. Between two frames it takes the object's surface at each contact for a sphere of the surface's curvature; "
       "without, for a plane. On flat faces the two are the same. Errors are against the same scene whose frames come "
-      "at "
-      "every step (4 kHz), and are never late: of scenes without control (ball, box on a spring) that is all there is, "
-      "in grasps most of it is the controller's own delay, the same in both rows. What the fit of curvatures costs is "
-      "a "
-      "part of contact finding and not in the column of the contact tick.",
+      "at every step (4 kHz), and are never late: of scenes without control (ball, box on a spring) that is all there "
+      "is, in grasps most of it is the controller's own delay, the same in both rows. What the fit of curvatures costs "
+      "is a part of contact finding and not in the column of the contact tick.",
       runs_in_turns(rounds));
   figure["columns"] = {
       "scene",        "frames", "surface between them", "contact tick, µs", "path off, µm rms", "turned off, ° rms",
@@ -419,9 +406,8 @@ int main(int argc, char** argv) {
   using namespace thenar;
   return run_part(
       argc, argv, "model", "No more than a scene needs",
-      "What a scene does not name is not modelled. Of what it names, each part was left out by itself: what "
-      "it costs, and how far the object's path and the fingers' forces go astray without it. `thenar check "
-      "SCENE` prints the same for a scene of your own, and `model: auto` leaves out what its tolerance does "
-      "not need.",
+      "What a scene does not name is not modelled. Of what it names, each part was left out by itself: what it costs, "
+      "and how far the object's path and the fingers' forces go astray without it. `thenar check SCENE` prints the "
+      "same for a scene of your own, and `model: auto` leaves out what its tolerance does not need.",
       {add_all});
 }

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <numbers>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "bench/margins.h"
@@ -27,13 +28,12 @@ using Texts = std::vector<std::string>;
 
 constexpr const char* kText =
     "Each cell is one run of configs/box_grasp.yaml: three soft fingertips grip a box of 100 g, and carry it 20 mm. "
-    "Held: never lost, every finger loaded, no finger slipped 0.1 mm, forces steady. Slipping: a finger slid, or "
-    "lost its load. Unstable: forces chatter by 1 % and more, or by 2 % and more before the object was lost. Off "
-    "target: "
-    "the object went 10 mm or 20 degrees off its target, though no force chattered and no finger slid before. Solver "
-    "failed: a solve found no answer, or there is none. The reason of every cell is in the data behind the figure. The "
-    "runs of the maps are shorter than the scene's, 1.2 s with the move "
-    "from 0.4 s to 0.9 s, and the box has 9000 points; all else is as in the scene, unless the caption says so.";
+    "Held: never lost, every finger loaded, no finger slipped 0.1 mm, forces steady. Slipping: a finger slid, or lost "
+    "its load. Unstable: forces chatter by 1 % and more, or by 2 % and more before anything else went wrong. Off "
+    "target: the object went 10 mm or 20 degrees off its target, though no force chattered and no finger slid before. "
+    "Solver failed: a solve found no answer, or there is none. The reason of every cell is in the data behind the "
+    "figure. The runs of the maps are shorter than the scene's, 1.2 s with the move from 0.4 s to 0.9 s, and the box "
+    "has 9000 points; all else is as in the scene, unless the caption says so.";
 
 const Texts kShort = {"time.duration=1.2 s", "task.translate.over=0.5 s", "object.points=9000"};
 
@@ -96,12 +96,12 @@ OutcomeMap step_stiffness(int count) {
           "The time step against the stiffness of the fingertips. Ours solves for the forces at the end of the step. "
           "The plain alternative takes them from springs at its start: a bed of springs, one a control point, that "
           "takes Hertz's force at the depth R/8, and tangential springs that slide at Coulomb's limit; explicit Euler "
-          "on the same viscous bodies. Right of the line its springs overshoot. Where ours "
-          "fails at 0.01 MPa and short steps it holds, for its pulps are stiffer: a bed's force grows with the square "
-          "of the depth, Hertz's with its power 3/2, so that at the depth R the bed bears 2.8 times Hertz's force. At "
-          "the scene itself both hold; the plain one has little room left. Control runs every millisecond, or "
-          "every step where steps are longer; its model of the pulps, K_n and K_t, goes with their stiffness. Ours "
-          "fails below 0.023 MPa: there 2 N press a pulp in by more than its radius, 8 mm, by Hertz's law.",
+          "on the same viscous bodies. Right of the line its springs overshoot. Where ours fails at 0.01 MPa and short "
+          "steps it holds, for its pulps are stiffer: a bed's force grows with the square of the depth, Hertz's with "
+          "its power 3/2, so that at the depth R the bed bears 2.8 times Hertz's force. At the scene itself both hold; "
+          "the plain one has little room left. Control runs every millisecond, or every step where steps are longer; "
+          "its model of the pulps, K_n and K_t, goes with their stiffness. Ours fails below 0.023 MPa: there 2 N press "
+          "a pulp in by more than its radius, 8 mm, by Hertz's law.",
           step,
           modulus,
           shortened({"time.control_period=20 ms"}),
@@ -173,15 +173,14 @@ OutcomeMap friction_squeeze(int count) {
   return {
       "friction_squeeze",
       "Friction and squeeze",
-      "Friction of the contacts against the squeeze that the grasp forces are biased to. The controller plans with "
-      "0.9 of the friction that there is. Ours plans inside round cones. The published pyramid, planned with the "
-      "same number, allows 1.27 μ at its corners, which the contacts do not have: its forces slip. (The scene plans "
-      "with 0.55 in pyramids at a friction of 0.8, so that the star's cell is not the scene's own run.) In the third "
-      "panel the contacts have a pyramid, too, as in engines of games (|f_t1|, |f_t2| <= μ f_n, by projected "
-      "Gauss-Seidel), whose corners are turned against those of the plan. Left of the line grasp forces squeeze "
-      "harder than asked. Ours fails at the left edge and in the left upper corner, where that takes some 10 N and "
-      "more of a finger: by Hertz's law 10 N press a pulp in by 5 mm of its 8 mm, and fingers that slip so deep "
-      "leave the object.",
+      "Friction of the contacts against the squeeze that the grasp forces are biased to. The controller plans with 0.9 "
+      "of the friction that there is. Ours plans inside round cones. The published pyramid, planned with the same "
+      "number, allows 1.27 μ at its corners, which the contacts do not have: its forces slip. (The scene plans with "
+      "0.55 in pyramids at a friction of 0.8, so that the star's cell is not the scene's own run.) In the third panel "
+      "the contacts have a pyramid, too, as in engines of games (|f_t1|, |f_t2| <= μ f_n, by projected Gauss-Seidel), "
+      "whose corners are turned against those of the plan. Left of the line grasp forces squeeze harder than asked. "
+      "Ours fails at the left edge and in the left upper corner, where that takes some 10 N and more of a finger: by "
+      "Hertz's law 10 N press a pulp in by 5 mm of its 8 mm, and fingers that slip so deep leave the object.",
       friction,
       squeeze,
       shortened({}),
@@ -212,10 +211,10 @@ OutcomeMap period_gain(int count) {
           "The control period against the gain K of the force control, contact at 1 kHz. Sampled with the period, the "
           "loop multiplies a force error by about 1 - K T_c / b in each, and is stable below the line; the lag of the "
           "pulp's filter, and a pulp softer than the controller's model of it, leave some more room at short periods: "
-          "how much at 1 ms is in the table of margins. Above, the forces chatter and the box is lost, or is thrown "
-          "off its target within the first milliseconds: for us, too, and there is no way round it but a "
-          "shorter period. With feed-forward any smaller gain holds; the published law, torque by the force error "
-          "alone, lets the box go where K is too small to hold it. `gain: auto` takes 0.3 of the line.",
+          "how much at 1 ms is in the table of margins. Above, the forces chatter and the box is lost, or the first "
+          "torques throw it off its target or leave no forces that hold it: for us, too, and there is no way round it "
+          "but a shorter period. With feed-forward any smaller gain holds; the published law, torque by the force "
+          "error alone, lets the box go where K is too small to hold it. `gain: auto` takes 0.3 of the line.",
           period,
           {"control.gain", "", 0.1, 1000.0, "gain K"},
           shortened({}),
@@ -251,10 +250,9 @@ OutcomeMap delay_speed(int /*count*/) {
           "How late the frames of the control loop come against how fast the target moves; contact at 1 kHz, control "
           "every 5 ms, two clocks in lockstep. Ours takes the gain that period and delay allow, 0.6 * 2 b / (T_c + "
           "delay) at most, and hands frames over with an offset that keeps the gaps. A gain chosen for the period "
-          "alone, K = 6, is "
-          "beyond the loop's limit right of the line. All fail at the right, where the PID of the pose comes too late, "
-          "and at the top, where it lags: the box resists with 10 N s/m, which takes an error of 33 mm per m/s, and 10 "
-          "mm count as lost.",
+          "alone, K = 6, is beyond the loop's limit right of the line. All fail at the right, where the PID of the "
+          "pose comes too late, and at the top, where it lags: the box resists with 10 N s/m, which takes an error of "
+          "33 mm per m/s, and 10 mm count as lost.",
           delay,
           speed,
           shortened({"time.control_period=5 ms"}),
@@ -305,15 +303,13 @@ OutcomeMap viscosity(int count) {
       "viscosity",
       "Viscosity",
       "The viscosity of the joints against that of the object, its rotation scaled alike; their ratio is what plain "
-      "Gauss-Seidel sweeps are known to stall on. The move is 2 mm, lest the object's drag decide. Plain sweeps "
-      "have the same tolerance and budget, 200 sweeps, on the whole matrix, and are not accelerated: they take "
-      "longer, and hold as much or nearly so. Springs at the start of the step overshoot where either body moves too "
-      "easily: "
-      "left of and below the line. Ours fails at the left edge: the tolerance of a solve, 1e-6, is relative to the "
-      "free motion of a tick, which is a thousand times the scene's where the joints resist so little, and what is "
-      "left of it lets fingers creep. With `contact.tolerance=1e-9` and 1000 sweeps it holds there, too. The damping "
-      "starts at 0.3 N s/m: at a tenth "
-      "of that gravity moves a box that nothing holds yet by 33 mm in the first tick.",
+      "Gauss-Seidel sweeps are known to stall on. The move is 2 mm, lest the object's drag decide. Plain sweeps have "
+      "the same tolerance and budget, 200 sweeps, on the whole matrix, and are not accelerated: they take longer, and "
+      "hold as much or nearly so. Springs at the start of the step overshoot where either body moves too easily: left "
+      "of and below the line. Ours fails at the left edge: the tolerance of a solve, 1e-6, is relative to the free "
+      "motion of a tick, which is a thousand times the scene's where the joints resist so little, and what is left of "
+      "it lets fingers creep. With `contact.tolerance=1e-9` and 1000 sweeps it holds there, too. The damping starts at "
+      "0.3 N s/m: at a tenth of that gravity moves a box that nothing holds yet by 33 mm in the first tick.",
       joint,
       object,
       shortened({}),
@@ -355,12 +351,11 @@ OutcomeMap redundancy(int /*count*/) {
   };
   return {"redundancy",
           "Contacts and redundancy",
-          "How many control points a fingertip has against how many of them may be contacts. Where contacts lie "
-          "closer together than the kernel is wide, rows of W become alike. Ours is the kernel of an elastic half "
-          "space; the plain ones are the published gaussian, its width following the spacing of the points, and the "
-          "same with the width fixed at that of 320 points. Ours fails at the right bottom, where 2 to 4 of several "
-          "hundred points may be contacts: a spot far smaller than the patch that the load presses; the forces "
-          "chatter.",
+          "How many control points a fingertip has against how many of them may be contacts. Where contacts lie closer "
+          "together than the kernel is wide, rows of W become alike. Ours is the kernel of an elastic half space; the "
+          "plain ones are the published gaussian, its width following the spacing of the points, and the same with the "
+          "width fixed at that of 320 points. Ours fails at the right bottom, where 2 to 4 of several hundred points "
+          "may be contacts: a spot far smaller than the patch that the load presses; the forces chatter.",
           {"fingertips.leaves", "count", 40.0, 800.0, "control points of a fingertip"},
           {"contact.max_per_finger", "count", 2.0, 40.0, "most contacts of a finger"},
           shortened({}),
@@ -437,33 +432,34 @@ void add_margins(ordered_json& part, bool quick) {
   const double move_s = quick ? 0.5 : 0.8, accuracy = quick ? 1.6 : 1.05;
   const std::vector<MarginKey> keys = margin_keys(move_s);
   struct Row {
-    const MarginKey& key;
+    const MarginKey* key;
     Margin margin;
   };
   std::vector<Row> rows;
-  for (const MarginKey& key : keys) rows.insert(rows.end(), 2, {key, {}});
-  tbb::parallel_for(std::size_t{0}, rows.size(),
-                    [&](std::size_t i) { rows[i].margin = find_margin(rows[i].key, i % 2 == 1, overrides, accuracy); });
-  std::vector<const Row*> nearest_first;
-  for (const Row& row : rows) nearest_first.push_back(&row);
-  std::ranges::stable_sort(nearest_first, {}, [](const Row* row) { return row->margin.ratio; });
+  for (const MarginKey& key : keys) rows.insert(rows.end(), 2, {&key, {}});
+  tbb::parallel_for(std::size_t{0}, rows.size(), [&](std::size_t i) {
+    rows[i].margin = find_margin(*rows[i].key, i % 2 == 1, overrides, accuracy);
+  });
+  // Where the program or the search ends is no failure: those come last.
+  std::ranges::stable_sort(rows, {}, [](const Row& row) {
+    return std::pair(std::isnan(row.margin.fails) || row.margin.there.outcome == Outcome::kRefused, row.margin.ratio);
+  });
 
   ordered_json& figure = add_figure(
       part, "table", "margins", "Margins of the reference scene",
       fmt::format("How far each setting of configs/box_grasp.yaml may go, all others as they are, before the box is no "
-                  "more held, the nearest first: tried at ratios that grow by 2.5, up to 100 at most, and halved "
-                  "between the last that holds and the first that does not to {:.0f} %. Where a setting holds again "
-                  "beyond its first failure, that is not seen. The row of the delay starts from a scene of its own, "
-                  "with control every 5 ms and as much delay: the scene itself has none.{}",
+                  "more held, the nearest first, then those that do not fail: tried at ratios that grow by 2.5, up to "
+                  "100 at most, and halved between the last that holds and the first that does not to {:.0f} %. Where "
+                  "a setting holds again beyond its first failure, that is not seen. The row of the delay starts from "
+                  "a scene of its own, with control every 5 ms and as much delay: the scene itself has none.{}",
                   100.0 * (accuracy - 1.0), quick ? " The scene is the maps' shorter one." : ""),
       "One deterministic run each, on a virtual clock: no times are measured.");
   figure["columns"] = {"setting",    "it starts from",    "way", "last that holds", "first that does not",
                        "ratio held", "what becomes of it"};
   figure["rows"] = ordered_json::array();
-  for (const Row* row : nearest_first) {
-    const auto& [key, margin] = *row;
-    figure["rows"].push_back({key.name, with_unit(key.value, key), margin.up ? "up" : "down",
-                              with_unit(margin.holds, key), with_unit(margin.fails, key),
+  for (const auto& [key, margin] : rows) {
+    figure["rows"].push_back({key->name, with_unit(key->value, *key), margin.up ? "up" : "down",
+                              with_unit(margin.holds, *key), with_unit(margin.fails, *key),
                               fmt::format("{:.3g}", margin.ratio), what_becomes(margin)});
   }
 }
