@@ -232,8 +232,6 @@ INSTANTIATE_TEST_SUITE_P(
                 "--control-rate: 2kHz must not be faster than --contact-rate"},
         BadFlag{"ControlFasterThanTheDefault", "profile --control-rate 8kHz",
                 "--control-rate: 8kHz must not be faster than the contact loop: give --contact-rate"},
-        BadFlag{"ContactSlower", "profile --contact-rate 100Hz",
-                "--contact-rate: 100Hz must not be slower than the control loop: give --control-rate"},
         BadFlag{"NotATime", "run --time abc", "--time: 'abc' is not a time"},
         BadFlag{"ZeroTime", "run --time 0", "--time: 0 s must lie within"},
         BadFlag{"EmptyTime", "run --time ''", "--time: '' is not a time"},
