@@ -70,15 +70,6 @@ FingertipSettings read_fingertips(const ConfigMap& map) {
   return tips;
 }
 
-/// A rotation matrix whose rows are in the file; what rounding left is removed.
-Matrix3d read_rotation(const ConfigMap& map) {
-  const Matrix3d R = map.matrix3("rotation");
-  if ((R * R.transpose() - Matrix3d::Identity()).cwiseAbs().maxCoeff() > 1e-6 || R.determinant() < 0.0) {
-    map.refuse("rotation", "must be a rotation matrix: orthonormal rows, determinant +1");
-  }
-  return Eigen::Quaterniond(R).normalized().toRotationMatrix();
-}
-
 /// A length of a shape.
 double read_length(const ConfigMap& map, std::string_view key) {
   const double length_m = map.positive(key, Dimension::kLength);
@@ -161,7 +152,7 @@ ObjectSettings read_object(const ConfigMap& map, bool deformable_fingers) {
   object.mass_kg = map.positive("mass", Dimension::kMass);
   object.X_WO.setIdentity();
   object.X_WO.translation() = map.vector3("position", Dimension::kLength);
-  object.X_WO.linear() = read_rotation(map);
+  object.X_WO.linear() = map.rotation3("rotation");
   const ConfigMap damping = map.map("damping");
   object.translation_damping = damping.positive("translation", Dimension::kDamping);
   object.rotation_damping = damping.positive("rotation", Dimension::kRotationalDamping);

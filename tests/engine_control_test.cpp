@@ -83,7 +83,7 @@ TEST(ForceGain, IsAThirdOfTheStabilityBoundOrTheScenes) {
 class GraspControl : public testing::Test {
  protected:
   explicit GraspControl(const std::vector<std::string>& overrides = {"object.points=2000"})
-      : model(with_exact_rotations(scene_of("box_grasp", overrides))), state(model) {
+      : model(scene_of("box_grasp", overrides)), state(model) {
     forward_kinematics(model.scene.hand, state.q, pose);
     for (int k = 0; k < kFingers; ++k) contacts[k] = finger_contact(model, pose, state, k);
     std::mt19937_64 random(5);

@@ -13,7 +13,7 @@ using Eigen::Vector3d;
 /// The box grasp when the grip has built up.
 class ControlTick : public testing::Test {
  protected:
-  ControlTick() : loop(with_exact_rotations(scene_of("box_grasp", {kCoarseBox}))) { loop.run(50e-3); }
+  ControlTick() : loop(scene_of("box_grasp", {kCoarseBox})) { loop.run(50e-3); }
   Loop loop;
   const Model& model = loop.model;
 };
@@ -48,7 +48,7 @@ TEST_F(ControlTick, GravityIsFedForward) {
 
 // Without muscles the same torques drive the joints: H f_m = tau^d holds exactly, so muscles do not change the motion.
 TEST_F(ControlTick, MusclesDoNotChangeTheDrive) {
-  Loop direct(with_exact_rotations(scene_of("box_grasp", {kCoarseBox, "control.muscles=false"})));
+  Loop direct(scene_of("box_grasp", {kCoarseBox, "control.muscles=false"}));
   direct.run(50e-3);
   // 50 ticks of torques that differ by the LCP's rounding.
   EXPECT_LE((direct.state.q - loop.state.q).norm(), 1e-9);

@@ -203,7 +203,7 @@ TEST(SoftObject, ComplianceIsSymmetricPositiveDefinite) {
 // Action = reaction, and the bodies move by their drive and these forces alone: compliance adds no force. Rounding of
 // sums over 60 contacts.
 TEST(SoftObject, MovesTheBodiesByTheForcesAlone) {
-  Loop loop(with_exact_rotations(soft_grasp()));
+  Loop loop(soft_grasp());
   const Scene& scene = loop.model.scene;
   for (int tick = 0; tick < 50; ++tick) {
     const State before = loop.state;
