@@ -239,7 +239,7 @@ std::function<double(const Scene&)> PlainTick::penalty_limit(const Frame& frame)
   for (int part = 0; part < 3; ++part) {
     GroupedDelassus body =
         delassus_operator(model_, frame, now_, {part == 0 ? 1.0 : 0.0, part == 1 ? 1.0 : 0.0, part == 2 ? 1.0 : 0.0});
-    body.compliance = {};
+    body.kernel = {};
     MatrixXd W(n, n);
     body.to_dense(W);
     parts[part] = root_k.asDiagonal() * W * root_k.asDiagonal();
