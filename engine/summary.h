@@ -15,6 +15,9 @@ namespace thenar {
 /// How both loops were asked to run: rates, delay of the frames, when a contact solve stops.
 [[nodiscard]] nlohmann::ordered_json loop_settings(const Scene& scene);
 
+/// A ledger's terms, and what is missing from its balance [J].
+[[nodiscard]] nlohmann::ordered_json ledger_json(const Ledger& ledger);
+
 /// The measures of a run, as summary.json has them: units in the keys, null where there was nothing to measure.
 ///
 /// From 0.3 s on, when the grip has built up: position and rotation errors, slip, cone margin, contact counts. Over the
