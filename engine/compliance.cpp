@@ -7,7 +7,6 @@
 namespace thenar {
 
 using Eigen::Index;
-using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 namespace {
@@ -48,34 +47,15 @@ PulpLoads::PulpLoads(const Model& model) {
   kernel_sum.setZero(model.pulps.front().controls(), 3);
 }
 
-void fill_compliance(const Model& model, Frame& frame) {
-  // So many contacts' rows together, in a column of fixed capacity.
-  constexpr Index kTogether = 32;
-  using Blocks = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::ColMajor, 3 * kTogether, 3>;
-  fill_object_compliance(model, frame);
+void fill_kernels(const Model& model, Frame& frame) {
+  fill_object_kernel(model, frame);
   if (!model.deformable()) return;
   for (int k = 0; k < kFingers; ++k) {
-    const Pulp& pulp = model.pulps[k];
-    const Vector3d S(1.0, pulp.tangential, pulp.tangential);
     const Index begin = frame.begin[k], end = frame.begin[k + 1];
-    for (Index first = begin; first < end; first += kTogether) {
-      const Index count = std::min(kTogether, end - first);
-      Blocks S_E(3 * count, 3);  // S E_i'
-      for (Index i = 0; i < count; ++i) {
-        S_E.middleRows<3>(3 * i) = S.asDiagonal() * frame.contacts[first + i].E_F.transpose();
-      }
-      Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 3 * kTogether, 1> k_j(3 * count);
-      for (Index j = begin; j < end; ++j) {
-        const FrameContact& cj = frame.contacts[j];
-        for (Index i = 0; i < count; ++i) {
-          k_j.segment<3>(3 * i).setConstant(pulp.kernel(frame.contacts[first + i].control_point, cj.control_point));
-        }
-        const Matrix3d E_j_S = frame.softness[k] * cj.E_F * S.asDiagonal();
-        for (int axis = 0; axis < 3; ++axis) {
-          frame.compliance[k].col(3 * (j - begin) + axis).segment(3 * (first - begin), 3 * count) =
-              k_j.array() *
-              (E_j_S(0, axis) * S_E.col(0) + E_j_S(1, axis) * S_E.col(1) + E_j_S(2, axis) * S_E.col(2)).array();
-        }
+    for (Index j = begin; j < end; ++j) {
+      const auto k_j = model.pulps[k].kernel.col(frame.contacts[j].control_point);
+      for (Index i = begin; i < end; ++i) {
+        frame.kernel[k](i - begin, j - begin) = frame.softness[k] * k_j[frame.contacts[i].control_point];
       }
     }
   }
@@ -88,9 +68,8 @@ void deform(const Model& model, const Frame& frame, const ContactKinematics& now
   work.loads.clear();
   for (Index j = frame.begin[k]; j < frame.begin[k + 1]; ++j) {
     if (f[3 * j] <= 0.0) continue;
-    const Matrix3d& E_F = now.E_F[j];
-    work.loads.push_back(
-        {frame.contacts[j].control_point, frame.softness[k] * (pulp.tensor(E_F.col(0)) * (E_F * f.segment<3>(3 * j)))});
+    const Vector3d w = now.pulp_tensors.middleRows<3>(3 * j).transpose() * f.segment<3>(3 * j);
+    work.loads.push_back({frame.contacts[j].control_point, frame.softness[k] * w});
   }
   // T_i of the rest normal everywhere, then of the contact's own normal at the contacts, as in W.
   constexpr int kRows = 8;

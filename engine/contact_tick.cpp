@@ -127,8 +127,7 @@ SolveReport find_forces(const Model& model, const Frame& frame, const GroupedDel
   if (!work.dense) return solve_contacts(W, delta_free, mu, settings, work.solver, f, delta);
   auto dense = work.dense->W.topLeftCorner(3 * n, 3 * n);
   W.to_dense(dense);
-  const double rho = memory(*model.scene.object.compliance, model.scene.step_s);
-  dense += (1.0 - rho) * frame.object_compliance.topLeftCorner(3 * n, 3 * n);
+  add_object_compliance(model, frame, work.kinematics, dense);
   const SolveReport report = solve_contacts(dense, delta_free, mu, settings, work.dense->sweeps, f, delta);
   find_contact_motion(W, work.f, work.solver);
   return report;

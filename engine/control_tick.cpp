@@ -122,7 +122,7 @@ ControlReport control_tick(const Model& model, const Snapshot& snapshot, Control
   for (std::size_t k = 0; k < model.pulps.size(); ++k) {
     frame.softness[k] = softness(model.pulps[k].material, snapshot.load[k].normal_N);
   }
-  fill_compliance(model, frame);
+  fill_kernels(model, frame);
   report.factors_s = stage.lap();
   report.total_s = total.lap();
   return report;

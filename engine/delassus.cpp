@@ -16,8 +16,9 @@ ContactKinematics::ContactKinematics(const Model& model)
       E_W(model.max_contacts),
       E_F(model.max_contacts),
       c_W(model.max_contacts) {
+  if (model.deformable()) pulp_tensors.setZero(3 * model.max_contacts, 3);
   if (!model.soft_object()) return;
-  E_O.resize(model.max_contacts);
+  object_tensors.setZero(3 * model.max_contacts, 3);
   u_object_m.setZero(3, model.max_contacts);
 }
 
@@ -38,9 +39,15 @@ void contact_kinematics(const Model& model, const Frame& frame, const HandPose& 
       kinematics.gap_m[i] = gap_m;
       kinematics.E_F[i] = X_WF.linear().transpose() * E_W;
       kinematics.E_W[i] = E_W;
+      if (model.deformable()) {
+        const double tangential = model.pulps[k].tangential;
+        kinematics.pulp_tensors.middleRows<3>(3 * i) =
+            Vector3d(1.0, tangential, tangential).asDiagonal() * kinematics.E_F[i].transpose();
+      }
       if (model.soft_object()) {
-        kinematics.E_O[i] = state.X_WO.linear().transpose() * E_W;
-        kinematics.u_object_m.col(i) = kinematics.E_O[i].transpose() * u_O;
+        const Matrix3d E_O = state.X_WO.linear().transpose() * E_W;
+        kinematics.object_tensors.middleRows<3>(3 * i) = E_O.transpose() * object_tensor(model, contact);
+        kinematics.u_object_m.col(i) = E_O.transpose() * u_O;
       }
       kinematics.c_W[i] = c_W;
       kinematics.J_finger.middleRows<3>(3 * i).noalias() = -E_W.transpose() * finger_jacobian(pose, k, c_W);
@@ -68,10 +75,11 @@ GroupedDelassus delassus_operator(const Model& model, const Frame& frame, const 
                     .J_common = kinematics.J_object,
                     .own_mobility = mobility.joint,
                     .common_mobility = {},
-                    .compliance = {}};
+                    .kernel = {},
+                    .tensors = kinematics.pulp_tensors};
   W.common_mobility << Vector3d::Constant(mobility.translation), Vector3d::Constant(mobility.rotation), 0.0, 0.0;
   if (model.deformable()) {
-    W.compliance = frame.compliance;
+    W.kernel = frame.kernel;
     W.compliance_scale = 1.0 - memory(model.pulps.front().material, model.scene.step_s);
   }
   return W;
@@ -82,10 +90,7 @@ Eigen::MatrixXd dense_delassus(const Model& model, const Frame& frame, const Con
   const Index rows = 3 * frame.size();
   Eigen::MatrixXd W(rows, rows);
   delassus_operator(model, frame, kinematics, mobility).to_dense(W);
-  if (model.soft_object()) {
-    const double rho = memory(*model.scene.object.compliance, model.scene.step_s);
-    W += (1.0 - rho) * frame.object_compliance.topLeftCorner(rows, rows);
-  }
+  add_object_compliance(model, frame, kinematics, W);
   return W;
 }
 

@@ -37,8 +37,8 @@ ContactGap contact_gap(const FrameContact& contact, const Isometry3d& X_FO, cons
 Frame::Frame(const Model& model) {
   contacts.reserve(model.max_contacts);
   const Index per_finger = model.deformable() ? model.max_contacts / kFingers : 0;
-  for (MatrixXd& C : compliance) C.setZero(3 * per_finger, 3 * per_finger);
-  if (model.soft_object()) object_compliance.setZero(3 * model.max_contacts, 3 * model.max_contacts);
+  for (MatrixXd& k : kernel) k.setZero(per_finger, per_finger);
+  if (model.soft_object()) object_kernel.setZero(model.max_contacts, model.max_contacts);
   X_WO.setIdentity();
   X_WF.fill(Isometry3d::Identity());
   softness.fill(1.0);

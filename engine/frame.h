@@ -26,8 +26,8 @@ struct FrameContact {
 /// What the control / free-motion side hands to the contact side: contacts in body-fixed terms, their compliance, and the
 /// drive, all taken at one snapshot of the state and frozen until the next frame.
 ///
-/// It holds neither W nor J_c: W(h) = h J_c B^-1 J_c' + (1 - rho) C contains the step, and J_c the bodies' motion since
-/// the snapshot. Both are of whoever steps.
+/// It holds neither W nor J_c nor C: W(h) = h J_c B^-1 J_c' + (1 - rho) C contains the step, and J_c and the axes of C the
+/// bodies' motion since the snapshot. All are of whoever steps.
 struct Frame {
   explicit Frame(const Model& model);
 
@@ -37,9 +37,9 @@ struct Frame {
   std::array<Eigen::Isometry3d, kFingers> X_WF;      ///< Distal segments, at the snapshot.
   std::vector<FrameContact> contacts;                ///< Sorted by finger and control point.
   std::array<Eigen::Index, kFingers + 1> begin{};    ///< Finger k has contacts begin[k] .. begin[k + 1).
-  std::array<Eigen::MatrixXd, kFingers> compliance;  ///< C among a finger's contacts [m/N]; leading part.
+  std::array<Eigen::MatrixXd, kFingers> kernel;      ///< softness k_ij among a finger's contacts [m/N]; leading part.
   std::array<double, kFingers> softness;             ///< What its load leaves of a pulp's compliance; 1 without load.
-  Eigen::MatrixXd object_compliance;                 ///< C_o among all contacts, likewise; of a rigid object none.
+  Eigen::MatrixXd object_kernel;                     ///< k_ij of a soft object, among all contacts; of a rigid one none.
   JointVector torque_Nm;                             ///< tau - g: what drives the fingers beside contact.
   Vector6d wrench;                                   ///< W_ext on the object, world axes [N, N m].
 

@@ -20,8 +20,8 @@ struct HalfSpace {
   [[nodiscard]] double kernel(const Vector3d& x_i, const Vector3d& x_j, double area_i_m2, double area_j_m2) const {
     return half_space_kernel(material, (x_i - x_j).squaredNorm(), area_i_m2, area_j_m2);
   }
-  [[nodiscard]] Vector3d tensor(const Vector3d& normal, const Vector3d& v) const {
-    return tangential * v + (1.0 - tangential) * normal.dot(v) * normal;
+  [[nodiscard]] Matrix3d tensor(const Vector3d& normal) const {
+    return tangential * Matrix3d::Identity() + (1.0 - tangential) * normal * normal.transpose();
   }
 
   const PulpMaterial& material;
@@ -39,7 +39,7 @@ Vector3d displacement_at(const HalfSpace& half_space, const State& state, const 
   for (const ObjectLoad& load : state.object_loads) {
     sum += half_space.kernel(x_O, load.x_O, area, load.area_m2) * load.w_O;
   }
-  return half_space.tensor(n_O, sum);
+  return half_space.tensor(n_O) * sum;
 }
 
 template <typename A, typename B>
@@ -65,24 +65,28 @@ ObjectLoad& load_of(const FrameContact& contact, Index most, std::vector<ObjectL
 
 }  // namespace
 
-void fill_object_compliance(const Model& model, Frame& frame) {
+void fill_object_kernel(const Model& model, Frame& frame) {
   if (!model.soft_object()) return;
   const HalfSpace half_space(*model.scene.object.compliance);
-  const Vector3d S(1.0, half_space.tangential, half_space.tangential);
-  const auto axes = [&](const FrameContact& contact) -> Matrix3d {
-    return frame.X_WO.linear().transpose() * frame.X_WF[contact.finger].linear() * contact.E_F * S.asDiagonal();
-  };
   for (Index j = 0; j < frame.size(); ++j) {
     const FrameContact& cj = frame.contacts[j];
-    const Matrix3d E_j_S = axes(cj);
     for (Index i = 0; i <= j; ++i) {
       const FrameContact& ci = frame.contacts[i];
-      const double k_ij = half_space.kernel(ci.s_O, cj.s_O, area_m2(model, ci), area_m2(model, cj));
-      const Matrix3d C_ij = k_ij * (axes(ci).transpose() * E_j_S);
-      frame.object_compliance.block<3, 3>(3 * i, 3 * j) = C_ij;
-      frame.object_compliance.block<3, 3>(3 * j, 3 * i) = C_ij.transpose();
+      frame.object_kernel(i, j) = frame.object_kernel(j, i) =
+          half_space.kernel(ci.s_O, cj.s_O, area_m2(model, ci), area_m2(model, cj));
     }
   }
+}
+
+Matrix3d object_tensor(const Model& model, const FrameContact& contact) {
+  return HalfSpace(*model.scene.object.compliance).tensor(contact.n_O);
+}
+
+void add_object_compliance(const Model& model, const Frame& frame, const ContactKinematics& now,
+                           Eigen::Ref<Eigen::MatrixXd> W) {
+  if (!model.soft_object()) return;
+  const double rho = memory(*model.scene.object.compliance, model.scene.step_s);
+  add_compliance(frame.object_kernel, now.object_tensors, 0, 1.0 - rho, W);
 }
 
 Vector3d object_displacement(const Model& model, const State& state, const FrameContact& contact) {
@@ -105,7 +109,6 @@ void carry_loads(const Model& model, const Frame& frame, State& state) {
 void remember_loads(const Model& model, const Frame& frame, const ContactKinematics& now, const Eigen::VectorXd& f,
                     State& state) {
   const PulpMaterial& material = *model.scene.object.compliance;
-  const HalfSpace half_space(material);
   const double rho = memory(material, model.scene.step_s);
   std::vector<ObjectLoad>& loads = state.object_loads;
   for (ObjectLoad& load : loads) load.w_O *= rho;
@@ -116,7 +119,7 @@ void remember_loads(const Model& model, const Frame& frame, const ContactKinemat
     ObjectLoad& load = load_of(contact, kLoadsPerContact * model.max_contacts, loads);
     load.x_O = contact.s_O;
     load.area_m2 = area_m2(model, contact);
-    load.w_O += (1.0 - rho) * half_space.tensor(contact.n_O, now.E_O[i] * f.segment<3>(3 * i));
+    load.w_O += (1.0 - rho) * (now.object_tensors.middleRows<3>(3 * i).transpose() * f.segment<3>(3 * i));
   }
 }
 

@@ -23,9 +23,15 @@ namespace thenar {
 // Memory: while the points stay, u+ = (1 - rho) C f + rho u is u = C phi of the filtered forces phi+ = (1 - rho) f +
 // rho phi. The state keeps T phi, one load a contact, where it acted last; a contact that slides takes its load along.
 
-/// Computes C_ij = k_ij S E_i' E_j S among all contacts of the frame, also of different fingers.
-/// Requires the frame's poses and contacts.
-void fill_object_compliance(const Model& model, Frame& frame);
+/// Computes k_ij among all contacts of the frame, also of different fingers. Requires the frame's contacts.
+void fill_object_kernel(const Model& model, Frame& frame);
+
+/// T at a contact, for its normal; it is fixed in the object while a frame is in use.
+[[nodiscard]] Eigen::Matrix3d object_tensor(const Model& model, const FrameContact& contact);
+
+/// W += (1 - rho_o) C_o of a soft object, C_ij = k_ij E_i' T_i T_j E_j in contact rows; nothing for a rigid one.
+void add_object_compliance(const Model& model, const Frame& frame, const ContactKinematics& now,
+                           Eigen::Ref<Eigen::MatrixXd> W);
 
 /// u_o of the object's surface at a contact, object frame; zero for a rigid object.
 [[nodiscard]] Eigen::Vector3d object_displacement(const Model& model, const State& state, const FrameContact& contact);

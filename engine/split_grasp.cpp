@@ -21,9 +21,9 @@ bool is_finite(const FrameContact& contact) {
 bool is_finite(const Model& model, const Frame& frame) {
   if (!frame.torque_Nm.allFinite() || !frame.wrench.allFinite() || !frame.X_WO.matrix().allFinite()) return false;
   for (int k = 0; k < kFingers; ++k) {
-    const Eigen::Index rows_k = 3 * (frame.begin[k + 1] - frame.begin[k]);
+    const Eigen::Index contacts_k = frame.begin[k + 1] - frame.begin[k];
     if (!frame.X_WF[k].matrix().allFinite()) return false;
-    if (model.deformable() && !frame.compliance[k].topLeftCorner(rows_k, rows_k).allFinite()) return false;
+    if (model.deformable() && !frame.kernel[k].topLeftCorner(contacts_k, contacts_k).allFinite()) return false;
   }
   return std::all_of(frame.contacts.begin(), frame.contacts.end(),
                      [](const FrameContact& contact) { return is_finite(contact); });

@@ -12,8 +12,7 @@ using Eigen::Index;
 using VectorRef = Eigen::Ref<const Eigen::VectorXd>;
 using VectorOut = Eigen::Ref<Eigen::VectorXd>;
 
-// A cache line of floats, and whole vector registers of any kind.
-constexpr Index kPadding = 16;
+constexpr Index kPadding = SweepWorkspace::kPadding;
 // Ridge of the acceleration's least squares, over their size: what single precision leaves of their digits.
 constexpr double kRidge = 1e-10;
 // A change that has grown this much tells of another set of laws: what came before is no guide.

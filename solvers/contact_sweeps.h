@@ -84,6 +84,8 @@ struct SweepWorkspace {
   static constexpr int kWindow = 5;  ///< Differences that the acceleration knows: 3 cost some sweeps more, 10 save few.
   static constexpr int kCommon = 8;  ///< Freedoms of the common body, 6, padded.
   static constexpr int kOwn = 4;     ///< Freedoms of a group's own body.
+  /// Groups have a multiple of so many rows: a cache line of floats, and whole vector registers of any kind.
+  static constexpr Eigen::Index kPadding = 16;
   using GroupRows = Eigen::Map<Eigen::VectorXf, Eigen::AlignedMax>;
   using Columns = Eigen::Matrix<float, Eigen::Dynamic, kWindow>;
   using Common = Eigen::Matrix<float, kCommon, 1>;
