@@ -196,12 +196,11 @@ void book_deformation(const Model& model, const Frame& frame, const ContactWorks
   for (int k = 0; k < kFingers; ++k) {
     double before_J = 0.0, after_J = 0.0;
     for (const PatchPoint& point : work.patches.of_finger(k)) {
-      const Vector3d f_C = work.f.segment<3>(3 * point.contact);
-      const Vector3d f_F = work.kinematics.E_F[point.contact] * f_C;
+      const Vector3d f_F = work.kinematics.E_F[point.contact] * work.f.segment<3>(3 * point.contact);
       before_J += f_F.dot(point.u_F);
       after_J += f_F.dot(point.u_end_F);
       if (!model.soft_object()) continue;
-      const Vector3d f_O = work.kinematics.E_O[point.contact] * f_C;
+      const Vector3d f_O = work.patches.X_WO.linear().transpose() * point.f_W;
       object_before_J += f_O.dot(point.u_O);
       object_after_J += f_O.dot(point.u_end_O);
     }

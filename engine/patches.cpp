@@ -34,16 +34,22 @@ void note_points(const Frame& frame, const ContactKinematics& kinematics, const 
     points.begin[k] = points.points.size();
     for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
       if (f[3 * i] <= 0.0) continue;
-      PatchPoint point;
-      point.contact = i;
-      point.u_F = displacement(state, frame.contacts[i]);
-      point.u_O = Vector3d::Zero();
-      if (!kinematics.E_O.empty()) point.u_O = kinematics.E_O[i] * kinematics.u_object_m.col(i);
+      const Vector3d zero = Vector3d::Zero();
+      Vector3d u_O = zero;
+      if (kinematics.u_object_m.size() > 0) {
+        u_O = state.X_WO.linear().transpose() * (kinematics.E_W[i] * kinematics.u_object_m.col(i));
+      }
       const Vector3d finger_W = kinematics.c_W[i] - kinematics.gap_m[i] * kinematics.E_W[i].col(0);
-      point.x_O = state.X_WO.inverse() * finger_W - point.u_O;
-      point.f_W = kinematics.E_W[i] * f.segment<3>(3 * i);
-      point.normal_N = f[3 * i];
-      points.points.push_back(point);
+      points.points.push_back({.contact = i,
+                               .u_F = displacement(state, frame.contacts[i]),
+                               .u_O = u_O,
+                               .u_end_F = zero,
+                               .u_end_O = zero,
+                               .x_O = state.X_WO.inverse() * finger_W - u_O,
+                               .r_W = zero,
+                               .f_W = kinematics.E_W[i] * f.segment<3>(3 * i),
+                               .normal_N = f[3 * i],
+                               .d_W = zero});
     }
   }
   points.begin[kFingers] = points.points.size();
