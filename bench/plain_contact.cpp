@@ -70,6 +70,7 @@ class PlainTick {
         operator_model_(model),
         now_(model),
         loads_(model),
+        patches_(model),
         carried_(3 * model.max_contacts) {
     if (plain.law == ContactLaw::kWrongStep) operator_model_.scene.step_s = plain.operator_step_s;
     for (const Pulp& pulp : model.pulps) springs_.emplace_back(pulp);
@@ -92,6 +93,7 @@ class PlainTick {
   Model operator_model_;  ///< Whose step W is made for.
   ContactKinematics now_;
   PulpLoads loads_;
+  PatchPoints patches_;
   HandPose pose_;
   std::vector<Springs> springs_;
   VectorXd carried_, f_, delta_;  ///< delta_: of penalty springs, what has slid.
@@ -164,8 +166,6 @@ void PlainTick::take_stock(const Frame& frame, State& state, TickReport& report)
       const Vector3d f = f_.segment<3>(3 * i);
       state.forces.push_back({k, frame.contacts[i].control_point, f});
       if (f[0] <= 0.0) continue;
-      const double slip_m = delta_.segment<2>(3 * i + 1).norm();
-      report.slip_m[k] = load.normal_N > 0.0 ? std::min(report.slip_m[k], slip_m) : slip_m;
       load.force_N += now_.E_W[i] * f;
       load.normal_N += f[0];
       load.centre_m += f[0] * now_.c_W[i];
@@ -215,12 +215,19 @@ TickReport PlainTick::tick(const Frame& frame, State& state) {
     return report;
   }
   if (penalty) stretch_springs(frame, dq, dx);
+  note_points(frame, now_, state, f_, patches_);
   state.q += dq;
   state.X_WO.translation() += dx.head<3>();
   const Vector3d turn = dx.tail<3>();
   state.X_WO.linear() = Eigen::AngleAxisd(turn.norm(), turn.stableNormalized()) * state.X_WO.linear();
   take_stock(frame, state, report);
   for (int k = 0; k < kFingers && !penalty; ++k) deform(model_, frame, now_, k, f_, loads_, state);
+  forward_kinematics(model_.scene.hand, state.q, pose_);
+  find_displacements(model_, frame, now_, pose_, state, patches_);
+  for (int k = 0; k < kFingers; ++k) {
+    report.patch[k] =
+        patch_report(patches_.of_finger(k), state.load[k], model_.scene.contact.friction, model_.scene.step_s);
+  }
   return report;
 }
 

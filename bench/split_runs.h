@@ -59,9 +59,11 @@ struct Path {
     if (!force_N.empty() && time_s(X_WO.size()) > from_s) {
       double& largest = tick.handed_over ? handover_step_N : ordinary_step_N;
       largest = std::max(largest, (force - force_N.back()).colwise().norm().maxCoeff());
-      injected_J += tick.injected_J;
-      dissipated_J += tick.dissipated_J;
-      slip_m += *std::max_element(tick.slip_m.begin(), tick.slip_m.end());
+      injected_J += tick.ledger.injected_J;
+      dissipated_J += tick.ledger.dissipated_J;
+      double most_m = 0.0;
+      for (const PatchReport& patch : tick.patch) most_m = std::max(most_m, patch.slip_m);
+      slip_m += most_m;
     }
     X_WO.push_back(state.X_WO);
     force_N.push_back(force);

@@ -62,8 +62,17 @@ std::string results_table(const ordered_json& summary) {
   for (const std::string part : summary.at("parts")) table += part + "\n";
   table += "\ngrasp\n";
   line(table, "held", cell(grasp.at("held"), ""));
-  line(table, "largest slip of a finger", cell(grasp.at("max_slip_mm"), "mm"));
-  line(table, "least cone margin", cell(grasp.at("min_cone_margin"), ""));
+  const auto with_start = [](const ordered_json& start, const char* unit) {
+    return "of it at the start: " + cell(start, unit);
+  };
+  line(table, "largest slip of a finger", cell(grasp.at("max_slip_mm"), "mm"),
+       with_start(grasp.at("max_start_slip_mm"), "mm").c_str());
+  line(table, "largest spin of a finger", cell(grasp.at("max_spin_deg"), "deg"),
+       with_start(grasp.at("max_start_spin_deg"), "deg").c_str());
+  line(table, "least margin", cell(grasp.at("min_margin"), ""),
+       ("at the start: " + cell(grasp.at("min_start_margin"), "")).c_str());
+  line(table, "largest share of a patch sliding", cell(grasp.at("max_sliding_share"), ""));
+  line(table, "fastest point that should stick", cell(grasp.at("max_creep_um_per_s"), "um/s"));
   line(table, "contacts, median (max)", cell(contacts.at("median"), "") + " (" + cell(contacts.at("max"), "") + ")");
   line(table, "of them carrying force", cell(contacts.at("active_median"), ""));
   line(table, "infeasible grasp, muscle LCPs",
@@ -82,8 +91,11 @@ std::string results_table(const ordered_json& summary) {
        "predicted: (I + S)^-1 S f^d");
   line(table, "deepest penetration at a contact", cell(contacts.at("max_penetration_um"), "um"));
   const ordered_json& frames = summary.at("frames");
-  line(table, "energy contact gave, and took", cell(frames.at("injected_J"), "J"),
-       ("and " + cell(frames.at("dissipated_J"), "J")).c_str());
+  const ordered_json& ledger = summary.at("ledger");
+  line(table, "energy contact gave, and took", cell(ledger.at("injected_J"), "J"),
+       ("and " + cell(ledger.at("dissipated_J"), "J")).c_str());
+  line(table, "energy that the balance misses", cell(ledger.at("unbalanced_J"), "J"),
+       ("of " + cell(ledger.at("drive_J"), "J") + " of the drive").c_str());
   if (frames.at("held_ticks") > 0) {
     line(table, "ticks on the drive of an old frame", cell(frames.at("held_ticks"), ""),
          ("in " + cell(frames.at("hold_transitions"), "") + " transitions").c_str());

@@ -76,6 +76,8 @@ State carry_over(const Model& from, const State& state, const Model& to) {
     carried.forces.assign(state.forces.begin(), state.forces.end());
     return carried;
   }
+  carried.pulp_energy_J = state.pulp_energy_J;
+  carried.object_energy_J = state.object_energy_J;
   for (std::size_t k = 0; k < to.pulps.size(); ++k) {
     const Matrix3Xd& points = to.pulps[k].control_points_m;
     for (Index i = 0; i < points.cols(); ++i) {

@@ -159,29 +159,66 @@ void move(const RigidMotion& motion, State& state) {
 
 void report_contacts(const Frame& frame, const ContactWorkspace& work, TickReport& report) {
   report.contacts = frame.size();
-  double work_J = 0.0;  // of the contact forces on the bodies
-  for (int k = 0; k < kFingers; ++k) {
-    bool loaded = false;
-    for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
-      report.penetration_m = std::max(report.penetration_m, work.offset_m[i] - work.delta[3 * i]);
-      if (work.f[3 * i] <= 0.0) continue;
-      const auto slip = work.delta.segment<2>(3 * i + 1);
-      work_J += work.f[3 * i] * (work.delta[3 * i] - work.offset_m[i] - work.kinematics.gap_m[i]) +
-                work.f.segment<2>(3 * i + 1).dot(slip);
-      const double slip_m = slip.norm();
-      report.slip_m[k] = loaded ? std::min(report.slip_m[k], slip_m) : slip_m;
-      loaded = true;
-      ++report.active;
-    }
+  for (Index i = 0; i < frame.size(); ++i) {
+    report.penetration_m = std::max(report.penetration_m, work.offset_m[i] - work.delta[3 * i]);
+    if (work.f[3 * i] <= 0.0) continue;
+    ++report.active;
+    const double work_J = work.f[3 * i] * (work.delta[3 * i] - work.offset_m[i] - work.kinematics.gap_m[i]) +
+                          work.f.segment<2>(3 * i + 1).dot(work.delta.segment<2>(3 * i + 1));
+    (work_J > 0.0 ? report.ledger.injected_J : report.ledger.dissipated_J) += std::abs(work_J);
   }
-  (work_J > 0.0 ? report.injected_J : report.dissipated_J) = std::abs(work_J);
+}
+
+/// The bodies' part of the ledger: the drive is taken at the end of the step, as the springs are.
+void book_motion(const Scene& scene, const Drive& drive, const State& state, const RigidMotion& motion, Ledger& ledger) {
+  const Spring spring = scene.task.spring.value_or(Spring{});
+  const double joints = motion.dq.squaredNorm(), way = motion.dx.head<3>().squaredNorm(),
+               turn = motion.dx.tail<3>().squaredNorm();
+  ledger.drive_J = drive.torque.dot(motion.dq) + drive.wrench.dot(motion.dx) -
+                   (state.held ? kHoldStiffness : 0.0) * joints - spring.translation_N_per_m * way -
+                   spring.rotation_Nm_per_rad * turn;
+  ledger.viscous_J = (scene.joint_viscosity * joints + scene.object.translation_damping * way +
+                      scene.object.rotation_damping * turn) /
+                     scene.step_s;
+}
+
+/// Elastic energy a step later of a body that was moved by u = rho u + (1 - rho) C f. With phi the force that holds u,
+/// u = C phi and phi+ = rho phi + (1 - rho) f, energy is phi.u / 2, and only f.u at the loaded points is needed.
+double elastic_energy(double energy_J, double rho, double f_u_before_J, double f_u_after_J) {
+  return rho * rho * energy_J + 0.5 * (1.0 - rho) * (f_u_after_J + rho * f_u_before_J);
+}
+
+/// The deformation's part, when u has moved with the memory rho of the pulps and rho_object of a soft object; and their
+/// energies.
+void book_deformation(const Model& model, const Frame& frame, const ContactWorkspace& work, double rho,
+                      double rho_object, State& state, Ledger& ledger) {
+  double object_before_J = 0.0, object_after_J = 0.0;
+  for (int k = 0; k < kFingers; ++k) {
+    double before_J = 0.0, after_J = 0.0;
+    for (const PatchPoint& point : work.patches.of_finger(k)) {
+      const Vector3d f_F = work.kinematics.E_F[point.contact] * work.f.segment<3>(3 * point.contact);
+      before_J += f_F.dot(point.u_F);
+      after_J += f_F.dot(point.u_end_F);
+      if (!model.soft_object()) continue;
+      const Vector3d f_O = work.patches.X_WO.linear().transpose() * point.f_W;
+      object_before_J += f_O.dot(point.u_O);
+      object_after_J += f_O.dot(point.u_end_O);
+    }
+    // Kept as that of the pulp without load, whose compliance is no frame's.
+    double& energy_J = state.pulp_energy_J[k];
+    energy_J = elastic_energy(energy_J, rho, frame.softness[k] * before_J, frame.softness[k] * after_J);
+    ledger.deformation_J += after_J - before_J;
+    ledger.stored_J += energy_J / frame.softness[k];
+  }
+  if (!model.soft_object()) return;
+  state.object_energy_J = elastic_energy(state.object_energy_J, rho_object, object_before_J, object_after_J);
+  ledger.deformation_J += object_after_J - object_before_J;
+  ledger.stored_J += state.object_energy_J;
 }
 
 /// Moves the bodies by their free and their contact motion, and takes stock of what the fingers do. False, and nothing
 /// has moved, if that is not finite.
-bool commit(const Frame& frame, const ContactWorkspace& work, RigidMotion motion, State& state) {
-  motion.dq += work.solver.own_motion.reshaped();
-  motion.dx += work.solver.common_motion.head<6>();
+bool commit(const Frame& frame, const ContactWorkspace& work, const RigidMotion& motion, State& state) {
   if (!motion.dq.allFinite() || !motion.dx.allFinite()) return false;
   const Eigen::VectorXd& f = work.f;
   move(motion, state);
@@ -193,7 +230,54 @@ bool commit(const Frame& frame, const ContactWorkspace& work, RigidMotion motion
   return true;
 }
 
+void pose_hand(const Scene& scene, const JointVector& q, ContactWorkspace& work) {
+  if (q == work.pose_q) return;
+  forward_kinematics(scene.hand, q, work.pose);
+  work.pose_q = q;
+}
+
+bool is_undeformed(const State& state) {
+  return state.forces.empty() && state.object_loads.empty() &&
+         std::all_of(state.u_m.begin(), state.u_m.end(), [](const auto& u) { return u.isZero(0.0); });
+}
+
+/// Lets pulps that lie in the object give way, bodies at rest: gaps + C f closed. A soft object, too.
+void press_in(const Model& model, const Frame& frame, ContactWorkspace& work, State& state) {
+  if (!model.deformable() || !is_undeformed(state)) return;
+  contact_kinematics(model, frame, work.pose, state, work.kinematics);
+  const Index n = frame.size();
+  const auto gaps_m = work.kinematics.gap_m.head(n);
+  if (n == 0 || gaps_m.minCoeff() >= 0.0) return;
+  // One tick of bodies that nothing moves. To have all of C f and C_o f, forces are taken by the shares that deformation
+  // gains of them in a tick.
+  const double share = 1.0 - memory(model.pulps.front().material, model.scene.step_s);
+  const double object_share = model.soft_object() ? 1.0 - memory(*model.scene.object.compliance, model.scene.step_s) : 1.0;
+  GroupedDelassus W = delassus_operator(model, frame, work.kinematics, {0.0, 0.0, 0.0});
+  W.compliance_scale = object_share;
+  work.delta_free.head(3 * n).setZero();
+  for (Index i = 0; i < n; ++i) work.delta_free[3 * i] = gaps_m[i];
+  if (find_forces(model, frame, W, work).status == SolveStatus::kNotFinite) return;
+  auto f = work.f.head(3 * n);
+  note_points(frame, work.kinematics, state, work.f, work.patches);
+  if (model.soft_object()) remember_loads(model, frame, work.kinematics, work.f, state);
+  f *= object_share / share;
+  for (int k = 0; k < kFingers; ++k) deform(model, frame, work.kinematics, k, work.f, work.loads, state);
+  f *= share;
+  find_displacements(model, frame, work.kinematics, work.pose, state, work.patches);
+  Ledger start;
+  book_deformation(model, frame, work, 0.0, 0.0, state, start);
+}
+
 }  // namespace
+
+void Ledger::add(const Ledger& tick) {
+  drive_J += tick.drive_J;
+  viscous_J += tick.viscous_J;
+  deformation_J += tick.deformation_J;
+  stored_J = tick.stored_J;
+  injected_J += tick.injected_J;
+  dissipated_J += tick.dissipated_J;
+}
 
 FramePolicy split_policy(const Scene& scene) {
   FramePolicy policy;
@@ -217,7 +301,9 @@ ContactWorkspace::ContactWorkspace(const Model& model, const FramePolicy& frame_
       resumed_Nm(JointVector::Zero()),
       q_held(JointVector::Zero()),
       torque_held_Nm(JointVector::Zero()),
-      loads(model) {
+      loads(model),
+      patches(model),
+      pose_q(JointVector::Constant(std::numeric_limits<double>::quiet_NaN())) {
   contacts.reserve(model.max_contacts);
   if (model.soft_object()) dense.emplace(model.max_contacts);
   pose.segments.resize(model.scene.hand.segments.size());
@@ -236,13 +322,15 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
   report.input_refused = !is_finite(input);
   if (!report.input_refused) state.X_WT = input.X_WT;
 
-  forward_kinematics(scene.hand, state.q, work.pose);
+  pose_hand(scene, state.q, work);
   // In the tick of a hand-over, too: frames that come at every step would add up their offsets.
   if (work.policy.offset_decay_s > 0.0) work.offset_m *= std::exp(-scene.step_s / work.policy.offset_decay_s);
   if (report.handed_over) {
     state.forces.reserve(model.max_contacts);  // A copied state has lost its spare room.
     if (model.soft_object()) state.object_loads.reserve(kLoadsPerContact * model.max_contacts);
+    const bool first = work.sequence < 0;
     hand_over(model, frame, state, work);
+    if (first) press_in(model, frame, work, state);
   }
   report.held = must_hold(model, frame, state, work);
   if (report.held != state.held) set_hold(report.held, frame, work, state);
@@ -259,15 +347,31 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
   work.f_first.head(3 * n) = work.f.head(3 * n);
   report.solve = find_forces(model, frame, W, work);
   report_contacts(frame, work, report);
-  const bool moved = report.solve.status != SolveStatus::kNotFinite && commit(frame, work, free, state);
-  if (!moved) report.solve = {SolveStatus::kNotFinite, report.solve.sweeps, std::numeric_limits<double>::infinity()};
+  const RigidMotion motion{free.dq + work.solver.own_motion.reshaped(), free.dx + work.solver.common_motion.head<6>()};
+  note_points(frame, work.kinematics, state, work.f, work.patches);
+  const bool moved = report.solve.status != SolveStatus::kNotFinite && commit(frame, work, motion, state);
   ++state.tick;
   report.solve_s = watch.lap();
-  if (moved && model.deformable()) {
+  if (!moved) {
+    report.solve = {SolveStatus::kNotFinite, report.solve.sweeps, std::numeric_limits<double>::infinity()};
+    report.ledger = {};
+    return report;
+  }
+  book_motion(scene, drive, state, motion, report.ledger);
+  if (model.deformable()) {
     for (int k = 0; k < kFingers; ++k) deform(model, frame, work.kinematics, k, work.f, work.loads, state);
     if (model.soft_object()) remember_loads(model, frame, work.kinematics, work.f, state);
-    report.deform_s = watch.lap();
   }
+  pose_hand(scene, state.q, work);
+  find_displacements(model, frame, work.kinematics, work.pose, state, work.patches);
+  if (model.deformable()) {
+    book_deformation(model, frame, work, memory(model.pulps.front().material, scene.step_s),
+                     model.soft_object() ? memory(*scene.object.compliance, scene.step_s) : 0.0, state, report.ledger);
+  }
+  for (int k = 0; k < kFingers; ++k) {
+    report.patch[k] = patch_report(work.patches.of_finger(k), state.load[k], scene.contact.friction, scene.step_s);
+  }
+  (model.deformable() ? report.deform_s : report.solve_s) += watch.lap();
   return report;
 }
 

@@ -11,6 +11,7 @@
 #include "engine/delassus.h"
 #include "engine/frame.h"
 #include "engine/model.h"
+#include "engine/patches.h"
 #include "engine/state.h"
 #include "solvers/gauss_seidel.h"
 
@@ -33,6 +34,26 @@ struct FramePolicy {
 /// expected is too old. Without control the torques are given and do not age.
 [[nodiscard]] FramePolicy split_policy(const Scene& scene);
 
+/// Where the energy of a tick went [J]. With forces held over the tick its law in generalised coordinates, B (dq, dx) / h =
+/// drive + J_c' f with the drive at the tick's end, times the motion (dq, dx) is
+///     drive - viscous + sum_i f_i . J_c,i (dq, dx) = 0,
+/// and in each contact's rows J_c (dq, dx) = w - (u+ - u) - (u_o+ - u_o), w the relative motion of the two deformed surfaces.
+/// So, over any time and to the accuracy of the solve,
+///     drive - viscous - deformation + injected - dissipated = 0.
+struct Ledger {
+  double drive_J = 0.0;        ///< Work of what moves the bodies beside contact: torques, weight, springs, input.
+  double viscous_J = 0.0;      ///< Taken by the bodies' viscosities.
+  double deformation_J = 0.0;  ///< Work of the contact forces on the pulps and a soft object.
+  double stored_J = 0.0;       ///< Elastic energy in these after the tick; the rest of that work their viscosity took.
+  double injected_J = 0.0;     ///< Work of contacts whose forces push their surfaces on, f . w > 0: energy from nowhere.
+  double dissipated_J = 0.0;   ///< Of the others, friction above all. Each contact is booked by its own sign.
+
+  /// What is missing from the balance.
+  [[nodiscard]] double unbalanced_J() const { return drive_J - viscous_J - deformation_J + injected_J - dissipated_J; }
+  /// Goes on with the next tick's.
+  void add(const Ledger& tick);
+};
+
 /// What one contact tick returns by value.
 struct TickReport {
   SolveReport solve;
@@ -41,14 +62,14 @@ struct TickReport {
   bool handed_over = false;                     ///< The frame is new.
   bool held = false;                            ///< The frame is too old or too far off: its drive is held.
   bool input_refused = false;                   ///< The input was not finite, and was left out.
-  double injected_J = 0.0, dissipated_J = 0.0;  ///< Passivity ledger: contact work on the bodies, by its sign.
+  Ledger ledger;
   Eigen::Index contacts = 0;
-  Eigen::Index active = 0;                ///< Contacts that carry force.
-  double penetration_m = 0.0;             ///< Deepest deformed gap of a contact, offset or not.
-  std::array<double, kFingers> slip_m{};  ///< Smallest |delta_t| among a finger's loaded contacts; 0 without any.
-  double assemble_s = 0.0;                ///< Hand-over, drive, gaps and Jacobians: what W is made of.
-  double solve_s = 0.0;                   ///< Free motion, Gauss-Seidel and commit.
-  double deform_s = 0.0;                  ///< 0 for rigid fingertips.
+  Eigen::Index active = 0;     ///< Contacts that carry force.
+  double penetration_m = 0.0;  ///< Deepest deformed gap of a contact, offset or not.
+  std::array<PatchReport, kFingers> patch;
+  double assemble_s = 0.0;  ///< Hand-over, drive, gaps and Jacobians: what W is made of.
+  double solve_s = 0.0;     ///< Free motion, Gauss-Seidel and commit.
+  double deform_s = 0.0;    ///< Deformation, and what the patches did.
 };
 
 /// W as one matrix, 3 capacity x 3 capacity, and what sweeps over it work in.
@@ -79,7 +100,9 @@ struct ContactWorkspace {
   JointVector resumed_Nm;              ///< What is left of the step in the drive when a hold ended.
   JointVector q_held, torque_held_Nm;  ///< Joints and drive when the hold began.
   PulpLoads loads;
-  HandPose pose;
+  PatchPoints patches;
+  HandPose pose;         ///< At pose_q: after a tick, that of the state which it left.
+  JointVector pose_q;    ///< NaN: there is no pose yet.
 };
 
 /// Advances the state by one step h of the contact loop on a frozen frame.
@@ -96,6 +119,10 @@ struct ContactWorkspace {
 ///    object couples all contacts: then W is formed, with (1 - rho_o) C_o.
 /// 6. Commit: (q, x) moves by h B^-1 (drive + J_c' f), u = rho u + (1 - rho) C f. What is not finite moves nothing, and
 ///    the status says so.
+/// 7. Stock: what the loaded points of each patch did, and where the energy went.
+///
+/// A state without forces and deformation whose pulps lie in the object when the workspace's first frame comes begins with
+/// the pulps pressed in as far, bodies at rest: the energy of that is the start's, and no contact injects it.
 ///
 /// After the first call on a state it does not allocate. It does not lock, log or throw.
 TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace& work, State& state,

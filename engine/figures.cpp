@@ -88,20 +88,18 @@ std::string forces_script(const Model& model, const Recording& recording, const 
 }
 
 std::string grip_script(const Model& model, const Recording& recording, const fs::path& folder) {
-  // The count of slip starts anew when the grip has built up; of a run that does not last so long all is shown.
-  const double from_s = recording.ticks.back().is_measured() ? kMeasuredFrom_s : 0.0;
-  std::string margin, slip;
+  std::string margin, slip, spin;
   for (int k = 0; k < kFingers; ++k) {
     const std::string& finger = model.scene.hand.fingertips[k].finger;
     const char* const comma = k > 0 ? ", " : "";
-    margin += comma + curve(finger + "_cone_margin", finger, k + 1);
-    slip += fmt::format(
-        "{}data using 'time_s':(column('time_s') < {} - 1e-9 ? NaN : column('{}_slip_um')) with lines ls {} title '{}'",
-        comma, from_s, finger, k + 1, finger);
+    margin += comma + curve(finger + "_margin", finger, k + 1);
+    slip += comma + curve(finger + "_slip_um", finger, k + 1);
+    spin += comma + curve(finger + "_spin_deg", finger, k + 1);
   }
-  return header(recording, folder, "grip.svg", 700) + stack(2, false) +
-         panel(0, 2, "cone margin, 1 - |F_t| / (mu F_n)", "[0:1]", margin) + "unset key\n" +
-         panel(1, 2, fmt::format("slip from {:g} s on [um]", from_s), "[0:*]", slip) + "unset multiplot\n";
+  return header(recording, folder, "grip.svg", 900) + stack(3, false) +
+         panel(0, 3, "margin, pull and torsion", "[0:1]", margin) + "unset key\n" +
+         panel(1, 3, "slip since first contact [um]", "[0:*]", slip) +
+         panel(2, 3, "spin since first contact [deg]", "[0:*]", spin) + "unset multiplot\n";
 }
 
 /// The largest force of a muscle once the fingers have met the object.

@@ -16,7 +16,7 @@ constexpr double kLostUnloaded_s = 0.05;
 
 }  // namespace
 
-std::optional<Loss> GraspMonitor::update(double step_s, TickRecord& tick) {
+std::optional<Loss> GraspMonitor::update(double step_s, const TickRecord& tick) {
   add_slips(tick);
   const auto loaded =
       std::count_if(tick.force.begin(), tick.force.end(), [](const auto& f) { return f.normal_N > 0.0; });
@@ -33,7 +33,7 @@ std::optional<Loss> GraspMonitor::update(double step_s, TickRecord& tick) {
   return loss;
 }
 
-void GraspMonitor::add_slips(TickRecord& tick) {
+void GraspMonitor::add_slips(const TickRecord& tick) {
   // What fingers slip while they first touch is not theirs to answer for, unless the object is lost by it.
   if (tick.is_measured() && !measured_) {
     slip_m_.fill(0.0);
@@ -41,10 +41,9 @@ void GraspMonitor::add_slips(TickRecord& tick) {
     measured_ = true;
   }
   for (int k = 0; k < kFingers; ++k) {
-    slip_m_[k] += tick.contact.slip_m[k];
+    slip_m_[k] += tick.contact.patch[k].slip_m;
     if (!slips_since_s_[k] && slip_m_[k] > kNoticedSlip_m) slips_since_s_[k] = tick.time_s;
   }
-  tick.slip_m = slip_m_;
 }
 
 std::string GraspMonitor::reason(const TickRecord& tick) const {

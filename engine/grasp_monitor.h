@@ -17,12 +17,12 @@ class GraspMonitor {
  public:
   explicit GraspMonitor(const Hand& hand) : hand_(hand) {}
 
-  /// Takes the next tick, of `step_s`, and writes the slips so far into it. Says if the object is lost, and which
+  /// Takes the next tick, of `step_s`. Says if the object is lost, and which
   /// fingers slipped since when.
-  std::optional<Loss> update(double step_s, TickRecord& tick);
+  std::optional<Loss> update(double step_s, const TickRecord& tick);
 
  private:
-  void add_slips(TickRecord& tick);
+  void add_slips(const TickRecord& tick);
   [[nodiscard]] std::string reason(const TickRecord& tick) const;
   [[nodiscard]] std::string slips() const;
 

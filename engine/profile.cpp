@@ -96,8 +96,7 @@ void LoopProfile::add(const ContactSample& sample) {
   trace.loaded = std::all_of(record.force.begin(), record.force.end(), [](const auto& f) { return f.normal_N > 0.0; });
   contact_.push_back(trace);
 
-  injected_J_ += tick.injected_J;
-  dissipated_J_ += tick.dissipated_J;
+  ledger_.add(tick.ledger);
   last_ = sample.after;
 }
 
@@ -314,7 +313,8 @@ ordered_json profile_json(const Model& model, const LoopProfile& profile, const 
   const Values residual = residuals(profile);
   const Percentiles sweeps = percentiles(collect(ticks, [](const ContactTrace& t) { return t.sweeps; }));
   const Percentiles contacts = percentiles(collect(ticks, [](const ContactTrace& t) { return t.contacts; }));
-  const double ledger = profile.injected_J() / profile.dissipated_J();
+  ordered_json ledger = ledger_json(profile.ledger());
+  ledger["injected_over_dissipated"] = finite(profile.ledger().injected_J / profile.ledger().dissipated_J);
   return {{"scene", model.scene.name},
           {"build", build_settings()},
           {"scheduling", scheduling(report)},
@@ -331,10 +331,7 @@ ordered_json profile_json(const Model& model, const LoopProfile& profile, const 
           {"sweeps", {{"p50", finite(sweeps.p50)}, {"p99", finite(sweeps.p99)}}},
           {"contacts", {{"p50", finite(contacts.p50)}, {"max", finite(contacts.max)}}},
           {"handover", handover(model, profile)},
-          {"ledger",
-           {{"injected_J", profile.injected_J()},
-            {"dissipated_J", profile.dissipated_J()},
-            {"injected_over_dissipated", finite(ledger)}}},
+          {"ledger", ledger},
           {"hold", hold(profile)},
           {"lcp",
            {{"grasp_unsolved", count(profile.control(), [](const ControlTrace& t) { return !t.grasp_found; })},

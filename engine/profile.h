@@ -55,8 +55,7 @@ class LoopProfile {
 
   [[nodiscard]] const std::vector<ContactTrace>& contact() const { return contact_; }
   [[nodiscard]] const std::vector<ControlTrace>& control() const { return control_; }
-  [[nodiscard]] double injected_J() const { return injected_J_; }
-  [[nodiscard]] double dissipated_J() const { return dissipated_J_; }
+  [[nodiscard]] const Ledger& ledger() const { return ledger_; }
   [[nodiscard]] std::int64_t control_slipped() const { return control_slipped_; }
   [[nodiscard]] const std::optional<Loss>& loss() const { return loss_; }
 
@@ -66,7 +65,7 @@ class LoopProfile {
   std::vector<ContactTrace> contact_;
   std::vector<ControlTrace> control_;
   Snapshot last_;  ///< After the contact tick before.
-  double injected_J_ = 0.0, dissipated_J_ = 0.0;
+  Ledger ledger_;
   std::int64_t control_slipped_ = 0;
   std::optional<Loss> loss_;
 };

@@ -1,7 +1,6 @@
 #include "engine/recorder.h"
 
 #include <cmath>
-#include <limits>
 
 namespace thenar {
 
@@ -26,12 +25,6 @@ void record_forces(const Model& model, const Snapshot& state, const ControlRepor
   for (int k = 0; k < kFingers; ++k) {
     const FingerLoad& load = state.load[k];
     record.force[k] = split(load.force_N, load.normal);
-    record.cone_margin[k] = std::numeric_limits<double>::quiet_NaN();
-    const double mu = model.scene.contact.friction;
-    if (load.normal_N > 0.0 && mu > 0.0) {
-      record.cone_margin[k] =
-          1.0 - record.force[k].tangential_N / (model.scene.contact.friction * record.force[k].normal_N);
-    }
     record.desired_N[k].setZero();
     if (!model.scene.control) continue;
     record.desired_N[k] = control.f_desired.col(k);
@@ -58,10 +51,31 @@ TickRecord tick_record(const Model& model, const Snapshot& after, const TickRepo
                        const ControlReport& control) {
   TickRecord record;
   record.contact = contact;
+  for (int k = 0; k < kFingers; ++k) {
+    record.margin[k] = contact.patch[k].margin;
+    record.sliding_share[k] = contact.patch[k].sliding_share;
+    record.creep_m_per_s[k] = contact.patch[k].creep_m_per_s;
+  }
   record.time_s = static_cast<double>(after.tick) * model.scene.step_s;
   record_motion(model, after, record);
   record_forces(model, after, control, record);
   return record;
+}
+
+void RunSums::add(TickRecord& tick) {
+  for (int k = 0; k < kFingers; ++k) {
+    slip_m_[k] += tick.contact.patch[k].slip_m;
+    spin_rad_[k] += tick.contact.patch[k].spin_rad;
+    if (tick.is_measured()) continue;
+    start_slip_m_[k] = slip_m_[k];
+    start_spin_rad_[k] = spin_rad_[k];
+  }
+  ledger_.add(tick.contact.ledger);
+  tick.slip_m = slip_m_;
+  tick.spin_rad = spin_rad_;
+  tick.start_slip_m = start_slip_m_;
+  tick.start_spin_rad = start_spin_rad_;
+  tick.ledger = ledger_;
 }
 
 Recorder::Recorder(const Model& model)
@@ -80,6 +94,7 @@ void Recorder::check_grasp(double time_s, const ControlReport& control, const Ve
 
 bool Recorder::add(TickRecord& record, const Eigen::VectorXd& muscle_forces_N) {
   if (model_.scene.has_muscles()) recording_.muscle_forces_N.col(std::ssize(recording_.ticks)) = muscle_forces_N;
+  sums_.add(record);
   const auto loss = monitor_.update(model_.scene.step_s, record);
   // Without control nobody minds the object.
   if (model_.scene.control) recording_.loss = loss;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 
 #include "engine/contact_tick.h"
@@ -19,6 +20,17 @@ namespace thenar {
 /// Writes into the record what a control tick before this one cost and found.
 void record_control(const ControlReport& control, TickRecord& record);
 
+/// Sums up over a run what its ticks report, tick by tick, however small.
+class RunSums {
+ public:
+  /// Takes the next tick, and writes the sums so far into it.
+  void add(TickRecord& tick);
+
+ private:
+  std::array<double, kFingers> slip_m_{}, spin_rad_{}, start_slip_m_{}, start_spin_rad_{};
+  Ledger ledger_;
+};
+
 /// Gathers a run tick by tick, and watches it.
 class Recorder {
  public:
@@ -26,7 +38,7 @@ class Recorder {
 
   /// Notes a grasp-force problem without a solution, if it is one and the first.
   void check_grasp(double time_s, const ControlReport& control, const Eigen::Vector3d& centre_m);
-  /// Takes the next tick, and writes its slips into it; `muscle_forces_N` is not read in a scene without muscles. False if the object is lost.
+  /// Takes the next tick, and writes the sums so far into it; `muscle_forces_N` is not read in a scene without muscles. False if the object is lost.
   bool add(TickRecord& record, const Eigen::VectorXd& muscle_forces_N);
   /// Ends the run as the state and the last control tick left it.
   [[nodiscard]] Recording finish(const Snapshot& state, const ControlReport& control, double wall_s);
@@ -38,6 +50,7 @@ class Recorder {
   const Model& model_;
   std::int64_t planned_;
   Recording recording_;
+  RunSums sums_;
   GraspMonitor monitor_;
 };
 

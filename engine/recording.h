@@ -30,8 +30,11 @@ struct TickRecord {
   std::array<NormalTangential, kFingers> force, force_desired;
   std::array<Eigen::Vector3d, kFingers> desired_N;  ///< f^d, world axes; zero without control.
   std::array<double, kFingers> force_error_N{};     ///< |f^d - f|.
-  std::array<double, kFingers> cone_margin{};       ///< 1 - |F_t| / (mu F_n) of the resultant; NaN without load.
-  std::array<double, kFingers> slip_m{};  ///< Of each finger from the start; counted anew from kMeasuredFrom_s on.
+  std::array<double, kFingers> margin{};            ///< See PatchReport, as the next two; NaN without load.
+  std::array<double, kFingers> sliding_share{}, creep_m_per_s{};
+  std::array<double, kFingers> slip_m{}, spin_rad{};  ///< How far a patch has gone and turned since its first contact.
+  std::array<double, kFingers> start_slip_m{}, start_spin_rad{};  ///< Of that before kMeasuredFrom_s.
+  Ledger ledger;                                                  ///< Sums since the start.
   TickReport contact;
   double interpolate_s = 0.0;  ///< This and the times below: 0 where the scene has no such stage.
   double find_s = 0.0, factors_s = 0.0, grasp_s = 0.0, muscle_s = 0.0, control_s = 0.0;

@@ -10,6 +10,8 @@ namespace thenar {
 
 namespace {
 
+constexpr double kDegrees = 180.0 / std::numbers::pi;
+
 /// A line of comma-separated values.
 class CsvRow {
  public:
@@ -30,7 +32,7 @@ std::string header(const Model& model, const Recording& recording) {
   row.add("rotation_error_deg");
   for (const Fingertip& tip : model.scene.hand.fingertips) {
     for (const char* what : {"normal_N", "tangential_N", "desired_normal_N", "desired_tangential_N", "force_error_N",
-                             "cone_margin", "slip_um"}) {
+                             "margin", "slip_um", "spin_deg", "sliding_share", "creep_um_per_s"}) {
       row.add(tip.finger + "_" + what);
     }
   }
@@ -49,11 +51,12 @@ std::string signals_csv(const Model& model, const Recording& recording) {
     row.add(tick.time_s);
     for (const double x : tick.position_m) row.add(1e3 * x);
     for (const double x : tick.target_m) row.add(1e3 * x);
-    row.add(tick.rotation_error_rad * 180.0 / std::numbers::pi);
+    row.add(kDegrees * tick.rotation_error_rad);
     for (int k = 0; k < kFingers; ++k) {
       for (const double v :
            {tick.force[k].normal_N, tick.force[k].tangential_N, tick.force_desired[k].normal_N,
-            tick.force_desired[k].tangential_N, tick.force_error_N[k], tick.cone_margin[k], 1e6 * tick.slip_m[k]}) {
+            tick.force_desired[k].tangential_N, tick.force_error_N[k], tick.margin[k], 1e6 * tick.slip_m[k],
+            kDegrees * tick.spin_rad[k], tick.sliding_share[k], 1e6 * tick.creep_m_per_s[k]}) {
         row.add(v);
       }
     }

@@ -63,6 +63,8 @@ struct State : Snapshot {
                                          ///< moves by -u). The memory of friction. Empty for rigid fingertips.
   std::vector<ContactForce> forces;      ///< Sorted by finger and control point; capacity model.max_contacts.
   std::vector<ObjectLoad> object_loads;  ///< Likewise, kLoadsPerContact times as many; of a rigid object none.
+  std::array<double, kFingers> pulp_energy_J{};  ///< That by which u is held, of pulps without stiffening.
+  double object_energy_J = 0.0;                  ///< Likewise, of a soft object.
 };
 
 /// The state without what belonged to the run that left it: its caller's target, and its hold.

@@ -36,7 +36,6 @@ struct LoopFigures {
   ThreePercentiles control_compute_us = kNoPercentiles, control_jitter_us = kNoPercentiles;
   double control_slipped = kUnknown;
   double realtime_factor = kUnknown;
-  double injected_J = kUnknown, dissipated_J = kUnknown;
   double unaccounted = kUnknown;
   double reference_error = kUnknown, reference_residual = kUnknown;
   ThreePercentiles latency_us = kNoPercentiles;

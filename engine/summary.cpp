@@ -88,11 +88,39 @@ ordered_json held(const Recording& recording) {
                      [](const TickRecord& tick) { return !tick.is_from(kLoadedFrom_s) || all_loaded(tick); });
 }
 
-/// The worst finger's slip.
-double slip_m(const Recording& recording) {
-  if (recording.ticks.empty() || !recording.ticks.back().is_measured()) return std::numeric_limits<double>::quiet_NaN();
-  const auto& slip_m = recording.ticks.back().slip_m;
-  return *std::max_element(slip_m.begin(), slip_m.end());
+using OfFingers = std::array<double, kFingers>;
+
+/// What the patches did since their first contact, and what of it at the start, while the grip builds up.
+ordered_json patch_measures(const Recording& recording) {
+  const TickRecord last = recording.ticks.empty() ? TickRecord{} : recording.ticks.back();
+  const auto scaled = [](OfFingers values, double scale) {
+    for (double& v : values) v *= scale;
+    return values;
+  };
+  const auto extreme = [&](bool measured, bool most, auto get) {
+    Values values;
+    for (const TickRecord& tick : recording.ticks) {
+      if (tick.is_measured() == measured) values.insert(values.end(), get(tick).begin(), get(tick).end());
+    }
+    return quantile(values, most ? 1.0 : 0.0);
+  };
+  const auto margin = [](const TickRecord& tick) -> const OfFingers& { return tick.margin; };
+  const auto sliding = [](const TickRecord& tick) -> const OfFingers& { return tick.sliding_share; };
+  const auto creep = [](const TickRecord& tick) -> const OfFingers& { return tick.creep_m_per_s; };
+  ordered_json measures;
+  const auto add = [&](const std::string& name, const OfFingers& whole, const OfFingers& start, double scale) {
+    measures["max_" + name] = scale * *std::max_element(whole.begin(), whole.end());
+    measures["max_start_" + name] = scale * *std::max_element(start.begin(), start.end());
+    measures[name] = scaled(whole, scale);
+    measures["start_" + name] = scaled(start, scale);
+  };
+  add("slip_mm", last.slip_m, last.start_slip_m, 1e3);
+  add("spin_deg", last.spin_rad, last.start_spin_rad, kDegrees);
+  measures["max_sliding_share"] = extreme(true, true, sliding);
+  measures["max_creep_um_per_s"] = 1e6 * extreme(true, true, creep);
+  measures["min_margin"] = extreme(true, false, margin);
+  measures["min_start_margin"] = extreme(false, false, margin);
+  return measures;
 }
 
 /// Mean over the fingers of |f^d - f| / |f^d|.
@@ -107,10 +135,7 @@ double relative_force_error(const TickRecord& tick) {
 ordered_json grasp_measures(const Model& model, const Recording& recording) {
   ordered_json grasp{{"held", held(recording)}, {"lost_at_s", nullptr}};
   if (recording.loss) grasp["lost_at_s"] = recording.loss->time_s;
-  grasp["max_slip_mm"] = 1e3 * slip_m(recording);
-  grasp["min_cone_margin"] = smallest(collect(recording, kMeasuredFrom_s, [](const TickRecord& tick) {
-    return smallest({tick.cone_margin.begin(), tick.cone_margin.end()});
-  }));
+  grasp.update(patch_measures(recording));
   for (const char* key : {"force_error_end", "force_error_rms_N", "predicted_paper_law_error"}) grasp[key] = nullptr;
   if (!model.scene.control) return grasp;
   grasp["force_error_end"] = mean(collect(recording, final_window_start(recording), relative_force_error));
@@ -151,24 +176,19 @@ ordered_json contact_measures(const Recording& recording) {
           {"sweeps_max", whole(largest(sweeps))}};
 }
 
-/// What became of the frames, and what contact did with the bodies' energy.
+/// What became of the frames.
 ordered_json frame_measures(const Recording& recording) {
   std::int64_t handovers = 0, held_ticks = 0, transitions = 0;
-  double injected_J = 0.0, dissipated_J = 0.0;
   bool held = false;
   for (const TickRecord& tick : recording.ticks) {
     handovers += tick.contact.handed_over ? 1 : 0;
     held_ticks += tick.contact.held ? 1 : 0;
     transitions += tick.contact.held != held ? 1 : 0;
     held = tick.contact.held;
-    injected_J += tick.contact.injected_J;
-    dissipated_J += tick.contact.dissipated_J;
   }
   return {{"handovers", handovers},
           {"held_ticks", held_ticks},
-          {"hold_transitions", transitions},
-          {"injected_J", injected_J},
-          {"dissipated_J", dissipated_J}};
+          {"hold_transitions", transitions}};
 }
 
 ordered_json lcp_measures(const Recording& recording) {
@@ -256,6 +276,16 @@ ordered_json build_settings() {
           {"source", build_info::kSource}};
 }
 
+ordered_json ledger_json(const Ledger& ledger) {
+  return {{"drive_J", ledger.drive_J},
+          {"viscous_J", ledger.viscous_J},
+          {"deformation_J", ledger.deformation_J},
+          {"stored_J", ledger.stored_J},
+          {"injected_J", ledger.injected_J},
+          {"dissipated_J", ledger.dissipated_J},
+          {"unbalanced_J", ledger.unbalanced_J()}};
+}
+
 ordered_json loop_settings(const Scene& scene) {
   return {{"contact_rate_hz", 1.0 / scene.step_s},
           {"control_rate_hz", 1.0 / scene.control_period_s},
@@ -277,6 +307,7 @@ ordered_json summarize(const Model& model, const Recording& recording) {
           {"grasp", grasp_measures(model, recording)},
           {"contacts", contact_measures(recording)},
           {"frames", frame_measures(recording)},
+          {"ledger", ledger_json(recording.ticks.empty() ? Ledger{} : recording.ticks.back().ledger)},
           {"lcp", lcp_measures(recording)},
           {"muscles", muscle_measures(model, recording)},
           {"stages", stage_measures(recording)},

@@ -15,11 +15,14 @@ namespace thenar {
 /// How both loops were asked to run: rates, delay of the frames, when a contact solve stops.
 [[nodiscard]] nlohmann::ordered_json loop_settings(const Scene& scene);
 
+/// A ledger's terms, and what is missing from its balance [J].
+[[nodiscard]] nlohmann::ordered_json ledger_json(const Ledger& ledger);
+
 /// The measures of a run, as summary.json has them: units in the keys, null where there was nothing to measure.
 ///
-/// From 0.3 s on, when the grip has built up: position and rotation errors, slip, cone margin, contact counts. Over the
-/// last 0.3 s: the final errors. Slip of a finger: the sum over ticks of the smallest |delta_t| among its loaded
-/// contacts. Parts: what `model: auto` left out or not, and why, a line each. Stage times: over the ticks that ran
+/// From 0.3 s on, when the grip has built up: position and rotation errors, least margin, largest sliding share and creep,
+/// contact counts. Over the last 0.3 s: the final errors. Slip and spin of the fingers' patches: since their first contact;
+/// `start_` is the part before 0.3 s, `max_` the worst finger's. Ledger: since the start. Parts: what `model: auto` left out or not, and why, a line each. Stage times: over the ticks that ran
 /// the stage, null if none did.
 [[nodiscard]] nlohmann::ordered_json summarize(const Model& model, const Recording& recording);
 

@@ -57,8 +57,9 @@ std::optional<Slip> first_slip(const Hand& hand, const std::vector<TickRecord>& 
   for (const TickRecord& tick : ticks) {
     for (int k = 0; k < kFingers; ++k) {
       const std::string& finger = hand.fingertips[k].finger;
-      if (tick.is_measured() && tick.slip_m[k] > kNoticedSlip_m) {
-        return Slip{tick.time_s, fmt::format("the {} slipped {:.2f} mm", finger, 1e3 * ticks.back().slip_m[k])};
+      if (tick.slip_m[k] - tick.start_slip_m[k] > kNoticedSlip_m) {
+        const double slip_m = ticks.back().slip_m[k] - ticks.back().start_slip_m[k];
+        return Slip{tick.time_s, fmt::format("the {} slipped {:.2f} mm", finger, 1e3 * slip_m)};
       }
       if (tick.is_from(kLoadedFrom_s) && !(tick.force[k].normal_N > 0.0)) {
         return Slip{tick.time_s, fmt::format("the {} carried no load at {:.3f} s", finger, tick.time_s)};

@@ -86,8 +86,8 @@ Steps steps_of(const Noise& noise, bool offset, std::uint64_t seed) {
     for (int k = 0; k < kFingers; ++k) {
       largest_N = std::max(largest_N, (loops.state.load[k].force_N - before[k].force_N).norm());
     }
-    steps.injected_J += report.injected_J;
-    steps.dissipated_J += report.dissipated_J;
+    steps.injected_J += report.ledger.injected_J;
+    steps.dissipated_J += report.ledger.dissipated_J;
     steps.handovers += report.handed_over ? 1 : 0;
   }
   return steps;
@@ -145,8 +145,8 @@ TEST(Ledger, OneFrameInjectsNoEnergyUnlessSweepsRunOut) {
     while (loops.state.tick < 2400) {
       const TickReport report = loops.tick();
       if (loops.state.tick < 640) continue;
-      injected_J += report.injected_J;
-      dissipated_J += report.dissipated_J;
+      injected_J += report.ledger.injected_J;
+      dissipated_J += report.ledger.dissipated_J;
     }
     EXPECT_GT(dissipated_J, 1e-6);
     return injected_J / dissipated_J;

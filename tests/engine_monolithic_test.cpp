@@ -128,8 +128,11 @@ std::vector<double> numbers(const Recording& recording, const State& state) {
       for (const NormalTangential& force : {tick.force[k], tick.force_desired[k]}) {
         all.insert(all.end(), {force.normal_N, force.tangential_N});
       }
-      all.insert(all.end(), {tick.force_error_N[k], tick.cone_margin[k], tick.contact.slip_m[k]});
+      all.insert(all.end(), {tick.force_error_N[k], tick.margin[k], tick.slip_m[k], tick.spin_rad[k]});
     }
+    const Ledger& ledger = tick.ledger;
+    all.insert(all.end(), {ledger.drive_J, ledger.viscous_J, ledger.deformation_J, ledger.stored_J, ledger.injected_J,
+                           ledger.dissipated_J});
     all.insert(all.end(), {tick.time_s, tick.rotation_error_rad, tick.muscle_residual_Nm, tick.contact.penetration_m,
                            tick.contact.solve.residual, static_cast<double>(tick.contact.solve.sweeps),
                            static_cast<double>(tick.contact.contacts), static_cast<double>(tick.contact.active)});

@@ -261,8 +261,8 @@ TEST(SoftObject, IsHeldAndCarried) {
     const TickReport report = loop.tick();
     ASSERT_LE(report.solve.residual, 1e-3);
     if (loop.state.tick < 100) continue;
-    injected_J += report.injected_J;
-    dissipated_J += report.dissipated_J;
+    injected_J += report.ledger.injected_J;
+    dissipated_J += report.ledger.dissipated_J;
     for (const FingerLoad& load : loop.state.load) ASSERT_GT(load.normal_N, 0.0);
   }
   EXPECT_LE((loop.state.X_WO.translation() - loop.model.target(1.5).translation()).norm(), 1e-3);
@@ -343,8 +343,8 @@ TEST(SoftObject, LoadsGoAlongWithASlidingContact) {
   double injected_J = 0.0, dissipated_J = 0.0;
   while (loop.state.tick < 600) {
     const TickReport report = loop.tick();
-    injected_J += report.injected_J;
-    dissipated_J += report.dissipated_J;
+    injected_J += report.ledger.injected_J;
+    dissipated_J += report.ledger.dissipated_J;
   }
   EXPECT_GT(dissipated_J, 1e-4);
   EXPECT_LT(injected_J, 0.01 * dissipated_J);

@@ -86,8 +86,8 @@ struct SyntheticRun {
     tick.contacts = 3;
     tick.solve.sweeps = 4;
     tick.solve.residual = i == 42 ? 0.5 : 1e-4;
-    tick.injected_J = 1e-6;
-    tick.dissipated_J = 4e-6;
+    tick.ledger.injected_J = 1e-6;
+    tick.ledger.dissipated_J = 4e-6;
     sample.step.publish_ns = 50;
     sample.step.acquire_ns = tick.handed_over ? 300 : 7;  // Only the ticks that took one count.
     return sample;

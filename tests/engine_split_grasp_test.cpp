@@ -156,7 +156,7 @@ TEST(SplitGrasp, LosesWhatLessFrictionCannotHold) {
     while (grasp.state().tick < 1200) {
       if (model.control_is_due(grasp.state().tick)) grasp.control_step();
       const TickReport tick = grasp.contact_step().tick;
-      for (int k = 0; k < kFingers; ++k) slip_m[k] += tick.slip_m[k];
+      for (int k = 0; k < kFingers; ++k) slip_m[k] += tick.patch[k].slip_m;
     }
     return *std::max_element(slip_m.begin(), slip_m.end());
   };

@@ -128,7 +128,7 @@ struct Session::Impl {
   std::string status;                     ///< As it was shown last, and
   std::optional<std::string> shown_lost;  ///< what it said of a loss.
   TickRecord last_tick;
-  std::array<double, kFingers> slip_m{};  ///< Of all ticks; the monitor's begins anew.
+  RunSums sums;  ///< Of all ticks; the monitor's begin anew.
   std::int64_t unaccounted = 0;           ///< The most of any grasp.
   bool still_shown = false;
   std::string bytes;
@@ -284,7 +284,7 @@ void Session::Impl::reset() {
   telemetry = Telemetry();
   monitor.emplace(model.scene.hand);
   watch_from_s = 0.0;
-  slip_m.fill(0.0);
+  sums = {};
   lost.reset();
   note.reset();
   can_run = grasp->first_control().grasp == GraspStatus::kOptimal;
@@ -395,16 +395,15 @@ bool Session::Impl::see(const ContactSample& sample, const ControlSample& contro
   return true;
 }
 
-/// Looks for a loss, and sums up slips.
+/// Looks for a loss, and sums up.
 void Session::Impl::watch(TickRecord& tick) {
   if (tick.time_s - watch_from_s > (lost ? kWatchLost_s : kWatch_s)) {
     lost.reset();  // A whole watch has seen nothing.
     monitor.emplace(model.scene.hand);
     watch_from_s = tick.time_s;
   }
+  sums.add(tick);
   const std::optional<Loss> loss = monitor->update(model.scene.step_s, tick);
-  for (int k = 0; k < kFingers && tick.is_measured(); ++k) slip_m[k] += tick.contact.slip_m[k];
-  tick.slip_m = slip_m;
   // Without control nobody minds the object.
   if (!loss || !model.scene.control) return;
   if (!lost) lost = loss->reason;

@@ -77,8 +77,6 @@ void Telemetry::add(const ContactSample& sample) {
   keep_last_second(contact_);
   slipped_ += sample.slipped;
   overruns_ += sample.overran;
-  injected_J_ += tick.injected_J;
-  dissipated_J_ += tick.dissipated_J;
   if (sample.stamp_ns != 0) add_latency(1e-9 * static_cast<double>(sample.end_ns - sample.stamp_ns));
 }
 
@@ -116,8 +114,6 @@ const LoopFigures& Telemetry::figures(std::int64_t now_ns) {
   figures_.contact_overruns = static_cast<double>(overruns_);
   figures_.contact_slipped = static_cast<double>(slipped_);
   figures_.control_slipped = static_cast<double>(control_slipped_);
-  figures_.injected_J = injected_J_;
-  figures_.dissipated_J = dissipated_J_;
   return figures_;
 }
 

@@ -45,7 +45,6 @@ class Telemetry {
   std::deque<Control> control_;
   std::int64_t stock_ns_ = 0;  // when it was taken
   std::int64_t overruns_ = 0, slipped_ = 0, control_slipped_ = 0;
-  double injected_J_ = 0.0, dissipated_J_ = 0.0;
   std::vector<double> latencies_s_;  // the last ones, in a ring
   std::int64_t latencies_ = 0;       // how many there have been
   bool latencies_counted_ = true;

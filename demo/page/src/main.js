@@ -105,15 +105,6 @@ function setStatus(message) {
   showBanner();
 }
 
-/** What the margins of a recording without settings are measured by: a margin is 1 - f_t / (mu f_n). NaN if nothing slides. */
-function frictionOf({force_n_N, force_t_N, cone_margin}) {
-  let best = -1;
-  cone_margin.forEach((margin, k) => {
-    if (margin < 1 && force_n_N[k] > 0 && !(force_t_N[k] <= force_t_N[best])) best = k;
-  });
-  return best < 0 ? NaN : force_t_N[best] / (force_n_N[best] * (1 - cone_margin[best]));
-}
-
 /** Shows a state; `quiet`: only for the plots' memory. */
 function showState(bytes, quiet = false) {
   const before_s = state.values.time_s[0];
@@ -121,7 +112,7 @@ function showState(bytes, quiet = false) {
   const time_s = state.values.time_s[0];
   if (time_s < before_s) picture.clearTrail();
   if (quiet) picture.remember(state.values);
-  else picture.show(state, status?.settings?.friction ?? frictionOf(state.values));
+  else picture.show(state);
   panels.show(state, picture.fullActivation, quiet);
   if (quiet) return;
   byId('time').textContent = fixed(time_s, 3);

@@ -7,8 +7,9 @@ import {fixed, length, power, short} from './format.js';
 const kEvery_ms = 100;
 const kSeconds = 5; // of the plots over time
 const kTrailSeconds = 60;
-const kRed = 0.1; // a cone margin below it
+const kRed = 0.1; // a margin below it
 const kFullSlip_m = 1e-3; // of the slip's bar
+const kFullSpin_rad = Math.PI / 6; // of the spin's bar
 
 const byId = (id) => document.getElementById(id);
 
@@ -105,7 +106,7 @@ export class Panels {
         const set = bar(meter);
         return {meter, set, text: element('td', '', row)};
       };
-      return {margin: cell(), slip: cell()};
+      return {margin: cell(), slip: cell(), spin: cell()};
     });
   }
 
@@ -187,14 +188,19 @@ export class Panels {
   }
 
   #showGrip(v) {
-    this.grip.forEach(({margin, slip}, k) => {
-      const inside = v.cone_margin[k];
+    this.grip.forEach(({margin, slip, spin}, k) => {
+      const inside = v.margin[k];
       margin.set(inside, fingerColors[k]);
       setText(margin.text, fixed(inside, 2));
       for (const cell of [margin.meter, margin.text]) cell.classList.toggle('bad', inside < kRed);
       slip.set(v.slip_m[k] / kFullSlip_m, fingerColors[k]);
       setText(slip.text, length(v.slip_m[k]));
       for (const cell of [slip.meter, slip.text]) cell.classList.toggle('bad', v.slip_m[k] >= kFullSlip_m);
+      spin.set(v.spin_rad[k] / kFullSpin_rad, fingerColors[k]);
+      setText(spin.text, `${fixed((v.spin_rad[k] * 180) / Math.PI, 1)}°`);
+      const at = (start, unit) => `since the first contact; of it at the start: ${start} ${unit}`;
+      slip.meter.title = slip.text.title = at(fixed(1e6 * v.start_slip_m[k], 1), 'µm');
+      spin.meter.title = spin.text.title = at(fixed((v.start_spin_rad[k] * 180) / Math.PI, 1), 'degrees');
     });
   }
 

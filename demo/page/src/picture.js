@@ -21,7 +21,7 @@ const kEnough = 40000; // splats
 const kEnoughForGhost = 6000;
 const kTrail = 600; // points of the path,
 const kTrailStep_m = 0.1e-3; // no nearer to each other than this
-const kSlipping = 0.1; // a cone margin below it
+const kSlipping = 0.5; // so much of a patch slides
 const kPulpLayer = 1; // what the small views show
 const kFrame_ms = 33;
 const kLongest_ms = 2000; // of a drawing: graphics that say nothing were lost
@@ -178,10 +178,10 @@ export class Picture {
     });
   }
 
-  /** Shows a state; `friction` is what the cones are made of, NaN if it is not known. */
-  show(state, friction) {
+  /** Shows a state. */
+  show(state) {
     this.state = state;
-    this.#friction = friction;
+    this.#friction = state.values.friction[0];
     const v = state.values;
     setPose(this.#object, v.object);
     setPose(this.#target, v.target);
@@ -257,7 +257,7 @@ export class Picture {
       const label = this.labels[k];
       label.text = '';
       if (!options.forces || !Number.isFinite(acts.x) || !(force.lengthSq() > 0)) continue;
-      const slipping = v.cone_margin[k] < kSlipping;
+      const slipping = v.sliding_share[k] > kSlipping;
       color.set(fingerColors[k]);
       if (slipping) color.copy(kSliding);
       fingerArrows.put(label.at.copy(acts).addScaledVector(force, -kFinger_m_per_N), acts, 1.1e-3, color);

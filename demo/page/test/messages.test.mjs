@@ -40,7 +40,7 @@ test('more contacts than there was room for', () => {
   shown.take(bytes(Buffer.concat([state(0), ...Array(500).fill(row)])));
   assert.equal(shown.contacts, 503);
   assert.equal(shown.numbers[shown.contact(502) + shown.columns.finger], 2);
-  assert.equal(shown.values.cone_margin[0], 0.6);
+  assert.equal(shown.values.margin[0], 0.6);
 });
 
 test('what is no state of this scene is refused, and the last one stays', () => {

@@ -3,13 +3,14 @@
 const kFields = [
   ['time_s', 1], ['tick', 1], ['frame', 1], ['held', 1], ['object', 12], ['target', 12], ['q_rad', 12], ['segments', 48],
   ['force_N', 9], ['desired_N', 9], ['centre_m', 9], ['normal', 9], ['force_n_N', 3], ['force_t_N', 3], ['desired_n_N', 3],
-  ['desired_t_N', 3], ['cone_margin', 3], ['slip_m', 3], ['position_m', 3], ['path_target_m', 3], ['rotation_error_rad', 1],
+  ['desired_t_N', 3], ['margin', 3], ['slip_m', 3], ['start_slip_m', 3], ['spin_rad', 3],
+  ['start_spin_rad', 3], ['sliding_share', 3], ['creep_m_per_s', 3], ['friction', 1], ['position_m', 3], ['path_target_m', 3], ['rotation_error_rad', 1],
   ['muscles_N', 2], ['pull_anchor_m', 3], ['pull_handle_m', 3], ['pull_force_N', 3], ['contacts', 1], ['active', 1],
   ['sweeps', 1], ['residual', 1], ['penetration_m', 1], ['frame_age_s', 1], ['grasp_failed', 1], ['muscles_failed', 1],
   ['find_us', 1], ['factors_us', 1], ['grasp_us', 1], ['muscle_us', 1], ['assemble_us', 1], ['solve_us', 1], ['deform_us', 1],
   ['contact_Hz', 1], ['contact_compute_us', 3], ['contact_jitter_us', 3], ['contact_overruns', 1], ['contact_slipped', 1],
-  ['control_Hz', 1], ['control_compute_us', 3], ['control_slipped', 1], ['realtime_factor', 1], ['injected_J', 1],
-  ['dissipated_J', 1], ['unaccounted', 1], ['reference_error', 1], ['reference_residual', 1], ['latency_us', 3],
+  ['control_Hz', 1], ['control_compute_us', 3], ['control_slipped', 1], ['realtime_factor', 1], ['drive_J', 1],
+  ['viscous_J', 1], ['deformation_J', 1], ['stored_J', 1], ['injected_J', 1], ['dissipated_J', 1], ['unaccounted', 1], ['reference_error', 1], ['reference_residual', 1], ['latency_us', 3],
   ['latency_counts', 24], ['displacement_m', 3 * 3 * 40],
 ];
 const kContactFields = [['finger', 1], ['control_point', 1], ['point_m', 3], ['normal', 3], ['force_N', 3]];
@@ -94,7 +95,7 @@ export function state(time_s) {
         [x + Math.sign(x) * 0.009, y + dy - 0.014, z, 0, -Math.sign(x), 0, 1, 0, 0, 0, 0, 1])],
     force_N: kTips.flatMap(([x]) => [-Math.sign(x), 0, 0.3]), centre_m: kTips.flatMap(([x, dy, z]) => [x, y + dy, z]),
     normal: kTips.flatMap(([x]) => [-Math.sign(x), 0, 0]), force_n_N: [1, 1, 1], force_t_N: [0.3, 0.3, 0.3],
-    desired_n_N: [1.1, 1.1, 1.1], desired_t_N: [0.3, 0.3, 0.3], cone_margin: [0.6, 0.6, 0.05], slip_m: [0, 1e-6, 2e-4],
+    desired_n_N: [1.1, 1.1, 1.1], desired_t_N: [0.3, 0.3, 0.3], margin: [0.6, 0.6, 0.05], slip_m: [0, 1e-6, 2e-4], spin_rad: [0, 0.01, 0.3], sliding_share: [0, 0.1, 0.9], friction: [0.8],
     position_m: [0, y, 0], path_target_m: [0, y + 1e-4, 0], muscles_N: [3, 8], contacts: [3], active: [3],
     displacement_m: Array.from({length: 360}, (_, i) => 1e-4 * Math.sin(i)),
   };
