@@ -42,11 +42,16 @@ struct DescribeShape {
   }
 };
 
+/// A point of the object.
+std::string place(const Eigen::Vector3d& p_m) {
+  return fmt::format("[{:.4g}, {:.4g}, {:.4g}] mm", 1e3 * p_m.x(), 1e3 * p_m.y(), 1e3 * p_m.z());
+}
+
 void describe_object(const ObjectSettings& object, std::ostream& out) {
   out << "  object          " << (object.compliance ? "soft " : "rigid ");
   std::visit(DescribeShape{out}, object.shape);
   if (object.points > 0) out << ", " << object.points << " points";
-  out << ", " << 1e3 * object.mass_kg << " g";
+  out << ", " << 1e3 * object.mass_kg << " g at " << place(object.centre_of_mass_m);
   if (object.compliance) {
     out << ", E* " << 1e-6 * object.compliance->reduced_modulus_Pa << " MPa, relaxation "
         << 1e3 * object.compliance->relaxation_s << " ms";
@@ -149,7 +154,7 @@ void describe_control(const Scene& scene, std::ostream& out) {
   const bool exceeds = (pyramids ? std::sqrt(2.0) : 1.0) * mu_c > scene.contact.friction;
   out << "  control         with every frame: PID, grasp forces (" << (pyramids ? "pyramids" : "exact cones")
       << ", mu_c " << mu_c << (exceeds ? ", which may ask for more friction than there is" : "") << "), "
-      << (feedforward ? "feedforward law" : "law of the paper") << ", gain " << force_gain(scene)
+      << (feedforward ? "feedforward law" : "law of the paper") << ", gain " << force_gain(scene) << " N m/rad"
       << (scene.control->gain ? "" : " (auto)") << "\n"
       << "  drive           "
       << (scene.control->muscles ? std::to_string(scene.hand.muscles.size()) + " muscles" : "joint torques") << "\n";
@@ -173,8 +178,12 @@ void describe_task(const TaskSettings& task, std::ostream& out) {
         << move->from_s << " s over " << move->over_s << " s\n";
   }
   if (const auto& push = task.push) {
-    out << "  task            pushes the object with " << push->force_N.norm() << " N from " << push->from_s
-        << " s for " << push->over_s << " s\n";
+    const double force_N = push->force_N.norm(), moment_Nm = push->moment_Nm.norm();
+    out << "  task            pushes the object with ";
+    if (force_N > 0.0 || moment_Nm == 0.0) out << force_N << " N at " << place(push->at_m);
+    if (force_N > 0.0 && moment_Nm > 0.0) out << " and ";
+    if (moment_Nm > 0.0) out << moment_Nm << " N m";
+    out << " from " << push->from_s << " s for " << push->over_s << " s\n";
   }
   if (const auto& spring = task.spring) {
     out << "  task            pulls the object to its target by a spring of " << spring->translation_N_per_m

@@ -25,10 +25,10 @@ std::string us(const ordered_json& value) {
   return fmt::format("{:.{}f}", time_us, size_us < 1.0 ? 3 : size_us < 1000.0 ? 1 : 0);
 }
 
-std::string row(const std::string& name, std::initializer_list<std::string> cells) {
+std::string row(const std::string& name, std::initializer_list<std::string> cells, const std::string& remark = "") {
   std::string line = fmt::format("  {:<28}", name);
   for (const std::string& text : cells) line += fmt::format(" {:>10}", text);
-  return line + '\n';
+  return line + remark + '\n';
 }
 std::string heading(const std::string& name, std::initializer_list<std::string> cells) {
   std::string line = fmt::format("\n{:<30}", name);
@@ -36,9 +36,11 @@ std::string heading(const std::string& name, std::initializer_list<std::string> 
   return line + '\n';
 }
 
-std::string latency_row(const std::string& name, const ordered_json& times) {
+std::string latency_row(const std::string& name, const ordered_json& times, const ordered_json& method = nullptr) {
   if (times.at("p50_us").is_null()) return "";  // the scene has no such stage
-  return row(name, {us(times.at("p50_us")), us(times.at("p99_us")), us(times.at("p999_us")), us(times.at("max_us"))});
+  const std::string remark = method.is_string() ? "   " + method.get<std::string>() : "";
+  return row(name, {us(times.at("p50_us")), us(times.at("p99_us")), us(times.at("p999_us")), us(times.at("max_us"))},
+             remark);
 }
 
 std::string accuracy_table(const ordered_json& profile) {
@@ -124,8 +126,8 @@ std::string loops_table(const ordered_json& profile) {
   table += latency_row("contact: compute", contact.at("compute"));
   table += latency_row("control: start jitter", control.at("jitter"));
   table += latency_row("control: whole tick", control.at("total"));
-  table += latency_row("  grasp-force LCP", stages.at("grasp_lcp"));
-  table += latency_row("  muscle-force LCP", stages.at("muscle_lcp"));
+  table += latency_row("  grasp forces", stages.at("grasp_lcp"), settings.at("grasp_method"));
+  table += latency_row("  muscle forces", stages.at("muscle_lcp"), settings.at("muscle_method"));
   table += latency_row("  contact finding", stages.at("find"));
   table += latency_row("  compliance", stages.at("factors"));
   return table;

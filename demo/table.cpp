@@ -17,17 +17,20 @@ std::string cell(const ordered_json& value, const char* unit) {
   return fmt::format("{:.4g}{}{}", value.get<double>(), *unit != '\0' ? " " : "", unit);
 }
 
+/// A text, or nothing.
+std::string words(const ordered_json& value) { return value.is_string() ? value.get<std::string>() : ""; }
+
 void line(std::string& table, const char* name, const std::string& value, const char* remark = "") {
   table += fmt::format("  {:<32} {:>14}{}{}\n", name, value, *remark != '\0' ? "   " : "", remark);
 }
 
 void stage(std::string& table, const ordered_json& stages, const char* key, const char* name,
-           const char* published = "") {
+           const std::string& remark = "") {
   const ordered_json& times = stages.at(key);
   const std::string median = cell(times.at("p50_us"), "us");
   if (median == "-") return;  // the scene has no such stage
   table += fmt::format("  {:<32} {:>12} {:>12}{}{}\n", name, median, cell(times.at("p99_us"), "us"),
-                       *published != '\0' ? "   " : "", published);
+                       remark.empty() ? "" : "   ", remark);
 }
 
 /// What the paper reports for so many contacts, on a 2.2 GHz Pentium IV.
@@ -75,8 +78,9 @@ std::string results_table(const ordered_json& summary) {
   line(table, "fastest point that should stick", cell(grasp.at("max_creep_um_per_s"), "um/s"));
   line(table, "contacts, median (max)", cell(contacts.at("median"), "") + " (" + cell(contacts.at("max"), "") + ")");
   line(table, "of them carrying force", cell(contacts.at("active_median"), ""));
-  line(table, "infeasible grasp, muscle LCPs",
-       cell(lcp.at("grasp_infeasible"), "") + ", " + cell(lcp.at("muscle_infeasible"), ""));
+  line(table, "ticks without a solution",
+       cell(lcp.at("grasp_infeasible"), "") + ", " + cell(lcp.at("muscle_infeasible"), ""),
+       "grasp forces, muscle forces");
   if (summary.at("muscles").is_object()) {
     line(table, "largest muscle force", cell(summary.at("muscles").at("max_force_N"), "N"));
   }
@@ -111,8 +115,9 @@ std::string results_table(const ordered_json& summary) {
   stage(table, stages, "deform", "deformation");
   stage(table, stages, "interpolate", "surface interpolation");
   stage(table, stages, "contact_total", "contact computation, total", published_contact_time(contacts));
-  stage(table, stages, "grasp_lcp", "grasp-force LCP", "published: 40 us");
-  stage(table, stages, "muscle_lcp", "muscle-force LCP");
+  stage(table, stages, "grasp_lcp", "grasp forces",
+        words(settings.at("grasp_method")) + "; published, by Lemke: 40 us");
+  stage(table, stages, "muscle_lcp", "muscle forces", words(settings.at("muscle_method")));
   stage(table, stages, "control_total", "control tick, total");
   table += "  (published: Rougeron et al. 2006, Pentium IV 2.2 GHz)\n";
   return summary.contains("loops") ? table + loops_table(summary) : table;

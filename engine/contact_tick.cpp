@@ -27,7 +27,7 @@ struct Drive {
   Mobility mobility;
 };
 
-/// Displacements of a tick: joints [rad]; object's centre [m] and rotation vector [rad], world axes.
+/// Displacements of a tick: joints [rad]; object's origin [m] and rotation vector [rad], world axes.
 struct RigidMotion {
   JointVector dq;
   Vector6d dx;
@@ -79,6 +79,9 @@ Drive drive(const Model& model, const Frame& frame, const Vector6d& wrench, Cont
   if (state.held) drive.torque = work.torque_held_Nm - kHoldStiffness * (state.q - work.q_held);
   work.resumed_Nm *= std::exp(-scene.step_s / kResume_s);
   work.torque_Nm = drive.torque;
+  // The points where weight and push act have turned with the object since the snapshot.
+  const double asked_s = static_cast<double>(frame.tick) * scene.step_s;
+  drive.wrench += model.external_wrench(asked_s, state.X_WO) - model.external_wrench(asked_s, frame.X_WO);
   if (const auto& spring = scene.task.spring) {
     const double end_s = static_cast<double>(state.tick + 1) * scene.step_s;
     const Vector6d error = pose_error(state.X_WT.value_or(model.target(end_s)), state.X_WO);

@@ -19,7 +19,7 @@ namespace thenar {
 
 /// What the caller of a contact tick brings: the place of a haptic device.
 struct TickInput {
-  Vector6d wrench = Vector6d::Zero();     ///< On the object beside the frame's, about its centre, world axes [N, N m].
+  Vector6d wrench = Vector6d::Zero();     ///< On the object beside the frame's, about its origin, world axes [N, N m].
   std::optional<Eigen::Isometry3d> X_WT;  ///< Where the object should be at this tick; nothing: where the task has it.
 };
 

@@ -40,7 +40,7 @@ GraspContact finger_contact(const Model& model, const HandPose& pose, const Snap
     const Vector3d centre = X_WF * tip.centre_m;
     const auto nearest =
         model.object.distance(snapshot.X_WO.inverse() * centre, std::numeric_limits<double>::infinity());
-    // Normals that cancel leave no direction but the one to the object's centre.
+    // Normals that cancel leave no direction but the one to the object's origin.
     n = nearest ? Vector3d(snapshot.X_WO.linear() * -nearest->normal)
                 : (snapshot.X_WO.translation() - centre).normalized();
     point = centre + tip.radius_m * n;

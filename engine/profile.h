@@ -93,7 +93,7 @@ class LoopProfile {
 [[nodiscard]] std::optional<std::string> lost_records(const ThreadsReport& report);
 
 /// Why the simulation under the profile failed, in a sentence: no grasp forces exist at the start, the object was lost,
-/// forces were not finite, an LCP found no answer, the contact solver did not converge, or records were lost, so that
+/// forces were not finite, a force problem found no answer, the contact solver did not converge, or records were lost, so that
 /// nobody knows. Nothing if it did not fail.
 [[nodiscard]] std::optional<std::string> failure(const LoopProfile& profile, const ThreadsReport& report);
 

@@ -11,6 +11,7 @@
 #include "engine/percentiles.h"
 #include "engine/source_id.h"
 #include "solvers/grasp_deficit.h"
+#include "solvers/grasp_forces.h"
 
 namespace thenar {
 
@@ -258,11 +259,11 @@ std::string explain(const Scene& scene, const UnsolvedGrasp& unsolved) {
   return message + "; no friction would do: the fingers do not oppose each other";
 }
 
-/// What the muscle LCP or the contact solver left undone in a tick; nothing: it was solved.
+/// What the muscle-force or the contact solver left undone in a tick; nothing: it was solved.
 std::string unsolved_in(const TickRecord& tick) {
   if (tick.contact.solve.status == SolveStatus::kNotFinite) return "the contact problem was not finite";
   if (tick.muscle == MuscleStatus::kInfeasible) return "no muscle forces give the torques wanted";
-  if (tick.muscle == MuscleStatus::kBudgetSpent) return "the muscle-force LCP found no answer";
+  if (tick.muscle == MuscleStatus::kBudgetSpent) return "no muscle forces were found";
   return "";
 }
 
@@ -287,11 +288,16 @@ ordered_json ledger_json(const Ledger& ledger) {
 }
 
 ordered_json loop_settings(const Scene& scene) {
+  ordered_json grasp = nullptr, muscles = nullptr;
+  if (scene.control) grasp = grasp_method(scene.control->cone);
+  if (scene.has_muscles()) muscles = "active set";
   return {{"contact_rate_hz", 1.0 / scene.step_s},
           {"control_rate_hz", 1.0 / scene.control_period_s},
           {"control_delay_ms", 1e3 * scene.control_delay_s},
           {"tolerance", scene.contact.tolerance},
-          {"max_sweeps", scene.contact.max_sweeps}};
+          {"max_sweeps", scene.contact.max_sweeps},
+          {"grasp_method", grasp},
+          {"muscle_method", muscles}};
 }
 
 ordered_json summarize(const Model& model, const Recording& recording) {

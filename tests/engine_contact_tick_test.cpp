@@ -253,6 +253,32 @@ TEST_F(MovingGrasp, MovesFreelyWithoutContacts) {
             1e-16);
 }
 
+// An eccentric object that nothing holds turns until its weight hangs below its origin: b_o dtheta/dt = -m g c sin(theta),
+// so tan(theta / 2) decays exponentially. The weight turns with the object, however old the frame is.
+TEST(FreeObject, EccentricWeightTurnsIt) {
+  constexpr double kStart_rad = 2.0, kTime_s = 1.0, kLever_m = 10e-3;
+  const auto angle_rad = [&](double period_s) {
+    Scene scene = pressed_thumb(0.0, {-1.0, 0.0, 0.0}, 10.0);
+    scene.object.rotation_damping = 5e-3;
+    scene.control_period_s = period_s;
+    const Vector3d down = scene.gravity.normalized(), axis = down.unitOrthogonal();
+    const Vector3d lever_W = Eigen::AngleAxisd(kStart_rad, axis) * down;
+    scene.object.X_WO.translation() += Vector3d(1.0, 1.0, 1.0);  // out of reach
+    scene.object.centre_of_mass_m = kLever_m * (scene.object.X_WO.linear().transpose() * lever_W);
+    Loop loop(scene);
+    loop.run(kTime_s);
+    EXPECT_LE((loop.state.X_WO.translation() - scene.object.X_WO.translation() - kTime_s / 10.0 * down).norm(), 1e-12);
+    return std::acos(down.dot(loop.state.X_WO.linear() * scene.object.centre_of_mass_m) / kLever_m);
+  };
+  constexpr double kRate_Hz = 1.0 * kLever_m / 5e-3, kStep_s = 1e-3;
+  const double known_rad = 2.0 * std::atan(std::tan(0.5 * kStart_rad) * std::exp(-kRate_Hz * kTime_s));
+  // The step is explicit: it leaves h/2 |theta''| <= h k^2 / 4 a second, which grows by exp(k t) at most.
+  const double step_rad = 0.25 * kStep_s * kRate_Hz * kRate_Hz * kTime_s * std::exp(kRate_Hz * kTime_s);
+  const double every_step_rad = angle_rad(kStep_s);
+  EXPECT_NEAR(every_step_rad, known_rad, step_rad);
+  EXPECT_NEAR(angle_rad(0.2), every_step_rad, 1e-12);
+}
+
 // Whatever the drive, the state stays finite and the forces in their cones.
 TEST_F(MovingGrasp, StaysFiniteUnderHugeForces) {
   loop.run(50e-3);

@@ -77,7 +77,7 @@ TEST(ForceGain, IsAThirdOfTheStabilityBoundOrTheScenes) {
   const Scene slow = scene_of("box_grasp", {"time.control_period=5 ms"});
   EXPECT_NEAR(force_gain(fast), 0.3 * 2.0 * 0.05 / 1e-3, 1e-12);
   EXPECT_NEAR(force_gain(slow), 0.3 * 2.0 * 0.05 / 5e-3, 1e-12);
-  EXPECT_EQ(force_gain(scene_of("box_grasp", {"control.gain=1.5"})), 1.5);
+  EXPECT_EQ(force_gain(scene_of("box_grasp", {"control.gain=1.5 N*m/rad"})), 1.5);
 }
 
 class GraspControl : public testing::Test {
@@ -98,7 +98,7 @@ class GraspControl : public testing::Test {
 
 class PaperControl : public GraspControl {
  protected:
-  PaperControl() : GraspControl({"object.points=2000", "control.law=paper", "control.gain=20"}) {}
+  PaperControl() : GraspControl({"object.points=2000", "control.law=paper", "control.gain=20 N*m/rad"}) {}
 };
 
 // K_n y_n + nu_n dy_n/dt = e with nu = tau_r K, implicit in a period T: a constant error gives

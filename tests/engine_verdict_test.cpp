@@ -127,7 +127,7 @@ TEST(Verdict, ChatterAtTheThresholdIsNotTheCauseOfASlip) {
 TEST(Verdict, EveryOutcomeButHeldHasAReason) {
   for (const auto& [overrides, expected] : {std::pair<std::string, Outcome>{"time.duration=0.6 s", Outcome::kHeld},
                                             {"contact.friction=0.2", Outcome::kSlipping},
-                                            {"control.gain=400", Outcome::kUnstable},
+                                            {"control.gain=400 N*m/rad", Outcome::kUnstable},
                                             {"control.grasp.friction=0", Outcome::kSolverFailed}}) {
     const Model model(scene_of("box_grasp", {kCoarseBox, overrides}));
     State state(model);

@@ -243,12 +243,15 @@ void published(ordered_json& part, const SmallProblems& small,
   const auto small_row = [&](const std::string& name, double theirs_us, const Solves& solves) {
     row(name, theirs_us, percentiles(solves.us), fmt::format("KKT {:.0e}", solves.worst_error));
   };
+  const auto ours = [](const std::string& problem, FrictionCone cone) {
+    return fmt::format("{} ({})", problem, grasp_method(cone));
+  };
   small_row("grasp forces, the published method (Lemke on the LCP)", kGrasp_us, small.grasp_by_lemke);
-  small_row("grasp forces, pyramids (active set)", kGrasp_us, small.grasp);
-  small_row("grasp forces, round cones", kGrasp_us, small.grasp_round);
-  small_row("grasp forces, cones active, the published method", kGrasp_us, small.active_by_lemke);
-  small_row("grasp forces, cones active, pyramids", kGrasp_us, small.active);
-  small_row("grasp forces, cones active, round cones", kGrasp_us, small.active_round);
+  small_row(ours("grasp forces", FrictionCone::kPyramid), kGrasp_us, small.grasp);
+  small_row(ours("grasp forces", FrictionCone::kExact), kGrasp_us, small.grasp_round);
+  small_row("grasp forces, cones active, the published method (Lemke on the LCP)", kGrasp_us, small.active_by_lemke);
+  small_row(ours("grasp forces, cones active", FrictionCone::kPyramid), kGrasp_us, small.active);
+  small_row(ours("grasp forces, cones active", FrictionCone::kExact), kGrasp_us, small.active_round);
   for (std::size_t k = 0; k < kContacts.size(); ++k) {
     const Percentiles residual = contacts[k].over_ticks([](const auto& tick) { return tick.solve.residual; });
     row(fmt::format("contact computation, {} contacts", kContacts[k]), published_us(kContacts[k]),

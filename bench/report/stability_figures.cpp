@@ -216,7 +216,7 @@ OutcomeMap period_gain(int count) {
           "but a shorter period. With feed-forward any smaller gain holds; the published law, torque by the force "
           "error alone, lets the box go where K is too small to hold it. `gain: auto` takes 0.3 of the line.",
           period,
-          {"control.gain", "", 0.1, 1000.0, "gain K"},
+          {"control.gain", "N*m/rad", 0.1, 1000.0, "gain K [N m/rad]"},
           shortened({}),
           {},
           {{"ours: feed-forward", true, ours, {limit}}, {"published law", false, paper, {limit}}},
@@ -382,7 +382,7 @@ std::vector<MarginKey> margin_keys(double move_s) {
       simple("friction μ", "contact.friction", 0.8, ""),
       simple("squeeze λ", "control.grasp.internal_force", 2.0, "N"),
       simple("friction μ_c that is planned with (pyramid)", "control.grasp.friction", 0.55, ""),
-      simple("gain K", "control.gain", 30.0, ""),
+      simple("gain K", "control.gain", 30.0, "N*m/rad"),
       simple("control period, K with it", "time.control_period", 1.0, "ms"),
       {"step and control period, K with it", "ms", 1.0,
        [](double v) {
