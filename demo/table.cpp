@@ -61,7 +61,8 @@ std::string results_table(const ordered_json& summary) {
            cell(settings.at("tolerance"), "") + " or " + cell(settings.at("max_sweeps"), "") + " sweeps\n";
   for (const std::string part : summary.at("parts")) table += part + "\n";
   table += "\ngrasp\n";
-  line(table, "held", cell(grasp.at("held"), ""));
+  line(table, "outcome", grasp.at("outcome").get<std::string>());
+  if (grasp.at("reason") != "") table += "    " + grasp.at("reason").get<std::string>() + "\n";
   line(table, "largest slip of a finger", cell(grasp.at("max_slip_mm"), "mm"));
   line(table, "least cone margin", cell(grasp.at("min_cone_margin"), ""));
   line(table, "contacts, median (max)", cell(contacts.at("median"), "") + " (" + cell(contacts.at("max"), "") + ")");
@@ -70,7 +71,9 @@ std::string results_table(const ordered_json& summary) {
        cell(lcp.at("grasp_infeasible"), "") + ", " + cell(lcp.at("muscle_infeasible"), ""));
   if (summary.at("muscles").is_object()) {
     line(table, "largest muscle force", cell(summary.at("muscles").at("max_force_N"), "N"));
+    line(table, "  over the most a muscle has", cell(summary.at("muscles").at("max_activation"), ""), "1: its limit");
   }
+  line(table, "least way to a joint's limit", cell(summary.at("joints").at("least_margin_rad"), "rad"));
   table += "\naccuracy\n";
   line(table, "final position error", cell(object.at("final_error_mm"), "mm"));
   line(table, "rms position error", cell(object.at("rms_error_mm"), "mm"));
