@@ -73,9 +73,9 @@ void describe_parts(const Model& model, std::ostream& out) {
   const Tolerance& allowed = scene.tolerance;
   std::cerr << "running the scene once without each of its parts\n";
   const PathRun full = run_path(model);
-  out << "\nwhat its parts cost and give\n";
-  if (!full.ended) {
-    out << "  not tried, for the scene fails: " << full.verdict.reason << "\n";
+  out << "\nwhat becomes of the grasp\n  " << in_words(full.verdict) << "\n\nwhat its parts cost and give\n";
+  if (fails(scene, full.verdict.outcome)) {
+    out << "  not tried, for the scene fails\n";
     return;
   }
   const std::vector<PartEffect> effects = ablate(model, full);
@@ -158,6 +158,10 @@ void describe_control(const Scene& scene, std::ostream& out) {
       << (scene.control->gain ? "" : " (auto)") << "\n"
       << "  drive           "
       << (scene.control->muscles ? std::to_string(scene.hand.muscles.size()) + " muscles" : "joint torques") << "\n";
+  if (scene.control->posture_Nm_per_rad) {
+    out << "  posture         kept as at the start, where the fingertips leave it free, by "
+        << *scene.control->posture_Nm_per_rad << " N m/rad\n";
+  }
 }
 
 void describe_frames(const Scene& scene, std::ostream& out) {
@@ -215,6 +219,7 @@ std::string description(const Scene& scene) {
   left_out(scene.fingertips && !scene.object.compliance, "deformation of the object (object.compliance)");
   left_out(!scene.control, "control (control): pose, grasp forces, muscles");
   left_out(scene.control && !scene.control->muscles, "muscles (control.muscles)");
+  left_out(scene.control && !scene.control->posture_Nm_per_rad, "a posture that is kept (control.posture)");
   left_out(scene.gravity.isZero(), "gravity (gravity)");
   if (complete) out << "  nothing\n";
 

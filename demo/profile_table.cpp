@@ -60,7 +60,7 @@ std::string accuracy_table(const ordered_json& profile) {
   table += row("  hand-over over tick, p99", {cell(handover.at("kick_over_tick_p99"))});
   table += row("energy injected/dissipated", {cell(profile.at("ledger").at("injected_over_dissipated"))});
   table += row("held: ticks, transitions", {cell(hold.at("ticks")), cell(hold.at("transitions"))});
-  table += row("object held by the grasp", {cell(object.at("held"))});
+  table += row("what became of the grasp", {object.at("outcome").get<std::string>()});
   table += row("  error [mm], final and max", {cell(object.at("final_error_mm")), cell(object.at("max_error_mm"))});
   table +=
       row("  turn [deg], final and max", {cell(object.at("final_rotation_deg")), cell(object.at("max_rotation_deg"))});

@@ -64,7 +64,8 @@ std::string results_table(const ordered_json& summary) {
            cell(settings.at("tolerance"), "") + " or " + cell(settings.at("max_sweeps"), "") + " sweeps\n";
   for (const std::string part : summary.at("parts")) table += part + "\n";
   table += "\ngrasp\n";
-  line(table, "held", cell(grasp.at("held"), ""));
+  line(table, "outcome", grasp.at("outcome").get<std::string>());
+  if (grasp.at("reason") != "") table += "    " + grasp.at("reason").get<std::string>() + "\n";
   const auto with_start = [](const ordered_json& start, const char* unit) {
     return "of it at the start: " + cell(start, unit);
   };
@@ -83,7 +84,9 @@ std::string results_table(const ordered_json& summary) {
        "grasp forces, muscle forces");
   if (summary.at("muscles").is_object()) {
     line(table, "largest muscle force", cell(summary.at("muscles").at("max_force_N"), "N"));
+    line(table, "  over the most a muscle has", cell(summary.at("muscles").at("max_activation"), ""), "1: its limit");
   }
+  line(table, "least way to a joint's limit", cell(summary.at("joints").at("least_margin_rad"), "rad"));
   table += "\naccuracy\n";
   line(table, "final position error", cell(object.at("final_error_mm"), "mm"));
   line(table, "rms position error", cell(object.at("rms_error_mm"), "mm"));
