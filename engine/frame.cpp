@@ -36,6 +36,7 @@ ContactGap contact_gap(const FrameContact& contact, const Isometry3d& X_FO, cons
 
 Frame::Frame(const Model& model) {
   contacts.reserve(model.max_contacts);
+  if (model.deformable()) left_out.reserve(2 * kFingers * model.pulps.front().controls());
   const Index per_finger = model.deformable() ? model.max_contacts / kFingers : 0;
   for (MatrixXd& C : compliance) C.setZero(3 * per_finger, 3 * per_finger);
   if (model.soft_object()) object_compliance.setZero(3 * model.max_contacts, 3 * model.max_contacts);

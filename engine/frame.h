@@ -37,6 +37,8 @@ struct Frame {
   std::array<Eigen::Isometry3d, kFingers> X_WF;      ///< Distal segments, at the snapshot.
   std::vector<FrameContact> contacts;                ///< Sorted by finger and control point.
   std::array<Eigen::Index, kFingers + 1> begin{};    ///< Finger k has contacts begin[k] .. begin[k + 1).
+  /// Control points in the band that their finger's list has no room for: only geometry, without E_F; sorted by finger.
+  std::vector<FrameContact> left_out;
   std::array<Eigen::MatrixXd, kFingers> compliance;  ///< C among a finger's contacts [m/N]; leading part.
   std::array<double, kFingers> softness;             ///< What its load leaves of a pulp's compliance; 1 without load.
   Eigen::MatrixXd object_compliance;                 ///< C_o among all contacts, likewise; of a rigid object none.

@@ -11,6 +11,7 @@
 #include "engine/model.h"
 #include "engine/recording.h"
 #include "engine/threads.h"
+#include "engine/warnings.h"
 
 namespace thenar {
 
@@ -59,6 +60,8 @@ class LoopProfile {
   [[nodiscard]] double dissipated_J() const { return dissipated_J_; }
   [[nodiscard]] std::int64_t control_slipped() const { return control_slipped_; }
   [[nodiscard]] const std::optional<Loss>& loss() const { return loss_; }
+  [[nodiscard]] double penetration_m() const { return penetration_m_; }
+  [[nodiscard]] std::vector<std::string> warnings() const { return warnings_.sentences(); }
 
  private:
   const Model& model_;
@@ -67,6 +70,8 @@ class LoopProfile {
   std::vector<ControlTrace> control_;
   Snapshot last_;  ///< After the contact tick before.
   double injected_J_ = 0.0, dissipated_J_ = 0.0;
+  double penetration_m_ = 0.0;  ///< The deepest.
+  Warnings warnings_;
   std::int64_t control_slipped_ = 0;
   std::optional<Loss> loss_;
 };

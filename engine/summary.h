@@ -19,7 +19,7 @@ namespace thenar {
 ///
 /// From 0.3 s on, when the grip has built up: position and rotation errors, slip, cone margin, contact counts. Over the
 /// last 0.3 s: the final errors. Slip of a finger: the sum over ticks of the smallest |delta_t| among its loaded
-/// contacts. Parts: what `model: auto` left out or not, and why, a line each. Stage times: over the ticks that ran
+/// contacts. Warnings: engine/warnings.h. Parts: what `model: auto` left out or not, and why, a line each. Stage times: over the ticks that ran
 /// the stage, null if none did.
 [[nodiscard]] nlohmann::ordered_json summarize(const Model& model, const Recording& recording);
 

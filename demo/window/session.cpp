@@ -26,6 +26,7 @@
 #include "engine/recording_file.h"
 #include "engine/split_grasp.h"
 #include "engine/threads.h"
+#include "engine/warnings.h"
 
 namespace window {
 
@@ -123,6 +124,8 @@ struct Session::Impl {
   Reference reference;
   std::optional<GraspMonitor> monitor;
   double watch_from_s = 0.0;
+  std::optional<Warnings> warnings;
+  std::size_t shown_warnings = 0;
   std::optional<std::string> lost, note;
   std::string scheduling;
   std::string status;                     ///< As it was shown last, and
@@ -267,6 +270,7 @@ void Session::Impl::change_scene(const LiveSettings& before) {
     pairing.start(first_control());
     watch_from_s += time_s() - old_now_s;
   }
+  warnings.emplace(model);
   grasp->heed_scene();
   grasp->hold_frames_back(wished.delay_periods);
   if (other_fingertips && display != nullptr) show_scene();
@@ -285,6 +289,7 @@ void Session::Impl::reset() {
   monitor.emplace(model.scene.hand);
   watch_from_s = 0.0;
   slip_m.fill(0.0);
+  warnings.emplace(model);
   lost.reset();
   note.reset();
   can_run = grasp->first_control().grasp == GraspStatus::kOptimal;
@@ -341,7 +346,7 @@ void Session::Impl::run_loops(const std::atomic<bool>& stop) {
   };
   threads.on_look = [&] {
     look_aside();
-    if (lost != shown_lost) show_status(true);  // all else stays in a run
+    if (lost != shown_lost || warnings->sentences().size() != shown_warnings) show_status(true);  // all else stays in a run
     const bool may_end = steady_now_ns() - begin_ns > kShortestRun_ns;
     return !stop && !(may_end && changed.load(std::memory_order_relaxed));
   };
@@ -402,6 +407,7 @@ void Session::Impl::watch(TickRecord& tick) {
     monitor.emplace(model.scene.hand);
     watch_from_s = tick.time_s;
   }
+  warnings->add(tick);
   const std::optional<Loss> loss = monitor->update(model.scene.step_s, tick);
   for (int k = 0; k < kFingers && tick.is_measured(); ++k) slip_m[k] += tick.contact.slip_m[k];
   tick.slip_m = slip_m;
@@ -443,11 +449,13 @@ void Session::Impl::show_scene() { display->set_scene(scene_message(model, true)
 
 void Session::Impl::show_status(bool running) {
   shown_lost = lost;
+  const std::vector<std::string> sentences = warnings->sentences();
+  shown_warnings = sentences.size();
   const auto or_null = [](const auto& text) { return text ? ordered_json(*text) : ordered_json(nullptr); };
   const ordered_json json = {{"type", "status"},         {"running", running},
                              {"paused", heeded.paused},  {"speed", heeded.speed},
                              {"lost", or_null(lost)},    {"note", or_null(note)},
-                             {"scheduling", scheduling}, {"settings", settings_json(heeded.settings)}};
+                             {"warnings", sentences},    {"scheduling", scheduling}, {"settings", settings_json(heeded.settings)}};
   const std::string text = json.dump();
   if (text == status) return;
   status = text;

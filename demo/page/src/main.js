@@ -145,7 +145,8 @@ function showBanner() {
       v?.grasp_failed[0] ? ['No grasp forces exist: the fingers cannot hold this object so', ''] :
       v?.muscles_failed[0] ? ['The muscles cannot make these torques', 'warn'] :
       v?.held[0] ? ['The frame is too old: its drive is held', 'warn'] :
-      status?.note ? [status.note, 'note'] : ['', ''];
+      status?.note ? [status.note, 'note'] :
+      status?.warnings?.length ? [status.warnings.join('; '), 'warn'] : ['', ''];
   const banner = byId('banner');
   if (banner.textContent !== text) banner.textContent = text;
   banner.className = kind;
