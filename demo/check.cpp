@@ -11,6 +11,7 @@
 #include "engine/model_parts.h"
 #include "engine/point_cloud_file.h"
 #include "engine/pulp_levels.h"
+#include "engine/warnings.h"
 
 namespace {
 
@@ -57,6 +58,12 @@ void describe_object(const ObjectSettings& object, std::ostream& out) {
         << 1e3 * object.compliance->relaxation_s << " ms";
   }
   out << "\n";
+}
+
+void describe_warnings(const Model& model, std::ostream& out) {
+  const std::vector<std::string> all = warnings(model);
+  if (!all.empty()) out << "\nwarnings\n";
+  for (const std::string& warning : all) out << "  " << warning << "\n";
 }
 
 /// What was mended in a surface that somebody brought.
@@ -225,6 +232,7 @@ std::string description(const Scene& scene) {
 
   // Made for shapes, too: whether their samples make a surface shows then.
   const Model model(scene);
+  describe_warnings(model, out);
   describe_mending(model, out);
   describe_parts(model, out);
 

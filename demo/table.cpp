@@ -63,6 +63,7 @@ std::string results_table(const ordered_json& summary) {
            (delay_ms > 0.0 ? fmt::format(", {:g} ms late", delay_ms) : "") + "; stops at residual " +
            cell(settings.at("tolerance"), "") + " or " + cell(settings.at("max_sweeps"), "") + " sweeps\n";
   for (const std::string part : summary.at("parts")) table += part + "\n";
+  for (const std::string warning : summary.at("warnings")) table += "warning: " + warning + "\n";
   table += "\ngrasp\n";
   line(table, "outcome", grasp.at("outcome").get<std::string>());
   if (grasp.at("reason") != "") table += "    " + grasp.at("reason").get<std::string>() + "\n";
@@ -96,7 +97,7 @@ std::string results_table(const ordered_json& summary) {
   line(table, "final force error", cell(grasp.at("force_error_end"), ""), "share of the desired forces");
   line(table, "  of the law without feedforward", cell(grasp.at("predicted_paper_law_error"), ""),
        "predicted: (I + S)^-1 S f^d");
-  line(table, "deepest penetration at a contact", cell(contacts.at("max_penetration_um"), "um"));
+  line(table, "deepest penetration of a pulp", cell(contacts.at("max_penetration_um"), "um"));
   const ordered_json& frames = summary.at("frames");
   const ordered_json& ledger = summary.at("ledger");
   line(table, "energy contact gave, and took", cell(ledger.at("injected_J"), "J"),

@@ -44,7 +44,7 @@ std::int32_t narrow(std::int64_t value) {
 
 }  // namespace
 
-LoopProfile::LoopProfile(const Model& model) : model_(model), monitor_(model) {
+LoopProfile::LoopProfile(const Model& model) : model_(model), monitor_(model), warnings_(model) {
   take_memory(contact_, model.scene.duration_s / model.scene.step_s);
   take_memory(control_, model.scene.duration_s / model.scene.control_period_s);
 }
@@ -83,6 +83,8 @@ void LoopProfile::add(const ContactSample& sample) {
   contact_.push_back(trace);
 
   ledger_.add(tick.ledger);
+  penetration_m_ = std::max(penetration_m_, tick.penetration_m);
+  warnings_.add(record);
   last_ = sample.after;
 }
 
@@ -310,6 +312,8 @@ ordered_json profile_json(const Model& model, const LoopProfile& profile, const 
           {"not_finite", count(ticks, [](const ContactTrace& t) { return !t.finite; })},
           {"sweeps", {{"p50", finite(sweeps.p50)}, {"p99", finite(sweeps.p99)}}},
           {"contacts", {{"p50", finite(contacts.p50)}, {"max", finite(contacts.max)}}},
+          {"max_penetration_um", 1e6 * profile.penetration_m()},
+          {"warnings", profile.warnings()},
           {"handover", handover(model, profile)},
           {"ledger", ledger},
           {"hold", hold(profile)},

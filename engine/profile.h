@@ -12,6 +12,7 @@
 #include "engine/recorder.h"
 #include "engine/recording.h"
 #include "engine/threads.h"
+#include "engine/warnings.h"
 
 namespace thenar {
 
@@ -60,6 +61,8 @@ class LoopProfile {
   [[nodiscard]] const std::vector<ControlTrace>& control() const { return control_; }
   [[nodiscard]] const Ledger& ledger() const { return ledger_; }
   [[nodiscard]] std::int64_t control_slipped() const { return control_slipped_; }
+  [[nodiscard]] double penetration_m() const { return penetration_m_; }
+  [[nodiscard]] std::vector<std::string> warnings() const { return warnings_.sentences(); }
   /// Of the ticks so far; with records lost, what is known of them.
   [[nodiscard]] Verdict verdict(const ThreadsReport& report) const;
 
@@ -71,6 +74,8 @@ class LoopProfile {
   std::vector<ControlTrace> control_;
   Snapshot last_;  ///< After the contact tick before.
   Ledger ledger_;
+  double penetration_m_ = 0.0;  ///< The deepest.
+  Warnings warnings_;
   std::int64_t control_slipped_ = 0;
 };
 

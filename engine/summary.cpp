@@ -10,6 +10,7 @@
 #include "engine/build_info.h"
 #include "engine/percentiles.h"
 #include "engine/source_id.h"
+#include "engine/warnings.h"
 #include "solvers/grasp_forces.h"
 
 namespace thenar {
@@ -296,6 +297,7 @@ ordered_json summarize(const Model& model, const Recording& recording) {
           {"simulated_s", simulated_s},
           {"settings", settings},
           {"parts", model.scene.left_out},
+          {"warnings", warnings(model, recording)},
           {"object", object_measures(model, recording)},
           {"grasp", grasp_measures(model, recording)},
           {"contacts", contact_measures(recording)},

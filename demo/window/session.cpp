@@ -26,6 +26,7 @@
 #include "engine/recording_file.h"
 #include "engine/split_grasp.h"
 #include "engine/threads.h"
+#include "engine/warnings.h"
 
 namespace window {
 
@@ -125,6 +126,8 @@ struct Session::Impl {
   std::optional<GraspMonitor> monitor;
   double watch_from_s = 0.0, judged_s = 0.0, found_s = 0.0;
   Verdict judged;  ///< What is shown: the last that was not held, until a whole watch has found nothing.
+  std::optional<Warnings> warnings;
+  std::size_t shown_warnings = 0;
   std::optional<std::string> note;
   std::string scheduling;
   std::string status;      ///< As it was shown last, and
@@ -269,6 +272,7 @@ void Session::Impl::change_scene(const LiveSettings& before) {
     pairing.start(first_control());
     for (double* const since_s : {&watch_from_s, &judged_s, &found_s}) *since_s += time_s() - old_now_s;
   }
+  warnings.emplace(model);
   grasp->heed_scene();
   grasp->hold_frames_back(wished.delay_periods);
   if (other_fingertips && display != nullptr) show_scene();
@@ -288,6 +292,7 @@ void Session::Impl::reset() {
   watch_from_s = judged_s = found_s = 0.0;
   sums = {};
   judged = {};
+  warnings.emplace(model);
   note.reset();
   can_run = grasp->first_control().grasp == GraspStatus::kOptimal;
   if (!can_run) note = "no grasp forces hold the object at the start: change the scene, or reset";
@@ -343,7 +348,8 @@ void Session::Impl::run_loops(const std::atomic<bool>& stop) {
   };
   threads.on_look = [&] {
     look_aside();
-    if (in_words(judged) != in_words(shown)) show_status(true);  // all else stays in a run
+    // All else stays in a run.
+    if (in_words(judged) != in_words(shown) || warnings->sentences().size() != shown_warnings) show_status(true);
     const bool may_end = steady_now_ns() - begin_ns > kShortestRun_ns;
     return !stop && !(may_end && changed.load(std::memory_order_relaxed));
   };
@@ -403,6 +409,7 @@ void Session::Impl::watch(TickRecord& tick, const ControlSample& control) {
   if (tick.contact.handed_over) {
     monitor->add(tick.time_s - model.scene.step_s, control.step.control, control.muscle_forces_N);
   }
+  warnings->add(tick);
   monitor->add(tick);
   const bool watched = tick.time_s - watch_from_s > (judged.outcome == Outcome::kHeld ? kWatch_s : kWatchFailed_s);
   if (!watched && !monitor->lost() && tick.time_s - judged_s < kJudge_s) return;
@@ -451,11 +458,19 @@ void Session::Impl::show_scene() { display->set_scene(scene_message(model, true)
 
 void Session::Impl::show_status(bool running) {
   shown = judged;
+  const std::vector<std::string> sentences = warnings->sentences();
+  shown_warnings = sentences.size();
   const auto or_null = [](const auto& text) { return text ? ordered_json(*text) : ordered_json(nullptr); };
-  const ordered_json json = {{"type", "status"},         {"running", running},
-                             {"paused", heeded.paused},  {"speed", heeded.speed},
-                             {"outcome", name(judged.outcome)}, {"reason", judged.reason}, {"note", or_null(note)},
-                             {"scheduling", scheduling}, {"settings", settings_json(heeded.settings)}};
+  const ordered_json json = {{"type", "status"},
+                             {"running", running},
+                             {"paused", heeded.paused},
+                             {"speed", heeded.speed},
+                             {"outcome", name(judged.outcome)},
+                             {"reason", judged.reason},
+                             {"warnings", sentences},
+                             {"note", or_null(note)},
+                             {"scheduling", scheduling},
+                             {"settings", settings_json(heeded.settings)}};
   const std::string text = json.dump();
   if (text == status) return;
   status = text;

@@ -139,7 +139,8 @@ function showBanner() {
       v?.muscles_failed[0] ? ['The muscles cannot make these torques', 'warn'] :
       status?.outcome && status.outcome !== 'held' ? [`${status.outcome}: ${status.reason}`, 'warn'] :
       v?.held[0] ? ['The frame is too old: its drive is held', 'warn'] :
-      status?.note ? [status.note, 'note'] : ['', ''];
+      status?.note ? [status.note, 'note'] :
+      status?.warnings?.length ? [status.warnings.join('; '), 'warn'] : ['', ''];
   const banner = byId('banner');
   if (banner.textContent !== text) banner.textContent = text;
   banner.className = kind;
