@@ -127,11 +127,11 @@ struct Session::Impl {
   Verdict judged;  ///< What is shown: the last that was not held, until a whole watch has found nothing.
   std::optional<std::string> note;
   std::string scheduling;
-  std::string status;      ///< As it was shown last, and
-  Verdict shown;           ///< the verdict in it.
+  std::string status;  ///< As it was shown last, and
+  Verdict shown;       ///< the verdict in it.
   TickRecord last_tick;
-  RunSums sums;  ///< Of all ticks; the monitor begins again.
-  std::int64_t unaccounted = 0;           ///< The most of any grasp.
+  RunSums sums;                  ///< Of all ticks; the monitor begins again.
+  std::int64_t unaccounted = 0;  ///< The most of any grasp.
   bool still_shown = false;
   std::string bytes;
 };
@@ -452,10 +452,15 @@ void Session::Impl::show_scene() { display->set_scene(scene_message(model, true)
 void Session::Impl::show_status(bool running) {
   shown = judged;
   const auto or_null = [](const auto& text) { return text ? ordered_json(*text) : ordered_json(nullptr); };
-  const ordered_json json = {{"type", "status"},         {"running", running},
-                             {"paused", heeded.paused},  {"speed", heeded.speed},
-                             {"outcome", name(judged.outcome)}, {"reason", judged.reason}, {"note", or_null(note)},
-                             {"scheduling", scheduling}, {"settings", settings_json(heeded.settings)}};
+  const ordered_json json = {{"type", "status"},
+                             {"running", running},
+                             {"paused", heeded.paused},
+                             {"speed", heeded.speed},
+                             {"outcome", name(judged.outcome)},
+                             {"reason", judged.reason},
+                             {"note", or_null(note)},
+                             {"scheduling", scheduling},
+                             {"settings", settings_json(heeded.settings)}};
   const std::string text = json.dump();
   if (text == status) return;
   status = text;
