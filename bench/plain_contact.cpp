@@ -306,7 +306,8 @@ std::function<double(const Scene&)> penalty_step_limit(const Model& model, doubl
   own.scene.duration_s = duration_s;
   PlainTick tick(own, {});
   Frame frame(own);
-  if (run(own, tick, frame).verdict.outcome != Outcome::kHeld) return [](const Scene&) { return std::numeric_limits<double>::quiet_NaN(); };
+  if (run(own, tick, frame).verdict.outcome != Outcome::kHeld)
+    return [](const Scene&) { return std::numeric_limits<double>::quiet_NaN(); };
   return tick.penalty_limit(frame);
 }
 

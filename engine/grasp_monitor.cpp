@@ -275,16 +275,17 @@ Verdict GraspMonitor::verdict() const {
   verdict.force_chatter = force_chatter();
   if (loss_) verdict.lost_s = loss_->time_s;
 
-  // The gravest first. Forces that cannot be found because a finger slid are not the solver's fault.
+  // The gravest first. Forces that cannot be found because a finger slid or forces chattered are not the solver's fault.
   std::vector<std::pair<Outcome, std::string>> found;
   const auto add = [&](Outcome outcome, std::string what) {
     if (!what.empty()) found.emplace_back(outcome, std::move(what));
   };
-  const bool cause = unsolved_ && !(trouble_s_ && *trouble_s_ < unsolved_->time_s - 1e-9);
+  const std::string chatter = chatter_in_words();
+  const bool cause = unsolved_ && chatter.empty() && *trouble_s_ >= unsolved_->time_s - 1e-9;
   add(Outcome::kSolverFailed, contact_failure().value_or(""));
   if (cause) add(Outcome::kSolverFailed, unsolved_->what);
   if (loss_) add(Outcome::kLost, loss_->what);
-  add(Outcome::kUnstable, chatter_in_words());
+  add(Outcome::kUnstable, chatter);
   add(Outcome::kSlipping, slips_in_words());
   add(Outcome::kOffTarget, way_off_in_words());
   add(Outcome::kOverLimits, limits_in_words(verdict.beyond));

@@ -251,9 +251,9 @@ ordered_json object(const Model& model, const LoopProfile& profile, const Thread
   const auto deg = [](const ContactTrace& t) { return kDegrees * static_cast<double>(t.rotation_error_rad); };
   ordered_json json = verdict_json(profile.verdict(report));
   json.update({{"final_error_mm", finite(mean(collect(ticks, mm, last)))},
-                    {"max_error_mm", finite(percentiles(collect(ticks, mm, measured)).max)},
-                    {"final_rotation_deg", finite(mean(collect(ticks, deg, last)))},
-                    {"max_rotation_deg", finite(percentiles(collect(ticks, deg, measured)).max)}});
+               {"max_error_mm", finite(percentiles(collect(ticks, mm, measured)).max)},
+               {"final_rotation_deg", finite(mean(collect(ticks, deg, last)))},
+               {"max_rotation_deg", finite(percentiles(collect(ticks, deg, measured)).max)}});
   return json;
 }
 

@@ -21,8 +21,8 @@ inline constexpr double kOffTarget_rad = 20.0 * std::numbers::pi / 180.0;
 /// Chatter of forces. Steady grips have 1e-9 to 2e-4, 2e-3 in steps of 20 ms; loops and springs beyond their limits 0.014
 /// and more. Before anything else goes wrong it must be twice as much to be the cause.
 inline constexpr double kChatters = 0.01;
-inline constexpr double kNotConverged = 1e-2;   ///< A contact solve with a larger residual is no answer,
-inline constexpr double kMostUnsolved = 0.01;   ///< and more than this share of such ticks no run.
+inline constexpr double kNotConverged = 1e-2;  ///< A contact solve with a larger residual is no answer,
+inline constexpr double kMostUnsolved = 0.01;  ///< and more than this share of such ticks no run.
 
 /// What became of a grasp, the least grave first. Of several the gravest is the word; the reason names all.
 enum class Outcome {
@@ -36,9 +36,9 @@ enum class Outcome {
   kSolverFailed,  ///< A solve found no answer, or there is none.
   kRefused,       ///< The scene was rejected.
 };
-inline constexpr std::array kOutcomes = {
-    Outcome::kHeld,     Outcome::kUnknown, Outcome::kOverLimits,   Outcome::kOffTarget, Outcome::kSlipping,
-    Outcome::kUnstable, Outcome::kLost,    Outcome::kSolverFailed, Outcome::kRefused};
+inline constexpr std::array kOutcomes = {Outcome::kHeld,      Outcome::kUnknown,      Outcome::kOverLimits,
+                                         Outcome::kOffTarget, Outcome::kSlipping,     Outcome::kUnstable,
+                                         Outcome::kLost,      Outcome::kSolverFailed, Outcome::kRefused};
 
 /// As all reports have it: "held", "unknown", "over limits", "off target", "slipping", "unstable", "lost", "solver failed",
 /// "refused".

@@ -187,7 +187,8 @@ TEST_F(GraspControl, PostureTorquesActWhereTheFingertipLeavesTheJointsFree) {
       const Eigen::Vector4d e = error.segment<kJointsPerFinger>(kJointsPerFinger * k);
       const Eigen::Vector4d tau = posture_torques(J, 0.5, e);
       EXPECT_LE((J * tau).norm(), 1e-14 * J.norm() * e.norm());
-      const Eigen::Matrix4d onto = Eigen::Matrix4d::Identity() - J.completeOrthogonalDecomposition().pseudoInverse() * J;
+      const Eigen::Matrix4d onto =
+          Eigen::Matrix4d::Identity() - J.completeOrthogonalDecomposition().pseudoInverse() * J;
       EXPECT_LE((tau - 0.5 * onto * e).norm(), 1e-10 * e.norm());
     }
   }

@@ -76,8 +76,11 @@ struct SyntheticRun {
     sample.end_ns = sample.start_ns + (hundredth ? 50'000 : 20'000);
     sample.after = state;
     sample.after.tick = i + 1;
-    for (FingerLoad& load : sample.after.load) load.normal_N = 1.0;
-    sample.after.load[0].force_N = {force_N, 0.0, 0.0};
+    for (FingerLoad& load : sample.after.load) {
+      load.normal_N = 1.0;
+      load.normal = load.force_N = Eigen::Vector3d::UnitZ();
+    }
+    sample.after.load[0].force_N.x() = force_N;
     TickReport& tick = sample.step.tick;
     tick.sequence = i / kPeriod;
     tick.frame_age = i % kPeriod + 1;

@@ -130,11 +130,11 @@ struct Session::Impl {
   std::size_t shown_warnings = 0;
   std::optional<std::string> note;
   std::string scheduling;
-  std::string status;      ///< As it was shown last, and
-  Verdict shown;           ///< the verdict in it.
+  std::string status;  ///< As it was shown last, and
+  Verdict shown;       ///< the verdict in it.
   TickRecord last_tick;
-  RunSums sums;  ///< Of all ticks; the monitor begins again.
-  std::int64_t unaccounted = 0;           ///< The most of any grasp.
+  RunSums sums;                  ///< Of all ticks; the monitor begins again.
+  std::int64_t unaccounted = 0;  ///< The most of any grasp.
   bool still_shown = false;
   std::string bytes;
 };
