@@ -163,7 +163,7 @@ TEST(LateFrames, ARunStartsFreeOfTheHoldOfTheLast) {
   ASSERT_TRUE(state.held);
   const double grip_N = state.load[0].normal_N;
   const Recording again = run_lockstep(model, state);
-  EXPECT_FALSE(again.loss);
+  EXPECT_FALSE(again.verdict.lost_s) << again.verdict.reason;
   for (const TickRecord& tick : again.ticks) EXPECT_GT(tick.force[0].normal_N, 0.5 * grip_N);
 }
 
