@@ -63,7 +63,7 @@ struct PatchPoints {
 ///     1 - sqrt((|F_t| / (mu F_n))^2 + (M_n / M_max)^2),   M_max = mu sum f_n,i |r_i|
 /// F the resultant, M_n its moment about the mean normal through the pressure centre, from which r_i are taken, M_max the
 /// most torsion that this pressure can carry. 1: no load on friction; 0: the patch slides as a whole. Between a pure pull
-/// and a pure torsion a Hertz patch carries up to 6 % more than the ellipsoid says. NaN without load or friction.
+/// and a pure torsion a Hertz patch carries up to 6 % less than the ellipsoid says. NaN without load or friction.
 [[nodiscard]] double patch_margin(std::span<const PatchPoint> patch, const FingerLoad& load, double mu);
 
 /// Notes what is loaded with the forces f (3 rows a contact), at the state that the kinematics belong to.
