@@ -128,8 +128,8 @@ struct Session::Impl {
   std::string status;                     ///< As it was shown last, and
   std::optional<std::string> shown_lost;  ///< what it said of a loss.
   TickRecord last_tick;
-  RunSums sums;  ///< Of all ticks; the monitor's begin anew.
-  std::int64_t unaccounted = 0;           ///< The most of any grasp.
+  RunSums sums;                  ///< Of all ticks; the monitor's begin anew.
+  std::int64_t unaccounted = 0;  ///< The most of any grasp.
   bool still_shown = false;
   std::string bytes;
 };
