@@ -195,16 +195,17 @@ void report_contacts(const Frame& frame, const ContactWorkspace& work, TickRepor
 }
 
 /// The bodies' part of the ledger: the drive is taken at the end of the step, as the springs are.
-void book_motion(const Scene& scene, const Drive& drive, const State& state, const RigidMotion& motion, Ledger& ledger) {
+void book_motion(const Scene& scene, const Drive& drive, const State& state, const RigidMotion& motion,
+                 Ledger& ledger) {
   const Spring spring = scene.task.spring.value_or(Spring{});
   const double joints = motion.dq.squaredNorm(), way = motion.dx.head<3>().squaredNorm(),
                turn = motion.dx.tail<3>().squaredNorm();
   ledger.drive_J = drive.torque.dot(motion.dq) + drive.wrench.dot(motion.dx) -
                    (state.held ? kHoldStiffness : 0.0) * joints - spring.translation_N_per_m * way -
                    spring.rotation_Nm_per_rad * turn;
-  ledger.viscous_J = (scene.joint_viscosity * joints + scene.object.translation_damping * way +
-                      scene.object.rotation_damping * turn) /
-                     scene.step_s;
+  ledger.viscous_J =
+      (scene.joint_viscosity * joints + scene.object.translation_damping * way + scene.object.rotation_damping * turn) /
+      scene.step_s;
 }
 
 /// Elastic energy a step later of a body that was moved by u = rho u + (1 - rho) C f. With phi the force that holds u,
@@ -276,7 +277,8 @@ void press_in(const Model& model, const Frame& frame, ContactWorkspace& work, St
   // One tick of bodies that nothing moves. To have all of C f and C_o f, forces are taken by the shares that deformation
   // gains of them in a tick.
   const double share = 1.0 - memory(model.pulps.front().material, model.scene.step_s);
-  const double object_share = model.soft_object() ? 1.0 - memory(*model.scene.object.compliance, model.scene.step_s) : 1.0;
+  const double object_share =
+      model.soft_object() ? 1.0 - memory(*model.scene.object.compliance, model.scene.step_s) : 1.0;
   GroupedDelassus W = delassus_operator(model, frame, work.kinematics, {0.0, 0.0, 0.0});
   W.compliance_scale = object_share;
   work.delta_free.head(3 * n).setZero();

@@ -38,11 +38,11 @@ struct PatchPoint {
   Eigen::Vector3d u_O;       ///< A soft object's, likewise; object frame.
   Eigen::Vector3d u_end_F;   ///< Both at the end.
   Eigen::Vector3d u_end_O;
-  Eigen::Vector3d x_O;       ///< The finger's point against the object's surface, at the start; object frame.
-  Eigen::Vector3d r_W;       ///< Where finger and object meet, from the patch's pressure centre; at the start.
-  Eigen::Vector3d f_W;       ///< On the object [N].
-  double normal_N = 0.0;     ///< Its normal part.
-  Eigen::Vector3d d_W;       ///< Displacement of the finger's point against the object's, along the surface.
+  Eigen::Vector3d x_O;    ///< The finger's point against the object's surface, at the start; object frame.
+  Eigen::Vector3d r_W;    ///< Where finger and object meet, from the patch's pressure centre; at the start.
+  Eigen::Vector3d f_W;    ///< On the object [N].
+  double normal_N = 0.0;  ///< Its normal part.
+  Eigen::Vector3d d_W;    ///< Displacement of the finger's point against the object's, along the surface.
 };
 
 /// The loaded contacts of a tick, noted before they move.
@@ -63,7 +63,7 @@ struct PatchPoints {
 ///     1 - sqrt((|F_t| / (mu F_n))^2 + (M_n / M_max)^2),   M_max = mu sum f_n,i |r_i|
 /// F the resultant, M_n its moment about the mean normal through the pressure centre, from which r_i are taken, M_max the
 /// most torsion that this pressure can carry. 1: no load on friction; 0: the patch slides as a whole. Between a pure pull
-/// and a pure torsion a Hertz patch carries up to 6 % more than the ellipsoid says. NaN without load or friction.
+/// and a pure torsion a Hertz patch carries up to 6 % less than the ellipsoid says. NaN without load or friction.
 [[nodiscard]] double patch_margin(std::span<const PatchPoint> patch, const FingerLoad& load, double mu);
 
 /// Notes what is loaded with the forces f (3 rows a contact), at the state that the kinematics belong to.

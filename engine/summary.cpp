@@ -172,9 +172,7 @@ ordered_json frame_measures(const Recording& recording) {
     transitions += tick.contact.held != held ? 1 : 0;
     held = tick.contact.held;
   }
-  return {{"handovers", handovers},
-          {"held_ticks", held_ticks},
-          {"hold_transitions", transitions}};
+  return {{"handovers", handovers}, {"held_ticks", held_ticks}, {"hold_transitions", transitions}};
 }
 
 ordered_json lcp_measures(const Recording& recording) {

@@ -41,7 +41,12 @@ void expect_accurate(const SceneRun& run, double rms_mm, double off_axis_mm) {
   EXPECT_LE(run.number("object", "rms_error_mm"), rms_mm);
   EXPECT_LE(run.number("object", "max_off_axis_error_mm"), off_axis_mm);
   EXPECT_LE(run.number("object", "max_rotation_deg"), 0.8);
-  EXPECT_LE(run.number("grasp", "max_slip_mm"), 0.02);
+  // The patches turn by 5 degrees under the box's weight, and their rims slide: 0.10 mm. Little of it is the start's.
+  EXPECT_LE(run.number("grasp", "max_slip_mm"), 0.2);
+  EXPECT_LE(run.number("grasp", "max_start_slip_mm"), 0.02);
+  EXPECT_LE(run.number("grasp", "max_spin_deg"), 10.0);
+  EXPECT_GE(run.number("grasp", "min_margin"), 0.06);  // What the ellipsoid may be off.
+  EXPECT_LE(std::abs(run.number("ledger", "unbalanced_J")), 1e-5);
   EXPECT_LE(run.number("grasp", "force_error_end"), 0.01);
   EXPECT_EQ(run.number("lcp", "grasp_infeasible"), 0);
   EXPECT_EQ(run.number("lcp", "muscle_infeasible"), 0);
@@ -111,7 +116,7 @@ TEST(BoxTurn, EndsTurned) {
   const SceneRun run("box_turn");
   expect_held(run);
   EXPECT_LE(run.number("object", "final_rotation_deg"), 0.2);
-  EXPECT_LE(run.number("grasp", "max_slip_mm"), 0.02);
+  EXPECT_LE(run.number("grasp", "max_slip_mm"), 0.2);
 }
 
 TEST(BoxPush, ComesBack) {
