@@ -177,16 +177,12 @@ void report_left_out(const Model& model, const Frame& frame, const ContactWorksp
 
 void report_contacts(const Frame& frame, const ContactWorkspace& work, TickReport& report) {
   report.contacts = frame.size();
-  for (const FrameContact& point : frame.left_out) report.full[point.finger] = true;
   double work_J = 0.0;  // of the contact forces on the bodies
   for (int k = 0; k < kFingers; ++k) {
     bool loaded = false;
     for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
       report.penetration_m = std::max(report.penetration_m, work.offset_m[i] - work.delta[3 * i]);
-      if (work.f[3 * i] <= 0.0) {
-        report.full[k] = false;
-        continue;
-      }
+      if (work.f[3 * i] <= 0.0) continue;
       const auto slip = work.delta.segment<2>(3 * i + 1);
       work_J += work.f[3 * i] * (work.delta[3 * i] - work.offset_m[i] - work.kinematics.gap_m[i]) +
                 work.f.segment<2>(3 * i + 1).dot(slip);
