@@ -179,13 +179,9 @@ void report_left_out(const Model& model, const Frame& frame, const ContactWorksp
 
 void report_contacts(const Frame& frame, const ContactWorkspace& work, TickReport& report) {
   report.contacts = frame.size();
-  report.full.fill(false);
-  for (const FrameContact& point : frame.left_out) report.full[point.finger] = true;
   for (Index i = 0; i < frame.size(); ++i) {
     report.penetration_m = std::max(report.penetration_m, work.offset_m[i] - work.delta[3 * i]);
-    if (work.f[3 * i] <= 0.0) {
-      report.full[frame.contacts[i].finger] = false;
-      continue;
+    if (work.f[3 * i] <= 0.0) continue;
     }
     ++report.active;
     const double work_J = work.f[3 * i] * (work.delta[3 * i] - work.offset_m[i] - work.kinematics.gap_m[i]) +

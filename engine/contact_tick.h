@@ -69,7 +69,6 @@ struct TickReport {
   /// list has no room for, at its start.
   double penetration_m = 0.0;
   std::array<double, kFingers> left_out_m{};  ///< Of the latter alone, by finger; 0: none is in the object.
-  std::array<bool, kFingers> full{};          ///< All of a finger's contacts carry force, and there was no room for more.
   std::array<PatchReport, kFingers> patch;
   double assemble_s = 0.0;  ///< Hand-over, drive, gaps and Jacobians: what W is made of.
   double solve_s = 0.0;     ///< Free motion, Gauss-Seidel and commit.

@@ -50,6 +50,7 @@ LevelEstimate estimate_level(const Scene& scene, const std::vector<Pulp>& pulps,
         if (loaded == scene.contact.max_per_finger) {
           const PressedPulp whole = press(pulp, n, depth_m, scene.contact.band_m, pulp.controls());
           loaded = (whole.force_N.array() > 0.0).count();
+          result.missing = std::max(result.missing, 1.0 - pressed.force_N.sum() / whole.force_N.sum());
         }
         result.needed = std::max(result.needed, loaded);
       }

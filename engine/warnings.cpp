@@ -15,6 +15,9 @@ namespace {
 // Left-out points are measured against the planes of the samples near them: on curved objects to some um.
 constexpr double kNoticedDepth_m = 10e-6;
 
+// Of a pulp's force: about what its kernel errs by at the scenes' own levels.
+constexpr double kNoticedShare = 0.01;
+
 /// Hertz's contact radius over the pulp's.
 double patch_share(const Pulp& pulp, const Scene& scene, double normal_N) {
   return hertz_radius_m(pulp, normal_N, scene.object.compliance) / pulp.radius_m;
@@ -33,7 +36,7 @@ void Warnings::add(const TickRecord& tick) {
   ++ticks_;
   for (std::size_t k = 0; k < model_.pulps.size(); ++k) {
     const double depth_m = tick.contact.left_out_m[k], normal_N = tick.force[k].normal_N;
-    if (tick.contact.full[k] || depth_m > kNoticedDepth_m) full_[k].add(tick.time_s, depth_m);
+    if (depth_m > kNoticedDepth_m) full_[k].add(tick.time_s, depth_m);
     if (patch_share(model_.pulps[k], model_.scene, normal_N) > kHalfSpaceShare) deep_[k].add(tick.time_s, normal_N);
   }
 }
@@ -44,8 +47,9 @@ std::vector<std::string> Warnings::sentences() const {
     const std::string& finger = model_.scene.hand.fingertips[k].finger;
     if (const Beyond& full = full_[k]; full.ticks > 0) {
       all.push_back(fmt::format(
-          "the {}'s contacts are too few (contact.max_per_finger: {}) in {:.3g} % of the ticks, from {:.3f} s on: control "
-          "points without room were up to {:.3g} mm in the object; thenar check says what would serve",
+          "the {}'s list of contacts is too short (contact.max_per_finger: {}) in {:.3g} % of the ticks, from {:.3f} s on: "
+          "control points without room pass up to {:.3g} mm into the object, and the force is too small; thenar check says "
+          "what would serve",
           finger, model_.scene.contact.max_per_finger,
           100.0 * static_cast<double>(full.ticks) / static_cast<double>(ticks_), full.since_s, 1e3 * full.worst));
     }
@@ -73,11 +77,11 @@ std::vector<std::string> warnings(const Model& model) {
   if (!model.deformable()) return all;
   const Scene& scene = model.scene;
   const LevelEstimate used = estimate_level(scene, model.pulps, model.level);
-  if (used.needed > scene.contact.max_per_finger) {
+  if (used.missing > kNoticedShare) {
     std::string text = fmt::format(
-        "contact.max_per_finger: {} is too few: {} of {} control points carry the load expected, and the force is {:.2g} % "
-        "off. {} would serve",
-        scene.contact.max_per_finger, used.needed, used.controls, 100.0 * used.force_error, used.needed);
+        "contact.max_per_finger: {} is too few: {} of {} control points carry the load expected, and without room for them "
+        "up to {:.2g} % of the force is missing. {} would serve",
+        scene.contact.max_per_finger, used.needed, used.controls, 100.0 * used.missing, used.needed);
     std::vector<Pulp> pulps = make_pulps(scene);
     const LevelEstimate better = choose_level(estimate_levels(scene, pulps), scene.contact.force_error);
     if (better.level != model.level && better.force_error < used.force_error) {

@@ -70,6 +70,8 @@ TEST(Profile, WritesEveryNumberThatItPromises) {
   EXPECT_EQ(profile.at("not_finite"), 0);
   EXPECT_EQ(profile.at("object").at("held"), true);
   EXPECT_TRUE(profile.at("floor").is_null());
+  EXPECT_LT(profile.at("max_penetration_um"), 100.0);
+  EXPECT_TRUE(profile.at("warnings").empty()) << profile.at("warnings");
   for (const char* key : {"sweeps", "contacts", "hold", "wall_s", "simulated_s", "build", "settings"}) {
     EXPECT_TRUE(profile.contains(key)) << key;
   }

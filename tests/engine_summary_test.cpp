@@ -68,11 +68,15 @@ TEST(BoxGrasp, HoldsWithControlEvery5ms) {
   expect_accurate(run, 1.2, 0.3);
 }
 
-// 5, 10 and 20 contacts a finger are the published 15, 30 and 60: every finger has that many at all times.
+// 5, 10 and 20 contacts a finger are the published 15, 30 and 60: every finger has that many at all times, and they serve
+// 16 control points each: no pulp passes into the box.
 class ContactCount : public testing::TestWithParam<int> {};
 TEST_P(ContactCount, IsKeptAndHolds) {
-  const SceneRun run("box_grasp", {"contact.max_per_finger=" + std::to_string(GetParam())});
+  const SceneRun run("box_grasp", {"contact.max_per_finger=" + std::to_string(GetParam()),
+                                   "fingertips.leaves=" + std::to_string(16 * GetParam())});
   expect_held(run);
+  EXPECT_LE(run.number("contacts", "max_penetration_um"), 10.0);
+  EXPECT_TRUE(run.summary.at("warnings").empty()) << run.summary.at("warnings");
   EXPECT_LE(run.number("grasp", "force_error_end"), 0.015);
   EXPECT_EQ(run.number("contacts", "min"), 3 * GetParam());
   EXPECT_EQ(run.number("contacts", "max"), 3 * GetParam());
