@@ -182,7 +182,6 @@ void report_contacts(const Frame& frame, const ContactWorkspace& work, TickRepor
   for (Index i = 0; i < frame.size(); ++i) {
     report.penetration_m = std::max(report.penetration_m, work.offset_m[i] - work.delta[3 * i]);
     if (work.f[3 * i] <= 0.0) continue;
-    }
     ++report.active;
     const double work_J = work.f[3 * i] * (work.delta[3 * i] - work.offset_m[i] - work.kinematics.gap_m[i]) +
                           work.f.segment<2>(3 * i + 1).dot(work.delta.segment<2>(3 * i + 1));
