@@ -268,6 +268,7 @@ void Session::Impl::change_scene(const LiveSettings& before) {
     live = std::make_unique<LiveContact>(model, inputs, hands);
     pairing.start(first_control());
     for (double* const since_s : {&watch_from_s, &judged_s, &found_s}) *since_s += time_s() - old_now_s;
+    monitor.emplace(model);  // Its memory is as long as the steps are short.
   }
   grasp->heed_scene();
   grasp->hold_frames_back(wished.delay_periods);
