@@ -271,6 +271,7 @@ void Session::Impl::change_scene(const LiveSettings& before) {
     live = std::make_unique<LiveContact>(model, inputs, hands);
     pairing.start(first_control());
     for (double* const since_s : {&watch_from_s, &judged_s, &found_s}) *since_s += time_s() - old_now_s;
+    monitor.emplace(model);  // Its memory is as long as the steps are short.
   }
   warnings.emplace(model);
   grasp->heed_scene();
