@@ -14,7 +14,8 @@ struct FactoredContacts {
   GroupedDelassus::CommonJacobian J_common;
   double own_mobility = 0.0;
   GroupedDelassus::CommonMotion common_mobility = GroupedDelassus::CommonMotion::Zero();
-  std::vector<Eigen::MatrixXd> compliance;
+  std::vector<Eigen::MatrixXd> kernel;
+  GroupedDelassus::Tensors tensors;
   double compliance_scale = 1.0;
 
   [[nodiscard]] GroupedDelassus operator_of() const {
@@ -23,13 +24,14 @@ struct FactoredContacts {
             .J_common = J_common,
             .own_mobility = own_mobility,
             .common_mobility = common_mobility,
-            .compliance = compliance,
+            .kernel = kernel,
+            .tensors = tensors,
             .compliance_scale = compliance_scale};
   }
 
   [[nodiscard]] double bytes() const {
-    Eigen::Index numbers = J_own.size() + J_common.size() + common_mobility.size();
-    for (const Eigen::MatrixXd& finger : compliance) numbers += finger.size();
+    Eigen::Index numbers = J_own.size() + J_common.size() + common_mobility.size() + tensors.size();
+    for (const Eigen::MatrixXd& finger : kernel) numbers += finger.size();
     return static_cast<double>(sizeof(double)) * static_cast<double>(numbers);
   }
 

@@ -246,7 +246,7 @@ std::function<double(const Scene&)> PlainTick::penalty_limit(const Frame& frame)
   for (int part = 0; part < 3; ++part) {
     GroupedDelassus body =
         delassus_operator(model_, frame, now_, {part == 0 ? 1.0 : 0.0, part == 1 ? 1.0 : 0.0, part == 2 ? 1.0 : 0.0});
-    body.compliance = {};
+    body.kernel = {};
     MatrixXd W(n, n);
     body.to_dense(W);
     parts[part] = root_k.asDiagonal() * W * root_k.asDiagonal();
@@ -280,7 +280,7 @@ Recording run(const Model& model, PlainTick& tick, Frame& frame) {
     if (controlled) {
       const Snapshot snapshot = state;
       control = control_tick(model, snapshot, controller, frame);
-      recorder.check_grasp(time_s, control, snapshot.X_WO.translation());
+      recorder.add(time_s, control, controller.f_muscle);
       if (state.tick == 0 && recorder.has_unsolved()) break;
     }
     const TickReport contact = tick.tick(frame, state);
@@ -306,8 +306,7 @@ std::function<double(const Scene&)> penalty_step_limit(const Model& model, doubl
   own.scene.duration_s = duration_s;
   PlainTick tick(own, {});
   Frame frame(own);
-  const bool lost = run(own, tick, frame).loss.has_value();
-  if (lost) return [](const Scene&) { return std::numeric_limits<double>::quiet_NaN(); };
+  if (run(own, tick, frame).verdict.outcome != Outcome::kHeld) return [](const Scene&) { return std::numeric_limits<double>::quiet_NaN(); };
   return tick.penalty_limit(frame);
 }
 

@@ -17,10 +17,11 @@ FactoredContacts copy_of(const GroupedDelassus& W) {
   factors.J_common = W.J_common.topRows(3 * W.contacts());
   factors.own_mobility = W.own_mobility;
   factors.common_mobility = W.common_mobility;
-  for (std::size_t k = 0; k < W.compliance.size(); ++k) {
-    const Index rows = 3 * (factors.begin[k + 1] - factors.begin[k]);
-    factors.compliance.emplace_back(W.compliance[k].topLeftCorner(rows, rows));
+  for (std::size_t k = 0; k < W.kernel.size(); ++k) {
+    const Index contacts = factors.begin[k + 1] - factors.begin[k];
+    factors.kernel.emplace_back(W.kernel[k].topLeftCorner(contacts, contacts));
   }
+  if (!W.kernel.empty()) factors.tensors = W.tensors.topRows(3 * W.contacts());
   factors.compliance_scale = W.compliance_scale;
   return factors;
 }

@@ -91,7 +91,7 @@ struct Path {
       forward_kinematics(scene.hand, state.q, controller.pose);
       for (int k = 0; k < kFingers; ++k) frame.X_WF[k] = controller.pose.distal(scene.hand, k);
       find_frame_contacts(model, controller.pose, state, controller.search, frame);
-      fill_compliance(model, frame);
+      fill_kernels(model, frame);
     }
     frame.sequence = sequence;
     while (drives.size() > 1 && drives[1].first <= state.tick) drives.pop_front();

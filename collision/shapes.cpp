@@ -61,6 +61,34 @@ bool is_inside_handle(const Mug& mug, const Vector3d& p_m) {
   return std::hypot(to_circle_m, p_m.y()) < 0.5 * mug.handle->thickness_m;
 }
 
+/// A volume [m^3] and its first moment along x [m^4].
+struct VolumeMoment {
+  double volume_m3 = 0.0, moment_m4 = 0.0;
+};
+
+/// The handle of a mug: the part of its torus outside of the cylinder. It is cut across y into slices: the ring between
+/// two circles around (radius, 0, 0), where it is beyond the wall's x.
+VolumeMoment handle_volume(const Mug& mug) {
+  const double R = mug.radius_m, a = mug.handle->radius_m, b = 0.5 * mug.handle->thickness_m;
+  VolumeMoment handle;
+  // With y = b sin(phi) the integrand is analytic and has the period pi: the midpoint rule converges like a power of n.
+  constexpr int kSlices = 256;
+  for (int i = 0; i < kSlices; ++i) {
+    const double phi = pi * ((i + 0.5) / kSlices - 0.5);
+    const double y = b * std::sin(phi), half_width = b * std::cos(phi);
+    const double wall = std::sqrt(R * R - y * y) - R;  // From the ring's centre; both circles reach beyond it.
+    const double thickness = pi / kSlices * half_width;
+    for (const double side : {1.0, -1.0}) {
+      const double r = a + side * half_width;  // A disc of radius r beyond x = wall, less that of the hole.
+      const double half_chord = std::sqrt(r * r - wall * wall);
+      const double area = r * r * std::acos(wall / r) - wall * half_chord;
+      handle.volume_m3 += side * thickness * area;
+      handle.moment_m4 += side * thickness * (R * area + 2.0 / 3.0 * half_chord * half_chord * half_chord);
+    }
+  }
+  return handle;
+}
+
 /// The sample of a superquadric in direction d from its centre. The half sizes are 1.
 SurfaceSample on_unit_superquadric(const Exponents& e, const Vector3d& d) {
   const double e1 = e.north_south, e2 = e.east_west;
@@ -166,6 +194,14 @@ bool Mug::handle_fits() const {
   if (!handle) return true;
   const double half_m = handle->radius_m + 0.5 * handle->thickness_m;
   return 0.5 * handle->thickness_m < handle->radius_m && half_m < 0.5 * height_m && half_m < radius_m;
+}
+
+Vector3d centroid_m(const Mug& mug) {
+  const double inner_m = mug.radius_m - mug.wall_m;
+  const double hollow_m3 = pi * inner_m * inner_m * (mug.height_m - mug.wall_m);  // Its centroid is wall/2 high.
+  const double cup_m3 = pi * mug.radius_m * mug.radius_m * mug.height_m - hollow_m3;
+  const VolumeMoment handle = mug.handle ? handle_volume(mug) : VolumeMoment{};
+  return Vector3d(handle.moment_m4, 0.0, -hollow_m3 * 0.5 * mug.wall_m) / (cup_m3 + handle.volume_m3);
 }
 
 PointCloud sample_mug(const Mug& mug, Index count, std::uint32_t seed) {

@@ -52,6 +52,10 @@ struct Mug {
   bool operator==(const Mug&) const = default;
 };
 
+/// The centroid of the mug's solid, the handle outside of the wall included, to rounding [m]. Requires a mug that
+/// sample_mug takes.
+[[nodiscard]] Eigen::Vector3d centroid_m(const Mug& mug);
+
 [[nodiscard]] PointCloud sample_mug(const Mug& mug, Eigen::Index count, std::uint32_t seed = 1);
 
 }  // namespace thenar

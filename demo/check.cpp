@@ -11,6 +11,7 @@
 #include "engine/model_parts.h"
 #include "engine/point_cloud_file.h"
 #include "engine/pulp_levels.h"
+#include "engine/warnings.h"
 
 namespace {
 
@@ -42,16 +43,27 @@ struct DescribeShape {
   }
 };
 
+/// A point of the object.
+std::string place(const Eigen::Vector3d& p_m) {
+  return fmt::format("[{:.4g}, {:.4g}, {:.4g}] mm", 1e3 * p_m.x(), 1e3 * p_m.y(), 1e3 * p_m.z());
+}
+
 void describe_object(const ObjectSettings& object, std::ostream& out) {
   out << "  object          " << (object.compliance ? "soft " : "rigid ");
   std::visit(DescribeShape{out}, object.shape);
   if (object.points > 0) out << ", " << object.points << " points";
-  out << ", " << 1e3 * object.mass_kg << " g";
+  out << ", " << 1e3 * object.mass_kg << " g at " << place(object.centre_of_mass_m);
   if (object.compliance) {
     out << ", E* " << 1e-6 * object.compliance->reduced_modulus_Pa << " MPa, relaxation "
         << 1e3 * object.compliance->relaxation_s << " ms";
   }
   out << "\n";
+}
+
+void describe_warnings(const Model& model, std::ostream& out) {
+  const std::vector<std::string> all = warnings(model);
+  if (!all.empty()) out << "\nwarnings\n";
+  for (const std::string& warning : all) out << "  " << warning << "\n";
 }
 
 /// What was mended in a surface that somebody brought.
@@ -68,9 +80,9 @@ void describe_parts(const Model& model, std::ostream& out) {
   const Tolerance& allowed = scene.tolerance;
   std::cerr << "running the scene once without each of its parts\n";
   const PathRun full = run_path(model);
-  out << "\nwhat its parts cost and give\n";
-  if (!full.ended) {
-    out << "  not tried, for the scene fails: " << full.verdict.reason << "\n";
+  out << "\nwhat becomes of the grasp\n  " << in_words(full.verdict) << "\n\nwhat its parts cost and give\n";
+  if (fails(scene, full.verdict.outcome)) {
+    out << "  not tried, for the scene fails\n";
     return;
   }
   const std::vector<PartEffect> effects = ablate(model, full);
@@ -149,10 +161,14 @@ void describe_control(const Scene& scene, std::ostream& out) {
   const bool exceeds = (pyramids ? std::sqrt(2.0) : 1.0) * mu_c > scene.contact.friction;
   out << "  control         with every frame: PID, grasp forces (" << (pyramids ? "pyramids" : "exact cones")
       << ", mu_c " << mu_c << (exceeds ? ", which may ask for more friction than there is" : "") << "), "
-      << (feedforward ? "feedforward law" : "law of the paper") << ", gain " << force_gain(scene)
+      << (feedforward ? "feedforward law" : "law of the paper") << ", gain " << force_gain(scene) << " N m/rad"
       << (scene.control->gain ? "" : " (auto)") << "\n"
       << "  drive           "
       << (scene.control->muscles ? std::to_string(scene.hand.muscles.size()) + " muscles" : "joint torques") << "\n";
+  if (scene.control->posture_Nm_per_rad) {
+    out << "  posture         kept as at the start, where the fingertips leave it free, by "
+        << *scene.control->posture_Nm_per_rad << " N m/rad\n";
+  }
 }
 
 void describe_frames(const Scene& scene, std::ostream& out) {
@@ -173,8 +189,12 @@ void describe_task(const TaskSettings& task, std::ostream& out) {
         << move->from_s << " s over " << move->over_s << " s\n";
   }
   if (const auto& push = task.push) {
-    out << "  task            pushes the object with " << push->force_N.norm() << " N from " << push->from_s
-        << " s for " << push->over_s << " s\n";
+    const double force_N = push->force_N.norm(), moment_Nm = push->moment_Nm.norm();
+    out << "  task            pushes the object with ";
+    if (force_N > 0.0 || moment_Nm == 0.0) out << force_N << " N at " << place(push->at_m);
+    if (force_N > 0.0 && moment_Nm > 0.0) out << " and ";
+    if (moment_Nm > 0.0) out << moment_Nm << " N m";
+    out << " from " << push->from_s << " s for " << push->over_s << " s\n";
   }
   if (const auto& spring = task.spring) {
     out << "  task            pulls the object to its target by a spring of " << spring->translation_N_per_m
@@ -206,11 +226,13 @@ std::string description(const Scene& scene) {
   left_out(scene.fingertips && !scene.object.compliance, "deformation of the object (object.compliance)");
   left_out(!scene.control, "control (control): pose, grasp forces, muscles");
   left_out(scene.control && !scene.control->muscles, "muscles (control.muscles)");
+  left_out(scene.control && !scene.control->posture_Nm_per_rad, "a posture that is kept (control.posture)");
   left_out(scene.gravity.isZero(), "gravity (gravity)");
   if (complete) out << "  nothing\n";
 
   // Made for shapes, too: whether their samples make a surface shows then.
   const Model model(scene);
+  describe_warnings(model, out);
   describe_mending(model, out);
   describe_parts(model, out);
 

@@ -25,10 +25,10 @@ std::string us(const ordered_json& value) {
   return fmt::format("{:.{}f}", time_us, size_us < 1.0 ? 3 : size_us < 1000.0 ? 1 : 0);
 }
 
-std::string row(const std::string& name, std::initializer_list<std::string> cells) {
+std::string row(const std::string& name, std::initializer_list<std::string> cells, const std::string& remark = "") {
   std::string line = fmt::format("  {:<28}", name);
   for (const std::string& text : cells) line += fmt::format(" {:>10}", text);
-  return line + '\n';
+  return line + remark + '\n';
 }
 std::string heading(const std::string& name, std::initializer_list<std::string> cells) {
   std::string line = fmt::format("\n{:<30}", name);
@@ -36,9 +36,11 @@ std::string heading(const std::string& name, std::initializer_list<std::string> 
   return line + '\n';
 }
 
-std::string latency_row(const std::string& name, const ordered_json& times) {
+std::string latency_row(const std::string& name, const ordered_json& times, const ordered_json& method = nullptr) {
   if (times.at("p50_us").is_null()) return "";  // the scene has no such stage
-  return row(name, {us(times.at("p50_us")), us(times.at("p99_us")), us(times.at("p999_us")), us(times.at("max_us"))});
+  const std::string remark = method.is_string() ? "   " + method.get<std::string>() : "";
+  return row(name, {us(times.at("p50_us")), us(times.at("p99_us")), us(times.at("p999_us")), us(times.at("max_us"))},
+             remark);
 }
 
 std::string accuracy_table(const ordered_json& profile) {
@@ -53,12 +55,13 @@ std::string accuracy_table(const ordered_json& profile) {
       row("sweeps a tick, p50 and p99", {cell(profile.at("sweeps").at("p50")), cell(profile.at("sweeps").at("p99"))});
   table +=
       row("contacts, p50 and max", {cell(profile.at("contacts").at("p50")), cell(profile.at("contacts").at("max"))});
+  table += row("deepest penetration [um]", {cell(profile.at("max_penetration_um"))});
   table += row("force step [N], p99", {cell(handover.at("tick_N_p99")), "in a tick"});
   table += row("  at a hand-over, p99 and max", {cell(handover.at("kick_N_p99")), cell(handover.at("kick_N_max"))});
   table += row("  hand-over over tick, p99", {cell(handover.at("kick_over_tick_p99"))});
   table += row("energy injected/dissipated", {cell(profile.at("ledger").at("injected_over_dissipated"))});
   table += row("held: ticks, transitions", {cell(hold.at("ticks")), cell(hold.at("transitions"))});
-  table += row("object held by the grasp", {cell(object.at("held"))});
+  table += row("what became of the grasp", {object.at("outcome").get<std::string>()});
   table += row("  error [mm], final and max", {cell(object.at("final_error_mm")), cell(object.at("max_error_mm"))});
   table +=
       row("  turn [deg], final and max", {cell(object.at("final_rotation_deg")), cell(object.at("max_rotation_deg"))});
@@ -124,8 +127,8 @@ std::string loops_table(const ordered_json& profile) {
   table += latency_row("contact: compute", contact.at("compute"));
   table += latency_row("control: start jitter", control.at("jitter"));
   table += latency_row("control: whole tick", control.at("total"));
-  table += latency_row("  grasp-force LCP", stages.at("grasp_lcp"));
-  table += latency_row("  muscle-force LCP", stages.at("muscle_lcp"));
+  table += latency_row("  grasp forces", stages.at("grasp_lcp"), settings.at("grasp_method"));
+  table += latency_row("  muscle forces", stages.at("muscle_lcp"), settings.at("muscle_method"));
   table += latency_row("  contact finding", stages.at("find"));
   table += latency_row("  compliance", stages.at("factors"));
   return table;
@@ -146,6 +149,7 @@ std::string profile_table(const ordered_json& profile) {
     const std::string remark = granted->at("remark").get<std::string>();
     if (!remark.empty()) table += remark + '\n';
   }
+  for (const std::string warning : profile.at("warnings")) table += "warning: " + warning + '\n';
   return table + loops_table(profile) + accuracy_table(profile) + exchange_table(profile) +
          floor_table(profile.at("floor"));
 }

@@ -17,17 +17,20 @@ std::string cell(const ordered_json& value, const char* unit) {
   return fmt::format("{:.4g}{}{}", value.get<double>(), *unit != '\0' ? " " : "", unit);
 }
 
+/// A text, or nothing.
+std::string words(const ordered_json& value) { return value.is_string() ? value.get<std::string>() : ""; }
+
 void line(std::string& table, const char* name, const std::string& value, const char* remark = "") {
   table += fmt::format("  {:<32} {:>14}{}{}\n", name, value, *remark != '\0' ? "   " : "", remark);
 }
 
 void stage(std::string& table, const ordered_json& stages, const char* key, const char* name,
-           const char* published = "") {
+           const std::string& remark = "") {
   const ordered_json& times = stages.at(key);
   const std::string median = cell(times.at("p50_us"), "us");
   if (median == "-") return;  // the scene has no such stage
   table += fmt::format("  {:<32} {:>12} {:>12}{}{}\n", name, median, cell(times.at("p99_us"), "us"),
-                       *published != '\0' ? "   " : "", published);
+                       remark.empty() ? "" : "   ", remark);
 }
 
 /// What the paper reports for so many contacts, on a 2.2 GHz Pentium IV.
@@ -60,8 +63,10 @@ std::string results_table(const ordered_json& summary) {
            (delay_ms > 0.0 ? fmt::format(", {:g} ms late", delay_ms) : "") + "; stops at residual " +
            cell(settings.at("tolerance"), "") + " or " + cell(settings.at("max_sweeps"), "") + " sweeps\n";
   for (const std::string part : summary.at("parts")) table += part + "\n";
+  for (const std::string warning : summary.at("warnings")) table += "warning: " + warning + "\n";
   table += "\ngrasp\n";
-  line(table, "held", cell(grasp.at("held"), ""));
+  line(table, "outcome", grasp.at("outcome").get<std::string>());
+  if (grasp.at("reason") != "") table += "    " + grasp.at("reason").get<std::string>() + "\n";
   const auto with_start = [](const ordered_json& start, const char* unit) {
     return "of it at the start: " + cell(start, unit);
   };
@@ -75,11 +80,14 @@ std::string results_table(const ordered_json& summary) {
   line(table, "fastest point that should stick", cell(grasp.at("max_creep_um_per_s"), "um/s"));
   line(table, "contacts, median (max)", cell(contacts.at("median"), "") + " (" + cell(contacts.at("max"), "") + ")");
   line(table, "of them carrying force", cell(contacts.at("active_median"), ""));
-  line(table, "infeasible grasp, muscle LCPs",
-       cell(lcp.at("grasp_infeasible"), "") + ", " + cell(lcp.at("muscle_infeasible"), ""));
+  line(table, "ticks without a solution",
+       cell(lcp.at("grasp_infeasible"), "") + ", " + cell(lcp.at("muscle_infeasible"), ""),
+       "grasp forces, muscle forces");
   if (summary.at("muscles").is_object()) {
     line(table, "largest muscle force", cell(summary.at("muscles").at("max_force_N"), "N"));
+    line(table, "  over the most a muscle has", cell(summary.at("muscles").at("max_activation"), ""), "1: its limit");
   }
+  line(table, "least way to a joint's limit", cell(summary.at("joints").at("least_margin_rad"), "rad"));
   table += "\naccuracy\n";
   line(table, "final position error", cell(object.at("final_error_mm"), "mm"));
   line(table, "rms position error", cell(object.at("rms_error_mm"), "mm"));
@@ -89,7 +97,7 @@ std::string results_table(const ordered_json& summary) {
   line(table, "final force error", cell(grasp.at("force_error_end"), ""), "share of the desired forces");
   line(table, "  of the law without feedforward", cell(grasp.at("predicted_paper_law_error"), ""),
        "predicted: (I + S)^-1 S f^d");
-  line(table, "deepest penetration at a contact", cell(contacts.at("max_penetration_um"), "um"));
+  line(table, "deepest penetration of a pulp", cell(contacts.at("max_penetration_um"), "um"));
   const ordered_json& frames = summary.at("frames");
   const ordered_json& ledger = summary.at("ledger");
   line(table, "energy contact gave, and took", cell(ledger.at("injected_J"), "J"),
@@ -111,8 +119,9 @@ std::string results_table(const ordered_json& summary) {
   stage(table, stages, "deform", "deformation");
   stage(table, stages, "interpolate", "surface interpolation");
   stage(table, stages, "contact_total", "contact computation, total", published_contact_time(contacts));
-  stage(table, stages, "grasp_lcp", "grasp-force LCP", "published: 40 us");
-  stage(table, stages, "muscle_lcp", "muscle-force LCP");
+  stage(table, stages, "grasp_lcp", "grasp forces",
+        words(settings.at("grasp_method")) + "; published, by Lemke: 40 us");
+  stage(table, stages, "muscle_lcp", "muscle forces", words(settings.at("muscle_method")));
   stage(table, stages, "control_total", "control tick, total");
   table += "  (published: Rougeron et al. 2006, Pentium IV 2.2 GHz)\n";
   return summary.contains("loops") ? table + loops_table(summary) : table;

@@ -72,8 +72,8 @@ void add_control_tick(const ControlTrace& tick, Events& events) {
                fmt::format(R"("frame":{},"snapshot":{},"jitter_us":{:.3f},"published":{})", tick.sequence,
                            tick.snapshot_tick, tick.jitter_us(), tick.published));
   double stage_us = from_us;
-  for (const auto& [name, length] : std::array<std::pair<const char*, float>, 4>{{{"grasp_lcp", tick.grasp_us},
-                                                                                  {"muscle_lcp", tick.muscle_us},
+  for (const auto& [name, length] : std::array<std::pair<const char*, float>, 4>{{{"grasp forces", tick.grasp_us},
+                                                                                  {"muscle forces", tick.muscle_us},
                                                                                   {"find", tick.find_us},
                                                                                   {"factors", tick.factors_us}}}) {
     // A stage must not outlast its tick: two clock readings may say so by their own length.

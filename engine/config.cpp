@@ -1,5 +1,7 @@
 #include "engine/config.h"
 
+#include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cassert>
 #include <charconv>
@@ -331,7 +333,7 @@ Eigen::VectorXd ConfigMap::numbers(std::string_view key, Index count) const {
 
 Eigen::Vector3d ConfigMap::numbers3(std::string_view key) const { return numbers(key, 3); }
 
-Eigen::Matrix3d ConfigMap::matrix3(std::string_view key) const {
+Eigen::Matrix3d ConfigMap::rotation3(std::string_view key) const {
   Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity();
   const YamlNode* const node = require(key);
   if (node == nullptr) return matrix;
@@ -343,9 +345,16 @@ Eigen::Matrix3d ConfigMap::matrix3(std::string_view key) const {
   }
   for (std::size_t i = 0; i < 3; ++i) {
     const auto row = quantities_of(*state_, *node->items[i], item_path(path, i), Dimension::kNone, 3);
-    if (row) matrix.row(static_cast<Index>(i)) = *row;
+    if (!row) return Eigen::Matrix3d::Identity();
+    matrix.row(static_cast<Index>(i)) = *row;
   }
-  return matrix;
+  constexpr double kRounding = 1e-5;  // Files give six digits and more.
+  if (!((matrix * matrix.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() <= kRounding) ||
+      matrix.determinant() < 0.0) {
+    state_->report(node->place, path, "must be a rotation matrix: orthonormal rows, determinant +1");
+    return Eigen::Matrix3d::Identity();
+  }
+  return Eigen::Quaterniond(matrix).normalized().toRotationMatrix();
 }
 
 double ConfigMap::number(std::string_view key, double min, double max) const {

@@ -67,7 +67,8 @@ class ConfigMap {
   [[nodiscard]] Eigen::Index count(std::string_view key, Eigen::Index min, Eigen::Index max) const;
   [[nodiscard]] Eigen::Vector3d numbers3(std::string_view key) const;
   [[nodiscard]] Eigen::VectorXd numbers(std::string_view key, Eigen::Index count) const;
-  [[nodiscard]] Eigen::Matrix3d matrix3(std::string_view key) const;  ///< A list of three rows.
+  /// A rotation matrix, a list of three rows; what rounding in the file left is removed.
+  [[nodiscard]] Eigen::Matrix3d rotation3(std::string_view key) const;
 
   // Words.
   [[nodiscard]] std::string text(std::string_view key) const;

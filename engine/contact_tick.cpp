@@ -27,7 +27,7 @@ struct Drive {
   Mobility mobility;
 };
 
-/// Displacements of a tick: joints [rad]; object's centre [m] and rotation vector [rad], world axes.
+/// Displacements of a tick: joints [rad]; object's origin [m] and rotation vector [rad], world axes.
 struct RigidMotion {
   JointVector dq;
   Vector6d dx;
@@ -79,6 +79,9 @@ Drive drive(const Model& model, const Frame& frame, const Vector6d& wrench, Cont
   if (state.held) drive.torque = work.torque_held_Nm - kHoldStiffness * (state.q - work.q_held);
   work.resumed_Nm *= std::exp(-scene.step_s / kResume_s);
   work.torque_Nm = drive.torque;
+  // The points where weight and push act have turned with the object since the snapshot.
+  const double asked_s = static_cast<double>(frame.tick) * scene.step_s;
+  drive.wrench += model.external_wrench(asked_s, state.X_WO) - model.external_wrench(asked_s, frame.X_WO);
   if (const auto& spring = scene.task.spring) {
     const double end_s = static_cast<double>(state.tick + 1) * scene.step_s;
     const Vector6d error = pose_error(state.X_WT.value_or(model.target(end_s)), state.X_WO);
@@ -157,11 +160,33 @@ void move(const RigidMotion& motion, State& state) {
   if (angle > 0.0) state.X_WO.linear() = Eigen::AngleAxisd(angle, turn / angle) * state.X_WO.linear();
 }
 
+/// How far the control points that the lists have no room for are in the object, at the state that the tick starts from.
+void report_left_out(const Model& model, const Frame& frame, const ContactWorkspace& work, const State& state,
+                     TickReport& report) {
+  int finger = -1;
+  Isometry3d X_FO;
+  for (const FrameContact& point : frame.left_out) {
+    if (point.finger != finger) {
+      finger = point.finger;
+      X_FO = work.pose.distal(model.scene.hand, finger).inverse() * state.X_WO;
+    }
+    const ContactGap gap =
+        contact_gap(point, X_FO, displacement(state, point), object_displacement(model, state, point));
+    report.left_out_m[finger] = std::max(report.left_out_m[finger], -gap.gap_m);
+  }
+  for (const double depth_m : report.left_out_m) report.penetration_m = std::max(report.penetration_m, depth_m);
+}
+
 void report_contacts(const Frame& frame, const ContactWorkspace& work, TickReport& report) {
   report.contacts = frame.size();
+  report.full.fill(false);
+  for (const FrameContact& point : frame.left_out) report.full[point.finger] = true;
   for (Index i = 0; i < frame.size(); ++i) {
     report.penetration_m = std::max(report.penetration_m, work.offset_m[i] - work.delta[3 * i]);
-    if (work.f[3 * i] <= 0.0) continue;
+    if (work.f[3 * i] <= 0.0) {
+      report.full[frame.contacts[i].finger] = false;
+      continue;
+    }
     ++report.active;
     const double work_J = work.f[3 * i] * (work.delta[3 * i] - work.offset_m[i] - work.kinematics.gap_m[i]) +
                           work.f.segment<2>(3 * i + 1).dot(work.delta.segment<2>(3 * i + 1));
@@ -320,7 +345,8 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
   report.sequence = frame.sequence;
   report.frame_age = state.tick - frame.tick;
   report.handed_over = frame.sequence != work.sequence;
-  if (work.sequence < 0) state.held = false;  // This workspace has held nothing yet.
+  const bool starts = work.sequence < 0;
+  if (starts) state.held = false;  // This workspace has held nothing yet.
   report.input_refused = !is_finite(input);
   if (!report.input_refused) state.X_WT = input.X_WT;
 
@@ -340,6 +366,8 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
   const Drive drive = thenar::drive(model, frame, extra, work, state);
 
   contact_kinematics(model, frame, work.pose, state, work.kinematics);
+  // A scene that starts pressed has not been pushed out yet.
+  if (!starts) report_left_out(model, frame, work, state, report);
   work.mobility = drive.mobility;
   const GroupedDelassus W = delassus_operator(model, frame, work.kinematics, work.mobility);
   report.assemble_s = watch.lap();

@@ -19,7 +19,7 @@ namespace thenar {
 
 /// What the caller of a contact tick brings: the place of a haptic device.
 struct TickInput {
-  Vector6d wrench = Vector6d::Zero();     ///< On the object beside the frame's, about its centre, world axes [N, N m].
+  Vector6d wrench = Vector6d::Zero();     ///< On the object beside the frame's, about its origin, world axes [N, N m].
   std::optional<Eigen::Isometry3d> X_WT;  ///< Where the object should be at this tick; nothing: where the task has it.
 };
 
@@ -64,8 +64,12 @@ struct TickReport {
   bool input_refused = false;  ///< The input was not finite, and was left out.
   Ledger ledger;
   Eigen::Index contacts = 0;
-  Eigen::Index active = 0;     ///< Contacts that carry force.
-  double penetration_m = 0.0;  ///< Deepest deformed gap of a contact, offset or not.
+  Eigen::Index active = 0;  ///< Contacts that carry force.
+  /// How deep a deformed control point is in the object: a contact at the tick's end, offset or not, or one that the
+  /// list has no room for, at its start.
+  double penetration_m = 0.0;
+  std::array<double, kFingers> left_out_m{};  ///< Of the latter alone, by finger; 0: none is in the object.
+  std::array<bool, kFingers> full{};          ///< All of a finger's contacts carry force, and there was no room for more.
   std::array<PatchReport, kFingers> patch;
   double assemble_s = 0.0;  ///< Hand-over, drive, gaps and Jacobians: what W is made of.
   double solve_s = 0.0;     ///< Free motion, Gauss-Seidel and commit.

@@ -15,13 +15,6 @@ namespace {
 // Grasp forces may be so many times what is asked for, moments taken at this lever.
 constexpr double kMostForce = 100.0, kLeastLever_m = 1e-2;
 
-/// Gravity on the object: what the controller knows of W_ext.
-Vector6d weight(const Scene& scene) {
-  Vector6d wrench = Vector6d::Zero();
-  wrench.head<3>() = scene.object.mass_kg * scene.gravity;
-  return wrench;
-}
-
 void solve_grasp(const Model& model, const Snapshot& snapshot, Controller& controller, ControlReport& report) {
   const Scene& scene = model.scene;
   const double time_s = static_cast<double>(snapshot.tick) * scene.step_s;
@@ -31,7 +24,7 @@ void solve_grasp(const Model& model, const Snapshot& snapshot, Controller& contr
   controller.acting_share = snapshot.held ? 0.0 : 1.0 - fade * (1.0 - controller.acting_share);
   const Vector6d D =
       controller.pid->update(pose_error(X_WT, snapshot.X_WO), controller.period_s, controller.acting_share);
-  report.wrench_desired = D - weight(scene);
+  report.wrench_desired = D - model.weight(snapshot.X_WO);
   for (int k = 0; k < kFingers; ++k) report.contacts[k] = finger_contact(model, controller.pose, snapshot, k);
   const GraspProblem problem = grasp_problem(scene, report, snapshot.X_WO.translation());
   Eigen::Matrix<double, 3 * kFingers, 1> f = controller.f_desired;
@@ -48,7 +41,7 @@ JointVector drive(const Model& model, const Snapshot& snapshot, Controller& cont
   FingerForces error;
   for (int k = 0; k < kFingers; ++k) error.col(k) = report.f_desired.col(k) - snapshot.load[k].force_N;
   const FingerForces y = controller.filter->update(report.contacts, error, controller.period_s);
-  return desired_torques(model, controller.pose, report.contacts, report.f_desired, y);
+  return desired_torques(model, snapshot.q, controller.pose, report.contacts, report.f_desired, y);
 }
 
 /// tau = H f_m: the torques that the muscles give for those asked for.
@@ -114,8 +107,7 @@ ControlReport control_tick(const Model& model, const Snapshot& snapshot, Control
   frame.X_WO = snapshot.X_WO;
   for (int k = 0; k < kFingers; ++k) frame.X_WF[k] = controller.pose.distal(scene.hand, k);
   frame.torque_Nm = tau - gravity_torques(scene.hand, controller.pose, scene.gravity);
-  frame.wrench = weight(scene);
-  frame.wrench.head<3>() += model.push(static_cast<double>(snapshot.tick) * scene.step_s);
+  frame.wrench = model.external_wrench(static_cast<double>(snapshot.tick) * scene.step_s, snapshot.X_WO);
   stage.lap();
   find_frame_contacts(model, controller.pose, snapshot, controller.search, frame);
   report.find_s = stage.lap();

@@ -19,12 +19,12 @@ struct ControlReport {
   MuscleStatus muscle = MuscleStatus::kOptimal;
   double muscle_residual_Nm = 0.0;                       ///< max |H f_m - tau^d|.
   std::array<GraspContact, kFingers> contacts{};         ///< Where the fingers act.
-  Vector6d wrench_desired = Vector6d::Zero();            ///< W^d [N, N m], world axes, about the object's centre.
+  Vector6d wrench_desired = Vector6d::Zero();            ///< W^d [N, N m], world axes, about the object's origin.
   FingerForces f_desired = FingerForces::Zero();         ///< World axes [N]; the last feasible ones if these are not.
   JointVector torques_desired_Nm = JointVector::Zero();  ///< tau^d, which muscles are to give if there are any.
   double find_s = 0.0;                                   ///< Contact finding.
   double factors_s = 0.0;                                ///< Compliance among the contacts.
-  double grasp_s = 0.0, muscle_s = 0.0;                  ///< The two LCPs, all included.
+  double grasp_s = 0.0, muscle_s = 0.0;                  ///< Grasp and muscle forces, all included.
   double total_s = 0.0;
 };
 
@@ -46,13 +46,13 @@ class Controller {
   ContactSearch search;
 };
 
-/// The grasp-force problem of a control tick, about the object's centre. It refers to `report`.
+/// The grasp-force problem of a control tick, about the object's origin. It refers to `report`.
 [[nodiscard]] GraspProblem grasp_problem(const Scene& scene, const ControlReport& report,
                                          const Eigen::Vector3d& centre_m);
 
 /// One control period on a snapshot: pose error -> PID -> desired wrench -> grasp forces -> joint torques -> muscle
 /// forces; contact finding; and the frame that the contact tick will use: contacts, factors and drive at the snapshot.
-/// An LCP without a solution is a status: the last forces go on.
+/// A force problem without a solution is a status: the last forces go on.
 ControlReport control_tick(const Model& model, const Snapshot& snapshot, Controller& controller, Frame& frame);
 
 }  // namespace thenar

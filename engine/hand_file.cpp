@@ -74,7 +74,7 @@ void read_segments(const ConfigMap& root, Hand& hand) {
     read_moved_by(hand, map, segment);
     const ConfigMap frame = map.map("frame_at_q0");
     segment.X_WS_0.setIdentity();
-    segment.X_WS_0.linear() = frame.matrix3("R");
+    segment.X_WS_0.linear() = frame.rotation3("R");
     segment.X_WS_0.translation() = frame.numbers3("origin");
     segment.length_m = map.number("length", 0.0, 1.0);
     segment.mass_kg = map.number("mass", 0.0, 10.0);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/config.h"
 #include "engine/fine_parts.h"
 #include "engine/pulp_levels.h"
 
@@ -18,6 +19,20 @@ namespace {
 double minimum_jerk(const Move& move, double time_s) {
   const double s = std::clamp((time_s - move.from_s) / move.over_s, 0.0, 1.0);
   return s * s * s * (10.0 + s * (6.0 * s - 15.0));
+}
+
+/// Refuses places that a scene names in its object and that are not within its surface. The origin, which is where all of
+/// them are unless named, may lie anywhere.
+void check_places(const Model& model) {
+  const Scene& scene = model.scene;
+  const Eigen::AlignedBox3d& box = model.object.bounds();
+  const auto check = [&](const Vector3d& point_m, const char* key) {
+    // Samples end up to a support before the surface does.
+    if (point_m.isZero(0.0) || box.exteriorDistance(point_m) <= model.object.support_m()) return;
+    throw ConfigError({{scene.name, key, "must lie within the object: " + in_words(box) + " in its frame"}});
+  };
+  check(scene.object.centre_of_mass_m, "object.centre_of_mass");
+  if (scene.task.push) check(scene.task.push->at_m, "task.push.at");
 }
 
 /// What depends on how many control points the pulps have.
@@ -45,6 +60,7 @@ void make_fingertips(Model& model) {
 }  // namespace
 
 Model::Model(Scene s) : scene(std::move(s)), object(make_object_surface(scene, object_notes)) {
+  check_places(*this);
   make_fingertips(*this);
 }
 
@@ -52,6 +68,7 @@ Model::Model(Scene s, const Model& known)
     : scene(std::move(s)),
       object(have_same_surface(scene, known.scene) ? known.object : make_object_surface(scene, object_notes)) {
   if (have_same_surface(scene, known.scene)) object_notes = known.object_notes;
+  check_places(*this);
   make_fingertips(*this);
 }
 
@@ -82,10 +99,22 @@ Isometry3d Model::target(double time_s) const {
   return X_WT;
 }
 
-Vector3d Model::push(double time_s) const {
+Vector6d Model::weight(const Isometry3d& X_WO) const {
+  Vector6d wrench;
+  wrench.head<3>() = scene.object.mass_kg * scene.gravity;
+  wrench.tail<3>() = (X_WO.linear() * scene.object.centre_of_mass_m).cross(Vector3d(wrench.head<3>()));
+  return wrench;
+}
+
+Vector6d Model::external_wrench(double time_s, const Isometry3d& X_WO) const {
+  Vector6d wrench = weight(X_WO);
   const auto& push = scene.task.push;
-  const bool acts = push && time_s >= push->from_s && time_s < push->from_s + push->over_s;
-  return acts ? Vector3d(scene.object.X_WO.linear() * push->force_N) : Vector3d::Zero();
+  if (!push || time_s < push->from_s || time_s >= push->from_s + push->over_s) return wrench;
+  const Eigen::Matrix3d& axes = scene.object.X_WO.linear();
+  const Vector3d force_N = axes * push->force_N;
+  wrench.head<3>() += force_N;
+  wrench.tail<3>() += (X_WO.linear() * push->at_m).cross(force_N) + axes * push->moment_Nm;
+  return wrench;
 }
 
 }  // namespace thenar

@@ -13,6 +13,7 @@ namespace thenar {
 
 /// A scene made ready to run: its data, and what is computed from them once.
 struct Model {
+  /// Throws ConfigError or FileError where the object's points make no surface, or a place in it lies outside.
   explicit Model(Scene s);
   /// The same model, sooner: a known one lends its object's surface where the scene has the same.
   Model(Scene s, const Model& known);
@@ -34,8 +35,11 @@ struct Model {
   [[nodiscard]] bool control_is_due(std::int64_t tick) const;
   /// Where the object should be: its start pose moved by the task.
   [[nodiscard]] Eigen::Isometry3d target(double time_s) const;
-  /// What the task does to the object at `time_s`, world axes.
-  [[nodiscard]] Eigen::Vector3d push(double time_s) const;
+  /// The object's weight at its centre of mass, for the object at X_WO: a wrench about the object's origin, world axes
+  /// [N, N m]. It is what the controller knows of W_ext.
+  [[nodiscard]] Vector6d weight(const Eigen::Isometry3d& X_WO) const;
+  /// W_ext: the weight, and what the task's push does at `time_s`, likewise.
+  [[nodiscard]] Vector6d external_wrench(double time_s, const Eigen::Isometry3d& X_WO) const;
 };
 
 }  // namespace thenar

@@ -25,7 +25,7 @@ ContactFile contact_problem_file(const Model& model, const Frame& frame, const C
 GraspFile grasp_problem_file(const Scene& scene, const ControlReport& report, const Eigen::Vector3d& centre_m) {
   GraspFile grasp;
   for (const GraspContact& contact : report.contacts) {
-    // About the object's centre, as the wrench is: the arms keep their digits wherever the object is.
+    // About the object's origin, as the wrench is: the arms keep their digits wherever the object is.
     grasp.contacts.push_back({contact.point_m - centre_m, contact.frame});
   }
   grasp.wrench = report.wrench_desired;

@@ -16,7 +16,7 @@ namespace thenar {
 /// solve began with.
 [[nodiscard]] ContactFile contact_problem_file(const Model& model, const Frame& frame, const ContactWorkspace& work);
 
-/// The grasp-force problem of a control tick, about the object's centre, and its optima for both cones by
+/// The grasp-force problem of a control tick, about the object's origin, and its optima for both cones by
 /// solve_grasp_forces; without an answer the file states none.
 [[nodiscard]] GraspFile grasp_problem_file(const Scene& scene, const ControlReport& report,
                                            const Eigen::Vector3d& centre_m);
@@ -32,7 +32,7 @@ class ProblemDump {
   /// Takes a folder that can be written to; requires every >= 1.
   ProblemDump(std::filesystem::path folder, std::int64_t every) : folder_(std::move(folder)), every_(every) {}
 
-  /// Tell it after every control tick; `centre_m` is the object's at the snapshot.
+  /// Tell it after every control tick; `centre_m` is the object's origin at the snapshot.
   void add_control(const Model& model, const Controller& controller, const ControlReport& report,
                    const Eigen::Vector3d& centre_m);
   /// Tell it after every contact tick. Throws FileError.

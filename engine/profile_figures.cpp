@@ -178,8 +178,8 @@ class Timeline {
   static constexpr std::array<std::pair<const char*, const char*>, 7> kKinds{{{"contact tick", "#2563a8"},
                                                                               {"with a new frame", kFrameColour},
                                                                               {"control tick", "#c8ccd0"},
-                                                                              {"grasp-force LCP", "#8e44ad"},
-                                                                              {"muscle-force LCP", "#c0392b"},
+                                                                              {"grasp forces", "#8e44ad"},
+                                                                              {"muscle forces", "#c0392b"},
                                                                               {"contact finding", "#3a8f5c"},
                                                                               {"compliance", "#17a2b8"}}};
 

@@ -1,5 +1,7 @@
 #include "engine/scene.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 
 #include "engine/config.h"
@@ -70,15 +72,6 @@ FingertipSettings read_fingertips(const ConfigMap& map) {
   return tips;
 }
 
-/// A rotation matrix whose rows are in the file; what rounding left is removed.
-Matrix3d read_rotation(const ConfigMap& map) {
-  const Matrix3d R = map.matrix3("rotation");
-  if ((R * R.transpose() - Matrix3d::Identity()).cwiseAbs().maxCoeff() > 1e-6 || R.determinant() < 0.0) {
-    map.refuse("rotation", "must be a rotation matrix: orthonormal rows, determinant +1");
-  }
-  return Eigen::Quaterniond(R).normalized().toRotationMatrix();
-}
-
 /// A length of a shape.
 double read_length(const ConfigMap& map, std::string_view key) {
   const double length_m = map.positive(key, Dimension::kLength);
@@ -143,6 +136,41 @@ Shape read_shape(const ConfigMap& map) {
   return kind.empty() ? CloudShape{} : read_cloud(map);
 }
 
+/// The box around a shape, in its frame; nothing for one from a file.
+struct BoundShape {
+  static Eigen::AlignedBox3d around(const Vector3d& size_m) { return {-0.5 * size_m, 0.5 * size_m}; }
+  Eigen::AlignedBox3d operator()(const BoxShape& box) const { return around(box.size_m); }
+  Eigen::AlignedBox3d operator()(const SphereShape& sphere) const {
+    return around(Vector3d::Constant(2.0 * sphere.radius_m));
+  }
+  Eigen::AlignedBox3d operator()(const EllipsoidShape& ellipsoid) const { return around(ellipsoid.size_m); }
+  Eigen::AlignedBox3d operator()(const CylinderShape& cylinder) const {
+    return around({2.0 * cylinder.radius_m, 2.0 * cylinder.radius_m, cylinder.length_m});
+  }
+  Eigen::AlignedBox3d operator()(const SuperquadricShape& shape) const { return around(shape.size_m); }
+  Eigen::AlignedBox3d operator()(const Mug& mug) const {
+    Eigen::AlignedBox3d box = around({2.0 * mug.radius_m, 2.0 * mug.radius_m, mug.height_m});
+    if (mug.handle) box.max().x() += mug.handle->radius_m + 0.5 * mug.handle->thickness_m;
+    return box;
+  }
+  Eigen::AlignedBox3d operator()(const CloudShape& /*scan*/) const { return {}; }
+};
+
+/// Refuses a point of the object that does not lie in the box around it. Of a shape from a file the model knows.
+void check_is_in_object(const ConfigMap& map, std::string_view key, const Vector3d& point_m, const Shape& shape) {
+  constexpr double kRounding_m = 1e-9;
+  const Eigen::AlignedBox3d box = std::visit(BoundShape{}, shape);
+  if (box.isEmpty() || box.exteriorDistance(point_m) <= kRounding_m) return;
+  map.refuse(key, "must lie within the object: " + in_words(box) + " in its frame");
+}
+
+/// Where the weight of a solid acts that is equally dense throughout. Whether a surface from a file is one's is not
+/// known: its origin.
+Vector3d solid_centroid_m(const Shape& shape) {
+  const auto* const mug = std::get_if<Mug>(&shape);
+  return mug != nullptr ? centroid_m(*mug) : Vector3d::Zero();
+}
+
 PulpMaterial read_compliance(const ConfigMap& map) {
   const double modulus_Pa = map.positive("reduced_modulus", Dimension::kPressure);
   if (modulus_Pa < kSoftest_Pa) map.refuse("reduced_modulus", "must be 1 kPa at least");
@@ -159,9 +187,11 @@ ObjectSettings read_object(const ConfigMap& map, bool deformable_fingers) {
     map.refuse("points", "a point cloud brings its own points: leave this out");
   }
   object.mass_kg = map.positive("mass", Dimension::kMass);
+  object.centre_of_mass_m = map.vector3_or("centre_of_mass", Dimension::kLength, solid_centroid_m(object.shape));
+  if (map.has("centre_of_mass")) check_is_in_object(map, "centre_of_mass", object.centre_of_mass_m, object.shape);
   object.X_WO.setIdentity();
   object.X_WO.translation() = map.vector3("position", Dimension::kLength);
-  object.X_WO.linear() = read_rotation(map);
+  object.X_WO.linear() = map.rotation3("rotation");
   const ConfigMap damping = map.map("damping");
   object.translation_damping = damping.positive("translation", Dimension::kDamping);
   object.rotation_damping = damping.positive("rotation", Dimension::kRotationalDamping);
@@ -207,7 +237,7 @@ PidGains read_gains(const ConfigMap& map, Dimension p, Dimension i, Dimension d)
 ControlSettings read_control(const ConfigMap& map) {
   ControlSettings control;
   control.law = map.choice("law", {"feedforward", "paper"}) == "paper" ? ControlLaw::kPaper : ControlLaw::kFeedforward;
-  control.gain = map.positive_or_auto("gain", Dimension::kNone);
+  control.gain = map.positive_or_auto("gain", Dimension::kRotationalStiffness);
   const ConfigMap pulp = map.map("pulp");
   control.pulp_normal_N_per_m = pulp.positive("normal", Dimension::kStiffness);
   control.pulp_tangential_N_per_m = pulp.positive("tangential", Dimension::kStiffness);
@@ -220,6 +250,7 @@ ControlSettings read_control(const ConfigMap& map) {
       read_gains(map.map("position"), Dimension::kStiffness, Dimension::kIntegralGain, Dimension::kDamping);
   control.rotation = read_gains(map.map("rotation"), Dimension::kRotationalStiffness,
                                 Dimension::kRotationalIntegralGain, Dimension::kRotationalDamping);
+  if (map.has("posture")) control.posture_Nm_per_rad = map.positive("posture", Dimension::kRotationalStiffness);
   control.muscles = map.flag("muscles");
   return control;
 }
@@ -248,7 +279,21 @@ Move read_rotation_move(const ConfigMap& map) {
   return move;
 }
 
-TaskSettings read_task(const ConfigMap& map) {
+Push read_push(const ConfigMap& map, const Shape& shape) {
+  Push push;
+  // One of the two is asked for: the force, unless there is a moment.
+  if (map.has("force") || !map.has("moment")) push.force_N = map.vector3("force", Dimension::kForce);
+  if (map.has("at")) {
+    push.at_m = map.vector3("at", Dimension::kLength);
+    check_is_in_object(map, "at", push.at_m, shape);
+    if (!map.has("force")) map.refuse("at", "is where a force acts, and there is none: name it, or leave this out");
+  }
+  if (map.has("moment")) push.moment_Nm = map.vector3("moment", Dimension::kTorque);
+  read_interval(map, push.from_s, push.over_s);
+  return push;
+}
+
+TaskSettings read_task(const ConfigMap& map, const Shape& shape) {
   TaskSettings task;
   if (map.has("translate")) task.translate = read_translation(map.map("translate"));
   if (map.has("rotate")) task.rotate = read_rotation_move(map.map("rotate"));
@@ -257,11 +302,7 @@ TaskSettings read_task(const ConfigMap& map) {
     task.spring = Spring{spring.positive("translation", Dimension::kStiffness),
                          spring.positive("rotation", Dimension::kRotationalStiffness)};
   }
-  if (map.has("push")) {
-    const ConfigMap push = map.map("push");
-    task.push = Push{push.vector3("force", Dimension::kForce), 0.0, 0.0};
-    read_interval(push, task.push->from_s, task.push->over_s);
-  }
+  if (map.has("push")) task.push = read_push(map.map("push"), shape);
   return task;
 }
 
@@ -275,6 +316,12 @@ Tolerance read_tolerance(const ConfigMap& map) {
 
 }  // namespace
 
+std::string in_words(const Eigen::AlignedBox3d& box) {
+  const Vector3d low_mm = 1e3 * box.min(), high_mm = 1e3 * box.max();
+  return fmt::format("{:.4g} .. {:.4g}, {:.4g} .. {:.4g}, {:.4g} .. {:.4g} mm", low_mm.x(), high_mm.x(), low_mm.y(),
+                     high_mm.y(), low_mm.z(), high_mm.z());
+}
+
 Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
   Config config(file, overrides);
   const ConfigMap root = config.root();
@@ -287,7 +334,7 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
   scene.object = read_object(root.map("object"), scene.fingertips.has_value());
   scene.contact = read_contact(root.map("contact"), scene.fingertips);
   if (root.has("control")) scene.control = read_control(root.map("control"));
-  if (root.has("task")) scene.task = read_task(root.map("task"));
+  if (root.has("task")) scene.task = read_task(root.map("task"), scene.object.shape);
   if (root.has("model")) scene.only_needed = root.choice("model", {"full", "auto"}) == "auto";
   if (root.has("tolerance")) scene.tolerance = read_tolerance(root.map("tolerance"));
   config.finish();

@@ -50,10 +50,11 @@ struct ObjectSettings {
   Shape shape;
   Eigen::Index points = 0;  ///< Samples of a generated shape or a mesh; a scan brings its own.
   double mass_kg = 0.0;
-  Eigen::Isometry3d X_WO = Eigen::Isometry3d::Identity();  ///< Pose at the start.
-  double translation_damping = 0.0;                        ///< b_t [N s/m].
-  double rotation_damping = 0.0;                           ///< b_o [N m s].
-  std::optional<PulpMaterial> compliance;                  ///< How its surface gives way; nothing: rigid.
+  Eigen::Vector3d centre_of_mass_m = Eigen::Vector3d::Zero();  ///< Where the weight acts; object frame.
+  Eigen::Isometry3d X_WO = Eigen::Isometry3d::Identity();      ///< Pose at the start.
+  double translation_damping = 0.0;                            ///< b_t [N s/m].
+  double rotation_damping = 0.0;                               ///< b_o [N m s].
+  std::optional<PulpMaterial> compliance;                      ///< How its surface gives way; nothing: rigid.
 };
 
 /// Deformable pulps; a scene without them has rigid point contacts.
@@ -85,13 +86,14 @@ struct PidGains {
 
 struct ControlSettings {
   ControlLaw law = ControlLaw::kFeedforward;
-  std::optional<double> gain;            ///< K of eq. (22); nothing: from the joint viscosity and the control period.
+  std::optional<double> gain;            ///< K of eq. (22) [N m/rad]; nothing: from the joint viscosity and the period.
   double pulp_normal_N_per_m = 0.0;      ///< K_n: the controller's model of the pulp; nu = relaxation * K.
   double pulp_tangential_N_per_m = 0.0;  ///< K_t.
   double grasp_friction = 0.0;           ///< mu_c of the cones of grasp forces.
   FrictionCone cone = FrictionCone::kExact;  ///< Their shape.
   double internal_force_N = 0.0;             ///< lambda of eq. (13).
   PidGains position, rotation;
+  std::optional<double> posture_Nm_per_rad;  ///< Spring to the start posture, where fingertips leave joints free.
   bool muscles = false;  ///< Muscle forces drive the joints; otherwise the torques act as they are.
 };
 
@@ -109,11 +111,14 @@ struct Spring {
   double rotation_Nm_per_rad = 0.0;
 };
 
-/// A constant force at the object's centre, object axes at the start, that the controller does not know of.
+/// A constant force at a point of the object, and a constant moment besides, both in object axes at the start. The
+/// controller does not know of them.
 struct Push {
   Eigen::Vector3d force_N = Eigen::Vector3d::Zero();
   double from_s = 0.0;
   double over_s = 0.0;
+  Eigen::Vector3d at_m = Eigen::Vector3d::Zero();  ///< Where the force acts, fixed in the object; object frame.
+  Eigen::Vector3d moment_Nm = Eigen::Vector3d::Zero();
 };
 
 struct TaskSettings {
@@ -155,6 +160,9 @@ struct Scene {
 
   [[nodiscard]] bool has_muscles() const { return control && control->muscles; }
 };
+
+/// A box of places, to be told to a user: "-25 .. 25, -25 .. 25, -10 .. 10 mm".
+[[nodiscard]] std::string in_words(const Eigen::AlignedBox3d& box);
 
 /// Reads a scene and the files that it names, with `--set key=value` changes applied.
 /// Throws ConfigError with every mistake at once, or FileError.

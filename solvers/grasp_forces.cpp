@@ -364,6 +364,10 @@ void grasp_map(std::span<const GraspContact> contacts, const Vector3d& centre_m,
   }
 }
 
+const char* grasp_method(FrictionCone cone) noexcept {
+  return cone == FrictionCone::kPyramid ? "active set, pyramids" : "tangent planes and Newton, exact cones";
+}
+
 GraspReport solve_grasp_forces(const GraspProblem& problem, Eigen::Ref<Eigen::VectorXd> f) noexcept {
   const auto solve_reduced = [&]<int kLanes>(const ReducedGrasp<kLanes>& grasp) {
     if (problem.cone == FrictionCone::kPyramid) return solve_pyramid(grasp);

@@ -88,6 +88,9 @@ void grasp_map(std::span<const GraspContact> contacts, const Eigen::Vector3d& ce
 /// Does not allocate or throw; the same problem gives the same bits.
 [[nodiscard]] GraspReport solve_grasp_forces(const GraspProblem& problem, Eigen::Ref<Eigen::VectorXd> f) noexcept;
 
+/// The method by which solve_grasp_forces does so, in words for a table.
+[[nodiscard]] const char* grasp_method(FrictionCone cone) noexcept;
+
 /// The same for the pyramid as the paper does it, by Lemke's method on the LCP of eq. (19):
 ///     M = A pi A',  q = -A pi c + A G^+ W^d,  f = pi (A' z - c) + G^+ W^d,   pi = I - G^+ G.
 /// A holds five rows a contact [10].

@@ -333,6 +333,46 @@ TEST(Shapes, RoundSolidsAreSampledByArea) {
   EXPECT_NEAR(outer / per_m2, pi * kMug.radius_m * kMug.height_m, 0.02 * pi * kMug.radius_m * kMug.height_m);
 }
 
+// A cup is a cylinder less another one, whose centroid is half a wall higher.
+TEST(Shapes, AMugsCentroidIsThatOfItsCylinders) {
+  const Mug cup{15e-3, 34e-3, 4e-3, {}};
+  const double whole = 15.0 * 15.0 * 34.0, hollow = 11.0 * 11.0 * 30.0;  // mm^3 over pi
+  const Vector3d known_m(0.0, 0.0, -1e-3 * hollow * 2.0 / (whole - hollow));
+  EXPECT_LE((centroid_m(cup) - known_m).norm(), 1e-17);
+}
+
+// With its handle, against the field of its solid: the mean of those of random points, one a cell, that are inside.
+TEST(Shapes, AMugsCentroidIsThatOfItsSolid) {
+  constexpr double kCell_m = 0.2e-3;
+  // The second one's rod is so thick that the wall's curvature, which the handle begins at, moves the centroid by 0.06 mm.
+  for (const Mug& mug : {kMug, Mug{15e-3, 40e-3, 1e-3, MugHandle{8e-3, 12e-3}}}) {
+    SCOPED_TRACE(mug.height_m);
+    const double out_m = mug.radius_m + mug.handle->radius_m + 0.5 * mug.handle->thickness_m;
+    const Vector3d low_m(-mug.radius_m, -mug.radius_m, -0.5 * mug.height_m), high_m(out_m, -low_m.y(), -low_m.z());
+    std::mt19937_64 random(7);
+    std::uniform_real_distribution<double> in_cell(0.0, kCell_m);
+    Vector3d sum = Vector3d::Zero();
+    double inside = 0.0, cut_m2 = 0.0;
+    for (double x = low_m.x(); x < high_m.x(); x += kCell_m) {
+      for (double y = low_m.y(); y < high_m.y(); y += kCell_m) {
+        for (double z = low_m.z(); z < high_m.z(); z += kCell_m) {
+          const Vector3d p(x + in_cell(random), y + in_cell(random), z + in_cell(random));
+          const double field_m = mug_field(mug, p).f_m;
+          if (std::abs(field_m) < std::sqrt(3.0) * kCell_m) cut_m2 += (p - centroid_m(mug)).squaredNorm();
+          if (field_m >= 0.0) continue;
+          sum += p;
+          ++inside;
+        }
+      }
+    }
+    // A cell within the solid errs by a part of its width, one that the surface cuts by a yes or no.
+    const double deviation_m = std::sqrt(inside * kCell_m * kCell_m / 4.0 + cut_m2 / 4.0) / inside;
+    EXPECT_LE(4.0 * deviation_m, 0.05e-3);
+    EXPECT_LE((centroid_m(mug) - sum / inside).norm(), 4.0 * deviation_m);
+    EXPECT_EQ(centroid_m(mug).y(), 0.0);
+  }
+}
+
 TEST(Shapes, TheSurfaceOfTheSamplesPartsInsideFromOutside) {
   constexpr double kReach_m = 3e-3;
   for (const Solid& solid : solids()) {

@@ -116,7 +116,7 @@ TEST(Config, ReadsEveryFormOfValueInSI) {
   // Seven digits and a division round twice: one unit in the last place, at most 2^-52 of the value.
   const Eigen::Vector3d centre_m(0.11943952, 0.04626999, 0.03652549);
   EXPECT_TRUE(object.vector3("position", Dimension::kLength).isApprox(centre_m, 0x1p-52));
-  EXPECT_EQ(object.matrix3("rotation"), (Eigen::Matrix3d() << 0, 0, 1, 1, 0, 0, 0, 1, 0).finished());
+  EXPECT_EQ(object.rotation3("rotation"), (Eigen::Matrix3d() << 0, 0, 1, 1, 0, 0, 0, 1, 0).finished());
   EXPECT_EQ(object.map("damping").positive("translation", Dimension::kDamping), 10.0);
   EXPECT_EQ(object.map("damping").positive("rotation", Dimension::kRotationalDamping), 0.005);
 
@@ -328,8 +328,8 @@ TEST(Config, RefusesWrongLists) {
     (void)root.vector3("a", Dimension::kLength);
     (void)root.vector3("b", Dimension::kLength);
     (void)root.quantities("c", Dimension::kAngle, 2);
-    (void)root.matrix3("d");
-    (void)root.matrix3("e");
+    (void)root.rotation3("d");
+    (void)root.rotation3("e");
     (void)root.numbers3("f");
     (void)root.numbers("g", 2);
     (void)root.list_of_maps("h");

@@ -81,7 +81,7 @@ void expect_valid(const Model& model, const RandomFrame& random) {
 
 /// Clouds of all kinds. A drive of nothing, so that the band is the scene's.
 std::vector<Model> models() {
-  Scene scene = with_exact_rotations(scene_of("box_grasp", {"object.points=3000"}));
+  Scene scene = scene_of("box_grasp", {"object.points=3000"});
   scene.control.reset();
   scene.task = {};
   scene.torques = JointVector::Zero();

@@ -49,7 +49,7 @@ VectorXd moved_along(int speed, double by, const State& state, const Function& f
 /// The box grasp at work, 20 ms after its start: three fingers pressed against the box.
 class GraspFrame : public testing::Test {
  protected:
-  GraspFrame() : loop(with_exact_rotations(scene_of("box_grasp", {kCoarseBox}))) {
+  GraspFrame() : loop(scene_of("box_grasp", {kCoarseBox})) {
     loop.run(20e-3);
     loop.control();
     forward_kinematics(model.scene.hand, loop.state.q, pose);
@@ -237,7 +237,7 @@ TEST(ContactFrame, IsOrthonormalOnAHandOfRoundedRotations) {
 
 // Rigid fingertips: one contact a finger, at the object's nearest point, where the normal meets both bodies.
 TEST(PointContact, IsTheNearestPointOfTheTipsSphere) {
-  Loop loop(with_exact_rotations(scene_of("minimal")));
+  Loop loop(scene_of("minimal"));
   loop.control();
   ASSERT_EQ(loop.frame.size(), kFingers);
   const double R = std::get<SphereShape>(loop.model.scene.object.shape).radius_m;

@@ -53,7 +53,7 @@ void spoil(const Model& model, const State& state, const Noise& noise, std::mt19
   }
   frame.contacts = std::move(kept);
   frame.begin = begin;
-  fill_compliance(model, frame);
+  fill_kernels(model, frame);
 }
 
 /// The largest steps of a finger's force between ticks, at hand-overs and elsewhere [N], and the energy by its sign [J],

@@ -28,7 +28,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 Scene thumb_against(const Shape& shape, Index points) {
-  Scene scene = with_exact_rotations(scene_of("box_grasp", {"object.points=500"}));
+  Scene scene = scene_of("box_grasp", {"object.points=500"});
   scene.control.reset();
   scene.task = {};
   scene.torques = JointVector::Zero();

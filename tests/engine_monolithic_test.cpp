@@ -89,8 +89,9 @@ double power_law(const Eigen::ArrayXd& x, const Eigen::ArrayXd& y) {
 TEST(Monolithic, ConvergesAtFirstOrderInTheStep) {
   constexpr double kFinest_s = 31.25e-6;
   constexpr int kPeriods = 100;
-  Scene scene = scene_of("box_grasp", {kCoarseBox, "time.step=31.25 us", "time.control_period=4 ms", "control.gain=7.5",
-                                       "task.translate.from=0.1 s", "task.translate.over=0.3 s"});
+  Scene scene =
+      scene_of("box_grasp", {kCoarseBox, "time.step=31.25 us", "time.control_period=4 ms", "control.gain=7.5 N*m/rad",
+                             "task.translate.from=0.1 s", "task.translate.over=0.3 s"});
   scene.contact.tolerance = 1e-9;
   scene.contact.max_sweeps = 100'000;
   Loop start(std::move(scene));

@@ -45,6 +45,20 @@ Scene pulp_scene(Index points, Index leaves) {
   return scene;
 }
 
+/// C among a frame's contacts, all of this finger, in the axes that they have there.
+MatrixXd compliance_of(const Model& model, Frame& frame) {
+  fill_kernels(model, frame);
+  const double tangential = model.pulps[kFinger].tangential;
+  GroupedDelassus::Tensors tensors(3 * frame.size(), 3);
+  for (Index i = 0; i < frame.size(); ++i) {
+    tensors.middleRows<3>(3 * i) =
+        Vector3d(1.0, tangential, tangential).asDiagonal() * frame.contacts[i].E_F.transpose();
+  }
+  MatrixXd C = MatrixXd::Zero(3 * frame.size(), 3 * frame.size());
+  add_compliance(frame.kernel[kFinger], tensors, 0, 1.0, C);
+  return C;
+}
+
 /// The pulp pressed by `depth_m` against a rigid plane: contacts at the control points whose gap is below the band,
 /// with the compliance that a frame gives them.
 class PressedPulp {
@@ -66,8 +80,7 @@ class PressedPulp {
     for (Index i = 0; i < frame_.size(); ++i) points_m.col(i) = frame_.contacts[i].p_F;
     gap_m = Eigen::Map<VectorXd>(gaps.data(), frame_.size());
 
-    fill_compliance(model, frame_);
-    C = frame_.compliance[kFinger].topLeftCorner(3 * frame_.size(), 3 * frame_.size());
+    C = compliance_of(model, frame_);
   }
 
   [[nodiscard]] Index size() const { return frame_.size(); }
@@ -254,8 +267,7 @@ MatrixXd compliance_for_random_normals(const Model& model, std::mt19937_64& rand
     frame.contacts.push_back({kFinger, c, p, p, n, 0.0, E});
   }
   frame.begin = {0, 0, frame.size(), frame.size()};
-  fill_compliance(model, frame);
-  return frame.compliance[kFinger];
+  return compliance_of(model, frame);
 }
 
 /// Symmetric up to the rounding of a product, and its smallest eigenvalue above `share` of its largest entry.

@@ -23,6 +23,17 @@ Kind shape_of(const std::string& text) {
   return std::get<Kind>(scene_with_shape(text).object.shape);
 }
 
+/// The one message about these changes, with its key; empty if the scene is read and its model made.
+std::string fault_with(const std::vector<std::string>& changes) {
+  try {
+    (void)Model(scene_of("minimal", changes));
+  } catch (const ConfigError& error) {
+    EXPECT_EQ(error.diagnostics().size(), 1U) << error.what();
+    return error.diagnostics()[0].key + ": " + error.diagnostics()[0].message;
+  }
+  return "";
+}
+
 /// The one message about this shape, with its key; empty if it is read.
 std::string fault_of(const std::string& shape) {
   try {
@@ -66,6 +77,76 @@ TEST(Scene, MakesASurfaceOfEveryShape) {
     // Samples reach the ends of the shape, but for about a spacing.
     EXPECT_NEAR(model.object.bounds().sizes().z(), shape[0] == 's' && shape[1] == 'p' ? 0.05 : 0.03, 1e-3) << shape;
   }
+}
+
+// The weight of a solid acts at its centroid, unless the scene says where.
+TEST(Scene, ReadsTheCentreOfMass) {
+  const std::string mug = "mug: {radius: 25 mm, height: 60 mm, wall: 4 mm, handle: {radius: 12 mm, thickness: 8 mm}}";
+  const Scene filled = scene_with_shape(mug);
+  EXPECT_EQ(filled.object.centre_of_mass_m, centroid_m(std::get<Mug>(filled.object.shape)));
+  EXPECT_GT(filled.object.centre_of_mass_m.x(), 1e-3) << "the handle";
+  const Scene named = scene_of("minimal", {"object.shape={" + mug + "}", "object.centre_of_mass=[1 mm, 2 mm, -3 mm]"});
+  EXPECT_EQ(named.object.centre_of_mass_m, Vector3d(0.001, 0.002, -0.003));
+  for (const char* shape : {"box: [50 mm, 40 mm, 30 mm]", "cylinder: {radius: 12 mm, length: 90 mm}", "cloud: a.obj"}) {
+    const Scene scene = scene_with_shape(shape);
+    EXPECT_EQ(scene.object.centre_of_mass_m, Vector3d::Zero()) << shape;
+    EXPECT_EQ(std::ranges::count(scene.defaults_used, "object.centre_of_mass: [0 m, 0 m, 0 m]"), 1) << shape;
+  }
+}
+
+TEST(Scene, RefusesACentreOfMassOutsideOfTheObject) {
+  const std::string key = "object.centre_of_mass", box = "object.shape={box: [50 mm, 40 mm, 30 mm]}";
+  EXPECT_EQ(fault_with({box, key + "=[25 mm, -20 mm, 15 mm]"}), "") << "a corner";
+  EXPECT_EQ(fault_with({box, key + "=[0 mm, 0 mm, 15.1 mm]"}),
+            key + ": must lie within the object: -25 .. 25, -20 .. 20, -15 .. 15 mm in its frame");
+  const std::string mug =
+      "object.shape={mug: {radius: 25 mm, height: 30 mm, wall: 10 mm, handle: {radius: 9 mm, "
+      "thickness: 8 mm}}}";
+  EXPECT_EQ(fault_with({mug, key + "=[37.9 mm, 0 mm, 0 mm]"}), "") << "in the handle";
+  EXPECT_EQ(fault_with({mug, key + "=[-37.9 mm, 0 mm, 0 mm]"}).substr(0, key.size()), key);
+  EXPECT_EQ(fault_with({key + "=[0, 0 mm, 0 mm]"}), key + "[0]: 0 has no unit: use m, cm, mm or um");
+  EXPECT_EQ(fault_with({key + "=3 mm"}).substr(0, key.size()), key);
+  EXPECT_EQ(fault_with({key + "=[0 mm, 0 mm]"}).substr(0, key.size()), key);
+
+  // What a file holds shows when the model is made.
+  Scene scene = scene_of("minimal", {box, "object.points=2000"});
+  scene.object.centre_of_mass_m = Vector3d(0.0, 0.0, 0.03);
+  EXPECT_THROW((void)Model(scene), ConfigError);
+}
+
+TEST(Scene, ReadsPushes) {
+  const std::vector<std::string> gone = {"task.push={force: [0 N, 0.5 N, 0 N], from: 0.5 s, over: 1 s}"};
+  const Push plain = *scene_of("minimal", gone).task.push;
+  EXPECT_EQ(plain.force_N, Vector3d(0.0, 0.5, 0.0));
+  EXPECT_EQ(plain.at_m, Vector3d::Zero());
+  EXPECT_EQ(plain.moment_Nm, Vector3d::Zero());
+  const Push both = *scene_of("minimal", {"task.push={force: [0 N, 0.5 N, 0 N], at: [10 mm, 0 mm, -5 mm], moment: "
+                                          "[1 N*mm, 0 N*mm, 0.002 N*m], from: 0.5 s, over: 1 s}"})
+                         .task.push;
+  EXPECT_EQ(both.at_m, Vector3d(0.01, 0.0, -0.005));
+  EXPECT_EQ(both.moment_Nm, Vector3d(0.001, 0.0, 0.002));
+  const Push moment =
+      *scene_of("minimal", {"task.push={moment: [0 N*m, 0 N*m, 0.01 N*m], from: 0 s, over: 1 s}"}).task.push;
+  EXPECT_EQ(moment.force_N, Vector3d::Zero());
+  EXPECT_EQ(moment.moment_Nm, Vector3d(0.0, 0.0, 0.01));
+
+  const auto fault = [](const std::string& push) {
+    return fault_with({"task.push={" + push + ", from: 0 s, over: 1 s}"});
+  };
+  EXPECT_EQ(fault("at: [0 mm, 0 mm, 0 mm], moment: [0 N*m, 0 N*m, 0.01 N*m]"),
+            "task.push.at: is where a force acts, and there is none: name it, or leave this out");
+  EXPECT_EQ(
+      fault("force: [0 N, 1 N, 0 N], at: [0 mm, 0 mm, 90 mm]"),
+      "task.push.at: must lie within the object: -26.09 .. 26.09, -26.09 .. 26.09, -26.09 .. 26.09 mm in its frame");
+  EXPECT_EQ(fault("moment: [0 N, 0 N*m, 0 N*m]"), "task.push.moment[0]: 0 N is not a torque: use N*m or N*mm");
+  EXPECT_EQ(fault_with({"task.push={from: 0 s, over: 1 s}"}), "task.push.force: this key is missing");
+}
+
+TEST(Scene, TheGainHasItsUnit) {
+  EXPECT_EQ(*scene_of("minimal", {"control.gain=12.5 N*m/rad"}).control->gain, 12.5);
+  EXPECT_EQ(fault_with({"control.gain=12.5"}), "control.gain: 12.5 has no unit: use N*m/rad");
+  EXPECT_EQ(fault_with({"control.gain=12.5 N/m"}), "control.gain: 12.5 N/m is not a rotational stiffness: use N*m/rad");
+  EXPECT_EQ(fault_with({"control.gain=0 N*m/rad"}), "control.gain: 0 N*m/rad must be greater than zero");
 }
 
 TEST(Scene, ReadsTheUnitOfACloud) {

@@ -23,15 +23,6 @@ inline Scene scene_of(const std::string& name, const std::vector<std::string>& o
   return load_scene(config_file(name), overrides);
 }
 
-/// The scene with segment frames that are rotations to the last bit: hand.yaml gives six digits of them, which would
-/// hide what a test of the algebra looks for.
-inline Scene with_exact_rotations(Scene scene) {
-  for (Segment& segment : scene.hand.segments) {
-    segment.X_WS_0.linear() = Eigen::Quaterniond(segment.X_WS_0.linear()).normalized().toRotationMatrix();
-  }
-  return scene;
-}
-
 /// A flat face needs no more samples than this; it saves the tests' time.
 inline const std::string kCoarseBox = "object.points=6000";
 
@@ -78,7 +69,7 @@ inline bool is_finite(const State& state) {
 /// of the pulp's rest shape at the start, `translation_damping` the box's.
 inline Scene pressed_thumb(double depth_m, const Eigen::Vector3d& force_C, double translation_damping) {
   Scene scene =
-      with_exact_rotations(scene_of("box_grasp", {"object.shape={box: [20 mm, 20 mm, 20 mm]}", "object.points=3000"}));
+      scene_of("box_grasp", {"object.shape={box: [20 mm, 20 mm, 20 mm]}", "object.points=3000"});
   scene.control.reset();
   scene.task = {};
   scene.torques = JointVector::Zero();

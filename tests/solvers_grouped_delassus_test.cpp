@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "solvers/grouped_delassus.h"
@@ -33,13 +34,13 @@ struct GroupedProblem {
     J_common.leftCols<6>() = random_matrix(3 * n + 6, 6, random);
     if (compliant) {
       for (const Index size : sizes) {
-        const MatrixXd root = random_matrix(3 * size, 3 * size, random);
-        MatrixXd C = MatrixXd::Zero(3 * size + 3, 3 * size + 3);
-        C.topLeftCorner(3 * size, 3 * size) =
-            1e-5 * (root * root.transpose() / (1.0 + 3.0 * static_cast<double>(size)) +
-                    MatrixXd::Identity(3 * size, 3 * size));
-        compliance.push_back(C);
+        const MatrixXd root = random_matrix(size, size, random);
+        MatrixXd k = MatrixXd::Zero(size + 1, size + 1);
+        k.topLeftCorner(size, size) =
+            1e-5 * (root * root.transpose() / (1.0 + static_cast<double>(size)) + MatrixXd::Identity(size, size));
+        kernel.push_back(k);
       }
+      tensors = MatrixXd::Identity(3, 3).replicate(n + 2, 1) + 0.3 * random_matrix(3 * n + 6, 3, random);
     }
     mobility << 1e-6, 1e-6, 1e-6, 3e-6, 3e-6, 3e-6, 0.0, 0.0;
     delta_free = 1e-5 * random_matrix(3 * n, 1, random);
@@ -52,7 +53,8 @@ struct GroupedProblem {
             .J_common = J_common,
             .own_mobility = 2e-6,
             .common_mobility = mobility,
-            .compliance = compliance,
+            .kernel = kernel,
+            .tensors = tensors,
             .compliance_scale = 0.7};
   }
   [[nodiscard]] Index contacts() const { return mu.size(); }
@@ -61,7 +63,8 @@ struct GroupedProblem {
   GroupedDelassus::OwnJacobian J_own;
   GroupedDelassus::CommonJacobian J_common;
   GroupedDelassus::CommonMotion mobility;
-  std::vector<MatrixXd> compliance;
+  std::vector<MatrixXd> kernel;
+  GroupedDelassus::Tensors tensors;
   VectorXd delta_free, mu;
 };
 
@@ -98,6 +101,30 @@ TEST(GroupedDelassus, SolvesTheProblemThatItsFactorsMake) {
         const VectorXd own =
             W.own_mobility * problem.J_own.middleRows(first, rows).transpose() * f.segment(first, rows);
         EXPECT_LE((work.own_motion.col(k) - own).norm(), 1e-13 * (1e-6 + f.norm()) * problem.J_own.norm());
+      }
+    }
+  }
+}
+
+// C_ij = k_ij B_i B_j' of each group stands in W's diagonal blocks, times s: W with it less W without. Rounding.
+TEST(GroupedDelassus, ComplianceIsTheKernelTimesTheTensors) {
+  std::mt19937 random(1);
+  GroupedProblem problem({4, 3, 5}, true, random);
+  const Index n = problem.contacts();
+  MatrixXd with(3 * n, 3 * n), without(3 * n, 3 * n);
+  problem.W().to_dense(with);
+  const std::vector<MatrixXd> kernel = std::exchange(problem.kernel, {});
+  problem.W().to_dense(without);
+  for (Index k = 0; k < std::ssize(kernel); ++k) {
+    for (Index i = problem.begin[k]; i < problem.begin[k + 1]; ++i) {
+      for (Index j = 0; j < n; ++j) {
+        Eigen::Matrix3d C_ij = Eigen::Matrix3d::Zero();
+        if (j >= problem.begin[k] && j < problem.begin[k + 1]) {
+          C_ij = 0.7 * kernel[k](i - problem.begin[k], j - problem.begin[k]) *
+                 problem.tensors.middleRows<3>(3 * i) * problem.tensors.middleRows<3>(3 * j).transpose();
+        }
+        const Eigen::Matrix3d found = (with - without).block<3, 3>(3 * i, 3 * j);
+        EXPECT_LE((found - C_ij).norm(), 1e-14 * with.norm());
       }
     }
   }
@@ -161,7 +188,10 @@ TEST(GroupedDelassus, NotFiniteInputGivesZeros) {
   problem.J_common(20, 3) = std::numeric_limits<double>::infinity();
   expect_refused(problem);
   problem = good;
-  problem.compliance[1](0, 0) = nan;
+  problem.kernel[1](0, 0) = nan;
+  expect_refused(problem);
+  problem = good;
+  problem.tensors(7, 2) = nan;
   expect_refused(problem);
   problem = good;
   problem.delta_free[5] = nan;

@@ -11,6 +11,7 @@
 
 #include "bench/contact_families.h"
 #include "bench/contact_methods.h"
+#include "bench/recorded.h"
 #include "bench/report/figure.h"
 #include "bench/report/measure.h"
 #include "bench/scene_problems.h"
@@ -116,13 +117,8 @@ Problem pressed(Index contacts, std::uint64_t seed) {
 
 /// The box grasp's on its way, of ticks with as many contacts as asked for; finer pulps for more than 60.
 std::vector<Problem> of_box_grasp(Index contacts, int count) {
-  std::vector<std::string> changes{fmt::format("contact.max_per_finger={}", contacts / 3)};
-  if (const Index finer = (contacts + 59) / 60; finer > 1) {
-    changes.push_back(fmt::format("fingertips.points={}", 2400 * finer));
-    changes.push_back(fmt::format("fingertips.leaves={}", 320 * finer));
-  }
   std::vector<Problem> problems;
-  for (const SceneContacts& from : scene_problems("box_grasp", changes, {0.6, 1.0, count}).contacts) {
+  for (const SceneContacts& from : scene_problems("box_grasp", changes_for(contacts), {0.6, 1.0, count}).contacts) {
     if (from.file.contacts() != contacts) continue;
     problems.push_back({from.factors, from.file.W, from.file.delta_free.front(), from.file.mu});
   }
@@ -141,6 +137,7 @@ Problem with_fingers(const std::vector<SceneContacts>& recorded, std::size_t mom
   const Index per_finger = first.begin[1];
   factors.J_own.resize(3 * fingers * per_finger, GroupedDelassus::kOwn);
   factors.J_common.resize(3 * fingers * per_finger, GroupedDelassus::kPadded);
+  factors.tensors.resize(3 * fingers * per_finger, 3);
   problem.delta_free.resize(3 * fingers * per_finger);
   problem.mu = VectorXd::Constant(fingers * per_finger, recorded[moment].file.mu[0]);
   for (Index k = 0; k < fingers; ++k) {
@@ -148,7 +145,8 @@ Problem with_fingers(const std::vector<SceneContacts>& recorded, std::size_t mom
     const Index finger = k < 3 ? k : 1 + (k - 3) % 2, rows = 3 * per_finger, row = 3 * from.factors.begin[finger];
     factors.J_own.middleRows(k * rows, rows) = from.factors.J_own.middleRows(row, rows);
     factors.J_common.middleRows(k * rows, rows) = from.factors.J_common.middleRows(row, rows);
-    factors.compliance.push_back(from.factors.compliance[finger]);
+    factors.kernel.push_back(from.factors.kernel[finger]);
+    factors.tensors.middleRows(k * rows, rows) = from.factors.tensors.middleRows(row, rows);
     problem.delta_free.segment(k * rows, rows) = from.file.delta_free.front().segment(row, rows);
     factors.begin.push_back((k + 1) * per_finger);
   }

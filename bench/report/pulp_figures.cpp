@@ -39,7 +39,8 @@ class PressedSolve {
   PressedSolve(const Pulp& pulp, const Vector3d& n, double depth_m, const PressedPulp& pressed)
       : contacts_(std::ssize(pressed.controls)),
         begin_{0, contacts_},
-        compliance_{MatrixXd::Zero(3 * contacts_, 3 * contacts_)},
+        kernel_{MatrixXd(contacts_, contacts_)},
+        tensors_(Vector3d(1.0, pulp.tangential, pulp.tangential).asDiagonal().toDenseMatrix().replicate(contacts_, 1)),
         J_own_(GroupedDelassus::OwnJacobian::Zero(3 * contacts_, GroupedDelassus::kOwn)),
         J_common_(GroupedDelassus::CommonJacobian::Zero(3 * contacts_, GroupedDelassus::kPadded)),
         delta_free_(3 * contacts_),
@@ -47,13 +48,11 @@ class PressedSolve {
         delta_(3 * contacts_),
         mu_(VectorXd::Constant(contacts_, 0.8)),
         work_(contacts_, 1) {
-    const double c_t = pulp.tangential * pulp.tangential;
     for (Index j = 0; j < contacts_; ++j) {
       const double height_m = n.dot(pulp.control_points_m.col(pressed.controls[j]));
       delta_free_.segment<3>(3 * j) << kRadius_m - depth_m - height_m, 50e-6, 0.0;
       for (Index i = 0; i < contacts_; ++i) {
-        const double k_ij = pulp.kernel(pressed.controls[i], pressed.controls[j]);
-        compliance_[0].block<3, 3>(3 * i, 3 * j) = (k_ij * Vector3d(1.0, c_t, c_t)).asDiagonal();
+        kernel_[0](i, j) = pulp.kernel(pressed.controls[i], pressed.controls[j]);
       }
     }
   }
@@ -65,7 +64,8 @@ class PressedSolve {
                             .J_common = J_common_,
                             .own_mobility = 0.0,
                             .common_mobility = GroupedDelassus::CommonMotion::Zero(),
-                            .compliance = compliance_};
+                            .kernel = kernel_,
+                            .tensors = tensors_};
     f_.setZero();
     return time_us(
         [&] { (void)solve_contacts(W, delta_free_, mu_, {.tolerance = 1e-6, .max_sweeps = 3000}, work_, f_, delta_); });
@@ -74,7 +74,8 @@ class PressedSolve {
  private:
   Index contacts_;
   std::vector<Index> begin_;
-  std::vector<MatrixXd> compliance_;
+  std::vector<MatrixXd> kernel_;
+  GroupedDelassus::Tensors tensors_;
   GroupedDelassus::OwnJacobian J_own_;
   GroupedDelassus::CommonJacobian J_common_;
   VectorXd delta_free_, f_, delta_, mu_;

@@ -50,7 +50,7 @@ export class Hands {
     return this.#drag?.kind === 'pull';
   }
 
-  /** A push on the object's centre, a world vector [N]. */
+  /** A push at the object's origin, a world vector [N]. */
   poke(force_N) {
     if (this.enabled) this.#send({type: 'poke', force_N: force_N.toArray()});
   }
