@@ -130,10 +130,12 @@ void GraspMonitor::watch_solver(const TickRecord& tick) {
 }
 
 void GraspMonitor::watch_slip(const TickRecord& tick) {
-  if (!slip_before_m_) slip_before_m_ = slip_at_start_m_ = tick.slip_m;
-  if (!tick.is_measured()) slip_at_start_m_ = tick.slip_m;
+  if (!slip_before_m_) slip_before_m_ = tick.slip_m;
+  if (!tick.is_measured()) return;
+  // A patch that rolls or turns on the object slides at its rim, and stays where it is.
   for (int k = 0; k < kFingers; ++k) {
-    slip_m_[k] = tick.slip_m[k] - slip_at_start_m_[k];
+    const PatchReport& patch = tick.contact.patch[k];
+    if (patch.sliding_share >= kSlidesWhole) slip_m_[k] += patch.slip_m;
     if (!slips_since_s_[k] && slip_m_[k] > kSlipping_m) slips_since_s_[k] = tick.time_s;
   }
 }

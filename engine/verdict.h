@@ -15,7 +15,8 @@ namespace thenar {
 inline constexpr double kMeasuredFrom_s = 0.3;  ///< The grip has built up: slip counts from here on.
 inline constexpr double kLoadedFrom_s = 0.1;    ///< The grip is closed: fingers must carry load from here on.
 inline constexpr double kUnloaded_s = 0.05;     ///< A grip of fewer than two loaded fingers for so long is none.
-inline constexpr double kSlipping_m = 0.1e-3;   ///< A patch that has slipped so far slides; less is micro-slip.
+inline constexpr double kSlidesWhole = 0.9;     ///< With this share of its force sliding a patch slides as a whole,
+inline constexpr double kSlipping_m = 0.1e-3;   ///< and by so much in all, the finger slips. Less is micro-slip.
 inline constexpr double kOffTarget_m = 10e-3;
 inline constexpr double kOffTarget_rad = 20.0 * std::numbers::pi / 180.0;
 /// Chatter of forces. Steady grips have 1e-9 to 2e-4, 2e-3 in steps of 20 ms; loops and springs beyond their limits 0.014
@@ -30,7 +31,7 @@ enum class Outcome {
   kUnknown,       ///< Records of ticks were lost: nobody knows.
   kOverLimits,    ///< A joint left its range, or a muscle was asked for more than it has.
   kOffTarget,     ///< The object was 10 mm or 20 degrees off its target; the fingers hold it.
-  kSlipping,      ///< A patch slipped by 0.1 mm, or a finger lost its load.
+  kSlipping,      ///< A patch slid by 0.1 mm as a whole, or a finger lost its load.
   kUnstable,      ///< The forces chatter.
   kLost,          ///< The hand no longer holds the object: its grip is open, or a finger has slid off its place.
   kSolverFailed,  ///< A solve found no answer, or there is none.

@@ -42,6 +42,8 @@ struct Watched {
   [[nodiscard]] Outcome outcome() const { return verdict().outcome; }
   /// From this tick on a finger has slipped so much more.
   void slip(std::size_t from, int finger, double more_m) {
+    ticks[from].contact.patch[finger].slip_m = more_m;
+    ticks[from].contact.patch[finger].sliding_share = 1.0;
     for (std::size_t i = from; i < ticks.size(); ++i) ticks[i].slip_m[finger] += more_m;
   }
   void unsolved_muscles(double time_s) {
@@ -134,6 +136,14 @@ TEST(Verdict, CountsSlipFromTheEndOfTheStart) {
   EXPECT_EQ(run.outcome(), Outcome::kHeld);
   run.slip(360, 0, 0.2 * kSlipping_m);
   EXPECT_EQ(run.outcome(), Outcome::kSlipping);
+}
+
+// A patch that turns where it is slides at its rim: that is told, and is no slip.
+TEST(Verdict, PatchesThatSlideInPartDoNotSlip) {
+  Watched run = steady_run();
+  run.slip(400, 0, 2.0 * kSlipping_m);
+  run.ticks[400].contact.patch[0].sliding_share = 0.7;
+  EXPECT_EQ(run.outcome(), Outcome::kHeld);
 }
 
 // A monitor that begins in the middle of a run answers for what it sees.
