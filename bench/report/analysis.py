@@ -10,6 +10,7 @@ from pathlib import Path
 SECTIONS = (
     ("The published timings", ("published",)),
     ("Speed against accuracy", ("grasp_force", "muscle", "contact", "finding", "pulp", "rate")),
+    ("Sticking, sliding, converging", ("motion",)),
     ("Where methods fail", ("stability", "contact_families")),
     ("No more than a scene needs", ("model",)),
     ("Growth", ("growth", "contact_growth")),
