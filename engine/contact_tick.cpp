@@ -351,9 +351,8 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
   if (report.handed_over) {
     state.forces.reserve(model.max_contacts);  // A copied state has lost its spare room.
     if (model.soft_object()) state.object_loads.reserve(kLoadsPerContact * model.max_contacts);
-    const bool first = work.sequence < 0;
     hand_over(model, frame, state, work);
-    if (first) press_in(model, frame, work, state);
+    if (starts) press_in(model, frame, work, state);
   }
   report.held = must_hold(model, frame, state, work);
   if (report.held != state.held) set_hold(report.held, frame, work, state);
