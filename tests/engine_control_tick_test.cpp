@@ -111,7 +111,7 @@ TEST_F(ControlTick, PushHasALeverAndAMoment) {
   EXPECT_EQ(pushed.external_wrench(1.0, scene.object.X_WO), pushed.weight(scene.object.X_WO)) << "it is over";
 
   Eigen::Isometry3d turned = scene.object.X_WO;
-  turned.rotate(Eigen::AngleAxisd(0.5 * EIGEN_PI, Vector3d::UnitZ()));  // x goes where y was, y where -x was
+  turned.rotate(Eigen::AngleAxisd(0.5 * std::numbers::pi, Vector3d::UnitZ()));  // x goes where y was, y where -x was
   const Vector6d then = pushed.external_wrench(0.5, turned) - pushed.weight(turned);
   const Vector3d at_start(-at_O.y(), at_O.x(), at_O.z());
   EXPECT_LE((then.head<3>() - R * force_O).norm(), 1e-15);
