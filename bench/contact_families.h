@@ -138,8 +138,15 @@ inline RandomContacts grasp(const GraspScene& scene, Random& random, FactoredCon
       }
     }
     if (factors != nullptr) {
-      factors->compliance.emplace_back(W_finger -
-                                       scene.step_s / scene.joint_viscosity[finger] * J_finger * J_finger.transpose());
+      SurfaceCompliance& C = factors->compliance.emplace_back(per_finger);
+      factors->axes.conservativeResize(first + 3 * per_finger, 3);
+      for (Index i = 0; i < per_finger; ++i) {
+        factors->axes.middleRows<3>(first + 3 * i) = E[i].transpose();
+        for (Index j = 0; j <= i; ++j) {
+          const double distance = (point[i] - point[j]).norm() / kKernelWidth_m;
+          C.set(i, j, scene.compliance_m_per_N * std::exp(-0.5 * distance * distance), 0.0, 0.0);
+        }
+      }
     }
   }
   Vector6d mobility;

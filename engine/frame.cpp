@@ -8,7 +8,6 @@ namespace thenar {
 using Eigen::Index;
 using Eigen::Isometry3d;
 using Eigen::Matrix3d;
-using Eigen::MatrixXd;
 using Eigen::Vector3d;
 
 Matrix3d contact_frame(const Matrix3d& R_WF, const Vector3d& pulp_normal, const Vector3d& n_W) {
@@ -37,7 +36,7 @@ ContactGap contact_gap(const FrameContact& contact, const Isometry3d& X_FO, cons
 Frame::Frame(const Model& model) {
   contacts.reserve(model.max_contacts);
   const Index per_finger = model.deformable() ? model.max_contacts / kFingers : 0;
-  for (MatrixXd& k : kernel) k.setZero(per_finger, per_finger);
+  compliance.fill(SurfaceCompliance(per_finger));
   if (model.soft_object()) object_kernel.setZero(model.max_contacts, model.max_contacts);
   X_WO.setIdentity();
   X_WF.fill(Isometry3d::Identity());
