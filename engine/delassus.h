@@ -28,7 +28,7 @@ struct ContactKinematics {
   /// and deform() commits u in them: in other axes a finger that sticks would walk.
   GroupedDelassus::Axes pulp_axes;
   // Of a soft object alone:
-  GroupedDelassus::Axes object_tensors;  ///< Rows E_O' T, see object_compliance.h; E_O columns n, t1, t2 in the object frame.
+  GroupedDelassus::Axes object_tensors;  ///< Rows E_O' T; E_O columns n, t1, t2 in the object frame.
   Eigen::Matrix3Xd u_object_m;           ///< u_o in contact rows; 3 x capacity.
 };
 

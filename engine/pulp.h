@@ -43,8 +43,8 @@ struct PulpMaterial {
 ///     gaussian     a_ij = kappa k_ij / 2,             b_ij = 0
 /// The first is Cerruti's half space, k (I + kappa r r' / r^2), for a force spread as the kernel spreads it: the wave q of a
 /// traction moves the surface by exp(-q s) / (E* q / 2) along q, as normal to the plane, and by (1 + kappa) times that across
-/// q. So it is positive definite among points of a plane, whatever s. In the mean over all directions of r, and at a point itself, it is Mindlin's
-/// c_t = 1 + kappa / 2 = (2 - nu) / (2 (1 - nu)) times k, which is what the published kernel has.
+/// q. So it is positive definite among points of a plane, whatever s. In the mean over all directions of r, and at a point
+/// itself, it is k times Mindlin's c_t = 1 + kappa / 2 = (2 - nu) / (2 (1 - nu)), which is what the published kernel has.
 struct Pulp {
   PointCloud surface;               ///< Rest shape, distal frame.
   Eigen::Index leaves = 0;          ///< Of the tree over its samples, see collision/point_tree.h.
