@@ -130,20 +130,23 @@ inline RandomContacts grasp(const GraspScene& scene, Random& random, FactoredCon
       factors->begin.push_back(first / 3 + per_finger);
     }
     W_finger = scene.step_s / scene.joint_viscosity[finger] * J_finger * J_finger.transpose();
-    MatrixXd kernel(per_finger, per_finger);
-    GroupedDelassus::Tensors tensors(3 * per_finger, 3);
     for (Index i = 0; i < per_finger; ++i) {
-      tensors.middleRows<3>(3 * i) = E[i].transpose();
       for (Index j = 0; j < per_finger; ++j) {
         const double distance = (point[i] - point[j]).norm() / kKernelWidth_m;
-        kernel(i, j) = scene.compliance_m_per_N * std::exp(-0.5 * distance * distance);
+        W_finger.block<3, 3>(3 * i, 3 * j) +=
+            scene.compliance_m_per_N * std::exp(-0.5 * distance * distance) * E[i].transpose() * E[j];
       }
     }
-    add_compliance(kernel, tensors, 0, 1.0, W_finger);
     if (factors != nullptr) {
-      factors->tensors.conservativeResize(first + 3 * per_finger, 3);
-      factors->tensors.bottomRows(3 * per_finger) = tensors;
-      factors->kernel.push_back(std::move(kernel));
+      SurfaceCompliance& C = factors->compliance.emplace_back(per_finger);
+      factors->axes.conservativeResize(first + 3 * per_finger, 3);
+      for (Index i = 0; i < per_finger; ++i) {
+        factors->axes.middleRows<3>(first + 3 * i) = E[i].transpose();
+        for (Index j = 0; j <= i; ++j) {
+          const double distance = (point[i] - point[j]).norm() / kKernelWidth_m;
+          C.set(i, j, scene.compliance_m_per_N * std::exp(-0.5 * distance * distance), 0.0, 0.0);
+        }
+      }
     }
   }
   Vector6d mobility;

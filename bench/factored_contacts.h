@@ -14,8 +14,8 @@ struct FactoredContacts {
   GroupedDelassus::CommonJacobian J_common;
   double own_mobility = 0.0;
   GroupedDelassus::CommonMotion common_mobility = GroupedDelassus::CommonMotion::Zero();
-  std::vector<Eigen::MatrixXd> kernel;
-  GroupedDelassus::Tensors tensors;
+  std::vector<SurfaceCompliance> compliance;
+  GroupedDelassus::Axes axes;
   double compliance_scale = 1.0;
 
   [[nodiscard]] GroupedDelassus operator_of() const {
@@ -24,15 +24,16 @@ struct FactoredContacts {
             .J_common = J_common,
             .own_mobility = own_mobility,
             .common_mobility = common_mobility,
-            .kernel = kernel,
-            .tensors = tensors,
+            .compliance = compliance,
+            .axes = axes,
             .compliance_scale = compliance_scale};
   }
 
   [[nodiscard]] double bytes() const {
-    Eigen::Index numbers = J_own.size() + J_common.size() + common_mobility.size() + tensors.size();
-    for (const Eigen::MatrixXd& finger : kernel) numbers += finger.size();
-    return static_cast<double>(sizeof(double)) * static_cast<double>(numbers);
+    Eigen::Index numbers = J_own.size() + J_common.size() + common_mobility.size() + axes.size();
+    double bytes = 0.0;
+    for (const SurfaceCompliance& finger : compliance) bytes += finger.bytes();
+    return bytes + static_cast<double>(sizeof(double)) * static_cast<double>(numbers);
   }
 
   [[nodiscard]] Eigen::MatrixXd dense() const {

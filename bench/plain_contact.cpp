@@ -32,7 +32,7 @@ struct Springs {
   explicit Springs(const Pulp& pulp)
       : normal_N_per_m(4.0 * pulp.material.reduced_modulus_Pa * std::sqrt(8.0) /
                        (3.0 * std::numbers::pi * pulp.radius_m) * pulp.area_m2),
-        tangential_N_per_m(normal_N_per_m / (pulp.tangential * pulp.tangential)),
+        tangential_N_per_m(normal_N_per_m / (pulp.tangential)),
         stretch_m(Eigen::Matrix2Xd::Zero(2, pulp.controls())) {}
 
   VectorXd normal_N_per_m, tangential_N_per_m;
@@ -246,7 +246,7 @@ std::function<double(const Scene&)> PlainTick::penalty_limit(const Frame& frame)
   for (int part = 0; part < 3; ++part) {
     GroupedDelassus body =
         delassus_operator(model_, frame, now_, {part == 0 ? 1.0 : 0.0, part == 1 ? 1.0 : 0.0, part == 2 ? 1.0 : 0.0});
-    body.kernel = {};
+    body.compliance = {};
     MatrixXd W(n, n);
     body.to_dense(W);
     parts[part] = root_k.asDiagonal() * W * root_k.asDiagonal();

@@ -17,11 +17,8 @@ FactoredContacts copy_of(const GroupedDelassus& W) {
   factors.J_common = W.J_common.topRows(3 * W.contacts());
   factors.own_mobility = W.own_mobility;
   factors.common_mobility = W.common_mobility;
-  for (std::size_t k = 0; k < W.kernel.size(); ++k) {
-    const Index contacts = factors.begin[k + 1] - factors.begin[k];
-    factors.kernel.emplace_back(W.kernel[k].topLeftCorner(contacts, contacts));
-  }
-  if (!W.kernel.empty()) factors.tensors = W.tensors.topRows(3 * W.contacts());
+  factors.compliance.assign(W.compliance.begin(), W.compliance.end());
+  if (!W.compliance.empty()) factors.axes = W.axes.topRows(3 * W.contacts());
   factors.compliance_scale = W.compliance_scale;
   return factors;
 }

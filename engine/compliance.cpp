@@ -7,14 +7,14 @@
 namespace thenar {
 
 using Eigen::Index;
+using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 namespace {
 
-/// u = rho u + (1 - rho) T sum_j k_ij w_j for kRows control points i from `first` on, T of the rest normal. All sums stay
-/// in registers.
+/// u = rho u + (1 - rho) sum_j k_ij w_j for kRows control points i from `first` on. All sums stay in registers.
 template <int kRows>
-void deform_rows(const Pulp& pulp, double rho, Index first, PulpLoads& loads, Eigen::MatrixX3d& u) {
+void deform_rows(const Pulp& pulp, double rho, Index first, const PulpLoads& loads, Eigen::MatrixX3d& u) {
   using Lanes = Eigen::Array<double, kRows, 1>;
   Lanes x = Lanes::Zero(), y = x, z = x;
   for (const PulpLoads::Load& load : loads.loads) {
@@ -23,16 +23,9 @@ void deform_rows(const Pulp& pulp, double rho, Index first, PulpLoads& loads, Ei
     y += load.w.y() * k;
     z += load.w.z() * k;
   }
-  const auto put = [&](const Lanes& value, int axis) {
-    loads.kernel_sum.col(axis).segment<kRows>(first) = value;
-    return value;
-  };
-  const auto normal = [&](int axis) { return pulp.control_normals.col(axis).segment<kRows>(first).array(); };
-  const Lanes along = (1.0 - rho) * (1.0 - pulp.tangential) * (normal(0) * x + normal(1) * y + normal(2) * z);
-  const double across = (1.0 - rho) * pulp.tangential;
   const auto move = [&](const Lanes& sum, int axis) {
     auto u_axis = u.col(axis).segment<kRows>(first).array();
-    u_axis = rho * u_axis + across * put(sum, axis) + along * normal(axis);
+    u_axis = rho * u_axis + (1.0 - rho) * sum;
   };
   move(x, 0);
   move(y, 1);
@@ -43,19 +36,28 @@ void deform_rows(const Pulp& pulp, double rho, Index first, PulpLoads& loads, Ei
 
 PulpLoads::PulpLoads(const Model& model) {
   if (!model.deformable()) return;
-  loads.reserve(model.max_contacts / kFingers);
-  kernel_sum.setZero(model.pulps.front().controls(), 3);
+  const Index per_finger = model.max_contacts / kFingers;
+  loads.reserve(per_finger);
+  contact_loads.reserve(per_finger);
+  moved_m.setZero(3 * per_finger);
+  u_m.setZero(3, per_finger);
 }
 
 void fill_kernels(const Model& model, Frame& frame) {
   fill_object_kernel(model, frame);
   if (!model.deformable()) return;
   for (int k = 0; k < kFingers; ++k) {
-    const Index begin = frame.begin[k], end = frame.begin[k + 1];
-    for (Index j = begin; j < end; ++j) {
-      const auto k_j = model.pulps[k].kernel.col(frame.contacts[j].control_point);
-      for (Index i = begin; i < end; ++i) {
-        frame.kernel[k](i - begin, j - begin) = frame.softness[k] * k_j[frame.contacts[i].control_point];
+    const Pulp& pulp = model.pulps[k];
+    const double softness = frame.softness[k];
+    SurfaceCompliance& C = frame.compliance[k];
+    const Index begin = frame.begin[k];
+    for (Index j = 0; begin + j < frame.begin[k + 1]; ++j) {
+      const Index c_j = frame.contacts[begin + j].control_point;
+      C.p_m.row(j) = pulp.control_points_m.col(c_j);
+      for (Index i = 0; i <= j; ++i) {
+        const Index c_i = frame.contacts[begin + i].control_point;
+        const auto [a, b] = cross_compliance(pulp, c_i, c_j);
+        C.set(i, j, softness * pulp.kernel(c_i, c_j), softness * a, softness * b);
       }
     }
   }
@@ -65,24 +67,28 @@ void deform(const Model& model, const Frame& frame, const ContactKinematics& now
             PulpLoads& work, State& state) {
   const Pulp& pulp = model.pulps[k];
   const double rho = memory(pulp.material, model.scene.step_s);
-  work.loads.clear();
-  for (Index j = frame.begin[k]; j < frame.begin[k + 1]; ++j) {
-    if (f[3 * j] <= 0.0) continue;
-    const Vector3d w = now.pulp_tensors.middleRows<3>(3 * j).transpose() * f.segment<3>(3 * j);
-    work.loads.push_back({frame.contacts[j].control_point, frame.softness[k] * w});
-  }
-  // T_i of the rest normal everywhere, then of the contact's own normal at the contacts, as in W.
-  constexpr int kRows = 8;
+  const Index begin = frame.begin[k], contacts = frame.begin[k + 1] - begin;
   Eigen::MatrixX3d& u = state.u_m[k];
+  // At the contacts, with what the solver had.
+  auto moved_m = work.moved_m.head(3 * contacts);
+  moved_m.setZero();
+  give_way(frame.compliance[k], now.pulp_axes, begin, 1.0 - rho, f.segment(3 * begin, 3 * contacts), work.contact_loads,
+           moved_m);
+  work.loads.clear();
+  for (Index i = 0; i < contacts; ++i) {
+    const Index c = frame.contacts[begin + i].control_point;
+    const Matrix3d& E_F = now.E_F[begin + i];
+    work.u_m.col(i) = rho * u.row(c).transpose() + E_F * moved_m.segment<3>(3 * i);
+    const Vector3d f_i = f.segment<3>(3 * (begin + i));
+    if (f_i[0] <= 0.0) continue;
+    const Vector3d mean(1.0, pulp.tangential, pulp.tangential);
+    work.loads.push_back({c, frame.softness[k] * (E_F * mean.cwiseProduct(f_i))});
+  }
+  constexpr int kRows = 8;
   Index first = 0;
   for (; first + kRows <= u.rows(); first += kRows) deform_rows<kRows>(pulp, rho, first, work, u);
   for (; first < u.rows(); ++first) deform_rows<1>(pulp, rho, first, work, u);
-  for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
-    const Index c = frame.contacts[i].control_point;
-    const Vector3d sum = work.kernel_sum.row(c).transpose(), n = now.E_F[i].col(0), N = pulp.control_normals.row(c);
-    const Vector3d change = (1.0 - rho) * (1.0 - pulp.tangential) * (n.dot(sum) * n - N.dot(sum) * N);
-    u.row(c) += change.transpose();
-  }
+  for (Index i = 0; i < contacts; ++i) u.row(frame.contacts[begin + i].control_point) = work.u_m.col(i).transpose();
 }
 
 }  // namespace thenar

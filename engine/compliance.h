@@ -10,24 +10,27 @@
 
 namespace thenar {
 
-/// Computes the kernels among the contacts that the frame holds, of the pulps and of a soft object. The compliance is
-/// C_ij = k_ij B_i B_j' in the axes that the contacts have in a tick (ContactKinematics): pulps have B = S E_F'.
+/// Computes the compliance among the contacts that the frame holds, of the pulps and of a soft object. The axes are those
+/// that the contacts have in a tick (ContactKinematics).
 void fill_kernels(const Model& model, Frame& frame);
 
-/// What deform works in: the loads w_j = B_j' f_j of one finger, distal frame, and the sums of k_ij w_j at its control
-/// points.
+/// What deform works in, for one finger at a time.
 struct PulpLoads {
   struct Load {
     Eigen::Index control_point;
-    Eigen::Vector3d w;
+    Eigen::Vector3d w;  ///< f, its part across the normal times c_t; distal frame.
   };
   explicit PulpLoads(const Model& model);
 
   std::vector<Load> loads;
-  Eigen::MatrixX3d kernel_sum;  ///< Control points x 3.
+  std::vector<SurfaceLoad> contact_loads;
+  Eigen::VectorXd moved_m;  ///< (1 - rho) C f, contact rows.
+  Eigen::Matrix3Xd u_m;     ///< u+ at the contacts, distal frame.
 };
 
-/// u = rho u + (1 - rho) C f of finger k, at all its control points, with the C that the solver had. `f` holds the frame's contact forces, rows (n, t1,
+/// u = rho u + (1 - rho) C f of finger k, at all its control points: with the C that the solver had at those of the frame's
+/// contacts. At the others, which bear no force, forces across the normal act by c_t in all directions, the mean of
+/// Cerruti's tensor: the tensor itself would cost four times as much. `f` holds the frame's contact forces, rows (n, t1,
 /// t2) each. Does not allocate.
 void deform(const Model& model, const Frame& frame, const ContactKinematics& now, int k, const Eigen::VectorXd& f,
             PulpLoads& work, State& state);

@@ -16,7 +16,7 @@ ContactKinematics::ContactKinematics(const Model& model)
       E_W(model.max_contacts),
       E_F(model.max_contacts),
       c_W(model.max_contacts) {
-  if (model.deformable()) pulp_tensors.setZero(3 * model.max_contacts, 3);
+  if (model.deformable()) pulp_axes.setZero(3 * model.max_contacts, 3);
   if (!model.soft_object()) return;
   object_tensors.setZero(3 * model.max_contacts, 3);
   u_object_m.setZero(3, model.max_contacts);
@@ -39,11 +39,7 @@ void contact_kinematics(const Model& model, const Frame& frame, const HandPose& 
       kinematics.gap_m[i] = gap_m;
       kinematics.E_F[i] = X_WF.linear().transpose() * E_W;
       kinematics.E_W[i] = E_W;
-      if (model.deformable()) {
-        const double tangential = model.pulps[k].tangential;
-        kinematics.pulp_tensors.middleRows<3>(3 * i) =
-            Vector3d(1.0, tangential, tangential).asDiagonal() * kinematics.E_F[i].transpose();
-      }
+      if (model.deformable()) kinematics.pulp_axes.middleRows<3>(3 * i) = kinematics.E_F[i].transpose();
       if (model.soft_object()) {
         const Matrix3d E_O = state.X_WO.linear().transpose() * E_W;
         kinematics.object_tensors.middleRows<3>(3 * i) = E_O.transpose() * object_tensor(model, contact);
@@ -75,11 +71,11 @@ GroupedDelassus delassus_operator(const Model& model, const Frame& frame, const 
                     .J_common = kinematics.J_object,
                     .own_mobility = mobility.joint,
                     .common_mobility = {},
-                    .kernel = {},
-                    .tensors = kinematics.pulp_tensors};
+                    .compliance = {},
+                    .axes = kinematics.pulp_axes};
   W.common_mobility << Vector3d::Constant(mobility.translation), Vector3d::Constant(mobility.rotation), 0.0, 0.0;
   if (model.deformable()) {
-    W.kernel = frame.kernel;
+    W.compliance = frame.compliance;
     W.compliance_scale = 1.0 - memory(model.pulps.front().material, model.scene.step_s);
   }
   return W;

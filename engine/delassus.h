@@ -24,12 +24,12 @@ struct ContactKinematics {
   std::vector<Eigen::Matrix3d> E_W;          ///< Columns n, t1, t2, world axes.
   std::vector<Eigen::Matrix3d> E_F;          ///< The same in the distal frame.
   std::vector<Eigen::Vector3d> c_W;          ///< Where finger and object meet.
-  /// Rows S E_F', B of the pulps' compliance C_ij = k_ij B_i B_j'; 3 capacity x 3, none for rigid fingertips. The solver
-  /// presses through them and deform() commits u through them: in other axes a finger that sticks would walk.
-  GroupedDelassus::Tensors pulp_tensors;
+  /// Rows E_F', 3 capacity x 3, none for rigid fingertips: the axes of the pulps' compliance. The solver presses in them
+  /// and deform() commits u in them: in other axes a finger that sticks would walk.
+  GroupedDelassus::Axes pulp_axes;
   // Of a soft object alone:
-  GroupedDelassus::Tensors object_tensors;  ///< Rows E_O' T, likewise; E_O columns n, t1, t2 in the object frame.
-  Eigen::Matrix3Xd u_object_m;              ///< u_o in contact rows; 3 x capacity.
+  GroupedDelassus::Axes object_tensors;  ///< Rows E_O' T; E_O columns n, t1, t2 in the object frame.
+  Eigen::Matrix3Xd u_object_m;           ///< u_o in contact rows; 3 x capacity.
 };
 
 /// Computes all of it for the bodies as the state, and the pose of its hand, have them.

@@ -8,7 +8,6 @@ namespace thenar {
 using Eigen::Index;
 using Eigen::Isometry3d;
 using Eigen::Matrix3d;
-using Eigen::MatrixXd;
 using Eigen::Vector3d;
 
 Matrix3d contact_frame(const Matrix3d& R_WF, const Vector3d& pulp_normal, const Vector3d& n_W) {
@@ -38,7 +37,7 @@ Frame::Frame(const Model& model) {
   contacts.reserve(model.max_contacts);
   if (model.deformable()) left_out.reserve(2 * kFingers * model.pulps.front().controls());
   const Index per_finger = model.deformable() ? model.max_contacts / kFingers : 0;
-  for (MatrixXd& k : kernel) k.setZero(per_finger, per_finger);
+  compliance.fill(SurfaceCompliance(per_finger));
   if (model.soft_object()) object_kernel.setZero(model.max_contacts, model.max_contacts);
   X_WO.setIdentity();
   X_WF.fill(Isometry3d::Identity());

@@ -86,7 +86,12 @@ void add_object_compliance(const Model& model, const Frame& frame, const Contact
                            Eigen::Ref<Eigen::MatrixXd> W) {
   if (!model.soft_object()) return;
   const double rho = memory(*model.scene.object.compliance, model.scene.step_s);
-  add_compliance(frame.object_kernel, now.object_tensors, 0, 1.0 - rho, W);
+  for (Index j = 0; j < frame.size(); ++j) {
+    const Matrix3d B_j = (1.0 - rho) * now.object_tensors.middleRows<3>(3 * j).transpose();
+    for (Index i = 0; i < frame.size(); ++i) {
+      W.block<3, 3>(3 * i, 3 * j) += frame.object_kernel(i, j) * (now.object_tensors.middleRows<3>(3 * i) * B_j);
+    }
+  }
 }
 
 Vector3d object_displacement(const Model& model, const State& state, const FrameContact& contact) {

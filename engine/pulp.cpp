@@ -15,6 +15,9 @@ using Eigen::Vector3d;
 
 namespace {
 
+/// sqrt(A) / s of a control point's own part: of a hexagonal lattice.
+constexpr double kHexagonal = 3.9210;
+
 /// The outward normal at the centroid of a node's samples.
 Vector3d direction(const Pulp& pulp, const TreeNode& node) {
   Vector3d sum = Vector3d::Zero();
@@ -41,7 +44,6 @@ double gaussian(const Pulp& pulp, Index i, Index j) {
 }  // namespace
 
 double half_space_kernel(const PulpMaterial& material, double squared_m2, double area_i_m2, double area_j_m2) {
-  constexpr double kHexagonal = 3.9210;
   const double s2 = (area_i_m2 + area_j_m2) / (2.0 * kHexagonal * kHexagonal);
   return 1.0 / (std::numbers::pi * material.reduced_modulus_Pa * std::sqrt(squared_m2 + s2));
 }
@@ -53,7 +55,7 @@ Pulp make_spherical_pulp(const Vector3d& centre_m, double radius_m, Index points
   std::vector<Index> order = order_by_leaves(surface.points_m, leaves);
   Pulp pulp{std::move(surface), leaves, std::move(order), centre_m, radius_m, material};
   const double nu = material.poisson;
-  pulp.tangential = std::sqrt((2.0 - nu) / (2.0 * (1.0 - nu)));
+  pulp.tangential = (2.0 - nu) / (2.0 * (1.0 - nu));
   set_level(pulp, 0);
   return pulp;
 }
@@ -78,6 +80,15 @@ void set_level(Pulp& pulp, int level) {
   for (Index j = 0; j < n; ++j) {
     for (Index i = 0; i <= j; ++i) pulp.kernel(i, j) = pulp.kernel(j, i) = k(pulp, i, j);
   }
+}
+
+CrossCompliance cross_compliance(const Pulp& pulp, Index i, Index j) {
+  const double k = pulp.kernel(i, j), kappa = 2.0 * (pulp.tangential - 1.0);
+  if (pulp.material.kernel == PulpKernel::kGaussian) return {0.5 * kappa * k, 0.0};
+  const double per_rho = std::numbers::pi * pulp.material.reduced_modulus_Pa * k;
+  const double s = std::sqrt(0.5 * (pulp.area_m2[i] + pulp.area_m2[j])) / kHexagonal;
+  const double per_sum = per_rho / (1.0 + s * per_rho);  // 1 / (rho + s)
+  return {kappa * k * s * per_sum, kappa * k * per_sum * per_sum};
 }
 
 double memory(const PulpMaterial& material, double step_s) {

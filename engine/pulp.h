@@ -26,8 +26,10 @@ struct PulpMaterial {
 /// tree or, at coarser levels of detail, for each of some nodes above. They begin at the centroids of these, and move on
 /// to those of their Voronoi cells [Lloyd 1982]; A_i is the area of such a cell.
 ///
-/// A force at control point j moves the surface at control point i by u_i = k_ij T_i T_j f_j. The kernels:
-///     boussinesq   k_ij = 1 / (pi E* sqrt(r_ij^2 + (s_i^2 + s_j^2) / 2)),   s_i = sqrt(A_i) / 3.9210
+/// A force f at control point j moves the surface at control point i by
+///     u_i = [k_ij I + P_i (a_ij I + b_ij r_ij r_ij') P_j] f,   r_ij = p_i - p_j,   P = I - n n',
+/// n the normal that the surface has there. The kernels:
+///     boussinesq   k_ij = 1 / (pi E* rho),   rho^2 = r_ij^2 + s^2,   s^2 = (s_i^2 + s_j^2) / 2,   s_i = sqrt(A_i) / 3.9210
 /// Boussinesq's half space, and for a point's own part what an even pressure on a whole plane asks for, if it is to move
 /// control points on a hexagonal lattice as far as it does when it is not gathered in points: the potential of such a
 /// lattice of unit density, less that of its even background, is -3.9210 [Bonsall, Maradudin 1977].
@@ -36,9 +38,13 @@ struct PulpMaterial {
 /// at the depth R/8, where a = sqrt(R d) = 0.354 R; off that depth its force goes with d^2, Hertz's with d^1.5. A sigma
 /// that does not follow the spacing is ill-posed: the condition then grows with the exponential of the number of points.
 ///
-/// T = sqrt(c_t) I + (1 - sqrt(c_t)) n n' makes the tangents softer by Mindlin's c_t = (2 - nu) / (2 (1 - nu)); in a
-/// contact's own frame T is S = diag(1, sqrt(c_t), sqrt(c_t)), so C_ij = k_ij S E_i' E_j S. The product form is symmetric
-/// positive definite for any normals.
+/// a and b are what forces across the normal add. With kappa = nu / (1 - nu):
+///     boussinesq   a_ij = kappa k_ij s / (rho + s),   b_ij = kappa k_ij / (rho + s)^2
+///     gaussian     a_ij = kappa k_ij / 2,             b_ij = 0
+/// The first is Cerruti's half space, k (I + kappa r r' / r^2), for a force spread as the kernel spreads it: the wave q of a
+/// traction moves the surface by exp(-q s) / (E* q / 2) along q, as normal to the plane, and by (1 + kappa) times that across
+/// q. So it is positive definite among points of a plane, whatever s. In the mean over all directions of r, and at a point
+/// itself, it is k times Mindlin's c_t = 1 + kappa / 2 = (2 - nu) / (2 (1 - nu)), which is what the published kernel has.
 struct Pulp {
   PointCloud surface;               ///< Rest shape, distal frame.
   Eigen::Index leaves = 0;          ///< Of the tree over its samples, see collision/point_tree.h.
@@ -50,12 +56,8 @@ struct Pulp {
   Eigen::MatrixX3d control_normals = {};   ///< L x 3, outward, at rest.
   Eigen::VectorXd area_m2 = {};            ///< L; together the sphere's.
   Eigen::MatrixXd kernel = {};             ///< L x L, k_ij [m/N], of the pulp without load.
-  double tangential = 1.0;                 ///< sqrt(c_t).
+  double tangential = 1.0;                 ///< c_t.
 
-  /// T for a surface with this normal.
-  [[nodiscard]] Eigen::Matrix3d tensor(const Eigen::Vector3d& normal) const {
-    return tangential * Eigen::Matrix3d::Identity() + (1.0 - tangential) * normal * normal.transpose();
-  }
   [[nodiscard]] Eigen::Index controls() const { return control_points_m.cols(); }
 };
 
@@ -66,6 +68,14 @@ struct Pulp {
 
 /// Takes the control points of a level of detail: one for about 2^level leaves, or for all of them. Cost O(controls^2).
 void set_level(Pulp& pulp, int level);
+
+/// What forces across the normal add to the compliance k_ij between two control points.
+struct CrossCompliance {
+  double a;  ///< [m/N]
+  double b;  ///< [1/(N m)]
+};
+
+[[nodiscard]] CrossCompliance cross_compliance(const Pulp& pulp, Eigen::Index i, Eigen::Index j);
 
 /// k_ij of the Boussinesq kernel between points whose distance squared is `squared_m2`, standing for these areas [m/N].
 [[nodiscard]] double half_space_kernel(const PulpMaterial& material, double squared_m2, double area_i_m2,

@@ -23,7 +23,7 @@ bool is_finite(const Model& model, const Frame& frame) {
   for (int k = 0; k < kFingers; ++k) {
     const Eigen::Index contacts_k = frame.begin[k + 1] - frame.begin[k];
     if (!frame.X_WF[k].matrix().allFinite()) return false;
-    if (model.deformable() && !frame.kernel[k].topLeftCorner(contacts_k, contacts_k).allFinite()) return false;
+    if (model.deformable() && !frame.compliance[k].is_finite(contacts_k)) return false;
   }
   return std::all_of(frame.contacts.begin(), frame.contacts.end(),
                      [](const FrameContact& contact) { return is_finite(contact); });

@@ -1,6 +1,7 @@
 #include "solvers/grouped_delassus.h"
 
 #include <cmath>
+#include <utility>
 
 namespace thenar {
 namespace {
@@ -12,25 +13,42 @@ using VectorOut = Eigen::Ref<Eigen::VectorXd>;
 constexpr Index kLanes = SweepWorkspace::kPadding;
 using Lanes = Eigen::Array<float, kLanes, 1>;
 
-/// The three columns of contact j from `c` on of J J' and, with a compliance, of k_ij B_i B_j': the sums in registers.
+/// The three columns of contact j, c = 3 j, of J J' and, with a compliance, of s C: the sums in registers.
 template <bool kCompliant, typename Jacobian, typename Block>
-void fill_columns(const Jacobian& J, const GroupedWorkspace& work, Index c, Block& block) {
+void fill_columns(const Jacobian& J, const GroupedDelassus& W, Index k, const GroupedWorkspace& work, Index c,
+                  Block& block) {
   constexpr int kUsed = GroupedDelassus::kOwn + 6;
-  const auto& B = work.tensors;
+  const auto& E = work.axes;
+  const float s = static_cast<float>(W.compliance_scale);
+  Eigen::Matrix3f E_j;  // s E_j', and s E_j' p_j
+  Eigen::Vector3f p_j, s_j;
+  if constexpr (kCompliant) {
+    E_j = s * E.middleRows<3>(c);
+    p_j = work.points.row(c);
+    s_j = s * work.heights.segment<3>(c);
+  }
   for (Index r = 0; r < block.rows(); r += kLanes) {
     Lanes n = Lanes::Zero(), t1 = n, t2 = n;
     if constexpr (kCompliant) {
+      Lanes along = work.heights.segment<kLanes>(r).array();  // E_i' r_ij
+      Lanes along_1 = Lanes::Constant(-s_j[1]), along_2 = Lanes::Constant(-s_j[2]);
 #pragma GCC unroll 3
       for (int j = 0; j < 3; ++j) {
-        const auto B_r = B.col(j).template segment<kLanes>(r).array();
-        n += B(c, j) * B_r;
-        t1 += B(c + 1, j) * B_r;
-        t2 += B(c + 2, j) * B_r;
+        const auto E_r = E.col(j).template segment<kLanes>(r).array();
+        const auto p_r = work.points.col(j).template segment<kLanes>(r).array();
+        n += E_j(0, j) * E_r;
+        t1 += E_j(1, j) * E_r;
+        t2 += E_j(2, j) * E_r;
+        along -= p_j[j] * E_r;
+        along_1 += E_j(1, j) * p_r;
+        along_2 += E_j(2, j) * p_r;
       }
-      const auto k = work.kernel_column.segment<kLanes>(r).array();
-      n *= k;
-      t1 *= k;
-      t2 *= k;
+      const SurfaceCompliance& C = W.compliance[k];
+      const auto cross = C.cross_rows.col(c / 3).segment<kLanes>(r).array();
+      along *= C.bent_rows.col(c / 3).segment<kLanes>(r).array();
+      n *= C.normal_rows.col(c / 3).segment<kLanes>(r).array();
+      t1 = cross * t1 + along * along_1;
+      t2 = cross * t2 + along * along_2;
     }
 #pragma GCC unroll 10
     for (int j = 0; j < kUsed; ++j) {
@@ -48,22 +66,24 @@ void fill_columns(const Jacobian& J, const GroupedWorkspace& work, Index c, Bloc
 /// A group's block, J J' + s C.
 template <typename Jacobian, typename Block>
 void fill_block(const GroupedDelassus& W, Index k, const Jacobian& J, GroupedWorkspace& work, Block& block) {
-  if (W.kernel.empty()) {
-    for (Index c = 0; c < block.cols(); c += 3) fill_columns<false>(J, work, c, block);
+  const Index columns = block.cols(), padding = block.rows() - columns;
+  if (W.compliance.empty()) {
+    for (Index c = 0; c < columns; c += 3) fill_columns<false>(J, W, k, work, c, block);
     return;
   }
-  const Index columns = block.cols(), padding = block.rows() - columns;
-  work.tensors.topRows(columns) = W.tensors.middleRows(3 * W.begin[k], columns).cast<float>();
-  work.tensors.middleRows(columns, padding).setZero();
-  work.kernel_column.segment(columns, padding).setZero();
-  for (Index j = 0; 3 * j < columns; ++j) {
-    const double* const kernel = &W.kernel[k](0, j);
-    float* const column = work.kernel_column.data();
-    for (Index i = 0; 3 * i < columns; ++i) {
-      column[3 * i] = column[3 * i + 1] = column[3 * i + 2] = static_cast<float>(W.compliance_scale * kernel[i]);
-    }
-    fill_columns<true>(J, work, 3 * j, block);
+  if (columns == 0) return;
+  const SurfaceCompliance& C = W.compliance[k];
+  work.axes.topRows(columns) = W.axes.middleRows(3 * W.begin[k], columns).cast<float>();
+  work.axes.middleRows(columns, padding).setZero();
+  work.points.middleRows(columns, padding).setZero();
+  work.heights.segment(columns, padding).setZero();
+  for (Index i = 0; 3 * i < columns; ++i) {
+    // From one of them: single precision has few digits for the frame's origin.
+    const Eigen::RowVector3f p = (C.p_m.row(i) - C.p_m.row(0)).cast<float>();
+    work.points.middleRows<3>(3 * i).rowwise() = p;
+    work.heights.segment<3>(3 * i) = work.axes.middleRows<3>(3 * i) * p.transpose();
   }
+  for (Index c = 0; c < columns; c += 3) fill_columns<true>(J, W, k, work, c, block);
 }
 
 /// The problem as sweeps see it. The Jacobians take the roots of the mobilities: each group's block is J J' + s C.
@@ -121,20 +141,41 @@ void gaps(const GroupedDelassus& W, const VectorRef& delta_free, const VectorRef
                                    W.J_common.row(r).tail<4>().transpose().array() * common_2;
       delta[r] = delta_free[r] + parts.sum();
     }
-    if (W.kernel.empty()) continue;
-    auto sum = work.kernel_sum.topRows(W.begin[k + 1] - W.begin[k]);
-    sum.setZero();
-    for (Index j = W.begin[k]; j < W.begin[k + 1]; ++j) {
-      const Eigen::Vector3d f_j = f.segment<3>(3 * j);
-      if (f_j[0] <= 0.0) continue;
-      const Eigen::Vector3d w_j = W.tensors.middleRows<3>(3 * j).transpose() * f_j;
-      const auto k_j = W.kernel[k].col(j - W.begin[k]).head(sum.rows());
-      for (int axis = 0; axis < 3; ++axis) sum.col(axis) += w_j[axis] * k_j;
-    }
-    for (Index i = 0; i < sum.rows(); ++i) {
-      delta.segment<3>(first + 3 * i) +=
-          W.compliance_scale * (W.tensors.middleRows<3>(first + 3 * i) * sum.row(i).transpose());
-    }
+    if (W.compliance.empty()) continue;
+    give_way(W.compliance[k], W.axes, W.begin[k], W.compliance_scale, f.segment(first, rows), work.loads,
+             delta.segment(first, rows));
+  }
+}
+
+/// The sums that give_way() takes, for kRows contacts from `i` on: all in registers.
+template <int kRows>
+void give_way_rows(const SurfaceCompliance& C, const GroupedDelassus::Axes& axes, Index first, double scale, Index i,
+                   const std::vector<SurfaceLoad>& loads, VectorOut delta) {
+  using Sums = Eigen::Array<double, kRows, 1>;
+  const auto at = [&](const auto& values, Index j) { return values.col(j).template segment<kRows>(i).array(); };
+  const Sums px = at(C.p_m, 0), py = at(C.p_m, 1), pz = at(C.p_m, 2);
+  Sums x = Sums::Zero(), y = x, z = x;    // sum k f
+  Sums tx = x, ty = x, tz = x, bent = x;  // sum a g - b (r.g) p_j, sum b (r.g)
+  for (const SurfaceLoad& load : loads) {
+    const Sums k = at(C.k, load.contact), a = at(C.a, load.contact);
+    const Sums h = at(C.b, load.contact) * (load.g[0] * px + load.g[1] * py + load.g[2] * pz - load.p_g);
+    x += load.f[0] * k;
+    y += load.f[1] * k;
+    z += load.f[2] * k;
+    tx += load.g[0] * a - load.p[0] * h;
+    ty += load.g[1] * a - load.p[1] * h;
+    tz += load.g[2] * a - load.p[2] * h;
+    bent += h;
+  }
+  tx += x + px * bent;
+  ty += y + py * bent;
+  tz += z + pz * bent;
+  for (Index row = 0; row < kRows; ++row) {
+    const auto E = axes.middleRows<3>(3 * (first + i + row));
+    auto delta_i = delta.segment<3>(3 * (i + row));
+    delta_i[0] += scale * (E(0, 0) * x[row] + E(0, 1) * y[row] + E(0, 2) * z[row]);
+    delta_i[1] += scale * (E(1, 0) * tx[row] + E(1, 1) * ty[row] + E(1, 2) * tz[row]);
+    delta_i[2] += scale * (E(2, 0) * tx[row] + E(2, 1) * ty[row] + E(2, 2) * tz[row]);
   }
 }
 
@@ -153,14 +194,75 @@ SolveReport solve_contacts(const GroupedDelassus& W, const VectorRef& delta_free
   return report;
 }
 
-void add_compliance(const Eigen::MatrixXd& kernel, const GroupedDelassus::Tensors& tensors, Index first, double scale,
+SurfaceCompliance::SurfaceCompliance(Index contacts) {
+  const Index rows = 3 * contacts + SweepWorkspace::kPadding;
+  p_m.setZero(contacts, 3);
+  for (Eigen::MatrixXd* m : {&k, &a, &b}) m->setZero(contacts, contacts);
+  for (Eigen::MatrixXf* m : {&normal_rows, &cross_rows, &bent_rows}) m->setZero(rows, contacts);
+}
+
+void SurfaceCompliance::set(Index i, Index j, double k_ij, double a_ij, double b_ij) {
+  k(i, j) = k(j, i) = k_ij;
+  a(i, j) = a(j, i) = a_ij;
+  b(i, j) = b(j, i) = b_ij;
+  const float across = static_cast<float>(k_ij + a_ij), bent = static_cast<float>(b_ij);
+  for (const auto& [row, column] : {std::pair{i, j}, std::pair{j, i}}) {
+    normal_rows.col(column).segment<3>(3 * row).setConstant(static_cast<float>(k_ij));
+    cross_rows.col(column).segment<3>(3 * row) << static_cast<float>(k_ij), across, across;
+    bent_rows.col(column).segment<3>(3 * row) << 0.0F, bent, bent;
+  }
+}
+
+Eigen::Matrix3d SurfaceCompliance::entry(Index i, Index j, const Eigen::Matrix3d& E_i,
+                                         const Eigen::Matrix3d& E_j) const {
+  const Eigen::Vector3d r = p_m.row(i) - p_m.row(j);
+  Eigen::Matrix3d C = k(i, j) * E_i.transpose() * E_j;
+  const Eigen::Matrix3d bent = a(i, j) * E_i.transpose() * E_j + b(i, j) * E_i.transpose() * r * r.transpose() * E_j;
+  C.bottomRightCorner<2, 2>() += bent.bottomRightCorner<2, 2>();
+  return C;
+}
+
+bool SurfaceCompliance::is_finite(Index contacts) const {
+  const auto finite = [&](const Eigen::MatrixXd& m) { return m.topLeftCorner(contacts, contacts).allFinite(); };
+  return finite(k) && finite(a) && finite(b) && p_m.topRows(contacts).allFinite();
+}
+
+double SurfaceCompliance::bytes() const {
+  const Index doubles = p_m.size() + k.size() + a.size() + b.size();
+  const Index floats = normal_rows.size() + cross_rows.size() + bent_rows.size();
+  return static_cast<double>(sizeof(double) * doubles + sizeof(float) * floats);
+}
+
+void add_compliance(const SurfaceCompliance& compliance, const GroupedDelassus::Axes& axes, Index first, double scale,
                     Eigen::Ref<Eigen::MatrixXd> W) {
   for (Index j = 0; 3 * j < W.cols(); ++j) {
-    const Eigen::Matrix3d B_j = scale * tensors.middleRows<3>(3 * (first + j)).transpose();
+    const Eigen::Matrix3d E_j = axes.middleRows<3>(3 * (first + j)).transpose();
     for (Index i = 0; 3 * i < W.rows(); ++i) {
-      W.block<3, 3>(3 * i, 3 * j) += kernel(i, j) * (tensors.middleRows<3>(3 * (first + i)) * B_j);
+      W.block<3, 3>(3 * i, 3 * j) +=
+          scale * compliance.entry(i, j, axes.middleRows<3>(3 * (first + i)).transpose(), E_j);
     }
   }
+}
+
+void give_way(const SurfaceCompliance& compliance, const GroupedDelassus::Axes& axes, Index first, double scale,
+              const VectorRef& f, std::vector<SurfaceLoad>& loads, VectorOut delta) {
+  loads.clear();
+  const Index contacts = f.size() / 3;
+  for (Index j = 0; j < contacts; ++j) {
+    if (f[3 * j] <= 0.0) continue;
+    const auto E = axes.middleRows<3>(3 * (first + j));
+    SurfaceLoad load;
+    load.contact = j;
+    load.g = f[3 * j + 1] * E.row(1).transpose() + f[3 * j + 2] * E.row(2).transpose();
+    load.f = load.g + f[3 * j] * E.row(0).transpose();
+    load.p = compliance.p_m.row(j);
+    load.p_g = load.p.dot(load.g);
+    loads.push_back(load);
+  }
+  constexpr int kRows = 4;
+  Index i = 0;
+  for (; i + kRows <= contacts; i += kRows) give_way_rows<kRows>(compliance, axes, first, scale, i, loads, delta);
+  for (; i < contacts; ++i) give_way_rows<1>(compliance, axes, first, scale, i, loads, delta);
 }
 
 void GroupedDelassus::to_dense(Eigen::Ref<Eigen::MatrixXd> W) const {
@@ -179,7 +281,7 @@ void GroupedDelassus::to_dense(Eigen::Ref<Eigen::MatrixXd> W) const {
       const Eigen::Matrix<double, kOwn, 3> moved = own_mobility * J_k.middleRows<3>(c).transpose();
       W_k.middleCols<3>(c) += J_k.lazyProduct(moved);
     }
-    if (!kernel.empty()) add_compliance(kernel[k], tensors, begin[k], compliance_scale, W_k);
+    if (!compliance.empty()) add_compliance(compliance[k], axes, begin[k], compliance_scale, W_k);
   }
 }
 

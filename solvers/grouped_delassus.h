@@ -9,11 +9,33 @@
 
 namespace thenar {
 
+/// How a surface gives way at contacts i under forces at contacts j of one group. In contact rows, with the axes E_i =
+/// (n_i, t_i1, t_i2), D = diag(0, 1, 1) and r_ij = p_i - p_j:
+///     C_ij = k_ij E_i' E_j + D (a_ij E_i' E_j + b_ij E_i' r_ij r_ij' E_j) D.
+/// The first part is the same in all directions; the second, of a half space, makes forces and motions across the normals
+/// depend on their direction [Cerruti 1882].
+class SurfaceCompliance {
+ public:
+  /// For up to `contacts` contacts, and none yet.
+  explicit SurfaceCompliance(Eigen::Index contacts = 0);
+
+  /// Sets the entries of contacts i, j and j, i: k, a [m/N], b [1/(N m)].
+  void set(Eigen::Index i, Eigen::Index j, double k, double a, double b);
+  [[nodiscard]] Eigen::Matrix3d entry(Eigen::Index i, Eigen::Index j, const Eigen::Matrix3d& E_i,
+                                      const Eigen::Matrix3d& E_j) const;
+  [[nodiscard]] bool is_finite(Eigen::Index contacts) const;
+  [[nodiscard]] double bytes() const;
+
+  Eigen::MatrixX3d p_m;     ///< p_i, in the frame that the axes are given in.
+  Eigen::MatrixXd k, a, b;  ///< In the leading part.
+  /// The factors of the block's rows, three a contact: k; k + a, across the normal; b, across it. In single precision.
+  Eigen::MatrixXf normal_rows, cross_rows, bent_rows;
+};
+
 /// A Delassus operator in factors, for contacts in groups, as fingers make them on one object. A group moves a body of
 /// its own with 4 degrees of freedom and, with all others, a common body with 6; and it may give way by a compliance
 /// among its own contacts:
-///     W = J_own m_own J_own' + J_common M_common J_common' + s C,    J_own and C block diagonal by group,
-///     C_ij = k_ij B_i B_j',    k_ij a scalar, B_i 3 x 3.
+///     W = J_own m_own J_own' + J_common M_common J_common' + s C,    J_own and C block diagonal by group.
 /// It refers to its parts.
 struct GroupedDelassus {
   static constexpr int kOwn = 4;
@@ -21,16 +43,16 @@ struct GroupedDelassus {
   using OwnJacobian = Eigen::Matrix<double, Eigen::Dynamic, kOwn, Eigen::RowMajor>;
   using CommonJacobian = Eigen::Matrix<double, Eigen::Dynamic, kPadded, Eigen::RowMajor>;
   using CommonMotion = Eigen::Matrix<double, kPadded, 1>;
-  using Tensors = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
+  using Axes = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
 
-  std::span<const Eigen::Index> begin;          ///< Group k has contacts begin[k] .. begin[k + 1).
-  const OwnJacobian& J_own;                     ///< 3n x 4, or more rows: of the contact's own body.
-  const CommonJacobian& J_common;               ///< 3n x 6, padded.
-  double own_mobility = 0.0;                    ///< m_own, the same for every group.
-  CommonMotion common_mobility;                 ///< The diagonal of M_common, padded.
-  std::span<const Eigen::MatrixXd> kernel;      ///< k of each group, in the leading part; empty: no compliance.
-  const Tensors& tensors;                       ///< B_i, one below the other, 3n x 3 or more rows.
-  double compliance_scale = 1.0;                ///< s.
+  std::span<const Eigen::Index> begin;            ///< Group k has contacts begin[k] .. begin[k + 1).
+  const OwnJacobian& J_own;                       ///< 3n x 4, or more rows: of the contact's own body.
+  const CommonJacobian& J_common;                 ///< 3n x 6, padded.
+  double own_mobility = 0.0;                      ///< m_own, the same for every group.
+  CommonMotion common_mobility;                   ///< The diagonal of M_common, padded.
+  std::span<const SurfaceCompliance> compliance;  ///< Of each group; empty: none.
+  const Axes& axes;                               ///< Rows E_i', 3n x 3 or more rows.
+  double compliance_scale = 1.0;                  ///< s.
 
   [[nodiscard]] Eigen::Index groups() const { return std::ssize(begin) - 1; }
   [[nodiscard]] Eigen::Index contacts() const { return begin.back(); }
@@ -38,10 +60,23 @@ struct GroupedDelassus {
   void to_dense(Eigen::Ref<Eigen::MatrixXd> W) const;
 };
 
-/// W += s C among contacts first .. first + n - 1, C_ij = k_ij B_i B_j' with the kernel's leading n x n part; W has 3n rows
-/// and columns. Does not allocate.
-void add_compliance(const Eigen::MatrixXd& kernel, const GroupedDelassus::Tensors& tensors, Eigen::Index first,
+/// W += s C among contacts first .. first + n - 1; W has 3n rows and columns. Does not allocate.
+void add_compliance(const SurfaceCompliance& compliance, const GroupedDelassus::Axes& axes, Eigen::Index first,
                     double scale, Eigen::Ref<Eigen::MatrixXd> W);
+
+/// A force at a contact as give_way() needs it, in the frame of the axes.
+struct SurfaceLoad {
+  Eigen::Index contact;  ///< In its group.
+  Eigen::Vector3d f, g;  ///< The force, and its part across the contact's normal.
+  Eigen::Vector3d p;
+  double p_g;
+};
+
+/// delta += s C f of a group's contacts first .. first + n - 1, in contact rows: 3n of f and delta. Contacts without a
+/// normal force are taken to bear none. `loads` has room for n. Does not allocate.
+void give_way(const SurfaceCompliance& compliance, const GroupedDelassus::Axes& axes, Eigen::Index first, double scale,
+              const Eigen::Ref<const Eigen::VectorXd>& f, std::vector<SurfaceLoad>& loads,
+              Eigen::Ref<Eigen::VectorXd> delta);
 
 /// What a solve with a GroupedDelassus works in, for up to `contacts` contacts in `groups` groups; and the motion of the
 /// bodies by the forces that it found.
@@ -49,16 +84,19 @@ struct GroupedWorkspace {
   GroupedWorkspace(Eigen::Index contacts, Eigen::Index groups)
       : sweeps(contacts, groups),
         own_motion(GroupedDelassus::kOwn, groups),
-        tensors(3 * contacts + SweepWorkspace::kPadding, 3),
-        kernel_column(3 * contacts + SweepWorkspace::kPadding),
-        kernel_sum(contacts, 3) {}
+        axes(3 * contacts + SweepWorkspace::kPadding, 3),
+        points(3 * contacts + SweepWorkspace::kPadding, 3),
+        heights(3 * contacts + SweepWorkspace::kPadding) {
+    loads.reserve(contacts);
+  }
 
   SweepWorkspace sweeps;
   Eigen::Matrix<double, GroupedDelassus::kOwn, Eigen::Dynamic> own_motion;  ///< Out: m_own J_own' f, a column a group.
   GroupedDelassus::CommonMotion common_motion;                              ///< Out: M_common J_common' f, padded.
-  Eigen::Matrix<float, Eigen::Dynamic, 3> tensors;  ///< B of the group whose block is made, padded with zeros.
-  Eigen::VectorXf kernel_column;                    ///< s k_ij for one j, three times each.
-  Eigen::Matrix<double, Eigen::Dynamic, 3> kernel_sum;  ///< sum_j k_ij B_j' f_j of a group.
+  // Of the group whose block is made, three rows a contact and padded with zeros: E', p and E' p.
+  Eigen::Matrix<float, Eigen::Dynamic, 3> axes, points;
+  Eigen::VectorXf heights;
+  std::vector<SurfaceLoad> loads;
 };
 
 /// As solve_contacts with a dense W, and no W to form: the Jacobians may be new in every call. Each group's own block of W

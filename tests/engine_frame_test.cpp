@@ -183,12 +183,17 @@ TEST_F(GraspFrame, DelassusOperatorIsTheDenseFormula) {
     const double rho = std::exp(-h / model.scene.fingertips->material.relaxation_s);
     for (int k = 0; k < kFingers; ++k) {
       const Pulp& pulp = model.pulps[k];
-      const Vector3d S(1.0, pulp.tangential, pulp.tangential);
       for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
         for (Index j = frame.begin[k]; j < frame.begin[k + 1]; ++j) {
           const FrameContact &ci = frame.contacts[i], &cj = frame.contacts[j];
-          const Matrix3d E = S.asDiagonal() * now.E_W[i].transpose() * now.E_W[j] * S.asDiagonal();
-          expected.block<3, 3>(3 * i, 3 * j) += (1.0 - rho) * pulp.kernel(ci.control_point, cj.control_point) * E;
+          const double kernel = pulp.kernel(ci.control_point, cj.control_point);
+          const auto [a, b] = cross_compliance(pulp, ci.control_point, cj.control_point);
+          const Vector3d r_W = frame.X_WF[k].linear() * (ci.p_F - cj.p_F);
+          Matrix3d across =
+              now.E_W[i].transpose() * (a * Matrix3d::Identity() + b * r_W * r_W.transpose()) * now.E_W[j];
+          across.row(0).setZero();
+          across.col(0).setZero();
+          expected.block<3, 3>(3 * i, 3 * j) += (1.0 - rho) * (kernel * now.E_W[i].transpose() * now.E_W[j] + across);
         }
       }
     }

@@ -60,24 +60,22 @@ ContactKinematics kinematics_of(const Model& model, const Frame& frame) {
   ContactKinematics now(model);
   for (Index i = 0; i < frame.size(); ++i) {
     const FrameContact& contact = frame.contacts[i];
-    const double tangential = model.pulps[contact.finger].tangential;
-    now.pulp_tensors.middleRows<3>(3 * i) =
-        Vector3d(1.0, tangential, tangential).asDiagonal() * contact.E_F.transpose();
+    now.pulp_axes.middleRows<3>(3 * i) = contact.E_F.transpose();
     const Eigen::Matrix3d R_OF = frame.X_WO.linear().transpose() * frame.X_WF[contact.finger].linear();
-    now.object_tensors.middleRows<3>(3 * i) =
-        (R_OF * contact.E_F).transpose() * object_tensor(model, contact);
+    now.object_tensors.middleRows<3>(3 * i) = (R_OF * contact.E_F).transpose() * object_tensor(model, contact);
   }
   return now;
 }
 
-MatrixXd object_compliance(const Frame& frame, const ContactKinematics& now) {
+MatrixXd object_compliance(const Model& model, const Frame& frame, const ContactKinematics& now) {
   MatrixXd C = MatrixXd::Zero(3 * frame.size(), 3 * frame.size());
-  add_compliance(frame.object_kernel, now.object_tensors, 0, 1.0, C);
-  return C;
+  add_object_compliance(model, frame, now, C);
+  return C / (1.0 - memory(*model.scene.object.compliance, model.scene.step_s));
 }
 
 // Where surface points lie to one another as the control points do, an object of the pulps' material has the pulps'
-// compliance: the displacement is shared equally, exactly. Rounding of three products and a root.
+// compliance along the normals, and at each point itself: the displacement is shared equally, exactly. Rounding of three
+// products and a root. Between points the pulps have Cerruti's tensor across the normals, the object its mean.
 TEST(SoftObject, OfThePulpsMaterialHasThePulpsCompliance) {
   Scene scene = soft_grasp();
   scene.object.compliance = scene.fingertips->material;
@@ -89,12 +87,15 @@ TEST(SoftObject, OfThePulpsMaterialHasThePulpsCompliance) {
   }
   fill_kernels(model, frame);
   const ContactKinematics now = kinematics_of(model, frame);
-  const MatrixXd C_o = object_compliance(frame, now);
+  const MatrixXd C_o = object_compliance(model, frame, now);
   for (int k = 0; k < kFingers; ++k) {
     const Index first = 3 * frame.begin[k], rows = 3 * frame.begin[k + 1] - first;
     MatrixXd C = MatrixXd::Zero(rows, rows);
-    add_compliance(frame.kernel[k], now.pulp_tensors, frame.begin[k], 1.0, C);
-    EXPECT_TRUE(C_o.block(first, first, rows, rows).isApprox(C, 1e-12));
+    add_compliance(frame.compliance[k], now.pulp_axes, frame.begin[k], 1.0, C);
+    const MatrixXd C_k = C_o.block(first, first, rows, rows);
+    const auto normals = Eigen::seqN(0, rows / 3, 3);
+    EXPECT_TRUE(C_k(normals, normals).isApprox(C(normals, normals), 1e-12));
+    for (Index i = 0; i < rows; i += 3) EXPECT_TRUE((C_k.block<3, 3>(i, i).isApprox(C.block<3, 3>(i, i), 1e-12)));
   }
 }
 
@@ -210,7 +211,7 @@ TEST(SoftObject, ComplianceIsSymmetricPositiveDefinite) {
     frame.contacts[3].s_O = frame.contacts[40].s_O;  // two fingers at one place
     fill_kernels(model, frame);
     const ContactKinematics now = kinematics_of(model, frame);
-    MatrixXd C = object_compliance(frame, now);
+    MatrixXd C = object_compliance(model, frame, now);
     EXPECT_LE((C - C.transpose()).norm(), 1e-15 * C.norm());  // rounding
     const auto least = [](const MatrixXd& A) {
       return Eigen::SelfAdjointEigenSolver<MatrixXd>(A, Eigen::EigenvaluesOnly).eigenvalues()[0] /
@@ -219,7 +220,7 @@ TEST(SoftObject, ComplianceIsSymmetricPositiveDefinite) {
     EXPECT_GE(least(C), -1e-14);
     for (int k = 0; k < kFingers; ++k) {
       const Index first = 3 * frame.begin[k], rows = 3 * frame.begin[k + 1] - first;
-      add_compliance(frame.kernel[k], now.pulp_tensors, frame.begin[k], 1.0, C.block(first, first, rows, rows));
+      add_compliance(frame.compliance[k], now.pulp_axes, frame.begin[k], 1.0, C.block(first, first, rows, rows));
     }
     EXPECT_GE(least(C), 1e-3);
   }

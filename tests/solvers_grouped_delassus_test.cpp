@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <Eigen/QR>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -22,6 +23,20 @@ MatrixXd random_matrix(Index rows, Index cols, std::mt19937& random) {
   return MatrixXd::NullaryExpr(rows, cols, [&] { return normal(random); });
 }
 
+/// A half space with forces at random points of the unit disk, kappa = 1; with room for one more.
+SurfaceCompliance half_space(Index contacts, std::mt19937& random) {
+  SurfaceCompliance C(contacts + 1);
+  const double s = 0.3;
+  C.p_m.topLeftCorner(contacts, 2) = random_matrix(contacts, 2, random);
+  for (Index j = 0; j < contacts; ++j) {
+    for (Index i = 0; i <= j; ++i) {
+      const double rho = std::hypot((C.p_m.row(i) - C.p_m.row(j)).norm(), s), k = 3e-6 / rho;
+      C.set(i, j, k, k * s / (rho + s), k / (rho + s) / (rho + s));
+    }
+  }
+  return C;
+}
+
 /// Fingers of these numbers of contacts on one object, and what the operator refers to.
 struct GroupedProblem {
   GroupedProblem(const std::vector<Index>& sizes, bool compliant, std::mt19937& random) {
@@ -33,14 +48,12 @@ struct GroupedProblem {
     J_common.setZero(3 * n + 6, GroupedDelassus::kPadded);
     J_common.leftCols<6>() = random_matrix(3 * n + 6, 6, random);
     if (compliant) {
-      for (const Index size : sizes) {
-        const MatrixXd root = random_matrix(size, size, random);
-        MatrixXd k = MatrixXd::Zero(size + 1, size + 1);
-        k.topLeftCorner(size, size) =
-            1e-5 * (root * root.transpose() / (1.0 + static_cast<double>(size)) + MatrixXd::Identity(size, size));
-        kernel.push_back(k);
+      for (const Index size : sizes) compliance.push_back(half_space(size, random));
+      axes.resize(3 * n + 6, 3);
+      for (Index i = 0; i < n + 2; ++i) {
+        axes.middleRows<3>(3 * i) =
+            MatrixXd(random_matrix(3, 3, random)).householderQr().householderQ() * Eigen::Matrix3d::Identity();
       }
-      tensors = MatrixXd::Identity(3, 3).replicate(n + 2, 1) + 0.3 * random_matrix(3 * n + 6, 3, random);
     }
     mobility << 1e-6, 1e-6, 1e-6, 3e-6, 3e-6, 3e-6, 0.0, 0.0;
     delta_free = 1e-5 * random_matrix(3 * n, 1, random);
@@ -53,8 +66,8 @@ struct GroupedProblem {
             .J_common = J_common,
             .own_mobility = 2e-6,
             .common_mobility = mobility,
-            .kernel = kernel,
-            .tensors = tensors,
+            .compliance = compliance,
+            .axes = axes,
             .compliance_scale = 0.7};
   }
   [[nodiscard]] Index contacts() const { return mu.size(); }
@@ -63,8 +76,8 @@ struct GroupedProblem {
   GroupedDelassus::OwnJacobian J_own;
   GroupedDelassus::CommonJacobian J_common;
   GroupedDelassus::CommonMotion mobility;
-  std::vector<MatrixXd> kernel;
-  GroupedDelassus::Tensors tensors;
+  std::vector<SurfaceCompliance> compliance;
+  GroupedDelassus::Axes axes;
   VectorXd delta_free, mu;
 };
 
@@ -106,27 +119,43 @@ TEST(GroupedDelassus, SolvesTheProblemThatItsFactorsMake) {
   }
 }
 
-// C_ij = k_ij B_i B_j' of each group stands in W's diagonal blocks, times s: W with it less W without. Rounding.
-TEST(GroupedDelassus, ComplianceIsTheKernelTimesTheTensors) {
+// C of the header stands in W's diagonal blocks, times s: W with it less W without. give_way() is its product with forces.
+// Rounding.
+TEST(GroupedDelassus, ComplianceIsTheOneOfTheHeader) {
   std::mt19937 random(1);
   GroupedProblem problem({4, 3, 5}, true, random);
   const Index n = problem.contacts();
   MatrixXd with(3 * n, 3 * n), without(3 * n, 3 * n);
   problem.W().to_dense(with);
-  const std::vector<MatrixXd> kernel = std::exchange(problem.kernel, {});
+  const std::vector<SurfaceCompliance> compliance = std::exchange(problem.compliance, {});
   problem.W().to_dense(without);
-  for (Index k = 0; k < std::ssize(kernel); ++k) {
-    for (Index i = problem.begin[k]; i < problem.begin[k + 1]; ++i) {
+  const Eigen::Matrix3d D = Eigen::Vector3d(0.0, 1.0, 1.0).asDiagonal();
+  for (Index k = 0; k < std::ssize(compliance); ++k) {
+    const SurfaceCompliance& C = compliance[k];
+    const Index begin = problem.begin[k], end = problem.begin[k + 1];
+    for (Index i = begin; i < end; ++i) {
       for (Index j = 0; j < n; ++j) {
         Eigen::Matrix3d C_ij = Eigen::Matrix3d::Zero();
-        if (j >= problem.begin[k] && j < problem.begin[k + 1]) {
-          C_ij = 0.7 * kernel[k](i - problem.begin[k], j - problem.begin[k]) *
-                 problem.tensors.middleRows<3>(3 * i) * problem.tensors.middleRows<3>(3 * j).transpose();
+        if (j >= begin && j < end) {
+          const Eigen::Matrix3d A_i = problem.axes.middleRows<3>(3 * i), A_j = problem.axes.middleRows<3>(3 * j);
+          const Eigen::Vector3d r = C.p_m.row(i - begin) - C.p_m.row(j - begin);
+          const Eigen::Matrix3d across =
+              C.a(i - begin, j - begin) * Eigen::Matrix3d::Identity() + C.b(i - begin, j - begin) * r * r.transpose();
+          C_ij = 0.7 * (C.k(i - begin, j - begin) * A_i * A_j.transpose() + D * A_i * across * A_j.transpose() * D);
         }
         const Eigen::Matrix3d found = (with - without).block<3, 3>(3 * i, 3 * j);
         EXPECT_LE((found - C_ij).norm(), 1e-14 * with.norm());
       }
     }
+    VectorXd f = random_matrix(3 * (end - begin), 1, random), moved = VectorXd::Ones(f.size());
+    for (Index i = 0; i < end - begin; ++i) f[3 * i] = std::abs(f[3 * i]);
+    f.segment<3>(3).setZero();  // one that bears nothing
+    std::vector<SurfaceLoad> loads;
+    loads.reserve(end - begin);
+    give_way(C, problem.axes, begin, 0.7, f, loads, moved);
+    const VectorXd expected =
+        VectorXd::Ones(f.size()) + (with - without).block(3 * begin, 3 * begin, f.size(), f.size()) * f;
+    EXPECT_LE((moved - expected).norm(), 1e-14 * expected.norm());
   }
 }
 
@@ -188,10 +217,10 @@ TEST(GroupedDelassus, NotFiniteInputGivesZeros) {
   problem.J_common(20, 3) = std::numeric_limits<double>::infinity();
   expect_refused(problem);
   problem = good;
-  problem.kernel[1](0, 0) = nan;
+  problem.compliance[1].set(0, 0, nan, 0.0, 0.0);
   expect_refused(problem);
   problem = good;
-  problem.tensors(7, 2) = nan;
+  problem.axes(7, 2) = nan;
   expect_refused(problem);
   problem = good;
   problem.delta_free[5] = nan;

@@ -137,7 +137,7 @@ Problem with_fingers(const std::vector<SceneContacts>& recorded, std::size_t mom
   const Index per_finger = first.begin[1];
   factors.J_own.resize(3 * fingers * per_finger, GroupedDelassus::kOwn);
   factors.J_common.resize(3 * fingers * per_finger, GroupedDelassus::kPadded);
-  factors.tensors.resize(3 * fingers * per_finger, 3);
+  factors.axes.resize(3 * fingers * per_finger, 3);
   problem.delta_free.resize(3 * fingers * per_finger);
   problem.mu = VectorXd::Constant(fingers * per_finger, recorded[moment].file.mu[0]);
   for (Index k = 0; k < fingers; ++k) {
@@ -145,8 +145,8 @@ Problem with_fingers(const std::vector<SceneContacts>& recorded, std::size_t mom
     const Index finger = k < 3 ? k : 1 + (k - 3) % 2, rows = 3 * per_finger, row = 3 * from.factors.begin[finger];
     factors.J_own.middleRows(k * rows, rows) = from.factors.J_own.middleRows(row, rows);
     factors.J_common.middleRows(k * rows, rows) = from.factors.J_common.middleRows(row, rows);
-    factors.kernel.push_back(from.factors.kernel[finger]);
-    factors.tensors.middleRows(k * rows, rows) = from.factors.tensors.middleRows(row, rows);
+    factors.compliance.push_back(from.factors.compliance[finger]);
+    factors.axes.middleRows(k * rows, rows) = from.factors.axes.middleRows(row, rows);
     problem.delta_free.segment(k * rows, rows) = from.file.delta_free.front().segment(row, rows);
     factors.begin.push_back((k + 1) * per_finger);
   }
