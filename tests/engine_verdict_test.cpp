@@ -22,6 +22,13 @@ const Model& minimal() {
   return model;
 }
 
+/// A control tick that found all its forces.
+ControlReport solved() {
+  ControlReport report;
+  report.contacts.fill({Eigen::Vector3d::Zero(), Eigen::Matrix3d::Identity()});
+  return report;
+}
+
 /// Ticks and control ticks as a monitor takes them.
 struct Watched {
   std::vector<TickRecord> ticks;
@@ -47,7 +54,7 @@ struct Watched {
     for (std::size_t i = from; i < ticks.size(); ++i) ticks[i].slip_m[finger] += more_m;
   }
   void unsolved_muscles(double time_s) {
-    ControlReport report;
+    ControlReport report = solved();
     report.muscle = MuscleStatus::kInfeasible;
     controls.emplace_back(time_s, report);
   }
@@ -234,13 +241,13 @@ TEST(Verdict, SaysWhichMuscleIsAskedForMoreThanItHas) {
   const Model model(scene_of("box_grasp", {kCoarseBox}));
   GraspMonitor monitor(model);
   Eigen::VectorXd forces_N = Eigen::VectorXd::Zero(23);
-  monitor.add(0.0, ControlReport{}, forces_N);
+  monitor.add(0.0, solved(), forces_N);
   EXPECT_TRUE(monitor.verdict().beyond.empty());
   const Muscle& muscle = model.scene.hand.muscles[4];
   forces_N[4] = 2.0 * muscle.max_force_N;
-  monitor.add(0.1, ControlReport{}, forces_N);
+  monitor.add(0.1, solved(), forces_N);
   forces_N[4] = 3.0 * muscle.max_force_N;
-  monitor.add(0.2, ControlReport{}, forces_N);
+  monitor.add(0.2, solved(), forces_N);
   const Verdict verdict = monitor.verdict();
   EXPECT_EQ(verdict.outcome, Outcome::kOverLimits);
   EXPECT_EQ(verdict.reason,
