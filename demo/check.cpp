@@ -70,7 +70,6 @@ void describe_mending(const Model& model, std::ostream& out) {
 /// What each part costs and gives, and what could be left out: the scene is run without it.
 void describe_parts(const Model& model, std::ostream& out) {
   const Scene& scene = model.scene;
-  const Tolerance& allowed = scene.tolerance;
   std::cerr << "running the scene once without each of its parts\n";
   const PathRun full = run_path(model);
   out << "\nwhat its parts cost and give\n";
@@ -85,14 +84,15 @@ void describe_parts(const Model& model, std::ostream& out) {
   }
   out << fmt::format("  {:<54}{:>8}  {}\n", "", "saves us", "without it, rms");
   for (const PartEffect& effect : effects) {
-    out << fmt::format("  {:<54}{:>8.0f}  {:<40}{}\n", title(effect), full.us - effect.us,
+    out << fmt::format("  {:<54}{:>8.0f}  {:<66}{}\n", title(effect), full.us - effect.us,
                        effect.alike ? in_words(effect.error) : in_words(effect),
                        effect.within ? "could be left out" : "needed");
   }
   out << fmt::format(
       "  of {:.0f} us a tick, one run each: a few us more or less, by what else this machine does\n"
-      "  within {:.3g} mm, {:.3g} deg and {:.3g} % of the forces (tolerance)\n",
-      full.us, 1e3 * allowed.position_m, allowed.rotation_rad * 180.0 / EIGEN_PI, 100.0 * allowed.force);
+      "  moments: torsion of the patches, of the most that friction lets them carry\n"
+      "  tolerance: {}\n",
+      full.us, in_words(scene.tolerance));
 
   std::vector<PartEffect> out_of_it = needed_parts(model, full).tried;
   std::erase_if(out_of_it, [](const PartEffect& effect) { return !effect.within; });

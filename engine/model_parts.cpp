@@ -21,7 +21,7 @@ constexpr int kCoarsest = 8;  // Of contact.level.
 // The controller's model of a fingertip that does not give way, as in configs/minimal.yaml: stiff enough.
 constexpr double kRigidNormal_N_per_m = 50e3, kRigidTangential_N_per_m = 33.3e3;
 // A change so small is none: it is rounding, or what a contact solve leaves open that stops at a residual of 1e-6.
-constexpr Tolerance kNoChange{1e-9, 1e-7, 1e-6};
+constexpr Tolerance kNoChange{1e-9, 1e-7, 1e-6, 1e-6, 1e-6};
 
 /// Two digits; what is next to nothing is 0.
 std::string brief(double value) {
@@ -29,7 +29,13 @@ std::string brief(double value) {
   return value < 10.0 ? fmt::format("{:.2g}", value) : fmt::format("{:.0f}", value);
 }
 
+double square(double x) { return x * x; }
 double rms(double squares, double count) { return count > 0.0 ? std::sqrt(squares / count) : 0.0; }
+/// What is there where the reference has nothing is off by any share.
+double share(double squares, double reference) {
+  if (squares <= 0.0) return 0.0;
+  return reference > 0.0 ? std::sqrt(squares / reference) : std::numeric_limits<double>::infinity();
+}
 
 /// A tick's share of the median control tick, and the median contact tick.
 double tick_us(const Scene& scene, const Recording& recording) {
@@ -53,7 +59,9 @@ bool is_within(const PathDeviation& error, const Tolerance& tolerance) {
          small(error.position_final_m, tolerance.position_m, kNoChange.position_m) &&
          small(error.rotation_rms_rad, tolerance.rotation_rad, kNoChange.rotation_rad) &&
          small(error.rotation_final_rad, tolerance.rotation_rad, kNoChange.rotation_rad) &&
-         small(error.force, tolerance.force, kNoChange.force);
+         small(error.force, tolerance.force, kNoChange.force) &&
+         small(error.moment, tolerance.moment, kNoChange.moment) &&
+         small(error.margin, tolerance.margin, kNoChange.margin);
 }
 
 PartEffect effect_of(Part part, const Scene& without, const Model& model, const PathRun& full) {
@@ -151,6 +159,7 @@ void GraspPath::add(const Snapshot& after) {
 PathDeviation deviation(const GraspPath& path, const GraspPath& reference, std::size_t first) {
   PathDeviation off;
   double squares_m2 = 0.0, squares_rad2 = 0.0, squares_N2 = 0.0, reference_N2 = 0.0, ticks = 0.0;
+  double moment2 = 0.0, limit2 = 0.0, margin2 = 0.0, margins = 0.0;
   for (std::size_t i = first; i < std::min(path.X_WO.size(), reference.X_WO.size()); ++i) {
     off.position_final_m = (path.X_WO[i].translation() - reference.X_WO[i].translation()).norm();
     off.rotation_final_rad =
@@ -159,14 +168,22 @@ PathDeviation deviation(const GraspPath& path, const GraspPath& reference, std::
     squares_rad2 += off.rotation_final_rad * off.rotation_final_rad;
     squares_N2 += (path.force_N[i] - reference.force_N[i]).squaredNorm();
     reference_N2 += reference.force_N[i].squaredNorm();
+    for (int k = 0; k < kFingers; ++k) {
+      const PatchReport &patch = path.patch[i][k], &full = reference.patch[i][k];
+      moment2 += square(patch.moment_Nm - full.moment_Nm);
+      limit2 += square(full.moment_limit_Nm);
+      const bool loaded = !std::isnan(patch.margin), loaded_in_full = !std::isnan(full.margin);
+      if (!loaded && !loaded_in_full) continue;
+      margin2 += loaded && loaded_in_full ? square(patch.margin - full.margin) : 1.0;
+      ++margins;
+    }
     ++ticks;
   }
   off.position_rms_m = rms(squares_m2, ticks);
   off.rotation_rms_rad = rms(squares_rad2, ticks);
-  // Forces where the reference has none are off by any share.
-  off.force = squares_N2 <= 0.0     ? 0.0
-              : reference_N2 <= 0.0 ? std::numeric_limits<double>::infinity()
-                                    : std::sqrt(squares_N2 / reference_N2);
+  off.force = share(squares_N2, reference_N2);
+  off.moment = share(moment2, limit2);
+  off.margin = rms(margin2, margins);
   return off;
 }
 
@@ -174,6 +191,7 @@ PathRun run_path(const Model& model) {
   PathRun run;
   State state(model);
   const Recording recording = run_monolithic(model, state, [&](double, double) { run.path.add(state); });
+  for (const TickRecord& tick : recording.ticks) run.path.patch.push_back(tick.contact.patch);
   run.verdict = verdict(model, recording);
   run.ended = !recording.stopped;
   run.us = tick_us(model.scene, recording);
@@ -210,8 +228,9 @@ std::string title(const PartEffect& effect) {
 }
 
 std::string in_words(const PathDeviation& error) {
-  return fmt::format("{} um, {} deg, forces {} %", brief(1e6 * error.position_rms_m),
-                     brief(kRadian_deg * error.rotation_rms_rad), brief(100.0 * error.force));
+  return fmt::format("{} um, {} deg, forces {} %, moments {} %, margins {}", brief(1e6 * error.position_rms_m),
+                     brief(kRadian_deg * error.rotation_rms_rad), brief(100.0 * error.force),
+                     brief(100.0 * error.moment), brief(error.margin));
 }
 
 std::string in_words(const PartEffect& effect) {

@@ -7,6 +7,7 @@
 
 #include "engine/control.h"
 #include "engine/model.h"
+#include "engine/patches.h"
 #include "engine/state.h"
 #include "engine/verdict.h"
 
@@ -36,19 +37,22 @@ inline constexpr std::array kParts{Part::kFingertips,   Part::kSoftObject,      
 /// The scene as if it had not named the part.
 [[nodiscard]] Scene leave_out(Scene scene, Part part);
 
-/// Where the object was and what the fingers did to it, tick by tick.
+/// Where the object was and what the fingers did to it, tick by tick: three lists of one length.
 struct GraspPath {
   std::vector<Eigen::Isometry3d> X_WO;
   std::vector<FingerForces> force_N;  ///< On the object, world axes.
+  std::vector<std::array<PatchReport, kFingers>> patch;
 
-  void add(const Snapshot& after);
+  void add(const Snapshot& after);  ///< All but the patches.
 };
 
 /// How far one path is off another, in the ticks that both have from `first` on.
 struct PathDeviation {
   double position_rms_m = 0.0, position_final_m = 0.0;
   double rotation_rms_rad = 0.0, rotation_final_rad = 0.0;
-  double force = 0.0;  ///< rms of what the forces differ by, all fingers together, over that of the reference's.
+  double force = 0.0;   ///< rms of what the forces differ by, all fingers together, over that of the reference's.
+  double moment = 0.0;  ///< Likewise of the patches' torsions, over the most that the reference's could carry: M_max.
+  double margin = 0.0;  ///< rms of what the margins of loaded fingers differ by; 1 where one path alone loads a finger.
 };
 [[nodiscard]] PathDeviation deviation(const GraspPath& path, const GraspPath& reference, std::size_t first);
 
@@ -86,7 +90,7 @@ struct NeededParts {
 
 /// name(), and how far detail goes: "level of detail (contact.level) to 4".
 [[nodiscard]] std::string title(const PartEffect& effect);
-/// The rms of position, rotation and forces: "2.1 um, 0.0029 deg, forces 0.21 %".
+/// The rms: "2.1 um, 0.0029 deg, forces 0.21 %, moments 1.3 %, margins 0.002".
 [[nodiscard]] std::string in_words(const PathDeviation& error);
 /// How far the scene is off, or how else it ends.
 [[nodiscard]] std::string in_words(const PartEffect& effect);

@@ -11,21 +11,6 @@ using Eigen::Index;
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-double patch_margin(std::span<const PatchPoint> patch, const FingerLoad& load, double mu) {
-  constexpr double kPoint_m = 1e-9;  // A smaller patch is a point, which carries no torsion.
-  const double normal_N = load.force_N.dot(load.normal);
-  if (!(normal_N > 0.0 && mu > 0.0)) return std::numeric_limits<double>::quiet_NaN();
-  double moment_Nm = 0.0, lever_Nm = 0.0;  // about the normal; sum of f_n |r|
-  for (const PatchPoint& point : patch) {
-    const Vector3d across = load.normal.cross(point.r_W);
-    moment_Nm += across.dot(point.f_W);
-    lever_Nm += point.normal_N * across.norm();
-  }
-  const double friction = (load.force_N - normal_N * load.normal).norm() / (mu * normal_N);
-  const double torsion = lever_Nm > kPoint_m * load.normal_N ? moment_Nm / (mu * lever_Nm) : 0.0;
-  return 1.0 - std::hypot(friction, torsion);
-}
-
 void note_points(const Frame& frame, const ContactKinematics& kinematics, const State& state, const Eigen::VectorXd& f,
                  PatchPoints& points) {
   points.points.clear();
@@ -81,9 +66,11 @@ PatchReport patch_report(std::span<const PatchPoint> patch, const FingerLoad& lo
   slip /= load.normal_N;
   report.slip_m = slip.norm();
 
-  double turn = 0.0, inertia = 0.0;
+  double turn = 0.0, inertia = 0.0, moment_Nm = 0.0, lever_Nm = 0.0;  // lever: sum of f_n |r|
   for (const PatchPoint& point : patch) {
     const Vector3d across = load.normal.cross(point.r_W);
+    moment_Nm += across.dot(point.f_W);
+    lever_Nm += point.normal_N * across.norm();
     turn += point.normal_N * across.dot(point.d_W - slip);
     inertia += point.normal_N * across.squaredNorm();
 
@@ -96,7 +83,17 @@ PatchReport patch_report(std::span<const PatchPoint> patch, const FingerLoad& lo
     }
   }
   if (inertia > 0.0) report.spin_rad = std::abs(turn) / inertia;
-  report.margin = patch_margin(patch, load, mu);
+
+  constexpr double kPoint_m = 1e-9;  // A smaller patch is a point, which carries no torsion.
+  if (mu > 0.0 && lever_Nm > kPoint_m * load.normal_N) {
+    report.moment_Nm = moment_Nm;
+    report.moment_limit_Nm = mu * lever_Nm;
+  }
+  const double normal_N = load.force_N.dot(load.normal);
+  if (!(normal_N > 0.0 && mu > 0.0)) return report;
+  const double friction = (load.force_N - normal_N * load.normal).norm() / (mu * normal_N);
+  const double torsion = report.moment_limit_Nm > 0.0 ? report.moment_Nm / report.moment_limit_Nm : 0.0;
+  report.margin = 1.0 - std::hypot(friction, torsion);
   return report;
 }
 

@@ -28,7 +28,14 @@ struct PatchReport {
   double spin_rad = 0.0;       ///< Size of its turn about the mean normal, through the pressure centre.
   double sliding_share = 0.0;  ///< Share of the normal force on points that slide: on their cone's surface, and moving.
   double creep_m_per_s = 0.0;  ///< Of the fastest point that is loaded and inside its cone: it should stick.
-  double margin = std::numeric_limits<double>::quiet_NaN();  ///< See patch_margin; NaN without load or friction.
+  double moment_Nm = 0.0;  ///< Torsion M_n: of its forces about the mean normal through the pressure centre; signed.
+  double moment_limit_Nm = 0.0;  ///< M_max = mu sum f_n,i |r_i|, the most that its pressure can carry; 0 of a point.
+  /// What is left before it slides, by the ellipsoid between friction and torsion [Goyal, Ruina, Papadopoulos 1991; Howe,
+  /// Cutkosky 1996]:
+  ///     1 - sqrt((|F_t| / (mu F_n))^2 + (M_n / M_max)^2)
+  /// F the resultant, r_i from the pressure centre. 1: no load on friction; 0: the patch slides as a whole. Between a pure
+  /// pull and a pure torsion a Hertz patch carries up to 6 % more than the ellipsoid says. NaN without load or friction.
+  double margin = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// A loaded contact over a tick.
@@ -38,11 +45,11 @@ struct PatchPoint {
   Eigen::Vector3d u_O;       ///< A soft object's, likewise; object frame.
   Eigen::Vector3d u_end_F;   ///< Both at the end.
   Eigen::Vector3d u_end_O;
-  Eigen::Vector3d x_O;       ///< The finger's point against the object's surface, at the start; object frame.
-  Eigen::Vector3d r_W;       ///< Where finger and object meet, from the patch's pressure centre; at the start.
-  Eigen::Vector3d f_W;       ///< On the object [N].
-  double normal_N = 0.0;     ///< Its normal part.
-  Eigen::Vector3d d_W;       ///< Displacement of the finger's point against the object's, along the surface.
+  Eigen::Vector3d x_O;    ///< The finger's point against the object's surface, at the start; object frame.
+  Eigen::Vector3d r_W;    ///< Where finger and object meet, from the patch's pressure centre; at the start.
+  Eigen::Vector3d f_W;    ///< On the object [N].
+  double normal_N = 0.0;  ///< Its normal part.
+  Eigen::Vector3d d_W;    ///< Displacement of the finger's point against the object's, along the surface.
 };
 
 /// The loaded contacts of a tick, noted before they move.
@@ -57,14 +64,6 @@ struct PatchPoints {
   std::array<std::size_t, kFingers + 1> begin{};  ///< Finger k has points begin[k] .. begin[k + 1).
   Eigen::Isometry3d X_WO;                         ///< Object, at the start.
 };
-
-/// Margin of a soft finger against sliding, by the ellipsoid between friction and torsion [Goyal, Ruina, Papadopoulos 1991;
-/// Howe, Cutkosky 1996]:
-///     1 - sqrt((|F_t| / (mu F_n))^2 + (M_n / M_max)^2),   M_max = mu sum f_n,i |r_i|
-/// F the resultant, M_n its moment about the mean normal through the pressure centre, from which r_i are taken, M_max the
-/// most torsion that this pressure can carry. 1: no load on friction; 0: the patch slides as a whole. Between a pure pull
-/// and a pure torsion a Hertz patch carries up to 6 % more than the ellipsoid says. NaN without load or friction.
-[[nodiscard]] double patch_margin(std::span<const PatchPoint> patch, const FingerLoad& load, double mu);
 
 /// Notes what is loaded with the forces f (3 rows a contact), at the state that the kinematics belong to.
 void note_points(const Frame& frame, const ContactKinematics& kinematics, const State& state, const Eigen::VectorXd& f,

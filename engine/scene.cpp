@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "engine/config.h"
 #include "engine/point_cloud_file.h"
@@ -310,10 +311,18 @@ Tolerance read_tolerance(const ConfigMap& map) {
   tolerance.position_m = map.non_negative_or("position", Dimension::kLength, tolerance.position_m);
   tolerance.rotation_rad = map.non_negative_or("rotation", Dimension::kAngle, tolerance.rotation_rad);
   tolerance.force = map.non_negative_or("force", Dimension::kShare, tolerance.force);
+  tolerance.moment = map.non_negative_or("moment", Dimension::kShare, tolerance.moment);
+  tolerance.margin = map.number_or("margin", 0.0, 1.0, tolerance.margin);
   return tolerance;
 }
 
 }  // namespace
+
+std::string in_words(const Tolerance& tolerance) {
+  return fmt::format("{{position: {:.3g} mm, rotation: {:.3g} deg, force: {:.3g} %, moment: {:.3g} %, margin: {:.3g}}}",
+                     1e3 * tolerance.position_m, tolerance.rotation_rad * 180.0 / std::numbers::pi,
+                     100.0 * tolerance.force, 100.0 * tolerance.moment, tolerance.margin);
+}
 
 std::string in_words(const Eigen::AlignedBox3d& box) {
   const Vector3d low_mm = 1e3 * box.min(), high_mm = 1e3 * box.max();
@@ -339,7 +348,7 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
   config.finish();
   scene.defaults_used = config.defaults_used();
   if (scene.only_needed && !root.has("tolerance")) {
-    scene.defaults_used.emplace_back("tolerance: {position: 0.1 mm, rotation: 0.1 deg, force: 5 %}");
+    scene.defaults_used.push_back("tolerance: " + in_words(scene.tolerance));
   }
   return scene;
 }

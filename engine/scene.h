@@ -127,11 +127,13 @@ struct TaskSettings {
 };
 
 /// How far a scene may be off its full model where parts of it are left out: the object's path, rms and at the end, and
-/// the fingers' forces on it, rms, as a share.
+/// the rest as PathDeviation (engine/model_parts.h) has it.
 struct Tolerance {
   double position_m = 1e-4;
   double rotation_rad = std::numbers::pi / 1800.0;
-  double force = 0.05;
+  double force = 0.05;   ///< A share of the forces.
+  double moment = 0.1;   ///< A share of the torsion that friction allows.
+  double margin = 0.05;  ///< A difference of margins.
 };
 
 /// All that a scene file says, in SI. What it does not name is absent here, and costs nothing.
@@ -159,6 +161,9 @@ struct Scene {
 
   [[nodiscard]] bool has_muscles() const { return control && control->muscles; }
 };
+
+/// As a scene file has it: "{position: 0.1 mm, rotation: 0.1 deg, force: 5 %, moment: 10 %, margin: 0.05}".
+[[nodiscard]] std::string in_words(const Tolerance& tolerance);
 
 /// A box of places, to be told to a user: "-25 .. 25, -25 .. 25, -10 .. 10 mm".
 [[nodiscard]] std::string in_words(const Eigen::AlignedBox3d& box);

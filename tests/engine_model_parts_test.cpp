@@ -91,6 +91,18 @@ TEST(ModelParts, DeviationIsOfTheTicksThatCount) {
     X.rotate(Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitZ()));
     path.X_WO.push_back(X);
     path.force_N.push_back(FingerForces::Constant(i < 5 ? 0.0 : 2.2));
+    // Torsions are off by 2 of 10 and 1 of 5 mN m, margins of two fingers by 0.1 and 0.2; the third carries nothing.
+    auto& patches = path.patch.emplace_back();
+    auto& full = reference.patch.emplace_back();
+    for (auto* of : {&patches, &full}) {
+      (*of)[0] = {.moment_Nm = 3e-3, .moment_limit_Nm = 10e-3, .margin = 0.5};
+      (*of)[1] = {.moment_Nm = -2e-3, .moment_limit_Nm = 5e-3, .margin = 0.7};
+    }
+    patches[0].moment_Nm += i < 5 ? 1.0 : 2e-3;
+    patches[1].moment_Nm -= 1e-3;
+    patches[1].moment_limit_Nm *= 2.0;
+    patches[0].margin -= 0.1;
+    patches[1].margin += 0.2;
   }
   const PathDeviation off = deviation(path, reference, 5);
   EXPECT_NEAR(off.position_rms_m, std::sqrt((4 * 9.0 + 16.0) / 5.0) * 1e-3, 1e-15);
@@ -98,11 +110,33 @@ TEST(ModelParts, DeviationIsOfTheTicksThatCount) {
   EXPECT_NEAR(off.rotation_rms_rad, 0.1, 1e-12);
   EXPECT_NEAR(off.rotation_final_rad, 0.1, 1e-12);
   EXPECT_NEAR(off.force, 0.1, 1e-12);
+  EXPECT_NEAR(off.moment, std::hypot(2.0, 1.0) / std::hypot(10.0, 5.0), 1e-12);
+  EXPECT_NEAR(off.margin, std::hypot(0.1, 0.2) / std::sqrt(2.0), 1e-12);
+
+  path.patch[9][2].margin = 0.3;  // A finger that only one of the paths loads, in one tick of five.
+  EXPECT_NEAR(deviation(path, reference, 5).margin, std::sqrt((5 * 0.05 + 1.0) / 11.0), 1e-12);
+}
+
+TEST(ModelParts, AModelIsNotOffItself) {
+  const Model model(grasp({}, "0.4 s"));
+  const PathRun one = run_path(model), other = run_path(model);
+  const PathDeviation off = deviation(one.path, other.path, 0);
+  EXPECT_EQ(off.position_rms_m, 0.0);
+  EXPECT_EQ(off.rotation_rms_rad, 0.0);
+  EXPECT_EQ(off.force, 0.0);
+  EXPECT_EQ(off.moment, 0.0);
+  EXPECT_EQ(off.margin, 0.0);
+  // There is something to be off from: every patch has a limit and carries some of it.
+  for (const PatchReport& patch : one.path.patch.back()) {
+    EXPECT_GT(patch.moment_limit_Nm, 0.0);
+    EXPECT_GT(std::abs(patch.moment_Nm), 0.01 * patch.moment_limit_Nm);
+  }
 }
 
 // Muscles give the torques that are asked for, to rounding; all else changes the motion.
 TEST(ModelParts, WithoutToleranceOnlyWhatChangesNothingIsLeftOut) {
-  const Model model(grasp({"model=auto", "tolerance={position: 0 mm, rotation: 0 deg, force: 0 %}", kStiffening}));
+  const Model model(grasp(
+      {"model=auto", "tolerance={position: 0 mm, rotation: 0 deg, force: 0 %, moment: 0 %, margin: 0}", kStiffening}));
   const Scene scene = as_needed(model).scene;
   EXPECT_FALSE(scene.control->muscles);
   ASSERT_TRUE(scene.fingertips);
@@ -117,17 +151,25 @@ Scene expect_within(const Scene& named, const Tolerance& tolerance) {
   const PathRun reference = run_path(full), run = run_path(model);
   EXPECT_EQ(run.verdict.outcome, Outcome::kHeld) << run.verdict.reason;
   EXPECT_EQ(run.path.X_WO.size(), reference.path.X_WO.size());
-  double position = 0.0, angle = 0.0, force = 0.0, whole = 0.0, ticks = 0.0;
+  double position = 0.0, angle = 0.0, force = 0.0, whole = 0.0, moment = 0.0, limit = 0.0, margin = 0.0, ticks = 0.0;
   for (std::size_t i = 300; i < run.path.X_WO.size(); ++i, ++ticks) {
     const Eigen::Isometry3d &X = run.path.X_WO[i], &X_ref = reference.path.X_WO[i];
     position += (X.translation() - X_ref.translation()).squaredNorm();
     angle += std::pow(Eigen::AngleAxisd(X_ref.linear().transpose() * X.linear()).angle(), 2);
     force += (run.path.force_N[i] - reference.path.force_N[i]).squaredNorm();
     whole += reference.path.force_N[i].squaredNorm();
+    for (int k = 0; k < kFingers; ++k) {
+      const PatchReport &patch = run.path.patch[i][k], &patch_ref = reference.path.patch[i][k];
+      moment += std::pow(patch.moment_Nm - patch_ref.moment_Nm, 2);
+      limit += std::pow(patch_ref.moment_limit_Nm, 2);
+      margin += std::pow(patch.margin - patch_ref.margin, 2) / kFingers;  // All three are loaded, or this is NaN.
+    }
   }
   EXPECT_LE(std::sqrt(position / ticks), tolerance.position_m);
   EXPECT_LE(std::sqrt(angle / ticks), tolerance.rotation_rad);
   EXPECT_LE(std::sqrt(force / whole), tolerance.force);
+  EXPECT_LE(std::sqrt(moment / limit), tolerance.moment);
+  EXPECT_LE(std::sqrt(margin / ticks), tolerance.margin);
   return model.scene;
 }
 
@@ -138,8 +180,19 @@ TEST(ModelParts, AutoStaysWithinTheTolerance) {
   EXPECT_FALSE(loose.left_out.empty());
 
   const Scene tight = expect_within(grasp({"model=auto", "tolerance={position: 2 um, rotation: 0.1 deg, force: 1 %}"}),
-                                    {2e-6, 0.1, 0.01});
+                                    {.position_m = 2e-6, .rotation_rad = 0.1, .force = 0.01});
   EXPECT_LT(tight.contact.level, loose.contact.level);
+}
+
+// Coarse pulps keep the forces, which the controller sees, but not how a patch is turned and how much it can carry.
+TEST(ModelParts, AutoKeepsWhatMomentsAndMarginsNeed) {
+  const std::string others = "position: 0.1 mm, rotation: 0.1 deg, force: 5 %, ";
+  const Overrides blind{"model=auto", "tolerance={" + others + "moment: 1000 %, margin: 1}"};
+  const Scene forces = expect_within(grasp(blind), {.moment = 10.0, .margin = 1.0});
+  for (const char* seen : {"moment: 10 %, margin: 1}", "moment: 1000 %, margin: 0.05}"}) {
+    const Scene scene = as_needed(Model(grasp({"model=auto", "tolerance={" + others + seen}))).scene;
+    EXPECT_LT(scene.contact.level, forces.contact.level) << seen;
+  }
 }
 
 TEST(ModelParts, AutoKeepsASoftObjectThatMatters) {
@@ -147,7 +200,7 @@ TEST(ModelParts, AutoKeepsASoftObjectThatMatters) {
   EXPECT_FALSE(loose.object.compliance);
   const Scene tight =
       expect_within(grasp({"model=auto", kSoft, "tolerance={position: 1 um, rotation: 0.001 deg, force: 0.1 %}"}),
-                    {1e-6, 1e-3, 1e-3});
+                    {.position_m = 1e-6, .rotation_rad = 1e-3, .force = 1e-3});
   EXPECT_TRUE(tight.object.compliance);
 }
 
@@ -171,11 +224,13 @@ TEST(ModelParts, AFullModelIsNotTried) { EXPECT_TRUE(as_needed(Model(grasp())).s
 TEST(ModelParts, ScenesSayWhatTheyTolerate) {
   EXPECT_FALSE(grasp().only_needed);
   EXPECT_FALSE(grasp({"model=full"}).only_needed);
-  const Scene scene = grasp({"model=auto", "tolerance={position: 1 mm, force: 2 %}"});
+  const Scene scene = grasp({"model=auto", "tolerance={position: 1 mm, force: 2 %, margin: 0.1}"});
   EXPECT_TRUE(scene.only_needed);
   EXPECT_EQ(scene.tolerance.position_m, 1e-3);
   EXPECT_EQ(scene.tolerance.rotation_rad, Tolerance{}.rotation_rad);
   EXPECT_EQ(scene.tolerance.force, 0.02);
+  EXPECT_EQ(scene.tolerance.moment, Tolerance{}.moment);
+  EXPECT_EQ(scene.tolerance.margin, 0.1);
   const auto lists = [](const Scene& s) {
     return std::ranges::any_of(s.defaults_used, [](const std::string& d) { return d.starts_with("tolerance"); });
   };
@@ -185,7 +240,12 @@ TEST(ModelParts, ScenesSayWhatTheyTolerate) {
   EXPECT_THROW(grasp({"model=some"}), ConfigError);
   EXPECT_THROW(grasp({"tolerance={position: -1 mm}"}), ConfigError);
   EXPECT_THROW(grasp({"tolerance={position: 1 deg}"}), ConfigError);
+  EXPECT_THROW(grasp({"tolerance={moment: 1 mm}"}), ConfigError);
+  EXPECT_THROW(grasp({"tolerance={margin: 5 %}"}), ConfigError);
   EXPECT_THROW(grasp({"tolerance={speed: 1 mm}"}), ConfigError);
+  // The default that is listed is what a file may say.
+  const Scene listed = grasp({"model=auto", "tolerance=" + in_words(Tolerance{})});
+  EXPECT_EQ(in_words(listed.tolerance), in_words(Tolerance{}));
 }
 
 }  // namespace

@@ -165,15 +165,15 @@ void add_costs(ordered_json& part, const std::vector<CaseResult>& results, int r
 }
 
 void add_errors(ordered_json& part, const std::vector<CaseResult>& results) {
-  const Tolerance tolerance;
   ordered_json& figure = add_figure(
       part, "table", "part_errors", "How much error each part removes",
       fmt::format("How far a scene goes astray where one part is left out, against the same scene with all parts: the "
-                  "object's position, its rotation (both rms along the way), and the fingers' forces (rms, as a "
-                  "share). NEEDED marks what is beyond the default tolerance, {:g} mm, {:g}° and {:g} %, rms or at the "
-                  "end; a word stands where the grasp ends in another way than it does with all parts. A rigid "
-                  "fingertip's controller knows that it is rigid. The grip's first 0.3 s do not count.",
-                  1e3 * tolerance.position_m, kRadian_deg * tolerance.rotation_rad, 100.0 * tolerance.force),
+                  "object's position and rotation, the fingers' forces (as a share), the torsions of their patches (as "
+                  "a share of the most that friction lets them carry) and their margins, all rms. NEEDED marks what is "
+                  "beyond the default tolerance, {}, rms or at the end; a word stands where the grasp ends in another "
+                  "way than it does with all parts. A rigid fingertip's controller knows that it is rigid. The grip's "
+                  "first 0.3 s do not count.",
+                  in_words(Tolerance{})),
       "One run each: errors are the same in every run, to the last bit.");
   figure["columns"] = part_columns({"scene"}, parts_of(results));
   for (const CaseResult& result : results) {
@@ -217,6 +217,8 @@ void add_needs(ordered_json& part, const std::vector<CaseResult>& results) {
       largest.position_rms_m = std::max(largest.position_rms_m, effect->error.position_rms_m);
       largest.rotation_rms_rad = std::max(largest.rotation_rms_rad, effect->error.rotation_rms_rad);
       largest.force = std::max(largest.force, effect->error.force);
+      largest.moment = std::max(largest.moment, effect->error.moment);
+      largest.margin = std::max(largest.margin, effect->error.margin);
     }
     figure["rows"].push_back(
         {name(what), with, needed.empty() ? "none" : needed, needed_in_all ? "–" : in_words(largest)});
@@ -226,13 +228,13 @@ void add_needs(ordered_json& part, const std::vector<CaseResult>& results) {
 void add_auto(ordered_json& part, const std::vector<CaseResult>& results, int rounds) {
   ordered_json& figure = add_figure(
       part, "table", "model_auto", "What `model: auto` leaves out",
-      "With `model: auto` a scene is run a few times when it is loaded, and parts are left out one after the other as "
-      "long as all that is left out together stays within the scene's tolerance, here the default: 0.1 mm, 0.1° and 5 "
-      "% of the forces. Only errors decide, so that the same scene always keeps the same parts. 'Detail to 4': control "
-      "points of level 4, where each stands for about 16 of the finest.",
+      fmt::format("With `model: auto` a scene is run a few times when it is loaded, and parts are left out one after "
+                  "the other as long as all that is left out together stays within the scene's tolerance, here the "
+                  "default: {}. Only errors decide, so that the same scene always keeps the same parts. 'Detail to 4': "
+                  "control points of level 4, where each stands for about 16 of the finest.",
+                  in_words(Tolerance{})),
       runs_in_turns(rounds));
-  figure["columns"] = {"scene",           "left out",      "all parts, µs a tick",
-                       "auto, µs a tick", "times as fast", "path, forces off"};
+  figure["columns"] = {"scene", "left out", "all parts, µs a tick", "auto, µs a tick", "times as fast", "off by"};
   for (const CaseResult& result : results) {
     std::string left_out;
     const PartEffect* last = nullptr;
@@ -300,8 +302,8 @@ void add_detail(ordered_json& part, bool quick, int rounds) {
       "off, rms over the scene, measured against fingertips four times as fine as the scene's, with all their contacts "
       "(1280 control points instead of 320, up to 160 contacts a finger instead of 20). Lower and further left is "
       "better. The line joins levels of detail, each with about half as many control points as the last; single points "
-      "leave one part out of the scene's own model, or are what `model: auto` makes of it within 5 % of the scene's "
-      "own forces. A point that is missing lost the object.",
+      "leave one part out of the scene's own model, or are what `model: auto` makes of it within the tolerance of "
+      "the scene's own path and forces. A point that is missing lost the object.",
       runs_in_turns(rounds));
   figure["error"] = "error of the forces against the finest model, rms [%]";
   figure["time"] = "time of a tick [µs]";
@@ -332,6 +334,7 @@ SplitRun run_split(const Model& model, bool curvature) {
     const TickReport tick = loops.tick();
     us.push_back(1e6 * (tick.assemble_s + tick.solve_s + tick.deform_s));
     run.path.add(loops.state);
+    run.path.patch.push_back(tick.patch);
   }
   run.contact_us = percentiles(std::move(us)).p50;
   return run;
