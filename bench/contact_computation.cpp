@@ -4,6 +4,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "engine/pulp_levels.h"
 #include "engine/stopwatch.h"
 #include "solvers/contact_newton.h"
 
@@ -51,6 +52,11 @@ double ContactRun::force_error() const {
                                                           {.tolerance = 1e-12}, accurate, f, delta);
   if (report.solve.residual > 1e-10) return std::numeric_limits<double>::quiet_NaN();
   return (work_.f.head(rows) - f).norm() / f.norm();
+}
+
+double ContactRun::hertz_error() const {
+  const Model& model = recorded_.model;
+  return estimate_level(model.scene, model.pulps, model.level).force_error;
 }
 
 std::vector<std::vector<ContactComputation>> in_turns(std::deque<ContactRun>& runs, int turns) {

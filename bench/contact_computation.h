@@ -38,6 +38,9 @@ class ContactRun {
   /// How far the last tick's forces are from an accurate solve of its problem, |f - f*| / |f*|; NaN where that failed.
   [[nodiscard]] double force_error() const;
 
+  /// Of a pulp's force against Hertz's, with the contacts that it may have: see estimate_level.
+  [[nodiscard]] double hertz_error() const;
+
  private:
   RecordedTicks recorded_;
   Frame frame_;

@@ -130,16 +130,20 @@ inline RandomContacts grasp(const GraspScene& scene, Random& random, FactoredCon
       factors->begin.push_back(first / 3 + per_finger);
     }
     W_finger = scene.step_s / scene.joint_viscosity[finger] * J_finger * J_finger.transpose();
+    MatrixXd kernel(per_finger, per_finger);
+    GroupedDelassus::Tensors tensors(3 * per_finger, 3);
     for (Index i = 0; i < per_finger; ++i) {
+      tensors.middleRows<3>(3 * i) = E[i].transpose();
       for (Index j = 0; j < per_finger; ++j) {
         const double distance = (point[i] - point[j]).norm() / kKernelWidth_m;
-        W_finger.block<3, 3>(3 * i, 3 * j) +=
-            scene.compliance_m_per_N * std::exp(-0.5 * distance * distance) * E[i].transpose() * E[j];
+        kernel(i, j) = scene.compliance_m_per_N * std::exp(-0.5 * distance * distance);
       }
     }
+    add_compliance(kernel, tensors, 0, 1.0, W_finger);
     if (factors != nullptr) {
-      factors->compliance.emplace_back(W_finger -
-                                       scene.step_s / scene.joint_viscosity[finger] * J_finger * J_finger.transpose());
+      factors->tensors.conservativeResize(first + 3 * per_finger, 3);
+      factors->tensors.bottomRows(3 * per_finger) = tensors;
+      factors->kernel.push_back(std::move(kernel));
     }
   }
   Vector6d mobility;

@@ -72,7 +72,7 @@ std::vector<double> MapAxis::values(int count) const {
 
 Verdict run_and_judge(const Model& model, const std::function<Recording(const Model&)>& run) {
   const Recording recording = run(model);
-  const Verdict judged = verdict(model, recording);
+  const Verdict judged = recording.verdict;
   const bool silent = judged.outcome == Outcome::kHeld
                           ? recording.ticks.empty() || !std::ranges::all_of(recording.ticks, is_finite)
                           : judged.reason.empty();

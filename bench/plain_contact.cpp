@@ -280,7 +280,7 @@ Recording run(const Model& model, PlainTick& tick, Frame& frame) {
     if (controlled) {
       const Snapshot snapshot = state;
       control = control_tick(model, snapshot, controller, frame);
-      recorder.check_grasp(time_s, control, snapshot.X_WO.translation());
+      recorder.add(time_s, control, controller.f_muscle);
       if (state.tick == 0 && recorder.has_unsolved()) break;
     }
     const TickReport contact = tick.tick(frame, state);
@@ -306,8 +306,8 @@ std::function<double(const Scene&)> penalty_step_limit(const Model& model, doubl
   own.scene.duration_s = duration_s;
   PlainTick tick(own, {});
   Frame frame(own);
-  const bool lost = run(own, tick, frame).loss.has_value();
-  if (lost) return [](const Scene&) { return std::numeric_limits<double>::quiet_NaN(); };
+  if (run(own, tick, frame).verdict.outcome != Outcome::kHeld)
+    return [](const Scene&) { return std::numeric_limits<double>::quiet_NaN(); };
   return tick.penalty_limit(frame);
 }
 

@@ -20,16 +20,7 @@ namespace {
 
 constexpr int kFrom = 700, kTo = 800;  // Ticks: the box moves at 35 to 45 mm/s.
 
-Scene box_scene(Index contacts) {
-  std::vector<std::string> changes{"contact.max_per_finger=" + std::to_string(contacts / kFingers)};
-  if (contacts > 60) {
-    // The scene's pulps have 32 to 44 control points near the box.
-    const Index leaves = contacts * 16 / 3;
-    changes.push_back("fingertips.leaves=" + std::to_string(leaves));
-    changes.push_back("fingertips.points=" + std::to_string(leaves * 15 / 2));
-  }
-  return load_scene(THENAR_CONFIGS "/box_grasp.yaml", changes);
-}
+Scene box_scene(Index contacts) { return load_scene(THENAR_CONFIGS "/box_grasp.yaml", changes_for(contacts)); }
 
 /// A folder that is gone afterwards.
 struct TemporaryFolder {
@@ -60,6 +51,15 @@ void read_problems(const fs::path& folder, RecordedRun& run) {
 }
 
 }  // namespace
+
+std::vector<std::string> changes_for(Index contacts) {
+  // At the grasp's loads a patch covers about a twentieth of a pulp.
+  const Index most = contacts / kFingers, leaves = 16 * most;
+  std::vector<std::string> changes{"contact.max_per_finger=" + std::to_string(most),
+                                   "fingertips.leaves=" + std::to_string(leaves)};
+  if (contacts > 60) changes.push_back("fingertips.points=" + std::to_string(leaves * 15 / 2));
+  return changes;
+}
 
 RecordedTicks::RecordedTicks(Index asked, ProblemDump* dump) : model(box_scene(asked)) {
   State state(model);

@@ -117,10 +117,17 @@ void find_prospects(const Eigen::Matrix3Xd& control_points_m, const Eigen::Isome
 
 void find_contacts(const Eigen::Matrix3Xd& control_points_m, const Eigen::Isometry3d& X_SB,
                    const ImplicitSurface& surface, const ContactFindingSettings& settings, FindingMemory& memory,
-                   std::vector<ContactCandidate>& found) {
+                   std::vector<ContactCandidate>& found, std::vector<ContactCandidate>* left_out) {
   assert(settings.band_m > 0.0 && settings.max_contacts >= 0);
   found.clear();
   found.reserve(control_points_m.cols());
+  if (left_out != nullptr) {
+    left_out->clear();
+    left_out->reserve(control_points_m.cols());
+  }
+  const auto leave_out = [&](const ContactCandidate& contact) {
+    if (left_out != nullptr && contact.gap_m < settings.band_m) left_out->push_back(contact);
+  };
   if (static_cast<Index>(memory.known.size()) != control_points_m.cols()) set_up(control_points_m, memory);
   if (settings.max_contacts == 0) return;
 
@@ -132,13 +139,21 @@ void find_contacts(const Eigen::Matrix3Xd& control_points_m, const Eigen::Isomet
     std::pop_heap(prospects.begin(), prospects.end(), later);
     const Prospect& next = prospects.back();
     const bool full = static_cast<Index>(found.size()) == settings.max_contacts;
-    if (full && next.least_m > found.front().gap_m) continue;
+    if (full && next.least_m > found.front().gap_m) {
+      const SurfaceDistance plane = surface.plane_distance(next.at_m, next.sample);
+      leave_out({next.control_point, plane.distance_m, plane.point_m, plane.normal});
+      continue;
+    }
     const SurfaceDistance to = surface.distance_from(next.at_m, next.sample);
     if (to.distance_m >= settings.band_m) continue;
     const ContactCandidate contact{next.control_point, to.distance_m, to.point_m, to.normal};
     if (full) {
-      if (!less_gap(contact, found.front())) continue;
+      if (!less_gap(contact, found.front())) {
+        leave_out(contact);
+        continue;
+      }
       std::pop_heap(found.begin(), found.end(), less_gap);
+      leave_out(found.back());
       found.pop_back();
     }
     found.push_back(contact);

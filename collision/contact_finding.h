@@ -62,9 +62,13 @@ struct FindingMemory {
 ///
 /// Requires  band > 0, max_contacts >= 0; reach finite and greater than the band and than the depth to be expected.
 ///           `memory` belongs to one pair of control points and surface.
-/// `found` and `memory` keep their capacity: no allocation once they have grown to the number of control points.
+/// `left_out`, if given, gets the candidates that there was no room for, in no order. It costs no distances: those that
+/// a bound has ruled out are on the plane of the samples near them, as after a first projection: point_m is the plane's
+/// middle, gap_m the distance from the plane.
+/// `found`, `left_out` and `memory` keep their capacity: no allocation once they have grown to the number of control
+/// points.
 void find_contacts(const Eigen::Matrix3Xd& control_points_m, const Eigen::Isometry3d& X_SB,
                    const ImplicitSurface& surface, const ContactFindingSettings& settings, FindingMemory& memory,
-                   std::vector<ContactCandidate>& found);
+                   std::vector<ContactCandidate>& found, std::vector<ContactCandidate>* left_out = nullptr);
 
 }  // namespace thenar

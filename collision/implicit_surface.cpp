@@ -166,6 +166,16 @@ std::optional<SurfaceDistance> ImplicitSurface::distance(const Vector3d& x_m, do
   return distance_from(x_m, start);
 }
 
+SurfaceDistance ImplicitSurface::plane_distance(const Vector3d& x_m, Index sample) const noexcept {
+  const Plane& plane = starts_[sample].plane;
+  return {plane.n.dot(x_m - plane.a_m), plane.a_m, plane.n};
+}
+
+SurfaceDistance ImplicitSurface::face_distance(const Vector3d& x_m, Index sample) const noexcept {
+  const Face face = project(x_m, sample);
+  return {face.f_m, x_m - face.f_m * face.n, face.n};
+}
+
 SurfaceDistance ImplicitSurface::distance_from(const Vector3d& x_m, Index start) const noexcept {
   const Face first = project(x_m, start);
   const double way_m = (x_m - point_m(start)).norm();

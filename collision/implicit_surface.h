@@ -53,6 +53,14 @@ class ImplicitSurface {
   }
   [[nodiscard]] SurfaceDistance distance_from(const Eigen::Vector3d& x_m, Eigen::Index sample) const noexcept;
 
+  /// How x stands to the plane of the samples around one: the first projection of distance_from(). point_m is the
+  /// middle of those samples.
+  [[nodiscard]] SurfaceDistance plane_distance(const Eigen::Vector3d& x_m, Eigen::Index sample) const noexcept;
+
+  /// How x stands to the face that a sample belongs to, whatever other faces are nearer: to the near side of a wall from
+  /// beyond its middle, say.
+  [[nodiscard]] SurfaceDistance face_distance(const Eigen::Vector3d& x_m, Eigen::Index sample) const noexcept;
+
   /// What distance_from(x, sample) is about, without the second projection.
   struct Estimate {
     double distance_m;  ///< After the first projection.

@@ -11,6 +11,7 @@
 #include "engine/model_parts.h"
 #include "engine/point_cloud_file.h"
 #include "engine/pulp_levels.h"
+#include "engine/warnings.h"
 
 namespace {
 
@@ -59,6 +60,12 @@ void describe_object(const ObjectSettings& object, std::ostream& out) {
   out << "\n";
 }
 
+void describe_warnings(const Model& model, std::ostream& out) {
+  const std::vector<std::string> all = warnings(model);
+  if (!all.empty()) out << "\nwarnings\n";
+  for (const std::string& warning : all) out << "  " << warning << "\n";
+}
+
 /// What was mended in a surface that somebody brought.
 void describe_mending(const Model& model, std::ostream& out) {
   if (!std::holds_alternative<CloudShape>(model.scene.object.shape)) return;
@@ -72,9 +79,9 @@ void describe_parts(const Model& model, std::ostream& out) {
   const Scene& scene = model.scene;
   std::cerr << "running the scene once without each of its parts\n";
   const PathRun full = run_path(model);
-  out << "\nwhat its parts cost and give\n";
-  if (!full.ended) {
-    out << "  not tried, for the scene fails: " << full.verdict.reason << "\n";
+  out << "\nwhat becomes of the grasp\n  " << in_words(full.verdict) << "\n\nwhat its parts cost and give\n";
+  if (fails(scene, full.verdict.outcome)) {
+    out << "  not tried, for the scene fails\n";
     return;
   }
   const std::vector<PartEffect> effects = ablate(model, full);
@@ -158,6 +165,10 @@ void describe_control(const Scene& scene, std::ostream& out) {
       << (scene.control->gain ? "" : " (auto)") << "\n"
       << "  drive           "
       << (scene.control->muscles ? std::to_string(scene.hand.muscles.size()) + " muscles" : "joint torques") << "\n";
+  if (scene.control->posture_Nm_per_rad) {
+    out << "  posture         kept as at the start, where the fingertips leave it free, by "
+        << *scene.control->posture_Nm_per_rad << " N m/rad\n";
+  }
 }
 
 void describe_frames(const Scene& scene, std::ostream& out) {
@@ -215,11 +226,13 @@ std::string description(const Scene& scene) {
   left_out(scene.fingertips && !scene.object.compliance, "deformation of the object (object.compliance)");
   left_out(!scene.control, "control (control): pose, grasp forces, muscles");
   left_out(scene.control && !scene.control->muscles, "muscles (control.muscles)");
+  left_out(scene.control && !scene.control->posture_Nm_per_rad, "a posture that is kept (control.posture)");
   left_out(scene.gravity.isZero(), "gravity (gravity)");
   if (complete) out << "  nothing\n";
 
   // Made for shapes, too: whether their samples make a surface shows then.
   const Model model(scene);
+  describe_warnings(model, out);
   describe_mending(model, out);
   describe_parts(model, out);
 

@@ -56,9 +56,9 @@ void write_results(const Model& model, const Recording& recording, const State& 
   }
 }
 
-/// The scene on two threads; what they did goes into `loops`, and into `lost` that records of it were lost.
+/// The scene on two threads; what they did goes into `loops`.
 Recording run_realtime(const Options& options, const Model& model, State& state, const Progress& progress,
-                       nlohmann::ordered_json& loops, std::optional<std::string>& lost, RecordingFile* film) {
+                       nlohmann::ordered_json& loops, RecordingFile* film) {
   ThreadSettings settings;
   settings.duration_s = model.scene.duration_s;
   settings.spin_s = options.spin_s;
@@ -71,7 +71,6 @@ Recording run_realtime(const Options& options, const Model& model, State& state,
        {"scheduling", "settings", "loops", "exchange", "snapshots", "frame_age", "handover", "ledger", "hold"}) {
     loops[key] = all.at(key);
   }
-  lost = lost_records(run.report);
   const double kept =
       static_cast<double>(run.report.ticks) / static_cast<double>(run.report.ticks + run.report.slipped);
   if (kept < kKept) {
@@ -97,7 +96,6 @@ int run(const Options& options) {
   State state(model);
   const Progress progress = progress_line(model.scene, options.quiet);
   nlohmann::ordered_json loops = nlohmann::ordered_json::object();  // Of two threads.
-  std::optional<std::string> lost;
   LockstepSettings settings;
   settings.jitter_s = options.control_jitter_s;
   const auto record = [&] {
@@ -107,7 +105,7 @@ int run(const Options& options) {
       case Runner::kLockstep:
         return run_lockstep(model, state, settings, progress, dump ? &*dump : nullptr, film ? &*film : nullptr);
       case Runner::kRealtime:
-        return run_realtime(options, model, state, progress, loops, lost, film ? &*film : nullptr);
+        return run_realtime(options, model, state, progress, loops, film ? &*film : nullptr);
     }
     return run_monolithic(model, state, progress, dump ? &*dump : nullptr, film ? &*film : nullptr);
   };
@@ -117,8 +115,6 @@ int run(const Options& options) {
 
   nlohmann::ordered_json summary = summarize(model, recording);
   summary.update(loops);
-  // What nobody saw may have been a loss.
-  if (lost && summary.at("grasp").at("held") == true) summary["grasp"]["held"] = nullptr;
   if (!options.out.empty()) write_results(model, recording, state, summary.dump(2) + "\n", options.out);
   if (options.format == "json") {
     std::cout << summary.dump(2) << '\n';
@@ -130,10 +126,7 @@ int run(const Options& options) {
                                options.dump_problems.string(), dump->files());
     }
   }
-  std::optional<std::string> why = failure(model, recording);
-  if (!why) why = lost;
-  if (why) std::cerr << "failed: " << *why << '\n';
-  return why ? kFailed : kDone;
+  return report_verdict(model.scene, recording.verdict);
 }
 
 int check(const Options& options) {

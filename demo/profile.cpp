@@ -40,6 +40,9 @@ ThreadsReport run_profiled(const Model& model, double duration_s, double spin_s,
   settings.spin_s = spin_s;
   settings.realtime = options.realtime;
   settings.quiet = options.quiet;
+  settings.on_first_control = [&](const ControlReport& control, const Eigen::VectorXd& muscle_forces_N) {
+    profile.begin(control, muscle_forces_N);
+  };
   settings.on_tick = [&](const ContactSample& sample) {
     profile.add(sample);
     if (first_ns == 0) first_ns = sample.deadline_ns;
@@ -152,7 +155,5 @@ int profile(const Options& options) {
     std::cout << profile_table(json);
     if (!options.out.empty()) std::cout << "\nresults in " << options.out.string() << '\n';
   }
-  const std::optional<std::string> why = failure(profile, report);
-  if (why) std::cerr << "failed: " << *why << '\n';
-  return why ? kFailed : kDone;
+  return report_verdict(model.scene, profile.verdict(report));
 }

@@ -55,12 +55,13 @@ std::string accuracy_table(const ordered_json& profile) {
       row("sweeps a tick, p50 and p99", {cell(profile.at("sweeps").at("p50")), cell(profile.at("sweeps").at("p99"))});
   table +=
       row("contacts, p50 and max", {cell(profile.at("contacts").at("p50")), cell(profile.at("contacts").at("max"))});
+  table += row("deepest penetration [um]", {cell(profile.at("max_penetration_um"))});
   table += row("force step [N], p99", {cell(handover.at("tick_N_p99")), "in a tick"});
   table += row("  at a hand-over, p99 and max", {cell(handover.at("kick_N_p99")), cell(handover.at("kick_N_max"))});
   table += row("  hand-over over tick, p99", {cell(handover.at("kick_over_tick_p99"))});
   table += row("energy injected/dissipated", {cell(profile.at("ledger").at("injected_over_dissipated"))});
   table += row("held: ticks, transitions", {cell(hold.at("ticks")), cell(hold.at("transitions"))});
-  table += row("object held by the grasp", {cell(object.at("held"))});
+  table += row("what became of the grasp", {object.at("outcome").get<std::string>()});
   table += row("  error [mm], final and max", {cell(object.at("final_error_mm")), cell(object.at("max_error_mm"))});
   table +=
       row("  turn [deg], final and max", {cell(object.at("final_rotation_deg")), cell(object.at("max_rotation_deg"))});
@@ -148,6 +149,7 @@ std::string profile_table(const ordered_json& profile) {
     const std::string remark = granted->at("remark").get<std::string>();
     if (!remark.empty()) table += remark + '\n';
   }
+  for (const std::string warning : profile.at("warnings")) table += "warning: " + warning + '\n';
   return table + loops_table(profile) + accuracy_table(profile) + exchange_table(profile) +
          floor_table(profile.at("floor"));
 }

@@ -63,8 +63,10 @@ std::string results_table(const ordered_json& summary) {
            (delay_ms > 0.0 ? fmt::format(", {:g} ms late", delay_ms) : "") + "; stops at residual " +
            cell(settings.at("tolerance"), "") + " or " + cell(settings.at("max_sweeps"), "") + " sweeps\n";
   for (const std::string part : summary.at("parts")) table += part + "\n";
+  for (const std::string warning : summary.at("warnings")) table += "warning: " + warning + "\n";
   table += "\ngrasp\n";
-  line(table, "held", cell(grasp.at("held"), ""));
+  line(table, "outcome", grasp.at("outcome").get<std::string>());
+  if (grasp.at("reason") != "") table += "    " + grasp.at("reason").get<std::string>() + "\n";
   const auto with_start = [](const ordered_json& start, const char* unit) {
     return "of it at the start: " + cell(start, unit);
   };
@@ -83,7 +85,9 @@ std::string results_table(const ordered_json& summary) {
        "grasp forces, muscle forces");
   if (summary.at("muscles").is_object()) {
     line(table, "largest muscle force", cell(summary.at("muscles").at("max_force_N"), "N"));
+    line(table, "  over the most a muscle has", cell(summary.at("muscles").at("max_activation"), ""), "1: its limit");
   }
+  line(table, "least way to a joint's limit", cell(summary.at("joints").at("least_margin_rad"), "rad"));
   table += "\naccuracy\n";
   line(table, "final position error", cell(object.at("final_error_mm"), "mm"));
   line(table, "rms position error", cell(object.at("rms_error_mm"), "mm"));
@@ -93,7 +97,7 @@ std::string results_table(const ordered_json& summary) {
   line(table, "final force error", cell(grasp.at("force_error_end"), ""), "share of the desired forces");
   line(table, "  of the law without feedforward", cell(grasp.at("predicted_paper_law_error"), ""),
        "predicted: (I + S)^-1 S f^d");
-  line(table, "deepest penetration at a contact", cell(contacts.at("max_penetration_um"), "um"));
+  line(table, "deepest penetration of a pulp", cell(contacts.at("max_penetration_um"), "um"));
   const ordered_json& frames = summary.at("frames");
   const ordered_json& ledger = summary.at("ledger");
   line(table, "energy contact gave, and took", cell(ledger.at("injected_J"), "J"),

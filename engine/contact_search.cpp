@@ -39,11 +39,14 @@ bool agree(const std::vector<ContactCandidate>& a, const std::vector<ContactCand
                     });
 }
 
-void keep_least_gaps(Index most, std::vector<ContactCandidate>& candidates) {
+/// The `most` of least gap; the others go to `left_out`.
+void keep_least_gaps(Index most, std::vector<ContactCandidate>& candidates, std::vector<ContactCandidate>& left_out) {
+  left_out.clear();
   if (std::ssize(candidates) <= most) return;
   std::nth_element(candidates.begin(), candidates.begin() + most, candidates.end(), [](const auto& a, const auto& b) {
     return std::tie(a.gap_m, a.control_point) < std::tie(b.gap_m, b.control_point);
   });
+  left_out.assign(candidates.begin() + most, candidates.end());
   candidates.resize(most);
   std::sort(candidates.begin(), candidates.end(),
             [](const auto& a, const auto& b) { return a.control_point < b.control_point; });
@@ -66,7 +69,7 @@ struct PulpSearch {
     std::vector<ContactCandidate>& candidates = search.candidates;
     for (double within_m = model.scene.contact.band_m;; within_m = std::min(2.0 * within_m, band_m)) {
       find_contacts(pulp().control_points_m, X_OF, model.object, {within_m, depth_m + within_m, most()},
-                    search.memory[finger], candidates);
+                    search.memory[finger], candidates, &search.left_out);
       if (std::ssize(candidates) == most() || within_m >= band_m) return;
     }
   }
@@ -85,8 +88,18 @@ struct PulpSearch {
     return true;
   }
 
-  /// The points as the drawn-in ones see the surface: none of those is beyond its middle. A contact's surface point is
-  /// not then the projection of its finger point, but lies on the same plane or local sphere.
+  /// A drawn-in point sees its face beside the foot of the point itself, and a curved face has turned on its way there.
+  /// Past a rim, where there is no sample of the face, its plane goes on.
+  void move_to_foot(const Vector3d& p_O, ContactCandidate& c) const {
+    const Index sample = model.object.nearest(p_O - c.gap_m * c.normal, depth_m + band_m).sample;
+    if (sample < 0 || model.object.cloud().normals.col(sample).dot(c.normal) < -kFarSide) return;
+    const SurfaceDistance own = model.object.face_distance(p_O, sample);
+    c.gap_m = own.distance_m;
+    c.point_m = own.point_m;
+    c.normal = own.normal;
+  }
+
+  /// The points themselves, on the faces that the drawn-in ones see: none of those is beyond a wall's middle.
   void find_drawn_in() {
     std::vector<ContactCandidate>& candidates = search.candidates;
     const double reach_m = depth_m + band_m;
@@ -95,10 +108,11 @@ struct PulpSearch {
     std::erase_if(candidates, [&](ContactCandidate& c) {
       const Vector3d p_O = X_OF * pulp().control_points_m.col(c.control_point);
       c.gap_m = c.normal.dot(p_O - c.point_m);
-      if (c.gap_m >= band_m || is_far_side(pulp(), X_OF.linear(), c)) return true;
-      return !is_on_object(p_O, c);
+      if (c.gap_m >= reach_m || is_far_side(pulp(), X_OF.linear(), c)) return true;
+      move_to_foot(p_O, c);
+      return c.gap_m >= band_m || !is_on_object(p_O, c);
     });
-    keep_least_gaps(most(), candidates);
+    keep_least_gaps(most(), candidates, search.left_out);
   }
 };
 
@@ -176,6 +190,25 @@ void add_fine_contacts(const Model& model, const HandPose& pose, const Isometry3
   std::sort(search.contacts.begin(), search.contacts.begin() + most,
             [](const FrameContact& a, const FrameContact& b) { return a.control_point < b.control_point; });
   frame.contacts.insert(frame.contacts.end(), search.contacts.begin(), search.contacts.begin() + most);
+  frame.left_out.insert(frame.left_out.end(), search.contacts.begin() + most, search.contacts.end());
+}
+
+/// What there was no room for, with the mean curvature of the finger's contacts: their own surface points are as near as
+/// the planes through the samples there.
+void add_left_out(const Model& model, int finger, const ContactSearch& search, Frame& frame) {
+  const Index begin = frame.begin[finger], n = frame.size() - begin;
+  double curvature = 0.0;
+  for (Index i = begin; i < begin + n; ++i) curvature += frame.contacts[i].curvature_per_m / static_cast<double>(n);
+  const Pulp& pulp = model.pulps[finger];
+  for (const ContactCandidate& c : search.left_out) {
+    FrameContact& point = frame.left_out.emplace_back();
+    point.finger = finger;
+    point.control_point = c.control_point;
+    point.p_F = pulp.control_points_m.col(c.control_point);
+    point.s_O = c.point_m;
+    point.n_O = -c.normal;
+    point.curvature_per_m = curvature;
+  }
 }
 
 void find_pulp_contacts(const Model& model, const HandPose& pose, const Isometry3d& X_WO, int finger, double band_m,
@@ -196,6 +229,7 @@ void find_pulp_contacts(const Model& model, const HandPose& pose, const Isometry
                                            pulp.pulp().control_points_m.col(c.control_point), c.point_m, -c.normal));
   }
   fill_curvatures(finger, frame);
+  add_left_out(model, finger, search, frame);
   add_fine_contacts(model, pose, X_WO, finger, band_m, search, frame);
 }
 
@@ -237,6 +271,7 @@ ContactSearch::ContactSearch(const Model& model) {
   if (!model.deformable()) return;
   const Index controls = model.pulps.front().controls();
   candidates.reserve(controls);
+  left_out.reserve(controls);
   plain.reserve(controls);
   for (int k = 0; k < kFingers; ++k) {
     const Pulp& pulp = model.pulps[k];
@@ -283,6 +318,7 @@ void find_frame_contacts(const Model& model, const HandPose& pose, const Snapsho
                          Frame& frame) {
   const std::array<double, kFingers> way_m = ways_m(model, pose, snapshot, frame);
   frame.contacts.clear();
+  frame.left_out.clear();
   for (int k = 0; k < kFingers; ++k) {
     frame.begin[k] = frame.size();
     const double band_m = model.scene.contact.band_m + way_m[k];

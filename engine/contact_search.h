@@ -18,7 +18,7 @@ struct ContactSearch {
   std::array<FindingMemory, kFingers> memory, memory_drawn_in;
   std::array<bool, kFingers> draws_in{};  ///< Fingers that look from drawn-in points, since they met something thin.
   std::array<Eigen::Matrix3Xd, kFingers> drawn_in_m;  ///< Control points of pulps drawn in by the trust in them.
-  std::vector<ContactCandidate> candidates, plain;
+  std::vector<ContactCandidate> candidates, left_out, plain;
   std::vector<Eigen::Index> deepest;   ///< Of the object's fine samples, by control point; -1: none.
   std::vector<FrameContact> contacts;  ///< One finger's.
 };
@@ -37,6 +37,7 @@ struct ContactSearch {
 /// A pulp pressed on a plate by more than half its thickness has points beyond the plate's middle, nearer to its back.
 /// They touch the side that the pulp comes from: what is found is seen from the pulp drawn in by half its radius.
 /// Samples of a part too fine to meet a control point for sure (`Model::fine_m`) are looked for in the pulp, a sphere.
+/// What a finger's list has no room for goes to `frame.left_out`.
 /// `frame` has its drive. Does not allocate, after the first call.
 void find_frame_contacts(const Model& model, const HandPose& pose, const Snapshot& snapshot, ContactSearch& search,
                          Frame& frame);

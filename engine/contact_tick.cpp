@@ -160,6 +160,23 @@ void move(const RigidMotion& motion, State& state) {
   if (angle > 0.0) state.X_WO.linear() = Eigen::AngleAxisd(angle, turn / angle) * state.X_WO.linear();
 }
 
+/// How far the control points that the lists have no room for are in the object, at the state that the tick starts from.
+void report_left_out(const Model& model, const Frame& frame, const ContactWorkspace& work, const State& state,
+                     TickReport& report) {
+  int finger = -1;
+  Isometry3d X_FO;
+  for (const FrameContact& point : frame.left_out) {
+    if (point.finger != finger) {
+      finger = point.finger;
+      X_FO = work.pose.distal(model.scene.hand, finger).inverse() * state.X_WO;
+    }
+    const ContactGap gap =
+        contact_gap(point, X_FO, displacement(state, point), object_displacement(model, state, point));
+    report.left_out_m[finger] = std::max(report.left_out_m[finger], -gap.gap_m);
+  }
+  for (const double depth_m : report.left_out_m) report.penetration_m = std::max(report.penetration_m, depth_m);
+}
+
 void report_contacts(const Frame& frame, const ContactWorkspace& work, TickReport& report) {
   report.contacts = frame.size();
   for (Index i = 0; i < frame.size(); ++i) {
@@ -173,16 +190,17 @@ void report_contacts(const Frame& frame, const ContactWorkspace& work, TickRepor
 }
 
 /// The bodies' part of the ledger: the drive is taken at the end of the step, as the springs are.
-void book_motion(const Scene& scene, const Drive& drive, const State& state, const RigidMotion& motion, Ledger& ledger) {
+void book_motion(const Scene& scene, const Drive& drive, const State& state, const RigidMotion& motion,
+                 Ledger& ledger) {
   const Spring spring = scene.task.spring.value_or(Spring{});
   const double joints = motion.dq.squaredNorm(), way = motion.dx.head<3>().squaredNorm(),
                turn = motion.dx.tail<3>().squaredNorm();
   ledger.drive_J = drive.torque.dot(motion.dq) + drive.wrench.dot(motion.dx) -
                    (state.held ? kHoldStiffness : 0.0) * joints - spring.translation_N_per_m * way -
                    spring.rotation_Nm_per_rad * turn;
-  ledger.viscous_J = (scene.joint_viscosity * joints + scene.object.translation_damping * way +
-                      scene.object.rotation_damping * turn) /
-                     scene.step_s;
+  ledger.viscous_J =
+      (scene.joint_viscosity * joints + scene.object.translation_damping * way + scene.object.rotation_damping * turn) /
+      scene.step_s;
 }
 
 /// Elastic energy a step later of a body that was moved by u = rho u + (1 - rho) C f. With phi the force that holds u,
@@ -254,7 +272,8 @@ void press_in(const Model& model, const Frame& frame, ContactWorkspace& work, St
   // One tick of bodies that nothing moves. To have all of C f and C_o f, forces are taken by the shares that deformation
   // gains of them in a tick.
   const double share = 1.0 - memory(model.pulps.front().material, model.scene.step_s);
-  const double object_share = model.soft_object() ? 1.0 - memory(*model.scene.object.compliance, model.scene.step_s) : 1.0;
+  const double object_share =
+      model.soft_object() ? 1.0 - memory(*model.scene.object.compliance, model.scene.step_s) : 1.0;
   GroupedDelassus W = delassus_operator(model, frame, work.kinematics, {0.0, 0.0, 0.0});
   W.compliance_scale = object_share;
   work.delta_free.head(3 * n).setZero();
@@ -321,7 +340,8 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
   report.sequence = frame.sequence;
   report.frame_age = state.tick - frame.tick;
   report.handed_over = frame.sequence != work.sequence;
-  if (work.sequence < 0) state.held = false;  // This workspace has held nothing yet.
+  const bool starts = work.sequence < 0;
+  if (starts) state.held = false;  // This workspace has held nothing yet.
   report.input_refused = !is_finite(input);
   if (!report.input_refused) state.X_WT = input.X_WT;
 
@@ -331,9 +351,8 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
   if (report.handed_over) {
     state.forces.reserve(model.max_contacts);  // A copied state has lost its spare room.
     if (model.soft_object()) state.object_loads.reserve(kLoadsPerContact * model.max_contacts);
-    const bool first = work.sequence < 0;
     hand_over(model, frame, state, work);
-    if (first) press_in(model, frame, work, state);
+    if (starts) press_in(model, frame, work, state);
   }
   report.held = must_hold(model, frame, state, work);
   if (report.held != state.held) set_hold(report.held, frame, work, state);
@@ -341,6 +360,8 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
   const Drive drive = thenar::drive(model, frame, extra, work, state);
 
   contact_kinematics(model, frame, work.pose, state, work.kinematics);
+  // A scene that starts pressed has not been pushed out yet.
+  if (!starts) report_left_out(model, frame, work, state, report);
   work.mobility = drive.mobility;
   const GroupedDelassus W = delassus_operator(model, frame, work.kinematics, work.mobility);
   report.assemble_s = watch.lap();

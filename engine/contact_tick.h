@@ -45,8 +45,8 @@ struct Ledger {
   double viscous_J = 0.0;      ///< Taken by the bodies' viscosities.
   double deformation_J = 0.0;  ///< Work of the contact forces on the pulps and a soft object.
   double stored_J = 0.0;       ///< Elastic energy in these after the tick; the rest of that work their viscosity took.
-  double injected_J = 0.0;     ///< Work of contacts whose forces push their surfaces on, f . w > 0: energy from nowhere.
-  double dissipated_J = 0.0;   ///< Of the others, friction above all. Each contact is booked by its own sign.
+  double injected_J = 0.0;    ///< Work of contacts whose forces push their surfaces on, f . w > 0: energy from nowhere.
+  double dissipated_J = 0.0;  ///< Of the others, friction above all. Each contact is booked by its own sign.
 
   /// What is missing from the balance.
   [[nodiscard]] double unbalanced_J() const { return drive_J - viscous_J - deformation_J + injected_J - dissipated_J; }
@@ -57,15 +57,18 @@ struct Ledger {
 /// What one contact tick returns by value.
 struct TickReport {
   SolveReport solve;
-  std::int64_t sequence = -1;                   ///< Of the frame used.
-  std::int64_t frame_age = 0;                   ///< Steps from the frame's snapshot to this tick's start.
-  bool handed_over = false;                     ///< The frame is new.
-  bool held = false;                            ///< The frame is too old or too far off: its drive is held.
-  bool input_refused = false;                   ///< The input was not finite, and was left out.
+  std::int64_t sequence = -1;  ///< Of the frame used.
+  std::int64_t frame_age = 0;  ///< Steps from the frame's snapshot to this tick's start.
+  bool handed_over = false;    ///< The frame is new.
+  bool held = false;           ///< The frame is too old or too far off: its drive is held.
+  bool input_refused = false;  ///< The input was not finite, and was left out.
   Ledger ledger;
   Eigen::Index contacts = 0;
-  Eigen::Index active = 0;     ///< Contacts that carry force.
-  double penetration_m = 0.0;  ///< Deepest deformed gap of a contact, offset or not.
+  Eigen::Index active = 0;  ///< Contacts that carry force.
+  /// How deep a deformed control point is in the object: a contact at the tick's end, offset or not, or one that the
+  /// list has no room for, at its start.
+  double penetration_m = 0.0;
+  std::array<double, kFingers> left_out_m{};  ///< Of the latter alone, by finger; 0: none is in the object.
   std::array<PatchReport, kFingers> patch;
   double assemble_s = 0.0;  ///< Hand-over, drive, gaps and Jacobians: what W is made of.
   double solve_s = 0.0;     ///< Free motion, Gauss-Seidel and commit.
@@ -101,8 +104,8 @@ struct ContactWorkspace {
   JointVector q_held, torque_held_Nm;  ///< Joints and drive when the hold began.
   PulpLoads loads;
   PatchPoints patches;
-  HandPose pose;         ///< At pose_q: after a tick, that of the state which it left.
-  JointVector pose_q;    ///< NaN: there is no pose yet.
+  HandPose pose;       ///< At pose_q: after a tick, that of the state which it left.
+  JointVector pose_q;  ///< NaN: there is no pose yet.
 };
 
 /// Advances the state by one step h of the contact loop on a frozen frame.

@@ -1,5 +1,6 @@
 #include "engine/control.h"
 
+#include <cmath>
 #include <limits>
 
 #include "engine/frame.h"
@@ -73,7 +74,17 @@ double force_gain(const Scene& scene) {
                                       std::min(0.3 / period_s, 0.6 / (period_s + scene.control_delay_s)));
 }
 
-JointVector desired_torques(const Model& model, const HandPose& pose,
+Eigen::Vector4d posture_torques(const FingerJacobian& J, double stiffness, const Eigen::Vector4d& error) {
+  // The minors of J are a vector that is normal to its rows. Of a singular J they vanish but for rounding.
+  constexpr double kSingular = 1e-9;
+  const auto minor = [&](int a, int b, int c) { return J.col(a).dot(J.col(b).cross(J.col(c))); };
+  const Eigen::Vector4d z(minor(1, 2, 3), -minor(0, 2, 3), minor(0, 1, 3), -minor(0, 1, 2));
+  const double size = std::pow(J.norm(), 3);
+  if (!(z.norm() > kSingular * size)) return Eigen::Vector4d::Zero();
+  return stiffness * z * (z.dot(error) / z.squaredNorm());
+}
+
+JointVector desired_torques(const Model& model, const JointVector& q, const HandPose& pose,
                             const std::array<GraspContact, kFingers>& contacts, const FingerForces& f_desired,
                             const FingerForces& y) {
   const bool feedforward = model.scene.control->law == ControlLaw::kFeedforward;
@@ -85,6 +96,10 @@ JointVector desired_torques(const Model& model, const HandPose& pose,
     auto tau_k = tau.segment<kJointsPerFinger>(kJointsPerFinger * k);
     tau_k += K * J.transpose() * (J * J.transpose()).ldlt().solve(y.col(k));
     if (feedforward) tau_k += J.transpose() * f_desired.col(k);
+    if (const auto stiffness = model.scene.control->posture_Nm_per_rad) {
+      const JointVector error = model.scene.posture - q;
+      tau_k += posture_torques(J, *stiffness, error.segment<kJointsPerFinger>(kJointsPerFinger * k));
+    }
   }
   return tau;
 }

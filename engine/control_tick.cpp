@@ -41,7 +41,7 @@ JointVector drive(const Model& model, const Snapshot& snapshot, Controller& cont
   FingerForces error;
   for (int k = 0; k < kFingers; ++k) error.col(k) = report.f_desired.col(k) - snapshot.load[k].force_N;
   const FingerForces y = controller.filter->update(report.contacts, error, controller.period_s);
-  return desired_torques(model, controller.pose, report.contacts, report.f_desired, y);
+  return desired_torques(model, snapshot.q, controller.pose, report.contacts, report.f_desired, y);
 }
 
 /// tau = H f_m: the torques that the muscles give for those asked for.

@@ -36,6 +36,7 @@ ContactGap contact_gap(const FrameContact& contact, const Isometry3d& X_FO, cons
 
 Frame::Frame(const Model& model) {
   contacts.reserve(model.max_contacts);
+  if (model.deformable()) left_out.reserve(2 * kFingers * model.pulps.front().controls());
   const Index per_finger = model.deformable() ? model.max_contacts / kFingers : 0;
   for (MatrixXd& k : kernel) k.setZero(per_finger, per_finger);
   if (model.soft_object()) object_kernel.setZero(model.max_contacts, model.max_contacts);

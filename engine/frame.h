@@ -37,7 +37,9 @@ struct Frame {
   std::array<Eigen::Isometry3d, kFingers> X_WF;      ///< Distal segments, at the snapshot.
   std::vector<FrameContact> contacts;                ///< Sorted by finger and control point.
   std::array<Eigen::Index, kFingers + 1> begin{};    ///< Finger k has contacts begin[k] .. begin[k + 1).
-  std::array<Eigen::MatrixXd, kFingers> kernel;      ///< softness k_ij among a finger's contacts [m/N]; leading part.
+  /// Control points in the band that their finger's list has no room for: only geometry, without E_F; sorted by finger.
+  std::vector<FrameContact> left_out;
+  std::array<Eigen::MatrixXd, kFingers> kernel;  ///< softness k_ij among a finger's contacts [m/N]; leading part.
   std::array<double, kFingers> softness;             ///< What its load leaves of a pulp's compliance; 1 without load.
   Eigen::MatrixXd object_kernel;                     ///< k_ij of a soft object, among all contacts; of a rigid one none.
   JointVector torque_Nm;                             ///< tau - g: what drives the fingers beside contact.

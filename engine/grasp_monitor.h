@@ -1,36 +1,92 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
+#include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "engine/recording.h"
+#include "engine/verdict.h"
 
 namespace thenar {
 
-/// Less slip than this is micro-slip at a patch's rim, not a finger that slides.
-inline constexpr double kNoticedSlip_m = 0.1e-3;
-
-/// Watches a run for the loss of its object: a finger that slips more than 2 mm, an object more than 10 mm or 20
-/// degrees off its target, or fewer than two fingers loaded for 50 ms.
+/// Watches a grasp tick by tick, and judges it: the only judge of all runs, whoever makes them.
+///
+/// It takes each control tick and each contact tick once, in the order of their times, and memory only where something
+/// goes wrong for the first time. The verdict is on what it has been given so far; it may begin in the middle of a run,
+/// and then counts slip from there on.
 class GraspMonitor {
  public:
-  explicit GraspMonitor(const Hand& hand) : hand_(hand) {}
+  explicit GraspMonitor(const Model& model);
 
-  /// Takes the next tick, of `step_s`. Says if the object is lost, and which
-  /// fingers slipped since when.
-  std::optional<Loss> update(double step_s, const TickRecord& tick);
+  /// A control tick on a snapshot at `time_s`. `muscle_forces_N` are not read in a scene without muscles.
+  void add(double time_s, const ControlReport& control, const Eigen::VectorXd& muscle_forces_N);
+  /// A contact tick, with the sums of RunSums.
+  void add(const TickRecord& tick);
+  /// Records were lost, as `what` says.
+  void miss(const std::string& what) { missed_ = what; }
+
+  [[nodiscard]] bool lost() const { return loss_.has_value(); }
+  /// The first grasp-force problem without a solution.
+  [[nodiscard]] const std::optional<UnsolvedGrasp>& unsolved() const { return unsolved_grasp_; }
+  /// How much the forces chatter, see Verdict.
+  [[nodiscard]] double force_chatter() const;
+  [[nodiscard]] Verdict verdict() const;
 
  private:
-  void add_slips(const TickRecord& tick);
-  [[nodiscard]] std::string reason(const TickRecord& tick) const;
-  [[nodiscard]] std::string slips() const;
+  struct Event {
+    double time_s = 0.0;
+    std::string what;
+  };
+  /// The worst value of something that has a bound.
+  struct Worst {
+    std::optional<double> first_s;  ///< When the bound was first passed.
+    double at_s = 0.0, beyond = 0.0, value = 0.0;
+    void add(double time_s, double excess, double now);
+  };
+  struct Forces {
+    double time_s = 0.0;
+    std::array<double, kFingers> normal_N{};
+  };
 
-  const Hand& hand_;
-  std::array<double, kFingers> slip_m_{};
+  void watch_solver(const TickRecord& tick);
+  void watch_grip(const TickRecord& tick);
+  void watch_slip(const TickRecord& tick);
+  void watch_target(const TickRecord& tick);
+  void keep_forces(const TickRecord& tick);
+  void note_trouble();
+  [[nodiscard]] double chatter(std::size_t stride) const;
+  [[nodiscard]] std::optional<std::string> contact_failure() const;
+  [[nodiscard]] std::string chatter_in_words() const;
+  [[nodiscard]] std::string slips_in_words() const;
+  [[nodiscard]] std::string way_off_in_words() const;
+  [[nodiscard]] std::vector<Excess> beyond() const;
+
+  const Model& model_;
+  Eigen::Vector3d centre_m_;  ///< Of the object, world, after the last tick.
+  // Solves.
+  std::optional<UnsolvedGrasp> unsolved_grasp_;
+  std::optional<Event> unsolved_, not_finite_;
+  std::int64_t ticks_with_contacts_ = 0, not_converged_ = 0;
+  // The grip.
+  double last_s_ = 0.0, unloaded_s_ = 0.0;
+  std::optional<Event> loss_, idle_finger_;
+  std::optional<std::array<double, kFingers>> slip_before_m_;  ///< The sums when this watch began.
+  std::array<double, kFingers> slip_m_{};                      ///< Of patches that slid as a whole, from kMeasuredFrom_s on.
   std::array<std::optional<double>, kFingers> slips_since_s_;
-  bool measured_ = false;
-  double unloaded_s_ = 0.0;  ///< How long fewer than two fingers have been loaded.
+  Worst off_m_, off_rad_;
+  // The hand.
+  std::array<Worst, kJoints> joints_;
+  std::vector<Worst> muscles_;
+  // Forces of the last ticks, as far back as chatter looks: a ring.
+  std::vector<Forces> forces_;
+  std::size_t kept_ = 0;
+  std::int64_t oldest_frame_ = 0;
+  std::optional<double> trouble_s_;  ///< When a solve, the grip or a finger first failed,
+  double chatter_before_ = 0.0;      ///< and the chatter up to then.
+  std::string missed_;
 };
 
 }  // namespace thenar

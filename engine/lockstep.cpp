@@ -61,7 +61,7 @@ Recording run_lockstep(const Model& model, State& state, const LockstepSettings&
     TickRecord record = tick_record(model, loops.state, contact, loops.control());
     if (loops.controlled()) {
       record_control(loops.control(), record);
-      recorder.check_grasp(static_cast<double>(tick) * model.scene.step_s, loops.control(), centre_m);
+      recorder.add(static_cast<double>(tick) * model.scene.step_s, loops.control(), loops.controller().f_muscle);
       if (tick == 0 && recorder.has_unsolved()) break;
     }
     held = recorder.add(record, loops.controller().f_muscle);

@@ -192,7 +192,7 @@ PathRun run_path(const Model& model) {
   State state(model);
   const Recording recording = run_monolithic(model, state, [&](double, double) { run.path.add(state); });
   for (const TickRecord& tick : recording.ticks) run.path.patch.push_back(tick.contact.patch);
-  run.verdict = verdict(model, recording);
+  run.verdict = recording.verdict;
   run.ended = !recording.stopped;
   run.us = tick_us(model.scene, recording);
   return run;
@@ -234,7 +234,7 @@ std::string in_words(const PathDeviation& error) {
 }
 
 std::string in_words(const PartEffect& effect) {
-  if (!effect.alike) return fmt::format("{}: {}", name(effect.verdict.outcome), effect.verdict.reason);
+  if (!effect.alike) return in_words(effect.verdict);
   return fmt::format("off by {} rms; {} um, {} deg at the end", in_words(effect.error),
                      brief(1e6 * effect.error.position_final_m), brief(kRadian_deg * effect.error.rotation_final_rad));
 }
@@ -242,8 +242,8 @@ std::string in_words(const PartEffect& effect) {
 Model as_needed(Model model) {
   if (!model.scene.only_needed) return model;
   const PathRun full = run_path(model);
-  if (!full.ended) {
-    model.scene.left_out = {"nothing left out, for the scene fails: " + full.verdict.reason};
+  if (fails(model.scene, full.verdict.outcome)) {
+    model.scene.left_out = {"nothing left out, for the scene fails: " + in_words(full.verdict)};
     return model;
   }
   NeededParts needed = needed_parts(model, full);

@@ -26,7 +26,7 @@ Recording run_monolithic(const Model& model, State& state, const Progress& progr
       const Snapshot snapshot = state;
       control = control_tick(model, snapshot, controller, frame);
       if (dump != nullptr) dump->add_control(model, controller, control, snapshot.X_WO.translation());
-      recorder.check_grasp(static_cast<double>(tick) * model.scene.step_s, control, snapshot.X_WO.translation());
+      recorder.add(static_cast<double>(tick) * model.scene.step_s, control, controller.f_muscle);
       // Without a first solution there are no forces to go on with.
       if (tick == 0 && recorder.has_unsolved()) break;
     }

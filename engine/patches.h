@@ -34,7 +34,7 @@ struct PatchReport {
   /// Cutkosky 1996]:
   ///     1 - sqrt((|F_t| / (mu F_n))^2 + (M_n / M_max)^2)
   /// F the resultant, r_i from the pressure centre. 1: no load on friction; 0: the patch slides as a whole. Between a pure
-  /// pull and a pure torsion a Hertz patch carries up to 6 % more than the ellipsoid says. NaN without load or friction.
+  /// pull and a pure torsion a Hertz patch carries up to 6 % less than the ellipsoid says. NaN without load or friction.
   double margin = std::numeric_limits<double>::quiet_NaN();
 };
 

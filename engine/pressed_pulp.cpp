@@ -49,4 +49,10 @@ double hertz_depth_m(const Pulp& pulp, double force_N) {
   return std::pow(softness(pulp.material, force_N) * force_N / hertz_force_N(pulp, 1.0), 2.0 / 3.0);
 }
 
+double hertz_radius_m(const Pulp& pulp, double force_N, const std::optional<PulpMaterial>& object) {
+  double compliance_per_Pa = softness(pulp.material, force_N) / pulp.material.reduced_modulus_Pa;
+  if (object) compliance_per_Pa += 1.0 / object->reduced_modulus_Pa;
+  return std::cbrt(0.75 * force_N * pulp.radius_m * compliance_per_Pa);
+}
+
 }  // namespace thenar

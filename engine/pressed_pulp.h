@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "engine/pulp.h"
@@ -23,5 +24,8 @@ struct PressedPulp {
 
 /// Its inverse, under the load itself: with E* (1 + beta F).
 [[nodiscard]] double hertz_depth_m(const Pulp& pulp, double force_N);
+
+/// Hertz's contact radius under a load, on a flat object: rigid, or as soft as this.
+[[nodiscard]] double hertz_radius_m(const Pulp& pulp, double force_N, const std::optional<PulpMaterial>& object = {});
 
 }  // namespace thenar

@@ -19,8 +19,6 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kFinalWindow_s = 0.3;
-constexpr double kLoadedFrom_s = 0.1;   // Every finger must carry load from here on.
-constexpr double kNotConverged = 1e-2;  // A residual above this is no solution.
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 
 using Values = std::vector<double>;
@@ -30,20 +28,6 @@ template <typename T>
 void take_memory(std::vector<T>& items, double count) {
   items.resize(static_cast<std::size_t>(std::ceil(count)) + 1);
   items.clear();
-}
-
-/// What the monitor looks at, of the motion after a contact tick.
-TickRecord record_of(const Model& model, const ContactSample& sample) {
-  TickRecord record;
-  record.time_s = static_cast<double>(sample.after.tick) * model.scene.step_s;
-  const Eigen::Isometry3d X_WT = sample.after.X_WT.value_or(model.target(record.time_s));
-  const Vector6d error = pose_error(X_WT, sample.after.X_WO);
-  record.target_m = error.head<3>();  // The monitor needs the difference to the position alone: it is counted from 0.
-  record.position_m.setZero();
-  record.rotation_error_rad = error.tail<3>().norm();
-  for (int k = 0; k < kFingers; ++k) record.force[k].normal_N = sample.after.load[k].normal_N;
-  record.contact = sample.step.tick;
-  return record;
 }
 
 double force_step_N(const Snapshot& before, const Snapshot& after) {
@@ -60,17 +44,20 @@ std::int32_t narrow(std::int64_t value) {
 
 }  // namespace
 
-LoopProfile::LoopProfile(const Model& model) : model_(model), monitor_(model.scene.hand) {
+LoopProfile::LoopProfile(const Model& model) : model_(model), monitor_(model), warnings_(model) {
   take_memory(contact_, model.scene.duration_s / model.scene.step_s);
   take_memory(control_, model.scene.duration_s / model.scene.control_period_s);
 }
 
+void LoopProfile::begin(const ControlReport& first, const Eigen::VectorXd& muscle_forces_N) {
+  monitor_.add(0.0, first, muscle_forces_N);
+}
+
 void LoopProfile::add(const ContactSample& sample) {
   const TickReport& tick = sample.step.tick;
-  TickRecord record = record_of(model_, sample);
-  auto loss = monitor_.update(model_.scene.step_s, record);
-  // Without control nobody minds the object.
-  if (loss && !loss_ && model_.scene.control) loss_ = std::move(loss);
+  TickRecord record = tick_record(model_, sample.after, tick, ControlReport{});
+  sums_.add(record);
+  monitor_.add(record);
 
   ContactTrace trace;
   trace.deadline_ns = sample.deadline_ns;
@@ -86,17 +73,18 @@ void LoopProfile::add(const ContactSample& sample) {
   trace.residual = static_cast<float>(tick.solve.residual);
   const bool follows = !contact_.empty() && last_.tick + 1 == sample.after.tick;
   trace.force_step_N = static_cast<float>(follows ? force_step_N(last_, sample.after) : kNaN);
-  trace.position_error_m = static_cast<float>(record.target_m.norm());
+  trace.position_error_m = static_cast<float>((record.position_m - record.target_m).norm());
   trace.rotation_error_rad = static_cast<float>(record.rotation_error_rad);
   for (int k = 0; k < kFingers; ++k) trace.force_N[k] = static_cast<float>(sample.after.load[k].force_N.norm());
   trace.handed_over = tick.handed_over;
   trace.held = tick.held;
   trace.caught_up = sample.caught_up;
   trace.finite = tick.solve.status != SolveStatus::kNotFinite;
-  trace.loaded = std::all_of(record.force.begin(), record.force.end(), [](const auto& f) { return f.normal_N > 0.0; });
   contact_.push_back(trace);
 
   ledger_.add(tick.ledger);
+  penetration_m_ = std::max(penetration_m_, tick.penetration_m);
+  warnings_.add(record);
   last_ = sample.after;
 }
 
@@ -117,6 +105,8 @@ void LoopProfile::add(const ControlSample& sample) {
   trace.muscles_found = control.muscle == MuscleStatus::kOptimal;
   control_.push_back(trace);
   control_slipped_ += sample.slipped;
+  const double time_s = static_cast<double>(sample.step.snapshot_tick) * model_.scene.step_s;
+  monitor_.add(time_s, control, sample.muscle_forces_N);
 }
 
 namespace {
@@ -252,18 +242,6 @@ ordered_json hold(const LoopProfile& profile) {
   return {{"transitions", transitions}, {"ticks", count(profile.contact(), [](const auto& t) { return t.held; })}};
 }
 
-/// Never lost, and every finger loaded once the grip is there. Null if the run ended before, or if nobody knows for lack
-/// of a tick's record.
-ordered_json held(const Model& model, const LoopProfile& profile, const ThreadsReport& report) {
-  const auto from = ends_from(model, kLoadedFrom_s);
-  if (profile.loss()) return false;
-  if (profile.contact().empty() || !from(profile.contact().back())) return nullptr;
-  const bool loaded = std::all_of(profile.contact().begin(), profile.contact().end(),
-                                  [&](const ContactTrace& t) { return !from(t) || t.loaded; });
-  if (loaded && report.lost_samples > 0) return nullptr;
-  return loaded;
-}
-
 ordered_json object(const Model& model, const LoopProfile& profile, const ThreadsReport& report) {
   const auto& ticks = profile.contact();
   const double end_s = ticks.empty() ? 0.0 : static_cast<double>(ticks.back().tick) * model.scene.step_s;
@@ -271,13 +249,11 @@ ordered_json object(const Model& model, const LoopProfile& profile, const Thread
   const auto measured = ends_from(model, kMeasuredFrom_s);
   const auto mm = [](const ContactTrace& t) { return 1e3 * static_cast<double>(t.position_error_m); };
   const auto deg = [](const ContactTrace& t) { return kDegrees * static_cast<double>(t.rotation_error_rad); };
-  ordered_json json{{"held", held(model, profile, report)},
-                    {"lost_at_s", nullptr},
-                    {"final_error_mm", finite(mean(collect(ticks, mm, last)))},
-                    {"max_error_mm", finite(percentiles(collect(ticks, mm, measured)).max)},
-                    {"final_rotation_deg", finite(mean(collect(ticks, deg, last)))},
-                    {"max_rotation_deg", finite(percentiles(collect(ticks, deg, measured)).max)}};
-  if (profile.loss()) json["lost_at_s"] = profile.loss()->time_s;
+  ordered_json json = verdict_json(profile.verdict(report));
+  json.update({{"final_error_mm", finite(mean(collect(ticks, mm, last)))},
+               {"max_error_mm", finite(percentiles(collect(ticks, mm, measured)).max)},
+               {"final_rotation_deg", finite(mean(collect(ticks, deg, last)))},
+               {"max_rotation_deg", finite(percentiles(collect(ticks, deg, measured)).max)}});
   return json;
 }
 
@@ -308,6 +284,12 @@ ordered_json scheduling(const ThreadsReport& report) {
 
 }  // namespace
 
+Verdict LoopProfile::verdict(const ThreadsReport& report) const {
+  GraspMonitor monitor = monitor_;
+  if (const auto what = lost_records(report)) monitor.miss(*what);
+  return monitor.verdict();
+}
+
 ordered_json profile_json(const Model& model, const LoopProfile& profile, const ThreadsReport& report) {
   const auto& ticks = profile.contact();
   const Values residual = residuals(profile);
@@ -330,6 +312,8 @@ ordered_json profile_json(const Model& model, const LoopProfile& profile, const 
           {"not_finite", count(ticks, [](const ContactTrace& t) { return !t.finite; })},
           {"sweeps", {{"p50", finite(sweeps.p50)}, {"p99", finite(sweeps.p99)}}},
           {"contacts", {{"p50", finite(contacts.p50)}, {"max", finite(contacts.max)}}},
+          {"max_penetration_um", 1e6 * profile.penetration_m()},
+          {"warnings", profile.warnings()},
           {"handover", handover(model, profile)},
           {"ledger", ledger},
           {"hold", hold(profile)},
@@ -344,28 +328,6 @@ std::optional<std::string> lost_records(const ThreadsReport& report) {
   if (report.lost_samples + report.lost_control_samples == 0) return std::nullopt;
   return fmt::format("the records of {} contact and {} control ticks were lost: nobody saw what they did",
                      report.lost_samples, report.lost_control_samples);
-}
-
-std::optional<std::string> failure(const LoopProfile& profile, const ThreadsReport& report) {
-  if (report.first_control.grasp != GraspStatus::kOptimal) {
-    return "no grasp forces were found at 0.000 s: `thenar run` says what is missing";
-  }
-  if (profile.loss()) {
-    return fmt::format("the object was lost at {:.3f} s: {}", profile.loss()->time_s, profile.loss()->reason);
-  }
-  if (const auto n = count(profile.control(), [](const ControlTrace& t) { return !t.grasp_found; }); n > 0) {
-    return fmt::format("no grasp forces were found in {} control ticks", n);
-  }
-  if (const auto n = count(profile.control(), [](const ControlTrace& t) { return !t.muscles_found; }); n > 0) {
-    return fmt::format("no muscle forces were found in {} control ticks", n);
-  }
-  if (const auto n = count(profile.contact(), [](const ContactTrace& t) { return !t.finite; }); n > 0) {
-    return fmt::format("the contact problem was not finite in {} ticks", n);
-  }
-  const double residual = percentiles(residuals(profile)).p99;
-  if (residual > kNotConverged)
-    return fmt::format("the contact solver did not converge: p99 residual {:.1e}", residual);
-  return lost_records(report);
 }
 
 }  // namespace thenar

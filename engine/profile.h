@@ -9,8 +9,10 @@
 
 #include "engine/grasp_monitor.h"
 #include "engine/model.h"
+#include "engine/recorder.h"
 #include "engine/recording.h"
 #include "engine/threads.h"
+#include "engine/warnings.h"
 
 namespace thenar {
 
@@ -26,7 +28,7 @@ struct ContactTrace {
   float force_step_N = 0.0F;  ///< max over the fingers of |F_k(t) - F_k(t - 1)|; NaN if the tick before is unknown.
   float position_error_m = 0.0F, rotation_error_rad = 0.0F;
   std::array<float, kFingers> force_N{};  ///< |F_k|.
-  bool handed_over = false, held = false, caught_up = false, finite = true, loaded = false;
+  bool handed_over = false, held = false, caught_up = false, finite = true;
 
   [[nodiscard]] double jitter_us() const { return 1e-3 * static_cast<double>(start_ns - deadline_ns); }
   [[nodiscard]] double compute_us() const { return 1e-3 * static_cast<double>(end_ns - start_ns); }
@@ -50,6 +52,8 @@ class LoopProfile {
  public:
   explicit LoopProfile(const Model& model);
 
+  /// The control tick of frame 0: run_threads gives it to on_first_control.
+  void begin(const ControlReport& first, const Eigen::VectorXd& muscle_forces_N);
   void add(const ContactSample& sample);
   void add(const ControlSample& sample);
 
@@ -57,17 +61,22 @@ class LoopProfile {
   [[nodiscard]] const std::vector<ControlTrace>& control() const { return control_; }
   [[nodiscard]] const Ledger& ledger() const { return ledger_; }
   [[nodiscard]] std::int64_t control_slipped() const { return control_slipped_; }
-  [[nodiscard]] const std::optional<Loss>& loss() const { return loss_; }
+  [[nodiscard]] double penetration_m() const { return penetration_m_; }
+  [[nodiscard]] std::vector<std::string> warnings() const { return warnings_.sentences(); }
+  /// Of the ticks so far; with records lost, what is known of them.
+  [[nodiscard]] Verdict verdict(const ThreadsReport& report) const;
 
  private:
   const Model& model_;
+  RunSums sums_;
   GraspMonitor monitor_;
   std::vector<ContactTrace> contact_;
   std::vector<ControlTrace> control_;
   Snapshot last_;  ///< After the contact tick before.
   Ledger ledger_;
+  double penetration_m_ = 0.0;  ///< The deepest.
+  Warnings warnings_;
   std::int64_t control_slipped_ = 0;
-  std::optional<Loss> loss_;
 };
 
 /// The latency profile, as profile.json has it: units in the keys, null where there was nothing to measure. Percentiles
@@ -83,18 +92,13 @@ class LoopProfile {
 /// handover      Force step of a tick: max over the fingers of |F_k(t) - F_k(t - 1)|. kick_N_max and kick_N_p99 at the
 ///               hand-overs, tick_N_p99 at all other ticks, all from 0.3 s on.
 /// hold          Ticks that held an old frame's drive, and the times that this began or ended.
-/// object        As in summary.json: mean error over the last 0.3 s, the largest from 0.3 s on. A lost object is
-///               reported and the run goes on. `held` is null if it may have been lost in a tick whose record was.
+/// object        As in summary.json: the verdict; mean error over the last 0.3 s, the largest from 0.3 s on. A lost object
+///               is reported and the run goes on.
 /// floor         Null: what the machine can do at best is measured elsewhere.
 [[nodiscard]] nlohmann::ordered_json profile_json(const Model& model, const LoopProfile& profile,
                                                   const ThreadsReport& report);
 
 /// That records were lost, in a sentence; nothing if none was.
 [[nodiscard]] std::optional<std::string> lost_records(const ThreadsReport& report);
-
-/// Why the simulation under the profile failed, in a sentence: no grasp forces exist at the start, the object was lost,
-/// forces were not finite, a force problem found no answer, the contact solver did not converge, or records were lost, so that
-/// nobody knows. Nothing if it did not fail.
-[[nodiscard]] std::optional<std::string> failure(const LoopProfile& profile, const ThreadsReport& report);
 
 }  // namespace thenar

@@ -28,8 +28,10 @@ Vector3d direction(const Vector3d& n, int k) {
   return z * n + std::sqrt(1.0 - z * z) * (std::cos(angle) * e1 + std::sin(angle) * e2);
 }
 
-LevelEstimate estimate(const Scene& scene, const std::vector<Pulp>& pulps, int level) {
-  LevelEstimate result{level, pulps.front().controls(), 0.0, 0.0};
+}  // namespace
+
+LevelEstimate estimate_level(const Scene& scene, const std::vector<Pulp>& pulps, int level) {
+  LevelEstimate result{.level = level, .controls = pulps.front().controls()};
   const double share = 1.0 / (kDirections * static_cast<double>(pulps.size()));
   for (std::size_t finger = 0; finger < pulps.size(); ++finger) {
     const Pulp& pulp = pulps[finger];
@@ -42,15 +44,21 @@ LevelEstimate estimate(const Scene& scene, const std::vector<Pulp>& pulps, int l
         const PressedPulp pressed = press(pulp, n, depth_m, scene.contact.band_m, scene.contact.max_per_finger);
         const double error = pressed.force_N.sum() / hertz_force_N(pulp, depth_m) - 1.0;
         result.force_error += share / kDepths.size() * error * error;
-        if (depth == kDepths.back()) result.contacts += share * static_cast<double>(pressed.controls.size());
+        if (depth != kDepths.back()) continue;
+        result.contacts += share * static_cast<double>(pressed.controls.size());
+        Index loaded = (pressed.force_N.array() > 0.0).count();
+        if (loaded == scene.contact.max_per_finger) {
+          const PressedPulp whole = press(pulp, n, depth_m, scene.contact.band_m, pulp.controls());
+          loaded = (whole.force_N.array() > 0.0).count();
+          result.missing = std::max(result.missing, 1.0 - pressed.force_N.sum() / whole.force_N.sum());
+        }
+        result.needed = std::max(result.needed, loaded);
       }
     }
   }
   result.force_error = std::sqrt(result.force_error);
   return result;
 }
-
-}  // namespace
 
 std::vector<Pulp> make_pulps(const Scene& scene) {
   std::vector<Pulp> pulps;
@@ -77,7 +85,7 @@ std::vector<LevelEstimate> estimate_levels(const Scene& scene, std::vector<Pulp>
     for (Pulp& pulp : pulps) {
       if (level > 0) set_level(pulp, level);
     }
-    levels.push_back(estimate(scene, pulps, level));
+    levels.push_back(estimate_level(scene, pulps, level));
   }
   return levels;
 }

@@ -38,11 +38,12 @@ RealtimeRun run_realtime(const Model& model, State& state, ThreadSettings settin
   };
   Pairing pairing(record, [&](const ContactSample& sample, const ControlSample& control) {
     const double start_s = static_cast<double>(sample.after.tick - 1) * model.scene.step_s;
-    recorder.check_grasp(start_s, control.step.control, sample.after.X_WO.translation());
+    recorder.add(start_s, control.step.control, control.muscle_forces_N);
   });
   std::int64_t first_ns = 0;
   settings.on_first_control = [&](const ControlReport& control, const Eigen::VectorXd& muscle_forces_N) {
-    recorder.check_grasp(0.0, control, state.X_WO.translation());
+    profile.begin(control, muscle_forces_N);
+    recorder.add(0.0, control, muscle_forces_N);
     ControlSample first;
     first.step.control = control;
     first.muscle_forces_N = muscle_forces_N;
@@ -63,6 +64,7 @@ RealtimeRun run_realtime(const Model& model, State& state, ThreadSettings settin
   RealtimeRun run;
   run.report = run_threads(model, state, settings);
   pairing.finish();
+  if (const auto what = lost_records(run.report)) recorder.miss(*what);
   run.recording = recorder.finish(state, pairing.in_use().step.control, run.report.wall_s);
   // Ticks that slipped do not make it one that stopped.
   run.recording.stopped = lost || run.report.first_control.grasp != GraspStatus::kOptimal;

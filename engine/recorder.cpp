@@ -57,6 +57,7 @@ TickRecord tick_record(const Model& model, const Snapshot& after, const TickRepo
     record.creep_m_per_s[k] = contact.patch[k].creep_m_per_s;
   }
   record.time_s = static_cast<double>(after.tick) * model.scene.step_s;
+  record.q_rad = after.q;
   record_motion(model, after, record);
   record_forces(model, after, control, record);
   return record;
@@ -81,31 +82,26 @@ void RunSums::add(TickRecord& tick) {
 Recorder::Recorder(const Model& model)
     : model_(model),
       planned_(static_cast<std::int64_t>(std::ceil(model.scene.duration_s / model.scene.step_s - 1e-9))),
-      monitor_(model.scene.hand) {
+      monitor_(model) {
   recording_.ticks.reserve(planned_);
   const auto muscles = std::ssize(model.scene.hand.muscles);
   recording_.muscle_forces_N.resize(model.scene.has_muscles() ? muscles : 0, planned_);
 }
 
-void Recorder::check_grasp(double time_s, const ControlReport& control, const Vector3d& centre_m) {
-  if (control.grasp == GraspStatus::kOptimal || recording_.unsolved) return;
-  recording_.unsolved = UnsolvedGrasp{time_s, control, centre_m};
-}
-
 bool Recorder::add(TickRecord& record, const Eigen::VectorXd& muscle_forces_N) {
   if (model_.scene.has_muscles()) recording_.muscle_forces_N.col(std::ssize(recording_.ticks)) = muscle_forces_N;
   sums_.add(record);
-  const auto loss = monitor_.update(model_.scene.step_s, record);
-  // Without control nobody minds the object.
-  if (model_.scene.control) recording_.loss = loss;
+  monitor_.add(record);
   recording_.ticks.push_back(record);
-  return !recording_.loss;
+  return !(monitor_.lost() && model_.scene.control);
 }
 
 Recording Recorder::finish(const Snapshot& state, const ControlReport& control, double wall_s) {
   const auto ticks = std::ssize(recording_.ticks);
   recording_.stopped = ticks < planned_;
   recording_.wall_s = wall_s;
+  recording_.verdict = monitor_.verdict();
+  recording_.unsolved = monitor_.unsolved();
   recording_.muscle_forces_N.conservativeResize(Eigen::NoChange, ticks);
   if (model_.scene.control && ticks > 0) {
     HandPose pose;

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <string>
 
 #include "engine/contact_tick.h"
 #include "engine/control_tick.h"
@@ -36,15 +37,20 @@ class Recorder {
  public:
   explicit Recorder(const Model& model);
 
-  /// Notes a grasp-force problem without a solution, if it is one and the first.
-  void check_grasp(double time_s, const ControlReport& control, const Eigen::Vector3d& centre_m);
-  /// Takes the next tick, and writes the sums so far into it; `muscle_forces_N` is not read in a scene without muscles. False if the object is lost.
+  /// Takes a control tick on a snapshot at `time_s`; `muscle_forces_N` are not read in a scene without muscles.
+  void add(double time_s, const ControlReport& control, const Eigen::VectorXd& muscle_forces_N) {
+    monitor_.add(time_s, control, muscle_forces_N);
+  }
+  /// Takes the next tick, and writes the sums so far into it; `muscle_forces_N` is not read in a scene without muscles.
+  /// False if the run is to end: a controller has lost its object.
   bool add(TickRecord& record, const Eigen::VectorXd& muscle_forces_N);
-  /// Ends the run as the state and the last control tick left it.
+  /// Records were lost, as `what` says.
+  void miss(const std::string& what) { monitor_.miss(what); }
+  /// Ends and judges the run as the state and the last control tick left it.
   [[nodiscard]] Recording finish(const Snapshot& state, const ControlReport& control, double wall_s);
   /// Ticks of the whole scene.
   [[nodiscard]] std::int64_t planned() const { return planned_; }
-  [[nodiscard]] bool has_unsolved() const { return recording_.unsolved.has_value(); }
+  [[nodiscard]] bool has_unsolved() const { return monitor_.unsolved().has_value(); }
 
  private:
   const Model& model_;

@@ -8,13 +8,9 @@
 
 #include "engine/contact_tick.h"
 #include "engine/control_tick.h"
+#include "engine/verdict.h"
 
 namespace thenar {
-
-/// From here on a run is measured: the grip has built up.
-inline constexpr double kMeasuredFrom_s = 0.3;
-/// From here on every finger must carry load.
-inline constexpr double kLoadedFrom_s = 0.1;
 
 /// Normal and tangential part of a finger's force [N].
 struct NormalTangential {
@@ -27,6 +23,7 @@ struct TickRecord {
   bool controlled = false;               ///< A control tick ran before it.
   Eigen::Vector3d position_m, target_m;  ///< Displacement from the start, object axes at the start.
   double rotation_error_rad = 0.0;       ///< Angle between the object and its target.
+  JointVector q_rad = JointVector::Zero();
   std::array<NormalTangential, kFingers> force, force_desired;
   std::array<Eigen::Vector3d, kFingers> desired_N;  ///< f^d, world axes; zero without control.
   std::array<double, kFingers> force_error_N{};     ///< |f^d - f|.
@@ -52,20 +49,6 @@ struct TickRecord {
   }
 };
 
-enum class LossCause {
-  kSlipped,    ///< A finger slid: too far, or before what ended the run.
-  kUnloaded,   ///< Fewer than two fingers carried load.
-  kOffTarget,  ///< The object left its target, or turned away from it, and no finger had slid.
-};
-
-/// How a run lost its object.
-struct Loss {
-  double time_s = 0.0;
-  double since_s = 0.0;  ///< When it began: the first finger's slip that was noticed, or the loss itself.
-  LossCause cause = LossCause::kOffTarget;
-  std::string reason;
-};
-
 /// A grasp-force problem without a solution, as it stood.
 struct UnsolvedGrasp {
   double time_s = 0.0;
@@ -77,7 +60,7 @@ struct UnsolvedGrasp {
 struct Recording {
   std::vector<TickRecord> ticks;
   Eigen::MatrixXd muscle_forces_N;  ///< Muscles x ticks; no rows without muscles.
-  std::optional<Loss> loss;
+  Verdict verdict;
   std::optional<UnsolvedGrasp> unsolved;            ///< The first one.
   bool stopped = false;                             ///< The run ended before its time.
   std::optional<double> predicted_paper_law_error;  ///< Of the last state; nothing without control.

@@ -147,7 +147,8 @@ void RecordingFile::add(double time_s, const std::string& state_message) {
 void RecordingFile::add_status(double time_s, const ordered_json& status) { file_.add(kStatus, time_s, status.dump()); }
 
 void RecordingFile::finish(const Recording& run) {
-  if (run.loss) add_status(run.loss->time_s, {{"type", "status"}, {"lost", run.loss->reason}});
+  const double end_s = run.ticks.empty() ? 0.0 : run.ticks.back().time_s;
+  add_status(end_s, {{"type", "status"}, {"outcome", name(run.verdict.outcome)}, {"reason", run.verdict.reason}});
   finish();
 }
 

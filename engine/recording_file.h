@@ -38,7 +38,7 @@ class RecordingFile {
   /// The scene and its points once more: they have changed.
   void add_scene(const Model& model, double time_s);
   void add_status(double time_s, const nlohmann::ordered_json& status);
-  /// Ends the file, and says why the object was lost, if it was.
+  /// Ends the file, and says what became of the grasp.
   void finish(const Recording& run);
   void finish() { file_.finish(); }
 

@@ -251,6 +251,7 @@ ControlSettings read_control(const ConfigMap& map) {
       read_gains(map.map("position"), Dimension::kStiffness, Dimension::kIntegralGain, Dimension::kDamping);
   control.rotation = read_gains(map.map("rotation"), Dimension::kRotationalStiffness,
                                 Dimension::kRotationalIntegralGain, Dimension::kRotationalDamping);
+  if (map.has("posture")) control.posture_Nm_per_rad = map.positive("posture", Dimension::kRotationalStiffness);
   control.muscles = map.flag("muscles");
   return control;
 }

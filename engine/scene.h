@@ -93,7 +93,8 @@ struct ControlSettings {
   FrictionCone cone = FrictionCone::kExact;  ///< Their shape.
   double internal_force_N = 0.0;             ///< lambda of eq. (13).
   PidGains position, rotation;
-  bool muscles = false;  ///< Muscle forces drive the joints; otherwise the torques act as they are.
+  std::optional<double> posture_Nm_per_rad;  ///< Spring to the start posture, where fingertips leave joints free.
+  bool muscles = false;                      ///< Muscle forces drive the joints; otherwise the torques act as they are.
 };
 
 /// A minimum-jerk move of the target: by a distance or an angle along or about `axis` (unit, object axes at the start).

@@ -36,6 +36,7 @@ std::string header(const Model& model, const Recording& recording) {
       row.add(tip.finger + "_" + what);
     }
   }
+  for (const Joint& joint : model.scene.hand.joints) row.add(joint.name + "_rad");
   for (const char* what : {"contacts", "active", "sweeps", "residual", "penetration_um"}) row.add(what);
   for (Eigen::Index m = 0; m < recording.muscle_forces_N.rows(); ++m) row.add(model.scene.hand.muscles[m].name + "_N");
   return row.finish();
@@ -60,6 +61,7 @@ std::string signals_csv(const Model& model, const Recording& recording) {
         row.add(v);
       }
     }
+    for (const double q : tick.q_rad) row.add(q);
     for (const Eigen::Index count : {tick.contact.contacts, tick.contact.active}) row.add(std::to_string(count));
     row.add(std::to_string(tick.contact.solve.sweeps));
     row.add(tick.contact.solve.residual);

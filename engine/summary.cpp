@@ -10,7 +10,7 @@
 #include "engine/build_info.h"
 #include "engine/percentiles.h"
 #include "engine/source_id.h"
-#include "solvers/grasp_deficit.h"
+#include "engine/warnings.h"
 #include "solvers/grasp_forces.h"
 
 namespace thenar {
@@ -21,8 +21,6 @@ using nlohmann::ordered_json;
 namespace {
 
 constexpr double kFinalWindow_s = 0.3;
-constexpr double kNotConverged = 1e-2;  // A p99 residual above this is no solution.
-constexpr double kAnyFriction = 0.01;   // A grasp that so little friction would close is closed by any.
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 
 using Values = std::vector<double>;
@@ -77,18 +75,6 @@ ordered_json object_measures(const Model& model, const Recording& recording) {
           {"final_rotation_deg", kDegrees * mean(collect(recording, final_s, angle))}};
 }
 
-bool all_loaded(const TickRecord& tick) {
-  return std::all_of(tick.force.begin(), tick.force.end(), [](const auto& f) { return f.normal_N > 0.0; });
-}
-
-/// Never lost, and every finger loaded once the grip is there. Null if the run ended before.
-ordered_json held(const Recording& recording) {
-  if (recording.stopped || recording.loss || recording.ticks.empty()) return false;
-  if (!recording.ticks.back().is_from(kLoadedFrom_s)) return nullptr;
-  return std::all_of(recording.ticks.begin(), recording.ticks.end(),
-                     [](const TickRecord& tick) { return !tick.is_from(kLoadedFrom_s) || all_loaded(tick); });
-}
-
 using OfFingers = std::array<double, kFingers>;
 
 /// What the patches did since their first contact, and what of it at the start, while the grip builds up.
@@ -134,8 +120,7 @@ double relative_force_error(const TickRecord& tick) {
 }
 
 ordered_json grasp_measures(const Model& model, const Recording& recording) {
-  ordered_json grasp{{"held", held(recording)}, {"lost_at_s", nullptr}};
-  if (recording.loss) grasp["lost_at_s"] = recording.loss->time_s;
+  ordered_json grasp = verdict_json(recording.verdict);
   grasp.update(patch_measures(recording));
   for (const char* key : {"force_error_end", "force_error_rms_N", "predicted_paper_law_error"}) grasp[key] = nullptr;
   if (!model.scene.control) return grasp;
@@ -187,9 +172,7 @@ ordered_json frame_measures(const Recording& recording) {
     transitions += tick.contact.held != held ? 1 : 0;
     held = tick.contact.held;
   }
-  return {{"handovers", handovers},
-          {"held_ticks", held_ticks},
-          {"hold_transitions", transitions}};
+  return {{"handovers", handovers}, {"held_ticks", held_ticks}, {"hold_transitions", transitions}};
 }
 
 ordered_json lcp_measures(const Recording& recording) {
@@ -207,6 +190,19 @@ ordered_json lcp_measures(const Recording& recording) {
              return t.grasp == GraspStatus::kBudgetSpent || t.muscle == MuscleStatus::kBudgetSpent;
            })},
           {"muscle_residual_max", largest(residuals_Nm)}};
+}
+
+/// How far the joints kept from their limits; negative: that far beyond one.
+ordered_json joint_measures(const Model& model, const Recording& recording) {
+  const Values margins = collect(recording, 0.0, [&](const TickRecord& tick) {
+    Values of_joints;
+    for (int i = 0; i < kJoints; ++i) {
+      const Joint& joint = model.scene.hand.joints[i];
+      of_joints.push_back(std::min(tick.q_rad[i] - joint.lower_rad, joint.upper_rad - tick.q_rad[i]));
+    }
+    return smallest(of_joints);
+  });
+  return {{"least_margin_rad", smallest(margins)}};
 }
 
 ordered_json muscle_measures(const Model& model, const Recording& recording) {
@@ -240,34 +236,24 @@ ordered_json stage_measures(const Recording& recording) {
   return stages;
 }
 
-/// Names the cones that are too narrow and the tangential force that they lack, and what friction would do.
-std::string explain(const Scene& scene, const UnsolvedGrasp& unsolved) {
-  const GraspProblem problem = grasp_problem(scene, unsolved.control, unsolved.centre_m);
-  const GraspDeficit deficit = explain_infeasible_grasp(problem);
-  const bool infeasible = unsolved.control.grasp == GraspStatus::kInfeasible;
-  std::string message = fmt::format(
-      "{} at {:.3f} s: ", infeasible ? "no grasp forces exist" : "no grasp forces were found", unsolved.time_s);
-  for (int k = 0; k < kFingers; ++k) {
-    message +=
-        fmt::format("{}the {}'s friction cone (mu_c = {:.3g}) lacks {:.3f} N of tangential force", k > 0 ? ", " : "",
-                    scene.hand.fingertips[k].finger, problem.friction, deficit.missing_N.col(k).tail<2>().norm());
-  }
-  if (deficit.least_friction <= kAnyFriction) return message + "; any mu_c > 0 with enough squeeze would do";
-  if (std::isfinite(deficit.least_friction)) {
-    return message + fmt::format("; control.grasp.friction of at least {:.3f} would do", deficit.least_friction);
-  }
-  return message + "; no friction would do: the fingers do not oppose each other";
-}
-
-/// What the muscle-force or the contact solver left undone in a tick; nothing: it was solved.
-std::string unsolved_in(const TickRecord& tick) {
-  if (tick.contact.solve.status == SolveStatus::kNotFinite) return "the contact problem was not finite";
-  if (tick.muscle == MuscleStatus::kInfeasible) return "no muscle forces give the torques wanted";
-  if (tick.muscle == MuscleStatus::kBudgetSpent) return "no muscle forces were found";
-  return "";
-}
-
 }  // namespace
+
+ordered_json verdict_json(const Verdict& verdict) {
+  ordered_json beyond = ordered_json::array();
+  for (const Excess& excess : verdict.beyond) {
+    beyond.push_back({{"name", excess.name},
+                      {"unit", excess.muscle ? "N" : "rad"},
+                      {"limit", excess.limit},
+                      {"value", excess.value},
+                      {"at_s", excess.at_s},
+                      {"first_s", excess.first_s}});
+  }
+  return {{"outcome", name(verdict.outcome)},
+          {"reason", verdict.reason},
+          {"held", verdict.outcome == Outcome::kHeld},
+          {"lost_at_s", verdict.lost_s ? ordered_json(*verdict.lost_s) : ordered_json(nullptr)},
+          {"beyond", beyond}};
+}
 
 ordered_json build_settings() {
   return {{"type", build_info::kType},
@@ -309,39 +295,17 @@ ordered_json summarize(const Model& model, const Recording& recording) {
           {"simulated_s", simulated_s},
           {"settings", settings},
           {"parts", model.scene.left_out},
+          {"warnings", warnings(model, recording)},
           {"object", object_measures(model, recording)},
           {"grasp", grasp_measures(model, recording)},
           {"contacts", contact_measures(recording)},
           {"frames", frame_measures(recording)},
           {"ledger", ledger_json(recording.ticks.empty() ? Ledger{} : recording.ticks.back().ledger)},
           {"lcp", lcp_measures(recording)},
+          {"joints", joint_measures(model, recording)},
           {"muscles", muscle_measures(model, recording)},
           {"stages", stage_measures(recording)},
           {"real_time_factor", simulated_s / recording.wall_s}};
-}
-
-std::optional<SolveFailure> solve_failure(const Model& model, const Recording& recording) {
-  if (recording.unsolved)
-    return SolveFailure{recording.unsolved->time_s, false, explain(model.scene, *recording.unsolved)};
-  for (const TickRecord& tick : recording.ticks) {
-    const std::string what = unsolved_in(tick);
-    if (what.empty()) continue;
-    const bool contact = tick.contact.solve.status == SolveStatus::kNotFinite;
-    return SolveFailure{tick.time_s, contact, fmt::format("{} at {:.3f} s", what, tick.time_s)};
-  }
-  const double residual = residual_p99(recording);
-  if (!(residual > kNotConverged)) return std::nullopt;
-  const auto first = std::find_if(recording.ticks.begin(), recording.ticks.end(),
-                                  [](const TickRecord& tick) { return tick.contact.solve.residual > kNotConverged; });
-  return SolveFailure{first->time_s, true,
-                      fmt::format("the contact solver did not converge: p99 residual {:.1e}", residual)};
-}
-
-std::optional<std::string> failure(const Model& model, const Recording& recording) {
-  if (recording.loss)
-    return fmt::format("the object was lost at {:.3f} s: {}", recording.loss->time_s, recording.loss->reason);
-  if (const auto unsolved = solve_failure(model, recording)) return unsolved->reason;
-  return std::nullopt;
 }
 
 }  // namespace thenar

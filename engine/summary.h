@@ -17,28 +17,16 @@ namespace thenar {
 
 /// A ledger's terms, and what is missing from its balance [J].
 [[nodiscard]] nlohmann::ordered_json ledger_json(const Ledger& ledger);
+/// A verdict: {"outcome", "reason", "held", "lost_at_s", "beyond": what limits were passed, and by how much}.
+[[nodiscard]] nlohmann::ordered_json verdict_json(const Verdict& verdict);
 
 /// The measures of a run, as summary.json has them: units in the keys, null where there was nothing to measure.
 ///
 /// From 0.3 s on, when the grip has built up: position and rotation errors, least margin, largest sliding share and creep,
 /// contact counts. Over the last 0.3 s: the final errors. Slip and spin of the fingers' patches: since their first contact;
-/// `start_` is the part before 0.3 s, `max_` the worst finger's. Ledger: since the start. Parts: what `model: auto` left out or not, and why, a line each. Stage times: over the ticks that ran
+/// `start_` is the part before 0.3 s, `max_` the worst finger's. Ledger: since the start. Warnings: engine/warnings.h.
+/// Parts: what `model: auto` left out or not, and why, a line each. Stage times: over the ticks that ran
 /// the stage, null if none did.
 [[nodiscard]] nlohmann::ordered_json summarize(const Model& model, const Recording& recording);
-
-/// A problem that found no answer.
-struct SolveFailure {
-  double time_s = 0.0;   ///< Of the first one.
-  bool contact = false;  ///< It is the contact solver's, not that of grasp or muscle forces.
-  std::string reason;
-};
-
-/// The first grasp-force problem without a solution, muscle-force problem without one, or contact problem that was not
-/// finite; or that contact solves did not converge. Nothing if all was solved.
-[[nodiscard]] std::optional<SolveFailure> solve_failure(const Model& model, const Recording& recording);
-
-/// Why the simulation failed, in a sentence: no grasp forces exist, the object was lost, or a solver found no
-/// answer. Nothing if it did not fail.
-[[nodiscard]] std::optional<std::string> failure(const Model& model, const Recording& recording);
 
 }  // namespace thenar

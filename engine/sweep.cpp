@@ -34,7 +34,7 @@ constexpr int kDigits = 12;
 struct Measure {
   const char *section, *key, *prefix;
 };
-constexpr std::array<Measure, 33> kMeasures = {{{"object", "final_error_mm", ""},
+constexpr std::array<Measure, 34> kMeasures = {{{"object", "final_error_mm", ""},
                                                 {"object", "rms_error_mm", ""},
                                                 {"object", "max_off_axis_error_mm", ""},
                                                 {"object", "final_rotation_deg", ""},
@@ -63,6 +63,7 @@ constexpr std::array<Measure, 33> kMeasures = {{{"object", "final_error_mm", ""}
                                                 {"ledger", "injected_J", ""},
                                                 {"ledger", "dissipated_J", ""},
                                                 {"ledger", "unbalanced_J", ""},
+                                                {"joints", "least_margin_rad", "joints_"},
                                                 {"lcp", "grasp_infeasible", ""},
                                                 {"lcp", "muscle_infeasible", ""},
                                                 {"lcp", "unanswered", ""},
@@ -260,14 +261,14 @@ Scene first_scene(const SweepPlan& plan) {
 
 SweepRow sweep_row(const Model& model, const Recording& recording) {
   const nlohmann::ordered_json summary = summarize(model, recording);
-  SweepRow row{verdict(model, recording), nlohmann::ordered_json::object(),
+  SweepRow row{recording.verdict, nlohmann::ordered_json::object(),
                fmt::format("{}", fmt::join(model.scene.left_out, "; "))};
   for (const Measure& measure : kMeasures) {
     const nlohmann::ordered_json& value = summary.at(measure.section).at(measure.key);
     const bool nothing = value.is_number_float() && !std::isfinite(value.get<double>());
     row.measures[std::string(measure.prefix) + measure.key] = nothing ? nlohmann::ordered_json(nullptr) : value;
   }
-  const double chatter = force_chatter(recording);
+  const double chatter = recording.verdict.force_chatter;
   row.measures[kChatter] = std::isfinite(chatter) ? nlohmann::ordered_json(chatter) : nlohmann::ordered_json(nullptr);
   return row;
 }

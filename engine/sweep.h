@@ -42,10 +42,6 @@ struct SweepPlan {
 /// rows, and what is wrong with the first row if no row is a scene, as where a key is misspelt.
 [[nodiscard]] Scene first_scene(const SweepPlan& plan);
 
-/// All that may become of a row.
-inline constexpr std::array kOutcomes = {Outcome::kHeld,      Outcome::kSlipping,     Outcome::kUnstable,
-                                         Outcome::kOffTarget, Outcome::kSolverFailed, Outcome::kRefused};
-
 /// What became of one row: the same for the same scene, to the last bit, whoever runs it; so no times.
 struct SweepRow {
   Verdict verdict;

@@ -98,9 +98,12 @@ std::optional<std::pair<std::size_t, SweepRow>> read_line(const std::string& tex
   const ordered_json line = ordered_json::parse(text);
   const auto* const outcome = std::ranges::find_if(kOutcomes, [&](Outcome o) { return line.at("outcome") == name(o); });
   if (outcome == kOutcomes.end()) return std::nullopt;
-  return std::pair(line.at("row").get<std::size_t>(), SweepRow{{*outcome, line.at("reason").get<std::string>()},
-                                                               line.at("measures"),
-                                                               line.at("left_out").get<std::string>()});
+  SweepRow row;
+  row.verdict.outcome = *outcome;
+  row.verdict.reason = line.at("reason").get<std::string>();
+  row.measures = line.at("measures");
+  row.left_out = line.at("left_out").get<std::string>();
+  return std::pair(line.at("row").get<std::size_t>(), std::move(row));
 } catch (const ordered_json::exception&) {
   return std::nullopt;
 }

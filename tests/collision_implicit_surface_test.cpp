@@ -211,6 +211,23 @@ TEST(ImplicitSurface, T6T7PlatesHaveTheRightSign) {
   }
 }
 
+// From beyond the middle of a curved wall its back is nearer; the face that a sample on its outside belongs to is still as
+// far as it is, but for the samples' own sag of h^2 / 12 R.
+TEST(ImplicitSurface, FaceDistanceIsThatOfTheSampleOwnFace) {
+  constexpr double kOuter_m = 27.5e-3;
+  const ImplicitSurface mug(sample_mug({.radius_m = kOuter_m, .height_m = 70e-3, .wall_m = 3e-3, .handle = {}}, 36000));
+  for (int i = 0; i < 200; ++i) {
+    const double depth_m = 0.1e-3 + 2.8e-3 * i / 200.0, angle = 0.7 * i;
+    const Vector3d out(std::cos(angle), std::sin(angle), 0.0);
+    const Vector3d x_m = (kOuter_m - depth_m) * out + 0.1e-3 * (i - 100) * Vector3d::UnitZ();
+    const Eigen::Index sample = mug.nearest(x_m + depth_m * out, 1e-3).sample;
+    ASSERT_GE(sample, 0);
+    const SurfaceDistance face = mug.face_distance(x_m, sample);
+    EXPECT_NEAR(face.distance_m, -depth_m, 20e-6);
+    EXPECT_GT(face.normal.dot(out), 0.999);
+  }
+}
+
 TEST(ImplicitSurface, T7RimsOfThinPlatesHaveTheRightSign) {
   // All around the rim and the corners, as far as the search goes. A rim of 0.5 mm holds a single row of samples.
   for (const double thickness_mm : {1.0, 0.5}) {

@@ -70,6 +70,8 @@ TEST(Profile, WritesEveryNumberThatItPromises) {
   EXPECT_EQ(profile.at("not_finite"), 0);
   EXPECT_EQ(profile.at("object").at("held"), true);
   EXPECT_TRUE(profile.at("floor").is_null());
+  EXPECT_LT(profile.at("max_penetration_um"), 100.0);
+  EXPECT_TRUE(profile.at("warnings").empty()) << profile.at("warnings");
   for (const char* key : {"sweeps", "contacts", "hold", "wall_s", "simulated_s", "build", "settings"}) {
     EXPECT_TRUE(profile.contains(key)) << key;
   }
@@ -114,8 +116,8 @@ TEST(Profile, WarnsOfOverrunsUnlessQuiet) {
 TEST(Profile, ReportsALostObjectAtTheEnd) {
   const Outcome run = thenar_program("profile " + config("box_grasp.yaml") +
                                      " --contact-rate 1kHz --duration 0.9s --no-realtime --set contact.friction=0.1");
-  EXPECT_EQ(run.code, 6) << run.text;
-  EXPECT_NE(run.text.find("the object was lost at 0."), std::string::npos) << run.text;
+  EXPECT_EQ(run.code, 7) << run.text;
+  EXPECT_NE(run.text.find("failed: lost: at 0."), std::string::npos) << run.text;
   EXPECT_NE(run.text.find("contact: start jitter"), std::string::npos) << "the profile is told all the same";
 }
 
@@ -123,7 +125,7 @@ TEST(Profile, FailsWithoutGraspForcesAtTheStart) {
   const Outcome run =
       thenar_program("profile " + config("box_grasp.yaml") + " --no-realtime --set control.grasp.friction=0 --quiet");
   EXPECT_EQ(run.code, 6);
-  EXPECT_NE(run.text.find("no grasp forces were found at 0.000 s"), std::string::npos) << run.text;
+  EXPECT_NE(run.text.find("no grasp forces exist at 0.000 s"), std::string::npos) << run.text;
 }
 
 TEST(Profile, SaysHowToGetTheFloor) {

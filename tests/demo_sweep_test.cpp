@@ -7,7 +7,10 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
+#include <set>
 #include <string>
+#include <vector>
 
 #include "tests/program.h"
 
@@ -39,6 +42,35 @@ std::string kill_after_a_row(const fs::path& journal, const fs::path& pid) {
 auto lines(const fs::path& file) {
   const std::string text = read(file);
   return std::count(text.begin(), text.end(), '\n');
+}
+
+// `run` and `sweep` say the same of the same scene, in the same words.
+TEST(SweepProgram, JudgesAsRunDoes) {
+  const fs::path folder = scratch();
+  const std::string scene = config("box_grasp.yaml"), changes =
+                                                          " --set object.points=2000 --set contact.level=2 --set "
+                                                          "'time.duration=0.9 s'";
+  const std::vector<std::string> frictions{"0.8", "0.3", "0.2"};
+  const Outcome swept = thenar_program(
+      "sweep " + scene + changes + " --vary contact.friction=0.8,0.3,0.2 --jobs 1 --out " + (folder / "rows").string());
+  ASSERT_EQ(swept.code, 0) << swept.text;
+  const std::string rows = read(folder / "rows/rows.csv");
+  std::set<std::string> words;
+  for (const std::string& friction : frictions) {
+    const std::string out = (folder / friction).string();
+    const Outcome run =
+        thenar_program("run " + scene + changes + " --quiet --set contact.friction=" + friction + " --out " + out);
+    const auto grasp = nlohmann::json::parse(read(fs::path(out) / "summary.json")).at("grasp");
+    const std::string word = grasp.at("outcome"), reason = grasp.at("reason");
+    words.insert(word);
+    EXPECT_EQ(run.code == 0, word == "held") << run.text;
+    EXPECT_NE(rows.find("\n" + friction + "," + word + ","), std::string::npos) << word << "\n" << rows;
+    EXPECT_NE(rows.find("," + (reason.find(',') == std::string::npos ? reason : '"' + reason + '"') + ","),
+              std::string::npos)
+        << reason << "\n"
+        << rows;
+  }
+  EXPECT_EQ(words.size(), 3U) << "held, slipping, lost";
 }
 
 TEST(SweepProgram, MakesOneTableForAnyNumberOfJobs) {

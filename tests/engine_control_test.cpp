@@ -5,7 +5,10 @@
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <string>
+#include <utility>
 
+#include "engine/config.h"
 #include "engine/control.h"
 #include "tests/scenes.h"
 
@@ -149,7 +152,7 @@ TEST_F(GraspControl, LoadedFingerActsAtItsPressureCentre) {
 
 // Feed-forward: with the forces as desired (y = 0) the joints are at rest, b qdot = tau - g - J' f = 0.
 TEST_F(GraspControl, FeedforwardHoldsTheDesiredForces) {
-  JointVector net = desired_torques(model, pose, contacts, f_desired, FingerForces::Zero()) -
+  JointVector net = desired_torques(model, model.scene.posture, pose, contacts, f_desired, FingerForces::Zero()) -
                     gravity_torques(model.scene.hand, pose, model.scene.gravity);
   const double scale = net.norm();
   for (int k = 0; k < kFingers; ++k) {
@@ -161,12 +164,67 @@ TEST_F(GraspControl, FeedforwardHoldsTheDesiredForces) {
 
 // The torques for a deviation y do what they are for: J tau = K J J^+ y = K y.
 TEST_F(PaperControl, TorquesAreTheGainTimesTheDeviation) {
-  const JointVector tau = desired_torques(model, pose, contacts, f_desired, 1e-3 * f_desired);
+  const JointVector tau = desired_torques(model, model.scene.posture, pose, contacts, f_desired, 1e-3 * f_desired);
   for (int k = 0; k < kFingers; ++k) {
     const Vector3d pulled =
         finger_jacobian(pose, k, contacts[k].point_m) * tau.segment<kJointsPerFinger>(kJointsPerFinger * k);
     EXPECT_LE((pulled - 20.0 * 1e-3 * f_desired.col(k)).norm(), 1e-12 * pulled.norm());
   }
+}
+
+// A posture torque is the part of a spring that is felt at no fingertip force and moves no fingertip: of J's 4 joints the
+// one direction that its 3 rows leave. What it leaves out, the fingertip decides.
+TEST_F(GraspControl, PostureTorquesActWhereTheFingertipLeavesTheJointsFree) {
+  std::mt19937_64 random(7);
+  for (int trial = 0; trial < 100; ++trial) {
+    JointVector q = model.scene.posture;
+    for (double& angle : q) angle += uniform(random, -0.3, 0.3);
+    HandPose here;
+    forward_kinematics(model.scene.hand, q, here);
+    const JointVector error = model.scene.posture - q;
+    for (int k = 0; k < kFingers; ++k) {
+      const FingerJacobian J = finger_jacobian(here, k, contacts[k].point_m);
+      const Eigen::Vector4d e = error.segment<kJointsPerFinger>(kJointsPerFinger * k);
+      const Eigen::Vector4d tau = posture_torques(J, 0.5, e);
+      EXPECT_LE((J * tau).norm(), 1e-14 * J.norm() * e.norm());
+      const Eigen::Matrix4d onto =
+          Eigen::Matrix4d::Identity() - J.completeOrthogonalDecomposition().pseudoInverse() * J;
+      EXPECT_LE((tau - 0.5 * onto * e).norm(), 1e-10 * e.norm());
+    }
+  }
+}
+
+// Where J is singular there are several such directions, and no torque rather than one of no size that is known.
+TEST_F(GraspControl, PostureTorquesVanishWhereTheJacobianIsSingular) {
+  FingerJacobian J = finger_jacobian(pose, 0, contacts[0].point_m);
+  J.row(2) = 2.0 * J.row(0) - J.row(1);
+  EXPECT_EQ(posture_torques(J, 0.5, Eigen::Vector4d::Ones()), Eigen::Vector4d::Zero());
+  EXPECT_EQ(posture_torques(FingerJacobian::Zero(), 0.5, Eigen::Vector4d::Ones()), Eigen::Vector4d::Zero());
+}
+
+TEST(Posture, IsNamedInTheSceneWithItsUnit) {
+  EXPECT_EQ(scene_of("box_grasp").control->posture_Nm_per_rad, 0.5);
+  EXPECT_FALSE(scene_of("minimal").control->posture_Nm_per_rad);
+  EXPECT_EQ(scene_of("minimal", {"control.posture=1 N*m/rad"}).control->posture_Nm_per_rad, 1.0);
+  for (const char* bad : {"0.5", "0.5 N/m", "0 N*m/rad", "-1 N*m/rad"}) {
+    EXPECT_THROW(scene_of("minimal", {std::string("control.posture=") + bad}), ConfigError) << bad;
+  }
+}
+
+// At rest nothing but the posture torques keeps the joints where the fingertips leave them free: without them a moment in
+// the patches turns the fingers, and the muscles go along. The object rests from 2 s on.
+TEST(Posture, IsKeptAtRest) {
+  const auto drift_rad = [](Scene scene) {
+    Loop loop(std::move(scene));
+    loop.run(2.0);
+    const JointVector before = loop.state.q;
+    loop.run(20.0);
+    return (loop.state.q - before).cwiseAbs().maxCoeff();
+  };
+  Scene scene = scene_of("box_grasp", {kCoarseBox, "contact.level=2"});
+  EXPECT_LT(drift_rad(scene), std::numbers::pi / 180.0);
+  scene.control->posture_Nm_per_rad.reset();
+  EXPECT_GT(drift_rad(scene), std::numbers::pi / 180.0) << "else the test shows nothing";
 }
 
 // The paper's law at rest: forces f for which the torques it asks for, once the filter has settled, carry just J' f.
@@ -176,7 +234,7 @@ TEST_F(PaperControl, PredictedErrorIsThatOfTheStaticSolution) {
   const auto torques = [&](const FingerForces& f) {
     ForceFilter filter(model);
     const FingerForces y = filter.update(contacts, f_desired - f, 1e12);  // a period in which any lag settles
-    return desired_torques(model, pose, contacts, f_desired, y);
+    return desired_torques(model, model.scene.posture, pose, contacts, f_desired, y);
   };
   const JointVector at_rest = torques(FingerForces::Zero());
   double sum = 0.0;

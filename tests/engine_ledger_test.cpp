@@ -71,10 +71,13 @@ TEST_P(FirstLaw, HoldsFromTheFirstTickOn) {
       book(loop.tick(), before, loop.state);
     }
   }
-  for (const auto& [name, value] :
-       {std::pair{"drive", sums.drive_J}, {"viscous", sums.viscous_J}, {"deformation", sums.deformation_J},
-        {"stored", sums.stored_J}, {"injected", sums.injected_J}, {"dissipated", sums.dissipated_J},
-        {"unbalanced", sums.unbalanced_J()}}) {
+  for (const auto& [name, value] : {std::pair{"drive", sums.drive_J},
+                                    {"viscous", sums.viscous_J},
+                                    {"deformation", sums.deformation_J},
+                                    {"stored", sums.stored_J},
+                                    {"injected", sums.injected_J},
+                                    {"dissipated", sums.dissipated_J},
+                                    {"unbalanced", sums.unbalanced_J()}}) {
     RecordProperty(name, std::to_string(1e6 * value) + " uJ");
   }
   EXPECT_GT(sums.viscous_J, 1e-5);
@@ -84,13 +87,13 @@ TEST_P(FirstLaw, HoldsFromTheFirstTickOn) {
 
 INSTANTIATE_TEST_SUITE_P(
     Scenes, FirstLaw,
-    testing::Values(Run{"box_grasp", "box_grasp", {}}, Run{"box_edge", "box_edge", {}}, Run{"box_push", "box_push", {}},
-                    Run{"box_turn", "box_turn", {}}, Run{"capsule", "capsule", {}}, Run{"mug", "mug", {}},
-                    Run{"slide", "slide", {}}, Run{"stick", "stick", {}}, Run{"thin_plate", "thin_plate", {}},
-                    Run{"soft_box", "box_grasp", {"object.compliance={reduced_modulus: 0.2 MPa, poisson: 0.5, relaxation: 5 ms}"}},
-                    Run{"stiffening", "box_grasp", {"fingertips.stiffening=0.5 1/N"}},
-                    Run{"split", "box_grasp", {"time.control_period=5 ms"}, true},
-                    Run{"split_slide", "slide", {}, true}),
+    testing::Values(
+        Run{"box_grasp", "box_grasp", {}}, Run{"box_edge", "box_edge", {}}, Run{"box_push", "box_push", {}},
+        Run{"box_turn", "box_turn", {}}, Run{"capsule", "capsule", {}}, Run{"mug", "mug", {}},
+        Run{"slide", "slide", {}}, Run{"stick", "stick", {}}, Run{"thin_plate", "thin_plate", {}},
+        Run{"soft_box", "box_grasp", {"object.compliance={reduced_modulus: 0.2 MPa, poisson: 0.5, relaxation: 5 ms}"}},
+        Run{"stiffening", "box_grasp", {"fingertips.stiffening=0.5 1/N"}},
+        Run{"split", "box_grasp", {"time.control_period=5 ms"}, true}, Run{"split_slide", "slide", {}, true}),
     [](const auto& of) { return std::string(of.param.name); });
 
 // Contacts are booked one by one: the same sums from what the solver left behind, contact by contact.

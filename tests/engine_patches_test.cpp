@@ -193,11 +193,10 @@ TEST(PatchMargin, EllipsoidAgainstTheExactLimitSurfaceOfAHertzPatch) {
     least = std::min(least, margin);
     most = std::max(most, margin);
   }
-  RecordProperty("least", std::to_string(least));
-  RecordProperty("most", std::to_string(most));
-  // It lies inside the exact surface: what it calls the limit is none yet, by up to 4 % of the load.
-  EXPECT_GE(least, -0.04);
-  EXPECT_LE(most, 1e-5);
+  // The exact surface lies inside the ellipsoid, by 6 % of the load at most: a margin of 0.06 may be none.
+  EXPECT_GE(least, -1e-5);
+  EXPECT_LE(most, 0.065);
+  EXPECT_GE(most, 0.055);
 }
 
 /// The motion of a tick by states alone: where the finger's points were against the object's before and after it.
@@ -273,22 +272,21 @@ TEST(ContactTick, ReportsTheSlipAndSpinThatTheStatesShow) {
 // A box that is pulled along under the thumb with more than friction holds: the sum of the patch's slips is the box's way,
 // all of the patch slides, and nothing is left of the margin. 20 mm of box leave 5 mm to go before the patch meets an edge.
 TEST(ContactTick, SlipOfAFingerThatSlidesIsTheWayOfTheObject) {
-  Scene scene = pressed_thumb(0.5e-3, {-0.5, 0.6, 0.0}, 100.0);
+  Scene scene = pressed_thumb(0.5e-3, {-0.5, 0.6, 0.0}, 20.0);
   scene.step_s = scene.control_period_s = 1e-3;
   Loop loop(std::move(scene));
-  loop.run(0.2);  // The pulp has settled: what it gives way no longer changes.
-  const Vector3d start = loop.state.X_WO.translation();
+  loop.run(0.15);  // The pulp has settled: what it gives way no longer changes.
+  const Eigen::Isometry3d start = loop.state.X_WO;
   double slip_m = 0.0;
-  for (int tick = 0; tick < 300; ++tick) {
+  for (int tick = 0; tick < 100; ++tick) {
     const TickReport report = loop.tick();
     slip_m += report.patch[0].slip_m;
-    EXPECT_NEAR(report.patch[0].sliding_share, 1.0, 1e-9);
+    EXPECT_GT(report.patch[0].sliding_share, 0.999);
     EXPECT_NEAR(report.patch[0].margin, 0.0, 1e-3);
-    EXPECT_EQ(report.patch[0].creep_m_per_s, 0.0);
   }
-  const double way_m = (loop.state.X_WO.translation() - start).norm();
-  EXPECT_GT(way_m, 0.2e-3);
-  EXPECT_NEAR(slip_m, way_m, 0.01 * way_m);
+  const double way_m = std::abs((start.inverse() * loop.state.X_WO.translation()).y());
+  EXPECT_GT(way_m, 0.5e-3);
+  EXPECT_NEAR(slip_m, way_m, 1e-3 * way_m);
 }
 
 }  // namespace

@@ -76,8 +76,11 @@ struct SyntheticRun {
     sample.end_ns = sample.start_ns + (hundredth ? 50'000 : 20'000);
     sample.after = state;
     sample.after.tick = i + 1;
-    for (FingerLoad& load : sample.after.load) load.normal_N = 1.0;
-    sample.after.load[0].force_N = {force_N, 0.0, 0.0};
+    for (FingerLoad& load : sample.after.load) {
+      load.normal_N = 1.0;
+      load.normal = load.force_N = Eigen::Vector3d::UnitZ();
+    }
+    sample.after.load[0].force_N.x() = force_N;
     TickReport& tick = sample.step.tick;
     tick.sequence = i / kPeriod;
     tick.frame_age = i % kPeriod + 1;
@@ -155,14 +158,13 @@ TEST(LoopProfile, GivesTheNumbersOfAKnownRun) {
   EXPECT_NEAR(json.at("simulated_s"), 1.0, 1e-12);
   EXPECT_EQ(json.at("scheduling").at("policy"), "SCHED_FIFO");
   EXPECT_TRUE(json.at("floor").is_null());
-  EXPECT_EQ(failure(run.profile, run.report), std::nullopt);
+  EXPECT_EQ(json.at("object").at("outcome"), "held") << json.at("object").at("reason");
 }
 
 TEST(LoopProfile, NamesNoNumberOfARunTooShortForIt) {
   const SyntheticRun run(50);
   const ordered_json json = profile_json(run.model, run.profile, run.report);
   EXPECT_TRUE(json.at("handover").at("kick_over_tick_p99").is_null()) << "the grip is not measured before 0.3 s";
-  EXPECT_TRUE(json.at("object").at("held").is_null());
   // An empty one is still a profile.
   const SyntheticRun none(0);
   EXPECT_TRUE(profile_json(none.model, none.profile, none.report).at("loops").at("contact").at("rate_hz").is_null());
@@ -175,17 +177,19 @@ TEST(LoopProfile, CountsNoForceStepAcrossALostRecord) {
   EXPECT_NEAR(json.at("handover").at("kick_N_max"), 0.4, 1e-6);
 }
 
-TEST(LoopProfile, ReportsALostObjectAndGoesOn) {
+TEST(LoopProfile, ReportsWhatBecomesOfTheGraspAndGoesOn) {
   SyntheticRun run(400);
   run.state.X_WO.translation() += Eigen::Vector3d(0.02, 0.0, 0.0);
   run.profile.add(run.contact_sample(400, 1.0));
   run.profile.add(run.contact_sample(401, 1.0));
   const ordered_json json = profile_json(run.model, run.profile, run.report);
+  EXPECT_EQ(json.at("object").at("outcome"), "off target");
   EXPECT_EQ(json.at("object").at("held"), false);
-  EXPECT_NEAR(json.at("object").at("lost_at_s"), 0.401, 1e-9);
+  EXPECT_TRUE(json.at("object").at("lost_at_s").is_null());
   EXPECT_NEAR(json.at("object").at("max_error_mm"), 20.0, 1e-3);
-  ASSERT_TRUE(failure(run.profile, run.report));
-  EXPECT_NE(failure(run.profile, run.report)->find("lost at 0.401 s"), std::string::npos);
+  const std::string reason = run.profile.verdict(run.report).reason;
+  EXPECT_EQ(json.at("object").at("reason"), reason);
+  EXPECT_NE(reason.find("20.0 mm off its target at 0.401 s"), std::string::npos) << reason;
 }
 
 TEST(LoopProfile, ClaimsNothingOfARunWhoseRecordsWereLost) {
@@ -193,15 +197,16 @@ TEST(LoopProfile, ClaimsNothingOfARunWhoseRecordsWereLost) {
   run.report.lost_samples = 2;
   run.report.lost_control_samples = 1;
   const ordered_json json = profile_json(run.model, run.profile, run.report);
-  EXPECT_TRUE(json.at("object").at("held").is_null());
+  EXPECT_EQ(json.at("object").at("outcome"), "unknown");
   EXPECT_EQ(json.at("loops").at("contact").at("lost_samples"), 2);
   EXPECT_EQ(json.at("loops").at("control").at("lost_samples"), 1);
-  ASSERT_TRUE(failure(run.profile, run.report));
-  EXPECT_NE(failure(run.profile, run.report)->find("2 contact and 1 control"), std::string::npos);
-  // Without control records alone it is still known that the object was held.
-  run.report.lost_samples = 0;
-  EXPECT_EQ(profile_json(run.model, run.profile, run.report).at("object").at("held"), true);
-  EXPECT_TRUE(failure(run.profile, run.report));
+  const Verdict verdict = run.profile.verdict(run.report);
+  EXPECT_TRUE(fails(run.model.scene, verdict.outcome));
+  EXPECT_NE(verdict.reason.find("2 contact and 1 control"), std::string::npos) << verdict.reason;
+  // What was seen to go wrong is known all the same.
+  run.state.X_WO.translation() += Eigen::Vector3d(0.02, 0.0, 0.0);
+  run.profile.add(run.contact_sample(1000, 1.0));
+  EXPECT_EQ(run.profile.verdict(run.report).outcome, Outcome::kOffTarget);
 }
 
 // A record that comes in during a run must not cost the process a page.

@@ -135,8 +135,9 @@ TEST(Scene, ReadsPushes) {
   };
   EXPECT_EQ(fault("at: [0 mm, 0 mm, 0 mm], moment: [0 N*m, 0 N*m, 0.01 N*m]"),
             "task.push.at: is where a force acts, and there is none: name it, or leave this out");
-  EXPECT_EQ(fault("force: [0 N, 1 N, 0 N], at: [0 mm, 0 mm, 90 mm]"),
-            "task.push.at: must lie within the object: -26.09 .. 26.09, -26.09 .. 26.09, -26.09 .. 26.09 mm in its frame");
+  EXPECT_EQ(
+      fault("force: [0 N, 1 N, 0 N], at: [0 mm, 0 mm, 90 mm]"),
+      "task.push.at: must lie within the object: -26.09 .. 26.09, -26.09 .. 26.09, -26.09 .. 26.09 mm in its frame");
   EXPECT_EQ(fault("moment: [0 N, 0 N*m, 0 N*m]"), "task.push.moment[0]: 0 N is not a torque: use N*m or N*mm");
   EXPECT_EQ(fault_with({"task.push={from: 0 s, over: 1 s}"}), "task.push.force: this key is missing");
 }

@@ -10,33 +10,17 @@
 #include <string>
 #include <vector>
 
-#include "engine/lockstep.h"
+#include "bench/pads.h"
+#include "bench/resting.h"
+#include "bench/scene_run.h"
 #include "engine/object_compliance.h"
-#include "tests/pads.h"
+#include "tests/scenes.h"
 
 namespace thenar {
 namespace {
 
 using Eigen::Index;
 using Eigen::Vector3d;
-
-/// A run of the scene, tick by tick: in one loop, or split.
-class SceneRun {
- public:
-  explicit SceneRun(Scene scene) : loop_(scene), split_(loop_.model), one_loop_(!(scene.control_period_s > scene.step_s)) {}
-
-  [[nodiscard]] const Model& model() const { return loop_.model; }
-  [[nodiscard]] const State& state() const { return one_loop_ ? loop_.state : split_.state; }
-  [[nodiscard]] const Frame& frame() const { return one_loop_ ? loop_.frame : split_.frame(); }
-  [[nodiscard]] const ContactWorkspace& work() { return one_loop_ ? loop_.work : split_.workspace(); }
-  void tick() { one_loop_ ? loop_.tick() : split_.tick(); }
-  [[nodiscard]] double time_s() const { return static_cast<double>(state().tick) * model().scene.step_s; }
-
- private:
-  Loop loop_;
-  Lockstep split_;
-  bool one_loop_;
-};
 
 /// Where the finger's point of a contact is on the object's surface, which a soft object takes along; object frame.
 Vector3d point_on_object(const Model& model, const State& state, const HandPose& pose, const FrameContact& contact) {
@@ -127,30 +111,6 @@ TEST(Sticking, PulpsMoveAsTheSolverCountedOn) {
 
 // --- Creep ----------------------------------------------------------------------------------------------------------
 
-struct Resting {
-  std::string name;
-  Scene scene;
-  double at_rest_s = 0.8;
-};
-
-std::vector<Resting> resting() {
-  const PulpMaterial soft{1e6, 0.5, 5e-3};
-  std::vector<Resting> all;
-  for (const char* name : {"mug", "capsule", "box_edge"}) all.push_back({name, scene_of(name, {"object.points=12000"}), 3.0});
-  all.push_back({"ball", scene_of(pads_round(SphereShape{25e-3}, 25e-3))});
-  for (const double radius_m : {8e-3, 20e-3, 60e-3}) {
-    all.push_back({"cylinder of " + std::to_string(radius_m),
-                   scene_of(pads_across(CylinderShape{radius_m, 80e-3}, 2.0 * radius_m, 22e-3))});
-  }
-  all.push_back({"superquadric", scene_of(pads_across(SuperquadricShape{Vector3d(40e-3, 50e-3, 60e-3), {0.6, 0.8}},
-                                                      40e-3, 14e-3))});
-  all.push_back({"soft ball", all[3].scene});
-  all.back().scene.object.compliance = soft;
-  all.push_back({"soft box", scene_of(pads_across(BoxShape{Vector3d(50e-3, 50e-3, 50e-3)}, 50e-3, 22e-3))});
-  all.back().scene.object.compliance = soft;
-  return all;
-}
-
 /// The most creep of the last 0.3 s of `duration_s`.
 double creep_at_rest_m_per_s(Scene scene, double period_s, double tolerance, double duration_s) {
   scene.control_period_s = period_s;
@@ -180,30 +140,46 @@ TEST(Sticking, PointsInsideTheirConesStayOnCurvedObjects) {
 
 // --- Coulomb's limits -----------------------------------------------------------------------------------------------
 
-/// Whether three pads of 2 N hold a ball: after the grip has built up it falls no more.
-bool hold_ball(double radius_m, double friction, double mass_kg) {
-  Pads pads = pads_round(SphereShape{radius_m}, radius_m);
-  pads.friction = friction;
-  pads.mass_kg = mass_kg;
-  Loop loop(scene_of(pads));
-  const auto fallen_m = [&] { return -loop.state.X_WO.translation().z(); };
-  loop.run(0.5);
-  const double built_up_m = fallen_m();
-  loop.run(0.5);
-  // What friction does not carry is left to the drag: 1 % of the weight then falls at 1 mm/s.
-  return fallen_m() - built_up_m < 0.1e-3;
-}
-
 // Three equal pads of 2 N carry a ball by friction alone: mu 6 N = m g at the limit. A pad's contacts are spread over a
 // part of the ball, where normals lean: 2 % less along the weight.
 TEST(Sticking, BallIsHeldToCoulombsLimit) {
   const double least = 0.1 * 9.81 / 6.0, most_kg = 0.4 * 6.0 / 9.81;
   for (const double radius_m : {15e-3, 25e-3, 40e-3}) {
     SCOPED_TRACE(radius_m);
-    EXPECT_TRUE(hold_ball(radius_m, 1.05 * least, 0.1));
-    EXPECT_FALSE(hold_ball(radius_m, 0.95 * least, 0.1));
-    EXPECT_TRUE(hold_ball(radius_m, 0.4, 0.95 * most_kg));
-    EXPECT_FALSE(hold_ball(radius_m, 0.4, 1.05 * most_kg));
+    Pads pads = pads_round(SphereShape{radius_m}, radius_m);
+    for (const double share : {0.95, 1.05}) {
+      pads.mass_kg = 0.1;
+      pads.friction = share * least;
+      EXPECT_EQ(hold(pads), share > 1.0);
+      pads.mass_kg = share * most_kg;
+      pads.friction = 0.4;
+      EXPECT_EQ(hold(pads), share < 1.0);
+    }
+  }
+}
+
+// With the weight at an eccentric place each pad carries torsion, too. Where nothing is eccentric, the ellipsoids' limit is
+// Coulomb's.
+TEST(Sticking, EccentricWeightIsHeldToTheSoftFingersLimit) {
+  const double modulus_Pa = scene_of("stick").fingertips->material.reduced_modulus_Pa;
+  Pads round = pads_round(SphereShape{25e-3}, 25e-3);
+  EXPECT_NEAR(most_mass_kg(round, modulus_Pa), 0.8 * 6.0 / 9.81, 1e-6);
+
+  // A pinch at one place on either side: the weight turns the box about the grip axis against torsion alone.
+  Pads pinch = pads_across(BoxShape{Vector3d(50e-3, 50e-3, 50e-3)}, 50e-3, 0.0);
+  Pads apart = pads_across(BoxShape{Vector3d(50e-3, 50e-3, 50e-3)}, 50e-3, 14e-3);
+  for (Pads pads : {round, pinch, apart}) {
+    pads.friction = 0.4;
+    pads.depth_m = 1.6e-3;
+    for (const Vector3d& centre_m : {Vector3d(0.0, 5e-3, 0.0), Vector3d(0.0, 20e-3, 0.0)}) {
+      pads.centre_of_mass_m = centre_m;
+      const double most_kg = most_mass_kg(pads, modulus_Pa);
+      SCOPED_TRACE(most_kg);
+      for (const double share : {0.9, 1.1}) {
+        pads.mass_kg = share * most_kg;
+        EXPECT_EQ(hold(pads), share < 1.0);
+      }
+    }
   }
 }
 

@@ -101,7 +101,7 @@ class Analysis(unittest.TestCase):
                                            "left when the hardware is taken out", "accuracy here"],
                                "rows": [["contact computation, 15 contacts", 6000, 30.0, 200.0, "15 to 110", "1e-7"],
                                         ["contact computation, 60 contacts", 20000, 77.24, 259.0, "19 to 147",
-                                         "residual 8e-7; force error 2e-06"],
+                                         "force: Hertz 0.8 %, solver 2e-06; residual 8e-7, worst 1e-6"],
                                         ["muscle forces", "-", 1.0, "-", "-", "KKT 3e-15"]]}),
             part("stability", {"columns": ["setting", "way", "ratio held", "what becomes of it"],
                                "rows": [["step", "down", "1", "refused: too short"],
@@ -116,7 +116,7 @@ class Analysis(unittest.TestCase):
                                       "rows": [["easy", "sweeps", 10, 0, 0], ["peg", "sweeps", 3, 1, 6]]}),
         ]
         self.assertEqual(headlines.headlines(parts), [
-            "Contact computation, 60 contacts: 77.2 µs (published 20 ms), forces right to 2e-06.",
+            "Contact computation, 60 contacts: 77.2 µs (published 20 ms), forces 0.8 % off Hertz, solved to 2e-06.",
             "Nearest edge of the reference scene: friction may go down 1.58 times, no further (slipping: by 1 mm).",
             "`model: auto` makes 2 scenes 1.8 to 15.6 times as fast, within their tolerance.",
             "Growth: the contact computation over contacts n^1.40."])

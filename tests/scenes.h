@@ -8,8 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "engine/contact_tick.h"
-#include "engine/control_tick.h"
+#include "bench/scene_run.h"
 #include "engine/model.h"
 #include "engine/scene.h"
 
@@ -25,31 +24,6 @@ inline Scene scene_of(const std::string& name, const std::vector<std::string>& o
 
 /// A flat face needs no more samples than this; it saves the tests' time.
 inline const std::string kCoarseBox = "object.points=6000";
-
-/// A scene's two ticks in one loop, as run_monolithic has them, without the bookkeeping.
-struct Loop {
-  explicit Loop(Scene scene) : model(std::move(scene)), state(model), frame(model), controller(model), work(model) {}
-
-  void control() {
-    const State snapshot = state;
-    report = control_tick(model, snapshot, controller, frame);
-  }
-  TickReport tick() {
-    if (model.control_is_due(state.tick)) control();
-    return contact_tick(model, frame, work, state);
-  }
-  void run(double duration_s) {
-    const auto end = state.tick + std::lround(duration_s / model.scene.step_s);
-    while (state.tick < end) tick();
-  }
-
-  Model model;
-  State state;
-  Frame frame;
-  Controller controller;
-  ContactWorkspace work;
-  ControlReport report;
-};
 
 /// The box grasp as two threads run it: contact at 1 kHz, control at 200 Hz.
 inline Scene split_scene() { return scene_of("box_grasp", {kCoarseBox, "time.step=1 ms", "time.control_period=5 ms"}); }

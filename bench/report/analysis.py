@@ -10,11 +10,12 @@ from pathlib import Path
 SECTIONS = (
     ("The published timings", ("published",)),
     ("Speed against accuracy", ("grasp_force", "muscle", "contact", "finding", "pulp", "rate")),
+    ("Sticking, sliding, converging", ("motion",)),
     ("Where methods fail", ("stability", "contact_families")),
     ("No more than a scene needs", ("model",)),
     ("Growth", ("growth", "contact_growth")),
 )
-OUTCOMES = ("held", "slipping", "unstable", "off target", "solver failed", "refused")
+OUTCOMES = ("held", "over limits", "off target", "slipping", "unstable", "lost", "solver failed", "refused")
 NEAR = 1.10  # On the front, as far as clocks can tell.
 ENOUGH_SCENES = 3  # On which a default should be.
 SAME_ERROR = 1.0000001

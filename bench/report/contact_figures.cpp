@@ -12,6 +12,7 @@
 
 #include "bench/contact_families.h"
 #include "bench/contact_methods.h"
+#include "bench/recorded.h"
 #include "bench/report/figure.h"
 #include "bench/report/measure.h"
 #include "bench/scene_problems.h"
@@ -80,7 +81,7 @@ std::vector<Case> make_cases(bool quick) {
   std::vector<Case> cases;
   for (const Index contacts : {15, 30, 60}) {
     cases.push_back(scene_case(fmt::format("box_grasp, {} contacts", contacts), "box_grasp",
-                               {fmt::format("contact.max_per_finger={}", contacts / 3)}, {0.6, 1.0, count}));
+                               changes_for(contacts), {0.6, 1.0, count}));
   }
   cases.push_back(scene_case("capsule", "capsule", {}, {0.6, 1.8, count}));
   cases.push_back(scene_case("mug", "mug", {}, {0.6, 1.0, count}));

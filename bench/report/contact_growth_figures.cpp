@@ -11,6 +11,7 @@
 
 #include "bench/contact_families.h"
 #include "bench/contact_methods.h"
+#include "bench/recorded.h"
 #include "bench/report/figure.h"
 #include "bench/report/measure.h"
 #include "bench/scene_problems.h"
@@ -116,13 +117,8 @@ Problem pressed(Index contacts, std::uint64_t seed) {
 
 /// The box grasp's on its way, of ticks with as many contacts as asked for; finer pulps for more than 60.
 std::vector<Problem> of_box_grasp(Index contacts, int count) {
-  std::vector<std::string> changes{fmt::format("contact.max_per_finger={}", contacts / 3)};
-  if (const Index finer = (contacts + 59) / 60; finer > 1) {
-    changes.push_back(fmt::format("fingertips.points={}", 2400 * finer));
-    changes.push_back(fmt::format("fingertips.leaves={}", 320 * finer));
-  }
   std::vector<Problem> problems;
-  for (const SceneContacts& from : scene_problems("box_grasp", changes, {0.6, 1.0, count}).contacts) {
+  for (const SceneContacts& from : scene_problems("box_grasp", changes_for(contacts), {0.6, 1.0, count}).contacts) {
     if (from.file.contacts() != contacts) continue;
     problems.push_back({from.factors, from.file.W, from.file.delta_free.front(), from.file.mu});
   }

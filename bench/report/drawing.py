@@ -41,8 +41,10 @@ STAR = dict(marker="*", ms=11, mfc="white", mec="black", mew=1.0, ls="none", zor
 # Face, hatch, and the hatch's colour: from light to dark also without colours.
 OUTCOME_LOOKS = {
     "held": ("#dcefe0", None, "#dcefe0"),
+    "over limits": ("#cdb6e0", "....", "#5a3d78"),
     "slipping": ("#f5d27a", "////", "#8a6100"),
     "unstable": ("#de6b4e", "xxxx", "#5c1a0a"),
+    "lost": ("#a34a28", "++++", "#3a1206"),
     "off target": ("#9db8d9", "\\\\\\\\", "#1f3f66"),
     "solver failed": ("#3d2b56", None, "#3d2b56"),
     "refused": ("#f4f4f4", "---", "#8a8a8a"),

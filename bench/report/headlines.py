@@ -64,8 +64,8 @@ def _contact_computation(parts):
     if not rows:
         return ""
     row = max(rows, key=lambda row: row["published"])
-    forces = re.search(r"force error (\S+)", str(row["accuracy"]))
-    right = f"forces right to {forces.group(1)}" if forces else _told(row["accuracy"])
+    forces = re.search(r"Hertz (\S+ %), solver ([^\s;]+)", str(row["accuracy"]))
+    right = f"forces {forces.group(1)} off Hertz, solved to {forces.group(2)}" if forces else _told(row["accuracy"])
     return f"{row['name'].capitalize()}: {_time(row['here'])} (published {_time(row['published'])}), {right}."
 
 

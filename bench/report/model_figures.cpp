@@ -91,8 +91,11 @@ struct CaseResult {
 CaseResult measure(const Case& item, int rounds) {
   const Model model(item.load());
   const PathRun full = run_path(model);
-  CaseResult result{item.name, full.us, full.us, {}, {}, full.ended ? "" : full.verdict.reason, {}};
-  if (!full.ended) return result;
+  CaseResult result{item.name, full.us, full.us, {}, {}, {}, {}};
+  if (fails(model.scene, full.verdict.outcome)) {
+    result.failure = in_words(full.verdict);
+    return result;
+  }
   result.effects = ablate(model, full);
   const NeededParts needed = needed_parts(model, full);
   result.auto_parts = needed.tried;

@@ -26,6 +26,7 @@
 #include "engine/recording_file.h"
 #include "engine/split_grasp.h"
 #include "engine/threads.h"
+#include "engine/warnings.h"
 
 namespace window {
 
@@ -40,9 +41,10 @@ constexpr std::chrono::milliseconds kIdle{20};
 constexpr double kOldest_s = 10.0;  // Of input: what claims to be older has another clock.
 // So long does a run last at least: wishes that pour in must not keep the loops from running.
 constexpr std::int64_t kShortestRun_ns = 50'000'000;
-// A monitor sums up slip. In a run without end it begins anew from time to time, lest creep of years pass for a loss; and
-// soon after a loss, to tell when the object is held again.
-constexpr double kWatch_s = 10.0, kWatchLost_s = 3.0;
+// A monitor sums up slip. In a run without end it begins again from time to time, so that years of creep do not count as a
+// loss; and soon after something went wrong, to tell when the object is held again.
+constexpr double kWatch_s = 10.0, kWatchFailed_s = 3.0;
+constexpr double kJudge_s = 0.1;  // Simulated time from one verdict to the next.
 
 /// What the pages want: written on the server's thread, heeded on the calling one.
 struct Wanted {
@@ -84,7 +86,7 @@ struct Session::Impl {
   void do_step();
   void wait_idle();
   bool see(const ContactSample& sample, const ControlSample& control);
-  void watch(TickRecord& tick);
+  void watch(TickRecord& tick, const ControlSample& control);
   void look_aside();
   void show(const Picture& picture, TickRecord tick, const Eigen::VectorXd& muscle_forces_N);
   void show_still();
@@ -122,14 +124,17 @@ struct Session::Impl {
   Telemetry telemetry;
   Reference reference;
   std::optional<GraspMonitor> monitor;
-  double watch_from_s = 0.0;
-  std::optional<std::string> lost, note;
+  double watch_from_s = 0.0, judged_s = 0.0, found_s = 0.0;
+  Verdict judged;  ///< What is shown: the last that was not held, until a whole watch has found nothing.
+  std::optional<Warnings> warnings;
+  std::size_t shown_warnings = 0;
+  std::optional<std::string> note;
   std::string scheduling;
-  std::string status;                     ///< As it was shown last, and
-  std::optional<std::string> shown_lost;  ///< what it said of a loss.
+  std::string status;  ///< As it was shown last, and
+  Verdict shown;       ///< the verdict in it.
   TickRecord last_tick;
-  RunSums sums;  ///< Of all ticks; the monitor's begin anew.
-  std::int64_t unaccounted = 0;           ///< The most of any grasp.
+  RunSums sums;                  ///< Of all ticks; the monitor begins again.
+  std::int64_t unaccounted = 0;  ///< The most of any grasp.
   bool still_shown = false;
   std::string bytes;
 };
@@ -265,8 +270,10 @@ void Session::Impl::change_scene(const LiveSettings& before) {
     grasp = std::make_unique<SplitGrasp>(model, *old, *grasp);
     live = std::make_unique<LiveContact>(model, inputs, hands);
     pairing.start(first_control());
-    watch_from_s += time_s() - old_now_s;
+    for (double* const since_s : {&watch_from_s, &judged_s, &found_s}) *since_s += time_s() - old_now_s;
+    monitor.emplace(model);  // Its memory is as long as the steps are short.
   }
+  warnings.emplace(model);
   grasp->heed_scene();
   grasp->hold_frames_back(wished.delay_periods);
   if (other_fingertips && display != nullptr) show_scene();
@@ -282,10 +289,11 @@ void Session::Impl::reset() {
   grasp->hold_frames_back(heeded.settings.delay_periods);
   live = std::make_unique<LiveContact>(model, inputs, hands);
   telemetry = Telemetry();
-  monitor.emplace(model.scene.hand);
-  watch_from_s = 0.0;
+  monitor.emplace(model);
+  watch_from_s = judged_s = found_s = 0.0;
   sums = {};
-  lost.reset();
+  judged = {};
+  warnings.emplace(model);
   note.reset();
   can_run = grasp->first_control().grasp == GraspStatus::kOptimal;
   if (!can_run) note = "no grasp forces hold the object at the start: change the scene, or reset";
@@ -341,7 +349,8 @@ void Session::Impl::run_loops(const std::atomic<bool>& stop) {
   };
   threads.on_look = [&] {
     look_aside();
-    if (lost != shown_lost) show_status(true);  // all else stays in a run
+    // All else stays in a run.
+    if (in_words(judged) != in_words(shown) || warnings->sentences().size() != shown_warnings) show_status(true);
     const bool may_end = steady_now_ns() - begin_ns > kShortestRun_ns;
     return !stop && !(may_end && changed.load(std::memory_order_relaxed));
   };
@@ -385,7 +394,7 @@ void Session::Impl::wait_idle() {
 bool Session::Impl::see(const ContactSample& sample, const ControlSample& control) {
   TickRecord tick = tick_record(model, sample.after, sample.step.tick, control.step.control);
   record_control(control.step.control, tick);
-  watch(tick);
+  watch(tick, control);
   last_tick = tick;
   if (!sample.shown) return true;
   live->pictures.take();
@@ -395,19 +404,27 @@ bool Session::Impl::see(const ContactSample& sample, const ControlSample& contro
   return true;
 }
 
-/// Looks for a loss, and sums up.
-void Session::Impl::watch(TickRecord& tick) {
-  if (tick.time_s - watch_from_s > (lost ? kWatchLost_s : kWatch_s)) {
-    lost.reset();  // A whole watch has seen nothing.
-    monitor.emplace(model.scene.hand);
-    watch_from_s = tick.time_s;
-  }
+/// Judges the grasp, and sums up what the ticks report.
+void Session::Impl::watch(TickRecord& tick, const ControlSample& control) {
   sums.add(tick);
-  const std::optional<Loss> loss = monitor->update(model.scene.step_s, tick);
-  // Without control nobody minds the object.
-  if (!loss || !model.scene.control) return;
-  if (!lost) lost = loss->reason;
-  monitor.emplace(model.scene.hand);
+  if (tick.contact.handed_over) {
+    monitor->add(tick.time_s - model.scene.step_s, control.step.control, control.muscle_forces_N);
+  }
+  warnings->add(tick);
+  monitor->add(tick);
+  const bool watched = tick.time_s - watch_from_s > (judged.outcome == Outcome::kHeld ? kWatch_s : kWatchFailed_s);
+  if (!watched && !monitor->lost() && tick.time_s - judged_s < kJudge_s) return;
+  judged_s = tick.time_s;
+  Verdict verdict = monitor->verdict();
+  const bool failed = verdict.outcome != Outcome::kHeld;
+  // Of one trouble the gravest word stays.
+  const bool graver = verdict.outcome >= judged.outcome || tick.time_s - found_s > kWatchFailed_s;
+  if (failed ? graver : watched) {
+    judged = std::move(verdict);
+    found_s = tick.time_s;
+  }
+  if (!failed && !watched) return;
+  monitor.emplace(model);
   watch_from_s = tick.time_s;
 }
 
@@ -441,12 +458,20 @@ void Session::Impl::show_still() {
 void Session::Impl::show_scene() { display->set_scene(scene_message(model, true).dump(), geometry_message(model)); }
 
 void Session::Impl::show_status(bool running) {
-  shown_lost = lost;
+  shown = judged;
+  const std::vector<std::string> sentences = warnings->sentences();
+  shown_warnings = sentences.size();
   const auto or_null = [](const auto& text) { return text ? ordered_json(*text) : ordered_json(nullptr); };
-  const ordered_json json = {{"type", "status"},         {"running", running},
-                             {"paused", heeded.paused},  {"speed", heeded.speed},
-                             {"lost", or_null(lost)},    {"note", or_null(note)},
-                             {"scheduling", scheduling}, {"settings", settings_json(heeded.settings)}};
+  const ordered_json json = {{"type", "status"},
+                             {"running", running},
+                             {"paused", heeded.paused},
+                             {"speed", heeded.speed},
+                             {"outcome", name(judged.outcome)},
+                             {"reason", judged.reason},
+                             {"warnings", sentences},
+                             {"note", or_null(note)},
+                             {"scheduling", scheduling},
+                             {"settings", settings_json(heeded.settings)}};
   const std::string text = json.dump();
   if (text == status) return;
   status = text;

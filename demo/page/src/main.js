@@ -127,16 +127,20 @@ picture.onDrawn = () => {
   askNext();
 };
 
+const kGrave = new Set(['lost', 'solver failed']);
+
 /** The loudest of what there is to say. */
 function showBanner() {
   const v = state?.values;
   const [text, kind] =
       failure ? [failure, ''] :
-      status?.lost ? [`The object is lost: ${status.lost}`, ''] :
+      kGrave.has(status?.outcome) ? [`${status.outcome}: ${status.reason}`, ''] :
       v?.grasp_failed[0] ? ['No grasp forces exist: the fingers cannot hold this object so', ''] :
       v?.muscles_failed[0] ? ['The muscles cannot make these torques', 'warn'] :
+      status?.outcome && status.outcome !== 'held' ? [`${status.outcome}: ${status.reason}`, 'warn'] :
       v?.held[0] ? ['The frame is too old: its drive is held', 'warn'] :
-      status?.note ? [status.note, 'note'] : ['', ''];
+      status?.note ? [status.note, 'note'] :
+      status?.warnings?.length ? [status.warnings.join('; '), 'warn'] : ['', ''];
   const banner = byId('banner');
   if (banner.textContent !== text) banner.textContent = text;
   banner.className = kind;

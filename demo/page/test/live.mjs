@@ -157,7 +157,7 @@ test('a moved target is followed', async () => {
   const moved_m = norm(minus(target.slice(0, 3), before.slice(0, 3)));
   assert.ok(moved_m > 1e-3, `the target has moved: ${moved_m} m`);
   assert.ok(norm(minus(object.slice(0, 3), target.slice(0, 3))) < 0.05 * moved_m + 1e-4, 'the object has followed');
-  assert.equal(await page.evaluate(() => window.thenar.status.lost), null);
+  assert.notEqual(await page.evaluate(() => window.thenar.status.outcome), 'lost');
   await page.keyboard.press('b');
 });
 
@@ -176,7 +176,7 @@ test('a poke pushes it, and slow motion is slow', async () => {
   await untilTime(from_s + 1.0);
   // Without the integrals what slips at the pulps' rims stays: less than a millimetre.
   assert.ok(norm(minus((await meanOf('object')).slice(0, 3), rest.slice(0, 3))) < 1e-3, 'it comes back');
-  assert.equal(await page.evaluate(() => window.thenar.status.lost), null);
+  assert.notEqual(await page.evaluate(() => window.thenar.status.outcome), 'lost');
   await page.keyboard.press('1');
   await until(() => window.thenar.status.speed === 1);
   assert.deepEqual(browser.problems, []);
@@ -206,14 +206,14 @@ test('too little friction loses the object, and the page says so', async () => {
   await until(() => window.thenar.status.settings.friction === 0.2);
   await sleep(300);
   await shoot('sliding');
-  await until(() => window.thenar.status.lost);
+  await until(() => window.thenar.status.outcome === 'lost');
   await page.locator('#banner').waitFor({timeout: kPatience_ms});
   assert.match(await page.locator('#banner').textContent(), /lost/);
   await shoot('lost');
   await setSlider('friction', 16);
   await until(() => window.thenar.status.settings.friction === 0.8);
   await page.keyboard.press('r');
-  await until(() => window.thenar.status.lost === null && window.thenar.state.time_s[0] > 0.3);
+  await until(() => window.thenar.status.outcome === 'held' && window.thenar.state.time_s[0] > 0.3);
   assert.equal(await page.locator('#banner').isVisible(), false);
   assert.deepEqual(browser.problems, []);
 });

@@ -57,8 +57,8 @@ test('every frame has the scene, geometry and status that hold then, at a time t
 });
 
 test('what is said behind the last state is said of it, and of no other', () => {
-  const {frames} = openRecording(own(recording(3, {type: 'status', lost: 'it slipped'}).bytes));
-  assert.deepEqual(frames.map(({status}) => status.lost), [null, null, 'it slipped']);
+  const {frames} = openRecording(own(recording(3, {type: 'status', outcome: 'slipping', reason: 'it slipped'}).bytes));
+  assert.deepEqual(frames.map(({status}) => status.outcome), ['held', 'held', 'slipping']);
 });
 
 test('base64 gives the bytes back, also where the browser has no reader of its own', () => {

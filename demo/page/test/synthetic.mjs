@@ -49,7 +49,7 @@ export const scene = {
 };
 
 export const status = {
-  type: 'status', running: false, paused: false, speed: 1, lost: null, note: null, scheduling: '',
+  type: 'status', running: false, paused: false, speed: 1, outcome: 'held', reason: '', note: null, scheduling: '',
   settings: {friction: 0.8, internal_force_N: 2, max_sweeps: 60, tolerance: 1e-7, contact_Hz: 4000, control_Hz: 200,
              delay_periods: 0, kernel: 'boussinesq', level: 0},
 };
