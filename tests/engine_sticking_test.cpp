@@ -42,8 +42,8 @@ double creep_m_per_s(SceneRun& run) {
     const Vector3d f = run.work().f.segment<3>(3 * i);
     if (f[0] <= 1e-6 || f.tail<2>().norm() > 0.99 * model.scene.contact.friction * f[0]) continue;
     const FrameContact& contact = run.frame().contacts[i];
-    const Vector3d way_O = point_on_object(model, run.state(), pose_after, contact) -
-                           point_on_object(model, before, pose_before, contact);
+    const Vector3d way_O =
+        point_on_object(model, run.state(), pose_after, contact) - point_on_object(model, before, pose_before, contact);
     const Vector3d n_O = before.X_WO.linear().transpose() * run.work().kinematics.E_W[i].col(0);
     fastest_m = std::max(fastest_m, (way_O - n_O.dot(way_O) * n_O).norm());
   }
