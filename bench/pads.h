@@ -71,8 +71,9 @@ inline Scene scene_of(const Pads& pads) {
   scene.object.mass_kg = pads.mass_kg;
   scene.object.centre_of_mass_m = pads.centre_of_mass_m;
   scene.object.X_WO.setIdentity();
-  scene.object.rotation_damping = 2e-4;  // With the torsional stiffness of a patch: some 10 ms.
-  scene.joint_viscosity = 40.0;          // 10 N s/m at the pad
+  // With the torsional stiffness of a patch some 60 ms, and slow enough that what turns has not come to hang within a second.
+  scene.object.rotation_damping = 1e-3;
+  scene.joint_viscosity = 40.0;  // 10 N s/m at the pad
   scene.posture.setZero();
   JointVector torques;
   for (Segment& segment : scene.hand.segments) segment.mass_kg = 0.0;
