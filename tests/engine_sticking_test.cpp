@@ -170,8 +170,9 @@ TEST(Sticking, EccentricWeightIsHeldToTheSoftFingersLimit) {
   // pad of 320 control points bears up to 10 % less than Hertz's pressure would.
   const Pads pinch = pads_across(BoxShape{Vector3d(50e-3, 50e-3, 50e-3)}, 50e-3, 0.0);
   const Pads apart = pads_across(BoxShape{Vector3d(50e-3, 50e-3, 50e-3)}, 50e-3, 14e-3);
-  for (const auto& [grasp, eccentricity_m] :
-       {std::pair{round, 5e-3}, {round, 20e-3}, {pinch, 5e-3}, {apart, 5e-3}, {apart, 20e-3}}) {
+  const std::vector<std::pair<Pads, double>> cases{
+      {round, 5e-3}, {round, 20e-3}, {pinch, 5e-3}, {apart, 5e-3}, {apart, 20e-3}};
+  for (const auto& [grasp, eccentricity_m] : cases) {
     Pads pads = grasp;
     pads.friction = 0.4;
     pads.depth_m = 1.6e-3;
