@@ -71,6 +71,8 @@ inline Scene scene_of(const Pads& pads) {
   scene.object.mass_kg = pads.mass_kg;
   scene.object.centre_of_mass_m = pads.centre_of_mass_m;
   scene.object.X_WO.setIdentity();
+  // With the torsional stiffness of a patch some 60 ms, and slow enough that what turns has not come to hang within a second.
+  scene.object.rotation_damping = 1e-3;
   scene.joint_viscosity = 40.0;  // 10 N s/m at the pad
   scene.posture.setZero();
   JointVector torques;
@@ -112,13 +114,16 @@ inline bool hold(const Pads& pads) {
 /// all motions of the object in which the weight of 1 kg does work of 1: a sum of norms, which reweighted least squares
 /// find [Weiszfeld 1937]. Requires normal forces in balance.
 inline double most_mass_kg(const Pads& pads, double reduced_modulus_Pa, double pad_radius_m = 8e-3) {
-  using Vector6 = Eigen::Matrix<double, 6, 1>;  // Of a motion: velocity of the origin, rotation; of a load: force, moment.
+  using Vector6 =
+      Eigen::Matrix<double, 6, 1>;  // Of a motion: velocity of the origin, rotation; of a load: force, moment.
   using Matrix6 = Eigen::Matrix<double, 6, 6>;
-  std::array<Eigen::Matrix<double, 3, 6>, kFingers> most;  // What a pad can do, by motions along its two tangents and turns.
+  std::array<Eigen::Matrix<double, 3, 6>, kFingers>
+      most;  // What a pad can do, by motions along its two tangents and turns.
   for (int k = 0; k < kFingers; ++k) {
     const Eigen::Vector3d n = pads.inward[k], t = n.unitOrthogonal();
     const double friction_N = pads.friction * pads.force_N[k];
-    const double a_m = std::cbrt(0.75 * pads.force_N[k] / (reduced_modulus_Pa * (1.0 / pad_radius_m + pads.curvature_per_m)));
+    const double a_m =
+        std::cbrt(0.75 * pads.force_N[k] / (reduced_modulus_Pa * (1.0 / pad_radius_m + pads.curvature_per_m)));
     const auto row = [&](int r, const Eigen::Vector3d& axis) {
       most[k].row(r) << friction_N * axis.transpose(), friction_N * pads.at_m[k].cross(axis).transpose();
     };

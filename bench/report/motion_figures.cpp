@@ -65,12 +65,13 @@ void creep(ordered_json& part, bool quick) {
   });
   ordered_json& figure = add_figure(
       part, "table", "creep", "Creep of fingers that stick, at rest",
-      fmt::format("The fastest that any loaded point which is inside its friction cone moves along the object's surface, "
-                  "in any tick of {:g} s at rest [µm/s]: from the motion of bodies, pulps and soft surfaces, not from "
-                  "the solver. In one loop with a new frame every millisecond, at the scene's tolerance (1e-7) and at "
-                  "1e-9, and in two loops in lockstep with a frame every 5 and 20 ms. The hand holds mug, capsule, box "
-                  "and bunny; three pads with constant forces the others.",
-                  duration_s),
+      fmt::format(
+          "The fastest that any loaded point which is inside its friction cone moves along the object's surface, "
+          "in any tick of {:g} s at rest [µm/s]: from the motion of bodies, pulps and soft surfaces, not from "
+          "the solver. In one loop with a new frame every millisecond, at the scene's tolerance (1e-7) and at "
+          "1e-9, and in two loops in lockstep with a frame every 5 and 20 ms. The hand holds mug, capsule, box "
+          "and bunny; three pads with constant forces the others.",
+          duration_s),
       "deterministic");
   figure["columns"] = {"object"};
   for (const Way& way : ways) figure["columns"].push_back(way.name);
@@ -99,11 +100,14 @@ double slip_at_start_mm(const Pads& pads) { return 1e3 * patch_values(scene_of(p
 void limits(ordered_json& part, bool quick) {
   ordered_json& figure = add_figure(
       part, "table", "limits", "What friction holds, against the laws of Coulomb and of soft fingers",
-      "By bisection to 0.5 %: the least friction and the most mass with which the object falls no more once the grip has "
+      "By bisection to 0.5 %: the least friction and the most mass with which the object falls no more once the grip "
+      "has "
       "built up. Three pads of 2 N carry a ball by friction alone: Coulomb's law has mu 6 N = m g. An eccentric weight "
       "turns the object, too, and the pads carry torsion: the law is the limit load with the ellipsoid between a pad's "
-      "friction and its torsion (of Hertz's pressure), from which a Hertz patch differs by up to 6 %; normals that lean "
-      "within a patch take 2 %. The pinch has 2 N on either side of a box. Slip at the start: the most that a patch slips "
+      "friction and its torsion (of Hertz's pressure), from which a Hertz patch differs by up to 6 %; normals that "
+      "lean "
+      "within a patch take 2 %. The pinch has 2 N on either side of a box. Slip at the start: the most that a patch "
+      "slips "
       "in the first 0.5 s, while the pulps give way, 5 % within the limit.",
       "deterministic");
   figure["columns"] = {"grasp", "what is looked for", "by law", "found", "found / law", "slip at the start [mm]"};
@@ -150,8 +154,9 @@ void limits(ordered_json& part, bool quick) {
   }
   for (const Row& row : rows) {
     const double x = limit(row.pads), ratio = row.least ? 1.0 / x : x;
-    figure["rows"].push_back({row.grasp, row.what, fmt::format("{:.3g}", row.law), fmt::format("{:.3g}", ratio * row.law),
-                              fmt::format("{:.3f}", ratio), fmt::format("{:.2f}", slip_at_start_mm(row.pads(0.95 * x)))});
+    figure["rows"].push_back({row.grasp, row.what, fmt::format("{:.3g}", row.law),
+                              fmt::format("{:.3g}", ratio * row.law), fmt::format("{:.3f}", ratio),
+                              fmt::format("{:.2f}", slip_at_start_mm(row.pads(0.95 * x)))});
   }
 }
 
@@ -196,9 +201,10 @@ void convergence(ordered_json& part, bool quick) {
     });
     ordered_json& figure = add_figure(
         part, "curves", id, title,
-        caption + " A ball between three pads of 2 N is moved by 0.6 mm and turned by 4 degrees, friction 0.5; parts of the "
-                  "patches slide. Slip and spin: of all ticks together; margin and moment about the normal: at the end. "
-                  "Differences from the finest run over its size, all fingers together; the exponent n is the order.",
+        caption +
+            " A ball between three pads of 2 N is moved by 0.6 mm and turned by 4 degrees, friction 0.5; parts of the "
+            "patches slide. Slip and spin: of all ticks together; margin and moment about the normal: at the end. "
+            "Differences from the finest run over its size, all fingers together; the exponent n is the order.",
         "deterministic");
     figure["x"] = {{"label", label}, {"log", true}};
     figure["y"] = {{"label", "difference from the finest run"}, {"log", true}};
@@ -221,8 +227,9 @@ void convergence(ordered_json& part, bool quick) {
 
 int main(int argc, char** argv) {
   using namespace thenar;
-  return run_part(argc, argv, "motion", "Sticking and sliding",
-                  "How still fingers are that should stick, where friction gives way, and how what patches do converges. "
-                  "All is judged by the motion of bodies and pulps, by analytic limits, and by finer runs.",
-                  {creep, limits, convergence});
+  return run_part(
+      argc, argv, "motion", "Sticking and sliding",
+      "How still fingers are that should stick, where friction gives way, and how what patches do converges. "
+      "All is judged by the motion of bodies and pulps, by analytic limits, and by finer runs.",
+      {creep, limits, convergence});
 }
