@@ -74,7 +74,7 @@ class GraspMonitor {
   double last_s_ = 0.0, unloaded_s_ = 0.0;
   std::optional<Event> loss_, idle_finger_;
   std::optional<std::array<double, kFingers>> slip_before_m_;  ///< The sums when this watch began.
-  std::array<double, kFingers> slip_m_{};                      ///< Of patches that slid as a whole, from kMeasuredFrom_s on.
+  std::array<double, kFingers> slip_m_{};  ///< Of patches that slid as a whole, from kMeasuredFrom_s on.
   std::array<std::optional<double>, kFingers> slips_since_s_;
   Worst off_m_, off_rad_;
   // The hand.

@@ -47,8 +47,10 @@ std::vector<std::string> Warnings::sentences() const {
     const std::string& finger = model_.scene.hand.fingertips[k].finger;
     if (const Beyond& full = full_[k]; full.ticks > 0) {
       all.push_back(fmt::format(
-          "the {}'s list of contacts is too short (contact.max_per_finger: {}) in {:.3g} % of the ticks, from {:.3f} s on: "
-          "control points without room pass up to {:.3g} mm into the object, and the force is too small; thenar check says "
+          "the {}'s list of contacts is too short (contact.max_per_finger: {}) in {:.3g} % of the ticks, from {:.3f} s "
+          "on: "
+          "control points without room pass up to {:.3g} mm into the object, and the force is too small; thenar check "
+          "says "
           "what would serve",
           finger, model_.scene.contact.max_per_finger,
           100.0 * static_cast<double>(full.ticks) / static_cast<double>(ticks_), full.since_s, 1e3 * full.worst));
@@ -57,10 +59,11 @@ std::vector<std::string> Warnings::sentences() const {
   for (std::size_t k = 0; k < model_.pulps.size(); ++k) {
     if (const Beyond& deep = deep_[k]; deep.ticks > 0) {
       all.push_back(fmt::format(
-          "the {}'s patch is wider than its pulp is good for, from {:.3f} s on: a / R = {:.2f} with {:.2f} N at {:.3f} s, "
+          "the {}'s patch is wider than its pulp is good for, from {:.3f} s on: a / R = {:.2f} with {:.2f} N at {:.3f} "
+          "s, "
           "of {:g} at most",
-          model_.scene.hand.fingertips[k].finger, deep.since_s,
-          patch_share(model_.pulps[k], model_.scene, deep.worst), deep.worst, deep.worst_s, kHalfSpaceShare));
+          model_.scene.hand.fingertips[k].finger, deep.since_s, patch_share(model_.pulps[k], model_.scene, deep.worst),
+          deep.worst, deep.worst_s, kHalfSpaceShare));
     }
   }
   return all;
@@ -79,7 +82,8 @@ std::vector<std::string> warnings(const Model& model) {
   const LevelEstimate used = estimate_level(scene, model.pulps, model.level);
   if (used.missing > kNoticedShare) {
     std::string text = fmt::format(
-        "contact.max_per_finger: {} is too few: {} of {} control points carry the load expected, and without room for them "
+        "contact.max_per_finger: {} is too few: {} of {} control points carry the load expected, and without room for "
+        "them "
         "up to {:.2g} % of the force is missing. {} would serve",
         scene.contact.max_per_finger, used.needed, used.controls, 100.0 * used.missing, used.needed);
     std::vector<Pulp> pulps = make_pulps(scene);
@@ -95,9 +99,10 @@ std::vector<std::string> warnings(const Model& model) {
     share = std::max(share, patch_share(pulp, scene, load_N));
   }
   if (share > kHalfSpaceShare) {
-    all.push_back(fmt::format("the load expected, {:.2g} N, makes patches wider than pulps are good for: a / R = {:.2f}, of "
-                              "{:g} at most",
-                              load_N, share, kHalfSpaceShare));
+    all.push_back(
+        fmt::format("the load expected, {:.2g} N, makes patches wider than pulps are good for: a / R = {:.2f}, of "
+                    "{:g} at most",
+                    load_N, share, kHalfSpaceShare));
   }
   return all;
 }

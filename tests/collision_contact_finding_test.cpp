@@ -285,8 +285,7 @@ TEST(ContactFinding, TellsWhatItHasNoRoomFor) {
     EXPECT_TRUE(left_out.empty());
     find_contacts(scene().controls_m, X_SB, scene().box, {0.3e-3, 4e-3, 5}, other, kept, &left_out);
     kept.insert(kept.end(), left_out.begin(), left_out.end());
-    std::sort(kept.begin(), kept.end(),
-              [](const auto& a, const auto& b) { return a.control_point < b.control_point; });
+    std::sort(kept.begin(), kept.end(), [](const auto& a, const auto& b) { return a.control_point < b.control_point; });
     ASSERT_EQ(kept.size(), all.size());
     for (std::size_t c = 0; c < all.size(); ++c) {
       EXPECT_EQ(kept[c].control_point, all[c].control_point);

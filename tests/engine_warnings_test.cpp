@@ -1,5 +1,3 @@
-#include "engine/warnings.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,6 +10,7 @@
 #include "engine/pressed_pulp.h"
 #include "engine/pulp_levels.h"
 #include "engine/summary.h"
+#include "engine/warnings.h"
 #include "tests/scenes.h"
 
 namespace thenar {
@@ -109,8 +108,8 @@ TEST(Warnings, TellOfListsThatAreTooShort) {
 TEST(Warnings, AreNoneForThePublishedSizes) {
   for (const int most : {5, 10, 20}) {
     SCOPED_TRACE(most);
-    const Model model(short_grasp({"contact.max_per_finger=" + std::to_string(most),
-                                   "fingertips.leaves=" + std::to_string(16 * most)}));
+    const Model model(short_grasp(
+        {"contact.max_per_finger=" + std::to_string(most), "fingertips.leaves=" + std::to_string(16 * most)}));
     const Recording recording = run(model);
     EXPECT_TRUE(warnings(model, recording).empty()) << warnings(model, recording).front();
     EXPECT_LT(summarize(model, recording).at("contacts").at("max_penetration_um"), 10.0);
@@ -124,7 +123,8 @@ TEST(Warnings, TellOfPulpsThatAreNoHalfSpace) {
   for (const double depth_m : {0.5e-3, 2e-3}) {
     const double force_N = hertz_force_N(pulp, depth_m);
     EXPECT_NEAR(hertz_radius_m(pulp, force_N), std::sqrt(pulp.radius_m * depth_m), 1e-9);
-    EXPECT_NEAR(hertz_radius_m(pulp, force_N, pulp.material), std::cbrt(2.0) * std::sqrt(pulp.radius_m * depth_m), 1e-9);
+    EXPECT_NEAR(hertz_radius_m(pulp, force_N, pulp.material), std::cbrt(2.0) * std::sqrt(pulp.radius_m * depth_m),
+                1e-9);
   }
   for (const double share : {0.99, 1.01}) {
     Warnings gathered(model);
@@ -137,8 +137,8 @@ TEST(Warnings, TellOfPulpsThatAreNoHalfSpace) {
     EXPECT_EQ(names(gathered.sentences(), "thumb's patch"), share > 1.0);
   }
   EXPECT_TRUE(warnings(Model(short_grasp({}))).empty());
-  EXPECT_TRUE(names(warnings(Model(short_grasp({"control.grasp.internal_force=6 N", "contact.max_per_finger=60"}))),
-                    "a / R"));
+  EXPECT_TRUE(
+      names(warnings(Model(short_grasp({"control.grasp.internal_force=6 N", "contact.max_per_finger=60"}))), "a / R"));
 }
 
 // On a soft object with room for all that touch, contact gives the bodies next to no energy. Where a control point gets its

@@ -42,8 +42,7 @@ inline bool is_finite(const State& state) {
 /// `force_C` on it (normal into the thumb negative, two tangents) moves: one pulp under a given load. `depth_m` is that
 /// of the pulp's rest shape at the start, `translation_damping` the box's.
 inline Scene pressed_thumb(double depth_m, const Eigen::Vector3d& force_C, double translation_damping) {
-  Scene scene =
-      scene_of("box_grasp", {"object.shape={box: [20 mm, 20 mm, 20 mm]}", "object.points=3000"});
+  Scene scene = scene_of("box_grasp", {"object.shape={box: [20 mm, 20 mm, 20 mm]}", "object.points=3000"});
   scene.control.reset();
   scene.task = {};
   scene.torques = JointVector::Zero();

@@ -80,8 +80,8 @@ std::vector<Case> make_cases(bool quick) {
   const int count = quick ? 4 : 10;
   std::vector<Case> cases;
   for (const Index contacts : {15, 30, 60}) {
-    cases.push_back(scene_case(fmt::format("box_grasp, {} contacts", contacts), "box_grasp",
-                               changes_for(contacts), {0.6, 1.0, count}));
+    cases.push_back(scene_case(fmt::format("box_grasp, {} contacts", contacts), "box_grasp", changes_for(contacts),
+                               {0.6, 1.0, count}));
   }
   cases.push_back(scene_case("capsule", "capsule", {}, {0.6, 1.8, count}));
   cases.push_back(scene_case("mug", "mug", {}, {0.6, 1.0, count}));

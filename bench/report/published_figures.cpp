@@ -219,7 +219,8 @@ void published(ordered_json& part, const SmallProblems& small,
           "time for muscles. Grasp forces: the recorded problems have nothing to decide, their least forces lie within "
           "the cones; with half the friction that these use, cones are active. Which kind the paper timed is not "
           "known. A contact computation is contact finding among 36 000 + 3 x 2400 points, the compliance, "
-          "Gauss-Seidel to a residual of 1e-6, the deformation of the control points, 16 for each contact (3 x 80, 160, "
+          "Gauss-Seidel to a residual of 1e-6, the deformation of the control points, 16 for each contact (3 x 80, "
+          "160, "
           "320), and the display of 3 x 2400 points, which is {:.0f} % of it at 60 contacts and not in a loop that "
           "nobody watches. With 320 control points 5 or 10 contacts a finger do not hold the patch, and the pulps pass "
           "into the box. KKT: how far forces are from the optimum's conditions, the worst; solver: the forces against "
@@ -260,8 +261,9 @@ void published(ordered_json& part, const SmallProblems& small,
     const Percentiles residual = contacts[k].over_ticks([](const auto& tick) { return tick.solve.residual; });
     row(fmt::format("contact computation, {} contacts", kContacts[k]), published_us(kContacts[k]),
         contacts[k].over_ticks(total_us),
-        fmt::format("force: Hertz {:.1f} %, solver {:.0e}; residual {:.0e}, worst {:.0e}", 100.0 * contacts[k].hertz_error,
-                    percentiles(contacts[k].force_errors).p50, residual.p50, residual.max));
+        fmt::format("force: Hertz {:.1f} %, solver {:.0e}; residual {:.0e}, worst {:.0e}",
+                    100.0 * contacts[k].hertz_error, percentiles(contacts[k].force_errors).p50, residual.p50,
+                    residual.max));
   }
   small_row("muscle forces, the published method (Lemke on the LCP)", kNone, small.muscles_by_lemke);
   small_row("muscle forces (active set)", kNone, small.muscles);
