@@ -159,7 +159,8 @@ TEST(Sticking, BallIsHeldToCoulombsLimit) {
   }
 }
 
-// With the weight at an eccentric place each pad carries torsion, too. Where nothing is eccentric, the ellipsoids' limit is
+// With the weight at an eccentric place each pad carries torsion, too. Where nothing is eccentric, the ellipsoids'
+// limit is
 // Coulomb's.
 TEST(Sticking, EccentricWeightIsHeldToTheSoftFingersLimit) {
   const double modulus_Pa = scene_of("stick").fingertips->material.reduced_modulus_Pa;
