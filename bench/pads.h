@@ -45,7 +45,8 @@ inline Pads pads_round(const Shape& shape, double radius_m) {
   return pads;
 }
 
-/// A pad against two of half its force, `apart_m` from one another along z: a pinch across x of an object `width_m` wide.
+/// A pad against two of half its force, `apart_m` from one another along z: a pinch across x of an object `width_m`
+/// wide.
 inline Pads pads_across(const Shape& shape, double width_m, double apart_m) {
   Pads pads;
   pads.shape = shape;
@@ -71,7 +72,8 @@ inline Scene scene_of(const Pads& pads) {
   scene.object.mass_kg = pads.mass_kg;
   scene.object.centre_of_mass_m = pads.centre_of_mass_m;
   scene.object.X_WO.setIdentity();
-  // With the torsional stiffness of a patch some 60 ms, and slow enough that what turns has not come to hang within a second.
+  // With the torsional stiffness of a patch some 60 ms, and slow enough that what turns has not come to hang within
+  // a second.
   scene.object.rotation_damping = 1e-3;
   scene.joint_viscosity = 40.0;  // 10 N s/m at the pad
   scene.posture.setZero();
@@ -107,10 +109,12 @@ inline bool hold(const Pads& pads) {
   return built_up_m - height_m() < 0.1e-3;
 }
 
-/// The most mass that the pads hold by friction where a pad's friction F_t and its torsion M can be all that the ellipsoid
+/// The most mass that the pads hold by friction where a pad's friction F_t and its torsion M can be all that the
+/// ellipsoid
 /// between them encloses [Goyal, Ruina, Papadopoulos 1991],
 ///     (F_t / (mu F_n))^2 + (M / M_max)^2 <= 1,   M_max = 3 pi / 16 mu F_n a,   a^3 = 3/4 F_n / (E* (1/R + curvature)),
-/// M_max of Hertz's pressure on a disc of radius a. By the upper bound theorem it is the least that the pads dissipate, over
+/// M_max of Hertz's pressure on a disc of radius a. By the upper bound theorem it is the least that the pads
+/// dissipate, over
 /// all motions of the object in which the weight of 1 kg does work of 1: a sum of norms, which reweighted least squares
 /// find [Weiszfeld 1937]. Requires normal forces in balance.
 inline double most_mass_kg(const Pads& pads, double reduced_modulus_Pa, double pad_radius_m = 8e-3) {

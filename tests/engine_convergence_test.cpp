@@ -29,7 +29,8 @@ TEST(Convergence, WithTheStep) {
   }
 }
 
-// Four times the control points, with room for all that touch: less than half of the error of slip, spin and margin. The
+// Four times the control points, with room for all that touch: less than half of the error of slip, spin and margin.
+// The
 // moment, a difference of large parts, is accidental with few points.
 TEST(Convergence, WithControlPointsAndTheCap) {
   Scene scene = turned_ball();

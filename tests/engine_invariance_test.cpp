@@ -1,4 +1,5 @@
-// Nothing depends on where the world's axes are, on left and right, or on the units that lengths, forces and times are in.
+// Nothing depends on where the world's axes are, on left and right, or on the units that lengths, forces and times
+// are in.
 
 #include <gtest/gtest.h>
 
@@ -99,7 +100,8 @@ Scene moved(Scene scene, const Isometry3d& X) {
   return scene;
 }
 
-// A metre away, places are rounded to 1e-16 m, a 1e-12th of a pulp's depth; 1e-9 leaves 3 digits for what a run makes of it.
+// A metre away, places are rounded to 1e-16 m, a 1e-12th of a pulp's depth; 1e-9 leaves 3 digits for what a run
+// makes of it.
 TEST(Invariance, RotationAndTranslationChangeNothing) {
   std::mt19937_64 random(1);
   Isometry3d X = Isometry3d::Identity();
@@ -169,7 +171,8 @@ Outcome mirrored(Outcome outcome) {
   return outcome;
 }
 
-// With images of all samples, an image's run is the image of the run, to rounding. With samples of its own it differs by
+// With images of all samples, an image's run is the image of the run, to rounding. With samples of its own it
+// differs by
 // what samples do.
 TEST(Invariance, MirroringChangesNothingButTheSamples) {
   const Model model(scene_of(eccentric_ball()));

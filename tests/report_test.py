@@ -149,7 +149,7 @@ class Analysis(unittest.TestCase):
                           for _, figures in groups for figure in figures)], ["Growth"])
         self.assertEqual(layout[-1][0], "Others")
         self.assertEqual([name for _, _, missing in layout for name in missing],
-                         ["grasp_force", "muscle", "finding", "pulp", "rate", "contact_families", "model",
+                         ["grasp_force", "muscle", "finding", "pulp", "rate", "motion", "contact_families", "model",
                           "growth", "contact_growth"])
 
     def test_numbers_are_short(self):

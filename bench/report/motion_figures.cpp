@@ -1,4 +1,5 @@
-// Where sticking ends and how exactly: creep at rest, the limits of friction, and the convergence of what patches do with
+// Where sticking ends and how exactly: creep at rest, the limits of friction, and the convergence of what patches do
+// with
 // steps, samples and control points.
 
 #include <fmt/format.h>
