@@ -195,8 +195,8 @@ TEST(Pulp, SticksLikeMindlin) {
 }
 
 // Reissner and Sagoci: a contact that turns about its normal without slip resists by 16/3 G a^3. The points in the circle
-// are few, and those near its edge count most: 30 candidates are asked for 10 %, 120 for 5 %, in the mean. (With c_t in all
-// directions, for Cerruti's tensor, a pulp is stiffer by 24 to 34 %.)
+// are few, and those near its edge count most: 5 to 60 points are asked for 15 %, 20 and more for 12 %, in the mean. (With
+// c_t in all directions, for Cerruti's tensor, a pulp is stiffer by 26 to 36 %.)
 TEST(Pulp, ResistsTorsionLikeReissnerAndSagoci) {
   const double turn = 1e-4;
   for (const Model* model : {&published_model(), &fine_model()}) {
@@ -213,7 +213,7 @@ TEST(Pulp, ResistsTorsionLikeReissnerAndSagoci) {
                reissner_Nm_per_rad(depth_m);
       });
       SCOPED_TRACE(text("torsional stiffness / Reissner and Sagoci", ratio));
-      EXPECT_NEAR(ratio.mean, 1.0, model == &published_model() ? 0.1 : 0.05) << depth_m;
+      EXPECT_NEAR(ratio.mean, 1.0, model == &published_model() ? 0.15 : 0.12) << depth_m;
     }
   }
 }
