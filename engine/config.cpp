@@ -343,11 +343,13 @@ Eigen::Matrix3d ConfigMap::rotation3(std::string_view key) const {
     state_->report(node->place, path, "must be a list of 3 rows, not " + std::to_string(node->items.size()));
     return matrix;
   }
+  bool whole = true;
   for (std::size_t i = 0; i < 3; ++i) {
     const auto row = quantities_of(*state_, *node->items[i], item_path(path, i), Dimension::kNone, 3);
-    if (!row) return Eigen::Matrix3d::Identity();
-    matrix.row(static_cast<Index>(i)) = *row;
+    if (row) matrix.row(static_cast<Index>(i)) = *row;
+    whole = whole && row.has_value();
   }
+  if (!whole) return Eigen::Matrix3d::Identity();
   constexpr double kRounding = 1e-5;  // Files give six digits and more.
   if (!((matrix * matrix.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() <= kRounding) ||
       matrix.determinant() < 0.0) {

@@ -36,7 +36,7 @@ Scene rigid_grasp() {
   const std::filesystem::path written = scratch() / "rigid.yaml";
   write_file(written, text);
   return load_scene(written, {"hand.model=" + config_file("hand").string(), "object.points=2000", "time.duration=0.1 s",
-                              "contact={friction: 0.8, band: 0.3 mm, tolerance: 1e-6, max_sweeps: 200}",
+                              "contact={friction: 0.8, band: 0.3 mm, tolerance: 1e-7, max_sweeps: 200}",
                               "control.pulp={normal: 50 N/mm, tangential: 33.3 N/mm}"});
 }
 

@@ -290,10 +290,10 @@ TEST(Lockstep, TheSameSeedGivesTheSameBits) {
 }
 
 // Without delay and with a frame for every step there is no split: the two ticks in a loop, bit by bit, by the comparisons'
-// loop as well. The offset changes next to nothing, for a box's faces are flat: as little as the solver's tolerance, each
+// loop as well. The offset changes next to nothing, for a box's faces are flat and the lists have room: as little as the solver's tolerance, each
 // tick 1e-6 of a free motion of 0.1 mm, may add up to in 300 ticks.
 TEST(Lockstep, IsOneLoopWhenEveryStepHasItsFrame) {
-  const Model model = early_box({"time.step=1 ms", "time.control_period=1 ms"});
+  const Model model = early_box({"time.step=1 ms", "time.control_period=1 ms", "contact.max_per_finger=40"});
   Loop loop(model.scene);
   Lockstep plain(model), offset(model);
   plain.workspace().policy.offset_decay_s = 0.0;

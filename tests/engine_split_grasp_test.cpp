@@ -160,7 +160,7 @@ TEST(SplitGrasp, LosesWhatLessFrictionCannotHold) {
     }
     return *std::max_element(slip_m.begin(), slip_m.end());
   };
-  EXPECT_LT(most_slip_m(0.8), 0.05e-3);
+  EXPECT_LT(most_slip_m(0.8), 0.15e-3);
   EXPECT_GT(most_slip_m(0.2), 2e-3);  // lost, says the monitor
 }
 

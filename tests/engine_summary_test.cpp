@@ -69,11 +69,11 @@ TEST(BoxGrasp, HoldsWithControlEvery5ms) {
 }
 
 // 5, 10 and 20 contacts a finger are the published 15, 30 and 60: every finger has that many at all times, and they serve
-// 16 control points each: no pulp passes into the box.
+// 12 control points each: no pulp passes into the box.
 class ContactCount : public testing::TestWithParam<int> {};
 TEST_P(ContactCount, IsKeptAndHolds) {
   const SceneRun run("box_grasp", {"contact.max_per_finger=" + std::to_string(GetParam()),
-                                   "fingertips.leaves=" + std::to_string(16 * GetParam())});
+                                   "fingertips.leaves=" + std::to_string(12 * GetParam())});
   expect_held(run);
   EXPECT_LE(run.number("contacts", "max_penetration_um"), 10.0);
   EXPECT_TRUE(run.summary.at("warnings").empty()) << run.summary.at("warnings");

@@ -219,7 +219,7 @@ void published(ordered_json& part, const SmallProblems& small,
           "time for muscles. Grasp forces: the recorded problems have nothing to decide, their least forces lie within "
           "the cones; with half the friction that these use, cones are active. Which kind the paper timed is not "
           "known. A contact computation is contact finding among 36 000 + 3 x 2400 points, the compliance, "
-          "Gauss-Seidel to a residual of 1e-6, the deformation of the control points, 16 for each contact (3 x 80, "
+          "Gauss-Seidel to a residual of 1e-6, the deformation of the control points, 12 for each contact (3 x 60, "
           "160, "
           "320), and the display of 3 x 2400 points, which is {:.0f} % of it at 60 contacts and not in a loop that "
           "nobody watches. With 320 control points 5 or 10 contacts a finger do not hold the patch, and the pulps pass "
