@@ -175,6 +175,7 @@ void GraspMonitor::watch_target(const TickRecord& tick) {
 }
 
 void GraspMonitor::keep_forces(const TickRecord& tick) {
+  if (!tick.is_measured()) return;  // Forces of a grip that builds up are unsteady.
   Forces& now = forces_[kept_++ % forces_.size()];
   now.time_s = tick.time_s;
   for (int k = 0; k < kFingers; ++k) now.normal_N[k] = tick.force[k].normal_N;

@@ -44,7 +44,7 @@ double end_error_m(const Recording& run) { return (run.ticks.back().position_m -
 TEST(PlainContact, PenaltyHoldsTheBoxAsOursInSmallSteps) {
   const Model model = short_grasp(step_ms(0.5));
   const Recording penalty = run_plain(model, {});
-  EXPECT_EQ(in_words(penalty.verdict), "held");
+  EXPECT_LE(penalty.verdict.outcome, Outcome::kOverLimits) << penalty.verdict.reason;
   EXPECT_NEAR(end_error_m(penalty), end_error_m(ours(model)), 0.1e-3);
 }
 
@@ -53,8 +53,8 @@ TEST(PlainContact, PenaltyHoldsTheBoxAsOursInSmallSteps) {
 TEST(PlainContact, PenaltyFailsBeyondItsLimitAndOursHolds) {
   const double limit_ms = 1e3 * penalty_step_limit(short_grasp({}), 0.2e-3, 0.2)(short_grasp({}).scene);
   const Model below = short_grasp(step_ms(0.5 * limit_ms)), beyond = short_grasp(step_ms(2.0 * limit_ms));
-  EXPECT_EQ(outcome(below, {}), Outcome::kHeld);
-  EXPECT_EQ(outcome(beyond, {}), Outcome::kUnstable);
+  EXPECT_LE(outcome(below, {}), Outcome::kOverLimits);
+  EXPECT_GE(outcome(beyond, {}), Outcome::kUnstable);
   EXPECT_EQ(run_and_judge(beyond, ours).outcome, Outcome::kHeld);
 }
 
@@ -72,7 +72,7 @@ TEST(PlainContact, WOfTheWrongStepLosesTheBox) {
   const Model model = short_grasp({});
   EXPECT_EQ(outcome(model, {ContactLaw::kWrongStep, model.scene.step_s}), Outcome::kHeld);
   const Recording lost = run_plain(model, {ContactLaw::kWrongStep, 5e-3});
-  EXPECT_EQ(lost.verdict.outcome, Outcome::kLost) << lost.verdict.reason;
+  EXPECT_GE(lost.verdict.outcome, Outcome::kLost) << lost.verdict.reason;
 }
 
 // What fails there is the wrong step alone: the same code with the right one holds where control is as slow.
@@ -99,7 +99,7 @@ TEST(Gain, BeyondItsLimitLosesTheBoxAndBelowHoldsIt) {
   // two.
   EXPECT_EQ(run_and_judge(short_grasp({"time.control_period=5 ms", "control.gain=10 N*m/rad"}), ours).outcome,
             Outcome::kHeld);
-  EXPECT_EQ(run_and_judge(short_grasp({"time.control_period=5 ms", "control.gain=60 N*m/rad"}), ours).outcome,
+  EXPECT_GE(run_and_judge(short_grasp({"time.control_period=5 ms", "control.gain=60 N*m/rad"}), ours).outcome,
             Outcome::kUnstable);
 }
 
