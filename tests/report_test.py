@@ -252,7 +252,7 @@ class Page(unittest.TestCase):
 
     def test_what_is_missing_is_named(self):
         said = re.findall("Not measured: (.*?)\\. ", "".join(self.read.words))
-        self.assertEqual(said, ["grasp_force, muscle, finding, pulp, rate", "contact_families", "model",
+        self.assertEqual(said, ["grasp_force, muscle, finding, pulp, rate", "motion", "contact_families", "model",
                                 "growth, contact_growth"])
 
     def test_the_summary_tells_defaults_failures_and_candidates_for_deletion(self):
