@@ -72,9 +72,8 @@ inline Scene scene_of(const Pads& pads) {
   scene.object.mass_kg = pads.mass_kg;
   scene.object.centre_of_mass_m = pads.centre_of_mass_m;
   scene.object.X_WO.setIdentity();
-  // With the torsional stiffness of a patch some 60 ms, and slow enough that what turns has not come to hang within
-  // a second.
-  scene.object.rotation_damping = 1e-3;
+  // With the torsional stiffness of a patch some 6 ms; near the limit, where the patch all but slides, 0.1 s.
+  scene.object.rotation_damping = 1e-4;
   scene.joint_viscosity = 40.0;  // 10 N s/m at the pad
   scene.posture.setZero();
   JointVector torques;
@@ -98,31 +97,32 @@ inline Scene scene_of(const Pads& pads) {
   return scene;
 }
 
-/// Whether the pads hold the object: after the grip has built up its centre of mass falls no more.
+/// Whether the pads hold the object: after the grip has built up its centre of mass falls no more, and what little it has
+/// turned leaves the lever of its weight as it was.
 inline bool hold(const Pads& pads) {
   Loop loop(scene_of(pads));
   const auto height_m = [&] { return -pads.gravity.normalized().dot(loop.state.X_WO * pads.centre_of_mass_m); };
   loop.run(0.5);
   const double built_up_m = height_m();
   loop.run(0.5);
+  // At 15 degrees the lever is 3 % shorter: what turns further may come to hang, and fall no more.
+  if (Eigen::AngleAxisd(loop.state.X_WO.linear()).angle() > 15.0 * std::numbers::pi / 180.0) return false;
   // What friction does not carry is left to the drag: 1 % of the weight of 100 g then falls at 1 mm/s.
   return built_up_m - height_m() < 0.1e-3;
 }
 
-/// The most mass that the pads hold by friction where a pad's friction F_t and its torsion M can be all that the
-/// ellipsoid
+/// The most mass that the pads hold by friction where a pad's friction F_t and its torsion M can be all that the ellipsoid
 /// between them encloses [Goyal, Ruina, Papadopoulos 1991],
 ///     (F_t / (mu F_n))^2 + (M / M_max)^2 <= 1,   M_max = 3 pi / 16 mu F_n a,   a^3 = 3/4 F_n / (E* (1/R + curvature)),
-/// M_max of Hertz's pressure on a disc of radius a. By the upper bound theorem it is the least that the pads
-/// dissipate, over
+/// M_max of Hertz's pressure on a disc of radius a. By the upper bound theorem it is the least that the pads dissipate, over
 /// all motions of the object in which the weight of 1 kg does work of 1: a sum of norms, which reweighted least squares
 /// find [Weiszfeld 1937]. Requires normal forces in balance.
 inline double most_mass_kg(const Pads& pads, double reduced_modulus_Pa, double pad_radius_m = 8e-3) {
-  using Vector6 =
-      Eigen::Matrix<double, 6, 1>;  // Of a motion: velocity of the origin, rotation; of a load: force, moment.
+  // Of a motion: velocity of the origin, rotation; of a load: force, moment.
+  using Vector6 = Eigen::Matrix<double, 6, 1>;
   using Matrix6 = Eigen::Matrix<double, 6, 6>;
-  std::array<Eigen::Matrix<double, 3, 6>, kFingers>
-      most;  // What a pad can do, by motions along its two tangents and turns.
+  // What a pad can do, by motions along its two tangents and turns.
+  std::array<Eigen::Matrix<double, 3, 6>, kFingers> most;
   for (int k = 0; k < kFingers; ++k) {
     const Eigen::Vector3d n = pads.inward[k], t = n.unitOrthogonal();
     const double friction_N = pads.friction * pads.force_N[k];

@@ -69,6 +69,7 @@ class PlainTick {
         plain_(plain),
         operator_model_(model),
         now_(model),
+        motion_(model.max_contacts, kFingers),
         loads_(model),
         patches_(model),
         carried_(3 * model.max_contacts) {
@@ -92,6 +93,7 @@ class PlainTick {
   PlainContact plain_;
   Model operator_model_;  ///< Whose step W is made for.
   ContactKinematics now_;
+  GroupedWorkspace motion_;
   PulpLoads loads_;
   PatchPoints patches_;
   HandPose pose_;
@@ -201,14 +203,9 @@ TickReport PlainTick::tick(const Frame& frame, State& state) {
   } else {
     report.solve = solve(frame, state, dq, dx);
   }
-  for (Index i = 0; i < frame.size(); ++i) {
-    const Vector3d f = f_.segment<3>(3 * i);
-    const int k = frame.contacts[i].finger;
-    dq.segment<kJointsPerFinger>(kJointsPerFinger * k) += m.joint * now_.J_finger.middleRows<3>(3 * i).transpose() * f;
-    const Vector6d wrench = now_.J_object.middleRows<3>(3 * i).leftCols<6>().transpose() * f;
-    dx.head<3>() += m.translation * wrench.head<3>();
-    dx.tail<3>() += m.rotation * wrench.tail<3>();
-  }
+  find_motion(delassus_operator(model_, frame, now_, m), f_, motion_);
+  dq += motion_.own_motion.reshaped();
+  dx += motion_.common_motion.head<6>();
   ++state.tick;
   if (!dq.allFinite() || !dx.allFinite()) {
     report.solve = not_finite(report.solve.sweeps);
@@ -221,7 +218,8 @@ TickReport PlainTick::tick(const Frame& frame, State& state) {
   const Vector3d turn = dx.tail<3>();
   state.X_WO.linear() = Eigen::AngleAxisd(turn.norm(), turn.stableNormalized()) * state.X_WO.linear();
   take_stock(frame, state, report);
-  for (int k = 0; k < kFingers && !penalty; ++k) deform(model_, frame, now_, k, f_, loads_, state);
+  for (int k = 0; k < kFingers && !penalty; ++k)
+    deform(model_, frame, now_, k, f_, motion_.surface_motion, loads_, state);
   forward_kinematics(model_.scene.hand, state.q, pose_);
   find_displacements(model_, frame, now_, pose_, state, patches_);
   for (int k = 0; k < kFingers; ++k) {

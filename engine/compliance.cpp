@@ -38,8 +38,6 @@ PulpLoads::PulpLoads(const Model& model) {
   if (!model.deformable()) return;
   const Index per_finger = model.max_contacts / kFingers;
   loads.reserve(per_finger);
-  contact_loads.reserve(per_finger);
-  moved_m.setZero(3 * per_finger);
   u_m.setZero(3, per_finger);
 }
 
@@ -56,29 +54,23 @@ void fill_kernels(const Model& model, Frame& frame) {
       C.p_m.row(j) = pulp.control_points_m.col(c_j);
       for (Index i = 0; i <= j; ++i) {
         const Index c_i = frame.contacts[begin + i].control_point;
-        const auto [a, b] = cross_compliance(pulp, c_i, c_j);
-        C.set(i, j, softness * pulp.kernel(c_i, c_j), softness * a, softness * b);
+        C.set(i, j, softness * pulp.kernel(c_i, c_j), softness * pulp.a(c_i, c_j), softness * pulp.b(c_i, c_j));
       }
     }
   }
 }
 
 void deform(const Model& model, const Frame& frame, const ContactKinematics& now, int k, const Eigen::VectorXd& f,
-            PulpLoads& work, State& state) {
+            const Eigen::VectorXd& surface_motion, PulpLoads& work, State& state) {
   const Pulp& pulp = model.pulps[k];
   const double rho = memory(pulp.material, model.scene.step_s);
   const Index begin = frame.begin[k], contacts = frame.begin[k + 1] - begin;
   Eigen::MatrixX3d& u = state.u_m[k];
-  // At the contacts, with what the solver had.
-  auto moved_m = work.moved_m.head(3 * contacts);
-  moved_m.setZero();
-  give_way(frame.compliance[k], now.pulp_axes, begin, 1.0 - rho, f.segment(3 * begin, 3 * contacts), work.contact_loads,
-           moved_m);
   work.loads.clear();
   for (Index i = 0; i < contacts; ++i) {
     const Index c = frame.contacts[begin + i].control_point;
     const Matrix3d& E_F = now.E_F[begin + i];
-    work.u_m.col(i) = rho * u.row(c).transpose() + E_F * moved_m.segment<3>(3 * i);
+    work.u_m.col(i) = rho * u.row(c).transpose() + E_F * surface_motion.segment<3>(3 * (begin + i));
     const Vector3d f_i = f.segment<3>(3 * (begin + i));
     if (f_i[0] <= 0.0) continue;
     const Vector3d mean(1.0, pulp.tangential, pulp.tangential);

@@ -23,16 +23,14 @@ struct PulpLoads {
   explicit PulpLoads(const Model& model);
 
   std::vector<Load> loads;
-  std::vector<SurfaceLoad> contact_loads;
-  Eigen::VectorXd moved_m;  ///< (1 - rho) C f, contact rows.
-  Eigen::Matrix3Xd u_m;     ///< u+ at the contacts, distal frame.
+  Eigen::Matrix3Xd u_m;  ///< u+ at the contacts, distal frame.
 };
 
-/// u = rho u + (1 - rho) C f of finger k, at all its control points: with the C that the solver had at those of the frame's
-/// contacts. At the others, which bear no force, forces across the normal act by c_t in all directions, the mean of
+/// u = rho u + (1 - rho) C f of finger k, at all its control points. At those of the frame's contacts, (1 - rho) C f is the
+/// solver's own `surface_motion` (GroupedWorkspace): in a motion of its own a finger that sticks would walk. At the others, which bear no force, forces across the normal act by c_t in all directions, the mean of
 /// Cerruti's tensor: the tensor itself would cost four times as much. `f` holds the frame's contact forces, rows (n, t1,
-/// t2) each. Does not allocate.
+/// t2) each, as surface_motion has. Does not allocate.
 void deform(const Model& model, const Frame& frame, const ContactKinematics& now, int k, const Eigen::VectorXd& f,
-            PulpLoads& work, State& state);
+            const Eigen::VectorXd& surface_motion, PulpLoads& work, State& state);
 
 }  // namespace thenar

@@ -108,19 +108,6 @@ void free_gaps_and_slips(const Model& model, const Frame& frame, const State& st
   }
 }
 
-/// The motion of the bodies by contact forces, as a solve in factors leaves it.
-void find_contact_motion(const GroupedDelassus& W, const Eigen::VectorXd& f, GroupedWorkspace& motion) {
-  motion.own_motion.setZero();
-  motion.common_motion.setZero();
-  for (Index k = 0; k < W.groups(); ++k) {
-    for (Index r = 3 * W.begin[k]; r < 3 * W.begin[k + 1]; ++r) {
-      motion.own_motion.col(k) += W.own_mobility * f[r] * W.J_own.row(r).transpose();
-      motion.common_motion += f[r] * W.J_common.row(r).transpose();
-    }
-  }
-  motion.common_motion.array() *= W.common_mobility.array();
-}
-
 SolveReport find_forces(const Model& model, const Frame& frame, const GroupedDelassus& W, ContactWorkspace& work) {
   const Index n = frame.size();
   const GaussSeidelSettings settings{model.scene.contact.tolerance, model.scene.contact.max_sweeps};
@@ -132,7 +119,7 @@ SolveReport find_forces(const Model& model, const Frame& frame, const GroupedDel
   W.to_dense(dense);
   add_object_compliance(model, frame, work.kinematics, dense);
   const SolveReport report = solve_contacts(dense, delta_free, mu, settings, work.dense->sweeps, f, delta);
-  find_contact_motion(W, work.f, work.solver);
+  find_motion(W, f, work.solver);
   return report;
 }
 
@@ -283,7 +270,8 @@ void press_in(const Model& model, const Frame& frame, ContactWorkspace& work, St
   note_points(frame, work.kinematics, state, work.f, work.patches);
   if (model.soft_object()) remember_loads(model, frame, work.kinematics, work.f, state);
   f *= object_share / share;
-  for (int k = 0; k < kFingers; ++k) deform(model, frame, work.kinematics, k, work.f, work.loads, state);
+  for (int k = 0; k < kFingers; ++k)
+    deform(model, frame, work.kinematics, k, work.f, work.solver.surface_motion, work.loads, state);
   f *= share;
   find_displacements(model, frame, work.kinematics, work.pose, state, work.patches);
   Ledger start;
@@ -383,7 +371,8 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
   }
   book_motion(scene, drive, state, motion, report.ledger);
   if (model.deformable()) {
-    for (int k = 0; k < kFingers; ++k) deform(model, frame, work.kinematics, k, work.f, work.loads, state);
+    for (int k = 0; k < kFingers; ++k)
+      deform(model, frame, work.kinematics, k, work.f, work.solver.surface_motion, work.loads, state);
     if (model.soft_object()) remember_loads(model, frame, work.kinematics, work.f, state);
   }
   pose_hand(scene, state.q, work);

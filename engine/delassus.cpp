@@ -32,14 +32,13 @@ void contact_kinematics(const Model& model, const Frame& frame, const HandPose& 
       const Vector3d u_F = displacement(state, contact);
       const Vector3d u_O = object_displacement(model, state, contact);
       const auto [gap_m, n_F] = contact_gap(contact, X_FO, u_F, u_O);
-      // A hand file's rotations are rounded: axes that went through them are put right.
-      const Matrix3d E_W = axes_of(X_WF.linear() * n_F, X_WF.linear() * contact.E_F.col(1));
+      const Matrix3d E_F = axes_of(n_F, contact.E_F.col(1)), E_W = X_WF.linear() * E_F;
       const Vector3d c_W = X_WF * (contact.p_F - u_F) + gap_m * E_W.col(0);
       const Vector3d r = c_W - state.X_WO.translation();
       kinematics.gap_m[i] = gap_m;
-      kinematics.E_F[i] = X_WF.linear().transpose() * E_W;
+      kinematics.E_F[i] = E_F;
       kinematics.E_W[i] = E_W;
-      if (model.deformable()) kinematics.pulp_axes.middleRows<3>(3 * i) = kinematics.E_F[i].transpose();
+      if (model.deformable()) kinematics.pulp_axes.middleRows<3>(3 * i) = E_F.transpose();
       if (model.soft_object()) {
         const Matrix3d E_O = state.X_WO.linear().transpose() * E_W;
         kinematics.object_tensors.middleRows<3>(3 * i) = E_O.transpose() * object_tensor(model, contact);

@@ -17,7 +17,7 @@ Matrix3d contact_frame(const Matrix3d& R_WF, const Vector3d& pulp_normal, const 
 
 Matrix3d axes_of(const Vector3d& n, const Vector3d& t1) {
   Matrix3d E;
-  E.col(0) = n.normalized();
+  E.col(0) = n;
   E.col(1) = (t1 - t1.dot(E.col(0)) * E.col(0)).normalized();
   E.col(2) = E.col(0).cross(E.col(1));
   return E;

@@ -56,7 +56,7 @@ struct Frame {
 [[nodiscard]] Eigen::Matrix3d contact_frame(const Eigen::Matrix3d& R_WF, const Eigen::Vector3d& pulp_normal,
                                             const Eigen::Vector3d& n_W);
 
-/// Orthonormal right-handed axes: along n, and along t1 as far as it is across n.
+/// Orthonormal right-handed axes: the unit vector n, and along t1 as far as it is across n.
 [[nodiscard]] Eigen::Matrix3d axes_of(const Eigen::Vector3d& n, const Eigen::Vector3d& t1);
 
 /// How the deformed finger point of a contact stands to the object's surface.

@@ -15,6 +15,7 @@ void note_points(const Frame& frame, const ContactKinematics& kinematics, const 
                  PatchPoints& points) {
   points.points.clear();
   points.X_WO = state.X_WO;
+  const Isometry3d X_OW = state.X_WO.inverse();
   for (int k = 0; k < kFingers; ++k) {
     points.begin[k] = points.points.size();
     for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
@@ -22,7 +23,7 @@ void note_points(const Frame& frame, const ContactKinematics& kinematics, const 
       const Vector3d zero = Vector3d::Zero();
       Vector3d u_O = zero;
       if (kinematics.u_object_m.size() > 0) {
-        u_O = state.X_WO.linear().transpose() * (kinematics.E_W[i] * kinematics.u_object_m.col(i));
+        u_O = X_OW.linear() * (kinematics.E_W[i] * kinematics.u_object_m.col(i));
       }
       const Vector3d finger_W = kinematics.c_W[i] - kinematics.gap_m[i] * kinematics.E_W[i].col(0);
       points.points.push_back({.contact = i,
@@ -30,7 +31,7 @@ void note_points(const Frame& frame, const ContactKinematics& kinematics, const 
                                .u_O = u_O,
                                .u_end_F = zero,
                                .u_end_O = zero,
-                               .x_O = state.X_WO.inverse() * finger_W - u_O,
+                               .x_O = X_OW * finger_W - u_O,
                                .r_W = zero,
                                .f_W = kinematics.E_W[i] * f.segment<3>(3 * i),
                                .normal_N = f[3 * i],

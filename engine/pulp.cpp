@@ -27,12 +27,12 @@ Vector3d direction(const Pulp& pulp, const TreeNode& node) {
   return sum.normalized();
 }
 
-double boussinesq(const Pulp& pulp, Index i, Index j) {
+double boussinesq_kernel(const Pulp& pulp, Index i, Index j) {
   return half_space_kernel(pulp.material, (pulp.control_points_m.col(i) - pulp.control_points_m.col(j)).squaredNorm(),
                            pulp.area_m2[i], pulp.area_m2[j]);
 }
 
-double gaussian(const Pulp& pulp, Index i, Index j) {
+double gaussian_kernel(const Pulp& pulp, Index i, Index j) {
   constexpr double kSigma2PerArea = 0.36;        // Force within 7 % of Hertz's from 30 candidates, 1 % from 120.
   constexpr double kDepthPerRadius = 1.0 / 8.0;  // Of the calibration: Hertz's law still holds there.
   const double a = std::sqrt(kDepthPerRadius) * pulp.radius_m;
@@ -75,20 +75,25 @@ void set_level(Pulp& pulp, int level) {
   pulp.control_points_m = (pulp.radius_m * directions).colwise() + pulp.centre_m;
   pulp.area_m2 = pulp.radius_m * pulp.radius_m * voronoi_cells(directions).areas;
 
-  const auto k = pulp.material.kernel == PulpKernel::kGaussian ? gaussian : boussinesq;
-  pulp.kernel.resize(n, n);
-  for (Index j = 0; j < n; ++j) {
-    for (Index i = 0; i <= j; ++i) pulp.kernel(i, j) = pulp.kernel(j, i) = k(pulp, i, j);
-  }
+  fill_compliance(pulp);
 }
 
-CrossCompliance cross_compliance(const Pulp& pulp, Index i, Index j) {
-  const double k = pulp.kernel(i, j), kappa = 2.0 * (pulp.tangential - 1.0);
-  if (pulp.material.kernel == PulpKernel::kGaussian) return {0.5 * kappa * k, 0.0};
-  const double per_rho = std::numbers::pi * pulp.material.reduced_modulus_Pa * k;
-  const double s = std::sqrt(0.5 * (pulp.area_m2[i] + pulp.area_m2[j])) / kHexagonal;
-  const double per_sum = per_rho / (1.0 + s * per_rho);  // 1 / (rho + s)
-  return {kappa * k * s * per_sum, kappa * k * per_sum * per_sum};
+void fill_compliance(Pulp& pulp) {
+  const Index n = pulp.controls();
+  const bool gaussian = pulp.material.kernel == PulpKernel::kGaussian;
+  const double kappa = 2.0 * (pulp.tangential - 1.0);
+  for (Eigen::MatrixXd* part : {&pulp.kernel, &pulp.a, &pulp.b}) part->resize(n, n);
+  const auto set = [&](Eigen::MatrixXd& part, Index i, Index j, double value) { part(i, j) = part(j, i) = value; };
+  for (Index j = 0; j < n; ++j) {
+    for (Index i = 0; i <= j; ++i) {
+      const double k = gaussian ? gaussian_kernel(pulp, i, j) : boussinesq_kernel(pulp, i, j);
+      const double rho = 1.0 / (std::numbers::pi * pulp.material.reduced_modulus_Pa * k);
+      const double s = std::sqrt(0.5 * (pulp.area_m2[i] + pulp.area_m2[j])) / kHexagonal;
+      set(pulp.kernel, i, j, k);
+      set(pulp.a, i, j, gaussian ? 0.5 * kappa * k : kappa * k * s / (rho + s));
+      set(pulp.b, i, j, gaussian ? 0.0 : kappa * k / ((rho + s) * (rho + s)));
+    }
+  }
 }
 
 double memory(const PulpMaterial& material, double step_s) {

@@ -56,6 +56,8 @@ struct Pulp {
   Eigen::MatrixX3d control_normals = {};   ///< L x 3, outward, at rest.
   Eigen::VectorXd area_m2 = {};            ///< L; together the sphere's.
   Eigen::MatrixXd kernel = {};             ///< L x L, k_ij [m/N], of the pulp without load.
+  Eigen::MatrixXd a = {};                  ///< L x L, a_ij [m/N], likewise.
+  Eigen::MatrixXd b = {};                  ///< L x L, b_ij [1/(N m)], likewise.
   double tangential = 1.0;                 ///< c_t.
 
   [[nodiscard]] Eigen::Index controls() const { return control_points_m.cols(); }
@@ -69,13 +71,8 @@ struct Pulp {
 /// Takes the control points of a level of detail: one for about 2^level leaves, or for all of them. Cost O(controls^2).
 void set_level(Pulp& pulp, int level);
 
-/// What forces across the normal add to the compliance k_ij between two control points.
-struct CrossCompliance {
-  double a;  ///< [m/N]
-  double b;  ///< [1/(N m)]
-};
-
-[[nodiscard]] CrossCompliance cross_compliance(const Pulp& pulp, Eigen::Index i, Eigen::Index j);
+/// Computes k, a and b of the pulp's control points and their areas. Cost O(controls^2).
+void fill_compliance(Pulp& pulp);
 
 /// k_ij of the Boussinesq kernel between points whose distance squared is `squared_m2`, standing for these areas [m/N].
 [[nodiscard]] double half_space_kernel(const PulpMaterial& material, double squared_m2, double area_i_m2,

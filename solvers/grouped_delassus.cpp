@@ -111,46 +111,10 @@ void fill(const GroupedDelassus& W, GroupedWorkspace& grouped) {
   }
 }
 
-/// The bodies' motion by forces f, and from it and the compliance the gaps.
-void gaps(const GroupedDelassus& W, const VectorRef& delta_free, const VectorRef& f, GroupedWorkspace& work,
-          VectorOut delta) {
-  // A register each: sums in the workspace would wait for memory at every contact.
-  Eigen::Array4d common_1 = Eigen::Array4d::Zero(), common_2 = common_1;
-  for (Index k = 0; k < W.groups(); ++k) {
-    Eigen::Array4d own = Eigen::Array4d::Zero();
-    for (Index i = W.begin[k]; i < W.begin[k + 1]; ++i) {
-      if (f[3 * i] <= 0.0) continue;
-      for (Index r = 3 * i; r < 3 * i + 3; ++r) {
-        own += f[r] * W.J_own.row(r).transpose().array();
-        common_1 += f[r] * W.J_common.row(r).head<4>().transpose().array();
-        common_2 += f[r] * W.J_common.row(r).tail<4>().transpose().array();
-      }
-    }
-    work.own_motion.col(k) = W.own_mobility * own.matrix();
-  }
-  common_1 *= W.common_mobility.head<4>().array();
-  common_2 *= W.common_mobility.tail<4>().array();
-  work.common_motion << common_1, common_2;
-  for (Index k = 0; k < W.groups(); ++k) {
-    const Index first = 3 * W.begin[k], rows = 3 * W.begin[k + 1] - first;
-    const Eigen::Array4d own = work.own_motion.col(k).array();
-    for (Index r = first; r < first + rows; ++r) {
-      // The 12 products in three registers, which are added up once.
-      const Eigen::Array4d parts = W.J_own.row(r).transpose().array() * own +
-                                   W.J_common.row(r).head<4>().transpose().array() * common_1 +
-                                   W.J_common.row(r).tail<4>().transpose().array() * common_2;
-      delta[r] = delta_free[r] + parts.sum();
-    }
-    if (W.compliance.empty()) continue;
-    give_way(W.compliance[k], W.axes, W.begin[k], W.compliance_scale, f.segment(first, rows), work.loads,
-             delta.segment(first, rows));
-  }
-}
-
-/// The sums that give_way() takes, for kRows contacts from `i` on: all in registers.
+/// s C f of kRows contacts from `i` on of a group whose first is `first`: all sums in registers.
 template <int kRows>
 void give_way_rows(const SurfaceCompliance& C, const GroupedDelassus::Axes& axes, Index first, double scale, Index i,
-                   const std::vector<SurfaceLoad>& loads, VectorOut delta) {
+                   const std::vector<SurfaceLoad>& loads, VectorOut motion) {
   using Sums = Eigen::Array<double, kRows, 1>;
   const auto at = [&](const auto& values, Index j) { return values.col(j).template segment<kRows>(i).array(); };
   const Sums px = at(C.p_m, 0), py = at(C.p_m, 1), pz = at(C.p_m, 2);
@@ -172,11 +136,55 @@ void give_way_rows(const SurfaceCompliance& C, const GroupedDelassus::Axes& axes
   tz += z + pz * bent;
   for (Index row = 0; row < kRows; ++row) {
     const auto E = axes.middleRows<3>(3 * (first + i + row));
-    auto delta_i = delta.segment<3>(3 * (i + row));
-    delta_i[0] += scale * (E(0, 0) * x[row] + E(0, 1) * y[row] + E(0, 2) * z[row]);
-    delta_i[1] += scale * (E(1, 0) * tx[row] + E(1, 1) * ty[row] + E(1, 2) * tz[row]);
-    delta_i[2] += scale * (E(2, 0) * tx[row] + E(2, 1) * ty[row] + E(2, 2) * tz[row]);
+    auto motion_i = motion.segment<3>(3 * (first + i + row));
+    motion_i[0] = scale * (E(0, 0) * x[row] + E(0, 1) * y[row] + E(0, 2) * z[row]);
+    motion_i[1] = scale * (E(1, 0) * tx[row] + E(1, 1) * ty[row] + E(1, 2) * tz[row]);
+    motion_i[2] = scale * (E(2, 0) * tx[row] + E(2, 1) * ty[row] + E(2, 2) * tz[row]);
   }
+}
+
+/// The surface motion of group k.
+void give_way(const GroupedDelassus& W, Index k, const VectorRef& f, GroupedWorkspace& work) {
+  const SurfaceCompliance& C = W.compliance[k];
+  const Index first = W.begin[k], contacts = W.begin[k + 1] - first;
+  work.loads.clear();
+  for (Index j = 0; j < contacts; ++j) {
+    const Index row = 3 * (first + j);
+    if (f[row] <= 0.0) continue;
+    const auto E = W.axes.middleRows<3>(row);
+    SurfaceLoad load;
+    load.contact = j;
+    load.g = f[row + 1] * E.row(1).transpose() + f[row + 2] * E.row(2).transpose();
+    load.f = load.g + f[row] * E.row(0).transpose();
+    load.p = C.p_m.row(j);
+    load.p_g = load.p.dot(load.g);
+    work.loads.push_back(load);
+  }
+  constexpr int kRows = 4;
+  const double s = W.compliance_scale;
+  Index i = 0;
+  for (; i + kRows <= contacts; i += kRows) {
+    give_way_rows<kRows>(C, W.axes, first, s, i, work.loads, work.surface_motion);
+  }
+  for (; i < contacts; ++i) give_way_rows<1>(C, W.axes, first, s, i, work.loads, work.surface_motion);
+}
+
+/// The motion by forces f, and from it the gaps.
+void gaps(const GroupedDelassus& W, const VectorRef& delta_free, const VectorRef& f, GroupedWorkspace& work,
+          VectorOut delta) {
+  find_motion(W, f, work);
+  const Eigen::Array4d common_1 = work.common_motion.head<4>(), common_2 = work.common_motion.tail<4>();
+  for (Index k = 0; k < W.groups(); ++k) {
+    const Eigen::Array4d own = work.own_motion.col(k);
+    for (Index r = 3 * W.begin[k]; r < 3 * W.begin[k + 1]; ++r) {
+      // The 12 products in three registers, which are added up once.
+      const Eigen::Array4d parts = W.J_own.row(r).transpose().array() * own +
+                                   W.J_common.row(r).head<4>().transpose().array() * common_1 +
+                                   W.J_common.row(r).tail<4>().transpose().array() * common_2;
+      delta[r] = delta_free[r] + parts.sum();
+    }
+  }
+  if (!W.compliance.empty()) delta += work.surface_motion.head(delta.size());
 }
 
 }  // namespace
@@ -190,8 +198,29 @@ SolveReport solve_contacts(const GroupedDelassus& W, const VectorRef& delta_free
   if (report.status == SolveStatus::kNotFinite) {
     work.own_motion.setZero();
     work.common_motion.setZero();
+    work.surface_motion.setZero();
   }
   return report;
+}
+
+void find_motion(const GroupedDelassus& W, const VectorRef& f, GroupedWorkspace& work) {
+  // A register each: sums in the workspace would wait for memory at every contact.
+  Eigen::Array4d common_1 = Eigen::Array4d::Zero(), common_2 = common_1;
+  for (Index k = 0; k < W.groups(); ++k) {
+    Eigen::Array4d own = Eigen::Array4d::Zero();
+    for (Index i = W.begin[k]; i < W.begin[k + 1]; ++i) {
+      if (f[3 * i] <= 0.0) continue;
+      for (Index r = 3 * i; r < 3 * i + 3; ++r) {
+        own += f[r] * W.J_own.row(r).transpose().array();
+        common_1 += f[r] * W.J_common.row(r).head<4>().transpose().array();
+        common_2 += f[r] * W.J_common.row(r).tail<4>().transpose().array();
+      }
+    }
+    work.own_motion.col(k) = W.own_mobility * own.matrix();
+    if (!W.compliance.empty()) give_way(W, k, f, work);
+  }
+  work.common_motion << common_1, common_2;
+  work.common_motion.array() *= W.common_mobility.array();
 }
 
 SurfaceCompliance::SurfaceCompliance(Index contacts) {
@@ -242,27 +271,6 @@ void add_compliance(const SurfaceCompliance& compliance, const GroupedDelassus::
           scale * compliance.entry(i, j, axes.middleRows<3>(3 * (first + i)).transpose(), E_j);
     }
   }
-}
-
-void give_way(const SurfaceCompliance& compliance, const GroupedDelassus::Axes& axes, Index first, double scale,
-              const VectorRef& f, std::vector<SurfaceLoad>& loads, VectorOut delta) {
-  loads.clear();
-  const Index contacts = f.size() / 3;
-  for (Index j = 0; j < contacts; ++j) {
-    if (f[3 * j] <= 0.0) continue;
-    const auto E = axes.middleRows<3>(3 * (first + j));
-    SurfaceLoad load;
-    load.contact = j;
-    load.g = f[3 * j + 1] * E.row(1).transpose() + f[3 * j + 2] * E.row(2).transpose();
-    load.f = load.g + f[3 * j] * E.row(0).transpose();
-    load.p = compliance.p_m.row(j);
-    load.p_g = load.p.dot(load.g);
-    loads.push_back(load);
-  }
-  constexpr int kRows = 4;
-  Index i = 0;
-  for (; i + kRows <= contacts; i += kRows) give_way_rows<kRows>(compliance, axes, first, scale, i, loads, delta);
-  for (; i < contacts; ++i) give_way_rows<1>(compliance, axes, first, scale, i, loads, delta);
 }
 
 void GroupedDelassus::to_dense(Eigen::Ref<Eigen::MatrixXd> W) const {

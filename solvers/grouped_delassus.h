@@ -64,7 +64,7 @@ struct GroupedDelassus {
 void add_compliance(const SurfaceCompliance& compliance, const GroupedDelassus::Axes& axes, Eigen::Index first,
                     double scale, Eigen::Ref<Eigen::MatrixXd> W);
 
-/// A force at a contact as give_way() needs it, in the frame of the axes.
+/// A force at a contact as the sums of C f need it, in the frame of the axes.
 struct SurfaceLoad {
   Eigen::Index contact;  ///< In its group.
   Eigen::Vector3d f, g;  ///< The force, and its part across the contact's normal.
@@ -72,18 +72,13 @@ struct SurfaceLoad {
   double p_g;
 };
 
-/// delta += s C f of a group's contacts first .. first + n - 1, in contact rows: 3n of f and delta. Contacts without a
-/// normal force are taken to bear none. `loads` has room for n. Does not allocate.
-void give_way(const SurfaceCompliance& compliance, const GroupedDelassus::Axes& axes, Eigen::Index first, double scale,
-              const Eigen::Ref<const Eigen::VectorXd>& f, std::vector<SurfaceLoad>& loads,
-              Eigen::Ref<Eigen::VectorXd> delta);
-
-/// What a solve with a GroupedDelassus works in, for up to `contacts` contacts in `groups` groups; and the motion of the
-/// bodies by the forces that it found.
+/// What a solve with a GroupedDelassus works in, for up to `contacts` contacts in `groups` groups; and the motion of
+/// bodies and surfaces by the forces that it found.
 struct GroupedWorkspace {
   GroupedWorkspace(Eigen::Index contacts, Eigen::Index groups)
       : sweeps(contacts, groups),
         own_motion(GroupedDelassus::kOwn, groups),
+        surface_motion(3 * contacts),
         axes(3 * contacts + SweepWorkspace::kPadding, 3),
         points(3 * contacts + SweepWorkspace::kPadding, 3),
         heights(3 * contacts + SweepWorkspace::kPadding) {
@@ -93,11 +88,16 @@ struct GroupedWorkspace {
   SweepWorkspace sweeps;
   Eigen::Matrix<double, GroupedDelassus::kOwn, Eigen::Dynamic> own_motion;  ///< Out: m_own J_own' f, a column a group.
   GroupedDelassus::CommonMotion common_motion;                              ///< Out: M_common J_common' f, padded.
+  Eigen::VectorXd surface_motion;  ///< Out, if there is a compliance: s C f, 3n rows or more.
   // Of the group whose block is made, three rows a contact and padded with zeros: E', p and E' p.
   Eigen::Matrix<float, Eigen::Dynamic, 3> axes, points;
   Eigen::VectorXf heights;
   std::vector<SurfaceLoad> loads;
 };
+
+/// The motion by forces f (3n): own_motion, common_motion and surface_motion of `work`. Contacts without a normal force are
+/// taken to bear none. Does not allocate.
+void find_motion(const GroupedDelassus& W, const Eigen::Ref<const Eigen::VectorXd>& f, GroupedWorkspace& work);
 
 /// As solve_contacts with a dense W, and no W to form: the Jacobians may be new in every call. Each group's own block of W
 /// is made in single precision, 14 multiply-adds an entry, and swept; groups move one another through the common body.

@@ -187,7 +187,7 @@ TEST_F(GraspFrame, DelassusOperatorIsTheDenseFormula) {
         for (Index j = frame.begin[k]; j < frame.begin[k + 1]; ++j) {
           const FrameContact &ci = frame.contacts[i], &cj = frame.contacts[j];
           const double kernel = pulp.kernel(ci.control_point, cj.control_point);
-          const auto [a, b] = cross_compliance(pulp, ci.control_point, cj.control_point);
+          const double a = pulp.a(ci.control_point, cj.control_point), b = pulp.b(ci.control_point, cj.control_point);
           const Vector3d r_W = frame.X_WF[k].linear() * (ci.p_F - cj.p_F);
           Matrix3d across =
               now.E_W[i].transpose() * (a * Matrix3d::Identity() + b * r_W * r_W.transpose()) * now.E_W[j];

@@ -346,7 +346,7 @@ TEST(Pulp, ComplianceIsPositiveDefiniteForNearDuplicates) {
                                          : Vector3d(kRadius_m * random_direction(random));
       pulp.area_m2[i] = 1e-6 * std::pow(10.0, uniform(random, -1.0, 1.0));
     }
-    pulp.kernel = kernel_of(pulp.control_points_m, pulp.area_m2);
+    fill_compliance(pulp);
     expect_positive_definite(compliance_for_random_normals(model, 1e9, random), 1e-8);
   }
 }

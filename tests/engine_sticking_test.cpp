@@ -160,23 +160,22 @@ TEST(Sticking, BallIsHeldToCoulombsLimit) {
   }
 }
 
-// With the weight at an eccentric place each pad carries torsion, too. Where nothing is eccentric, the ellipsoids'
-// limit is
-// Coulomb's.
+// With the weight at an eccentric place each pad carries torsion, too. Where nothing is eccentric, the ellipsoids' limit is
+// Coulomb's. Found by bisection: 0.94 to 1.00 of the law. With more friction the patches twist so far before they slide that
+// the weight's lever is another.
 TEST(Sticking, EccentricWeightIsHeldToTheSoftFingersLimit) {
   const double modulus_Pa = scene_of("stick").fingertips->material.reduced_modulus_Pa;
   const Pads round = pads_round(SphereShape{25e-3}, 25e-3);
   EXPECT_NEAR(most_mass_kg(round, modulus_Pa), 0.8 * 6.0 / 9.81, 1e-6);
 
-  // A pinch at one place on either side: the weight turns the box about the grip axis against torsion alone. With its
-  // weight 20 mm off it is lost 10 to 11 % below this law, with three times the control points, too.
+  // A pinch at one place on either side: the weight turns the box about the grip axis against torsion alone.
   const Pads pinch = pads_across(BoxShape{Vector3d(50e-3, 50e-3, 50e-3)}, 50e-3, 0.0);
   const Pads apart = pads_across(BoxShape{Vector3d(50e-3, 50e-3, 50e-3)}, 50e-3, 14e-3);
-  const std::vector<std::pair<Pads, double>> cases{
-      {round, 5e-3}, {round, 20e-3}, {pinch, 5e-3}, {apart, 5e-3}, {apart, 20e-3}};
+  const std::vector<std::pair<Pads, double>> cases{{round, 5e-3},  {round, 20e-3}, {pinch, 5e-3},
+                                                   {pinch, 20e-3}, {apart, 5e-3},  {apart, 20e-3}};
   for (const auto& [grasp, eccentricity_m] : cases) {
     Pads pads = grasp;
-    pads.friction = 0.4;
+    pads.friction = 0.1;
     pads.depth_m = 1.6e-3;
     pads.centre_of_mass_m.y() = eccentricity_m;
     const double most_kg = most_mass_kg(pads, modulus_Pa);

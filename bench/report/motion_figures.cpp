@@ -141,7 +141,7 @@ void limits(ordered_json& part, bool quick) {
                                   std::pair{"pinch, pads 14 mm apart", pads_across(box, 50e-3, 14e-3)}}) {
     for (const double eccentricity_m : quick ? std::vector{20e-3} : std::vector{5e-3, 10e-3, 20e-3}) {
       Pads eccentric = of;
-      eccentric.friction = 0.4;
+      eccentric.friction = 0.1;
       eccentric.depth_m = 1.6e-3;
       eccentric.centre_of_mass_m.y() = eccentricity_m;
       const double most_kg = most_mass_kg(eccentric, scene_of(eccentric).fingertips->material.reduced_modulus_Pa);

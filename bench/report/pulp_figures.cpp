@@ -46,9 +46,9 @@ SurfaceCompliance compliance_of(const Pulp& pulp, const Vector3d& n, const std::
     C.p_m.row(j) = E.transpose() * pulp.control_points_m.col(controls[j]);
     for (Index i = 0; i <= j; ++i) {
       const double k = pulp.kernel(controls[i], controls[j]);
-      const CrossCompliance cross = with_cerruti ? cross_compliance(pulp, controls[i], controls[j])
-                                                 : CrossCompliance{(pulp.tangential - 1.0) * k, 0.0};
-      C.set(i, j, k, cross.a, cross.b);
+      const double mean = (pulp.tangential - 1.0) * k;
+      C.set(i, j, k, with_cerruti ? pulp.a(controls[i], controls[j]) : mean,
+            with_cerruti ? pulp.b(controls[i], controls[j]) : 0.0);
     }
   }
   return C;
