@@ -143,7 +143,7 @@ TEST(Program, SaysWhichFingerSlippedWhenTheObjectIsLost) {
 // Carried 40 mm the box asks more of a muscle than it has: a run that nobody may call held.
 TEST(Program, SaysWhichLimitARunPasses) {
   const Outcome run = thenar_program("run " + config("box_grasp.yaml") +
-                                     " --set object.points=2000 --set contact.level=2 --time '1.2 s' --format json "
+                                     " --set object.points=2000 --set contact.level=2 --time '1.1 s' --format json "
                                      "--set 'task.translate.by=[0 mm, 40 mm, 0 mm]'");
   EXPECT_EQ(run.code, 11);
   const std::size_t end = run.text.rfind('}');

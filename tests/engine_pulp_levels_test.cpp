@@ -136,7 +136,7 @@ TEST(PulpLevels, SceneTakesItsLevel) {
   const LevelEstimate chosen = choose_level(estimates(automatic), 0.05);
   const Model model(automatic);
   EXPECT_EQ(model.pulps[0].controls(), chosen.controls);
-  EXPECT_EQ(model.max_contacts, kFingers * 20);
+  EXPECT_EQ(model.max_contacts, kFingers * 22);
   EXPECT_EQ(Model(grasp({"contact.level=5"})).max_contacts, kFingers * 8);
 }
 

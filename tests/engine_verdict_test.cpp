@@ -307,7 +307,7 @@ TEST(Verdict, IsOneForRunAndSweepAndEveryOutcomeButHeldHasAReason) {
         {{"contact.friction=0.2", "time.duration=1.2 s"}, Outcome::kLost},
         {{"control.gain=170 N*m/rad", "time.duration=0.6 s"}, Outcome::kUnstable},
         {{"control.grasp.friction=0"}, Outcome::kSolverFailed},
-        {{"task.translate.by=[0 mm, 40 mm, 0 mm]", "time.duration=1.2 s"}, Outcome::kOverLimits},
+        {{"task.translate.by=[0 mm, 40 mm, 0 mm]", "time.duration=1.1 s"}, Outcome::kOverLimits},
         {{"task.translate.over=50 ms", "time.duration=0.6 s"}, Outcome::kOffTarget}}) {
     std::vector<std::string> all{kCoarseBox, "contact.level=2"};
     all.insert(all.end(), overrides.begin(), overrides.end());
