@@ -145,7 +145,7 @@ void limits(ordered_json& part, bool quick) {
       eccentric.depth_m = 1.6e-3;
       eccentric.centre_of_mass_m.y() = eccentricity_m;
       const double most_kg = most_mass_kg(eccentric, scene_of(eccentric).fingertips->material.reduced_modulus_Pa);
-      rows.push_back({grasp, fmt::format("most mass at 0.4, {:g} mm off [g]", 1e3 * eccentricity_m), 1e3 * most_kg,
+      rows.push_back({grasp, fmt::format("most mass at 0.1, {:g} mm off [g]", 1e3 * eccentricity_m), 1e3 * most_kg,
                       false, [eccentric, most_kg](double x) {
                         Pads pads = eccentric;
                         pads.mass_kg = x * most_kg;
