@@ -226,7 +226,7 @@ ContactSettings read_contact(const ConfigMap& map, const std::optional<Fingertip
   } else if (map.has("force_error")) {
     map.refuse("force_error", "counts with contact.level: auto alone");
   }
-  contact.tolerance = map.number_or("tolerance", 1e-14, 1.0, 1e-6);
+  contact.tolerance = map.number_or("tolerance", 1e-14, 1.0, 1e-7);
   contact.max_sweeps = static_cast<int>(map.count_or("max_sweeps", 1, 1'000'000, 200));
   return contact;
 }

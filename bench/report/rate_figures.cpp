@@ -285,7 +285,7 @@ void tolerances(ordered_json& part, bool quick) {
   const int rounds = quick ? 3 : 5;  // A few per cent are to be seen.
   Charts charts(
       "tolerance", "Tolerance of the contact solve", "contact.tolerance",
-      "From 1e-4 on each digit takes the error down some ten times and adds a few per cent to a tick; at 1e-6, "
+      "From 1e-4 on each digit takes the error down some ten times and adds a few per cent to a tick; at 1e-7, "
       "the default, the solve adds nanometres, far less than steps and control points do. One loop at the "
       "scene's own step, against the same scene solved to 1e-11. Down and left is better.",
       runs_of(rounds));
@@ -297,7 +297,7 @@ void tolerances(ordered_json& part, bool quick) {
       const std::string tolerance = fmt::format("1e-{}", digits);
       ways.push_back(changed(known, scenario, quick, "contact.tolerance", tolerance,
                              {"contact.tolerance=" + tolerance, "contact.max_sweeps=1000"}));
-      ways.back().is_default = digits == 6;
+      ways.back().is_default = digits == 7;
     }
     measure_against(fine.run(), ways, rounds);
     charts.add(known.scene.name, ways);
