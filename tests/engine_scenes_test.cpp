@@ -76,7 +76,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, CarriedScene,
                                          Carried{"box_edge", 0.09, 0.04, 0.8, 520.0, 0.005},
                                          Carried{"capsule", 0.06, 0.05, 0.6, 880.0, 0.002},
                                          Carried{"mug", 0.105, 0.04, 0.5, 940.0, 0.004},
-                                         Carried{"bunny", 0.1, 0.04, 0.5, 1000.0, 0.002}),
+                                         Carried{"bunny", 0.1, 0.04, 0.5, 1000.0, 0.006}),
                          [](const auto& of) { return std::string(of.param.scene); });
 
 // In this scene the pads' middles are level with the edges, so half of each is off its face.
