@@ -1,0 +1,300 @@
+#!/usr/bin/env python3
+"""Runs every command of the program under faults, and holds what comes of it against what it does without.
+
+faults.py THENAR LIBRARY [--seconds S] [--seed N] [--out FOLDER]
+
+Faults: calls that fail (LIBRARY, of inject.cpp), limits on memory, stack, files and their size; SIGINT, SIGTERM, SIGKILL
+and SIGSTOP at random times; inputs edited, cut or removed in the middle; the same command twice at once. What must hold:
+
+    no crash and no hang        it ends by itself, with an exit code that is documented; killed only if it was killed
+    nothing wrong with 0        if it ends as without a fault, its results are those, times aside
+    said                        if it ends otherwise, stderr has a word of it
+    nothing destroyed           its inputs are what they were
+    nothing lost                a sweep that did not finish is finished by the same command, to the same rows
+
+Exit code 1, and a line for each finding with the seed that repeats it, if one of them does not."""
+
+import argparse
+import collections
+import json
+import math
+import os
+import pathlib
+import random
+import re
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+DOCUMENTED = {0, 1, 2, 3, 4, 6, 7, 8, 9, 10, 11, 12, 13}
+CALLS = {"open": ("EMFILE", "EACCES"), "read": ("EIO",), "write": ("ENOSPC", "EIO"), "sync": ("EIO",),
+         "rename": ("EIO",), "malloc": ("ENOMEM",)}
+INTERNAL = 1  # What only a defect ends with.
+TIMEOUT_S = 60.0
+TIMES = re.compile(r"_us$|_s$|real_time|compute|machine|host|rate|started|version|core|threads|stages|profile|time")
+
+
+class Command:
+    """A command line in a folder that has scene.yaml, hand.yaml and what `needs` made, and what it leaves."""
+
+    def __init__(self, name, *words, results=(), repeats=False, signals=True):
+        self.name, self.words, self.results, self.repeats, self.signals = name, words, results, repeats, signals
+
+
+COMMANDS = [
+    Command("run", "run", "scene.yaml", "--quiet", "--out", "out", "--record", "run.mcap",
+            results=("out/summary.json", "out/signals.csv")),
+    Command("lockstep", "run", "scene.yaml", "--quiet", "--lockstep", "--out", "out", results=("out/signals.csv",)),
+    Command("realtime", "run", "scene.yaml", "--quiet", "--realtime", "--no-realtime", "--out", "out"),
+    Command("dump", "run", "scene.yaml", "--quiet", "--dump-problems", "dumped", results=("dumped",)),
+    Command("profile", "profile", "scene.yaml", "--duration", "0.4s", "--no-realtime", "--out", "out"),
+    Command("sweep", "sweep", "scene.yaml", "--out", "out", "--vary", "contact.friction=0.4:0.8:4",
+            results=("out/rows.csv",), repeats=True),
+    Command("solve", "solve", "problems/contact-0.fcp", "problems/grasp-0.json"),
+    Command("check", "check", "scene.yaml", "--format", "json"),
+    Command("export csv", "export", "ready.mcap", "--csv", "table.csv", results=("table.csv",)),
+    Command("export html", "export", "ready.mcap", "--html", "page.html", results=("page.html",)),
+]
+
+
+def without_times(value):
+    """Of a summary, what the scene alone decides."""
+    if isinstance(value, dict):
+        return {key: without_times(part) for key, part in value.items() if not TIMES.search(key)}
+    return [without_times(part) for part in value] if isinstance(value, list) else value
+
+
+def contents(path):
+    """A result as it can be compared."""
+    if path.is_dir():
+        return {file.name: contents(file) for file in sorted(path.iterdir())}
+    if not path.exists():
+        return None
+    if path.suffix == ".json":
+        try:
+            return without_times(json.loads(path.read_text()))
+        except ValueError:
+            return "cut"
+    return path.read_bytes()
+
+
+class Finding(Exception):
+    pass
+
+
+class Trial:
+    def __init__(self, options, clean, seed):
+        self.options, self.clean, self.random = options, clean, random.Random(seed)
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="thenar-faults-"))
+        shutil.copytree(options.inputs, self.folder, dirs_exist_ok=True)
+        self.stopped = self.edited = False
+
+    def start(self, command, environment=None, limits=None):
+        def limit():
+            for what, value in (limits or {}).items():
+                resource.setrlimit(what, (value, value))
+        return subprocess.Popen([self.options.thenar, *command.words], cwd=self.folder, stdout=subprocess.PIPE,
+                                stderr=subprocess.PIPE, stdin=subprocess.DEVNULL, preexec_fn=limit if limits else None,
+                                env={**os.environ, **(environment or {})}, start_new_session=True)
+
+    def wait(self, process):
+        try:
+            _, said = process.communicate(timeout=TIMEOUT_S)
+        except subprocess.TimeoutExpired:
+            os.killpg(process.pid, signal.SIGKILL)
+            process.communicate()
+            raise Finding(f"still running after {TIMEOUT_S:g} s")
+        return process.returncode, said.decode(errors="replace")
+
+    def inputs(self):
+        return {file.name: file.read_bytes() for file in self.folder.iterdir() if file.suffix in (".yaml", ".mcap")
+                and file.name != "run.mcap"}
+
+    # Faults: each starts the command and returns its processes.
+
+    def failing_call(self, command):
+        call = self.random.choice(list(CALLS))
+        error = self.random.choice(CALLS[call])
+        most = 4000 if call == "malloc" else 60
+        fault = f"{call}:{error}:{int(math.exp(self.random.uniform(0.0, math.log(most))))}"
+        if self.random.random() < 0.5:
+            fault += ":once"
+        self.what = fault
+        return [self.start(command, {"FAULT": fault, "FAULT_IN": "thenar", "LD_PRELOAD": self.options.library})]
+
+    def limited(self, command):
+        name, what, low, high = self.random.choice([
+            ("memory", resource.RLIMIT_AS, 30e6, 3e9), ("stack", resource.RLIMIT_STACK, 64e3, 8e6),
+            ("open files", resource.RLIMIT_NOFILE, 4, 64), ("file size", resource.RLIMIT_FSIZE, 1, 3e5)])
+        value = int(math.exp(self.random.uniform(math.log(low), math.log(high))))
+        self.what = f"{name} limited to {value}"
+        return [self.start(command, limits={what: value})]
+
+    def signalled(self, command):
+        which = self.random.choice([signal.SIGINT, signal.SIGTERM, signal.SIGKILL, signal.SIGSTOP])
+        after_s = self.random.uniform(0.0, 1.2) * self.clean[command.name]["seconds"]
+        self.what = f"{which.name} after {after_s:.3f} s"
+        process = self.start(command)
+        self.stopped = which != signal.SIGSTOP
+
+        def send():
+            time.sleep(after_s)
+            if process.poll() is None:
+                process.send_signal(which)
+                if which == signal.SIGSTOP:
+                    time.sleep(0.3)
+                    process.send_signal(signal.SIGCONT)
+        threading.Thread(target=send, daemon=True).start()
+        return [process]
+
+    def edited_input(self, command):
+        name = self.random.choice([word for word in ("scene.yaml", "hand.yaml", "ready.mcap")
+                                   if (self.folder / word).exists()])
+        how = self.random.choice(["cut", "removed", "replaced", "away"])
+        after_s = self.random.uniform(0.0, 1.0) * self.clean[command.name]["seconds"]
+        self.what = f"{name} {how} after {after_s:.3f} s"
+        self.edited = True
+        path = self.folder / name
+        process = self.start(command)
+
+        def edit():
+            time.sleep(after_s)
+            data = path.read_bytes()
+            if how == "cut":
+                path.write_bytes(data[:self.random.randrange(len(data))])
+            elif how == "replaced":
+                path.write_bytes(data.replace(b"friction: 0.", b"friction: 0.9"))
+            else:
+                path.unlink()
+                time.sleep(0.1)
+                if how == "away":
+                    path.write_bytes(data)
+        thread = threading.Thread(target=edit, daemon=True)
+        thread.start()
+        process.wait_for = thread
+        return [process]
+
+    def twice(self, command):
+        self.what = "twice at once"
+        return [self.start(command), self.start(command)]
+
+    def judge(self, command, code, said):
+        clean = self.clean[command.name]
+        if code < 0 and not (self.stopped and -code in (signal.SIGKILL, signal.SIGINT, signal.SIGTERM)):
+            xfsz = "file size" in self.what and -code == signal.SIGXFSZ  # What the system does of itself.
+            if not xfsz:
+                raise Finding(f"ended by {signal.Signals(-code).name}: {said[-300:]}")
+        if code > 0 and code not in DOCUMENTED | {130, 143}:
+            raise Finding(f"exit code {code} is not documented")
+        if code == INTERNAL and "memory" not in self.what and "malloc" not in self.what:
+            raise Finding(f"internal error: {said[-300:]}")
+        if code > 0 and code != clean["code"] and not said.strip():
+            raise Finding(f"exit code {code} without a word")
+        if code == clean["code"] and not self.edited and not self.stopped:
+            for result in command.results:
+                if contents(self.folder / result) != clean["results"][result]:
+                    raise Finding(f"exit code {code}, and {result} is not as without a fault")
+
+    def run(self, command):
+        kinds = [self.failing_call, self.failing_call, self.failing_call, self.limited, self.edited_input, self.twice]
+        if command.signals:
+            kinds += [self.signalled, self.signalled]
+        kind = self.random.choice(kinds)
+        self.kind, self.what = kind.__name__.replace("_", " "), ""
+        before = self.inputs()
+        processes = kind(command)
+        ended = [self.wait(process) for process in processes]
+        for process in processes:
+            if hasattr(process, "wait_for"):
+                process.wait_for.join()
+        for code, said in ended:
+            self.judge(command, code, said)
+        if not self.edited and self.inputs() != before:
+            raise Finding("an input is not what it was")
+        if command.repeats and not self.edited:
+            code, said = self.wait(self.start(command))
+            if code != self.clean[command.name]["code"]:
+                raise Finding(f"the same command again ends with {code}: {said[-300:]}")
+            for result in command.results:
+                if contents(self.folder / result) != self.clean[command.name]["results"][result]:
+                    raise Finding(f"the same command again leaves another {result}")
+        return [code for code, _ in ended]
+
+
+def make_inputs(options, folder):
+    """Scene and hand, problems, and a recording."""
+    scene = (ROOT / "configs" / "minimal.yaml").read_text()
+    (folder / "scene.yaml").write_text(re.sub(r"duration: [^,}\n]+", "duration: 0.3 s", scene))
+    shutil.copy(ROOT / "configs" / "hand.yaml", folder)
+    for words in (("run", "scene.yaml", "--quiet", "--record", "ready.mcap"),
+                  ("run", "scene.yaml", "--quiet", "--dump-problems", "problems")):
+        subprocess.run([options.thenar, *words], cwd=folder, check=True)
+
+
+def clean_runs(options):
+    clean = {}
+    for command in COMMANDS:
+        trial = Trial(options, clean, 0)
+        start = time.monotonic()
+        code, said = trial.wait(trial.start(command))
+        seconds = time.monotonic() - start
+        results = {result: contents(trial.folder / result) for result in command.results}
+        if any(result is None for result in results.values()):
+            sys.exit(f"faults: {command.name} leaves no {', '.join(r for r in results if results[r] is None)}: {said}")
+        clean[command.name] = {"code": code, "seconds": seconds, "results": results}
+        shutil.rmtree(trial.folder)
+    return clean
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("thenar")
+    parser.add_argument("library")
+    parser.add_argument("--seconds", type=float, default=600.0)
+    parser.add_argument("--seed", type=int, default=None, help="repeats one trial, and keeps its folder")
+    parser.add_argument("--out", type=pathlib.Path, help="folder for faults.json")
+    options = parser.parse_args()
+    options.thenar, options.library = os.path.abspath(options.thenar), os.path.abspath(options.library)
+    with tempfile.TemporaryDirectory(prefix="thenar-faults-inputs-") as inputs:
+        options.inputs = pathlib.Path(inputs)
+        make_inputs(options, options.inputs)
+        clean = clean_runs(options)
+        first = options.seed if options.seed is not None else random.SystemRandom().randrange(1, 2**31)
+        end = time.monotonic() + options.seconds
+        trials, codes, findings = collections.Counter(), collections.Counter(), []
+        seed = first
+        print(f"faults: seeds from {first} on")
+        while True:
+            trial = Trial(options, clean, seed)
+            command = trial.random.choice(COMMANDS)
+            try:
+                codes.update(trial.run(command))
+            except Finding as finding:
+                findings.append(f"seed {seed}: {command.name}, {trial.what}: {finding}")
+                print(findings[-1], flush=True)
+            trials[trial.kind] += 1
+            if options.seed is not None:
+                print(f"faults: {command.name}, {trial.what}; folder {trial.folder}")
+                break
+            shutil.rmtree(trial.folder, ignore_errors=True)
+            seed += 1
+            if time.monotonic() > end:
+                break
+    print(f"faults: {sum(trials.values())} trials, {len(findings)} findings; "
+          + ", ".join(f"{count} {kind}" for kind, count in trials.most_common()) + "; exit codes "
+          + ", ".join(f"{code}: {count}" for code, count in sorted(codes.items())))
+    if options.out:
+        options.out.mkdir(parents=True, exist_ok=True)
+        (options.out / "faults.json").write_text(json.dumps(
+            {"first_seed": first, "trials": trials, "exit_codes": codes, "findings": findings}, indent=2))
+    return 1 if findings else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
