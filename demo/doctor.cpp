@@ -80,7 +80,9 @@ Percentiles measure_lateness(double rate_kHz, double spin_s) {
   while (const auto tick = schedule.next(now_ns)) {
     now_ns = wait_until(tick->deadline_ns, std::llround(1e9 * spin_s));
     const double this_us = 1e-3 * static_cast<double>(now_ns - tick->deadline_ns);
-    for (int k = tick->slipped; k >= 0; --k) late_us.push_back(this_us + 1e6 * period_s * k);
+    for (std::int64_t k = tick->slipped; k >= 0; --k) {
+      late_us.push_back(this_us + 1e6 * period_s * static_cast<double>(k));
+    }
   }
   // The last ones may have slipped, with nothing after them.
   for (auto k = ticks - std::ssize(late_us); k > 0; --k) late_us.push_back(1e6 * period_s * static_cast<double>(k));
@@ -124,11 +126,16 @@ void say_granted(std::ostream& out, const Scheduling& granted) {
   if (!granted.remark.empty()) say(out, "how to get it", granted.remark);
 }
 
-void say_cores(std::ostream& out, const std::vector<int>& cores) {
+void say_cores(std::ostream& out, const std::vector<int>& cores, const CoreSetAside& set_aside) {
   const std::string words = fmt::format("{} may be used", cores.size());
   say(out, "cores",
-      cores.size() > 1 ? fmt::format("{}; the contact thread gets core {}, the others do the rest", words, cores.back())
-                       : words + ": the contact thread shares it with all else");
+      cores.size() > 1
+          ? fmt::format("{}; the contact thread gets core {}, the others do the rest", words, set_aside.number())
+          : words + ": the contact thread shares it with all else, and control gets no real-time priority");
+  if (set_aside.taken()) {
+    say(out, "taken",
+        fmt::format("core {} is the contact thread's of another run: --core chooses another one", set_aside.number()));
+  }
 }
 
 void say_kernel(std::ostream& out, int core) {
@@ -198,11 +205,12 @@ std::string verdict(const WakeUps& wake_ups) {
 
 }  // namespace
 
-void doctor(std::ostream& out) {
+void doctor(std::ostream& out, int asked_core) {
   const std::vector<int> cores = allowed_cores();
-  const int core = cores.empty() ? 0 : cores.back();
+  const CoreSetAside set_aside(true, asked_core);
+  const int core = set_aside.number() >= 0 ? set_aside.number() : cores.empty() ? 0 : cores.back();
   out << "What this machine can keep\n";
-  say_cores(out, cores);
+  say_cores(out, cores, set_aside);
   say_kernel(out, core);
   say_clock(out);
   const CoreTime before = core_time(core);

@@ -26,6 +26,7 @@
 #include "engine/monolithic.h"
 #include "engine/problem_dump.h"
 #include "engine/profile.h"
+#include "engine/realtime.h"
 #include "engine/realtime_run.h"
 #include "engine/recording_file.h"
 #include "engine/signals.h"
@@ -63,6 +64,7 @@ Recording run_realtime(const Options& options, const Model& model, State& state,
   settings.duration_s = model.scene.duration_s;
   settings.spin_s = options.spin_s;
   settings.realtime = options.realtime;
+  settings.core = options.core;
   settings.quiet = options.quiet;
   LoopProfile profile(model);
   RealtimeRun run = run_realtime(model, state, settings, profile, progress, film);
@@ -149,7 +151,7 @@ int execute(const Options& options) {
     case Command::kExport:
       return export_recording(options);
     case Command::kDoctor:
-      doctor(std::cout);
+      doctor(std::cout, options.core);
       return kDone;
   }
   return kInternal;
@@ -162,6 +164,7 @@ int main(int argc, char** argv) try {
     std::cerr << kHostCannotRun;
     return kInternal;
   }
+  widen_thread_stacks();
   // The window is a program of its own, so that this one neither needs nor builds it.
   if (argc > 1 && std::string_view(argv[1]) == "demo") return run_window_program(argv);
   int exit_code = kDone;

@@ -60,8 +60,10 @@ void add_loops(CLI::App& command, SceneFlags& flags) {
 }
 
 /// The flags of two threads. They return so that they can be tied to another flag.
-std::array<CLI::Option*, 2> add_threads(CLI::App& command, SceneFlags& flags, Options& options) {
+std::array<CLI::Option*, 3> add_threads(CLI::App& command, SceneFlags& flags, Options& options) {
+  add_core(command, options.core);
   return {
+      command.get_option("--core"),
       command
           .add_option("--spin", flags.spin, "The contact thread wakes so long before its tick and spins, default 50us")
           ->type_name("T")
@@ -276,6 +278,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
   formats->require_option(1, 2);
   CLI::App* const doctor =
       app.add_subcommand("doctor", "Says what this machine can keep, and how to get what it refuses");
+  add_core(*doctor, options.core);
 
   try {
     app.parse(argc, argv);

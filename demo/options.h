@@ -51,6 +51,7 @@ struct Options {
   // Of the two threads.
   double spin_s = 50e-6;
   bool realtime = true;  ///< Ask for real-time scheduling.
+  int core = -1;         ///< The contact thread's; -1: the last.
   bool floor = false;    ///< Measure what the machine can do at best, too.
   std::filesystem::path trace;
 };

@@ -39,6 +39,7 @@ ThreadsReport run_profiled(const Model& model, double duration_s, double spin_s,
   settings.duration_s = duration_s;
   settings.spin_s = spin_s;
   settings.realtime = options.realtime;
+  settings.core = options.core;
   settings.quiet = options.quiet;
   settings.on_first_control = [&](const ControlReport& control, const Eigen::VectorXd& muscle_forces_N) {
     profile.begin(control, muscle_forces_N);

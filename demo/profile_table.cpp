@@ -7,6 +7,9 @@
 
 namespace {
 
+// Ticks given up at once for longer are no overrun.
+constexpr double kStandstill_s = 0.5;
+
 using nlohmann::ordered_json;
 
 /// A number, or a dash where nothing was measured.
@@ -122,6 +125,10 @@ std::string loops_table(const ordered_json& profile) {
                            cell(contact.at("overruns")), cell(contact.at("slipped"))});
   table += row("control", {cell(settings.at("control_rate_hz")), cell(control.at("rate_hz")), cell(control.at("ticks")),
                            "", cell(control.at("slipped"))});
+  const auto longest_s = contact.at("longest_slip_s").get<double>();
+  if (longest_s > kStandstill_s) {
+    table += fmt::format("  The run stood still for {:.1f} s: the program was stopped, or the machine.\n", longest_s);
+  }
   table += heading("time [us]", {"p50", "p99", "p99.9", "max"});
   table += latency_row("contact: start jitter", contact.at("jitter"));
   table += latency_row("contact: compute", contact.at("compute"));

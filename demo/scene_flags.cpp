@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <string>
 #include <utility>
 
 #include "engine/config.h"
+#include "engine/realtime.h"
 
 namespace {
 
@@ -44,6 +46,20 @@ CLI::Validator no_folder() {
             return std::filesystem::is_directory(text, none) ? text + " is a folder, and must be a file" : "";
           },
           ""};
+}
+
+void add_core(CLI::App& command, int& core) {
+  command.add_option("--core", core, "The contact thread's core; default: the last one that the program may use")
+      ->type_name("N")
+      ->check({[](const std::string& text) -> std::string {
+                 std::string all;
+                 for (const int allowed : thenar::allowed_cores()) {
+                   if (text == std::to_string(allowed)) return "";
+                   all += (all.empty() ? "" : ", ") + std::to_string(allowed);
+                 }
+                 return fmt::format("{} is none of the cores that the program may use: {}", text, all);
+               },
+               ""});
 }
 
 double time_s(const std::string& text) { return thenar::read_quantity(text, Dimension::kTime).value; }

@@ -32,6 +32,9 @@ struct RateFlags {
 [[nodiscard]] CLI::Validator named();
 [[nodiscard]] CLI::Validator no_folder();
 
+/// --core.
+void add_core(CLI::App& command, int& core);
+
 /// SCENE and --set.
 void add_scene(CLI::App& command, std::filesystem::path& scene, std::vector<std::string>& overrides,
                const char* description = "Scene file (YAML)");

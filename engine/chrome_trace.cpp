@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <deque>
 #include <unordered_map>
 #include <utility>
 
@@ -53,10 +54,10 @@ class Events {
 
 /// The traces that start at `from_ns` or later.
 template <typename Trace>
-std::pair<const Trace*, const Trace*> tail(const std::vector<Trace>& traces, std::int64_t from_ns) {
+auto tail(const std::deque<Trace>& traces, std::int64_t from_ns) {
   const auto first = std::lower_bound(traces.begin(), traces.end(), from_ns,
                                       [](const Trace& trace, std::int64_t ns) { return trace.start_ns < ns; });
-  return {traces.data() + (first - traces.begin()), traces.data() + traces.size()};
+  return std::pair(first, traces.end());
 }
 
 void add_contact_tick(const ContactTrace& tick, Events& events) {
@@ -98,18 +99,18 @@ std::string chrome_trace(const Model& model, const LoopProfile& profile, double 
   // A value is published at the end of its tick; half a microsecond before it lies inside the slice.
   constexpr std::int64_t kInside_ns = 500;
   std::unordered_map<std::int64_t, std::int64_t> frame_ns, snapshot_ns;
-  for (const auto* tick = control; tick != control_end; ++tick) {
+  for (auto tick = control; tick != control_end; ++tick) {
     add_control_tick(*tick, events);
     if (tick->published) frame_ns[tick->sequence] = std::max(tick->start_ns, tick->end_ns - kInside_ns);
   }
-  for (const auto* tick = contact; tick != contact_end; ++tick) {
+  for (auto tick = contact; tick != contact_end; ++tick) {
     add_contact_tick(*tick, events);
     snapshot_ns[tick->tick] = std::max(tick->start_ns, tick->end_ns - kInside_ns);
     const auto frame = frame_ns.find(tick->sequence);
     if (!tick->handed_over || frame == frame_ns.end()) continue;
     events.arrow("frame", tick->sequence, kControl, events.us(frame->second), kContact, events.us(tick->start_ns));
   }
-  for (const auto* tick = control; tick != control_end; ++tick) {
+  for (auto tick = control; tick != control_end; ++tick) {
     const auto snapshot = snapshot_ns.find(tick->snapshot_tick);
     if (snapshot == snapshot_ns.end()) continue;
     events.arrow("snapshot", tick->sequence, kContact, events.us(snapshot->second), kControl,

@@ -23,13 +23,6 @@ constexpr double kDegrees = 180.0 / std::numbers::pi;
 
 using Values = std::vector<double>;
 
-/// Memory for `count` items, touched, so that filling it takes no page from the system.
-template <typename T>
-void take_memory(std::vector<T>& items, double count) {
-  items.resize(static_cast<std::size_t>(std::ceil(count)) + 1);
-  items.clear();
-}
-
 double force_step_N(const Snapshot& before, const Snapshot& after) {
   double step_N = 0.0;
   for (int k = 0; k < kFingers; ++k) {
@@ -44,10 +37,7 @@ std::int32_t narrow(std::int64_t value) {
 
 }  // namespace
 
-LoopProfile::LoopProfile(const Model& model) : model_(model), monitor_(model), warnings_(model) {
-  take_memory(contact_, model.scene.duration_s / model.scene.step_s);
-  take_memory(control_, model.scene.duration_s / model.scene.control_period_s);
-}
+LoopProfile::LoopProfile(const Model& model) : model_(model), monitor_(model), warnings_(model) {}
 
 void LoopProfile::begin(const ControlReport& first, const Eigen::VectorXd& muscle_forces_N) {
   monitor_.add(0.0, first, muscle_forces_N);
@@ -113,7 +103,7 @@ namespace {
 
 /// One number of every trace for which `use` holds.
 template <typename Trace, typename Get, typename Use>
-Values collect(const std::vector<Trace>& traces, Get get, Use use) {
+Values collect(const std::deque<Trace>& traces, Get get, Use use) {
   Values values;
   for (const Trace& trace : traces) {
     if (use(trace)) values.push_back(static_cast<double>(get(trace)));
@@ -121,12 +111,12 @@ Values collect(const std::vector<Trace>& traces, Get get, Use use) {
   return values;
 }
 template <typename Trace, typename Get>
-Values collect(const std::vector<Trace>& traces, Get get) {
+Values collect(const std::deque<Trace>& traces, Get get) {
   return collect(traces, get, [](const Trace&) { return true; });
 }
 
 template <typename Trace, typename Use>
-std::int64_t count(const std::vector<Trace>& traces, Use use) {
+std::int64_t count(const std::deque<Trace>& traces, Use use) {
   return std::count_if(traces.begin(), traces.end(), use);
 }
 
@@ -146,7 +136,7 @@ ordered_json latency(Values us) {
 
 /// Ticks a second of wall time, from the first start to the last.
 template <typename Trace>
-ordered_json rate_hz(const std::vector<Trace>& traces) {
+ordered_json rate_hz(const std::deque<Trace>& traces) {
   if (traces.size() < 2) return nullptr;
   const auto spent_ns = static_cast<double>(traces.back().start_ns - traces.front().start_ns);
   return finite(1e9 * static_cast<double>(traces.size() - 1) / spent_ns);
@@ -161,6 +151,7 @@ ordered_json contact_loop(const LoopProfile& profile, const ThreadsReport& repor
           {"overruns", report.overruns},
           {"caught_up", count(ticks, [](const ContactTrace& t) { return t.caught_up; })},
           {"slipped", report.slipped},
+          {"longest_slip_s", report.longest_slip_s},
           {"lost_samples", report.lost_samples}};
 }
 

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <deque>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -46,8 +47,7 @@ struct ControlTrace {
 };
 
 /// The ticks of a threaded run, as its latency profile needs them. It receives what run_threads gives to on_tick and
-/// on_control, on the thread that called it, and takes and touches its memory beforehand, for the scene's duration:
-/// it does not grow during a run.
+/// on_control, on the thread that called it.
 class LoopProfile {
  public:
   explicit LoopProfile(const Model& model);
@@ -57,8 +57,8 @@ class LoopProfile {
   void add(const ContactSample& sample);
   void add(const ControlSample& sample);
 
-  [[nodiscard]] const std::vector<ContactTrace>& contact() const { return contact_; }
-  [[nodiscard]] const std::vector<ControlTrace>& control() const { return control_; }
+  [[nodiscard]] const std::deque<ContactTrace>& contact() const { return contact_; }
+  [[nodiscard]] const std::deque<ControlTrace>& control() const { return control_; }
   [[nodiscard]] const Ledger& ledger() const { return ledger_; }
   [[nodiscard]] std::int64_t control_slipped() const { return control_slipped_; }
   [[nodiscard]] double penetration_m() const { return penetration_m_; }
@@ -70,8 +70,8 @@ class LoopProfile {
   const Model& model_;
   RunSums sums_;
   GraspMonitor monitor_;
-  std::vector<ContactTrace> contact_;
-  std::vector<ControlTrace> control_;
+  std::deque<ContactTrace> contact_;  // In chunks: they grow without a pause, and take no more than there is.
+  std::deque<ControlTrace> control_;
   Snapshot last_;  ///< After the contact tick before.
   Ledger ledger_;
   double penetration_m_ = 0.0;  ///< The deepest.

@@ -45,7 +45,7 @@ std::string distribution(const std::string& name, std::vector<double> values) {
 }
 
 template <typename Get>
-std::vector<double> collect(const std::vector<ContactTrace>& ticks, Get get) {
+std::vector<double> collect(const std::deque<ContactTrace>& ticks, Get get) {
   std::vector<double> values;
   values.reserve(ticks.size());
   for (const ContactTrace& tick : ticks) values.push_back(get(tick));

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -29,19 +30,28 @@ inline constexpr int kContactPriority = 80;
 /// Keeps the calling thread, and the threads that it starts from now on, to these cores; false if that is refused.
 bool keep_to_cores(const std::vector<int>& cores) noexcept;
 
-/// Keeps the calling thread, and what it starts from now on, off the last of its cores, to the end of its scope: that one
-/// is for the contact thread alone. Does nothing unless it is wanted, and there are two or more.
+/// Adds a sentence to the remark.
+void add_remark(Scheduling& scheduling, const std::string& remark);
+
+/// Keeps the calling thread, and what it starts from now on, off one of its cores, to the end of its scope: that one is for
+/// the contact thread alone. Does nothing unless it is wanted, and there are two or more.
 class CoreSetAside {
  public:
-  explicit CoreSetAside(bool wanted);
+  /// `core`: one of allowed_cores(); -1: the last of them.
+  explicit CoreSetAside(bool wanted, int core = -1);
   ~CoreSetAside();
   CoreSetAside(const CoreSetAside&) = delete;
   CoreSetAside& operator=(const CoreSetAside&) = delete;
   /// -1: none.
-  [[nodiscard]] int number() const noexcept { return all_.empty() ? -1 : all_.back(); }
+  [[nodiscard]] int number() const noexcept { return number_; }
+  /// Whether another one like this, of any program on this machine, had set the same core aside before.
+  [[nodiscard]] bool taken() const noexcept { return taken_; }
 
  private:
   std::vector<int> all_;  // The caller's cores, to be given back; empty: they were left alone.
+  int number_ = -1;
+  int claim_ = -1;  // A socket whose name says to others that the core is taken; -1: none.
+  bool taken_ = false;
 };
 
 /// Keeps the machine's cores out of sleep that they wake from late, as long as it lives. Only root may, as a rule.
@@ -60,10 +70,15 @@ class AwakeCores {
 /// What the calling thread has, without asking for anything.
 [[nodiscard]] Scheduling current_scheduling();
 
-/// Asks for what a contact loop needs, for the calling thread: SCHED_FIFO, or else timers without slack and short turns; memory locked,
-/// which is the whole process' and for good, and 256 KB of the thread's stack touched, which it must have left; core `core` (-1: any). Nothing fails for lack of it:
-/// the result says what was granted.
+/// Asks for what a loop needs, for the calling thread: SCHED_FIFO, or else timers without slack and short turns; memory
+/// locked, which is the whole process' and for good; 256 KB of the thread's stack touched; core `core` (-1: any). A
+/// priority of 0 asks for all but SCHED_FIFO. Memory that is taken later is locked page by page, as it is touched. Nothing
+/// fails for lack of it: the result says what was granted.
 [[nodiscard]] Scheduling ask_for_realtime(int core, int priority = kContactPriority);
+
+/// Gives threads that start from now on, of the whole process, a stack of 2 MB at least: a small `ulimit -s` is else that
+/// of each thread, too.
+void widen_thread_stacks() noexcept;
 
 /// Makes the calling thread's results below the normal range zero, and takes such operands for zero: the hardware
 /// spends a hundred cycles on one otherwise. False if this processor is not known to us.
@@ -79,7 +94,7 @@ std::int64_t wait_until(std::int64_t time_ns, std::int64_t spin_ns) noexcept;
 /// One tick of a loop, as its schedule has it.
 struct ScheduledTick {
   std::int64_t deadline_ns = 0;  ///< When it is due.
-  std::int32_t slipped = 0;      ///< Ticks given up just before this one.
+  std::int64_t slipped = 0;      ///< Ticks given up just before this one.
   bool caught_up = false;        ///< It was due before the one before had ended.
 };
 
@@ -90,8 +105,10 @@ struct ScheduledTick {
 ///
 /// After a slip the next tick is due no sooner than `rest_share` of the time for which the loop has been busy, counted
 /// from when its last punctual tick was due: so long a thread can sleep however overloaded it is. A thread under
-/// SCHED_FIFO needs a rest of more than 5 %, or the kernel stops it for 50 ms in every second.
+/// SCHED_FIFO needs a rest of more than 5 %, or the kernel stops it for 50 ms in every second. Of more than one second
+/// nothing is to be made up: who was away for an hour, because the process was stopped, goes on soon.
 ///
+/// A period is a nanosecond at least; a tick more than a hundred years away is due in a hundred years.
 /// It reads no clock: arithmetic alone. Every tick is either done or slipped: ticks() + slipped() is the number due.
 class Schedule {
  public:
@@ -99,7 +116,7 @@ class Schedule {
   Schedule(std::int64_t start_ns, double period_s, std::int64_t ticks_due, int max_catch_up,
            double rest_share = 0.0) noexcept
       : start_ns_(start_ns),
-        period_ns_(1e9 * period_s),
+        period_ns_(std::clamp(1e9 * period_s, 1.0, kFarthest_ns)),
         ticks_due_(ticks_due),
         max_catch_up_(max_catch_up),
         rest_share_(rest_share) {}
@@ -111,8 +128,16 @@ class Schedule {
   [[nodiscard]] std::int64_t next_deadline_ns() const noexcept { return deadline_ns(index_); }
   [[nodiscard]] std::int64_t ticks() const noexcept { return index_ - slipped_; }
   [[nodiscard]] std::int64_t slipped() const noexcept { return slipped_; }
+  /// The most ticks that slipped at once.
+  [[nodiscard]] std::int64_t longest_slip() const noexcept { return longest_slip_; }
+
+  /// A time of at least 0, and a hundred years at most.
+  [[nodiscard]] static std::int64_t nanoseconds(double time_s) noexcept;
 
  private:
+  // With the clock's own time that is still a number of nanoseconds.
+  static constexpr double kFarthest_ns = 1e9 * 100.0 * 365.25 * 86400.0;
+
   [[nodiscard]] std::int64_t deadline_ns(std::int64_t index) const noexcept;
   /// Of the first tick that is not due before `now_ns`.
   [[nodiscard]] std::int64_t first_not_before(std::int64_t now_ns) const noexcept;
@@ -123,7 +148,7 @@ class Schedule {
   int max_catch_up_;
   double rest_share_;
   std::int64_t index_ = 0;  // of the next tick
-  std::int64_t slipped_ = 0;
+  std::int64_t slipped_ = 0, longest_slip_ = 0;
   int caught_up_ = 0;             // in a row
   std::int64_t punctual_ns_ = 0;  // when the last tick that was not late was due
 };

@@ -82,13 +82,16 @@ void RunSums::add(TickRecord& tick) {
 Recorder::Recorder(const Model& model)
     : model_(model),
       planned_(static_cast<std::int64_t>(std::ceil(model.scene.duration_s / model.scene.step_s - 1e-9))),
-      monitor_(model) {
+      monitor_(model) {}
+
+void Recorder::make_room() {
   recording_.ticks.reserve(planned_);
-  const auto muscles = std::ssize(model.scene.hand.muscles);
-  recording_.muscle_forces_N.resize(model.scene.has_muscles() ? muscles : 0, planned_);
+  const auto muscles = std::ssize(model_.scene.hand.muscles);
+  recording_.muscle_forces_N.resize(model_.scene.has_muscles() ? muscles : 0, planned_);
 }
 
 bool Recorder::add(TickRecord& record, const Eigen::VectorXd& muscle_forces_N) {
+  if (recording_.ticks.empty()) make_room();
   if (model_.scene.has_muscles()) recording_.muscle_forces_N.col(std::ssize(recording_.ticks)) = muscle_forces_N;
   sums_.add(record);
   monitor_.add(record);
@@ -102,6 +105,7 @@ Recording Recorder::finish(const Snapshot& state, const ControlReport& control, 
   recording_.wall_s = wall_s;
   recording_.verdict = monitor_.verdict();
   recording_.unsolved = monitor_.unsolved();
+  if (ticks == 0) make_room();
   recording_.muscle_forces_N.conservativeResize(Eigen::NoChange, ticks);
   if (model_.scene.control && ticks > 0) {
     HandPose pose;

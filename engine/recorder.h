@@ -53,6 +53,10 @@ class Recorder {
   [[nodiscard]] bool has_unsolved() const { return monitor_.unsolved().has_value(); }
 
  private:
+  /// For the whole scene, with the first tick: in real time memory that is there when the threads start is fetched and
+  /// locked whole, what comes later as it is touched.
+  void make_room();
+
   const Model& model_;
   std::int64_t planned_;
   Recording recording_;

@@ -146,6 +146,7 @@ void for_each_field(const Model& model, const Picture& picture, const TickRecord
   one("injected_J", "J", tick.ledger.injected_J);
   one("dissipated_J", "J", tick.ledger.dissipated_J);
   one("unaccounted", "", loops.unaccounted);
+  one("lost_records", "", loops.lost_records);
   one("reference_error", "", loops.reference_error);
   one("reference_residual", "", loops.reference_residual);
   vector("latency_us", "us", loops.latency_us);

@@ -37,6 +37,7 @@ struct LoopFigures {
   double control_slipped = kUnknown;
   double realtime_factor = kUnknown;
   double unaccounted = kUnknown;
+  double lost_records = kUnknown;
   double reference_error = kUnknown, reference_residual = kUnknown;
   ThreePercentiles latency_us = kNoPercentiles;
   std::array<double, kLatencyBins> latency_counts{};

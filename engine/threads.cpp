@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <boost/lockfree/spsc_queue.hpp>
 #include <chrono>
 #include <cmath>
 #include <exception>
@@ -21,6 +20,7 @@
 #include <vector>
 
 #include "engine/counted.h"
+#include "engine/records.h"
 
 namespace thenar {
 
@@ -30,6 +30,8 @@ using std::chrono::milliseconds;
 
 // The records of two seconds: so long may the calling thread be away, or be kept off its core.
 constexpr double kRoom_s = 2.0;
+// However short the step, no tick is done in less.
+constexpr double kShortestTick_s = 5e-6;
 // The calling thread looks for records so often.
 constexpr milliseconds kDrainPeriod{3};
 // From the end of the threads' set-up to the first tick: both are asleep by then.
@@ -41,35 +43,20 @@ constexpr int kControlPriority = 70;
 // Of the time that an overloaded thread is busy: twice what keeps the kernel from stopping it.
 constexpr double kRestShare = 0.1;
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
+// Ticks given up at once for longer than this are no overrun: the process was stopped, or its machine.
+constexpr double kStandstill_s = 0.5;
 // A tick further off is waited for in parts, so that a stop need not wait for it.
 constexpr std::int64_t kPatience_ns = 20'000'000;
 
-/// The records of one thread on their way to another, in a ring of fixed size that neither side waits for.
-template <class Sample>
-class Records {
- public:
-  Records(double period_s, const Sample& blank) : ring_(static_cast<std::size_t>(std::ceil(kRoom_s / period_s)) + 16) {
-    // Every page is used once, so that the thread that records need not be the first.
-    while (ring_.push(blank)) {
-    }
-    ring_.reset();
-  }
-
-  bool keep(const Sample& sample) { return ring_.push(sample); }
-
-  template <class Receive>
-  void drain(const Receive& receive) {
-    ring_.consume_all([&receive](const Sample& sample) { receive(sample); });
-  }
-
- private:
-  boost::lockfree::spsc_queue<Sample> ring_;
-};
+/// Of records that come with such a period in a run so long.
+std::size_t room_for_records(double period_s, double duration_s) {
+  return static_cast<std::size_t>(std::ceil(std::min(kRoom_s, duration_s) / std::max(period_s, kShortestTick_s))) + 16;
+}
 
 /// What the operator of a long run should know, on stderr unless the program has its own logger "thenar".
 class RunLog {
  public:
-  explicit RunLog(bool quiet) {
+  RunLog(bool quiet, double step_s) : step_s_(step_s) {
     if (quiet) return;
     log_ = spdlog::get("thenar");
     if (!log_) log_ = spdlog::stderr_color_mt("thenar");
@@ -81,7 +68,9 @@ class RunLog {
 
   void add(const ContactSample& sample) {
     slipped_ += sample.slipped;
+    longest_slip_ = std::max(longest_slip_, sample.slipped);
     overruns_ += sample.overran;
+    count_lost(sample.lost, contact_lost_);
     if (sample.step.tick.held != held_) {
       held_ = sample.step.tick.held;
       ++(held_ ? holds_ : releases_);
@@ -91,6 +80,7 @@ class RunLog {
 
   void add(const ControlSample& sample) {
     if (!sample.step.published) ++refused_;
+    count_lost(sample.lost, control_lost_);
     note(sample.end_ns);
   }
 
@@ -108,15 +98,18 @@ class RunLog {
     const auto add_clause = [&what](const std::string& clause) { what += (what.empty() ? "" : "; ") + clause; };
     if (overruns_ + slipped_ > 0) {
       const char* const given_up = slipped_ == 1 ? "was given up" : "were given up";
+      const double longest_s = static_cast<double>(longest_slip_) * step_s_;
       add_clause(counted(overruns_, "contact tick") + " overran" +
-                 (slipped_ > 0 ? fmt::format(", {} {}", slipped_, given_up) : ""));
+                 (slipped_ > 0 ? fmt::format(", {} {}", slipped_, given_up) : "") +
+                 (longest_s > kStandstill_s ? fmt::format(" (the run stood still for {:.1f} s)", longest_s) : ""));
     }
     if (holds_ > 0) add_clause(counted(holds_, "hold") + " began (frames came too late)");
     if (releases_ > 0) add_clause(counted(releases_, "hold") + " ended (frames came again)");
     if (refused_ > 0) add_clause(counted(refused_, "frame") + " refused (not finite)");
+    if (lost_ > 0) add_clause(counted(lost_, "record") + " lost (nobody had time for them)");
     const std::int64_t seconds = std::max<std::int64_t>(1, (now_ns - since_ns_ + kSecond_ns - 1) / kSecond_ns);
     log_->warn("in the last {} {}", seconds == 1 ? "second" : counted(seconds, "second"), what);
-    overruns_ = slipped_ = holds_ = releases_ = refused_ = 0;
+    overruns_ = slipped_ = longest_slip_ = holds_ = releases_ = refused_ = lost_ = 0;
     since_ns_ = kNever_ns;
     return true;
   }
@@ -124,7 +117,10 @@ class RunLog {
  private:
   static constexpr std::int64_t kNever_ns = std::numeric_limits<std::int64_t>::max();
 
-  [[nodiscard]] bool nothing() const { return overruns_ + slipped_ + holds_ + releases_ + refused_ == 0; }
+  [[nodiscard]] bool nothing() const { return overruns_ + slipped_ + holds_ + releases_ + refused_ + lost_ == 0; }
+
+  /// `so_far`: of the run; `before`: as it was at the thread's last record.
+  void count_lost(std::int64_t so_far, std::int64_t& before) { lost_ += so_far - std::exchange(before, so_far); }
 
   /// The first thing that is still to be said happened at the time, or before.
   void note(std::int64_t time_ns) {
@@ -132,8 +128,10 @@ class RunLog {
   }
 
   std::shared_ptr<spdlog::logger> log_;  // Null: quiet.
+  double step_s_;                        // by the clock on the wall
   bool held_ = false;
-  std::int64_t overruns_ = 0, slipped_ = 0, holds_ = 0, releases_ = 0, refused_ = 0;
+  std::int64_t contact_lost_ = 0, control_lost_ = 0;  // of the whole run
+  std::int64_t overruns_ = 0, slipped_ = 0, longest_slip_ = 0, holds_ = 0, releases_ = 0, refused_ = 0, lost_ = 0;
   std::int64_t since_ns_ = kNever_ns;
   std::int64_t next_ns_ = std::numeric_limits<std::int64_t>::min();
   std::int64_t pause_ns_ = kSecond_ns;
@@ -161,7 +159,19 @@ void run_control_loop(SplitGrasp& grasp, Schedule schedule, bool muscles, Record
     sample.step = grasp.control_step();
     if (muscles) sample.muscle_forces_N = grasp.muscle_forces_N();
     sample.end_ns = steady_now_ns();
+    sample.lost = lost;
     if (!records.keep(sample)) ++lost;
+  }
+}
+
+/// What a user should know of the contact thread's core.
+void remark_on(const CoreSetAside& core, Scheduling& contact) {
+  if (core.number() < 0) {
+    add_remark(contact, "there is one core alone: control has no real-time priority, and waits for the contact thread");
+  } else if (core.taken()) {
+    add_remark(contact, fmt::format("core {} is the contact thread's of another run, too: both will be late. --core "
+                                    "chooses another one",
+                                    core.number()));
   }
 }
 
@@ -199,9 +209,11 @@ ContactLoopCounts run_contact_loop(SplitGrasp& grasp, Schedule schedule, std::in
     counts.overruns += sample.overran;
     ++counts.ticks;
     sample.after = grasp.state();
+    sample.lost = counts.lost_samples;
     if (!keep(sample)) ++counts.lost_samples;
   }
   counts.slipped = schedule.slipped();
+  counts.longest_slip = schedule.longest_slip();
   return counts;
 }
 
@@ -227,11 +239,14 @@ ThreadsReport run_threads(SplitGrasp& grasp, const ThreadSettings& settings) {
   const double spin_s = std::min(settings.spin_s, 0.5 * step_s);
   ThreadsReport report;
   report.first_control = grasp.first_control();
-  Records<ContactSample> contact_records(step_s, {{}, grasp.state()});
-  Records<ControlSample> control_records(control_period_s, {});
-  RunLog log(settings.quiet);
-  const CoreSetAside core(settings.realtime && settings.contact_core < 0);
-  const int contact_core = settings.contact_core < 0 ? core.number() : settings.contact_core;
+  const double wall_s = settings.duration_s / settings.speed;
+  Records<ContactSample> contact_records(room_for_records(step_s, wall_s), {{}, grasp.state()});
+  Records<ControlSample> control_records(room_for_records(control_period_s, wall_s), {});
+  RunLog log(settings.quiet, step_s);
+  widen_thread_stacks();
+  const CoreSetAside own(settings.realtime && settings.set_aside == nullptr, settings.core);
+  const CoreSetAside& core = settings.set_aside != nullptr ? *settings.set_aside : own;
+  const int control_priority = core.number() < 0 ? 0 : kControlPriority;
   std::optional<AwakeCores> awake;
   if (settings.realtime) awake.emplace();
 
@@ -241,26 +256,26 @@ ThreadsReport run_threads(SplitGrasp& grasp, const ThreadSettings& settings) {
   std::exception_ptr failure;  // of the control thread
   std::latch set_up(2);
   std::atomic<std::int64_t> start_ns{0};
+  // Relaxed: what the threads leave is read when they are joined.
   std::atomic<int> running{2};
 
   // A jthread that goes out of scope is stopped and joined: also when this function is left by an exception.
   std::jthread control([&](const std::stop_token& stop) {
-    report.control = settings.realtime ? ask_for_realtime(-1, kControlPriority) : current_scheduling();
+    report.control = settings.realtime ? ask_for_realtime(-1, control_priority) : current_scheduling();
     set_up.count_down();
     const std::int64_t start = wait_for_start(start_ns, stop);
     try {
-      const std::int64_t first = start + (has_frame ? std::llround(1e9 * control_period_s) : 0);
+      const std::int64_t first = start + (has_frame ? Schedule::nanoseconds(control_period_s) : 0);
       run_control_loop(grasp,
                        Schedule(first, control_period_s, std::numeric_limits<std::int64_t>::max(), 0, kRestShare),
                        scene.has_muscles(), control_records, report.lost_control_samples, stop);
     } catch (...) {
       failure = std::current_exception();
     }
-    // Release: the caller that sees this sees what the thread has left.
-    running.fetch_sub(1, std::memory_order_release);
+    running.fetch_sub(1, std::memory_order_relaxed);
   });
   std::jthread contact([&](const std::stop_token& stop) {
-    report.contact = settings.realtime ? ask_for_realtime(contact_core) : current_scheduling();
+    report.contact = settings.realtime ? ask_for_realtime(core.number()) : current_scheduling();
     report.contact.denormals_flushed = flush_denormals();
     report.contact.spin_us = 1e6 * spin_s;
     report.contact.kept_awake = awake && awake->granted();
@@ -269,10 +284,11 @@ ThreadsReport run_threads(SplitGrasp& grasp, const ThreadSettings& settings) {
     counts = run_contact_loop(
         grasp, Schedule(start, step_s, ticks_due, kMaxCatchUp, kRestShare), std::llround(1e9 * spin_s),
         [&contact_records](const ContactSample& sample) { return contact_records.keep(sample); }, stop, settings.live);
-    running.fetch_sub(1, std::memory_order_release);
+    running.fetch_sub(1, std::memory_order_relaxed);
   });
 
   set_up.wait();
+  if (settings.realtime) remark_on(core, report.contact);
   if (settings.on_start) {
     settings.on_start(report.contact);
   } else {
@@ -293,8 +309,8 @@ ThreadsReport run_threads(SplitGrasp& grasp, const ThreadSettings& settings) {
     });
     log.say_if_due(steady_now_ns());
   };
-  // Acquire: see the threads' release. One thread has ended by itself only if the run is over, or the control failed.
-  while (go_on && running.load(std::memory_order_acquire) == 2) {
+  // One thread has ended by itself only if the run is over, or the control failed.
+  while (go_on && running.load(std::memory_order_relaxed) == 2) {
     drain();
     if (settings.on_look && !settings.on_look()) break;
     std::this_thread::sleep_for(kDrainPeriod);
@@ -312,6 +328,7 @@ ThreadsReport run_threads(SplitGrasp& grasp, const ThreadSettings& settings) {
   report.snapshots = grasp.snapshots().counts();
   report.ticks = counts.ticks;
   report.slipped = counts.slipped;
+  report.longest_slip_s = static_cast<double>(counts.longest_slip) * step_s;
   report.overruns = counts.overruns;
   report.lost_samples = counts.lost_samples;
   return report;

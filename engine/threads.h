@@ -20,7 +20,8 @@ struct ContactSample {
   Snapshot after;                ///< The state that the tick left.
   std::int64_t deadline_ns = 0;  ///< When the tick was due (steady clock).
   std::int64_t start_ns = 0, end_ns = 0;
-  std::int32_t slipped = 0;   ///< Ticks given up just before this one.
+  std::int64_t slipped = 0;   ///< Ticks given up just before this one.
+  std::int64_t lost = 0;      ///< Records of the run before this one that found no room.
   bool caught_up = false;     ///< It started late because the one before overran.
   std::int64_t stamp_ns = 0;  ///< Of the live input that acted in this tick for the first time; 0: of none.
   bool shown = false;         ///< A picture of it was taken.
@@ -32,7 +33,7 @@ struct ControlSample {
   ControlStep step;
   Eigen::VectorXd muscle_forces_N;  ///< Empty without muscles.
   std::int64_t deadline_ns = 0, start_ns = 0, end_ns = 0;
-  std::int32_t slipped = 0;
+  std::int64_t slipped = 0, lost = 0;  ///< As a contact tick's.
 };
 
 struct ThreadSettings {
@@ -40,10 +41,10 @@ struct ThreadSettings {
   double speed = 1.0;       ///< Simulated over wall time: both loops' ticks are so many times rarer, or more frequent.
   double spin_s = 50e-6;    ///< The contact thread wakes so long before its tick is due, and spins.
   bool realtime = true;     ///< Ask for SCHED_FIFO, locked memory, a core of its own. False: take what any thread gets.
-  /// The contact thread's core, if the caller has set one aside; -1: the run does so, see run_threads.
-  int contact_core = -1;
-  bool quiet = false;           ///< Log nothing.
-  LiveContact* live = nullptr;  ///< Input and pictures; nobody's.
+  int core = -1;            ///< The contact thread's, one of allowed_cores(); -1: the last of them.
+  const CoreSetAside* set_aside = nullptr;  ///< The caller has set it aside; null: the run does, see run_threads.
+  bool quiet = false;                       ///< Log nothing.
+  LiveContact* live = nullptr;              ///< Live input and pictures; null: none.
   /// On the calling thread, before all else: frame 0's control tick and its muscle forces, also if nothing will run.
   std::function<void(const ControlReport&, const Eigen::VectorXd& muscle_forces_N)> on_first_control;
   /// On the calling thread, when both threads are set up. Without it, what was refused is logged.
@@ -60,6 +61,7 @@ struct ThreadsReport {
   ExchangeCounts frames, snapshots;
   std::int64_t ticks = 0;                 ///< Contact ticks done.
   std::int64_t slipped = 0;               ///< Contact ticks given up: simulated time lags by so many steps.
+  double longest_slip_s = 0.0;            ///< The longest wall time of contact ticks given up at once, as after a stop.
   std::int64_t overruns = 0;              ///< Contact ticks that ended after the next one was due.
   std::int64_t lost_samples = 0;          ///< Records that found the ring full: on_tick was not called for them,
   std::int64_t lost_control_samples = 0;  ///< or on_control.
@@ -69,6 +71,7 @@ struct ThreadsReport {
 /// What became of the ticks of a contact loop.
 struct ContactLoopCounts {
   std::int64_t ticks = 0, slipped = 0;  ///< Together the ticks that were due, unless the loop was stopped.
+  std::int64_t longest_slip = 0;        ///< The most ticks given up at once.
   std::int64_t overruns = 0;            ///< Ticks that ended after the next one was due.
   std::int64_t lost_samples = 0;        ///< Records that nobody had room for.
 };
@@ -81,8 +84,9 @@ ContactLoopCounts run_contact_loop(SplitGrasp& grasp, Schedule schedule, std::in
                                    LiveContact* live = nullptr) noexcept;
 
 /// Runs a scene in real time on two threads, contact at 1 / step and control at 1 / control period, while the calling
-/// thread receives their records. With `realtime`, and two cores or more, the last core is the contact thread's alone:
-/// until the run ends the calling thread, and what it starts, keeps to the others. `state`: in, where to start; out, as
+/// thread receives their records. With `realtime`, and two cores or more, one core is the contact thread's alone: until the
+/// run ends the calling thread, and what it starts, keeps to the others. Where there is one alone, control runs without a
+/// real-time priority: two such threads on it would take all its time, and the kernel then stops both. `state`: in, where to start; out, as
 /// the run ended. Without grasp forces for the start nothing runs. Unless `quiet`, what was refused and what went
 /// wrong is logged, at most once a second.
 ThreadsReport run_threads(const Model& model, State& state, const ThreadSettings& settings);

@@ -1,11 +1,18 @@
 #include <gtest/gtest.h>
+#include <pthread.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <ctime>
+#include <fstream>
 #include <limits>
+#include <memory>
 #include <random>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -107,6 +114,44 @@ TEST(Schedule, AnOverloadedLoopRests) {
   }
 }
 
+// After a stop the kernel has long forgotten how busy the loop was: there is nothing to make up for.
+TEST(Schedule, GoesOnSoonAfterALongStop) {
+  constexpr std::int64_t kHour_ns = 3'600'000'000'000;
+  for (const std::int64_t stop_ns : {3'000'000'000L, 30'000'000'000L, kHour_ns, 24 * 365 * kHour_ns}) {
+    SCOPED_TRACE(testing::Message() << "stopped for " << stop_ns << " ns");
+    constexpr double kPeriod_s = 100e-6;
+    constexpr std::int64_t kPeriod_ns = 100'000;
+    Schedule schedule(kStart_ns, kPeriod_s, std::numeric_limits<std::int64_t>::max(), 0, 0.1);
+    ASSERT_TRUE(schedule.next(kStart_ns - 1));
+    const std::int64_t now_ns = kStart_ns + stop_ns;
+    const auto tick = schedule.next(now_ns);
+    ASSERT_TRUE(tick);
+    // A tenth of a second of rest, as after one second of work; then the next tick of the grid.
+    EXPECT_GE(tick->deadline_ns, now_ns + 100'000'000);
+    EXPECT_LE(tick->deadline_ns, now_ns + 100'000'000 + kPeriod_ns);
+    // Of a year they are 3e11, which is more than 32 bits hold.
+    EXPECT_EQ(tick->slipped, (tick->deadline_ns - kStart_ns) / kPeriod_ns - 1);
+    EXPECT_EQ(schedule.slipped(), tick->slipped);
+    EXPECT_EQ(schedule.longest_slip(), tick->slipped);
+    ASSERT_TRUE(schedule.next(tick->deadline_ns + kPeriod_ns / 2));
+  }
+}
+
+TEST(Schedule, EndsForAnyPeriod) {
+  for (const double period_s : {1e-300, 1e-12, 1e9, 1e10, 1e300, std::numeric_limits<double>::infinity()}) {
+    SCOPED_TRACE(testing::Message() << period_s << " s");
+    Schedule schedule(kStart_ns, period_s, 5, 0, 0.1);
+    std::int64_t now_ns = kStart_ns, last_ns = 0;
+    while (const auto tick = schedule.next(now_ns)) {
+      EXPECT_GE(tick->deadline_ns, kStart_ns);
+      EXPECT_GE(tick->deadline_ns, last_ns);
+      last_ns = tick->deadline_ns;
+      now_ns = std::max(now_ns, last_ns) + 1'000'000;
+    }
+    EXPECT_EQ(schedule.ticks() + schedule.slipped(), 5);
+  }
+}
+
 TEST(Schedule, HoldsItsLawsForAnyDurations) {
   std::mt19937_64 random(7);
   for (int run_index = 0; run_index < 500; ++run_index) {
@@ -168,6 +213,9 @@ TEST(Realtime, FlushesDenormalsOfItsThreadAlone) {
   const volatile double least = std::numeric_limits<double>::min();
   std::thread([&least] {
     EXPECT_NE(least * 0.5, 0.0);
+#if defined(__SSE2__) || defined(__aarch64__)
+    EXPECT_TRUE(flush_denormals());
+#endif
     if (!flush_denormals()) GTEST_SKIP() << "not on this processor";
     EXPECT_TRUE(current_scheduling().denormals_flushed);
     EXPECT_EQ(least * 0.5, 0.0);  // a result below the normal range
@@ -196,6 +244,99 @@ TEST(Realtime, SaysWhatItWasGrantedOrHowToGetIt) {
   }).join();
   EXPECT_EQ(allowed_cores(), cores);
   EXPECT_NE(current_scheduling().policy, "SCHED_FIFO");
+}
+
+TEST(Realtime, SetsACoreAsideAndSaysWhoHasItAlready) {
+  const std::vector<int> cores = allowed_cores();
+  {
+    const CoreSetAside unwanted(false);
+    EXPECT_EQ(unwanted.number(), -1);
+    EXPECT_EQ(allowed_cores(), cores);
+  }
+  if (cores.size() < 2) GTEST_SKIP() << "there is one core";
+  for (const int wished : {-1, cores.front()}) {
+    const CoreSetAside mine(true, wished);
+    const int core = wished < 0 ? cores.back() : wished;
+    EXPECT_EQ(mine.number(), core);
+    std::vector<int> others = cores;
+    std::erase(others, core);
+    EXPECT_EQ(allowed_cores(), others);
+    // Another program, which may use all cores.
+    const pid_t child = fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+      keep_to_cores(cores);
+      const CoreSetAside same(true, core);
+      _exit(same.number() == core && same.taken() ? 0 : 1);
+    }
+    int status = 0;
+    ASSERT_EQ(waitpid(child, &status, 0), child);
+    EXPECT_EQ(status, 0);
+  }
+  EXPECT_EQ(allowed_cores(), cores);
+  // It is free again, once no other test has it.
+  bool taken = true;
+  for (int i = 0; taken && i < 600; ++i) {
+    taken = CoreSetAside(true).taken();
+    if (taken) std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+  EXPECT_FALSE(taken);
+}
+
+// With `ulimit -s 256` a thread's stack is no larger than what a contact thread touches.
+TEST(Realtime, ThreadsHaveRoomWhateverTheLimitIs) {
+  pthread_attr_t before;
+  ASSERT_EQ(pthread_getattr_default_np(&before), 0);
+  pthread_attr_t small;
+  ASSERT_EQ(pthread_getattr_default_np(&small), 0);
+  pthread_attr_setstacksize(&small, 128 * 1024);
+  ASSERT_EQ(pthread_setattr_default_np(&small), 0);
+  // Too little is told, and not touched.
+  std::string remark;
+  std::thread([&remark] { remark = ask_for_realtime(-1, 0).remark; }).join();
+  EXPECT_NE(remark.find("KB of stack left"), std::string::npos) << remark;
+  widen_thread_stacks();
+  std::thread([&remark] { remark = ask_for_realtime(-1, 0).remark; }).join();
+  EXPECT_EQ(remark.find("KB of stack left"), std::string::npos) << remark;
+  pthread_setattr_default_np(&before);
+  pthread_attr_destroy(&small);
+  pthread_attr_destroy(&before);
+}
+
+TEST(Realtime, WithoutAPriorityAsksForTheRest) {
+  std::thread([] {
+    const Scheduling granted = ask_for_realtime(-1, 0);
+    EXPECT_EQ(granted.policy, "SCHED_OTHER");
+    EXPECT_LE(granted.timer_slack_ns, 1.0);
+    EXPECT_EQ(granted.remark.find("SCHED_FIFO"), std::string::npos) << granted.remark;
+  }).join();
+}
+
+/// Of the process, as the system counts it.
+std::int64_t resident_bytes() {
+  std::int64_t size = 0, resident = 0;
+  std::ifstream("/proc/self/statm") >> size >> resident;
+  return resident * sysconf(_SC_PAGESIZE);
+}
+
+// A run takes room for all its records when it begins: what it has not used yet must not take the machine's memory.
+TEST(Realtime, LocksWhatIsTouchedOfMemoryTakenLater) {
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    constexpr std::size_t kBytes = 512 << 20;
+    if (!ask_for_realtime(-1, 0).memory_locked) _exit(2);
+    const std::int64_t before = resident_bytes();
+    const std::unique_ptr<char[]> block(new char[kBytes]);  // not written to
+    volatile char& first = block[0];
+    first = 1;
+    _exit(resident_bytes() - before < 16 << 20 ? 0 : 1);
+  }
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFEXITED(status));
+  if (WEXITSTATUS(status) == 2) GTEST_SKIP() << "memory is not locked here";
+  EXPECT_EQ(WEXITSTATUS(status), 0);
 }
 
 TEST(Realtime, AnImpossibleCoreIsARemark) {

@@ -1,4 +1,5 @@
 #include <gtest/gtest.h>
+#include <signal.h>
 #include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -13,6 +14,7 @@
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "engine/live_contact.h"
@@ -184,6 +186,141 @@ TEST(Threads, EndWhenTheReceiverThrows) {
   settings.on_tick = [](const ContactSample&) -> bool { throw std::runtime_error("enough"); };
   EXPECT_THROW(run_threads(model, state, settings), std::runtime_error);
   EXPECT_EQ(allowed_cores(), cores);
+}
+
+// A record of control owns memory. Those of many ticks wait while the receiver is away; it throws at the third of them.
+TEST(Threads, LeaveNoRecordTwiceWhenTheReceiverThrows) {
+  const Model model(split_scene());
+  SplitGrasp grasp(model);
+  ThreadSettings settings;
+  settings.duration_s = 60.0;
+  settings.realtime = false;
+  settings.quiet = true;
+  settings.on_look = [] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    return true;
+  };
+  for (int run = 0; run < 3; ++run) {
+    int received = 0;
+    settings.on_control = [&received](const ControlSample& sample) {
+      EXPECT_GT(sample.muscle_forces_N.size(), 0);  // or there is nothing to free
+      if (++received == 3) throw std::runtime_error("no room");
+    };
+    EXPECT_THROW(run_threads(grasp, settings), std::runtime_error);
+    EXPECT_EQ(received, 3);
+  }
+  settings.on_control = {};
+  settings.on_look = []() -> bool { throw std::runtime_error("no look"); };
+  EXPECT_THROW(run_threads(grasp, settings), std::runtime_error);
+  settings.on_look = {};
+  settings.on_start = [](const Scheduling&) { throw std::runtime_error("no start"); };
+  EXPECT_THROW(run_threads(grasp, settings), std::runtime_error);
+}
+
+/// What a child that was stopped tells, in memory that it shares with the test.
+struct StopResult {
+  std::atomic<bool> running{false};
+  std::int64_t most_slipped = 0, rest_ns = 0, lost = -1;
+  double longest_slip_s = 0.0;
+};
+
+[[noreturn]] void run_to_be_stopped(const Model& model, StopResult& result) {
+  SplitGrasp grasp(model);
+  ThreadSettings settings;
+  settings.duration_s = 30.0;
+  settings.realtime = false;
+  settings.quiet = true;
+  std::int64_t last_end_ns = 0;
+  int after = 0;
+  settings.on_tick = [&](const ContactSample& sample) {
+    if (sample.after.tick == 50) result.running = true;
+    if (sample.slipped > result.most_slipped) {
+      result.most_slipped = sample.slipped;
+      result.rest_ns = sample.deadline_ns - last_end_ns;
+    }
+    last_end_ns = sample.end_ns;
+    return result.most_slipped < 1000 || ++after < 100;
+  };
+  const ThreadsReport report = run_threads(grasp, settings);
+  result.longest_slip_s = report.longest_slip_s;
+  result.lost = report.lost_samples;
+  _exit(0);
+}
+
+// As by Ctrl-Z, a debugger, or a machine that sleeps.
+TEST(Threads, GoOnSoonAfterTheProcessWasStopped) {
+#if defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "ThreadSanitizer's own thread does not outlive a fork";
+#endif
+  const Model model(split_scene());
+  void* const page = mmap(nullptr, sizeof(StopResult), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+  ASSERT_NE(page, MAP_FAILED);
+  StopResult& result = *new (page) StopResult;
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) run_to_be_stopped(model, result);
+  for (int i = 0; i < 2000 && !result.running; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  kill(child, SIGSTOP);
+  std::this_thread::sleep_for(std::chrono::seconds(3));
+  kill(child, SIGCONT);
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << status;
+  // The ticks of 1 ms that were due meanwhile are given up, but for those that are caught up. From the end of the last
+  // of these to the next tick are 0.1 s at most, and what is left of a step.
+  EXPECT_GE(result.most_slipped, 2900);
+  EXPECT_GE(result.longest_slip_s, 2.9);
+  EXPECT_LE(result.rest_ns, 101'000'000);
+  EXPECT_EQ(result.lost, 0);
+  munmap(page, sizeof(StopResult));
+}
+
+TEST(Threads, SayHowManyRecordsTheyLost) {
+  const Model model(split_scene());
+  SplitGrasp grasp(model);
+  std::int64_t kept = 0, told = 0;
+  const std::function<bool(const ContactSample&)> keep = [&](const ContactSample& sample) {
+    // Of every ten one is kept, which says how many were lost before it.
+    if (sample.after.tick % 10 != 0) return false;
+    ++kept;
+    told = sample.lost;
+    EXPECT_EQ(sample.lost, sample.after.tick - kept);
+    return true;
+  };
+  const std::stop_token never;
+  const ContactLoopCounts counts =
+      run_contact_loop(grasp, Schedule(steady_now_ns(), model.scene.step_s, 95, 95), 0, keep, never);
+  EXPECT_EQ(kept, 9);
+  EXPECT_EQ(told, 81);
+  EXPECT_EQ(counts.lost_samples, 86);
+}
+
+// A receiver that is away for longer than the ring has room loses records: the next one says so, of both threads.
+TEST(Threads, RecordsThatAreLostAreCountedInTheNextOne) {
+  const Model model(split_scene());
+  SplitGrasp grasp(model);
+  ThreadSettings settings;
+  settings.duration_s = 3.0;
+  settings.realtime = false;
+  settings.quiet = true;
+  settings.on_look = [away = false]() mutable {
+    if (!std::exchange(away, true)) std::this_thread::sleep_for(std::chrono::milliseconds(2600));
+    return true;
+  };
+  std::int64_t contact = 0, control = 0, before = 0, missing = 0;
+  settings.on_tick = [&](const ContactSample& sample) {
+    missing += sample.after.tick - before - 1;
+    before = sample.after.tick;
+    contact = sample.lost;
+    EXPECT_EQ(contact, missing);
+    return true;
+  };
+  settings.on_control = [&](const ControlSample& sample) { control = sample.lost; };
+  const ThreadsReport report = run_threads(grasp, settings);
+  EXPECT_GT(contact, 0);
+  EXPECT_GT(control, 0);
+  EXPECT_EQ(contact, report.lost_samples);
+  EXPECT_EQ(control, report.lost_control_samples);
 }
 
 TEST(Threads, DoNotStartWithoutGraspForces) {

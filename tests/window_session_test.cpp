@@ -50,6 +50,9 @@ class Shown {
                               const std::lock_guard lock(mutex_);
                               state_ = thenar::read_state_message(s);
                               states_.push_back(s);
+                              if (const int away_ms = away_ms_.exchange(0); away_ms > 0) {
+                                std::this_thread::sleep_for(milliseconds(away_ms));
+                              }
                             },
                             [this] { return pages_.load(); }};
       session_.run(display, stop_);
@@ -120,13 +123,15 @@ class Shown {
     return scenes_;
   }
   void set_pages(int pages) { pages_ = pages; }
+  /// The next state that is shown takes so long.
+  void be_away(int time_ms) { away_ms_ = time_ms; }
 
  private:
   thenar::Model model_;
   std::vector<thenar::Field> fields_;
   Session session_;
   std::atomic<bool> stop_{false};
-  std::atomic<int> pages_{1};
+  std::atomic<int> pages_{1}, away_ms_{0};
   std::mutex mutex_;
   ordered_json status_ = ordered_json::object(), fields_of_scene_;
   std::vector<double> state_;
@@ -166,6 +171,26 @@ TEST(Session, ShowsAGraspThatRunsAndItsFigures) {
   ASSERT_TRUE(shown.comes([&] { return shown.value("reference_error") >= 0.0; }));
   EXPECT_LT(shown.value("reference_error"), 1e-2);
   EXPECT_LT(shown.value("reference_residual"), 1e-2);
+}
+
+// The thread that receives the loops' records is away for longer than there is room for them: 2 s.
+TEST(Session, SaysWhenRecordsWereLost) {
+  Shown shown(held_box());
+  ASSERT_TRUE(shown.passes(0.3));
+  EXPECT_EQ(shown.value("lost_records"), 0.0);
+  EXPECT_EQ(shown.status()["outcome"], "held") << shown.status()["reason"];
+  shown.be_away(2800);
+  ASSERT_TRUE(shown.comes([&] { return shown.value("lost_records") > 0.0; }));
+  EXPECT_TRUE(shown.comes([&] {
+    return shown.status()["reason"].get<std::string>().find("were lost") != std::string::npos;
+  })) << shown.status()["reason"];
+  // They stay lost, also when the loops begin another run.
+  const double lost = shown.value("lost_records");
+  shown.receive(Pause{});
+  ASSERT_TRUE(shown.comes([&] { return shown.status()["running"] == false; }));
+  shown.receive(Resume{});
+  ASSERT_TRUE(shown.passes(shown.value("time_s") + 0.1));
+  EXPECT_GE(shown.value("lost_records"), lost);
 }
 
 TEST(Session, CostsNoPictureWhileNobodyLooks) {

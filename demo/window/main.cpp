@@ -26,6 +26,7 @@
 #include "engine/mcap_file.h"
 #include "engine/model.h"
 #include "engine/model_parts.h"
+#include "engine/realtime.h"
 
 namespace {
 
@@ -57,7 +58,7 @@ CLI::Validator numeric_address() {
 
 /// What a recording has no use for.
 void check_recording(const CLI::App& demo) {
-  for (const char* flag : {"--set", "--contact-rate", "--control-rate", "--record", "--no-realtime"}) {
+  for (const char* flag : {"--set", "--contact-rate", "--control-rate", "--record", "--no-realtime", "--core"}) {
     if (demo.count(flag) > 0) throw CLI::ValidationError(flag, "is for a scene, not for a recording");
   }
 }
@@ -86,6 +87,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
   demo->add_flag_callback(
       "--no-realtime", [&] { options.session.realtime = false; },
       "Takes what any thread gets: no SCHED_FIFO, no core of its own");
+  add_core(*demo, options.session.core);
   demo->add_flag("--quiet", options.session.quiet, "Prints nothing but the address and errors");
   demo->footer("Ctrl-C ends it. Exit code: 0 when ended, 2 for a wrong command or scene, 3 for a file, 4 for a port.");
   try {
@@ -160,6 +162,7 @@ int main(int argc, char** argv) try {
     std::cerr << kHostCannotRun;
     return kInternal;
   }
+  thenar::widen_thread_stacks();
   int exit_code = kDone;
   std::optional<Options> options = parse_options(argc, argv, exit_code);
   if (!options) return exit_code;

@@ -135,13 +135,14 @@ struct Session::Impl {
   TickRecord last_tick;
   RunSums sums;                  ///< Of all ticks; the monitor begins again.
   std::int64_t unaccounted = 0;  ///< The most of any grasp.
+  std::int64_t missed = 0;       ///< Lost records that the monitor knows of.
   bool still_shown = false;
   std::string bytes;
 };
 
 Session::Impl::Impl(Model m, const SessionSettings& s)
     : settings(s),
-      core(s.realtime),
+      core(s.realtime, s.core),
       model(std::move(m)),
       hands(model),
       pairing([this](const ContactSample& sample, const ControlSample& control) { return see(sample, control); }) {
@@ -289,6 +290,7 @@ void Session::Impl::reset() {
   grasp->hold_frames_back(heeded.settings.delay_periods);
   live = std::make_unique<LiveContact>(model, inputs, hands);
   telemetry = Telemetry();
+  missed = 0;
   monitor.emplace(model);
   watch_from_s = judged_s = found_s = 0.0;
   sums = {};
@@ -331,7 +333,7 @@ void Session::Impl::run_loops(const std::atomic<bool>& stop) {
   threads.speed = heeded.speed;
   threads.spin_s = settings.spin_s;
   threads.realtime = settings.realtime;
-  threads.contact_core = core.number();
+  threads.set_aside = &core;
   threads.quiet = settings.quiet;
   threads.live = live.get();
   threads.on_start = [&](const Scheduling& contact) {
@@ -349,12 +351,17 @@ void Session::Impl::run_loops(const std::atomic<bool>& stop) {
   };
   threads.on_look = [&] {
     look_aside();
+    if (const std::int64_t lost = telemetry.lost(); lost > missed) {
+      monitor->miss(fmt::format("the records of {} ticks were lost: nobody saw what they did", lost - missed));
+      missed = lost;
+    }
     // All else stays in a run.
     if (in_words(judged) != in_words(shown) || warnings->sentences().size() != shown_warnings) show_status(true);
     const bool may_end = steady_now_ns() - begin_ns > kShortestRun_ns;
     return !stop && !(may_end && changed.load(std::memory_order_relaxed));
   };
   const ThreadsReport report = run_threads(*grasp, threads);
+  telemetry.end_run(report);
   pairing.finish();
   unaccounted = std::max(unaccounted, report.frames.unaccounted() + report.frames.torn +
                                           report.snapshots.unaccounted() + report.snapshots.torn);
@@ -369,13 +376,16 @@ void Session::Impl::do_step() {
   const auto all_late = static_cast<int>(ticks);
   const std::stop_token never;
   live->watched = false;
+  std::vector<ContactSample> samples;  // Whoever takes them may throw, which the loop may not.
+  samples.reserve(ticks);
   run_contact_loop(
       *grasp, Schedule(steady_now_ns(), scene.step_s, ticks, all_late), 0,
-      [this](const ContactSample& sample) {
-        pairing.add(sample);
+      [&samples](const ContactSample& sample) {
+        samples.push_back(sample);
         return true;
       },
       never, live.get());
+  for (const ContactSample& sample : samples) pairing.add(sample);
   ControlSample control;
   control.step = grasp->control_step();
   control.muscle_forces_N = grasp->muscle_forces_N();

@@ -16,6 +16,7 @@ namespace window {
 struct SessionSettings {
   double spin_s = 50e-6;
   bool realtime = true;          ///< Ask for real-time scheduling.
+  int core = -1;                 ///< The contact thread's; -1: the last.
   bool quiet = false;            ///< Log nothing.
   std::filesystem::path record;  ///< What is shown goes into this recording, too; empty: none.
 };
@@ -34,7 +35,7 @@ struct Display {
 /// (pause, step, reset, speed, changes of the scene) takes effect between two runs of the loops: they are stopped, the
 /// scene is changed while nobody reads it, and they go on from the state and with the controller's memory that they left.
 ///
-/// With `realtime`, and two cores or more, the last core is the contact thread's alone as long as the session lives: the
+/// With `realtime`, and two cores or more, one core is the contact thread's alone as long as the session lives: the
 /// thread that makes it, and what that starts from then on, keeps to the others.
 class Session {
  public:

@@ -77,6 +77,7 @@ void Telemetry::add(const ContactSample& sample) {
   keep_last_second(contact_);
   slipped_ += sample.slipped;
   overruns_ += sample.overran;
+  contact_lost_ = sample.lost;
   if (sample.stamp_ns != 0) add_latency(1e-9 * static_cast<double>(sample.end_ns - sample.stamp_ns));
 }
 
@@ -86,6 +87,12 @@ void Telemetry::add(const ControlSample& sample) {
                       control.find_s, control.factors_s, control.grasp_s, control.muscle_s});
   keep_last_second(control_);
   control_slipped_ += sample.slipped;
+  control_lost_ = sample.lost;
+}
+
+void Telemetry::end_run(const thenar::ThreadsReport& report) {
+  lost_ += report.lost_samples + report.lost_control_samples;
+  contact_lost_ = control_lost_ = 0;
 }
 
 void Telemetry::set_reference(double error, double residual) {
@@ -114,6 +121,7 @@ const LoopFigures& Telemetry::figures(std::int64_t now_ns) {
   figures_.contact_overruns = static_cast<double>(overruns_);
   figures_.contact_slipped = static_cast<double>(slipped_);
   figures_.control_slipped = static_cast<double>(control_slipped_);
+  figures_.lost_records = static_cast<double>(lost());
   return figures_;
 }
 

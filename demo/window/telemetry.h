@@ -18,7 +18,11 @@ class Telemetry {
   void begin_run(double step_s);
   void add(const thenar::ContactSample& sample);
   void add(const thenar::ControlSample& sample);
+  /// The run has ended.
+  void end_run(const thenar::ThreadsReport& report);
 
+  /// Records of ticks of both loops that came not here, since it was made.
+  [[nodiscard]] std::int64_t lost() const { return lost_ + contact_lost_ + control_lost_; }
   /// What others have found. The figures know nothing of it by themselves.
   void set_unaccounted(std::int64_t values) { figures_.unaccounted = static_cast<double>(values); }
   void set_reference(double error, double residual);
@@ -45,8 +49,10 @@ class Telemetry {
   std::deque<Control> control_;
   std::int64_t stock_ns_ = 0;  // when it was taken
   std::int64_t overruns_ = 0, slipped_ = 0, control_slipped_ = 0;
-  std::vector<double> latencies_s_;  // the last ones, in a ring
-  std::int64_t latencies_ = 0;       // how many there have been
+  std::int64_t lost_ = 0;                             // in the runs before this one,
+  std::int64_t contact_lost_ = 0, control_lost_ = 0;  // and in this one
+  std::vector<double> latencies_s_;                   // the last ones, in a ring
+  std::int64_t latencies_ = 0;                        // how many there have been
   bool latencies_counted_ = true;
   thenar::LoopFigures figures_;
   thenar::TickRecord medians_;
