@@ -95,7 +95,8 @@ void add_map(ordered_json& part, const OutcomeMap& map, int count) {
     return row;
   };
   run_sweep(plan, order, static_cast<int>(std::thread::hardware_concurrency()), run,
-            [&](std::size_t row, SweepRow result) { rows[row] = std::move(result); });
+            {[&](std::size_t row, SweepRow result) { rows[row] = std::move(result); },
+             [](std::size_t, const std::string& why) { throw std::runtime_error(why); }});
 
   std::string caption = map.caption + " Cells held:";
   ordered_json panels = ordered_json::array();

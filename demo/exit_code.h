@@ -15,7 +15,8 @@ enum ExitCode {
   kOffTarget = 9,
   kUnstable = 10,
   kOverLimits = 11,
-  kUnknown = 12
+  kUnknown = 12,
+  kInterrupted = 130  ///< By Ctrl-C or another signal, as shells have it: what was done until then is kept.
 };
 
 /// Of a run that came to an end: 0 unless it failed.

@@ -16,6 +16,8 @@
 
 #include "demo/exit_code.h"
 #include "demo/ranks.h"
+#include "demo/results.h"
+#include "engine/files.h"
 #include "engine/lockstep.h"
 #include "engine/stopwatch.h"
 #include "engine/sweep.h"
@@ -26,8 +28,6 @@ namespace {
 using namespace thenar;
 using FinishedRows = std::map<std::size_t, SweepRow>;
 
-constexpr int kInterrupted = 130;  // As shells have it.
-
 SweepPlan read_plan(const Options& options) {
   SweepPlan plan{options.scene, options.overrides, {}};
   for (const std::string& text : options.vary) plan.vary.push_back(read_variation(text));
@@ -37,6 +37,16 @@ SweepPlan read_plan(const Options& options) {
 SweepRow run_row_lockstep(const Model& model) {
   State state(model);
   return sweep_row(model, run_lockstep(model, state));
+}
+
+/// What makes a row: "row 3 of 12 (contact.friction=0.5, time.step=1 ms)".
+std::string row_in_words(const SweepPlan& plan, std::size_t row) {
+  const std::vector<std::string> values = plan.values(row);
+  std::string words;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    words += fmt::format("{}{}={}", i == 0 ? "" : ", ", plan.vary[i].key, values[i]);
+  }
+  return fmt::format("row {} of {} ({})", row + 1, plan.rows(), words);
 }
 
 std::vector<std::size_t> missing_rows(const SweepPlan& plan, const FinishedRows& finished) {
@@ -106,7 +116,7 @@ int report(const SweepPlan& plan, const SweepJournal::Merged& merged, const Opti
   const std::size_t missing = plan.rows() - merged.rows.size();
   if (missing == 0) return kDone;
   std::cerr << fmt::format(
-      "failed: {} of {} rows are missing in {}, for a process ended before its time; the same "
+      "failed: {} of {} rows are missing in {}: they were not run, or their process ended before its time; the same "
       "command goes on\n",
       missing, plan.rows(), file);
   return kFailed;
@@ -115,33 +125,47 @@ int report(const SweepPlan& plan, const SweepJournal::Merged& merged, const Opti
 }  // namespace
 
 int sweep(const Options& options) {
+  const KeptFiles kept;
   SweepPlan plan;
+  nlohmann::ordered_json plan_text;
+  std::optional<FileLock> claim;
   std::optional<SweepJournal> journal;
   std::vector<std::size_t> missing;
   const bool lockstep = options.runner == Runner::kLockstep;
-  const auto prepare = [&] {
+  const auto read_files = [&] {
     plan = read_plan(options);
+    keep_files(plan);
+    plan_text = plan_json(plan, lockstep ? "lockstep" : "monolithic");
+  };
+  const auto prepare = [&] {
+    read_files();
     static_cast<void>(first_scene(plan));
-    claim_sweep_folder(options.out, plan_json(plan, lockstep ? "lockstep" : "monolithic"));
+    check_results({{"--out", options.out / "rows.csv"}, {"--out", options.out / "plan.json"}}, files_of(plan));
+    claim.emplace(claim_sweep_folder(options.out, plan_text));
     // By one process for all: a file system of many machines may show each of them another state of the journals.
-    return missing_rows(plan, read_journals(options.out));
+    return missing_rows(plan, read_journals(options.out, plan_text));
   };
   const auto enter = [&](const Ranks& me, const std::vector<std::size_t>& all_missing) {
-    if (me.rank != 0) plan = read_plan(options);
-    journal.emplace(options.out, me.rank);
+    if (me.rank != 0) read_files();
+    journal.emplace(options.out, me.rank, plan_text);
     missing = all_missing;
   };
   const std::optional<Ranks> me = meet_ranks(prepare, enter);
   if (!me) return kBadUsage;  // Another process has said why.
+  claim.reset();              // Whoever comes now finds the journals locked.
 
   say_farewell_to(options.out);
   const std::vector<std::size_t> rows = share_of(missing, *me);
   const int cores = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   const int jobs = options.jobs > 0 ? options.jobs : me->ranks > 1 ? 1 : cores;
   const std::function<void()> progress = sweep_progress(plan.rows() - missing.size(), rows.size(), options.quiet);
-  run_sweep(plan, rows, jobs, lockstep ? run_row_lockstep : run_row, [&](std::size_t row, const SweepRow& result) {
+  const auto done = [&](std::size_t row, const SweepRow& result) {
     journal->add(row, result);
     progress();
-  });
+  };
+  const auto failed = [&](std::size_t row, const std::string& why) {
+    std::cerr << fmt::format("not run: {}: {}\n", row_in_words(plan, row), why);
+  };
+  run_sweep(plan, rows, jobs, lockstep ? run_row_lockstep : run_row, {done, failed});
   return report(plan, journal->finish(plan), options);
 }

@@ -12,13 +12,16 @@
 #include <charconv>
 #include <cmath>
 #include <mutex>
+#include <new>
 #include <optional>
+#include <stdexcept>
 #include <utility>
 
 #include "engine/config.h"
 #include "engine/files.h"
 #include "engine/model_parts.h"
 #include "engine/monolithic.h"
+#include "engine/scene_files.h"
 #include "engine/state.h"
 #include "engine/summary.h"
 
@@ -155,15 +158,34 @@ std::string reason(const ConfigError& error) {
   return text;
 }
 
-/// Runs one row. `known` is the thread's last model, whose surface may serve again, and becomes this one's.
-SweepRow run_one(const SweepPlan& plan, std::size_t row, const RunScene& run, std::optional<Model>& known) try {
-  Scene scene = load_scene(plan.scene, plan.changes(row));
-  known = as_needed(known ? Model(std::move(scene), *known) : Model(std::move(scene)));
-  return run(*known);
-} catch (const ConfigError& error) {
-  return {{Outcome::kRefused, reason(error)}, nlohmann::ordered_json::object()};
-} catch (const FileError& error) {  // Such as a cloud that is no surface.
-  return {{Outcome::kRefused, error.what()}, nlohmann::ordered_json::object()};
+/// The result of one row; or why there is none, as `failure`. `known` is the thread's last model, whose surface may serve
+/// again, and becomes this one's.
+std::optional<SweepRow> run_one(const SweepPlan& plan, std::size_t row, const RunScene& run,
+                                std::optional<Model>& known, std::string& failure) {
+  const auto refused = [](const std::string& why) {
+    return SweepRow{{Outcome::kRefused, why}, nlohmann::ordered_json::object()};
+  };
+  const auto no_memory = [&] {
+    failure = "not enough memory: fewer --jobs leave more to each";
+    known.reset();
+    return std::nullopt;
+  };
+  try {
+    Scene scene = load_scene(plan.scene, plan.changes(row));
+    known = as_needed(known ? Model(std::move(scene), *known) : Model(std::move(scene)));
+    return run(*known);
+  } catch (const ConfigError& error) {
+    return refused(reason(error));
+  } catch (const ReadError& error) {
+    failure = error.what();
+    return std::nullopt;
+  } catch (const FileError& error) {  // Such as a cloud that is no surface.
+    return refused(error.what());
+  } catch (const std::bad_alloc&) {
+    return no_memory();
+  } catch (const std::length_error&) {  // More than any memory has.
+    return no_memory();
+  }
 }
 
 /// The unit that all values share; empty if there is none.
@@ -233,6 +255,32 @@ std::vector<std::string> SweepPlan::changes(std::size_t row) const {
   return changes;
 }
 
+std::vector<std::filesystem::path> files_of(const SweepPlan& plan) {
+  std::vector<std::filesystem::path> files = scene_files(plan.scene, plan.changes(0));
+  for (const Variation& variation : plan.vary) {
+    // A key names files if it is one of these two or a map around it.
+    const auto is_around = [&](const std::string& key) { return key.starts_with(variation.key); };
+    if (!is_around("hand.model") && !is_around("object.shape.cloud.file")) continue;
+    for (const std::string& value : variation.values) {
+      std::vector<std::string> changes = plan.changes(0);
+      changes.push_back(variation.key + "=" + value);
+      const std::vector<std::filesystem::path> more = scene_files(plan.scene, changes);
+      files.insert(files.end(), more.begin(), more.end());
+    }
+  }
+  std::vector<std::filesystem::path> once;
+  for (const std::filesystem::path& file : files) {
+    if (std::ranges::find(once, file) == once.end()) once.push_back(file);
+  }
+  return once;
+}
+
+void keep_files(const SweepPlan& plan) {
+  // First of all the scene, which says what the others are.
+  KeptFiles::keep(plan.scene);
+  for (const std::filesystem::path& file : files_of(plan)) KeptFiles::keep(file);
+}
+
 Scene first_scene(const SweepPlan& plan) {
   std::size_t rows = 1;
   for (auto variation = plan.vary.begin(); variation != plan.vary.end(); ++variation) {
@@ -279,7 +327,7 @@ SweepRow run_row(const Model& model) {
 }
 
 void run_sweep(const SweepPlan& plan, const std::vector<std::size_t>& rows, int jobs, const RunScene& run,
-               const std::function<void(std::size_t row, SweepRow result)>& done) {
+               const SweepListener& listener) {
   // oneTBB would hold back jobs beyond the cores.
   const tbb::global_control allow(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(jobs));
   tbb::task_arena arena(jobs);
@@ -291,9 +339,14 @@ void run_sweep(const SweepPlan& plan, const std::vector<std::size_t>& rows, int 
         tbb::blocked_range<std::size_t>(0, rows.size(), 1),
         [&](const tbb::blocked_range<std::size_t>& range) {
           for (std::size_t i = range.begin(); i < range.end(); ++i) {
-            SweepRow result = run_one(plan, rows[i], run, known.local());
+            std::string failure;
+            std::optional<SweepRow> result = run_one(plan, rows[i], run, known.local(), failure);
             const std::lock_guard lock(telling);
-            done(rows[i], std::move(result));
+            if (result) {
+              listener.done(rows[i], *std::move(result));
+            } else {
+              listener.failed(rows[i], failure);
+            }
           }
         },
         tbb::simple_partitioner());

@@ -38,6 +38,12 @@ struct SweepPlan {
   [[nodiscard]] std::vector<std::string> changes(std::size_t row) const;
 };
 
+/// The files that the rows name: scenes, hands, scanned objects. Throws ConfigError and FileError.
+[[nodiscard]] std::vector<std::filesystem::path> files_of(const SweepPlan& plan);
+
+/// Reads these files once for all rows, as long as a KeptFiles lives. Throws ConfigError and FileError.
+void keep_files(const SweepPlan& plan);
+
 /// The scene of the first row that is one. Throws ConfigError if a key varies twice, if there are more than a million
 /// rows, and what is wrong with the first row if no row is a scene, as where a key is misspelt.
 [[nodiscard]] Scene first_scene(const SweepPlan& plan);
@@ -58,11 +64,17 @@ using RunScene = std::function<SweepRow(const Model& model)>;
 /// The scene as it is run by `thenar run`.
 [[nodiscard]] SweepRow run_row(const Model& model);
 
-/// Runs these rows, `jobs` at a time, each on one thread; `done` is told of each as it ends, in any order but never
-/// twice at once. A row whose scene is refused is a row, too: kRefused, and why. What `run` or `done` throws ends the
-/// sweep and is thrown.
+/// Who is informed of a row that has ended, and of one that has no result, and why: in any order, but never twice at once.
+struct SweepListener {
+  std::function<void(std::size_t row, SweepRow result)> done;
+  std::function<void(std::size_t row, const std::string& why)> failed;
+};
+
+/// Runs these rows, `jobs` at a time, each on one thread. A row whose scene is refused is a row, too: kRefused, and why. One
+/// that found no memory, or could not read a file, has no result: another run may have one. What `run` or a listener throws
+/// otherwise ends the sweep and is thrown.
 void run_sweep(const SweepPlan& plan, const std::vector<std::size_t>& rows, int jobs, const RunScene& run,
-               const std::function<void(std::size_t row, SweepRow result)>& done);
+               const SweepListener& listener);
 
 /// Rows as a table, in the plan's order: what varies, outcome, reason, what `model: auto` left out, measures. A unit that all values of a key share
 /// is in the header; what was not measured is empty.

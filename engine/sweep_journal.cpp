@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <boost/crc.hpp>
 #include <cerrno>
+#include <cstdint>
 #include <optional>
 #include <sstream>
 #include <utility>
@@ -34,47 +35,28 @@ struct OpenFile {
   OpenFile& operator=(const OpenFile&) = delete;
 };
 
+constexpr const char* kRunsAlready = "this sweep is running already";
+
 /// Whether somebody else holds the lock. A file system without locks knows of nobody.
 bool is_held(int descriptor) { return flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK; }
 
-/// The files that a scene names: hand and cloud.
-void add_files(const fs::path& scene, const std::vector<std::string>& changes, std::vector<fs::path>& files) {
-  const Config config(scene, changes);
-  const ConfigMap root = config.root();
-  if (root.is_map("hand")) files.push_back(root.map("hand").path("model"));
-  if (!root.is_map("object") || !root.map("object").is_map("shape")) return;
-  const ConfigMap shape = root.map("object").map("shape");
-  if (!shape.has("cloud")) return;
-  files.push_back(shape.is_map("cloud") ? shape.map("cloud").path("file") : shape.path("cloud"));
-}
-
-/// The scene and all files that its rows name.
-std::vector<fs::path> files_of(const SweepPlan& plan) {
-  std::vector<fs::path> files{plan.scene};
-  add_files(plan.scene, plan.changes(0), files);
-  for (const Variation& variation : plan.vary) {
-    if (!variation.key.starts_with("hand") && !variation.key.starts_with("object")) continue;
-    for (const std::string& value : variation.values) {
-      std::vector<std::string> changes = plan.changes(0);
-      changes.push_back(variation.key + "=" + value);
-      add_files(plan.scene, changes, files);
-    }
-  }
-  std::vector<fs::path> once;
-  for (const fs::path& file : files) {
-    if (!file.empty() && std::ranges::find(once, file) == once.end()) once.push_back(file);
-  }
-  return once;
-}
-
-/// A file by its name and contents; one that cannot be read makes a refused row, not another sweep.
-ordered_json fingerprint(const fs::path& file) try {
-  const std::string bytes = read_file(file);
+std::uint32_t checksum(const std::string& bytes) {
   boost::crc_32_type crc;
   crc.process_bytes(bytes.data(), bytes.size());
-  return {{"file", file.filename().string()}, {"bytes", bytes.size()}, {"crc32", crc.checksum()}};
-} catch (const FileError&) {
-  return {{"file", file.filename().string()}, {"bytes", nullptr}, {"crc32", nullptr}};
+  return crc.checksum();
+}
+
+/// A plan as its file holds it.
+std::string plan_text(const ordered_json& plan) {
+  return plan.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+}
+
+std::uint32_t checksum(const ordered_json& plan) { return checksum(plan_text(plan)); }
+
+/// A file by its name and contents.
+ordered_json fingerprint(const fs::path& file) {
+  const std::string bytes = read_file(file);
+  return {{"file", file.filename().string()}, {"bytes", bytes.size()}, {"crc32", checksum(bytes)}};
 }
 
 /// The part in which two plans differ.
@@ -85,17 +67,19 @@ std::string difference(const ordered_json& one, const ordered_json& other) {
   return "contents";
 }
 
-ordered_json to_line(std::size_t row, const SweepRow& result) {
+ordered_json to_line(std::size_t row, const SweepRow& result, std::uint32_t plan) {
   return {{"row", row},
+          {"plan", plan},
           {"outcome", name(result.verdict.outcome)},
           {"reason", result.verdict.reason},
           {"left_out", result.left_out},
           {"measures", result.measures}};
 }
 
-/// Nothing if the line is torn.
-std::optional<std::pair<std::size_t, SweepRow>> read_line(const std::string& text) try {
+/// Nothing if the line is torn or another plan's.
+std::optional<std::pair<std::size_t, SweepRow>> read_line(const std::string& text, std::uint32_t plan) try {
   const ordered_json line = ordered_json::parse(text);
+  if (line.at("plan") != plan) return std::nullopt;
   const auto* const outcome = std::ranges::find_if(kOutcomes, [&](Outcome o) { return line.at("outcome") == name(o); });
   if (outcome == kOutcomes.end()) return std::nullopt;
   SweepRow row;
@@ -117,6 +101,20 @@ std::vector<fs::path> journals(const fs::path& folder) {
   return files;
 }
 
+[[noreturn]] void refuse(const fs::path& folder, const std::string& what) {
+  throw ConfigError({{folder.string(), "", what}});
+}
+
+/// Refuses a folder whose plan is another one.
+void check_plan(const fs::path& folder, const std::string& text, const ordered_json& plan) {
+  if (text == plan_text(plan)) return;
+  const ordered_json there = ordered_json::parse(text, nullptr, false);
+  refuse(folder,
+         fmt::format("this folder holds another sweep, with another '{}' in plan.json: name another folder with "
+                     "--out",
+                     difference(plan, there)));
+}
+
 }  // namespace
 
 ordered_json plan_json(const SweepPlan& plan, const std::string& runner) {
@@ -131,40 +129,45 @@ ordered_json plan_json(const SweepPlan& plan, const std::string& runner) {
           {"build", build_settings()}};
 }
 
-void claim_sweep_folder(const fs::path& folder, const ordered_json& plan) {
+FileLock claim_sweep_folder(const fs::path& folder, const ordered_json& plan) {
   prepare_folder(folder);
   const fs::path file = folder / "plan.json";
-  const auto refuse = [&](const std::string& what) {
-    throw ConfigError({{folder.string(), "", what + ": name another folder with --out"}});
-  };
-  if (!fs::exists(file)) {
-    if (fs::exists(folder / "rows.csv") || !journals(folder).empty()) refuse("this folder holds other rows");
-    write_file(file, plan.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n");
-    return;
+  // In this order: rows have a plan from the beginning.
+  const bool has_rows = fs::exists(folder / "rows.csv") || !journals(folder).empty();
+  if (has_rows && !fs::exists(file)) refuse(folder, "this folder holds other rows: name another folder with --out");
+  std::optional<FileLock> lock = FileLock::take(file);
+  if (!lock) refuse(folder, kRunsAlready);
+  const std::string text = read_file(file), wanted = plan_text(plan);
+  // A part of it, or nothing, is what a process leaves that is killed while it writes it.
+  if (!has_rows && wanted.starts_with(text) && text != wanted) {
+    lock->write(wanted);
+  } else {
+    check_plan(folder, text, plan);
   }
-  const ordered_json there = ordered_json::parse(read_file(file), nullptr, false);
-  if (there == plan) return;
-  refuse(fmt::format("this folder holds another sweep, with another '{}' in plan.json", difference(plan, there)));
+  return *std::move(lock);
 }
 
-std::map<std::size_t, SweepRow> read_journals(const fs::path& folder) {
+std::map<std::size_t, SweepRow> read_journals(const fs::path& folder, const ordered_json& plan) {
+  const std::uint32_t its = checksum(plan);
   std::map<std::size_t, SweepRow> rows;
   for (const fs::path& file : journals(folder)) {
     std::istringstream lines(read_file(file));
     for (std::string text; std::getline(lines, text);) {
-      if (auto row = read_line(text)) rows.insert(std::move(*row));
+      if (auto row = read_line(text, its)) rows.insert(std::move(*row));
     }
   }
   return rows;
 }
 
-SweepJournal::SweepJournal(const fs::path& folder, int rank)
-    : folder_(folder), file_(folder / fmt::format("journal-{}.jsonl", rank)) {
+SweepJournal::SweepJournal(const fs::path& folder, int rank, ordered_json plan)
+    : folder_(folder), file_(folder / fmt::format("journal-{}.jsonl", rank)), plan_(std::move(plan)) {
+  // Of the process that claimed the folder, which may have read other files than this one.
+  check_plan(folder, read_file(folder / "plan.json"), plan_);
   descriptor_ = open(file_.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
   if (descriptor_ < 0) throw FileError(file_, "cannot be written");
   if (is_held(descriptor_)) {
     close(descriptor_);
-    throw ConfigError({{folder.string(), "", "this sweep is running already"}});
+    refuse(folder, kRunsAlready);
   }
   // What a killed process left of a line becomes a line of its own.
   const std::string text = read_file(file_);
@@ -178,7 +181,8 @@ SweepJournal::~SweepJournal() {
 }
 
 void SweepJournal::add(std::size_t row, const SweepRow& result) {
-  const std::string line = to_line(row, result).dump(-1, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+  const std::string line =
+      to_line(row, result, checksum(plan_)).dump(-1, ' ', false, ordered_json::error_handler_t::replace) + "\n";
   // In one piece: whoever ends this process, now or later, finds the line whole or torn at its end.
   if (write(descriptor_, line.data(), line.size()) != static_cast<ssize_t>(line.size())) {
     throw FileError(file_, "could not be written in full");
@@ -190,7 +194,7 @@ SweepJournal::Merged SweepJournal::finish(const SweepPlan& plan) {
   const OpenFile turn(folder_ / "plan.json", O_RDWR);
   if (turn.descriptor >= 0) flock(turn.descriptor, LOCK_EX);
   close(std::exchange(descriptor_, -1));
-  Merged merged{read_journals(folder_)};
+  Merged merged{read_journals(folder_, plan_)};
   for (const fs::path& file : journals(folder_)) {
     const OpenFile journal(file, O_RDWR);
     if (is_held(journal.descriptor)) merged.last = false;

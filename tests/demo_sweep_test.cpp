@@ -96,6 +96,50 @@ TEST(SweepProgram, MakesOneTableForAnyNumberOfJobs) {
   EXPECT_EQ(read(folder / "one/rows.csv"), table);
 }
 
+// Another mass from the first row on, and no hand: the table is that of the files as they were.
+TEST(SweepProgram, IsOfTheFilesAsItFoundThem) {
+  const fs::path folder = scratch(), scene = folder / "scene.yaml", out = folder / "out";
+  fs::copy_file(config("minimal.yaml"), scene);
+  fs::copy_file(config("hand.yaml"), folder / "hand.yaml");
+  const std::string changes = " --set object.points=2000 --set 'time.duration=4 s' --vary contact.friction=0.4:0.9:6";
+  const std::string command = "sweep " + scene.string() + changes + " --jobs 1 --out ";
+  ASSERT_EQ(thenar_program(command + (folder / "clean").string()).code, 0);
+  const std::string journal = (out / "journal-0.jsonl").string();
+  const int code =
+      shell(THENAR_PROGRAM + (" " + command) + out.string() + " & for i in $(seq 1000); do grep -q '}$' " + journal +
+            " && break; sleep 0.01; done; rows=$(wc -l < " + journal + "); sed -i 's/mass: .*/mass: 250 g/' " +
+            scene.string() + "; rm " + (folder / "hand.yaml").string() + "; [ $rows -lt 6 ] || exit 99; wait $!");
+  ASSERT_NE(code, 99) << "it ended before the files changed";
+  EXPECT_EQ(code, 0);
+  EXPECT_NE(read(scene).find("250 g"), std::string::npos);
+  EXPECT_EQ(read(out / "rows.csv"), read(folder / "clean/rows.csv"));
+}
+
+// Of two that begin at the same time in a new folder one is refused, and the table is the other's.
+TEST(SweepProgram, TwoBegunTogetherDoNotMix) {
+  const fs::path folder = scratch();
+  const auto command = [&](const std::string& friction, const fs::path& out) {
+    return "sweep " + config("minimal.yaml") +
+           " --set object.points=2000 --set 'time.duration=0.02 s' --vary contact.friction=" + friction + " --out " +
+           out.string();
+  };
+  const std::vector<std::string> frictions{"0.4,0.5", "0.6,0.7"};
+  std::vector<std::string> clean;
+  for (const std::string& friction : frictions) {
+    const fs::path out = folder / ("clean " + friction).substr(0, 9);
+    ASSERT_EQ(thenar_program(command(friction, "'" + out.string() + "'")).code, 0);
+    clean.push_back(read(out / "rows.csv"));
+  }
+  for (int attempt = 0; attempt < 20; ++attempt) {
+    const fs::path out = folder / std::to_string(attempt);
+    const int codes = shell(THENAR_PROGRAM + (" " + command(frictions[0], out)) + " & one=$!; " + THENAR_PROGRAM + " " +
+                            command(frictions[1], out) + "; two=$?; wait $one; exit $(($? * 10 + two))");
+    // 0 and 2, or 2 and 0: the first has the table, or the second.
+    ASSERT_TRUE(codes == 2 || codes == 20) << codes;
+    EXPECT_EQ(read(out / "rows.csv"), clean[codes == 2 ? 0 : 1]) << attempt;
+  }
+}
+
 TEST(SweepProgram, RefusesWhatIsNoSweep) {
   const fs::path folder = scratch();
   const std::string start = "sweep " + config("minimal.yaml") + " --out " + (folder / "out").string();

@@ -1,9 +1,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <fstream>
 #include <map>
+#include <new>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -37,10 +40,29 @@ std::vector<std::size_t> all_rows(const SweepPlan& plan) {
 
 std::map<std::size_t, SweepRow> rows_of(const SweepPlan& plan, int jobs, const RunScene& run) {
   std::map<std::size_t, SweepRow> rows;
-  run_sweep(plan, all_rows(plan), jobs, run, [&](std::size_t row, SweepRow result) {
+  const auto done = [&](std::size_t row, SweepRow result) {
     EXPECT_TRUE(rows.emplace(row, std::move(result)).second) << "row " << row << " ran twice";
-  });
+  };
+  run_sweep(plan, all_rows(plan), jobs, run,
+            {done, [](std::size_t row, const std::string& why) { ADD_FAILURE() << "row " << row << ": " << why; }});
   return rows;
+}
+
+/// Why rows have no result.
+std::map<std::size_t, std::string> failures_of(const SweepPlan& plan, int jobs, const RunScene& run) {
+  std::map<std::size_t, std::string> failures;
+  run_sweep(
+      plan, all_rows(plan), jobs, run,
+      {[](std::size_t, const SweepRow&) {}, [&](std::size_t row, const std::string& why) { failures[row] = why; }});
+  return failures;
+}
+
+/// A copy of a scene and its hand, to be changed.
+fs::path copied_scene(const fs::path& folder) {
+  fs::create_directories(folder);
+  for (const char* file : {"minimal.yaml", "hand.yaml"})
+    fs::copy_file(config_file("").parent_path() / file, folder / file);
+  return folder / "minimal.yaml";
 }
 
 SweepRow row_of(Outcome outcome, const std::string& reason, const std::string& measures) {
@@ -156,13 +178,67 @@ TEST(Sweep, RowsAreTheBitsOfRunsOnTheirOwnForAnyNumberOfJobs) {
 }
 
 TEST(Sweep, ARefusedSceneIsARow) {
-  const SweepPlan plan = small_plan({"contact.friction=0.5,-1", "object.shape={sphere: 26 mm},{cloud: /no/such.ply}"});
+  const fs::path cloud = scratch() / "no_cloud.ply";
+  std::ofstream(cloud) << "no cloud\n";
+  const SweepPlan plan =
+      small_plan({"contact.friction=0.5,-1", "object.shape={sphere: 26 mm},{cloud: " + cloud.string() + "}"});
   const auto rows = rows_of(plan, 2, do_nothing);
   ASSERT_EQ(rows.size(), 4U);
   EXPECT_EQ(rows.at(0).verdict.outcome, Outcome::kHeld);
   EXPECT_EQ(rows.at(1).verdict.outcome, Outcome::kRefused);
   EXPECT_NE(rows.at(1).verdict.reason, "");
   EXPECT_EQ(rows.at(2).verdict.reason, "contact.friction: -1 must be at least 0");
+}
+
+// Scene and hand change, and then they are gone: all rows are those of the files as they were.
+TEST(Sweep, AllRowsAreOfTheSameFiles) {
+  SweepPlan plan = small_plan({"contact.friction=0.4:0.9:6"});
+  plan.scene = copied_scene(scratch() / "scene");
+  const std::string csv = rows_csv(plan, rows_of(plan, 1, run_row));
+  const KeptFiles kept;
+  keep_files(plan);
+  int rows = 0;
+  const RunScene disturbed = [&](const Model& model) {
+    SweepRow row = run_row(model);
+    if (++rows == 2) {
+      std::ofstream(plan.scene, std::ios::app) << "unknown: key\n";
+      fs::remove(plan.scene.parent_path() / "hand.yaml");
+    }
+    return row;
+  };
+  EXPECT_EQ(rows_csv(plan, rows_of(plan, 1, disturbed)), csv);
+  EXPECT_EQ(rows, 6);
+}
+
+TEST(Sweep, AFileThatCannotBeReadIsNoOutcome) {
+  SweepPlan plan = small_plan({"contact.friction=0.4,0.5"});
+  plan.scene = copied_scene(scratch() / "scene");
+  fs::remove(plan.scene.parent_path() / "hand.yaml");
+  const auto failures = failures_of(plan, 1, do_nothing);
+  ASSERT_EQ(failures.size(), 2U);
+  EXPECT_NE(failures.at(0).find("hand.yaml: no such file"), std::string::npos) << failures.at(0);
+  EXPECT_THROW(keep_files(plan), ReadError) << "known before the first row";
+  EXPECT_THROW(keep_files(small_plan({"object.shape={sphere: 26 mm},{cloud: /no/such.ply}"})), ReadError);
+}
+
+TEST(Sweep, ARowWithoutMemoryIsNamedAndTheOthersRun) {
+  const SweepPlan plan = small_plan({"contact.friction=0.5,0.6,0.7,0.8"});
+  std::atomic<int> ran = 0;
+  const RunScene large = [&](const Model& model) -> SweepRow {
+    if (model.scene.contact.friction == 0.6) throw std::bad_alloc();
+    if (model.scene.contact.friction == 0.7) throw std::length_error("vector::reserve");
+    ++ran;
+    return {};
+  };
+  for (const int jobs : {1, 2}) {
+    ran = 0;
+    const auto failures = failures_of(plan, jobs, large);
+    EXPECT_EQ(ran, 2);
+    ASSERT_EQ(failures.size(), 2U);
+    for (const std::size_t row : {1U, 2U}) {
+      EXPECT_NE(failures.at(row).find("not enough memory"), std::string::npos) << failures.at(row);
+    }
+  }
 }
 
 TEST(Sweep, WhatARowThrowsEndsTheSweep) {
@@ -200,30 +276,63 @@ TEST(Sweep, TheTableHasUnitsInItsHeaderAndQuotesText) {
 TEST(SweepJournal, GivesBackWhatWasAddedAndDropsATornLine) {
   const fs::path folder = scratch();
   const SweepPlan plan = small_plan({"contact.friction=0.1:0.9:5"});
-  claim_sweep_folder(folder, plan_json(plan, "test"));
+  const auto json = plan_json(plan, "test");
+  static_cast<void>(claim_sweep_folder(folder, json));
   SweepRow failed =
       row_of(Outcome::kSolverFailed, "a \"reason\",\nin two lines", R"({"max_slip_mm": 0.30000000000000004})");
   failed.left_out = "left out: muscles, and why";
-  SweepJournal(folder, 0).add(3, failed);
+  SweepJournal(folder, 0, json).add(3, failed);
   std::ofstream(folder / "journal-0.jsonl", std::ios::app) << R"({"row":4,"outcome":"held","rea)";
   const SweepRow held = row_of(Outcome::kHeld, "", R"({"final_error_mm": 5e-324, "lost_at_s": null})");
-  SweepJournal(folder, 0).add(1, held);
-  SweepJournal(folder, 7).add(0, {});
-  const auto rows = read_journals(folder);
+  SweepJournal(folder, 0, json).add(1, held);
+  SweepJournal(folder, 7, json).add(0, {});
+  const auto rows = read_journals(folder, json);
   ASSERT_EQ(rows.size(), 3U);
   EXPECT_EQ(rows.at(3).verdict.outcome, failed.verdict.outcome);
   EXPECT_EQ(rows.at(3).verdict.reason, failed.verdict.reason);
   EXPECT_EQ(rows.at(3).measures, failed.measures);
   EXPECT_EQ(rows.at(3).left_out, failed.left_out);
   EXPECT_EQ(rows.at(1).measures, held.measures);
+  EXPECT_TRUE(read_journals(folder, plan_json(plan, "lockstep")).empty()) << "rows of another plan";
+}
+
+TEST(SweepJournal, OneSweepAtATimeBeginsInAFolder) {
+  const fs::path folder = scratch();
+  const auto one = plan_json(small_plan({"contact.friction=0.1:0.9:5"}), "test");
+  const auto other = plan_json(small_plan({"contact.friction=0.1:0.9:6"}), "test");
+  std::optional<FileLock> claim = claim_sweep_folder(folder, one);
+  EXPECT_THROW(static_cast<void>(claim_sweep_folder(folder, other)), ConfigError);
+  EXPECT_THROW(static_cast<void>(claim_sweep_folder(folder, one)), ConfigError) << "both would look for missing rows";
+  const SweepJournal journal(folder, 0, one);
+  claim.reset();
+  EXPECT_THROW(static_cast<void>(claim_sweep_folder(folder, other)), ConfigError);
+  // A process that has read other files than the one that claimed the folder.
+  EXPECT_THROW(SweepJournal(folder, 1, other), ConfigError);
+}
+
+// What a killed process left of its plan is written anew; what is no part of the plan is somebody's.
+TEST(SweepJournal, ATornPlanIsNobodys) {
+  const fs::path folder = scratch(), file = folder / "plan.json";
+  const auto plan = plan_json(small_plan({"contact.friction=0.1:0.9:5"}), "test");
+  static_cast<void>(claim_sweep_folder(folder, plan));
+  const std::string whole = read(file);
+  for (const std::size_t size : {std::size_t{0}, std::size_t{1}, whole.size() / 2, whole.size() - 1}) {
+    fs::resize_file(file, size);
+    static_cast<void>(claim_sweep_folder(folder, plan));
+    EXPECT_EQ(read(file), whole);
+  }
+  std::ofstream(file) << "a plan of mine";
+  EXPECT_THROW(static_cast<void>(claim_sweep_folder(folder, plan)), ConfigError);
+  EXPECT_EQ(read(file), "a plan of mine");
 }
 
 TEST(SweepJournal, TheLastProcessToEndIsTheOneThatKnowsIt) {
   const fs::path folder = scratch();
   const SweepPlan plan = small_plan({"contact.friction=0.1:0.9:5"});
-  claim_sweep_folder(folder, plan_json(plan, "test"));
-  SweepJournal one(folder, 0), other(folder, 1);
-  EXPECT_THROW(SweepJournal(folder, 1), ConfigError) << "two processes would run the same rows";
+  const auto json = plan_json(plan, "test");
+  static_cast<void>(claim_sweep_folder(folder, json));
+  SweepJournal one(folder, 0, json), other(folder, 1, json);
+  EXPECT_THROW(SweepJournal(folder, 1, json), ConfigError) << "two processes would run the same rows";
   other.add(4, {});
   EXPECT_FALSE(one.finish(plan).last);
   other.add(2, {});
@@ -237,12 +346,12 @@ TEST(SweepJournal, AFolderStaysTheSweepsThatItIs) {
   const fs::path folder = scratch();
   const SweepPlan plan = small_plan({"contact.friction=0.1:0.9:5"});
   const auto json = plan_json(plan, "test");
-  claim_sweep_folder(folder, json);
-  claim_sweep_folder(folder, json);
+  static_cast<void>(claim_sweep_folder(folder, json));
+  static_cast<void>(claim_sweep_folder(folder, json));
   const std::string before = read(folder / "plan.json");
   const auto refused = [&](const SweepPlan& other, const std::string& runner, const std::string& part) {
     try {
-      claim_sweep_folder(folder, plan_json(other, runner));
+      static_cast<void>(claim_sweep_folder(folder, plan_json(other, runner)));
     } catch (const ConfigError& error) {
       return std::string(error.what()).find("another '" + part + "'") != std::string::npos;
     }
@@ -255,11 +364,8 @@ TEST(SweepJournal, AFolderStaysTheSweepsThatItIs) {
   EXPECT_TRUE(refused(plan, "lockstep", "runner"));
   // Neither its name nor its place makes a scene another one, but a letter in the hand that it names does.
   const fs::path copy = folder / "scene";
-  fs::create_directories(copy);
-  for (const char* file : {"minimal.yaml", "hand.yaml"})
-    fs::copy_file(config_file("").parent_path() / file, copy / file);
   SweepPlan moved = plan;
-  moved.scene = copy / "minimal.yaml";
+  moved.scene = copied_scene(copy);
   EXPECT_EQ(plan_json(moved, "test"), json);
   std::ofstream(copy / "hand.yaml", std::ios::app) << "#";
   EXPECT_TRUE(refused(moved, "test", "files"));
@@ -268,7 +374,7 @@ TEST(SweepJournal, AFolderStaysTheSweepsThatItIs) {
   const fs::path foreign = folder / "foreign";
   fs::create_directories(foreign);
   std::ofstream(foreign / "rows.csv") << "mine\n";
-  EXPECT_THROW(claim_sweep_folder(foreign, json), ConfigError);
+  EXPECT_THROW(static_cast<void>(claim_sweep_folder(foreign, json)), ConfigError);
   EXPECT_EQ(read(foreign / "rows.csv"), "mine\n");
 }
 
