@@ -15,6 +15,7 @@
 #include "engine/problem_check.h"
 #include "engine/problem_file.h"
 #include "engine/stopwatch.h"
+#include "engine/text.h"
 #include "solvers/contact_newton.h"
 #include "solvers/contact_sweeps.h"
 #include "solvers/gauss_seidel.h"
@@ -474,6 +475,7 @@ int solve(const Options& options) {
       const double tolerance = options.tolerance.value_or(default_tolerance(file));
       auto rows = std::visit([&](const auto& f) { return solve(f, method, tolerance, options.repeat); }, file);
       for (Result& row : rows) {
+        row.name = printable(row.name);  // A file's may hold any bytes.
         row.problem = k.problem;
         row.method = method;
         results.push_back(std::move(row));
@@ -484,8 +486,7 @@ int solve(const Options& options) {
   if (options.format == "json") {
     ordered_json all{{"results", ordered_json::array()}};
     for (const Result& result : results) all["results"].push_back(to_json(result, options.forces));
-    // A name may hold any bytes; JSON may not.
-    std::cout << all.dump(2, ' ', false, ordered_json::error_handler_t::replace) << '\n';
+    std::cout << all.dump(2) << '\n';
   } else {
     print(results, options.forces);
   }

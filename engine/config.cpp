@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "engine/files.h"
+#include "engine/text.h"
 #include "engine/yaml_tree.h"
 
 namespace thenar {
@@ -225,7 +226,9 @@ void ConfigState::throw_if_faulty() {
     // What two readers found is one fault.
     if (i > 0 && order(faults[i]) == order(faults[i - 1])) continue;
     const std::string in_file = file.string() + ":" + std::to_string(place.line) + ":" + std::to_string(place.column);
-    diagnostics.push_back({place.source == 0 ? in_file : "--set " + override_keys[place.source - 1], key, message});
+    const std::string location = place.source == 0 ? in_file : "--set " + override_keys[place.source - 1];
+    // Messages quote the file, whatever it holds.
+    diagnostics.push_back({printable(location), printable(key), printable(message)});
   }
   throw ConfigError(std::move(diagnostics));
 }

@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "engine/files.h"
 
@@ -34,6 +35,8 @@ static_assert(std::endian::native == std::endian::little, "the doubles of an .fc
 constexpr Index kMostContacts = 1'000'000, kMostSteps = 1'000'000;
 // Beyond this a gap drowns in the rounding of friction's part in the laws, and there is nothing left to judge.
 constexpr double kMostFriction = 1e6;
+// Joints, and muscles: solvers make a matrix of each pair, and a row of many is little in a file.
+constexpr Index kMostMuscles = 1000;
 const std::string kNoFriction = "must lie within 0 .. 1e6";
 constexpr std::size_t kLongestLine = 4096;  // Of a header; what has none is no header.
 // What a file says twice, geometry and matrices, may differ by the digits it was printed with.
@@ -281,12 +284,16 @@ MatrixXd matrix_of(const fs::path& file, const json& problem, const std::string&
   if (!list.is_array() || list.empty() || (rows >= 0 && std::ssize(list) != rows)) {
     fail(file, key, "must be a list of " + shape());
   }
-  if (cols < 0 && list[0].is_array()) cols = std::ssize(list[0]);
-  MatrixXd matrix(std::ssize(list), cols);
-  for (Index i = 0; i < matrix.rows(); ++i) {
-    matrix.row(i) = vector_of(file, list[static_cast<std::size_t>(i)], key + "[" + std::to_string(i) + "]", cols);
+  if (!list[0].is_array()) fail(file, key, "must be a list of " + shape());
+  if (cols < 0) cols = std::ssize(list[0]);
+  if (cols < 1) fail(file, key, "must not be empty");
+  // All rows before the matrix: one long row must not size the others.
+  std::vector<VectorXd> vectors;
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    vectors.push_back(vector_of(file, list[i], key + "[" + std::to_string(i) + "]", cols));
   }
-  if (matrix.cols() < 1) fail(file, key, "must not be empty");
+  MatrixXd matrix(std::ssize(list), cols);
+  for (Index i = 0; i < matrix.rows(); ++i) matrix.row(i) = vectors[static_cast<std::size_t>(i)];
   return matrix;
 }
 
@@ -368,6 +375,9 @@ MuscleFile read_muscles(const fs::path& file, const json& problem) {
   muscles.status = text_of(file, problem, "status");
   check_status(file, "key 'status'", muscles.status, {"optimal", "infeasible"});
   muscles.H = matrix_of(file, problem, "H", -1, -1);
+  if (std::max(muscles.H.rows(), muscles.H.cols()) > kMostMuscles) {
+    fail(file, "H", "at most " + std::to_string(kMostMuscles) + " joints and as many muscles");
+  }
   muscles.tau = vector_of(file, value_of(file, problem, "tau"), "tau", muscles.H.rows());
   const VectorXd c = optional_vector_of(file, problem, "c", muscles.H.cols());
   if (!c.isZero(0.0)) fail(file, "c", "must be zero: the least muscle forces are asked for");
@@ -412,7 +422,9 @@ ordered_json rows_of(const MatrixXd& matrix) {
 void write_json(const fs::path& file, const ordered_json& problem) {
   std::string text;
   for (const auto& [key, value] : problem.items()) {
-    text += (text.empty() ? "{\n  " : ",\n  ") + ordered_json(key).dump() + ": " + value.dump();
+    // A problem may be named after its file, and files may be named by any bytes.
+    text += (text.empty() ? "{\n  " : ",\n  ") + ordered_json(key).dump() + ": " +
+            value.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
   }
   write_file(file, text + "\n}\n");
 }

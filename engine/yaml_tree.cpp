@@ -1,5 +1,6 @@
 #include "engine/yaml_tree.h"
 
+#include <fmt/format.h>
 #include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/exceptions.h>
 #include <yaml-cpp/mark.h>
@@ -8,6 +9,8 @@
 #include <algorithm>
 #include <sstream>
 #include <utility>
+
+#include "engine/text.h"
 
 namespace thenar {
 
@@ -88,6 +91,27 @@ class TreeBuilder : public YAML::EventHandler {
   std::vector<YamlNode*> open_;
 };
 
+/// Reports a text that is no line of printable UTF-8: it would reach messages, results and names of files.
+void report_text(const std::string& text, const Place& place, const std::string& path, std::vector<YamlFault>& faults) {
+  const std::size_t bad = first_unprintable(text);
+  if (bad == text.npos) return;
+  const auto byte = static_cast<unsigned char>(text[bad]);
+  const bool control = byte < 0x20 || byte == 0x7F;
+  faults.push_back({place, path,
+                    fmt::format("'{}' must be one line of text in UTF-8, without {} 0x{:02X}", printable(text),
+                                control ? "the control character" : "byte", byte)});
+}
+
+void report_texts(const YamlNode& node, const std::string& path, std::vector<YamlFault>& faults) {
+  report_text(node.text, node.place, path, faults);
+  for (std::size_t i = 0; i < node.items.size(); ++i) report_texts(*node.items[i], item_path(path, i), faults);
+  for (const YamlNode::Entry& entry : node.entries) {
+    const std::string entry_path = key_path(path, entry.key);
+    report_text(entry.key, entry.place, entry_path, faults);
+    report_texts(*entry.value, entry_path, faults);
+  }
+}
+
 void report_doubled_keys(const YamlNode& node, const std::string& path, std::vector<YamlFault>& faults) {
   for (std::size_t i = 0; i < node.items.size(); ++i) report_doubled_keys(*node.items[i], item_path(path, i), faults);
   for (auto entry = node.entries.begin(); entry != node.entries.end(); ++entry) {
@@ -126,6 +150,7 @@ std::unique_ptr<YamlNode> read_yaml(const std::string& text, std::size_t source,
       faults.push_back({builder.take_root()->place, "", "a second document is not read"});
     }
     if (root) report_doubled_keys(*root, "", faults);
+    if (root) report_texts(*root, "", faults);
     return root;
   } catch (const YAML::Exception& error) {
     const YAML::Mark mark = error.mark.is_null() ? YAML::Mark() : error.mark;

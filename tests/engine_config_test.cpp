@@ -11,6 +11,7 @@
 
 #include "engine/config.h"
 #include "engine/files.h"
+#include "engine/text.h"
 
 namespace thenar {
 namespace {
@@ -498,6 +499,41 @@ TEST(Config, RefusesWhatIsNoPlainYaml) {
   };
   for (const char* broken : {"[1, 2\n", "'b", "b: c", "{b", "\n\t- b", "\"", "@", "%", "\"\\q\""}) {
     EXPECT_TRUE(syntax(broken)) << broken;
+  }
+}
+
+// A name goes into JSON, which is UTF-8, and onto terminals, which obey control characters. So any text of a file is refused
+// where it stands, and no message repeats such a byte.
+TEST(Config, RefusesTextsThatAreNoLineOfUtf8) {
+  const Reader read = [](const ConfigMap& root) {
+    (void)root.text("name");
+    if (root.has("list")) (void)root.map("map").texts("list");
+    if (root.has("step")) (void)root.positive("step", Dimension::kTime);
+  };
+  for (const char* good :
+       {"name: café\n", "name: \"\\u00e9 \xE2\x82\xAC \xF0\x9F\x96\x90\"\n", "name: a # caf\xE9\n"}) {
+    EXPECT_EQ(faults(good, read), Lines{}) << good;
+  }
+  EXPECT_EQ(faults("# one\nname: caf\xE9\n", read),
+            (Lines{"2:7: name: 'caf\\xE9' must be one line of text in UTF-8, without byte 0xE9"}));
+  EXPECT_EQ(faults("name: \"a\\e[2J\"\n", read),
+            (Lines{"1:7: name: 'a\\x1B[2J' must be one line of text in UTF-8, without the control character 0x1B"}));
+  EXPECT_EQ(faults("name: a\n", read, {"name=caf\xE9"}),
+            (Lines{"--set name: 'caf\\xE9' must be one line of text in UTF-8, without byte 0xE9"}));
+  // Cut characters, an overlong 'A', half of a pair of UTF-16, beyond Unicode, a control character in two bytes, and lines.
+  for (const char* bad : {"\xC3", "\xE2\x82", "\xF0\x9F\x96", "\xC1\x81", "\xED\xA0\x80", "\xF4\x90\x80\x80",
+                          "\xC2\x9B", "\"\\0\"", "\"\\n\"", "\"\\t\""}) {
+    const Lines found = faults("name: " + std::string(bad) + "\n", read);
+    ASSERT_EQ(found.size(), 1U) << bad;
+    EXPECT_TRUE(found[0].starts_with("1:7: name: '")) << found[0];
+  }
+  // In a list, as a key, in a value that is no text, and in what the parser itself says.
+  for (const char* broken :
+       {"name: a\nmap: {list: [a, b\xE9]}\nlist: 1\n", "name: a\nn\xE9: 1\n", "name: a\nstep: 1 \xB5s\n",
+        "name: a\nb: *\xE9\n", "name: a\nb: !\xE9 1\n", "name: a\nb: &\xE9 1\nc: *\x1B\n"}) {
+    const Lines found = faults(broken, read);
+    EXPECT_FALSE(found.empty()) << broken;
+    for (const std::string& line : found) EXPECT_EQ(first_unprintable(line), line.npos) << printable(line);
   }
 }
 

@@ -1,6 +1,8 @@
 // Problem files: what is written is read back to the last bit, and what is broken is refused in words that say where.
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #include <cstring>
 #include <limits>
@@ -288,9 +290,40 @@ TEST(ProblemFile, RefusesBrokenSmallFiles) {
   expect_refused(file, R"({"problem": "LCP", "M": [[1, 0], [1]], "q": [1, 1]})", "key 'M[1]': must be a list of 2");
   expect_refused(file, R"({"problem": "LCP", "M": [], "q": []})", "key 'M': must be a list of rows of numbers");
   expect_refused(file, R"({"problem": "LCP", "M": [[]], "q": []})", "key 'M': must not be empty");
+  expect_refused(file, R"({"problem": "LCP", "M": [1, 2], "q": [1, 1]})", "key 'M': must be a list of rows of numbers");
+  expect_refused(file, R"({"problem": "LCP", "M": [{}], "q": [1]})", "key 'M': must be a list of rows of numbers");
+  expect_refused(file, R"({"problem": "LCP", "M": [[1], 2], "q": [1, 1]})", "key 'M[1]': must be a list of 1 numbers");
   expect_refused(file, R"({"problem": "P2", "H": [[1]], "tau": [1], "c": [2]})", "key 'c': must be zero");
   expect_refused(file, R"({"problem": "P2", "H": [[1]], "tau": [1, 2]})", "key 'tau': must be a list of 1 numbers");
   expect_refused(file.parent_path() / "problem.yaml", "{}", "must be an .fcp file");
+}
+
+// A small file must not ask for much: a long row times many short ones is a matrix of gigabytes, and so is what solvers make of
+// each pair of many muscles. Read within 1 GB of addresses beyond what the process has.
+TEST(ProblemFile, ASmallFileAsksForLittleMemory) {
+  const fs::path file = scratch() / "large.json";
+  std::string row = "[1", rows = "[1]", zeros = "0";
+  for (int i = 1; i < 40000; ++i) {
+    row += ",1";
+    if (i < 10000) rows += ",[1]";
+    if (i < 10000) zeros += ",0";
+  }
+  row += "]";
+  rlimit before{};
+  getrlimit(RLIMIT_AS, &before);
+  std::int64_t pages = 0;
+  std::ifstream("/proc/self/statm") >> pages;
+  const rlimit little{static_cast<rlim_t>(pages * sysconf(_SC_PAGESIZE) + 1'000'000'000), before.rlim_max};
+#ifndef __SANITIZE_ADDRESS__
+  setrlimit(RLIMIT_AS, &little);
+#endif
+  expect_refused(file, R"({"problem": "LCP", "M": [)" + row + "," + rows + R"(], "q": [1]})",
+                 "key 'M[1]': must be a list of");
+  expect_refused(file, R"({"problem": "P2", "H": [)" + row + R"(], "tau": [1]})",
+                 "key 'H': at most 1000 joints and as many muscles");
+  expect_refused(file, R"({"problem": "P2", "H": [)" + rows + R"(], "tau": [)" + zeros + "]}",
+                 "key 'H': at most 1000 joints and as many muscles");
+  setrlimit(RLIMIT_AS, &before);
 }
 
 TEST(ProblemFile, WindowsLineEndsDoNotHurtText) {
