@@ -56,13 +56,13 @@ TEST(Records, LoseNothingWhenTheReceiverThrows) {
 }
 
 TEST(Records, PassWholeAndInOrderFromOneThreadToAnother) {
-  constexpr std::int64_t kRecords = 200'000;
+  constexpr std::int64_t kRecords = 50'000;
   {
     Records<Owner> records(64, Owner());
-    std::int64_t next = 0, broken = 0, lost = 0;
+    std::int64_t next = 0, broken = 0;
     std::thread writer([&] {
       for (std::int64_t n = 0; n < kRecords; ++n) {
-        while (!records.keep(Owner(n))) ++lost;
+        while (!records.keep(Owner(n))) std::this_thread::yield();
       }
     });
     while (next < kRecords) {
