@@ -7,8 +7,10 @@
 #include <iostream>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "demo/exit_code.h"
+#include "demo/results.h"
 #include "engine/files.h"
 #include "engine/mcap_file.h"
 #include "engine/recording_file.h"
@@ -45,6 +47,10 @@ std::string page_with(const fs::path& recording) {
 }  // namespace
 
 int export_recording(const Options& options) {
+  std::vector<Result> results;
+  if (!options.html.empty()) results.push_back({"--html", options.html});
+  if (!options.csv.empty()) results.push_back({"--csv", options.csv});
+  check_results(results, {options.record});
   const thenar::McapContents contents = thenar::read_mcap(options.record);
   const auto last = contents.messages.empty() ? 0.0 : contents.messages.back().time_s;
   const auto is_state = [](const thenar::McapMessage& message) { return message.topic == "/state"; };

@@ -2,9 +2,13 @@
 
 #include <filesystem>
 #include <iostream>
+#include <new>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <utility>
+#include <vector>
 
 #include "demo/check.h"
 #include "demo/doctor.h"
@@ -14,6 +18,7 @@
 #include "demo/options.h"
 #include "demo/profile.h"
 #include "demo/progress.h"
+#include "demo/results.h"
 #include "demo/solve.h"
 #include "demo/sweep.h"
 #include "demo/table.h"
@@ -28,6 +33,7 @@
 #include "engine/profile.h"
 #include "engine/realtime_run.h"
 #include "engine/recording_file.h"
+#include "engine/scene_files.h"
 #include "engine/signals.h"
 #include "engine/summary.h"
 
@@ -45,15 +51,26 @@ void remove_figures(const fs::path& folder) {
 }
 
 void write_results(const Model& model, const Recording& recording, const State& state, const std::string& summary,
-                   const fs::path& folder) {
-  write_file(folder / "summary.json", summary);
-  write_file(folder / "signals.csv", signals_csv(model, recording));
+                   const fs::path& folder, Attempts& results) {
   // Figures of an earlier run must not pass for this one's.
   remove_figures(folder);
-  if (!recording.ticks.empty() && !draw_figures(model, recording, state, folder)) {
+  results.attempt([&] { write_file(folder / "summary.json", summary); });
+  results.attempt([&] {
+    write_file(folder / "signals.csv", signals_csv(model, recording));
+    if (recording.ticks.empty() || draw_figures(model, recording, state, folder)) return;
     remove_figures(folder);
     std::cerr << "warning: no figures, for gnuplot is missing or failed\n";
+  });
+}
+
+std::vector<Result> results_of(const Options& options) {
+  std::vector<Result> results;
+  if (!options.out.empty()) {
+    for (const char* name : {"summary.json", "signals.csv"}) results.push_back({"--out", options.out / name});
+    for (const char* figure : kFigures) results.push_back({"--out", options.out / figure});
   }
+  if (!options.record.empty()) results.push_back({"--record", options.record});
+  return results;
 }
 
 /// The scene on two threads; what they did goes into `loops`.
@@ -82,10 +99,14 @@ Recording run_realtime(const Options& options, const Model& model, State& state,
 
 int run(const Options& options) {
   Model model(load_scene(options));
-  if (!options.out.empty()) prepare_folder(options.out);
+  check_results(results_of(options), scene_files(options.scene, options.overrides));
+  std::optional<FileLock> lock, dump_lock;
+  if (!options.out.empty()) lock.emplace(claim_folder(options.out, "--out"));
   std::optional<ProblemDump> dump;
   if (!options.dump_problems.empty()) {
-    prepare_folder(options.dump_problems);
+    std::error_code none;
+    const bool locked = lock && fs::equivalent(options.out, options.dump_problems, none);
+    if (!locked) dump_lock.emplace(claim_folder(options.dump_problems, "--dump-problems"));
     dump.emplace(options.dump_problems, options.dump_every);
   }
   choose_control_rate(options, model);
@@ -94,7 +115,8 @@ int run(const Options& options) {
   if (options.record.has_parent_path()) prepare_folder(options.record.parent_path());
   if (!options.record.empty()) film.emplace(options.record, model);
   State state(model);
-  const Progress progress = progress_line(model.scene, options.quiet);
+  RunWatch watch(model.scene, options.quiet);
+  const Progress progress = watch.progress();
   nlohmann::ordered_json loops = nlohmann::ordered_json::object();  // Of two threads.
   LockstepSettings settings;
   settings.jitter_s = options.control_jitter_s;
@@ -110,12 +132,13 @@ int run(const Options& options) {
     return run_monolithic(model, state, progress, dump ? &*dump : nullptr, film ? &*film : nullptr);
   };
   const Recording recording = record();
-  if (progress) std::cerr << '\n';
-  if (film) film->finish(recording);
+  watch.end();
 
+  Attempts results;
+  if (film) results.attempt([&] { film->finish(recording); });
   nlohmann::ordered_json summary = summarize(model, recording);
   summary.update(loops);
-  if (!options.out.empty()) write_results(model, recording, state, summary.dump(2) + "\n", options.out);
+  if (!options.out.empty()) write_results(model, recording, state, summary.dump(2) + "\n", options.out, results);
   if (options.format == "json") {
     std::cout << summary.dump(2) << '\n';
   } else if (!options.quiet) {
@@ -126,7 +149,10 @@ int run(const Options& options) {
                                options.dump_problems.string(), dump->files());
     }
   }
-  return report_verdict(model.scene, recording.verdict);
+  if (dump) results.attempt([&] { dump->finish(); });
+  const int code = report_verdict(model.scene, recording.verdict);
+  results.finish();
+  return watch.interrupted() ? kInterrupted : code;
 }
 
 int check(const Options& options) {
@@ -166,8 +192,7 @@ int main(int argc, char** argv) try {
   if (argc > 1 && std::string_view(argv[1]) == "demo") return run_window_program(argv);
   int exit_code = kDone;
   const std::optional<Options> options = parse_options(argc, argv, exit_code);
-  if (!options) return exit_code;
-  exit_code = execute(*options);
+  if (options) exit_code = execute(*options);
   std::cout.flush();
   if (!std::cout) throw FileError("standard output", "could not be written in full");
   return exit_code;
@@ -177,6 +202,9 @@ int main(int argc, char** argv) try {
 } catch (const FileError& error) {
   std::cerr << error.what() << '\n';
   return kBadFile;
+} catch (const std::bad_alloc&) {
+  std::cerr << "not enough memory\n";
+  return kInternal;
 } catch (const std::exception& error) {
   std::cerr << "internal error: " << error.what() << '\n';
   return kInternal;

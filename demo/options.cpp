@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <array>
 #include <charconv>
 #include <system_error>
@@ -11,12 +10,10 @@
 
 #include "demo/exit_code.h"
 #include "engine/build_info.h"
-#include "engine/profile_figures.h"
 #include "engine/units.h"
 
 namespace {
 
-namespace fs = std::filesystem;
 using thenar::Dimension;
 
 /// The texts of the flags that change the scene, as they were written.
@@ -153,7 +150,7 @@ CLI::App* add_sweep(CLI::App& app, Options& options) {
   command->footer(
       "Exit code: 0 if all rows were run, whatever became of them, 2 for a wrong command or a folder that holds "
       "another "
-      "sweep, 3 for a file, 6 if rows are missing, 130 if interrupted.");
+      "sweep, 3 for a file, 6 if rows are missing, such as one that found no memory, 130 if interrupted.");
   return command;
 }
 
@@ -185,18 +182,6 @@ void check_together(const RateFlags& rates, Runner runner) {
     throw CLI::ValidationError("--control-rate", "auto needs --realtime: a virtual clock is never late");
   }
   check_rates(rates);
-}
-
-/// Throws if the trace would be one of the results, of which it would leave nothing.
-void check_trace(const Options& options) {
-  if (options.trace.empty() || options.out.empty()) return;
-  const auto is_trace = [trace = fs::weakly_canonical(options.trace), &options](const char* result) {
-    return fs::weakly_canonical(options.out / result) == trace;
-  };
-  if (is_trace("profile.json") ||
-      std::any_of(thenar::kProfileFigures.begin(), thenar::kProfileFigures.end(), is_trace)) {
-    throw CLI::ValidationError("--trace", options.trace.string() + " is a file of --out's own");
-  }
 }
 
 }  // namespace
@@ -287,7 +272,6 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
     if (profile->parsed()) options.runner = Runner::kRealtime;
     if (sweep->parsed()) options.command = Command::kSweep;
     check_together(flags.rates, options.runner);
-    check_trace(options);
   } catch (const CLI::ParseError& error) {
     exit_code = app.exit(error) == 0 ? kDone : kBadUsage;
     return std::nullopt;

@@ -5,12 +5,14 @@
 #include <algorithm>
 #include <cstdlib>
 #include <iostream>
+#include <optional>
 #include <utility>
 
 #include "demo/cyclictest.h"
 #include "demo/exit_code.h"
 #include "demo/profile_table.h"
 #include "demo/progress.h"
+#include "demo/results.h"
 #include "engine/chrome_trace.h"
 #include "engine/control_period.h"
 #include "engine/files.h"
@@ -18,6 +20,7 @@
 #include "engine/percentiles.h"
 #include "engine/profile.h"
 #include "engine/profile_figures.h"
+#include "engine/scene_files.h"
 #include "engine/threads.h"
 
 namespace {
@@ -35,6 +38,7 @@ ThreadsReport run_profiled(const Model& model, double duration_s, double spin_s,
                            LoopProfile& profile, const Progress& progress) {
   State state(model);
   std::int64_t first_ns = 0;
+  bool interrupted = false;
   ThreadSettings settings;
   settings.duration_s = duration_s;
   settings.spin_s = spin_s;
@@ -47,13 +51,15 @@ ThreadsReport run_profiled(const Model& model, double duration_s, double spin_s,
     profile.add(sample);
     if (first_ns == 0) first_ns = sample.deadline_ns;
     const double simulated_s = static_cast<double>(sample.after.tick) * model.scene.step_s;
-    if (progress) progress(simulated_s, 1e-9 * static_cast<double>(sample.end_ns - first_ns));
-    return true;
+    const double wall_s = 1e-9 * static_cast<double>(sample.end_ns - first_ns);
+    if (progress && !interrupted && !progress(simulated_s, wall_s)) {
+      interrupted = true;
+      profile.interrupt(simulated_s);
+    }
+    return !interrupted;
   };
   settings.on_control = [&](const ControlSample& sample) { profile.add(sample); };
-  ThreadsReport report = run_threads(model, state, settings);
-  if (progress) std::cerr << '\n';
-  return report;
+  return run_threads(model, state, settings);
 }
 
 std::vector<double> jitters_us(const LoopProfile& profile) {
@@ -104,8 +110,8 @@ ordered_json measure_floor(const Model& model, const Options& options, JitterFlo
 }
 
 void write_results(const Model& model, const LoopProfile& profile, const ThreadsReport& report,
-                   const JitterFloor& floor, const std::string& json, const fs::path& folder) {
-  write_file(folder / "profile.json", json);
+                   const JitterFloor& floor, const std::string& json, const fs::path& folder, Attempts& results) {
+  results.attempt([&] { write_file(folder / "profile.json", json); });
   // Figures of an earlier run must not pass for this one's.
   const auto remove_figures = [&] {
     std::error_code none;
@@ -113,9 +119,21 @@ void write_results(const Model& model, const LoopProfile& profile, const Threads
   };
   remove_figures();
   if (profile.contact().empty()) return;
-  if (draw_profile(model, profile, floor, report.contact.spin_us, folder)) return;
-  remove_figures();
-  std::cerr << "warning: no figures, for gnuplot is missing or failed\n";
+  results.attempt([&] {
+    if (draw_profile(model, profile, floor, report.contact.spin_us, folder)) return;
+    remove_figures();
+    std::cerr << "warning: no figures, for gnuplot is missing or failed\n";
+  });
+}
+
+std::vector<Result> results_of(const Options& options) {
+  std::vector<Result> results;
+  if (!options.out.empty()) {
+    results.push_back({"--out", options.out / "profile.json"});
+    for (const char* figure : kProfileFigures) results.push_back({"--out", options.out / figure});
+  }
+  if (!options.trace.empty()) results.push_back({"--trace", options.trace});
+  return results;
 }
 
 }  // namespace
@@ -130,7 +148,9 @@ void choose_control_rate(const Options& options, Model& model) {
 
 int profile(const Options& options) {
   Model model(load_scene(options));
-  if (!options.out.empty()) prepare_folder(options.out);
+  check_results(results_of(options), scene_files(options.scene, options.overrides));
+  std::optional<FileLock> lock;
+  if (!options.out.empty()) lock.emplace(claim_folder(options.out, "--out"));
   if (options.trace.has_parent_path()) prepare_folder(options.trace.parent_path());
   choose_control_rate(options, model);
   model = as_needed(std::move(model));
@@ -138,8 +158,10 @@ int profile(const Options& options) {
   JitterFloor floor;
   const ordered_json floor_json = options.floor ? measure_floor(model, options, floor) : nullptr;
   LoopProfile profile(model);
-  const ThreadsReport report = run_profiled(model, model.scene.duration_s, options.spin_s, options, profile,
-                                            progress_line(model.scene, options.quiet));
+  RunWatch watch(model.scene, options.quiet);
+  const ThreadsReport report =
+      run_profiled(model, model.scene.duration_s, options.spin_s, options, profile, watch.progress());
+  watch.end();
 
   ordered_json json = profile_json(model, profile, report);
   json["floor"] = floor_json;
@@ -147,13 +169,18 @@ int profile(const Options& options) {
     json["floor"]["spin"] = {{"spin_us", report.contact.spin_us},
                              {"jitter_p99_us", json["loops"]["contact"]["jitter"]["p99_us"]}};
   }
-  if (!options.out.empty()) write_results(model, profile, report, floor, json.dump(2) + "\n", options.out);
-  if (!options.trace.empty()) write_file(options.trace, chrome_trace(model, profile, kTrace_s));
+  Attempts results;
+  if (!options.out.empty()) write_results(model, profile, report, floor, json.dump(2) + "\n", options.out, results);
+  if (!options.trace.empty()) {
+    results.attempt([&] { write_file(options.trace, chrome_trace(model, profile, kTrace_s)); });
+  }
   if (options.format == "json") {
     std::cout << json.dump(2) << '\n';
   } else if (!options.quiet) {
     std::cout << profile_table(json);
     if (!options.out.empty()) std::cout << "\nresults in " << options.out.string() << '\n';
   }
-  return report_verdict(model.scene, profile.verdict(report));
+  const int code = report_verdict(model.scene, profile.verdict(report));
+  results.finish();
+  return watch.interrupted() ? kInterrupted : code;
 }

@@ -15,9 +15,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::string header(const Recording& recording, const fs::path& folder, const std::string& figure, int height) {
+std::string header(const Recording& recording, const fs::path& folder, int height) {
   return fmt::format(
-      "reset\nset terminal svg size 900,{} font 'Helvetica,14' background rgb 'white'\nset output {}\ndata = {}\n"
+      "set terminal svg size 900,{} font 'Helvetica,14' background rgb 'white'\ndata = {}\n"
       "set datafile separator comma\nset datafile columnheaders\nset datafile missing 'nan'\nset xrange [0:{}]\n"
       "set grid lc rgb '#dddddd' lt 1\nset border 3 lc rgb '#444444'\nset tics nomirror\nset key noenhanced opaque\n"
       "set style line 1 lc rgb '#c0392b' lw 2\nset style line 2 lc rgb '#2563a8' lw 2\n"
@@ -25,8 +25,7 @@ std::string header(const Recording& recording, const fs::path& folder, const std
       "set style line 5 lc rgb '#8e44ad' lw 2\nset style line 6 lc rgb '#d68910' lw 2\n"
       "set style line 7 lc rgb '#17a2b8' lw 2\nset style line 8 lc rgb '#222222' lw 2\n"
       "set style line 9 lc rgb '#000000' lw 1.2 dashtype '_._'\n",
-      height, gnuplot_string((folder / figure).string()), gnuplot_string((folder / "signals.csv").string()),
-      recording.ticks.back().time_s);
+      height, gnuplot_string((folder / "signals.csv").string()), recording.ticks.back().time_s);
 }
 
 constexpr int kDesired = 9;  // The dash-dotted style.
@@ -63,7 +62,7 @@ std::string path_script(const Recording& recording, const fs::path& folder) {
   for (const auto& [axis, style] : axes) {
     way += ", " + curve(fmt::format("target_{}_mm", axis), axis[0] == 'x' ? "targets" : "", kDesired);
   }
-  return header(recording, folder, "path.svg", 900) + stack(3, false) +
+  return header(recording, folder, 900) + stack(3, false) +
          panel(0, 3, "displacement, object axes [mm]", "[*:*]", way) +
          panel(1, 3, "distance to the target [mm]", "[*:*]", off) +
          panel(2, 3, "angle to the target [deg]", "[0:*]",
@@ -73,7 +72,7 @@ std::string path_script(const Recording& recording, const fs::path& folder) {
 
 /// Fig. 10: contact forces against the desired ones.
 std::string forces_script(const Model& model, const Recording& recording, const fs::path& folder) {
-  std::string script = header(recording, folder, "forces.svg", 900) + stack(kFingers, false);
+  std::string script = header(recording, folder, 900) + stack(kFingers, false);
   for (int k = 0; k < kFingers; ++k) {
     const std::string& finger = model.scene.hand.fingertips[k].finger;
     std::string curves =
@@ -96,9 +95,8 @@ std::string grip_script(const Model& model, const Recording& recording, const fs
     slip += comma + curve(finger + "_slip_um", finger, k + 1);
     spin += comma + curve(finger + "_spin_deg", finger, k + 1);
   }
-  return header(recording, folder, "grip.svg", 900) + stack(3, false) +
-         panel(0, 3, "margin, pull and torsion", "[0:1]", margin) + "unset key\n" +
-         panel(1, 3, "slip since first contact [um]", "[0:*]", slip) +
+  return header(recording, folder, 900) + stack(3, false) + panel(0, 3, "margin, pull and torsion", "[0:1]", margin) +
+         "unset key\n" + panel(1, 3, "slip since first contact [um]", "[0:*]", slip) +
          panel(2, 3, "spin since first contact [deg]", "[0:*]", spin) + "unset multiplot\n";
 }
 
@@ -115,7 +113,7 @@ double peak_N(const Recording& recording, Eigen::Index muscle) {
 /// The muscles at work. A muscle belongs to the first finger that it crosses.
 std::string muscles_script(const Model& model, const Recording& recording, const fs::path& folder) {
   constexpr double kAtWork_N = 0.01;
-  std::string script = header(recording, folder, "muscles.svg", 1000) + stack(kFingers, true);
+  std::string script = header(recording, folder, 1000) + stack(kFingers, true);
   for (int k = 0; k < kFingers; ++k) {
     std::string curves;
     double highest_N = 1.0;
@@ -137,10 +135,12 @@ std::string muscles_script(const Model& model, const Recording& recording, const
 }  // namespace
 
 bool draw_figures(const Model& model, const Recording& recording, const State& state, const fs::path& folder) {
-  std::string script =
-      path_script(recording, folder) + forces_script(model, recording, folder) + grip_script(model, recording, folder);
-  if (recording.muscle_forces_N.size() > 0) script += muscles_script(model, recording, folder);
-  return run_gnuplot(script, folder) && run_gnuplot(grasp_picture_script(model, state, folder / "grasp.png"), folder);
+  return draw_figure(path_script(recording, folder), folder / "path.svg") &&
+         draw_figure(forces_script(model, recording, folder), folder / "forces.svg") &&
+         draw_figure(grip_script(model, recording, folder), folder / "grip.svg") &&
+         (recording.muscle_forces_N.size() == 0 ||
+          draw_figure(muscles_script(model, recording, folder), folder / "muscles.svg")) &&
+         draw_figure(grasp_picture_script(model, state), folder / "grasp.png");
 }
 
 }  // namespace thenar

@@ -14,7 +14,7 @@ inline constexpr std::array<const char*, 5> kFigures{"path.svg", "forces.svg", "
 
 /// Draws path.svg (Fig. 9 of the paper), forces.svg (Fig. 10), grip.svg, muscles.svg from the folder's signals.csv, and
 /// grasp.png, the hand and the object as the run left them. What a scene does not have is not drawn.
-/// False if there is no gnuplot or it failed.
+/// False if there is no gnuplot or it failed. Throws FileError if a figure cannot be written.
 [[nodiscard]] bool draw_figures(const Model& model, const Recording& recording, const State& state,
                                 const std::filesystem::path& folder);
 

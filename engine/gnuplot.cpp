@@ -1,6 +1,10 @@
 #include "engine/gnuplot.h"
 
-#include <cstdlib>
+#include <fmt/format.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <cstdio>
 
 #include "engine/files.h"
 
@@ -10,12 +14,28 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// One word of the shell's.
-std::string shell_word(const std::string& text) {
-  std::string word = "'";
-  for (const char c : text) word += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return word + "'";
-}
+/// A file that is in memory alone, and that programs that this one starts can open by its path.
+class MemoryFile {
+ public:
+  explicit MemoryFile(const std::string& bytes) : descriptor_(memfd_create("script", 0)) {
+    std::FILE* const file = std::fopen(path().c_str(), "w");
+    if (file == nullptr) return;
+    is_whole_ = std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size();
+    is_whole_ = std::fclose(file) == 0 && is_whole_;
+  }
+  ~MemoryFile() {
+    if (descriptor_ >= 0) close(descriptor_);
+  }
+  MemoryFile(const MemoryFile&) = delete;
+  MemoryFile& operator=(const MemoryFile&) = delete;
+
+  [[nodiscard]] std::string path() const { return fmt::format("/dev/fd/{}", descriptor_); }
+  [[nodiscard]] bool is_whole() const { return is_whole_; }
+
+ private:
+  int descriptor_;
+  bool is_whole_ = false;
+};
 
 }  // namespace
 
@@ -25,14 +45,18 @@ std::string gnuplot_string(const std::string& text) {
   return literal + "'";
 }
 
-bool run_gnuplot(const std::string& script, const fs::path& folder) {
-  // A file and not a pipe: a pipe to a program that is missing or stops ends us too.
-  const fs::path file = folder / ".figures.gnuplot";
-  write_file(file, script);
-  const int status = std::system(("gnuplot " + shell_word(file.string()) + " >/dev/null 2>&1").c_str());
-  std::error_code error;
-  fs::remove(file, error);
-  return status == 0;
+bool draw_figure(const std::string& script, const fs::path& file) {
+  // Not a pipe: one to a program that is missing or stops ends us, too. And not a file of the folder: the disk may be full,
+  // and gnuplot does not look whether it is.
+  const MemoryFile input(script);
+  if (!input.is_whole()) return false;
+  std::FILE* const output = popen(("gnuplot " + input.path() + " 2>/dev/null").c_str(), "r");
+  if (output == nullptr) return false;
+  std::string figure;
+  for (int c = std::fgetc(output); c != EOF; c = std::fgetc(output)) figure += static_cast<char>(c);
+  if (pclose(output) != 0 || figure.empty()) return false;
+  write_file(file, figure);
+  return true;
 }
 
 }  // namespace thenar

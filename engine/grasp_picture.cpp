@@ -189,15 +189,14 @@ std::string fingertip_panel(const Model& model, const State& state, const HandPo
 
 }  // namespace
 
-std::string grasp_picture_script(const Model& model, const State& state, const std::filesystem::path& file) {
+std::string grasp_picture_script(const Model& model, const State& state) {
   HandPose pose;
   forward_kinematics(model.scene.hand, state.q, pose);
   const Matrix3d view = camera(model, pose);
-  std::string script = fmt::format(
-      "set terminal pngcairo size 900,700 font 'Helvetica,13' background rgb 'white'\nset output {}\n"
+  std::string script =
+      "set terminal pngcairo size 900,700 font 'Helvetica,13' background rgb 'white'\n"
       "unset border\nunset tics\nunset key\nset size ratio -1\nset offsets 1,1,1,1\nset style fill solid 1.0 noborder\n"
-      "set multiplot\n",
-      gnuplot_string(file.string()));
+      "set multiplot\n";
   script += grasp_panel(model, state, pose, view);
   for (int k = 0; model.deformable() && k < kFingers; ++k) script += fingertip_panel(model, state, pose, k, view);
   return script + "unset multiplot\n";

@@ -67,7 +67,10 @@ Recording run_lockstep(const Model& model, State& state, const LockstepSettings&
     held = recorder.add(record, loops.controller().f_muscle);
     if (film != nullptr) film->add(loops.state, loops.workspace(), record, loops.controller().f_muscle);
     wall_s += wall.lap();
-    if (progress) progress(record.time_s, wall_s);
+    if (progress && !progress(record.time_s, wall_s)) {
+      recorder.interrupt(record.time_s);
+      break;
+    }
   }
   state = loops.state;
   return recorder.finish(state, loops.control(), wall_s);

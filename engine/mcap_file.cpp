@@ -73,12 +73,21 @@ class Parts {
   bool ended_early_ = false;
 };
 
+FileLock take_for_recording(const std::filesystem::path& file) {
+  std::optional<FileLock> lock = FileLock::take(file);
+  if (!lock) throw FileError(file, "another run records into this file");
+  return *std::move(lock);
+}
+
 std::uint64_t nanoseconds(double time_s) { return static_cast<std::uint64_t>(std::llround(1e9 * time_s)); }
 
 }  // namespace
 
 McapWriter::McapWriter(const std::filesystem::path& file, const std::vector<McapChannel>& channels)
-    : path_(file), file_(file, std::ios::binary | std::ios::trunc), messages_(channels.size()) {
+    : path_(file),
+      lock_(take_for_recording(file)),
+      file_(file, std::ios::binary | std::ios::trunc),
+      messages_(channels.size()) {
   if (!file_) throw FileError(file, "cannot be written");
   file_ << kMagic;
   record(kHeader, Bytes().text("").text(fmt::format("thenar {}", build_info::kVersion)).done());
@@ -89,6 +98,7 @@ McapWriter::McapWriter(const std::filesystem::path& file, const std::vector<Mcap
            Bytes().number(id).text(channel.schema_name).text(channel.schema_encoding).text(channel.schema).done());
     record(kChannel, Bytes().number(id).number(id).text(channel.topic).text(channel.encoding).text("").done());
   }
+  throw_if_failed();
 }
 
 void McapWriter::add(std::size_t channel, double time_s, std::string_view bytes) {
@@ -102,12 +112,16 @@ void McapWriter::finish() {
   // No summary, and no checksum.
   record(kFooter, Bytes().number(std::uint64_t{0}).number(std::uint64_t{0}).number(std::uint32_t{0}).done());
   file_ << kMagic << std::flush;
-  if (!file_) throw FileError(path_, "cannot be written");
+  throw_if_failed();
 }
 
 void McapWriter::record(std::uint8_t kind, std::string_view bytes) {
+  // A stream that has failed takes nothing more.
   file_ << Bytes().number(kind).number(std::uint64_t{bytes.size()}).done() << bytes << std::flush;
-  if (!file_) throw FileError(path_, "cannot be written");
+}
+
+void McapWriter::throw_if_failed() const {
+  if (!file_) throw FileError(path_, "could not be written in full");
 }
 
 McapContents read_mcap(const std::filesystem::path& file) {

@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "engine/files.h"
+
 namespace thenar {
 
 /// A topic of a recording.
@@ -19,21 +21,23 @@ struct McapChannel {
 };
 
 /// Writes an MCAP file (mcap.dev, version 0), message by message, without chunks or an index: it is sound after every message,
-/// and a reader gets all whole messages of one that was cut off.
+/// and a reader gets all whole messages of one that was cut off. When the disk fails, the file ends there.
 class McapWriter {
  public:
-  /// Throws FileError, as do the others.
+  /// Throws FileError, also if another process writes this file.
   McapWriter(const std::filesystem::path& file, const std::vector<McapChannel>& channels);
 
-  /// A message of channel `channel`, counted from 0.
+  /// A message of channel `channel`, counted from 0. A fault of the disk is kept for finish(): what is recorded goes on.
   void add(std::size_t channel, double time_s, std::string_view bytes);
-  /// Ends the file. Without it the file counts as cut off.
+  /// Ends the file. Without it the file counts as cut off. Throws FileError if the disk has failed since the beginning.
   void finish();
 
  private:
   void record(std::uint8_t kind, std::string_view bytes);
+  void throw_if_failed() const;
 
   std::filesystem::path path_;
+  FileLock lock_;
   std::ofstream file_;
   std::vector<std::uint32_t> messages_;  ///< Written, by channel.
 };

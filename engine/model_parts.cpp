@@ -190,7 +190,10 @@ PathDeviation deviation(const GraspPath& path, const GraspPath& reference, std::
 PathRun run_path(const Model& model) {
   PathRun run;
   State state(model);
-  const Recording recording = run_monolithic(model, state, [&](double, double) { run.path.add(state); });
+  const Recording recording = run_monolithic(model, state, [&](double, double) {
+    run.path.add(state);
+    return true;
+  });
   for (const TickRecord& tick : recording.ticks) run.path.patch.push_back(tick.contact.patch);
   run.verdict = recording.verdict;
   run.ended = !recording.stopped;

@@ -40,7 +40,10 @@ Recording run_monolithic(const Model& model, State& state, const Progress& progr
     held = recorder.add(record, controller.f_muscle);
     if (film != nullptr) film->add(state, work, record, controller.f_muscle);
     wall_s += wall.lap();
-    if (progress) progress(record.time_s, wall_s);
+    if (progress && !progress(record.time_s, wall_s)) {
+      recorder.interrupt(record.time_s);
+      break;
+    }
   }
   return recorder.finish(state, control, wall_s);
 }

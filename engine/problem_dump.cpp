@@ -63,8 +63,9 @@ void ProblemDump::add_control(const Model& model, const Controller& controller, 
   if (model.scene.control->muscles) muscle_ = muscle_problem_file(controller, report);
 }
 
-void ProblemDump::add_contact(std::int64_t tick, const Model& model, const Frame& frame, const ContactWorkspace& work) {
-  if (tick % every_ != 0) return;
+void ProblemDump::add_contact(std::int64_t tick, const Model& model, const Frame& frame,
+                              const ContactWorkspace& work) try {
+  if (tick % every_ != 0 || fault_) return;
   const auto write = [&](auto& problem, const char* kind, const char* ending) {
     problem.name = fmt::format("{} {} {}", model.scene.name, kind, tick);
     write_problem(folder_ / fmt::format("{}-{:06}.{}", kind, tick, ending), problem);
@@ -78,6 +79,8 @@ void ProblemDump::add_contact(std::int64_t tick, const Model& model, const Frame
   if (muscle_) write(*muscle_, "muscle", "json");
   grasp_.reset();
   muscle_.reset();
+} catch (const FileError& error) {
+  fault_ = error;
 }
 
 }  // namespace thenar

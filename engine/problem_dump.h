@@ -6,6 +6,7 @@
 
 #include "engine/contact_tick.h"
 #include "engine/control_tick.h"
+#include "engine/files.h"
 #include "engine/frame.h"
 #include "engine/model.h"
 #include "engine/problem_file.h"
@@ -35,8 +36,12 @@ class ProblemDump {
   /// Tell it after every control tick; `centre_m` is the object's origin at the snapshot.
   void add_control(const Model& model, const Controller& controller, const ControlReport& report,
                    const Eigen::Vector3d& centre_m);
-  /// Tell it after every contact tick. Throws FileError.
+  /// Tell it after every contact tick. After a fault of the disk nothing more is written; the run is not the disk's.
   void add_contact(std::int64_t tick, const Model& model, const Frame& frame, const ContactWorkspace& work);
+  /// Throws FileError if a file could not be written.
+  void finish() const {
+    if (fault_) throw *fault_;
+  }
 
   [[nodiscard]] int files() const { return files_; }
 
@@ -44,6 +49,7 @@ class ProblemDump {
   std::filesystem::path folder_;
   std::int64_t every_;
   int files_ = 0;
+  std::optional<FileError> fault_;
   std::optional<GraspFile> grasp_;    // of the last control tick, not yet written
   std::optional<MuscleFile> muscle_;  // likewise
 };

@@ -56,6 +56,8 @@ class LoopProfile {
   void begin(const ControlReport& first, const Eigen::VectorXd& muscle_forces_N);
   void add(const ContactSample& sample);
   void add(const ControlSample& sample);
+  /// As Recorder's.
+  void interrupt(double time_s) { monitor_.miss(interruption(time_s)); }
 
   [[nodiscard]] const std::vector<ContactTrace>& contact() const { return contact_; }
   [[nodiscard]] const std::vector<ControlTrace>& control() const { return control_; }

@@ -20,11 +20,11 @@ constexpr std::array<const char*, kFingers> kFingerColour{"#c0392b", "#2563a8", 
 constexpr const char* kFrameColour = "#d68910";
 constexpr const char* kSnapshotColour = "#8497a9";
 
-std::string header(const fs::path& file, int width, int height) {
+std::string header(int width, int height) {
   return fmt::format(
-      "reset\nset terminal svg size {},{} font 'Helvetica,15' background rgb 'white'\nset output {}\n"
+      "set terminal svg size {},{} font 'Helvetica,15' background rgb 'white'\n"
       "set grid lc rgb '#dddddd' lt 1\nset border 3 lc rgb '#444444'\nset tics nomirror\nset key noenhanced opaque\n",
-      width, height, gnuplot_string(file.string()));
+      width, height);
 }
 
 // --- distributions -----------------------------------------------------------------------------------------------------
@@ -52,10 +52,9 @@ std::vector<double> collect(const std::vector<ContactTrace>& ticks, Get get) {
   return values;
 }
 
-std::string jitter_script(const Model& model, const LoopProfile& profile, const JitterFloor& floor, double spin_us,
-                          const fs::path& folder) {
+std::string jitter_script(const Model& model, const LoopProfile& profile, const JitterFloor& floor, double spin_us) {
   const auto& ticks = profile.contact();
-  std::string script = header(folder / "jitter.svg", 1200, 560);
+  std::string script = header(1200, 560);
   script += distribution("jitter", collect(ticks, [](const ContactTrace& t) { return t.jitter_us(); }));
   const std::vector<double> compute_us = collect(ticks, [](const ContactTrace& t) { return t.compute_us(); });
   const double longest_us = *std::max_element(compute_us.begin(), compute_us.end());
@@ -99,7 +98,7 @@ double middle_s(const Model& model, const LoopProfile& profile) {
   return middle < end_s ? middle : 0.5 * end_s;
 }
 
-std::string handover_script(const Model& model, const LoopProfile& profile, const fs::path& folder) {
+std::string handover_script(const Model& model, const LoopProfile& profile) {
   constexpr double kHalfWindow_s = 0.05;
   const double centre_s = middle_s(model, profile);
   std::string forces = "$forces << EOD\n", kicks = "$kicks << EOD\n", marks;
@@ -124,7 +123,7 @@ std::string handover_script(const Model& model, const LoopProfile& profile, cons
   std::string legend =
       ", NaN with lines lw 1 lc rgb '#bbbbbb' title 'hand-over', NaN with lines lw 3 lc rgb '#888888' title 'tick', "
       "NaN with lines lw 3 lc rgb '#d68910' title 'tick with a new frame'";
-  std::string script = header(folder / "handover.svg", 1100, height) + forces + "EOD\n" + kicks + "EOD\n" + marks +
+  std::string script = header(1100, height) + forces + "EOD\n" + kicks + "EOD\n" + marks +
                        fmt::format(
                            "set multiplot layout {},1 margins 0.1,0.97,{:.4f},{:.4f} spacing 0.04\n"
                            "set xrange [{}:{}]\nunset grid\nset grid y lc rgb '#dddddd' lt 1\n"
@@ -183,7 +182,7 @@ class Timeline {
                                                                               {"contact finding", "#3a8f5c"},
                                                                               {"compliance", "#17a2b8"}}};
 
-  [[nodiscard]] std::string script(const fs::path& file) const {
+  [[nodiscard]] std::string script() const {
     std::string data, plots;
     for (std::size_t kind = 0; kind < kKinds.size(); ++kind) {
       if (bars_[kind].empty()) continue;
@@ -195,7 +194,7 @@ class Timeline {
     plots +=
         fmt::format("NaN with lines lw 2 lc rgb '{}' title 'snapshot', NaN with lines lw 2 lc rgb '{}' title 'frame'",
                     kSnapshotColour, kFrameColour);
-    return header(file, 1200, 430) + data + arrows_ +
+    return header(1200, 430) + data + arrows_ +
            fmt::format(
                "unset grid\nset border 1\nset xrange [0:{}]\nset yrange [-0.45:1.45]\nset xlabel 'time [ms]'\n"
                "set ytics ('contact' 0, 'control' 1) scale 0\nset lmargin 9\nset rmargin 3\n"
@@ -225,7 +224,7 @@ void add_control(const ControlTrace& tick, Timeline& timeline) {
   }
 }
 
-std::string timeline_script(const Model& model, const LoopProfile& profile, const fs::path& folder) {
+std::string timeline_script(const Model& model, const LoopProfile& profile) {
   const auto& ticks = profile.contact();
   const double length_ms = 1e3 * std::max(1.3 * model.scene.control_period_s, 8.0 * model.scene.step_s);
   // From shortly before a control tick in the middle of the run on.
@@ -254,7 +253,7 @@ std::string timeline_script(const Model& model, const LoopProfile& profile, cons
     if (snapshot == snapshot_ms.end()) continue;
     timeline.arrow(snapshot->second, 0.0, timeline.ms(tick.start_ns), 1.0, kSnapshotColour);
   }
-  return timeline.script(folder / "timeline.svg");
+  return timeline.script();
 }
 
 }  // namespace
@@ -262,9 +261,9 @@ std::string timeline_script(const Model& model, const LoopProfile& profile, cons
 bool draw_profile(const Model& model, const LoopProfile& profile, const JitterFloor& floor, double spin_us,
                   const fs::path& folder) {
   if (profile.contact().empty()) return false;
-  return run_gnuplot(jitter_script(model, profile, floor, spin_us, folder) + handover_script(model, profile, folder) +
-                         timeline_script(model, profile, folder),
-                     folder);
+  return draw_figure(jitter_script(model, profile, floor, spin_us), folder / "jitter.svg") &&
+         draw_figure(handover_script(model, profile), folder / "handover.svg") &&
+         draw_figure(timeline_script(model, profile), folder / "timeline.svg");
 }
 
 }  // namespace thenar

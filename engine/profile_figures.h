@@ -21,7 +21,8 @@ struct JitterFloor {
 ///   jitter.svg    share of ticks that start later, or compute longer, than x: complementary distribution, log-log
 ///   handover.svg  the loaded fingers' forces over 0.1 s in the middle of the motion, hand-overs marked
 ///   timeline.svg  a little more than one control period: both loops' ticks, what they publish and take
-/// False if there is no gnuplot or it failed, or no tick to draw.
+/// False if there is no gnuplot or it failed, or no tick to draw. Throws FileError if a figure cannot be
+/// written.
 [[nodiscard]] bool draw_profile(const Model& model, const LoopProfile& profile, const JitterFloor& floor,
                                 double spin_us, const std::filesystem::path& folder);
 

@@ -15,6 +15,7 @@ RealtimeRun run_realtime(const Model& model, State& state, ThreadSettings settin
                          const Progress& progress, RecordingFile* film) {
   Recorder recorder(model);
   bool lost = false;
+  std::optional<double> interrupted_s;
   LatestValue<LiveInput> nobody;
   LiveHands hands(model);
   std::optional<LiveContact> live;
@@ -54,8 +55,9 @@ RealtimeRun run_realtime(const Model& model, State& state, ThreadSettings settin
     pairing.add(sample);
     if (first_ns == 0) first_ns = sample.deadline_ns;
     const double simulated_s = static_cast<double>(sample.after.tick) * model.scene.step_s;
-    if (progress) progress(simulated_s, 1e-9 * static_cast<double>(sample.end_ns - first_ns));
-    return !lost;
+    const double wall_s = 1e-9 * static_cast<double>(sample.end_ns - first_ns);
+    if (progress && !interrupted_s && !progress(simulated_s, wall_s)) interrupted_s = simulated_s;
+    return !lost && !interrupted_s;
   };
   settings.on_control = [&](const ControlSample& sample) {
     profile.add(sample);
@@ -65,9 +67,10 @@ RealtimeRun run_realtime(const Model& model, State& state, ThreadSettings settin
   run.report = run_threads(model, state, settings);
   pairing.finish();
   if (const auto what = lost_records(run.report)) recorder.miss(*what);
+  if (interrupted_s) recorder.interrupt(*interrupted_s);
   run.recording = recorder.finish(state, pairing.in_use().step.control, run.report.wall_s);
   // Ticks that slipped do not make it one that stopped.
-  run.recording.stopped = lost || run.report.first_control.grasp != GraspStatus::kOptimal;
+  run.recording.stopped = lost || interrupted_s || run.report.first_control.grasp != GraspStatus::kOptimal;
   return run;
 }
 

@@ -1,5 +1,7 @@
 #include "engine/recorder.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 
 namespace thenar {
@@ -62,6 +64,8 @@ TickRecord tick_record(const Model& model, const Snapshot& after, const TickRepo
   record_forces(model, after, control, record);
   return record;
 }
+
+std::string interruption(double time_s) { return fmt::format("the run was interrupted at {:.3f} s", time_s); }
 
 void RunSums::add(TickRecord& tick) {
   for (int k = 0; k < kFingers; ++k) {

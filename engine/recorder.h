@@ -21,6 +21,9 @@ namespace thenar {
 /// Writes into the record what a control tick before this one cost and found.
 void record_control(const ControlReport& control, TickRecord& record);
 
+/// In words: "the run was interrupted at 0.412 s".
+[[nodiscard]] std::string interruption(double time_s);
+
 /// Sums up over a run what its ticks report, tick by tick, however small.
 class RunSums {
  public:
@@ -46,6 +49,8 @@ class Recorder {
   bool add(TickRecord& record, const Eigen::VectorXd& muscle_forces_N);
   /// Records were lost, as `what` says.
   void miss(const std::string& what) { monitor_.miss(what); }
+  /// The run was ended from outside: what would have become of it is unknown.
+  void interrupt(double time_s) { monitor_.miss(interruption(time_s)); }
   /// Ends and judges the run as the state and the last control tick left it.
   [[nodiscard]] Recording finish(const Snapshot& state, const ControlReport& control, double wall_s);
   /// Ticks of the whole scene.

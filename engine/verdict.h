@@ -28,7 +28,7 @@ inline constexpr double kMostUnsolved = 0.01;  ///< and more than this share of 
 /// What became of a grasp, the least grave first. Of several the gravest is the word; the reason names all.
 enum class Outcome {
   kHeld,          ///< Nothing of the following.
-  kUnknown,       ///< Records of ticks were lost: nobody knows.
+  kUnknown,       ///< Records of ticks were lost, or the run was interrupted: nobody knows.
   kOverLimits,    ///< A joint left its range, or a muscle was asked for more than it has.
   kOffTarget,     ///< The object was 10 mm or 20 degrees off its target; the fingers hold it.
   kSlipping,      ///< A patch slid by 0.1 mm as a whole, or a finger lost its load.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -75,6 +76,192 @@ TEST(Program, RecordsARunAndExportsIt) {
   EXPECT_GT(fs::file_size(csv), 0U);
   EXPECT_EQ(thenar_program("export " + film).code, 2);
   EXPECT_EQ(thenar_program("run " + config("minimal.yaml") + " --record " + csv + "/a.mcap").code, 3);
+}
+
+/// A scene and its hand in a folder of their own.
+fs::path copied_scene(const fs::path& folder) {
+  fs::create_directories(folder);
+  for (const char* file : {"minimal.yaml", "hand.yaml"}) fs::copy_file(config(file), folder / file);
+  return folder / "minimal.yaml";
+}
+
+TEST(Program, NoResultReplacesAnInput) {
+  const fs::path folder = scratch(), scene = copied_scene(folder / "in"), hand = folder / "in" / "hand.yaml";
+  const std::string scene_text = read(scene), hand_text = read(hand);
+  const std::string run = "run " + scene.string() + " --time '50 ms' ";
+  fs::create_symlink(scene, folder / "link.mcap");
+  fs::create_hard_link(hand, folder / "other_name.mcap");
+  for (const fs::path& input : {scene, hand, folder / "link.mcap", folder / "other_name.mcap"}) {
+    const Outcome refused = thenar_program(run + "--record " + input.string());
+    EXPECT_EQ(refused.code, 2) << refused.text;
+    EXPECT_NE(refused.text.find("which this command reads"), std::string::npos) << refused.text;
+  }
+  // A result that is named by its folder, and a result over a result.
+  const fs::path out = folder / "out";
+  fs::create_directories(out);
+  fs::create_hard_link(scene, out / "summary.json");
+  EXPECT_EQ(thenar_program(run + "--out " + out.string()).code, 2);
+  fs::remove(out / "summary.json");
+  EXPECT_EQ(thenar_program(run + "--out " + out.string() + " --record " + (out / "signals.csv").string()).code, 2);
+  EXPECT_TRUE(fs::is_empty(out));
+  EXPECT_EQ(thenar_program("profile " + scene.string() + " --duration 1ms --trace " + hand.string()).code, 2);
+  EXPECT_EQ(read(scene), scene_text);
+  EXPECT_EQ(read(hand), hand_text);
+  const fs::path film = folder / "film.mcap";
+  ASSERT_EQ(thenar_program(run + "--record " + film.string()).code, 0);
+  const std::string bytes = read(film);
+  EXPECT_EQ(thenar_program("export " + film.string() + " --csv " + film.string()).code, 2);
+  EXPECT_EQ(read(film), bytes);
+}
+
+TEST(Program, ReadsNoPipeAndNoDevice) {
+  const fs::path pipe = scratch() / "pipe.json";  // The ending tells `solve` what to expect.
+  ASSERT_EQ(std::system(("mkfifo " + pipe.string()).c_str()), 0);
+  // A pipe without a writer, a device without an end: each was read for ever.
+  for (const std::string& arguments :
+       {"run " + pipe.string(), "check " + pipe.string(), "solve " + pipe.string(),
+        "export --csv /dev/null " + pipe.string(), std::string("run /dev/zero"), std::string("check /dev/zero")}) {
+    const Outcome refused = thenar_program(arguments, "timeout 20 ");
+    EXPECT_EQ(refused.code, 3) << arguments << ": " << refused.text;
+    EXPECT_NE(refused.text.find("is a pipe or a device, not a file"), std::string::npos) << refused.text;
+  }
+}
+
+TEST(Program, SaysThatItsWordsWereLost) {
+  for (const std::string& arguments :
+       {std::string("--help"), std::string("--version"), "check " + config("minimal.yaml"),
+        "run " + config("minimal.yaml") + " --time '50 ms'"}) {
+    const Outcome run = thenar_program(arguments, "sh -c '\"$@\" 3>&1 >/dev/full 2>&3' - ");
+    EXPECT_EQ(run.code, 3) << arguments;
+    EXPECT_NE(run.text.find("standard output: could not be written in full"), std::string::npos) << run.text;
+  }
+}
+
+/// For scenes whose surface shall soon be there.
+const std::string kSoon = " --set object.points=2000 ";
+
+TEST(Program, InterruptedItKeepsItsResults) {
+  const fs::path folder = scratch();
+  const std::string film = (folder / "film.mcap").string();
+  for (const char* runner : {"", "--lockstep ", "--realtime "}) {
+    for (const char* signal : {"INT", "TERM"}) {
+      const fs::path out = folder / "out";
+      const Outcome run = thenar_program(
+          "run " + config("box_grasp.yaml") + kSoon + runner + "--time 100 --record " + film + " --out " + out.string(),
+          std::string("timeout --preserve-status -s ") + signal + " 2 ");
+      EXPECT_EQ(run.code, 130) << run.text;
+      const auto summary = nlohmann::json::parse(read(out / "summary.json"));
+      const auto simulated_s = summary.at("simulated_s").get<double>();
+      EXPECT_GT(simulated_s, 0.0);
+      EXPECT_LT(simulated_s, 100.0);
+      EXPECT_EQ(summary.at("grasp").at("outcome"), "unknown");
+      EXPECT_NE(summary.at("grasp").at("reason").get<std::string>().find("the run was interrupted at "),
+                std::string::npos);
+      EXPECT_NE(run.text.find("the run was interrupted at "), std::string::npos) << run.text;
+      EXPECT_EQ(read(out / "grasp.png").substr(1, 3), "PNG");
+      const Outcome exported = thenar_program("export " + film + " --csv " + (folder / "film.csv").string());
+      EXPECT_EQ(exported.code, 0);
+      EXPECT_EQ(exported.text.find("cut off"), std::string::npos) << exported.text;
+      fs::remove_all(out);
+    }
+  }
+  const Outcome profile =
+      thenar_program("profile " + config("box_grasp.yaml") + kSoon + "--duration 60s --out " + (folder / "p").string(),
+                     "timeout --preserve-status -s INT 3 ");
+  EXPECT_EQ(profile.code, 130) << profile.text;
+  const auto json = nlohmann::json::parse(read(folder / "p" / "profile.json"));
+  EXPECT_EQ(json.at("object").at("outcome"), "unknown");
+  EXPECT_NE(json.at("object").at("reason").get<std::string>().find("interrupted"), std::string::npos);
+  EXPECT_GT(json.at("loops").at("contact").at("ticks").get<int>(), 0);
+}
+
+TEST(Program, TwoRunsDoNotShareAFolderOrAFile) {
+  const fs::path folder = scratch(), out = folder / "out", pid = folder / "pid", film = folder / "film.mcap";
+  // The first goes on until a signal ends it.
+  const std::string first = THENAR_PROGRAM + (" run " + config("minimal.yaml")) + kSoon + "--time 900 --quiet --out " +
+                            out.string() + " --record " + film.string();
+  ASSERT_EQ(std::system((first + " >/dev/null 2>&1 & echo $! > " + pid.string()).c_str()), 0);
+  ASSERT_EQ(
+      std::system(("for i in $(seq 500); do [ -s " + film.string() + " ] && exit 0; sleep 0.01; done; exit 1").c_str()),
+      0);
+  const std::string second = "run " + config("minimal.yaml") + " --time '50 ms' ";
+  const Outcome same_folder = thenar_program(second + "--out " + out.string());
+  EXPECT_EQ(same_folder.code, 2);
+  EXPECT_NE(same_folder.text.find("another run writes into"), std::string::npos) << same_folder.text;
+  EXPECT_EQ(thenar_program("profile " + config("minimal.yaml") + " --duration 50ms --out " + out.string()).code, 2);
+  EXPECT_EQ(thenar_program(second + "--dump-problems " + out.string()).code, 2);
+  const Outcome same_file = thenar_program(second + "--record " + film.string());
+  EXPECT_EQ(same_file.code, 3);
+  EXPECT_NE(same_file.text.find("another run records into this file"), std::string::npos) << same_file.text;
+  // A run's own two flags for one folder are no two runs.
+  EXPECT_EQ(
+      thenar_program(second + "--out " + (folder / "one").string() + " --dump-problems " + (folder / "one").string())
+          .code,
+      0);
+  EXPECT_EQ(std::system(("kill -KILL $(cat " + pid.string() + ")").c_str()), 0) << "the first has ended by itself";
+}
+
+/// The most of a file that a shell lets a program write, in bytes; more is refused as by a full disk.
+std::string file_limit(std::uintmax_t bytes) {
+  return "trap '' XFSZ; ulimit -f " + std::to_string(bytes / 512) + "; exec ";
+}
+
+TEST(Program, ADiskThatFailsTheRecordingFailsNothingElse) {
+  const fs::path folder = scratch();
+  const fs::path film = folder / "film.mcap";
+  for (const char* runner : {"", "--lockstep ", "--realtime "}) {
+    const std::string run =
+        "run " + config("minimal.yaml") + kSoon + runner + "--time '0.5 s' --format json --record " + film.string();
+    ASSERT_EQ(thenar_program(run, "exec ").code, 0);
+    const std::uintmax_t whole = fs::file_size(film);
+    const Outcome cut = thenar_program(run, file_limit(whole - 8000));
+    EXPECT_EQ(cut.code, 3) << cut.text;
+    EXPECT_NE(cut.text.find("film.mcap: could not be written in full"), std::string::npos) << cut.text;
+    const std::size_t end = cut.text.rfind('}');
+    ASSERT_NE(end, std::string::npos) << cut.text;
+    const auto summary = nlohmann::json::parse(cut.text.substr(cut.text.find('{'), end - cut.text.find('{') + 1));
+    EXPECT_DOUBLE_EQ(summary.at("simulated_s").get<double>(), 0.5);
+    // What was recorded before is sound.
+    const Outcome exported = thenar_program("export " + film.string() + " --csv " + (folder / "film.csv").string());
+    EXPECT_EQ(exported.code, 0) << exported.text;
+    EXPECT_NE(exported.text.find("cut off"), std::string::npos) << exported.text;
+  }
+}
+
+TEST(Program, ADiskThatFailsDumpedProblemsFailsNothingElse) {
+  const fs::path folder = scratch();
+  const Outcome run = thenar_program(
+      "run " + config("minimal.yaml") + kSoon + "--time '0.5 s' --format json --dump-problems " + folder.string(),
+      file_limit(512));
+  EXPECT_EQ(run.code, 3) << run.text;
+  EXPECT_NE(run.text.find("could not be written in full"), std::string::npos) << run.text;
+  EXPECT_NE(run.text.find("\"simulated_s\": 0.5"), std::string::npos) << run.text;
+}
+
+// gnuplot does not look whether a disk is full.
+TEST(Program, AFigureIsWholeOrMissing) {
+  const fs::path folder = scratch(), whole = folder / "whole", disk = folder / "disk";
+  const std::string run = "run " + config("minimal.yaml") + kSoon + "--time '0.5 s' --out ";
+  ASSERT_EQ(thenar_program(run + whole.string()).code, 0);
+  // Room for the numbers and half of the first figure.
+  const std::uintmax_t room = fs::file_size(whole / "summary.json") + fs::file_size(whole / "signals.csv") +
+                              fs::file_size(whole / "path.svg") / 2 + 8192;
+  fs::create_directories(disk);
+  const std::string mount = "mount -t tmpfs -o size=" + std::to_string(room) + " tmpfs " + disk.string();
+  if (std::system((mount + " 2>/dev/null").c_str()) != 0) GTEST_SKIP() << "needs the right to mount a small disk";
+  const Outcome full = thenar_program(run + disk.string());
+  const std::string summary = read(disk / "summary.json"), signals = read(disk / "signals.csv");
+  std::string left;
+  for (const auto& entry : fs::directory_iterator(disk)) {
+    const std::string name = entry.path().filename().string();
+    if (name != "summary.json" && name != "signals.csv") left += name + " ";
+  }
+  EXPECT_EQ(std::system(("umount " + disk.string()).c_str()), 0);
+  EXPECT_EQ(full.code, 3) << full.text;
+  EXPECT_NE(full.text.find("path.svg: could not be written in full"), std::string::npos) << full.text;
+  EXPECT_EQ(left, "") << "cut figures, or drafts";
+  EXPECT_TRUE(nlohmann::json::accept(summary));
+  EXPECT_EQ(signals, read(whole / "signals.csv"));
 }
 
 TEST(Program, PrintsTheSummaryAsJson) {

@@ -18,6 +18,25 @@ namespace {
 
 #ifdef THENAR_WINDOW
 
+// Nobody could find the page.
+TEST(WindowProgram, EndsIfItsAddressCannotBePrinted) {
+  const Outcome run = thenar_program("demo " + config("minimal.yaml") + " --no-browser --port 0",
+                                     "timeout 60 sh -c '\"$@\" 3>&1 >/dev/full 2>&3' - ");
+  EXPECT_EQ(run.code, 3);
+  EXPECT_NE(run.text.find("standard output: could not be written in full"), std::string::npos) << run.text;
+}
+
+TEST(WindowProgram, RecordsOverNoInput) {
+  const std::filesystem::path scene = scratch() / "scene.yaml";
+  std::filesystem::copy_file(config("minimal.yaml"), scene);
+  std::filesystem::copy_file(config("hand.yaml"), scene.parent_path() / "hand.yaml");
+  const std::string before = read(scene);
+  const Outcome run =
+      thenar_program("demo " + scene.string() + " --no-browser --port 0 --record " + scene.string(), "timeout 60 ");
+  EXPECT_EQ(run.code, 2);
+  EXPECT_EQ(read(scene), before);
+}
+
 /// The program while it runs; it is told to end with this.
 class Running {
  public:

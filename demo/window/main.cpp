@@ -13,10 +13,12 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "demo/exit_code.h"
 #include "demo/host.h"
+#include "demo/results.h"
 #include "demo/scene_flags.h"
 #include "demo/window/admission.h"
 #include "demo/window/server.h"
@@ -26,6 +28,7 @@
 #include "engine/mcap_file.h"
 #include "engine/model.h"
 #include "engine/model_parts.h"
+#include "engine/scene_files.h"
 
 namespace {
 
@@ -99,13 +102,13 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
   return options;
 }
 
-/// The scene with the defaults of real time, which give way to the user's changes, and those to the flags.
-thenar::Scene load_scene(const Options& options) {
+/// The changes of the scene: defaults of real time, which give way to the user's changes, and those to the flags.
+std::vector<std::string> changes(const Options& options) {
   std::vector<std::string> overrides = realtime_defaults();
   for (const auto& more : {options.rates.defaults(), options.overrides, options.rates.changes()}) {
     overrides.insert(overrides.end(), more.begin(), more.end());
   }
-  return load_scene(options.file, overrides, options.rates);
+  return overrides;
 }
 
 void end_on_signals() {
@@ -129,6 +132,8 @@ void announce(const std::string& url, const Options& options) {
   if (!options.session.quiet) {
     std::cout << "From another machine: " << way_from_elsewhere(url, options) << "\nCtrl-C ends it." << std::endl;
   }
+  // Nobody could find a page whose address is nowhere to be read.
+  if (!std::cout) throw thenar::FileError("standard output", "could not be written in full");
   const bool desktop = std::getenv("DISPLAY") != nullptr || std::getenv("WAYLAND_DISPLAY") != nullptr;
   if (!options.browser || !desktop) return;
   // Nothing is lost with one that cannot be opened: the address is printed.
@@ -146,8 +151,12 @@ void replay(const Options& options) {
 }
 
 void run(const Options& options) {
+  thenar::Model model(load_scene(options.file, changes(options), options.rates));
+  if (!options.session.record.empty()) {
+    check_results({{"--record", options.session.record}}, thenar::scene_files(options.file, changes(options)));
+  }
   if (options.session.record.has_parent_path()) thenar::prepare_folder(options.session.record.parent_path());
-  window::Session session(thenar::as_needed(thenar::Model(load_scene(options))), options.session);
+  window::Session session(thenar::as_needed(std::move(model)), options.session);
   WindowServer server(options.server, [&](const window::Message& message) { return session.receive(message); });
   announce(server.url(), options);
   session.run(server, stop);
@@ -162,7 +171,11 @@ int main(int argc, char** argv) try {
   }
   int exit_code = kDone;
   std::optional<Options> options = parse_options(argc, argv, exit_code);
-  if (!options) return exit_code;
+  if (!options) {
+    std::cout.flush();
+    if (!std::cout) throw thenar::FileError("standard output", "could not be written in full");
+    return exit_code;
+  }
   options->server.page = fs::read_symlink("/proc/self/exe").parent_path() / "page.html";
   if (window::reach_of(options->server.address) == window::Reach::kOthers) {
     options->server.token = window::random_token();
