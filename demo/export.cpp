@@ -20,28 +20,34 @@ namespace {
 namespace fs = std::filesystem;
 using thenar::FileError;
 
-std::string base64(std::string_view bytes) {
+void append_base64(std::string_view bytes, std::string& text) {
   using namespace boost::archive::iterators;
   using Letters = base64_from_binary<transform_width<std::string_view::const_iterator, 6, 8>>;
-  std::string text(Letters(bytes.begin()), Letters(bytes.end()));
-  return text.append((3 - bytes.size() % 3) % 3, '=');
+  for (Letters letter(bytes.begin()), end(bytes.end()); letter != end; ++letter) text += *letter;
+  text.append((3 - bytes.size() % 3) % 3, '=');
 }
 
-void replace(std::string_view what, std::string_view by, std::string& text, const fs::path& page) {
+/// Where `what` is in the page's text.
+std::size_t place_of(std::string_view what, std::string_view text, const fs::path& page) {
   const std::size_t at = text.find(what);
   if (at == std::string::npos) throw FileError(page, "is no page of this program");
-  text.replace(at, what.size(), by);
+  return at;
 }
 
 /// The page with the recording in it.
-std::string page_with(const fs::path& recording) {
+std::string page_with(std::string_view recording) {
+  constexpr std::string_view kSource = "data-source=\"live\"", kPlace = "<!-- recording -->";
   const fs::path page = fs::read_symlink("/proc/self/exe").parent_path() / "page.html";
   if (!fs::exists(page)) throw FileError(page, "is missing: ./dev build makes it, where npm is installed");
   std::string html = thenar::read_file(page);
-  replace("data-source=\"live\"", "data-source=\"embedded\"", html, page);
-  const std::string script = "<script id=\"recording\" type=\"text/plain\">";
-  replace("<!-- recording -->", script + base64(thenar::read_file(recording)) + "</script>", html, page);
-  return html;
+  html.replace(place_of(kSource, html, page), kSource.size(), "data-source=\"embedded\"");
+  const std::size_t place = place_of(kPlace, html, page);
+  // Recordings are large: their letters are made where they stay.
+  std::string whole = html.substr(0, place);
+  whole.reserve(html.size() + recording.size() / 3 * 4 + 100);
+  whole += "<script id=\"recording\" type=\"text/plain\">";
+  append_base64(recording, whole);
+  return whole.append("</script>").append(html, place + kPlace.size());
 }
 
 }  // namespace
@@ -60,7 +66,7 @@ int export_recording(const Options& options) {
   if (!contents.whole) {
     std::cerr << "warning: " << options.record.string() << " was cut off; it goes on to " << last << " s\n";
   }
-  if (!options.html.empty()) thenar::write_file(options.html, page_with(options.record));
+  if (!options.html.empty()) thenar::write_file(options.html, page_with(contents.file));
   if (!options.csv.empty()) thenar::write_file(options.csv, thenar::recording_csv(options.record));
   return kDone;
 }

@@ -125,11 +125,11 @@ void McapWriter::throw_if_failed() const {
 }
 
 McapContents read_mcap(const std::filesystem::path& file) {
-  const std::string bytes = read_file(file);
-  if (!bytes.starts_with(kMagic)) throw FileError(file, "is no MCAP recording");
-  Parts parts(std::string_view(bytes).substr(kMagic.size()));
-  std::vector<std::string> topics;  // by channel, from 1 on
   McapContents contents;
+  contents.file = read_file(file);
+  if (!contents.file.starts_with(kMagic)) throw FileError(file, "is no MCAP recording");
+  Parts parts(std::string_view(contents.file).substr(kMagic.size()));
+  std::vector<std::string> topics;  // by channel, from 1 on
   while (true) {
     const auto kind = parts.number<std::uint8_t>();
     Parts record(parts.take(parts.number<std::uint64_t>()));
@@ -145,7 +145,7 @@ McapContents read_mcap(const std::filesystem::path& file) {
       const auto time_ns = record.number<std::uint64_t>();
       record.number<std::uint64_t>();
       if (id < 1 || id > topics.size() || record.ended_early()) throw FileError(file, "has a message of no channel");
-      contents.messages.push_back({topics[id - 1], 1e-9 * static_cast<double>(time_ns), std::string(record.rest())});
+      contents.messages.push_back({topics[id - 1], 1e-9 * static_cast<double>(time_ns), record.rest()});
     } else if (kind == kFooter) {
       contents.whole = parts.rest() == kMagic;
       return contents;

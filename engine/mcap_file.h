@@ -46,14 +46,19 @@ class McapWriter {
 struct McapMessage {
   std::string topic;
   double time_s = 0.0;
-  std::string bytes;
+  std::string_view bytes;  ///< In the file's.
 };
 
 /// The messages of a file that McapWriter wrote, in order, up to the last whole one; `whole` says whether the file was
 /// ended. Throws FileError if it cannot be read or is no such file: of chunks and compression this reader knows nothing.
 struct McapContents {
+  std::string file;  ///< All its bytes: messages are many, and held here alone.
   std::vector<McapMessage> messages;
   bool whole = false;
+
+  McapContents() = default;
+  McapContents(McapContents&&) = default;
+  McapContents& operator=(McapContents&&) = default;
 };
 [[nodiscard]] McapContents read_mcap(const std::filesystem::path& file);
 

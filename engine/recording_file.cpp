@@ -15,7 +15,7 @@ using nlohmann::ordered_json;
 
 namespace {
 
-constexpr std::size_t kMostNumbers = 100'000;  // Of a field: no scene of ours has as many.
+constexpr std::size_t kMostNumbers = 100'000;  // Of all fields: no scene of ours has as many.
 
 // In the order of the channels.
 enum Channel : std::size_t { kScene, kGeometry, kState, kSignals, kStatus };
@@ -76,9 +76,15 @@ ordered_json signals(const std::vector<Field>& fields, const std::vector<double>
 
 std::vector<Field> fields_of(const ordered_json& scene) {
   std::vector<Field> fields;
+  std::size_t numbers = 0;
   for (const ordered_json& field : scene.at("fields")) {
+    for (const char* key : {"begin", "count"}) {
+      if (!field.at(key).is_number_unsigned()) throw std::out_of_range("fields");
+    }
     fields.push_back({field.at("name"), field.at("unit"), field.at("begin"), field.at("count")});
-    if (fields.back().count > kMostNumbers) throw std::out_of_range("fields");
+    // Of all fields together: a header has a column for each number.
+    if (fields.back().count > kMostNumbers - numbers) throw std::out_of_range("fields");
+    numbers += fields.back().count;
   }
   return fields;
 }

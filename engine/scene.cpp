@@ -18,11 +18,16 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kMaxSteps = 1e7;
+// What a file may ask memory for. A step is within the rates that loops may have, 1 Hz to 100 kHz; contact forces are kept
+// for a few control periods, and a frame for each one that lies within the delay.
+constexpr double kMaxSteps = 1e7, kShortestStep_s = 1e-5, kLongestStep_s = 1.0;
+constexpr double kMaxStepsAPeriod = 1e4, kMaxPeriodsLate = 100.0;
+constexpr double kRounding = 1e-9;                       // Of a ratio of two times.
 constexpr double kSmallest_m = 1e-4, kLargest_m = 10.0;  // Of a shape: what a hand may meet, with room.
 constexpr double kStiffest_per_N = 10.0;                 // Of stiffening: a human fingertip has about 0.5.
 constexpr double kSoftest_Pa = 1e3;
-constexpr Index kMaxPoints = 10'000'000;
+constexpr Index kMaxPoints = 1'000'000;  // An object's surface takes 430 bytes for each.
+constexpr Index kMaxLeaves = 4000;       // A pulp's kernel takes 24 bytes for each pair: 400 MB.
 constexpr Index kMaxContactsPerFinger = 1000;
 
 void read_time(const ConfigMap& time, Scene& scene) {
@@ -30,9 +35,19 @@ void read_time(const ConfigMap& time, Scene& scene) {
   scene.step_s = time.positive("step", Dimension::kTime);
   scene.control_period_s = time.positive("control_period", Dimension::kTime);
   scene.control_delay_s = time.non_negative_or("control_delay", Dimension::kTime, 0.0);
+  if (scene.step_s < kShortestStep_s || scene.step_s > kLongestStep_s)
+    time.refuse("step", "must lie within 10 us .. 1 s");
   if (scene.duration_s / scene.step_s > kMaxSteps) time.refuse("step", "makes more than 10 million steps");
-  if (!time.is_refused("step") && scene.control_period_s < (1.0 - 1e-9) * scene.step_s) {
-    time.refuse("control_period", "must not be shorter than time.step");
+  if (!time.is_refused("step")) {
+    const double steps = scene.control_period_s / scene.step_s;
+    if (steps < 1.0 - kRounding) time.refuse("control_period", "must not be shorter than time.step");
+    if (steps > kMaxStepsAPeriod * (1.0 + kRounding)) {
+      time.refuse("control_period", "must not be longer than 10000 times time.step");
+    }
+  }
+  if (!time.is_refused("control_period") &&
+      scene.control_delay_s > kMaxPeriodsLate * (1.0 + kRounding) * scene.control_period_s) {
+    time.refuse("control_delay", "must not be longer than 100 times time.control_period");
   }
 }
 
@@ -58,7 +73,7 @@ void read_hand(const ConfigMap& map, bool controlled, Scene& scene) {
 FingertipSettings read_fingertips(const ConfigMap& map) {
   FingertipSettings tips;
   tips.points = map.count("points", 1, kMaxPoints);
-  tips.leaves = map.count("leaves", 1, 20'000);
+  tips.leaves = map.count("leaves", 1, kMaxLeaves);
   if (tips.leaves > tips.points) map.refuse("leaves", "must not exceed fingertips.points");
   tips.material.reduced_modulus_Pa = map.positive("reduced_modulus", Dimension::kPressure);
   tips.material.poisson = map.number("poisson", 0.0, 0.5);

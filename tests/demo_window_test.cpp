@@ -8,6 +8,8 @@
 
 #include <csignal>
 #include <cstdio>
+#include <filesystem>
+#include <fstream>
 #include <string>
 #include <utility>
 
@@ -40,8 +42,8 @@ TEST(WindowProgram, RecordsOverNoInput) {
 /// The program while it runs; it is told to end with this.
 class Running {
  public:
-  explicit Running(const std::string& arguments) {
-    output_ = popen(("echo $$; exec " + std::string(THENAR_PROGRAM) + " " + arguments + " 2>&1").c_str(), "r");
+  explicit Running(const std::string& arguments, const std::string& before = "") {
+    output_ = popen(("echo $$; exec " + before + THENAR_PROGRAM + " " + arguments + " 2>&1").c_str(), "r");
     process_ = std::stoi(line());
   }
   ~Running() {
@@ -90,14 +92,17 @@ std::string get(int port, const std::string& target) {
 }
 
 int port_in(const std::string& url) { return std::stoi(url.substr(url.rfind(':') + 1)); }
+/// The path, with the token that the address ends in.
+std::string with_token(const std::string& path, const std::string& url) { return path + url.substr(url.find('?')); }
 
 TEST(Demo, ServesASceneUntilItIsTold) {
   for (const int signal : {SIGINT, SIGTERM}) {
     Running demo("demo " + config("box_grasp.yaml") + " --port 0 --no-browser");
     const std::string url = demo.line();
     ASSERT_TRUE(url.starts_with("http://127.0.0.1:")) << url;
-    EXPECT_NE(demo.line().find("ssh -L"), std::string::npos);
-    EXPECT_NE(get(port_in(url), "/").find("data-source=\"live\""), std::string::npos);
+    const std::string place = "127.0.0.1:" + std::to_string(port_in(url));
+    EXPECT_NE(demo.line().find("ssh -L " + place.substr(10) + ":" + place + " "), std::string::npos);
+    EXPECT_NE(get(port_in(url), with_token("/", url)).find("data-source=\"live\""), std::string::npos);
     EXPECT_EQ(demo.end(signal), 0);
   }
 }
@@ -106,19 +111,34 @@ TEST(Demo, ServesARecording) {
   const std::string file = (scratch() / "box.mcap").string();
   ASSERT_EQ(thenar_program("run " + config("box_grasp.yaml") + " --time '0.1 s' --quiet --record " + file).code, 0);
   Running demo("demo " + file + " --port 0 --no-browser --quiet");
-  const int port = port_in(demo.line());
-  EXPECT_NE(get(port, "/").find("data-source=\"recording\""), std::string::npos);
-  EXPECT_TRUE(get(port, "/recording").ends_with("\r\n\r\n" + read(file)));
+  const std::string url = demo.line();
+  const int port = port_in(url);
+  EXPECT_NE(get(port, with_token("/", url)).find("data-source=\"recording\""), std::string::npos);
+  EXPECT_TRUE(get(port, with_token("/recording", url)).ends_with("\r\n\r\n" + read(file)));
   EXPECT_EQ(demo.end(SIGINT), 0);
 }
 
-TEST(Demo, AsksOthersForAToken) {
-  Running demo("demo " + config("minimal.yaml") + " --port 0 --no-browser --listen 0.0.0.0");
+TEST(Demo, AsksForAToken) {
+  for (const std::string address : {"127.0.0.1", "0.0.0.0"}) {
+    Running demo("demo " + config("minimal.yaml") + " --port 0 --no-browser --listen " + address);
+    const std::string url = demo.line();
+    const std::size_t token = url.find("/?token=");
+    ASSERT_NE(token, std::string::npos) << url;
+    EXPECT_EQ(get(port_in(url), "/").substr(9, 3), "403");
+    EXPECT_EQ(get(port_in(url), url.substr(token)).substr(9, 3), "200");
+  }
+}
+
+// The browser gets the address as one word, from no shell. Here it is a program that writes down what it gets.
+TEST(Demo, OpensTheBrowserAtTheAddress) {
+  const std::filesystem::path folder = scratch(), opened = folder / "opened";
+  std::ofstream(folder / "xdg-open") << "#!/bin/sh\nprintf '%s\\n' \"$@\" >" << opened.string() << "\n";
+  std::filesystem::permissions(folder / "xdg-open", std::filesystem::perms::owner_all);
+  Running demo("demo " + config("minimal.yaml") + " --port 0 --quiet",
+               "env DISPLAY=:0 PATH=" + folder.string() + ":$PATH ");
   const std::string url = demo.line();
-  const std::size_t token = url.find("/?token=");
-  ASSERT_NE(token, std::string::npos) << url;
-  EXPECT_EQ(get(port_in(url), "/").substr(9, 3), "403");
-  EXPECT_EQ(get(port_in(url), url.substr(token)).substr(9, 3), "200");
+  for (int i = 0; i < 1000 && !read(opened).ends_with('\n'); ++i) usleep(10'000);
+  EXPECT_EQ(read(opened), url + "\n");
 }
 
 TEST(Demo, SaysWhatIsWrong) {
@@ -130,6 +150,7 @@ TEST(Demo, SaysWhatIsWrong) {
   EXPECT_EQ(thenar_program("demo none.mcap --no-browser --contact-rate 4kHz").code, 2);
   EXPECT_EQ(thenar_program(scene + "--port 70000").code, 2);
   EXPECT_EQ(thenar_program(scene + "--listen localhost").code, 2);
+  EXPECT_EQ(thenar_program(scene + "--listen \"::1%';exit 7;'\"").code, 2);
   EXPECT_EQ(thenar_program(scene + "--set object.mas=1").code, 2);
   EXPECT_EQ(thenar_program(scene + "--control-rate 8kHz").code, 2);
   Running demo("demo " + config("box_grasp.yaml") + " --port 0 --no-browser");

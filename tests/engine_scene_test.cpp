@@ -149,6 +149,35 @@ TEST(Scene, TheGainHasItsUnit) {
   EXPECT_EQ(fault_with({"control.gain=0 N*m/rad"}), "control.gain: 0 N*m/rad must be greater than zero");
 }
 
+// Each of these sizes memory or becomes a whole number: without a bound a line of text asks for any of it.
+TEST(Scene, BoundsTimesAndCountsThatSizeMemory) {
+  const std::string step = "time.step=1 ms", period = "time.control_period=10 ms";
+  EXPECT_EQ(fault_with({step, period, "time.control_delay=1 s"}), "");
+  for (const char* delay : {"1.001 s", "4294967.296 s", "1e300 s"}) {
+    EXPECT_EQ(fault_with({step, period, std::string("time.control_delay=") + delay}),
+              "time.control_delay: must not be longer than 100 times time.control_period");
+  }
+  EXPECT_EQ(fault_with({step, "time.control_period=10 s"}), "");
+  for (const char* longer : {"10.01 s", "1e10 s"}) {
+    EXPECT_EQ(fault_with({step, std::string("time.control_period=") + longer}),
+              "time.control_period: must not be longer than 10000 times time.step");
+  }
+  EXPECT_EQ(fault_with({"time.step=10 us", "time.duration=1 s"}), "");
+  for (const char* bad : {"9.9 us", "1.01 s", "1e-300 s", "1e300 s"}) {
+    EXPECT_EQ(fault_with({std::string("time.step=") + bad, "time.duration=1 ms"}),
+              "time.step: must lie within 10 us .. 1 s");
+  }
+  EXPECT_EQ(fault_with({step, "time.duration=1e300 s"}), "time.step: makes more than 10 million steps");
+  EXPECT_EQ(fault_with({"object.points=1000001"}), "object.points: 1000001 must be at most 1000000");
+  // The scene without fingertips lacks their other keys.
+  try {
+    (void)scene_of("box_grasp", {"fingertips.leaves=4001", "fingertips.points=5000"});
+    ADD_FAILURE() << "a kernel of 4001 x 4001";
+  } catch (const ConfigError& error) {
+    EXPECT_STREQ(error.what(), "--set fingertips.leaves: 4001 must be at most 4000");
+  }
+}
+
 TEST(Scene, ReadsTheUnitOfACloud) {
   const auto cloud = [](const std::string& shape, const std::string& points = "object.points=500") {
     return std::get<CloudShape>(scene_of("minimal", {"object.shape={" + shape + "}", points}).object.shape);

@@ -414,13 +414,38 @@ TEST(Session, RecordsWhatIsShown) {
   std::vector<std::string> states;
   int scenes = 0, statuses = 0;
   for (const thenar::McapMessage& message : contents.messages) {
-    if (message.topic == "/state") states.push_back(message.bytes);
+    if (message.topic == "/state") states.emplace_back(message.bytes);
     scenes += message.topic == "/scene";
     statuses += message.topic == "/status";
   }
   EXPECT_EQ(states, shown_states);
   EXPECT_EQ(scenes, 2);
   EXPECT_GE(statuses, 2);
+}
+
+// Each other level is another scene in the recording, of 1 MB. A page that sets levels without end gets one a second, and the
+// last one in the end.
+TEST(Session, LevelsThatPourInDoNotFillTheRecording) {
+  SessionSettings settings = Shown::quiet();
+  settings.record = thenar::scratch() / "session.mcap";
+  Shown shown(held_box(), settings);
+  ASSERT_TRUE(shown.passes(0.1));
+  const auto begin = std::chrono::steady_clock::now();
+  Set set;
+  for (int i = 0; i < 200; ++i) {
+    set.level = 1 + i % 2;
+    EXPECT_EQ(shown.receive(set), "");
+    std::this_thread::sleep_for(milliseconds(10));
+  }
+  set.level = 3;
+  EXPECT_EQ(shown.receive(set), "");
+  ASSERT_TRUE(shown.comes([&] { return shown.status()["settings"]["level"] == 3; }));
+  const double took_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  shown.end();
+  int scenes = 0;
+  for (const auto& message : thenar::read_mcap(settings.record).messages) scenes += message.topic == "/scene";
+  EXPECT_GE(scenes, 3) << "the first, one of those between, the last";
+  EXPECT_LE(scenes, 3 + static_cast<int>(took_s));
 }
 
 TEST(Session, WaitsWhereNoForcesHoldTheStart) {

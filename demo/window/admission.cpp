@@ -1,11 +1,14 @@
 #include "demo/window/admission.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
+#include <array>
 #include <boost/algorithm/string/predicate.hpp>
 #include <boost/asio/ip/address.hpp>
+#include <cerrno>
 #include <charconv>
-#include <random>
+#include <system_error>
 
 namespace window {
 namespace {
@@ -66,12 +69,11 @@ std::string refuse(const Asker& asker, const Listening& listening) {
                ? fmt::format("The Host must be a numeric address of this machine, with port {}.", listening.port)
                : fmt::format("The Host must be {}.", host_and_port(listening.address, listening.port));
   }
-  const bool needs_token = !listening.token.empty();
-  if (needs_token && !same_secret(token_in(asker.target), listening.token)) {
+  if (listening.token.empty() || !same_secret(token_in(asker.target), listening.token)) {
     return "The address must end in the token that the program printed.";
   }
   const std::string page = "http://" + std::string(*asker.host);
-  if (asker.origin ? !boost::algorithm::iequals(*asker.origin, page) : asker.for_socket && !needs_token) {
+  if (asker.origin && !boost::algorithm::iequals(*asker.origin, page)) {
     return "The Origin must be this server's own page.";
   }
   return "";
@@ -80,14 +82,18 @@ std::string refuse(const Asker& asker, const Listening& listening) {
 Reach reach_of(const std::string& text) {
   boost::system::error_code fault;
   const address read = make_address(text, fault);
-  if (fault) return Reach::kNoAddress;
+  // Behind a '%' an IPv6 address may have any text, the name of an interface. No URL has one.
+  if (fault || text.find('%') != text.npos) return Reach::kNoAddress;
   return read.is_loopback() ? Reach::kThisMachine : Reach::kOthers;
 }
 
 std::string random_token() {
-  std::random_device random;
+  std::array<unsigned char, 16> bytes{};
+  if (getentropy(bytes.data(), bytes.size()) != 0) {
+    throw std::system_error(errno, std::generic_category(), "the system gives no random numbers");
+  }
   std::string token;
-  for (int i = 0; i < 4; ++i) token += fmt::format("{:08x}", random());
+  for (const unsigned char byte : bytes) token += fmt::format("{:02x}", byte);
   return token;
 }
 

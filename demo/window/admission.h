@@ -5,32 +5,31 @@
 #include <string>
 #include <string_view>
 
-/// Who may ask the server for something. A browser sends the requests of any page that it shows, also to a server that
-/// listens on loopback alone: what protects it are the Host and the Origin that browsers state, or a token.
+/// Who may ask the server for something: who knows its token, also on loopback, which every user of the machine reaches. A
+/// browser sends the requests of any page that it shows: from these the Host and the Origin protect, which browsers state.
 namespace window {
 
 /// What a request for the server says of where it comes from; each is nothing where it was not sent.
 struct Asker {
   std::optional<std::string_view> host, origin;
   std::string_view target;  ///< Path and query.
-  bool for_socket = false;  ///< It asks for the WebSocket.
 };
 
 /// Where the server listens.
 struct Listening {
   std::string address;  ///< Numeric.
   std::uint16_t port = 0;
-  std::string token;  ///< Empty: none is asked for.
+  std::string token;  ///< Empty: nobody has it.
 };
 
 /// Why the request is refused; empty: it is not.
 [[nodiscard]] std::string refuse(const Asker& asker, const Listening& listening);
 
-/// Whether the text is a numeric address, and whether none but this machine reaches it.
+/// Whether the text is a numeric address as a URL may have it, and whether none but this machine reaches it.
 enum class Reach { kNoAddress, kThisMachine, kOthers };
 [[nodiscard]] Reach reach_of(const std::string& address);
 
-/// 128 bits from the system's random device, in hexadecimal digits.
+/// 128 bits of the system's randomness, in hexadecimal digits.
 [[nodiscard]] std::string random_token();
 
 /// Host and port as a URL has them: brackets around an IPv6 address.

@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "demo/window/page_link.h"
 
@@ -19,6 +20,7 @@ namespace http = beast::http;
 using beast::error_code;
 
 constexpr std::uint32_t kMaxHeader = 8 * 1024;
+constexpr int kMaxGuests = 32;
 constexpr const char* kNoBody = "A request has no body.";
 
 std::string_view view(beast::string_view text) { return {text.data(), text.size()}; }
@@ -32,11 +34,14 @@ std::optional<std::string_view> only(const PageLink::Request& request, http::fie
 /// One request and its answer. It keeps itself alive until then.
 class HttpExchange : public std::enable_shared_from_this<HttpExchange> {
  public:
-  HttpExchange(beast::tcp_stream stream, const Site& site, Hub& hub)
-      : site_(site), hub_(hub), seat_(std::make_unique<Seat>(hub)), stream_(std::move(stream)) {
+  HttpExchange(Stream stream, const Site& site, Hub& hub) : site_(site), hub_(hub), stream_(std::move(stream)) {
+    hub_.strangers.push_back(&stream_);
     parser_.header_limit(kMaxHeader);
     parser_.body_limit(std::uint64_t{0});
   }
+  ~HttpExchange() { std::erase(hub_.strangers, &stream_); }
+  HttpExchange(const HttpExchange&) = delete;
+  HttpExchange& operator=(const HttpExchange&) = delete;
 
   void read() {
     stream_.expires_after(hub_.patience);
@@ -64,10 +69,15 @@ class HttpExchange : public std::enable_shared_from_this<HttpExchange> {
     if (path != "/" && path != (live ? "/live" : "/recording"))
       return refuse(http::status::not_found, "There is nothing here.");
 
-    const Asker asker{only(request, http::field::host), only(request, http::field::origin), target, path == "/live"};
+    const Asker asker{only(request, http::field::host), only(request, http::field::origin), target};
     if (request.count(http::field::origin) > 1) return refuse(http::status::forbidden, "There are two Origins.");
     const std::string why = window::refuse(asker, site_.listening);
     if (!why.empty()) return refuse(http::status::forbidden, why);
+    if (hub_.guests >= kMaxGuests) {
+      return refuse(http::status::service_unavailable, "There are 32 pages already: close one.");
+    }
+    std::erase(hub_.strangers, &stream_);
+    seat_ = std::make_unique<Seat>(hub_);
     if (path == "/") return send_page();
     if (path == "/recording") return send_recording();
     if (!beast::websocket::is_upgrade(request)) return refuse(http::status::upgrade_required, "This is a WebSocket.");
@@ -144,15 +154,15 @@ class HttpExchange : public std::enable_shared_from_this<HttpExchange> {
 
   const Site& site_;
   Hub& hub_;
-  std::unique_ptr<Seat> seat_;
-  beast::tcp_stream stream_;
+  std::unique_ptr<Seat> seat_;  ///< From when it has shown that it may ask.
+  Stream stream_;
   beast::flat_buffer buffer_;
   http::request_parser<http::empty_body> parser_;
 };
 
 }  // namespace
 
-void serve(beast::tcp_stream stream, const Site& site, Hub& hub) {
+void serve(Stream stream, const Site& site, Hub& hub) {
   std::make_shared<HttpExchange>(std::move(stream), site, hub)->read();
 }
 

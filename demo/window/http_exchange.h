@@ -1,6 +1,5 @@
 #pragma once
 
-#include <boost/beast/core/tcp_stream.hpp>
 #include <filesystem>
 
 #include "demo/window/admission.h"
@@ -17,7 +16,8 @@ struct Site {
 };
 
 /// Reads one request, and answers it or makes a PageLink of its connection; on the server's thread. A connection that takes
-/// longer than the hub's patience to state its request, or to take a piece of the answer, ends.
-void serve(boost::beast::tcp_stream stream, const Site& site, Hub& hub);
+/// longer than the hub's patience to state its request, or to take a piece of the answer, ends. So may one that has not
+/// shown that it may ask, where others wait.
+void serve(Stream stream, const Site& site, Hub& hub);
 
 }  // namespace window

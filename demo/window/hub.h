@@ -7,8 +7,10 @@
 #include <mutex>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "demo/window/server.h"
+#include "demo/window/stream.h"
 
 namespace window {
 
@@ -35,8 +37,10 @@ struct Hub {
   News news;
   bool told = true;  ///< The server's thread has taken notice of the last change.
 
-  std::set<PageLink*> links;  ///< The server's thread alone.
-  int connections = 0;        ///< Likewise: pages, and requests that are not answered yet.
+  // The server's thread alone:
+  std::set<PageLink*> links;
+  std::vector<Stream*> strangers;  ///< Connections that have not shown yet that they may ask, the oldest first.
+  int guests = 0;                  ///< Those that have: pages, and answers under way.
   std::atomic<int> pages = 0;
 
   News newest() {
@@ -45,11 +49,11 @@ struct Hub {
   }
 };
 
-/// One of the connections, while it lives.
+/// One of the guests, while it lives.
 class Seat {
  public:
-  explicit Seat(Hub& hub) : hub_(hub) { ++hub_.connections; }
-  ~Seat() { --hub_.connections; }
+  explicit Seat(Hub& hub) : hub_(hub) { ++hub_.guests; }
+  ~Seat() { --hub_.guests; }
   Seat(const Seat&) = delete;
   Seat& operator=(const Seat&) = delete;
 

@@ -1,6 +1,8 @@
 // The program `thenar-window`, which `thenar demo` becomes: a scene while it runs, or a recording, in a browser.
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <spawn.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -76,7 +78,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
   demo->add_option("--port", options.server.port, "Port of the address that is printed; 0: any that is free")
       ->capture_default_str();
   demo->add_option("--listen", options.server.address,
-                   "Numeric address to be reached at. Any but this machine's own needs the token that is printed")
+                   "Numeric address to be reached at. Pages need the token in the address that is printed")
       ->type_name("ADDRESS")
       ->capture_default_str()
       ->check(numeric_address());
@@ -121,11 +123,33 @@ void end_on_signals() {
 }
 
 std::string way_from_elsewhere(const std::string& url, const Options& options) {
-  if (!options.server.token.empty()) return "the same, with a numeric address by which it reaches this one.";
-  const std::string place = url.substr(7, url.size() - 8);  // Between "http://" and "/".
+  if (window::reach_of(options.server.address) == window::Reach::kOthers) {
+    return "the same, with a numeric address by which it reaches this one.";
+  }
+  const std::string place = url.substr(7, url.find('/', 7) - 7);  // Between "http://" and "/".
   char name[256] = "";
   gethostname(name, sizeof name - 1);
   return fmt::format("ssh -L {}:{} {}, then the same address there.", place.substr(place.rfind(':') + 1), place, name);
+}
+
+/// Starts the desktop's browser, without a shell, which would read the address as a command. Nothing is lost with one that
+/// cannot be opened: the address is printed.
+void open_browser(std::string url) {
+  posix_spawn_file_actions_t silence;
+  posix_spawn_file_actions_init(&silence);
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    posix_spawn_file_actions_addopen(&silence, stream, "/dev/null", O_RDWR, 0);
+  }
+  // Ctrl-C at the terminal is not for the browser.
+  posix_spawnattr_t apart;
+  posix_spawnattr_init(&apart);
+  posix_spawnattr_setflags(&apart, POSIX_SPAWN_SETPGROUP);
+  char program[] = "xdg-open";
+  char* const arguments[] = {program, url.data(), nullptr};
+  pid_t started = 0;
+  posix_spawnp(&started, program, &silence, &apart, arguments, environ);
+  posix_spawn_file_actions_destroy(&silence);
+  posix_spawnattr_destroy(&apart);
 }
 
 /// Says where the page is, and opens it where there is a desktop.
@@ -138,8 +162,7 @@ void announce(const std::string& url, const Options& options) {
   if (!std::cout) throw thenar::FileError("standard output", "could not be written in full");
   const bool desktop = std::getenv("DISPLAY") != nullptr || std::getenv("WAYLAND_DISPLAY") != nullptr;
   if (!options.browser || !desktop) return;
-  // Nothing is lost with one that cannot be opened: the address is printed.
-  [[maybe_unused]] const int done = std::system(fmt::format("xdg-open '{}' >/dev/null 2>&1 &", url).c_str());
+  open_browser(url);
 }
 
 void replay(const Options& options) {
@@ -180,9 +203,6 @@ int main(int argc, char** argv) try {
     return exit_code;
   }
   options->server.page = fs::read_symlink("/proc/self/exe").parent_path() / "page.html";
-  if (window::reach_of(options->server.address) == window::Reach::kOthers) {
-    options->server.token = window::random_token();
-  }
   end_on_signals();
   if (options->is_recording()) {
     options->server.recording = options->file;

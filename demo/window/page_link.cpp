@@ -30,7 +30,7 @@ std::string text_of(const nlohmann::json& message) {
 
 }  // namespace
 
-PageLink::PageLink(beast::tcp_stream stream, std::unique_ptr<Seat> seat, Hub& hub)
+PageLink::PageLink(Stream stream, std::unique_ptr<Seat> seat, Hub& hub)
     : hub_(hub),
       seat_(std::move(seat)),
       socket_(std::move(stream)),
@@ -51,7 +51,9 @@ void PageLink::start(const Request& request) {
   socket_.set_option(patience);
   socket_.auto_fragment(false);  // A message goes out from where it lies.
   socket_.read_message_max(0);   // read() counts, so that it can say what was wrong.
+  beast::get_lowest_layer(socket_).rate_policy().watch([this] { drop(); });
   socket_.control_callback([this](websocket::frame_type, beast::string_view) {
+    note_progress();
     if (!may_talk()) drop();
   });
   socket_.async_accept(request, [self = shared_from_this()](error_code fault) {
@@ -68,6 +70,7 @@ void PageLink::read() {
   const std::size_t room = kMaxMessage + 1 - buffer_.size();
   socket_.async_read_some(buffer_, room, [self = shared_from_this()](error_code fault, std::size_t) {
     if (fault) return self->drop();
+    self->note_progress();
     if (!self->may_talk()) return self->close(websocket::close_code::policy_error, "more than 200 messages a second");
     if (self->buffer_.size() > kMaxMessage) {
       return self->close(websocket::close_code::too_big, "a message has at most 4096 bytes");
@@ -153,6 +156,9 @@ void PageLink::write(const std::shared_ptr<const std::string>& bytes, bool text)
   });
 }
 
+/// A message, or a part of one that has bytes, or a sign of life has come.
+void PageLink::note_progress() { beast::get_lowest_layer(socket_).rate_policy().note_progress(); }
+
 /// Whether the page keeps to its share of messages; counts one more.
 bool PageLink::may_talk() {
   const Clock::time_point now = Clock::now();
@@ -165,6 +171,7 @@ bool PageLink::may_talk() {
 /// Says why, and ends. What the page still sends until it has read that is thrown away.
 void PageLink::close(websocket::close_code code, const char* reason) {
   open_ = false;
+  beast::get_lowest_layer(socket_).rate_policy().watch({});  // The patience for a close is its end.
   socket_.async_close({code, reason}, [self = shared_from_this()](error_code) { self->drop(); });
 }
 

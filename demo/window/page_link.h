@@ -2,7 +2,6 @@
 
 #include <boost/asio/steady_timer.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
-#include <boost/beast/core/tcp_stream.hpp>
 #include <boost/beast/http/empty_body.hpp>
 #include <boost/beast/http/message.hpp>
 #include <boost/beast/websocket/stream.hpp>
@@ -23,7 +22,7 @@ class PageLink : public std::enable_shared_from_this<PageLink> {
  public:
   using Request = boost::beast::http::request<boost::beast::http::empty_body>;
 
-  PageLink(boost::beast::tcp_stream stream, std::unique_ptr<Seat> seat, Hub& hub);
+  PageLink(Stream stream, std::unique_ptr<Seat> seat, Hub& hub);
   ~PageLink();
   PageLink(const PageLink&) = delete;
   PageLink& operator=(const PageLink&) = delete;
@@ -41,13 +40,14 @@ class PageLink : public std::enable_shared_from_this<PageLink> {
   std::string act(const Message& message);
   void write(const std::shared_ptr<const std::string>& bytes, bool text);
   void answer(std::optional<std::string>& text);
+  void note_progress();
   bool may_talk();
   void close(boost::beast::websocket::close_code code, const char* reason);
   void drop();
 
   Hub& hub_;
   std::unique_ptr<Seat> seat_;
-  boost::beast::websocket::stream<boost::beast::tcp_stream> socket_;
+  boost::beast::websocket::stream<Stream> socket_;
   boost::beast::flat_buffer buffer_;
   boost::asio::steady_timer write_deadline_, state_due_;
   bool open_ = false, writing_ = false, waiting_ = false;

@@ -26,7 +26,7 @@ namespace asio = boost::asio;
 using asio::ip::tcp;
 using boost::system::error_code;
 
-constexpr int kMaxConnections = 32;
+constexpr std::size_t kMaxStrangers = 32;
 constexpr int kSendBuffer = 256 * 1024;  // Of the system, a page: what it holds for one that stopped reading.
 constexpr std::chrono::milliseconds kRest(100);
 
@@ -77,9 +77,6 @@ struct WindowServer::Impl {
 
 WindowServer::Impl::Impl(const ServerSettings& settings, Receive receive)
     : acceptor(listen(io, settings.address, settings.port)), rest(io) {
-  if (settings.token.empty() && reach_of(settings.address) != Reach::kThisMachine) {
-    throw std::invalid_argument(settings.address + ": others reach it, so that it needs a token");
-  }
   hub.receive = std::move(receive);
   hub.patience = std::chrono::nanoseconds(static_cast<std::int64_t>(1e9 * settings.patience_s));
   site.page = read_page(settings.page, !settings.recording.empty());
@@ -87,7 +84,7 @@ WindowServer::Impl::Impl(const ServerSettings& settings, Receive receive)
   if (!site.recording.empty() && !std::filesystem::is_regular_file(site.recording)) {
     throw thenar::FileError(site.recording, "is no file that can be served");
   }
-  site.listening = {settings.address, acceptor.local_endpoint().port(), settings.token};
+  site.listening = {settings.address, acceptor.local_endpoint().port(), random_token()};
   accept();
   // Signals are for the thread that waits for them.
   sigset_t all, before;
@@ -122,12 +119,16 @@ void WindowServer::Impl::accept() {
       return;
     }
     accept();
-    if (hub.connections >= kMaxConnections) return;  // Closes it.
+    // The one that has taken longest gives way: who says nothing keeps nobody out.
+    if (hub.strangers.size() >= kMaxStrangers) {
+      hub.strangers.front()->close();
+      hub.strangers.erase(hub.strangers.begin());
+    }
     close_on_exec(socket);
     error_code none;  // A socket that takes no option fails soon enough.
     socket.set_option(tcp::no_delay(true), none);
     socket.set_option(asio::socket_base::send_buffer_size(kSendBuffer), none);
-    serve(boost::beast::tcp_stream(std::move(socket)), site, hub);
+    serve(Stream(std::move(socket)), site, hub);
   });
 }
 
@@ -156,8 +157,7 @@ std::string WindowServer::url() const {
   const Listening& place = impl_->site.listening;
   const asio::ip::address address = asio::ip::make_address(place.address);
   const std::string reached = !address.is_unspecified() ? place.address : address.is_v6() ? "::1" : "127.0.0.1";
-  const char* const query = place.token.empty() ? "" : "?token=";
-  return fmt::format("http://{}/{}{}", host_and_port(reached, place.port), query, place.token);
+  return fmt::format("http://{}/?token={}", host_and_port(reached, place.port), place.token);
 }
 
 namespace {

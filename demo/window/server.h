@@ -12,9 +12,8 @@
 namespace window {
 
 struct ServerSettings {
-  std::string address = "127.0.0.1";  ///< Numeric. Other than loopback it needs a token.
+  std::string address = "127.0.0.1";  ///< Numeric.
   std::uint16_t port = 8470;          ///< 0: any that is free.
-  std::string token;                  ///< Pages must show it; empty: none is asked for.
   std::filesystem::path page;         ///< The built page, one file.
   std::filesystem::path recording;    ///< Served instead of a simulation; empty: live.
   double patience_s = 20.0;  ///< A header, a message to a page or its sign of life that takes longer has failed.
@@ -34,7 +33,7 @@ class WindowServer {
   WindowServer(const WindowServer&) = delete;
   WindowServer& operator=(const WindowServer&) = delete;
 
-  /// Where pages find it, token and all.
+  /// Where pages find it, with the token that they must show: each server has another.
   [[nodiscard]] std::string url() const;
 
   // From any one thread:

@@ -41,6 +41,8 @@ constexpr std::chrono::milliseconds kIdle{20};
 constexpr double kOldest_s = 10.0;  // Of input: what claims to be older has another clock.
 // So long does a run last at least: wishes that pour in must not keep the loops from running.
 constexpr std::int64_t kShortestRun_ns = 50'000'000;
+// With other fingertips pages and a recording get the scene again, 1.1 MB: not more often than this.
+constexpr std::int64_t kFingertipsRest_ns = 1'000'000'000;
 // A monitor sums up slip. In a run without end it begins again from time to time, so that years of creep do not count as a
 // loss; and soon after something went wrong, to tell when the object is held again.
 constexpr double kWatch_s = 10.0, kWatchFailed_s = 3.0;
@@ -56,6 +58,10 @@ struct Wanted {
 
   [[nodiscard]] bool operator==(const Wanted&) const = default;
 };
+
+bool same_fingertips(const LiveSettings& a, const LiveSettings& b) {
+  return a.kernel == b.kernel && a.level == b.level;
+}
 
 std::string in_words(const Scheduling& contact) {
   std::string words = contact.policy + (contact.priority > 0 ? fmt::format(" {}", contact.priority) : "");
@@ -133,9 +139,11 @@ struct Session::Impl {
   std::string status;  ///< As it was shown last, and
   Verdict shown;       ///< the verdict in it.
   TickRecord last_tick;
-  RunSums sums;                  ///< Of all ticks; the monitor begins again.
-  std::int64_t unaccounted = 0;  ///< The most of any grasp.
-  std::int64_t missed = 0;       ///< Lost records that the monitor knows of.
+  RunSums sums;                        ///< Of all ticks; the monitor begins again.
+  std::int64_t unaccounted = 0;        ///< The most of any grasp.
+  std::int64_t missed = 0;             ///< Lost records that the monitor knows of.
+  std::int64_t fingertips_due_ns = 0;  ///< When they may change again,
+  bool fingertips_wait = false;        ///< which is wished for.
   bool still_shown = false;
   std::string bytes;
 };
@@ -253,6 +261,11 @@ void Session::Impl::heed_wanted() {
     wanted.reset = false;
   }
   now.steps = now.paused ? std::min(now.steps + heeded.steps, 100) : 0;
+  fingertips_wait = !same_fingertips(now.settings, heeded.settings) && steady_now_ns() < fingertips_due_ns;
+  if (fingertips_wait) {
+    now.settings.kernel = heeded.settings.kernel;
+    now.settings.level = heeded.settings.level;
+  }
   const LiveSettings before = std::exchange(heeded, now).settings;
   const bool other_scene = !(now.settings == before);
   if (other_scene) change_scene(before);
@@ -262,7 +275,8 @@ void Session::Impl::heed_wanted() {
 
 void Session::Impl::change_scene(const LiveSettings& before) {
   const LiveSettings& wished = heeded.settings;
-  const bool other_fingertips = wished.kernel != before.kernel || wished.level != before.level;
+  const bool other_fingertips = !same_fingertips(wished, before);
+  if (other_fingertips) fingertips_due_ns = steady_now_ns() + kFingertipsRest_ns;
   std::optional<Model> old;
   if (other_fingertips || wished.contact_Hz != before.contact_Hz) old = model;
   apply(before, wished, model);
@@ -358,7 +372,8 @@ void Session::Impl::run_loops(const std::atomic<bool>& stop) {
     // All else stays in a run.
     if (in_words(judged) != in_words(shown) || warnings->sentences().size() != shown_warnings) show_status(true);
     const bool may_end = steady_now_ns() - begin_ns > kShortestRun_ns;
-    return !stop && !(may_end && changed.load(std::memory_order_relaxed));
+    const bool fingertips_due = fingertips_wait && steady_now_ns() >= fingertips_due_ns;
+    return !stop && !(may_end && (fingertips_due || changed.load(std::memory_order_relaxed)));
   };
   const ThreadsReport report = run_threads(*grasp, threads);
   telemetry.end_run(report);

@@ -1,7 +1,10 @@
-// Whatever the text of a hand: a hand, a ConfigError or a FileError.
+// Whatever the text of a hand: a hand whose names can be shown, a ConfigError or a FileError.
+#include <cstdlib>
+
 #include "engine/config.h"
 #include "engine/files.h"
 #include "engine/hand.h"
+#include "engine/text.h"
 #include "tests/fuzz/memory_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -9,7 +12,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static const MemoryFile kFile("hand.yaml");
   kFile.write(text_of(data, size));
   try {
-    (void)load_hand(kFile.path());
+    const Hand hand = load_hand(kFile.path());
+    const auto check = [](const std::string& name) {
+      if (first_unprintable(name) != name.npos) std::abort();
+    };
+    for (const Joint& joint : hand.joints) check(joint.name);
+    for (const Segment& segment : hand.segments) check(segment.name);
+    for (const Muscle& muscle : hand.muscles) check(muscle.name);
+    for (const Fingertip& tip : hand.fingertips) check(tip.finger);
   } catch (const ConfigError&) {
   } catch (const FileError&) {
   }

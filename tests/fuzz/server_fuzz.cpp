@@ -1,5 +1,5 @@
 // Whatever the bytes of a connection: the server answers or ends it, and goes on. A first byte 'W' asks for the WebSocket
-// first; '@' in a request stands for the server's port.
+// first; '@' in a request stands for the server's port, '#' for its token.
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
@@ -17,7 +17,7 @@ namespace {
 using boost::asio::ip::tcp;
 
 const std::string kUpgrade =
-    "GET /live HTTP/1.1\r\nHost: localhost:@\r\nOrigin: http://localhost:@\r\nConnection: Upgrade\r\nUpgrade: "
+    "GET /live?token=# HTTP/1.1\r\nHost: localhost:@\r\nOrigin: http://localhost:@\r\nConnection: Upgrade\r\nUpgrade: "
     "websocket\r\n"
     "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n";
 
@@ -25,7 +25,7 @@ const std::string kUpgrade =
 struct Served {
   thenar::MemoryFile page{"page.html"};
   std::unique_ptr<window::WindowServer> server;
-  std::string port;
+  std::string port, token;
 
   Served() {
     page.write("<html data-source=\"live\"><script></script></html>");
@@ -37,8 +37,8 @@ struct Served {
     server->set_status("status");
     server->show("state");
     const std::string url = server->url();
-    port = url.substr(url.rfind(':') + 1);
-    port.pop_back();
+    port = url.substr(url.rfind(':') + 1, url.rfind('/') - url.rfind(':') - 1);
+    token = url.substr(url.find('=') + 1);
   }
 };
 
@@ -49,7 +49,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   std::string bytes(thenar::text_of(data, size));
   const bool socket = bytes.starts_with('W');
   std::string head = socket ? kUpgrade : bytes;
-  for (std::size_t at = head.find('@'); at != head.npos; at = head.find('@', at)) head.replace(at, 1, kServed.port);
+  for (std::size_t at = head.find_first_of("@#"); at != head.npos; at = head.find_first_of("@#", at)) {
+    head.replace(at, 1, head[at] == '@' ? kServed.port : kServed.token);
+  }
   bytes = socket ? head + bytes.substr(1) : head;
 
   boost::asio::io_context io;

@@ -196,7 +196,7 @@ function setConnected(connected) {
   waiting = false;
   hands.enabled = connected;
   if (!connected) hands.release();
-  showLink(connected ? 'live' : 'connection lost, trying again', connected ? 'good' : 'bad');
+  showLink(connected ? 'live' : 'connection lost, trying again; a new run has a new address', connected ? 'good' : 'bad');
 }
 
 function showLink(text, kind) {

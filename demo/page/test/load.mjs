@@ -37,7 +37,9 @@ function firstFrame(bytes) {
 function connect(url, receive) {
   return new Promise((resolve, reject) => {
     const key = randomBytes(16).toString('base64');
-    const upgrade = request(new URL('live', url), {
+    const live = new URL(url);
+    live.pathname = '/live'; // The token stays.
+    const upgrade = request(live, {
       headers: {Connection: 'Upgrade', Upgrade: 'websocket', Origin: new URL(url).origin, 'Sec-WebSocket-Version': '13',
                 'Sec-WebSocket-Key': key},
     });

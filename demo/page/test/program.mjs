@@ -3,7 +3,7 @@
 import {spawn} from 'node:child_process';
 import {createInterface} from 'node:readline';
 
-/** Runs `thenar-window demo …`: {url, log, stop}. Throws what it said if it ends before it has told its address. */
+/** Runs `thenar-window demo …`: {url, log, signal, stop}. Throws what it said if it ends before it has told its address. */
 export async function startProgram(program, args) {
   const child = spawn(program, ['demo', '--no-browser', ...args], {stdio: ['ignore', 'pipe', 'pipe']});
   const ended = new Promise((resolve) => child.once('exit', (code) => resolve(code)));
@@ -18,6 +18,10 @@ export async function startProgram(program, args) {
     url,
     get log() {
       return log;
+    },
+    /** Stops it where it is, or has it go on. */
+    signal(name) {
+      child.kill(name);
     },
     /** Ends it as Ctrl-C does; its exit code. */
     async stop(signal = 'SIGINT') {

@@ -1,0 +1,39 @@
+// Whatever the bytes of a problem file: every method that applies solves it, says that it cannot, or the file is refused. The
+// first byte says which kind of file the rest is.
+#include <cstdlib>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "demo/exit_code.h"
+#include "demo/solve.h"
+#include "engine/files.h"
+#include "tests/fuzz/memory_file.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace thenar;
+  static const MemoryFile kContact("problem.fcp"), kSmall("problem.json");
+  if (size == 0) return 0;
+  const MemoryFile& file = data[0] == 'f' ? kContact : kSmall;
+  file.write(text_of(data, size));
+  Options options;
+  options.problems = {file.path()};
+  options.method = "all";
+  options.repeat = 1;
+  options.format = "json";
+  options.forces = true;
+  std::ostringstream out, faults;
+  std::streambuf* const screen[] = {std::cout.rdbuf(out.rdbuf()), std::cerr.rdbuf(faults.rdbuf())};
+  bool refused = false;
+  int code = kDone;
+  try {
+    code = solve(options);
+  } catch (const FileError&) {
+    refused = true;
+  }
+  std::cout.rdbuf(screen[0]);
+  std::cerr.rdbuf(screen[1]);
+  if (!refused && code != kDone && code != kFailed) std::abort();
+  if (!refused && !nlohmann::json::accept(out.str())) std::abort();
+  return 0;
+}
