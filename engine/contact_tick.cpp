@@ -208,7 +208,8 @@ void book_deformation(const Model& model, const Frame& frame, const ContactWorks
       before_J += f_F.dot(point.u_F);
       after_J += f_F.dot(point.u_end_F);
       if (!model.soft_object()) continue;
-      const Vector3d f_O = work.patches.X_WO.linear().transpose() * point.f_W;
+      const Vector3d f_O = work.patches.X_WO.linear().transpose() *
+                           (work.kinematics.E_W[point.contact] * work.f.segment<3>(3 * point.contact));
       object_before_J += f_O.dot(point.u_O);
       object_after_J += f_O.dot(point.u_end_O);
     }

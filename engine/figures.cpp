@@ -64,7 +64,7 @@ std::string path_script(const Recording& recording, const fs::path& folder) {
   }
   return header(recording, folder, 900) + stack(3, false) +
          panel(0, 3, "displacement, object axes [mm]", "[*:*]", way) +
-         panel(1, 3, "distance to the target [mm]", "[*:*]", off) +
+         panel(1, 3, "off the target, object axes [mm]", "[*:*]", off) +
          panel(2, 3, "angle to the target [deg]", "[0:*]",
                "data using 'time_s':'rotation_error_deg' with lines ls 8 notitle") +
          "unset multiplot\n";
@@ -95,7 +95,7 @@ std::string grip_script(const Model& model, const Recording& recording, const fs
     slip += comma + curve(finger + "_slip_um", finger, k + 1);
     spin += comma + curve(finger + "_spin_deg", finger, k + 1);
   }
-  return header(recording, folder, 900) + stack(3, false) + panel(0, 3, "margin, pull and torsion", "[0:1]", margin) +
+  return header(recording, folder, 900) + stack(3, false) + panel(0, 3, "margin [-]: 0 slides as a whole", "[0:1]", margin) +
          "unset key\n" + panel(1, 3, "slip since first contact [um]", "[0:*]", slip) +
          panel(2, 3, "spin since first contact [deg]", "[0:*]", spin) + "unset multiplot\n";
 }

@@ -84,7 +84,7 @@ void GraspMonitor::add(double time_s, const ControlReport& control, const Eigen:
     const bool none = control.muscle == MuscleStatus::kInfeasible;
     unsolved_ = Event{
         time_s, fmt::format("{} at {:.3f} s",
-                            none ? "no muscle forces give the torques wanted" : "the muscle-force LCP found no answer",
+                            none ? "no muscle forces give the torques wanted" : "the muscle-force problem found no answer",
                             time_s)};
   }
   if (unsolved_) note_trouble();
@@ -143,10 +143,10 @@ void GraspMonitor::watch_slip(const TickRecord& tick) {
 void GraspMonitor::watch_grip(const TickRecord& tick) {
   const auto loaded =
       std::count_if(tick.force.begin(), tick.force.end(), [](const auto& f) { return f.normal_N > 0.0; });
-  if (!tick.is_from(kLoadedFrom_s)) return;
-  unloaded_s_ = loaded < 2 ? unloaded_s_ + model_.scene.step_s : 0.0;
+  const bool built_up = tick.is_from(kLoadedFrom_s);
+  unloaded_s_ = built_up && loaded < 2 ? unloaded_s_ + model_.scene.step_s : 0.0;
   // Nobody asks fingers to carry load that no controller moves.
-  for (int k = 0; k < kFingers && model_.scene.control && !idle_finger_; ++k) {
+  for (int k = 0; k < kFingers && built_up && model_.scene.control && !idle_finger_; ++k) {
     if (tick.force[k].normal_N > 0.0) continue;
     idle_finger_ = Event{tick.time_s, fmt::format("the {} carried no load at {:.3f} s",
                                                   model_.scene.hand.fingertips[k].finger, tick.time_s)};

@@ -95,8 +95,9 @@ std::vector<std::string> warnings(const Model& model) {
   }
   double load_N = 0.0, share = 0.0;
   for (const Pulp& pulp : model.pulps) {
-    load_N = std::max(load_N, expected_load_N(scene, pulp));
-    share = std::max(share, patch_share(pulp, scene, load_N));
+    const double expected_N = expected_load_N(scene, pulp);
+    load_N = std::max(load_N, expected_N);
+    share = std::max(share, patch_share(pulp, scene, expected_N));
   }
   if (share > kHalfSpaceShare) {
     all.push_back(
