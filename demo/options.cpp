@@ -106,8 +106,8 @@ CLI::App* add_solve(CLI::App& app, Options& options) {
   command
       ->add_option("--tolerance", options.tolerance,
                    "Largest residual of a solution, default 1e-8 for contact (natural map), else 1e-10 (share of the "
-                   "forces); for "
-                   "grasps not less than what rounding does to the forces of contacts that are nearly on a line")
+                   "forces); for grasps not less than what rounding does to the forces of contacts that are nearly on "
+                   "a line")
       ->type_name("NUMBER")
       ->check(CLI::Range(1e-15, 1.0).description(""));
   command
@@ -151,13 +151,12 @@ CLI::App* add_sweep(CLI::App& app, Options& options) {
   command->add_flag("--quiet", options.quiet, "Prints nothing but errors");
   command->footer(
       "Exit code: 0 if all rows were run, whatever became of them, 2 for a wrong command or a folder that holds "
-      "another "
-      "sweep, 3 for a file, 6 if rows are missing, such as one that found no memory, 130 if interrupted.");
+      "another sweep, 3 for a file, 6 if rows are missing, such as one that found no memory, 130 if interrupted.");
   return command;
 }
 
-/// The flags as changes of the scene, around those that the user set by key: a default of ours gives way to them, a flag
-/// does not.
+/// The flags as changes of the scene, around those that the user set by key: a default of ours gives way to them, a
+/// flag does not.
 void apply(const SceneFlags& flags, Options& options) {
   std::vector<std::string> defaults, asked = flags.rates.changes();
   options.rates = flags.rates;

@@ -48,10 +48,8 @@ std::vector<std::string> Warnings::sentences() const {
     if (const Beyond& full = full_[k]; full.ticks > 0) {
       all.push_back(fmt::format(
           "the {}'s list of contacts is too short (contact.max_per_finger: {}) in {:.3g} % of the ticks, from {:.3f} s "
-          "on: "
-          "control points without room pass up to {:.3g} mm into the object, and the force is too small; thenar check "
-          "says "
-          "what would serve",
+          "on: control points without room pass up to {:.3g} mm into the object, and the force is too small; thenar "
+          "check says what would serve",
           finger, model_.scene.contact.max_per_finger,
           100.0 * static_cast<double>(full.ticks) / static_cast<double>(ticks_), full.since_s, 1e3 * full.worst));
     }
@@ -60,8 +58,7 @@ std::vector<std::string> Warnings::sentences() const {
     if (const Beyond& deep = deep_[k]; deep.ticks > 0) {
       all.push_back(fmt::format(
           "the {}'s patch is wider than its pulp is good for, from {:.3f} s on: a / R = {:.2f} with {:.2f} N at {:.3f} "
-          "s, "
-          "of {:g} at most",
+          "s, of {:g} at most",
           model_.scene.hand.fingertips[k].finger, deep.since_s, patch_share(model_.pulps[k], model_.scene, deep.worst),
           deep.worst, deep.worst_s, kHalfSpaceShare));
     }
@@ -83,8 +80,7 @@ std::vector<std::string> warnings(const Model& model) {
   if (used.missing > kNoticedShare) {
     std::string text = fmt::format(
         "contact.max_per_finger: {} is too few: {} of {} control points carry the load expected, and without room for "
-        "them "
-        "up to {:.2g} % of the force is missing. {} would serve",
+        "them up to {:.2g} % of the force is missing. {} would serve",
         scene.contact.max_per_finger, used.needed, used.controls, 100.0 * used.missing, used.needed);
     std::vector<Pulp> pulps = make_pulps(scene);
     const LevelEstimate better = choose_level(estimate_levels(scene, pulps), scene.contact.force_error);

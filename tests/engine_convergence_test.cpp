@@ -30,8 +30,7 @@ TEST(Convergence, WithTheStep) {
 }
 
 // Four times the control points, with room for all that touch: less than half of the error of slip, spin and margin.
-// The
-// moment, a difference of large parts, is accidental with few points.
+// The moment, a difference of large parts, is accidental with few points.
 TEST(Convergence, WithControlPointsAndTheCap) {
   Scene scene = turned_ball();
   scene.step_s = scene.control_period_s = 4e-3;

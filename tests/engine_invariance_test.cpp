@@ -171,9 +171,8 @@ Outcome mirrored(Outcome outcome) {
   return outcome;
 }
 
-// With images of all samples, an image's run is the image of the run, to rounding. With samples of its own it
-// differs by
-// what samples do.
+// With images of all samples, an image's run is the image of the run, to rounding. With samples of its own it differs
+// by what samples do.
 TEST(Invariance, MirroringChangesNothingButTheSamples) {
   const Model model(scene_of(eccentric_ball()));
   const Outcome original = run(model, kRun_s);

@@ -56,11 +56,10 @@ void distances(ordered_json& part, bool quick) {
       part, "work_precision", "distance", "Distance of a point from a surface of samples",
       fmt::format(
           "A distance grid is more than ten times as fast as ours and, on smooth closed shapes (scan, ball) with cells "
-          "of "
-          "0.5 mm, more exact; at the box's edges it is not. Of what measures from samples or their mesh, ours "
-          "is the fastest. What one signed distance takes, and how far it is from the exact one: mean over 2000 "
-          "points from 2 mm inside to 0.3 mm outside. Down and left is better. On the box our error is rounding "
-          "(drawn at {:g} µm).",
+          "of 0.5 mm, more exact; at the box's edges it is not. Of what measures from samples or their mesh, ours is "
+          "the fastest. What one signed distance takes, and how far it is from the exact one: mean over 2000 points "
+          "from 2 mm inside to 0.3 mm outside. Down and left is better. On the box our error is rounding (drawn at "
+          "{:g} µm).",
           kLeastError_um),
       fmt::format("medians of {} rounds of 40 batches of 50 points, methods in turns", rounds));
   figure["error"] = "mean error of the distance [µm]";
@@ -132,16 +131,13 @@ void contacts(ordered_json& part, bool quick) {
   ordered_json& chart = add_figure(
       part, "work_precision", "finding_contacts", "Finding the contacts of three fingertips",
       "A distance grid is plainly faster, and on smooth closed shapes (scan, ball) with cells of 0.5 mm more exact. It "
-      "is not used: a scan "
-      "has "
-      "no exact distance to fill it from, and one filled from ours takes a query of ours for every corner first; its "
-      "memory grows with the object's volume; at edges it is off by more than 0.2 mm with cells of 1 mm; an object "
-      "that "
-      "deforms needs a new one at every step. Of the others ours is the fastest, and up to twice as fast where it "
-      "remembers "
-      "the last grip and the grip creeps by micrometres, as a held object's does. Up to 20 contacts of each fingertip "
-      "(320 control points); error: of the gaps, mean. Down and left is better. Random: grips at random places, edges "
-      "too. Methods that find other contacts, or but half of them, are only in the next table.",
+      "is not used: a scan has no exact distance to fill it from, and one filled from ours takes a query of ours for "
+      "every corner first; its memory grows with the object's volume; at edges it is off by more than 0.2 mm with "
+      "cells of 1 mm; an object that deforms needs a new one at every step. Of the others ours is the fastest, and up "
+      "to twice as fast where it remembers the last grip and the grip creeps by micrometres, as a held object's does. "
+      "Up to 20 contacts of each fingertip (320 control points); error: of the gaps, mean. Down and left is better. "
+      "Random: grips at random places, edges too. Methods that find other contacts, or but half of them, are only in "
+      "the next table.",
       runs);
   chart["choice"] = "contact finding";
   chart["error"] = "mean error of the gaps [µm]";

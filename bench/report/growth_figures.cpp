@@ -130,8 +130,7 @@ void samples(ordered_json& part, bool quick) {
   time["panels"] = times;
   ordered_json& memory = add_curves(part, "samples_memory", "Memory over the samples of the object",
                                     "Memory goes with the samples: some 200 bytes each. What the object's surface "
-                                    "takes on the heap, ready to be asked "
-                                    "for distances: samples, blocks, starts.",
+                                    "takes on the heap, ready to be asked for distances: samples, blocks, starts.",
                                     "one run", "samples of the object", "memory [MB]");
   memory["panels"] = memories;
 }
@@ -166,8 +165,7 @@ void controls(ordered_json& part, bool quick) {
   ordered_json& time = add_curves(
       part, "controls", "Contact finding and start-up over the control points",
       "Making a fingertip grows faster than its control points (their compliance is a square), finding no faster. "
-      "Three "
-      "fingertips on the scan of 37 000 samples: finding up to 20 contacts each, whatever the number of control "
+      "Three fingertips on the scan of 37 000 samples: finding up to 20 contacts each, whatever the number of control "
       "points; and making one fingertip, once at the start.",
       fmt::format("finding: medians over 32 random and 126 creeping grips in {}; making: once", rounds_of(rounds)),
       "control points of a fingertip", "time [µs]");

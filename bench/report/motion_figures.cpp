@@ -1,6 +1,5 @@
 // Where sticking ends and how exactly: creep at rest, the limits of friction, and the convergence of what patches do
-// with
-// steps, samples and control points.
+// with steps, samples and control points.
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
@@ -102,14 +101,11 @@ void limits(ordered_json& part, bool quick) {
   ordered_json& figure = add_figure(
       part, "table", "limits", "What friction holds, against the laws of Coulomb and of soft fingers",
       "By bisection to 0.5 %: the least friction and the most mass with which the object falls no more once the grip "
-      "has "
-      "built up. Three pads of 2 N carry a ball by friction alone: Coulomb's law has mu 6 N = m g. An eccentric weight "
-      "turns the object, too, and the pads carry torsion: the law is the limit load with the ellipsoid between a pad's "
-      "friction and its torsion (of Hertz's pressure), from which a Hertz patch differs by up to 6 %; normals that "
-      "lean "
-      "within a patch take 2 %. The pinch has 2 N on either side of a box. Slip at the start: the most that a patch "
-      "slips "
-      "in the first 0.5 s, while the pulps give way, 5 % within the limit.",
+      "has built up. Three pads of 2 N carry a ball by friction alone: Coulomb's law has mu 6 N = m g. An eccentric "
+      "weight turns the object, too, and the pads carry torsion: the law is the limit load with the ellipsoid between "
+      "a pad's friction and its torsion (of Hertz's pressure), from which a Hertz patch differs by up to 6 %; normals "
+      "that lean within a patch take 2 %. The pinch has 2 N on either side of a box. Slip at the start: the most that "
+      "a patch slips in the first 0.5 s, while the pulps give way, 5 % within the limit.",
       "deterministic");
   figure["columns"] = {"grasp", "what is looked for", "by law", "found", "found / law", "slip at the start [mm]"};
   struct Row {

@@ -214,18 +214,16 @@ void published(ordered_json& part, const SmallProblems& small,
       fmt::format(
           "Times of Rougeron et al. 2006 on a Pentium IV at 2.2 GHz, and here on one core. Hardware alone explains a "
           "factor of {:.1f} (clock) to {:.0f} (arithmetic), see the next table; what is left when it is taken out is "
-          "the "
-          "method's: above 1, the same program on the old machine would have been so much faster. The paper has no "
+          "the method's: above 1, the same program on the old machine would have been so much faster. The paper has no "
           "time for muscles. Grasp forces: the recorded problems have nothing to decide, their least forces lie within "
           "the cones; with half the friction that these use, cones are active. Which kind the paper timed is not "
           "known. A contact computation is contact finding among 36 000 + 3 x 2400 points, the compliance, "
           "Gauss-Seidel to a residual of 1e-6, the deformation of the control points, 12 for each contact (3 x 60, "
           "120, 240), and the display of 3 x 2400 points, which is {:.0f} % of it at 60 contacts and not in a loop "
-          "that "
-          "nobody watches. With 320 control points 5 or 10 contacts a finger do not hold the patch, and the pulps pass "
-          "into the box. KKT: how far forces are from the optimum's conditions, the worst; solver: the forces against "
-          "an accurate solve, |f - f*| / |f*|, median; Hertz: a pulp's force on a plane against Hertz's, rms over six "
-          "directions and three depths up to the expected load.",
+          "that nobody watches. With 320 control points 5 or 10 contacts a finger do not hold the patch, and the pulps "
+          "pass into the box. KKT: how far forces are from the optimum's conditions, the worst; solver: the forces "
+          "against an accurate solve, |f - f*| / |f*|, median; Hertz: a pulp's force on a plane against Hertz's, rms "
+          "over six directions and three depths up to the expected load.",
           h.low(), h.high(),
           100.0 * contacts.back().over_ticks([](const auto& tick) { return tick.display_s / tick.total_s(); }).p50),
       runs);

@@ -1,5 +1,5 @@
-// Fingertips against Hertz's contact: kernels and numbers of control points by the error of the force and the time of the
-// solve.
+// Fingertips against Hertz's contact: kernels and numbers of control points by the error of the force and the time of
+// the solve.
 
 #include <fmt/format.h>
 
@@ -35,8 +35,8 @@ double rms(const std::vector<double>& values) {
 constexpr double kRadius_m = 8e-3, kModulus_Pa = 0.24e6, kBand_m = 0.3e-3;
 constexpr Index kDefaultLeaves = 320;
 
-/// The compliance among these control points against a plane, in the plane's axes; with Cerruti's tensor, or with its mean
-/// over all directions.
+/// The compliance among these control points against a plane, in the plane's axes; with Cerruti's tensor, or with its
+/// mean over all directions.
 SurfaceCompliance compliance_of(const Pulp& pulp, const Vector3d& n, const std::vector<Index>& controls,
                                 bool with_cerruti) {
   SurfaceCompliance C(std::ssize(controls));
@@ -132,13 +132,12 @@ void kernels(ordered_json& part, bool quick) {
       part, "work_precision", "kernels", "Kernels and control points against Hertz",
       fmt::format(
           "With boussinesq, an elastic half space and the default at {1} points on the whole sphere, the error falls "
-          "about "
-          "as one over the points, and the time grows faster than they do. gaussian, the "
-          "published influence function, is made for one depth, 1 mm (an eighth of the radius), and "
-          "stays wrong at others, however many points. A fingertip (radius 8 mm, E* 0.24 MPa) is pressed "
-          "on a rigid plane; a panel a depth. Error: of its force without friction against Hertz's closed form, rms "
-          "over {0} directions. Time: a contact tick's cold solve of that finger to 1e-6, with friction, the plane "
-          "dragged by 50 µm. The points near the plane are the contacts. Down and left is better.",
+          "about as one over the points, and the time grows faster than they do. gaussian, the published influence "
+          "function, is made for one depth, 1 mm (an eighth of the radius), and stays wrong at others, however many "
+          "points. A fingertip (radius 8 mm, E* 0.24 MPa) is pressed on a rigid plane; a panel a depth. Error: of its "
+          "force without friction against Hertz's closed form, rms over {0} directions. Time: a contact tick's cold "
+          "solve of that finger to 1e-6, with friction, the plane dragged by 50 µm. The points near the plane are the "
+          "contacts. Down and left is better.",
           directions, kDefaultLeaves),
       fmt::format("medians of {} rounds over {} directions, all numbers and kernels in turns", rounds, directions));
   figure["choice"] = "fingertip";
@@ -215,16 +214,12 @@ void torsion(ordered_json& part, bool quick) {
   ordered_json& figure = add_figure(
       part, "work_precision", "torsion", "Cerruti's tensor against its mean",
       fmt::format("A force along an elastic half space moves what lies ahead of it farther than what lies beside it. "
-                  "With the mean "
-                  "of both in all directions a patch that sticks resists a turn about its normal by a quarter to a "
-                  "third too much, "
-                  "however many points it has; with Cerruti's tensor, the default, the error falls with the points. "
-                  "The fingertip, "
-                  "panels and times are those of the figure before it; both tensors take the same code. Error: of the "
-                  "torsional "
-                  "stiffness of the points that carry force, all sticking, against Reissner and Sagoci's 16/3 G a^3 "
-                  "for a rigid "
-                  "disk as large as Hertz's patch, rms over {} directions. Down and left is better.",
+                  "With the mean of both in all directions a patch that sticks resists a turn about its normal by a "
+                  "quarter to a third too much, however many points it has; with Cerruti's tensor, the default, the "
+                  "error falls with the points. The fingertip, panels and times are those of the figure before it; "
+                  "both tensors take the same code. Error: of the torsional stiffness of the points that carry force, "
+                  "all sticking, against Reissner and Sagoci's 16/3 G a^3 for a rigid disk as large as Hertz's patch, "
+                  "rms over {} directions. Down and left is better.",
                   directions),
       fmt::format("medians of {} rounds over {} directions, all numbers and tensors in turns", rounds, directions));
   figure["error"] = "error of the torsional stiffness [parts of 16/3 G a^3]";

@@ -1,6 +1,6 @@
-// Step sizes, rates and settings for the whole grasp: the error of the object's path and of the fingers' forces, against
-// the finest run, over what a simulated millisecond costs. All on the virtual clock and one thread: errors are the same
-// in every run.
+// Step sizes, rates and settings for the whole grasp: the error of the object's path and of the fingers' forces,
+// against the finest run, over what a simulated millisecond costs. All on the virtual clock and one thread: errors are
+// the same in every run.
 
 #include <fmt/format.h>
 
@@ -203,11 +203,10 @@ void control_rates(ordered_json& part, bool quick) {
   ordered_json figure = chart(
       "control_rate", "Control rate of the two loops", "control rate",
       "From 50 Hz to 2 kHz the object comes three to eight times nearer to its target, at some twice the cost. Error: "
-      "how "
-      "far it is from its target while it is held and moved, what a user sees of the control rate. Control at 50, 100, "
-      "200, 500 Hz, 1 and 2 kHz, from the left; 1 kHz is the default of real-time runs. Contact at 4 kHz; "
-      "a frame comes into use a control period after its snapshot, and the force gain goes with the control rate, as "
-      "scenes have it that name none. An object more than 5 mm off is lost, and has no error. Down and left is better.",
+      "how far it is from its target while it is held and moved, what a user sees of the control rate. Control at 50, "
+      "100, 200, 500 Hz, 1 and 2 kHz, from the left; 1 kHz is the default of real-time runs. Contact at 4 kHz; a frame "
+      "comes into use a control period after its snapshot, and the force gain goes with the control rate, as scenes "
+      "have it that name none. An object more than 5 mm off is lost, and has no error. Down and left is better.",
       runs_of(rounds), "rms distance from the target [µm]");
   for (const Scenario& scenario : kControlled) {
     const Scene scene = scene_of(scenario);
@@ -252,10 +251,9 @@ void hand_over(ordered_json& part, bool quick) {
       part, "table", "hand_over", "What the split alone adds, with and without the offset at hand-overs",
       fmt::format(
           "The offset takes the jump of the force at a new frame down {:.0f} times (slide, 20 ms) and makes the error "
-          "of "
-          "the path {:.1f} times as large; on the box's flat faces, whose gaps hardly change from frame to frame, it "
-          "changes little up to 5 ms. Two loops, contact at 4 kHz, against one loop with steps of {:g} µs that has the "
-          "same control period and delay. Offset: gaps agree at a hand-over and move on to the new frame's in a "
+          "of the path {:.1f} times as large; on the box's flat faces, whose gaps hardly change from frame to frame, "
+          "it changes little up to 5 ms. Two loops, contact at 4 kHz, against one loop with steps of {:g} µs that has "
+          "the same control period and delay. Offset: gaps agree at a hand-over and move on to the new frame's in a "
           "control period; on is the default. Step of the force: the largest change of a finger's force from tick to "
           "tick, where a new frame comes into use and elsewhere. Injected: work that contact did on the bodies, over "
           "what it took from them; 0 is passive.",
@@ -320,9 +318,8 @@ void details(ordered_json& part, bool quick) {
           "Leaves buy accuracy at a cost that grows about with their number; fewer than 20 contacts a finger cost "
           "accuracy on box grasp and capsule, and more than 20 buy nothing. A scene must name both, there is no "
           "default. One of them at a time differs from the scene's 20 contacts a finger and 320 leaves; with other "
-          "numbers of "
-          "leaves there are as many contacts in proportion. One loop at the scene's own step, against {} leaves and up "
-          "to {} contacts a finger, solved to 1e-10. Down and left is better.",
+          "numbers of leaves there are as many contacts in proportion. One loop at the scene's own step, against {} "
+          "leaves and up to {} contacts a finger, solved to 1e-10. Down and left is better.",
           kFinest, kFinest / 16),
       runs_of(rounds));
   for (const Scenario& scenario : kDetailed) {

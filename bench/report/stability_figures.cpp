@@ -30,14 +30,11 @@ constexpr const char* kText =
     "Each cell is one run of configs/box_grasp.yaml: three soft fingertips grip a box of 100 g, and carry it 20 mm. "
     "Held: none of the following. Over limits: a joint left its range, or a muscle was asked for more than it has. Off "
     "target: the object went 10 mm or 20 degrees off its target. Slipping: a patch slid by 0.1 mm, or a finger lost "
-    "its "
-    "load. Unstable: forces chatter by 1 % and more, or by 2 % and more before anything else went wrong. Lost: fewer "
-    "than "
-    "two fingers carried load, or one slid by more than its pulp's radius. The gravest is the word, the reason has "
-    "all. "
-    "Solver failed: a solve found no answer, or there is none. The reason of every cell is in the data behind the "
-    "figure. The runs of the maps are shorter than the scene's, 1.2 s with the move from 0.4 s to 0.9 s, and the box "
-    "has 9000 points; all else is as in the scene, unless the caption says so.";
+    "its load. Unstable: forces chatter by 1 % and more, or by 2 % and more before anything else went wrong. Lost: "
+    "fewer than two fingers carried load, or one slid by more than its pulp's radius. The gravest is the word, the "
+    "reason has all. Solver failed: a solve found no answer, or there is none. The reason of every cell is in the data "
+    "behind the figure. The runs of the maps are shorter than the scene's, 1.2 s with the move from 0.4 s to 0.9 s, "
+    "and the box has 9000 points; all else is as in the scene, unless the caption says so.";
 
 const Texts kShort = {"time.duration=1.2 s", "task.translate.over=0.5 s", "object.points=9000"};
 
