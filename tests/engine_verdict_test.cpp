@@ -305,6 +305,7 @@ TEST(Verdict, IsOneForRunAndSweepAndEveryOutcomeButHeldHasAReason) {
        {std::pair<std::vector<std::string>, Outcome>{{"time.duration=0.6 s"}, Outcome::kHeld},
         {{"contact.friction=0.3", "time.duration=1.2 s"}, Outcome::kSlipping},
         {{"contact.friction=0.2", "time.duration=1.2 s"}, Outcome::kLost},
+        {{"contact.friction=0.05", "time.duration=0.3 s"}, Outcome::kLost},  // before its grip has built up
         {{"control.gain=170 N*m/rad", "time.duration=0.6 s"}, Outcome::kUnstable},
         {{"control.grasp.friction=0"}, Outcome::kSolverFailed},
         {{"task.translate.by=[0 mm, 40 mm, 0 mm]", "time.duration=1.1 s"}, Outcome::kOverLimits},
