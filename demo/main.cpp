@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <csignal>
 #include <filesystem>
 #include <iostream>
 #include <new>
@@ -191,6 +192,7 @@ int main(int argc, char** argv) try {
     return kInternal;
   }
   widen_thread_stacks();
+  std::signal(SIGXFSZ, SIG_IGN);  // A file at its limit is an error like a full disk.
   // The window is a program of its own, so that this one neither needs nor builds it.
   if (argc > 1 && std::string_view(argv[1]) == "demo") return run_window_program(argv);
   int exit_code = kDone;

@@ -95,8 +95,9 @@ std::string grip_script(const Model& model, const Recording& recording, const fs
     slip += comma + curve(finger + "_slip_um", finger, k + 1);
     spin += comma + curve(finger + "_spin_deg", finger, k + 1);
   }
-  return header(recording, folder, 900) + stack(3, false) + panel(0, 3, "margin [-]: 0 slides as a whole", "[0:1]", margin) +
-         "unset key\n" + panel(1, 3, "slip since first contact [um]", "[0:*]", slip) +
+  return header(recording, folder, 900) + stack(3, false) +
+         panel(0, 3, "margin [-]: 0 slides as a whole", "[0:1]", margin) + "unset key\n" +
+         panel(1, 3, "slip since first contact [um]", "[0:*]", slip) +
          panel(2, 3, "spin since first contact [deg]", "[0:*]", spin) + "unset multiplot\n";
 }
 

@@ -82,10 +82,10 @@ void GraspMonitor::add(double time_s, const ControlReport& control, const Eigen:
   }
   if (control.muscle != MuscleStatus::kOptimal && !unsolved_) {
     const bool none = control.muscle == MuscleStatus::kInfeasible;
-    unsolved_ = Event{
-        time_s, fmt::format("{} at {:.3f} s",
-                            none ? "no muscle forces give the torques wanted" : "the muscle-force problem found no answer",
-                            time_s)};
+    unsolved_ = Event{time_s, fmt::format("{} at {:.3f} s",
+                                          none ? "no muscle forces give the torques wanted"
+                                               : "the muscle-force problem found no answer",
+                                          time_s)};
   }
   if (unsolved_) note_trouble();
   if (!model_.scene.has_muscles()) return;

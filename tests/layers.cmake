@@ -11,6 +11,7 @@ set(below_demo/window demo/window demo engine solvers collision)
 set(below_bench bench engine solvers collision)
 # The window's parts are tested; of the program `thenar` tests see what a user sees.
 set(below_tests tests demo/window bench engine solvers collision)
+set(below_tests/fuzz tests/fuzz demo ${below_tests})
 
 # solvers and collision: Eigen, the standard library and vector instructions, but no threads, files or logs.
 set(pure "^<(Eigen/[A-Za-z]+|[a-z_0-9]+|immintrin\\.h)>$")
@@ -19,11 +20,9 @@ cstdio|filesystem|syncstream)>$")
 
 set(faults "")
 set(read 0)
-foreach(folder solvers collision engine demo demo/window bench tests)
+foreach(folder solvers collision engine demo demo/window bench tests tests/fuzz)
   file(GLOB_RECURSE sources RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} ${folder}/*.h ${folder}/*.cpp)
-  if(folder STREQUAL "demo")
-    list(FILTER sources EXCLUDE REGEX "^demo/window/")
-  endif()
+  list(FILTER sources EXCLUDE REGEX "^${folder}/(window|fuzz)/")
   foreach(source ${sources})
     file(STRINGS ${source} lines REGEX "^[ \t]*#[ \t]*include")
     foreach(line ${lines})
