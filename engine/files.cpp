@@ -14,22 +14,13 @@
 #include <stdexcept>
 #include <system_error>
 
+#include "engine/open_file.h"
+
 namespace thenar {
 
 namespace fs = std::filesystem;
 
 namespace {
-
-/// An open file that closes with the scope.
-struct OpenFile {
-  int descriptor;
-  OpenFile(const fs::path& file, int flags) : descriptor(open(file.c_str(), flags | O_CLOEXEC, 0666)) {}
-  ~OpenFile() {
-    if (descriptor >= 0) close(descriptor);
-  }
-  OpenFile(const OpenFile&) = delete;
-  OpenFile& operator=(const OpenFile&) = delete;
-};
 
 std::string message(int error) { return std::generic_category().message(error); }
 

@@ -15,6 +15,7 @@
 
 #include "engine/config.h"
 #include "engine/files.h"
+#include "engine/open_file.h"
 #include "engine/summary.h"
 
 namespace thenar {
@@ -23,17 +24,6 @@ namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
 namespace {
-
-/// An open file that closes, and lets go of its lock, with the scope.
-struct OpenFile {
-  int descriptor;
-  OpenFile(const fs::path& file, int flags) : descriptor(open(file.c_str(), flags | O_CLOEXEC, 0666)) {}
-  ~OpenFile() {
-    if (descriptor >= 0) close(descriptor);
-  }
-  OpenFile(const OpenFile&) = delete;
-  OpenFile& operator=(const OpenFile&) = delete;
-};
 
 constexpr const char* kRunsAlready = "this sweep is running already";
 

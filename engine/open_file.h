@@ -1,0 +1,22 @@
+#pragma once
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <filesystem>
+
+namespace thenar {
+
+/// An open file that closes, and lets go of its lock, with the scope.
+struct OpenFile {
+  int descriptor;  ///< -1 where it could not be opened: errno says why.
+
+  OpenFile(const std::filesystem::path& file, int flags) : descriptor(open(file.c_str(), flags | O_CLOEXEC, 0666)) {}
+  ~OpenFile() {
+    if (descriptor >= 0) close(descriptor);
+  }
+  OpenFile(const OpenFile&) = delete;
+  OpenFile& operator=(const OpenFile&) = delete;
+};
+
+}  // namespace thenar
