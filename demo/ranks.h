@@ -13,9 +13,9 @@ struct Ranks {
 /// What rank 0 finds that there is to do.
 using Tasks = std::vector<std::size_t>;
 
-/// Meets the other processes of the same mpirun; without mpirun there are none, and no MPI either. Rank 0 calls `prepare`,
-/// then all call `enter` with what that returned, then all go on: from here on no process needs another, so that one that
-/// dies stops nobody. If a process throws, it goes on throwing, and the others get nothing. Throws ConfigError under an
-/// mpirun if this build has no MPI.
+/// Meets the other processes of the same mpirun; without mpirun there are none, and no MPI either. Rank 0 calls
+/// `prepare`, then all call `enter` with what that returned, then all go on: from here on no process needs another, so
+/// that one that dies stops nobody. If a process throws, it goes on throwing, and the others get nothing. Throws
+/// ConfigError under an mpirun if this build has no MPI.
 [[nodiscard]] std::optional<Ranks> meet_ranks(const std::function<Tasks()>& prepare,
                                               const std::function<void(const Ranks& me, const Tasks& tasks)>& enter);

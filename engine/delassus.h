@@ -12,9 +12,9 @@
 
 namespace thenar {
 
-/// A frame's contacts at one state: their gaps, and J_c, how the bodies' motion changes gaps and slips. Finger and object
-/// meet at the deformed finger point, where the force acts: with J_c taken elsewhere, it would not be the derivative of
-/// the gap, and contact would feed the bodies with energy.
+/// A frame's contacts at one state: their gaps, and J_c, how the bodies' motion changes gaps and slips. Finger and
+/// object meet at the deformed finger point, where the force acts: with J_c taken elsewhere, it would not be the
+/// derivative of the gap, and contact would feed the bodies with energy.
 struct ContactKinematics {
   explicit ContactKinematics(const Model& model);
 
@@ -24,8 +24,8 @@ struct ContactKinematics {
   std::vector<Eigen::Matrix3d> E_W;          ///< Columns n, t1, t2, world axes.
   std::vector<Eigen::Matrix3d> E_F;          ///< The same in the distal frame.
   std::vector<Eigen::Vector3d> c_W;          ///< Where finger and object meet.
-  /// Rows E_F', 3 capacity x 3, none for rigid fingertips: the axes of the pulps' compliance. The solver presses in them
-  /// and deform() commits u in them: in other axes a finger that sticks would walk.
+  /// Rows E_F', 3 capacity x 3, none for rigid fingertips: the axes of the pulps' compliance. The solver presses in
+  /// them and deform() commits u in them: in other axes a finger that sticks would walk.
   GroupedDelassus::Axes pulp_axes;
   // Of a soft object alone:
   GroupedDelassus::Axes object_tensors;  ///< Rows E_O' T; E_O columns n, t1, t2 in the object frame.
@@ -47,8 +47,8 @@ struct Mobility {
 /// The scene's, with the stiffness of the springs on each joint [N m/rad].
 [[nodiscard]] Mobility mobility(const Scene& scene, double joint_stiffness = 0.0);
 
-/// W(h) = J_c h B^-1 J_c' + (1 - rho) C of eqs. (31, 36): the Delassus operator of a step h, in factors [m/N]. It refers
-/// to the frame and the kinematics.
+/// W(h) = J_c h B^-1 J_c' + (1 - rho) C of eqs. (31, 36): the Delassus operator of a step h, in factors [m/N]. It
+/// refers to the frame and the kinematics.
 [[nodiscard]] GroupedDelassus delassus_operator(const Model& model, const Frame& frame,
                                                 const ContactKinematics& kinematics, const Mobility& mobility);
 

@@ -15,13 +15,13 @@ namespace thenar {
 /// problem's own size are none. In doubles no gap is smaller than the rounding of its certificate.
 inline constexpr double kProvedGap = 1e-6;
 
-/// Natural map of forces f for one step of a contact problem, gaps computed anew. Infinite if a contact that no force moves
-/// is pressed: then no forces are right.
+/// Natural map of forces f for one step of a contact problem, gaps computed anew. Infinite if a contact that no force
+/// moves is pressed: then no forces are right.
 [[nodiscard]] Residual contact_residual(const ContactFile& problem, Eigen::Index step, const Eigen::VectorXd& f);
 
-/// What the last digits of a grasp's contact points and wrench can do to its forces, as a share of them: the rounding of
-/// doubles times the condition of G about the contacts' centroid, arms over their size. What no contact forces can give,
-/// such as a torque about the line through all contacts, does not count.
+/// What the last digits of a grasp's contact points and wrench can do to its forces, as a share of them: the rounding
+/// of doubles times the condition of G about the contacts' centroid, arms over their size. What no contact forces can
+/// give, such as a torque about the line through all contacts, does not count.
 [[nodiscard]] double grasp_rounding(const GraspFile& problem);
 
 /// How far f is from the optimum of min 1/2 f'f, H f = tau, f >= 0, as a share of |f|: the largest of
@@ -34,9 +34,9 @@ inline constexpr double kProvedGap = 1e-6;
 /// brings z to the unit of w.
 [[nodiscard]] double lcp_residual(const LcpFile& problem, const Eigen::VectorXd& z);
 
-/// What normal forces y >= 0, one a contact, prove about a step of a contact problem. Where they move nothing, W y = 0, and
-/// press where the free gaps are closed in sum, y.q < 0, there are no forces f: any would leave y.u_n = y.q < 0, and so
-/// some gap below zero.
+/// What normal forces y >= 0, one a contact, prove about a step of a contact problem. Where they move nothing, W y = 0,
+/// and press where the free gaps are closed in sum, y.q < 0, there are no forces f: any would leave y.u_n = y.q < 0,
+/// and so some gap below zero.
 struct ContactVerdict {
   double closed_m = 0.0;  ///< -y.q: by how much the gaps are closed, in sum, weighted by y.
   /// Solutions are at least 1/gap times the residual's scale |rho q| large; 0: there are none.
@@ -55,8 +55,8 @@ struct MuscleDeficit {
 /// Explains an infeasible problem, and proves that it is: with r = missing, H'r <= 0 and tau.r > 0.
 [[nodiscard]] MuscleDeficit explain_infeasible_muscles(const MuscleFile& problem);
 
-/// What y >= 0 leaves possible: a solution has |z| >= -y.q / |max(0, M'y)|, and this is max |q| / max |M| over that. Zero
-/// proves that there is none; infinity if y.q >= 0.
+/// What y >= 0 leaves possible: a solution has |z| >= -y.q / |max(0, M'y)|, and this is max |q| / max |M| over that.
+/// Zero proves that there is none; infinity if y.q >= 0.
 [[nodiscard]] double lcp_infeasibility_gap(const LcpFile& problem, const Eigen::VectorXd& y);
 
 }  // namespace thenar

@@ -61,8 +61,8 @@ struct Verdicts {
 inline constexpr std::array kVerdictColumns{"said solved", "said none",   "no answer", "wrong",
                                             "worst error", "median [µs]", "p99 [µs]"};
 
-/// Judges another project's solver by an LCP of which we know whether there is a solution: right is the same word, and a
-/// solution to 1e-6 of q.
+/// Judges another project's solver by an LCP of which we know whether there is a solution: right is the same word, and
+/// a solution to 1e-6 of q.
 inline void judge_lcp(const LcpMethod& peer, const Eigen::MatrixXd& M, const Eigen::VectorXd& q, bool solvable,
                       Verdicts& verdicts) {
   constexpr double kRight = 1e-6;
