@@ -6,6 +6,7 @@ import {createInterface} from 'node:readline';
 /** Runs `thenar-window demo …`: {url, log, signal, stop}. Throws what it said if it ends before it has told its address. */
 export async function startProgram(program, args) {
   const child = spawn(program, ['demo', '--no-browser', ...args], {stdio: ['ignore', 'pipe', 'pipe']});
+  process.once('exit', () => child.kill('SIGKILL')); // a test that failed leaves nothing behind
   const ended = new Promise((resolve) => child.once('exit', (code) => resolve(code)));
   let log = '';
   child.stderr.on('data', (text) => (log += text));
@@ -16,6 +17,7 @@ export async function startProgram(program, args) {
   ]);
   return {
     url,
+    pid: child.pid,
     get log() {
       return log;
     },
