@@ -214,7 +214,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
       ->needs(lockstep);
   run->add_option("--control-jitter", flags.control_jitter, "Each frame takes up to so much longer, such as 2ms")
       ->type_name("T")
-      ->check(quantity(Dimension::kTime, 0.0, 1e3, "2ms"))
+      ->check(quantity(Dimension::kTime, 0.0, 1.0, "2ms"))
       ->needs(lockstep);
   run->add_option(
          "--record", options.record,

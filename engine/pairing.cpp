@@ -24,8 +24,10 @@ void Pairing::give(bool all) {
     const bool known =
         sequence <= in_use_.step.sequence || (!control_.empty() && control_.back().step.sequence >= sequence);
     if (!known && !all) return;
-    give(contact_.front());
+    // Before it is given: what a receiver throws at is not given again.
+    const ContactSample sample = std::move(contact_.front());
     contact_.pop_front();
+    give(sample);
   }
 }
 

@@ -6,6 +6,8 @@
 #include <numbers>
 #include <utility>
 
+#include "engine/text.h"
+
 namespace thenar {
 
 namespace {
@@ -16,7 +18,7 @@ constexpr double kDegrees = 180.0 / std::numbers::pi;
 class CsvRow {
  public:
   void add(double value) { add(fmt::format("{:.9g}", value)); }
-  void add(const std::string& cell) { line_ += (line_.empty() ? "" : ",") + cell; }
+  void add(const std::string& cell) { line_ += (line_.empty() ? "" : ",") + csv_cell(cell); }
   std::string finish() { return std::exchange(line_, "") + "\n"; }
 
  private:

@@ -24,6 +24,7 @@
 #include "engine/scene_files.h"
 #include "engine/state.h"
 #include "engine/summary.h"
+#include "engine/text.h"
 
 namespace thenar {
 
@@ -196,13 +197,6 @@ std::string common_unit(const Variation& variation) {
                         return number && number->unit == first->unit;
                       });
   return shared ? first->unit : "";
-}
-
-std::string csv_cell(const std::string& text) {
-  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return quoted + '"';
 }
 
 /// A measure as a cell: no text is among them.

@@ -13,4 +13,7 @@ namespace thenar {
 /// The text with each such byte as "\xE9".
 [[nodiscard]] std::string printable(std::string_view text);
 
+/// The text as a cell of a table of comma-separated values: in quotes where it needs them (RFC 4180).
+[[nodiscard]] std::string csv_cell(const std::string& text);
+
 }  // namespace thenar

@@ -253,7 +253,7 @@ ThreadsReport run_threads(SplitGrasp& grasp, const ThreadSettings& settings) {
   // Of the state as it is: frame 0 is such a one.
   const bool has_frame = grasp.controller().last_tick == grasp.state().tick;
   ContactLoopCounts counts;
-  std::exception_ptr failure;  // of the control thread
+  std::exception_ptr failure, contact_failure;  // of the control thread, of the contact thread before it runs
   std::latch set_up(2);
   std::atomic<std::int64_t> start_ns{0};
   // Relaxed: what the threads leave is read when they are joined.
@@ -261,7 +261,11 @@ ThreadsReport run_threads(SplitGrasp& grasp, const ThreadSettings& settings) {
 
   // A jthread that goes out of scope is stopped and joined: also when this function is left by an exception.
   std::jthread control([&](const std::stop_token& stop) {
-    report.control = settings.realtime ? ask_for_realtime(-1, control_priority) : current_scheduling();
+    try {
+      report.control = settings.realtime ? ask_for_realtime(-1, control_priority) : current_scheduling();
+    } catch (...) {
+      failure = std::current_exception();
+    }
     set_up.count_down();
     const std::int64_t start = wait_for_start(start_ns, stop);
     try {
@@ -275,7 +279,11 @@ ThreadsReport run_threads(SplitGrasp& grasp, const ThreadSettings& settings) {
     running.fetch_sub(1, std::memory_order_relaxed);
   });
   std::jthread contact([&](const std::stop_token& stop) {
-    report.contact = settings.realtime ? ask_for_realtime(core.number()) : current_scheduling();
+    try {
+      report.contact = settings.realtime ? ask_for_realtime(core.number()) : current_scheduling();
+    } catch (...) {
+      contact_failure = std::current_exception();
+    }
     report.contact.denormals_flushed = flush_denormals();
     report.contact.spin_us = 1e6 * spin_s;
     report.contact.kept_awake = awake && awake->granted();
@@ -288,6 +296,9 @@ ThreadsReport run_threads(SplitGrasp& grasp, const ThreadSettings& settings) {
   });
 
   set_up.wait();
+  for (const std::exception_ptr& refused : {failure, contact_failure}) {
+    if (refused) std::rethrow_exception(refused);
+  }
   if (settings.realtime) remark_on(core, report.contact);
   if (settings.on_start) {
     settings.on_start(report.contact);

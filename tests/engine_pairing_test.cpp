@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdint>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -60,6 +61,22 @@ TEST(Pairing, GivesNoMoreWhenItsReceiverHasEnough) {
   pairing.start(control(0));
   for (int tick = 1; tick < 5; ++tick) pairing.add(contact(tick, 0));
   EXPECT_EQ(given, 2);
+}
+
+// A recorder whose disk is full throws; what is said after it must not hand it the same tick again.
+TEST(Pairing, GivesNoTickTwiceWhenItsReceiverThrows) {
+  std::vector<std::int64_t> given;
+  Pairing pairing([&](const ContactSample& tick, const ControlSample&) {
+    given.push_back(tick.after.tick);
+    if (tick.after.tick == 2) throw std::runtime_error("full");
+    return true;
+  });
+  pairing.start(control(0));
+  pairing.add(contact(1, 0));
+  EXPECT_THROW(pairing.add(contact(2, 0)), std::runtime_error);
+  pairing.add(contact(3, 0));
+  pairing.finish();
+  EXPECT_EQ(given, (std::vector<std::int64_t>{1, 2, 3}));
 }
 
 }  // namespace
