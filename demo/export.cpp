@@ -47,16 +47,12 @@ std::string page_with(std::string_view recording) {
   whole.reserve(html.size() + recording.size() / 3 * 4 + 100);
   whole += "<script id=\"recording\" type=\"text/plain\">";
   append_base64(recording, whole);
-  return whole.append("</script>").append(html, place + kPlace.size());
+  whole.append("</script>").append(html, place + kPlace.size());
+  return whole;
 }
 
-}  // namespace
-
-int export_recording(const Options& options) {
-  std::vector<Result> results;
-  if (!options.html.empty()) results.push_back({"--html", options.html});
-  if (!options.csv.empty()) results.push_back({"--csv", options.csv});
-  check_results(results, {options.record});
+/// Looks at the recording, and makes the page if it is asked for; then its bytes are let go.
+void look_at(const Options& options) {
   const thenar::McapContents contents = thenar::read_mcap(options.record);
   const auto last = contents.messages.empty() ? 0.0 : contents.messages.back().time_s;
   const auto is_state = [](const thenar::McapMessage& message) { return message.topic == "/state"; };
@@ -67,6 +63,16 @@ int export_recording(const Options& options) {
     std::cerr << "warning: " << options.record.string() << " was cut off; it goes on to " << last << " s\n";
   }
   if (!options.html.empty()) thenar::write_file(options.html, page_with(contents.file));
+}
+
+}  // namespace
+
+int export_recording(const Options& options) {
+  std::vector<Result> results;
+  if (!options.html.empty()) results.push_back({"--html", options.html});
+  if (!options.csv.empty()) results.push_back({"--csv", options.csv});
+  check_results(results, {options.record});
+  look_at(options);
   if (!options.csv.empty()) thenar::write_file(options.csv, thenar::recording_csv(options.record));
   return kDone;
 }

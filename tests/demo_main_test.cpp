@@ -85,6 +85,29 @@ fs::path copied_scene(const fs::path& folder) {
   return folder / "minimal.yaml";
 }
 
+// A recording is held once, and the page that is made of it beside it, which is 4/3 of it in base64: 2.4 times its size and
+// 45 MB for the program. Held twice, as text or as a page, it would not fit.
+TEST(Program, ExportsWithLittleMoreThanTheRecordingItself) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "sanitizers need memory of their own";
+#endif
+  const fs::path folder = scratch();
+  const std::string film = (folder / "film.mcap").string();
+  ASSERT_EQ(thenar_program("run " + config("box_grasp.yaml") + " --quiet --time 24 --record " + film).code, 0);
+  const auto kB = static_cast<double>(fs::file_size(film)) / 1024.0;
+  ASSERT_GT(kB, 40'000.0);
+  const auto limited = [](double most_kB) {
+    return "ulimit -v " + std::to_string(std::llround(most_kB + 45'000.0)) + "; ";
+  };
+  const Outcome csv = thenar_program("export " + film + " --csv " + (folder / "film.csv").string(), limited(1.5 * kB));
+  EXPECT_EQ(csv.code, 0) << csv.text;
+  if (fs::exists(fs::path(THENAR_PROGRAM).parent_path() / "page.html")) {
+    const Outcome page =
+        thenar_program("export " + film + " --html " + (folder / "film.html").string(), limited(2.4 * kB));
+    EXPECT_EQ(page.code, 0) << page.text;
+  }
+}
+
 TEST(Program, NoResultReplacesAnInput) {
   const fs::path folder = scratch(), scene = copied_scene(folder / "in"), hand = folder / "in" / "hand.yaml";
   const std::string scene_text = read(scene), hand_text = read(hand);

@@ -73,6 +73,22 @@ TEST(SweepProgram, JudgesAsRunDoes) {
   EXPECT_EQ(words.size(), 3U) << "held, slipping, lost";
 }
 
+// A real limit: a million points ask for more than it leaves, 2000 for a tenth of it. The row is named, it blocks nothing,
+// and where there is memory the same command goes on.
+TEST(SweepProgram, ARowWithoutMemoryIsNamedAndBlocksNothing) {
+  const fs::path folder = scratch();
+  const std::string command = std::string(THENAR_PROGRAM) + " sweep " + config("minimal.yaml") +
+                              " --set 'time.duration=0.02 s' --vary object.points=1000000,2000 --jobs 1 --out " +
+                              (folder / "rows").string();
+  EXPECT_EQ(shell("ulimit -v 150000; { " + command + "; } 2> " + (folder / "said").string()), 6);
+  const std::string said = read(folder / "said"), rows = read(folder / "rows/rows.csv");
+  EXPECT_NE(said.find("row 1 of 2 (object.points=1000000): not enough memory"), std::string::npos) << said;
+  EXPECT_NE(rows.find("\n2000,held,"), std::string::npos) << rows;
+  EXPECT_EQ(rows.find("\n1000000,"), std::string::npos) << rows;
+  EXPECT_EQ(shell("ulimit -v 150000; " + command), 6) << "again, and the row that is finished is not run again";
+  EXPECT_EQ(read(folder / "rows/rows.csv"), rows);
+}
+
 TEST(SweepProgram, MakesOneTableForAnyNumberOfJobs) {
   const fs::path folder = scratch();
   const Outcome one = thenar_program(sweep_command(folder / "one") + " --jobs 1");

@@ -141,7 +141,7 @@ export class Panels {
       });
     };
     this.rates = rows('rates', ['rate', 'compute p50', 'p99', 'p99.9', 'jitter p50', 'p99', 'p99.9', 'missed'], 2);
-    this.figures = rows('figures', ['real time', 'frame age', 'contacts', 'sweeps', 'residual', 'deepest', 'overruns', 'lost frames'], 1)
+    this.figures = rows('figures', ['real time', 'frame age', 'contacts', 'sweeps', 'residual', 'deepest', 'overruns', 'lost frames', 'lost records'], 1)
         .map(([cell]) => cell);
   }
 
@@ -232,8 +232,10 @@ export class Panels {
       length(v.penetration_m[0]),
       fixed(v.contact_overruns[0], 0),
       fixed(v.unaccounted[0], 0),
+      fixed(v.lost_records?.[0] ?? NaN, 0), // of a recording from before it was told
     ].forEach((text, i) => setText(this.figures[i], text));
     this.figures[7].classList.toggle('bad', v.unaccounted[0] > 0);
+    this.figures[8].classList.toggle('bad', v.lost_records?.[0] > 0);
     const most = Math.max(...this.stages.map(({field}) => v[field][0]).filter(Number.isFinite), 1);
     for (const {field, set, text} of this.stages) {
       set(v[field][0] / most);

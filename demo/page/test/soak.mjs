@@ -104,8 +104,8 @@ while (elapsed_s() < Number(seconds)) {
   }
   if (Date.now() - turned_ms > kTurn_s * 1000) {
     turned_ms = Date.now();
-    rest = rest ? rest() : busy();
-    leave = leave ? leave() : await crowd(server.url);
+    rest = rest ? (rest(), null) : busy();
+    if (random() < 0.5) leave = leave ? (leave(), null) : await crowd(server.url);
     if (page) {
       if (page.problems.length) findings.push(`the page said: ${page.problems[0]}`);
       await page.close();
