@@ -225,12 +225,24 @@ class Page(unittest.TestCase):
 
     @classmethod
     def draw(cls, hash_seed):
-        with tempfile.TemporaryDirectory() as folder:
+        with tempfile.TemporaryDirectory() as out:
+            folder, faults = Path(out) / "bench", Path(out) / "faults"
+            folder.mkdir()
+            faults.mkdir()
             for file in DATA.glob("*.json"):
-                (Path(folder) / file.name).write_bytes(file.read_bytes())
+                (folder / file.name).write_bytes(file.read_bytes())
+            (faults / "faults.json").write_text(json.dumps({"first_seed": 7, "seconds": 600, "exit_codes": {"0": 2},
+                                                            "trials": {"twice": 1, "limited": 2}, "findings": ["<a>"]}))
             subprocess.run([sys.executable, "-B", PROGRAM, folder], check=True, capture_output=True,
                            env={**os.environ, "PYTHONHASHSEED": hash_seed})
-            return (Path(folder) / "report.html").read_bytes()
+            return (folder / "report.html").read_bytes()
+
+    def test_faults_stand_in_it_where_they_were_tried(self):
+        words = "".join(self.read.words)
+        self.assertIn("10 min, seeds from 7 on", words)
+        self.assertIn("3 trials of every command: 2 limited, 1 twice", words)
+        self.assertIn("<a>", words, "a finding is told, and is no element")
+        self.assertNotIn("soak", words)
 
     def test_the_same_parts_give_the_same_bytes(self):
         self.assertEqual(self.pages[0], self.pages[1])

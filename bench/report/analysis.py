@@ -191,6 +191,12 @@ def scenes(folder):
     return result
 
 
+def trials(folder):
+    """{"faults": ..., "soak": ...} of what `./dev faults` and `./dev soak` left in folders beside this one."""
+    files = {name: Path(folder).parent / name / f"{name}.json" for name in ("faults", "soak")}
+    return {name: json.loads(file.read_text(encoding="utf-8")) for name, file in files.items() if file.exists()}
+
+
 def maps(parts):
     return [figure for part in parts for figure in part["figures"] if figure["kind"] == "map"]
 

@@ -296,7 +296,24 @@ def summary(parts, numbers):
     return "\n".join(filter(None, blocks))
 
 
-def render(parts, scenes=()):
+def trials_table(trials):
+    """What endurance and faults came to: one row each."""
+    rows = []
+    if faults := trials.get("faults"):
+        kinds = ", ".join(f"{count} {kind}" for kind, count in sorted(faults["trials"].items()))
+        rows.append(["faults", f"{faults['seconds'] / 60:.0f} min, seeds from {faults['first_seed']} on",
+                     f"{sum(faults['trials'].values())} trials of every command: {kinds}", faults["findings"]])
+    if soak := trials.get("soak"):
+        rows.append(["soak at 4 kHz", f"{soak['seconds'] / 60:.0f} min, seed {soak['seed']}",
+                     f"{soak['messages']} inputs, {soak['connections']} connections, {soak['pages']} pages, "
+                     f"{soak['recording_MB']:.0f} MB recorded; memory {soak['memory_first_MB']:.1f} MB at first, "
+                     f"{soak['memory_last_MB']:.1f} MB at last; {soak['unaccounted']} frames unaccounted, "
+                     f"{soak['lost_records']} records lost", soak["findings"]])
+    return table(["", "how long", "what it came to", "findings"],
+                 [[*row, "; ".join(findings) or "none"] for *row, findings in rows])
+
+
+def render(parts, scenes=(), trials=None):
     """The page, as text: the same parts give the same bytes."""
     page = drawing.Page()
     layout = analysis.sections(parts)
@@ -320,6 +337,8 @@ def render(parts, scenes=()):
                 lines.append(f'<li class="figure"><a href="#f{number}">{number}. {text(figure["title"])}</a></li>')
         inner = f"\n<ol>{''.join(lines)}</ol>" if lines else ""
         contents.append(f'<li><a href="#s-{i}">{text(title)}</a>{inner}</li>')
+    if trials:
+        body.append("<h2>Faults and endurance</h2>\n" + trials_table(trials))
     quick = " A quick measurement: scatter is larger than in a full one." if any(
         part["measured"].get("quick") for part in parts) else ""
     return f"""<!DOCTYPE html>

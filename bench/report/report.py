@@ -18,7 +18,7 @@ def main():
         parts = analysis.read_parts(folder)
         import page  # Needs matplotlib, which reading does not.
 
-        (folder / "report.html").write_text(page.render(parts, analysis.scenes(CONFIGS)), encoding="utf-8")
+        (folder / "report.html").write_text(page.render(parts, analysis.scenes(CONFIGS), analysis.trials(folder)), encoding="utf-8")
     except (analysis.ReportError, OSError) as error:
         print(f"report: {error}", file=sys.stderr)
         return 3

@@ -304,7 +304,7 @@ def main():
     if options.out:
         options.out.mkdir(parents=True, exist_ok=True)
         (options.out / "faults.json").write_text(json.dumps(
-            {"first_seed": first, "trials": trials, "exit_codes": codes, "findings": findings}, indent=2))
+            {"first_seed": first, "seconds": options.seconds, "trials": trials, "exit_codes": codes, "findings": findings}, indent=2))
     return 1 if findings else 0
 
 
