@@ -81,10 +81,10 @@ const joinIn = () => connect(server.url, (opcode, payload, from) => {
   if (opcode === 2) setTimeout(() => from.write(frameOf(kNext)), 25);
   const message = opcode === 1 ? JSON.parse(Buffer.from(payload).toString()) : {};
   if (message.type !== 'status') return;
-  // Hands that poke at it and change its settings make a grip chatter by the percent that is called unstable.
+  // Hands that poke at it and change its settings make a grip chatter by the percent that is called unstable, or ask a muscle for what it has.
   const said = message.reason ? `${message.outcome}: ${message.reason}` : message.outcome;
   outcomes.set(said, (outcomes.get(said) ?? 0) + 1);
-  if (!/held|unstable/.test(message.outcome)) findings.push(said);
+  if (!/held|unstable|over limits/.test(message.outcome)) findings.push(said);
 });
 let socket = await joinIn();
 const start_ms = Date.now();
