@@ -164,6 +164,11 @@ TEST(Program, SaysThatItsWordsWereLost) {
 const std::string kSoon = " --set object.points=2000 ";
 
 TEST(Program, InterruptedItKeepsItsResults) {
+#ifdef __SANITIZE_ADDRESS__
+  const std::string run_s = "12 ", profile_s = "15 ";  // It takes seconds to begin.
+#else
+  const std::string run_s = "2 ", profile_s = "3 ";
+#endif
   const fs::path folder = scratch();
   const std::string film = (folder / "film.mcap").string();
   for (const char* runner : {"", "--lockstep ", "--realtime "}) {
@@ -171,7 +176,7 @@ TEST(Program, InterruptedItKeepsItsResults) {
       const fs::path out = folder / "out";
       const Outcome run = thenar_program(
           "run " + config("box_grasp.yaml") + kSoon + runner + "--time 100 --record " + film + " --out " + out.string(),
-          std::string("timeout --preserve-status -s ") + signal + " 2 ");
+          std::string("timeout --preserve-status -s ") + signal + " " + run_s);
       EXPECT_EQ(run.code, 130) << run.text;
       const auto summary = nlohmann::json::parse(read(out / "summary.json"));
       const auto simulated_s = summary.at("simulated_s").get<double>();
@@ -190,7 +195,7 @@ TEST(Program, InterruptedItKeepsItsResults) {
   }
   const Outcome profile =
       thenar_program("profile " + config("box_grasp.yaml") + kSoon + "--duration 60s --out " + (folder / "p").string(),
-                     "timeout --preserve-status -s INT 3 ");
+                     "timeout --preserve-status -s INT " + profile_s);
   EXPECT_EQ(profile.code, 130) << profile.text;
   const auto json = nlohmann::json::parse(read(folder / "p" / "profile.json"));
   EXPECT_EQ(json.at("object").at("outcome"), "unknown");

@@ -313,8 +313,8 @@ TEST(ProblemFile, ASmallFileAsksForLittleMemory) {
   getrlimit(RLIMIT_AS, &before);
   std::int64_t pages = 0;
   std::ifstream("/proc/self/statm") >> pages;
-  const rlimit little{static_cast<rlim_t>(pages * sysconf(_SC_PAGESIZE) + 1'000'000'000), before.rlim_max};
 #ifndef __SANITIZE_ADDRESS__
+  const rlimit little{static_cast<rlim_t>(pages * sysconf(_SC_PAGESIZE) + 1'000'000'000), before.rlim_max};
   setrlimit(RLIMIT_AS, &little);
 #endif
   expect_refused(file, R"({"problem": "LCP", "M": [)" + row + "," + rows + R"(], "q": [1]})",
