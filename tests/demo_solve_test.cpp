@@ -128,7 +128,7 @@ TEST(Solve, EndsWithSixWhereTheAnswerIsNotRight) {
             std::string::npos)
       << verdict.text;
 
-  const std::string muscles = data("small/32_muscle_feasible.json");
+  const std::string muscles = data("small/34_muscle_feasible.json");
   EXPECT_EQ(thenar_program("solve --repeat 1 " + muscles).code, 0);
   const Outcome accuracy = thenar_program("solve --repeat 1 --tolerance 1e-15 " + muscles);
   EXPECT_EQ(accuracy.code, 6);

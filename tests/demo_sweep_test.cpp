@@ -76,6 +76,9 @@ TEST(SweepProgram, JudgesAsRunDoes) {
 // A real limit: a million points ask for more than it leaves, 2000 for a tenth of it. The row is named, it blocks nothing,
 // and where there is memory the same command goes on.
 TEST(SweepProgram, ARowWithoutMemoryIsNamedAndBlocksNothing) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "sanitizers need memory of their own";
+#endif
   const fs::path folder = scratch();
   const std::string command = std::string(THENAR_PROGRAM) + " sweep " + config("minimal.yaml") +
                               " --set 'time.duration=0.02 s' --vary object.points=1000000,2000 --jobs 1 --out " +
