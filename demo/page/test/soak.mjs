@@ -67,7 +67,9 @@ async function resident_MB(pid) {
 
 await mkdir(folder, {recursive: true});
 const recording = join(folder, 'soak.mcap');
-const server = await startProgram(program, [join(configs, 'box_grasp.yaml'), '--port', '0', '--contact-rate', '4kHz', '--record', recording]);
+const server = await startProgram(program, [
+  join(configs, 'box_grasp.yaml'), '--port', '0', '--contact-rate', '4kHz', '--record', recording,
+]);
 console.log(`soak: seed ${firstSeed}, ${seconds} s`);
 
 const samples = [];
@@ -81,7 +83,7 @@ const joinIn = () => connect(server.url, (opcode, payload, from) => {
   if (opcode === 2) setTimeout(() => from.write(frameOf(kNext)), 25);
   const message = opcode === 1 ? JSON.parse(Buffer.from(payload).toString()) : {};
   if (message.type !== 'status') return;
-  // Hands that poke at it and change its settings make a grip chatter by the percent that is called unstable, or ask a muscle for what it has.
+  // What hands do to a grip makes its forces jump, which is called unstable, or asks a muscle for more than it has.
   const said = message.reason ? `${message.outcome}: ${message.reason}` : message.outcome;
   outcomes.set(said, (outcomes.get(said) ?? 0) + 1);
   if (!/held|unstable|over limits/.test(message.outcome)) findings.push(said);
@@ -122,13 +124,17 @@ while (elapsed_s() < Number(seconds)) {
     looked_ms = Date.now();
     const state = await look(server.url);
     const sample = {
-      at_s: elapsed_s(), memory_MB: await resident_MB(server.pid), slipped: state.contact_slipped[0], lost_records: state.lost_records[0],
-      contact_p50_us: state.contact_compute_us[0], contact_p99_us: state.contact_compute_us[1], loaded: rest !== null,
+      at_s: elapsed_s(), memory_MB: await resident_MB(server.pid), loaded: rest !== null,
+      slipped: state.contact_slipped[0], lost_records: state.lost_records[0],
+      contact_p50_us: state.contact_compute_us[0], contact_p99_us: state.contact_compute_us[1],
     };
     samples.push(sample);
-    if (![...state.object, ...state.q_rad, ...state.force_N, ...state.displacement_m].every(Number.isFinite)) findings.push(`at ${sample.at_s} s a state is not finite`);
+    const all = [...state.object, ...state.q_rad, ...state.force_N, ...state.displacement_m];
+    if (!all.every(Number.isFinite)) findings.push(`at ${sample.at_s} s a state is not finite`);
     if (findings.length) break;
-    if (samples.length % 30 === 0) console.log(`  ${sample.at_s.toFixed(0)} s: ${sample.memory_MB.toFixed(1)} MB, compute ${sample.contact_p50_us.toFixed(1)} us`);
+    if (samples.length % 30 === 0) {
+      console.log(`  ${sample.at_s.toFixed(0)} s: ${sample.memory_MB.toFixed(1)} MB, compute ${sample.contact_p50_us.toFixed(1)} us`);
+    }
   }
 }
 
@@ -148,8 +154,9 @@ if (end.unaccounted[0] !== 0) findings.push(`${end.unaccounted[0]} frames unacco
 if (code !== 0) findings.push(`exit code ${code}: ${server.log}`);
 const of = (loaded) => median(samples.filter((s) => s.loaded === loaded).map((s) => s.contact_p99_us));
 const figures = {
-  seed: Number(firstSeed), seconds: elapsed_s(), outcomes: Object.fromEntries(outcomes), pages, connections, messages, resets, memory_first_MB: first, memory_last_MB: last,
-  memory_most_MB: Math.max(...samples.map((s) => s.memory_MB)), recording_MB: (await stat(recording)).size / 1e6, unaccounted: end.unaccounted[0],
+  seed: Number(firstSeed), seconds: elapsed_s(), outcomes: Object.fromEntries(outcomes), pages, connections, messages, resets,
+  memory_first_MB: first, memory_last_MB: last, memory_most_MB: Math.max(...samples.map((s) => s.memory_MB)),
+  recording_MB: (await stat(recording)).size / 1e6, unaccounted: end.unaccounted[0],
   lost_records: Math.max(...samples.map((s) => s.lost_records)), slipped: Math.max(...samples.map((s) => s.slipped)),
   contact_p99_us: of(false), contact_p99_loaded_us: of(true), exit_code: code, findings,
 };
