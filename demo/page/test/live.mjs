@@ -3,7 +3,7 @@
 
 import assert from 'node:assert/strict';
 import {join} from 'node:path';
-import {after, before, test} from 'node:test';
+import {after, before, beforeEach, test} from 'node:test';
 import {setTimeout as sleep} from 'node:timers/promises';
 
 import {findChromium, openBrowser} from './browser.mjs';
@@ -76,12 +76,21 @@ async function pause() {
   await page.keyboard.press(' ');
   await until(() => window.thenar.status.paused);
   let paused_s = NaN;
-  for (let i = 0; i < 40 && (await number('time_s')) !== paused_s; ++i) {
-    paused_s = await number('time_s');
+  for (let same = 0; same < 4; ++same) {
+    const time_s = await number('time_s');
+    if (time_s !== paused_s) same = 0;
+    paused_s = time_s;
     await sleep(500);
   }
   return paused_s;
 }
+
+// What one test leaves paused is no other's failure.
+beforeEach(async () => {
+  if (!(await page.evaluate(() => window.thenar?.status?.paused))) return;
+  await page.keyboard.press(' ');
+  await until(() => !window.thenar.status.paused);
+});
 
 test('the page shows the object, contacts and plots', async () => {
   await until(() => window.thenar?.connected && window.thenar.drawn > 3 && window.thenar.contacts > 0);
