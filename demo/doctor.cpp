@@ -8,10 +8,10 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <future>
 #include <optional>
 #include <sstream>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "engine/percentiles.h"
@@ -97,19 +97,22 @@ struct WakeUps {
 
 /// Wakes at each rate, in a thread as the contact thread of a run.
 WakeUps measure_wake_ups(int core) {
-  WakeUps result;
-  std::thread([&result, core] {
-    result.granted = ask_for_realtime(core);
-    result.granted.denormals_flushed = flush_denormals();
-    const AwakeCores awake;
-    result.granted.kept_awake = awake.granted();
-    result.asleep_us = measure_lateness(kRates_kHz.back(), 0.0);
-    for (std::size_t i = 0; i < kRates_kHz.size(); ++i) {
-      // As in a run, half a step at most.
-      result.late_us[i] = measure_lateness(kRates_kHz[i], std::min(kSpin_s, 0.5e-3 / kRates_kHz[i]));
-    }
-  }).join();
-  return result;
+  // What it throws comes here with get().
+  return std::async(std::launch::async,
+                    [core] {
+                      WakeUps result;
+                      result.granted = ask_for_realtime(core);
+                      result.granted.denormals_flushed = flush_denormals();
+                      const AwakeCores awake;
+                      result.granted.kept_awake = awake.granted();
+                      result.asleep_us = measure_lateness(kRates_kHz.back(), 0.0);
+                      for (std::size_t i = 0; i < kRates_kHz.size(); ++i) {
+                        // As in a run, half a step at most.
+                        result.late_us[i] = measure_lateness(kRates_kHz[i], std::min(kSpin_s, 0.5e-3 / kRates_kHz[i]));
+                      }
+                      return result;
+                    })
+      .get();
 }
 
 void say_granted(std::ostream& out, const Scheduling& granted) {

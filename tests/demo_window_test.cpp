@@ -28,6 +28,18 @@ TEST(WindowProgram, EndsIfItsAddressCannotBePrinted) {
   EXPECT_NE(run.text.find("standard output: could not be written in full"), std::string::npos) << run.text;
 }
 
+// Whatever the number of files that may be open: it serves, or says what it has not got.
+TEST(WindowProgram, SaysThatItMayOpenNoMoreFiles) {
+  for (int files = 4; files <= 10; ++files) {
+    const Outcome demo = thenar_program(
+        "demo " + config("minimal.yaml") + " --no-browser --port 0",
+        "sh -c 'ulimit -n " + std::to_string(files) + "; exec timeout --preserve-status -s INT 5 \"$@\"' - ");
+    if (demo.text.starts_with("http://")) break;  // It serves.
+    EXPECT_TRUE(demo.code == 3 || demo.code == 4 || demo.code == 127) << files << ": " << demo.code << demo.text;
+    EXPECT_EQ(demo.text.find("internal error"), std::string::npos) << files << ": " << demo.text;
+  }
+}
+
 TEST(WindowProgram, RecordsOverNoInput) {
   const std::filesystem::path scene = scratch() / "scene.yaml";
   std::filesystem::copy_file(config("minimal.yaml"), scene);

@@ -12,6 +12,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
+#include <new>
 #include <optional>
 #include <string>
 #include <thread>
@@ -220,6 +221,9 @@ int main(int argc, char** argv) try {
 } catch (const window::PortError& error) {
   std::cerr << error.what() << '\n';
   return kNoPort;
+} catch (const std::bad_alloc&) {
+  std::cerr << "not enough memory\n";
+  return kInternal;
 } catch (const std::exception& error) {
   std::cerr << "internal error: " << error.what() << '\n';
   return kInternal;

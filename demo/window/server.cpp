@@ -8,7 +8,9 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <boost/system/system_error.hpp>
 #include <csignal>
+#include <system_error>
 #include <thread>
 #include <utility>
 
@@ -149,8 +151,13 @@ void WindowServer::Impl::tell(const Change& change) {
   });
 }
 
-WindowServer::WindowServer(const ServerSettings& settings, Receive receive)
-    : impl_(std::make_unique<Impl>(settings, std::move(receive))) {}
+WindowServer::WindowServer(const ServerSettings& settings, Receive receive) try
+    : impl_(std::make_unique<Impl>(settings, std::move(receive))) {
+} catch (const boost::system::system_error& error) {  // As where no more files may be open.
+  throw PortError("no page can be served: " + error.code().message());
+} catch (const std::system_error& error) {
+  throw PortError("no page can be served: " + error.code().message());
+}
 WindowServer::~WindowServer() = default;
 
 std::string WindowServer::url() const {
