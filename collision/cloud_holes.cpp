@@ -13,8 +13,8 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// The step from sample i to sample j along the surface, as a vector in the tangent plane of i: what j lies lower beyond an
-/// edge is added to its way outward. Zero for the other side of a plate, which is no neighbour.
+/// The step from sample i to sample j along the surface, as a vector in the tangent plane of i: what j lies lower
+/// beyond an edge is added to its way outward. Zero for the other side of a plate, which is no neighbour.
 Vector3d unfolded_step_m(const PointCloud& cloud, Index i, Index j) {
   const Vector3d n = cloud.normals.col(i), step_m = cloud.points_m.col(j) - cloud.points_m.col(i);
   const double drop_m = -step_m.dot(n), cosine = cloud.normals.col(j).dot(n);

@@ -2,8 +2,8 @@
 
 #include "engine/monolithic.h"
 
-/// Watches a run: shows on a line of stderr how far it is, if somebody is looking, and ends it early if a signal asks for
-/// that (Ctrl-C, SIGTERM, SIGHUP), so that its results are kept. A second signal ends the program at once.
+/// Watches a run: shows on a line of stderr how far it is, if somebody is looking, and ends it early if a signal asks
+/// for that (Ctrl-C, SIGTERM, SIGHUP), so that its results are kept. A second signal ends the program at once.
 class RunWatch {
  public:
   RunWatch(const thenar::Scene& scene, bool quiet);

@@ -33,7 +33,8 @@ class CarriedScene : public testing::TestWithParam<Carried> {
   }
 };
 
-// The posture of the file puts each pulp's rest shape 0.15 to 0.5 mm into the object: the grip begins with a light touch.
+// The posture of the file puts each pulp's rest shape 0.15 to 0.5 mm into the object: the grip begins with a light
+// touch.
 TEST_P(CarriedScene, BeginsWithALightTouchOfThreeFingers) {
   const Model model(scene_of(GetParam().scene));
   const Scene& scene = model.scene;

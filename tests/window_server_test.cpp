@@ -624,7 +624,8 @@ TEST_F(Server, ServesOnlySoManyPagesAtOnce) {
   await([&] { return status(get("/")) == 200; });
 }
 
-// A WebSocket takes empty pieces of a message without a word. A page that sends nothing else ends: it would cost a core.
+// A WebSocket takes empty pieces of a message without a word. A page that sends nothing else ends, or it would cost a
+// core.
 TEST_F(Server, EndsAMessageOfEmptyPieces) {
   settings_.patience_s = 100.0;
   start();
