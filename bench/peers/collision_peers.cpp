@@ -8,7 +8,7 @@
 #include <memory>
 #include <nanoflann.hpp>
 
-#include "bench/finding_methods.h"
+#include "bench/methods/finding_methods.h"
 #include "bench/peers/fcl_peer.h"
 
 namespace thenar {

@@ -1,4 +1,4 @@
-#include "bench/peers.h"
+#include "bench/peers/peers.h"
 
 #include <BulletDynamics/MLCPSolvers/btLemkeAlgorithm.h>
 #include <BulletDynamics/MLCPSolvers/btSolveProjectedGaussSeidel.h>

@@ -11,8 +11,8 @@
 #include <optional>
 #include <utility>
 
-#include "bench/contact_families.h"
-#include "bench/contact_methods.h"
+#include "bench/cases/contact_families.h"
+#include "bench/methods/contact_methods.h"
 #include "bench/report/figure.h"
 #include "bench/report/measure.h"
 #include "bench/report/verdicts.h"

@@ -9,12 +9,12 @@
 #include <optional>
 #include <string>
 
-#include "bench/contact_families.h"
-#include "bench/contact_methods.h"
-#include "bench/recorded.h"
+#include "bench/cases/contact_families.h"
+#include "bench/cases/recorded.h"
+#include "bench/cases/scene_problems.h"
+#include "bench/methods/contact_methods.h"
 #include "bench/report/figure.h"
 #include "bench/report/measure.h"
-#include "bench/scene_problems.h"
 
 namespace thenar {
 namespace {

@@ -6,8 +6,8 @@
 #include <string_view>
 #include <thread>
 
-#include "engine/files.h"
-#include "engine/summary.h"
+#include "engine/formats/files.h"
+#include "engine/results/summary.h"
 
 namespace thenar {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/finding_methods.h"
+#include "bench/methods/finding_methods.h"
 #include "bench/report/figure.h"
 
 namespace thenar {

@@ -10,13 +10,13 @@
 #include <optional>
 #include <string>
 
-#include "bench/grasp_families.h"
-#include "bench/peers.h"
+#include "bench/cases/grasp_families.h"
+#include "bench/cases/scene_problems.h"
+#include "bench/peers/peers.h"
 #include "bench/report/figure.h"
 #include "bench/report/measure.h"
 #include "bench/report/polygon_cone.h"
 #include "bench/report/verdicts.h"
-#include "bench/scene_problems.h"
 #include "solvers/grasp_deficit.h"
 
 namespace thenar {

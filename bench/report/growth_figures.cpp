@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "bench/contact_computation.h"
-#include "bench/finding_methods.h"
+#include "bench/methods/contact_computation.h"
+#include "bench/methods/finding_methods.h"
 #include "bench/report/figure.h"
 #include "bench/report/measure.h"
 

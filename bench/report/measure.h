@@ -8,7 +8,7 @@
 #include <functional>
 #include <vector>
 
-#include "engine/percentiles.h"
+#include "engine/loops/percentiles.h"
 
 namespace thenar {
 

@@ -12,9 +12,11 @@
 #include <vector>
 
 #include "bench/report/figure.h"
-#include "engine/lockstep.h"
-#include "engine/model_parts.h"
-#include "engine/percentiles.h"
+#include "engine/loops/percentiles.h"
+#include "engine/results/lockstep.h"
+#include "engine/scenes/build_model.h"
+#include "engine/scenes/scene_file.h"
+#include "engine/studies/model_parts.h"
 
 namespace thenar {
 namespace {
@@ -89,7 +91,7 @@ struct CaseResult {
 };
 
 CaseResult measure(const Case& item, int rounds) {
-  const Model model(item.load());
+  const Model model = build_model(item.load());
   const PathRun full = run_path(model);
   CaseResult result{item.name, full.us, full.us, {}, {}, {}, {}};
   if (fails(model.scene, full.verdict.outcome)) {
@@ -100,8 +102,9 @@ CaseResult measure(const Case& item, int rounds) {
   const NeededParts needed = needed_parts(model, full);
   result.auto_parts = needed.tried;
 
-  std::vector<Model> models{model, Model(needed.scene, model)};
-  for (const PartEffect& effect : result.effects) models.emplace_back(leave_out(model.scene, effect.part), model);
+  std::vector<Model> models{model, build_model(needed.scene, model)};
+  for (const PartEffect& effect : result.effects)
+    models.push_back(build_model(leave_out(model.scene, effect.part), model));
   const auto [us, spread] = run_in_turns(models, rounds);
   result.us = us[0];
   result.auto_us = us[1];
@@ -273,7 +276,7 @@ std::vector<Variant> variants(const Scene& scene) {
   for (const Part what : {Part::kFingertips, Part::kMuscles, Part::kFingertipMemory}) {
     if (has(scene, what)) all.push_back({"without " + short_name(what), "", leave_out(scene, what)});
   }
-  const Model model(scene);
+  const Model model = build_model(scene);
   all.push_back({"model: auto", "", needed_parts(model, run_path(model)).scene});
   return all;
 }
@@ -281,11 +284,12 @@ std::vector<Variant> variants(const Scene& scene) {
 ordered_json detail_case(const Case& item, int rounds) {
   const Scene scene = item.load();
   std::vector<Variant> all = variants(scene);
-  Model finest(item.load({"fingertips.leaves=1280", "fingertips.points=9600", "contact.max_per_finger=160"}));
+  Model finest =
+      build_model(item.load({"fingertips.leaves=1280", "fingertips.points=9600", "contact.max_per_finger=160"}));
   const PathRun reference = run_path(finest);
   const auto first = static_cast<std::size_t>(std::lround(kMeasuredFrom_s / scene.step_s));
   std::vector<Model> models;
-  for (const Variant& variant : all) models.emplace_back(variant.scene, finest);
+  for (const Variant& variant : all) models.push_back(build_model(variant.scene, finest));
   const std::vector<double> us = run_in_turns(models, rounds).median_us;
   ordered_json points = ordered_json::array();
   for (std::size_t i = 0; i < all.size(); ++i) {
@@ -348,10 +352,10 @@ void add_curvature_rows(ordered_json& rows, const Case& item, double period_ms, 
     return item.load({"time.step=0.25 ms", fmt::format("time.control_period={:g} ms", period),
                       fmt::format("time.control_delay={:g} ms", delay)});
   };
-  const Model model(every(period_ms, period_ms));
+  const Model model = build_model(every(period_ms, period_ms));
   // Frames of every step that are never late. Without control the drive is the same; with it, so is the controller's
   // part of the difference in both rows of a scene.
-  const GraspPath reference = run_split(Model(every(0.25, 0.0), model), true).path;
+  const GraspPath reference = run_split(build_model(every(0.25, 0.0), model), true).path;
   const auto first = static_cast<std::size_t>(std::lround(kMeasuredFrom_s / model.scene.step_s));
   std::array<std::vector<double>, 2> us;
   std::array<SplitRun, 2> runs;

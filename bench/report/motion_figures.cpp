@@ -12,11 +12,12 @@
 #include <string>
 #include <vector>
 
-#include "bench/pads.h"
-#include "bench/patch_values.h"
+#include "bench/cases/pads.h"
+#include "bench/cases/patch_values.h"
+#include "bench/cases/resting.h"
+#include "bench/cases/scene_run.h"
 #include "bench/report/figure.h"
-#include "bench/resting.h"
-#include "bench/scene_run.h"
+#include "engine/scenes/scene_file.h"
 
 namespace thenar {
 namespace {

@@ -12,8 +12,8 @@
 #include <stdexcept>
 #include <vector>
 
-#include "bench/contact_computation.h"
-#include "bench/recorded.h"
+#include "bench/cases/recorded.h"
+#include "bench/methods/contact_computation.h"
 #include "bench/report/figure.h"
 #include "bench/report/measure.h"
 #include "solvers/grasp_forces.h"

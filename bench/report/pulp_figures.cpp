@@ -8,10 +8,10 @@
 #include <numeric>
 #include <vector>
 
-#include "bench/random.h"
+#include "bench/cases/random.h"
 #include "bench/report/figure.h"
 #include "bench/report/measure.h"
-#include "engine/pressed_pulp.h"
+#include "engine/scenes/pressed_pulp.h"
 #include "solvers/grouped_delassus.h"
 
 namespace thenar {

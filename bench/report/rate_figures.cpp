@@ -12,9 +12,11 @@
 #include <memory>
 #include <numbers>
 
+#include "bench/cases/split_runs.h"
 #include "bench/report/figure.h"
-#include "bench/split_runs.h"
-#include "engine/percentiles.h"
+#include "engine/loops/percentiles.h"
+#include "engine/scenes/build_model.h"
+#include "engine/scenes/scene_file.h"
 
 namespace thenar {
 namespace {
@@ -274,7 +276,7 @@ Path run_scene(const Model& model, const Scenario& scenario, bool quick) {
 
 Way changed(const Model& known, const Scenario& scenario, bool quick, const std::string& method,
             const std::string& setting, const std::vector<std::string>& changes) {
-  auto model = std::make_shared<const Model>(scene_of(scenario, changes), known);
+  auto model = std::make_shared<const Model>(build_model(scene_of(scenario, changes), known));
   return {method, setting, false,
           [model = std::move(model), &scenario, quick] { return run_scene(*model, scenario, quick); }};
 }
@@ -288,7 +290,7 @@ void tolerances(ordered_json& part, bool quick) {
       "scene's own step, against the same scene solved to 1e-11. Down and left is better.",
       runs_of(rounds));
   for (const Scenario& scenario : kTolerances) {
-    const Model known(scene_of(scenario));
+    const Model known = build_model(scene_of(scenario));
     const Way fine = changed(known, scenario, quick, "", "", {"contact.tolerance=1e-11", "contact.max_sweeps=3000"});
     std::vector<Way> ways;
     for (const int digits : {2, 3, 4, 5, 6, 7, 9}) {
@@ -323,7 +325,7 @@ void details(ordered_json& part, bool quick) {
           kFinest, kFinest / 16),
       runs_of(rounds));
   for (const Scenario& scenario : kDetailed) {
-    const Model known(scene_of(scenario));
+    const Model known = build_model(scene_of(scenario));
     std::vector<std::string> changes = with_leaves(kFinest);
     changes.insert(changes.end(), {"contact.tolerance=1e-10", "contact.max_sweeps=2000"});
     const Way fine = changed(known, scenario, quick, "", "", changes);

@@ -12,13 +12,15 @@
 #include <utility>
 #include <vector>
 
-#include "bench/margins.h"
-#include "bench/outcome_map.h"
-#include "bench/plain_contact.h"
+#include "bench/methods/plain_contact.h"
 #include "bench/report/figure.h"
-#include "engine/control_tick.h"
-#include "engine/lockstep.h"
-#include "engine/monolithic.h"
+#include "bench/report/margins.h"
+#include "bench/report/outcome_map.h"
+#include "engine/grasp/control_tick.h"
+#include "engine/results/lockstep.h"
+#include "engine/results/monolithic.h"
+#include "engine/scenes/build_model.h"
+#include "engine/scenes/scene_file.h"
 
 namespace thenar {
 namespace {
@@ -44,7 +46,7 @@ Texts shortened(Texts more) {
 }
 
 Model short_model(const Texts& more = {}) {
-  return Model(load_scene(std::string(THENAR_CONFIGS) + "/box_grasp.yaml", shortened(more)));
+  return build_model(load_scene(std::string(THENAR_CONFIGS) + "/box_grasp.yaml", shortened(more)));
 }
 
 Recording ours(const Model& model) {
@@ -330,7 +332,7 @@ OutcomeMap viscosity(int count) {
 Model with_fixed_gaussian(const Model& model) {
   constexpr double kSigma2PerArea = 0.36, kDepthPerRadius = 1.0 / 8.0, kSceneControls = 320.0;
   Model own = model;
-  own.set_fingertips(PulpKernel::kGaussian, model.level);
+  set_fingertips(own, PulpKernel::kGaussian, model.level);
   for (Pulp& pulp : own.pulps) {
     const double sigma2 = kSigma2PerArea * pulp.area_m2.sum() / kSceneControls;
     const double peak =
@@ -348,7 +350,7 @@ Model with_fixed_gaussian(const Model& model) {
 OutcomeMap redundancy(int /*count*/) {
   const auto gaussian = [](const Model& model) {
     Model own = model;
-    own.set_fingertips(PulpKernel::kGaussian, model.level);
+    set_fingertips(own, PulpKernel::kGaussian, model.level);
     return ours(own);
   };
   return {"redundancy",

@@ -9,9 +9,9 @@
 #include <string_view>
 #include <vector>
 
-#include "bench/peers.h"
+#include "bench/peers/peers.h"
 #include "bench/report/measure.h"
-#include "engine/percentiles.h"
+#include "engine/loops/percentiles.h"
 
 namespace thenar {
 

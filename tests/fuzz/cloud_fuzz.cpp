@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "engine/files.h"
-#include "engine/point_cloud_file.h"
+#include "engine/formats/files.h"
+#include "engine/formats/point_cloud_file.h"
 #include "tests/fuzz/memory_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

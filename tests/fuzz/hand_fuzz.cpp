@@ -1,10 +1,11 @@
 // Whatever the text of a hand: a hand whose names can be shown, a ConfigError or a FileError.
 #include <cstdlib>
 
-#include "engine/config.h"
-#include "engine/files.h"
-#include "engine/hand.h"
-#include "engine/text.h"
+#include "engine/formats/files.h"
+#include "engine/formats/text.h"
+#include "engine/grasp/hand.h"
+#include "engine/scenes/config.h"
+#include "engine/scenes/hand_file.h"
 #include "tests/fuzz/memory_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

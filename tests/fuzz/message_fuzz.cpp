@@ -3,7 +3,7 @@
 #include <cstdlib>
 #include <variant>
 
-#include "demo/window/message.h"
+#include "app/window/message.h"
 #include "tests/fuzz/memory_file.h"
 
 namespace {

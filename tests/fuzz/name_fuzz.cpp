@@ -4,13 +4,15 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "engine/config.h"
-#include "engine/mcap_file.h"
-#include "engine/model.h"
-#include "engine/problem_file.h"
-#include "engine/recording_file.h"
-#include "engine/state_message.h"
-#include "engine/summary.h"
+#include "engine/formats/mcap_file.h"
+#include "engine/formats/problem_file.h"
+#include "engine/grasp/model.h"
+#include "engine/results/recording_file.h"
+#include "engine/results/state_message.h"
+#include "engine/results/summary.h"
+#include "engine/scenes/build_model.h"
+#include "engine/scenes/config.h"
+#include "engine/scenes/scene_file.h"
 #include "tests/fuzz/memory_file.h"
 
 namespace {
@@ -42,7 +44,7 @@ void use(Model& model, const std::string& name) {
 }
 
 Model& model() {
-  static Model made(load_scene(THENAR_CONFIGS "/minimal.yaml", {"object.points=500"}));
+  static Model made = build_model(load_scene(THENAR_CONFIGS "/minimal.yaml", {"object.points=500"}));
   return made;
 }
 

@@ -1,6 +1,6 @@
 // Whatever the bytes of a problem file that ends in THENAR_ENDING: a problem, or a FileError.
-#include "engine/files.h"
-#include "engine/problem_file.h"
+#include "engine/formats/files.h"
+#include "engine/formats/problem_file.h"
 #include "tests/fuzz/memory_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

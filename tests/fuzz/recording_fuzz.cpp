@@ -1,9 +1,9 @@
 // Whatever the bytes of a recording: what replaying it and exporting it take from it, or a FileError.
 #include <cstdlib>
 
-#include "engine/files.h"
-#include "engine/mcap_file.h"
-#include "engine/recording_file.h"
+#include "engine/formats/files.h"
+#include "engine/formats/mcap_file.h"
+#include "engine/results/recording_file.h"
 #include "tests/fuzz/memory_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

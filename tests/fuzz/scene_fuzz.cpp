@@ -3,9 +3,10 @@
 #include <string>
 #include <vector>
 
-#include "engine/config.h"
-#include "engine/files.h"
-#include "engine/scene.h"
+#include "engine/formats/files.h"
+#include "engine/grasp/scene.h"
+#include "engine/scenes/config.h"
+#include "engine/scenes/scene_file.h"
 #include "tests/fuzz/memory_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -9,7 +9,7 @@
 #include <memory>
 #include <string>
 
-#include "demo/window/server.h"
+#include "app/window/server.h"
 #include "tests/fuzz/memory_file.h"
 
 namespace {

@@ -5,9 +5,9 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "demo/exit_code.h"
-#include "demo/solve.h"
-#include "engine/files.h"
+#include "app/exit_code.h"
+#include "app/solve.h"
+#include "engine/formats/files.h"
 #include "tests/fuzz/memory_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -1,0 +1,245 @@
+#include "app/check.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <iostream>
+#include <sstream>
+
+#include "engine/formats/point_cloud_file.h"
+#include "engine/grasp/control.h"
+#include "engine/grasp/model.h"
+#include "engine/results/warnings.h"
+#include "engine/scenes/build_model.h"
+#include "engine/scenes/pulp_levels.h"
+#include "engine/scenes/scene_file.h"
+#include "engine/studies/model_parts.h"
+
+namespace {
+
+using namespace thenar;
+
+struct DescribeShape {
+  std::ostream& out;
+
+  void named(const char* name, const Eigen::Vector3d& size_m) const {
+    out << name << " of " << 1e3 * size_m.x() << " x " << 1e3 * size_m.y() << " x " << 1e3 * size_m.z() << " mm";
+  }
+  void operator()(const BoxShape& box) const { named("box", box.size_m); }
+  void operator()(const EllipsoidShape& ellipsoid) const { named("ellipsoid", ellipsoid.size_m); }
+  void operator()(const SuperquadricShape& shape) const {
+    named("superquadric", shape.size_m);
+    out << " and exponents " << shape.exponents.north_south << " and " << shape.exponents.east_west;
+  }
+  void operator()(const SphereShape& sphere) const { out << "sphere of radius " << 1e3 * sphere.radius_m << " mm"; }
+  void operator()(const CylinderShape& cylinder) const {
+    out << "cylinder of radius " << 1e3 * cylinder.radius_m << " mm, " << 1e3 * cylinder.length_m << " mm long";
+  }
+  void operator()(const Mug& mug) const {
+    out << "mug of radius " << 1e3 * mug.radius_m << " mm, " << 1e3 * mug.height_m << " mm high, its wall "
+        << 1e3 * mug.wall_m << " mm" << (mug.handle ? ", with a handle" : "");
+  }
+  void operator()(const CloudShape& scan) const {
+    out << (is_mesh_file(scan.file) ? "mesh in " : "surface scanned in ") << scan.file.string();
+    if (scan.unit_m != 1.0) out << ", where 1 is " << 1e3 * scan.unit_m << " mm";
+  }
+};
+
+/// A point of the object.
+std::string place(const Eigen::Vector3d& p_m) {
+  return fmt::format("[{:.4g}, {:.4g}, {:.4g}] mm", 1e3 * p_m.x(), 1e3 * p_m.y(), 1e3 * p_m.z());
+}
+
+void describe_object(const ObjectSettings& object, std::ostream& out) {
+  out << "  object          " << (object.compliance ? "soft " : "rigid ");
+  std::visit(DescribeShape{out}, object.shape);
+  if (object.points > 0) out << ", " << object.points << " points";
+  out << ", " << 1e3 * object.mass_kg << " g at " << place(object.centre_of_mass_m);
+  if (object.compliance) {
+    out << ", E* " << 1e-6 * object.compliance->reduced_modulus_Pa << " MPa, relaxation "
+        << 1e3 * object.compliance->relaxation_s << " ms";
+  }
+  out << "\n";
+}
+
+void describe_warnings(const Model& model, std::ostream& out) {
+  const std::vector<std::string> all = warnings(model);
+  if (!all.empty()) out << "\nwarnings\n";
+  for (const std::string& warning : all) out << "  " << warning << "\n";
+}
+
+/// What was mended in a surface that somebody brought.
+void describe_mending(const Model& model, std::ostream& out) {
+  if (!std::holds_alternative<CloudShape>(model.scene.object.shape)) return;
+  out << "\nmended in the object's surface\n";
+  for (const std::string& note : model.object_notes) out << "  " << note << "\n";
+  if (model.object_notes.empty()) out << "  nothing\n";
+}
+
+/// What each part costs and gives, and what could be left out: the scene is run without it.
+void describe_parts(const Model& model, std::ostream& out) {
+  const Scene& scene = model.scene;
+  std::cerr << "running the scene once without each of its parts\n";
+  const PathRun full = run_path(model);
+  out << "\nwhat becomes of the grasp\n  " << in_words(full.verdict) << "\n\nwhat its parts cost and give\n";
+  if (fails(scene, full.verdict.outcome)) {
+    out << "  not tried, for the scene fails\n";
+    return;
+  }
+  const std::vector<PartEffect> effects = ablate(model, full);
+  if (effects.empty()) {
+    out << "  there is none that could be left out\n";
+    return;
+  }
+  out << fmt::format("  {:<54}{:>8}  {}\n", "", "saves us", "without it, rms");
+  for (const PartEffect& effect : effects) {
+    out << fmt::format("  {:<54}{:>8.0f}  {:<66}{}\n", title(effect), full.us - effect.us,
+                       effect.alike ? in_words(effect.error) : in_words(effect),
+                       effect.within ? "could be left out" : "needed");
+  }
+  out << fmt::format(
+      "  of {:.0f} us a tick, one run each: a few us more or less, by what else this machine does\n"
+      "  moments: torsion of the patches, of the most that friction lets them carry\n"
+      "  tolerance: {}\n",
+      full.us, in_words(scene.tolerance));
+
+  std::vector<PartEffect> out_of_it = needed_parts(model, full).tried;
+  std::erase_if(out_of_it, [](const PartEffect& effect) { return !effect.within; });
+  out << "  model: auto " << (scene.only_needed ? "leaves out" : "would leave out")
+      << (out_of_it.empty() ? " nothing\n" : ", all together\n");
+  for (const PartEffect& effect : out_of_it) out << "    " << title(effect) << "\n";
+  if (out_of_it.empty()) return;
+  out << fmt::format("  which saves {:.0f} us; {}\n", full.us - out_of_it.back().us, in_words(out_of_it.back()));
+}
+
+void describe_contact(const Scene& scene, std::ostream& out) {
+  if (const auto& tips = scene.fingertips) {
+    out << "  fingertips      deformable: " << tips->points << " points, " << tips->leaves
+        << " control points each, E* " << 1e-6 * tips->material.reduced_modulus_Pa << " MPa, relaxation "
+        << 1e3 * tips->material.relaxation_s << " ms"
+        << (tips->material.kernel == PulpKernel::kGaussian ? ", gaussian kernel" : "");
+    if (tips->material.stiffening_per_N > 0.0) out << ", stiffening " << tips->material.stiffening_per_N << " /N";
+    out << "\n"
+        << "  contacts        at most " << scene.contact.max_per_finger << " a finger";
+  } else {
+    out << "  fingertips      rigid, one contact point each\n  contacts        at most 1 a finger";
+  }
+  out << ", closer than " << 1e3 * scene.contact.band_m
+      << " mm, or that may come so close while a frame is in use; friction " << scene.contact.friction << "\n";
+}
+
+/// What each level of detail of the fingertips would cost and err, which one is used, and why.
+void describe_levels(const Scene& scene, std::ostream& out) {
+  if (!scene.fingertips || scene.contact.level == 0) return;
+  std::vector<Pulp> pulps = make_pulps(scene);
+  const double load_N = expected_load_N(scene, pulps.front());
+  const std::vector<LevelEstimate> levels = estimate_levels(scene, pulps);
+  const double allowed = scene.contact.force_error;
+  const LevelEstimate& chosen = choose_level(levels, allowed);
+  const int used = scene.contact.level.value_or(chosen.level);
+  const std::string why = scene.contact.level ? "contact.level"
+                          : chosen.force_error <= allowed
+                              ? fmt::format("the coarsest within {:g} % (contact.force_error)", 100.0 * allowed)
+                              : fmt::format("none is within {:g} %: the least error", 100.0 * allowed);
+  out << fmt::format("  level of detail a finger, pressed with up to {:.2g} N, against Hertz:\n", load_N)
+      << fmt::format("{:18}{:>6}{:>17}{:>11}{:>14}\n", "", "level", "control points", "contacts", "force error");
+  for (const LevelEstimate& level : levels) {
+    out << fmt::format("{:18}{:>6}{:>17}{:>11.1f}{:>12.1f} %{}\n", "",
+                       level.level == 0 ? "leaves" : std::to_string(level.level), level.controls, level.contacts,
+                       100.0 * level.force_error, level.level == used ? "  used: " + why : "");
+  }
+  if (used > levels.back().level) out << fmt::format("{:18}{:>6}  used: {}\n", "", used, why);
+}
+
+void describe_control(const Scene& scene, std::ostream& out) {
+  if (!scene.control) {
+    out << "  drive           given joint torques\n";
+    return;
+  }
+  const bool feedforward = scene.control->law == ControlLaw::kFeedforward;
+  const bool pyramids = scene.control->cone == FrictionCone::kPyramid;
+  const double mu_c = scene.control->grasp_friction;
+  // At the corners of a pyramid the tangential force is sqrt(2) times that of its sides.
+  const bool exceeds = (pyramids ? std::sqrt(2.0) : 1.0) * mu_c > scene.contact.friction;
+  out << "  control         with every frame: PID, grasp forces (" << (pyramids ? "pyramids" : "exact cones")
+      << ", mu_c " << mu_c << (exceeds ? ", which may ask for more friction than there is" : "") << "), "
+      << (feedforward ? "feedforward law" : "law of the paper") << ", gain " << force_gain(scene) << " N m/rad"
+      << (scene.control->gain ? "" : " (auto)") << "\n"
+      << "  drive           "
+      << (scene.control->muscles ? std::to_string(scene.hand.muscles.size()) + " muscles" : "joint torques") << "\n";
+  if (scene.control->posture_Nm_per_rad) {
+    out << "  posture         kept as at the start, where the fingertips leave it free, by "
+        << *scene.control->posture_Nm_per_rad << " N m/rad\n";
+  }
+}
+
+void describe_frames(const Scene& scene, std::ostream& out) {
+  out << "  frames          every " << 1e3 * scene.control_period_s << " ms";
+  if (scene.control_delay_s > 0.0) {
+    out << "; two loops use them " << 1e3 * scene.control_delay_s << " ms after their snapshot (time.control_delay)";
+  }
+  out << "\n";
+}
+
+void describe_task(const TaskSettings& task, std::ostream& out) {
+  if (const auto& move = task.translate) {
+    out << "  task            moves the object by " << 1e3 * move->amount << " mm from " << move->from_s << " s over "
+        << move->over_s << " s\n";
+  }
+  if (const auto& move = task.rotate) {
+    out << "  task            turns the object by " << move->amount * 180.0 / EIGEN_PI << " degrees from "
+        << move->from_s << " s over " << move->over_s << " s\n";
+  }
+  if (const auto& push = task.push) {
+    const double force_N = push->force_N.norm(), moment_Nm = push->moment_Nm.norm();
+    out << "  task            pushes the object with ";
+    if (force_N > 0.0 || moment_Nm == 0.0) out << force_N << " N at " << place(push->at_m);
+    if (force_N > 0.0 && moment_Nm > 0.0) out << " and ";
+    if (moment_Nm > 0.0) out << moment_Nm << " N m";
+    out << " from " << push->from_s << " s for " << push->over_s << " s\n";
+  }
+  if (const auto& spring = task.spring) {
+    out << "  task            pulls the object to its target by a spring of " << spring->translation_N_per_m
+        << " N/m and " << spring->rotation_Nm_per_rad << " N m/rad\n";
+  }
+  if (!task.translate && !task.rotate && !task.spring && !task.push) out << "  task            holds the object\n";
+}
+
+}  // namespace
+
+std::string description(const Scene& scene) {
+  std::ostringstream out;
+  out << scene.name << ": " << scene.duration_s << " s in steps of " << 1e3 * scene.step_s << " ms\n\nmodelled\n"
+      << "  hand            " << kJoints << " joints, viscosity " << scene.joint_viscosity << " N m s, no inertia\n";
+  describe_object(scene.object, out);
+  describe_contact(scene, out);
+  describe_levels(scene, out);
+  describe_frames(scene, out);
+  describe_control(scene, out);
+  describe_task(scene.task, out);
+
+  out << "\nleft out, at no cost\n";
+  bool complete = true;
+  const auto left_out = [&](bool is_out, const char* what) {
+    if (is_out) out << "  " << what << "\n";
+    complete = complete && !is_out;
+  };
+  left_out(!scene.fingertips, "deformation of the fingertips (fingertips)");
+  left_out(scene.fingertips && !scene.object.compliance, "deformation of the object (object.compliance)");
+  left_out(!scene.control, "control (control): pose, grasp forces, muscles");
+  left_out(scene.control && !scene.control->muscles, "muscles (control.muscles)");
+  left_out(scene.control && !scene.control->posture_Nm_per_rad, "a posture that is kept (control.posture)");
+  left_out(scene.gravity.isZero(), "gravity (gravity)");
+  if (complete) out << "  nothing\n";
+
+  // Made for shapes, too: whether their samples make a surface shows then.
+  const Model model = build_model(scene);
+  describe_warnings(model, out);
+  describe_mending(model, out);
+  describe_parts(model, out);
+
+  out << "\ndefaults used\n";
+  for (const std::string& line : scene.defaults_used) out << "  " << line << "\n";
+  if (scene.defaults_used.empty()) out << "  none\n";
+  return out.str();
+}

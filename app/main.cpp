@@ -1,0 +1,217 @@
+#include <fmt/format.h>
+
+#include <csignal>
+#include <filesystem>
+#include <iostream>
+#include <new>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "app/check.h"
+#include "app/doctor.h"
+#include "app/exit_code.h"
+#include "app/export.h"
+#include "app/host.h"
+#include "app/options.h"
+#include "app/profile.h"
+#include "app/progress.h"
+#include "app/results.h"
+#include "app/solve.h"
+#include "app/sweep.h"
+#include "app/table.h"
+#include "app/window_program.h"
+#include "engine/formats/files.h"
+#include "engine/loops/realtime.h"
+#include "engine/results/figures.h"
+#include "engine/results/lockstep.h"
+#include "engine/results/monolithic.h"
+#include "engine/results/problem_dump.h"
+#include "engine/results/profile.h"
+#include "engine/results/realtime_run.h"
+#include "engine/results/recording_file.h"
+#include "engine/results/signals.h"
+#include "engine/results/summary.h"
+#include "engine/scenes/build_model.h"
+#include "engine/scenes/config.h"
+#include "engine/scenes/scene_file.h"
+#include "engine/studies/model_parts.h"
+
+namespace {
+
+using namespace thenar;
+namespace fs = std::filesystem;
+
+// A run that slips more of its ticks is not what was asked for.
+constexpr double kKept = 0.99;
+
+void remove_figures(const fs::path& folder) {
+  std::error_code none;  // A figure that cannot be removed cannot be drawn either, and then there is a warning.
+  for (const char* figure : kFigures) fs::remove(folder / figure, none);
+}
+
+void write_results(const Model& model, const Recording& recording, const State& state, const std::string& summary,
+                   const fs::path& folder, Attempts& results) {
+  // Figures of an earlier run must not pass for this one's.
+  remove_figures(folder);
+  results.attempt([&] { write_file(folder / "summary.json", summary); });
+  results.attempt([&] {
+    write_file(folder / "signals.csv", signals_csv(model, recording));
+    if (recording.ticks.empty() || draw_figures(model, recording, state, folder)) return;
+    remove_figures(folder);
+    std::cerr << "warning: no figures, for gnuplot is missing or failed\n";
+  });
+}
+
+std::vector<Result> results_of(const Options& options) {
+  std::vector<Result> results;
+  if (!options.out.empty()) {
+    for (const char* name : {"summary.json", "signals.csv"}) results.push_back({"--out", options.out / name});
+    for (const char* figure : kFigures) results.push_back({"--out", options.out / figure});
+  }
+  if (!options.record.empty()) results.push_back({"--record", options.record});
+  return results;
+}
+
+/// The scene on two threads; what they did goes into `loops`.
+Recording run_realtime(const Options& options, const Model& model, State& state, const Progress& progress,
+                       nlohmann::ordered_json& loops, RecordingFile* film) {
+  ThreadSettings settings;
+  settings.duration_s = model.scene.duration_s;
+  settings.spin_s = options.spin_s;
+  settings.realtime = options.realtime;
+  settings.core = options.core;
+  settings.quiet = options.quiet;
+  LoopProfile profile(model);
+  RealtimeRun run = run_realtime(model, state, settings, profile, progress, film);
+  const nlohmann::ordered_json all = profile_json(model, profile, run.report);
+  for (const char* key :
+       {"scheduling", "settings", "loops", "exchange", "snapshots", "frame_age", "handover", "ledger", "hold"}) {
+    loops[key] = all.at(key);
+  }
+  const double kept =
+      static_cast<double>(run.report.ticks) / static_cast<double>(run.report.ticks + run.report.slipped);
+  if (kept < kKept) {
+    std::cerr << fmt::format("warning: this machine kept {:.0f} % of the contact ticks; simulated time lags behind\n",
+                             100.0 * kept);
+  }
+  return std::move(run.recording);
+}
+
+int run(const Options& options) {
+  Model model = build_model(load_scene(options));
+  check_results(results_of(options), scene_files(options.scene, options.overrides));
+  std::optional<FileLock> lock, dump_lock;
+  if (!options.out.empty()) lock.emplace(claim_folder(options.out, "--out"));
+  std::optional<ProblemDump> dump;
+  if (!options.dump_problems.empty()) {
+    std::error_code none;
+    const bool locked = lock && fs::equivalent(options.out, options.dump_problems, none);
+    if (!locked) dump_lock.emplace(claim_folder(options.dump_problems, "--dump-problems"));
+    dump.emplace(options.dump_problems, options.dump_every);
+  }
+  choose_control_rate(options, model);
+  model = as_needed(std::move(model));
+  std::optional<RecordingFile> film;
+  if (options.record.has_parent_path()) prepare_folder(options.record.parent_path());
+  if (!options.record.empty()) film.emplace(options.record, model);
+  State state(model);
+  RunWatch watch(model.scene, options.quiet);
+  const Progress progress = watch.progress();
+  nlohmann::ordered_json loops = nlohmann::ordered_json::object();  // Of two threads.
+  LockstepSettings settings;
+  settings.jitter_s = options.control_jitter_s;
+  const auto record = [&] {
+    switch (options.runner) {
+      case Runner::kMonolithic:
+        break;
+      case Runner::kLockstep:
+        return run_lockstep(model, state, settings, progress, dump ? &*dump : nullptr, film ? &*film : nullptr);
+      case Runner::kRealtime:
+        return run_realtime(options, model, state, progress, loops, film ? &*film : nullptr);
+    }
+    return run_monolithic(model, state, progress, dump ? &*dump : nullptr, film ? &*film : nullptr);
+  };
+  const Recording recording = record();
+  watch.end();
+
+  Attempts results;
+  if (film) results.attempt([&] { film->finish(recording); });
+  nlohmann::ordered_json summary = summarize(model, recording);
+  summary.update(loops);
+  if (!options.out.empty()) write_results(model, recording, state, summary.dump(2) + "\n", options.out, results);
+  if (options.format == "json") {
+    std::cout << summary.dump(2) << '\n';
+  } else if (!options.quiet) {
+    std::cout << results_table(summary);
+    if (!options.out.empty()) std::cout << "\nresults in " << options.out.string() << '\n';
+    if (dump) {
+      std::cout << fmt::format("\nproblems of one tick in {} (--dump-every) in {}: {} files\n", options.dump_every,
+                               options.dump_problems.string(), dump->files());
+    }
+  }
+  if (dump) results.attempt([&] { dump->finish(); });
+  const int code = report_verdict(model.scene, recording.verdict);
+  results.finish();
+  return watch.interrupted() ? kInterrupted : code;
+}
+
+int check(const Options& options) {
+  std::cout << description(load_scene(options));
+  return kDone;
+}
+
+int execute(const Options& options) {
+  switch (options.command) {
+    case Command::kRun:
+      return run(options);
+    case Command::kProfile:
+      return profile(options);
+    case Command::kCheck:
+      return check(options);
+    case Command::kSolve:
+      return solve(options);
+    case Command::kSweep:
+      return sweep(options);
+    case Command::kExport:
+      return export_recording(options);
+    case Command::kDoctor:
+      doctor(std::cout, options.core);
+      return kDone;
+  }
+  return kInternal;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) try {
+  if (!host_can_run()) {
+    std::cerr << kHostCannotRun;
+    return kInternal;
+  }
+  widen_thread_stacks();
+  std::signal(SIGXFSZ, SIG_IGN);  // A file at its limit is an error like a full disk.
+  // The window is a program of its own, so that this one neither needs nor builds it.
+  if (argc > 1 && std::string_view(argv[1]) == "demo") return run_window_program(argv);
+  int exit_code = kDone;
+  const std::optional<Options> options = parse_options(argc, argv, exit_code);
+  if (options) exit_code = execute(*options);
+  std::cout.flush();
+  if (!std::cout) throw FileError("standard output", "could not be written in full");
+  return exit_code;
+} catch (const ConfigError& error) {
+  std::cerr << error.what() << '\n';
+  return kBadUsage;
+} catch (const FileError& error) {
+  std::cerr << error.what() << '\n';
+  return kBadFile;
+} catch (const std::bad_alloc&) {
+  std::cerr << "not enough memory\n";
+  return kInternal;
+} catch (const std::exception& error) {
+  std::cerr << "internal error: " << error.what() << '\n';
+  return kInternal;
+}

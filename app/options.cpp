@@ -1,0 +1,286 @@
+#include "app/options.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <charconv>
+#include <system_error>
+#include <utility>
+
+#include "app/exit_code.h"
+#include "engine/formats/build_info.h"
+#include "engine/scenes/scene_file.h"
+#include "engine/scenes/units.h"
+
+namespace {
+
+using thenar::Dimension;
+
+/// The texts of the flags that change the scene, as they were written.
+struct SceneFlags {
+  std::string time, duration, tolerance, control_delay, control_jitter, spin;
+  RateFlags rates;
+};
+
+/// A bare number, without a unit.
+bool is_number(const std::string& text) {
+  double value = 0.0;
+  const char* const end = text.data() + text.size();
+  const auto [rest, error] = std::from_chars(text.data(), end, value);
+  return error == std::errc() && rest == end;
+}
+
+/// A bare number is one of seconds.
+std::string with_unit(const std::string& text) { return is_number(text) ? text + " s" : text; }
+
+CLI::Validator simulated_time() {
+  const CLI::Validator rule = quantity(Dimension::kTime, 1e-6, 1e5, "500 ms");
+  return {[rule](const std::string& text) {
+            std::string time = with_unit(text);
+            return rule(time);
+          },
+          ""};
+}
+
+void add_results(CLI::App& command, Options& options, const char* results) {
+  command.add_option("--out", options.out, std::string("Folder for ") + results)->type_name("DIR")->check(named());
+  command.add_option("--format", options.format, "What to print")->check(CLI::IsMember({"text", "json"}));
+  command.add_flag("--quiet", options.quiet, "Prints nothing but errors (and JSON, if asked for)");
+}
+
+/// The flags of two loops, whoever runs them.
+void add_loops(CLI::App& command, SceneFlags& flags) {
+  add_rates(command, flags.rates, true);
+  command.add_option("--tolerance", flags.tolerance, "Residual at which a contact tick stops its sweeps, such as 1e-3")
+      ->type_name("NUMBER")
+      ->check(quantity(Dimension::kNone, 1e-12, 1.0, "1e-3"));
+}
+
+/// The flags of two threads. They return so that they can be tied to another flag.
+std::array<CLI::Option*, 3> add_threads(CLI::App& command, SceneFlags& flags, Options& options) {
+  add_core(command, options.core);
+  return {
+      command.get_option("--core"),
+      command
+          .add_option("--spin", flags.spin, "The contact thread wakes so long before its tick and spins, default 50us")
+          ->type_name("T")
+          ->check(quantity(Dimension::kTime, 0.0, 1e-2, "50us")),
+      command.add_flag_callback(
+          "--no-realtime", [&options] { options.realtime = false; },
+          "Takes what any thread gets: no SCHED_FIFO, no core of its own")};
+}
+
+/// The flags that write problem files. The first of them returns so that it can be tied to another flag.
+CLI::Option* add_dump(CLI::App& command, Options& options) {
+  CLI::Option* const folder =
+      command
+          .add_option(
+              "--dump-problems", options.dump_problems,
+              "Folder for contact-T.fcp, grasp-T.json and muscle-T.json: the problems that were solved in tick T, for "
+              "thenar solve. Not with --realtime, where writing would make ticks late")
+          ->type_name("DIR")
+          ->check(named());
+  command.add_option("--dump-every", options.dump_every, "Ticks from one dump to the next")
+      ->type_name("N")
+      ->capture_default_str()
+      ->check(CLI::Range(std::int64_t{1}, std::int64_t{1'000'000'000}).description(""))
+      ->needs(folder);
+  return folder;
+}
+
+/// The command that solves problem files.
+CLI::App* add_solve(CLI::App& app, Options& options) {
+  CLI::App* const command = app.add_subcommand(
+      "solve", "Solves problem files, and tells the residuals, recomputed from the files, and the times");
+  command
+      ->add_option("FILE", options.problems,
+                   "Problem files: .fcp (contact), .json (P1 grasp forces, P2 muscle forces, LCP)")
+      ->required();
+  command
+      ->add_option(
+          "--method", options.method,
+          "How; the first is the default. contact: newton (Gauss-Seidel, then Newton), gauss_seidel. P1: "
+          "active_set, lemke (pyramids), exact_cone. P2: active_set, lemke. LCP: lemke. all: each that applies")
+      ->type_name("METHOD")
+      ->check(CLI::IsMember({"newton", "gauss_seidel", "active_set", "lemke", "exact_cone", "all"}).description(""));
+  command
+      ->add_option("--tolerance", options.tolerance,
+                   "Largest residual of a solution, default 1e-8 for contact (natural map), else 1e-10 (share of the "
+                   "forces); for grasps not less than what rounding does to the forces of contacts that are nearly on "
+                   "a line")
+      ->type_name("NUMBER")
+      ->check(CLI::Range(1e-15, 1.0).description(""));
+  command
+      ->add_option("--repeat", options.repeat,
+                   "Timed solves of each problem, from no forces. An .fcp file with several steps, or with the forces "
+                   "of the tick before, has a second row: each step from the forces before it, iterations a step")
+      ->type_name("N")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 1'000'000).description(""));
+  command->add_option("--format", options.format, "What to print")->check(CLI::IsMember({"text", "json"}));
+  command->add_flag("--forces", options.forces, "Shows the forces (z of an LCP), too");
+  command->footer(
+      "Exit code: 0 if every verdict is right and every solution within the tolerance, 2 for a wrong command, "
+      "3 for a file that cannot be read, else 6.");
+  return command;
+}
+
+/// The command that runs a scene many times.
+CLI::App* add_sweep(CLI::App& app, Options& options) {
+  CLI::App* const command = app.add_subcommand(
+      "sweep", "Runs all combinations of what varies in a scene, one a core, and makes one table of them");
+  add_scene(*command, options.scene, options.overrides);
+  command
+      ->add_option("--vary", options.vary,
+                   "What varies, as often as needed, the last one fastest: 'contact.friction=0.4:1:7' is 7 values from "
+                   "0.4 to 1, with :log at the end by equal ratios; 'time.step=0.5 ms,1 ms' is these values")
+      ->take_all()
+      ->required()
+      ->type_name("KEY=VALUES");
+  command
+      ->add_option("--out", options.out,
+                   "Folder for rows.csv and the journals of what has run: the same command goes on where it stopped")
+      ->required()
+      ->type_name("DIR")
+      ->check(named());
+  command->add_option("--jobs", options.jobs, "Rows at a time; default: one a core, and under mpirun one a process")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1024).description(""));
+  command->add_flag_callback(
+      "--lockstep", [&options] { options.runner = Runner::kLockstep; }, "Runs the two loops on a virtual clock");
+  command->add_flag("--quiet", options.quiet, "Prints nothing but errors");
+  command->footer(
+      "Exit code: 0 if all rows were run, whatever became of them, 2 for a wrong command or a folder that holds "
+      "another sweep, 3 for a file, 6 if rows are missing, such as one that found no memory, 130 if interrupted.");
+  return command;
+}
+
+/// The flags as changes of the scene, around those that the user set by key: a default of ours gives way to them, a
+/// flag does not.
+void apply(const SceneFlags& flags, Options& options) {
+  std::vector<std::string> defaults, asked = flags.rates.changes();
+  options.rates = flags.rates;
+  if (options.runner == Runner::kRealtime) defaults = realtime_defaults();
+  if (options.command == Command::kProfile) {
+    const std::vector<std::string> rates = flags.rates.defaults();
+    defaults.insert(defaults.end(), rates.begin(), rates.end());
+  }
+  if (!flags.control_delay.empty()) asked.push_back("time.control_delay=" + flags.control_delay);
+  if (!flags.tolerance.empty()) asked.push_back("contact.tolerance=" + flags.tolerance);
+  if (options.command == Command::kProfile) asked.push_back("time.duration=" + flags.duration);
+  if (!flags.time.empty()) asked.push_back("time.duration=" + with_unit(flags.time));
+  if (!flags.spin.empty()) options.spin_s = time_s(flags.spin);
+  if (!flags.control_jitter.empty()) options.control_jitter_s = time_s(flags.control_jitter);
+  options.overrides.insert(options.overrides.begin(), defaults.begin(), defaults.end());
+  options.overrides.insert(options.overrides.end(), asked.begin(), asked.end());
+}
+
+/// What the flags cannot say together.
+void check_together(const RateFlags& rates, Runner runner) {
+  const char* const first = rates.contact.empty() ? "--control-rate" : "--contact-rate";
+  if (rates.any() && runner == Runner::kMonolithic) throw CLI::ValidationError(first, "needs --realtime or --lockstep");
+  if (rates.auto_control() && runner == Runner::kLockstep) {
+    throw CLI::ValidationError("--control-rate", "auto needs --realtime: a virtual clock is never late");
+  }
+  check_rates(rates);
+}
+
+}  // namespace
+
+std::optional<Options> parse_options(int argc, const char* const* argv, int& exit_code) {
+  CLI::App app{"Real-time human grasp: three deformable fingertips, 23 muscles"};
+  app.set_version_flag("--version", std::string("thenar ") + std::string(thenar::build_info::kVersion));
+  app.require_subcommand(1);
+  Options options;
+  SceneFlags flags;
+
+  CLI::App* const run = app.add_subcommand("run", "Runs a scene and prints what came of it");
+  add_scene(*run, options.scene, options.overrides);
+  add_results(*run, options, "summary.json, signals.csv and figures");
+  run->add_option("--time", flags.time, "Simulated time in seconds, or with a unit, such as '500 ms'")
+      ->type_name("T")
+      ->check(simulated_time());
+  CLI::Option* const realtime = run->add_flag_callback(
+      "--realtime", [&] { options.runner = Runner::kRealtime; }, "Runs it on two threads, in real time");
+  CLI::Option* const lockstep = run->add_flag_callback(
+      "--lockstep", [&] { options.runner = Runner::kLockstep; }, "Runs the two loops on a virtual clock");
+  lockstep->excludes(realtime);
+  add_loops(*run, flags);
+  for (CLI::Option* option : add_threads(*run, flags, options)) option->needs(realtime);
+  run->add_option("--control-delay", flags.control_delay,
+                  "From a control tick's start to its frame's use, such as 20ms")
+      ->type_name("T")
+      ->check(quantity(Dimension::kTime, 0.0, 1e3, "20ms"))
+      ->needs(lockstep);
+  run->add_option("--control-jitter", flags.control_jitter, "Each frame takes up to so much longer, such as 2ms")
+      ->type_name("T")
+      ->check(quantity(Dimension::kTime, 0.0, 1.0, "2ms"))
+      ->needs(lockstep);
+  run->add_option(
+         "--record", options.record,
+         "MCAP file of what the run looks like, 50 states a second: thenar demo replays it, thenar export shares it")
+      ->type_name("FILE")
+      ->check(named())
+      ->check(no_folder());
+  add_dump(*run, options)->excludes(realtime);
+
+  CLI::App* const profile = app.add_subcommand("profile", "Runs a scene in real time and tells the times of its loops");
+  add_scene(*profile, options.scene, options.overrides);
+  add_results(*profile, options, "profile.json and figures");
+  add_loops(*profile, flags);
+  add_threads(*profile, flags, options);
+  flags.duration = "30s";
+  profile->add_option("--duration", flags.duration, "How long, such as 30s")
+      ->type_name("T")
+      ->capture_default_str()
+      ->check(quantity(Dimension::kTime, 1e-3, 1e5, "30s"));
+  profile->add_flag("--floor", options.floor, "Runs cyclictest in between: what this machine can do at best");
+  profile->add_option("--trace", options.trace, "File for the last 5 s as a Chrome trace, which Perfetto opens")
+      ->type_name("FILE")
+      ->check(named())
+      ->check(no_folder());
+
+  // For the help alone: main() hands it to another program.
+  app.add_subcommand("demo", "Shows a scene while it runs, or a recording, in a browser, and lets hands on it");
+  CLI::App* const solve = add_solve(app, options);
+  CLI::App* const check =
+      app.add_subcommand("check", "Says what a scene will model, what it leaves out, and the defaults");
+  add_scene(*check, options.scene, options.overrides);
+  CLI::App* const sweep = add_sweep(app, options);
+  CLI::App* const exports =
+      app.add_subcommand("export", "Makes one page that plays without a network, or a table, of a recording");
+  exports->add_option("FILE", options.record, "Recording, of thenar run --record")->required();
+  CLI::Option_group* const formats = exports->add_option_group("formats");
+  formats->add_option("--html", options.html, "The page, one file")
+      ->type_name("FILE")
+      ->check(named())
+      ->check(no_folder());
+  formats->add_option("--csv", options.csv, "A row a state: its numbers by name, but for shapes")
+      ->type_name("FILE")
+      ->check(named())
+      ->check(no_folder());
+  formats->require_option(1, 2);
+  CLI::App* const doctor =
+      app.add_subcommand("doctor", "Says what this machine can keep, and how to get what it refuses");
+  add_core(*doctor, options.core);
+
+  try {
+    app.parse(argc, argv);
+    if (check->parsed()) options.command = Command::kCheck;
+    if (exports->parsed()) options.command = Command::kExport;
+    if (solve->parsed()) options.command = Command::kSolve;
+    if (doctor->parsed()) options.command = Command::kDoctor;
+    if (profile->parsed()) options.command = Command::kProfile;
+    if (profile->parsed()) options.runner = Runner::kRealtime;
+    if (sweep->parsed()) options.command = Command::kSweep;
+    check_together(flags.rates, options.runner);
+  } catch (const CLI::ParseError& error) {
+    exit_code = app.exit(error) == 0 ? kDone : kBadUsage;
+    return std::nullopt;
+  }
+  apply(flags, options);
+  return options;
+}
+
+thenar::Scene load_scene(const Options& options) { return load_scene(options.scene, options.overrides, options.rates); }

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/scene_flags.h"
+#include "engine/scenes/scene_file.h"
+
+enum class Command { kRun, kProfile, kCheck, kSolve, kDoctor, kExport, kSweep };
+
+/// Who runs the two loops.
+enum class Runner {
+  kMonolithic,  ///< One loop, as the paper.
+  kLockstep,    ///< Two loops on a virtual clock.
+  kRealtime,    ///< Two threads.
+};
+
+/// What the command line asks for.
+struct Options {
+  Command command = Command::kRun;
+  std::filesystem::path scene;
+  std::vector<std::string> overrides;  ///< Of the scene, key=value, the last one wins: all flags that change it, too.
+  RateFlags rates;                     ///< The overrides have them, too.
+  std::filesystem::path out;           ///< Folder of results; empty: none.
+  std::string format = "text";         ///< Or "json".
+  bool quiet = false;
+  Runner runner = Runner::kMonolithic;
+
+  double control_jitter_s = 0.0;  ///< Of lockstep.
+
+  // Of runs on one thread.
+  std::filesystem::path dump_problems;  ///< Folder for problem files; empty: none.
+  std::int64_t dump_every = 25;         ///< Ticks from one dump to the next.
+
+  std::filesystem::path record;     ///< MCAP file of what a run looks like, written or exported; empty: none.
+  std::filesystem::path html, csv;  ///< What it is exported to; empty: not to this.
+
+  // Of solve.
+  std::vector<std::filesystem::path> problems;
+  std::string method;               ///< Or "all"; empty: each problem's default.
+  std::optional<double> tolerance;  ///< Of the residuals; nothing: each problem's default.
+  int repeat = 100;                 ///< Timed solves.
+  bool forces = false;              ///< Show them, too.
+
+  // Of sweeps.
+  std::vector<std::string> vary;  ///< As written, the last one turns fastest.
+  int jobs = 0;                   ///< Rows at a time; 0: one a core, or one a process under mpirun.
+
+  // Of the two threads.
+  double spin_s = 50e-6;
+  bool realtime = true;  ///< Ask for real-time scheduling.
+  int core = -1;         ///< The contact thread's; -1: the last.
+  bool floor = false;    ///< Measure what the machine can do at best, too.
+  std::filesystem::path trace;
+};
+
+/// Reads the command line. Nothing if there is nothing left to do: help or the version is printed, or what is wrong with
+/// it, and `exit_code` is set.
+[[nodiscard]] std::optional<Options> parse_options(int argc, const char* const* argv, int& exit_code);
+
+/// The scene as the command line asks for it. Throws ConfigError.
+[[nodiscard]] thenar::Scene load_scene(const Options& options);

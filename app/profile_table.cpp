@@ -1,0 +1,162 @@
+#include "app/profile_table.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <initializer_list>
+
+namespace {
+
+// Ticks given up at once for longer are no overrun.
+constexpr double kStandstill_s = 0.5;
+
+using nlohmann::ordered_json;
+
+/// A number, or a dash where nothing was measured.
+std::string cell(const ordered_json& value) {
+  if (value.is_boolean()) return value.get<bool>() ? "yes" : "no";
+  if (value.is_number_integer()) return value.dump();
+  if (!value.is_number() || !std::isfinite(value.get<double>())) return "-";
+  return fmt::format("{:.4g}", value.get<double>());
+}
+
+/// A time in us, with the decimals that it is worth.
+std::string us(const ordered_json& value) {
+  if (!value.is_number()) return "-";
+  const double time_us = value.get<double>();
+  const double size_us = std::abs(time_us);
+  return fmt::format("{:.{}f}", time_us, size_us < 1.0 ? 3 : size_us < 1000.0 ? 1 : 0);
+}
+
+std::string row(const std::string& name, std::initializer_list<std::string> cells, const std::string& remark = "") {
+  std::string line = fmt::format("  {:<28}", name);
+  for (const std::string& text : cells) line += fmt::format(" {:>10}", text);
+  return line + remark + '\n';
+}
+std::string heading(const std::string& name, std::initializer_list<std::string> cells) {
+  std::string line = fmt::format("\n{:<30}", name);
+  for (const std::string& text : cells) line += fmt::format(" {:>10}", text);
+  return line + '\n';
+}
+
+std::string latency_row(const std::string& name, const ordered_json& times, const ordered_json& method = nullptr) {
+  if (times.at("p50_us").is_null()) return "";  // the scene has no such stage
+  const std::string remark = method.is_string() ? "   " + method.get<std::string>() : "";
+  return row(name, {us(times.at("p50_us")), us(times.at("p99_us")), us(times.at("p999_us")), us(times.at("max_us"))},
+             remark);
+}
+
+std::string accuracy_table(const ordered_json& profile) {
+  const ordered_json& object = profile.at("object");
+  const ordered_json& handover = profile.at("handover");
+  const ordered_json& hold = profile.at("hold");
+  std::string table = heading("at this accuracy", {});
+  table += row("contact residual, p99", {cell(profile.at("residual_p99"))});
+  table +=
+      row("  ticks above 1e-2; not finite", {cell(profile.at("residual_above_1e-2")), cell(profile.at("not_finite"))});
+  table +=
+      row("sweeps a tick, p50 and p99", {cell(profile.at("sweeps").at("p50")), cell(profile.at("sweeps").at("p99"))});
+  table +=
+      row("contacts, p50 and max", {cell(profile.at("contacts").at("p50")), cell(profile.at("contacts").at("max"))});
+  table += row("deepest penetration [um]", {cell(profile.at("max_penetration_um"))});
+  table += row("force step [N], p99", {cell(handover.at("tick_N_p99")), "in a tick"});
+  table += row("  at a hand-over, p99 and max", {cell(handover.at("kick_N_p99")), cell(handover.at("kick_N_max"))});
+  table += row("  hand-over over tick, p99", {cell(handover.at("kick_over_tick_p99"))});
+  table += row("energy injected/dissipated", {cell(profile.at("ledger").at("injected_over_dissipated"))});
+  table += row("held: ticks, transitions", {cell(hold.at("ticks")), cell(hold.at("transitions"))});
+  table += row("what became of the grasp", {object.at("outcome").get<std::string>()});
+  table += row("  error [mm], final and max", {cell(object.at("final_error_mm")), cell(object.at("max_error_mm"))});
+  table +=
+      row("  turn [deg], final and max", {cell(object.at("final_rotation_deg")), cell(object.at("max_rotation_deg"))});
+  return table;
+}
+
+std::string counts_row(const char* name, const ordered_json& counts) {
+  return row(name, {cell(counts.at("published")), cell(counts.at("consumed")), cell(counts.at("superseded")),
+                    cell(counts.at("in_flight")), cell(counts.at("torn")), cell(counts.at("unaccounted"))});
+}
+
+std::string exchange_table(const ordered_json& profile) {
+  const ordered_json& exchange = profile.at("exchange");
+  const ordered_json& age = profile.at("frame_age");
+  std::string table = heading("exchange", {"published", "consumed", "superseded", "in flight", "torn", "unaccount."});
+  table += counts_row("frames, to contact", exchange);
+  table += counts_row("snapshots, to control", profile.at("snapshots"));
+  table += heading("on the contact thread", {"p50", "p99", "max"});
+  table += row("take a frame [ns]", {cell(exchange.at("acquire_p50_ns")), cell(exchange.at("acquire_p99_ns"))});
+  table += row("publish a snapshot [ns]", {cell(exchange.at("publish_p50_ns")), cell(exchange.at("publish_p99_ns"))});
+  table += row("age of the frame [ms]", {cell(age.at("p50_ms")), cell(age.at("p99_ms")), cell(age.at("max_ms"))});
+  return table;
+}
+
+std::string floor_table(const ordered_json& floor) {
+  if (floor.is_null()) return "";
+  std::string table = heading("floor: start jitter p99 [us]", {"cyclictest", "ours", "ratio"});
+  for (std::size_t i = 0; i < floor.at("ratios").size(); ++i) {
+    table += row(
+        fmt::format("pair {}, no spin", i + 1),
+        {us(floor.at("cyclictest_p99_us").at(i)), us(floor.at("jitter_p99_us").at(i)), cell(floor.at("ratios").at(i))});
+  }
+  table += row("median of the ratios", {"", "", cell(floor.at("ratio_p99_median"))});
+  table += row(fmt::format("this run, {:g} us spin", floor.at("spin").at("spin_us").get<double>()),
+               {"", us(floor.at("spin").at("jitter_p99_us"))});
+  const std::string remark = floor.at("remark").get<std::string>();
+  if (!remark.empty()) table += "  " + remark + '\n';
+  return table;
+}
+
+}  // namespace
+
+std::string scheduling_in_words(const ordered_json& scheduling) {
+  const int priority = scheduling.at("priority").get<int>();
+  std::string words = scheduling.at("policy").get<std::string>() + (priority > 0 ? fmt::format(" {}", priority) : "");
+  words += scheduling.at("core").is_null() ? ", any core" : ", core " + scheduling.at("core").dump();
+  words += scheduling.at("locked").get<bool>() ? ", memory locked" : ", memory not locked";
+  return words + (scheduling.at("kept_awake").get<bool>() ? ", cores kept awake" : "");
+}
+
+std::string loops_table(const ordered_json& profile) {
+  const ordered_json& contact = profile.at("loops").at("contact");
+  const ordered_json& control = profile.at("loops").at("control");
+  const ordered_json& stages = control.at("stages");
+  const ordered_json& settings = profile.at("settings");
+  std::string table = heading("loops", {"asked [Hz]", "rate [Hz]", "ticks", "overruns", "slipped"});
+  table += row("contact", {cell(settings.at("contact_rate_hz")), cell(contact.at("rate_hz")), cell(contact.at("ticks")),
+                           cell(contact.at("overruns")), cell(contact.at("slipped"))});
+  table += row("control", {cell(settings.at("control_rate_hz")), cell(control.at("rate_hz")), cell(control.at("ticks")),
+                           "", cell(control.at("slipped"))});
+  const auto longest_s = contact.at("longest_slip_s").get<double>();
+  if (longest_s > kStandstill_s) {
+    table += fmt::format("  The run stood still for {:.1f} s: the program was stopped, or the machine.\n", longest_s);
+  }
+  table += heading("time [us]", {"p50", "p99", "p99.9", "max"});
+  table += latency_row("contact: start jitter", contact.at("jitter"));
+  table += latency_row("contact: compute", contact.at("compute"));
+  table += latency_row("control: start jitter", control.at("jitter"));
+  table += latency_row("control: whole tick", control.at("total"));
+  table += latency_row("  grasp forces", stages.at("grasp_lcp"), settings.at("grasp_method"));
+  table += latency_row("  muscle forces", stages.at("muscle_lcp"), settings.at("muscle_method"));
+  table += latency_row("  contact finding", stages.at("find"));
+  table += latency_row("  compliance", stages.at("factors"));
+  return table;
+}
+
+std::string profile_table(const ordered_json& profile) {
+  const ordered_json& build = profile.at("build");
+  const ordered_json& scheduling = profile.at("scheduling");
+  const ordered_json& settings = profile.at("settings");
+  std::string table = "thenar " + build.at("version").get<std::string>() + ", " + build.at("type").get<std::string>() +
+                      " (" + build.at("flags").get<std::string>() + "), " + build.at("compiler").get<std::string>() +
+                      ", " + scheduling_in_words(scheduling) + "\n";
+  table += fmt::format("{}: {} s simulated in {} s; timer slack {} ns, spin {} us; stops at residual {} or {} sweeps\n",
+                       profile.at("scene").get<std::string>(), cell(profile.at("simulated_s")),
+                       cell(profile.at("wall_s")), cell(scheduling.at("timer_slack_ns")),
+                       cell(scheduling.at("spin_us")), cell(settings.at("tolerance")), cell(settings.at("max_sweeps")));
+  for (const ordered_json* granted : {&scheduling, &scheduling.at("control")}) {
+    const std::string remark = granted->at("remark").get<std::string>();
+    if (!remark.empty()) table += remark + '\n';
+  }
+  for (const std::string warning : profile.at("warnings")) table += "warning: " + warning + '\n';
+  return table + loops_table(profile) + accuracy_table(profile) + exchange_table(profile) +
+         floor_table(profile.at("floor"));
+}

@@ -1,0 +1,37 @@
+#include "app/progress.h"
+
+#include <unistd.h>
+
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+
+namespace {
+
+// The signal handler's.
+std::atomic<bool> stop = false;
+static_assert(std::atomic<bool>::is_always_lock_free);
+
+}  // namespace
+
+RunWatch::RunWatch(const thenar::Scene& scene, bool quiet)
+    : duration_s_(scene.duration_s), shows_(!quiet && isatty(STDERR_FILENO) != 0) {
+  struct sigaction action {};
+  action.sa_handler = [](int) { stop = true; };
+  action.sa_flags = SA_RESETHAND;
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaction(signal, &action, nullptr);
+}
+
+void RunWatch::end() const {
+  if (shows_) std::fputc('\n', stderr);
+}
+
+bool RunWatch::tick(double simulated_s, double wall_s) {
+  interrupted_ = stop;
+  if (shows_ && (wall_s - shown_s_ >= 0.1 || simulated_s >= duration_s_)) {
+    shown_s_ = wall_s;
+    std::fprintf(stderr, "\r%.2f of %.2f s simulated, %.1f times real time ", simulated_s, duration_s_,
+                 simulated_s / wall_s);
+  }
+  return !interrupted_;
+}

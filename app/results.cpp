@@ -1,0 +1,40 @@
+#include "app/results.h"
+
+#include <fmt/format.h>
+
+#include <optional>
+#include <system_error>
+#include <utility>
+
+#include "engine/scenes/config.h"
+
+namespace fs = std::filesystem;
+using thenar::ConfigError;
+using thenar::FileLock;
+
+void check_results(const std::vector<Result>& results, const std::vector<fs::path>& inputs) {
+  std::error_code none;  // What cannot be looked at is refused when it is read or written.
+  for (auto result = results.begin(); result != results.end(); ++result) {
+    for (const fs::path& input : inputs) {
+      if (!fs::equivalent(result->file, input, none)) continue;
+      throw ConfigError({{result->flag, "",
+                          fmt::format("{} would replace {}, which this command reads: name another",
+                                      result->file.string(), input.string())}});
+    }
+    const fs::path file = fs::weakly_canonical(result->file, none);
+    for (auto other = results.begin(); other != result; ++other) {
+      if (fs::weakly_canonical(other->file, none) != file) continue;
+      throw ConfigError({{result->flag, "",
+                          fmt::format("{} is a file of {}'s own: name another", result->file.string(), other->flag)}});
+    }
+  }
+}
+
+FileLock claim_folder(const fs::path& folder, const std::string& flag) {
+  thenar::prepare_folder(folder);
+  std::optional<FileLock> lock = FileLock::take(folder);
+  if (!lock) {
+    throw ConfigError({{flag, "", fmt::format("another run writes into {}: name another folder", folder.string())}});
+  }
+  return *std::move(lock);
+}

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <exception>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "engine/formats/files.h"
+
+/// A file that a command will write, and the flag that names it or its folder.
+struct Result {
+  std::string flag;
+  std::filesystem::path file;
+};
+
+/// Throws ConfigError if a result would replace an input of the same command, by whatever name, or another result.
+void check_results(const std::vector<Result>& results, const std::vector<std::filesystem::path>& inputs);
+
+/// Makes a folder for results, which belongs to this process while the lock lives: results of two must not mix. Throws
+/// ConfigError if another process writes there, and FileError.
+[[nodiscard]] thenar::FileLock claim_folder(const std::filesystem::path& folder, const std::string& flag);
+
+/// Keeps all results that can be had: goes on after a FileError, and throws the first one at the end.
+class Attempts {
+ public:
+  template <typename Write>
+  void attempt(const Write& write) {
+    try {
+      write();
+    } catch (const thenar::FileError&) {
+      if (!first_) first_ = std::current_exception();
+    }
+  }
+  /// Throws FileError if an attempt failed.
+  void finish() const {
+    if (first_) std::rethrow_exception(first_);
+  }
+
+ private:
+  std::exception_ptr first_;
+};

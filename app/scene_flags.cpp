@@ -1,0 +1,127 @@
+#include "app/scene_flags.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "engine/loops/realtime.h"
+#include "engine/scenes/config.h"
+#include "engine/scenes/scene_file.h"
+
+namespace {
+
+using thenar::Dimension;
+
+constexpr double kFastest_Hz = 100e3, kSlowest_Hz = 1.0;  // Of a loop: what may make sense, with room.
+constexpr double kContact_Hz = 4000.0, kControl_Hz = 1000.0;
+
+CLI::Validator or_auto(const CLI::Validator& rule) {
+  return {[rule](std::string& text) { return text == "auto" ? "" : rule(text); }, ""};
+}
+CLI::Validator rate() { return quantity(Dimension::kFrequency, kSlowest_Hz, kFastest_Hz, "200Hz"); }
+
+double rate_Hz(const std::string& text) { return thenar::read_quantity(text, Dimension::kFrequency).value; }
+std::string period(double frequency_Hz) { return thenar::to_text(1.0 / frequency_Hz, Dimension::kTime); }
+
+}  // namespace
+
+CLI::Validator quantity(Dimension dimension, double low, double high, const char* example) {
+  return {[=](const std::string& text) -> std::string {
+            const thenar::Quantity read = thenar::read_quantity(text, dimension);
+            if (!read.fault.empty()) return read.fault + fmt::format(", such as '{}'", example);
+            if (read.value >= low && read.value <= high) return "";
+            return fmt::format("{} must lie within {} .. {}", text, thenar::to_text(low, dimension),
+                               thenar::to_text(high, dimension));
+          },
+          ""};
+}
+
+CLI::Validator named() {
+  return {[](const std::string& text) -> std::string { return text.empty() ? "needs a name" : ""; }, ""};
+}
+CLI::Validator no_folder() {
+  return {[](const std::string& text) -> std::string {
+            std::error_code none;  // What cannot be looked at is found out when it is written.
+            return std::filesystem::is_directory(text, none) ? text + " is a folder, and must be a file" : "";
+          },
+          ""};
+}
+
+void add_core(CLI::App& command, int& core) {
+  command.add_option("--core", core, "The contact thread's core; default: the last one that the program may use")
+      ->type_name("N")
+      ->check({[](const std::string& text) -> std::string {
+                 std::string all;
+                 for (const int allowed : thenar::allowed_cores()) {
+                   if (text == std::to_string(allowed)) return "";
+                   all += (all.empty() ? "" : ", ") + std::to_string(allowed);
+                 }
+                 return fmt::format("{} is none of the cores that the program may use: {}", text, all);
+               },
+               ""});
+}
+
+double time_s(const std::string& text) { return thenar::read_quantity(text, Dimension::kTime).value; }
+
+std::vector<std::string> RateFlags::changes() const {
+  std::vector<std::string> asked;
+  if (!contact.empty()) asked.push_back("time.step=" + period(rate_Hz(contact)));
+  if (!control.empty() && !auto_control()) asked.push_back("time.control_period=" + period(rate_Hz(control)));
+  return asked;
+}
+
+std::vector<std::string> RateFlags::defaults() const {
+  const double contact_Hz = contact.empty() ? kContact_Hz : rate_Hz(contact);
+  // Control is no faster than contact.
+  const double control_Hz = std::min(kControl_Hz, contact_Hz);
+  return {"time.step=" + period(contact_Hz), "time.control_period=" + period(control_Hz)};
+}
+
+std::vector<std::string> realtime_defaults() { return {"contact.tolerance=1e-7", "contact.max_sweeps=60"}; }
+
+void add_scene(CLI::App& command, std::filesystem::path& scene, std::vector<std::string>& overrides,
+               const char* description) {
+  command.add_option("SCENE", scene, description)->required();
+  command.add_option("--set", overrides, "Changes a value: key.path=value, as often as needed")
+      ->take_all()
+      ->type_name("KEY=VALUE");
+}
+
+void add_rates(CLI::App& command, RateFlags& rates, bool may_be_auto) {
+  command.add_option("--contact-rate", rates.contact, "Ticks a second of the contact loop, such as 4kHz")
+      ->type_name("RATE")
+      ->check(rate());
+  command
+      .add_option("--control-rate", rates.control,
+                  may_be_auto ? "Of the control loop, such as 1kHz; auto, in real time: what this machine keeps"
+                              : "Of the control loop, such as 1kHz")
+      ->type_name(may_be_auto ? "RATE|auto" : "RATE")
+      ->check(may_be_auto ? or_auto(rate()) : rate());
+}
+
+void check_rates(const RateFlags& rates) {
+  if (rates.contact.empty() || rates.control.empty() || rates.auto_control()) return;
+  if (rate_Hz(rates.control) <= rate_Hz(rates.contact)) return;
+  throw CLI::ValidationError("--control-rate", rates.control + " must not be faster than --contact-rate");
+}
+
+thenar::Scene load_scene(const std::filesystem::path& scene, const std::vector<std::string>& overrides,
+                         const RateFlags& rates) try {
+  return thenar::load_scene(scene, overrides);
+} catch (const thenar::ConfigError& error) {
+  std::vector<thenar::ConfigDiagnostic> diagnostics = error.diagnostics();
+  for (thenar::ConfigDiagnostic& fault : diagnostics) {
+    if (fault.key != "time.control_period" || !fault.message.starts_with("must not be shorter")) continue;
+    if (!rates.control.empty() && !rates.auto_control()) {
+      fault = {"--control-rate", "",
+               rates.control + " must not be faster than " +
+                   (rates.contact.empty() ? "the contact loop: give --contact-rate, too" : "--contact-rate")};
+    } else if (!rates.contact.empty()) {
+      fault = {"--contact-rate", "",
+               rates.contact + " must not be slower than the control loop: give --control-rate, too"};
+    }
+  }
+  throw thenar::ConfigError(std::move(diagnostics));
+}

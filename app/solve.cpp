@@ -1,0 +1,500 @@
+#include "app/solve.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/exit_code.h"
+#include "engine/formats/problem_file.h"
+#include "engine/formats/text.h"
+#include "engine/grasp/stopwatch.h"
+#include "engine/loops/percentiles.h"
+#include "engine/results/problem_check.h"
+#include "solvers/contact_newton.h"
+#include "solvers/contact_sweeps.h"
+#include "solvers/gauss_seidel.h"
+#include "solvers/grasp_deficit.h"
+#include "solvers/lcp.h"
+#include "solvers/muscle_forces.h"
+
+namespace {
+
+using namespace thenar;
+using Eigen::Index;
+using Eigen::VectorXd;
+using nlohmann::ordered_json;
+
+// Solvers that keep gaps by increments are asked for half of the tolerance: recomputed, the residual differs a little.
+constexpr double kMargin = 0.5;
+// Of plain Gauss-Seidel: where it converges to 1e-8 at all, this is enough, and where it stalls the user waits.
+constexpr int kMaxSweeps = 5000;
+// Of Lemke: no tick waits for it here, and Murty's family takes 2^n pivots.
+constexpr int kMaxPivots = 100'000;
+// A part of a deficit is worth a word from this share of its largest part on.
+constexpr double kWorthAWord = 0.01;
+// Forces below this part of those at hand are none.
+constexpr double kNothing = 1e-9;
+
+/// One row of the results.
+struct Result {
+  std::string name, problem, method;
+  std::string status;     ///< optimal, infeasible, solved, no_solution or budget.
+  double residual = NAN;  ///< Of the solution; of an infeasible verdict, the gap of its proof.
+  double residual_worst = NAN;
+  int iterations = 0;
+  Percentiles us;
+  std::optional<double> objective;
+  VectorXd f;           ///< Or z; empty without a solution.
+  std::string verdict;  ///< What a verdict that there is no solution means.
+  std::string fault;    ///< Why this is not the right answer; empty: it is.
+};
+
+/// What files call a kind of problem, and the solvers for it by their names on the command line.
+struct Kind {
+  const char* problem;
+  std::vector<std::string> methods;  ///< The first is the default.
+};
+
+Kind kind(const ContactFile&) { return {"contact", {"newton", "gauss_seidel"}}; }
+Kind kind(const GraspFile&) { return {"P1", {"active_set", "lemke", "exact_cone"}}; }
+Kind kind(const MuscleFile&) { return {"P2", {"active_set", "lemke"}}; }
+Kind kind(const LcpFile&) { return {"LCP", {"lemke"}}; }
+
+double default_tolerance(const ProblemFile& file) { return std::holds_alternative<ContactFile>(file) ? 1e-8 : 1e-10; }
+
+/// Microseconds of `repeat` solves, after one that warms the machine up. `reset` comes before each, and is not timed.
+template <typename Reset, typename Solve>
+Percentiles time_solves(int repeat, Reset reset, Solve solve) {
+  std::vector<double> us;
+  us.reserve(static_cast<std::size_t>(repeat));
+  reset();
+  solve();
+  for (int i = 0; i < repeat; ++i) {
+    reset();
+    Stopwatch watch;
+    solve();
+    us.push_back(1e6 * watch.lap());
+  }
+  return percentiles(std::move(us));
+}
+
+/// "A, B and C"
+std::string listed(const std::vector<std::string>& parts) {
+  std::string text;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    text += (i == 0 ? "" : i + 1 == parts.size() ? " and " : ", ") + parts[i];
+  }
+  return text;
+}
+
+void refuse(Result& result, const std::string& why) {
+  if (result.fault.empty()) result.fault = why;
+}
+
+/// Holds a verdict against its proof: without one it is none.
+void settle_verdict(Result& result, double gap) {
+  result.residual = result.residual_worst = gap;
+  if (gap <= kProvedGap) return;
+  refuse(result, fmt::format("the proof of '{}' fails: gap {:.1e}", result.status, gap));
+  result.status = "budget";
+  result.verdict.clear();
+}
+
+/// Holds a result against what the file knows, and a solution against the tolerance.
+void judge(Result& result, const std::string& expected, double tolerance) {
+  const bool is_solution = result.status == "optimal" || result.status == "solved";
+  if (result.status == "budget") refuse(result, "no answer");
+  if (!expected.empty() && result.status != expected) {
+    refuse(result, fmt::format("'{}', and the file says '{}'", result.status, expected));
+  }
+  if (is_solution && !(result.residual <= tolerance)) {
+    refuse(result, fmt::format("residual {:.1e} is above {:g}", result.residual, tolerance));
+  }
+}
+
+// ---- contact ----
+
+std::string explain(const ContactFile& file, const VectorXd& y, double closed_m) {
+  std::vector<std::string> pressed;
+  for (Index i = 0; i < y.size(); ++i) {
+    if (y[i] > kWorthAWord * y.maxCoeff()) pressed.push_back(fmt::format("{} ({:.2g})", i, y[i]));
+  }
+  const bool is_velocity = file.units.find("velocity") != std::string::npos;
+  return fmt::format(
+      "bodies that do not give way press contacts {} together: their gaps, added up by these weights, stay closed by "
+      "{:.3g} {} whatever the forces",
+      listed(pressed), closed_m, is_velocity ? "m/s" : "m");
+}
+
+/// A contact solver by its name, with the memory that it needs.
+class ContactSolver {
+ public:
+  ContactSolver(const ContactFile& file, const std::string& method, double tolerance)
+      : file_(file),
+        accurate_(method == "newton"),
+        tolerance_(kMargin * tolerance),
+        work_(file.contacts()),
+        sweeps_(file.contacts()),
+        delta_(3 * file.contacts()) {}
+
+  /// One step from the first guess in f.
+  void solve(Index step, VectorXd& f) {
+    const VectorXd& delta_free = file_.delta_free[static_cast<std::size_t>(step)];
+    if (accurate_) {
+      AccurateSettings settings;
+      settings.tolerance = tolerance_;
+      const AccurateReport report =
+          solve_contacts_accurately(file_.W, delta_free, file_.mu, settings, work_, f, delta_);
+      status = report.solve.status;
+      iterations = report.solve.sweeps + report.steps;
+    } else {
+      const SolveReport report =
+          solve_contacts(file_.W, delta_free, file_.mu, {tolerance_, kMaxSweeps}, sweeps_, f, delta_);
+      status = report.status;
+      iterations = report.sweeps;
+    }
+  }
+
+  SolveStatus status = SolveStatus::kBudgetSpent;  ///< This and the next: of the last solve.
+  int iterations = 0;                              ///< Sweeps and Newton steps.
+  /// What proves that there is no solution; see contact_newton.h.
+  [[nodiscard]] const VectorXd& certificate() const { return work_.certificate; }
+
+ private:
+  const ContactFile& file_;
+  bool accurate_;
+  double tolerance_;
+  AccurateWorkspace work_;
+  SweepWorkspace sweeps_;
+  VectorXd delta_;
+};
+
+/// What the last solve, of this step, is worth. A residual within the tolerance is a solution, whatever the solver thinks
+/// of it.
+void settle(const ContactFile& file, Index step, const ContactSolver& solver, const VectorXd& f, double tolerance,
+            Result& result) {
+  if (solver.status == SolveStatus::kNoSolution) {
+    const ContactVerdict verdict = contact_verdict(file, step, solver.certificate());
+    result.status = "no_solution";
+    result.verdict = explain(file, solver.certificate(), verdict.closed_m);
+    settle_verdict(result, verdict.gap);
+    return;
+  }
+  const Residual residual = contact_residual(file, step, f);
+  result.residual = residual.norm;
+  result.residual_worst = residual.worst;
+  result.status = residual.norm <= tolerance ? "solved" : "budget";
+  if (result.status == "budget") refuse(result, fmt::format("stopped at residual {:.1e}", residual.norm));
+  result.f = f;
+}
+
+Result solve_cold(const ContactFile& file, const std::string& method, double tolerance, int repeat) {
+  Result result;
+  ContactSolver solver(file, method, tolerance);
+  VectorXd f(3 * file.contacts());
+  result.us = time_solves(
+      repeat, [&] { f.setZero(); }, [&] { solver.solve(0, f); });
+  result.iterations = solver.iterations;
+  settle(file, 0, solver, f, tolerance, result);
+  judge(result, file.status, tolerance);
+  return result;
+}
+
+/// Whether a is the one to tell of: it is wrong and b is not, or else its residual is larger.
+bool is_worse(const Result& a, const Result& b) {
+  return a.fault.empty() == b.fault.empty() ? !(a.residual <= b.residual) : b.fault.empty();
+}
+
+/// Every step from the forces of the one before it: the first from the file's first guess, or untimed from nothing. The
+/// result is that of the worst step.
+Result solve_warm(const ContactFile& file, const std::string& method, double tolerance, int repeat) {
+  ContactSolver solver(file, method, tolerance);
+  const auto steps = static_cast<Index>(file.delta_free.size());
+  const bool has_guess = file.f_last.size() > 0;
+  const Index first_timed = has_guess ? 0 : 1;
+  const VectorXd guess = has_guess ? file.f_last : VectorXd(VectorXd::Zero(3 * file.contacts()));
+
+  // One pass is judged, and warms the machine up; the same problems give the same bits in those that are timed.
+  Result worst;
+  double iterations = 0.0;
+  VectorXd f = guess;
+  for (Index step = 0; step < steps; ++step) {
+    solver.solve(step, f);
+    Result one;
+    settle(file, step, solver, f, tolerance, one);
+    judge(one, step == 0 ? file.status : "", tolerance);
+    if (!one.fault.empty() && steps > 1) one.fault = fmt::format("step {}: {}", step, one.fault);
+    if (step == 0 || is_worse(one, worst)) worst = std::move(one);
+    if (step >= first_timed) iterations += solver.iterations;
+  }
+  worst.iterations = static_cast<int>(std::lround(iterations / static_cast<double>(steps - first_timed)));
+
+  std::vector<double> us;
+  while (std::ssize(us) < repeat) {
+    f = guess;
+    for (Index step = 0; step < steps; ++step) {
+      Stopwatch watch;
+      solver.solve(step, f);
+      if (step >= first_timed) us.push_back(1e6 * watch.lap());
+    }
+  }
+  worst.us = percentiles(std::move(us));
+  return worst;
+}
+
+std::vector<Result> solve(const ContactFile& file, const std::string& method, double tolerance, int repeat) {
+  std::vector<Result> results{solve_cold(file, method, tolerance, repeat)};
+  results.back().name = file.name;
+  const std::size_t steps = file.delta_free.size();
+  if (steps > 1 || file.f_last.size() > 0) {
+    results.push_back(solve_warm(file, method, tolerance, repeat));
+    results.back().name = file.name + (steps > 1 ? fmt::format(" (warm, {} steps)", steps) : " (warm)");
+  }
+  return results;
+}
+
+// ---- grasp forces ----
+
+std::string explain(const GraspProblem& problem) {
+  const GraspDeficit deficit = explain_infeasible_grasp(problem);
+  std::vector<std::string> lacking;
+  const auto n = std::ssize(problem.contacts);
+  const double largest_N = deficit.missing_N.leftCols(n).cwiseAbs().maxCoeff();
+  for (Index i = 0; i < n; ++i) {
+    const auto e = deficit.missing_N.col(i);
+    std::vector<std::string> parts;
+    const double tangential_N = e.tail<2>().norm();
+    if (tangential_N > kWorthAWord * largest_N) parts.push_back(fmt::format("{:.3g} N of tangential", tangential_N));
+    if (std::abs(e[0]) > kWorthAWord * largest_N) {
+      parts.push_back(fmt::format("{:.3g} N of {} force", std::abs(e[0]), e[0] > 0.0 ? "pushing" : "pulling"));
+    } else if (!parts.empty()) {
+      parts.back() += " force";
+    }
+    if (!parts.empty()) lacking.push_back(fmt::format("contact {} lacks {}", i, listed(parts)));
+  }
+  // What is left where only a torque is missing that no contact force gives is rounding.
+  const double forces_N = problem.wrench.head<3>().norm() + problem.internal_force_N;
+  if (largest_N <= kNothing * forces_N) lacking.clear();
+  std::string text = lacking.empty() ? "the contacts cannot give a part of the torque, whatever their forces"
+                                     : fmt::format("at friction {:g} {}", problem.friction, listed(lacking));
+  if (std::isfinite(deficit.least_friction)) {
+    return text + fmt::format("; a friction of at least {:.3g} would do", deficit.least_friction);
+  }
+  return text + "; no friction would do";
+}
+
+std::string expected_status(const GraspFile& file, bool exact_cone) {
+  if (!exact_cone) return file.status;
+  if (file.f_optimal_exact_cone.size() > 0) return "optimal";
+  if (!file.status_exact_cone.empty()) return file.status_exact_cone;
+  // The exact cone lies within the pyramid.
+  return file.status == "infeasible" ? "infeasible" : "";
+}
+
+std::vector<Result> solve(const GraspFile& file, const std::string& method, double tolerance, int repeat) {
+  const bool exact_cone = method == "exact_cone", lemke = method == "lemke";
+  const GraspProblem problem = file.problem(exact_cone ? FrictionCone::kExact : FrictionCone::kPyramid);
+  Result result;
+  result.name = file.name;
+  VectorXd f(3 * std::ssize(file.contacts));
+  GraspWorkspace work;
+  GraspReport report;
+  result.us = time_solves(
+      repeat, [&] { f.setZero(); },
+      [&] { report = lemke ? solve_grasp_forces_by_lemke(problem, work, f) : solve_grasp_forces(problem, f); });
+  result.iterations = report.iterations;
+  if (report.status == GraspStatus::kInfeasible) {
+    result.status = "infeasible";
+    result.verdict = explain(problem);
+    settle_verdict(result, infeasibility_gap(problem, report.multiplier));
+  } else if (report.status == GraspStatus::kOptimal) {
+    result.status = "optimal";
+    result.residual = result.residual_worst = grasp_kkt_error(problem, report.multiplier, f);
+    result.objective = 0.5 * f.squaredNorm();
+    for (std::size_t i = 0; i < file.contacts.size(); ++i) {
+      *result.objective -=
+          file.internal_force_N * file.contacts[i].frame.col(0).dot(f.segment<3>(3 * static_cast<Index>(i)));
+    }
+    result.f = f;
+  } else {
+    result.status = "budget";
+  }
+  judge(result, expected_status(file, exact_cone), std::max(tolerance, grasp_rounding(file)));
+  return {result};
+}
+
+// ---- muscle forces ----
+
+std::string explain(const MuscleDeficit& deficit) {
+  std::vector<std::string> parts;
+  const double largest_Nm = deficit.missing_Nm.cwiseAbs().maxCoeff();
+  for (Index i = 0; i < deficit.missing_Nm.size(); ++i) {
+    const double missing_Nm = deficit.missing_Nm[i];
+    if (std::abs(missing_Nm) < kWorthAWord * largest_Nm) continue;
+    parts.push_back(fmt::format("{:.3g} N m of row {}", missing_Nm, i));
+  }
+  return fmt::format("pulling muscles leave {} of the torques: at best |H f - tau| is {:.3g} N m", listed(parts),
+                     deficit.missing_Nm.norm());
+}
+
+std::vector<Result> solve(const MuscleFile& file, const std::string& method, double tolerance, int repeat) {
+  Result result;
+  result.name = file.name;
+  VectorXd f(file.H.cols());
+  MuscleWorkspace work(file.H.rows(), file.H.cols());
+  MuscleReport report;
+  result.us = time_solves(
+      repeat, [&] { f.setZero(); },
+      [&] {
+        report = method == "lemke" ? solve_muscle_forces_by_lemke(file.H, file.tau, work, f)
+                                   : solve_muscle_forces(file.H, file.tau, f);
+      });
+  result.iterations = report.iterations;
+  if (report.status == MuscleStatus::kInfeasible) {
+    const MuscleDeficit deficit = explain_infeasible_muscles(file);
+    result.status = "infeasible";
+    result.verdict = explain(deficit);
+    settle_verdict(result, deficit.gap);
+  } else if (report.status == MuscleStatus::kOptimal) {
+    result.status = "optimal";
+    result.residual = result.residual_worst = muscle_residual(file, f);
+    result.objective = 0.5 * f.squaredNorm();
+    result.f = f;
+  } else {
+    result.status = "budget";
+  }
+  judge(result, file.status, tolerance);
+  return {result};
+}
+
+// ---- linear complementarity ----
+
+std::string explain(const LcpFile& file, const VectorXd& y) {
+  std::vector<std::string> terms;
+  for (Index i = 0; i < y.size(); ++i) {
+    if (y[i] > kWorthAWord * y.maxCoeff()) terms.push_back(fmt::format("{:.3g} w_{}", y[i], i));
+  }
+  return fmt::format("{} is at most {:.3g} for every z >= 0, and would have to be 0 or more", fmt::join(terms, " + "),
+                     y.dot(file.q));
+}
+
+std::vector<Result> solve(const LcpFile& file, const std::string& /*method*/, double tolerance, int repeat) {
+  Result result;
+  result.name = file.name;
+  VectorXd z(file.q.size());
+  LcpWorkspace work(file.q.size());
+  LcpReport report;
+  result.us = time_solves(
+      repeat, [&] { z.setZero(); }, [&] { report = solve_lcp(file.M, file.q, kMaxPivots, work, z); });
+  result.iterations = report.pivots;
+  if (report.status == LcpStatus::kInfeasible) {
+    result.status = "no_solution";
+    result.verdict = explain(file, z);
+    settle_verdict(result, lcp_infeasibility_gap(file, z));
+  } else if (report.status == LcpStatus::kSolved) {
+    result.status = "solved";
+    result.residual = result.residual_worst = lcp_residual(file, z);
+    result.f = z;
+  } else {
+    result.status = "budget";
+  }
+  judge(result, file.status, tolerance);
+  return {result};
+}
+
+// ---- results ----
+
+ordered_json to_json(const Result& result, bool forces) {
+  ordered_json row{{"name", result.name},
+                   {"problem", result.problem},
+                   {"method", result.method},
+                   {"status", result.status},
+                   {"residual", result.residual},
+                   {"residual_worst", result.residual_worst},
+                   {"iterations", result.iterations},
+                   {"median_us", result.us.p50},
+                   {"p99_us", result.us.p99},
+                   {"objective", nullptr}};
+  if (result.objective) row["objective"] = *result.objective;
+  if (forces)
+    row["f"] = result.f.size() > 0 ? ordered_json(std::vector<double>(result.f.begin(), result.f.end())) : nullptr;
+  return row;
+}
+
+/// A text table; what a verdict means goes below its row.
+void print(const std::vector<Result>& results, bool forces) {
+  std::size_t width = 4;
+  for (const Result& result : results) width = std::max(width, result.name.size());
+  const auto number = [](double value) { return std::isnan(value) ? std::string("-") : fmt::format("{:.1e}", value); };
+  std::cout << fmt::format("{:<{}}  {:<7}  {:<12}  {:<11}  {:>8}  {:>8}  {:>6}  {:>10}  {:>10}\n", "name", width,
+                           "problem", "method", "status", "residual", "worst", "steps", "median us", "p99 us");
+  for (const Result& r : results) {
+    std::cout << fmt::format("{:<{}}  {:<7}  {:<12}  {:<11}  {:>8}  {:>8}  {:>6}  {:>10.4g}  {:>10.4g}\n", r.name,
+                             width, r.problem, r.method, r.status, number(r.residual), number(r.residual_worst),
+                             r.iterations, r.us.p50, r.us.p99);
+    if (!r.verdict.empty()) std::cout << "  " << r.status << ": " << r.verdict << "\n";
+    if (!forces || r.f.size() == 0) continue;
+    std::cout << (r.problem == "LCP" ? "  z =" : "  f =");
+    for (const double value : r.f) std::cout << fmt::format(" {:.6g}", value);
+    std::cout << "\n";
+  }
+}
+
+/// The methods to use on a file; none if the one asked for does not go with it.
+std::vector<std::string> methods_for(const std::string& asked, const Kind& kind) {
+  if (asked == "all") return kind.methods;
+  if (asked.empty()) return {kind.methods.front()};
+  const bool applies = std::find(kind.methods.begin(), kind.methods.end(), asked) != kind.methods.end();
+  return applies ? std::vector{asked} : std::vector<std::string>();
+}
+
+}  // namespace
+
+int solve(const Options& options) {
+  std::vector<ProblemFile> files;
+  for (const auto& file : options.problems) files.push_back(read_problem(file));
+  const auto kind_of = [](const ProblemFile& file) { return std::visit([](const auto& f) { return kind(f); }, file); };
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    const Kind k = kind_of(files[i]);
+    if (!methods_for(options.method, k).empty()) continue;
+    std::cerr << fmt::format("--method: {} does not solve {} ({}), for which there are {} and all\n", options.method,
+                             options.problems[i].string(), k.problem, fmt::join(k.methods, ", "));
+    return kBadUsage;
+  }
+
+  std::vector<Result> results;
+  for (const ProblemFile& file : files) {
+    const Kind k = kind_of(file);
+    for (const std::string& method : methods_for(options.method, k)) {
+      const double tolerance = options.tolerance.value_or(default_tolerance(file));
+      auto rows = std::visit([&](const auto& f) { return solve(f, method, tolerance, options.repeat); }, file);
+      for (Result& row : rows) {
+        row.name = printable(row.name);  // A file's may hold any bytes.
+        row.problem = k.problem;
+        row.method = method;
+        results.push_back(std::move(row));
+      }
+    }
+  }
+
+  if (options.format == "json") {
+    ordered_json all{{"results", ordered_json::array()}};
+    for (const Result& result : results) all["results"].push_back(to_json(result, options.forces));
+    std::cout << all.dump(2) << '\n';
+  } else {
+    print(results, options.forces);
+  }
+  bool right = true;
+  for (const Result& result : results) {
+    if (result.fault.empty()) continue;
+    right = false;
+    std::cerr << fmt::format("failed: {} by {}: {}\n", result.name, result.method, result.fault);
+  }
+  return right ? kDone : kFailed;
+}

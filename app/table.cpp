@@ -1,0 +1,128 @@
+#include "app/table.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "app/profile_table.h"
+
+namespace {
+
+using nlohmann::ordered_json;
+
+/// A number with its unit, or a dash where nothing was measured.
+std::string cell(const ordered_json& value, const char* unit) {
+  if (value.is_boolean()) return value.get<bool>() ? "yes" : "no";
+  if (!value.is_number() || !std::isfinite(value.get<double>())) return "-";
+  return fmt::format("{:.4g}{}{}", value.get<double>(), *unit != '\0' ? " " : "", unit);
+}
+
+/// A text, or nothing.
+std::string words(const ordered_json& value) { return value.is_string() ? value.get<std::string>() : ""; }
+
+void line(std::string& table, const char* name, const std::string& value, const char* remark = "") {
+  table += fmt::format("  {:<32} {:>14}{}{}\n", name, value, *remark != '\0' ? "   " : "", remark);
+}
+
+void stage(std::string& table, const ordered_json& stages, const char* key, const char* name,
+           const std::string& remark = "") {
+  const ordered_json& times = stages.at(key);
+  const std::string median = cell(times.at("p50_us"), "us");
+  if (median == "-") return;  // the scene has no such stage
+  table += fmt::format("  {:<32} {:>12} {:>12}{}{}\n", name, median, cell(times.at("p99_us"), "us"),
+                       remark.empty() ? "" : "   ", remark);
+}
+
+/// What the paper reports for so many contacts, on a 2.2 GHz Pentium IV.
+const char* published_contact_time(const ordered_json& contacts) {
+  const long n = contacts.at("max").is_number() ? contacts.at("max").get<long>() : 0;
+  if (n < 15) return "";
+  return n > 30 ? "published: 20 ms at 60 contacts" : n > 15 ? "published: 10 ms at 30" : "published: 6 ms at 15";
+}
+
+}  // namespace
+
+std::string results_table(const ordered_json& summary) {
+  const ordered_json& build = summary.at("build");
+  const ordered_json& object = summary.at("object");
+  const ordered_json& grasp = summary.at("grasp");
+  const ordered_json& contacts = summary.at("contacts");
+  const ordered_json& lcp = summary.at("lcp");
+  const ordered_json& stages = summary.at("stages");
+  const std::string scheduling = summary.contains("scheduling") ? scheduling_in_words(summary.at("scheduling"))
+                                                                : "one thread, no real-time scheduling";
+  std::string table = "thenar " + build.at("version").get<std::string>() + ", " + build.at("type").get<std::string>() +
+                      " (" + build.at("flags").get<std::string>() + "), " + build.at("compiler").get<std::string>() +
+                      ", " + scheduling + "\n";
+  table += summary.at("scene").get<std::string>() + ": " + cell(summary.at("simulated_s"), "s") + " simulated, " +
+           cell(summary.at("real_time_factor"), "") + " times real time\n";
+  const ordered_json& settings = summary.at("settings");
+  const double delay_ms = settings.at("control_delay_ms");
+  table += "contact at " + cell(settings.at("contact_rate_hz"), "Hz") + ", control at " +
+           cell(settings.at("control_rate_hz"), "Hz") +
+           (delay_ms > 0.0 ? fmt::format(", {:g} ms late", delay_ms) : "") + "; stops at residual " +
+           cell(settings.at("tolerance"), "") + " or " + cell(settings.at("max_sweeps"), "") + " sweeps\n";
+  for (const std::string part : summary.at("parts")) table += part + "\n";
+  for (const std::string warning : summary.at("warnings")) table += "warning: " + warning + "\n";
+  table += "\ngrasp\n";
+  line(table, "outcome", grasp.at("outcome").get<std::string>());
+  if (grasp.at("reason") != "") table += "    " + grasp.at("reason").get<std::string>() + "\n";
+  const auto with_start = [](const ordered_json& start, const char* unit) {
+    return "of it at the start: " + cell(start, unit);
+  };
+  line(table, "largest slip of a finger", cell(grasp.at("max_slip_mm"), "mm"),
+       with_start(grasp.at("max_start_slip_mm"), "mm").c_str());
+  line(table, "largest spin of a finger", cell(grasp.at("max_spin_deg"), "deg"),
+       with_start(grasp.at("max_start_spin_deg"), "deg").c_str());
+  line(table, "least margin", cell(grasp.at("min_margin"), ""),
+       ("at the start: " + cell(grasp.at("min_start_margin"), "")).c_str());
+  line(table, "largest share of a patch sliding", cell(grasp.at("max_sliding_share"), ""));
+  line(table, "fastest point that should stick", cell(grasp.at("max_creep_um_per_s"), "um/s"));
+  line(table, "contacts, median (max)", cell(contacts.at("median"), "") + " (" + cell(contacts.at("max"), "") + ")");
+  line(table, "of them carrying force", cell(contacts.at("active_median"), ""));
+  line(table, "ticks without a solution",
+       cell(lcp.at("grasp_infeasible"), "") + ", " + cell(lcp.at("muscle_infeasible"), ""),
+       "grasp forces, muscle forces");
+  if (summary.at("muscles").is_object()) {
+    line(table, "largest muscle force", cell(summary.at("muscles").at("max_force_N"), "N"));
+    line(table, "  over the most a muscle has", cell(summary.at("muscles").at("max_activation"), ""), "1: its limit");
+  }
+  line(table, "least way to a joint's limit", cell(summary.at("joints").at("least_margin_rad"), "rad"));
+  table += "\naccuracy\n";
+  line(table, "final position error", cell(object.at("final_error_mm"), "mm"));
+  line(table, "rms position error", cell(object.at("rms_error_mm"), "mm"));
+  line(table, "largest off-axis error", cell(object.at("max_off_axis_error_mm"), "mm"));
+  line(table, "largest rotation error", cell(object.at("max_rotation_deg"), "deg"));
+  line(table, "final rotation error", cell(object.at("final_rotation_deg"), "deg"));
+  line(table, "final force error", cell(grasp.at("force_error_end"), ""), "share of the desired forces");
+  line(table, "  of the law without feedforward", cell(grasp.at("predicted_paper_law_error"), ""),
+       "predicted: (I + S)^-1 S f^d");
+  line(table, "deepest penetration of a pulp", cell(contacts.at("max_penetration_um"), "um"));
+  const ordered_json& frames = summary.at("frames");
+  const ordered_json& ledger = summary.at("ledger");
+  line(table, "energy contact gave, and took", cell(ledger.at("injected_J"), "J"),
+       ("and " + cell(ledger.at("dissipated_J"), "J")).c_str());
+  line(table, "energy that the balance misses", cell(ledger.at("unbalanced_J"), "J"),
+       ("of " + cell(ledger.at("drive_J"), "J") + " of the drive").c_str());
+  if (frames.at("held_ticks") > 0) {
+    line(table, "ticks on the drive of an old frame", cell(frames.at("held_ticks"), ""),
+         ("in " + cell(frames.at("hold_transitions"), "") + " transitions").c_str());
+  }
+  line(table, "contact residual, p99", cell(contacts.at("residual_p99"), ""), "natural map");
+  if (summary.at("muscles").is_object()) {
+    line(table, "muscle torque residual", cell(lcp.at("muscle_residual_max"), "N m"));
+  }
+  table += fmt::format("\n{:<34} {:>12} {:>12}\n", "time", "median", "p99");
+  stage(table, stages, "find", "contact finding");
+  stage(table, stages, "assemble", "Delassus operator");
+  stage(table, stages, "solve", "contact forces");
+  stage(table, stages, "deform", "deformation");
+  stage(table, stages, "interpolate", "surface interpolation");
+  stage(table, stages, "contact_total", "contact computation, total", published_contact_time(contacts));
+  stage(table, stages, "grasp_lcp", "grasp forces",
+        words(settings.at("grasp_method")) + "; published, by Lemke: 40 us");
+  stage(table, stages, "muscle_lcp", "muscle forces", words(settings.at("muscle_method")));
+  stage(table, stages, "control_total", "control tick, total");
+  table += "  (published: Rougeron et al. 2006, Pentium IV 2.2 GHz)\n";
+  return summary.contains("loops") ? table + loops_table(summary) : table;
+}

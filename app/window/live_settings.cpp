@@ -1,0 +1,95 @@
+#include "app/window/live_settings.h"
+
+#include <cmath>
+
+#include "engine/scenes/build_model.h"
+
+namespace window {
+
+using nlohmann::ordered_json;
+using thenar::Model;
+using thenar::PulpKernel;
+using thenar::Scene;
+
+namespace {
+
+constexpr Eigen::Index kFewestControls = 8;  // Fewer, and hardly one of them faces the object.
+
+template <typename T>
+void replace(const std::optional<T>& change, T& value) {
+  if (change) value = *change;
+}
+
+}  // namespace
+
+LiveSettings live_settings(const Model& model) {
+  const Scene& scene = model.scene;
+  LiveSettings settings;
+  settings.friction = scene.contact.friction;
+  settings.tolerance = scene.contact.tolerance;
+  settings.max_sweeps = scene.contact.max_sweeps;
+  settings.contact_Hz = 1.0 / scene.step_s;
+  settings.control_Hz = 1.0 / scene.control_period_s;
+  settings.delay_periods = static_cast<int>(std::lround(scene.control_delay_s / scene.control_period_s));
+  if (scene.control) settings.internal_force_N = scene.control->internal_force_N;
+  if (scene.fingertips) {
+    settings.kernel = scene.fingertips->material.kernel;
+    settings.level = model.level;
+    settings.leaves = scene.fingertips->leaves;
+  }
+  return settings;
+}
+
+ordered_json settings_json(const LiveSettings& settings) {
+  const auto or_null = [](const auto& value) { return value ? ordered_json(*value) : ordered_json(nullptr); };
+  ordered_json json = {
+      {"friction", settings.friction},           {"internal_force_N", or_null(settings.internal_force_N)},
+      {"max_sweeps", settings.max_sweeps},       {"tolerance", settings.tolerance},
+      {"contact_Hz", settings.contact_Hz},       {"control_Hz", settings.control_Hz},
+      {"delay_periods", settings.delay_periods}, {"kernel", nullptr},
+      {"level", or_null(settings.level)}};
+  if (settings.kernel) json["kernel"] = *settings.kernel == PulpKernel::kGaussian ? "gaussian" : "boussinesq";
+  return json;
+}
+
+std::string change(const Set& changes, LiveSettings& settings) {
+  if (changes.internal_force_N && !settings.internal_force_N) return "internal_force_N needs a scene with control";
+  if ((changes.kernel || changes.level) && !settings.kernel) return "kernel and level need deformable fingertips";
+  if (changes.level && (settings.leaves >> *changes.level) < kFewestControls) {
+    return "level leaves a fingertip fewer than 8 control points";
+  }
+  LiveSettings changed = settings;
+  replace(changes.friction, changed.friction);
+  replace(changes.tolerance, changed.tolerance);
+  replace(changes.max_sweeps, changed.max_sweeps);
+  replace(changes.contact_Hz, changed.contact_Hz);
+  replace(changes.control_Hz, changed.control_Hz);
+  replace(changes.delay_periods, changed.delay_periods);
+  if (changes.internal_force_N) changed.internal_force_N = changes.internal_force_N;
+  if (changes.level) changed.level = changes.level;
+  if (changes.kernel) {
+    changed.kernel = *changes.kernel == "gaussian" ? PulpKernel::kGaussian : PulpKernel::kBoussinesq;
+  }
+  if (changed.control_Hz > (1.0 + 1e-9) * changed.contact_Hz) return "control_Hz must not be more than contact_Hz";
+  settings = changed;
+  return "";
+}
+
+void apply(const LiveSettings& now, const LiveSettings& settings, Model& model) {
+  Scene& scene = model.scene;
+  scene.contact.friction = settings.friction;
+  scene.contact.tolerance = settings.tolerance;
+  scene.contact.max_sweeps = settings.max_sweeps;
+  // Rates go through a reciprocal: what has not changed stays as it is, to the last bit.
+  if (settings.contact_Hz != now.contact_Hz) scene.step_s = 1.0 / settings.contact_Hz;
+  if (settings.control_Hz != now.control_Hz) scene.control_period_s = 1.0 / settings.control_Hz;
+  if (settings.control_Hz != now.control_Hz || settings.delay_periods != now.delay_periods) {
+    scene.control_delay_s = settings.delay_periods * scene.control_period_s;
+  }
+  if (settings.internal_force_N) scene.control->internal_force_N = *settings.internal_force_N;
+  if (settings.kernel != now.kernel || settings.level != now.level) {
+    set_fingertips(model, *settings.kernel, *settings.level);
+  }
+}
+
+}  // namespace window

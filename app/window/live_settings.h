@@ -1,0 +1,34 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+#include "app/window/message.h"
+#include "engine/grasp/model.h"
+
+namespace window {
+
+/// What of a running scene can be changed. Nothing: the scene has no such thing.
+struct LiveSettings {
+  double friction = 0.0, tolerance = 0.0, contact_Hz = 0.0, control_Hz = 0.0;
+  int max_sweeps = 0, delay_periods = 0;
+  std::optional<double> internal_force_N;
+  std::optional<thenar::PulpKernel> kernel;
+  std::optional<int> level;
+  Eigen::Index leaves = 0;  ///< Of a fingertip; stays.
+
+  [[nodiscard]] bool operator==(const LiveSettings&) const = default;
+};
+
+[[nodiscard]] LiveSettings live_settings(const thenar::Model& model);
+/// As a status message has them.
+[[nodiscard]] nlohmann::ordered_json settings_json(const LiveSettings& settings);
+
+/// Makes the changes, or says why they cannot be made; then none is.
+[[nodiscard]] std::string change(const Set& changes, LiveSettings& settings);
+
+/// Writes into the model, whose settings are `now`, what differs from them.
+void apply(const LiveSettings& now, const LiveSettings& settings, thenar::Model& model);
+
+}  // namespace window

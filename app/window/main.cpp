@@ -1,0 +1,231 @@
+// The program `thenar-window`, which `thenar demo` becomes: a scene while it runs, or a recording, in a browser.
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <spawn.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <iostream>
+#include <new>
+#include <optional>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "app/exit_code.h"
+#include "app/host.h"
+#include "app/results.h"
+#include "app/scene_flags.h"
+#include "app/window/admission.h"
+#include "app/window/server.h"
+#include "app/window/session.h"
+#include "engine/formats/files.h"
+#include "engine/formats/mcap_file.h"
+#include "engine/grasp/model.h"
+#include "engine/loops/realtime.h"
+#include "engine/scenes/build_model.h"
+#include "engine/scenes/config.h"
+#include "engine/scenes/scene_file.h"
+#include "engine/studies/model_parts.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using window::WindowServer;
+
+struct Options {
+  fs::path file;  ///< A scene, or a recording.
+  std::vector<std::string> overrides;
+  RateFlags rates;
+  window::ServerSettings server;
+  window::SessionSettings session;
+  bool browser = true;
+
+  [[nodiscard]] bool is_recording() const { return thenar::ending_of(file) == ".mcap"; }
+};
+
+// The signal handler's.
+std::atomic<bool> stop = false;
+static_assert(std::atomic<bool>::is_always_lock_free);
+
+CLI::Validator numeric_address() {
+  return {[](const std::string& text) -> std::string {
+            if (window::reach_of(text) != window::Reach::kNoAddress) return "";
+            return text + " is no numeric address, such as 127.0.0.1 or 0.0.0.0";
+          },
+          ""};
+}
+
+/// What a recording has no use for.
+void check_recording(const CLI::App& demo) {
+  for (const char* flag : {"--set", "--contact-rate", "--control-rate", "--record", "--no-realtime", "--core"}) {
+    if (demo.count(flag) > 0) throw CLI::ValidationError(flag, "is for a scene, not for a recording");
+  }
+}
+
+std::optional<Options> parse_options(int argc, const char* const* argv, int& exit_code) {
+  CLI::App app{"The live window", "thenar"};
+  app.require_subcommand(1);
+  Options options;
+  CLI::App* const demo =
+      app.add_subcommand("demo", "Shows a scene while it runs, or a recording, in a browser, and lets hands on it");
+  add_scene(*demo, options.file, options.overrides, "Scene file (YAML), or a recording (.mcap)");
+  demo->add_option("--port", options.server.port, "Port of the address that is printed; 0: any that is free")
+      ->capture_default_str();
+  demo->add_option("--listen", options.server.address,
+                   "Numeric address to be reached at. Pages need the token in the address that is printed")
+      ->type_name("ADDRESS")
+      ->capture_default_str()
+      ->check(numeric_address());
+  demo->add_flag_callback(
+      "--no-browser", [&] { options.browser = false; }, "Opens no browser, only prints the address");
+  demo->add_option("--record", options.session.record, "File (.mcap) for what is shown")
+      ->type_name("FILE")
+      ->check(named())
+      ->check(no_folder());
+  add_rates(*demo, options.rates, false);
+  demo->add_flag_callback(
+      "--no-realtime", [&] { options.session.realtime = false; },
+      "Takes what any thread gets: no SCHED_FIFO, no core of its own");
+  add_core(*demo, options.session.core);
+  demo->add_flag("--quiet", options.session.quiet, "Prints nothing but the address and errors");
+  demo->footer("Ctrl-C ends it. Exit code: 0 when ended, 2 for a wrong command or scene, 3 for a file, 4 for a port.");
+  try {
+    app.parse(argc, argv);
+    if (options.is_recording()) check_recording(*demo);
+    check_rates(options.rates);
+  } catch (const CLI::ParseError& error) {
+    exit_code = app.exit(error) == 0 ? kDone : kBadUsage;
+    return std::nullopt;
+  }
+  return options;
+}
+
+/// The changes of the scene: defaults of real time, which give way to the user's changes, and those to the flags.
+std::vector<std::string> changes(const Options& options) {
+  std::vector<std::string> overrides = realtime_defaults();
+  for (const auto& more : {options.rates.defaults(), options.overrides, options.rates.changes()}) {
+    overrides.insert(overrides.end(), more.begin(), more.end());
+  }
+  return overrides;
+}
+
+void end_on_signals() {
+  struct sigaction action {};
+  action.sa_handler = [](int) { stop = true; };
+  action.sa_flags = SA_RESETHAND;  // The second one ends at once what does not end.
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaction(signal, &action, nullptr);
+}
+
+std::string way_from_elsewhere(const std::string& url, const Options& options) {
+  if (window::reach_of(options.server.address) == window::Reach::kOthers) {
+    return "the same, with a numeric address by which it reaches this one.";
+  }
+  const std::string place = url.substr(7, url.find('/', 7) - 7);  // Between "http://" and "/".
+  char name[256] = "";
+  gethostname(name, sizeof name - 1);
+  return fmt::format("ssh -L {}:{} {}, then the same address there.", place.substr(place.rfind(':') + 1), place, name);
+}
+
+/// Starts the desktop's browser, without a shell, which would read the address as a command. Nothing is lost with one that
+/// cannot be opened: the address is printed.
+void open_browser(std::string url) {
+  posix_spawn_file_actions_t silence;
+  posix_spawn_file_actions_init(&silence);
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    posix_spawn_file_actions_addopen(&silence, stream, "/dev/null", O_RDWR, 0);
+  }
+  // Ctrl-C at the terminal is not for the browser.
+  posix_spawnattr_t apart;
+  posix_spawnattr_init(&apart);
+  posix_spawnattr_setflags(&apart, POSIX_SPAWN_SETPGROUP);
+  char program[] = "xdg-open";
+  char* const arguments[] = {program, url.data(), nullptr};
+  pid_t started = 0;
+  posix_spawnp(&started, program, &silence, &apart, arguments, environ);
+  posix_spawn_file_actions_destroy(&silence);
+  posix_spawnattr_destroy(&apart);
+}
+
+/// Says where the page is, and opens it where there is a desktop.
+void announce(const std::string& url, const Options& options) {
+  std::cout << url << std::endl;
+  if (!options.session.quiet) {
+    std::cout << "From another machine: " << way_from_elsewhere(url, options) << "\nCtrl-C ends it." << std::endl;
+  }
+  // Nobody could find a page whose address is nowhere to be read.
+  if (!std::cout) throw thenar::FileError("standard output", "could not be written in full");
+  const bool desktop = std::getenv("DISPLAY") != nullptr || std::getenv("WAYLAND_DISPLAY") != nullptr;
+  if (!options.browser || !desktop) return;
+  open_browser(url);
+}
+
+void replay(const Options& options) {
+  // Refused before anybody looks at it.
+  if (!thenar::read_mcap(options.file).whole) {
+    std::cerr << "warning: " << options.file.string() << " was cut off; it is shown to its last whole state\n";
+  }
+  const WindowServer server(options.server, [](const window::Message&) { return "a recording takes no orders"; });
+  announce(server.url(), options);
+  while (!stop) std::this_thread::sleep_for(std::chrono::milliseconds(50));
+}
+
+void run(const Options& options) {
+  thenar::Model model = thenar::build_model(load_scene(options.file, changes(options), options.rates));
+  if (!options.session.record.empty()) {
+    check_results({{"--record", options.session.record}}, thenar::scene_files(options.file, changes(options)));
+  }
+  if (options.session.record.has_parent_path()) thenar::prepare_folder(options.session.record.parent_path());
+  window::Session session(thenar::as_needed(std::move(model)), options.session);
+  WindowServer server(options.server, [&](const window::Message& message) { return session.receive(message); });
+  announce(server.url(), options);
+  session.run(server, stop);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) try {
+  if (!host_can_run()) {
+    std::cerr << kHostCannotRun;
+    return kInternal;
+  }
+  thenar::widen_thread_stacks();
+  int exit_code = kDone;
+  std::optional<Options> options = parse_options(argc, argv, exit_code);
+  if (!options) {
+    std::cout.flush();
+    if (!std::cout) throw thenar::FileError("standard output", "could not be written in full");
+    return exit_code;
+  }
+  options->server.page = fs::read_symlink("/proc/self/exe").parent_path() / "page.html";
+  end_on_signals();
+  if (options->is_recording()) {
+    options->server.recording = options->file;
+    replay(*options);
+  } else {
+    run(*options);
+  }
+  return kDone;
+} catch (const thenar::ConfigError& error) {
+  std::cerr << error.what() << '\n';
+  return kBadUsage;
+} catch (const thenar::FileError& error) {
+  std::cerr << error.what() << '\n';
+  return kBadFile;
+} catch (const window::PortError& error) {
+  std::cerr << error.what() << '\n';
+  return kNoPort;
+} catch (const std::bad_alloc&) {
+  std::cerr << "not enough memory\n";
+  return kInternal;
+} catch (const std::exception& error) {
+  std::cerr << "internal error: " << error.what() << '\n';
+  return kInternal;
+}

@@ -1,0 +1,189 @@
+#include "app/window/message.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "engine/loops/live_input.h"
+
+namespace window {
+namespace {
+
+using Eigen::Vector3d;
+using nlohmann::json;
+
+constexpr double kPointLimit_m = 1.0;
+constexpr double kStampLimit_s = 1e9;  // Thirty years of a clock that begins when the machine does.
+
+/// The keys of a message, each of which is asked for. The first thing that is wrong is kept; what is asked for after it is
+/// harmless.
+class Keys {
+ public:
+  explicit Keys(const json& message) : message_(message) {}
+
+  double number(const char* key, double low, double high) { return number_of(find(key, true), key, low, high); }
+  std::optional<double> number_or_none(const char* key, double low, double high) {
+    const json* const value = find(key, false);
+    return value == nullptr ? std::nullopt : std::optional(number_of(value, key, low, high));
+  }
+  std::optional<int> whole_or_none(const char* key, int low, int high) {
+    const std::optional<double> value = number_or_none(key, low, high);
+    if (!value) return std::nullopt;
+    if (*value != std::floor(*value)) refuse(fmt::format("{} must be a whole number", key));
+    return static_cast<int>(*value);
+  }
+
+  /// Three numbers, each within +-limit.
+  Vector3d vector(const char* key, double limit) {
+    Vector3d value = Vector3d::Zero();
+    const json* const list = find(key, true);
+    if (list == nullptr) return value;
+    if (!list->is_array() || list->size() != 3) {
+      refuse(fmt::format("{} must be three numbers", key));
+      return value;
+    }
+    for (int i = 0; i < 3; ++i) value[i] = number_of(&(*list)[i], key, -limit, limit);
+    return value;
+  }
+  /// Three numbers whose length is at most `limit`.
+  Vector3d vector_within(const char* key, double limit, const char* unit) {
+    Vector3d value = vector(key, limit);
+    if (value.norm() > limit) refuse(fmt::format("{} must not be longer than {} {}", key, limit, unit));
+    return value;
+  }
+
+  std::optional<std::string> one_of(const char* key, const std::vector<std::string>& values) {
+    const json* const value = find(key, false);
+    if (value == nullptr) return std::nullopt;
+    if (value->is_string() && std::find(values.begin(), values.end(), *value) != values.end()) return *value;
+    refuse(fmt::format("{} must be {}", key, fmt::join(values, " or ")));
+    return std::nullopt;
+  }
+
+  /// When the input was made, by the server's clock.
+  std::optional<double> stamp() { return number_or_none("stamp_s", 0.0, kStampLimit_s); }
+
+  void refuse(const std::string& why) {
+    if (refusal_.empty()) refusal_ = why;
+  }
+  /// Why the message is refused, now that all of its keys were asked for; empty: it is not.
+  std::string refusal() {
+    for (const auto& [key, value] : message_.items()) {
+      if (!asked_.contains(key)) refuse(fmt::format("there is no key '{:.40}'", key));
+    }
+    return refusal_;
+  }
+
+ private:
+  const json* find(const char* key, bool needed) {
+    asked_.insert(key);
+    const auto place = message_.find(key);
+    if (place != message_.end()) return &*place;
+    if (needed) refuse(fmt::format("{} is missing", key));
+    return nullptr;
+  }
+
+  double number_of(const json* value, const char* key, double low, double high) {
+    if (value == nullptr) return low;
+    if (!value->is_number()) {
+      refuse(fmt::format("{} must be a number", key));
+      return low;
+    }
+    const double number = value->get<double>();
+    if (number >= low && number <= high) return number;
+    refuse(fmt::format("{} must lie within {} .. {}", key, low, high));
+    return low;
+  }
+
+  const json& message_;
+  std::set<std::string> asked_ = {"type"};
+  std::string refusal_;
+};
+
+Set read_set(Keys& keys) {
+  Set set;
+  set.friction = keys.number_or_none("friction", 0.0, 2.0);
+  set.internal_force_N = keys.number_or_none("internal_force_N", 0.1, 20.0);
+  set.tolerance = keys.number_or_none("tolerance", 1e-10, 0.1);
+  set.contact_Hz = keys.number_or_none("contact_Hz", 200.0, 10000.0);
+  set.control_Hz = keys.number_or_none("control_Hz", 20.0, 2000.0);
+  set.max_sweeps = keys.whole_or_none("max_sweeps", 1, 1000);
+  set.delay_periods = keys.whole_or_none("delay_periods", 0, 8);
+  set.level = keys.whole_or_none("level", 0, 6);
+  set.kernel = keys.one_of("kernel", {"boussinesq", "gaussian"});
+  return set;
+}
+
+/// The message of that type; nothing if there is none.
+std::optional<Message> read_type(const std::string& type, Keys& keys) {
+  using thenar::kPokeLimit_N, thenar::kShiftLimit_m, thenar::kTurnLimit_rad;
+  if (type == "next") return Next{};
+  if (type == "ping") return Ping{keys.number("t", -1e15, 1e15)};
+  if (type == "pull") {
+    const Vector3d point_m = keys.vector_within("point_m", kPointLimit_m, "m");
+    const Vector3d handle_m = keys.vector_within("handle_m", kPointLimit_m, "m");
+    return Pull{point_m, handle_m, keys.stamp()};
+  }
+  if (type == "release") return Release{};
+  if (type == "target") {
+    const Vector3d shift_m = keys.vector("shift_m", kShiftLimit_m);
+    const Vector3d turn_rad = keys.vector("turn_rad", kTurnLimit_rad);
+    return Target{shift_m, turn_rad, keys.stamp()};
+  }
+  if (type == "poke") {
+    const Vector3d force_N = keys.vector_within("force_N", kPokeLimit_N, "N");
+    return Poke{force_N, keys.stamp()};
+  }
+  if (type == "pause") return Pause{};
+  if (type == "resume") return Resume{};
+  if (type == "step") return Step{};
+  if (type == "reset") return Reset{};
+  if (type == "speed") return Speed{keys.number("value", 0.001, 1.0)};
+  if (type == "set") return read_set(keys);
+  return std::nullopt;
+}
+
+/// The object that the text is; else what is wrong with it.
+json parse(std::string_view text, std::string& fault) {
+  std::set<std::string> keys;
+  std::string doubled;
+  const auto look = [&](int depth, json::parse_event_t event, json& parsed) {
+    if (depth == 1 && event == json::parse_event_t::key && !keys.insert(parsed.get<std::string>()).second) {
+      doubled = parsed.get<std::string>();
+    }
+    return depth <= 2;  // A list of numbers in an object; what is deeper is left out, and missed.
+  };
+  json message = json::parse(text.begin(), text.end(), look, false);
+  if (message.is_discarded())
+    fault = "this is no JSON";
+  else if (!message.is_object())
+    fault = "this is no JSON object";
+  else if (!doubled.empty())
+    fault = fmt::format("there are two keys '{:.40}'", doubled);
+  return message;
+}
+
+}  // namespace
+
+ReadMessage read_message(std::string_view text) {
+  if (text.size() > kMaxMessage) return {{}, fmt::format("a message has at most {} bytes", kMaxMessage)};
+  std::string fault;
+  const json object = parse(text, fault);
+  if (!fault.empty()) return {{}, fault};
+  const auto type = object.find("type");
+  if (type == object.end() || !type->is_string()) return {{}, "type must say what this message is"};
+  Keys keys(object);
+  std::optional<Message> message = read_type(*type, keys);
+  if (!message) return {{}, fmt::format("there is no type '{:.40}'", type->get<std::string>())};
+  if (std::holds_alternative<Set>(*message) && object.size() == 1) keys.refuse("set needs something to set");
+  const std::string refusal = keys.refusal();
+  if (!refusal.empty()) return {{}, refusal};
+  return {std::move(message), ""};
+}
+
+}  // namespace window

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <condition_variable>
+#include <mutex>
+#include <optional>
+#include <thread>
+
+#include "engine/grasp/model.h"
+#include "engine/loops/live_contact.h"
+#include "engine/results/state_message.h"
+
+namespace window {
+
+/// How good a tick's contact forces were.
+struct ReferenceResult {
+  double error = thenar::kUnknown;     ///< |f - f_accurate| / |f_accurate|; NaN where no accurate forces were found.
+  double residual = thenar::kUnknown;  ///< Of the tick's forces: natural map, W formed anew.
+};
+
+/// Solves contact problems of running loops accurately, on a thread of its own that gives way to all others.
+class Reference {
+ public:
+  Reference();
+
+  /// Takes the problem if the last one is done, else nothing happens.
+  void offer(const thenar::Model& model, const thenar::SolvedTick& tick);
+  /// Of the last problem, once.
+  [[nodiscard]] std::optional<ReferenceResult> take_result();
+
+ private:
+  struct Problem {
+    Eigen::MatrixXd W;
+    Eigen::VectorXd delta_free, mu, f_first, f;
+  };
+  [[nodiscard]] static ReferenceResult judge(const Problem& problem);
+  void work(const std::stop_token& stop);
+
+  std::mutex mutex_;  // of all below, but for the thread
+  std::condition_variable_any offered_;
+  bool busy_ = false;
+  std::optional<Problem> problem_;
+  std::optional<ReferenceResult> result_;
+  std::jthread thread_;  // the last one: it ends before what it uses
+};
+
+}  // namespace window

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+#include "app/window/message.h"
+
+namespace window {
+
+struct ServerSettings {
+  std::string address = "127.0.0.1";  ///< Numeric.
+  std::uint16_t port = 8470;          ///< 0: any that is free.
+  std::filesystem::path page;         ///< The built page, one file.
+  std::filesystem::path recording;    ///< Served instead of a simulation; empty: live.
+  double patience_s = 20.0;  ///< A header, a message to a page or its sign of life that takes longer has failed.
+};
+
+/// Serves the page and its messages, on one thread of its own. It keeps the newest state alone, and one message on its way
+/// to each page, whatever the pages do: its memory is bounded.
+class WindowServer {
+ public:
+  /// What to do with a message of a page, but for Next and Ping; on the server's thread. Returns why it is refused, or
+  /// nothing.
+  using Receive = std::function<std::string(const Message&)>;
+
+  /// Listens. Throws PortError if it cannot, FileError if the page or the recording cannot be read.
+  WindowServer(const ServerSettings& settings, Receive receive);
+  ~WindowServer();
+  WindowServer(const WindowServer&) = delete;
+  WindowServer& operator=(const WindowServer&) = delete;
+
+  /// Where pages find it, with the token that they must show: each server has another.
+  [[nodiscard]] std::string url() const;
+
+  // From any one thread:
+  /// What every page gets first: scene_message and geometry_message.
+  void set_scene(std::string scene, std::string geometry);
+  /// The newest status, which every page gets.
+  void set_status(std::string status);
+  /// The newest state, for pages that ask.
+  void show(std::string state);
+  /// How many pages are connected.
+  [[nodiscard]] int pages() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// The address cannot be listened on (exit code 4).
+class PortError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+}  // namespace window

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <atomic>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "app/window/message.h"
+#include "app/window/server.h"
+#include "engine/grasp/model.h"
+
+namespace window {
+
+struct SessionSettings {
+  double spin_s = 50e-6;
+  bool realtime = true;          ///< Ask for real-time scheduling.
+  int core = -1;                 ///< The contact thread's; -1: the last.
+  bool quiet = false;            ///< Log nothing.
+  std::filesystem::path record;  ///< What is shown goes into this recording, too; empty: none.
+};
+
+/// Where a session shows itself, as WindowServer has it.
+struct Display {
+  std::function<void(std::string scene, std::string geometry)> set_scene;
+  std::function<void(std::string status)> set_status;
+  std::function<void(std::string state)> show;
+  std::function<int()> pages;
+};
+
+/// A scene that runs in real time, without end, while pages watch it and lay hands on it.
+///
+/// Inputs (pull, poke, target) go from the server's thread to the contact thread through a buffer that cannot block. All else
+/// (pause, step, reset, speed, changes of the scene) takes effect between two runs of the loops: they are stopped, the
+/// scene is changed while nobody reads it, and they go on from the state and with the controller's memory that they left.
+///
+/// With `realtime`, and two cores or more, one core is the contact thread's alone as long as the session lives: the
+/// thread that makes it, and what that starts from then on, keeps to the others.
+class Session {
+ public:
+  Session(thenar::Model model, const SessionSettings& settings);
+  ~Session();
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
+
+  /// For the server's thread, see WindowServer::Receive.
+  [[nodiscard]] std::string receive(const Message& message);
+
+  /// Runs and shows until `stop`. Throws FileError if the recording cannot be written.
+  void run(const Display& display, const std::atomic<bool>& stop);
+  void run(WindowServer& server, const std::atomic<bool>& stop) {
+    run({[&](std::string scene, std::string geometry) { server.set_scene(std::move(scene), std::move(geometry)); },
+         [&](std::string status) { server.set_status(std::move(status)); },
+         [&](std::string state) { server.show(std::move(state)); }, [&] { return server.pages(); }},
+        stop);
+  }
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace window

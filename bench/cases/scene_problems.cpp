@@ -1,0 +1,54 @@
+#include "bench/cases/scene_problems.h"
+
+#include <cmath>
+
+#include "engine/results/lockstep.h"
+#include "engine/results/problem_dump.h"
+#include "engine/scenes/build_model.h"
+#include "engine/scenes/scene_file.h"
+
+namespace thenar {
+namespace {
+
+using Eigen::Index;
+
+FactoredContacts copy_of(const GroupedDelassus& W) {
+  FactoredContacts factors;
+  factors.begin.assign(W.begin.begin(), W.begin.end());
+  factors.J_own = W.J_own.topRows(3 * W.contacts());
+  factors.J_common = W.J_common.topRows(3 * W.contacts());
+  factors.own_mobility = W.own_mobility;
+  factors.common_mobility = W.common_mobility;
+  factors.compliance.assign(W.compliance.begin(), W.compliance.end());
+  if (!W.compliance.empty()) factors.axes = W.axes.topRows(3 * W.contacts());
+  factors.compliance_scale = W.compliance_scale;
+  return factors;
+}
+
+}  // namespace
+
+SceneProblems scene_problems(const std::string& scene, const std::vector<std::string>& changes,
+                             const Moments& moments) {
+  const Model model = build_model(load_scene(std::string(THENAR_CONFIGS "/") + scene + ".yaml", changes));
+  SceneProblems problems;
+  const double every_s = (moments.to_s - moments.from_s) / moments.count;
+  Lockstep run(model);
+  for (int taken = 0; taken < moments.count;) {
+    const Eigen::Vector3d centre_m = run.state.X_WO.translation();
+    const double now_s = static_cast<double>(run.state.tick) * model.scene.step_s;
+    (void)run.tick();
+    if (now_s < moments.from_s + taken * every_s || !run.controlled()) continue;
+    ++taken;
+    const ContactWorkspace& work = run.workspace();
+    problems.contacts.push_back({contact_problem_file(model, run.frame(), work),
+                                 copy_of(delassus_operator(model, run.frame(), work.kinematics, work.mobility))});
+    if (!model.scene.control) continue;
+    problems.grasps.push_back(grasp_problem_file(model.scene, run.control(), centre_m));
+    if (model.scene.control->muscles) {
+      problems.muscles.push_back(muscle_problem_file(run.controller(), run.control()));
+    }
+  }
+  return problems;
+}
+
+}  // namespace thenar

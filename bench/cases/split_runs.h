@@ -1,0 +1,180 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <deque>
+#include <utility>
+#include <vector>
+
+#include "engine/grasp/compliance.h"
+#include "engine/grasp/control_tick.h"
+#include "engine/grasp/stopwatch.h"
+#include "engine/results/lockstep.h"
+#include "engine/scenes/build_model.h"
+
+namespace thenar {
+
+/// The clocks of a run.
+struct Timing {
+  double step_s;
+  double period_s;       ///< Between control ticks, each with a frame; in one loop contacts are found at every step.
+  double delay_s = 0.0;  ///< Of the frames; in one loop of the drive alone.
+};
+
+[[nodiscard]] inline Model timed(Model model, const Timing& timing) {
+  model.scene.step_s = timing.step_s;
+  model.scene.control_period_s = timing.period_s;
+  model.scene.control_delay_s = timing.delay_s;
+  return model;
+}
+
+/// The same moment, counted in the model's steps.
+[[nodiscard]] inline State at_time(State state, double time_s, const Model& model) {
+  state.tick = std::lround(time_s / model.scene.step_s);
+  return state;
+}
+
+/// What a run did, tick by tick.
+struct Path {
+  double step_s = 0.0, start_s = 0.0;
+  double from_s = 0.0;  ///< Where its measures begin.
+  std::vector<Eigen::Isometry3d> X_WO;
+  std::vector<FingerForces> force_N;                    ///< Of the fingers on the object, world axes.
+  double handover_step_N = 0.0, ordinary_step_N = 0.0;  ///< Largest change of a finger's force in a tick.
+  double injected_J = 0.0, dissipated_J = 0.0, slip_m = 0.0;
+  double wall_s = 0.0;
+
+  Path(const Scene& scene, const State& state, double measured_from_s)
+      : step_s(scene.step_s), start_s(static_cast<double>(state.tick) * scene.step_s), from_s(measured_from_s) {}
+
+  /// The end of tick i.
+  [[nodiscard]] double time_s(std::size_t i) const { return start_s + static_cast<double>(i + 1) * step_s; }
+  /// The tick that ends at this time.
+  [[nodiscard]] std::size_t at(double time) const { return std::lround((time - start_s) / step_s) - 1; }
+
+  void add(const State& state, const TickReport& tick) {
+    FingerForces force;
+    for (int k = 0; k < kFingers; ++k) force.col(k) = state.load[k].force_N;
+    if (!force_N.empty() && time_s(X_WO.size()) > from_s) {
+      double& largest = tick.handed_over ? handover_step_N : ordinary_step_N;
+      largest = std::max(largest, (force - force_N.back()).colwise().norm().maxCoeff());
+      injected_J += tick.ledger.injected_J;
+      dissipated_J += tick.ledger.dissipated_J;
+      double most_m = 0.0;
+      for (const PatchReport& patch : tick.patch) most_m = std::max(most_m, patch.slip_m);
+      slip_m += most_m;
+    }
+    X_WO.push_back(state.X_WO);
+    force_N.push_back(force);
+  }
+};
+
+/// Both ticks in one loop, to `until_s`: contacts, geometry and operator are new at every step. A control tick every
+/// control period gives the drive, which comes into use a control delay later. The state is left as the run ended.
+[[nodiscard]] inline Path run_in_one_loop(const Model& model, State& state, double from_s, double until_s) {
+  const Scene& scene = model.scene;
+  const auto end = std::lround(until_s / scene.step_s), delay = std::lround(scene.control_delay_s / scene.step_s);
+  Path path(scene, state, from_s);
+  Frame frame(model);
+  Controller controller(model);
+  ContactWorkspace work(model);
+  std::deque<std::pair<std::int64_t, JointVector>> drives;  // and from when on
+  Stopwatch wall;
+  for (std::int64_t sequence = 0; state.tick < end; ++sequence) {
+    if (sequence == 0 || model.control_is_due(state.tick)) {
+      (void)control_tick(model, state, controller, frame);
+      drives.emplace_back(state.tick + (sequence == 0 ? 0 : delay), frame.torque_Nm);
+    } else {
+      frame.tick = state.tick;
+      frame.X_WO = state.X_WO;
+      forward_kinematics(scene.hand, state.q, controller.pose);
+      for (int k = 0; k < kFingers; ++k) frame.X_WF[k] = controller.pose.distal(scene.hand, k);
+      find_frame_contacts(model, controller.pose, state, controller.search, frame);
+      fill_kernels(model, frame);
+    }
+    frame.sequence = sequence;
+    while (drives.size() > 1 && drives[1].first <= state.tick) drives.pop_front();
+    frame.torque_Nm = drives.front().second;
+    path.add(state, contact_tick(model, frame, work, state));
+  }
+  path.wall_s = wall.lap();
+  return path;
+}
+
+/// The split loops on their virtual clock, from a state to `until_s`; with or without the gap offset at hand-overs.
+[[nodiscard]] inline Path run_split(const Model& model, const State& state, double from_s, double until_s,
+                                    bool offset = true) {
+  const auto end = std::lround(until_s / model.scene.step_s);
+  Path path(model.scene, state, from_s);
+  Lockstep loops(model);
+  loops.state = state;
+  if (!offset) loops.workspace().policy.offset_decay_s = 0.0;
+  Stopwatch wall;
+  while (loops.state.tick < end) {
+    const TickReport tick = loops.tick();
+    path.add(loops.state, tick);
+  }
+  path.wall_s = wall.lap();
+  return path;
+}
+
+/// Root mean squares over a path's ticks.
+struct PathError {
+  double position_m = 0.0, rotation_rad = 0.0;
+  double force_N = 0.0;  ///< Of the fingers that are loaded in the reference.
+};
+
+/// How a path differs from a reference whose step divides its own.
+[[nodiscard]] inline PathError path_error(const Path& path, const Path& reference) {
+  PathError sum;
+  double ticks = 0.0, loads = 0.0;
+  for (std::size_t i = 0; i < path.X_WO.size(); ++i) {
+    if (path.time_s(i) <= path.from_s) continue;
+    const std::size_t j = reference.at(path.time_s(i));
+    const Eigen::Isometry3d &X = path.X_WO[i], &X_ref = reference.X_WO[j];
+    sum.position_m += (X.translation() - X_ref.translation()).squaredNorm();
+    sum.rotation_rad += std::pow(Eigen::AngleAxisd(X_ref.linear().transpose() * X.linear()).angle(), 2);
+    ++ticks;
+    for (int k = 0; k < kFingers; ++k) {
+      if (reference.force_N[j].col(k).isZero()) continue;
+      sum.force_N += (path.force_N[i] - reference.force_N[j]).col(k).squaredNorm();
+      ++loads;
+    }
+  }
+  return {std::sqrt(sum.position_m / ticks), std::sqrt(sum.rotation_rad / ticks),
+          std::sqrt(sum.force_N / std::max(loads, 1.0))};
+}
+
+/// A scene, and the state from which all runs of it that are compared go on.
+///
+/// Where everything sticks, friction remembers the order in which points first touched, which a run at another step
+/// takes in another order: a difference of a whole step that would hide what the runners do differently. So such runs
+/// begin from one state, a moment after the touch.
+struct Course {
+  Course(const Scene& scene, const Timing& finest, double start, double from, double until)
+      : reference_model(timed(build_model(scene), finest)),
+        start_s(start),
+        from_s(from),
+        until_s(until),
+        state(reference_model) {
+    if (start_s > 0.0) (void)run_in_one_loop(reference_model, state, start_s, start_s);
+  }
+
+  [[nodiscard]] Path in_one_loop(const Timing& timing) const {
+    const Model model = timed(reference_model, timing);
+    State own = at_time(state, start_s, model);
+    return run_in_one_loop(model, own, from_s, until_s);
+  }
+  [[nodiscard]] Path split(const Timing& timing, bool offset = true) const {
+    const Model model = timed(reference_model, timing);
+    return run_split(model, at_time(state, start_s, model), from_s, until_s, offset);
+  }
+
+  Model reference_model;
+  double start_s, from_s, until_s;
+  State state;
+};
+
+}  // namespace thenar

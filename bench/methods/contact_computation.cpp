@@ -1,0 +1,76 @@
+#include "bench/methods/contact_computation.h"
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "engine/grasp/stopwatch.h"
+#include "engine/scenes/pulp_levels.h"
+#include "solvers/contact_newton.h"
+
+namespace thenar {
+namespace {
+
+RecordedTicks with_sweeps(RecordedTicks recorded, int max_sweeps) {
+  recorded.model.scene.contact.max_sweeps = max_sweeps;
+  return recorded;
+}
+
+}  // namespace
+
+double published_us(Eigen::Index contacts) { return contacts <= 15 ? 6000.0 : contacts <= 30 ? 10000.0 : 20000.0; }
+
+ContactRun::ContactRun(Eigen::Index contacts, int max_sweeps)
+    : recorded_(with_sweeps(RecordedTicks(contacts), max_sweeps)),
+      frame_(recorded_.model),
+      work_(recorded_.model),
+      displays_(recorded_.model.pulps.begin(), recorded_.model.pulps.end()),
+      now_(recorded_.ticks.front()) {}
+
+ContactComputation ContactRun::tick() {
+  if (ticks_++ % recorded_.ticks.size() == 0) {
+    now_ = recorded_.ticks.front();
+    work_ = ContactWorkspace(recorded_.model);
+  }
+  const ControlReport control = control_tick(recorded_.model, now_.state, now_.controller, frame_);
+  const TickReport contact = contact_tick(recorded_.model, frame_, work_, now_.state);
+  Stopwatch watch;
+  double shown = 0.0;  // Read, so that it is not left out.
+  for (std::size_t k = 0; k < displays_.size(); ++k) shown += displays_[k].displace(now_.state.u_m[k])(0, 0);
+  const double display_s = watch.lap();
+  if (!(std::abs(shown) < 1.0)) throw std::runtime_error("the pulps fell apart");
+  return {control.find_s,   control.factors_s, contact.assemble_s, contact.solve_s,
+          contact.deform_s, display_s,         contact.solve};
+}
+
+double ContactRun::force_error() const {
+  const Eigen::Index contacts = frame_.size(), rows = 3 * contacts;
+  const Eigen::MatrixXd W = dense_delassus(recorded_.model, frame_, work_.kinematics, work_.mobility);
+  AccurateWorkspace accurate(contacts);
+  Eigen::VectorXd f = work_.f.head(rows), delta(rows);
+  const AccurateReport report = solve_contacts_accurately(W, work_.delta_free.head(rows), work_.mu.head(contacts),
+                                                          {.tolerance = 1e-12}, accurate, f, delta);
+  if (report.solve.residual > 1e-10) return std::numeric_limits<double>::quiet_NaN();
+  return (work_.f.head(rows) - f).norm() / f.norm();
+}
+
+double ContactRun::hertz_error() const {
+  const Model& model = recorded_.model;
+  return estimate_level(model.scene, model.pulps, model.level).force_error;
+}
+
+std::vector<std::vector<ContactComputation>> in_turns(std::deque<ContactRun>& runs, int turns) {
+  std::vector<std::vector<ContactComputation>> ticks(runs.size());
+  for (int turn = 0; turn < turns; ++turn) {
+    for (std::size_t k = 0; k < runs.size(); ++k) {
+      for (int i = 0; i < kTicksATurn; ++i) {
+        const ContactComputation tick = runs[k].tick();
+        if (tick.solve.status != SolveStatus::kConverged) throw std::runtime_error("a contact solve did not converge");
+        if (i >= kDroppedTicks) ticks[k].push_back(tick);
+      }
+    }
+  }
+  return ticks;
+}
+
+}  // namespace thenar

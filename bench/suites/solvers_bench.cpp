@@ -1,0 +1,285 @@
+// Our solvers on the problems of the box grasp as recorded, and on problem files with known answers: time with the accuracy it
+// was had at, cold and warm, for who tunes them. Names read problem kind / problems / method / start. Other settings, other
+// projects and random problems are in the report (bench/report).
+//
+// Files come from the folder that the environment's THENAR_PROBLEMS names, with its folders `contact` and `small`; without
+// it, from the tests'. A benchmark goes through its problems round and round: its time is their mean.
+
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+
+#include "bench/cases/grasp_families.h"
+#include "bench/cases/recorded.h"
+#include "bench/methods/contact_methods.h"
+#include "solvers/lcp.h"
+#include "solvers/residual.h"
+
+namespace thenar {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+namespace fs = std::filesystem;
+
+constexpr double kPublishedGraspLcp_us = 40.0;  // Rougeron et al. 2006, Pentium IV 2.2 GHz.
+constexpr double kTolerance = 1e-6;
+constexpr int kMaxSweeps = 2000;
+
+// --- Contact forces ------------------------------------------------------------------------------------------------
+
+struct ContactCase {
+  MatrixXd W;
+  VectorXd delta_free, mu, f_start;
+};
+
+/// The method's residual on each case, computed here; infinity where it has none.
+void judge_contacts(const std::vector<ContactCase>& cases, const std::vector<ContactSolver>& solvers,
+                    benchmark::State& bench) {
+  double worst = 0.0, worst_contact = 0.0;
+  int solved = 0;
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    const ContactCase& c = cases[i];
+    VectorXd f = c.f_start;
+    solvers[i](kTolerance, kMaxSweeps, f);
+    const Residual residual = natural_map(c.W, c.delta_free, c.mu, f, c.W * f + c.delta_free);
+    solved += residual.norm <= 1.001 * kTolerance ? 1 : 0;
+    if (residual.norm > 1.001 * kTolerance) continue;
+    worst = std::max(worst, residual.norm);
+    worst_contact = std::max(worst_contact, residual.worst);
+  }
+  bench.counters["solved_percent"] = 100.0 * solved / static_cast<double>(cases.size());
+  // Of those that are solved.
+  bench.counters["worst_residual"] = worst;
+  bench.counters["worst_contact"] = worst_contact;
+}
+
+void run_contacts(benchmark::State& bench, const std::vector<ContactCase>& cases, const ContactMethod& method) {
+  std::vector<ContactSolver> solvers;
+  for (const ContactCase& c : cases) solvers.push_back(method.prepare(c.W, c.delta_free, c.mu));
+  VectorXd f;
+  std::size_t i = 0;
+  for (auto _ : bench) {
+    f = cases[i].f_start;
+    solvers[i](kTolerance, kMaxSweeps, f);
+    benchmark::DoNotOptimize(f.data());
+    i = (i + 1) % cases.size();
+  }
+  judge_contacts(cases, solvers, bench);
+}
+
+void register_contacts(const std::string& problems, const std::string& start,
+                       const std::shared_ptr<std::vector<ContactCase>>& cases) {
+  for (const ContactMethod& method : our_contact_methods()) {
+    const std::string name = "contact/" + problems + "/" + method.name + "/" + start;
+    benchmark::RegisterBenchmark(name.c_str(), [=](benchmark::State& bench) {
+      run_contacts(bench, *cases, method);
+    })->Unit(benchmark::kMicrosecond);
+  }
+}
+
+void register_contacts() {
+  for (const Index contacts : {15, 30, 60}) {
+    auto cold = std::make_shared<std::vector<ContactCase>>(), warm = std::make_shared<std::vector<ContactCase>>();
+    for (const ContactFile& p : recorded_run(contacts).contacts) {
+      cold->push_back({p.W, p.delta_free.front(), p.mu, VectorXd::Zero(p.f_last.size())});
+      warm->push_back({p.W, p.delta_free.front(), p.mu, p.f_last});
+    }
+    register_contacts("recorded_" + std::to_string(contacts), "cold", cold);
+    register_contacts("recorded_" + std::to_string(contacts), "warm", warm);
+  }
+}
+
+/// A file is one problem cold; if it has several steps, they are a sequence in which each starts from the last one's forces.
+void register_contact_file(const ContactFile& p) {
+  auto cold = std::make_shared<std::vector<ContactCase>>();
+  cold->push_back({p.W, p.delta_free.front(), p.mu, VectorXd::Zero(3 * p.contacts())});
+  register_contacts(p.name, "cold", cold);
+  if (p.delta_free.size() < 2) return;
+  auto warm = std::make_shared<std::vector<ContactCase>>();
+  AccurateWorkspace work(p.contacts());
+  VectorXd f = VectorXd::Zero(3 * p.contacts()), delta(f.size());
+  for (const VectorXd& delta_free : p.delta_free) {
+    if (&delta_free != &p.delta_free.front()) warm->push_back({p.W, delta_free, p.mu, f});
+    (void)solve_contacts_accurately(p.W, delta_free, p.mu, {}, work, f, delta);
+  }
+  register_contacts(p.name, "warm", warm);
+}
+
+// --- Grasp forces --------------------------------------------------------------------------------------------------
+
+struct GraspMethod {
+  const char* name;
+  FrictionCone cone;
+  bool lemke;
+};
+
+constexpr std::array kGraspMethods{GraspMethod{"active_set", FrictionCone::kPyramid, false},
+                                   GraspMethod{"lemke", FrictionCone::kPyramid, true},
+                                   GraspMethod{"exact_cone", FrictionCone::kExact, false}};
+
+void run_grasps(benchmark::State& bench, const std::vector<Grasp>& grasps, const GraspMethod& method) {
+  GraspWorkspace work;
+  VectorXd f(3 * kMaxGraspContacts);
+  const auto solve = [&](const GraspProblem& problem) {
+    auto f_used = f.head(3 * std::ssize(problem.contacts));
+    return method.lemke ? solve_grasp_forces_by_lemke(problem, work, f_used) : solve_grasp_forces(problem, f_used);
+  };
+  std::size_t i = 0;
+  for (auto _ : bench) {
+    const GraspReport report = solve(grasps[i].problem(method.cone));
+    benchmark::DoNotOptimize(report.status);
+    benchmark::DoNotOptimize(f.data());
+    i = (i + 1) % grasps.size();
+  }
+  int infeasible = 0, unanswered = 0;
+  double worst = 0.0;
+  for (const Grasp& grasp : grasps) {
+    const GraspProblem problem = grasp.problem(method.cone);
+    const GraspReport report = solve(problem);
+    infeasible += report.status == GraspStatus::kInfeasible ? 1 : 0;
+    unanswered += report.status == GraspStatus::kBudgetSpent ? 1 : 0;
+    if (report.status != GraspStatus::kOptimal) continue;
+    worst = std::max(worst, grasp_kkt_error(problem, report.multiplier, f.head(3 * grasp.n())));
+  }
+  bench.counters["infeasible_percent"] = 100.0 * infeasible / static_cast<double>(grasps.size());
+  bench.counters["unanswered_percent"] = 100.0 * unanswered / static_cast<double>(grasps.size());
+  bench.counters["worst_kkt_error"] = worst;
+  bench.counters["published_us"] = kPublishedGraspLcp_us;
+}
+
+void register_grasps(const std::string& problems, const std::shared_ptr<std::vector<Grasp>>& grasps) {
+  for (const GraspMethod& method : kGraspMethods) {
+    const std::string name = "grasp/" + problems + "/" + method.name + "/cold";
+    benchmark::RegisterBenchmark(name.c_str(), [=](benchmark::State& bench) {
+      run_grasps(bench, *grasps, method);
+    })->Unit(benchmark::kMicrosecond);
+  }
+}
+
+Grasp grasp_of(const GraspFile& file) {
+  Grasp grasp;
+  grasp.contacts = file.contacts;
+  grasp.wrench = file.wrench;
+  grasp.friction = file.friction;
+  grasp.internal_force_N = file.internal_force_N;
+  return grasp;
+}
+
+void register_grasps() {
+  // With the scene's friction no constraint is active; with less the methods have to work.
+  for (const double friction : {0.55, 0.2}) {
+    auto grasps = std::make_shared<std::vector<Grasp>>();
+    for (const GraspFile& file : recorded_run(60).grasps) {
+      grasps->push_back(grasp_of(file));
+      grasps->back().friction = friction;
+    }
+    register_grasps("recorded_friction_" + std::to_string(std::lround(100.0 * friction)), grasps);
+  }
+}
+
+// --- Muscle forces -------------------------------------------------------------------------------------------------
+
+void run_muscles(benchmark::State& bench, const std::vector<MuscleProblem>& problems, bool lemke) {
+  const Index joints = problems.front().H.rows(), muscles = problems.front().H.cols();
+  MuscleWorkspace work(joints, muscles);
+  VectorXd f(muscles);
+  const auto solve = [&](const MuscleProblem& p) {
+    return lemke ? solve_muscle_forces_by_lemke(p.H, p.tau_Nm, work, f) : solve_muscle_forces(p.H, p.tau_Nm, f);
+  };
+  std::size_t i = 0;
+  for (auto _ : bench) {
+    const MuscleReport report = solve(problems[i]);
+    benchmark::DoNotOptimize(report.status);
+    benchmark::DoNotOptimize(f.data());
+    i = (i + 1) % problems.size();
+  }
+  int infeasible = 0, unanswered = 0;
+  double worst = 0.0;
+  for (const MuscleProblem& p : problems) {
+    const MuscleReport report = solve(p);
+    infeasible += report.status == MuscleStatus::kInfeasible ? 1 : 0;
+    unanswered += report.status == MuscleStatus::kBudgetSpent ? 1 : 0;
+    if (report.status != MuscleStatus::kOptimal) continue;
+    worst = std::max(worst, muscle_kkt_error(p.H, p.tau_Nm, report.multiplier, f));
+  }
+  bench.counters["infeasible_percent"] = 100.0 * infeasible / static_cast<double>(problems.size());
+  bench.counters["unanswered_percent"] = 100.0 * unanswered / static_cast<double>(problems.size());
+  bench.counters["worst_kkt_error"] = worst;
+}
+
+void register_muscles(const std::string& name, const std::shared_ptr<std::vector<MuscleProblem>>& problems) {
+  const auto add = [&](const char* method, bool lemke) {
+    const std::string full = "muscle/" + name + "/" + method + "/cold";
+    benchmark::RegisterBenchmark(full.c_str(), [=](benchmark::State& bench) {
+      run_muscles(bench, *problems, lemke);
+    })->Unit(benchmark::kMicrosecond);
+  };
+  add("active_set", false);
+  add("lemke", true);
+}
+
+void register_muscles() {
+  auto recorded = std::make_shared<std::vector<MuscleProblem>>();
+  for (const MuscleFile& file : recorded_run(60).muscles) recorded->push_back({file.H, file.tau});
+  register_muscles("recorded", recorded);
+}
+
+// --- Linear complementarity problems -------------------------------------------------------------------------------
+
+void register_lcp(const LcpFile& file) {
+  const auto problem = std::make_shared<LcpFile>(file);
+  benchmark::RegisterBenchmark(("lcp/" + file.name + "/lemke/cold").c_str(), [=](benchmark::State& bench) {
+    LcpWorkspace work(problem->q.size());
+    VectorXd z(problem->q.size());
+    LcpReport report;
+    for (auto _ : bench) {
+      report = solve_lcp(problem->M, problem->q, usual_pivot_budget(problem->q.size()), work, z);
+      benchmark::DoNotOptimize(z.data());
+    }
+    bench.counters["pivots"] = report.pivots;
+    bench.counters["worst_complementarity"] = (problem->M * z + problem->q).cwiseMin(z).cwiseAbs().maxCoeff();
+    if (report.status == LcpStatus::kBudgetSpent) bench.SkipWithError("no answer");
+  })->Unit(benchmark::kMicrosecond);
+}
+
+// --- Files ---------------------------------------------------------------------------------------------------------
+
+void register_files() {
+  const char* const asked = std::getenv("THENAR_PROBLEMS");
+  std::vector<fs::path> files;
+  for (const char* folder : {"contact", "small"}) {
+    for (const auto& entry : fs::directory_iterator(fs::path(asked ? asked : THENAR_TEST_DATA) / folder)) {
+      if (entry.path().extension() == ".fcp" || entry.path().extension() == ".json") files.push_back(entry.path());
+    }
+  }
+  std::sort(files.begin(), files.end());
+  for (const fs::path& file : files) {
+    const ProblemFile problem = read_problem(file);
+    if (const auto* contacts = std::get_if<ContactFile>(&problem)) register_contact_file(*contacts);
+    if (const auto* grasp = std::get_if<GraspFile>(&problem)) {
+      register_grasps(grasp->name, std::make_shared<std::vector<Grasp>>(1, grasp_of(*grasp)));
+    }
+    if (const auto* muscle = std::get_if<MuscleFile>(&problem)) {
+      register_muscles(muscle->name,
+                       std::make_shared<std::vector<MuscleProblem>>(1, MuscleProblem{muscle->H, muscle->tau}));
+    }
+    if (const auto* lcp = std::get_if<LcpFile>(&problem)) register_lcp(*lcp);
+  }
+}
+
+}  // namespace
+}  // namespace thenar
+
+int main(int argc, char** argv) {
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
+  thenar::register_contacts();
+  thenar::register_grasps();
+  thenar::register_muscles();
+  thenar::register_files();
+  benchmark::RunSpecifiedBenchmarks();
+}

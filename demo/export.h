@@ -1,6 +1,0 @@
-#pragma once
-
-#include "demo/options.h"
-
-/// `thenar export`: a recording as one page that plays without a network, or as a table. Its exit code.
-[[nodiscard]] int export_recording(const Options& options);

@@ -1,0 +1,177 @@
+#include "engine/formats/files.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cerrno>
+#include <map>
+#include <mutex>
+#include <new>
+#include <stdexcept>
+#include <system_error>
+
+#include "engine/formats/open_file.h"
+
+namespace thenar {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+std::string message(int error) { return std::generic_category().message(error); }
+
+/// The bytes of an open file up to its end; nothing, and errno, if the system refuses them.
+std::optional<std::string> read_all(int descriptor, std::size_t expected) {
+  std::string bytes(expected + 1, '\0');  // One more, to see the end.
+  std::size_t size = 0;
+  while (true) {
+    const ssize_t got = read(descriptor, bytes.data() + size, bytes.size() - size);
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) return std::nullopt;
+    if (got == 0) break;
+    size += static_cast<std::size_t>(got);
+    if (size == bytes.size()) bytes.resize(2 * size);
+  }
+  bytes.resize(size);
+  return bytes;
+}
+
+bool write_all(int descriptor, std::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t put = write(descriptor, bytes.data(), bytes.size());
+    if (put < 0 && errno == EINTR) continue;
+    if (put <= 0) return false;
+    bytes.remove_prefix(static_cast<std::size_t>(put));
+  }
+  return true;
+}
+
+/// Calls `make` with names beside `path` until one is free. A name that exists, be it a link, is somebody's.
+template <typename Make>
+fs::path make_beside(const fs::path& path, const Make& make) {
+  for (int i = 0;; ++i) {
+    fs::path name = path.string() + "." + std::to_string(getpid()) + "-" + std::to_string(i) + ".part";
+    if (make(name) || errno != EEXIST) return name;
+  }
+}
+
+std::string read_from_disk(const fs::path& file) try {
+  // Without waiting: a pipe that nobody writes into would open when somebody does.
+  const OpenFile open_file(file, O_RDONLY | O_NONBLOCK);
+  if (open_file.descriptor < 0)
+    throw ReadError(file, errno == ENOENT ? "no such file" : "cannot be read: " + message(errno));
+  struct stat status {};
+  if (fstat(open_file.descriptor, &status) != 0) throw ReadError(file, "cannot be read: " + message(errno));
+  if (S_ISDIR(status.st_mode)) throw ReadError(file, "is a folder, not a file");
+  if (!S_ISREG(status.st_mode)) throw ReadError(file, "is a pipe or a device, not a file");
+  std::optional<std::string> bytes = read_all(open_file.descriptor, static_cast<std::size_t>(status.st_size));
+  if (!bytes) throw ReadError(file, "cannot be read: " + message(errno));
+  return *std::move(bytes);
+} catch (const std::bad_alloc&) {
+  throw ReadError(file, "does not fit into memory");
+} catch (const std::length_error&) {
+  throw ReadError(file, "does not fit into memory");
+}
+
+struct {
+  std::mutex turn;
+  std::map<fs::path, std::string> bytes;
+} kept;
+
+}  // namespace
+
+std::string ending_of(const fs::path& file) {
+  std::string ending = file.extension().string();
+  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return ending;
+}
+
+std::string read_file(const fs::path& file) {
+  {
+    const std::lock_guard lock(kept.turn);
+    if (const auto known = kept.bytes.find(file); known != kept.bytes.end()) return known->second;
+  }
+  return read_from_disk(file);
+}
+
+KeptFiles::~KeptFiles() {
+  const std::lock_guard lock(kept.turn);
+  kept.bytes.clear();
+}
+
+void KeptFiles::keep(const fs::path& file) {
+  const std::lock_guard lock(kept.turn);
+  if (!kept.bytes.contains(file)) kept.bytes.emplace(file, read_from_disk(file));
+}
+
+void write_file(const fs::path& path, std::string_view bytes) {
+  std::error_code unresolved;
+  // What a link names is written, and the link stays; a device or a pipe cannot be put in place of another.
+  const fs::path resolved = fs::weakly_canonical(path, unresolved);
+  const fs::path& file = unresolved ? path : resolved;
+  const bool replace = !fs::exists(file, unresolved) || fs::is_regular_file(file, unresolved);
+  int descriptor = -1;
+  fs::path draft = file;
+  if (replace) {
+    draft = make_beside(file, [&](const fs::path& name) {
+      descriptor = open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+      return descriptor >= 0;
+    });
+  } else {
+    descriptor = open(file.c_str(), O_WRONLY | O_CLOEXEC);
+  }
+  if (descriptor < 0) throw FileError(path, "cannot be written: " + message(errno));
+  bool done = write_all(descriptor, bytes);
+  int fault = errno;
+  // A full disk may show only when the file is closed.
+  if (close(descriptor) != 0 && done) {
+    done = false;
+    fault = errno;
+  }
+  if (done && replace && rename(draft.c_str(), file.c_str()) != 0) {
+    done = false;
+    fault = errno;
+  }
+  if (done) return;
+  if (replace) unlink(draft.c_str());
+  throw FileError(path, "could not be written in full: " + message(fault));
+}
+
+void prepare_folder(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) throw FileError(folder, "cannot make this folder: " + error.message());
+  const fs::path probe =
+      make_beside(folder / ".thenar", [](const fs::path& name) { return mkdir(name.c_str(), 0777) == 0; });
+  if (rmdir(probe.c_str()) != 0) throw FileError(folder, "cannot write into this folder");
+}
+
+std::optional<FileLock> FileLock::take(const fs::path& path) {
+  const bool folder = fs::is_directory(path);
+  FileLock lock(path, open(path.c_str(), (folder ? O_RDONLY : O_RDWR | O_CREAT) | O_NONBLOCK | O_CLOEXEC, 0666));
+  struct stat status {};
+  if (lock.descriptor_ < 0 || fstat(lock.descriptor_, &status) != 0) {
+    throw FileError(path, "cannot be written: " + message(errno));
+  }
+  if (!folder && !S_ISREG(status.st_mode)) return lock;
+  if (flock(lock.descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) return std::nullopt;
+  return lock;
+}
+
+void FileLock::write(std::string_view bytes) const {
+  if (ftruncate(descriptor_, 0) == 0 && lseek(descriptor_, 0, SEEK_SET) == 0 && write_all(descriptor_, bytes) &&
+      fsync(descriptor_) == 0) {
+    return;
+  }
+  throw FileError(path_, "could not be written in full: " + message(errno));
+}
+
+FileLock::~FileLock() {
+  if (descriptor_ >= 0) close(descriptor_);
+}
+
+}  // namespace thenar

@@ -1,0 +1,540 @@
+#include "engine/formats/problem_file.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <initializer_list>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "engine/formats/files.h"
+
+namespace thenar {
+
+using Eigen::Index;
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+using nlohmann::json;
+using nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "the doubles of an .fcp file are little-endian");
+
+// What an .fcp header may ask for: far more than any machine solves, and little enough for sizes in bytes to fit 64 bits.
+constexpr Index kMostContacts = 1'000'000, kMostSteps = 1'000'000;
+// Beyond this a gap drowns in the rounding of friction's part in the laws, and there is nothing left to judge.
+constexpr double kMostFriction = 1e6;
+// Joints, and muscles: solvers make a matrix of each pair, and a row of many is little in a file.
+constexpr Index kMostMuscles = 1000;
+const std::string kNoFriction = "must lie within 0 .. 1e6";
+constexpr std::size_t kLongestLine = 4096;  // Of a header; what has none is no header.
+// What a file says twice, geometry and matrices, may differ by the digits it was printed with.
+constexpr double kAgree = 1e-9;
+// What a symmetric matrix, summed up in different orders, may lack of it.
+constexpr double kRounding = 1e-12;
+// A row of A f >= 0 with less slack than this part of the forces has none.
+constexpr double kNoSlack = 1e-9;
+
+/// The first entry that is not finite, or -1.
+template <typename Values>
+Index first_not_finite(const Values& values) {
+  for (Index i = 0; i < values.size(); ++i) {
+    if (!std::isfinite(values(i))) return i;
+  }
+  return -1;
+}
+
+void check_status(const fs::path& file, const std::string& where, const std::string& status,
+                  std::initializer_list<const char*> known) {
+  if (status.empty() || std::find(known.begin(), known.end(), status) != known.end()) return;
+  throw FileError(file, where + " must be " + *known.begin() + " or " + *(known.end() - 1));
+}
+
+// ---- .fcp ----
+
+struct HeaderLine {
+  std::string value;
+  int line = 0;
+};
+
+/// The header of an .fcp file, and where it ends.
+class Header {
+ public:
+  Header(const fs::path& file, const std::string& bytes) : file_(file) {
+    if (!bytes.starts_with("fcp ")) throw FileError(file, "line 1: must be 'fcp 1': this is no contact problem");
+    for (int line = 1;; ++line) {
+      const std::size_t end = bytes.find('\n', size_);
+      if (end == std::string::npos || end - size_ > kLongestLine) fail(line, "'end_header' is missing");
+      const std::string text = bytes.substr(size_, end - size_);
+      size_ = end + 1;
+      if (text.ends_with('\r')) fail(line, "ends with CR LF: a conversion of line ends has broken the numbers, too");
+      if (text == "end_header") break;
+      const std::size_t space = text.find(' ');
+      if (space == 0 || space == std::string::npos) fail(line, "must be 'key value' or 'end_header'");
+      const bool is_new = lines_.try_emplace(text.substr(0, space), HeaderLine{text.substr(space + 1), line}).second;
+      if (!is_new) fail(line, "has '" + text.substr(0, space) + "' again");
+    }
+    if (text("fcp") != "1") fail(1, "must be 'fcp 1': this reader knows no other version");
+  }
+
+  /// Bytes of the header, its last line end included.
+  [[nodiscard]] std::size_t size() const { return size_; }
+  /// The text of a key; empty if there is none.
+  [[nodiscard]] std::string text(const std::string& key) const {
+    const auto found = lines_.find(key);
+    return found == lines_.end() ? "" : found->second.value;
+  }
+  /// A whole number within [low, high]; without the key `otherwise`, or an error if that is less than `low`.
+  [[nodiscard]] Index integer(const std::string& key, Index low, Index high, Index otherwise = -1) const {
+    const auto found = lines_.find(key);
+    if (found == lines_.end()) {
+      if (otherwise >= low) return otherwise;
+      throw FileError(file_, "the header has no '" + key + "'");
+    }
+    const std::string& value = found->second.value;
+    Index number = 0;
+    const auto [rest, error] = std::from_chars(value.data(), value.data() + value.size(), number);
+    if (error != std::errc() || rest != value.data() + value.size() || number < low || number > high) {
+      fail(found->second.line,
+           "'" + key + "' must be a whole number within " + std::to_string(low) + " .. " + std::to_string(high));
+    }
+    return number;
+  }
+  /// A number; 0 if there is none.
+  [[nodiscard]] double number(const std::string& key) const {
+    const auto found = lines_.find(key);
+    if (found == lines_.end()) return 0.0;
+    const std::string& value = found->second.value;
+    double number = 0.0;
+    const auto [rest, error] = std::from_chars(value.data(), value.data() + value.size(), number);
+    if (error != std::errc() || rest != value.data() + value.size() || !std::isfinite(number)) {
+      fail(found->second.line, "'" + key + "' must be a number");
+    }
+    return number;
+  }
+
+ private:
+  [[noreturn]] void fail(int line, const std::string& what) const {
+    throw FileError(file_, "line " + std::to_string(line) + ": " + what);
+  }
+
+  const fs::path& file_;
+  std::size_t size_ = 0;
+  std::map<std::string, HeaderLine> lines_;
+};
+
+/// Takes the doubles after the header one vector after another.
+class Doubles {
+ public:
+  Doubles(const fs::path& file, std::string_view bytes) : file_(file), bytes_(bytes) {}
+
+  VectorXd take(const char* name, Index size) {
+    VectorXd values(size);
+    const std::size_t bytes = static_cast<std::size_t>(size) * sizeof(double);
+    std::memcpy(values.data(), bytes_.data(), bytes);
+    bytes_.remove_prefix(bytes);
+    const Index bad = first_not_finite(values);
+    if (bad >= 0)
+      throw FileError(file_, std::string(name) + ": value " + std::to_string(bad + 1) + " of " + std::to_string(size) +
+                                 " is not finite");
+    return values;
+  }
+
+ private:
+  const fs::path& file_;
+  std::string_view bytes_;
+};
+
+ContactFile read_contact_problem(const fs::path& file, const std::string& bytes) {
+  const Header header(file, bytes);
+  const Index contacts = header.integer("contacts", 1, kMostContacts);
+  const Index steps = header.integer("steps", 1, kMostSteps, 1);
+  const bool has_reference = header.integer("has_ref", 0, 1, 0) == 1;
+  const bool has_f_last = header.integer("has_f_last", 0, 1, 0) == 1;
+  const Index rows = 3 * contacts;
+
+  // Before any memory is taken for it: a wrong number of contacts must not ask for a terabyte.
+  const Index doubles =
+      rows * rows + steps * rows + contacts + (has_reference ? 2 * rows : 0) + (has_f_last ? rows : 0);
+  const std::size_t expected = header.size() + static_cast<std::size_t>(doubles) * sizeof(double);
+  if (bytes.size() != expected) {
+    throw FileError(file, "has " + std::to_string(bytes.size()) + " bytes, and its header asks for " +
+                              std::to_string(expected) + ": " + std::to_string(contacts) + " contacts, " +
+                              std::to_string(steps) + (steps == 1 ? " step" : " steps"));
+  }
+
+  ContactFile problem;
+  problem.name = header.text("name");
+  problem.status = header.text("status");
+  check_status(file, "'status'", problem.status, {"solved", "no_solution"});
+  problem.units = header.text("units");
+  problem.source = header.text("source");
+  problem.reference_residual = header.number("ref_error");
+  Doubles data(file, std::string_view(bytes).substr(header.size()));
+  problem.W = data.take("W", rows * rows).reshaped<Eigen::RowMajor>(rows, rows);
+  for (Index step = 0; step < steps; ++step) problem.delta_free.push_back(data.take("q", rows));
+  problem.mu = data.take("mu", contacts);
+  for (Index i = 0; i < rows; ++i) {
+    if (problem.W(i, i) < 0.0)
+      throw FileError(file, "W: entry " + std::to_string(i + 1) + " of its diagonal is negative");
+  }
+  if (!(problem.mu.minCoeff() >= 0.0 && problem.mu.maxCoeff() <= kMostFriction))
+    throw FileError(file, "mu: " + kNoFriction);
+  if (has_reference) {
+    problem.f_reference = data.take("r_ref", rows);
+    problem.delta_reference = data.take("u_ref", rows);
+  }
+  if (has_f_last) problem.f_last = data.take("f_last", rows);
+  return problem;
+}
+
+bool is_symmetric(const MatrixXd& W) {
+  return (W - W.transpose()).cwiseAbs().maxCoeff() <= kRounding * W.cwiseAbs().maxCoeff();
+}
+
+void append(std::string& bytes, const VectorXd& values) {
+  const std::size_t size = static_cast<std::size_t>(values.size()) * sizeof(double);
+  bytes.append(reinterpret_cast<const char*>(values.data()), size);
+}
+
+void append_line(std::string& header, const char* key, std::string value) {
+  if (value.empty()) return;
+  // A line end within would begin another key.
+  std::replace_if(
+      value.begin(), value.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
+  header += std::string(key) + " " + value + "\n";
+}
+
+// ---- .json ----
+
+[[noreturn]] void fail(const fs::path& file, const std::string& key, const std::string& what) {
+  throw FileError(file, "key '" + key + "': " + what);
+}
+
+/// The object in a file, in which no key is there twice.
+json parse(const fs::path& file, const std::string& bytes) {
+  std::map<std::string, int> keys;
+  const auto count = [&](int depth, json::parse_event_t event, json& parsed) {
+    if (event == json::parse_event_t::key && depth == 1 && ++keys[parsed.get<std::string>()] > 1) {
+      fail(file, parsed.get<std::string>(), "is there twice");
+    }
+    return true;
+  };
+  try {
+    json problem = json::parse(bytes, count);
+    if (!problem.is_object()) throw FileError(file, "must be a JSON object with the keys of one problem");
+    return problem;
+  } catch (const json::exception& error) {
+    // "[json.exception.parse_error.101] parse error at line 3, column 7: what is wrong": the library's own name means
+    // nothing to a user.
+    const std::string what = error.what();
+    const std::size_t name = what.find("] ");
+    throw FileError(file, name == std::string::npos ? what : what.substr(name + 2));
+  }
+}
+
+const json& value_of(const fs::path& file, const json& problem, const std::string& key) {
+  const auto found = problem.find(key);
+  if (found == problem.end()) fail(file, key, "is missing");
+  return *found;
+}
+
+std::string text_of(const fs::path& file, const json& problem, const std::string& key) {
+  if (!problem.contains(key)) return "";
+  if (!problem.at(key).is_string()) fail(file, key, "must be a text");
+  return problem.at(key).get<std::string>();
+}
+
+double number_of(const fs::path& file, const json& problem, const std::string& key) {
+  const json& value = value_of(file, problem, key);
+  if (!value.is_number()) fail(file, key, "must be a number");
+  return value.get<double>();
+}
+
+/// A list of numbers, of this size if `size` is not -1.
+VectorXd vector_of(const fs::path& file, const json& list, const std::string& key, Index size = -1) {
+  const bool is_list =
+      list.is_array() && std::all_of(list.begin(), list.end(), [](const json& v) { return v.is_number(); });
+  if (!is_list || (size >= 0 && std::ssize(list) != size)) {
+    fail(file, key, "must be a list of " + (size >= 0 ? std::to_string(size) + " " : "") + "numbers");
+  }
+  VectorXd values(std::ssize(list));
+  for (Index i = 0; i < values.size(); ++i) values[i] = list[static_cast<std::size_t>(i)].get<double>();
+  return values;
+}
+
+/// A list of rows of equal length, of this shape where it is not -1.
+MatrixXd matrix_of(const fs::path& file, const json& problem, const std::string& key, Index rows, Index cols) {
+  const json& list = value_of(file, problem, key);
+  const auto shape = [&] {
+    return (rows >= 0 ? std::to_string(rows) + " " : "") + "rows of " + (cols >= 0 ? std::to_string(cols) + " " : "") +
+           "numbers";
+  };
+  if (!list.is_array() || list.empty() || (rows >= 0 && std::ssize(list) != rows)) {
+    fail(file, key, "must be a list of " + shape());
+  }
+  if (!list[0].is_array()) fail(file, key, "must be a list of " + shape());
+  if (cols < 0) cols = std::ssize(list[0]);
+  if (cols < 1) fail(file, key, "must not be empty");
+  // All rows before the matrix: one long row must not size the others.
+  std::vector<VectorXd> vectors;
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    vectors.push_back(vector_of(file, list[i], key + "[" + std::to_string(i) + "]", cols));
+  }
+  MatrixXd matrix(std::ssize(list), cols);
+  for (Index i = 0; i < matrix.rows(); ++i) matrix.row(i) = vectors[static_cast<std::size_t>(i)];
+  return matrix;
+}
+
+/// A vector that need not be there; then empty.
+VectorXd optional_vector_of(const fs::path& file, const json& problem, const std::string& key, Index size) {
+  return problem.contains(key) ? vector_of(file, problem.at(key), key, size) : VectorXd();
+}
+
+/// The matrices that the reference format states beside the geometry that they come from.
+struct GraspMatrices {
+  MatrixXd G, A;
+  VectorXd c;
+};
+
+GraspMatrices matrices(const GraspFile& grasp) {
+  const Index n = std::ssize(grasp.contacts);
+  GraspMatrices m{MatrixXd(6, 3 * n), MatrixXd::Zero(5 * n, 3 * n), VectorXd(3 * n)};
+  grasp_map(grasp.contacts, Vector3d::Zero(), m.G);
+  for (Index i = 0; i < n; ++i) {
+    const Matrix3d rows = grasp.contacts[static_cast<std::size_t>(i)].frame.transpose();
+    auto A_i = m.A.block<5, 3>(5 * i, 3 * i);
+    A_i.row(0) = grasp.friction * rows.row(0) - rows.row(1);
+    A_i.row(1) = grasp.friction * rows.row(0) + rows.row(1);
+    A_i.row(2) = grasp.friction * rows.row(0) - rows.row(2);
+    A_i.row(3) = grasp.friction * rows.row(0) + rows.row(2);
+    A_i.row(4) = rows.row(0);
+    m.c.segment<3>(3 * i) = -grasp.internal_force_N * rows.row(0).transpose();
+  }
+  return m;
+}
+
+void check_agreement(const fs::path& file, const json& problem, const std::string& key, const MatrixXd& expected,
+                     const MatrixXd& given) {
+  if ((given - expected).cwiseAbs().maxCoeff() <= kAgree * expected.cwiseAbs().maxCoeff()) return;
+  fail(file, key, "contradicts the contact points and axes, mu and lambda of '" + text_of(file, problem, "name") + "'");
+}
+
+GraspFile read_grasp(const fs::path& file, const json& problem) {
+  GraspFile grasp;
+  grasp.status = text_of(file, problem, "status");
+  grasp.status_exact_cone = text_of(file, problem, "exact_cone_status");
+  for (const char* key : {"status", "exact_cone_status"}) {
+    check_status(file, "key '" + std::string(key) + "'", text_of(file, problem, key), {"optimal", "infeasible"});
+  }
+  const MatrixXd points = matrix_of(file, problem, "contact_points", -1, 3);
+  const Index n = points.rows();
+  if (n > kMaxGraspContacts) fail(file, "contact_points", "at most " + std::to_string(kMaxGraspContacts) + " contacts");
+  if (problem.contains("n_contacts") && number_of(file, problem, "n_contacts") != static_cast<double>(n)) {
+    fail(file, "n_contacts", "differs from the number of contact_points");
+  }
+  const std::array<MatrixXd, 3> axes = {matrix_of(file, problem, "normals_inward", n, 3),
+                                        matrix_of(file, problem, "tangent_u", n, 3),
+                                        matrix_of(file, problem, "tangent_v", n, 3)};
+  for (Index i = 0; i < n; ++i) {
+    GraspContact contact{points.row(i), Matrix3d()};
+    for (int k = 0; k < 3; ++k) contact.frame.col(k) = axes[static_cast<std::size_t>(k)].row(i);
+    if (!contact.frame.isUnitary(kAgree)) {
+      fail(file, "normals_inward",
+           "contact " + std::to_string(i) + ": normal, tangent_u and tangent_v must be orthogonal unit vectors");
+    }
+    grasp.contacts.push_back(contact);
+  }
+  grasp.wrench = vector_of(file, value_of(file, problem, "W"), "W", 6);
+  grasp.friction = number_of(file, problem, "mu");
+  if (!(grasp.friction >= 0.0 && grasp.friction <= kMostFriction)) fail(file, "mu", kNoFriction);
+  grasp.internal_force_N = number_of(file, problem, "lambda");
+  grasp.f_optimal = optional_vector_of(file, problem, "f_opt", 3 * n);
+  grasp.f_optimal_exact_cone = optional_vector_of(file, problem, "f_opt_exact_cone", 3 * n);
+
+  const GraspMatrices m = matrices(grasp);
+  if (problem.contains("G")) check_agreement(file, problem, "G", m.G, matrix_of(file, problem, "G", 6, 3 * n));
+  if (problem.contains("A")) check_agreement(file, problem, "A", m.A, matrix_of(file, problem, "A", 5 * n, 3 * n));
+  if (problem.contains("c")) check_agreement(file, problem, "c", m.c, vector_of(file, problem.at("c"), "c", 3 * n));
+  return grasp;
+}
+
+MuscleFile read_muscles(const fs::path& file, const json& problem) {
+  MuscleFile muscles;
+  muscles.status = text_of(file, problem, "status");
+  check_status(file, "key 'status'", muscles.status, {"optimal", "infeasible"});
+  muscles.H = matrix_of(file, problem, "H", -1, -1);
+  if (std::max(muscles.H.rows(), muscles.H.cols()) > kMostMuscles) {
+    fail(file, "H", "at most " + std::to_string(kMostMuscles) + " joints and as many muscles");
+  }
+  muscles.tau = vector_of(file, value_of(file, problem, "tau"), "tau", muscles.H.rows());
+  const VectorXd c = optional_vector_of(file, problem, "c", muscles.H.cols());
+  if (!c.isZero(0.0)) fail(file, "c", "must be zero: the least muscle forces are asked for");
+  muscles.f_optimal = optional_vector_of(file, problem, "f_opt", muscles.H.cols());
+  return muscles;
+}
+
+LcpFile read_lcp(const fs::path& file, const json& problem) {
+  LcpFile lcp;
+  lcp.status = text_of(file, problem, "status");
+  check_status(file, "key 'status'", lcp.status, {"solved", "no_solution"});
+  lcp.M = matrix_of(file, problem, "M", -1, -1);
+  if (lcp.M.rows() != lcp.M.cols()) fail(file, "M", "must have as many rows as columns");
+  lcp.q = vector_of(file, value_of(file, problem, "q"), "q", lcp.M.rows());
+  lcp.z = optional_vector_of(file, problem, "z", lcp.M.rows());
+  return lcp;
+}
+
+ProblemFile read_small_problem(const fs::path& file, const std::string& bytes) {
+  const json problem = parse(file, bytes);
+  const std::string kind = text_of(file, problem, "problem");
+  const std::string name = text_of(file, problem, "name");
+  const auto named = [&](auto read) {
+    read.name = name;
+    return read;
+  };
+  if (kind == "P1") return named(read_grasp(file, problem));
+  if (kind == "P2") return named(read_muscles(file, problem));
+  if (kind == "LCP") return named(read_lcp(file, problem));
+  fail(file, "problem", kind.empty() ? "is missing: P1, P2 or LCP" : "'" + kind + "' is none of P1, P2, LCP");
+}
+
+ordered_json list_of(const VectorXd& values) { return std::vector<double>(values.begin(), values.end()); }
+
+ordered_json rows_of(const MatrixXd& matrix) {
+  ordered_json rows = ordered_json::array();
+  for (Index i = 0; i < matrix.rows(); ++i) rows.push_back(list_of(matrix.row(i)));
+  return rows;
+}
+
+/// A key a line; numbers with the digits that bring back the same bits.
+void write_json(const fs::path& file, const ordered_json& problem) {
+  std::string text;
+  for (const auto& [key, value] : problem.items()) {
+    // A problem may be named after its file, and files may be named by any bytes.
+    text += (text.empty() ? "{\n  " : ",\n  ") + ordered_json(key).dump() + ": " +
+            value.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
+  }
+  write_file(file, text + "\n}\n");
+}
+
+ordered_json begin_json(const std::string& name, const char* kind, const std::string& status) {
+  ordered_json problem{{"name", name}, {"problem", kind}};
+  if (!status.empty()) problem["status"] = status;
+  return problem;
+}
+
+/// The optimum of min 1/2 f'f + c'f with A f >= 0, and what can be said of it.
+void add_optimum(const VectorXd& f, const VectorXd& c, const VectorXd& slack, ordered_json& problem) {
+  if (f.size() == 0) return;
+  problem["f_opt"] = list_of(f);
+  problem["objective"] = 0.5 * f.squaredNorm() + c.dot(f);
+  problem["active_rows"] = ordered_json::array();
+  for (Index i = 0; i < slack.size(); ++i) {
+    if (slack[i] <= kNoSlack * f.norm()) problem["active_rows"].push_back(i);
+  }
+  problem["min_slack"] = slack.minCoeff();
+}
+
+}  // namespace
+
+GraspProblem GraspFile::problem(FrictionCone cone) const {
+  return {
+      .contacts = contacts, .wrench = wrench, .friction = friction, .cone = cone, .internal_force_N = internal_force_N};
+}
+
+ProblemFile read_problem(const fs::path& file) {
+  const bool is_contact = file.extension() == ".fcp";
+  if (!is_contact && file.extension() != ".json") {
+    throw FileError(file, "must be an .fcp file (contact) or a .json file (grasp, muscles, LCP)");
+  }
+  const std::string bytes = read_file(file);
+  ProblemFile problem = is_contact ? ProblemFile(read_contact_problem(file, bytes)) : read_small_problem(file, bytes);
+  std::visit([&](auto& p) { p.name = p.name.empty() ? file.stem().string() : p.name; }, problem);
+  return problem;
+}
+
+void write_problem(const fs::path& file, const ContactFile& problem) {
+  std::string bytes = "fcp 1\n";
+  append_line(bytes, "contacts", std::to_string(problem.contacts()));
+  append_line(bytes, "steps", std::to_string(problem.delta_free.size()));
+  append_line(bytes, "has_ref", problem.f_reference.size() > 0 ? "1" : "0");
+  if (problem.f_last.size() > 0) append_line(bytes, "has_f_last", "1");
+  append_line(bytes, "name", problem.name);
+  append_line(bytes, "status", problem.status);
+  if (problem.f_reference.size() > 0) append_line(bytes, "ref_error", ordered_json(problem.reference_residual).dump());
+  append_line(bytes, "source", problem.source);
+  append_line(bytes, "symmetric", is_symmetric(problem.W) ? "1" : "0");
+  append_line(bytes, "units", problem.units);
+  bytes += "end_header\n";
+  append(bytes, problem.W.reshaped<Eigen::RowMajor>());
+  for (const VectorXd& delta_free : problem.delta_free) append(bytes, delta_free);
+  append(bytes, problem.mu);
+  append(bytes, problem.f_reference);
+  append(bytes, problem.delta_reference);
+  append(bytes, problem.f_last);
+  write_file(file, bytes);
+}
+
+void write_problem(const fs::path& file, const GraspFile& grasp) {
+  const Index n = std::ssize(grasp.contacts);
+  MatrixXd points(n, 3);
+  std::array<MatrixXd, 3> axes;
+  for (MatrixXd& axis : axes) axis.resize(n, 3);
+  for (Index i = 0; i < n; ++i) {
+    const GraspContact& contact = grasp.contacts[static_cast<std::size_t>(i)];
+    points.row(i) = contact.point_m;
+    for (int k = 0; k < 3; ++k) axes[static_cast<std::size_t>(k)].row(i) = contact.frame.col(k);
+  }
+  const GraspMatrices m = matrices(grasp);
+  ordered_json problem = begin_json(grasp.name, "P1", grasp.status);
+  problem["n_contacts"] = n;
+  problem["mu"] = grasp.friction;
+  problem["lambda"] = grasp.internal_force_N;
+  problem["contact_points"] = rows_of(points);
+  problem["normals_inward"] = rows_of(axes[0]);
+  problem["tangent_u"] = rows_of(axes[1]);
+  problem["tangent_v"] = rows_of(axes[2]);
+  problem["W"] = list_of(grasp.wrench);
+  problem["c"] = list_of(m.c);
+  problem["G"] = rows_of(m.G);
+  problem["A"] = rows_of(m.A);
+  if (grasp.f_optimal.size() > 0) add_optimum(grasp.f_optimal, m.c, m.A * grasp.f_optimal, problem);
+  if (!grasp.status_exact_cone.empty()) problem["exact_cone_status"] = grasp.status_exact_cone;
+  if (grasp.f_optimal_exact_cone.size() > 0) problem["f_opt_exact_cone"] = list_of(grasp.f_optimal_exact_cone);
+  write_json(file, problem);
+}
+
+void write_problem(const fs::path& file, const MuscleFile& muscles) {
+  ordered_json problem = begin_json(muscles.name, "P2", muscles.status);
+  const VectorXd c = VectorXd::Zero(muscles.H.cols());
+  problem["tau"] = list_of(muscles.tau);
+  problem["c"] = list_of(c);
+  problem["H"] = rows_of(muscles.H);
+  add_optimum(muscles.f_optimal, c, muscles.f_optimal, problem);
+  write_json(file, problem);
+}
+
+void write_problem(const fs::path& file, const LcpFile& lcp) {
+  ordered_json problem = begin_json(lcp.name, "LCP", lcp.status);
+  problem["M"] = rows_of(lcp.M);
+  problem["q"] = list_of(lcp.q);
+  if (lcp.z.size() > 0) {
+    problem["z"] = list_of(lcp.z);
+    problem["w"] = list_of(lcp.M * lcp.z + lcp.q);
+  }
+  write_json(file, problem);
+}
+
+}  // namespace thenar

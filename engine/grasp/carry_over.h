@@ -1,0 +1,18 @@
+#pragma once
+
+#include <cstdint>
+
+#include "engine/grasp/model.h"
+#include "engine/grasp/state.h"
+
+namespace thenar {
+
+/// The tick of `to` at the time of a tick of `from`: their steps may differ.
+[[nodiscard]] std::int64_t same_time(const Model& from, std::int64_t tick, const Model& to);
+
+/// A state of one model as that of another, which has the same hand and object, but perhaps another step and fingertips
+/// with other control points. These take their displacements from the old ones around them, and forces and loads go to
+/// the nearest. Between equal models it is the same state.
+[[nodiscard]] State carry_over(const Model& from, const State& state, const Model& to);
+
+}  // namespace thenar

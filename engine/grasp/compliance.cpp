@@ -1,0 +1,86 @@
+#include "engine/grasp/compliance.h"
+
+#include <algorithm>
+
+#include "engine/grasp/object_compliance.h"
+
+namespace thenar {
+
+using Eigen::Index;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+namespace {
+
+/// u = rho u + (1 - rho) sum_j k_ij w_j for kRows control points i from `first` on. All sums stay in registers.
+template <int kRows>
+void deform_rows(const Pulp& pulp, double rho, Index first, const PulpLoads& loads, Eigen::MatrixX3d& u) {
+  using Lanes = Eigen::Array<double, kRows, 1>;
+  Lanes x = Lanes::Zero(), y = x, z = x;
+  for (const PulpLoads::Load& load : loads.loads) {
+    const Lanes k = pulp.kernel.col(load.control_point).segment<kRows>(first);
+    x += load.w.x() * k;
+    y += load.w.y() * k;
+    z += load.w.z() * k;
+  }
+  const auto move = [&](const Lanes& sum, int axis) {
+    auto u_axis = u.col(axis).segment<kRows>(first).array();
+    u_axis = rho * u_axis + (1.0 - rho) * sum;
+  };
+  move(x, 0);
+  move(y, 1);
+  move(z, 2);
+}
+
+}  // namespace
+
+PulpLoads::PulpLoads(const Model& model) {
+  if (!model.deformable()) return;
+  const Index per_finger = model.max_contacts / kFingers;
+  loads.reserve(per_finger);
+  u_m.setZero(3, per_finger);
+}
+
+void fill_kernels(const Model& model, Frame& frame) {
+  fill_object_kernel(model, frame);
+  if (!model.deformable()) return;
+  for (int k = 0; k < kFingers; ++k) {
+    const Pulp& pulp = model.pulps[k];
+    const double softness = frame.softness[k];
+    SurfaceCompliance& C = frame.compliance[k];
+    const Index begin = frame.begin[k];
+    for (Index j = 0; begin + j < frame.begin[k + 1]; ++j) {
+      const Index c_j = frame.contacts[begin + j].control_point;
+      C.p_m.row(j) = pulp.control_points_m.col(c_j);
+      for (Index i = 0; i <= j; ++i) {
+        const Index c_i = frame.contacts[begin + i].control_point;
+        C.set(i, j, softness * pulp.kernel(c_i, c_j), softness * pulp.a(c_i, c_j), softness * pulp.b(c_i, c_j));
+      }
+    }
+  }
+}
+
+void deform(const Model& model, const Frame& frame, const ContactKinematics& now, int k, const Eigen::VectorXd& f,
+            const Eigen::VectorXd& surface_motion, PulpLoads& work, State& state) {
+  const Pulp& pulp = model.pulps[k];
+  const double rho = memory(pulp.material, model.scene.step_s);
+  const Index begin = frame.begin[k], contacts = frame.begin[k + 1] - begin;
+  Eigen::MatrixX3d& u = state.u_m[k];
+  work.loads.clear();
+  for (Index i = 0; i < contacts; ++i) {
+    const Index c = frame.contacts[begin + i].control_point;
+    const Matrix3d& E_F = now.E_F[begin + i];
+    work.u_m.col(i) = rho * u.row(c).transpose() + E_F * surface_motion.segment<3>(3 * (begin + i));
+    const Vector3d f_i = f.segment<3>(3 * (begin + i));
+    if (f_i[0] <= 0.0) continue;
+    const Vector3d mean(1.0, pulp.tangential, pulp.tangential);
+    work.loads.push_back({c, frame.softness[k] * (E_F * mean.cwiseProduct(f_i))});
+  }
+  constexpr int kRows = 8;
+  Index first = 0;
+  for (; first + kRows <= u.rows(); first += kRows) deform_rows<kRows>(pulp, rho, first, work, u);
+  for (; first < u.rows(); ++first) deform_rows<1>(pulp, rho, first, work, u);
+  for (Index i = 0; i < contacts; ++i) u.row(frame.contacts[begin + i].control_point) = work.u_m.col(i).transpose();
+}
+
+}  // namespace thenar

@@ -1,0 +1,334 @@
+#include "engine/grasp/contact_search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+#include "engine/grasp/control.h"
+
+namespace thenar {
+
+using Eigen::Index;
+using Eigen::Isometry3d;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+namespace {
+
+// A face that the pulp there does not look at, to 60 degrees, is not the one that it came through: the far side of
+// something thin, or the side of a pressed edge. On the face itself no point of a pulp within the trust looks further off.
+constexpr double kFarSide = -0.5;
+
+FrameContact frame_contact(const Model& model, const HandPose& pose, const Isometry3d& X_WO, int finger,
+                           Index control_point, const Vector3d& p_F, const Vector3d& s_O, const Vector3d& n_O) {
+  const Fingertip& tip = model.scene.hand.fingertips[finger];
+  const Matrix3d& R_WF = pose.distal(model.scene.hand, finger).linear();
+  const Matrix3d E_W = contact_frame(R_WF, tip.normal, X_WO.linear() * n_O);
+  return {finger, control_point, p_F, s_O, n_O, 0.0, R_WF.transpose() * E_W};
+}
+
+bool is_far_side(const Pulp& pulp, const Matrix3d& R_OF, const ContactCandidate& c) {
+  return c.normal.dot(R_OF * pulp.control_normals.row(c.control_point).transpose()) > kFarSide;
+}
+
+/// Whether both name the same control points with the same normals, to a degree.
+bool agree(const std::vector<ContactCandidate>& a, const std::vector<ContactCandidate>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const ContactCandidate& of_a, const ContactCandidate& of_b) {
+                      return of_a.control_point == of_b.control_point && of_a.normal.dot(of_b.normal) > 0.9998;
+                    });
+}
+
+/// The `most` of least gap; the others go to `left_out`.
+void keep_least_gaps(Index most, std::vector<ContactCandidate>& candidates, std::vector<ContactCandidate>& left_out) {
+  left_out.clear();
+  if (std::ssize(candidates) <= most) return;
+  std::nth_element(candidates.begin(), candidates.begin() + most, candidates.end(), [](const auto& a, const auto& b) {
+    return std::tie(a.gap_m, a.control_point) < std::tie(b.gap_m, b.control_point);
+  });
+  left_out.assign(candidates.begin() + most, candidates.end());
+  candidates.resize(most);
+  std::sort(candidates.begin(), candidates.end(),
+            [](const auto& a, const auto& b) { return a.control_point < b.control_point; });
+}
+
+/// The search of one finger's pulp.
+struct PulpSearch {
+  const Model& model;
+  int finger;
+  Isometry3d X_OF;
+  double band_m, depth_m;
+  ContactSearch& search;
+
+  [[nodiscard]] const Pulp& pulp() const { return model.pulps[finger]; }
+  [[nodiscard]] Index most() const { return model.scene.contact.max_per_finger; }
+
+  /// The points as they are. Points far from the surface are the dear ones. A finger at work has contacts enough near
+  /// it, and a wider band would not change which of them are kept.
+  void find() {
+    std::vector<ContactCandidate>& candidates = search.candidates;
+    for (double within_m = model.scene.contact.band_m;; within_m = std::min(2.0 * within_m, band_m)) {
+      find_contacts(pulp().control_points_m, X_OF, model.object, {within_m, depth_m + within_m, most()},
+                    search.memory[finger], candidates, &search.left_out);
+      if (std::ssize(candidates) == most() || within_m >= band_m) return;
+    }
+  }
+
+  /// Past a rim there is the plane of the face, and no object. Within a small way of it the depth is less in proportion,
+  /// so that no force begins or ends at once.
+  [[nodiscard]] bool is_on_object(const Vector3d& p_O, ContactCandidate& c) const {
+    const double below_m = 0.125 * model.object.support_m();
+    const auto foot = model.object.distance(p_O - (c.gap_m + below_m) * c.normal, depth_m + band_m);
+    const double share = foot ? std::min(1.0, -foot->distance_m / (0.8 * below_m)) : 0.0;
+    if (share <= 0.0) return false;
+    if (c.gap_m < 0.0 && share < 1.0) {
+      c.gap_m *= share;
+      c.point_m = p_O - c.gap_m * c.normal;
+    }
+    return true;
+  }
+
+  /// A drawn-in point sees its face beside the foot of the point itself, and a curved face has turned on its way there.
+  /// Past a rim, where there is no sample of the face, its plane goes on.
+  void move_to_foot(const Vector3d& p_O, ContactCandidate& c) const {
+    const Index sample = model.object.nearest(p_O - c.gap_m * c.normal, depth_m + band_m).sample;
+    if (sample < 0 || model.object.cloud().normals.col(sample).dot(c.normal) < -kFarSide) return;
+    const SurfaceDistance own = model.object.face_distance(p_O, sample);
+    c.gap_m = own.distance_m;
+    c.point_m = own.point_m;
+    c.normal = own.normal;
+  }
+
+  /// The points themselves, on the faces that the drawn-in ones see: none of those is beyond a wall's middle.
+  void find_drawn_in() {
+    std::vector<ContactCandidate>& candidates = search.candidates;
+    const double reach_m = depth_m + band_m;
+    find_contacts(search.drawn_in_m[finger], X_OF, model.object, {reach_m, reach_m + depth_m, pulp().controls()},
+                  search.memory_drawn_in[finger], candidates);
+    std::erase_if(candidates, [&](ContactCandidate& c) {
+      const Vector3d p_O = X_OF * pulp().control_points_m.col(c.control_point);
+      c.gap_m = c.normal.dot(p_O - c.point_m);
+      if (c.gap_m >= reach_m || is_far_side(pulp(), X_OF.linear(), c)) return true;
+      move_to_foot(p_O, c);
+      return c.gap_m >= band_m || !is_on_object(p_O, c);
+    });
+    keep_least_gaps(most(), candidates, search.left_out);
+  }
+};
+
+/// The curvature of the object's surface at each contact of a finger, from how normals turn among its contacts: on a
+/// sphere n_j - n_i = -(s_j - s_i) / R exactly. Normals of another face (more than 45 degrees off) do not count.
+void fill_curvatures(int finger, Frame& frame) {
+  constexpr double kSameFace = 0.7;
+  for (Index i = frame.begin[finger]; i < frame.size(); ++i) {
+    FrameContact& contact = frame.contacts[i];
+    double turn = 0.0, way = 0.0;
+    for (Index j = frame.begin[finger]; j < frame.size(); ++j) {
+      const FrameContact& other = frame.contacts[j];
+      if (other.n_O.dot(contact.n_O) < kSameFace) continue;
+      const Vector3d step = other.s_O - contact.s_O;
+      turn -= step.dot(other.n_O - contact.n_O);
+      way += step.squaredNorm();
+    }
+    contact.curvature_per_m = way > 0.0 ? turn / way : 0.0;
+  }
+}
+
+/// For each control point the fine sample that is deepest in the pulp, or nearest to it within the band, among those
+/// nearer to it than to other control points. False if there is none.
+bool find_fine_samples(const Model& model, const Isometry3d& X_OF, int finger, double band_m, ContactSearch& search) {
+  const Fingertip& tip = model.scene.hand.fingertips[finger];
+  const Pulp& pulp = model.pulps[finger];
+  const Vector3d centre_O = X_OF * tip.centre_m;
+  const double radius_m = tip.radius_m + band_m;
+  bool any = false;
+  for (Index i = 0; i < model.fine_m.cols(); ++i) {
+    const Vector3d way_O = model.fine_m.col(i) - centre_O;
+    const double squared = way_O.squaredNorm();
+    if (squared >= radius_m * radius_m || squared == 0.0) continue;
+    if (!any) search.deepest.assign(pulp.controls(), -1);
+    any = true;
+    Index c = 0;
+    pulp.control_normals.lazyProduct(Vector3d(X_OF.linear().transpose() * way_O)).maxCoeff(&c);
+    Index& deepest = search.deepest[c];
+    if (deepest < 0 || squared < (model.fine_m.col(deepest) - centre_O).squaredNorm()) deepest = i;
+  }
+  return any;
+}
+
+/// The reverse pass: fine samples in the pulp, or near it, become contacts of the control points that they passed by,
+/// unless those are deeper contacts themselves. The normal is the pulp's: a tip has none.
+void add_fine_contacts(const Model& model, const HandPose& pose, const Isometry3d& X_WO, int finger, double band_m,
+                       ContactSearch& search, Frame& frame) {
+  const Isometry3d X_OF = X_WO.inverse() * pose.distal(model.scene.hand, finger);
+  if (!find_fine_samples(model, X_OF, finger, band_m, search)) return;
+  const Fingertip& tip = model.scene.hand.fingertips[finger];
+  const Isometry3d X_FO = X_OF.inverse();
+  const auto gap_m = [&](const FrameContact& contact) { return contact_gap(contact, X_FO, Vector3d::Zero()).gap_m; };
+  const auto first = frame.contacts.begin() + frame.begin[finger];
+  search.contacts.assign(first, frame.contacts.end());
+  frame.contacts.erase(first, frame.contacts.end());
+  auto found = search.contacts.begin();
+  const auto known = search.contacts.size();
+  for (Index c = 0; c < std::ssize(search.deepest); ++c) {
+    if (search.deepest[c] < 0) continue;
+    const Vector3d s_O = model.fine_m.col(search.deepest[c]);
+    const Vector3d n_F = (X_FO * s_O - tip.centre_m).normalized();
+    const FrameContact fine =
+        frame_contact(model, pose, X_WO, finger, c, tip.centre_m + tip.radius_m * n_F, s_O, X_OF.linear() * n_F);
+    const auto end = search.contacts.begin() + static_cast<std::ptrdiff_t>(known);
+    while (found != end && found->control_point < c) ++found;
+    if (found == end || found->control_point != c) {
+      search.contacts.push_back(fine);
+    } else if (gap_m(fine) < gap_m(*found)) {
+      *found = fine;
+    }
+  }
+  const auto most = std::min(std::ssize(search.contacts), model.scene.contact.max_per_finger);
+  std::nth_element(search.contacts.begin(), search.contacts.begin() + most, search.contacts.end(),
+                   [&](const FrameContact& a, const FrameContact& b) { return gap_m(a) < gap_m(b); });
+  std::sort(search.contacts.begin(), search.contacts.begin() + most,
+            [](const FrameContact& a, const FrameContact& b) { return a.control_point < b.control_point; });
+  frame.contacts.insert(frame.contacts.end(), search.contacts.begin(), search.contacts.begin() + most);
+  frame.left_out.insert(frame.left_out.end(), search.contacts.begin() + most, search.contacts.end());
+}
+
+/// What there was no room for, with the mean curvature of the finger's contacts: their own surface points are as near as
+/// the planes through the samples there.
+void add_left_out(const Model& model, int finger, const ContactSearch& search, Frame& frame) {
+  const Index begin = frame.begin[finger], n = frame.size() - begin;
+  double curvature = 0.0;
+  for (Index i = begin; i < begin + n; ++i) curvature += frame.contacts[i].curvature_per_m / static_cast<double>(n);
+  const Pulp& pulp = model.pulps[finger];
+  for (const ContactCandidate& c : search.left_out) {
+    FrameContact& point = frame.left_out.emplace_back();
+    point.finger = finger;
+    point.control_point = c.control_point;
+    point.p_F = pulp.control_points_m.col(c.control_point);
+    point.s_O = c.point_m;
+    point.n_O = -c.normal;
+    point.curvature_per_m = curvature;
+  }
+}
+
+void find_pulp_contacts(const Model& model, const HandPose& pose, const Isometry3d& X_WO, int finger, double band_m,
+                        ContactSearch& search, Frame& frame) {
+  const double depth_m = kTrustPerRadius * model.scene.hand.fingertips[finger].radius_m;
+  PulpSearch pulp{model, finger, X_WO.inverse() * pose.distal(model.scene.hand, finger), band_m, depth_m, search};
+  pulp.find();
+  const auto is_beyond = [&](const auto& c) { return is_far_side(pulp.pulp(), pulp.X_OF.linear(), c); };
+  const bool beyond = std::any_of(search.candidates.begin(), search.candidates.end(), is_beyond);
+  // At an edge the two ways of looking differ: a finger goes back to the plain one where they agree, without a step.
+  if (beyond || search.draws_in[finger]) {
+    search.plain = search.candidates;
+    pulp.find_drawn_in();
+    search.draws_in[finger] = beyond || !agree(search.plain, search.candidates);
+  }
+  for (const ContactCandidate& c : search.candidates) {
+    frame.contacts.push_back(frame_contact(model, pose, X_WO, finger, c.control_point,
+                                           pulp.pulp().control_points_m.col(c.control_point), c.point_m, -c.normal));
+  }
+  fill_curvatures(finger, frame);
+  add_left_out(model, finger, search, frame);
+  add_fine_contacts(model, pose, X_WO, finger, band_m, search, frame);
+}
+
+void find_point_contact(const Model& model, const HandPose& pose, const Isometry3d& X_WO, int finger, double band_m,
+                        Frame& frame) {
+  const Fingertip& tip = model.scene.hand.fingertips[finger];
+  const Isometry3d X_OF = X_WO.inverse() * pose.distal(model.scene.hand, finger);
+  const double reach_m = tip.radius_m + band_m + model.object.support_m();
+  const auto nearest = model.object.distance(X_OF * tip.centre_m, reach_m);
+  if (!nearest || nearest->distance_m - tip.radius_m >= band_m) return;
+  const Vector3d n_F = X_OF.linear().transpose() * -nearest->normal;
+  frame.contacts.push_back(frame_contact(model, pose, X_WO, finger, 0, tip.centre_m + tip.radius_m * n_F,
+                                         nearest->point_m, -nearest->normal));
+}
+
+/// The object's free motion in `time_s`: translation, rotation vector.
+Vector6d object_motion(const Model& model, const Snapshot& snapshot, const Frame& frame, double time_s) {
+  const Scene& scene = model.scene;
+  const Spring spring = scene.task.spring.value_or(Spring{});
+  Vector6d wrench = frame.wrench;
+  for (const FingerLoad& load : snapshot.load) {
+    wrench.head<3>() += load.force_N;
+    wrench.tail<3>() += (load.centre_m - snapshot.X_WO.translation()).cross(load.force_N);
+  }
+  if (scene.task.spring) {
+    const double end_s = static_cast<double>(snapshot.tick) * scene.step_s + time_s;
+    const Vector6d error = pose_error(snapshot.X_WT.value_or(model.target(end_s)), snapshot.X_WO);
+    wrench.head<3>() += spring.translation_N_per_m * error.head<3>();
+    wrench.tail<3>() += spring.rotation_Nm_per_rad * error.tail<3>();
+  }
+  wrench.head<3>() *= time_s / (scene.object.translation_damping + time_s * spring.translation_N_per_m);
+  wrench.tail<3>() *= time_s / (scene.object.rotation_damping + time_s * spring.rotation_Nm_per_rad);
+  return wrench;
+}
+
+}  // namespace
+
+ContactSearch::ContactSearch(const Model& model) {
+  if (!model.deformable()) return;
+  const Index controls = model.pulps.front().controls();
+  candidates.reserve(controls);
+  left_out.reserve(controls);
+  plain.reserve(controls);
+  for (int k = 0; k < kFingers; ++k) {
+    const Pulp& pulp = model.pulps[k];
+    const double depth_m = kTrustPerRadius * model.scene.hand.fingertips[k].radius_m;
+    drawn_in_m[k] = pulp.control_points_m - depth_m * pulp.control_normals.transpose();
+  }
+  if (model.fine_m.cols() == 0) return;
+  deepest.reserve(controls);
+  contacts.reserve(controls + model.scene.contact.max_per_finger);
+}
+
+std::array<double, kFingers> ways_m(const Model& model, const HandPose& pose, const Snapshot& snapshot,
+                                    const Frame& frame) {
+  const Scene& scene = model.scene;
+  const double time_s = scene.control_period_s + scene.control_delay_s;
+  const Vector6d dx = object_motion(model, snapshot, frame, time_s);
+  std::array<double, kFingers> way{}, push{};
+  for (int k = 0; k < kFingers; ++k) {
+    const Fingertip& tip = scene.hand.fingertips[k];
+    const FingerLoad& load = snapshot.load[k];
+    const Vector3d centre_m = pose.distal(scene.hand, k) * tip.centre_m;
+    Eigen::Vector4d dq = frame.torque_Nm.segment<kJointsPerFinger>(kJointsPerFinger * k);
+    if (load.normal_N > 0.0) dq -= finger_jacobian(pose, k, load.centre_m).transpose() * load.force_N;
+    dq *= time_s / scene.joint_viscosity;
+    Vector3d turn = -dx.tail<3>();
+    for (int j = 0; j < kJointsPerFinger; ++j) turn += dq[j] * pose.axis[k * kJointsPerFinger + j];
+    const Vector3d own = finger_jacobian(pose, k, centre_m) * dq;
+    const Vector3d object = dx.head<3>() + dx.tail<3>().cross(centre_m - snapshot.X_WO.translation());
+    push[k] = own.norm();
+    way[k] = (own - object).norm() + tip.radius_m * turn.norm();
+  }
+  const double most_m = model.object.bounds().diagonal().norm();
+  for (int k = 0; k < kFingers; ++k) {
+    double others_m = 0.0;
+    for (int j = 0; j < kFingers; ++j) {
+      if (j != k) others_m = std::max(others_m, push[j]);
+    }
+    way[k] = std::min(most_m, way[k] + others_m);  // most_m, too, where the drive is not finite
+  }
+  return way;
+}
+
+void find_frame_contacts(const Model& model, const HandPose& pose, const Snapshot& snapshot, ContactSearch& search,
+                         Frame& frame) {
+  const std::array<double, kFingers> way_m = ways_m(model, pose, snapshot, frame);
+  frame.contacts.clear();
+  frame.left_out.clear();
+  for (int k = 0; k < kFingers; ++k) {
+    frame.begin[k] = frame.size();
+    const double band_m = model.scene.contact.band_m + way_m[k];
+    if (model.deformable()) {
+      find_pulp_contacts(model, pose, snapshot.X_WO, k, band_m, search, frame);
+    } else {
+      find_point_contact(model, pose, snapshot.X_WO, k, band_m, frame);
+    }
+  }
+  frame.begin[kFingers] = frame.size();
+}
+
+}  // namespace thenar

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "collision/contact_finding.h"
+#include "engine/grasp/frame.h"
+#include "engine/grasp/hand.h"
+#include "engine/grasp/model.h"
+#include "engine/grasp/state.h"
+
+namespace thenar {
+
+/// What finding contacts works in, and what it remembers from frame to frame.
+struct ContactSearch {
+  explicit ContactSearch(const Model& model);
+
+  std::array<FindingMemory, kFingers> memory, memory_drawn_in;
+  std::array<bool, kFingers> draws_in{};  ///< Fingers that look from drawn-in points, since they met something thin.
+  std::array<Eigen::Matrix3Xd, kFingers> drawn_in_m;  ///< Control points of pulps drawn in by the trust in them.
+  std::vector<ContactCandidate> candidates, left_out, plain;
+  std::vector<Eigen::Index> deepest;   ///< Of the object's fine samples, by control point; -1: none.
+  std::vector<FrameContact> contacts;  ///< One finger's.
+};
+
+/// How far each fingertip may move against the object from a frame's snapshot to the end of its use, a control period and
+/// delay later [m]: the first-order motion |d| + r |turn| of the pulp that the frame's drive leaves when the last forces
+/// of contact are taken from it, and the most that another finger may push the object. Zero for a grip at rest.
+/// `frame` has its drive; `pose` is the hand's at the snapshot. At most the size of the object.
+[[nodiscard]] std::array<double, kFingers> ways_m(const Model& model, const HandPose& pose, const Snapshot& snapshot,
+                                                  const Frame& frame);
+
+/// Finds the frame's contacts on the rest shapes of the fingertips: control points of the pulps that are, or while the
+/// frame is in use may come, nearer to the object than the contact band; or, for rigid fingertips, the one point of each
+/// pulp sphere that is nearest to it.
+///
+/// A pulp pressed on a plate by more than half its thickness has points beyond the plate's middle, nearer to its back.
+/// They touch the side that the pulp comes from: what is found is seen from the pulp drawn in by half its radius.
+/// Samples of a part too fine to meet a control point for sure (`Model::fine_m`) are looked for in the pulp, a sphere.
+/// What a finger's list has no room for goes to `frame.left_out`.
+/// `frame` has its drive. Does not allocate, after the first call.
+void find_frame_contacts(const Model& model, const HandPose& pose, const Snapshot& snapshot, ContactSearch& search,
+                         Frame& frame);
+
+}  // namespace thenar

@@ -1,0 +1,392 @@
+#include "engine/grasp/contact_tick.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/grasp/control.h"
+#include "engine/grasp/handover.h"
+#include "engine/grasp/object_compliance.h"
+#include "engine/grasp/stopwatch.h"
+
+namespace thenar {
+
+using Eigen::Index;
+using Eigen::Isometry3d;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+namespace {
+
+// The posture spring of a hold. Frozen torques alone let the grasp creep away within seconds.
+constexpr double kHoldStiffness = 1.0;  // [N m/rad]
+
+/// What moves the bodies beside contact.
+struct Drive {
+  JointVector torque;
+  Vector6d wrench;
+  Mobility mobility;
+};
+
+/// Displacements of a tick: joints [rad]; object's origin [m] and rotation vector [rad], world axes.
+struct RigidMotion {
+  JointVector dq;
+  Vector6d dx;
+};
+
+RigidMotion viscous_motion(const Mobility& mobility, const JointVector& torque, const Vector6d& wrench) {
+  RigidMotion motion;
+  motion.dq = mobility.joint * torque;
+  motion.dx.head<3>() = mobility.translation * wrench.head<3>();
+  motion.dx.tail<3>() = mobility.rotation * wrench.tail<3>();
+  return motion;
+}
+
+bool is_finite(const TickInput& input) {
+  return input.wrench.allFinite() && (!input.X_WT || input.X_WT->matrix().allFinite());
+}
+
+/// Whether the frame is too old, or the fingertips have moved so far against the object since that its contacts mean
+/// little.
+bool must_hold(const Model& model, const Frame& frame, const State& state, const ContactWorkspace& work) {
+  if (!std::isfinite(work.policy.hold_after_s)) return false;
+  if (static_cast<double>(state.tick - frame.tick) * model.scene.step_s > work.policy.hold_after_s) return true;
+  for (int k = 0; k < kFingers; ++k) {
+    const Fingertip& tip = model.scene.hand.fingertips[k];
+    const Vector3d now_O = state.X_WO.inverse() * (work.pose.distal(model.scene.hand, k) * tip.centre_m);
+    const Vector3d then_O = frame.X_WO.inverse() * (frame.X_WF[k] * tip.centre_m);
+    if ((now_O - then_O).norm() > kTrustPerRadius * tip.radius_m) return true;
+  }
+  return false;
+}
+
+/// Begins or ends a hold.
+void set_hold(bool held, const Frame& frame, ContactWorkspace& work, State& state) {
+  if (held) {
+    work.q_held = state.q;
+    work.torque_held_Nm = work.torque_Nm;
+    work.resumed_Nm.setZero();
+  } else {
+    work.resumed_Nm = work.torque_Nm - frame.torque_Nm;
+  }
+  state.held = held;
+}
+
+Drive drive(const Model& model, const Frame& frame, const Vector6d& wrench, ContactWorkspace& work,
+            const State& state) {
+  const Scene& scene = model.scene;
+  Drive drive{frame.torque_Nm + work.resumed_Nm, frame.wrench + wrench,
+              mobility(scene, state.held ? kHoldStiffness : 0.0)};
+  if (state.held) drive.torque = work.torque_held_Nm - kHoldStiffness * (state.q - work.q_held);
+  work.resumed_Nm *= std::exp(-scene.step_s / kResume_s);
+  work.torque_Nm = drive.torque;
+  // The points where weight and push act have turned with the object since the snapshot.
+  const double asked_s = static_cast<double>(frame.tick) * scene.step_s;
+  drive.wrench += model.external_wrench(asked_s, state.X_WO) - model.external_wrench(asked_s, frame.X_WO);
+  if (const auto& spring = scene.task.spring) {
+    const double end_s = static_cast<double>(state.tick + 1) * scene.step_s;
+    const Vector6d error = pose_error(state.X_WT.value_or(model.target(end_s)), state.X_WO);
+    drive.wrench.head<3>() += spring->translation_N_per_m * error.head<3>();
+    drive.wrench.tail<3>() += spring->rotation_Nm_per_rad * error.tail<3>();
+  }
+  return drive;
+}
+
+void free_gaps_and_slips(const Model& model, const Frame& frame, const State& state, const RigidMotion& free,
+                         ContactWorkspace& work) {
+  const ContactKinematics& now = work.kinematics;
+  const double rho_object = model.soft_object() ? memory(*model.scene.object.compliance, model.scene.step_s) : 0.0;
+  for (int k = 0; k < kFingers; ++k) {
+    const double rho = model.deformable() ? memory(model.pulps[k].material, model.scene.step_s) : 0.0;
+    for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
+      Vector3d delta = now.J_finger.middleRows<3>(3 * i) * free.dq.segment<kJointsPerFinger>(kJointsPerFinger * k) +
+                       now.J_object.middleRows<3>(3 * i).leftCols<6>() * free.dx;
+      delta -= (1.0 - rho) * (now.E_F[i].transpose() * displacement(state, frame.contacts[i]));
+      if (model.soft_object()) delta -= (1.0 - rho_object) * now.u_object_m.col(i);
+      delta[0] += now.gap_m[i] + work.offset_m[i];
+      work.delta_free.segment<3>(3 * i) = delta;
+    }
+  }
+}
+
+SolveReport find_forces(const Model& model, const Frame& frame, const GroupedDelassus& W, ContactWorkspace& work) {
+  const Index n = frame.size();
+  const GaussSeidelSettings settings{model.scene.contact.tolerance, model.scene.contact.max_sweeps};
+  const auto delta_free = work.delta_free.head(3 * n);
+  const auto mu = work.mu.head(n);
+  auto f = work.f.head(3 * n), delta = work.delta.head(3 * n);
+  if (!work.dense) return solve_contacts(W, delta_free, mu, settings, work.solver, f, delta);
+  auto dense = work.dense->W.topLeftCorner(3 * n, 3 * n);
+  W.to_dense(dense);
+  add_object_compliance(model, frame, work.kinematics, dense);
+  const SolveReport report = solve_contacts(dense, delta_free, mu, settings, work.dense->sweeps, f, delta);
+  find_motion(W, f, work.solver);
+  return report;
+}
+
+FingerLoad finger_load(const Frame& frame, const ContactKinematics& now, int k, const Eigen::VectorXd& f) {
+  FingerLoad load;
+  for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
+    if (f[3 * i] <= 0.0) continue;
+    load.force_N += now.E_W[i] * f.segment<3>(3 * i);
+    load.normal_N += f[3 * i];
+    load.centre_m += f[3 * i] * now.c_W[i];
+    load.normal += f[3 * i] * now.E_W[i].col(0);
+  }
+  if (load.normal_N > 0.0) {
+    load.centre_m /= load.normal_N;
+    load.normal.normalize();
+  }
+  return load;
+}
+
+void move(const RigidMotion& motion, State& state) {
+  state.q += motion.dq;
+  state.X_WO.translation() += motion.dx.head<3>();
+  const Vector3d turn = motion.dx.tail<3>();
+  const double angle = turn.norm();
+  if (angle > 0.0) state.X_WO.linear() = Eigen::AngleAxisd(angle, turn / angle) * state.X_WO.linear();
+}
+
+/// How far the control points that the lists have no room for are in the object, at the state that the tick starts from.
+void report_left_out(const Model& model, const Frame& frame, const ContactWorkspace& work, const State& state,
+                     TickReport& report) {
+  int finger = -1;
+  Isometry3d X_FO;
+  for (const FrameContact& point : frame.left_out) {
+    if (point.finger != finger) {
+      finger = point.finger;
+      X_FO = work.pose.distal(model.scene.hand, finger).inverse() * state.X_WO;
+    }
+    const ContactGap gap =
+        contact_gap(point, X_FO, displacement(state, point), object_displacement(model, state, point));
+    report.left_out_m[finger] = std::max(report.left_out_m[finger], -gap.gap_m);
+  }
+  for (const double depth_m : report.left_out_m) report.penetration_m = std::max(report.penetration_m, depth_m);
+}
+
+void report_contacts(const Frame& frame, const ContactWorkspace& work, TickReport& report) {
+  report.contacts = frame.size();
+  for (Index i = 0; i < frame.size(); ++i) {
+    report.penetration_m = std::max(report.penetration_m, work.offset_m[i] - work.delta[3 * i]);
+    if (work.f[3 * i] <= 0.0) continue;
+    ++report.active;
+    const double work_J = work.f[3 * i] * (work.delta[3 * i] - work.offset_m[i] - work.kinematics.gap_m[i]) +
+                          work.f.segment<2>(3 * i + 1).dot(work.delta.segment<2>(3 * i + 1));
+    (work_J > 0.0 ? report.ledger.injected_J : report.ledger.dissipated_J) += std::abs(work_J);
+  }
+}
+
+/// The bodies' part of the ledger: the drive is taken at the end of the step, as the springs are.
+void book_motion(const Scene& scene, const Drive& drive, const State& state, const RigidMotion& motion,
+                 Ledger& ledger) {
+  const Spring spring = scene.task.spring.value_or(Spring{});
+  const double joints = motion.dq.squaredNorm(), way = motion.dx.head<3>().squaredNorm(),
+               turn = motion.dx.tail<3>().squaredNorm();
+  ledger.drive_J = drive.torque.dot(motion.dq) + drive.wrench.dot(motion.dx) -
+                   (state.held ? kHoldStiffness : 0.0) * joints - spring.translation_N_per_m * way -
+                   spring.rotation_Nm_per_rad * turn;
+  ledger.viscous_J =
+      (scene.joint_viscosity * joints + scene.object.translation_damping * way + scene.object.rotation_damping * turn) /
+      scene.step_s;
+}
+
+/// Elastic energy a step later of a body that was moved by u = rho u + (1 - rho) C f. With phi the force that holds u,
+/// u = C phi and phi+ = rho phi + (1 - rho) f, energy is phi.u / 2, and only f.u at the loaded points is needed.
+double elastic_energy(double energy_J, double rho, double f_u_before_J, double f_u_after_J) {
+  return rho * rho * energy_J + 0.5 * (1.0 - rho) * (f_u_after_J + rho * f_u_before_J);
+}
+
+/// The deformation's part, when u has moved with the memory rho of the pulps and rho_object of a soft object; and their
+/// energies.
+void book_deformation(const Model& model, const Frame& frame, const ContactWorkspace& work, double rho,
+                      double rho_object, State& state, Ledger& ledger) {
+  double object_before_J = 0.0, object_after_J = 0.0;
+  for (int k = 0; k < kFingers; ++k) {
+    double before_J = 0.0, after_J = 0.0;
+    for (const PatchPoint& point : work.patches.of_finger(k)) {
+      const Vector3d f_F = work.kinematics.E_F[point.contact] * work.f.segment<3>(3 * point.contact);
+      before_J += f_F.dot(point.u_F);
+      after_J += f_F.dot(point.u_end_F);
+      if (!model.soft_object()) continue;
+      const Vector3d f_O = work.patches.X_WO.linear().transpose() *
+                           (work.kinematics.E_W[point.contact] * work.f.segment<3>(3 * point.contact));
+      object_before_J += f_O.dot(point.u_O);
+      object_after_J += f_O.dot(point.u_end_O);
+    }
+    // Kept as that of the pulp without load, whose compliance is no frame's.
+    double& energy_J = state.pulp_energy_J[k];
+    energy_J = elastic_energy(energy_J, rho, frame.softness[k] * before_J, frame.softness[k] * after_J);
+    ledger.deformation_J += after_J - before_J;
+    ledger.stored_J += energy_J / frame.softness[k];
+  }
+  if (!model.soft_object()) return;
+  state.object_energy_J = elastic_energy(state.object_energy_J, rho_object, object_before_J, object_after_J);
+  ledger.deformation_J += object_after_J - object_before_J;
+  ledger.stored_J += state.object_energy_J;
+}
+
+/// Moves the bodies by their free and their contact motion, and takes stock of what the fingers do. False, and nothing
+/// has moved, if that is not finite.
+bool commit(const Frame& frame, const ContactWorkspace& work, const RigidMotion& motion, State& state) {
+  if (!motion.dq.allFinite() || !motion.dx.allFinite()) return false;
+  const Eigen::VectorXd& f = work.f;
+  move(motion, state);
+  for (int k = 0; k < kFingers; ++k) state.load[k] = finger_load(frame, work.kinematics, k, f);
+  state.forces.clear();
+  for (Index i = 0; i < frame.size(); ++i) {
+    state.forces.push_back({frame.contacts[i].finger, frame.contacts[i].control_point, f.segment<3>(3 * i)});
+  }
+  return true;
+}
+
+void pose_hand(const Scene& scene, const JointVector& q, ContactWorkspace& work) {
+  if (q == work.pose_q) return;
+  forward_kinematics(scene.hand, q, work.pose);
+  work.pose_q = q;
+}
+
+bool is_undeformed(const State& state) {
+  return state.forces.empty() && state.object_loads.empty() &&
+         std::all_of(state.u_m.begin(), state.u_m.end(), [](const auto& u) { return u.isZero(0.0); });
+}
+
+/// Lets pulps that lie in the object give way, bodies at rest: gaps + C f closed. A soft object, too.
+void press_in(const Model& model, const Frame& frame, ContactWorkspace& work, State& state) {
+  if (!model.deformable() || !is_undeformed(state)) return;
+  contact_kinematics(model, frame, work.pose, state, work.kinematics);
+  const Index n = frame.size();
+  const auto gaps_m = work.kinematics.gap_m.head(n);
+  if (n == 0 || gaps_m.minCoeff() >= 0.0) return;
+  // One tick of bodies that nothing moves. To have all of C f and C_o f, forces are taken by the shares that deformation
+  // gains of them in a tick.
+  const double share = 1.0 - memory(model.pulps.front().material, model.scene.step_s);
+  const double object_share =
+      model.soft_object() ? 1.0 - memory(*model.scene.object.compliance, model.scene.step_s) : 1.0;
+  GroupedDelassus W = delassus_operator(model, frame, work.kinematics, {0.0, 0.0, 0.0});
+  W.compliance_scale = object_share;
+  work.delta_free.head(3 * n).setZero();
+  for (Index i = 0; i < n; ++i) work.delta_free[3 * i] = gaps_m[i];
+  if (find_forces(model, frame, W, work).status == SolveStatus::kNotFinite) return;
+  auto f = work.f.head(3 * n);
+  note_points(frame, work.kinematics, state, work.f, work.patches);
+  if (model.soft_object()) remember_loads(model, frame, work.kinematics, work.f, state);
+  f *= object_share / share;
+  for (int k = 0; k < kFingers; ++k)
+    deform(model, frame, work.kinematics, k, work.f, work.solver.surface_motion, work.loads, state);
+  f *= share;
+  find_displacements(model, frame, work.kinematics, work.pose, state, work.patches);
+  Ledger start;
+  book_deformation(model, frame, work, 0.0, 0.0, state, start);
+}
+
+}  // namespace
+
+void Ledger::add(const Ledger& tick) {
+  drive_J += tick.drive_J;
+  viscous_J += tick.viscous_J;
+  deformation_J += tick.deformation_J;
+  stored_J = tick.stored_J;
+  injected_J += tick.injected_J;
+  dissipated_J += tick.dissipated_J;
+}
+
+FramePolicy split_policy(const Scene& scene) {
+  FramePolicy policy;
+  policy.offset_decay_s = scene.control_period_s;
+  if (scene.control) policy.hold_after_s = 3.0 * scene.control_period_s + scene.control_delay_s;
+  return policy;
+}
+
+ContactWorkspace::ContactWorkspace(const Model& model, const FramePolicy& frame_policy)
+    : policy(frame_policy),
+      kinematics(model),
+      offset_m(Eigen::VectorXd::Zero(model.max_contacts)),
+      old_offset_m(Eigen::VectorXd::Zero(model.max_contacts)),
+      delta_free(3 * model.max_contacts),
+      delta(3 * model.max_contacts),
+      f(3 * model.max_contacts),
+      mu(Eigen::VectorXd::Constant(model.max_contacts, model.scene.contact.friction)),
+      f_first(3 * model.max_contacts),
+      solver(model.max_contacts, kFingers),
+      torque_Nm(JointVector::Zero()),
+      resumed_Nm(JointVector::Zero()),
+      q_held(JointVector::Zero()),
+      torque_held_Nm(JointVector::Zero()),
+      loads(model),
+      patches(model),
+      pose_q(JointVector::Constant(std::numeric_limits<double>::quiet_NaN())) {
+  contacts.reserve(model.max_contacts);
+  if (model.soft_object()) dense.emplace(model.max_contacts);
+  pose.segments.resize(model.scene.hand.segments.size());
+}
+
+TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace& work, State& state,
+                        const TickInput& input) noexcept {
+  TickReport report;
+  Stopwatch watch;
+  const Scene& scene = model.scene;
+  const Index n = frame.size();
+  report.sequence = frame.sequence;
+  report.frame_age = state.tick - frame.tick;
+  report.handed_over = frame.sequence != work.sequence;
+  const bool starts = work.sequence < 0;
+  if (starts) state.held = false;  // This workspace has held nothing yet.
+  report.input_refused = !is_finite(input);
+  if (!report.input_refused) state.X_WT = input.X_WT;
+
+  pose_hand(scene, state.q, work);
+  // In the tick of a hand-over, too: frames that come at every step would add up their offsets.
+  if (work.policy.offset_decay_s > 0.0) work.offset_m *= std::exp(-scene.step_s / work.policy.offset_decay_s);
+  if (report.handed_over) {
+    state.forces.reserve(model.max_contacts);  // A copied state has lost its spare room.
+    if (model.soft_object()) state.object_loads.reserve(kLoadsPerContact * model.max_contacts);
+    hand_over(model, frame, state, work);
+    if (starts) press_in(model, frame, work, state);
+  }
+  report.held = must_hold(model, frame, state, work);
+  if (report.held != state.held) set_hold(report.held, frame, work, state);
+  const Vector6d extra = report.input_refused ? Vector6d(Vector6d::Zero()) : input.wrench;
+  const Drive drive = thenar::drive(model, frame, extra, work, state);
+
+  contact_kinematics(model, frame, work.pose, state, work.kinematics);
+  // A scene that starts pressed has not been pushed out yet.
+  if (!starts) report_left_out(model, frame, work, state, report);
+  work.mobility = drive.mobility;
+  const GroupedDelassus W = delassus_operator(model, frame, work.kinematics, work.mobility);
+  report.assemble_s = watch.lap();
+
+  const RigidMotion free = viscous_motion(drive.mobility, drive.torque, drive.wrench);
+  free_gaps_and_slips(model, frame, state, free, work);
+  work.f_first.head(3 * n) = work.f.head(3 * n);
+  report.solve = find_forces(model, frame, W, work);
+  report_contacts(frame, work, report);
+  const RigidMotion motion{free.dq + work.solver.own_motion.reshaped(), free.dx + work.solver.common_motion.head<6>()};
+  note_points(frame, work.kinematics, state, work.f, work.patches);
+  const bool moved = report.solve.status != SolveStatus::kNotFinite && commit(frame, work, motion, state);
+  ++state.tick;
+  report.solve_s = watch.lap();
+  if (!moved) {
+    report.solve = {SolveStatus::kNotFinite, report.solve.sweeps, std::numeric_limits<double>::infinity()};
+    report.ledger = {};
+    return report;
+  }
+  book_motion(scene, drive, state, motion, report.ledger);
+  if (model.deformable()) {
+    for (int k = 0; k < kFingers; ++k)
+      deform(model, frame, work.kinematics, k, work.f, work.solver.surface_motion, work.loads, state);
+    if (model.soft_object()) remember_loads(model, frame, work.kinematics, work.f, state);
+  }
+  pose_hand(scene, state.q, work);
+  find_displacements(model, frame, work.kinematics, work.pose, state, work.patches);
+  if (model.deformable()) {
+    book_deformation(model, frame, work, memory(model.pulps.front().material, scene.step_s),
+                     model.soft_object() ? memory(*scene.object.compliance, scene.step_s) : 0.0, state, report.ledger);
+  }
+  for (int k = 0; k < kFingers; ++k) {
+    report.patch[k] = patch_report(work.patches.of_finger(k), state.load[k], scene.contact.friction, scene.step_s);
+  }
+  (model.deformable() ? report.deform_s : report.solve_s) += watch.lap();
+  return report;
+}
+
+}  // namespace thenar

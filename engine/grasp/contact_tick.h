@@ -1,0 +1,134 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "engine/grasp/compliance.h"
+#include "engine/grasp/delassus.h"
+#include "engine/grasp/frame.h"
+#include "engine/grasp/model.h"
+#include "engine/grasp/patches.h"
+#include "engine/grasp/state.h"
+#include "solvers/gauss_seidel.h"
+
+namespace thenar {
+
+/// What the caller of a contact tick brings: the place of a haptic device.
+struct TickInput {
+  Vector6d wrench = Vector6d::Zero();     ///< On the object beside the frame's, about its origin, world axes [N, N m].
+  std::optional<Eigen::Isometry3d> X_WT;  ///< Where the object should be at this tick; nothing: where the task has it.
+};
+
+/// What the contact tick does about frames that are noisy, late or lost. The default trusts every frame for ever, as a
+/// loop may that makes one for each of its control periods itself.
+struct FramePolicy {
+  double offset_decay_s = 0.0;  ///< tau_e of the gap offset at a hand-over; 0: no offset.
+  double hold_after_s = std::numeric_limits<double>::infinity();  ///< Age of a frame from which its drive is held.
+};
+
+/// For frames from another thread: tau_e is a control period, and a frame more than three of them older than
+/// expected is too old. Without control the torques are given and do not age.
+[[nodiscard]] FramePolicy split_policy(const Scene& scene);
+
+/// Where the energy of a tick went [J]. With forces held over the tick its law in generalised coordinates, B (dq, dx) / h =
+/// drive + J_c' f with the drive at the tick's end, times the motion (dq, dx) is
+///     drive - viscous + sum_i f_i . J_c,i (dq, dx) = 0,
+/// and in each contact's rows J_c (dq, dx) = w - (u+ - u) - (u_o+ - u_o), w the relative motion of the two deformed surfaces.
+/// So, over any time and to the accuracy of the solve,
+///     drive - viscous - deformation + injected - dissipated = 0.
+struct Ledger {
+  double drive_J = 0.0;        ///< Work of what moves the bodies beside contact: torques, weight, springs, input.
+  double viscous_J = 0.0;      ///< Taken by the bodies' viscosities.
+  double deformation_J = 0.0;  ///< Work of the contact forces on the pulps and a soft object.
+  double stored_J = 0.0;       ///< Elastic energy in these after the tick; the rest of that work their viscosity took.
+  double injected_J = 0.0;    ///< Work of contacts whose forces push their surfaces on, f . w > 0: energy from nowhere.
+  double dissipated_J = 0.0;  ///< Of the others, friction above all. Each contact is booked by its own sign.
+
+  /// What is missing from the balance.
+  [[nodiscard]] double unbalanced_J() const { return drive_J - viscous_J - deformation_J + injected_J - dissipated_J; }
+  /// Goes on with the next tick's.
+  void add(const Ledger& tick);
+};
+
+/// What one contact tick returns by value.
+struct TickReport {
+  SolveReport solve;
+  std::int64_t sequence = -1;  ///< Of the frame used.
+  std::int64_t frame_age = 0;  ///< Steps from the frame's snapshot to this tick's start.
+  bool handed_over = false;    ///< The frame is new.
+  bool held = false;           ///< The frame is too old or too far off: its drive is held.
+  bool input_refused = false;  ///< The input was not finite, and was left out.
+  Ledger ledger;
+  Eigen::Index contacts = 0;
+  Eigen::Index active = 0;  ///< Contacts that carry force.
+  /// How deep a deformed control point is in the object: a contact at the tick's end, offset or not, or one that the
+  /// list has no room for, at its start.
+  double penetration_m = 0.0;
+  std::array<double, kFingers> left_out_m{};  ///< Of the latter alone, by finger; 0: none is in the object.
+  std::array<PatchReport, kFingers> patch;
+  double assemble_s = 0.0;  ///< Hand-over, drive, gaps and Jacobians: what W is made of.
+  double solve_s = 0.0;     ///< Free motion, Gauss-Seidel and commit.
+  double deform_s = 0.0;    ///< Deformation, and what the patches did.
+};
+
+/// W as one matrix, 3 capacity x 3 capacity, and what sweeps over it work in.
+struct DenseSolver {
+  explicit DenseSolver(Eigen::Index contacts) : W(3 * contacts, 3 * contacts), sweeps(contacts) {}
+
+  Eigen::MatrixXd W;
+  SweepWorkspace sweeps;
+};
+
+/// What one contact tick works in, and what it keeps from tick to tick beside the state: room for the model's most
+/// contacts, taken once. It serves one run: it knows a frame by its sequence number.
+struct ContactWorkspace {
+  explicit ContactWorkspace(const Model& model, const FramePolicy& policy = {});
+
+  FramePolicy policy;
+  std::int64_t sequence = -1;          ///< Of the frame that f and the contacts belong to.
+  ContactKinematics kinematics;        ///< Of the frame's contacts, at the start of the tick.
+  std::vector<FrameContact> contacts;  ///< That frame's, for the hand-over to the next one.
+  Eigen::VectorXd offset_m;            ///< e: what the gaps of contacts are raised by since the hand-over; n.
+  Eigen::VectorXd old_offset_m;        ///< The last frame's.
+  Eigen::VectorXd delta_free, delta, f, mu;
+  Eigen::VectorXd f_first;  ///< What the last solve began with: the forces of the tick before it.
+  Mobility mobility{};      ///< Of the last tick's bodies.
+  GroupedWorkspace solver;
+  std::optional<DenseSolver> dense;    ///< For a soft object, which couples the contacts of all fingers.
+  JointVector torque_Nm;               ///< What drove the fingers in the last tick.
+  JointVector resumed_Nm;              ///< What is left of the step in the drive when a hold ended.
+  JointVector q_held, torque_held_Nm;  ///< Joints and drive when the hold began.
+  PulpLoads loads;
+  PatchPoints patches;
+  HandPose pose;       ///< At pose_q: after a tick, that of the state which it left.
+  JointVector pose_q;  ///< NaN: there is no pose yet.
+};
+
+/// Advances the state by one step h of the contact loop on a frozen frame.
+///
+/// 1. A new frame is taken over without a bump: forces are carried, and with `policy.offset_decay_s` each gap gets the
+///    offset e that makes old and new frame agree at this state, which then decays.
+/// 2. Drive: the frame's, the input's, and the pull of the task's spring. A frame too old, or one from which the fingers
+///    have moved too far, is held: tau = tau_held - K_h (q - q_held).
+/// 3. Free motion of the rigid bodies, h B^-1 (tau - g, W_ext), and of the pulps, u* = rho u; a soft object likewise.
+/// 4. delta_free: gaps, absolute, from the body-fixed geometry at the state (the local sphere of the object's surface);
+///    slips, relative to the tick. The bodies' free motion enters through J_c, as the contact motion does, so that what
+///    contact forbids cancels to the last bit.
+/// 5. Contact forces by Gauss-Seidel on W(h) in factors, J_c of this state, from the forces of the last tick. A soft
+///    object couples all contacts: then W is formed, with (1 - rho_o) C_o.
+/// 6. Commit: (q, x) moves by h B^-1 (drive + J_c' f), u = rho u + (1 - rho) C f. What is not finite moves nothing, and
+///    the status says so.
+/// 7. Stock: what the loaded points of each patch did, and where the energy went.
+///
+/// A state without forces and deformation whose pulps lie in the object when the workspace's first frame comes begins with
+/// the pulps pressed in as far, bodies at rest: the energy of that is the start's, and no contact injects it.
+///
+/// After the first call on a state it does not allocate. It does not lock, log or throw.
+TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace& work, State& state,
+                        const TickInput& input = {}) noexcept;
+
+}  // namespace thenar

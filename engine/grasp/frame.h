@@ -1,0 +1,73 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "engine/grasp/hand.h"
+#include "engine/grasp/model.h"
+#include "solvers/grasp_forces.h"
+#include "solvers/grouped_delassus.h"
+
+namespace thenar {
+
+/// One contact of a frame, in body-fixed terms, so that it follows the bodies while the frame is in use.
+struct FrameContact {
+  int finger = 0;
+  Eigen::Index control_point = 0;
+  Eigen::Vector3d p_F;           ///< Finger point, distal frame; rest shape.
+  Eigen::Vector3d s_O;           ///< Its projection on the object's surface, object frame.
+  Eigen::Vector3d n_O;           ///< Into the object, object frame.
+  double curvature_per_m = 0.0;  ///< Of the object's surface there: 1/R of the local sphere, > 0 convex.
+  Eigen::Matrix3d E_F;           ///< Columns n, t1, t2, distal frame, at the snapshot.
+};
+
+/// What the control / free-motion side hands to the contact side: contacts in body-fixed terms, their compliance, and the
+/// drive, all taken at one snapshot of the state and frozen until the next frame.
+///
+/// It holds neither W nor J_c nor C: W(h) = h J_c B^-1 J_c' + (1 - rho) C contains the step, and J_c and the axes of C the
+/// bodies' motion since the snapshot. All are of whoever steps.
+struct Frame {
+  explicit Frame(const Model& model);
+
+  std::int64_t sequence = -1;                      ///< 0, 1, 2, …; -1: empty.
+  std::int64_t tick = 0;                           ///< Of the snapshot: the frame's age is counted from there.
+  Eigen::Isometry3d X_WO;                          ///< Object, at the snapshot.
+  std::array<Eigen::Isometry3d, kFingers> X_WF;    ///< Distal segments, at the snapshot.
+  std::vector<FrameContact> contacts;              ///< Sorted by finger and control point.
+  std::array<Eigen::Index, kFingers + 1> begin{};  ///< Finger k has contacts begin[k] .. begin[k + 1).
+  /// Control points in the band that their finger's list has no room for: only geometry, without E_F; sorted by finger.
+  std::vector<FrameContact> left_out;
+  std::array<SurfaceCompliance, kFingers> compliance;  ///< Among a finger's contacts, with its softness.
+  std::array<double, kFingers> softness;               ///< What its load leaves of a pulp's compliance; 1 without load.
+  Eigen::MatrixXd object_kernel;  ///< k_ij of a soft object, among all contacts; of a rigid one none.
+  JointVector torque_Nm;          ///< tau - g: what drives the fingers beside contact.
+  Vector6d wrench;                ///< W_ext on the object, world axes [N, N m].
+
+  [[nodiscard]] Eigen::Index size() const { return static_cast<Eigen::Index>(contacts.size()); }
+};
+
+/// The frame (columns n, t1, t2, world axes) of a contact with normal n_W on the finger whose distal segment is turned
+/// by R_WF. The tangents are fixed in the finger and carried to n along the great circle from the pulp's mean normal
+/// (distal frame): they depend on the posture alone and turn with n without a twist, parallel transport without a
+/// history.
+[[nodiscard]] Eigen::Matrix3d contact_frame(const Eigen::Matrix3d& R_WF, const Eigen::Vector3d& pulp_normal,
+                                            const Eigen::Vector3d& n_W);
+
+/// Orthonormal right-handed axes: the unit vector n, and along t1 as far as it is across n.
+[[nodiscard]] Eigen::Matrix3d axes_of(const Eigen::Vector3d& n, const Eigen::Vector3d& t1);
+
+/// How the deformed finger point of a contact stands to the object's surface.
+struct ContactGap {
+  double gap_m;         ///< Signed.
+  Eigen::Vector3d n_F;  ///< Into the object, at the point's projection; distal frame.
+};
+
+/// The gap with the object at X_FO in the distal frame and both deformed there, the pulp by u, the object by u_o: the
+/// distance of p - u from the sphere of the surface's curvature that is fixed in the object, at s + u_o.
+[[nodiscard]] ContactGap contact_gap(const FrameContact& contact, const Eigen::Isometry3d& X_FO,
+                                     const Eigen::Vector3d& u_F, const Eigen::Vector3d& u_O = Eigen::Vector3d::Zero());
+
+}  // namespace thenar

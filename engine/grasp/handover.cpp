@@ -1,0 +1,91 @@
+#include "engine/grasp/handover.h"
+
+#include <algorithm>
+#include <cassert>
+#include <tuple>
+
+#include "engine/grasp/object_compliance.h"
+
+namespace thenar {
+
+using Eigen::Index;
+using Eigen::Vector3d;
+
+namespace {
+
+template <typename Contact>
+auto id_of(const Contact& contact) {
+  return std::tie(contact.finger, contact.control_point);
+}
+
+/// The gap of a contact as the tick sees it, without its offset.
+double gap_at(const Model& model, const FrameContact& contact, const State& state, const ContactWorkspace& work) {
+  const Eigen::Isometry3d X_FO = work.pose.distal(model.scene.hand, contact.finger).inverse() * state.X_WO;
+  return contact_gap(contact, X_FO, displacement(state, contact), object_displacement(model, state, contact)).gap_m;
+}
+
+/// Shares the force of a contact that is no more among the loaded contacts of its finger, by the pulp's kernel.
+void share_force(const Model& model, const Frame& frame, const ContactForce& lost, Eigen::VectorXd& f) {
+  const auto kernel = model.pulps[lost.finger].kernel.col(lost.control_point);
+  const Index begin = frame.begin[lost.finger], end = frame.begin[lost.finger + 1];
+  double sum = 0.0;
+  for (Index i = begin; i < end; ++i) {
+    if (f[3 * i] > 0.0) sum += kernel[frame.contacts[i].control_point];
+  }
+  // A gaussian may be nothing so far away.
+  if (!(sum > 0.0)) return;
+  for (Index i = begin; i < end; ++i) {
+    if (f[3 * i] > 0.0) f.segment<3>(3 * i) += kernel[frame.contacts[i].control_point] / sum * lost.f_C;
+  }
+}
+
+}  // namespace
+
+void carry_forces(const Model& model, const Frame& frame, const std::vector<ContactForce>& forces, Eigen::VectorXd& f) {
+  auto old = forces.begin();
+  for (Index i = 0; i < frame.size(); ++i) {
+    const FrameContact& contact = frame.contacts[i];
+    while (old != forces.end() && id_of(*old) < id_of(contact)) ++old;
+    const bool known = old != forces.end() && id_of(*old) == id_of(contact);
+    f.segment<3>(3 * i) = known ? old->f_C : Vector3d::Zero();
+  }
+  if (!model.deformable()) return;
+  auto contact = frame.contacts.begin();
+  for (const ContactForce& force : forces) {
+    while (contact != frame.contacts.end() && id_of(*contact) < id_of(force)) ++contact;
+    const bool kept = contact != frame.contacts.end() && id_of(*contact) == id_of(force);
+    if (!kept && force.f_C[0] > 0.0) share_force(model, frame, force, f);
+  }
+}
+
+void hand_over(const Model& model, const Frame& frame, State& state, ContactWorkspace& work) {
+  carry_forces(model, frame, state.forces, work.f);
+  if (work.policy.offset_decay_s > 0.0) {
+    // The old gaps, with the old loads on a soft object.
+    for (Index i = 0; i < std::ssize(work.contacts); ++i) {
+      work.offset_m[i] += gap_at(model, work.contacts[i], state, work);
+    }
+  }
+  carry_loads(model, frame, state);
+  if (work.policy.offset_decay_s > 0.0) {
+    const bool first = work.sequence < 0;
+    std::swap(work.offset_m, work.old_offset_m);
+    auto old = work.contacts.begin();
+    for (Index i = 0; i < frame.size(); ++i) {
+      const FrameContact& contact = frame.contacts[i];
+      while (old != work.contacts.end() && id_of(*old) < id_of(contact)) ++old;
+      const double gap_m = gap_at(model, contact, state, work);
+      double e = std::max(0.0, -gap_m);
+      if (old != work.contacts.end() && id_of(*old) == id_of(contact)) {
+        e = work.old_offset_m[old - work.contacts.begin()] - gap_m;
+      }
+      const double limit_m = kTrustPerRadius * model.scene.hand.fingertips[contact.finger].radius_m;
+      work.offset_m[i] = first ? 0.0 : std::clamp(e, -limit_m, limit_m);
+    }
+    assert(work.contacts.capacity() >= frame.contacts.size());
+    work.contacts.assign(frame.contacts.begin(), frame.contacts.end());
+  }
+  work.sequence = frame.sequence;
+}
+
+}  // namespace thenar

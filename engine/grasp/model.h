@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "collision/implicit_surface.h"
+#include "engine/grasp/pulp.h"
+#include "engine/grasp/scene.h"
+
+namespace thenar {
+
+/// A scene made ready to run: its data, and what is computed from them once. Made by build_model().
+struct Model {
+  Scene scene;
+  std::vector<std::string> object_notes;  ///< What was done to the object's points to make a surface of them.
+  ImplicitSurface object;
+  std::vector<Pulp> pulps = {};   ///< One a finger, or none: rigid point contacts.
+  Eigen::Matrix3Xd fine_m = {};   ///< Object's samples that control points may pass by (fine_parts): usually none.
+  int level = 0;                  ///< Of detail of the pulps.
+  Eigen::Index max_contacts = 0;  ///< Capacity of a frame, all fingers together.
+
+  [[nodiscard]] bool deformable() const { return !pulps.empty(); }
+  [[nodiscard]] bool soft_object() const { return scene.object.compliance.has_value() && deformable(); }
+  /// Whether a control period begins with this step. The periods need not hold a whole number of steps.
+  [[nodiscard]] bool control_is_due(std::int64_t tick) const;
+  /// Where the object should be: its start pose moved by the task.
+  [[nodiscard]] Eigen::Isometry3d target(double time_s) const;
+  /// The object's weight at its centre of mass, for the object at X_WO: a wrench about the object's origin, world axes
+  /// [N, N m]. It is what the controller knows of W_ext.
+  [[nodiscard]] Vector6d weight(const Eigen::Isometry3d& X_WO) const;
+  /// W_ext: the weight, and what the task's push does at `time_s`, likewise.
+  [[nodiscard]] Vector6d external_wrench(double time_s, const Eigen::Isometry3d& X_WO) const;
+};
+
+}  // namespace thenar

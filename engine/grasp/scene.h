@@ -1,0 +1,166 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <filesystem>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "collision/shapes.h"
+#include "engine/grasp/hand.h"
+#include "engine/grasp/pulp.h"
+#include "solvers/grasp_forces.h"
+
+namespace thenar {
+
+// Sizes are full sizes along the object's axes x, y, z; an axis of revolution is z. See collision/shapes.h.
+struct BoxShape {
+  Eigen::Vector3d size_m;
+  bool operator==(const BoxShape&) const = default;
+};
+struct SphereShape {
+  double radius_m = 0.0;
+  bool operator==(const SphereShape&) const = default;
+};
+struct EllipsoidShape {
+  Eigen::Vector3d size_m;
+  bool operator==(const EllipsoidShape&) const = default;
+};
+struct CylinderShape {
+  double radius_m = 0.0, length_m = 0.0;
+  bool operator==(const CylinderShape&) const = default;
+};
+struct SuperquadricShape {
+  Eigen::Vector3d size_m;
+  Exponents exponents;
+  bool operator==(const SuperquadricShape&) const = default;
+};
+/// A surface from a file, as engine/formats/point_cloud_file.h reads it.
+struct CloudShape {
+  std::filesystem::path file;
+  double unit_m = 1.0;  ///< What 1 in the file measures.
+  bool operator==(const CloudShape&) const = default;
+};
+using Shape = std::variant<BoxShape, SphereShape, EllipsoidShape, CylinderShape, SuperquadricShape, Mug, CloudShape>;
+
+struct ObjectSettings {
+  Shape shape;
+  Eigen::Index points = 0;  ///< Samples of a generated shape or a mesh; a scan brings its own.
+  double mass_kg = 0.0;
+  Eigen::Vector3d centre_of_mass_m = Eigen::Vector3d::Zero();  ///< Where the weight acts; object frame.
+  Eigen::Isometry3d X_WO = Eigen::Isometry3d::Identity();      ///< Pose at the start.
+  double translation_damping = 0.0;                            ///< b_t [N s/m].
+  double rotation_damping = 0.0;                               ///< b_o [N m s].
+  std::optional<PulpMaterial> compliance;                      ///< How its surface gives way; nothing: rigid.
+};
+
+/// Deformable pulps; a scene without them has rigid point contacts.
+struct FingertipSettings {
+  Eigen::Index points = 0;
+  Eigen::Index leaves = 0;  ///< Control points.
+  PulpMaterial material;
+};
+
+struct ContactSettings {
+  double friction = 0.0;
+  double band_m = 0.0;              ///< Control points with a gap below this are candidates.
+  Eigen::Index max_per_finger = 0;  ///< Of them, those of least gap.
+  std::optional<int> level = 0;     ///< Level of detail of the pulps, see set_level; nothing: chosen by force_error.
+  double force_error = 0.05;        ///< Of a pulp's force against Hertz's, rms, that the choice of a level allows.
+  double tolerance = 0.0;           ///< Natural-map residual of a tick.
+  int max_sweeps = 0;
+};
+
+enum class ControlLaw {
+  kFeedforward,  ///< tau^d = J' f^d + g + K J^+ y
+  kPaper,        ///< tau^d = K J^+ y, eq. (22): leaves a steady force error.
+};
+
+/// Gains of one PID: p [N/m or N m/rad], i [p/s], d [p s].
+struct PidGains {
+  double p = 0.0, i = 0.0, d = 0.0;
+};
+
+struct ControlSettings {
+  ControlLaw law = ControlLaw::kFeedforward;
+  std::optional<double> gain;            ///< K of eq. (22) [N m/rad]; nothing: from the joint viscosity and the period.
+  double pulp_normal_N_per_m = 0.0;      ///< K_n: the controller's model of the pulp; nu = relaxation * K.
+  double pulp_tangential_N_per_m = 0.0;  ///< K_t.
+  double grasp_friction = 0.0;           ///< mu_c of the cones of grasp forces.
+  FrictionCone cone = FrictionCone::kExact;  ///< Their shape.
+  double internal_force_N = 0.0;             ///< lambda of eq. (13).
+  PidGains position, rotation;
+  std::optional<double> posture_Nm_per_rad;  ///< Spring to the start posture, where fingertips leave joints free.
+  bool muscles = false;                      ///< Muscle forces drive the joints; otherwise the torques act as they are.
+};
+
+/// A minimum-jerk move of the target: by a distance or an angle along or about `axis` (unit, object axes at the start).
+struct Move {
+  Eigen::Vector3d axis = Eigen::Vector3d::Zero();
+  double amount = 0.0;  ///< [m] or [rad].
+  double from_s = 0.0;
+  double over_s = 1.0;
+};
+
+/// What ties the object to its target at every step, as a hand that moves it would: a haptic device's virtual coupling.
+struct Spring {
+  double translation_N_per_m = 0.0;
+  double rotation_Nm_per_rad = 0.0;
+};
+
+/// A constant force at a point of the object, and a constant moment besides, both in object axes at the start. The
+/// controller does not know of them.
+struct Push {
+  Eigen::Vector3d force_N = Eigen::Vector3d::Zero();
+  double from_s = 0.0;
+  double over_s = 0.0;
+  Eigen::Vector3d at_m = Eigen::Vector3d::Zero();  ///< Where the force acts, fixed in the object; object frame.
+  Eigen::Vector3d moment_Nm = Eigen::Vector3d::Zero();
+};
+
+struct TaskSettings {
+  std::optional<Move> translate, rotate;
+  std::optional<Spring> spring;
+  std::optional<Push> push;
+};
+
+/// How far a scene may be off its full model where parts of it are left out: the object's path, rms and at the end, and
+/// the rest as PathDeviation (engine/studies/model_parts.h) has it.
+struct Tolerance {
+  double position_m = 1e-4;
+  double rotation_rad = std::numbers::pi / 1800.0;
+  double force = 0.05;   ///< A share of the forces.
+  double moment = 0.1;   ///< A share of the torsion that friction allows.
+  double margin = 0.05;  ///< A difference of margins.
+};
+
+/// All that a scene file says, in SI. What it does not name is absent here, and costs nothing.
+struct Scene {
+  std::string name;
+  double duration_s = 0.0;
+  double step_s = 0.0;
+  double control_period_s = 0.0;  ///< Not shorter than the step.
+  double control_delay_s =
+      0.0;  ///< From a control tick's snapshot to its frame's use, where the two have clocks of their own.
+  Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  ///< World = hand frame.
+  Hand hand;
+  JointVector posture = JointVector::Zero();  ///< q at the start.
+  double joint_viscosity = 0.0;               ///< b [N m s].
+  std::optional<JointVector> torques;         ///< Without control: what drives the joints [N m].
+  std::optional<FingertipSettings> fingertips;
+  ObjectSettings object;
+  ContactSettings contact;
+  std::optional<ControlSettings> control;
+  TaskSettings task;
+  bool only_needed = false;  ///< Parts that change less than the tolerance are left out: engine/studies/model_parts.h.
+  Tolerance tolerance;
+  std::vector<std::string> left_out;       ///< A line for each part that was left out or kept so, and why.
+  std::vector<std::string> defaults_used;  ///< "key = value" of each value the file left to us.
+
+  [[nodiscard]] bool has_muscles() const { return control && control->muscles; }
+};
+
+}  // namespace thenar

@@ -1,0 +1,13 @@
+#include "engine/grasp/state.h"
+
+namespace thenar {
+
+State::State(const Model& model) {
+  q = model.scene.posture;
+  X_WO = model.scene.object.X_WO;
+  for (const Pulp& pulp : model.pulps) u_m.emplace_back(Eigen::MatrixX3d::Zero(pulp.controls(), 3));
+  forces.reserve(model.max_contacts);
+  if (model.soft_object()) object_loads.reserve(kLoadsPerContact * model.max_contacts);
+}
+
+}  // namespace thenar

@@ -1,0 +1,84 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "engine/grasp/hand.h"
+#include "engine/grasp/model.h"
+
+namespace thenar {
+
+/// When a hold ends, the controller's demands come back with this time constant: so slowly that it is no bump, and sooner
+/// than the object can go far.
+inline constexpr double kResume_s = 0.15;
+
+/// The force at one contact, which the next frame finds again by finger and control point.
+struct ContactForce {
+  int finger = 0;
+  Eigen::Index control_point = 0;
+  Eigen::Vector3d f_C = Eigen::Vector3d::Zero();  ///< On the object, contact rows (n, t1, t2) [N].
+};
+
+/// The force by which a soft object is still deformed where a contact acted last, found again as a ContactForce is.
+struct ObjectLoad {
+  int finger = 0;
+  Eigen::Index control_point = 0;
+  Eigen::Vector3d x_O;   ///< On the surface, object frame.
+  double area_m2 = 0.0;  ///< Of the finger's control point.
+  Eigen::Vector3d w_O;   ///< T phi, phi the contact's force filtered with the object's relaxation; object frame [N].
+};
+
+/// Room for the loads of contacts that are no more.
+inline constexpr Eigen::Index kLoadsPerContact = 4;
+
+/// What one finger does to the object.
+struct FingerLoad {
+  Eigen::Vector3d force_N = Eigen::Vector3d::Zero();   ///< Sum of its contact forces, world axes.
+  double normal_N = 0.0;                               ///< Sum of their normal parts; 0: the finger is not loaded.
+  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< Pressure centre on the object's surface, world.
+  Eigen::Vector3d normal =
+      Eigen::Vector3d::Zero();  ///< Into the object, world: mean of the contacts' normals, by load.
+};
+
+/// What the control side sees of the state.
+struct Snapshot {
+  std::int64_t tick = 0;   ///< Steps taken: the time is tick * step.
+  JointVector q;           ///< [rad]
+  Eigen::Isometry3d X_WO;  ///< Object.
+  std::array<FingerLoad, kFingers> load;
+  std::optional<Eigen::Isometry3d> X_WT;  ///< Where the caller wants the object; nothing: where the task does.
+  bool held = false;                      ///< The drive of an old frame is held: no control acts.
+};
+
+/// All that moves. Owned and advanced by contact_tick alone.
+struct State : Snapshot {
+  explicit State(const Model& model);
+
+  std::vector<Eigen::MatrixX3d> u_m;     ///< Per finger, control points x 3, distal frame: what the pulp's deformation
+                                         ///< adds to the object's displacement against the finger (the pulp's surface
+                                         ///< moves by -u). The memory of friction. Empty for rigid fingertips.
+  std::vector<ContactForce> forces;      ///< Sorted by finger and control point; capacity model.max_contacts.
+  std::vector<ObjectLoad> object_loads;  ///< Likewise, kLoadsPerContact times as many; of a rigid object none.
+  std::array<double, kFingers> pulp_energy_J{};  ///< That by which u is held, of pulps without stiffening.
+  double object_energy_J = 0.0;                  ///< Likewise, of a soft object.
+};
+
+/// The state without what belonged to the run that left it: its caller's target, and its hold.
+[[nodiscard]] inline State start_of_run(State state) {
+  state.X_WT.reset();
+  state.held = false;
+  return state;
+}
+
+/// u at the control point of a contact, distal frame; zero for rigid fingertips.
+template <typename Contact>
+[[nodiscard]] Eigen::Vector3d displacement(const State& state, const Contact& contact) {
+  if (state.u_m.empty()) return Eigen::Vector3d::Zero();
+  return state.u_m[contact.finger].row(contact.control_point).transpose();
+}
+
+}  // namespace thenar

@@ -1,0 +1,49 @@
+#include "engine/loops/live_contact.h"
+
+namespace thenar {
+
+using Eigen::Index;
+
+SolvedTick::SolvedTick(const Model& model)
+    : frame(model),
+      kinematics(model),
+      delta_free(3 * model.max_contacts),
+      mu(model.max_contacts),
+      f_first(3 * model.max_contacts),
+      f(3 * model.max_contacts) {}
+
+LiveContact::LiveContact(const Model& model, LatestValue<LiveInput>& live_inputs, LiveHands& live_hands)
+    : inputs(live_inputs), hands(live_hands), pictures(model), problems(model) {}
+
+TickInput LiveContact::input(const State& state, std::int64_t now_ns, std::int64_t& stamp_ns) noexcept {
+  inputs.take();
+  const LiveInput& newest = inputs.current();
+  stamp_ns = newest.number != number ? newest.stamp_ns : 0;
+  number = newest.number;
+  return hands.next(newest, state, now_ns);
+}
+
+bool LiveContact::show(const SplitGrasp& grasp) noexcept {
+  // Relaxed: nothing else goes with it.
+  if (!watched.load(std::memory_order_relaxed)) return false;
+  const ContactWorkspace& work = grasp.workspace();
+  if (grasp.state().tick % problem_ticks == 0) {
+    SolvedTick& draft = problems.draft();
+    draft.frame = grasp.frames().current();
+    const Index n = draft.frame.size();
+    draft.kinematics = work.kinematics;
+    draft.mobility = work.mobility;
+    draft.delta_free.head(3 * n) = work.delta_free.head(3 * n);
+    draft.mu.head(n) = work.mu.head(n);
+    draft.f_first.head(3 * n) = work.f_first.head(3 * n);
+    draft.f.head(3 * n) = work.f.head(3 * n);
+    problems.publish();
+  }
+  if (grasp.state().tick % picture_ticks != 0) return false;
+  take_picture(grasp.state(), work, pictures.draft());
+  pictures.draft().pull = hands.pull();
+  pictures.publish();
+  return true;
+}
+
+}  // namespace thenar

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "engine/grasp/contact_tick.h"
+#include "engine/grasp/model.h"
+#include "engine/grasp/state.h"
+
+namespace thenar {
+
+/// One contact as it is shown, world axes.
+struct ShownContact {
+  int finger = 0;
+  Eigen::Index control_point = 0;
+  Eigen::Vector3d point_m;  ///< Where finger and object meet.
+  Eigen::Vector3d normal;   ///< Into the object.
+  Eigen::Vector3d force_N;  ///< On the object.
+};
+
+/// The spring by which someone pulls the object, world axes.
+struct ShownPull {
+  Eigen::Vector3d anchor_m, handle_m;
+  Eigen::Vector3d force_N;  ///< On the object, at the anchor.
+};
+
+/// What one instant looks like: a copy of the state after a tick, for eyes. Its memory is taken once, so that a contact
+/// thread may fill it.
+struct Picture {
+  explicit Picture(const Model& model);
+
+  Snapshot snapshot;
+  std::vector<Eigen::MatrixX3d> u_m;   ///< As State has it.
+  std::vector<ShownContact> contacts;  ///< Capacity model.max_contacts.
+  std::optional<ShownPull> pull;
+};
+
+/// Fills all but `pull`, from the state that a tick left and what that tick worked in. Does not allocate, lock or throw.
+void take_picture(const State& state, const ContactWorkspace& work, Picture& picture) noexcept;
+
+}  // namespace thenar

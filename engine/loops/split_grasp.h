@@ -1,0 +1,84 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "engine/grasp/contact_tick.h"
+#include "engine/grasp/control_tick.h"
+#include "engine/grasp/model.h"
+#include "engine/grasp/state.h"
+#include "engine/loops/latest_value.h"
+
+namespace thenar {
+
+/// What one contact step returns by value.
+struct ContactStep {
+  TickReport tick;
+  std::int64_t acquire_ns = 0;  ///< Looking for a new frame, and taking it. One reading of the clock is included,
+  std::int64_t publish_ns = 0;  ///< here too: copying the snapshot, and making it the newest one.
+};
+
+/// What one control step returns by value.
+struct ControlStep {
+  ControlReport control;
+  std::int64_t sequence = 0;       ///< Of the frame that it made.
+  std::int64_t snapshot_tick = 0;  ///< Of the snapshot that it used.
+  bool published = false;          ///< False if the frame was not finite, and is never used.
+};
+
+/// A grasp run by two threads of the caller's: one calls contact_step at 1 kHz or faster, another control_step at the
+/// scene's control period. They exchange frames and snapshots through buffers that cannot block; neither ever waits
+/// for the other. The model's step is the period of the first, its control period that of the second.
+///
+/// The constructor takes all memory and makes frame 0, control included, so that the first contact step has a drive. It
+/// throws std::runtime_error if that frame is not finite. The model is referred to, not copied.
+class SplitGrasp {
+ public:
+  explicit SplitGrasp(const Model& model) : SplitGrasp(model, State(model)) {}
+  SplitGrasp(const Model& model, const State& start);
+  /// Goes on where another left off, on a model that may have other fingertips and another step than `old`, the other's:
+  /// with its state (carry_over), its controller's memory, and a new frame. While neither loop runs.
+  SplitGrasp(const Model& model, const Model& old, const SplitGrasp& before);
+
+  /// Advances the state by one step, on the newest frame. For one thread. It does not allocate, lock, log, throw or call
+  /// the system; an input that is not finite is left out, and the report says so.
+  ContactStep contact_step(const TickInput& input = {}) noexcept;
+
+  /// One control tick on the newest snapshot, and its frame published. For one other thread. A frame that is not finite
+  /// is kept back.
+  ControlStep control_step();
+  /// Of the last control step [N]; empty without muscles. For the thread that makes them.
+  [[nodiscard]] const Eigen::VectorXd& muscle_forces_N() const { return controller_.f_muscle; }
+
+  // While neither loop runs:
+  /// Heeds what has changed in the model's scene: friction, internal force, tolerance, sweeps, control period and delay.
+  void heed_scene() noexcept;
+  /// From now on a frame comes into use so many control steps after it was made, 0: at once. The scene's control delay
+  /// should say so, too, for drive and contact finding reckon with that.
+  void hold_frames_back(int periods);
+
+  [[nodiscard]] const Model& model() const { return model_; }
+  [[nodiscard]] const Controller& controller() const { return controller_; }
+  /// Of the contact thread, like the state.
+  [[nodiscard]] const ContactWorkspace& workspace() const { return work_; }
+
+  /// Of the contact thread; other threads may read it when contact steps have ended.
+  [[nodiscard]] const State& state() const { return state_; }
+  /// What the control tick of frame 0 found.
+  [[nodiscard]] const ControlReport& first_control() const { return first_control_; }
+  [[nodiscard]] const LatestValue<Frame>& frames() const { return frames_; }
+  [[nodiscard]] const LatestValue<Snapshot>& snapshots() const { return snapshots_; }
+
+ private:
+  const Model& model_;
+  State state_;
+  ContactWorkspace work_;
+  Controller controller_;
+  ControlReport first_control_;
+  LatestValue<Frame> frames_;
+  LatestValue<Snapshot> snapshots_;
+  std::vector<Frame> held_back_;    ///< In a ring; sequence -1: none.
+  std::size_t next_held_back_ = 0;  ///< The oldest.
+};
+
+}  // namespace thenar

@@ -1,0 +1,348 @@
+#include "engine/loops/threads.h"
+
+#include <fmt/format.h>
+#include <spdlog/logger.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <exception>
+#include <latch>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "engine/formats/text.h"
+#include "engine/loops/records.h"
+
+namespace thenar {
+
+namespace {
+
+using std::chrono::milliseconds;
+
+// The records of two seconds: so long may the calling thread be away, or be kept off its core.
+constexpr double kRoom_s = 2.0;
+// However short the step, no tick is done in less.
+constexpr double kShortestTick_s = 5e-6;
+// The calling thread looks for records so often.
+constexpr milliseconds kDrainPeriod{3};
+// From the end of the threads' set-up to the first tick: both are asleep by then.
+constexpr std::int64_t kStartDelay_ns = 5'000'000;
+constexpr int kMaxCatchUp = 2;
+// Below the contact thread's. Beside three programs that kept its core busy, a control thread at 1 kHz without it came too
+// late, and its drive was held, 4 to 7 times a second.
+constexpr int kControlPriority = 70;
+// Of the time that an overloaded thread is busy: twice what keeps the kernel from stopping it.
+constexpr double kRestShare = 0.1;
+constexpr std::int64_t kSecond_ns = 1'000'000'000;
+// Ticks given up at once for longer than this are no overrun: the process was stopped, or its machine.
+constexpr double kStandstill_s = 0.5;
+// A tick further off is waited for in parts, so that a stop need not wait for it.
+constexpr std::int64_t kPatience_ns = 20'000'000;
+
+/// Of records that come with such a period in a run so long.
+std::size_t room_for_records(double period_s, double duration_s) {
+  return static_cast<std::size_t>(std::ceil(std::min(kRoom_s, duration_s) / std::max(period_s, kShortestTick_s))) + 16;
+}
+
+/// What the operator of a long run should know, on stderr unless the program has its own logger "thenar".
+class RunLog {
+ public:
+  RunLog(bool quiet, double step_s) : step_s_(step_s) {
+    if (quiet) return;
+    log_ = spdlog::get("thenar");
+    if (!log_) log_ = spdlog::stderr_color_mt("thenar");
+  }
+
+  void started(const Scheduling& contact) {
+    if (log_ && !contact.remark.empty()) log_->warn("{}", contact.remark);
+  }
+
+  void add(const ContactSample& sample) {
+    slipped_ += sample.slipped;
+    longest_slip_ = std::max(longest_slip_, sample.slipped);
+    overruns_ += sample.overran;
+    count_lost(sample.lost, contact_lost_);
+    if (sample.step.tick.held != held_) {
+      held_ = sample.step.tick.held;
+      ++(held_ ? holds_ : releases_);
+    }
+    note(sample.end_ns);
+  }
+
+  void add(const ControlSample& sample) {
+    if (!sample.step.published) ++refused_;
+    count_lost(sample.lost, control_lost_);
+    note(sample.end_ns);
+  }
+
+  /// Says what has gone wrong since the last time: at most once a second, and ever more rarely, to once a minute.
+  void say_if_due(std::int64_t now_ns) {
+    if (now_ns < next_ns_ || !say(now_ns)) return;
+    next_ns_ = now_ns + pause_ns_;
+    pause_ns_ = std::min(2 * pause_ns_, 60 * kSecond_ns);
+  }
+
+  /// Says it now; false if there is nothing to say.
+  bool say(std::int64_t now_ns) {
+    if (!log_ || nothing()) return false;
+    std::string what;
+    const auto add_clause = [&what](const std::string& clause) { what += (what.empty() ? "" : "; ") + clause; };
+    if (overruns_ + slipped_ > 0) {
+      const char* const given_up = slipped_ == 1 ? "was given up" : "were given up";
+      const double longest_s = static_cast<double>(longest_slip_) * step_s_;
+      add_clause(counted(overruns_, "contact tick") + " overran" +
+                 (slipped_ > 0 ? fmt::format(", {} {}", slipped_, given_up) : "") +
+                 (longest_s > kStandstill_s ? fmt::format(" (the run stood still for {:.1f} s)", longest_s) : ""));
+    }
+    if (holds_ > 0) add_clause(counted(holds_, "hold") + " began (frames came too late)");
+    if (releases_ > 0) add_clause(counted(releases_, "hold") + " ended (frames came again)");
+    if (refused_ > 0) add_clause(counted(refused_, "frame") + " refused (not finite)");
+    if (lost_ > 0) add_clause(counted(lost_, "record") + " lost (nobody had time for them)");
+    const std::int64_t seconds = std::max<std::int64_t>(1, (now_ns - since_ns_ + kSecond_ns - 1) / kSecond_ns);
+    log_->warn("in the last {} {}", seconds == 1 ? "second" : counted(seconds, "second"), what);
+    overruns_ = slipped_ = longest_slip_ = holds_ = releases_ = refused_ = lost_ = 0;
+    since_ns_ = kNever_ns;
+    return true;
+  }
+
+ private:
+  static constexpr std::int64_t kNever_ns = std::numeric_limits<std::int64_t>::max();
+
+  [[nodiscard]] bool nothing() const { return overruns_ + slipped_ + holds_ + releases_ + refused_ + lost_ == 0; }
+
+  /// `so_far`: of the run; `before`: as it was at the thread's last record.
+  void count_lost(std::int64_t so_far, std::int64_t& before) { lost_ += so_far - std::exchange(before, so_far); }
+
+  /// The first thing that is still to be said happened at the time, or before.
+  void note(std::int64_t time_ns) {
+    if (!nothing()) since_ns_ = std::min(since_ns_, time_ns);
+  }
+
+  std::shared_ptr<spdlog::logger> log_;  // Null: quiet.
+  double step_s_;                        // by the clock on the wall
+  bool held_ = false;
+  std::int64_t contact_lost_ = 0, control_lost_ = 0;  // of the whole run
+  std::int64_t overruns_ = 0, slipped_ = 0, longest_slip_ = 0, holds_ = 0, releases_ = 0, refused_ = 0, lost_ = 0;
+  std::int64_t since_ns_ = kNever_ns;
+  std::int64_t next_ns_ = std::numeric_limits<std::int64_t>::min();
+  std::int64_t pause_ns_ = kSecond_ns;
+};
+
+/// As wait_until, or sooner if it is stopped.
+std::int64_t wait_for_tick(std::int64_t deadline_ns, std::int64_t spin_ns, const std::stop_token& stop) noexcept {
+  for (std::int64_t now_ns = steady_now_ns(); deadline_ns - now_ns > 2 * kPatience_ns;) {
+    now_ns = wait_until(now_ns + kPatience_ns, 0);
+    if (stop.stop_requested()) return now_ns;
+  }
+  return wait_until(deadline_ns, spin_ns);
+}
+
+/// The control thread's loop, to its stop. A tick that is late is given up at once: a newer snapshot serves better.
+/// Adds to `lost` the records that found the ring full.
+void run_control_loop(SplitGrasp& grasp, Schedule schedule, bool muscles, Records<ControlSample>& records,
+                      std::int64_t& lost, const std::stop_token& stop) {
+  ControlSample sample;
+  while (const auto tick = schedule.next(steady_now_ns())) {
+    sample.start_ns = wait_for_tick(tick->deadline_ns, 0, stop);
+    if (stop.stop_requested()) return;
+    sample.deadline_ns = tick->deadline_ns;
+    sample.slipped = tick->slipped;
+    sample.step = grasp.control_step();
+    if (muscles) sample.muscle_forces_N = grasp.muscle_forces_N();
+    sample.end_ns = steady_now_ns();
+    sample.lost = lost;
+    if (!records.keep(sample)) ++lost;
+  }
+}
+
+/// What a user should know of the contact thread's core.
+void remark_on(const CoreSetAside& core, Scheduling& contact) {
+  if (core.number() < 0) {
+    add_remark(contact, "there is one core alone: control has no real-time priority, and waits for the contact thread");
+  } else if (core.taken()) {
+    add_remark(contact, fmt::format("core {} is the contact thread's of another run, too: both will be late. --core "
+                                    "chooses another one",
+                                    core.number()));
+  }
+}
+
+/// When the run begins, once that is known; 0 if it is stopped before.
+std::int64_t wait_for_start(const std::atomic<std::int64_t>& start_ns, const std::stop_token& stop) {
+  // Relaxed: the number is all that is passed.
+  while (start_ns.load(std::memory_order_relaxed) == 0 && !stop.stop_requested()) {
+    std::this_thread::sleep_for(std::chrono::microseconds(100));
+  }
+  return start_ns.load(std::memory_order_relaxed);
+}
+
+}  // namespace
+
+ContactLoopCounts run_contact_loop(SplitGrasp& grasp, Schedule schedule, std::int64_t spin_ns,
+                                   const std::function<bool(const ContactSample&)>& keep, const std::stop_token& stop,
+                                   LiveContact* live) noexcept {
+  ContactLoopCounts counts;
+  ContactSample sample;
+  sample.end_ns = steady_now_ns();
+  while (const auto tick = schedule.next(sample.end_ns)) {
+    sample.deadline_ns = tick->deadline_ns;
+    sample.slipped = tick->slipped;
+    sample.caught_up = tick->caught_up;
+    sample.start_ns = wait_for_tick(tick->deadline_ns, spin_ns, stop);
+    if (stop.stop_requested()) break;
+    if (live == nullptr) {
+      sample.step = grasp.contact_step();
+    } else {
+      sample.step = grasp.contact_step(live->input(grasp.state(), sample.start_ns, sample.stamp_ns));
+      sample.shown = live->show(grasp);
+    }
+    sample.end_ns = steady_now_ns();
+    sample.overran = sample.end_ns > schedule.next_deadline_ns();
+    counts.overruns += sample.overran;
+    ++counts.ticks;
+    sample.after = grasp.state();
+    sample.lost = counts.lost_samples;
+    if (!keep(sample)) ++counts.lost_samples;
+  }
+  counts.slipped = schedule.slipped();
+  counts.longest_slip = schedule.longest_slip();
+  return counts;
+}
+
+ThreadsReport run_threads(const Model& model, State& state, const ThreadSettings& settings) {
+  SplitGrasp grasp(model, state);
+  if (settings.on_first_control) settings.on_first_control(grasp.first_control(), grasp.muscle_forces_N());
+  if (grasp.first_control().grasp != GraspStatus::kOptimal) {
+    ThreadsReport report;
+    report.first_control = grasp.first_control();
+    return report;
+  }
+  const ThreadsReport report = run_threads(grasp, settings);
+  state = grasp.state();
+  return report;
+}
+
+ThreadsReport run_threads(SplitGrasp& grasp, const ThreadSettings& settings) {
+  const Scene& scene = grasp.model().scene;
+  const auto ticks_due = static_cast<std::int64_t>(std::ceil(settings.duration_s / scene.step_s - 1e-9));
+  // By the clock on the wall.
+  const double step_s = scene.step_s / settings.speed, control_period_s = scene.control_period_s / settings.speed;
+  // At most half a step is spun away.
+  const double spin_s = std::min(settings.spin_s, 0.5 * step_s);
+  ThreadsReport report;
+  report.first_control = grasp.first_control();
+  const double wall_s = settings.duration_s / settings.speed;
+  Records<ContactSample> contact_records(room_for_records(step_s, wall_s), {{}, grasp.state()});
+  Records<ControlSample> control_records(room_for_records(control_period_s, wall_s), {});
+  RunLog log(settings.quiet, step_s);
+  widen_thread_stacks();
+  const CoreSetAside own(settings.realtime && settings.set_aside == nullptr, settings.core);
+  const CoreSetAside& core = settings.set_aside != nullptr ? *settings.set_aside : own;
+  const int control_priority = core.number() < 0 ? 0 : kControlPriority;
+  std::optional<AwakeCores> awake;
+  if (settings.realtime) awake.emplace();
+
+  // Of the state as it is: frame 0 is such a one.
+  const bool has_frame = grasp.controller().last_tick == grasp.state().tick;
+  ContactLoopCounts counts;
+  std::exception_ptr failure, contact_failure;  // of the control thread, of the contact thread before it runs
+  std::latch set_up(2);
+  std::atomic<std::int64_t> start_ns{0};
+  // Relaxed: what the threads leave is read when they are joined.
+  std::atomic<int> running{2};
+
+  // A jthread that goes out of scope is stopped and joined: also when this function is left by an exception.
+  std::jthread control([&](const std::stop_token& stop) {
+    try {
+      report.control = settings.realtime ? ask_for_realtime(-1, control_priority) : current_scheduling();
+    } catch (...) {
+      failure = std::current_exception();
+    }
+    set_up.count_down();
+    const std::int64_t start = wait_for_start(start_ns, stop);
+    try {
+      const std::int64_t first = start + (has_frame ? Schedule::nanoseconds(control_period_s) : 0);
+      run_control_loop(grasp,
+                       Schedule(first, control_period_s, std::numeric_limits<std::int64_t>::max(), 0, kRestShare),
+                       scene.has_muscles(), control_records, report.lost_control_samples, stop);
+    } catch (...) {
+      failure = std::current_exception();
+    }
+    running.fetch_sub(1, std::memory_order_relaxed);
+  });
+  std::jthread contact([&](const std::stop_token& stop) {
+    try {
+      report.contact = settings.realtime ? ask_for_realtime(core.number()) : current_scheduling();
+    } catch (...) {
+      contact_failure = std::current_exception();
+    }
+    report.contact.denormals_flushed = flush_denormals();
+    report.contact.spin_us = 1e6 * spin_s;
+    report.contact.kept_awake = awake && awake->granted();
+    set_up.count_down();
+    const std::int64_t start = wait_for_start(start_ns, stop);
+    counts = run_contact_loop(
+        grasp, Schedule(start, step_s, ticks_due, kMaxCatchUp, kRestShare), std::llround(1e9 * spin_s),
+        [&contact_records](const ContactSample& sample) { return contact_records.keep(sample); }, stop, settings.live);
+    running.fetch_sub(1, std::memory_order_relaxed);
+  });
+
+  set_up.wait();
+  for (const std::exception_ptr& refused : {failure, contact_failure}) {
+    if (refused) std::rethrow_exception(refused);
+  }
+  if (settings.realtime) remark_on(core, report.contact);
+  if (settings.on_start) {
+    settings.on_start(report.contact);
+  } else {
+    log.started(report.contact);
+  }
+  const std::int64_t begin_ns = steady_now_ns() + kStartDelay_ns;
+  start_ns.store(begin_ns, std::memory_order_relaxed);
+
+  bool go_on = true;
+  const auto drain = [&] {
+    contact_records.drain([&](const ContactSample& sample) {
+      log.add(sample);
+      if (go_on && settings.on_tick) go_on = settings.on_tick(sample);
+    });
+    control_records.drain([&](const ControlSample& sample) {
+      log.add(sample);
+      if (settings.on_control) settings.on_control(sample);
+    });
+    log.say_if_due(steady_now_ns());
+  };
+  // One thread has ended by itself only if the run is over, or the control failed.
+  while (go_on && running.load(std::memory_order_relaxed) == 2) {
+    drain();
+    if (settings.on_look && !settings.on_look()) break;
+    std::this_thread::sleep_for(kDrainPeriod);
+  }
+  contact.request_stop();
+  contact.join();
+  control.request_stop();
+  control.join();
+  report.wall_s = 1e-9 * static_cast<double>(steady_now_ns() - begin_ns);
+  drain();
+  log.say(steady_now_ns());
+  if (failure) std::rethrow_exception(failure);
+
+  report.frames = grasp.frames().counts();
+  report.snapshots = grasp.snapshots().counts();
+  report.ticks = counts.ticks;
+  report.slipped = counts.slipped;
+  report.longest_slip_s = static_cast<double>(counts.longest_slip) * step_s;
+  report.overruns = counts.overruns;
+  report.lost_samples = counts.lost_samples;
+  return report;
+}
+
+}  // namespace thenar

@@ -1,0 +1,303 @@
+#include "engine/results/grasp_monitor.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <utility>
+
+#include "solvers/grasp_deficit.h"
+
+namespace thenar {
+
+namespace {
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double kChatterWindow_s = 0.3;
+constexpr double kDegrees = 180.0 / std::numbers::pi;
+constexpr double kAnyFriction = 0.01;  // A grasp that so little friction would close is closed by any.
+constexpr std::size_t kMostNamed = 3;  // Limits passed; a reason counts the others.
+
+/// The oldest frame that a chatter is looked for at, in ticks: beyond it a frame is held, and no loop goes through it.
+std::size_t most_stride(const Scene& scene) {
+  return 2 + static_cast<std::size_t>(std::ceil((4.0 * scene.control_period_s + scene.control_delay_s) / scene.step_s));
+}
+
+/// Names the cones that are too narrow and the tangential force that they lack, and what friction would do.
+std::string explain(const Scene& scene, const UnsolvedGrasp& unsolved) {
+  const GraspProblem problem = grasp_problem(scene, unsolved.control, unsolved.centre_m);
+  const GraspDeficit deficit = explain_infeasible_grasp(problem);
+  const bool infeasible = unsolved.control.grasp == GraspStatus::kInfeasible;
+  std::string message = fmt::format(
+      "{} at {:.3f} s: ", infeasible ? "no grasp forces exist" : "no grasp forces were found", unsolved.time_s);
+  for (int k = 0; k < kFingers; ++k) {
+    message +=
+        fmt::format("{}the {}'s friction cone (mu_c = {:.3g}) lacks {:.3f} N of tangential force", k > 0 ? ", " : "",
+                    scene.hand.fingertips[k].finger, problem.friction, deficit.missing_N.col(k).tail<2>().norm());
+  }
+  if (deficit.least_friction <= kAnyFriction) return message + "; any mu_c > 0 with enough squeeze would do";
+  if (std::isfinite(deficit.least_friction)) {
+    return message + fmt::format("; control.grasp.friction of at least {:.3f} would do", deficit.least_friction);
+  }
+  return message + "; no friction would do: the fingers do not oppose each other";
+}
+
+/// The worst muscles, then the worst joints.
+std::string limits_in_words(std::vector<Excess> beyond) {
+  const auto severity = [](const Excess& e) {
+    return e.muscle ? 1e3 + e.value / e.limit : std::abs(e.value - e.limit);  // No joint is off by 1000 rad.
+  };
+  std::ranges::stable_sort(beyond, std::greater<>(), severity);
+  std::string all;
+  for (std::size_t i = 0; i < std::min(kMostNamed, beyond.size()); ++i) {
+    all += (i > 0 ? ", " : "") + in_words(beyond[i]);
+  }
+  return beyond.size() > kMostNamed ? all + fmt::format(", and {} more", beyond.size() - kMostNamed) : all;
+}
+
+}  // namespace
+
+void GraspMonitor::Worst::add(double time_s, double excess, double now) {
+  if (!(excess > 0.0)) return;
+  if (!first_s) first_s = time_s;
+  if (excess <= beyond) return;
+  beyond = excess;
+  at_s = time_s;
+  value = now;
+}
+
+GraspMonitor::GraspMonitor(const Model& model)
+    : model_(model),
+      centre_m_(model.scene.object.X_WO.translation()),
+      muscles_(model.scene.hand.muscles.size()),
+      forces_(static_cast<std::size_t>(std::ceil(kChatterWindow_s / model.scene.step_s)) + 1 +
+              2 * most_stride(model.scene)) {}
+
+void GraspMonitor::add(double time_s, const ControlReport& control, const Eigen::VectorXd& muscle_forces_N) {
+  if (control.grasp != GraspStatus::kOptimal && !unsolved_grasp_) {
+    unsolved_grasp_ = UnsolvedGrasp{time_s, control, centre_m_};
+    if (!unsolved_) unsolved_ = Event{time_s, explain(model_.scene, *unsolved_grasp_)};
+  }
+  if (control.muscle != MuscleStatus::kOptimal && !unsolved_) {
+    const bool none = control.muscle == MuscleStatus::kInfeasible;
+    unsolved_ = Event{time_s, fmt::format("{} at {:.3f} s",
+                                          none ? "no muscle forces give the torques wanted"
+                                               : "the muscle-force problem found no answer",
+                                          time_s)};
+  }
+  if (unsolved_) note_trouble();
+  if (!model_.scene.has_muscles()) return;
+  for (std::size_t m = 0; m < muscles_.size(); ++m) {
+    const double force_N = muscle_forces_N[static_cast<Eigen::Index>(m)];
+    muscles_[m].add(time_s, force_N - model_.scene.hand.muscles[m].max_force_N, force_N);
+  }
+}
+
+void GraspMonitor::add(const TickRecord& tick) {
+  const Eigen::Isometry3d& start = model_.scene.object.X_WO;
+  centre_m_ = start.translation() + start.linear() * tick.position_m;
+  keep_forces(tick);
+  watch_solver(tick);
+  watch_slip(tick);
+  watch_grip(tick);
+  watch_target(tick);
+  for (int i = 0; i < kJoints; ++i) {
+    const Joint& joint = model_.scene.hand.joints[i];
+    const double q = tick.q_rad[i];
+    joints_[i].add(tick.time_s, std::max(q - joint.upper_rad, joint.lower_rad - q), q);
+  }
+  last_s_ = tick.time_s;
+  if (unsolved_ || not_finite_ || loss_ || idle_finger_ ||
+      std::ranges::any_of(slips_since_s_, [](const auto& since_s) { return since_s.has_value(); })) {
+    note_trouble();
+  }
+}
+
+void GraspMonitor::watch_solver(const TickRecord& tick) {
+  const SolveReport& solve = tick.contact.solve;
+  if (!not_finite_ && solve.status == SolveStatus::kNotFinite) {
+    not_finite_ = Event{tick.time_s, fmt::format("the contact problem was not finite at {:.3f} s", tick.time_s)};
+  }
+  // A position that is not a number passes no comparison: it must not pass for one that is near.
+  if (!not_finite_ && !(tick.position_m.allFinite() && std::isfinite(tick.rotation_error_rad))) {
+    not_finite_ = Event{tick.time_s, fmt::format("the object's pose was not finite at {:.3f} s", tick.time_s)};
+  }
+  if (tick.contact.contacts == 0) return;
+  ++ticks_with_contacts_;
+  if (!(solve.residual <= kNotConverged)) ++not_converged_;
+}
+
+void GraspMonitor::watch_slip(const TickRecord& tick) {
+  if (!slip_before_m_) slip_before_m_ = tick.slip_m;
+  if (!tick.is_measured()) return;
+  // A patch that rolls or turns on the object slides at its rim, and stays where it is.
+  for (int k = 0; k < kFingers; ++k) {
+    const PatchReport& patch = tick.contact.patch[k];
+    if (patch.sliding_share >= kSlidesWhole) slip_m_[k] += patch.slip_m;
+    if (!slips_since_s_[k] && slip_m_[k] > kSlipping_m) slips_since_s_[k] = tick.time_s;
+  }
+}
+
+void GraspMonitor::watch_grip(const TickRecord& tick) {
+  const auto loaded =
+      std::count_if(tick.force.begin(), tick.force.end(), [](const auto& f) { return f.normal_N > 0.0; });
+  const bool built_up = tick.is_from(kLoadedFrom_s);
+  unloaded_s_ = built_up && loaded < 2 ? unloaded_s_ + model_.scene.step_s : 0.0;
+  // Nobody asks fingers to carry load that no controller moves.
+  for (int k = 0; k < kFingers && built_up && model_.scene.control && !idle_finger_; ++k) {
+    if (tick.force[k].normal_N > 0.0) continue;
+    idle_finger_ = Event{tick.time_s, fmt::format("the {} carried no load at {:.3f} s",
+                                                  model_.scene.hand.fingertips[k].finger, tick.time_s)};
+  }
+  // What a spring carries, the hand cannot lose.
+  if (loss_ || model_.scene.task.spring) return;
+  if (unloaded_s_ > kUnloaded_s) {
+    loss_ = Event{tick.time_s, fmt::format("at {:.3f} s fewer than two fingers had carried load for {:.0f} ms",
+                                           tick.time_s, 1e3 * kUnloaded_s)};
+    return;
+  }
+  for (int k = 0; k < kFingers; ++k) {
+    const Fingertip& tip = model_.scene.hand.fingertips[k];
+    if (tick.slip_m[k] - (*slip_before_m_)[k] <= tip.radius_m) continue;
+    loss_ = Event{tick.time_s, fmt::format("at {:.3f} s the {} had slid by more than its pulp's radius, {:g} mm",
+                                           tick.time_s, tip.finger, 1e3 * tip.radius_m)};
+    return;
+  }
+}
+
+void GraspMonitor::watch_target(const TickRecord& tick) {
+  if (!model_.scene.control) return;
+  const double off_m = (tick.position_m - tick.target_m).norm();
+  off_m_.add(tick.time_s, off_m - kOffTarget_m, off_m);
+  off_rad_.add(tick.time_s, tick.rotation_error_rad - kOffTarget_rad, tick.rotation_error_rad);
+}
+
+void GraspMonitor::keep_forces(const TickRecord& tick) {
+  if (!tick.is_measured()) return;  // Forces of a grip that builds up are unsteady.
+  Forces& now = forces_[kept_++ % forces_.size()];
+  now.time_s = tick.time_s;
+  for (int k = 0; k < kFingers; ++k) now.normal_N[k] = tick.force[k].normal_N;
+  // A loop through the controller swings with the age that frames reach.
+  oldest_frame_ = std::max(oldest_frame_, tick.contact.frame_age);
+}
+
+/// Forces of a finger that slides off are unsteady, too: what counts is how they were before.
+void GraspMonitor::note_trouble() {
+  if (trouble_s_) return;
+  trouble_s_ = last_s_;
+  chatter_before_ = force_chatter();
+}
+
+/// Of forces that are `stride` ticks apart, over the last window.
+double GraspMonitor::chatter(std::size_t stride) const {
+  if (kept_ == 0) return kNone;
+  const auto at = [&](std::size_t i) -> const Forces& { return forces_[i % forces_.size()]; };
+  const std::size_t oldest = kept_ > forces_.size() ? kept_ - forces_.size() : 0;
+  const double from_s = at(kept_ - 1).time_s - kChatterWindow_s - 1e-9;
+  double worst = kNone;
+  for (int k = 0; k < kFingers; ++k) {
+    double turns = 0.0, sum = 0.0;
+    for (std::size_t i = oldest + 2 * stride; i < kept_; ++i) {
+      if (at(i).time_s < from_s) continue;
+      const double now_N = at(i).normal_N[k];
+      turns += 0.5 * std::abs(now_N - 2.0 * at(i - stride).normal_N[k] + at(i - 2 * stride).normal_N[k]);
+      sum += now_N;
+    }
+    if (sum > 0.0) worst = std::fmax(worst, turns / sum);
+  }
+  return worst;
+}
+
+double GraspMonitor::force_chatter() const {
+  const std::size_t frame = std::min(static_cast<std::size_t>(oldest_frame_) + 1, most_stride(model_.scene));
+  return std::fmax(chatter(1), chatter(frame));
+}
+
+std::optional<std::string> GraspMonitor::contact_failure() const {
+  if (not_finite_) return not_finite_->what;
+  const double share = static_cast<double>(not_converged_) / static_cast<double>(ticks_with_contacts_);
+  if (!(share > kMostUnsolved)) return std::nullopt;
+  return fmt::format("the contact solver did not converge: a residual above {:g} in {:.0f} % of the ticks",
+                     kNotConverged, 100.0 * share);
+}
+
+std::string GraspMonitor::chatter_in_words() const {
+  const double share = trouble_s_ ? chatter_before_ : force_chatter();
+  if (!(share > (trouble_s_ ? 2.0 : 1.0) * kChatters)) return "";
+  return fmt::format("forces chatter by {:.0f} %", 100.0 * std::min(share, 1.0));
+}
+
+std::string GraspMonitor::slips_in_words() const {
+  std::string all;
+  for (int k = 0; k < kFingers; ++k) {
+    if (!slips_since_s_[k]) continue;
+    all += fmt::format("{}the {} slipped {:.2f} mm from {:.3f} s on", all.empty() ? "" : ", ",
+                       model_.scene.hand.fingertips[k].finger, 1e3 * slip_m_[k], *slips_since_s_[k]);
+  }
+  if (idle_finger_) all += (all.empty() ? "" : ", ") + idle_finger_->what;
+  return all;
+}
+
+std::string GraspMonitor::way_off_in_words() const {
+  std::string all;
+  if (off_m_.first_s) {
+    all = fmt::format("the object was {:.1f} mm off its target at {:.3f} s (more than {:g} mm from {:.3f} s on)",
+                      1e3 * off_m_.value, off_m_.at_s, 1e3 * kOffTarget_m, *off_m_.first_s);
+  }
+  if (off_rad_.first_s) {
+    all += fmt::format(
+        "{}the object was turned {:.0f} degrees off its target at {:.3f} s (more than {:g} from {:.3f} s on)",
+        all.empty() ? "" : ", ", kDegrees * off_rad_.value, off_rad_.at_s, kDegrees * kOffTarget_rad,
+        *off_rad_.first_s);
+  }
+  return all;
+}
+
+std::vector<Excess> GraspMonitor::beyond() const {
+  std::vector<Excess> all;
+  for (std::size_t m = 0; m < muscles_.size(); ++m) {
+    const Muscle& muscle = model_.scene.hand.muscles[m];
+    const Worst& worst = muscles_[m];
+    if (worst.first_s) all.push_back({muscle.name, true, muscle.max_force_N, worst.value, worst.at_s, *worst.first_s});
+  }
+  for (int i = 0; i < kJoints; ++i) {
+    const Joint& joint = model_.scene.hand.joints[i];
+    const Worst& worst = joints_[i];
+    if (!worst.first_s) continue;
+    const double limit = worst.value > joint.upper_rad ? joint.upper_rad : joint.lower_rad;
+    all.push_back({joint.name, false, limit, worst.value, worst.at_s, *worst.first_s});
+  }
+  return all;
+}
+
+Verdict GraspMonitor::verdict() const {
+  Verdict verdict;
+  verdict.beyond = beyond();
+  verdict.force_chatter = force_chatter();
+  if (loss_) verdict.lost_s = loss_->time_s;
+
+  // The gravest first. Forces that cannot be found because a finger slid or forces chattered are not the solver's fault.
+  std::vector<std::pair<Outcome, std::string>> found;
+  const auto add = [&](Outcome outcome, std::string what) {
+    if (!what.empty()) found.emplace_back(outcome, std::move(what));
+  };
+  const std::string chatter = chatter_in_words();
+  const bool cause = unsolved_ && chatter.empty() && *trouble_s_ >= unsolved_->time_s - 1e-9;
+  add(Outcome::kSolverFailed, contact_failure().value_or(""));
+  if (cause) add(Outcome::kSolverFailed, unsolved_->what);
+  if (loss_) add(Outcome::kLost, loss_->what);
+  add(Outcome::kUnstable, chatter);
+  add(Outcome::kSlipping, slips_in_words());
+  add(Outcome::kOffTarget, way_off_in_words());
+  add(Outcome::kOverLimits, limits_in_words(verdict.beyond));
+  if (unsolved_ && !cause) add(Outcome::kSolverFailed, unsolved_->what);
+  add(Outcome::kUnknown, missed_);
+  if (found.empty()) return verdict;
+  verdict.outcome = found.front().first;
+  for (const auto& [outcome, what] : found) verdict.reason += (verdict.reason.empty() ? "" : "; ") + what;
+  return verdict;
+}
+
+}  // namespace thenar

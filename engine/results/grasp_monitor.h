@@ -1,0 +1,92 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/results/recording.h"
+#include "engine/results/verdict.h"
+
+namespace thenar {
+
+/// Watches a grasp tick by tick, and judges it: the only judge of all runs, whoever makes them.
+///
+/// It takes each control tick and each contact tick once, in the order of their times, and memory only where something
+/// goes wrong for the first time. The verdict is on what it has been given so far; it may begin in the middle of a run,
+/// and then counts slip from there on.
+class GraspMonitor {
+ public:
+  explicit GraspMonitor(const Model& model);
+
+  /// A control tick on a snapshot at `time_s`. `muscle_forces_N` are not read in a scene without muscles.
+  void add(double time_s, const ControlReport& control, const Eigen::VectorXd& muscle_forces_N);
+  /// A contact tick, with the sums of RunSums.
+  void add(const TickRecord& tick);
+  /// Records were lost, as `what` says.
+  void miss(const std::string& what) { missed_ = what; }
+
+  [[nodiscard]] bool lost() const { return loss_.has_value(); }
+  /// The first grasp-force problem without a solution.
+  [[nodiscard]] const std::optional<UnsolvedGrasp>& unsolved() const { return unsolved_grasp_; }
+  /// How much the forces chatter, see Verdict.
+  [[nodiscard]] double force_chatter() const;
+  [[nodiscard]] Verdict verdict() const;
+
+ private:
+  struct Event {
+    double time_s = 0.0;
+    std::string what;
+  };
+  /// The worst value of something that has a bound.
+  struct Worst {
+    std::optional<double> first_s;  ///< When the bound was first passed.
+    double at_s = 0.0, beyond = 0.0, value = 0.0;
+    void add(double time_s, double excess, double now);
+  };
+  struct Forces {
+    double time_s = 0.0;
+    std::array<double, kFingers> normal_N{};
+  };
+
+  void watch_solver(const TickRecord& tick);
+  void watch_grip(const TickRecord& tick);
+  void watch_slip(const TickRecord& tick);
+  void watch_target(const TickRecord& tick);
+  void keep_forces(const TickRecord& tick);
+  void note_trouble();
+  [[nodiscard]] double chatter(std::size_t stride) const;
+  [[nodiscard]] std::optional<std::string> contact_failure() const;
+  [[nodiscard]] std::string chatter_in_words() const;
+  [[nodiscard]] std::string slips_in_words() const;
+  [[nodiscard]] std::string way_off_in_words() const;
+  [[nodiscard]] std::vector<Excess> beyond() const;
+
+  const Model& model_;
+  Eigen::Vector3d centre_m_;  ///< Of the object, world, after the last tick.
+  // Solves.
+  std::optional<UnsolvedGrasp> unsolved_grasp_;
+  std::optional<Event> unsolved_, not_finite_;
+  std::int64_t ticks_with_contacts_ = 0, not_converged_ = 0;
+  // The grip.
+  double last_s_ = 0.0, unloaded_s_ = 0.0;
+  std::optional<Event> loss_, idle_finger_;
+  std::optional<std::array<double, kFingers>> slip_before_m_;  ///< The sums when this watch began.
+  std::array<double, kFingers> slip_m_{};  ///< Of patches that slid as a whole, from kMeasuredFrom_s on.
+  std::array<std::optional<double>, kFingers> slips_since_s_;
+  Worst off_m_, off_rad_;
+  // The hand.
+  std::array<Worst, kJoints> joints_;
+  std::vector<Worst> muscles_;
+  // Forces of the last ticks, as far back as chatter looks: a ring.
+  std::vector<Forces> forces_;
+  std::size_t kept_ = 0;
+  std::int64_t oldest_frame_ = 0;
+  std::optional<double> trouble_s_;  ///< When a solve, the grip or a finger first failed,
+  double chatter_before_ = 0.0;      ///< and the chatter up to then.
+  std::string missed_;
+};
+
+}  // namespace thenar

@@ -1,0 +1,205 @@
+#include "engine/results/grasp_picture.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "collision/shapes.h"
+#include "engine/grasp/surface_display.h"
+#include "engine/results/gnuplot.h"
+
+namespace thenar {
+
+using Eigen::Index;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr double kArrow_m_per_N = 10e-3;
+const Vector3d kBone(0.86, 0.80, 0.70);
+const Vector3d kSkin(0.93, 0.72, 0.62);
+const Vector3d kPressed(0.78, 0.10, 0.10);
+const Vector3d kObject(0.42, 0.58, 0.75);
+
+/// A small disc of a surface.
+struct Surfel {
+  Vector3d point_m, normal, color;  // World axes; color red, green, blue in 0 .. 1.
+  double radius_m;
+};
+
+/// Rows: right, up, towards the eye.
+Matrix3d camera(const Model& model, const HandPose& pose) {
+  const Hand& hand = model.scene.hand;
+  const auto tip = [&](int k) { return Vector3d(pose.distal(hand, k) * hand.fingertips[k].centre_m); };
+  const double g = model.scene.gravity.norm();
+  const Vector3d up = g > 0.0 ? Vector3d(-model.scene.gravity / g) : Vector3d::UnitZ();
+  // The grip axis, thumb to fingers, lies level and across the picture.
+  const Vector3d grip = 0.5 * (tip(1) + tip(2)) - tip(0);
+  const Vector3d across = (grip - grip.dot(up) * up).stableNormalized();
+  const Vector3d level = across.cross(up);
+  constexpr double kTurn = 0.35, kRise = 0.5;  // [rad]: both fingers and the top of the object show.
+  Matrix3d R;
+  R.row(2) = std::cos(kRise) * (std::cos(kTurn) * level + std::sin(kTurn) * across) + std::sin(kRise) * up;
+  R.row(0) = up.cross(Vector3d(R.row(2))).normalized();
+  R.row(1) = Vector3d(R.row(2)).cross(Vector3d(R.row(0)));
+  return R;
+}
+
+void add_object(const Model& model, const State& state, std::vector<Surfel>& surfels) {
+  constexpr Index kEnough = 40'000;
+  const PointCloud& cloud = model.object.cloud();
+  const Index stride = 1 + (cloud.points_m.cols() - 1) / kEnough;
+  // Discs that cover the surface: the support of its implicit surface is 2.2 sample spacings.
+  const double radius_m = 1.0 * model.object.support_m() / 2.2 * std::sqrt(static_cast<double>(stride));
+  for (Index i = 0; i < cloud.points_m.cols(); i += stride) {
+    surfels.push_back(
+        {state.X_WO * cloud.points_m.col(i), state.X_WO.linear() * cloud.normals.col(i), kObject, radius_m});
+  }
+}
+
+void add_ball(const Vector3d& centre_m, double radius_m, const Vector3d& color, std::vector<Surfel>& surfels) {
+  static const PointCloud kUnitSphere = sample_sphere(1.0, 1500);
+  for (Index i = 0; i < kUnitSphere.points_m.cols(); ++i) {
+    const Vector3d normal = kUnitSphere.normals.col(i);
+    surfels.push_back({centre_m + radius_m * normal, normal, color, 0.09 * radius_m});
+  }
+}
+
+void add_rod(const Vector3d& from_m, const Vector3d& to_m, double radius_m, std::vector<Surfel>& surfels) {
+  const Vector3d axis = (to_m - from_m).stableNormalized(), side = axis.unitOrthogonal();
+  const int rings = static_cast<int>((to_m - from_m).norm() / 0.5e-3), sides = 36;
+  for (int i = 0; i < rings; ++i) {
+    for (int j = 0; j < sides; ++j) {
+      const double angle = 2.0 * std::numbers::pi * (j + 0.5 * (i % 2)) / sides;
+      const Vector3d normal = std::cos(angle) * side + std::sin(angle) * axis.cross(side);
+      surfels.push_back({from_m + (to_m - from_m) * i / rings + radius_m * normal, normal, kBone, 0.6e-3});
+    }
+  }
+}
+
+/// Bones from joint to joint, and from the wrist to each finger.
+void add_bones(const Hand& hand, const HandPose& pose, std::vector<Surfel>& surfels) {
+  for (std::size_t s = 0; s < hand.segments.size(); ++s) {
+    const Segment& segment = hand.segments[s];
+    if (segment.joints == 0) continue;
+    const double radius_m = 0.5 * hand.fingertips[segment.finger].radius_m;
+    const Vector3d joint = pose.segments[s].translation();
+    add_rod(joint, pose.segments[s] * Vector3d(segment.length_m, 0.0, 0.0), radius_m, surfels);
+    add_ball(joint, 1.25 * radius_m, kBone, surfels);
+  }
+  for (int k = 0; k < kFingers; ++k) {
+    const double radius_m = 0.5 * hand.fingertips[k].radius_m;
+    add_rod(Vector3d::Zero(), pose.origin_m[kJointsPerFinger * k], radius_m, surfels);
+    add_ball(Vector3d::Zero(), 1.5 * radius_m, kBone, surfels);
+  }
+}
+
+/// A fingertip as it is deformed, redder where its surface has moved farther.
+void add_pulp(const Pulp& pulp, const Eigen::MatrixX3d& u_m, const Eigen::Isometry3d& X_WF,
+              std::vector<Surfel>& surfels) {
+  constexpr double kFullColor_m = 1.5e-3;
+  SurfaceDisplay display(pulp);
+  const Eigen::MatrixX3f moved = display.displace(u_m);
+  for (Index row = 0; row < moved.rows(); ++row) {
+    const Vector3d d = moved.row(row).transpose().cast<double>();
+    const Index i = pulp.order[row];
+    const double share = std::min(1.0, d.norm() / kFullColor_m);
+    surfels.push_back({X_WF * (pulp.surface.points_m.col(i) + d), X_WF.linear() * pulp.surface.normals.col(i),
+                       (1.0 - share) * kSkin + share * kPressed, 0.62e-3});
+  }
+}
+
+void add_fingertip(const Model& model, const State& state, const HandPose& pose, int k, std::vector<Surfel>& surfels) {
+  const Fingertip& tip = model.scene.hand.fingertips[k];
+  const Eigen::Isometry3d& X_WF = pose.distal(model.scene.hand, k);
+  if (model.deformable()) {
+    add_pulp(model.pulps[k], state.u_m[k], X_WF, surfels);
+  } else {
+    add_ball(X_WF * tip.centre_m, tip.radius_m, kSkin, surfels);
+  }
+}
+
+/// Far discs first, each as "x y radius colour" [mm].
+std::string painted(std::vector<Surfel> surfels, const Matrix3d& view) {
+  std::erase_if(surfels, [&](const Surfel& s) { return view.row(2).dot(s.normal) <= 0.0; });
+  std::stable_sort(surfels.begin(), surfels.end(), [&](const Surfel& a, const Surfel& b) {
+    return view.row(2).dot(a.point_m) < view.row(2).dot(b.point_m);
+  });
+  const Vector3d light = view.transpose() * Vector3d(-0.4, 0.7, 0.6).normalized();
+  std::string lines;
+  for (const Surfel& s : surfels) {
+    const Vector3d p = 1e3 * view * s.point_m;
+    const Vector3d rgb = 255.0 * (0.55 + 0.45 * std::max(0.0, light.dot(s.normal))) * s.color;
+    const int color = (static_cast<int>(rgb[0]) << 16) + (static_cast<int>(rgb[1]) << 8) + static_cast<int>(rgb[2]);
+    lines += fmt::format("{:.3f} {:.3f} {:.3f} {}\n", p.x(), p.y(), 1e3 * s.radius_m, color);
+  }
+  return lines;
+}
+
+/// The fingers' forces on the object: arrows that end where they act, with their size.
+std::string arrows(const State& state, const Matrix3d& view) {
+  std::string lines;
+  for (const FingerLoad& load : state.load) {
+    if (load.normal_N <= 0.0) continue;
+    const Vector3d d = 1e3 * kArrow_m_per_N * view * load.force_N;
+    const Vector3d p = 1e3 * view * load.centre_m - d;
+    lines += fmt::format("{:.3f} {:.3f} {:.3f} {:.3f} \"{:.2f} N\"\n", p.x(), p.y(), d.x(), d.y(), load.force_N.norm());
+  }
+  return lines;
+}
+
+constexpr const char* kDiscs = "using 1:2:3:4 with circles lc rgb variable";
+
+/// The whole grasp, at the left of the picture.
+std::string grasp_panel(const Model& model, const State& state, const HandPose& pose, const Matrix3d& view) {
+  std::vector<Surfel> surfels;
+  add_object(model, state, surfels);
+  add_bones(model.scene.hand, pose, surfels);
+  for (int k = 0; k < kFingers; ++k) add_fingertip(model, state, pose, k, surfels);
+  return fmt::format(
+      "$grasp << EOD\n{}EOD\n$forces << EOD\n{}EOD\n"
+      "set lmargin at screen 0.02\nset rmargin at screen 0.66\nset bmargin at screen 0.01\nset tmargin at screen 0.99\n"
+      "plot $grasp {}, $forces using 1:2:3:4 with vectors lw 4 lc rgb '#107030' filled head size 2.5,20,60 fixed, "
+      "$forces using ($3<0 ? $1+8 : $1-2):($3<0 ? $2-3 : $2+4):5 with labels font ',14' textcolor rgb '#107030'\n",
+      painted(surfels, view), arrows(state, view), kDiscs);
+}
+
+/// A deformed fingertip as the object sees it, at the right.
+std::string fingertip_panel(const Model& model, const State& state, const HandPose& pose, int k, const Matrix3d& view) {
+  const Fingertip& tip = model.scene.hand.fingertips[k];
+  const Vector3d n = state.load[k].normal_N > 0.0 ? state.load[k].normal
+                                                  : Vector3d(pose.distal(model.scene.hand, k).linear() * tip.normal);
+  Matrix3d from_object;
+  from_object.row(2) = n;
+  from_object.row(0) = Vector3d(view.row(1)).cross(n).stableNormalized();
+  from_object.row(1) = n.cross(Vector3d(from_object.row(0)));
+  std::vector<Surfel> surfels;
+  add_fingertip(model, state, pose, k, surfels);
+  return fmt::format(
+      "$tip << EOD\n{}EOD\n"
+      "set lmargin at screen 0.70\nset rmargin at screen 0.98\nset bmargin at screen {}\nset tmargin at screen {}\n"
+      "set title {} offset 0,-0.8\nplot $tip {}\n",
+      painted(surfels, from_object), 0.69 - 0.325 * k, 0.95 - 0.325 * k,
+      gnuplot_string(tip.finger + ", seen from the object"), kDiscs);
+}
+
+}  // namespace
+
+std::string grasp_picture_script(const Model& model, const State& state) {
+  HandPose pose;
+  forward_kinematics(model.scene.hand, state.q, pose);
+  const Matrix3d view = camera(model, pose);
+  std::string script =
+      "set terminal pngcairo size 900,700 font 'Helvetica,13' background rgb 'white'\n"
+      "unset border\nunset tics\nunset key\nset size ratio -1\nset offsets 1,1,1,1\nset style fill solid 1.0 noborder\n"
+      "set multiplot\n";
+  script += grasp_panel(model, state, pose, view);
+  for (int k = 0; model.deformable() && k < kFingers; ++k) script += fingertip_panel(model, state, pose, k, view);
+  return script + "unset multiplot\n";
+}
+
+}  // namespace thenar

@@ -1,0 +1,151 @@
+#include "engine/results/problem_check.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <limits>
+#include <tuple>
+#include <vector>
+
+#include "solvers/grasp_forces.h"
+#include "solvers/lcp.h"
+#include "solvers/residual.h"
+
+namespace thenar {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+
+// A muscle that pulls with less than this part of all forces rests: what may keep it from pushing is not missed.
+constexpr double kRests = 1e-12;
+
+// Contacts that stray from a line by less than this part of their distances are taken to be on it, as the solver does.
+constexpr double kNoPower = 1e-10;
+
+/// Zero if nothing is wrong, whatever the scale.
+double share(double error, double scale) { return error == 0.0 ? 0.0 : error / scale; }
+
+/// rho_i delta_i of every contact [N], rho_i = 3 / tr(W_ii); zero where no force moves a contact.
+VectorXd scaled_by_rho(const MatrixXd& W, VectorXd delta) {
+  for (Index i = 0; i < delta.size(); i += 3) {
+    const double trace = W(i, i) + W(i + 1, i + 1) + W(i + 2, i + 2);
+    // Divided first: 1 / trace may overflow where the quotient does not.
+    delta.segment<3>(i) = trace > 0.0 ? Vector3d(3.0 * (delta.segment<3>(i) / trace)) : Vector3d::Zero();
+  }
+  return delta;
+}
+
+/// x >= 0 of least |B x - b|, by the LCP of its normal equations: how near it comes to the least does not matter here,
+/// only that no x comes nearer than the least.
+VectorXd nonnegative_least_squares(const MatrixXd& B, const VectorXd& b) {
+  VectorXd x = VectorXd::Zero(B.cols());
+  if (B.cols() == 0) return x;
+  LcpWorkspace work(B.cols());
+  const MatrixXd M = B.transpose() * B;
+  const VectorXd q = -B.transpose() * b;
+  std::ignore = solve_lcp(M, q, usual_pivot_budget(B.cols()), work, x);
+  return x;
+}
+
+}  // namespace
+
+Residual contact_residual(const ContactFile& problem, Index step, const VectorXd& f) {
+  const VectorXd& delta_free = problem.delta_free[static_cast<std::size_t>(step)];
+  const VectorXd delta = problem.W * f + delta_free;
+  const VectorXd pulled = scaled_by_rho(problem.W, delta);
+  VectorXd errors(problem.contacts());
+  const double touching = touching_m(delta_free);
+  for (Index i = 0; i < errors.size(); ++i) {
+    // As the solvers tell it: no force opens this contact.
+    if (problem.W(3 * i, 3 * i) == 0.0 && delta_free[3 * i] < -touching) return {kInfinite, kInfinite};
+    const Vector3d f_i = f.segment<3>(3 * i);
+    Vector3d moved = f_i - pulled.segment<3>(3 * i);
+    moved[0] -= problem.mu[i] * pulled.segment<2>(3 * i + 1).norm();
+    errors[i] = (f_i - project_on_cone(moved, problem.mu[i])).norm();
+  }
+  const double scale_N = scaled_by_rho(problem.W, delta_free).stableNorm();
+  // Of extreme units the squares may not fit a double.
+  return {share(errors.stableNorm(), scale_N), share(errors.lpNorm<Eigen::Infinity>(), scale_N)};
+}
+
+double grasp_rounding(const GraspFile& problem) {
+  const Index n = std::ssize(problem.contacts);
+  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
+  for (const GraspContact& contact : problem.contacts) centre_m += contact.point_m / static_cast<double>(n);
+  MatrixXd G(6, 3 * n);
+  grasp_map(problem.contacts, centre_m, G);
+  const double size_m = G.bottomRows<3>().norm();
+  if (size_m > 0.0) G.bottomRows<3>() /= size_m;
+  const VectorXd values = G.jacobiSvd().singularValues();
+  double condition = 1.0;
+  for (const double value : values) {
+    if (value > kNoPower * values[0]) condition = std::max(condition, values[0] / value);
+  }
+  return std::numeric_limits<double>::epsilon() * condition;
+}
+
+double muscle_residual(const MuscleFile& problem, const VectorXd& f) {
+  const auto H = problem.H.completeOrthogonalDecomposition();
+  // What no forces can give counts, too: H H^+ leaves it out.
+  const VectorXd torque_error = problem.H * f - problem.tau;
+  const VectorXd made_up = H.solve(torque_error);
+  const double beyond = share((torque_error - problem.H * made_up).norm(), problem.tau.norm());
+
+  std::vector<Index> resting;
+  for (Index i = 0; i < f.size(); ++i) {
+    if (f[i] <= kRests * f.norm()) resting.push_back(i);
+  }
+  // pi, the part of forces that gives no torque, is the part that H'l cannot balance.
+  const MatrixXd pi = MatrixXd::Identity(f.size(), f.size()) - H.solve(problem.H);
+  const MatrixXd B = pi(Eigen::all, resting);
+  const VectorXd left = pi * f - B * nonnegative_least_squares(B, pi * f);
+  const double largest = std::max({made_up.norm(), -f.minCoeff(), left.norm()});
+  return std::max(beyond, share(largest, f.norm()));
+}
+
+double lcp_residual(const LcpFile& problem, const VectorXd& z) {
+  const double m = problem.M.cwiseAbs().maxCoeff();
+  const VectorXd w = problem.M * z + problem.q;
+  const double error = w.cwiseMin(m * z).cwiseAbs().maxCoeff();
+  return share(error, problem.q.cwiseAbs().maxCoeff() + m * z.cwiseAbs().sum());
+}
+
+ContactVerdict contact_verdict(const ContactFile& problem, Index step, const VectorXd& y) {
+  const VectorXd& delta_free = problem.delta_free[static_cast<std::size_t>(step)];
+  ContactVerdict verdict;
+  VectorXd moved = VectorXd::Zero(delta_free.size());
+  for (Index i = 0; i < y.size(); ++i) {
+    verdict.closed_m -= y[i] * delta_free[3 * i];
+    moved += y[i] * problem.W.row(3 * i).transpose();
+  }
+  if (y.minCoeff() >= 0.0 && verdict.closed_m > 0.0) {
+    verdict.gap = scaled_by_rho(problem.W, delta_free).stableNorm() * moved.stableNorm() / verdict.closed_m;
+  }
+  return verdict;
+}
+
+MuscleDeficit explain_infeasible_muscles(const MuscleFile& problem) {
+  MuscleDeficit deficit;
+  const VectorXd nearest = nonnegative_least_squares(problem.H, problem.tau);
+  deficit.missing_Nm = problem.tau - problem.H * nearest;
+  const double done = deficit.missing_Nm.dot(problem.tau);
+  if (done <= 0.0) return deficit;
+  const VectorXd H_r = problem.H.transpose() * deficit.missing_Nm;
+  const VectorXd least = problem.H.completeOrthogonalDecomposition().solve(problem.tau);
+  deficit.gap = least.norm() * H_r.cwiseMax(0.0).norm() / done;
+  return deficit;
+}
+
+double lcp_infeasibility_gap(const LcpFile& problem, const VectorXd& y) {
+  const double done = -y.dot(problem.q);
+  if (done <= 0.0 || y.minCoeff() < 0.0) return kInfinite;
+  const double left = (problem.M.transpose() * y).cwiseMax(0.0).norm();
+  return share(problem.q.cwiseAbs().maxCoeff() * left, problem.M.cwiseAbs().maxCoeff() * done);
+}
+
+}  // namespace thenar

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+
+#include "engine/formats/files.h"
+#include "engine/formats/problem_file.h"
+#include "engine/grasp/contact_tick.h"
+#include "engine/grasp/control_tick.h"
+#include "engine/grasp/frame.h"
+#include "engine/grasp/model.h"
+
+namespace thenar {
+
+/// The contact problem of the contact tick that `work` has just done on this frame, W dense, with the forces that its
+/// solve began with.
+[[nodiscard]] ContactFile contact_problem_file(const Model& model, const Frame& frame, const ContactWorkspace& work);
+
+/// The grasp-force problem of a control tick, about the object's origin, and its optima for both cones by
+/// solve_grasp_forces; without an answer the file states none.
+[[nodiscard]] GraspFile grasp_problem_file(const Scene& scene, const ControlReport& report,
+                                           const Eigen::Vector3d& centre_m);
+
+/// The muscle-force problem of the last control tick, and its answer.
+[[nodiscard]] MuscleFile muscle_problem_file(const Controller& controller, const ControlReport& report);
+
+/// Writes the problems of a run into a folder: of every Nth contact tick T, counted from 0, contact-T.fcp (if the frame
+/// has contacts), and of the last control tick up to there, if no file has it yet, grasp-T.json and muscle-T.json. T has
+/// six digits or more.
+class ProblemDump {
+ public:
+  /// Takes a folder that can be written to; requires every >= 1.
+  ProblemDump(std::filesystem::path folder, std::int64_t every) : folder_(std::move(folder)), every_(every) {}
+
+  /// Tell it after every control tick; `centre_m` is the object's origin at the snapshot.
+  void add_control(const Model& model, const Controller& controller, const ControlReport& report,
+                   const Eigen::Vector3d& centre_m);
+  /// Tell it after every contact tick. After a fault of the disk nothing more is written; the run is not the disk's.
+  void add_contact(std::int64_t tick, const Model& model, const Frame& frame, const ContactWorkspace& work);
+  /// Throws FileError if a file could not be written.
+  void finish() const {
+    if (fault_) throw *fault_;
+  }
+
+  [[nodiscard]] int files() const { return files_; }
+
+ private:
+  std::filesystem::path folder_;
+  std::int64_t every_;
+  int files_ = 0;
+  std::optional<FileError> fault_;
+  std::optional<GraspFile> grasp_;    // of the last control tick, not yet written
+  std::optional<MuscleFile> muscle_;  // likewise
+};
+
+}  // namespace thenar

@@ -1,0 +1,324 @@
+#include "engine/results/profile.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "engine/grasp/control.h"
+#include "engine/loops/percentiles.h"
+#include "engine/results/summary.h"
+
+namespace thenar {
+
+using nlohmann::ordered_json;
+
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kFinalWindow_s = 0.3;
+constexpr double kDegrees = 180.0 / std::numbers::pi;
+
+using Values = std::vector<double>;
+
+double force_step_N(const Snapshot& before, const Snapshot& after) {
+  double step_N = 0.0;
+  for (int k = 0; k < kFingers; ++k) {
+    step_N = std::max(step_N, (after.load[k].force_N - before.load[k].force_N).norm());
+  }
+  return step_N;
+}
+
+std::int32_t narrow(std::int64_t value) {
+  return static_cast<std::int32_t>(std::min<std::int64_t>(value, std::numeric_limits<std::int32_t>::max()));
+}
+
+}  // namespace
+
+LoopProfile::LoopProfile(const Model& model) : model_(model), monitor_(model), warnings_(model) {}
+
+void LoopProfile::begin(const ControlReport& first, const Eigen::VectorXd& muscle_forces_N) {
+  monitor_.add(0.0, first, muscle_forces_N);
+}
+
+void LoopProfile::add(const ContactSample& sample) {
+  const TickReport& tick = sample.step.tick;
+  TickRecord record = tick_record(model_, sample.after, tick, ControlReport{});
+  sums_.add(record);
+  monitor_.add(record);
+
+  ContactTrace trace;
+  trace.deadline_ns = sample.deadline_ns;
+  trace.start_ns = sample.start_ns;
+  trace.end_ns = sample.end_ns;
+  trace.tick = sample.after.tick;
+  trace.sequence = tick.sequence;
+  trace.frame_age = narrow(tick.frame_age);
+  trace.acquire_ns = narrow(sample.step.acquire_ns);
+  trace.publish_ns = narrow(sample.step.publish_ns);
+  trace.sweeps = tick.solve.sweeps;
+  trace.contacts = narrow(tick.contacts);
+  trace.residual = static_cast<float>(tick.solve.residual);
+  const bool follows = !contact_.empty() && last_.tick + 1 == sample.after.tick;
+  trace.force_step_N = static_cast<float>(follows ? force_step_N(last_, sample.after) : kNaN);
+  trace.position_error_m = static_cast<float>((record.position_m - record.target_m).norm());
+  trace.rotation_error_rad = static_cast<float>(record.rotation_error_rad);
+  for (int k = 0; k < kFingers; ++k) trace.force_N[k] = static_cast<float>(sample.after.load[k].force_N.norm());
+  trace.handed_over = tick.handed_over;
+  trace.held = tick.held;
+  trace.caught_up = sample.caught_up;
+  trace.finite = tick.solve.status != SolveStatus::kNotFinite;
+  contact_.push_back(trace);
+
+  ledger_.add(tick.ledger);
+  penetration_m_ = std::max(penetration_m_, tick.penetration_m);
+  warnings_.add(record);
+  last_ = sample.after;
+}
+
+void LoopProfile::add(const ControlSample& sample) {
+  const ControlReport& control = sample.step.control;
+  ControlTrace trace;
+  trace.deadline_ns = sample.deadline_ns;
+  trace.start_ns = sample.start_ns;
+  trace.end_ns = sample.end_ns;
+  trace.sequence = sample.step.sequence;
+  trace.snapshot_tick = sample.step.snapshot_tick;
+  trace.find_us = static_cast<float>(1e6 * control.find_s);
+  trace.factors_us = static_cast<float>(1e6 * control.factors_s);
+  trace.grasp_us = static_cast<float>(1e6 * control.grasp_s);
+  trace.muscle_us = static_cast<float>(1e6 * control.muscle_s);
+  trace.published = sample.step.published;
+  trace.grasp_found = control.grasp == GraspStatus::kOptimal;
+  trace.muscles_found = control.muscle == MuscleStatus::kOptimal;
+  control_.push_back(trace);
+  control_slipped_ += sample.slipped;
+  const double time_s = static_cast<double>(sample.step.snapshot_tick) * model_.scene.step_s;
+  monitor_.add(time_s, control, sample.muscle_forces_N);
+}
+
+namespace {
+
+/// One number of every trace for which `use` holds.
+template <typename Trace, typename Get, typename Use>
+Values collect(const std::deque<Trace>& traces, Get get, Use use) {
+  Values values;
+  for (const Trace& trace : traces) {
+    if (use(trace)) values.push_back(static_cast<double>(get(trace)));
+  }
+  return values;
+}
+template <typename Trace, typename Get>
+Values collect(const std::deque<Trace>& traces, Get get) {
+  return collect(traces, get, [](const Trace&) { return true; });
+}
+
+template <typename Trace, typename Use>
+std::int64_t count(const std::deque<Trace>& traces, Use use) {
+  return std::count_if(traces.begin(), traces.end(), use);
+}
+
+double mean(const Values& values) {
+  double sum = 0.0;
+  for (const double v : values) sum += v;
+  return sum / static_cast<double>(values.size());
+}
+
+/// With the 9 digits that a time needs; null if it is not finite.
+ordered_json finite(double value) { return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr); }
+
+ordered_json latency(Values us) {
+  const Percentiles p = percentiles(std::move(us));
+  return {{"p50_us", finite(p.p50)}, {"p99_us", finite(p.p99)}, {"p999_us", finite(p.p999)}, {"max_us", finite(p.max)}};
+}
+
+/// Ticks a second of wall time, from the first start to the last.
+template <typename Trace>
+ordered_json rate_hz(const std::deque<Trace>& traces) {
+  if (traces.size() < 2) return nullptr;
+  const auto spent_ns = static_cast<double>(traces.back().start_ns - traces.front().start_ns);
+  return finite(1e9 * static_cast<double>(traces.size() - 1) / spent_ns);
+}
+
+ordered_json contact_loop(const LoopProfile& profile, const ThreadsReport& report) {
+  const auto& ticks = profile.contact();
+  return {{"rate_hz", rate_hz(ticks)},
+          {"ticks", report.ticks},
+          {"jitter", latency(collect(ticks, [](const ContactTrace& t) { return t.jitter_us(); }))},
+          {"compute", latency(collect(ticks, [](const ContactTrace& t) { return t.compute_us(); }))},
+          {"overruns", report.overruns},
+          {"caught_up", count(ticks, [](const ContactTrace& t) { return t.caught_up; })},
+          {"slipped", report.slipped},
+          {"longest_slip_s", report.longest_slip_s},
+          {"lost_samples", report.lost_samples}};
+}
+
+ordered_json control_loop(const Model& model, const LoopProfile& profile, const ThreadsReport& report) {
+  const auto& ticks = profile.control();
+  // A stage that the scene does not have takes no time; null says so.
+  const auto stage = [&](bool exists, float ControlTrace::*us) -> ordered_json {
+    return latency(collect(
+        ticks, [us](const ControlTrace& t) { return t.*us; }, [&](const auto&) { return exists; }));
+  };
+  const auto& control = model.scene.control;
+  return {{"rate_hz", rate_hz(ticks)},
+          {"ticks", ticks.size()},
+          {"total", latency(collect(ticks, [](const ControlTrace& t) { return t.total_us(); }))},
+          {"jitter", latency(collect(ticks, [](const ControlTrace& t) { return t.jitter_us(); }))},
+          {"slipped", profile.control_slipped()},
+          {"lost_samples", report.lost_control_samples},
+          {"refused", count(ticks, [](const ControlTrace& t) { return !t.published; })},
+          {"stages",
+           {{"grasp_lcp", stage(control.has_value(), &ControlTrace::grasp_us)},
+            {"muscle_lcp", stage(model.scene.has_muscles(), &ControlTrace::muscle_us)},
+            {"find", stage(true, &ControlTrace::find_us)},
+            {"factors", stage(true, &ControlTrace::factors_us)}}}};
+}
+
+ordered_json counts_json(const ExchangeCounts& counts) {
+  return {{"published", counts.published}, {"consumed", counts.consumed}, {"superseded", counts.superseded},
+          {"in_flight", counts.in_flight}, {"torn", counts.torn},         {"unaccounted", counts.unaccounted()}};
+}
+
+ordered_json exchange(const LoopProfile& profile, const ThreadsReport& report) {
+  const auto& ticks = profile.contact();
+  const Percentiles publish = percentiles(collect(ticks, [](const ContactTrace& t) { return t.publish_ns; }));
+  const Percentiles acquire = percentiles(collect(
+      ticks, [](const ContactTrace& t) { return t.acquire_ns; }, [](const ContactTrace& t) { return t.handed_over; }));
+  ordered_json json = counts_json(report.frames);
+  json["publish_p50_ns"] = finite(publish.p50);
+  json["publish_p99_ns"] = finite(publish.p99);
+  json["acquire_p50_ns"] = finite(acquire.p50);
+  json["acquire_p99_ns"] = finite(acquire.p99);
+  return json;
+}
+
+ordered_json frame_age(const Model& model, const LoopProfile& profile) {
+  const double step_ms = 1e3 * model.scene.step_s;
+  const Percentiles ms = percentiles(collect(
+      profile.contact(), [step_ms](const ContactTrace& t) { return step_ms * static_cast<double>(t.frame_age); }));
+  return {{"p50_ms", finite(ms.p50)}, {"p99_ms", finite(ms.p99)}, {"max_ms", finite(ms.max)}};
+}
+
+/// Whether a tick ends at this time or later, but for rounding.
+auto ends_from(const Model& model, double from_s) {
+  return [step_s = model.scene.step_s, from_s](const ContactTrace& t) {
+    return static_cast<double>(t.tick) * step_s >= from_s - 1e-9;
+  };
+}
+
+ordered_json handover(const Model& model, const LoopProfile& profile) {
+  const auto measured = ends_from(model, kMeasuredFrom_s);
+  const auto step_N = [](const ContactTrace& t) { return t.force_step_N; };
+  const Percentiles kick =
+      percentiles(collect(profile.contact(), step_N, [&](const auto& t) { return measured(t) && t.handed_over; }));
+  const Percentiles tick =
+      percentiles(collect(profile.contact(), step_N, [&](const auto& t) { return measured(t) && !t.handed_over; }));
+  return {{"count", count(profile.contact(), [](const ContactTrace& t) { return t.handed_over; })},
+          {"kick_N_max", finite(kick.max)},
+          {"kick_N_p99", finite(kick.p99)},
+          {"tick_N_p99", finite(tick.p99)},
+          {"kick_over_tick_p99", finite(kick.p99 / tick.p99)}};
+}
+
+ordered_json hold(const LoopProfile& profile) {
+  std::int64_t transitions = 0;
+  bool held = false;
+  for (const ContactTrace& tick : profile.contact()) {
+    transitions += tick.held != held;
+    held = tick.held;
+  }
+  return {{"transitions", transitions}, {"ticks", count(profile.contact(), [](const auto& t) { return t.held; })}};
+}
+
+ordered_json object(const Model& model, const LoopProfile& profile, const ThreadsReport& report) {
+  const auto& ticks = profile.contact();
+  const double end_s = ticks.empty() ? 0.0 : static_cast<double>(ticks.back().tick) * model.scene.step_s;
+  const auto last = ends_from(model, end_s - kFinalWindow_s);
+  const auto measured = ends_from(model, kMeasuredFrom_s);
+  const auto mm = [](const ContactTrace& t) { return 1e3 * static_cast<double>(t.position_error_m); };
+  const auto deg = [](const ContactTrace& t) { return kDegrees * static_cast<double>(t.rotation_error_rad); };
+  ordered_json json = verdict_json(profile.verdict(report));
+  json.update({{"final_error_mm", finite(mean(collect(ticks, mm, last)))},
+               {"max_error_mm", finite(percentiles(collect(ticks, mm, measured)).max)},
+               {"final_rotation_deg", finite(mean(collect(ticks, deg, last)))},
+               {"max_rotation_deg", finite(percentiles(collect(ticks, deg, measured)).max)}});
+  return json;
+}
+
+Values residuals(const LoopProfile& profile) {
+  return collect(
+      profile.contact(), [](const ContactTrace& t) { return t.residual; },
+      [](const ContactTrace& t) { return t.contacts > 0; });
+}
+
+ordered_json scheduling(const ThreadsReport& report) {
+  const Scheduling& contact = report.contact;
+  const Scheduling& control = report.control;
+  return {{"policy", contact.policy},
+          {"priority", contact.priority},
+          {"core", contact.core < 0 ? ordered_json(nullptr) : ordered_json(contact.core)},
+          {"locked", contact.memory_locked},
+          {"kept_awake", contact.kept_awake},
+          {"denormals_flushed", contact.denormals_flushed},
+          {"spin_us", contact.spin_us},
+          {"timer_slack_ns", contact.timer_slack_ns},
+          {"remark", contact.remark},
+          {"control",
+           {{"policy", control.policy},
+            {"priority", control.priority},
+            {"core", control.core < 0 ? ordered_json(nullptr) : ordered_json(control.core)},
+            {"remark", control.remark}}}};
+}
+
+}  // namespace
+
+Verdict LoopProfile::verdict(const ThreadsReport& report) const {
+  GraspMonitor monitor = monitor_;
+  if (const auto what = lost_records(report)) monitor.miss(*what);
+  return monitor.verdict();
+}
+
+ordered_json profile_json(const Model& model, const LoopProfile& profile, const ThreadsReport& report) {
+  const auto& ticks = profile.contact();
+  const Values residual = residuals(profile);
+  const Percentiles sweeps = percentiles(collect(ticks, [](const ContactTrace& t) { return t.sweeps; }));
+  const Percentiles contacts = percentiles(collect(ticks, [](const ContactTrace& t) { return t.contacts; }));
+  ordered_json ledger = ledger_json(profile.ledger());
+  ledger["injected_over_dissipated"] = finite(profile.ledger().injected_J / profile.ledger().dissipated_J);
+  return {{"scene", model.scene.name},
+          {"build", build_settings()},
+          {"scheduling", scheduling(report)},
+          {"settings", loop_settings(model.scene)},
+          {"wall_s", report.wall_s},
+          {"simulated_s", ticks.empty() ? 0.0 : static_cast<double>(ticks.back().tick) * model.scene.step_s},
+          {"loops", {{"contact", contact_loop(profile, report)}, {"control", control_loop(model, profile, report)}}},
+          {"exchange", exchange(profile, report)},
+          {"snapshots", counts_json(report.snapshots)},
+          {"frame_age", frame_age(model, profile)},
+          {"residual_p99", finite(percentiles(residual).p99)},
+          {"residual_above_1e-2", std::count_if(residual.begin(), residual.end(), [](double r) { return r > 1e-2; })},
+          {"not_finite", count(ticks, [](const ContactTrace& t) { return !t.finite; })},
+          {"sweeps", {{"p50", finite(sweeps.p50)}, {"p99", finite(sweeps.p99)}}},
+          {"contacts", {{"p50", finite(contacts.p50)}, {"max", finite(contacts.max)}}},
+          {"max_penetration_um", 1e6 * profile.penetration_m()},
+          {"warnings", profile.warnings()},
+          {"handover", handover(model, profile)},
+          {"ledger", ledger},
+          {"hold", hold(profile)},
+          {"lcp",
+           {{"grasp_unsolved", count(profile.control(), [](const ControlTrace& t) { return !t.grasp_found; })},
+            {"muscle_unsolved", count(profile.control(), [](const ControlTrace& t) { return !t.muscles_found; })}}},
+          {"object", object(model, profile, report)},
+          {"floor", nullptr}};
+}
+
+std::optional<std::string> lost_records(const ThreadsReport& report) {
+  if (report.lost_samples + report.lost_control_samples == 0) return std::nullopt;
+  return fmt::format("the records of {} contact and {} control ticks were lost: nobody saw what they did",
+                     report.lost_samples, report.lost_control_samples);
+}
+
+}  // namespace thenar

@@ -1,0 +1,122 @@
+#include "engine/results/recorder.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace thenar {
+
+using Eigen::Vector3d;
+
+namespace {
+
+NormalTangential split(const Vector3d& force, const Vector3d& n) {
+  const double normal_N = force.dot(n);
+  return {normal_N, (force - normal_N * n).norm()};
+}
+
+void record_motion(const Model& model, const Snapshot& state, TickRecord& record) {
+  const Eigen::Isometry3d& start = model.scene.object.X_WO;
+  const Eigen::Isometry3d target = state.X_WT.value_or(model.target(record.time_s));
+  record.position_m = start.linear().transpose() * (state.X_WO.translation() - start.translation());
+  record.target_m = start.linear().transpose() * (target.translation() - start.translation());
+  record.rotation_error_rad = pose_error(target, state.X_WO).tail<3>().norm();
+}
+
+void record_forces(const Model& model, const Snapshot& state, const ControlReport& control, TickRecord& record) {
+  for (int k = 0; k < kFingers; ++k) {
+    const FingerLoad& load = state.load[k];
+    record.force[k] = split(load.force_N, load.normal);
+    record.desired_N[k].setZero();
+    if (!model.scene.control) continue;
+    record.desired_N[k] = control.f_desired.col(k);
+    record.force_desired[k] = split(control.f_desired.col(k), control.contacts[k].frame.col(0));
+    record.force_error_N[k] = (control.f_desired.col(k) - load.force_N).norm();
+  }
+}
+
+}  // namespace
+
+void record_control(const ControlReport& control, TickRecord& record) {
+  record.controlled = true;
+  record.find_s = control.find_s;
+  record.factors_s = control.factors_s;
+  record.grasp_s = control.grasp_s;
+  record.muscle_s = control.muscle_s;
+  record.control_s = control.total_s;
+  record.grasp = control.grasp;
+  record.muscle = control.muscle;
+  record.muscle_residual_Nm = control.muscle_residual_Nm;
+}
+
+TickRecord tick_record(const Model& model, const Snapshot& after, const TickReport& contact,
+                       const ControlReport& control) {
+  TickRecord record;
+  record.contact = contact;
+  for (int k = 0; k < kFingers; ++k) {
+    record.margin[k] = contact.patch[k].margin;
+    record.sliding_share[k] = contact.patch[k].sliding_share;
+    record.creep_m_per_s[k] = contact.patch[k].creep_m_per_s;
+  }
+  record.time_s = static_cast<double>(after.tick) * model.scene.step_s;
+  record.q_rad = after.q;
+  record_motion(model, after, record);
+  record_forces(model, after, control, record);
+  return record;
+}
+
+std::string interruption(double time_s) { return fmt::format("the run was interrupted at {:.3f} s", time_s); }
+
+void RunSums::add(TickRecord& tick) {
+  for (int k = 0; k < kFingers; ++k) {
+    slip_m_[k] += tick.contact.patch[k].slip_m;
+    spin_rad_[k] += tick.contact.patch[k].spin_rad;
+    if (tick.is_measured()) continue;
+    start_slip_m_[k] = slip_m_[k];
+    start_spin_rad_[k] = spin_rad_[k];
+  }
+  ledger_.add(tick.contact.ledger);
+  tick.slip_m = slip_m_;
+  tick.spin_rad = spin_rad_;
+  tick.start_slip_m = start_slip_m_;
+  tick.start_spin_rad = start_spin_rad_;
+  tick.ledger = ledger_;
+}
+
+Recorder::Recorder(const Model& model)
+    : model_(model),
+      planned_(static_cast<std::int64_t>(std::ceil(model.scene.duration_s / model.scene.step_s - 1e-9))),
+      monitor_(model) {}
+
+void Recorder::make_room() {
+  recording_.ticks.reserve(planned_);
+  const auto muscles = std::ssize(model_.scene.hand.muscles);
+  recording_.muscle_forces_N.resize(model_.scene.has_muscles() ? muscles : 0, planned_);
+}
+
+bool Recorder::add(TickRecord& record, const Eigen::VectorXd& muscle_forces_N) {
+  if (recording_.ticks.empty()) make_room();
+  if (model_.scene.has_muscles()) recording_.muscle_forces_N.col(std::ssize(recording_.ticks)) = muscle_forces_N;
+  sums_.add(record);
+  monitor_.add(record);
+  recording_.ticks.push_back(record);
+  return !(monitor_.lost() && model_.scene.control);
+}
+
+Recording Recorder::finish(const Snapshot& state, const ControlReport& control, double wall_s) {
+  const auto ticks = std::ssize(recording_.ticks);
+  recording_.stopped = ticks < planned_;
+  recording_.wall_s = wall_s;
+  recording_.verdict = monitor_.verdict();
+  recording_.unsolved = monitor_.unsolved();
+  if (ticks == 0) make_room();
+  recording_.muscle_forces_N.conservativeResize(Eigen::NoChange, ticks);
+  if (model_.scene.control && ticks > 0) {
+    HandPose pose;
+    forward_kinematics(model_.scene.hand, state.q, pose);
+    recording_.predicted_paper_law_error = predicted_paper_law_error(model_, pose, control.contacts, control.f_desired);
+  }
+  return std::move(recording_);
+}
+
+}  // namespace thenar

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <string>
+
+#include "engine/grasp/contact_tick.h"
+#include "engine/grasp/control_tick.h"
+#include "engine/grasp/model.h"
+#include "engine/grasp/state.h"
+#include "engine/results/grasp_monitor.h"
+#include "engine/results/recording.h"
+
+namespace thenar {
+
+/// What a tick left: the state after it, what it reported, and the control tick whose frame it used.
+[[nodiscard]] TickRecord tick_record(const Model& model, const Snapshot& after, const TickReport& contact,
+                                     const ControlReport& control);
+
+/// Writes into the record what a control tick before this one cost and found.
+void record_control(const ControlReport& control, TickRecord& record);
+
+/// In words: "the run was interrupted at 0.412 s".
+[[nodiscard]] std::string interruption(double time_s);
+
+/// Sums up over a run what its ticks report, tick by tick, however small.
+class RunSums {
+ public:
+  /// Takes the next tick, and writes the sums so far into it.
+  void add(TickRecord& tick);
+
+ private:
+  std::array<double, kFingers> slip_m_{}, spin_rad_{}, start_slip_m_{}, start_spin_rad_{};
+  Ledger ledger_;
+};
+
+/// Gathers a run tick by tick, and watches it.
+class Recorder {
+ public:
+  explicit Recorder(const Model& model);
+
+  /// Takes a control tick on a snapshot at `time_s`; `muscle_forces_N` are not read in a scene without muscles.
+  void add(double time_s, const ControlReport& control, const Eigen::VectorXd& muscle_forces_N) {
+    monitor_.add(time_s, control, muscle_forces_N);
+  }
+  /// Takes the next tick, and writes the sums so far into it; `muscle_forces_N` is not read in a scene without muscles.
+  /// False if the run is to end: a controller has lost its object.
+  bool add(TickRecord& record, const Eigen::VectorXd& muscle_forces_N);
+  /// Records were lost, as `what` says.
+  void miss(const std::string& what) { monitor_.miss(what); }
+  /// The run was ended from outside: what would have become of it is unknown.
+  void interrupt(double time_s) { monitor_.miss(interruption(time_s)); }
+  /// Ends and judges the run as the state and the last control tick left it.
+  [[nodiscard]] Recording finish(const Snapshot& state, const ControlReport& control, double wall_s);
+  /// Ticks of the whole scene.
+  [[nodiscard]] std::int64_t planned() const { return planned_; }
+  [[nodiscard]] bool has_unsolved() const { return monitor_.unsolved().has_value(); }
+
+ private:
+  /// For the whole scene, with the first tick: in real time memory that is there when the threads start is fetched and
+  /// locked whole, what comes later as it is touched.
+  void make_room();
+
+  const Model& model_;
+  std::int64_t planned_;
+  Recording recording_;
+  RunSums sums_;
+  GraspMonitor monitor_;
+};
+
+}  // namespace thenar

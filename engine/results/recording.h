@@ -1,0 +1,70 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/grasp/contact_tick.h"
+#include "engine/grasp/control_tick.h"
+#include "engine/results/verdict.h"
+
+namespace thenar {
+
+/// Normal and tangential part of a finger's force [N].
+struct NormalTangential {
+  double normal_N = 0.0, tangential_N = 0.0;
+};
+
+/// What is kept of one tick, taken after its commit.
+struct TickRecord {
+  double time_s = 0.0;                   ///< At the tick's end.
+  bool controlled = false;               ///< A control tick ran before it.
+  Eigen::Vector3d position_m, target_m;  ///< Displacement from the start, object axes at the start.
+  double rotation_error_rad = 0.0;       ///< Angle between the object and its target.
+  JointVector q_rad = JointVector::Zero();
+  std::array<NormalTangential, kFingers> force, force_desired;
+  std::array<Eigen::Vector3d, kFingers> desired_N;  ///< f^d, world axes; zero without control.
+  std::array<double, kFingers> force_error_N{};     ///< |f^d - f|.
+  std::array<double, kFingers> margin{};            ///< See PatchReport, as the next two; NaN without load.
+  std::array<double, kFingers> sliding_share{}, creep_m_per_s{};
+  std::array<double, kFingers> slip_m{}, spin_rad{};  ///< How far a patch has gone and turned since its first contact.
+  std::array<double, kFingers> start_slip_m{}, start_spin_rad{};  ///< Of that before kMeasuredFrom_s.
+  Ledger ledger;                                                  ///< Sums since the start.
+  TickReport contact;
+  double interpolate_s = 0.0;  ///< This and the times below: 0 where the scene has no such stage.
+  double find_s = 0.0, factors_s = 0.0, grasp_s = 0.0, muscle_s = 0.0, control_s = 0.0;
+  GraspStatus grasp = GraspStatus::kOptimal;
+  MuscleStatus muscle = MuscleStatus::kOptimal;
+  double muscle_residual_Nm = 0.0;
+
+  /// Whether it counts for the measures that leave out how the grip builds up.
+  [[nodiscard]] bool is_measured() const { return is_from(kMeasuredFrom_s); }
+  /// Whether it ends at this time or later, but for rounding.
+  [[nodiscard]] bool is_from(double from_s) const { return time_s >= from_s - 1e-9; }
+  /// Contact finding, assembly, solve, deformation and surface interpolation: the published contact computation.
+  [[nodiscard]] double contact_total_s() const {
+    return find_s + factors_s + contact.assemble_s + contact.solve_s + contact.deform_s + interpolate_s;
+  }
+};
+
+/// A grasp-force problem without a solution, as it stood.
+struct UnsolvedGrasp {
+  double time_s = 0.0;
+  ControlReport control;
+  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
+};
+
+/// A run, tick by tick.
+struct Recording {
+  std::vector<TickRecord> ticks;
+  Eigen::MatrixXd muscle_forces_N;  ///< Muscles x ticks; no rows without muscles.
+  Verdict verdict;
+  std::optional<UnsolvedGrasp> unsolved;            ///< The first one.
+  bool stopped = false;                             ///< The run ended before its time.
+  std::optional<double> predicted_paper_law_error;  ///< Of the last state; nothing without control.
+  double wall_s = 0.0;                              ///< Wall time of the loop.
+};
+
+}  // namespace thenar

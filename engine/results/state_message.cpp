@@ -1,0 +1,339 @@
+#include "engine/results/state_message.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <initializer_list>
+#include <span>
+
+#include "engine/formats/build_info.h"
+#include "engine/loops/live_input.h"
+
+namespace thenar {
+
+using Eigen::Index;
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+using nlohmann::ordered_json;
+
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "messages are little-endian");
+
+constexpr std::string_view kMagic = "THNR";
+constexpr std::size_t kHeader = 8;
+constexpr Index kMostObjectSamples = 40'000;
+
+std::string header(MessageKind kind) {
+  std::string bytes(kMagic);
+  for (const auto number : {kMessageVersion, static_cast<std::uint16_t>(kind)}) {
+    bytes += {static_cast<char>(number & 0xFF), static_cast<char>(number >> 8)};
+  }
+  return bytes;
+}
+
+template <class Number>
+void append(std::span<const Number> numbers, std::string& bytes) {
+  bytes.append(reinterpret_cast<const char*>(numbers.data()), numbers.size_bytes());
+}
+
+/// Position, then rotation by rows.
+std::array<double, 12> numbers_of(const Isometry3d& X) {
+  std::array<double, 12> numbers{};
+  Eigen::Map<Vector3d> position(numbers.data());
+  Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> rotation(numbers.data() + 3);
+  position = X.translation();
+  rotation = X.linear();
+  return numbers;
+}
+
+/// 0 is a stage that did not run.
+double us_or_unknown(double time_s) { return time_s > 0.0 ? 1e6 * time_s : kUnknown; }
+
+/// Everything of a state message before its contacts, in order: calls field(name, unit, numbers) for each part. The list of
+/// fields and the numbers themselves both come from here.
+template <class Sink>
+void for_each_field(const Model& model, const Picture& picture, const TickRecord& tick,
+                    const Eigen::VectorXd& muscle_forces_N, const LoopFigures& loops, Sink&& field) {
+  const Snapshot& now = picture.snapshot;
+  const auto one = [&](const char* name, const char* unit, double number) { field(name, unit, std::span(&number, 1)); };
+  const auto vector = [&](const char* name, const char* unit, const auto& v) {
+    field(name, unit, std::span<const double>(v.data(), static_cast<std::size_t>(v.size())));
+  };
+  const auto of_fingers = [&](const char* name, const char* unit, auto get) {
+    std::array<double, kFingers> numbers{};
+    for (int k = 0; k < kFingers; ++k) numbers[k] = get(k);
+    vector(name, unit, numbers);
+  };
+  const auto columns = [&](const char* name, const char* unit, auto get) {
+    FingerForces all;
+    for (int k = 0; k < kFingers; ++k) all.col(k) = get(k);
+    vector(name, unit, all);
+  };
+
+  one("time_s", "s", tick.time_s);
+  one("tick", "", static_cast<double>(now.tick));
+  one("frame", "", static_cast<double>(tick.contact.sequence));
+  one("held", "", tick.contact.held ? 1.0 : 0.0);
+  vector("object", "m", numbers_of(now.X_WO));
+  vector("target", "m", numbers_of(now.X_WT.value_or(model.target(tick.time_s))));
+  vector("q_rad", "rad", now.q);
+  HandPose pose;
+  forward_kinematics(model.scene.hand, now.q, pose);
+  std::vector<double> segments;
+  for (const Isometry3d& X_WS : pose.segments) {
+    const std::array<double, 12> numbers = numbers_of(X_WS);
+    segments.insert(segments.end(), numbers.begin(), numbers.end());
+  }
+  vector("segments", "m", segments);
+  columns("force_N", "N", [&](int k) { return now.load[k].force_N; });
+  columns("desired_N", "N", [&](int k) { return tick.desired_N[k]; });
+  columns("centre_m", "m", [&](int k) { return now.load[k].centre_m; });
+  columns("normal", "", [&](int k) { return now.load[k].normal; });
+  of_fingers("force_n_N", "N", [&](int k) { return tick.force[k].normal_N; });
+  of_fingers("force_t_N", "N", [&](int k) { return tick.force[k].tangential_N; });
+  of_fingers("desired_n_N", "N", [&](int k) { return tick.force_desired[k].normal_N; });
+  of_fingers("desired_t_N", "N", [&](int k) { return tick.force_desired[k].tangential_N; });
+  vector("margin", "", tick.margin);
+  vector("slip_m", "m", tick.slip_m);
+  vector("start_slip_m", "m", tick.start_slip_m);
+  vector("spin_rad", "rad", tick.spin_rad);
+  vector("start_spin_rad", "rad", tick.start_spin_rad);
+  vector("sliding_share", "", tick.sliding_share);
+  vector("creep_m_per_s", "m/s", tick.creep_m_per_s);
+  one("friction", "", model.scene.contact.friction);
+  vector("position_m", "m", tick.position_m);
+  vector("path_target_m", "m", tick.target_m);
+  one("rotation_error_rad", "rad", tick.rotation_error_rad);
+  vector("muscles_N", "N", model.scene.has_muscles() ? muscle_forces_N : Eigen::VectorXd());
+  const Vector3d unknown = Vector3d::Constant(kUnknown);
+  const ShownPull pull = picture.pull.value_or(ShownPull{unknown, unknown, unknown});
+  vector("pull_anchor_m", "m", pull.anchor_m);
+  vector("pull_handle_m", "m", pull.handle_m);
+  vector("pull_force_N", "N", pull.force_N);
+  one("contacts", "", static_cast<double>(tick.contact.contacts));
+  one("active", "", static_cast<double>(tick.contact.active));
+  one("sweeps", "", tick.contact.solve.sweeps);
+  one("residual", "", tick.contact.solve.residual);
+  one("penetration_m", "m", tick.contact.penetration_m);
+  one("frame_age_s", "s", static_cast<double>(tick.contact.frame_age) * model.scene.step_s);
+  one("grasp_failed", "", tick.grasp == GraspStatus::kOptimal ? 0.0 : 1.0);
+  one("muscles_failed", "", tick.muscle == MuscleStatus::kOptimal ? 0.0 : 1.0);
+  one("find_us", "us", us_or_unknown(tick.find_s));
+  one("factors_us", "us", us_or_unknown(tick.factors_s));
+  one("grasp_us", "us", us_or_unknown(tick.grasp_s));
+  one("muscle_us", "us", us_or_unknown(tick.muscle_s));
+  one("assemble_us", "us", us_or_unknown(tick.contact.assemble_s));
+  one("solve_us", "us", us_or_unknown(tick.contact.solve_s));
+  one("deform_us", "us", us_or_unknown(tick.contact.deform_s));
+  one("contact_Hz", "Hz", loops.contact_Hz);
+  vector("contact_compute_us", "us", loops.contact_compute_us);
+  vector("contact_jitter_us", "us", loops.contact_jitter_us);
+  one("contact_overruns", "", loops.contact_overruns);
+  one("contact_slipped", "", loops.contact_slipped);
+  one("control_Hz", "Hz", loops.control_Hz);
+  vector("control_compute_us", "us", loops.control_compute_us);
+  vector("control_jitter_us", "us", loops.control_jitter_us);
+  one("control_slipped", "", loops.control_slipped);
+  one("realtime_factor", "", loops.realtime_factor);
+  one("drive_J", "J", tick.ledger.drive_J);
+  one("viscous_J", "J", tick.ledger.viscous_J);
+  one("deformation_J", "J", tick.ledger.deformation_J);
+  one("stored_J", "J", tick.ledger.stored_J);
+  one("injected_J", "J", tick.ledger.injected_J);
+  one("dissipated_J", "J", tick.ledger.dissipated_J);
+  one("unaccounted", "", loops.unaccounted);
+  one("lost_records", "", loops.lost_records);
+  one("reference_error", "", loops.reference_error);
+  one("reference_residual", "", loops.reference_residual);
+  vector("latency_us", "us", loops.latency_us);
+  vector("latency_counts", "", loops.latency_counts);
+  std::vector<double> displacement;
+  for (const Eigen::MatrixX3d& u_m : picture.u_m) {
+    for (Index i = 0; i < u_m.rows(); ++i) {
+      for (int axis = 0; axis < 3; ++axis) displacement.push_back(u_m(i, axis));
+    }
+  }
+  vector("displacement_m", "m", displacement);
+}
+
+/// Points of a muscle's way across one joint, from its attachment towards the body.
+struct Crossing {
+  int segment[2];
+  Vector3d point[2];
+};
+
+Crossing crossing_line(const MuscleCrossing& crossing) {
+  Crossing line{{crossing.insertion_segment, crossing.pull_segment}, {crossing.insertion_m, crossing.pull}};
+  if (crossing.pull_is_point) return line;
+  // A direction alone: as far behind the joint, which is the segment's origin, as the attachment lies before it.
+  const Vector3d pull = crossing.pull.normalized();
+  line.segment[1] = crossing.insertion_segment;
+  line.point[1] = crossing.insertion_m + 2.0 * std::abs(crossing.insertion_m.dot(pull)) * pull;
+  return line;
+}
+
+ordered_json line_json(int from, const Vector3d& a, int to, const Vector3d& b) {
+  return {from, a.x(), a.y(), a.z(), to, b.x(), b.y(), b.z()};
+}
+
+/// A muscle crosses the joints of a finger from the wrist on: where a crossing ends, the one before it goes on.
+ordered_json muscle_lines(const Hand& hand, const Muscle& muscle) {
+  ordered_json lines = ordered_json::array();
+  std::optional<Crossing> last;
+  for (const MuscleCrossing& crossing : muscle.crossings) {
+    const Crossing line = crossing_line(crossing);
+    lines.push_back(line_json(line.segment[0], line.point[0], line.segment[1], line.point[1]));
+    const auto finger = [&](const Crossing& c) { return hand.segments[c.segment[0]].finger; };
+    if (last && finger(*last) == finger(line)) {
+      lines.push_back(line_json(line.segment[1], line.point[1], last->segment[0], last->point[0]));
+    }
+    last = line;
+  }
+  return lines;
+}
+
+ordered_json vector_json(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+ordered_json fields_json(const std::vector<Field>& fields) {
+  ordered_json json = ordered_json::array();
+  for (const Field& field : fields) {
+    json.push_back({{"name", field.name}, {"unit", field.unit}, {"begin", field.begin}, {"count", field.count}});
+  }
+  return json;
+}
+
+Index object_stride(const Model& model) { return 1 + (model.object.cloud().points_m.cols() - 1) / kMostObjectSamples; }
+
+}  // namespace
+
+std::vector<Field> state_fields(const Model& model) {
+  std::vector<Field> fields;
+  std::size_t begin = 0;
+  const Eigen::VectorXd none = Eigen::VectorXd::Zero(std::ssize(model.scene.hand.muscles));
+  for_each_field(model, Picture(model), TickRecord{}, none, LoopFigures{},
+                 [&](const char* name, const char* unit, std::span<const double> numbers) {
+                   fields.push_back({name, unit, begin, numbers.size()});
+                   begin += numbers.size();
+                 });
+  return fields;
+}
+
+std::vector<Field> contact_fields() {
+  return {{"finger", "", 0, 1},
+          {"control_point", "", 1, 1},
+          {"point_m", "m", 2, 3},
+          {"normal", "", 5, 3},
+          {"force_N", "N", 8, 3}};
+}
+
+ordered_json scene_message(const Model& model, bool live) {
+  const Scene& scene = model.scene;
+  ordered_json fingers = ordered_json::array(), segments = ordered_json::array(), muscles = ordered_json::array();
+  for (std::size_t k = 0; k < scene.hand.fingertips.size(); ++k) {
+    const Fingertip& tip = scene.hand.fingertips[k];
+    fingers.push_back({{"name", tip.finger},
+                       {"segment", tip.segment},
+                       {"centre_m", vector_json(tip.centre_m)},
+                       {"radius_m", tip.radius_m},
+                       {"samples", model.deformable() ? model.pulps[k].surface.points_m.cols() : 0},
+                       {"controls", model.deformable() ? model.pulps[k].controls() : 0}});
+  }
+  for (const Segment& segment : scene.hand.segments) {
+    segments.push_back({{"name", segment.name},
+                        {"finger", segment.finger},
+                        {"length_m", segment.length_m},
+                        {"joints", segment.joints}});
+  }
+  if (model.scene.has_muscles()) {
+    for (const Muscle& muscle : scene.hand.muscles) {
+      muscles.push_back(
+          {{"name", muscle.name}, {"max_force_N", muscle.max_force_N}, {"lines", muscle_lines(scene.hand, muscle)}});
+    }
+  }
+  const Index stride = object_stride(model);
+  const auto samples = (model.object.cloud().points_m.cols() + stride - 1) / stride;
+  ordered_json position_gain = nullptr, rotation_gain = nullptr;
+  if (scene.control) {
+    position_gain = scene.control->position.p;
+    rotation_gain = scene.control->rotation.p;
+  }
+  return {{"type", "scene"},
+          {"version", kMessageVersion},
+          {"program", fmt::format("thenar {}", build_info::kVersion)},
+          {"name", scene.name},
+          {"live", live},
+          {"fields", fields_json(state_fields(model))},
+          {"contact_fields", fields_json(contact_fields())},
+          {"fingers", fingers},
+          {"segments", segments},
+          {"muscles", muscles},
+          // The support of the object's surface is 2.2 spacings.
+          {"object",
+           {{"samples", samples},
+            {"spacing_m", model.object.support_m() / 2.2 * std::sqrt(static_cast<double>(stride))},
+            {"mass_kg", scene.object.mass_kg},
+            {"centre_of_mass_m", vector_json(scene.object.centre_of_mass_m)}}},
+          {"start", numbers_of(scene.object.X_WO)},
+          {"gravity_m_per_s2", vector_json(scene.gravity)},
+          {"step_s", scene.step_s},
+          {"control_period_s", scene.control_period_s},
+          {"duration_s", scene.duration_s},
+          {"position_gain_N_per_m", position_gain},
+          {"rotation_gain_Nm_per_rad", rotation_gain},
+          {"pull", {{"stiffness_N_per_m", kPullStiffness_N_per_m}, {"limit_N", kPullLimit_N}}}};
+}
+
+std::string geometry_message(const Model& model) {
+  std::string bytes = header(MessageKind::kGeometry);
+  const auto add = [&bytes](const auto& numbers) {
+    const Eigen::Matrix3Xf floats = numbers.template cast<float>();
+    append(std::span<const float>(floats.data(), static_cast<std::size_t>(floats.size())), bytes);
+  };
+  const PointCloud& cloud = model.object.cloud();
+  const auto shown = Eigen::seq(0, Eigen::last, object_stride(model));
+  add(cloud.points_m(Eigen::all, shown));
+  add(cloud.normals(Eigen::all, shown));
+  for (const Pulp& pulp : model.pulps) {
+    add(pulp.surface.points_m);
+    add(pulp.surface.normals);
+    add(pulp.control_points_m);
+    const Eigen::VectorXf areas = pulp.area_m2.cast<float>();
+    append(std::span<const float>(areas.data(), static_cast<std::size_t>(areas.size())), bytes);
+  }
+  return bytes;
+}
+
+void write_state_message(const Model& model, const Picture& picture, const TickRecord& tick,
+                         const Eigen::VectorXd& muscle_forces_N, const LoopFigures& loops, std::string& bytes) {
+  bytes = header(MessageKind::kState);
+  for_each_field(model, picture, tick, muscle_forces_N, loops,
+                 [&bytes](const char*, const char*, std::span<const double> numbers) { append(numbers, bytes); });
+  for (const ShownContact& contact : picture.contacts) {
+    const Vector3d &p = contact.point_m, &n = contact.normal, &f = contact.force_N;
+    const std::array<double, 11> row = {static_cast<double>(contact.finger),
+                                        static_cast<double>(contact.control_point),
+                                        p.x(),
+                                        p.y(),
+                                        p.z(),
+                                        n.x(),
+                                        n.y(),
+                                        n.z(),
+                                        f.x(),
+                                        f.y(),
+                                        f.z()};
+    append(std::span<const double>(row), bytes);
+  }
+}
+
+std::vector<double> read_state_message(std::string_view bytes) {
+  if (!bytes.starts_with(header(MessageKind::kState)) || (bytes.size() - kHeader) % sizeof(double) != 0) return {};
+  std::vector<double> numbers((bytes.size() - kHeader) / sizeof(double));
+  std::memcpy(numbers.data(), bytes.data() + kHeader, numbers.size() * sizeof(double));
+  return numbers;
+}
+
+}  // namespace thenar

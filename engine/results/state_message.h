@@ -1,0 +1,71 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "engine/grasp/model.h"
+#include "engine/loops/picture.h"
+#include "engine/results/recording.h"
+
+/// What a window or a recording shows of a grasp: docs/WINDOW.md has the format.
+namespace thenar {
+
+inline constexpr std::uint16_t kMessageVersion = 1;
+enum class MessageKind : std::uint16_t { kGeometry = 1, kState = 2 };
+
+inline constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+inline constexpr int kLatencyBins = 24;
+inline constexpr double kFirstLatency_s = 50e-6;  ///< Where the second bin begins; each is sqrt(2) wide.
+
+/// What is told of a latency, in us; NaN where nothing was measured.
+using ThreePercentiles = std::array<double, 3>;  // p50, p99, p99.9
+inline constexpr ThreePercentiles kNoPercentiles = {kUnknown, kUnknown, kUnknown};
+
+/// How the two loops do, by the clock on the wall. NaN: not measured.
+struct LoopFigures {
+  double contact_Hz = kUnknown;
+  ThreePercentiles contact_compute_us = kNoPercentiles, contact_jitter_us = kNoPercentiles;
+  double contact_overruns = kUnknown, contact_slipped = kUnknown;
+  double control_Hz = kUnknown;
+  ThreePercentiles control_compute_us = kNoPercentiles, control_jitter_us = kNoPercentiles;
+  double control_slipped = kUnknown;
+  double realtime_factor = kUnknown;
+  double unaccounted = kUnknown;
+  double lost_records = kUnknown;
+  double reference_error = kUnknown, reference_residual = kUnknown;
+  ThreePercentiles latency_us = kNoPercentiles;
+  std::array<double, kLatencyBins> latency_counts{};
+};
+
+/// A named part of a state message, or of a contact's row in it: float64 values begin .. begin + count.
+struct Field {
+  std::string name;
+  std::string unit;  ///< Empty: a plain number.
+  std::size_t begin = 0, count = 0;
+};
+
+/// Where a scene's state messages have what: docs/WINDOW.md.
+[[nodiscard]] std::vector<Field> state_fields(const Model& model);
+[[nodiscard]] std::vector<Field> contact_fields();
+
+/// What stays as it is, as the page and a recording get it first.
+[[nodiscard]] nlohmann::ordered_json scene_message(const Model& model, bool live);
+
+/// The points of the object, at most 40 000 of them, and of the pulps.
+[[nodiscard]] std::string geometry_message(const Model& model);
+
+/// One instant. `tick`: of the picture's tick. `muscle_forces_N`: of the frame in use; not read in a scene without muscles.
+/// The message replaces what is in `bytes`.
+void write_state_message(const Model& model, const Picture& picture, const TickRecord& tick,
+                         const Eigen::VectorXd& muscle_forces_N, const LoopFigures& loops, std::string& bytes);
+
+/// The numbers of a state message; empty if it is none of this version.
+[[nodiscard]] std::vector<double> read_state_message(std::string_view bytes);
+
+}  // namespace thenar

@@ -1,0 +1,53 @@
+#include "engine/results/verdict.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace thenar {
+
+const char* name(Outcome outcome) {
+  switch (outcome) {
+    case Outcome::kHeld:
+      return "held";
+    case Outcome::kUnknown:
+      return "unknown";
+    case Outcome::kOverLimits:
+      return "over limits";
+    case Outcome::kOffTarget:
+      return "off target";
+    case Outcome::kSlipping:
+      return "slipping";
+    case Outcome::kUnstable:
+      return "unstable";
+    case Outcome::kLost:
+      return "lost";
+    case Outcome::kSolverFailed:
+      return "solver failed";
+    case Outcome::kRefused:
+      return "refused";
+  }
+  return "";
+}
+
+std::string in_words(const Excess& excess) {
+  if (excess.muscle) {
+    return fmt::format(
+        "the muscle {} was asked for {:.0f} N at {:.3f} s, {:.3g} times its {:g} N (first passed at {:.3f} s)",
+        excess.name, excess.value, excess.at_s, excess.value / excess.limit, excess.limit, excess.first_s);
+  }
+  return fmt::format("the joint {} was {:.4f} rad past its limit of {:g} rad at {:.3f} s (first passed at {:.3f} s)",
+                     excess.name, std::abs(excess.value - excess.limit), excess.limit, excess.at_s, excess.first_s);
+}
+
+std::string in_words(const Verdict& verdict) {
+  return verdict.reason.empty() ? name(verdict.outcome) : fmt::format("{}: {}", name(verdict.outcome), verdict.reason);
+}
+
+bool fails(const Scene& scene, Outcome outcome) {
+  if (outcome == Outcome::kHeld) return false;
+  return scene.control || outcome == Outcome::kSolverFailed || outcome == Outcome::kUnknown ||
+         outcome == Outcome::kRefused;
+}
+
+}  // namespace thenar

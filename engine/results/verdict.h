@@ -1,0 +1,79 @@
+#pragma once
+
+#include <array>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/grasp/scene.h"
+
+namespace thenar {
+
+// All bounds of a verdict.
+inline constexpr double kMeasuredFrom_s = 0.3;  ///< The grip has built up: slip counts from here on.
+inline constexpr double kLoadedFrom_s = 0.1;    ///< The grip is closed: fingers must carry load from here on.
+inline constexpr double kUnloaded_s = 0.05;     ///< A grip of fewer than two loaded fingers for so long is none.
+inline constexpr double kSlidesWhole = 0.9;     ///< With this share of its force sliding a patch slides as a whole,
+inline constexpr double kSlipping_m = 0.1e-3;   ///< and by so much in all, the finger slips. Less is micro-slip.
+inline constexpr double kOffTarget_m = 10e-3;
+inline constexpr double kOffTarget_rad = 20.0 * std::numbers::pi / 180.0;
+/// Chatter of forces. Steady grips have 1e-9 to 2e-4, 2e-3 in steps of 20 ms; loops and springs beyond their limits 0.014
+/// and more. Before anything else goes wrong it must be twice as much to be the cause.
+inline constexpr double kChatters = 0.01;
+inline constexpr double kNotConverged = 1e-2;  ///< A contact solve with a larger residual is no answer,
+inline constexpr double kMostUnsolved = 0.01;  ///< and more than this share of such ticks no run.
+
+/// What became of a grasp, the least grave first. Of several the gravest is the word; the reason names all.
+enum class Outcome {
+  kHeld,          ///< Nothing of the following.
+  kUnknown,       ///< Records of ticks were lost, or the run was interrupted: nobody knows.
+  kOverLimits,    ///< A joint left its range, or a muscle was asked for more than it has.
+  kOffTarget,     ///< The object was 10 mm or 20 degrees off its target; the fingers hold it.
+  kSlipping,      ///< A patch slid by 0.1 mm as a whole, or a finger lost its load.
+  kUnstable,      ///< The forces chatter.
+  kLost,          ///< The hand no longer holds the object: its grip is open, or a finger has slid off its place.
+  kSolverFailed,  ///< A solve found no answer, or there is none.
+  kRefused,       ///< The scene was rejected.
+};
+inline constexpr std::array kOutcomes = {Outcome::kHeld,      Outcome::kUnknown,      Outcome::kOverLimits,
+                                         Outcome::kOffTarget, Outcome::kSlipping,     Outcome::kUnstable,
+                                         Outcome::kLost,      Outcome::kSolverFailed, Outcome::kRefused};
+
+/// As all reports have it: "held", "unknown", "over limits", "off target", "slipping", "unstable", "lost", "solver failed",
+/// "refused".
+[[nodiscard]] const char* name(Outcome outcome);
+
+/// A limit of the hand that a run has passed.
+struct Excess {
+  std::string name;      ///< Of the joint or muscle.
+  bool muscle = false;   ///< Units: N for a muscle, rad for a joint.
+  double limit = 0.0;    ///< The muscle's largest force, or that end of the joint's range which was passed.
+  double value = 0.0;    ///< The worst.
+  double at_s = 0.0;     ///< When that was.
+  double first_s = 0.0;  ///< When the limit was first passed.
+};
+/// By how much and when: "the muscle FDPI was asked for 2600 N at 1.2 s, 13 times its 197.3 N (first passed at 0.9 s)".
+[[nodiscard]] std::string in_words(const Excess& excess);
+
+struct Verdict {
+  Outcome outcome = Outcome::kHeld;
+  std::string reason = {};  ///< In words; empty if it is held.
+  std::optional<double> lost_s = {};
+  std::vector<Excess> beyond = {};  ///< Muscles first, each kind in the order of the hand.
+  /// How much of a finger's force changes to and fro: half the mean size of its second difference, over the mean force, of
+  /// the worst finger over the last 0.3 s; the larger of that from tick to tick and that from frame to frame (control
+  /// period and delay). A force that alternates between F + a and F - a has 2 a / F, a ramp none, one jump among n ticks
+  /// 1/n of its share. NaN where no finger is loaded.
+  double force_chatter = std::numeric_limits<double>::quiet_NaN();
+};
+
+/// The word and the reason: "held", "slipping: the thumb slipped 0.42 mm from 0.512 s on".
+[[nodiscard]] std::string in_words(const Verdict& verdict);
+
+/// Whether a run has failed. Without a controller nothing is asked of the grasp: the word is as true, but only a solver
+/// fails, or that nobody knows.
+[[nodiscard]] bool fails(const Scene& scene, Outcome outcome);
+
+}  // namespace thenar

@@ -1,0 +1,107 @@
+#include "engine/results/warnings.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/scenes/pressed_pulp.h"
+#include "engine/scenes/pulp_levels.h"
+
+namespace thenar {
+
+namespace {
+
+// Left-out points are measured against the planes of the samples near them: on curved objects to some um.
+constexpr double kNoticedDepth_m = 10e-6;
+
+// Of a pulp's force: about what its kernel errs by at the scenes' own levels.
+constexpr double kNoticedShare = 0.01;
+
+/// Hertz's contact radius over the pulp's.
+double patch_share(const Pulp& pulp, const Scene& scene, double normal_N) {
+  return hertz_radius_m(pulp, normal_N, scene.object.compliance) / pulp.radius_m;
+}
+
+}  // namespace
+
+void Warnings::Beyond::add(double time_s, double value) {
+  if (ticks++ == 0) since_s = time_s;
+  if (ticks > 1 && value <= worst) return;
+  worst = value;
+  worst_s = time_s;
+}
+
+void Warnings::add(const TickRecord& tick) {
+  ++ticks_;
+  for (std::size_t k = 0; k < model_.pulps.size(); ++k) {
+    const double depth_m = tick.contact.left_out_m[k], normal_N = tick.force[k].normal_N;
+    if (depth_m > kNoticedDepth_m) full_[k].add(tick.time_s, depth_m);
+    if (patch_share(model_.pulps[k], model_.scene, normal_N) > kHalfSpaceShare) deep_[k].add(tick.time_s, normal_N);
+  }
+}
+
+std::vector<std::string> Warnings::sentences() const {
+  std::vector<std::string> all;
+  for (std::size_t k = 0; k < model_.pulps.size(); ++k) {
+    const std::string& finger = model_.scene.hand.fingertips[k].finger;
+    if (const Beyond& full = full_[k]; full.ticks > 0) {
+      all.push_back(fmt::format(
+          "the {}'s list of contacts is too short (contact.max_per_finger: {}) in {:.3g} % of the ticks, from {:.3f} s "
+          "on: control points without room pass up to {:.3g} mm into the object, and the force is too small; thenar "
+          "check says what would serve",
+          finger, model_.scene.contact.max_per_finger,
+          100.0 * static_cast<double>(full.ticks) / static_cast<double>(ticks_), full.since_s, 1e3 * full.worst));
+    }
+  }
+  for (std::size_t k = 0; k < model_.pulps.size(); ++k) {
+    if (const Beyond& deep = deep_[k]; deep.ticks > 0) {
+      all.push_back(fmt::format(
+          "the {}'s patch is wider than its pulp is good for, from {:.3f} s on: a / R = {:.2f} with {:.2f} N at {:.3f} "
+          "s, of {:g} at most",
+          model_.scene.hand.fingertips[k].finger, deep.since_s, patch_share(model_.pulps[k], model_.scene, deep.worst),
+          deep.worst, deep.worst_s, kHalfSpaceShare));
+    }
+  }
+  return all;
+}
+
+std::vector<std::string> warnings(const Model& model, const Recording& recording) {
+  Warnings all(model);
+  for (const TickRecord& tick : recording.ticks) all.add(tick);
+  return all.sentences();
+}
+
+std::vector<std::string> warnings(const Model& model) {
+  std::vector<std::string> all;
+  if (!model.deformable()) return all;
+  const Scene& scene = model.scene;
+  const LevelEstimate used = estimate_level(scene, model.pulps, model.level);
+  if (used.missing > kNoticedShare) {
+    std::string text = fmt::format(
+        "contact.max_per_finger: {} is too few: {} of {} control points carry the load expected, and without room for "
+        "them up to {:.2g} % of the force is missing. {} would serve",
+        scene.contact.max_per_finger, used.needed, used.controls, 100.0 * used.missing, used.needed);
+    std::vector<Pulp> pulps = make_pulps(scene);
+    const LevelEstimate better = choose_level(estimate_levels(scene, pulps), scene.contact.force_error);
+    if (better.level != model.level && better.force_error < used.force_error) {
+      text += fmt::format(", or contact.level: {} ({:.2g} % off)", better.level, 100.0 * better.force_error);
+    }
+    all.push_back(text);
+  }
+  double load_N = 0.0, share = 0.0;
+  for (const Pulp& pulp : model.pulps) {
+    const double expected_N = expected_load_N(scene, pulp);
+    load_N = std::max(load_N, expected_N);
+    share = std::max(share, patch_share(pulp, scene, expected_N));
+  }
+  if (share > kHalfSpaceShare) {
+    all.push_back(
+        fmt::format("the load expected, {:.2g} N, makes patches wider than pulps are good for: a / R = {:.2f}, of "
+                    "{:g} at most",
+                    load_N, share, kHalfSpaceShare));
+  }
+  return all;
+}
+
+}  // namespace thenar

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "engine/grasp/model.h"
+#include "engine/results/recording.h"
+
+namespace thenar {
+
+/// A patch whose radius is a larger share of the pulp's lies on no half space: there the kernel's forces are uncertain.
+inline constexpr double kHalfSpaceShare = 0.5;
+
+/// Gathers, tick by tick, what a run did that its model is not good for.
+///
+/// Full lists   A control point that `contact.max_per_finger` has no room for is more than 10 um in the object: the list
+///              is full of loaded contacts, the pulp passes into the object, and its force is too small.
+/// Deep pulps   By Hertz, a finger's load makes a patch wider than kHalfSpaceShare of the pulp's radius.
+class Warnings {
+ public:
+  explicit Warnings(const Model& model) : model_(model) {}
+
+  void add(const TickRecord& tick);
+
+  /// A sentence each: who, by how much, since when. Empty if there is nothing to say.
+  [[nodiscard]] std::vector<std::string> sentences() const;
+
+ private:
+  /// Ticks of a finger in which something was beyond what it should be.
+  struct Beyond {
+    std::int64_t ticks = 0;
+    double since_s = 0.0, worst = 0.0, worst_s = 0.0;
+
+    void add(double time_s, double value);
+  };
+
+  const Model& model_;
+  std::int64_t ticks_ = 0;
+  std::array<Beyond, kFingers> full_{};  ///< Value: depth of a control point without room [m].
+  std::array<Beyond, kFingers> deep_{};  ///< Value: load [N].
+};
+
+/// The same of a whole run.
+[[nodiscard]] std::vector<std::string> warnings(const Model& model, const Recording& recording);
+
+/// What is to be expected before it runs, at the load of its fingers (expected_load_N), and what would serve.
+[[nodiscard]] std::vector<std::string> warnings(const Model& model);
+
+}  // namespace thenar

@@ -1,0 +1,18 @@
+#pragma once
+
+#include "engine/grasp/model.h"
+
+namespace thenar {
+
+/// Makes a scene ready to run: its object's surface, its fingertips with their level of detail, and how many contacts a
+/// frame must hold. Nothing after it reads files.
+/// Throws ConfigError or FileError where the object's points make no surface, or a place in it lies outside.
+[[nodiscard]] Model build_model(Scene scene);
+
+/// The same model, sooner: a known one lends its object's surface where the scene has the same.
+[[nodiscard]] Model build_model(Scene scene, const Model& known);
+
+/// Gives the fingertips another kernel and level of detail (set_level). Requires deformable ones.
+void set_fingertips(Model& model, PulpKernel kernel, int level);
+
+}  // namespace thenar

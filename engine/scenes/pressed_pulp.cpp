@@ -1,0 +1,58 @@
+#include "engine/scenes/pressed_pulp.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "solvers/contact_sweeps.h"
+#include "solvers/gauss_seidel.h"
+
+namespace thenar {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+PressedPulp press(const Pulp& pulp, const Vector3d& direction, double depth_m, double band_m, Index most) {
+  const VectorXd gap_m =
+      (pulp.radius_m - depth_m - pulp.radius_m * (pulp.control_normals * direction).array()).matrix();
+  PressedPulp pressed;
+  for (Index c = 0; c < pulp.controls(); ++c) {
+    if (gap_m[c] < band_m) pressed.controls.push_back(c);
+  }
+  std::sort(pressed.controls.begin(), pressed.controls.end(), [&](Index a, Index b) { return gap_m[a] < gap_m[b]; });
+  if (std::ssize(pressed.controls) > most) pressed.controls.resize(most);
+
+  // The plane's normal is that of all contacts, so their axes agree; tangents do not matter without friction.
+  const Index n = std::ssize(pressed.controls);
+  const VectorXd mu = VectorXd::Zero(n);
+  MatrixXd W = MatrixXd::Zero(3 * n, 3 * n);
+  VectorXd delta_free = VectorXd::Zero(3 * n), f = VectorXd::Zero(3 * n), delta(3 * n);
+  for (Index i = 0; i < n; ++i) {
+    delta_free[3 * i] = gap_m[pressed.controls[i]];
+    for (Index j = 0; j < n; ++j) {
+      const double k_ij = pulp.kernel(pressed.controls[i], pressed.controls[j]);
+      W.block<3, 3>(3 * i, 3 * j) = k_ij * Eigen::Matrix3d::Identity();
+    }
+  }
+  SweepWorkspace work(n);
+  (void)solve_contacts(W, delta_free, mu, {.tolerance = 1e-6, .max_sweeps = 1000}, work, f, delta);
+  pressed.force_N = f(Eigen::seqN(0, n, 3));
+  return pressed;
+}
+
+double hertz_force_N(const Pulp& pulp, double depth_m) {
+  return 4.0 / 3.0 * pulp.material.reduced_modulus_Pa * std::sqrt(pulp.radius_m) * std::pow(depth_m, 1.5);
+}
+
+double hertz_depth_m(const Pulp& pulp, double force_N) {
+  return std::pow(softness(pulp.material, force_N) * force_N / hertz_force_N(pulp, 1.0), 2.0 / 3.0);
+}
+
+double hertz_radius_m(const Pulp& pulp, double force_N, const std::optional<PulpMaterial>& object) {
+  double compliance_per_Pa = softness(pulp.material, force_N) / pulp.material.reduced_modulus_Pa;
+  if (object) compliance_per_Pa += 1.0 / object->reduced_modulus_Pa;
+  return std::cbrt(0.75 * force_N * pulp.radius_m * compliance_per_Pa);
+}
+
+}  // namespace thenar

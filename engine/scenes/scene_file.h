@@ -1,0 +1,27 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "engine/grasp/scene.h"
+
+namespace thenar {
+
+/// Reads a scene and the files that it names, with `--set key=value` changes applied.
+/// Throws ConfigError with every mistake at once, or FileError.
+[[nodiscard]] Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
+
+/// The files that a scene is made of: its own, the hand's, and the object's if it is scanned. `overrides` as for
+/// load_scene(). Other faults of the scene than broken YAML are not reported here. Throws ConfigError and FileError.
+[[nodiscard]] std::vector<std::filesystem::path> scene_files(const std::filesystem::path& scene,
+                                                             const std::vector<std::string>& overrides);
+
+/// As a scene file has it: "{position: 0.1 mm, rotation: 0.1 deg, force: 5 %, moment: 10 %, margin: 0.05}".
+[[nodiscard]] std::string in_words(const Tolerance& tolerance);
+
+/// A box of places, to be told to a user: "-25 .. 25, -25 .. 25, -10 .. 10 mm".
+[[nodiscard]] std::string in_words(const Eigen::AlignedBox3d& box);
+
+}  // namespace thenar

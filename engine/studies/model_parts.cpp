@@ -1,0 +1,261 @@
+#include "engine/studies/model_parts.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+#include "engine/loops/percentiles.h"
+#include "engine/results/monolithic.h"
+#include "engine/results/summary.h"
+#include "engine/scenes/build_model.h"
+
+namespace thenar {
+
+namespace {
+
+constexpr double kRadian_deg = 180.0 / std::numbers::pi;
+constexpr int kCoarsest = 8;  // Of contact.level.
+// The controller's model of a fingertip that does not give way, as in configs/minimal.yaml: stiff enough.
+constexpr double kRigidNormal_N_per_m = 50e3, kRigidTangential_N_per_m = 33.3e3;
+// A change so small is none: it is rounding, or what a contact solve leaves open that stops at a residual of 1e-6.
+constexpr Tolerance kNoChange{1e-9, 1e-7, 1e-6, 1e-6, 1e-6};
+
+/// Two digits; what is next to nothing is 0.
+std::string brief(double value) {
+  if (value < 1e-3) return "0";
+  return value < 10.0 ? fmt::format("{:.2g}", value) : fmt::format("{:.0f}", value);
+}
+
+double square(double x) { return x * x; }
+double rms(double squares, double count) { return count > 0.0 ? std::sqrt(squares / count) : 0.0; }
+/// What is there where the reference has nothing is off by any share.
+double share(double squares, double reference) {
+  if (squares <= 0.0) return 0.0;
+  return reference > 0.0 ? std::sqrt(squares / reference) : std::numeric_limits<double>::infinity();
+}
+
+/// A tick's share of the median control tick, and the median contact tick.
+double tick_us(const Scene& scene, const Recording& recording) {
+  std::vector<double> contact_s, control_s;
+  for (const TickRecord& tick : recording.ticks) {
+    contact_s.push_back(tick.contact.assemble_s + tick.contact.solve_s + tick.contact.deform_s);
+    if (tick.controlled) control_s.push_back(tick.control_s);
+  }
+  const double share = std::min(1.0, scene.step_s / scene.control_period_s);
+  return 1e6 * (percentiles(contact_s).p50 + share * percentiles(control_s).p50);
+}
+
+/// Where the measures begin; a scene that ends before is measured from its start.
+std::size_t first_measured(const Scene& scene) {
+  return scene.duration_s > kMeasuredFrom_s ? std::lround(kMeasuredFrom_s / scene.step_s) : 0;
+}
+
+bool is_within(const PathDeviation& error, const Tolerance& tolerance) {
+  const auto small = [](double value, double allowed, double nothing) { return value <= std::max(allowed, nothing); };
+  return small(error.position_rms_m, tolerance.position_m, kNoChange.position_m) &&
+         small(error.position_final_m, tolerance.position_m, kNoChange.position_m) &&
+         small(error.rotation_rms_rad, tolerance.rotation_rad, kNoChange.rotation_rad) &&
+         small(error.rotation_final_rad, tolerance.rotation_rad, kNoChange.rotation_rad) &&
+         small(error.force, tolerance.force, kNoChange.force) &&
+         small(error.moment, tolerance.moment, kNoChange.moment) &&
+         small(error.margin, tolerance.margin, kNoChange.margin);
+}
+
+PartEffect effect_of(Part part, const Scene& without, const Model& model, const PathRun& full) {
+  const PathRun run = run_path(build_model(without, model));
+  PartEffect effect{part, without.contact.level.value_or(0), run.verdict,
+                    deviation(run.path, full.path, first_measured(model.scene)), run.us};
+  effect.alike = run.ended && run.verdict.outcome == full.verdict.outcome;
+  effect.within = effect.alike && is_within(effect.error, model.scene.tolerance);
+  return effect;
+}
+
+}  // namespace
+
+const char* name(Part part) {
+  switch (part) {
+    case Part::kFingertips:
+      return "deformation of the fingertips (fingertips)";
+    case Part::kSoftObject:
+      return "deformation of the object (object.compliance)";
+    case Part::kDetail:
+      return "level of detail (contact.level)";
+    case Part::kMuscles:
+      return "muscles (control.muscles)";
+    case Part::kObjectMemory:
+      return "memory of the object (object.compliance.relaxation)";
+    case Part::kFingertipMemory:
+      return "memory of the fingertips (fingertips.relaxation)";
+    case Part::kStiffening:
+      return "stiffening (fingertips.stiffening)";
+  }
+  return "";
+}
+
+bool has(const Scene& scene, Part part) {
+  switch (part) {
+    case Part::kFingertips:
+      return scene.fingertips.has_value();
+    case Part::kSoftObject:
+      return scene.object.compliance.has_value();
+    case Part::kDetail:
+      return scene.fingertips && scene.contact.level && *scene.contact.level < kCoarsest;
+    case Part::kMuscles:
+      return scene.control && scene.control->muscles;
+    case Part::kObjectMemory:
+      return scene.object.compliance && scene.object.compliance->relaxation_s > 0.0;
+    case Part::kFingertipMemory:
+      return scene.fingertips && scene.fingertips->material.relaxation_s > 0.0;
+    case Part::kStiffening:
+      return scene.fingertips && scene.fingertips->material.stiffening_per_N > 0.0;
+  }
+  return false;
+}
+
+Scene leave_out(Scene scene, Part part) {
+  if (!has(scene, part)) return scene;
+  switch (part) {
+    case Part::kFingertips:
+      scene.fingertips.reset();
+      scene.object.compliance.reset();  // It needs deformable ones.
+      scene.contact.max_per_finger = 1;
+      scene.contact.level = 0;
+      if (auto& control = scene.control) {
+        control->pulp_normal_N_per_m = std::max(control->pulp_normal_N_per_m, kRigidNormal_N_per_m);
+        control->pulp_tangential_N_per_m = std::max(control->pulp_tangential_N_per_m, kRigidTangential_N_per_m);
+      }
+      break;
+    case Part::kSoftObject:
+      scene.object.compliance.reset();
+      break;
+    case Part::kDetail:
+      ++*scene.contact.level;
+      break;
+    case Part::kMuscles:
+      scene.control->muscles = false;
+      break;
+    case Part::kObjectMemory:
+      scene.object.compliance->relaxation_s = 0.0;
+      break;
+    case Part::kFingertipMemory:
+      scene.fingertips->material.relaxation_s = 0.0;
+      break;
+    case Part::kStiffening:
+      scene.fingertips->material.stiffening_per_N = 0.0;
+      break;
+  }
+  return scene;
+}
+
+void GraspPath::add(const Snapshot& after) {
+  X_WO.push_back(after.X_WO);
+  FingerForces& force = force_N.emplace_back();
+  for (int k = 0; k < kFingers; ++k) force.col(k) = after.load[k].force_N;
+}
+
+PathDeviation deviation(const GraspPath& path, const GraspPath& reference, std::size_t first) {
+  PathDeviation off;
+  double squares_m2 = 0.0, squares_rad2 = 0.0, squares_N2 = 0.0, reference_N2 = 0.0, ticks = 0.0;
+  double moment2 = 0.0, limit2 = 0.0, margin2 = 0.0, margins = 0.0;
+  for (std::size_t i = first; i < std::min(path.X_WO.size(), reference.X_WO.size()); ++i) {
+    off.position_final_m = (path.X_WO[i].translation() - reference.X_WO[i].translation()).norm();
+    off.rotation_final_rad =
+        Eigen::Quaterniond(path.X_WO[i].linear()).angularDistance(Eigen::Quaterniond(reference.X_WO[i].linear()));
+    squares_m2 += off.position_final_m * off.position_final_m;
+    squares_rad2 += off.rotation_final_rad * off.rotation_final_rad;
+    squares_N2 += (path.force_N[i] - reference.force_N[i]).squaredNorm();
+    reference_N2 += reference.force_N[i].squaredNorm();
+    for (int k = 0; k < kFingers; ++k) {
+      const PatchReport &patch = path.patch[i][k], &full = reference.patch[i][k];
+      moment2 += square(patch.moment_Nm - full.moment_Nm);
+      limit2 += square(full.moment_limit_Nm);
+      const bool loaded = !std::isnan(patch.margin), loaded_in_full = !std::isnan(full.margin);
+      if (!loaded && !loaded_in_full) continue;
+      margin2 += loaded && loaded_in_full ? square(patch.margin - full.margin) : 1.0;
+      ++margins;
+    }
+    ++ticks;
+  }
+  off.position_rms_m = rms(squares_m2, ticks);
+  off.rotation_rms_rad = rms(squares_rad2, ticks);
+  off.force = share(squares_N2, reference_N2);
+  off.moment = share(moment2, limit2);
+  off.margin = rms(margin2, margins);
+  return off;
+}
+
+PathRun run_path(const Model& model) {
+  PathRun run;
+  State state(model);
+  const Recording recording = run_monolithic(model, state, [&](double, double) {
+    run.path.add(state);
+    return true;
+  });
+  for (const TickRecord& tick : recording.ticks) run.path.patch.push_back(tick.contact.patch);
+  run.verdict = recording.verdict;
+  run.ended = !recording.stopped;
+  run.us = tick_us(model.scene, recording);
+  return run;
+}
+
+std::vector<PartEffect> ablate(const Model& model, const PathRun& full) {
+  std::vector<PartEffect> effects;
+  for (const Part part : kParts) {
+    if (has(model.scene, part)) effects.push_back(effect_of(part, leave_out(model.scene, part), model, full));
+  }
+  return effects;
+}
+
+NeededParts needed_parts(const Model& model, const PathRun& full) {
+  NeededParts needed{model.scene, {}};
+  for (const Part part : kParts) {
+    // Of detail there may be more to leave out.
+    while (has(needed.scene, part)) {
+      Scene without = leave_out(needed.scene, part);
+      const PartEffect effect = effect_of(part, without, model, full);
+      const bool goes_on = effect.within && !needed.tried.empty() && needed.tried.back().part == part;
+      if (goes_on) needed.tried.pop_back();
+      needed.tried.push_back(effect);
+      if (!effect.within) break;
+      needed.scene = std::move(without);
+    }
+  }
+  return needed;
+}
+
+std::string title(const PartEffect& effect) {
+  return effect.part == Part::kDetail ? fmt::format("{} to {}", name(effect.part), effect.level) : name(effect.part);
+}
+
+std::string in_words(const PathDeviation& error) {
+  return fmt::format("{} um, {} deg, forces {} %, moments {} %, margins {}", brief(1e6 * error.position_rms_m),
+                     brief(kRadian_deg * error.rotation_rms_rad), brief(100.0 * error.force),
+                     brief(100.0 * error.moment), brief(error.margin));
+}
+
+std::string in_words(const PartEffect& effect) {
+  if (!effect.alike) return in_words(effect.verdict);
+  return fmt::format("off by {} rms; {} um, {} deg at the end", in_words(effect.error),
+                     brief(1e6 * effect.error.position_final_m), brief(kRadian_deg * effect.error.rotation_final_rad));
+}
+
+Model as_needed(Model model) {
+  if (!model.scene.only_needed) return model;
+  const PathRun full = run_path(model);
+  if (fails(model.scene, full.verdict.outcome)) {
+    model.scene.left_out = {"nothing left out, for the scene fails: " + in_words(full.verdict)};
+    return model;
+  }
+  NeededParts needed = needed_parts(model, full);
+  for (const PartEffect& effect : needed.tried) {
+    needed.scene.left_out.push_back(
+        fmt::format("{}: {}: {}", effect.within ? "left out" : "not left out", title(effect), in_words(effect)));
+  }
+  return build_model(std::move(needed.scene), model);
+}
+
+}  // namespace thenar

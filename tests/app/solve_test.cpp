@@ -1,0 +1,205 @@
+// `thenar solve` and `thenar run --dump-problems` as a user meets them: right verdicts, residuals of the problem as given,
+// verdicts in words, and broken input refused.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "engine/formats/problem_file.h"
+#include "engine/results/problem_check.h"
+#include "tests/support/json_eigen.h"
+#include "tests/support/program.h"
+#include "tests/support/recorded_problems.h"
+
+namespace thenar {
+namespace {
+
+using Eigen::VectorXd;
+namespace fs = std::filesystem;
+
+std::string data(const std::string& name) { return std::string(THENAR_TEST_DATA) + "/" + name; }
+
+/// The results of a command that prints JSON, and on stderr after it what is not right.
+std::vector<nlohmann::json> results_of(const std::string& arguments, int code = 0) {
+  const Outcome run = thenar_program("solve " + arguments + " --format json");
+  EXPECT_EQ(run.code, code) << run.text;
+  return nlohmann::json::parse(run.text.substr(0, run.text.find("\n}\n") + 3)).at("results");
+}
+
+// Every reference file by every method that applies: the known verdict, and for solutions a residual within the default
+// tolerance, recomputed here from the forces that are printed with all their digits.
+TEST(Solve, FindsTheKnownAnswersOfTheReferenceFiles) {
+  const std::vector<fs::path> files = data_files("small");
+  for (const fs::path& file : files) {
+    SCOPED_TRACE(file);
+    const auto expected = read_json(file);
+    const auto results = results_of(file.string() + " --method all --repeat 2 --forces");
+    EXPECT_EQ(results.size(), expected.at("problem") == "P1" ? 3U : expected.at("problem") == "P2" ? 2U : 1U);
+    for (const auto& result : results) {
+      SCOPED_TRACE(result.at("method"));
+      EXPECT_EQ(result.at("name"), expected.at("name"));
+      EXPECT_EQ(result.at("problem"), expected.at("problem"));
+      EXPECT_GT(result.at("median_us"), 0.0);
+      EXPECT_GE(result.at("p99_us"), result.at("median_us"));
+      const bool exact_cone = result.at("method") == "exact_cone";
+      const char* const optimum = exact_cone ? "f_opt_exact_cone" : "f_opt";
+      if (!exact_cone || expected.contains(optimum)) {
+        EXPECT_EQ(result.at("status"), expected.at("status"));
+      }
+      if (!expected.contains(optimum)) continue;
+      const VectorXd f = vector_of(result.at("f")), f_known = vector_of(expected.at(optimum));
+      // The cones' references are known to 1e-6; contacts that are nearly on a line lose six digits.
+      EXPECT_LE((f - f_known).norm(), (exact_cone ? 1e-6 : 1e-9) * f_known.norm());
+      if (exact_cone) continue;
+      EXPECT_NEAR(result.at("objective"), expected.at("objective"), 1e-9 * f_known.squaredNorm());
+    }
+  }
+}
+
+TEST(Solve, SolvesContactProblemsToTheResidualThatItStates) {
+  const fs::path file = data("contact/pressed15_seq_s1.fcp");
+  const auto problem = std::get<ContactFile>(read_problem(file));
+  const auto results = results_of(file.string() + " --method all --repeat 2 --forces");
+  ASSERT_EQ(results.size(), 4U) << "two methods, from nothing and warm";
+  EXPECT_EQ(results[0].at("method"), "newton");
+  EXPECT_EQ(results[2].at("method"), "gauss_seidel");
+  EXPECT_EQ(results[1].at("name"), problem.name + " (warm, 50 steps)");
+  for (const auto& result : results) {
+    EXPECT_EQ(result.at("status"), "solved");
+    EXPECT_LE(result.at("residual"), 1e-8);
+    EXPECT_LE(result.at("residual_worst"), result.at("residual"));
+  }
+  const Residual residual = contact_residual(problem, 0, vector_of(results[0].at("f")));
+  EXPECT_EQ(results[0].at("residual"), residual.norm) << "JSON keeps every digit";
+  EXPECT_EQ(results[0].at("residual_worst"), residual.worst);
+  // Each step begins near its end.
+  EXPECT_LT(results[1].at("iterations"), results[0].at("iterations"));
+}
+
+/// Two contacts that press a rigid body from opposite sides by 1 mm: no forces can open them.
+ContactFile pressed_rigid_body() {
+  ContactFile problem;
+  problem.name = "pressed";
+  Eigen::Matrix<double, 6, 3> J;
+  J << 1, 0, 0, 0, 1, 0, 0, 0, 1, -1, 0, 0, 0, 1, 0, 0, 0, -1;
+  problem.W = 1e-3 * J * J.transpose();
+  problem.mu = VectorXd::Constant(2, 0.5);
+  problem.delta_free = {VectorXd::Zero(6)};
+  problem.delta_free[0][0] = -1e-3;
+  return problem;
+}
+
+TEST(Solve, SaysInWordsWhyThereIsNoSolution) {
+  const fs::path file = scratch() / "pressed.fcp";
+  write_problem(file, pressed_rigid_body());
+  const Outcome contact = thenar_program("solve --repeat 1 " + file.string());
+  EXPECT_EQ(contact.code, 0) << contact.text;
+  EXPECT_NE(contact.text.find("no_solution: bodies that do not give way press contacts 0 (1) and 1 (1) together"),
+            std::string::npos)
+      << contact.text;
+  EXPECT_NE(contact.text.find("stay closed by 0.001 m whatever the forces"), std::string::npos) << contact.text;
+
+  const Outcome grasp = thenar_program("solve --repeat 1 " + data("small/08_box3_infeasible.json"));
+  EXPECT_EQ(grasp.code, 0) << grasp.text;
+  EXPECT_NE(grasp.text.find("contact 1 lacks "), std::string::npos) << grasp.text;
+  EXPECT_NE(grasp.text.find(" N of tangential"), std::string::npos) << grasp.text;
+  EXPECT_NE(grasp.text.find("a friction of at least "), std::string::npos) << grasp.text;
+
+  const Outcome muscles = thenar_program("solve --repeat 1 " + data("small/36_muscle_infeasible.json"));
+  EXPECT_EQ(muscles.code, 0) << muscles.text;
+  EXPECT_NE(muscles.text.find(" N m of row 11"), std::string::npos) << muscles.text;
+  EXPECT_NE(muscles.text.find("at best |H f - tau| is "), std::string::npos) << muscles.text;
+}
+
+// What a file says of its answer is held against what is found, and a tolerance against what is reached.
+TEST(Solve, EndsWithSixWhereTheAnswerIsNotRight) {
+  const fs::path folder = scratch();
+  ContactFile wrong = pressed_rigid_body();
+  wrong.status = "solved";
+  write_problem(folder / "wrong.fcp", wrong);
+  const Outcome verdict = thenar_program("solve --repeat 1 " + (folder / "wrong.fcp").string());
+  EXPECT_EQ(verdict.code, 6);
+  EXPECT_NE(verdict.text.find("failed: pressed by newton: 'no_solution', and the file says 'solved'"),
+            std::string::npos)
+      << verdict.text;
+
+  const std::string muscles = data("small/34_muscle_feasible.json");
+  EXPECT_EQ(thenar_program("solve --repeat 1 " + muscles).code, 0);
+  const Outcome accuracy = thenar_program("solve --repeat 1 --tolerance 1e-15 " + muscles);
+  EXPECT_EQ(accuracy.code, 6);
+  EXPECT_NE(accuracy.text.find("is above 1e-15"), std::string::npos) << accuracy.text;
+}
+
+TEST(Solve, RefusesWrongCommands) {
+  const std::string contact = data("contact/paper15_s1.fcp"), grasp = data("small/14_grasp4.json");
+  const Outcome method = thenar_program("solve --method newton " + contact + " " + grasp);
+  EXPECT_EQ(method.code, 2);
+  EXPECT_NE(method.text.find("--method: newton does not solve " + grasp + " (P1)"), std::string::npos) << method.text;
+  EXPECT_NE(method.text.find("active_set, lemke, exact_cone and all"), std::string::npos) << method.text;
+  EXPECT_EQ(std::count(method.text.begin(), method.text.end(), '\n'), 1) << "nothing is solved before";
+  EXPECT_EQ(thenar_program("solve").code, 2);
+  EXPECT_EQ(thenar_program("solve --method simplex " + contact).code, 2);
+  EXPECT_EQ(thenar_program("solve --repeat 0 " + contact).code, 2);
+  EXPECT_EQ(thenar_program("solve --tolerance 0 " + contact).code, 2);
+  EXPECT_EQ(thenar_program("solve --help").code, 0);
+}
+
+TEST(Solve, RefusesBrokenFilesBeforeItSolvesAny) {
+  const fs::path broken = scratch() / "broken.fcp";
+  std::ofstream(broken, std::ios::binary) << read(data("contact/paper15_s1.fcp")).substr(0, 5000);
+  for (const std::string& file : {broken.string(), std::string("nowhere.fcp"), std::string("nowhere.json")}) {
+    const Outcome run = thenar_program("solve " + data("contact/paper15_s1.fcp") + " " + file);
+    EXPECT_EQ(run.code, 3);
+    EXPECT_TRUE(run.text.starts_with(file + ": ")) << run.text;
+    EXPECT_EQ(std::count(run.text.begin(), run.text.end(), '\n'), 1) << run.text;
+  }
+}
+
+// The problems of a run, solved again from their files, come out as they did in the run.
+TEST(DumpProblems, WritesWhatTheRunSolved) {
+  for (const std::string runner : {"", " --lockstep --control-delay 5ms --set 'time.control_period=3 ms'"}) {
+    SCOPED_TRACE(runner);
+    const fs::path folder = scratch() / "problems";
+    const Outcome run = thenar_program("run " + config("box_grasp.yaml") + " --time 0.11" + runner +
+                                       " --dump-problems " + folder.string() + " --dump-every 50");
+    ASSERT_EQ(run.code, 0) << run.text;
+    EXPECT_NE(run.text.find("problems of one tick in 50"), std::string::npos) << run.text;
+    std::vector<std::string> names;
+    std::string files;
+    for (const auto& entry : fs::directory_iterator(folder)) {
+      names.push_back(entry.path().filename());
+      files += " " + entry.path().string();
+    }
+    std::sort(names.begin(), names.end());
+    EXPECT_EQ(names, (std::vector<std::string>{"contact-000000.fcp", "contact-000050.fcp", "contact-000100.fcp",
+                                               "grasp-000000.json", "grasp-000050.json", "grasp-000100.json",
+                                               "muscle-000000.json", "muscle-000050.json", "muscle-000100.json"}));
+    const auto results = results_of("--repeat 2" + files);
+    EXPECT_EQ(results.size(), 12U) << "contact problems from nothing, and from the forces of the tick before";
+
+    // The warm start is the run's: near the solution, for a tick changes little.
+    const auto contact = std::get<ContactFile>(read_problem(folder / "contact-000100.fcp"));
+    EXPECT_EQ(contact.name, "box grasp contact 100");
+    const double cold = contact_residual(contact, 0, VectorXd::Zero(contact.f_last.size())).norm;
+    EXPECT_LE(contact_residual(contact, 0, contact.f_last).norm, 0.2 * cold);
+  }
+}
+
+TEST(DumpProblems, NeedsAVirtualClock) {
+  const fs::path folder = scratch() / "problems";
+  const std::string dump = "run " + config("minimal.yaml") + " --time 0.01 --dump-problems " + folder.string();
+  const Outcome run = thenar_program(dump + " --realtime");
+  EXPECT_EQ(run.code, 2);
+  EXPECT_NE(run.text.find("--dump-problems"), std::string::npos) << run.text;
+  EXPECT_FALSE(fs::exists(folder));
+  EXPECT_EQ(thenar_program(dump + " --dump-every 0").code, 2);
+  EXPECT_EQ(thenar_program("run " + config("minimal.yaml") + " --dump-every 5").code, 2);
+}
+
+}  // namespace
+}  // namespace thenar

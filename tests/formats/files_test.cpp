@@ -1,0 +1,114 @@
+// Files as others may leave or change them: nothing of theirs is lost, and no reading or writing is half done unnoticed.
+
+#include "engine/formats/files.h"
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <optional>
+#include <string>
+
+#include "tests/support/scratch.h"
+
+namespace thenar {
+namespace {
+
+namespace fs = std::filesystem;
+
+void put(const fs::path& file, const std::string& text) { std::ofstream(file, std::ios::binary) << text; }
+
+std::string fault_of_reading(const fs::path& file) {
+  try {
+    static_cast<void>(read_file(file));
+  } catch (const ReadError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Files, OnlyARegularFileIsRead) {
+  const fs::path folder = scratch(), pipe = folder / "pipe";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0666), 0);
+  // A pipe that nobody writes into, and a device without an end: each would be read for ever.
+  EXPECT_EQ(fault_of_reading(pipe), pipe.string() + ": is a pipe or a device, not a file");
+  EXPECT_EQ(fault_of_reading("/dev/zero"), "/dev/zero: is a pipe or a device, not a file");
+  EXPECT_EQ(fault_of_reading(folder), folder.string() + ": is a folder, not a file");
+  EXPECT_EQ(fault_of_reading(folder / "none"), (folder / "none").string() + ": no such file");
+  // Of a file whose size the system does not know beforehand all bytes come, too.
+  EXPECT_NE(read_file("/proc/self/status").find("Pid:"), std::string::npos);
+  std::string bytes(100'000, '\0');
+  bytes.back() = 'x';
+  put(folder / "zeros", bytes);
+  EXPECT_EQ(read_file(folder / "zeros"), bytes);
+}
+
+TEST(Files, KeptFilesStayAsTheyWere) {
+  const fs::path folder = scratch(), file = folder / "a", other = folder / "b";
+  put(file, "old");
+  put(other, "old");
+  {
+    const KeptFiles kept;
+    KeptFiles::keep(file);
+    put(file, "new");
+    put(other, "new");
+    EXPECT_EQ(read_file(file), "old");
+    EXPECT_EQ(read_file(other), "new") << "nobody asked to keep it";
+    fs::remove(file);
+    KeptFiles::keep(file);
+    EXPECT_EQ(read_file(file), "old");
+    EXPECT_THROW(KeptFiles::keep(folder / "none"), ReadError);
+  }
+  EXPECT_THROW(static_cast<void>(read_file(file)), ReadError) << "kept for ever";
+}
+
+TEST(Files, WhatIsAnothersStays) {
+  const fs::path folder = scratch(), mine = folder / "mine";
+  put(mine, "kept");
+  // Names under which drafts and probes were once written, as a file and as a link to one.
+  put(folder / ".thenar", "kept");
+  fs::create_symlink(mine, folder / "result.json.part");
+  prepare_folder(folder);
+  write_file(folder / "result.json", "a result");
+  EXPECT_EQ(read(folder / ".thenar"), "kept");
+  EXPECT_TRUE(fs::is_symlink(folder / "result.json.part"));
+  EXPECT_EQ(read(mine), "kept");
+  EXPECT_EQ(read(folder / "result.json"), "a result");
+  fs::remove(folder / ".thenar");
+  fs::create_symlink(mine, folder / ".thenar");
+  prepare_folder(folder);
+  EXPECT_TRUE(fs::is_symlink(folder / ".thenar"));
+  EXPECT_EQ(read(mine), "kept");
+  const auto count = std::distance(fs::directory_iterator(folder), fs::directory_iterator());
+  EXPECT_EQ(count, 4) << "a draft or a probe is left";
+}
+
+TEST(Files, ALockIsOnesAndEndsWithIt) {
+  const fs::path folder = scratch(), file = folder / "file";
+  for (const fs::path& path : {folder, file}) {
+    std::optional<FileLock> lock = FileLock::take(path);
+    ASSERT_TRUE(lock);
+    EXPECT_FALSE(FileLock::take(path)) << path;
+    lock.reset();
+    EXPECT_TRUE(FileLock::take(path)) << path;
+  }
+  const std::optional<FileLock> lock = FileLock::take(file);
+  lock->write("a long text");
+  lock->write("text");
+  EXPECT_EQ(read(file), "text");
+  // A device belongs to nobody.
+  const auto one = FileLock::take("/dev/null"), two = FileLock::take("/dev/null");
+  EXPECT_TRUE(one && two);
+  EXPECT_THROW(static_cast<void>(FileLock::take(folder / "none" / "file")), FileError);
+}
+
+TEST(Files, AFullDiskIsReported) {
+  EXPECT_THROW(write_file("/dev/full", "text"), FileError);
+  const std::optional<FileLock> lock = FileLock::take("/dev/full");
+  EXPECT_THROW(lock->write("text"), FileError);
+}
+
+}  // namespace
+}  // namespace thenar

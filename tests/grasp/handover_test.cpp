@@ -1,0 +1,210 @@
+#include "engine/grasp/handover.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <random>
+#include <utility>
+#include <vector>
+
+#include "engine/grasp/compliance.h"
+#include "engine/results/lockstep.h"
+#include "engine/scenes/build_model.h"
+#include "tests/support/allocation_counter.h"
+#include "tests/support/scenes.h"
+
+namespace thenar {
+namespace {
+
+using Eigen::Index;
+using Eigen::Matrix3d;
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+
+/// What a bad sensor makes of frames.
+struct Noise {
+  double gap_m = 0.0, normal_rad = 0.0;  ///< Standard deviations, of each contact by itself.
+  double drop = 0.0;                     ///< The share of the loaded contacts that a frame misses.
+};
+
+bool is_loaded(const State& state, const FrameContact& contact) {
+  return std::any_of(state.forces.begin(), state.forces.end(), [&](const ContactForce& force) {
+    return force.finger == contact.finger && force.control_point == contact.control_point && force.f_C[0] > 0.0;
+  });
+}
+
+void spoil(const Model& model, const State& state, const Noise& noise, std::mt19937_64& random, Frame& frame) {
+  std::normal_distribution<double> normal;
+  std::vector<FrameContact> kept;
+  std::array<Index, kFingers + 1> begin{};
+  for (int k = 0; k < kFingers; ++k) {
+    const Matrix3d R_FO = frame.X_WF[k].linear().transpose() * frame.X_WO.linear();
+    for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
+      FrameContact contact = frame.contacts[i];
+      if (is_loaded(state, contact) && uniform(random, 0.0, 1.0) < noise.drop) continue;
+      contact.s_O += noise.gap_m * normal(random) * contact.n_O;
+      const Vector3d across = contact.n_O.cross(random_direction(random)).normalized();
+      const Eigen::AngleAxisd tilt(noise.normal_rad * normal(random), across);
+      contact.n_O = tilt * contact.n_O;
+      contact.E_F = R_FO * tilt.toRotationMatrix() * R_FO.transpose() * contact.E_F;
+      kept.push_back(contact);
+    }
+    begin[k + 1] = std::ssize(kept);
+  }
+  frame.contacts = std::move(kept);
+  frame.begin = begin;
+  fill_kernels(model, frame);
+}
+
+/// The largest steps of a finger's force between ticks, at hand-overs and elsewhere [N], and the energy by its sign [J],
+/// from 0.2 s on.
+struct Steps {
+  double handover_N = 0.0, other_N = 0.0;
+  double injected_J = 0.0, dissipated_J = 0.0;
+  int handovers = 0;
+};
+
+/// The sticking scene with noisy frames every 5 ms. No controller: but for the noise, forces hardly change.
+Steps steps_of(const Noise& noise, bool offset, std::uint64_t seed) {
+  const Model model = build_model(scene_of("stick", {"time.control_period=5 ms"}));
+  std::mt19937_64 random(seed);
+  LockstepSettings settings;
+  const State* state = nullptr;
+  settings.channel = [&](double time_s, Frame& frame) {
+    if (time_s > 0.1) spoil(model, *state, noise, random, frame);
+    return true;
+  };
+  Lockstep loops(model, settings);
+  state = &loops.state;
+  if (!offset) loops.workspace().policy.offset_decay_s = 0.0;
+  Steps steps;
+  while (loops.state.tick < 1000) {
+    const auto before = loops.state.load;
+    const TickReport report = loops.tick();
+    if (loops.state.tick < 200) continue;
+    double& largest_N = report.handed_over ? steps.handover_N : steps.other_N;
+    for (int k = 0; k < kFingers; ++k) {
+      largest_N = std::max(largest_N, (loops.state.load[k].force_N - before[k].force_N).norm());
+    }
+    steps.injected_J += report.ledger.injected_J;
+    steps.dissipated_J += report.ledger.dissipated_J;
+    steps.handovers += report.handed_over ? 1 : 0;
+  }
+  return steps;
+}
+
+constexpr Noise kNoisy{.gap_m = 20e-6, .normal_rad = 0.01745};  // 20 um and 1 degree
+
+// 20 um of gap noise are a tenth of what the pulps are pressed in: taken over at once, it throws the forces about at
+// every hand-over. With the offset the noise comes in little by little, and a hand-over is no rougher than what lies
+// between: the bound is two ordinary ticks.
+TEST(HandOver, NoiseOfFramesIsNoBump) {
+  for (const std::uint64_t seed : {1u, 2u, 3u}) {
+    SCOPED_TRACE(testing::Message() << "seed " << seed);
+    const Steps with = steps_of(kNoisy, true, seed), without = steps_of(kNoisy, false, seed);
+    ASSERT_GT(with.handovers, 150);
+    EXPECT_LE(with.handover_N, 2.0 * with.other_N);
+    EXPECT_LE(with.handover_N, 0.25 * without.handover_N);
+    EXPECT_LE(with.other_N, 0.5 * without.other_N) << "the offset must not just spread the bump";
+  }
+}
+
+// A frame that misses every tenth loaded contact moves a tenth of the grip to the others, which no offset can hide.
+TEST(HandOver, DroppedContactsAreASmallBump) {
+  Noise noise = kNoisy;
+  noise.drop = 0.1;
+  for (const std::uint64_t seed : {1u, 2u, 3u}) {
+    SCOPED_TRACE(testing::Message() << "seed " << seed);
+    const Steps with = steps_of(noise, true, seed), without = steps_of(noise, false, seed);
+    EXPECT_LE(with.handover_N, 5.0 * with.other_N);
+    EXPECT_LE(with.handover_N, 0.7 * without.handover_N);
+    EXPECT_LE(with.other_N, 0.5 * without.other_N);
+  }
+}
+
+// Noise that closes a gap presses bodies apart: energy from nowhere. The offset lets in what decays of it while it
+// works: less than a half of it, contact by contact.
+TEST(HandOver, OffsetKeepsTheEnergyOfNoiseOut) {
+  const Steps with = steps_of(kNoisy, true, 4), without = steps_of(kNoisy, false, 4);
+  ASSERT_GT(without.handovers, 150);
+  EXPECT_GT(without.injected_J, 1e-3);
+  EXPECT_LE(with.injected_J, 0.5 * without.injected_J);
+}
+
+// The contacts of a tick together put in energy where they start it pressed in: on one frozen frame and with sweeps enough,
+// only by the second-order part of a tick's turn, although the box is carried and turned and the pulps creep. It falls with
+// the step. Five sweeps are not enough, and the ledger shows it.
+TEST(Ledger, OneFrameInjectsWhatATickTurnsUnlessSweepsRunOut) {
+  const auto ratio = [](const std::string& step, int sweeps) {
+    const Model model =
+        build_model(scene_of("stick", {"time.step=" + step, "time.duration=0.6 s", "contact.tolerance=1e-14",
+                                       "contact.max_sweeps=" + std::to_string(sweeps)}));
+    LockstepSettings settings;
+    settings.channel = [](double time_s, Frame&) { return time_s <= 0.15; };
+    Lockstep loops(model, settings);
+    double injected_J = 0.0, dissipated_J = 0.0;
+    for (double time_s = 0.0; time_s < 0.6;) {
+      const TickReport report = loops.tick();
+      time_s = static_cast<double>(loops.state.tick) * model.scene.step_s;
+      if (time_s < 0.16) continue;
+      const double work_J = report.ledger.injected_J - report.ledger.dissipated_J;
+      (work_J > 0.0 ? injected_J : dissipated_J) += std::abs(work_J);
+    }
+    EXPECT_GT(dissipated_J, 1e-6);
+    return injected_J / dissipated_J;
+  };
+  const double coarse = ratio("0.25 ms", 60);
+  EXPECT_LE(coarse, 1e-3);
+  EXPECT_LE(ratio("0.125 ms", 60), 0.6 * coarse);
+  EXPECT_GT(ratio("0.25 ms", 5), 5.0 * coarse);
+}
+
+// What a finger presses with does not change because a frame misses some of its contacts: their forces go to the
+// loaded ones that are left, by the pulp's kernel.
+TEST(CarryForces, GivesTheForceOfLostContactsToTheirFinger) {
+  Loop loop(scene_of("box_grasp", {kCoarseBox}));
+  loop.run(50e-3);
+  std::mt19937_64 random(5);
+  Frame fewer = loop.frame;
+  spoil(loop.model, loop.state, {.drop = 0.3}, random, fewer);
+  ASSERT_LT(fewer.size(), loop.frame.size() - 5);
+  Eigen::VectorXd f(3 * loop.model.max_contacts);
+  carry_forces(loop.model, fewer, loop.state.forces, f);
+  for (int k = 0; k < kFingers; ++k) {
+    Vector3d before = Vector3d::Zero(), after = Vector3d::Zero();
+    for (const ContactForce& force : loop.state.forces) {
+      if (force.finger == k) before += force.f_C;
+    }
+    for (Index i = fewer.begin[k]; i < fewer.begin[k + 1]; ++i) after += f.segment<3>(3 * i);
+    EXPECT_LE((after - before).norm(), 1e-14);
+  }
+}
+
+TEST(HandOver, DoesNotAllocateWithNoisyFramesOrInAHold) {
+  if (!AllocationCounter::is_available()) GTEST_SKIP() << "malloc is not ours to count";
+  const Model model = build_model(scene_of("box_grasp", {kCoarseBox, "time.control_period=5 ms"}));
+  State state(model);
+  Frame frame(model);
+  Controller controller(model);
+  ContactWorkspace work(model, split_policy(model.scene));
+  std::mt19937_64 random(6);
+  control_tick(model, state, controller, frame);
+  contact_tick(model, frame, work, state);
+  std::int64_t allocations = 0, held = 0;
+  while (state.tick < 300) {
+    if (state.tick % 50 == 0) {  // late for a hold in between
+      control_tick(model, state, controller, frame);
+      spoil(model, state, {.gap_m = 20e-6, .normal_rad = 0.01745, .drop = 0.1}, random, frame);
+    }
+    const AllocationCounter counter;
+    held += contact_tick(model, frame, work, state).held ? 1 : 0;
+    allocations += counter.count();
+  }
+  EXPECT_GT(held, 100);
+  EXPECT_EQ(allocations, 0);
+}
+
+}  // namespace
+}  // namespace thenar

@@ -1,0 +1,221 @@
+#include "engine/results/recording_file.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <random>
+
+#include "engine/formats/files.h"
+#include "engine/results/lockstep.h"
+#include "engine/results/recorder.h"
+#include "engine/scenes/build_model.h"
+#include "tests/support/allocation_counter.h"
+#include "tests/support/scenes.h"
+#include "tests/support/scratch.h"
+
+namespace thenar {
+namespace {
+
+using Eigen::Index;
+using Eigen::Vector3d;
+using nlohmann::ordered_json;
+
+std::map<std::string, Field> by_name(const std::vector<Field>& fields) {
+  std::map<std::string, Field> names;
+  for (const Field& field : fields) names[field.name] = field;
+  return names;
+}
+
+/// A grasp that is recorded.
+struct Film {
+  explicit Film(Scene scene)
+      : model(build_model(std::move(scene))), loops(model), file(scratch() / "film.mcap"), film(file, model) {}
+
+  /// One tick; the state after it if it is kept.
+  std::optional<State> tick() {
+    const TickReport contact = loops.tick();
+    TickRecord record = tick_record(model, loops.state, contact, loops.control());
+    film.add(loops.state, loops.workspace(), record, loops.controller().f_muscle);
+    if (!film.is_due(loops.state.tick)) return std::nullopt;
+    return loops.state;
+  }
+
+  Model model;
+  Lockstep loops;
+  std::filesystem::path file;
+  RecordingFile film;
+};
+
+// A minute, bit by bit: what is replayed is what was simulated, not something near it.
+TEST(RecordingFile, OfAMinuteHoldsTheStatesBitByBit) {
+  Film grasp(scene_of("box_grasp", {"time.control_period=5 ms", kCoarseBox}));
+  std::vector<State> kept;
+  while (grasp.loops.state.tick < 60'000) {
+    if (const auto state = grasp.tick()) kept.push_back(*state);
+  }
+  grasp.film.finish();
+  ASSERT_EQ(kept.size(), 3000U);  // 50 a second
+
+  const McapContents contents = read_mcap(grasp.file);
+  EXPECT_TRUE(contents.whole);
+  auto fields = by_name(state_fields(grasp.model));
+  auto state = kept.begin();
+  for (const McapMessage& message : contents.messages) {
+    if (message.topic != "/state") continue;
+    ASSERT_NE(state, kept.end());
+    const std::vector<double> numbers = read_state_message(message.bytes);
+    const auto at = [&](const char* name) { return numbers.data() + fields.at(name).begin; };
+    ASSERT_EQ(*at("tick"), static_cast<double>(state->tick));
+    ASSERT_EQ(std::memcmp(at("q_rad"), state->q.data(), sizeof state->q), 0);
+    ASSERT_EQ(std::memcmp(at("object"), state->X_WO.translation().data(), 3 * sizeof(double)), 0);
+    for (int row = 0; row < 3; ++row) {
+      for (int column = 0; column < 3; ++column) {
+        ASSERT_EQ(at("object")[3 + 3 * row + column], state->X_WO.linear()(row, column));
+      }
+    }
+    const double* u = at("displacement_m");
+    for (const Eigen::MatrixX3d& u_m : state->u_m) {
+      for (Index i = 0; i < u_m.rows(); ++i, u += 3) ASSERT_EQ(Vector3d(u[0], u[1], u[2]), Vector3d(u_m.row(i)));
+    }
+    ++state;
+  }
+  EXPECT_EQ(state, kept.end());
+}
+
+// A finger's contacts add up to its load: what is drawn as arrows is what acts.
+TEST(RecordingFile, ShowsContactsThatAddUpToTheFingersLoads) {
+  Film grasp(scene_of("box_grasp", {kCoarseBox}));
+  Picture picture(grasp.model);
+  while (grasp.loops.state.tick < 300) {
+    grasp.tick();
+    take_picture(grasp.loops.state, grasp.loops.workspace(), picture);
+    ASSERT_EQ(std::ssize(picture.contacts), grasp.loops.frame().size());
+    for (int k = 0; k < kFingers; ++k) {
+      Vector3d sum = Vector3d::Zero();
+      for (const ShownContact& contact : picture.contacts) {
+        EXPECT_NEAR(contact.normal.norm(), 1.0, 1e-12);
+        if (contact.finger == k) sum += contact.force_N;
+      }
+      // Sums of 20 products in another order.
+      const Vector3d& load = grasp.loops.state.load[k].force_N;
+      EXPECT_LE((sum - load).norm(), 1e-14 * (1.0 + load.norm()));
+    }
+  }
+  ASSERT_GT(grasp.loops.state.load[0].normal_N, 1.0);
+}
+
+TEST(RecordingFile, TakesAPictureWithoutMemory) {
+  if (!AllocationCounter::is_available()) GTEST_SKIP() << "malloc belongs to somebody else";
+  Loop loop(scene_of("box_grasp", {kCoarseBox}));
+  Picture picture(loop.model);
+  loop.run(0.2);
+  const AllocationCounter counter;
+  take_picture(loop.state, loop.work, picture);
+  EXPECT_EQ(counter.count(), 0);
+  EXPECT_FALSE(picture.contacts.empty());
+}
+
+// Fields follow each other without gaps, and the message has all of them and a row a contact.
+TEST(StateMessage, HasTheFieldsThatItsSceneTells) {
+  for (const char* name : {"box_grasp", "minimal", "stick"}) {
+    SCOPED_TRACE(name);
+    Loop loop(scene_of(name));
+    loop.run(0.05);
+    Picture picture(loop.model);
+    take_picture(loop.state, loop.work, picture);
+    const TickRecord tick = tick_record(loop.model, loop.state, loop.tick(), loop.report);
+    std::string bytes;
+    write_state_message(loop.model, picture, tick, loop.controller.f_muscle, {}, bytes);
+    const std::vector<Field> fields = state_fields(loop.model);
+    std::size_t end = 0;
+    for (const Field& field : fields) {
+      EXPECT_EQ(field.begin, end) << field.name;
+      end += field.count;
+    }
+    std::size_t row = 0;
+    for (const Field& field : contact_fields()) row += field.count;
+    EXPECT_EQ(read_state_message(bytes).size(), end + row * picture.contacts.size());
+    // The same list, in the scene's message.
+    const ordered_json scene = scene_message(loop.model, true);
+    ASSERT_EQ(scene.at("fields").size(), fields.size());
+    EXPECT_EQ(scene.at("fields").back().at("name"), fields.back().name);
+  }
+}
+
+// What the geometry holds is what the scene counts: the page has no other way to know.
+TEST(StateMessage, CountsTheGeometry) {
+  for (const char* name : {"box_grasp", "minimal"}) {
+    const Model model = build_model(scene_of(name));
+    const ordered_json scene = scene_message(model, true);
+    std::size_t floats = 6 * scene.at("object").at("samples").get<std::size_t>();
+    for (const ordered_json& finger : scene.at("fingers")) {
+      floats += 6 * finger.at("samples").get<std::size_t>() + 4 * finger.at("controls").get<std::size_t>();
+    }
+    EXPECT_EQ(geometry_message(model).size(), 8 + sizeof(float) * floats) << name;
+  }
+}
+
+TEST(StateMessage, OfAnotherVersionOrLengthIsNone) {
+  std::string bytes = "THNR" + std::string("\x01\x00\x02\x00", 4) + std::string(16, '\0');
+  EXPECT_EQ(read_state_message(bytes).size(), 2U);
+  EXPECT_TRUE(read_state_message(bytes + "x").empty());
+  EXPECT_TRUE(read_state_message(bytes.substr(0, 7)).empty());
+  bytes[4] = 2;
+  EXPECT_TRUE(read_state_message(bytes).empty());
+}
+
+// The values that are told by name read back as they were.
+TEST(RecordingFile, IsExportedAsColumns) {
+  Film grasp(scene_of("box_grasp", {kCoarseBox}));
+  std::vector<State> kept;
+  while (grasp.loops.state.tick < 200) {
+    if (const auto state = grasp.tick()) kept.push_back(*state);
+  }
+  grasp.film.finish();
+  std::istringstream csv(recording_csv(grasp.file));
+  std::string line;
+  std::getline(csv, line);
+  const auto columns = std::count(line.begin(), line.end(), ',');
+  const std::string before = line.substr(0, line.find("q_rad[0]"));
+  const auto column = std::count(before.begin(), before.end(), ',');
+  for (const State& state : kept) {
+    ASSERT_TRUE(std::getline(csv, line));
+    EXPECT_EQ(std::count(line.begin(), line.end(), ','), columns);
+    std::size_t begin = 0;
+    for (std::ptrdiff_t i = 0; i < column; ++i) begin = line.find(',', begin) + 1;
+    EXPECT_EQ(std::stod(line.substr(begin)), state.q[0]);
+  }
+  EXPECT_FALSE(std::getline(csv, line));
+}
+
+// Slips are sums that the run keeps: they must have come into what is recorded of each tick.
+TEST(RecordingFile, KnowsTheSlipsOfARun) {
+  const Model model = build_model(scene_of("slide", {"time.duration=0.6 s"}));
+  const std::filesystem::path file = scratch() / "slide.mcap";
+  RecordingFile film(file, model);
+  State state(model);
+  const Recording run = run_lockstep(model, state, {}, {}, nullptr, &film);
+  film.finish(run);
+  const Field slip = by_name(state_fields(model)).at("slip_m");
+  std::vector<double> last;
+  for (const McapMessage& message : read_mcap(file).messages) {
+    if (message.topic == "/state") last = read_state_message(message.bytes);
+  }
+  ASSERT_FALSE(last.empty());
+  EXPECT_GT(run.ticks.back().slip_m[0], 1e-4);
+  EXPECT_EQ(last[slip.begin], run.ticks.back().slip_m[0]);
+}
+
+TEST(RecordingFile, RefusesAFileWithoutAScene) {
+  const std::filesystem::path file = scratch() / "a.mcap";
+  McapWriter(file, {{"/scene", "json", "S", "jsonschema", "{}"}}).add(0, 0.0, "{}");
+  EXPECT_THROW((void)recording_csv(file), FileError);
+  McapWriter(file, {{"/other", "json", "S", "jsonschema", "{}"}}).finish();
+  EXPECT_THROW((void)recording_csv(file), FileError);
+}
+
+}  // namespace
+}  // namespace thenar

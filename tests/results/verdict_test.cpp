@@ -1,0 +1,340 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "engine/results/grasp_monitor.h"
+#include "engine/results/lockstep.h"
+#include "engine/results/monolithic.h"
+#include "engine/scenes/build_model.h"
+#include "engine/studies/sweep.h"
+#include "tests/support/scenes.h"
+
+namespace thenar {
+namespace {
+
+const Model& minimal() {
+  static const Model model = build_model(scene_of("minimal"));
+  return model;
+}
+
+/// A control tick that found all its forces.
+ControlReport solved() {
+  ControlReport report;
+  report.contacts.fill({Eigen::Vector3d::Zero(), Eigen::Matrix3d::Identity()});
+  return report;
+}
+
+/// Ticks and control ticks as a monitor takes them.
+struct Watched {
+  std::vector<TickRecord> ticks;
+  std::vector<std::pair<double, ControlReport>> controls;
+
+  [[nodiscard]] Verdict verdict(const Model& model = minimal()) const {
+    GraspMonitor monitor(model);
+    const Eigen::VectorXd none;
+    auto control = controls.begin();
+    for (const TickRecord& tick : ticks) {
+      for (; control != controls.end() && control->first < tick.time_s; ++control) {
+        monitor.add(control->first, control->second, none);
+      }
+      monitor.add(tick);
+    }
+    return monitor.verdict();
+  }
+  [[nodiscard]] Outcome outcome() const { return verdict().outcome; }
+  /// From this tick on a finger has slipped so much more.
+  void slip(std::size_t from, int finger, double more_m) {
+    ticks[from].contact.patch[finger].slip_m = more_m;
+    ticks[from].contact.patch[finger].sliding_share = 1.0;
+    for (std::size_t i = from; i < ticks.size(); ++i) ticks[i].slip_m[finger] += more_m;
+  }
+  void unsolved_muscles(double time_s) {
+    ControlReport report = solved();
+    report.muscle = MuscleStatus::kInfeasible;
+    controls.emplace_back(time_s, report);
+  }
+};
+
+/// A run of 0.5 s in steps of 1 ms in which nothing happens, every finger loaded by force_N(tick).
+template <typename Force>
+Watched steady_run(Force force_N) {
+  Watched run;
+  for (int i = 0; i < 500; ++i) {
+    TickRecord tick;
+    tick.desired_N.fill(Eigen::Vector3d::Zero());
+    tick.time_s = 1e-3 * (i + 1);
+    tick.position_m = tick.target_m = Eigen::Vector3d::Zero();
+    for (auto& force : tick.force) force.normal_N = force_N(i);
+    run.ticks.push_back(tick);
+  }
+  return run;
+}
+Watched steady_run() {
+  return steady_run([](int) { return 2.0; });
+}
+
+double force_chatter(const Watched& run) { return run.verdict().force_chatter; }
+
+TEST(ForceChatter, OfAnAlternatingForceIsTwiceItsAmplitude) {
+  // The window has one tick more on one side of the mean.
+  const double share = force_chatter(steady_run([](int i) { return i % 2 == 0 ? 3.3 : 2.7; }));
+  EXPECT_NEAR(share, 2.0 * 0.3 / 3.0, 0.2 / 300.0);
+}
+
+TEST(ForceChatter, IsNoneOnARampAndNextToNoneOfAJump) {
+  EXPECT_LT(force_chatter(steady_run([](int i) { return 1.0 + 1e-3 * i; })), 1e-12);
+  // A jump by a force's whole size: two second differences of it, halved, among the 200 ticks from 0.3 s on, whose mean is
+  // 1.75.
+  EXPECT_NEAR(force_chatter(steady_run([](int i) { return i < 350 ? 1.0 : 2.0; })), 1.0 / 200.0 / 1.75, 1e-4);
+}
+
+// A loop that swings with the age of its frames, ten ticks: from tick to tick it is smooth.
+TEST(ForceChatter, SeesASwingFromFrameToFrame) {
+  Watched swing = steady_run([](int i) { return 3.0 + 0.3 * std::sin(std::numbers::pi * i / 10.0); });
+  const Model model = build_model(scene_of("minimal", {"time.control_period=10 ms"}));
+  const double unseen = swing.verdict(model).force_chatter;
+  for (std::size_t i = 0; i < swing.ticks.size(); ++i) swing.ticks[i].contact.frame_age = static_cast<long>(i % 10);
+  // Half a period on, a sine is its negative: the mean of 2 |0.3 sin| over ten ticks, over 3; the window has one tick
+  // more.
+  const double mean_sine = 0.1 / std::tan(std::numbers::pi / 20.0);
+  const double seen = swing.verdict(model).force_chatter;
+  EXPECT_NEAR(seen / (2.0 * 0.3 / 3.0 * mean_sine), 1.0, 1.0 / 300.0);
+  EXPECT_LT(unseen, 0.05 * seen);
+}
+
+TEST(ForceChatter, IsNotANumberWithoutLoad) {
+  EXPECT_TRUE(std::isnan(force_chatter(steady_run([](int) { return 0.0; }))));
+  EXPECT_TRUE(std::isnan(force_chatter(Watched{})));
+}
+
+TEST(Verdict, TellsWhatBecameOfARun) {
+  EXPECT_EQ(in_words(steady_run().verdict()), "held");
+  EXPECT_EQ(steady_run([](int i) { return i % 2 == 0 ? 2.1 : 1.9; }).outcome(), Outcome::kUnstable);
+
+  Watched run = steady_run();
+  run.slip(400, 1, 2.0 * kSlipping_m);
+  EXPECT_EQ(in_words(run.verdict()), "slipping: the index slipped 0.20 mm from 0.401 s on");
+  run = steady_run();
+  run.ticks[400].force[2].normal_N = 0.0;
+  EXPECT_EQ(in_words(run.verdict()), "slipping: the major carried no load at 0.401 s");
+  run = steady_run();
+  run.ticks[400].contact.solve.status = SolveStatus::kNotFinite;
+  EXPECT_EQ(run.outcome(), Outcome::kSolverFailed);
+  run = steady_run();
+  for (TickRecord& tick : run.ticks) {
+    tick.contact.contacts = 3;
+    tick.contact.solve.residual = 1e-7;
+  }
+  for (std::size_t i = 100; i < 105; ++i) run.ticks[i].contact.solve.residual = 0.1;
+  EXPECT_EQ(run.outcome(), Outcome::kHeld) << "one in a hundred";
+  run.ticks[105].contact.solve.residual = 0.1;
+  EXPECT_EQ(run.outcome(), Outcome::kSolverFailed);
+}
+
+// How the grip builds up is told apart from what it does then.
+TEST(Verdict, CountsSlipFromTheEndOfTheStart) {
+  Watched run = steady_run();
+  run.slip(100, 0, 1e-3);
+  EXPECT_EQ(run.outcome(), Outcome::kHeld);
+  run.slip(350, 0, 0.9 * kSlipping_m);
+  EXPECT_EQ(run.outcome(), Outcome::kHeld);
+  run.slip(360, 0, 0.2 * kSlipping_m);
+  EXPECT_EQ(run.outcome(), Outcome::kSlipping);
+}
+
+// A patch that turns where it is slides at its rim: that is told, and is no slip.
+TEST(Verdict, PatchesThatSlideInPartDoNotSlip) {
+  Watched run = steady_run();
+  run.slip(400, 0, 2.0 * kSlipping_m);
+  run.ticks[400].contact.patch[0].sliding_share = 0.7;
+  EXPECT_EQ(run.outcome(), Outcome::kHeld);
+}
+
+// A monitor that begins in the middle of a run answers for what it sees.
+TEST(Verdict, CountsSlipFromWhereItsWatchBegins) {
+  Watched run = steady_run();
+  run.slip(0, 0, 1.0);
+  run.ticks.erase(run.ticks.begin(), run.ticks.begin() + 400);
+  EXPECT_EQ(run.outcome(), Outcome::kHeld);
+}
+
+// A target that runs away is not a hand that lets go, nor the other way round.
+TEST(Verdict, OffTargetIsNotLost) {
+  Watched run = steady_run();
+  for (std::size_t i = 200; i < 300; ++i) run.ticks[i].target_m.x() = 12e-3;
+  run.ticks[250].target_m.x() = 14e-3;
+  Verdict verdict = run.verdict();
+  EXPECT_EQ(verdict.outcome, Outcome::kOffTarget);
+  EXPECT_FALSE(verdict.lost_s);
+  EXPECT_EQ(verdict.reason, "the object was 14.0 mm off its target at 0.251 s (more than 10 mm from 0.201 s on)");
+  run = steady_run();
+  run.ticks[300].rotation_error_rad = 0.4;
+  EXPECT_EQ(run.outcome(), Outcome::kOffTarget);
+
+  // Two fingers open for 50 ms and a little more.
+  const auto opened = [](std::size_t ticks) {
+    Watched opens = steady_run();
+    for (std::size_t i = 200; i < 200 + ticks; ++i)
+      opens.ticks[i].force[1].normal_N = opens.ticks[i].force[2].normal_N = 0.0;
+    return opens.verdict();
+  };
+  EXPECT_EQ(opened(49).outcome, Outcome::kSlipping);
+  verdict = opened(52);
+  EXPECT_EQ(verdict.outcome, Outcome::kLost);
+  EXPECT_NEAR(verdict.lost_s.value_or(0.0), 0.251, 1.5e-3);
+  // A finger that has slid by its radius is somewhere else.
+  run = steady_run();
+  run.slip(400, 0, 1.1 * minimal().scene.hand.fingertips[0].radius_m);
+  EXPECT_EQ(run.outcome(), Outcome::kLost);
+  run.ticks.resize(400);
+  EXPECT_EQ(run.outcome(), Outcome::kHeld);
+}
+
+// Without a controller nobody has asked for a target, or for three fingers; but what falls is lost.
+TEST(Verdict, IsAsTrueWithoutAController) {
+  Scene scene = minimal().scene;
+  scene.control.reset();
+  scene.torques = JointVector::Zero();
+  const Model model = build_model(scene, minimal());
+  Watched run = steady_run();
+  for (TickRecord& tick : run.ticks) {
+    tick.target_m.x() = 1.0;
+    tick.force[2].normal_N = 0.0;
+  }
+  EXPECT_EQ(in_words(run.verdict(model)), "held");
+  for (TickRecord& tick : run.ticks) tick.force[1].normal_N = 0.0;
+  EXPECT_EQ(run.verdict(model).outcome, Outcome::kLost);
+  EXPECT_FALSE(fails(scene, Outcome::kLost));
+  EXPECT_TRUE(fails(scene, Outcome::kSolverFailed));
+  EXPECT_TRUE(fails(minimal().scene, Outcome::kLost));
+  // What a spring carries, the hand cannot lose.
+  scene.task.spring = Spring{1.0, 1.0};
+  EXPECT_EQ(run.verdict(build_model(scene, minimal())).outcome, Outcome::kHeld);
+}
+
+TEST(Verdict, SaysWhichLimitByHowMuchAndWhen) {
+  Watched run = steady_run();
+  const Joint& joint = minimal().scene.hand.joints[3];
+  for (TickRecord& tick : run.ticks) tick.q_rad = minimal().scene.posture;
+  for (std::size_t i = 100; i < 200; ++i) run.ticks[i].q_rad[3] = joint.upper_rad + 0.01;
+  run.ticks[150].q_rad[3] = joint.upper_rad + 0.02;
+  run.ticks[450].q_rad[5] = minimal().scene.hand.joints[5].lower_rad - 0.001;
+  const Verdict verdict = run.verdict();
+  EXPECT_EQ(verdict.outcome, Outcome::kOverLimits);
+  ASSERT_EQ(verdict.beyond.size(), 2U);
+  EXPECT_EQ(verdict.beyond[0].name, joint.name);
+  EXPECT_EQ(verdict.beyond[0].limit, joint.upper_rad);
+  EXPECT_NEAR(verdict.beyond[0].value - joint.upper_rad, 0.02, 1e-12);
+  EXPECT_NEAR(verdict.beyond[0].at_s, 0.151, 1e-12);
+  EXPECT_NEAR(verdict.beyond[0].first_s, 0.101, 1e-12);
+  EXPECT_NE(verdict.reason.find("the joint T_IP_FE was 0.0200 rad past its limit of 1.309 rad at 0.151 s"),
+            std::string::npos)
+      << verdict.reason;
+  EXPECT_NE(verdict.reason.find("the joint I_MCP_AA was 0.0010 rad"), std::string::npos) << verdict.reason;
+  EXPECT_TRUE(fails(minimal().scene, verdict.outcome));
+}
+
+TEST(Verdict, SaysWhichMuscleIsAskedForMoreThanItHas) {
+  const Model model = build_model(scene_of("box_grasp", {kCoarseBox}));
+  GraspMonitor monitor(model);
+  Eigen::VectorXd forces_N = Eigen::VectorXd::Zero(23);
+  monitor.add(0.0, solved(), forces_N);
+  EXPECT_TRUE(monitor.verdict().beyond.empty());
+  const Muscle& muscle = model.scene.hand.muscles[4];
+  forces_N[4] = 2.0 * muscle.max_force_N;
+  monitor.add(0.1, solved(), forces_N);
+  forces_N[4] = 3.0 * muscle.max_force_N;
+  monitor.add(0.2, solved(), forces_N);
+  const Verdict verdict = monitor.verdict();
+  EXPECT_EQ(verdict.outcome, Outcome::kOverLimits);
+  EXPECT_EQ(verdict.reason,
+            "the muscle FPL was asked for 603 N at 0.200 s, 3 times its 201 N (first passed at 0.100 s)");
+}
+
+// Forces that cannot be found because a finger slid are not the solver's fault.
+TEST(Verdict, NamesTheCause) {
+  Watched run = steady_run();
+  run.slip(350, 0, 1e-3);
+  run.unsolved_muscles(0.3);
+  EXPECT_EQ(run.outcome(), Outcome::kSolverFailed);
+  run.controls.clear();
+  run.unsolved_muscles(0.4);
+  const Verdict verdict = run.verdict();
+  EXPECT_EQ(verdict.outcome, Outcome::kSlipping);
+  EXPECT_NE(verdict.reason.find("no muscle forces give the torques wanted at 0.400 s"), std::string::npos)
+      << "the rest is told, too: " << verdict.reason;
+}
+
+// Forces chatter by 10 % from the tick 200 on: the mean of |second difference| / 2 is twice the amplitude of 5 %.
+TEST(Verdict, ChatterCountsUpToTheFirstTrouble) {
+  const auto late_chatter = [] { return steady_run([](int i) { return i < 200 ? 2.0 : i % 2 == 0 ? 2.1 : 1.9; }); };
+  EXPECT_EQ(late_chatter().outcome(), Outcome::kUnstable);
+  Watched run = late_chatter();
+  run.unsolved_muscles(0.15);
+  EXPECT_EQ(run.outcome(), Outcome::kSolverFailed);
+  EXPECT_EQ(run.verdict().reason.find("chatter"), std::string::npos) << "it came of it";
+  // 1.5 % is more than a steady grip has, but not clearly the cause of a slip that follows.
+  run = steady_run([](int i) { return 2.0 + (i % 2 == 0 ? 0.015 : -0.015); });
+  EXPECT_EQ(run.outcome(), Outcome::kUnstable);
+  run.slip(450, 0, 1e-3);
+  EXPECT_EQ(run.outcome(), Outcome::kSlipping);
+}
+
+// A position that is not a number passes no comparison: it must not pass for one that is near.
+TEST(Verdict, WhatIsNotANumberIsNotHeld) {
+  Watched run = steady_run();
+  run.ticks[10].position_m[1] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(run.outcome(), Outcome::kSolverFailed);
+}
+
+TEST(Verdict, LostRecordsLeaveItOpen) {
+  GraspMonitor monitor(minimal());
+  for (const TickRecord& tick : steady_run().ticks) monitor.add(tick);
+  monitor.miss("records were lost");
+  EXPECT_EQ(in_words(monitor.verdict()), "unknown: records were lost");
+}
+
+// The grasp as a user meets it: each word from a run of its own, by both ways to run it, which agree.
+TEST(Verdict, IsOneForRunAndSweepAndEveryOutcomeButHeldHasAReason) {
+  for (const auto& [overrides, expected] :
+       {std::pair<std::vector<std::string>, Outcome>{{"time.duration=0.6 s"}, Outcome::kHeld},
+        {{"contact.friction=0.3", "time.duration=1.2 s"}, Outcome::kSlipping},
+        {{"contact.friction=0.2", "time.duration=1.2 s"}, Outcome::kLost},
+        {{"contact.friction=0.05", "time.duration=0.3 s"}, Outcome::kLost},  // before its grip has built up
+        {{"control.gain=170 N*m/rad", "time.duration=0.6 s"}, Outcome::kUnstable},
+        {{"control.grasp.friction=0"}, Outcome::kSolverFailed},
+        {{"task.translate.by=[0 mm, 40 mm, 0 mm]", "time.duration=1.1 s"}, Outcome::kOverLimits},
+        {{"task.translate.over=50 ms", "time.duration=0.6 s"}, Outcome::kOffTarget}}) {
+    std::vector<std::string> all{kCoarseBox, "contact.level=2"};
+    all.insert(all.end(), overrides.begin(), overrides.end());
+    const Model model = build_model(scene_of("box_grasp", all));
+    State state(model);
+    const Recording recording = run_monolithic(model, state);
+    const Verdict& verdict = recording.verdict;
+    EXPECT_EQ(verdict.outcome, expected) << overrides.front() << ": " << in_words(verdict);
+    EXPECT_EQ(verdict.reason.empty(), verdict.outcome == Outcome::kHeld) << verdict.reason;
+    const SweepRow row = run_row(model);
+    EXPECT_EQ(in_words(row.verdict), in_words(verdict));
+    // What is lost is lost; all else is let go on.
+    EXPECT_EQ(recording.stopped, expected == Outcome::kLost || expected == Outcome::kSolverFailed) << overrides.front();
+  }
+}
+
+TEST(Verdict, ABoxThatNobodyHoldsIsLostThoughNothingFails) {
+  Scene scene = scene_of("box_grasp", {kCoarseBox, "contact.level=2", "time.duration=1 s"});
+  scene.control.reset();
+  scene.torques = JointVector::Zero();
+  const Model model = build_model(scene);
+  const SweepRow row = run_row(model);
+  EXPECT_EQ(row.verdict.outcome, Outcome::kLost) << in_words(row.verdict);
+  EXPECT_FALSE(fails(scene, row.verdict.outcome));
+}
+
+}  // namespace
+}  // namespace thenar

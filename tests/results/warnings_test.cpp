@@ -1,0 +1,165 @@
+#include "engine/results/warnings.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "engine/results/monolithic.h"
+#include "engine/results/summary.h"
+#include "engine/scenes/build_model.h"
+#include "engine/scenes/pressed_pulp.h"
+#include "engine/scenes/pulp_levels.h"
+#include "tests/support/scenes.h"
+
+namespace thenar {
+namespace {
+
+using Eigen::Index;
+using Eigen::Vector3d;
+
+/// How deep the deformed control points of each pulp are in the object, by its own formula.
+template <typename DepthOf>
+std::array<double, kFingers> true_depths_m(const Loop& loop, DepthOf depth_of) {
+  HandPose pose;
+  forward_kinematics(loop.model.scene.hand, loop.state.q, pose);
+  std::array<double, kFingers> deepest_m{};
+  for (int k = 0; k < kFingers; ++k) {
+    const Eigen::Isometry3d X_OF = loop.state.X_WO.inverse() * pose.distal(loop.model.scene.hand, k);
+    const Pulp& pulp = loop.model.pulps[k];
+    for (Index c = 0; c < pulp.controls(); ++c) {
+      const Vector3d p_F = pulp.control_points_m.col(c) - loop.state.u_m[k].row(c).transpose();
+      deepest_m[k] = std::max(deepest_m[k], depth_of(Vector3d(X_OF * p_F)));
+    }
+  }
+  return deepest_m;
+}
+
+double depth_in_box_m(const Vector3d& p_O) { return 25e-3 - p_O.cwiseAbs().maxCoeff(); }
+
+// With room for 5 and 10 contacts a finger, points that are no contacts pass millimetres into the box. On a flat face the
+// surface strays by less than 10 um.
+TEST(Penetration, IsThatOfAllControlPoints) {
+  for (const int most : {5, 10, 40}) {
+    SCOPED_TRACE(most);
+    Loop loop(scene_of("box_grasp", {kCoarseBox, "contact.max_per_finger=" + std::to_string(most)}));
+    loop.run(0.15);
+    const std::array<double, kFingers> depth_m = true_depths_m(loop, depth_in_box_m);
+    const TickReport next = loop.tick();  // It measures at its start what it has no room for.
+    for (int k = 0; k < kFingers; ++k) EXPECT_NEAR(next.left_out_m[k], std::max(0.0, depth_m[k]), 10e-6) << k;
+    EXPECT_NEAR(next.penetration_m, *std::max_element(depth_m.begin(), depth_m.end()), 10e-6);
+    EXPECT_EQ(next.penetration_m > 0.1e-3, most < 40);
+  }
+}
+
+// Where the object is curved a point is measured against the sphere through the samples near it: to a few um.
+TEST(Penetration, IsMeasuredOnCurvedObjects) {
+  constexpr double kRadius_m = 25e-3, kDepth_m = 1.5e-3;
+  Scene scene = pressed_thumb(kDepth_m, Vector3d::Zero(), 1e9);
+  const Vector3d n_W = scene.object.X_WO.linear().col(0);
+  scene.object.shape = SphereShape{kRadius_m};
+  scene.object.points = 12000;
+  scene.object.X_WO.translation() += (kRadius_m - 10e-3) * n_W;  // from the middle of a box of 20 mm
+  scene.contact.max_per_finger = 4;
+  Loop loop(scene);
+  for (int tick = 0; tick < 20; ++tick) loop.tick();
+  const double depth_m = true_depths_m(loop, [&](const Vector3d& p_O) { return kRadius_m - p_O.norm(); })[0];
+  const TickReport next = loop.tick();
+  EXPECT_GT(depth_m, 0.3e-3);
+  EXPECT_NEAR(next.left_out_m[0], depth_m, 20e-6);
+}
+
+Recording run(const Model& model) {
+  State state(model);
+  return run_monolithic(model, state);
+}
+
+bool names(const std::vector<std::string>& all, const std::string& what) {
+  return std::any_of(all.begin(), all.end(), [&](const auto& w) { return w.find(what) != std::string::npos; });
+}
+
+Scene short_grasp(std::vector<std::string> changes) {
+  changes.insert(changes.end(), {kCoarseBox, "time.duration=0.3 s"});
+  return scene_of("box_grasp", changes);
+}
+
+// Results say so where a list is too short, and check says it before, with numbers that serve.
+TEST(Warnings, TellOfListsThatAreTooShort) {
+  const Model few = build_model(short_grasp({"contact.max_per_finger=5"}));
+  const Recording recording = run(few);
+  const std::vector<std::string> all = warnings(few, recording);
+  for (const Fingertip& tip : few.scene.hand.fingertips) EXPECT_TRUE(names(all, tip.finger)) << tip.finger;
+  EXPECT_TRUE(names(all, "contact.max_per_finger: 5"));
+  EXPECT_EQ(summarize(few, recording).at("warnings").get<std::vector<std::string>>(), all);
+  EXPECT_GT(summarize(few, recording).at("contacts").at("max_penetration_um"), 1000.0);
+
+  ASSERT_EQ(warnings(few).size(), 1u);
+  EXPECT_TRUE(names(warnings(few), "contact.max_per_finger: 5 is too few"));
+  const LevelEstimate estimate = estimate_level(few.scene, few.pulps, 0);
+  EXPECT_GT(estimate.missing, 0.1);
+  const std::string served = "contact.max_per_finger=" + std::to_string(estimate.needed);
+  EXPECT_TRUE(warnings(build_model(short_grasp({served}))).empty());
+  const Scene automatic = short_grasp({"contact.max_per_finger=5", "contact.level=auto"});
+  EXPECT_LT(estimate_level(automatic, build_model(automatic).pulps, 0).force_error, 0.5 * estimate.force_error);
+}
+
+// The published 15, 30 and 60 contacts serve 80, 160 and 320 control points: nothing passes into the box.
+TEST(Warnings, AreNoneForThePublishedSizes) {
+  for (const int most : {5, 10, 20}) {
+    SCOPED_TRACE(most);
+    const Model model = build_model(short_grasp(
+        {"contact.max_per_finger=" + std::to_string(most), "fingertips.leaves=" + std::to_string(12 * most)}));
+    const Recording recording = run(model);
+    EXPECT_TRUE(warnings(model, recording).empty()) << warnings(model, recording).front();
+    EXPECT_LT(summarize(model, recording).at("contacts").at("max_penetration_um"), 10.0);
+  }
+}
+
+// sqrt(R d), Hertz; a soft object of the pulp's own material takes half of the displacement.
+TEST(Warnings, TellOfPulpsThatAreNoHalfSpace) {
+  const Model model = build_model(short_grasp({}));
+  const Pulp& pulp = model.pulps[0];
+  for (const double depth_m : {0.5e-3, 2e-3}) {
+    const double force_N = hertz_force_N(pulp, depth_m);
+    EXPECT_NEAR(hertz_radius_m(pulp, force_N), std::sqrt(pulp.radius_m * depth_m), 1e-9);
+    EXPECT_NEAR(hertz_radius_m(pulp, force_N, pulp.material), std::cbrt(2.0) * std::sqrt(pulp.radius_m * depth_m),
+                1e-9);
+  }
+  for (const double share : {0.99, 1.01}) {
+    Warnings gathered(model);
+    TickRecord tick;
+    tick.time_s = 0.125;
+    const double radius_m = share * kHalfSpaceShare * pulp.radius_m;
+    tick.force[0].normal_N = hertz_force_N(pulp, radius_m * radius_m / pulp.radius_m);
+    gathered.add(tick);
+    EXPECT_EQ(gathered.sentences().size(), share > 1.0 ? 1u : 0u);
+    EXPECT_EQ(names(gathered.sentences(), "thumb's patch"), share > 1.0);
+  }
+  EXPECT_TRUE(warnings(build_model(short_grasp({}))).empty());
+  EXPECT_TRUE(names(
+      warnings(build_model(short_grasp({"control.grasp.internal_force=6 N", "contact.max_per_finger=60"}))), "a / R"));
+}
+
+// On a soft object with room for all that touch, contact gives the bodies next to no energy. Where a control point gets its
+// place only when it is deep in the object, it does, and the results say why.
+TEST(Warnings, TellWhereSoftObjectsInjectEnergy) {
+  const std::string soft = "object.compliance={reduced_modulus: 1 MPa, poisson: 0.5, relaxation: 5 ms}";
+  for (const int most : {5, 60}) {
+    SCOPED_TRACE(most);
+    const Model model = build_model(short_grasp({soft, "contact.max_per_finger=" + std::to_string(most)}));
+    const Recording recording = run(model);
+    double injected_J = 0.0, dissipated_J = 0.0;
+    for (const TickRecord& tick : recording.ticks) {
+      injected_J += tick.contact.ledger.injected_J;
+      dissipated_J += tick.contact.ledger.dissipated_J;
+    }
+    EXPECT_EQ(injected_J > 0.05 * dissipated_J, most == 5);
+    EXPECT_EQ(names(warnings(model, recording), "thumb's list"), most == 5);
+  }
+}
+
+}  // namespace
+}  // namespace thenar

@@ -1,0 +1,563 @@
+#include "engine/scenes/config.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <numbers>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "engine/formats/files.h"
+#include "engine/formats/text.h"
+
+namespace thenar {
+namespace {
+
+using Lines = std::vector<std::string>;
+using Reader = std::function<void(const ConfigMap&)>;
+
+/// A scene file of this text, one for each test.
+std::filesystem::path scene_file(const std::string& text) {
+  const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+  const auto folder = std::filesystem::path(THENAR_TEST_OUTPUT) / "config" / test->name();
+  std::filesystem::create_directories(folder);
+  std::ofstream(folder / "scene.yaml", std::ios::binary) << text;
+  return folder / "scene.yaml";
+}
+
+/// What is wrong with a file, one "line:column: key: message" each, or "--set key: message".
+Lines faults(const std::string& text, const Reader& read, const Lines& overrides = {}) {
+  const std::filesystem::path file = scene_file(text);
+  try {
+    Config config(file, overrides);
+    read(config.root());
+    config.finish();
+  } catch (const ConfigError& error) {
+    Lines lines;
+    std::istringstream all(error.what());
+    const std::string prefix = file.string() + ":";
+    for (std::string line; std::getline(all, line);) {
+      lines.push_back(line.starts_with(prefix) ? line.substr(prefix.size()) : line);
+    }
+    EXPECT_EQ(lines.size(), error.diagnostics().size());
+    return lines;
+  }
+  return {};
+}
+
+/// Reads `value: <text>` as a quantity; the fault after its key if there is one.
+std::string fault_of(const std::string& value, Dimension dimension) {
+  const Lines lines = faults("value: " + value, [&](const ConfigMap& map) { (void)map.quantity("value", dimension); });
+  if (lines.empty()) return "";
+  EXPECT_EQ(lines.size(), 1u);
+  const std::string prefix = "1:8: value: ";
+  EXPECT_TRUE(lines[0].starts_with(prefix)) << lines[0];
+  return lines[0].substr(prefix.size());
+}
+
+constexpr const char* kReferenceScene = R"(name: box grasp
+time: {duration: 2.5 s, step: 1 ms, control_period: 1 ms}
+gravity: [7.018620 m/s^2, 5.581331 m/s^2, 3.977916 m/s^2]     # world = hand frame
+hand:
+  model: hand.yaml
+  posture: [0.08634660 rad, 0.25390447 rad, -90 deg]
+  joint_viscosity: 0.05 N*m*s
+fingertips: {points: 2400, reduced_modulus: 0.24 MPa, poisson: 0.5, relaxation: 2 ms, kernel: boussinesq}
+object:
+  shape: {box: [50 mm, 50 mm, 50 mm]}
+  points: 36000
+  mass: 100 g
+  position: [119.43952 mm, 46.26999 mm, 36.52549 mm]
+  rotation: [[0, 0, 1], [1.0, 0, 0], [0, 1, 0]]
+  damping: {translation: 10 N*s/m, rotation: 0.005 N*m*s}
+contact: {friction: 0.8, band: 0.3 mm, max_per_finger: 20, tolerance: 1e-6, max_sweeps: 200}
+control:
+  law: feedforward                                            # or: paper
+  gain: auto                                                  # K of [22]
+  pulp: {normal: 2000 N/m, tangential: 1.33 N/mm}
+  position: {p: 300 N/m, i: 900 N/(m*s), d: 0 N*s/m}
+  rotation: {p: 0.48 N*m/rad, i: 1.5 N*m/(rad*s), d: 0 N*m*s/rad}
+  muscles: true
+task:
+  translate: {by: [0 mm, 20 mm, 0 mm], from: 0.4 s, over: 0.8 s}
+)";
+
+TEST(Config, ReadsEveryFormOfValueInSI) {
+  Config config(scene_file(kReferenceScene));
+  const ConfigMap root = config.root();
+  EXPECT_EQ(root.text("name"), "box grasp");
+
+  const ConfigMap time = root.map("time");
+  EXPECT_EQ(time.positive("duration", Dimension::kTime), 2.5);
+  EXPECT_EQ(time.positive("step", Dimension::kTime), 1e-3);
+  EXPECT_EQ(time.positive("control_period", Dimension::kTime), 1e-3);
+  EXPECT_EQ(root.vector3("gravity", Dimension::kAcceleration), Eigen::Vector3d(7.018620, 5.581331, 3.977916));
+
+  const ConfigMap hand = root.map("hand");
+  EXPECT_EQ(hand.path("model"), scene_file(kReferenceScene).parent_path() / "hand.yaml");
+  const Eigen::VectorXd posture = hand.quantities("posture", Dimension::kAngle, 3);
+  EXPECT_EQ(posture, Eigen::Vector3d(0.08634660, 0.25390447, -std::numbers::pi / 2));
+  EXPECT_EQ(hand.positive("joint_viscosity", Dimension::kRotationalDamping), 0.05);
+
+  const ConfigMap tips = root.map("fingertips");
+  EXPECT_EQ(tips.count("points", 1, 10000), 2400);
+  EXPECT_EQ(tips.positive("reduced_modulus", Dimension::kPressure), 0.24e6);
+  EXPECT_EQ(tips.number("poisson", 0.0, 0.5), 0.5);
+  EXPECT_EQ(tips.non_negative("relaxation", Dimension::kTime), 2e-3);
+  EXPECT_EQ(tips.choice("kernel", {"winkler", "boussinesq"}), "boussinesq");
+
+  const ConfigMap object = root.map("object");
+  EXPECT_EQ(object.map("shape").one_of({"sphere", "box"}), "box");
+  EXPECT_EQ(object.map("shape").positive3("box", Dimension::kLength), Eigen::Vector3d::Constant(0.05));
+  EXPECT_EQ(object.count("points", 1, 100000), 36000);
+  EXPECT_EQ(object.positive("mass", Dimension::kMass), 0.1);
+  // Seven digits and a division round twice: one unit in the last place, at most 2^-52 of the value.
+  const Eigen::Vector3d centre_m(0.11943952, 0.04626999, 0.03652549);
+  EXPECT_TRUE(object.vector3("position", Dimension::kLength).isApprox(centre_m, 0x1p-52));
+  EXPECT_EQ(object.rotation3("rotation"), (Eigen::Matrix3d() << 0, 0, 1, 1, 0, 0, 0, 1, 0).finished());
+  EXPECT_EQ(object.map("damping").positive("translation", Dimension::kDamping), 10.0);
+  EXPECT_EQ(object.map("damping").positive("rotation", Dimension::kRotationalDamping), 0.005);
+
+  const ConfigMap contact = root.map("contact");
+  EXPECT_EQ(contact.number("friction", 0.0, 2.0), 0.8);
+  EXPECT_EQ(contact.positive("band", Dimension::kLength), 0.3e-3);
+  EXPECT_EQ(contact.count("max_per_finger", 1, 100), 20);
+  EXPECT_EQ(contact.number("tolerance", 0.0, 1.0), 1e-6);
+  EXPECT_EQ(contact.count("max_sweeps", 1, 1000), 200);
+
+  const ConfigMap control = root.map("control");
+  EXPECT_EQ(control.choice("law", {"feedforward", "paper"}), "feedforward");
+  EXPECT_EQ(control.positive_or_auto("gain", Dimension::kRotationalStiffness), std::nullopt);
+  EXPECT_EQ(control.map("pulp").positive("normal", Dimension::kStiffness), 2000.0);
+  EXPECT_EQ(control.map("pulp").positive("tangential", Dimension::kStiffness), 1330.0);
+  const ConfigMap position = control.map("position");
+  EXPECT_EQ(position.non_negative("p", Dimension::kStiffness), 300.0);
+  EXPECT_EQ(position.non_negative("i", Dimension::kIntegralGain), 900.0);
+  EXPECT_EQ(position.non_negative("d", Dimension::kDamping), 0.0);
+  const ConfigMap rotation = control.map("rotation");
+  EXPECT_EQ(rotation.non_negative("p", Dimension::kRotationalStiffness), 0.48);
+  EXPECT_EQ(rotation.non_negative("i", Dimension::kRotationalIntegralGain), 1.5);
+  EXPECT_EQ(rotation.non_negative("d", Dimension::kRotationalDamping), 0.0);
+  EXPECT_TRUE(control.flag("muscles"));
+
+  const ConfigMap translate = root.map("task").map("translate");
+  EXPECT_EQ(translate.vector3("by", Dimension::kLength), Eigen::Vector3d(0, 0.02, 0));
+  EXPECT_EQ(translate.non_negative("from", Dimension::kTime), 0.4);
+  EXPECT_EQ(translate.positive("over", Dimension::kTime), 0.8);
+  EXPECT_NO_THROW(config.finish());
+  EXPECT_TRUE(config.defaults_used().empty());
+}
+
+TEST(Config, ReadsEveryUnit) {
+  struct Case {
+    Dimension dimension;
+    const char* text;
+    double value;
+  };
+  for (const Case& c : std::vector<Case>{
+           {Dimension::kNone, "-1.5e2", -150.0},
+           {Dimension::kNone, "+.5", 0.5},
+           {Dimension::kLength, "2 m", 2.0},
+           {Dimension::kLength, "2 cm", 0.02},
+           {Dimension::kLength, "2 mm", 0.002},
+           {Dimension::kLength, "2um", 2e-6},
+           {Dimension::kTime, "3 s", 3.0},
+           {Dimension::kTime, "3 ms", 3e-3},
+           {Dimension::kTime, "'3 us'", 3e-6},
+           {Dimension::kMass, "5 kg", 5.0},
+           {Dimension::kMass, "5 g", 5e-3},
+           {Dimension::kForce, "6 N", 6.0},
+           {Dimension::kForce, "6 mN", 6e-3},
+           {Dimension::kTorque, "7 N*m", 7.0},
+           {Dimension::kTorque, "7 N*mm", 7e-3},
+           {Dimension::kAngle, "8 rad", 8.0},
+           {Dimension::kAngle, "180 deg", std::numbers::pi},
+           {Dimension::kAcceleration, "-9.81 m/s^2", -9.81},
+           {Dimension::kPressure, "1 Pa", 1.0},
+           {Dimension::kPressure, "1 kPa", 1e3},
+           {Dimension::kPressure, "1 MPa", 1e6},
+           {Dimension::kStiffness, "1 N/m", 1.0},
+           {Dimension::kStiffness, "1 N/mm", 1e3},
+           {Dimension::kRotationalStiffness, "1 N*m/rad", 1.0},
+           {Dimension::kDamping, "1 N*s/m", 1.0},
+           {Dimension::kRotationalDamping, "1 N*m*s", 1.0},
+           {Dimension::kRotationalDamping, "1 N*m*s/rad", 1.0},
+           {Dimension::kIntegralGain, "1 N/(m*s)", 1.0},
+           {Dimension::kRotationalIntegralGain, "1 N*m/(rad*s)", 1.0},
+           {Dimension::kFrequency, "200 Hz", 200.0},
+           {Dimension::kFrequency, "4kHz", 4e3},
+       }) {
+    Config config(scene_file(std::string("value: ") + c.text));
+    EXPECT_EQ(config.root().quantity("value", c.dimension), c.value) << c.text;
+    EXPECT_NO_THROW(config.finish()) << c.text;
+  }
+}
+
+TEST(Config, RefusesWhatIsNoQuantity) {
+  EXPECT_EQ(fault_of("5", Dimension::kLength), "5 has no unit: use m, cm, mm or um");
+  EXPECT_EQ(fault_of("5 kg", Dimension::kLength), "5 kg is not a length: use m, cm, mm or um");
+  EXPECT_EQ(fault_of("5 MM", Dimension::kLength), "5 MM is not a length: use m, cm, mm or um");
+  EXPECT_EQ(fault_of("5 N*m", Dimension::kRotationalStiffness), "5 N*m is not a rotational stiffness: use N*m/rad");
+  EXPECT_EQ(fault_of("five mm", Dimension::kLength), "'five mm' is not a length: use m, cm, mm or um");
+  EXPECT_EQ(fault_of("auto", Dimension::kNone), "'auto' is not a plain number");
+  EXPECT_EQ(fault_of("''", Dimension::kNone), "'' is not a plain number");
+  EXPECT_EQ(fault_of("5 mm", Dimension::kNone), "5 mm must be a plain number, without 'mm'");
+  EXPECT_EQ(fault_of("0x10", Dimension::kNone), "0x10 must be a plain number, without 'x10'");
+  EXPECT_EQ(fault_of(".nan", Dimension::kNone), ".nan is not a finite number");
+  EXPECT_EQ(fault_of("-.inf", Dimension::kLength), "-.inf is not a finite number");
+  EXPECT_EQ(fault_of("1e999 m", Dimension::kLength), "1e999 m is not a finite number");
+  EXPECT_EQ(fault_of("1e308 MPa", Dimension::kPressure), "1e308 MPa is not a finite number");
+  EXPECT_EQ(fault_of("[1 m]", Dimension::kLength), "must be a length, not a list");
+  EXPECT_EQ(fault_of("{a: 1 m}", Dimension::kLength), "must be a length, not a map");
+}
+
+TEST(Config, ReportsAllFaultsInTheOrderOfTheFile) {
+  const Reader read = [](const ConfigMap& root) {
+    const ConfigMap contact = root.map("contact");
+    (void)contact.number("friction", 0.0, 2.0);
+    (void)contact.positive("band", Dimension::kLength);
+    (void)contact.count("max_sweeps", 1, 1000);
+    const ConfigMap time = root.map("time");
+    (void)time.positive("step", Dimension::kTime);
+    (void)time.positive("duration", Dimension::kTime);
+    (void)root.map("object").positive("mass", Dimension::kMass);
+  };
+  const Lines found = faults(R"(# A scene with faults
+time:
+  step: 1
+  stpe: 1 ms
+contact:
+  friction: 0.8
+  band: -0.3 mm
+  max_sweeps: 2000
+  max_sweeps: 200
+)",
+                             read);
+  EXPECT_EQ(found, (Lines{
+                       "2:1: object: this key is missing",
+                       "2:1: time.duration: this key is missing",
+                       "3:9: time.step: 1 has no unit: use s, ms or us",
+                       "4:3: time.stpe: unknown key, did you mean 'step'?",
+                       "7:9: contact.band: -0.3 mm must be greater than zero",
+                       "8:15: contact.max_sweeps: 2000 must be at most 1000",
+                       "9:3: contact.max_sweeps: this key is already in line 8",
+                   }));
+}
+
+TEST(Config, SuggestsNearKeysOnly) {
+  const Reader read = [](const ConfigMap& root) {
+    for (const char* key : {"p", "law", "friction", "relaxation_time_of_the_pulp"}) (void)root.has(key);
+  };
+  EXPECT_EQ(faults("d: 1", read), (Lines{"1:1: d: unknown key"}));
+  EXPECT_EQ(faults("lwa: 1", read), (Lines{"1:1: lwa: unknown key, did you mean 'law'?"}));
+  EXPECT_EQ(faults("fiction: 1", read), (Lines{"1:1: fiction: unknown key, did you mean 'friction'?"}));
+  EXPECT_EQ(faults("relaxationtimeofthepulp: 1", read),
+            (Lines{"1:1: relaxationtimeofthepulp: unknown key, did you mean 'relaxation_time_of_the_pulp'?"}));
+  EXPECT_EQ(faults("gravity: 1", read), (Lines{"1:1: gravity: unknown key"}));
+}
+
+TEST(Config, RefusesWrongSigns) {
+  const Reader read = [](const ConfigMap& root) {
+    (void)root.positive("a", Dimension::kLength);
+    (void)root.non_negative("b", Dimension::kLength);
+    (void)root.non_negative("c", Dimension::kLength);
+    (void)root.positive3("d", Dimension::kLength);
+    (void)root.positive_or_auto("e", Dimension::kLength);
+  };
+  EXPECT_EQ(faults("a: 0 m\nb: -1 m\nc: 0 m\nd: [1 m, 0 m, 1 m]\ne: -1 m\n", read),
+            (Lines{
+                "1:4: a: 0 m must be greater than zero",
+                "2:4: b: -1 m must not be negative",
+                "4:10: d[1]: 0 m must be greater than zero",
+                "5:4: e: -1 m must be greater than zero",
+            }));
+}
+
+TEST(Config, RefusesWrongPlainValues) {
+  const Reader read = [](const ConfigMap& root) {
+    (void)root.number("a", 0.0, 0.5);
+    (void)root.number("b", 0.0, 0.5);
+    (void)root.count("c", 1, 9);
+    (void)root.count("d", 1, 9);
+    (void)root.count("e", 1, 9);
+    (void)root.flag("f");
+    (void)root.flag("g");
+    (void)root.choice("h", {"pyramid", "exact"});
+    (void)root.text("i");
+    (void)root.text("j");
+    (void)root.texts("k");
+    (void)root.count("l", 1, 9);
+    (void)root.count("m", 1, 9);
+  };
+  EXPECT_EQ(faults(R"(a: 0.6
+b: -1
+c: 0
+d: 1.5
+e: many
+f: yes
+g: [true]
+h: piramid
+i:
+j: ""
+k: []
+l: 99999999999999999999
+m: -99999999999999999999
+)",
+                   read),
+            (Lines{
+                "1:4: a: 0.6 must be at most 0.5",
+                "2:4: b: -1 must be at least 0",
+                "3:4: c: 0 must be at least 1",
+                "4:4: d: '1.5' is not a whole number",
+                "5:4: e: 'many' is not a whole number",
+                "6:4: f: 'yes' is not true or false",
+                "7:4: g: must be true or false, not a list",
+                "8:4: h: 'piramid' is not one of pyramid, exact, did you mean 'pyramid'?",
+                "9:1: i: must be a text, not nothing",
+                "10:4: j: must not be empty",
+                "11:4: k: must not be empty",
+                "12:4: l: 99999999999999999999 must be at most 9",
+                "13:4: m: -99999999999999999999 must be at least 1",
+            }));
+}
+
+TEST(Config, RefusesWrongLists) {
+  const Reader read = [](const ConfigMap& root) {
+    (void)root.vector3("a", Dimension::kLength);
+    (void)root.vector3("b", Dimension::kLength);
+    (void)root.quantities("c", Dimension::kAngle, 2);
+    (void)root.rotation3("d");
+    (void)root.rotation3("e");
+    (void)root.numbers3("f");
+    (void)root.numbers("g", 2);
+    (void)root.list_of_maps("h");
+  };
+  EXPECT_EQ(faults(R"(a: 1 m
+b: [1 m, 2 m]
+c: [1 rad, 2 m]
+d: [[1, 0, 0], [0, 1, 0]]
+e: [[1, 0, 0], [0, 1], [0, x, 1]]
+f: [1, 2, 3 m]
+g:
+  - 1
+  - {}
+h: [{}, 1]
+)",
+                   read),
+            (Lines{
+                "1:4: a: must be a list of 3 values, not a single value",
+                "2:4: b: must be a list of 3 values, not 2",
+                "3:12: c[1]: 2 m is not an angle: use rad or deg",
+                "4:4: d: must be a list of 3 rows, not 2",
+                "5:16: e[1]: must be a list of 3 values, not 2",
+                "5:28: e[2][1]: 'x' is not a plain number",
+                "6:11: f[2]: 3 m must be a plain number, without 'm'",
+                "9:5: g[1]: must be a plain number, not a map",
+                "10:9: h[1]: must be a map of keys and values, not a single value",
+            }));
+}
+
+TEST(Config, ReportsAMissingMapOnce) {
+  const Reader read = [](const ConfigMap& root) {
+    for (const char* key : {"missing", "value", "nothing"}) {
+      const ConfigMap map = root.map(key);
+      EXPECT_GT(map.positive("mass", Dimension::kMass), 0.0);
+      EXPECT_EQ(map.map("shape").one_of({"box", "sphere"}), "");
+      EXPECT_FALSE(map.has("mass"));
+      map.refuse("mass", "is wrong");
+    }
+  };
+  EXPECT_EQ(faults("value: 1\nnothing:\n", read),
+            (Lines{
+                "1:1: missing: this key is missing",
+                "1:8: value: must be a map of keys and values, not a single value",
+                "2:1: nothing: must be a map of keys and values, not nothing",
+            }));
+}
+
+TEST(Config, FindsFaultsInsideListsOfMaps) {
+  const Reader read = [](const ConfigMap& root) {
+    for (const ConfigMap& muscle : root.list_of_maps("muscles")) {
+      (void)muscle.text("name");
+      (void)muscle.positive("length", Dimension::kLength);
+    }
+  };
+  EXPECT_EQ(faults("muscles:\n- {name: OP, length: 1 m}\n- {nmae: APL, length: 1 m}\n", read),
+            (Lines{
+                "3:4: muscles[1].nmae: unknown key, did you mean 'name'?",
+            }));
+}
+
+TEST(Config, WantsOneOfSeveralKeys) {
+  const Reader read = [](const ConfigMap& root) {
+    const ConfigMap shape = root.map("shape");
+    const std::string kind = shape.one_of({"box", "sphere"});
+    if (kind == "sphere") (void)shape.positive("sphere", Dimension::kLength);
+  };
+  EXPECT_EQ(faults("shape: {sphere: 1 m}", read), (Lines{}));
+  EXPECT_EQ(faults("shape: {}", read), (Lines{"1:1: shape: needs one of box, sphere"}));
+  EXPECT_EQ(faults("shape: {box: 1 m, sphere: 1 m}", read),
+            (Lines{"1:19: shape.sphere: only one of box, sphere may be given"}));
+}
+
+TEST(Config, ReportsWhatTheCallerRefuses) {
+  const Reader read = [](const ConfigMap& root) {
+    (void)root.quantity("a", Dimension::kLength);
+    (void)root.quantity("b", Dimension::kLength);
+    root.refuse("a", "must not exceed b");
+    root.refuse("b", "is reported already, as a wrong unit");
+    root.refuse("c", "is needed with a");
+  };
+  EXPECT_EQ(faults("a: 1 m\nb: 1 s\n", read), (Lines{
+                                                  "1:1: c: is needed with a",
+                                                  "1:4: a: must not exceed b",
+                                                  "2:4: b: 1 s is not a length: use m, cm, mm or um",
+                                              }));
+}
+
+TEST(Config, ListsTheDefaultsThatWereUsed) {
+  Config config(scene_file("{present: 1 mm, contact: {}}"));
+  const ConfigMap root = config.root();
+  EXPECT_EQ(root.non_negative_or("present", Dimension::kLength, 5.0), 1e-3);
+  EXPECT_EQ(root.non_negative_or("band", Dimension::kLength, 3e-4), 3e-4);
+  const ConfigMap contact = root.map("contact");
+  EXPECT_EQ(contact.non_negative_or("relaxation", Dimension::kTime, 0.0), 0.0);
+  EXPECT_EQ(contact.vector3_or("by", Dimension::kLength, {1, 2, 3}), Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(contact.number_or("friction", 0, 2, 0.8), 0.8);
+  EXPECT_EQ(contact.count_or("sweeps", 1, 100, 60), 60);
+  EXPECT_EQ(contact.choice_or("cone", {"pyramid", "exact"}, "exact"), "exact");
+  EXPECT_NO_THROW(config.finish());
+  EXPECT_EQ(config.defaults_used(), (Lines{
+                                        "band: 3e-04 m",
+                                        "contact.relaxation: 0 s",
+                                        "contact.by: [1 m, 2 m, 3 m]",
+                                        "contact.friction: 0.8",
+                                        "contact.sweeps: 60",
+                                        "contact.cone: exact",
+                                    }));
+}
+
+TEST(Config, ADefaultDoesNotHideAFault) {
+  const Reader read = [](const ConfigMap& root) { (void)root.non_negative_or("band", Dimension::kLength, 1.0); };
+  EXPECT_EQ(faults("band: -1 m\n", read), (Lines{"1:7: band: -1 m must not be negative"}));
+}
+
+TEST(Config, TheCommandLineSetsValues) {
+  const std::string text = "time: {step: 1 ms}\nmodel: hand.yaml\nshape: {sphere: 1 m}\n";
+  Config config(scene_file(text), {"time.step=0.5 ms", "object.mass=100 g", "gravity=[0 m/s^2, 0 m/s^2, -9.81 m/s^2]",
+                                   "model=other.yaml", "shape={box: 2 m}", "time.step=0.25 ms"});
+  const ConfigMap root = config.root();
+  EXPECT_EQ(root.map("time").positive("step", Dimension::kTime), 0.25e-3) << "the last one counts";
+  EXPECT_EQ(root.map("object").positive("mass", Dimension::kMass), 0.1);
+  EXPECT_EQ(root.vector3("gravity", Dimension::kAcceleration), Eigen::Vector3d(0, 0, -9.81));
+  EXPECT_EQ(root.path("model"), "other.yaml") << "of the working directory";
+  EXPECT_EQ(root.map("shape").one_of({"box", "sphere"}), "box");
+  EXPECT_EQ(root.map("shape").positive("box", Dimension::kLength), 2.0);
+  EXPECT_NO_THROW(config.finish());
+}
+
+TEST(Config, ReportsFaultsOfTheCommandLineThere) {
+  const Reader read = [](const ConfigMap& root) {
+    (void)root.map("time").positive("step", Dimension::kTime);
+    (void)root.map("time").positive("duration", Dimension::kTime);
+  };
+  EXPECT_EQ(faults("time: {step: 1 ms, duration: 1}", read,
+                   {"time.step=-1 ms", "time.stap=1", "tme.step=1", "time.step.x=1", "step", "a..b=1", "time.step"}),
+            (Lines{
+                "1:30: time.duration: 1 has no unit: use s, ms or us",
+                "--set time.step: -1 ms must be greater than zero",
+                "--set time.stap: unknown key, did you mean 'step'?",
+                "--set tme.step: tme: unknown key, did you mean 'time'?",
+                "--set time.step.x: time.step is not a map of keys and values",
+                "--set step: write it as key=value, such as time.step=0.5 ms",
+                "--set a..b: write it as key=value, such as time.step=0.5 ms",
+                "--set time.step: write it as key=value, such as time.step=0.5 ms",
+            }));
+  const Lines broken = faults("time: {duration: 1 s}", read, {"time.step=[1"});
+  ASSERT_EQ(broken.size(), 2u);
+  EXPECT_TRUE(broken[0].starts_with("--set time.step: ")) << broken[0];
+  EXPECT_EQ(broken[1], "--set time.step: must be a time, not nothing");
+}
+
+TEST(Config, RefusesWhatIsNoPlainYaml) {
+  const Reader read = [](const ConfigMap& root) { (void)root.has("a"); };
+  EXPECT_EQ(faults("", read), (Lines{"1:1: the file is empty"}));
+  EXPECT_EQ(faults("# nothing\n", read), (Lines{"1:1: the file is empty"}));
+  EXPECT_EQ(faults("- 1\n", read), (Lines{"1:1: must be a map of keys and values, not a list"}));
+  EXPECT_EQ(faults("a: 1\n---\na: 2\n", read), (Lines{"3:1: a second document is not read"}));
+  EXPECT_EQ(faults("a: &x 1\nb: *x\n", read),
+            (Lines{"2:1: b: unknown key", "2:4: aliases are not read here: write the value out"}));
+  EXPECT_EQ(faults("a: !!float 1\n", read), (Lines{"1:4: tags are not read here: leave out tag:yaml.org,2002:float"}));
+  EXPECT_EQ(faults("? [1]\n: 2\na: 1\n", read), (Lines{"1:3: a key must be a word", "1:3: unknown key"}));
+  // The parser's own words and columns differ between its versions.
+  const auto syntax = [&](const std::string& broken) {
+    const Lines found = faults("a: 1\nb: " + broken, read);
+    return found.size() == 1 && (found[0].starts_with("2:") || found[0].starts_with("3:"));
+  };
+  for (const char* broken : {"[1, 2\n", "'b", "b: c", "{b", "\n\t- b", "\"", "@", "%", "\"\\q\""}) {
+    EXPECT_TRUE(syntax(broken)) << broken;
+  }
+}
+
+// A name goes into JSON, which is UTF-8, and onto terminals, which obey control characters. So any text of a file is refused
+// where it stands, and no message repeats such a byte.
+TEST(Config, RefusesTextsThatAreNoLineOfUtf8) {
+  const Reader read = [](const ConfigMap& root) {
+    (void)root.text("name");
+    if (root.has("list")) (void)root.map("map").texts("list");
+    if (root.has("step")) (void)root.positive("step", Dimension::kTime);
+  };
+  for (const char* good :
+       {"name: café\n", "name: \"\\u00e9 \xE2\x82\xAC \xF0\x9F\x96\x90\"\n", "name: a # caf\xE9\n"}) {
+    EXPECT_EQ(faults(good, read), Lines{}) << good;
+  }
+  EXPECT_EQ(faults("# one\nname: caf\xE9\n", read),
+            (Lines{"2:7: name: 'caf\\xE9' must be one line of text in UTF-8, without byte 0xE9"}));
+  EXPECT_EQ(faults("name: \"a\\e[2J\"\n", read),
+            (Lines{"1:7: name: 'a\\x1B[2J' must be one line of text in UTF-8, without the control character 0x1B"}));
+  EXPECT_EQ(faults("name: a\n", read, {"name=caf\xE9"}),
+            (Lines{"--set name: 'caf\\xE9' must be one line of text in UTF-8, without byte 0xE9"}));
+  // Cut characters, an overlong 'A', half of a pair of UTF-16, beyond Unicode, a control character in two bytes, and lines.
+  for (const char* bad : {"\xC3", "\xE2\x82", "\xF0\x9F\x96", "\xC1\x81", "\xED\xA0\x80", "\xF4\x90\x80\x80",
+                          "\xC2\x9B", "\"\\0\"", "\"\\n\"", "\"\\t\""}) {
+    const Lines found = faults("name: " + std::string(bad) + "\n", read);
+    ASSERT_EQ(found.size(), 1U) << bad;
+    EXPECT_TRUE(found[0].starts_with("1:7: name: '")) << found[0];
+  }
+  // In a list, as a key, in a value that is no text, and in what the parser itself says.
+  for (const char* broken :
+       {"name: a\nmap: {list: [a, b\xE9]}\nlist: 1\n", "name: a\nn\xE9: 1\n", "name: a\nstep: 1 \xB5s\n",
+        "name: a\nb: *\xE9\n", "name: a\nb: !\xE9 1\n", "name: a\nb: &\xE9 1\nc: *\x1B\n"}) {
+    const Lines found = faults(broken, read);
+    EXPECT_FALSE(found.empty()) << broken;
+    for (const std::string& line : found) EXPECT_EQ(first_unprintable(line), line.npos) << printable(line);
+  }
+}
+
+TEST(Config, EveryTruncatedOrDeepFileIsRefusedOrRead) {
+  const std::string text = kReferenceScene;
+  for (std::size_t length = 0; length < text.size(); ++length) {
+    EXPECT_NO_FATAL_FAILURE(
+        (void)faults(text.substr(0, length), [](const ConfigMap& root) { (void)root.map("time"); }));
+  }
+  const Reader nothing = [](const ConfigMap&) {};
+  EXPECT_FALSE(faults(std::string(100000, '['), nothing).empty());
+  EXPECT_FALSE(faults(std::string(100000, '{'), nothing).empty());
+}
+
+TEST(Config, NamesAMissingFile) {
+  try {
+    const Config config("/nowhere/scene.yaml");
+    FAIL();
+  } catch (const FileError& error) {
+    EXPECT_STREQ(error.what(), "/nowhere/scene.yaml: no such file");
+  }
+  EXPECT_THROW(Config{testing::TempDir()}, FileError);
+}
+
+}  // namespace
+}  // namespace thenar

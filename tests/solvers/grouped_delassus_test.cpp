@@ -1,0 +1,261 @@
+#include "solvers/grouped_delassus.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/QR>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <utility>
+#include <vector>
+
+#include "solvers/residual.h"
+#include "tests/support/allocation_counter.h"
+
+namespace thenar {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+MatrixXd random_matrix(Index rows, Index cols, std::mt19937& random) {
+  std::normal_distribution<double> normal;
+  return MatrixXd::NullaryExpr(rows, cols, [&] { return normal(random); });
+}
+
+/// A half space with forces at random points of the unit disk, kappa = 1; with room for one more.
+SurfaceCompliance half_space(Index contacts, std::mt19937& random) {
+  SurfaceCompliance C(contacts + 1);
+  const double s = 0.3;
+  C.p_m.topLeftCorner(contacts, 2) = random_matrix(contacts, 2, random);
+  for (Index j = 0; j < contacts; ++j) {
+    for (Index i = 0; i <= j; ++i) {
+      const double rho = std::hypot((C.p_m.row(i) - C.p_m.row(j)).norm(), s), k = 3e-6 / rho;
+      C.set(i, j, k, k * s / (rho + s), k / (rho + s) / (rho + s));
+    }
+  }
+  return C;
+}
+
+/// Fingers of these numbers of contacts on one object, and what the operator refers to.
+struct GroupedProblem {
+  GroupedProblem(const std::vector<Index>& sizes, bool compliant, std::mt19937& random) {
+    begin.push_back(0);
+    for (const Index size : sizes) begin.push_back(begin.back() + size);
+    const Index n = begin.back();
+    // More rows than the contacts have, as a workspace of some capacity holds them.
+    J_own = random_matrix(3 * n + 6, GroupedDelassus::kOwn, random);
+    J_common.setZero(3 * n + 6, GroupedDelassus::kPadded);
+    J_common.leftCols<6>() = random_matrix(3 * n + 6, 6, random);
+    if (compliant) {
+      for (const Index size : sizes) compliance.push_back(half_space(size, random));
+      axes.resize(3 * n + 6, 3);
+      for (Index i = 0; i < n + 2; ++i) {
+        axes.middleRows<3>(3 * i) =
+            MatrixXd(random_matrix(3, 3, random)).householderQr().householderQ() * Eigen::Matrix3d::Identity();
+      }
+    }
+    mobility << 1e-6, 1e-6, 1e-6, 3e-6, 3e-6, 3e-6, 0.0, 0.0;
+    delta_free = 1e-5 * random_matrix(3 * n, 1, random);
+    mu = 0.5 * random_matrix(n, 1, random).cwiseAbs();
+  }
+
+  [[nodiscard]] GroupedDelassus W() const {
+    return {.begin = begin,
+            .J_own = J_own,
+            .J_common = J_common,
+            .own_mobility = 2e-6,
+            .common_mobility = mobility,
+            .compliance = compliance,
+            .axes = axes,
+            .compliance_scale = 0.7};
+  }
+  [[nodiscard]] Index contacts() const { return mu.size(); }
+
+  std::vector<Index> begin;
+  GroupedDelassus::OwnJacobian J_own;
+  GroupedDelassus::CommonJacobian J_common;
+  GroupedDelassus::CommonMotion mobility;
+  std::vector<SurfaceCompliance> compliance;
+  GroupedDelassus::Axes axes;
+  VectorXd delta_free, mu;
+};
+
+const std::vector<std::vector<Index>> kSizes{{4, 3, 5}, {1}, {0, 6, 0, 2}, {7, 7}, {20, 20, 20}};
+
+// The forces solve the problem whose W is written out, the gaps are theirs, and the bodies have moved as they say.
+TEST(GroupedDelassus, SolvesTheProblemThatItsFactorsMake) {
+  for (unsigned seed = 0; seed < 40; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    const GroupedProblem problem(kSizes[seed % kSizes.size()], true, random);
+    const Index n = problem.contacts();
+    const GroupedDelassus W = problem.W();
+    MatrixXd dense(3 * n, 3 * n);
+    W.to_dense(dense);
+    GroupedWorkspace work(n, W.groups());
+    for (const double tolerance : {1e-4, 1e-10}) {
+      VectorXd f = VectorXd::Zero(3 * n), delta(3 * n);
+      const SolveReport report = solve_contacts(W, problem.delta_free, problem.mu, {tolerance, 2000}, work, f, delta);
+      ASSERT_EQ(report.status, SolveStatus::kConverged);
+      // W f is summed in another order, and rho comes from W_ii in single precision: 1e-7 of the residual.
+      const VectorXd expected_delta = dense * f + problem.delta_free;
+      EXPECT_LE((delta - expected_delta).norm(), 1e-13 * (problem.delta_free.norm() + dense.norm() * f.norm()));
+      const Residual residual = natural_map(dense, problem.delta_free, problem.mu, f, expected_delta);
+      EXPECT_LE(residual.norm, 1.001 * tolerance + 1e-13);
+      EXPECT_NEAR(residual.norm, report.residual, 1e-3 * report.residual + 1e-13);
+      EXPECT_NEAR(residual.worst, report.residual_worst, 1e-3 * report.residual + 1e-13);
+
+      const auto J_common = problem.J_common.topRows(3 * n);
+      const GroupedDelassus::CommonMotion common = problem.mobility.cwiseProduct(J_common.transpose() * f);
+      EXPECT_LE((work.common_motion - common).norm(), 1e-13 * (1e-6 + f.norm()) * J_common.norm());
+      for (Index k = 0; k < W.groups(); ++k) {
+        const Index first = 3 * W.begin[k], rows = 3 * W.begin[k + 1] - first;
+        const VectorXd own =
+            W.own_mobility * problem.J_own.middleRows(first, rows).transpose() * f.segment(first, rows);
+        EXPECT_LE((work.own_motion.col(k) - own).norm(), 1e-13 * (1e-6 + f.norm()) * problem.J_own.norm());
+      }
+    }
+  }
+}
+
+// C of the header stands in W's diagonal blocks, times s: W with it less W without. The surface motion is its product with forces.
+// Rounding.
+TEST(GroupedDelassus, ComplianceIsTheOneOfTheHeader) {
+  std::mt19937 random(1);
+  GroupedProblem problem({4, 3, 5}, true, random);
+  const Index n = problem.contacts();
+  MatrixXd with(3 * n, 3 * n), without(3 * n, 3 * n);
+  problem.W().to_dense(with);
+  const std::vector<SurfaceCompliance> compliance = std::exchange(problem.compliance, {});
+  problem.W().to_dense(without);
+  const Eigen::Matrix3d D = Eigen::Vector3d(0.0, 1.0, 1.0).asDiagonal();
+  for (Index k = 0; k < std::ssize(compliance); ++k) {
+    const SurfaceCompliance& C = compliance[k];
+    const Index begin = problem.begin[k], end = problem.begin[k + 1];
+    for (Index i = begin; i < end; ++i) {
+      for (Index j = 0; j < n; ++j) {
+        Eigen::Matrix3d C_ij = Eigen::Matrix3d::Zero();
+        if (j >= begin && j < end) {
+          const Eigen::Matrix3d A_i = problem.axes.middleRows<3>(3 * i), A_j = problem.axes.middleRows<3>(3 * j);
+          const Eigen::Vector3d r = C.p_m.row(i - begin) - C.p_m.row(j - begin);
+          const Eigen::Matrix3d across =
+              C.a(i - begin, j - begin) * Eigen::Matrix3d::Identity() + C.b(i - begin, j - begin) * r * r.transpose();
+          C_ij = 0.7 * (C.k(i - begin, j - begin) * A_i * A_j.transpose() + D * A_i * across * A_j.transpose() * D);
+        }
+        const Eigen::Matrix3d found = (with - without).block<3, 3>(3 * i, 3 * j);
+        EXPECT_LE((found - C_ij).norm(), 1e-14 * with.norm());
+      }
+    }
+  }
+  VectorXd f = random_matrix(3 * n, 1, random);
+  for (Index i = 0; i < n; ++i) f[3 * i] = std::abs(f[3 * i]);
+  f.segment<3>(3).setZero();  // one that bears nothing
+  problem.compliance = compliance;
+  GroupedWorkspace work(n, std::ssize(compliance));
+  find_motion(problem.W(), f, work);
+  const VectorXd expected = (with - without) * f;
+  EXPECT_LE((work.surface_motion.head(3 * n) - expected).norm(), 1e-14 * expected.norm());
+}
+
+// The sweeps are the same as those on the dense matrix, but for the order of single-precision sums.
+TEST(GroupedDelassus, ConvergesAsTheDenseSweepsDo) {
+  int grouped_sweeps = 0, dense_sweeps = 0;
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    std::mt19937 random(seed);
+    const GroupedProblem problem(kSizes[seed % kSizes.size()], true, random);
+    const Index n = problem.contacts();
+    MatrixXd dense(3 * n, 3 * n);
+    problem.W().to_dense(dense);
+    GroupedWorkspace grouped(n, problem.W().groups());
+    SweepWorkspace work(n);
+    VectorXd f = VectorXd::Zero(3 * n), g = f, delta(3 * n);
+    grouped_sweeps +=
+        solve_contacts(problem.W(), problem.delta_free, problem.mu, {1e-6, 2000}, grouped, f, delta).sweeps;
+    dense_sweeps += solve_contacts(dense, problem.delta_free, problem.mu, {1e-6, 2000}, work, g, delta).sweeps;
+  }
+  EXPECT_NEAR(grouped_sweeps, dense_sweeps, 0.1 * dense_sweeps);
+}
+
+// Rigid fingertips: 10 freedoms a group for up to 60 rows. Forces are not unique, the residual tells.
+TEST(GroupedDelassus, NeedsNoCompliance) {
+  for (unsigned seed = 0; seed < 10; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    GroupedProblem problem({3, 2, 3}, false, random);
+    problem.mu.setConstant(0.5);
+    const Index n = problem.contacts();
+    MatrixXd dense(3 * n, 3 * n);
+    problem.W().to_dense(dense);
+    GroupedWorkspace work(n, 3);
+    VectorXd f = VectorXd::Zero(3 * n), delta(3 * n);
+    const SolveReport report = solve_contacts(problem.W(), problem.delta_free, problem.mu, {1e-8, 500}, work, f, delta);
+    const double residual =
+        natural_map_residual(dense, problem.delta_free, problem.mu, f, dense * f + problem.delta_free);
+    EXPECT_NEAR(residual, report.residual, 1e-3 * report.residual + 1e-12);
+  }
+}
+
+TEST(GroupedDelassus, NotFiniteInputGivesZeros) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  std::mt19937 random(1);
+  const GroupedProblem good({3, 3, 3}, true, random);
+  GroupedWorkspace work(9, 3);
+  const auto expect_refused = [&](const GroupedProblem& problem) {
+    VectorXd f = VectorXd::Zero(27), delta(27);
+    const SolveReport report = solve_contacts(problem.W(), problem.delta_free, problem.mu, {1e-6, 100}, work, f, delta);
+    EXPECT_EQ(report.status, SolveStatus::kNotFinite);
+    EXPECT_TRUE(f.isZero(0.0) && delta.isZero(0.0));
+    EXPECT_TRUE(work.own_motion.isZero(0.0) && work.common_motion.isZero(0.0));
+    EXPECT_TRUE(std::isinf(report.residual) && std::isinf(report.residual_worst));
+  };
+  GroupedProblem problem = good;
+  problem.J_own(4, 1) = nan;
+  expect_refused(problem);
+  problem = good;
+  problem.J_common(20, 3) = std::numeric_limits<double>::infinity();
+  expect_refused(problem);
+  problem = good;
+  problem.compliance[1].set(0, 0, nan, 0.0, 0.0);
+  expect_refused(problem);
+  problem = good;
+  problem.axes(7, 2) = nan;
+  expect_refused(problem);
+  problem = good;
+  problem.delta_free[5] = nan;
+  expect_refused(problem);
+  problem = good;
+  problem.mu[2] = nan;
+  expect_refused(problem);
+}
+
+TEST(GroupedDelassus, SameProblemSameBitsWhateverTheWorkspaceHeld) {
+  std::mt19937 random(1);
+  const GroupedProblem problem({6, 5, 4}, true, random), other({15, 1, 9}, true, random);
+  GroupedWorkspace work(30, 4);
+  const auto run = [&](const GroupedProblem& p) {
+    VectorXd f = VectorXd::Zero(3 * p.contacts()), delta(f.size());
+    (void)solve_contacts(p.W(), p.delta_free, p.mu, {1e-7, 500}, work, f, delta);
+    return f;
+  };
+  const VectorXd first = run(problem);
+  (void)run(other);
+  EXPECT_EQ(run(problem), first);
+}
+
+TEST(GroupedDelassus, DoesNotAllocate) {
+  if (!AllocationCounter::is_available()) GTEST_SKIP() << "malloc is not ours";
+  std::mt19937 random(1);
+  for (const auto& sizes : kSizes) {
+    const GroupedProblem problem(sizes, true, random);
+    GroupedWorkspace work(problem.contacts(), std::ssize(sizes));
+    VectorXd f = VectorXd::Zero(3 * problem.contacts()), delta(f.size());
+    const AllocationCounter counter;
+    (void)solve_contacts(problem.W(), problem.delta_free, problem.mu, {1e-8, 500}, work, f, delta);
+    EXPECT_EQ(counter.count(), 0);
+  }
+}
+
+}  // namespace
+}  // namespace thenar

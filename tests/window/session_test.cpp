@@ -1,0 +1,463 @@
+#include "app/window/session.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "engine/formats/mcap_file.h"
+#include "engine/loops/live_input.h"
+#include "engine/loops/realtime.h"
+#include "engine/results/state_message.h"
+#include "engine/scenes/build_model.h"
+#include "tests/support/scenes.h"
+#include "tests/support/scratch.h"
+
+namespace window {
+namespace {
+
+using nlohmann::ordered_json;
+using std::chrono::milliseconds;
+using thenar::kCoarseBox;
+using thenar::scene_of;
+
+// Far beyond what anything here takes: the machine may be busy.
+constexpr std::chrono::seconds kPatience{60};
+
+/// A session that runs on a thread of its own, and what it has shown.
+class Shown {
+ public:
+  explicit Shown(thenar::Scene scene, SessionSettings settings = quiet())
+      : model_(thenar::build_model(scene)),
+        fields_(thenar::state_fields(model_)),
+        session_(thenar::build_model(std::move(scene)), settings) {
+    thread_ = std::thread([this] {
+      const Display display{[this](const std::string& s, const std::string&) {
+                              const std::lock_guard lock(mutex_);
+                              ++scenes_;
+                              fields_of_scene_ = ordered_json::parse(s).at("fields");
+                            },
+                            [this](const std::string& s) {
+                              const std::lock_guard lock(mutex_);
+                              status_ = ordered_json::parse(s);
+                            },
+                            [this](const std::string& s) {
+                              const std::lock_guard lock(mutex_);
+                              state_ = thenar::read_state_message(s);
+                              states_.push_back(s);
+                              if (const int away_ms = away_ms_.exchange(0); away_ms > 0) {
+                                std::this_thread::sleep_for(milliseconds(away_ms));
+                              }
+                            },
+                            [this] { return pages_.load(); }};
+      session_.run(display, stop_);
+    });
+  }
+  ~Shown() { end(); }
+  void end() {
+    stop_ = true;
+    if (thread_.joinable()) thread_.join();
+  }
+
+  static SessionSettings quiet() {
+    SessionSettings settings;
+    settings.realtime = false;
+    settings.quiet = true;
+    return settings;
+  }
+
+  std::string receive(const Message& message) { return session_.receive(message); }
+
+  /// Whether it comes true.
+  template <typename Condition>
+  [[nodiscard]] bool comes(Condition condition) {
+    const auto end = std::chrono::steady_clock::now() + kPatience;
+    while (std::chrono::steady_clock::now() < end) {
+      if (condition()) return true;
+      std::this_thread::sleep_for(milliseconds(5));
+    }
+    return false;
+  }
+  [[nodiscard]] ordered_json status() {
+    const std::lock_guard lock(mutex_);
+    return status_;
+  }
+  /// Of the newest state; NaN before the first.
+  [[nodiscard]] double value(const std::string& name, std::size_t i = 0) {
+    const std::lock_guard lock(mutex_);
+    if (state_.empty()) return thenar::kUnknown;
+    for (const ordered_json& field : fields_of_scene_) {
+      if (field.at("name") == name) return state_.at(field.at("begin").get<std::size_t>() + i);
+    }
+    ADD_FAILURE() << "no field " << name;
+    return thenar::kUnknown;
+  }
+  [[nodiscard]] Eigen::Vector3d vector(const std::string& name) {
+    return {value(name, 0), value(name, 1), value(name, 2)};
+  }
+  [[nodiscard]] bool passes(double time_s) {
+    return comes([&] { return value("time_s") > time_s; });
+  }
+  [[nodiscard]] int states() {
+    const std::lock_guard lock(mutex_);
+    return static_cast<int>(states_.size());
+  }
+  [[nodiscard]] std::vector<std::string> all_states() {
+    const std::lock_guard lock(mutex_);
+    return states_;
+  }
+  /// Waits until nothing more is shown.
+  void settle() {
+    for (int before = -1; before != states();) {
+      before = states();
+      std::this_thread::sleep_for(milliseconds(300));
+    }
+  }
+  [[nodiscard]] int scenes() {
+    const std::lock_guard lock(mutex_);
+    return scenes_;
+  }
+  void set_pages(int pages) { pages_ = pages; }
+  /// The next state that is shown takes so long.
+  void be_away(int time_ms) { away_ms_ = time_ms; }
+
+ private:
+  thenar::Model model_;
+  std::vector<thenar::Field> fields_;
+  Session session_;
+  std::atomic<bool> stop_{false};
+  std::atomic<int> pages_{1}, away_ms_{0};
+  std::mutex mutex_;
+  ordered_json status_ = ordered_json::object(), fields_of_scene_;
+  std::vector<double> state_;
+  std::vector<std::string> states_;
+  int scenes_ = 0;
+  std::thread thread_;
+};
+
+/// The box grasp, its task left out, at rates that a busy machine keeps: 500 Hz and 100 Hz.
+thenar::Scene held_box(const std::vector<std::string>& more = {}) {
+  std::vector<std::string> overrides = {kCoarseBox, "time.step=2 ms", "time.control_period=10 ms",
+                                        "contact.tolerance=1e-7", "contact.max_sweeps=60"};
+  overrides.insert(overrides.end(), more.begin(), more.end());
+  thenar::Scene scene = scene_of("box_grasp", overrides);
+  scene.task = {};
+  return scene;
+}
+
+TEST(Session, ShowsAGraspThatRunsAndItsFigures) {
+  Shown shown(held_box());
+  ASSERT_TRUE(shown.passes(1.0));
+  EXPECT_EQ(shown.scenes(), 1);
+  EXPECT_EQ(shown.status()["running"], true);
+  EXPECT_EQ(shown.status()["outcome"], "held") << shown.status()["reason"];
+  EXPECT_TRUE(shown.status()["note"].is_null());
+  EXPECT_EQ(shown.status()["settings"]["friction"], 0.8);
+  EXPECT_EQ(shown.status()["settings"]["kernel"], "boussinesq");
+  EXPECT_NEAR(shown.status()["settings"]["contact_Hz"].get<double>(), 500.0, 1e-9);
+  for (std::size_t k = 0; k < 3; ++k) EXPECT_GT(shown.value("force_n_N", k), 0.1) << k;
+  EXPECT_GT(shown.value("contacts"), 0.0);
+  EXPECT_GT(shown.value("contact_Hz"), 0.0);
+  EXPECT_LE(shown.value("realtime_factor"), 1.1);
+  EXPECT_GT(shown.value("find_us"), 0.0);
+  EXPECT_GT(shown.value("solve_us"), 0.0);
+  EXPECT_TRUE(std::isnan(shown.value("pull_force_N")));
+  // The accurate solve of a tick that stopped at a residual of 1e-7 differs little from it.
+  ASSERT_TRUE(shown.comes([&] { return shown.value("reference_error") >= 0.0; }));
+  EXPECT_LT(shown.value("reference_error"), 1e-2);
+  EXPECT_LT(shown.value("reference_residual"), 1e-2);
+}
+
+// The thread that receives the loops' records is away for longer than there is room for them: 2 s.
+TEST(Session, SaysWhenRecordsWereLost) {
+  Shown shown(held_box());
+  ASSERT_TRUE(shown.passes(0.3));
+  EXPECT_EQ(shown.value("lost_records"), 0.0);
+  EXPECT_EQ(shown.status()["outcome"], "held") << shown.status()["reason"];
+  shown.be_away(2800);
+  ASSERT_TRUE(shown.comes([&] { return shown.value("lost_records") > 0.0; }));
+  EXPECT_TRUE(shown.comes([&] {
+    return shown.status()["reason"].get<std::string>().find("were lost") != std::string::npos;
+  })) << shown.status()["reason"];
+  // They stay lost, also when the loops begin another run.
+  const double lost = shown.value("lost_records");
+  shown.receive(Pause{});
+  ASSERT_TRUE(shown.comes([&] { return shown.status()["running"] == false; }));
+  shown.receive(Resume{});
+  ASSERT_TRUE(shown.passes(shown.value("time_s") + 0.1));
+  EXPECT_GE(shown.value("lost_records"), lost);
+}
+
+TEST(Session, CostsNoPictureWhileNobodyLooks) {
+  Shown shown(held_box());
+  ASSERT_TRUE(shown.passes(0.1));
+  shown.set_pages(0);
+  std::this_thread::sleep_for(milliseconds(200));
+  const int before = shown.states();
+  std::this_thread::sleep_for(milliseconds(300));
+  EXPECT_EQ(shown.states(), before);
+  shown.set_pages(1);
+  EXPECT_TRUE(shown.comes([&] { return shown.states() > before; }));
+}
+
+TEST(Session, PausesStepsResumesAndResets) {
+  Shown shown(held_box());
+  ASSERT_TRUE(shown.passes(0.2));
+  EXPECT_NE(shown.receive(Step{}), "");
+  EXPECT_EQ(shown.receive(Pause{}), "");
+  ASSERT_TRUE(shown.comes([&] { return shown.status()["paused"] == true && shown.status()["running"] == false; }));
+  shown.settle();
+  const double paused_s = shown.value("time_s");
+  std::this_thread::sleep_for(milliseconds(200));
+  EXPECT_EQ(shown.value("time_s"), paused_s);
+
+  // Three steps of a control period.
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(shown.receive(Step{}), "");
+  ASSERT_TRUE(shown.comes([&] { return shown.value("time_s") > paused_s + 0.0299; }));
+  shown.settle();
+  EXPECT_NEAR(shown.value("time_s"), paused_s + 0.03, 1e-9);
+
+  EXPECT_EQ(shown.receive(Resume{}), "");
+  ASSERT_TRUE(shown.passes(paused_s + 0.1));
+  EXPECT_EQ(shown.receive(Reset{}), "");
+  EXPECT_TRUE(shown.comes([&] { return shown.value("time_s") < paused_s; }));
+  EXPECT_TRUE(shown.passes(paused_s));
+}
+
+TEST(Session, ShowsTheStartToAPageThatComesInAPause) {
+  Shown shown(held_box());
+  shown.set_pages(0);
+  shown.receive(Pause{});
+  ASSERT_TRUE(shown.comes([&] { return shown.status().value("paused", false); }));
+  shown.receive(Reset{});
+  std::this_thread::sleep_for(milliseconds(100));
+  shown.set_pages(1);
+  ASSERT_TRUE(shown.comes([&] { return shown.value("time_s") == 0.0; }));
+}
+
+TEST(Session, RunsSlowly) {
+  Shown shown(held_box());
+  ASSERT_TRUE(shown.passes(0.1));
+  shown.receive(Pause{});
+  ASSERT_TRUE(shown.comes([&] { return shown.status()["running"] == false; }));
+  shown.settle();
+  const double from_s = shown.value("time_s");
+  shown.receive(Speed{0.001});  // a tick in 2 s
+  shown.receive(Resume{});
+  ASSERT_TRUE(shown.comes([&] { return shown.status()["running"] == true; }));
+  std::this_thread::sleep_for(milliseconds(300));
+  EXPECT_LT(shown.value("time_s"), from_s + 0.01);
+  shown.receive(Pause{});
+  ASSERT_TRUE(shown.comes([&] { return shown.status()["running"] == false; }));
+}
+
+/// Pulls the box at its centre to a handle, for so long.
+void pull(Shown& shown, const Eigen::Vector3d& handle, double duration_s) {
+  const double end_s = shown.value("time_s") + duration_s;
+  while (shown.value("time_s") < end_s) {
+    ASSERT_EQ(shown.receive(Pull{Eigen::Vector3d::Zero(), handle, std::nullopt}), "");
+    std::this_thread::sleep_for(milliseconds(20));
+  }
+}
+
+// Without its integral the controller holds against a force like a spring: 300 N/m. So the box goes F / p, with F of the
+// pull's own spring, until someone lets go.
+TEST(Session, APullMovesTheBoxByForceOverStiffnessAndLetsGo) {
+  Shown shown(held_box({"control.position.i=0 N/(m*s)", "control.rotation.i=0 N*m/(rad*s)"}));
+  ASSERT_TRUE(shown.passes(1.0));
+  const Eigen::Vector3d rest = shown.vector("object");
+  const Eigen::Vector3d way(0.0, 0.0, 0.008);
+  pull(shown, rest + way, 1.5);
+  const Eigen::Vector3d force = shown.vector("pull_force_N"), moved = shown.vector("object") - rest;
+  EXPECT_NEAR(force.norm(), thenar::kPullStiffness_N_per_m * (way - moved).norm(), 0.02 * force.norm());
+  EXPECT_LT((moved - force / 300.0).norm(), 0.05 * force.norm() / 300.0) << moved.transpose();
+  // The dead man: nobody repeats it.
+  ASSERT_TRUE(shown.comes([&] { return std::isnan(shown.value("pull_force_N")); }));
+  EXPECT_GT(shown.value("latency_us"), 0.0);
+  // Other input does not bring it back.
+  shown.receive(Poke{Eigen::Vector3d(0.01, 0.0, 0.0), std::nullopt});
+  ASSERT_TRUE(shown.passes(0.1));
+  EXPECT_TRUE(std::isnan(shown.value("pull_force_N")));
+}
+
+TEST(Session, MovesTheTargetAndTheBoxFollows) {
+  Shown shown(held_box());
+  ASSERT_TRUE(shown.passes(0.5));
+  const Eigen::Vector3d shift(-0.02, 0.0, 0.0);
+  shown.receive(Target{shift, Eigen::Vector3d::Zero(), std::nullopt});
+  ASSERT_TRUE(shown.comes([&] { return (shown.vector("path_target_m") - shift).norm() < 1e-9; }));
+  EXPECT_TRUE(shown.comes([&] { return (shown.vector("position_m") - shift).norm() < 0.5e-3; }));
+  EXPECT_EQ(shown.status()["outcome"], "held") << shown.status()["reason"];
+  shown.receive(Reset{});
+  ASSERT_TRUE(shown.comes([&] { return shown.vector("path_target_m").isZero(0.0) && shown.value("time_s") > 0.3; }));
+}
+
+// At rest in the task's first grip 0.2 would just do: the fingers press with the cones of 0.55 in mind. A box that is
+// moved against its viscosity needs more.
+TEST(Session, LosesTheBoxWithoutFrictionAndFindsItAfterAReset) {
+  Shown shown(held_box());
+  ASSERT_TRUE(shown.passes(0.5));
+  Set less;
+  less.friction = 0.2;
+  EXPECT_EQ(shown.receive(less), "");
+  shown.receive(Target{{0.0, 0.02, 0.0}, Eigen::Vector3d::Zero(), std::nullopt});
+  // Once the fingers have slid away there may be no grasp forces, either: the graver word.
+  ASSERT_TRUE(shown.comes([&] {
+    const std::string outcome = shown.status()["outcome"];
+    return outcome == "lost" || outcome == "solver failed";
+  }));
+  EXPECT_EQ(shown.status()["running"], true);
+  Set enough;
+  enough.friction = 0.8;
+  EXPECT_EQ(shown.receive(enough), "");
+  EXPECT_EQ(shown.receive(Reset{}), "");
+  ASSERT_TRUE(shown.comes([&] { return shown.status()["outcome"] == "held"; }));
+  ASSERT_TRUE(shown.passes(1.0));
+  EXPECT_EQ(shown.status()["outcome"], "held") << shown.status()["reason"];
+}
+
+TEST(Session, ChangesLevelKernelRatesAndDelayAndHoldsTheBox) {
+  Shown shown(held_box());
+  ASSERT_TRUE(shown.passes(0.6));
+  const auto goes_on = [&](const Set& set) {
+    ASSERT_EQ(shown.receive(set), "");
+    const double from_s = shown.value("time_s");
+    ASSERT_TRUE(shown.passes(from_s + 0.5));
+    EXPECT_LT(shown.value("time_s"), from_s + 30.0);  // time goes on from where it was
+    // The forces find their new size within some ticks, which may show as chatter for a while.
+    const std::string outcome = shown.status()["outcome"];
+    EXPECT_TRUE(outcome == "held" || outcome == "unstable") << outcome << ": " << shown.status()["reason"];
+    EXPECT_LT((shown.vector("position_m") - shown.vector("path_target_m")).norm(), 1e-3);
+  };
+  Set level;
+  level.level = 2;
+  goes_on(level);
+  EXPECT_EQ(shown.scenes(), 2);
+  EXPECT_EQ(shown.status()["settings"]["level"], 2);
+  Set kernel;
+  kernel.kernel = "gaussian";
+  goes_on(kernel);
+  Set rates;
+  rates.contact_Hz = 1000.0;
+  rates.control_Hz = 50.0;
+  goes_on(rates);
+  Set delay;
+  delay.delay_periods = 2;
+  goes_on(delay);
+  EXPECT_GT(shown.value("frame_age_s"), 0.03);  // two to three periods of 20 ms, and with none one at most
+  Set back;
+  back.level = 0;
+  back.kernel = "boussinesq";
+  back.delay_periods = 0;
+  back.contact_Hz = 500.0;
+  goes_on(back);
+}
+
+// Wishes that pour in, refused or not, do not keep the grasp from running.
+TEST(Session, RunsOnUnderAFloodOfWishes) {
+  Shown shown(held_box());
+  ASSERT_TRUE(shown.passes(0.1));
+  const double end_s = shown.value("time_s") + 0.5;
+  for (int i = 0; shown.value("time_s") < end_s && i < 100'000; ++i) {
+    Set set;
+    set.friction = 0.7 + 0.001 * (i % 100);
+    EXPECT_EQ(shown.receive(set), "");
+    set.control_Hz = 1999.0;
+    EXPECT_NE(shown.receive(set), "");
+    std::this_thread::sleep_for(milliseconds(1));
+  }
+  EXPECT_GE(shown.value("time_s"), end_s);
+  EXPECT_EQ(shown.status()["outcome"], "held") << shown.status()["reason"];
+}
+
+TEST(Session, RefusesWhatTheSceneCannotDo) {
+  Shown shown(scene_of("minimal"));
+  Set level, rates, fine;
+  level.level = 2;
+  EXPECT_NE(shown.receive(level), "");
+  rates.contact_Hz = 500.0;  // control has 1000
+  EXPECT_NE(shown.receive(rates), "");
+  rates.control_Hz = 500.0;
+  EXPECT_EQ(shown.receive(rates), "");
+  fine.internal_force_N = 3.0;
+  EXPECT_EQ(shown.receive(fine), "");
+  ASSERT_TRUE(shown.comes([&] { return shown.status()["settings"]["internal_force_N"] == 3.0; }));
+  EXPECT_TRUE(shown.status()["settings"]["level"].is_null());
+  Shown box(held_box());
+  level.level = 6;  // 320 leaves: 5 control points
+  EXPECT_NE(box.receive(level), "");
+}
+
+// The recording holds each state as it was shown, bit for bit, and ends whole.
+TEST(Session, RecordsWhatIsShown) {
+  SessionSettings settings = Shown::quiet();
+  settings.record = thenar::scratch() / "session.mcap";
+  std::vector<std::string> shown_states;
+  {
+    Shown shown(held_box(), settings);
+    shown.set_pages(0);  // also while nobody looks
+    ASSERT_TRUE(shown.passes(0.3));
+    Set coarse;
+    coarse.level = 2;
+    shown.receive(coarse);
+    ASSERT_TRUE(shown.passes(shown.value("time_s") + 0.3));
+    shown.end();
+    shown_states = shown.all_states();
+  }
+  const thenar::McapContents contents = thenar::read_mcap(settings.record);
+  EXPECT_TRUE(contents.whole);
+  std::vector<std::string> states;
+  int scenes = 0, statuses = 0;
+  for (const thenar::McapMessage& message : contents.messages) {
+    if (message.topic == "/state") states.emplace_back(message.bytes);
+    scenes += message.topic == "/scene";
+    statuses += message.topic == "/status";
+  }
+  EXPECT_EQ(states, shown_states);
+  EXPECT_EQ(scenes, 2);
+  EXPECT_GE(statuses, 2);
+}
+
+// Each other level is another scene in the recording, of 1 MB. A page that sets levels without end gets one a second, and the
+// last one in the end.
+TEST(Session, LevelsThatPourInDoNotFillTheRecording) {
+  SessionSettings settings = Shown::quiet();
+  settings.record = thenar::scratch() / "session.mcap";
+  Shown shown(held_box(), settings);
+  ASSERT_TRUE(shown.passes(0.1));
+  const auto begin = std::chrono::steady_clock::now();
+  Set set;
+  for (int i = 0; i < 200; ++i) {
+    set.level = 1 + i % 2;
+    EXPECT_EQ(shown.receive(set), "");
+    std::this_thread::sleep_for(milliseconds(10));
+  }
+  set.level = 3;
+  EXPECT_EQ(shown.receive(set), "");
+  ASSERT_TRUE(shown.comes([&] { return shown.status()["settings"]["level"] == 3; }));
+  const double took_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  shown.end();
+  int scenes = 0;
+  for (const auto& message : thenar::read_mcap(settings.record).messages) scenes += message.topic == "/scene";
+  EXPECT_GE(scenes, 3) << "the first, one of those between, the last";
+  EXPECT_LE(scenes, 3 + static_cast<int>(took_s));
+}
+
+TEST(Session, WaitsWhereNoForcesHoldTheStart) {
+  Shown shown(held_box({"control.grasp.friction=0"}));
+  ASSERT_TRUE(shown.comes([&] { return shown.status().contains("note") && shown.status()["note"].is_string(); }));
+  EXPECT_EQ(shown.status()["running"], false);
+  EXPECT_EQ(shown.value("time_s"), 0.0);
+}
+
+}  // namespace
+}  // namespace window
