@@ -20,6 +20,7 @@
 #include "app/profile.h"
 #include "app/progress.h"
 #include "app/results.h"
+#include "app/shared_data.h"
 #include "app/solve.h"
 #include "app/sweep.h"
 #include "app/table.h"
@@ -180,6 +181,9 @@ int execute(const Options& options) {
       return export_recording(options);
     case Command::kDoctor:
       doctor(std::cout, options.core);
+      return kDone;
+    case Command::kScenes:
+      std::cout << list_of_scenes();
       return kDone;
   }
   return kInternal;

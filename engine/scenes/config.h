@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "engine/scenes/units.h"
+#include "thenar/eigen_layout.h"
 
 /// Strict reading of YAML files. Nothing in a file is ignored and nothing is guessed: an unknown, doubled or missing
 /// key, a wrong or missing unit, a wrong type, a number that is not finite or out of range is a diagnostic with its
