@@ -221,11 +221,24 @@ class Analysis(unittest.TestCase):
             self.assertIn("| display |  | 13 µs | 21 µs | exact |", table)
             self.assertIn("# Measured", page.read_text())
 
+    def test_the_readme_has_each_computation_once(self):
+        rows = [["grasp forces", 40, 0.3, 0.6, "KKT 3e-16"], ["grasp forces, cones active", 40, 1.8, 2.0, "KKT 1e-12"],
+                ["contact computation, 60 contacts", 20000, 118.0, 12345.6, "residual 1e-7"],
+                ["muscle forces", "-", 1.5, 2.7, "KKT 3e-15"]]
+        part = {"part": "published", "measured": {"machine": "a machine"}, "figures": [
+            {"kind": "table", "columns": ["computation", "published", "median", "p99", "accuracy"], "rows": rows}]}
+        self.assertEqual(documents.readme_table([part], DATES[:1] * 2).splitlines()[2:], [
+            "| grasp forces | 40 µs | 0.3 µs | 0.6 µs | KKT 3e-16 |",
+            "| contact computation, 60 contacts | 20 ms | 118 µs | 12.3 ms | residual 1e-7 |",
+            "| muscle forces |  | 1.5 µs | 2.7 µs | KKT 3e-15 |", "",
+            "Measured on a machine, Thenar, 2026-01-02. [All tables](docs/measured.md)."])
+
     def test_documents_are_left_alone_where_something_is_missing(self):
         parts = analysis.read_parts(DATA)
         without = [part for part in parts if part["part"] != "published"]
         good = f"{documents.BEGIN}\nold\n{documents.END}\n"
         for text, measured in (("no markers\n", parts), (good + good, parts), (good, without),
+                               (f"{documents.BEGIN}\n{good}", parts), (f"{good}{documents.END}\n", parts),
                                (f"{documents.END}\n{documents.BEGIN}\n", parts)):
             with tempfile.TemporaryDirectory() as root:
                 (Path(root) / "docs").mkdir()
