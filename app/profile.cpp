@@ -128,7 +128,7 @@ void write_results(const Model& model, const LoopProfile& profile, const Threads
   });
 }
 
-std::vector<Result> results_of(const Options& options) {
+std::vector<Result> profile_results(const Options& options) {
   std::vector<Result> results;
   if (!options.out.empty()) {
     results.push_back({"--out", options.out / "profile.json"});
@@ -150,7 +150,7 @@ void choose_control_rate(const Options& options, Model& model) {
 
 int profile(const Options& options) {
   Model model = build_model(load_scene(options));
-  check_results(results_of(options), scene_files(options.scene, options.overrides));
+  check_results(profile_results(options), scene_files(options.scene, options.overrides));
   std::optional<FileLock> lock;
   if (!options.out.empty()) lock.emplace(claim_folder(options.out, "--out"));
   if (options.trace.has_parent_path()) prepare_folder(options.trace.parent_path());

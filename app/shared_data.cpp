@@ -23,7 +23,7 @@ std::string first_sentence(std::string_view text) {
     text.remove_prefix(std::min(end + 1, text.size()));
     if (line.starts_with(" yaml-language-server")) continue;
     sentence += line.substr(std::min<std::size_t>(sentence.empty() ? 1 : 0, line.size()));
-    if (const std::size_t stop = sentence.find(". "); stop != std::string::npos) return sentence.substr(0, stop + 1);
+    if (const std::size_t last = sentence.find(". "); last != std::string::npos) return sentence.substr(0, last + 1);
     if (sentence.ends_with('.')) return sentence;
   }
   return sentence;

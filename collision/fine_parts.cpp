@@ -14,8 +14,8 @@ using Eigen::Matrix3Xd;
 
 namespace {
 
-constexpr double kLike = 0.5;        // 60 degrees
-constexpr double kWideShare = 0.42;  // At a straight edge a face covers half a disc; a rim of half its radius a third.
+constexpr double kLikeNormals = 0.5;  // 60 degrees
+constexpr double kWideShare = 0.42;   // At a straight edge a face covers half a disc; a rim of half its radius a third.
 constexpr double kSamplesADisc = 40.0;  // So many tell the two.
 
 }  // namespace
@@ -29,7 +29,7 @@ Matrix3Xd fine_parts(const PointCloud& cloud, double control_spacing_m) {
   // unevenly among those.
   const PointGrid grid(cloud.points_m, radius_m);
   const Index n = cloud.points_m.cols();
-  const auto is_like = [&](Index i, Index j) { return cloud.normals.col(i).dot(cloud.normals.col(j)) > kLike; };
+  const auto is_like = [&](Index i, Index j) { return cloud.normals.col(i).dot(cloud.normals.col(j)) > kLikeNormals; };
 
   std::vector<bool> wide(n);
   for (Index i = 0; i < n; i += stride) {

@@ -69,9 +69,9 @@ struct HeaderLine {
 };
 
 /// The header of an .fcp file, and where it ends.
-class Header {
+class FcpHeader {
  public:
-  Header(const fs::path& file, const std::string& bytes) : file_(file) {
+  FcpHeader(const fs::path& file, const std::string& bytes) : file_(file) {
     if (!bytes.starts_with("fcp ")) throw FileError(file, "line 1: must be 'fcp 1': this is no contact problem");
     for (int line = 1;; ++line) {
       const std::size_t end = bytes.find('\n', size_);
@@ -157,7 +157,7 @@ class Doubles {
 };
 
 ContactFile read_contact_problem(const fs::path& file, const std::string& bytes) {
-  const Header header(file, bytes);
+  const FcpHeader header(file, bytes);
   const Index contacts = header.integer("contacts", 1, kMostContacts);
   const Index steps = header.integer("steps", 1, kMostSteps, 1);
   const bool has_reference = header.integer("has_ref", 0, 1, 0) == 1;

@@ -89,15 +89,15 @@ PcdHeader read_pcd_header(ByteSource& source) {
 
 /// Where x y z and, if there are any, the normals stand in a line.
 std::vector<std::size_t> columns_of_surface(const ByteSource& source, const std::vector<std::string>& columns) {
-  constexpr std::array<std::string_view, 6> kNames = {"x", "y", "z", "normal_x", "normal_y", "normal_z"};
+  constexpr std::array<std::string_view, 6> kColumns = {"x", "y", "z", "normal_x", "normal_y", "normal_z"};
   std::vector<std::size_t> found;
-  for (const std::string_view name : kNames) {
+  for (const std::string_view name : kColumns) {
     const auto first = std::ranges::find(columns, name);
     if (first == columns.end()) continue;
     if (std::ranges::count(columns, name) > 1) source.fail("FIELDS has " + std::string(name) + " more than once");
     found.push_back(static_cast<std::size_t>(first - columns.begin()));
   }
-  const bool has_points = std::ranges::all_of(kNames.begin(), kNames.begin() + 3, [&](std::string_view name) {
+  const bool has_points = std::ranges::all_of(kColumns.begin(), kColumns.begin() + 3, [&](std::string_view name) {
     return std::ranges::find(columns, name) != columns.end();
   });
   if (!has_points) source.fail("FIELDS needs x y z");

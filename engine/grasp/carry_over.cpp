@@ -40,11 +40,6 @@ Vector3d interpolate(const Matrix3Xd& points, const MatrixX3d& values, const Vec
   return sum / weights;
 }
 
-template <typename Force>
-auto id_of(const Force& force) {
-  return std::tie(force.finger, force.control_point);
-}
-
 /// Gives forces to the nearest control points, sorted; `add` puts one to another of the same control point.
 template <typename Force, typename Add>
 void carry(const Model& from, const Model& to, const std::vector<Force>& old, Add add, std::vector<Force>& carried) {

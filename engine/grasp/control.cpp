@@ -114,7 +114,7 @@ double predicted_paper_law_error(const Model& model, const HandPose& pose,
     const FingerJacobian J = finger_jacobian(pose, k, contacts[k].point_m);
     const Matrix3d& E = contacts[k].frame;
     const Matrix3d S = E * stiffness.asDiagonal() * E.transpose() * J * J.transpose() / force_gain(model.scene);
-    const Vector3d error = (Matrix3d::Identity() + S).partialPivLu().solve(S * f_desired.col(k));
+    const Vector3d error = (Matrix3d::Identity() + S).inverse() * (S * f_desired.col(k));
     sum += error.norm() / f_desired.col(k).norm();
   }
   return sum / kFingers;

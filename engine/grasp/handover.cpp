@@ -13,11 +13,6 @@ using Eigen::Vector3d;
 
 namespace {
 
-template <typename Contact>
-auto id_of(const Contact& contact) {
-  return std::tie(contact.finger, contact.control_point);
-}
-
 /// The gap of a contact as the tick sees it, without its offset.
 double gap_at(const Model& model, const FrameContact& contact, const State& state, const ContactWorkspace& work) {
   const Eigen::Isometry3d X_FO = work.pose.distal(model.scene.hand, contact.finger).inverse() * state.X_WO;

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <tuple>
 #include <vector>
 
 #include "engine/grasp/hand.h"
@@ -22,6 +23,12 @@ struct ContactForce {
   Eigen::Index control_point = 0;
   Eigen::Vector3d f_C = Eigen::Vector3d::Zero();  ///< On the object, contact rows (n, t1, t2) [N].
 };
+
+/// By which contacts, their forces and loads are ordered, and found again from frame to frame.
+template <typename Contact>
+[[nodiscard]] auto id_of(const Contact& contact) {
+  return std::tie(contact.finger, contact.control_point);
+}
 
 /// The force by which a soft object is still deformed where a contact acted last, found again as a ContactForce is.
 struct ObjectLoad {

@@ -20,4 +20,10 @@ Percentiles percentiles(std::vector<double> values) {
   return {percentile(values, 0.5), percentile(values, 0.99), percentile(values, 0.999), percentile(values, 1.0)};
 }
 
+double mean(const std::vector<double>& values) {
+  double sum = 0.0;
+  for (const double v : values) sum += v;
+  return sum / static_cast<double>(values.size());
+}
+
 }  // namespace thenar

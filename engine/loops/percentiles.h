@@ -16,6 +16,9 @@ struct Percentiles {
   double p50 = 0.0, p99 = 0.0, p999 = 0.0, max = 0.0;  ///< NaN of an empty sample.
 };
 
+/// NaN of an empty sample.
+[[nodiscard]] double mean(const std::vector<double>& values);
+
 /// Sorts its own copy of the sample. Values that are not finite are left out.
 [[nodiscard]] Percentiles percentiles(std::vector<double> values);
 

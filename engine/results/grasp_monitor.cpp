@@ -16,7 +16,6 @@ namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kChatterWindow_s = 0.3;
-constexpr double kDegrees = 180.0 / std::numbers::pi;
 constexpr double kAnyFriction = 0.01;  // A grasp that so little friction would close is closed by any.
 constexpr std::size_t kMostNamed = 3;  // Limits passed; a reason counts the others.
 

@@ -18,8 +18,6 @@ using nlohmann::ordered_json;
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kFinalWindow_s = 0.3;
-constexpr double kDegrees = 180.0 / std::numbers::pi;
 
 using Values = std::vector<double>;
 
@@ -118,12 +116,6 @@ Values collect(const std::deque<Trace>& traces, Get get) {
 template <typename Trace, typename Use>
 std::int64_t count(const std::deque<Trace>& traces, Use use) {
   return std::count_if(traces.begin(), traces.end(), use);
-}
-
-double mean(const Values& values) {
-  double sum = 0.0;
-  for (const double v : values) sum += v;
-  return sum / static_cast<double>(values.size());
 }
 
 /// With the 9 digits that a time needs; null if it is not finite.

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,6 +12,9 @@
 #include "engine/results/verdict.h"
 
 namespace thenar {
+
+inline constexpr double kDegrees = 180.0 / std::numbers::pi;  ///< In a radian.
+inline constexpr double kFinalWindow_s = 0.3;                 ///< What is told of a run's end is a mean over so long.
 
 /// Normal and tangential part of a finger's force [N].
 struct NormalTangential {

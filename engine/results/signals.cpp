@@ -12,8 +12,6 @@ namespace thenar {
 
 namespace {
 
-constexpr double kDegrees = 180.0 / std::numbers::pi;
-
 /// A line of comma-separated values.
 class CsvRow {
  public:

@@ -20,9 +20,6 @@ using nlohmann::ordered_json;
 
 namespace {
 
-constexpr double kFinalWindow_s = 0.3;
-constexpr double kDegrees = 180.0 / std::numbers::pi;
-
 using Values = std::vector<double>;
 
 /// The q-quantile of the finite values; NaN, which JSON shows as null, if there are none.
@@ -33,11 +30,6 @@ double quantile(Values values, double q) {
 }
 double largest(const Values& values) { return quantile(values, 1.0); }
 double smallest(const Values& values) { return quantile(values, 0.0); }
-double mean(const Values& values) {
-  double sum = 0.0;
-  for (const double v : values) sum += v;
-  return sum / static_cast<double>(values.size());
-}
 double root_mean_square(Values values) {
   for (double& v : values) v *= v;
   return std::sqrt(mean(values));

@@ -453,11 +453,6 @@ TEST(Program, RefusesAFolderThatCannotBeWrittenBeforeItRuns) {
 }
 
 // What the README shows is what is built and run.
-TEST(Program, TheReadmeShowsTheExampleOfEmbedding) {
-  const fs::path root = fs::path(THENAR_CONFIGS).parent_path();
-  EXPECT_NE(read(root / "README.md").find("```cpp\n" + read(root / "docs" / "embed.cpp") + "```"), std::string::npos);
-}
-
 /// A scan of the box: its samples with measurement noise on points and normals.
 PointCloud scanned_box() {
   PointCloud cloud = sample_box({0.05, 0.05, 0.05}, 20000, 7);
