@@ -68,7 +68,7 @@ Row row_of(const Key& key, std::string_view code) {
   } else if (is_required(scene_keys(), key)) {
     row[3] = "required";
   } else if (!key.without.empty()) {
-    row[4] += fmt::format(" Without it: {}.", key.without.substr(1, key.without.size() - 2));
+    row[4] += fmt::format(" {}", key.without.substr(1, key.without.size() - 2));
   }
   return row;
 }
@@ -103,7 +103,7 @@ std::string keys_as_text(const std::string& prefix) {
   }
   if (rows.size() > 1) return aligned(rows);
   const std::string nearest(nearest_key(scene_keys(), prefix));
-  const std::string hint = nearest.empty() ? ": thenar keys lists all" : did_you_mean(nearest);
+  const std::string hint = nearest.empty() ? "; thenar keys lists all" : did_you_mean(nearest);
   throw ConfigError({{"keys " + printable(prefix), "", "unknown key" + hint}});
 }
 

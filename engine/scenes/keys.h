@@ -34,7 +34,7 @@ struct Key {
   /// Of numbers "> 0", ">= 1 kPa" or "0 .. 10", ends included, and after it, each behind a bar, the words that may stand
   /// for a number: "> 0 | auto". Of a choice the words alone. Empty: all that the kind allows.
   std::string_view range;
-  /// What holds without the key: a value, which is then read, or words in brackets. Empty: the key must be there.
+  /// What holds without the key: a value, which is then read, or a sentence in brackets. Empty: the key must be there.
   std::string_view without;
   std::string_view sentence;  ///< What it is.
   int items = 1;              ///< Of kQuantities.

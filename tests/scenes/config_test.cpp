@@ -286,7 +286,7 @@ contact:
 TEST(Config, SuggestsNearKeysOnly) {
   Table table;
   for (const char* name : {"p", "law", "friction", "relaxation_time_of_the_pulp"}) {
-    table.push_back(length(name, "", "(nothing)"));
+    table.push_back(length(name, "", "(Nothing.)"));
   }
   const Reader nothing = [](const ConfigMap&) {};
   EXPECT_EQ(faults(table, "d: 1", nothing), (Lines{"1:1: d: unknown key"}));
@@ -513,7 +513,7 @@ TEST(Config, ListsTheDefaultsThatWereUsed) {
                     key("contact.by", kQuantities, "", kLength, 3, "[1 m, 2 m, 3 mm]"),
                     key("contact.sweeps", kCount, "1 .. 100", kNone, 1, "60"),
                     key("contact.cone", kChoice, "pyramid | exact", kNone, 1, "exact"),
-                    length("contact.centre", "", "(the middle)")};
+                    length("contact.centre", "", "(The middle.)")};
   Config config(scene_file("{present: 1 mm, contact: {}}"), table);
   const ConfigMap root = config.root();
   EXPECT_EQ(root.quantity("present"), 1e-3);
@@ -537,8 +537,8 @@ TEST(Config, ADefaultDoesNotHideAFault) {
   const Reader read = [](const ConfigMap& root) { (void)root.quantity("band"); };
   const Table table{length("band", ">= 0", "1 m")};
   EXPECT_EQ(faults(table, "band: -1 m\n", read), (Lines{"1:7: band: -1 m must not be negative"}));
-  // Words in brackets are no value.
-  EXPECT_EQ(faults({length("band", ">= 0", "(none)")}, "{}", read), (Lines{"1:1: band: this key is missing"}));
+  // A sentence in brackets is no value.
+  EXPECT_EQ(faults({length("band", ">= 0", "(None.)")}, "{}", read), (Lines{"1:1: band: this key is missing"}));
 }
 
 // What the table does not have cannot be read: a key that is forgotten there fails at the first scene.

@@ -244,8 +244,10 @@ TEST(Scene, RefusesShapesThatAreNone) {
             "object.shape.cylinder.radius: 1 um must be at least 0.1 mm");
   EXPECT_EQ(fault_of("cylinder: {radius: 12 mm}"), "object.shape.cylinder.length: this key is missing");
   const std::string exponents = "object.shape.superquadric.exponents";
-  EXPECT_EQ(fault_of("superquadric: {size: [24 mm, 24 mm, 90 mm], exponents: [0, 1]}"), exponents + "[0]: 0 must be at least 0.1");
-  EXPECT_EQ(fault_of("superquadric: {size: [24 mm, 24 mm, 90 mm], exponents: [1, 2.5]}"), exponents + "[1]: 2.5 must be at most 2");
+  EXPECT_EQ(fault_of("superquadric: {size: [24 mm, 24 mm, 90 mm], exponents: [0, 1]}"),
+            exponents + "[0]: 0 must be at least 0.1");
+  EXPECT_EQ(fault_of("superquadric: {size: [24 mm, 24 mm, 90 mm], exponents: [1, 2.5]}"),
+            exponents + "[1]: 2.5 must be at most 2");
   EXPECT_EQ(fault_of("mug: {radius: 27 mm, height: 80 mm, wall: 27 mm}"),
             "object.shape.mug.wall: must be less than radius and height");
   for (const char* handle : {"radius: 18 mm, thickness: 36 mm", "radius: 25 mm, thickness: 4 mm"}) {
