@@ -113,9 +113,10 @@ std::string keys_as_markdown() {
       "# The keys of a scene\n\n"
       "This page is written by `thenar keys --markdown`. `thenar keys contact` prints a part of it, and `thenar "
       "schema` the "
-      "same as a JSON Schema, by which editors complete and check scenes.\n\n"
-      "A value has the unit that is written after it. The first unit of each list is the SI unit. Ranges include their "
-      "ends. A key without a default that is not required may be left out.\n\n" +
+      "same\nas a JSON Schema, by which editors complete and check scenes.\n\n"
+      "A number is followed by its unit; the first unit of a list is the SI unit. A range with two ends includes them. "
+      "A "
+      "key that\nhas no default and is not required may be left out.\n\n" +
       header;
   for (const Key* key : keys_below(scene_keys(), "")) page += markdown_row(row_of(*key, "`"));
   for (const Key* map : keys_below(scene_keys(), "")) {

@@ -163,7 +163,7 @@ void report_unused_key(ConfigState& state, const YamlNode::Entry& entry, const s
   const std::string path = key_path(map_path, entry.key), in_table = key_path(table_path(map_path), entry.key);
   const bool known = entry.key.find('.') == entry.key.npos && find_key(state.keys, in_table) != nullptr;
   if (known) {
-    state.report(entry.place, path, "has no effect in this scene: leave it out");
+    state.report(entry.place, path, "has no effect here: leave it out");
     return;
   }
   std::string meant(nearest_key(state.keys, in_table));

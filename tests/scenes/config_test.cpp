@@ -311,7 +311,7 @@ TEST(Config, SuggestsKeysOfOtherMaps) {
 TEST(Config, RefusesKeysThatThisSceneHasNoUseFor) {
   const Reader nothing = [](const ConfigMap&) {};
   EXPECT_EQ(faults({length("leaves")}, "leaves: 1 m", nothing),
-            (Lines{"1:1: leaves: has no effect in this scene: leave it out"}));
+            (Lines{"1:1: leaves: has no effect here: leave it out"}));
 }
 
 TEST(Config, RefusesNumbersOutOfRange) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -59,6 +60,7 @@ TEST(Keys, AreWellFormed) {
       EXPECT_TRUE(keys_below(keys, key.path).empty() != is_map || key.kind == KeyKind::kPath);
       EXPECT_TRUE(key.kind != KeyKind::kChoice || words_of(key).size() > 1);
       EXPECT_NO_THROW(EXPECT_LT(range_of(key).least, range_of(key).most));
+      EXPECT_TRUE(key.kind != KeyKind::kCount || std::isfinite(range_of(key).most - range_of(key).least));
       if (has_default(key)) expect_good_default(key);
     }
   }
