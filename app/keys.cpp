@@ -112,11 +112,11 @@ std::string keys_as_markdown() {
   std::string page =
       "# The keys of a scene\n\n"
       "This page is written by `thenar keys --markdown`. `thenar keys contact` prints a part of it, and `thenar "
-      "schema` the "
-      "same\nas a JSON Schema, by which editors complete and check scenes.\n\n"
+      "schema`\n"
+      "the same as a JSON Schema, by which editors complete and check scenes.\n\n"
       "A number is followed by its unit; the first unit of a list is the SI unit. A range with two ends includes them. "
-      "A "
-      "key that\nhas no default and is not required may be left out.\n\n" +
+      "A\n"
+      "key that has no default and is not required may be left out.\n\n" +
       header;
   for (const Key* key : keys_below(scene_keys(), "")) page += markdown_row(row_of(*key, "`"));
   for (const Key* map : keys_below(scene_keys(), "")) {

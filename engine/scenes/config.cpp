@@ -160,15 +160,20 @@ void apply_override(ConfigState& state, const std::string& override_text) {
 
 /// Reports a key that no reader asked for: one that the table does not have, or that this scene has no use for.
 void report_unused_key(ConfigState& state, const YamlNode::Entry& entry, const std::string& map_path) {
-  const std::string path = key_path(map_path, entry.key), in_table = key_path(table_path(map_path), entry.key);
-  const bool known = entry.key.find('.') == entry.key.npos && find_key(state.keys, in_table) != nullptr;
-  if (known) {
+  const std::string map = table_path(map_path), path = key_path(map_path, entry.key);
+  const std::vector<std::string_view> names = names_below(state.keys, map);
+  if (std::ranges::find(names, entry.key) != names.end()) {
     state.report(entry.place, path, "has no effect here: leave it out");
+    return;
+  }
+  const std::string in_table = key_path(map, entry.key);
+  if (find_key(state.keys, in_table) != nullptr) {
+    state.report(entry.place, path, "in a file each name stands below the one before it, without dots");
     return;
   }
   std::string meant(nearest_key(state.keys, in_table));
   // Of the same map, which may be a list's item.
-  if (parent_of(meant) == parent_of(in_table)) meant.replace(0, parent_of(meant).size(), map_path);
+  if (!meant.empty() && parent_of(meant) == map) meant.replace(0, map.size(), map_path);
   state.report(entry.place, path, "unknown key" + did_you_mean(meant));
   // A key that is only misspelt is not missing besides.
   std::erase_if(state.faults, [&](const YamlFault& f) { return f.key == meant && f.message == kMissing; });

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "engine/formats/text.h"
+#include "engine/grasp/hand.h"
 
 namespace thenar {
 
@@ -35,10 +36,10 @@ constexpr std::array kSceneKeys = std::to_array<Key>({
     {"hand", kMap, kNone, "", "", "The hand, its posture and its joints."},
     {"hand.model", kPath, kNone, "", "", "The hand file: bones, joints, fingertips and muscles."},
     {"hand.posture", kQuantities, kAngle, "", "",
-     "The joint angles at the start, in the order of the hand file, each within its joint's limits.", 12},
+     "The joint angles at the start, in the order of the hand file, each within its joint's limits.", kJoints},
     {"hand.joint_viscosity", kQuantity, kRotationalDamping, "> 0", "", "The viscous damping b of every joint."},
     {"hand.torques", kQuantities, kTorque, "", "(Required without control, refused with it.)",
-     "The constant joint torques of a scene without control.", 12},
+     "The constant joint torques of a scene without control.", kJoints},
 
     {"fingertips", kMap, kNone, "", "(Without them fingers are rigid and touch at one point each.)",
      "Deformable fingertips."},
@@ -51,9 +52,8 @@ constexpr std::array kSceneKeys = std::to_array<Key>({
      "The retardation time of the pulp, in which it loses all but 1/e of its deformation without load; 0 is elastic."},
     {"fingertips.kernel", kChoice, kNone, "boussinesq | gaussian", "boussinesq",
      "How a force deforms the pulp around it: as in an elastic half space, or by the published influence function, "
-     "which "
-     "holds at one depth."},
-    {"fingertips.stiffening", kQuantity, kPerForce, "0 1/N .. 10 1/N", "(Without it the modulus is constant.)",
+     "which holds at one depth."},
+    {"fingertips.stiffening", kQuantity, kPerForce, "0 .. 10 1/N", "(Without it the modulus is constant.)",
      "The share by which the modulus grows for each newton of normal load on a fingertip."},
 
     {"object", kMap, kNone, "", "", "The object that is held."},
@@ -109,9 +109,8 @@ constexpr std::array kSceneKeys = std::to_array<Key>({
     {"contact.max_per_finger", kCount, kNone, "1 .. 1000", "(Required with deformable fingertips, refused without.)",
      "The most contacts of a finger: those of the smallest gaps are kept."},
     {"contact.level", kChoice, kNone, "leaves | 1 | 2 | 3 | 4 | 5 | 6 | 7 | 8 | auto", "leaves",
-     "The level of detail of deformable fingertips: all leaves, a control point for about 2, 4, 8 and so on of them, "
-     "or the "
-     "coarsest level within contact.force_error."},
+     "The level of detail of deformable fingertips: all leaves; a control point for about 2, 4, 8 and so on of them; "
+     "auto: the coarsest level within contact.force_error."},
     {"contact.force_error", kQuantity, kShare, ">= 0", "5 %",
      "With contact.level auto: how far a fingertip's force may be off Hertz's, rms."},
     {"contact.tolerance", kQuantity, kNone, "1e-14 .. 1", "1e-7",

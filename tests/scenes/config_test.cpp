@@ -303,6 +303,8 @@ TEST(Config, SuggestsKeysOfOtherMaps) {
   // It is not missing besides.
   EXPECT_EQ(faults(table, "contact: {}\nfriction: 1 m\n", read),
             (Lines{"2:1: friction: unknown key, did you mean 'contact.friction'?"}));
+  EXPECT_EQ(faults(table, "contact: {friction: 1 m}\ncontact.friction: 1 m\n", read),
+            (Lines{"2:1: contact.friction: in a file each name stands below the one before it, without dots"}));
   EXPECT_EQ(faults(table, "contact: {}\n", read, {"frcition=1 m"}),
             (Lines{"--set frcition: unknown key, did you mean 'contact.friction'?"}));
 }

@@ -156,8 +156,6 @@ TEST(Keys, AgreeWithTheSettings) {
   const Range exponents = range_of(*find_key(scene_keys(), "object.shape.superquadric.exponents"));
   EXPECT_EQ(exponents.least, kLeastExponent);
   EXPECT_EQ(exponents.most, kLargestExponent);
-  EXPECT_EQ(find_key(scene_keys(), "hand.posture")->items, kJoints);
-  EXPECT_EQ(find_key(scene_keys(), "hand.torques")->items, kJoints);
 }
 
 TEST(Keys, AreSuggestedFromTheirOwnMapFirst) {
