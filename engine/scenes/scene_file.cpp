@@ -55,15 +55,19 @@ void read_posture(const ConfigMap& map, Scene& scene) {
   }
 }
 
-void read_hand(const ConfigMap& map, bool controlled, Scene& scene) {
+/// False if the hand file cannot be read, which is reported.
+bool read_hand(const ConfigMap& map, bool controlled, Scene& scene) {
+  bool readable = true;
   try {
     if (const std::filesystem::path model = map.path("model"); !model.empty()) scene.hand = load_hand(model);
   } catch (const ReadError& error) {
     map.refuse("model", error.what());
+    readable = false;
   }
   read_posture(map, scene);
   scene.joint_viscosity = map.quantity("joint_viscosity");
   if (!controlled) scene.torques = map.quantities("torques");
+  return readable;
 }
 
 FingertipSettings read_fingertips(const ConfigMap& map) {
@@ -322,7 +326,7 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
   scene.name = root.text("name");
   read_time(root.map("time"), scene);
   scene.gravity = root.quantities("gravity");
-  read_hand(root.map("hand"), root.has("control"), scene);
+  const bool hand_readable = read_hand(root.map("hand"), root.has("control"), scene);
   if (root.has("fingertips")) scene.fingertips = read_fingertips(root.map("fingertips"));
   scene.object = read_object(root.map("object"), scene.fingertips.has_value());
   scene.contact = read_contact(root.map("contact"), scene.fingertips);
@@ -330,7 +334,14 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
   if (root.has("task")) scene.task = read_task(root.map("task"), scene.object.shape);
   scene.only_needed = root.choice("model") == "auto";
   if (root.has("tolerance")) scene.tolerance = read_tolerance(root.map("tolerance"));
-  config.finish();
+  try {
+    config.finish();
+  } catch (const ConfigError& error) {
+    // A file may be there the next time: where that is all that is wrong, the scene is not.
+    if (hand_readable || error.diagnostics().size() > 1) throw;
+    const std::string& place = error.diagnostics().front().location;
+    throw ReadError(place, std::string(error.what()).substr(place.size() + 2));
+  }
   scene.defaults_used = config.defaults_used();
   if (scene.only_needed && !root.has("tolerance")) {
     scene.defaults_used.push_back("tolerance: " + in_words(scene.tolerance));

@@ -7,6 +7,7 @@
 #include <variant>
 #include <vector>
 
+#include "engine/formats/files.h"
 #include "engine/grasp/model.h"
 #include "engine/scenes/build_model.h"
 #include "engine/scenes/config.h"
@@ -204,6 +205,13 @@ TEST(Scene, AMissingHandHidesNoOtherFault) {
     const std::string missing = (file.parent_path() / "nowhere.yaml").string() + ": no such file";
     EXPECT_NE(std::string(error.what()).find(file.string() + ":2:15: hand.model: " + missing), std::string::npos)
         << error.what();
+  }
+  // Alone it is no fault of the scene.
+  try {
+    (void)scene_of("minimal", {"hand.model=nowhere.yaml"});
+    ADD_FAILURE() << "no hand";
+  } catch (const ReadError& error) {
+    EXPECT_STREQ(error.what(), "--set hand.model: nowhere.yaml: no such file");
   }
 }
 
