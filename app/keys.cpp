@@ -21,7 +21,7 @@ using Row = std::array<std::string, 5>;
 /// `code` is put around what a user writes.
 std::string value_in_words(const Key& key, std::string_view code) {
   const std::string units = key.dimension == Dimension::kNone ? "number" : unit_names(key.dimension);
-  const std::string unit = units == "number" ? units : fmt::format("{0}{1}{0}", code, units);
+  std::string unit = units == "number" ? units : fmt::format("{0}{1}{0}", code, units);
   switch (key.kind) {
     case KeyKind::kMap:
       return "map";

@@ -81,7 +81,7 @@ Json map_at(std::string_view path, bool of_one_key) {
 }
 
 Json value_of(const Key& key) {
-  const Json text{{"type", "string"}, {"minLength", 1}};
+  Json text{{"type", "string"}, {"minLength", 1}};
   switch (key.kind) {
     case KeyKind::kMap:
       return map_at(key.path, false);

@@ -171,11 +171,11 @@ PulpMaterial read_compliance(const ConfigMap& map) {
 
 Vector3d read_centre_of_mass(const ConfigMap& map, const Shape& shape) {
   if (map.has("centre_of_mass")) {
-    const Vector3d centre_m = map.quantities("centre_of_mass");
+    Vector3d centre_m = map.quantities("centre_of_mass");
     check_is_in_object(map, "centre_of_mass", centre_m, shape);
     return centre_m;
   }
-  const Vector3d centre_m = solid_centroid_m(shape);
+  Vector3d centre_m = solid_centroid_m(shape);
   const auto text = [&](int axis) { return to_text(centre_m[axis], Dimension::kLength); };
   map.use_default("centre_of_mass", fmt::format("[{}, {}, {}]", text(0), text(1), text(2)));
   return centre_m;
