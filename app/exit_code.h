@@ -2,7 +2,7 @@
 
 #include "engine/results/verdict.h"
 
-/// What the program ends with: README.md has the table.
+/// What the program ends with: docs/guide/run.md has the table.
 enum ExitCode {
   kDone = 0,
   kInternal = 1,

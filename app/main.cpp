@@ -21,6 +21,7 @@
 #include "app/profile.h"
 #include "app/progress.h"
 #include "app/results.h"
+#include "app/shared_data.h"
 #include "app/solve.h"
 #include "app/sweep.h"
 #include "app/table.h"
@@ -187,6 +188,9 @@ int execute(const Options& options) {
       return kDone;
     case Command::kDoctor:
       doctor(std::cout, options.core);
+      return kDone;
+    case Command::kScenes:
+      std::cout << list_of_scenes();
       return kDone;
   }
   return kInternal;

@@ -278,6 +278,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
   CLI::App* const doctor =
       app.add_subcommand("doctor", "Says what this machine can keep, and how to get what it refuses");
   add_core(*doctor, options.core);
+  CLI::App* const scenes = app.add_subcommand("scenes", "Lists the scenes that come with the program");
 
   try {
     app.parse(argc, argv);
@@ -285,6 +286,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
     if (exports->parsed()) options.command = Command::kExport;
     if (solve->parsed()) options.command = Command::kSolve;
     if (doctor->parsed()) options.command = Command::kDoctor;
+    if (scenes->parsed()) options.command = Command::kScenes;
     if (profile->parsed()) options.command = Command::kProfile;
     if (profile->parsed()) options.runner = Runner::kRealtime;
     if (keys->parsed()) options.command = Command::kKeys;

@@ -9,7 +9,7 @@
 #include "app/scene_flags.h"
 #include "engine/scenes/scene_file.h"
 
-enum class Command { kRun, kProfile, kCheck, kSolve, kDoctor, kExport, kSweep, kKeys, kSchema };
+enum class Command { kRun, kProfile, kCheck, kSolve, kDoctor, kExport, kSweep, kScenes, kKeys, kSchema };
 
 /// Who runs the two loops.
 enum class Runner {

@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <string>
 #include <utility>
 
+#include "app/shared_data.h"
 #include "engine/loops/realtime.h"
 #include "engine/scenes/config.h"
 #include "engine/scenes/scene_file.h"
@@ -83,7 +85,12 @@ std::vector<std::string> realtime_defaults() { return {"contact.tolerance=1e-7",
 
 void add_scene(CLI::App& command, std::filesystem::path& scene, std::vector<std::string>& overrides,
                const char* description) {
-  command.add_option("SCENE", scene, description)->required();
+  const CLI::Validator by_name{[](std::string& text) -> std::string {
+                                 text = find_scene(text).string();
+                                 return "";
+                               },
+                               ""};
+  command.add_option("SCENE", scene, description)->required()->transform(by_name);
   command.add_option("--set", overrides, "Changes a value: key.path=value, as often as needed")
       ->take_all()
       ->type_name("KEY=VALUE");

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -8,6 +7,11 @@
 #include "engine/grasp/scene.h"
 #include "engine/scenes/scene_file.h"
 #include "engine/scenes/units.h"
+
+namespace CLI {
+class App;
+class Validator;
+}  // namespace CLI
 
 // The flags that change a scene, of all commands that run one.
 
@@ -37,8 +41,9 @@ struct RateFlags {
 void add_core(CLI::App& command, int& core);
 
 /// SCENE and --set.
-void add_scene(CLI::App& command, std::filesystem::path& scene, std::vector<std::string>& overrides,
-               const char* description = "Scene file (YAML)");
+void add_scene(
+    CLI::App& command, std::filesystem::path& scene, std::vector<std::string>& overrides,
+    const char* description = "Scene file (YAML), or the name of a scene that comes with the program: thenar scenes");
 /// --contact-rate and --control-rate, which may be `auto`, or not.
 void add_rates(CLI::App& command, RateFlags& rates, bool may_be_auto);
 /// Throws CLI::ValidationError if the rates do not go together.

@@ -2,6 +2,8 @@
 
 #include <Eigen/Core>
 
+#include "thenar/eigen_layout.h"
+
 namespace thenar {
 
 /// A surface as an unstructured set of samples with outward normals, in the body's frame.

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <vector>
 
+#include "thenar/eigen_layout.h"
+
 namespace thenar {
 
 /// Points sorted into cubic cells no smaller than a radius: a point's neighbours lie in its 27 cells. For work done once,

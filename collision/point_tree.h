@@ -3,6 +3,8 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "thenar/eigen_layout.h"
+
 namespace thenar {
 
 /// A binary tree over points: a node of L leaves splits its points along the longest axis of their box in the proportion

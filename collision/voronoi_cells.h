@@ -2,6 +2,8 @@
 
 #include <Eigen/Core>
 
+#include "thenar/eigen_layout.h"
+
 namespace thenar {
 
 /// What of the unit sphere is nearest to each of n directions.

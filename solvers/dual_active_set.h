@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "thenar/eigen_layout.h"
+
 namespace thenar {
 
 /// How a projection ended.

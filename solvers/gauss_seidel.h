@@ -3,6 +3,8 @@
 #include <Eigen/Core>
 #include <limits>
 
+#include "thenar/eigen_layout.h"
+
 namespace thenar {
 
 /// When a contact solve stops.

@@ -1,7 +1,6 @@
 #include "solvers/grasp_forces.h"
 
 #include <Eigen/Geometry>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -9,6 +8,7 @@
 
 #include "solvers/dual_active_set.h"
 #include "solvers/exact_cone.h"
+#include "solvers/orthogonal_rows.h"
 #include "solvers/reduced_grasp.h"
 
 namespace thenar {
@@ -412,10 +412,17 @@ struct PlainGrasp {
 
   /// |G^+ w|
   [[nodiscard]] double least_forces(const Vector6d& w) const {
-    Eigen::CompleteOrthogonalDecomposition<decltype(G)> decomposition;
-    decomposition.setThreshold(1e-10);  // As collinear contacts are told: see reduced_grasp.cpp.
-    decomposition.compute(G);
-    return decomposition.solve(w).norm();
+    constexpr double kNoPower = 1e-10;  // As collinear contacts are told: see reduced_grasp.cpp.
+    decltype(G) turned = G;
+    Eigen::Matrix<double, 6, 6> U;
+    orthogonalize_rows(turned, U);
+    double largest = 0.0, squares = 0.0;
+    for (Index i = 0; i < 6; ++i) largest = std::max(largest, turned.row(i).norm());
+    for (Index i = 0; i < 6; ++i) {
+      const double length = turned.row(i).norm();
+      if (length > kNoPower * largest) squares += std::pow(U.col(i).dot(w) / length, 2);
+    }
+    return std::sqrt(squares);
   }
 };
 

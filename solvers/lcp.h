@@ -2,6 +2,8 @@
 
 #include <Eigen/Core>
 
+#include "thenar/eigen_layout.h"
+
 namespace thenar {
 
 /// How an LCP ended.

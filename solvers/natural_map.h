@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "thenar/eigen_layout.h"
+
 namespace thenar {
 
 /// A force or a gap in contact rows. In numbers, not an Eigen vector: inner loops keep these in registers.

@@ -2,6 +2,8 @@
 
 #include <Eigen/Core>
 
+#include "thenar/eigen_layout.h"
+
 namespace thenar {
 
 /// The projection of a force (n, t1, t2) onto the friction cone |f_t| <= mu f_n.

@@ -23,6 +23,7 @@
 #include "app/host.h"
 #include "app/results.h"
 #include "app/scene_flags.h"
+#include "app/shared_data.h"
 #include "app/window/admission.h"
 #include "app/window/server.h"
 #include "app/window/session.h"
@@ -76,7 +77,8 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
   Options options;
   CLI::App* const demo =
       app.add_subcommand("demo", "Shows a scene while it runs, or a recording, in a browser, and lets hands on it");
-  add_scene(*demo, options.file, options.overrides, "Scene file (YAML), or a recording (.mcap)");
+  add_scene(*demo, options.file, options.overrides,
+            "Scene file (YAML), the name of a scene that comes with the program, or a recording (.mcap)");
   demo->add_option("--port", options.server.port, "Port of the address that is printed; 0: any that is free")
       ->capture_default_str();
   demo->add_option("--listen", options.server.address,
@@ -204,7 +206,7 @@ int main(int argc, char** argv) try {
     if (!std::cout) throw thenar::FileError("standard output", "could not be written in full");
     return exit_code;
   }
-  options->server.page = fs::read_symlink("/proc/self/exe").parent_path() / "page.html";
+  options->server.page = shared_data() / "page.html";
   end_on_signals();
   if (options->is_recording()) {
     options->server.recording = options->file;

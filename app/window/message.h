@@ -6,7 +6,7 @@
 #include <string_view>
 #include <variant>
 
-/// What a page may send, as docs/WINDOW.md has it.
+/// What a page may send, as docs/reference/window.md has it.
 namespace window {
 
 struct Next {};

@@ -34,6 +34,12 @@ def _rows(parts, part, **columns):
     return []
 
 
+def published_table(parts):
+    """The table of published times, row by row; where there is no published time, the cell is no number."""
+    return _rows(parts, "published", name=("computation",), published=("published",), here=("median",), p99=("p99",),
+                 accuracy=("accuracy",))
+
+
 def _published_rows(parts):
     rows = _rows(parts, "published", name=("computation",), published=("published",), here=("median",),
                  ratio=("times as fast",), rest=("hardware",), accuracy=("accuracy",))

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "thenar/eigen_layout.h"
+
 namespace thenar {
 
 inline constexpr int kFingers = 3;  ///< Thumb, index, major.

@@ -1,6 +1,6 @@
 #include "engine/results/problem_check.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <limits>
 #include <tuple>
@@ -8,6 +8,7 @@
 
 #include "solvers/grasp_forces.h"
 #include "solvers/lcp.h"
+#include "solvers/orthogonal_rows.h"
 #include "solvers/residual.h"
 
 namespace thenar {
@@ -52,6 +53,37 @@ VectorXd nonnegative_least_squares(const MatrixXd& B, const VectorXd& b) {
   return x;
 }
 
+/// A^+ of a matrix with fewer rows than columns, by its singular values.
+class PseudoInverse {
+ public:
+  explicit PseudoInverse(const MatrixXd& A) : rows_(A), U_(A.rows(), A.rows()) {
+    orthogonalize_rows(rows_, U_);
+    lengths_ = rows_.rowwise().norm();
+    // What rounding leaves of a row that depends on others.
+    const double none = std::numeric_limits<double>::epsilon() * static_cast<double>(A.cols()) * lengths_.maxCoeff();
+    for (Index i = 0; i < lengths_.size(); ++i) {
+      if (lengths_[i] > none) {
+        rows_.row(i) /= lengths_[i];
+      } else {
+        rows_.row(i).setZero();
+        U_.col(i).setZero();
+        lengths_[i] = 1.0;
+      }
+    }
+  }
+
+  /// A^+ b
+  [[nodiscard]] VectorXd of(const VectorXd& b) const {
+    return rows_.transpose() * (U_.transpose() * b).cwiseQuotient(lengths_);
+  }
+  /// A^+ A x: the part of x that A sees.
+  [[nodiscard]] VectorXd seen(const VectorXd& x) const { return rows_.transpose() * (rows_ * x); }
+
+ private:
+  MatrixXd rows_, U_;
+  VectorXd lengths_;
+};
+
 }  // namespace
 
 Residual contact_residual(const ContactFile& problem, Index step, const VectorXd& f) {
@@ -81,19 +113,22 @@ double grasp_rounding(const GraspFile& problem) {
   grasp_map(problem.contacts, centre_m, G);
   const double size_m = G.bottomRows<3>().norm();
   if (size_m > 0.0) G.bottomRows<3>() /= size_m;
-  const VectorXd values = G.jacobiSvd().singularValues();
+  MatrixXd U(6, 6);
+  orthogonalize_rows(G, U);
+  const VectorXd values = G.rowwise().norm();
+  const double largest = values.maxCoeff();
   double condition = 1.0;
   for (const double value : values) {
-    if (value > kNoPower * values[0]) condition = std::max(condition, values[0] / value);
+    if (value > kNoPower * largest) condition = std::max(condition, largest / value);
   }
   return std::numeric_limits<double>::epsilon() * condition;
 }
 
 double muscle_residual(const MuscleFile& problem, const VectorXd& f) {
-  const auto H = problem.H.completeOrthogonalDecomposition();
+  const PseudoInverse H(problem.H);
   // What no forces can give counts, too: H H^+ leaves it out.
   const VectorXd torque_error = problem.H * f - problem.tau;
-  const VectorXd made_up = H.solve(torque_error);
+  const VectorXd made_up = H.of(torque_error);
   const double beyond = share((torque_error - problem.H * made_up).norm(), problem.tau.norm());
 
   std::vector<Index> resting;
@@ -101,9 +136,12 @@ double muscle_residual(const MuscleFile& problem, const VectorXd& f) {
     if (f[i] <= kRests * f.norm()) resting.push_back(i);
   }
   // pi, the part of forces that gives no torque, is the part that H'l cannot balance.
-  const MatrixXd pi = MatrixXd::Identity(f.size(), f.size()) - H.solve(problem.H);
-  const MatrixXd B = pi(Eigen::all, resting);
-  const VectorXd left = pi * f - B * nonnegative_least_squares(B, pi * f);
+  const auto pi = [&H](const VectorXd& x) -> VectorXd { return x - H.seen(x); };
+  MatrixXd B(f.size(), std::ssize(resting));
+  for (Index i = 0; i < B.cols(); ++i) {
+    B.col(i) = pi(VectorXd::Unit(f.size(), resting[static_cast<std::size_t>(i)]));
+  }
+  const VectorXd left = pi(f) - B * nonnegative_least_squares(B, pi(f));
   const double largest = std::max({made_up.norm(), -f.minCoeff(), left.norm()});
   return std::max(beyond, share(largest, f.norm()));
 }
@@ -136,7 +174,7 @@ MuscleDeficit explain_infeasible_muscles(const MuscleFile& problem) {
   const double done = deficit.missing_Nm.dot(problem.tau);
   if (done <= 0.0) return deficit;
   const VectorXd H_r = problem.H.transpose() * deficit.missing_Nm;
-  const VectorXd least = problem.H.completeOrthogonalDecomposition().solve(problem.tau);
+  const VectorXd least = PseudoInverse(problem.H).of(problem.tau);
   deficit.gap = least.norm() * H_r.cwiseMax(0.0).norm() / done;
   return deficit;
 }

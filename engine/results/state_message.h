@@ -13,7 +13,7 @@
 #include "engine/loops/picture.h"
 #include "engine/results/recording.h"
 
-/// What a window or a recording shows of a grasp: docs/WINDOW.md has the format.
+/// What a window or a recording shows of a grasp: docs/reference/window.md has the format.
 namespace thenar {
 
 inline constexpr std::uint16_t kMessageVersion = 1;
@@ -50,7 +50,7 @@ struct Field {
   std::size_t begin = 0, count = 0;
 };
 
-/// Where a scene's state messages have what: docs/WINDOW.md.
+/// Where a scene's state messages have what: docs/reference/window.md.
 [[nodiscard]] std::vector<Field> state_fields(const Model& model);
 [[nodiscard]] std::vector<Field> contact_fields();
 

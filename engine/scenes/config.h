@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/scenes/keys.h"
+#include "thenar/eigen_layout.h"
 
 /// Strict reading of YAML files by a table of keys (engine/scenes/keys.h). Nothing in a file is ignored and nothing is
 /// guessed: an unknown, doubled or missing key, a wrong or missing unit, a wrong type, a number that is not finite or out

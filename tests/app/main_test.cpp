@@ -101,7 +101,7 @@ TEST(Program, ExportsWithLittleMoreThanTheRecordingItself) {
   };
   const Outcome csv = thenar_program("export " + film + " --csv " + (folder / "film.csv").string(), limited(1.5 * kB));
   EXPECT_EQ(csv.code, 0) << csv.text;
-  if (fs::exists(fs::path(THENAR_PROGRAM).parent_path() / "page.html")) {
+  if (fs::exists(fs::path(THENAR_PROGRAM).parent_path().parent_path() / "share/thenar/page.html")) {
     const Outcome page =
         thenar_program("export " + film + " --html " + (folder / "film.html").string(), limited(2.4 * kB));
     EXPECT_EQ(page.code, 0) << page.text;

@@ -1,6 +1,7 @@
 """The report says what its parts measured: report_test.py Analysis, and report_test.py Page, which ends with 77 where
 matplotlib is missing."""
 
+import datetime
 import html.parser
 import importlib.util
 import json
@@ -20,7 +21,11 @@ sys.dont_write_bytecode = True
 sys.path.insert(0, str(PROGRAM.parent))
 
 import analysis  # noqa: E402
+import documents  # noqa: E402
 import headlines  # noqa: E402
+
+
+DATES = datetime.date(2026, 1, 2), datetime.date(2026, 1, 3)
 
 
 def point(method, error, us, **flags):
@@ -170,6 +175,78 @@ class Analysis(unittest.TestCase):
             self.refused(json.dumps(part), message)
         self.refused('{"part": ', "part.json")
         self.refused('{"benchmarks": []}', "no part")
+
+    def test_documents_have_every_table_of_the_report_and_say_what_it_was_measured_on(self):
+        parts = analysis.read_parts(DATA)
+        page = documents.measured(parts, DATES)
+        for text in ("a processor, 2 hardware threads, GNU 12.2.0, `-O3 -march=x86-64-v3`, Thenar 0.6.0, a quick "
+                     "measurement, 2026-01-02 to 2026-01-03", "| grasp forces | 40 | 0.4 | 0.9 | 100 | 7 to 60 | KKT error 1e-15 |",
+                     "What published shows, & more: `a_key` \\<b\\>.", "two: 1.50 times the time of exact",
+                     "Not measured: `grasp_force`, `muscle`"):
+            self.assertIn(text, page)
+        for figure in (figure for part in parts for figure in part["figures"] if figure["kind"] == "table"):
+            for row in figure["rows"]:
+                self.assertIn(documents.table(figure["columns"], figure["rows"]), page)
+        # Every row of a table has as many cells as its head.
+        for block in re.findall(r"(?:^\|.*\n)+", page, re.MULTILINE):
+            self.assertEqual(len({len(re.findall(r"(?<!\\)\|", line)) for line in block.splitlines()}), 1, block)
+        self.assertEqual(page, documents.measured(parts, DATES))
+
+    def test_text_of_a_part_is_no_markup(self):
+        for value, shown in (("a|b", "a\\|b"), ("`a|b` c_d _e_", "`a\\|b` c_d \\_e\\_"), ("two\nlines", "two lines"),
+                             ("3 * 4 [x](y)", "3 \\* 4 [x]\\(y)"), ("f_{ij} `", "f\\_{ij} \\`")):
+            self.assertEqual(documents.text(value), shown)
+
+    def test_a_case_shows_its_default_and_the_best_of_each_other_method(self):
+        figure = {**work([point("ours", 1e-6, 3.0, default=True), point("ours", 1e-9, 9.0),
+                          point("peer", 1e-7, 8.0, peer=True), point("peer", 1e-6, 7.0, peer=True),
+                          point("coarse", 1e-2, 0.1), point("coarse", 1e-3, 0.2), point("broken", None, 0.1)]),
+                  "error": "error", "time": "time"}
+        rows = documents._work_precision(figure).splitlines()[2:]
+        self.assertEqual([[cell.strip() for cell in row.split("|")[2:5]] for row in rows],
+                         [["ours", "1e-6", "3"], ["peer", "1e-6", "7"], ["coarse", "0.001", "0.2"]])
+
+    def test_the_readme_keeps_all_but_what_is_between_the_markers(self):
+        with tempfile.TemporaryDirectory() as root:
+            readme, page = Path(root) / "README.md", Path(root) / "docs" / "measured.md"
+            page.parent.mkdir()
+            before, after = "# A\n\n", "\n\nthe rest\n"
+            readme.write_text(f"{before}{documents.BEGIN}\nold\n{documents.END}{after}")
+            parts = analysis.read_parts(DATA)
+            for _ in range(2):  # Once more changes nothing.
+                documents.write(Path(root), parts, DATES)
+                table = documents.readme_table(parts, DATES)
+                self.assertEqual(readme.read_text(), f"{before}{documents.BEGIN}\n{table}\n{documents.END}{after}")
+            self.assertIn("| grasp forces | 40 µs | 0.4 µs | 0.9 µs | KKT error 1e-15 |", table)
+            self.assertIn("| display |  | 13 µs | 21 µs | exact |", table)
+            self.assertIn("# Measured", page.read_text())
+
+    def test_the_readme_has_each_computation_once(self):
+        rows = [["grasp forces", 40, 0.3, 0.6, "KKT 3e-16"], ["grasp forces, cones active", 40, 1.8, 2.0, "KKT 1e-12"],
+                ["contact computation, 60 contacts", 20000, 118.0, 12345.6, "residual 1e-7"],
+                ["muscle forces", "-", 1.5, 2.7, "KKT 3e-15"]]
+        part = {"part": "published", "measured": {"machine": "a machine"}, "figures": [
+            {"kind": "table", "columns": ["computation", "published", "median", "p99", "accuracy"], "rows": rows}]}
+        self.assertEqual(documents.readme_table([part], DATES[:1] * 2).splitlines()[2:], [
+            "| grasp forces | 40 µs | 0.3 µs | 0.6 µs | KKT 3e-16 |",
+            "| contact computation, 60 contacts | 20 ms | 118 µs | 12.3 ms | residual 1e-7 |",
+            "| muscle forces |  | 1.5 µs | 2.7 µs | KKT 3e-15 |", "",
+            "Measured on a machine, Thenar, 2026-01-02. [All tables](docs/measured.md)."])
+
+    def test_documents_are_left_alone_where_something_is_missing(self):
+        parts = analysis.read_parts(DATA)
+        without = [part for part in parts if part["part"] != "published"]
+        good = f"{documents.BEGIN}\nold\n{documents.END}\n"
+        for text, measured in (("no markers\n", parts), (good + good, parts), (good, without),
+                               (f"{documents.BEGIN}\n{good}", parts), (f"{good}{documents.END}\n", parts),
+                               (f"{documents.END}\n{documents.BEGIN}\n", parts)):
+            with tempfile.TemporaryDirectory() as root:
+                (Path(root) / "docs").mkdir()
+                (Path(root) / "README.md").write_text(text)
+                with self.assertRaises(analysis.ReportError):
+                    documents.write(Path(root), measured, DATES)
+                self.assertEqual((Path(root) / "README.md").read_text(), text)
+                self.assertEqual(list((Path(root) / "docs").iterdir()), [])
 
     def refused(self, content, message):
         with tempfile.TemporaryDirectory() as folder:

@@ -246,7 +246,7 @@ def make_inputs(options, folder):
 
 def clean_runs(options):
     clean = {}
-    page = pathlib.Path(options.thenar).parent / "page.html"
+    page = pathlib.Path(options.thenar).parents[1] / "share" / "thenar" / "page.html"
     for command in list(COMMANDS):
         if "--html" in command.words and not page.exists():
             print("faults: without the page, which needs npm, nothing is exported to HTML")

@@ -126,7 +126,7 @@ bool within(const std::optional<T>& value, double low, double high) {
   return !value || within(static_cast<double>(*value), low, high);
 }
 
-/// The ranges of docs/WINDOW.md, written once more.
+/// The ranges of docs/reference/window.md, written once more.
 struct InRange {
   bool operator()(const Ping& ping) const { return std::isfinite(ping.t); }
   bool operator()(const Pull& pull) const {

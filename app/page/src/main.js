@@ -1,4 +1,4 @@
-// The page of thenar's live window; docs/WINDOW.md says what it talks.
+// The page of thenar's live window; docs/reference/window.md says what it talks.
 
 import {Connection} from './connection.js';
 import {fingerColors, pressureGradient} from './colors.js';

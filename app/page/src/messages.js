@@ -1,4 +1,4 @@
-// Reads the messages of docs/WINDOW.md. Where a number lies is told by the scene's tables, not by this file.
+// Reads the messages of docs/reference/window.md. Where a number lies is told by the scene's tables, not by this file.
 
 const kMagic = 0x524e4854; // "THNR", little-endian
 const kHeader = 8;

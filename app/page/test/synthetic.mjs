@@ -1,4 +1,4 @@
-// A small made-up grasp in the format of docs/WINDOW.md, and a recording of it.
+// A small made-up grasp in the format of docs/reference/window.md, and a recording of it.
 
 const kFields = [
   ['time_s', 1], ['tick', 1], ['frame', 1], ['held', 1], ['object', 12], ['target', 12], ['q_rad', 12], ['segments', 48],

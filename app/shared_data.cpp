@@ -1,0 +1,66 @@
+#include "app/shared_data.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string_view>
+#include <system_error>
+
+#include "engine/formats/files.h"
+
+namespace fs = std::filesystem;
+
+namespace {
+
+fs::path scene_folder() { return shared_data() / "scenes"; }
+
+/// The first sentence of the comment that a file begins with.
+std::string first_sentence(std::string_view text) {
+  std::string sentence;
+  while (text.starts_with('#')) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    const std::string_view line = text.substr(1, end - 1);
+    text.remove_prefix(std::min(end + 1, text.size()));
+    if (line.starts_with(" yaml-language-server")) continue;
+    sentence += line.substr(std::min<std::size_t>(sentence.empty() ? 1 : 0, line.size()));
+    if (const std::size_t stop = sentence.find(". "); stop != std::string::npos) return sentence.substr(0, stop + 1);
+    if (sentence.ends_with('.')) return sentence;
+  }
+  return sentence;
+}
+
+}  // namespace
+
+fs::path shared_data() { return fs::read_symlink("/proc/self/exe").parent_path().parent_path() / "share" / "thenar"; }
+
+std::vector<KnownScene> known_scenes() {
+  std::vector<KnownScene> scenes;
+  std::error_code none;
+  for (const fs::directory_entry& entry : fs::directory_iterator(scene_folder(), none)) {
+    if (entry.path().extension() != ".yaml") continue;
+    const std::string text = thenar::read_file(entry.path());
+    // A hand is described by a file like these, and names no object.
+    if (text.find("\nobject:") == std::string::npos) continue;
+    scenes.push_back({entry.path().stem().string(), entry.path(), first_sentence(text)});
+  }
+  std::sort(scenes.begin(), scenes.end(),
+            [](const KnownScene& one, const KnownScene& other) { return one.name < other.name; });
+  return scenes;
+}
+
+fs::path find_scene(const std::string& text) {
+  std::error_code none;
+  if (fs::exists(text, none) || text.find('/') != std::string::npos) return text;
+  const fs::path known = scene_folder() / (text.ends_with(".yaml") ? text : text + ".yaml");
+  return fs::exists(known, none) ? known : fs::path(text);
+}
+
+std::string list_of_scenes() {
+  const std::vector<KnownScene> scenes = known_scenes();
+  if (scenes.empty()) return fmt::format("{} holds no scenes\n", scene_folder().string());
+  std::size_t width = 0;
+  for (const KnownScene& scene : scenes) width = std::max(width, scene.name.size());
+  std::string list;
+  for (const KnownScene& scene : scenes) list += fmt::format("{:{}}  {}\n", scene.name, width, scene.about);
+  return list;
+}

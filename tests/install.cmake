@@ -1,0 +1,81 @@
+# Installs what is built under a prefix, moves it elsewhere, and tries it as one who has it from a package: the program finds its
+# scenes, a project outside builds the examples, the core needs Eigen alone, another instruction set is refused in words, and
+# nothing holds a path of the build. Run by ctest:
+#   cmake -D BUILD=... -D SOURCE=... -D WORK=... -D COMPILER=... -D EIGEN=... -D ARCH=... -P tests/install.cmake
+cmake_minimum_required(VERSION 3.25)
+
+# try(<what it shows> <command>...): it must end with 0; what it says goes to `said`.
+macro(try what)
+  execute_process(COMMAND ${ARGN} RESULT_VARIABLE code OUTPUT_VARIABLE said ERROR_VARIABLE said)
+  if(NOT code EQUAL 0)
+    message(FATAL_ERROR "${what}: ${code}\n${said}")
+  endif()
+endmacro()
+
+file(REMOVE_RECURSE ${WORK})
+foreach(component program dev)
+  try("install ${component}" ${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/first --component ${component})
+endforeach()
+file(RENAME ${WORK}/first ${WORK}/prefix)
+set(prefix ${WORK}/prefix)
+
+# The program, with its scenes by name, in a folder that has none.
+file(MAKE_DIRECTORY ${WORK}/empty)
+try("scenes by name" ${CMAKE_COMMAND} -E chdir ${WORK}/empty ${prefix}/bin/thenar run minimal --time 0.05 --quiet)
+try("the list of scenes" ${prefix}/bin/thenar scenes)
+if(NOT said MATCHES "box_grasp +The published experiment" OR said MATCHES "hand")
+  message(FATAL_ERROR "thenar scenes lists:\n${said}")
+endif()
+
+# No path of the build.
+file(GLOB_RECURSE installed ${prefix}/*)
+foreach(file IN LISTS installed)
+  file(STRINGS ${file} found REGEX "${SOURCE}/|${BUILD}/" LIMIT_COUNT 1)
+  if(found)
+    message(FATAL_ERROR "${file} holds a path of the build: ${found}")
+  endif()
+endforeach()
+
+# A project outside the tree.
+try("configure the examples" ${CMAKE_COMMAND} -G Ninja -S ${SOURCE}/examples -B ${WORK}/examples -D CMAKE_PREFIX_PATH=${prefix}
+    -D CMAKE_CXX_COMPILER=${COMPILER})
+try("build the examples" ${CMAKE_COMMAND} --build ${WORK}/examples)
+try("run an example" ${WORK}/examples/embed ${prefix}/share/thenar/scenes/minimal.yaml)
+
+# The core, where no other package is found than Eigen.
+set(none)
+foreach(package yaml-cpp nlohmann_json fmt spdlog Boost Threads TBB)
+  list(APPEND none -D CMAKE_DISABLE_FIND_PACKAGE_${package}=ON)
+endforeach()
+try("configure with the core alone" ${CMAKE_COMMAND} -G Ninja -S ${SOURCE}/examples -B ${WORK}/core
+    -D EXAMPLES_OF_THE_CORE=ON -D CMAKE_PREFIX_PATH=${prefix} -D CMAKE_CXX_COMPILER=${COMPILER} ${none})
+try("build with the core alone" ${CMAKE_COMMAND} --build ${WORK}/core)
+try("run with the core alone" ${WORK}/core/contact_forces)
+# Its link line: our three libraries and the compiler's own.
+file(STRINGS ${WORK}/core/build.ninja libraries REGEX "LINK_LIBRARIES = ")
+string(REGEX REPLACE ".*LINK_LIBRARIES = " "" libraries "${libraries}")
+string(REGEX REPLACE "[^ ]*/libthenar_(solvers|collision|grasp)\\.a" "" others "${libraries}")
+if(others MATCHES "[^ ]")
+  message(FATAL_ERROR "thenar::grasp links more than itself: ${libraries}")
+endif()
+
+# Another instruction set: every header that shows Eigen's types says so.
+if(ARCH STREQUAL "x86-64-v3")
+  file(GLOB_RECURSE headers RELATIVE ${prefix}/include/thenar ${prefix}/include/thenar/*.h)
+  set(asked 0)
+  foreach(header IN LISTS headers)
+    file(STRINGS ${prefix}/include/thenar/${header} shows REGEX "Eigen::" LIMIT_COUNT 1)
+    if(NOT shows)
+      continue()
+    endif()
+    math(EXPR asked "${asked} + 1")
+    execute_process(COMMAND ${COMPILER} -std=c++20 -E -x c++ -I ${prefix}/include/thenar -I ${EIGEN}
+                            ${prefix}/include/thenar/${header} RESULT_VARIABLE code OUTPUT_QUIET ERROR_VARIABLE said)
+    if(code EQUAL 0 OR NOT said MATCHES "Thenar was built with -march=x86-64-v3")
+      message(FATAL_ERROR "${header} takes another instruction set:\n${said}")
+    endif()
+  endforeach()
+  if(asked LESS 30)
+    message(FATAL_ERROR "only ${asked} headers show Eigen's types")
+  endif()
+endif()
