@@ -16,6 +16,7 @@
 #include "app/exit_code.h"
 #include "app/export.h"
 #include "app/host.h"
+#include "app/keys.h"
 #include "app/options.h"
 #include "app/profile.h"
 #include "app/progress.h"
@@ -179,6 +180,12 @@ int execute(const Options& options) {
       return sweep(options);
     case Command::kExport:
       return export_recording(options);
+    case Command::kKeys:
+      std::cout << (options.markdown ? keys_as_markdown() : keys_as_text(options.prefix));
+      return kDone;
+    case Command::kSchema:
+      std::cout << keys_as_schema();
+      return kDone;
     case Command::kDoctor:
       doctor(std::cout, options.core);
       return kDone;

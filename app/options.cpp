@@ -156,6 +156,17 @@ CLI::App* add_sweep(CLI::App& app, Options& options) {
   return command;
 }
 
+/// The commands that tell what a scene may say.
+CLI::App* add_keys(CLI::App& app, Options& options) {
+  CLI::App* const command =
+      app.add_subcommand("keys", "Lists the keys of scenes: values, units, ranges, defaults and meanings");
+  command->add_option("PREFIX", options.prefix, "Lists this key and those below it, such as contact")
+      ->type_name("KEY")
+      ->check(named());
+  command->add_flag("--markdown", options.markdown, "Prints the page docs/reference/scene.md")->excludes("PREFIX");
+  return command;
+}
+
 /// The flags as changes of the scene, around those that the user set by key: a default of ours gives way to them, a
 /// flag does not.
 void apply(const SceneFlags& flags, Options& options) {
@@ -261,6 +272,9 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
       ->check(named())
       ->check(no_folder());
   formats->require_option(1, 2);
+  CLI::App* const keys = add_keys(app, options);
+  CLI::App* const schema =
+      app.add_subcommand("schema", "Prints the JSON Schema of scenes, by which editors complete and check them");
   CLI::App* const doctor =
       app.add_subcommand("doctor", "Says what this machine can keep, and how to get what it refuses");
   add_core(*doctor, options.core);
@@ -275,6 +289,8 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
     if (scenes->parsed()) options.command = Command::kScenes;
     if (profile->parsed()) options.command = Command::kProfile;
     if (profile->parsed()) options.runner = Runner::kRealtime;
+    if (keys->parsed()) options.command = Command::kKeys;
+    if (schema->parsed()) options.command = Command::kSchema;
     if (sweep->parsed()) options.command = Command::kSweep;
     check_together(flags.rates, options.runner);
   } catch (const CLI::ParseError& error) {

@@ -9,7 +9,7 @@
 #include "app/scene_flags.h"
 #include "engine/scenes/scene_file.h"
 
-enum class Command { kRun, kProfile, kCheck, kSolve, kDoctor, kExport, kSweep, kScenes };
+enum class Command { kRun, kProfile, kCheck, kSolve, kDoctor, kExport, kSweep, kScenes, kKeys, kSchema };
 
 /// Who runs the two loops.
 enum class Runner {
@@ -44,6 +44,10 @@ struct Options {
   std::optional<double> tolerance;  ///< Of the residuals; nothing: each problem's default.
   int repeat = 100;                 ///< Timed solves.
   bool forces = false;              ///< Show them, too.
+
+  // Of keys.
+  std::string prefix;     ///< Of those that are listed; empty: all.
+  bool markdown = false;  ///< As docs/reference/scene.md.
 
   // Of sweeps.
   std::vector<std::string> vary;  ///< As written, the last one turns fastest.

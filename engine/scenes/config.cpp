@@ -1,13 +1,14 @@
 #include "engine/scenes/config.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
-#include <cassert>
 #include <charconv>
 #include <limits>
-#include <numeric>
 #include <sstream>
+#include <stdexcept>
 #include <tuple>
 #include <utility>
 
@@ -22,8 +23,10 @@ using Kind = YamlNode::Kind;
 
 struct ConfigState {
   std::filesystem::path file;
+  Keys keys;
   std::vector<std::string> override_keys;
   std::unique_ptr<YamlNode> root;
+  std::vector<std::unique_ptr<YamlNode>> defaults;  ///< Those that were taken, as if the file had them.
   std::vector<YamlFault> faults;
   std::vector<std::string> defaults_used;
 
@@ -38,51 +41,16 @@ namespace {
 
 constexpr const char* kMissing = "this key is missing";
 
-/// Levenshtein's distance: the fewest insertions, deletions and replacements that make `b` of `a`.
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> above(b.size() + 1);
-  std::iota(above.begin(), above.end(), std::size_t{0});
-  std::vector<std::size_t> row(b.size() + 1);
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    row[0] = i + 1;
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      row[j + 1] = std::min({above[j + 1] + 1, row[j] + 1, above[j] + (a[i] == b[j] ? 0 : 1)});
-    }
-    std::swap(above, row);
+/// The path that the table has for one of the file: without the numbers of list items.
+std::string table_path(std::string_view path) {
+  std::string text;
+  bool in_brackets = false;
+  for (const char c : path) {
+    if (c == '[') in_brackets = true;
+    if (!in_brackets) text += c;
+    if (c == ']') in_brackets = false;
   }
-  return above[b.size()];
-}
-
-/// The candidate that the word may be a slip of; empty if none is near.
-template <typename Words>
-std::string_view nearest_word(std::string_view word, const Words& candidates) {
-  std::string_view nearest;
-  std::size_t least = std::max<std::size_t>(2, word.size() / 3) + 1;
-  for (const std::string_view candidate : candidates) {
-    const std::size_t distance = edit_distance(word, candidate);
-    // At a distance of its whole length a short word is another word: `d` is no slip of `p`.
-    if (distance >= least || distance >= std::min(word.size(), candidate.size())) continue;
-    least = distance;
-    nearest = candidate;
-  }
-  return nearest;
-}
-
-/// ", did you mean 'x'?" with the nearest candidate, or nothing if none is near.
-template <typename Words>
-std::string did_you_mean(std::string_view word, const Words& candidates) {
-  const std::string nearest(nearest_word(word, candidates));
-  return nearest.empty() ? nearest : ", did you mean '" + nearest + "'?";
-}
-
-template <typename Words>
-std::string join(const Words& words, std::string_view separator) {
-  std::string joined;
-  for (const std::string_view word : words) {
-    if (!joined.empty()) joined += separator;
-    joined += word;
-  }
-  return joined;
+  return text;
 }
 
 std::string_view kind_name(Kind kind) {
@@ -109,36 +77,38 @@ bool expect_kind(ConfigState& state, const YamlNode& node, const std::string& pa
   return false;
 }
 
-enum class Sign { kAny, kPositive, kNonNegative };
+/// A value in the key's range, for after a fault.
+double harmless(const Key& key) {
+  const Range range = range_of(key);
+  return std::clamp(1.0, range.least, range.most);
+}
 
-/// A quantity; after a fault 1, which is harmless for all signs.
-double quantity_of(ConfigState& state, const YamlNode& node, const std::string& path, Dimension dimension,
-                   Sign sign = Sign::kAny) {
-  if (!expect_kind(state, node, path, Kind::kScalar, name_of(dimension))) return 1.0;
-  Quantity quantity = read_quantity(node.text, dimension);
-  if (quantity.fault.empty() && sign == Sign::kPositive && quantity.value <= 0.0) {
-    quantity.fault = node.text + " must be greater than zero";
-  }
-  if (quantity.fault.empty() && sign == Sign::kNonNegative && quantity.value < 0.0) {
-    quantity.fault = node.text + " must not be negative";
-  }
+double quantity_of(ConfigState& state, const YamlNode& node, const std::string& path, const Key& key) {
+  if (!expect_kind(state, node, path, Kind::kScalar, name_of(key.dimension))) return harmless(key);
+  Quantity quantity = read_quantity(node.text, key.dimension);
+  if (quantity.fault.empty()) quantity.fault = range_fault(key, quantity.value, node.text);
   if (quantity.fault.empty()) return quantity.value;
   state.report(node.place, path, std::move(quantity.fault));
-  return 1.0;
+  return harmless(key);
+}
+
+/// Whether `node` is a list of so many things; reports it otherwise.
+bool expect_items(ConfigState& state, const YamlNode& node, const std::string& path, int count,
+                  std::string_view things) {
+  const std::string wanted = fmt::format("a list of {} {}", count, things);
+  if (!expect_kind(state, node, path, Kind::kList, wanted)) return false;
+  if (std::ssize(node.items) == count) return true;
+  state.report(node.place, path, fmt::format("must be {}, not {}", wanted, node.items.size()));
+  return false;
 }
 
 /// A list of quantities; nullopt after a fault in the list itself.
 std::optional<Eigen::VectorXd> quantities_of(ConfigState& state, const YamlNode& node, const std::string& path,
-                                             Dimension dimension, Index count, Sign sign = Sign::kAny) {
-  const std::string wanted = "a list of " + std::to_string(count) + " values";
-  if (!expect_kind(state, node, path, Kind::kList, wanted)) return std::nullopt;
-  if (std::ssize(node.items) != count) {
-    state.report(node.place, path, "must be " + wanted + ", not " + std::to_string(node.items.size()));
-    return std::nullopt;
-  }
-  Eigen::VectorXd values(count);
+                                             const Key& key) {
+  if (!expect_items(state, node, path, key.items, "values")) return std::nullopt;
+  Eigen::VectorXd values(key.items);
   for (std::size_t i = 0; i < node.items.size(); ++i) {
-    values[static_cast<Index>(i)] = quantity_of(state, *node.items[i], item_path(path, i), dimension, sign);
+    values[static_cast<Index>(i)] = quantity_of(state, *node.items[i], item_path(path, i), key);
   }
   return values;
 }
@@ -188,17 +158,35 @@ void apply_override(ConfigState& state, const std::string& override_text) {
   }
 }
 
-void report_unknown_keys(ConfigState& state, const YamlNode& node, const std::string& path) {
-  for (std::size_t i = 0; i < node.items.size(); ++i) report_unknown_keys(state, *node.items[i], item_path(path, i));
+/// Reports a key that no reader asked for: one that the table does not have, or that this scene has no use for.
+void report_unused_key(ConfigState& state, const YamlNode::Entry& entry, const std::string& map_path) {
+  const std::string map = table_path(map_path), path = key_path(map_path, entry.key);
+  const std::vector<std::string_view> names = names_below(state.keys, map);
+  if (std::ranges::find(names, entry.key) != names.end()) {
+    state.report(entry.place, path, "has no effect here: leave it out");
+    return;
+  }
+  const std::string in_table = key_path(map, entry.key);
+  if (find_key(state.keys, in_table) != nullptr) {
+    state.report(entry.place, path, "in a file each name stands below the one before it, without dots");
+    return;
+  }
+  std::string meant(nearest_key(state.keys, in_table));
+  // Of the same map, which may be a list's item.
+  if (!meant.empty() && parent_of(meant) == map) meant.replace(0, map.size(), map_path);
+  state.report(entry.place, path, "unknown key" + did_you_mean(meant));
+  // A key that is only misspelt is not missing besides.
+  std::erase_if(state.faults, [&](const YamlFault& f) { return f.key == meant && f.message == kMissing; });
+}
+
+void report_unused_keys(ConfigState& state, const YamlNode& node, const std::string& path) {
+  for (std::size_t i = 0; i < node.items.size(); ++i) report_unused_keys(state, *node.items[i], item_path(path, i));
   if (node.kind != Kind::kMap || !node.was_entered) return;
   for (const YamlNode::Entry& entry : node.entries) {
     if (std::ranges::find(node.asked_keys, entry.key) == node.asked_keys.end()) {
-      state.report(entry.place, key_path(path, entry.key), "unknown key" + did_you_mean(entry.key, node.asked_keys));
-      // A key that is only misspelt is not missing besides.
-      const std::string meant = key_path(path, nearest_word(entry.key, node.asked_keys));
-      std::erase_if(state.faults, [&](const YamlFault& f) { return f.key == meant && f.message == kMissing; });
+      report_unused_key(state, entry, path);
     } else {
-      report_unknown_keys(state, *entry.value, key_path(path, entry.key));
+      report_unused_keys(state, *entry.value, key_path(path, entry.key));
     }
   }
 }
@@ -207,8 +195,8 @@ std::string lines(const std::vector<ConfigDiagnostic>& diagnostics) {
   std::string text;
   for (const ConfigDiagnostic& d : diagnostics) {
     if (!text.empty()) text += '\n';
-    // "--set key" has said it.
-    const bool told = d.key.empty() || d.location == "--set " + d.key;
+    // "--set key" and "--vary key" have said it.
+    const bool told = d.key.empty() || (d.location.starts_with("--") && d.location.ends_with(" " + d.key));
     text += d.location + ": " + (told ? "" : d.key + ": ") + d.message;
   }
   return text;
@@ -236,9 +224,10 @@ void ConfigState::throw_if_faulty() {
 ConfigError::ConfigError(std::vector<ConfigDiagnostic> diagnostics)
     : std::runtime_error(lines(diagnostics)), diagnostics_(std::move(diagnostics)) {}
 
-Config::Config(const std::filesystem::path& file, const std::vector<std::string>& overrides)
+Config::Config(const std::filesystem::path& file, Keys keys, const std::vector<std::string>& overrides)
     : state_(std::make_unique<ConfigState>()) {
   state_->file = file;
+  state_->keys = keys;
   state_->root = read_yaml(read_file(file), 0, state_->faults);
   if (!state_->root) {
     if (state_->faults.empty()) state_->report({}, "", "the file is empty");
@@ -258,7 +247,7 @@ ConfigMap Config::root() const {
 }
 
 void Config::finish() {
-  report_unknown_keys(*state_, *state_->root, "");
+  report_unused_keys(*state_, *state_->root, "");
   state_->throw_if_faulty();
 }
 
@@ -269,7 +258,21 @@ ConfigMap::ConfigMap(ConfigState* state, YamlNode* node, std::string path)
 
 std::string ConfigMap::path_of(std::string_view key) const { return key_path(path_, key); }
 
+const Key& ConfigMap::known(std::string_view key) const {
+  const std::string path = table_path(path_of(key));
+  const Key* const found = find_key(state_->keys, path);
+  if (found == nullptr) throw std::logic_error("no key " + path + " in the table");
+  return *found;
+}
+
+const Key& ConfigMap::known(std::string_view key, KeyKind kind) const {
+  const Key& found = known(key);
+  if (found.kind != kind) throw std::logic_error(fmt::format("{} is of another kind in the table", found.path));
+  return found;
+}
+
 YamlNode* ConfigMap::find(std::string_view key) const {
+  (void)known(key);
   if (node_ == nullptr) return nullptr;
   if (std::ranges::find(node_->asked_keys, key) == node_->asked_keys.end()) node_->asked_keys.emplace_back(key);
   return node_->find(key);
@@ -277,8 +280,15 @@ YamlNode* ConfigMap::find(std::string_view key) const {
 
 YamlNode* ConfigMap::require(std::string_view key) const {
   YamlNode* const node = find(key);
-  if (node == nullptr && node_ != nullptr) state_->report(node_->heading, path_of(key), kMissing);
-  return node;
+  if (node != nullptr || node_ == nullptr) return node;
+  const Key& missing = known(key);
+  if (!has_default(missing)) {
+    state_->report(node_->heading, path_of(key), kMissing);
+    return nullptr;
+  }
+  use_default(key, missing.without);
+  state_->defaults.push_back(read_yaml(std::string(missing.without), 0, state_->faults));
+  return state_->defaults.back().get();
 }
 
 bool ConfigMap::has(std::string_view key) const { return find(key) != nullptr; }
@@ -288,71 +298,60 @@ bool ConfigMap::is_map(std::string_view key) const {
   return node != nullptr && node->kind == Kind::kMap;
 }
 
-bool ConfigMap::is_word(std::string_view key, std::string_view word) const {
+std::string ConfigMap::word(std::string_view key) const {
+  const std::vector<std::string_view> words = words_of(known(key, KeyKind::kQuantity));
   const YamlNode* const node = find(key);
-  return node != nullptr && node->kind == Kind::kScalar && node->text == word;
+  const bool is_one = node != nullptr && std::ranges::find(words, node->text) != words.end();
+  return is_one ? node->text : "";
 }
 
-double ConfigMap::quantity(std::string_view key, Dimension dimension) const {
+double ConfigMap::quantity(std::string_view key) const {
+  const Key& wanted = known(key, KeyKind::kQuantity);
   const YamlNode* const node = require(key);
-  return node == nullptr ? 1.0 : quantity_of(*state_, *node, path_of(key), dimension);
+  return node == nullptr ? harmless(wanted) : quantity_of(*state_, *node, path_of(key), wanted);
 }
 
-double ConfigMap::positive(std::string_view key, Dimension dimension) const {
+Eigen::VectorXd ConfigMap::quantities(std::string_view key) const {
+  const Key& wanted = known(key, KeyKind::kQuantities);
   const YamlNode* const node = require(key);
-  return node == nullptr ? 1.0 : quantity_of(*state_, *node, path_of(key), dimension, Sign::kPositive);
+  const auto values = node == nullptr ? std::nullopt : quantities_of(*state_, *node, path_of(key), wanted);
+  return values.value_or(Eigen::VectorXd::Constant(wanted.items, harmless(wanted)));
 }
 
-double ConfigMap::non_negative(std::string_view key, Dimension dimension) const {
+Index ConfigMap::count(std::string_view key) const {
+  const Key& wanted = known(key, KeyKind::kCount);
+  const auto least = static_cast<Index>(range_of(wanted).least);
   const YamlNode* const node = require(key);
-  return node == nullptr ? 1.0 : quantity_of(*state_, *node, path_of(key), dimension, Sign::kNonNegative);
+  if (node == nullptr || !expect_kind(*state_, *node, path_of(key), Kind::kScalar, "a whole number")) return least;
+  Index value = 0;
+  const char* const last = node->text.data() + node->text.size();
+  const auto [end, error] = std::from_chars(node->text.data(), last, value);
+  if (error == std::errc::invalid_argument || end != last) {
+    state_->report(node->place, path_of(key), "'" + node->text + "' is not a whole number");
+    return least;
+  }
+  if (error == std::errc::result_out_of_range) {
+    value = node->text.starts_with('-') ? std::numeric_limits<Index>::min() : std::numeric_limits<Index>::max();
+  }
+  std::string fault = range_fault(wanted, static_cast<double>(value), node->text);
+  if (fault.empty()) return value;
+  state_->report(node->place, path_of(key), std::move(fault));
+  return least;
 }
 
-std::optional<double> ConfigMap::positive_or_auto(std::string_view key, Dimension dimension) const {
-  if (is_word(key, "auto")) return std::nullopt;
-  return positive(key, dimension);
-}
-
-Eigen::VectorXd ConfigMap::quantities(std::string_view key, Dimension dimension, Index count) const {
-  const YamlNode* const node = require(key);
-  const auto values = node == nullptr ? std::nullopt : quantities_of(*state_, *node, path_of(key), dimension, count);
-  return values.value_or(Eigen::VectorXd::Ones(count));
-}
-
-Eigen::Vector3d ConfigMap::vector3(std::string_view key, Dimension dimension) const {
-  return quantities(key, dimension, 3);
-}
-
-Eigen::Vector3d ConfigMap::positive3(std::string_view key, Dimension dimension) const {
-  const YamlNode* const node = require(key);
-  const auto values =
-      node == nullptr ? std::nullopt : quantities_of(*state_, *node, path_of(key), dimension, 3, Sign::kPositive);
-  return values.value_or(Eigen::Vector3d::Ones());
-}
-
-Eigen::VectorXd ConfigMap::numbers(std::string_view key, Index count) const {
-  return quantities(key, Dimension::kNone, count);
-}
-
-Eigen::Vector3d ConfigMap::numbers3(std::string_view key) const { return numbers(key, 3); }
-
-Eigen::Matrix3d ConfigMap::rotation3(std::string_view key) const {
+Eigen::Matrix3d ConfigMap::rotation(std::string_view key) const {
   Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity();
+  Key row_key = known(key, KeyKind::kRotation);
+  row_key.items = 3;
   const YamlNode* const node = require(key);
-  if (node == nullptr) return matrix;
   const std::string path = path_of(key);
-  if (!expect_kind(*state_, *node, path, Kind::kList, "a list of 3 rows")) return matrix;
-  if (node->items.size() != 3) {
-    state_->report(node->place, path, "must be a list of 3 rows, not " + std::to_string(node->items.size()));
-    return matrix;
-  }
-  bool whole = true;
+  if (node == nullptr || !expect_items(*state_, *node, path, 3, "rows")) return matrix;
+  const std::size_t faults_before = state_->faults.size();
   for (std::size_t i = 0; i < 3; ++i) {
-    const auto row = quantities_of(*state_, *node->items[i], item_path(path, i), Dimension::kNone, 3);
+    const auto row = quantities_of(*state_, *node->items[i], item_path(path, i), row_key);
     if (row) matrix.row(static_cast<Index>(i)) = *row;
-    whole = whole && row.has_value();
   }
-  if (!whole) return Eigen::Matrix3d::Identity();
+  if (state_->faults.size() > faults_before) return Eigen::Matrix3d::Identity();
   constexpr double kRounding = 1e-5;  // Files give six digits and more.
   if (!((matrix * matrix.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() <= kRounding) ||
       matrix.determinant() < 0.0) {
@@ -362,39 +361,12 @@ Eigen::Matrix3d ConfigMap::rotation3(std::string_view key) const {
   return Eigen::Quaterniond(matrix).normalized().toRotationMatrix();
 }
 
-double ConfigMap::number(std::string_view key, double min, double max) const {
-  const YamlNode* const node = require(key);
-  if (node == nullptr) return min;
-  const std::size_t faults_before = state_->faults.size();
-  const double value = quantity_of(*state_, *node, path_of(key), Dimension::kNone);
-  if (state_->faults.size() > faults_before) return min;
-  if (value >= min && value <= max) return value;
-  const std::string bound =
-      value < min ? "at least " + to_text(min, Dimension::kNone) : "at most " + to_text(max, Dimension::kNone);
-  state_->report(node->place, path_of(key), node->text + " must be " + bound);
-  return min;
-}
-
-Index ConfigMap::count(std::string_view key, Index min, Index max) const {
-  const YamlNode* const node = require(key);
-  if (node == nullptr || !expect_kind(*state_, *node, path_of(key), Kind::kScalar, "a whole number")) return min;
-  Index value = 0;
-  const char* const last = node->text.data() + node->text.size();
-  const auto [end, error] = std::from_chars(node->text.data(), last, value);
-  if (error == std::errc::invalid_argument || end != last) {
-    state_->report(node->place, path_of(key), "'" + node->text + "' is not a whole number");
-    return min;
-  }
-  const bool is_negative = node->text.starts_with('-');
-  if (error == std::errc::result_out_of_range)
-    value = is_negative ? std::numeric_limits<Index>::min() : std::numeric_limits<Index>::max();
-  if (value >= min && value <= max && error == std::errc()) return value;
-  const std::string bound = value < min ? "at least " + std::to_string(min) : "at most " + std::to_string(max);
-  state_->report(node->place, path_of(key), node->text + " must be " + bound);
-  return min;
-}
-
 std::string ConfigMap::text(std::string_view key) const {
+  (void)known(key, KeyKind::kText);
+  return text_of(key);
+}
+
+std::string ConfigMap::text_of(std::string_view key) const {
   const YamlNode* const node = require(key);
   if (node == nullptr || !expect_kind(*state_, *node, path_of(key), Kind::kScalar, "a text")) return "";
   if (node->text.empty()) state_->report(node->place, path_of(key), "must not be empty");
@@ -402,6 +374,7 @@ std::string ConfigMap::text(std::string_view key) const {
 }
 
 std::vector<std::string> ConfigMap::texts(std::string_view key) const {
+  (void)known(key, KeyKind::kTexts);
   const YamlNode* const node = require(key);
   const std::string path = path_of(key);
   if (node == nullptr || !expect_kind(*state_, *node, path, Kind::kList, "a list of texts")) return {};
@@ -415,6 +388,7 @@ std::vector<std::string> ConfigMap::texts(std::string_view key) const {
 }
 
 bool ConfigMap::flag(std::string_view key) const {
+  (void)known(key, KeyKind::kFlag);
   const YamlNode* const node = require(key);
   if (node == nullptr || !expect_kind(*state_, *node, path_of(key), Kind::kScalar, "true or false")) return false;
   if (node->text != "true" && node->text != "false") {
@@ -423,19 +397,22 @@ bool ConfigMap::flag(std::string_view key) const {
   return node->text == "true";
 }
 
-std::string ConfigMap::choice(std::string_view key, std::initializer_list<std::string_view> names) const {
-  assert(names.size() > 0);
-  std::string first(*names.begin());
+std::string ConfigMap::choice(std::string_view key) const {
+  const std::vector<std::string_view> words = words_of(known(key, KeyKind::kChoice));
   const YamlNode* const node = require(key);
-  const std::string wanted = "one of " + join(names, ", ");
-  if (node == nullptr || !expect_kind(*state_, *node, path_of(key), Kind::kScalar, wanted)) return first;
-  if (std::ranges::find(names, node->text) != names.end()) return node->text;
-  state_->report(node->place, path_of(key), "'" + node->text + "' is not " + wanted + did_you_mean(node->text, names));
-  return first;
+  const std::string wanted = "one of " + join(words, ", ");
+  if (node == nullptr || !expect_kind(*state_, *node, path_of(key), Kind::kScalar, wanted)) {
+    return std::string(words.front());
+  }
+  if (std::ranges::find(words, node->text) != words.end()) return node->text;
+  state_->report(node->place, path_of(key),
+                 "'" + node->text + "' is not " + wanted + did_you_mean(nearest_word(node->text, words)));
+  return std::string(words.front());
 }
 
 std::filesystem::path ConfigMap::path(std::string_view key) const {
-  std::filesystem::path written = text(key);
+  (void)known(key, KeyKind::kPath);
+  std::filesystem::path written = text_of(key);
   const YamlNode* const node = find(key);
   if (node == nullptr || node->place.source > 0) return written;
   return (state_->file.parent_path() / written).lexically_normal();
@@ -452,6 +429,7 @@ ConfigMap ConfigMap::enter(YamlNode* node, std::string path) const {
 ConfigMap ConfigMap::map(std::string_view key) const { return enter(require(key), path_of(key)); }
 
 std::vector<ConfigMap> ConfigMap::list_of_maps(std::string_view key) const {
+  (void)known(key, KeyKind::kMaps);
   const YamlNode* const node = require(key);
   const std::string path = path_of(key);
   if (node == nullptr || !expect_kind(*state_, *node, path, Kind::kList, "a list of maps")) return {};
@@ -462,64 +440,25 @@ std::vector<ConfigMap> ConfigMap::list_of_maps(std::string_view key) const {
   return maps;
 }
 
-std::string ConfigMap::one_of(std::initializer_list<std::string_view> keys) const {
+std::string ConfigMap::one_of() const {
+  const std::vector<std::string_view> names = names_below(state_->keys, table_path(path_));
   std::string found;
-  for (const std::string_view key : keys) {
+  for (const std::string_view key : names) {
     if (!has(key)) continue;
     if (!found.empty()) {
-      state_->report(find(key)->heading, path_of(key), "only one of " + join(keys, ", ") + " may be given");
+      state_->report(find(key)->heading, path_of(key), "only one of " + join(names, ", ") + " may be given");
       return "";
     }
     found = key;
   }
   if (found.empty() && node_ != nullptr) {
-    state_->report(node_->heading, path_, "needs one of " + join(keys, ", "));
+    state_->report(node_->heading, path_, "needs one of " + join(names, ", "));
   }
   return found;
 }
 
-void ConfigMap::use_default(std::string_view key, const std::string& value) const {
-  if (node_ != nullptr) state_->defaults_used.push_back(path_of(key) + ": " + value);
-}
-
-double ConfigMap::positive_or(std::string_view key, Dimension dimension, double default_value) const {
-  if (has(key)) return positive(key, dimension);
-  use_default(key, to_text(default_value, dimension));
-  return default_value;
-}
-
-double ConfigMap::non_negative_or(std::string_view key, Dimension dimension, double default_value) const {
-  if (has(key)) return non_negative(key, dimension);
-  use_default(key, to_text(default_value, dimension));
-  return default_value;
-}
-
-Eigen::Vector3d ConfigMap::vector3_or(std::string_view key, Dimension dimension,
-                                      const Eigen::Vector3d& default_value) const {
-  if (has(key)) return vector3(key, dimension);
-  std::vector<std::string> texts;
-  for (const double value : default_value) texts.push_back(to_text(value, dimension));
-  use_default(key, "[" + join(texts, ", ") + "]");
-  return default_value;
-}
-
-double ConfigMap::number_or(std::string_view key, double min, double max, double default_value) const {
-  if (has(key)) return number(key, min, max);
-  use_default(key, to_text(default_value, Dimension::kNone));
-  return default_value;
-}
-
-Index ConfigMap::count_or(std::string_view key, Index min, Index max, Index default_value) const {
-  if (has(key)) return count(key, min, max);
-  use_default(key, std::to_string(default_value));
-  return default_value;
-}
-
-std::string ConfigMap::choice_or(std::string_view key, std::initializer_list<std::string_view> names,
-                                 std::string_view default_value) const {
-  if (has(key)) return choice(key, names);
-  use_default(key, std::string(default_value));
-  return std::string(default_value);
+void ConfigMap::use_default(std::string_view key, std::string_view value) const {
+  if (node_ != nullptr) state_->defaults_used.push_back(path_of(key) + ": " + std::string(value));
 }
 
 bool ConfigMap::is_refused(std::string_view key) const {

@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "engine/scenes/config.h"
+#include "engine/scenes/keys.h"
 
 namespace thenar {
 
@@ -18,7 +19,7 @@ int index_of(const Named& items, std::string_view name) {
 }
 
 Vector3d unit3(const ConfigMap& map, std::string_view key) {
-  const Vector3d v = map.numbers3(key);
+  const Vector3d v = map.quantities(key);
   if (v.squaredNorm() > 0.0) return v.normalized();
   map.refuse(key, "a direction must not be zero");
   return Vector3d::UnitX();
@@ -44,8 +45,8 @@ void read_joints(const ConfigMap& root, Hand& hand) {
     return;
   }
   for (int i = 0; i < kJoints; ++i) {
-    const Eigen::VectorXd limits = joints[i].numbers("limits", 2);
-    hand.joints[i] = {joints[i].text("name"), joints[i].numbers3("origin_at_q0"), unit3(joints[i], "axis_at_q0"),
+    const Eigen::VectorXd limits = joints[i].quantities("limits");
+    hand.joints[i] = {joints[i].text("name"), joints[i].quantities("origin_at_q0"), unit3(joints[i], "axis_at_q0"),
                       limits[0], limits[1]};
   }
 }
@@ -75,11 +76,11 @@ void read_segments(const ConfigMap& root, Hand& hand) {
     read_moved_by(hand, map, segment);
     const ConfigMap frame = map.map("frame_at_q0");
     segment.X_WS_0.setIdentity();
-    segment.X_WS_0.linear() = frame.rotation3("R");
-    segment.X_WS_0.translation() = frame.numbers3("origin");
-    segment.length_m = map.number("length", 0.0, 1.0);
-    segment.mass_kg = map.number("mass", 0.0, 10.0);
-    segment.com_m = map.numbers3("com");
+    segment.X_WS_0.linear() = frame.rotation("R");
+    segment.X_WS_0.translation() = frame.quantities("origin");
+    segment.length_m = map.quantity("length");
+    segment.mass_kg = map.quantity("mass");
+    segment.com_m = map.quantities("com");
     hand.segments.push_back(segment);
   }
 }
@@ -94,8 +95,8 @@ void read_fingertips(const ConfigMap& root, Hand& hand) {
     Fingertip& tip = hand.fingertips[k];
     tip.finger = tips[k].text("finger");
     tip.segment = segment_index(hand, tips[k]);
-    tip.centre_m = tips[k].numbers3("pulp_centre");
-    tip.radius_m = tips[k].number("radius", 1e-4, 0.1);
+    tip.centre_m = tips[k].quantities("pulp_centre");
+    tip.radius_m = tips[k].quantity("radius");
     tip.normal = unit3(tips[k], "pulp_normal");
     const Segment& distal = hand.segments[tip.segment];
     if (distal.finger != k || distal.joints != kJointsPerFinger) {
@@ -108,29 +109,29 @@ void read_fingertips(const ConfigMap& root, Hand& hand) {
 MuscleCrossing read_crossing(const Hand& hand, const ConfigMap& map) {
   MuscleCrossing crossing;
   for (const std::string& name : map.texts("joints")) crossing.joints.push_back(joint_index(hand, map, "joints", name));
-  if (map.has("share")) crossing.share = map.number("share", 0.0, 1.0);
+  crossing.share = map.quantity("share");
   const ConfigMap insertion = map.map("insertion");
   crossing.insertion_segment = segment_index(hand, insertion);
-  crossing.insertion_m = insertion.numbers3("pos");
+  crossing.insertion_m = insertion.quantities("pos");
   const ConfigMap pull = map.map("pull");
-  crossing.pull_is_point = pull.one_of({"via", "dir"}) == "via";
+  crossing.pull_is_point = pull.one_of() == "via";
   const ConfigMap towards = pull.map(crossing.pull_is_point ? "via" : "dir");
   crossing.pull_segment = segment_index(hand, towards);
-  crossing.pull = crossing.pull_is_point ? towards.numbers3("pos") : unit3(towards, "vec");
+  crossing.pull = crossing.pull_is_point ? Vector3d(towards.quantities("pos")) : unit3(towards, "vec");
   return crossing;
 }
 
 }  // namespace
 
 Hand load_hand(const std::filesystem::path& file) {
-  Config config(file);
+  Config config(file, hand_keys());
   const ConfigMap root = config.root();
   Hand hand;
   read_joints(root, hand);
   read_segments(root, hand);
   read_fingertips(root, hand);
   for (const ConfigMap& map : root.list_of_maps("muscles")) {
-    Muscle muscle{map.text("name"), map.number("max_force", 0.0, 1e4), {}};
+    Muscle muscle{map.text("name"), map.quantity("max_force"), {}};
     for (const ConfigMap& crossing : map.list_of_maps("crossings")) {
       muscle.crossings.push_back(read_crossing(hand, crossing));
     }

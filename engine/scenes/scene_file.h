@@ -10,7 +10,7 @@
 namespace thenar {
 
 /// Reads a scene and the files that it names, with `--set key=value` changes applied.
-/// Throws ConfigError with every mistake at once, or FileError.
+/// Throws ConfigError with every mistake at once, or FileError if all that is wrong is a file that cannot be read.
 [[nodiscard]] Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
 
 /// The files that a scene is made of: its own, the hand's, and the object's if it is scanned. `overrides` as for

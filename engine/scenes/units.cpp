@@ -103,12 +103,18 @@ Quantity read_quantity(std::string_view text, Dimension dimension) {
 
 std::string_view name_of(Dimension dimension) { return units_of(dimension).name; }
 
+std::vector<std::string_view> unit_symbols(Dimension dimension) {
+  std::vector<std::string_view> symbols;
+  for (const Unit& unit : units_of(dimension).units) symbols.push_back(unit.symbol);
+  return symbols;
+}
+
 std::string unit_names(Dimension dimension) {
-  const std::vector<Unit>& units = units_of(dimension).units;
+  const std::vector<std::string_view> symbols = unit_symbols(dimension);
   std::string names;
-  for (std::size_t i = 0; i < units.size(); ++i) {
-    if (i > 0) names += i + 1 == units.size() ? " or " : ", ";
-    names += units[i].symbol;
+  for (std::size_t i = 0; i < symbols.size(); ++i) {
+    if (i > 0) names += i + 1 == symbols.size() ? " or " : ", ";
+    names += symbols[i];
   }
   return names;
 }

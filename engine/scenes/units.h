@@ -2,6 +2,7 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace thenar {
 
@@ -38,6 +39,9 @@ struct Quantity {
 
 /// The dimension in words, with its article: "a length".
 [[nodiscard]] std::string_view name_of(Dimension dimension);
+
+/// The dimension's units, the SI one first; none for a plain number.
+[[nodiscard]] std::vector<std::string_view> unit_symbols(Dimension dimension);
 
 /// The dimension's units in words: "m, cm, mm or um"; empty for a plain number.
 [[nodiscard]] std::string unit_names(Dimension dimension);

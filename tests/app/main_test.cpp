@@ -416,7 +416,7 @@ TEST_P(ProgramRefuses, WithOneClearErrorAndWritesNothing) {
 
 INSTANTIATE_TEST_SUITE_P(
     Input, ProgramRefuses,
-    testing::Values(BadInput{"unknown key", "--set contact.frcition=0.5", 2, "did you mean 'friction'"},
+    testing::Values(BadInput{"unknown key", "--set contact.frcition=0.5", 2, "did you mean 'contact.friction'"},
                     BadInput{"wrong unit", "--set 'object.mass=100 mm'", 2, "object.mass"},
                     BadInput{"missing unit", "--set object.mass=100", 2, "object.mass"},
                     BadInput{"negative mass", "--set 'object.mass=-100 g'", 2, "must be greater than zero"},
@@ -424,7 +424,8 @@ INSTANTIATE_TEST_SUITE_P(
                     BadInput{"a rate for a period", "--set 'time.control_period=0 Hz'", 2, "time.control_period"},
                     BadInput{"short period", "--set 'time.control_period=0.5 ms'", 2, "must not be shorter"},
                     BadInput{"zero area", "--set 'object.shape={box: [0 mm, 50 mm, 50 mm]}'", 2, "object.shape.box"},
-                    BadInput{"missing hand", "--set hand.model=nowhere.yaml", 3, "nowhere.yaml"},
+                    BadInput{"missing hand", "--set hand.model=nowhere.yaml", 3,
+                             "--set hand.model: nowhere.yaml: no such file"},
                     BadInput{"missing cloud",
                              "--set 'object={shape: {cloud: nowhere.ply}, mass: 100 g, position: [0 m, 0 m, 0 m], "
                              "rotation: [[1, 0, 0], [0, 1, 0], [0, 0, 1]], damping: {translation: 10 "

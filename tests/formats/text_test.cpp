@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <string_view>
+#include <vector>
 
 namespace thenar {
 namespace {
@@ -24,6 +26,19 @@ TEST(Text, CellsOfATableAreReadBackAsOne) {
   EXPECT_EQ(csv_cell("flexor, deep"), "\"flexor, deep\"");
   EXPECT_EQ(csv_cell("the \"deep\" one"), "\"the \"\"deep\"\" one\"");
   EXPECT_EQ(csv_cell("two\nlines"), "\"two\nlines\"");
+}
+
+TEST(Text, SuggestsTheNearestWord) {
+  const std::vector<std::string_view> words{"law", "friction", "fraction", "p"};
+  EXPECT_EQ(nearest_word("frcition", words), "friction");
+  EXPECT_EQ(nearest_word("lwa", words), "law");
+  EXPECT_EQ(nearest_word("frixtion", words), "friction");
+  EXPECT_EQ(nearest_word("friction", words), "friction");
+  EXPECT_EQ(nearest_word("d", words), "") << "another word";
+  EXPECT_EQ(nearest_word("gravity", words), "");
+  EXPECT_EQ(nearest_word("", words), "");
+  EXPECT_EQ(did_you_mean("law"), ", did you mean 'law'?");
+  EXPECT_EQ(did_you_mean(""), "");
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include "engine/results/summary.h"
 #include "engine/scenes/build_model.h"
 #include "engine/scenes/config.h"
+#include "engine/scenes/keys.h"
 #include "engine/scenes/scene_file.h"
 #include "tests/fuzz/memory_file.h"
 
@@ -21,7 +22,7 @@ using namespace thenar;
 
 /// The name that a file of this text gives a scene.
 std::string name_in(const std::filesystem::path& file) {
-  Config config(file);
+  Config config(file, scene_keys());
   std::string name = config.root().text("name");
   config.finish();
   return name;

@@ -8,17 +8,41 @@
 #include <functional>
 #include <numbers>
 #include <sstream>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "engine/formats/files.h"
 #include "engine/formats/text.h"
+#include "engine/scenes/keys.h"
 
 namespace thenar {
 namespace {
 
 using Lines = std::vector<std::string>;
 using Reader = std::function<void(const ConfigMap&)>;
+using Table = std::vector<Key>;
+using enum KeyKind;
+using enum Dimension;
+
+/// A key of a test's own table, which must be there unless `without` says what holds otherwise.
+Key key(std::string_view path, KeyKind kind, std::string_view range = "", Dimension dimension = kNone, int items = 1,
+        std::string_view without = "") {
+  return {path, kind, dimension, range, without, "", items};
+}
+
+Key length(std::string_view path, std::string_view range = "", std::string_view without = "") {
+  return key(path, kQuantity, range, kLength, 1, without);
+}
+
+/// The scene's keys of one map.
+Table scene_keys_of(std::string_view map) {
+  Table table;
+  for (const Key& k : scene_keys()) {
+    if (k.path.starts_with(map)) table.push_back(k);
+  }
+  return table;
+}
 
 /// A scene file of this text, one for each test.
 std::filesystem::path scene_file(const std::string& text) {
@@ -30,10 +54,10 @@ std::filesystem::path scene_file(const std::string& text) {
 }
 
 /// What is wrong with a file, one "line:column: key: message" each, or "--set key: message".
-Lines faults(const std::string& text, const Reader& read, const Lines& overrides = {}) {
+Lines faults(const Table& table, const std::string& text, const Reader& read, const Lines& overrides = {}) {
   const std::filesystem::path file = scene_file(text);
   try {
-    Config config(file, overrides);
+    Config config(file, table, overrides);
     read(config.root());
     config.finish();
   } catch (const ConfigError& error) {
@@ -51,7 +75,8 @@ Lines faults(const std::string& text, const Reader& read, const Lines& overrides
 
 /// Reads `value: <text>` as a quantity; the fault after its key if there is one.
 std::string fault_of(const std::string& value, Dimension dimension) {
-  const Lines lines = faults("value: " + value, [&](const ConfigMap& map) { (void)map.quantity("value", dimension); });
+  const Lines lines = faults({key("value", kQuantity, "", dimension)}, "value: " + value,
+                             [&](const ConfigMap& map) { (void)map.quantity("value"); });
   if (lines.empty()) return "";
   EXPECT_EQ(lines.size(), 1u);
   const std::string prefix = "1:8: value: ";
@@ -64,7 +89,7 @@ time: {duration: 2.5 s, step: 1 ms, control_period: 1 ms}
 gravity: [7.018620 m/s^2, 5.581331 m/s^2, 3.977916 m/s^2]     # world = hand frame
 hand:
   model: hand.yaml
-  posture: [0.08634660 rad, 0.25390447 rad, -90 deg]
+  posture: [0.08634660 rad, 0.25390447 rad, -90 deg, 0 rad, 0 rad, 0 rad, 0 rad, 0 rad, 0 rad, 0 rad, 0 rad, 0 rad]
   joint_viscosity: 0.05 N*m*s
 fingertips: {points: 2400, reduced_modulus: 0.24 MPa, poisson: 0.5, relaxation: 2 ms, kernel: boussinesq}
 object:
@@ -87,67 +112,67 @@ task:
 )";
 
 TEST(Config, ReadsEveryFormOfValueInSI) {
-  Config config(scene_file(kReferenceScene));
+  Config config(scene_file(kReferenceScene), scene_keys());
   const ConfigMap root = config.root();
   EXPECT_EQ(root.text("name"), "box grasp");
 
   const ConfigMap time = root.map("time");
-  EXPECT_EQ(time.positive("duration", Dimension::kTime), 2.5);
-  EXPECT_EQ(time.positive("step", Dimension::kTime), 1e-3);
-  EXPECT_EQ(time.positive("control_period", Dimension::kTime), 1e-3);
-  EXPECT_EQ(root.vector3("gravity", Dimension::kAcceleration), Eigen::Vector3d(7.018620, 5.581331, 3.977916));
+  EXPECT_EQ(time.quantity("duration"), 2.5);
+  EXPECT_EQ(time.quantity("step"), 1e-3);
+  EXPECT_EQ(time.quantity("control_period"), 1e-3);
+  EXPECT_EQ(root.quantities("gravity"), Eigen::Vector3d(7.018620, 5.581331, 3.977916));
 
   const ConfigMap hand = root.map("hand");
   EXPECT_EQ(hand.path("model"), scene_file(kReferenceScene).parent_path() / "hand.yaml");
-  const Eigen::VectorXd posture = hand.quantities("posture", Dimension::kAngle, 3);
-  EXPECT_EQ(posture, Eigen::Vector3d(0.08634660, 0.25390447, -std::numbers::pi / 2));
-  EXPECT_EQ(hand.positive("joint_viscosity", Dimension::kRotationalDamping), 0.05);
+  const Eigen::VectorXd posture = hand.quantities("posture");
+  EXPECT_EQ(posture.head<3>(), Eigen::Vector3d(0.08634660, 0.25390447, -std::numbers::pi / 2));
+  EXPECT_EQ(hand.quantity("joint_viscosity"), 0.05);
 
   const ConfigMap tips = root.map("fingertips");
-  EXPECT_EQ(tips.count("points", 1, 10000), 2400);
-  EXPECT_EQ(tips.positive("reduced_modulus", Dimension::kPressure), 0.24e6);
-  EXPECT_EQ(tips.number("poisson", 0.0, 0.5), 0.5);
-  EXPECT_EQ(tips.non_negative("relaxation", Dimension::kTime), 2e-3);
-  EXPECT_EQ(tips.choice("kernel", {"winkler", "boussinesq"}), "boussinesq");
+  EXPECT_EQ(tips.count("points"), 2400);
+  EXPECT_EQ(tips.quantity("reduced_modulus"), 0.24e6);
+  EXPECT_EQ(tips.quantity("poisson"), 0.5);
+  EXPECT_EQ(tips.quantity("relaxation"), 2e-3);
+  EXPECT_EQ(tips.choice("kernel"), "boussinesq");
 
   const ConfigMap object = root.map("object");
-  EXPECT_EQ(object.map("shape").one_of({"sphere", "box"}), "box");
-  EXPECT_EQ(object.map("shape").positive3("box", Dimension::kLength), Eigen::Vector3d::Constant(0.05));
-  EXPECT_EQ(object.count("points", 1, 100000), 36000);
-  EXPECT_EQ(object.positive("mass", Dimension::kMass), 0.1);
+  EXPECT_EQ(object.map("shape").one_of(), "box");
+  EXPECT_EQ(object.map("shape").quantities("box"), Eigen::Vector3d::Constant(0.05));
+  EXPECT_EQ(object.count("points"), 36000);
+  EXPECT_EQ(object.quantity("mass"), 0.1);
   // Seven digits and a division round twice: one unit in the last place, at most 2^-52 of the value.
   const Eigen::Vector3d centre_m(0.11943952, 0.04626999, 0.03652549);
-  EXPECT_TRUE(object.vector3("position", Dimension::kLength).isApprox(centre_m, 0x1p-52));
-  EXPECT_EQ(object.rotation3("rotation"), (Eigen::Matrix3d() << 0, 0, 1, 1, 0, 0, 0, 1, 0).finished());
-  EXPECT_EQ(object.map("damping").positive("translation", Dimension::kDamping), 10.0);
-  EXPECT_EQ(object.map("damping").positive("rotation", Dimension::kRotationalDamping), 0.005);
+  EXPECT_TRUE(object.quantities("position").isApprox(centre_m, 0x1p-52));
+  EXPECT_EQ(object.rotation("rotation"), (Eigen::Matrix3d() << 0, 0, 1, 1, 0, 0, 0, 1, 0).finished());
+  EXPECT_EQ(object.map("damping").quantity("translation"), 10.0);
+  EXPECT_EQ(object.map("damping").quantity("rotation"), 0.005);
 
   const ConfigMap contact = root.map("contact");
-  EXPECT_EQ(contact.number("friction", 0.0, 2.0), 0.8);
-  EXPECT_EQ(contact.positive("band", Dimension::kLength), 0.3e-3);
-  EXPECT_EQ(contact.count("max_per_finger", 1, 100), 20);
-  EXPECT_EQ(contact.number("tolerance", 0.0, 1.0), 1e-6);
-  EXPECT_EQ(contact.count("max_sweeps", 1, 1000), 200);
+  EXPECT_EQ(contact.quantity("friction"), 0.8);
+  EXPECT_EQ(contact.quantity("band"), 0.3e-3);
+  EXPECT_EQ(contact.count("max_per_finger"), 20);
+  EXPECT_EQ(contact.quantity("tolerance"), 1e-6);
+  EXPECT_EQ(contact.count("max_sweeps"), 200);
 
   const ConfigMap control = root.map("control");
-  EXPECT_EQ(control.choice("law", {"feedforward", "paper"}), "feedforward");
-  EXPECT_EQ(control.positive_or_auto("gain", Dimension::kRotationalStiffness), std::nullopt);
-  EXPECT_EQ(control.map("pulp").positive("normal", Dimension::kStiffness), 2000.0);
-  EXPECT_EQ(control.map("pulp").positive("tangential", Dimension::kStiffness), 1330.0);
+  EXPECT_EQ(control.choice("law"), "feedforward");
+  EXPECT_EQ(control.word("gain"), "auto");
+  EXPECT_EQ(control.map("pulp").quantity("normal"), 2000.0);
+  EXPECT_EQ(control.map("pulp").quantity("tangential"), 1330.0);
   const ConfigMap position = control.map("position");
-  EXPECT_EQ(position.non_negative("p", Dimension::kStiffness), 300.0);
-  EXPECT_EQ(position.non_negative("i", Dimension::kIntegralGain), 900.0);
-  EXPECT_EQ(position.non_negative("d", Dimension::kDamping), 0.0);
+  EXPECT_EQ(position.quantity("p"), 300.0);
+  EXPECT_EQ(position.quantity("i"), 900.0);
+  EXPECT_EQ(position.quantity("d"), 0.0);
   const ConfigMap rotation = control.map("rotation");
-  EXPECT_EQ(rotation.non_negative("p", Dimension::kRotationalStiffness), 0.48);
-  EXPECT_EQ(rotation.non_negative("i", Dimension::kRotationalIntegralGain), 1.5);
-  EXPECT_EQ(rotation.non_negative("d", Dimension::kRotationalDamping), 0.0);
+  EXPECT_EQ(rotation.quantity("p"), 0.48);
+  EXPECT_EQ(rotation.quantity("i"), 1.5);
+  EXPECT_EQ(rotation.quantity("d"), 0.0);
   EXPECT_TRUE(control.flag("muscles"));
 
   const ConfigMap translate = root.map("task").map("translate");
-  EXPECT_EQ(translate.vector3("by", Dimension::kLength), Eigen::Vector3d(0, 0.02, 0));
-  EXPECT_EQ(translate.non_negative("from", Dimension::kTime), 0.4);
-  EXPECT_EQ(translate.positive("over", Dimension::kTime), 0.8);
+  EXPECT_EQ(translate.quantities("by"), Eigen::Vector3d(0, 0.02, 0));
+  EXPECT_EQ(translate.quantity("from"), 0.4);
+  EXPECT_EQ(translate.quantity("over"), 0.8);
   EXPECT_NO_THROW(config.finish());
   EXPECT_TRUE(config.defaults_used().empty());
 }
@@ -159,74 +184,84 @@ TEST(Config, ReadsEveryUnit) {
     double value;
   };
   for (const Case& c : std::vector<Case>{
-           {Dimension::kNone, "-1.5e2", -150.0},
-           {Dimension::kNone, "+.5", 0.5},
-           {Dimension::kLength, "2 m", 2.0},
-           {Dimension::kLength, "2 cm", 0.02},
-           {Dimension::kLength, "2 mm", 0.002},
-           {Dimension::kLength, "2um", 2e-6},
-           {Dimension::kTime, "3 s", 3.0},
-           {Dimension::kTime, "3 ms", 3e-3},
-           {Dimension::kTime, "'3 us'", 3e-6},
-           {Dimension::kMass, "5 kg", 5.0},
-           {Dimension::kMass, "5 g", 5e-3},
-           {Dimension::kForce, "6 N", 6.0},
-           {Dimension::kForce, "6 mN", 6e-3},
-           {Dimension::kTorque, "7 N*m", 7.0},
-           {Dimension::kTorque, "7 N*mm", 7e-3},
-           {Dimension::kAngle, "8 rad", 8.0},
-           {Dimension::kAngle, "180 deg", std::numbers::pi},
-           {Dimension::kAcceleration, "-9.81 m/s^2", -9.81},
-           {Dimension::kPressure, "1 Pa", 1.0},
-           {Dimension::kPressure, "1 kPa", 1e3},
-           {Dimension::kPressure, "1 MPa", 1e6},
-           {Dimension::kStiffness, "1 N/m", 1.0},
-           {Dimension::kStiffness, "1 N/mm", 1e3},
-           {Dimension::kRotationalStiffness, "1 N*m/rad", 1.0},
-           {Dimension::kDamping, "1 N*s/m", 1.0},
-           {Dimension::kRotationalDamping, "1 N*m*s", 1.0},
-           {Dimension::kRotationalDamping, "1 N*m*s/rad", 1.0},
-           {Dimension::kIntegralGain, "1 N/(m*s)", 1.0},
-           {Dimension::kRotationalIntegralGain, "1 N*m/(rad*s)", 1.0},
-           {Dimension::kFrequency, "200 Hz", 200.0},
-           {Dimension::kFrequency, "4kHz", 4e3},
+           {kNone, "-1.5e2", -150.0},
+           {kNone, "+.5", 0.5},
+           {kLength, "2 m", 2.0},
+           {kLength, "2 cm", 0.02},
+           {kLength, "2 mm", 0.002},
+           {kLength, "2um", 2e-6},
+           {kTime, "3 s", 3.0},
+           {kTime, "3 ms", 3e-3},
+           {kTime, "'3 us'", 3e-6},
+           {kMass, "5 kg", 5.0},
+           {kMass, "5 g", 5e-3},
+           {kForce, "6 N", 6.0},
+           {kForce, "6 mN", 6e-3},
+           {kTorque, "7 N*m", 7.0},
+           {kTorque, "7 N*mm", 7e-3},
+           {kAngle, "8 rad", 8.0},
+           {kAngle, "180 deg", std::numbers::pi},
+           {kAcceleration, "-9.81 m/s^2", -9.81},
+           {kPressure, "1 Pa", 1.0},
+           {kPressure, "1 kPa", 1e3},
+           {kPressure, "1 MPa", 1e6},
+           {kStiffness, "1 N/m", 1.0},
+           {kStiffness, "1 N/mm", 1e3},
+           {kRotationalStiffness, "1 N*m/rad", 1.0},
+           {kDamping, "1 N*s/m", 1.0},
+           {kRotationalDamping, "1 N*m*s", 1.0},
+           {kRotationalDamping, "1 N*m*s/rad", 1.0},
+           {kIntegralGain, "1 N/(m*s)", 1.0},
+           {kRotationalIntegralGain, "1 N*m/(rad*s)", 1.0},
+           {kFrequency, "200 Hz", 200.0},
+           {kFrequency, "4kHz", 4e3},
        }) {
-    Config config(scene_file(std::string("value: ") + c.text));
-    EXPECT_EQ(config.root().quantity("value", c.dimension), c.value) << c.text;
+    const Table table{key("value", kQuantity, "", c.dimension)};
+    Config config(scene_file(std::string("value: ") + c.text), table);
+    EXPECT_EQ(config.root().quantity("value"), c.value) << c.text;
     EXPECT_NO_THROW(config.finish()) << c.text;
   }
 }
 
 TEST(Config, RefusesWhatIsNoQuantity) {
-  EXPECT_EQ(fault_of("5", Dimension::kLength), "5 has no unit: use m, cm, mm or um");
-  EXPECT_EQ(fault_of("5 kg", Dimension::kLength), "5 kg is not a length: use m, cm, mm or um");
-  EXPECT_EQ(fault_of("5 MM", Dimension::kLength), "5 MM is not a length: use m, cm, mm or um");
-  EXPECT_EQ(fault_of("5 N*m", Dimension::kRotationalStiffness), "5 N*m is not a rotational stiffness: use N*m/rad");
-  EXPECT_EQ(fault_of("five mm", Dimension::kLength), "'five mm' is not a length: use m, cm, mm or um");
-  EXPECT_EQ(fault_of("auto", Dimension::kNone), "'auto' is not a plain number");
-  EXPECT_EQ(fault_of("''", Dimension::kNone), "'' is not a plain number");
-  EXPECT_EQ(fault_of("5 mm", Dimension::kNone), "5 mm must be a plain number, without 'mm'");
-  EXPECT_EQ(fault_of("0x10", Dimension::kNone), "0x10 must be a plain number, without 'x10'");
-  EXPECT_EQ(fault_of(".nan", Dimension::kNone), ".nan is not a finite number");
-  EXPECT_EQ(fault_of("-.inf", Dimension::kLength), "-.inf is not a finite number");
-  EXPECT_EQ(fault_of("1e999 m", Dimension::kLength), "1e999 m is not a finite number");
-  EXPECT_EQ(fault_of("1e308 MPa", Dimension::kPressure), "1e308 MPa is not a finite number");
-  EXPECT_EQ(fault_of("[1 m]", Dimension::kLength), "must be a length, not a list");
-  EXPECT_EQ(fault_of("{a: 1 m}", Dimension::kLength), "must be a length, not a map");
+  EXPECT_EQ(fault_of("5", kLength), "5 has no unit: use m, cm, mm or um");
+  EXPECT_EQ(fault_of("5 kg", kLength), "5 kg is not a length: use m, cm, mm or um");
+  EXPECT_EQ(fault_of("5 MM", kLength), "5 MM is not a length: use m, cm, mm or um");
+  EXPECT_EQ(fault_of("5 N*m", kRotationalStiffness), "5 N*m is not a rotational stiffness: use N*m/rad");
+  EXPECT_EQ(fault_of("five mm", kLength), "'five mm' is not a length: use m, cm, mm or um");
+  EXPECT_EQ(fault_of("auto", kNone), "'auto' is not a plain number");
+  EXPECT_EQ(fault_of("''", kNone), "'' is not a plain number");
+  EXPECT_EQ(fault_of("5 mm", kNone), "5 mm must be a plain number, without 'mm'");
+  EXPECT_EQ(fault_of("0x10", kNone), "0x10 must be a plain number, without 'x10'");
+  EXPECT_EQ(fault_of(".nan", kNone), ".nan is not a finite number");
+  EXPECT_EQ(fault_of("-.inf", kLength), "-.inf is not a finite number");
+  EXPECT_EQ(fault_of("1e999 m", kLength), "1e999 m is not a finite number");
+  EXPECT_EQ(fault_of("1e308 MPa", kPressure), "1e308 MPa is not a finite number");
+  EXPECT_EQ(fault_of("[1 m]", kLength), "must be a length, not a list");
+  EXPECT_EQ(fault_of("{a: 1 m}", kLength), "must be a length, not a map");
 }
 
 TEST(Config, ReportsAllFaultsInTheOrderOfTheFile) {
+  const Table table{key("contact", kMap),
+                    key("contact.friction", kQuantity, "0 .. 2"),
+                    length("contact.band", "> 0"),
+                    key("contact.max_sweeps", kCount, "1 .. 1000"),
+                    key("time", kMap),
+                    key("time.step", kQuantity, "> 0", kTime),
+                    key("object", kMap),
+                    key("time.duration", kQuantity, "> 0", kTime),
+                    key("object.mass", kQuantity, "> 0", kMass)};
   const Reader read = [](const ConfigMap& root) {
     const ConfigMap contact = root.map("contact");
-    (void)contact.number("friction", 0.0, 2.0);
-    (void)contact.positive("band", Dimension::kLength);
-    (void)contact.count("max_sweeps", 1, 1000);
+    (void)contact.quantity("friction");
+    (void)contact.quantity("band");
+    (void)contact.count("max_sweeps");
     const ConfigMap time = root.map("time");
-    (void)time.positive("step", Dimension::kTime);
-    (void)time.positive("duration", Dimension::kTime);
-    (void)root.map("object").positive("mass", Dimension::kMass);
+    (void)time.quantity("step");
+    (void)time.quantity("duration");
+    (void)root.map("object").quantity("mass");
   };
-  const Lines found = faults(R"(# A scene with faults
+  const Lines found = faults(table, R"(# A scene with faults
 time:
   step: 1
   stpe: 1 ms
@@ -241,7 +276,7 @@ contact:
                        "2:1: object: this key is missing",
                        "2:1: time.duration: this key is missing",
                        "3:9: time.step: 1 has no unit: use s, ms or us",
-                       "4:3: time.stpe: unknown key, did you mean 'step'?",
+                       "4:3: time.stpe: unknown key, did you mean 'time.step'?",
                        "7:9: contact.band: -0.3 mm must be greater than zero",
                        "8:15: contact.max_sweeps: 2000 must be at most 1000",
                        "9:3: contact.max_sweeps: this key is already in line 8",
@@ -249,51 +284,91 @@ contact:
 }
 
 TEST(Config, SuggestsNearKeysOnly) {
-  const Reader read = [](const ConfigMap& root) {
-    for (const char* key : {"p", "law", "friction", "relaxation_time_of_the_pulp"}) (void)root.has(key);
-  };
-  EXPECT_EQ(faults("d: 1", read), (Lines{"1:1: d: unknown key"}));
-  EXPECT_EQ(faults("lwa: 1", read), (Lines{"1:1: lwa: unknown key, did you mean 'law'?"}));
-  EXPECT_EQ(faults("fiction: 1", read), (Lines{"1:1: fiction: unknown key, did you mean 'friction'?"}));
-  EXPECT_EQ(faults("relaxationtimeofthepulp: 1", read),
+  Table table;
+  for (const char* name : {"p", "law", "friction", "relaxation_time_of_the_pulp"}) {
+    table.push_back(length(name, "", "(Nothing.)"));
+  }
+  const Reader nothing = [](const ConfigMap&) {};
+  EXPECT_EQ(faults(table, "d: 1", nothing), (Lines{"1:1: d: unknown key"}));
+  EXPECT_EQ(faults(table, "lwa: 1", nothing), (Lines{"1:1: lwa: unknown key, did you mean 'law'?"}));
+  EXPECT_EQ(faults(table, "fiction: 1", nothing), (Lines{"1:1: fiction: unknown key, did you mean 'friction'?"}));
+  EXPECT_EQ(faults(table, "relaxationtimeofthepulp: 1", nothing),
             (Lines{"1:1: relaxationtimeofthepulp: unknown key, did you mean 'relaxation_time_of_the_pulp'?"}));
-  EXPECT_EQ(faults("gravity: 1", read), (Lines{"1:1: gravity: unknown key"}));
+  EXPECT_EQ(faults(table, "gravity: 1", nothing), (Lines{"1:1: gravity: unknown key"}));
 }
 
-TEST(Config, RefusesWrongSigns) {
+TEST(Config, SuggestsKeysOfOtherMaps) {
+  const Table table{key("contact", kMap), length("contact.friction")};
+  const Reader read = [](const ConfigMap& root) { (void)root.map("contact").quantity("friction"); };
+  // It is not missing besides.
+  EXPECT_EQ(faults(table, "contact: {}\nfriction: 1 m\n", read),
+            (Lines{"2:1: friction: unknown key, did you mean 'contact.friction'?"}));
+  EXPECT_EQ(faults(table, "contact: {friction: 1 m}\ncontact.friction: 1 m\n", read),
+            (Lines{"2:1: contact.friction: in a file each name stands below the one before it, without dots"}));
+  EXPECT_EQ(faults(table, "contact: {}\n", read, {"frcition=1 m"}),
+            (Lines{"--set frcition: unknown key, did you mean 'contact.friction'?"}));
+}
+
+// Nothing in a file is ignored, and a key that is good elsewhere is not an unknown one.
+TEST(Config, RefusesKeysThatThisSceneHasNoUseFor) {
+  const Reader nothing = [](const ConfigMap&) {};
+  EXPECT_EQ(faults({length("leaves")}, "leaves: 1 m", nothing),
+            (Lines{"1:1: leaves: has no effect here: leave it out"}));
+}
+
+TEST(Config, RefusesNumbersOutOfRange) {
+  const Table table{length("a", "> 0"),        length("b", ">= 0"),
+                    length("c", ">= 0"),       key("d", kQuantities, "> 0", kLength, 3),
+                    length("e", "> 0 | auto"), length("f", "1 mm .. 1 m"),
+                    length("g", ">= 1 mm"),    length("h", "1 mm .. 1 m"),
+                    length("i", "> 1 mm")};
   const Reader read = [](const ConfigMap& root) {
-    (void)root.positive("a", Dimension::kLength);
-    (void)root.non_negative("b", Dimension::kLength);
-    (void)root.non_negative("c", Dimension::kLength);
-    (void)root.positive3("d", Dimension::kLength);
-    (void)root.positive_or_auto("e", Dimension::kLength);
+    for (const char* name : {"a", "b", "c", "e", "f", "g", "h", "i"}) (void)root.quantity(name);
+    (void)root.quantities("d");
   };
-  EXPECT_EQ(faults("a: 0 m\nb: -1 m\nc: 0 m\nd: [1 m, 0 m, 1 m]\ne: -1 m\n", read),
-            (Lines{
-                "1:4: a: 0 m must be greater than zero",
-                "2:4: b: -1 m must not be negative",
-                "4:10: d[1]: 0 m must be greater than zero",
-                "5:4: e: -1 m must be greater than zero",
-            }));
+  EXPECT_EQ(
+      faults(table, "a: 0 m\nb: -1 m\nc: 0 m\nd: [1 m, 0 m, 1 m]\ne: -1 m\nf: 1.1 m\ng: 0 m\nh: 0.9 mm\ni: 1 mm\n",
+             read),
+      (Lines{
+          "1:4: a: 0 m must be greater than zero",
+          "2:4: b: -1 m must not be negative",
+          "4:10: d[1]: 0 m must be greater than zero",
+          "5:4: e: -1 m must be greater than zero",
+          "6:4: f: 1.1 m must be at most 1 m",
+          "7:4: g: 0 m must be at least 1 mm",
+          "8:4: h: 0.9 mm must be at least 1 mm",
+          "9:4: i: 1 mm must be greater than 1 mm",
+      }));
+  EXPECT_EQ(
+      faults(table, "{a: 1 m, b: 1 m, c: 1 m, d: [1 m, 1 m, 1 m], e: 1 m, f: 1000 mm, g: 0.001 m, h: 1 mm, i: 1 m}",
+             read),
+      Lines{})
+      << "the ends are in the range";
 }
 
 TEST(Config, RefusesWrongPlainValues) {
+  const Table table{key("a", kQuantity, "0 .. 0.5"),
+                    key("b", kQuantity, "0 .. 0.5"),
+                    key("c", kCount, "1 .. 9"),
+                    key("d", kCount, "1 .. 9"),
+                    key("e", kCount, "1 .. 9"),
+                    key("f", kFlag),
+                    key("g", kFlag),
+                    key("h", kChoice, "pyramid | exact"),
+                    key("i", kText),
+                    key("j", kText),
+                    key("k", kTexts),
+                    key("l", kCount, "1 .. 9"),
+                    key("m", kCount, "1 .. 9")};
   const Reader read = [](const ConfigMap& root) {
-    (void)root.number("a", 0.0, 0.5);
-    (void)root.number("b", 0.0, 0.5);
-    (void)root.count("c", 1, 9);
-    (void)root.count("d", 1, 9);
-    (void)root.count("e", 1, 9);
-    (void)root.flag("f");
-    (void)root.flag("g");
-    (void)root.choice("h", {"pyramid", "exact"});
-    (void)root.text("i");
-    (void)root.text("j");
+    for (const char* name : {"a", "b"}) (void)root.quantity(name);
+    for (const char* name : {"c", "d", "e", "l", "m"}) (void)root.count(name);
+    for (const char* name : {"f", "g"}) (void)root.flag(name);
+    for (const char* name : {"i", "j"}) (void)root.text(name);
+    (void)root.choice("h");
     (void)root.texts("k");
-    (void)root.count("l", 1, 9);
-    (void)root.count("m", 1, 9);
   };
-  EXPECT_EQ(faults(R"(a: 0.6
+  EXPECT_EQ(faults(table, R"(a: 0.6
 b: -1
 c: 0
 d: 1.5
@@ -326,17 +401,20 @@ m: -99999999999999999999
 }
 
 TEST(Config, RefusesWrongLists) {
+  const Table table{key("a", kQuantities, "", kLength, 3),
+                    key("b", kQuantities, "", kLength, 3),
+                    key("c", kQuantities, "", kAngle, 2),
+                    key("d", kRotation),
+                    key("e", kRotation),
+                    key("f", kQuantities, "", kNone, 3),
+                    key("g", kQuantities, "", kNone, 2),
+                    key("h", kMaps)};
   const Reader read = [](const ConfigMap& root) {
-    (void)root.vector3("a", Dimension::kLength);
-    (void)root.vector3("b", Dimension::kLength);
-    (void)root.quantities("c", Dimension::kAngle, 2);
-    (void)root.rotation3("d");
-    (void)root.rotation3("e");
-    (void)root.numbers3("f");
-    (void)root.numbers("g", 2);
+    for (const char* name : {"a", "b", "c", "f", "g"}) (void)root.quantities(name);
+    for (const char* name : {"d", "e"}) (void)root.rotation(name);
     (void)root.list_of_maps("h");
   };
-  EXPECT_EQ(faults(R"(a: 1 m
+  EXPECT_EQ(faults(table, R"(a: 1 m
 b: [1 m, 2 m]
 c: [1 rad, 2 m]
 d: [[1, 0, 0], [0, 1, 0]]
@@ -362,16 +440,23 @@ h: [{}, 1]
 }
 
 TEST(Config, ReportsAMissingMapOnce) {
+  Table table;
+  const auto add = [&](const char* map, const char* mass, const char* shape, const char* box) {
+    table.insert(table.end(), {key(map, kMap), key(mass, kQuantity, "> 0", kMass), key(shape, kOneOf), length(box)});
+  };
+  add("missing", "missing.mass", "missing.shape", "missing.shape.box");
+  add("value", "value.mass", "value.shape", "value.shape.box");
+  add("nothing", "nothing.mass", "nothing.shape", "nothing.shape.box");
   const Reader read = [](const ConfigMap& root) {
-    for (const char* key : {"missing", "value", "nothing"}) {
-      const ConfigMap map = root.map(key);
-      EXPECT_GT(map.positive("mass", Dimension::kMass), 0.0);
-      EXPECT_EQ(map.map("shape").one_of({"box", "sphere"}), "");
+    for (const char* name : {"missing", "value", "nothing"}) {
+      const ConfigMap map = root.map(name);
+      EXPECT_GT(map.quantity("mass"), 0.0);
+      EXPECT_EQ(map.map("shape").one_of(), "");
       EXPECT_FALSE(map.has("mass"));
       map.refuse("mass", "is wrong");
     }
   };
-  EXPECT_EQ(faults("value: 1\nnothing:\n", read),
+  EXPECT_EQ(faults(table, "value: 1\nnothing:\n", read),
             (Lines{
                 "1:1: missing: this key is missing",
                 "1:8: value: must be a map of keys and values, not a single value",
@@ -383,119 +468,147 @@ TEST(Config, FindsFaultsInsideListsOfMaps) {
   const Reader read = [](const ConfigMap& root) {
     for (const ConfigMap& muscle : root.list_of_maps("muscles")) {
       (void)muscle.text("name");
-      (void)muscle.positive("length", Dimension::kLength);
+      (void)muscle.quantity("length");
     }
   };
-  EXPECT_EQ(faults("muscles:\n- {name: OP, length: 1 m}\n- {nmae: APL, length: 1 m}\n", read),
+  const Table table{key("muscles", kMaps), key("muscles.name", kText), length("muscles.length")};
+  EXPECT_EQ(faults(table, "muscles:\n- {name: OP, length: 1 m}\n- {nmae: APL, length: 1 m}\n", read),
             (Lines{
-                "3:4: muscles[1].nmae: unknown key, did you mean 'name'?",
+                "3:4: muscles[1].nmae: unknown key, did you mean 'muscles[1].name'?",
             }));
 }
 
 TEST(Config, WantsOneOfSeveralKeys) {
   const Reader read = [](const ConfigMap& root) {
     const ConfigMap shape = root.map("shape");
-    const std::string kind = shape.one_of({"box", "sphere"});
-    if (kind == "sphere") (void)shape.positive("sphere", Dimension::kLength);
+    const std::string kind = shape.one_of();
+    if (kind == "sphere") (void)shape.quantity("sphere");
   };
-  EXPECT_EQ(faults("shape: {sphere: 1 m}", read), (Lines{}));
-  EXPECT_EQ(faults("shape: {}", read), (Lines{"1:1: shape: needs one of box, sphere"}));
-  EXPECT_EQ(faults("shape: {box: 1 m, sphere: 1 m}", read),
+  const Table table{key("shape", kOneOf), length("shape.box"), length("shape.sphere")};
+  EXPECT_EQ(faults(table, "shape: {sphere: 1 m}", read), (Lines{}));
+  EXPECT_EQ(faults(table, "shape: {}", read), (Lines{"1:1: shape: needs one of box, sphere"}));
+  EXPECT_EQ(faults(table, "shape: {box: 1 m, sphere: 1 m}", read),
             (Lines{"1:19: shape.sphere: only one of box, sphere may be given"}));
 }
 
 TEST(Config, ReportsWhatTheCallerRefuses) {
   const Reader read = [](const ConfigMap& root) {
-    (void)root.quantity("a", Dimension::kLength);
-    (void)root.quantity("b", Dimension::kLength);
+    (void)root.quantity("a");
+    (void)root.quantity("b");
     root.refuse("a", "must not exceed b");
     root.refuse("b", "is reported already, as a wrong unit");
     root.refuse("c", "is needed with a");
   };
-  EXPECT_EQ(faults("a: 1 m\nb: 1 s\n", read), (Lines{
-                                                  "1:1: c: is needed with a",
-                                                  "1:4: a: must not exceed b",
-                                                  "2:4: b: 1 s is not a length: use m, cm, mm or um",
-                                              }));
+  EXPECT_EQ(faults({length("a"), length("b"), length("c")}, "a: 1 m\nb: 1 s\n", read),
+            (Lines{
+                "1:1: c: is needed with a",
+                "1:4: a: must not exceed b",
+                "2:4: b: 1 s is not a length: use m, cm, mm or um",
+            }));
 }
 
+// A default is read as if it stood in the file.
 TEST(Config, ListsTheDefaultsThatWereUsed) {
-  Config config(scene_file("{present: 1 mm, contact: {}}"));
+  const Table table{length("present", "", "5 mm"),
+                    length("band", "", "0.3 mm"),
+                    key("contact", kMap),
+                    key("contact.by", kQuantities, "", kLength, 3, "[1 m, 2 m, 3 mm]"),
+                    key("contact.sweeps", kCount, "1 .. 100", kNone, 1, "60"),
+                    key("contact.cone", kChoice, "pyramid | exact", kNone, 1, "exact"),
+                    length("contact.centre", "", "(The middle.)")};
+  Config config(scene_file("{present: 1 mm, contact: {}}"), table);
   const ConfigMap root = config.root();
-  EXPECT_EQ(root.non_negative_or("present", Dimension::kLength, 5.0), 1e-3);
-  EXPECT_EQ(root.non_negative_or("band", Dimension::kLength, 3e-4), 3e-4);
+  EXPECT_EQ(root.quantity("present"), 1e-3);
+  EXPECT_EQ(root.quantity("band"), 3e-4);
   const ConfigMap contact = root.map("contact");
-  EXPECT_EQ(contact.non_negative_or("relaxation", Dimension::kTime, 0.0), 0.0);
-  EXPECT_EQ(contact.vector3_or("by", Dimension::kLength, {1, 2, 3}), Eigen::Vector3d(1, 2, 3));
-  EXPECT_EQ(contact.number_or("friction", 0, 2, 0.8), 0.8);
-  EXPECT_EQ(contact.count_or("sweeps", 1, 100, 60), 60);
-  EXPECT_EQ(contact.choice_or("cone", {"pyramid", "exact"}, "exact"), "exact");
+  EXPECT_EQ(contact.quantities("by"), Eigen::Vector3d(1.0, 2.0, 3e-3));
+  EXPECT_EQ(contact.count("sweeps"), 60);
+  EXPECT_EQ(contact.choice("cone"), "exact");
+  contact.use_default("centre", "4 m");
   EXPECT_NO_THROW(config.finish());
   EXPECT_EQ(config.defaults_used(), (Lines{
-                                        "band: 3e-04 m",
-                                        "contact.relaxation: 0 s",
-                                        "contact.by: [1 m, 2 m, 3 m]",
-                                        "contact.friction: 0.8",
+                                        "band: 0.3 mm",
+                                        "contact.by: [1 m, 2 m, 3 mm]",
                                         "contact.sweeps: 60",
                                         "contact.cone: exact",
+                                        "contact.centre: 4 m",
                                     }));
 }
 
 TEST(Config, ADefaultDoesNotHideAFault) {
-  const Reader read = [](const ConfigMap& root) { (void)root.non_negative_or("band", Dimension::kLength, 1.0); };
-  EXPECT_EQ(faults("band: -1 m\n", read), (Lines{"1:7: band: -1 m must not be negative"}));
+  const Reader read = [](const ConfigMap& root) { (void)root.quantity("band"); };
+  const Table table{length("band", ">= 0", "1 m")};
+  EXPECT_EQ(faults(table, "band: -1 m\n", read), (Lines{"1:7: band: -1 m must not be negative"}));
+  // A sentence in brackets is no value.
+  EXPECT_EQ(faults({length("band", ">= 0", "(None.)")}, "{}", read), (Lines{"1:1: band: this key is missing"}));
+}
+
+// What the table does not have cannot be read: a key that is forgotten there fails at the first scene.
+TEST(Config, ReadsNothingThatTheTableDoesNotHave) {
+  const Table table{length("band"), key("time", kMap)};
+  Config config(scene_file("{band: 1 m, step: 1 m, time: {}}"), table);
+  const ConfigMap root = config.root();
+  EXPECT_THROW((void)root.quantity("step"), std::logic_error);
+  EXPECT_THROW((void)root.has("step"), std::logic_error);
+  EXPECT_THROW((void)root.map("time").quantity("band"), std::logic_error);
+  EXPECT_THROW((void)root.count("band"), std::logic_error) << "of another kind";
+  EXPECT_EQ(root.quantity("band"), 1.0);
 }
 
 TEST(Config, TheCommandLineSetsValues) {
-  const std::string text = "time: {step: 1 ms}\nmodel: hand.yaml\nshape: {sphere: 1 m}\n";
-  Config config(scene_file(text), {"time.step=0.5 ms", "object.mass=100 g", "gravity=[0 m/s^2, 0 m/s^2, -9.81 m/s^2]",
-                                   "model=other.yaml", "shape={box: 2 m}", "time.step=0.25 ms"});
+  const std::string text = "time: {step: 1 ms}\nhand: {model: hand.yaml}\nobject: {shape: {sphere: 1 m}}\n";
+  const Lines overrides{
+      "time.step=0.5 ms",      "object.mass=100 g",          "gravity=[0 m/s^2, 0 m/s^2, -9.81 m/s^2]",
+      "hand.model=other.yaml", "object.shape={sphere: 2 m}", "time.step=0.25 ms"};
+  Config config(scene_file(text), scene_keys(), overrides);
   const ConfigMap root = config.root();
-  EXPECT_EQ(root.map("time").positive("step", Dimension::kTime), 0.25e-3) << "the last one counts";
-  EXPECT_EQ(root.map("object").positive("mass", Dimension::kMass), 0.1);
-  EXPECT_EQ(root.vector3("gravity", Dimension::kAcceleration), Eigen::Vector3d(0, 0, -9.81));
-  EXPECT_EQ(root.path("model"), "other.yaml") << "of the working directory";
-  EXPECT_EQ(root.map("shape").one_of({"box", "sphere"}), "box");
-  EXPECT_EQ(root.map("shape").positive("box", Dimension::kLength), 2.0);
+  EXPECT_EQ(root.map("time").quantity("step"), 0.25e-3) << "the last one counts";
+  EXPECT_EQ(root.map("object").quantity("mass"), 0.1);
+  EXPECT_EQ(root.quantities("gravity"), Eigen::Vector3d(0, 0, -9.81));
+  EXPECT_EQ(root.map("hand").path("model"), "other.yaml") << "of the working directory";
+  EXPECT_EQ(root.map("object").map("shape").one_of(), "sphere");
+  EXPECT_EQ(root.map("object").map("shape").quantity("sphere"), 2.0);
   EXPECT_NO_THROW(config.finish());
 }
 
 TEST(Config, ReportsFaultsOfTheCommandLineThere) {
   const Reader read = [](const ConfigMap& root) {
-    (void)root.map("time").positive("step", Dimension::kTime);
-    (void)root.map("time").positive("duration", Dimension::kTime);
+    (void)root.map("time").quantity("step");
+    (void)root.map("time").quantity("duration");
   };
-  EXPECT_EQ(faults("time: {step: 1 ms, duration: 1}", read,
+  EXPECT_EQ(faults(scene_keys_of("time"), "time: {step: 1 ms, duration: 1}", read,
                    {"time.step=-1 ms", "time.stap=1", "tme.step=1", "time.step.x=1", "step", "a..b=1", "time.step"}),
             (Lines{
                 "1:30: time.duration: 1 has no unit: use s, ms or us",
-                "--set time.step: -1 ms must be greater than zero",
-                "--set time.stap: unknown key, did you mean 'step'?",
+                "--set time.step: -1 ms must be at least 10 us",
+                "--set time.stap: unknown key, did you mean 'time.step'?",
                 "--set tme.step: tme: unknown key, did you mean 'time'?",
                 "--set time.step.x: time.step is not a map of keys and values",
                 "--set step: write it as key=value, such as time.step=0.5 ms",
                 "--set a..b: write it as key=value, such as time.step=0.5 ms",
                 "--set time.step: write it as key=value, such as time.step=0.5 ms",
             }));
-  const Lines broken = faults("time: {duration: 1 s}", read, {"time.step=[1"});
+  const Lines broken = faults(scene_keys_of("time"), "time: {duration: 1 s}", read, {"time.step=[1"});
   ASSERT_EQ(broken.size(), 2u);
   EXPECT_TRUE(broken[0].starts_with("--set time.step: ")) << broken[0];
   EXPECT_EQ(broken[1], "--set time.step: must be a time, not nothing");
 }
 
 TEST(Config, RefusesWhatIsNoPlainYaml) {
+  const Table table{length("a")};
   const Reader read = [](const ConfigMap& root) { (void)root.has("a"); };
-  EXPECT_EQ(faults("", read), (Lines{"1:1: the file is empty"}));
-  EXPECT_EQ(faults("# nothing\n", read), (Lines{"1:1: the file is empty"}));
-  EXPECT_EQ(faults("- 1\n", read), (Lines{"1:1: must be a map of keys and values, not a list"}));
-  EXPECT_EQ(faults("a: 1\n---\na: 2\n", read), (Lines{"3:1: a second document is not read"}));
-  EXPECT_EQ(faults("a: &x 1\nb: *x\n", read),
+  EXPECT_EQ(faults(table, "", read), (Lines{"1:1: the file is empty"}));
+  EXPECT_EQ(faults(table, "# nothing\n", read), (Lines{"1:1: the file is empty"}));
+  EXPECT_EQ(faults(table, "- 1\n", read), (Lines{"1:1: must be a map of keys and values, not a list"}));
+  EXPECT_EQ(faults(table, "a: 1\n---\na: 2\n", read), (Lines{"3:1: a second document is not read"}));
+  EXPECT_EQ(faults(table, "a: &x 1\nb: *x\n", read),
             (Lines{"2:1: b: unknown key", "2:4: aliases are not read here: write the value out"}));
-  EXPECT_EQ(faults("a: !!float 1\n", read), (Lines{"1:4: tags are not read here: leave out tag:yaml.org,2002:float"}));
-  EXPECT_EQ(faults("? [1]\n: 2\na: 1\n", read), (Lines{"1:3: a key must be a word", "1:3: unknown key"}));
+  EXPECT_EQ(faults(table, "a: !!float 1\n", read),
+            (Lines{"1:4: tags are not read here: leave out tag:yaml.org,2002:float"}));
+  EXPECT_EQ(faults(table, "? [1]\n: 2\na: 1\n", read), (Lines{"1:3: a key must be a word", "1:3: unknown key"}));
   // The parser's own words and columns differ between its versions.
   const auto syntax = [&](const std::string& broken) {
-    const Lines found = faults("a: 1\nb: " + broken, read);
+    const Lines found = faults(table, "a: 1\nb: " + broken, read);
     return found.size() == 1 && (found[0].starts_with("2:") || found[0].starts_with("3:"));
   };
   for (const char* broken : {"[1, 2\n", "'b", "b: c", "{b", "\n\t- b", "\"", "@", "%", "\"\\q\""}) {
@@ -509,22 +622,24 @@ TEST(Config, RefusesTextsThatAreNoLineOfUtf8) {
   const Reader read = [](const ConfigMap& root) {
     (void)root.text("name");
     if (root.has("list")) (void)root.map("map").texts("list");
-    if (root.has("step")) (void)root.positive("step", Dimension::kTime);
+    if (root.has("step")) (void)root.quantity("step");
   };
+  const Table table{key("name", kText), key("list", kText), key("map", kMap), key("map.list", kTexts),
+                    key("step", kQuantity, "> 0", kTime)};
   for (const char* good :
        {"name: café\n", "name: \"\\u00e9 \xE2\x82\xAC \xF0\x9F\x96\x90\"\n", "name: a # caf\xE9\n"}) {
-    EXPECT_EQ(faults(good, read), Lines{}) << good;
+    EXPECT_EQ(faults(table, good, read), Lines{}) << good;
   }
-  EXPECT_EQ(faults("# one\nname: caf\xE9\n", read),
+  EXPECT_EQ(faults(table, "# one\nname: caf\xE9\n", read),
             (Lines{"2:7: name: 'caf\\xE9' must be one line of text in UTF-8, without byte 0xE9"}));
-  EXPECT_EQ(faults("name: \"a\\e[2J\"\n", read),
+  EXPECT_EQ(faults(table, "name: \"a\\e[2J\"\n", read),
             (Lines{"1:7: name: 'a\\x1B[2J' must be one line of text in UTF-8, without the control character 0x1B"}));
-  EXPECT_EQ(faults("name: a\n", read, {"name=caf\xE9"}),
+  EXPECT_EQ(faults(table, "name: a\n", read, {"name=caf\xE9"}),
             (Lines{"--set name: 'caf\\xE9' must be one line of text in UTF-8, without byte 0xE9"}));
   // Cut characters, an overlong 'A', half of a pair of UTF-16, beyond Unicode, a control character in two bytes, and lines.
   for (const char* bad : {"\xC3", "\xE2\x82", "\xF0\x9F\x96", "\xC1\x81", "\xED\xA0\x80", "\xF4\x90\x80\x80",
                           "\xC2\x9B", "\"\\0\"", "\"\\n\"", "\"\\t\""}) {
-    const Lines found = faults("name: " + std::string(bad) + "\n", read);
+    const Lines found = faults(table, "name: " + std::string(bad) + "\n", read);
     ASSERT_EQ(found.size(), 1U) << bad;
     EXPECT_TRUE(found[0].starts_with("1:7: name: '")) << found[0];
   }
@@ -532,7 +647,7 @@ TEST(Config, RefusesTextsThatAreNoLineOfUtf8) {
   for (const char* broken :
        {"name: a\nmap: {list: [a, b\xE9]}\nlist: 1\n", "name: a\nn\xE9: 1\n", "name: a\nstep: 1 \xB5s\n",
         "name: a\nb: *\xE9\n", "name: a\nb: !\xE9 1\n", "name: a\nb: &\xE9 1\nc: *\x1B\n"}) {
-    const Lines found = faults(broken, read);
+    const Lines found = faults(table, broken, read);
     EXPECT_FALSE(found.empty()) << broken;
     for (const std::string& line : found) EXPECT_EQ(first_unprintable(line), line.npos) << printable(line);
   }
@@ -541,22 +656,22 @@ TEST(Config, RefusesTextsThatAreNoLineOfUtf8) {
 TEST(Config, EveryTruncatedOrDeepFileIsRefusedOrRead) {
   const std::string text = kReferenceScene;
   for (std::size_t length = 0; length < text.size(); ++length) {
-    EXPECT_NO_FATAL_FAILURE(
-        (void)faults(text.substr(0, length), [](const ConfigMap& root) { (void)root.map("time"); }));
+    EXPECT_NO_FATAL_FAILURE((void)faults(scene_keys_of("time"), text.substr(0, length),
+                                         [](const ConfigMap& root) { (void)root.map("time"); }));
   }
   const Reader nothing = [](const ConfigMap&) {};
-  EXPECT_FALSE(faults(std::string(100000, '['), nothing).empty());
-  EXPECT_FALSE(faults(std::string(100000, '{'), nothing).empty());
+  EXPECT_FALSE(faults({}, std::string(100000, '['), nothing).empty());
+  EXPECT_FALSE(faults({}, std::string(100000, '{'), nothing).empty());
 }
 
 TEST(Config, NamesAMissingFile) {
   try {
-    const Config config("/nowhere/scene.yaml");
+    const Config config("/nowhere/scene.yaml", scene_keys());
     FAIL();
   } catch (const FileError& error) {
     EXPECT_STREQ(error.what(), "/nowhere/scene.yaml: no such file");
   }
-  EXPECT_THROW(Config{testing::TempDir()}, FileError);
+  EXPECT_THROW(Config(testing::TempDir(), scene_keys()), FileError);
 }
 
 }  // namespace

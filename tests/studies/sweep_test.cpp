@@ -161,7 +161,7 @@ TEST(Sweep, OnlyASweepWithoutAnySceneIsRefused) {
     return "";
   };
   EXPECT_EQ(fault({"contact.frction=0.5,0.6"}),
-            "--vary contact.frction: contact.frction: unknown key, did you mean 'friction'?");
+            "--vary contact.frction: unknown key, did you mean 'contact.friction'?");
   EXPECT_NE(fault({"contact.friction=0.5", "contact.friction=0.6"}).find("varies twice"), std::string::npos);
   EXPECT_NE(fault({"contact.friction=0:1:1001", "time.step=1 ms:2 ms:1000"}).find("1000000 rows"), std::string::npos);
 }

@@ -1,0 +1,338 @@
+#include "engine/scenes/keys.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <stdexcept>
+
+#include "engine/formats/text.h"
+#include "engine/grasp/hand.h"
+
+namespace thenar {
+
+namespace {
+
+using enum KeyKind;
+using enum Dimension;
+
+// Bounds that are no law of mechanics keep a typo from asking for any amount of memory or time. A step is within the rates
+// that loops may have, 100 kHz to 1 Hz. An object's surface takes 430 bytes a point; a pulp's kernel 24 bytes for each pair
+// of leaves, 400 MB for 4000; a human fingertip stiffens by about 0.5 1/N.
+constexpr std::array kSceneKeys = std::to_array<Key>({
+    {"name", kText, kNone, "", "", "The scene's name in results."},
+
+    {"time", kMap, kNone, "", "", "How long the scene runs, and the periods of its two loops."},
+    {"time.duration", kQuantity, kTime, "> 0", "", "How long the scene runs: at most 10 million steps."},
+    {"time.step", kQuantity, kTime, "10 us .. 1 s", "", "The period of the contact loop."},
+    {"time.control_period", kQuantity, kTime, "> 0", "",
+     "The period of the control loop: from one time.step to 10000 of them."},
+    {"time.control_delay", kQuantity, kTime, ">= 0", "0 s",
+     "With two loops: the time from a control tick's snapshot to the use of its frame, at most 100 control periods."},
+
+    {"gravity", kQuantities, kAcceleration, "", "[0 m/s^2, 0 m/s^2, 0 m/s^2]",
+     "The acceleration of gravity in the hand frame, which is the world.", 3},
+
+    {"hand", kMap, kNone, "", "", "The hand, its posture and its joints."},
+    {"hand.model", kPath, kNone, "", "", "The hand file: bones, joints, fingertips and muscles."},
+    {"hand.posture", kQuantities, kAngle, "", "",
+     "The joint angles at the start, in the order of the hand file, each within its joint's limits.", kJoints},
+    {"hand.joint_viscosity", kQuantity, kRotationalDamping, "> 0", "", "The viscous damping b of every joint."},
+    {"hand.torques", kQuantities, kTorque, "", "(Required without control, refused with it.)",
+     "The constant joint torques of a scene without control.", kJoints},
+
+    {"fingertips", kMap, kNone, "", "(Without them fingers are rigid and touch at one point each.)",
+     "Deformable fingertips."},
+    {"fingertips.points", kCount, kNone, "1 .. 1000000", "", "The samples of each fingertip's surface."},
+    {"fingertips.leaves", kCount, kNone, "1 .. 4000", "",
+     "The control points of each fingertip, which its deformation is computed at: at most fingertips.points."},
+    {"fingertips.reduced_modulus", kQuantity, kPressure, "> 0", "", "The reduced modulus E* of the pulp."},
+    {"fingertips.poisson", kQuantity, kNone, "0 .. 0.5", "", "Poisson's ratio of the pulp."},
+    {"fingertips.relaxation", kQuantity, kTime, ">= 0", "",
+     "The retardation time of the pulp, in which it loses all but 1/e of its deformation without load; 0 is elastic."},
+    {"fingertips.kernel", kChoice, kNone, "boussinesq | gaussian", "boussinesq",
+     "How a force deforms the pulp around it: as in an elastic half space, or by the published influence function, "
+     "which holds at one depth."},
+    {"fingertips.stiffening", kQuantity, kPerForce, "0 .. 10 1/N", "(Without it the modulus is constant.)",
+     "The share by which the modulus grows for each newton of normal load on a fingertip."},
+
+    {"object", kMap, kNone, "", "", "The object that is held."},
+    {"object.shape", kOneOf, kNone, "", "", "The object's shape, with full sizes; an axis of revolution is z."},
+    {"object.shape.box", kQuantities, kLength, "0.1 mm .. 10 m", "", "The sizes of a box along x, y and z.", 3},
+    {"object.shape.sphere", kQuantity, kLength, "0.1 mm .. 10 m", "", "The radius of a sphere."},
+    {"object.shape.ellipsoid", kQuantities, kLength, "0.1 mm .. 10 m", "",
+     "The sizes of an ellipsoid along x, y and z.", 3},
+    {"object.shape.cylinder", kMap, kNone, "", "", "A cylinder."},
+    {"object.shape.cylinder.radius", kQuantity, kLength, "0.1 mm .. 10 m", "", "Its radius."},
+    {"object.shape.cylinder.length", kQuantity, kLength, "0.1 mm .. 10 m", "", "Its length along z."},
+    {"object.shape.superquadric", kMap, kNone, "", "", "A superquadric."},
+    {"object.shape.superquadric.size", kQuantities, kLength, "0.1 mm .. 10 m", "", "Its sizes along x, y and z.", 3},
+    {"object.shape.superquadric.exponents", kQuantities, kNone, "0.1 .. 2", "",
+     "Its exponents in sections along z and across it: 0.1 is nearly a box's, 1 an ellipsoid's, 2 an octahedron's.", 2},
+    {"object.shape.mug", kMap, kNone, "", "", "A mug, open at the top of z."},
+    {"object.shape.mug.radius", kQuantity, kLength, "0.1 mm .. 10 m", "", "Its outer radius."},
+    {"object.shape.mug.height", kQuantity, kLength, "0.1 mm .. 10 m", "", "Its height along z."},
+    {"object.shape.mug.wall", kQuantity, kLength, "0.1 mm .. 10 m", "",
+     "The thickness of its wall and bottom, less than radius and height."},
+    {"object.shape.mug.handle", kMap, kNone, "", "(Without it the mug has no handle.)",
+     "Its handle, on the side of x."},
+    {"object.shape.mug.handle.radius", kQuantity, kLength, "0.1 mm .. 10 m", "",
+     "The radius of the handle's middle line."},
+    {"object.shape.mug.handle.thickness", kQuantity, kLength, "0.1 mm .. 10 m", "",
+     "The diameter of the handle itself, less than twice its radius."},
+    {"object.shape.cloud", kPath, kNone, "", "", "A mesh or a point cloud in metres; as a map, a file in any unit."},
+    {"object.shape.cloud.file", kPath, kNone, "", "", "The file of the mesh or the point cloud."},
+    {"object.shape.cloud.unit", kQuantity, kLength, "> 0 | m | cm | mm | um", "1 m",
+     "What 1 in the file measures: a unit or a length."},
+    {"object.points", kCount, kNone, "10 .. 1000000",
+     "(Required, but refused with a point cloud, which brings its own.)", "The samples of the object's surface."},
+    {"object.mass", kQuantity, kMass, "> 0", "", "The object's mass."},
+    {"object.centre_of_mass", kQuantities, kLength, "",
+     "(Without it: the centroid of a generated solid, the origin of one from a file.)",
+     "Where the weight acts, in the object frame, inside the object.", 3},
+    {"object.position", kQuantities, kLength, "", "", "The origin of the object frame at the start, in the hand frame.",
+     3},
+    {"object.rotation", kRotation, kNone, "", "",
+     "The rotation of the object at the start: its columns are the object's axes in the hand frame."},
+    {"object.damping", kMap, kNone, "", "", "The viscous damping of the object's motion."},
+    {"object.damping.translation", kQuantity, kDamping, "> 0", "", "The damping of its translation."},
+    {"object.damping.rotation", kQuantity, kRotationalDamping, "> 0", "", "The damping of its rotation."},
+    {"object.compliance", kMap, kNone, "", "(Without it the object is rigid.)",
+     "How the object's surface gives way; it needs deformable fingertips."},
+    {"object.compliance.reduced_modulus", kQuantity, kPressure, ">= 1 kPa", "", "Its reduced modulus E*."},
+    {"object.compliance.poisson", kQuantity, kNone, "0 .. 0.5", "", "Its Poisson's ratio."},
+    {"object.compliance.relaxation", kQuantity, kTime, ">= 0", "", "Its retardation time, as that of fingertips."},
+
+    {"contact", kMap, kNone, "", "", "Contacts between fingers and object."},
+    {"contact.friction", kQuantity, kNone, "0 .. 10", "", "Coulomb's coefficient of friction."},
+    {"contact.band", kQuantity, kLength, "> 0", "", "Control points with a gap below this are candidates for contact."},
+    {"contact.max_per_finger", kCount, kNone, "1 .. 1000", "(Required with deformable fingertips, refused without.)",
+     "The most contacts of a finger: those of the smallest gaps are kept."},
+    {"contact.level", kChoice, kNone, "leaves | 1 | 2 | 3 | 4 | 5 | 6 | 7 | 8 | auto", "leaves",
+     "The level of detail of deformable fingertips: all leaves; a control point for about 2, 4, 8 and so on of them; "
+     "auto: the coarsest level within contact.force_error."},
+    {"contact.force_error", kQuantity, kShare, ">= 0", "5 %",
+     "With contact.level auto: how far a fingertip's force may be off Hertz's, rms."},
+    {"contact.tolerance", kQuantity, kNone, "1e-14 .. 1", "1e-7",
+     "The natural-map residual at which a contact tick stops its sweeps."},
+    {"contact.max_sweeps", kCount, kNone, "1 .. 1000000", "200", "The most sweeps of a contact tick."},
+
+    {"control", kMap, kNone, "", "(Without it hand.torques drive the joints.)",
+     "The controller of the object's position and the grip."},
+    {"control.law", kChoice, kNone, "feedforward | paper", "",
+     "The law of joint torques: with the desired forces fed forward, or as published, which leaves a steady force "
+     "error."},
+    {"control.gain", kQuantity, kRotationalStiffness, "> 0 | auto", "",
+     "The gain K of eq. (22); auto takes it from joint viscosity, control period and delay."},
+    {"control.pulp", kMap, kNone, "", "", "The controller's model of a pulp."},
+    {"control.pulp.normal", kQuantity, kStiffness, "> 0", "", "Its normal stiffness."},
+    {"control.pulp.tangential", kQuantity, kStiffness, "> 0", "", "Its tangential stiffness."},
+    {"control.grasp", kMap, kNone, "", "", "The grasp forces that the controller asks for."},
+    {"control.grasp.friction", kQuantity, kNone, "0 .. 10", "", "The coefficient of friction of their cones."},
+    {"control.grasp.internal_force", kQuantity, kForce, ">= 0", "",
+     "The internal force, by which the fingers squeeze."},
+    {"control.grasp.cone", kChoice, kNone, "pyramid | exact", "exact", "The shape of their friction cones."},
+    {"control.position", kMap, kNone, "", "", "The PID controller of the object's position."},
+    {"control.position.p", kQuantity, kStiffness, ">= 0", "", "Its proportional gain."},
+    {"control.position.i", kQuantity, kIntegralGain, ">= 0", "0 N/(m*s)", "Its integral gain."},
+    {"control.position.d", kQuantity, kDamping, ">= 0", "0 N*s/m", "Its derivative gain."},
+    {"control.rotation", kMap, kNone, "", "", "The PID controller of the object's rotation."},
+    {"control.rotation.p", kQuantity, kRotationalStiffness, ">= 0", "", "Its proportional gain."},
+    {"control.rotation.i", kQuantity, kRotationalIntegralGain, ">= 0", "0 N*m/(rad*s)", "Its integral gain."},
+    {"control.rotation.d", kQuantity, kRotationalDamping, ">= 0", "0 N*m*s", "Its derivative gain."},
+    {"control.posture", kQuantity, kRotationalStiffness, "> 0", "(Without it the posture drifts there.)",
+     "A spring to the posture of the start, where the fingertips leave the joints free."},
+    {"control.muscles", kFlag, kNone, "", "", "Whether muscles drive the joints, or torques as they are."},
+
+    {"task", kMap, kNone, "", "(Without it the target stays where the object starts.)",
+     "What becomes of the object's target, and what acts on the object."},
+    {"task.translate", kMap, kNone, "", "(Without it the target does not move.)", "A minimum-jerk move of the target."},
+    {"task.translate.by", kQuantities, kLength, "", "", "How far, along the object's axes at the start.", 3},
+    {"task.translate.from", kQuantity, kTime, ">= 0", "", "When it begins."},
+    {"task.translate.over", kQuantity, kTime, "> 0", "", "How long it takes."},
+    {"task.rotate", kMap, kNone, "", "(Without it the target does not turn.)", "A minimum-jerk turn of the target."},
+    {"task.rotate.by", kQuantity, kAngle, "", "", "How far."},
+    {"task.rotate.about", kQuantities, kNone, "", "",
+     "The axis in the object's axes at the start, of any length but zero.", 3},
+    {"task.rotate.from", kQuantity, kTime, ">= 0", "", "When it begins."},
+    {"task.rotate.over", kQuantity, kTime, "> 0", "", "How long it takes."},
+    {"task.spring", kMap, kNone, "", "(Without it no spring acts.)", "A spring that ties the object to its target."},
+    {"task.spring.translation", kQuantity, kStiffness, "> 0", "", "Its stiffness in translation."},
+    {"task.spring.rotation", kQuantity, kRotationalStiffness, "> 0", "", "Its stiffness in rotation."},
+    {"task.push", kMap, kNone, "", "(Without it nothing pushes.)",
+     "A constant force and moment on the object, in its axes at the start, which the controller does not know of."},
+    {"task.push.force", kQuantities, kForce, "", "(Required without task.push.moment.)", "The force.", 3},
+    {"task.push.at", kQuantities, kLength, "", "(Without it: its origin.)",
+     "Where the force acts, in the object frame, inside the object.", 3},
+    {"task.push.moment", kQuantities, kTorque, "", "(Without it no moment acts.)",
+     "The moment, with the force or alone.", 3},
+    {"task.push.from", kQuantity, kTime, ">= 0", "", "When it begins."},
+    {"task.push.over", kQuantity, kTime, "> 0", "", "How long it lasts."},
+
+    {"model", kChoice, kNone, "full | auto", "full",
+     "What is modelled: all that the scene names, or only the parts that its tolerance needs."},
+    {"tolerance", kMap, kNone, "", "(Without it its keys have their defaults.)",
+     "How far the object's path and the fingers' forces may be off the full model's."},
+    {"tolerance.position", kQuantity, kLength, ">= 0", "0.1 mm", "Of the object's position, rms and at the end."},
+    {"tolerance.rotation", kQuantity, kAngle, ">= 0", "0.1 deg", "Of the object's rotation, rms and at the end."},
+    {"tolerance.force", kQuantity, kShare, ">= 0", "5 %", "Of the fingers' forces, rms."},
+    {"tolerance.moment", kQuantity, kShare, ">= 0", "10 %",
+     "Of the fingers' torsions, rms, as a share of the most that friction allows."},
+    {"tolerance.margin", kQuantity, kNone, "0 .. 1", "0.05", "Of the fingers' margins, rms."},
+});
+
+// In SI units without their names; lengths of vectors that are directions do not count.
+constexpr std::array kHandKeys = std::to_array<Key>({
+    {"joints", kMaps, kNone, "", "", "The joints, four a finger, thumb first."},
+    {"joints.name", kText, kNone, "", "", "Its name."},
+    {"joints.origin_at_q0", kQuantities, kNone, "", "", "A point of its axis at q = 0, hand frame, in m.", 3},
+    {"joints.axis_at_q0", kQuantities, kNone, "", "", "The direction of its axis at q = 0, hand frame.", 3},
+    {"joints.limits", kQuantities, kNone, "", "", "The ends of its range, in rad.", 2},
+
+    {"segments", kMaps, kNone, "", "", "The bones but for the palm."},
+    {"segments.name", kText, kNone, "", "", "Its name."},
+    {"segments.moved_by", kTexts, kNone, "", "", "The first joints of one finger, in their order."},
+    {"segments.length", kQuantity, kNone, "0 .. 1", "", "Its length in m."},
+    {"segments.mass", kQuantity, kNone, "0 .. 10", "", "Its mass in kg."},
+    {"segments.com", kQuantities, kNone, "", "", "Its centre of mass, in its frame, in m.", 3},
+    {"segments.frame_at_q0", kMap, kNone, "", "", "Its frame at q = 0."},
+    {"segments.frame_at_q0.R", kRotation, kNone, "", "", "Its rotation."},
+    {"segments.frame_at_q0.origin", kQuantities, kNone, "", "", "Its origin in m.", 3},
+
+    {"fingertips", kMaps, kNone, "", "", "The fingertips, one a finger."},
+    {"fingertips.finger", kText, kNone, "", "", "Its finger's name."},
+    {"fingertips.segment", kText, kNone, "", "", "The segment that all four joints of its finger move."},
+    {"fingertips.pulp_centre", kQuantities, kNone, "", "", "The centre of its pulp, segment frame, in m.", 3},
+    {"fingertips.radius", kQuantity, kNone, "1e-4 .. 0.1", "", "The radius of its pulp in m."},
+    {"fingertips.pulp_normal", kQuantities, kNone, "", "", "The mean outward direction of its pulp, segment frame.", 3},
+
+    {"muscles", kMaps, kNone, "", "", "The muscles."},
+    {"muscles.name", kText, kNone, "", "", "Its name."},
+    {"muscles.max_force", kQuantity, kNone, "0 .. 1e4", "", "The most force that it has, in N."},
+    {"muscles.crossings", kMaps, kNone, "", "", "Where its tendon crosses joints."},
+    {"muscles.crossings.joints", kTexts, kNone, "", "", "The joints that it crosses."},
+    {"muscles.crossings.share", kQuantity, kNone, "0 .. 1", "1", "The share of the muscle's force."},
+    {"muscles.crossings.insertion", kMap, kNone, "", "", "Where it pulls, distal to the joints."},
+    {"muscles.crossings.insertion.segment", kText, kNone, "", "", "The segment."},
+    {"muscles.crossings.insertion.pos", kQuantities, kNone, "", "", "The point, segment frame, in m.", 3},
+    {"muscles.crossings.pull", kOneOf, kNone, "", "", "Where it pulls to."},
+    {"muscles.crossings.pull.via", kMap, kNone, "", "", "A point."},
+    {"muscles.crossings.pull.via.segment", kText, kNone, "", "", "Its segment."},
+    {"muscles.crossings.pull.via.pos", kQuantities, kNone, "", "", "Its place, segment frame, in m.", 3},
+    {"muscles.crossings.pull.dir", kMap, kNone, "", "", "A direction."},
+    {"muscles.crossings.pull.dir.segment", kText, kNone, "", "", "The segment that it turns with."},
+    {"muscles.crossings.pull.dir.vec", kQuantities, kNone, "", "", "Its vector, segment frame.", 3},
+});
+
+/// The parts between separators.
+std::vector<std::string_view> split(std::string_view text, std::string_view separator) {
+  std::vector<std::string_view> parts;
+  for (;;) {
+    const std::size_t end = text.find(separator);
+    parts.push_back(text.substr(0, end));
+    if (end == text.npos) return parts;
+    text.remove_prefix(end + separator.size());
+  }
+}
+
+double bound(const Key& key, std::string_view text) {
+  const bool is_zero = text == "0";  // of any unit
+  const Quantity quantity = is_zero ? Quantity{} : read_quantity(text, key.dimension);
+  if (!quantity.fault.empty()) throw std::logic_error(fmt::format("range of {}: {}", key.path, quantity.fault));
+  return quantity.value;
+}
+
+}  // namespace
+
+Keys scene_keys() { return kSceneKeys; }
+Keys hand_keys() { return kHandKeys; }
+
+const Key* find_key(Keys keys, std::string_view path) {
+  const auto found = std::ranges::find(keys, path, &Key::path);
+  return found == keys.end() ? nullptr : &*found;
+}
+
+std::string_view parent_of(std::string_view path) {
+  const std::size_t dot = path.rfind('.');
+  return dot == path.npos ? "" : path.substr(0, dot);
+}
+
+std::string_view name_of(const Key& key) { return key.path.substr(key.path.rfind('.') + 1); }
+
+std::vector<const Key*> keys_below(Keys keys, std::string_view path) {
+  std::vector<const Key*> below;
+  for (const Key& key : keys) {
+    if (parent_of(key.path) == path) below.push_back(&key);
+  }
+  return below;
+}
+
+std::vector<std::string_view> names_below(Keys keys, std::string_view path) {
+  std::vector<std::string_view> names;
+  for (const Key* key : keys_below(keys, path)) names.push_back(name_of(*key));
+  return names;
+}
+
+std::string_view nearest_key(Keys keys, std::string_view path) {
+  const std::string_view name = path.substr(path.rfind('.') + 1);
+  const auto nearest_among = [&](const std::vector<const Key*>& candidates) -> std::string_view {
+    std::vector<std::string_view> names;
+    for (const Key* key : candidates) names.push_back(name_of(*key));
+    const std::string_view nearest = nearest_word(name, names);
+    const auto found = std::ranges::find(candidates, nearest, [](const Key* key) { return name_of(*key); });
+    return nearest.empty() ? "" : (*found)->path;
+  };
+  const std::string_view sibling = nearest_among(keys_below(keys, parent_of(path)));
+  if (!sibling.empty()) return sibling;
+  std::vector<const Key*> all;
+  std::vector<std::string_view> paths;
+  for (const Key& key : keys) {
+    all.push_back(&key);
+    paths.push_back(key.path);
+  }
+  const std::string_view whole = nearest_word(path, paths);
+  return whole.empty() ? nearest_among(all) : whole;
+}
+
+bool has_default(const Key& key) { return !key.without.empty() && !key.without.starts_with('('); }
+
+bool is_required(Keys keys, const Key& key) {
+  const Key* const parent = find_key(keys, parent_of(key.path));
+  return key.without.empty() && (parent == nullptr || parent->kind != kOneOf);
+}
+
+Range range_of(const Key& key) {
+  const std::string_view text = key.kind == kChoice ? "" : split(key.range, " | ").front();
+  const std::vector<std::string_view> ends = split(text, " .. ");
+  Range range;
+  if (ends.size() == 2) {
+    range.least_text = ends[0];
+    range.most_text = ends[1];
+  } else if (!text.empty()) {
+    range.open = text.starts_with("> ");
+    if (!range.open && !text.starts_with(">= ")) throw std::logic_error(fmt::format("range of {}", key.path));
+    range.least_text = text.substr(range.open ? 2 : 3);
+  }
+  if (!range.least_text.empty()) range.least = bound(key, range.least_text);
+  if (!range.most_text.empty()) range.most = bound(key, range.most_text);
+  return range;
+}
+
+std::vector<std::string_view> words_of(const Key& key) {
+  std::vector<std::string_view> words = split(key.range, " | ");
+  if (key.kind != kChoice) words.erase(words.begin());  // the range of numbers, which may be empty
+  return words;
+}
+
+std::string range_fault(const Key& key, double value, std::string_view text) {
+  const Range range = range_of(key);
+  if (range.open && value <= range.least) {
+    return fmt::format("{} must be greater than {}", text, range.least == 0.0 ? "zero" : range.least_text);
+  }
+  if (range.most_text.empty() && range.least == 0.0 && value < 0.0) return fmt::format("{} must not be negative", text);
+  if (value < range.least) return fmt::format("{} must be at least {}", text, range.least_text);
+  if (value > range.most) return fmt::format("{} must be at most {}", text, range.most_text);
+  return "";
+}
+
+}  // namespace thenar

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <limits>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "engine/scenes/units.h"
+
+/// All keys of scenes and of hand files, in one table each: what the readers of config.h check, and what `thenar keys`,
+/// docs/reference/scene.md and the JSON schema say.
+namespace thenar {
+
+enum class KeyKind {
+  kMap,         ///< Keys below this one.
+  kOneOf,       ///< A map with exactly one of the keys below.
+  kMaps,        ///< A list of maps.
+  kQuantity,    ///< A number with a unit of the dimension.
+  kQuantities,  ///< A list of `items` of them.
+  kCount,       ///< A whole number.
+  kRotation,    ///< A rotation matrix: three rows of three numbers.
+  kText,
+  kTexts,  ///< A list of any length but zero.
+  kPath,   ///< A file, relative to the folder of the file that names it. With keys below, it may be a map instead.
+  kFlag,   ///< true or false
+  kChoice  ///< One of the range's words.
+};
+
+struct Key {
+  std::string_view path;  ///< As "contact.friction"; in lists of maps without the number: "joints.name".
+  KeyKind kind;
+  Dimension dimension;
+  /// Of numbers "> 0", ">= 1 kPa" or "0 .. 10 mm", ends included, where a bare 0 is one of any unit; then, each behind a
+  /// bar, the words that may stand for a number: "> 0 | auto". Of a choice the words alone. Empty: all that the kind allows.
+  std::string_view range;
+  /// What holds without the key: a value, which is then read, or a sentence in brackets. Empty: the key must be there.
+  std::string_view without;
+  std::string_view sentence;  ///< What it is.
+  int items = 1;              ///< Of kQuantities.
+};
+
+using Keys = std::span<const Key>;  ///< A table: each key after the one above it.
+
+[[nodiscard]] Keys scene_keys();
+[[nodiscard]] Keys hand_keys();
+
+/// Null if the table has no such key.
+[[nodiscard]] const Key* find_key(Keys keys, std::string_view path);
+/// The last name of a path, and what is before it: "friction" and "contact".
+[[nodiscard]] std::string_view name_of(const Key& key);
+[[nodiscard]] std::string_view parent_of(std::string_view path);
+/// The keys one step below a path; those of the whole table for "".
+[[nodiscard]] std::vector<const Key*> keys_below(Keys keys, std::string_view path);
+/// The names of keys_below().
+[[nodiscard]] std::vector<std::string_view> names_below(Keys keys, std::string_view path);
+
+/// The path that an unknown one may be a slip of: a key of the same map with a similar name, else one anywhere in the table;
+/// empty if none is near.
+[[nodiscard]] std::string_view nearest_key(Keys keys, std::string_view path);
+
+/// Whether the key has a value where the file does not name it.
+[[nodiscard]] bool has_default(const Key& key);
+/// Whether every map that may hold the key must hold it.
+[[nodiscard]] bool is_required(Keys keys, const Key& key);
+
+/// Bounds in SI and as written; an empty text is no bound.
+struct Range {
+  double least = -std::numeric_limits<double>::infinity();
+  double most = std::numeric_limits<double>::infinity();
+  bool open = false;  ///< `least` itself is out of it.
+  std::string_view least_text, most_text;
+};
+
+/// Of a key of numbers. Throws std::logic_error if the table is wrong.
+[[nodiscard]] Range range_of(const Key& key);
+/// The words that the key may be.
+[[nodiscard]] std::vector<std::string_view> words_of(const Key& key);
+
+/// What is wrong with a number of this SI value and text: "-1 mm must be greater than zero"; empty if it is in the range.
+[[nodiscard]] std::string range_fault(const Key& key, double value, std::string_view text);
+
+}  // namespace thenar

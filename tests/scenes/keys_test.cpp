@@ -1,0 +1,187 @@
+#include "engine/scenes/keys.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "collision/shapes.h"
+#include "engine/formats/files.h"
+#include "engine/grasp/scene.h"
+#include "engine/scenes/config.h"
+#include "engine/scenes/hand_file.h"
+#include "engine/scenes/yaml_tree.h"
+#include "tests/support/scenes.h"
+
+namespace thenar {
+namespace {
+
+using Changes = std::vector<std::string>;
+
+/// A default is a value that the key's reader takes.
+void expect_good_default(const Key& key) {
+  std::vector<YamlFault> faults;
+  const auto value = read_yaml(std::string(key.without), 0, faults);
+  ASSERT_TRUE(value && faults.empty());
+  if (key.kind == KeyKind::kChoice) {
+    EXPECT_EQ(std::ranges::count(words_of(key), value->text), 1);
+    return;
+  }
+  std::vector<std::string> numbers;
+  for (const auto& item : value->items) numbers.push_back(item->text);
+  if (key.kind != KeyKind::kQuantities) numbers.push_back(value->text);
+  EXPECT_EQ(std::ssize(numbers), key.items);
+  for (const std::string& number : numbers) {
+    const Quantity quantity = read_quantity(number, key.dimension);
+    EXPECT_EQ(quantity.fault, "");
+    EXPECT_EQ(range_fault(key, quantity.value, number), "");
+  }
+}
+
+// Each key stands below one that may have keys, once, and can be shown: it has a sentence, and a range and a default that
+// its reader understands.
+TEST(Keys, AreWellFormed) {
+  for (const Keys keys : {scene_keys(), hand_keys()}) {
+    std::set<std::string_view> paths{""};
+    for (const Key& key : keys) {
+      SCOPED_TRACE(key.path);
+      EXPECT_TRUE(paths.contains(parent_of(key.path))) << "a key stands after the one above it";
+      EXPECT_TRUE(paths.insert(key.path).second) << "it is there already";
+      EXPECT_TRUE(key.sentence.ends_with('.'));
+      EXPECT_EQ(key.without.starts_with('('), key.without.ends_with(".)"));
+      EXPECT_EQ(key.kind == KeyKind::kQuantities, key.items > 1);
+      const bool is_map = key.kind == KeyKind::kMap || key.kind == KeyKind::kOneOf || key.kind == KeyKind::kMaps;
+      EXPECT_TRUE(keys_below(keys, key.path).empty() != is_map || key.kind == KeyKind::kPath);
+      EXPECT_TRUE(key.kind != KeyKind::kChoice || words_of(key).size() > 1);
+      EXPECT_NO_THROW(EXPECT_LT(range_of(key).least, range_of(key).most));
+      EXPECT_TRUE(key.kind != KeyKind::kCount || std::isfinite(range_of(key).most - range_of(key).least));
+      if (has_default(key)) expect_good_default(key);
+    }
+  }
+}
+
+/// Adds the paths of all keys in a value, as the table has them.
+void add_paths(const YamlNode& node, const std::string& path, std::set<std::string>& paths) {
+  for (const auto& item : node.items) add_paths(*item, path, paths);
+  for (const YamlNode::Entry& entry : node.entries) {
+    const std::string below = key_path(path, entry.key);
+    paths.insert(below);
+    add_paths(*entry.value, below, paths);
+  }
+}
+
+std::set<std::string> paths_in(const std::string& yaml, const std::string& path = "") {
+  std::vector<YamlFault> faults;
+  std::set<std::string> paths;
+  if (const auto root = read_yaml(yaml, 0, faults)) add_paths(*root, path, paths);
+  EXPECT_TRUE(faults.empty()) << yaml;
+  return paths;
+}
+
+std::vector<std::string> without(Keys keys, const std::set<std::string>& paths) {
+  std::vector<std::string> rest;
+  for (const Key& key : keys) {
+    if (!paths.contains(std::string(key.path))) rest.emplace_back(key.path);
+  }
+  return rest;
+}
+
+/// Scenes that name all keys between them, and are good.
+std::vector<std::pair<std::string, Changes>> scenes_with_all_keys() {
+  const auto shape = [](const std::string& text) {
+    return std::pair<std::string, Changes>("minimal", {"object.shape={" + text + "}"});
+  };
+  const std::string interval = ", from: 0 s, over: 1 s}";
+  return {{"stick", {}},
+          {"scan_grasp",
+           {"time.control_delay=1 ms", "model=auto",
+            "tolerance={position: 1 mm, rotation: 1 deg, force: 5 %, moment: 10 %, margin: 0.1}", "contact.level=auto",
+            "contact.force_error=5 %", "fingertips.stiffening=0.5 1/N", "object.centre_of_mass=[1 mm, 0 mm, 0 mm]",
+            "object.compliance={reduced_modulus: 1 MPa, poisson: 0.5, relaxation: 5 ms}",
+            "task.push={force: [1 N, 0 N, 0 N], at: [0 mm, 0 mm, 0 mm], moment: [0 N*m, 0 N*m, 1 N*m]" + interval}},
+          shape("box: [50 mm, 40 mm, 30 mm]"),
+          shape("ellipsoid: [50 mm, 40 mm, 30 mm]"),
+          shape("cylinder: {radius: 12 mm, length: 90 mm}"),
+          shape("superquadric: {size: [24 mm, 24 mm, 90 mm], exponents: [0.3, 1]}"),
+          shape("mug: {radius: 27 mm, height: 80 mm, wall: 3 mm, handle: {radius: 18 mm, thickness: 8 mm}}"),
+          shape("cloud: {file: a.obj, unit: mm}"),
+          shape("sphere: 26.09 mm")};
+}
+
+// A key that nobody reads is refused where a scene names it. So where all keys of the table are named by scenes that are
+// taken, each has a reader; that each reader's key is in the table, the reader itself sees to.
+TEST(Keys, OfTheTableAreAllReadOfScenes) {
+  std::set<std::string> paths;
+  for (const auto& [name, changes] : scenes_with_all_keys()) {
+    EXPECT_NO_THROW((void)scene_of(name, changes)) << name;
+    paths.merge(paths_in(read_file(config_file(name))));
+    for (const std::string& change : changes) {
+      const std::size_t equals = change.find('=');
+      const std::string path = change.substr(0, equals);
+      paths.insert(path);
+      paths.merge(paths_in(change.substr(equals + 1), path));
+    }
+  }
+  EXPECT_EQ(without(scene_keys(), paths), Changes{});
+}
+
+TEST(Keys, OfTheTableAreAllReadOfHands) {
+  EXPECT_NO_THROW((void)load_hand(config_file("hand")));
+  EXPECT_EQ(without(hand_keys(), paths_in(read_file(config_file("hand")))), Changes{});
+}
+
+// What a program's own settings begin with is what a scene has that does not name them, to the last bit; and the table's
+// ranges are those of the functions that are called with the values.
+TEST(Keys, AgreeWithTheSettings) {
+  const Scene scene = scene_of("minimal", {"tolerance={}"});
+  const Tolerance tolerance;
+  EXPECT_EQ(scene.tolerance.position_m, tolerance.position_m);
+  EXPECT_EQ(scene.tolerance.rotation_rad, tolerance.rotation_rad);
+  EXPECT_EQ(scene.tolerance.force, tolerance.force);
+  EXPECT_EQ(scene.tolerance.moment, tolerance.moment);
+  EXPECT_EQ(scene.tolerance.margin, tolerance.margin);
+  const ContactSettings contact;
+  EXPECT_EQ(scene_of("box_grasp", {"contact.level=auto"}).contact.force_error, contact.force_error);
+  EXPECT_EQ(scene_of("stick").contact.level, contact.level);
+  EXPECT_EQ(scene.control->cone, ControlSettings{}.cone);
+  EXPECT_EQ(scene.control->position.d, PidGains{}.d);
+  EXPECT_FALSE(scene.only_needed);
+
+  const Range exponents = range_of(*find_key(scene_keys(), "object.shape.superquadric.exponents"));
+  EXPECT_EQ(exponents.least, kLeastExponent);
+  EXPECT_EQ(exponents.most, kLargestExponent);
+}
+
+TEST(Keys, AreSuggestedFromTheirOwnMapFirst) {
+  EXPECT_EQ(nearest_key(scene_keys(), "contact.frction"), "contact.friction");
+  EXPECT_EQ(nearest_key(scene_keys(), "control.grasp.frction"), "control.grasp.friction");
+  EXPECT_EQ(nearest_key(scene_keys(), "frction"), "contact.friction");
+  EXPECT_EQ(nearest_key(scene_keys(), "contct.friction"), "contact.friction");
+  EXPECT_EQ(nearest_key(scene_keys(), "task.push.position"), "object.position");
+  EXPECT_EQ(nearest_key(scene_keys(), "temperature_of_the_room"), "");
+}
+
+TEST(Keys, KnowTheirRanges) {
+  const Range step = range_of(*find_key(scene_keys(), "time.step"));
+  EXPECT_EQ(step.least, 1e-5);
+  EXPECT_EQ(step.most, 1.0);
+  EXPECT_FALSE(step.open);
+  const Key& gain = *find_key(scene_keys(), "control.gain");
+  EXPECT_TRUE(range_of(gain).open);
+  EXPECT_EQ(range_of(gain).least, 0.0);
+  EXPECT_EQ(words_of(gain), std::vector<std::string_view>{"auto"});
+  Key wrong = gain;
+  for (const char* range : {"1 kg .. 2 kg", "0 and more", "> one"}) {
+    wrong.range = range;
+    EXPECT_THROW((void)range_of(wrong), std::logic_error) << range;
+  }
+}
+
+}  // namespace
+}  // namespace thenar
