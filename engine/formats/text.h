@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -19,5 +20,14 @@ namespace thenar {
 
 /// "1 hold", "2 holds".
 [[nodiscard]] std::string counted(std::int64_t number, std::string_view what);
+
+/// The words with the separator between them.
+[[nodiscard]] std::string join(std::span<const std::string_view> words, std::string_view separator);
+
+/// The candidate that the word may be a slip of: the first of those with the fewest wrong letters; empty if none is near.
+[[nodiscard]] std::string_view nearest_word(std::string_view word, std::span<const std::string_view> candidates);
+
+/// ", did you mean 'x'?", or nothing for an empty word.
+[[nodiscard]] std::string did_you_mean(std::string_view nearest);
 
 }  // namespace thenar
