@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <map>
@@ -233,6 +234,24 @@ TEST(RecordingFile, SpeaksTheWordsOfSignals) {
       EXPECT_EQ(json.at(words[i]).get<double>(), shown);
     }
   }
+}
+
+// Before 0.8 fields had other names, and joints none.
+TEST(RecordingFile, OldOnesAreReadInTheSameWords) {
+  const ordered_json scene = {{"fields",
+                               {{{"name", "force_n_N"}, {"unit", "N"}, {"begin", 0U}, {"count", 2U}},
+                                {{"name", "q_rad"}, {"unit", "rad"}, {"begin", 2U}, {"count", 1U}},
+                                {{"name", "penetration_m"}, {"unit", "m"}, {"begin", 3U}, {"count", 1U}}}},
+                              {"fingers", {{{"name", "thumb"}}, {{"name", "index"}}}}};
+  const std::array<double, 4> numbers = {1.5, 2.5, 0.25, 3e-6};
+  std::string state = "THNR" + std::string("\x01\x00\x02\x00", 4);
+  state.append(reinterpret_cast<const char*>(numbers.data()), sizeof numbers);
+  const std::filesystem::path file = scratch() / "old.mcap";
+  McapWriter old(file, {{"/scene", "json", "S", "jsonschema", "{}"}, {"/state", "thenar", "T", "text", ""}});
+  old.add(0, 0.0, scene.dump());
+  old.add(1, 0.0, state);
+  old.finish();
+  EXPECT_EQ(recording_csv(file), "thumb_normal_N,index_normal_N,q_rad,penetration_um\n1.5,2.5,0.25,3\n");
 }
 
 // Slips are sums that the run keeps: they must have come into what is recorded of each tick.
