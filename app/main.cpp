@@ -47,9 +47,6 @@ namespace {
 using namespace thenar;
 namespace fs = std::filesystem;
 
-// A run that slips more of its ticks is not what was asked for.
-constexpr double kKept = 0.99;
-
 void remove_figures(const fs::path& folder) {
   std::error_code none;  // A figure that cannot be removed cannot be drawn either, and then there is a warning.
   for (const char* figure : kFigures) fs::remove(folder / figure, none);
@@ -96,7 +93,7 @@ Recording run_realtime(const Options& options, const Model& model, State& state,
   }
   const double kept =
       static_cast<double>(run.report.ticks) / static_cast<double>(run.report.ticks + run.report.slipped);
-  if (kept < kKept) {
+  if (kept < kKeptShare) {
     std::cerr << fmt::format("warning: this machine kept {:.0f} % of the contact ticks; simulated time lags behind\n",
                              100.0 * kept);
   }
@@ -162,7 +159,7 @@ int run(const Options& options) {
 }
 
 int check(const Options& options) {
-  std::cout << description(load_scene(options));
+  std::cout << description(load_scene(options), options.parts);
   return kDone;
 }
 

@@ -3,13 +3,19 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <array>
 #include <charconv>
+#include <iostream>
+#include <string>
+#include <string_view>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include "app/exit_code.h"
 #include "engine/formats/build_info.h"
+#include "engine/formats/text.h"
 #include "engine/scenes/scene_file.h"
 #include "engine/scenes/units.h"
 
@@ -20,6 +26,7 @@ using thenar::Dimension;
 /// The texts of the flags that change the scene, as they were written.
 struct SceneFlags {
   std::string time, duration, tolerance, control_delay, control_jitter, spin;
+  std::string solve_time = "1 s";  ///< Of no scene.
   RateFlags rates;
 };
 
@@ -34,7 +41,8 @@ bool is_number(const std::string& text) {
 /// A bare number is one of seconds.
 std::string with_unit(const std::string& text) { return is_number(text) ? text + " s" : text; }
 
-CLI::Validator simulated_time() {
+/// Of seconds, or with a unit.
+CLI::Validator some_time() {
   const CLI::Validator rule = quantity(Dimension::kTime, 1e-6, 1e5, "500 ms");
   return {[rule](const std::string& text) {
             std::string time = with_unit(text);
@@ -90,7 +98,7 @@ CLI::Option* add_dump(CLI::App& command, Options& options) {
 }
 
 /// The command that solves problem files.
-CLI::App* add_solve(CLI::App& app, Options& options) {
+CLI::App* add_solve(CLI::App& app, SceneFlags& flags, Options& options) {
   CLI::App* const command = app.add_subcommand(
       "solve", "Solves problem files, and tells the residuals, recomputed from the files, and the times");
   command
@@ -112,12 +120,20 @@ CLI::App* add_solve(CLI::App& app, Options& options) {
       ->type_name("NUMBER")
       ->check(CLI::Range(1e-15, 1.0).description(""));
   command
-      ->add_option("--repeat", options.repeat,
-                   "Timed solves of each problem, from no forces. An .fcp file with several steps, or with the forces "
-                   "of the tick before, has a second row: each step from the forces before it, iterations a step")
+      ->add_option(
+          "--repeat", options.repeat,
+          "Timed solves of each problem at most, from no forces. An .fcp file with several steps, or with the forces "
+          "of the tick before, has a second row: each step from the forces before it, iterations a step")
       ->type_name("N")
       ->capture_default_str()
       ->check(CLI::Range(1, 1'000'000).description(""));
+  command
+      ->add_option(
+          "--time", flags.solve_time,
+          "For a file, after which it is solved no more: each of its rows has an equal share, and one solve at least")
+      ->type_name("T")
+      ->capture_default_str()
+      ->check(some_time());
   command->add_option("--format", options.format, "What to print")->check(CLI::IsMember({"text", "json"}));
   command->add_flag("--forces", options.forces, "Shows the forces (z of an LCP), too");
   command->footer(
@@ -181,10 +197,23 @@ void apply(const SceneFlags& flags, Options& options) {
   if (!flags.tolerance.empty()) asked.push_back("contact.tolerance=" + flags.tolerance);
   if (options.command == Command::kProfile) asked.push_back("time.duration=" + flags.duration);
   if (!flags.time.empty()) asked.push_back("time.duration=" + with_unit(flags.time));
+  options.solve_time_s = time_s(with_unit(flags.solve_time));
   if (!flags.spin.empty()) options.spin_s = time_s(flags.spin);
   if (!flags.control_jitter.empty()) options.control_jitter_s = time_s(flags.control_jitter);
   options.overrides.insert(options.overrides.begin(), defaults.begin(), defaults.end());
   options.overrides.insert(options.overrides.end(), asked.begin(), asked.end());
+}
+
+/// What is wrong with the first word, where it should be a command; empty: nothing.
+std::string wrong_command(const CLI::App& app, const std::vector<std::string>& words) {
+  if (words.empty()) return "name a command";
+  const std::string& word = words.front();
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands({})) names.push_back(command->get_name());
+  if (word.starts_with("-") || std::find(names.begin(), names.end(), word) != names.end()) return {};
+  const std::vector<std::string_view> candidates(names.begin(), names.end());
+  const std::string_view nearest = thenar::nearest_word(word, candidates);
+  return fmt::format("'{}' is no command{}", thenar::printable(word), thenar::did_you_mean(nearest));
 }
 
 /// What the flags cannot say together.
@@ -200,7 +229,7 @@ void check_together(const RateFlags& rates, Runner runner) {
 }  // namespace
 
 std::optional<Options> parse_options(int argc, const char* const* argv, int& exit_code) {
-  CLI::App app{"Real-time human grasp: three deformable fingertips, 23 muscles"};
+  CLI::App app{"Real-time human grasp: three deformable fingertips, 23 muscles", "thenar"};
   app.set_version_flag("--version", std::string("thenar ") + std::string(thenar::build_info::kVersion));
   app.require_subcommand(1);
   Options options;
@@ -211,7 +240,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
   add_results(*run, options, "summary.json, signals.csv and figures");
   run->add_option("--time", flags.time, "Simulated time in seconds, or with a unit, such as '500 ms'")
       ->type_name("T")
-      ->check(simulated_time());
+      ->check(some_time());
   CLI::Option* const realtime = run->add_flag_callback(
       "--realtime", [&] { options.runner = Runner::kRealtime; }, "Runs it on two threads, in real time");
   CLI::Option* const lockstep = run->add_flag_callback(
@@ -254,10 +283,12 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
 
   // For the help alone: main() hands it to another program.
   app.add_subcommand("demo", "Shows a scene while it runs, or a recording, in a browser, and lets hands on it");
-  CLI::App* const solve = add_solve(app, options);
+  CLI::App* const solve = add_solve(app, flags, options);
   CLI::App* const check =
       app.add_subcommand("check", "Says what a scene will model, what it leaves out, and the defaults");
   add_scene(*check, options.scene, options.overrides);
+  check->add_flag("--parts", options.parts,
+                  "Runs the scene, too, and again without each part of its model: what it costs and gives");
   CLI::App* const sweep = add_sweep(app, options);
   CLI::App* const exports =
       app.add_subcommand("export", "Makes one page that plays without a network, or a table, of a recording");
@@ -280,6 +311,12 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
   add_core(*doctor, options.core);
   CLI::App* const scenes = app.add_subcommand("scenes", "Lists the scenes that come with the program");
 
+  const std::string wrong = wrong_command(app, {argv + std::min(argc, 1), argv + argc});
+  if (!wrong.empty()) {
+    std::cerr << "thenar: " << wrong << "\n`thenar --help` lists all commands.\n";
+    exit_code = kBadUsage;
+    return std::nullopt;
+  }
   try {
     app.parse(argc, argv);
     if (check->parsed()) options.command = Command::kCheck;

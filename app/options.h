@@ -38,11 +38,14 @@ struct Options {
   std::filesystem::path record;     ///< MCAP file of what a run looks like, written or exported; empty: none.
   std::filesystem::path html, csv;  ///< What it is exported to; empty: not to this.
 
+  bool parts = false;  ///< Of check: weigh the model's parts by running the scene without them.
+
   // Of solve.
   std::vector<std::filesystem::path> problems;
   std::string method;               ///< Or "all"; empty: each problem's default.
   std::optional<double> tolerance;  ///< Of the residuals; nothing: each problem's default.
-  int repeat = 100;                 ///< Timed solves.
+  int repeat = 100;                 ///< Timed solves at most.
+  double solve_time_s = 1.0;        ///< For a file's.
   bool forces = false;              ///< Show them, too.
 
   // Of keys.

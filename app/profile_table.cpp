@@ -39,11 +39,22 @@ std::string heading(const std::string& name, std::initializer_list<std::string> 
   return line + '\n';
 }
 
-std::string latency_row(const std::string& name, const ordered_json& times, const ordered_json& method = nullptr) {
+std::string latency_row(const std::string& name, const ordered_json& times, const std::string& remark = "") {
   if (times.at("p50_us").is_null()) return "";  // the scene has no such stage
-  const std::string remark = method.is_string() ? "   " + method.get<std::string>() : "";
   return row(name, {us(times.at("p50_us")), us(times.at("p99_us")), us(times.at("p999_us")), us(times.at("max_us"))},
-             remark);
+             remark.empty() ? "" : "   " + remark);
+}
+std::string method(const ordered_json& name) { return name.is_string() ? name.get<std::string>() : ""; }
+
+/// The share of a loop's ticks that were done [%].
+std::string kept(const ordered_json& loop) {
+  const double done = loop.at("ticks").get<double>(), slipped = loop.at("slipped").get<double>();
+  return done + slipped > 0.0 ? fmt::format("{:.1f}", 100.0 * done / (done + slipped)) : "-";
+}
+
+/// Which period a time must fit into.
+std::string must_fit(const char* what, const ordered_json& rate_Hz) {
+  return fmt::format("{} must fit into {:.4g} us, the period", what, 1e6 / rate_Hz.get<double>());
 }
 
 std::string accuracy_table(const ordered_json& profile) {
@@ -120,22 +131,24 @@ std::string loops_table(const ordered_json& profile) {
   const ordered_json& control = profile.at("loops").at("control");
   const ordered_json& stages = control.at("stages");
   const ordered_json& settings = profile.at("settings");
-  std::string table = heading("loops", {"asked [Hz]", "rate [Hz]", "ticks", "overruns", "slipped"});
+  std::string table = heading("loops", {"asked [Hz]", "rate [Hz]", "ticks", "overruns", "slipped", "kept [%]"});
   table += row("contact", {cell(settings.at("contact_rate_hz")), cell(contact.at("rate_hz")), cell(contact.at("ticks")),
-                           cell(contact.at("overruns")), cell(contact.at("slipped"))});
+                           cell(contact.at("overruns")), cell(contact.at("slipped")), kept(contact)});
   table += row("control", {cell(settings.at("control_rate_hz")), cell(control.at("rate_hz")), cell(control.at("ticks")),
-                           "", cell(control.at("slipped"))});
+                           "", cell(control.at("slipped")), kept(control)});
   const auto longest_s = contact.at("longest_slip_s").get<double>();
   if (longest_s > kStandstill_s) {
     table += fmt::format("  The run stood still for {:.1f} s: the program was stopped, or the machine.\n", longest_s);
   }
   table += heading("time [us]", {"p50", "p99", "p99.9", "max"});
   table += latency_row("contact: start jitter", contact.at("jitter"));
-  table += latency_row("contact: compute", contact.at("compute"));
+  table += latency_row("contact: compute", contact.at("compute"),
+                       must_fit("start jitter + compute", settings.at("contact_rate_hz")));
   table += latency_row("control: start jitter", control.at("jitter"));
-  table += latency_row("control: whole tick", control.at("total"));
-  table += latency_row("  grasp forces", stages.at("grasp_lcp"), settings.at("grasp_method"));
-  table += latency_row("  muscle forces", stages.at("muscle_lcp"), settings.at("muscle_method"));
+  table += latency_row("control: whole tick", control.at("total"),
+                       must_fit("start jitter + tick", settings.at("control_rate_hz")));
+  table += latency_row("  grasp forces", stages.at("grasp_lcp"), method(settings.at("grasp_method")));
+  table += latency_row("  muscle forces", stages.at("muscle_lcp"), method(settings.at("muscle_method")));
   table += latency_row("  contact finding", stages.at("find"));
   table += latency_row("  compliance", stages.at("factors"));
   return table;

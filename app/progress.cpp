@@ -14,6 +14,21 @@ static_assert(std::atomic<bool>::is_always_lock_free);
 
 }  // namespace
 
+ProgressLine::ProgressLine(bool quiet) : shows_(!quiet && isatty(STDERR_FILENO) != 0) {}
+
+void ProgressLine::show(const std::string& words) {
+  const auto now = std::chrono::steady_clock::now();
+  if (!shows_ || (has_shown_ && now - shown_at_ < std::chrono::milliseconds(100))) return;
+  has_shown_ = true;
+  shown_at_ = now;
+  std::fprintf(stderr, "\r%s\x1b[K", words.c_str());
+}
+
+void ProgressLine::clear() {
+  if (has_shown_) std::fputs("\r\x1b[K", stderr);
+  has_shown_ = false;
+}
+
 RunWatch::RunWatch(const thenar::Scene& scene, bool quiet)
     : duration_s_(scene.duration_s), shows_(!quiet && isatty(STDERR_FILENO) != 0) {
   struct sigaction action {};

@@ -1,6 +1,25 @@
 #pragma once
 
+#include <chrono>
+#include <string>
+
 #include "engine/results/monolithic.h"
+
+/// One line of stderr that says how far a command is, if somebody is looking.
+class ProgressLine {
+ public:
+  explicit ProgressLine(bool quiet);
+
+  /// In place of what it said before. Words that follow within a tenth of a second are not shown.
+  void show(const std::string& words);
+  /// Makes room for the results.
+  void clear();
+
+ private:
+  bool shows_;
+  bool has_shown_ = false;
+  std::chrono::steady_clock::time_point shown_at_;
+};
 
 /// Watches a run: shows on a line of stderr how far it is, if somebody is looking, and ends it early if a signal asks
 /// for that (Ctrl-C, SIGTERM, SIGHUP), so that its results are kept. A second signal ends the program at once.

@@ -6,15 +6,16 @@
 #include <cmath>
 #include <iostream>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/exit_code.h"
+#include "app/progress.h"
+#include "app/solve_result.h"
+#include "app/timed_solves.h"
 #include "engine/formats/problem_file.h"
 #include "engine/formats/text.h"
-#include "engine/grasp/stopwatch.h"
-#include "engine/loops/percentiles.h"
 #include "engine/results/problem_check.h"
 #include "solvers/contact_newton.h"
 #include "solvers/contact_sweeps.h"
@@ -41,20 +42,6 @@ constexpr double kWorthAWord = 0.01;
 // Forces below this part of those at hand are none.
 constexpr double kNothing = 1e-9;
 
-/// One row of the results.
-struct Result {
-  std::string name, problem, method;
-  std::string status;     ///< optimal, infeasible, solved, no_solution or budget.
-  double residual = NAN;  ///< Of the solution; of an infeasible verdict, the gap of its proof.
-  double residual_worst = NAN;
-  int iterations = 0;
-  Percentiles us;
-  std::optional<double> objective;
-  VectorXd f;           ///< Or z; empty without a solution.
-  std::string verdict;  ///< What a verdict that there is no solution means.
-  std::string fault;    ///< Why this is not the right answer; empty: it is.
-};
-
 /// What files call a kind of problem, and the solvers for it by their names on the command line.
 struct Kind {
   const char* problem;
@@ -68,22 +55,6 @@ Kind kind(const LcpFile&) { return {"LCP", {"lemke"}}; }
 
 double default_tolerance(const ProblemFile& file) { return std::holds_alternative<ContactFile>(file) ? 1e-8 : 1e-10; }
 
-/// Microseconds of `repeat` solves, after one that warms the machine up. `reset` comes before each, and is not timed.
-template <typename Reset, typename Solve>
-Percentiles time_solves(int repeat, Reset reset, Solve solve) {
-  std::vector<double> us;
-  us.reserve(static_cast<std::size_t>(repeat));
-  reset();
-  solve();
-  for (int i = 0; i < repeat; ++i) {
-    reset();
-    Stopwatch watch;
-    solve();
-    us.push_back(1e6 * watch.lap());
-  }
-  return percentiles(std::move(us));
-}
-
 /// "A, B and C"
 std::string listed(const std::vector<std::string>& parts) {
   std::string text;
@@ -91,31 +62,6 @@ std::string listed(const std::vector<std::string>& parts) {
     text += (i == 0 ? "" : i + 1 == parts.size() ? " and " : ", ") + parts[i];
   }
   return text;
-}
-
-void refuse(Result& result, const std::string& why) {
-  if (result.fault.empty()) result.fault = why;
-}
-
-/// Holds a verdict against its proof: without one it is none.
-void settle_verdict(Result& result, double gap) {
-  result.residual = result.residual_worst = gap;
-  if (gap <= kProvedGap) return;
-  refuse(result, fmt::format("the proof of '{}' fails: gap {:.1e}", result.status, gap));
-  result.status = "budget";
-  result.verdict.clear();
-}
-
-/// Holds a result against what the file knows, and a solution against the tolerance.
-void judge(Result& result, const std::string& expected, double tolerance) {
-  const bool is_solution = result.status == "optimal" || result.status == "solved";
-  if (result.status == "budget") refuse(result, "no answer");
-  if (!expected.empty() && result.status != expected) {
-    refuse(result, fmt::format("'{}', and the file says '{}'", result.status, expected));
-  }
-  if (is_solution && !(result.residual <= tolerance)) {
-    refuse(result, fmt::format("residual {:.1e} is above {:g}", result.residual, tolerance));
-  }
 }
 
 // ---- contact ----
@@ -178,7 +124,7 @@ class ContactSolver {
 /// What the last solve, of this step, is worth. A residual within the tolerance is a solution, whatever the solver thinks
 /// of it.
 void settle(const ContactFile& file, Index step, const ContactSolver& solver, const VectorXd& f, double tolerance,
-            Result& result) {
+            SolveResult& result) {
   if (solver.status == SolveStatus::kNoSolution) {
     const ContactVerdict verdict = contact_verdict(file, step, solver.certificate());
     result.status = "no_solution";
@@ -194,12 +140,13 @@ void settle(const ContactFile& file, Index step, const ContactSolver& solver, co
   result.f = f;
 }
 
-Result solve_cold(const ContactFile& file, const std::string& method, double tolerance, int repeat) {
-  Result result;
+SolveResult solve_cold(const ContactFile& file, const std::string& method, double tolerance,
+                       const Repetition& repetition) {
+  SolveResult result;
   ContactSolver solver(file, method, tolerance);
   VectorXd f(3 * file.contacts());
-  result.us = time_solves(
-      repeat, [&] { f.setZero(); }, [&] { solver.solve(0, f); });
+  result.times_us = time_solves(
+      repetition, [&] { f.setZero(); }, [&] { solver.solve(0, f); });
   result.iterations = solver.iterations;
   settle(file, 0, solver, f, tolerance, result);
   judge(result, file.status, tolerance);
@@ -207,13 +154,14 @@ Result solve_cold(const ContactFile& file, const std::string& method, double tol
 }
 
 /// Whether a is the one to tell of: it is wrong and b is not, or else its residual is larger.
-bool is_worse(const Result& a, const Result& b) {
+bool is_worse(const SolveResult& a, const SolveResult& b) {
   return a.fault.empty() == b.fault.empty() ? !(a.residual <= b.residual) : b.fault.empty();
 }
 
 /// Every step from the forces of the one before it: the first from the file's first guess, or untimed from nothing. The
 /// result is that of the worst step.
-Result solve_warm(const ContactFile& file, const std::string& method, double tolerance, int repeat) {
+SolveResult solve_warm(const ContactFile& file, const std::string& method, double tolerance,
+                       const Repetition& repetition) {
   ContactSolver solver(file, method, tolerance);
   const auto steps = static_cast<Index>(file.delta_free.size());
   const bool has_guess = file.f_last.size() > 0;
@@ -221,12 +169,14 @@ Result solve_warm(const ContactFile& file, const std::string& method, double tol
   const VectorXd guess = has_guess ? file.f_last : VectorXd(VectorXd::Zero(3 * file.contacts()));
 
   // One pass is judged, and warms the machine up; the same problems give the same bits in those that are timed.
-  Result worst;
+  SolveTimes times(repetition);
+  SolveResult worst;
   double iterations = 0.0;
   VectorXd f = guess;
   for (Index step = 0; step < steps; ++step) {
-    solver.solve(step, f);
-    Result one;
+    const auto solve_step = [&] { solver.solve(step, f); };
+    step >= first_timed ? times.warm_up(solve_step) : solve_step();
+    SolveResult one;
     settle(file, step, solver, f, tolerance, one);
     judge(one, step == 0 ? file.status : "", tolerance);
     if (!one.fault.empty() && steps > 1) one.fault = fmt::format("step {}: {}", step, one.fault);
@@ -235,25 +185,26 @@ Result solve_warm(const ContactFile& file, const std::string& method, double tol
   }
   worst.iterations = static_cast<int>(std::lround(iterations / static_cast<double>(steps - first_timed)));
 
-  std::vector<double> us;
-  while (std::ssize(us) < repeat) {
+  while (times.goes_on()) {
     f = guess;
-    for (Index step = 0; step < steps; ++step) {
-      Stopwatch watch;
-      solver.solve(step, f);
-      if (step >= first_timed) us.push_back(1e6 * watch.lap());
+    if (first_timed > 0) solver.solve(0, f);
+    for (Index step = first_timed; step < steps && times.goes_on(); ++step) {
+      times.add([&] { solver.solve(step, f); });
     }
   }
-  worst.us = percentiles(std::move(us));
+  worst.times_us = times.us();
   return worst;
 }
 
-std::vector<Result> solve(const ContactFile& file, const std::string& method, double tolerance, int repeat) {
-  std::vector<Result> results{solve_cold(file, method, tolerance, repeat)};
-  results.back().name = file.name;
+std::vector<SolveResult> solve(const ContactFile& file, const std::string& method, double tolerance,
+                               Repetition repetition) {
   const std::size_t steps = file.delta_free.size();
-  if (steps > 1 || file.f_last.size() > 0) {
-    results.push_back(solve_warm(file, method, tolerance, repeat));
+  const bool has_warm_row = steps > 1 || file.f_last.size() > 0;
+  if (has_warm_row) repetition.time_s /= 2.0;
+  std::vector<SolveResult> results{solve_cold(file, method, tolerance, repetition)};
+  results.back().name = file.name;
+  if (has_warm_row) {
+    results.push_back(solve_warm(file, method, tolerance, repetition));
     results.back().name = file.name + (steps > 1 ? fmt::format(" (warm, {} steps)", steps) : " (warm)");
   }
   return results;
@@ -297,16 +248,17 @@ std::string expected_status(const GraspFile& file, bool exact_cone) {
   return file.status == "infeasible" ? "infeasible" : "";
 }
 
-std::vector<Result> solve(const GraspFile& file, const std::string& method, double tolerance, int repeat) {
+std::vector<SolveResult> solve(const GraspFile& file, const std::string& method, double tolerance,
+                               const Repetition& repetition) {
   const bool exact_cone = method == "exact_cone", lemke = method == "lemke";
   const GraspProblem problem = file.problem(exact_cone ? FrictionCone::kExact : FrictionCone::kPyramid);
-  Result result;
+  SolveResult result;
   result.name = file.name;
   VectorXd f(3 * std::ssize(file.contacts));
   GraspWorkspace work;
   GraspReport report;
-  result.us = time_solves(
-      repeat, [&] { f.setZero(); },
+  result.times_us = time_solves(
+      repetition, [&] { f.setZero(); },
       [&] { report = lemke ? solve_grasp_forces_by_lemke(problem, work, f) : solve_grasp_forces(problem, f); });
   result.iterations = report.iterations;
   if (report.status == GraspStatus::kInfeasible) {
@@ -343,14 +295,15 @@ std::string explain(const MuscleDeficit& deficit) {
                      deficit.missing_Nm.norm());
 }
 
-std::vector<Result> solve(const MuscleFile& file, const std::string& method, double tolerance, int repeat) {
-  Result result;
+std::vector<SolveResult> solve(const MuscleFile& file, const std::string& method, double tolerance,
+                               const Repetition& repetition) {
+  SolveResult result;
   result.name = file.name;
   VectorXd f(file.H.cols());
   MuscleWorkspace work(file.H.rows(), file.H.cols());
   MuscleReport report;
-  result.us = time_solves(
-      repeat, [&] { f.setZero(); },
+  result.times_us = time_solves(
+      repetition, [&] { f.setZero(); },
       [&] {
         report = method == "lemke" ? solve_muscle_forces_by_lemke(file.H, file.tau, work, f)
                                    : solve_muscle_forces(file.H, file.tau, f);
@@ -384,14 +337,15 @@ std::string explain(const LcpFile& file, const VectorXd& y) {
                      y.dot(file.q));
 }
 
-std::vector<Result> solve(const LcpFile& file, const std::string& /*method*/, double tolerance, int repeat) {
-  Result result;
+std::vector<SolveResult> solve(const LcpFile& file, const std::string& /*method*/, double tolerance,
+                               const Repetition& repetition) {
+  SolveResult result;
   result.name = file.name;
   VectorXd z(file.q.size());
   LcpWorkspace work(file.q.size());
   LcpReport report;
-  result.us = time_solves(
-      repeat, [&] { z.setZero(); }, [&] { report = solve_lcp(file.M, file.q, kMaxPivots, work, z); });
+  result.times_us = time_solves(
+      repetition, [&] { z.setZero(); }, [&] { report = solve_lcp(file.M, file.q, kMaxPivots, work, z); });
   result.iterations = report.pivots;
   if (report.status == LcpStatus::kInfeasible) {
     result.status = "no_solution";
@@ -408,44 +362,6 @@ std::vector<Result> solve(const LcpFile& file, const std::string& /*method*/, do
   return {result};
 }
 
-// ---- results ----
-
-ordered_json to_json(const Result& result, bool forces) {
-  ordered_json row{{"name", result.name},
-                   {"problem", result.problem},
-                   {"method", result.method},
-                   {"status", result.status},
-                   {"residual", result.residual},
-                   {"residual_worst", result.residual_worst},
-                   {"iterations", result.iterations},
-                   {"median_us", result.us.p50},
-                   {"p99_us", result.us.p99},
-                   {"objective", nullptr}};
-  if (result.objective) row["objective"] = *result.objective;
-  if (forces)
-    row["f"] = result.f.size() > 0 ? ordered_json(std::vector<double>(result.f.begin(), result.f.end())) : nullptr;
-  return row;
-}
-
-/// A text table; what a verdict means goes below its row.
-void print(const std::vector<Result>& results, bool forces) {
-  std::size_t width = 4;
-  for (const Result& result : results) width = std::max(width, result.name.size());
-  const auto number = [](double value) { return std::isnan(value) ? std::string("-") : fmt::format("{:.1e}", value); };
-  std::cout << fmt::format("{:<{}}  {:<7}  {:<12}  {:<11}  {:>8}  {:>8}  {:>6}  {:>10}  {:>10}\n", "name", width,
-                           "problem", "method", "status", "residual", "worst", "steps", "median us", "p99 us");
-  for (const Result& r : results) {
-    std::cout << fmt::format("{:<{}}  {:<7}  {:<12}  {:<11}  {:>8}  {:>8}  {:>6}  {:>10.4g}  {:>10.4g}\n", r.name,
-                             width, r.problem, r.method, r.status, number(r.residual), number(r.residual_worst),
-                             r.iterations, r.us.p50, r.us.p99);
-    if (!r.verdict.empty()) std::cout << "  " << r.status << ": " << r.verdict << "\n";
-    if (!forces || r.f.size() == 0) continue;
-    std::cout << (r.problem == "LCP" ? "  z =" : "  f =");
-    for (const double value : r.f) std::cout << fmt::format(" {:.6g}", value);
-    std::cout << "\n";
-  }
-}
-
 /// The methods to use on a file; none if the one asked for does not go with it.
 std::vector<std::string> methods_for(const std::string& asked, const Kind& kind) {
   if (asked == "all") return kind.methods;
@@ -454,12 +370,41 @@ std::vector<std::string> methods_for(const std::string& asked, const Kind& kind)
   return applies ? std::vector{asked} : std::vector<std::string>();
 }
 
+Kind kind_of(const ProblemFile& file) {
+  return std::visit([](const auto& f) { return kind(f); }, file);
+}
+
+/// All files by all methods that were asked for.
+std::vector<SolveResult> solve_all(const std::vector<ProblemFile>& files, const Options& options) {
+  std::vector<SolveResult> results;
+  ProgressLine line(false);
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    const Kind k = kind_of(files[i]);
+    const std::vector<std::string> methods = methods_for(options.method, k);
+    // A file's time is that of all its methods.
+    const Repetition repetition{options.repeat, options.solve_time_s / static_cast<double>(methods.size())};
+    const double tolerance = options.tolerance.value_or(default_tolerance(files[i]));
+    for (const std::string& method : methods) {
+      line.show(
+          fmt::format("{} of {}: {} by {}", i + 1, files.size(), printable(options.problems[i].string()), method));
+      auto rows = std::visit([&](const auto& f) { return solve(f, method, tolerance, repetition); }, files[i]);
+      for (SolveResult& row : rows) {
+        row.name = printable(row.name);  // A file's may hold any bytes.
+        row.problem = k.problem;
+        row.method = method;
+        results.push_back(std::move(row));
+      }
+    }
+  }
+  line.clear();
+  return results;
+}
+
 }  // namespace
 
 int solve(const Options& options) {
   std::vector<ProblemFile> files;
   for (const auto& file : options.problems) files.push_back(read_problem(file));
-  const auto kind_of = [](const ProblemFile& file) { return std::visit([](const auto& f) { return kind(f); }, file); };
   for (std::size_t i = 0; i < files.size(); ++i) {
     const Kind k = kind_of(files[i]);
     if (!methods_for(options.method, k).empty()) continue;
@@ -468,30 +413,16 @@ int solve(const Options& options) {
     return kBadUsage;
   }
 
-  std::vector<Result> results;
-  for (const ProblemFile& file : files) {
-    const Kind k = kind_of(file);
-    for (const std::string& method : methods_for(options.method, k)) {
-      const double tolerance = options.tolerance.value_or(default_tolerance(file));
-      auto rows = std::visit([&](const auto& f) { return solve(f, method, tolerance, options.repeat); }, file);
-      for (Result& row : rows) {
-        row.name = printable(row.name);  // A file's may hold any bytes.
-        row.problem = k.problem;
-        row.method = method;
-        results.push_back(std::move(row));
-      }
-    }
-  }
-
+  const std::vector<SolveResult> results = solve_all(files, options);
   if (options.format == "json") {
     ordered_json all{{"results", ordered_json::array()}};
-    for (const Result& result : results) all["results"].push_back(to_json(result, options.forces));
+    for (const SolveResult& result : results) all["results"].push_back(to_json(result, options.forces));
     std::cout << all.dump(2) << '\n';
   } else {
-    print(results, options.forces);
+    std::cout << solve_table(results, options.forces);
   }
   bool right = true;
-  for (const Result& result : results) {
+  for (const SolveResult& result : results) {
     if (result.fault.empty()) continue;
     right = false;
     std::cerr << fmt::format("failed: {} by {}: {}\n", result.name, result.method, result.fault);

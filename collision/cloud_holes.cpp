@@ -13,6 +13,10 @@ using Eigen::Vector3d;
 
 namespace {
 
+// The rim of a hole as wide as the support is 14 spacings long. What fewer samples see is the air around one that is off
+// the surface.
+constexpr int kFewestAtARim = 3;
+
 /// The step from sample i to sample j along the surface, as a vector in the tangent plane of i: what j lies lower
 /// beyond an edge is added to its way outward. Zero for the other side of a plate, which is no neighbour.
 Vector3d unfolded_step_m(const PointCloud& cloud, Index i, Index j) {
@@ -86,13 +90,23 @@ std::vector<CloudHole> find_holes(const PointCloud& cloud, double support_m, dou
   // Balls that overlap lie in one hole: the largest stands for it.
   std::ranges::stable_sort(balls, [](const CloudHole& a, const CloudHole& b) { return a.radius_m > b.radius_m; });
   std::vector<CloudHole> holes;
+  std::vector<int> rim;  // Samples at each hole.
   for (const CloudHole& ball : balls) {
-    const bool known = std::ranges::any_of(holes, [&](const CloudHole& hole) {
+    const auto known = std::ranges::find_if(holes, [&](const CloudHole& hole) {
       return (hole.centre_m - ball.centre_m).norm() < hole.radius_m + ball.radius_m;
     });
-    if (!known) holes.push_back(ball);
+    if (known != holes.end()) {
+      ++rim[known - holes.begin()];
+    } else {
+      holes.push_back(ball);
+      rim.push_back(1);
+    }
   }
-  return holes;
+  std::vector<CloudHole> real;
+  for (std::size_t i = 0; i < holes.size(); ++i) {
+    if (rim[i] >= kFewestAtARim) real.push_back(holes[i]);
+  }
+  return real;
 }
 
 }  // namespace thenar

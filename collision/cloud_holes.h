@@ -19,7 +19,7 @@ struct CloudHole {
 /// A sample lies at a hole if a ball that touches it, centred in its tangent plane on the side away from its neighbours, is
 /// empty and larger than the support. Neighbours beyond an edge are turned into the plane first, so edges are no holes.
 /// `support_m` > 0 is that of the surface to be made; `largest_m` >= it is where the search ends. Requires a repaired
-/// cloud. For work done once.
+/// cloud; what fewer than three samples see is the air around an outlier. For work done once.
 [[nodiscard]] std::vector<CloudHole> find_holes(const PointCloud& cloud, double support_m, double largest_m);
 
 }  // namespace thenar

@@ -30,6 +30,10 @@ constexpr double kSlab = 0.1;
 // Samples judge each other within 1.5 h: some 35 on a face, 9 in a corner.
 constexpr double kSight = 1.5;
 
+// In the air one sample or two may agree with another by chance; more of them make a surface. A corner shows 9.
+constexpr int kByChance = 2;
+constexpr std::ptrdiff_t kFewest = 5;
+
 // What is estimated for the cloud as a whole is the median over so many samples.
 constexpr Index kSubset = 1000;
 
@@ -156,11 +160,13 @@ void smooth_points(PointCloud& cloud, const PointGrid& grid, double support_m) {
 
 enum class Verdict : char { kKept, kContradicts, kOutlier };
 
-/// A sample that no neighbour agrees with: part of a narrow rim, or wrong.
+/// A sample that nobody agrees with, but by chance: part of a narrow rim, or wrong.
 Verdict judge_lone(const PointCloud& cloud, const PointGrid& grid, Index i, double support_m, double slab_m) {
   const Vector3d p = cloud.points_m.col(i);
   std::vector<Index> neighbours;
   grid.for_each_neighbour(i, [&](Index j, double) { neighbours.push_back(j); });
+  // Apart from all surfaces, alone or with a few others.
+  if (std::ssize(neighbours) < kFewest) return Verdict::kOutlier;
   // In the air over the planes of its neighbours. A rim lies under them; of a step's riser, only half lie below it.
   const auto above = std::ranges::count_if(
       neighbours, [&](Index j) { return (p - cloud.points_m.col(j)).dot(cloud.normals.col(j)) > slab_m; });
@@ -193,7 +199,7 @@ Verdict judge(const PointCloud& cloud, const PointGrid& grid, Index i, double su
   });
   // The samples of a rib, a groove or a fillet a spacing wide have a third of the votes.
   if (against > 3 * with) return Verdict::kOutlier;
-  return with > 1 ? Verdict::kKept : judge_lone(cloud, grid, i, support_m, slab_m);
+  return with > 1 + kByChance ? Verdict::kKept : judge_lone(cloud, grid, i, support_m, slab_m);
 }
 
 /// The samples, numbered so that neighbours in space are neighbours in memory: large clouds are judged several times as fast.

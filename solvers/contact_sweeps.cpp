@@ -28,6 +28,8 @@ Index rows_used(const SweepWorkspace& work) {
 /// Floats that are worked on at once: the compiler's own vectors, so that sums of many of them stay in registers.
 constexpr Index kLanes = 8;
 using Lanes [[gnu::vector_size(kLanes * sizeof(float))]] = float;
+// Without AVX such a vector is passed in another way than with it, which GCC warns of: all who pass it are in this file.
+#pragma GCC diagnostic ignored "-Wpsabi"
 
 Lanes load(const float* p) {
   Lanes lanes;

@@ -49,6 +49,14 @@ GraspContact finger_contact(const Model& model, const HandPose& pose, const Snap
   return {point, contact_frame(X_WF.linear(), tip.normal, n)};
 }
 
+double finger_gap_m(const Model& model, const HandPose& pose, const Snapshot& snapshot, int finger) {
+  if (snapshot.load[finger].normal_N > 0.0) return 0.0;
+  const Fingertip& tip = model.scene.hand.fingertips[finger];
+  const Vector3d centre = pose.distal(model.scene.hand, finger) * tip.centre_m;
+  const auto nearest = model.object.distance(snapshot.X_WO.inverse() * centre, std::numeric_limits<double>::infinity());
+  return nearest ? nearest->distance_m - tip.radius_m : 0.0;
+}
+
 ForceFilter::ForceFilter(const Model& model)
     : stiffness_(model.scene.control->pulp_normal_N_per_m, model.scene.control->pulp_tangential_N_per_m,
                  model.scene.control->pulp_tangential_N_per_m),

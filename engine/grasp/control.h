@@ -40,6 +40,9 @@ class PosePid {
 [[nodiscard]] GraspContact finger_contact(const Model& model, const HandPose& pose, const Snapshot& snapshot,
                                           int finger);
 
+/// How far the pulp sphere of finger k is from the object, less than 0 inside; 0 under load.
+[[nodiscard]] double finger_gap_m(const Model& model, const HandPose& pose, const Snapshot& snapshot, int finger);
+
 /// The filter of eq. (21), one lag a direction: K_n y_n + nu_n dy_n/dt = e_n, discretised implicitly; likewise
 /// tangential.
 class ForceFilter {

@@ -33,7 +33,11 @@ void solve_grasp(const Model& model, const Snapshot& snapshot, Controller& contr
   const double asked_N = scene.control->internal_force_N + report.wrench_desired.head<3>().norm() +
                          report.wrench_desired.tail<3>().norm() / kLeastLever_m;
   if (report.grasp == GraspStatus::kOptimal && f.norm() > kMostForce * asked_N) report.grasp = GraspStatus::kInfeasible;
-  if (report.grasp == GraspStatus::kOptimal) controller.f_desired = f;
+  if (report.grasp == GraspStatus::kOptimal) {
+    controller.f_desired = f;
+  } else {
+    for (int k = 0; k < kFingers; ++k) report.gap_m[k] = finger_gap_m(model, controller.pose, snapshot, k);
+  }
   report.f_desired = controller.f_desired.reshaped(3, kFingers);
 }
 

@@ -19,6 +19,7 @@ struct ControlReport {
   MuscleStatus muscle = MuscleStatus::kOptimal;
   double muscle_residual_Nm = 0.0;                       ///< max |H f_m - tau^d|.
   std::array<GraspContact, kFingers> contacts{};         ///< Where the fingers act.
+  std::array<double, kFingers> gap_m{};                  ///< Without grasp forces: see finger_gap_m(); 0 under load.
   Vector6d wrench_desired = Vector6d::Zero();            ///< W^d [N, N m], world axes, about the object's origin.
   FingerForces f_desired = FingerForces::Zero();         ///< World axes [N]; the last feasible ones if these are not.
   JointVector torques_desired_Nm = JointVector::Zero();  ///< tau^d, which muscles are to give if there are any.

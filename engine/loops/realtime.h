@@ -98,6 +98,9 @@ struct ScheduledTick {
   bool caught_up = false;        ///< It was due before the one before had ended.
 };
 
+/// A rate is kept if so large a share of its ticks is done, and no more slip.
+inline constexpr double kKeptShare = 0.99;
+
 /// When the ticks of a loop are due, and what becomes of those that are late. Tick k = 0, 1, 2, … is due at
 /// start + k * period. After a tick that took too long at most `max_catch_up` ticks in a row start late; if that has not
 /// caught up, the ticks missed are given up: they slip, and the next one is due on the same grid. So a loop that cannot

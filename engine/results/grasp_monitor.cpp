@@ -24,13 +24,26 @@ std::size_t most_stride(const Scene& scene) {
   return 2 + static_cast<std::size_t>(std::ceil((4.0 * scene.control_period_s + scene.control_delay_s) / scene.step_s));
 }
 
-/// Names the cones that are too narrow and the tangential force that they lack, and what friction would do.
+/// The fingers that are not there, and how far away they are; empty: all touch the object.
+std::string apart_in_words(const Scene& scene, const ControlReport& control) {
+  std::string all;
+  for (int k = 0; k < kFingers; ++k) {
+    if (!(control.gap_m[k] > 0.0)) continue;
+    all += fmt::format("{}the {} does not touch the object ({:.3g} mm away)", all.empty() ? "" : ", ",
+                       scene.hand.fingertips[k].finger, 1e3 * control.gap_m[k]);
+  }
+  return all;
+}
+
+/// Names the fingers that do not touch; else the cones that are too narrow and the tangential force that they lack, and what friction would do.
 std::string explain(const Scene& scene, const UnsolvedGrasp& unsolved) {
-  const GraspProblem problem = grasp_problem(scene, unsolved.control, unsolved.centre_m);
-  const GraspDeficit deficit = explain_infeasible_grasp(problem);
   const bool infeasible = unsolved.control.grasp == GraspStatus::kInfeasible;
   std::string message = fmt::format(
       "{} at {:.3f} s: ", infeasible ? "no grasp forces exist" : "no grasp forces were found", unsolved.time_s);
+  const std::string apart = apart_in_words(scene, unsolved.control);
+  if (!apart.empty()) return message + apart + "; object.position and hand.posture place them";
+  const GraspProblem problem = grasp_problem(scene, unsolved.control, unsolved.centre_m);
+  const GraspDeficit deficit = explain_infeasible_grasp(problem);
   for (int k = 0; k < kFingers; ++k) {
     message +=
         fmt::format("{}the {}'s friction cone (mu_c = {:.3g}) lacks {:.3f} N of tangential force", k > 0 ? ", " : "",

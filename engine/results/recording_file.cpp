@@ -2,12 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
 #include <cmath>
 #include <string_view>
 
 #include "engine/formats/files.h"
+#include "engine/formats/text.h"
+#include "engine/results/signal_columns.h"
 
 namespace thenar {
 
@@ -19,12 +19,6 @@ constexpr std::size_t kMostNumbers = 100'000;  // Of all fields: no scene of our
 
 // In the order of the channels.
 enum Channel : std::size_t { kScene, kGeometry, kState, kSignals, kStatus };
-
-/// What only a picture needs.
-bool is_long(std::string_view field) {
-  constexpr std::array<std::string_view, 3> kLong = {"segments", "displacement_m", "latency_counts"};
-  return std::find(kLong.begin(), kLong.end(), field) != kLong.end();
-}
 
 /// What the raw messages hold, in words.
 std::string state_schema(const std::vector<Field>& fields) {
@@ -39,38 +33,29 @@ std::string state_schema(const std::vector<Field>& fields) {
   return text;
 }
 
-std::string signals_schema(const std::vector<Field>& fields) {
+std::string signals_schema(const std::vector<SignalColumn>& columns) {
   ordered_json properties = ordered_json::object();
-  for (const Field& field : fields) {
-    if (is_long(field.name)) continue;
-    ordered_json number = {{"type", "number"}, {"description", field.unit}};
-    properties[field.name] = field.count == 1 ? number : ordered_json{{"type", "array"}, {"items", number}};
+  for (const SignalColumn& column : columns) {
+    properties[column.name] = {{"type", "number"}, {"description", column.unit}};
   }
   return ordered_json{{"type", "object"}, {"properties", properties}}.dump();
 }
 
-std::vector<McapChannel> channels(const std::vector<Field>& fields) {
+std::vector<McapChannel> channels(const Model& model) {
+  const std::vector<Field> fields = state_fields(model);
   const std::string any = R"({"type":"object"})";
   return {
       {"/scene", "json", "thenar.Scene", "jsonschema", any},
       {"/geometry", "thenar", "thenar.Geometry", "text",
        "THNR, version and kind (1) as uint16, then float32, little-endian: points and normals as /scene counts them"},
       {"/state", "thenar", "thenar.State", "text", state_schema(fields)},
-      {"/signals", "json", "thenar.Signals", "jsonschema", signals_schema(fields)},
+      {"/signals", "json", "thenar.Signals", "jsonschema", signals_schema(signal_columns(fields, signal_names(model)))},
       {"/status", "json", "thenar.Status", "jsonschema", any}};
 }
 
-ordered_json signals(const std::vector<Field>& fields, const std::vector<double>& numbers) {
+ordered_json signals(const std::vector<SignalColumn>& columns, const std::vector<double>& numbers) {
   ordered_json json = ordered_json::object();
-  for (const Field& field : fields) {
-    if (is_long(field.name)) continue;
-    const auto begin = numbers.begin() + static_cast<std::ptrdiff_t>(field.begin);
-    if (field.count == 1) {
-      json[field.name] = *begin;
-    } else {
-      json[field.name] = std::vector<double>(begin, begin + static_cast<std::ptrdiff_t>(field.count));
-    }
-  }
+  for (const SignalColumn& column : columns) json[column.name] = column.factor * numbers[column.at];
   return json;
 }
 
@@ -89,25 +74,17 @@ std::vector<Field> fields_of(const ordered_json& scene) {
   return fields;
 }
 
-std::string csv_header(const std::vector<Field>& fields) {
+std::string csv_header(const std::vector<SignalColumn>& columns) {
   std::string line;
-  for (const Field& field : fields) {
-    if (is_long(field.name)) continue;
-    for (std::size_t i = 0; i < field.count; ++i) {
-      line += (line.empty() ? "" : ",") + field.name + (field.count == 1 ? "" : fmt::format("[{}]", i));
-    }
-  }
+  for (const SignalColumn& column : columns) line += (line.empty() ? "" : ",") + csv_cell(column.name);
   return line + "\n";
 }
 
-std::string csv_row(const std::vector<Field>& fields, const std::vector<double>& numbers) {
+std::string csv_row(const std::vector<SignalColumn>& columns, const std::vector<double>& numbers) {
   std::string line;
-  for (const Field& field : fields) {
-    if (is_long(field.name)) continue;
-    for (std::size_t i = 0; i < field.count; ++i) {
-      // The fewest digits that read back the same.
-      line += fmt::format("{}{}", line.empty() ? "" : ",", numbers.at(field.begin + i));
-    }
+  for (const SignalColumn& column : columns) {
+    // The fewest digits that read back the same.
+    line += fmt::format("{}{}", line.empty() ? "" : ",", column.factor * numbers.at(column.at));
   }
   return line + "\n";
 }
@@ -115,7 +92,7 @@ std::string csv_row(const std::vector<Field>& fields, const std::vector<double>&
 }  // namespace
 
 RecordingFile::RecordingFile(const std::filesystem::path& file, const Model& model)
-    : model_(model), file_(file, channels(state_fields(model))), picture_(model) {
+    : model_(model), file_(file, channels(model)), picture_(model) {
   add_scene(model, 0.0);
 }
 
@@ -147,7 +124,8 @@ void RecordingFile::add(const Picture& picture, const TickRecord& tick, const Ei
 
 void RecordingFile::add(double time_s, const std::string& state_message) {
   file_.add(kState, time_s, state_message);
-  file_.add(kSignals, time_s, signals(fields_, read_state_message(state_message)).dump());
+  const std::vector<SignalColumn> columns = signal_columns(fields_, signal_names(model_));
+  file_.add(kSignals, time_s, signals(columns, read_state_message(state_message)).dump());
 }
 
 void RecordingFile::add_status(double time_s, const ordered_json& status) { file_.add(kStatus, time_s, status.dump()); }
@@ -160,16 +138,17 @@ void RecordingFile::finish(const Recording& run) {
 
 std::string recording_csv(const std::filesystem::path& file) try {
   std::string csv;
-  std::vector<Field> fields;
+  std::vector<SignalColumn> columns;
   for (const McapMessage& message : read_mcap(file).messages) {
     if (message.topic == "/scene") {
-      const bool first = fields.empty();
-      fields = fields_of(ordered_json::parse(message.bytes));
-      if (first) csv = csv_header(fields);
+      const bool first = columns.empty();
+      const ordered_json scene = ordered_json::parse(message.bytes);
+      columns = signal_columns(fields_of(scene), signal_names(scene));
+      if (first) csv = csv_header(columns);
     }
-    if (message.topic == "/state") csv += csv_row(fields, read_state_message(message.bytes));
+    if (message.topic == "/state") csv += csv_row(columns, read_state_message(message.bytes));
   }
-  if (fields.empty()) throw FileError(file, "holds no scene");
+  if (columns.empty()) throw FileError(file, "holds no scene");
   return csv;
 } catch (const nlohmann::json::exception&) {
   throw FileError(file, "has a scene that cannot be read");

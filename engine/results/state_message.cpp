@@ -93,10 +93,10 @@ void for_each_field(const Model& model, const Picture& picture, const TickRecord
   columns("desired_N", "N", [&](int k) { return tick.desired_N[k]; });
   columns("centre_m", "m", [&](int k) { return now.load[k].centre_m; });
   columns("normal", "", [&](int k) { return now.load[k].normal; });
-  of_fingers("force_n_N", "N", [&](int k) { return tick.force[k].normal_N; });
-  of_fingers("force_t_N", "N", [&](int k) { return tick.force[k].tangential_N; });
-  of_fingers("desired_n_N", "N", [&](int k) { return tick.force_desired[k].normal_N; });
-  of_fingers("desired_t_N", "N", [&](int k) { return tick.force_desired[k].tangential_N; });
+  of_fingers("normal_N", "N", [&](int k) { return tick.force[k].normal_N; });
+  of_fingers("tangential_N", "N", [&](int k) { return tick.force[k].tangential_N; });
+  of_fingers("desired_normal_N", "N", [&](int k) { return tick.force_desired[k].normal_N; });
+  of_fingers("desired_tangential_N", "N", [&](int k) { return tick.force_desired[k].tangential_N; });
   vector("margin", "", tick.margin);
   vector("slip_m", "m", tick.slip_m);
   vector("start_slip_m", "m", tick.start_slip_m);
@@ -233,6 +233,8 @@ std::vector<Field> contact_fields() {
 ordered_json scene_message(const Model& model, bool live) {
   const Scene& scene = model.scene;
   ordered_json fingers = ordered_json::array(), segments = ordered_json::array(), muscles = ordered_json::array();
+  ordered_json joints = ordered_json::array();
+  for (const Joint& joint : scene.hand.joints) joints.push_back(joint.name);
   for (std::size_t k = 0; k < scene.hand.fingertips.size(); ++k) {
     const Fingertip& tip = scene.hand.fingertips[k];
     fingers.push_back({{"name", tip.finger},
@@ -270,6 +272,7 @@ ordered_json scene_message(const Model& model, bool live) {
           {"contact_fields", fields_json(contact_fields())},
           {"fingers", fingers},
           {"segments", segments},
+          {"joints", joints},
           {"muscles", muscles},
           // The support of the object's surface is 2.2 spacings.
           {"object",

@@ -23,6 +23,21 @@ double patch_share(const Pulp& pulp, const Scene& scene, double normal_N) {
   return hertz_radius_m(pulp, normal_N, scene.object.compliance) / pulp.radius_m;
 }
 
+/// A controller that plans with friction that is not there; empty: it does not.
+std::string friction_warning(const Scene& scene) {
+  if (!scene.control) return {};
+  const double planned = scene.control->grasp_friction;
+  const bool pyramids = scene.control->cone == FrictionCone::kPyramid;
+  // At the corners of a pyramid the tangential force is sqrt(2) times that of its sides.
+  const double most = (pyramids ? std::sqrt(2.0) : 1.0) * planned;
+  if (!(most > scene.contact.friction)) return {};
+  return fmt::format(
+      "the controller plans with more friction than there is: control.grasp.friction is {:.3g}{}, contact.friction "
+      "{:.3g}; "
+      "fingers may slip",
+      planned, pyramids ? fmt::format(", {:.3g} at the corners of its pyramids", most) : "", scene.contact.friction);
+}
+
 }  // namespace
 
 void Warnings::Beyond::add(double time_s, double value) {
@@ -43,6 +58,7 @@ void Warnings::add(const TickRecord& tick) {
 
 std::vector<std::string> Warnings::sentences() const {
   std::vector<std::string> all;
+  if (const std::string friction = friction_warning(model_.scene); !friction.empty()) all.push_back(friction);
   for (std::size_t k = 0; k < model_.pulps.size(); ++k) {
     const std::string& finger = model_.scene.hand.fingertips[k].finger;
     if (const Beyond& full = full_[k]; full.ticks > 0) {
@@ -74,8 +90,9 @@ std::vector<std::string> warnings(const Model& model, const Recording& recording
 
 std::vector<std::string> warnings(const Model& model) {
   std::vector<std::string> all;
-  if (!model.deformable()) return all;
   const Scene& scene = model.scene;
+  if (const std::string friction = friction_warning(scene); !friction.empty()) all.push_back(friction);
+  if (!model.deformable()) return all;
   const LevelEstimate used = estimate_level(scene, model.pulps, model.level);
   if (used.missing > kNoticedShare) {
     std::string text = fmt::format(

@@ -202,19 +202,22 @@ PathRun run_path(const Model& model) {
   return run;
 }
 
-std::vector<PartEffect> ablate(const Model& model, const PathRun& full) {
+std::vector<PartEffect> ablate(const Model& model, const PathRun& full, const OnRun& on_run) {
   std::vector<PartEffect> effects;
   for (const Part part : kParts) {
-    if (has(model.scene, part)) effects.push_back(effect_of(part, leave_out(model.scene, part), model, full));
+    if (!has(model.scene, part)) continue;
+    if (on_run) on_run(fmt::format("without {}", name(part)));
+    effects.push_back(effect_of(part, leave_out(model.scene, part), model, full));
   }
   return effects;
 }
 
-NeededParts needed_parts(const Model& model, const PathRun& full) {
+NeededParts needed_parts(const Model& model, const PathRun& full, const OnRun& on_run) {
   NeededParts needed{model.scene, {}};
   for (const Part part : kParts) {
     // Of detail there may be more to leave out.
     while (has(needed.scene, part)) {
+      if (on_run) on_run(fmt::format("all together, also without {}", name(part)));
       Scene without = leave_out(needed.scene, part);
       const PartEffect effect = effect_of(part, without, model, full);
       const bool goes_on = effect.within && !needed.tried.empty() && needed.tried.back().part == part;

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <array>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -76,8 +77,11 @@ struct PartEffect {
   bool within = false;  ///< And the error is within the scene's tolerance.
 };
 
+/// Is called before each run, with words that say which it is.
+using OnRun = std::function<void(const std::string&)>;
+
 /// Runs a scene once without each part that it names. `full` is its own run.
-[[nodiscard]] std::vector<PartEffect> ablate(const Model& model, const PathRun& full);
+[[nodiscard]] std::vector<PartEffect> ablate(const Model& model, const PathRun& full, const OnRun& on_run = {});
 
 /// What is left of a scene if one part after the other is left out, in the order of kParts, as long as all that is left
 /// out together stays within the tolerance. Errors decide, not times: the same scene keeps the same parts.
@@ -86,7 +90,7 @@ struct NeededParts {
   /// Each together with those before it that are within: of levels the coarsest that is, and the finest that is not.
   std::vector<PartEffect> tried;
 };
-[[nodiscard]] NeededParts needed_parts(const Model& model, const PathRun& full);
+[[nodiscard]] NeededParts needed_parts(const Model& model, const PathRun& full, const OnRun& on_run = {});
 
 /// name(), and how far detail goes: "level of detail (contact.level) to 4".
 [[nodiscard]] std::string title(const PartEffect& effect);

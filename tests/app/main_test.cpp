@@ -24,8 +24,21 @@ TEST(Program, PrintsItsVersionAndHelp) {
   EXPECT_EQ(thenar_program("--version").code, 0);
   EXPECT_NE(thenar_program("--version").text.find("thenar 0."), std::string::npos);
   EXPECT_EQ(thenar_program("run --help").code, 0);
-  EXPECT_EQ(thenar_program("").code, 2);
-  EXPECT_EQ(thenar_program("rn").code, 2);
+  EXPECT_NE(thenar_program("run --help").text.find("thenar run ["), std::string::npos);
+  EXPECT_EQ(thenar_program("run --help").text.find(THENAR_PROGRAM), std::string::npos) << "usage without a path";
+}
+
+TEST(Program, NamesAnUnknownCommandAndTheNearest) {
+  const Outcome slip = thenar_program("rn");
+  EXPECT_EQ(slip.code, 2);
+  EXPECT_NE(slip.text.find("'rn' is no command, did you mean 'run'?"), std::string::npos) << slip.text;
+  EXPECT_NE(slip.text.find("thenar --help"), std::string::npos) << slip.text;
+  const Outcome none = thenar_program("list configs");
+  EXPECT_EQ(none.code, 2);
+  EXPECT_NE(none.text.find("'list' is no command\n"), std::string::npos) << none.text;
+  const Outcome nothing = thenar_program("");
+  EXPECT_EQ(nothing.code, 2);
+  EXPECT_NE(nothing.text.find("name a command"), std::string::npos) << nothing.text;
 }
 
 TEST(Program, WritesEveryResultOfARun) {
@@ -314,11 +327,14 @@ TEST(Program, ChecksAScene) {
   EXPECT_EQ(check.code, 0);
   EXPECT_NE(check.text.find("rigid, one contact point each"), std::string::npos);
   EXPECT_NE(check.text.find("muscles (control.muscles)"), std::string::npos) << "left out";
-  EXPECT_NE(thenar_program("check " + config("box_grasp.yaml")).text.find("23 muscles"), std::string::npos);
+  const std::string box = thenar_program("check " + config("box_grasp.yaml")).text;
+  EXPECT_NE(box.find("23 muscles"), std::string::npos);
+  EXPECT_EQ(box.find("what becomes of the grasp"), std::string::npos) << "nothing is run unasked";
+  EXPECT_NE(box.find("--parts"), std::string::npos) << box;
 }
 
 TEST(Program, ChecksWhatASceneCouldLeaveOut) {
-  const std::string scene = "check " + config("box_grasp.yaml") +
+  const std::string scene = "check --parts " + config("box_grasp.yaml") +
                             " --set object.points=2000 --set 'time.duration=0.4 s' --set 'tolerance={force: 0.5 %}'";
   const std::string check = thenar_program(scene).text;
   const auto line_of = [&](const std::string& part) {
@@ -326,7 +342,9 @@ TEST(Program, ChecksWhatASceneCouldLeaveOut) {
     return at == std::string::npos ? "" : check.substr(at, check.find('\n', at) - at);
   };
   EXPECT_TRUE(line_of("muscles (control.muscles)").ends_with("could be left out")) << check;
-  EXPECT_TRUE(line_of("deformation of the fingertips (fingertips)").ends_with("needed")) << check;
+  const std::string fingertips = line_of("deformation of the fingertips (fingertips)");
+  EXPECT_TRUE(fingertips.ends_with("  needed")) << check;
+  EXPECT_NE(fingertips.find(" .. "), std::string::npos) << "an interval with each median: " << check;
   EXPECT_NE(check.find("model: auto would leave out"), std::string::npos) << check;
   EXPECT_NE(thenar_program(scene + " --set contact.friction=0.1").text.find("what becomes of the grasp\n  lost: "),
             std::string::npos);

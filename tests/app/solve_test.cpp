@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -133,6 +134,34 @@ TEST(Solve, EndsWithSixWhereTheAnswerIsNotRight) {
   const Outcome accuracy = thenar_program("solve --repeat 1 --tolerance 1e-15 " + muscles);
   EXPECT_EQ(accuracy.code, 6);
   EXPECT_NE(accuracy.text.find("is above 1e-15"), std::string::npos) << accuracy.text;
+}
+
+// A median says of how many solves it is, and time bounds them: one solve remains, however long it takes.
+TEST(Solve, ATimeBoundsTheSolvesOfAFile) {
+  const std::string files = data("small/14_grasp4.json") + " " + data("contact/pressed15_seq_s1.fcp");
+  for (const auto& result : results_of(files + " --method all --repeat 1000000 --time '1 us'")) {
+    EXPECT_EQ(result.at("runs"), result.at("name").get<std::string>().ends_with("steps)") ? 49 : 1)
+        << "what warms the machine up, once";
+    EXPECT_GT(result.at("median_us"), 0.0);
+  }
+  const auto start = std::chrono::steady_clock::now();
+  const auto results = results_of(files + " --method all --repeat 1000000 --time 200ms");
+  const double spent_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  for (const auto& result : results) EXPECT_GT(result.at("runs"), 1);
+  // Two files, and as much again for a busy machine, its start and what is solved last.
+  EXPECT_LT(spent_s, 5.0);
+  EXPECT_EQ(results_of(files + " --repeat 3").front().at("runs"), 3);
+  EXPECT_NE(thenar_program("solve --repeat 3 " + files).text.find("  runs   median us"), std::string::npos);
+}
+
+TEST(Solve, ShowsHowFarItIsOnATerminal) {
+  const fs::path file = data("small/14_grasp4.json");
+  const std::string words = "1 of 1: " + file.string() + " by active_set";
+  const Outcome piped = thenar_program("solve --repeat 1 " + file.string());
+  EXPECT_EQ(piped.text.find(words), std::string::npos);
+  const Outcome seen = thenar_program("solve --repeat 1 " + file.string() + "\" /dev/null", "script -qec \"");
+  if (seen.code == 127) GTEST_SKIP() << "no script(1) here";
+  EXPECT_NE(seen.text.find(words), std::string::npos) << seen.text;
 }
 
 TEST(Solve, RefusesWrongCommands) {

@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "collision/cloud_holes.h"
+#include "collision/normal_estimation.h"
 #include "collision/shapes.h"
 
 // How exact distances are on repaired clouds: see T8..T13 in collision_implicit_surface_test.cpp.
@@ -98,6 +100,48 @@ TEST(CloudRepair, RemovesWhatStandsOffAndNothingElse) {
     EXPECT_EQ(cloud.points_m.cols(), clean.points_m.cols() - moved);
     // What is left lies on the faces.
     EXPECT_LT((cloud.points_m.cwiseAbs().colwise().maxCoeff().array() - 25 * kMm).abs().maxCoeff(), 1e-12);
+  }
+}
+
+// 400 outliers all over the box and up to 5 mm around it: alone, in pairs that agree by chance, or near the faces. Their
+// normals are random, or estimated with those of the surface, when neighbours agree.
+TEST(CloudRepair, RemovesWhatStandsApartFromTheSurface) {
+  constexpr Index kOutliers = 400;
+  const PointCloud clean = sample_box({50 * kMm, 50 * kMm, 50 * kMm}, 24000);
+  const Index count = clean.points_m.cols();
+  for (unsigned seed = 1; seed <= 3; ++seed) {
+    for (const bool estimated : {false, true}) {
+      SCOPED_TRACE(testing::Message() << "seed " << seed << (estimated ? ", estimated normals" : ""));
+      std::mt19937 bits(seed);
+      std::uniform_real_distribution<double> at_m(-30 * kMm, 30 * kMm), direction(-1.0, 1.0);
+      PointCloud cloud{Matrix3Xd(3, count + kOutliers), Matrix3Xd(3, count + kOutliers)};
+      cloud.points_m.leftCols(count) = clean.points_m;
+      cloud.normals.leftCols(count) = clean.normals;
+      for (Index i = count; i < count + kOutliers; ++i) {
+        for (double& x_m : cloud.points_m.col(i)) x_m = at_m(bits);
+        for (double& x : cloud.normals.col(i)) x = direction(bits);
+        cloud.normals.col(i).normalize();
+      }
+      if (estimated) estimate_normals(cloud);
+      const double h_m = covering_support_m(cloud);
+      const CloudRepair report = repair(cloud, h_m);
+
+      Index left = 0, far = 0;
+      for (const auto p_m : cloud.points_m.colwise()) {
+        const double inside_m = 25 * kMm - p_m.cwiseAbs().maxCoeff();
+        const double outside_m = (p_m.cwiseAbs().array() - 25 * kMm).cwiseMax(0.0).matrix().norm();
+        const double off_m = std::max(inside_m, outside_m);
+        left += off_m > 0.1 * h_m ? 1 : 0;
+        far += off_m > h_m ? 1 : 0;
+      }
+      // What lies within the support of a face may pass for a rib of it, or for a sample of an edge.
+      EXPECT_LE(left, kOutliers / 20);
+      EXPECT_LE(far, 2);
+      // Nothing of the surface went with them.
+      EXPECT_GE(cloud.points_m.cols() - left, count);
+      EXPECT_GE(report.outliers + report.removed, kOutliers * 9 / 10);
+      EXPECT_TRUE(find_holes(cloud, h_m, 10.0 * h_m).empty());
+    }
   }
 }
 

@@ -107,6 +107,21 @@ TEST(BoxGrasp, SlipperyBoxIsLost) {
   EXPECT_TRUE(names_a_finger) << reason;
 }
 
+// Nothing is wrong with the friction of fingers that are not there. The box lies 130 mm off its place, of which its own
+// 50 mm, turned, and the fingers' lengths take a part.
+TEST(BoxGrasp, NamesFingersThatDoNotTouch) {
+  const SceneRun run("box_grasp", {"object.position=[249 mm, 46 mm, 37 mm]", "control.grasp.friction=0"});
+  EXPECT_EQ(run.recording.verdict.outcome, Outcome::kSolverFailed);
+  const std::string& reason = run.recording.verdict.reason;
+  EXPECT_NE(reason.find("the thumb does not touch the object ("), std::string::npos) << reason;
+  EXPECT_EQ(reason.find("lacks"), std::string::npos) << reason;
+  ASSERT_TRUE(run.recording.unsolved.has_value());
+  for (const double gap_m : run.recording.unsolved->control.gap_m) {
+    EXPECT_GT(gap_m, 30e-3);
+    EXPECT_LT(gap_m, 130e-3);
+  }
+}
+
 // Parallel normals without friction cannot carry a weight along the faces, however hard they press.
 TEST(BoxGrasp, IsInfeasibleWithoutFriction) {
   const SceneRun run("box_grasp", {"control.grasp.friction=0"});

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/results/monolithic.h"
@@ -104,6 +105,20 @@ TEST(Warnings, TellOfListsThatAreTooShort) {
   EXPECT_TRUE(warnings(build_model(short_grasp({served}))).empty());
   const Scene automatic = short_grasp({"contact.max_per_finger=5", "contact.level=auto"});
   EXPECT_LT(estimate_level(automatic, build_model(automatic).pulps, 0).force_error, 0.5 * estimate.force_error);
+}
+
+// Pyramids reach sqrt(2) mu_c at their corners. What check says, a run says, too.
+TEST(Warnings, TellOfFrictionThatIsNotThere) {
+  for (const auto& [cone, least] : {std::pair{"exact", 0.55}, std::pair{"pyramid", 0.55 * std::sqrt(2.0)}}) {
+    for (const bool enough : {false, true}) {
+      SCOPED_TRACE(testing::Message() << cone << (enough ? ", enough" : ", too little"));
+      const Model model = build_model(
+          scene_of("box_grasp", {kCoarseBox, "time.duration=10 ms", std::string("control.grasp.cone=") + cone,
+                                 "contact.friction=" + std::to_string(least + (enough ? 0.001 : -0.001))}));
+      EXPECT_EQ(names(warnings(model), "control.grasp.friction is 0.55"), !enough);
+      EXPECT_EQ(names(warnings(model, run(model)), "control.grasp.friction is 0.55"), !enough);
+    }
+  }
 }
 
 // The published 15, 30 and 60 contacts serve 80, 160 and 320 control points: nothing passes into the box.

@@ -164,7 +164,7 @@ TEST(Session, ShowsAGraspThatRunsAndItsFigures) {
   EXPECT_EQ(shown.status()["settings"]["friction"], 0.8);
   EXPECT_EQ(shown.status()["settings"]["kernel"], "boussinesq");
   EXPECT_NEAR(shown.status()["settings"]["contact_Hz"].get<double>(), 500.0, 1e-9);
-  for (std::size_t k = 0; k < 3; ++k) EXPECT_GT(shown.value("force_n_N", k), 0.1) << k;
+  for (std::size_t k = 0; k < 3; ++k) EXPECT_GT(shown.value("normal_N", k), 0.1) << k;
   EXPECT_GT(shown.value("contacts"), 0.0);
   EXPECT_GT(shown.value("contact_Hz"), 0.0);
   EXPECT_LE(shown.value("realtime_factor"), 1.1);

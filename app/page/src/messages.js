@@ -38,6 +38,11 @@ export function readGeometry(bytes, scene) {
   return {object, fingers};
 }
 
+// What recordings made before 0.8 call it.
+const kOldNames = {
+  force_n_N: 'normal_N', force_t_N: 'tangential_N', desired_n_N: 'desired_normal_N', desired_t_N: 'desired_tangential_N',
+};
+
 const end = (fields) => Math.max(0, ...fields.map(({begin, count}) => begin + count));
 
 /**
@@ -58,7 +63,7 @@ export class State {
     this.numbers = new Float64Array(count);
     this.bytes = new Uint8Array(this.numbers.buffer);
     this.values = Object.fromEntries(
-        this.fields.map(({name, begin, count: n}) => [name, this.numbers.subarray(begin, begin + n)]));
+        this.fields.map(({name, begin, count: n}) => [kOldNames[name] ?? name, this.numbers.subarray(begin, begin + n)]));
   }
 
   /** Takes a state message; throws, and keeps the last one, if it is none of this scene. */

@@ -150,7 +150,7 @@ export class Panels {
     const v = state.values;
     const row = [v.time_s[0]];
     for (let k = 0; k < this.#scene.fingers.length; ++k) {
-      row.push(v.desired_n_N[k], v.desired_t_N[k], v.force_n_N[k], v.force_t_N[k]);
+      row.push(v.desired_normal_N[k], v.desired_tangential_N[k], v.normal_N[k], v.tangential_N[k]);
     }
     this.forces.add(row);
     this.path.add([v.time_s[0], ...v.path_target_m.map(mm), ...v.position_m.map(mm)]);

@@ -1,6 +1,6 @@
 // A headless Chromium for tests of the page.
 
-import {existsSync} from 'node:fs';
+import {spawnSync} from 'node:child_process';
 import {mkdtemp, rm} from 'node:fs/promises';
 import {tmpdir} from 'node:os';
 import {join} from 'node:path';
@@ -11,8 +11,9 @@ const kSkipped = 77; // what ctest takes for a test that was skipped
 
 /** Where Chromium is; ends the process with a message if it is nowhere. */
 export function findChromium() {
-  const places = [process.env.CHROMIUM, '/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'];
-  const found = places.find((place) => place && existsSync(place));
+  const places = [process.env.CHROMIUM, '/usr/bin/chromium', '/usr/bin/google-chrome', '/usr/bin/chromium-browser'];
+  // Ubuntu's chromium-browser may only say that there is a snap.
+  const found = places.find((place) => place && spawnSync(place, ['--version'], {stdio: 'ignore'}).status === 0);
   if (found) return found;
   console.log('skipped: no Chromium here; CHROMIUM=/path/to/it names one');
   process.exit(kSkipped);

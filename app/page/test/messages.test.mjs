@@ -21,6 +21,16 @@ test('fields are found where the table says, not where they used to be', () => {
   assert.equal(other.values.tick[0], 0.5);
 });
 
+test('a recording of an older program shows the same forces', () => {
+  const old = structuredClone(scene);
+  const names = {normal_N: 'force_n_N', tangential_N: 'force_t_N', desired_normal_N: 'desired_n_N', desired_tangential_N: 'desired_t_N'};
+  for (const field of old.fields) field.name = names[field.name] ?? field.name;
+  const shown = new State(old);
+  shown.take(bytes(state(0.5)));
+  assert.equal(shown.values.normal_N[0], 1);
+  assert.equal(shown.values.desired_tangential_N[2], 0.3);
+});
+
 test('contacts are read by row, from any place in memory', () => {
   const message = bytes(state(0));
   const off = new Uint8Array(message.length + 3).subarray(3); // no multiple of eight

@@ -2,8 +2,8 @@
 
 const kFields = [
   ['time_s', 1], ['tick', 1], ['frame', 1], ['held', 1], ['object', 12], ['target', 12], ['q_rad', 12], ['segments', 48],
-  ['force_N', 9], ['desired_N', 9], ['centre_m', 9], ['normal', 9], ['force_n_N', 3], ['force_t_N', 3], ['desired_n_N', 3],
-  ['desired_t_N', 3], ['margin', 3], ['slip_m', 3], ['start_slip_m', 3], ['spin_rad', 3],
+  ['force_N', 9], ['desired_N', 9], ['centre_m', 9], ['normal', 9], ['normal_N', 3], ['tangential_N', 3],
+  ['desired_normal_N', 3], ['desired_tangential_N', 3], ['margin', 3], ['slip_m', 3], ['start_slip_m', 3], ['spin_rad', 3],
   ['start_spin_rad', 3], ['sliding_share', 3], ['creep_m_per_s', 3], ['friction', 1], ['position_m', 3], ['path_target_m', 3], ['rotation_error_rad', 1],
   ['muscles_N', 2], ['pull_anchor_m', 3], ['pull_handle_m', 3], ['pull_force_N', 3], ['contacts', 1], ['active', 1],
   ['sweeps', 1], ['residual', 1], ['penetration_m', 1], ['frame_age_s', 1], ['grasp_failed', 1], ['muscles_failed', 1],
@@ -94,8 +94,8 @@ export function state(time_s) {
     segments: [...scene.start, ...kTips.flatMap(([x, dy, z]) =>
         [x + Math.sign(x) * 0.009, y + dy - 0.014, z, 0, -Math.sign(x), 0, 1, 0, 0, 0, 0, 1])],
     force_N: kTips.flatMap(([x]) => [-Math.sign(x), 0, 0.3]), centre_m: kTips.flatMap(([x, dy, z]) => [x, y + dy, z]),
-    normal: kTips.flatMap(([x]) => [-Math.sign(x), 0, 0]), force_n_N: [1, 1, 1], force_t_N: [0.3, 0.3, 0.3],
-    desired_n_N: [1.1, 1.1, 1.1], desired_t_N: [0.3, 0.3, 0.3], margin: [0.6, 0.6, 0.05], slip_m: [0, 1e-6, 2e-4], spin_rad: [0, 0.01, 0.3], sliding_share: [0, 0.1, 0.9], friction: [0.8],
+    normal: kTips.flatMap(([x]) => [-Math.sign(x), 0, 0]), normal_N: [1, 1, 1], tangential_N: [0.3, 0.3, 0.3],
+    desired_normal_N: [1.1, 1.1, 1.1], desired_tangential_N: [0.3, 0.3, 0.3], margin: [0.6, 0.6, 0.05], slip_m: [0, 1e-6, 2e-4], spin_rad: [0, 0.01, 0.3], sliding_share: [0, 0.1, 0.9], friction: [0.8],
     position_m: [0, y, 0], path_target_m: [0, y + 1e-4, 0], muscles_N: [3, 8], contacts: [3], active: [3],
     displacement_m: Array.from({length: 360}, (_, i) => 1e-4 * Math.sin(i)),
   };

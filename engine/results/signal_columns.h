@@ -1,0 +1,31 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "engine/grasp/model.h"
+#include "engine/results/state_message.h"
+
+namespace thenar {
+
+/// Who the numbers of a state belong to.
+struct SignalNames {
+  std::vector<std::string> fingers, joints, muscles;
+};
+[[nodiscard]] SignalNames signal_names(const Model& model);
+/// Of a recording's scene. One that was made before 0.8 does not name its joints.
+[[nodiscard]] SignalNames signal_names(const nlohmann::ordered_json& scene);
+
+/// A number of a state in the words and units of signals.csv: "thumb_normal_N", "position_x_mm".
+struct SignalColumn {
+  std::string name, unit;  ///< Unit: empty for a plain number.
+  std::size_t at = 0;      ///< In the state message,
+  double factor = 1.0;     ///< by which it is multiplied.
+};
+
+/// All short fields, number by number. Names of fields may be those of a recording made before 0.8.
+[[nodiscard]] std::vector<SignalColumn> signal_columns(const std::vector<Field>& fields, const SignalNames& names);
+
+}  // namespace thenar
