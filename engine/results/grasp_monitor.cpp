@@ -25,11 +25,11 @@ std::size_t most_stride(const Scene& scene) {
   return 2 + static_cast<std::size_t>(std::ceil((4.0 * scene.control_period_s + scene.control_delay_s) / scene.step_s));
 }
 
-/// The fingers that are not there, and how far away they are; empty: all touch the object.
+/// The fingers that are not there, and how far away they are; empty: all touch the object, or nearly do.
 std::string apart_in_words(const Scene& scene, const ControlReport& control) {
   std::string all;
   for (int k = 0; k < kFingers; ++k) {
-    if (!(control.gap_m[k] > 0.0)) continue;
+    if (!(control.gap_m[k] > scene.contact.band_m)) continue;
     all += fmt::format("{}the {} does not touch the object ({:.3g} mm away)", all.empty() ? "" : ", ",
                        scene.hand.fingertips[k].finger, 1e3 * control.gap_m[k]);
   }
