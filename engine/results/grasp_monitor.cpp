@@ -36,7 +36,8 @@ std::string apart_in_words(const Scene& scene, const ControlReport& control) {
   return all;
 }
 
-/// Names the fingers that do not touch; else the cones that are too narrow and the tangential force that they lack, and what friction would do.
+/// Names the fingers that do not touch; else the cones that are too narrow and the tangential force that they lack, and
+/// what friction would do.
 std::string explain(const Scene& scene, const UnsolvedGrasp& unsolved) {
   const bool infeasible = unsolved.control.grasp == GraspStatus::kInfeasible;
   std::string message = fmt::format(
@@ -291,7 +292,8 @@ Verdict GraspMonitor::verdict() const {
   verdict.force_chatter = force_chatter();
   if (loss_) verdict.lost_s = loss_->time_s;
 
-  // The gravest first. Forces that cannot be found because a finger slid or forces chattered are not the solver's fault.
+  // The gravest first. Forces that cannot be found because a finger slid or forces chattered are not the solver's
+  // fault.
   std::vector<std::pair<Outcome, std::string>> found;
   const auto add = [&](Outcome outcome, std::string what) {
     if (!what.empty()) found.emplace_back(outcome, std::move(what));

@@ -19,8 +19,8 @@ using Eigen::Vector3d;
 
 namespace {
 
-// What a file may ask memory for. A step is within the rates that loops may have, 1 Hz to 100 kHz; contact forces are kept
-// for a few control periods, and a frame for each one that lies within the delay.
+// What a file may ask memory for. A step is within the rates that loops may have, 1 Hz to 100 kHz; contact forces are
+// kept for a few control periods, and a frame for each one that lies within the delay.
 constexpr double kMaxSteps = 1e7, kShortestStep_s = 1e-5, kLongestStep_s = 1.0;
 constexpr double kMaxStepsAPeriod = 1e4, kMaxPeriodsLate = 100.0;
 constexpr double kRounding = 1e-9;                       // Of a ratio of two times.
