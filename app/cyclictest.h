@@ -7,8 +7,8 @@
 #include "engine/loops/realtime.h"
 
 /// Runs cyclictest (Debian's package rt-tests), a loop that does nothing but start on time, with a contact thread's
-/// period, policy, priority, core and timer slack, its memory locked, on the same clock. Not with its short turns, which a
-/// contact thread asks for where SCHED_FIFO is refused. Its start jitters in us, sorted,
+/// period, policy, priority, core and timer slack, its memory locked, on the same clock. Not with its short turns,
+/// which a contact thread asks for where SCHED_FIFO is refused. Its start jitters in us, sorted,
 /// one a loop: counted in ns up to 1 ms, the longer ones all as the longest.
 /// Nothing if it is not installed or was refused.
 [[nodiscard]] std::optional<std::vector<double>> run_cyclictest(const thenar::Scheduling& scheduling, double period_s,

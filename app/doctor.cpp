@@ -190,8 +190,8 @@ void say_lateness(std::ostream& out, const std::string& what, const Percentiles&
                   late_us.max));
 }
 
-/// A tick must fit into its period with its lateness and its computation: half of the period for each. As in a run, a rate is
-/// kept if 99 % of the ticks are in time.
+/// A tick must fit into its period with its lateness and its computation: half of the period for each. As in a run, a
+/// rate is kept if 99 % of the ticks are in time.
 std::string verdict(const WakeUps& wake_ups) {
   for (std::size_t i = 0; i < kRates_kHz.size(); ++i) {
     const double period_us = 1000.0 / kRates_kHz[i];

@@ -64,8 +64,8 @@ struct Options {
   std::filesystem::path trace;
 };
 
-/// Reads the command line. Nothing if there is nothing left to do: help or the version is printed, or what is wrong with
-/// it, and `exit_code` is set.
+/// Reads the command line. Nothing if there is nothing left to do: help or the version is printed, or what is wrong
+/// with it, and `exit_code` is set.
 [[nodiscard]] std::optional<Options> parse_options(int argc, const char* const* argv, int& exit_code);
 
 /// The scene as the command line asks for it. Throws ConfigError.

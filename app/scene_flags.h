@@ -49,6 +49,7 @@ void add_rates(CLI::App& command, RateFlags& rates, bool may_be_auto);
 /// Throws CLI::ValidationError if the rates do not go together.
 void check_rates(const RateFlags& rates);
 
-/// The scene with its changes, which have those of the rates. ConfigError names the flag where rates do not go together.
+/// The scene with its changes, which have those of the rates. ConfigError names the flag where rates do not go
+/// together.
 [[nodiscard]] thenar::Scene load_scene(const std::filesystem::path& scene, const std::vector<std::string>& overrides,
                                        const RateFlags& rates);

@@ -121,8 +121,8 @@ class ContactSolver {
   VectorXd delta_;
 };
 
-/// What the last solve, of this step, is worth. A residual within the tolerance is a solution, whatever the solver thinks
-/// of it.
+/// What the last solve, of this step, is worth. A residual within the tolerance is a solution, whatever the solver
+/// thinks of it.
 void settle(const ContactFile& file, Index step, const ContactSolver& solver, const VectorXd& f, double tolerance,
             SolveResult& result) {
   if (solver.status == SolveStatus::kNoSolution) {

@@ -13,8 +13,8 @@ using Eigen::Vector3d;
 
 namespace {
 
-// The rim of a hole as wide as the support is 14 spacings long. What fewer samples see is the air around one that is off
-// the surface.
+// The rim of a hole as wide as the support is 14 spacings long. What fewer samples see is the air around one that is
+// off the surface.
 constexpr int kFewestAtARim = 3;
 
 /// The step from sample i to sample j along the surface, as a vector in the tangent plane of i: what j lies lower

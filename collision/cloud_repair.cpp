@@ -120,8 +120,8 @@ void smooth_normals(PointCloud& cloud, const PointGrid& grid, double support_m) 
   }
 }
 
-/// Height of sample i over the arc that joins it to sample j: over the plane along the bisector of their normals. Zero on
-/// planes, spheres and cylinders.
+/// Height of sample i over the arc that joins it to sample j: over the plane along the bisector of their normals. Zero
+/// on planes, spheres and cylinders.
 double arc_height_m(const PointCloud& cloud, Index i, Index j) {
   const Vector3d bisector = cloud.normals.col(i) + cloud.normals.col(j);
   return (cloud.points_m.col(i) - cloud.points_m.col(j)).dot(bisector) / bisector.norm();
@@ -171,8 +171,8 @@ Verdict judge_lone(const PointCloud& cloud, const PointGrid& grid, Index i, doub
   const auto above = std::ranges::count_if(
       neighbours, [&](Index j) { return (p - cloud.points_m.col(j)).dot(cloud.normals.col(j)) > slab_m; });
   if (4 * above >= 3 * std::ssize(neighbours)) return Verdict::kOutlier;
-  // In, or under, the midst of a face, whose samples lie all around. Those of a rim's face lie to one side, 0.5 h off in
-  // the mean.
+  // In, or under, the midst of a face, whose samples lie all around. Those of a rim's face lie to one side, 0.5 h off
+  // in the mean.
   for (const Index face : neighbours) {
     Vector3d sum_m = Vector3d::Zero();
     double members = 0.0;
@@ -202,7 +202,8 @@ Verdict judge(const PointCloud& cloud, const PointGrid& grid, Index i, double su
   return with > 1 + kByChance ? Verdict::kKept : judge_lone(cloud, grid, i, support_m, slab_m);
 }
 
-/// The samples, numbered so that neighbours in space are neighbours in memory: large clouds are judged several times as fast.
+/// The samples, numbered so that neighbours in space are neighbours in memory: large clouds are judged several times as
+/// fast.
 std::vector<Index> order_in_space(const Matrix3Xd& points_m, double cell_m) {
   const Vector3d low_m = points_m.rowwise().minCoeff();
   using Key = std::array<int, 4>;
@@ -217,8 +218,8 @@ std::vector<Index> order_in_space(const Matrix3Xd& points_m, double cell_m) {
   return order;
 }
 
-/// Whether a sample lies in the midst of one even face, as most do: nobody within h is unlike, or off its arc. Neither its
-/// normal nor its place needs the judgement of a wider circle.
+/// Whether a sample lies in the midst of one even face, as most do: nobody within h is unlike, or off its arc. Neither
+/// its normal nor its place needs the judgement of a wider circle.
 std::vector<char> find_plain(const PointCloud& cloud, double support_m) {
   if (cloud.points_m.cols() == 0) return {};
   const PointGrid grid(cloud.points_m, support_m);
@@ -249,7 +250,8 @@ void turn_outvoted(PointCloud& cloud, const PointGrid& grid, double support_m, c
   report.turned = std::ssize(outvoted);
 }
 
-/// Removes and counts the samples that are not kept, here and in the list of their numbers; returns whether there were any.
+/// Removes and counts the samples that are not kept, here and in the list of their numbers; returns whether there were
+/// any.
 bool remove(PointCloud& cloud, std::vector<Index>& numbers, const std::vector<Verdict>& verdicts, CloudRepair& report) {
   std::vector<Index> kept;
   kept.reserve(verdicts.size());

@@ -16,8 +16,8 @@ using Prospect = FindingMemory::Prospect;
 // More than rounding does to a length below a metre [m].
 constexpr double kRounding_m = 1e-12;
 
-// How far a search for a nearest sample looks past it, in supports: a quarter of a spacing. More makes one search dearer
-// and lets its result hold for longer.
+// How far a search for a nearest sample looks past it, in supports: a quarter of a spacing. More makes one search
+// dearer and lets its result hold for longer.
 constexpr double kBeyond = 0.1;
 
 bool less_gap(const ContactCandidate& a, const ContactCandidate& b) {

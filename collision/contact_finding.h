@@ -53,9 +53,9 @@ struct FindingMemory {
   double radius_m = 0.0;
 };
 
-/// Finds the control points of a body (3 x L in its own frame, posed by X_SB in the surface's frame) that lie within the
-/// band of `surface` or inside it: those inside its bounds grown by the band near a sample, whose signed distance is below
-/// the band. Keeps the max_contacts of least gap, ties by number; sorted by control point.
+/// Finds the control points of a body (3 x L in its own frame, posed by X_SB in the surface's frame) that lie within
+/// the band of `surface` or inside it: those inside its bounds grown by the band near a sample, whose signed distance
+/// is below the band. Keeps the max_contacts of least gap, ties by number; sorted by control point.
 ///
 /// Distances are taken in the order of their estimates, deepest first, until a lower bound shows that no other is among
 /// the least.

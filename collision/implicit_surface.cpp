@@ -78,12 +78,12 @@ void ImplicitSurface::fill_starts() {
   }
 }
 
-/// How far from a sample no normal is unlike that of any second projection near it, at least: 0 where that is not known.
-/// Normals are compared with the mean of its block's, from which they must not differ by more than 45 degrees.
+/// How far from a sample no normal is unlike that of any second projection near it, at least: 0 where that is not
+/// known. Normals are compared with the mean of its block's, from which they must not differ by more than 45 degrees.
 double ImplicitSurface::clear_m(Index sample, const Plane& plane, double least_cosine) const {
   const BlockClearance& block = clearances_[sample / SampleBlocks::kLanes];
-  // A second projection turns from the first by an angle of this cosine at most, and the first from the block's mean: 15
-  // degrees together leave the 60 degrees of what is unlike.
+  // A second projection turns from the first by an angle of this cosine at most, and the first from the block's mean:
+  // 15 degrees together leave the 60 degrees of what is unlike.
   const double turn = std::acos(std::min(1.0, least_cosine)) + std::acos(std::min(1.0, block.axis.dot(plane.n)));
   if (!(turn < std::numbers::pi / 12.0 - 1e-6)) return 0.0;
   return std::max(0.0, block.clear_m - (point_m(sample) - block.centre_m).norm() - kRounding);
@@ -179,8 +179,8 @@ SurfaceDistance ImplicitSurface::face_distance(const Vector3d& x_m, Index sample
 SurfaceDistance ImplicitSurface::distance_from(const Vector3d& x_m, Index start) const noexcept {
   const Face first = project(x_m, start);
   const double way_m = (x_m - point_m(start)).norm();
-  // Near an edge the nearest sample may lie on either side. Deep inside, another face may be as near as this one: but for
-  // the slant to the nearest sample, d^2/2|f| < h/4 where d < h/2.
+  // Near an edge the nearest sample may lie on either side. Deep inside, another face may be as near as this one: but
+  // for the slant to the nearest sample, d^2/2|f| < h/4 where d < h/2.
   const bool at_edge = first.least_cosine < kUnlike, deep = first.f_m < -0.75 * support_m_;
   const bool inside = first.f_m < 0.0;
   double radius_m = inside ? widest_m(way_m) : support_m_;
@@ -203,8 +203,8 @@ SurfaceDistance ImplicitSurface::distance_from(const Vector3d& x_m, Index start)
     // Convex: each face lies behind the other's plane.
     const bool meets_convexly = (face.n - next.n).dot(next.a_m - face.a_m) < 0.0;
     if (meets_convexly) convex[count++] = next;
-    // None is farther outside than the nearest sample, and a point deep inside is inside: a plane that says otherwise is
-    // that of a part farther off.
+    // None is farther outside than the nearest sample, and a point deep inside is inside: a plane that says otherwise
+    // is that of a part farther off.
     const double most_m = at_edge && !deep ? way_m + 0.2 * support_m_ : 0.0;
     const bool near = (x_m - point_m(beyond)).norm() < way_m + 0.25 * support_m_ ||
                       (at_edge && !deep && (point_m(start) - point_m(beyond)).norm() < edge_m);
@@ -230,10 +230,11 @@ Vector3d ImplicitSurface::mean_normal(const Face& face, std::span<const Face> co
   return sum.squaredNorm() > 0.01 ? sum.normalized() : face.n;
 }
 
-/// With x - a = f_1 n_1 + (c - a), c the first projection, and n_2 at an angle phi from n_1, the second projection gives
+/// With x - a = f_1 n_1 + (c - a), c the first projection, and n_2 at an angle phi from n_1, the second projection
+/// gives
 ///     f_2 = n_2.(x - a_2) >= cos(phi) (f_1 - rise) - sin(phi) |c - a_2|,
-/// for a_2 is a mean of samples that rise above the first plane no higher than `rise`. They lie within h of c, and phi is
-/// no more than the largest angle of theirs.
+/// for a_2 is a mean of samples that rise above the first plane no higher than `rise`. They lie within h of c, and phi
+/// is no more than the largest angle of theirs.
 ImplicitSurface::Estimate ImplicitSurface::estimate(const Vector3d& x_m, Index sample) const noexcept {
   const Start& start = starts_[sample];
   const Vector3d from_a = x_m - start.plane.a_m;

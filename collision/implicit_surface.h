@@ -45,8 +45,8 @@ class ImplicitSurface {
   /// not allocate or throw.
   [[nodiscard]] std::optional<SurfaceDistance> distance(const Eigen::Vector3d& x_m, double reach_m) const noexcept;
 
-  /// The sample nearest to x, where its projections start: distance(x, reach) is distance_from(x, nearest(x, reach).sample)
-  /// if there is one. See SampleBlocks::nearest().
+  /// The sample nearest to x, where its projections start: distance(x, reach) is distance_from(x, nearest(x,
+  /// reach).sample) if there is one. See SampleBlocks::nearest().
   [[nodiscard]] SampleBlocks::Nearest nearest(const Eigen::Vector3d& x_m, double reach_m, double beyond_m = 0.0,
                                               Eigen::Index hint = -1) const noexcept {
     return blocks_.nearest(x_m, reach_m, beyond_m, hint);
@@ -57,8 +57,8 @@ class ImplicitSurface {
   /// middle of those samples.
   [[nodiscard]] SurfaceDistance plane_distance(const Eigen::Vector3d& x_m, Eigen::Index sample) const noexcept;
 
-  /// How x stands to the face that a sample belongs to, whatever other faces are nearer: to the near side of a wall from
-  /// beyond its middle, say.
+  /// How x stands to the face that a sample belongs to, whatever other faces are nearer: to the near side of a wall
+  /// from beyond its middle, say.
   [[nodiscard]] SurfaceDistance face_distance(const Eigen::Vector3d& x_m, Eigen::Index sample) const noexcept;
 
   /// What distance_from(x, sample) is about, without the second projection.
@@ -84,8 +84,8 @@ class ImplicitSurface {
   };
 
   /// The first projection of every x that is nearest to a sample: its plane depends on the sample alone. Of the samples
-  /// that the second one may use if it stays near, it says how high they rise above this plane and how far their normals
-  /// lean from its.
+  /// that the second one may use if it stays near, it says how high they rise above this plane and how far their
+  /// normals lean from its.
   struct Start {
     Plane plane;
     double rise_m, cosine, lean_m;

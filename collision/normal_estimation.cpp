@@ -73,7 +73,8 @@ std::vector<Index> spread_sign(PointCloud& cloud, const PointGrid& grid, Index s
   return part;
 }
 
-/// Three times the volume that the samples enclose, in units of the area that one stands for: negative if they point inward.
+/// Three times the volume that the samples enclose, in units of the area that one stands for: negative if they point
+/// inward.
 double volume(const PointCloud& cloud, const std::vector<Index>& part) {
   double sum = 0.0;
   for (const Index i : part) sum += cloud.normals.col(i).dot(cloud.points_m.col(i) - cloud.points_m.col(part.front()));

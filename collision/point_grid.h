@@ -9,8 +9,8 @@
 
 namespace thenar {
 
-/// Points sorted into cubic cells no smaller than a radius: a point's neighbours lie in its 27 cells. For work done once,
-/// when a cloud is made or read. It refers to the points.
+/// Points sorted into cubic cells no smaller than a radius: a point's neighbours lie in its 27 cells. For work done
+/// once, when a cloud is made or read. It refers to the points.
 class PointGrid {
  public:
   /// `points_m` is 3 x N, N >= 1, finite; radius > 0.

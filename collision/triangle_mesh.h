@@ -14,8 +14,8 @@ struct TriangleMesh {
   Eigen::Matrix3Xi triangles;  ///< Numbers of vertices.
 };
 
-/// A polygon, nearly plane, as triangles that are wound like it; numbers of its corners. A polygon of n corners has n - 2,
-/// fewer if it crosses itself. Cost O(n^2), at worst O(n^3).
+/// A polygon, nearly plane, as triangles that are wound like it; numbers of its corners. A polygon of n corners has n -
+/// 2, fewer if it crosses itself. Cost O(n^2), at worst O(n^3).
 [[nodiscard]] std::vector<Eigen::Vector3i> cut_polygon(const Eigen::Matrix3Xd& corners);
 
 /// What mend() found in a mesh.
@@ -28,8 +28,8 @@ struct MeshMending {
 };
 
 /// Makes a mesh whose vertices are joined where they coincide, whose triangles have area, and are wound like their
-/// neighbours: in each connected part like the majority. A part that then is inside out is turned, unless it lies within
-/// another one, and so may be its cavity.
+/// neighbours: in each connected part like the majority. A part that then is inside out is turned, unless it lies
+/// within another one, and so may be its cavity.
 /// Requires  Finite vertices, numbers of vertices within range.
 MeshMending mend(TriangleMesh& mesh);
 

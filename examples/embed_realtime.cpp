@@ -1,5 +1,5 @@
-// How a real-time thread of yours, here a haptic device's, holds an object by a spring: it calls contact_step at its own
-// rate, and another thread calls control_step.
+// How a real-time thread of yours, here a haptic device's, holds an object by a spring: it calls contact_step at its
+// own rate, and another thread calls control_step.
 
 #include <algorithm>
 #include <chrono>

@@ -315,8 +315,8 @@ void follow_stiffening_springs(Solve& solve) {
   keep_if_better(solve, f);
 }
 
-/// The proximal point method [Rockafellar 1976]: springs that are relaxed again and again at the last forces change nothing
-/// in the end. Slower than to stiffen them, but every stage begins close to its solution.
+/// The proximal point method [Rockafellar 1976]: springs that are relaxed again and again at the last forces change
+/// nothing in the end. Slower than to stiffen them, but every stage begins close to its solution.
 void relax_springs(Solve& solve) {
   auto f = solve.work.f.head(solve.f.size());
   auto centre = solve.work.last_good.head(solve.f.size());
@@ -330,11 +330,11 @@ void relax_springs(Solve& solve) {
   }
 }
 
-/// Looks for normal forces y >= 0 with W y = 0 and y.delta_free < 0. Any solution then has f.W y >= -y.delta_free, which
-/// bounds |f| from below: by how much tells a proof from rounding.
+/// Looks for normal forces y >= 0 with W y = 0 and y.delta_free < 0. Any solution then has f.W y >= -y.delta_free,
+/// which bounds |f| from below: by how much tells a proof from rounding.
 ///
-/// Without friction the forces of stiffening springs minimise a convex energy. Where that has no minimum they grow along
-/// such a y, and so does, exactly, each step of springs that are relaxed again and again at the last forces.
+/// Without friction the forces of stiffening springs minimise a convex energy. Where that has no minimum they grow
+/// along such a y, and so does, exactly, each step of springs that are relaxed again and again at the last forces.
 bool find_certificate(Solve& solve) {
   // It has to be found also where the Newton steps of the solve are spent.
   constexpr int kSteps = 25, kDirections = 4;

@@ -35,13 +35,13 @@ struct AccurateReport {
   int steps = 0;      ///< Newton steps; 0 where Gauss-Seidel was enough.
 };
 
-/// Finds contact forces as solve_contacts does, also where Gauss-Seidel stalls: opposed walls, interference fits, viscosity
-/// ratios, rigid bodies on more contacts than they have freedoms.
+/// Finds contact forces as solve_contacts does, also where Gauss-Seidel stalls: opposed walls, interference fits,
+/// viscosity ratios, rigid bodies on more contacts than they have freedoms.
 ///
 /// Method: Gauss-Seidel; if that does not converge, springs behind all contacts that stiffen from W's own compliance to
 /// nothing, each stage solved from the last one by Newton's method on Alart and Curnier's map [Alart, Curnier 1991],
-/// restricted to the contacts that are pressed; then the problem itself; then, where that failed, springs relaxed again and
-/// again at the last forces. The forces of the least residual are kept.
+/// restricted to the contacts that are pressed; then the problem itself; then, where that failed, springs relaxed again
+/// and again at the last forces. The forces of the least residual are kept.
 ///
 /// Shapes, units and requirements are those of solve_contacts; work for mu.size() contacts or more.
 /// f         In: first guess. Out: finite and inside every cone, with any status.
@@ -50,8 +50,8 @@ struct AccurateReport {
 ///           Gaps delta >= 0 of any f would have 0 <= y.delta = y.delta_free < 0. Contacts with y > 0 press against one
 ///           another, and their gaps are closed in sum by -y.delta_free. It is found wherever there is one, and without
 ///           friction every problem without solution has one. kBudgetSpent: neither forces nor proof were found.
-/// Cost      A sweep is 9n^2, a step about 18 k^3 multiply-adds for k pressed contacts; beyond max_steps it takes at most
-///           225 more, to look for the proof. Does not allocate or throw.
+/// Cost      A sweep is 9n^2, a step about 18 k^3 multiply-adds for k pressed contacts; beyond max_steps it takes at
+///           most 225 more, to look for the proof. Does not allocate or throw.
 [[nodiscard]] AccurateReport solve_contacts_accurately(const Eigen::Ref<const Eigen::MatrixXd>& W,
                                                        const Eigen::Ref<const Eigen::VectorXd>& delta_free,
                                                        const Eigen::Ref<const Eigen::VectorXd>& mu,

@@ -28,7 +28,8 @@ Index rows_used(const SweepWorkspace& work) {
 /// Floats that are worked on at once: the compiler's own vectors, so that sums of many of them stay in registers.
 constexpr Index kLanes = 8;
 using Lanes [[gnu::vector_size(kLanes * sizeof(float))]] = float;
-// Without AVX such a vector is passed in another way than with it, which GCC warns of: all who pass it are in this file.
+// Without AVX such a vector is passed in another way than with it, which GCC warns of: all who pass it are in this
+// file.
 #pragma GCC diagnostic ignored "-Wpsabi"
 
 Lanes load(const float* p) {
@@ -61,8 +62,8 @@ void forget(SweepWorkspace& work) {
 
 using Window = Eigen::Matrix<double, SweepWorkspace::kWindow, 1>;
 
-/// Solves A x = b for a symmetric positive definite A by elimination. Unrolled (kWindow times), it stays in registers: in
-/// loops it would cost a sixth of a sweep of 15 contacts.
+/// Solves A x = b for a symmetric positive definite A by elimination. Unrolled (kWindow times), it stays in registers:
+/// in loops it would cost a sixth of a sweep of 15 contacts.
 Window solve_definite(Eigen::Matrix<double, SweepWorkspace::kWindow, SweepWorkspace::kWindow> A, Window b) {
   constexpr int n = SweepWorkspace::kWindow;
   Window per_pivot;

@@ -73,9 +73,9 @@ Admission admit(const Local& local, const Eigen::Ref<const Eigen::VectorXd>& del
   return admission;
 }
 
-/// Memory of fast Gauss-Seidel solves for up to `contacts` contacts in `groups` groups, taken once; and the problem as its
-/// sweeps see it: a group's part of W as a dense block in single precision, and what groups do to one another through a
-/// body that all of them touch, in factors.
+/// Memory of fast Gauss-Seidel solves for up to `contacts` contacts in `groups` groups, taken once; and the problem as
+/// its sweeps see it: a group's part of W as a dense block in single precision, and what groups do to one another
+/// through a body that all of them touch, in factors.
 ///
 /// Single precision halves what a sweep reads, and with it the time. It holds only changes since the gaps were last
 /// computed in double precision. That is done again whenever the residual has fallen by three digits or stalls, and
@@ -109,7 +109,8 @@ struct SweepWorkspace {
   std::vector<LocalStep> local;  ///< Of each contact; the caller's to fill.
   Eigen::VectorXf blocks;
   bool coupled = false;  ///< Whether groups move one another, by J_common J_common'.
-  /// Columns to make blocks of, then J_common, both with the roots of the mobilities; in the groups' rows, padding zero.
+  /// Columns to make blocks of, then J_common, both with the roots of the mobilities; in the groups' rows, padding
+  /// zero.
   Eigen::Matrix<float, Eigen::Dynamic, kOwn + kCommon> J;
 
   // Of the sweeps, in the groups' rows.
@@ -134,9 +135,9 @@ void start_sweeps(SweepWorkspace& work);
 double sweep(const Eigen::Ref<const Eigen::VectorXd>& mu, const Eigen::Ref<const Eigen::VectorXd>& delta,
              SweepWorkspace& work, Eigen::Ref<Eigen::VectorXd> f);
 
-/// Anderson's step after a sweep [Anderson 1965; Walker, Ni 2011]: combines the last results so that their changes all but
-/// cancel. It halves the number of sweeps and more. Where changes grow it starts anew. Contacts that it takes out of their
-/// cones the next sweep takes back.
+/// Anderson's step after a sweep [Anderson 1965; Walker, Ni 2011]: combines the last results so that their changes all
+/// but cancel. It halves the number of sweeps and more. Where changes grow it starts anew. Contacts that it takes out
+/// of their cones the next sweep takes back.
 void accelerate(double change_N, SweepWorkspace& work, Eigen::Ref<Eigen::VectorXd> f);
 
 /// The residual of f, of the gaps that the sweeps know.
@@ -147,8 +148,8 @@ Residual sweep_residual(const SweepWorkspace& work, const Eigen::Ref<const Eigen
 /// After delta has been computed anew.
 void gaps_are_exact(SweepWorkspace& work);
 
-// A residual costs a third of a sweep. Between two looks at it, it is guessed from the last change: time to look is when
-// it may be this close to the tolerance, or after so many sweeps.
+// A residual costs a third of a sweep. Between two looks at it, it is guessed from the last change: time to look is
+// when it may be this close to the tolerance, or after so many sweeps.
 inline constexpr double kLookAt = 3.0;
 inline constexpr int kLookAfter = 6;
 // Single precision has seven digits, and the weights of the acceleration may cost some. It may also be what a residual

@@ -60,8 +60,8 @@ namespace dual_active_set {
 // Rounding of x and of slacks in some tens of steps, as a share of the way that x has gone: far above 1e-16, far below
 // what any force is asked for.
 inline constexpr double kRounding = 1e-13;
-// Slacks that come from rounding are amplified where constraints nearly coincide. What is still taken for it, as a share
-// of the same way.
+// Slacks that come from rounding are amplified where constraints nearly coincide. What is still taken for it, as a
+// share of the same way.
 inline constexpr double kMostRounding = 1e-9;
 // A constraint whose row is in the span of the working ones up to this part of its length is of their combination: a
 // projection leaves 1e-16, and a point that needs less would be 1e12 violations away.
@@ -182,9 +182,9 @@ void drop(ActiveSet<kSize>& set, Direction<kSize>& s, int l) {
 
 /// Finds the point of a polyhedron that is nearest to x0,
 ///     min 1/2 |x - x0|^2,  Q x = w,  a_j.x >= b_j for all j,
-/// by the dual active set method [Goldfarb and Idnani 1983] in the full space: from the nearest point of Q x = w it takes
-/// up the most violated constraint, over and over, and drops those whose multiplier would become negative. Each change
-/// makes the distance grow, so no set comes twice.
+/// by the dual active set method [Goldfarb and Idnani 1983] in the full space: from the nearest point of Q x = w it
+/// takes up the most violated constraint, over and over, and drops those whose multiplier would become negative. Each
+/// change makes the distance grow, so no set comes twice.
 ///
 /// set          In: Q's rows, orthonormal (none of them zero), in basis[0 .. equalities). Out: see there.
 /// x            In: the point of Q x = w nearest to x0. Out: the solution.
@@ -192,8 +192,8 @@ void drop(ActiveSet<kSize>& set, Direction<kSize>& s, int l) {
 /// constraints  most_violated(x, tolerance) gives one of slack < -tolerance if there is any, best that of least slack.
 ///              All rows should be of like length. If x has entries of padding, Q and the rows are zero there.
 /// Accuracy     slacks and equations to about 1e-13 of the way that x has gone; more where constraints nearly coincide.
-/// Cost         (working + 2) kSize multiply-adds a change, and a scan for each constraint taken up. Does not allocate or
-///              throw; the same problem gives the same bits.
+/// Cost         (working + 2) kSize multiply-adds a change, and a scan for each constraint taken up. Does not allocate
+///              or throw; the same problem gives the same bits.
 template <int kSize, class Constraints>
 [[nodiscard]] ActiveSetReport project(Constraints&& constraints, ActiveSet<kSize>& set,
                                       typename ActiveSet<kSize>::Vector& x, double scale = 0.0) noexcept {

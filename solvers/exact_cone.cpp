@@ -19,8 +19,8 @@ constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 constexpr double kRounding = 8.0 * kEpsilon;
 constexpr double kTiny = std::numeric_limits<double>::min();
 
-// What the planes may leave of a cone's violation, as a share of the forces: from the first Newton ends most problems in 2
-// to 5 steps; where it does not, from a later one.
+// What the planes may leave of a cone's violation, as a share of the forces: from the first Newton ends most problems
+// in 2 to 5 steps; where it does not, from a later one.
 constexpr std::array kLeft{1e-3, 1e-6, 1e-10};
 constexpr int kNewtonSteps = 8;
 // Without a multiplier each step gains about half a digit.
@@ -183,8 +183,8 @@ struct Point {
   }
 };
 
-/// The planes that touch Coulomb's cones as constraints. Each is made when it is asked for: of the cone that is violated
-/// most the one that faces its force.
+/// The planes that touch Coulomb's cones as constraints. Each is made when it is asked for: of the cone that is
+/// violated most the one that faces its force.
 template <int kLanes>
 class TangentPlanes {
  public:
@@ -317,8 +317,8 @@ class Solver {
   /// Newton on the dual from l. True if it decided the problem.
   bool newton(const Vector6& start, int steps);
 
-  /// Newton from the optimum between planes that touch the cones, of which violations up to a share `left` of the forces
-  /// remain. True if it decided the problem; where the planes leave no forces, the cones do not.
+  /// Newton from the optimum between planes that touch the cones, of which violations up to a share `left` of the
+  /// forces remain. True if it decided the problem; where the planes leave no forces, the cones do not.
   bool planes_and_newton(const Forces& start, double left);
 
   // Each at least a tenth of the bracket.

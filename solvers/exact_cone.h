@@ -12,8 +12,8 @@ namespace thenar {
 struct ConeResult {
   GraspStatus status = GraspStatus::kBudgetSpent;
   int iterations = 0;  ///< Planes taken up or dropped, and Newton steps.
-  /// How far the answer is from its proof [no unit]. Optimal: |w - Q f| / |f|. Infeasible: |w| over the least |f| that a
-  /// solution would need. Budget spent: |w - Q f| / |f| of the best forces seen.
+  /// How far the answer is from its proof [no unit]. Optimal: |w - Q f| / |f|. Infeasible: |w| over the least |f| that
+  /// a solution would need. Budget spent: |w - Q f| / |f| of the best forces seen.
   double residual = std::numeric_limits<double>::infinity();
 };
 
@@ -21,12 +21,13 @@ struct ConeResult {
 ///     min 1/2 |f - bias|^2,  Q f = w,  |f_t| <= mu f_n for each contact,
 /// by the concave problem in six unknowns that is its dual,
 ///     max over l   w'l - 1/2 |P_K(Q'l + bias)|^2,   gradient w - Q f,   f = P_K(Q'l + bias).
-/// Method: a dual active set on planes that touch the cones, each made where a force leaves its cone [after Kelley 1960],
-/// until no force is far outside; from the multiplier found there semismooth Newton, which doubles the digits. Planes
-/// contain the cones: where they leave no forces, their multipliers are all but a proof for the cones, too.
+/// Method: a dual active set on planes that touch the cones, each made where a force leaves its cone [after Kelley
+/// 1960], until no force is far outside; from the multiplier found there semismooth Newton, which doubles the digits.
+/// Planes contain the cones: where they leave no forces, their multipliers are all but a proof for the cones, too.
 ///
 /// f          Out: the forces, if optimal; else left as they were.
-/// multiplier Out: if optimal l, with f = P_K(Q'l + bias). If infeasible a direction with w'l > 0 and P_K(Q'l) nearly 0:
+/// multiplier Out: if optimal l, with f = P_K(Q'l + bias). If infeasible a direction with w'l > 0 and P_K(Q'l) nearly
+/// 0:
 ///            forces that give the wrench would be at least w'l / |P_K(Q'l)| large, here kOutOfReach times |w|, the
 ///            least without cones. Else left as it was.
 /// Accuracy   A residual of 1e-12, or rounding where multipliers are large. Where a wrench is at the border of what the

@@ -16,8 +16,9 @@ struct GaussSeidelSettings {
 enum class SolveStatus {
   kConverged,
   kBudgetSpent,  ///< The forces are inside their cones and usable; the residual says how good they are.
-  /// Input not finite, W's diagonal or mu negative, the residual's scale infinite or below 1e-140 N without being zero, or
-  /// forces that grew beyond all numbers, as they may with an indefinite W. Forces and gaps are zero, residuals infinite.
+  /// Input not finite, W's diagonal or mu negative, the residual's scale infinite or below 1e-140 N without being zero,
+  /// or forces that grew beyond all numbers, as they may with an indefinite W. Forces and gaps are zero, residuals
+  /// infinite.
   kNotFinite,
   kNoSolution,  ///< No forces exist: normal forces that move nothing, W y = 0, press where gaps are closed in sum.
 };
@@ -68,11 +69,11 @@ struct SweepWorkspace;  // contact_sweeps.h
                                          Eigen::Ref<Eigen::VectorXd> delta) noexcept;
 
 /// The same with a workspace, 1.3 (15 contacts) to 2.5 times (60) as fast, and it stalls less often: sweeps in single
-/// precision, each accelerated, on gaps that are computed in double precision often enough; see contact_sweeps.h. What it
-/// returns is as accurate.
+/// precision, each accelerated, on gaps that are computed in double precision often enough; see contact_sweeps.h. What
+/// it returns is as accurate.
 ///
-/// W         Outside of 1e-20 .. 1e20 m/N it takes the plain sweeps, as where the largest |delta_free| [m], the residual's
-///           scale [N] (see residual.h) is outside of 1e-15 .. 1e15 or the first guess beyond 1e15 N.
+/// W         Outside of 1e-20 .. 1e20 m/N it takes the plain sweeps, as where the largest |delta_free| [m], the
+///           residual's scale [N] (see residual.h) is outside of 1e-15 .. 1e15 or the first guess beyond 1e15 N.
 [[nodiscard]] SolveReport solve_contacts(const Eigen::Ref<const Eigen::MatrixXd>& W,
                                          const Eigen::Ref<const Eigen::VectorXd>& delta_free,
                                          const Eigen::Ref<const Eigen::VectorXd>& mu,

@@ -18,11 +18,11 @@ using Eigen::Index;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// Forces are an optimum if they keep all its conditions to this part of their size. Rounding leaves 1e-15, times 1/mu in
-// thin cones; a wrong set of faces leaves parts of 1.
+// Forces are an optimum if they keep all its conditions to this part of their size. Rounding leaves 1e-15, times 1/mu
+// in thin cones; a wrong set of faces leaves parts of 1.
 constexpr double kTrust = 1e-9;
-// What rounding leaves of a multiplier. Where cones are so thin that forces must be 1e5 and more times the least, it is as
-// many times the forces, sums of face multipliers larger still, and what it proves them to grows with it.
+// What rounding leaves of a multiplier. Where cones are so thin that forces must be 1e5 and more times the least, it is
+// as many times the forces, sums of face multipliers larger still, and what it proves them to grows with it.
 constexpr double kMultiplierRounding = 1e-11;
 // But no more than this part of the forces.
 constexpr double kMostRounding = 1e-6;
@@ -51,8 +51,8 @@ double squared_norm(const std::array<double, 6>& v) {
   return sum;
 }
 
-/// Completes an answer by its multiplier, from `push`, the wrench Q A'u that the faces of the pyramids give with u >= 0,
-/// and `start`, what the bias lacks of w. An optimum is f = bias + Q'l + A'u with Q f = w; and infeasible is where
+/// Completes an answer by its multiplier, from `push`, the wrench Q A'u that the faces of the pyramids give with u >=
+/// 0, and `start`, what the bias lacks of w. An optimum is f = bias + Q'l + A'u with Q f = w; and infeasible is where
 /// A'u = -Q'l, so that 0 <= u.(A f) = -l.w < 0. Then l has any length: 1.
 template <int kLanes>
 void find_multiplier(const std::array<double, 6>& start, const std::array<double, 6>& push, Answer<kLanes>& answer) {
@@ -212,7 +212,8 @@ Answer<kLanes> solve_lemke(const ReducedGrasp<kLanes>& grasp, GraspWorkspace& wo
   return answer;
 }
 
-// ------------------------------------------------------------------------------------------- what all answers go through
+// ------------------------------------------------------------------------------------------- what all answers go
+// through
 
 template <int kLanes>
 LaneForces<kLanes> nearest_inside(FrictionCone cone, double mu, const LaneForces<kLanes>& f) {
@@ -303,7 +304,8 @@ GraspReport hand_out(const ReducedGrasp<kLanes>& grasp, FrictionCone cone, const
       return report;
     }
   }
-  // Forces that grow out of reach lose their own proof to rounding, and their multiplier becomes one that there are none.
+  // Forces that grow out of reach lose their own proof to rounding, and their multiplier becomes one that there are
+  // none.
   const double gap = gap_left(grasp, cone, answer.multiplier);
   if (gap * kOutOfReach <= 1.0) {
     report.status = GraspStatus::kInfeasible;
@@ -389,8 +391,8 @@ GraspReport solve_grasp_forces_by_lemke(const GraspProblem& problem, GraspWorksp
 
 namespace {
 
-/// The problem as given, for checks: plain G about the contacts' centroid, lengths in their mean distance from it, so that
-/// ranks do not depend on units.
+/// The problem as given, for checks: plain G about the contacts' centroid, lengths in their mean distance from it, so
+/// that ranks do not depend on units.
 struct PlainGrasp {
   Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, 3 * kMaxGraspContacts> G;
   Vector6d wrench;

@@ -46,12 +46,13 @@ struct GraspReport {
   GraspStatus status = GraspStatus::kBudgetSpent;
   /// Pivots of Lemke; faces taken up or dropped by the active set; of the exact cone planes, and Newton steps, too.
   int iterations = 0;
-  /// How far the answer is from its proof [no unit]. Optimal: grasp_kkt_error of the forces. Infeasible: the least forces
-  /// that would give the wrench without cones, over those that a solution would need at least (infeasibility_gap).
+  /// How far the answer is from its proof [no unit]. Optimal: grasp_kkt_error of the forces. Infeasible: the least
+  /// forces that would give the wrench without cones, over those that a solution would need at least
+  /// (infeasibility_gap).
   double residual = std::numeric_limits<double>::infinity();
-  /// What proves the answer, per newton of force and per newton metre of torque about `centre_m`, world axes. Optimal: the
-  /// multiplier l of G f = W^d, with f = P_K(G' l - c). Infeasible: a twist l on which the wrench does work, W^d.l > 0,
-  /// and on which no force inside the cones does any, P_K(G' l) = 0.
+  /// What proves the answer, per newton of force and per newton metre of torque about `centre_m`, world axes. Optimal:
+  /// the multiplier l of G f = W^d, with f = P_K(G' l - c). Infeasible: a twist l on which the wrench does work, W^d.l
+  /// > 0, and on which no force inside the cones does any, P_K(G' l) = 0.
   Vector6d multiplier = Vector6d::Zero();
 };
 
@@ -95,16 +96,16 @@ void grasp_map(std::span<const GraspContact> contacts, const Eigen::Vector3d& ce
 ///     M = A pi A',  q = -A pi c + A G^+ W^d,  f = pi (A' z - c) + G^+ W^d,   pi = I - G^+ G.
 /// A holds five rows a contact [10].
 /// Requires  problem.cone is kPyramid.
-/// Accuracy  1e-10 of the forces at a friction of 0.1 and more; each tenth of it costs some three digits, and below 1e-5
-///           it counts as none. Without friction at all accuracy is full again.
+/// Accuracy  1e-10 of the forces at a friction of 0.1 and more; each tenth of it costs some three digits, and below
+///           1e-5 it counts as none. Without friction at all accuracy is full again.
 /// Cost      an LCP of 5n rows.
 [[nodiscard]] GraspReport solve_grasp_forces_by_lemke(const GraspProblem& problem, GraspWorkspace& work,
                                                       Eigen::Ref<Eigen::VectorXd> f) noexcept;
 
 /// How far forces f with a multiplier l are from the optimum of the problem as given, as a share of the forces at hand:
-/// the largest of |f - P_K(G' l - c)| / s, and |R^-1 (G f - W^d)| / s with R R' = G G' (the least forces that would make
-/// up for the wrench that is missing), s the larger of |f| and |c|. Zero at the optimum, and there only. From plain G: for
-/// checks, not for a loop.
+/// the largest of |f - P_K(G' l - c)| / s, and |R^-1 (G f - W^d)| / s with R R' = G G' (the least forces that would
+/// make up for the wrench that is missing), s the larger of |f| and |c|. Zero at the optimum, and there only. From
+/// plain G: for checks, not for a loop.
 [[nodiscard]] double grasp_kkt_error(const GraspProblem& problem, const Vector6d& multiplier,
                                      const Eigen::Ref<const Eigen::VectorXd>& f) noexcept;
 

@@ -12,8 +12,8 @@ namespace thenar {
 /// How a surface gives way at contacts i under forces at contacts j of one group. In contact rows, with the axes E_i =
 /// (n_i, t_i1, t_i2), D = diag(0, 1, 1) and r_ij = p_i - p_j:
 ///     C_ij = k_ij E_i' E_j + D (a_ij E_i' E_j + b_ij E_i' r_ij r_ij' E_j) D.
-/// The first part is the same in all directions; the second, of a half space, makes forces and motions across the normals
-/// depend on their direction [Cerruti 1882].
+/// The first part is the same in all directions; the second, of a half space, makes forces and motions across the
+/// normals depend on their direction [Cerruti 1882].
 class SurfaceCompliance {
  public:
   /// For up to `contacts` contacts, and none yet.
@@ -95,12 +95,13 @@ struct GroupedWorkspace {
   std::vector<SurfaceLoad> loads;
 };
 
-/// The motion by forces f (3n): own_motion, common_motion and surface_motion of `work`. Contacts without a normal force are
-/// taken to bear none. Does not allocate.
+/// The motion by forces f (3n): own_motion, common_motion and surface_motion of `work`. Contacts without a normal force
+/// are taken to bear none. Does not allocate.
 void find_motion(const GroupedDelassus& W, const Eigen::Ref<const Eigen::VectorXd>& f, GroupedWorkspace& work);
 
-/// As solve_contacts with a dense W, and no W to form: the Jacobians may be new in every call. Each group's own block of W
-/// is made in single precision, 14 multiply-adds an entry, and swept; groups move one another through the common body.
+/// As solve_contacts with a dense W, and no W to form: the Jacobians may be new in every call. Each group's own block
+/// of W is made in single precision, 14 multiply-adds an entry, and swept; groups move one another through the common
+/// body.
 /// Cost      With m contacts a group, 9 m n multiply-adds a sweep.
 [[nodiscard]] SolveReport solve_contacts(const GroupedDelassus& W, const Eigen::Ref<const Eigen::VectorXd>& delta_free,
                                          const Eigen::Ref<const Eigen::VectorXd>& mu,

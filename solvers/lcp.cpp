@@ -12,8 +12,8 @@ using Eigen::Index;
 using MatrixRef = Eigen::Ref<const Eigen::MatrixXd>;
 using VectorRef = Eigen::Ref<const Eigen::VectorXd>;
 
-// M and q are scaled to a largest entry between 1 and 2. What pivoting leaves of a zero is rounding of the largest entries of its
-// column; the smallest entries that matter, squares of a friction of 1e-5, are about 1e-10.
+// M and q are scaled to a largest entry between 1 and 2. What pivoting leaves of a zero is rounding of the largest
+// entries of its column; the smallest entries that matter, squares of a friction of 1e-5, are about 1e-10.
 constexpr double kZeroPivot = 1e-11;
 constexpr double kTie = 1e-12;
 // A solution must hold in the problem as given to this part of its terms, and a proof that there is none to this part
@@ -180,8 +180,8 @@ bool is_solution(const MatrixRef& M, double M_scale, const VectorRef& q, double 
   return true;
 }
 
-/// Whether z >= 0 proves that no y >= 0 has M y + q >= 0: M'z <= 0 and q.z < 0, while z.(M y + q) would have to be >= 0.
-/// What rounding leaves of M'z allows for y far beyond the problem's own size.
+/// Whether z >= 0 proves that no y >= 0 has M y + q >= 0: M'z <= 0 and q.z < 0, while z.(M y + q) would have to be >=
+/// 0. What rounding leaves of M'z allows for y far beyond the problem's own size.
 bool is_infeasibility_certificate(const MatrixRef& M, double M_scale, const VectorRef& q, double q_scale,
                                   const VectorRef& z) {
   double left = 0.0;

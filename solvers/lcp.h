@@ -43,8 +43,8 @@ class LcpWorkspace {
 /// Shapes    M n x n, q and z n, n <= work.capacity().
 /// max_pivots  Bounds the time of one call: some families take 2^n pivots. When they are spent the status says so.
 /// Requires  Any M; that an answer is found is known for symmetric positive semi-definite M, and for P-matrices.
-/// z         Out: the solution; on kInfeasible the direction of the secondary ray, z >= 0 with M'z <= 0 (M z = 0 if M is
-///           symmetric positive semi-definite) and q.z < 0; on kBudgetSpent zero.
+/// z         Out: the solution; on kInfeasible the direction of the secondary ray, z >= 0 with M'z <= 0 (M z = 0 if M
+///           is symmetric positive semi-definite) and q.z < 0; on kBudgetSpent zero.
 /// Accuracy  Pivots below 1e-11 of the largest entry count as zero. Both answers are checked in the problem as given.
 /// Cost      (n + 2) n multiply-adds a pivot. Does not allocate or throw.
 [[nodiscard]] LcpReport solve_lcp(const Eigen::Ref<const Eigen::MatrixXd>& M,

@@ -267,8 +267,9 @@ double muscle_infeasibility_gap(const MatrixRef& H, const VectorRef& tau, const 
 
 namespace {
 
-/// Replaces H f = tau by Y f = t with orthonormal rows, H = L Y and tau = L t, by Gram-Schmidt. Rows that depend on those
-/// before them are zero in Y. Stops at such a row whose torque does not agree with theirs, with what is left of it in t.
+/// Replaces H f = tau by Y f = t with orthonormal rows, H = L Y and tau = L t, by Gram-Schmidt. Rows that depend on
+/// those before them are zero in Y. Stops at such a row whose torque does not agree with theirs, with what is left of
+/// it in t.
 Index orthonormalise(const MatrixRef& H, const VectorRef& tau, MuscleWorkspace& work) {
   auto Y = work.Y.topLeftCorner(H.rows(), H.cols());
   work.L.setZero();

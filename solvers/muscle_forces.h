@@ -32,9 +32,9 @@ struct MuscleReport {
 
 /// Finds the muscle forces of eq. (23),
 ///     min f'f,  H f = tau,  f >= 0,
-/// by a dual active set [Goldfarb and Idnani 1983], in blocks: joints that share no muscle are problems of their own, and
-/// are found from the zeros of H in every call (of the hand thumb 4 x 8, index and major 8 x 15, coupled by one muscle).
-/// A row that depends on others is left out if its torque agrees with theirs, else there are no such forces.
+/// by a dual active set [Goldfarb and Idnani 1983], in blocks: joints that share no muscle are problems of their own,
+/// and are found from the zeros of H in every call (of the hand thumb 4 x 8, index and major 8 x 15, coupled by one
+/// muscle). A row that depends on others is left out if its torque agrees with theirs, else there are no such forces.
 ///
 /// Shapes    H joints x muscles [m], at most kMaxJoints x kMaxMuscles; tau joints [N m]; f muscles [N].
 /// f         Out: the optimum; on failure left as it was.

@@ -28,8 +28,8 @@ inline void set_rows(Eigen::Ref<Eigen::VectorXd>& v, Eigen::Index i, const Rows&
 /// rho_i = 3 / tr(W_ii), the force for a gap in the natural map [N/m]; zero for a contact that no force moves.
 inline double rho_of_trace(double trace) { return trace > 0.0 ? 3.0 / trace : 0.0; }
 
-/// The residual's scale, if errors can be judged by it: NaN where it is infinite, or so small that the squares of errors
-/// underflow, though contacts that forces move do move freely. Zero without such contacts.
+/// The residual's scale, if errors can be judged by it: NaN where it is infinite, or so small that the squares of
+/// errors underflow, though contacts that forces move do move freely. Zero without such contacts.
 inline double judged_scale_N(double scale_N, bool moves) {
   // Squares of errors that are 1e-14 of the scale, all that a double resolves, still have all their digits.
   constexpr double kSmallest_N = 1e-140;
@@ -68,8 +68,9 @@ inline Projection project(double f_n, double f_t, double mu) {
   return {normal, mu * normal / f_t};
 }
 
-/// | f - P_K(f - rho (delta + mu |delta_t| e_n)) |^2 of one contact [N^2], and at least the square of f_n's rounding: where
-/// no forces exist, solvers drive them up until all else is lost in their digits, and that must not pass for a solution.
+/// | f - P_K(f - rho (delta + mu |delta_t| e_n)) |^2 of one contact [N^2], and at least the square of f_n's rounding:
+/// where no forces exist, solvers drive them up until all else is lost in their digits, and that must not pass for a
+/// solution.
 inline double natural_map_error_squared(double rho, double mu, const Rows& f, const Rows& delta) {
   const double x_n = f.n - rho * (delta.n + mu * std::sqrt(delta.t1 * delta.t1 + delta.t2 * delta.t2));
   const double x_1 = f.t1 - rho * delta.t1;

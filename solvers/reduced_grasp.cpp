@@ -114,8 +114,9 @@ bool invert_factor(const Matrix3d& J, Matrix3d& B) {
   return true;
 }
 
-/// The rows of the torques where contacts are nearly on a line. The axes of the inertia come by falling moment; each row
-/// is made orthogonal to those before it, and B and C with it. False if the wrench turns about an axis without moment.
+/// The rows of the torques where contacts are nearly on a line. The axes of the inertia come by falling moment; each
+/// row is made orthogonal to those before it, and B and C with it. False if the wrench turns about an axis without
+/// moment.
 template <int kLanes>
 [[gnu::noinline]] bool reduce_near_line(const Points<kLanes>& arms, const GraspProblem& problem, const Vector3d& force,
                                         const Vector3d& torque, ReducedGrasp<kLanes>& grasp, Vector3d& powerless) {

@@ -8,12 +8,13 @@
 
 namespace thenar {
 
-/// Forces this many times the least that would give the wrench without cones count as none. They are found where W^d lies
-/// 1e-8 of itself inside the wrenches that can be had, far less than anything that a wrench is computed from is known to;
-/// what rounding leaves of a certificate is 1e-13.
+/// Forces this many times the least that would give the wrench without cones count as none. They are found where W^d
+/// lies 1e-8 of itself inside the wrenches that can be had, far less than anything that a wrench is computed from is
+/// known to; what rounding leaves of a certificate is 1e-13.
 inline constexpr double kOutOfReach = 1e8;
 
-/// One number a contact, contacts side by side, so that one instruction works on several. Lanes without a contact are 0.
+/// One number a contact, contacts side by side, so that one instruction works on several. Lanes without a contact are
+/// 0.
 template <int kLanes>
 using Lane = Eigen::Array<double, kLanes, 1>;
 
@@ -24,8 +25,8 @@ using LaneForces = Eigen::Array<double, kLanes, 3>;
 /// A grasp problem in contact axes, the rows of its grasp map made orthonormal: with R R' = G G' the equations
 /// G f = W^d are Q f = w, Q = R^-1 G and w = R^-1 W^d. What remains to find is
 ///     min 1/2 |f - bias|^2,  Q f = w,  f_i in K_i.
-/// Where the contacts cannot give some torque (two contacts, collinear ones), the last rows of Q are zero, and w too. |w|
-/// is the size of the least forces that give the wrench without cones.
+/// Where the contacts cannot give some torque (two contacts, collinear ones), the last rows of Q are zero, and w too.
+/// |w| is the size of the least forces that give the wrench without cones.
 template <int kLanes>
 struct ReducedGrasp {
   std::array<LaneForces<kLanes>, 6> Q;
@@ -56,8 +57,8 @@ enum class Reduction {
 /// twist     Out: for kUnreachable a motion that no contact resists, and that W^d does work on; see infeasibility_gap.
 /// Accuracy  Q Q' = I to 1e-12. Q itself is that of contact points moved by rounding: errors in forces are 1e-16 over
 ///           the distance of the contacts from a line as a share of those between them. Below 1e-10 they are on a line.
-/// Cost      100 multiply-adds for four contacts; near a line some 3000. Does not allocate or throw. What it returns for
-///           not finite problems is kDone or kNotFinite, with NaN in w or Q.
+/// Cost      100 multiply-adds for four contacts; near a line some 3000. Does not allocate or throw. What it returns
+///           for not finite problems is kDone or kNotFinite, with NaN in w or Q.
 template <int kLanes>
 [[nodiscard]] Reduction reduce(const GraspProblem& problem, ReducedGrasp<kLanes>& grasp, Vector6d& twist) noexcept;
 
@@ -84,8 +85,8 @@ template <int kLanes>
 /// The nearest forces inside the pyramids |f_t1|, |f_t2| <= mu f_n.
 ///
 /// With the normal force x the tangential ones are cut to mu x, and x is where x - n = mu sum (|t| - mu x)_+. As a
-/// function of x the difference of both sides is the least of four rising lines (either |t| cut or not): its zero is the
-/// greatest of theirs.
+/// function of x the difference of both sides is the least of four rising lines (either |t| cut or not): its zero is
+/// the greatest of theirs.
 template <int kLanes>
 [[nodiscard]] LaneForces<kLanes> nearest_in_pyramids(double mu, const LaneForces<kLanes>& f) {
   const Lane<kLanes> t1 = f.col(1).abs();

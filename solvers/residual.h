@@ -19,15 +19,15 @@ struct Residual {
 [[nodiscard]] double residual_scale_N(const Eigen::Ref<const Eigen::MatrixXd>& W,
                                       const Eigen::Ref<const Eigen::VectorXd>& delta_free) noexcept;
 
-/// A contact that no force moves, W_nn = 0, is open from minus this gap on [m], and without solution below: 1e-9 of the largest
-/// |delta_free|, far above the rounding of gaps and far below what is of interest.
+/// A contact that no force moves, W_nn = 0, is open from minus this gap on [m], and without solution below: 1e-9 of the
+/// largest |delta_free|, far above the rounding of gaps and far below what is of interest.
 [[nodiscard]] double touching_m(const Eigen::Ref<const Eigen::VectorXd>& delta_free) noexcept;
 
 /// How far forces f with gaps delta = W f + delta_free are from Signorini's and Coulomb's laws:
 ///     | f - P_K(f - rho_i (delta + mu |delta_t| e_n)) |_2 / | rho_i delta_free |_2,   rho_i = 3 / tr(W_ii),
-/// the natural map of De Saxce's form, scaled so that it has no unit. Zero where there is no contact or no free motion. A
-/// contact that no force moves, W_ii = 0, has no part in it: it is open or without solution. Infinite where the scale is
-/// infinite or below 1e-140 N, for then errors cannot be told from zero.
+/// the natural map of De Saxce's form, scaled so that it has no unit. Zero where there is no contact or no free motion.
+/// A contact that no force moves, W_ii = 0, has no part in it: it is open or without solution. Infinite where the scale
+/// is infinite or below 1e-140 N, for then errors cannot be told from zero.
 ///
 /// Shapes    W 3n x 3n; delta_free, f, delta 3n; mu n. Point i owns rows 3i..3i+2 = normal, tangent 1, tangent 2.
 /// Cost      linear in n. Does not allocate or throw.

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# `./dev extras` where no package is a Chromium, as on Ubuntu: it says so, and installs all the rest. Nothing is installed
-# here: apt-get is a script of ours.
+# `./dev extras` where no package is a Chromium, as on Ubuntu: it says so, and installs all the rest. Nothing is
+# installed here: apt-get is a script of ours.
 set -euo pipefail
 dev=$1
 folder=$(mktemp -d)

@@ -1,8 +1,9 @@
-# Reads every #include of the sources and fails on one that points the wrong way, or on a third party that enters a room by
-# another door than its own. Run in the project's root: cmake -P tests/layers.cmake
+# Reads every #include of the sources and fails on one that points the wrong way, or on a third party that enters a room
+# by another door than its own. Run in the project's root: cmake -P tests/layers.cmake
 cmake_minimum_required(VERSION 3.25)
 
-# room(<folder> SEES <folder>... [THIRD <pattern>...]): what a room may include, beside itself, the standard library and Eigen.
+# room(<folder> SEES <folder>... [THIRD <pattern>...]): what a room may include, beside itself, the standard library and
+# Eigen.
 macro(room folder)
   cmake_parse_arguments(room "" "" "SEES;THIRD" ${ARGN})
   list(APPEND rooms ${folder})

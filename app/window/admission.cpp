@@ -28,7 +28,8 @@ std::uint16_t cut_port(std::string_view& host) {
 }
 
 /// Whether the Host is a name of the address that is listened on. A name that someone's DNS leads here is not: so the
-/// pages of others stay strangers. Numbers cannot be led elsewhere, so that any are good where all addresses are listened on.
+/// pages of others stay strangers. Numbers cannot be led elsewhere, so that any are good where all addresses are
+/// listened on.
 bool is_ours(std::string_view host, const Listening& listening) {
   if (cut_port(host) != listening.port) return false;
   const address ours = make_address(listening.address);

@@ -5,8 +5,9 @@
 #include <string>
 #include <string_view>
 
-/// Who may ask the server for something: who knows its token, also on loopback, which every user of the machine reaches. A
-/// browser sends the requests of any page that it shows: from these the Host and the Origin protect, which browsers state.
+/// Who may ask the server for something: who knows its token, also on loopback, which every user of the machine
+/// reaches. A browser sends the requests of any page that it shows: from these the Host and the Origin protect, which
+/// browsers state.
 namespace window {
 
 /// What a request for the server says of where it comes from; each is nothing where it was not sent.

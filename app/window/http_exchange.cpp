@@ -137,8 +137,8 @@ class HttpExchange : public std::enable_shared_from_this<HttpExchange> {
                            });
   }
 
-  /// Waits until the other side has taken the answer and ends, too: what it had sent and nobody read would else take the
-  /// answer away from it.
+  /// Waits until the other side has taken the answer and ends, too: what it had sent and nobody read would else take
+  /// the answer away from it.
   void end() {
     error_code none;
     stream_.socket().shutdown(boost::asio::socket_base::shutdown_send, none);

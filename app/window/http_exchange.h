@@ -15,9 +15,9 @@ struct Site {
   std::filesystem::path recording;  ///< Empty: none, what is live instead.
 };
 
-/// Reads one request, and answers it or makes a PageLink of its connection; on the server's thread. A connection that takes
-/// longer than the hub's patience to state its request, or to take a piece of the answer, ends. So may one that has not
-/// shown that it may ask, where others wait.
+/// Reads one request, and answers it or makes a PageLink of its connection; on the server's thread. A connection that
+/// takes longer than the hub's patience to state its request, or to take a piece of the answer, ends. So may one that
+/// has not shown that it may ask, where others wait.
 void serve(Stream stream, const Site& site, Hub& hub);
 
 }  // namespace window

@@ -16,8 +16,8 @@ namespace window {
 
 class PageLink;
 
-/// A message to pages. It is never changed, so that it may be on its way to any number of them; the number grows with each
-/// new one, 0: there was none.
+/// A message to pages. It is never changed, so that it may be on its way to any number of them; the number grows with
+/// each new one, 0: there was none.
 struct Shown {
   std::shared_ptr<const std::string> bytes;
   std::int64_t number = 0;

@@ -136,8 +136,8 @@ std::string way_from_elsewhere(const std::string& url, const Options& options) {
   return fmt::format("ssh -L {}:{} {}, then the same address there.", place.substr(place.rfind(':') + 1), place, name);
 }
 
-/// Starts the desktop's browser, without a shell, which would read the address as a command. Nothing is lost with one that
-/// cannot be opened: the address is printed.
+/// Starts the desktop's browser, without a shell, which would read the address as a command. Nothing is lost with one
+/// that cannot be opened: the address is printed.
 void open_browser(std::string url) {
   posix_spawn_file_actions_t silence;
   posix_spawn_file_actions_init(&silence);

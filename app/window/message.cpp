@@ -20,8 +20,8 @@ using nlohmann::json;
 constexpr double kPointLimit_m = 1.0;
 constexpr double kStampLimit_s = 1e9;  // Thirty years of a clock that begins when the machine does.
 
-/// The keys of a message, each of which is asked for. The first thing that is wrong is kept; what is asked for after it is
-/// harmless.
+/// The keys of a message, each of which is asked for. The first thing that is wrong is kept; what is asked for after it
+/// is harmless.
 class Keys {
  public:
   explicit Keys(const json& message) : message_(message) {}

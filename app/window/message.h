@@ -42,8 +42,8 @@ struct Set {
 
 using Message = std::variant<Next, Ping, Pull, Release, Target, Poke, Pause, Resume, Step, Reset, Speed, Set>;
 
-/// Reads one message. Whatever the text, every number of a message is finite and within its range; else there is none, and
-/// a reason.
+/// Reads one message. Whatever the text, every number of a message is finite and within its range; else there is none,
+/// and a reason.
 struct ReadMessage {
   std::optional<Message> message;
   std::string refusal;

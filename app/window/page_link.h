@@ -16,8 +16,8 @@
 
 namespace window {
 
-/// The WebSocket to one page, on the server's thread. It keeps itself alive while the page is there. Whatever the page does,
-/// it holds one message from it, one on its way to it, and two small answers.
+/// The WebSocket to one page, on the server's thread. It keeps itself alive while the page is there. Whatever the page
+/// does, it holds one message from it, one on its way to it, and two small answers.
 class PageLink : public std::enable_shared_from_this<PageLink> {
  public:
   using Request = boost::beast::http::request<boost::beast::http::empty_body>;

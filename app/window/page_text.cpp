@@ -12,8 +12,8 @@ namespace {
 
 constexpr std::string_view kSource = "data-source=\"live\"";
 
-/// The page with a nonce in each tag that begins a script. Between that tag and the next "</script" all is script, and what
-/// looks like a tag there is none.
+/// The page with a nonce in each tag that begins a script. Between that tag and the next "</script" all is script, and
+/// what looks like a tag there is none.
 std::string with_nonce(std::string_view html, const std::string& nonce) {
   constexpr std::string_view kBegin = "<script", kEnd = "</script";
   std::string result;

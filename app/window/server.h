@@ -19,8 +19,8 @@ struct ServerSettings {
   double patience_s = 20.0;  ///< A header, a message to a page or its sign of life that takes longer has failed.
 };
 
-/// Serves the page and its messages, on one thread of its own. It keeps the newest state alone, and one message on its way
-/// to each page, whatever the pages do: its memory is bounded.
+/// Serves the page and its messages, on one thread of its own. It keeps the newest state alone, and one message on its
+/// way to each page, whatever the pages do: its memory is bounded.
 class WindowServer {
  public:
   /// What to do with a message of a page, but for Next and Ping; on the server's thread. Returns why it is refused, or

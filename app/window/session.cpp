@@ -43,8 +43,8 @@ constexpr double kOldest_s = 10.0;  // Of input: what claims to be older has ano
 constexpr std::int64_t kShortestRun_ns = 50'000'000;
 // With other fingertips pages and a recording get the scene again, 1.1 MB: not more often than this.
 constexpr std::int64_t kFingertipsRest_ns = 1'000'000'000;
-// A monitor sums up slip. In a run without end it begins again from time to time, so that years of creep do not count as a
-// loss; and soon after something went wrong, to tell when the object is held again.
+// A monitor sums up slip. In a run without end it begins again from time to time, so that years of creep do not count
+// as a loss; and soon after something went wrong, to tell when the object is held again.
 constexpr double kWatch_s = 10.0, kWatchFailed_s = 3.0;
 constexpr double kJudge_s = 0.1;  // Simulated time from one verdict to the next.
 

@@ -31,9 +31,10 @@ struct Display {
 
 /// A scene that runs in real time, without end, while pages watch it and lay hands on it.
 ///
-/// Inputs (pull, poke, target) go from the server's thread to the contact thread through a buffer that cannot block. All else
-/// (pause, step, reset, speed, changes of the scene) takes effect between two runs of the loops: they are stopped, the
-/// scene is changed while nobody reads it, and they go on from the state and with the controller's memory that they left.
+/// Inputs (pull, poke, target) go from the server's thread to the contact thread through a buffer that cannot block.
+/// All else (pause, step, reset, speed, changes of the scene) takes effect between two runs of the loops: they are
+/// stopped, the scene is changed while nobody reads it, and they go on from the state and with the controller's memory
+/// that they left.
 ///
 /// With `realtime`, and two cores or more, one core is the contact thread's alone as long as the session lives: the
 /// thread that makes it, and what that starts from then on, keeps to the others.

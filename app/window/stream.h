@@ -10,7 +10,8 @@
 
 namespace window {
 
-/// Counts what a connection reads that nothing comes of: a WebSocket takes empty pieces of a message for itself, without end.
+/// Counts what a connection reads that nothing comes of: a WebSocket takes empty pieces of a message for itself,
+/// without end.
 class ReadWatch {
  public:
   /// Has `end` called where more than 64 kB have come to nothing: more than a whole message and what comes with it.

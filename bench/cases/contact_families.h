@@ -16,8 +16,8 @@
 
 namespace thenar {
 
-/// A contact problem of a random family: find forces f with gaps delta = W f + delta_free that obey Signorini and Coulomb.
-/// Point i owns rows 3i..3i+2 = normal, tangent 1, tangent 2; SI units.
+/// A contact problem of a random family: find forces f with gaps delta = W f + delta_free that obey Signorini and
+/// Coulomb. Point i owns rows 3i..3i+2 = normal, tangent 1, tangent 2; SI units.
 struct RandomContacts {
   Eigen::MatrixXd W;
   Eigen::VectorXd delta_free;
@@ -73,8 +73,8 @@ struct GraspScene {
   std::array<double, 3> joint_viscosity{0.05, 0.05, 0.05};
 };
 
-/// Three fingers on one object: a thumb from the left, two fingers from the right. W in factors, too, for who asks; they
-/// have one viscosity of joints, the first finger's.
+/// Three fingers on one object: a thumb from the left, two fingers from the right. W in factors, too, for who asks;
+/// they have one viscosity of joints, the first finger's.
 inline RandomContacts grasp(const GraspScene& scene, Random& random, FactoredContacts* factors = nullptr) {
   constexpr double kPadRadius_m = 4.5e-3, kKernelWidth_m = 1.5e-3, kJitter_m = 2e-4;
   // The object's rotational over its translational viscosity: that of a sphere of 21 mm, 4/3 r^2.

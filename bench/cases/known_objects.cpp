@@ -28,8 +28,8 @@ double box_distance_m(const Vector3d& p_m) {
   return beyond.cwiseMax(0.0).norm() + std::min(0.0, beyond.maxCoeff());
 }
 
-/// g(p) < 0 inside: an ellipsoid with waves of 30 mm, some 1.2 mm high. Their radii of curvature exceed 8 mm, so that the
-/// nearest point is unique within the depths of a grasp.
+/// g(p) < 0 inside: an ellipsoid with waves of 30 mm, some 1.2 mm high. Their radii of curvature exceed 8 mm, so that
+/// the nearest point is unique within the depths of a grasp.
 struct BumpyEllipsoid {
   static constexpr double kWave_per_m = 2.0 * std::numbers::pi / 30e-3, kHeight = 0.1;
   const Vector3d semi_axes_m{20e-3, 25e-3, 35e-3};
@@ -52,8 +52,8 @@ struct BumpyEllipsoid {
     }
     return near * direction;
   }
-  /// By steps along the surface towards p and onto it. A step along it is off by the curvature times the distance, hence
-  /// the damping.
+  /// By steps along the surface towards p and onto it. A step along it is off by the curvature times the distance,
+  /// hence the damping.
   [[nodiscard]] double distance_m(const Vector3d& p_m) const {
     constexpr double kDamping = 0.7, kEnough_m = 1e-12;
     Vector3d s = p_m;

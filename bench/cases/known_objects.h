@@ -34,7 +34,8 @@ struct KnownObject {
 /// The reference scene's cube of 50 mm: 6 n^2 samples, one in each cell of a grid on its faces, jittered.
 [[nodiscard]] KnownObject known_box(Eigen::Index per_side);
 
-/// A smooth bumpy ellipsoid of 40 x 50 x 70 mm with 10 n^2 + 2 samples, as unevenly spaced as a scan's: 61 gives 37 212.
+/// A smooth bumpy ellipsoid of 40 x 50 x 70 mm with 10 n^2 + 2 samples, as unevenly spaced as a scan's: 61 gives
+/// 37 212.
 [[nodiscard]] KnownObject known_scan(Eigen::Index frequency);
 
 /// A ball of radius 20 mm with 10 n^2 + 2 samples.

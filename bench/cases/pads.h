@@ -98,8 +98,8 @@ inline Scene scene_of(const Pads& pads) {
   return scene;
 }
 
-/// Whether the pads hold the object: after the grip has built up its centre of mass falls no more, and what little it has
-/// turned leaves the lever of its weight as it was.
+/// Whether the pads hold the object: after the grip has built up its centre of mass falls no more, and what little it
+/// has turned leaves the lever of its weight as it was.
 inline bool hold(const Pads& pads) {
   Loop loop(scene_of(pads));
   const auto height_m = [&] { return -pads.gravity.normalized().dot(loop.state.X_WO * pads.centre_of_mass_m); };
@@ -112,12 +112,12 @@ inline bool hold(const Pads& pads) {
   return built_up_m - height_m() < 0.1e-3;
 }
 
-/// The most mass that the pads hold by friction where a pad's friction F_t and its torsion M can be all that the ellipsoid
-/// between them encloses [Goyal, Ruina, Papadopoulos 1991],
+/// The most mass that the pads hold by friction where a pad's friction F_t and its torsion M can be all that the
+/// ellipsoid between them encloses [Goyal, Ruina, Papadopoulos 1991],
 ///     (F_t / (mu F_n))^2 + (M / M_max)^2 <= 1,   M_max = 3 pi / 16 mu F_n a,   a^3 = 3/4 F_n / (E* (1/R + curvature)),
-/// M_max of Hertz's pressure on a disc of radius a. By the upper bound theorem it is the least that the pads dissipate, over
-/// all motions of the object in which the weight of 1 kg does work of 1: a sum of norms, which reweighted least squares
-/// find [Weiszfeld 1937]. Requires normal forces in balance.
+/// M_max of Hertz's pressure on a disc of radius a. By the upper bound theorem it is the least that the pads dissipate,
+/// over all motions of the object in which the weight of 1 kg does work of 1: a sum of norms, which reweighted least
+/// squares find [Weiszfeld 1937]. Requires normal forces in balance.
 inline double most_mass_kg(const Pads& pads, double reduced_modulus_Pa, double pad_radius_m = 8e-3) {
   // Of a motion: velocity of the origin, rotation; of a load: force, moment.
   using Vector6 = Eigen::Matrix<double, 6, 1>;

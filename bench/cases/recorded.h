@@ -12,8 +12,8 @@
 
 namespace thenar {
 
-/// What makes of configs/box_grasp.yaml the same grasp with so many contacts, a multiple of 3: pulps with as many control
-/// points as these can serve, 16 for each. More than 60 are on pulps with as many more samples.
+/// What makes of configs/box_grasp.yaml the same grasp with so many contacts, a multiple of 3: pulps with as many
+/// control points as these can serve, 16 for each. More than 60 are on pulps with as many more samples.
 [[nodiscard]] std::vector<std::string> changes_for(Eigen::Index contacts);
 
 /// What a tick of a recorded run starts from.
@@ -22,8 +22,8 @@ struct RecordedTick {
   Controller controller;
 };
 
-/// The box grasp of configs/box_grasp.yaml while the box is on its way, at the published sizes (36 000 + 3 x 2400 points):
-/// a hundred consecutive ticks, all of them with the same number of contacts.
+/// The box grasp of configs/box_grasp.yaml while the box is on its way, at the published sizes (36 000 + 3 x 2400
+/// points): a hundred consecutive ticks, all of them with the same number of contacts.
 struct RecordedTicks {
   /// So many contacts, see changes_for. Throws std::runtime_error if a tick has
   /// fewer. `dump`, if there is one, writes the problems of the ticks.

@@ -23,7 +23,8 @@ struct ContactComputation {
   [[nodiscard]] double total_s() const { return find_s + compliance_s + assemble_s + solve_s + deform_s + display_s; }
 };
 
-/// Times that Rougeron et al. 2006 publish for it, on a Pentium IV at 2.2 GHz; they have none for more than 60 contacts.
+/// Times that Rougeron et al. 2006 publish for it, on a Pentium IV at 2.2 GHz; they have none for more than 60
+/// contacts.
 [[nodiscard]] double published_us(Eigen::Index contacts);
 
 /// The box grasp while the box is on its way, with so many contacts in every tick, for a hundred ticks again and again.
@@ -52,8 +53,8 @@ class ContactRun {
 
 inline constexpr int kTicksATurn = 20, kDroppedTicks = 4;
 
-/// Ticks of runs that take turns of so many consecutive ones, the first of them dropped: a run alone has its data in the
-/// caches. Throws std::runtime_error where a solve did not converge.
+/// Ticks of runs that take turns of so many consecutive ones, the first of them dropped: a run alone has its data in
+/// the caches. Throws std::runtime_error where a solve did not converge.
 [[nodiscard]] std::vector<std::vector<ContactComputation>> in_turns(std::deque<ContactRun>& runs, int turns);
 
 }  // namespace thenar

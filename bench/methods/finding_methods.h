@@ -61,8 +61,8 @@ struct FindingRecipe {
 inline std::vector<FindingRecipe> finding_peers(bool) { return {}; }
 #endif
 
-/// The contacts of a finger for a method that knows distances of points: control points in the object's bounds, grown by
-/// the band, whose distance is below the band; those of least gap.
+/// The contacts of a finger for a method that knows distances of points: control points in the object's bounds, grown
+/// by the band, whose distance is below the band; those of least gap.
 /// `distance` returns std::optional<SurfaceDistance>.
 template <typename Distance>
 void find_by_distance(const Eigen::Matrix3Xd& controls_m, const Eigen::Isometry3d& X_SB,

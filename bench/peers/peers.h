@@ -6,8 +6,8 @@
 
 namespace thenar {
 
-/// Solves one contact problem again and again: from the guess in f, for at most `budget` sweeps or steps, to `tolerance`
-/// in the solver's own measure. What the solver needs beside f it has prepared before.
+/// Solves one contact problem again and again: from the guess in f, for at most `budget` sweeps or steps, to
+/// `tolerance` in the solver's own measure. What the solver needs beside f it has prepared before.
 using ContactSolver = std::function<void(double tolerance, int budget, Eigen::VectorXd& f)>;
 
 /// A contact solver by its name.
@@ -33,7 +33,8 @@ struct LcpMethod {
 /// Solvers of other projects, from Debian's packages; none unless built with -DTHENAR_PEERS=ON.
 ///     siconos_nsgs       nonlinear Gauss-Seidel on the exact cone
 ///     siconos_nsn        Alart-Curnier Newton on the exact cone
-///     bullet_pgs         projected Gauss-Seidel on a square of side 2 mu f_n: another law, it does not converge to Coulomb's
+///     bullet_pgs         projected Gauss-Seidel on a square of side 2 mu f_n: another law, it does not converge to
+///                        Coulomb's
 ///     ode_dantzig        Dantzig's method (in the copy of DART) on the same square
 [[nodiscard]] std::vector<ContactMethod> contact_peers();
 

@@ -1,5 +1,5 @@
-// Contact solvers on random families, from grasps to what breaks solvers: how many problems are solved in which time, and
-// what becomes of the rest.
+// Contact solvers on random families, from grasps to what breaks solvers: how many problems are solved in which time,
+// and what becomes of the rest.
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -25,8 +25,9 @@ using nlohmann::ordered_json;
 
 constexpr double kPatience_us = 20e3;
 
-/// How long a method needs to kSolvedResidual from zero. Ours stop by the residual that is judged here; peers by measures of
-/// their own, and are given the loosest tolerance of theirs that is enough, as long as they do not take for ever.
+/// How long a method needs to kSolvedResidual from zero. Ours stop by the residual that is judged here; peers by
+/// measures of their own, and are given the loosest tolerance of theirs that is enough, as long as they do not take for
+/// ever.
 std::optional<double> time_to_solve_us(const ContactMethod& method, const RandomContacts& p) {
   const ContactSolver solve = method.prepare(p.W, p.delta_free, p.mu);
   const int budget = ample_budget(method.name);

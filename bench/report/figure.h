@@ -11,16 +11,17 @@ namespace thenar {
 
 // What the report is drawn from. A part of it is a program that measures and writes one JSON file:
 //
-//     {"part", "title", "text", "measured": {machine, threads, compiler, flags, type, version, quick}, "figures": [...]}
+//     {"part", "title", "text", "measured": {machine, threads, compiler, flags, type, version, quick}, "figures":
+//     [...]}
 //
-// and a figure is an object with "kind", "id", "title", "caption" (the figure is understood from it alone), "runs" (what a
-// number is the median of, and how runs were interleaved), and by its kind:
+// and a figure is an object with "kind", "id", "title", "caption" (the figure is understood from it alone), "runs"
+// (what a number is the median of, and how runs were interleaved), and by its kind:
 //
-//     work_precision  error over time, a panel a case. "error", "time": labels with units; "choice": what is chosen among
-//                     ("contact solver"); "cases": [{"name", "points": [WorkPoint]}]
-//     map             what becomes of a grasp over two settings. "x", "y": {"label", "values", "log"}; "panels": [{"name",
-//                     "ours", "cells": rows by y of columns by x of {"outcome", "reason"}, "limits": [{"label", "x": [],
-//                     "y": []}]}]; "reference": [x, y], where the scene itself is, or null
+//     work_precision  error over time, a panel a case. "error", "time": labels with units; "choice": what is chosen
+//                     among ("contact solver"); "cases": [{"name", "points": [WorkPoint]}]
+//     map             what becomes of a grasp over two settings. "x", "y": {"label", "values", "log"}; "panels":
+//                     [{"name", "ours", "cells": rows by y of columns by x of {"outcome", "reason"}, "limits":
+//                     [{"label", "x": [], "y": []}]}]; "reference": [x, y], where the scene itself is, or null
 //     curves          "x", "y": {"label", "log"}; "panels": [{"name", "curves": [{"name", "x", "y", "exponent" or null,
 //                     "peer"}]}]
 //     table           "columns": [text], "rows": [[text or number]]
@@ -40,8 +41,8 @@ struct WorkPoint {
 /// Points that are no part of Thenar, and those of the published model, are no candidates for a default.
 void to_json(nlohmann::ordered_json& json, const WorkPoint& point);
 
-/// p of y = c x^p, by least squares of logarithms over the upper half of x, where what does not grow no longer counts; over
-/// all of fewer than six.
+/// p of y = c x^p, by least squares of logarithms over the upper half of x, where what does not grow no longer counts;
+/// over all of fewer than six.
 [[nodiscard]] double exponent(const std::vector<double>& x, const std::vector<double>& y);
 
 /// A curve, with its exponent.

@@ -30,8 +30,8 @@ using nlohmann::ordered_json;
 constexpr const char* kExactCone = "exact cone";  // What a scene gets that says nothing.
 constexpr double kProved = 1e-6;                  // Error below which an answer counts as right.
 
-/// A problem's optimum in one cone, and how far its proof leaves it open, as a share of the forces: no error is told more
-/// closely.
+/// A problem's optimum in one cone, and how far its proof leaves it open, as a share of the forces: no error is told
+/// more closely.
 struct Optimum {
   VectorXd f;
   double open = 0.0;

@@ -29,9 +29,9 @@ double warm_time_us(Work&& work) {
   return first_us > kLong_us ? first_us : time_us(work);
 }
 
-/// Median microseconds of each contender's round. They take turns, so that all of them see the same machine; a short round
-/// follows one that is not timed, so that none pays for what the one before it left in the caches. A round of the slow is
-/// not repeated for ever: from the third turn on, one that has had half a second sits out.
+/// Median microseconds of each contender's round. They take turns, so that all of them see the same machine; a short
+/// round follows one that is not timed, so that none pays for what the one before it left in the caches. A round of the
+/// slow is not repeated for ever: from the third turn on, one that has had half a second sits out.
 inline std::vector<double> times_in_turns(const std::vector<std::function<void()>>& rounds, int turns) {
   constexpr double kPatience_us = 0.5e6, kShort_us = 5e3;
   std::vector<std::vector<double>> us(rounds.size());

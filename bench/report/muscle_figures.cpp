@@ -28,8 +28,8 @@ using nlohmann::ordered_json;
 
 constexpr double kProved = 1e-6;  // Error below which an answer counts as right.
 
-/// A problem with its proved optimum, and how far the proof leaves it open, as a share of the forces: no error is told more
-/// closely.
+/// A problem with its proved optimum, and how far the proof leaves it open, as a share of the forces: no error is told
+/// more closely.
 struct Solvable {
   MuscleProblem problem;
   VectorXd optimum;

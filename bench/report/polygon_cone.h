@@ -8,8 +8,8 @@
 
 namespace thenar {
 
-/// Coulomb's cone as a pyramid of any number of sides circumscribed about it; 4 is eq. (9) of the paper. For charts: what
-/// more sides cost and gain.
+/// Coulomb's cone as a pyramid of any number of sides circumscribed about it; 4 is eq. (9) of the paper. For charts:
+/// what more sides cost and gain.
 struct Polygon {
   static constexpr int kLanes = 4;
   double mu;

@@ -1,9 +1,9 @@
-// Our solvers on the problems of the box grasp as recorded, and on problem files with known answers: time with the accuracy it
-// was had at, cold and warm, for who tunes them. Names read problem kind / problems / method / start. Other settings, other
-// projects and random problems are in the report (bench/report).
+// Our solvers on the problems of the box grasp as recorded, and on problem files with known answers: time with the
+// accuracy it was had at, cold and warm, for who tunes them. Names read problem kind / problems / method / start. Other
+// settings, other projects and random problems are in the report (bench/report).
 //
-// Files come from the folder that the environment's THENAR_PROBLEMS names, with its folders `contact` and `small`; without
-// it, from the tests'. A benchmark goes through its problems round and round: its time is their mean.
+// Files come from the folder that the environment's THENAR_PROBLEMS names, with its folders `contact` and `small`;
+// without it, from the tests'. A benchmark goes through its problems round and round: its time is their mean.
 
 #include <benchmark/benchmark.h>
 
@@ -93,7 +93,8 @@ void register_contacts() {
   }
 }
 
-/// A file is one problem cold; if it has several steps, they are a sequence in which each starts from the last one's forces.
+/// A file is one problem cold; if it has several steps, they are a sequence in which each starts from the last one's
+/// forces.
 void register_contact_file(const ContactFile& p) {
   auto cold = std::make_shared<std::vector<ContactCase>>();
   cold->push_back({p.W, p.delta_free.front(), p.mu, VectorXd::Zero(3 * p.contacts())});

@@ -27,9 +27,9 @@ class ReadError : public FileError {
 /// All bytes of a regular file: a pipe or a device may have no end. Throws ReadError.
 [[nodiscard]] std::string read_file(const std::filesystem::path& file);
 
-/// Files that are read once: as long as this lives, read_file() returns their bytes as they were, in all threads, whatever
-/// becomes of the files. For work that reads a file many times and must not mix two states of it. Of the whole process,
-/// since many functions lie between that work and its readers; so there is one at a time.
+/// Files that are read once: as long as this lives, read_file() returns their bytes as they were, in all threads,
+/// whatever becomes of the files. For work that reads a file many times and must not mix two states of it. Of the whole
+/// process, since many functions lie between that work and its readers; so there is one at a time.
 class KeptFiles {
  public:
   KeptFiles() = default;
@@ -51,11 +51,11 @@ void prepare_folder(const std::filesystem::path& folder);
 /// A lock on a file or a folder, which the system ends with the process, however that ends. It leaves no trace.
 class FileLock {
  public:
-  /// Nothing if another process, or another lock of this one, has it. A missing file is made. Devices are nobody's, and a
-  /// file system without locks knows of nobody. Throws FileError.
+  /// Nothing if another process, or another lock of this one, has it. A missing file is made. Devices are nobody's, and
+  /// a file system without locks knows of nobody. Throws FileError.
   [[nodiscard]] static std::optional<FileLock> take(const std::filesystem::path& path);
-  /// Makes these bytes the locked file's contents, and waits until they are on the disk. Throws FileError; then the file may
-  /// hold a part of them.
+  /// Makes these bytes the locked file's contents, and waits until they are on the disk. Throws FileError; then the
+  /// file may hold a part of them.
   void write(std::string_view bytes) const;
   ~FileLock();
   FileLock(FileLock&& other) noexcept

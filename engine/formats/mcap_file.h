@@ -20,14 +20,15 @@ struct McapChannel {
   std::string schema;           ///< and its text.
 };
 
-/// Writes an MCAP file (mcap.dev, version 0), message by message, without chunks or an index: it is sound after every message,
-/// and a reader gets all whole messages of one that was cut off. When the disk fails, the file ends there.
+/// Writes an MCAP file (mcap.dev, version 0), message by message, without chunks or an index: it is sound after every
+/// message, and a reader gets all whole messages of one that was cut off. When the disk fails, the file ends there.
 class McapWriter {
  public:
   /// Throws FileError, also if another process writes this file.
   McapWriter(const std::filesystem::path& file, const std::vector<McapChannel>& channels);
 
-  /// A message of channel `channel`, counted from 0. A fault of the disk is kept for finish(): what is recorded goes on.
+  /// A message of channel `channel`, counted from 0. A fault of the disk is kept for finish(): what is recorded goes
+  /// on.
   void add(std::size_t channel, double time_s, std::string_view bytes);
   /// Ends the file. Without it the file counts as cut off. Throws FileError if the disk has failed since the beginning.
   void finish();
@@ -50,7 +51,8 @@ struct McapMessage {
 };
 
 /// The messages of a file that McapWriter wrote, in order, up to the last whole one; `whole` says whether the file was
-/// ended. Throws FileError if it cannot be read or is no such file: of chunks and compression this reader knows nothing.
+/// ended. Throws FileError if it cannot be read or is no such file: of chunks and compression this reader knows
+/// nothing.
 struct McapContents {
   std::string file;  ///< All its bytes: messages are many, and held here alone.
   std::vector<McapMessage> messages;

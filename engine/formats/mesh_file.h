@@ -10,8 +10,8 @@
 
 namespace thenar {
 
-/// The faces of a mesh as triangles, in the file's units and as they are wound. Polygons are cut at their ears; colours,
-/// normals, textures and materials are skipped. The ending of the name says which it is:
+/// The faces of a mesh as triangles, in the file's units and as they are wound. Polygons are cut at their ears;
+/// colours, normals, textures and materials are skipped. The ending of the name says which it is:
 ///   .off   Geomview's Object File Format in text; also its kinds with colours or normals
 ///   .obj   Wavefront's, of which the lines `v` and `f` are read
 ///   .stl   stereolithography, in text or binary

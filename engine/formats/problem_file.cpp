@@ -31,7 +31,8 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "the doubles of an .fcp file are little-endian");
 
-// What an .fcp header may ask for: far more than any machine solves, and little enough for sizes in bytes to fit 64 bits.
+// What an .fcp header may ask for: far more than any machine solves, and little enough for sizes in bytes to fit 64
+// bits.
 constexpr Index kMostContacts = 1'000'000, kMostSteps = 1'000'000;
 // Beyond this a gap drowns in the rounding of friction's part in the laws, and there is nothing left to judge.
 constexpr double kMostFriction = 1e6;

@@ -67,8 +67,8 @@ using ProblemFile = std::variant<ContactFile, GraspFile, MuscleFile, LcpFile>;
 /// .fcp   A contact problem: `fcp 1`, then lines `key value` up to `end_header`, then little-endian doubles: W (row by
 ///        row), delta_free of every step, mu; with `has_ref 1` f_reference and delta_reference; with `has_f_last 1`
 ///        f_last. A reader that does not know the last of these finds spare bytes at the end.
-/// .json  `problem` says which: "P1" grasp forces, "P2" muscle forces, "LCP". A grasp is taken from its contact points and
-///        axes; G, A and c need not be there, but must not contradict them.
+/// .json  `problem` says which: "P1" grasp forces, "P2" muscle forces, "LCP". A grasp is taken from its contact points
+///        and axes; G, A and c need not be there, but must not contradict them.
 ///
 /// Throws FileError: "path: what is wrong", with the line or the key.
 [[nodiscard]] ProblemFile read_problem(const std::filesystem::path& file);

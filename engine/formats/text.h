@@ -8,8 +8,8 @@
 
 namespace thenar {
 
-/// Where the first byte is that is no part of a character in UTF-8, or is of a control character (U+0000 to U+001F, U+007F
-/// to U+009F); npos: there is none. JSON holds no other bytes, and a terminal obeys control characters.
+/// Where the first byte is that is no part of a character in UTF-8, or is of a control character (U+0000 to U+001F,
+/// U+007F to U+009F); npos: there is none. JSON holds no other bytes, and a terminal obeys control characters.
 [[nodiscard]] std::size_t first_unprintable(std::string_view text);
 
 /// The text with each such byte as "\xE9".
@@ -24,7 +24,8 @@ namespace thenar {
 /// The words with the separator between them.
 [[nodiscard]] std::string join(std::span<const std::string_view> words, std::string_view separator);
 
-/// The candidate that the word may be a slip of: the first of those with the fewest wrong letters; empty if none is near.
+/// The candidate that the word may be a slip of: the first of those with the fewest wrong letters; empty if none is
+/// near.
 [[nodiscard]] std::string_view nearest_word(std::string_view word, std::span<const std::string_view> candidates);
 
 /// ", did you mean 'x'?", or nothing for an empty word.

@@ -16,7 +16,8 @@ using Eigen::Vector3d;
 namespace {
 
 // A face that the pulp there does not look at, to 60 degrees, is not the one that it came through: the far side of
-// something thin, or the side of a pressed edge. On the face itself no point of a pulp within the trust looks further off.
+// something thin, or the side of a pressed edge. On the face itself no point of a pulp within the trust looks further
+// off.
 constexpr double kFarSide = -0.5;
 
 FrameContact frame_contact(const Model& model, const HandPose& pose, const Isometry3d& X_WO, int finger,
@@ -74,8 +75,8 @@ struct PulpSearch {
     }
   }
 
-  /// Past a rim there is the plane of the face, and no object. Within a small way of it the depth is less in proportion,
-  /// so that no force begins or ends at once.
+  /// Past a rim there is the plane of the face, and no object. Within a small way of it the depth is less in
+  /// proportion, so that no force begins or ends at once.
   [[nodiscard]] bool is_on_object(const Vector3d& p_O, ContactCandidate& c) const {
     const double below_m = 0.125 * model.object.support_m();
     const auto foot = model.object.distance(p_O - (c.gap_m + below_m) * c.normal, depth_m + band_m);
@@ -193,8 +194,8 @@ void add_fine_contacts(const Model& model, const HandPose& pose, const Isometry3
   frame.left_out.insert(frame.left_out.end(), search.contacts.begin() + most, search.contacts.end());
 }
 
-/// What there was no room for, with the mean curvature of the finger's contacts: their own surface points are as near as
-/// the planes through the samples there.
+/// What there was no room for, with the mean curvature of the finger's contacts: their own surface points are as near
+/// as the planes through the samples there.
 void add_left_out(const Model& model, int finger, const ContactSearch& search, Frame& frame) {
   const Index begin = frame.begin[finger], n = frame.size() - begin;
   double curvature = 0.0;

@@ -23,16 +23,16 @@ struct ContactSearch {
   std::vector<FrameContact> contacts;  ///< One finger's.
 };
 
-/// How far each fingertip may move against the object from a frame's snapshot to the end of its use, a control period and
-/// delay later [m]: the first-order motion |d| + r |turn| of the pulp that the frame's drive leaves when the last forces
-/// of contact are taken from it, and the most that another finger may push the object. Zero for a grip at rest.
+/// How far each fingertip may move against the object from a frame's snapshot to the end of its use, a control period
+/// and delay later [m]: the first-order motion |d| + r |turn| of the pulp that the frame's drive leaves when the last
+/// forces of contact are taken from it, and the most that another finger may push the object. Zero for a grip at rest.
 /// `frame` has its drive; `pose` is the hand's at the snapshot. At most the size of the object.
 [[nodiscard]] std::array<double, kFingers> ways_m(const Model& model, const HandPose& pose, const Snapshot& snapshot,
                                                   const Frame& frame);
 
 /// Finds the frame's contacts on the rest shapes of the fingertips: control points of the pulps that are, or while the
-/// frame is in use may come, nearer to the object than the contact band; or, for rigid fingertips, the one point of each
-/// pulp sphere that is nearest to it.
+/// frame is in use may come, nearer to the object than the contact band; or, for rigid fingertips, the one point of
+/// each pulp sphere that is nearest to it.
 ///
 /// A pulp pressed on a plate by more than half its thickness has points beyond the plate's middle, nearer to its back.
 /// They touch the side that the pulp comes from: what is found is seen from the pulp drawn in by half its radius.

@@ -147,7 +147,8 @@ void move(const RigidMotion& motion, State& state) {
   if (angle > 0.0) state.X_WO.linear() = Eigen::AngleAxisd(angle, turn / angle) * state.X_WO.linear();
 }
 
-/// How far the control points that the lists have no room for are in the object, at the state that the tick starts from.
+/// How far the control points that the lists have no room for are in the object, at the state that the tick starts
+/// from.
 void report_left_out(const Model& model, const Frame& frame, const ContactWorkspace& work, const State& state,
                      TickReport& report) {
   int finger = -1;
@@ -257,8 +258,8 @@ void press_in(const Model& model, const Frame& frame, ContactWorkspace& work, St
   const Index n = frame.size();
   const auto gaps_m = work.kinematics.gap_m.head(n);
   if (n == 0 || gaps_m.minCoeff() >= 0.0) return;
-  // One tick of bodies that nothing moves. To have all of C f and C_o f, forces are taken by the shares that deformation
-  // gains of them in a tick.
+  // One tick of bodies that nothing moves. To have all of C f and C_o f, forces are taken by the shares that
+  // deformation gains of them in a tick.
   const double share = 1.0 - memory(model.pulps.front().material, model.scene.step_s);
   const double object_share =
       model.soft_object() ? 1.0 - memory(*model.scene.object.compliance, model.scene.step_s) : 1.0;

@@ -34,11 +34,11 @@ struct FramePolicy {
 /// expected is too old. Without control the torques are given and do not age.
 [[nodiscard]] FramePolicy split_policy(const Scene& scene);
 
-/// Where the energy of a tick went [J]. With forces held over the tick its law in generalised coordinates, B (dq, dx) / h =
-/// drive + J_c' f with the drive at the tick's end, times the motion (dq, dx) is
+/// Where the energy of a tick went [J]. With forces held over the tick its law in generalised coordinates, B (dq, dx) /
+/// h = drive + J_c' f with the drive at the tick's end, times the motion (dq, dx) is
 ///     drive - viscous + sum_i f_i . J_c,i (dq, dx) = 0,
-/// and in each contact's rows J_c (dq, dx) = w - (u+ - u) - (u_o+ - u_o), w the relative motion of the two deformed surfaces.
-/// So, over any time and to the accuracy of the solve,
+/// and in each contact's rows J_c (dq, dx) = w - (u+ - u) - (u_o+ - u_o), w the relative motion of the two deformed
+/// surfaces. So, over any time and to the accuracy of the solve,
 ///     drive - viscous - deformation + injected - dissipated = 0.
 struct Ledger {
   double drive_J = 0.0;        ///< Work of what moves the bodies beside contact: torques, weight, springs, input.
@@ -112,8 +112,8 @@ struct ContactWorkspace {
 ///
 /// 1. A new frame is taken over without a bump: forces are carried, and with `policy.offset_decay_s` each gap gets the
 ///    offset e that makes old and new frame agree at this state, which then decays.
-/// 2. Drive: the frame's, the input's, and the pull of the task's spring. A frame too old, or one from which the fingers
-///    have moved too far, is held: tau = tau_held - K_h (q - q_held).
+/// 2. Drive: the frame's, the input's, and the pull of the task's spring. A frame too old, or one from which the
+///    fingers have moved too far, is held: tau = tau_held - K_h (q - q_held).
 /// 3. Free motion of the rigid bodies, h B^-1 (tau - g, W_ext), and of the pulps, u* = rho u; a soft object likewise.
 /// 4. delta_free: gaps, absolute, from the body-fixed geometry at the state (the local sphere of the object's surface);
 ///    slips, relative to the tick. The bodies' free motion enters through J_c, as the contact motion does, so that what
@@ -124,8 +124,8 @@ struct ContactWorkspace {
 ///    the status says so.
 /// 7. Stock: what the loaded points of each patch did, and where the energy went.
 ///
-/// A state without forces and deformation whose pulps lie in the object when the workspace's first frame comes begins with
-/// the pulps pressed in as far, bodies at rest: the energy of that is the start's, and no contact injects it.
+/// A state without forces and deformation whose pulps lie in the object when the workspace's first frame comes begins
+/// with the pulps pressed in as far, bodies at rest: the energy of that is the start's, and no contact injects it.
 ///
 /// After the first call on a state it does not allocate. It does not lock, log or throw.
 TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace& work, State& state,

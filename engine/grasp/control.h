@@ -62,10 +62,10 @@ class ForceFilter {
 /// bound 2 b / (control period + control delay) of late frames.
 [[nodiscard]] double force_gain(const Scene& scene);
 
-/// What keeps a finger's posture where its fingertip leaves it free: K z z'(q_0 - q), z the unit direction with J z = 0, for
-/// an `error` q_0 - q and a `stiffness` K [N m/rad]. It does no work on any motion of the fingertip and carries none of its
-/// force, for z'J' = 0, and moves it not, for all joints have one viscosity. Zero where J is singular: then there are
-/// several such directions.
+/// What keeps a finger's posture where its fingertip leaves it free: K z z'(q_0 - q), z the unit direction with J z =
+/// 0, for an `error` q_0 - q and a `stiffness` K [N m/rad]. It does no work on any motion of the fingertip and carries
+/// none of its force, for z'J' = 0, and moves it not, for all joints have one viscosity. Zero where J is singular: then
+/// there are several such directions.
 [[nodiscard]] Eigen::Vector4d posture_torques(const FingerJacobian& J, double stiffness, const Eigen::Vector4d& error);
 
 /// The desired joint torques at joint angles q: eq. (22), K J^+ y; with the feed-forward law J' f^d + g besides; and

@@ -11,8 +11,8 @@
 namespace thenar {
 
 /// Carries forces to the contacts of a frame by finger and control point; both lists are sorted. Tangents are carried
-/// by parallel transport, so the components keep their meaning, and the cone is the same. The force of a contact that is
-/// no more goes to its finger's loaded ones, shared as the pulp would. f: out, 3 rows a contact.
+/// by parallel transport, so the components keep their meaning, and the cone is the same. The force of a contact that
+/// is no more goes to its finger's loaded ones, shared as the pulp would. f: out, 3 rows a contact.
 void carry_forces(const Model& model, const Frame& frame, const std::vector<ContactForce>& forces, Eigen::VectorXd& f);
 
 /// Takes over a new frame at a state (`work.pose` belongs to it): carries the forces, and gives each contact the offset

@@ -13,11 +13,12 @@ namespace thenar {
 // pulp's (pulp.h). A force f_j at the surface point s_j moves the surface at s_i by
 //     u_i = k_ij T_i T_j f_j,   k_ij the pulp's Boussinesq kernel (pulp.h),   T = sqrt(c_t) I + (1 - sqrt(c_t)) n n'
 // with the object's E*, nu. Across the normal it has the mean c_t = (2 - nu) / (2 (1 - nu)) of Cerruti's tensor, which
-// pulps have whole: its loads come from all fingers and outlive their contacts, and the tensor of each pair would have to be
-// made in every tick. So a soft object resists torsion more than a half space does. Both bodies share one patch: the force is spread over the area of the finger's control point.
-// So two bodies of one material share their displacement equally, and a pulp on a soft plane presses like Hertz with
-// 1/E* = 1/E*_f + 1/E*_o within 3 %. Forces taken at the nearest of the object's own control points gave up to twice
-// that, and steps where a contact passes from one to the next.
+// pulps have whole: its loads come from all fingers and outlive their contacts, and the tensor of each pair would have
+// to be made in every tick. So a soft object resists torsion more than a half space does. Both bodies share one patch:
+// the force is spread over the area of the finger's control point. So two bodies of one material share their
+// displacement equally, and a pulp on a soft plane presses like Hertz with 1/E* = 1/E*_f + 1/E*_o within 3 %. Forces
+// taken at the nearest of the object's own control points gave up to twice that, and steps where a contact passes from
+// one to the next.
 //
 // Signs: f acts on the object, whose surface moves with it, by +u_o (object frame); the pulp's by -u_f. Seen from the
 // finger both open the gap: n.((s + u_o) - (p - u_f)), and in contact rows u = u_f + u_o.

@@ -15,14 +15,14 @@
 
 namespace thenar {
 
-/// A contact with less than this share of its friction to spare is on its cone's surface. Where it slides, the solver puts
-/// it there to the last bit.
+/// A contact with less than this share of its friction to spare is on its cone's surface. Where it slides, the solver
+/// puts it there to the last bit.
 inline constexpr double kOnCone = 1e-6;
 /// A point that is slower rests: 1 mm takes it 17 minutes. Solves to the default tolerance move points by 0.1 um/s.
 inline constexpr double kMoves_m_per_s = 1e-6;
 
-/// How the patch of a finger has moved against the object in a tick, from the motion of its loaded points, and how near its
-/// force is to the most that friction lets it carry.
+/// How the patch of a finger has moved against the object in a tick, from the motion of its loaded points, and how near
+/// its force is to the most that friction lets it carry.
 struct PatchReport {
   double slip_m = 0.0;         ///< Size of the mean displacement of its points, weighted by normal force.
   double spin_rad = 0.0;       ///< Size of its turn about the mean normal, through the pressure centre.
@@ -30,11 +30,12 @@ struct PatchReport {
   double creep_m_per_s = 0.0;  ///< Of the fastest point that is loaded and inside its cone: it should stick.
   double moment_Nm = 0.0;  ///< Torsion M_n: of its forces about the mean normal through the pressure centre; signed.
   double moment_limit_Nm = 0.0;  ///< M_max = mu sum f_n,i |r_i|, the most that its pressure can carry; 0 of a point.
-  /// What is left before it slides, by the ellipsoid between friction and torsion [Goyal, Ruina, Papadopoulos 1991; Howe,
-  /// Cutkosky 1996]:
+  /// What is left before it slides, by the ellipsoid between friction and torsion [Goyal, Ruina, Papadopoulos 1991;
+  /// Howe, Cutkosky 1996]:
   ///     1 - sqrt((|F_t| / (mu F_n))^2 + (M_n / M_max)^2)
-  /// F the resultant, r_i from the pressure centre. 1: no load on friction; 0: the patch slides as a whole. Between a pure
-  /// pull and a pure torsion a Hertz patch carries up to 6 % less than the ellipsoid says. NaN without load or friction.
+  /// F the resultant, r_i from the pressure centre. 1: no load on friction; 0: the patch slides as a whole. Between a
+  /// pure pull and a pure torsion a Hertz patch carries up to 6 % less than the ellipsoid says. NaN without load or
+  /// friction.
   double margin = std::numeric_limits<double>::quiet_NaN();
 };
 

@@ -67,8 +67,8 @@ void set_level(Pulp& pulp, int level) {
   const Index n = std::ssize(nodes);
   Eigen::Matrix3Xd directions(3, n);
   for (Index i = 0; i < n; ++i) directions.col(i) = direction(pulp, nodes[i]);
-  // Lloyd's iteration makes cells as alike as the tree's nodes are not: with 15 to 60 candidates, it takes a third of the
-  // ripple out of the force of a pulp that rolls. More steps gain no more.
+  // Lloyd's iteration makes cells as alike as the tree's nodes are not: with 15 to 60 candidates, it takes a third of
+  // the ripple out of the force of a pulp that rolls. More steps gain no more.
   constexpr int kLloydSteps = 3;
   for (int k = 0; k < kLloydSteps; ++k) directions = voronoi_cells(directions).centroids;
   pulp.control_normals = directions.transpose();

@@ -26,29 +26,32 @@ struct PulpMaterial {
   double stiffening_per_N = 0.0;  ///< beta: a fingertip under the normal load F has the modulus E* (1 + beta F).
 };
 
-/// A quasi-rigid fingertip [26, 31]: a rigid rest shape and a compliance on its control points, one for each leaf of its
-/// tree or, at coarser levels of detail, for each of some nodes above. They begin at the centroids of these, and move on
-/// to those of their Voronoi cells [Lloyd 1982]; A_i is the area of such a cell.
+/// A quasi-rigid fingertip [26, 31]: a rigid rest shape and a compliance on its control points, one for each leaf of
+/// its tree or, at coarser levels of detail, for each of some nodes above. They begin at the centroids of these, and
+/// move on to those of their Voronoi cells [Lloyd 1982]; A_i is the area of such a cell.
 ///
 /// A force f at control point j moves the surface at control point i by
 ///     u_i = [k_ij I + P_i (a_ij I + b_ij r_ij r_ij') P_j] f,   r_ij = p_i - p_j,   P = I - n n',
 /// n the normal that the surface has there. The kernels:
-///     boussinesq   k_ij = 1 / (pi E* rho),   rho^2 = r_ij^2 + s^2,   s^2 = (s_i^2 + s_j^2) / 2,   s_i = sqrt(A_i) / 3.9210
-/// Boussinesq's half space, and for a point's own part what an even pressure on a whole plane asks for, if it is to move
-/// control points on a hexagonal lattice as far as it does when it is not gathered in points: the potential of such a
-/// lattice of unit density, less that of its even background, is -3.9210 [Bonsall, Maradudin 1977].
+///     boussinesq   k_ij = 1 / (pi E* rho),   rho^2 = r_ij^2 + s^2,   s^2 = (s_i^2 + s_j^2) / 2,
+///                  s_i = sqrt(A_i) / 3.9210
+/// Boussinesq's half space, and for a point's own part what an even pressure on a whole plane asks for, if it is to
+/// move control points on a hexagonal lattice as far as it does when it is not gathered in points: the potential of
+/// such a lattice of unit density, less that of its even background, is -3.9210 [Bonsall, Maradudin 1977].
 ///     gaussian     k_ij = C exp(-r_ij^2 / (2 sigma^2)),   sigma^2 = 0.36 mean(A),   C = 3 a / (8 E* sigma^2)
-/// In an even pressure it is a bed of springs of 1 / (2 pi sigma^2 C) = 4 E* / (3 pi a) per area, which takes Hertz's force
-/// at the depth R/8, where a = sqrt(R d) = 0.354 R; off that depth its force goes with d^2, Hertz's with d^1.5. A sigma
-/// that does not follow the spacing is ill-posed: the condition then grows with the exponential of the number of points.
+/// In an even pressure it is a bed of springs of 1 / (2 pi sigma^2 C) = 4 E* / (3 pi a) per area, which takes Hertz's
+/// force at the depth R/8, where a = sqrt(R d) = 0.354 R; off that depth its force goes with d^2, Hertz's with d^1.5. A
+/// sigma that does not follow the spacing is ill-posed: the condition then grows with the exponential of the number of
+/// points.
 ///
 /// a and b are what forces across the normal add. With kappa = nu / (1 - nu):
 ///     boussinesq   a_ij = kappa k_ij s / (rho + s),   b_ij = kappa k_ij / (rho + s)^2
 ///     gaussian     a_ij = kappa k_ij / 2,             b_ij = 0
-/// The first is Cerruti's half space, k (I + kappa r r' / r^2), for a force spread as the kernel spreads it: the wave q of a
-/// traction moves the surface by exp(-q s) / (E* q / 2) along q, as normal to the plane, and by (1 + kappa) times that across
-/// q. So it is positive definite among points of a plane, whatever s. In the mean over all directions of r, and at a point
-/// itself, it is k times Mindlin's c_t = 1 + kappa / 2 = (2 - nu) / (2 (1 - nu)), which is what the published kernel has.
+/// The first is Cerruti's half space, k (I + kappa r r' / r^2), for a force spread as the kernel spreads it: the wave q
+/// of a traction moves the surface by exp(-q s) / (E* q / 2) along q, as normal to the plane, and by (1 + kappa) times
+/// that across q. So it is positive definite among points of a plane, whatever s. In the mean over all directions of r,
+/// and at a point itself, it is k times Mindlin's c_t = 1 + kappa / 2 = (2 - nu) / (2 (1 - nu)), which is what the
+/// published kernel has.
 struct Pulp {
   PointCloud surface;               ///< Rest shape, distal frame.
   Eigen::Index leaves = 0;          ///< Of the tree over its samples, see collision/point_tree.h.
@@ -85,8 +88,8 @@ void fill_compliance(Pulp& pulp);
 /// rho = exp(-h / tau_r): the share of a displacement that is still there a step h later; 0 if elastic.
 [[nodiscard]] double memory(const PulpMaterial& material, double step_s);
 
-/// 1 / (1 + beta F): what a normal load F leaves of the compliance. Human fingertips have a secant modulus about linear in
-/// the load [Dzidek et al. 2017].
+/// 1 / (1 + beta F): what a normal load F leaves of the compliance. Human fingertips have a secant modulus about linear
+/// in the load [Dzidek et al. 2017].
 [[nodiscard]] double softness(const PulpMaterial& material, double normal_N);
 
 }  // namespace thenar

@@ -13,8 +13,8 @@
 
 namespace thenar {
 
-/// When a hold ends, the controller's demands come back with this time constant: so slowly that it is no bump, and sooner
-/// than the object can go far.
+/// When a hold ends, the controller's demands come back with this time constant: so slowly that it is no bump, and
+/// sooner than the object can go far.
 inline constexpr double kResume_s = 0.15;
 
 /// The force at one contact, which the next frame finds again by finger and control point.

@@ -7,12 +7,12 @@
 
 namespace thenar {
 
-/// Shows a pulp's deformation at every sample of its surface: the displacement of a sample is a weighted mean of those of
-/// its ten nearest control points [27], with Gaussian weights of one control spacing that sum to 1. In single precision:
-/// for eyes, not for physics.
+/// Shows a pulp's deformation at every sample of its surface: the displacement of a sample is a weighted mean of those
+/// of its ten nearest control points [27], with Gaussian weights of one control spacing that sum to 1. In single
+/// precision: for eyes, not for physics.
 ///
-/// Method: samples that are neighbours share most of their control points. Eight at a time, as they lie in the tree, are
-/// a small dense product with all the control points that one of them needs.
+/// Method: samples that are neighbours share most of their control points. Eight at a time, as they lie in the tree,
+/// are a small dense product with all the control points that one of them needs.
 class SurfaceDisplay {
  public:
   explicit SurfaceDisplay(const Pulp& pulp);

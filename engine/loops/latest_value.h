@@ -18,14 +18,15 @@ struct ExchangeCounts {
   [[nodiscard]] std::int64_t unaccounted() const { return published - consumed - superseded - in_flight; }
 };
 
-/// Two neighbouring cache lines, which Intel's prefetcher fetches together: what two threads write is kept so far apart.
+/// Two neighbouring cache lines, which Intel's prefetcher fetches together: what two threads write is kept so far
+/// apart.
 inline constexpr std::size_t kSeparate = 128;
 
 /// A value between two stamps, its number: the writer sets the first when it begins and the second when it has ended.
-/// Atomic, so that a reader may look at them even where the protocol is broken, which they are there to show. They protect
-/// nothing, the exchange of slots does; and where that is broken they show a torn value at their best effort: the first
-/// stamp may become visible after the value's first bytes, the second before the last ones, and the reader's second look may
-/// be taken before it has read the last ones, so a tear as short as that may go unseen.
+/// Atomic, so that a reader may look at them even where the protocol is broken, which they are there to show. They
+/// protect nothing, the exchange of slots does; and where that is broken they show a torn value at their best effort:
+/// the first stamp may become visible after the value's first bytes, the second before the last ones, and the reader's
+/// second look may be taken before it has read the last ones, so a tear as short as that may go unseen.
 template <class T>
 class Stamped {
  public:

@@ -25,8 +25,8 @@ struct SolvedTick {
   Eigen::VectorXd delta_free, mu, f_first, f;  ///< As ContactWorkspace has them.
 };
 
-/// What people have to do with a contact loop: their newest input goes in, pictures and solved problems come out, through
-/// buffers that cannot block. While nobody watches, it costs the loop a look at two atomics.
+/// What people have to do with a contact loop: their newest input goes in, pictures and solved problems come out,
+/// through buffers that cannot block. While nobody watches, it costs the loop a look at two atomics.
 struct LiveContact {
   /// Takes all memory. `inputs` and `hands` outlive it: the hands' memory is older than the model.
   LiveContact(const Model& model, LatestValue<LiveInput>& inputs, LiveHands& hands);

@@ -59,8 +59,8 @@ std::optional<ShownPull> LiveHands::find_pull(const LiveInput& input, const Stat
   // The spring holds the object itself: what is beside it has no lever.
   const Eigen::AlignedBox3d& box = model_.object.bounds();
   const Vector3d arm = state.X_WO.linear() * input.pull->point_O.cwiseMax(box.min()).cwiseMin(box.max());
-  // The force is taken at the tick's start: a spring that could fetch its anchor past the handle in one tick, in an object
-  // that nothing holds, would shake it. No scene of ours comes near that.
+  // The force is taken at the tick's start: a spring that could fetch its anchor past the handle in one tick, in an
+  // object that nothing holds, would shake it. No scene of ours comes near that.
   const double mobility = scene.step_s * (1.0 / scene.object.translation_damping +
                                           arm.squaredNorm() / scene.object.rotation_damping);  // of the anchor [m/N]
   const double stiffness = std::min(kPullStiffness_N_per_m, 1.0 / mobility);

@@ -35,13 +35,13 @@ inline constexpr double kPullStiffness_N_per_m = 100.0, kPullLimit_N = 2.0;
 inline constexpr double kDeadMan_s = 0.2;  ///< A pull of which nothing more is heard for so long lets go.
 inline constexpr double kPoke_s = 0.03, kPokeLimit_N = 5.0;
 inline constexpr double kShiftLimit_m = 0.05, kTurnLimit_rad = 0.5;  ///< Of the target, each axis,
-/// and how fast it goes there. A target at 0.1 m/s leaves the box of configs/box_grasp.yaml 6 to 8 mm behind with control at
-/// 200 Hz, and 10 mm are a loss.
+/// and how fast it goes there. A target at 0.1 m/s leaves the box of configs/box_grasp.yaml 6 to 8 mm behind with
+/// control at 200 Hz, and 10 mm are a loss.
 inline constexpr double kShiftSpeed_m_per_s = 0.05, kTurnSpeed_rad_per_s = 1.0;
 
-/// Makes of live input what a contact tick takes: held by the contact loop, at its own rate. Whatever the input says, the
-/// wrench is finite and bounded, and the target's speed and distance are: what is not finite is left out, what is too
-/// much is cut.
+/// Makes of live input what a contact tick takes: held by the contact loop, at its own rate. Whatever the input says,
+/// the wrench is finite and bounded, and the target's speed and distance are: what is not finite is left out, what is
+/// too much is cut.
 class LiveHands {
  public:
   explicit LiveHands(const Model& model) : model_(model) {}

@@ -36,7 +36,8 @@ struct Picture {
   std::optional<ShownPull> pull;
 };
 
-/// Fills all but `pull`, from the state that a tick left and what that tick worked in. Does not allocate, lock or throw.
+/// Fills all but `pull`, from the state that a tick left and what that tick worked in. Does not allocate, lock or
+/// throw.
 void take_picture(const State& state, const ContactWorkspace& work, Picture& picture) noexcept;
 
 }  // namespace thenar

@@ -125,8 +125,8 @@ bool denormals_are_flushed() noexcept {
 #endif
 }
 
-/// A socket that has a core's name, which one program at a time can have; -1 where that failed, and `taken` says whether
-/// for that reason. It leaves no file, and ends with its process. Programs in other containers do not see it.
+/// A socket that has a core's name, which one program at a time can have; -1 where that failed, and `taken` says
+/// whether for that reason. It leaves no file, and ends with its process. Programs in other containers do not see it.
 int claim_core(int core, bool& taken) {
   const std::string name = fmt::format("thenar contact thread, core {}", core);
   sockaddr_un address{};

@@ -33,8 +33,8 @@ bool keep_to_cores(const std::vector<int>& cores) noexcept;
 /// Adds a sentence to the remark.
 void add_remark(Scheduling& scheduling, const std::string& remark);
 
-/// Keeps the calling thread, and what it starts from now on, off one of its cores, to the end of its scope: that one is for
-/// the contact thread alone. Does nothing unless it is wanted, and there are two or more.
+/// Keeps the calling thread, and what it starts from now on, off one of its cores, to the end of its scope: that one is
+/// for the contact thread alone. Does nothing unless it is wanted, and there are two or more.
 class CoreSetAside {
  public:
   /// `core`: one of allowed_cores(); -1: the last of them.
@@ -72,12 +72,12 @@ class AwakeCores {
 
 /// Asks for what a loop needs, for the calling thread: SCHED_FIFO, or else timers without slack and short turns; memory
 /// locked, which is the whole process' and for good; 256 KB of the thread's stack touched; core `core` (-1: any). A
-/// priority of 0 asks for all but SCHED_FIFO. Memory that is taken later is locked page by page, as it is touched. Nothing
-/// fails for lack of it: the result says what was granted.
+/// priority of 0 asks for all but SCHED_FIFO. Memory that is taken later is locked page by page, as it is touched.
+/// Nothing fails for lack of it: the result says what was granted.
 [[nodiscard]] Scheduling ask_for_realtime(int core, int priority = kContactPriority);
 
-/// Gives threads that start from now on, of the whole process, a stack of 2 MB at least: a small `ulimit -s` is else that
-/// of each thread, too.
+/// Gives threads that start from now on, of the whole process, a stack of 2 MB at least: a small `ulimit -s` is else
+/// that of each thread, too.
 void widen_thread_stacks() noexcept;
 
 /// Makes the calling thread's results below the normal range zero, and takes such operands for zero: the hardware
@@ -102,9 +102,9 @@ struct ScheduledTick {
 inline constexpr double kKeptShare = 0.99;
 
 /// When the ticks of a loop are due, and what becomes of those that are late. Tick k = 0, 1, 2, … is due at
-/// start + k * period. After a tick that took too long at most `max_catch_up` ticks in a row start late; if that has not
-/// caught up, the ticks missed are given up: they slip, and the next one is due on the same grid. So a loop that cannot
-/// keep its rate loses simulated time, which is counted, and not its rhythm.
+/// start + k * period. After a tick that took too long at most `max_catch_up` ticks in a row start late; if that has
+/// not caught up, the ticks missed are given up: they slip, and the next one is due on the same grid. So a loop that
+/// cannot keep its rate loses simulated time, which is counted, and not its rhythm.
 ///
 /// After a slip the next tick is due no sooner than `rest_share` of the time for which the loop has been busy, counted
 /// from when its last punctual tick was due: so long a thread can sleep however overloaded it is. A thread under

@@ -36,12 +36,12 @@ class SplitGrasp {
  public:
   explicit SplitGrasp(const Model& model) : SplitGrasp(model, State(model)) {}
   SplitGrasp(const Model& model, const State& start);
-  /// Goes on where another left off, on a model that may have other fingertips and another step than `old`, the other's:
-  /// with its state (carry_over), its controller's memory, and a new frame. While neither loop runs.
+  /// Goes on where another left off, on a model that may have other fingertips and another step than `old`, the
+  /// other's: with its state (carry_over), its controller's memory, and a new frame. While neither loop runs.
   SplitGrasp(const Model& model, const Model& old, const SplitGrasp& before);
 
-  /// Advances the state by one step, on the newest frame. For one thread. It does not allocate, lock, log, throw or call
-  /// the system; an input that is not finite is left out, and the report says so.
+  /// Advances the state by one step, on the newest frame. For one thread. It does not allocate, lock, log, throw or
+  /// call the system; an input that is not finite is left out, and the report says so.
   ContactStep contact_step(const TickInput& input = {}) noexcept;
 
   /// One control tick on the newest snapshot, and its frame published. For one other thread. A frame that is not finite
@@ -51,7 +51,8 @@ class SplitGrasp {
   [[nodiscard]] const Eigen::VectorXd& muscle_forces_N() const { return controller_.f_muscle; }
 
   // While neither loop runs:
-  /// Heeds what has changed in the model's scene: friction, internal force, tolerance, sweeps, control period and delay.
+  /// Heeds what has changed in the model's scene: friction, internal force, tolerance, sweeps, control period and
+  /// delay.
   void heed_scene() noexcept;
   /// From now on a frame comes into use so many control steps after it was made, 0: at once. The scene's control delay
   /// should say so, too, for drive and contact finding reckon with that.

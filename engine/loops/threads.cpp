@@ -37,8 +37,8 @@ constexpr milliseconds kDrainPeriod{3};
 // From the end of the threads' set-up to the first tick: both are asleep by then.
 constexpr std::int64_t kStartDelay_ns = 5'000'000;
 constexpr int kMaxCatchUp = 2;
-// Below the contact thread's. Beside three programs that kept its core busy, a control thread at 1 kHz without it came too
-// late, and its drive was held, 4 to 7 times a second.
+// Below the contact thread's. Beside three programs that kept its core busy, a control thread at 1 kHz without it came
+// too late, and its drive was held, 4 to 7 times a second.
 constexpr int kControlPriority = 70;
 // Of the time that an overloaded thread is busy: twice what keeps the kernel from stopping it.
 constexpr double kRestShare = 0.1;

@@ -84,11 +84,11 @@ ContactLoopCounts run_contact_loop(SplitGrasp& grasp, Schedule schedule, std::in
                                    LiveContact* live = nullptr) noexcept;
 
 /// Runs a scene in real time on two threads, contact at 1 / step and control at 1 / control period, while the calling
-/// thread receives their records. With `realtime`, and two cores or more, one core is the contact thread's alone: until the
-/// run ends the calling thread, and what it starts, keeps to the others. Where there is one alone, control runs without a
-/// real-time priority: two such threads on it would take all its time, and the kernel then stops both. `state`: in, where to start; out, as
-/// the run ended. Without grasp forces for the start nothing runs. Unless `quiet`, what was refused and what went
-/// wrong is logged, at most once a second.
+/// thread receives their records. With `realtime`, and two cores or more, one core is the contact thread's alone: until
+/// the run ends the calling thread, and what it starts, keeps to the others. Where there is one alone, control runs
+/// without a real-time priority: two such threads on it would take all its time, and the kernel then stops both.
+/// `state`: in, where to start; out, as the run ended. Without grasp forces for the start nothing runs. Unless `quiet`,
+/// what was refused and what went wrong is logged, at most once a second.
 ThreadsReport run_threads(const Model& model, State& state, const ThreadSettings& settings);
 
 /// The same with a grasp that is there already, and may go on in another run: its state, its controller's memory and

@@ -46,8 +46,8 @@ std::string gnuplot_string(const std::string& text) {
 }
 
 bool draw_figure(const std::string& script, const fs::path& file) {
-  // Not a pipe: one to a program that is missing or stops ends us, too. And not a file of the folder: the disk may be full,
-  // and gnuplot does not look whether it is.
+  // Not a pipe: one to a program that is missing or stops ends us, too. And not a file of the folder: the disk may be
+  // full, and gnuplot does not look whether it is.
   const MemoryFile input(script);
   if (!input.is_whole()) return false;
   std::FILE* const output = popen(("gnuplot " + input.path() + " 2>/dev/null").c_str(), "r");

@@ -24,18 +24,19 @@ std::size_t most_stride(const Scene& scene) {
   return 2 + static_cast<std::size_t>(std::ceil((4.0 * scene.control_period_s + scene.control_delay_s) / scene.step_s));
 }
 
-/// The fingers that are not there, and how far away they are; empty: all touch the object.
+/// The fingers that are not there, and how far away they are; empty: all touch the object, or nearly do.
 std::string apart_in_words(const Scene& scene, const ControlReport& control) {
   std::string all;
   for (int k = 0; k < kFingers; ++k) {
-    if (!(control.gap_m[k] > 0.0)) continue;
+    if (!(control.gap_m[k] > scene.contact.band_m)) continue;
     all += fmt::format("{}the {} does not touch the object ({:.3g} mm away)", all.empty() ? "" : ", ",
                        scene.hand.fingertips[k].finger, 1e3 * control.gap_m[k]);
   }
   return all;
 }
 
-/// Names the fingers that do not touch; else the cones that are too narrow and the tangential force that they lack, and what friction would do.
+/// Names the fingers that do not touch; else the cones that are too narrow and the tangential force that they lack, and
+/// what friction would do.
 std::string explain(const Scene& scene, const UnsolvedGrasp& unsolved) {
   const bool infeasible = unsolved.control.grasp == GraspStatus::kInfeasible;
   std::string message = fmt::format(
@@ -290,7 +291,8 @@ Verdict GraspMonitor::verdict() const {
   verdict.force_chatter = force_chatter();
   if (loss_) verdict.lost_s = loss_->time_s;
 
-  // The gravest first. Forces that cannot be found because a finger slid or forces chattered are not the solver's fault.
+  // The gravest first. Forces that cannot be found because a finger slid or forces chattered are not the solver's
+  // fault.
   std::vector<std::pair<Outcome, std::string>> found;
   const auto add = [&](Outcome outcome, std::string what) {
     if (!what.empty()) found.emplace_back(outcome, std::move(what));

@@ -10,7 +10,8 @@
 
 namespace thenar {
 
-/// Called after every tick with simulated time and wall time so far [s]. False ends the run there: it is an interrupted one.
+/// Called after every tick with simulated time and wall time so far [s]. False ends the run there: it is an interrupted
+/// one.
 using Progress = std::function<bool(double simulated_s, double wall_s)>;
 
 /// Runs a scene as the paper does, in one loop: a control tick every control period and a contact tick every step, on

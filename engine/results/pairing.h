@@ -7,8 +7,8 @@
 
 namespace thenar {
 
-/// Brings together each contact tick of a threaded run and the control tick that made its frame. Their records come on two
-/// ways: a contact tick waits here until that of its frame, or a later one, has come.
+/// Brings together each contact tick of a threaded run and the control tick that made its frame. Their records come on
+/// two ways: a contact tick waits here until that of its frame, or a later one, has come.
 class Pairing {
  public:
   /// Receives each contact tick, in order, with the control tick of its frame; false: no more of them.

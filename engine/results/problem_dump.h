@@ -26,8 +26,8 @@ namespace thenar {
 [[nodiscard]] MuscleFile muscle_problem_file(const Controller& controller, const ControlReport& report);
 
 /// Writes the problems of a run into a folder: of every Nth contact tick T, counted from 0, contact-T.fcp (if the frame
-/// has contacts), and of the last control tick up to there, if no file has it yet, grasp-T.json and muscle-T.json. T has
-/// six digits or more.
+/// has contacts), and of the last control tick up to there, if no file has it yet, grasp-T.json and muscle-T.json. T
+/// has six digits or more.
 class ProblemDump {
  public:
   /// Takes a folder that can be written to; requires every >= 1.

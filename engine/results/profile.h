@@ -94,8 +94,8 @@ class LoopProfile {
 /// handover      Force step of a tick: max over the fingers of |F_k(t) - F_k(t - 1)|. kick_N_max and kick_N_p99 at the
 ///               hand-overs, tick_N_p99 at all other ticks, all from 0.3 s on.
 /// hold          Ticks that held an old frame's drive, and the times that this began or ended.
-/// object        As in summary.json: the verdict; mean error over the last 0.3 s, the largest from 0.3 s on. A lost object
-///               is reported and the run goes on.
+/// object        As in summary.json: the verdict; mean error over the last 0.3 s, the largest from 0.3 s on. A lost
+///               object is reported and the run goes on.
 /// floor         Null: what the machine can do at best is measured elsewhere.
 [[nodiscard]] nlohmann::ordered_json profile_json(const Model& model, const LoopProfile& profile,
                                                   const ThreadsReport& report);

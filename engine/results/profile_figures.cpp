@@ -27,7 +27,7 @@ std::string header(int width, int height) {
       width, height);
 }
 
-// --- distributions -----------------------------------------------------------------------------------------------------
+// --- distributions ---------------------------------------------------------------------------------------------------
 
 /// The share of the sample at or above x, as a block of data, at some hundred ranks that lie evenly on a log axis.
 std::string distribution(const std::string& name, std::vector<double> values) {
@@ -85,7 +85,7 @@ std::string jitter_script(const Model& model, const LoopProfile& profile, const 
   return script;
 }
 
-// --- hand-over ---------------------------------------------------------------------------------------------------------
+// --- hand-over -------------------------------------------------------------------------------------------------------
 
 /// The middle of what the task does, or of the run.
 double middle_s(const Model& model, const LoopProfile& profile) {
@@ -151,7 +151,7 @@ std::string handover_script(const Model& model, const LoopProfile& profile) {
          legend + "\nunset multiplot\n";
 }
 
-// --- timeline ----------------------------------------------------------------------------------------------------------
+// --- timeline --------------------------------------------------------------------------------------------------------
 
 /// Bars of both loops over a window, and arrows from who published to who took. Contact stands at y = 0, control at 1.
 class Timeline {
@@ -173,7 +173,8 @@ class Timeline {
                            from_ms, from_y + gap, to_ms, to_y - gap, colour);
   }
 
-  /// Kinds of bars: contact tick, contact tick with a new frame, and the stages of a control tick, the rest of it first.
+  /// Kinds of bars: contact tick, contact tick with a new frame, and the stages of a control tick, the rest of it
+  /// first.
   static constexpr std::array<std::pair<const char*, const char*>, 7> kKinds{{{"contact tick", "#2563a8"},
                                                                               {"with a new frame", kFrameColour},
                                                                               {"control tick", "#c8ccd0"},

@@ -19,8 +19,8 @@ struct RealtimeRun {
 /// Runs a scene by run_threads, as run_monolithic does in one loop: to its end, or until the object is lost or no grasp
 /// forces exist at the start. Ticks that slipped are not in the recording and do not count as missing: simulated time
 /// lags. The fingertips are not shown. `settings` says how; its callbacks are not called.
-/// `profile` receives every tick, and `film`, if there is one, what it looks like; throws FileError. A state that nobody
-/// had time for is missing there.
+/// `profile` receives every tick, and `film`, if there is one, what it looks like; throws FileError. A state that
+/// nobody had time for is missing there.
 [[nodiscard]] RealtimeRun run_realtime(const Model& model, State& state, ThreadSettings settings, LoopProfile& profile,
                                        const Progress& progress = {}, RecordingFile* film = nullptr);
 

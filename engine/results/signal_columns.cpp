@@ -16,7 +16,8 @@ namespace {
 /// Whose a field's numbers are.
 enum class Of { kFinger, kFingerAxis, kAxis, kJoint, kMuscle, kPose, kPercentile };
 
-/// A field of several numbers, or one in another unit than the message's. A column is named <whose>_<word>_<axis>_<unit>.
+/// A field of several numbers, or one in another unit than the message's. A column is named
+/// <whose>_<word>_<axis>_<unit>.
 struct Words {
   std::string_view field;
   Of of;

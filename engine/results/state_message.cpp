@@ -53,8 +53,8 @@ std::array<double, 12> numbers_of(const Isometry3d& X) {
 /// 0 is a stage that did not run.
 double us_or_unknown(double time_s) { return time_s > 0.0 ? 1e6 * time_s : kUnknown; }
 
-/// Everything of a state message before its contacts, in order: calls field(name, unit, numbers) for each part. The list of
-/// fields and the numbers themselves both come from here.
+/// Everything of a state message before its contacts, in order: calls field(name, unit, numbers) for each part. The
+/// list of fields and the numbers themselves both come from here.
 template <class Sink>
 void for_each_field(const Model& model, const Picture& picture, const TickRecord& tick,
                     const Eigen::VectorXd& muscle_forces_N, const LoopFigures& loops, Sink&& field) {

@@ -60,8 +60,8 @@ struct Field {
 /// The points of the object, at most 40 000 of them, and of the pulps.
 [[nodiscard]] std::string geometry_message(const Model& model);
 
-/// One instant. `tick`: of the picture's tick. `muscle_forces_N`: of the frame in use; not read in a scene without muscles.
-/// The message replaces what is in `bytes`.
+/// One instant. `tick`: of the picture's tick. `muscle_forces_N`: of the frame in use; not read in a scene without
+/// muscles. The message replaces what is in `bytes`.
 void write_state_message(const Model& model, const Picture& picture, const TickRecord& tick,
                          const Eigen::VectorXd& muscle_forces_N, const LoopFigures& loops, std::string& bytes);
 

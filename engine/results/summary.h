@@ -22,11 +22,11 @@ namespace thenar {
 
 /// The measures of a run, as summary.json has them: units in the keys, null where there was nothing to measure.
 ///
-/// From 0.3 s on, when the grip has built up: position and rotation errors, least margin, largest sliding share and creep,
-/// contact counts. Over the last 0.3 s: the final errors. Slip and spin of the fingers' patches: since their first contact;
-/// `start_` is the part before 0.3 s, `max_` the worst finger's. Ledger: since the start. Warnings: engine/results/warnings.h.
-/// Parts: what `model: auto` left out or not, and why, a line each. Stage times: over the ticks that ran
-/// the stage, null if none did.
+/// From 0.3 s on, when the grip has built up: position and rotation errors, least margin, largest sliding share and
+/// creep, contact counts. Over the last 0.3 s: the final errors. Slip and spin of the fingers' patches: since their
+/// first contact; `start_` is the part before 0.3 s, `max_` the worst finger's. Ledger: since the start. Warnings:
+/// engine/results/warnings.h. Parts: what `model: auto` left out or not, and why, a line each. Stage times: over the
+/// ticks that ran the stage, null if none did.
 [[nodiscard]] nlohmann::ordered_json summarize(const Model& model, const Recording& recording);
 
 }  // namespace thenar

@@ -19,8 +19,8 @@ inline constexpr double kSlidesWhole = 0.9;     ///< With this share of its forc
 inline constexpr double kSlipping_m = 0.1e-3;   ///< and by so much in all, the finger slips. Less is micro-slip.
 inline constexpr double kOffTarget_m = 10e-3;
 inline constexpr double kOffTarget_rad = 20.0 * std::numbers::pi / 180.0;
-/// Chatter of forces. Steady grips have 1e-9 to 2e-4, 2e-3 in steps of 20 ms; loops and springs beyond their limits 0.014
-/// and more. Before anything else goes wrong it must be twice as much to be the cause.
+/// Chatter of forces. Steady grips have 1e-9 to 2e-4, 2e-3 in steps of 20 ms; loops and springs beyond their limits
+/// 0.014 and more. Before anything else goes wrong it must be twice as much to be the cause.
 inline constexpr double kChatters = 0.01;
 inline constexpr double kNotConverged = 1e-2;  ///< A contact solve with a larger residual is no answer,
 inline constexpr double kMostUnsolved = 0.01;  ///< and more than this share of such ticks no run.
@@ -41,8 +41,8 @@ inline constexpr std::array kOutcomes = {Outcome::kHeld,      Outcome::kUnknown,
                                          Outcome::kOffTarget, Outcome::kSlipping,     Outcome::kUnstable,
                                          Outcome::kLost,      Outcome::kSolverFailed, Outcome::kRefused};
 
-/// As all reports have it: "held", "unknown", "over limits", "off target", "slipping", "unstable", "lost", "solver failed",
-/// "refused".
+/// As all reports have it: "held", "unknown", "over limits", "off target", "slipping", "unstable", "lost", "solver
+/// failed", "refused".
 [[nodiscard]] const char* name(Outcome outcome);
 
 /// A limit of the hand that a run has passed.
@@ -62,10 +62,10 @@ struct Verdict {
   std::string reason = {};  ///< In words; empty if it is held.
   std::optional<double> lost_s = {};
   std::vector<Excess> beyond = {};  ///< Muscles first, each kind in the order of the hand.
-  /// How much of a finger's force changes to and fro: half the mean size of its second difference, over the mean force, of
-  /// the worst finger over the last 0.3 s; the larger of that from tick to tick and that from frame to frame (control
-  /// period and delay). A force that alternates between F + a and F - a has 2 a / F, a ramp none, one jump among n ticks
-  /// 1/n of its share. NaN where no finger is loaded.
+  /// How much of a finger's force changes to and fro: half the mean size of its second difference, over the mean force,
+  /// of the worst finger over the last 0.3 s; the larger of that from tick to tick and that from frame to frame
+  /// (control period and delay). A force that alternates between F + a and F - a has 2 a / F, a ramp none, one jump
+  /// among n ticks 1/n of its share. NaN where no finger is loaded.
   double force_chatter = std::numeric_limits<double>::quiet_NaN();
 };
 

@@ -16,8 +16,8 @@ inline constexpr double kHalfSpaceShare = 0.5;
 /// Gathers, tick by tick, what a run did that its model is not good for.
 ///
 /// Friction     The controller plans with more than there is.
-/// Full lists   A control point that `contact.max_per_finger` has no room for is more than 10 um in the object: the list
-///              is full of loaded contacts, the pulp passes into the object, and its force is too small.
+/// Full lists   A control point that `contact.max_per_finger` has no room for is more than 10 um in the object: the
+///              list is full of loaded contacts, the pulp passes into the object, and its force is too small.
 /// Deep pulps   By Hertz, a finger's load makes a patch wider than kHalfSpaceShare of the pulp's radius.
 class Warnings {
  public:

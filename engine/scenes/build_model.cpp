@@ -16,8 +16,8 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// Refuses places that a scene names in its object and that are not within its surface. The origin, which is where all of
-/// them are unless named, may lie anywhere.
+/// Refuses places that a scene names in its object and that are not within its surface. The origin, which is where all
+/// of them are unless named, may lie anywhere.
 void check_places(const Model& model) {
   const Scene& scene = model.scene;
   const Eigen::AlignedBox3d& box = model.object.bounds();

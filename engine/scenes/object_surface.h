@@ -8,11 +8,11 @@
 
 namespace thenar {
 
-/// The surface of a scene's object: a shape is sampled; a scan is read, given normals where it has none, mended (repair(),
-/// find_holes()), and what was done is added to `notes`, one sentence each.
+/// The surface of a scene's object: a shape is sampled; a scan is read, given normals where it has none, mended
+/// (repair(), find_holes()), and what was done is added to `notes`, one sentence each.
 /// Throws FileError for a file that cannot be read or is no surface: normals that contradict each other, points off any
-/// surface, holes that a fingertip does not see across, a size that makes no sense. Throws ConfigError for a shape whose samples make
-/// no surface.
+/// surface, holes that a fingertip does not see across, a size that makes no sense. Throws ConfigError for a shape
+/// whose samples make no surface.
 [[nodiscard]] ImplicitSurface make_object_surface(const Scene& scene, std::vector<std::string>& notes);
 
 /// Whether the two scenes have the same surface for certain.

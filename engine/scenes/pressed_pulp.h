@@ -14,8 +14,9 @@ struct PressedPulp {
   Eigen::VectorXd force_N;             ///< Along the plane's normal.
 };
 
-/// A pulp at rest, pressed by `depth_m` along `direction` (unit, distal frame) on a rigid plane without friction. Control
-/// points whose gap is below `band_m` may touch, and of them the `most` of least gap. To 1e-6 of the natural map.
+/// A pulp at rest, pressed by `depth_m` along `direction` (unit, distal frame) on a rigid plane without friction.
+/// Control points whose gap is below `band_m` may touch, and of them the `most` of least gap. To 1e-6 of the natural
+/// map.
 [[nodiscard]] PressedPulp press(const Pulp& pulp, const Eigen::Vector3d& direction, double depth_m, double band_m,
                                 Eigen::Index most);
 

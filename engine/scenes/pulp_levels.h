@@ -25,12 +25,12 @@ struct LevelEstimate {
 /// controller's internal force, whichever is more; without either, Hertz's force at an eighth of the radius.
 [[nodiscard]] double expected_load_N(const Scene& scene, const Pulp& pulp);
 
-/// What pulps do that are at this level: pressed on a plane in a few directions about their middle, up to the depth that
-/// the expected load gives.
+/// What pulps do that are at this level: pressed on a plane in a few directions about their middle, up to the depth
+/// that the expected load gives.
 [[nodiscard]] LevelEstimate estimate_level(const Scene& scene, const std::vector<Pulp>& pulps, int level);
 
-/// All levels from the leaves to a handful of control points. Takes the pulps as make_pulps makes them, and leaves them at
-/// the last level.
+/// All levels from the leaves to a handful of control points. Takes the pulps as make_pulps makes them, and leaves them
+/// at the last level.
 [[nodiscard]] std::vector<LevelEstimate> estimate_levels(const Scene& scene, std::vector<Pulp>& pulps);
 
 /// The coarsest level within the error; where there is none, that of the least error.

@@ -99,8 +99,8 @@ struct NeededParts {
 /// How far the scene is off, or how else it ends.
 [[nodiscard]] std::string in_words(const PartEffect& effect);
 
-/// The model as its scene wants it: as it is or, for `model: auto`, with the needed parts, and Scene::left_out says which
-/// were left out or not, and why. Then it runs the scene several times.
+/// The model as its scene wants it: as it is or, for `model: auto`, with the needed parts, and Scene::left_out says
+/// which were left out or not, and why. Then it runs the scene several times.
 [[nodiscard]] Model as_needed(Model model);
 
 }  // namespace thenar

@@ -20,8 +20,8 @@ constexpr double kNarrow_us = 3.0, kNarrowShare = 0.05;  // Half the width of an
 Saving saving_of(std::vector<double> differences_us) {
   std::ranges::sort(differences_us);
   const auto n = std::ssize(differences_us);
-  // Values cut off at each end: the most for which a coin's n throws give so few heads, or fewer, in 2.5 % of all cases.
-  // P(heads <= k) is summed from its terms n over k, divided by 2^n.
+  // Values cut off at each end: the most for which a coin's n throws give so few heads, or fewer, in 2.5 % of all
+  // cases. P(heads <= k) is summed from its terms n over k, divided by 2^n.
   double term = 1.0, sum = 1.0, all = 1.0;
   for (std::ptrdiff_t i = 0; i < n; ++i) all *= 2.0;
   std::ptrdiff_t cut = 0;

@@ -14,8 +14,8 @@ struct Saving {
   double low_us = 0.0, high_us = 0.0;  ///< Where the true median lies with 95 % or more.
 };
 
-/// The median of differences, and its interval by the sign test: no more than half of them lie on either side of the true
-/// median, but for chance. Requires 6 of them or more: fewer say nothing at 95 %.
+/// The median of differences, and its interval by the sign test: no more than half of them lie on either side of the
+/// true median, but for chance. Requires 6 of them or more: fewer say nothing at 95 %.
 [[nodiscard]] Saving saving_of(std::vector<double> differences_us);
 
 /// The times of scenes that are run in turns, so that all meet the same neighbours.

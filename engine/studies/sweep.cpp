@@ -160,8 +160,8 @@ std::string reason(const ConfigError& error) {
   return text;
 }
 
-/// The result of one row; or why there is none, as `failure`. `known` is the thread's last model, whose surface may serve
-/// again, and becomes this one's.
+/// The result of one row; or why there is none, as `failure`. `known` is the thread's last model, whose surface may
+/// serve again, and becomes this one's.
 std::optional<SweepRow> run_one(const SweepPlan& plan, std::size_t row, const RunScene& run,
                                 std::optional<Model>& known, std::string& failure) {
   const auto refused = [](const std::string& why) {

@@ -64,20 +64,21 @@ using RunScene = std::function<SweepRow(const Model& model)>;
 /// The scene as it is run by `thenar run`.
 [[nodiscard]] SweepRow run_row(const Model& model);
 
-/// Who is informed of a row that has ended, and of one that has no result, and why: in any order, but never twice at once.
+/// Who is informed of a row that has ended, and of one that has no result, and why: in any order, but never twice at
+/// once.
 struct SweepListener {
   std::function<void(std::size_t row, SweepRow result)> done;
   std::function<void(std::size_t row, const std::string& why)> failed;
 };
 
-/// Runs these rows, `jobs` at a time, each on one thread. A row whose scene is refused is a row, too: kRefused, and why. One
-/// that found no memory, or could not read a file, has no result: another run may have one. What `run` or a listener throws
-/// otherwise ends the sweep and is thrown.
+/// Runs these rows, `jobs` at a time, each on one thread. A row whose scene is refused is a row, too: kRefused, and
+/// why. One that found no memory, or could not read a file, has no result: another run may have one. What `run` or a
+/// listener throws otherwise ends the sweep and is thrown.
 void run_sweep(const SweepPlan& plan, const std::vector<std::size_t>& rows, int jobs, const RunScene& run,
                const SweepListener& listener);
 
-/// Rows as a table, in the plan's order: what varies, outcome, reason, what `model: auto` left out, measures. A unit that all values of a key share
-/// is in the header; what was not measured is empty.
+/// Rows as a table, in the plan's order: what varies, outcome, reason, what `model: auto` left out, measures. A unit
+/// that all values of a key share is in the header; what was not measured is empty.
 [[nodiscard]] std::string rows_csv(const SweepPlan& plan, const std::map<std::size_t, SweepRow>& rows);
 
 }  // namespace thenar

@@ -98,8 +98,8 @@ fs::path copied_scene(const fs::path& folder) {
   return folder / "minimal.yaml";
 }
 
-// A recording is held once, and the page that is made of it beside it, which is 4/3 of it in base64: 2.4 times its size and
-// 45 MB for the program. Held twice, as text or as a page, it would not fit.
+// A recording is held once, and the page that is made of it beside it, which is 4/3 of it in base64: 2.4 times its size
+// and 45 MB for the program. Held twice, as text or as a page, it would not fit.
 TEST(Program, ExportsWithLittleMoreThanTheRecordingItself) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "sanitizers need memory of their own";
@@ -176,7 +176,8 @@ TEST(Program, SaysThatItsWordsWereLost) {
 /// For scenes whose surface shall soon be there.
 const std::string kSoon = " --set object.points=2000 ";
 
-/// The program, sent a signal once a shell's condition holds, in which $pid is its number: however long it takes to begin.
+/// The program, sent a signal once a shell's condition holds, in which $pid is its number: however long it takes to
+/// begin.
 Outcome interrupted(const std::string& arguments, const std::string& signal, const std::string& condition) {
   // A shell has what it starts in the background ignore SIGINT.
   return thenar_program(arguments + " & pid=$!; for i in $(seq 6000); do if " + condition +

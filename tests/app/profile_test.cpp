@@ -1,5 +1,5 @@
-// The two loops as a user meets them: what `profile`, `run --realtime` and `run --lockstep` print, write and refuse. Counts
-// and forms are asserted, never times.
+// The two loops as a user meets them: what `profile`, `run --realtime` and `run --lockstep` print, write and refuse.
+// Counts and forms are asserted, never times.
 
 #include <gtest/gtest.h>
 
@@ -156,7 +156,8 @@ TEST(Profile, SaysHowToGetTheFloor) {
   EXPECT_TRUE(json::parse(read(out / "profile.json")).at("floor").is_null());
 }
 
-// A cyclictest of our own tells what is known: 98 loops start 5 us late, one 7 us, one 2 ms, which is off its histogram.
+// A cyclictest of our own tells what is known: 98 loops start 5 us late, one 7 us, one 2 ms, which is off its
+// histogram.
 TEST(Profile, ReadsCyclictestsHistogram) {
   const fs::path out = scratch();
   std::ofstream(out / "cyclictest") << "#!/bin/sh\necho \"$@\" >> " << (out / "asked").string()

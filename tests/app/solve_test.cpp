@@ -1,5 +1,5 @@
-// `thenar solve` and `thenar run --dump-problems` as a user meets them: right verdicts, residuals of the problem as given,
-// verdicts in words, and broken input refused.
+// `thenar solve` and `thenar run --dump-problems` as a user meets them: right verdicts, residuals of the problem as
+// given, verdicts in words, and broken input refused.
 
 #include <gtest/gtest.h>
 

@@ -73,8 +73,8 @@ TEST(SweepProgram, JudgesAsRunDoes) {
   EXPECT_EQ(words.size(), 3U) << "held, slipping, lost";
 }
 
-// A real limit: a million points ask for more than it leaves, 2000 for a tenth of it. The row is named, it blocks nothing,
-// and where there is memory the same command goes on.
+// A real limit: a million points ask for more than it leaves, 2000 for a tenth of it. The row is named, it blocks
+// nothing, and where there is memory the same command goes on.
 TEST(SweepProgram, ARowWithoutMemoryIsNamedAndBlocksNothing) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "sanitizers need memory of their own";

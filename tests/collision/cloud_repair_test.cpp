@@ -103,8 +103,8 @@ TEST(CloudRepair, RemovesWhatStandsOffAndNothingElse) {
   }
 }
 
-// 400 outliers all over the box and up to 5 mm around it: alone, in pairs that agree by chance, or near the faces. Their
-// normals are random, or estimated with those of the surface, when neighbours agree.
+// 400 outliers all over the box and up to 5 mm around it: alone, in pairs that agree by chance, or near the faces.
+// Their normals are random, or estimated with those of the surface, when neighbours agree.
 TEST(CloudRepair, RemovesWhatStandsApartFromTheSurface) {
   constexpr Index kOutliers = 400;
   const PointCloud clean = sample_box({50 * kMm, 50 * kMm, 50 * kMm}, 24000);

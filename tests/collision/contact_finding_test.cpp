@@ -346,8 +346,8 @@ TEST(ContactFinding, DoesNotAllocateAgain) {
   EXPECT_EQ(counter.count(), 0);
 }
 
-// What find_contacts leaves out rests on this: no distance is less than its bound, nor does it fall faster than the point
-// moves.
+// What find_contacts leaves out rests on this: no distance is less than its bound, nor does it fall faster than the
+// point moves.
 TEST(ContactFinding, BoundsHold) {
   const Mug mug{20e-3, 40e-3, 3e-3, MugHandle{8e-3, 5e-3}};
   PointCloud noisy = sample_box(scene().size_m, 4000);

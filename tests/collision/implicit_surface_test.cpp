@@ -212,8 +212,8 @@ TEST(ImplicitSurface, T6T7PlatesHaveTheRightSign) {
   }
 }
 
-// From beyond the middle of a curved wall its back is nearer; the face that a sample on its outside belongs to is still as
-// far as it is, but for the samples' own sag of h^2 / 12 R.
+// From beyond the middle of a curved wall its back is nearer; the face that a sample on its outside belongs to is still
+// as far as it is, but for the samples' own sag of h^2 / 12 R.
 TEST(ImplicitSurface, FaceDistanceIsThatOfTheSampleOwnFace) {
   constexpr double kOuter_m = 27.5e-3;
   const ImplicitSurface mug(sample_mug({.radius_m = kOuter_m, .height_m = 70e-3, .wall_m = 3e-3, .handle = {}}, 36000));
@@ -281,8 +281,8 @@ TEST(ImplicitSurface, NeedlesHaveTheRightSign) {
 }
 
 TEST(ImplicitSurface, GapIsContinuousAcrossAnEdge) {
-  // Along lines across the edge between x+ and y+ at heights above and below the face, steps of 2 um. The signed distance
-  // changes by no more than the step; both planes are exact, so no more than rounding is allowed for.
+  // Along lines across the edge between x+ and y+ at heights above and below the face, steps of 2 um. The signed
+  // distance changes by no more than the step; both planes are exact, so no more than rounding is allowed for.
   const double step_m = 2e-6;
   for (const double height_mm : {1.0, 0.3, 0.0, -0.3, -1.0, -2.0, -3.0}) {
     Random random(4);
@@ -433,8 +433,8 @@ TEST(ImplicitSurface, SamplesWithADividedVoteAreIgnored) {
 }
 
 TEST(ImplicitSurface, T12HolesAreBridged) {
-  // By the plane at the rim, so exactly on a face. On a sphere it lies up to r^2/2R off in the middle of the hole, twice
-  // that where the plane comes from the far rim. Wider holes than the reach are refused: see find_holes().
+  // By the plane at the rim, so exactly on a face. On a sphere it lies up to r^2/2R off in the middle of the hole,
+  // twice that where the plane comes from the far rim. Wider holes than the reach are refused: see find_holes().
   const auto disc = [](Random& random, double radius_mm) -> Eigen::Vector2d {
     const double r_m = radius_mm * kMm * std::sqrt(random.between(0.0, 1.0));
     const double angle = random.between(0.0, 2.0 * std::numbers::pi);

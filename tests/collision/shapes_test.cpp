@@ -172,7 +172,8 @@ Field mug_field(const Mug& mug, const Vector3d& p_m) {
   return either(cup, without(rod, cylinder_field(mug.radius_m, -end_m, end_m, p_m)));
 }
 
-/// Barr's inside-outside function to the power e1/2, minus 1: the relative way past the surface as seen from the centre.
+/// Barr's inside-outside function to the power e1/2, minus 1: the relative way past the surface as seen from the
+/// centre.
 Field superquadric_field(const Vector3d& size_m, const Exponents& e, const Vector3d& p_m) {
   const double e1 = e.north_south, e2 = e.east_west;
   const Vector3d u = 2.0 * p_m.cwiseQuotient(size_m), a = u.cwiseAbs();
@@ -345,7 +346,8 @@ TEST(Shapes, AMugsCentroidIsThatOfItsCylinders) {
 // With its handle, against the field of its solid: the mean of those of random points, one a cell, that are inside.
 TEST(Shapes, AMugsCentroidIsThatOfItsSolid) {
   constexpr double kCell_m = 0.2e-3;
-  // The second one's rod is so thick that the wall's curvature, which the handle begins at, moves the centroid by 0.06 mm.
+  // The second one's rod is so thick that the wall's curvature, which the handle begins at, moves the centroid by 0.06
+  // mm.
   for (const Mug& mug : {kMug, Mug{15e-3, 40e-3, 1e-3, MugHandle{8e-3, 12e-3}}}) {
     SCOPED_TRACE(mug.height_m);
     const double out_m = mug.radius_m + mug.handle->radius_m + 0.5 * mug.handle->thickness_m;

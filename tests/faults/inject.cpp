@@ -1,7 +1,7 @@
 // Preloaded into a program, makes calls of the C library fail as the system might:
 //     FAULT=CALL:ERRNO:AT[:once]
-// From the AT-th CALL on (counted from 1; with `once`, at that one alone) it fails with this errno. Files alone are looked
-// at, no terminals, pipes or sockets; allocations fail from 4 KiB up, so that a program can still say so.
+// From the AT-th CALL on (counted from 1; with `once`, at that one alone) it fails with this errno. Files alone are
+// looked at, no terminals, pipes or sockets; allocations fail from 4 KiB up, so that a program can still say so.
 //     CALL   open, read, write, sync, rename, malloc
 // FAULT_IN=NAME: in the program of that name alone, and in none that it starts.
 

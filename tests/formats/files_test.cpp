@@ -1,4 +1,5 @@
-// Files as others may leave or change them: nothing of theirs is lost, and no reading or writing is half done unnoticed.
+// Files as others may leave or change them: nothing of theirs is lost, and no reading or writing is half done
+// unnoticed.
 
 #include "engine/formats/files.h"
 

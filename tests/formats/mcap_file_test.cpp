@@ -1,5 +1,5 @@
-// The layout is that of the MCAP specification (mcap.dev/spec); that other readers agree is tested with theirs, beside the
-// page.
+// The layout is that of the MCAP specification (mcap.dev/spec); that other readers agree is tested with theirs, beside
+// the page.
 
 #include "engine/formats/mcap_file.h"
 

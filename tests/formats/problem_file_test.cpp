@@ -299,8 +299,8 @@ TEST(ProblemFile, RefusesBrokenSmallFiles) {
   expect_refused(file.parent_path() / "problem.yaml", "{}", "must be an .fcp file");
 }
 
-// A small file must not ask for much: a long row times many short ones is a matrix of gigabytes, and so is what solvers make of
-// each pair of many muscles. Read within 1 GB of addresses beyond what the process has.
+// A small file must not ask for much: a long row times many short ones is a matrix of gigabytes, and so is what solvers
+// make of each pair of many muscles. Read within 1 GB of addresses beyond what the process has.
 TEST(ProblemFile, ASmallFileAsksForLittleMemory) {
   const fs::path file = scratch() / "large.json";
   std::string row = "[1", rows = "[1]", zeros = "0";

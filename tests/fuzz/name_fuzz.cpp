@@ -1,5 +1,5 @@
-// Whatever the text of a scene's name: it is refused, or all that is made of it is made: the messages of a window, the summary,
-// a recording that is read back, and a problem file that is read back with the same name.
+// Whatever the text of a scene's name: it is refused, or all that is made of it is made: the messages of a window, the
+// summary, a recording that is read back, and a problem file that is read back with the same name.
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <string>

@@ -1,5 +1,5 @@
-// Whatever the bytes of a connection: the server answers or ends it, and goes on. A first byte 'W' asks for the WebSocket
-// first; '@' in a request stands for the server's port, '#' for its token.
+// Whatever the bytes of a connection: the server answers or ends it, and goes on. A first byte 'W' asks for the
+// WebSocket first; '@' in a request stands for the server's port, '#' for its token.
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>

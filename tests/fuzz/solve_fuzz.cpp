@@ -1,5 +1,5 @@
-// Whatever the bytes of a problem file: every method that applies solves it, says that it cannot, or the file is refused. The
-// first byte says which kind of file the rest is.
+// Whatever the bytes of a problem file: every method that applies solves it, says that it cannot, or the file is
+// refused. The first byte says which kind of file the rest is.
 #include <cstdlib>
 #include <iostream>
 #include <nlohmann/json.hpp>

@@ -136,9 +136,9 @@ TEST(ContactSearch, FramesAreValidOnAnyCloudAtAnyPose) {
   EXPECT_GT(contacts, 2000u);
 }
 
-// A wall is as curved for a pulp pressed in beyond its middle as for one that is not. The gaps of the contacts are those
-// from the cylinder, but for the sag of the samples' planes (h^2 / 12 R, 9 um here), the surface points lie under the control
-// points, and no control point in the wall is missed.
+// A wall is as curved for a pulp pressed in beyond its middle as for one that is not. The gaps of the contacts are
+// those from the cylinder, but for the sag of the samples' planes (h^2 / 12 R, 9 um here), the surface points lie under
+// the control points, and no control point in the wall is missed.
 TEST(ContactSearch, CurvedThinWallsAreAsCurvedAsTheyAre) {
   constexpr double kOuter_m = 27.5e-3;
   Scene scene = pressed_thumb(0.0, Vector3d::Zero(), 1e9);

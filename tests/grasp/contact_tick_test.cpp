@@ -256,8 +256,8 @@ TEST_F(MovingGrasp, MovesFreelyWithoutContacts) {
             1e-16);
 }
 
-// An eccentric object that nothing holds turns until its weight hangs below its origin: b_o dtheta/dt = -m g c sin(theta),
-// so tan(theta / 2) decays exponentially. The weight turns with the object, however old the frame is.
+// An eccentric object that nothing holds turns until its weight hangs below its origin: b_o dtheta/dt = -m g c
+// sin(theta), so tan(theta / 2) decays exponentially. The weight turns with the object, however old the frame is.
 TEST(FreeObject, EccentricWeightTurnsIt) {
   constexpr double kStart_rad = 2.0, kTime_s = 1.0, kLever_m = 10e-3;
   const auto angle_rad = [&](double period_s) {

@@ -174,8 +174,8 @@ TEST_F(PaperControl, TorquesAreTheGainTimesTheDeviation) {
   }
 }
 
-// A posture torque is the part of a spring that is felt at no fingertip force and moves no fingertip: of J's 4 joints the
-// one direction that its 3 rows leave. What it leaves out, the fingertip decides.
+// A posture torque is the part of a spring that is felt at no fingertip force and moves no fingertip: of J's 4 joints
+// the one direction that its 3 rows leave. What it leaves out, the fingertip decides.
 TEST_F(GraspControl, PostureTorquesActWhereTheFingertipLeavesTheJointsFree) {
   std::mt19937_64 random(7);
   for (int trial = 0; trial < 100; ++trial) {
@@ -213,8 +213,8 @@ TEST(Posture, IsNamedInTheSceneWithItsUnit) {
   }
 }
 
-// At rest nothing but the posture torques keeps the joints where the fingertips leave them free: without them a moment in
-// the patches turns the fingers, and the muscles go along. The object rests from 2 s on.
+// At rest nothing but the posture torques keeps the joints where the fingertips leave them free: without them a moment
+// in the patches turns the fingers, and the muscles go along. The object rests from 2 s on.
 TEST(Posture, IsKeptAtRest) {
   const auto drift_rad = [](Scene scene) {
     Loop loop(std::move(scene));

@@ -99,8 +99,8 @@ TEST_F(ControlTick, PushIsInTheFrameAndNotInTheDesiredWrench) {
   }
 }
 
-// A force at a point of the object is the force at its origin and a moment; a moment is added to it. Both in object axes at
-// the start, while the point turns with the object.
+// A force at a point of the object is the force at its origin and a moment; a moment is added to it. Both in object
+// axes at the start, while the point turns with the object.
 TEST_F(ControlTick, PushHasALeverAndAMoment) {
   Scene scene = model.scene;
   const Vector3d force_O(0.1, 0.5, 0.2), at_O(10e-3, -5e-3, 20e-3), moment_O(1e-3, -2e-3, 3e-3);
@@ -120,8 +120,8 @@ TEST_F(ControlTick, PushHasALeverAndAMoment) {
   EXPECT_LE((then.tail<3>() - R * (at_start.cross(force_O) + moment_O)).norm(), 1e-16);
 }
 
-// What the controller knows of an eccentric weight it need not learn from an error: the same moment, unknown, turns the box
-// by itself over the gain p, until the integral has grown.
+// What the controller knows of an eccentric weight it need not learn from an error: the same moment, unknown, turns the
+// box by itself over the gain p, until the integral has grown.
 TEST_F(ControlTick, AnEccentricWeightDoesNotTurnTheBox) {
   const auto turn_rad = [](Scene scene) {
     scene.task.translate.reset();

@@ -94,8 +94,8 @@ TEST_F(GraspFrame, AxesAreRightHandedAndPointIntoTheObject) {
 }
 
 // J_c maps speeds to the motion of the object against the finger where they meet, c: the derivative, by every joint and
-// direction, of the distance between the points of both bodies that are at c now, in the contact's axes of now. Step 1e-6: its error
-// is 1e-12 from the curvature (1e-12 times second derivatives below 1) and 1e-17 / 1e-6 from rounding.
+// direction, of the distance between the points of both bodies that are at c now, in the contact's axes of now. Step
+// 1e-6: its error is 1e-12 from the curvature (1e-12 times second derivatives below 1) and 1e-17 / 1e-6 from rounding.
 TEST_F(GraspFrame, JacobianIsTheRelativeMotionAtTheSurface) {
   constexpr double h = 1e-6;
   const MatrixXd J = dense(frame, now);
@@ -121,8 +121,8 @@ TEST_F(GraspFrame, JacobianIsTheRelativeMotionAtTheSurface) {
 }
 
 // J_c's normal rows are the derivative of the gap that a tick computes: only then does contact take no energy from the
-// bodies' motion, or give any. On the deformed pulps, whose surface has moved by up to 0.3 mm along the box, so that the
-// finger's rest points would not do. Step and tolerance as above.
+// bodies' motion, or give any. On the deformed pulps, whose surface has moved by up to 0.3 mm along the box, so that
+// the finger's rest points would not do. Step and tolerance as above.
 TEST_F(GraspFrame, JacobianIsTheDerivativeOfTheGap) {
   constexpr double h = 1e-6;
   const MatrixXd J = dense(frame, now);
@@ -145,8 +145,8 @@ TEST_F(GraspFrame, JacobianIsTheDerivativeOfTheGap) {
   }
 }
 
-// A contact keeps its gap where the object rolls or slides under it, if its surface is the sphere that the frame took it
-// for; a frozen plane would lose t^2 / 2R of it.
+// A contact keeps its gap where the object rolls or slides under it, if its surface is the sphere that the frame took
+// it for; a frozen plane would lose t^2 / 2R of it.
 TEST(ContactGap, FollowsTheLocalSphere) {
   std::mt19937_64 random(4);
   for (const double R : {0.02, 0.1, -0.05}) {  // convex, and the inside of a ball

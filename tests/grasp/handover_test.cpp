@@ -58,8 +58,8 @@ void spoil(const Model& model, const State& state, const Noise& noise, std::mt19
   fill_kernels(model, frame);
 }
 
-/// The largest steps of a finger's force between ticks, at hand-overs and elsewhere [N], and the energy by its sign [J],
-/// from 0.2 s on.
+/// The largest steps of a finger's force between ticks, at hand-overs and elsewhere [N], and the energy by its sign
+/// [J], from 0.2 s on.
 struct Steps {
   double handover_N = 0.0, other_N = 0.0;
   double injected_J = 0.0, dissipated_J = 0.0;
@@ -133,9 +133,9 @@ TEST(HandOver, OffsetKeepsTheEnergyOfNoiseOut) {
   EXPECT_LE(with.injected_J, 0.5 * without.injected_J);
 }
 
-// The contacts of a tick together put in energy where they start it pressed in: on one frozen frame and with sweeps enough,
-// only by the second-order part of a tick's turn, although the box is carried and turned and the pulps creep. It falls with
-// the step. Five sweeps are not enough, and the ledger shows it.
+// The contacts of a tick together put in energy where they start it pressed in: on one frozen frame and with sweeps
+// enough, only by the second-order part of a tick's turn, although the box is carried and turned and the pulps creep.
+// It falls with the step. Five sweeps are not enough, and the ledger shows it.
 TEST(Ledger, OneFrameInjectsWhatATickTurnsUnlessSweepsRunOut) {
   const auto ratio = [](const std::string& step, int sweeps) {
     const Model model =

@@ -76,8 +76,8 @@ MatrixXd object_compliance(const Model& model, const Frame& frame, const Contact
 }
 
 // Where surface points lie to one another as the control points do, an object of the pulps' material has the pulps'
-// compliance along the normals, and at each point itself: the displacement is shared equally, exactly. Rounding of three
-// products and a root. Between points the pulps have Cerruti's tensor across the normals, the object its mean.
+// compliance along the normals, and at each point itself: the displacement is shared equally, exactly. Rounding of
+// three products and a root. Between points the pulps have Cerruti's tensor across the normals, the object its mean.
 TEST(SoftObject, OfThePulpsMaterialHasThePulpsCompliance) {
   Scene scene = soft_grasp();
   scene.object.compliance = scene.fingertips->material;

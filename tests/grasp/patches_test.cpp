@@ -79,8 +79,8 @@ Patch random_patch(std::mt19937_64& random) {
   return patch;
 }
 
-// A patch that moves as a rigid plate: its slip is the way of the pressure centre, its spin the plate's turn, whatever the
-// pressure. Rounding of 12 terms, divided by places of millimetres.
+// A patch that moves as a rigid plate: its slip is the way of the pressure centre, its spin the plate's turn, whatever
+// the pressure. Rounding of 12 terms, divided by places of millimetres.
 TEST(PatchReport, SlipAndSpinOfARigidPlateAreItsWayAndTurn) {
   std::mt19937_64 random(1);
   for (int trial = 0; trial < 20; ++trial) {
@@ -119,8 +119,8 @@ TEST(PatchReport, SpinIsTheLeastSquaresTurn) {
   EXPECT_LT(left(signed_spin), left(0.99 * signed_spin));
 }
 
-// Half of the force on points that slide, a quarter on points that rest on their cones, a quarter on ones that stick but
-// for a creep.
+// Half of the force on points that slide, a quarter on points that rest on their cones, a quarter on ones that stick
+// but for a creep.
 TEST(PatchReport, TellsPointsThatSlideFromThoseThatCreep) {
   Patch patch;
   for (int i = 0; i < 4; ++i) patch.add({1e-3 * i, 0.0, 0.0}, 0.1);
@@ -183,8 +183,8 @@ TEST(PatchMargin, TorsionOfAHertzPatchIsMeasuredByItsLimit) {
   EXPECT_NEAR(report.margin, 0.5, 1e-3);
 }
 
-// Between pull and torsion the ellipsoid is held against the exact limit surface: full friction at every point of a patch
-// that slides about a pole, for poles from the centre to far away. There the margin should be 0.
+// Between pull and torsion the ellipsoid is held against the exact limit surface: full friction at every point of a
+// patch that slides about a pole, for poles from the centre to far away. There the margin should be 0.
 TEST(PatchMargin, EllipsoidAgainstTheExactLimitSurfaceOfAHertzPatch) {
   Patch patch = hertz_patch(4000, 1.0, 1.0);
   double least = 1.0, most = -1.0;
@@ -251,8 +251,8 @@ Motion motion_of(const Loop& loop, const State& before) {
   return motion;
 }
 
-// What the tick reports is the motion between the states around it. Places differ by the gap at the tick's start, which is
-// next to nothing once the grip is there: 1e-6 of the turn covers it.
+// What the tick reports is the motion between the states around it. Places differ by the gap at the tick's start, which
+// is next to nothing once the grip is there: 1e-6 of the turn covers it.
 TEST(ContactTick, ReportsTheSlipAndSpinThatTheStatesShow) {
   Loop loop(scene_of("box_grasp", {kCoarseBox, "task.translate.from=0 s", "task.translate.over=100 ms"}));
   double most_m = 0.0;
@@ -270,8 +270,9 @@ TEST(ContactTick, ReportsTheSlipAndSpinThatTheStatesShow) {
   EXPECT_GT(most_m, 1e-9);
 }
 
-// A box that is pulled along under the thumb with more than friction holds: the sum of the patch's slips is the box's way,
-// all of the patch slides, and nothing is left of the margin. 20 mm of box leave 5 mm to go before the patch meets an edge.
+// A box that is pulled along under the thumb with more than friction holds: the sum of the patch's slips is the box's
+// way, all of the patch slides, and nothing is left of the margin. 20 mm of box leave 5 mm to go before the patch meets
+// an edge.
 TEST(ContactTick, SlipOfAFingerThatSlidesIsTheWayOfTheObject) {
   Scene scene = pressed_thumb(0.5e-3, {-0.5, 0.6, 0.0}, 20.0);
   scene.step_s = scene.control_period_s = 1e-3;

@@ -175,8 +175,8 @@ TEST(Pulp, ApproachesHertzWithMorePoints) {
 
 // Mindlin: while nothing slips, a Hertz contact resists a tangential displacement by 8 G a / (2 - nu). The pulp's
 // tangential compliance is Cerruti's, which is Mindlin's in the mean over all directions; single orientations
-// scatter by as much as the number of points in the circle does, for those at its edge, which press with next to nothing,
-// stick as well as the others. With 30 candidates 5 % is asked of the mean of twenty, with 120 of each.
+// scatter by as much as the number of points in the circle does, for those at its edge, which press with next to
+// nothing, stick as well as the others. With 30 candidates 5 % is asked of the mean of twenty, with 120 of each.
 TEST(Pulp, SticksLikeMindlin) {
   const double depth_m = 1.2e-3, slip_m = 1e-6;
   for (const Model* model : {&published_model(), &fine_model()}) {
@@ -196,9 +196,9 @@ TEST(Pulp, SticksLikeMindlin) {
   }
 }
 
-// Reissner and Sagoci: a contact that turns about its normal without slip resists by 16/3 G a^3. The points in the circle
-// are few, and those near its edge count most: 5 to 60 points are asked for 15 %, 20 and more for 12 %, in the mean. (With
-// c_t in all directions, for Cerruti's tensor, a pulp is stiffer by 26 to 36 %.)
+// Reissner and Sagoci: a contact that turns about its normal without slip resists by 16/3 G a^3. The points in the
+// circle are few, and those near its edge count most: 5 to 60 points are asked for 15 %, 20 and more for 12 %, in the
+// mean. (With c_t in all directions, for Cerruti's tensor, a pulp is stiffer by 26 to 36 %.)
 TEST(Pulp, ResistsTorsionLikeReissnerAndSagoci) {
   const double turn = 1e-4;
   for (const Model* model : {&published_model(), &fine_model()}) {
@@ -221,7 +221,8 @@ TEST(Pulp, ResistsTorsionLikeReissnerAndSagoci) {
 }
 
 // Cattaneo and Mindlin: as the contact is pushed along its plane, it slips from the edge inwards. Of the limit mu F it
-// holds 1 - (1 - x)^1.5 at the share x of the displacement at which all of it slides, 3/2 mu F over the stick stiffness.
+// holds 1 - (1 - x)^1.5 at the share x of the displacement at which all of it slides, 3/2 mu F over the stick
+// stiffness.
 TEST(Pulp, SlipsFromItsEdgeLikeMindlin) {
   const double depth_m = 1.2e-3, mu = 0.5;
   const double limit_N = mu * hertz_force_N(depth_m);
@@ -281,8 +282,8 @@ MatrixXd kernel_of(const Matrix3Xd& points_m, const VectorXd& area_m2) {
   return k;
 }
 
-/// A pulp's compliance among all its control points, each met by a surface whose normal is off the pulp's by `tilt` times a
-/// random direction.
+/// A pulp's compliance among all its control points, each met by a surface whose normal is off the pulp's by `tilt`
+/// times a random direction.
 MatrixXd compliance_for_random_normals(const Model& model, double tilt, std::mt19937_64& random) {
   const Pulp& pulp = model.pulps[kFinger];
   Frame frame(model);
@@ -321,10 +322,10 @@ TEST(Pulp, KernelIsTheOneOfTheHeader) {
 
 // k_ij is a mixture of Gaussians of r_ij times positive weights exp(-t s_i^2 / 2) exp(-t s_j^2 / 2): positive definite
 // for any points and normals. What Cerruti's tensor adds is so for points in a plane, by its Fourier transform; on the
-// sphere the first part outweighs what the second takes. The smallest eigenvalue is 1 % of the largest entry or more (ten
-// times the condition would make Gauss-Seidel slow) for normals that are off the pulp's by up to 37 degrees, each in its
-// own direction. Where they know nothing of one another, 90 degrees apart from point to point, it is negative; the two
-// faces of an edge are like a plane.
+// sphere the first part outweighs what the second takes. The smallest eigenvalue is 1 % of the largest entry or more
+// (ten times the condition would make Gauss-Seidel slow) for normals that are off the pulp's by up to 37 degrees, each
+// in its own direction. Where they know nothing of one another, 90 degrees apart from point to point, it is negative;
+// the two faces of an edge are like a plane.
 TEST(Pulp, ComplianceIsPositiveDefiniteForUnevenNormals) {
   const Model model = build_model(all_controls(2400, 320));
   for (unsigned seed = 0; seed < 5; ++seed) {

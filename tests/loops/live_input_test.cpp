@@ -252,8 +252,8 @@ TEST(LiveHands, TakeNoMemory) {
 class PulledBox : public testing::TestWithParam<const char*> {};
 
 // What the controller's springs hold against: without integrals the box, pulled at its centre, gives way by F / p, and
-// F is the pull's own law there. Let go, it comes back. 5 % is what page and loop are to agree within; the residual creep of the
-// force loop is less.
+// F is the pull's own law there. Let go, it comes back. 5 % is what page and loop are to agree within; the residual
+// creep of the force loop is less.
 TEST_P(PulledBox, GivesWayByForceOverStiffness) {
   const Model model =
       build_model(still_box({GetParam(), "control.position.i=0 N/(m*s)", "control.rotation.i=0 N*m/(rad*s)"}));

@@ -369,7 +369,8 @@ struct People {
   std::jthread thread;
 };
 
-/// What a run's records go through, with room for a whole test: so the copy and the push of each are under test as well.
+/// What a run's records go through, with room for a whole test: so the copy and the push of each are under test as
+/// well.
 using Ring = boost::lockfree::spsc_queue<ContactSample, boost::lockfree::capacity<1024>>;
 
 // In the thread of the loop itself, beside a control thread that keeps frames coming.

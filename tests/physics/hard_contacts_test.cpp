@@ -117,8 +117,8 @@ void expect_met(Model model, double thickness_m, double step_s, double period_s,
     lowest_m = std::min(lowest_m, now.height_m);
     EXPECT_GE(now.force_N, -1e-6) << "pulled in at tick " << loops.state.tick;
   }
-  // At rest the pulp carries the push. Hertz: 1.63 mm deep; the control points make it up to a tenth more or less, and a
-  // hasty first touch, which the relaxation of 2 ms stiffens, no more.
+  // At rest the pulp carries the push. Hertz: 1.63 mm deep; the control points make it up to a tenth more or less, and
+  // a hasty first touch, which the relaxation of 2 ms stiffens, no more.
   const double depth_m = std::pow(2.0 / (4.0 / 3.0 * 0.24e6 * std::sqrt(thumb.radius_m)), 2.0 / 3.0);
   EXPECT_NEAR(pressed(loops.state, thumb).force_N, 2.0, 1e-4);
   EXPECT_NEAR(thumb.radius_m + 0.5 * thickness_m - lowest_m, depth_m, 0.15 * depth_m);
@@ -175,8 +175,8 @@ struct Slid {
   double step_N = 0.0;  ///< The largest in a tick, from when the pulp has relaxed on.
 };
 
-/// The object is moved under the thumb at 20 mm/s, whatever the contact: 1 mm deep, from 5 mm before p_O to 9 mm past it,
-/// with R_AO its axes: z up to the thumb, x along the way.
+/// The object is moved under the thumb at 20 mm/s, whatever the contact: 1 mm deep, from 5 mm before p_O to 9 mm past
+/// it, with R_AO its axes: z up to the thumb, x along the way.
 Slid slide(const Model& clamped, const Matrix3d& R_AO, const Vector3d& p_O, const Vector3d& way_A, std::uint64_t seed) {
   Model model = clamped;
   Scene& scene = model.scene;
@@ -202,8 +202,9 @@ Slid slide(const Model& clamped, const Matrix3d& R_AO, const Vector3d& p_O, cons
   return slid;
 }
 
-// Off a face over its edge, on a box and on plates: the thumb is never pulled in, and comes free. A control point carries
-// up to a tenth of the grip, and the last ones go within a few ticks: the force moves by no more than that, and a half.
+// Off a face over its edge, on a box and on plates: the thumb is never pulled in, and comes free. A control point
+// carries up to a tenth of the grip, and the last ones go within a few ticks: the force moves by no more than that, and
+// a half.
 TEST(Edge, APadSlidesOffWithoutAPull) {
   for (const double thickness_m : {10e-3, 1e-3, 0.5e-3}) {
     const Vector3d size_m(24e-3, 24e-3, thickness_m);
@@ -221,8 +222,9 @@ TEST(Edge, APadSlidesOffWithoutAPull) {
   }
 }
 
-// On an edge of 90 degrees that looks at the thumb, and along it, to where it ends under the pulp: it is carried all the way.
-// Four control points carry it 1 mm deep, of which the one that comes off the end takes its share with it: a quarter.
+// On an edge of 90 degrees that looks at the thumb, and along it, to where it ends under the pulp: it is carried all
+// the way. Four control points carry it 1 mm deep, of which the one that comes off the end takes its share with it: a
+// quarter.
 TEST(Edge, CarriesAPadOnIt) {
   const Model model = build_model(thumb_against(BoxShape{{24e-3, 24e-3, 10e-3}}, 5000));
   Matrix3d R_AO;  // columns: the object's axes; its edge between +x and +z is up
@@ -237,7 +239,8 @@ TEST(Edge, CarriesAPadOnIt) {
   }
 }
 
-// --- finer than control points -----------------------------------------------------------------------------------------
+// --- finer than control points
+// -----------------------------------------------------------------------------------------
 
 /// As a model has it.
 PointCloud in_tree_order(const PointCloud& cloud) { return ImplicitSurface(cloud).cloud(); }
@@ -270,8 +273,8 @@ PointCloud needle(double radius_m, double length_m, double spacing_m) {
   return cloud;
 }
 
-// A needle of 0.5 mm fits between control points, 1.8 mm apart, everywhere. Wherever it meets the pulp it is caught, and
-// held by one or two control points: by Boussinesq's kernel 0.2 N press one in by 0.2 / (pi E* s) = 0.5 mm.
+// A needle of 0.5 mm fits between control points, 1.8 mm apart, everywhere. Wherever it meets the pulp it is caught,
+// and held by one or two control points: by Boussinesq's kernel 0.2 N press one in by 0.2 / (pi E* s) = 0.5 mm.
 TEST(Needle, IsCaughtBetweenControlPoints) {
   const auto file = scratch() / "needle.ply";
   save_ply(file, needle(0.25e-3, 12e-3, 0.08e-3), PlyFormat::kBinaryLittleEndian);
@@ -294,8 +297,8 @@ TEST(Needle, IsCaughtBetweenControlPoints) {
   }
 }
 
-// What has faces wider than the spacing of control points, edges and corners included, has no fine parts, at any density:
-// nothing is looked for.
+// What has faces wider than the spacing of control points, edges and corners included, has no fine parts, at any
+// density: nothing is looked for.
 TEST(FineParts, AreNoneOnBoxesAndSpheres) {
   constexpr double kControls_m = 1.8e-3;
   for (const Index points : {1500, 6000, 20'000}) {

@@ -118,8 +118,9 @@ TEST(LateFrames, ThatGoOnComingLateAreHeld) {
   }
 }
 
-// In the middle of the move the object coasts to a stop in the fingers' drag, and no patch slides as a whole. What the target has gone
-// on meanwhile comes back slowly: five ordinary ticks of this motion at most, by the largest step before.
+// In the middle of the move the object coasts to a stop in the fingers' drag, and no patch slides as a whole. What the
+// target has gone on meanwhile comes back slowly: five ordinary ticks of this motion at most, by the largest step
+// before.
 TEST(LateFrames, StopAMoveWithoutASlip) {
   for (const double lasts_s : {0.05, 0.1, 0.5}) {
     SCOPED_TRACE(lasts_s);

@@ -39,9 +39,9 @@ class FirstLaw : public testing::TestWithParam<Run> {};
 
 // What the drive puts in is what viscosities take, pulps store and take, and contacts take or give. The parts come from
 // different sources: the drive and the viscosities from the committed motion, the pulps' part from their committed
-// displacements, the contacts' from the gaps and slips that the solver found. They balance if all of these belong to one
-// motion and one set of axes. What is left is the solver's: a residual of 1e-6 of free motions below 0.1 mm a tick, under
-// newtons, over 500 ticks.
+// displacements, the contacts' from the gaps and slips that the solver found. They balance if all of these belong to
+// one motion and one set of axes. What is left is the solver's: a residual of 1e-6 of free motions below 0.1 mm a tick,
+// under newtons, over 500 ticks.
 TEST_P(FirstLaw, HoldsFromTheFirstTickOn) {
   std::vector<std::string> changes = GetParam().changes;
   changes.insert(changes.end(), {"object.points=6000", "time.duration=0.5 s", "task.translate.from=0.1 s",
@@ -129,8 +129,9 @@ Scene pressed_pulp(double depth_m) {
   return scene;
 }
 
-// A scene that starts with a pulp in the object starts with the pulp pressed: nothing pushes the bodies apart. Its forces
-// and energy are Hertz's, 4/3 E* sqrt(R) d^1.5 and 2/5 F d, from the first tick on; the pulp's own error is up to 3 %.
+// A scene that starts with a pulp in the object starts with the pulp pressed: nothing pushes the bodies apart. Its
+// forces and energy are Hertz's, 4/3 E* sqrt(R) d^1.5 and 2/5 F d, from the first tick on; the pulp's own error is up
+// to 3 %.
 TEST(Ledger, APulpThatStartsPressedHasHertzsEnergyAndInjectsNone) {
   const double depth_m = 0.8e-3;
   Loop loop(pressed_pulp(depth_m));
@@ -146,8 +147,8 @@ TEST(Ledger, APulpThatStartsPressedHasHertzsEnergyAndInjectsNone) {
   EXPECT_NEAR(loop.state.load[0].normal_N, first_N, 1e-6 * first_N);
 }
 
-// Two half spaces are one of the modulus 1 / (1/E*_1 + 1/E*_2), and both are at rest from the start, whatever their times:
-// a soft object's energy was up to 12 times too great with 20 ms. 5 %: both kernels' errors.
+// Two half spaces are one of the modulus 1 / (1/E*_1 + 1/E*_2), and both are at rest from the start, whatever their
+// times: a soft object's energy was up to 12 times too great with 20 ms. 5 %: both kernels' errors.
 TEST(Ledger, ASoftObjectThatStartsPressedHasHertzsEnergyWhateverItsTime) {
   const double depth_m = 0.8e-3, object_Pa = 1e6;
   for (const double relaxation_s : {0.0, 5e-3, 20e-3}) {
@@ -192,8 +193,8 @@ TEST(Ledger, OnlyAnUndeformedPulpThatLiesInTheObjectIsPressedAtTheStart) {
   EXPECT_NEAR((state.u_m[0] - u_m).norm(), 0.0, 1e-6 * u_m.norm());
 }
 
-// The energy that the tick keeps from f.u at loaded points is phi' C phi / 2 of all the forces by which the pulp is held,
-// through a load that grows, stops and goes. One frame: one set of contacts, axes that do not turn.
+// The energy that the tick keeps from f.u at loaded points is phi' C phi / 2 of all the forces by which the pulp is
+// held, through a load that grows, stops and goes. One frame: one set of contacts, axes that do not turn.
 TEST(Ledger, StoredEnergyIsThatOfTheForcesThatHoldThePulp) {
   Scene scene = pressed_thumb(0.5e-3, {-0.5, 0.2, 0.0}, 5.0);
   scene.step_s = 1e-3;

@@ -79,8 +79,8 @@ const Controlled& box() {
   return controlled;
 }
 
-// A sticking grasp with a drive that is right at every step: contacts, geometry and operator may be 20 to 40 ms old, and
-// the error is that of the contact step. It does stick, by less than 1 % of the box's way, and does move.
+// A sticking grasp with a drive that is right at every step: contacts, geometry and operator may be 20 to 40 ms old,
+// and the error is that of the contact step. It does stick, by less than 1 % of the box's way, and does move.
 TEST(SplitAccuracy, OldFramesCostNothingWhereTheGraspSticks) {
   const double one_loop_m = stick().one_loop(kSlow_s).position_m;
   for (const auto& [step_s, ratio] : {std::pair{1e-3, 10.0}, {0.25e-3, 50.0}}) {
@@ -206,8 +206,8 @@ TEST(SplitAccuracy, AnOperatorOfAnotherStepLosesTheObject) {
 // --- the offset ------------------------------------------------------------------------------------------------------
 
 /// The offset, which is there for noise, must not cost anything without. It makes a new frame agree with the old one at
-/// a hand-over, and the old one's geometry was as good but for its age: what is left is of second order. 2 % is room for
-/// a point that touches a tick earlier or later, and 5 nm and 5 uN for where there is hardly any error.
+/// a hand-over, and the old one's geometry was as good but for its age: what is left is of second order. 2 % is room
+/// for a point that touches a tick earlier or later, and 5 nm and 5 uN for where there is hardly any error.
 void expect_no_worse(const PathError& on, const PathError& off) {
   EXPECT_LE(on.position_m, 1.02 * off.position_m + 5e-9);
   EXPECT_LE(on.force_N, 1.02 * off.force_N + 5e-6);
@@ -291,9 +291,9 @@ TEST(Lockstep, TheSameSeedGivesTheSameBits) {
   EXPECT_FALSE(same_bits(runs[0], runs[2]));
 }
 
-// Without delay and with a frame for every step there is no split: the two ticks in a loop, bit by bit, by the comparisons'
-// loop as well. The offset changes next to nothing, for a box's faces are flat and the lists have room: as little as the solver's tolerance, each
-// tick 1e-6 of a free motion of 0.1 mm, may add up to in 300 ticks.
+// Without delay and with a frame for every step there is no split: the two ticks in a loop, bit by bit, by the
+// comparisons' loop as well. The offset changes next to nothing, for a box's faces are flat and the lists have room: as
+// little as the solver's tolerance, each tick 1e-6 of a free motion of 0.1 mm, may add up to in 300 ticks.
 TEST(Lockstep, IsOneLoopWhenEveryStepHasItsFrame) {
   const Model model = early_box({"time.step=1 ms", "time.control_period=1 ms", "contact.max_per_finger=40"});
   Loop loop(model.scene);

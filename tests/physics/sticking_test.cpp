@@ -160,9 +160,9 @@ TEST(Sticking, BallIsHeldToCoulombsLimit) {
   }
 }
 
-// With the weight at an eccentric place each pad carries torsion, too. Where nothing is eccentric, the ellipsoids' limit is
-// Coulomb's. Found by bisection: 0.94 to 1.00 of the law. With more friction the patches twist so far before they slide that
-// the weight's lever is another.
+// With the weight at an eccentric place each pad carries torsion, too. Where nothing is eccentric, the ellipsoids'
+// limit is Coulomb's. Found by bisection: 0.94 to 1.00 of the law. With more friction the patches twist so far before
+// they slide that the weight's lever is another.
 TEST(Sticking, EccentricWeightIsHeldToTheSoftFingersLimit) {
   const double modulus_Pa = scene_of("stick").fingertips->material.reduced_modulus_Pa;
   const Pads round = pads_round(SphereShape{25e-3}, 25e-3);

@@ -52,8 +52,8 @@ TEST(Percentiles, OfNothingAreNaN) {
 constexpr std::int64_t kStep_ns = 1'000'000;
 constexpr int kPeriod = 5;  // Steps a control period.
 
-/// A run of two loops whose every number is known. Contact ticks start 10 us late and take 20 us, every 100th 30 us late
-/// and 50 us. A frame is new in every 5th tick, where the thumb's force steps by 0.4 N, against 0.1 N elsewhere.
+/// A run of two loops whose every number is known. Contact ticks start 10 us late and take 20 us, every 100th 30 us
+/// late and 50 us. A frame is new in every 5th tick, where the thumb's force steps by 0.4 N, against 0.1 N elsewhere.
 struct SyntheticRun {
   explicit SyntheticRun(int ticks)
       : model(build_model(scene_of("minimal", {"time.control_period=5 ms", "time.duration=1 s"}))),

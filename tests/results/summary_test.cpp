@@ -70,8 +70,8 @@ TEST(BoxGrasp, HoldsWithControlEvery5ms) {
   expect_accurate(run, 1.2, 0.3);
 }
 
-// 5, 10 and 20 contacts a finger are the published 15, 30 and 60: every finger has that many at all times, and they serve
-// 12 control points each: no pulp passes into the box.
+// 5, 10 and 20 contacts a finger are the published 15, 30 and 60: every finger has that many at all times, and they
+// serve 12 control points each: no pulp passes into the box.
 class ContactCount : public testing::TestWithParam<int> {};
 TEST_P(ContactCount, IsKeptAndHolds) {
   const SceneRun run("box_grasp", {"contact.max_per_finger=" + std::to_string(GetParam()),

@@ -89,8 +89,8 @@ TEST(ForceChatter, OfAnAlternatingForceIsTwiceItsAmplitude) {
 
 TEST(ForceChatter, IsNoneOnARampAndNextToNoneOfAJump) {
   EXPECT_LT(force_chatter(steady_run([](int i) { return 1.0 + 1e-3 * i; })), 1e-12);
-  // A jump by a force's whole size: two second differences of it, halved, among the 200 ticks from 0.3 s on, whose mean is
-  // 1.75.
+  // A jump by a force's whole size: two second differences of it, halved, among the 200 ticks from 0.3 s on, whose mean
+  // is 1.75.
   EXPECT_NEAR(force_chatter(steady_run([](int i) { return i < 350 ? 1.0 : 2.0; })), 1.0 / 200.0 / 1.75, 1e-4);
 }
 

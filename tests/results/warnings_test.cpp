@@ -41,8 +41,8 @@ std::array<double, kFingers> true_depths_m(const Loop& loop, DepthOf depth_of) {
 
 double depth_in_box_m(const Vector3d& p_O) { return 25e-3 - p_O.cwiseAbs().maxCoeff(); }
 
-// With room for 5 and 10 contacts a finger, points that are no contacts pass millimetres into the box. On a flat face the
-// surface strays by less than 10 um.
+// With room for 5 and 10 contacts a finger, points that are no contacts pass millimetres into the box. On a flat face
+// the surface strays by less than 10 um.
 TEST(Penetration, IsThatOfAllControlPoints) {
   for (const int most : {5, 10, 40}) {
     SCOPED_TRACE(most);
@@ -158,8 +158,8 @@ TEST(Warnings, TellOfPulpsThatAreNoHalfSpace) {
       warnings(build_model(short_grasp({"control.grasp.internal_force=6 N", "contact.max_per_finger=60"}))), "a / R"));
 }
 
-// On a soft object with room for all that touch, contact gives the bodies next to no energy. Where a control point gets its
-// place only when it is deep in the object, it does, and the results say why.
+// On a soft object with room for all that touch, contact gives the bodies next to no energy. Where a control point gets
+// its place only when it is deep in the object, it does, and the results say why.
 TEST(Warnings, TellWhereSoftObjectsInjectEnergy) {
   const std::string soft = "object.compliance={reduced_modulus: 1 MPa, poisson: 0.5, relaxation: 5 ms}";
   for (const int most : {5, 60}) {

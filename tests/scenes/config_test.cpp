@@ -616,8 +616,8 @@ TEST(Config, RefusesWhatIsNoPlainYaml) {
   }
 }
 
-// A name goes into JSON, which is UTF-8, and onto terminals, which obey control characters. So any text of a file is refused
-// where it stands, and no message repeats such a byte.
+// A name goes into JSON, which is UTF-8, and onto terminals, which obey control characters. So any text of a file is
+// refused where it stands, and no message repeats such a byte.
 TEST(Config, RefusesTextsThatAreNoLineOfUtf8) {
   const Reader read = [](const ConfigMap& root) {
     (void)root.text("name");
@@ -636,7 +636,8 @@ TEST(Config, RefusesTextsThatAreNoLineOfUtf8) {
             (Lines{"1:7: name: 'a\\x1B[2J' must be one line of text in UTF-8, without the control character 0x1B"}));
   EXPECT_EQ(faults(table, "name: a\n", read, {"name=caf\xE9"}),
             (Lines{"--set name: 'caf\\xE9' must be one line of text in UTF-8, without byte 0xE9"}));
-  // Cut characters, an overlong 'A', half of a pair of UTF-16, beyond Unicode, a control character in two bytes, and lines.
+  // Cut characters, an overlong 'A', half of a pair of UTF-16, beyond Unicode, a control character in two bytes, and
+  // lines.
   for (const char* bad : {"\xC3", "\xE2\x82", "\xF0\x9F\x96", "\xC1\x81", "\xED\xA0\x80", "\xF4\x90\x80\x80",
                           "\xC2\x9B", "\"\\0\"", "\"\\n\"", "\"\\t\""}) {
     const Lines found = faults(table, "name: " + std::string(bad) + "\n", read);

@@ -102,9 +102,9 @@ struct Bounds {
 
 class Hertz : public testing::TestWithParam<Bounds> {};
 
-// Hertz's force, radius and pressure, from few points to many. What is left is chance, how the points lie in the contact
-// circle, of which a third of the candidates is not even part: it falls as their number grows. Measured over the
-// orientations: force 0.99 +- 0.024, 0.992 +- 0.009, 0.998 +- 0.003, 0.999 +- 0.002 at 15, 30, 60, 120.
+// Hertz's force, radius and pressure, from few points to many. What is left is chance, how the points lie in the
+// contact circle, of which a third of the candidates is not even part: it falls as their number grows. Measured over
+// the orientations: force 0.99 +- 0.024, 0.992 +- 0.009, 0.998 +- 0.003, 0.999 +- 0.002 at 15, 30, 60, 120.
 TEST_P(Hertz, ForceRadiusAndPressure) {
   const Bounds bounds = GetParam();
   const Battery battery(pad(bounds.candidates), kDepth_m);

@@ -40,8 +40,8 @@ std::vector<ContactFile> all_recorded_problems() {
   return problems;
 }
 
-/// The residual as its definition says it, in long double and in terms of a projection by cases, apart from the solver's:
-/// | f - P_K(f - rho_i (delta + mu |delta_t| e_n)) | over | rho_i delta_free |, rho_i = 3 / tr(W_ii).
+/// The residual as its definition says it, in long double and in terms of a projection by cases, apart from the
+/// solver's: | f - P_K(f - rho_i (delta + mu |delta_t| e_n)) | over | rho_i delta_free |, rho_i = 3 / tr(W_ii).
 double residual_of(const RandomContacts& problem, const VectorXd& f) {
   using Vector = Eigen::Matrix<long double, Eigen::Dynamic, 1>;
   const Vector delta = problem.W.cast<long double>() * f.cast<long double>() + problem.delta_free.cast<long double>();

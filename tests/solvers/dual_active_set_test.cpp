@@ -152,8 +152,8 @@ TEST(DualActiveSet, EveryAnswerIsProvedOnDegenerateProblems) {
   EXPECT_LT(infeasible, 2700);
 }
 
-// Pairs of faces that nearly coincide, as those of a pyramid of little friction, and such that do: multipliers grow like
-// 1/mu, and the errors with them (1e-13 of the multipliers' size, see expect_optimal).
+// Pairs of faces that nearly coincide, as those of a pyramid of little friction, and such that do: multipliers grow
+// like 1/mu, and the errors with them (1e-13 of the multipliers' size, see expect_optimal).
 TEST(DualActiveSet, ThinWedges) {
   for (const double mu : {1e-3, 1e-6, 0.0}) {
     for (unsigned seed = 0; seed < 1000; ++seed) {

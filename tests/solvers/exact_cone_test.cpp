@@ -185,7 +185,8 @@ TEST_P(ExactCone, EveryAnswerIsProved) {
     const Solution solution = solve<8>(grasp, reduced);
     ++count[solution.result.status];
     if (solution.result.status == GraspStatus::kOptimal) {
-      // The solver's promise; 1e-10 allows for the rounding of Q, amplified by the reduction of near-collinear contacts.
+      // The solver's promise; 1e-10 allows for the rounding of Q, amplified by the reduction of near-collinear
+      // contacts.
       const Real tolerance = std::max(1e-10L, Real(2.0 * solution.result.residual));
       EXPECT_LE(optimality_error(grasp, reduced, solution.f, solution.l), tolerance);
       EXPECT_LE(solution.result.residual, 1e-9);
@@ -247,8 +248,8 @@ TEST(ExactConeForces, DoNotDependOnTheTangents) {
     for (Index i = 0; i < grasp.n(); ++i) {
       const Real3 f = grasp.contacts[i].frame.cast<Real>() * solution.f.segment<3>(3 * i);
       const Real3 f_again = turned.contacts[i].frame.cast<Real>() * again.f.segment<3>(3 * i);
-      // Optimal to 1e-12; the forces move more than that by the inverse curvature of the dual, which is largest near the
-      // border of feasibility.
+      // Optimal to 1e-12; the forces move more than that by the inverse curvature of the dual, which is largest near
+      // the border of feasibility.
       EXPECT_LE((f - f_again).norm(), 1e-8L * solution.f.norm());
     }
   }

@@ -374,7 +374,8 @@ TEST_P(GaussSeidel, SlipThatNoForceMoves) {
   EXPECT_LE((solution.f - Vector3d(2.0, -1.0, 0.0)).norm(), 1e-12);
 }
 
-// Problems outside of the requirements, and numbers at the ends of their range: an end, a status, forces in their cones.
+// Problems outside of the requirements, and numbers at the ends of their range: an end, a status, forces in their
+// cones.
 TEST_P(GaussSeidel, AnyProblemEnds) {
   for (unsigned seed = 0; seed < 20; ++seed) {
     SCOPED_TRACE(seed);
@@ -433,8 +434,8 @@ TEST_P(GaussSeidel, ScalesOfFreeMotionFarFromOne) {
   }
 }
 
-// Where the residual's scale is no number, nothing can be told of forces: f = 0 must not pass for a solution of contacts that
-// are pressed, though the sum of squares is zero.
+// Where the residual's scale is no number, nothing can be told of forces: f = 0 must not pass for a solution of
+// contacts that are pressed, though the sum of squares is zero.
 TEST_P(GaussSeidel, AScaleThatFitsNoDoubleIsRefused) {
   for (const double scale : {1e-300, 1e-170, 1e-150, 1e170, 1e300}) {
     SCOPED_TRACE(scale);

@@ -33,8 +33,8 @@ Solution solve(const Grasp& grasp, FrictionCone cone) {
 }
 
 // The optimum is unique, and two methods without a step in common find it. Lemke's method loses the digits that its
-// largest entries have more than the forces: forces agree to 1e-9 of themselves up to 30 times the wrench (torques by arms
-// of 3 cm), and beyond that, at the border of feasibility, to 1e-6.
+// largest entries have more than the forces: forces agree to 1e-9 of themselves up to 30 times the wrench (torques by
+// arms of 3 cm), and beyond that, at the border of feasibility, to 1e-6.
 TEST(GraspAgreement, ActiveSetAndLemkesMethodWithThreeContacts) {
   GraspWorkspace work;
   int optimal = 0;

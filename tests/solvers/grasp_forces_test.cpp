@@ -78,8 +78,8 @@ Vector3d nearest_in_pyramid(double mu, const Vector3d& y) {
 }
 
 /// Karush-Kuhn-Tucker with the multiplier that the solver gave: G f = W, and f_i = P_K(G_i'l - c_i). Forces are a few
-/// newtons to some tens (near the border of feasibility), and a dozen changes on rows of order 1 amplify rounding by less
-/// than 1e4: 1e-10 is on the safe side, and a wrong set of tight rows leaves errors of the forces' own size.
+/// newtons to some tens (near the border of feasibility), and a dozen changes on rows of order 1 amplify rounding by
+/// less than 1e4: 1e-10 is on the safe side, and a wrong set of tight rows leaves errors of the forces' own size.
 void expect_optimal(const Grasp& grasp, const Solution& solution, double tolerance = 1e-10) {
   const VectorXd& f = solution.f;
   const double size = f.norm() + bias_of(grasp).norm();
@@ -91,8 +91,8 @@ void expect_optimal(const Grasp& grasp, const Solution& solution, double toleran
   EXPECT_LE(solution.report.residual, 1e-9 + 1e-11 * pulled.norm() / size);
   EXPECT_LE(grasp_kkt_error(grasp.problem(FrictionCone::kPyramid), solution.report.multiplier, f),
             std::max(1e-9, tolerance) + 1e-11 * pulled.norm() / size);
-  // Cones so thin that forces must be far larger than the wrench: the multiplier is larger still, and distances from it,
-  // which the trials below compare, round by more than they differ.
+  // Cones so thin that forces must be far larger than the wrench: the multiplier is larger still, and distances from
+  // it, which the trials below compare, round by more than they differ.
   if (pulled.norm() > 1e2 * size) return;
   for (Index i = 0; i < grasp.n(); ++i) {
     const Matrix3d& frame = grasp.contacts[i].frame;
@@ -101,8 +101,8 @@ void expect_optimal(const Grasp& grasp, const Solution& solution, double toleran
   }
 }
 
-/// The twist that the solver gave moves with the wrench, and against every edge of every pyramid: any forces inside them
-/// do no work on it where the wrench would have to.
+/// The twist that the solver gave moves with the wrench, and against every edge of every pyramid: any forces inside
+/// them do no work on it where the wrench would have to.
 void expect_infeasible(const Grasp& grasp, const Solution& solution, double tolerance = 1e-10) {
   const Vector6d& twist = solution.report.multiplier;
   const MatrixXd G = grasp_map(grasp);
@@ -336,8 +336,9 @@ TEST(GraspForces, OptimaOnEdgesAndTips) {
   }
 }
 
-// Where contacts stray from a line by a part s of their distances, rounding of the points is 1e-16/s of what they stray,
-// and so are errors in what balances a torque about the line. Both answers occur: also a torque that needs large forces.
+// Where contacts stray from a line by a part s of their distances, rounding of the points is 1e-16/s of what they
+// stray, and so are errors in what balances a torque about the line. Both answers occur: also a torque that needs large
+// forces.
 TEST(GraspForces, ContactsNearALine) {
   int infeasible = 0;
   for (unsigned seed = 0; seed < 2000; ++seed) {

@@ -120,8 +120,8 @@ TEST(GroupedDelassus, SolvesTheProblemThatItsFactorsMake) {
   }
 }
 
-// C of the header stands in W's diagonal blocks, times s: W with it less W without. The surface motion is its product with forces.
-// Rounding.
+// C of the header stands in W's diagonal blocks, times s: W with it less W without. The surface motion is its product
+// with forces. Rounding.
 TEST(GroupedDelassus, ComplianceIsTheOneOfTheHeader) {
   std::mt19937 random(1);
   GroupedProblem problem({4, 3, 5}, true, random);

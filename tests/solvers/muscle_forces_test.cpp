@@ -63,8 +63,8 @@ void expect_optimal(const MatrixXd& H, const VectorXd& tau, const VectorXd& f) {
   EXPECT_LE(stationarity_error(f, H, pushes), 1e-8 * size_N);
 }
 
-/// The proof in exact terms: at joint velocities l the torques do work, tau.l > 0, and no muscle can: 1e-10 of its arms is
-/// the rounding of l.
+/// The proof in exact terms: at joint velocities l the torques do work, tau.l > 0, and no muscle can: 1e-10 of its arms
+/// is the rounding of l.
 void expect_infeasible(const MatrixXd& H, const VectorXd& tau, const VectorXd& l) {
   for (Index j = 0; j < H.cols(); ++j) EXPECT_LE(H.col(j).dot(l), 1e-10 * H.col(j).norm() * l.norm());
   EXPECT_GT(tau.dot(l), 0.0);

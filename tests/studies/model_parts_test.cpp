@@ -187,8 +187,8 @@ TEST(ModelParts, AutoStaysWithinTheTolerance) {
   EXPECT_LT(tight.contact.level, loose.contact.level);
 }
 
-// Coarse pulps keep the forces, which the controller sees, but not the torsion of a patch and how much it can carry. Both
-// come with the move, which turns the fingers on the box.
+// Coarse pulps keep the forces, which the controller sees, but not the torsion of a patch and how much it can carry.
+// Both come with the move, which turns the fingers on the box.
 TEST(ModelParts, AutoKeepsWhatMomentsAndMarginsNeed) {
   const auto level = [](const std::string& seen) {
     const std::string tolerance = "tolerance={position: 0.1 mm, rotation: 0.2 deg, force: 5 %, " + seen + "}";

@@ -12,8 +12,8 @@
 namespace thenar {
 namespace {
 
-// Of 6 differences all lie on one side of the median by 2 / 2^6 = 3.1 %; of 9 all but one do by 3.9 %, of 15 all but three
-// by 3.5 %: one value fewer would be above 5 %.
+// Of 6 differences all lie on one side of the median by 2 / 2^6 = 3.1 %; of 9 all but one do by 3.9 %, of 15 all but
+// three by 3.5 %: one value fewer would be above 5 %.
 TEST(Savings, AnIntervalHoldsTheMedianWith95Percent) {
   const Saving six = saving_of({6, 1, 5, 2, 4, 3});
   EXPECT_EQ(six.us, 3);

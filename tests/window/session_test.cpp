@@ -269,8 +269,8 @@ void pull(Shown& shown, const Eigen::Vector3d& handle, double duration_s) {
   }
 }
 
-// Without its integral the controller holds against a force like a spring: 300 N/m. So the box goes F / p, with F of the
-// pull's own spring, until someone lets go.
+// Without its integral the controller holds against a force like a spring: 300 N/m. So the box goes F / p, with F of
+// the pull's own spring, until someone lets go.
 TEST(Session, APullMovesTheBoxByForceOverStiffnessAndLetsGo) {
   Shown shown(held_box({"control.position.i=0 N/(m*s)", "control.rotation.i=0 N*m/(rad*s)"}));
   ASSERT_TRUE(shown.passes(1.0));
@@ -427,8 +427,8 @@ TEST(Session, RecordsWhatIsShown) {
   EXPECT_GE(statuses, 2);
 }
 
-// Each other level is another scene in the recording, of 1 MB. A page that sets levels without end gets one a second, and the
-// last one in the end.
+// Each other level is another scene in the recording, of 1 MB. A page that sets levels without end gets one a second,
+// and the last one in the end.
 TEST(Session, LevelsThatPourInDoNotFillTheRecording) {
   SessionSettings settings = Shown::quiet();
   settings.record = thenar::scratch() / "session.mcap";

@@ -1,5 +1,5 @@
-// Does the contact loop notice who watches? Its compute time with a page that renders on the same cores over that without,
-// in turns in one session.
+// Does the contact loop notice who watches? Its compute time with a page that renders on the same cores over that
+// without, in turns in one session.
 //     node load.mjs THENAR-WINDOW CONFIGS [PAIRS] [SECONDS]
 
 import {join} from 'node:path';

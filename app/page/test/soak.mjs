@@ -1,5 +1,6 @@
-// An hour as a user's worst day: pages come and go, settings change at random, hands pull and poke, other work takes both
-// cores half of the time, and everything is recorded. Memory must stay flat, no frame may be lost, the grasp must hold.
+// An hour as a user's worst day: pages come and go, settings change at random, hands pull and poke, other work takes
+// both cores half of the time, and everything is recorded. Memory must stay flat, no frame may be lost, the grasp must
+// hold.
 //     node soak.mjs THENAR-WINDOW CONFIGS FOLDER [SECONDS] [SEED]
 
 import {mkdir, readFile, stat, writeFile} from 'node:fs/promises';
