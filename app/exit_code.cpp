@@ -10,7 +10,7 @@ int exit_code(const thenar::Scene& scene, Outcome outcome) {
     case Outcome::kHeld:
       return kDone;
     case Outcome::kUnknown:
-      return kUnknown;
+      return ::kUnknown;  // not the NaN of that name
     case Outcome::kOverLimits:
       return kOverLimits;
     case Outcome::kOffTarget:

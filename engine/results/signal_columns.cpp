@@ -7,6 +7,8 @@
 #include <initializer_list>
 #include <numbers>
 
+#include "engine/results/recording.h"
+
 namespace thenar {
 
 using nlohmann::ordered_json;
@@ -25,7 +27,6 @@ struct Words {
   double factor;
 };
 
-constexpr double kDegrees = 180.0 / std::numbers::pi;
 constexpr std::array kWords{
     Words{"normal_N", Of::kFinger, "normal", "N", 1.0},
     Words{"force_n_N", Of::kFinger, "normal", "N", 1.0},  // This and the next three: before 0.8.
