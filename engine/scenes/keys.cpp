@@ -16,9 +16,9 @@ namespace {
 using enum KeyKind;
 using enum Dimension;
 
-// Bounds that are no law of mechanics keep a typo from asking for any amount of memory or time. A step is within the rates
-// that loops may have, 100 kHz to 1 Hz. An object's surface takes 430 bytes a point; a pulp's kernel 24 bytes for each pair
-// of leaves, 400 MB for 4000; a human fingertip stiffens by about 0.5 1/N.
+// Bounds that are no law of mechanics keep a typo from asking for any amount of memory or time. A step is within the
+// rates that loops may have, 100 kHz to 1 Hz. An object's surface takes 430 bytes a point; a pulp's kernel 24 bytes for
+// each pair of leaves, 400 MB for 4000; a human fingertip stiffens by about 0.5 1/N.
 constexpr std::array kSceneKeys = std::to_array<Key>({
     {"name", kText, kNone, "", "", "The scene's name in results."},
 

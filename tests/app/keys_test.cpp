@@ -111,8 +111,8 @@ std::string first_fault_below(const json& schema, const json& value) {
   return "";
 }
 
-/// What is wrong with a value by as much of JSON Schema as ours uses; empty if nothing is. Throws at a keyword that it does
-/// not know, so that none goes unchecked.
+/// What is wrong with a value by as much of JSON Schema as ours uses; empty if nothing is. Throws at a keyword that it
+/// does not know, so that none goes unchecked.
 std::string first_fault(const json& schema, const json& value) {
   const std::size_t size = value.is_string() ? value.get<std::string>().size() : value.size();
   for (const auto& [word, rule] : schema.items()) {

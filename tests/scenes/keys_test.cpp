@@ -44,8 +44,8 @@ void expect_good_default(const Key& key) {
   }
 }
 
-// Each key stands below one that may have keys, once, and can be shown: it has a sentence, and a range and a default that
-// its reader understands.
+// Each key stands below one that may have keys, once, and can be shown: it has a sentence, and a range and a default
+// that its reader understands.
 TEST(Keys, AreWellFormed) {
   for (const Keys keys : {scene_keys(), hand_keys()}) {
     std::set<std::string_view> paths{""};
@@ -115,8 +115,8 @@ std::vector<std::pair<std::string, Changes>> scenes_with_all_keys() {
           shape("sphere: 26.09 mm")};
 }
 
-// A key that nobody reads is refused where a scene names it. So where all keys of the table are named by scenes that are
-// taken, each has a reader; that each reader's key is in the table, the reader itself sees to.
+// A key that nobody reads is refused where a scene names it. So where all keys of the table are named by scenes that
+// are taken, each has a reader; that each reader's key is in the table, the reader itself sees to.
 TEST(Keys, OfTheTableAreAllReadOfScenes) {
   std::set<std::string> paths;
   for (const auto& [name, changes] : scenes_with_all_keys()) {
@@ -137,8 +137,8 @@ TEST(Keys, OfTheTableAreAllReadOfHands) {
   EXPECT_EQ(without(hand_keys(), paths_in(read_file(config_file("hand")))), Changes{});
 }
 
-// What a program's own settings begin with is what a scene has that does not name them, to the last bit; and the table's
-// ranges are those of the functions that are called with the values.
+// What a program's own settings begin with is what a scene has that does not name them, to the last bit; and the
+// table's ranges are those of the functions that are called with the values.
 TEST(Keys, AgreeWithTheSettings) {
   const Scene scene = scene_of("minimal", {"tolerance={}"});
   const Tolerance tolerance;
