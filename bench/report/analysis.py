@@ -185,6 +185,7 @@ def scenes(folder):
     result = []
     for file in sorted(Path(folder).glob("*.yaml")):
         lines = itertools.takewhile(lambda line: line.startswith("#"), file.read_text(encoding="utf-8").splitlines())
+        lines = [line for line in lines if not line.startswith("# yaml-language-server")]
         sentence = re.match(r".*?\.(?= |$)", " ".join(line.lstrip("# ") for line in lines))
         if sentence and file.stem != "hand":
             result.append((file.stem, sentence.group()))

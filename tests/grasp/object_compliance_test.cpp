@@ -329,7 +329,7 @@ TEST(SoftObject, SceneErrorsNameTheKey) {
     return text.find(part) != std::string::npos;
   };
   const std::string all = error_of({"object.compliance={reduced_modulus: -1 MPa, poisson: 0.7, stiffness: 3}"});
-  EXPECT_TRUE(has(all, "object.compliance.reduced_modulus: -1 MPa must be greater than zero")) << all;
+  EXPECT_TRUE(has(all, "object.compliance.reduced_modulus: -1 MPa must be at least 1 kPa")) << all;
   EXPECT_TRUE(has(all, "object.compliance.poisson")) << all;
   EXPECT_TRUE(has(all, "object.compliance.relaxation: this key is missing")) << all;
   EXPECT_TRUE(has(all, "object.compliance.stiffness")) << all;
