@@ -29,12 +29,10 @@
 #include "engine/formats/files.h"
 #include "engine/loops/realtime.h"
 #include "engine/results/figures.h"
-#include "engine/results/lockstep.h"
-#include "engine/results/monolithic.h"
 #include "engine/results/problem_dump.h"
 #include "engine/results/profile.h"
-#include "engine/results/realtime_run.h"
 #include "engine/results/recording_file.h"
+#include "engine/results/scene_run.h"
 #include "engine/results/signals.h"
 #include "engine/results/summary.h"
 #include "engine/scenes/build_model.h"
@@ -121,18 +119,14 @@ int run(const Options& options) {
   RunWatch watch(model.scene, options.quiet);
   const Progress progress = watch.progress();
   nlohmann::ordered_json loops = nlohmann::ordered_json::object();  // Of two threads.
-  LockstepSettings settings;
-  settings.jitter_s = options.control_jitter_s;
   const auto record = [&] {
-    switch (options.runner) {
-      case Runner::kMonolithic:
-        break;
-      case Runner::kLockstep:
-        return run_lockstep(model, state, settings, progress, dump ? &*dump : nullptr, film ? &*film : nullptr);
-      case Runner::kRealtime:
-        return run_realtime(options, model, state, progress, loops, film ? &*film : nullptr);
+    if (options.runner == Runner::kRealtime) {
+      return run_realtime(options, model, state, progress, loops, film ? &*film : nullptr);
     }
-    return run_monolithic(model, state, progress, dump ? &*dump : nullptr, film ? &*film : nullptr);
+    RunSettings settings{.progress = progress, .film = film ? &*film : nullptr};
+    if (dump) settings.watchers.push_back(&*dump);
+    if (options.runner == Runner::kLockstep) settings.lockstep = LockstepSettings{.jitter_s = options.control_jitter_s};
+    return run_scene(model, state, settings);
   };
   const Recording recording = record();
   watch.end();

@@ -3,7 +3,7 @@
 #include <chrono>
 #include <string>
 
-#include "engine/results/monolithic.h"
+#include "engine/results/scene_run.h"
 
 /// One line of stderr that says how far a command is, if somebody is looking.
 class ProgressLine {

@@ -19,7 +19,7 @@
 #include "app/results.h"
 #include "engine/formats/files.h"
 #include "engine/grasp/stopwatch.h"
-#include "engine/results/lockstep.h"
+#include "engine/results/scene_run.h"
 #include "engine/studies/sweep.h"
 #include "engine/studies/sweep_journal.h"
 
@@ -36,7 +36,7 @@ SweepPlan read_plan(const Options& options) {
 
 SweepRow run_row_lockstep(const Model& model) {
   State state(model);
-  return sweep_row(model, run_lockstep(model, state));
+  return sweep_row(model, run_scene(model, state, {.lockstep = LockstepSettings{}}));
 }
 
 /// What makes a row: "row 3 of 12 (contact.friction=0.5, time.step=1 ms)".

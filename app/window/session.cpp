@@ -23,7 +23,7 @@
 #include "engine/loops/split_grasp.h"
 #include "engine/loops/threads.h"
 #include "engine/results/grasp_monitor.h"
-#include "engine/results/pairing.h"
+#include "engine/loops/pairing.h"
 #include "engine/results/recorder.h"
 #include "engine/results/recording_file.h"
 #include "engine/results/warnings.h"

@@ -1,19 +1,9 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/Geometry>
-#include <Eigen/QR>
-#include <algorithm>
 #include <array>
-#include <cmath>
-#include <filesystem>
-#include <numbers>
-#include <string>
-#include <vector>
 
-#include "bench/cases/scene_run.h"
 #include "engine/grasp/scene.h"
-#include "engine/scenes/scene_file.h"
 
 namespace thenar {
 
@@ -33,84 +23,19 @@ struct Pads {
 };
 
 /// Pads at 120 degrees round the z axis, on a surface whose radius there is `radius_m`.
-inline Pads pads_round(const Shape& shape, double radius_m) {
-  Pads pads;
-  pads.shape = shape;
-  pads.curvature_per_m = 1.0 / radius_m;
-  for (int k = 0; k < kFingers; ++k) {
-    const double angle = 2.0 * std::numbers::pi / kFingers * k;
-    const Eigen::Vector3d outward(std::cos(angle), std::sin(angle), 0.0);
-    pads.at_m[k] = radius_m * outward;
-    pads.inward[k] = -outward;
-  }
-  return pads;
-}
+Pads pads_round(const Shape& shape, double radius_m);
 
 /// A pad against two of half its force, `apart_m` from one another along z: a pinch across x of an object `width_m`
 /// wide.
-inline Pads pads_across(const Shape& shape, double width_m, double apart_m) {
-  Pads pads;
-  pads.shape = shape;
-  pads.at_m = {Eigen::Vector3d(-0.5 * width_m, 0.0, 0.0), Eigen::Vector3d(0.5 * width_m, 0.0, 0.5 * apart_m),
-               Eigen::Vector3d(0.5 * width_m, 0.0, -0.5 * apart_m)};
-  pads.inward = {Eigen::Vector3d::UnitX(), -Eigen::Vector3d::UnitX(), -Eigen::Vector3d::UnitX()};
-  pads.force_N = {2.0, 1.0, 1.0};
-  return pads;
-}
+Pads pads_across(const Shape& shape, double width_m, double apart_m);
 
 /// The scene of it. A finger's four joints turn together about an axis a metre away, so that its pad moves along its
 /// normal, to 1e-6 of the way for each micrometre; each joint has the torque that the force asks for.
-inline Scene scene_of(const Pads& pads) {
-  constexpr double kArm_m = 1.0;
-  Scene scene = load_scene(std::filesystem::path(THENAR_CONFIGS) / "stick.yaml");
-  scene.name = "pads";
-  scene.task = {};
-  scene.gravity = pads.gravity;
-  scene.contact.friction = pads.friction;
-  scene.control_period_s = scene.step_s;
-  scene.object.shape = pads.shape;
-  scene.object.points = 6000;
-  scene.object.mass_kg = pads.mass_kg;
-  scene.object.centre_of_mass_m = pads.centre_of_mass_m;
-  scene.object.X_WO.setIdentity();
-  // With the torsional stiffness of a patch some 6 ms; near the limit, where the patch all but slides, 0.1 s.
-  scene.object.rotation_damping = 1e-4;
-  scene.joint_viscosity = 40.0;  // 10 N s/m at the pad
-  scene.posture.setZero();
-  JointVector torques;
-  for (Segment& segment : scene.hand.segments) segment.mass_kg = 0.0;
-  for (int k = 0; k < kFingers; ++k) {
-    Fingertip& tip = scene.hand.fingertips[k];
-    tip.radius_m = 8e-3;
-    tip.centre_m.setZero();
-    Segment& segment = scene.hand.segments[tip.segment];
-    segment.X_WS_0.linear() = Eigen::Quaterniond::FromTwoVectors(tip.normal, pads.inward[k]).toRotationMatrix();
-    segment.X_WS_0.translation() = pads.at_m[k] - (tip.radius_m - pads.depth_m) * pads.inward[k];
-    const Eigen::Vector3d axis = pads.inward[k].unitOrthogonal();
-    for (int j = 0; j < kJointsPerFinger; ++j) {
-      Joint& joint = scene.hand.joints[kJointsPerFinger * k + j];
-      joint.axis = axis;
-      joint.origin_m = segment.X_WS_0.translation() + kArm_m * axis.cross(pads.inward[k]);
-      torques[kJointsPerFinger * k + j] = kArm_m * pads.force_N[k];
-    }
-  }
-  scene.torques = torques;
-  return scene;
-}
+Scene scene_of(const Pads& pads);
 
 /// Whether the pads hold the object: after the grip has built up its centre of mass falls no more, and what little it
 /// has turned leaves the lever of its weight as it was.
-inline bool hold(const Pads& pads) {
-  Loop loop(scene_of(pads));
-  const auto height_m = [&] { return -pads.gravity.normalized().dot(loop.state.X_WO * pads.centre_of_mass_m); };
-  loop.run(0.5);
-  const double built_up_m = height_m();
-  loop.run(0.5);
-  // At 15 degrees the lever is 3 % shorter: what turns further may come to hang, and fall no more.
-  if (Eigen::AngleAxisd(loop.state.X_WO.linear()).angle() > 15.0 * std::numbers::pi / 180.0) return false;
-  // What friction does not carry is left to the drag: 1 % of the weight of 100 g then falls at 1 mm/s.
-  return built_up_m - height_m() < 0.1e-3;
-}
+bool hold(const Pads& pads);
 
 /// The most mass that the pads hold by friction where a pad's friction F_t and its torsion M can be all that the
 /// ellipsoid between them encloses [Goyal, Ruina, Papadopoulos 1991],
@@ -118,41 +43,6 @@ inline bool hold(const Pads& pads) {
 /// M_max of Hertz's pressure on a disc of radius a. By the upper bound theorem it is the least that the pads dissipate,
 /// over all motions of the object in which the weight of 1 kg does work of 1: a sum of norms, which reweighted least
 /// squares find [Weiszfeld 1937]. Requires normal forces in balance.
-inline double most_mass_kg(const Pads& pads, double reduced_modulus_Pa, double pad_radius_m = 8e-3) {
-  // Of a motion: velocity of the origin, rotation; of a load: force, moment.
-  using Vector6 = Eigen::Matrix<double, 6, 1>;
-  using Matrix6 = Eigen::Matrix<double, 6, 6>;
-  // What a pad can do, by motions along its two tangents and turns.
-  std::array<Eigen::Matrix<double, 3, 6>, kFingers> most;
-  for (int k = 0; k < kFingers; ++k) {
-    const Eigen::Vector3d n = pads.inward[k], t = n.unitOrthogonal();
-    const double friction_N = pads.friction * pads.force_N[k];
-    const double a_m =
-        std::cbrt(0.75 * pads.force_N[k] / (reduced_modulus_Pa * (1.0 / pad_radius_m + pads.curvature_per_m)));
-    const auto row = [&](int r, const Eigen::Vector3d& axis) {
-      most[k].row(r) << friction_N * axis.transpose(), friction_N * pads.at_m[k].cross(axis).transpose();
-    };
-    row(0, t);
-    row(1, n.cross(t));
-    most[k].row(2) << Eigen::RowVector3d::Zero(), 3.0 * std::numbers::pi / 16.0 * friction_N * a_m * n.transpose();
-  }
-  Vector6 weight;
-  weight << pads.gravity, pads.centre_of_mass_m.cross(pads.gravity);
-  std::array<double, kFingers> power{1.0, 1.0, 1.0};
-  double sum = 0.0;
-  for (int i = 0; i < 1000; ++i) {
-    Matrix6 H = Matrix6::Zero();
-    for (int k = 0; k < kFingers; ++k) H += most[k].transpose() * most[k] / power[k];
-    const Vector6 motion = H.completeOrthogonalDecomposition().solve(weight);
-    const double work = weight.dot(motion);
-    sum = 0.0;
-    for (int k = 0; k < kFingers; ++k) {
-      const double now = (most[k] * motion).norm() / work;
-      sum += now;
-      power[k] = std::max(now, 1e-9);
-    }
-  }
-  return sum;
-}
+double most_mass_kg(const Pads& pads, double reduced_modulus_Pa, double pad_radius_m = 8e-3);
 
 }  // namespace thenar

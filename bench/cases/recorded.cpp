@@ -64,21 +64,16 @@ std::vector<std::string> changes_for(Index contacts) {
 }
 
 RecordedTicks::RecordedTicks(Index asked, ProblemDump* dump) : model(build_model(box_scene(asked))) {
-  State state(model);
-  Frame frame(model);
-  Controller controller(model);
-  ContactWorkspace work(model);
+  GraspRun run(model);
   for (int tick = 0; tick < kTo; ++tick) {
     const bool recorded = tick >= kFrom;
-    if (recorded) ticks.push_back({state, controller});
-    const Eigen::Vector3d centre_m = state.X_WO.translation();
-    const ControlReport control = control_tick(model, state, controller, frame);
-    (void)contact_tick(model, frame, work, state);
-    if (!recorded) continue;
-    if (frame.size() != asked) throw std::runtime_error("the recorded run lost contacts");
-    if (!dump) continue;
-    dump->add_control(model, controller, control, centre_m);
-    dump->add_contact(tick, model, frame, work);
+    if (recorded) ticks.push_back({run.state, run.controller});
+    run.control();
+    if (recorded && dump) dump->see_control(ControlTick{run.time_s(), run.report, run.controller.f_muscle, &run});
+    const TickReport contact = run.contact();
+    if (recorded && run.frame.size() != asked) throw std::runtime_error("the recorded run lost contacts");
+    if (recorded && dump)
+      dump->see_tick(Tick{run.state, contact, run.report, run.controller.f_muscle, true, 0.0, &run});
   }
 }
 

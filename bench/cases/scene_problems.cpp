@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "engine/results/lockstep.h"
+#include "engine/loops/run.h"
 #include "engine/results/problem_dump.h"
 #include "engine/scenes/build_model.h"
 #include "engine/scenes/scene_file.h"
@@ -32,20 +32,20 @@ SceneProblems scene_problems(const std::string& scene, const std::vector<std::st
   const Model model = build_model(load_scene(std::string(THENAR_CONFIGS "/") + scene + ".yaml", changes));
   SceneProblems problems;
   const double every_s = (moments.to_s - moments.from_s) / moments.count;
-  Lockstep run(model);
+  GraspRun run(model, LockstepSettings{});
   for (int taken = 0; taken < moments.count;) {
     const Eigen::Vector3d centre_m = run.state.X_WO.translation();
-    const double now_s = static_cast<double>(run.state.tick) * model.scene.step_s;
+    const double now_s = run.time_s();
     (void)run.tick();
-    if (now_s < moments.from_s + taken * every_s || !run.controlled()) continue;
+    if (now_s < moments.from_s + taken * every_s || !run.controlled) continue;
     ++taken;
-    const ContactWorkspace& work = run.workspace();
-    problems.contacts.push_back({contact_problem_file(model, run.frame(), work),
-                                 copy_of(delassus_operator(model, run.frame(), work.kinematics, work.mobility))});
+    const ContactWorkspace& work = run.work;
+    problems.contacts.push_back({contact_problem_file(model, run.frame, work),
+                                 copy_of(delassus_operator(model, run.frame, work.kinematics, work.mobility))});
     if (!model.scene.control) continue;
-    problems.grasps.push_back(grasp_problem_file(model.scene, run.control(), centre_m));
+    problems.grasps.push_back(grasp_problem_file(model.scene, run.report, centre_m));
     if (model.scene.control->muscles) {
-      problems.muscles.push_back(muscle_problem_file(run.controller(), run.control()));
+      problems.muscles.push_back(muscle_problem_file(run.controller, run.report));
     }
   }
   return problems;

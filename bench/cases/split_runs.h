@@ -11,7 +11,7 @@
 #include "engine/grasp/compliance.h"
 #include "engine/grasp/control_tick.h"
 #include "engine/grasp/stopwatch.h"
-#include "engine/results/lockstep.h"
+#include "engine/loops/run.h"
 #include "engine/scenes/build_model.h"
 
 namespace thenar {
@@ -23,18 +23,10 @@ struct Timing {
   double delay_s = 0.0;  ///< Of the frames; in one loop of the drive alone.
 };
 
-[[nodiscard]] inline Model timed(Model model, const Timing& timing) {
-  model.scene.step_s = timing.step_s;
-  model.scene.control_period_s = timing.period_s;
-  model.scene.control_delay_s = timing.delay_s;
-  return model;
-}
+[[nodiscard]] Model timed(Model model, const Timing& timing);
 
 /// The same moment, counted in the model's steps.
-[[nodiscard]] inline State at_time(State state, double time_s, const Model& model) {
-  state.tick = std::lround(time_s / model.scene.step_s);
-  return state;
-}
+[[nodiscard]] State at_time(State state, double time_s, const Model& model);
 
 /// What a run did, tick by tick.
 struct Path {
@@ -73,52 +65,10 @@ struct Path {
 
 /// Both ticks in one loop, to `until_s`: contacts, geometry and operator are new at every step. A control tick every
 /// control period gives the drive, which comes into use a control delay later. The state is left as the run ended.
-[[nodiscard]] inline Path run_in_one_loop(const Model& model, State& state, double from_s, double until_s) {
-  const Scene& scene = model.scene;
-  const auto end = std::lround(until_s / scene.step_s), delay = std::lround(scene.control_delay_s / scene.step_s);
-  Path path(scene, state, from_s);
-  Frame frame(model);
-  Controller controller(model);
-  ContactWorkspace work(model);
-  std::deque<std::pair<std::int64_t, JointVector>> drives;  // and from when on
-  Stopwatch wall;
-  for (std::int64_t sequence = 0; state.tick < end; ++sequence) {
-    if (sequence == 0 || model.control_is_due(state.tick)) {
-      (void)control_tick(model, state, controller, frame);
-      drives.emplace_back(state.tick + (sequence == 0 ? 0 : delay), frame.torque_Nm);
-    } else {
-      frame.tick = state.tick;
-      frame.X_WO = state.X_WO;
-      forward_kinematics(scene.hand, state.q, controller.pose);
-      for (int k = 0; k < kFingers; ++k) frame.X_WF[k] = controller.pose.distal(scene.hand, k);
-      find_frame_contacts(model, controller.pose, state, controller.search, frame);
-      fill_kernels(model, frame);
-    }
-    frame.sequence = sequence;
-    while (drives.size() > 1 && drives[1].first <= state.tick) drives.pop_front();
-    frame.torque_Nm = drives.front().second;
-    path.add(state, contact_tick(model, frame, work, state));
-  }
-  path.wall_s = wall.lap();
-  return path;
-}
+[[nodiscard]] Path run_in_one_loop(const Model& model, State& state, double from_s, double until_s);
 
 /// The split loops on their virtual clock, from a state to `until_s`; with or without the gap offset at hand-overs.
-[[nodiscard]] inline Path run_split(const Model& model, const State& state, double from_s, double until_s,
-                                    bool offset = true) {
-  const auto end = std::lround(until_s / model.scene.step_s);
-  Path path(model.scene, state, from_s);
-  Lockstep loops(model);
-  loops.state = state;
-  if (!offset) loops.workspace().policy.offset_decay_s = 0.0;
-  Stopwatch wall;
-  while (loops.state.tick < end) {
-    const TickReport tick = loops.tick();
-    path.add(loops.state, tick);
-  }
-  path.wall_s = wall.lap();
-  return path;
-}
+[[nodiscard]] Path run_split(const Model& model, const State& state, double from_s, double until_s, bool offset = true);
 
 /// Root mean squares over a path's ticks.
 struct PathError {
@@ -127,25 +77,7 @@ struct PathError {
 };
 
 /// How a path differs from a reference whose step divides its own.
-[[nodiscard]] inline PathError path_error(const Path& path, const Path& reference) {
-  PathError sum;
-  double ticks = 0.0, loads = 0.0;
-  for (std::size_t i = 0; i < path.X_WO.size(); ++i) {
-    if (path.time_s(i) <= path.from_s) continue;
-    const std::size_t j = reference.at(path.time_s(i));
-    const Eigen::Isometry3d &X = path.X_WO[i], &X_ref = reference.X_WO[j];
-    sum.position_m += (X.translation() - X_ref.translation()).squaredNorm();
-    sum.rotation_rad += std::pow(Eigen::AngleAxisd(X_ref.linear().transpose() * X.linear()).angle(), 2);
-    ++ticks;
-    for (int k = 0; k < kFingers; ++k) {
-      if (reference.force_N[j].col(k).isZero()) continue;
-      sum.force_N += (path.force_N[i] - reference.force_N[j]).col(k).squaredNorm();
-      ++loads;
-    }
-  }
-  return {std::sqrt(sum.position_m / ticks), std::sqrt(sum.rotation_rad / ticks),
-          std::sqrt(sum.force_N / std::max(loads, 1.0))};
-}
+[[nodiscard]] PathError path_error(const Path& path, const Path& reference);
 
 /// A scene, and the state from which all runs of it that are compared go on.
 ///

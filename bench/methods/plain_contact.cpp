@@ -266,7 +266,7 @@ Model with_room(const Model& model, const PlainContact& plain) {
   return own;
 }
 
-/// run_monolithic's loop; `frame` and `tick` are left as it ended.
+/// run_scene's loop; `frame` and `tick` are left as it ended.
 Recording run(const Model& model, PlainTick& tick, Frame& frame) {
   State state(model);
   Controller controller(model);
@@ -278,13 +278,10 @@ Recording run(const Model& model, PlainTick& tick, Frame& frame) {
     if (controlled) {
       const Snapshot snapshot = state;
       control = control_tick(model, snapshot, controller, frame);
-      recorder.add(time_s, control, controller.f_muscle);
-      if (state.tick == 0 && recorder.has_unsolved()) break;
+      if (!recorder.see_control(ControlTick{time_s, control, controller.f_muscle})) break;
     }
     const TickReport contact = tick.tick(frame, state);
-    TickRecord record = tick_record(model, state, contact, control);
-    if (controlled) record_control(control, record);
-    held = recorder.add(record, controller.f_muscle);
+    held = recorder.see_tick(Tick{state, contact, control, controller.f_muscle, controlled});
   }
   return recorder.finish(state, control, 0.0);
 }

@@ -29,7 +29,7 @@ struct PlainContact {
   double operator_step_s = 0.0;  ///< Of kWrongStep.
 };
 
-/// Runs a scene as run_monolithic does, with another law of contact. Requires deformable fingertips, a rigid object,
+/// Runs a scene as run_scene does, with another law of contact. Requires deformable fingertips, a rigid object,
 /// and no task.spring.
 [[nodiscard]] Recording run_plain(const Model& model, const PlainContact& plain);
 

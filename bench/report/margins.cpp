@@ -5,8 +5,8 @@
 #include <limits>
 
 #include "bench/report/outcome_map.h"
-#include "engine/results/lockstep.h"
-#include "engine/results/monolithic.h"
+#include "engine/results/scene_run.h"
+#include "engine/results/scene_run.h"
 #include "engine/scenes/build_model.h"
 #include "engine/scenes/config.h"
 #include "engine/scenes/scene_file.h"
@@ -21,7 +21,7 @@ Verdict judge(const MarginKey& key, std::vector<std::string> changes, double val
     const Model model = build_model(load_scene(std::string(THENAR_CONFIGS) + "/box_grasp.yaml", changes));
     return run_and_judge(model, [&](const Model& own) {
       State state(own);
-      return key.lockstep ? run_lockstep(own, state) : run_monolithic(own, state);
+      return key.lockstep ? run_scene(own, state, {.lockstep = LockstepSettings{}}) : run_scene(own, state);
     });
   } catch (const ConfigError& error) {
     return {Outcome::kRefused, error.what()};

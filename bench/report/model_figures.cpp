@@ -13,7 +13,7 @@
 
 #include "bench/report/figure.h"
 #include "engine/loops/percentiles.h"
-#include "engine/results/lockstep.h"
+#include "engine/loops/run.h"
 #include "engine/scenes/build_model.h"
 #include "engine/scenes/scene_file.h"
 #include "engine/studies/model_parts.h"
@@ -334,14 +334,13 @@ SplitRun run_split(const Model& model, bool curvature) {
     for (FrameContact& contact : frame.contacts) contact.curvature_per_m *= curvature ? 1.0 : 0.0;
     return true;
   };
-  Lockstep loops(model, settings);
+  GraspRun loops(model, settings);
   SplitRun run;
   std::vector<double> us;
   for (const auto end = std::lround(model.scene.duration_s / model.scene.step_s); loops.state.tick < end;) {
     const TickReport tick = loops.tick();
     us.push_back(1e6 * (tick.assemble_s + tick.solve_s + tick.deform_s));
-    run.path.add(loops.state);
-    run.path.patch.push_back(tick.patch);
+    run.path.see_tick(Tick{loops.state, tick, loops.report, loops.controller.f_muscle});
   }
   run.contact_us = percentiles(std::move(us)).p50;
   return run;

@@ -33,7 +33,8 @@ double creep_um_per_s(const Resting& rest, double period_s, double tolerance, do
   Scene scene = rest.scene;
   scene.control_period_s = period_s;
   scene.contact.tolerance = tolerance;
-  SceneRun run(std::move(scene));
+  const Model model = build_model(std::move(scene));
+  GraspRun run = as_threads_would(model);
   double most_m_per_s = 0.0;
   while (run.time_s() < rest.at_rest_s + duration_s) {
     const TickReport tick = run.tick();

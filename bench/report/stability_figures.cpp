@@ -17,8 +17,8 @@
 #include "bench/report/margins.h"
 #include "bench/report/outcome_map.h"
 #include "engine/grasp/control_tick.h"
-#include "engine/results/lockstep.h"
-#include "engine/results/monolithic.h"
+#include "engine/results/scene_run.h"
+#include "engine/results/scene_run.h"
 #include "engine/scenes/build_model.h"
 #include "engine/scenes/scene_file.h"
 
@@ -51,12 +51,12 @@ Model short_model(const Texts& more = {}) {
 
 Recording ours(const Model& model) {
   State state(model);
-  return run_monolithic(model, state);
+  return run_scene(model, state);
 }
 
 Recording ours_in_lockstep(const Model& model) {
   State state(model);
-  return run_lockstep(model, state);
+  return run_scene(model, state, {.lockstep = LockstepSettings{}});
 }
 
 auto plain(ContactLaw law) {

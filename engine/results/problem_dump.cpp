@@ -56,31 +56,35 @@ MuscleFile muscle_problem_file(const Controller& controller, const ControlReport
   return muscles;
 }
 
-void ProblemDump::add_control(const Model& model, const Controller& controller, const ControlReport& report,
-                              const Eigen::Vector3d& centre_m) {
-  if (!model.scene.control) return;
-  grasp_ = grasp_problem_file(model.scene, report, centre_m);
-  if (model.scene.control->muscles) muscle_ = muscle_problem_file(controller, report);
+bool ProblemDump::see_control(const ControlTick& tick) {
+  const Scene& scene = tick.run->model.scene;
+  if (!scene.control) return true;
+  grasp_ = grasp_problem_file(scene, tick.report, tick.run->state.X_WO.translation());
+  if (scene.control->muscles) muscle_ = muscle_problem_file(tick.run->controller, tick.report);
+  return true;
 }
 
-void ProblemDump::add_contact(std::int64_t tick, const Model& model, const Frame& frame,
-                              const ContactWorkspace& work) try {
-  if (tick % every_ != 0 || fault_) return;
+bool ProblemDump::see_tick(const Tick& done) try {
+  const GraspRun& run = *done.run;
+  const std::int64_t tick = done.after.tick - 1;
+  if (tick % every_ != 0 || fault_) return true;
   const auto write = [&](auto& problem, const char* kind, const char* ending) {
-    problem.name = fmt::format("{} {} {}", model.scene.name, kind, tick);
+    problem.name = fmt::format("{} {} {}", run.model.scene.name, kind, tick);
     write_problem(folder_ / fmt::format("{}-{:06}.{}", kind, tick, ending), problem);
     ++files_;
   };
-  if (frame.size() > 0) {
-    ContactFile contact = contact_problem_file(model, frame, work);
+  if (run.frame.size() > 0) {
+    ContactFile contact = contact_problem_file(run.model, run.frame, run.work);
     write(contact, "contact", "fcp");
   }
   if (grasp_) write(*grasp_, "grasp", "json");
   if (muscle_) write(*muscle_, "muscle", "json");
   grasp_.reset();
   muscle_.reset();
+  return true;
 } catch (const FileError& error) {
   fault_ = error;
+  return true;
 }
 
 }  // namespace thenar

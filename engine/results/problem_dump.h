@@ -10,6 +10,7 @@
 #include "engine/grasp/control_tick.h"
 #include "engine/grasp/frame.h"
 #include "engine/grasp/model.h"
+#include "engine/loops/run.h"
 
 namespace thenar {
 
@@ -28,16 +29,14 @@ namespace thenar {
 /// Writes the problems of a run into a folder: of every Nth contact tick T, counted from 0, contact-T.fcp (if the frame
 /// has contacts), and of the last control tick up to there, if no file has it yet, grasp-T.json and muscle-T.json. T
 /// has six digits or more.
-class ProblemDump {
+class ProblemDump : public Watcher {
  public:
   /// Takes a folder that can be written to; requires every >= 1.
   ProblemDump(std::filesystem::path folder, std::int64_t every) : folder_(std::move(folder)), every_(every) {}
 
-  /// Tell it after every control tick; `centre_m` is the object's origin at the snapshot.
-  void add_control(const Model& model, const Controller& controller, const ControlReport& report,
-                   const Eigen::Vector3d& centre_m);
-  /// Tell it after every contact tick. After a fault of the disk nothing more is written; the run is not the disk's.
-  void add_contact(std::int64_t tick, const Model& model, const Frame& frame, const ContactWorkspace& work);
+  // Of a run on this thread. After a fault of the disk nothing more is written; the run is not the disk's.
+  bool see_control(const ControlTick& tick) override;
+  bool see_tick(const Tick& tick) override;
   /// Throws FileError if a file could not be written.
   void finish() const {
     if (fault_) throw *fault_;

@@ -83,8 +83,9 @@ void RunSums::add(TickRecord& tick) {
   tick.ledger = ledger_;
 }
 
-Recorder::Recorder(const Model& model)
+Recorder::Recorder(const Model& model, RecordingFile* film)
     : model_(model),
+      film_(film),
       planned_(static_cast<std::int64_t>(std::ceil(model.scene.duration_s / model.scene.step_s - 1e-9))),
       monitor_(model) {}
 
@@ -94,12 +95,22 @@ void Recorder::make_room() {
   recording_.muscle_forces_N.resize(model_.scene.has_muscles() ? muscles : 0, planned_);
 }
 
-bool Recorder::add(TickRecord& record, const Eigen::VectorXd& muscle_forces_N) {
+bool Recorder::see_control(const ControlTick& tick) {
+  monitor_.add(tick.time_s, tick.report, tick.muscle_forces_N);
+  return !recording_.ticks.empty() || !monitor_.unsolved();
+}
+
+bool Recorder::see_tick(const Tick& tick) {
   if (recording_.ticks.empty()) make_room();
-  if (model_.scene.has_muscles()) recording_.muscle_forces_N.col(std::ssize(recording_.ticks)) = muscle_forces_N;
+  if (model_.scene.has_muscles()) recording_.muscle_forces_N.col(std::ssize(recording_.ticks)) = tick.muscle_forces_N;
+  TickRecord& record = recording_.ticks.emplace_back(tick_record(model_, tick.after, tick.contact, tick.control));
+  if (tick.controlled) record_control(tick.control, record);
+  record.interpolate_s = tick.display_s;
   sums_.add(record);
   monitor_.add(record);
-  recording_.ticks.push_back(record);
+  if (film_ != nullptr && tick.picture != nullptr) film_->add(*tick.picture, record, tick.muscle_forces_N);
+  if (film_ != nullptr && tick.run != nullptr)
+    film_->add(tick.run->state, tick.run->work, record, tick.muscle_forces_N);
   return !(monitor_.lost() && model_.scene.control);
 }
 

@@ -9,8 +9,10 @@
 #include "engine/grasp/control_tick.h"
 #include "engine/grasp/model.h"
 #include "engine/grasp/state.h"
+#include "engine/loops/run.h"
 #include "engine/results/grasp_monitor.h"
 #include "engine/results/recording.h"
+#include "engine/results/recording_file.h"
 
 namespace thenar {
 
@@ -36,17 +38,15 @@ class RunSums {
 };
 
 /// Gathers a run tick by tick, and watches it.
-class Recorder {
+class Recorder : public Watcher {
  public:
-  explicit Recorder(const Model& model);
+  /// `film`, if there is one, gets each record, too.
+  explicit Recorder(const Model& model, RecordingFile* film = nullptr);
 
-  /// Takes a control tick on a snapshot at `time_s`; `muscle_forces_N` are not read in a scene without muscles.
-  void add(double time_s, const ControlReport& control, const Eigen::VectorXd& muscle_forces_N) {
-    monitor_.add(time_s, control, muscle_forces_N);
-  }
-  /// Takes the next tick, and writes the sums so far into it; `muscle_forces_N` is not read in a scene without muscles.
+  /// False: without a first solution there are no forces to go on with.
+  bool see_control(const ControlTick& tick) override;
   /// False if the run is to end: a controller has lost its object.
-  bool add(TickRecord& record, const Eigen::VectorXd& muscle_forces_N);
+  bool see_tick(const Tick& tick) override;
   /// Records were lost, as `what` says.
   void miss(const std::string& what) { monitor_.miss(what); }
   /// The run was ended from outside: what would have become of it is unknown.
@@ -55,7 +55,6 @@ class Recorder {
   [[nodiscard]] Recording finish(const Snapshot& state, const ControlReport& control, double wall_s);
   /// Ticks of the whole scene.
   [[nodiscard]] std::int64_t planned() const { return planned_; }
-  [[nodiscard]] bool has_unsolved() const { return monitor_.unsolved().has_value(); }
 
  private:
   /// For the whole scene, with the first tick: in real time memory that is there when the threads start is fetched and
@@ -63,6 +62,7 @@ class Recorder {
   void make_room();
 
   const Model& model_;
+  RecordingFile* film_;
   std::int64_t planned_;
   Recording recording_;
   RunSums sums_;

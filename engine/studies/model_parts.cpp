@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "engine/loops/percentiles.h"
-#include "engine/results/monolithic.h"
+#include "engine/results/scene_run.h"
 #include "engine/results/summary.h"
 #include "engine/scenes/build_model.h"
 
@@ -151,10 +151,12 @@ Scene leave_out(Scene scene, Part part) {
   return scene;
 }
 
-void GraspPath::add(const Snapshot& after) {
-  X_WO.push_back(after.X_WO);
+bool GraspPath::see_tick(const Tick& tick) {
+  X_WO.push_back(tick.after.X_WO);
   FingerForces& force = force_N.emplace_back();
-  for (int k = 0; k < kFingers; ++k) force.col(k) = after.load[k].force_N;
+  for (int k = 0; k < kFingers; ++k) force.col(k) = tick.after.load[k].force_N;
+  patch.push_back(tick.contact.patch);
+  return true;
 }
 
 PathDeviation deviation(const GraspPath& path, const GraspPath& reference, std::size_t first) {
@@ -191,11 +193,7 @@ PathDeviation deviation(const GraspPath& path, const GraspPath& reference, std::
 PathRun run_path(const Model& model) {
   PathRun run;
   State state(model);
-  const Recording recording = run_monolithic(model, state, [&](double, double) {
-    run.path.add(state);
-    return true;
-  });
-  for (const TickRecord& tick : recording.ticks) run.path.patch.push_back(tick.contact.patch);
+  const Recording recording = run_scene(model, state, {.watchers = {&run.path}});
   run.verdict = recording.verdict;
   run.ended = !recording.stopped;
   run.us = tick_us(model.scene, recording);

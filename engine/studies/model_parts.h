@@ -10,6 +10,7 @@
 #include "engine/grasp/model.h"
 #include "engine/grasp/patches.h"
 #include "engine/grasp/state.h"
+#include "engine/loops/run.h"
 #include "engine/results/verdict.h"
 
 namespace thenar {
@@ -39,12 +40,12 @@ inline constexpr std::array kParts{Part::kFingertips,   Part::kSoftObject,      
 [[nodiscard]] Scene leave_out(Scene scene, Part part);
 
 /// Where the object was and what the fingers did to it, tick by tick: three lists of one length.
-struct GraspPath {
+struct GraspPath : Watcher {
   std::vector<Eigen::Isometry3d> X_WO;
   std::vector<FingerForces> force_N;  ///< On the object, world axes.
   std::vector<std::array<PatchReport, kFingers>> patch;
 
-  void add(const Snapshot& after);  ///< All but the patches.
+  bool see_tick(const Tick& tick) override;
 };
 
 /// How far one path is off another, in the ticks that both have from `first` on.
@@ -57,7 +58,7 @@ struct PathDeviation {
 };
 [[nodiscard]] PathDeviation deviation(const GraspPath& path, const GraspPath& reference, std::size_t first);
 
-/// A scene run in one loop, as run_monolithic does. All but the time is the same for the same scene, to the last bit.
+/// A scene run in one loop, as run_scene does. All but the time is the same for the same scene, to the last bit.
 struct PathRun {
   GraspPath path;
   Verdict verdict;

@@ -20,7 +20,7 @@
 #include "engine/formats/files.h"
 #include "engine/formats/text.h"
 #include "engine/grasp/state.h"
-#include "engine/results/monolithic.h"
+#include "engine/results/scene_run.h"
 #include "engine/results/summary.h"
 #include "engine/scenes/build_model.h"
 #include "engine/scenes/config.h"
@@ -318,7 +318,7 @@ SweepRow sweep_row(const Model& model, const Recording& recording) {
 
 SweepRow run_row(const Model& model) {
   State state(model);
-  return sweep_row(model, run_monolithic(model, state));
+  return sweep_row(model, run_scene(model, state));
 }
 
 void run_sweep(const SweepPlan& plan, const std::vector<std::size_t>& rows, int jobs, const RunScene& run,

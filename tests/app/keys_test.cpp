@@ -13,7 +13,7 @@
 #include "engine/scenes/yaml_tree.h"
 #include "tests/support/program.h"
 
-namespace thenar {
+namespace thenar::keys_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -194,4 +194,4 @@ TEST(KeysProgram, TheSchemaFindsWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::keys_test

@@ -15,7 +15,7 @@
 #include "engine/formats/ply_file.h"
 #include "tests/support/program.h"
 
-namespace thenar {
+namespace thenar::main_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -527,4 +527,4 @@ TEST(Program, RefusesBrokenClouds) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::main_test

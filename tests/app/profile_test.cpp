@@ -11,7 +11,7 @@
 
 #include "tests/support/program.h"
 
-namespace thenar {
+namespace thenar::profile_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -285,4 +285,4 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& test) { return std::string(test.param.name); });
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::profile_test

@@ -17,7 +17,7 @@
 #include "tests/support/program.h"
 #include "tests/support/recorded_problems.h"
 
-namespace thenar {
+namespace thenar::solve_test {
 namespace {
 
 using Eigen::VectorXd;
@@ -231,4 +231,4 @@ TEST(DumpProblems, NeedsAVirtualClock) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::solve_test

@@ -14,7 +14,7 @@
 
 #include "tests/support/program.h"
 
-namespace thenar {
+namespace thenar::sweep_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -256,4 +256,4 @@ TEST_F(SweepUnderMpi, ARankThatDiesLosesOnlyItsOwnRows) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::sweep_test

@@ -7,12 +7,11 @@
 #include <vector>
 
 #include "bench/report/outcome_map.h"
-#include "engine/results/lockstep.h"
-#include "engine/results/monolithic.h"
+#include "engine/results/scene_run.h"
 #include "engine/scenes/build_model.h"
 #include "tests/support/scenes.h"
 
-namespace thenar {
+namespace thenar::plain_contact_test {
 namespace {
 
 Model short_grasp(std::vector<std::string> overrides, const std::string& duration = "0.6 s") {
@@ -26,12 +25,12 @@ std::vector<std::string> step_ms(double ms) {
 
 Recording ours(const Model& model) {
   State state(model);
-  return run_monolithic(model, state);
+  return run_scene(model, state);
 }
 
 Recording ours_in_lockstep(const Model& model) {
   State state(model);
-  return run_lockstep(model, state);
+  return run_scene(model, state, {.lockstep = LockstepSettings{}});
 }
 
 Outcome outcome(const Model& model, const PlainContact& plain) {
@@ -135,4 +134,4 @@ TEST(HarshScenes, NeverFailSilently) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::plain_contact_test

@@ -10,7 +10,7 @@
 #include "collision/cloud_repair.h"
 #include "collision/shapes.h"
 
-namespace thenar {
+namespace thenar::cloud_holes_test {
 namespace {
 
 using Eigen::Index;
@@ -93,4 +93,4 @@ TEST(CloudHoles, AnOpenBoxIsAHoleAsWideAsIsLookedFor) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::cloud_holes_test

@@ -17,7 +17,7 @@
 
 // How exact distances are on repaired clouds: see T8..T13 in collision_implicit_surface_test.cpp.
 
-namespace thenar {
+namespace thenar::cloud_repair_test {
 namespace {
 
 using Eigen::Index;
@@ -202,4 +202,4 @@ TEST(CloudRepair, SurvivesDegenerateClouds) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::cloud_repair_test

@@ -14,7 +14,7 @@
 #include "collision/shapes.h"
 #include "tests/support/allocation_counter.h"
 
-namespace thenar {
+namespace thenar::contact_finding_test {
 namespace {
 
 using Eigen::Index;
@@ -377,4 +377,4 @@ TEST(ContactFinding, BoundsHold) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::contact_finding_test

@@ -18,7 +18,7 @@
 // The cases T1..T14 of the point-cloud distance use a box of 50 x 50 x 100 mm of 36 000 blue-noise points (spacing
 // 0.83 mm) and h = 1.83 mm, unless said. Their bounds are requirements on the accuracy, as given.
 
-namespace thenar {
+namespace thenar::implicit_surface_test {
 namespace {
 
 using Eigen::Index;
@@ -641,4 +641,4 @@ TEST(ImplicitSurface, RefusesWhatHasNoSpacing) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::implicit_surface_test

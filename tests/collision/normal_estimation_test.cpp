@@ -10,7 +10,7 @@
 
 #include "collision/shapes.h"
 
-namespace thenar {
+namespace thenar::normal_estimation_test {
 namespace {
 
 using Eigen::Index;
@@ -98,4 +98,4 @@ TEST(NormalEstimation, RefusesWhatHasNoSpacing) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::normal_estimation_test

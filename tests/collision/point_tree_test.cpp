@@ -9,7 +9,7 @@
 
 #include "collision/shapes.h"
 
-namespace thenar {
+namespace thenar::point_tree_test {
 namespace {
 
 using Eigen::Index;
@@ -121,4 +121,4 @@ TEST(PointTree, RefusesAnImpossibleNumberOfLeaves) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::point_tree_test

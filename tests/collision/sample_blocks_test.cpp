@@ -8,7 +8,7 @@
 
 #include "collision/shapes.h"
 
-namespace thenar {
+namespace thenar::sample_blocks_test {
 namespace {
 
 using Eigen::Index;
@@ -129,4 +129,4 @@ TEST(SampleBlocks, TiesGoByNumber) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::sample_blocks_test

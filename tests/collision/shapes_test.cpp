@@ -16,7 +16,7 @@
 
 #include "collision/implicit_surface.h"
 
-namespace thenar {
+namespace thenar::shapes_test {
 namespace {
 
 using Eigen::Index;
@@ -433,4 +433,4 @@ TEST(Shapes, RefusesWhatHasNoSurface) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::shapes_test

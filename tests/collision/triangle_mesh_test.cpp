@@ -8,7 +8,7 @@
 #include <random>
 #include <stdexcept>
 
-namespace thenar {
+namespace thenar::triangle_mesh_test {
 namespace {
 
 using Eigen::Index;
@@ -179,4 +179,4 @@ TEST(TriangleMesh, IsSampledByAreaWithItsNormals) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::triangle_mesh_test

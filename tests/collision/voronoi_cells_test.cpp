@@ -10,7 +10,7 @@
 #include "collision/shapes.h"
 #include "tests/support/scenes.h"
 
-namespace thenar {
+namespace thenar::voronoi_cells_test {
 namespace {
 
 using Eigen::Index;
@@ -57,4 +57,4 @@ TEST(VoronoiCells, AreWhatCountingFinds) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::voronoi_cells_test

@@ -14,7 +14,7 @@
 
 #include "tests/support/scratch.h"
 
-namespace thenar {
+namespace thenar::files_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -112,4 +112,4 @@ TEST(Files, AFullDiskIsReported) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::files_test

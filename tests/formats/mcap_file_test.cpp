@@ -12,7 +12,7 @@
 #include "engine/formats/files.h"
 #include "tests/support/scratch.h"
 
-namespace thenar {
+namespace thenar::mcap_file_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -103,4 +103,4 @@ TEST_F(McapFile, SaysThatADiskIsFull) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::mcap_file_test

@@ -12,7 +12,7 @@
 
 #include "engine/formats/files.h"
 
-namespace thenar {
+namespace thenar::mesh_file_test {
 namespace {
 
 using Eigen::Index;
@@ -215,4 +215,4 @@ TEST(MeshFile, RefusesEveryTruncation) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::mesh_file_test

@@ -16,7 +16,7 @@
 #include "engine/formats/files.h"
 #include "engine/formats/point_cloud_file.h"
 
-namespace thenar {
+namespace thenar::ply_file_test {
 namespace {
 
 using Eigen::Index;
@@ -344,4 +344,4 @@ TEST(PlyFile, RefusesBadBinaryLists) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::ply_file_test

@@ -8,7 +8,7 @@
 #include "engine/formats/files.h"
 #include "engine/formats/ply_file.h"
 
-namespace thenar {
+namespace thenar::point_cloud_file_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -91,4 +91,4 @@ TEST(PointCloudFile, NamesAMissingFile) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::point_cloud_file_test

@@ -16,7 +16,7 @@
 #include "tests/support/scenes.h"
 #include "tests/support/scratch.h"
 
-namespace thenar {
+namespace thenar::problem_file_test {
 namespace {
 
 using Eigen::Index;
@@ -336,4 +336,4 @@ TEST(ProblemFile, WindowsLineEndsDoNotHurtText) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::problem_file_test

@@ -6,7 +6,7 @@
 
 #include "engine/formats/files.h"
 
-namespace thenar {
+namespace thenar::text_cloud_file_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -103,4 +103,4 @@ TEST(TextCloudFile, RefusesWrongPcd) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::text_cloud_file_test

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-namespace thenar {
+namespace thenar::text_test {
 namespace {
 
 // Well-formed text passes whole; the first byte that is no character of UTF-8, or a control character, is found.
@@ -42,4 +42,4 @@ TEST(Text, SuggestsTheNearestWord) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::text_test

@@ -11,13 +11,13 @@
 
 #include "collision/shapes.h"
 #include "engine/formats/ply_file.h"
-#include "engine/results/lockstep.h"
+#include "engine/loops/run.h"
 #include "engine/scenes/build_model.h"
 #include "tests/support/allocation_counter.h"
 #include "tests/support/scenes.h"
 #include "tests/support/scratch.h"
 
-namespace thenar {
+namespace thenar::contact_search_test {
 namespace {
 
 using Eigen::Index;
@@ -181,7 +181,7 @@ TEST(ContactSearch, CurvedThinWallsAreAsCurvedAsTheyAre) {
 TEST(Ways, BoundTheMotionOfFingertipsWhileAFrameIsUsed) {
   const Model model =
       build_model(scene_of("box_grasp", {kCoarseBox, "time.control_period=10 ms", "time.control_delay=10 ms"}));
-  Lockstep loops(model);
+  GraspRun loops(model, LockstepSettings{});
   struct Said {
     std::array<double, kFingers> way_m;
     std::array<Isometry3d, kFingers> X_OF;
@@ -191,13 +191,12 @@ TEST(Ways, BoundTheMotionOfFingertipsWhileAFrameIsUsed) {
   while (loops.state.tick < 300) {
     const State before = loops.state;
     loops.tick();
-    if (loops.controlled()) {
+    if (loops.controlled) {
       HandPose pose;
       forward_kinematics(model.scene.hand, before.q, pose);
       // Frames under way are not to be seen: its drive is that of the report, with no muscles between.
-      Frame drive = loops.frame();
-      drive.torque_Nm =
-          loops.control().torques_desired_Nm - gravity_torques(model.scene.hand, pose, model.scene.gravity);
+      Frame drive = loops.frame;
+      drive.torque_Nm = loops.report.torques_desired_Nm - gravity_torques(model.scene.hand, pose, model.scene.gravity);
       Said now{ways_m(model, pose, before, drive), {}};
       for (int k = 0; k < kFingers; ++k) now.X_OF[k] = X_OF(model, before, k);
       said.push_back(now);
@@ -231,4 +230,4 @@ TEST(Ways, AreFinite) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::contact_search_test

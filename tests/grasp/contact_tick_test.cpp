@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,7 +10,7 @@
 #include "tests/support/allocation_counter.h"
 #include "tests/support/scenes.h"
 
-namespace thenar {
+namespace thenar::contact_tick_test {
 namespace {
 
 using Eigen::Index;
@@ -301,4 +301,4 @@ TEST_F(MovingGrasp, StaysFiniteUnderHugeForces) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::contact_tick_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -12,9 +12,10 @@
 
 #include "engine/scenes/build_model.h"
 #include "engine/scenes/config.h"
+#include "tests/support/algebra.h"
 #include "tests/support/scenes.h"
 
-namespace thenar {
+namespace thenar::control_test {
 namespace {
 
 using Eigen::Isometry3d;
@@ -189,8 +190,7 @@ TEST_F(GraspControl, PostureTorquesActWhereTheFingertipLeavesTheJointsFree) {
       const Eigen::Vector4d e = error.segment<kJointsPerFinger>(kJointsPerFinger * k);
       const Eigen::Vector4d tau = posture_torques(J, 0.5, e);
       EXPECT_LE((J * tau).norm(), 1e-14 * J.norm() * e.norm());
-      const Eigen::Matrix4d onto =
-          Eigen::Matrix4d::Identity() - J.completeOrthogonalDecomposition().pseudoInverse() * J;
+      const Eigen::Matrix4d onto = Eigen::Matrix4d::Identity() - pseudo_inverse(J) * J;
       EXPECT_LE((tau - 0.5 * onto * e).norm(), 1e-10 * e.norm());
     }
   }
@@ -249,7 +249,7 @@ TEST_F(PaperControl, PredictedErrorIsThatOfTheStaticSolution) {
       carried.col(axis) -= joints(torques(unit) - at_rest);
     }
     const Eigen::Vector4d tau = joints(at_rest);
-    const Vector3d f = carried.colPivHouseholderQr().solve(tau);
+    const Vector3d f = least_squares(carried, tau);
     // Four joints carry three force components exactly: the law asks for nothing outside J'.
     EXPECT_LE((carried * f - tau).norm(), 1e-12 * tau.norm());
     sum += (f_desired.col(k) - f).norm() / f_desired.col(k).norm();
@@ -259,4 +259,4 @@ TEST_F(PaperControl, PredictedErrorIsThatOfTheStaticSolution) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::control_test

@@ -2,12 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 
 #include "engine/scenes/build_model.h"
 #include "tests/support/scenes.h"
 
-namespace thenar {
+namespace thenar::control_tick_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -173,4 +173,4 @@ TEST_F(ControlTick, FramesAreNumberedAndDated) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::control_tick_test

@@ -2,13 +2,14 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <random>
 
 #include "engine/grasp/delassus.h"
+#include "tests/support/algebra.h"
 #include "tests/support/scenes.h"
 
-namespace thenar {
+namespace thenar::frame_test {
 namespace {
 
 using Eigen::Index;
@@ -201,7 +202,7 @@ TEST_F(GraspFrame, DelassusOperatorIsTheDenseFormula) {
     const double largest = expected.cwiseAbs().maxCoeff();
     EXPECT_LE((W - expected).cwiseAbs().maxCoeff(), 1e-13 * largest);
     EXPECT_LE((W - W.transpose()).cwiseAbs().maxCoeff(), 1e-15 * largest);
-    const double least = Eigen::SelfAdjointEigenSolver<MatrixXd>(W, Eigen::EigenvaluesOnly).eigenvalues()[0];
+    const double least = eigenvalues(W)[0];
     EXPECT_GE(least, -1e-13 * largest);
   }
 }
@@ -264,4 +265,4 @@ TEST(PointContact, IsTheNearestPointOfTheTipsSphere) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::frame_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <nlohmann/json.hpp>
 #include <random>
 
@@ -12,7 +12,7 @@
 #include "tests/support/json_eigen.h"
 #include "tests/support/scenes.h"
 
-namespace thenar {
+namespace thenar::hand_test {
 namespace {
 
 using Eigen::Index;
@@ -229,4 +229,4 @@ TEST_F(RandomPostures, MusclesSpanEveryTorque) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::hand_test

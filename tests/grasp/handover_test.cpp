@@ -10,12 +10,12 @@
 #include <vector>
 
 #include "engine/grasp/compliance.h"
-#include "engine/results/lockstep.h"
+#include "engine/loops/run.h"
 #include "engine/scenes/build_model.h"
 #include "tests/support/allocation_counter.h"
 #include "tests/support/scenes.h"
 
-namespace thenar {
+namespace thenar::handover_test {
 namespace {
 
 using Eigen::Index;
@@ -76,9 +76,9 @@ Steps steps_of(const Noise& noise, bool offset, std::uint64_t seed) {
     if (time_s > 0.1) spoil(model, *state, noise, random, frame);
     return true;
   };
-  Lockstep loops(model, settings);
+  GraspRun loops(model, settings);
   state = &loops.state;
-  if (!offset) loops.workspace().policy.offset_decay_s = 0.0;
+  if (!offset) loops.work.policy.offset_decay_s = 0.0;
   Steps steps;
   while (loops.state.tick < 1000) {
     const auto before = loops.state.load;
@@ -143,7 +143,7 @@ TEST(Ledger, OneFrameInjectsWhatATickTurnsUnlessSweepsRunOut) {
                                        "contact.max_sweeps=" + std::to_string(sweeps)}));
     LockstepSettings settings;
     settings.channel = [](double time_s, Frame&) { return time_s <= 0.15; };
-    Lockstep loops(model, settings);
+    GraspRun loops(model, settings);
     double injected_J = 0.0, dissipated_J = 0.0;
     for (double time_s = 0.0; time_s < 0.6;) {
       const TickReport report = loops.tick();
@@ -207,4 +207,4 @@ TEST(HandOver, DoesNotAllocateWithNoisyFramesOrInAHold) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::handover_test

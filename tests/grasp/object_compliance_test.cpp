@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -11,10 +11,11 @@
 #include "engine/results/problem_dump.h"
 #include "engine/scenes/build_model.h"
 #include "engine/scenes/config.h"
+#include "tests/support/algebra.h"
 #include "tests/support/allocation_counter.h"
 #include "tests/support/scenes.h"
 
-namespace thenar {
+namespace thenar::object_compliance_test {
 namespace {
 
 using Eigen::Index;
@@ -215,10 +216,7 @@ TEST(SoftObject, ComplianceIsSymmetricPositiveDefinite) {
     const ContactKinematics now = kinematics_of(model, frame);
     MatrixXd C = object_compliance(model, frame, now);
     EXPECT_LE((C - C.transpose()).norm(), 1e-15 * C.norm());  // rounding
-    const auto least = [](const MatrixXd& A) {
-      return Eigen::SelfAdjointEigenSolver<MatrixXd>(A, Eigen::EigenvaluesOnly).eigenvalues()[0] /
-             A.diagonal().maxCoeff();
-    };
+    const auto least = [](const MatrixXd& A) { return eigenvalues(A)[0] / A.diagonal().maxCoeff(); };
     EXPECT_GE(least(C), -1e-14);
     for (int k = 0; k < kFingers; ++k) {
       const Index first = 3 * frame.begin[k], rows = 3 * frame.begin[k + 1] - first;
@@ -365,4 +363,4 @@ TEST(SoftObject, DumpsTheProblemThatItSolves) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::object_compliance_test

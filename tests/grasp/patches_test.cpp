@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,7 +12,7 @@
 
 #include "tests/support/scenes.h"
 
-namespace thenar {
+namespace thenar::patches_test {
 namespace {
 
 using Eigen::Index;
@@ -292,4 +292,4 @@ TEST(ContactTick, SlipOfAFingerThatSlidesIsTheWayOfTheObject) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::patches_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -11,9 +11,10 @@
 #include "engine/grasp/frame.h"
 #include "engine/scenes/build_model.h"
 #include "solvers/gauss_seidel.h"
+#include "tests/support/algebra.h"
 #include "tests/support/scenes.h"
 
-namespace thenar {
+namespace thenar::pulp_test {
 namespace {
 
 using Eigen::Index;
@@ -301,7 +302,7 @@ MatrixXd compliance_for_random_normals(const Model& model, double tilt, std::mt1
 void expect_positive_definite(const MatrixXd& C, double share) {
   const double largest = C.cwiseAbs().maxCoeff();
   EXPECT_LE((C - C.transpose()).cwiseAbs().maxCoeff(), 1e-15 * largest);
-  const double least = Eigen::SelfAdjointEigenSolver<MatrixXd>(C, Eigen::EigenvaluesOnly).eigenvalues()[0];
+  const double least = eigenvalues(C)[0];
   EXPECT_GE(least, share * largest);
 }
 
@@ -355,4 +356,4 @@ TEST(Pulp, ComplianceIsPositiveDefiniteForNearDuplicates) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::pulp_test

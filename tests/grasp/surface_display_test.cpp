@@ -10,7 +10,7 @@
 #include "tests/support/allocation_counter.h"
 #include "tests/support/scenes.h"
 
-namespace thenar {
+namespace thenar::surface_display_test {
 namespace {
 
 using Eigen::Index;
@@ -105,4 +105,4 @@ TEST_P(Display, DoesNotAllocate) {
 INSTANTIATE_TEST_SUITE_P(ControlPoints, Display, testing::Values(160, 4));
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::surface_display_test

@@ -14,7 +14,7 @@
 
 #include "tests/support/allocation_counter.h"
 
-namespace thenar {
+namespace thenar::latest_value_test {
 namespace {
 
 TEST(LatestValue, MakesItsSlotsFromArguments) {
@@ -165,4 +165,4 @@ TEST(LatestValue, DraftsKeepTheirMemory) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::latest_value_test

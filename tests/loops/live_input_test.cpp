@@ -13,12 +13,12 @@
 #include <vector>
 
 #include "engine/grasp/control.h"
-#include "engine/results/lockstep.h"
+#include "engine/loops/run.h"
 #include "engine/scenes/build_model.h"
 #include "tests/support/allocation_counter.h"
 #include "tests/support/scenes.h"
 
-namespace thenar {
+namespace thenar::live_input_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -43,7 +43,7 @@ LiveInput pull_at(const Vector3d& point_O, const Vector3d& handle_W) {
 }
 
 /// Runs the loops for so long under an input that somebody repeats.
-void run(Lockstep& loops, LiveHands& hands, LiveInput input, const Model& model, double duration_s) {
+void run(GraspRun& loops, LiveHands& hands, LiveInput input, const Model& model, double duration_s) {
   const auto ticks = std::lround(duration_s / model.scene.step_s);
   for (std::int64_t tick = 0; tick < ticks; ++tick) {
     input.pull_heard_ns = kNow_ns;
@@ -259,7 +259,7 @@ TEST_P(PulledBox, GivesWayByForceOverStiffness) {
       build_model(still_box({GetParam(), "control.position.i=0 N/(m*s)", "control.rotation.i=0 N*m/(rad*s)"}));
   const double p = model.scene.control->position.p;
   for (int axis = 0; axis < 3; ++axis) {
-    Lockstep loops(model);
+    GraspRun loops(model, LockstepSettings{});
     LiveHands hands(model);
     run(loops, hands, {}, model, 1.0);
     const Vector3d rest = loops.state.X_WO.translation();
@@ -277,7 +277,7 @@ TEST_P(PulledBox, GivesWayByForceOverStiffness) {
 // With them it goes back to its target while it is pulled.
 TEST_P(PulledBox, ReturnsWithTheIntegral) {
   const Model model = build_model(still_box({GetParam()}));
-  Lockstep loops(model);
+  GraspRun loops(model, LockstepSettings{});
   LiveHands hands(model);
   run(loops, hands, {}, model, 1.0);
   const Vector3d target = model.target(0.0).translation();
@@ -292,7 +292,7 @@ TEST_P(PulledBox, ReturnsWithTheIntegral) {
 // The limit's force at an edge of the box, and a poke: the box is held, and comes to rest.
 TEST_P(PulledBox, IsHeldAndComesToRest) {
   const Model model = build_model(still_box({GetParam()}));
-  Lockstep loops(model);
+  GraspRun loops(model, LockstepSettings{});
   LiveHands hands(model);
   run(loops, hands, {}, model, 0.5);
   LiveInput input = pull_at({0.0, 0.025, 0.0}, loops.state.X_WO * Vector3d(0.0, 0.125, 0.0));
@@ -312,7 +312,7 @@ INSTANTIATE_TEST_SUITE_P(Rates, PulledBox, testing::Values("time.step=1 ms", "ti
 TEST(LiveHands, GiveTheSameBitsForTheSameInput) {
   const Model model = build_model(still_box());
   const auto end = [&] {
-    Lockstep loops(model);
+    GraspRun loops(model, LockstepSettings{});
     LiveHands hands(model);
     LiveInput input = pull_at({0.01, 0.0, 0.02}, model.scene.object.X_WO.translation() + Vector3d(0.0, 0.0, 0.01));
     input.target_shift_m = Vector3d(0.0, 0.01, 0.0);
@@ -327,4 +327,4 @@ TEST(LiveHands, GiveTheSameBitsForTheSameInput) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::live_input_test

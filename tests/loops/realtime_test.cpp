@@ -18,7 +18,7 @@
 #include <thread>
 #include <vector>
 
-namespace thenar {
+namespace thenar::realtime_test {
 namespace {
 
 constexpr std::int64_t kStart_ns = 1'000'000'007;
@@ -349,4 +349,4 @@ TEST(Realtime, AnImpossibleCoreIsARemark) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::realtime_test

@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-namespace thenar {
+namespace thenar::records_test {
 namespace {
 
 /// Counts the records that are alive, and is destroyed once: a second time would free its memory again.
@@ -78,4 +78,4 @@ TEST(Records, PassWholeAndInOrderFromOneThreadToAnother) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::records_test

@@ -12,12 +12,12 @@
 #include <string>
 
 #include "engine/grasp/carry_over.h"
-#include "engine/results/lockstep.h"
+#include "engine/loops/run.h"
 #include "engine/scenes/build_model.h"
 #include "tests/support/allocation_counter.h"
 #include "tests/support/scenes.h"
 
-namespace thenar {
+namespace thenar::split_grasp_test {
 namespace {
 
 // The exchange adds nothing to the two ticks: the same calls in the same order, on a frame and a snapshot handed over
@@ -127,7 +127,7 @@ TEST(SplitGrasp, HoldsFramesBackAsADelayDoes) {
   const Model model = build_model(scene);
   SplitGrasp grasp(model);
   grasp.hold_frames_back(3);
-  Lockstep delayed(model);
+  GraspRun delayed(model, LockstepSettings{});
   for (int tick = 0; tick < 300; ++tick) {
     if (tick > 0 && model.control_is_due(tick)) grasp.control_step();
     const ContactStep step = grasp.contact_step();
@@ -229,4 +229,4 @@ TEST(SplitGrasp, RefusesAFirstFrameThatIsNotFinite) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::split_grasp_test

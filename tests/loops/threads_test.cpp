@@ -27,7 +27,7 @@
 #include "tests/support/scenes.h"
 #include "tests/support/seccomp_trap.h"
 
-namespace thenar {
+namespace thenar::threads_test {
 namespace {
 
 #if defined(__SANITIZE_THREAD__)
@@ -484,4 +484,4 @@ TEST(Threads, ContactLoopCallsTheSystemOnlyToSleep) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::threads_test

@@ -7,7 +7,7 @@
 #include "bench/cases/patch_values.h"
 #include "tests/support/scenes.h"
 
-namespace thenar {
+namespace thenar::convergence_test {
 namespace {
 
 constexpr double kRun_s = 0.14;
@@ -47,4 +47,4 @@ TEST(Convergence, WithControlPointsAndTheCap) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::convergence_test

@@ -14,12 +14,12 @@
 #include "collision/fine_parts.h"
 #include "collision/shapes.h"
 #include "engine/formats/ply_file.h"
-#include "engine/results/lockstep.h"
+#include "engine/loops/run.h"
 #include "engine/scenes/build_model.h"
 #include "tests/support/scenes.h"
 #include "tests/support/scratch.h"
 
-namespace thenar {
+namespace thenar::hard_contacts_test {
 namespace {
 
 using Eigen::AngleAxisd;
@@ -108,8 +108,8 @@ void expect_met(Model model, double thickness_m, double step_s, double period_s,
   const double x_m = uniform(random, -5e-3, 5e-3), y_m = uniform(random, -5e-3, 5e-3);
   place(thumb, A, Matrix3d::Identity(), {x_m, y_m, 0.5 * thickness_m}, uniform(random, 0.5e-3, 12e-3), scene);
   push(A.col(2), 2.0, 0.5, scene);
-  Lockstep loops(model);
-  if (delay_s == 0.0) loops.workspace().policy = {};  // one loop
+  GraspRun loops(model, LockstepSettings{});
+  if (delay_s == 0.0) loops.work.policy = {};  // one loop
   double lowest_m = 1.0;
   while (static_cast<double>(loops.state.tick) * step_s < 0.15) {
     loops.tick();
@@ -187,7 +187,7 @@ Slid slide(const Model& clamped, const Matrix3d& R_AO, const Vector3d& p_O, cons
   place(thumb, A, R_AO, p_O, -1e-3, scene);
   scene.object.X_WO.translation() += 5e-3 * (A * way_A);
   push(-(A * way_A), 20e3, 20e-3, scene);
-  Lockstep loops(model);
+  GraspRun loops(model, LockstepSettings{});
   Slid slid;
   Vector3d before_N = Vector3d::Zero();
   while (loops.state.tick < 700) {
@@ -332,4 +332,4 @@ TEST(FineParts, AreNeverTheMiddleOfAThinPlate) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::hard_contacts_test

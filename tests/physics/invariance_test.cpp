@@ -12,7 +12,7 @@
 #include "engine/scenes/build_model.h"
 #include "tests/support/scenes.h"
 
-namespace thenar {
+namespace thenar::invariance_test {
 namespace {
 
 using Eigen::Index;
@@ -241,4 +241,4 @@ TEST(Invariance, ScalingChangesNothing) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::invariance_test

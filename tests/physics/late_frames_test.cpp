@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "engine/grasp/control.h"
-#include "engine/results/lockstep.h"
+#include "engine/results/scene_run.h"
 #include "engine/scenes/build_model.h"
 #include "tests/support/scenes.h"
 
-namespace thenar {
+namespace thenar::late_frames_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -36,8 +36,8 @@ Outage outage_with(const LockstepSettings& settings, double from_s, double lasts
                    std::vector<std::string> overrides) {
   overrides.insert(overrides.end(), {kCoarseBox, "time.control_period=5 ms"});
   const Model model = build_model(scene_of("box_grasp", overrides));
-  Lockstep loops(model, settings);
-  if (hold_after_s > 0.0) loops.workspace().policy.hold_after_s = hold_after_s;
+  GraspRun loops(model, settings);
+  if (hold_after_s > 0.0) loops.work.policy.hold_after_s = hold_after_s;
   Outage out;
   const double h = model.scene.step_s;
   Vector3d held_at = Vector3d::Zero();
@@ -165,10 +165,10 @@ TEST(LateFrames, ARunStartsFreeOfTheHoldOfTheLast) {
   State state(model);
   LockstepSettings dies;
   dies.channel = [](double time_s, Frame&) { return time_s < 0.2; };
-  (void)run_lockstep(model, state, dies);
+  (void)run_scene(model, state, {.lockstep = dies});
   ASSERT_TRUE(state.held);
   const double grip_N = state.load[0].normal_N;
-  const Recording again = run_lockstep(model, state);
+  const Recording again = run_scene(model, state, {.lockstep = LockstepSettings{}});
   EXPECT_FALSE(again.verdict.lost_s) << again.verdict.reason;
   for (const TickRecord& tick : again.ticks) EXPECT_GT(tick.force[0].normal_N, 0.5 * grip_N);
 }
@@ -178,7 +178,7 @@ TEST(LateFrames, ARunStartsFreeOfTheHoldOfTheLast) {
 TEST(LateFrames, AStateFarFromItsFrameIsHeld) {
   const Model model =
       build_model(scene_of("box_grasp", {kCoarseBox, "time.control_period=50 ms", "contact.friction=0.1"}));
-  Lockstep loops(model);
+  GraspRun loops(model, LockstepSettings{});
   TickInput push;
   push.wrench.head<3>() = model.scene.object.X_WO.linear() * Vector3d(0.0, 20.0, 0.0);
   bool held = false;
@@ -196,7 +196,7 @@ TEST(Creep, AHeldObjectDoesNotCreepInTheFingers) {
       const Model model =
           build_model(scene_of("box_grasp", {kCoarseBox, "time.control_period=5 ms", std::string("time.step=") + step,
                                              std::string("fingertips.relaxation=") + relaxation}));
-      Lockstep loops(model);
+      GraspRun loops(model, LockstepSettings{});
       double slip_m = 0.0;
       int bad = 0;
       while (static_cast<double>(loops.state.tick) * model.scene.step_s < 10.0) {
@@ -216,7 +216,7 @@ TEST(Creep, AHeldObjectDoesNotCreepInTheFingers) {
 // A caller's target takes the place of the task's, for the control and for the spring.
 TEST(TickInput, MovesTheTarget) {
   const Model model = build_model(scene_of("box_grasp", {kCoarseBox, "time.control_period=5 ms", "task={}"}));
-  Lockstep loops(model);
+  GraspRun loops(model, LockstepSettings{});
   TickInput input;
   input.X_WT = model.scene.object.X_WO;
   input.X_WT->pretranslate(model.scene.object.X_WO.linear() * Vector3d(0.0, 3e-3, 0.0));
@@ -254,4 +254,4 @@ TEST(TickInput, WhatIsNotFiniteMovesNothing) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::late_frames_test

@@ -6,11 +6,11 @@
 #include <vector>
 
 #include "engine/grasp/contact_tick.h"
-#include "engine/results/lockstep.h"
+#include "engine/loops/run.h"
 #include "engine/scenes/build_model.h"
 #include "tests/support/scenes.h"
 
-namespace thenar {
+namespace thenar::ledger_test {
 namespace {
 
 using Eigen::Index;
@@ -26,14 +26,14 @@ double viscous_J(const Scene& scene, const State& before, const State& after) {
          h;
 }
 
-struct Run {
+struct GraspRun {
   const char* name;
   const char* scene;
   std::vector<std::string> changes;
   bool lockstep = false;
 };
 
-std::ostream& operator<<(std::ostream& out, const Run& run) { return out << run.name; }
+std::ostream& operator<<(std::ostream& out, const GraspRun& run) { return out << run.name; }
 
 class FirstLaw : public testing::TestWithParam<Run> {};
 
@@ -60,7 +60,7 @@ TEST_P(FirstLaw, HoldsFromTheFirstTickOn) {
   };
   const auto ticks = std::lround(model.scene.duration_s / model.scene.step_s);
   if (GetParam().lockstep) {
-    Lockstep loops(model);
+    GraspRun loops(model, LockstepSettings{});
     while (loops.state.tick < ticks) {
       const State before = loops.state;
       book(loops.tick(), before, loops.state);
@@ -235,4 +235,4 @@ TEST(Ledger, StoredEnergyIsThatOfTheForcesThatHoldThePulp) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::ledger_test

@@ -5,7 +5,7 @@
 
 #include "tests/support/scenes.h"
 
-namespace thenar {
+namespace thenar::pulp_hold_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -79,4 +79,4 @@ TEST(PulpHold, WithoutStiffeningTheBitsAreTheSame) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::pulp_hold_test

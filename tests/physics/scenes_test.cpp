@@ -8,11 +8,11 @@
 #include <ostream>
 #include <string>
 
-#include "engine/results/monolithic.h"
+#include "engine/results/scene_run.h"
 #include "engine/results/summary.h"
 #include "engine/scenes/build_model.h"
 
-namespace thenar {
+namespace thenar::scenes_test {
 namespace {
 
 // The paper's pyramid asks for friction beyond the cone's: the published experiment alone keeps it.
@@ -73,7 +73,7 @@ TEST_P(CarriedScene, IsHeldToTheEndWhereItWasToGo) {
   const Carried& bound = GetParam();
   const Model model = build_model(scene_of(bound.scene));
   State state(model);
-  const Recording recording = run_monolithic(model, state);
+  const Recording recording = run_scene(model, state);
   EXPECT_EQ(in_words(recording.verdict), "held");
 
   // The object itself has moved, not its target alone.
@@ -115,7 +115,7 @@ TEST(EdgePinch, LeavesHalfOfEachPadOffItsFace) {
 TEST(EdgePinch, ForcesAreContinuous) {
   const Model model = build_model(scene_of("box_edge"));
   State state(model);
-  const Recording recording = run_monolithic(model, state);
+  const Recording recording = run_scene(model, state);
   for (std::size_t i = 1; i < recording.ticks.size(); ++i) {
     if (!recording.ticks[i - 1].is_measured()) continue;
     for (int k = 0; k < kFingers; ++k) {
@@ -126,4 +126,4 @@ TEST(EdgePinch, ForcesAreContinuous) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::scenes_test

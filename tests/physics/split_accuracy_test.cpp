@@ -18,7 +18,7 @@
 #include "engine/scenes/build_model.h"
 #include "tests/support/scenes.h"
 
-namespace thenar {
+namespace thenar::split_accuracy_test {
 namespace {
 
 using Eigen::Index;
@@ -125,7 +125,7 @@ TEST(SplitAccuracy, TheReferenceSceneIsHeldByControlAt200Hz) {
   const Model model =
       build_model(scene_of("box_grasp", {"time.step=1 ms", "time.control_period=5 ms", "time.control_delay=5 ms"}));
   State state(model);
-  const Recording recording = run_lockstep(model, state);
+  const Recording recording = run_scene(model, state, {.lockstep = LockstepSettings{}});
   const auto summary = summarize(model, recording);
   SCOPED_TRACE(summary.dump(1));
   EXPECT_EQ(in_words(recording.verdict), "held");
@@ -283,7 +283,7 @@ TEST(Lockstep, TheSameSeedGivesTheSameBits) {
   std::array<std::vector<double>, 3> runs;
   const std::array<std::uint64_t, 3> seeds{7, 7, 8};
   for (std::size_t run = 0; run < runs.size(); ++run) {
-    Lockstep loops(model, {.jitter_s = 10e-3, .seed = seeds[run], .channel = {}});
+    GraspRun loops(model, LockstepSettings{.jitter_s = 10e-3, .seed = seeds[run], .channel = {}});
     while (loops.state.tick < 300) loops.tick();
     runs[run] = numbers(loops.state);
   }
@@ -297,8 +297,8 @@ TEST(Lockstep, TheSameSeedGivesTheSameBits) {
 TEST(Lockstep, IsOneLoopWhenEveryStepHasItsFrame) {
   const Model model = early_box({"time.step=1 ms", "time.control_period=1 ms", "contact.max_per_finger=40"});
   Loop loop(model.scene);
-  Lockstep plain(model), offset(model);
-  plain.workspace().policy.offset_decay_s = 0.0;
+  GraspRun plain(model, LockstepSettings{}), offset(model, LockstepSettings{});
+  plain.work.policy.offset_decay_s = 0.0;
   for (int tick = 0; tick < 300; ++tick) {
     loop.tick();
     plain.tick();
@@ -314,11 +314,11 @@ TEST(Lockstep, IsOneLoopWhenEveryStepHasItsFrame) {
 // A frame that comes after a later one is dropped, and none is used before its delay is over.
 TEST(Lockstep, OvertakenFramesAreDropped) {
   const Model model = early_box({"time.step=1 ms", "time.control_period=2 ms", "time.control_delay=3 ms"});
-  Lockstep loops(model, {.jitter_s = 10e-3, .seed = 3, .channel = {}});
+  GraspRun loops(model, LockstepSettings{.jitter_s = 10e-3, .seed = 3, .channel = {}});
   std::int64_t last = -1, used = 0, made = 0;
   while (loops.state.tick < 400) {
     const TickReport tick = loops.tick();
-    if (loops.controlled()) ++made;
+    if (loops.controlled) ++made;
     ASSERT_EQ(tick.handed_over, tick.sequence != last);
     if (!tick.handed_over) continue;
     ASSERT_GT(tick.sequence, last);
@@ -338,13 +338,13 @@ TEST(Lockstep, OvertakenFramesAreDropped) {
 // of them once. The box is where control every 4 ms has it, but for what a period that is 8 % shorter changes.
 TEST(Lockstep, AnyRatioOfPeriodsWorks) {
   const Model model = early_box({"time.step=1 ms", "time.control_period=3.7 ms", "time.control_delay=3.7 ms"});
-  Lockstep loops(model);
+  GraspRun loops(model, LockstepSettings{});
   int made = 0;
   while (loops.state.tick < 370) {
     const auto tick = loops.state.tick;
     const TickReport report = loops.tick();
     EXPECT_FALSE(report.held);
-    if (!loops.controlled()) continue;
+    if (!loops.controlled) continue;
     const double due_s = made * 3.7e-3, at_s = static_cast<double>(tick) * 1e-3;
     EXPECT_GE(at_s, due_s - 1e-9);
     EXPECT_LT(at_s, due_s + 1e-3);
@@ -352,11 +352,11 @@ TEST(Lockstep, AnyRatioOfPeriodsWorks) {
   }
   EXPECT_EQ(made, 100);
   const Model whole = timed(model, {1e-3, 4e-3, 4e-3});
-  Lockstep other(whole);
+  GraspRun other(whole, LockstepSettings{});
   while (other.state.tick < 370) other.tick();
   const double off_m = pose_error(model.target(0.37), loops.state.X_WO).head<3>().norm();
   EXPECT_NEAR(off_m, pose_error(model.target(0.37), other.state.X_WO).head<3>().norm(), 0.08 * off_m);
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::split_accuracy_test

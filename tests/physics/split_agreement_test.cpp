@@ -10,12 +10,12 @@
 #include <vector>
 
 #include "engine/grasp/control.h"
+#include "engine/loops/run.h"
 #include "engine/loops/threads.h"
-#include "engine/results/lockstep.h"
 #include "engine/scenes/build_model.h"
 #include "tests/support/scenes.h"
 
-namespace thenar {
+namespace thenar::split_agreement_test {
 namespace {
 
 /// Other processes that want every core of the machine all the time.
@@ -63,7 +63,7 @@ bool is_lost(const Model& model, const Snapshot& state) {
 }
 
 Ending lockstep_ending(const Model& model) {
-  Lockstep loops(model);
+  GraspRun loops(model, LockstepSettings{});
   Ending ending;
   while (loops.state.tick < 2000) {
     loops.tick();
@@ -131,4 +131,4 @@ TEST(SplitAgreement, ThreadsEndWhereLockstepDoesOnALoadedMachineWithoutRealTimeR
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::split_agreement_test

@@ -17,7 +17,7 @@
 #include "engine/grasp/object_compliance.h"
 #include "tests/support/scenes.h"
 
-namespace thenar {
+namespace thenar::sticking_test {
 namespace {
 
 using Eigen::Index;
@@ -31,21 +31,21 @@ Vector3d point_on_object(const Model& model, const State& state, const HandPose&
 
 /// The fastest motion along the object's surface, over one tick of the run, of a point that carries force and is inside
 /// its friction cone [m/s].
-double creep_m_per_s(SceneRun& run) {
-  const Model& model = run.model();
-  const State before = run.state();
+double creep_m_per_s(GraspRun& run) {
+  const Model& model = run.model;
+  const State before = run.state;
   HandPose pose_before, pose_after;
   forward_kinematics(model.scene.hand, before.q, pose_before);
   run.tick();
-  forward_kinematics(model.scene.hand, run.state().q, pose_after);
+  forward_kinematics(model.scene.hand, run.state.q, pose_after);
   double fastest_m = 0.0;
-  for (Index i = 0; i < run.frame().size(); ++i) {
-    const Vector3d f = run.work().f.segment<3>(3 * i);
+  for (Index i = 0; i < run.frame.size(); ++i) {
+    const Vector3d f = run.work.f.segment<3>(3 * i);
     if (f[0] <= 1e-6 || f.tail<2>().norm() > 0.99 * model.scene.contact.friction * f[0]) continue;
-    const FrameContact& contact = run.frame().contacts[i];
+    const FrameContact& contact = run.frame.contacts[i];
     const Vector3d way_O =
-        point_on_object(model, run.state(), pose_after, contact) - point_on_object(model, before, pose_before, contact);
-    const Vector3d n_O = before.X_WO.linear().transpose() * run.work().kinematics.E_W[i].col(0);
+        point_on_object(model, run.state, pose_after, contact) - point_on_object(model, before, pose_before, contact);
+    const Vector3d n_O = before.X_WO.linear().transpose() * run.work.kinematics.E_W[i].col(0);
     fastest_m = std::max(fastest_m, (way_O - n_O.dot(way_O) * n_O).norm());
   }
   return fastest_m / model.scene.step_s;
@@ -55,22 +55,22 @@ double creep_m_per_s(SceneRun& run) {
 
 /// How far the change of u that a tick's solve counted on and the one that was committed lie apart, at the worst loaded
 /// contact [m]. The first is what of delta the motion of the bodies does not explain.
-double worst_misprediction_m(SceneRun& run) {
-  const Model& model = run.model();
-  const State before = run.state();
+double worst_misprediction_m(GraspRun& run) {
+  const Model& model = run.model;
+  const State before = run.state;
   run.tick();
-  const State& after = run.state();
-  const ContactKinematics& now = run.work().kinematics;
+  const State& after = run.state;
+  const ContactKinematics& now = run.work.kinematics;
   const JointVector dq = after.q - before.q;
   const Eigen::AngleAxisd turn(after.X_WO.linear() * before.X_WO.linear().transpose());
   Vector6d dx;
   dx << after.X_WO.translation() - before.X_WO.translation(), turn.angle() * turn.axis();
   double worst_m = 0.0;
-  for (Index i = 0; i < run.frame().size(); ++i) {
-    if (!(run.work().f[3 * i] > 0.0)) continue;
-    const FrameContact& contact = run.frame().contacts[i];
-    Vector3d predicted = run.work().delta.segment<3>(3 * i);
-    predicted[0] -= now.gap_m[i] + run.work().offset_m[i];
+  for (Index i = 0; i < run.frame.size(); ++i) {
+    if (!(run.work.f[3 * i] > 0.0)) continue;
+    const FrameContact& contact = run.frame.contacts[i];
+    Vector3d predicted = run.work.delta.segment<3>(3 * i);
+    predicted[0] -= now.gap_m[i] + run.work.offset_m[i];
     predicted -= now.J_finger.middleRows<3>(3 * i) * dq.segment<kJointsPerFinger>(kJointsPerFinger * contact.finger);
     predicted -= now.J_object.middleRows<3>(3 * i).leftCols<6>() * dx;
     Vector3d committed = now.E_F[i].transpose() * (displacement(after, contact) - displacement(before, contact));
@@ -98,10 +98,11 @@ TEST(Sticking, PulpsMoveAsTheSolverCountedOn) {
       for (const bool soft : {false, true}) {
         if (soft) changes.emplace_back("object.compliance={reduced_modulus: 1 MPa, poisson: 0.5, relaxation: 5 ms}");
         SCOPED_TRACE(name + " " + period + (soft ? " soft" : ""));
-        SceneRun run(scene_of(name, changes));
+        const Model model = build_model(scene_of(name, changes));
+        GraspRun run = as_threads_would(model);
         run.tick();  // It presses in what starts in the object, bodies at rest.
         double worst_m = 0.0;
-        const double until_s = soft ? 0.3 : run.model().scene.duration_s;
+        const double until_s = soft ? 0.3 : run.model.scene.duration_s;
         while (run.time_s() < until_s) worst_m = std::max(worst_m, worst_misprediction_m(run));
         EXPECT_LE(worst_m, 1e-9);
       }
@@ -117,7 +118,8 @@ TEST(Sticking, PulpsMoveAsTheSolverCountedOn) {
 double creep_at_rest_m_per_s(Scene scene, double period_s, double tolerance, double duration_s) {
   scene.control_period_s = period_s;
   scene.contact.tolerance = tolerance;
-  SceneRun run(std::move(scene));
+  const Model model = build_model(std::move(scene));
+  GraspRun run = as_threads_would(model);
   double most = 0.0;
   while (run.time_s() < duration_s) {
     const double creep = creep_m_per_s(run);
@@ -188,4 +190,4 @@ TEST(Sticking, EccentricWeightIsHeldToTheSoftFingersLimit) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::sticking_test

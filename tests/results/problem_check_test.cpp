@@ -4,14 +4,15 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <cmath>
 #include <vector>
 
+#include "tests/support/algebra.h"
 #include "tests/support/nnls.h"
 #include "tests/support/recorded_problems.h"
 
-namespace thenar {
+namespace thenar::problem_check_test {
 namespace {
 
 using Eigen::Index;
@@ -111,7 +112,7 @@ TEST(ProblemCheck, MuscleForcesAreWrongByWhatCouldBeSaved) {
     for (Index i = 0; i < problem.f_optimal.size(); ++i) {
       if (problem.f_optimal[i] > 1e-9) pulling.push_back(i);
     }
-    const MatrixXd null = MatrixXd(problem.H(Eigen::all, pulling)).fullPivLu().kernel();
+    const MatrixXd null = null_space(problem.H(Eigen::all, pulling));
     ASSERT_GT(null.norm(), 0.0);
     VectorXd d = VectorXd::Zero(problem.H.cols());
     d(pulling) = 1e-5 * null.col(0).normalized();
@@ -120,7 +121,7 @@ TEST(ProblemCheck, MuscleForcesAreWrongByWhatCouldBeSaved) {
 
     // Missing torque: the least forces that would give it. A push: as it is.
     const VectorXd scaled = 1.001 * problem.f_optimal;
-    const double least = problem.H.completeOrthogonalDecomposition().solve(1e-3 * problem.tau).norm();
+    const double least = least_squares(problem.H, 1e-3 * problem.tau).norm();
     EXPECT_GE(muscle_residual(problem, scaled), (1.0 - 1e-9) * least / scaled.norm());
     VectorXd pushing = problem.f_optimal;
     pushing[0] = -1e-3;
@@ -139,7 +140,7 @@ TEST(ProblemCheck, MusclesLackWhatLiesBesideTheirCone) {
       EXPECT_LE(deficit.gap, kProvedGap);
     } else {
       // There are forces, and so no proof: the gap is at least as large as they allow.
-      const VectorXd least = problem.H.completeOrthogonalDecomposition().solve(problem.tau);
+      const VectorXd least = least_squares(problem.H, problem.tau);
       EXPECT_GE(deficit.gap, 0.99 * least.norm() / problem.f_optimal.norm()) << problem.name;
     }
   }
@@ -160,4 +161,4 @@ TEST(ProblemCheck, LcpAnswersAreHeldAgainstTheProblem) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::problem_check_test

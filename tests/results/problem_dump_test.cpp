@@ -7,12 +7,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/results/lockstep.h"
+#include "engine/loops/run.h"
 #include "engine/results/problem_check.h"
 #include "engine/scenes/build_model.h"
 #include "tests/support/scenes.h"
 
-namespace thenar {
+namespace thenar::problem_dump_test {
 namespace {
 
 using Eigen::VectorXd;
@@ -58,13 +58,13 @@ TEST(ProblemDump, ContactProblemsOfAHoldHaveItsStiffness) {
   LockstepSettings settings;
   settings.channel = [](double time_s, Frame&) { return time_s < 0.03; };
   const Model model = build_model(scene_of("box_grasp", {kCoarseBox, "contact.max_per_finger=5"}));
-  Lockstep loops(model, settings);
+  GraspRun loops(model, settings);
   int held = 0;
   for (int tick = 0; tick < 60; ++tick) {
     const TickReport report = loops.tick();
     if (!report.held) continue;
     ++held;
-    expect_last_problem(model, loops.frame(), loops.workspace(), report);
+    expect_last_problem(model, loops.frame, loops.work, report);
   }
   EXPECT_GT(held, 10);
 }
@@ -84,4 +84,4 @@ TEST(ProblemDump, ControlProblemsHaveTheAnswersOfTheTick) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::problem_dump_test

@@ -15,7 +15,7 @@
 #include "engine/scenes/build_model.h"
 #include "tests/support/scenes.h"
 
-namespace thenar {
+namespace thenar::profile_test {
 namespace {
 
 using nlohmann::ordered_json;
@@ -228,10 +228,11 @@ TEST(LoopProfile, TakesMemoryForWhatItHas) {
   const std::int64_t before = resident_bytes();
   LoopProfile profile(model);
   Recorder recorder(model);
+  const ControlReport control;
+  const Eigen::VectorXd muscle_forces_N;
   for (int i = 0; i < 1000; ++i) {
     const ContactSample sample = run.contact_sample(i, 1.0);
-    TickRecord record = tick_record(model, sample.after, sample.step.tick, ControlReport{});
-    recorder.add(record, Eigen::VectorXd());
+    recorder.see_tick(Tick{sample.after, sample.step.tick, control, muscle_forces_N});
     profile.add(sample);
     profile.add(SyntheticRun::control_sample(i));
   }
@@ -284,4 +285,4 @@ TEST(ChromeTrace, HasSlicesThatNestAndDoNotOverlap) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::profile_test

@@ -6,7 +6,7 @@
 #include "engine/scenes/build_model.h"
 #include "tests/support/scenes.h"
 
-namespace thenar {
+namespace thenar::recorder_test {
 namespace {
 
 // A target that the caller moves is the target: in the record, and to the one who judges.
@@ -33,4 +33,4 @@ TEST(Recorder, ComparesWithTheTargetThatTheCallerWants) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::recorder_test

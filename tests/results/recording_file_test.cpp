@@ -10,15 +10,15 @@
 #include <random>
 
 #include "engine/formats/files.h"
-#include "engine/results/lockstep.h"
 #include "engine/results/recorder.h"
+#include "engine/results/scene_run.h"
 #include "engine/results/signals.h"
 #include "engine/scenes/build_model.h"
 #include "tests/support/allocation_counter.h"
 #include "tests/support/scenes.h"
 #include "tests/support/scratch.h"
 
-namespace thenar {
+namespace thenar::recording_file_test {
 namespace {
 
 using Eigen::Index;
@@ -34,19 +34,22 @@ std::map<std::string, Field> by_name(const std::vector<Field>& fields) {
 /// A grasp that is recorded.
 struct Film {
   explicit Film(Scene scene)
-      : model(build_model(std::move(scene))), loops(model), file(scratch() / "film.mcap"), film(file, model) {}
+      : model(build_model(std::move(scene))),
+        loops(model, LockstepSettings{}),
+        file(scratch() / "film.mcap"),
+        film(file, model) {}
 
   /// One tick; the state after it if it is kept.
   std::optional<State> tick() {
     const TickReport contact = loops.tick();
-    TickRecord record = tick_record(model, loops.state, contact, loops.control());
-    film.add(loops.state, loops.workspace(), record, loops.controller().f_muscle);
+    TickRecord record = tick_record(model, loops.state, contact, loops.report);
+    film.add(loops.state, loops.work, record, loops.controller.f_muscle);
     if (!film.is_due(loops.state.tick)) return std::nullopt;
     return loops.state;
   }
 
   Model model;
-  Lockstep loops;
+  GraspRun loops;
   std::filesystem::path file;
   RecordingFile film;
 };
@@ -93,8 +96,8 @@ TEST(RecordingFile, ShowsContactsThatAddUpToTheFingersLoads) {
   Picture picture(grasp.model);
   while (grasp.loops.state.tick < 300) {
     grasp.tick();
-    take_picture(grasp.loops.state, grasp.loops.workspace(), picture);
-    ASSERT_EQ(std::ssize(picture.contacts), grasp.loops.frame().size());
+    take_picture(grasp.loops.state, grasp.loops.work, picture);
+    ASSERT_EQ(std::ssize(picture.contacts), grasp.loops.frame.size());
     for (int k = 0; k < kFingers; ++k) {
       Vector3d sum = Vector3d::Zero();
       for (const ShownContact& contact : picture.contacts) {
@@ -206,7 +209,7 @@ TEST(RecordingFile, SpeaksTheWordsOfSignals) {
   const std::filesystem::path file = scratch() / "words.mcap";
   RecordingFile film(file, model);
   State state(model);
-  const Recording run = run_lockstep(model, state, {}, {}, nullptr, &film);
+  const Recording run = run_scene(model, state, {.lockstep = LockstepSettings{}, .film = &film});
   film.finish(run);
   std::istringstream signals(signals_csv(model, run)), table(recording_csv(file));
   std::string line, last_tick, last_state;
@@ -260,7 +263,7 @@ TEST(RecordingFile, KnowsTheSlipsOfARun) {
   const std::filesystem::path file = scratch() / "slide.mcap";
   RecordingFile film(file, model);
   State state(model);
-  const Recording run = run_lockstep(model, state, {}, {}, nullptr, &film);
+  const Recording run = run_scene(model, state, {.lockstep = LockstepSettings{}, .film = &film});
   film.finish(run);
   const Field slip = by_name(state_fields(model)).at("slip_m");
   std::vector<double> last;
@@ -281,4 +284,4 @@ TEST(RecordingFile, RefusesAFileWithoutAScene) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::recording_file_test

@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "engine/results/monolithic.h"
+#include "engine/results/scene_run.h"
 #include "engine/scenes/build_model.h"
 #include "tests/support/scenes.h"
 
-namespace thenar {
+namespace thenar::summary_test {
 namespace {
 
 using nlohmann::ordered_json;
@@ -17,7 +17,7 @@ using nlohmann::ordered_json;
 /// A scene run to its end, as the program does it, and its measures.
 struct SceneRun {
   explicit SceneRun(const std::string& scene, const std::vector<std::string>& overrides = {})
-      : model(build_model(scene_of(scene, overrides))), state(model), recording(run_monolithic(model, state)) {
+      : model(build_model(scene_of(scene, overrides))), state(model), recording(run_scene(model, state)) {
     summary = summarize(model, recording);
   }
   [[nodiscard]] double number(const char* group, const char* key) const { return summary.at(group).at(key); }
@@ -150,4 +150,4 @@ TEST(BoxPush, ComesBack) {
 TEST(Minimal, PointContactsHoldABall) { expect_held(SceneRun("minimal")); }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::summary_test

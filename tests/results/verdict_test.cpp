@@ -8,14 +8,14 @@
 #include <utility>
 #include <vector>
 
+#include "engine/loops/run.h"
 #include "engine/results/grasp_monitor.h"
-#include "engine/results/lockstep.h"
-#include "engine/results/monolithic.h"
+#include "engine/results/scene_run.h"
 #include "engine/scenes/build_model.h"
 #include "engine/studies/sweep.h"
 #include "tests/support/scenes.h"
 
-namespace thenar {
+namespace thenar::verdict_test {
 namespace {
 
 const Model& minimal() {
@@ -315,7 +315,7 @@ TEST(Verdict, IsOneForRunAndSweepAndEveryOutcomeButHeldHasAReason) {
     all.insert(all.end(), overrides.begin(), overrides.end());
     const Model model = build_model(scene_of("box_grasp", all));
     State state(model);
-    const Recording recording = run_monolithic(model, state);
+    const Recording recording = run_scene(model, state);
     const Verdict& verdict = recording.verdict;
     EXPECT_EQ(verdict.outcome, expected) << overrides.front() << ": " << in_words(verdict);
     EXPECT_EQ(verdict.reason.empty(), verdict.outcome == Outcome::kHeld) << verdict.reason;
@@ -337,4 +337,4 @@ TEST(Verdict, ABoxThatNobodyHoldsIsLostThoughNothingFails) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::verdict_test

@@ -9,14 +9,14 @@
 #include <utility>
 #include <vector>
 
-#include "engine/results/monolithic.h"
+#include "engine/results/scene_run.h"
 #include "engine/results/summary.h"
 #include "engine/scenes/build_model.h"
 #include "engine/scenes/pressed_pulp.h"
 #include "engine/scenes/pulp_levels.h"
 #include "tests/support/scenes.h"
 
-namespace thenar {
+namespace thenar::warnings_test {
 namespace {
 
 using Eigen::Index;
@@ -75,7 +75,7 @@ TEST(Penetration, IsMeasuredOnCurvedObjects) {
 
 Recording run(const Model& model) {
   State state(model);
-  return run_monolithic(model, state);
+  return run_scene(model, state);
 }
 
 bool names(const std::vector<std::string>& all, const std::string& what) {
@@ -177,4 +177,4 @@ TEST(Warnings, TellWhereSoftObjectsInjectEnergy) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::warnings_test

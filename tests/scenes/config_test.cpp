@@ -16,7 +16,7 @@
 #include "engine/formats/text.h"
 #include "engine/scenes/keys.h"
 
-namespace thenar {
+namespace thenar::config_test {
 namespace {
 
 using Lines = std::vector<std::string>;
@@ -676,4 +676,4 @@ TEST(Config, NamesAMissingFile) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::config_test

@@ -19,7 +19,7 @@
 #include "engine/scenes/yaml_tree.h"
 #include "tests/support/scenes.h"
 
-namespace thenar {
+namespace thenar::keys_test {
 namespace {
 
 using Changes = std::vector<std::string>;
@@ -185,4 +185,4 @@ TEST(Keys, KnowTheirRanges) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::keys_test

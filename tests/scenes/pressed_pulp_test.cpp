@@ -9,7 +9,7 @@
 
 #include "tests/support/scenes.h"
 
-namespace thenar {
+namespace thenar::pressed_pulp_test {
 namespace {
 
 using Eigen::Index;
@@ -190,4 +190,4 @@ TEST(PressedPulp, DepthIsTheForcesInverse) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::pressed_pulp_test

@@ -13,7 +13,7 @@
 #include "engine/scenes/config.h"
 #include "tests/support/scenes.h"
 
-namespace thenar {
+namespace thenar::scene_file_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -266,4 +266,4 @@ TEST(Scene, RefusesShapesThatAreNone) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::scene_file_test

@@ -10,7 +10,7 @@
 #include "tests/support/allocation_counter.h"
 #include "tests/support/recorded_problems.h"
 
-namespace thenar {
+namespace thenar::contact_newton_test {
 namespace {
 
 using Eigen::Index;
@@ -256,4 +256,4 @@ TEST(ContactFamilies, AreTheSameForTheSameSeed) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::contact_newton_test

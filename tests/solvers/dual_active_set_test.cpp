@@ -2,13 +2,13 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <limits>
 #include <random>
 
 #include "tests/support/allocation_counter.h"
 
-namespace thenar {
+namespace thenar::dual_active_set_test {
 namespace {
 
 using Eigen::Index;
@@ -213,4 +213,4 @@ TEST(DualActiveSet, NotFiniteSlackIsNoAnswer) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::dual_active_set_test

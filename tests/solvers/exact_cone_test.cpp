@@ -13,7 +13,7 @@
 #include "tests/support/allocation_counter.h"
 #include "tests/support/grasp_problems.h"
 
-namespace thenar {
+namespace thenar::exact_cone_test {
 namespace {
 
 using Eigen::Index;
@@ -291,4 +291,4 @@ TEST(ExactConeForces, AreTheSameBitsEachTimeAndTakeNoMemory) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::exact_cone_test

@@ -14,7 +14,7 @@
 #include "tests/support/allocation_counter.h"
 #include "tests/support/recorded_problems.h"
 
-namespace thenar {
+namespace thenar::gauss_seidel_test {
 namespace {
 
 using Eigen::Index;
@@ -529,4 +529,4 @@ TEST_P(GaussSeidel, DoesNotAllocate) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::gauss_seidel_test

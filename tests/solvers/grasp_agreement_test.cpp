@@ -5,7 +5,7 @@
 
 #include "bench/cases/grasp_families.h"
 
-namespace thenar {
+namespace thenar::grasp_agreement_test {
 namespace {
 
 using Eigen::Index;
@@ -136,4 +136,4 @@ INSTANTIATE_TEST_SUITE_P(Cones, GraspVerdict, testing::Values(FrictionCone::kPyr
                          [](const auto& cone) { return cone.param == FrictionCone::kPyramid ? "Pyramid" : "Exact"; });
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::grasp_agreement_test

@@ -6,9 +6,10 @@
 #include <numbers>
 #include <random>
 
+#include "tests/support/algebra.h"
 #include "tests/support/grasp_problems.h"
 
-namespace thenar {
+namespace thenar::grasp_deficit_test {
 namespace {
 
 using Eigen::Index;
@@ -36,7 +37,7 @@ TEST(GraspDeficit, IsExplainedByTheLeastMissingForces) {
     for (Index i = 0; i < grasp.n(); ++i) e.segment<3>(3 * i) = grasp.contacts[i].frame * deficit.missing_N.col(i);
 
     const MatrixXd G = grasp_map(grasp);
-    const MatrixXd G_pinv = G.completeOrthogonalDecomposition().pseudoInverse();
+    const MatrixXd G_pinv = pseudo_inverse(G);
     // Forces of a few newtons through matrices of condition about 100.
     EXPECT_LE((e - G_pinv * (G * e)).norm(), 1e-10);
     EXPECT_LE((pyramid_edges(grasp).transpose() * e).maxCoeff(), 1e-9);
@@ -70,7 +71,7 @@ TEST(GraspDeficit, IsExplainedForRoundCones) {
       }
     }
     const MatrixXd G = grasp_map(grasp);
-    const MatrixXd G_pinv = G.completeOrthogonalDecomposition().pseudoInverse();
+    const MatrixXd G_pinv = pseudo_inverse(G);
     const VectorXd least = G_pinv * grasp.wrench;
     EXPECT_NEAR(e.squaredNorm(), e.dot(least), 1e-6);
     const double missing = distance_from_cone(G_pinv * G * rays, least);
@@ -105,4 +106,4 @@ TEST(GraspDeficit, LeastFrictionIsTheBorderOfFeasibility) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::grasp_deficit_test

@@ -12,10 +12,11 @@
 #include <utility>
 #include <vector>
 
+#include "tests/support/algebra.h"
 #include "tests/support/allocation_counter.h"
 #include "tests/support/grasp_problems.h"
 
-namespace thenar {
+namespace thenar::grasp_forces_test {
 namespace {
 
 using Eigen::Index;
@@ -70,7 +71,7 @@ Vector3d nearest_in_pyramid(double mu, const Vector3d& y) {
   Vector3d nearest = Vector3d::Zero();
   for (const MatrixXd& A : faces) {
     Vector3d point = y;
-    if (A.rows() > 0) point -= A.transpose() * (A * A.transpose()).llt().solve(A * y);
+    if (A.rows() > 0) point -= pseudo_inverse(A) * (A * y);
     const bool inside = point.tail<2>().cwiseAbs().maxCoeff() <= mu * point[0] + 1e-14 * y.norm() && point[0] >= 0.0;
     if (inside && (point - y).norm() < (nearest - y).norm()) nearest = point;
   }
@@ -610,4 +611,4 @@ TEST(GraspForces, DoNotAllocate) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::grasp_forces_test

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/QR>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -12,7 +11,7 @@
 #include "solvers/residual.h"
 #include "tests/support/allocation_counter.h"
 
-namespace thenar {
+namespace thenar::grouped_delassus_test {
 namespace {
 
 using Eigen::Index;
@@ -258,4 +257,4 @@ TEST(GroupedDelassus, DoesNotAllocate) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::grouped_delassus_test

@@ -9,7 +9,7 @@
 #include "tests/support/allocation_counter.h"
 #include "tests/support/json_eigen.h"
 
-namespace thenar {
+namespace thenar::lcp_test {
 namespace {
 
 using Eigen::Index;
@@ -240,4 +240,4 @@ TEST(AllocationCounter, SeesMallocNewAndEigen) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::lcp_test

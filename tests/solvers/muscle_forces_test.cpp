@@ -13,7 +13,7 @@
 #include "tests/support/json_eigen.h"
 #include "tests/support/nnls.h"
 
-namespace thenar {
+namespace thenar::muscle_forces_test {
 namespace {
 
 using Eigen::Index;
@@ -276,4 +276,4 @@ TEST(MuscleForces, DoNotAllocateAndRepeatTheirBits) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::muscle_forces_test

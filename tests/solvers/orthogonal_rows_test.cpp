@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-namespace thenar {
+namespace thenar::orthogonal_rows_test {
 namespace {
 
 using Eigen::Index;
@@ -83,4 +83,4 @@ TEST(OrthogonalRows, EndOnWhatIsNoNumber) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::orthogonal_rows_test

@@ -6,7 +6,7 @@
 
 #include "tests/support/recorded_problems.h"
 
-namespace thenar {
+namespace thenar::residual_test {
 namespace {
 
 using Eigen::Matrix3d;
@@ -110,4 +110,4 @@ TEST(Residual, AConeWithoutFrictionIsARay) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::residual_test

@@ -15,7 +15,7 @@
 #include "tests/support/scenes.h"
 #include "tests/support/scratch.h"
 
-namespace thenar {
+namespace thenar::model_parts_test {
 namespace {
 
 using Overrides = std::vector<std::string>;
@@ -254,4 +254,4 @@ TEST(ModelParts, ScenesSayWhatTheyTolerate) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::model_parts_test

@@ -9,7 +9,7 @@
 #include "engine/studies/model_parts.h"
 #include "tests/support/scenes.h"
 
-namespace thenar {
+namespace thenar::savings_test {
 namespace {
 
 // Of 6 differences all lie on one side of the median by 2 / 2^6 = 3.1 %; of 9 all but one do by 3.9 %, of 15 all but
@@ -53,4 +53,4 @@ TEST(Savings, RunsInTurns) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::savings_test

@@ -22,7 +22,7 @@
 #include "tests/support/scenes.h"
 #include "tests/support/scratch.h"
 
-namespace thenar {
+namespace thenar::sweep_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -382,4 +382,4 @@ TEST(SweepJournal, AFolderStaysTheSweepsThatItIs) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::sweep_test

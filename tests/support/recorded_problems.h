@@ -1,8 +1,6 @@
 #pragma once
 
-#include <algorithm>
 #include <filesystem>
-#include <variant>
 #include <vector>
 
 #include "engine/formats/problem_file.h"
@@ -10,20 +8,9 @@
 namespace thenar {
 
 /// The files of a folder of the test data, by name.
-inline std::vector<std::filesystem::path> data_files(const char* folder) {
-  std::vector<std::filesystem::path> files;
-  for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(THENAR_TEST_DATA) / folder)) {
-    files.push_back(entry);
-  }
-  std::sort(files.begin(), files.end());
-  return files;
-}
+std::vector<std::filesystem::path> data_files(const char* folder);
 
 /// All contact problems of the test data.
-inline std::vector<ContactFile> recorded_contact_problems() {
-  std::vector<ContactFile> problems;
-  for (const auto& file : data_files("contact")) problems.push_back(std::get<ContactFile>(read_problem(file)));
-  return problems;
-}
+std::vector<ContactFile> recorded_contact_problems();
 
 }  // namespace thenar

@@ -22,7 +22,7 @@
 #include "tests/support/scenes.h"
 #include "tests/support/scratch.h"
 
-namespace window {
+namespace window::session_test {
 namespace {
 
 using nlohmann::ordered_json;
@@ -460,4 +460,4 @@ TEST(Session, WaitsWhereNoForcesHoldTheStart) {
 }
 
 }  // namespace
-}  // namespace window
+}  // namespace window::session_test

@@ -1,4 +1,4 @@
-#include "engine/results/monolithic.h"
+#include "engine/results/scene_run.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 #include "engine/scenes/build_model.h"
 #include "tests/support/scenes.h"
 
-namespace thenar {
+namespace thenar::scene_run_test {
 namespace {
 
 using Eigen::Isometry3d;
@@ -156,7 +156,7 @@ TEST(Monolithic, TwoRunsAreBitIdentical) {
     const Model model =
         build_model(scene_of("box_grasp", {kCoarseBox, "time.duration=0.2 s", "task.translate.from=0.05 s"}));
     State state(model);
-    const Recording recording = run_monolithic(model, state);
+    const Recording recording = run_scene(model, state);
     ASSERT_EQ(recording.ticks.size(), 200);
     run = numbers(recording, state);
   }
@@ -164,13 +164,13 @@ TEST(Monolithic, TwoRunsAreBitIdentical) {
   EXPECT_EQ(std::memcmp(runs[0].data(), runs[1].data(), runs[0].size() * sizeof(double)), 0);
 }
 
-// run_monolithic is the two ticks in a loop, and the same state comes out of them called by hand; displaying and
+// run_scene is the two ticks in a loop, and the same state comes out of them called by hand; displaying and
 // recording do not touch it.
 TEST(Monolithic, IsTheTwoTicksInALoop) {
   const Scene scene = scene_of("box_grasp", {kCoarseBox, "time.duration=60 ms", "time.control_period=3 ms"});
   const Model model = build_model(scene);
   State state(model);
-  const Recording recording = run_monolithic(model, state);
+  const Recording recording = run_scene(model, state);
   Loop loop(scene);
   loop.run(60e-3);
   EXPECT_EQ(state.q, loop.state.q);
@@ -180,4 +180,4 @@ TEST(Monolithic, IsTheTwoTicksInALoop) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::scene_run_test

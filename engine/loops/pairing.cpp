@@ -1,4 +1,4 @@
-#include "engine/results/pairing.h"
+#include "engine/loops/pairing.h"
 
 #include <cstdint>
 #include <utility>

@@ -1,4 +1,4 @@
-#include "engine/results/pairing.h"
+#include "engine/loops/pairing.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-namespace thenar {
+namespace thenar::pairing_test {
 namespace {
 
 ContactSample contact(std::int64_t tick, std::int64_t sequence) {
@@ -80,4 +80,4 @@ TEST(Pairing, GivesNoTickTwiceWhenItsReceiverThrows) {
 }
 
 }  // namespace
-}  // namespace thenar
+}  // namespace thenar::pairing_test

@@ -1,19 +1,61 @@
-#include "engine/results/realtime_run.h"
+#include "engine/results/scene_run.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
+#include <utility>
 
+#include "engine/grasp/stopwatch.h"
 #include "engine/loops/live_contact.h"
-#include "engine/results/pairing.h"
+#include "engine/loops/pairing.h"
 #include "engine/results/recorder.h"
 
 namespace thenar {
 
+namespace {
+
+/// Tells how far the run is, and ends it where somebody wants that.
+class ProgressWatcher : public Watcher {
+ public:
+  ProgressWatcher(const Model& model, const Progress& progress) : step_s_(model.scene.step_s), progress_(progress) {}
+
+  bool see_tick(const Tick& tick) override {
+    wall_s_ += wall_.lap();
+    const double time_s = static_cast<double>(tick.after.tick) * step_s_;
+    if (!progress_ || progress_(time_s, wall_s_)) return true;
+    interrupted_s_ = time_s;
+    return false;
+  }
+
+  [[nodiscard]] double wall_s() const { return wall_s_; }
+  [[nodiscard]] std::optional<double> interrupted_s() const { return interrupted_s_; }
+
+ private:
+  double step_s_;
+  const Progress& progress_;
+  Stopwatch wall_;
+  double wall_s_ = 0.0;
+  std::optional<double> interrupted_s_;
+};
+
+}  // namespace
+
+Recording run_scene(const Model& model, State& state, const RunSettings& settings) {
+  GraspRun run = settings.lockstep ? GraspRun(model, *settings.lockstep) : GraspRun(model);
+  run.state = start_of_run(std::move(state));
+  Recorder recorder(model, settings.film);
+  ProgressWatcher progress(model, settings.progress);
+  std::vector<Watcher*> watchers = settings.watchers;
+  watchers.insert(watchers.end(), {&recorder, &progress});
+  run_ticks(run, recorder.planned(), watchers);
+  if (const auto time_s = progress.interrupted_s()) recorder.interrupt(*time_s);
+  state = std::move(run.state);
+  return recorder.finish(state, run.report, progress.wall_s());
+}
+
 RealtimeRun run_realtime(const Model& model, State& state, ThreadSettings settings, LoopProfile& profile,
                          const Progress& progress, RecordingFile* film) {
-  Recorder recorder(model);
+  Recorder recorder(model, film);
   bool lost = false;
   std::optional<double> interrupted_s;
   LatestValue<LiveInput> nobody;
@@ -26,25 +68,24 @@ RealtimeRun run_realtime(const Model& model, State& state, ThreadSettings settin
     live->watched = true;
     settings.live = &*live;
   }
-  const auto record = [&](const ContactSample& sample, const ControlSample& control) {
-    TickRecord tick = tick_record(model, sample.after, sample.step.tick, control.step.control);
-    if (tick.contact.handed_over) record_control(control.step.control, tick);
-    lost = !recorder.add(tick, control.muscle_forces_N);
+  const auto see = [&](const ContactSample& sample, const ControlSample& control) {
+    const TickReport& contact = sample.step.tick;
+    Tick tick{sample.after, contact, control.step.control, control.muscle_forces_N, contact.handed_over};
     if (sample.shown) live->pictures.take();
     // A picture taken since stands for a tick that is yet to come here.
-    if (sample.shown && live->pictures.current().snapshot.tick == sample.after.tick) {
-      film->add(live->pictures.current(), tick, control.muscle_forces_N);
-    }
+    const Picture* picture = sample.shown ? &live->pictures.current() : nullptr;
+    if (picture != nullptr && picture->snapshot.tick == sample.after.tick) tick.picture = picture;
+    lost = !recorder.see_tick(tick);
     return !lost;
   };
-  Pairing pairing(record, [&](const ContactSample& sample, const ControlSample& control) {
+  Pairing pairing(see, [&](const ContactSample& sample, const ControlSample& control) {
     const double start_s = static_cast<double>(sample.after.tick - 1) * model.scene.step_s;
-    recorder.add(start_s, control.step.control, control.muscle_forces_N);
+    recorder.see_control(ControlTick{start_s, control.step.control, control.muscle_forces_N});
   });
   std::int64_t first_ns = 0;
   settings.on_first_control = [&](const ControlReport& control, const Eigen::VectorXd& muscle_forces_N) {
     profile.begin(control, muscle_forces_N);
-    recorder.add(0.0, control, muscle_forces_N);
+    recorder.see_control(ControlTick{0.0, control, muscle_forces_N});
     ControlSample first;
     first.step.control = control;
     first.muscle_forces_N = muscle_forces_N;

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "engine/grasp/model.h"
+#include "engine/grasp/state.h"
+#include "engine/loops/run.h"
+#include "engine/loops/threads.h"
+#include "engine/results/profile.h"
+#include "engine/results/recording.h"
+#include "engine/results/recording_file.h"
+
+namespace thenar {
+
+/// Called after every tick with simulated time and wall time so far [s]. False ends the run there: it is an interrupted
+/// one.
+using Progress = std::function<bool(double simulated_s, double wall_s)>;
+
+struct RunSettings {
+  std::optional<LockstepSettings> lockstep = {};  ///< Nothing: in one loop.
+  Progress progress = {};
+  RecordingFile* film = nullptr;        ///< Of what it looks like: what the disk refuses it reports at its end.
+  std::vector<Watcher*> watchers = {};  ///< Beside the recorder.
+};
+
+/// Runs a scene on one thread, to its end or until the object is lost or no grasp forces exist at the start. `state` is
+/// left as the run ended. The same scene gives the same bits.
+[[nodiscard]] Recording run_scene(const Model& model, State& state, const RunSettings& settings = {});
+
+/// What a run on two threads leaves.
+struct RealtimeRun {
+  Recording recording;
+  ThreadsReport report;
+};
+
+/// The same by run_threads, in real time. Ticks that slipped are not in the recording and do not count as missing:
+/// simulated time lags. The fingertips are not shown. `settings` says how; its callbacks are not called. `profile`
+/// receives every tick, and `film`, if there is one, what it looks like; throws FileError. A state that nobody had time
+/// for is missing there.
+[[nodiscard]] RealtimeRun run_realtime(const Model& model, State& state, ThreadSettings settings, LoopProfile& profile,
+                                       const Progress& progress = {}, RecordingFile* film = nullptr);
+
+}  // namespace thenar
