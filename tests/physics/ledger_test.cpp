@@ -26,7 +26,7 @@ double viscous_J(const Scene& scene, const State& before, const State& after) {
          h;
 }
 
-struct GraspRun {
+struct Run {
   const char* name;
   const char* scene;
   std::vector<std::string> changes;
