@@ -33,7 +33,7 @@ struct Run {
   bool lockstep = false;
 };
 
-std::ostream& operator<<(std::ostream& out, const GraspRun& run) { return out << run.name; }
+std::ostream& operator<<(std::ostream& out, const Run& run) { return out << run.name; }
 
 class FirstLaw : public testing::TestWithParam<Run> {};
 
