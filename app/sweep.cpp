@@ -103,7 +103,7 @@ std::string outcomes_table(const FinishedRows& rows) {
   for (const Outcome outcome : kOutcomes) {
     const auto count =
         std::ranges::count_if(rows, [&](const auto& row) { return row.second.verdict.outcome == outcome; });
-    table += fmt::format("{:<14}{:>8}\n", name(outcome), count);
+    table += fmt::format("{:<14}{:>8}\n", to_string(outcome), count);
   }
   return table + fmt::format("{:<14}{:>8}\n", "rows", rows.size());
 }

@@ -19,11 +19,11 @@
 #include "app/window/reference.h"
 #include "app/window/telemetry.h"
 #include "engine/loops/live_contact.h"
+#include "engine/loops/pairing.h"
 #include "engine/loops/realtime.h"
 #include "engine/loops/split_grasp.h"
 #include "engine/loops/threads.h"
 #include "engine/results/grasp_monitor.h"
-#include "engine/loops/pairing.h"
 #include "engine/results/recorder.h"
 #include "engine/results/recording_file.h"
 #include "engine/results/warnings.h"
@@ -491,7 +491,7 @@ void Session::Impl::show_status(bool running) {
                              {"running", running},
                              {"paused", heeded.paused},
                              {"speed", heeded.speed},
-                             {"outcome", name(judged.outcome)},
+                             {"outcome", to_string(judged.outcome)},
                              {"reason", judged.reason},
                              {"warnings", sentences},
                              {"note", or_null(note)},

@@ -111,7 +111,7 @@ Vector3d PlainTick::motion_at(Index i, int finger, const JointVector& dq, const 
 VectorXd PlainTick::free_gaps_and_slips(const Frame& frame, const State& state, const JointVector& dq,
                                         const Vector6d& dx) const {
   VectorXd delta_free(3 * frame.size());
-  const double rho = memory(model_.pulps.front().material, model_.scene.step_s);
+  const double rho = retained_share(model_.pulps.front().material, model_.scene.step_s);
   for (Index i = 0; i < frame.size(); ++i) {
     const FrameContact& contact = frame.contacts[i];
     Vector3d delta = motion_at(i, contact.finger, dq, dx);

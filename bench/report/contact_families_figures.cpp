@@ -117,10 +117,10 @@ void judge(const RandomContacts& p, double tolerance, const Solve& solve, Verdic
   });
   if (report.status == SolveStatus::kConverged) {
     const double residual = residual_of(p, f);
-    verdicts.add(Verdict::kSolved, residual <= 1.001 * tolerance, residual, us);
+    verdicts.add(Answer::kSolved, residual <= 1.001 * tolerance, residual, us);
   } else {
     const bool none = report.status == SolveStatus::kNoSolution;
-    verdicts.add(none ? Verdict::kNoSolution : Verdict::kNoAnswer, true, 0.0, us);
+    verdicts.add(none ? Answer::kNoSolution : Answer::kNoAnswer, true, 0.0, us);
   }
 }
 

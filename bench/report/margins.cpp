@@ -6,7 +6,6 @@
 
 #include "bench/report/outcome_map.h"
 #include "engine/results/scene_run.h"
-#include "engine/results/scene_run.h"
 #include "engine/scenes/build_model.h"
 #include "engine/scenes/config.h"
 #include "engine/scenes/scene_file.h"

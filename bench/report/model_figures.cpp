@@ -114,7 +114,7 @@ CaseResult measure(const Case& item, int rounds) {
 }
 
 std::string short_name(Part part) {
-  const std::string text = name(part);
+  const std::string text = to_string(part);
   return text.substr(0, text.find(" ("));
 }
 
@@ -187,7 +187,7 @@ void add_errors(ordered_json& part, const std::vector<CaseResult>& results) {
     for (const Part what : parts_of(results)) {
       const PartEffect* const effect = effect_of(result, what);
       const std::string cell = effect == nullptr ? "–"
-                               : !effect->alike  ? std::string("NEEDED: ") + name(effect->verdict.outcome)
+                               : !effect->alike  ? std::string("NEEDED: ") + to_string(effect->verdict.outcome)
                                                  : (effect->within ? "" : "NEEDED: ") + in_words(effect->error);
       row.push_back(cell);
     }
@@ -227,7 +227,7 @@ void add_needs(ordered_json& part, const std::vector<CaseResult>& results) {
       largest.margin = std::max(largest.margin, effect->error.margin);
     }
     figure["rows"].push_back(
-        {name(what), with, needed.empty() ? "none" : needed, needed_in_all ? "–" : in_words(largest)});
+        {to_string(what), with, needed.empty() ? "none" : needed, needed_in_all ? "–" : in_words(largest)});
   }
 }
 

@@ -39,7 +39,9 @@ bool is_finite(const TickRecord& tick) {
          });
 }
 
-ordered_json cell(const Verdict& verdict) { return {{"outcome", name(verdict.outcome)}, {"reason", verdict.reason}}; }
+ordered_json cell(const Verdict& verdict) {
+  return {{"outcome", to_string(verdict.outcome)}, {"reason", verdict.reason}};
+}
 
 /// The cells of a panel, rows by y; and how many are held.
 int put_cells(const std::vector<SweepRow>& rows, std::size_t panel, int count, ordered_json& cells) {
@@ -49,7 +51,7 @@ int put_cells(const std::vector<SweepRow>& rows, std::size_t panel, int count, o
     for (int ix = 0; ix < count; ++ix) {
       const SweepRow& row = rows[static_cast<std::size_t>(iy * count + ix)];
       line.push_back(row.verdict.outcome == Outcome::kRefused ? cell(row.verdict) : row.measures.at(panel));
-      held += line.back()["outcome"] == name(Outcome::kHeld) ? 1 : 0;
+      held += line.back()["outcome"] == to_string(Outcome::kHeld) ? 1 : 0;
     }
     cells.push_back(line);
   }

@@ -18,7 +18,6 @@
 #include "bench/report/outcome_map.h"
 #include "engine/grasp/control_tick.h"
 #include "engine/results/scene_run.h"
-#include "engine/results/scene_run.h"
 #include "engine/scenes/build_model.h"
 #include "engine/scenes/scene_file.h"
 
@@ -428,7 +427,7 @@ std::string with_unit(double value, const MarginKey& key) {
 std::string what_becomes(const Margin& margin) {
   if (std::isnan(margin.fails)) return fmt::format("holds to the end of what was tried (x{:g})", margin.ratio);
   if (margin.there.outcome == Outcome::kRefused) return "outside what the program accepts";
-  return fmt::format("{}: {}", name(margin.there.outcome), margin.there.reason);
+  return fmt::format("{}: {}", to_string(margin.there.outcome), margin.there.reason);
 }
 
 void add_margins(ordered_json& part, bool quick) {

@@ -63,7 +63,7 @@ void fill_kernels(const Model& model, Frame& frame) {
 void deform(const Model& model, const Frame& frame, const ContactKinematics& now, int k, const Eigen::VectorXd& f,
             const Eigen::VectorXd& surface_motion, PulpLoads& work, State& state) {
   const Pulp& pulp = model.pulps[k];
-  const double rho = memory(pulp.material, model.scene.step_s);
+  const double rho = retained_share(pulp.material, model.scene.step_s);
   const Index begin = frame.begin[k], contacts = frame.begin[k + 1] - begin;
   Eigen::MatrixX3d& u = state.u_m[k];
   work.loads.clear();

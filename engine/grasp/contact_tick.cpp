@@ -94,9 +94,10 @@ Drive drive(const Model& model, const Frame& frame, const Vector6d& wrench, Cont
 void free_gaps_and_slips(const Model& model, const Frame& frame, const State& state, const RigidMotion& free,
                          ContactWorkspace& work) {
   const ContactKinematics& now = work.kinematics;
-  const double rho_object = model.soft_object() ? memory(*model.scene.object.compliance, model.scene.step_s) : 0.0;
+  const double rho_object =
+      model.soft_object() ? retained_share(*model.scene.object.compliance, model.scene.step_s) : 0.0;
   for (int k = 0; k < kFingers; ++k) {
-    const double rho = model.deformable() ? memory(model.pulps[k].material, model.scene.step_s) : 0.0;
+    const double rho = model.deformable() ? retained_share(model.pulps[k].material, model.scene.step_s) : 0.0;
     for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
       Vector3d delta = now.J_finger.middleRows<3>(3 * i) * free.dq.segment<kJointsPerFinger>(kJointsPerFinger * k) +
                        now.J_object.middleRows<3>(3 * i).leftCols<6>() * free.dx;
@@ -260,9 +261,9 @@ void press_in(const Model& model, const Frame& frame, ContactWorkspace& work, St
   if (n == 0 || gaps_m.minCoeff() >= 0.0) return;
   // One tick of bodies that nothing moves. To have all of C f and C_o f, forces are taken by the shares that
   // deformation gains of them in a tick.
-  const double share = 1.0 - memory(model.pulps.front().material, model.scene.step_s);
+  const double share = 1.0 - retained_share(model.pulps.front().material, model.scene.step_s);
   const double object_share =
-      model.soft_object() ? 1.0 - memory(*model.scene.object.compliance, model.scene.step_s) : 1.0;
+      model.soft_object() ? 1.0 - retained_share(*model.scene.object.compliance, model.scene.step_s) : 1.0;
   GroupedDelassus W = delassus_operator(model, frame, work.kinematics, {0.0, 0.0, 0.0});
   W.compliance_scale = object_share;
   work.delta_free.head(3 * n).setZero();
@@ -380,8 +381,9 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
   pose_hand(scene, state.q, work);
   find_displacements(model, frame, work.kinematics, work.pose, state, work.patches);
   if (model.deformable()) {
-    book_deformation(model, frame, work, memory(model.pulps.front().material, scene.step_s),
-                     model.soft_object() ? memory(*scene.object.compliance, scene.step_s) : 0.0, state, report.ledger);
+    book_deformation(model, frame, work, retained_share(model.pulps.front().material, scene.step_s),
+                     model.soft_object() ? retained_share(*scene.object.compliance, scene.step_s) : 0.0, state,
+                     report.ledger);
   }
   for (int k = 0; k < kFingers; ++k) {
     report.patch[k] = patch_report(work.patches.of_finger(k), state.load[k], scene.contact.friction, scene.step_s);

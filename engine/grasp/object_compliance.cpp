@@ -85,7 +85,7 @@ Matrix3d object_tensor(const Model& model, const FrameContact& contact) {
 void add_object_compliance(const Model& model, const Frame& frame, const ContactKinematics& now,
                            Eigen::Ref<Eigen::MatrixXd> W) {
   if (!model.soft_object()) return;
-  const double rho = memory(*model.scene.object.compliance, model.scene.step_s);
+  const double rho = retained_share(*model.scene.object.compliance, model.scene.step_s);
   for (Index j = 0; j < frame.size(); ++j) {
     const Matrix3d B_j = (1.0 - rho) * now.object_tensors.middleRows<3>(3 * j).transpose();
     for (Index i = 0; i < frame.size(); ++i) {
@@ -114,7 +114,7 @@ void carry_loads(const Model& model, const Frame& frame, State& state) {
 void remember_loads(const Model& model, const Frame& frame, const ContactKinematics& now, const Eigen::VectorXd& f,
                     State& state) {
   const PulpMaterial& material = *model.scene.object.compliance;
-  const double rho = memory(material, model.scene.step_s);
+  const double rho = retained_share(material, model.scene.step_s);
   std::vector<ObjectLoad>& loads = state.object_loads;
   for (ObjectLoad& load : loads) load.w_O *= rho;
   std::erase_if(loads, [](const ObjectLoad& load) { return load.w_O.norm() < kForgotten_N; });

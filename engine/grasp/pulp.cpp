@@ -96,7 +96,7 @@ void fill_compliance(Pulp& pulp) {
   }
 }
 
-double memory(const PulpMaterial& material, double step_s) {
+double retained_share(const PulpMaterial& material, double step_s) {
   return material.relaxation_s > 0.0 ? std::exp(-step_s / material.relaxation_s) : 0.0;
 }
 

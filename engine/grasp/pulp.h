@@ -86,7 +86,7 @@ void fill_compliance(Pulp& pulp);
                                        double area_j_m2);
 
 /// rho = exp(-h / tau_r): the share of a displacement that is still there a step h later; 0 if elastic.
-[[nodiscard]] double memory(const PulpMaterial& material, double step_s);
+[[nodiscard]] double retained_share(const PulpMaterial& material, double step_s);
 
 /// 1 / (1 + beta F): what a normal load F leaves of the compliance. Human fingertips have a secant modulus about linear
 /// in the load [Dzidek et al. 2017].

@@ -132,7 +132,7 @@ void RecordingFile::add_status(double time_s, const ordered_json& status) { file
 
 void RecordingFile::finish(const Recording& run) {
   const double end_s = run.ticks.empty() ? 0.0 : run.ticks.back().time_s;
-  add_status(end_s, {{"type", "status"}, {"outcome", name(run.verdict.outcome)}, {"reason", run.verdict.reason}});
+  add_status(end_s, {{"type", "status"}, {"outcome", to_string(run.verdict.outcome)}, {"reason", run.verdict.reason}});
   finish();
 }
 

@@ -240,7 +240,7 @@ ordered_json verdict_json(const Verdict& verdict) {
                       {"at_s", excess.at_s},
                       {"first_s", excess.first_s}});
   }
-  return {{"outcome", name(verdict.outcome)},
+  return {{"outcome", to_string(verdict.outcome)},
           {"reason", verdict.reason},
           {"held", verdict.outcome == Outcome::kHeld},
           {"lost_at_s", verdict.lost_s ? ordered_json(*verdict.lost_s) : ordered_json(nullptr)},

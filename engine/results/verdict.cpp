@@ -6,7 +6,7 @@
 
 namespace thenar {
 
-const char* name(Outcome outcome) {
+const char* to_string(Outcome outcome) {
   switch (outcome) {
     case Outcome::kHeld:
       return "held";
@@ -41,7 +41,8 @@ std::string in_words(const Excess& excess) {
 }
 
 std::string in_words(const Verdict& verdict) {
-  return verdict.reason.empty() ? name(verdict.outcome) : fmt::format("{}: {}", name(verdict.outcome), verdict.reason);
+  return verdict.reason.empty() ? to_string(verdict.outcome)
+                                : fmt::format("{}: {}", to_string(verdict.outcome), verdict.reason);
 }
 
 bool fails(const Scene& scene, Outcome outcome) {

@@ -43,7 +43,7 @@ inline constexpr std::array kOutcomes = {Outcome::kHeld,      Outcome::kUnknown,
 
 /// As all reports have it: "held", "unknown", "over limits", "off target", "slipping", "unstable", "lost", "solver
 /// failed", "refused".
-[[nodiscard]] const char* name(Outcome outcome);
+[[nodiscard]] const char* to_string(Outcome outcome);
 
 /// A limit of the hand that a run has passed.
 struct Excess {

@@ -76,7 +76,7 @@ PartEffect effect_of(Part part, const Scene& without, const Model& model, const 
 
 }  // namespace
 
-const char* name(Part part) {
+const char* to_string(Part part) {
   switch (part) {
     case Part::kFingertips:
       return "deformation of the fingertips (fingertips)";
@@ -204,7 +204,7 @@ std::vector<PartEffect> ablate(const Model& model, const PathRun& full, const On
   std::vector<PartEffect> effects;
   for (const Part part : kParts) {
     if (!has(model.scene, part)) continue;
-    if (on_run) on_run(fmt::format("without {}", name(part)));
+    if (on_run) on_run(fmt::format("without {}", to_string(part)));
     effects.push_back(effect_of(part, leave_out(model.scene, part), model, full));
   }
   return effects;
@@ -215,7 +215,7 @@ NeededParts needed_parts(const Model& model, const PathRun& full, const OnRun& o
   for (const Part part : kParts) {
     // Of detail there may be more to leave out.
     while (has(needed.scene, part)) {
-      if (on_run) on_run(fmt::format("all together, also without {}", name(part)));
+      if (on_run) on_run(fmt::format("all together, also without {}", to_string(part)));
       Scene without = leave_out(needed.scene, part);
       const PartEffect effect = effect_of(part, without, model, full);
       const bool goes_on = effect.within && !needed.tried.empty() && needed.tried.back().part == part;
@@ -229,7 +229,8 @@ NeededParts needed_parts(const Model& model, const PathRun& full, const OnRun& o
 }
 
 std::string title(const PartEffect& effect) {
-  return effect.part == Part::kDetail ? fmt::format("{} to {}", name(effect.part), effect.level) : name(effect.part);
+  return effect.part == Part::kDetail ? fmt::format("{} to {}", to_string(effect.part), effect.level)
+                                      : to_string(effect.part);
 }
 
 std::string in_words(const PathDeviation& error) {

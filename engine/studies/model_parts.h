@@ -31,7 +31,7 @@ inline constexpr std::array kParts{Part::kFingertips,   Part::kSoftObject,      
                                    Part::kObjectMemory, Part::kFingertipMemory, Part::kStiffening};
 
 /// In words, with the scene's key: "muscles (control.muscles)".
-[[nodiscard]] const char* name(Part part);
+[[nodiscard]] const char* to_string(Part part);
 
 /// Whether the scene names the part.
 [[nodiscard]] bool has(const Scene& scene, Part part);
@@ -93,7 +93,7 @@ struct NeededParts {
 };
 [[nodiscard]] NeededParts needed_parts(const Model& model, const PathRun& full, const OnRun& on_run = {});
 
-/// name(), and how far detail goes: "level of detail (contact.level) to 4".
+/// to_string(), and how far detail goes: "level of detail (contact.level) to 4".
 [[nodiscard]] std::string title(const PartEffect& effect);
 /// The rms: "2.1 um, 0.0029 deg, forces 0.21 %, moments 1.3 %, margins 0.002".
 [[nodiscard]] std::string in_words(const PathDeviation& error);

@@ -365,7 +365,7 @@ std::string rows_csv(const SweepPlan& plan, const std::map<std::size_t, SweepRow
       if (!units[i].empty()) value.erase(value.find_last_not_of(' ', value.size() - units[i].size() - 1) + 1);
       csv += csv_cell(value) + ',';
     }
-    csv += csv_cell(name(row.verdict.outcome)) + ',' + csv_cell(row.verdict.reason) + ',' + csv_cell(row.left_out);
+    csv += csv_cell(to_string(row.verdict.outcome)) + ',' + csv_cell(row.verdict.reason) + ',' + csv_cell(row.left_out);
     for (const std::string& measure : names) csv += ',' + csv_cell(row, measure);
     csv += '\n';
   }

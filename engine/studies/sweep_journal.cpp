@@ -60,7 +60,7 @@ std::string difference(const ordered_json& one, const ordered_json& other) {
 ordered_json to_line(std::size_t row, const SweepRow& result, std::uint32_t plan) {
   return {{"row", row},
           {"plan", plan},
-          {"outcome", name(result.verdict.outcome)},
+          {"outcome", to_string(result.verdict.outcome)},
           {"reason", result.verdict.reason},
           {"left_out", result.left_out},
           {"measures", result.measures}};
@@ -70,7 +70,8 @@ ordered_json to_line(std::size_t row, const SweepRow& result, std::uint32_t plan
 std::optional<std::pair<std::size_t, SweepRow>> read_line(const std::string& text, std::uint32_t plan) try {
   const ordered_json line = ordered_json::parse(text);
   if (line.at("plan") != plan) return std::nullopt;
-  const auto* const outcome = std::ranges::find_if(kOutcomes, [&](Outcome o) { return line.at("outcome") == name(o); });
+  const auto* const outcome =
+      std::ranges::find_if(kOutcomes, [&](Outcome o) { return line.at("outcome") == to_string(o); });
   if (outcome == kOutcomes.end()) return std::nullopt;
   SweepRow row;
   row.verdict.outcome = *outcome;

@@ -157,7 +157,7 @@ TEST_F(MovingGrasp, PulpsDeformByOneCompliance) {
     const auto& E_F = loop.work.kinematics.E_F;
     for (int k = 0; k < kFingers; ++k) {
       const Pulp& pulp = model.pulps[k];
-      const double rho = memory(pulp.material, model.scene.step_s);
+      const double rho = retained_share(pulp.material, model.scene.step_s);
       const Index begin = frame.begin[k], end = frame.begin[k + 1];
       Eigen::MatrixX3d u = rho * before.u_m[k];
       for (Index c = 0; c < pulp.controls(); ++c) {

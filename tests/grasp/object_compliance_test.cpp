@@ -73,7 +73,7 @@ ContactKinematics kinematics_of(const Model& model, const Frame& frame) {
 MatrixXd object_compliance(const Model& model, const Frame& frame, const ContactKinematics& now) {
   MatrixXd C = MatrixXd::Zero(3 * frame.size(), 3 * frame.size());
   add_object_compliance(model, frame, now, C);
-  return C / (1.0 - memory(*model.scene.object.compliance, model.scene.step_s));
+  return C / (1.0 - retained_share(*model.scene.object.compliance, model.scene.step_s));
 }
 
 // Where surface points lie to one another as the control points do, an object of the pulps' material has the pulps'

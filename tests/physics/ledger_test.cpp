@@ -203,7 +203,7 @@ TEST(Ledger, StoredEnergyIsThatOfTheForcesThatHoldThePulp) {
   scene.fingertips->material.relaxation_s = 5e-3;
   Loop loop(std::move(scene));
   const Pulp& pulp = loop.model.pulps[0];
-  const double rho = memory(pulp.material, loop.model.scene.step_s);
+  const double rho = retained_share(pulp.material, loop.model.scene.step_s);
   Eigen::MatrixX3d phi = Eigen::MatrixX3d::Zero(pulp.controls(), 3);
   for (int tick = 0; tick < 140; ++tick) {
     TickInput input;

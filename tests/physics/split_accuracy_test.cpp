@@ -148,7 +148,7 @@ TickReport tick_with_foreign_operator(const Model& model, const Model& foreign, 
   VectorXd delta_free(3 * n), delta(3 * n), f(3 * n);
   for (int k = 0; k < kFingers; ++k) {
     const Eigen::Vector4d dq = own.joint * frame.torque_Nm.segment<kJointsPerFinger>(kJointsPerFinger * k);
-    const double share = 1.0 - memory(model.pulps[k].material, model.scene.step_s);
+    const double share = 1.0 - retained_share(model.pulps[k].material, model.scene.step_s);
     for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
       delta_free.segment<3>(3 * i) = now.J_finger.middleRows<3>(3 * i) * dq +
                                      now.J_object.middleRows<3>(3 * i).leftCols<6>() * dx -

@@ -66,7 +66,7 @@ TEST(ModelParts, LeavingOutIsTheSceneThatNeverNamedThePart) {
                          {Part::kObjectMemory, {kSoft}, {elastic}},
                          {Part::kFingertipMemory, {}, {"fingertips.relaxation=0 ms"}},
                          {Part::kStiffening, {kStiffening}, {}}}) {
-    SCOPED_TRACE(name(part));
+    SCOPED_TRACE(to_string(part));
     const Scene scene = grasp(with, "0.1 s");
     ASSERT_TRUE(has(scene, part));
     expect_same_run(build_model(leave_out(scene, part)), build_model(grasp(without, "0.1 s")));
@@ -76,7 +76,7 @@ TEST(ModelParts, LeavingOutIsTheSceneThatNeverNamedThePart) {
 
 TEST(ModelParts, WhatASceneDoesNotNameCannotBeLeftOut) {
   const Scene minimal = scene_of("minimal");
-  for (const Part part : kParts) EXPECT_FALSE(has(minimal, part)) << name(part);
+  for (const Part part : kParts) EXPECT_FALSE(has(minimal, part)) << to_string(part);
   // Its own tolerance has chosen this level.
   EXPECT_FALSE(has(grasp({"contact.level=auto"}), Part::kDetail));
   EXPECT_FALSE(has(grasp({"contact.level=8"}), Part::kDetail));
