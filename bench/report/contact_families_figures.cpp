@@ -117,10 +117,10 @@ void judge(const RandomContacts& p, double tolerance, const Solve& solve, Verdic
   });
   if (report.status == SolveStatus::kConverged) {
     const double residual = residual_of(p, f);
-    verdicts.add(Answer::kSolved, residual <= 1.001 * tolerance, residual, us);
+    verdicts.add(Claim::kSolved, residual <= 1.001 * tolerance, residual, us);
   } else {
     const bool none = report.status == SolveStatus::kNoSolution;
-    verdicts.add(none ? Answer::kNoSolution : Answer::kNoAnswer, true, 0.0, us);
+    verdicts.add(none ? Claim::kNoSolution : Claim::kNone, true, 0.0, us);
   }
 }
 

@@ -306,13 +306,13 @@ std::optional<bool> judge(const Grasp& grasp, const Ours& ours, Verdicts& verdic
   GraspReport report;
   const double us = warm_time_us([&] { report = ours.solve(problem, f); });
   if (report.status == GraspStatus::kBudgetSpent) {
-    verdicts.add(Answer::kNoAnswer, false, 0.0, us);
+    verdicts.add(Claim::kNone, false, 0.0, us);
     return {};
   }
   const bool found = report.status == GraspStatus::kOptimal;
   const double error =
       found ? grasp_kkt_error(problem, report.multiplier, f) : infeasibility_gap(problem, report.multiplier);
-  verdicts.add(found ? Answer::kSolved : Answer::kNoSolution, error <= kProved, error, us);
+  verdicts.add(found ? Claim::kSolved : Claim::kNoSolution, error <= kProved, error, us);
   return error <= kProved ? std::optional<bool>(found) : std::nullopt;
 }
 

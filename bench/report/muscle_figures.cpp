@@ -210,14 +210,14 @@ std::optional<bool> judge(const MuscleProblem& p, const Solver& solve, Verdicts&
   MuscleReport report;
   const double us = warm_time_us([&] { report = solve(p, f); });
   if (report.status == MuscleStatus::kBudgetSpent) {
-    verdicts.add(Answer::kNoAnswer, false, 0.0, us);
+    verdicts.add(Claim::kNone, false, 0.0, us);
     return {};
   }
   const bool found = report.status == MuscleStatus::kOptimal;
   // Of a proof that there are none what it leaves open is a share that must be below 1.
   const double error = found ? muscle_kkt_error(p.H, p.tau_Nm, report.multiplier, f) : 0.0;
   const bool right = found ? error <= kProved : muscle_infeasibility_gap(p.H, p.tau_Nm, report.multiplier) < 1.0;
-  verdicts.add(found ? Answer::kSolved : Answer::kNoSolution, right, error, us);
+  verdicts.add(found ? Claim::kSolved : Claim::kNoSolution, right, error, us);
   return right ? std::optional<bool>(found) : std::nullopt;
 }
 

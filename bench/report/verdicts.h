@@ -19,7 +19,7 @@ namespace thenar {
 inline constexpr std::uint64_t kFresh = 1'000'000;
 
 /// What a solver says of a problem.
-enum class Answer { kSolved, kNoSolution, kNoAnswer };
+enum class Claim { kSolved, kNoSolution, kNone };
 
 /// What a solver said of many problems, and how much of it was wrong by a check of our own.
 struct Verdicts {
@@ -27,10 +27,10 @@ struct Verdicts {
   double worst_error = 0.0;  ///< Of answers that are right.
   std::vector<double> us;
 
-  void add(Answer said, bool right, double error, double time_us) {
+  void add(Claim said, bool right, double error, double time_us) {
     us.push_back(time_us);
-    ++(said == Answer::kSolved ? solved : said == Answer::kNoSolution ? no_solution : unanswered);
-    if (said == Answer::kNoAnswer) return;
+    ++(said == Claim::kSolved ? solved : said == Claim::kNoSolution ? no_solution : unanswered);
+    if (said == Claim::kNone) return;
     if (right) {
       worst_error = std::max(worst_error, error);
     } else {
@@ -78,7 +78,7 @@ inline void judge_lcp(const LcpMethod& peer, const Eigen::MatrixXd& M, const Eig
     const double scale = std::max(1e-300, q.cwiseAbs().maxCoeff());
     error = z.allFinite() ? (M * z + q).cwiseMin(z).cwiseAbs().maxCoeff() / scale : 1.0;
   }
-  verdicts.add(claimed ? Answer::kSolved : Answer::kNoSolution, claimed == solvable && error <= kRight, error, us);
+  verdicts.add(claimed ? Claim::kSolved : Claim::kNoSolution, claimed == solvable && error <= kRight, error, us);
 }
 
 /// A solver's verdicts family by family, as one row: all together, and the families where some were wrong or missing.
