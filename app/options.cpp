@@ -51,6 +51,10 @@ CLI::Validator some_time() {
           ""};
 }
 
+void add_file(CLI::App& command, const char* option, std::filesystem::path& file, const char* what) {
+  command.add_option(option, file, what)->type_name("FILE")->check(named())->check(no_folder());
+}
+
 void add_results(CLI::App& command, Options& options, const char* results) {
   command.add_option("--out", options.out, std::string("Folder for ") + results)->type_name("DIR")->check(named());
   command.add_option("--format", options.format, "What to print")->check(CLI::IsMember({"text", "json"}));
@@ -226,15 +230,7 @@ void check_together(const RateFlags& rates, Runner runner) {
   check_rates(rates);
 }
 
-}  // namespace
-
-std::optional<Options> parse_options(int argc, const char* const* argv, int& exit_code) {
-  CLI::App app{"Real-time human grasp: three deformable fingertips, 23 muscles", "thenar"};
-  app.set_version_flag("--version", std::string("thenar ") + std::string(thenar::build_info::kVersion));
-  app.require_subcommand(1);
-  Options options;
-  SceneFlags flags;
-
+CLI::App* add_run(CLI::App& app, SceneFlags& flags, Options& options) {
   CLI::App* const run = app.add_subcommand("run", "Runs a scene and prints what came of it");
   add_scene(*run, options.scene, options.overrides);
   add_results(*run, options, "summary.json, signals.csv and figures");
@@ -257,14 +253,13 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
       ->type_name("T")
       ->check(quantity(Dimension::kTime, 0.0, 1.0, "2ms"))
       ->needs(lockstep);
-  run->add_option(
-         "--record", options.record,
-         "MCAP file of what the run looks like, 50 states a second: thenar demo replays it, thenar export shares it")
-      ->type_name("FILE")
-      ->check(named())
-      ->check(no_folder());
+  add_file(*run, "--record", options.record,
+           "MCAP file of what the run looks like, 50 states a second: thenar demo replays it, thenar export shares it");
   add_dump(*run, options)->excludes(realtime);
+  return run;
+}
 
+CLI::App* add_profile(CLI::App& app, SceneFlags& flags, Options& options) {
   CLI::App* const profile = app.add_subcommand("profile", "Runs a scene in real time and tells the times of its loops");
   add_scene(*profile, options.scene, options.overrides);
   add_results(*profile, options, "profile.json and figures");
@@ -276,40 +271,60 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
       ->capture_default_str()
       ->check(quantity(Dimension::kTime, 1e-3, 1e5, "30s"));
   profile->add_flag("--floor", options.floor, "Runs cyclictest in between: what this machine can do at best");
-  profile->add_option("--trace", options.trace, "File for the last 5 s as a Chrome trace, which Perfetto opens")
-      ->type_name("FILE")
-      ->check(named())
-      ->check(no_folder());
+  add_file(*profile, "--trace", options.trace, "File for the last 5 s as a Chrome trace, which Perfetto opens");
+  return profile;
+}
 
-  // For the help alone: main() hands it to another program.
-  app.add_subcommand("demo", "Shows a scene while it runs, or a recording, in a browser, and lets hands on it");
-  CLI::App* const solve = add_solve(app, flags, options);
+CLI::App* add_check(CLI::App& app, Options& options) {
   CLI::App* const check =
       app.add_subcommand("check", "Says what a scene will model, what it leaves out, and the defaults");
   add_scene(*check, options.scene, options.overrides);
   check->add_flag("--parts", options.parts,
                   "Runs the scene, too, and again without each part of its model: what it costs and gives");
-  CLI::App* const sweep = add_sweep(app, options);
+  return check;
+}
+
+CLI::App* add_export(CLI::App& app, Options& options) {
   CLI::App* const exports =
       app.add_subcommand("export", "Makes one page that plays without a network, or a table, of a recording");
   exports->add_option("FILE", options.record, "Recording, of thenar run --record")->required();
   CLI::Option_group* const formats = exports->add_option_group("formats");
-  formats->add_option("--html", options.html, "The page, one file")
-      ->type_name("FILE")
-      ->check(named())
-      ->check(no_folder());
-  formats->add_option("--csv", options.csv, "A row a state: its numbers by name, but for shapes")
-      ->type_name("FILE")
-      ->check(named())
-      ->check(no_folder());
+  add_file(*formats, "--html", options.html, "The page, one file");
+  add_file(*formats, "--csv", options.csv, "A row a state: its numbers by name, but for shapes");
   formats->require_option(1, 2);
-  CLI::App* const keys = add_keys(app, options);
-  CLI::App* const schema =
-      app.add_subcommand("schema", "Prints the JSON Schema of scenes, by which editors complete and check them");
+  return exports;
+}
+
+CLI::App* add_doctor(CLI::App& app, Options& options) {
   CLI::App* const doctor =
       app.add_subcommand("doctor", "Says what this machine can keep, and how to get what it refuses");
   add_core(*doctor, options.core);
-  CLI::App* const scenes = app.add_subcommand("scenes", "Lists the scenes that come with the program");
+  return doctor;
+}
+
+}  // namespace
+
+std::optional<Options> parse_options(int argc, const char* const* argv, int& exit_code) {
+  CLI::App app{"Real-time human grasp: three deformable fingertips, 23 muscles", "thenar"};
+  app.set_version_flag("--version", std::string("thenar ") + std::string(thenar::build_info::kVersion));
+  app.require_subcommand(1);
+  Options options;
+  SceneFlags flags;
+  // In the order of the help.
+  std::vector<std::pair<CLI::App*, Command>> commands{{add_run(app, flags, options), Command::kRun},
+                                                      {add_profile(app, flags, options), Command::kProfile}};
+  // For the help alone: main() hands it to another program.
+  app.add_subcommand("demo", "Shows a scene while it runs, or a recording, in a browser, and lets hands on it");
+  commands.emplace_back(add_solve(app, flags, options), Command::kSolve);
+  commands.emplace_back(add_check(app, options), Command::kCheck);
+  commands.emplace_back(add_sweep(app, options), Command::kSweep);
+  commands.emplace_back(add_export(app, options), Command::kExport);
+  commands.emplace_back(add_keys(app, options), Command::kKeys);
+  commands.emplace_back(
+      app.add_subcommand("schema", "Prints the JSON Schema of scenes, by which editors complete and check them"),
+      Command::kSchema);
+  commands.emplace_back(add_doctor(app, options), Command::kDoctor);
+  commands.emplace_back(app.add_subcommand("scenes", "Lists the scenes that come with the program"), Command::kScenes);
 
   const std::string wrong = wrong_command(app, {argv + std::min(argc, 1), argv + argc});
   if (!wrong.empty()) {
@@ -319,16 +334,10 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
   }
   try {
     app.parse(argc, argv);
-    if (check->parsed()) options.command = Command::kCheck;
-    if (exports->parsed()) options.command = Command::kExport;
-    if (solve->parsed()) options.command = Command::kSolve;
-    if (doctor->parsed()) options.command = Command::kDoctor;
-    if (scenes->parsed()) options.command = Command::kScenes;
-    if (profile->parsed()) options.command = Command::kProfile;
-    if (profile->parsed()) options.runner = Runner::kRealtime;
-    if (keys->parsed()) options.command = Command::kKeys;
-    if (schema->parsed()) options.command = Command::kSchema;
-    if (sweep->parsed()) options.command = Command::kSweep;
+    for (const auto& [parser, command] : commands) {
+      if (parser->parsed()) options.command = command;
+    }
+    if (options.command == Command::kProfile) options.runner = Runner::kRealtime;
     check_together(flags.rates, options.runner);
   } catch (const CLI::ParseError& error) {
     exit_code = app.exit(error) == 0 ? kDone : kBadUsage;

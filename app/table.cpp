@@ -20,8 +20,8 @@ std::string cell(const ordered_json& value, const char* unit) {
 /// A text, or nothing.
 std::string words(const ordered_json& value) { return value.is_string() ? value.get<std::string>() : ""; }
 
-void line(std::string& table, const char* name, const std::string& value, const char* remark = "") {
-  table += fmt::format("  {:<32} {:>14}{}{}\n", name, value, *remark != '\0' ? "   " : "", remark);
+void line(std::string& table, const char* name, const std::string& value, const std::string& remark = "") {
+  table += fmt::format("  {:<32} {:>14}{}{}\n", name, value, remark.empty() ? "" : "   ", remark);
 }
 
 void stage(std::string& table, const ordered_json& stages, const char* key, const char* name,
@@ -40,23 +40,15 @@ const char* published_contact_time(const ordered_json& contacts) {
   return n > 30 ? "published: 20 ms at 60 contacts" : n > 15 ? "published: 10 ms at 30" : "published: 6 ms at 15";
 }
 
-}  // namespace
-
-std::string results_table(const ordered_json& summary) {
+std::string summary_head(const ordered_json& summary) {
   const ordered_json& build = summary.at("build");
-  const ordered_json& object = summary.at("object");
-  const ordered_json& grasp = summary.at("grasp");
-  const ordered_json& contacts = summary.at("contacts");
-  const ordered_json& lcp = summary.at("lcp");
-  const ordered_json& stages = summary.at("stages");
+  const ordered_json& settings = summary.at("settings");
   const std::string scheduling = summary.contains("scheduling") ? scheduling_in_words(summary.at("scheduling"))
                                                                 : "one thread, no real-time scheduling";
-  std::string table = "thenar " + build.at("version").get<std::string>() + ", " + build.at("type").get<std::string>() +
-                      " (" + build.at("flags").get<std::string>() + "), " + build.at("compiler").get<std::string>() +
-                      ", " + scheduling + "\n";
-  table += summary.at("scene").get<std::string>() + ": " + cell(summary.at("simulated_s"), "s") + " simulated, " +
+  std::string table = "thenar " + words(build.at("version")) + ", " + words(build.at("type")) + " (" +
+                      words(build.at("flags")) + "), " + words(build.at("compiler")) + ", " + scheduling + "\n";
+  table += words(summary.at("scene")) + ": " + cell(summary.at("simulated_s"), "s") + " simulated, " +
            cell(summary.at("real_time_factor"), "") + " times real time\n";
-  const ordered_json& settings = summary.at("settings");
   const double delay_ms = settings.at("control_delay_ms");
   table += "contact at " + cell(settings.at("contact_rate_hz"), "Hz") + ", control at " +
            cell(settings.at("control_rate_hz"), "Hz") +
@@ -64,18 +56,23 @@ std::string results_table(const ordered_json& summary) {
            cell(settings.at("tolerance"), "") + " or " + cell(settings.at("max_sweeps"), "") + " sweeps\n";
   for (const std::string part : summary.at("parts")) table += part + "\n";
   for (const std::string warning : summary.at("warnings")) table += "warning: " + warning + "\n";
-  table += "\ngrasp\n";
-  line(table, "outcome", grasp.at("outcome").get<std::string>());
-  if (grasp.at("reason") != "") table += "    " + grasp.at("reason").get<std::string>() + "\n";
-  const auto with_start = [](const ordered_json& start, const char* unit) {
-    return "of it at the start: " + cell(start, unit);
-  };
+  return table;
+}
+
+std::string grasp_lines(const ordered_json& summary) {
+  const ordered_json& grasp = summary.at("grasp");
+  const ordered_json& contacts = summary.at("contacts");
+  const ordered_json& lcp = summary.at("lcp");
+  std::string table = "\ngrasp\n";
+  line(table, "outcome", words(grasp.at("outcome")));
+  if (grasp.at("reason") != "") table += "    " + words(grasp.at("reason")) + "\n";
+  const auto at_start = [](const char* what, const std::string& value) { return what + (" at the start: " + value); };
   line(table, "largest slip of a finger", cell(grasp.at("max_slip_mm"), "mm"),
-       with_start(grasp.at("max_start_slip_mm"), "mm").c_str());
+       at_start("of it", cell(grasp.at("max_start_slip_mm"), "mm")));
   line(table, "largest spin of a finger", cell(grasp.at("max_spin_deg"), "deg"),
-       with_start(grasp.at("max_start_spin_deg"), "deg").c_str());
+       at_start("of it", cell(grasp.at("max_start_spin_deg"), "deg")));
   line(table, "least margin", cell(grasp.at("min_margin"), ""),
-       ("at the start: " + cell(grasp.at("min_start_margin"), "")).c_str());
+       "at the start: " + cell(grasp.at("min_start_margin"), ""));
   line(table, "largest share of a patch sliding", cell(grasp.at("max_sliding_share"), ""));
   line(table, "fastest point that should stick", cell(grasp.at("max_creep_um_per_s"), "um/s"));
   line(table, "contacts, median (max)", cell(contacts.at("median"), "") + " (" + cell(contacts.at("max"), "") + ")");
@@ -88,7 +85,16 @@ std::string results_table(const ordered_json& summary) {
     line(table, "  over the most a muscle has", cell(summary.at("muscles").at("max_activation"), ""), "1: its limit");
   }
   line(table, "least way to a joint's limit", cell(summary.at("joints").at("least_margin_rad"), "rad"));
-  table += "\naccuracy\n";
+  return table;
+}
+
+std::string accuracy_lines(const ordered_json& summary) {
+  const ordered_json& object = summary.at("object");
+  const ordered_json& grasp = summary.at("grasp");
+  const ordered_json& contacts = summary.at("contacts");
+  const ordered_json& frames = summary.at("frames");
+  const ordered_json& ledger = summary.at("ledger");
+  std::string table = "\naccuracy\n";
   line(table, "final position error", cell(object.at("final_error_mm"), "mm"));
   line(table, "rms position error", cell(object.at("rms_error_mm"), "mm"));
   line(table, "largest off-axis error", cell(object.at("max_off_axis_error_mm"), "mm"));
@@ -98,21 +104,25 @@ std::string results_table(const ordered_json& summary) {
   line(table, "  of the law without feedforward", cell(grasp.at("predicted_paper_law_error"), ""),
        "predicted: (I + S)^-1 S f^d");
   line(table, "deepest penetration of a pulp", cell(contacts.at("max_penetration_um"), "um"));
-  const ordered_json& frames = summary.at("frames");
-  const ordered_json& ledger = summary.at("ledger");
   line(table, "energy contact gave, and took", cell(ledger.at("injected_J"), "J"),
-       ("and " + cell(ledger.at("dissipated_J"), "J")).c_str());
+       "and " + cell(ledger.at("dissipated_J"), "J"));
   line(table, "energy that the balance misses", cell(ledger.at("unbalanced_J"), "J"),
-       ("of " + cell(ledger.at("drive_J"), "J") + " of the drive").c_str());
+       "of " + cell(ledger.at("drive_J"), "J") + " of the drive");
   if (frames.at("held_ticks") > 0) {
     line(table, "ticks on the drive of an old frame", cell(frames.at("held_ticks"), ""),
-         ("in " + cell(frames.at("hold_transitions"), "") + " transitions").c_str());
+         "in " + cell(frames.at("hold_transitions"), "") + " transitions");
   }
   line(table, "contact residual, p99", cell(contacts.at("residual_p99"), ""), "natural map");
   if (summary.at("muscles").is_object()) {
-    line(table, "muscle torque residual", cell(lcp.at("muscle_residual_max"), "N m"));
+    line(table, "muscle torque residual", cell(summary.at("lcp").at("muscle_residual_max"), "N m"));
   }
-  table += fmt::format("\n{:<34} {:>12} {:>12}\n", "time", "median", "p99");
+  return table;
+}
+
+std::string time_lines(const ordered_json& summary) {
+  const ordered_json& stages = summary.at("stages");
+  const ordered_json& settings = summary.at("settings");
+  std::string table = fmt::format("\n{:<34} {:>12} {:>12}\n", "time", "median", "p99");
   stage(table, stages, "find", "contact finding");
   stage(table, stages, "assemble", "Delassus operator");
   stage(table, stages, "solve", "contact forces");
@@ -121,11 +131,19 @@ std::string results_table(const ordered_json& summary) {
   // On two threads contact finding is the control thread's.
   const bool two_loops = summary.contains("loops");
   stage(table, stages, "contact_total", "contact computation, total",
-        two_loops ? "on both threads together: must fit into no period; see below" : published_contact_time(contacts));
+        two_loops ? "on both threads together: must fit into no period; see below"
+                  : published_contact_time(summary.at("contacts")));
   stage(table, stages, "grasp_lcp", "grasp forces",
         words(settings.at("grasp_method")) + "; published, by Lemke: 40 us");
   stage(table, stages, "muscle_lcp", "muscle forces", words(settings.at("muscle_method")));
   stage(table, stages, "control_total", "control tick, total");
-  table += "  (published: Rougeron et al. 2006, Pentium IV 2.2 GHz)\n";
-  return two_loops ? table + loops_table(summary) : table;
+  return table + "  (published: Rougeron et al. 2006, Pentium IV 2.2 GHz)\n";
+}
+
+}  // namespace
+
+std::string results_table(const ordered_json& summary) {
+  const std::string table =
+      summary_head(summary) + grasp_lines(summary) + accuracy_lines(summary) + time_lines(summary);
+  return summary.contains("loops") ? table + loops_table(summary) : table;
 }

@@ -184,6 +184,152 @@ std::int64_t wait_for_start(const std::atomic<std::int64_t>& start_ns, const std
   return start_ns.load(std::memory_order_relaxed);
 }
 
+/// A run on two threads, while the calling one receives their records.
+class TwoThreads {
+ public:
+  TwoThreads(SplitGrasp& grasp, const ThreadSettings& settings);
+  ThreadsReport run();
+
+ private:
+  void contact_thread(const std::stop_token& stop);
+  void control_thread(const std::stop_token& stop);
+  void start();
+  void receive();
+
+  [[nodiscard]] const CoreSetAside& core() const {
+    return settings_.set_aside != nullptr ? *settings_.set_aside : own_;
+  }
+
+  SplitGrasp& grasp_;
+  const ThreadSettings& settings_;
+  double step_s_, control_period_s_;  // by the clock on the wall
+  double spin_s_;
+  ThreadsReport report_;
+  Records<ContactSample> contact_records_;
+  Records<ControlSample> control_records_;
+  RunLog log_;
+  std::optional<CoreSetAside> own_;
+  std::optional<AwakeCores> awake_;
+  bool has_frame_;  ///< Of the state as it is: frame 0 is such a one.
+  bool goes_on_ = true;
+  ContactLoopCounts counts_;
+  std::exception_ptr failure_, contact_failure_;  // of the control thread, of the contact thread before it runs
+  std::latch set_up_{2};
+  std::atomic<std::int64_t> start_ns_{0};
+  // Relaxed: what the threads leave is read when they are joined.
+  std::atomic<int> running_{2};
+};
+
+TwoThreads::TwoThreads(SplitGrasp& grasp, const ThreadSettings& settings)
+    : grasp_(grasp),
+      settings_(settings),
+      step_s_(grasp.model().scene.step_s / settings.speed),
+      control_period_s_(grasp.model().scene.control_period_s / settings.speed),
+      spin_s_(std::min(settings.spin_s, 0.5 * step_s_)),  // At most half a step is spun away.
+      contact_records_(room_for_records(step_s_, settings.duration_s / settings.speed), {{}, grasp.state()}),
+      control_records_(room_for_records(control_period_s_, settings.duration_s / settings.speed), {}),
+      log_(settings.quiet, step_s_),
+      has_frame_(grasp.controller().last_tick == grasp.state().tick) {
+  report_.first_control = grasp.first_control();
+  widen_thread_stacks();
+  own_.emplace(settings.realtime && settings.set_aside == nullptr, settings.core);
+  if (settings.realtime) awake_.emplace();
+}
+
+void TwoThreads::control_thread(const std::stop_token& stop) {
+  try {
+    const int priority = core().number() < 0 ? 0 : kControlPriority;
+    report_.control = settings_.realtime ? ask_for_realtime(-1, priority) : current_scheduling();
+  } catch (...) {
+    failure_ = std::current_exception();
+  }
+  set_up_.count_down();
+  const std::int64_t start = wait_for_start(start_ns_, stop);
+  try {
+    const std::int64_t first = start + (has_frame_ ? Schedule::nanoseconds(control_period_s_) : 0);
+    run_control_loop(grasp_,
+                     Schedule(first, control_period_s_, std::numeric_limits<std::int64_t>::max(), 0, kRestShare),
+                     grasp_.model().scene.has_muscles(), control_records_, report_.lost_control_samples, stop);
+  } catch (...) {
+    failure_ = std::current_exception();
+  }
+  running_.fetch_sub(1, std::memory_order_relaxed);
+}
+
+void TwoThreads::contact_thread(const std::stop_token& stop) {
+  try {
+    report_.contact = settings_.realtime ? ask_for_realtime(core().number()) : current_scheduling();
+  } catch (...) {
+    contact_failure_ = std::current_exception();
+  }
+  report_.contact.denormals_flushed = flush_denormals();
+  report_.contact.spin_us = 1e6 * spin_s_;
+  report_.contact.kept_awake = awake_ && awake_->granted();
+  set_up_.count_down();
+  const std::int64_t start = wait_for_start(start_ns_, stop);
+  const auto due = static_cast<std::int64_t>(std::ceil(settings_.duration_s / grasp_.model().scene.step_s - 1e-9));
+  counts_ = run_contact_loop(
+      grasp_, Schedule(start, step_s_, due, kMaxCatchUp, kRestShare), std::llround(1e9 * spin_s_),
+      [this](const ContactSample& sample) { return contact_records_.keep(sample); }, stop, settings_.live);
+  running_.fetch_sub(1, std::memory_order_relaxed);
+}
+
+void TwoThreads::start() {
+  set_up_.wait();
+  for (const std::exception_ptr& refused : {failure_, contact_failure_}) {
+    if (refused) std::rethrow_exception(refused);
+  }
+  if (settings_.realtime) remark_on(core(), report_.contact);
+  if (settings_.on_start) {
+    settings_.on_start(report_.contact);
+  } else {
+    log_.started(report_.contact);
+  }
+  start_ns_.store(steady_now_ns() + kStartDelay_ns, std::memory_order_relaxed);
+}
+
+void TwoThreads::receive() {
+  contact_records_.drain([&](const ContactSample& sample) {
+    log_.add(sample);
+    if (goes_on_ && settings_.on_tick) goes_on_ = settings_.on_tick(sample);
+  });
+  control_records_.drain([&](const ControlSample& sample) {
+    log_.add(sample);
+    if (settings_.on_control) settings_.on_control(sample);
+  });
+  log_.say_if_due(steady_now_ns());
+}
+
+ThreadsReport TwoThreads::run() {
+  // A jthread that goes out of scope is stopped and joined: also when this function is left by an exception.
+  std::jthread control([this](const std::stop_token& stop) { control_thread(stop); });
+  std::jthread contact([this](const std::stop_token& stop) { contact_thread(stop); });
+  start();
+  // One thread has ended by itself only if the run is over, or the control failed.
+  while (goes_on_ && running_.load(std::memory_order_relaxed) == 2) {
+    receive();
+    if (settings_.on_look && !settings_.on_look()) break;
+    std::this_thread::sleep_for(kDrainPeriod);
+  }
+  contact.request_stop();
+  contact.join();
+  control.request_stop();
+  control.join();
+  report_.wall_s = 1e-9 * static_cast<double>(steady_now_ns() - start_ns_.load(std::memory_order_relaxed));
+  receive();
+  log_.say(steady_now_ns());
+  if (failure_) std::rethrow_exception(failure_);
+
+  report_.frames = grasp_.frames().counts();
+  report_.snapshots = grasp_.snapshots().counts();
+  report_.ticks = counts_.ticks;
+  report_.slipped = counts_.slipped;
+  report_.longest_slip_s = static_cast<double>(counts_.longest_slip) * step_s_;
+  report_.overruns = counts_.overruns;
+  report_.lost_samples = counts_.lost_samples;
+  return report_;
+}
+
 }  // namespace
 
 ContactLoopCounts run_contact_loop(SplitGrasp& grasp, Schedule schedule, std::int64_t spin_ns,
@@ -231,118 +377,7 @@ ThreadsReport run_threads(const Model& model, State& state, const ThreadSettings
 }
 
 ThreadsReport run_threads(SplitGrasp& grasp, const ThreadSettings& settings) {
-  const Scene& scene = grasp.model().scene;
-  const auto ticks_due = static_cast<std::int64_t>(std::ceil(settings.duration_s / scene.step_s - 1e-9));
-  // By the clock on the wall.
-  const double step_s = scene.step_s / settings.speed, control_period_s = scene.control_period_s / settings.speed;
-  // At most half a step is spun away.
-  const double spin_s = std::min(settings.spin_s, 0.5 * step_s);
-  ThreadsReport report;
-  report.first_control = grasp.first_control();
-  const double wall_s = settings.duration_s / settings.speed;
-  Records<ContactSample> contact_records(room_for_records(step_s, wall_s), {{}, grasp.state()});
-  Records<ControlSample> control_records(room_for_records(control_period_s, wall_s), {});
-  RunLog log(settings.quiet, step_s);
-  widen_thread_stacks();
-  const CoreSetAside own(settings.realtime && settings.set_aside == nullptr, settings.core);
-  const CoreSetAside& core = settings.set_aside != nullptr ? *settings.set_aside : own;
-  const int control_priority = core.number() < 0 ? 0 : kControlPriority;
-  std::optional<AwakeCores> awake;
-  if (settings.realtime) awake.emplace();
-
-  // Of the state as it is: frame 0 is such a one.
-  const bool has_frame = grasp.controller().last_tick == grasp.state().tick;
-  ContactLoopCounts counts;
-  std::exception_ptr failure, contact_failure;  // of the control thread, of the contact thread before it runs
-  std::latch set_up(2);
-  std::atomic<std::int64_t> start_ns{0};
-  // Relaxed: what the threads leave is read when they are joined.
-  std::atomic<int> running{2};
-
-  // A jthread that goes out of scope is stopped and joined: also when this function is left by an exception.
-  std::jthread control([&](const std::stop_token& stop) {
-    try {
-      report.control = settings.realtime ? ask_for_realtime(-1, control_priority) : current_scheduling();
-    } catch (...) {
-      failure = std::current_exception();
-    }
-    set_up.count_down();
-    const std::int64_t start = wait_for_start(start_ns, stop);
-    try {
-      const std::int64_t first = start + (has_frame ? Schedule::nanoseconds(control_period_s) : 0);
-      run_control_loop(grasp,
-                       Schedule(first, control_period_s, std::numeric_limits<std::int64_t>::max(), 0, kRestShare),
-                       scene.has_muscles(), control_records, report.lost_control_samples, stop);
-    } catch (...) {
-      failure = std::current_exception();
-    }
-    running.fetch_sub(1, std::memory_order_relaxed);
-  });
-  std::jthread contact([&](const std::stop_token& stop) {
-    try {
-      report.contact = settings.realtime ? ask_for_realtime(core.number()) : current_scheduling();
-    } catch (...) {
-      contact_failure = std::current_exception();
-    }
-    report.contact.denormals_flushed = flush_denormals();
-    report.contact.spin_us = 1e6 * spin_s;
-    report.contact.kept_awake = awake && awake->granted();
-    set_up.count_down();
-    const std::int64_t start = wait_for_start(start_ns, stop);
-    counts = run_contact_loop(
-        grasp, Schedule(start, step_s, ticks_due, kMaxCatchUp, kRestShare), std::llround(1e9 * spin_s),
-        [&contact_records](const ContactSample& sample) { return contact_records.keep(sample); }, stop, settings.live);
-    running.fetch_sub(1, std::memory_order_relaxed);
-  });
-
-  set_up.wait();
-  for (const std::exception_ptr& refused : {failure, contact_failure}) {
-    if (refused) std::rethrow_exception(refused);
-  }
-  if (settings.realtime) remark_on(core, report.contact);
-  if (settings.on_start) {
-    settings.on_start(report.contact);
-  } else {
-    log.started(report.contact);
-  }
-  const std::int64_t begin_ns = steady_now_ns() + kStartDelay_ns;
-  start_ns.store(begin_ns, std::memory_order_relaxed);
-
-  bool go_on = true;
-  const auto drain = [&] {
-    contact_records.drain([&](const ContactSample& sample) {
-      log.add(sample);
-      if (go_on && settings.on_tick) go_on = settings.on_tick(sample);
-    });
-    control_records.drain([&](const ControlSample& sample) {
-      log.add(sample);
-      if (settings.on_control) settings.on_control(sample);
-    });
-    log.say_if_due(steady_now_ns());
-  };
-  // One thread has ended by itself only if the run is over, or the control failed.
-  while (go_on && running.load(std::memory_order_relaxed) == 2) {
-    drain();
-    if (settings.on_look && !settings.on_look()) break;
-    std::this_thread::sleep_for(kDrainPeriod);
-  }
-  contact.request_stop();
-  contact.join();
-  control.request_stop();
-  control.join();
-  report.wall_s = 1e-9 * static_cast<double>(steady_now_ns() - begin_ns);
-  drain();
-  log.say(steady_now_ns());
-  if (failure) std::rethrow_exception(failure);
-
-  report.frames = grasp.frames().counts();
-  report.snapshots = grasp.snapshots().counts();
-  report.ticks = counts.ticks;
-  report.slipped = counts.slipped;
-  report.longest_slip_s = static_cast<double>(counts.longest_slip) * step_s;
-  report.overruns = counts.overruns;
-  report.lost_samples = counts.lost_samples;
-  return report;
+  return TwoThreads(grasp, settings).run();
 }
 
 }  // namespace thenar
