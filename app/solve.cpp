@@ -18,11 +18,8 @@
 #include "engine/formats/text.h"
 #include "engine/results/problem_check.h"
 #include "solvers/contact_newton.h"
-#include "solvers/contact_sweeps.h"
 #include "solvers/gauss_seidel.h"
 #include "solvers/grasp_deficit.h"
-#include "solvers/lcp.h"
-#include "solvers/muscle_forces.h"
 
 namespace {
 
@@ -90,18 +87,14 @@ class ContactSolver {
         delta_(3 * file.contacts()) {}
 
   /// One step from the first guess in f.
-  void solve(Index step, VectorXd& f) {
-    const VectorXd& delta_free = file_.delta_free[static_cast<std::size_t>(step)];
+  void solve(std::size_t step, VectorXd& f) {
+    const ContactProblem problem = file_.problem(step);
     if (accurate_) {
-      AccurateSettings settings;
-      settings.tolerance = tolerance_;
-      const AccurateReport report =
-          solve_contacts_accurately(file_.W, delta_free, file_.mu, settings, work_, f, delta_);
+      const AccurateReport report = solve_contacts_accurately(problem, {.tolerance = tolerance_}, work_, {f, delta_});
       status = report.solve.status;
       iterations = report.solve.sweeps + report.steps;
     } else {
-      const SolveReport report =
-          solve_contacts(file_.W, delta_free, file_.mu, {tolerance_, kMaxSweeps}, sweeps_, f, delta_);
+      const SolveReport report = solve_contacts(problem, {tolerance_, kMaxSweeps}, sweeps_, {f, delta_});
       status = report.status;
       iterations = report.sweeps;
     }
@@ -123,16 +116,16 @@ class ContactSolver {
 
 /// What the last solve, of this step, is worth. A residual within the tolerance is a solution, whatever the solver
 /// thinks of it.
-void settle(const ContactFile& file, Index step, const ContactSolver& solver, const VectorXd& f, double tolerance,
+void settle(const ContactFile& file, std::size_t step, const ContactSolver& solver, const VectorXd& f, double tolerance,
             SolveResult& result) {
   if (solver.status == SolveStatus::kNoSolution) {
-    const ContactVerdict verdict = contact_verdict(file, step, solver.certificate());
+    const ContactVerdict verdict = contact_verdict(file.problem(step), solver.certificate());
     result.status = "no_solution";
     result.verdict = explain(file, solver.certificate(), verdict.closed_m);
     settle_verdict(result, verdict.gap);
     return;
   }
-  const Residual residual = contact_residual(file, step, f);
+  const Residual residual = contact_residual(file.problem(step), f);
   result.residual = residual.norm;
   result.residual_worst = residual.worst;
   result.status = residual.norm <= tolerance ? "solved" : "budget";
@@ -163,9 +156,9 @@ bool is_worse(const SolveResult& a, const SolveResult& b) {
 SolveResult solve_warm(const ContactFile& file, const std::string& method, double tolerance,
                        const Repetition& repetition) {
   ContactSolver solver(file, method, tolerance);
-  const auto steps = static_cast<Index>(file.delta_free.size());
+  const std::size_t steps = file.delta_free.size();
   const bool has_guess = file.f_last.size() > 0;
-  const Index first_timed = has_guess ? 0 : 1;
+  const std::size_t first_timed = has_guess ? 0 : 1;
   const VectorXd guess = has_guess ? file.f_last : VectorXd(VectorXd::Zero(3 * file.contacts()));
 
   // One pass is judged, and warms the machine up; the same problems give the same bits in those that are timed.
@@ -173,7 +166,7 @@ SolveResult solve_warm(const ContactFile& file, const std::string& method, doubl
   SolveResult worst;
   double iterations = 0.0;
   VectorXd f = guess;
-  for (Index step = 0; step < steps; ++step) {
+  for (std::size_t step = 0; step < steps; ++step) {
     const auto solve_step = [&] { solver.solve(step, f); };
     step >= first_timed ? times.warm_up(solve_step) : solve_step();
     SolveResult one;
@@ -188,7 +181,7 @@ SolveResult solve_warm(const ContactFile& file, const std::string& method, doubl
   while (times.goes_on()) {
     f = guess;
     if (first_timed > 0) solver.solve(0, f);
-    for (Index step = first_timed; step < steps && times.goes_on(); ++step) {
+    for (std::size_t step = first_timed; step < steps && times.goes_on(); ++step) {
       times.add([&] { solver.solve(step, f); });
     }
   }
@@ -277,7 +270,7 @@ std::vector<SolveResult> solve(const GraspFile& file, const std::string& method,
   } else {
     result.status = "budget";
   }
-  judge(result, expected_status(file, exact_cone), std::max(tolerance, grasp_rounding(file)));
+  judge(result, expected_status(file, exact_cone), std::max(tolerance, grasp_rounding(problem)));
   return {result};
 }
 
@@ -304,10 +297,7 @@ std::vector<SolveResult> solve(const MuscleFile& file, const std::string& method
   MuscleReport report;
   result.times_us = time_solves(
       repetition, [&] { f.setZero(); },
-      [&] {
-        report = method == "lemke" ? solve_muscle_forces_by_lemke(file.H, file.tau, work, f)
-                                   : solve_muscle_forces(file.H, file.tau, f);
-      });
+      [&] { report = method == "lemke" ? solve_muscle_forces_by_lemke(file, work, f) : solve_muscle_forces(file, f); });
   result.iterations = report.iterations;
   if (report.status == MuscleStatus::kInfeasible) {
     const MuscleDeficit deficit = explain_infeasible_muscles(file);
@@ -345,7 +335,7 @@ std::vector<SolveResult> solve(const LcpFile& file, const std::string& /*method*
   LcpWorkspace work(file.q.size());
   LcpReport report;
   result.times_us = time_solves(
-      repetition, [&] { z.setZero(); }, [&] { report = solve_lcp(file.M, file.q, kMaxPivots, work, z); });
+      repetition, [&] { z.setZero(); }, [&] { report = solve_lcp(file, kMaxPivots, work, z); });
   result.iterations = report.pivots;
   if (report.status == LcpStatus::kInfeasible) {
     result.status = "no_solution";

@@ -9,12 +9,13 @@
 int main() {
   // A block of 2 kg on two points, pushed sideways. Rows of a contact: normal, tangent 1, tangent 2.
   constexpr double kMobility_m_per_N = 1e-4, kFriction = 0.5;
-  const Eigen::MatrixXd W = kMobility_m_per_N * Eigen::MatrixXd::Identity(6, 6);  // Delassus operator
-  Eigen::VectorXd delta_free(6), f = Eigen::VectorXd::Zero(6), delta(6);  // gaps [m] without and with contact forces
-  delta_free << -1e-3, 4e-4, 0.0, -1e-3, 8e-4, 0.0;
-  const Eigen::VectorXd mu = Eigen::VectorXd::Constant(2, kFriction);
+  thenar::ContactData problem{.W = kMobility_m_per_N * Eigen::MatrixXd::Identity(6, 6),
+                              .delta_free = Eigen::VectorXd(6),
+                              .mu = Eigen::VectorXd::Constant(2, kFriction)};
+  problem.delta_free << -1e-3, 4e-4, 0.0, -1e-3, 8e-4, 0.0;
 
-  const thenar::SolveReport report = thenar::solve_contacts(W, delta_free, mu, {}, f, delta);
+  Eigen::VectorXd f = Eigen::VectorXd::Zero(6), delta(6);
+  const thenar::SolveReport report = thenar::solve_contacts(problem, {}, {f, delta});
   for (int i = 0; i < 2; ++i) {
     std::printf("contact %d: normal %.2f N, friction %.2f N, slides %.2f mm\n", i, f[3 * i],
                 f.segment<2>(3 * i + 1).norm(), 1e3 * delta.segment<2>(3 * i + 1).norm());

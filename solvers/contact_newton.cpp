@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "solvers/gauss_seidel.h"
 #include "solvers/natural_map.h"
 #include "solvers/residual.h"
 
@@ -48,27 +49,25 @@ double mean_compliance(const MatrixRef& W, Index i) {
 ///     delta = W f + delta_free + eta tr(W_ii)/3 (f - centre).
 /// The larger eta, the easier; with 0 it is the problem itself, as it is for any eta if `centre` solves it.
 struct Stage {
-  const MatrixRef& W;
-  const VectorRef& delta_free;
-  const VectorRef& mu;
+  const ContactProblem& problem;
   VectorRef centre;
   double eta;
   double push;
 
-  [[nodiscard]] Index contacts() const { return mu.size(); }
-  [[nodiscard]] double spring(Index i) const { return eta * mean_compliance(W, i); }
+  [[nodiscard]] Index contacts() const { return problem.mu.size(); }
+  [[nodiscard]] double spring(Index i) const { return eta * mean_compliance(problem.W, i); }
   /// Zero for a contact that no force moves.
   [[nodiscard]] double rho(Index i) const {
-    const double compliance = (1.0 + eta) * mean_compliance(W, i);
+    const double compliance = (1.0 + eta) * mean_compliance(problem.W, i);
     return compliance > 0.0 ? push / compliance : 0.0;
   }
 };
 
 void gaps(const Stage& stage, const VectorRef& f, VectorOut delta) {
-  delta = stage.delta_free;
+  delta = stage.problem.delta_free;
   for (Index i = 0; i < stage.contacts(); ++i) {
     const auto f_i = f.segment<3>(3 * i);
-    if (!f_i.isZero(0.0)) delta.noalias() += stage.W.middleCols<3>(3 * i).lazyProduct(f_i);
+    if (!f_i.isZero(0.0)) delta.noalias() += stage.problem.W.middleCols<3>(3 * i).lazyProduct(f_i);
     delta.segment<3>(3 * i) += stage.spring(i) * (f_i - stage.centre.segment<3>(3 * i));
   }
 }
@@ -93,7 +92,7 @@ struct LocalError {
 
 LocalError local_error(const Stage& stage, Index i, const VectorRef& f, const VectorRef& delta) {
   const Rows f_i = rows_of(f, i), delta_i = rows_of(delta, i);
-  const double rho = stage.rho(i), mu = stage.mu[i];
+  const double rho = stage.rho(i), mu = stage.problem.mu[i];
   const double x_n = f_i.n - rho * delta_i.n;
   if (rho == 0.0 || !(x_n > 0.0)) return {f_i, rho};
 
@@ -173,7 +172,7 @@ bool newton_step(const Stage& stage, const VectorRef& f, const VectorRef& delta,
     }
     auto step_i = step.segment<3>(3 * i);
     step_i = -f.segment<3>(3 * i);
-    if (!step_i.isZero(0.0)) motion.noalias() += stage.W.middleCols<3>(3 * i).lazyProduct(step_i);
+    if (!step_i.isZero(0.0)) motion.noalias() += stage.problem.W.middleCols<3>(3 * i).lazyProduct(step_i);
   }
 
   const Index n = std::ssize(work.active);
@@ -188,7 +187,8 @@ bool newton_step(const Stage& stage, const VectorRef& f, const VectorRef& delta,
       J(3 * a + 2, column) = rows.t2;
     };
     for (Index b = 0; b < n; ++b) {
-      for (Index k = 0; k < 3; ++k) set(3 * b + k, local.along(rows_of(stage.W.col(3 * work.active[b] + k), i)));
+      for (Index k = 0; k < 3; ++k)
+        set(3 * b + k, local.along(rows_of(stage.problem.W.col(3 * work.active[b] + k), i)));
     }
     const double spring = stage.spring(i);
     auto J_ii = J.block<3, 3>(3 * a, 3 * a);
@@ -243,35 +243,32 @@ double newton(const Stage& stage, double tolerance_N, int max_steps, AccurateWor
 
 /// One accurate solve: what its stages share.
 struct Solve {
-  const MatrixRef& W;
-  const VectorRef& delta_free;
-  const VectorRef& mu;
+  const ContactProblem& problem;
   const AccurateSettings& settings;
   AccurateWorkspace& work;
-  VectorOut& f;  // the best so far, and its gaps
-  VectorOut& delta;
+  ContactSolution& best;  // so far
   AccurateReport report;
   double scale_N;  // of the residual
 
   [[nodiscard]] bool solved() const { return report.solve.residual <= settings.tolerance; }
   [[nodiscard]] int steps(int most) const { return std::min(most, settings.max_steps - report.steps); }
-  [[nodiscard]] VectorRef zero() const { return work.zero.head(f.size()); }
+  [[nodiscard]] VectorRef zero() const { return work.zero.head(best.f.size()); }
 };
 
 /// Takes forces, clamped into their cones, if their residual in the problem itself is the least so far.
 void keep_if_better(Solve& solve, const VectorRef& candidate) {
   auto f = solve.work.trial_f.head(candidate.size());
   auto delta = solve.work.trial_delta.head(candidate.size());
-  for (Index i = 0; i < solve.mu.size(); ++i) {
-    const Rows inside = inside_cone(rows_of(candidate, i), solve.mu[i]);
+  for (Index i = 0; i < solve.problem.mu.size(); ++i) {
+    const Rows inside = inside_cone(rows_of(candidate, i), solve.problem.mu[i]);
     f.segment<3>(3 * i) << inside.n, inside.t1, inside.t2;
   }
   if (!f.allFinite()) return;
-  gaps({solve.W, solve.delta_free, solve.mu, solve.zero(), 0.0, 1.0}, f, delta);
-  const Residual residual = natural_map(solve.W, solve.delta_free, solve.mu, f, delta);
+  gaps({solve.problem, solve.zero(), 0.0, 1.0}, f, delta);
+  const Residual residual = natural_map(solve.problem, f, delta);
   if (!(residual.norm < solve.report.solve.residual) || !delta.allFinite()) return;
-  solve.f = f;
-  solve.delta = delta;
+  solve.best.f = f;
+  solve.best.delta = delta;
   solve.report.solve.residual = residual.norm;
   solve.report.solve.residual_worst = residual.worst;
 }
@@ -281,7 +278,7 @@ bool solve_stage(Solve& solve, double eta, const VectorRef& centre, const Vector
                  VectorOut f) {
   for (const double push : kPushes) {
     f = start;
-    const Stage stage{solve.W, solve.delta_free, solve.mu, centre, eta, push};
+    const Stage stage{solve.problem, centre, eta, push};
     const double error_N = newton(stage, tolerance_N, solve.steps(kStageSteps), solve.work, f, solve.report.steps);
     if (error_N <= kStageTolerance * solve.scale_N) return true;
   }
@@ -290,9 +287,9 @@ bool solve_stage(Solve& solve, double eta, const VectorRef& centre, const Vector
 
 /// From soft springs to none, every stage from the last one's forces.
 void follow_stiffening_springs(Solve& solve) {
-  auto f = solve.work.f.head(solve.f.size());
-  auto last_good = solve.work.last_good.head(solve.f.size());
-  last_good = solve.f;
+  auto f = solve.work.f.head(solve.best.f.size());
+  auto last_good = solve.work.last_good.head(solve.best.f.size());
+  last_good = solve.best.f;
   double eta = kSoftest, good_eta = kSoftest / kFirstStep, factor = kFirstStep;
   while (!solve.solved() && eta >= kStiffest && factor <= kShortestStep && solve.steps(1) > 0) {
     const double wanted_N = (eta < kFineFrom ? kFineTolerance : kStageTolerance) * solve.scale_N;
@@ -308,8 +305,8 @@ void follow_stiffening_springs(Solve& solve) {
     eta = good_eta * factor;
   }
   if (solve.solved()) return;
-  f = solve.f;
-  const Stage last{solve.W, solve.delta_free, solve.mu, solve.zero(), 0.0, kLastPush};
+  f = solve.best.f;
+  const Stage last{solve.problem, solve.zero(), 0.0, kLastPush};
   newton(last, 0.3 * solve.settings.tolerance * solve.scale_N, solve.steps(kLastSteps), solve.work, f,
          solve.report.steps);
   keep_if_better(solve, f);
@@ -318,10 +315,10 @@ void follow_stiffening_springs(Solve& solve) {
 /// The proximal point method [Rockafellar 1976]: springs that are relaxed again and again at the last forces change
 /// nothing in the end. Slower than to stiffen them, but every stage begins close to its solution.
 void relax_springs(Solve& solve) {
-  auto f = solve.work.f.head(solve.f.size());
-  auto centre = solve.work.last_good.head(solve.f.size());
+  auto f = solve.work.f.head(solve.best.f.size());
+  auto centre = solve.work.last_good.head(solve.best.f.size());
   for (const double eta : kProximalSprings) {
-    centre = solve.f;
+    centre = solve.best.f;
     for (int k = 0; k < kRelaxations && !solve.solved() && solve.steps(1) > 0; ++k) {
       if (!solve_stage(solve, eta, centre, centre, 0.01 * solve.settings.tolerance * solve.scale_N, f)) break;
       keep_if_better(solve, f);
@@ -339,20 +336,20 @@ bool find_certificate(Solve& solve) {
   // It has to be found also where the Newton steps of the solve are spent.
   constexpr int kSteps = 25, kDirections = 4;
   constexpr double kSpring = 1e-4;
-  const Index n = solve.mu.size();
-  const VectorRef frictionless = solve.work.zero.head(n);
+  const Index n = solve.problem.mu.size();
+  const ContactProblem frictionless{solve.problem.W, solve.problem.delta_free, solve.work.zero.head(n)};
   auto f = solve.work.f.head(3 * n);
   auto centre = solve.work.last_good.head(3 * n);
   f.setZero();
   for (double eta = kSoftest; eta >= kSpring; eta *= kFirstStep) {
-    const Stage stage{solve.W, solve.delta_free, frictionless, solve.zero(), eta, 1.0};
+    const Stage stage{frictionless, solve.zero(), eta, 1.0};
     newton(stage, kFineTolerance * solve.scale_N, kSteps, solve.work, f, solve.report.steps);
   }
   auto y = solve.work.certificate.head(n);
   auto motion = solve.work.motion.head(3 * n);
   for (int k = 0; k < kDirections; ++k) {
     centre = f;
-    const Stage stage{solve.W, solve.delta_free, frictionless, centre, kSpring, 1.0};
+    const Stage stage{frictionless, centre, kSpring, 1.0};
     newton(stage, kFineTolerance * solve.scale_N, kSteps, solve.work, f, solve.report.steps);
     for (Index i = 0; i < n; ++i) y[i] = std::max(0.0, f[3 * i] - centre[3 * i]);
     const double largest = y.maxCoeff();
@@ -361,8 +358,8 @@ bool find_certificate(Solve& solve) {
     motion.setZero();
     double closed_m = 0.0;
     for (Index i = 0; i < n; ++i) {
-      motion += y[i] * solve.W.row(3 * i).transpose();
-      closed_m -= y[i] * solve.delta_free[3 * i];
+      motion += y[i] * solve.problem.W.row(3 * i).transpose();
+      closed_m -= y[i] * solve.problem.delta_free[3 * i];
     }
     if (closed_m > kInfiniteForce * solve.scale_N * motion.norm()) return true;
   }
@@ -372,10 +369,10 @@ bool find_certificate(Solve& solve) {
 
 /// Contacts that are pressed and that no force opens, each a proof of its own: marks them in the certificate.
 bool find_pressed_immovable(Solve& solve) {
-  const double touching = touching_m(solve.delta_free);
+  const double touching = touching_m(solve.problem.delta_free);
   bool found = false;
-  for (Index i = 0; i < solve.mu.size(); ++i) {
-    if (solve.W(3 * i, 3 * i) > 0.0 || solve.delta_free[3 * i] >= -touching) continue;
+  for (Index i = 0; i < solve.problem.mu.size(); ++i) {
+    if (solve.problem.W(3 * i, 3 * i) > 0.0 || solve.problem.delta_free[3 * i] >= -touching) continue;
     solve.work.certificate[i] = 1.0;
     found = true;
   }
@@ -400,20 +397,12 @@ AccurateWorkspace::AccurateWorkspace(Index contacts)
   active.reserve(contacts);
 }
 
-AccurateReport solve_contacts_accurately(const MatrixRef& W, const VectorRef& delta_free, const VectorRef& mu,
-                                         const AccurateSettings& settings, AccurateWorkspace& work, VectorOut f,
-                                         VectorOut delta) noexcept {
+AccurateReport solve_contacts_accurately(const ContactProblem& problem, const AccurateSettings& settings,
+                                         AccurateWorkspace& work, ContactSolution solution) noexcept {
   work.certificate.setZero();
   const GaussSeidelSettings first{.tolerance = settings.tolerance, .max_sweeps = settings.max_sweeps};
-  Solve solve{W,
-              delta_free,
-              mu,
-              settings,
-              work,
-              f,
-              delta,
-              {solve_contacts(W, delta_free, mu, first, work.sweeps, f, delta)},
-              residual_scale_N(W, delta_free)};
+  const SolveReport swept = solve_contacts(problem, first, work.sweeps, solution);
+  Solve solve{problem, settings, work, solution, {swept}, residual_scale_N(problem)};
   SolveReport& report = solve.report.solve;
   if (report.status == SolveStatus::kConverged || report.status == SolveStatus::kNotFinite) return solve.report;
   // A contact that is pressed and that no force opens is proof enough, whatever became of the others.

@@ -3,8 +3,8 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "solvers/contact_problem.h"
 #include "solvers/contact_sweeps.h"
-#include "solvers/gauss_seidel.h"
 
 namespace thenar {
 
@@ -43,20 +43,14 @@ struct AccurateReport {
 /// restricted to the contacts that are pressed; then the problem itself; then, where that failed, springs relaxed again
 /// and again at the last forces. The forces of the least residual are kept.
 ///
-/// Shapes, units and requirements are those of solve_contacts; work for mu.size() contacts or more.
-/// f         In: first guess. Out: finite and inside every cone, with any status.
-/// delta     Out: W f + delta_free.
+/// work      For mu.size() contacts or more.
 /// status    kNoSolution if no forces exist, and work.certificate proves it: y >= 0 with W y = 0, y.delta_free < 0.
 ///           Gaps delta >= 0 of any f would have 0 <= y.delta = y.delta_free < 0. Contacts with y > 0 press against one
 ///           another, and their gaps are closed in sum by -y.delta_free. It is found wherever there is one, and without
 ///           friction every problem without solution has one. kBudgetSpent: neither forces nor proof were found.
 /// Cost      A sweep is 9n^2, a step about 18 k^3 multiply-adds for k pressed contacts; beyond max_steps it takes at
 ///           most 225 more, to look for the proof. Does not allocate or throw.
-[[nodiscard]] AccurateReport solve_contacts_accurately(const Eigen::Ref<const Eigen::MatrixXd>& W,
-                                                       const Eigen::Ref<const Eigen::VectorXd>& delta_free,
-                                                       const Eigen::Ref<const Eigen::VectorXd>& mu,
-                                                       const AccurateSettings& settings, AccurateWorkspace& work,
-                                                       Eigen::Ref<Eigen::VectorXd> f,
-                                                       Eigen::Ref<Eigen::VectorXd> delta) noexcept;
+[[nodiscard]] AccurateReport solve_contacts_accurately(const ContactProblem& problem, const AccurateSettings& settings,
+                                                       AccurateWorkspace& work, ContactSolution solution) noexcept;
 
 }  // namespace thenar

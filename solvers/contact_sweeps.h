@@ -7,13 +7,19 @@
 #include <span>
 #include <vector>
 
-#include "solvers/gauss_seidel.h"
+#include "solvers/contact_problem.h"
 #include "solvers/natural_map.h"
 #include "solvers/residual.h"
 
 // What the Gauss-Seidel solvers share: the local step, fast sweeps over blocks of W, and when to stop.
 
 namespace thenar {
+
+/// When a contact solve stops.
+struct GaussSeidelSettings {
+  double tolerance = 1e-6;  ///< Stop at this natural-map residual [no unit]; see residual.h.
+  int max_sweeps = 200;     ///< Bounds the time of one call.
+};
 
 /// What a contact's local step needs of its own block W_ii.
 struct LocalStep {
@@ -51,9 +57,9 @@ struct Admission {
 };
 
 /// Looks at a problem by the contacts' local steps, and takes the first guess into the cones.
-template <typename Local>
-Admission admit(const Local& local, const Eigen::Ref<const Eigen::VectorXd>& delta_free,
-                const Eigen::Ref<const Eigen::VectorXd>& mu, Eigen::Ref<Eigen::VectorXd> f) {
+template <typename Local, typename Problem>
+Admission admit(const Local& local, const Problem& problem, Eigen::Ref<Eigen::VectorXd> f) {
+  const Eigen::Ref<const Eigen::VectorXd>&delta_free = problem.delta_free, &mu = problem.mu;
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   if (!mu.allFinite() || !f.allFinite() || !delta_free.allFinite()) return {kNone};
   const double touching = touching_m(delta_free);
@@ -159,18 +165,13 @@ inline constexpr double kStalled = 0.8;
 
 /// Sweeps from f to settings.tolerance. The workspace is laid out and filled; `gaps(f, delta)` computes
 /// delta = W f + delta_free in double precision.
-template <typename Gaps>
-SolveReport iterate_sweeps(const Eigen::Ref<const Eigen::VectorXd>& delta_free,
-                           const Eigen::Ref<const Eigen::VectorXd>& mu, const GaussSeidelSettings& settings,
-                           SweepWorkspace& work, const Gaps& gaps, Eigen::Ref<Eigen::VectorXd> f,
-                           Eigen::Ref<Eigen::VectorXd> delta) {
-  const auto refuse = [&](int sweeps) {
-    f.setZero();
-    delta.setZero();
-    return not_finite(sweeps);
-  };
-  const Admission admission = admit([&](Eigen::Index i) { return work.local[i]; }, delta_free, mu, f);
-  if (!std::isfinite(admission.scale_N)) return refuse(0);
+template <typename Problem, typename Gaps>
+SolveReport iterate_sweeps(const Problem& problem, const GaussSeidelSettings& settings, SweepWorkspace& work,
+                           const Gaps& gaps, ContactSolution solution) {
+  const Eigen::Ref<const Eigen::VectorXd>& mu = problem.mu;
+  Eigen::Ref<Eigen::VectorXd>&f = solution.f, &delta = solution.delta;
+  const Admission admission = admit([&](Eigen::Index i) { return work.local[i]; }, problem, f);
+  if (!std::isfinite(admission.scale_N)) return not_finite(0, solution);
   const SolveStatus solved = admission.no_solution ? SolveStatus::kNoSolution : SolveStatus::kConverged;
   // Without free motion no force is needed, and there is no scale to judge one by.
   if (admission.scale_N == 0.0) f.setZero();
@@ -206,7 +207,7 @@ SolveReport iterate_sweeps(const Eigen::Ref<const Eigen::VectorXd>& delta_free,
     accelerate(change_N, work, f);
   }
   // What W holds beside its diagonal was not looked at before: it shows here.
-  if (!std::isfinite(residual.norm) || !delta.allFinite() || !f.allFinite()) return refuse(report.sweeps);
+  if (!std::isfinite(residual.norm) || !delta.allFinite() || !f.allFinite()) return not_finite(report.sweeps, solution);
   report.residual = residual.norm;
   report.residual_worst = residual.worst;
   if (residual.norm <= settings.tolerance) report.status = solved;

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 
-#include "solvers/contact_sweeps.h"
 #include "solvers/natural_map.h"
 #include "solvers/residual.h"
 
@@ -27,11 +26,11 @@ void add_force(const MatrixRef& W, Index i, const Rows& f, VectorOut delta) {
   delta.noalias() += f.n * W.col(3 * i) + f.t1 * W.col(3 * i + 1) + f.t2 * W.col(3 * i + 2);
 }
 
-void gaps(const MatrixRef& W, const VectorRef& delta_free, const VectorRef& f, VectorOut delta) {
-  delta = delta_free;
+void gaps(const ContactProblem& problem, const VectorRef& f, VectorOut delta) {
+  delta = problem.delta_free;
   for (Index i = 0; 3 * i < f.size(); ++i) {
     const Rows f_i = rows_of(f, i);
-    if (f_i.n > 0.0) add_force(W, i, f_i, delta);
+    if (f_i.n > 0.0) add_force(problem.W, i, f_i, delta);
   }
 }
 
@@ -41,29 +40,28 @@ constexpr double kSmallestW = 1e-20, kLargestW = 1e20;
 constexpr double kSmallestSquared = 1e-15, kLargestSquared = 1e15;
 
 /// Whether single precision has room for the problem, its forces and their squares. False if anything is not a number.
-bool fits_single(const MatrixRef& W, const VectorRef& delta_free, const VectorRef& f) {
+bool fits_single(const ContactProblem& problem, const VectorRef& f) {
   if (f.size() == 0) return true;
   const auto is_between = [](double low, double x, double high) { return x >= low && x <= high; };
-  return is_between(kSmallestW, W.diagonal().maxCoeff(), kLargestW) &&
-         is_between(kSmallestSquared, delta_free.cwiseAbs().maxCoeff(), kLargestSquared) &&
-         is_between(kSmallestSquared, residual_scale_N(W, delta_free), kLargestSquared) &&
+  return is_between(kSmallestW, problem.W.diagonal().maxCoeff(), kLargestW) &&
+         is_between(kSmallestSquared, problem.delta_free.cwiseAbs().maxCoeff(), kLargestSquared) &&
+         is_between(kSmallestSquared, residual_scale_N(problem), kLargestSquared) &&
          f.cwiseAbs().maxCoeff() <= kLargestSquared;
 }
 
 }  // namespace
 
-SolveReport solve_contacts(const MatrixRef& W, const VectorRef& delta_free, const VectorRef& mu,
-                           const GaussSeidelSettings& settings, VectorOut f, VectorOut delta) noexcept {
+SolveReport solve_contacts(const ContactProblem& problem, const GaussSeidelSettings& settings,
+                           ContactSolution solution) noexcept {
+  const MatrixRef& W = problem.W;
+  const VectorRef& mu = problem.mu;
+  VectorOut &f = solution.f, &delta = solution.delta;
   const auto local = [&](Index i) { return step_of(W, i); };
-  const Admission admission = admit(local, delta_free, mu, f);
+  const Admission admission = admit(local, problem, f);
   const bool still = admission.scale_N == 0.0;
-  if (!std::isfinite(admission.scale_N)) {
-    f.setZero();
-    delta.setZero();
-    return not_finite(0);
-  }
+  if (!std::isfinite(admission.scale_N)) return not_finite(0, solution);
   if (still) f.setZero();
-  gaps(W, delta_free, f, delta);
+  gaps(problem, f, delta);
   const SolveStatus solved = admission.no_solution ? SolveStatus::kNoSolution : SolveStatus::kConverged;
   if (still) return {solved};
 
@@ -95,27 +93,23 @@ SolveReport solve_contacts(const MatrixRef& W, const VectorRef& delta_free, cons
     look();
     // Increments gather rounding.
     if (residual.norm <= settings.tolerance || report.sweeps == settings.max_sweeps) {
-      gaps(W, delta_free, f, delta);
+      gaps(problem, f, delta);
       look();
     }
   }
   // What W holds beside its diagonal was not looked at before: it shows here.
-  if (!std::isfinite(residual.norm) || !delta.allFinite() || !f.allFinite()) {
-    f.setZero();
-    delta.setZero();
-    return not_finite(report.sweeps);
-  }
+  if (!std::isfinite(residual.norm) || !delta.allFinite() || !f.allFinite()) return not_finite(report.sweeps, solution);
   report.residual = residual.norm;
   report.residual_worst = residual.worst;
   if (residual.norm <= settings.tolerance) report.status = solved;
   return report;
 }
 
-SolveReport solve_contacts(const MatrixRef& W, const VectorRef& delta_free, const VectorRef& mu,
-                           const GaussSeidelSettings& settings, SweepWorkspace& work, VectorOut f,
-                           VectorOut delta) noexcept {
-  const Index n = mu.size();
-  if (!fits_single(W, delta_free, f)) return solve_contacts(W, delta_free, mu, settings, f, delta);
+SolveReport solve_contacts(const ContactProblem& problem, const GaussSeidelSettings& settings, SweepWorkspace& work,
+                           ContactSolution solution) noexcept {
+  if (!fits_single(problem, solution.f)) return solve_contacts(problem, settings, solution);
+  const MatrixRef& W = problem.W;
+  const Index n = problem.mu.size();
   work.lay_out(std::array<Index, 2>{0, n});
   work.coupled = false;
   for (Index i = 0; i < n; ++i) work.local[i] = step_of(W, i);
@@ -123,9 +117,9 @@ SolveReport solve_contacts(const MatrixRef& W, const VectorRef& delta_free, cons
   // The first gaps are computed before the first sweep, from all of W: the block is made of its columns on the way.
   bool filled = false;
   const auto exact = [&](const VectorRef& forces, VectorOut out) {
-    if (filled) return gaps(W, delta_free, forces, out);
+    if (filled) return gaps(problem, forces, out);
     filled = true;
-    out = delta_free;
+    out = problem.delta_free;
     for (Index i = 0; i < n; ++i) {
       auto columns = block.middleCols<3>(3 * i);
       columns.topRows(3 * n) = W.middleCols<3>(3 * i).cast<float>();
@@ -134,7 +128,7 @@ SolveReport solve_contacts(const MatrixRef& W, const VectorRef& delta_free, cons
       if (f_i.n > 0.0) add_force(W, i, f_i, out);
     }
   };
-  return iterate_sweeps(delta_free, mu, settings, work, exact, f, delta);
+  return iterate_sweeps(problem, settings, work, exact, solution);
 }
 
 }  // namespace thenar

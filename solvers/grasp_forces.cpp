@@ -199,7 +199,7 @@ Answer<kLanes> solve_lemke(const ReducedGrasp<kLanes>& grasp, GraspWorkspace& wo
   assemble<kLanes>(grasp, grasp.bias + combine(grasp, start), work);
   work.z.resize(work.q.size());
   const LcpReport lcp =
-      solve_lcp(work.M.topRows(work.q.size()), work.q, usual_pivot_budget(work.q.size()), work.lcp, work.z);
+      solve_lcp({work.M.topRows(work.q.size()), work.q}, usual_pivot_budget(work.q.size()), work.lcp, work.z);
   answer.iterations = lcp.pivots;
   if (lcp.status == LcpStatus::kBudgetSpent) return answer;
 

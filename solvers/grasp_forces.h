@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <limits>
 #include <span>
+#include <vector>
 
 #include "solvers/lcp.h"
 
@@ -33,6 +34,19 @@ struct GraspProblem {
   double friction = 0.0;                               ///< mu_c of the cone.
   FrictionCone cone = FrictionCone::kPyramid;
   double internal_force_N = 0.0;  ///< lambda of eq. (13).
+};
+
+/// A grasp-force problem that owns its contacts, for either cone; see GraspProblem.
+struct GraspData {
+  std::vector<GraspContact> contacts;
+  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
+  Vector6d wrench = Vector6d::Zero();
+  double friction = 0.0;
+  double internal_force_N = 0.0;
+
+  [[nodiscard]] GraspProblem problem(FrictionCone cone) const {
+    return {contacts, centre_m, wrench, friction, cone, internal_force_N};
+  }
 };
 
 /// How a grasp-force problem ended.

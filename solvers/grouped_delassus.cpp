@@ -170,8 +170,8 @@ void give_way(const GroupedDelassus& W, Index k, const VectorRef& f, GroupedWork
 }
 
 /// The motion by forces f, and from it the gaps.
-void gaps(const GroupedDelassus& W, const VectorRef& delta_free, const VectorRef& f, GroupedWorkspace& work,
-          VectorOut delta) {
+void gaps(const GroupedContactProblem& problem, const VectorRef& f, GroupedWorkspace& work, VectorOut delta) {
+  const GroupedDelassus& W = problem.W;
   find_motion(W, f, work);
   const Eigen::Array4d common_1 = work.common_motion.head<4>(), common_2 = work.common_motion.tail<4>();
   for (Index k = 0; k < W.groups(); ++k) {
@@ -181,7 +181,7 @@ void gaps(const GroupedDelassus& W, const VectorRef& delta_free, const VectorRef
       const Eigen::Array4d parts = W.J_own.row(r).transpose().array() * own +
                                    W.J_common.row(r).head<4>().transpose().array() * common_1 +
                                    W.J_common.row(r).tail<4>().transpose().array() * common_2;
-      delta[r] = delta_free[r] + parts.sum();
+      delta[r] = problem.delta_free[r] + parts.sum();
     }
   }
   if (!W.compliance.empty()) delta += work.surface_motion.head(delta.size());
@@ -189,12 +189,11 @@ void gaps(const GroupedDelassus& W, const VectorRef& delta_free, const VectorRef
 
 }  // namespace
 
-SolveReport solve_contacts(const GroupedDelassus& W, const VectorRef& delta_free, const VectorRef& mu,
-                           const GaussSeidelSettings& settings, GroupedWorkspace& work, VectorOut f,
-                           VectorOut delta) noexcept {
-  fill(W, work);
-  const auto exact = [&](const VectorRef& forces, VectorOut out) { gaps(W, delta_free, forces, work, out); };
-  const SolveReport report = iterate_sweeps(delta_free, mu, settings, work.sweeps, exact, f, delta);
+SolveReport solve_contacts(const GroupedContactProblem& problem, const GaussSeidelSettings& settings,
+                           GroupedWorkspace& work, ContactSolution solution) noexcept {
+  fill(problem.W, work);
+  const auto exact = [&](const VectorRef& f, VectorOut delta) { gaps(problem, f, work, delta); };
+  const SolveReport report = iterate_sweeps(problem, settings, work.sweeps, exact, solution);
   if (report.status == SolveStatus::kNotFinite) {
     work.own_motion.setZero();
     work.common_motion.setZero();

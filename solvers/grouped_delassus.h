@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
+#include "solvers/contact_problem.h"
 #include "solvers/contact_sweeps.h"
-#include "solvers/gauss_seidel.h"
 
 namespace thenar {
 
@@ -60,6 +60,13 @@ struct GroupedDelassus {
   void to_dense(Eigen::Ref<Eigen::MatrixXd> W) const;
 };
 
+/// A ContactProblem whose W is in factors.
+struct GroupedContactProblem {
+  GroupedDelassus W;
+  Eigen::Ref<const Eigen::VectorXd> delta_free;
+  Eigen::Ref<const Eigen::VectorXd> mu;
+};
+
 /// W += s C among contacts first .. first + n - 1; W has 3n rows and columns. Does not allocate.
 void add_compliance(const SurfaceCompliance& compliance, const GroupedDelassus::Axes& axes, Eigen::Index first,
                     double scale, Eigen::Ref<Eigen::MatrixXd> W);
@@ -103,9 +110,7 @@ void find_motion(const GroupedDelassus& W, const Eigen::Ref<const Eigen::VectorX
 /// of W is made in single precision, 14 multiply-adds an entry, and swept; groups move one another through the common
 /// body.
 /// Cost      With m contacts a group, 9 m n multiply-adds a sweep.
-[[nodiscard]] SolveReport solve_contacts(const GroupedDelassus& W, const Eigen::Ref<const Eigen::VectorXd>& delta_free,
-                                         const Eigen::Ref<const Eigen::VectorXd>& mu,
-                                         const GaussSeidelSettings& settings, GroupedWorkspace& work,
-                                         Eigen::Ref<Eigen::VectorXd> f, Eigen::Ref<Eigen::VectorXd> delta) noexcept;
+[[nodiscard]] SolveReport solve_contacts(const GroupedContactProblem& problem, const GaussSeidelSettings& settings,
+                                         GroupedWorkspace& work, ContactSolution solution) noexcept;
 
 }  // namespace thenar

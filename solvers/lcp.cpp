@@ -48,13 +48,13 @@ struct Dictionary {
   [[nodiscard]] double* right_side() const { return column(n + 1); }
 };
 
-void fill(const Dictionary& t, const MatrixRef& M, double over_M_scale, const VectorRef& q, double over_q_scale) {
+void fill(const Dictionary& t, const LcpProblem& problem, double over_M_scale, double over_q_scale) {
   std::fill_n(t.entries, (t.n + 2) * t.length(), 0.0);
   for (Index j = 0; j < t.n; ++j) {
     double* const column = t.column(j);
-    for (Index i = 0; i < t.n; ++i) column[i] = M(i, j) * over_M_scale;
+    for (Index i = 0; i < t.n; ++i) column[i] = problem.M(i, j) * over_M_scale;
     t.column(t.n)[j] = 1.0;
-    t.right_side()[j] = q[j] * over_q_scale;
+    t.right_side()[j] = problem.q[j] * over_q_scale;
     t.basis[j] = j;
     t.column_of[j] = -1;
     t.column_of[t.n + j] = j;
@@ -165,14 +165,13 @@ void read_ray(const Dictionary& t, Index entering, Eigen::Ref<Eigen::VectorXd> z
 }
 
 /// Whether z solves the problem itself, and not only the dictionary that many pivots made of it.
-bool is_solution(const MatrixRef& M, double M_scale, const VectorRef& q, double q_scale, const VectorRef& z,
-                 double* w) {
-  const Index n = q.size();
+bool is_solution(const LcpProblem& problem, double M_scale, double q_scale, const VectorRef& z, double* w) {
+  const Index n = problem.q.size();
   const double w_tolerance = kTrust * (q_scale + M_scale * z.sum());
-  std::copy_n(q.data(), n, w);
+  std::copy_n(problem.q.data(), n, w);
   for (Index j = 0; j < n; ++j) {
     if (z[j] == 0.0) continue;
-    for (Index i = 0; i < n; ++i) w[i] += z[j] * M(i, j);
+    for (Index i = 0; i < n; ++i) w[i] += z[j] * problem.M(i, j);
   }
   for (Index i = 0; i < n; ++i) {
     if (!(w[i] >= -w_tolerance && (z[i] == 0.0 || w[i] <= w_tolerance))) return false;
@@ -182,15 +181,14 @@ bool is_solution(const MatrixRef& M, double M_scale, const VectorRef& q, double 
 
 /// Whether z >= 0 proves that no y >= 0 has M y + q >= 0: M'z <= 0 and q.z < 0, while z.(M y + q) would have to be >=
 /// 0. What rounding leaves of M'z allows for y far beyond the problem's own size.
-bool is_infeasibility_certificate(const MatrixRef& M, double M_scale, const VectorRef& q, double q_scale,
-                                  const VectorRef& z) {
+bool is_infeasibility_certificate(const LcpProblem& problem, double M_scale, double q_scale, const VectorRef& z) {
   double left = 0.0;
-  for (Index j = 0; j < q.size(); ++j) {
-    const double pushed = M.col(j).dot(z);
+  for (Index j = 0; j < problem.q.size(); ++j) {
+    const double pushed = problem.M.col(j).dot(z);
     if (pushed > kProof * M_scale * z.sum()) return false;
     left += std::max(0.0, pushed);
   }
-  return -q.dot(z) > kBeyond * (q_scale / M_scale) * left;
+  return -problem.q.dot(z) > kBeyond * (q_scale / M_scale) * left;
 }
 
 }  // namespace
@@ -201,8 +199,10 @@ LcpWorkspace::LcpWorkspace(Index capacity)
       basis(capacity),
       column_of(2 * capacity + 1) {}
 
-LcpReport solve_lcp(const MatrixRef& M, const VectorRef& q, int max_pivots, LcpWorkspace& work,
+LcpReport solve_lcp(const LcpProblem& problem, int max_pivots, LcpWorkspace& work,
                     Eigen::Ref<Eigen::VectorXd> z) noexcept {
+  const MatrixRef& M = problem.M;
+  const VectorRef& q = problem.q;
   const Index n = q.size();
   assert(n <= work.capacity() && M.rows() == n && M.cols() == n && z.size() == n);
   z.setZero();
@@ -215,7 +215,7 @@ LcpReport solve_lcp(const MatrixRef& M, const VectorRef& q, int max_pivots, LcpW
   const double M_scale = power_of_two(M_largest);
   const double q_scale = power_of_two(q_largest);
   const Dictionary t{n, work.dictionary.data(), work.scratch.data(), work.basis.data(), work.column_of.data()};
-  fill(t, M, 1.0 / M_scale, q, 1.0 / q_scale);
+  fill(t, problem, 1.0 / M_scale, 1.0 / q_scale);
 
   // The artificial variable enters where the right side is least, which makes all right sides positive. Among equals
   // the last row is the lexicographically least.
@@ -238,10 +238,10 @@ LcpReport solve_lcp(const MatrixRef& M, const VectorRef& q, int max_pivots, LcpW
   // On a degenerate problem the artificial variable can stay in the basis, at zero.
   if (artificial_value(t) <= kTie) {
     read_solution(t, q_scale / M_scale, z);
-    if (is_solution(M, M_scale, q, q_scale, z, work.scratch.data())) report.status = LcpStatus::kSolved;
+    if (is_solution(problem, M_scale, q_scale, z, work.scratch.data())) report.status = LcpStatus::kSolved;
   } else if (is_ray) {
     read_ray(t, entering, z);
-    if (is_infeasibility_certificate(M, M_scale, q, q_scale, z)) report.status = LcpStatus::kInfeasible;
+    if (is_infeasibility_certificate(problem, M_scale, q_scale, z)) report.status = LcpStatus::kInfeasible;
   }
   if (report.status == LcpStatus::kBudgetSpent) z.setZero();
   return report;

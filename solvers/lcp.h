@@ -6,6 +6,22 @@
 
 namespace thenar {
 
+/// A linear complementarity problem:
+///     0 <= w = M z + q  _|_  z >= 0.
+/// A view: the numbers are owned elsewhere.
+struct LcpProblem {
+  Eigen::Ref<const Eigen::MatrixXd> M;  ///< n x n.
+  Eigen::Ref<const Eigen::VectorXd> q;  ///< n.
+};
+
+/// One that owns its numbers.
+struct LcpData {
+  Eigen::MatrixXd M;
+  Eigen::VectorXd q;
+
+  operator LcpProblem() const { return {M, q}; }
+};
+
 /// How an LCP ended.
 enum class LcpStatus {
   kSolved,       ///< z solves the problem.
@@ -36,19 +52,16 @@ class LcpWorkspace {
 /// A pivot budget that the problems of this project stay far below: they take about n pivots, though 2^n is possible.
 [[nodiscard]] constexpr int usual_pivot_budget(Eigen::Index n) { return 50 + 10 * static_cast<int>(n); }
 
-/// Solves the linear complementarity problem
-///     0 <= w = M z + q  _|_  z >= 0
-/// by Lemke's method with the lexicographic rule, which cannot cycle [Murty 1988; eq. (19) of the paper].
+/// Solves an LCP by Lemke's method with the lexicographic rule, which cannot cycle [Murty 1988; eq. (19) of the paper].
 ///
-/// Shapes    M n x n, q and z n, n <= work.capacity().
+/// problem   Of at most work.capacity() rows. Any M; that an answer is found is known for symmetric positive
+///           semi-definite M, and for P-matrices.
 /// max_pivots  Bounds the time of one call: some families take 2^n pivots. When they are spent the status says so.
-/// Requires  Any M; that an answer is found is known for symmetric positive semi-definite M, and for P-matrices.
-/// z         Out: the solution; on kInfeasible the direction of the secondary ray, z >= 0 with M'z <= 0 (M z = 0 if M
+/// z         Out, n: the solution; on kInfeasible the direction of the secondary ray, z >= 0 with M'z <= 0 (M z = 0 if M
 ///           is symmetric positive semi-definite) and q.z < 0; on kBudgetSpent zero.
 /// Accuracy  Pivots below 1e-11 of the largest entry count as zero. Both answers are checked in the problem as given.
 /// Cost      (n + 2) n multiply-adds a pivot. Does not allocate or throw.
-[[nodiscard]] LcpReport solve_lcp(const Eigen::Ref<const Eigen::MatrixXd>& M,
-                                  const Eigen::Ref<const Eigen::VectorXd>& q, int max_pivots, LcpWorkspace& work,
+[[nodiscard]] LcpReport solve_lcp(const LcpProblem& problem, int max_pivots, LcpWorkspace& work,
                                   Eigen::Ref<Eigen::VectorXd> z) noexcept;
 
 }  // namespace thenar

@@ -138,8 +138,8 @@ struct Equations {
 
 /// One block's share of the problem; adds to f, and to l what proves the block's answer.
 template <int kSize>
-MuscleStatus solve_block(const Block& block, const MatrixRef& H, const VectorRef& tau,
-                         std::array<double, kMaxMuscles>& f, MuscleReport& report) {
+MuscleStatus solve_block(const Block& block, const MuscleProblem& problem, std::array<double, kMaxMuscles>& f,
+                         MuscleReport& report) {
   using Vector = typename ActiveSet<kSize>::Vector;
   ActiveSet<kSize> set;
   Equations<kSize> equations(set);
@@ -147,13 +147,13 @@ MuscleStatus solve_block(const Block& block, const MatrixRef& H, const VectorRef
   std::array<Vector, kMaxJoints> rows;
   for (int i = 0; i < block.joints; ++i) {
     rows[i].setZero();
-    for (int j = 0; j < block.muscles; ++j) rows[i][j] = H(block.joint[i], block.muscle[j]);
+    for (int j = 0; j < block.muscles; ++j) rows[i][j] = problem.H(block.joint[i], block.muscle[j]);
   }
   std::array<double, kSize> part;
   for (int i = 0; i < block.joints; ++i) {
     const int joint = block.joint[i];
     double torque_left = 0.0;
-    if (equations.add(joint, rows[i], tau[joint], part, torque_left)) continue;
+    if (equations.add(joint, rows[i], problem.tau[joint], part, torque_left)) continue;
     // Velocities of the joints at which no muscle changes its length, and the torques do work.
     const double sign = torque_left > 0.0 ? 1.0 : -1.0;
     report.multiplier.setZero();
@@ -186,24 +186,23 @@ MuscleStatus solve_block(const Block& block, const MatrixRef& H, const VectorRef
   return MuscleStatus::kOptimal;
 }
 
-MuscleStatus solve_block_of_any_size(const Block& block, const MatrixRef& H, const VectorRef& tau,
+MuscleStatus solve_block_of_any_size(const Block& block, const MuscleProblem& problem,
                                      std::array<double, kMaxMuscles>& f, MuscleReport& report) {
-  if (block.muscles <= 8) return solve_block<8>(block, H, tau, f, report);
-  if (block.muscles <= 16) return solve_block<16>(block, H, tau, f, report);
-  if (block.muscles <= 24) return solve_block<24>(block, H, tau, f, report);
-  return solve_block<kMaxMuscles>(block, H, tau, f, report);
+  if (block.muscles <= 8) return solve_block<8>(block, problem, f, report);
+  if (block.muscles <= 16) return solve_block<16>(block, problem, f, report);
+  if (block.muscles <= 24) return solve_block<24>(block, problem, f, report);
+  return solve_block<kMaxMuscles>(block, problem, f, report);
 }
 
 /// No answer without its proof: fills in the residual, and takes back an answer that fails. No input that is not finite
 /// has one.
-MuscleReport finish(const MatrixRef& H, const VectorRef& tau, const VectorRef& found, MuscleReport report,
-                    Eigen::Ref<VectorXd> f) {
+MuscleReport finish(const MuscleProblem& problem, const VectorRef& found, MuscleReport report, Eigen::Ref<VectorXd> f) {
   bool proved = false;
   if (report.status == MuscleStatus::kInfeasible) {
-    report.residual = muscle_infeasibility_gap(H, tau, report.multiplier);
+    report.residual = muscle_infeasibility_gap(problem, report.multiplier);
     proved = report.residual < 1.0;
   } else if (report.status == MuscleStatus::kOptimal) {
-    report.residual = muscle_kkt_error(H, tau, report.multiplier, found);
+    report.residual = muscle_kkt_error(problem, report.multiplier, found);
     proved = report.residual <= kTrust;
     if (proved) f = found;
   }
@@ -213,31 +212,31 @@ MuscleReport finish(const MatrixRef& H, const VectorRef& tau, const VectorRef& f
 
 }  // namespace
 
-MuscleReport solve_muscle_forces(const MatrixRef& H, const VectorRef& tau, Eigen::Ref<VectorXd> f) noexcept {
-  const Index joints = H.rows(), muscles = H.cols();
-  assert(joints <= kMaxJoints && muscles <= kMaxMuscles && tau.size() == joints && f.size() == muscles);
+MuscleReport solve_muscle_forces(const MuscleProblem& problem, Eigen::Ref<VectorXd> f) noexcept {
+  const Index joints = problem.H.rows(), muscles = problem.H.cols();
+  assert(joints <= kMaxJoints && muscles <= kMaxMuscles && problem.tau.size() == joints && f.size() == muscles);
   MuscleReport report;
   report.multiplier.setZero(joints);
   report.status = MuscleStatus::kOptimal;  // Of no joints at all.
-  const Crossings crossings = crossings_of(H);
+  const Crossings crossings = crossings_of(problem.H);
   std::array<double, kMaxMuscles> found{};
   std::uint64_t joints_left = (std::uint64_t{1} << joints) - 1;
   while (joints_left != 0) {
     const Block block = take_block(crossings, joints_left);
-    report.status = solve_block_of_any_size(block, H, tau, found, report);
+    report.status = solve_block_of_any_size(block, problem, found, report);
     if (report.status != MuscleStatus::kOptimal) break;
   }
-  return finish(H, tau, Eigen::Map<const VectorXd>(found.data(), muscles), report, f);
+  return finish(problem, Eigen::Map<const VectorXd>(found.data(), muscles), report, f);
 }
 
-double muscle_kkt_error(const MatrixRef& H, const VectorRef& tau, const VectorRef& l, const VectorRef& f) noexcept {
+double muscle_kkt_error(const MuscleProblem& problem, const VectorRef& l, const VectorRef& f) noexcept {
   using JointVector = MuscleReport::JointVector;
-  JointVector torque = -tau;
-  JointVector longest = JointVector::Zero(tau.size());
+  JointVector torque = -problem.tau;
+  JointVector longest = JointVector::Zero(torque.size());
   double error_N = 0.0;
   double largest_N = 0.0;
-  for (Index j = 0; j < H.cols(); ++j) {
-    const auto arms = H.col(j);
+  for (Index j = 0; j < problem.H.cols(); ++j) {
+    const auto arms = problem.H.col(j);
     const double wanted = std::max(0.0, arms.dot(l));
     error_N = std::max(error_N, std::abs(f[j] - wanted));
     largest_N = std::max(largest_N, std::abs(f[j]));
@@ -252,7 +251,9 @@ double muscle_kkt_error(const MatrixRef& H, const VectorRef& tau, const VectorRe
   return error_N > 0.0 ? error_N / largest_N : 0.0;
 }
 
-double muscle_infeasibility_gap(const MatrixRef& H, const VectorRef& tau, const VectorRef& l) noexcept {
+double muscle_infeasibility_gap(const MuscleProblem& problem, const VectorRef& l) noexcept {
+  const MatrixRef& H = problem.H;
+  const VectorRef& tau = problem.tau;
   const double wanted = tau.dot(l);
   if (!(wanted > 0.0)) return kInfinity;
   double least_N = 0.0;  // What some joint asks for at least.
@@ -270,14 +271,15 @@ namespace {
 /// Replaces H f = tau by Y f = t with orthonormal rows, H = L Y and tau = L t, by Gram-Schmidt. Rows that depend on
 /// those before them are zero in Y. Stops at such a row whose torque does not agree with theirs, with what is left of
 /// it in t.
-Index orthonormalise(const MatrixRef& H, const VectorRef& tau, MuscleWorkspace& work) {
+Index orthonormalise(const MuscleProblem& problem, MuscleWorkspace& work) {
+  const MatrixRef& H = problem.H;
   auto Y = work.Y.topLeftCorner(H.rows(), H.cols());
   work.L.setZero();
   for (Index i = 0; i < H.rows(); ++i) {
     auto y = Y.row(i);
     y = H.row(i);
     double& t = work.t[i];
-    t = tau[i];
+    t = problem.tau[i];
     const double length = y.norm();
     double torque_scale = std::abs(t);
     // Twice is enough: the second pass takes away what rounding left in the first.
@@ -323,15 +325,15 @@ MuscleWorkspace::MuscleWorkspace(Index joints, Index muscles)
       least(muscles),
       z(muscles) {}
 
-MuscleReport solve_muscle_forces_by_lemke(const MatrixRef& H, const VectorRef& tau, MuscleWorkspace& work,
+MuscleReport solve_muscle_forces_by_lemke(const MuscleProblem& problem, MuscleWorkspace& work,
                                           Eigen::Ref<VectorXd> f) noexcept {
-  const Index joints = H.rows(), muscles = H.cols();
-  assert(joints <= work.Y.rows() && muscles <= work.Y.cols() && tau.size() == joints && f.size() == muscles);
+  const Index joints = problem.H.rows(), muscles = problem.H.cols();
+  assert(joints <= work.Y.rows() && muscles <= work.Y.cols() && problem.tau.size() == joints && f.size() == muscles);
   MuscleReport report;
   auto& l = report.multiplier;
   l.setZero(joints);
 
-  const Index contradiction = orthonormalise(H, tau, work);
+  const Index contradiction = orthonormalise(problem, work);
   if (contradiction < joints) {
     // Velocities of the joints at which no muscle changes its length, and the torques do work.
     const double sign = work.t[contradiction] > 0.0 ? 1.0 : -1.0;
@@ -348,7 +350,7 @@ MuscleReport solve_muscle_forces_by_lemke(const MatrixRef& H, const VectorRef& t
     pi.noalias() = -Y.transpose().lazyProduct(Y);
     pi.diagonal().array() += 1.0;
     least.noalias() = Y.transpose().lazyProduct(t);
-    const LcpReport lcp = solve_lcp(pi, least, usual_pivot_budget(muscles), work.lcp, z);
+    const LcpReport lcp = solve_lcp({pi, least}, usual_pivot_budget(muscles), work.lcp, z);
     report.iterations = lcp.pivots;
     if (lcp.status == LcpStatus::kBudgetSpent) return report;
     // f = Y' (t - Y z) + z; and a ray z = Y' (Y z) >= 0 with z.least < 0.
@@ -360,7 +362,7 @@ MuscleReport solve_muscle_forces_by_lemke(const MatrixRef& H, const VectorRef& t
     // Either f or z is zero; the rest is rounding.
     for (Index j = 0; j < muscles; ++j) least[j] = z[j] > 0.0 ? 0.0 : std::max(0.0, least[j]);
   }
-  return finish(H, tau, work.least.head(muscles), report, f);
+  return finish(problem, work.least.head(muscles), report, f);
 }
 
 }  // namespace thenar

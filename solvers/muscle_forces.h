@@ -11,6 +11,22 @@ namespace thenar {
 inline constexpr Eigen::Index kMaxJoints = 32;
 inline constexpr Eigen::Index kMaxMuscles = 64;
 
+/// A muscle-force problem, eq. (23),
+///     min f'f,  H f = tau,  f >= 0.
+/// A view: the numbers are owned elsewhere.
+struct MuscleProblem {
+  Eigen::Ref<const Eigen::MatrixXd> H;    ///< Moment arms, joints x muscles [m].
+  Eigen::Ref<const Eigen::VectorXd> tau;  ///< Torques of the joints [N m].
+};
+
+/// One that owns its numbers.
+struct MuscleData {
+  Eigen::MatrixXd H;
+  Eigen::VectorXd tau;
+
+  operator MuscleProblem() const { return {H, tau}; }
+};
+
 /// How a muscle-force problem ended.
 enum class MuscleStatus {
   kOptimal,
@@ -30,20 +46,17 @@ struct MuscleReport {
   JointVector multiplier;
 };
 
-/// Finds the muscle forces of eq. (23),
-///     min f'f,  H f = tau,  f >= 0,
-/// by a dual active set [Goldfarb and Idnani 1983], in blocks: joints that share no muscle are problems of their own,
-/// and are found from the zeros of H in every call (of the hand thumb 4 x 8, index and major 8 x 15, coupled by one
-/// muscle). A row that depends on others is left out if its torque agrees with theirs, else there are no such forces.
+/// Finds muscle forces by a dual active set [Goldfarb and Idnani 1983], in blocks: joints that share no muscle are
+/// problems of their own, and are found from the zeros of H in every call (of the hand thumb 4 x 8, index and major 8 x
+/// 15, coupled by one muscle). A row that depends on others is left out if its torque agrees with theirs, else there are
+/// no such forces.
 ///
-/// Shapes    H joints x muscles [m], at most kMaxJoints x kMaxMuscles; tau joints [N m]; f muscles [N].
-/// f         Out: the optimum; on failure left as it was.
+/// problem   At most kMaxJoints x kMaxMuscles.
+/// f         Out, muscles [N]: the optimum; on failure left as it was.
 /// Accuracy  forces and torques to about 1e-14 of their size times the condition of H's rows.
 /// Cost      about muscles x joints multiply-adds a change. Does not allocate or throw; the same problem gives the same
 ///           bits.
-[[nodiscard]] MuscleReport solve_muscle_forces(const Eigen::Ref<const Eigen::MatrixXd>& H,
-                                               const Eigen::Ref<const Eigen::VectorXd>& tau,
-                                               Eigen::Ref<Eigen::VectorXd> f) noexcept;
+[[nodiscard]] MuscleReport solve_muscle_forces(const MuscleProblem& problem, Eigen::Ref<Eigen::VectorXd> f) noexcept;
 
 /// Memory of muscle forces by Lemke's method for up to `joints` x `muscles`; taken once.
 class MuscleWorkspace {
@@ -62,23 +75,19 @@ class MuscleWorkspace {
 /// The same as the paper does it, by the LCP of the grasp forces: with pi = I - H^+ H,
 ///     0 <= f = pi z + H^+ tau  _|_  z >= 0.
 /// Cost      an LCP of one row a muscle.
-[[nodiscard]] MuscleReport solve_muscle_forces_by_lemke(const Eigen::Ref<const Eigen::MatrixXd>& H,
-                                                        const Eigen::Ref<const Eigen::VectorXd>& tau,
-                                                        MuscleWorkspace& work, Eigen::Ref<Eigen::VectorXd> f) noexcept;
+[[nodiscard]] MuscleReport solve_muscle_forces_by_lemke(const MuscleProblem& problem, MuscleWorkspace& work,
+                                                        Eigen::Ref<Eigen::VectorXd> f) noexcept;
 
 /// How far forces f with a multiplier l are from the optimum, as a share of the largest force: the largest of
 /// |f_j - max(0, (H' l)_j)| and of the forces that each joint's error of torque would be on its longest
 /// arm, |H_i f - tau_i| / max_j |H_ij|. Zero at the optimum, and there only.
-[[nodiscard]] double muscle_kkt_error(const Eigen::Ref<const Eigen::MatrixXd>& H,
-                                      const Eigen::Ref<const Eigen::VectorXd>& tau,
-                                      const Eigen::Ref<const Eigen::VectorXd>& l,
+[[nodiscard]] double muscle_kkt_error(const MuscleProblem& problem, const Eigen::Ref<const Eigen::VectorXd>& l,
                                       const Eigen::Ref<const Eigen::VectorXd>& f) noexcept;
 
 /// How far joint velocities l are from a proof that no forces give the torques: the work that pulling muscles can do,
 /// over that of the torques. No muscle may pull along l at all; rounding in H' l is taken for nothing.
 /// Below 1 it is a proof; infinity if tau.l <= 0.
-[[nodiscard]] double muscle_infeasibility_gap(const Eigen::Ref<const Eigen::MatrixXd>& H,
-                                              const Eigen::Ref<const Eigen::VectorXd>& tau,
+[[nodiscard]] double muscle_infeasibility_gap(const MuscleProblem& problem,
                                               const Eigen::Ref<const Eigen::VectorXd>& l) noexcept;
 
 }  // namespace thenar

@@ -26,10 +26,10 @@ Vector3d project_on_cone(const Vector3d& f, double mu) noexcept {
   return {p.normal, p.tangential_part * f[1], p.tangential_part * f[2]};
 }
 
-double residual_scale_N(const MatrixRef& W, const VectorRef& delta_free) noexcept {
+double residual_scale_N(const ContactProblem& problem) noexcept {
   double squared = 0.0;
-  for (Index i = 0; 3 * i < delta_free.size(); ++i) {
-    squared += (rho(W, i) * delta_free.segment<3>(3 * i)).squaredNorm();
+  for (Index i = 0; 3 * i < problem.delta_free.size(); ++i) {
+    squared += (rho(problem.W, i) * problem.delta_free.segment<3>(3 * i)).squaredNorm();
   }
   return std::sqrt(squared);
 }
@@ -39,28 +39,21 @@ double touching_m(const VectorRef& delta_free) noexcept {
   return delta_free.size() > 0 ? kTouching * delta_free.cwiseAbs().maxCoeff() : 0.0;
 }
 
-Residual natural_map(const MatrixRef& W, const VectorRef& delta_free, const VectorRef& mu, const VectorRef& f,
-                     const VectorRef& delta) noexcept {
+Residual natural_map(const ContactProblem& problem, const VectorRef& f, const VectorRef& delta) noexcept {
   double sum = 0.0, worst = 0.0;  // squared [N^2]
   bool moves = false;
-  for (Index i = 0; i < mu.size(); ++i) {
-    const Index n = 3 * i;
-    const double error =
-        natural_map_error_squared(rho(W, i), mu[i], {f[n], f[n + 1], f[n + 2]}, {delta[n], delta[n + 1], delta[n + 2]});
+  for (Index i = 0; i < problem.mu.size(); ++i) {
+    const double rho_i = rho(problem.W, i);
+    const double error = natural_map_error_squared(rho_i, problem.mu[i], rows_of(f, i), rows_of(delta, i));
     sum += error;
     worst = std::max(worst, error);
-    moves = moves || (rho(W, i) > 0.0 && !delta_free.segment<3>(n).isZero(0.0));
+    moves = moves || (rho_i > 0.0 && !problem.delta_free.segment<3>(3 * i).isZero(0.0));
   }
-  const double scale = judged_scale_N(residual_scale_N(W, delta_free), moves);
+  const double scale = judged_scale_N(residual_scale_N(problem), moves);
   if (scale == 0.0) return {};
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   if (std::isnan(scale)) return {kInfinity, kInfinity};
   return {std::sqrt(sum) / scale, std::sqrt(worst) / scale};
-}
-
-double natural_map_residual(const MatrixRef& W, const VectorRef& delta_free, const VectorRef& mu, const VectorRef& f,
-                            const VectorRef& delta) noexcept {
-  return natural_map(W, delta_free, mu, f, delta).norm;
 }
 
 }  // namespace thenar

@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-#include "thenar/eigen_layout.h"
+#include "solvers/contact_problem.h"
 
 namespace thenar {
 
@@ -16,8 +16,7 @@ struct Residual {
 };
 
 /// The force that the residual is in units of: | rho_i delta_free |_2 [N].
-[[nodiscard]] double residual_scale_N(const Eigen::Ref<const Eigen::MatrixXd>& W,
-                                      const Eigen::Ref<const Eigen::VectorXd>& delta_free) noexcept;
+[[nodiscard]] double residual_scale_N(const ContactProblem& problem) noexcept;
 
 /// A contact that no force moves, W_nn = 0, is open from minus this gap on [m], and without solution below: 1e-9 of the
 /// largest |delta_free|, far above the rounding of gaps and far below what is of interest.
@@ -29,19 +28,8 @@ struct Residual {
 /// A contact that no force moves, W_ii = 0, has no part in it: it is open or without solution. Infinite where the scale
 /// is infinite or below 1e-140 N, for then errors cannot be told from zero.
 ///
-/// Shapes    W 3n x 3n; delta_free, f, delta 3n; mu n. Point i owns rows 3i..3i+2 = normal, tangent 1, tangent 2.
 /// Cost      linear in n. Does not allocate or throw.
-[[nodiscard]] Residual natural_map(const Eigen::Ref<const Eigen::MatrixXd>& W,
-                                   const Eigen::Ref<const Eigen::VectorXd>& delta_free,
-                                   const Eigen::Ref<const Eigen::VectorXd>& mu,
-                                   const Eigen::Ref<const Eigen::VectorXd>& f,
+[[nodiscard]] Residual natural_map(const ContactProblem& problem, const Eigen::Ref<const Eigen::VectorXd>& f,
                                    const Eigen::Ref<const Eigen::VectorXd>& delta) noexcept;
-
-/// Its norm alone.
-[[nodiscard]] double natural_map_residual(const Eigen::Ref<const Eigen::MatrixXd>& W,
-                                          const Eigen::Ref<const Eigen::VectorXd>& delta_free,
-                                          const Eigen::Ref<const Eigen::VectorXd>& mu,
-                                          const Eigen::Ref<const Eigen::VectorXd>& f,
-                                          const Eigen::Ref<const Eigen::VectorXd>& delta) noexcept;
 
 }  // namespace thenar

@@ -21,8 +21,10 @@ void Reference::offer(const thenar::Model& model, const thenar::SolvedTick& tick
   const std::lock_guard lock(mutex_);
   if (n == 0) result_ = ReferenceResult{};  // Nothing is to be solved: what was known of it is not true any more.
   if (busy_ || n == 0) return;
-  problem_ = Problem{thenar::dense_delassus(model, tick.frame, tick.kinematics, tick.mobility),
-                     tick.delta_free.head(3 * n), tick.mu.head(n), tick.f_first.head(3 * n), tick.f.head(3 * n)};
+  offer_ = Offer{{thenar::dense_delassus(model, tick.frame, tick.kinematics, tick.mobility),
+                  tick.delta_free.head(3 * n), tick.mu.head(n)},
+                 tick.f_first.head(3 * n),
+                 tick.f.head(3 * n)};
   busy_ = true;
   offered_.notify_one();
 }
@@ -32,15 +34,16 @@ std::optional<ReferenceResult> Reference::take_result() {
   return std::exchange(result_, std::nullopt);
 }
 
-ReferenceResult Reference::judge(const Problem& problem) {
+ReferenceResult Reference::judge(const Offer& offer) {
+  const thenar::ContactData& problem = offer.problem;
   ReferenceResult result;
-  VectorXd delta = problem.W * problem.f + problem.delta_free;
-  result.residual = thenar::natural_map_residual(problem.W, problem.delta_free, problem.mu, problem.f, delta);
-  thenar::AccurateWorkspace work(problem.mu.size());
-  VectorXd f = problem.f_first;
-  const auto report = thenar::solve_contacts_accurately(problem.W, problem.delta_free, problem.mu, {}, work, f, delta);
+  VectorXd delta = problem.W * offer.f + problem.delta_free;
+  result.residual = thenar::natural_map(problem, offer.f, delta).norm;
+  thenar::AccurateWorkspace work(problem.contacts());
+  VectorXd f = offer.f_first;
+  const auto report = thenar::solve_contacts_accurately(problem, {}, work, {f, delta});
   if (report.solve.status == thenar::SolveStatus::kConverged && f.norm() > 0.0) {
-    result.error = (problem.f - f).norm() / f.norm();
+    result.error = (offer.f - f).norm() / f.norm();
   }
   return result;
 }
@@ -48,11 +51,11 @@ ReferenceResult Reference::judge(const Problem& problem) {
 void Reference::work(const std::stop_token& stop) {
   setpriority(PRIO_PROCESS, 0, 19);  // Of this thread alone, in Linux.
   std::unique_lock lock(mutex_);
-  while (offered_.wait(lock, stop, [this] { return problem_.has_value(); })) {
-    const Problem problem = std::move(*problem_);
-    problem_.reset();
+  while (offered_.wait(lock, stop, [this] { return offer_.has_value(); })) {
+    const Offer offer = std::move(*offer_);
+    offer_.reset();
     lock.unlock();
-    const ReferenceResult result = judge(problem);
+    const ReferenceResult result = judge(offer);
     lock.lock();
     result_ = result;
     busy_ = false;

@@ -9,6 +9,7 @@
 #include "engine/grasp/model.h"
 #include "engine/loops/live_contact.h"
 #include "engine/results/state_message.h"
+#include "solvers/contact_problem.h"
 
 namespace window {
 
@@ -29,17 +30,17 @@ class Reference {
   [[nodiscard]] std::optional<ReferenceResult> take_result();
 
  private:
-  struct Problem {
-    Eigen::MatrixXd W;
-    Eigen::VectorXd delta_free, mu, f_first, f;
+  struct Offer {
+    thenar::ContactData problem;
+    Eigen::VectorXd f_first, f;
   };
-  [[nodiscard]] static ReferenceResult judge(const Problem& problem);
+  [[nodiscard]] static ReferenceResult judge(const Offer& offer);
   void work(const std::stop_token& stop);
 
   std::mutex mutex_;  // of all below, but for the thread
   std::condition_variable_any offered_;
   bool busy_ = false;
-  std::optional<Problem> problem_;
+  std::optional<Offer> offer_;
   std::optional<ReferenceResult> result_;
   std::jthread thread_;  // the last one: it ends before what it uses
 };

@@ -12,19 +12,9 @@
 
 #include "bench/cases/factored_contacts.h"
 #include "bench/cases/random.h"
-#include "solvers/gauss_seidel.h"
+#include "solvers/contact_problem.h"
 
 namespace thenar {
-
-/// A contact problem of a random family: find forces f with gaps delta = W f + delta_free that obey Signorini and
-/// Coulomb. Point i owns rows 3i..3i+2 = normal, tangent 1, tangent 2; SI units.
-struct RandomContacts {
-  Eigen::MatrixXd W;
-  Eigen::VectorXd delta_free;
-  Eigen::VectorXd mu;
-
-  [[nodiscard]] Eigen::Index contacts() const { return mu.size(); }
-};
 
 namespace families {
 
@@ -75,14 +65,14 @@ struct GraspScene {
 
 /// Three fingers on one object: a thumb from the left, two fingers from the right. W in factors, too, for who asks;
 /// they have one viscosity of joints, the first finger's.
-inline RandomContacts grasp(const GraspScene& scene, Random& random, FactoredContacts* factors = nullptr) {
+inline ContactData grasp(const GraspScene& scene, Random& random, FactoredContacts* factors = nullptr) {
   constexpr double kPadRadius_m = 4.5e-3, kKernelWidth_m = 1.5e-3, kJitter_m = 2e-4;
   // The object's rotational over its translational viscosity: that of a sphere of 21 mm, 4/3 r^2.
   constexpr double kRotation_m2 = 6e-4;
   const std::array<Vector3d, 3> centre{Vector3d(-0.025, 0.0, 0.0), Vector3d(0.025, 0.012, 0.004),
                                        Vector3d(0.025, -0.012, -0.004)};
   const Index per_finger = scene.per_finger * scene.copies, n = 3 * per_finger;
-  RandomContacts problem{MatrixXd::Zero(3 * n, 3 * n), VectorXd(3 * n), VectorXd::Constant(n, 0.6)};
+  ContactData problem{MatrixXd::Zero(3 * n, 3 * n), VectorXd(3 * n), VectorXd::Constant(n, 0.6)};
   MatrixXd J_object(3 * n, 6);
   for (int finger = 0; finger < 3; ++finger) {
     const Vector3d inwards = finger == 0 ? Vector3d::UnitX() : Vector3d(-Vector3d::UnitX());
@@ -164,15 +154,15 @@ inline RandomContacts grasp(const GraspScene& scene, Random& random, FactoredCon
 
 /// A rigid body between fixed, rigid surfaces that press along the columns `normal` at the columns `point`, pushed by a
 /// wrench about the origin. W is compliance I plus a matrix of rank 6.
-inline RandomContacts rigid_body(const Eigen::Matrix3Xd& point, const Eigen::Matrix3Xd& normal, double gap_m,
-                                 double compliance_m_per_N, double mu, const Vector6d& wrench) {
+inline ContactData rigid_body(const Eigen::Matrix3Xd& point, const Eigen::Matrix3Xd& normal, double gap_m,
+                              double compliance_m_per_N, double mu, const Vector6d& wrench) {
   const Index n = point.cols();
   MatrixXd J(3 * n, 6);
   for (Index i = 0; i < n; ++i) J.middleRows<3>(3 * i) = body_rows(axes(normal.col(i)), point.col(i));
   Vector6d mobility;  // 5 ms over 20 N s/m, 0.0125 N m s
   mobility << Vector3d::Constant(2.5e-4), Vector3d::Constant(0.4);
-  RandomContacts problem{J * mobility.asDiagonal() * J.transpose(), J * mobility.cwiseProduct(wrench),
-                         VectorXd::Constant(n, mu)};
+  ContactData problem{J * mobility.asDiagonal() * J.transpose(), J * mobility.cwiseProduct(wrench),
+                      VectorXd::Constant(n, mu)};
   problem.W = 0.5 * (problem.W + problem.W.transpose()).eval();
   problem.W.diagonal().array() += compliance_m_per_N;
   for (Index i = 0; i < n; ++i) problem.delta_free[3 * i] += gap_m;
@@ -180,14 +170,14 @@ inline RandomContacts rigid_body(const Eigen::Matrix3Xd& point, const Eigen::Mat
 }
 
 /// Curved pulps: of the candidates, those in the middle carry force.
-inline RandomContacts curved(Random& random) {
+inline ContactData curved(Random& random) {
   GraspScene scene;
   scene.per_finger = random.whole(1, 20);
   scene.step_s = random.chance(0.5) ? 5e-3 : 1e-3;
   scene.depth_m = random.uniform(0.2e-3, 2e-3);
   scene.slip_m = random.uniform(0.0, 1e-3);
   scene.bumpiness = random.chance(0.5) ? 0.0 : random.uniform(0.0, 0.3);
-  RandomContacts problem = grasp(scene, random);
+  ContactData problem = grasp(scene, random);
   problem.mu.setConstant(random.uniform(0.2, 1.2));
   return problem;
 }
@@ -202,41 +192,41 @@ inline GraspScene flat(Random& random) {
   return scene;
 }
 
-inline RandomContacts pressed(Random& random) {
-  RandomContacts problem = grasp(flat(random), random);
+inline ContactData pressed(Random& random) {
+  ContactData problem = grasp(flat(random), random);
   problem.mu.setConstant(random.uniform(0.3, 1.2));
   return problem;
 }
 
 /// Compliance down to none, where forces are no longer unique.
-inline RandomContacts stiff(Random& random) {
+inline ContactData stiff(Random& random) {
   GraspScene scene = flat(random);
   scene.compliance_m_per_N = random.chance(0.25) ? 0.0 : 2e-4 * random.power_of_ten(-8.0, 0.0);
   scene.slip_m = random.uniform(0.05e-3, 0.4e-3);
   if (random.chance(0.5)) scene.bumpiness = 0.1;
-  RandomContacts problem = grasp(scene, random);
+  ContactData problem = grasp(scene, random);
   problem.mu.setConstant(random.uniform(0.3, 1.0));
   return problem;
 }
 
 /// Bodies whose viscosities differ by up to 10^4.
-inline RandomContacts ratio(Random& random) {
+inline ContactData ratio(Random& random) {
   GraspScene scene = flat(random);
   scene.object_viscosity *= random.power_of_ten(-2.0, 2.0);
   for (double& viscosity : scene.joint_viscosity) viscosity *= random.power_of_ten(-2.0, 2.0);
   scene.compliance_m_per_N *= random.power_of_ten(-2.0, 0.0);
-  RandomContacts problem = grasp(scene, random);
+  ContactData problem = grasp(scene, random);
   problem.mu.setConstant(random.uniform(0.3, 1.0));
   return problem;
 }
 
 /// Friction from none to 2, the same everywhere or another at each contact.
-inline RandomContacts friction(Random& random) {
+inline ContactData friction(Random& random) {
   GraspScene scene = flat(random);
   scene.slip_m = random.uniform(0.2e-3, 2e-3);
   scene.compliance_m_per_N *= random.power_of_ten(-1.0, 0.0);
   if (random.chance(0.5)) scene.bumpiness = 0.1;
-  RandomContacts problem = grasp(scene, random);
+  ContactData problem = grasp(scene, random);
   const bool mixed = random.chance(0.5);
   double mu = 0.0;
   for (Index i = 0; i < problem.contacts(); ++i) {
@@ -248,18 +238,18 @@ inline RandomContacts friction(Random& random) {
 }
 
 /// Every contact twice or four times.
-inline RandomContacts duplicates(Random& random) {
+inline ContactData duplicates(Random& random) {
   GraspScene scene = flat(random);
   scene.copies = random.chance(0.5) ? 2 : 4;
   scene.per_finger = random.whole(1, 20 / scene.copies);
   scene.compliance_m_per_N *= random.power_of_ten(-3.0, 0.0);
-  RandomContacts problem = grasp(scene, random);
+  ContactData problem = grasp(scene, random);
   problem.mu.setConstant(random.uniform(0.3, 1.0));
   return problem;
 }
 
 /// A body pushed down between two walls, half an angle each, that wedges where tan(angle) < mu.
-inline RandomContacts wedge(Random& random) {
+inline ContactData wedge(Random& random) {
   const double angle = random.uniform(0.02, 0.5);
   const double roughness_m = random.chance(0.5) ? 1e-5 : 1e-3;
   constexpr std::array<double, 4> kAlong_m{-0.02, -0.007, 0.007, 0.02};
@@ -284,7 +274,7 @@ inline RandomContacts wedge(Random& random) {
 }
 
 /// A peg in a hole, with clearance or with interference; without compliance an interference fit has no solution.
-inline RandomContacts peg(Random& random) {
+inline ContactData peg(Random& random) {
   Eigen::Matrix3Xd point(3, 32), normal(3, 32);
   Index i = 0;
   for (const double z : {-0.015, -0.005, 0.005, 0.015}) {
@@ -306,7 +296,7 @@ inline RandomContacts peg(Random& random) {
 }
 
 /// A rigid box on a rigid plane: 4 to 64 contacts for 6 degrees of freedom.
-inline RandomContacts box_on_plane(Random& random) {
+inline ContactData box_on_plane(Random& random) {
   const Index side = random.whole(2, 8);
   Eigen::Matrix3Xd point(3, side * side);
   for (Index i = 0; i < side * side; ++i) {
@@ -327,9 +317,9 @@ inline RandomContacts box_on_plane(Random& random) {
 /// A family of random contact problems. The same seed makes the same problem.
 struct ContactFamily {
   std::string_view name;
-  RandomContacts (*from)(Random&);
+  ContactData (*from)(Random&);
 
-  [[nodiscard]] RandomContacts make(std::uint64_t seed) const {
+  [[nodiscard]] ContactData make(std::uint64_t seed) const {
     Random random(seed);
     return from(random);
   }

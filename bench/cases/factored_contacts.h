@@ -29,6 +29,10 @@ struct FactoredContacts {
             .compliance_scale = compliance_scale};
   }
 
+  [[nodiscard]] GroupedContactProblem problem(const Eigen::VectorXd& delta_free, const Eigen::VectorXd& mu) const {
+    return {operator_of(), delta_free, mu};
+  }
+
   [[nodiscard]] double bytes() const {
     Eigen::Index numbers = J_own.size() + J_common.size() + common_mobility.size() + axes.size();
     double bytes = 0.0;

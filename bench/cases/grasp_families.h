@@ -11,24 +11,15 @@
 
 #include "bench/cases/random.h"
 #include "solvers/grasp_forces.h"
+#include "solvers/muscle_forces.h"
 
 namespace thenar {
 
 // Random grasp and muscle problems by name: the same in tests, benchmarks and charts.
 
-/// A grasp problem that owns its contacts.
-struct Grasp {
-  std::vector<GraspContact> contacts;
-  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
-  Vector6d wrench = Vector6d::Zero();
-  double friction = 0.5;
-  double internal_force_N = 0.0;
-
+/// A grasp problem in the making.
+struct Grasp : GraspData {
   [[nodiscard]] Eigen::Index n() const { return std::ssize(contacts); }
-
-  [[nodiscard]] GraspProblem problem(FrictionCone cone) const {
-    return {contacts, centre_m, wrench, friction, cone, internal_force_N};
-  }
 
   void add_contact(const Eigen::Vector3d& point_m, const Eigen::Matrix3d& frame) {
     contacts.push_back({point_m, frame});
@@ -347,12 +338,7 @@ inline constexpr std::array kGraspFamilies{
     GraspFamily{"border", 1, 8, grasp_families::border},
 };
 
-/// A muscle-force problem: min f'f, H f = tau, f >= 0.
-struct MuscleProblem {
-  Eigen::MatrixXd H;  ///< 12 joints x 23 muscles [m]. A finger's joints are abduction, then three flexions.
-  Eigen::VectorXd tau_Nm;
-};
-
+/// Muscle-force problems of 12 joints x 23 muscles. A finger's joints are abduction, then three flexions.
 namespace muscle_families {
 
 using Eigen::Index;
@@ -405,43 +391,42 @@ inline MatrixXd moment_arms(Random& random) {
 }
 
 /// Torques of up to 0.25 N m, a third of that at the last joint: some are out of the muscles' reach.
-inline MuscleProblem any(Random& random) {
-  MuscleProblem problem{moment_arms(random), VectorXd(12)};
-  for (Index i = 0; i < 12; ++i) problem.tau_Nm[i] = random.uniform(-0.25, 0.25) * (i % 4 == 3 ? 0.3 : 1.0);
+inline MuscleData any(Random& random) {
+  MuscleData problem{moment_arms(random), VectorXd(12)};
+  for (Index i = 0; i < 12; ++i) problem.tau[i] = random.uniform(-0.25, 0.25) * (i % 4 == 3 ? 0.3 : 1.0);
   return problem;
 }
 
 /// Torques that pulling muscles give.
-inline MuscleProblem held(Random& random) {
-  MuscleProblem problem{moment_arms(random), VectorXd::Zero(12)};
-  for (Index j = 0; j < 23; ++j) problem.tau_Nm += random.uniform(0.0, 30.0) * problem.H.col(j);
+inline MuscleData held(Random& random) {
+  MuscleData problem{moment_arms(random), VectorXd::Zero(12)};
+  for (Index j = 0; j < 23; ++j) problem.tau += random.uniform(0.0, 30.0) * problem.H.col(j);
   return problem;
 }
 
 /// Torques that a few muscles give, at the border of what all can give.
-inline MuscleProblem few(Random& random) {
-  MuscleProblem problem{moment_arms(random), VectorXd::Zero(12)};
+inline MuscleData few(Random& random) {
+  MuscleData problem{moment_arms(random), VectorXd::Zero(12)};
   for (Index j = 0; j < 23; ++j) {
-    if (random.chance(0.3)) problem.tau_Nm += random.uniform(0.0, 30.0) * problem.H.col(j);
+    if (random.chance(0.3)) problem.tau += random.uniform(0.0, 30.0) * problem.H.col(j);
   }
   return problem;
 }
 
 /// A joint that no muscle passes, or one whose arms are those of the joint before; half of the torques agree.
-inline MuscleProblem dependent(Random& random) {
-  MuscleProblem problem = held(random);
+inline MuscleData dependent(Random& random) {
+  MuscleData problem = held(random);
   const Index joint = random.whole(1, 11);
   problem.H.row(joint) = random.chance(0.5) ? 0.0 * problem.H.row(joint) : 0.7 * problem.H.row(joint - 1);
-  if (random.chance(0.5))
-    problem.tau_Nm[joint] = problem.H.row(joint).isZero(0.0) ? 0.0 : 0.7 * problem.tau_Nm[joint - 1];
+  if (random.chance(0.5)) problem.tau[joint] = problem.H.row(joint).isZero(0.0) ? 0.0 : 0.7 * problem.tau[joint - 1];
   return problem;
 }
 
 /// Torques and arms a million times less to a million times more than usual.
-inline MuscleProblem scaled(Random& random) {
-  MuscleProblem problem = random.chance(0.5) ? held(random) : any(random);
+inline MuscleData scaled(Random& random) {
+  MuscleData problem = random.chance(0.5) ? held(random) : any(random);
   problem.H *= random.power_of_ten(-6.0, 6.0);
-  problem.tau_Nm *= random.power_of_ten(-6.0, 6.0);
+  problem.tau *= random.power_of_ten(-6.0, 6.0);
   return problem;
 }
 
@@ -450,9 +435,9 @@ inline MuscleProblem scaled(Random& random) {
 /// Random muscle problems of one kind.
 struct MuscleFamily {
   std::string_view name;
-  MuscleProblem (*draw)(Random&);
+  MuscleData (*draw)(Random&);
 
-  [[nodiscard]] MuscleProblem problem(std::uint64_t seed) const {
+  [[nodiscard]] MuscleData problem(std::uint64_t seed) const {
     Random random(seed);
     return draw(random);
   }

@@ -45,11 +45,11 @@ ContactComputation ContactRun::tick() {
 
 double ContactRun::force_error() const {
   const Eigen::Index contacts = frame_.size(), rows = 3 * contacts;
-  const Eigen::MatrixXd W = dense_delassus(recorded_.model, frame_, work_.kinematics, work_.mobility);
+  const ContactData problem{dense_delassus(recorded_.model, frame_, work_.kinematics, work_.mobility),
+                            work_.delta_free.head(rows), work_.mu.head(contacts)};
   AccurateWorkspace accurate(contacts);
   Eigen::VectorXd f = work_.f.head(rows), delta(rows);
-  const AccurateReport report = solve_contacts_accurately(W, work_.delta_free.head(rows), work_.mu.head(contacts),
-                                                          {.tolerance = 1e-12}, accurate, f, delta);
+  const AccurateReport report = solve_contacts_accurately(problem, {.tolerance = 1e-12}, accurate, {f, delta});
   if (report.solve.residual > 1e-10) return std::numeric_limits<double>::quiet_NaN();
   return (work_.f.head(rows) - f).norm() / f.norm();
 }

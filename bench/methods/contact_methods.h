@@ -28,44 +28,39 @@ inline constexpr double kSolvedResidual = 1e-6;  ///< Natural-map residual of a 
   return method.stops_by == ContactMethod::kNaturalMap ? std::vector{kSolvedResidual} : std::vector{1e-4, 1e-6, 1e-8};
 }
 
-/// The natural-map residual of forces in a problem of W, delta_free and mu; no number where they are none.
-template <typename Problem>
-[[nodiscard]] double residual_of(const Problem& p, const Eigen::VectorXd& f) {
+/// The natural-map residual of forces; no number where they are none.
+[[nodiscard]] inline double residual_of(const ContactProblem& problem, const Eigen::VectorXd& f) {
   if (!f.allFinite()) return std::numeric_limits<double>::quiet_NaN();
-  return natural_map_residual(p.W, p.delta_free, p.mu, f, p.W * f + p.delta_free);
+  return natural_map(problem, f, problem.W * f + problem.delta_free).norm;
 }
 
 /// The accurate solver after so many sweeps; the budget is of Newton steps.
 [[nodiscard]] inline ContactMethod newton_after_sweeps(const char* name, int max_sweeps) {
-  return {name, ContactMethod::kNaturalMap,
-          [max_sweeps](const Eigen::MatrixXd& W, const Eigen::VectorXd& delta_free,
-                       const Eigen::VectorXd& mu) -> ContactSolver {
-            auto delta = std::make_shared<Eigen::VectorXd>(delta_free.size());
-            auto work = std::make_shared<AccurateWorkspace>(mu.size());
-            return [&W, &delta_free, &mu, delta, work, max_sweeps](double tolerance, int budget, Eigen::VectorXd& f) {
+  return {name, ContactMethod::kNaturalMap, [max_sweeps](const ContactProblem& problem) -> ContactSolver {
+            auto delta = std::make_shared<Eigen::VectorXd>(problem.delta_free.size());
+            auto work = std::make_shared<AccurateWorkspace>(problem.mu.size());
+            return [problem, delta, work, max_sweeps](double tolerance, int budget, Eigen::VectorXd& f) {
               const AccurateSettings settings{.tolerance = tolerance, .max_sweeps = max_sweeps, .max_steps = budget};
-              (void)solve_contacts_accurately(W, delta_free, mu, settings, *work, f, *delta);
+              (void)solve_contacts_accurately(problem, settings, *work, {f, *delta});
             };
           }};
 }
 
 /// Single-precision sweeps on the operator in factors: what the contact tick does.
-[[nodiscard]] inline ContactSolver in_factors(const FactoredContacts& W, const Eigen::VectorXd& delta_free,
-                                              const Eigen::VectorXd& mu) {
-  auto delta = std::make_shared<Eigen::VectorXd>(delta_free.size());
-  auto work = std::make_shared<GroupedWorkspace>(mu.size(), std::ssize(W.begin) - 1);
-  return [&W, &delta_free, &mu, delta, work](double tolerance, int budget, Eigen::VectorXd& f) {
-    (void)solve_contacts(W.operator_of(), delta_free, mu, {.tolerance = tolerance, .max_sweeps = budget}, *work, f,
-                         *delta);
+[[nodiscard]] inline ContactSolver in_factors(const GroupedContactProblem& problem) {
+  auto delta = std::make_shared<Eigen::VectorXd>(problem.delta_free.size());
+  auto work = std::make_shared<GroupedWorkspace>(problem.mu.size(), problem.W.groups());
+  return [problem, delta, work](double tolerance, int budget, Eigen::VectorXd& f) {
+    (void)solve_contacts(problem, {.tolerance = tolerance, .max_sweeps = budget}, *work, {f, *delta});
   };
 }
 
 /// A method of a dense W that forms the matrix in every call, as the contact tick has to.
-[[nodiscard]] inline ContactSolver forming_w(const ContactMethod& method, const FactoredContacts& factors,
-                                             const Eigen::VectorXd& delta_free, const Eigen::VectorXd& mu) {
-  auto W = std::make_shared<Eigen::MatrixXd>(delta_free.size(), delta_free.size());
-  return [W, &factors, solve = method.prepare(*W, delta_free, mu)](double tolerance, int budget, Eigen::VectorXd& f) {
-    factors.operator_of().to_dense(*W);
+[[nodiscard]] inline ContactSolver forming_w(const ContactMethod& method, const GroupedContactProblem& problem) {
+  auto W = std::make_shared<Eigen::MatrixXd>(problem.delta_free.size(), problem.delta_free.size());
+  return [W, factors = problem.W, solve = method.prepare({*W, problem.delta_free, problem.mu})](
+             double tolerance, int budget, Eigen::VectorXd& f) {
+    factors.to_dense(*W);
     solve(tolerance, budget, f);
   };
 }
@@ -75,20 +70,19 @@ inline constexpr const char* kInFactors = "Gauss-Seidel, W in factors";
 /// Our contact solvers of a dense W: single-precision sweeps, accelerated; plain sweeps in double precision, without a
 /// workspace, as published; and Gauss-Seidel, then homotopy and Newton, the accurate one.
 [[nodiscard]] inline std::vector<ContactMethod> our_contact_methods() {
-  using Eigen::MatrixXd;
   using Eigen::VectorXd;
   static_assert(AccurateSettings{}.max_sweeps == 300);
-  const auto sweeps = [](const MatrixXd& W, const VectorXd& delta_free, const VectorXd& mu) -> ContactSolver {
-    auto delta = std::make_shared<VectorXd>(delta_free.size());
-    return [&W, &delta_free, &mu, delta](double tolerance, int budget, VectorXd& f) {
-      (void)solve_contacts(W, delta_free, mu, {.tolerance = tolerance, .max_sweeps = budget}, f, *delta);
+  const auto sweeps = [](const ContactProblem& problem) -> ContactSolver {
+    auto delta = std::make_shared<VectorXd>(problem.delta_free.size());
+    return [problem, delta](double tolerance, int budget, VectorXd& f) {
+      (void)solve_contacts(problem, {.tolerance = tolerance, .max_sweeps = budget}, {f, *delta});
     };
   };
-  const auto gauss_seidel = [](const MatrixXd& W, const VectorXd& delta_free, const VectorXd& mu) -> ContactSolver {
-    auto delta = std::make_shared<VectorXd>(delta_free.size());
-    auto work = std::make_shared<SweepWorkspace>(mu.size());
-    return [&W, &delta_free, &mu, delta, work](double tolerance, int budget, VectorXd& f) {
-      (void)solve_contacts(W, delta_free, mu, {.tolerance = tolerance, .max_sweeps = budget}, *work, f, *delta);
+  const auto gauss_seidel = [](const ContactProblem& problem) -> ContactSolver {
+    auto delta = std::make_shared<VectorXd>(problem.delta_free.size());
+    auto work = std::make_shared<SweepWorkspace>(problem.mu.size());
+    return [problem, delta, work](double tolerance, int budget, VectorXd& f) {
+      (void)solve_contacts(problem, {.tolerance = tolerance, .max_sweeps = budget}, *work, {f, *delta});
     };
   };
   return {{"Gauss-Seidel, W as a matrix", ContactMethod::kNaturalMap, gauss_seidel},

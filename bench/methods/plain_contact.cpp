@@ -40,19 +40,20 @@ struct Springs {
 };
 
 /// Projected Gauss-Seidel with each tangential row in an interval of its own.
-SolveReport solve_box_friction(const MatrixXd& W, const VectorXd& delta_free, double mu,
-                               const ContactSettings& settings, VectorXd& f, VectorXd& delta) {
+SolveReport solve_box_friction(const ContactProblem& problem, const GaussSeidelSettings& settings,
+                               ContactSolution solution) {
+  Eigen::Ref<VectorXd>&f = solution.f, &delta = solution.delta;
   SolveReport report{SolveStatus::kBudgetSpent};
-  delta = delta_free + W * f;
+  delta = problem.delta_free + problem.W * f;
   while (report.sweeps < settings.max_sweeps && report.status == SolveStatus::kBudgetSpent) {
     double squared_change = 0.0;
     for (Index row = 0; row < f.size(); ++row) {
-      const double limit = mu * f[row - row % 3];
-      const double step = f[row] - delta[row] / W(row, row);
+      const double limit = problem.mu[row / 3] * f[row - row % 3];
+      const double step = f[row] - delta[row] / problem.W(row, row);
       const double change = (row % 3 == 0 ? std::max(0.0, step) : std::clamp(step, -limit, limit)) - f[row];
       if (change == 0.0) continue;
       f[row] += change;
-      delta += change * W.col(row);
+      delta += change * problem.W.col(row);
       squared_change += change * change;
     }
     ++report.sweeps;
@@ -123,15 +124,14 @@ VectorXd PlainTick::free_gaps_and_slips(const Frame& frame, const State& state, 
 }
 
 SolveReport PlainTick::solve(const Frame& frame, const State& state, const JointVector& dq, const Vector6d& dx) {
-  const VectorXd delta_free = free_gaps_and_slips(frame, state, dq, dx);
-  const MatrixXd W = dense_delassus(operator_model_, frame, now_, mobility(operator_model_.scene));
-  const ContactSettings& settings = model_.scene.contact;
-  if (plain_.law == ContactLaw::kBoxFriction) {
-    return solve_box_friction(W, delta_free, settings.friction, settings, f_, delta_);
-  }
-  const VectorXd mu = VectorXd::Constant(frame.size(), settings.friction);
-  delta_.resize(delta_free.size());
-  return solve_contacts(W, delta_free, mu, {settings.tolerance, settings.max_sweeps}, f_, delta_);
+  const ContactSettings& contact = model_.scene.contact;
+  const ContactData problem{dense_delassus(operator_model_, frame, now_, mobility(operator_model_.scene)),
+                            free_gaps_and_slips(frame, state, dq, dx),
+                            VectorXd::Constant(frame.size(), contact.friction)};
+  const GaussSeidelSettings settings{contact.tolerance, contact.max_sweeps};
+  delta_.resize(problem.delta_free.size());
+  if (plain_.law == ContactLaw::kBoxFriction) return solve_box_friction(problem, settings, {f_, delta_});
+  return solve_contacts(problem, settings, {f_, delta_});
 }
 
 /// Penalty forces at the start of the tick; what exceeds friction slides.

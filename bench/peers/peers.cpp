@@ -38,18 +38,20 @@ std::shared_ptr<NumericsMatrix> matrix_of(MatrixXd& M) {
           }};
 }
 
-ContactSolver siconos(int solver, const MatrixXd& W, const VectorXd& delta_free, const VectorXd& mu) {
-  struct Problem {
-    MatrixXd W;
-    VectorXd q, mu, u;
+ContactSolver siconos(int solver, const ContactProblem& problem) {
+  struct Data {
+    ContactData copy;
+    VectorXd u;
     std::shared_ptr<NumericsMatrix> matrix;
     FrictionContactProblem problem;
     OptionsPtr options;
   };
-  auto data =
-      std::make_shared<Problem>(Problem{W, delta_free, mu, VectorXd::Zero(delta_free.size()), nullptr, {}, nullptr});
-  data->matrix = matrix_of(data->W);
-  data->problem = {3, static_cast<int>(mu.size()), data->matrix.get(), data->q.data(), data->mu.data()};
+  const Index rows = problem.delta_free.size();
+  auto data = std::make_shared<Data>(
+      Data{{problem.W, problem.delta_free, problem.mu}, VectorXd::Zero(rows), nullptr, {}, nullptr});
+  ContactData& copy = data->copy;
+  data->matrix = matrix_of(copy.W);
+  data->problem = {3, static_cast<int>(copy.contacts()), data->matrix.get(), copy.delta_free.data(), copy.mu.data()};
   data->options = make_options(solver);
   if (solver == SICONOS_FRICTION_3D_NSGS) {
     // Its cheapest measure of the error: what a sweep changed.
@@ -84,7 +86,7 @@ Box pyramid(const VectorXd& mu) {
   return box;
 }
 
-btMatrixXu bullet_matrix(const MatrixXd& M) {
+btMatrixXu bullet_matrix(const Eigen::Ref<const MatrixXd>& M) {
   btMatrixXu copy(static_cast<int>(M.rows()), static_cast<int>(M.cols()));
   for (int i = 0; i < M.rows(); ++i) {
     for (int j = 0; j < M.cols(); ++j) copy.setElem(i, j, M(i, j));
@@ -98,21 +100,21 @@ btVectorXu bullet_vector(const VectorXd& v) {
   return copy;
 }
 
-ContactSolver bullet_pgs(const MatrixXd& W, const VectorXd& delta_free, const VectorXd& mu) {
-  struct Problem {
+ContactSolver bullet_pgs(const ContactProblem& problem) {
+  struct Data {
     btMatrixXu W;
     btVectorXu b, f, low, high;
     btAlignedObjectArray<int> normal_row;
     btSolveProjectedGaussSeidel solver;
   };
-  const Box box = pyramid(mu);
-  auto data = std::make_shared<Problem>(Problem{bullet_matrix(W),
-                                                bullet_vector(-delta_free),
-                                                btVectorXu(static_cast<int>(delta_free.size())),
-                                                bullet_vector(box.low),
-                                                bullet_vector(box.high),
-                                                {},
-                                                {}});
+  const Box box = pyramid(problem.mu);
+  auto data = std::make_shared<Data>(Data{bullet_matrix(problem.W),
+                                          bullet_vector(-problem.delta_free),
+                                          btVectorXu(static_cast<int>(problem.delta_free.size())),
+                                          bullet_vector(box.low),
+                                          bullet_vector(box.high),
+                                          {},
+                                          {}});
   for (const int row : box.normal_row) data->normal_row.push_back(row);
   return [data](double tolerance, int budget, VectorXd& f) {
     data->solver.m_leastSquaresResidualThreshold = tolerance * tolerance;
@@ -122,9 +124,9 @@ ContactSolver bullet_pgs(const MatrixXd& W, const VectorXd& delta_free, const Ve
   };
 }
 
-/// A problem w = A x - b for ODE's Dantzig, which overwrites all that it is given. Rows of A are padded to four.
-struct DantzigProblem {
-  DantzigProblem(const MatrixXd& A_in, const VectorXd& b_in, Box box_in)
+/// ODE's Dantzig on w = A x - b. It overwrites all that it is given. Rows of A are padded to four.
+struct Dantzig {
+  Dantzig(const MatrixXd& A_in, const VectorXd& b_in, Box box_in)
       : size(static_cast<int>(b_in.size())),
         A(MatrixXd::Zero(((size + 3) / 4) * 4, size)),
         b(b_in),
@@ -150,30 +152,31 @@ struct DantzigProblem {
   Box work;
 };
 
-ContactSolver ode_dantzig(const MatrixXd& W, const VectorXd& delta_free, const VectorXd& mu) {
-  auto data = std::make_shared<DantzigProblem>(W, -delta_free, pyramid(mu));
+ContactSolver ode_dantzig(const ContactProblem& problem) {
+  auto data = std::make_shared<Dantzig>(problem.W, -problem.delta_free, pyramid(problem.mu));
   return [data](double, int, VectorXd& f) { data->solve(f); };
 }
 
-LcpSolver ode_dantzig_lcp(const MatrixXd& M, const VectorXd& q) {
-  const Index n = q.size();
+LcpSolver ode_dantzig_lcp(const LcpProblem& problem) {
+  const Index n = problem.q.size();
   Box positive{VectorXd::Zero(n), VectorXd::Constant(n, std::numeric_limits<double>::infinity()),
                std::vector<int>(static_cast<std::size_t>(n), -1)};
-  auto data = std::make_shared<DantzigProblem>(M, -q, std::move(positive));
+  auto data = std::make_shared<Dantzig>(problem.M, -problem.q, std::move(positive));
   return [data](VectorXd& z) { return data->solve(z); };
 }
 
-LcpSolver siconos_lexicolemke(const MatrixXd& M, const VectorXd& q) {
-  struct Problem {
-    MatrixXd M;
-    VectorXd q, w;
+LcpSolver siconos_lexicolemke(const LcpProblem& problem) {
+  struct Data {
+    LcpData copy;
+    VectorXd w;
     std::shared_ptr<NumericsMatrix> matrix;
     LinearComplementarityProblem problem;
     OptionsPtr options;
   };
-  auto data = std::make_shared<Problem>(Problem{M, q, VectorXd::Zero(q.size()), nullptr, {}, nullptr});
-  data->matrix = matrix_of(data->M);
-  data->problem = {static_cast<int>(q.size()), data->matrix.get(), data->q.data()};
+  const Index n = problem.q.size();
+  auto data = std::make_shared<Data>(Data{{problem.M, problem.q}, VectorXd::Zero(n), nullptr, {}, nullptr});
+  data->matrix = matrix_of(data->copy.M);
+  data->problem = {static_cast<int>(n), data->matrix.get(), data->copy.q.data()};
   data->options = make_options(SICONOS_LCP_LEMKE);
   return [data](VectorXd& z) {
     int info = -1;
@@ -182,8 +185,8 @@ LcpSolver siconos_lexicolemke(const MatrixXd& M, const VectorXd& q) {
   };
 }
 
-LcpSolver bullet_lemke(const MatrixXd& M, const VectorXd& q) {
-  auto lemke = std::make_shared<btLemkeAlgorithm>(bullet_matrix(M), bullet_vector(q));
+LcpSolver bullet_lemke(const LcpProblem& problem) {
+  auto lemke = std::make_shared<btLemkeAlgorithm>(bullet_matrix(problem.M), bullet_vector(problem.q));
   return [lemke](VectorXd& z) {
     const btVectorXu found = lemke->solve();
     // First w, then z.
@@ -196,8 +199,8 @@ LcpSolver bullet_lemke(const MatrixXd& M, const VectorXd& q) {
 
 std::vector<ContactMethod> contact_peers() {
   using namespace std::placeholders;
-  return {{"siconos_nsgs", ContactMethod::kOwnMeasure, std::bind(siconos, SICONOS_FRICTION_3D_NSGS, _1, _2, _3)},
-          {"siconos_nsn", ContactMethod::kOwnMeasure, std::bind(siconos, SICONOS_FRICTION_3D_NSN_AC, _1, _2, _3)},
+  return {{"siconos_nsgs", ContactMethod::kOwnMeasure, std::bind(siconos, SICONOS_FRICTION_3D_NSGS, _1)},
+          {"siconos_nsn", ContactMethod::kOwnMeasure, std::bind(siconos, SICONOS_FRICTION_3D_NSN_AC, _1)},
           {"bullet_pgs", ContactMethod::kOtherLaw, bullet_pgs},
           {"ode_dantzig", ContactMethod::kOtherLaw, ode_dantzig}};
 }

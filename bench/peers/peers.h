@@ -4,13 +4,16 @@
 #include <functional>
 #include <vector>
 
+#include "solvers/contact_problem.h"
+#include "solvers/lcp.h"
+
 namespace thenar {
 
 /// Solves one contact problem again and again: from the guess in f, for at most `budget` sweeps or steps, to
 /// `tolerance` in the solver's own measure. What the solver needs beside f it has prepared before.
 using ContactSolver = std::function<void(double tolerance, int budget, Eigen::VectorXd& f)>;
 
-/// A contact solver by its name.
+/// A contact solver by its name. What it prepares may refer to the problem's numbers.
 struct ContactMethod {
   const char* name;
   enum {
@@ -18,8 +21,7 @@ struct ContactMethod {
     kOwnMeasure,
     kOtherLaw
   } stops_by;  ///< The residual of residual.h; another; or never to Coulomb's law.
-  std::function<ContactSolver(const Eigen::MatrixXd& W, const Eigen::VectorXd& delta_free, const Eigen::VectorXd& mu)>
-      prepare;
+  std::function<ContactSolver(const ContactProblem& problem)> prepare;
 };
 
 /// Solves one LCP again and again; true if the solver calls it solved.
@@ -27,7 +29,7 @@ using LcpSolver = std::function<bool(Eigen::VectorXd& z)>;
 
 struct LcpMethod {
   const char* name;
-  std::function<LcpSolver(const Eigen::MatrixXd& M, const Eigen::VectorXd& q)> prepare;
+  std::function<LcpSolver(const LcpProblem& problem)> prepare;
 };
 
 /// Solvers of other projects, from Debian's packages; none unless built with -DTHENAR_PEERS=ON.

@@ -28,8 +28,8 @@ constexpr double kPatience_us = 20e3;
 /// How long a method needs to kSolvedResidual from zero. Ours stop by the residual that is judged here; peers by
 /// measures of their own, and are given the loosest tolerance of theirs that is enough, as long as they do not take for
 /// ever.
-std::optional<double> time_to_solve_us(const ContactMethod& method, const RandomContacts& p) {
-  const ContactSolver solve = method.prepare(p.W, p.delta_free, p.mu);
+std::optional<double> time_to_solve_us(const ContactMethod& method, const ContactData& p) {
+  const ContactSolver solve = method.prepare(p);
   const int budget = ample_budget(method.name);
   for (const double tolerance : tolerances_to_solve(method)) {
     VectorXd f(3 * p.contacts());
@@ -87,7 +87,7 @@ void add_shares(ordered_json& part, bool quick) {
   for (const ContactFamily& family : kContactFamilies) {
     std::vector<std::vector<double>> us(methods.size());
     for (std::uint64_t seed = 0; seed < problems; ++seed) {
-      const RandomContacts p = family.make(seed);
+      const ContactData p = family.make(seed);
       for (std::size_t k = 0; k < methods.size(); ++k) {
         const std::size_t m = (seed + k) % methods.size();
         if (const auto time = time_to_solve_us(methods[m], p)) us[m].push_back(*time);
@@ -106,14 +106,14 @@ void add_shares(ordered_json& part, bool quick) {
   }
 }
 
-/// Judges one of ours, solve(f, delta), by the residual of its forces. That there is no solution it has proved.
+/// Judges one of ours, solve(solution), by the residual of its forces. That there is no solution it has proved.
 template <typename Solve>
-void judge(const RandomContacts& p, double tolerance, const Solve& solve, Verdicts& verdicts) {
+void judge(const ContactData& p, double tolerance, const Solve& solve, Verdicts& verdicts) {
   VectorXd f(3 * p.contacts()), delta(f.size());
   SolveReport report;
   const double us = warm_time_us([&] {
     f.setZero();
-    report = solve(f, delta);
+    report = solve({f, delta});
   });
   if (report.status == SolveStatus::kConverged) {
     const double residual = residual_of(p, f);
@@ -145,17 +145,13 @@ void add_verdicts(ordered_json& part, bool quick) {
   for (const ContactFamily& family : kContactFamilies) {
     Verdicts gauss_seidel, newton;
     for (std::uint64_t i = 0; i < problems; ++i) {
-      const RandomContacts p = family.make(kFresh + i);
+      const ContactData p = family.make(kFresh + i);
       judge(
           p, GaussSeidelSettings{}.tolerance,
-          [&](VectorXd& f, VectorXd& delta) { return solve_contacts(p.W, p.delta_free, p.mu, {}, sweeps, f, delta); },
-          gauss_seidel);
+          [&](ContactSolution solution) { return solve_contacts(p, {}, sweeps, solution); }, gauss_seidel);
       judge(
           p, AccurateSettings{}.tolerance,
-          [&](VectorXd& f, VectorXd& delta) {
-            return solve_contacts_accurately(p.W, p.delta_free, p.mu, {}, accurate, f, delta).solve;
-          },
-          newton);
+          [&](ContactSolution solution) { return solve_contacts_accurately(p, {}, accurate, solution).solve; }, newton);
     }
     const std::vector<ContactMethod> names = our_contact_methods();
     for (const auto& [name, verdicts] : {std::pair{names[0].name, &gauss_seidel}, {names[2].name, &newton}}) {

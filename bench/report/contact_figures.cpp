@@ -21,14 +21,16 @@ namespace thenar {
 namespace {
 
 using Eigen::Index;
-using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using nlohmann::ordered_json;
 
-struct Problem {
-  MatrixXd W;
-  VectorXd delta_free, mu, f_start, f_exact;
+/// A problem, where warm solves start, and its accurate forces; of a scene in factors, too.
+struct Known {
+  ContactData problem;
+  VectorXd f_start, f_exact;
   std::optional<FactoredContacts> factors;
+
+  [[nodiscard]] GroupedContactProblem grouped() const { return factors->problem(problem.delta_free, problem.mu); }
 
   [[nodiscard]] double force_error(const VectorXd& f) const {
     return f.allFinite() ? (f - f_exact).norm() / f_exact.norm() : std::numeric_limits<double>::quiet_NaN();
@@ -37,19 +39,19 @@ struct Problem {
 
 struct Case {
   std::string name;
-  std::vector<Problem> problems;
+  std::vector<Known> problems;
   bool warm;
 };
 
 // --- Problems ------------------------------------------------------------------------------------------------------
 
 /// Fills in f_exact. Throws where there is no reference.
-void solve_exactly(Problem& p) {
-  p.f_exact.setZero(p.delta_free.size());
-  VectorXd delta(p.delta_free.size());
-  AccurateWorkspace work(p.mu.size());
-  (void)solve_contacts_accurately(p.W, p.delta_free, p.mu, {.tolerance = 1e-13}, work, p.f_exact, delta);
-  if (!(residual_of(p, p.f_exact) <= 1e-10)) throw std::runtime_error("a problem without accurate forces");
+void solve_exactly(Known& p) {
+  p.f_exact.setZero(p.problem.delta_free.size());
+  VectorXd delta(p.f_exact.size());
+  AccurateWorkspace work(p.problem.contacts());
+  (void)solve_contacts_accurately(p.problem, {.tolerance = 1e-13}, work, {p.f_exact, delta});
+  if (!(residual_of(p.problem, p.f_exact) <= 1e-10)) throw std::runtime_error("a problem without accurate forces");
 }
 
 Case scene_case(const std::string& name, const std::string& scene, const std::vector<std::string>& changes,
@@ -57,7 +59,7 @@ Case scene_case(const std::string& name, const std::string& scene, const std::ve
   Case c{name, {}, false};
   for (const SceneContacts& recorded : scene_problems(scene, changes, moments).contacts) {
     const ContactFile& file = recorded.file;
-    c.problems.push_back({file.W, file.delta_free.front(), file.mu, file.f_last, {}, recorded.factors});
+    c.problems.push_back({{file.W, file.delta_free.front(), file.mu}, file.f_last, {}, recorded.factors});
     solve_exactly(c.problems.back());
   }
   return c;
@@ -68,9 +70,9 @@ Case pressed_case(int count) {
   Case c{"random, 60 pressed", {}, false};
   for (int seed = 0; seed < count; ++seed) {
     Random random(static_cast<std::uint64_t>(seed));
-    RandomContacts p = families::grasp({.pulp_radius_m = 0.05, .depth_m = 2e-3}, random);
+    ContactData p = families::grasp({.pulp_radius_m = 0.05, .depth_m = 2e-3}, random);
     p.mu.setConstant(0.7);
-    c.problems.push_back({p.W, p.delta_free, p.mu, VectorXd::Zero(p.delta_free.size()), {}, {}});
+    c.problems.push_back({p, VectorXd::Zero(p.delta_free.size()), {}, {}});
     solve_exactly(c.problems.back());
   }
   return c;
@@ -102,7 +104,7 @@ struct Setting {
 struct Method {
   std::string name;
   bool peer, published;
-  std::function<ContactSolver(const Problem&)> prepare;
+  std::function<ContactSolver(const Known&)> prepare;
   std::vector<Setting> settings;
 };
 
@@ -125,11 +127,11 @@ std::vector<Setting> budgets(std::initializer_list<int> values) {
 /// Of a scene, W is in factors: each method of ours that needs it as one matrix forms it in every call.
 std::vector<Method> methods_for(bool factored) {
   const auto of_matrix = [factored](const ContactMethod& method) {
-    return [method, factored](const Problem& p) {
-      return factored ? forming_w(method, *p.factors, p.delta_free, p.mu) : method.prepare(p.W, p.delta_free, p.mu);
+    return [method, factored](const Known& p) {
+      return factored ? forming_w(method, p.grouped()) : method.prepare(p.problem);
     };
   };
-  const auto factors = [](const Problem& p) { return in_factors(*p.factors, p.delta_free, p.mu); };
+  const auto factors = [](const Known& p) { return in_factors(p.grouped()); };
   const std::vector<ContactMethod> ours = our_contact_methods();
   const auto all = tolerances({1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-10, 1e-12});
   const auto few = tolerances({1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-10});
@@ -152,7 +154,7 @@ std::vector<Method> methods_for(bool factored) {
       {"Newton after 20 sweeps", false, false, of_matrix(newton_after_sweeps("", 20)), tolerances({1e-6, 1e-12})});
   for (const ContactMethod& peer : contact_peers()) {
     const std::string name = peer.name;
-    methods.push_back({name, true, false, [peer](const Problem& p) { return peer.prepare(p.W, p.delta_free, p.mu); },
+    methods.push_back({name, true, false, [peer](const Known& p) { return peer.prepare(p.problem); },
                        name == "ode_dantzig"  ? std::vector<Setting>{{"", kNever, 1}}
                        : name == "bullet_pgs" ? budgets({3, 10, 30, 100, 300})
                                               : tolerances({1e-2, 1e-4, 1e-6, 1e-8})});
@@ -175,22 +177,22 @@ Measured measure(const Case& c, int turns) {
   const std::vector<Method> methods = methods_for(c.problems.front().factors.has_value());
   for (const Method& method : methods) {
     auto solvers = std::make_shared<std::vector<ContactSolver>>();
-    for (const Problem& p : c.problems) solvers->push_back(method.prepare(p));
+    for (const Known& p : c.problems) solvers->push_back(method.prepare(p));
     for (const Setting& setting : method.settings) {
       auto f = std::make_shared<VectorXd>();
       const auto solve = [=, &c](std::size_t i) {
-        const Problem& p = c.problems[i];
+        const Known& p = c.problems[i];
         if (c.warm) {
           *f = p.f_start;
         } else {
-          f->setZero(p.delta_free.size());
+          f->setZero(p.f_start.size());
         }
         (*solvers)[i](setting.tolerance, setting.budget, *f);
       };
       double residual = 0.0, force_error = 0.0;
       for (std::size_t i = 0; i < c.problems.size(); ++i) {
         solve(i);
-        residual = worse(residual, residual_of(c.problems[i], *f));
+        residual = worse(residual, residual_of(c.problems[i].problem, *f));
         force_error = worse(force_error, c.problems[i].force_error(*f));
       }
       WorkPoint point{.method = method.name,

@@ -20,37 +20,36 @@ namespace thenar {
 namespace {
 
 using Eigen::Index;
-using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using nlohmann::ordered_json;
 
-struct Problem {
+/// A problem in factors, too.
+struct Factored {
   FactoredContacts factors;
-  MatrixXd W;
-  VectorXd delta_free, mu;
+  ContactData problem;
+
+  [[nodiscard]] GroupedContactProblem grouped() const { return factors.problem(problem.delta_free, problem.mu); }
 };
 
 struct Method {
   std::string name;
   bool peer;
   std::vector<double> tolerances;
-  std::function<ContactSolver(const Problem&)> prepare;
+  std::function<ContactSolver(const Factored&)> prepare;
 };
 
 std::vector<Method> all_methods() {
   std::vector<Method> methods;
-  methods.push_back({kInFactors, false, {kSolvedResidual}, [](const Problem& p) {
-                       return in_factors(p.factors, p.delta_free, p.mu);
-                     }});
+  methods.push_back({kInFactors, false, {kSolvedResidual}, [](const Factored& p) { return in_factors(p.grouped()); }});
   for (const ContactMethod& method : our_contact_methods()) {
-    methods.push_back({method.name, false, {kSolvedResidual}, [method](const Problem& p) {
-                         return forming_w(method, p.factors, p.delta_free, p.mu);
+    methods.push_back({method.name, false, {kSolvedResidual}, [method](const Factored& p) {
+                         return forming_w(method, p.grouped());
                        }});
   }
   for (const ContactMethod& peer : contact_peers()) {
     if (peer.stops_by == ContactMethod::kOtherLaw) continue;
-    methods.push_back({peer.name, true, tolerances_to_solve(peer),
-                       [peer](const Problem& p) { return peer.prepare(p.W, p.delta_free, p.mu); }});
+    methods.push_back(
+        {peer.name, true, tolerances_to_solve(peer), [peer](const Factored& p) { return peer.prepare(p.problem); }});
   }
   return methods;
 }
@@ -61,7 +60,7 @@ struct Cost {
 };
 
 /// Of each method, nothing where it does not solve them all, or is not asked any more.
-std::vector<std::optional<Cost>> costs(const std::vector<Problem>& problems, const std::vector<Method>& methods,
+std::vector<std::optional<Cost>> costs(const std::vector<Factored>& problems, const std::vector<Method>& methods,
                                        const std::vector<bool>& asked, int turns) {
   std::vector<std::optional<Cost>> all(methods.size());
   std::vector<std::function<void()>> rounds;
@@ -70,17 +69,18 @@ std::vector<std::optional<Cost>> costs(const std::vector<Problem>& problems, con
     if (!asked[m]) continue;
     std::vector<std::function<void()>> solves;
     double bytes = 0.0;
-    for (const Problem& p : problems) {
-      auto f = std::make_shared<VectorXd>(p.delta_free.size());
+    for (const Factored& p : problems) {
+      auto f = std::make_shared<VectorXd>(p.problem.delta_free.size());
       const double before = heap_bytes();
       const ContactSolver solver = methods[m].prepare(p);
       const int budget = ample_budget(methods[m].name);
-      const double given =
-          methods[m].peer ? static_cast<double>(sizeof(double)) * static_cast<double>(p.W.size()) : p.factors.bytes();
+      const double given = methods[m].peer
+                               ? static_cast<double>(sizeof(double)) * static_cast<double>(p.problem.W.size())
+                               : p.factors.bytes();
       for (const double tolerance : methods[m].tolerances) {
         f->setZero();
         solver(tolerance, budget, *f);
-        if (!(residual_of(p, *f) <= 1.001 * kSolvedResidual)) continue;
+        if (!(residual_of(p.problem, *f) <= 1.001 * kSolvedResidual)) continue;
         bytes = std::max(bytes, given + heap_bytes() - before);
         solves.emplace_back([=] {
           f->setZero();
@@ -104,32 +104,31 @@ std::vector<std::optional<Cost>> costs(const std::vector<Problem>& problems, con
 // --- Problems ------------------------------------------------------------------------------------------------------
 
 /// Three flattened pulps, all contacts pressed.
-Problem pressed(Index contacts, std::uint64_t seed) {
+Factored pressed(Index contacts, std::uint64_t seed) {
   Random random(seed);
-  Problem problem;
-  RandomContacts p =
-      families::grasp({.per_finger = contacts / 3, .pulp_radius_m = 0.05, .depth_m = 2e-3}, random, &problem.factors);
-  problem.W = std::move(p.W);
-  problem.delta_free = std::move(p.delta_free);
-  problem.mu = VectorXd::Constant(contacts, 0.7);
-  return problem;
+  Factored made;
+  made.problem =
+      families::grasp({.per_finger = contacts / 3, .pulp_radius_m = 0.05, .depth_m = 2e-3}, random, &made.factors);
+  made.problem.mu.setConstant(0.7);
+  return made;
 }
 
 /// The box grasp's on its way, of ticks with as many contacts as asked for; finer pulps for more than 60.
-std::vector<Problem> of_box_grasp(Index contacts, int count) {
-  std::vector<Problem> problems;
+std::vector<Factored> of_box_grasp(Index contacts, int count) {
+  std::vector<Factored> problems;
   for (const SceneContacts& from : scene_problems("box_grasp", changes_for(contacts), {0.6, 1.0, count}).contacts) {
     if (from.file.contacts() != contacts) continue;
-    problems.push_back({from.factors, from.file.W, from.file.delta_free.front(), from.file.mu});
+    problems.push_back({from.factors, {from.file.W, from.file.delta_free.front(), from.file.mu}});
   }
   return problems;
 }
 
 /// A contact problem of the box grasp with so many fingers: the thumb, and index and major by turns, of another moment
 /// from the fourth finger on.
-Problem with_fingers(const std::vector<SceneContacts>& recorded, std::size_t moment, Index fingers) {
-  Problem problem;
-  FactoredContacts& factors = problem.factors;
+Factored with_fingers(const std::vector<SceneContacts>& recorded, std::size_t moment, Index fingers) {
+  Factored made;
+  FactoredContacts& factors = made.factors;
+  ContactData& problem = made.problem;
   const FactoredContacts& first = recorded[moment].factors;
   factors.own_mobility = first.own_mobility;
   factors.common_mobility = first.common_mobility;
@@ -151,7 +150,7 @@ Problem with_fingers(const std::vector<SceneContacts>& recorded, std::size_t mom
     factors.begin.push_back((k + 1) * per_finger);
   }
   problem.W = factors.dense();
-  return problem;
+  return made;
 }
 
 // --- Figures -------------------------------------------------------------------------------------------------------
@@ -162,7 +161,7 @@ struct Growth {
 };
 
 Growth grow(const std::string& panel, const std::vector<Index>& sizes, int turns,
-            const std::function<std::vector<Problem>(Index)>& problems_of) {
+            const std::function<std::vector<Factored>(Index)>& problems_of) {
   constexpr double kPatience_us = 50e3;
   const std::vector<Method> methods = all_methods();
   struct Curve {
@@ -171,7 +170,7 @@ Growth grow(const std::string& panel, const std::vector<Index>& sizes, int turns
   std::vector<Curve> curves(methods.size());
   std::vector<bool> asked(methods.size(), true);
   for (const Index size : sizes) {
-    const std::vector<Problem> problems = problems_of(size);
+    const std::vector<Factored> problems = problems_of(size);
     if (problems.empty()) continue;
     const std::vector<std::optional<Cost>> all = costs(problems, methods, asked, turns);
     for (std::size_t m = 0; m < methods.size(); ++m) {
@@ -205,13 +204,13 @@ void add_figures(ordered_json& part, bool quick) {
                                quick ? std::vector<Index>{15, 30, 60, 120} : std::vector<Index>{15, 30, 60, 120, 240},
                                turns, [&](Index size) { return of_box_grasp(size, static_cast<int>(count)); });
   const Growth contacts = grow("contacts, random and all pressed", sizes, turns, [&](Index size) {
-    std::vector<Problem> problems;
+    std::vector<Factored> problems;
     for (std::uint64_t seed = 0; seed < count; ++seed) problems.push_back(pressed(size, seed));
     return problems;
   });
   const SceneProblems scene = scene_problems("box_grasp", {}, {0.6, 1.0, static_cast<int>(count) + 1});
   const Growth fingers = grow("2 to 5 fingers of 20 contacts each", {40, 60, 80, 100}, turns, [&](Index size) {
-    std::vector<Problem> problems;
+    std::vector<Factored> problems;
     for (std::size_t k = 0; k < count; ++k) problems.push_back(with_fingers(scene.contacts, k, size / 20));
     return problems;
   });

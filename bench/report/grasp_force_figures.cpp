@@ -68,15 +68,6 @@ struct Case {
   }
 };
 
-Grasp grasp_of(const GraspFile& file) {
-  Grasp grasp;
-  grasp.contacts = file.contacts;
-  grasp.wrench = file.wrench;
-  grasp.friction = file.friction;
-  grasp.internal_force_N = file.internal_force_N;
-  return grasp;
-}
-
 struct Method {
   std::string name, setting;
   bool peer, published;
@@ -141,29 +132,23 @@ VectorXd forces_of(const Grasp& grasp, const VectorXd& z) {
 }
 
 /// The problem's LCP, as our Lemke forms it; empty if it is seen to be out of reach before there is one.
-struct GraspLcp {
-  MatrixXd M;
-  VectorXd q;
-
-  explicit GraspLcp(const Grasp& grasp) {
-    GraspWorkspace work;
-    VectorXd f(3 * grasp.n());
-    (void)solve_grasp_forces_by_lemke(grasp.problem(FrictionCone::kPyramid), work, f);
-    q = work.q;
-    M = work.M.topRows(q.size());
-  }
-};
+LcpData lcp_of(const Grasp& grasp) {
+  GraspWorkspace work;
+  VectorXd f(3 * grasp.n());
+  (void)solve_grasp_forces_by_lemke(grasp.problem(FrictionCone::kPyramid), work, f);
+  return {work.M.topRows(work.q.size()), work.q};
+}
 
 Method peer_method(const LcpMethod& peer) {
   return {peer.name, "", true, false, FrictionCone::kPyramid, [peer](const Grasp& grasp) {
-            const GraspLcp lcp(grasp);
+            const LcpData lcp = lcp_of(grasp);
             if (lcp.q.size() == 0) {
               return Method::Prepared{[] {}, [] { return std::optional<VectorXd>(); }};
             }
             auto z = std::make_shared<VectorXd>(lcp.q.size());
             auto solved = std::make_shared<bool>(false);
             return Method::Prepared{
-                [=, solve = peer.prepare(lcp.M, lcp.q)] {
+                [=, solve = peer.prepare(lcp)] {
                   z->setZero();
                   *solved = solve(*z);
                 },
@@ -191,7 +176,7 @@ std::vector<Case> make_cases(bool quick) {
   for (const char* scene : {"box_grasp", "box_turn", "capsule", "mug"}) {
     Case asked{scene, {}, {}, {}}, little{std::string(scene) + ", little friction", {}, {}, {}};
     for (const GraspFile& file : scene_problems(scene, {}, {0.4, 1.2, count}).grasps) {
-      Grasp grasp = grasp_of(file);
+      Grasp grasp{file};
       asked.add(grasp);
       grasp.friction = kMoreFriction * explain_infeasible_grasp(grasp.problem(FrictionCone::kExact)).least_friction;
       little.add(grasp);
@@ -332,9 +317,9 @@ void add_verdicts(ordered_json& part, bool quick) {
         const auto proved = judge(grasp, ours[m], here[m]);
         if (ours[m].cone == FrictionCone::kPyramid && !known) known = proved;
       }
-      const GraspLcp lcp(grasp);
+      const LcpData lcp = lcp_of(grasp);
       if (lcp.q.size() == 0 || !known) continue;
-      for (std::size_t p = 0; p < peers.size(); ++p) judge_lcp(peers[p], lcp.M, lcp.q, *known, here[ours.size() + p]);
+      for (std::size_t p = 0; p < peers.size(); ++p) judge_lcp(peers[p], lcp, *known, here[ours.size() + p]);
     }
     for (std::size_t m = 0; m < rows.size(); ++m) rows[m].add(family.name, here[m]);
   }

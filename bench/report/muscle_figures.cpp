@@ -31,7 +31,7 @@ constexpr double kProved = 1e-6;  // Error below which an answer counts as right
 /// A problem with its proved optimum, and how far the proof leaves it open, as a share of the forces: no error is told
 /// more closely.
 struct Solvable {
-  MuscleProblem problem;
+  MuscleData problem;
   VectorXd optimum;
   double open;
 
@@ -48,26 +48,26 @@ struct Case {
   std::vector<Solvable> problems;
 
   /// Takes a problem that has an answer.
-  void add(const MuscleProblem& problem) {
+  void add(const MuscleData& problem) {
     VectorXd f(problem.H.cols());
-    const MuscleReport report = solve_muscle_forces(problem.H, problem.tau_Nm, f);
+    const MuscleReport report = solve_muscle_forces(problem, f);
     if (report.status == MuscleStatus::kOptimal) problems.push_back({problem, f, report.residual});
   }
 };
 
 /// A hand of so many fingers: one thumb of 4 joints x 8 muscles, fingers of 4 x 7, and an extensor common to these.
 /// Torques are those that muscles pulling at random give.
-MuscleProblem repeated_hand(Index fingers, Random& random) {
+MuscleData repeated_hand(Index fingers, Random& random) {
   const MatrixXd known = muscle_families::moment_arms(random);
   constexpr Index kThumb = 8, kOwn = 7, kCommon = 15;  // Columns of the known hand: its common extensor is the 16th.
   const Index muscles = kThumb + kOwn * (fingers - 1) + 1;
-  MuscleProblem problem{MatrixXd::Zero(4 * fingers, muscles), VectorXd::Zero(4 * fingers)};
+  MuscleData problem{MatrixXd::Zero(4 * fingers, muscles), VectorXd::Zero(4 * fingers)};
   problem.H.topLeftCorner<4, kThumb>() = known.topLeftCorner<4, kThumb>();
   for (Index k = 1; k < fingers; ++k) {
     problem.H.block<4, kOwn>(4 * k, kThumb + kOwn * (k - 1)) = known.block<4, kOwn>(4, kThumb);
     problem.H.block<4, 1>(4 * k, muscles - 1) = known.block<4, 1>(4, kCommon);
   }
-  for (Index j = 0; j < muscles; ++j) problem.tau_Nm += random.uniform(0.0, 30.0) * problem.H.col(j);
+  for (Index j = 0; j < muscles; ++j) problem.tau += random.uniform(0.0, 30.0) * problem.H.col(j);
   return problem;
 }
 
@@ -76,7 +76,7 @@ std::vector<Case> make_cases(bool quick) {
   std::vector<Case> cases;
   for (const char* scene : {"box_grasp", "box_turn", "capsule", "mug"}) {
     Case& c = cases.emplace_back(Case{scene, {}});
-    for (const MuscleFile& file : scene_problems(scene, {}, {0.4, 1.2, count}).muscles) c.add({file.H, file.tau});
+    for (const MuscleFile& file : scene_problems(scene, {}, {0.4, 1.2, count}).muscles) c.add(file);
   }
   for (const MuscleFamily& family : kMuscleFamilies) {
     if (family.name != "muscles_held" && family.name != "muscles_few") continue;
@@ -109,12 +109,11 @@ struct Ours {
 };
 
 std::vector<Ours> our_solvers(Index joints, Index muscles) {
-  return {
-      {"active set", true, [](const MuscleProblem& p, VectorXd& f) { return solve_muscle_forces(p.H, p.tau_Nm, f); }},
-      {"Lemke", false,
-       [work = std::make_shared<MuscleWorkspace>(joints, muscles)](const MuscleProblem& p, VectorXd& f) {
-         return solve_muscle_forces_by_lemke(p.H, p.tau_Nm, *work, f);
-       }}};
+  return {{"active set", true, [](const MuscleProblem& p, VectorXd& f) { return solve_muscle_forces(p, f); }},
+          {"Lemke", false,
+           [work = std::make_shared<MuscleWorkspace>(joints, muscles)](const MuscleProblem& p, VectorXd& f) {
+             return solve_muscle_forces_by_lemke(p, *work, f);
+           }}};
 }
 
 Method method_of(const Ours& ours) {
@@ -122,29 +121,23 @@ Method method_of(const Ours& ours) {
             auto f = std::make_shared<VectorXd>(p.H.cols());
             auto report = std::make_shared<MuscleReport>();
             return Prepared{
-                [=, &p] { *report = solve(p, *f); },
+                [=] { *report = solve(p, *f); },
                 [=] { return report->status == MuscleStatus::kOptimal ? std::optional<VectorXd>(*f) : std::nullopt; }};
           }};
 }
 
 /// The LCP of eq. (23): 0 <= f = pi z + H^+ tau _|_ z >= 0.
-struct MuscleLcp {
-  MatrixXd M;
-  VectorXd q;
-
-  explicit MuscleLcp(const MuscleProblem& p) {
-    const Eigen::CompleteOrthogonalDecomposition<MatrixXd> H(p.H);
-    M = MatrixXd::Identity(p.H.cols(), p.H.cols()) - H.pseudoInverse() * p.H;
-    q = H.solve(p.tau_Nm);
-  }
-};
+LcpData lcp_of(const MuscleProblem& p) {
+  const Eigen::CompleteOrthogonalDecomposition<MatrixXd> H(p.H);
+  return {MatrixXd::Identity(p.H.cols(), p.H.cols()) - H.pseudoInverse() * p.H, H.solve(p.tau)};
+}
 
 Method peer_method(const LcpMethod& peer) {
   return {peer.name, false, true, false, [peer](const MuscleProblem& p) {
-            const auto lcp = std::make_shared<MuscleLcp>(p);
+            const auto lcp = std::make_shared<LcpData>(lcp_of(p));
             auto z = std::make_shared<VectorXd>(lcp->q.size());
             auto solved = std::make_shared<bool>(false);
-            return Prepared{[=, solve = peer.prepare(lcp->M, lcp->q)] {
+            return Prepared{[=, solve = peer.prepare(*lcp)] {
                               z->setZero();
                               *solved = solve(*z);
                             },
@@ -215,8 +208,8 @@ std::optional<bool> judge(const MuscleProblem& p, const Solver& solve, Verdicts&
   }
   const bool found = report.status == MuscleStatus::kOptimal;
   // Of a proof that there are none what it leaves open is a share that must be below 1.
-  const double error = found ? muscle_kkt_error(p.H, p.tau_Nm, report.multiplier, f) : 0.0;
-  const bool right = found ? error <= kProved : muscle_infeasibility_gap(p.H, p.tau_Nm, report.multiplier) < 1.0;
+  const double error = found ? muscle_kkt_error(p, report.multiplier, f) : 0.0;
+  const bool right = found ? error <= kProved : muscle_infeasibility_gap(p, report.multiplier) < 1.0;
   verdicts.add(found ? Claim::kSolved : Claim::kNoSolution, right, error, us);
   return right ? std::optional<bool>(found) : std::nullopt;
 }
@@ -231,15 +224,15 @@ void add_verdicts(ordered_json& part, bool quick) {
   for (const MuscleFamily& family : kMuscleFamilies) {
     std::vector<Verdicts> here(rows.size());
     for (int i = 0; i < count; ++i) {
-      const MuscleProblem p = family.problem(kFresh + static_cast<std::uint64_t>(i));
+      const MuscleData p = family.problem(kFresh + static_cast<std::uint64_t>(i));
       std::optional<bool> known;
       for (std::size_t m = 0; m < ours.size(); ++m) {
         const auto proved = judge(p, ours[m].solve, here[m]);
         if (!known) known = proved;
       }
-      const MuscleLcp lcp(p);
-      if (!known || (p.H * lcp.q - p.tau_Nm).norm() > 1e-9 * p.tau_Nm.norm()) continue;
-      for (std::size_t k = 0; k < peers.size(); ++k) judge_lcp(peers[k], lcp.M, lcp.q, *known, here[ours.size() + k]);
+      const LcpData lcp = lcp_of(p);
+      if (!known || (p.H * lcp.q - p.tau).norm() > 1e-9 * p.tau.norm()) continue;
+      for (std::size_t k = 0; k < peers.size(); ++k) judge_lcp(peers[k], lcp, *known, here[ours.size() + k]);
     }
     for (std::size_t m = 0; m < rows.size(); ++m) rows[m].add(family.name, here[m]);
   }

@@ -158,9 +158,9 @@ SmallProblems solve_small_problems(int rounds) {
       MuscleWorkspace work(file.H.rows(), file.H.cols());
       VectorXd f(file.H.cols());
       MuscleReport report;
-      const auto error = [&] { return muscle_kkt_error(file.H, file.tau, report.multiplier, f); };
-      all.muscles_by_lemke.add([&] { report = solve_muscle_forces_by_lemke(file.H, file.tau, work, f); }, error);
-      all.muscles.add([&] { report = solve_muscle_forces(file.H, file.tau, f); }, error);
+      const auto error = [&] { return muscle_kkt_error(file, report.multiplier, f); };
+      all.muscles_by_lemke.add([&] { report = solve_muscle_forces_by_lemke(file, work, f); }, error);
+      all.muscles.add([&] { report = solve_muscle_forces(file, f); }, error);
     }
   }
   return all;

@@ -8,11 +8,11 @@
 #include <numeric>
 #include <vector>
 
+#include "bench/cases/factored_contacts.h"
 #include "bench/cases/random.h"
 #include "bench/report/figure.h"
 #include "bench/report/measure.h"
 #include "engine/scenes/pressed_pulp.h"
-#include "solvers/grouped_delassus.h"
 
 namespace thenar {
 namespace {
@@ -59,18 +59,17 @@ class PressedSolve {
  public:
   PressedSolve(const Pulp& pulp, const Vector3d& n, double depth_m, const PressedPulp& pressed,
                bool with_cerruti = true)
-      : contacts_(std::ssize(pressed.controls)),
-        begin_{0, contacts_},
-        compliance_{compliance_of(pulp, n, pressed.controls, with_cerruti)},
-        axes_(Matrix3d::Identity().replicate(contacts_, 1)),
-        J_own_(GroupedDelassus::OwnJacobian::Zero(3 * contacts_, GroupedDelassus::kOwn)),
-        J_common_(GroupedDelassus::CommonJacobian::Zero(3 * contacts_, GroupedDelassus::kPadded)),
-        delta_free_(3 * contacts_),
-        f_(3 * contacts_),
-        delta_(3 * contacts_),
-        mu_(VectorXd::Constant(contacts_, 0.8)),
-        work_(contacts_, 1) {
-    for (Index j = 0; j < contacts_; ++j) {
+      : delta_free_(3 * std::ssize(pressed.controls)),
+        f_(delta_free_.size()),
+        delta_(delta_free_.size()),
+        mu_(VectorXd::Constant(std::ssize(pressed.controls), 0.8)),
+        work_(mu_.size(), 1) {
+    W_.begin.push_back(mu_.size());
+    W_.J_own.setZero(f_.size(), GroupedDelassus::kOwn);
+    W_.J_common.setZero(f_.size(), GroupedDelassus::kPadded);
+    W_.compliance = {compliance_of(pulp, n, pressed.controls, with_cerruti)};
+    W_.axes = Matrix3d::Identity().replicate(mu_.size(), 1);
+    for (Index j = 0; j < mu_.size(); ++j) {
       const double height_m = n.dot(pulp.control_points_m.col(pressed.controls[j]));
       delta_free_.segment<3>(3 * j) << kRadius_m - depth_m - height_m, 50e-6, 0.0;
     }
@@ -78,25 +77,15 @@ class PressedSolve {
 
   /// Of a cold solve to 1e-6.
   double us() {
-    const GroupedDelassus W{.begin = begin_,
-                            .J_own = J_own_,
-                            .J_common = J_common_,
-                            .own_mobility = 0.0,
-                            .common_mobility = GroupedDelassus::CommonMotion::Zero(),
-                            .compliance = compliance_,
-                            .axes = axes_};
+    const GroupedContactProblem problem = W_.problem(delta_free_, mu_);
     f_.setZero();
-    return time_us(
-        [&] { (void)solve_contacts(W, delta_free_, mu_, {.tolerance = 1e-6, .max_sweeps = 3000}, work_, f_, delta_); });
+    return time_us([&] {
+      (void)solve_contacts(problem, {.tolerance = 1e-6, .max_sweeps = 3000}, work_, {f_, delta_});
+    });
   }
 
  private:
-  Index contacts_;
-  std::vector<Index> begin_;
-  std::vector<SurfaceCompliance> compliance_;
-  GroupedDelassus::Axes axes_;
-  GroupedDelassus::OwnJacobian J_own_;
-  GroupedDelassus::CommonJacobian J_common_;
+  FactoredContacts W_;
   VectorXd delta_free_, f_, delta_, mu_;
   GroupedWorkspace work_;
 };

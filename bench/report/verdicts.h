@@ -63,11 +63,10 @@ inline constexpr std::array kVerdictColumns{"said solved", "said none",   "no an
 
 /// Judges another project's solver by an LCP of which we know whether there is a solution: right is the same word, and
 /// a solution to 1e-6 of q.
-inline void judge_lcp(const LcpMethod& peer, const Eigen::MatrixXd& M, const Eigen::VectorXd& q, bool solvable,
-                      Verdicts& verdicts) {
+inline void judge_lcp(const LcpMethod& peer, const LcpProblem& problem, bool solvable, Verdicts& verdicts) {
   constexpr double kRight = 1e-6;
-  const LcpSolver solve = peer.prepare(M, q);
-  Eigen::VectorXd z(q.size());
+  const LcpSolver solve = peer.prepare(problem);
+  Eigen::VectorXd z(problem.q.size());
   bool claimed = false;
   const double us = warm_time_us([&] {
     z.setZero();
@@ -75,8 +74,8 @@ inline void judge_lcp(const LcpMethod& peer, const Eigen::MatrixXd& M, const Eig
   });
   double error = 0.0;
   if (claimed) {
-    const double scale = std::max(1e-300, q.cwiseAbs().maxCoeff());
-    error = z.allFinite() ? (M * z + q).cwiseMin(z).cwiseAbs().maxCoeff() / scale : 1.0;
+    const double scale = std::max(1e-300, problem.q.cwiseAbs().maxCoeff());
+    error = z.allFinite() ? (problem.M * z + problem.q).cwiseMin(z).cwiseAbs().maxCoeff() / scale : 1.0;
   }
   verdicts.add(claimed ? Claim::kSolved : Claim::kNoSolution, claimed == solvable && error <= kRight, error, us);
 }

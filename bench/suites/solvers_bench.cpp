@@ -11,17 +11,14 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "bench/cases/grasp_families.h"
 #include "bench/cases/recorded.h"
 #include "bench/methods/contact_methods.h"
-#include "solvers/lcp.h"
 #include "solvers/residual.h"
 
 namespace thenar {
 namespace {
 
 using Eigen::Index;
-using Eigen::MatrixXd;
 using Eigen::VectorXd;
 namespace fs = std::filesystem;
 
@@ -32,8 +29,8 @@ constexpr int kMaxSweeps = 2000;
 // --- Contact forces ------------------------------------------------------------------------------------------------
 
 struct ContactCase {
-  MatrixXd W;
-  VectorXd delta_free, mu, f_start;
+  ContactData problem;
+  VectorXd f_start;
 };
 
 /// The method's residual on each case, computed here; infinity where it has none.
@@ -45,7 +42,7 @@ void judge_contacts(const std::vector<ContactCase>& cases, const std::vector<Con
     const ContactCase& c = cases[i];
     VectorXd f = c.f_start;
     solvers[i](kTolerance, kMaxSweeps, f);
-    const Residual residual = natural_map(c.W, c.delta_free, c.mu, f, c.W * f + c.delta_free);
+    const Residual residual = natural_map(c.problem, f, c.problem.W * f + c.problem.delta_free);
     solved += residual.norm <= 1.001 * kTolerance ? 1 : 0;
     if (residual.norm > 1.001 * kTolerance) continue;
     worst = std::max(worst, residual.norm);
@@ -59,7 +56,7 @@ void judge_contacts(const std::vector<ContactCase>& cases, const std::vector<Con
 
 void run_contacts(benchmark::State& bench, const std::vector<ContactCase>& cases, const ContactMethod& method) {
   std::vector<ContactSolver> solvers;
-  for (const ContactCase& c : cases) solvers.push_back(method.prepare(c.W, c.delta_free, c.mu));
+  for (const ContactCase& c : cases) solvers.push_back(method.prepare(c.problem));
   VectorXd f;
   std::size_t i = 0;
   for (auto _ : bench) {
@@ -85,8 +82,8 @@ void register_contacts() {
   for (const Index contacts : {15, 30, 60}) {
     auto cold = std::make_shared<std::vector<ContactCase>>(), warm = std::make_shared<std::vector<ContactCase>>();
     for (const ContactFile& p : recorded_run(contacts).contacts) {
-      cold->push_back({p.W, p.delta_free.front(), p.mu, VectorXd::Zero(p.f_last.size())});
-      warm->push_back({p.W, p.delta_free.front(), p.mu, p.f_last});
+      cold->push_back({{p.W, p.delta_free.front(), p.mu}, VectorXd::Zero(p.f_last.size())});
+      warm->push_back({{p.W, p.delta_free.front(), p.mu}, p.f_last});
     }
     register_contacts("recorded_" + std::to_string(contacts), "cold", cold);
     register_contacts("recorded_" + std::to_string(contacts), "warm", warm);
@@ -97,15 +94,15 @@ void register_contacts() {
 /// forces.
 void register_contact_file(const ContactFile& p) {
   auto cold = std::make_shared<std::vector<ContactCase>>();
-  cold->push_back({p.W, p.delta_free.front(), p.mu, VectorXd::Zero(3 * p.contacts())});
+  cold->push_back({{p.W, p.delta_free.front(), p.mu}, VectorXd::Zero(3 * p.contacts())});
   register_contacts(p.name, "cold", cold);
   if (p.delta_free.size() < 2) return;
   auto warm = std::make_shared<std::vector<ContactCase>>();
   AccurateWorkspace work(p.contacts());
   VectorXd f = VectorXd::Zero(3 * p.contacts()), delta(f.size());
-  for (const VectorXd& delta_free : p.delta_free) {
-    if (&delta_free != &p.delta_free.front()) warm->push_back({p.W, delta_free, p.mu, f});
-    (void)solve_contacts_accurately(p.W, delta_free, p.mu, {}, work, f, delta);
+  for (std::size_t step = 0; step < p.delta_free.size(); ++step) {
+    if (step > 0) warm->push_back({{p.W, p.delta_free[step], p.mu}, f});
+    (void)solve_contacts_accurately(p.problem(step), {}, work, {f, delta});
   }
   register_contacts(p.name, "warm", warm);
 }
@@ -122,7 +119,7 @@ constexpr std::array kGraspMethods{GraspMethod{"active_set", FrictionCone::kPyra
                                    GraspMethod{"lemke", FrictionCone::kPyramid, true},
                                    GraspMethod{"exact_cone", FrictionCone::kExact, false}};
 
-void run_grasps(benchmark::State& bench, const std::vector<Grasp>& grasps, const GraspMethod& method) {
+void run_grasps(benchmark::State& bench, const std::vector<GraspData>& grasps, const GraspMethod& method) {
   GraspWorkspace work;
   VectorXd f(3 * kMaxGraspContacts);
   const auto solve = [&](const GraspProblem& problem) {
@@ -138,13 +135,13 @@ void run_grasps(benchmark::State& bench, const std::vector<Grasp>& grasps, const
   }
   int infeasible = 0, unanswered = 0;
   double worst = 0.0;
-  for (const Grasp& grasp : grasps) {
+  for (const GraspData& grasp : grasps) {
     const GraspProblem problem = grasp.problem(method.cone);
     const GraspReport report = solve(problem);
     infeasible += report.status == GraspStatus::kInfeasible ? 1 : 0;
     unanswered += report.status == GraspStatus::kBudgetSpent ? 1 : 0;
     if (report.status != GraspStatus::kOptimal) continue;
-    worst = std::max(worst, grasp_kkt_error(problem, report.multiplier, f.head(3 * grasp.n())));
+    worst = std::max(worst, grasp_kkt_error(problem, report.multiplier, f.head(3 * std::ssize(grasp.contacts))));
   }
   bench.counters["infeasible_percent"] = 100.0 * infeasible / static_cast<double>(grasps.size());
   bench.counters["unanswered_percent"] = 100.0 * unanswered / static_cast<double>(grasps.size());
@@ -152,7 +149,7 @@ void run_grasps(benchmark::State& bench, const std::vector<Grasp>& grasps, const
   bench.counters["published_us"] = kPublishedGraspLcp_us;
 }
 
-void register_grasps(const std::string& problems, const std::shared_ptr<std::vector<Grasp>>& grasps) {
+void register_grasps(const std::string& problems, const std::shared_ptr<std::vector<GraspData>>& grasps) {
   for (const GraspMethod& method : kGraspMethods) {
     const std::string name = "grasp/" + problems + "/" + method.name + "/cold";
     benchmark::RegisterBenchmark(name.c_str(), [=](benchmark::State& bench) {
@@ -161,21 +158,12 @@ void register_grasps(const std::string& problems, const std::shared_ptr<std::vec
   }
 }
 
-Grasp grasp_of(const GraspFile& file) {
-  Grasp grasp;
-  grasp.contacts = file.contacts;
-  grasp.wrench = file.wrench;
-  grasp.friction = file.friction;
-  grasp.internal_force_N = file.internal_force_N;
-  return grasp;
-}
-
 void register_grasps() {
   // With the scene's friction no constraint is active; with less the methods have to work.
   for (const double friction : {0.55, 0.2}) {
-    auto grasps = std::make_shared<std::vector<Grasp>>();
+    auto grasps = std::make_shared<std::vector<GraspData>>();
     for (const GraspFile& file : recorded_run(60).grasps) {
-      grasps->push_back(grasp_of(file));
+      grasps->push_back(file);
       grasps->back().friction = friction;
     }
     register_grasps("recorded_friction_" + std::to_string(std::lround(100.0 * friction)), grasps);
@@ -184,12 +172,12 @@ void register_grasps() {
 
 // --- Muscle forces -------------------------------------------------------------------------------------------------
 
-void run_muscles(benchmark::State& bench, const std::vector<MuscleProblem>& problems, bool lemke) {
+void run_muscles(benchmark::State& bench, const std::vector<MuscleData>& problems, bool lemke) {
   const Index joints = problems.front().H.rows(), muscles = problems.front().H.cols();
   MuscleWorkspace work(joints, muscles);
   VectorXd f(muscles);
   const auto solve = [&](const MuscleProblem& p) {
-    return lemke ? solve_muscle_forces_by_lemke(p.H, p.tau_Nm, work, f) : solve_muscle_forces(p.H, p.tau_Nm, f);
+    return lemke ? solve_muscle_forces_by_lemke(p, work, f) : solve_muscle_forces(p, f);
   };
   std::size_t i = 0;
   for (auto _ : bench) {
@@ -200,19 +188,19 @@ void run_muscles(benchmark::State& bench, const std::vector<MuscleProblem>& prob
   }
   int infeasible = 0, unanswered = 0;
   double worst = 0.0;
-  for (const MuscleProblem& p : problems) {
+  for (const MuscleData& p : problems) {
     const MuscleReport report = solve(p);
     infeasible += report.status == MuscleStatus::kInfeasible ? 1 : 0;
     unanswered += report.status == MuscleStatus::kBudgetSpent ? 1 : 0;
     if (report.status != MuscleStatus::kOptimal) continue;
-    worst = std::max(worst, muscle_kkt_error(p.H, p.tau_Nm, report.multiplier, f));
+    worst = std::max(worst, muscle_kkt_error(p, report.multiplier, f));
   }
   bench.counters["infeasible_percent"] = 100.0 * infeasible / static_cast<double>(problems.size());
   bench.counters["unanswered_percent"] = 100.0 * unanswered / static_cast<double>(problems.size());
   bench.counters["worst_kkt_error"] = worst;
 }
 
-void register_muscles(const std::string& name, const std::shared_ptr<std::vector<MuscleProblem>>& problems) {
+void register_muscles(const std::string& name, const std::shared_ptr<std::vector<MuscleData>>& problems) {
   const auto add = [&](const char* method, bool lemke) {
     const std::string full = "muscle/" + name + "/" + method + "/cold";
     benchmark::RegisterBenchmark(full.c_str(), [=](benchmark::State& bench) {
@@ -224,8 +212,8 @@ void register_muscles(const std::string& name, const std::shared_ptr<std::vector
 }
 
 void register_muscles() {
-  auto recorded = std::make_shared<std::vector<MuscleProblem>>();
-  for (const MuscleFile& file : recorded_run(60).muscles) recorded->push_back({file.H, file.tau});
+  auto recorded = std::make_shared<std::vector<MuscleData>>();
+  for (const MuscleFile& file : recorded_run(60).muscles) recorded->push_back(file);
   register_muscles("recorded", recorded);
 }
 
@@ -238,7 +226,7 @@ void register_lcp(const LcpFile& file) {
     VectorXd z(problem->q.size());
     LcpReport report;
     for (auto _ : bench) {
-      report = solve_lcp(problem->M, problem->q, usual_pivot_budget(problem->q.size()), work, z);
+      report = solve_lcp(*problem, usual_pivot_budget(problem->q.size()), work, z);
       benchmark::DoNotOptimize(z.data());
     }
     bench.counters["pivots"] = report.pivots;
@@ -262,11 +250,10 @@ void register_files() {
     const ProblemFile problem = read_problem(file);
     if (const auto* contacts = std::get_if<ContactFile>(&problem)) register_contact_file(*contacts);
     if (const auto* grasp = std::get_if<GraspFile>(&problem)) {
-      register_grasps(grasp->name, std::make_shared<std::vector<Grasp>>(1, grasp_of(*grasp)));
+      register_grasps(grasp->name, std::make_shared<std::vector<GraspData>>(1, *grasp));
     }
     if (const auto* muscle = std::get_if<MuscleFile>(&problem)) {
-      register_muscles(muscle->name,
-                       std::make_shared<std::vector<MuscleProblem>>(1, MuscleProblem{muscle->H, muscle->tau}));
+      register_muscles(muscle->name, std::make_shared<std::vector<MuscleData>>(1, *muscle));
     }
     if (const auto* lcp = std::get_if<LcpFile>(&problem)) register_lcp(*lcp);
   }

@@ -450,11 +450,6 @@ void add_optimum(const VectorXd& f, const VectorXd& c, const VectorXd& slack, or
 
 }  // namespace
 
-GraspProblem GraspFile::problem(FrictionCone cone) const {
-  return {
-      .contacts = contacts, .wrench = wrench, .friction = friction, .cone = cone, .internal_force_N = internal_force_N};
-}
-
 ProblemFile read_problem(const fs::path& file) {
   const bool is_contact = file.extension() == ".fcp";
   if (!is_contact && file.extension() != ".json") {

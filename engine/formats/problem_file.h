@@ -6,12 +6,14 @@
 #include <variant>
 #include <vector>
 
+#include "solvers/contact_problem.h"
 #include "solvers/grasp_forces.h"
+#include "solvers/lcp.h"
+#include "solvers/muscle_forces.h"
 
 namespace thenar {
 
-/// A frictional contact problem: forces f with gaps delta = W f + delta_free that obey Signorini and Coulomb; see
-/// solvers/gauss_seidel.h for the laws and the order of the rows.
+/// A contact problem, or a sequence of them that differ in delta_free.
 struct ContactFile {
   std::string name;
   std::string status;                       ///< Known answer: "solved" or "no_solution"; empty if the file states none.
@@ -25,39 +27,27 @@ struct ContactFile {
   Eigen::VectorXd f_last;           ///< First guess for the first step [N]; empty if the file has none.
 
   [[nodiscard]] Eigen::Index contacts() const { return mu.size(); }
+  [[nodiscard]] ContactProblem problem(std::size_t step = 0) const { return {W, delta_free[step], mu}; }
 };
 
-/// A grasp-force problem, eq. (15); see solvers/grasp_forces.h.
-struct GraspFile {
+/// A grasp-force problem; torques are about the origin of the contact points.
+struct GraspFile : GraspData {
   std::string name;
-  std::string status;                  ///< Known answer for the pyramid: "optimal" or "infeasible"; may be empty.
-  std::string status_exact_cone;       ///< The same for the exact cone.
-  std::vector<GraspContact> contacts;  ///< At most kMaxGraspContacts, axes orthonormal.
-  Vector6d wrench = Vector6d::Zero();  ///< W^d [N, N m], about the origin of the contact points.
-  double friction = 0.0;
-  double internal_force_N = 0.0;
+  std::string status;             ///< Known answer for the pyramid: "optimal" or "infeasible"; may be empty.
+  std::string status_exact_cone;  ///< The same for the exact cone.
   Eigen::VectorXd f_optimal, f_optimal_exact_cone;  ///< Known optima, 3 a contact [N]; may be empty.
-
-  /// The problem with this cone. It refers to the contacts here.
-  [[nodiscard]] GraspProblem problem(FrictionCone cone) const;
 };
 
-/// A muscle-force problem, eq. (23); see solvers/muscle_forces.h.
-struct MuscleFile {
+struct MuscleFile : MuscleData {
   std::string name;
   std::string status;         ///< Known answer: "optimal" or "infeasible"; may be empty.
-  Eigen::MatrixXd H;          ///< Joints x muscles [m].
-  Eigen::VectorXd tau;        ///< [N m].
   Eigen::VectorXd f_optimal;  ///< Known optimum [N]; may be empty.
 };
 
-/// A linear complementarity problem; see solvers/lcp.h.
-struct LcpFile {
+struct LcpFile : LcpData {
   std::string name;
   std::string status;  ///< Known answer: "solved" or "no_solution"; may be empty.
-  Eigen::MatrixXd M;
-  Eigen::VectorXd q;
-  Eigen::VectorXd z;  ///< A solution; may be empty.
+  Eigen::VectorXd z;   ///< A solution; may be empty.
 };
 
 using ProblemFile = std::variant<ContactFile, GraspFile, MuscleFile, LcpFile>;

@@ -112,15 +112,15 @@ void free_gaps_and_slips(const Model& model, const Frame& frame, const State& st
 SolveReport find_forces(const Model& model, const Frame& frame, const GroupedDelassus& W, ContactWorkspace& work) {
   const Index n = frame.size();
   const GaussSeidelSettings settings{model.scene.contact.tolerance, model.scene.contact.max_sweeps};
-  const auto delta_free = work.delta_free.head(3 * n);
-  const auto mu = work.mu.head(n);
-  auto f = work.f.head(3 * n), delta = work.delta.head(3 * n);
-  if (!work.dense) return solve_contacts(W, delta_free, mu, settings, work.solver, f, delta);
+  const GroupedContactProblem factored{W, work.delta_free.head(3 * n), work.mu.head(n)};
+  const ContactSolution solution{work.f.head(3 * n), work.delta.head(3 * n)};
+  if (!work.dense) return solve_contacts(factored, settings, work.solver, solution);
   auto dense = work.dense->W.topLeftCorner(3 * n, 3 * n);
   W.to_dense(dense);
   add_object_compliance(model, frame, work.kinematics, dense);
-  const SolveReport report = solve_contacts(dense, delta_free, mu, settings, work.dense->sweeps, f, delta);
-  find_motion(W, f, work.solver);
+  const ContactProblem problem{dense, factored.delta_free, factored.mu};
+  const SolveReport report = solve_contacts(problem, settings, work.dense->sweeps, solution);
+  find_motion(W, solution.f, work.solver);
   return report;
 }
 

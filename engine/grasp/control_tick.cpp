@@ -52,7 +52,7 @@ JointVector drive(const Model& model, const Snapshot& snapshot, Controller& cont
 JointVector muscle_torques(const Model& model, const JointVector& tau_desired, Controller& controller,
                            ControlReport& report) {
   moment_arms(model.scene.hand, controller.pose, controller.H);
-  report.muscle = solve_muscle_forces(controller.H, tau_desired, controller.f_muscle).status;
+  report.muscle = solve_muscle_forces({controller.H, tau_desired}, controller.f_muscle).status;
   JointVector tau = controller.H * controller.f_muscle;
   report.muscle_residual_Nm = (tau - tau_desired).cwiseAbs().maxCoeff();
   return tau;

@@ -6,10 +6,7 @@
 #include <tuple>
 #include <vector>
 
-#include "solvers/grasp_forces.h"
-#include "solvers/lcp.h"
 #include "solvers/orthogonal_rows.h"
-#include "solvers/residual.h"
 
 namespace thenar {
 
@@ -17,6 +14,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
+using MatrixRef = Eigen::Ref<const MatrixXd>;
 
 namespace {
 
@@ -32,7 +30,7 @@ constexpr double kNoPower = 1e-10;
 double share(double error, double scale) { return error == 0.0 ? 0.0 : error / scale; }
 
 /// rho_i delta_i of every contact [N], rho_i = 3 / tr(W_ii); zero where no force moves a contact.
-VectorXd scaled_by_rho(const MatrixXd& W, VectorXd delta) {
+VectorXd scaled_by_rho(const MatrixRef& W, VectorXd delta) {
   for (Index i = 0; i < delta.size(); i += 3) {
     const double trace = W(i, i) + W(i + 1, i + 1) + W(i + 2, i + 2);
     // Divided first: 1 / trace may overflow where the quotient does not.
@@ -43,20 +41,19 @@ VectorXd scaled_by_rho(const MatrixXd& W, VectorXd delta) {
 
 /// x >= 0 of least |B x - b|, by the LCP of its normal equations: how near it comes to the least does not matter here,
 /// only that no x comes nearer than the least.
-VectorXd nonnegative_least_squares(const MatrixXd& B, const VectorXd& b) {
+VectorXd nonnegative_least_squares(const MatrixRef& B, const VectorXd& b) {
   VectorXd x = VectorXd::Zero(B.cols());
   if (B.cols() == 0) return x;
   LcpWorkspace work(B.cols());
-  const MatrixXd M = B.transpose() * B;
-  const VectorXd q = -B.transpose() * b;
-  std::ignore = solve_lcp(M, q, usual_pivot_budget(B.cols()), work, x);
+  const LcpData normal{B.transpose() * B, -B.transpose() * b};
+  std::ignore = solve_lcp(normal, usual_pivot_budget(B.cols()), work, x);
   return x;
 }
 
 /// A^+ of a matrix with fewer rows than columns, by its singular values.
 class PseudoInverse {
  public:
-  explicit PseudoInverse(const MatrixXd& A) : rows_(A), U_(A.rows(), A.rows()) {
+  explicit PseudoInverse(const MatrixRef& A) : rows_(A), U_(A.rows(), A.rows()) {
     orthogonalize_rows(rows_, U_);
     lengths_ = rows_.rowwise().norm();
     // What rounding leaves of a row that depends on others.
@@ -86,26 +83,25 @@ class PseudoInverse {
 
 }  // namespace
 
-Residual contact_residual(const ContactFile& problem, Index step, const VectorXd& f) {
-  const VectorXd& delta_free = problem.delta_free[static_cast<std::size_t>(step)];
-  const VectorXd delta = problem.W * f + delta_free;
+Residual contact_residual(const ContactProblem& problem, const VectorXd& f) {
+  const VectorXd delta = problem.W * f + problem.delta_free;
   const VectorXd pulled = scaled_by_rho(problem.W, delta);
-  VectorXd errors(problem.contacts());
-  const double touching = touching_m(delta_free);
+  VectorXd errors(problem.mu.size());
+  const double touching = touching_m(problem.delta_free);
   for (Index i = 0; i < errors.size(); ++i) {
     // As the solvers tell it: no force opens this contact.
-    if (problem.W(3 * i, 3 * i) == 0.0 && delta_free[3 * i] < -touching) return {kInfinite, kInfinite};
+    if (problem.W(3 * i, 3 * i) == 0.0 && problem.delta_free[3 * i] < -touching) return {kInfinite, kInfinite};
     const Vector3d f_i = f.segment<3>(3 * i);
     Vector3d moved = f_i - pulled.segment<3>(3 * i);
     moved[0] -= problem.mu[i] * pulled.segment<2>(3 * i + 1).norm();
     errors[i] = (f_i - project_on_cone(moved, problem.mu[i])).norm();
   }
-  const double scale_N = scaled_by_rho(problem.W, delta_free).stableNorm();
+  const double scale_N = scaled_by_rho(problem.W, problem.delta_free).stableNorm();
   // Of extreme units the squares may not fit a double.
   return {share(errors.stableNorm(), scale_N), share(errors.lpNorm<Eigen::Infinity>(), scale_N)};
 }
 
-double grasp_rounding(const GraspFile& problem) {
+double grasp_rounding(const GraspProblem& problem) {
   const Index n = std::ssize(problem.contacts);
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
   for (const GraspContact& contact : problem.contacts) centre_m += contact.point_m / static_cast<double>(n);
@@ -124,7 +120,7 @@ double grasp_rounding(const GraspFile& problem) {
   return std::numeric_limits<double>::epsilon() * condition;
 }
 
-double muscle_residual(const MuscleFile& problem, const VectorXd& f) {
+double muscle_residual(const MuscleProblem& problem, const VectorXd& f) {
   const PseudoInverse H(problem.H);
   // What no forces can give counts, too: H H^+ leaves it out.
   const VectorXd torque_error = problem.H * f - problem.tau;
@@ -146,28 +142,27 @@ double muscle_residual(const MuscleFile& problem, const VectorXd& f) {
   return std::max(beyond, share(largest, f.norm()));
 }
 
-double lcp_residual(const LcpFile& problem, const VectorXd& z) {
+double lcp_residual(const LcpProblem& problem, const VectorXd& z) {
   const double m = problem.M.cwiseAbs().maxCoeff();
   const VectorXd w = problem.M * z + problem.q;
   const double error = w.cwiseMin(m * z).cwiseAbs().maxCoeff();
   return share(error, problem.q.cwiseAbs().maxCoeff() + m * z.cwiseAbs().sum());
 }
 
-ContactVerdict contact_verdict(const ContactFile& problem, Index step, const VectorXd& y) {
-  const VectorXd& delta_free = problem.delta_free[static_cast<std::size_t>(step)];
+ContactVerdict contact_verdict(const ContactProblem& problem, const VectorXd& y) {
   ContactVerdict verdict;
-  VectorXd moved = VectorXd::Zero(delta_free.size());
+  VectorXd moved = VectorXd::Zero(problem.delta_free.size());
   for (Index i = 0; i < y.size(); ++i) {
-    verdict.closed_m -= y[i] * delta_free[3 * i];
+    verdict.closed_m -= y[i] * problem.delta_free[3 * i];
     moved += y[i] * problem.W.row(3 * i).transpose();
   }
   if (y.minCoeff() >= 0.0 && verdict.closed_m > 0.0) {
-    verdict.gap = scaled_by_rho(problem.W, delta_free).stableNorm() * moved.stableNorm() / verdict.closed_m;
+    verdict.gap = scaled_by_rho(problem.W, problem.delta_free).stableNorm() * moved.stableNorm() / verdict.closed_m;
   }
   return verdict;
 }
 
-MuscleDeficit explain_infeasible_muscles(const MuscleFile& problem) {
+MuscleDeficit explain_infeasible_muscles(const MuscleProblem& problem) {
   MuscleDeficit deficit;
   const VectorXd nearest = nonnegative_least_squares(problem.H, problem.tau);
   deficit.missing_Nm = problem.tau - problem.H * nearest;
@@ -179,7 +174,7 @@ MuscleDeficit explain_infeasible_muscles(const MuscleFile& problem) {
   return deficit;
 }
 
-double lcp_infeasibility_gap(const LcpFile& problem, const VectorXd& y) {
+double lcp_infeasibility_gap(const LcpProblem& problem, const VectorXd& y) {
   const double done = -y.dot(problem.q);
   if (done <= 0.0 || y.minCoeff() < 0.0) return kInfinite;
   const double left = (problem.M.transpose() * y).cwiseMax(0.0).norm();

@@ -3,7 +3,9 @@
 #include <Eigen/Core>
 #include <limits>
 
-#include "engine/formats/problem_file.h"
+#include "solvers/grasp_forces.h"
+#include "solvers/lcp.h"
+#include "solvers/muscle_forces.h"
 #include "solvers/residual.h"
 
 namespace thenar {
@@ -15,26 +17,26 @@ namespace thenar {
 /// problem's own size are none. In doubles no gap is smaller than the rounding of its certificate.
 inline constexpr double kProvedGap = 1e-6;
 
-/// Natural map of forces f for one step of a contact problem, gaps computed anew. Infinite if a contact that no force
-/// moves is pressed: then no forces are right.
-[[nodiscard]] Residual contact_residual(const ContactFile& problem, Eigen::Index step, const Eigen::VectorXd& f);
+/// Natural map of forces f, gaps computed anew. Infinite if a contact that no force moves is pressed: then no forces are
+/// right.
+[[nodiscard]] Residual contact_residual(const ContactProblem& problem, const Eigen::VectorXd& f);
 
 /// What the last digits of a grasp's contact points and wrench can do to its forces, as a share of them: the rounding
 /// of doubles times the condition of G about the contacts' centroid, arms over their size. What no contact forces can
 /// give, such as a torque about the line through all contacts, does not count.
-[[nodiscard]] double grasp_rounding(const GraspFile& problem);
+[[nodiscard]] double grasp_rounding(const GraspProblem& problem);
 
 /// How far f is from the optimum of min 1/2 f'f, H f = tau, f >= 0, as a share of |f|: the largest of
 ///     |H^+ (H f - tau)|            the least forces that would make up for the torques that are missing,
 ///     max(-f)                      pushing muscles,
 ///     |f - H'l - s|                least over l and s >= 0 with s'f = 0: what keeps f from being the least.
-[[nodiscard]] double muscle_residual(const MuscleFile& problem, const Eigen::VectorXd& f);
+[[nodiscard]] double muscle_residual(const MuscleProblem& problem, const Eigen::VectorXd& f);
 
 /// max |min(w_i, m z_i)| with w = M z + q, over the largest terms that w can have, max |q| + m sum |z|; m = max |M|
 /// brings z to the unit of w.
-[[nodiscard]] double lcp_residual(const LcpFile& problem, const Eigen::VectorXd& z);
+[[nodiscard]] double lcp_residual(const LcpProblem& problem, const Eigen::VectorXd& z);
 
-/// What normal forces y >= 0, one a contact, prove about a step of a contact problem. Where they move nothing, W y = 0,
+/// What normal forces y >= 0, one a contact, prove about a contact problem. Where they move nothing, W y = 0,
 /// and press where the free gaps are closed in sum, y.q < 0, there are no forces f: any would leave y.u_n = y.q < 0,
 /// and so some gap below zero.
 struct ContactVerdict {
@@ -43,7 +45,7 @@ struct ContactVerdict {
   double gap = std::numeric_limits<double>::infinity();
 };
 
-[[nodiscard]] ContactVerdict contact_verdict(const ContactFile& problem, Eigen::Index step, const Eigen::VectorXd& y);
+[[nodiscard]] ContactVerdict contact_verdict(const ContactProblem& problem, const Eigen::VectorXd& y);
 
 /// What no pulling forces give of the torques.
 struct MuscleDeficit {
@@ -53,10 +55,10 @@ struct MuscleDeficit {
 };
 
 /// Explains an infeasible problem, and proves that it is: with r = missing, H'r <= 0 and tau.r > 0.
-[[nodiscard]] MuscleDeficit explain_infeasible_muscles(const MuscleFile& problem);
+[[nodiscard]] MuscleDeficit explain_infeasible_muscles(const MuscleProblem& problem);
 
 /// What y >= 0 leaves possible: a solution has |z| >= -y.q / |max(0, M'y)|, and this is max |q| / max |M| over that.
 /// Zero proves that there is none; infinity if y.q >= 0.
-[[nodiscard]] double lcp_infeasibility_gap(const LcpFile& problem, const Eigen::VectorXd& y);
+[[nodiscard]] double lcp_infeasibility_gap(const LcpProblem& problem, const Eigen::VectorXd& y);
 
 }  // namespace thenar

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "solvers/contact_sweeps.h"
 #include "solvers/gauss_seidel.h"
 
 namespace thenar {
@@ -25,18 +24,17 @@ PressedPulp press(const Pulp& pulp, const Vector3d& direction, double depth_m, d
 
   // The plane's normal is that of all contacts, so their axes agree; tangents do not matter without friction.
   const Index n = std::ssize(pressed.controls);
-  const VectorXd mu = VectorXd::Zero(n);
-  MatrixXd W = MatrixXd::Zero(3 * n, 3 * n);
-  VectorXd delta_free = VectorXd::Zero(3 * n), f = VectorXd::Zero(3 * n), delta(3 * n);
+  ContactData problem{MatrixXd::Zero(3 * n, 3 * n), VectorXd::Zero(3 * n), VectorXd::Zero(n)};
   for (Index i = 0; i < n; ++i) {
-    delta_free[3 * i] = gap_m[pressed.controls[i]];
+    problem.delta_free[3 * i] = gap_m[pressed.controls[i]];
     for (Index j = 0; j < n; ++j) {
       const double k_ij = pulp.kernel(pressed.controls[i], pressed.controls[j]);
-      W.block<3, 3>(3 * i, 3 * j) = k_ij * Eigen::Matrix3d::Identity();
+      problem.W.block<3, 3>(3 * i, 3 * j) = k_ij * Eigen::Matrix3d::Identity();
     }
   }
   SweepWorkspace work(n);
-  (void)solve_contacts(W, delta_free, mu, {.tolerance = 1e-6, .max_sweeps = 1000}, work, f, delta);
+  VectorXd f = VectorXd::Zero(3 * n), delta(3 * n);
+  (void)solve_contacts(problem, {.tolerance = 1e-6, .max_sweeps = 1000}, work, {f, delta});
   pressed.force_N = f(Eigen::seqN(0, n, 3));
   return pressed;
 }

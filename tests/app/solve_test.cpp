@@ -75,7 +75,7 @@ TEST(Solve, SolvesContactProblemsToTheResidualThatItStates) {
     EXPECT_LE(result.at("residual"), 1e-8);
     EXPECT_LE(result.at("residual_worst"), result.at("residual"));
   }
-  const Residual residual = contact_residual(problem, 0, vector_of(results[0].at("f")));
+  const Residual residual = contact_residual(problem.problem(), vector_of(results[0].at("f")));
   EXPECT_EQ(results[0].at("residual"), residual.norm) << "JSON keeps every digit";
   EXPECT_EQ(results[0].at("residual_worst"), residual.worst);
   // Each step begins near its end.
@@ -214,8 +214,8 @@ TEST(DumpProblems, WritesWhatTheRunSolved) {
     // The warm start is the run's: near the solution, for a tick changes little.
     const auto contact = std::get<ContactFile>(read_problem(folder / "contact-000100.fcp"));
     EXPECT_EQ(contact.name, "box grasp contact 100");
-    const double cold = contact_residual(contact, 0, VectorXd::Zero(contact.f_last.size())).norm;
-    EXPECT_LE(contact_residual(contact, 0, contact.f_last).norm, 0.2 * cold);
+    const double cold = contact_residual(contact.problem(), VectorXd::Zero(contact.f_last.size())).norm;
+    EXPECT_LE(contact_residual(contact.problem(), contact.f_last).norm, 0.2 * cold);
   }
 }
 

@@ -131,13 +131,13 @@ TEST(ProblemFile, SmallProblemsAreReadBackToTheLastBit) {
   EXPECT_TRUE(same_bits(g.f_optimal, grasp.f_optimal));
   EXPECT_TRUE(same_bits(g.f_optimal_exact_cone, grasp.f_optimal_exact_cone));
 
-  const MuscleFile muscles{"m", "infeasible", awkward(12, 23, random), awkward(12, 1, random), {}};
+  const MuscleFile muscles{{awkward(12, 23, random), awkward(12, 1, random)}, "m", "infeasible", {}};
   const MuscleFile m = written_and_read(muscles, "muscle.json");
   EXPECT_EQ(m.status, muscles.status);
   EXPECT_TRUE(same_bits(m.H, muscles.H));
   EXPECT_TRUE(same_bits(m.tau, muscles.tau));
 
-  const LcpFile lcp{"l", "", awkward(5, 5, random), awkward(5, 1, random), {}};
+  const LcpFile lcp{{awkward(5, 5, random), awkward(5, 1, random)}, "l", "", {}};
   const LcpFile l = written_and_read(lcp, "lcp.json");
   EXPECT_TRUE(same_bits(l.M, lcp.M));
   EXPECT_TRUE(same_bits(l.q, lcp.q));

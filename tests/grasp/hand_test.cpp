@@ -105,7 +105,7 @@ TEST_F(HandReference, MuscleForces) {
     SCOPED_TRACE(i);
     const auto& recorded = reference.at("muscle")[i];
     VectorXd f(H.cols());
-    const MuscleReport report = solve_muscle_forces(H, vector_of(recorded.at("tau")), f);
+    const MuscleReport report = solve_muscle_forces({H, vector_of(recorded.at("tau"))}, f);
     if (recorded.at("f").is_null()) {
       EXPECT_EQ(report.status, MuscleStatus::kInfeasible);
       continue;
@@ -221,7 +221,7 @@ TEST_F(RandomPostures, MusclesSpanEveryTorque) {
     moment_arms(hand, pose_at(hand, random_posture(hand, random)), H);
     EXPECT_GT(H.jacobiSvd().singularValues()[kJoints - 1], 1e-3);
     const VectorXd tau = -H.rowwise().sum();
-    const MuscleReport report = solve_muscle_forces(H, tau, f);
+    const MuscleReport report = solve_muscle_forces({H, tau}, f);
     ASSERT_EQ(report.status, MuscleStatus::kOptimal);
     EXPECT_GE(f.minCoeff(), 0.0);
     EXPECT_LE((H * (f + VectorXd::Ones(muscles))).cwiseAbs().maxCoeff(), 1e-12);

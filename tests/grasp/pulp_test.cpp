@@ -90,7 +90,8 @@ class PressedPulp {
   [[nodiscard]] Eigen::MatrixX3d forces(double mu, const Eigen::Matrix2Xd& slip_m) const {
     VectorXd delta_free(3 * size()), f = VectorXd::Zero(3 * size()), delta(3 * size());
     for (Index i = 0; i < size(); ++i) delta_free.segment<3>(3 * i) << gap_m[i], slip_m.col(i);
-    const SolveReport report = solve_contacts(C, delta_free, VectorXd::Constant(size(), mu), {1e-9, 100'000}, f, delta);
+    const ContactProblem problem{C, delta_free, VectorXd::Constant(size(), mu)};
+    const SolveReport report = solve_contacts(problem, {1e-9, 100'000}, {f, delta});
     EXPECT_EQ(report.status, SolveStatus::kConverged);
     return f.reshaped<Eigen::RowMajor>(size(), 3);
   }

@@ -159,7 +159,7 @@ TickReport tick_with_foreign_operator(const Model& model, const Model& foreign, 
   MatrixXd W(3 * n, 3 * n);
   delassus_operator(foreign, frame, now, mobility(foreign.scene)).to_dense(W);
   carry_forces(model, frame, state.forces, f);
-  (void)solve_contacts(W, delta_free, work.mu.head(n), {1e-6, 1000}, f, delta);
+  (void)solve_contacts({W, delta_free, work.mu.head(n)}, {1e-6, 1000}, {f, delta});
 
   // The tick takes these forces over as it does at a hand-over, and with no sweep to spend it commits them.
   state.forces.clear();

@@ -32,7 +32,7 @@ std::vector<File> recorded_small_files() {
 
 TEST(ProblemCheck, ReferenceContactForcesHaveTheResidualThatTheirFilesState) {
   for (const ContactFile& problem : recorded_contact_problems()) {
-    const Residual residual = contact_residual(problem, 0, problem.f_reference);
+    const Residual residual = contact_residual(problem.problem(), problem.f_reference);
     // The file states three digits of a number that is itself rounding where it is this small.
     EXPECT_LE(residual.norm, 2.0 * problem.reference_residual + 1e-14) << problem.name;
     EXPECT_LE(residual.worst, residual.norm) << problem.name;
@@ -44,58 +44,53 @@ TEST(ProblemCheck, ReferenceContactForcesHaveTheResidualThatTheirFilesState) {
 TEST(ProblemCheck, TheContactResidualIsTheSameInAnyUnit) {
   ContactFile problem = recorded_contact_problems().front();
   const VectorXd f = 0.9 * problem.f_reference;
-  const double residual = contact_residual(problem, 0, f).norm;
+  const double residual = contact_residual(problem.problem(), f).norm;
   for (const double m_per_unit : {1e-250, 1e250}) {
     ContactFile scaled = problem;
     scaled.W *= m_per_unit;
     scaled.delta_free.front() *= m_per_unit;
-    EXPECT_NEAR(contact_residual(scaled, 0, f).norm, residual, 1e-12 * residual);
+    EXPECT_NEAR(contact_residual(scaled.problem(), f).norm, residual, 1e-12 * residual);
   }
 }
 
 // Without forces the natural map is P_K of minus the scaled free gaps: all of it where they are closed and do not slip.
 TEST(ProblemCheck, NoForcesOnClosedGapsAreWrongByTheWholeScale) {
-  ContactFile problem;
-  problem.W = Eigen::Matrix<double, 6, 6>::Identity();
-  problem.mu = VectorXd::Constant(2, 0.5);
-  problem.delta_free = {VectorXd::Zero(6)};
-  problem.delta_free[0][0] = -3e-3;
-  problem.delta_free[0][3] = -4e-3;
-  const Residual residual = contact_residual(problem, 0, VectorXd::Zero(6));
+  ContactData problem{MatrixXd::Identity(6, 6), VectorXd::Zero(6), VectorXd::Constant(2, 0.5)};
+  problem.delta_free[0] = -3e-3;
+  problem.delta_free[3] = -4e-3;
+  const Residual residual = contact_residual(problem, VectorXd::Zero(6));
   EXPECT_NEAR(residual.norm, 1.0, 1e-15);
   EXPECT_NEAR(residual.worst, 0.8, 1e-15);
 }
 
 // Two contacts press a rigid body from both sides: what the gaps lack in sum, no force can give.
 TEST(ProblemCheck, OpposedContactsOnARigidBodyProveThatThereAreNoForces) {
-  ContactFile problem;
   Eigen::Matrix<double, 6, 3> J;  // rows n, t1, t2 of both; the normals oppose each other
   J << 1, 0, 0, 0, 1, 0, 0, 0, 1, -1, 0, 0, 0, 1, 0, 0, 0, -1;
-  problem.W = 1e-3 * J * J.transpose();
-  problem.mu = VectorXd::Constant(2, 0.5);
-  problem.delta_free = {VectorXd::Zero(6)};
-  problem.delta_free[0][0] = -1e-3;
-  problem.delta_free[0][3] = 0.25e-3;
+  ContactData problem{1e-3 * J * J.transpose(), VectorXd::Zero(6), VectorXd::Constant(2, 0.5)};
+  problem.delta_free[0] = -1e-3;
+  problem.delta_free[3] = 0.25e-3;
   VectorXd y = VectorXd::Ones(2);
-  const ContactVerdict proved = contact_verdict(problem, 0, y);
+  const ContactVerdict proved = contact_verdict(problem, y);
   EXPECT_LE(proved.gap, 1e-15);
   EXPECT_NEAR(proved.closed_m, 0.75e-3, 1e-18);
   // Something moves: W y = 1e-3 * 0.1 m/N against gaps closed by 0.775e-3 m.
   y[0] = 1.1;
-  EXPECT_GT(contact_verdict(problem, 0, y).gap, kProvedGap);
+  EXPECT_GT(contact_verdict(problem, y).gap, kProvedGap);
   // A pull proves nothing, and open gaps neither.
   y = -y;
-  EXPECT_EQ(contact_verdict(problem, 0, y).gap, std::numeric_limits<double>::infinity());
-  problem.delta_free[0][3] = 2e-3;
-  EXPECT_EQ(contact_verdict(problem, 0, VectorXd::Ones(2)).gap, std::numeric_limits<double>::infinity());
+  EXPECT_EQ(contact_verdict(problem, y).gap, std::numeric_limits<double>::infinity());
+  problem.delta_free[3] = 2e-3;
+  EXPECT_EQ(contact_verdict(problem, VectorXd::Ones(2)).gap, std::numeric_limits<double>::infinity());
 }
 
 // Only contacts that are nearly on a line lose digits; on a line, what they cannot do at all is not asked of them.
 TEST(ProblemCheck, GraspsLoseDigitsNearALine) {
   for (const GraspFile& problem : recorded_small_files<GraspFile>()) {
     const bool is_near_line = problem.name == "near_collinear";
-    EXPECT_LE(grasp_rounding(problem), is_near_line ? 1e-8 : 1e-14) << problem.name;
-    EXPECT_GE(grasp_rounding(problem), is_near_line ? 1e-10 : 0.0) << problem.name;
+    const double rounding = grasp_rounding(problem.problem(FrictionCone::kPyramid));
+    EXPECT_LE(rounding, is_near_line ? 1e-8 : 1e-14) << problem.name;
+    EXPECT_GE(rounding, is_near_line ? 1e-10 : 0.0) << problem.name;
   }
 }
 
@@ -152,10 +147,10 @@ TEST(ProblemCheck, LcpAnswersAreHeldAgainstTheProblem) {
     EXPECT_LE(lcp_residual(problem, problem.z), 1e-15) << problem.name;
   }
   // w = 2 z - 1 at z = 0.4: w = -0.2 over the terms 1 + 2 * 0.4.
-  const LcpFile one{"one", "", MatrixXd::Constant(1, 1, 2.0), VectorXd::Constant(1, -1.0), {}};
+  const LcpData one{MatrixXd::Constant(1, 1, 2.0), VectorXd::Constant(1, -1.0)};
   EXPECT_NEAR(lcp_residual(one, VectorXd::Constant(1, 0.4)), 0.2 / 1.8, 1e-15);
   EXPECT_EQ(lcp_infeasibility_gap(one, VectorXd::Ones(1)), 1.0) << "z = 1/2 solves it: 2 * 1/2 over 1";
-  const LcpFile none{"none", "", MatrixXd::Constant(1, 1, -1.0), VectorXd::Constant(1, -1.0), {}};
+  const LcpData none{MatrixXd::Constant(1, 1, -1.0), VectorXd::Constant(1, -1.0)};
   EXPECT_EQ(lcp_infeasibility_gap(none, VectorXd::Ones(1)), 0.0);
   EXPECT_EQ(lcp_infeasibility_gap(none, -VectorXd::Ones(1)), std::numeric_limits<double>::infinity());
 }

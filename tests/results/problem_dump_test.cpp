@@ -25,7 +25,7 @@ void expect_last_problem(const Model& model, const Frame& frame, const ContactWo
   ASSERT_GT(problem.contacts(), 0);
   const VectorXd f = work.f.head(3 * problem.contacts());
   // Gaps differ by the rounding of sums of some hundred terms: 1e-12 of the scale.
-  EXPECT_NEAR(contact_residual(problem, 0, f).norm, report.solve.residual, 1e-12);
+  EXPECT_NEAR(contact_residual(problem.problem(), f).norm, report.solve.residual, 1e-12);
 }
 
 TEST(ProblemDump, ContactProblemsAreThoseOfTheTick) {

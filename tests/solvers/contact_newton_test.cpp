@@ -23,12 +23,11 @@ struct Solution {
   VectorXd f, delta, certificate;
 };
 
-Solution solve(const RandomContacts& problem, const AccurateSettings& settings = {}) {
+Solution solve(const ContactData& problem, const AccurateSettings& settings = {}) {
   const Index n = problem.contacts();
   AccurateWorkspace work(n);
   Solution solution{{}, VectorXd::Zero(3 * n), VectorXd::Zero(3 * n), {}};
-  solution.report =
-      solve_contacts_accurately(problem.W, problem.delta_free, problem.mu, settings, work, solution.f, solution.delta);
+  solution.report = solve_contacts_accurately(problem, settings, work, {solution.f, solution.delta});
   solution.certificate = work.certificate;
   return solution;
 }
@@ -42,7 +41,7 @@ std::vector<ContactFile> all_recorded_problems() {
 
 /// The residual as its definition says it, in long double and in terms of a projection by cases, apart from the
 /// solver's: | f - P_K(f - rho_i (delta + mu |delta_t| e_n)) | over | rho_i delta_free |, rho_i = 3 / tr(W_ii).
-double residual_of(const RandomContacts& problem, const VectorXd& f) {
+double residual_of(const ContactData& problem, const VectorXd& f) {
   using Vector = Eigen::Matrix<long double, Eigen::Dynamic, 1>;
   const Vector delta = problem.W.cast<long double>() * f.cast<long double>() + problem.delta_free.cast<long double>();
   long double error = 0.0L, scale = 0.0L;
@@ -64,7 +63,7 @@ double residual_of(const RandomContacts& problem, const VectorXd& f) {
   return static_cast<double>(std::sqrt(error / scale));
 }
 
-void expect_inside_cones(const RandomContacts& problem, const VectorXd& f) {
+void expect_inside_cones(const ContactData& problem, const VectorXd& f) {
   ASSERT_TRUE(f.allFinite());
   for (Index i = 0; i < problem.contacts(); ++i) {
     EXPECT_GE(f[3 * i], 0.0);
@@ -74,7 +73,7 @@ void expect_inside_cones(const RandomContacts& problem, const VectorXd& f) {
 
 /// y >= 0 with y'W = 0 up to rounding and y.delta_free < 0 by far more: then no f has all gaps >= 0, since the sum of y
 /// times the gaps would be y.delta_free.
-void expect_proof(const RandomContacts& problem, const VectorXd& certificate) {
+void expect_proof(const ContactData& problem, const VectorXd& certificate) {
   VectorXd y = VectorXd::Zero(problem.delta_free.size());
   for (Index i = 0; i < problem.contacts(); ++i) y[3 * i] = certificate[i];
   EXPECT_GE(certificate.minCoeff(), 0.0);
@@ -87,7 +86,7 @@ void expect_proof(const RandomContacts& problem, const VectorXd& certificate) {
 TEST(AccurateContacts, SolveEveryRecordedProblem) {
   for (const ContactFile& recorded : all_recorded_problems()) {
     SCOPED_TRACE(recorded.name);
-    const RandomContacts problem{recorded.W, recorded.delta_free[0], recorded.mu};
+    const ContactData problem{recorded.W, recorded.delta_free[0], recorded.mu};
     // Files printed with few digits: W is not symmetric, and no law of mechanics.
     const bool symmetric = (recorded.W - recorded.W.transpose()).norm() < 1e-9 * recorded.W.norm();
     const double tolerance = symmetric ? 1e-8 : 1e-6;
@@ -105,7 +104,7 @@ TEST(AccurateContacts, AnswerRandomProblemsOfEveryFamily) {
   constexpr int kProblems = 100;
   for (const ContactFamily& family : kContactFamilies) {
     SCOPED_TRACE(family.name);
-    const FamilyRecord record = run_family(family, 0, kProblems, [](const RandomContacts& problem) {
+    const FamilyRecord record = run_family(family, 0, kProblems, [](const ContactData& problem) {
       const Solution solution = solve(problem);
       expect_inside_cones(problem, solution.f);
       if (solution.report.solve.status == SolveStatus::kConverged) {
@@ -129,10 +128,10 @@ TEST(AccurateContacts, ATightFitHasForcesOrAProof) {
     normal << 1.0, -1.0, 0.0, 0.0, 0.0, 0.0;
     families::Vector6d push = families::Vector6d::Zero();
     push[0] = 3.0;
-    const RandomContacts fits = families::rigid_body(point, normal, 1e-6, 0.0, mu, push);
+    const ContactData fits = families::rigid_body(point, normal, 1e-6, 0.0, mu, push);
     EXPECT_EQ(solve(fits).report.solve.status, SolveStatus::kConverged);
 
-    const RandomContacts tight = families::rigid_body(point, normal, -1e-6, 0.0, mu, push);
+    const ContactData tight = families::rigid_body(point, normal, -1e-6, 0.0, mu, push);
     const Solution none = solve(tight);
     EXPECT_EQ(none.report.solve.status, SolveStatus::kNoSolution);
     expect_proof(tight, none.certificate);
@@ -141,7 +140,7 @@ TEST(AccurateContacts, ATightFitHasForcesOrAProof) {
     EXPECT_NEAR(none.certificate[0] * tight.delta_free[0] + none.certificate[1] * tight.delta_free[3], -2e-6, 1e-14);
 
     // However little compliance there is, then there are forces: 1 um into 1e-9 m/N, and half of the push.
-    const RandomContacts soft = families::rigid_body(point, normal, -1e-6, 1e-9, mu, push);
+    const ContactData soft = families::rigid_body(point, normal, -1e-6, 1e-9, mu, push);
     const Solution squeezed = solve(soft);
     EXPECT_EQ(squeezed.report.solve.status, SolveStatus::kConverged);
     EXPECT_NEAR(squeezed.f[0] + squeezed.f[3], 2000.0, 1.0);
@@ -149,7 +148,7 @@ TEST(AccurateContacts, ATightFitHasForcesOrAProof) {
 }
 
 TEST(AccurateContacts, AContactThatNoForceOpensHasNoSolution) {
-  const RandomContacts problem{MatrixXd::Zero(3, 3), Vector3d(-1e-4, 0.0, 0.0), VectorXd::Ones(1)};
+  const ContactData problem{MatrixXd::Zero(3, 3), Vector3d(-1e-4, 0.0, 0.0), VectorXd::Ones(1)};
   const Solution solution = solve(problem);
   EXPECT_EQ(solution.report.solve.status, SolveStatus::kNoSolution);
   expect_proof(problem, solution.certificate);
@@ -161,7 +160,7 @@ TEST(AccurateContacts, AContactThatNoForceOpensIsFoundBesideHardOnes) {
     const auto recorded = std::get<ContactFile>(read_problem(file));
     SCOPED_TRACE(recorded.name);
     const Index n = recorded.contacts();
-    RandomContacts problem{MatrixXd::Zero(3 * n + 3, 3 * n + 3), VectorXd::Zero(3 * n + 3), VectorXd::Ones(n + 1)};
+    ContactData problem{MatrixXd::Zero(3 * n + 3, 3 * n + 3), VectorXd::Zero(3 * n + 3), VectorXd::Ones(n + 1)};
     problem.W.topLeftCorner(3 * n, 3 * n) = recorded.W;
     problem.delta_free.head(3 * n) = recorded.delta_free[0];
     problem.mu.head(n) = recorded.mu;
@@ -183,7 +182,7 @@ TEST(AccurateContacts, AContactThatNoForceOpensIsFoundBesideHardOnes) {
 
 TEST(AccurateContacts, FewStepsStillGiveUsableForces) {
   for (const int steps : {0, 1, 5}) {
-    const RandomContacts problem = kContactFamilies[6].make(1);
+    const ContactData problem = kContactFamilies[6].make(1);
     const AccurateSettings settings{.tolerance = 0.0, .max_sweeps = 20, .max_steps = steps};
     const Solution solution = solve(problem, settings);
     EXPECT_EQ(solution.report.solve.status, SolveStatus::kBudgetSpent);
@@ -196,8 +195,8 @@ TEST(AccurateContacts, AnyProblemEnds) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (std::uint64_t seed = 0; seed < 10; ++seed) {
     SCOPED_TRACE(seed);
-    const RandomContacts good = kContactFamilies[7].make(seed);
-    std::vector<RandomContacts> problems(7, good);
+    const ContactData good = kContactFamilies[7].make(seed);
+    std::vector<ContactData> problems(7, good);
     problems[0].mu.setConstant(1e300);
     problems[1].mu.setZero();
     problems[2].W *= 1e-200;
@@ -206,7 +205,7 @@ TEST(AccurateContacts, AnyProblemEnds) {
     problems[4].W(0, 5) = nan;
     problems[5].delta_free[3] = nan;
     problems[6].W.setZero();
-    for (const RandomContacts& problem : problems) {
+    for (const ContactData& problem : problems) {
       const Solution solution = solve(problem, {.tolerance = 1e-8, .max_sweeps = 20, .max_steps = 50});
       EXPECT_TRUE(solution.f.allFinite() && solution.delta.allFinite() && solution.certificate.allFinite());
       EXPECT_FALSE(std::isnan(solution.report.solve.residual));
@@ -218,11 +217,11 @@ TEST(AccurateContacts, AnyProblemEnds) {
 
 // The workspace may be larger than the problem, and what it was used for before leaves no trace.
 TEST(AccurateContacts, SameProblemSameBits) {
-  const RandomContacts problem = kContactFamilies[6].make(3), other = kContactFamilies[7].make(4);
+  const ContactData problem = kContactFamilies[6].make(3), other = kContactFamilies[7].make(4);
   AccurateWorkspace work(40);
   VectorXd f_1 = VectorXd::Zero(72), f_2 = f_1, f_other = VectorXd::Zero(96), delta(96);
-  const auto run = [&](const RandomContacts& p, VectorXd& f) {
-    return solve_contacts_accurately(p.W, p.delta_free, p.mu, {}, work, f, delta.head(f.size()));
+  const auto run = [&](const ContactData& p, VectorXd& f) {
+    return solve_contacts_accurately(p, {}, work, {f, delta.head(f.size())});
   };
   EXPECT_GT(run(problem, f_1).steps, 0);
   (void)run(other, f_other);
@@ -234,11 +233,11 @@ TEST(AccurateContacts, DoNotAllocate) {
   if (!AllocationCounter::is_available()) GTEST_SKIP() << "malloc is not ours";
   for (const ContactFamily& family : kContactFamilies) {
     for (std::uint64_t seed = 0; seed < 5; ++seed) {
-      const RandomContacts problem = family.make(seed);
+      const ContactData problem = family.make(seed);
       AccurateWorkspace work(problem.contacts());
       VectorXd f = VectorXd::Zero(problem.delta_free.size()), delta(f.size());
       const AllocationCounter counter;
-      (void)solve_contacts_accurately(problem.W, problem.delta_free, problem.mu, {}, work, f, delta);
+      (void)solve_contacts_accurately(problem, {}, work, {f, delta});
       EXPECT_EQ(counter.count(), 0) << family.name << " " << seed;
     }
   }
@@ -246,7 +245,7 @@ TEST(AccurateContacts, DoNotAllocate) {
 
 TEST(ContactFamilies, AreTheSameForTheSameSeed) {
   for (const ContactFamily& family : kContactFamilies) {
-    const RandomContacts a = family.make(7), b = family.make(7), c = family.make(8);
+    const ContactData a = family.make(7), b = family.make(7), c = family.make(8);
     EXPECT_EQ(a.W, b.W);
     EXPECT_EQ(a.delta_free, b.delta_free);
     EXPECT_FALSE(a.delta_free.size() == c.delta_free.size() && a.delta_free == c.delta_free);

@@ -8,7 +8,6 @@
 #include <limits>
 #include <random>
 
-#include "solvers/contact_sweeps.h"
 #include "solvers/lcp.h"
 #include "solvers/residual.h"
 #include "tests/support/allocation_counter.h"
@@ -24,21 +23,16 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-struct Problem {
-  MatrixXd W;
-  VectorXd delta_free;
-  VectorXd mu;
+double rho(const ContactData& problem, Index i) { return 3.0 / problem.W.block<3, 3>(3 * i, 3 * i).trace(); }
 
-  [[nodiscard]] Index contacts() const { return mu.size(); }
-  [[nodiscard]] double rho(Index i) const { return 3.0 / W.block<3, 3>(3 * i, 3 * i).trace(); }
-
-  /// The residual's unit: residual times this is a force.
-  [[nodiscard]] double scale_N() const {
-    double sum = 0.0;
-    for (Index i = 0; i < contacts(); ++i) sum += (rho(i) * delta_free.segment<3>(3 * i)).squaredNorm();
-    return std::sqrt(sum);
+/// The residual's unit: residual times this is a force.
+double scale_N(const ContactData& problem) {
+  double sum = 0.0;
+  for (Index i = 0; i < problem.contacts(); ++i) {
+    sum += (rho(problem, i) * problem.delta_free.segment<3>(3 * i)).squaredNorm();
   }
-};
+  return std::sqrt(sum);
+}
 
 struct Solution {
   SolveReport report;
@@ -51,19 +45,19 @@ class GaussSeidel : public testing::TestWithParam<bool> {
  protected:
   [[nodiscard]] static bool fast() { return GetParam(); }
 
-  [[nodiscard]] static Solution solve(const Problem& problem, const GaussSeidelSettings& settings, VectorXd f) {
+  [[nodiscard]] static Solution solve(const ContactData& problem, const GaussSeidelSettings& settings, VectorXd f) {
     VectorXd delta = VectorXd::Constant(f.size(), std::numeric_limits<double>::quiet_NaN());
     SolveReport report;
     if (fast()) {
       SweepWorkspace work(problem.contacts());
-      report = solve_contacts(problem.W, problem.delta_free, problem.mu, settings, work, f, delta);
+      report = solve_contacts(problem, settings, work, {f, delta});
     } else {
-      report = solve_contacts(problem.W, problem.delta_free, problem.mu, settings, f, delta);
+      report = solve_contacts(problem, settings, {f, delta});
     }
     return {report, f, delta};
   }
 
-  [[nodiscard]] static Solution solve(const Problem& problem, const GaussSeidelSettings& settings) {
+  [[nodiscard]] static Solution solve(const ContactData& problem, const GaussSeidelSettings& settings) {
     return solve(problem, settings, VectorXd::Zero(problem.delta_free.size()));
   }
 };
@@ -77,16 +71,16 @@ MatrixXd random_matrix(Index rows, Index cols, std::mt19937& random) {
 }
 
 /// Contacts that share a mechanism of nine freedoms, on a compliant surface; about half are pressed together.
-Problem random_problem(Index contacts, std::mt19937& random) {
+ContactData random_problem(Index contacts, std::mt19937& random) {
   const MatrixXd J = random_matrix(3 * contacts, 9, random);
-  Problem problem;
+  ContactData problem;
   problem.W = 1e-5 * (0.1 * J * J.transpose() + MatrixXd::Identity(3 * contacts, 3 * contacts));
   problem.delta_free = 1e-5 * random_matrix(3 * contacts, 1, random);
   problem.mu = 0.5 * random_matrix(contacts, 1, random).cwiseAbs();
   return problem;
 }
 
-Problem problem_of(const ContactFile& recorded, std::size_t step = 0) {
+ContactData problem_of(const ContactFile& recorded, std::size_t step = 0) {
   return {recorded.W, recorded.delta_free[step], recorded.mu};
 }
 
@@ -95,10 +89,10 @@ Problem problem_of(const ContactFile& recorded, std::size_t step = 0) {
 /// The residual bounds e = |f - p|, p = P_K(f - rho u), u = delta + mu |delta_t| e_n, by tolerance * scale. By the
 /// definition of a projection v = u + (p - f)/rho satisfies p in K, v in K* and p.v = 0 exactly, and it differs from u
 /// by at most e/rho. Written out in f and delta, to first order in e, this gives the four tolerances below.
-void expect_laws(const Problem& problem, const Solution& solution, double tolerance) {
+void expect_laws(const ContactData& problem, const Solution& solution, double tolerance) {
   const VectorXd& f = solution.f;
   const VectorXd delta = problem.W * f + problem.delta_free;
-  const double e_N = tolerance * problem.scale_N();
+  const double e_N = tolerance * scale_N(problem);
   for (Index i = 0; i < problem.contacts(); ++i) {
     SCOPED_TRACE(testing::Message() << "contact " << i);
     const double mu = problem.mu[i];
@@ -106,7 +100,7 @@ void expect_laws(const Problem& problem, const Solution& solution, double tolera
     const Vector2d f_t = f.segment<2>(3 * i + 1);
     const double delta_n = delta[3 * i];
     const Vector2d delta_t = delta.segment<2>(3 * i + 1);
-    const double e_m = e_N / problem.rho(i);
+    const double e_m = e_N / rho(problem, i);
 
     EXPECT_GE(f_n, 0.0);
     EXPECT_LE(f_t.norm(), mu * f_n * (1.0 + 1e-15));  // scaled back to the cone: the rounding of that
@@ -120,7 +114,7 @@ void expect_laws(const Problem& problem, const Solution& solution, double tolera
   }
 }
 
-void expect_inside_cones(const Problem& problem, const VectorXd& f) {
+void expect_inside_cones(const ContactData& problem, const VectorXd& f) {
   ASSERT_TRUE(f.allFinite());
   for (Index i = 0; i < problem.contacts(); ++i) {
     EXPECT_GE(f[3 * i], 0.0);
@@ -129,7 +123,7 @@ void expect_inside_cones(const Problem& problem, const VectorXd& f) {
 }
 
 /// The gaps returned are those of the forces returned; terms are as large as the free motion, 180 of them add up.
-void expect_gaps_of_forces(const Problem& problem, const Solution& solution) {
+void expect_gaps_of_forces(const ContactData& problem, const Solution& solution) {
   const VectorXd delta = problem.W * solution.f + problem.delta_free;
   const double size_m = (problem.W.cwiseAbs() * solution.f.cwiseAbs() + problem.delta_free.cwiseAbs()).maxCoeff();
   EXPECT_LE((solution.delta - delta).cwiseAbs().maxCoeff(), 1e-14 * size_m);
@@ -138,7 +132,7 @@ void expect_gaps_of_forces(const Problem& problem, const Solution& solution) {
 TEST_P(GaussSeidel, SolvesTheRecordedProblemsFromRest) {
   for (const ContactFile& recorded : recorded_contact_problems()) {
     SCOPED_TRACE(recorded.name);
-    const Problem problem = problem_of(recorded);
+    const ContactData problem = problem_of(recorded);
     const GaussSeidelSettings settings{.tolerance = 1e-8, .max_sweeps = 2000};
     const Solution solution = solve(problem, settings);
     ASSERT_EQ(solution.report.status, SolveStatus::kConverged);
@@ -158,7 +152,7 @@ TEST_P(GaussSeidel, FollowsTheRecordedSequencesFromTheLastForces) {
     int cold_sweeps = 0;
     for (std::size_t step = 0; step < recorded.delta_free.size(); ++step) {
       SCOPED_TRACE(step);
-      const Problem problem = problem_of(recorded, step);
+      const ContactData problem = problem_of(recorded, step);
       const Solution solution = solve(problem, settings, f);
       ASSERT_EQ(solution.report.status, SolveStatus::kConverged);
       expect_laws(problem, solution, settings.tolerance);
@@ -185,7 +179,7 @@ TEST_P(GaussSeidel, RandomProblemsObeySignoriniAndCoulomb) {
   for (unsigned seed = 0; seed < 100; ++seed) {
     SCOPED_TRACE(seed);
     std::mt19937 random(seed);
-    const Problem problem = random_problem(1 + seed % 25, random);
+    const ContactData problem = random_problem(1 + seed % 25, random);
     const GaussSeidelSettings settings{.tolerance = 1e-9, .max_sweeps = 20000};
     const Solution solution = solve(problem, settings);
     ASSERT_EQ(solution.report.status, SolveStatus::kConverged);
@@ -197,7 +191,7 @@ TEST_P(GaussSeidel, RandomProblemsObeySignoriniAndCoulomb) {
 TEST_P(GaussSeidel, ForcesAreUsableWhenTheBudgetIsSpent) {
   for (const ContactFile& recorded : recorded_contact_problems()) {
     SCOPED_TRACE(recorded.name);
-    const Problem problem = problem_of(recorded);
+    const ContactData problem = problem_of(recorded);
     for (const int budget : {0, 1, 3}) {
       const Solution solution = solve(problem, {.tolerance = 0.0, .max_sweeps = budget});
       EXPECT_EQ(solution.report.status, SolveStatus::kBudgetSpent);
@@ -213,7 +207,7 @@ TEST_P(GaussSeidel, AnyGuessIsTakenIntoTheCones) {
   for (unsigned seed = 0; seed < 50; ++seed) {
     SCOPED_TRACE(seed);
     std::mt19937 random(seed);
-    const Problem problem = random_problem(8, random);
+    const ContactData problem = random_problem(8, random);
     const VectorXd guess = 10.0 * random_matrix(24, 1, random);
     const Solution cut_short = solve(problem, {.tolerance = 1e-9, .max_sweeps = 0}, guess);
     expect_inside_cones(problem, cut_short.f);
@@ -230,7 +224,7 @@ TEST_P(GaussSeidel, AgreesWithLemkeWithoutFriction) {
     SCOPED_TRACE(seed);
     std::mt19937 random(seed);
     const Index n = 1 + seed % 20;
-    Problem problem = random_problem(n, random);
+    ContactData problem = random_problem(n, random);
     problem.mu.setZero();
     const Solution solution = solve(problem, {.tolerance = 1e-12, .max_sweeps = 20000});
     ASSERT_EQ(solution.report.status, SolveStatus::kConverged);
@@ -240,10 +234,11 @@ TEST_P(GaussSeidel, AgreesWithLemkeWithoutFriction) {
     const VectorXd q = problem.delta_free(normals);
     LcpWorkspace work(n);
     VectorXd f_n(n);
-    ASSERT_EQ(solve_lcp(W_nn, q, 1000, work, f_n).status, LcpStatus::kSolved);
+    ASSERT_EQ(solve_lcp({W_nn, q}, 1000, work, f_n).status, LcpStatus::kSolved);
     // W_nn >= 1e-5 m/N, so a gap error of (1 + mu) e/rho, e = 1e-12 * scale, is a force error of as much over 1e-5.
-    const double rho = 3.0 / (problem.W.trace() / static_cast<double>(n));
-    EXPECT_LE((solution.f(normals) - f_n).norm(), 20.0 * 1e-12 * problem.scale_N() / (rho * 1e-5) + 1e-12 * f_n.norm());
+    const double mean_rho = 3.0 / (problem.W.trace() / static_cast<double>(n));
+    EXPECT_LE((solution.f(normals) - f_n).norm(),
+              20.0 * 1e-12 * scale_N(problem) / (mean_rho * 1e-5) + 1e-12 * f_n.norm());
     EXPECT_TRUE(solution.f(Eigen::seqN(1, n, 3)).isZero(0.0));
     EXPECT_TRUE(solution.f(Eigen::seqN(2, n, 3)).isZero(0.0));
   }
@@ -254,7 +249,7 @@ TEST_P(GaussSeidel, TangentAxesAreArbitrary) {
   for (unsigned seed = 0; seed < 50; ++seed) {
     SCOPED_TRACE(seed);
     std::mt19937 random(seed);
-    const Problem problem = random_problem(10, random);
+    const ContactData problem = random_problem(10, random);
     MatrixXd R = MatrixXd::Identity(30, 30);
     std::uniform_real_distribution<double> angle(0.0, 6.28);
     for (Index i = 0; i < 10; ++i) {
@@ -262,7 +257,7 @@ TEST_P(GaussSeidel, TangentAxesAreArbitrary) {
     }
     MatrixXd turned_W = R * problem.W * R.transpose();
     turned_W = 0.5 * (turned_W + turned_W.transpose()).eval();
-    const Problem turned{turned_W, R * problem.delta_free, problem.mu};
+    const ContactData turned{turned_W, R * problem.delta_free, problem.mu};
 
     const GaussSeidelSettings settings{.tolerance = 0.0, .max_sweeps = 40};
     const VectorXd f = solve(problem, settings).f;
@@ -277,7 +272,7 @@ TEST_P(GaussSeidel, TangentAxesAreArbitrary) {
 TEST_P(GaussSeidel, OneContactByHand) {
   const double a = 2e-3;
   const double b = 1e-3;
-  Problem problem{Vector3d(a, b, b).asDiagonal().toDenseMatrix(), VectorXd(3), VectorXd::Constant(1, 0.5)};
+  ContactData problem{Vector3d(a, b, b).asDiagonal().toDenseMatrix(), VectorXd(3), VectorXd::Constant(1, 0.5)};
   const GaussSeidelSettings settings{.tolerance = 1e-14, .max_sweeps = 50};
   const auto expect_force = [&](const Vector3d& delta_free, const Vector3d& expected) {
     problem.delta_free = delta_free;
@@ -296,10 +291,10 @@ TEST_P(GaussSeidel, OneContactByHand) {
 
 TEST_P(GaussSeidel, NotFiniteInputGivesZeros) {
   std::mt19937 random(1);
-  const Problem good = random_problem(6, random);
+  const ContactData good = random_problem(6, random);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double infinity = std::numeric_limits<double>::infinity();
-  const auto expect_refused = [](const Problem& problem, const VectorXd& guess) {
+  const auto expect_refused = [](const ContactData& problem, const VectorXd& guess) {
     const Solution solution = solve(problem, {}, guess);
     EXPECT_EQ(solution.report.status, SolveStatus::kNotFinite);
     EXPECT_TRUE(solution.f.isZero(0.0));
@@ -308,7 +303,7 @@ TEST_P(GaussSeidel, NotFiniteInputGivesZeros) {
   };
   const VectorXd zero = VectorXd::Zero(18);
   for (const double bad : {nan, infinity, -infinity}) {
-    Problem problem = good;
+    ContactData problem = good;
     problem.delta_free[7] = bad;
     expect_refused(problem, zero);
     problem = good;
@@ -328,7 +323,7 @@ TEST_P(GaussSeidel, NotFiniteInputGivesZeros) {
     guess[3] = bad;
     expect_refused(good, guess);
   }
-  Problem problem = good;
+  ContactData problem = good;
   problem.W(4, 4) = -good.W(4, 4);
   expect_refused(problem, zero);
   problem = good;
@@ -339,9 +334,9 @@ TEST_P(GaussSeidel, NotFiniteInputGivesZeros) {
 // Two bodies that nothing can move, as a held object against a wall: a gap stays as it is, and a penetration, too.
 TEST_P(GaussSeidel, ContactsThatNoForceMoves) {
   std::mt19937 random(1);
-  Problem problem = random_problem(6, random);
+  ContactData problem = random_problem(6, random);
   // The same without contact 2.
-  Problem rest{MatrixXd(15, 15), VectorXd(15), VectorXd(5)};
+  ContactData rest{MatrixXd(15, 15), VectorXd(15), VectorXd(5)};
   rest.W << problem.W.topLeftCorner(6, 6), problem.W.topRightCorner(6, 9), problem.W.bottomLeftCorner(9, 6),
       problem.W.bottomRightCorner(9, 9);
   rest.delta_free << problem.delta_free.head(6), problem.delta_free.tail(9);
@@ -367,8 +362,8 @@ TEST_P(GaussSeidel, ContactsThatNoForceMoves) {
 
 // A gap that only the normal force moves, W_tt = 0: whatever slips does so at the limit of friction.
 TEST_P(GaussSeidel, SlipThatNoForceMoves) {
-  const Problem problem{Vector3d(1e-3, 0.0, 0.0).asDiagonal().toDenseMatrix(), Vector3d(-2e-3, 1e-3, 0.0),
-                        VectorXd::Constant(1, 0.5)};
+  const ContactData problem{Vector3d(1e-3, 0.0, 0.0).asDiagonal().toDenseMatrix(), Vector3d(-2e-3, 1e-3, 0.0),
+                            VectorXd::Constant(1, 0.5)};
   const Solution solution = solve(problem, {.tolerance = 1e-12, .max_sweeps = 10});
   EXPECT_EQ(solution.report.status, SolveStatus::kConverged);
   EXPECT_LE((solution.f - Vector3d(2.0, -1.0, 0.0)).norm(), 1e-12);
@@ -380,8 +375,8 @@ TEST_P(GaussSeidel, AnyProblemEnds) {
   for (unsigned seed = 0; seed < 20; ++seed) {
     SCOPED_TRACE(seed);
     std::mt19937 random(seed);
-    const Problem good = random_problem(8, random);
-    std::vector<Problem> problems(7, good);
+    const ContactData good = random_problem(8, random);
+    std::vector<ContactData> problems(7, good);
     problems[0].mu.setConstant(1e300);
     problems[1].W *= 1e-200;
     problems[2].W *= 1e+200;
@@ -391,7 +386,7 @@ TEST_P(GaussSeidel, AnyProblemEnds) {
     problems[4].W.diagonal() = good.W.diagonal();
     problems[5].delta_free *= 1e-300;
     problems[6].delta_free *= 1e300;
-    for (const Problem& problem : problems) {
+    for (const ContactData& problem : problems) {
       const Solution solution = solve(problem, {.tolerance = 1e-9, .max_sweeps = 50});
       ASSERT_TRUE(solution.f.allFinite() && solution.delta.allFinite());
       EXPECT_FALSE(std::isnan(solution.report.residual) || std::isnan(solution.report.residual_worst));
@@ -411,13 +406,13 @@ TEST_P(GaussSeidel, ScalesOfFreeMotionFarFromOne) {
   for (unsigned seed = 0; seed < 20; ++seed) {
     SCOPED_TRACE(seed);
     std::mt19937 random(seed);
-    const Problem good = random_problem(8, random);
+    const ContactData good = random_problem(8, random);
     const GaussSeidelSettings settings{.tolerance = 1e-9, .max_sweeps = 20000};
     const Solution expected = solve(good, settings);
     // Inside of the range that single precision is trusted with, at its ends, and far outside.
     for (const double scale : {1e-60, 1e-45, 1e-25, 1e-15, 1e-12, 1e-9, 1e9, 1e12, 1e15, 1e25, 1e40, 1e60}) {
       SCOPED_TRACE(scale);
-      Problem scaled = good;
+      ContactData scaled = good;
       scaled.delta_free *= scale;
       Solution solution = solve(scaled, settings);
       ASSERT_EQ(solution.report.status, SolveStatus::kConverged);
@@ -440,21 +435,20 @@ TEST_P(GaussSeidel, AScaleThatFitsNoDoubleIsRefused) {
   for (const double scale : {1e-300, 1e-170, 1e-150, 1e170, 1e300}) {
     SCOPED_TRACE(scale);
     std::mt19937 random(1);
-    Problem problem = random_problem(8, random);
+    ContactData problem = random_problem(8, random);
     problem.delta_free *= scale;
     const Solution solution = solve(problem, {});
     EXPECT_EQ(solution.report.status, SolveStatus::kNotFinite);
     EXPECT_TRUE(solution.f.isZero(0.0) && solution.delta.isZero(0.0));
     EXPECT_TRUE(std::isinf(solution.report.residual));
-    EXPECT_TRUE(std::isinf(
-        natural_map_residual(problem.W, problem.delta_free, problem.mu, VectorXd::Zero(24), problem.delta_free)));
+    EXPECT_TRUE(std::isinf(natural_map(problem, VectorXd::Zero(24), problem.delta_free).norm));
   }
 }
 
 // W's columns alone are read, so that one which was printed with few digits is solved as it is.
 TEST_P(GaussSeidel, WNeedNotBeSymmetricToTheLastDigit) {
   std::mt19937 random(3);
-  Problem problem = random_problem(12, random);
+  ContactData problem = random_problem(12, random);
   problem.W += 1e-4 * problem.W.cwiseAbs().cwiseProduct(random_matrix(36, 36, random));
   const Solution solution = solve(problem, {.tolerance = 1e-9, .max_sweeps = 20000});
   ASSERT_EQ(solution.report.status, SolveStatus::kConverged);
@@ -464,7 +458,7 @@ TEST_P(GaussSeidel, WNeedNotBeSymmetricToTheLastDigit) {
 // The worst contact has at most all of the error, and at least its share of it.
 TEST_P(GaussSeidel, ReportsTheWorstContact) {
   for (const ContactFile& recorded : recorded_contact_problems()) {
-    const Problem problem = problem_of(recorded);
+    const ContactData problem = problem_of(recorded);
     const SolveReport report = solve(problem, {.tolerance = 1e-6, .max_sweeps = 2000}).report;
     EXPECT_LE(report.residual_worst, report.residual);
     EXPECT_GE(report.residual_worst * std::sqrt(static_cast<double>(problem.contacts())), report.residual);
@@ -473,14 +467,14 @@ TEST_P(GaussSeidel, ReportsTheWorstContact) {
 
 TEST_P(GaussSeidel, SameProblemSameBits) {
   std::mt19937 random(5);
-  const Problem problem = random_problem(25, random);
-  const Problem other = random_problem(12, random);
+  const ContactData problem = random_problem(25, random);
+  const ContactData other = random_problem(12, random);
   SweepWorkspace work(25);
   VectorXd f_1 = VectorXd::Zero(75), f_2 = f_1, f_other = VectorXd::Zero(36), delta(75);
   const GaussSeidelSettings settings{.tolerance = 1e-7, .max_sweeps = 500};
-  (void)solve_contacts(problem.W, problem.delta_free, problem.mu, settings, work, f_1, delta);
-  (void)solve_contacts(other.W, other.delta_free, other.mu, settings, work, f_other, delta.head(36));
-  (void)solve_contacts(problem.W, problem.delta_free, problem.mu, settings, work, f_2, delta);
+  (void)solve_contacts(problem, settings, work, {f_1, delta});
+  (void)solve_contacts(other, settings, work, {f_other, delta.head(36)});
+  (void)solve_contacts(problem, settings, work, {f_2, delta});
   EXPECT_EQ(f_1, f_2);  // What a workspace was used for before leaves no trace.
 }
 
@@ -491,9 +485,9 @@ TEST(FastSweeps, AreFewer) {
     const GaussSeidelSettings settings{.tolerance = 1e-6, .max_sweeps = 2000};
     SweepWorkspace work(recorded.contacts());
     VectorXd f = VectorXd::Zero(3 * recorded.contacts()), delta(f.size());
-    plain_sweeps += solve_contacts(recorded.W, recorded.delta_free[0], recorded.mu, settings, f, delta).sweeps;
+    plain_sweeps += solve_contacts(recorded.problem(), settings, {f, delta}).sweeps;
     f.setZero();
-    fast_sweeps += solve_contacts(recorded.W, recorded.delta_free[0], recorded.mu, settings, work, f, delta).sweeps;
+    fast_sweeps += solve_contacts(recorded.problem(), settings, work, {f, delta}).sweeps;
   }
   EXPECT_LT(fast_sweeps, 0.7 * plain_sweeps);
 }
@@ -503,7 +497,7 @@ TEST_P(GaussSeidel, WithoutContactsOrFreeMotionThereIsNothingToSolve) {
   EXPECT_EQ(none.report.status, SolveStatus::kConverged);
   EXPECT_EQ(none.report.sweeps, 0);
 
-  const Problem still{Matrix3d::Identity(), VectorXd::Zero(3), VectorXd::Ones(1)};
+  const ContactData still{Matrix3d::Identity(), VectorXd::Zero(3), VectorXd::Ones(1)};
   const Solution solution = solve(still, {}, VectorXd::Constant(3, 0.5));
   EXPECT_EQ(solution.report.status, SolveStatus::kConverged);
   EXPECT_TRUE(solution.f.isZero(0.0));
@@ -514,15 +508,14 @@ TEST_P(GaussSeidel, DoesNotAllocate) {
   if (!AllocationCounter::is_available()) GTEST_SKIP() << "malloc is not ours";
   for (const Index contacts : {5, 20, 60}) {
     std::mt19937 random(1);
-    const Problem problem = random_problem(contacts, random);
+    const ContactData problem = random_problem(contacts, random);
     VectorXd f = VectorXd::Zero(3 * contacts);
     VectorXd delta(3 * contacts);
     const GaussSeidelSettings settings{.tolerance = 1e-6, .max_sweeps = 50};
     SweepWorkspace work(contacts);
     const AllocationCounter counter;
-    const SolveReport report = fast()
-                                   ? solve_contacts(problem.W, problem.delta_free, problem.mu, settings, work, f, delta)
-                                   : solve_contacts(problem.W, problem.delta_free, problem.mu, settings, f, delta);
+    const SolveReport report =
+        fast() ? solve_contacts(problem, settings, work, {f, delta}) : solve_contacts(problem, settings, {f, delta});
     EXPECT_EQ(counter.count(), 0);
     EXPECT_GT(report.sweeps, 0);
   }

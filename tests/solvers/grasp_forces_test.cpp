@@ -440,6 +440,7 @@ TEST(GraspForces, ContactsOnALineRefuseATorqueAboutItAndHoldTheRest) {
     SCOPED_TRACE(seed);
     std::mt19937 random(seed);
     Grasp grasp;
+    grasp.friction = 0.5;
     const Vector3d along = random_vector(random).normalized();
     const Vector3d origin = 0.1 * random_vector(random);
     grasp.contacts.push_back({origin - 0.03 * along, frame_about(along, random)});
@@ -570,6 +571,7 @@ TEST(GraspForces, OfTwoFingersByHand) {
 
 TEST(GraspForces, SmallGraspsAndBadInput) {
   Grasp grasp;
+  grasp.friction = 0.5;
   EXPECT_EQ(solve(grasp).report.status, GraspStatus::kOptimal);
   grasp.wrench[0] = 1.0;
   EXPECT_EQ(solve(grasp).report.status, GraspStatus::kInfeasible);

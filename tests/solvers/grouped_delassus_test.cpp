@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "bench/cases/factored_contacts.h"
+#include "solvers/gauss_seidel.h"
 #include "solvers/residual.h"
 #include "tests/support/allocation_counter.h"
 
@@ -37,10 +39,9 @@ SurfaceCompliance half_space(Index contacts, std::mt19937& random) {
   return C;
 }
 
-/// Fingers of these numbers of contacts on one object, and what the operator refers to.
-struct GroupedProblem {
-  GroupedProblem(const std::vector<Index>& sizes, bool compliant, std::mt19937& random) {
-    begin.push_back(0);
+/// Fingers of these numbers of contacts on one object.
+struct RandomGroups : FactoredContacts {
+  RandomGroups(const std::vector<Index>& sizes, bool compliant, std::mt19937& random) {
     for (const Index size : sizes) begin.push_back(begin.back() + size);
     const Index n = begin.back();
     // More rows than the contacts have, as a workspace of some capacity holds them.
@@ -55,29 +56,16 @@ struct GroupedProblem {
             MatrixXd(random_matrix(3, 3, random)).householderQr().householderQ() * Eigen::Matrix3d::Identity();
       }
     }
-    mobility << 1e-6, 1e-6, 1e-6, 3e-6, 3e-6, 3e-6, 0.0, 0.0;
+    own_mobility = 2e-6;
+    common_mobility << 1e-6, 1e-6, 1e-6, 3e-6, 3e-6, 3e-6, 0.0, 0.0;
+    compliance_scale = 0.7;
     delta_free = 1e-5 * random_matrix(3 * n, 1, random);
     mu = 0.5 * random_matrix(n, 1, random).cwiseAbs();
   }
 
-  [[nodiscard]] GroupedDelassus W() const {
-    return {.begin = begin,
-            .J_own = J_own,
-            .J_common = J_common,
-            .own_mobility = 2e-6,
-            .common_mobility = mobility,
-            .compliance = compliance,
-            .axes = axes,
-            .compliance_scale = 0.7};
-  }
   [[nodiscard]] Index contacts() const { return mu.size(); }
+  operator GroupedContactProblem() const { return problem(delta_free, mu); }
 
-  std::vector<Index> begin;
-  GroupedDelassus::OwnJacobian J_own;
-  GroupedDelassus::CommonJacobian J_common;
-  GroupedDelassus::CommonMotion mobility;
-  std::vector<SurfaceCompliance> compliance;
-  GroupedDelassus::Axes axes;
   VectorXd delta_free, mu;
 };
 
@@ -88,26 +76,25 @@ TEST(GroupedDelassus, SolvesTheProblemThatItsFactorsMake) {
   for (unsigned seed = 0; seed < 40; ++seed) {
     SCOPED_TRACE(seed);
     std::mt19937 random(seed);
-    const GroupedProblem problem(kSizes[seed % kSizes.size()], true, random);
+    const RandomGroups problem(kSizes[seed % kSizes.size()], true, random);
     const Index n = problem.contacts();
-    const GroupedDelassus W = problem.W();
-    MatrixXd dense(3 * n, 3 * n);
-    W.to_dense(dense);
+    const GroupedDelassus W = problem.operator_of();
+    const ContactData dense{problem.dense(), problem.delta_free, problem.mu};
     GroupedWorkspace work(n, W.groups());
     for (const double tolerance : {1e-4, 1e-10}) {
       VectorXd f = VectorXd::Zero(3 * n), delta(3 * n);
-      const SolveReport report = solve_contacts(W, problem.delta_free, problem.mu, {tolerance, 2000}, work, f, delta);
+      const SolveReport report = solve_contacts(problem, {tolerance, 2000}, work, {f, delta});
       ASSERT_EQ(report.status, SolveStatus::kConverged);
       // W f is summed in another order, and rho comes from W_ii in single precision: 1e-7 of the residual.
-      const VectorXd expected_delta = dense * f + problem.delta_free;
-      EXPECT_LE((delta - expected_delta).norm(), 1e-13 * (problem.delta_free.norm() + dense.norm() * f.norm()));
-      const Residual residual = natural_map(dense, problem.delta_free, problem.mu, f, expected_delta);
+      const VectorXd expected_delta = dense.W * f + problem.delta_free;
+      EXPECT_LE((delta - expected_delta).norm(), 1e-13 * (problem.delta_free.norm() + dense.W.norm() * f.norm()));
+      const Residual residual = natural_map(dense, f, expected_delta);
       EXPECT_LE(residual.norm, 1.001 * tolerance + 1e-13);
       EXPECT_NEAR(residual.norm, report.residual, 1e-3 * report.residual + 1e-13);
       EXPECT_NEAR(residual.worst, report.residual_worst, 1e-3 * report.residual + 1e-13);
 
       const auto J_common = problem.J_common.topRows(3 * n);
-      const GroupedDelassus::CommonMotion common = problem.mobility.cwiseProduct(J_common.transpose() * f);
+      const GroupedDelassus::CommonMotion common = problem.common_mobility.cwiseProduct(J_common.transpose() * f);
       EXPECT_LE((work.common_motion - common).norm(), 1e-13 * (1e-6 + f.norm()) * J_common.norm());
       for (Index k = 0; k < W.groups(); ++k) {
         const Index first = 3 * W.begin[k], rows = 3 * W.begin[k + 1] - first;
@@ -123,12 +110,11 @@ TEST(GroupedDelassus, SolvesTheProblemThatItsFactorsMake) {
 // with forces. Rounding.
 TEST(GroupedDelassus, ComplianceIsTheOneOfTheHeader) {
   std::mt19937 random(1);
-  GroupedProblem problem({4, 3, 5}, true, random);
+  RandomGroups problem({4, 3, 5}, true, random);
   const Index n = problem.contacts();
-  MatrixXd with(3 * n, 3 * n), without(3 * n, 3 * n);
-  problem.W().to_dense(with);
+  const MatrixXd with = problem.dense();
   const std::vector<SurfaceCompliance> compliance = std::exchange(problem.compliance, {});
-  problem.W().to_dense(without);
+  const MatrixXd without = problem.dense();
   const Eigen::Matrix3d D = Eigen::Vector3d(0.0, 1.0, 1.0).asDiagonal();
   for (Index k = 0; k < std::ssize(compliance); ++k) {
     const SurfaceCompliance& C = compliance[k];
@@ -153,7 +139,7 @@ TEST(GroupedDelassus, ComplianceIsTheOneOfTheHeader) {
   f.segment<3>(3).setZero();  // one that bears nothing
   problem.compliance = compliance;
   GroupedWorkspace work(n, std::ssize(compliance));
-  find_motion(problem.W(), f, work);
+  find_motion(problem.operator_of(), f, work);
   const VectorXd expected = (with - without) * f;
   EXPECT_LE((work.surface_motion.head(3 * n) - expected).norm(), 1e-14 * expected.norm());
 }
@@ -163,16 +149,14 @@ TEST(GroupedDelassus, ConvergesAsTheDenseSweepsDo) {
   int grouped_sweeps = 0, dense_sweeps = 0;
   for (unsigned seed = 0; seed < 20; ++seed) {
     std::mt19937 random(seed);
-    const GroupedProblem problem(kSizes[seed % kSizes.size()], true, random);
+    const RandomGroups problem(kSizes[seed % kSizes.size()], true, random);
     const Index n = problem.contacts();
-    MatrixXd dense(3 * n, 3 * n);
-    problem.W().to_dense(dense);
-    GroupedWorkspace grouped(n, problem.W().groups());
+    const ContactData dense{problem.dense(), problem.delta_free, problem.mu};
+    GroupedWorkspace grouped(n, std::ssize(problem.begin) - 1);
     SweepWorkspace work(n);
     VectorXd f = VectorXd::Zero(3 * n), g = f, delta(3 * n);
-    grouped_sweeps +=
-        solve_contacts(problem.W(), problem.delta_free, problem.mu, {1e-6, 2000}, grouped, f, delta).sweeps;
-    dense_sweeps += solve_contacts(dense, problem.delta_free, problem.mu, {1e-6, 2000}, work, g, delta).sweeps;
+    grouped_sweeps += solve_contacts(problem, {1e-6, 2000}, grouped, {f, delta}).sweeps;
+    dense_sweeps += solve_contacts(dense, {1e-6, 2000}, work, {g, delta}).sweeps;
   }
   EXPECT_NEAR(grouped_sweeps, dense_sweeps, 0.1 * dense_sweeps);
 }
@@ -182,16 +166,14 @@ TEST(GroupedDelassus, NeedsNoCompliance) {
   for (unsigned seed = 0; seed < 10; ++seed) {
     SCOPED_TRACE(seed);
     std::mt19937 random(seed);
-    GroupedProblem problem({3, 2, 3}, false, random);
+    RandomGroups problem({3, 2, 3}, false, random);
     problem.mu.setConstant(0.5);
     const Index n = problem.contacts();
-    MatrixXd dense(3 * n, 3 * n);
-    problem.W().to_dense(dense);
+    const ContactData dense{problem.dense(), problem.delta_free, problem.mu};
     GroupedWorkspace work(n, 3);
     VectorXd f = VectorXd::Zero(3 * n), delta(3 * n);
-    const SolveReport report = solve_contacts(problem.W(), problem.delta_free, problem.mu, {1e-8, 500}, work, f, delta);
-    const double residual =
-        natural_map_residual(dense, problem.delta_free, problem.mu, f, dense * f + problem.delta_free);
+    const SolveReport report = solve_contacts(problem, {1e-8, 500}, work, {f, delta});
+    const double residual = natural_map(dense, f, dense.W * f + dense.delta_free).norm;
     EXPECT_NEAR(residual, report.residual, 1e-3 * report.residual + 1e-12);
   }
 }
@@ -199,17 +181,17 @@ TEST(GroupedDelassus, NeedsNoCompliance) {
 TEST(GroupedDelassus, NotFiniteInputGivesZeros) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   std::mt19937 random(1);
-  const GroupedProblem good({3, 3, 3}, true, random);
+  const RandomGroups good({3, 3, 3}, true, random);
   GroupedWorkspace work(9, 3);
-  const auto expect_refused = [&](const GroupedProblem& problem) {
+  const auto expect_refused = [&](const RandomGroups& problem) {
     VectorXd f = VectorXd::Zero(27), delta(27);
-    const SolveReport report = solve_contacts(problem.W(), problem.delta_free, problem.mu, {1e-6, 100}, work, f, delta);
+    const SolveReport report = solve_contacts(problem, {1e-6, 100}, work, {f, delta});
     EXPECT_EQ(report.status, SolveStatus::kNotFinite);
     EXPECT_TRUE(f.isZero(0.0) && delta.isZero(0.0));
     EXPECT_TRUE(work.own_motion.isZero(0.0) && work.common_motion.isZero(0.0));
     EXPECT_TRUE(std::isinf(report.residual) && std::isinf(report.residual_worst));
   };
-  GroupedProblem problem = good;
+  RandomGroups problem = good;
   problem.J_own(4, 1) = nan;
   expect_refused(problem);
   problem = good;
@@ -231,11 +213,11 @@ TEST(GroupedDelassus, NotFiniteInputGivesZeros) {
 
 TEST(GroupedDelassus, SameProblemSameBitsWhateverTheWorkspaceHeld) {
   std::mt19937 random(1);
-  const GroupedProblem problem({6, 5, 4}, true, random), other({15, 1, 9}, true, random);
+  const RandomGroups problem({6, 5, 4}, true, random), other({15, 1, 9}, true, random);
   GroupedWorkspace work(30, 4);
-  const auto run = [&](const GroupedProblem& p) {
+  const auto run = [&](const RandomGroups& p) {
     VectorXd f = VectorXd::Zero(3 * p.contacts()), delta(f.size());
-    (void)solve_contacts(p.W(), p.delta_free, p.mu, {1e-7, 500}, work, f, delta);
+    (void)solve_contacts(p, {1e-7, 500}, work, {f, delta});
     return f;
   };
   const VectorXd first = run(problem);
@@ -247,11 +229,11 @@ TEST(GroupedDelassus, DoesNotAllocate) {
   if (!AllocationCounter::is_available()) GTEST_SKIP() << "malloc is not ours";
   std::mt19937 random(1);
   for (const auto& sizes : kSizes) {
-    const GroupedProblem problem(sizes, true, random);
+    const RandomGroups problem(sizes, true, random);
     GroupedWorkspace work(problem.contacts(), std::ssize(sizes));
     VectorXd f = VectorXd::Zero(3 * problem.contacts()), delta(f.size());
     const AllocationCounter counter;
-    (void)solve_contacts(problem.W(), problem.delta_free, problem.mu, {1e-8, 500}, work, f, delta);
+    (void)solve_contacts(problem, {1e-8, 500}, work, {f, delta});
     EXPECT_EQ(counter.count(), 0);
   }
 }

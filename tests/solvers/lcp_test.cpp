@@ -16,20 +16,15 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-struct Lcp {
-  MatrixXd M;
-  VectorXd q;
-};
-
 struct Solution {
   LcpReport report;
   VectorXd z;
 };
 
-Solution solve(const Lcp& lcp, int max_pivots = 1000) {
+Solution solve(const LcpData& lcp, int max_pivots = 1000) {
   LcpWorkspace work(lcp.q.size());
   VectorXd z(lcp.q.size());
-  const LcpReport report = solve_lcp(lcp.M, lcp.q, max_pivots, work, z);
+  const LcpReport report = solve_lcp(lcp, max_pivots, work, z);
   return {report, z};
 }
 
@@ -42,7 +37,7 @@ VectorXd random_positive(Index n, std::mt19937& random) { return random_matrix(n
 
 /// Complementarity, relative to the size of the terms. A dozen pivots on entries of order 1 amplify rounding (1e-16) by
 /// their growth, which stayed below 1e4 over these seeds; a wrong basis is off by order 1.
-void expect_solution(const Lcp& lcp, const VectorXd& z, double tolerance = 1e-9) {
+void expect_solution(const LcpData& lcp, const VectorXd& z, double tolerance = 1e-9) {
   const VectorXd w = lcp.M * z + lcp.q;
   const double w_scale = lcp.q.cwiseAbs().maxCoeff() + (lcp.M.cwiseAbs() * z).maxCoeff();
   EXPECT_GE(z.minCoeff(), 0.0);
@@ -51,7 +46,7 @@ void expect_solution(const Lcp& lcp, const VectorXd& z, double tolerance = 1e-9)
 }
 
 /// z >= 0, M z = 0, q.z < 0: then no w = M y + q >= 0 exists, because z.w = q.z for every y (M symmetric).
-void expect_infeasibility_certificate(const Lcp& lcp, const VectorXd& z) {
+void expect_infeasibility_certificate(const LcpData& lcp, const VectorXd& z) {
   EXPECT_GE(z.minCoeff(), 0.0);
   EXPECT_NEAR(z.maxCoeff(), 1.0, 1e-15);
   EXPECT_LE((lcp.M * z).cwiseAbs().maxCoeff(), 1e-9 * lcp.M.cwiseAbs().maxCoeff());
@@ -61,7 +56,7 @@ void expect_infeasibility_certificate(const Lcp& lcp, const VectorXd& z) {
 TEST(Lcp, SolvesRecordedProblems) {
   for (const auto& problem : recorded_small_problems("LCP")) {
     SCOPED_TRACE(problem.at("file"));
-    const Lcp lcp{matrix_of(problem.at("M")), vector_of(problem.at("q"))};
+    const LcpData lcp{matrix_of(problem.at("M")), vector_of(problem.at("q"))};
     const Solution solution = solve(lcp);
     ASSERT_EQ(solution.report.status, LcpStatus::kSolved);
     expect_solution(lcp, solution.z);
@@ -75,7 +70,7 @@ TEST(Lcp, SolvesRecordedProblems) {
 TEST(Lcp, MurtysFamilyTakesExponentiallyManyPivots) {
   for (const Index n : {3, 6, 8}) {
     const MatrixXd lower = MatrixXd(MatrixXd::Constant(n, n, 2.0).triangularView<Eigen::StrictlyLower>());
-    const Lcp lcp{lower + MatrixXd::Identity(n, n), VectorXd::Constant(n, -1.0)};
+    const LcpData lcp{lower + MatrixXd::Identity(n, n), VectorXd::Constant(n, -1.0)};
     const Solution solution = solve(lcp);
     EXPECT_EQ(solution.report.status, LcpStatus::kSolved);
     EXPECT_EQ(solution.report.pivots, 1 << n);
@@ -91,7 +86,7 @@ TEST(Lcp, MurtysFamilyTakesExponentiallyManyPivots) {
 TEST(Lcp, MurtysFamilyEndsAtTheUsualBudget) {
   constexpr Index n = 15;  // 32768 pivots; the LCP of three contacts is as large.
   const MatrixXd lower = MatrixXd(MatrixXd::Constant(n, n, 2.0).triangularView<Eigen::StrictlyLower>());
-  const Lcp lcp{lower + MatrixXd::Identity(n, n), VectorXd::Constant(n, -1.0)};
+  const LcpData lcp{lower + MatrixXd::Identity(n, n), VectorXd::Constant(n, -1.0)};
   const Solution solution = solve(lcp, usual_pivot_budget(n));
   EXPECT_EQ(solution.report.status, LcpStatus::kBudgetSpent);
   EXPECT_EQ(solution.report.pivots, usual_pivot_budget(n));
@@ -100,7 +95,7 @@ TEST(Lcp, MurtysFamilyEndsAtTheUsualBudget) {
 
 // A P-matrix on which Bard's principal pivoting and projected Gauss-Seidel cycle. By hand: z = 1/3 in all rows, w = 0.
 TEST(Lcp, CirculantThreeByThree) {
-  const Lcp lcp{Eigen::Matrix3d{{1.0, 2.0, 0.0}, {0.0, 1.0, 2.0}, {2.0, 0.0, 1.0}}, VectorXd::Constant(3, -1.0)};
+  const LcpData lcp{Eigen::Matrix3d{{1.0, 2.0, 0.0}, {0.0, 1.0, 2.0}, {2.0, 0.0, 1.0}}, VectorXd::Constant(3, -1.0)};
   const Solution solution = solve(lcp);
   ASSERT_EQ(solution.report.status, LcpStatus::kSolved);
   // Rounding of a third.
@@ -117,7 +112,7 @@ TEST(Lcp, SolvesFeasibleSemiDefiniteProblems) {
     VectorXd z = random_positive(n, random);
     VectorXd w = random_positive(n, random);
     for (Index i = 0; i < n; ++i) (random() % 2 == 0 ? z : w)[i] = 0.0;
-    const Lcp lcp{B * B.transpose(), w - B * (B.transpose() * z)};
+    const LcpData lcp{B * B.transpose(), w - B * (B.transpose() * z)};
 
     const Solution solution = solve(lcp);
     ASSERT_EQ(solution.report.status, LcpStatus::kSolved);
@@ -136,7 +131,7 @@ TEST(Lcp, EveryAnswerOnSemiDefiniteProblemsHasItsCertificate) {
     std::mt19937 random(seed);
     const Index n = 3 + seed % 20;
     const MatrixXd B = random_matrix(n, 1 + n / 2, random);
-    const Lcp lcp{B * B.transpose(), random_matrix(n, 1, random)};
+    const LcpData lcp{B * B.transpose(), random_matrix(n, 1, random)};
     const Solution solution = solve(lcp);
     ASSERT_NE(solution.report.status, LcpStatus::kBudgetSpent);
     if (solution.report.status == LcpStatus::kSolved) {
@@ -157,7 +152,7 @@ TEST(Lcp, TiedRatiosDoNotCycle) {
     std::mt19937 random(seed);
     const Index n = 4 + seed % 12;
     const MatrixXd B = MatrixXd::NullaryExpr(n, 1 + n / 2, [&] { return static_cast<double>(random() % 3) - 1.0; });
-    const Lcp lcp{B * B.transpose(), VectorXd::NullaryExpr(n, [&] { return -static_cast<double>(random() % 2); })};
+    const LcpData lcp{B * B.transpose(), VectorXd::NullaryExpr(n, [&] { return -static_cast<double>(random() % 2); })};
     const Solution solution = solve(lcp);
     ASSERT_NE(solution.report.status, LcpStatus::kBudgetSpent);
     if (solution.report.status == LcpStatus::kSolved) {
@@ -174,7 +169,7 @@ TEST(Lcp, AnswerDoesNotDependOnUnits) {
     SCOPED_TRACE(seed);
     std::mt19937 random(seed);
     const MatrixXd B = random_matrix(12, 7, random);
-    const Lcp lcp{B * B.transpose(), random_matrix(12, 1, random)};
+    const LcpData lcp{B * B.transpose(), random_matrix(12, 1, random)};
     const Solution solution = solve(lcp);
     const Solution scaled = solve({std::ldexp(1.0, 40) * lcp.M, std::ldexp(1.0, -30) * lcp.q});
     EXPECT_EQ(scaled.report.status, solution.report.status);
@@ -194,7 +189,7 @@ TEST(Lcp, NonNegativeRightSideNeedsNoPivot) {
 }
 
 TEST(Lcp, ZeroMatrixIsInfeasibleForANegativeRightSide) {
-  const Lcp lcp{MatrixXd::Zero(3, 3), -VectorXd::Unit(3, 1)};
+  const LcpData lcp{MatrixXd::Zero(3, 3), -VectorXd::Unit(3, 1)};
   const Solution solution = solve(lcp);
   EXPECT_EQ(solution.report.status, LcpStatus::kInfeasible);
   EXPECT_EQ(solution.z, VectorXd::Unit(3, 1));
@@ -202,7 +197,7 @@ TEST(Lcp, ZeroMatrixIsInfeasibleForANegativeRightSide) {
 
 TEST(Lcp, NotFiniteInputGivesZeros) {
   for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
-    Lcp lcp{MatrixXd::Identity(3, 3), VectorXd::Constant(3, -1.0)};
+    LcpData lcp{MatrixXd::Identity(3, 3), VectorXd::Constant(3, -1.0)};
     lcp.q[1] = bad;
     EXPECT_EQ(solve(lcp).report.status, LcpStatus::kBudgetSpent);
     EXPECT_TRUE(solve(lcp).z.isZero(0.0));
@@ -223,7 +218,7 @@ TEST(Lcp, DoesNotAllocate) {
   VectorXd z(40);
   for (const Index n : {40, 15, 23}) {
     const AllocationCounter counter;
-    const LcpReport report = solve_lcp(M.topLeftCorner(n, n), q.head(n), 1000, work, z.head(n));
+    const LcpReport report = solve_lcp({M.topLeftCorner(n, n), q.head(n)}, 1000, work, z.head(n));
     EXPECT_EQ(counter.count(), 0);
     EXPECT_GT(report.pivots, 0);
   }

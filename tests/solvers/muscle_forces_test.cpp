@@ -27,16 +27,16 @@ struct Solution {
 
 VectorXd untouched(Index muscles) { return VectorXd::Constant(muscles, std::numeric_limits<double>::quiet_NaN()); }
 
-Solution solve(const MatrixXd& H, const VectorXd& tau) {
-  VectorXd f = untouched(H.cols());
-  const MuscleReport report = solve_muscle_forces(H, tau, f);
+Solution solve(const MuscleProblem& problem) {
+  VectorXd f = untouched(problem.H.cols());
+  const MuscleReport report = solve_muscle_forces(problem, f);
   return {report, f};
 }
 
-Solution solve_by_lemke(const MatrixXd& H, const VectorXd& tau) {
-  MuscleWorkspace work(H.rows(), H.cols());
-  VectorXd f = untouched(H.cols());
-  const MuscleReport report = solve_muscle_forces_by_lemke(H, tau, work, f);
+Solution solve_by_lemke(const MuscleProblem& problem) {
+  MuscleWorkspace work(problem.H.rows(), problem.H.cols());
+  VectorXd f = untouched(problem.H.cols());
+  const MuscleReport report = solve_muscle_forces_by_lemke(problem, work, f);
   return {report, f};
 }
 
@@ -86,7 +86,7 @@ TEST(MuscleForces, AgreeWithTheRecordedOptima) {
     SCOPED_TRACE(problem.at("file"));
     const MatrixXd H = matrix_of(problem.at("H"));
     const VectorXd tau = vector_of(problem.at("tau"));
-    const Solution solution = solve(H, tau);
+    const Solution solution = solve({H, tau});
     if (problem.at("status") == "infeasible") {
       EXPECT_EQ(solution.report.status, MuscleStatus::kInfeasible);
       EXPECT_TRUE(solution.f.hasNaN()) << "f must be left as it was";
@@ -103,7 +103,7 @@ TEST(MuscleForces, AgreeWithTheHandsReference) {
   const MatrixXd H = matrix_of(hand.at("H"));
   for (const auto& problem : hand.at("muscle")) {
     const VectorXd tau = vector_of(problem.at("tau"));
-    const Solution solution = solve(H, tau);
+    const Solution solution = solve({H, tau});
     if (problem.at("f").is_null()) {
       EXPECT_EQ(solution.report.status, MuscleStatus::kInfeasible);
       continue;
@@ -122,7 +122,7 @@ TEST(MuscleForces, EveryAnswerIsProved) {
     std::mt19937 random(seed);
     const MatrixXd H = random_arms(random);
     const VectorXd tau = 0.1 * random_matrix(12, 1, random);
-    const Solution solution = solve(H, tau);
+    const Solution solution = solve({H, tau});
     expect_proved(H, tau, solution);
     // In units of 1 cm, so that the oracle's zero fits.
     const bool out_of_reach = distance_from_cone(100.0 * H, 100.0 * tau) > 1e-9;
@@ -138,14 +138,14 @@ TEST(MuscleForces, AgreeWithLemke) {
   for (std::uint64_t seed = 0; seed < 1000; ++seed) {
     SCOPED_TRACE(seed);
     Random random(seed);
-    const MuscleProblem problem = seed % 2 == 0 ? muscle_families::held(random) : muscle_families::any(random);
-    const Solution ours = solve(problem.H, problem.tau_Nm);
-    const Solution lemke = solve_by_lemke(problem.H, problem.tau_Nm);
+    const MuscleData problem = seed % 2 == 0 ? muscle_families::held(random) : muscle_families::any(random);
+    const Solution ours = solve(problem);
+    const Solution lemke = solve_by_lemke(problem);
     ASSERT_EQ(ours.report.status, lemke.report.status);
     if (ours.report.status == MuscleStatus::kOptimal) {
       EXPECT_LE((ours.f - lemke.f).norm(), 1e-6 * ours.f.norm());
     } else {
-      expect_infeasible(problem.H, problem.tau_Nm, lemke.report.multiplier);
+      expect_infeasible(problem.H, problem.tau, lemke.report.multiplier);
     }
   }
 }
@@ -169,13 +169,13 @@ TEST(MuscleForces, BlocksAreIndependent) {
     std::iota(muscles.begin(), muscles.end(), 0);
     std::shuffle(joints.begin(), joints.end(), random);
     std::shuffle(muscles.begin(), muscles.end(), random);
-    const Solution whole = solve(H(joints, muscles), tau(joints));
+    const Solution whole = solve({H(joints, muscles), tau(joints)});
     ASSERT_EQ(whole.report.status, MuscleStatus::kOptimal);
     VectorXd f(22);
     f(muscles) = whole.f;
     const double size_N = f.norm();
-    EXPECT_LE((f.head(9) - solve(A, tau_A).f).norm(), 1e-11 * size_N);
-    EXPECT_LE((f.tail(12) - solve(B, tau_B).f).norm(), 1e-11 * size_N);
+    EXPECT_LE((f.head(9) - solve({A, tau_A}).f).norm(), 1e-11 * size_N);
+    EXPECT_LE((f.tail(12) - solve({B, tau_B}).f).norm(), 1e-11 * size_N);
     EXPECT_EQ(f[9], 0.0);
   }
 }
@@ -185,22 +185,22 @@ TEST(MuscleForces, OfTheLargestHand) {
   std::mt19937 random(1);
   const MatrixXd H = 0.01 * random_matrix(kMaxJoints, kMaxMuscles, random);
   const VectorXd tau = H * random_matrix(kMaxMuscles, 1, random).cwiseAbs();
-  expect_proved(H, tau, solve(H, tau));
+  expect_proved(H, tau, solve({H, tau}));
 }
 
 // Two muscles that pull apart on one joint: only the agonist works. A third of the same arm halves it.
 TEST(MuscleForces, OfOneJointByHand) {
   MatrixXd H(1, 3);
   H << 0.01, -0.01, 0.01;
-  const Solution flexion = solve(H, VectorXd::Constant(1, 0.2));
+  const Solution flexion = solve({H, VectorXd::Constant(1, 0.2)});
   EXPECT_LE((flexion.f - Eigen::Vector3d(10.0, 0.0, 10.0)).cwiseAbs().maxCoeff(), 1e-13);
-  const Solution extension = solve(H, VectorXd::Constant(1, -0.2));
+  const Solution extension = solve({H, VectorXd::Constant(1, -0.2)});
   EXPECT_LE((extension.f - Eigen::Vector3d(0.0, 20.0, 0.0)).cwiseAbs().maxCoeff(), 1e-13);
 }
 
 TEST(MuscleForces, AreZeroWithoutTorque) {
   std::mt19937 random(1);
-  const Solution solution = solve(random_arms(random), VectorXd::Zero(12));
+  const Solution solution = solve({random_arms(random), VectorXd::Zero(12)});
   EXPECT_EQ(solution.report.status, MuscleStatus::kOptimal);
   EXPECT_TRUE(solution.f.isZero(0.0));
 }
@@ -214,11 +214,11 @@ TEST(MuscleForces, DependentJointsAreTakenOrRefused) {
     H.row(5) = H.row(1) - 2.0 * H.row(3);
     H.row(11).setZero();
     const VectorXd tau = H * random_matrix(23, 1, random).cwiseAbs();
-    const Solution solution = solve(H, tau);
+    const Solution solution = solve({H, tau});
     ASSERT_EQ(solution.report.status, MuscleStatus::kOptimal);
     expect_optimal(H, tau, solution.f);
     for (const Index joint : {5, 11}) {
-      EXPECT_EQ(solve(H, tau + 0.01 * VectorXd::Unit(12, joint)).report.status, MuscleStatus::kInfeasible);
+      EXPECT_EQ(solve({H, tau + 0.01 * VectorXd::Unit(12, joint)}).report.status, MuscleStatus::kInfeasible);
     }
   }
 }
@@ -228,18 +228,18 @@ TEST(MuscleForces, TorquesOfFewMusclesAreFound) {
   for (std::uint64_t seed = 1'000'000; seed < 1'001'000; ++seed) {
     SCOPED_TRACE(seed);
     Random random(seed);
-    const MuscleProblem problem = muscle_families::few(random);
-    const Solution solution = solve(problem.H, problem.tau_Nm);
+    const MuscleData problem = muscle_families::few(random);
+    const Solution solution = solve(problem);
     ASSERT_EQ(solution.report.status, MuscleStatus::kOptimal);
-    EXPECT_LE((problem.H * solution.f - problem.tau_Nm).cwiseAbs().maxCoeff(), 1e-12 * (1.0 + solution.f.norm()));
+    EXPECT_LE((problem.H * solution.f - problem.tau).cwiseAbs().maxCoeff(), 1e-12 * (1.0 + solution.f.norm()));
     EXPECT_GE(solution.f.minCoeff(), 0.0);
   }
 }
 
 TEST(MuscleForces, OfNothing) {
-  EXPECT_EQ(solve(MatrixXd(0, 3), VectorXd(0)).report.status, MuscleStatus::kOptimal);
-  EXPECT_EQ(solve(MatrixXd(2, 0), VectorXd::Zero(2)).report.status, MuscleStatus::kOptimal);
-  EXPECT_EQ(solve(MatrixXd(2, 0), VectorXd::Ones(2)).report.status, MuscleStatus::kInfeasible);
+  EXPECT_EQ(solve({MatrixXd(0, 3), VectorXd(0)}).report.status, MuscleStatus::kOptimal);
+  EXPECT_EQ(solve({MatrixXd(2, 0), VectorXd::Zero(2)}).report.status, MuscleStatus::kOptimal);
+  EXPECT_EQ(solve({MatrixXd(2, 0), VectorXd::Ones(2)}).report.status, MuscleStatus::kInfeasible);
 }
 
 TEST(MuscleForces, NotFiniteInputIsRefused) {
@@ -253,7 +253,7 @@ TEST(MuscleForces, NotFiniteInputIsRefused) {
     VectorXd bad_tau = tau;
     bad_tau[3] = bad;
     for (const Solution& solution :
-         {solve(bad_H, tau), solve(H, bad_tau), solve_by_lemke(bad_H, tau), solve_by_lemke(H, bad_tau)}) {
+         {solve({bad_H, tau}), solve({H, bad_tau}), solve_by_lemke({bad_H, tau}), solve_by_lemke({H, bad_tau})}) {
       EXPECT_EQ(solution.report.status, MuscleStatus::kBudgetSpent);
       EXPECT_TRUE(solution.f.hasNaN()) << "f must be left as it was";
     }
@@ -263,14 +263,14 @@ TEST(MuscleForces, NotFiniteInputIsRefused) {
 TEST(MuscleForces, DoNotAllocateAndRepeatTheirBits) {
   if (!AllocationCounter::is_available()) GTEST_SKIP() << "malloc is not ours";
   Random random(2);
-  const MuscleProblem problem = muscle_families::held(random);
+  const MuscleData problem = muscle_families::held(random);
   MuscleWorkspace work(12, 23);
   VectorXd f(23), again(23);
   const AllocationCounter counter;
-  EXPECT_EQ(solve_muscle_forces(problem.H, problem.tau_Nm, f).status, MuscleStatus::kOptimal);
-  (void)solve_muscle_forces_by_lemke(problem.H, problem.tau_Nm, work, f);
-  (void)solve_muscle_forces(problem.H, problem.tau_Nm, f);
-  (void)solve_muscle_forces(problem.H, problem.tau_Nm, again);
+  EXPECT_EQ(solve_muscle_forces(problem, f).status, MuscleStatus::kOptimal);
+  (void)solve_muscle_forces_by_lemke(problem, work, f);
+  (void)solve_muscle_forces(problem, f);
+  (void)solve_muscle_forces(problem, again);
   EXPECT_EQ(counter.count(), 0);
   EXPECT_EQ(f, again);
 }

@@ -51,8 +51,7 @@ TEST(NaturalMapResidual, AgreesWithTheRecordedReferences) {
   for (const ContactFile& problem : recorded_contact_problems()) {
     SCOPED_TRACE(problem.name);
     const VectorXd delta = problem.W * problem.f_reference + problem.delta_free[0];
-    const double residual =
-        natural_map_residual(problem.W, problem.delta_free[0], problem.mu, problem.f_reference, delta);
+    const double residual = natural_map(problem.problem(), problem.f_reference, delta).norm;
     EXPECT_NEAR(residual, problem.reference_residual, 1e-14);
   }
 }
@@ -60,11 +59,9 @@ TEST(NaturalMapResidual, AgreesWithTheRecordedReferences) {
 // One contact by hand: W = 2 I, so rho = 1/2; delta_free = (-4, 0, 0) needs f = (2, 0, 0). With f = (1, 0, 0) the
 // gap is -2, the map goes to (1 + 1, 0, 0), the error is 1 N, the scale 4/2 = 2 N.
 TEST(NaturalMapResidual, OfOneContactByHand) {
-  const Matrix3d W = 2.0 * Matrix3d::Identity();
-  const VectorXd delta_free = Vector3d(-4.0, 0.0, 0.0);
-  const VectorXd mu = VectorXd::Constant(1, 0.5);
+  const ContactData problem{2.0 * Matrix3d::Identity(), Vector3d(-4.0, 0.0, 0.0), VectorXd::Constant(1, 0.5)};
   const auto residual_of = [&](const Vector3d& f) {
-    return natural_map_residual(W, delta_free, mu, f, W * f + delta_free);
+    return natural_map(problem, f, problem.W * f + problem.delta_free).norm;
   };
   EXPECT_DOUBLE_EQ(residual_of({1.0, 0.0, 0.0}), 0.5);
   EXPECT_LE(residual_of({2.0, 0.0, 0.0}), 1e-15);
@@ -78,24 +75,24 @@ TEST(NaturalMapResidual, ForcesWithoutDigitsLeftAreNoSolution) {
   const VectorXd f = 1e20 * (VectorXd(6) << 1.0, 0.0, 0.0, 1.0, 0.0, 0.0).finished();
   // As a solver sums them up: W f first, then delta_free.
   const VectorXd delta = VectorXd::Zero(6);
-  EXPECT_GT(natural_map_residual(W, delta_free, VectorXd::Ones(2), f, delta), 1.0);
+  EXPECT_GT(natural_map({W, delta_free, VectorXd::Ones(2)}, f, delta).norm, 1.0);
 }
 
 // The norm is that of all contacts' errors, the worst is the largest of them: by hand, 3 N and 4 N over 5 N.
 TEST(NaturalMap, WorstIsOneContacts) {
-  const Eigen::MatrixXd W = Eigen::MatrixXd::Identity(6, 6);
-  const VectorXd delta_free = (VectorXd(6) << -3.0, 0.0, 0.0, -4.0, 0.0, 0.0).finished();
-  const Residual residual = natural_map(W, delta_free, VectorXd::Ones(2), VectorXd::Zero(6), delta_free);
+  const ContactData problem{Eigen::MatrixXd::Identity(6, 6), (VectorXd(6) << -3.0, 0.0, 0.0, -4.0, 0.0, 0.0).finished(),
+                            VectorXd::Ones(2)};
+  const Residual residual = natural_map(problem, VectorXd::Zero(6), problem.delta_free);
   EXPECT_DOUBLE_EQ(residual.norm, 1.0);
   EXPECT_DOUBLE_EQ(residual.worst, 0.8);
-  EXPECT_DOUBLE_EQ(residual_scale_N(W, delta_free), 5.0);
+  EXPECT_DOUBLE_EQ(residual_scale_N(problem), 5.0);
 }
 
 TEST(NaturalMapResidual, IsZeroWithoutContactOrFreeMotion) {
   const VectorXd none(0);
-  EXPECT_EQ(natural_map_residual(Eigen::MatrixXd(0, 0), none, none, none, none), 0.0);
+  EXPECT_EQ(natural_map({Eigen::MatrixXd(0, 0), none, none}, none, none).norm, 0.0);
   const VectorXd zero = VectorXd::Zero(3);
-  EXPECT_EQ(natural_map_residual(Matrix3d::Identity(), zero, VectorXd::Ones(1), zero, zero), 0.0);
+  EXPECT_EQ(natural_map({Matrix3d::Identity(), zero, VectorXd::Ones(1)}, zero, zero).norm, 0.0);
 }
 
 // Without friction the cone is a ray: a pull goes to its tip, also one without any tangential part, and an open contact
@@ -106,7 +103,7 @@ TEST(Residual, AConeWithoutFrictionIsARay) {
   EXPECT_EQ(project_on_cone({1.0, 2.0, 0.0}, 0.0), Eigen::Vector3d(1.0, 0.0, 0.0));
   const Eigen::Matrix3d W = Eigen::Matrix3d::Identity();
   const Eigen::Vector3d open(0.1, 0.0, 0.0), no_force = Eigen::Vector3d::Zero();
-  EXPECT_EQ(natural_map_residual(W, open, Eigen::VectorXd::Zero(1), no_force, open), 0.0);
+  EXPECT_EQ(natural_map({W, open, VectorXd::Zero(1)}, no_force, open).norm, 0.0);
 }
 
 }  // namespace
