@@ -10,7 +10,7 @@
 #include <charconv>
 #include <system_error>
 
-namespace window {
+namespace thenar::window {
 namespace {
 
 using boost::asio::ip::address;
@@ -103,4 +103,4 @@ std::string host_and_port(const std::string& address, std::uint16_t port) {
   return fmt::format("{}{}{}:{}", v6 ? "[" : "", address, v6 ? "]" : "", port);
 }
 
-}  // namespace window
+}  // namespace thenar::window

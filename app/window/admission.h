@@ -8,7 +8,7 @@
 /// Who may ask the server for something: who knows its token, also on loopback, which every user of the machine
 /// reaches. A browser sends the requests of any page that it shows: from these the Host and the Origin protect, which
 /// browsers state.
-namespace window {
+namespace thenar::window {
 
 /// What a request for the server says of where it comes from; each is nothing where it was not sent.
 struct Asker {
@@ -36,4 +36,4 @@ enum class Reach { kNoAddress, kThisMachine, kOthers };
 /// Host and port as a URL has them: brackets around an IPv6 address.
 [[nodiscard]] std::string host_and_port(const std::string& address, std::uint16_t port);
 
-}  // namespace window
+}  // namespace thenar::window

@@ -12,7 +12,7 @@
 
 #include "app/window/page_link.h"
 
-namespace window {
+namespace thenar::window {
 namespace {
 
 namespace beast = boost::beast;
@@ -166,4 +166,4 @@ void serve(Stream stream, const Site& site, Hub& hub) {
   std::make_shared<HttpExchange>(std::move(stream), site, hub)->read();
 }
 
-}  // namespace window
+}  // namespace thenar::window

@@ -6,7 +6,7 @@
 #include "app/window/hub.h"
 #include "app/window/page_text.h"
 
-namespace window {
+namespace thenar::window {
 
 /// What is served, and to whom.
 struct Site {
@@ -20,4 +20,4 @@ struct Site {
 /// has not shown that it may ask, where others wait.
 void serve(Stream stream, const Site& site, Hub& hub);
 
-}  // namespace window
+}  // namespace thenar::window

@@ -12,7 +12,7 @@
 #include "app/window/server.h"
 #include "app/window/stream.h"
 
-namespace window {
+namespace thenar::window {
 
 class PageLink;
 
@@ -61,4 +61,4 @@ class Seat {
   Hub& hub_;
 };
 
-}  // namespace window
+}  // namespace thenar::window

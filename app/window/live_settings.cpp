@@ -4,12 +4,9 @@
 
 #include "engine/scenes/build_model.h"
 
-namespace window {
+namespace thenar::window {
 
 using nlohmann::ordered_json;
-using thenar::Model;
-using thenar::PulpKernel;
-using thenar::Scene;
 
 namespace {
 
@@ -21,6 +18,10 @@ void replace(const std::optional<T>& change, T& value) {
 }
 
 }  // namespace
+
+bool same_fingertips(const LiveSettings& a, const LiveSettings& b) {
+  return a.kernel == b.kernel && a.level == b.level;
+}
 
 LiveSettings live_settings(const Model& model) {
   const Scene& scene = model.scene;
@@ -92,4 +93,4 @@ void apply(const LiveSettings& now, const LiveSettings& settings, Model& model) 
   }
 }
 
-}  // namespace window
+}  // namespace thenar::window

@@ -7,7 +7,7 @@
 #include "app/window/message.h"
 #include "engine/grasp/model.h"
 
-namespace window {
+namespace thenar::window {
 
 /// What of a running scene can be changed. Nothing: the scene has no such thing.
 struct LiveSettings {
@@ -21,6 +21,18 @@ struct LiveSettings {
   [[nodiscard]] bool operator==(const LiveSettings&) const = default;
 };
 
+/// What the pages want.
+struct Wanted {
+  bool paused = false;
+  double speed = 1.0;
+  int steps = 0;       ///< Yet to be done.
+  bool reset = false;  ///< Yet to be done.
+  LiveSettings settings;
+
+  [[nodiscard]] bool operator==(const Wanted&) const = default;
+};
+
+[[nodiscard]] bool same_fingertips(const LiveSettings& a, const LiveSettings& b);
 [[nodiscard]] LiveSettings live_settings(const thenar::Model& model);
 /// As a status message has them.
 [[nodiscard]] nlohmann::ordered_json settings_json(const LiveSettings& settings);
@@ -31,4 +43,4 @@ struct LiveSettings {
 /// Writes into the model, whose settings are `now`, what differs from them.
 void apply(const LiveSettings& now, const LiveSettings& settings, thenar::Model& model);
 
-}  // namespace window
+}  // namespace thenar::window

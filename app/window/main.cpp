@@ -39,6 +39,7 @@
 namespace {
 
 namespace fs = std::filesystem;
+namespace window = thenar::window;
 using window::WindowServer;
 
 struct Options {

@@ -11,7 +11,7 @@
 
 #include "engine/loops/live_input.h"
 
-namespace window {
+namespace thenar::window {
 namespace {
 
 using Eigen::Vector3d;
@@ -186,4 +186,4 @@ ReadMessage read_message(std::string_view text) {
   return {std::move(message), ""};
 }
 
-}  // namespace window
+}  // namespace thenar::window

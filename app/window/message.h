@@ -7,7 +7,7 @@
 #include <variant>
 
 /// What a page may send, as docs/reference/window.md has it.
-namespace window {
+namespace thenar::window {
 
 struct Next {};
 struct Ping {
@@ -52,4 +52,4 @@ struct ReadMessage {
 
 inline constexpr std::size_t kMaxMessage = 4096;  ///< Bytes.
 
-}  // namespace window
+}  // namespace thenar::window

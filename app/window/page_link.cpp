@@ -13,7 +13,7 @@
 #include "app/window/message.h"
 #include "engine/loops/realtime.h"
 
-namespace window {
+namespace thenar::window {
 namespace {
 
 namespace beast = boost::beast;
@@ -183,4 +183,4 @@ void PageLink::drop() {
   beast::get_lowest_layer(socket_).close();
 }
 
-}  // namespace window
+}  // namespace thenar::window

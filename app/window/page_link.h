@@ -14,7 +14,7 @@
 
 #include "app/window/hub.h"
 
-namespace window {
+namespace thenar::window {
 
 /// The WebSocket to one page, on the server's thread. It keeps itself alive while the page is there. Whatever the page
 /// does, it holds one message from it, one on its way to it, and two small answers.
@@ -58,4 +58,4 @@ class PageLink : public std::enable_shared_from_this<PageLink> {
   Clock::time_point counted_ = Clock::now();                        ///< as of then.
 };
 
-}  // namespace window
+}  // namespace thenar::window

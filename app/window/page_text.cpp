@@ -7,7 +7,7 @@
 #include "app/window/admission.h"
 #include "engine/formats/files.h"
 
-namespace window {
+namespace thenar::window {
 namespace {
 
 constexpr std::string_view kSource = "data-source=\"live\"";
@@ -43,4 +43,4 @@ PageText read_page(const std::filesystem::path& file, bool recording) {
                       nonce)};
 }
 
-}  // namespace window
+}  // namespace thenar::window

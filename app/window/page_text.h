@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 
-namespace window {
+namespace thenar::window {
 
 /// The page as it is served, and what its browser is told to allow it.
 struct PageText {
@@ -15,4 +15,4 @@ struct PageText {
 /// Throws FileError if it cannot be read or is no page of ours.
 [[nodiscard]] PageText read_page(const std::filesystem::path& file, bool recording);
 
-}  // namespace window
+}  // namespace thenar::window

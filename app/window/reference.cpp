@@ -9,7 +9,7 @@
 #include "solvers/contact_newton.h"
 #include "solvers/residual.h"
 
-namespace window {
+namespace thenar::window {
 
 using Eigen::Index;
 using Eigen::VectorXd;
@@ -62,4 +62,4 @@ void Reference::work(const std::stop_token& stop) {
   }
 }
 
-}  // namespace window
+}  // namespace thenar::window

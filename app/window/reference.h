@@ -11,7 +11,7 @@
 #include "engine/results/state_message.h"
 #include "solvers/contact_problem.h"
 
-namespace window {
+namespace thenar::window {
 
 /// How good a tick's contact forces were.
 struct ReferenceResult {
@@ -45,4 +45,4 @@ class Reference {
   std::jthread thread_;  // the last one: it ends before what it uses
 };
 
-}  // namespace window
+}  // namespace thenar::window

@@ -21,7 +21,7 @@
 #include "app/window/page_text.h"
 #include "engine/formats/files.h"
 
-namespace window {
+namespace thenar::window {
 namespace {
 
 namespace asio = boost::asio;
@@ -194,4 +194,4 @@ void WindowServer::show(std::string state) {
 
 int WindowServer::pages() const { return impl_->hub.pages; }
 
-}  // namespace window
+}  // namespace thenar::window

@@ -9,7 +9,7 @@
 
 #include "app/window/message.h"
 
-namespace window {
+namespace thenar::window {
 
 struct ServerSettings {
   std::string address = "127.0.0.1";  ///< Numeric.
@@ -57,4 +57,4 @@ class PortError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-}  // namespace window
+}  // namespace thenar::window

@@ -28,10 +28,9 @@
 #include "engine/results/recording_file.h"
 #include "engine/results/warnings.h"
 
-namespace window {
+namespace thenar::window {
 
 using nlohmann::ordered_json;
-using namespace thenar;
 
 namespace {
 
@@ -47,29 +46,6 @@ constexpr std::int64_t kFingertipsRest_ns = 1'000'000'000;
 // as a loss; and soon after something went wrong, to tell when the object is held again.
 constexpr double kWatch_s = 10.0, kWatchFailed_s = 3.0;
 constexpr double kJudge_s = 0.1;  // Simulated time from one verdict to the next.
-
-/// What the pages want: written on the server's thread, heeded on the calling one.
-struct Wanted {
-  bool paused = false;
-  double speed = 1.0;
-  int steps = 0;       ///< Yet to be done.
-  bool reset = false;  ///< Yet to be done.
-  LiveSettings settings;
-
-  [[nodiscard]] bool operator==(const Wanted&) const = default;
-};
-
-bool same_fingertips(const LiveSettings& a, const LiveSettings& b) {
-  return a.kernel == b.kernel && a.level == b.level;
-}
-
-std::string in_words(const Scheduling& contact) {
-  std::string words = contact.policy + (contact.priority > 0 ? fmt::format(" {}", contact.priority) : "");
-  words += contact.core < 0 ? ", any core" : fmt::format(", core {}", contact.core);
-  words += contact.memory_locked ? ", memory locked" : ", memory not locked";
-  if (contact.kept_awake) words += ", cores kept awake";
-  return words + (contact.remark.empty() ? "" : "; " + contact.remark);
-}
 
 }  // namespace
 
@@ -512,4 +488,4 @@ std::string Session::receive(const Message& message) { return impl_->receive(mes
 
 void Session::run(const Display& display, const std::atomic<bool>& stop) { impl_->run(display, stop); }
 
-}  // namespace window
+}  // namespace thenar::window

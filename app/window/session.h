@@ -11,7 +11,7 @@
 #include "app/window/server.h"
 #include "engine/grasp/model.h"
 
-namespace window {
+namespace thenar::window {
 
 struct SessionSettings {
   double spin_s = 50e-6;
@@ -62,4 +62,4 @@ class Session {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace window
+}  // namespace thenar::window

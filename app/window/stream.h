@@ -8,7 +8,7 @@
 #include <limits>
 #include <utility>
 
-namespace window {
+namespace thenar::window {
 
 /// Counts what a connection reads that nothing comes of: a WebSocket takes empty pieces of a message for itself,
 /// without end.
@@ -41,4 +41,4 @@ class ReadWatch {
 /// A connection to the server.
 using Stream = boost::beast::basic_stream<boost::asio::ip::tcp, boost::asio::any_io_executor, ReadWatch>;
 
-}  // namespace window
+}  // namespace thenar::window

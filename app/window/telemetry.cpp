@@ -5,13 +5,7 @@
 
 #include "engine/loops/percentiles.h"
 
-namespace window {
-
-using thenar::ContactSample;
-using thenar::ControlSample;
-using thenar::LoopFigures;
-using thenar::ThreePercentiles;
-using thenar::TickRecord;
+namespace thenar::window {
 
 namespace {
 
@@ -160,4 +154,4 @@ void Telemetry::take_stock() {
   medians_.contact.deform_s = median(contact_, &Contact::deform_s);
 }
 
-}  // namespace window
+}  // namespace thenar::window

@@ -9,7 +9,7 @@
 #include "engine/results/recording.h"
 #include "engine/results/state_message.h"
 
-namespace window {
+namespace thenar::window {
 
 /// What the two loops do, for eyes: over the last second on the wall's clock, and since it was made.
 class Telemetry {
@@ -58,4 +58,4 @@ class Telemetry {
   thenar::TickRecord medians_;
 };
 
-}  // namespace window
+}  // namespace thenar::window

@@ -6,29 +6,12 @@
 #include <variant>
 #include <vector>
 
-#include "solvers/contact_problem.h"
+#include "engine/formats/contact_file.h"
 #include "solvers/grasp_forces.h"
 #include "solvers/lcp.h"
 #include "solvers/muscle_forces.h"
 
 namespace thenar {
-
-/// A contact problem, or a sequence of them that differ in delta_free.
-struct ContactFile {
-  std::string name;
-  std::string status;                       ///< Known answer: "solved" or "no_solution"; empty if the file states none.
-  std::string units, source;                ///< In the file's words; may be empty.
-  Eigen::MatrixXd W;                        ///< 3n x 3n [m/N].
-  std::vector<Eigen::VectorXd> delta_free;  ///< One a step, at least one [m]; several are a sequence for warm starts.
-  Eigen::VectorXd mu;
-  Eigen::VectorXd f_reference;      ///< Solves the first step [N]; empty if the file has none.
-  Eigen::VectorXd delta_reference;  ///< [m], with f_reference.
-  double reference_residual = 0.0;  ///< Natural-map residual of f_reference, as the file states it.
-  Eigen::VectorXd f_last;           ///< First guess for the first step [N]; empty if the file has none.
-
-  [[nodiscard]] Eigen::Index contacts() const { return mu.size(); }
-  [[nodiscard]] ContactProblem problem(std::size_t step = 0) const { return {W, delta_free[step], mu}; }
-};
 
 /// A grasp-force problem; torques are about the origin of the contact points.
 struct GraspFile : GraspData {
@@ -54,9 +37,7 @@ using ProblemFile = std::variant<ContactFile, GraspFile, MuscleFile, LcpFile>;
 
 /// Reads a problem, all of it finite and of shapes that go together. A file without a name is called as its file is.
 ///
-/// .fcp   A contact problem: `fcp 1`, then lines `key value` up to `end_header`, then little-endian doubles: W (row by
-///        row), delta_free of every step, mu; with `has_ref 1` f_reference and delta_reference; with `has_f_last 1`
-///        f_last. A reader that does not know the last of these finds spare bytes at the end.
+/// .fcp   A contact problem: contact_file.h.
 /// .json  `problem` says which: "P1" grasp forces, "P2" muscle forces, "LCP". A grasp is taken from its contact points
 ///        and axes; G, A and c need not be there, but must not contradict them.
 ///
@@ -66,7 +47,6 @@ using ProblemFile = std::variant<ContactFile, GraspFile, MuscleFile, LcpFile>;
 /// Writes a problem so that it is read back to the last bit, with all that the formats hold. A known optimum comes with
 /// what can be said of it: objective, rows without slack. Throws FileError.
 /// Requires  Finite values.
-void write_problem(const std::filesystem::path& file, const ContactFile& problem);
 void write_problem(const std::filesystem::path& file, const GraspFile& problem);
 void write_problem(const std::filesystem::path& file, const MuscleFile& problem);
 void write_problem(const std::filesystem::path& file, const LcpFile& problem);

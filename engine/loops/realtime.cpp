@@ -143,6 +143,14 @@ int claim_core(int core, bool& taken) {
 
 }  // namespace
 
+std::string in_words(const Scheduling& contact) {
+  std::string words = contact.policy + (contact.priority > 0 ? fmt::format(" {}", contact.priority) : "");
+  words += contact.core < 0 ? ", any core" : fmt::format(", core {}", contact.core);
+  words += contact.memory_locked ? ", memory locked" : ", memory not locked";
+  if (contact.kept_awake) words += ", cores kept awake";
+  return words + (contact.remark.empty() ? "" : "; " + contact.remark);
+}
+
 void add_remark(Scheduling& scheduling, const std::string& remark) {
   if (!scheduling.remark.empty()) scheduling.remark += "; ";
   scheduling.remark += remark;

@@ -21,6 +21,9 @@ struct Scheduling {
   std::string remark;  ///< What was refused, and how to get it; empty if nothing was.
 };
 
+/// "SCHED_FIFO 80, core 1, memory locked", and the remark.
+[[nodiscard]] std::string in_words(const Scheduling& scheduling);
+
 /// Above the kernel's threaded interrupts (50), below its own watchdogs (99).
 inline constexpr int kContactPriority = 80;
 

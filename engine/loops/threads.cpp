@@ -197,7 +197,7 @@ class TwoThreads {
   void receive();
 
   [[nodiscard]] const CoreSetAside& core() const {
-    return settings_.set_aside != nullptr ? *settings_.set_aside : own_;
+    return settings_.set_aside != nullptr ? *settings_.set_aside : *own_;
   }
 
   SplitGrasp& grasp_;

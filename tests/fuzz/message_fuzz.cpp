@@ -10,14 +10,16 @@ namespace {
 
 /// Whether all that the loops would be given is finite and small.
 struct Harmless {
-  bool operator()(const window::Pull& pull) const { return pull.point_m.norm() <= 1.0 && pull.handle_m.norm() <= 1.0; }
-  bool operator()(const window::Target& target) const {
+  bool operator()(const thenar::window::Pull& pull) const {
+    return pull.point_m.norm() <= 1.0 && pull.handle_m.norm() <= 1.0;
+  }
+  bool operator()(const thenar::window::Target& target) const {
     return target.shift_m.cwiseAbs().maxCoeff() <= 0.05 && target.turn_rad.cwiseAbs().maxCoeff() <= 0.5;
   }
-  bool operator()(const window::Poke& poke) const { return poke.force_N.norm() <= 5.0; }
-  bool operator()(const window::Speed& speed) const { return speed.value >= 0.001 && speed.value <= 1.0; }
-  bool operator()(const window::Ping& ping) const { return std::isfinite(ping.t); }
-  bool operator()(const window::Set& set) const {
+  bool operator()(const thenar::window::Poke& poke) const { return poke.force_N.norm() <= 5.0; }
+  bool operator()(const thenar::window::Speed& speed) const { return speed.value >= 0.001 && speed.value <= 1.0; }
+  bool operator()(const thenar::window::Ping& ping) const { return std::isfinite(ping.t); }
+  bool operator()(const thenar::window::Set& set) const {
     return set.friction.value_or(0.0) <= 2.0 && set.contact_Hz.value_or(200.0) >= 200.0 &&
            set.contact_Hz.value_or(200.0) <= 10000.0 && set.max_sweeps.value_or(1) >= 1 && set.level.value_or(0) <= 6;
   }
@@ -30,7 +32,7 @@ struct Harmless {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  const window::ReadMessage read = window::read_message(thenar::text_of(data, size));
+  const thenar::window::ReadMessage read = thenar::window::read_message(thenar::text_of(data, size));
   if (read.message.has_value() != read.refusal.empty()) std::abort();
   if (read.message && !std::visit(Harmless{}, *read.message)) std::abort();
   return 0;

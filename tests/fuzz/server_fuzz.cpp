@@ -24,15 +24,16 @@ const std::string kUpgrade =
 /// A server with something to show.
 struct Served {
   thenar::MemoryFile page{"page.html"};
-  std::unique_ptr<window::WindowServer> server;
+  std::unique_ptr<thenar::window::WindowServer> server;
   std::string port, token;
 
   Served() {
     page.write("<html data-source=\"live\"><script></script></html>");
-    window::ServerSettings settings;
+    thenar::window::ServerSettings settings;
     settings.port = 0;
     settings.page = page.path();
-    server = std::make_unique<window::WindowServer>(settings, [](const window::Message&) { return "no"; });
+    server =
+        std::make_unique<thenar::window::WindowServer>(settings, [](const thenar::window::Message&) { return "no"; });
     server->set_scene("scene", "geometry");
     server->set_status("status");
     server->show("state");

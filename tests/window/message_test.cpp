@@ -12,7 +12,7 @@
 
 #include "engine/loops/live_input.h"
 
-namespace window::message_test {
+namespace thenar::window::message_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -204,4 +204,4 @@ TEST(ReadMessage, KeepsTheLimitsOfTheLoop) {
 }
 
 }  // namespace
-}  // namespace window::message_test
+}  // namespace thenar::window::message_test

@@ -30,7 +30,7 @@
 #include "engine/formats/files.h"
 #include "tests/support/scratch.h"
 
-namespace window::server_test {
+namespace thenar::window::server_test {
 namespace {
 
 namespace asio = boost::asio;
@@ -737,4 +737,4 @@ TEST_F(Server, SharesWithoutARace) {
 }
 
 }  // namespace
-}  // namespace window::server_test
+}  // namespace thenar::window::server_test

@@ -22,13 +22,11 @@
 #include "tests/support/scenes.h"
 #include "tests/support/scratch.h"
 
-namespace window::session_test {
+namespace thenar::window::session_test {
 namespace {
 
 using nlohmann::ordered_json;
 using std::chrono::milliseconds;
-using thenar::kCoarseBox;
-using thenar::scene_of;
 
 // Far beyond what anything here takes: the machine may be busy.
 constexpr std::chrono::seconds kPatience{60};
@@ -460,4 +458,4 @@ TEST(Session, WaitsWhereNoForcesHoldTheStart) {
 }
 
 }  // namespace
-}  // namespace window::session_test
+}  // namespace thenar::window::session_test
