@@ -19,7 +19,8 @@ struct KnownScene {
 /// By name. Empty if the folder is missing. Throws FileError for a scene that cannot be read.
 [[nodiscard]] std::vector<KnownScene> known_scenes();
 
-/// The file that a user means: the text itself where there is such a file, else the known scene of this name, else the text.
+/// The file that a user means: the text itself where there is such a file, else the known scene of this name, else the
+/// text.
 [[nodiscard]] std::filesystem::path find_scene(const std::string& text);
 
 /// A line a scene.

@@ -7,8 +7,8 @@
 
 namespace thenar {
 
-/// A contact problem: forces f of n points with Coulomb friction are asked for, in a frozen contact space. With the gaps
-/// delta = W f + delta_free, every point satisfies
+/// A contact problem: forces f of n points with Coulomb friction are asked for, in a frozen contact space. With the
+/// gaps delta = W f + delta_free, every point satisfies
 ///     0 <= f_n  _|_  delta_n >= 0                       Signorini, eq. (24) of the paper
 ///     f_t minimises f_t.delta_t over |f_t| <= mu f_n    Coulomb, eq. (29)
 /// Point i owns rows 3i..3i+2 = normal, tangent 1, tangent 2. A view: the numbers are owned elsewhere.

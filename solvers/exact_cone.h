@@ -3,7 +3,7 @@
 #include <array>
 #include <limits>
 
-#include "solvers/grasp_forces.h"
+#include "solvers/grasp_problem.h"
 #include "solvers/reduced_grasp.h"
 
 namespace thenar {

@@ -5,8 +5,8 @@
 
 namespace thenar {
 
-/// Solves a contact problem by nonlinear Gauss-Seidel with the one-step local update [Duriez et al. 2004]; delta is kept
-/// up to date by increments, and a contact whose force did not change costs nothing.
+/// Solves a contact problem by nonlinear Gauss-Seidel with the one-step local update [Duriez et al. 2004]; delta is
+/// kept up to date by increments, and a contact whose force did not change costs nothing.
 ///
 /// problem   Looked at for kNotFinite are the diagonals and first columns of the blocks W_ii. A NaN elsewhere is seen
 ///           only where its column's contact has a force. Symmetry to a few digits will do, for W's columns alone are

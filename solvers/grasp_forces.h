@@ -2,59 +2,11 @@
 
 #include <Eigen/Core>
 #include <limits>
-#include <span>
-#include <vector>
 
+#include "solvers/grasp_problem.h"
 #include "solvers/lcp.h"
 
 namespace thenar {
-
-/// The most contacts that one grasp-force problem takes (one a finger).
-inline constexpr Eigen::Index kMaxGraspContacts = 8;
-
-using Vector6d = Eigen::Matrix<double, 6, 1>;
-
-/// Where a finger acts on the object.
-struct GraspContact {
-  Eigen::Vector3d point_m;  ///< Contact point, world axes.
-  Eigen::Matrix3d frame;    ///< Columns n, t1, t2 in world axes; n points into the object.
-};
-
-/// What holds the tangential force of a contact.
-enum class FrictionCone {
-  kPyramid,  ///< |f_t1|, |f_t2| <= mu f_n: circumscribed about Coulomb's cone [9].
-  kExact,    ///< |f_t| <= mu f_n.
-};
-
-/// Which forces to find: the least that give `wrench` inside friction cones, biased towards squeezing.
-struct GraspProblem {
-  std::span<const GraspContact> contacts;              ///< At most kMaxGraspContacts.
-  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< The point that torques are taken about.
-  Vector6d wrench = Vector6d::Zero();                  ///< W^d on the object: force [N], torque [N m], world axes.
-  double friction = 0.0;                               ///< mu_c of the cone.
-  FrictionCone cone = FrictionCone::kPyramid;
-  double internal_force_N = 0.0;  ///< lambda of eq. (13).
-};
-
-/// A grasp-force problem that owns its contacts, for either cone; see GraspProblem.
-struct GraspData {
-  std::vector<GraspContact> contacts;
-  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
-  Vector6d wrench = Vector6d::Zero();
-  double friction = 0.0;
-  double internal_force_N = 0.0;
-
-  [[nodiscard]] GraspProblem problem(FrictionCone cone) const {
-    return {contacts, centre_m, wrench, friction, cone, internal_force_N};
-  }
-};
-
-/// How a grasp-force problem ended.
-enum class GraspStatus {
-  kOptimal,
-  kInfeasible,   ///< No forces inside the cones give the wrench, or none below 1e8 times those that do without cones.
-  kBudgetSpent,  ///< No answer: the pivots ran out, the input was not finite, or rounding spoiled the result.
-};
 
 struct GraspReport {
   GraspStatus status = GraspStatus::kBudgetSpent;

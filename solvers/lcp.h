@@ -57,8 +57,8 @@ class LcpWorkspace {
 /// problem   Of at most work.capacity() rows. Any M; that an answer is found is known for symmetric positive
 ///           semi-definite M, and for P-matrices.
 /// max_pivots  Bounds the time of one call: some families take 2^n pivots. When they are spent the status says so.
-/// z         Out, n: the solution; on kInfeasible the direction of the secondary ray, z >= 0 with M'z <= 0 (M z = 0 if M
-///           is symmetric positive semi-definite) and q.z < 0; on kBudgetSpent zero.
+/// z         Out, n: the solution; on kInfeasible the direction of the secondary ray, z >= 0 with M'z <= 0 (M z = 0 if
+///           M is symmetric positive semi-definite) and q.z < 0; on kBudgetSpent zero.
 /// Accuracy  Pivots below 1e-11 of the largest entry count as zero. Both answers are checked in the problem as given.
 /// Cost      (n + 2) n multiply-adds a pivot. Does not allocate or throw.
 [[nodiscard]] LcpReport solve_lcp(const LcpProblem& problem, int max_pivots, LcpWorkspace& work,

@@ -48,8 +48,8 @@ struct MuscleReport {
 
 /// Finds muscle forces by a dual active set [Goldfarb and Idnani 1983], in blocks: joints that share no muscle are
 /// problems of their own, and are found from the zeros of H in every call (of the hand thumb 4 x 8, index and major 8 x
-/// 15, coupled by one muscle). A row that depends on others is left out if its torque agrees with theirs, else there are
-/// no such forces.
+/// 15, coupled by one muscle). A row that depends on others is left out if its torque agrees with theirs, else there
+/// are no such forces.
 ///
 /// problem   At most kMaxJoints x kMaxMuscles.
 /// f         Out, muscles [N]: the optimum; on failure left as it was.

@@ -4,7 +4,7 @@
 #include <array>
 #include <limits>
 
-#include "solvers/grasp_forces.h"
+#include "solvers/grasp_problem.h"
 
 namespace thenar {
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "app/window/server.h"
+#include "app/window/message.h"
 #include "app/window/stream.h"
 
 namespace thenar::window {
@@ -30,7 +30,7 @@ struct News {
 
 /// What the links to all pages share.
 struct Hub {
-  WindowServer::Receive receive;
+  Receive receive;
   std::chrono::nanoseconds patience{};  ///< What takes longer has failed.
 
   std::mutex mutex;  ///< Guards the two below it; the calling thread writes them, the server's reads them.

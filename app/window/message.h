@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -51,5 +52,9 @@ struct ReadMessage {
 [[nodiscard]] ReadMessage read_message(std::string_view text);
 
 inline constexpr std::size_t kMaxMessage = 4096;  ///< Bytes.
+
+/// What to do with a message of a page, but for Next and Ping; on the server's thread. Returns why it is refused, or
+/// nothing.
+using Receive = std::function<std::string(const Message&)>;
 
 }  // namespace thenar::window

@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -23,10 +22,6 @@ struct ServerSettings {
 /// way to each page, whatever the pages do: its memory is bounded.
 class WindowServer {
  public:
-  /// What to do with a message of a page, but for Next and Ping; on the server's thread. Returns why it is refused, or
-  /// nothing.
-  using Receive = std::function<std::string(const Message&)>;
-
   /// Listens. Throws PortError if it cannot, FileError if the page or the recording cannot be read.
   WindowServer(const ServerSettings& settings, Receive receive);
   ~WindowServer();

@@ -45,7 +45,7 @@ class Session {
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
 
-  /// For the server's thread, see WindowServer::Receive.
+  /// For the server's thread, see Receive.
   [[nodiscard]] std::string receive(const Message& message);
 
   /// Runs and shows until `stop`. Throws FileError if the recording cannot be written.

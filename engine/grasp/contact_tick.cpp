@@ -117,7 +117,7 @@ SolveReport find_forces(const Model& model, const Frame& frame, const GroupedDel
   if (!work.dense) return solve_contacts(factored, settings, work.solver, solution);
   auto dense = work.dense->W.topLeftCorner(3 * n, 3 * n);
   W.to_dense(dense);
-  add_object_compliance(model, frame, work.kinematics, dense);
+  add_object_compliance(model, frame, work.kinematics.object_tensors, dense);
   const ContactProblem problem{dense, factored.delta_free, factored.mu};
   const SolveReport report = solve_contacts(problem, settings, work.dense->sweeps, solution);
   find_motion(W, solution.f, work.solver);
@@ -271,7 +271,7 @@ void press_in(const Model& model, const Frame& frame, ContactWorkspace& work, St
   if (find_forces(model, frame, W, work).status == SolveStatus::kNotFinite) return;
   auto f = work.f.head(3 * n);
   note_points(frame, work.kinematics, state, work.f, work.patches);
-  if (model.soft_object()) remember_loads(model, frame, work.kinematics, work.f, state);
+  if (model.soft_object()) remember_loads(model, frame, work.kinematics.object_tensors, work.f, state);
   f *= object_share / share;
   for (int k = 0; k < kFingers; ++k)
     deform(model, frame, work.kinematics, k, work.f, work.solver.surface_motion, work.loads, state);
@@ -290,36 +290,6 @@ void Ledger::add(const Ledger& tick) {
   stored_J = tick.stored_J;
   injected_J += tick.injected_J;
   dissipated_J += tick.dissipated_J;
-}
-
-FramePolicy split_policy(const Scene& scene) {
-  FramePolicy policy;
-  policy.offset_decay_s = scene.control_period_s;
-  if (scene.control) policy.hold_after_s = 3.0 * scene.control_period_s + scene.control_delay_s;
-  return policy;
-}
-
-ContactWorkspace::ContactWorkspace(const Model& model, const FramePolicy& frame_policy)
-    : policy(frame_policy),
-      kinematics(model),
-      offset_m(Eigen::VectorXd::Zero(model.max_contacts)),
-      old_offset_m(Eigen::VectorXd::Zero(model.max_contacts)),
-      delta_free(3 * model.max_contacts),
-      delta(3 * model.max_contacts),
-      f(3 * model.max_contacts),
-      mu(Eigen::VectorXd::Constant(model.max_contacts, model.scene.contact.friction)),
-      f_first(3 * model.max_contacts),
-      solver(model.max_contacts, kFingers),
-      torque_Nm(JointVector::Zero()),
-      resumed_Nm(JointVector::Zero()),
-      q_held(JointVector::Zero()),
-      torque_held_Nm(JointVector::Zero()),
-      loads(model),
-      patches(model),
-      pose_q(JointVector::Constant(std::numeric_limits<double>::quiet_NaN())) {
-  contacts.reserve(model.max_contacts);
-  if (model.soft_object()) dense.emplace(model.max_contacts);
-  pose.segments.resize(model.scene.hand.segments.size());
 }
 
 TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace& work, State& state,
@@ -376,7 +346,7 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
   if (model.deformable()) {
     for (int k = 0; k < kFingers; ++k)
       deform(model, frame, work.kinematics, k, work.f, work.solver.surface_motion, work.loads, state);
-    if (model.soft_object()) remember_loads(model, frame, work.kinematics, work.f, state);
+    if (model.soft_object()) remember_loads(model, frame, work.kinematics.object_tensors, work.f, state);
   }
   pose_hand(scene, state.q, work);
   find_displacements(model, frame, work.kinematics, work.pose, state, work.patches);

@@ -5,55 +5,7 @@
 namespace thenar {
 
 using Eigen::Index;
-using Eigen::Isometry3d;
-using Eigen::Matrix3d;
 using Eigen::Vector3d;
-
-ContactKinematics::ContactKinematics(const Model& model)
-    : gap_m(model.max_contacts),
-      J_finger(3 * model.max_contacts, kJointsPerFinger),
-      J_object(GroupedDelassus::CommonJacobian::Zero(3 * model.max_contacts, GroupedDelassus::kPadded)),
-      E_W(model.max_contacts),
-      E_F(model.max_contacts),
-      c_W(model.max_contacts) {
-  if (model.deformable()) pulp_axes.setZero(3 * model.max_contacts, 3);
-  if (!model.soft_object()) return;
-  object_tensors.setZero(3 * model.max_contacts, 3);
-  u_object_m.setZero(3, model.max_contacts);
-}
-
-void contact_kinematics(const Model& model, const Frame& frame, const HandPose& pose, const State& state,
-                        ContactKinematics& kinematics) {
-  for (int k = 0; k < kFingers; ++k) {
-    const Isometry3d& X_WF = pose.distal(model.scene.hand, k);
-    const Isometry3d X_FO = X_WF.inverse() * state.X_WO;
-    for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
-      const FrameContact& contact = frame.contacts[i];
-      const Vector3d u_F = displacement(state, contact);
-      const Vector3d u_O = object_displacement(model, state, contact);
-      const auto [gap_m, n_F] = contact_gap(contact, X_FO, u_F, u_O);
-      const Matrix3d E_F = axes_of(n_F, contact.E_F.col(1)), E_W = X_WF.linear() * E_F;
-      const Vector3d c_W = X_WF * (contact.p_F - u_F) + gap_m * E_W.col(0);
-      const Vector3d r = c_W - state.X_WO.translation();
-      kinematics.gap_m[i] = gap_m;
-      kinematics.E_F[i] = E_F;
-      kinematics.E_W[i] = E_W;
-      if (model.deformable()) kinematics.pulp_axes.middleRows<3>(3 * i) = E_F.transpose();
-      if (model.soft_object()) {
-        const Matrix3d E_O = state.X_WO.linear().transpose() * E_W;
-        kinematics.object_tensors.middleRows<3>(3 * i) = E_O.transpose() * object_tensor(model, contact);
-        kinematics.u_object_m.col(i) = E_O.transpose() * u_O;
-      }
-      kinematics.c_W[i] = c_W;
-      kinematics.J_finger.middleRows<3>(3 * i).noalias() = -E_W.transpose() * finger_jacobian(pose, k, c_W);
-      for (int axis = 0; axis < 3; ++axis) {
-        auto row = kinematics.J_object.row(3 * i + axis);
-        row.head<3>() = E_W.col(axis).transpose();
-        row.segment<3>(3) = r.cross(E_W.col(axis)).transpose();
-      }
-    }
-  }
-}
 
 Mobility mobility(const Scene& scene, double joint_stiffness) {
   const double h = scene.step_s;
@@ -85,7 +37,7 @@ Eigen::MatrixXd dense_delassus(const Model& model, const Frame& frame, const Con
   const Index rows = 3 * frame.size();
   Eigen::MatrixXd W(rows, rows);
   delassus_operator(model, frame, kinematics, mobility).to_dense(W);
-  add_object_compliance(model, frame, kinematics, W);
+  add_object_compliance(model, frame, kinematics.object_tensors, W);
   return W;
 }
 

@@ -12,8 +12,8 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// The turn along the great circle from the unit vector `from` to `to`. Of opposite ones any that takes one to the other. Not
-/// Eigen's FromTwoVectors, whose singular values for that case take seconds to compile.
+/// The turn along the great circle from the unit vector `from` to `to`. Of opposite ones any that takes one to the
+/// other. Not Eigen's FromTwoVectors, whose singular values for that case take seconds to compile.
 Eigen::Quaterniond turn_between(const Vector3d& from, const Vector3d& to) {
   const Vector3d v0 = from.normalized(), v1 = to.normalized();
   const double c = v1.dot(v0);

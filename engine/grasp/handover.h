@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "engine/grasp/contact_tick.h"
+#include "engine/grasp/contact_workspace.h"
 #include "engine/grasp/frame.h"
 #include "engine/grasp/model.h"
 #include "engine/grasp/state.h"

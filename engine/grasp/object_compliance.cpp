@@ -82,14 +82,14 @@ Matrix3d object_tensor(const Model& model, const FrameContact& contact) {
   return HalfSpace(*model.scene.object.compliance).tensor(contact.n_O);
 }
 
-void add_object_compliance(const Model& model, const Frame& frame, const ContactKinematics& now,
+void add_object_compliance(const Model& model, const Frame& frame, const GroupedDelassus::Axes& tensors,
                            Eigen::Ref<Eigen::MatrixXd> W) {
   if (!model.soft_object()) return;
   const double rho = retained_share(*model.scene.object.compliance, model.scene.step_s);
   for (Index j = 0; j < frame.size(); ++j) {
-    const Matrix3d B_j = (1.0 - rho) * now.object_tensors.middleRows<3>(3 * j).transpose();
+    const Matrix3d B_j = (1.0 - rho) * tensors.middleRows<3>(3 * j).transpose();
     for (Index i = 0; i < frame.size(); ++i) {
-      W.block<3, 3>(3 * i, 3 * j) += frame.object_kernel(i, j) * (now.object_tensors.middleRows<3>(3 * i) * B_j);
+      W.block<3, 3>(3 * i, 3 * j) += frame.object_kernel(i, j) * (tensors.middleRows<3>(3 * i) * B_j);
     }
   }
 }
@@ -111,8 +111,8 @@ void carry_loads(const Model& model, const Frame& frame, State& state) {
   }
 }
 
-void remember_loads(const Model& model, const Frame& frame, const ContactKinematics& now, const Eigen::VectorXd& f,
-                    State& state) {
+void remember_loads(const Model& model, const Frame& frame, const GroupedDelassus::Axes& tensors,
+                    const Eigen::VectorXd& f, State& state) {
   const PulpMaterial& material = *model.scene.object.compliance;
   const double rho = retained_share(material, model.scene.step_s);
   std::vector<ObjectLoad>& loads = state.object_loads;
@@ -124,7 +124,7 @@ void remember_loads(const Model& model, const Frame& frame, const ContactKinemat
     ObjectLoad& load = load_of(contact, kLoadsPerContact * model.max_contacts, loads);
     load.x_O = contact.s_O;
     load.area_m2 = area_m2(model, contact);
-    load.w_O += (1.0 - rho) * (now.object_tensors.middleRows<3>(3 * i).transpose() * f.segment<3>(3 * i));
+    load.w_O += (1.0 - rho) * (tensors.middleRows<3>(3 * i).transpose() * f.segment<3>(3 * i));
   }
 }
 

@@ -2,10 +2,10 @@
 
 #include <Eigen/Core>
 
-#include "engine/grasp/delassus.h"
 #include "engine/grasp/frame.h"
 #include "engine/grasp/model.h"
 #include "engine/grasp/state.h"
+#include "solvers/grouped_delassus.h"
 
 namespace thenar {
 
@@ -33,7 +33,8 @@ void fill_object_kernel(const Model& model, Frame& frame);
 [[nodiscard]] Eigen::Matrix3d object_tensor(const Model& model, const FrameContact& contact);
 
 /// W += (1 - rho_o) C_o of a soft object, C_ij = k_ij E_i' T_i T_j E_j in contact rows; nothing for a rigid one.
-void add_object_compliance(const Model& model, const Frame& frame, const ContactKinematics& now,
+/// tensors: rows E_O' T of the contacts, as ContactKinematics has them.
+void add_object_compliance(const Model& model, const Frame& frame, const GroupedDelassus::Axes& tensors,
                            Eigen::Ref<Eigen::MatrixXd> W);
 
 /// u_o of the object's surface at a contact, object frame; zero for a rigid object.
@@ -44,8 +45,8 @@ void carry_loads(const Model& model, const Frame& frame, State& state);
 
 /// phi+ = (1 - rho) f + rho phi of the forces that the frame's contacts carry, rows (n, t1, t2) each. Loads below
 /// kForgotten_N are dropped, and the least of them where there are too many. Does not allocate.
-void remember_loads(const Model& model, const Frame& frame, const ContactKinematics& now, const Eigen::VectorXd& f,
-                    State& state);
+void remember_loads(const Model& model, const Frame& frame, const GroupedDelassus::Axes& tensors,
+                    const Eigen::VectorXd& f, State& state);
 
 /// It moves a surface as soft as a pulp by a hundredth of a nanometre.
 inline constexpr double kForgotten_N = 1e-8;

@@ -27,8 +27,8 @@ struct LockstepSettings {
   std::function<bool(double time_s, Frame& frame)> channel = {};
 };
 
-/// A scene's ticks on one thread, called one by one: a control tick every control period, and a contact tick every step.
-/// The same inputs give the same bits.
+/// A scene's ticks on one thread, called one by one: a control tick every control period, and a contact tick every
+/// step. The same inputs give the same bits.
 ///
 /// In one loop, as the paper has it, a frame is in use as soon as it is made. In lockstep the two loops do on a virtual
 /// clock what threads do, without their chance: a control tick sees the state of its time, and its frame comes into use

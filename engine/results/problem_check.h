@@ -17,8 +17,8 @@ namespace thenar {
 /// problem's own size are none. In doubles no gap is smaller than the rounding of its certificate.
 inline constexpr double kProvedGap = 1e-6;
 
-/// Natural map of forces f, gaps computed anew. Infinite if a contact that no force moves is pressed: then no forces are
-/// right.
+/// Natural map of forces f, gaps computed anew. Infinite if a contact that no force moves is pressed: then no forces
+/// are right.
 [[nodiscard]] Residual contact_residual(const ContactProblem& problem, const Eigen::VectorXd& f);
 
 /// What the last digits of a grasp's contact points and wrench can do to its forces, as a share of them: the rounding

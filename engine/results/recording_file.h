@@ -19,8 +19,8 @@ namespace thenar {
 /// So many states are kept of a second of a run.
 inline constexpr double kRecordingRate_Hz = 50.0;
 
-/// What a run looks like, in an MCAP file that a window replays: docs/reference/window.md. What the disk refuses ends the file, not the
-/// run: the beginning and finish() throw FileError.
+/// What a run looks like, in an MCAP file that a window replays: docs/reference/window.md. What the disk refuses ends
+/// the file, not the run: the beginning and finish() throw FileError.
 class RecordingFile {
  public:
   /// Begins with the scene and its points.

@@ -13,9 +13,9 @@
 #include "thenar/eigen_layout.h"
 
 /// Strict reading of YAML files by a table of keys (engine/scenes/keys.h). Nothing in a file is ignored and nothing is
-/// guessed: an unknown, doubled or missing key, a wrong or missing unit, a wrong type, a number that is not finite or out
-/// of range is a diagnostic with its place. All diagnostics of a file are collected; a reader that found one returns a
-/// harmless value of its type.
+/// guessed: an unknown, doubled or missing key, a wrong or missing unit, a wrong type, a number that is not finite or
+/// out of range is a diagnostic with its place. All diagnostics of a file are collected; a reader that found one
+/// returns a harmless value of its type.
 ///
 ///     Config config("box_grasp.yaml", scene_keys(), {"time.step=0.5 ms"});
 ///     const ConfigMap time = config.root().map("time");
@@ -47,8 +47,8 @@ struct ConfigState;  // All that is known of the file: config.cpp.
 /// A map of the file: keys and values. Cheap to copy; valid as long as its Config.
 ///
 /// The table says what a value may be. A missing key is read from its default, which Config::defaults_used() then
-/// lists, or is reported if it has none. Values come in SI. A key that is not in the table, or is there of another kind,
-/// is our own mistake: std::logic_error.
+/// lists, or is reported if it has none. Values come in SI. A key that is not in the table, or is there of another
+/// kind, is our own mistake: std::logic_error.
 class ConfigMap {
  public:
   [[nodiscard]] bool has(std::string_view key) const;
@@ -106,8 +106,9 @@ class ConfigMap {
 /// A YAML file with the values that the command line sets in it.
 class Config {
  public:
-  /// Reads `file`, whose keys are those of the table, which must outlive it. Each override is "key.path=value", the value
-  /// in YAML; the key need not be in the file. Throws FileError if the file cannot be read and ConfigError if it is no YAML.
+  /// Reads `file`, whose keys are those of the table, which must outlive it. Each override is "key.path=value", the
+  /// value in YAML; the key need not be in the file. Throws FileError if the file cannot be read and ConfigError if it
+  /// is no YAML.
   Config(const std::filesystem::path& file, Keys keys, const std::vector<std::string>& overrides = {});
   ~Config();
   Config(Config&&) noexcept;

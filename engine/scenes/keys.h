@@ -31,8 +31,9 @@ struct Key {
   std::string_view path;  ///< As "contact.friction"; in lists of maps without the number: "joints.name".
   KeyKind kind;
   Dimension dimension;
-  /// Of numbers "> 0", ">= 1 kPa" or "0 .. 10 mm", ends included, where a bare 0 is one of any unit; then, each behind a
-  /// bar, the words that may stand for a number: "> 0 | auto". Of a choice the words alone. Empty: all that the kind allows.
+  /// Of numbers "> 0", ">= 1 kPa" or "0 .. 10 mm", ends included, where a bare 0 is one of any unit; then, each behind
+  /// a bar, the words that may stand for a number: "> 0 | auto". Of a choice the words alone. Empty: all that the kind
+  /// allows.
   std::string_view range;
   /// What holds without the key: a value, which is then read, or a sentence in brackets. Empty: the key must be there.
   std::string_view without;
@@ -55,8 +56,8 @@ using Keys = std::span<const Key>;  ///< A table: each key after the one above i
 /// The names of keys_below().
 [[nodiscard]] std::vector<std::string_view> names_below(Keys keys, std::string_view path);
 
-/// The path that an unknown one may be a slip of: a key of the same map with a similar name, else one anywhere in the table;
-/// empty if none is near.
+/// The path that an unknown one may be a slip of: a key of the same map with a similar name, else one anywhere in the
+/// table; empty if none is near.
 [[nodiscard]] std::string_view nearest_key(Keys keys, std::string_view path);
 
 /// Whether the key has a value where the file does not name it.
@@ -77,7 +78,8 @@ struct Range {
 /// The words that the key may be.
 [[nodiscard]] std::vector<std::string_view> words_of(const Key& key);
 
-/// What is wrong with a number of this SI value and text: "-1 mm must be greater than zero"; empty if it is in the range.
+/// What is wrong with a number of this SI value and text: "-1 mm must be greater than zero"; empty if it is in the
+/// range.
 [[nodiscard]] std::string range_fault(const Key& key, double value, std::string_view text);
 
 }  // namespace thenar

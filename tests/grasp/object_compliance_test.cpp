@@ -72,7 +72,7 @@ ContactKinematics kinematics_of(const Model& model, const Frame& frame) {
 
 MatrixXd object_compliance(const Model& model, const Frame& frame, const ContactKinematics& now) {
   MatrixXd C = MatrixXd::Zero(3 * frame.size(), 3 * frame.size());
-  add_object_compliance(model, frame, now, C);
+  add_object_compliance(model, frame, now.object_tensors, C);
   return C / (1.0 - retained_share(*model.scene.object.compliance, model.scene.step_s));
 }
 
@@ -299,7 +299,7 @@ TEST(SoftObject, ForgetsTheLeastLoads) {
       frame.contacts[i].control_point += 1;
       f[3 * i] = 1.0 + static_cast<double>(round);
     }
-    remember_loads(model, frame, now, f, state);
+    remember_loads(model, frame, now.object_tensors, f, state);
     EXPECT_LE(std::ssize(state.object_loads), capacity);
     for (const FrameContact& contact : frame.contacts) {
       EXPECT_TRUE(std::any_of(state.object_loads.begin(), state.object_loads.end(), [&](const ObjectLoad& load) {
@@ -309,7 +309,7 @@ TEST(SoftObject, ForgetsTheLeastLoads) {
   }
   f.setZero();
   // 10 N fall to 1e-8 N in 21 tau.
-  for (int tick = 0; tick < 21 * 5 + 1; ++tick) remember_loads(model, frame, now, f, state);
+  for (int tick = 0; tick < 21 * 5 + 1; ++tick) remember_loads(model, frame, now.object_tensors, f, state);
   EXPECT_TRUE(state.object_loads.empty());
 }
 

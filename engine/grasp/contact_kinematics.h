@@ -1,0 +1,38 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "engine/grasp/frame.h"
+#include "engine/grasp/hand.h"
+#include "engine/grasp/model.h"
+#include "engine/grasp/state.h"
+#include "solvers/grouped_delassus.h"
+
+namespace thenar {
+
+/// A frame's contacts at one state: their gaps, and J_c, how the bodies' motion changes gaps and slips. Finger and
+/// object meet at the deformed finger point, where the force acts: with J_c taken elsewhere, it would not be the
+/// derivative of the gap, and contact would feed the bodies with energy.
+struct ContactKinematics {
+  explicit ContactKinematics(const Model& model);
+
+  Eigen::VectorXd gap_m;                     ///< Deformed; capacity.
+  GroupedDelassus::OwnJacobian J_finger;     ///< Rows -E' J_k; 3 capacity x 4.
+  GroupedDelassus::CommonJacobian J_object;  ///< Rows E' [I, -[r]x, 0 0]; 3 capacity x 6, padded to 8.
+  std::vector<Eigen::Matrix3d> E_W;          ///< Columns n, t1, t2, world axes.
+  std::vector<Eigen::Matrix3d> E_F;          ///< The same in the distal frame.
+  std::vector<Eigen::Vector3d> c_W;          ///< Where finger and object meet.
+  /// Rows E_F', 3 capacity x 3, none for rigid fingertips: the axes of the pulps' compliance. The solver presses in
+  /// them and deform() commits u in them: in other axes a finger that sticks would walk.
+  GroupedDelassus::Axes pulp_axes;
+  // Of a soft object alone:
+  GroupedDelassus::Axes object_tensors;  ///< Rows E_O' T; E_O columns n, t1, t2 in the object frame.
+  Eigen::Matrix3Xd u_object_m;           ///< u_o in contact rows; 3 x capacity.
+};
+
+/// Computes all of it for the bodies as the state, and the pose of its hand, have them.
+void contact_kinematics(const Model& model, const Frame& frame, const HandPose& pose, const State& state,
+                        ContactKinematics& kinematics);
+
+}  // namespace thenar

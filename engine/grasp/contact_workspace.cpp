@@ -1,0 +1,35 @@
+#include "engine/grasp/contact_workspace.h"
+
+namespace thenar {
+
+FramePolicy split_policy(const Scene& scene) {
+  FramePolicy policy;
+  policy.offset_decay_s = scene.control_period_s;
+  if (scene.control) policy.hold_after_s = 3.0 * scene.control_period_s + scene.control_delay_s;
+  return policy;
+}
+
+ContactWorkspace::ContactWorkspace(const Model& model, const FramePolicy& frame_policy)
+    : policy(frame_policy),
+      kinematics(model),
+      offset_m(Eigen::VectorXd::Zero(model.max_contacts)),
+      old_offset_m(Eigen::VectorXd::Zero(model.max_contacts)),
+      delta_free(3 * model.max_contacts),
+      delta(3 * model.max_contacts),
+      f(3 * model.max_contacts),
+      mu(Eigen::VectorXd::Constant(model.max_contacts, model.scene.contact.friction)),
+      f_first(3 * model.max_contacts),
+      solver(model.max_contacts, kFingers),
+      torque_Nm(JointVector::Zero()),
+      resumed_Nm(JointVector::Zero()),
+      q_held(JointVector::Zero()),
+      torque_held_Nm(JointVector::Zero()),
+      loads(model),
+      patches(model),
+      pose_q(JointVector::Constant(std::numeric_limits<double>::quiet_NaN())) {
+  contacts.reserve(model.max_contacts);
+  if (model.soft_object()) dense.emplace(model.max_contacts);
+  pose.segments.resize(model.scene.hand.segments.size());
+}
+
+}  // namespace thenar

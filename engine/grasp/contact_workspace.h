@@ -1,0 +1,63 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "engine/grasp/compliance.h"
+#include "engine/grasp/delassus.h"
+#include "engine/grasp/frame.h"
+#include "engine/grasp/model.h"
+#include "engine/grasp/patches.h"
+#include "engine/grasp/state.h"
+#include "solvers/contact_sweeps.h"
+
+namespace thenar {
+
+/// What the contact tick does about frames that are noisy, late or lost. The default trusts every frame for ever, as a
+/// loop may that makes one for each of its control periods itself.
+struct FramePolicy {
+  double offset_decay_s = 0.0;  ///< tau_e of the gap offset at a hand-over; 0: no offset.
+  double hold_after_s = std::numeric_limits<double>::infinity();  ///< Age of a frame from which its drive is held.
+};
+
+/// For frames from another thread: tau_e is a control period, and a frame more than three of them older than
+/// expected is too old. Without control the torques are given and do not age.
+[[nodiscard]] FramePolicy split_policy(const Scene& scene);
+
+/// W as one matrix, 3 capacity x 3 capacity, and what sweeps over it work in.
+struct DenseSolver {
+  explicit DenseSolver(Eigen::Index contacts) : W(3 * contacts, 3 * contacts), sweeps(contacts) {}
+
+  Eigen::MatrixXd W;
+  SweepWorkspace sweeps;
+};
+
+/// What one contact tick works in, and what it keeps from tick to tick beside the state: room for the model's most
+/// contacts, taken once. It serves one run: it knows a frame by its sequence number.
+struct ContactWorkspace {
+  explicit ContactWorkspace(const Model& model, const FramePolicy& policy = {});
+
+  FramePolicy policy;
+  std::int64_t sequence = -1;          ///< Of the frame that f and the contacts belong to.
+  ContactKinematics kinematics;        ///< Of the frame's contacts, at the start of the tick.
+  std::vector<FrameContact> contacts;  ///< That frame's, for the hand-over to the next one.
+  Eigen::VectorXd offset_m;            ///< e: what the gaps of contacts are raised by since the hand-over; n.
+  Eigen::VectorXd old_offset_m;        ///< The last frame's.
+  Eigen::VectorXd delta_free, delta, f, mu;
+  Eigen::VectorXd f_first;  ///< What the last solve began with: the forces of the tick before it.
+  Mobility mobility{};      ///< Of the last tick's bodies.
+  GroupedWorkspace solver;
+  std::optional<DenseSolver> dense;    ///< For a soft object, which couples the contacts of all fingers.
+  JointVector torque_Nm;               ///< What drove the fingers in the last tick.
+  JointVector resumed_Nm;              ///< What is left of the step in the drive when a hold ended.
+  JointVector q_held, torque_held_Nm;  ///< Joints and drive when the hold began.
+  PulpLoads loads;
+  PatchPoints patches;
+  HandPose pose;       ///< At pose_q: after a tick, that of the state which it left.
+  JointVector pose_q;  ///< NaN: there is no pose yet.
+};
+
+}  // namespace thenar
