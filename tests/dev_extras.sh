@@ -20,4 +20,4 @@ script apt-get 'echo "$*" >>"'"$folder"'/asked"; [[ $* != *chromium* ]]'
 
 words=$(PATH=$folder "$dev" extras 2>&1) || { echo "$words"; exit 1; }
 grep -q 'tests of the page in a browser will be skipped' <<<"$words" || { echo "$words"; exit 1; }
-grep -q 'python3-matplotlib' "$folder/asked" || { cat "$folder/asked"; exit 1; }
+grep -q 'libopenmpi-dev' "$folder/asked" || { cat "$folder/asked"; exit 1; }

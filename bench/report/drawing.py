@@ -1,59 +1,87 @@
-"""Draws the figures of the report: every panel is an SVG of its own, so that a page can set them side by side or one
-below the other. Readable in black and white: markers beside colours, hatches in maps."""
+"""Draws the figures of the report with gnuplot: every panel is an SVG of its own, so that a page can set them side by
+side or one below the other. Readable in black and white: markers beside colours, hatches in maps."""
 
-import io
 import math
 import re
+import subprocess
 from html import escape
-from textwrap import fill
-
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
-from matplotlib.lines import Line2D
-from matplotlib.patches import Rectangle
-from matplotlib.ticker import FixedFormatter, FixedLocator, NullLocator
+from textwrap import wrap
 
 import analysis
 
-plt.rcParams.update({
-    "font.size": 7.5, "axes.titlesize": 8,
-    "axes.titleweight": "bold", "axes.titlelocation": "left", "axes.grid": True, "grid.color": "#e6e6e6",
-    "grid.linewidth": 0.6, "axes.axisbelow": True, "axes.spines.top": False, "axes.spines.right": False,
-    "axes.edgecolor": "#555555", "axes.linewidth": 0.7, "xtick.major.width": 0.7, "ytick.major.width": 0.7,
-    "lines.linewidth": 1.3, "lines.markersize": 4.5, "hatch.linewidth": 0.6, "svg.fonttype": "none",
-    "axes.unicode_minus": False,
-})
-
-PANEL_IN = (3.05, 2.6)
+FONT, BOLD = "DejaVu Sans", "Bold"  # gnuplot writes no weights: the second name becomes one.
+WIDTH, HEIGHT = 305, 260  # Of a panel [px].
+LINE = 13  # Of text.
 
 OURS = ("#c0392b", "#2563a8", "#2e8b57", "#d98200", "#7b3fa0", "#0b8c8c", "#8c6d31", "#c2478d", "#4d4d00", "#00457a")
-OURS_MARKERS = "os^DvPX*<>"
+OURS_MARKERS = "os^Dvpx+*"
 PEERS = ("#6a6a6a", "#9a9a9a", "#444444", "#b0b0b0", "#7d7d7d")
 PEERS_MARKERS = "s^Dvo"
-FRONT = dict(color="#f0d060", lw=3.6, solid_capstyle="butt", solid_joinstyle="round", zorder=1.5)
-RING = dict(marker="o", ms=10, mfc="none", mec="black", mew=1.2, ls="none", zorder=5)
-LIMIT_STYLES = ("--", "-.", ":", (0, (6, 1.5)))
-LIMIT = dict(color="black", lw=1.6, zorder=4)
-STAR = dict(marker="*", ms=11, mfc="white", mec="black", mew=1.0, ls="none", zorder=6)
+# gnuplot's point types, filled and as an outline.
+MARKERS = {"o": (7, 6), "s": (5, 4), "^": (9, 8), "v": (11, 10), "D": (13, 12), "p": (15, 14), "+": (1, 1),
+           "x": (2, 2), "*": (3, 3)}
+DASHED = "(7,4)"
+FRONT = dict(color="#f0d060", width=4.5)
+RING = dict(color="#000000", marker="o", size=1.5, hollow=True, line=False)
+LIMIT_DASHES = (DASHED, "(10,4,2,4)", "(2,3)", "(14,4)")
+LIMIT = dict(color="#000000", width=2.0)
+STAR = dict(color="#000000", marker="D", size=1.4, hollow=True, line=False)
 
-# Face, hatch, and the hatch's colour: from light to dark also without colours.
+# Face, gnuplot's hatch, and its colour: from light to dark also without colours.
 OUTCOME_LOOKS = {
-    "held": ("#dcefe0", None, "#dcefe0"),
-    "over limits": ("#cdb6e0", "....", "#5a3d78"),
-    "slipping": ("#f5d27a", "////", "#8a6100"),
-    "unstable": ("#de6b4e", "xxxx", "#5c1a0a"),
-    "lost": ("#a34a28", "++++", "#3a1206"),
-    "off target": ("#9db8d9", "\\\\\\\\", "#1f3f66"),
-    "solver failed": ("#3d2b56", None, "#3d2b56"),
-    "refused": ("#f4f4f4", "---", "#8a8a8a"),
+    "held": ("#dcefe0", None, None),
+    "over limits": ("#cdb6e0", 2, "#5a3d78"),
+    "slipping": ("#f5d27a", 4, "#8a6100"),
+    "unstable": ("#de6b4e", 1, "#5c1a0a"),
+    "lost": ("#a34a28", 6, "#3a1206"),
+    "off target": ("#9db8d9", 5, "#1f3f66"),
+    "solver failed": ("#3d2b56", None, None),
+    "refused": ("#f4f4f4", 7, "#8a8a8a"),
 }
 
 
 def outcome_look(outcome):
-    face, hatch, line = OUTCOME_LOOKS.get(outcome, ("#ffffff", "++++", "#000000"))
-    return dict(facecolor=face, hatch=hatch, edgecolor=line, linewidth=0)
+    return OUTCOME_LOOKS.get(outcome, ("#ffffff", 6, "#000000"))
+
+
+def _quoted(text):
+    """A string of gnuplot's, in which nothing has a meaning."""
+    return "'" + str(text).replace("'", "''") + "'"
+
+
+class Picture:
+    """What gnuplot is to draw: its commands, and the curves, each with its data."""
+
+    def __init__(self, width, height):
+        self._commands = [f"set terminal svg size {width},{height} noenhanced font '{FONT},10'", "unset key"]
+        self._data, self._plots = [], []
+
+    def add(self, *commands):
+        self._commands += commands
+
+    def plot(self, points, style):
+        """Points [(x, y)] in a style of gnuplot's; later ones lie over earlier ones."""
+        name = f"$d{len(self._data)}"
+        self._data.append("\n".join([f"{name} << END", *(f"{x!r} {y!r}" for x, y in points), "END"]))
+        self._plots.append(f"{name} {style}")
+
+    def curve(self, points, color, width=1.3, dash=None, marker=None, size=0.8, hollow=False, line=True, every=1):
+        """A line, markers, or both. A hollow marker is white within."""
+        if line and len(points) > 1:
+            self.plot(points, f"with lines lw {width} lc rgb '{color}'" + (f" dt {dash}" if dash else ""))
+        if marker:
+            filled, outline = MARKERS[marker]
+            at = points[::every]
+            self.plot(at, f"with points pt {filled} ps {size} lc rgb '{'#ffffff' if hollow else color}'")
+            if hollow:
+                self.plot(at, f"with points pt {outline} ps {size} lw 1.6 lc rgb '{color}'")
+
+    def svg(self):
+        # Something to plot, also where there is nothing to show.
+        plots = self._plots or ["NaN notitle"]
+        script = "\n".join([*self._data, *self._commands, "plot " + ", ".join(plots)])
+        return subprocess.run(["gnuplot"], input=script, check=True, capture_output=True, text=True,
+                              encoding="utf-8").stdout
 
 
 class Page:
@@ -64,7 +92,7 @@ class Page:
         self._looks = {}
 
     def looks(self, entries):
-        """{name: how its line is drawn} of [(name, peer)]: one colour and marker each, others' grey and dashed."""
+        """{name: how its curve is drawn} of [(name, peer)]: one colour and marker each, others' grey and dashed."""
         for name, peer in entries:
             if (name, peer) not in self._looks:
                 self._looks[name, peer] = self._new_look(peer, [self._looks[e] for e in entries if e in self._looks])
@@ -79,25 +107,23 @@ class Page:
         taken = [(look["color"], look["marker"]) for look in self._looks.values()]
         color, marker = min(pairs, key=lambda pair: (pair in taken, *(
             sum(look[key] == value for look in beside) for key, value in zip(("color", "marker"), pair))))
-        return dict(color=color, marker=marker, ls="--" if peer else "-", mew=1.0)
+        return dict(color=color, marker=marker, dash=DASHED if peer else None)
 
-    def svg(self, figure, label):
-        """The figure as an <svg> for a page: without prolog, date, size and unused identifiers, and the others, which
-        are random, by number."""
-        text = io.StringIO()
-        figure.savefig(text, format="svg")
-        plt.close(figure)
-        svg = text.getvalue()
-        svg = re.sub(r"<metadata>.*?</metadata>\s*", "", svg[svg.index("<svg"):], flags=re.DOTALL)
-        svg = re.sub(r"<!--.*?-->\s*", "", svg, flags=re.DOTALL).replace("xlink:href", "href")
+    def svg(self, picture, label):
+        """The picture as an <svg> for a page: without prolog, titles, unused symbols and identifiers, and the others by
+        number."""
+        svg = picture.svg()
+        svg = re.sub(r"<!--.*?-->|<title>.*?</title>|<desc>.*?</desc>", "", svg[svg.index("<svg"):], flags=re.DOTALL)
+        svg = svg.replace("xlink:href", "href").replace("'", '"')
         # Verdana has the widths of DejaVu Sans, which few machines have.
-        svg = re.sub(r"'DejaVu Sans'[^;\"]*", "'DejaVu Sans', Verdana, sans-serif", svg)
-        svg = re.sub(r"<style.*?</style>", "", svg, flags=re.DOTALL)
-        svg = re.sub(r"<[^>]*>", lambda tag: re.sub(r"(\d\.\d\d)\d+", r"\1", tag.group()), svg)
+        family = f"font-family=\"'{FONT}', Verdana, sans-serif\""
+        svg = svg.replace(f'font-family="{FONT}"', family).replace(f'font-family="{BOLD}"', f'{family} font-weight="bold"')
+        used = set(re.findall(r'(?:url\(#|href="#)([^")]+)', svg))
+        svg = re.sub(r'<(path|circle)[^>]*\bid="([^"]+)"[^>]*?(/>|>.*?</\1>)',
+                     lambda shape: shape.group() if shape.group(2) in used else "", svg, flags=re.DOTALL)
         for name in dict.fromkeys(re.findall(r'\bid="([^"]+)"', svg)):
-            used = re.search(rf'(url\(#|href="#){re.escape(name)}\b', svg)
-            self._count += 1 if used else 0
-            svg = svg.replace(f' id="{name}"', f' id="s{self._count}"' if used else "")
+            self._count += 1 if name in used else 0
+            svg = re.sub(rf'\s*\bid="{re.escape(name)}"', f' id="s{self._count}"' if name in used else "", svg)
             svg = svg.replace(f"url(#{name})", f"url(#s{self._count})").replace(f'"#{name}"', f'"#s{self._count}"')
         view = re.search(r'viewBox="[^"]*"', svg).group()
         head = f'<svg {view} role="img" aria-label="{escape(label)}">'
@@ -105,22 +131,57 @@ class Page:
 
     def swatch(self, **style):
         """A line or marker as a legend has it."""
-        figure = plt.figure(figsize=(0.36, 0.17))
-        figure.add_artist(Line2D([0.1, 0.5, 0.9], [0.5] * 3, markevery=[1], **style))
-        return self.svg(figure, "")
+        picture = _swatch()
+        marker = {key: style.pop(key) for key in ("marker", "size", "hollow") if key in style}
+        if style.pop("line", True):
+            picture.curve([(0.08, 0.5), (0.92, 0.5)], **style)
+        if marker:
+            picture.curve([(0.5, 0.5)], style["color"], line=False, **marker)
+        return self.svg(picture, "")
 
-    def patch(self, **style):
-        figure = plt.figure(figsize=(0.36, 0.17))
-        for look in (style, dict(fill=False, ec="#555555", lw=0.6)):
-            figure.add_artist(Rectangle((0.08, 0.05), 0.84, 0.9, transform=figure.transFigure, **look))
-        return self.svg(figure, "")
+    def patch(self, look):
+        picture = _swatch()
+        _rectangle(picture, (0.06, 0.06, 0.94, 0.94), look)
+        picture.add("set object rectangle from 0.06,0.06 to 0.94,0.94 fs empty border lc rgb '#555555'")
+        return self.svg(picture, "")
 
 
-def _panel(title):
-    figure, axes = plt.subplots(figsize=PANEL_IN)
-    if title:
-        axes.set_title(fill(title, 40))
-    return figure, axes
+def _swatch():
+    picture = Picture(36, 17)
+    picture.add("unset border", "unset tics", "set margins 0,0,0,0", "set xrange [0:1]", "set yrange [0:1]")
+    return picture
+
+
+def _rectangle(picture, corners, look):
+    face, hatch, line = look
+    place = "set object rectangle from {},{} to {},{} behind ".format(*corners)
+    picture.add(place + f"fc rgb '{face}' fs solid noborder")
+    if hatch:
+        picture.add(place + f"fc rgb '{line}' fs transparent pattern {hatch} noborder")
+
+
+def _panel(title, x_label, y_label):
+    picture = Picture(WIDTH, HEIGHT)
+    titles, below, beside = wrap(title, 40), wrap(x_label, 42), wrap(y_label, 36)
+    picture.add("set border 3 lc rgb '#555555' lw 0.7", "set tics nomirror out scale 0.4 textcolor rgb '#222222'",
+                "set grid xtics ytics back lt 1 lc rgb '#e6e6e6' lw 0.6",
+                f"set lmargin at screen {(41 + LINE * len(beside)) / WIDTH}", f"set rmargin at screen {1 - 8 / WIDTH}",
+                f"set bmargin at screen {(26 + LINE * len(below)) / HEIGHT}",
+                f"set tmargin at screen {1 - (8 + LINE * len(titles)) / HEIGHT}")
+    for i, line in enumerate(titles):
+        picture.add(f"set label {_quoted(line)} at graph 0, screen {1 - LINE * (i + 0.7) / HEIGHT} left "
+                    f"font '{BOLD},10'")
+    for i, line in enumerate(below):
+        picture.add(f"set label {_quoted(line)} at graph 0.5, screen {(LINE * (len(below) - i) - 8) / HEIGHT} center")
+    for i, line in enumerate(beside):
+        picture.add(f"set label {_quoted(line)} at screen {(10 + LINE * i) / WIDTH}, graph 0.5 center rotate by 90")
+    return picture
+
+
+def _ticks(picture, axis, ticks):
+    """Ticks [(label, place)]."""
+    offset = "offset 0,0.35 " if axis == "x" else ""
+    picture.add(f"set {axis}tics {offset}({', '.join(f'{_quoted(label)} {place!r}' for label, place in ticks)})")
 
 
 def _short(value):
@@ -130,7 +191,7 @@ def _short(value):
     return f"{value / 10.0**exponent:.0f}e{exponent}"
 
 
-def _log_axis(axis, low, high):
+def _log_axis(picture, axis, low, high):
     """At most five labels in plain digits: decades, or 1-2-5 or all digits where there are less than three of them."""
     decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
     for digits in ((1,), (1, 2, 5), range(1, 10)):
@@ -140,10 +201,8 @@ def _log_axis(axis, low, high):
     step = -(-len(ticks) // 5)
     # Counted from 1 where there are decades, so that axes agree.
     first = round(math.log10(ticks[0])) if digits == (1,) else 0
-    axis.set_major_locator(FixedLocator(ticks))
-    labels = [_short(tick) if (first + i) % step == 0 else "" for i, tick in enumerate(ticks)]
-    axis.set_major_formatter(FixedFormatter(labels))
-    axis.set_minor_locator(NullLocator())
+    picture.add(f"set logscale {axis}")
+    _ticks(picture, axis, [(_short(tick) if (first + i) % step == 0 else "", tick) for i, tick in enumerate(ticks)])
 
 
 def _log_range(values, margin=0.12):
@@ -177,31 +236,31 @@ def work_precision(page, figure):
     svgs = []
     for case in cases:
         drawn = [p for p in case["points"] if p["us"]]
-        fig, axes = _panel(case["name"])
-        axes.set(xscale="log", yscale="log", xlim=x_range, ylim=y_range, xlabel=fill(figure["time"], 42),
-                 ylabel=fill(figure["error"], 36))
-        _log_axis(axes.xaxis, *x_range)
-        _log_axis(axes.yaxis, bottom, top)
-        for level, text in ((floor, "no error at all"), (ceiling, "no answer")):
+        picture = _panel(case["name"], figure["time"], figure["error"])
+        picture.add("set xrange [{!r}:{!r}]".format(*x_range), "set yrange [{!r}:{!r}]".format(*y_range))
+        _log_axis(picture, "x", *x_range)
+        _log_axis(picture, "y", bottom, top)
+        for level, words in ((floor, "no error at all"), (ceiling, "no answer")):
             if level:
-                axes.axhline(level, color="#777777", lw=0.7, ls=(0, (1, 2)))
-                axes.text(0.995, level, text, transform=axes.get_yaxis_transform(), ha="right", va="bottom",
-                          fontsize=6.5, color="#555555")
-        best = analysis.front(drawn)
-        if best:
-            axes.step([p["us"] for p in best[:1] + best] + [x_range[1]],
-                      [y_range[1]] + [height(p) for p in best + best[-1:]], where="post", **FRONT)
-        for method, style in look.items():
+                picture.plot([(x_range[0], level), (x_range[1], level)], "with lines lw 0.7 dt (1,3) lc rgb '#777777'")
+                picture.add(f"set label {_quoted(words)} at {x_range[1]!r},{level!r} right offset 0,0.4 "
+                            f"font '{FONT},8.5' textcolor rgb '#555555'")
+        if best := analysis.front(drawn):
+            corners = [(best[0]["us"], y_range[1])]
+            for p, after in zip(best, [*(q["us"] for q in best[1:]), x_range[1]]):
+                corners += [(p["us"], height(p)), (after, height(p))]
+            picture.curve(corners, **FRONT)
+        for method, style in sorted(look.items(), key=lambda item: not item[1]["dash"]):
             mine = [p for p in drawn if p["method"] == method]
-            axes.plot([p["us"] for p in mine], [height(p) for p in mine], zorder=2 if style["ls"] == "--" else 3,
-                      **{**style, "marker": "", "lw": 1.0, "alpha": 0.65})
+            # A line in between is paler than its markers.
+            picture.curve([(p["us"], height(p)) for p in mine], "#59" + style["color"][1:], 1.0, style["dash"])
             for p in mine:
-                axes.plot(p["us"], height(p), zorder=3, **{**style, "ls": "none"},
-                          mfc="white" if p.get("published") else style["color"])
+                picture.curve([(p["us"], height(p))], style["color"], marker=style["marker"],
+                              hollow=bool(p.get("published")))
                 if p.get("default"):
-                    axes.plot(p["us"], height(p), **RING)
-        fig.tight_layout(pad=0.4)
-        svgs.append(page.svg(fig, f"{figure['title']}: {case['name']}"))
+                    ring = MARKERS["o"][1]
+                    picture.plot([(p["us"], height(p))], f"with points pt {ring} ps 1.7 lw 1.4 lc rgb '#000000'")
+        svgs.append(page.svg(picture, f"{figure['title']}: {case['name']}"))
     return svgs, look
 
 
@@ -215,51 +274,49 @@ def _index_of(value, values, log):
     return i + (value - at[i]) / (at[i + 1] - at[i])
 
 
-def _cell_axis(axis, values, log, most):
+def _cell_axis(picture, axis, values, log, most):
     digits = 2 if log else 3
     step = -(-len(values) // most)
-    ticks = list(range(0, len(values), step))
-    axis.set_major_locator(FixedLocator(ticks))
-    axis.set_major_formatter(FixedFormatter([analysis.number(float(values[i]), digits) for i in ticks]))
+    _ticks(picture, axis, [(analysis.number(float(values[i]), digits), i) for i in range(0, len(values), step)])
+    picture.add(f"set {axis}range [-0.5:{len(values) - 0.5}]")
 
 
 def outcome_map(page, figure):
-    """[SVG a panel], {limit: line style}."""
+    """[SVG a panel], {limit: dash}."""
     x, y = figure["x"], figure["y"]
     columns, rows = len(x["values"]), len(y["values"])
     names = dict.fromkeys(limit["label"] for panel in figure["panels"] for limit in panel.get("limits") or [])
-    styles = {name: LIMIT_STYLES[i % len(LIMIT_STYLES)] for i, name in enumerate(names)}
+    dashes = {name: LIMIT_DASHES[i % len(LIMIT_DASHES)] for i, name in enumerate(names)}
 
     def place(px, py):
         return _index_of(px, x["values"], x.get("log")), _index_of(py, y["values"], y.get("log"))
 
     svgs = []
     for panel in figure["panels"]:
-        fig, axes = _panel(panel["name"])
-        axes.grid(False)
+        picture = _panel(panel["name"], x["label"], y["label"])
+        picture.add("unset grid", "unset border")
         for j, row in enumerate(panel["cells"]):
             i = 0
             while i < columns:  # One rectangle a run of equal cells, so that hatches are not cut.
                 end = i
                 while end < columns and row[end]["outcome"] == row[i]["outcome"]:
                     end += 1
-                axes.add_patch(Rectangle((i - 0.5, j - 0.5), end - i, 1, **outcome_look(row[i]["outcome"])))
+                _rectangle(picture, (i - 0.5, j - 0.5, end - 0.5, j + 0.5), outcome_look(row[i]["outcome"]))
                 i = end
-        axes.vlines([i - 0.5 for i in range(1, columns)], -0.5, rows - 0.5, color="white", lw=0.8, zorder=2)
-        axes.hlines([j - 0.5 for j in range(1, rows)], -0.5, columns - 0.5, color="white", lw=0.8, zorder=2)
+        between = [[(i - 0.5, -0.5), (i - 0.5, rows - 0.5)] for i in range(1, columns)]
+        between += [[(-0.5, j - 0.5), (columns - 0.5, j - 0.5)] for j in range(1, rows)]
+        for line in between:
+            picture.curve(line, "#ffffff", 0.8)
         for limit in panel.get("limits") or []:
             line = [place(px, py) for px, py in zip(limit["x"], limit["y"]) if px is not None and py is not None]
-            axes.plot(*zip(*line), color="white", lw=3.2, zorder=3.5)
-            axes.plot(*zip(*line), ls=styles[limit["label"]], **LIMIT)
+            picture.curve(line, "#ffffff", 4.0)
+            picture.curve(line, dash=dashes[limit["label"]], **LIMIT)
         if figure.get("reference"):
-            axes.plot(*place(*figure["reference"]), clip_on=False, **STAR)
-        axes.set(xlim=(-0.5, columns - 0.5), ylim=(-0.5, rows - 0.5), xlabel=fill(x["label"], 42),
-                 ylabel=fill(y["label"], 36))
-        _cell_axis(axes.xaxis, x["values"], x.get("log"), 6)
-        _cell_axis(axes.yaxis, y["values"], y.get("log"), 11)
-        fig.tight_layout(pad=0.4)
-        svgs.append(page.svg(fig, f"{figure['title']}: {panel['name']}"))
-    return svgs, styles
+            picture.curve([place(*figure["reference"])], **STAR)
+        _cell_axis(picture, "x", x["values"], x.get("log"), 6)
+        _cell_axis(picture, "y", y["values"], y.get("log"), 11)
+        svgs.append(page.svg(picture, f"{figure['title']}: {panel['name']}"))
+    return svgs, dashes
 
 
 def curves(page, figure):
@@ -268,23 +325,20 @@ def curves(page, figure):
     look = page.looks([(curve["name"], bool(curve.get("peer"))) for curve in all_curves])
     svgs = []
     for panel in figure["panels"]:
-        fig, axes = _panel(panel["name"])
+        picture = _panel(panel["name"], figure["x"]["label"], figure["y"]["label"])
         seen = {"x": [], "y": []}
-        for curve in panel["curves"]:
+        # Others' lie below ours.
+        for curve in sorted(panel["curves"], key=lambda c: not c.get("peer")):
             pairs = [(a, b) for a, b in zip(curve["x"], curve["y"])
                      if all(v is not None and (v > 0 or not figure[k].get("log")) for k, v in (("x", a), ("y", b)))]
             if pairs:
-                style = look[curve["name"]]
-                axes.plot(*zip(*pairs), markevery=-(-len(pairs) // 12), zorder=2 if style["ls"] == "--" else 3, **style)
+                picture.curve(pairs, **look[curve["name"]], every=-(-len(pairs) // 12))
                 for key, values in zip("xy", zip(*pairs)):
                     seen[key] += values
-        axes.set(xlabel=fill(figure["x"]["label"], 42), ylabel=fill(figure["y"]["label"], 36))
-        for key, axis in (("x", axes.xaxis), ("y", axes.yaxis)):
-            if figure[key].get("log") and seen[key]:
-                getattr(axes, f"set_{key}scale")("log")
-                limits = _log_range(seen[key], margin=0.06)
-                getattr(axes, f"set_{key}lim")(limits)
-                _log_axis(axis, *limits)
-        fig.tight_layout(pad=0.4)
-        svgs.append(page.svg(fig, f"{figure['title']}: {panel['name']}"))
+        for axis in "xy":
+            if figure[axis].get("log") and seen[axis]:
+                low, high = _log_range(seen[axis], margin=0.06)
+                picture.add(f"set {axis}range [{low!r}:{high!r}]")
+                _log_axis(picture, axis, low, high)
+        svgs.append(page.svg(picture, f"{figure['title']}: {panel['name']}"))
     return svgs, look

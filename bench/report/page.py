@@ -118,22 +118,22 @@ def legend(entries):
 
 
 def peers_entry(page):
-    return page.swatch(color="#777777", ls="--"), "grey and dashed: not part of Thenar"
+    return page.swatch(color="#777777", dash=drawing.DASHED), "grey and dashed: not part of Thenar"
 
 
 def work_precision(page, figure):
     svgs, look = drawing.work_precision(page, figure)
     points = [p for case in figure["cases"] for p in case["points"]]
     filled = {p["method"] for p in points if not p.get("published")}
-    entries = [(page.swatch(**style, mfc=style["color"] if name in filled else "white"), name)
+    entries = [(page.swatch(**style, hollow=name not in filled), name)
                for name, style in look.items()]
     if any(p.get("peer") for p in points):
         entries.append(peers_entry(page))
     if any(p.get("published") for p in points):
-        hollow = dict(color="#555555", marker="o", ms=5.5, mfc="white", ls="none")
+        hollow = dict(color="#555555", marker="o", hollow=True, line=False)
         entries.append((page.swatch(**hollow), "hollow: as published"))
     if any(p.get("default") for p in points):
-        entries.append((page.swatch(**{**drawing.RING, "ms": 8}), "the default"))
+        entries.append((page.swatch(**drawing.RING), "the default"))
     entries.append((page.swatch(**drawing.FRONT), "the front: nothing is both faster and more accurate"))
     rows = []
     for case in figure["cases"]:
@@ -154,8 +154,8 @@ def outcome_map(page, figure):
     counts = [analysis.outcome_counts(panel) for panel in figure["panels"]]
     known = dict.fromkeys([*analysis.OUTCOMES, *(outcome for count in counts for outcome in count)])
     seen = [outcome for outcome in known if any(outcome in count for count in counts)]
-    entries = [(page.patch(**drawing.outcome_look(outcome)), outcome) for outcome in seen]
-    entries += [(page.swatch(ls=ls, **drawing.LIMIT), name) for name, ls in limits.items()]
+    entries = [(page.patch(drawing.outcome_look(outcome)), outcome) for outcome in seen]
+    entries += [(page.swatch(dash=dash, **drawing.LIMIT), name) for name, dash in limits.items()]
     if figure.get("reference"):
         entries.append((page.swatch(**drawing.STAR), "the scene itself"))
     reasons = ""

@@ -20,7 +20,7 @@ def main():
         parts = analysis.read_parts(folder)
         if len(sys.argv) == 3:
             documents.write(Path(sys.argv[2]), parts, documents.dates_of(folder, parts))
-        import page  # Needs matplotlib, which reading does not.
+        import page  # Needs gnuplot, which reading does not.
 
         (folder / "report.html").write_text(page.render(parts, analysis.scenes(CONFIGS), analysis.trials(folder)), encoding="utf-8")
     except (analysis.ReportError, OSError) as error:
