@@ -1,0 +1,36 @@
+"""No function that a tick calls comes from a room that is optimised less.
+
+An inline function, or one made from a template, is in every object that uses it and does not inline it, and the linker
+keeps the first: one copy of the program's for all. So the rooms that ticks run in and those that are optimised less may
+share no such function of ours or Eigen's. What is shared and harmless: constructors and destructors, which allocate,
+and what only throws.
+"""
+import argparse
+import re
+import shutil
+import subprocess
+import sys
+
+HARMLESS = re.compile(r"throw_std_bad_alloc|Watcher::see_control|std::|::(\w+)::~?\1(\[abi:\w+\])?\(")
+
+
+def shared_names(files):
+    """Names of functions that more than one object may define."""
+    text = subprocess.run(["nm", "-C", *files], capture_output=True, text=True, check=True).stdout
+    return {line[19:] for line in text.splitlines() if line[17:18] == "W"}
+
+
+parser = argparse.ArgumentParser()
+parser.add_argument("--hot", nargs="+", required=True)
+parser.add_argument("--cold", nargs="+", required=True)
+files = parser.parse_args()
+if not shutil.which("nm"):
+    print("no nm here")
+    sys.exit(77)
+hot, cold = shared_names(files.hot), shared_names(files.cold)
+if len(hot) < 50 or len(cold) < 50:
+    sys.exit(f"nm tells of {len(hot)} and {len(cold)} functions alone: they are not what was built")
+found = sorted(name for name in hot & cold if re.search(r"\b(thenar|Eigen)::", name) and not HARMLESS.search(name))
+for name in found:
+    print(f"in a room that is optimised less, too: {name}")
+sys.exit(1 if found else 0)
