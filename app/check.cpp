@@ -55,7 +55,7 @@ void describe_object(const ObjectSettings& object, std::ostream& out) {
   out << "  object          " << (object.compliance ? "soft " : "rigid ");
   std::visit(DescribeShape{out}, object.shape);
   if (object.points > 0) out << ", " << object.points << " points";
-  out << ", " << 1e3 * object.mass_kg << " g at " << place(object.centre_of_mass_m);
+  out << ", " << 1e3 * object.mass_kg << " g, centred at " << place(object.centre_of_mass_m);
   if (object.compliance) {
     out << ", E* " << 1e-6 * object.compliance->reduced_modulus_Pa << " MPa, relaxation "
         << 1e3 * object.compliance->relaxation_s << " ms";

@@ -11,10 +11,10 @@
 
 #include "app/exit_code.h"
 #include "app/results.h"
-#include "app/shared_data.h"
 #include "engine/formats/files.h"
 #include "engine/formats/mcap_file.h"
 #include "engine/results/recording_file.h"
+#include "engine/scenes/scene_file.h"
 
 namespace {
 
@@ -38,7 +38,7 @@ std::size_t place_of(std::string_view what, std::string_view text, const fs::pat
 /// The page with the recording in it.
 std::string page_with(std::string_view recording) {
   constexpr std::string_view kSource = "data-source=\"live\"", kPlace = "<!-- recording -->";
-  const fs::path page = shared_data() / "page.html";
+  const fs::path page = thenar::shared_data() / "page.html";
   if (!fs::exists(page)) throw FileError(page, "is missing: ./dev build makes it, where npm is installed");
   std::string html = thenar::read_file(page);
   html.replace(place_of(kSource, html, page), kSource.size(), "data-source=\"embedded\"");

@@ -7,12 +7,14 @@
 #include <system_error>
 
 #include "engine/formats/files.h"
+#include "engine/formats/text.h"
+#include "engine/scenes/scene_file.h"
 
 namespace fs = std::filesystem;
 
 namespace {
 
-fs::path scene_folder() { return shared_data() / "scenes"; }
+fs::path scene_folder() { return thenar::shared_data() / "scenes"; }
 
 /// The first sentence of the comment that a file begins with.
 std::string first_sentence(std::string_view text) {
@@ -30,8 +32,6 @@ std::string first_sentence(std::string_view text) {
 }
 
 }  // namespace
-
-fs::path shared_data() { return fs::read_symlink("/proc/self/exe").parent_path().parent_path() / "share" / "thenar"; }
 
 std::vector<KnownScene> known_scenes() {
   std::vector<KnownScene> scenes;
@@ -52,7 +52,12 @@ fs::path find_scene(const std::string& text) {
   std::error_code none;
   if (fs::exists(text, none) || text.find('/') != std::string::npos) return text;
   const fs::path known = scene_folder() / (text.ends_with(".yaml") ? text : text + ".yaml");
-  return fs::exists(known, none) ? known : fs::path(text);
+  if (fs::exists(known, none)) return known;
+  const std::vector<KnownScene> scenes = known_scenes();
+  std::vector<std::string_view> names;
+  for (const KnownScene& scene : scenes) names.push_back(scene.name);
+  throw thenar::FileError(text, "no such file, nor a scene that comes with the program" +
+                                    thenar::did_you_mean(thenar::nearest_word(text, names)));
 }
 
 std::string list_of_scenes() {

@@ -4,10 +4,7 @@
 #include <string>
 #include <vector>
 
-// What comes with the programs: scenes, the hand, the page of the window.
-
-/// The folder where it is: share/thenar beside the folder of the running program, wherever both were installed.
-[[nodiscard]] std::filesystem::path shared_data();
+// The scenes that come with the programs.
 
 /// A scene that comes with the program.
 struct KnownScene {
@@ -19,8 +16,8 @@ struct KnownScene {
 /// By name. Empty if the folder is missing. Throws FileError for a scene that cannot be read.
 [[nodiscard]] std::vector<KnownScene> known_scenes();
 
-/// The file that a user means: the text itself where there is such a file, else the known scene of this name, else the
-/// text.
+/// The file that a user means: the text itself where it is a path or there is such a file, else the known scene of this
+/// name. Throws FileError where there is neither, and names the scene that is nearest.
 [[nodiscard]] std::filesystem::path find_scene(const std::string& text);
 
 /// A line a scene.

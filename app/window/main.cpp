@@ -23,7 +23,6 @@
 #include "app/host.h"
 #include "app/results.h"
 #include "app/scene_flags.h"
-#include "app/shared_data.h"
 #include "app/window/admission.h"
 #include "app/window/server.h"
 #include "app/window/session.h"
@@ -32,6 +31,7 @@
 #include "engine/grasp/model.h"
 #include "engine/loops/realtime.h"
 #include "engine/scenes/build_model.h"
+#include "engine/scenes/scene_file.h"
 #include "engine/scenes/config.h"
 #include "engine/scenes/scene_file.h"
 #include "engine/studies/model_parts.h"
@@ -207,7 +207,7 @@ int main(int argc, char** argv) try {
     if (!std::cout) throw thenar::FileError("standard output", "could not be written in full");
     return exit_code;
   }
-  options->server.page = shared_data() / "page.html";
+  options->server.page = thenar::shared_data() / "page.html";
   end_on_signals();
   if (options->is_recording()) {
     options->server.recording = options->file;

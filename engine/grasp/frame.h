@@ -27,8 +27,8 @@ struct FrameContact {
 /// What the control / free-motion side hands to the contact side: contacts in body-fixed terms, their compliance, and
 /// the drive, all taken at one snapshot of the state and frozen until the next frame.
 ///
-/// It holds neither W nor J_c nor C: W(h) = h J_c B^-1 J_c' + (1 - rho) C contains the step, and J_c and the axes of C
-/// the bodies' motion since the snapshot. All are of whoever steps.
+/// It holds neither W nor J_c, and of C the kernels alone: W(h) = h J_c B^-1 J_c' + (1 - rho) C contains the step, and
+/// J_c and the axes of C the bodies' motion since the snapshot. All these are of whoever steps.
 struct Frame {
   explicit Frame(const Model& model);
 

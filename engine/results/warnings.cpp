@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/grasp/control.h"
+#include "engine/grasp/hand.h"
+#include "engine/grasp/state.h"
 #include "engine/scenes/pressed_pulp.h"
 #include "engine/scenes/pulp_levels.h"
 
@@ -38,6 +41,22 @@ std::string friction_warning(const Scene& scene) {
       planned, pyramids ? fmt::format(", {:.3g} at the corners of its pyramids", most) : "", scene.contact.friction);
 }
 
+/// Fingers that a controller holds with and that nothing is near to; empty: there is none.
+std::string reach_warning(const Model& model) {
+  if (!model.scene.control) return {};
+  const State start(model);
+  HandPose pose;
+  forward_kinematics(model.scene.hand, start.q, pose);
+  std::string all;
+  for (int k = 0; k < kFingers; ++k) {
+    const double gap_m = finger_gap_m(model, pose, start, k);
+    if (!(gap_m > model.scene.contact.band_m)) continue;
+    all += fmt::format("{}the {} is {:.3g} mm away from the object", all.empty() ? "" : ", ",
+                       model.scene.hand.fingertips[k].finger, 1e3 * gap_m);
+  }
+  return all.empty() ? all : all + " at the start: the grasp needs all fingers";
+}
+
 }  // namespace
 
 void Warnings::Beyond::add(double time_s, double value) {
@@ -64,8 +83,8 @@ std::vector<std::string> Warnings::sentences() const {
     if (const Beyond& full = full_[k]; full.ticks > 0) {
       all.push_back(fmt::format(
           "the {}'s list of contacts is too short (contact.max_per_finger: {}) in {:.3g} % of the ticks, from {:.3f} s "
-          "on: control points without room pass up to {:.3g} mm into the object, and the force is too small; thenar "
-          "check says what would serve",
+          "on: control points without room pass up to {:.3g} mm into the object, and the force is too small; more room, "
+          "or a coarser contact.level, would serve",
           finger, model_.scene.contact.max_per_finger,
           100.0 * static_cast<double>(full.ticks) / static_cast<double>(ticks_), full.since_s, 1e3 * full.worst));
     }
@@ -92,6 +111,7 @@ std::vector<std::string> warnings(const Model& model) {
   std::vector<std::string> all;
   const Scene& scene = model.scene;
   if (const std::string friction = friction_warning(scene); !friction.empty()) all.push_back(friction);
+  if (const std::string reach = reach_warning(model); !reach.empty()) all.push_back(reach);
   if (!model.deformable()) return all;
   const LevelEstimate used = estimate_level(scene, model.pulps, model.level);
   if (used.missing > kNoticedShare) {

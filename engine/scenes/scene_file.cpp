@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <system_error>
 
 #include "engine/formats/files.h"
 #include "engine/formats/point_cloud_file.h"
@@ -55,11 +56,20 @@ void read_posture(const ConfigMap& map, Scene& scene) {
   }
 }
 
+/// The hand's file: beside the scene, or one that comes with the program. Empty if the scene names none.
+std::filesystem::path hand_file(const ConfigMap& map) {
+  const std::filesystem::path beside = map.path("model");
+  std::error_code none;
+  if (beside.empty() || std::filesystem::exists(beside, none)) return beside;
+  const std::filesystem::path known = shared_data() / "scenes" / beside.filename();
+  return std::filesystem::exists(known, none) ? known : beside;
+}
+
 /// False if the hand file cannot be read, which is reported.
 bool read_hand(const ConfigMap& map, bool controlled, Scene& scene) {
   bool readable = true;
   try {
-    if (const std::filesystem::path model = map.path("model"); !model.empty()) scene.hand = load_hand(model);
+    if (const std::filesystem::path model = hand_file(map); !model.empty()) scene.hand = load_hand(model);
   } catch (const ReadError& error) {
     map.refuse("model", error.what());
     readable = false;
@@ -349,6 +359,10 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
   return scene;
 }
 
+std::filesystem::path shared_data() {
+  return std::filesystem::read_symlink("/proc/self/exe").parent_path().parent_path() / "share" / "thenar";
+}
+
 std::vector<std::filesystem::path> scene_files(const std::filesystem::path& scene,
                                                const std::vector<std::string>& overrides) {
   std::vector<std::filesystem::path> files{scene};
@@ -357,7 +371,7 @@ std::vector<std::filesystem::path> scene_files(const std::filesystem::path& scen
   };
   const Config config(scene, scene_keys(), overrides);
   const ConfigMap root = config.root();
-  if (root.is_map("hand")) add(root.map("hand").path("model"));
+  if (root.is_map("hand")) add(hand_file(root.map("hand")));
   if (!root.is_map("object") || !root.map("object").is_map("shape")) return files;
   const ConfigMap shape = root.map("object").map("shape");
   if (shape.has("cloud")) add(shape.is_map("cloud") ? shape.map("cloud").path("file") : shape.path("cloud"));

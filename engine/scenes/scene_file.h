@@ -9,7 +9,12 @@
 
 namespace thenar {
 
+/// What comes with a program: scenes and hands in its folder `scenes`, the window's page. It is share/thenar beside the
+/// folder of the running program, wherever both were installed.
+[[nodiscard]] std::filesystem::path shared_data();
+
 /// Reads a scene and the files that it names, with `--set key=value` changes applied.
+/// A hand that is not beside the scene is looked for among those that come with the program, by its file's name.
 /// Throws ConfigError with every mistake at once, or FileError if all that is wrong is a file that cannot be read.
 [[nodiscard]] Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
 
