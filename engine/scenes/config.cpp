@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <limits>
 #include <sstream>
@@ -53,19 +54,7 @@ std::string table_path(std::string_view path) {
   return text;
 }
 
-std::string_view kind_name(Kind kind) {
-  switch (kind) {
-    case Kind::kNull:
-      return "nothing";
-    case Kind::kScalar:
-      return "a single value";
-    case Kind::kList:
-      return "a list";
-    case Kind::kMap:
-      return "a map";
-  }
-  return "";
-}
+constexpr std::array kKindNames{"nothing", "a single value", "a list", "a map"};  // In the order of Kind.
 
 /// Whether `node` is of this kind; reports it otherwise.
 bool expect_kind(ConfigState& state, const YamlNode& node, const std::string& path, Kind kind,
@@ -73,7 +62,8 @@ bool expect_kind(ConfigState& state, const YamlNode& node, const std::string& pa
   if (node.kind == kind) return true;
   // A value left out stands nowhere: its key does.
   const Place& place = node.kind == Kind::kNull ? node.heading : node.place;
-  state.report(place, path, "must be " + std::string(wanted) + ", not " + std::string(kind_name(node.kind)));
+  state.report(place, path,
+               "must be " + std::string(wanted) + ", not " + kKindNames[static_cast<std::size_t>(node.kind)]);
   return false;
 }
 
