@@ -5,16 +5,15 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <iostream>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <utility>
 #include <vector>
 
 #include "app/exit_code.h"
 #include "engine/formats/build_info.h"
+#include "engine/formats/byte_source.h"
 #include "engine/formats/text.h"
 #include "engine/scenes/scene_file.h"
 #include "engine/scenes/units.h"
@@ -30,16 +29,8 @@ struct SceneFlags {
   RateFlags rates;
 };
 
-/// A bare number, without a unit.
-bool is_number(const std::string& text) {
-  double value = 0.0;
-  const char* const end = text.data() + text.size();
-  const auto [rest, error] = std::from_chars(text.data(), end, value);
-  return error == std::errc() && rest == end;
-}
-
 /// A bare number is one of seconds.
-std::string with_unit(const std::string& text) { return is_number(text) ? text + " s" : text; }
+std::string with_unit(const std::string& text) { return thenar::number_in<double>(text) ? text + " s" : text; }
 
 /// Of seconds, or with a unit.
 CLI::Validator some_time() {
