@@ -6,7 +6,6 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <numbers>
 
 #include "engine/grasp/control.h"
 #include "engine/loops/percentiles.h"
