@@ -163,7 +163,7 @@ int execute(const Options& options) {
       {"run", run},
       {"profile", profile},
       {"check", [](const Options& o) { return print(description(load_scene(o), o.parts)); }},
-      {"solve", solve},
+      {"solve", ::solve},
       {"sweep", sweep},
       {"export", export_recording},
       {"keys", [](const Options& o) { return print(o.markdown ? keys_as_markdown() : keys_as_text(o.prefix)); }},
