@@ -1,32 +1,21 @@
 #include "app/exit_code.h"
 
+#include <array>
 #include <iostream>
 
 using thenar::Outcome;
 
+namespace {
+
+/// In the order of Outcome. ::kUnknown is not the NaN of that name.
+constexpr std::array kCodes{kDone,     ::kUnknown, kOverLimits, kOffTarget, kSlipping,
+                            kUnstable, kLost,      kFailed,     kBadUsage};
+static_assert(kCodes.size() == thenar::kOutcomes.size());
+
+}  // namespace
+
 int exit_code(const thenar::Scene& scene, Outcome outcome) {
-  if (!fails(scene, outcome)) return kDone;
-  switch (outcome) {
-    case Outcome::kHeld:
-      return kDone;
-    case Outcome::kUnknown:
-      return ::kUnknown;  // not the NaN of that name
-    case Outcome::kOverLimits:
-      return kOverLimits;
-    case Outcome::kOffTarget:
-      return kOffTarget;
-    case Outcome::kSlipping:
-      return kSlipping;
-    case Outcome::kUnstable:
-      return kUnstable;
-    case Outcome::kLost:
-      return kLost;
-    case Outcome::kSolverFailed:
-      return kFailed;
-    case Outcome::kRefused:
-      return kBadUsage;
-  }
-  return kInternal;
+  return fails(scene, outcome) ? kCodes[static_cast<std::size_t>(outcome)] : kDone;
 }
 
 int report_verdict(const thenar::Scene& scene, const thenar::Verdict& verdict) {

@@ -3,6 +3,7 @@
 #include <csignal>
 #include <filesystem>
 #include <iostream>
+#include <map>
 #include <new>
 #include <optional>
 #include <string>
@@ -152,39 +153,28 @@ int run(const Options& options) {
   return watch.interrupted() ? kInterrupted : code;
 }
 
-int check(const Options& options) {
-  std::cout << description(load_scene(options), options.parts);
+int print(const std::string& text) {
+  std::cout << text;
   return kDone;
 }
 
 int execute(const Options& options) {
-  switch (options.command) {
-    case Command::kRun:
-      return run(options);
-    case Command::kProfile:
-      return profile(options);
-    case Command::kCheck:
-      return check(options);
-    case Command::kSolve:
-      return solve(options);
-    case Command::kSweep:
-      return sweep(options);
-    case Command::kExport:
-      return export_recording(options);
-    case Command::kKeys:
-      std::cout << (options.markdown ? keys_as_markdown() : keys_as_text(options.prefix));
-      return kDone;
-    case Command::kSchema:
-      std::cout << keys_as_schema();
-      return kDone;
-    case Command::kDoctor:
-      doctor(std::cout, options.core);
-      return kDone;
-    case Command::kScenes:
-      std::cout << list_of_scenes();
-      return kDone;
-  }
-  return kInternal;
+  const std::map<std::string, int (*)(const Options&)> commands{
+      {"run", run},
+      {"profile", profile},
+      {"check", [](const Options& o) { return print(description(load_scene(o), o.parts)); }},
+      {"solve", ::solve},
+      {"sweep", sweep},
+      {"export", export_recording},
+      {"keys", [](const Options& o) { return print(o.markdown ? keys_as_markdown() : keys_as_text(o.prefix)); }},
+      {"schema", [](const Options&) { return print(keys_as_schema()); }},
+      {"doctor",
+       [](const Options& o) {
+         doctor(std::cout, o.core);
+         return int{kDone};
+       }},
+      {"scenes", [](const Options&) { return print(list_of_scenes()); }}};
+  return commands.at(options.command)(options);
 }
 
 }  // namespace

@@ -5,16 +5,14 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <iostream>
 #include <string>
 #include <string_view>
-#include <system_error>
-#include <utility>
 #include <vector>
 
 #include "app/exit_code.h"
 #include "engine/formats/build_info.h"
+#include "engine/formats/byte_source.h"
 #include "engine/formats/text.h"
 #include "engine/scenes/scene_file.h"
 #include "engine/scenes/units.h"
@@ -30,16 +28,8 @@ struct SceneFlags {
   RateFlags rates;
 };
 
-/// A bare number, without a unit.
-bool is_number(const std::string& text) {
-  double value = 0.0;
-  const char* const end = text.data() + text.size();
-  const auto [rest, error] = std::from_chars(text.data(), end, value);
-  return error == std::errc() && rest == end;
-}
-
 /// A bare number is one of seconds.
-std::string with_unit(const std::string& text) { return is_number(text) ? text + " s" : text; }
+std::string with_unit(const std::string& text) { return thenar::number_in<double>(text) ? text + " s" : text; }
 
 /// Of seconds, or with a unit.
 CLI::Validator some_time() {
@@ -102,7 +92,7 @@ CLI::Option* add_dump(CLI::App& command, Options& options) {
 }
 
 /// The command that solves problem files.
-CLI::App* add_solve(CLI::App& app, SceneFlags& flags, Options& options) {
+void add_solve(CLI::App& app, SceneFlags& flags, Options& options) {
   CLI::App* const command = app.add_subcommand(
       "solve", "Solves problem files, and tells the residuals, recomputed from the files, and the times");
   command
@@ -143,11 +133,10 @@ CLI::App* add_solve(CLI::App& app, SceneFlags& flags, Options& options) {
   command->footer(
       "Exit code: 0 if every verdict is right and every solution within the tolerance, 2 for a wrong command, "
       "3 for a file that cannot be read, else 6.");
-  return command;
 }
 
 /// The command that runs a scene many times.
-CLI::App* add_sweep(CLI::App& app, Options& options) {
+void add_sweep(CLI::App& app, Options& options) {
   CLI::App* const command = app.add_subcommand(
       "sweep", "Runs all combinations of what varies in a scene, one a core, and makes one table of them");
   add_scene(*command, options.scene, options.overrides);
@@ -173,18 +162,16 @@ CLI::App* add_sweep(CLI::App& app, Options& options) {
   command->footer(
       "Exit code: 0 if all rows were run, whatever became of them, 2 for a wrong command or a folder that holds "
       "another sweep, 3 for a file, 6 if rows are missing, such as one that found no memory, 130 if interrupted.");
-  return command;
 }
 
 /// The commands that tell what a scene may say.
-CLI::App* add_keys(CLI::App& app, Options& options) {
+void add_keys(CLI::App& app, Options& options) {
   CLI::App* const command =
       app.add_subcommand("keys", "Lists the keys of scenes: values, units, ranges, defaults and meanings");
   command->add_option("PREFIX", options.prefix, "Lists this key and those below it, such as contact")
       ->type_name("KEY")
       ->check(named());
   command->add_flag("--markdown", options.markdown, "Prints the page docs/reference/scene.md")->excludes("PREFIX");
-  return command;
 }
 
 /// The flags as changes of the scene, around those that the user set by key: a default of ours gives way to them, a
@@ -193,13 +180,13 @@ void apply(const SceneFlags& flags, Options& options) {
   std::vector<std::string> defaults, asked = flags.rates.changes();
   options.rates = flags.rates;
   if (options.runner == Runner::kRealtime) defaults = realtime_defaults();
-  if (options.command == Command::kProfile) {
+  if (options.command == "profile") {
     const std::vector<std::string> rates = flags.rates.defaults();
     defaults.insert(defaults.end(), rates.begin(), rates.end());
   }
   if (!flags.control_delay.empty()) asked.push_back("time.control_delay=" + flags.control_delay);
   if (!flags.tolerance.empty()) asked.push_back("contact.tolerance=" + flags.tolerance);
-  if (options.command == Command::kProfile) asked.push_back("time.duration=" + flags.duration);
+  if (options.command == "profile") asked.push_back("time.duration=" + flags.duration);
   if (!flags.time.empty()) asked.push_back("time.duration=" + with_unit(flags.time));
   options.solve_time_s = time_s(with_unit(flags.solve_time));
   if (!flags.spin.empty()) options.spin_s = time_s(flags.spin);
@@ -230,7 +217,7 @@ void check_together(const RateFlags& rates, Runner runner) {
   check_rates(rates);
 }
 
-CLI::App* add_run(CLI::App& app, SceneFlags& flags, Options& options) {
+void add_run(CLI::App& app, SceneFlags& flags, Options& options) {
   CLI::App* const run = app.add_subcommand("run", "Runs a scene and prints what came of it");
   add_scene(*run, options.scene, options.overrides);
   add_results(*run, options, "summary.json, signals.csv and figures");
@@ -256,10 +243,9 @@ CLI::App* add_run(CLI::App& app, SceneFlags& flags, Options& options) {
   add_file(*run, "--record", options.record,
            "MCAP file of what the run looks like, 50 states a second: thenar demo replays it, thenar export shares it");
   add_dump(*run, options)->excludes(realtime);
-  return run;
 }
 
-CLI::App* add_profile(CLI::App& app, SceneFlags& flags, Options& options) {
+void add_profile(CLI::App& app, SceneFlags& flags, Options& options) {
   CLI::App* const profile = app.add_subcommand("profile", "Runs a scene in real time and tells the times of its loops");
   add_scene(*profile, options.scene, options.overrides);
   add_results(*profile, options, "profile.json and figures");
@@ -272,19 +258,17 @@ CLI::App* add_profile(CLI::App& app, SceneFlags& flags, Options& options) {
       ->check(quantity(Dimension::kTime, 1e-3, 1e5, "30s"));
   profile->add_flag("--floor", options.floor, "Runs cyclictest in between: what this machine can do at best");
   add_file(*profile, "--trace", options.trace, "File for the last 5 s as a Chrome trace, which Perfetto opens");
-  return profile;
 }
 
-CLI::App* add_check(CLI::App& app, Options& options) {
+void add_check(CLI::App& app, Options& options) {
   CLI::App* const check =
       app.add_subcommand("check", "Says what a scene will model, what it leaves out, and the defaults");
   add_scene(*check, options.scene, options.overrides);
   check->add_flag("--parts", options.parts,
                   "Runs the scene, too, and again without each part of its model: what it costs and gives");
-  return check;
 }
 
-CLI::App* add_export(CLI::App& app, Options& options) {
+void add_export(CLI::App& app, Options& options) {
   CLI::App* const exports =
       app.add_subcommand("export", "Makes one page that plays without a network, or a table, of a recording");
   exports->add_option("FILE", options.record, "Recording, of thenar run --record")->required();
@@ -292,14 +276,12 @@ CLI::App* add_export(CLI::App& app, Options& options) {
   add_file(*formats, "--html", options.html, "The page, one file");
   add_file(*formats, "--csv", options.csv, "A row a state: its numbers by name, but for shapes");
   formats->require_option(1, 2);
-  return exports;
 }
 
-CLI::App* add_doctor(CLI::App& app, Options& options) {
+void add_doctor(CLI::App& app, Options& options) {
   CLI::App* const doctor =
       app.add_subcommand("doctor", "Says what this machine can keep, and how to get what it refuses");
   add_core(*doctor, options.core);
-  return doctor;
 }
 
 }  // namespace
@@ -311,20 +293,18 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
   Options options;
   SceneFlags flags;
   // In the order of the help.
-  std::vector<std::pair<CLI::App*, Command>> commands{{add_run(app, flags, options), Command::kRun},
-                                                      {add_profile(app, flags, options), Command::kProfile}};
+  add_run(app, flags, options);
+  add_profile(app, flags, options);
   // For the help alone: main() hands it to another program.
   app.add_subcommand("demo", "Shows a scene while it runs, or a recording, in a browser, and lets hands on it");
-  commands.emplace_back(add_solve(app, flags, options), Command::kSolve);
-  commands.emplace_back(add_check(app, options), Command::kCheck);
-  commands.emplace_back(add_sweep(app, options), Command::kSweep);
-  commands.emplace_back(add_export(app, options), Command::kExport);
-  commands.emplace_back(add_keys(app, options), Command::kKeys);
-  commands.emplace_back(
-      app.add_subcommand("schema", "Prints the JSON Schema of scenes, by which editors complete and check them"),
-      Command::kSchema);
-  commands.emplace_back(add_doctor(app, options), Command::kDoctor);
-  commands.emplace_back(app.add_subcommand("scenes", "Lists the scenes that come with the program"), Command::kScenes);
+  add_solve(app, flags, options);
+  add_check(app, options);
+  add_sweep(app, options);
+  add_export(app, options);
+  add_keys(app, options);
+  app.add_subcommand("schema", "Prints the JSON Schema of scenes, by which editors complete and check them");
+  add_doctor(app, options);
+  app.add_subcommand("scenes", "Lists the scenes that come with the program");
 
   const std::string wrong = wrong_command(app, {argv + std::min(argc, 1), argv + argc});
   if (!wrong.empty()) {
@@ -334,10 +314,8 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
   }
   try {
     app.parse(argc, argv);
-    for (const auto& [parser, command] : commands) {
-      if (parser->parsed()) options.command = command;
-    }
-    if (options.command == Command::kProfile) options.runner = Runner::kRealtime;
+    options.command = app.get_subcommands().front()->get_name();
+    if (options.command == "profile") options.runner = Runner::kRealtime;
     check_together(flags.rates, options.runner);
   } catch (const CLI::ParseError& error) {
     exit_code = app.exit(error) == 0 ? kDone : kBadUsage;

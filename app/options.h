@@ -9,8 +9,6 @@
 #include "app/scene_flags.h"
 #include "engine/scenes/scene_file.h"
 
-enum class Command { kRun, kProfile, kCheck, kSolve, kDoctor, kExport, kSweep, kScenes, kKeys, kSchema };
-
 /// Who runs the two loops.
 enum class Runner {
   kMonolithic,  ///< One loop, as the paper.
@@ -20,7 +18,7 @@ enum class Runner {
 
 /// What the command line asks for.
 struct Options {
-  Command command = Command::kRun;
+  std::string command;  ///< By its name.
   std::filesystem::path scene;
   std::vector<std::string> overrides;  ///< Of the scene, key=value, the last one wins: all flags that change it, too.
   RateFlags rates;                     ///< The overrides have them, too.

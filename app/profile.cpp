@@ -64,12 +64,6 @@ ThreadsReport run_profiled(const Model& model, double duration_s, double spin_s,
   return run_threads(model, state, settings);
 }
 
-std::vector<double> jitters_us(const LoopProfile& profile) {
-  std::vector<double> us;
-  for (const ContactTrace& tick : profile.contact()) us.push_back(tick.jitter_us());
-  return us;
-}
-
 double median(const std::vector<double>& values) { return percentiles(values).p50; }
 
 void append(std::vector<double>& all, const std::vector<double>& more) {
@@ -99,7 +93,7 @@ ordered_json measure_floor(const Model& model, const Options& options, JitterFlo
     if (options.realtime && report.contact.policy != "SCHED_FIFO") {
       remark = "cyclictest had no short turns, which the contact thread asks for where SCHED_FIFO is refused";
     }
-    const std::vector<double> jitter_us = jitters_us(profile);
+    const std::vector<double> jitter_us = collect(profile.contact(), &ContactTrace::jitter_us);
     theirs_us.push_back(percentiles(*cyclictest).p99);
     ours_us.push_back(percentiles(jitter_us).p99);
     ratios.push_back(ours_us.back() / theirs_us.back());

@@ -116,14 +116,21 @@ std::string floor_table(const ordered_json& floor) {
   return table;
 }
 
-}  // namespace
-
 std::string scheduling_in_words(const ordered_json& scheduling) {
   const int priority = scheduling.at("priority").get<int>();
   std::string words = scheduling.at("policy").get<std::string>() + (priority > 0 ? fmt::format(" {}", priority) : "");
   words += scheduling.at("core").is_null() ? ", any core" : ", core " + scheduling.at("core").dump();
   words += scheduling.at("locked").get<bool>() ? ", memory locked" : ", memory not locked";
   return words + (scheduling.at("kept_awake").get<bool>() ? ", cores kept awake" : "");
+}
+
+}  // namespace
+
+std::string build_line(const ordered_json& report) {
+  const auto build = [&](const char* key) { return report.at("build").at(key).get<std::string>(); };
+  return fmt::format("thenar {}, {} ({}), {}, {}\n", build("version"), build("type"), build("flags"), build("compiler"),
+                     report.contains("scheduling") ? scheduling_in_words(report.at("scheduling"))
+                                                   : "one thread, no real-time scheduling");
 }
 
 std::string loops_table(const ordered_json& profile) {
@@ -155,12 +162,9 @@ std::string loops_table(const ordered_json& profile) {
 }
 
 std::string profile_table(const ordered_json& profile) {
-  const ordered_json& build = profile.at("build");
   const ordered_json& scheduling = profile.at("scheduling");
   const ordered_json& settings = profile.at("settings");
-  std::string table = "thenar " + build.at("version").get<std::string>() + ", " + build.at("type").get<std::string>() +
-                      " (" + build.at("flags").get<std::string>() + "), " + build.at("compiler").get<std::string>() +
-                      ", " + scheduling_in_words(scheduling) + "\n";
+  std::string table = build_line(profile);
   table += fmt::format("{}: {} s simulated in {} s; timer slack {} ns, spin {} us; stops at residual {} or {} sweeps\n",
                        profile.at("scene").get<std::string>(), cell(profile.at("simulated_s")),
                        cell(profile.at("wall_s")), cell(scheduling.at("timer_slack_ns")),

@@ -3,8 +3,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-/// What the contact thread was granted, in words: "SCHED_FIFO 80, core 1, memory locked".
-[[nodiscard]] std::string scheduling_in_words(const nlohmann::ordered_json& scheduling);
+/// What built the program and what the contact thread was granted: "…, SCHED_FIFO 80, core 1, memory locked".
+[[nodiscard]] std::string build_line(const nlohmann::ordered_json& report);
 
 /// The rates, times and lateness of both loops, of a profile or of a real-time run.
 [[nodiscard]] std::string loops_table(const nlohmann::ordered_json& profile);

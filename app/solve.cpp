@@ -120,9 +120,7 @@ void settle(const ContactFile& file, std::size_t step, const ContactSolver& solv
             SolveResult& result) {
   if (solver.status == SolveStatus::kNoSolution) {
     const ContactVerdict verdict = contact_verdict(file.problem(step), solver.certificate());
-    result.status = "no_solution";
-    result.verdict = explain(file, solver.certificate(), verdict.closed_m);
-    settle_verdict(result, verdict.gap);
+    settle_verdict(result, "no_solution", explain(file, solver.certificate(), verdict.closed_m), verdict.gap);
     return;
   }
   const Residual residual = contact_residual(file.problem(step), f);
@@ -255,9 +253,7 @@ std::vector<SolveResult> solve(const GraspFile& file, const std::string& method,
       [&] { report = lemke ? solve_grasp_forces_by_lemke(problem, work, f) : solve_grasp_forces(problem, f); });
   result.iterations = report.iterations;
   if (report.status == GraspStatus::kInfeasible) {
-    result.status = "infeasible";
-    result.verdict = explain(problem);
-    settle_verdict(result, infeasibility_gap(problem, report.multiplier));
+    settle_verdict(result, "infeasible", explain(problem), infeasibility_gap(problem, report.multiplier));
   } else if (report.status == GraspStatus::kOptimal) {
     result.status = "optimal";
     result.residual = result.residual_worst = grasp_kkt_error(problem, report.multiplier, f);
@@ -267,8 +263,6 @@ std::vector<SolveResult> solve(const GraspFile& file, const std::string& method,
           file.internal_force_N * file.contacts[i].frame.col(0).dot(f.segment<3>(3 * static_cast<Index>(i)));
     }
     result.f = f;
-  } else {
-    result.status = "budget";
   }
   judge(result, expected_status(file, exact_cone), std::max(tolerance, grasp_rounding(problem)));
   return {result};
@@ -301,16 +295,12 @@ std::vector<SolveResult> solve(const MuscleFile& file, const std::string& method
   result.iterations = report.iterations;
   if (report.status == MuscleStatus::kInfeasible) {
     const MuscleDeficit deficit = explain_infeasible_muscles(file);
-    result.status = "infeasible";
-    result.verdict = explain(deficit);
-    settle_verdict(result, deficit.gap);
+    settle_verdict(result, "infeasible", explain(deficit), deficit.gap);
   } else if (report.status == MuscleStatus::kOptimal) {
     result.status = "optimal";
     result.residual = result.residual_worst = muscle_residual(file, f);
     result.objective = 0.5 * f.squaredNorm();
     result.f = f;
-  } else {
-    result.status = "budget";
   }
   judge(result, file.status, tolerance);
   return {result};
@@ -338,15 +328,11 @@ std::vector<SolveResult> solve(const LcpFile& file, const std::string& /*method*
       repetition, [&] { z.setZero(); }, [&] { report = solve_lcp(file, kMaxPivots, work, z); });
   result.iterations = report.pivots;
   if (report.status == LcpStatus::kInfeasible) {
-    result.status = "no_solution";
-    result.verdict = explain(file, z);
-    settle_verdict(result, lcp_infeasibility_gap(file, z));
+    settle_verdict(result, "no_solution", explain(file, z), lcp_infeasibility_gap(file, z));
   } else if (report.status == LcpStatus::kSolved) {
     result.status = "solved";
     result.residual = result.residual_worst = lcp_residual(file, z);
     result.f = z;
-  } else {
-    result.status = "budget";
   }
   judge(result, file.status, tolerance);
   return {result};

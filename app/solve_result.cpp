@@ -13,12 +13,11 @@ void refuse(SolveResult& result, const std::string& why) {
   if (result.fault.empty()) result.fault = why;
 }
 
-void settle_verdict(SolveResult& result, double gap) {
+void settle_verdict(SolveResult& result, const char* status, const std::string& verdict, double gap) {
   result.residual = result.residual_worst = gap;
-  if (gap <= kProvedGap) return;
-  refuse(result, fmt::format("the proof of '{}' fails: gap {:.1e}", result.status, gap));
-  result.status = "budget";
-  result.verdict.clear();
+  if (!(gap <= kProvedGap)) return refuse(result, fmt::format("the proof of '{}' fails: gap {:.1e}", status, gap));
+  result.status = status;
+  result.verdict = verdict;
 }
 
 void judge(SolveResult& result, const std::string& expected, double tolerance) {

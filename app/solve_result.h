@@ -12,8 +12,8 @@
 /// What one method makes of one problem: a row of the results of `thenar solve`.
 struct SolveResult {
   std::string name, problem, method;
-  std::string status;     ///< optimal, infeasible, solved, no_solution or budget.
-  double residual = NAN;  ///< Of the solution; of an infeasible verdict, the gap of its proof.
+  std::string status = "budget";  ///< Or optimal, infeasible, solved, no_solution.
+  double residual = NAN;          ///< Of the solution; of an infeasible verdict, the gap of its proof.
   double residual_worst = NAN;
   int iterations = 0;
   std::vector<double> times_us;  ///< Of each timed solve.
@@ -26,8 +26,8 @@ struct SolveResult {
 /// Says why a result is not right, unless that is said already.
 void refuse(SolveResult& result, const std::string& why);
 
-/// Holds a verdict against its proof: without one it is none.
-void settle_verdict(SolveResult& result, double gap);
+/// Holds the verdict that there is no solution against the gap of its proof: without one it is none.
+void settle_verdict(SolveResult& result, const char* status, const std::string& verdict, double gap);
 
 /// Holds a result against what the file knows, and a solution against the tolerance.
 void judge(SolveResult& result, const std::string& expected, double tolerance);

@@ -10,8 +10,9 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// A number with its unit, or a dash where nothing was measured.
-std::string cell(const ordered_json& value, const char* unit) {
+/// A number of the summary with its unit, or a dash where nothing was measured.
+std::string cell(const ordered_json& summary, const char* pointer, const char* unit = "") {
+  const ordered_json& value = summary.at(ordered_json::json_pointer(pointer));
   if (value.is_boolean()) return value.get<bool>() ? "yes" : "no";
   if (!value.is_number() || !std::isfinite(value.get<double>())) return "-";
   return fmt::format("{:.4g}{}{}", value.get<double>(), *unit != '\0' ? " " : "", unit);
@@ -27,9 +28,9 @@ void line(std::string& table, const char* name, const std::string& value, const 
 void stage(std::string& table, const ordered_json& stages, const char* key, const char* name,
            const std::string& remark = "") {
   const ordered_json& times = stages.at(key);
-  const std::string median = cell(times.at("p50_us"), "us");
+  const std::string median = cell(times, "/p50_us", "us");
   if (median == "-") return;  // the scene has no such stage
-  table += fmt::format("  {:<32} {:>12} {:>12}{}{}\n", name, median, cell(times.at("p99_us"), "us"),
+  table += fmt::format("  {:<32} {:>12} {:>12}{}{}\n", name, median, cell(times, "/p99_us", "us"),
                        remark.empty() ? "" : "   ", remark);
 }
 
@@ -41,19 +42,14 @@ const char* published_contact_time(const ordered_json& contacts) {
 }
 
 std::string summary_head(const ordered_json& summary) {
-  const ordered_json& build = summary.at("build");
-  const ordered_json& settings = summary.at("settings");
-  const std::string scheduling = summary.contains("scheduling") ? scheduling_in_words(summary.at("scheduling"))
-                                                                : "one thread, no real-time scheduling";
-  std::string table = "thenar " + words(build.at("version")) + ", " + words(build.at("type")) + " (" +
-                      words(build.at("flags")) + "), " + words(build.at("compiler")) + ", " + scheduling + "\n";
-  table += words(summary.at("scene")) + ": " + cell(summary.at("simulated_s"), "s") + " simulated, " +
-           cell(summary.at("real_time_factor"), "") + " times real time\n";
-  const double delay_ms = settings.at("control_delay_ms");
-  table += "contact at " + cell(settings.at("contact_rate_hz"), "Hz") + ", control at " +
-           cell(settings.at("control_rate_hz"), "Hz") +
+  std::string table = build_line(summary);
+  table += words(summary.at("scene")) + ": " + cell(summary, "/simulated_s", "s") + " simulated, " +
+           cell(summary, "/real_time_factor") + " times real time\n";
+  const double delay_ms = summary.at("settings").at("control_delay_ms");
+  table += "contact at " + cell(summary, "/settings/contact_rate_hz", "Hz") + ", control at " +
+           cell(summary, "/settings/control_rate_hz", "Hz") +
            (delay_ms > 0.0 ? fmt::format(", {:g} ms late", delay_ms) : "") + "; stops at residual " +
-           cell(settings.at("tolerance"), "") + " or " + cell(settings.at("max_sweeps"), "") + " sweeps\n";
+           cell(summary, "/settings/tolerance") + " or " + cell(summary, "/settings/max_sweeps") + " sweeps\n";
   for (const std::string part : summary.at("parts")) table += part + "\n";
   for (const std::string warning : summary.at("warnings")) table += "warning: " + warning + "\n";
   return table;
@@ -61,60 +57,53 @@ std::string summary_head(const ordered_json& summary) {
 
 std::string grasp_lines(const ordered_json& summary) {
   const ordered_json& grasp = summary.at("grasp");
-  const ordered_json& contacts = summary.at("contacts");
-  const ordered_json& lcp = summary.at("lcp");
   std::string table = "\ngrasp\n";
   line(table, "outcome", words(grasp.at("outcome")));
   if (grasp.at("reason") != "") table += "    " + words(grasp.at("reason")) + "\n";
-  const auto at_start = [](const char* what, const std::string& value) { return what + (" at the start: " + value); };
-  line(table, "largest slip of a finger", cell(grasp.at("max_slip_mm"), "mm"),
-       at_start("of it", cell(grasp.at("max_start_slip_mm"), "mm")));
-  line(table, "largest spin of a finger", cell(grasp.at("max_spin_deg"), "deg"),
-       at_start("of it", cell(grasp.at("max_start_spin_deg"), "deg")));
-  line(table, "least margin", cell(grasp.at("min_margin"), ""),
-       "at the start: " + cell(grasp.at("min_start_margin"), ""));
-  line(table, "largest share of a patch sliding", cell(grasp.at("max_sliding_share"), ""));
-  line(table, "fastest point that should stick", cell(grasp.at("max_creep_um_per_s"), "um/s"));
-  line(table, "contacts, median (max)", cell(contacts.at("median"), "") + " (" + cell(contacts.at("max"), "") + ")");
-  line(table, "of them carrying force", cell(contacts.at("active_median"), ""));
+  line(table, "largest slip of a finger", cell(summary, "/grasp/max_slip_mm", "mm"),
+       "of it at the start: " + cell(summary, "/grasp/max_start_slip_mm", "mm"));
+  line(table, "largest spin of a finger", cell(summary, "/grasp/max_spin_deg", "deg"),
+       "of it at the start: " + cell(summary, "/grasp/max_start_spin_deg", "deg"));
+  line(table, "least margin", cell(summary, "/grasp/min_margin"),
+       "at the start: " + cell(summary, "/grasp/min_start_margin"));
+  line(table, "largest share of a patch sliding", cell(summary, "/grasp/max_sliding_share"));
+  line(table, "fastest point that should stick", cell(summary, "/grasp/max_creep_um_per_s", "um/s"));
+  line(table, "contacts, median (max)",
+       cell(summary, "/contacts/median") + " (" + cell(summary, "/contacts/max") + ")");
+  line(table, "of them carrying force", cell(summary, "/contacts/active_median"));
   line(table, "ticks without a solution",
-       cell(lcp.at("grasp_infeasible"), "") + ", " + cell(lcp.at("muscle_infeasible"), ""),
+       cell(summary, "/lcp/grasp_infeasible") + ", " + cell(summary, "/lcp/muscle_infeasible"),
        "grasp forces, muscle forces");
   if (summary.at("muscles").is_object()) {
-    line(table, "largest muscle force", cell(summary.at("muscles").at("max_force_N"), "N"));
-    line(table, "  over the most a muscle has", cell(summary.at("muscles").at("max_activation"), ""), "1: its limit");
+    line(table, "largest muscle force", cell(summary, "/muscles/max_force_N", "N"));
+    line(table, "  over the most a muscle has", cell(summary, "/muscles/max_activation"), "1: its limit");
   }
-  line(table, "least way to a joint's limit", cell(summary.at("joints").at("least_margin_rad"), "rad"));
+  line(table, "least way to a joint's limit", cell(summary, "/joints/least_margin_rad", "rad"));
   return table;
 }
 
 std::string accuracy_lines(const ordered_json& summary) {
-  const ordered_json& object = summary.at("object");
-  const ordered_json& grasp = summary.at("grasp");
-  const ordered_json& contacts = summary.at("contacts");
-  const ordered_json& frames = summary.at("frames");
-  const ordered_json& ledger = summary.at("ledger");
   std::string table = "\naccuracy\n";
-  line(table, "final position error", cell(object.at("final_error_mm"), "mm"));
-  line(table, "rms position error", cell(object.at("rms_error_mm"), "mm"));
-  line(table, "largest off-axis error", cell(object.at("max_off_axis_error_mm"), "mm"));
-  line(table, "largest rotation error", cell(object.at("max_rotation_deg"), "deg"));
-  line(table, "final rotation error", cell(object.at("final_rotation_deg"), "deg"));
-  line(table, "final force error", cell(grasp.at("force_error_end"), ""), "share of the desired forces");
-  line(table, "  of the law without feedforward", cell(grasp.at("predicted_paper_law_error"), ""),
+  line(table, "final position error", cell(summary, "/object/final_error_mm", "mm"));
+  line(table, "rms position error", cell(summary, "/object/rms_error_mm", "mm"));
+  line(table, "largest off-axis error", cell(summary, "/object/max_off_axis_error_mm", "mm"));
+  line(table, "largest rotation error", cell(summary, "/object/max_rotation_deg", "deg"));
+  line(table, "final rotation error", cell(summary, "/object/final_rotation_deg", "deg"));
+  line(table, "final force error", cell(summary, "/grasp/force_error_end"), "share of the desired forces");
+  line(table, "  of the law without feedforward", cell(summary, "/grasp/predicted_paper_law_error"),
        "predicted: (I + S)^-1 S f^d");
-  line(table, "deepest penetration of a pulp", cell(contacts.at("max_penetration_um"), "um"));
-  line(table, "energy contact gave, and took", cell(ledger.at("injected_J"), "J"),
-       "and " + cell(ledger.at("dissipated_J"), "J"));
-  line(table, "energy that the balance misses", cell(ledger.at("unbalanced_J"), "J"),
-       "of " + cell(ledger.at("drive_J"), "J") + " of the drive");
-  if (frames.at("held_ticks") > 0) {
-    line(table, "ticks on the drive of an old frame", cell(frames.at("held_ticks"), ""),
-         "in " + cell(frames.at("hold_transitions"), "") + " transitions");
+  line(table, "deepest penetration of a pulp", cell(summary, "/contacts/max_penetration_um", "um"));
+  line(table, "energy contact gave, and took", cell(summary, "/ledger/injected_J", "J"),
+       "and " + cell(summary, "/ledger/dissipated_J", "J"));
+  line(table, "energy that the balance misses", cell(summary, "/ledger/unbalanced_J", "J"),
+       "of " + cell(summary, "/ledger/drive_J", "J") + " of the drive");
+  if (summary.at("frames").at("held_ticks") > 0) {
+    line(table, "ticks on the drive of an old frame", cell(summary, "/frames/held_ticks"),
+         "in " + cell(summary, "/frames/hold_transitions") + " transitions");
   }
-  line(table, "contact residual, p99", cell(contacts.at("residual_p99"), ""), "natural map");
+  line(table, "contact residual, p99", cell(summary, "/contacts/residual_p99"), "natural map");
   if (summary.at("muscles").is_object()) {
-    line(table, "muscle torque residual", cell(summary.at("lcp").at("muscle_residual_max"), "N m"));
+    line(table, "muscle torque residual", cell(summary, "/lcp/muscle_residual_max", "N m"));
   }
   return table;
 }

@@ -7,8 +7,9 @@
 #include <boost/algorithm/string/predicate.hpp>
 #include <boost/asio/ip/address.hpp>
 #include <cerrno>
-#include <charconv>
 #include <system_error>
+
+#include "engine/formats/byte_source.h"
 
 namespace thenar::window {
 namespace {
@@ -20,11 +21,9 @@ using boost::asio::ip::make_address;
 std::uint16_t cut_port(std::string_view& host) {
   const std::size_t colon = host.rfind(':');
   if (colon == host.npos || host.find(']', colon) != host.npos) return 80;  // A ':' of an IPv6 address.
-  const std::string_view digits = host.substr(colon + 1);
-  std::uint16_t port = 0;
-  const auto [rest, error] = std::from_chars(digits.data(), digits.data() + digits.size(), port);
+  const auto port = number_in<std::uint16_t>(host.substr(colon + 1));
   host = host.substr(0, colon);
-  return error == std::errc() && rest == digits.data() + digits.size() ? port : 0;
+  return port.value_or(0);
 }
 
 /// Whether the Host is a name of the address that is listened on. A name that someone's DNS leads here is not: so the

@@ -23,14 +23,6 @@ void keep_last_second(std::deque<Timing>& timings) {
 }
 
 template <typename Timing>
-std::vector<double> collect(const std::deque<Timing>& timings, double Timing::*value) {
-  std::vector<double> values;
-  values.reserve(timings.size());
-  for (const Timing& timing : timings) values.push_back(timing.*value);
-  return values;
-}
-
-template <typename Timing>
 ThreePercentiles three(const std::deque<Timing>& timings, double Timing::*value) {
   const thenar::Percentiles p = thenar::percentiles(collect(timings, value));
   return {p.p50, p.p99, p.p999};

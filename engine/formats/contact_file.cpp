@@ -2,13 +2,12 @@
 
 #include <algorithm>
 #include <bit>
-#include <charconv>
-#include <cstdint>
 #include <cstring>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string_view>
 
+#include "engine/formats/byte_source.h"
 #include "engine/formats/files.h"
 
 namespace thenar {
@@ -68,26 +67,20 @@ class FcpHeader {
       if (otherwise >= low) return otherwise;
       throw FileError(file_, "the header has no '" + key + "'");
     }
-    const std::string& value = found->second.value;
-    Index number = 0;
-    const auto [rest, error] = std::from_chars(value.data(), value.data() + value.size(), number);
-    if (error != std::errc() || rest != value.data() + value.size() || number < low || number > high) {
+    const auto number = number_in<Index>(found->second.value);
+    if (!number || *number < low || *number > high) {
       fail(found->second.line,
            "'" + key + "' must be a whole number within " + std::to_string(low) + " .. " + std::to_string(high));
     }
-    return number;
+    return *number;
   }
   /// A number; 0 if there is none.
   [[nodiscard]] double number(const std::string& key) const {
     const auto found = lines_.find(key);
     if (found == lines_.end()) return 0.0;
-    const std::string& value = found->second.value;
-    double number = 0.0;
-    const auto [rest, error] = std::from_chars(value.data(), value.data() + value.size(), number);
-    if (error != std::errc() || rest != value.data() + value.size() || !std::isfinite(number)) {
-      fail(found->second.line, "'" + key + "' must be a number");
-    }
-    return number;
+    const auto number = number_in<double>(found->second.value);
+    if (!number || !std::isfinite(*number)) fail(found->second.line, "'" + key + "' must be a number");
+    return *number;
   }
 
  private:

@@ -5,9 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <optional>
-#include <type_traits>
 
 #include "engine/formats/build_info.h"
 #include "engine/formats/files.h"

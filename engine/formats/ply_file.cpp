@@ -24,50 +24,6 @@ static_assert(std::endian::native == std::endian::little, "binary_little_endian 
 
 constexpr std::array<std::string_view, 6> kNames = {"x", "y", "z", "nx", "ny", "nz"};
 
-enum class Type { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kFloat, kDouble };
-
-struct Property {
-  std::string_view name;
-  Type type;
-  std::optional<Type> length_type;  ///< Of a list.
-};
-
-struct Element {
-  std::string_view name;
-  std::uint64_t count;
-  std::vector<Property> properties;
-};
-
-std::optional<Type> type_named(std::string_view name) {
-  if (name == "char" || name == "int8") return Type::kInt8;
-  if (name == "uchar" || name == "uint8") return Type::kUint8;
-  if (name == "short" || name == "int16") return Type::kInt16;
-  if (name == "ushort" || name == "uint16") return Type::kUint16;
-  if (name == "int" || name == "int32") return Type::kInt32;
-  if (name == "uint" || name == "uint32") return Type::kUint32;
-  if (name == "float" || name == "float32") return Type::kFloat;
-  if (name == "double" || name == "float64") return Type::kDouble;
-  return std::nullopt;
-}
-
-std::size_t size_of(Type type) {
-  switch (type) {
-    case Type::kInt8:
-    case Type::kUint8:
-      return 1;
-    case Type::kInt16:
-    case Type::kUint16:
-      return 2;
-    case Type::kInt32:
-    case Type::kUint32:
-    case Type::kFloat:
-      return 4;
-    case Type::kDouble:
-      return 8;
-  }
-  return 0;
-}
-
 /// `bytes` in this machine's order.
 template <typename Number>
 double unpack(const char* bytes) {
@@ -76,26 +32,39 @@ double unpack(const char* bytes) {
   return static_cast<double>(number);
 }
 
-double unpack(Type type, const char* bytes) {
-  switch (type) {
-    case Type::kInt8:
-      return unpack<std::int8_t>(bytes);
-    case Type::kUint8:
-      return unpack<std::uint8_t>(bytes);
-    case Type::kInt16:
-      return unpack<std::int16_t>(bytes);
-    case Type::kUint16:
-      return unpack<std::uint16_t>(bytes);
-    case Type::kInt32:
-      return unpack<std::int32_t>(bytes);
-    case Type::kUint32:
-      return unpack<std::uint32_t>(bytes);
-    case Type::kFloat:
-      return unpack<float>(bytes);
-    case Type::kDouble:
-      return unpack<double>(bytes);
-  }
-  return 0.0;
+/// A type of numbers, by its two names.
+struct Type {
+  std::string_view name, other_name;
+  std::size_t size;
+  bool is_whole;
+  double (*unpack)(const char* bytes);
+};
+constexpr std::array<Type, 8> kTypes{{{"char", "int8", 1, true, unpack<std::int8_t>},
+                                      {"uchar", "uint8", 1, true, unpack<std::uint8_t>},
+                                      {"short", "int16", 2, true, unpack<std::int16_t>},
+                                      {"ushort", "uint16", 2, true, unpack<std::uint16_t>},
+                                      {"int", "int32", 4, true, unpack<std::int32_t>},
+                                      {"uint", "uint32", 4, true, unpack<std::uint32_t>},
+                                      {"float", "float32", 4, false, unpack<float>},
+                                      {"double", "float64", 8, false, unpack<double>}}};
+
+struct Property {
+  std::string_view name;
+  const Type* type;
+  const Type* length_type;  ///< Of a list; else null.
+};
+
+struct Element {
+  std::string_view name;
+  std::uint64_t count;
+  std::vector<Property> properties;
+};
+
+/// The type of that name; null if there is none.
+const Type* type_named(std::string_view name) {
+  const auto* const type =
+      std::ranges::find_if(kTypes, [&](const Type& t) { return t.name == name || t.other_name == name; });
+  return type == kTypes.end() ? nullptr : type;
 }
 
 struct Header {
@@ -121,13 +90,11 @@ Element read_element(const ByteSource& source, const std::vector<std::string_vie
 Property read_property(const ByteSource& source, const std::vector<std::string_view>& words) {
   const bool is_list = words.size() == 5 && words[1] == "list";
   if (!is_list && words.size() != 3) source.fail_at_line("a property needs a type and a name");
-  const auto type = type_named(words[words.size() - 2]);
-  const auto length_type = is_list ? type_named(words[2]) : std::nullopt;
-  if (!type || (is_list && !length_type)) source.fail_at_line("unknown type");
-  if (is_list && (*length_type == Type::kFloat || *length_type == Type::kDouble)) {
-    source.fail_at_line("the length of a list must be a whole number");
-  }
-  return {words.back(), *type, length_type};
+  const Type* const type = type_named(words[words.size() - 2]);
+  const Type* const length_type = is_list ? type_named(words[2]) : nullptr;
+  if (type == nullptr || (is_list && length_type == nullptr)) source.fail_at_line("unknown type");
+  if (is_list && !length_type->is_whole) source.fail_at_line("the length of a list must be a whole number");
+  return {words.back(), type, length_type};
 }
 
 Header read_header(ByteSource& source) {
@@ -153,13 +120,12 @@ Header read_header(ByteSource& source) {
   }
 }
 
-double take_binary(ByteSource& source, Type type, bool is_big_endian) {
-  const std::size_t size = size_of(type);
-  const std::string_view bytes = source.take(size, "it ends here");
+double take_binary(ByteSource& source, const Type& type, bool is_big_endian) {
+  const std::string_view bytes = source.take(type.size, "it ends here");
   std::array<char, 8> native{};
   std::ranges::copy(bytes, native.begin());
-  if (is_big_endian) std::reverse(native.begin(), native.begin() + static_cast<std::ptrdiff_t>(size));
-  return unpack(type, native.data());
+  if (is_big_endian) std::ranges::reverse_copy(bytes, native.begin());
+  return type.unpack(native.data());
 }
 
 /// Reads one instance of `element`, and its scalars into `values`, where a list leaves a zero.
@@ -167,13 +133,13 @@ void read_binary(ByteSource& source, const Element& element, bool is_big_endian,
   for (std::size_t i = 0; i < element.properties.size(); ++i) {
     const Property& property = element.properties[i];
     values[i] = 0.0;
-    if (!property.length_type) {
-      values[i] = take_binary(source, property.type, is_big_endian);
+    if (property.length_type == nullptr) {
+      values[i] = take_binary(source, *property.type, is_big_endian);
       continue;
     }
     const double length = take_binary(source, *property.length_type, is_big_endian);
     if (length < 0.0) source.fail_at_byte("a list has a negative length");
-    const std::size_t size = static_cast<std::size_t>(length) * size_of(property.type);
+    const std::size_t size = static_cast<std::size_t>(length) * property.type->size;
     source.take(size, "a list of " + std::to_string(size) + " bytes starts here");
   }
 }
@@ -190,7 +156,7 @@ void read_ascii(ByteSource& source, const Element& element, std::vector<double>&
   };
   for (std::size_t i = 0; i < element.properties.size(); ++i) {
     const double value = take();
-    const bool is_list = element.properties[i].length_type.has_value();
+    const bool is_list = element.properties[i].length_type != nullptr;
     values[i] = is_list ? 0.0 : value;
     if (!is_list) continue;
     if (!(value >= 0.0 && value <= static_cast<double>(words.size()))) source.fail_at_line("wrong length of a list");
@@ -205,7 +171,7 @@ std::size_t least_size(const Element& element, PlyFormat format) {
   // In ascii every value has a digit and a blank or the line's end after it.
   if (format == PlyFormat::kAscii) return std::max<std::size_t>(1, 2 * element.properties.size());
   std::size_t size = 0;
-  for (const Property& property : element.properties) size += size_of(property.length_type.value_or(property.type));
+  for (const Property& p : element.properties) size += (p.length_type != nullptr ? p.length_type : p.type)->size;
   return size;
 }
 
@@ -213,7 +179,7 @@ std::size_t least_size(const Element& element, PlyFormat format) {
 std::vector<std::size_t> columns_of(const ByteSource& source, const Element& vertex) {
   std::vector<std::size_t> columns;
   for (std::size_t i = 0; i < kNames.size(); ++i) {
-    const auto is_named = [&](const Property& p) { return p.name == kNames[i] && !p.length_type; };
+    const auto is_named = [&](const Property& p) { return p.name == kNames[i] && p.length_type == nullptr; };
     const auto count = std::ranges::count_if(vertex.properties, is_named);
     if (count > 1) source.fail("property " + std::string(kNames[i]) + " is declared twice");
     if (count == 0 && i < 3) source.fail("needs coordinates x y z");

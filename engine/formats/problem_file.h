@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <string>
 #include <variant>
-#include <vector>
 
 #include "engine/formats/contact_file.h"
 #include "solvers/grasp_forces.h"

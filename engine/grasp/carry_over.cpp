@@ -1,10 +1,8 @@
 #include "engine/grasp/carry_over.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
-#include <tuple>
 #include <vector>
 
 namespace thenar {

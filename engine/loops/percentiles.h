@@ -1,8 +1,18 @@
 #pragma once
 
+#include <functional>
 #include <vector>
 
 namespace thenar {
+
+/// One number of every thing: a member of it, or what a function says of it.
+template <typename Things, typename Get>
+[[nodiscard]] std::vector<double> collect(const Things& things, Get get) {
+  std::vector<double> values;
+  values.reserve(things.size());
+  for (const auto& thing : things) values.push_back(static_cast<double>(std::invoke(get, thing)));
+  return values;
+}
 
 /// The q-percentile of a sample, 0 <= q <= 1, by nearest rank: the smallest value that at least the share q of the
 /// sample does not exceed, so always a value of the sample and never below the truth for lack of data. q = 1 is the

@@ -17,7 +17,6 @@
 #include <string>
 #include <thread>
 #include <utility>
-#include <vector>
 
 #include "engine/formats/text.h"
 #include "engine/loops/records.h"

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
-#include <numbers>
 
 #include "engine/grasp/control.h"
 #include "engine/loops/percentiles.h"
@@ -104,18 +104,9 @@ template <typename Trace, typename Get, typename Use>
 Values collect(const std::deque<Trace>& traces, Get get, Use use) {
   Values values;
   for (const Trace& trace : traces) {
-    if (use(trace)) values.push_back(static_cast<double>(get(trace)));
+    if (std::invoke(use, trace)) values.push_back(static_cast<double>(std::invoke(get, trace)));
   }
   return values;
-}
-template <typename Trace, typename Get>
-Values collect(const std::deque<Trace>& traces, Get get) {
-  return collect(traces, get, [](const Trace&) { return true; });
-}
-
-template <typename Trace, typename Use>
-std::int64_t count(const std::deque<Trace>& traces, Use use) {
-  return std::count_if(traces.begin(), traces.end(), use);
 }
 
 /// With the 9 digits that a time needs; null if it is not finite.
@@ -138,10 +129,10 @@ ordered_json contact_loop(const LoopProfile& profile, const ThreadsReport& repor
   const auto& ticks = profile.contact();
   return {{"rate_hz", rate_hz(ticks)},
           {"ticks", report.ticks},
-          {"jitter", latency(collect(ticks, [](const ContactTrace& t) { return t.jitter_us(); }))},
-          {"compute", latency(collect(ticks, [](const ContactTrace& t) { return t.compute_us(); }))},
+          {"jitter", latency(collect(ticks, &ContactTrace::jitter_us))},
+          {"compute", latency(collect(ticks, &ContactTrace::compute_us))},
           {"overruns", report.overruns},
-          {"caught_up", count(ticks, [](const ContactTrace& t) { return t.caught_up; })},
+          {"caught_up", std::ranges::count_if(ticks, &ContactTrace::caught_up)},
           {"slipped", report.slipped},
           {"longest_slip_s", report.longest_slip_s},
           {"lost_samples", report.lost_samples}};
@@ -151,17 +142,16 @@ ordered_json control_loop(const Model& model, const LoopProfile& profile, const 
   const auto& ticks = profile.control();
   // A stage that the scene does not have takes no time; null says so.
   const auto stage = [&](bool exists, float ControlTrace::*us) -> ordered_json {
-    return latency(collect(
-        ticks, [us](const ControlTrace& t) { return t.*us; }, [&](const auto&) { return exists; }));
+    return latency(exists ? collect(ticks, us) : Values());
   };
   const auto& control = model.scene.control;
   return {{"rate_hz", rate_hz(ticks)},
           {"ticks", ticks.size()},
-          {"total", latency(collect(ticks, [](const ControlTrace& t) { return t.total_us(); }))},
-          {"jitter", latency(collect(ticks, [](const ControlTrace& t) { return t.jitter_us(); }))},
+          {"total", latency(collect(ticks, &ControlTrace::total_us))},
+          {"jitter", latency(collect(ticks, &ControlTrace::jitter_us))},
           {"slipped", profile.control_slipped()},
           {"lost_samples", report.lost_control_samples},
-          {"refused", count(ticks, [](const ControlTrace& t) { return !t.published; })},
+          {"refused", std::ranges::count(ticks, false, &ControlTrace::published)},
           {"stages",
            {{"grasp_lcp", stage(control.has_value(), &ControlTrace::grasp_us)},
             {"muscle_lcp", stage(model.scene.has_muscles(), &ControlTrace::muscle_us)},
@@ -176,9 +166,8 @@ ordered_json counts_json(const ExchangeCounts& counts) {
 
 ordered_json exchange(const LoopProfile& profile, const ThreadsReport& report) {
   const auto& ticks = profile.contact();
-  const Percentiles publish = percentiles(collect(ticks, [](const ContactTrace& t) { return t.publish_ns; }));
-  const Percentiles acquire = percentiles(collect(
-      ticks, [](const ContactTrace& t) { return t.acquire_ns; }, [](const ContactTrace& t) { return t.handed_over; }));
+  const Percentiles publish = percentiles(collect(ticks, &ContactTrace::publish_ns));
+  const Percentiles acquire = percentiles(collect(ticks, &ContactTrace::acquire_ns, &ContactTrace::handed_over));
   ordered_json json = counts_json(report.frames);
   json["publish_p50_ns"] = finite(publish.p50);
   json["publish_p99_ns"] = finite(publish.p99);
@@ -203,12 +192,12 @@ auto ends_from(const Model& model, double from_s) {
 
 ordered_json handover(const Model& model, const LoopProfile& profile) {
   const auto measured = ends_from(model, kMeasuredFrom_s);
-  const auto step_N = [](const ContactTrace& t) { return t.force_step_N; };
+  const auto step_N = &ContactTrace::force_step_N;
   const Percentiles kick =
       percentiles(collect(profile.contact(), step_N, [&](const auto& t) { return measured(t) && t.handed_over; }));
   const Percentiles tick =
       percentiles(collect(profile.contact(), step_N, [&](const auto& t) { return measured(t) && !t.handed_over; }));
-  return {{"count", count(profile.contact(), [](const ContactTrace& t) { return t.handed_over; })},
+  return {{"count", std::ranges::count_if(profile.contact(), &ContactTrace::handed_over)},
           {"kick_N_max", finite(kick.max)},
           {"kick_N_p99", finite(kick.p99)},
           {"tick_N_p99", finite(tick.p99)},
@@ -222,7 +211,7 @@ ordered_json hold(const LoopProfile& profile) {
     transitions += tick.held != held;
     held = tick.held;
   }
-  return {{"transitions", transitions}, {"ticks", count(profile.contact(), [](const auto& t) { return t.held; })}};
+  return {{"transitions", transitions}, {"ticks", std::ranges::count_if(profile.contact(), &ContactTrace::held)}};
 }
 
 ordered_json object(const Model& model, const LoopProfile& profile, const ThreadsReport& report) {
@@ -241,9 +230,7 @@ ordered_json object(const Model& model, const LoopProfile& profile, const Thread
 }
 
 Values residuals(const LoopProfile& profile) {
-  return collect(
-      profile.contact(), [](const ContactTrace& t) { return t.residual; },
-      [](const ContactTrace& t) { return t.contacts > 0; });
+  return collect(profile.contact(), &ContactTrace::residual, [](const auto& t) { return t.contacts > 0; });
 }
 
 ordered_json scheduling(const ThreadsReport& report) {
@@ -276,8 +263,8 @@ Verdict LoopProfile::verdict(const ThreadsReport& report) const {
 ordered_json profile_json(const Model& model, const LoopProfile& profile, const ThreadsReport& report) {
   const auto& ticks = profile.contact();
   const Values residual = residuals(profile);
-  const Percentiles sweeps = percentiles(collect(ticks, [](const ContactTrace& t) { return t.sweeps; }));
-  const Percentiles contacts = percentiles(collect(ticks, [](const ContactTrace& t) { return t.contacts; }));
+  const Percentiles sweeps = percentiles(collect(ticks, &ContactTrace::sweeps));
+  const Percentiles contacts = percentiles(collect(ticks, &ContactTrace::contacts));
   ordered_json ledger = ledger_json(profile.ledger());
   ledger["injected_over_dissipated"] = finite(profile.ledger().injected_J / profile.ledger().dissipated_J);
   return {{"scene", model.scene.name},
@@ -292,7 +279,7 @@ ordered_json profile_json(const Model& model, const LoopProfile& profile, const 
           {"frame_age", frame_age(model, profile)},
           {"residual_p99", finite(percentiles(residual).p99)},
           {"residual_above_1e-2", std::count_if(residual.begin(), residual.end(), [](double r) { return r > 1e-2; })},
-          {"not_finite", count(ticks, [](const ContactTrace& t) { return !t.finite; })},
+          {"not_finite", std::ranges::count(ticks, false, &ContactTrace::finite)},
           {"sweeps", {{"p50", finite(sweeps.p50)}, {"p99", finite(sweeps.p99)}}},
           {"contacts", {{"p50", finite(contacts.p50)}, {"max", finite(contacts.max)}}},
           {"max_penetration_um", 1e6 * profile.penetration_m()},
@@ -301,8 +288,8 @@ ordered_json profile_json(const Model& model, const LoopProfile& profile, const 
           {"ledger", ledger},
           {"hold", hold(profile)},
           {"lcp",
-           {{"grasp_unsolved", count(profile.control(), [](const ControlTrace& t) { return !t.grasp_found; })},
-            {"muscle_unsolved", count(profile.control(), [](const ControlTrace& t) { return !t.muscles_found; })}}},
+           {{"grasp_unsolved", std::ranges::count(profile.control(), false, &ControlTrace::grasp_found)},
+            {"muscle_unsolved", std::ranges::count(profile.control(), false, &ControlTrace::muscles_found)}}},
           {"object", object(model, profile, report)},
           {"floor", nullptr}};
 }

@@ -8,6 +8,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "engine/loops/percentiles.h"
 #include "engine/results/gnuplot.h"
 
 namespace thenar {
@@ -44,19 +45,11 @@ std::string distribution(const std::string& name, std::vector<double> values) {
   return block + "EOD\n";
 }
 
-template <typename Get>
-std::vector<double> collect(const std::deque<ContactTrace>& ticks, Get get) {
-  std::vector<double> values;
-  values.reserve(ticks.size());
-  for (const ContactTrace& tick : ticks) values.push_back(get(tick));
-  return values;
-}
-
 std::string jitter_script(const Model& model, const LoopProfile& profile, const JitterFloor& floor, double spin_us) {
   const auto& ticks = profile.contact();
   std::string script = header(1200, 560);
-  script += distribution("jitter", collect(ticks, [](const ContactTrace& t) { return t.jitter_us(); }));
-  const std::vector<double> compute_us = collect(ticks, [](const ContactTrace& t) { return t.compute_us(); });
+  script += distribution("jitter", collect(ticks, &ContactTrace::jitter_us));
+  const std::vector<double> compute_us = collect(ticks, &ContactTrace::compute_us);
   const double longest_us = *std::max_element(compute_us.begin(), compute_us.end());
   script += distribution("compute", compute_us);
   std::string curves =

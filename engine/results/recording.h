@@ -4,7 +4,6 @@
 #include <array>
 #include <numbers>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "engine/grasp/contact_tick.h"

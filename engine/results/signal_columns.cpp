@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <initializer_list>
-#include <numbers>
 
 #include "engine/results/recording.h"
 

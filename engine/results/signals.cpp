@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <array>
-#include <numbers>
 #include <utility>
 
 #include "engine/formats/text.h"

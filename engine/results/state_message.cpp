@@ -6,7 +6,6 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
-#include <initializer_list>
 #include <span>
 
 #include "engine/formats/build_info.h"
@@ -316,19 +315,10 @@ void write_state_message(const Model& model, const Picture& picture, const TickR
   for_each_field(model, picture, tick, muscle_forces_N, loops,
                  [&bytes](const char*, const char*, std::span<const double> numbers) { append(numbers, bytes); });
   for (const ShownContact& contact : picture.contacts) {
-    const Vector3d &p = contact.point_m, &n = contact.normal, &f = contact.force_N;
-    const std::array<double, 11> row = {static_cast<double>(contact.finger),
-                                        static_cast<double>(contact.control_point),
-                                        p.x(),
-                                        p.y(),
-                                        p.z(),
-                                        n.x(),
-                                        n.y(),
-                                        n.z(),
-                                        f.x(),
-                                        f.y(),
-                                        f.z()};
-    append(std::span<const double>(row), bytes);
+    Eigen::Vector<double, 11> row;
+    row << static_cast<double>(contact.finger), static_cast<double>(contact.control_point), contact.point_m,
+        contact.normal, contact.force_N;
+    append(std::span<const double>(row.data(), 11), bytes);
   }
 }
 

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "engine/formats/build_info.h"
 #include "engine/loops/percentiles.h"

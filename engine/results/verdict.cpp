@@ -2,32 +2,16 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
 
 namespace thenar {
 
 const char* to_string(Outcome outcome) {
-  switch (outcome) {
-    case Outcome::kHeld:
-      return "held";
-    case Outcome::kUnknown:
-      return "unknown";
-    case Outcome::kOverLimits:
-      return "over limits";
-    case Outcome::kOffTarget:
-      return "off target";
-    case Outcome::kSlipping:
-      return "slipping";
-    case Outcome::kUnstable:
-      return "unstable";
-    case Outcome::kLost:
-      return "lost";
-    case Outcome::kSolverFailed:
-      return "solver failed";
-    case Outcome::kRefused:
-      return "refused";
-  }
-  return "";
+  constexpr std::array kWords{"held",     "unknown", "over limits",   "off target", "slipping",
+                              "unstable", "lost",    "solver failed", "refused"};
+  static_assert(kWords.size() == kOutcomes.size());
+  return kWords[static_cast<std::size_t>(outcome)];
 }
 
 std::string in_words(const Excess& excess) {

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <limits>
 #include <sstream>
@@ -53,19 +54,7 @@ std::string table_path(std::string_view path) {
   return text;
 }
 
-std::string_view kind_name(Kind kind) {
-  switch (kind) {
-    case Kind::kNull:
-      return "nothing";
-    case Kind::kScalar:
-      return "a single value";
-    case Kind::kList:
-      return "a list";
-    case Kind::kMap:
-      return "a map";
-  }
-  return "";
-}
+constexpr std::array kKindNames{"nothing", "a single value", "a list", "a map"};  // In the order of Kind.
 
 /// Whether `node` is of this kind; reports it otherwise.
 bool expect_kind(ConfigState& state, const YamlNode& node, const std::string& path, Kind kind,
@@ -73,7 +62,8 @@ bool expect_kind(ConfigState& state, const YamlNode& node, const std::string& pa
   if (node.kind == kind) return true;
   // A value left out stands nowhere: its key does.
   const Place& place = node.kind == Kind::kNull ? node.heading : node.place;
-  state.report(place, path, "must be " + std::string(wanted) + ", not " + std::string(kind_name(node.kind)));
+  state.report(place, path,
+               "must be " + std::string(wanted) + ", not " + kKindNames[static_cast<std::size_t>(node.kind)]);
   return false;
 }
 
@@ -238,8 +228,6 @@ Config::Config(const std::filesystem::path& file, Keys keys, const std::vector<s
 }
 
 Config::~Config() = default;
-Config::Config(Config&&) noexcept = default;
-Config& Config::operator=(Config&&) noexcept = default;
 
 ConfigMap Config::root() const {
   state_->root->was_entered = true;
@@ -258,17 +246,12 @@ ConfigMap::ConfigMap(ConfigState* state, YamlNode* node, std::string path)
 
 std::string ConfigMap::path_of(std::string_view key) const { return key_path(path_, key); }
 
-const Key& ConfigMap::known(std::string_view key) const {
+const Key& ConfigMap::known(std::string_view key, std::optional<KeyKind> kind) const {
   const std::string path = table_path(path_of(key));
   const Key* const found = find_key(state_->keys, path);
   if (found == nullptr) throw std::logic_error("no key " + path + " in the table");
+  if (kind && found->kind != *kind) throw std::logic_error(path + " is of another kind in the table");
   return *found;
-}
-
-const Key& ConfigMap::known(std::string_view key, KeyKind kind) const {
-  const Key& found = known(key);
-  if (found.kind != kind) throw std::logic_error(fmt::format("{} is of another kind in the table", found.path));
-  return found;
 }
 
 YamlNode* ConfigMap::find(std::string_view key) const {
@@ -278,10 +261,10 @@ YamlNode* ConfigMap::find(std::string_view key) const {
   return node_->find(key);
 }
 
-YamlNode* ConfigMap::require(std::string_view key) const {
+YamlNode* ConfigMap::require(std::string_view key, std::optional<KeyKind> kind) const {
+  const Key& missing = known(key, kind);
   YamlNode* const node = find(key);
   if (node != nullptr || node_ == nullptr) return node;
-  const Key& missing = known(key);
   if (!has_default(missing)) {
     state_->report(node_->heading, path_of(key), kMissing);
     return nullptr;
@@ -361,21 +344,17 @@ Eigen::Matrix3d ConfigMap::rotation(std::string_view key) const {
   return Eigen::Quaterniond(matrix).normalized().toRotationMatrix();
 }
 
-std::string ConfigMap::text(std::string_view key) const {
-  (void)known(key, KeyKind::kText);
-  return text_of(key);
-}
+std::string ConfigMap::text(std::string_view key) const { return text_of(key, KeyKind::kText); }
 
-std::string ConfigMap::text_of(std::string_view key) const {
-  const YamlNode* const node = require(key);
+std::string ConfigMap::text_of(std::string_view key, KeyKind kind) const {
+  const YamlNode* const node = require(key, kind);
   if (node == nullptr || !expect_kind(*state_, *node, path_of(key), Kind::kScalar, "a text")) return "";
   if (node->text.empty()) state_->report(node->place, path_of(key), "must not be empty");
   return node->text;
 }
 
 std::vector<std::string> ConfigMap::texts(std::string_view key) const {
-  (void)known(key, KeyKind::kTexts);
-  const YamlNode* const node = require(key);
+  const YamlNode* const node = require(key, KeyKind::kTexts);
   const std::string path = path_of(key);
   if (node == nullptr || !expect_kind(*state_, *node, path, Kind::kList, "a list of texts")) return {};
   if (node->items.empty()) state_->report(node->place, path, "must not be empty");
@@ -388,8 +367,7 @@ std::vector<std::string> ConfigMap::texts(std::string_view key) const {
 }
 
 bool ConfigMap::flag(std::string_view key) const {
-  (void)known(key, KeyKind::kFlag);
-  const YamlNode* const node = require(key);
+  const YamlNode* const node = require(key, KeyKind::kFlag);
   if (node == nullptr || !expect_kind(*state_, *node, path_of(key), Kind::kScalar, "true or false")) return false;
   if (node->text != "true" && node->text != "false") {
     state_->report(node->place, path_of(key), "'" + node->text + "' is not true or false");
@@ -411,8 +389,7 @@ std::string ConfigMap::choice(std::string_view key) const {
 }
 
 std::filesystem::path ConfigMap::path(std::string_view key) const {
-  (void)known(key, KeyKind::kPath);
-  std::filesystem::path written = text_of(key);
+  std::filesystem::path written = text_of(key, KeyKind::kPath);
   const YamlNode* const node = find(key);
   if (node == nullptr || node->place.source > 0) return written;
   return (state_->file.parent_path() / written).lexically_normal();
@@ -429,8 +406,7 @@ ConfigMap ConfigMap::enter(YamlNode* node, std::string path) const {
 ConfigMap ConfigMap::map(std::string_view key) const { return enter(require(key), path_of(key)); }
 
 std::vector<ConfigMap> ConfigMap::list_of_maps(std::string_view key) const {
-  (void)known(key, KeyKind::kMaps);
-  const YamlNode* const node = require(key);
+  const YamlNode* const node = require(key, KeyKind::kMaps);
   const std::string path = path_of(key);
   if (node == nullptr || !expect_kind(*state_, *node, path, Kind::kList, "a list of maps")) return {};
   std::vector<ConfigMap> maps;

@@ -90,12 +90,11 @@ class ConfigMap {
   ConfigMap(ConfigState* state, YamlNode* node, std::string path);
 
   /// The key of the table; `kind` is what its reader takes.
-  [[nodiscard]] const Key& known(std::string_view key) const;
-  [[nodiscard]] const Key& known(std::string_view key, KeyKind kind) const;
+  [[nodiscard]] const Key& known(std::string_view key, std::optional<KeyKind> kind = {}) const;
   [[nodiscard]] YamlNode* find(std::string_view key) const;
   /// The value or its default; null if there is neither, which is reported.
-  [[nodiscard]] YamlNode* require(std::string_view key) const;
-  [[nodiscard]] std::string text_of(std::string_view key) const;
+  [[nodiscard]] YamlNode* require(std::string_view key, std::optional<KeyKind> kind = {}) const;
+  [[nodiscard]] std::string text_of(std::string_view key, KeyKind kind) const;
   [[nodiscard]] ConfigMap enter(YamlNode* node, std::string path) const;
 
   ConfigState* state_;
@@ -111,8 +110,6 @@ class Config {
   /// is no YAML.
   Config(const std::filesystem::path& file, Keys keys, const std::vector<std::string>& overrides = {});
   ~Config();
-  Config(Config&&) noexcept;
-  Config& operator=(Config&&) noexcept;
 
   [[nodiscard]] ConfigMap root() const;
   /// Throws ConfigError if anything was wrong; a key that no reader asked for is wrong, too. Call it after reading

@@ -102,25 +102,18 @@ void report_text(const std::string& text, const Place& place, const std::string&
                                 control ? "the control character" : "byte", byte)});
 }
 
-void report_texts(const YamlNode& node, const std::string& path, std::vector<YamlFault>& faults) {
+/// Reports all such texts, and keys that are there twice.
+void report_faults(const YamlNode& node, const std::string& path, std::vector<YamlFault>& faults) {
   report_text(node.text, node.place, path, faults);
-  for (std::size_t i = 0; i < node.items.size(); ++i) report_texts(*node.items[i], item_path(path, i), faults);
-  for (const YamlNode::Entry& entry : node.entries) {
-    const std::string entry_path = key_path(path, entry.key);
-    report_text(entry.key, entry.place, entry_path, faults);
-    report_texts(*entry.value, entry_path, faults);
-  }
-}
-
-void report_doubled_keys(const YamlNode& node, const std::string& path, std::vector<YamlFault>& faults) {
-  for (std::size_t i = 0; i < node.items.size(); ++i) report_doubled_keys(*node.items[i], item_path(path, i), faults);
+  for (std::size_t i = 0; i < node.items.size(); ++i) report_faults(*node.items[i], item_path(path, i), faults);
   for (auto entry = node.entries.begin(); entry != node.entries.end(); ++entry) {
+    const std::string entry_path = key_path(path, entry->key);
+    report_text(entry->key, entry->place, entry_path, faults);
     const auto first = std::find_if(node.entries.begin(), entry, [&](const auto& e) { return e.key == entry->key; });
     if (first != entry) {
-      const std::string line = std::to_string(first->place.line);
-      faults.push_back({entry->place, key_path(path, entry->key), "this key is already in line " + line});
+      faults.push_back({entry->place, entry_path, fmt::format("this key is already in line {}", first->place.line)});
     }
-    report_doubled_keys(*entry->value, key_path(path, entry->key), faults);
+    report_faults(*entry->value, entry_path, faults);
   }
 }
 
@@ -149,8 +142,7 @@ std::unique_ptr<YamlNode> read_yaml(const std::string& text, std::size_t source,
     if (parser.HandleNextDocument(builder)) {
       faults.push_back({builder.take_root()->place, "", "a second document is not read"});
     }
-    if (root) report_doubled_keys(*root, "", faults);
-    if (root) report_texts(*root, "", faults);
+    if (root) report_faults(*root, "", faults);
     return root;
   } catch (const YAML::Exception& error) {
     const YAML::Mark mark = error.mark.is_null() ? YAML::Mark() : error.mark;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -23,6 +24,45 @@ constexpr int kCoarsest = 8;  // Of contact.level.
 constexpr double kRigidNormal_N_per_m = 50e3, kRigidTangential_N_per_m = 33.3e3;
 // A change so small is none: it is rounding, or what a contact solve leaves open that stops at a residual of 1e-6.
 constexpr Tolerance kNoChange{1e-9, 1e-7, 1e-6, 1e-6, 1e-6};
+
+void leave_out_fingertips(Scene& scene) {
+  scene.fingertips.reset();
+  scene.object.compliance.reset();  // It needs deformable ones.
+  scene.contact.max_per_finger = 1;
+  scene.contact.level = 0;
+  if (auto& control = scene.control) {
+    control->pulp_normal_N_per_m = std::max(control->pulp_normal_N_per_m, kRigidNormal_N_per_m);
+    control->pulp_tangential_N_per_m = std::max(control->pulp_tangential_N_per_m, kRigidTangential_N_per_m);
+  }
+}
+
+/// What there is to know of a part.
+struct PartTraits {
+  const char* words;
+  bool (*has)(const Scene&);
+  void (*leave_out)(Scene&);  ///< Of a scene that has it.
+};
+// In the order of Part.
+constexpr std::array<PartTraits, kParts.size()> kTraits{{
+    {"deformation of the fingertips (fingertips)", [](const Scene& s) { return s.fingertips.has_value(); },
+     leave_out_fingertips},
+    {"deformation of the object (object.compliance)", [](const Scene& s) { return s.object.compliance.has_value(); },
+     [](Scene& s) { s.object.compliance.reset(); }},
+    {"level of detail (contact.level)",
+     [](const Scene& s) { return s.fingertips && s.contact.level && *s.contact.level < kCoarsest; },
+     [](Scene& s) { ++*s.contact.level; }},
+    {"muscles (control.muscles)", [](const Scene& s) { return s.control && s.control->muscles; },
+     [](Scene& s) { s.control->muscles = false; }},
+    {"memory of the object (object.compliance.relaxation)",
+     [](const Scene& s) { return s.object.compliance && s.object.compliance->relaxation_s > 0.0; },
+     [](Scene& s) { s.object.compliance->relaxation_s = 0.0; }},
+    {"memory of the fingertips (fingertips.relaxation)",
+     [](const Scene& s) { return s.fingertips && s.fingertips->material.relaxation_s > 0.0; },
+     [](Scene& s) { s.fingertips->material.relaxation_s = 0.0; }},
+    {"stiffening (fingertips.stiffening)",
+     [](const Scene& s) { return s.fingertips && s.fingertips->material.stiffening_per_N > 0.0; },
+     [](Scene& s) { s.fingertips->material.stiffening_per_N = 0.0; }},
+}};
 
 /// Two digits; what is next to nothing is 0.
 std::string brief(double value) {
@@ -76,78 +116,12 @@ PartEffect effect_of(Part part, const Scene& without, const Model& model, const 
 
 }  // namespace
 
-const char* to_string(Part part) {
-  switch (part) {
-    case Part::kFingertips:
-      return "deformation of the fingertips (fingertips)";
-    case Part::kSoftObject:
-      return "deformation of the object (object.compliance)";
-    case Part::kDetail:
-      return "level of detail (contact.level)";
-    case Part::kMuscles:
-      return "muscles (control.muscles)";
-    case Part::kObjectMemory:
-      return "memory of the object (object.compliance.relaxation)";
-    case Part::kFingertipMemory:
-      return "memory of the fingertips (fingertips.relaxation)";
-    case Part::kStiffening:
-      return "stiffening (fingertips.stiffening)";
-  }
-  return "";
-}
+const char* to_string(Part part) { return kTraits[static_cast<std::size_t>(part)].words; }
 
-bool has(const Scene& scene, Part part) {
-  switch (part) {
-    case Part::kFingertips:
-      return scene.fingertips.has_value();
-    case Part::kSoftObject:
-      return scene.object.compliance.has_value();
-    case Part::kDetail:
-      return scene.fingertips && scene.contact.level && *scene.contact.level < kCoarsest;
-    case Part::kMuscles:
-      return scene.control && scene.control->muscles;
-    case Part::kObjectMemory:
-      return scene.object.compliance && scene.object.compliance->relaxation_s > 0.0;
-    case Part::kFingertipMemory:
-      return scene.fingertips && scene.fingertips->material.relaxation_s > 0.0;
-    case Part::kStiffening:
-      return scene.fingertips && scene.fingertips->material.stiffening_per_N > 0.0;
-  }
-  return false;
-}
+bool has(const Scene& scene, Part part) { return kTraits[static_cast<std::size_t>(part)].has(scene); }
 
 Scene leave_out(Scene scene, Part part) {
-  if (!has(scene, part)) return scene;
-  switch (part) {
-    case Part::kFingertips:
-      scene.fingertips.reset();
-      scene.object.compliance.reset();  // It needs deformable ones.
-      scene.contact.max_per_finger = 1;
-      scene.contact.level = 0;
-      if (auto& control = scene.control) {
-        control->pulp_normal_N_per_m = std::max(control->pulp_normal_N_per_m, kRigidNormal_N_per_m);
-        control->pulp_tangential_N_per_m = std::max(control->pulp_tangential_N_per_m, kRigidTangential_N_per_m);
-      }
-      break;
-    case Part::kSoftObject:
-      scene.object.compliance.reset();
-      break;
-    case Part::kDetail:
-      ++*scene.contact.level;
-      break;
-    case Part::kMuscles:
-      scene.control->muscles = false;
-      break;
-    case Part::kObjectMemory:
-      scene.object.compliance->relaxation_s = 0.0;
-      break;
-    case Part::kFingertipMemory:
-      scene.fingertips->material.relaxation_s = 0.0;
-      break;
-    case Part::kStiffening:
-      scene.fingertips->material.stiffening_per_N = 0.0;
-      break;
-  }
+  if (has(scene, part)) kTraits[static_cast<std::size_t>(part)].leave_out(scene);
   return scene;
 }
 

@@ -17,6 +17,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "engine/formats/byte_source.h"
 #include "engine/formats/files.h"
 #include "engine/formats/text.h"
 #include "engine/grasp/state.h"
@@ -36,43 +37,20 @@ constexpr std::size_t kMostRows = 1'000'000;
 constexpr int kDigits = 12;
 
 /// Measures of a row, by their section of summary.json, and with a prefix where the name alone would not tell.
-struct Measure {
-  const char *section, *key, *prefix;
+struct Measures {
+  const char *section, *prefix, *keys;
 };
-constexpr std::array<Measure, 34> kMeasures = {{{"object", "final_error_mm", ""},
-                                                {"object", "rms_error_mm", ""},
-                                                {"object", "max_off_axis_error_mm", ""},
-                                                {"object", "final_rotation_deg", ""},
-                                                {"object", "max_rotation_deg", ""},
-                                                {"grasp", "lost_at_s", ""},
-                                                {"grasp", "max_slip_mm", ""},
-                                                {"grasp", "max_start_slip_mm", ""},
-                                                {"grasp", "max_spin_deg", ""},
-                                                {"grasp", "max_start_spin_deg", ""},
-                                                {"grasp", "max_sliding_share", ""},
-                                                {"grasp", "max_creep_um_per_s", ""},
-                                                {"grasp", "min_margin", ""},
-                                                {"grasp", "min_start_margin", ""},
-                                                {"grasp", "force_error_end", ""},
-                                                {"grasp", "force_error_rms_N", ""},
-                                                {"contacts", "min", "contacts_"},
-                                                {"contacts", "median", "contacts_"},
-                                                {"contacts", "max", "contacts_"},
-                                                {"contacts", "active_median", "contacts_"},
-                                                {"contacts", "max_penetration_um", ""},
-                                                {"contacts", "residual_p99", ""},
-                                                {"contacts", "sweeps_median", ""},
-                                                {"contacts", "sweeps_max", ""},
-                                                {"frames", "handovers", ""},
-                                                {"frames", "held_ticks", ""},
-                                                {"ledger", "injected_J", ""},
-                                                {"ledger", "dissipated_J", ""},
-                                                {"ledger", "unbalanced_J", ""},
-                                                {"joints", "least_margin_rad", "joints_"},
-                                                {"lcp", "grasp_infeasible", ""},
-                                                {"lcp", "muscle_infeasible", ""},
-                                                {"lcp", "unanswered", ""},
-                                                {"lcp", "muscle_residual_max", ""}}};
+constexpr std::array<Measures, 8> kMeasures = {
+    {{"object", "", "final_error_mm rms_error_mm max_off_axis_error_mm final_rotation_deg max_rotation_deg"},
+     {"grasp", "",
+      "lost_at_s max_slip_mm max_start_slip_mm max_spin_deg max_start_spin_deg max_sliding_share max_creep_um_per_s "
+      "min_margin min_start_margin force_error_end force_error_rms_N"},
+     {"contacts", "contacts_", "min median max active_median"},
+     {"contacts", "", "max_penetration_um residual_p99 sweeps_median sweeps_max"},
+     {"frames", "", "handovers held_ticks"},
+     {"ledger", "", "injected_J dissipated_J unbalanced_J"},
+     {"joints", "joints_", "least_margin_rad"},
+     {"lcp", "", "grasp_infeasible muscle_infeasible unanswered muscle_residual_max"}}};
 constexpr const char* kChatter = "force_chatter";
 
 [[noreturn]] void refuse(const std::string& text, const std::string& what) {
@@ -131,10 +109,8 @@ std::vector<std::string> read_range(const std::string& text, const std::vector<s
   const auto from = read_number(parts[0]), to = read_number(parts[1]);
   if (!from || !to) refuse(text, "the bounds of a range are numbers with their unit, such as 0.1 mm:2 mm:5");
   if (from->unit != to->unit) refuse(text, "both bounds must carry the same unit");
-  std::size_t count = 0;
-  const char* const end = parts[2].data() + parts[2].size();
-  const auto [rest, error] = std::from_chars(parts[2].data(), end, count);
-  if (error != std::errc() || rest != end || count < 2 || count > kMostRows) {
+  const std::size_t count = number_in<std::size_t>(parts[2]).value_or(0);
+  if (count < 2 || count > kMostRows) {
     refuse(text, fmt::format("'{}' must be how many values: a whole number within 2 .. {}", parts[2], kMostRows));
   }
   const double a = from->number, b = to->number;
@@ -208,7 +184,9 @@ std::string csv_cell(const SweepRow& row, const std::string& name) {
 
 std::vector<std::string> measure_names() {
   std::vector<std::string> names;
-  for (const Measure& measure : kMeasures) names.push_back(std::string(measure.prefix) + measure.key);
+  for (const auto& [section, prefix, keys] : kMeasures) {
+    for (const std::string_view key : words_of(keys)) names.push_back(std::string(prefix).append(key));
+  }
   names.emplace_back(kChatter);
   return names;
 }
@@ -306,10 +284,12 @@ SweepRow sweep_row(const Model& model, const Recording& recording) {
   const nlohmann::ordered_json summary = summarize(model, recording);
   SweepRow row{recording.verdict, nlohmann::ordered_json::object(),
                fmt::format("{}", fmt::join(model.scene.left_out, "; "))};
-  for (const Measure& measure : kMeasures) {
-    const nlohmann::ordered_json& value = summary.at(measure.section).at(measure.key);
-    const bool nothing = value.is_number_float() && !std::isfinite(value.get<double>());
-    row.measures[std::string(measure.prefix) + measure.key] = nothing ? nlohmann::ordered_json(nullptr) : value;
+  for (const auto& [section, prefix, keys] : kMeasures) {
+    for (const std::string_view key : words_of(keys)) {
+      const nlohmann::ordered_json& value = summary.at(section).at(key);
+      const bool nothing = value.is_number_float() && !std::isfinite(value.get<double>());
+      row.measures[std::string(prefix).append(key)] = nothing ? nlohmann::ordered_json(nullptr) : value;
+    }
   }
   const double chatter = recording.verdict.force_chatter;
   row.measures[kChatter] = std::isfinite(chatter) ? nlohmann::ordered_json(chatter) : nlohmann::ordered_json(nullptr);
