@@ -4,8 +4,10 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <variant>
 #include <vector>
 
+#include "engine/formats/files.h"
 #include "engine/grasp/model.h"
 #include "engine/scenes/config.h"
 #include "tests/scenes/small_scenes.h"
