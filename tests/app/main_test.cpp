@@ -20,27 +20,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-TEST(Program, PrintsItsVersionAndHelp) {
-  EXPECT_EQ(thenar_program("--version").code, 0);
-  EXPECT_NE(thenar_program("--version").text.find("thenar 0."), std::string::npos);
-  EXPECT_EQ(thenar_program("run --help").code, 0);
-  EXPECT_NE(thenar_program("run --help").text.find("thenar run ["), std::string::npos);
-  EXPECT_EQ(thenar_program("run --help").text.find(THENAR_PROGRAM), std::string::npos) << "usage without a path";
-}
-
-TEST(Program, NamesAnUnknownCommandAndTheNearest) {
-  const Outcome slip = thenar_program("rn");
-  EXPECT_EQ(slip.code, 2);
-  EXPECT_NE(slip.text.find("'rn' is no command, did you mean 'run'?"), std::string::npos) << slip.text;
-  EXPECT_NE(slip.text.find("thenar --help"), std::string::npos) << slip.text;
-  const Outcome none = thenar_program("list configs");
-  EXPECT_EQ(none.code, 2);
-  EXPECT_NE(none.text.find("'list' is no command\n"), std::string::npos) << none.text;
-  const Outcome nothing = thenar_program("");
-  EXPECT_EQ(nothing.code, 2);
-  EXPECT_NE(nothing.text.find("name a command"), std::string::npos) << nothing.text;
-}
-
 TEST(Program, WritesEveryResultOfARun) {
   const fs::path out = scratch();
   const Outcome run = thenar_program("run " + config("box_grasp.yaml") + " --time '0.35 s' --out " + out.string());
@@ -62,92 +41,6 @@ TEST(Program, WritesEveryResultOfARun) {
   }
   EXPECT_EQ(read(out / "grasp.png").substr(1, 3), "PNG");
   for (const auto& entry : fs::directory_iterator(out)) EXPECT_NE(entry.path().extension(), ".part");
-}
-
-TEST(Program, RecordsARunAndExportsIt) {
-  const fs::path folder = scratch();
-  const std::string film = (folder / "film.mcap").string(), csv = (folder / "film.csv").string();
-  for (const char* runner : {"", " --lockstep", " --realtime"}) {
-    const Outcome run = thenar_program("run " + config("minimal.yaml") + " --time '0.2 s' --record " + film + runner);
-    ASSERT_EQ(run.code, 0) << run.text;
-    const Outcome exported = thenar_program("export " + film + " --csv " + csv);
-    ASSERT_EQ(exported.code, 0) << exported.text;
-    const std::string table = read(csv);
-    // 50 states a second, under a header; in real time a busy machine may miss some.
-    const auto states = std::count(table.begin(), table.end(), '\n') - 1;
-    EXPECT_LE(states, 10);
-    EXPECT_GE(states, std::string(runner) == " --realtime" ? 1 : 10);
-  }
-  // Cut off, it goes on to its last whole state.
-  const std::string bytes = read(film);
-  std::ofstream(film, std::ios::binary) << bytes.substr(0, bytes.size() - 100);
-  const Outcome cut = thenar_program("export " + film + " --csv " + csv);
-  EXPECT_EQ(cut.code, 0);
-  EXPECT_NE(cut.text.find("cut off"), std::string::npos);
-  // A table that was written stays when the next one fails.
-  EXPECT_EQ(thenar_program("export " + config("minimal.yaml") + " --csv " + csv).code, 3);
-  EXPECT_GT(fs::file_size(csv), 0U);
-  EXPECT_EQ(thenar_program("export " + film).code, 2);
-  EXPECT_EQ(thenar_program("run " + config("minimal.yaml") + " --record " + csv + "/a.mcap").code, 3);
-}
-
-/// A scene and its hand in a folder of their own.
-fs::path copied_scene(const fs::path& folder) {
-  fs::create_directories(folder);
-  for (const char* file : {"minimal.yaml", "hand.yaml"}) fs::copy_file(config(file), folder / file);
-  return folder / "minimal.yaml";
-}
-
-// A recording is held once, and the page that is made of it beside it, which is 4/3 of it in base64: 2.4 times its size
-// and 45 MB for the program. Held twice, as text or as a page, it would not fit.
-TEST(Program, ExportsWithLittleMoreThanTheRecordingItself) {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  GTEST_SKIP() << "sanitizers need memory of their own";
-#endif
-  const fs::path folder = scratch();
-  const std::string film = (folder / "film.mcap").string();
-  ASSERT_EQ(thenar_program("run " + config("box_grasp.yaml") + " --quiet --time 24 --record " + film).code, 0);
-  const auto kB = static_cast<double>(fs::file_size(film)) / 1024.0;
-  ASSERT_GT(kB, 40'000.0);
-  const auto limited = [](double most_kB) {
-    return "ulimit -v " + std::to_string(std::llround(most_kB + 45'000.0)) + "; ";
-  };
-  const Outcome csv = thenar_program("export " + film + " --csv " + (folder / "film.csv").string(), limited(1.5 * kB));
-  EXPECT_EQ(csv.code, 0) << csv.text;
-  if (fs::exists(fs::path(THENAR_PROGRAM).parent_path().parent_path() / "share/thenar/page.html")) {
-    const Outcome page =
-        thenar_program("export " + film + " --html " + (folder / "film.html").string(), limited(2.4 * kB));
-    EXPECT_EQ(page.code, 0) << page.text;
-  }
-}
-
-TEST(Program, NoResultReplacesAnInput) {
-  const fs::path folder = scratch(), scene = copied_scene(folder / "in"), hand = folder / "in" / "hand.yaml";
-  const std::string scene_text = read(scene), hand_text = read(hand);
-  const std::string run = "run " + scene.string() + " --time '50 ms' ";
-  fs::create_symlink(scene, folder / "link.mcap");
-  fs::create_hard_link(hand, folder / "other_name.mcap");
-  for (const fs::path& input : {scene, hand, folder / "link.mcap", folder / "other_name.mcap"}) {
-    const Outcome refused = thenar_program(run + "--record " + input.string());
-    EXPECT_EQ(refused.code, 2) << refused.text;
-    EXPECT_NE(refused.text.find("which this command reads"), std::string::npos) << refused.text;
-  }
-  // A result that is named by its folder, and a result over a result.
-  const fs::path out = folder / "out";
-  fs::create_directories(out);
-  fs::create_hard_link(scene, out / "summary.json");
-  EXPECT_EQ(thenar_program(run + "--out " + out.string()).code, 2);
-  fs::remove(out / "summary.json");
-  EXPECT_EQ(thenar_program(run + "--out " + out.string() + " --record " + (out / "signals.csv").string()).code, 2);
-  EXPECT_TRUE(fs::is_empty(out));
-  EXPECT_EQ(thenar_program("profile " + scene.string() + " --duration 1ms --trace " + hand.string()).code, 2);
-  EXPECT_EQ(read(scene), scene_text);
-  EXPECT_EQ(read(hand), hand_text);
-  const fs::path film = folder / "film.mcap";
-  ASSERT_EQ(thenar_program(run + "--record " + film.string()).code, 0);
-  const std::string bytes = read(film);
-  EXPECT_EQ(thenar_program("export " + film.string() + " --csv " + film.string()).code, 2);
-  EXPECT_EQ(read(film), bytes);
 }
 
 TEST(Program, ReadsNoPipeAndNoDevice) {
@@ -222,69 +115,6 @@ TEST(Program, InterruptedItKeepsItsResults) {
   EXPECT_GT(json.at("loops").at("contact").at("ticks").get<int>(), 0);
 }
 
-TEST(Program, TwoRunsDoNotShareAFolderOrAFile) {
-  const fs::path folder = scratch(), out = folder / "out", pid = folder / "pid", film = folder / "film.mcap";
-  // The first goes on until a signal ends it.
-  const std::string first = THENAR_PROGRAM + (" run " + config("minimal.yaml")) + kSoon + "--time 900 --quiet --out " +
-                            out.string() + " --record " + film.string();
-  ASSERT_EQ(std::system((first + " >/dev/null 2>&1 & echo $! > " + pid.string()).c_str()), 0);
-  ASSERT_EQ(
-      std::system(("for i in $(seq 500); do [ -s " + film.string() + " ] && exit 0; sleep 0.01; done; exit 1").c_str()),
-      0);
-  const std::string second = "run " + config("minimal.yaml") + " --time '50 ms' ";
-  const Outcome same_folder = thenar_program(second + "--out " + out.string());
-  EXPECT_EQ(same_folder.code, 2);
-  EXPECT_NE(same_folder.text.find("another run writes into"), std::string::npos) << same_folder.text;
-  EXPECT_EQ(thenar_program("profile " + config("minimal.yaml") + " --duration 50ms --out " + out.string()).code, 2);
-  EXPECT_EQ(thenar_program(second + "--dump-problems " + out.string()).code, 2);
-  const Outcome same_file = thenar_program(second + "--record " + film.string());
-  EXPECT_EQ(same_file.code, 3);
-  EXPECT_NE(same_file.text.find("another run records into this file"), std::string::npos) << same_file.text;
-  // A run's own two flags for one folder are no two runs.
-  EXPECT_EQ(
-      thenar_program(second + "--out " + (folder / "one").string() + " --dump-problems " + (folder / "one").string())
-          .code,
-      0);
-  EXPECT_EQ(std::system(("kill -KILL $(cat " + pid.string() + ")").c_str()), 0) << "the first has ended by itself";
-}
-
-/// The most of a file that a shell lets a program write, in bytes; more is refused as by a full disk.
-std::string file_limit(std::uintmax_t bytes) {
-  return "trap '' XFSZ; ulimit -f " + std::to_string(bytes / 512) + "; exec ";
-}
-
-TEST(Program, ADiskThatFailsTheRecordingFailsNothingElse) {
-  const fs::path folder = scratch();
-  const fs::path film = folder / "film.mcap";
-  for (const char* runner : {"", "--lockstep ", "--realtime "}) {
-    const std::string run =
-        "run " + config("minimal.yaml") + kSoon + runner + "--time '0.5 s' --format json --record " + film.string();
-    ASSERT_EQ(thenar_program(run, "exec ").code, 0);
-    const std::uintmax_t whole = fs::file_size(film);
-    const Outcome cut = thenar_program(run, file_limit(whole - 8000));
-    EXPECT_EQ(cut.code, 3) << cut.text;
-    EXPECT_NE(cut.text.find("film.mcap: could not be written in full"), std::string::npos) << cut.text;
-    const std::size_t end = cut.text.rfind('}');
-    ASSERT_NE(end, std::string::npos) << cut.text;
-    const auto summary = nlohmann::json::parse(cut.text.substr(cut.text.find('{'), end - cut.text.find('{') + 1));
-    EXPECT_DOUBLE_EQ(summary.at("simulated_s").get<double>(), 0.5);
-    // What was recorded before is sound.
-    const Outcome exported = thenar_program("export " + film.string() + " --csv " + (folder / "film.csv").string());
-    EXPECT_EQ(exported.code, 0) << exported.text;
-    EXPECT_NE(exported.text.find("cut off"), std::string::npos) << exported.text;
-  }
-}
-
-TEST(Program, ADiskThatFailsDumpedProblemsFailsNothingElse) {
-  const fs::path folder = scratch();
-  const Outcome run = thenar_program(
-      "run " + config("minimal.yaml") + kSoon + "--time '0.5 s' --format json --dump-problems " + folder.string(),
-      file_limit(512));
-  EXPECT_EQ(run.code, 3) << run.text;
-  EXPECT_NE(run.text.find("could not be written in full"), std::string::npos) << run.text;
-  EXPECT_NE(run.text.find("\"simulated_s\": 0.5"), std::string::npos) << run.text;
-}
-
 // gnuplot does not look whether a disk is full.
 TEST(Program, AFigureIsWholeOrMissing) {
   const fs::path folder = scratch(), whole = folder / "whole", disk = folder / "disk";
@@ -323,34 +153,6 @@ TEST(Program, QuietPrintsNothing) {
   EXPECT_EQ(thenar_program("run " + config("minimal.yaml") + " --time '50 ms' --quiet").text, "");
 }
 
-TEST(Program, ChecksAScene) {
-  const Outcome check = thenar_program("check " + config("minimal.yaml"));
-  EXPECT_EQ(check.code, 0);
-  EXPECT_NE(check.text.find("rigid, one contact point each"), std::string::npos);
-  EXPECT_NE(check.text.find("muscles (control.muscles)"), std::string::npos) << "left out";
-  const std::string box = thenar_program("check " + config("box_grasp.yaml")).text;
-  EXPECT_NE(box.find("23 muscles"), std::string::npos);
-  EXPECT_EQ(box.find("what becomes of the grasp"), std::string::npos) << "nothing is run unasked";
-  EXPECT_NE(box.find("--parts"), std::string::npos) << box;
-}
-
-TEST(Program, ChecksWhatASceneCouldLeaveOut) {
-  const std::string scene = "check --parts " + config("box_grasp.yaml") +
-                            " --set object.points=2000 --set 'time.duration=0.4 s' --set 'tolerance={force: 0.5 %}'";
-  const std::string check = thenar_program(scene).text;
-  const auto line_of = [&](const std::string& part) {
-    const std::size_t at = check.find(part, check.find("what its parts cost and give"));
-    return at == std::string::npos ? "" : check.substr(at, check.find('\n', at) - at);
-  };
-  EXPECT_TRUE(line_of("muscles (control.muscles)").ends_with("could be left out")) << check;
-  const std::string fingertips = line_of("deformation of the fingertips (fingertips)");
-  EXPECT_TRUE(fingertips.ends_with("  needed")) << check;
-  EXPECT_NE(fingertips.find(" .. "), std::string::npos) << "an interval with each median: " << check;
-  EXPECT_NE(check.find("model: auto would leave out"), std::string::npos) << check;
-  EXPECT_NE(thenar_program(scene + " --set contact.friction=0.1").text.find("what becomes of the grasp\n  lost: "),
-            std::string::npos);
-}
-
 TEST(Program, RunsWhatASceneNeeds) {
   const Outcome run = thenar_program("run " + config("box_grasp.yaml") +
                                      " --set object.points=2000 --set model=auto --time '0.4 s' --format json");
@@ -358,59 +160,6 @@ TEST(Program, RunsWhatASceneNeeds) {
   const auto summary = nlohmann::json::parse(run.text);
   EXPECT_TRUE(summary.at("muscles").is_null());
   EXPECT_NE(summary.at("parts").dump().find("left out: muscles (control.muscles)"), std::string::npos) << run.text;
-}
-
-TEST(Program, ChecksWhatTwoLoopsMakeOfAScene) {
-  const std::string stick = thenar_program("check " + config("stick.yaml")).text;
-  EXPECT_NE(stick.find("closer than 0.3 mm, or that may come so close"), std::string::npos) << stick;
-  EXPECT_NE(stick.find("spring of 500 N/m and 0.5 N m/rad"), std::string::npos) << stick;
-  EXPECT_EQ(stick.find("control_delay)"), std::string::npos) << stick;
-  const std::string late = thenar_program("check " + config("stick.yaml") + " --set 'time.control_delay=5 ms'").text;
-  EXPECT_NE(late.find("5 ms after their snapshot"), std::string::npos) << late;
-}
-
-TEST(Program, SaysWhichFingerSlippedWhenTheObjectIsLost) {
-  const fs::path out = scratch();
-  const Outcome run =
-      thenar_program("run " + config("box_grasp.yaml") + " --set contact.friction=0.2 --out " + out.string());
-  EXPECT_EQ(run.code, 7);
-  EXPECT_NE(run.text.find("failed: lost: at 0."), std::string::npos) << run.text;
-  EXPECT_NE(run.text.find("the thumb slipped "), std::string::npos) << run.text;
-  EXPECT_TRUE(fs::exists(out / "summary.json")) << "a failed run keeps its results";
-}
-
-// Carried 40 mm the box asks more of a muscle than it has: a run that nobody may call held.
-TEST(Program, SaysWhichLimitARunPasses) {
-  const Outcome run = thenar_program("run " + config("box_grasp.yaml") +
-                                     " --set object.points=2000 --set contact.level=2 --time '1.1 s' --format json "
-                                     "--set 'task.translate.by=[0 mm, 40 mm, 0 mm]'");
-  EXPECT_EQ(run.code, 11);
-  const std::size_t end = run.text.rfind('}');
-  const auto summary = nlohmann::json::parse(run.text.substr(run.text.find('{'), end - run.text.find('{') + 1));
-  EXPECT_EQ(summary.at("grasp").at("outcome"), "over limits");
-  EXPECT_EQ(summary.at("grasp").at("held"), false);
-  EXPECT_GT(summary.at("muscles").at("max_activation").get<double>(), 1.0);
-  const auto& beyond = summary.at("grasp").at("beyond").at(0);
-  EXPECT_EQ(beyond.at("unit"), "N");
-  EXPECT_GT(beyond.at("value").get<double>(), beyond.at("limit").get<double>());
-  EXPECT_GE(beyond.at("at_s").get<double>(), beyond.at("first_s").get<double>());
-  EXPECT_NE(run.text.find("failed: over limits: the muscle "), std::string::npos) << run.text;
-}
-
-// The word is as true without a controller, but nothing was asked that could fail.
-TEST(Program, WithoutAControllerASlidingObjectIsNoFailure) {
-  const Outcome run = thenar_program("run " + config("slide.yaml") + " --set object.points=3000");
-  EXPECT_EQ(run.code, 0) << run.text;
-  EXPECT_NE(run.text.find("slipping"), std::string::npos) << run.text;
-  EXPECT_NE(run.text.find("the thumb slipped "), std::string::npos) << run.text;
-}
-
-TEST(Program, NamesTheConeAndTheMissingForceOfAnInfeasibleGrasp) {
-  const Outcome run = thenar_program("run " + config("box_grasp.yaml") + " --set control.grasp.friction=0");
-  EXPECT_EQ(run.code, 6);
-  EXPECT_NE(run.text.find("the thumb's friction cone (mu_c = 0) lacks"), std::string::npos) << run.text;
-  EXPECT_NE(run.text.find("N of tangential force"), std::string::npos) << run.text;
-  EXPECT_NE(run.text.find("any mu_c > 0 with enough squeeze would do"), std::string::npos) << run.text;
 }
 
 struct BadInput {
@@ -460,16 +209,6 @@ TEST(Program, RefusesAMissingScene) {
   const Outcome run = thenar_program("run nowhere.yaml");
   EXPECT_EQ(run.code, 3);
   EXPECT_NE(run.text.find("nowhere.yaml: no such file"), std::string::npos) << run.text;
-}
-
-TEST(Program, RefusesAFolderThatCannotBeWrittenBeforeItRuns) {
-  // A file stands where the folder should be: nobody can write there, not even the superuser.
-  const fs::path file = scratch() / "file";
-  std::ofstream(file) << "kept";
-  const Outcome run = thenar_program("run " + config("minimal.yaml") + " --out " + (file / "out").string());
-  EXPECT_EQ(run.code, 3);
-  EXPECT_NE(run.text.find("cannot make this folder"), std::string::npos) << run.text;
-  EXPECT_EQ(read(file), "kept");
 }
 
 // What the README shows is what is built and run.

@@ -5,50 +5,25 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "tests/app/short_profile.h"
 #include "tests/support/program.h"
 
 namespace thenar::profile_test {
 namespace {
 
+using namespace short_profiles;
+
 namespace fs = std::filesystem;
 using nlohmann::json;
-
-/// A short profile of the least scene, as a user without real-time rights has it.
-Outcome short_profile(const std::string& arguments, const std::string& before = "") {
-  return thenar_program("profile " + config("minimal.yaml") +
-                            " --contact-rate 1kHz --control-rate 200Hz --duration 0.4s --no-realtime " + arguments,
-                        before);
-}
 
 void expect_latencies(const json& times) {
   for (const char* key : {"p50_us", "p99_us", "p999_us", "max_us"}) EXPECT_TRUE(times.at(key).is_number()) << key;
   EXPECT_LE(times.at("p50_us"), times.at("p99_us"));
   EXPECT_LE(times.at("p99_us"), times.at("p999_us"));
   EXPECT_LE(times.at("p999_us"), times.at("max_us"));
-}
-
-// One vocabulary: what must fit into which period, in all that speaks of budgets; and what it means to keep a rate.
-TEST(Profile, SaysWhichTimeMustFitIntoWhichPeriod) {
-  const std::string fits = "start jitter + compute must fit into 1000 us, the period";
-  const std::string control_fits = "start jitter + tick must fit into 5000 us, the period";
-  const Outcome profile = short_profile("");
-  EXPECT_NE(profile.text.find(fits), std::string::npos) << profile.text;
-  EXPECT_NE(profile.text.find(control_fits), std::string::npos) << profile.text;
-  EXPECT_NE(profile.text.find("kept [%]"), std::string::npos) << profile.text;
-  const Outcome run = thenar_program("run " + config("minimal.yaml") +
-                                     " --realtime --contact-rate 1kHz --control-rate 200Hz --time 0.4 --no-realtime");
-  EXPECT_NE(run.text.find(fits), std::string::npos) << run.text;
-  EXPECT_NE(run.text.find("on both threads together: must fit into no period"), std::string::npos) << run.text;
-  const Outcome doctor = thenar_program("doctor");
-  EXPECT_EQ(doctor.code, 0);
-  EXPECT_EQ(doctor.text.find("cannot keep"), std::string::npos) << doctor.text;
-  const bool keeps = doctor.text.find("can keep contact at ") != std::string::npos;
-  EXPECT_EQ(keeps, doctor.text.find("must fit `contact: compute`") != std::string::npos) << doctor.text;
-  EXPECT_EQ(!keeps, doctor.text.find("may not keep contact at 1 kHz") != std::string::npos) << doctor.text;
 }
 
 TEST(Profile, WritesEveryNumberThatItPromises) {
@@ -101,15 +76,6 @@ TEST(Profile, WritesEveryNumberThatItPromises) {
   EXPECT_GT(json::parse(read(out / "trace.json")).at("traceEvents").size(), 400);
 }
 
-TEST(Profile, PrintsSpeedBesideAccuracyAndWhatWasGranted) {
-  const Outcome run = short_profile("");
-  ASSERT_EQ(run.code, 0) << run.text;
-  for (const char* text : {"SCHED_OTHER", "contact: start jitter", "control: whole tick", "contact residual, p99",
-                           "energy injected/dissipated", "frames, to contact", "publish a snapshot"}) {
-    EXPECT_NE(run.text.find(text), std::string::npos) << text;
-  }
-}
-
 TEST(Profile, TakesTheLastWordOnASetting) {
   const fs::path out = scratch();
   const auto settings = [&](const std::string& arguments) {
@@ -146,43 +112,6 @@ TEST(Profile, FailsWithoutGraspForcesAtTheStart) {
       thenar_program("profile " + config("box_grasp.yaml") + " --no-realtime --set control.grasp.friction=0 --quiet");
   EXPECT_EQ(run.code, 6);
   EXPECT_NE(run.text.find("no grasp forces exist at 0.000 s"), std::string::npos) << run.text;
-}
-
-TEST(Profile, SaysHowToGetTheFloor) {
-  const fs::path out = scratch();
-  const Outcome run = short_profile("--floor --out " + out.string(), "PATH=/nowhere ");
-  EXPECT_EQ(run.code, 0) << run.text;
-  EXPECT_NE(run.text.find("apt-get install rt-tests"), std::string::npos) << run.text;
-  EXPECT_TRUE(json::parse(read(out / "profile.json")).at("floor").is_null());
-}
-
-// A cyclictest of our own tells what is known: 98 loops start 5 us late, one 7 us, one 2 ms, which is off its
-// histogram.
-TEST(Profile, ReadsCyclictestsHistogram) {
-  const fs::path out = scratch();
-  std::ofstream(out / "cyclictest") << "#!/bin/sh\necho \"$@\" >> " << (out / "asked").string()
-                                    << "\ncat <<EOF\n# Histogram\n004999 000000\n005000 000098\n007000 000001\n"
-                                       "# Total: 000000099\n# Min Latencies: 05000\n# Avg Latencies: 05020\n"
-                                       "# Max Latencies: 2000000\n# Histogram Overflows: 00001\nEOF\n";
-  fs::permissions(out / "cyclictest", fs::perms::owner_all);
-  const Outcome run = short_profile("--floor --out " + out.string(), "PATH=" + out.string() + ":$PATH ");
-  ASSERT_EQ(run.code, 0) << run.text;
-  const auto floor = json::parse(read(out / "profile.json")).at("floor");
-  EXPECT_EQ(floor.at("pairs"), 5);
-  ASSERT_EQ(floor.at("ratios").size(), 5);
-  EXPECT_EQ(floor.at("cyclictest_p99_us"), json({7.0, 7.0, 7.0, 7.0, 7.0}));
-  std::vector<double> ratios = floor.at("ratios");
-  for (int i = 0; i < 5; ++i) {
-    EXPECT_NEAR(ratios[i] * 7.0, floor.at("jitter_p99_us").at(i), 1e-9);
-  }
-  std::sort(ratios.begin(), ratios.end());
-  EXPECT_EQ(floor.at("ratio_p99_median"), ratios[2]);
-  EXPECT_EQ(floor.at("spin").at("spin_us"), 50.0);
-  EXPECT_EQ(floor.at("remark"), "") << "nothing was asked for, so both ran alike";
-  // Asked for what our own thread had: 400 loops of 1 ms under the ordinary policy.
-  const std::string asked = read(out / "asked");
-  EXPECT_NE(asked.find("-i 1000 -l 400 "), std::string::npos) << asked;
-  EXPECT_NE(asked.find("--policy=other"), std::string::npos) << asked;
 }
 
 TEST(RunRealtime, WritesWhatARunInOneLoopWritesAndItsLoops) {
@@ -233,56 +162,6 @@ TEST(RunLockstep, GivesTheSameSignalsTwice) {
   const std::string signals = read(out / "a" / "signals.csv");
   EXPECT_EQ(std::count(signals.begin(), signals.end(), '\n') - 1, 800);
 }
-
-struct BadFlag {
-  const char* name;
-  const char* arguments;
-  const char* message;
-};
-
-class TwoLoopsRefuse : public testing::TestWithParam<BadFlag> {};
-
-TEST_P(TwoLoopsRefuse, NamingTheFlag) {
-  const std::string arguments = GetParam().arguments;
-  const auto space = arguments.find(' ');
-  const Outcome run =
-      thenar_program(arguments.substr(0, space) + " " + config("minimal.yaml") + arguments.substr(space));
-  EXPECT_EQ(run.code, 2);
-  EXPECT_EQ(run.text.find(GetParam().message), 0) << run.text;
-}
-
-INSTANTIATE_TEST_SUITE_P(
-    Flags, TwoLoopsRefuse,
-    testing::Values(
-        BadFlag{"NoUnit", "profile --contact-rate 4000", "--contact-rate: 4000 has no unit: use Hz or kHz"},
-        BadFlag{"WrongUnit", "profile --contact-rate '4 ms'", "--contact-rate: 4 ms is not a frequency"},
-        BadFlag{"ZeroRate", "profile --control-rate 0Hz", "--control-rate: 0Hz must lie within 1 Hz"},
-        BadFlag{"NegativeRate", "profile --contact-rate=-4kHz", "--contact-rate: -4kHz must lie within"},
-        BadFlag{"NotARate", "profile --control-rate fast", "--control-rate: 'fast' is not a frequency"},
-        BadFlag{"NoTime", "profile --duration 30", "--duration: 30 has no unit"},
-        BadFlag{"RateForTime", "profile --spin 20kHz", "--spin: 20kHz is not a time"},
-        BadFlag{"BadTolerance", "profile --tolerance 1mm", "--tolerance: 1mm must be a plain number"},
-        BadFlag{"ControlFaster", "profile --contact-rate 1kHz --control-rate 2kHz",
-                "--control-rate: 2kHz must not be faster than --contact-rate"},
-        BadFlag{"ControlFasterThanTheDefault", "profile --control-rate 8kHz",
-                "--control-rate: 8kHz must not be faster than the contact loop: give --contact-rate"},
-        BadFlag{"NotATime", "run --time abc", "--time: 'abc' is not a time"},
-        BadFlag{"ZeroTime", "run --time 0", "--time: 0 s must lie within"},
-        BadFlag{"EmptyTime", "run --time ''", "--time: '' is not a time"},
-        BadFlag{"EmptyOut", "run --out ''", "--out: needs a name"},
-        BadFlag{"EmptyTrace", "profile --trace ''", "--trace: needs a name"},
-        BadFlag{"TraceIntoAFolder", "profile --trace /", "--trace: / is a folder"},
-        BadFlag{"TraceOverTheProfile", "profile --out nowhere --trace nowhere/../nowhere/profile.json",
-                "--trace: nowhere/../nowhere/profile.json is a file of --out's own"},
-        BadFlag{"RateOfOneLoop", "run --contact-rate 4kHz", "--contact-rate: needs --realtime or --lockstep"},
-        BadFlag{"SpinOfLockstep", "run --lockstep --spin 50us", "--spin requires --realtime"},
-        BadFlag{"NoSuchCore", "profile --core 4711", "--core: 4711 is none of the cores that the program may use: "},
-        BadFlag{"NoCore", "profile --core last", "--core: last is none of the cores"},
-        BadFlag{"CoreOfOneLoop", "run --core 0", "--core requires --realtime"},
-        BadFlag{"DelayOfThreads", "run --realtime --control-delay 5ms", "--control-delay requires --lockstep"},
-        BadFlag{"AutoOfLockstep", "run --lockstep --control-rate auto", "--control-rate: auto needs --realtime"},
-        BadFlag{"TwoRunners", "run --realtime --lockstep", "--realtime excludes --lockstep"}),
-    [](const auto& test) { return std::string(test.param.name); });
 
 }  // namespace
 }  // namespace thenar::profile_test

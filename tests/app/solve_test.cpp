@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -22,8 +21,6 @@ namespace {
 
 using Eigen::VectorXd;
 namespace fs = std::filesystem;
-
-std::string data(const std::string& name) { return std::string(THENAR_TEST_DATA) + "/" + name; }
 
 /// The results of a command that prints JSON, and on stderr after it what is not right.
 std::vector<nlohmann::json> results_of(const std::string& arguments, int code = 0) {
@@ -82,60 +79,6 @@ TEST(Solve, SolvesContactProblemsToTheResidualThatItStates) {
   EXPECT_LT(results[1].at("iterations"), results[0].at("iterations"));
 }
 
-/// Two contacts that press a rigid body from opposite sides by 1 mm: no forces can open them.
-ContactFile pressed_rigid_body() {
-  ContactFile problem;
-  problem.name = "pressed";
-  Eigen::Matrix<double, 6, 3> J;
-  J << 1, 0, 0, 0, 1, 0, 0, 0, 1, -1, 0, 0, 0, 1, 0, 0, 0, -1;
-  problem.W = 1e-3 * J * J.transpose();
-  problem.mu = VectorXd::Constant(2, 0.5);
-  problem.delta_free = {VectorXd::Zero(6)};
-  problem.delta_free[0][0] = -1e-3;
-  return problem;
-}
-
-TEST(Solve, SaysInWordsWhyThereIsNoSolution) {
-  const fs::path file = scratch() / "pressed.fcp";
-  write_problem(file, pressed_rigid_body());
-  const Outcome contact = thenar_program("solve --repeat 1 " + file.string());
-  EXPECT_EQ(contact.code, 0) << contact.text;
-  EXPECT_NE(contact.text.find("no_solution: bodies that do not give way press contacts 0 (1) and 1 (1) together"),
-            std::string::npos)
-      << contact.text;
-  EXPECT_NE(contact.text.find("stay closed by 0.001 m whatever the forces"), std::string::npos) << contact.text;
-
-  const Outcome grasp = thenar_program("solve --repeat 1 " + data("small/08_box3_infeasible.json"));
-  EXPECT_EQ(grasp.code, 0) << grasp.text;
-  EXPECT_NE(grasp.text.find("contact 1 lacks "), std::string::npos) << grasp.text;
-  EXPECT_NE(grasp.text.find(" N of tangential"), std::string::npos) << grasp.text;
-  EXPECT_NE(grasp.text.find("a friction of at least "), std::string::npos) << grasp.text;
-
-  const Outcome muscles = thenar_program("solve --repeat 1 " + data("small/36_muscle_infeasible.json"));
-  EXPECT_EQ(muscles.code, 0) << muscles.text;
-  EXPECT_NE(muscles.text.find(" N m of row 11"), std::string::npos) << muscles.text;
-  EXPECT_NE(muscles.text.find("at best |H f - tau| is "), std::string::npos) << muscles.text;
-}
-
-// What a file says of its answer is held against what is found, and a tolerance against what is reached.
-TEST(Solve, EndsWithSixWhereTheAnswerIsNotRight) {
-  const fs::path folder = scratch();
-  ContactFile wrong = pressed_rigid_body();
-  wrong.status = "solved";
-  write_problem(folder / "wrong.fcp", wrong);
-  const Outcome verdict = thenar_program("solve --repeat 1 " + (folder / "wrong.fcp").string());
-  EXPECT_EQ(verdict.code, 6);
-  EXPECT_NE(verdict.text.find("failed: pressed by newton: 'no_solution', and the file says 'solved'"),
-            std::string::npos)
-      << verdict.text;
-
-  const std::string muscles = data("small/34_muscle_feasible.json");
-  EXPECT_EQ(thenar_program("solve --repeat 1 " + muscles).code, 0);
-  const Outcome accuracy = thenar_program("solve --repeat 1 --tolerance 1e-15 " + muscles);
-  EXPECT_EQ(accuracy.code, 6);
-  EXPECT_NE(accuracy.text.find("is above 1e-15"), std::string::npos) << accuracy.text;
-}
-
 // A median says of how many solves it is, and time bounds them: one solve remains, however long it takes.
 TEST(Solve, ATimeBoundsTheSolvesOfAFile) {
   const std::string files = data("small/14_grasp4.json") + " " + data("contact/pressed15_seq_s1.fcp");
@@ -152,16 +95,6 @@ TEST(Solve, ATimeBoundsTheSolvesOfAFile) {
   EXPECT_LT(spent_s, 5.0);
   EXPECT_EQ(results_of(files + " --repeat 3").front().at("runs"), 3);
   EXPECT_NE(thenar_program("solve --repeat 3 " + files).text.find("  runs   median us"), std::string::npos);
-}
-
-TEST(Solve, ShowsHowFarItIsOnATerminal) {
-  const fs::path file = data("small/14_grasp4.json");
-  const std::string words = "1 of 1: " + file.string() + " by active_set";
-  const Outcome piped = thenar_program("solve --repeat 1 " + file.string());
-  EXPECT_EQ(piped.text.find(words), std::string::npos);
-  const Outcome seen = thenar_program("solve --repeat 1 " + file.string() + "\" /dev/null", "script -qec \"");
-  if (seen.code == 127) GTEST_SKIP() << "no script(1) here";
-  EXPECT_NE(seen.text.find(words), std::string::npos) << seen.text;
 }
 
 TEST(Solve, RefusesWrongCommands) {

@@ -15,45 +15,12 @@
 #include <vector>
 
 #include "collision/implicit_surface.h"
+#include "tests/collision/box_samples.h"
 
 namespace thenar::shapes_test {
 namespace {
 
-using Eigen::Index;
-using Eigen::Vector3d;
-
-const Vector3d kBox_m(50e-3, 50e-3, 100e-3);
-
-/// Distance between neighbours if `count` samples were packed hexagonally: the most that is possible in a plane.
-double hexagonal_m(double area_m2, Index count) {
-  return std::sqrt(2.0 * area_m2 / (std::sqrt(3.0) * static_cast<double>(count)));
-}
-
-double box_area_m2(const Vector3d& size_m) {
-  return 2.0 * (size_m.x() * size_m.y() + size_m.y() * size_m.z() + size_m.z() * size_m.x());
-}
-
-double least_distance_m(const PointCloud& cloud) {
-  double least = std::numeric_limits<double>::infinity();
-  for (Index i = 0; i + 1 < cloud.points_m.cols(); ++i) {
-    const auto others = cloud.points_m.rightCols(cloud.points_m.cols() - i - 1);
-    least = std::min(least, (others.colwise() - cloud.points_m.col(i)).colwise().squaredNorm().minCoeff());
-  }
-  return std::sqrt(least);
-}
-
-/// Faces 0..5 = x-, x+, y-, y+, z-, z+; -1 if the sample is not exactly on the face that its normal names.
-int face_of(const PointCloud& cloud, Index i, const Vector3d& size_m) {
-  for (int face = 0; face < 6; ++face) {
-    const int axis = face / 2;
-    const double side = face % 2 == 0 ? -1.0 : 1.0;
-    if (cloud.normals.col(i) != side * Vector3d::Unit(axis)) continue;
-    const Vector3d p = cloud.points_m.col(i);
-    const bool inside = (p.cwiseAbs().array() <= 0.5 * size_m.array()).all();
-    return inside && p[axis] == side * 0.5 * size_m[axis] ? face : -1;
-  }
-  return -1;
-}
+using namespace box_samples;
 
 TEST(Shapes, BoxSamplesLieOnFacesWithTheFacesNormals) {
   for (const Index count : {1, 2, 7, 100, 4000}) {
@@ -76,28 +43,6 @@ TEST(Shapes, SphereSamplesLieOnTheSphere) {
     for (Index i = 0; i < count; ++i) ASSERT_NEAR(cloud.normals.col(i).norm(), 1.0, 1e-15);
     ASSERT_EQ(cloud.points_m, radius_m * cloud.normals);
   }
-}
-
-TEST(Shapes, SamplesKeepTheirDistance) {
-  // Sample elimination is known to reach 0.65-0.8 of the hexagonal packing [Yuksel 2015]; uniform random samples of
-  // this number come as close as 0.01.
-  EXPECT_GE(least_distance_m(sample_box(kBox_m, 4000)), 0.65 * hexagonal_m(box_area_m2(kBox_m), 4000));
-  const double radius_m = 8e-3;
-  EXPECT_GE(least_distance_m(sample_sphere(radius_m, 2400)),
-            0.65 * hexagonal_m(4.0 * std::numbers::pi * radius_m * radius_m, 2400));
-}
-
-TEST(Shapes, TheTwoSidesOfAPlateAreSampledApart) {
-  const Vector3d plate_m(50e-3, 0.5e-3, 50e-3);
-  const PointCloud cloud = sample_box(plate_m, 4000);
-  PointCloud top;
-  std::vector<Index> on_top;
-  for (Index i = 0; i < 3000; ++i) {
-    if (face_of(cloud, i, plate_m) == 3) on_top.push_back(i);
-  }
-  top = {cloud.points_m(Eigen::all, on_top), cloud.normals(Eigen::all, on_top)};
-  // If the sides crowded each other, each would be a random half of a blue noise, and pairs of about 0.3 would survive.
-  EXPECT_GE(least_distance_m(top), 0.6 * hexagonal_m(box_area_m2(plate_m), 4000));
 }
 
 TEST(Shapes, BoxFacesGetSamplesByArea) {

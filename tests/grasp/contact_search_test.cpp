@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,14 +12,18 @@
 
 #include "collision/shapes.h"
 #include "engine/formats/ply_file.h"
+#include "engine/grasp/frame.h"
 #include "engine/loops/run.h"
 #include "engine/scenes/build_model.h"
+#include "tests/grasp/grasp_frame.h"
 #include "tests/support/allocation_counter.h"
 #include "tests/support/scenes.h"
 #include "tests/support/scratch.h"
 
 namespace thenar::contact_search_test {
 namespace {
+
+using namespace grasp_frame;
 
 using Eigen::Index;
 using Eigen::Isometry3d;
@@ -226,6 +231,43 @@ TEST(Ways, AreFinite) {
   for (const double torque : {1e300, std::numeric_limits<double>::infinity(), std::nan("")}) {
     frame.torque_Nm.setConstant(torque);
     for (const double way_m : ways_m(model, pose, state, frame)) EXPECT_LE(way_m, 0.1);
+  }
+}
+
+TEST_F(GraspFrame, HoldsContactsOfEveryFingerInOrder) {
+  ASSERT_GT(frame.size(), 30);
+  EXPECT_EQ(frame.begin[0], 0);
+  EXPECT_EQ(frame.begin[kFingers], frame.size());
+  for (int k = 0; k < kFingers; ++k) {
+    EXPECT_GT(frame.begin[k + 1], frame.begin[k]);
+    EXPECT_LE(frame.begin[k + 1] - frame.begin[k], model.scene.contact.max_per_finger);
+    for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
+      EXPECT_EQ(frame.contacts[i].finger, k);
+      if (i == frame.begin[k]) continue;
+      EXPECT_LT(frame.contacts[i - 1].control_point, frame.contacts[i].control_point);
+    }
+  }
+}
+
+// Rigid fingertips: one contact a finger, at the object's nearest point, where the normal meets both bodies.
+TEST(PointContact, IsTheNearestPointOfTheTipsSphere) {
+  Loop loop(scene_of("minimal"));
+  loop.control();
+  ASSERT_EQ(loop.frame.size(), kFingers);
+  const double R = std::get<SphereShape>(loop.model.scene.object.shape).radius_m;
+  for (int k = 0; k < kFingers; ++k) {
+    SCOPED_TRACE(k);
+    const FrameContact& contact = loop.frame.contacts[k];
+    const Fingertip& tip = loop.model.scene.hand.fingertips[k];
+    const Vector3d centre_O =
+        loop.state.X_WO.inverse() * (loop.controller.pose.distal(loop.model.scene.hand, k) * tip.centre_m);
+    // The ball is sampled: its implicit surface lies within 0.05 mm of it (h^2 / (12 R), h = 2.2 spacings of 1 mm) and
+    // its normals within 1 degree.
+    EXPECT_NEAR(contact.s_O.norm(), R, 0.05e-3);
+    EXPECT_LE(contact.n_O.cross(-centre_O.normalized()).norm(), 0.02);
+    EXPECT_GT(contact.n_O.dot(-centre_O), 0.0);
+    EXPECT_NEAR((contact.p_F - tip.centre_m).norm(), tip.radius_m, 1e-15);
+    EXPECT_LE((contact.p_F - tip.centre_m - tip.radius_m * contact.E_F.col(0)).norm(), 1e-15);
   }
 }
 

@@ -6,97 +6,21 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string>
 
+#include "engine/loops/run.h"
+#include "engine/scenes/build_model.h"
+#include "tests/grasp/moving_grasp.h"
 #include "tests/support/allocation_counter.h"
 #include "tests/support/scenes.h"
 
 namespace thenar::contact_tick_test {
 namespace {
 
+using namespace moving_grasp;
+
 using Eigen::Index;
-using Eigen::Isometry3d;
 using Eigen::Vector3d;
-
-// Kelvin-Voigt: under a constant force the pulp gives way by C f (1 - exp(-t / tau_r)), exactly at every step length.
-// One contact without friction, on a box so easy to move (1e-10 N s/m) that its drag takes 1e-10 / (tau_r / C) of the
-// force.
-TEST(Memory, OneContactCreepsExponentially) {
-  for (const double step_s : {0.1e-3, 1e-3, 10e-3}) {
-    for (const double tau : {2e-3, 20e-3}) {
-      SCOPED_TRACE(testing::Message() << "step " << step_s << ", tau_r " << tau);
-      const double force_N = 0.05;
-      Scene scene = pressed_thumb(0.0, {-force_N, 0.0, 0.0}, 1e-10);
-      scene.step_s = step_s;
-      scene.control_period_s = 1.0;  // one frame
-      scene.contact.max_per_finger = 1;
-      scene.contact.friction = 0.0;
-      scene.contact.tolerance = 1e-14;
-      scene.fingertips->material.relaxation_s = tau;
-      Loop loop(std::move(scene));
-      for (int tick = 1; tick <= std::lround(3.0 * tau / step_s) + 1; ++tick) {
-        loop.tick();
-        ASSERT_EQ(loop.frame.begin[1], 1);  // of the thumb
-        const FrameContact& contact = loop.frame.contacts[0];
-        const Pulp& pulp = loop.model.pulps[0];
-        const double full_m = pulp.kernel(contact.control_point, contact.control_point) * force_N;
-        const double u_m = contact.E_F.col(0).dot(loop.state.u_m[0].row(contact.control_point));
-        EXPECT_NEAR(u_m / full_m, 1.0 - std::exp(-tick * step_s / tau), 1e-9);
-      }
-    }
-  }
-}
-
-/// How far the box has moved along a tangent when the thumb has carried 1 N for 20 tau_r, after `time_s` under half the
-/// tangential force that it can hold, tau_r = 20 ms.
-double creep_m(double step_s, double time_s) {
-  Scene scene = pressed_thumb(1e-3, {-1.0, 0.0, 0.0}, 0.1);
-  scene.step_s = step_s;
-  scene.control_period_s = step_s;
-  scene.contact.friction = 0.8;
-  scene.contact.tolerance = 1e-10;
-  scene.contact.max_sweeps = 100'000;
-  scene.fingertips->material.relaxation_s = 20e-3;
-  scene.task.push = Push{{0.0, 0.4, 0.0}, 0.4, 10.0};  // half of mu F_n
-  Loop loop(std::move(scene));
-  loop.run(0.4);
-  const Vector3d before = loop.state.X_WO.translation();
-  loop.run(time_s);
-  const Vector3d moved = loop.model.scene.object.X_WO.linear().transpose() * (loop.state.X_WO.translation() - before);
-  return moved.y();
-}
-
-// Case T24: the exponential memory knows no step. What is left is the box's drag (0.1 N s/m against the pulp's 900 N/m:
-// 0.1 ms of 20 ms, by implicit Euler), a part of 1e-3. Implicit Euler for the pulp would be 1 % off at 1 ms and 11 % at
-// 10 ms.
-TEST(Memory, CreepDoesNotDependOnTheStep) {
-  const double fine_m = creep_m(0.1e-3, 20e-3);
-  EXPECT_GT(fine_m, 100e-6);
-  EXPECT_NEAR(creep_m(1e-3, 20e-3) / fine_m, 1.0, 1e-3);
-  EXPECT_NEAR(creep_m(10e-3, 20e-3) / fine_m, 1.0, 1e-3);
-}
-
-// A contact that sticks under a constant load does not creep once the pulp has settled. The solver leaves 1e-12 of a
-// free motion of 1 mm a tick, 5e-12 m in 5000 ticks if all of it points one way; 1e-9 m is a hundredth of a percent of
-// the elastic give.
-TEST(Memory, StickDoesNotDrift) {
-  Scene scene = pressed_thumb(1e-3, {-1.0, 0.4, 0.0}, 1.0);
-  scene.step_s = scene.control_period_s = 1e-3;
-  scene.contact.tolerance = 1e-12;
-  scene.contact.max_sweeps = 100'000;
-  Loop loop(std::move(scene));
-  loop.run(0.5);
-  const Vector3d before = loop.state.X_WO.translation();
-  loop.run(5.0);
-  EXPECT_LE((loop.state.X_WO.translation() - before).norm(), 1e-9);
-}
-
-/// The box grasp, carried sideways from the start on so that everything moves.
-class MovingGrasp : public testing::Test {
- protected:
-  MovingGrasp() : loop(scene_of("box_grasp", {kCoarseBox, "task.translate.from=0 s", "task.translate.over=100 ms"})) {}
-  Loop loop;
-  const Model& model = loop.model;
-};
 
 /// B^-1 h times what drives the bodies, taken from a frame and from forces in world axes at the contacts: fingers are
 /// pushed by -J' f, the object by f and r x f.
@@ -146,39 +70,6 @@ TEST_F(MovingGrasp, ActionIsReaction) {
   }
 }
 
-// The pulp moves by the compliance that the solver had where the tick has a contact; elsewhere by its mean over the
-// directions across the normals of the forces. Rounding of sums over 20 contacts.
-TEST_F(MovingGrasp, PulpsDeformByOneCompliance) {
-  for (int tick = 0; tick < 50; ++tick) {
-    SCOPED_TRACE(tick);
-    const State before = loop.state;
-    loop.tick();
-    const Frame& frame = loop.frame;
-    const auto& E_F = loop.work.kinematics.E_F;
-    for (int k = 0; k < kFingers; ++k) {
-      const Pulp& pulp = model.pulps[k];
-      const double rho = retained_share(pulp.material, model.scene.step_s);
-      const Index begin = frame.begin[k], end = frame.begin[k + 1];
-      Eigen::MatrixX3d u = rho * before.u_m[k];
-      for (Index c = 0; c < pulp.controls(); ++c) {
-        const auto at_c = std::find_if(frame.contacts.begin() + begin, frame.contacts.begin() + end,
-                                       [&](const FrameContact& contact) { return contact.control_point == c; });
-        const Index i = at_c - frame.contacts.begin();
-        for (Index j = begin; j < end; ++j) {
-          const Index d = frame.contacts[j].control_point;
-          const Vector3d f_C = loop.state.forces[j].f_C;
-          const Vector3d mean = E_F[j] * Vector3d(1.0, pulp.tangential, pulp.tangential).cwiseProduct(f_C);
-          const Vector3d moved =
-              i < end ? Vector3d(E_F[i] * frame.compliance[k].entry(i - begin, j - begin, E_F[i], E_F[j]) * f_C)
-                      : Vector3d(pulp.kernel(c, d) * mean);
-          u.row(c) += (1.0 - rho) * moved.transpose();
-        }
-      }
-      EXPECT_LE((loop.state.u_m[k] - u).cwiseAbs().maxCoeff(), 1e-15);
-    }
-  }
-}
-
 // Coulomb's cone holds at every contact of every tick, also where the solver has run out of sweeps. The scaling back to
 // the cone rounds once.
 TEST_F(MovingGrasp, ForcesStayInTheirCones) {
@@ -194,33 +85,6 @@ TEST_F(MovingGrasp, ForcesStayInTheirCones) {
     }
   }
   EXPECT_GT(loaded, 1000);
-}
-
-// A new frame finds the forces of the last tick by finger and control point. A tolerance that any guess meets keeps the
-// solver from changing them; contacts without a force of their own start at zero.
-TEST_F(MovingGrasp, ForcesAreCarriedToANewFrameById) {
-  loop.run(50e-3);
-  std::erase_if(loop.state.forces, [](const ContactForce& force) { return force.control_point % 3 == 0; });
-  std::erase_if(loop.state.forces, [](const ContactForce& force) { return force.finger == 2; });
-  const auto before = loop.state.forces;
-  loop.model.scene.contact.tolerance = 1e9;
-  loop.control();
-  contact_tick(model, loop.frame, loop.work, loop.state);
-
-  ASSERT_EQ(std::ssize(loop.state.forces), loop.frame.size());
-  int carried = 0;
-  for (Index i = 0; i < loop.frame.size(); ++i) {
-    const ContactForce& force = loop.state.forces[i];
-    EXPECT_EQ(force.finger, loop.frame.contacts[i].finger);
-    EXPECT_EQ(force.control_point, loop.frame.contacts[i].control_point);
-    const auto same = std::find_if(before.begin(), before.end(), [&](const ContactForce& old) {
-      return old.finger == force.finger && old.control_point == force.control_point;
-    });
-    const Vector3d expected = same == before.end() ? Vector3d(Vector3d::Zero()) : same->f_C;
-    EXPECT_LE((force.f_C - expected).norm(), 1e-15);
-    carried += expected[0] > 0.0 ? 1 : 0;
-  }
-  EXPECT_GT(carried, 5);
 }
 
 TEST_F(MovingGrasp, DoesNotAllocateAfterTheFirstTick) {
@@ -298,6 +162,85 @@ TEST_F(MovingGrasp, StaysFiniteUnderHugeForces) {
       EXPECT_LE(force.f_C.tail<2>().norm(), model.scene.contact.friction * force.f_C[0] * (1.0 + 1e-15));
     }
   }
+}
+
+// The contacts of a tick together put in energy where they start it pressed in: on one frozen frame and with sweeps
+// enough, only by the second-order part of a tick's turn, although the box is carried and turned and the pulps creep.
+// It falls with the step. Five sweeps are not enough, and the ledger shows it.
+TEST(Ledger, OneFrameInjectsWhatATickTurnsUnlessSweepsRunOut) {
+  const auto ratio = [](const std::string& step, int sweeps) {
+    const Model model =
+        build_model(scene_of("stick", {"time.step=" + step, "time.duration=0.6 s", "contact.tolerance=1e-14",
+                                       "contact.max_sweeps=" + std::to_string(sweeps)}));
+    LockstepSettings settings;
+    settings.channel = [](double time_s, Frame&) { return time_s <= 0.15; };
+    GraspRun loops(model, settings);
+    double injected_J = 0.0, dissipated_J = 0.0;
+    for (double time_s = 0.0; time_s < 0.6;) {
+      const TickReport report = loops.tick();
+      time_s = static_cast<double>(loops.state.tick) * model.scene.step_s;
+      if (time_s < 0.16) continue;
+      const double work_J = report.ledger.injected_J - report.ledger.dissipated_J;
+      (work_J > 0.0 ? injected_J : dissipated_J) += std::abs(work_J);
+    }
+    EXPECT_GT(dissipated_J, 1e-6);
+    return injected_J / dissipated_J;
+  };
+  const double coarse = ratio("0.25 ms", 60);
+  EXPECT_LE(coarse, 1e-3);
+  EXPECT_LE(ratio("0.125 ms", 60), 0.6 * coarse);
+  EXPECT_GT(ratio("0.25 ms", 5), 5.0 * coarse);
+}
+
+/// How deep the deformed control points of each pulp are in the object, by its own formula.
+template <typename DepthOf>
+std::array<double, kFingers> true_depths_m(const Loop& loop, DepthOf depth_of) {
+  HandPose pose;
+  forward_kinematics(loop.model.scene.hand, loop.state.q, pose);
+  std::array<double, kFingers> deepest_m{};
+  for (int k = 0; k < kFingers; ++k) {
+    const Eigen::Isometry3d X_OF = loop.state.X_WO.inverse() * pose.distal(loop.model.scene.hand, k);
+    const Pulp& pulp = loop.model.pulps[k];
+    for (Index c = 0; c < pulp.controls(); ++c) {
+      const Vector3d p_F = pulp.control_points_m.col(c) - loop.state.u_m[k].row(c).transpose();
+      deepest_m[k] = std::max(deepest_m[k], depth_of(Vector3d(X_OF * p_F)));
+    }
+  }
+  return deepest_m;
+}
+
+double depth_in_box_m(const Vector3d& p_O) { return 25e-3 - p_O.cwiseAbs().maxCoeff(); }
+
+// With room for 5 and 10 contacts a finger, points that are no contacts pass millimetres into the box. On a flat face
+// the surface strays by less than 10 um.
+TEST(Penetration, IsThatOfAllControlPoints) {
+  for (const int most : {5, 10, 40}) {
+    SCOPED_TRACE(most);
+    Loop loop(scene_of("box_grasp", {kCoarseBox, "contact.max_per_finger=" + std::to_string(most)}));
+    loop.run(0.15);
+    const std::array<double, kFingers> depth_m = true_depths_m(loop, depth_in_box_m);
+    const TickReport next = loop.tick();  // It measures at its start what it has no room for.
+    for (int k = 0; k < kFingers; ++k) EXPECT_NEAR(next.left_out_m[k], std::max(0.0, depth_m[k]), 10e-6) << k;
+    EXPECT_NEAR(next.penetration_m, *std::max_element(depth_m.begin(), depth_m.end()), 10e-6);
+    EXPECT_EQ(next.penetration_m > 0.1e-3, most < 40);
+  }
+}
+
+// Where the object is curved a point is measured against the sphere through the samples near it: to a few um.
+TEST(Penetration, IsMeasuredOnCurvedObjects) {
+  constexpr double kRadius_m = 25e-3, kDepth_m = 1.5e-3;
+  Scene scene = pressed_thumb(kDepth_m, Vector3d::Zero(), 1e9);
+  const Vector3d n_W = scene.object.X_WO.linear().col(0);
+  scene.object.shape = SphereShape{kRadius_m};
+  scene.object.points = 12000;
+  scene.object.X_WO.translation() += (kRadius_m - 10e-3) * n_W;  // from the middle of a box of 20 mm
+  scene.contact.max_per_finger = 4;
+  Loop loop(scene);
+  for (int tick = 0; tick < 20; ++tick) loop.tick();
+  const double depth_m = true_depths_m(loop, [&](const Vector3d& p_O) { return kRadius_m - p_O.norm(); })[0];
+  const TickReport next = loop.tick();
+  EXPECT_GT(depth_m, 0.3e-3);
+  EXPECT_NEAR(next.left_out_m[0], depth_m, 20e-6);
 }
 
 }  // namespace

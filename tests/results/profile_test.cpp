@@ -3,125 +3,18 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <cmath>
 #include <fstream>
-#include <limits>
-#include <map>
-#include <random>
 
-#include "engine/loops/percentiles.h"
-#include "engine/results/chrome_trace.h"
 #include "engine/scenes/build_model.h"
+#include "tests/results/known_run.h"
 #include "tests/support/scenes.h"
 
 namespace thenar::profile_test {
 namespace {
 
+using namespace known_run;
+
 using nlohmann::ordered_json;
-
-// The definition, by counting: the smallest value that at least the share q of the sample does not exceed.
-double percentile_by_counting(const std::vector<double>& values, double q) {
-  double best = std::numeric_limits<double>::infinity();
-  for (const double candidate : values) {
-    const auto below = std::count_if(values.begin(), values.end(), [&](double v) { return v <= candidate; });
-    const bool enough = static_cast<double>(below) >= q * static_cast<double>(values.size()) - 1e-6;
-    if (enough) best = std::min(best, candidate);
-  }
-  return best;
-}
-
-TEST(Percentiles, AreTheValuesFoundByCounting) {
-  std::mt19937_64 random(3);
-  for (const int n : {1, 2, 3, 10, 99, 100, 101, 999, 1000, 1001}) {
-    std::vector<double> values(n);
-    for (double& v : values) v = std::floor(uniform(random, 0.0, 50.0));  // with ties
-    const Percentiles p = percentiles(values);
-    EXPECT_EQ(p.p50, percentile_by_counting(values, 0.5)) << n;
-    EXPECT_EQ(p.p99, percentile_by_counting(values, 0.99)) << n;
-    EXPECT_EQ(p.p999, percentile_by_counting(values, 0.999)) << n;
-    EXPECT_EQ(p.max, *std::max_element(values.begin(), values.end())) << n;
-  }
-}
-
-TEST(Percentiles, OfNothingAreNaN) {
-  EXPECT_TRUE(std::isnan(percentiles({}).p50));
-  EXPECT_TRUE(std::isnan(percentiles({std::nan("")}).max));
-}
-
-constexpr std::int64_t kStep_ns = 1'000'000;
-constexpr int kPeriod = 5;  // Steps a control period.
-
-/// A run of two loops whose every number is known. Contact ticks start 10 us late and take 20 us, every 100th 30 us
-/// late and 50 us. A frame is new in every 5th tick, where the thumb's force steps by 0.4 N, against 0.1 N elsewhere.
-struct SyntheticRun {
-  explicit SyntheticRun(int ticks)
-      : model(build_model(scene_of("minimal", {"time.control_period=5 ms", "time.duration=1 s"}))),
-        profile(model),
-        state(model) {
-    double force_N = 1.0;
-    for (int i = 0; i < ticks; ++i) {
-      if (i % kPeriod == 0) profile.add(control_sample(i));
-      force_N += (i % 2 == 0 ? 1.0 : -1.0) * (i % kPeriod == 0 ? 0.4 : 0.1);
-      profile.add(contact_sample(i, force_N));
-    }
-    report.ticks = ticks;
-    report.overruns = 4;
-    report.slipped = 3;
-    report.frames = {.published = 11, .consumed = 7, .superseded = 3, .in_flight = 1};
-    report.snapshots = {.published = 11, .consumed = 7, .superseded = 2, .in_flight = 1};
-    report.contact.policy = "SCHED_FIFO";
-    report.contact.core = 1;
-  }
-
-  ContactSample contact_sample(int i, double force_N) {
-    const bool hundredth = i % 100 == 99;
-    ContactSample sample;
-    sample.deadline_ns = i * kStep_ns;
-    sample.start_ns = sample.deadline_ns + (hundredth ? 30'000 : 10'000);
-    sample.end_ns = sample.start_ns + (hundredth ? 50'000 : 20'000);
-    sample.after = state;
-    sample.after.tick = i + 1;
-    for (FingerLoad& load : sample.after.load) {
-      load.normal_N = 1.0;
-      load.normal = load.force_N = Eigen::Vector3d::UnitZ();
-    }
-    sample.after.load[0].force_N.x() = force_N;
-    TickReport& tick = sample.step.tick;
-    tick.sequence = i / kPeriod;
-    tick.frame_age = i % kPeriod + 1;
-    tick.handed_over = i % kPeriod == 0;
-    tick.held = i >= 600 && i < 610;
-    tick.contacts = 3;
-    tick.solve.sweeps = 4;
-    tick.solve.residual = i == 42 ? 0.5 : 1e-4;
-    tick.ledger.injected_J = 1e-6;
-    tick.ledger.dissipated_J = 4e-6;
-    sample.step.publish_ns = 50;
-    sample.step.acquire_ns = tick.handed_over ? 300 : 7;  // Only the ticks that took one count.
-    return sample;
-  }
-
-  static ControlSample control_sample(int i) {
-    ControlSample sample;
-    sample.deadline_ns = i * kStep_ns - 400'000;
-    sample.start_ns = sample.deadline_ns + 1'000;
-    sample.end_ns = sample.start_ns + 200'000;
-    sample.step.sequence = i / kPeriod;
-    sample.step.snapshot_tick = i;
-    sample.step.published = true;
-    sample.step.control.find_s = 100e-6;
-    sample.step.control.factors_s = 50e-6;
-    sample.step.control.grasp_s = 5e-6;
-    sample.slipped = i == 0 ? 2 : 0;
-    return sample;
-  }
-
-  Model model;
-  LoopProfile profile;
-  State state;
-  ThreadsReport report;
-};
 
 TEST(LoopProfile, GivesTheNumbersOfAKnownRun) {
   const SyntheticRun run(1000);
@@ -239,49 +132,6 @@ TEST(LoopProfile, TakesMemoryForWhatItHas) {
   // 1000 ticks of some 1000 bytes each, and 4 million of 100 at least if it were taken for all.
   EXPECT_LT(resident_bytes() - before, 20 << 20);
   EXPECT_EQ(std::ssize(profile.contact()), 1000);
-}
-
-TEST(ChromeTrace, HasSlicesThatNestAndDoNotOverlap) {
-  const SyntheticRun run(1000);
-  const auto trace = nlohmann::json::parse(chrome_trace(run.model, run.profile, 0.5));
-  struct Slice {
-    double from_us, to_us;
-  };
-  std::map<int, std::vector<Slice>> threads;
-  std::map<std::pair<std::string, int>, double> starts;
-  int ticks = 0, arrows = 0;
-  for (const auto& event : trace.at("traceEvents")) {
-    if (event.at("ph") == "X") {
-      const double from_us = event.at("ts");
-      EXPECT_GE(from_us, 0.0);
-      threads[event.at("tid")].push_back({from_us, from_us + event.at("dur").get<double>()});
-      ticks += event.at("name") == "contact tick" || event.at("name") == "contact tick, held";
-    } else if (event.at("ph") == "s") {
-      starts[{event.at("cat"), event.at("id")}] = event.at("ts");
-    }
-  }
-  for (const auto& event : trace.at("traceEvents")) {
-    if (event.at("ph") != "f") continue;
-    ++arrows;
-    EXPECT_LE(starts.at({event.at("cat"), event.at("id")}), event.at("ts")) << "nothing is used before it is published";
-  }
-  EXPECT_EQ(threads.size(), 2);
-  EXPECT_NEAR(ticks, 500, 1);
-  EXPECT_NEAR(arrows, 200, 3) << "a frame and a snapshot each period";
-  for (auto& [thread, slices] : threads) {
-    std::stable_sort(slices.begin(), slices.end(), [](const Slice& a, const Slice& b) {
-      return a.from_us < b.from_us || (a.from_us == b.from_us && a.to_us > b.to_us);
-    });
-    std::vector<double> open;  // Where the slices around the next one end.
-    for (const Slice& slice : slices) {
-      while (!open.empty() && open.back() <= slice.from_us + 1e-6) open.pop_back();
-      // Times are written to a nanosecond.
-      if (!open.empty()) {
-        EXPECT_LE(slice.to_us, open.back() + 2e-3) << "thread " << thread;
-      }
-      open.push_back(slice.to_us);
-    }
-  }
 }
 
 }  // namespace

@@ -3,18 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstring>
 #include <map>
-#include <random>
 
 #include "engine/formats/files.h"
 #include "engine/results/recorder.h"
 #include "engine/results/scene_run.h"
-#include "engine/results/signals.h"
 #include "engine/scenes/build_model.h"
-#include "tests/support/allocation_counter.h"
 #include "tests/support/scenes.h"
 #include "tests/support/scratch.h"
 
@@ -23,7 +18,6 @@ namespace {
 
 using Eigen::Index;
 using Eigen::Vector3d;
-using nlohmann::ordered_json;
 
 std::map<std::string, Field> by_name(const std::vector<Field>& fields) {
   std::map<std::string, Field> names;
@@ -112,66 +106,6 @@ TEST(RecordingFile, ShowsContactsThatAddUpToTheFingersLoads) {
   ASSERT_GT(grasp.loops.state.load[0].normal_N, 1.0);
 }
 
-TEST(RecordingFile, TakesAPictureWithoutMemory) {
-  if (!AllocationCounter::is_available()) GTEST_SKIP() << "malloc belongs to somebody else";
-  Loop loop(scene_of("box_grasp", {kCoarseBox}));
-  Picture picture(loop.model);
-  loop.run(0.2);
-  const AllocationCounter counter;
-  take_picture(loop.state, loop.work, picture);
-  EXPECT_EQ(counter.count(), 0);
-  EXPECT_FALSE(picture.contacts.empty());
-}
-
-// Fields follow each other without gaps, and the message has all of them and a row a contact.
-TEST(StateMessage, HasTheFieldsThatItsSceneTells) {
-  for (const char* name : {"box_grasp", "minimal", "stick"}) {
-    SCOPED_TRACE(name);
-    Loop loop(scene_of(name));
-    loop.run(0.05);
-    Picture picture(loop.model);
-    take_picture(loop.state, loop.work, picture);
-    const TickRecord tick = tick_record(loop.model, loop.state, loop.tick(), loop.report);
-    std::string bytes;
-    write_state_message(loop.model, picture, tick, loop.controller.f_muscle, {}, bytes);
-    const std::vector<Field> fields = state_fields(loop.model);
-    std::size_t end = 0;
-    for (const Field& field : fields) {
-      EXPECT_EQ(field.begin, end) << field.name;
-      end += field.count;
-    }
-    std::size_t row = 0;
-    for (const Field& field : contact_fields()) row += field.count;
-    EXPECT_EQ(read_state_message(bytes).size(), end + row * picture.contacts.size());
-    // The same list, in the scene's message.
-    const ordered_json scene = scene_message(loop.model, true);
-    ASSERT_EQ(scene.at("fields").size(), fields.size());
-    EXPECT_EQ(scene.at("fields").back().at("name"), fields.back().name);
-  }
-}
-
-// What the geometry holds is what the scene counts: the page has no other way to know.
-TEST(StateMessage, CountsTheGeometry) {
-  for (const char* name : {"box_grasp", "minimal"}) {
-    const Model model = build_model(scene_of(name));
-    const ordered_json scene = scene_message(model, true);
-    std::size_t floats = 6 * scene.at("object").at("samples").get<std::size_t>();
-    for (const ordered_json& finger : scene.at("fingers")) {
-      floats += 6 * finger.at("samples").get<std::size_t>() + 4 * finger.at("controls").get<std::size_t>();
-    }
-    EXPECT_EQ(geometry_message(model).size(), 8 + sizeof(float) * floats) << name;
-  }
-}
-
-TEST(StateMessage, OfAnotherVersionOrLengthIsNone) {
-  std::string bytes = "THNR" + std::string("\x01\x00\x02\x00", 4) + std::string(16, '\0');
-  EXPECT_EQ(read_state_message(bytes).size(), 2U);
-  EXPECT_TRUE(read_state_message(bytes + "x").empty());
-  EXPECT_TRUE(read_state_message(bytes.substr(0, 7)).empty());
-  bytes[4] = 2;
-  EXPECT_TRUE(read_state_message(bytes).empty());
-}
-
 // The values that are told by name read back as they were.
 TEST(RecordingFile, IsExportedAsColumns) {
   Film grasp(scene_of("box_grasp", {kCoarseBox}));
@@ -194,67 +128,6 @@ TEST(RecordingFile, IsExportedAsColumns) {
     EXPECT_EQ(std::stod(line.substr(begin)), state.q[0]);
   }
   EXPECT_FALSE(std::getline(csv, line));
-}
-
-std::vector<std::string> cells(const std::string& line) {
-  std::vector<std::string> all;
-  std::istringstream in(line);
-  for (std::string cell; std::getline(in, cell, ',');) all.push_back(cell);
-  return all;
-}
-
-// One vocabulary: what signals.csv says of a tick, a recording's table and its JSON say by the same names.
-TEST(RecordingFile, SpeaksTheWordsOfSignals) {
-  const Model model = build_model(scene_of("box_grasp", {kCoarseBox, "time.duration=0.1 s"}));
-  const std::filesystem::path file = scratch() / "words.mcap";
-  RecordingFile film(file, model);
-  State state(model);
-  const Recording run = run_scene(model, state, {.lockstep = LockstepSettings{}, .film = &film});
-  film.finish(run);
-  std::istringstream signals(signals_csv(model, run)), table(recording_csv(file));
-  std::string line, last_tick, last_state;
-  std::getline(signals, line);
-  const std::vector<std::string> words = cells(line);
-  std::getline(table, line);
-  const std::vector<std::string> columns = cells(line);
-  while (std::getline(signals, line)) last_tick = line;
-  while (std::getline(table, line)) last_state = line;
-  ordered_json json;
-  for (const McapMessage& message : read_mcap(file).messages) {
-    if (message.topic == "/signals") json = ordered_json::parse(message.bytes);
-  }
-  const std::vector<std::string> ticks = cells(last_tick), states = cells(last_state);
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    if (words[i].ends_with("force_error_N")) continue;  // In no state.
-    SCOPED_TRACE(words[i]);
-    const auto column = std::find(columns.begin(), columns.end(), words[i]);
-    ASSERT_NE(column, columns.end());
-    const double value = std::stod(ticks[i]);
-    // signals.csv has nine digits.
-    const double shown = std::stod(states[static_cast<std::size_t>(column - columns.begin())]);
-    if (!std::isnan(value)) {
-      EXPECT_NEAR(shown, value, 1e-8 * std::abs(value));
-      EXPECT_EQ(json.at(words[i]).get<double>(), shown);
-    }
-  }
-}
-
-// Before 0.8 fields had other names, and joints none.
-TEST(RecordingFile, OldOnesAreReadInTheSameWords) {
-  const ordered_json scene = {{"fields",
-                               {{{"name", "force_n_N"}, {"unit", "N"}, {"begin", 0U}, {"count", 2U}},
-                                {{"name", "q_rad"}, {"unit", "rad"}, {"begin", 2U}, {"count", 1U}},
-                                {{"name", "penetration_m"}, {"unit", "m"}, {"begin", 3U}, {"count", 1U}}}},
-                              {"fingers", {{{"name", "thumb"}}, {{"name", "index"}}}}};
-  const std::array<double, 4> numbers = {1.5, 2.5, 0.25, 3e-6};
-  std::string state = "THNR" + std::string("\x01\x00\x02\x00", 4);
-  state.append(reinterpret_cast<const char*>(numbers.data()), sizeof numbers);
-  const std::filesystem::path file = scratch() / "old.mcap";
-  McapWriter old(file, {{"/scene", "json", "S", "jsonschema", "{}"}, {"/state", "thenar", "T", "text", ""}});
-  old.add(0, 0.0, scene.dump());
-  old.add(1, 0.0, state);
-  old.finish();
-  EXPECT_EQ(recording_csv(file), "thumb_normal_N,index_normal_N,q_rad,penetration_um\n1.5,2.5,0.25,3\n");
 }
 
 // Slips are sums that the run keeps: they must have come into what is recorded of each tick.

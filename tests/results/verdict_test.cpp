@@ -1,117 +1,20 @@
 #include <gtest/gtest.h>
 
-#include <cmath>
-#include <limits>
-#include <numbers>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "engine/loops/run.h"
 #include "engine/results/grasp_monitor.h"
 #include "engine/results/scene_run.h"
 #include "engine/scenes/build_model.h"
 #include "engine/studies/sweep.h"
+#include "tests/results/watched_runs.h"
 #include "tests/support/scenes.h"
 
 namespace thenar::verdict_test {
 namespace {
 
-const Model& minimal() {
-  static const Model model = build_model(scene_of("minimal"));
-  return model;
-}
-
-/// A control tick that found all its forces.
-ControlReport solved() {
-  ControlReport report;
-  report.contacts.fill({Eigen::Vector3d::Zero(), Eigen::Matrix3d::Identity()});
-  return report;
-}
-
-/// Ticks and control ticks as a monitor takes them.
-struct Watched {
-  std::vector<TickRecord> ticks;
-  std::vector<std::pair<double, ControlReport>> controls;
-
-  [[nodiscard]] Verdict verdict(const Model& model = minimal()) const {
-    GraspMonitor monitor(model);
-    const Eigen::VectorXd none;
-    auto control = controls.begin();
-    for (const TickRecord& tick : ticks) {
-      for (; control != controls.end() && control->first < tick.time_s; ++control) {
-        monitor.add(control->first, control->second, none);
-      }
-      monitor.add(tick);
-    }
-    return monitor.verdict();
-  }
-  [[nodiscard]] Outcome outcome() const { return verdict().outcome; }
-  /// From this tick on a finger has slipped so much more.
-  void slip(std::size_t from, int finger, double more_m) {
-    ticks[from].contact.patch[finger].slip_m = more_m;
-    ticks[from].contact.patch[finger].sliding_share = 1.0;
-    for (std::size_t i = from; i < ticks.size(); ++i) ticks[i].slip_m[finger] += more_m;
-  }
-  void unsolved_muscles(double time_s) {
-    ControlReport report = solved();
-    report.muscle = MuscleStatus::kInfeasible;
-    controls.emplace_back(time_s, report);
-  }
-};
-
-/// A run of 0.5 s in steps of 1 ms in which nothing happens, every finger loaded by force_N(tick).
-template <typename Force>
-Watched steady_run(Force force_N) {
-  Watched run;
-  for (int i = 0; i < 500; ++i) {
-    TickRecord tick;
-    tick.desired_N.fill(Eigen::Vector3d::Zero());
-    tick.time_s = 1e-3 * (i + 1);
-    tick.position_m = tick.target_m = Eigen::Vector3d::Zero();
-    for (auto& force : tick.force) force.normal_N = force_N(i);
-    run.ticks.push_back(tick);
-  }
-  return run;
-}
-Watched steady_run() {
-  return steady_run([](int) { return 2.0; });
-}
-
-double force_chatter(const Watched& run) { return run.verdict().force_chatter; }
-
-TEST(ForceChatter, OfAnAlternatingForceIsTwiceItsAmplitude) {
-  // The window has one tick more on one side of the mean.
-  const double share = force_chatter(steady_run([](int i) { return i % 2 == 0 ? 3.3 : 2.7; }));
-  EXPECT_NEAR(share, 2.0 * 0.3 / 3.0, 0.2 / 300.0);
-}
-
-TEST(ForceChatter, IsNoneOnARampAndNextToNoneOfAJump) {
-  EXPECT_LT(force_chatter(steady_run([](int i) { return 1.0 + 1e-3 * i; })), 1e-12);
-  // A jump by a force's whole size: two second differences of it, halved, among the 200 ticks from 0.3 s on, whose mean
-  // is 1.75.
-  EXPECT_NEAR(force_chatter(steady_run([](int i) { return i < 350 ? 1.0 : 2.0; })), 1.0 / 200.0 / 1.75, 1e-4);
-}
-
-// A loop that swings with the age of its frames, ten ticks: from tick to tick it is smooth.
-TEST(ForceChatter, SeesASwingFromFrameToFrame) {
-  Watched swing = steady_run([](int i) { return 3.0 + 0.3 * std::sin(std::numbers::pi * i / 10.0); });
-  const Model model = build_model(scene_of("minimal", {"time.control_period=10 ms"}));
-  const double unseen = swing.verdict(model).force_chatter;
-  for (std::size_t i = 0; i < swing.ticks.size(); ++i) swing.ticks[i].contact.frame_age = static_cast<long>(i % 10);
-  // Half a period on, a sine is its negative: the mean of 2 |0.3 sin| over ten ticks, over 3; the window has one tick
-  // more.
-  const double mean_sine = 0.1 / std::tan(std::numbers::pi / 20.0);
-  const double seen = swing.verdict(model).force_chatter;
-  EXPECT_NEAR(seen / (2.0 * 0.3 / 3.0 * mean_sine), 1.0, 1.0 / 300.0);
-  EXPECT_LT(unseen, 0.05 * seen);
-}
-
-TEST(ForceChatter, IsNotANumberWithoutLoad) {
-  EXPECT_TRUE(std::isnan(force_chatter(steady_run([](int) { return 0.0; }))));
-  EXPECT_TRUE(std::isnan(force_chatter(Watched{})));
-}
+using namespace watched_runs;
 
 TEST(Verdict, TellsWhatBecameOfARun) {
   EXPECT_EQ(in_words(steady_run().verdict()), "held");
@@ -135,33 +38,6 @@ TEST(Verdict, TellsWhatBecameOfARun) {
   EXPECT_EQ(run.outcome(), Outcome::kHeld) << "one in a hundred";
   run.ticks[105].contact.solve.residual = 0.1;
   EXPECT_EQ(run.outcome(), Outcome::kSolverFailed);
-}
-
-// How the grip builds up is told apart from what it does then.
-TEST(Verdict, CountsSlipFromTheEndOfTheStart) {
-  Watched run = steady_run();
-  run.slip(100, 0, 1e-3);
-  EXPECT_EQ(run.outcome(), Outcome::kHeld);
-  run.slip(350, 0, 0.9 * kSlipping_m);
-  EXPECT_EQ(run.outcome(), Outcome::kHeld);
-  run.slip(360, 0, 0.2 * kSlipping_m);
-  EXPECT_EQ(run.outcome(), Outcome::kSlipping);
-}
-
-// A patch that turns where it is slides at its rim: that is told, and is no slip.
-TEST(Verdict, PatchesThatSlideInPartDoNotSlip) {
-  Watched run = steady_run();
-  run.slip(400, 0, 2.0 * kSlipping_m);
-  run.ticks[400].contact.patch[0].sliding_share = 0.7;
-  EXPECT_EQ(run.outcome(), Outcome::kHeld);
-}
-
-// A monitor that begins in the middle of a run answers for what it sees.
-TEST(Verdict, CountsSlipFromWhereItsWatchBegins) {
-  Watched run = steady_run();
-  run.slip(0, 0, 1.0);
-  run.ticks.erase(run.ticks.begin(), run.ticks.begin() + 400);
-  EXPECT_EQ(run.outcome(), Outcome::kHeld);
 }
 
 // A target that runs away is not a hand that lets go, nor the other way round.
@@ -269,35 +145,6 @@ TEST(Verdict, NamesTheCause) {
   EXPECT_EQ(verdict.outcome, Outcome::kSlipping);
   EXPECT_NE(verdict.reason.find("no muscle forces give the torques wanted at 0.400 s"), std::string::npos)
       << "the rest is told, too: " << verdict.reason;
-}
-
-// Forces chatter by 10 % from the tick 200 on: the mean of |second difference| / 2 is twice the amplitude of 5 %.
-TEST(Verdict, ChatterCountsUpToTheFirstTrouble) {
-  const auto late_chatter = [] { return steady_run([](int i) { return i < 200 ? 2.0 : i % 2 == 0 ? 2.1 : 1.9; }); };
-  EXPECT_EQ(late_chatter().outcome(), Outcome::kUnstable);
-  Watched run = late_chatter();
-  run.unsolved_muscles(0.15);
-  EXPECT_EQ(run.outcome(), Outcome::kSolverFailed);
-  EXPECT_EQ(run.verdict().reason.find("chatter"), std::string::npos) << "it came of it";
-  // 1.5 % is more than a steady grip has, but not clearly the cause of a slip that follows.
-  run = steady_run([](int i) { return 2.0 + (i % 2 == 0 ? 0.015 : -0.015); });
-  EXPECT_EQ(run.outcome(), Outcome::kUnstable);
-  run.slip(450, 0, 1e-3);
-  EXPECT_EQ(run.outcome(), Outcome::kSlipping);
-}
-
-// A position that is not a number passes no comparison: it must not pass for one that is near.
-TEST(Verdict, WhatIsNotANumberIsNotHeld) {
-  Watched run = steady_run();
-  run.ticks[10].position_m[1] = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(run.outcome(), Outcome::kSolverFailed);
-}
-
-TEST(Verdict, LostRecordsLeaveItOpen) {
-  GraspMonitor monitor(minimal());
-  for (const TickRecord& tick : steady_run().ticks) monitor.add(tick);
-  monitor.miss("records were lost");
-  EXPECT_EQ(in_words(monitor.verdict()), "unknown: records were lost");
 }
 
 // The grasp as a user meets it: each word from a run of its own, by both ways to run it, which agree.

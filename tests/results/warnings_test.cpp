@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -18,60 +17,6 @@
 
 namespace thenar::warnings_test {
 namespace {
-
-using Eigen::Index;
-using Eigen::Vector3d;
-
-/// How deep the deformed control points of each pulp are in the object, by its own formula.
-template <typename DepthOf>
-std::array<double, kFingers> true_depths_m(const Loop& loop, DepthOf depth_of) {
-  HandPose pose;
-  forward_kinematics(loop.model.scene.hand, loop.state.q, pose);
-  std::array<double, kFingers> deepest_m{};
-  for (int k = 0; k < kFingers; ++k) {
-    const Eigen::Isometry3d X_OF = loop.state.X_WO.inverse() * pose.distal(loop.model.scene.hand, k);
-    const Pulp& pulp = loop.model.pulps[k];
-    for (Index c = 0; c < pulp.controls(); ++c) {
-      const Vector3d p_F = pulp.control_points_m.col(c) - loop.state.u_m[k].row(c).transpose();
-      deepest_m[k] = std::max(deepest_m[k], depth_of(Vector3d(X_OF * p_F)));
-    }
-  }
-  return deepest_m;
-}
-
-double depth_in_box_m(const Vector3d& p_O) { return 25e-3 - p_O.cwiseAbs().maxCoeff(); }
-
-// With room for 5 and 10 contacts a finger, points that are no contacts pass millimetres into the box. On a flat face
-// the surface strays by less than 10 um.
-TEST(Penetration, IsThatOfAllControlPoints) {
-  for (const int most : {5, 10, 40}) {
-    SCOPED_TRACE(most);
-    Loop loop(scene_of("box_grasp", {kCoarseBox, "contact.max_per_finger=" + std::to_string(most)}));
-    loop.run(0.15);
-    const std::array<double, kFingers> depth_m = true_depths_m(loop, depth_in_box_m);
-    const TickReport next = loop.tick();  // It measures at its start what it has no room for.
-    for (int k = 0; k < kFingers; ++k) EXPECT_NEAR(next.left_out_m[k], std::max(0.0, depth_m[k]), 10e-6) << k;
-    EXPECT_NEAR(next.penetration_m, *std::max_element(depth_m.begin(), depth_m.end()), 10e-6);
-    EXPECT_EQ(next.penetration_m > 0.1e-3, most < 40);
-  }
-}
-
-// Where the object is curved a point is measured against the sphere through the samples near it: to a few um.
-TEST(Penetration, IsMeasuredOnCurvedObjects) {
-  constexpr double kRadius_m = 25e-3, kDepth_m = 1.5e-3;
-  Scene scene = pressed_thumb(kDepth_m, Vector3d::Zero(), 1e9);
-  const Vector3d n_W = scene.object.X_WO.linear().col(0);
-  scene.object.shape = SphereShape{kRadius_m};
-  scene.object.points = 12000;
-  scene.object.X_WO.translation() += (kRadius_m - 10e-3) * n_W;  // from the middle of a box of 20 mm
-  scene.contact.max_per_finger = 4;
-  Loop loop(scene);
-  for (int tick = 0; tick < 20; ++tick) loop.tick();
-  const double depth_m = true_depths_m(loop, [&](const Vector3d& p_O) { return kRadius_m - p_O.norm(); })[0];
-  const TickReport next = loop.tick();
-  EXPECT_GT(depth_m, 0.3e-3);
-  EXPECT_NEAR(next.left_out_m[0], depth_m, 20e-6);
-}
 
 Recording run(const Model& model) {
   State state(model);

@@ -3,113 +3,18 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <filesystem>
-#include <fstream>
-#include <functional>
 #include <numbers>
-#include <sstream>
 #include <stdexcept>
 #include <string>
-#include <vector>
 
 #include "engine/formats/files.h"
-#include "engine/formats/text.h"
 #include "engine/scenes/keys.h"
+#include "tests/scenes/config_faults.h"
 
 namespace thenar::config_test {
 namespace {
 
-using Lines = std::vector<std::string>;
-using Reader = std::function<void(const ConfigMap&)>;
-using Table = std::vector<Key>;
-using enum KeyKind;
-using enum Dimension;
-
-/// A key of a test's own table, which must be there unless `without` says what holds otherwise.
-Key key(std::string_view path, KeyKind kind, std::string_view range = "", Dimension dimension = kNone, int items = 1,
-        std::string_view without = "") {
-  return {path, kind, dimension, range, without, "", items};
-}
-
-Key length(std::string_view path, std::string_view range = "", std::string_view without = "") {
-  return key(path, kQuantity, range, kLength, 1, without);
-}
-
-/// The scene's keys of one map.
-Table scene_keys_of(std::string_view map) {
-  Table table;
-  for (const Key& k : scene_keys()) {
-    if (k.path.starts_with(map)) table.push_back(k);
-  }
-  return table;
-}
-
-/// A scene file of this text, one for each test.
-std::filesystem::path scene_file(const std::string& text) {
-  const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-  const auto folder = std::filesystem::path(THENAR_TEST_OUTPUT) / "config" / test->name();
-  std::filesystem::create_directories(folder);
-  std::ofstream(folder / "scene.yaml", std::ios::binary) << text;
-  return folder / "scene.yaml";
-}
-
-/// What is wrong with a file, one "line:column: key: message" each, or "--set key: message".
-Lines faults(const Table& table, const std::string& text, const Reader& read, const Lines& overrides = {}) {
-  const std::filesystem::path file = scene_file(text);
-  try {
-    Config config(file, table, overrides);
-    read(config.root());
-    config.finish();
-  } catch (const ConfigError& error) {
-    Lines lines;
-    std::istringstream all(error.what());
-    const std::string prefix = file.string() + ":";
-    for (std::string line; std::getline(all, line);) {
-      lines.push_back(line.starts_with(prefix) ? line.substr(prefix.size()) : line);
-    }
-    EXPECT_EQ(lines.size(), error.diagnostics().size());
-    return lines;
-  }
-  return {};
-}
-
-/// Reads `value: <text>` as a quantity; the fault after its key if there is one.
-std::string fault_of(const std::string& value, Dimension dimension) {
-  const Lines lines = faults({key("value", kQuantity, "", dimension)}, "value: " + value,
-                             [&](const ConfigMap& map) { (void)map.quantity("value"); });
-  if (lines.empty()) return "";
-  EXPECT_EQ(lines.size(), 1u);
-  const std::string prefix = "1:8: value: ";
-  EXPECT_TRUE(lines[0].starts_with(prefix)) << lines[0];
-  return lines[0].substr(prefix.size());
-}
-
-constexpr const char* kReferenceScene = R"(name: box grasp
-time: {duration: 2.5 s, step: 1 ms, control_period: 1 ms}
-gravity: [7.018620 m/s^2, 5.581331 m/s^2, 3.977916 m/s^2]     # world = hand frame
-hand:
-  model: hand.yaml
-  posture: [0.08634660 rad, 0.25390447 rad, -90 deg, 0 rad, 0 rad, 0 rad, 0 rad, 0 rad, 0 rad, 0 rad, 0 rad, 0 rad]
-  joint_viscosity: 0.05 N*m*s
-fingertips: {points: 2400, reduced_modulus: 0.24 MPa, poisson: 0.5, relaxation: 2 ms, kernel: boussinesq}
-object:
-  shape: {box: [50 mm, 50 mm, 50 mm]}
-  points: 36000
-  mass: 100 g
-  position: [119.43952 mm, 46.26999 mm, 36.52549 mm]
-  rotation: [[0, 0, 1], [1.0, 0, 0], [0, 1, 0]]
-  damping: {translation: 10 N*s/m, rotation: 0.005 N*m*s}
-contact: {friction: 0.8, band: 0.3 mm, max_per_finger: 20, tolerance: 1e-6, max_sweeps: 200}
-control:
-  law: feedforward                                            # or: paper
-  gain: auto                                                  # K of [22]
-  pulp: {normal: 2000 N/m, tangential: 1.33 N/mm}
-  position: {p: 300 N/m, i: 900 N/(m*s), d: 0 N*s/m}
-  rotation: {p: 0.48 N*m/rad, i: 1.5 N*m/(rad*s), d: 0 N*m*s/rad}
-  muscles: true
-task:
-  translate: {by: [0 mm, 20 mm, 0 mm], from: 0.4 s, over: 0.8 s}
-)";
+using namespace config_faults;
 
 TEST(Config, ReadsEveryFormOfValueInSI) {
   Config config(scene_file(kReferenceScene), scene_keys());
@@ -175,70 +80,6 @@ TEST(Config, ReadsEveryFormOfValueInSI) {
   EXPECT_EQ(translate.quantity("over"), 0.8);
   EXPECT_NO_THROW(config.finish());
   EXPECT_TRUE(config.defaults_used().empty());
-}
-
-TEST(Config, ReadsEveryUnit) {
-  struct Case {
-    Dimension dimension;
-    const char* text;
-    double value;
-  };
-  for (const Case& c : std::vector<Case>{
-           {kNone, "-1.5e2", -150.0},
-           {kNone, "+.5", 0.5},
-           {kLength, "2 m", 2.0},
-           {kLength, "2 cm", 0.02},
-           {kLength, "2 mm", 0.002},
-           {kLength, "2um", 2e-6},
-           {kTime, "3 s", 3.0},
-           {kTime, "3 ms", 3e-3},
-           {kTime, "'3 us'", 3e-6},
-           {kMass, "5 kg", 5.0},
-           {kMass, "5 g", 5e-3},
-           {kForce, "6 N", 6.0},
-           {kForce, "6 mN", 6e-3},
-           {kTorque, "7 N*m", 7.0},
-           {kTorque, "7 N*mm", 7e-3},
-           {kAngle, "8 rad", 8.0},
-           {kAngle, "180 deg", std::numbers::pi},
-           {kAcceleration, "-9.81 m/s^2", -9.81},
-           {kPressure, "1 Pa", 1.0},
-           {kPressure, "1 kPa", 1e3},
-           {kPressure, "1 MPa", 1e6},
-           {kStiffness, "1 N/m", 1.0},
-           {kStiffness, "1 N/mm", 1e3},
-           {kRotationalStiffness, "1 N*m/rad", 1.0},
-           {kDamping, "1 N*s/m", 1.0},
-           {kRotationalDamping, "1 N*m*s", 1.0},
-           {kRotationalDamping, "1 N*m*s/rad", 1.0},
-           {kIntegralGain, "1 N/(m*s)", 1.0},
-           {kRotationalIntegralGain, "1 N*m/(rad*s)", 1.0},
-           {kFrequency, "200 Hz", 200.0},
-           {kFrequency, "4kHz", 4e3},
-       }) {
-    const Table table{key("value", kQuantity, "", c.dimension)};
-    Config config(scene_file(std::string("value: ") + c.text), table);
-    EXPECT_EQ(config.root().quantity("value"), c.value) << c.text;
-    EXPECT_NO_THROW(config.finish()) << c.text;
-  }
-}
-
-TEST(Config, RefusesWhatIsNoQuantity) {
-  EXPECT_EQ(fault_of("5", kLength), "5 has no unit: use m, cm, mm or um");
-  EXPECT_EQ(fault_of("5 kg", kLength), "5 kg is not a length: use m, cm, mm or um");
-  EXPECT_EQ(fault_of("5 MM", kLength), "5 MM is not a length: use m, cm, mm or um");
-  EXPECT_EQ(fault_of("5 N*m", kRotationalStiffness), "5 N*m is not a rotational stiffness: use N*m/rad");
-  EXPECT_EQ(fault_of("five mm", kLength), "'five mm' is not a length: use m, cm, mm or um");
-  EXPECT_EQ(fault_of("auto", kNone), "'auto' is not a plain number");
-  EXPECT_EQ(fault_of("''", kNone), "'' is not a plain number");
-  EXPECT_EQ(fault_of("5 mm", kNone), "5 mm must be a plain number, without 'mm'");
-  EXPECT_EQ(fault_of("0x10", kNone), "0x10 must be a plain number, without 'x10'");
-  EXPECT_EQ(fault_of(".nan", kNone), ".nan is not a finite number");
-  EXPECT_EQ(fault_of("-.inf", kLength), "-.inf is not a finite number");
-  EXPECT_EQ(fault_of("1e999 m", kLength), "1e999 m is not a finite number");
-  EXPECT_EQ(fault_of("1e308 MPa", kPressure), "1e308 MPa is not a finite number");
-  EXPECT_EQ(fault_of("[1 m]", kLength), "must be a length, not a list");
-  EXPECT_EQ(fault_of("{a: 1 m}", kLength), "must be a length, not a map");
 }
 
 TEST(Config, ReportsAllFaultsInTheOrderOfTheFile) {
@@ -592,77 +433,6 @@ TEST(Config, ReportsFaultsOfTheCommandLineThere) {
   ASSERT_EQ(broken.size(), 2u);
   EXPECT_TRUE(broken[0].starts_with("--set time.step: ")) << broken[0];
   EXPECT_EQ(broken[1], "--set time.step: must be a time, not nothing");
-}
-
-TEST(Config, RefusesWhatIsNoPlainYaml) {
-  const Table table{length("a")};
-  const Reader read = [](const ConfigMap& root) { (void)root.has("a"); };
-  EXPECT_EQ(faults(table, "", read), (Lines{"1:1: the file is empty"}));
-  EXPECT_EQ(faults(table, "# nothing\n", read), (Lines{"1:1: the file is empty"}));
-  EXPECT_EQ(faults(table, "- 1\n", read), (Lines{"1:1: must be a map of keys and values, not a list"}));
-  EXPECT_EQ(faults(table, "a: 1\n---\na: 2\n", read), (Lines{"3:1: a second document is not read"}));
-  EXPECT_EQ(faults(table, "a: &x 1\nb: *x\n", read),
-            (Lines{"2:1: b: unknown key", "2:4: aliases are not read here: write the value out"}));
-  EXPECT_EQ(faults(table, "a: !!float 1\n", read),
-            (Lines{"1:4: tags are not read here: leave out tag:yaml.org,2002:float"}));
-  EXPECT_EQ(faults(table, "? [1]\n: 2\na: 1\n", read), (Lines{"1:3: a key must be a word", "1:3: unknown key"}));
-  // The parser's own words and columns differ between its versions.
-  const auto syntax = [&](const std::string& broken) {
-    const Lines found = faults(table, "a: 1\nb: " + broken, read);
-    return found.size() == 1 && (found[0].starts_with("2:") || found[0].starts_with("3:"));
-  };
-  for (const char* broken : {"[1, 2\n", "'b", "b: c", "{b", "\n\t- b", "\"", "@", "%", "\"\\q\""}) {
-    EXPECT_TRUE(syntax(broken)) << broken;
-  }
-}
-
-// A name goes into JSON, which is UTF-8, and onto terminals, which obey control characters. So any text of a file is
-// refused where it stands, and no message repeats such a byte.
-TEST(Config, RefusesTextsThatAreNoLineOfUtf8) {
-  const Reader read = [](const ConfigMap& root) {
-    (void)root.text("name");
-    if (root.has("list")) (void)root.map("map").texts("list");
-    if (root.has("step")) (void)root.quantity("step");
-  };
-  const Table table{key("name", kText), key("list", kText), key("map", kMap), key("map.list", kTexts),
-                    key("step", kQuantity, "> 0", kTime)};
-  for (const char* good :
-       {"name: café\n", "name: \"\\u00e9 \xE2\x82\xAC \xF0\x9F\x96\x90\"\n", "name: a # caf\xE9\n"}) {
-    EXPECT_EQ(faults(table, good, read), Lines{}) << good;
-  }
-  EXPECT_EQ(faults(table, "# one\nname: caf\xE9\n", read),
-            (Lines{"2:7: name: 'caf\\xE9' must be one line of text in UTF-8, without byte 0xE9"}));
-  EXPECT_EQ(faults(table, "name: \"a\\e[2J\"\n", read),
-            (Lines{"1:7: name: 'a\\x1B[2J' must be one line of text in UTF-8, without the control character 0x1B"}));
-  EXPECT_EQ(faults(table, "name: a\n", read, {"name=caf\xE9"}),
-            (Lines{"--set name: 'caf\\xE9' must be one line of text in UTF-8, without byte 0xE9"}));
-  // Cut characters, an overlong 'A', half of a pair of UTF-16, beyond Unicode, a control character in two bytes, and
-  // lines.
-  for (const char* bad : {"\xC3", "\xE2\x82", "\xF0\x9F\x96", "\xC1\x81", "\xED\xA0\x80", "\xF4\x90\x80\x80",
-                          "\xC2\x9B", "\"\\0\"", "\"\\n\"", "\"\\t\""}) {
-    const Lines found = faults(table, "name: " + std::string(bad) + "\n", read);
-    ASSERT_EQ(found.size(), 1U) << bad;
-    EXPECT_TRUE(found[0].starts_with("1:7: name: '")) << found[0];
-  }
-  // In a list, as a key, in a value that is no text, and in what the parser itself says.
-  for (const char* broken :
-       {"name: a\nmap: {list: [a, b\xE9]}\nlist: 1\n", "name: a\nn\xE9: 1\n", "name: a\nstep: 1 \xB5s\n",
-        "name: a\nb: *\xE9\n", "name: a\nb: !\xE9 1\n", "name: a\nb: &\xE9 1\nc: *\x1B\n"}) {
-    const Lines found = faults(table, broken, read);
-    EXPECT_FALSE(found.empty()) << broken;
-    for (const std::string& line : found) EXPECT_EQ(first_unprintable(line), line.npos) << printable(line);
-  }
-}
-
-TEST(Config, EveryTruncatedOrDeepFileIsRefusedOrRead) {
-  const std::string text = kReferenceScene;
-  for (std::size_t length = 0; length < text.size(); ++length) {
-    EXPECT_NO_FATAL_FAILURE((void)faults(scene_keys_of("time"), text.substr(0, length),
-                                         [](const ConfigMap& root) { (void)root.map("time"); }));
-  }
-  const Reader nothing = [](const ConfigMap&) {};
-  EXPECT_FALSE(faults({}, std::string(100000, '['), nothing).empty());
-  EXPECT_FALSE(faults({}, std::string(100000, '{'), nothing).empty());
 }
 
 TEST(Config, NamesAMissingFile) {

@@ -9,33 +9,20 @@
 
 #include "engine/formats/files.h"
 #include "engine/grasp/model.h"
-#include "engine/scenes/build_model.h"
 #include "engine/scenes/config.h"
+#include "tests/scenes/small_scenes.h"
 #include "tests/support/scenes.h"
 
 namespace thenar::scene_file_test {
 namespace {
 
-using Eigen::Vector3d;
+using namespace small_scenes;
 
-Scene scene_with_shape(const std::string& shape) {
-  return scene_of("minimal", {"object.shape={" + shape + "}", "object.points=2000"});
-}
+using Eigen::Vector3d;
 
 template <typename Kind>
 Kind shape_of(const std::string& text) {
   return std::get<Kind>(scene_with_shape(text).object.shape);
-}
-
-/// The one message about these changes, with its key; empty if the scene is read and its model made.
-std::string fault_with(const std::vector<std::string>& changes) {
-  try {
-    (void)build_model(scene_of("minimal", changes));
-  } catch (const ConfigError& error) {
-    EXPECT_EQ(error.diagnostics().size(), 1U) << error.what();
-    return error.diagnostics()[0].key + ": " + error.diagnostics()[0].message;
-  }
-  return "";
 }
 
 /// The one message about this shape, with its key; empty if it is read.
@@ -71,18 +58,6 @@ TEST(Scene, ReadsEveryShape) {
   EXPECT_FALSE(shape_of<Mug>("mug: {radius: 27 mm, height: 80 mm, wall: 3 mm}").handle);
 }
 
-TEST(Scene, MakesASurfaceOfEveryShape) {
-  for (const char* shape :
-       {"box: [50 mm, 40 mm, 30 mm]", "sphere: 25 mm", "ellipsoid: [50 mm, 40 mm, 30 mm]",
-        "cylinder: {radius: 25 mm, length: 30 mm}", "superquadric: {size: [50 mm, 40 mm, 30 mm], exponents: [0.3, 1]}",
-        "mug: {radius: 25 mm, height: 30 mm, wall: 10 mm, handle: {radius: 9 mm, thickness: 8 mm}}"}) {
-    const Model model = build_model(scene_with_shape(shape));
-    EXPECT_EQ(model.object.cloud().points_m.cols(), 2000) << shape;
-    // Samples reach the ends of the shape, but for about a spacing.
-    EXPECT_NEAR(model.object.bounds().sizes().z(), shape[0] == 's' && shape[1] == 'p' ? 0.05 : 0.03, 1e-3) << shape;
-  }
-}
-
 // The weight of a solid acts at its centroid, unless the scene says where.
 TEST(Scene, ReadsTheCentreOfMass) {
   const std::string mug = "mug: {radius: 25 mm, height: 60 mm, wall: 4 mm, handle: {radius: 12 mm, thickness: 8 mm}}";
@@ -96,26 +71,6 @@ TEST(Scene, ReadsTheCentreOfMass) {
     EXPECT_EQ(scene.object.centre_of_mass_m, Vector3d::Zero()) << shape;
     EXPECT_EQ(std::ranges::count(scene.defaults_used, "object.centre_of_mass: [0 m, 0 m, 0 m]"), 1) << shape;
   }
-}
-
-TEST(Scene, RefusesACentreOfMassOutsideOfTheObject) {
-  const std::string key = "object.centre_of_mass", box = "object.shape={box: [50 mm, 40 mm, 30 mm]}";
-  EXPECT_EQ(fault_with({box, key + "=[25 mm, -20 mm, 15 mm]"}), "") << "a corner";
-  EXPECT_EQ(fault_with({box, key + "=[0 mm, 0 mm, 15.1 mm]"}),
-            key + ": must lie within the object: -25 .. 25, -20 .. 20, -15 .. 15 mm in its frame");
-  const std::string mug =
-      "object.shape={mug: {radius: 25 mm, height: 30 mm, wall: 10 mm, handle: {radius: 9 mm, "
-      "thickness: 8 mm}}}";
-  EXPECT_EQ(fault_with({mug, key + "=[37.9 mm, 0 mm, 0 mm]"}), "") << "in the handle";
-  EXPECT_EQ(fault_with({mug, key + "=[-37.9 mm, 0 mm, 0 mm]"}).substr(0, key.size()), key);
-  EXPECT_EQ(fault_with({key + "=[0, 0 mm, 0 mm]"}), key + "[0]: 0 has no unit: use m, cm, mm or um");
-  EXPECT_EQ(fault_with({key + "=3 mm"}).substr(0, key.size()), key);
-  EXPECT_EQ(fault_with({key + "=[0 mm, 0 mm]"}).substr(0, key.size()), key);
-
-  // What a file holds shows when the model is made.
-  Scene scene = scene_of("minimal", {box, "object.points=2000"});
-  scene.object.centre_of_mass_m = Vector3d(0.0, 0.0, 0.03);
-  EXPECT_THROW((void)build_model(scene), ConfigError);
 }
 
 TEST(Scene, ReadsPushes) {

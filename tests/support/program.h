@@ -24,4 +24,6 @@ inline Outcome thenar_program(const std::string& arguments, const std::string& b
 
 inline std::string config(const std::string& name) { return std::string(THENAR_CONFIGS) + "/" + name; }
 
+inline std::string data(const std::string& name) { return std::string(THENAR_TEST_DATA) + "/" + name; }
+
 }  // namespace thenar

@@ -2,155 +2,23 @@
 
 #include <gtest/gtest.h>
 
-#include <atomic>
 #include <chrono>
 #include <cmath>
-#include <functional>
-#include <mutex>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <thread>
-#include <utility>
 #include <vector>
 
 #include "engine/formats/mcap_file.h"
 #include "engine/loops/live_input.h"
 #include "engine/loops/realtime.h"
-#include "engine/results/state_message.h"
-#include "engine/scenes/build_model.h"
-#include "tests/support/scenes.h"
 #include "tests/support/scratch.h"
+#include "tests/window/shown_session.h"
 
 namespace thenar::window::session_test {
 namespace {
 
-using nlohmann::ordered_json;
-using std::chrono::milliseconds;
-
-// Far beyond what anything here takes: the machine may be busy.
-constexpr std::chrono::seconds kPatience{60};
-
-/// A session that runs on a thread of its own, and what it has shown.
-class Shown {
- public:
-  explicit Shown(thenar::Scene scene, SessionSettings settings = quiet())
-      : model_(thenar::build_model(scene)),
-        fields_(thenar::state_fields(model_)),
-        session_(thenar::build_model(std::move(scene)), settings) {
-    thread_ = std::thread([this] {
-      const Display display{[this](const std::string& s, const std::string&) {
-                              const std::lock_guard lock(mutex_);
-                              ++scenes_;
-                              fields_of_scene_ = ordered_json::parse(s).at("fields");
-                            },
-                            [this](const std::string& s) {
-                              const std::lock_guard lock(mutex_);
-                              status_ = ordered_json::parse(s);
-                            },
-                            [this](const std::string& s) {
-                              const std::lock_guard lock(mutex_);
-                              state_ = thenar::read_state_message(s);
-                              states_.push_back(s);
-                              if (const int away_ms = away_ms_.exchange(0); away_ms > 0) {
-                                std::this_thread::sleep_for(milliseconds(away_ms));
-                              }
-                            },
-                            [this] { return pages_.load(); }};
-      session_.run(display, stop_);
-    });
-  }
-  ~Shown() { end(); }
-  void end() {
-    stop_ = true;
-    if (thread_.joinable()) thread_.join();
-  }
-
-  static SessionSettings quiet() {
-    SessionSettings settings;
-    settings.realtime = false;
-    settings.quiet = true;
-    return settings;
-  }
-
-  std::string receive(const Message& message) { return session_.receive(message); }
-
-  /// Whether it comes true.
-  template <typename Condition>
-  [[nodiscard]] bool comes(Condition condition) {
-    const auto end = std::chrono::steady_clock::now() + kPatience;
-    while (std::chrono::steady_clock::now() < end) {
-      if (condition()) return true;
-      std::this_thread::sleep_for(milliseconds(5));
-    }
-    return false;
-  }
-  [[nodiscard]] ordered_json status() {
-    const std::lock_guard lock(mutex_);
-    return status_;
-  }
-  /// Of the newest state; NaN before the first.
-  [[nodiscard]] double value(const std::string& name, std::size_t i = 0) {
-    const std::lock_guard lock(mutex_);
-    if (state_.empty()) return thenar::kUnknown;
-    for (const ordered_json& field : fields_of_scene_) {
-      if (field.at("name") == name) return state_.at(field.at("begin").get<std::size_t>() + i);
-    }
-    ADD_FAILURE() << "no field " << name;
-    return thenar::kUnknown;
-  }
-  [[nodiscard]] Eigen::Vector3d vector(const std::string& name) {
-    return {value(name, 0), value(name, 1), value(name, 2)};
-  }
-  [[nodiscard]] bool passes(double time_s) {
-    return comes([&] { return value("time_s") > time_s; });
-  }
-  [[nodiscard]] int states() {
-    const std::lock_guard lock(mutex_);
-    return static_cast<int>(states_.size());
-  }
-  [[nodiscard]] std::vector<std::string> all_states() {
-    const std::lock_guard lock(mutex_);
-    return states_;
-  }
-  /// Waits until nothing more is shown.
-  void settle() {
-    for (int before = -1; before != states();) {
-      before = states();
-      std::this_thread::sleep_for(milliseconds(300));
-    }
-  }
-  [[nodiscard]] int scenes() {
-    const std::lock_guard lock(mutex_);
-    return scenes_;
-  }
-  void set_pages(int pages) { pages_ = pages; }
-  /// The next state that is shown takes so long.
-  void be_away(int time_ms) { away_ms_ = time_ms; }
-
- private:
-  thenar::Model model_;
-  std::vector<thenar::Field> fields_;
-  Session session_;
-  std::atomic<bool> stop_{false};
-  std::atomic<int> pages_{1}, away_ms_{0};
-  std::mutex mutex_;
-  ordered_json status_ = ordered_json::object(), fields_of_scene_;
-  std::vector<double> state_;
-  std::vector<std::string> states_;
-  int scenes_ = 0;
-  std::thread thread_;
-};
-
-/// The box grasp, its task left out, at rates that a busy machine keeps: 500 Hz and 100 Hz.
-thenar::Scene held_box(const std::vector<std::string>& more = {}) {
-  std::vector<std::string> overrides = {kCoarseBox, "time.step=2 ms", "time.control_period=10 ms",
-                                        "contact.tolerance=1e-7", "contact.max_sweeps=60"};
-  overrides.insert(overrides.end(), more.begin(), more.end());
-  thenar::Scene scene = scene_of("box_grasp", overrides);
-  scene.task = {};
-  return scene;
-}
+using namespace shown_session;
 
 TEST(Session, ShowsAGraspThatRunsAndItsFigures) {
   Shown shown(held_box());
@@ -323,43 +191,6 @@ TEST(Session, LosesTheBoxWithoutFrictionAndFindsItAfterAReset) {
   EXPECT_EQ(shown.status()["outcome"], "held") << shown.status()["reason"];
 }
 
-TEST(Session, ChangesLevelKernelRatesAndDelayAndHoldsTheBox) {
-  Shown shown(held_box());
-  ASSERT_TRUE(shown.passes(0.6));
-  const auto goes_on = [&](const Set& set) {
-    ASSERT_EQ(shown.receive(set), "");
-    const double from_s = shown.value("time_s");
-    ASSERT_TRUE(shown.passes(from_s + 0.5));
-    EXPECT_LT(shown.value("time_s"), from_s + 30.0);  // time goes on from where it was
-    // The forces find their new size within some ticks, which may show as chatter for a while.
-    const std::string outcome = shown.status()["outcome"];
-    EXPECT_TRUE(outcome == "held" || outcome == "unstable") << outcome << ": " << shown.status()["reason"];
-    EXPECT_LT((shown.vector("position_m") - shown.vector("path_target_m")).norm(), 1e-3);
-  };
-  Set level;
-  level.level = 2;
-  goes_on(level);
-  EXPECT_EQ(shown.scenes(), 2);
-  EXPECT_EQ(shown.status()["settings"]["level"], 2);
-  Set kernel;
-  kernel.kernel = "gaussian";
-  goes_on(kernel);
-  Set rates;
-  rates.contact_Hz = 1000.0;
-  rates.control_Hz = 50.0;
-  goes_on(rates);
-  Set delay;
-  delay.delay_periods = 2;
-  goes_on(delay);
-  EXPECT_GT(shown.value("frame_age_s"), 0.03);  // two to three periods of 20 ms, and with none one at most
-  Set back;
-  back.level = 0;
-  back.kernel = "boussinesq";
-  back.delay_periods = 0;
-  back.contact_Hz = 500.0;
-  goes_on(back);
-}
-
 // Wishes that pour in, refused or not, do not keep the grasp from running.
 TEST(Session, RunsOnUnderAFloodOfWishes) {
   Shown shown(held_box());
@@ -375,24 +206,6 @@ TEST(Session, RunsOnUnderAFloodOfWishes) {
   }
   EXPECT_GE(shown.value("time_s"), end_s);
   EXPECT_EQ(shown.status()["outcome"], "held") << shown.status()["reason"];
-}
-
-TEST(Session, RefusesWhatTheSceneCannotDo) {
-  Shown shown(scene_of("minimal"));
-  Set level, rates, fine;
-  level.level = 2;
-  EXPECT_NE(shown.receive(level), "");
-  rates.contact_Hz = 500.0;  // control has 1000
-  EXPECT_NE(shown.receive(rates), "");
-  rates.control_Hz = 500.0;
-  EXPECT_EQ(shown.receive(rates), "");
-  fine.internal_force_N = 3.0;
-  EXPECT_EQ(shown.receive(fine), "");
-  ASSERT_TRUE(shown.comes([&] { return shown.status()["settings"]["internal_force_N"] == 3.0; }));
-  EXPECT_TRUE(shown.status()["settings"]["level"].is_null());
-  Shown box(held_box());
-  level.level = 6;  // 320 leaves: 5 control points
-  EXPECT_NE(box.receive(level), "");
 }
 
 // The recording holds each state as it was shown, bit for bit, and ends whole.

@@ -15,7 +15,7 @@
 
 #include "tests/support/program.h"
 
-namespace thenar::window_test {
+namespace thenar::window_program_test {
 namespace {
 
 #ifdef THENAR_WINDOW
@@ -182,4 +182,4 @@ TEST(Demo, SaysHowToBuildIt) {
 #endif
 
 }  // namespace
-}  // namespace thenar::window_test
+}  // namespace thenar::window_program_test

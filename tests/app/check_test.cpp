@@ -1,0 +1,50 @@
+// `thenar check`.
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "tests/support/program.h"
+
+namespace thenar::check_test {
+namespace {
+
+TEST(Program, ChecksAScene) {
+  const Outcome check = thenar_program("check " + config("minimal.yaml"));
+  EXPECT_EQ(check.code, 0);
+  EXPECT_NE(check.text.find("rigid, one contact point each"), std::string::npos);
+  EXPECT_NE(check.text.find("muscles (control.muscles)"), std::string::npos) << "left out";
+  const std::string box = thenar_program("check " + config("box_grasp.yaml")).text;
+  EXPECT_NE(box.find("23 muscles"), std::string::npos);
+  EXPECT_EQ(box.find("what becomes of the grasp"), std::string::npos) << "nothing is run unasked";
+  EXPECT_NE(box.find("--parts"), std::string::npos) << box;
+}
+
+TEST(Program, ChecksWhatASceneCouldLeaveOut) {
+  const std::string scene = "check --parts " + config("box_grasp.yaml") +
+                            " --set object.points=2000 --set 'time.duration=0.4 s' --set 'tolerance={force: 0.5 %}'";
+  const std::string check = thenar_program(scene).text;
+  const auto line_of = [&](const std::string& part) {
+    const std::size_t at = check.find(part, check.find("what its parts cost and give"));
+    return at == std::string::npos ? "" : check.substr(at, check.find('\n', at) - at);
+  };
+  EXPECT_TRUE(line_of("muscles (control.muscles)").ends_with("could be left out")) << check;
+  const std::string fingertips = line_of("deformation of the fingertips (fingertips)");
+  EXPECT_TRUE(fingertips.ends_with("  needed")) << check;
+  EXPECT_NE(fingertips.find(" .. "), std::string::npos) << "an interval with each median: " << check;
+  EXPECT_NE(check.find("model: auto would leave out"), std::string::npos) << check;
+  EXPECT_NE(thenar_program(scene + " --set contact.friction=0.1").text.find("what becomes of the grasp\n  lost: "),
+            std::string::npos);
+}
+
+TEST(Program, ChecksWhatTwoLoopsMakeOfAScene) {
+  const std::string stick = thenar_program("check " + config("stick.yaml")).text;
+  EXPECT_NE(stick.find("closer than 0.3 mm, or that may come so close"), std::string::npos) << stick;
+  EXPECT_NE(stick.find("spring of 500 N/m and 0.5 N m/rad"), std::string::npos) << stick;
+  EXPECT_EQ(stick.find("control_delay)"), std::string::npos) << stick;
+  const std::string late = thenar_program("check " + config("stick.yaml") + " --set 'time.control_delay=5 ms'").text;
+  EXPECT_NE(late.find("5 ms after their snapshot"), std::string::npos) << late;
+}
+
+}  // namespace
+}  // namespace thenar::check_test

@@ -1,0 +1,69 @@
+// `thenar export`.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "tests/support/program.h"
+
+namespace thenar::export_test {
+namespace {
+
+namespace fs = std::filesystem;
+
+TEST(Program, RecordsARunAndExportsIt) {
+  const fs::path folder = scratch();
+  const std::string film = (folder / "film.mcap").string(), csv = (folder / "film.csv").string();
+  for (const char* runner : {"", " --lockstep", " --realtime"}) {
+    const Outcome run = thenar_program("run " + config("minimal.yaml") + " --time '0.2 s' --record " + film + runner);
+    ASSERT_EQ(run.code, 0) << run.text;
+    const Outcome exported = thenar_program("export " + film + " --csv " + csv);
+    ASSERT_EQ(exported.code, 0) << exported.text;
+    const std::string table = read(csv);
+    // 50 states a second, under a header; in real time a busy machine may miss some.
+    const auto states = std::count(table.begin(), table.end(), '\n') - 1;
+    EXPECT_LE(states, 10);
+    EXPECT_GE(states, std::string(runner) == " --realtime" ? 1 : 10);
+  }
+  // Cut off, it goes on to its last whole state.
+  const std::string bytes = read(film);
+  std::ofstream(film, std::ios::binary) << bytes.substr(0, bytes.size() - 100);
+  const Outcome cut = thenar_program("export " + film + " --csv " + csv);
+  EXPECT_EQ(cut.code, 0);
+  EXPECT_NE(cut.text.find("cut off"), std::string::npos);
+  // A table that was written stays when the next one fails.
+  EXPECT_EQ(thenar_program("export " + config("minimal.yaml") + " --csv " + csv).code, 3);
+  EXPECT_GT(fs::file_size(csv), 0U);
+  EXPECT_EQ(thenar_program("export " + film).code, 2);
+  EXPECT_EQ(thenar_program("run " + config("minimal.yaml") + " --record " + csv + "/a.mcap").code, 3);
+}
+
+// A recording is held once, and the page that is made of it beside it, which is 4/3 of it in base64: 2.4 times its size
+// and 45 MB for the program. Held twice, as text or as a page, it would not fit.
+TEST(Program, ExportsWithLittleMoreThanTheRecordingItself) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "sanitizers need memory of their own";
+#endif
+  const fs::path folder = scratch();
+  const std::string film = (folder / "film.mcap").string();
+  ASSERT_EQ(thenar_program("run " + config("box_grasp.yaml") + " --quiet --time 24 --record " + film).code, 0);
+  const auto kB = static_cast<double>(fs::file_size(film)) / 1024.0;
+  ASSERT_GT(kB, 40'000.0);
+  const auto limited = [](double most_kB) {
+    return "ulimit -v " + std::to_string(std::llround(most_kB + 45'000.0)) + "; ";
+  };
+  const Outcome csv = thenar_program("export " + film + " --csv " + (folder / "film.csv").string(), limited(1.5 * kB));
+  EXPECT_EQ(csv.code, 0) << csv.text;
+  if (fs::exists(fs::path(THENAR_PROGRAM).parent_path().parent_path() / "share/thenar/page.html")) {
+    const Outcome page =
+        thenar_program("export " + film + " --html " + (folder / "film.html").string(), limited(2.4 * kB));
+    EXPECT_EQ(page.code, 0) << page.text;
+  }
+}
+
+}  // namespace
+}  // namespace thenar::export_test

@@ -1,0 +1,34 @@
+// The command line.
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "tests/support/program.h"
+
+namespace thenar::options_test {
+namespace {
+
+TEST(Program, PrintsItsVersionAndHelp) {
+  EXPECT_EQ(thenar_program("--version").code, 0);
+  EXPECT_NE(thenar_program("--version").text.find("thenar 0."), std::string::npos);
+  EXPECT_EQ(thenar_program("run --help").code, 0);
+  EXPECT_NE(thenar_program("run --help").text.find("thenar run ["), std::string::npos);
+  EXPECT_EQ(thenar_program("run --help").text.find(THENAR_PROGRAM), std::string::npos) << "usage without a path";
+}
+
+TEST(Program, NamesAnUnknownCommandAndTheNearest) {
+  const Outcome slip = thenar_program("rn");
+  EXPECT_EQ(slip.code, 2);
+  EXPECT_NE(slip.text.find("'rn' is no command, did you mean 'run'?"), std::string::npos) << slip.text;
+  EXPECT_NE(slip.text.find("thenar --help"), std::string::npos) << slip.text;
+  const Outcome none = thenar_program("list configs");
+  EXPECT_EQ(none.code, 2);
+  EXPECT_NE(none.text.find("'list' is no command\n"), std::string::npos) << none.text;
+  const Outcome nothing = thenar_program("");
+  EXPECT_EQ(nothing.code, 2);
+  EXPECT_NE(nothing.text.find("name a command"), std::string::npos) << nothing.text;
+}
+
+}  // namespace
+}  // namespace thenar::options_test

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <limits>
+#include <random>
+
+#include "engine/formats/files.h"
+#include "engine/formats/problem_file.h"
+#include "tests/support/scenes.h"
+#include "tests/support/scratch.h"
+
+/// Numbers that printing loses most easily, and files of them.
+namespace thenar::awkward_problems {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+namespace fs = std::filesystem;
+
+/// Numbers of all magnitudes and signs; the first four are those that printing loses most easily.
+inline MatrixXd awkward(Index rows, Index cols, std::mt19937_64& random) {
+  MatrixXd values(rows, cols);
+  for (Index i = 0; i < values.size(); ++i) {
+    values(i) = std::ldexp(uniform(random, -1.0, 1.0), static_cast<int>(uniform(random, -60.0, 60.0)));
+  }
+  const double special[] = {-0.0, 5e-324, std::numeric_limits<double>::max(), 0.1};
+  for (Index i = 0; i < std::min<Index>(4, values.size()); ++i) values(i) = special[i];
+  return values;
+}
+
+template <typename Matrix>
+bool same_bits(const Matrix& a, const Matrix& b) {
+  return a.rows() == b.rows() && a.cols() == b.cols() &&
+         std::memcmp(a.data(), b.data(), sizeof(double) * static_cast<std::size_t>(a.size())) == 0;
+}
+
+template <typename File>
+File written_and_read(const File& problem, const char* name) {
+  const fs::path file = scratch() / name;
+  write_problem(file, problem);
+  return std::get<File>(read_problem(file));
+}
+
+inline void expect_refused(const fs::path& file, const std::string& bytes, const std::string& message) {
+  write_file(file, bytes);
+  try {
+    (void)read_problem(file);
+    ADD_FAILURE() << "was read; it should say: " << message;
+  } catch (const FileError& error) {
+    const std::string what = error.what();
+    EXPECT_TRUE(what.starts_with(file.string() + ": ")) << what;
+    EXPECT_NE(what.find(message), std::string::npos) << what;
+    EXPECT_EQ(what.find('\n'), std::string::npos) << what;
+  }
+}
+
+inline std::string replaced(std::string text, const std::string& what, const std::string& by) {
+  const std::size_t at = text.find(what);
+  EXPECT_NE(at, std::string::npos) << what;
+  return text.replace(at, what.size(), by);
+}
+
+}  // namespace thenar::awkward_problems

@@ -1,0 +1,64 @@
+#include "engine/results/state_message.h"
+
+#include <gtest/gtest.h>
+
+#include "engine/results/recorder.h"
+#include "engine/scenes/build_model.h"
+#include "tests/support/scenes.h"
+
+namespace thenar::state_message_test {
+namespace {
+
+using nlohmann::ordered_json;
+
+// Fields follow each other without gaps, and the message has all of them and a row a contact.
+TEST(StateMessage, HasTheFieldsThatItsSceneTells) {
+  for (const char* name : {"box_grasp", "minimal", "stick"}) {
+    SCOPED_TRACE(name);
+    Loop loop(scene_of(name));
+    loop.run(0.05);
+    Picture picture(loop.model);
+    take_picture(loop.state, loop.work, picture);
+    const TickRecord tick = tick_record(loop.model, loop.state, loop.tick(), loop.report);
+    std::string bytes;
+    write_state_message(loop.model, picture, tick, loop.controller.f_muscle, {}, bytes);
+    const std::vector<Field> fields = state_fields(loop.model);
+    std::size_t end = 0;
+    for (const Field& field : fields) {
+      EXPECT_EQ(field.begin, end) << field.name;
+      end += field.count;
+    }
+    std::size_t row = 0;
+    for (const Field& field : contact_fields()) row += field.count;
+    EXPECT_EQ(read_state_message(bytes).size(), end + row * picture.contacts.size());
+    // The same list, in the scene's message.
+    const ordered_json scene = scene_message(loop.model, true);
+    ASSERT_EQ(scene.at("fields").size(), fields.size());
+    EXPECT_EQ(scene.at("fields").back().at("name"), fields.back().name);
+  }
+}
+
+// What the geometry holds is what the scene counts: the page has no other way to know.
+TEST(StateMessage, CountsTheGeometry) {
+  for (const char* name : {"box_grasp", "minimal"}) {
+    const Model model = build_model(scene_of(name));
+    const ordered_json scene = scene_message(model, true);
+    std::size_t floats = 6 * scene.at("object").at("samples").get<std::size_t>();
+    for (const ordered_json& finger : scene.at("fingers")) {
+      floats += 6 * finger.at("samples").get<std::size_t>() + 4 * finger.at("controls").get<std::size_t>();
+    }
+    EXPECT_EQ(geometry_message(model).size(), 8 + sizeof(float) * floats) << name;
+  }
+}
+
+TEST(StateMessage, OfAnotherVersionOrLengthIsNone) {
+  std::string bytes = "THNR" + std::string("\x01\x00\x02\x00", 4) + std::string(16, '\0');
+  EXPECT_EQ(read_state_message(bytes).size(), 2U);
+  EXPECT_TRUE(read_state_message(bytes + "x").empty());
+  EXPECT_TRUE(read_state_message(bytes.substr(0, 7)).empty());
+  bytes[4] = 2;
+  EXPECT_TRUE(read_state_message(bytes).empty());
+}
+
+}  // namespace
+}  // namespace thenar::state_message_test

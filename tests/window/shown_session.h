@@ -1,0 +1,149 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "app/window/session.h"
+#include "engine/loops/realtime.h"
+#include "engine/results/state_message.h"
+#include "engine/scenes/build_model.h"
+#include "tests/support/scenes.h"
+
+namespace thenar::window::shown_session {
+
+using nlohmann::ordered_json;
+using std::chrono::milliseconds;
+
+// Far beyond what anything here takes: the machine may be busy.
+inline constexpr std::chrono::seconds kPatience{60};
+
+/// A session that runs on a thread of its own, and what it has shown.
+class Shown {
+ public:
+  explicit Shown(thenar::Scene scene, SessionSettings settings = quiet())
+      : model_(thenar::build_model(scene)),
+        fields_(thenar::state_fields(model_)),
+        session_(thenar::build_model(std::move(scene)), settings) {
+    thread_ = std::thread([this] {
+      const Display display{[this](const std::string& s, const std::string&) {
+                              const std::lock_guard lock(mutex_);
+                              ++scenes_;
+                              fields_of_scene_ = ordered_json::parse(s).at("fields");
+                            },
+                            [this](const std::string& s) {
+                              const std::lock_guard lock(mutex_);
+                              status_ = ordered_json::parse(s);
+                            },
+                            [this](const std::string& s) {
+                              const std::lock_guard lock(mutex_);
+                              state_ = thenar::read_state_message(s);
+                              states_.push_back(s);
+                              if (const int away_ms = away_ms_.exchange(0); away_ms > 0) {
+                                std::this_thread::sleep_for(milliseconds(away_ms));
+                              }
+                            },
+                            [this] { return pages_.load(); }};
+      session_.run(display, stop_);
+    });
+  }
+  ~Shown() { end(); }
+  void end() {
+    stop_ = true;
+    if (thread_.joinable()) thread_.join();
+  }
+
+  static SessionSettings quiet() {
+    SessionSettings settings;
+    settings.realtime = false;
+    settings.quiet = true;
+    return settings;
+  }
+
+  std::string receive(const Message& message) { return session_.receive(message); }
+
+  /// Whether it comes true.
+  template <typename Condition>
+  [[nodiscard]] bool comes(Condition condition) {
+    const auto end = std::chrono::steady_clock::now() + kPatience;
+    while (std::chrono::steady_clock::now() < end) {
+      if (condition()) return true;
+      std::this_thread::sleep_for(milliseconds(5));
+    }
+    return false;
+  }
+  [[nodiscard]] ordered_json status() {
+    const std::lock_guard lock(mutex_);
+    return status_;
+  }
+  /// Of the newest state; NaN before the first.
+  [[nodiscard]] double value(const std::string& name, std::size_t i = 0) {
+    const std::lock_guard lock(mutex_);
+    if (state_.empty()) return thenar::kUnknown;
+    for (const ordered_json& field : fields_of_scene_) {
+      if (field.at("name") == name) return state_.at(field.at("begin").get<std::size_t>() + i);
+    }
+    ADD_FAILURE() << "no field " << name;
+    return thenar::kUnknown;
+  }
+  [[nodiscard]] Eigen::Vector3d vector(const std::string& name) {
+    return {value(name, 0), value(name, 1), value(name, 2)};
+  }
+  [[nodiscard]] bool passes(double time_s) {
+    return comes([&] { return value("time_s") > time_s; });
+  }
+  [[nodiscard]] int states() {
+    const std::lock_guard lock(mutex_);
+    return static_cast<int>(states_.size());
+  }
+  [[nodiscard]] std::vector<std::string> all_states() {
+    const std::lock_guard lock(mutex_);
+    return states_;
+  }
+  /// Waits until nothing more is shown.
+  void settle() {
+    for (int before = -1; before != states();) {
+      before = states();
+      std::this_thread::sleep_for(milliseconds(300));
+    }
+  }
+  [[nodiscard]] int scenes() {
+    const std::lock_guard lock(mutex_);
+    return scenes_;
+  }
+  void set_pages(int pages) { pages_ = pages; }
+  /// The next state that is shown takes so long.
+  void be_away(int time_ms) { away_ms_ = time_ms; }
+
+ private:
+  thenar::Model model_;
+  std::vector<thenar::Field> fields_;
+  Session session_;
+  std::atomic<bool> stop_{false};
+  std::atomic<int> pages_{1}, away_ms_{0};
+  std::mutex mutex_;
+  ordered_json status_ = ordered_json::object(), fields_of_scene_;
+  std::vector<double> state_;
+  std::vector<std::string> states_;
+  int scenes_ = 0;
+  std::thread thread_;
+};
+
+/// The box grasp, its task left out, at rates that a busy machine keeps: 500 Hz and 100 Hz.
+inline thenar::Scene held_box(const std::vector<std::string>& more = {}) {
+  std::vector<std::string> overrides = {kCoarseBox, "time.step=2 ms", "time.control_period=10 ms",
+                                        "contact.tolerance=1e-7", "contact.max_sweeps=60"};
+  overrides.insert(overrides.end(), more.begin(), more.end());
+  thenar::Scene scene = scene_of("box_grasp", overrides);
+  scene.task = {};
+  return scene;
+}
+
+}  // namespace thenar::window::shown_session
