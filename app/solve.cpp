@@ -260,7 +260,7 @@ std::vector<SolveResult> solve(const GraspFile& file, const std::string& method,
     result.objective = 0.5 * f.squaredNorm();
     for (std::size_t i = 0; i < file.contacts.size(); ++i) {
       *result.objective -=
-          file.internal_force_N * file.contacts[i].frame.col(0).dot(f.segment<3>(3 * static_cast<Index>(i)));
+          file.internal_force_N * file.contacts[i].axes.col(0).dot(f.segment<3>(3 * static_cast<Index>(i)));
     }
     result.f = f;
   }

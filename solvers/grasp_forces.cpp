@@ -235,7 +235,7 @@ Vector3d velocity(const GraspProblem& problem, const Vector6d& twist, Index i) {
 double allowed_forces(const GraspProblem& problem, const Vector6d& twist) {
   double squares = 0.0;
   for (Index i = 0; i < std::ssize(problem.contacts); ++i) {
-    squares += nearest_inside(problem.cone, problem.friction, problem.contacts[i].frame, velocity(problem, twist, i))
+    squares += nearest_inside(problem.cone, problem.friction, problem.contacts[i].axes, velocity(problem, twist, i))
                    .squaredNorm();
   }
   return std::sqrt(squares);
@@ -437,9 +437,9 @@ double grasp_kkt_error(const GraspProblem& problem, const Vector6d& multiplier,
   double squares = 0.0;
   for (Index i = 0; i < n; ++i) {
     const GraspContact& contact = problem.contacts[i];
-    const Vector3d pulled = velocity(problem, multiplier, i) + problem.internal_force_N * contact.frame.col(0);
+    const Vector3d pulled = velocity(problem, multiplier, i) + problem.internal_force_N * contact.axes.col(0);
     squares +=
-        (f.segment<3>(3 * i) - nearest_inside(problem.cone, problem.friction, contact.frame, pulled)).squaredNorm();
+        (f.segment<3>(3 * i) - nearest_inside(problem.cone, problem.friction, contact.axes, pulled)).squaredNorm();
   }
   const PlainGrasp grasp(problem);
   const double error = std::max(std::sqrt(squares), grasp.least_forces(grasp.G * f - grasp.wrench));

@@ -16,7 +16,7 @@ using Vector6d = Eigen::Matrix<double, 6, 1>;
 /// Where a finger acts on the object.
 struct GraspContact {
   Eigen::Vector3d point_m;  ///< Contact point, world axes.
-  Eigen::Matrix3d frame;    ///< Columns n, t1, t2 in world axes; n points into the object.
+  Eigen::Matrix3d axes;     ///< Columns n, t1, t2 in world axes; n points into the object.
 };
 
 /// What holds the tangential force of a contact.

@@ -76,7 +76,7 @@ bool is_finite(const GraspProblem& problem) {
   bool finite = problem.wrench.allFinite() && problem.centre_m.allFinite() && std::isfinite(problem.friction) &&
                 std::isfinite(problem.internal_force_N);
   for (const GraspContact& contact : problem.contacts) {
-    finite = finite && contact.point_m.allFinite() && contact.frame.allFinite();
+    finite = finite && contact.point_m.allFinite() && contact.axes.allFinite();
   }
   return finite;
 }

@@ -31,7 +31,6 @@
 #include "engine/grasp/model.h"
 #include "engine/loops/realtime.h"
 #include "engine/scenes/build_model.h"
-#include "engine/scenes/scene_file.h"
 #include "engine/scenes/config.h"
 #include "engine/scenes/scene_file.h"
 #include "engine/studies/model_parts.h"

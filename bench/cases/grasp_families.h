@@ -34,7 +34,7 @@ struct Grasp : GraspData {
   }
   /// Adds to the wrench what a force at contact i, in that contact's axes, gives.
   void add_force(Eigen::Index i, const Eigen::Vector3d& force_C) {
-    wrench += wrench_of(contacts[i].point_m, contacts[i].frame * force_C);
+    wrench += wrench_of(contacts[i].point_m, contacts[i].axes * force_C);
   }
 };
 
@@ -196,7 +196,7 @@ inline Grasp great_friction(Random& random, Index n) {
 inline Grasp duplicate(Random& random, Index n) {
   Grasp grasp = box_or_sphere(random, n - 1);
   GraspContact copy = grasp.contacts.front();
-  if (random.chance(0.5)) copy.frame = random.frame_about(copy.frame.col(0));
+  if (random.chance(0.5)) copy.axes = random.frame_about(copy.axes.col(0));
   grasp.contacts.push_back(copy);
   return grasp;
 }

@@ -125,7 +125,7 @@ VectorXd forces_of(const Grasp& grasp, const VectorXd& z) {
     const Eigen::Vector3d f_C(
         grasp.friction * (z[i] + z[n + i] + z[2 * n + i] + z[3 * n + i]) + z[4 * n + i] + grasp.internal_force_N,
         z[n + i] - z[i], z[3 * n + i] - z[2 * n + i]);
-    pulled.segment<3>(3 * i) = grasp.contacts[i].frame * f_C;
+    pulled.segment<3>(3 * i) = grasp.contacts[i].axes * f_C;
   }
   const VectorXd missing = grasp.wrench - G * pulled;
   return pulled + G.completeOrthogonalDecomposition().solve(missing);

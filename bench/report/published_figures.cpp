@@ -120,7 +120,7 @@ double too_little_friction(const GraspProblem& problem) {
   double used = 0.0;
   for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
     const Vector3d force_N = f.segment<3>(3 * static_cast<Index>(i));
-    const double normal_N = force_N.dot(problem.contacts[i].frame.col(0));
+    const double normal_N = force_N.dot(problem.contacts[i].axes.col(0));
     used = std::max(used, std::sqrt(force_N.squaredNorm() - normal_N * normal_N) / normal_N);
   }
   return 0.5 * used;

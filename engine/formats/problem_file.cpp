@@ -124,7 +124,7 @@ GraspMatrices matrices(const GraspFile& grasp) {
   GraspMatrices m{MatrixXd(6, 3 * n), MatrixXd::Zero(5 * n, 3 * n), VectorXd(3 * n)};
   grasp_map(grasp.contacts, Vector3d::Zero(), m.G);
   for (Index i = 0; i < n; ++i) {
-    const Matrix3d rows = grasp.contacts[static_cast<std::size_t>(i)].frame.transpose();
+    const Matrix3d rows = grasp.contacts[static_cast<std::size_t>(i)].axes.transpose();
     auto A_i = m.A.block<5, 3>(5 * i, 3 * i);
     A_i.row(0) = grasp.friction * rows.row(0) - rows.row(1);
     A_i.row(1) = grasp.friction * rows.row(0) + rows.row(1);
@@ -160,8 +160,8 @@ GraspFile read_grasp(const fs::path& file, const json& problem) {
                                         matrix_of(file, problem, "tangent_v", n, 3)};
   for (Index i = 0; i < n; ++i) {
     GraspContact contact{points.row(i), Matrix3d()};
-    for (int k = 0; k < 3; ++k) contact.frame.col(k) = axes[static_cast<std::size_t>(k)].row(i);
-    if (!contact.frame.isUnitary(kAgree)) {
+    for (int k = 0; k < 3; ++k) contact.axes.col(k) = axes[static_cast<std::size_t>(k)].row(i);
+    if (!contact.axes.isUnitary(kAgree)) {
       fail(file, "normals_inward",
            "contact " + std::to_string(i) + ": normal, tangent_u and tangent_v must be orthogonal unit vectors");
     }
@@ -279,7 +279,7 @@ void write_problem(const fs::path& file, const GraspFile& grasp) {
   for (Index i = 0; i < n; ++i) {
     const GraspContact& contact = grasp.contacts[static_cast<std::size_t>(i)];
     points.row(i) = contact.point_m;
-    for (int k = 0; k < 3; ++k) axes[static_cast<std::size_t>(k)].row(i) = contact.frame.col(k);
+    for (int k = 0; k < 3; ++k) axes[static_cast<std::size_t>(k)].row(i) = contact.axes.col(k);
   }
   const GraspMatrices m = matrices(grasp);
   ordered_json problem = begin_json(grasp.name, "P1", grasp.status);

@@ -284,12 +284,12 @@ ContactSearch::ContactSearch(const Model& model) {
   contacts.reserve(controls + model.scene.contact.max_per_finger);
 }
 
-std::array<double, kFingers> ways_m(const Model& model, const HandPose& pose, const Snapshot& snapshot,
-                                    const Frame& frame) {
+std::array<double, kFingers> finger_travel_m(const Model& model, const HandPose& pose, const Snapshot& snapshot,
+                                             const Frame& frame) {
   const Scene& scene = model.scene;
   const double time_s = scene.control_period_s + scene.control_delay_s;
   const Vector6d dx = object_motion(model, snapshot, frame, time_s);
-  std::array<double, kFingers> way{}, push{};
+  std::array<double, kFingers> travel{}, push{};
   for (int k = 0; k < kFingers; ++k) {
     const Fingertip& tip = scene.hand.fingertips[k];
     const FingerLoad& load = snapshot.load[k];
@@ -302,7 +302,7 @@ std::array<double, kFingers> ways_m(const Model& model, const HandPose& pose, co
     const Vector3d own = finger_jacobian(pose, k, centre_m) * dq;
     const Vector3d object = dx.head<3>() + dx.tail<3>().cross(centre_m - snapshot.X_WO.translation());
     push[k] = own.norm();
-    way[k] = (own - object).norm() + tip.radius_m * turn.norm();
+    travel[k] = (own - object).norm() + tip.radius_m * turn.norm();
   }
   const double most_m = model.object.bounds().diagonal().norm();
   for (int k = 0; k < kFingers; ++k) {
@@ -310,19 +310,19 @@ std::array<double, kFingers> ways_m(const Model& model, const HandPose& pose, co
     for (int j = 0; j < kFingers; ++j) {
       if (j != k) others_m = std::max(others_m, push[j]);
     }
-    way[k] = std::min(most_m, way[k] + others_m);  // most_m, too, where the drive is not finite
+    travel[k] = std::min(most_m, travel[k] + others_m);  // most_m, too, where the drive is not finite
   }
-  return way;
+  return travel;
 }
 
 void find_frame_contacts(const Model& model, const HandPose& pose, const Snapshot& snapshot, ContactSearch& search,
                          Frame& frame) {
-  const std::array<double, kFingers> way_m = ways_m(model, pose, snapshot, frame);
+  const std::array<double, kFingers> travel_m = finger_travel_m(model, pose, snapshot, frame);
   frame.contacts.clear();
   frame.left_out.clear();
   for (int k = 0; k < kFingers; ++k) {
     frame.begin[k] = frame.size();
-    const double band_m = model.scene.contact.band_m + way_m[k];
+    const double band_m = model.scene.contact.band_m + travel_m[k];
     if (model.deformable()) {
       find_pulp_contacts(model, pose, snapshot.X_WO, k, band_m, search, frame);
     } else {

@@ -27,8 +27,8 @@ struct ContactSearch {
 /// and delay later [m]: the first-order motion |d| + r |turn| of the pulp that the frame's drive leaves when the last
 /// forces of contact are taken from it, and the most that another finger may push the object. Zero for a grip at rest.
 /// `frame` has its drive; `pose` is the hand's at the snapshot. At most the size of the object.
-[[nodiscard]] std::array<double, kFingers> ways_m(const Model& model, const HandPose& pose, const Snapshot& snapshot,
-                                                  const Frame& frame);
+[[nodiscard]] std::array<double, kFingers> finger_travel_m(const Model& model, const HandPose& pose,
+                                                           const Snapshot& snapshot, const Frame& frame);
 
 /// Finds the frame's contacts on the rest shapes of the fingertips: control points of the pulps that are, or while the
 /// frame is in use may come, nearer to the object than the contact band; or, for rigid fingertips, the one point of

@@ -67,9 +67,9 @@ FingerForces ForceFilter::update(const std::array<GraspContact, kFingers>& conta
   FingerForces y;
   const double lag = relaxation_s_ / period_s;
   for (int k = 0; k < kFingers; ++k) {
-    const Vector3d error_C = contacts[k].frame.transpose() * error.col(k);
+    const Vector3d error_C = contacts[k].axes.transpose() * error.col(k);
     y_C_.col(k) = (lag * y_C_.col(k) + error_C.cwiseQuotient(stiffness_)) / (1.0 + lag);
-    y.col(k) = contacts[k].frame * y_C_.col(k);
+    y.col(k) = contacts[k].axes * y_C_.col(k);
   }
   return y;
 }
@@ -120,7 +120,7 @@ double predicted_paper_law_error(const Model& model, const HandPose& pose,
   double sum = 0.0;
   for (int k = 0; k < kFingers; ++k) {
     const FingerJacobian J = finger_jacobian(pose, k, contacts[k].point_m);
-    const Matrix3d& E = contacts[k].frame;
+    const Matrix3d& E = contacts[k].axes;
     const Matrix3d S = E * stiffness.asDiagonal() * E.transpose() * J * J.transpose() / force_gain(model.scene);
     const Vector3d error = (Matrix3d::Identity() + S).inverse() * (S * f_desired.col(k));
     sum += error.norm() / f_desired.col(k).norm();

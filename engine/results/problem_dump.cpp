@@ -26,7 +26,7 @@ GraspFile grasp_problem_file(const Scene& scene, const ControlReport& report, co
   GraspFile grasp;
   for (const GraspContact& contact : report.contacts) {
     // About the object's origin, as the wrench is: the arms keep their digits wherever the object is.
-    grasp.contacts.push_back({contact.point_m - centre_m, contact.frame});
+    grasp.contacts.push_back({contact.point_m - centre_m, contact.axes});
   }
   grasp.wrench = report.wrench_desired;
   grasp.friction = scene.control->grasp_friction;

@@ -30,7 +30,7 @@ void record_forces(const Model& model, const Snapshot& state, const ControlRepor
     record.desired_N[k].setZero();
     if (!model.scene.control) continue;
     record.desired_N[k] = control.f_desired.col(k);
-    record.force_desired[k] = split(control.f_desired.col(k), control.contacts[k].frame.col(0));
+    record.force_desired[k] = split(control.f_desired.col(k), control.contacts[k].axes.col(0));
     record.force_error_N[k] = (control.f_desired.col(k) - load.force_N).norm();
   }
 }

@@ -83,7 +83,8 @@ std::vector<std::string> Warnings::sentences() const {
     if (const Beyond& full = full_[k]; full.ticks > 0) {
       all.push_back(fmt::format(
           "the {}'s list of contacts is too short (contact.max_per_finger: {}) in {:.3g} % of the ticks, from {:.3f} s "
-          "on: control points without room pass up to {:.3g} mm into the object, and the force is too small; more room, "
+          "on: control points without room pass up to {:.3g} mm into the object, and the force is too small; more "
+          "room, "
           "or a coarser contact.level, would serve",
           finger, model_.scene.contact.max_per_finger,
           100.0 * static_cast<double>(full.ticks) / static_cast<double>(ticks_), full.since_s, 1e3 * full.worst));

@@ -34,7 +34,8 @@ constexpr std::array kSceneKeys = std::to_array<Key>({
      "The acceleration of gravity in the hand frame, which is the world.", 3},
 
     {"hand", kMap, kNone, "", "", "The hand, its posture and its joints."},
-    {"hand.model", kPath, kNone, "", "", "The hand file: bones, joints, fingertips and muscles. Beside the scene, or one that comes with the program."},
+    {"hand.model", kPath, kNone, "", "",
+     "The hand file: bones, joints, fingertips and muscles. Beside the scene, or one that comes with the program."},
     {"hand.posture", kQuantities, kAngle, "", "",
      "The joint angles at the start, in the order of the hand file, each within its joint's limits.", kJoints},
     {"hand.joint_viscosity", kQuantity, kRotationalDamping, "> 0", "", "The viscous damping b of every joint."},

@@ -17,6 +17,13 @@ TEST(Program, PrintsItsVersionAndHelp) {
   EXPECT_EQ(thenar_program("run --help").text.find(THENAR_PROGRAM), std::string::npos) << "usage without a path";
 }
 
+TEST(Program, NamesTheSceneThatIsNearest) {
+  const Outcome slip = thenar_program("run box_graps");
+  EXPECT_EQ(slip.code, 3);
+  EXPECT_EQ(slip.text, "box_graps: no such file, nor a scene that comes with the program, did you mean 'box_grasp'?\n");
+  EXPECT_EQ(thenar_program("check ./box_grasp").text, "./box_grasp: no such file\n");
+}
+
 TEST(Program, NamesAnUnknownCommandAndTheNearest) {
   const Outcome slip = thenar_program("rn");
   EXPECT_EQ(slip.code, 2);

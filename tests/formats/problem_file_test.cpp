@@ -40,7 +40,7 @@ TEST(ProblemFile, SmallProblemsAreReadBackToTheLastBit) {
   ASSERT_EQ(g.contacts.size(), 3U);
   for (std::size_t i = 0; i < 3; ++i) {
     EXPECT_TRUE(same_bits(g.contacts[i].point_m, grasp.contacts[i].point_m));
-    EXPECT_TRUE(same_bits(g.contacts[i].frame, grasp.contacts[i].frame));
+    EXPECT_TRUE(same_bits(g.contacts[i].axes, grasp.contacts[i].axes));
   }
   EXPECT_TRUE(same_bits(g.wrench, grasp.wrench));
   EXPECT_EQ(g.friction, grasp.friction);

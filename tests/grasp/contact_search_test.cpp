@@ -202,7 +202,7 @@ TEST(Ways, BoundTheMotionOfFingertipsWhileAFrameIsUsed) {
       // Frames under way are not to be seen: its drive is that of the report, with no muscles between.
       Frame drive = loops.frame;
       drive.torque_Nm = loops.report.torques_desired_Nm - gravity_torques(model.scene.hand, pose, model.scene.gravity);
-      Said now{ways_m(model, pose, before, drive), {}};
+      Said now{finger_travel_m(model, pose, before, drive), {}};
       for (int k = 0; k < kFingers; ++k) now.X_OF[k] = X_OF(model, before, k);
       said.push_back(now);
       if (said.size() > 2) said.erase(said.begin());
@@ -230,7 +230,7 @@ TEST(Ways, AreFinite) {
   forward_kinematics(model.scene.hand, state.q, pose);
   for (const double torque : {1e300, std::numeric_limits<double>::infinity(), std::nan("")}) {
     frame.torque_Nm.setConstant(torque);
-    for (const double way_m : ways_m(model, pose, state, frame)) EXPECT_LE(way_m, 0.1);
+    for (const double way_m : finger_travel_m(model, pose, state, frame)) EXPECT_LE(way_m, 0.1);
   }
 }
 

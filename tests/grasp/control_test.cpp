@@ -93,7 +93,7 @@ class GraspControl : public testing::Test {
     forward_kinematics(model.scene.hand, state.q, pose);
     for (int k = 0; k < kFingers; ++k) contacts[k] = finger_contact(model, pose, state, k);
     std::mt19937_64 random(5);
-    for (int k = 0; k < kFingers; ++k) f_desired.col(k) = contacts[k].frame.col(0) + 0.3 * random_direction(random);
+    for (int k = 0; k < kFingers; ++k) f_desired.col(k) = contacts[k].axes.col(0) + 0.3 * random_direction(random);
   }
   Model model;
   State state;
@@ -120,7 +120,7 @@ TEST_F(GraspControl, FilterLagsByTheRelaxationTime) {
       y = filter.update(contacts, f_desired, T);
       const double risen = 1.0 - std::pow(1.0 / (1.0 + T / tau), step);
       for (int k = 0; k < kFingers; ++k) {
-        const Vector3d n = contacts[k].frame.col(0), f_n = f_desired.col(k).dot(n) * n;
+        const Vector3d n = contacts[k].axes.col(0), f_n = f_desired.col(k).dot(n) * n;
         const Vector3d expected =
             risen * (f_n / control.pulp_normal_N_per_m + (f_desired.col(k) - f_n) / control.pulp_tangential_N_per_m);
         EXPECT_LE((y.col(k) - expected).norm(), 1e-13 * expected.norm());
@@ -136,12 +136,12 @@ TEST_F(GraspControl, UnloadedFingerActsAlongTheNearestNormal) {
   for (int k = 0; k < kFingers; ++k) {
     SCOPED_TRACE(k);
     const Fingertip& tip = model.scene.hand.fingertips[k];
-    const Vector3d centre = pose.distal(model.scene.hand, k) * tip.centre_m, n = contacts[k].frame.col(0);
+    const Vector3d centre = pose.distal(model.scene.hand, k) * tip.centre_m, n = contacts[k].axes.col(0);
     // The faces of a box are planes, and their samples lie in them.
     EXPECT_LE((n - (k == 0 ? R.col(0) : Vector3d(-R.col(0)))).norm(), 1e-12);
     EXPECT_LE((contacts[k].point_m - (centre + tip.radius_m * n)).norm(), 1e-16);
-    EXPECT_LE((contacts[k].frame.transpose() * contacts[k].frame - Matrix3d::Identity()).norm(), 1e-14);
-    EXPECT_GT(contacts[k].frame.determinant(), 0.0);
+    EXPECT_LE((contacts[k].axes.transpose() * contacts[k].axes - Matrix3d::Identity()).norm(), 1e-14);
+    EXPECT_GT(contacts[k].axes.determinant(), 0.0);
   }
 }
 
@@ -150,7 +150,7 @@ TEST_F(GraspControl, LoadedFingerActsAtItsPressureCentre) {
   load = {Vector3d(0.0, 0.0, 1.0), 1.0, Vector3d(0.1, 0.2, 0.3), Vector3d(0.6, 0.0, 0.8)};
   const GraspContact contact = finger_contact(model, pose, state, 1);
   EXPECT_EQ(contact.point_m, load.centre_m);
-  EXPECT_LE((contact.frame.col(0) - load.normal).norm(), 1e-15);
+  EXPECT_LE((contact.axes.col(0) - load.normal).norm(), 1e-15);
 }
 
 // Feed-forward: with the forces as desired (y = 0) the joints are at rest, b qdot = tau - g - J' f = 0.

@@ -67,6 +67,18 @@ TEST(Warnings, TellOfFrictionThatIsNotThere) {
 }
 
 // The published 15, 30 and 60 contacts serve 80, 160 and 320 control points: nothing passes into the box.
+// Before a run, and only where a controller needs all fingers.
+TEST(Warnings, TellOfFingersThatReachNothing) {
+  EXPECT_TRUE(warnings(build_model(scene_of("box_grasp", {kCoarseBox}))).empty());
+  const Model away = build_model(scene_of("box_grasp", {kCoarseBox, "object.position=[249.4 mm, 46.27 mm, 26.5 mm]"}));
+  ASSERT_EQ(warnings(away).size(), 1U);
+  const std::string warning = warnings(away).front();
+  for (const char* finger : {"thumb", "index", "major"}) {
+    EXPECT_NE(warning.find(std::string("the ") + finger + " is "), std::string::npos) << warning;
+  }
+  EXPECT_NE(warning.find("mm away from the object at the start"), std::string::npos) << warning;
+}
+
 TEST(Warnings, AreNoneForThePublishedSizes) {
   for (const int most : {5, 10, 20}) {
     SCOPED_TRACE(most);

@@ -1,3 +1,5 @@
+#include "engine/scenes/scene_file.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -171,6 +173,19 @@ TEST(Scene, AMissingHandHidesNoOtherFault) {
 }
 
 // A count that is refused is not compared with another.
+// A copy of a scene works wherever it lies; a hand of the same name beside it goes before the program's own.
+TEST(Scene, TakesTheHandThatComesWithTheProgram) {
+  const std::filesystem::path folder = std::filesystem::path(THENAR_TEST_OUTPUT) / "copied_scene";
+  std::filesystem::create_directories(folder);
+  std::filesystem::remove(folder / "hand.yaml");
+  const std::filesystem::path copy = folder / "minimal.yaml";
+  std::filesystem::copy_file(config_file("minimal"), copy, std::filesystem::copy_options::overwrite_existing);
+  EXPECT_EQ(load_scene(copy).hand.muscles.size(), 23U);
+  EXPECT_EQ(scene_files(copy, {})[1], shared_data() / "scenes" / "hand.yaml");
+  std::ofstream(folder / "hand.yaml") << "joints: []\n";
+  EXPECT_THROW((void)load_scene(copy), ConfigError);
+}
+
 TEST(Scene, ARefusedCountHasNoOtherFault) {
   try {
     (void)scene_of("box_grasp", {"fingertips.points=0"});

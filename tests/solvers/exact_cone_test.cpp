@@ -69,7 +69,7 @@ Reduced reduce(const Grasp& grasp) {
   for (Index i = 0; i < n; ++i) {
     const Real3 r = (grasp.contacts[i].point_m.cast<Real>() - reduced.centroid_m) / reduced.length_m;
     for (int axis = 0; axis < 3; ++axis) {
-      const Real3 direction = grasp.contacts[i].frame.col(axis).cast<Real>();
+      const Real3 direction = grasp.contacts[i].axes.col(axis).cast<Real>();
       reduced.G.col(3 * i + axis).head<3>() = direction;
       reduced.G.col(3 * i + axis).tail<3>() = r.cross(direction);
     }
@@ -139,7 +139,7 @@ Real least_feasible_force(const Grasp& grasp, const Reduced& reduced, const Real
   RealVector motion(3 * grasp.n());
   for (Index i = 0; i < grasp.n(); ++i) {
     const Real3 v = shift + turn.cross(grasp.contacts[i].point_m.cast<Real>() - reduced.centroid_m);
-    motion.segment<3>(3 * i) = grasp.contacts[i].frame.cast<Real>().transpose() * v;
+    motion.segment<3>(3 * i) = grasp.contacts[i].axes.cast<Real>().transpose() * v;
   }
   // Q is known in doubles.
   const Real possible = std::max(0.0L, project_all(motion, grasp.friction).norm() - 1e-15L * motion.norm());
@@ -219,7 +219,7 @@ TEST(ExactConeForces, AgreeWithTheRecordedOptima) {
     ASSERT_EQ(solution.result.status, GraspStatus::kOptimal);
     const Eigen::VectorXd expected = vector_of(problem.at("f_opt_exact_cone"));
     for (Index i = 0; i < grasp.n(); ++i) {
-      const Eigen::Vector3d f_W = grasp.contacts[i].frame * solution.f.segment<3>(3 * i).cast<double>();
+      const Eigen::Vector3d f_W = grasp.contacts[i].axes * solution.f.segment<3>(3 * i).cast<double>();
       // The recorded optima are good to 1e-12 of the forces, the problem's data to 1e-16; contacts that stray 6e-7 of
       // their distance from a line amplify that by the inverse.
       const double tolerance = problem.at("class") == "nearcollinear" ? 1e-7 : 1e-9;
@@ -239,15 +239,15 @@ TEST(ExactConeForces, DoNotDependOnTheTangents) {
     Grasp turned = grasp;
     Random random(seed);
     for (GraspContact& contact : turned.contacts) {
-      contact.frame *= Eigen::AngleAxisd(random.uniform(0.0, 6.0), Eigen::Vector3d::UnitX()).toRotationMatrix();
+      contact.axes *= Eigen::AngleAxisd(random.uniform(0.0, 6.0), Eigen::Vector3d::UnitX()).toRotationMatrix();
     }
     const Solution solution = solve<8>(grasp, reduce(grasp));
     const Solution again = solve<8>(turned, reduce(turned));
     ASSERT_EQ(solution.result.status, again.result.status);
     if (solution.result.status != GraspStatus::kOptimal) continue;
     for (Index i = 0; i < grasp.n(); ++i) {
-      const Real3 f = grasp.contacts[i].frame.cast<Real>() * solution.f.segment<3>(3 * i);
-      const Real3 f_again = turned.contacts[i].frame.cast<Real>() * again.f.segment<3>(3 * i);
+      const Real3 f = grasp.contacts[i].axes.cast<Real>() * solution.f.segment<3>(3 * i);
+      const Real3 f_again = turned.contacts[i].axes.cast<Real>() * again.f.segment<3>(3 * i);
       // Optimal to 1e-12; the forces move more than that by the inverse curvature of the dual, which is largest near
       // the border of feasibility.
       EXPECT_LE((f - f_again).norm(), 1e-8L * solution.f.norm());

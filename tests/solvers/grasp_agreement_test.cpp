@@ -76,7 +76,7 @@ Real least_forces(const Grasp& grasp, FrictionCone cone, const Vector6d& twist) 
   Real rounding = 0.0L;  // Of the twist, which is in doubles.
   for (const GraspContact& contact : grasp.contacts) {
     const Real3 arm = (contact.point_m - grasp.centre_m).cast<Real>();
-    const Real3 v = contact.frame.cast<Real>().transpose() * (shift + turn.cross(arm));
+    const Real3 v = contact.axes.cast<Real>().transpose() * (shift + turn.cross(arm));
     const Real along = std::max(0.0L, support(cone, grasp.friction, v));
     squares += along * along;
     rounding += 1e-15L * (shift.norm() + turn.norm() * arm.norm());
@@ -98,7 +98,7 @@ void expect_held(const Grasp& grasp, FrictionCone cone, const Eigen::VectorXd& f
     missing.head<3>() -= f_i;
     missing.tail<3>() -= arm.cross(f_i);
     reach_m = std::max(reach_m, arm.norm());
-    const Real3 f_C = grasp.contacts[i].frame.cast<Real>().transpose() * f_i;
+    const Real3 f_C = grasp.contacts[i].axes.cast<Real>().transpose() * f_i;
     const Real tangential = cone == FrictionCone::kPyramid ? f_C.tail<2>().cwiseAbs().maxCoeff() : f_C.tail<2>().norm();
     outside = std::max({outside, tangential - Real(grasp.friction) * f_C[0], -f_C[0]});
   }

@@ -23,7 +23,7 @@ using Eigen::VectorXd;
 /// c of eq. (15).
 inline VectorXd bias_of(const Grasp& grasp) {
   VectorXd c(3 * grasp.n());
-  for (Index i = 0; i < grasp.n(); ++i) c.segment<3>(3 * i) = -grasp.internal_force_N * grasp.contacts[i].frame.col(0);
+  for (Index i = 0; i < grasp.n(); ++i) c.segment<3>(3 * i) = -grasp.internal_force_N * grasp.contacts[i].axes.col(0);
   return c;
 }
 
@@ -82,7 +82,7 @@ inline void expect_optimal(const Grasp& grasp, const Solution& solution, double 
   // it, which the trials below compare, round by more than they differ.
   if (pulled.norm() > 1e2 * size) return;
   for (Index i = 0; i < grasp.n(); ++i) {
-    const Matrix3d& frame = grasp.contacts[i].frame;
+    const Matrix3d& frame = grasp.contacts[i].axes;
     const Vector3d nearest = frame * nearest_in_pyramid(grasp.friction, frame.transpose() * pulled.segment<3>(3 * i));
     EXPECT_LE((f.segment<3>(3 * i) - nearest).norm(), tolerance * size);
   }
@@ -146,8 +146,8 @@ inline VectorXd forces_inside(const Grasp& grasp, double edge, std::mt19937& ran
   std::uniform_real_distribution<double> normal_N(0.5, 3.0);
   VectorXd f(3 * grasp.n());
   for (Index i = 0; i < grasp.n(); ++i) {
-    f.segment<3>(3 * i) = normal_N(random) * (grasp.contacts[i].frame * Vector3d(1.0, grasp.friction * share(random),
-                                                                                 grasp.friction * share(random)));
+    f.segment<3>(3 * i) = normal_N(random) * (grasp.contacts[i].axes * Vector3d(1.0, grasp.friction * share(random),
+                                                                                grasp.friction * share(random)));
   }
   return f;
 }

@@ -34,7 +34,7 @@ TEST(GraspDeficit, IsExplainedByTheLeastMissingForces) {
     infeasible += feasible ? 0 : 1;
     const GraspDeficit deficit = explain_infeasible_grasp(grasp.problem(FrictionCone::kPyramid));
     VectorXd e(3 * grasp.n());
-    for (Index i = 0; i < grasp.n(); ++i) e.segment<3>(3 * i) = grasp.contacts[i].frame * deficit.missing_N.col(i);
+    for (Index i = 0; i < grasp.n(); ++i) e.segment<3>(3 * i) = grasp.contacts[i].axes * deficit.missing_N.col(i);
 
     const MatrixXd G = grasp_map(grasp);
     const MatrixXd G_pinv = pseudo_inverse(G);
@@ -63,11 +63,11 @@ TEST(GraspDeficit, IsExplainedForRoundCones) {
     for (Index i = 0; i < grasp.n(); ++i) {
       const Vector3d e_C = deficit.missing_N.col(i);
       EXPECT_LE(grasp.friction * e_C.tail<2>().norm() + e_C[0], 1e-6);
-      e.segment<3>(3 * i) = grasp.contacts[i].frame * e_C;
+      e.segment<3>(3 * i) = grasp.contacts[i].axes * e_C;
       for (int k = 0; k < 64; ++k) {
         const double angle = 2.0 * std::numbers::pi * k / 64.0;
         const Vector3d ray(1.0, grasp.friction * std::cos(angle), grasp.friction * std::sin(angle));
-        rays.block<3, 1>(3 * i, 64 * i + k) = grasp.contacts[i].frame * ray;
+        rays.block<3, 1>(3 * i, 64 * i + k) = grasp.contacts[i].axes * ray;
       }
     }
     const MatrixXd G = grasp_map(grasp);

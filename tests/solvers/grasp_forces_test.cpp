@@ -242,8 +242,7 @@ TEST(GraspForces, MoreSqueezeMeansMoreNormalForce) {
       const Solution solution = solve(grasp);
       if (solution.report.status != GraspStatus::kOptimal) break;
       double normal_N = 0.0;
-      for (Index i = 0; i < grasp.n(); ++i)
-        normal_N += solution.f.segment<3>(3 * i).dot(grasp.contacts[i].frame.col(0));
+      for (Index i = 0; i < grasp.n(); ++i) normal_N += solution.f.segment<3>(3 * i).dot(grasp.contacts[i].axes.col(0));
       EXPECT_GE(normal_N, last_N - 1e-9 * (1.0 + normal_N));
       last_N = normal_N;
     }

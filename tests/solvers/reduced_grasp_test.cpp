@@ -102,7 +102,7 @@ TEST(GraspForces, ContactsOnALineRefuseATorqueAboutItAndHoldTheRest) {
     // What forces well inside the pyramids give can be had.
     VectorXd inside(3 * grasp.n());
     for (Index i = 0; i < grasp.n(); ++i) {
-      inside.segment<3>(3 * i) = grasp.contacts[i].frame * (Vector3d(3.0, 0.0, 0.0) + 0.2 * random_vector(random));
+      inside.segment<3>(3 * i) = grasp.contacts[i].axes * (Vector3d(3.0, 0.0, 0.0) + 0.2 * random_vector(random));
     }
     grasp.wrench = grasp_map(grasp) * inside;
     const Solution solution = solve(grasp);
@@ -123,7 +123,7 @@ TEST(GraspForces, TurnWithTheWorld) {
     const Matrix3d R = random_rotation(random);
     const Vector3d shift = random_vector(random);
     Grasp moved = grasp;
-    for (GraspContact& contact : moved.contacts) contact = {R * contact.point_m + shift, R * contact.frame};
+    for (GraspContact& contact : moved.contacts) contact = {R * contact.point_m + shift, R * contact.axes};
     moved.centre_m = R * grasp.centre_m + shift;
     moved.wrench = (R * grasp.wrench.reshaped(3, 2)).reshaped();
     const Solution moved_solution = solve(moved);

@@ -18,7 +18,7 @@ Eigen::MatrixXd grasp_map(const Grasp& grasp) {
 Eigen::MatrixXd pyramid_rows(const Grasp& grasp) {
   Eigen::MatrixXd A = Eigen::MatrixXd::Zero(5 * grasp.n(), 3 * grasp.n());
   for (Eigen::Index i = 0; i < grasp.n(); ++i) {
-    const Eigen::Matrix3d& frame = grasp.contacts[i].frame;
+    const Eigen::Matrix3d& frame = grasp.contacts[i].axes;
     for (int row = 0; row < 4; ++row) {
       A.block<1, 3>(5 * i + row, 3 * i) =
           (grasp.friction * frame.col(0) + (row % 2 == 0 ? -1.0 : 1.0) * frame.col(1 + row / 2)).transpose();
@@ -34,7 +34,7 @@ Eigen::MatrixXd pyramid_edges(const Grasp& grasp) {
     for (int k = 0; k < 4; ++k) {
       const double mu = grasp.friction;
       const Eigen::Vector3d edge(1.0, k / 2 == 0 ? mu : -mu, k % 2 == 0 ? mu : -mu);
-      E.block<3, 1>(3 * i, 4 * i + k) = grasp.contacts[i].frame * edge;
+      E.block<3, 1>(3 * i, 4 * i + k) = grasp.contacts[i].axes * edge;
     }
   }
   return E;
@@ -88,7 +88,7 @@ Grasp recorded_grasp(const nlohmann::json& problem) {
   for (Eigen::Index i = 0; i < problem.at("n_contacts"); ++i) {
     GraspContact contact;
     contact.point_m = vector_of(problem.at("contact_points")[i]);
-    contact.frame << vector_of(problem.at("normals_inward")[i]), vector_of(problem.at("tangent_u")[i]),
+    contact.axes << vector_of(problem.at("normals_inward")[i]), vector_of(problem.at("tangent_u")[i]),
         vector_of(problem.at("tangent_v")[i]);
     grasp.contacts.push_back(contact);
   }
