@@ -42,7 +42,7 @@ Points<kLanes> gather(const GraspProblem& problem, ReducedGrasp<kLanes>& grasp) 
   for (int k = 0; k < 3; ++k) {
     for (int j = 0; j < 3; ++j) {
       Lane<kLanes> axis;
-      for (int i = 0; i < kLanes; ++i) axis[i] = contacts[i]->frame(k, j);
+      for (int i = 0; i < kLanes; ++i) axis[i] = contacts[i]->axes(k, j);
       grasp.axes[k].col(j) = present * axis;
     }
     Lane<kLanes> points;

@@ -14,7 +14,7 @@ namespace {
 using namespace shown_session;
 
 TEST(Session, ChangesLevelKernelRatesAndDelayAndHoldsTheBox) {
-  Shown shown(held_box());
+  ShownSession shown(held_box());
   ASSERT_TRUE(shown.passes(0.6));
   const auto goes_on = [&](const Set& set) {
     ASSERT_EQ(shown.receive(set), "");
@@ -51,7 +51,7 @@ TEST(Session, ChangesLevelKernelRatesAndDelayAndHoldsTheBox) {
 }
 
 TEST(Session, RefusesWhatTheSceneCannotDo) {
-  Shown shown(scene_of("minimal"));
+  ShownSession shown(scene_of("minimal"));
   Set level, rates, fine;
   level.level = 2;
   EXPECT_NE(shown.receive(level), "");
@@ -63,7 +63,7 @@ TEST(Session, RefusesWhatTheSceneCannotDo) {
   EXPECT_EQ(shown.receive(fine), "");
   ASSERT_TRUE(shown.comes([&] { return shown.status()["settings"]["internal_force_N"] == 3.0; }));
   EXPECT_TRUE(shown.status()["settings"]["level"].is_null());
-  Shown box(held_box());
+  ShownSession box(held_box());
   level.level = 6;  // 320 leaves: 5 control points
   EXPECT_NE(box.receive(level), "");
 }

@@ -21,7 +21,7 @@ namespace {
 using namespace shown_session;
 
 TEST(Session, ShowsAGraspThatRunsAndItsFigures) {
-  Shown shown(held_box());
+  ShownSession shown(held_box());
   ASSERT_TRUE(shown.passes(1.0));
   EXPECT_EQ(shown.scenes(), 1);
   EXPECT_EQ(shown.status()["running"], true);
@@ -45,7 +45,7 @@ TEST(Session, ShowsAGraspThatRunsAndItsFigures) {
 
 // The thread that receives the loops' records is away for longer than there is room for them: 2 s.
 TEST(Session, SaysWhenRecordsWereLost) {
-  Shown shown(held_box());
+  ShownSession shown(held_box());
   ASSERT_TRUE(shown.passes(0.3));
   EXPECT_EQ(shown.value("lost_records"), 0.0);
   EXPECT_EQ(shown.status()["outcome"], "held") << shown.status()["reason"];
@@ -64,7 +64,7 @@ TEST(Session, SaysWhenRecordsWereLost) {
 }
 
 TEST(Session, CostsNoPictureWhileNobodyLooks) {
-  Shown shown(held_box());
+  ShownSession shown(held_box());
   ASSERT_TRUE(shown.passes(0.1));
   shown.set_pages(0);
   std::this_thread::sleep_for(milliseconds(200));
@@ -76,7 +76,7 @@ TEST(Session, CostsNoPictureWhileNobodyLooks) {
 }
 
 TEST(Session, PausesStepsResumesAndResets) {
-  Shown shown(held_box());
+  ShownSession shown(held_box());
   ASSERT_TRUE(shown.passes(0.2));
   EXPECT_NE(shown.receive(Step{}), "");
   EXPECT_EQ(shown.receive(Pause{}), "");
@@ -100,7 +100,7 @@ TEST(Session, PausesStepsResumesAndResets) {
 }
 
 TEST(Session, ShowsTheStartToAPageThatComesInAPause) {
-  Shown shown(held_box());
+  ShownSession shown(held_box());
   shown.set_pages(0);
   shown.receive(Pause{});
   ASSERT_TRUE(shown.comes([&] { return shown.status().value("paused", false); }));
@@ -111,7 +111,7 @@ TEST(Session, ShowsTheStartToAPageThatComesInAPause) {
 }
 
 TEST(Session, RunsSlowly) {
-  Shown shown(held_box());
+  ShownSession shown(held_box());
   ASSERT_TRUE(shown.passes(0.1));
   shown.receive(Pause{});
   ASSERT_TRUE(shown.comes([&] { return shown.status()["running"] == false; }));
@@ -127,7 +127,7 @@ TEST(Session, RunsSlowly) {
 }
 
 /// Pulls the box at its centre to a handle, for so long.
-void pull(Shown& shown, const Eigen::Vector3d& handle, double duration_s) {
+void pull(ShownSession& shown, const Eigen::Vector3d& handle, double duration_s) {
   const double end_s = shown.value("time_s") + duration_s;
   while (shown.value("time_s") < end_s) {
     ASSERT_EQ(shown.receive(Pull{Eigen::Vector3d::Zero(), handle, std::nullopt}), "");
@@ -138,7 +138,7 @@ void pull(Shown& shown, const Eigen::Vector3d& handle, double duration_s) {
 // Without its integral the controller holds against a force like a spring: 300 N/m. So the box goes F / p, with F of
 // the pull's own spring, until someone lets go.
 TEST(Session, APullMovesTheBoxByForceOverStiffnessAndLetsGo) {
-  Shown shown(held_box({"control.position.i=0 N/(m*s)", "control.rotation.i=0 N*m/(rad*s)"}));
+  ShownSession shown(held_box({"control.position.i=0 N/(m*s)", "control.rotation.i=0 N*m/(rad*s)"}));
   ASSERT_TRUE(shown.passes(1.0));
   const Eigen::Vector3d rest = shown.vector("object");
   const Eigen::Vector3d way(0.0, 0.0, 0.008);
@@ -156,7 +156,7 @@ TEST(Session, APullMovesTheBoxByForceOverStiffnessAndLetsGo) {
 }
 
 TEST(Session, MovesTheTargetAndTheBoxFollows) {
-  Shown shown(held_box());
+  ShownSession shown(held_box());
   ASSERT_TRUE(shown.passes(0.5));
   const Eigen::Vector3d shift(-0.02, 0.0, 0.0);
   shown.receive(Target{shift, Eigen::Vector3d::Zero(), std::nullopt});
@@ -170,7 +170,7 @@ TEST(Session, MovesTheTargetAndTheBoxFollows) {
 // At rest in the task's first grip 0.2 would just do: the fingers press with the cones of 0.55 in mind. A box that is
 // moved against its viscosity needs more.
 TEST(Session, LosesTheBoxWithoutFrictionAndFindsItAfterAReset) {
-  Shown shown(held_box());
+  ShownSession shown(held_box());
   ASSERT_TRUE(shown.passes(0.5));
   Set less;
   less.friction = 0.2;
@@ -193,7 +193,7 @@ TEST(Session, LosesTheBoxWithoutFrictionAndFindsItAfterAReset) {
 
 // Wishes that pour in, refused or not, do not keep the grasp from running.
 TEST(Session, RunsOnUnderAFloodOfWishes) {
-  Shown shown(held_box());
+  ShownSession shown(held_box());
   ASSERT_TRUE(shown.passes(0.1));
   const double end_s = shown.value("time_s") + 0.5;
   for (int i = 0; shown.value("time_s") < end_s && i < 100'000; ++i) {
@@ -210,11 +210,11 @@ TEST(Session, RunsOnUnderAFloodOfWishes) {
 
 // The recording holds each state as it was shown, bit for bit, and ends whole.
 TEST(Session, RecordsWhatIsShown) {
-  SessionSettings settings = Shown::quiet();
+  SessionSettings settings = ShownSession::quiet();
   settings.record = thenar::scratch() / "session.mcap";
   std::vector<std::string> shown_states;
   {
-    Shown shown(held_box(), settings);
+    ShownSession shown(held_box(), settings);
     shown.set_pages(0);  // also while nobody looks
     ASSERT_TRUE(shown.passes(0.3));
     Set coarse;
@@ -241,9 +241,9 @@ TEST(Session, RecordsWhatIsShown) {
 // Each other level is another scene in the recording, of 1 MB. A page that sets levels without end gets one a second,
 // and the last one in the end.
 TEST(Session, LevelsThatPourInDoNotFillTheRecording) {
-  SessionSettings settings = Shown::quiet();
+  SessionSettings settings = ShownSession::quiet();
   settings.record = thenar::scratch() / "session.mcap";
-  Shown shown(held_box(), settings);
+  ShownSession shown(held_box(), settings);
   ASSERT_TRUE(shown.passes(0.1));
   const auto begin = std::chrono::steady_clock::now();
   Set set;
@@ -264,7 +264,7 @@ TEST(Session, LevelsThatPourInDoNotFillTheRecording) {
 }
 
 TEST(Session, WaitsWhereNoForcesHoldTheStart) {
-  Shown shown(held_box({"control.grasp.friction=0"}));
+  ShownSession shown(held_box({"control.grasp.friction=0"}));
   ASSERT_TRUE(shown.comes([&] { return shown.status().contains("note") && shown.status()["note"].is_string(); }));
   EXPECT_EQ(shown.status()["running"], false);
   EXPECT_EQ(shown.value("time_s"), 0.0);

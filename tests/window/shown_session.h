@@ -26,9 +26,9 @@ using std::chrono::milliseconds;
 inline constexpr std::chrono::seconds kPatience{60};
 
 /// A session that runs on a thread of its own, and what it has shown.
-class Shown {
+class ShownSession {
  public:
-  explicit Shown(thenar::Scene scene, SessionSettings settings = quiet())
+  explicit ShownSession(thenar::Scene scene, SessionSettings settings = quiet())
       : model_(thenar::build_model(scene)),
         fields_(thenar::state_fields(model_)),
         session_(thenar::build_model(std::move(scene)), settings) {
@@ -54,7 +54,7 @@ class Shown {
       session_.run(display, stop_);
     });
   }
-  ~Shown() { end(); }
+  ~ShownSession() { end(); }
   void end() {
     stop_ = true;
     if (thread_.joinable()) thread_.join();
