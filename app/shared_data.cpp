@@ -50,14 +50,16 @@ std::vector<KnownScene> known_scenes() {
 
 fs::path find_scene(const std::string& text) {
   std::error_code none;
-  if (fs::exists(text, none) || text.find('/') != std::string::npos) return text;
-  const fs::path known = scene_folder() / (text.ends_with(".yaml") ? text : text + ".yaml");
+  const fs::path file = text;
+  const bool may_be_known = !file.has_parent_path() && (!file.has_extension() || file.extension() == ".yaml");
+  if (!may_be_known || fs::exists(file, none)) return file;
+  const fs::path known = scene_folder() / (file.stem().string() + ".yaml");
   if (fs::exists(known, none)) return known;
   const std::vector<KnownScene> scenes = known_scenes();
   std::vector<std::string_view> names;
   for (const KnownScene& scene : scenes) names.push_back(scene.name);
   throw thenar::FileError(text, "no such file, nor a scene that comes with the program" +
-                                    thenar::did_you_mean(thenar::nearest_word(text, names)));
+                                    thenar::did_you_mean(thenar::nearest_word(file.stem().string(), names)));
 }
 
 std::string list_of_scenes() {

@@ -16,8 +16,8 @@ struct KnownScene {
 /// By name. Empty if the folder is missing. Throws FileError for a scene that cannot be read.
 [[nodiscard]] std::vector<KnownScene> known_scenes();
 
-/// The file that a user means: the text itself where it is a path or there is such a file, else the known scene of this
-/// name. Throws FileError where there is neither, and names the scene that is nearest.
+/// The file that a user means: the text itself where it can be no name or there is such a file, else the known scene of
+/// this name. Throws FileError where there is neither, and names the scene that is nearest.
 [[nodiscard]] std::filesystem::path find_scene(const std::string& text);
 
 /// A line a scene.

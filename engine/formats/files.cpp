@@ -98,6 +98,15 @@ std::string read_file(const fs::path& file) {
   return read_from_disk(file);
 }
 
+bool is_readable(const fs::path& file) {
+  {
+    const std::lock_guard lock(kept.turn);
+    if (kept.bytes.contains(file)) return true;
+  }
+  std::error_code none;
+  return fs::exists(file, none);
+}
+
 KeptFiles::~KeptFiles() {
   const std::lock_guard lock(kept.turn);
   kept.bytes.clear();

@@ -41,6 +41,9 @@ class KeptFiles {
   static void keep(const std::filesystem::path& file);
 };
 
+/// Whether read_file() would find it: it is there, or kept.
+[[nodiscard]] bool is_readable(const std::filesystem::path& file);
+
 /// Replaces a file by these bytes, whole or not at all; what is no regular file, such as a pipe, is written to. Throws
 /// FileError.
 void write_file(const std::filesystem::path& path, std::string_view bytes);

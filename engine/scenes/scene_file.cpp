@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <numbers>
-#include <system_error>
 
 #include "engine/formats/files.h"
 #include "engine/formats/point_cloud_file.h"
@@ -59,10 +58,9 @@ void read_posture(const ConfigMap& map, Scene& scene) {
 /// The hand's file: beside the scene, or one that comes with the program. Empty if the scene names none.
 std::filesystem::path hand_file(const ConfigMap& map) {
   const std::filesystem::path beside = map.path("model");
-  std::error_code none;
-  if (beside.empty() || std::filesystem::exists(beside, none)) return beside;
+  if (beside.empty() || is_readable(beside)) return beside;
   const std::filesystem::path known = shared_data() / "scenes" / beside.filename();
-  return std::filesystem::exists(known, none) ? known : beside;
+  return is_readable(known) ? known : beside;
 }
 
 /// False if the hand file cannot be read, which is reported.

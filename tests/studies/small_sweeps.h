@@ -1,5 +1,7 @@
 #pragma once
 
+#include <filesystem>
+#include <fstream>
 #include <string>
 #include <vector>
 
@@ -7,6 +9,7 @@
 #include "engine/scenes/units.h"
 #include "engine/studies/sweep.h"
 #include "tests/support/scenes.h"
+#include "tests/support/scratch.h"
 
 /// Sweeps of few rows.
 namespace thenar::small_sweeps {
@@ -22,10 +25,13 @@ inline SweepPlan small_plan(const Texts& vary) {
 }
 
 /// A copy of a scene and its hand, to be changed.
-inline fs::path copied_scene(const fs::path& folder) {
+inline fs::path copied_scene(const fs::path& folder, const std::string& hand = "hand.yaml") {
   fs::create_directories(folder);
-  for (const char* file : {"minimal.yaml", "hand.yaml"})
-    fs::copy_file(config_file("").parent_path() / file, folder / file);
+  fs::copy_file(config_file("hand"), folder / hand);
+  std::string text = read(config_file("minimal"));
+  const std::string shipped = "hand.yaml";
+  text.replace(text.find(shipped), shipped.size(), hand);
+  std::ofstream(folder / "minimal.yaml") << text;
   return folder / "minimal.yaml";
 }
 

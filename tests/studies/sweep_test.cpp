@@ -172,7 +172,7 @@ TEST(Sweep, ARefusedSceneIsARow) {
 // Scene and hand change, and then they are gone: all rows are those of the files as they were.
 TEST(Sweep, AllRowsAreOfTheSameFiles) {
   SweepPlan plan = small_plan({"contact.friction=0.4:0.9:6"});
-  plan.scene = copied_scene(scratch() / "scene");
+  plan.scene = copied_scene(scratch() / "scene", "own_hand.yaml");
   const std::string csv = rows_csv(plan, rows_of(plan, 1, run_row));
   const KeptFiles kept;
   keep_files(plan);
@@ -181,7 +181,7 @@ TEST(Sweep, AllRowsAreOfTheSameFiles) {
     SweepRow row = run_row(model);
     if (++rows == 2) {
       std::ofstream(plan.scene, std::ios::app) << "unknown: key\n";
-      fs::remove(plan.scene.parent_path() / "hand.yaml");
+      fs::remove(plan.scene.parent_path() / "own_hand.yaml");
     }
     return row;
   };
@@ -189,13 +189,14 @@ TEST(Sweep, AllRowsAreOfTheSameFiles) {
   EXPECT_EQ(rows, 6);
 }
 
+// The program has no hand of this name.
 TEST(Sweep, AFileThatCannotBeReadIsNoOutcome) {
   SweepPlan plan = small_plan({"contact.friction=0.4,0.5"});
-  plan.scene = copied_scene(scratch() / "scene");
-  fs::remove(plan.scene.parent_path() / "hand.yaml");
+  plan.scene = copied_scene(scratch() / "scene", "own_hand.yaml");
+  fs::remove(plan.scene.parent_path() / "own_hand.yaml");
   const auto failures = failures_of(plan, 1, do_nothing);
   ASSERT_EQ(failures.size(), 2U);
-  EXPECT_NE(failures.at(0).find("hand.yaml: no such file"), std::string::npos) << failures.at(0);
+  EXPECT_NE(failures.at(0).find("own_hand.yaml: no such file"), std::string::npos) << failures.at(0);
   EXPECT_THROW(keep_files(plan), ReadError) << "known before the first row";
   EXPECT_THROW(keep_files(small_plan({"object.shape={sphere: 26 mm},{cloud: /no/such.ply}"})), ReadError);
 }
