@@ -1,5 +1,5 @@
-// Two contacts with friction between a block and the floor, by the solver of the contact tick: which forces keep the block
-// from sinking in, and how far does it slide? It links thenar::grasp, which needs Eigen alone.
+// Two contacts with friction between a block and the floor, by the solver of the contact tick: which forces keep the
+// block from sinking in, and how far does it slide? It links thenar::grasp, which needs Eigen alone.
 
 #include <Eigen/Core>
 #include <cstdio>

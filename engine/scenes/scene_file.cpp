@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <system_error>
 
 #include "engine/formats/files.h"
 #include "engine/formats/point_cloud_file.h"
@@ -358,7 +359,8 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
 }
 
 std::filesystem::path shared_data() {
-  return std::filesystem::read_symlink("/proc/self/exe").parent_path().parent_path() / "share" / "thenar";
+  std::error_code none;
+  return std::filesystem::read_symlink("/proc/self/exe", none).parent_path().parent_path() / "share" / "thenar";
 }
 
 std::vector<std::filesystem::path> scene_files(const std::filesystem::path& scene,

@@ -10,7 +10,7 @@
 namespace thenar {
 
 /// What comes with a program: scenes and hands in its folder `scenes`, the window's page. It is share/thenar beside the
-/// folder of the running program, wherever both were installed.
+/// folder of the running program, wherever both were installed; where there is no /proc, below the working folder.
 [[nodiscard]] std::filesystem::path shared_data();
 
 /// Reads a scene and the files that it names, with `--set key=value` changes applied.

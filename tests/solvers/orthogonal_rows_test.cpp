@@ -19,7 +19,8 @@ MatrixXd random_matrix(std::mt19937& random, Index rows, Index columns) {
   return MatrixXd::NullaryExpr(rows, columns, [&] { return normal(random); });
 }
 
-// U is orthogonal, U' A is what is returned, and its rows are orthogonal: to rounding, 1e-16 times the number of products.
+// U is orthogonal, U' A is what is returned, and its rows are orthogonal: to rounding, 1e-16 times the number of
+// products.
 TEST(OrthogonalRows, KeepTheMatrixAndAreOrthogonal) {
   for (unsigned seed = 0; seed < 50; ++seed) {
     SCOPED_TRACE(seed);
@@ -37,8 +38,8 @@ TEST(OrthogonalRows, KeepTheMatrixAndAreOrthogonal) {
   }
 }
 
-// Of U diag(s) V' with known s they are found to a few digits of rounding each, however far apart they are: A's rows are scaled
-// here, which is what one-sided rotations keep.
+// Of U diag(s) V' with known s they are found to a few digits of rounding each, however far apart they are: A's rows
+// are scaled here, which is what one-sided rotations keep.
 TEST(OrthogonalRows, HaveTheSingularValuesAsLengths) {
   const std::vector<double> values = {1e-9, 1e-6, 1e-3, 1.0, 1e3};
   const Index n = std::ssize(values);
