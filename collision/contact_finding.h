@@ -23,25 +23,28 @@ struct ContactCandidate {
   Eigen::Vector3d normal;      ///< Outward normal of the surface there, in the surface's frame.
 };
 
+/// The sample of a surface nearest to a point that moves, found when it was at at_m. It is so until the point has moved
+/// free_m from there.
+struct KnownSample {
+  Eigen::Vector3d at_m = Eigen::Vector3d::Zero();
+  double free_m = -1.0;      ///< Of a point without a sample: none is nearer than this; < 0: nothing is known.
+  Eigen::Index sample = -1;  ///< -1: none was in reach.
+};
+
+/// A sample, or -1 if there is none in reach; it stays so while the point moves less than free_m.
+struct NearestSample {
+  Eigen::Index sample;
+  double free_m;
+};
+
+/// The sample nearest to x, after a search if it is not known. `hint`, a sample's number or -1, is where it might be.
+[[nodiscard]] NearestSample find_nearest(const ImplicitSurface& surface, const Eigen::Vector3d& x_m, double reach_m,
+                                         Eigen::Index hint, KnownSample& known);
+
 /// What the last call knew about a body's control points and a surface: it makes the next one cheaper, and changes
 /// nothing in what is found.
 struct FindingMemory {
-  /// The sample nearest to a control point, found at at_m. It is so until the point has moved free_m from there.
-  struct Known {
-    Eigen::Vector3d at_m = Eigen::Vector3d::Zero();
-    double free_m = -1.0;      ///< Of a point without a sample: none is nearer than this; < 0: nothing is known.
-    Eigen::Index sample = -1;  ///< -1: none was in reach.
-  };
-  /// A control point that may be a contact.
-  struct Prospect {
-    Eigen::Index control_point;
-    Eigen::Vector3d at_m;
-    Eigen::Index sample;
-    double estimate_m;  ///< Of its gap.
-    double least_m;     ///< Its gap is this or more.
-  };
-  std::vector<Known> known;         // of each control point
-  std::vector<Prospect> prospects;  // room for one call's
+  std::vector<KnownSample> known;  // of each control point
 
   // A control point that is no prospect sleeps until the body has travelled so far that it might be one.
   std::vector<double> wakes_m;  // of each control point, at this travelled_m
@@ -53,18 +56,18 @@ struct FindingMemory {
   double radius_m = 0.0;
 };
 
+/// Keeps the `most` candidates of least gap, ties by control point; the others go to `left_out`, if given, which stays as
+/// it is where there are none. Expects and leaves them sorted by control point.
+void keep_least_gaps(Eigen::Index most, std::vector<ContactCandidate>& candidates,
+                     std::vector<ContactCandidate>* left_out);
+
 /// Finds the control points of a body (3 x L in its own frame, posed by X_SB in the surface's frame) that lie within
 /// the band of `surface` or inside it: those inside its bounds grown by the band near a sample, whose signed distance
 /// is below the band. Keeps the max_contacts of least gap, ties by number; sorted by control point.
 ///
-/// Distances are taken in the order of their estimates, deepest first, until a lower bound shows that no other is among
-/// the least.
-///
 /// Requires  band > 0, max_contacts >= 0; reach finite and greater than the band and than the depth to be expected.
 ///           `memory` belongs to one pair of control points and surface.
-/// `left_out`, if given, gets the candidates that there was no room for, in no order. It costs no distances: those that
-/// a bound has ruled out are on the plane of the samples near them, as after a first projection: point_m is the plane's
-/// middle, gap_m the distance from the plane.
+/// `left_out`, if given, gets the candidates that there was no room for, in no order.
 /// `found`, `left_out` and `memory` keep their capacity: no allocation once they have grown to the number of control
 /// points.
 void find_contacts(const Eigen::Matrix3Xd& control_points_m, const Eigen::Isometry3d& X_SB,

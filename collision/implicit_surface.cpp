@@ -9,6 +9,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "collision/sphere_fit.h"
+
 namespace thenar {
 namespace {
 
@@ -57,6 +59,13 @@ ImplicitSurface::ImplicitSurface(const PointCloud& cloud, double support_m)
   fill_starts();
 }
 
+void ImplicitSurface::allow_error(double error_m, double depth_m) {
+  patches_.reset();
+  if (!(error_m > 0.0)) return;
+  patches_.emplace(support_m_, error_m, depth_m, starts_.size());
+  for (const Start& start : starts_) patches_->add(blocks_, start.plane.a_m, start.plane.n);
+}
+
 void ImplicitSurface::fill_starts() {
   starts_.reserve(cloud_.points_m.cols());
   for (Index i = 0; i < cloud_.points_m.cols(); ++i) {
@@ -64,17 +73,15 @@ void ImplicitSurface::fill_starts() {
     const std::optional<Plane> plane = fit(point_m(i), cloud_.normals.col(i));
     if (!plane) throw std::invalid_argument("ImplicitSurface: normals must be of length one");
     const Vector3d n = plane->n;
-    Lanes rise_m = Lanes::Zero(), cosine = Lanes::Ones();
+    Lanes cosine = Lanes::Ones();
     const double radius_m = (1.0 + kStray) * support_m_;
     blocks_.for_each_near(plane->a_m, radius_m, [&](const Block& block, Index) {
       const Lanes from_n = block.cosines(n), squared = block.squared_distances(plane->a_m);
       const auto counts = from_n > kUnlike - kRounding && squared < radius_m * radius_m;
-      rise_m = rise_m.max(counts.select(block.heights(plane->a_m, n), 0.0));
       cosine = cosine.min(counts.select(from_n, 1.0));
     });
     const double least = std::clamp(cosine.minCoeff() - kRounding, 0.0, 1.0);
-    starts_.push_back({*plane, rise_m.maxCoeff() + kRounding, least, std::sqrt(1.0 - least * least) * support_m_,
-                       clear_m(i, *plane, least)});
+    starts_.push_back({*plane, least, clear_m(i, *plane, least)});
   }
 }
 
@@ -129,35 +136,52 @@ std::optional<ImplicitSurface::Plane> ImplicitSurface::fit(const Vector3d& c_m,
                                                            const Vector3d& n_reference) const noexcept {
   const double inv_h2 = 1.0 / (support_m_ * support_m_);
   Lanes sum = Lanes::Zero(), a_x = sum, a_y = sum, a_z = sum, n_x = sum, n_y = sum, n_z = sum;
+  Lanes squares = sum, turns = sum;
   Lanes least_cosine = Lanes::Ones();
   blocks_.for_each_near(c_m, support_m_, [&](const Block& block, Index) {
-    const Lanes near = (1.0 - block.squared_distances(c_m) * inv_h2).max(0.0);
+    const Lanes x = block.x - c_m.x(), y = block.y - c_m.y(), z = block.z - c_m.z();
+    const Lanes squared = x.square() + y.square() + z.square();
+    const Lanes near = (1.0 - squared * inv_h2).max(0.0);
     const Lanes cosine = block.cosines(n_reference);
     const Lanes th = (near * (2.0 * cosine - 1.0).max(0.0)).square().square();
     sum += th;
-    a_x += th * (block.x - c_m.x());
-    a_y += th * (block.y - c_m.y());
-    a_z += th * (block.z - c_m.z());
+    a_x += th * x;
+    a_y += th * y;
+    a_z += th * z;
     n_x += th * block.n_x;
     n_y += th * block.n_y;
     n_z += th * block.n_z;
+    squares += (th > 0.0).select(th * squared, 0.0);
+    turns += (th > 0.0).select(th * (x * block.n_x + y * block.n_y + z * block.n_z), 0.0);
     least_cosine = least_cosine.min((near > 0.0).select(cosine, 1.0));
   });
   const double weight = sum.sum();
   // At the rim of the support 1 - d^2/h^2 is rounding below 1e-3, to the fourth power 1e-12.
   if (!(weight > 1e-12)) return std::nullopt;
-  const Vector3d a_m = c_m + Vector3d(a_x.sum(), a_y.sum(), a_z.sum()) / weight;
-  return Plane{a_m, Vector3d(n_x.sum(), n_y.sum(), n_z.sum()).normalized(), least_cosine.minCoeff()};
+  using Lane = Eigen::Array<double, 1, 1>;
+  const auto mean = [&](const Lanes& lanes, double unit) { return Lane(lanes.sum() / (weight * unit)); };
+  const double h = support_m_;
+  const PlaneOver<Lane> plane =
+      touching_plane<Lane>({mean(a_x, h), mean(a_y, h), mean(a_z, h), mean(n_x, 1.0), mean(n_y, 1.0), mean(n_z, 1.0),
+                            mean(squares, h * h), mean(turns, h)});
+  const Vector3d n(plane.n_x.value(), plane.n_y.value(), plane.n_z.value());
+  // In the middle of the samples, not over c, which may be past an edge.
+  const Vector3d middle_m = Vector3d(a_x.sum(), a_y.sum(), a_z.sum()) / weight;
+  return Plane{c_m + middle_m + (h * plane.height.value() - n.dot(middle_m)) * n, n, least_cosine.minCoeff()};
 }
 
 /// Projects x twice, from a sample on.
 ImplicitSurface::Face ImplicitSurface::project(const Vector3d& x_m, Index start) const noexcept {
   const Plane& first = starts_[start].plane;
+  // At an edge it counts where the samples near x are.
+  if (patches_ && first.least_cosine >= kUnlike) {
+    if (const auto near = patches_->project(x_m, start, first.a_m, first.n)) return {first.a_m, near->n, near->f_m};
+  }
   const double f_m = first.n.dot(x_m - first.a_m);
   const std::optional<Plane> second = fit(x_m - f_m * first.n, first.n);
   // Past an edge or over a hole the projection leaves the samples: the first plane, extended, is the face.
-  if (!second) return {first.a_m, first.n, f_m, first.least_cosine};
-  return {second->a_m, second->n, second->n.dot(x_m - second->a_m), first.least_cosine};
+  if (!second) return {first.a_m, first.n, f_m};
+  return {second->a_m, second->n, second->n.dot(x_m - second->a_m)};
 }
 
 std::optional<SurfaceDistance> ImplicitSurface::distance(const Vector3d& x_m, double reach_m) const noexcept {
@@ -166,27 +190,32 @@ std::optional<SurfaceDistance> ImplicitSurface::distance(const Vector3d& x_m, do
   return distance_from(x_m, start);
 }
 
-SurfaceDistance ImplicitSurface::plane_distance(const Vector3d& x_m, Index sample) const noexcept {
-  const Plane& plane = starts_[sample].plane;
-  return {plane.n.dot(x_m - plane.a_m), plane.a_m, plane.n};
-}
-
 SurfaceDistance ImplicitSurface::face_distance(const Vector3d& x_m, Index sample) const noexcept {
   const Face face = project(x_m, sample);
   return {face.f_m, x_m - face.f_m * face.n, face.n};
 }
 
+/// Whether no other face than the one that x is projected on from this sample, to f and n, matters.
+bool ImplicitSurface::is_alone(const Vector3d& x_m, Index start, double f_m, const Vector3d& n) const noexcept {
+  if (starts_[start].plane.least_cosine < kUnlike) return false;
+  if (f_m > -kDeep * support_m_) return true;
+  const double way_m = (x_m - point_m(start)).norm();
+  return is_clear(start, n, way_m + widest_m(way_m));
+}
+
 SurfaceDistance ImplicitSurface::distance_from(const Vector3d& x_m, Index start) const noexcept {
   const Face first = project(x_m, start);
-  const double way_m = (x_m - point_m(start)).norm();
+  if (is_alone(x_m, start, first.f_m, first.n)) return {first.f_m, x_m - first.f_m * first.n, first.n};
+  return of_several_faces(x_m, start, first);
+}
+
+SurfaceDistance ImplicitSurface::of_several_faces(const Vector3d& x_m, Index start, const Face& first) const noexcept {
   // Near an edge the nearest sample may lie on either side. Deep inside, another face may be as near as this one: but
   // for the slant to the nearest sample, d^2/2|f| < h/4 where d < h/2.
-  const bool at_edge = first.least_cosine < kUnlike, deep = first.f_m < -0.75 * support_m_;
+  const double way_m = (x_m - point_m(start)).norm();
+  const bool at_edge = starts_[start].plane.least_cosine < kUnlike, deep = first.f_m < -0.75 * support_m_;
   const bool inside = first.f_m < 0.0;
   double radius_m = inside ? widest_m(way_m) : support_m_;
-  const bool alone = !at_edge && (first.f_m > -kDeep * support_m_ || is_clear(start, first.n, way_m + radius_m));
-  if (alone) return {first.f_m, x_m - first.f_m * first.n, first.n};
-
   Face face = first;
   double edge_m = support_m_;
   std::array<Face, kMostFaces> convex = {first};
@@ -230,30 +259,13 @@ Vector3d ImplicitSurface::mean_normal(const Face& face, std::span<const Face> co
   return sum.squaredNorm() > 0.01 ? sum.normalized() : face.n;
 }
 
-/// With x - a = f_1 n_1 + (c - a), c the first projection, and n_2 at an angle phi from n_1, the second projection
-/// gives
-///     f_2 = n_2.(x - a_2) >= cos(phi) (f_1 - rise) - sin(phi) |c - a_2|,
-/// for a_2 is a mean of samples that rise above the first plane no higher than `rise`. They lie within h of c, and phi
-/// is no more than the largest angle of theirs.
 ImplicitSurface::Estimate ImplicitSurface::estimate(const Vector3d& x_m, Index sample) const noexcept {
   const Start& start = starts_[sample];
-  const Vector3d from_a = x_m - start.plane.a_m;
-  const double f_m = start.plane.n.dot(from_a);
-  const double stray_m = std::sqrt(std::max(0.0, from_a.squaredNorm() - f_m * f_m));
-  const double firm_m = kStray * support_m_ - stray_m;
-  if (start.plane.least_cosine < kUnlike || firm_m < kRounding) {
-    return {f_m, -std::numeric_limits<double>::infinity(), 0.0};
-  }
-  const double height_m = f_m - start.rise_m;
-  const double least_m = height_m * (height_m > 0.0 ? start.cosine : 1.0) - start.lean_m;
-  if (least_m < -kDeep * support_m_) {
-    // Faces that meet this one concavely could be nearer, if there are others.
-    const double way_m = (x_m - point_m(sample)).norm();
-    if (start.clear_m < way_m + widest_m(way_m)) {
-      return {f_m, -std::numeric_limits<double>::infinity(), 0.0};
-    }
-  }
-  return {f_m, least_m, firm_m};
+  if (!patches_ || start.plane.least_cosine < kUnlike) return {};
+  const Estimate estimate = patches_->estimate(x_m, sample, start.plane.a_m, start.plane.n);
+  // Deep inside, faces that meet this one concavely could be nearer, if there are others.
+  if (estimate.least_m < -kDeep * support_m_) return {};
+  return estimate;
 }
 
 }  // namespace thenar

@@ -109,32 +109,48 @@ struct SampleBlocks::Search {
   Vector3d x_m;
   double beyond_m;
   Query query;
-  double squared, others_squared;  // of the nearest sample, of the next one
+  double squared;  // of the nearest sample
   Index sample;
   double limit_squared;  // what is farther does not matter
   float float_limit;
+  // Of the blocks met; more than these are forgotten.
+  std::array<Index, 64> met;
+  std::size_t count;
 
   void limit_to(double distance_m) {
     limit_squared = std::min(limit_squared, distance_m * distance_m);
     float_limit = std::min(float_limit, samples.inflated_squared(distance_m));
   }
 
-  void meet(const Block& block, Index first) {
-    const Lanes met = block.squared_distances(x_m);
-    if (!(met.minCoeff() <= limit_squared)) return;
-    const double before = squared;
-    for (int k = 0; k < kLanes; ++k) {
-      // Blocks come in any order.
-      if (met[k] < squared || (met[k] == squared && first + k < sample)) {
-        others_squared = squared;
-        squared = met[k];
-        sample = first + k;
-      } else {
-        others_squared = std::min(others_squared, met[k]);
-      }
-    }
+  void meet(Index number) {
+    const Lanes from_x = samples.blocks_[number].squared_distances(x_m);
+    const double least = from_x.minCoeff();
+    if (!(least <= limit_squared)) return;
+    if (count < met.size()) met[count] = number;
+    ++count;
+    if (!(least <= squared)) return;
+    int lane = 0;
+    while (from_x[lane] != least) ++lane;
+    // Blocks come in any order.
+    if (least < squared || kLanes * number + lane < sample) sample = kLanes * number + lane;
+    if (!(least < squared)) return;
+    squared = least;
     // Rounded up: those as near as this one count, too.
-    if (squared < before) limit_to((std::sqrt(squared) + beyond_m) * (1.0 + 1e-15));
+    limit_to((std::sqrt(squared) + beyond_m) * (1.0 + 1e-15));
+  }
+
+  /// The least way to a plane in whose points another sample is as near: (|x - p_j|^2 - |x - p_i|^2) / 2 |p_j - p_i|.
+  [[nodiscard]] double free_m() const {
+    if (count > met.size()) return 0.0;
+    const Vector3d p_m = samples.blocks_[sample / kLanes].point_m(static_cast<int>(sample % kLanes));
+    Lanes least = Lanes::Constant(0.5 * beyond_m);
+    for (std::size_t k = 0; k < count; ++k) {
+      const Block& block = samples.blocks_[met[k]];
+      const Lanes farther = block.squared_distances(x_m) - squared, apart = block.squared_distances(p_m);
+      // Itself, and what is in the same place, is never nearer.
+      least = (apart > 0.0).select((0.5 * farther / apart.sqrt()).min(least), least);
+    }
+    return least.minCoeff();
   }
 };
 
@@ -153,7 +169,7 @@ void SampleBlocks::search(int level, Index node, Search& best) const noexcept {
     if (squared[turn[k]] > best.float_limit) return;
     const Index child = kLanes * node + turn[k];
     if (level == 0) {
-      best.meet(blocks_[child], kLanes * child);
+      best.meet(child);
     } else {
       search(level - 1, child, best);
     }
@@ -163,7 +179,16 @@ void SampleBlocks::search(int level, Index node, Search& best) const noexcept {
 SampleBlocks::Nearest SampleBlocks::nearest(const Vector3d& x_m, double reach_m, double beyond_m,
                                             Index hint) const noexcept {
   constexpr double kNone = std::numeric_limits<double>::infinity();
-  Search best{*this, x_m, beyond_m, query_at(x_m), kNone, kNone, -1, kNone, std::numeric_limits<float>::infinity()};
+  Search best{.samples = *this,
+              .x_m = x_m,
+              .beyond_m = beyond_m,
+              .query = query_at(x_m),
+              .squared = kNone,
+              .sample = -1,
+              .limit_squared = kNone,
+              .float_limit = std::numeric_limits<float>::infinity(),
+              .met = {},
+              .count = 0};
   double within_m = reach_m;
   if (hint >= 0) {
     // Rounded up: the hint's block gives its distance again, perhaps in another last bit.
@@ -173,9 +198,10 @@ SampleBlocks::Nearest SampleBlocks::nearest(const Vector3d& x_m, double reach_m,
   best.limit_to(within_m + beyond_m);
   search(static_cast<int>(levels_.size()) - 1, 0, best);
 
-  const double searched_m = std::sqrt(best.limit_squared);
-  if (!(best.squared <= reach_m * reach_m)) return {-1, 0.0, std::min(std::sqrt(best.squared), searched_m)};
-  return {best.sample, std::sqrt(best.squared), std::min(std::sqrt(best.others_squared), searched_m)};
+  if (!(best.squared <= reach_m * reach_m)) {
+    return {-1, std::min(std::sqrt(best.squared), std::sqrt(best.limit_squared)), 0.0};
+  }
+  return {best.sample, std::sqrt(best.squared), beyond_m > 0.0 ? best.free_m() : 0.0};
 }
 
 }  // namespace thenar

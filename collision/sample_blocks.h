@@ -35,11 +35,11 @@ class SampleBlocks {
     }
   };
 
-  /// The sample nearest to a point, and how far the others are at least.
+  /// The sample nearest to a point.
   struct Nearest {
     Eigen::Index sample = -1;  ///< The first such one; -1 if none lies within the reach.
-    double distance_m = 0.0;   ///< Its distance.
-    double others_m = 0.0;     ///< No other sample is nearer.
+    double distance_m = 0.0;   ///< Its distance; without one, none is nearer than this.
+    double free_m = 0.0;       ///< While the point moves less, the sample remains the nearest.
   };
 
   /// The order in which a cloud's samples go into blocks: neighbours in one block, neighbouring blocks in one node.
@@ -56,8 +56,8 @@ class SampleBlocks {
     visit_within(static_cast<int>(levels_.size()) - 1, 0, query, inflated_squared(radius_m), visit);
   }
 
-  /// The sample nearest to x within the reach, ties by number. The search goes on for `beyond_m` past it: others_m is
-  /// the distance of the next sample, or that far. A `hint`, a sample's number or -1, is where it might be: a good one
+  /// The sample nearest to x within the reach, ties by number. The search goes on for `beyond_m` past it: free_m is the
+  /// way to where another sample is as near, or half as far as that. A `hint`, a sample's number or -1, is where it might be: a good one
   /// makes the search shorter, none changes the result.
   [[nodiscard]] Nearest nearest(const Eigen::Vector3d& x_m, double reach_m, double beyond_m = 0.0,
                                 Eigen::Index hint = -1) const noexcept;

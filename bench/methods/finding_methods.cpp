@@ -83,7 +83,7 @@ double heap_MB() {
   return 1e-6 * static_cast<double>(info.uordblks + info.hblkhd);
 }
 
-FindingMethod our_finding(const KnownObject& object, const Matrix3Xd& controls_m, const GripTask& task, bool cold) {
+FindingMethod our_finding(const KnownObject& object, const Matrix3Xd& controls_m, const GripTask& task, bool cold, double distance_error_m) {
   struct Ready {
     ImplicitSurface surface;
     Matrix3Xd controls_m;
@@ -92,7 +92,9 @@ FindingMethod our_finding(const KnownObject& object, const Matrix3Xd& controls_m
   };
   FindingMethod method;
   auto ready = made_ready(method, [&] {
-    return std::make_shared<Ready>(Ready{ImplicitSurface(object.cloud), controls_m, {}, {}});
+    auto made = std::make_shared<Ready>(Ready{ImplicitSurface(object.cloud), controls_m, {}, {}});
+    made->surface.allow_error(distance_error_m, kDeepest_m + task.band_m);
+    return made;
   });
   const ContactFindingSettings settings{task.band_m, kDeepest_m + task.band_m, task.per_finger};
   // Copied from, it leaves what the memory has taken: forgetting allocates nothing.

@@ -38,7 +38,7 @@ struct FindingMethod {
 
 /// Ours on the object's cloud. Cold: what is remembered from the last grip is forgotten before every one.
 [[nodiscard]] FindingMethod our_finding(const KnownObject& object, const Eigen::Matrix3Xd& controls_m,
-                                        const GripTask& task, bool cold);
+                                        const GripTask& task, bool cold, double distance_error_m = 1e-6);
 
 /// A grid of exact distances with trilinear interpolation: what rigid objects are usually given. Its gradient is the
 /// interpolant's own.

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
+#include <span>
 
 #include "engine/grasp/control.h"
 
@@ -20,12 +20,10 @@ namespace {
 // off.
 constexpr double kFarSide = -0.5;
 
-FrameContact frame_contact(const Model& model, const HandPose& pose, const Isometry3d& X_WO, int finger,
-                           Index control_point, const Vector3d& p_F, const Vector3d& s_O, const Vector3d& n_O) {
-  const Fingertip& tip = model.scene.hand.fingertips[finger];
-  const Matrix3d& R_WF = pose.distal(model.scene.hand, finger).linear();
-  const Matrix3d E_W = contact_frame(R_WF, tip.normal, X_WO.linear() * n_O);
-  return {finger, control_point, p_F, s_O, n_O, 0.0, R_WF.transpose() * E_W};
+/// `n_O` is into the object.
+FrameContact frame_contact(const Fingertip& tip, const Matrix3d& R_OF, int finger, Index control_point,
+                           const Vector3d& p_F, const Vector3d& s_O, const Vector3d& n_O) {
+  return {finger, control_point, p_F, s_O, n_O, 0.0, contact_frame(tip.normal, R_OF.transpose() * n_O)};
 }
 
 bool is_far_side(const Pulp& pulp, const Matrix3d& R_OF, const ContactCandidate& c) {
@@ -40,19 +38,6 @@ bool agree(const std::vector<ContactCandidate>& a, const std::vector<ContactCand
                     });
 }
 
-/// The `most` of least gap; the others go to `left_out`.
-void keep_least_gaps(Index most, std::vector<ContactCandidate>& candidates, std::vector<ContactCandidate>& left_out) {
-  left_out.clear();
-  if (std::ssize(candidates) <= most) return;
-  std::nth_element(candidates.begin(), candidates.begin() + most, candidates.end(), [](const auto& a, const auto& b) {
-    return std::tie(a.gap_m, a.control_point) < std::tie(b.gap_m, b.control_point);
-  });
-  left_out.assign(candidates.begin() + most, candidates.end());
-  candidates.resize(most);
-  std::sort(candidates.begin(), candidates.end(),
-            [](const auto& a, const auto& b) { return a.control_point < b.control_point; });
-}
-
 /// The search of one finger's pulp.
 struct PulpSearch {
   const Model& model;
@@ -64,23 +49,37 @@ struct PulpSearch {
   [[nodiscard]] const Pulp& pulp() const { return model.pulps[finger]; }
   [[nodiscard]] Index most() const { return model.scene.contact.max_per_finger; }
 
-  /// The points as they are. Points far from the surface are the dear ones. A finger at work has contacts enough near
-  /// it, and a wider band would not change which of them are kept.
+  /// The points as they are. A finger at work has contacts enough near the surface: what is farther is not left out.
   void find() {
     std::vector<ContactCandidate>& candidates = search.candidates;
-    for (double within_m = model.scene.contact.band_m;; within_m = std::min(2.0 * within_m, band_m)) {
-      find_contacts(pulp().control_points_m, X_OF, model.object, {within_m, depth_m + within_m, most()},
-                    search.memory[finger], candidates, &search.left_out);
-      if (std::ssize(candidates) == most() || within_m >= band_m) return;
+    find_contacts(pulp().control_points_m, X_OF, model.object, {band_m, depth_m + band_m, pulp().controls()},
+                  search.memory[finger], candidates);
+    double within_m = model.scene.contact.band_m;
+    const auto is_within = [&](const ContactCandidate& c) { return c.gap_m < within_m; };
+    while (within_m < band_m && std::count_if(candidates.begin(), candidates.end(), is_within) < most()) {
+      within_m = std::min(2.0 * within_m, band_m);
     }
+    std::erase_if(candidates, [&](const ContactCandidate& c) { return !is_within(c); });
+    keep_least();
+  }
+
+  void keep_least() {
+    search.left_out.clear();
+    keep_least_gaps(most(), search.candidates, &search.left_out);
+  }
+
+  [[nodiscard]] Index nearest_sample(const Vector3d& p_O, KnownSample& known) const {
+    return find_nearest(model.object, p_O, depth_m + band_m, -1, known).sample;
   }
 
   /// Past a rim there is the plane of the face, and no object. Within a small way of it the depth is less in
   /// proportion, so that no force begins or ends at once.
   [[nodiscard]] bool is_on_object(const Vector3d& p_O, ContactCandidate& c) const {
     const double below_m = 0.125 * model.object.support_m();
-    const auto foot = model.object.distance(p_O - (c.gap_m + below_m) * c.normal, depth_m + band_m);
-    const double share = foot ? std::min(1.0, -foot->distance_m / (0.8 * below_m)) : 0.0;
+    const Vector3d below_O = p_O - (c.gap_m + below_m) * c.normal;
+    const Index sample = nearest_sample(below_O, search.known_below[finger][c.control_point]);
+    if (sample < 0) return false;
+    const double share = std::min(1.0, -model.object.distance_from(below_O, sample).distance_m / (0.8 * below_m));
     if (share <= 0.0) return false;
     if (c.gap_m < 0.0 && share < 1.0) {
       c.gap_m *= share;
@@ -92,7 +91,7 @@ struct PulpSearch {
   /// A drawn-in point sees its face beside the foot of the point itself, and a curved face has turned on its way there.
   /// Past a rim, where there is no sample of the face, its plane goes on.
   void move_to_foot(const Vector3d& p_O, ContactCandidate& c) const {
-    const Index sample = model.object.nearest(p_O - c.gap_m * c.normal, depth_m + band_m).sample;
+    const Index sample = nearest_sample(p_O - c.gap_m * c.normal, search.known_foot[finger][c.control_point]);
     if (sample < 0 || model.object.cloud().normals.col(sample).dot(c.normal) < -kFarSide) return;
     const SurfaceDistance own = model.object.face_distance(p_O, sample);
     c.gap_m = own.distance_m;
@@ -113,19 +112,44 @@ struct PulpSearch {
       move_to_foot(p_O, c);
       return c.gap_m >= band_m || !is_on_object(p_O, c);
     });
-    keep_least_gaps(most(), candidates, search.left_out);
+    keep_least();
   }
 };
 
+// Normals more than 45 degrees apart are those of two faces. All within half of that of their mean are of one.
+constexpr double kSameFace = 0.7, kOneFace = 0.93;
+
+/// For contacts of one face: what fill_curvatures() sums over pairs, from sums over the contacts.
+bool fill_curvatures_of_one_face(std::span<FrameContact> contacts) {
+  const auto count = static_cast<double>(contacts.size());
+  Vector3d middle = Vector3d::Zero(), n = Vector3d::Zero();
+  for (const FrameContact& c : contacts) {
+    middle += c.s_O / count;
+    n += c.n_O;
+  }
+  const double least = kOneFace * n.norm();
+  double squares = 0.0, turns = 0.0;
+  for (const FrameContact& c : contacts) {
+    if (!(c.n_O.dot(n) > least)) return false;
+    const Vector3d s = c.s_O - middle;
+    squares += s.squaredNorm();
+    turns += s.dot(c.n_O);
+  }
+  for (FrameContact& c : contacts) {
+    const Vector3d s = c.s_O - middle;
+    const double way = squares + count * s.squaredNorm();
+    c.curvature_per_m = way > 0.0 ? (s.dot(n) - turns - count * s.dot(c.n_O)) / way : 0.0;
+  }
+  return true;
+}
+
 /// The curvature of the object's surface at each contact of a finger, from how normals turn among its contacts: on a
-/// sphere n_j - n_i = -(s_j - s_i) / R exactly. Normals of another face (more than 45 degrees off) do not count.
-void fill_curvatures(int finger, Frame& frame) {
-  constexpr double kSameFace = 0.7;
-  for (Index i = frame.begin[finger]; i < frame.size(); ++i) {
-    FrameContact& contact = frame.contacts[i];
+/// sphere n_j - n_i = -(s_j - s_i) / R exactly. Normals of another face do not count.
+void fill_curvatures(std::span<FrameContact> contacts) {
+  if (contacts.empty() || fill_curvatures_of_one_face(contacts)) return;
+  for (FrameContact& contact : contacts) {
     double turn = 0.0, way = 0.0;
-    for (Index j = frame.begin[finger]; j < frame.size(); ++j) {
-      const FrameContact& other = frame.contacts[j];
+    for (const FrameContact& other : contacts) {
       if (other.n_O.dot(contact.n_O) < kSameFace) continue;
       const Vector3d step = other.s_O - contact.s_O;
       turn -= step.dot(other.n_O - contact.n_O);
@@ -176,7 +200,7 @@ void add_fine_contacts(const Model& model, const HandPose& pose, const Isometry3
     const Vector3d s_O = model.fine_m.col(search.deepest[c]);
     const Vector3d n_F = (X_FO * s_O - tip.centre_m).normalized();
     const FrameContact fine =
-        frame_contact(model, pose, X_WO, finger, c, tip.centre_m + tip.radius_m * n_F, s_O, X_OF.linear() * n_F);
+        frame_contact(tip, X_OF.linear(), finger, c, tip.centre_m + tip.radius_m * n_F, s_O, X_OF.linear() * n_F);
     const auto end = search.contacts.begin() + static_cast<std::ptrdiff_t>(known);
     while (found != end && found->control_point < c) ++found;
     if (found == end || found->control_point != c) {
@@ -226,10 +250,11 @@ void find_pulp_contacts(const Model& model, const HandPose& pose, const Isometry
     search.draws_in[finger] = beyond || !agree(search.plain, search.candidates);
   }
   for (const ContactCandidate& c : search.candidates) {
-    frame.contacts.push_back(frame_contact(model, pose, X_WO, finger, c.control_point,
-                                           pulp.pulp().control_points_m.col(c.control_point), c.point_m, -c.normal));
+    frame.contacts.push_back(frame_contact(model.scene.hand.fingertips[finger], pulp.X_OF.linear(), finger,
+                                           c.control_point, pulp.pulp().control_points_m.col(c.control_point),
+                                           c.point_m, -c.normal));
   }
-  fill_curvatures(finger, frame);
+  fill_curvatures(std::span(frame.contacts).subspan(frame.begin[finger]));
   add_left_out(model, finger, search, frame);
   add_fine_contacts(model, pose, X_WO, finger, band_m, search, frame);
 }
@@ -242,7 +267,7 @@ void find_point_contact(const Model& model, const HandPose& pose, const Isometry
   const auto nearest = model.object.distance(X_OF * tip.centre_m, reach_m);
   if (!nearest || nearest->distance_m - tip.radius_m >= band_m) return;
   const Vector3d n_F = X_OF.linear().transpose() * -nearest->normal;
-  frame.contacts.push_back(frame_contact(model, pose, X_WO, finger, 0, tip.centre_m + tip.radius_m * n_F,
+  frame.contacts.push_back(frame_contact(tip, X_OF.linear(), finger, 0, tip.centre_m + tip.radius_m * n_F,
                                          nearest->point_m, -nearest->normal));
 }
 
@@ -278,6 +303,8 @@ ContactSearch::ContactSearch(const Model& model) {
     const Pulp& pulp = model.pulps[k];
     const double depth_m = kTrustPerRadius * model.scene.hand.fingertips[k].radius_m;
     drawn_in_m[k] = pulp.control_points_m - depth_m * pulp.control_normals.transpose();
+    known_foot[k].resize(controls);
+    known_below[k].resize(controls);
   }
   if (model.fine_m.cols() == 0) return;
   deepest.reserve(controls);

@@ -17,6 +17,8 @@ struct ContactSearch {
 
   std::array<FindingMemory, kFingers> memory, memory_drawn_in;
   std::array<bool, kFingers> draws_in{};  ///< Fingers that look from drawn-in points, since they met something thin.
+  /// Of drawn-in fingers' points: the samples that their feet, and places below them, are nearest to.
+  std::array<std::vector<KnownSample>, kFingers> known_foot, known_below;
   std::array<Eigen::Matrix3Xd, kFingers> drawn_in_m;  ///< Control points of pulps drawn in by the trust in them.
   std::vector<ContactCandidate> candidates, left_out, plain;
   std::vector<Eigen::Index> deepest;   ///< Of the object's fine samples, by control point; -1: none.

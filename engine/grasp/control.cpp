@@ -46,7 +46,7 @@ GraspContact finger_contact(const Model& model, const HandPose& pose, const Snap
                 : (snapshot.X_WO.translation() - centre).normalized();
     point = centre + tip.radius_m * n;
   }
-  return {point, contact_frame(X_WF.linear(), tip.normal, n)};
+  return {point, X_WF.linear() * contact_frame(tip.normal, X_WF.linear().transpose() * n)};
 }
 
 double finger_gap_m(const Model& model, const HandPose& pose, const Snapshot& snapshot, int finger) {

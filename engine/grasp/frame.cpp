@@ -12,30 +12,17 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// The turn along the great circle from the unit vector `from` to `to`. Of opposite ones any that takes one to the
-/// other. Not Eigen's FromTwoVectors, whose singular values for that case take seconds to compile.
-Eigen::Quaterniond turn_between(const Vector3d& from, const Vector3d& to) {
-  const Vector3d v0 = from.normalized(), v1 = to.normalized();
-  const double c = v1.dot(v0);
-  Eigen::Quaterniond turn;
-  if (c < -1.0 + 1e-12) {
-    turn.w() = 0.0;
-    turn.vec() = v0.unitOrthogonal();
-    return turn;
-  }
-  const Vector3d axis = v0.cross(v1);
-  const double s = std::sqrt((1.0 + c) * 2.0);
-  const double over_s = 1.0 / s;
-  turn.vec() = axis * over_s;
-  turn.w() = s * 0.5;
-  return turn;
+/// A unit vector t across the unit vector `from`, carried along the great circle from there to `to`. Of opposite ones
+/// along any.
+Vector3d carry(const Vector3d& t, const Vector3d& from, const Vector3d& to) {
+  const double share = 1.0 + from.dot(to);
+  return share > 1e-12 ? Vector3d(t - t.dot(to) / share * (from + to)) : t;
 }
 
 }  // namespace
 
-Matrix3d contact_frame(const Matrix3d& R_WF, const Vector3d& pulp_normal, const Vector3d& n_W) {
-  const auto carry = turn_between(pulp_normal, R_WF.transpose() * n_W);
-  return axes_of(n_W, R_WF * (carry * pulp_normal.unitOrthogonal()));
+Matrix3d contact_frame(const Vector3d& pulp_normal, const Vector3d& n_F) {
+  return axes_of(n_F, carry(pulp_normal.unitOrthogonal(), pulp_normal, n_F));
 }
 
 Matrix3d axes_of(const Vector3d& n, const Vector3d& t1) {

@@ -49,12 +49,10 @@ struct Frame {
   [[nodiscard]] Eigen::Index size() const { return static_cast<Eigen::Index>(contacts.size()); }
 };
 
-/// The frame (columns n, t1, t2, world axes) of a contact with normal n_W on the finger whose distal segment is turned
-/// by R_WF. The tangents are fixed in the finger and carried to n along the great circle from the pulp's mean normal
-/// (distal frame): they depend on the posture alone and turn with n without a twist, parallel transport without a
-/// history.
-[[nodiscard]] Eigen::Matrix3d contact_frame(const Eigen::Matrix3d& R_WF, const Eigen::Vector3d& pulp_normal,
-                                            const Eigen::Vector3d& n_W);
+/// The frame (columns n, t1, t2, distal axes) of a contact with normal n. The tangents are fixed in the finger and
+/// carried to n along the great circle from the pulp's mean normal: they depend on the posture alone and turn with n
+/// without a twist, parallel transport without a history. Requires unit vectors.
+[[nodiscard]] Eigen::Matrix3d contact_frame(const Eigen::Vector3d& pulp_normal, const Eigen::Vector3d& n_F);
 
 /// Orthonormal right-handed axes: the unit vector n, and along t1 as far as it is across n.
 [[nodiscard]] Eigen::Matrix3d axes_of(const Eigen::Vector3d& n, const Eigen::Vector3d& t1);

@@ -52,6 +52,18 @@ double search_reach_m(const Scene& scene) {
   return kTrustPerRadius * radius_m + scene.contact.band_m;
 }
 
+/// What fingertips ask the surface for: distances with this error, up to this depth.
+struct Asked {
+  double error_m = 0.0, depth_m = 0.0;
+  bool operator==(const Asked&) const = default;
+};
+Asked asked_of_surface(const Scene& scene) {
+  if (!scene.fingertips || scene.contact.distance_error_m == 0.0) return {};
+  double radius_m = 0.0;
+  for (const Fingertip& tip : scene.hand.fingertips) radius_m = std::max(radius_m, tip.radius_m);
+  return {scene.contact.distance_error_m, kTrustPerRadius * radius_m + scene.contact.band_m};
+}
+
 /// What repair() did that a user should know of.
 void add_notes(const CloudRepair& repaired, Index points, std::vector<std::string>& notes) {
   const auto share = [&](Index part) { return 100.0 * static_cast<double>(part) / static_cast<double>(points); };
@@ -124,7 +136,10 @@ ImplicitSurface make_surface(const Scene& scene, std::vector<std::string>& notes
   }
   add_notes(repaired, points, notes);
   check_holes(cloud, support_m, search_reach_m(scene), notes);
-  return {cloud, support_m};
+  ImplicitSurface surface(cloud, support_m);
+  const Asked asked = asked_of_surface(scene);
+  surface.allow_error(asked.error_m, asked.depth_m);
+  return surface;
 }
 
 }  // namespace
@@ -141,7 +156,7 @@ ImplicitSurface make_object_surface(const Scene& scene, std::vector<std::string>
 
 bool have_same_surface(const Scene& one, const Scene& other) {
   return one.object.points == other.object.points && one.object.shape == other.object.shape &&
-         search_reach_m(one) == search_reach_m(other);
+         search_reach_m(one) == search_reach_m(other) && asked_of_surface(one) == asked_of_surface(other);
 }
 
 }  // namespace thenar

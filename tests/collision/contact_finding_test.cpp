@@ -157,15 +157,23 @@ struct Shape {
   }
 };
 
-/// Flat, curved, rough; with edges, and too thin for the support.
+/// A surface whose distances may be off a little, as a scene's are unless it asks for none.
+ImplicitSurface allowing_error(ImplicitSurface surface) {
+  surface.allow_error(1e-6, 4.3e-3);
+  return surface;
+}
+
+/// Flat, curved, rough; with edges, and too thin for the support. One without an error.
 const std::vector<Shape>& shapes() {
   const Vector3d size_m = scene().size_m, plate_m(20e-3, 1e-3, 20e-3), egg_m(20e-3, 24e-3, 34e-3);
+  const PointCloud egg = ellipsoid(0.5 * egg_m, 8000);
   static const std::vector<Shape> kShapes = {
-      {"box", scene().box, size_m},
-      {"plate", ImplicitSurface(sample_box(plate_m, 3600)), plate_m},
-      {"ellipsoid", ImplicitSurface(ellipsoid(0.5 * egg_m, 8000)), egg_m, true},
-      {"noisy ellipsoid", ImplicitSurface(disturbed(ellipsoid(0.5 * egg_m, 8000), 0.05e-3, 0.1)), egg_m, true},
-      {"very noisy box", ImplicitSurface(disturbed(sample_box(size_m, 7600), 0.2e-3, 0.5)), size_m}};
+      {"box", allowing_error(scene().box), size_m},
+      {"exact box", scene().box, size_m},
+      {"plate", allowing_error(ImplicitSurface(sample_box(plate_m, 3600))), plate_m},
+      {"ellipsoid", allowing_error(ImplicitSurface(egg)), egg_m, true},
+      {"noisy ellipsoid", allowing_error(ImplicitSurface(disturbed(egg, 0.05e-3, 0.1))), egg_m, true},
+      {"very noisy box", allowing_error(ImplicitSurface(disturbed(sample_box(size_m, 7600), 0.2e-3, 0.5))), size_m}};
   return kShapes;
 }
 
@@ -273,8 +281,7 @@ TEST(ContactFinding, KeepsTheLeastGapsAndTiesByControlPoint) {
   }
 }
 
-// What there is no room for is not lost: with any room the two lists share the candidates, and those that were left out
-// without a distance are as near as the plane by their sample says, on flat faces exactly but near edges.
+// What there is no room for is not lost: together the two lists are those of a search with any room.
 TEST(ContactFinding, TellsWhatItHasNoRoomFor) {
   Random random(4);
   FindingMemory memory, other;
@@ -290,7 +297,7 @@ TEST(ContactFinding, TellsWhatItHasNoRoomFor) {
     ASSERT_EQ(kept.size(), all.size());
     for (std::size_t c = 0; c < all.size(); ++c) {
       EXPECT_EQ(kept[c].control_point, all[c].control_point);
-      EXPECT_NEAR(kept[c].gap_m, all[c].gap_m, 20e-6);
+      EXPECT_EQ(kept[c].gap_m, all[c].gap_m);
       const Vector3d p_m = X_SB * scene().controls_m.col(kept[c].control_point);
       EXPECT_NEAR(kept[c].normal.dot(p_m - kept[c].point_m), kept[c].gap_m, 1e-12);
     }
@@ -356,7 +363,7 @@ TEST(ContactFinding, BoundsHold) {
   const std::vector<PointCloud> clouds = {sample_mug(mug, 12000), noisy, sample_ellipsoid({30e-3, 40e-3, 60e-3}, 8000),
                                           sample_box({20e-3, 6e-3, 20e-3}, 3000)};
   for (std::size_t k = 0; k < clouds.size(); ++k) {
-    const ImplicitSurface surface(clouds[k]);
+    const ImplicitSurface surface = allowing_error(ImplicitSurface(clouds[k]));
     int bounded = 0;
     for (int i = 0; i < 20000; ++i) {
       const Vector3d x =

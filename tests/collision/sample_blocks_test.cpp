@@ -95,18 +95,17 @@ TEST(SampleBlocks, NearestIsExactWithAnyHint) {
       const double least_m = d_m.minCoeff(), rounding_m = 1e-15;
       if (found.sample < 0) {
         EXPECT_GT(least_m, reach_m - rounding_m);
-        EXPECT_LE(found.others_m, least_m + rounding_m);
-        EXPECT_GE(found.others_m, reach_m);
+        EXPECT_LE(found.distance_m, least_m + rounding_m);
+        EXPECT_GE(found.distance_m, reach_m);
       } else {
         EXPECT_LE(least_m, reach_m + rounding_m);
         EXPECT_NEAR(d_m[found.sample], least_m, rounding_m);
         EXPECT_NEAR(found.distance_m, least_m, rounding_m);
-        for (Index i = 0; i < count; ++i) {
-          if (i != found.sample) {
-            EXPECT_GE(d_m[i], found.others_m - rounding_m);
-          }
+        EXPECT_LE(found.free_m, 0.5 * beyond_m);
+        for (int k = 0; k < 5 && found.free_m > 0.0; ++k) {
+          const Vector3d moved_m = x_m + 0.999 * found.free_m * random.in_cube(1.0).normalized();
+          EXPECT_EQ(blocks.nearest(moved_m, 1.0).sample, found.sample) << "it is not free to move";
         }
-        EXPECT_GE(found.others_m, found.distance_m);
       }
       for (int k = 0; k < 5; ++k) {
         const Index hint =
@@ -124,7 +123,6 @@ TEST(SampleBlocks, TiesGoByNumber) {
   for (Index hint = -1; hint < 30; ++hint) {
     const Nearest found = blocks.nearest({2e-3, 0.0, 1e-3}, 5e-3, 0.0, hint);
     EXPECT_EQ(found.sample, 0);
-    EXPECT_EQ(found.others_m, found.distance_m);
   }
 }
 

@@ -67,7 +67,7 @@ class PressedPulp {
   PressedPulp(const Model& model, const Vector3d& n_F, double depth_m) : frame_(model) {
     const Fingertip& tip = model.scene.hand.fingertips[kFinger];
     const Pulp& pulp = model.pulps[kFinger];
-    E_F = contact_frame(Matrix3d::Identity(), tip.normal, n_F);
+    E_F = contact_frame(tip.normal, n_F);
     std::vector<double> gaps;
     for (Index c = 0; c < pulp.controls(); ++c) {
       const Vector3d p = pulp.control_points_m.col(c);
@@ -292,7 +292,7 @@ MatrixXd compliance_for_random_normals(const Model& model, double tilt, std::mt1
   for (Index c = 0; c < pulp.controls(); ++c) {
     const Vector3d p = pulp.control_points_m.col(c), N = pulp.control_normals.row(c),
                    n = (N + tilt * random_direction(random)).normalized();
-    const Matrix3d E = contact_frame(Matrix3d::Identity(), model.scene.hand.fingertips[kFinger].normal, n);
+    const Matrix3d E = contact_frame(model.scene.hand.fingertips[kFinger].normal, n);
     frame.contacts.push_back({kFinger, c, p, p, n, 0.0, E});
   }
   frame.begin = {0, 0, frame.size(), frame.size()};
