@@ -52,42 +52,6 @@ void travel(const Eigen::Isometry3d& X_SB, const ContactFindingSettings& setting
   std::fill(memory.wakes_m.begin(), memory.wakes_m.end(), 0.0);
 }
 
-/// Calls meet(control point, place, start) for every control point inside the surface's bounds grown by the band and
-/// near a sample, but for those whose gap is surely not below the band.
-template <typename Meet>
-void for_each_near(const Eigen::Matrix3Xd& control_points_m, const Eigen::Isometry3d& X_SB,
-                   const ImplicitSurface& surface, const ContactFindingSettings& settings, FindingMemory& memory,
-                   Meet meet) {
-  // No point is nearer to the surface than to its bounds.
-  const auto to_bounds_m = [&](const Vector3d& p_S) {
-    return std::sqrt(surface.bounds().squaredExteriorDistance(p_S));
-  };
-  if (to_bounds_m(X_SB * memory.centre_m) - settings.band_m > memory.radius_m + kRounding_m) return;
-
-  Index hint = -1;
-  for (Index i = 0; i < control_points_m.cols(); ++i) {
-    if (memory.travelled_m < memory.wakes_m[i]) continue;
-    const auto sleep = [&](double way_m) { memory.wakes_m[i] = memory.travelled_m + way_m - kRounding_m; };
-    const Vector3d p_S = X_SB * control_points_m.col(i);
-    if (const double way_m = to_bounds_m(p_S); way_m >= settings.band_m) {
-      sleep(way_m - memory.band_m);
-      continue;
-    }
-    const NearestSample start = find_nearest(surface, p_S, settings.reach_m, hint, memory.known[i]);
-    if (start.sample < 0) {
-      sleep(start.free_m - (memory.reach_m - settings.reach_m));
-      continue;
-    }
-    hint = start.sample;
-    const ImplicitSurface::Estimate estimate = surface.estimate(p_S, start.sample);
-    if (estimate.least_m >= settings.band_m) {
-      sleep(std::min({start.free_m, estimate.least_m - memory.band_m, estimate.firm_m}));
-      continue;
-    }
-    meet(i, p_S, start.sample);
-  }
-}
-
 }  // namespace
 
 NearestSample find_nearest(const ImplicitSurface& surface, const Vector3d& x_m, double reach_m, Index hint,
@@ -129,10 +93,36 @@ void find_contacts(const Eigen::Matrix3Xd& control_points_m, const Eigen::Isomet
   if (settings.max_contacts == 0) return;
 
   travel(X_SB, settings, memory);
-  for_each_near(control_points_m, X_SB, surface, settings, memory, [&](Index i, const Vector3d& p_S, Index sample) {
-    const SurfaceDistance to = surface.distance_from(p_S, sample);
-    if (to.distance_m < settings.band_m) found.push_back({i, to.distance_m, to.point_m, to.normal});
-  });
+  const Eigen::AlignedBox3d& bounds = surface.bounds();
+  // No point is nearer to the surface than to its bounds.
+  if (bounds.exteriorDistance(X_SB * memory.centre_m) - settings.band_m > memory.radius_m + kRounding_m) return;
+  const Vector3d middle_m = bounds.center(), half_m = 0.5 * bounds.sizes();
+  Index hint = -1;
+  for (Index i = 0; i < control_points_m.cols(); ++i) {
+    if (memory.travelled_m < memory.wakes_m[i]) continue;
+    const auto sleep = [&](double way_m) { memory.wakes_m[i] = memory.travelled_m + way_m - kRounding_m; };
+    const Vector3d p_S = X_SB * control_points_m.col(i);
+    if (((p_S - middle_m).array().abs() > half_m.array()).any()) {
+      const double way_m = bounds.exteriorDistance(p_S);
+      if (way_m >= settings.band_m) {
+        sleep(way_m - memory.band_m);
+        continue;
+      }
+    }
+    const NearestSample start = find_nearest(surface, p_S, settings.reach_m, hint, memory.known[i]);
+    if (start.sample < 0) {
+      sleep(start.free_m - (memory.reach_m - settings.reach_m));
+      continue;
+    }
+    hint = start.sample;
+    const SurfaceDistance to = surface.distance_from(p_S, start.sample);
+    if (to.distance_m < settings.band_m) {
+      found.push_back({i, to.distance_m, to.point_m, to.normal});
+      continue;
+    }
+    const ImplicitSurface::Estimate estimate = surface.estimate(p_S, start.sample);
+    sleep(std::min({start.free_m, estimate.least_m - memory.band_m, estimate.firm_m}));
+  }
   keep_least_gaps(settings.max_contacts, found, left_out);
 }
 

@@ -56,8 +56,8 @@ struct FindingMemory {
   double radius_m = 0.0;
 };
 
-/// Keeps the `most` candidates of least gap, ties by control point; the others go to `left_out`, if given, which stays as
-/// it is where there are none. Expects and leaves them sorted by control point.
+/// Keeps the `most` candidates of least gap, ties by control point; the others go to `left_out`, if given, which stays
+/// as it is where there are none. Expects and leaves them sorted by control point.
 void keep_least_gaps(Eigen::Index most, std::vector<ContactCandidate>& candidates,
                      std::vector<ContactCandidate>* left_out);
 

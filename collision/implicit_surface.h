@@ -21,10 +21,12 @@ struct SurfaceDistance {
   Eigen::Vector3d normal;   ///< Outward unit normal there.
 };
 
-/// The surface that a point cloud stands for [Adamson & Alexa 2003; Keiser et al. 2004]:
-///     a(x) = sum th_i p_i / sum th_i,   n(x) = normalised sum th_i n_i,   f(x) = n.(x - a).
-/// Weights fall with distance and with the angle between n_i and n, up to 60 degrees, so that n and a belong to one
-/// face:
+/// The surface that a point cloud stands for [Adamson & Alexa 2003; Keiser et al. 2004; Guennebaud & Gross 2007]: the
+/// plane through
+///     a(x) = sum th_i p_i / sum th_i   with the normal   n(x) = normalised sum th_i n_i,   f(x) = n.(x - a),
+/// raised and leaned to where it touches, over x, the sphere through these samples (sphere_fit.h): their mean lies
+/// below a curved surface. Weights fall with distance and with the angle between n_i and n, up to 60 degrees, so that n
+/// and a belong to one face:
 ///     th_i = max(0, 1 - d_i^2/h^2)^4 max(0, 2 n_i.n - 1)^4.
 /// Where faces meet (the sides of an edge or a corner, the two sides of a plate) the solid is the intersection of their
 /// half-spaces if they meet convexly, else the union: f is the largest or the smallest of theirs.
@@ -40,8 +42,8 @@ class ImplicitSurface {
   ImplicitSurface(const PointCloud& cloud, double support_m);
   ImplicitSurface(const PointCloud& cloud, std::integral auto) = delete;  // no number of samples is a support
 
-  /// From now on distances up to `depth_m` from the surface may differ from the exact ones by `error_m`, for the sake of
-  /// speed: where a sample's patch is as good as that, it answers (SurfacePatches). Takes about 3 us and 208 bytes a
+  /// From now on distances up to `depth_m` from the surface may differ from the exact ones by `error_m`, for the sake
+  /// of speed: where a sample's patch is as good as that, it answers (SurfacePatches). Takes about 3 us and 288 bytes a
   /// sample. Without it, or with an error of 0, all are exact.
   void allow_error(double error_m, double depth_m);
 

@@ -57,8 +57,8 @@ class SampleBlocks {
   }
 
   /// The sample nearest to x within the reach, ties by number. The search goes on for `beyond_m` past it: free_m is the
-  /// way to where another sample is as near, or half as far as that. A `hint`, a sample's number or -1, is where it might be: a good one
-  /// makes the search shorter, none changes the result.
+  /// way to where another sample is as near, or half as far as that. A `hint`, a sample's number or -1, is where it
+  /// might be: a good one makes the search shorter, none changes the result.
   [[nodiscard]] Nearest nearest(const Eigen::Vector3d& x_m, double reach_m, double beyond_m = 0.0,
                                 Eigen::Index hint = -1) const noexcept;
 

@@ -18,7 +18,7 @@ using Eigen::Vector3d;
 constexpr double kDisc = 0.4;
 
 // Polynomials are fitted at as many places as they are tried at.
-constexpr int kFitted = 32, kPlaces = 64;
+constexpr int kTerms = 15, kFitted = 32, kPlaces = 64;
 using Places = Eigen::Array<float, kPlaces, 1>;
 
 // What the error may be at the places where it is tried, of what it may be between them; and how far the nearest of
@@ -35,28 +35,30 @@ constexpr float kLeastDisc = 0.3F;
 constexpr float kLeastWeight = 1e-6F;
 
 /// Places of a unit disc, equally dense (Vogel's spiral), and what fits polynomials to values at the first of them.
-template <int kCoefficients>
 struct Disc {
   Places u, v, radius;
-  Eigen::Matrix<float, kPlaces, kCoefficients> terms;
-  Eigen::Matrix<float, kCoefficients, kFitted> fit;
+  Eigen::Matrix<float, kPlaces, kTerms> terms;
+  Eigen::Matrix<float, kTerms, kFitted> fit;
 };
 
-template <typename TermsOf>
-auto make_disc(TermsOf terms_of) {
-  constexpr int kCoefficients = 15;
-  Disc<kCoefficients> disc;
+Disc make_disc() {
+  Disc disc;
   const double turn = std::numbers::pi * (3.0 - std::sqrt(5.0));
+  Eigen::Matrix<double, kPlaces, kTerms> terms;
   for (int i = 0; i < kPlaces; ++i) {
     // The others lie between the first ones, and on the rim.
     const bool fitted = i < kFitted;
     const double k = fitted ? i + 0.5 : i - kFitted + 1.0, angle = turn * k + (fitted ? 0.0 : 0.5);
-    disc.radius[i] = static_cast<float>(std::sqrt(k / kFitted));
-    disc.u[i] = disc.radius[i] * static_cast<float>(std::cos(angle));
-    disc.v[i] = disc.radius[i] * static_cast<float>(std::sin(angle));
-    disc.terms.row(i) = terms_of(disc.u[i], disc.v[i]).matrix().template head<kCoefficients>().transpose();
+    const double radius = std::sqrt(k / kFitted), u = radius * std::cos(angle), v = radius * std::sin(angle);
+    disc.radius[i] = static_cast<float>(radius);
+    disc.u[i] = static_cast<float>(u);
+    disc.v[i] = static_cast<float>(v);
+    for (int degree = 0, term = 0; degree <= 4; ++degree) {
+      for (int power = 0; power <= degree; ++power) terms(i, term++) = std::pow(u, degree - power) * std::pow(v, power);
+    }
   }
-  const Eigen::MatrixXd fitted = disc.terms.template topRows<kFitted>().template cast<double>();
+  disc.terms = terms.cast<float>();
+  const Eigen::MatrixXd fitted = terms.topRows<kFitted>();
   disc.fit = fitted.completeOrthogonalDecomposition().pseudoInverse().cast<float>();
   return disc;
 }
@@ -114,7 +116,7 @@ SurfacePatches::SurfacePatches(double support_m, double error_m, double depth_m,
 }
 
 void SurfacePatches::add(const SampleBlocks& samples, const Vector3d& a_m, const Vector3d& n) {
-  static const auto disc = make_disc(terms_of);
+  static const Disc disc = make_disc();
   const Vector3d t_1 = n.unitOrthogonal(), t_2 = n.cross(t_1);
   std::vector<Neighbour> neighbours;
   neighbours.reserve(64);
@@ -134,7 +136,7 @@ void SurfacePatches::add(const SampleBlocks& samples, const Vector3d& a_m, const
   const Exact exact = project_places(neighbours, disc.u, disc.v);
 
   Patch& patch = patches_.emplace_back();
-  patch.t_1 = t_1.cast<float>();
+  patch.t_1 = t_1;
   const auto coefficients = [&](const Places& values) { return (disc.fit * values.head<kFitted>().matrix()).eval(); };
   const auto height = coefficients(exact.height), n_u = coefficients(exact.n_u), n_v = coefficients(exact.n_v);
   const auto values = [&](const auto& fitted) { return (disc.terms * fitted).array().eval(); };
@@ -147,16 +149,13 @@ void SurfacePatches::add(const SampleBlocks& samples, const Vector3d& a_m, const
   if (!(good > kLeastDisc)) return;
   patch.good = good > 1.0F ? 1.0F : good - kBetween;
   const float lowest = exact.height.minCoeff(), most = exact.height.maxCoeff(), turned = exact.n_z.minCoeff();
-  patch.least_height_m = static_cast<float>(support_m_) * (lowest - kUnseen * (most - lowest)) - static_cast<float>(error_m_);
+  patch.least_height_m =
+      static_cast<float>(support_m_) * (lowest - kUnseen * (most - lowest)) - static_cast<float>(error_m_);
   patch.least_cosine = turned - kUnseen * (1.0F - turned);
-  const auto padded = [](const auto& fitted, double scale) {
-    Terms terms = Terms::Zero();
-    terms.head(fitted.size()) = static_cast<float>(scale) * fitted.array();
-    return terms;
-  };
-  patch.height_m = padded(height, support_m_);
-  patch.n_1 = padded(n_u, 1.0);
-  patch.n_2 = padded(n_v, 1.0);
+  patch.of.row(0) = static_cast<float>(support_m_) * height.transpose().array();
+  patch.of.row(1) = n_u.transpose().array();
+  patch.of.row(2) = n_v.transpose().array();
+  patch.of.row(3).setZero();
 }
 
 }  // namespace thenar

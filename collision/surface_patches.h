@@ -32,7 +32,8 @@ class SurfacePatches {
   /// What is known of a projection without it.
   struct Estimate {
     double least_m = -std::numeric_limits<double>::infinity();  ///< f is this or more.
-    double firm_m = 0.0;  ///< While x moves no farther and belongs to this sample, `least_m` falls no faster than it moves.
+    double firm_m =
+        0.0;  ///< While x moves no farther and belongs to this sample, `least_m` falls no faster than it moves.
   };
   [[nodiscard]] Estimate estimate(const Eigen::Vector3d& x_m, Eigen::Index sample, const Eigen::Vector3d& a_m,
                                   const Eigen::Vector3d& n) const noexcept {
@@ -49,38 +50,42 @@ class SurfacePatches {
     Eigen::Vector3d n;  ///< Of length one.
   };
   /// The second projection of x by a sample's patch, whose first plane is (a, n). Nothing where the patch is not good.
-  [[nodiscard]] std::optional<Projection> project(const Eigen::Vector3d& x_m, Eigen::Index sample, const Eigen::Vector3d& a_m,
-                                   const Eigen::Vector3d& n) const noexcept {
+  [[nodiscard]] std::optional<Projection> project(const Eigen::Vector3d& x_m, Eigen::Index sample,
+                                                  const Eigen::Vector3d& a_m, const Eigen::Vector3d& n) const noexcept {
     const Patch& patch = patches_[sample];
-    const Eigen::Vector3d from_a = x_m - a_m, t_1 = patch.t_1.cast<double>();
+    const Eigen::Vector3d from_a = x_m - a_m, t_2 = n.cross(patch.t_1);
     const double f_1 = n.dot(from_a);
-    const auto u = static_cast<float>(t_1.dot(from_a) / radius_m_);
-    const auto v = static_cast<float>(n.cross(t_1).dot(from_a) / radius_m_);
+    const auto u = static_cast<float>(patch.t_1.dot(from_a) / radius_m_);
+    const auto v = static_cast<float>(t_2.dot(from_a) / radius_m_);
     if (!(u * u + v * v < patch.good * patch.good) || !(std::abs(f_1) <= depth_m_)) return std::nullopt;
-    const Terms terms = terms_of(u, v);
-    const double height_m = (patch.height_m * terms).sum();
-    const double n_1 = (patch.n_1 * terms).sum(), n_2 = (patch.n_2 * terms).sum();
+    const Values values = patch.at(u, v);
+    const double n_1 = values[1], n_2 = values[2];
     const double cosine = std::sqrt(1.0 - n_1 * n_1 - n_2 * n_2);
-    return Projection{height_m + f_1 * cosine, n * cosine + t_1 * n_1 + n.cross(t_1) * n_2};
+    return Projection{values[0] + f_1 * cosine, n * cosine + patch.t_1 * n_1 + t_2 * n_2};
   }
 
   [[nodiscard]] double bytes() const { return static_cast<double>(patches_.capacity() * sizeof(Patch)); }
 
  private:
-  static constexpr int kTerms = 16;  // 15, and a zero
-  using Terms = Eigen::Array<float, kTerms, 1>;
+  static constexpr int kTerms = 15;
+  using Values = Eigen::Array4f;  ///< n.(c - a) [m], the components of n along t_1 and t_2, and a zero.
 
   struct Patch {
-    Terms height_m, n_1, n_2;  // coefficients
-    Eigen::Vector3f t_1;       // across n; t_2 = n x t_1
-    float good = 0.0F;          // radius, in discs
+    /// Coefficients of 1, u, v, u^2, u v, v^2, ... u^4 ... v^4.
+    Eigen::Array<float, 4, kTerms> of;
+    Eigen::Vector3d t_1 = Eigen::Vector3d::Zero();     // across n; t_2 = n x t_1
+    float good = 0.0F;                                 // radius, in discs
     float least_height_m = 0.0F, least_cosine = 0.0F;  // where it is good
-  };
 
-  [[nodiscard]] static Terms terms_of(float u, float v) {
-    const float uu = u * u, uv = u * v, vv = v * v;
-    return {{1.0F, u, v, uu, uv, vv, u * uu, u * uv, u * vv, v * vv, uu * uu, uu * uv, uu * vv, uv * vv, vv * vv, 0.0F}};
-  }
+    [[nodiscard]] Values at(float u, float v) const {
+      const auto c = [&](int k) { return of.col(k); };
+      const Values u_3 = c(6) + u * c(10) + v * c(11);
+      const Values u_2 = c(3) + v * (c(7) + v * c(12));
+      const Values u_1 = c(1) + v * (c(4) + v * (c(8) + v * c(13)));
+      const Values u_0 = c(0) + v * (c(2) + v * (c(5) + v * (c(9) + v * c(14))));
+      return u_0 + u * (u_1 + u * (u_2 + u * u_3));
+    }
+  };
 
   double support_m_, error_m_, depth_m_;
   double radius_m_;  // of a disc

@@ -181,6 +181,32 @@ Residual sweep_residual(const SweepWorkspace& work, const VectorRef& mu, const V
   return {std::sqrt(sum) / scale_N, std::sqrt(worst) / scale_N};
 }
 
+namespace {
+
+/// The body's motion by a group's changes: J' change.
+SweepWorkspace::Common common_by(const SweepWorkspace& work, const Group& group) {
+  SweepWorkspace::Common common = SweepWorkspace::Common::Zero();
+  for (int c = 0; c < 6; ++c) {
+    Lanes products = {};
+    for (Index r = group.row; r < group.row + group.rows; r += kLanes) {
+      products += load(&work.change[r]) * load(&work.J(r, SweepWorkspace::kOwn + c));
+    }
+    common[c] = sum(products);
+  }
+  return common;
+}
+
+/// Moves a group's contacts with the body: J common.
+void move_with(const SweepWorkspace::Common& common, const Group& group, SweepWorkspace& work) {
+  for (Index r = group.row; r < group.row + group.rows; r += kLanes) {
+    Lanes moved = load(&work.moved[r]);
+    for (int c = 0; c < 6; ++c) moved += common[c] * load(&work.J(r, SweepWorkspace::kOwn + c));
+    store(moved, &work.moved[r]);
+  }
+}
+
+}  // namespace
+
 double sweep(const VectorRef& mu, const VectorRef& delta, SweepWorkspace& work, VectorOut f) {
   const Index count = std::ssize(work.groups);
   SweepWorkspace::Common common = SweepWorkspace::Common::Zero();
@@ -190,8 +216,7 @@ double sweep(const VectorRef& mu, const VectorRef& delta, SweepWorkspace& work, 
     const auto W = work.block(group);
     SweepWorkspace::GroupRows moved(work.moved.data() + group.row, group.rows);
     SweepWorkspace::GroupRows change(work.change.data() + group.row, group.rows);
-    const auto J = work.J.middleRows(group.row, work.coupled ? group.rows : 0).rightCols<SweepWorkspace::kCommon>();
-    if (work.coupled && k > 0) moved.noalias() += J.lazyProduct(common);
+    if (work.coupled && k > 0) move_with(common, group, work);
     const Index last = 3 * (group.end - group.begin - 1);
     const double* const delta_k = delta.data() + 3 * group.begin;
     const double* const mu_k = mu.data() + group.begin;
@@ -228,14 +253,11 @@ double sweep(const VectorRef& mu, const VectorRef& delta, SweepWorkspace& work, 
       }
     }
     if (!work.coupled) continue;
-    common.noalias() += J.transpose().lazyProduct(change);
+    common += common_by(work, group);
     work.common_after.col(k) = common;
   }
   for (Index k = 0; work.coupled && k + 1 < count; ++k) {
-    const Group& group = work.groups[k];
-    const SweepWorkspace::Common later = common - work.common_after.col(k);
-    work.moved.segment(group.row, group.rows).noalias() +=
-        work.J.middleRows(group.row, group.rows).rightCols<SweepWorkspace::kCommon>().lazyProduct(later);
+    move_with(common - work.common_after.col(k), work.groups[k], work);
   }
   return work.change.head(rows_used(work)).norm();
 }

@@ -1,7 +1,6 @@
 #include "solvers/grouped_delassus.h"
 
 #include <cmath>
-#include <utility>
 
 namespace thenar {
 namespace {
@@ -11,6 +10,7 @@ using VectorRef = Eigen::Ref<const Eigen::VectorXd>;
 using VectorOut = Eigen::Ref<Eigen::VectorXd>;
 
 constexpr Index kLanes = SweepWorkspace::kPadding;
+constexpr float kHardly = 1e-3F;  // Of their largest entry Jacobians may change before blocks are made anew.
 using Lanes = Eigen::Array<float, kLanes, 1>;
 
 /// The three columns of contact j, c = 3 j, of J J' and, with a compliance, of s C: the sums in registers.
@@ -86,6 +86,13 @@ void fill_block(const GroupedDelassus& W, Index k, const Jacobian& J, GroupedWor
   for (Index c = 0; c < columns; c += 3) fill_columns<true>(J, W, k, work, c, block);
 }
 
+/// Whether the blocks are nearly W's still. They only lead the way: gaps are computed from W itself.
+bool blocks_hold(const GroupedDelassus& W, const GroupedWorkspace& grouped) {
+  if (W.edition < 0 || W.edition != grouped.edition || W.compliance_scale != grouped.compliance_scale) return false;
+  const auto change = (grouped.sweeps.J - grouped.J_then).cwiseAbs();
+  return change.maxCoeff() <= kHardly * grouped.J_then.cwiseAbs().maxCoeff();
+}
+
 /// The problem as sweeps see it. The Jacobians take the roots of the mobilities: each group's block is J J' + s C.
 void fill(const GroupedDelassus& W, GroupedWorkspace& grouped) {
   SweepWorkspace& work = grouped.sweeps;
@@ -101,8 +108,15 @@ void fill(const GroupedDelassus& W, GroupedWorkspace& grouped) {
     J.topLeftCorner(columns, kOwn) = own_root * W.J_own.middleRows(first, columns).cast<float>();
     J.topRightCorner(columns, kCommon) = W.J_common.middleRows(first, columns).cast<float>() * common_root.asDiagonal();
     J.bottomRows(group.rows - columns).setZero();
+  }
+  if (blocks_hold(W, grouped)) return;
+  grouped.edition = W.edition;
+  grouped.compliance_scale = W.compliance_scale;
+  grouped.J_then = work.J;
+  for (Index k = 0; k < W.groups(); ++k) {
+    const SweepWorkspace::Group& group = work.groups[k];
     auto block = work.block(group);
-    fill_block(W, k, J, grouped, block);
+    fill_block(W, k, work.J.middleRows(group.row, group.rows), grouped, block);
     for (Index i = group.begin; i < group.end; ++i) {
       const Index n = 3 * (i - group.begin);
       work.local[i] =
@@ -229,18 +243,6 @@ SurfaceCompliance::SurfaceCompliance(Index contacts) {
   for (Eigen::MatrixXf* m : {&normal_rows, &cross_rows, &bent_rows}) m->setZero(rows, contacts);
 }
 
-void SurfaceCompliance::set(Index i, Index j, double k_ij, double a_ij, double b_ij) {
-  k(i, j) = k(j, i) = k_ij;
-  a(i, j) = a(j, i) = a_ij;
-  b(i, j) = b(j, i) = b_ij;
-  const float across = static_cast<float>(k_ij + a_ij), bent = static_cast<float>(b_ij);
-  for (const auto& [row, column] : {std::pair{i, j}, std::pair{j, i}}) {
-    normal_rows.col(column).segment<3>(3 * row).setConstant(static_cast<float>(k_ij));
-    cross_rows.col(column).segment<3>(3 * row) << static_cast<float>(k_ij), across, across;
-    bent_rows.col(column).segment<3>(3 * row) << 0.0F, bent, bent;
-  }
-}
-
 Eigen::Matrix3d SurfaceCompliance::entry(Index i, Index j, const Eigen::Matrix3d& E_i,
                                          const Eigen::Matrix3d& E_j) const {
   const Eigen::Vector3d r = p_m.row(i) - p_m.row(j);
@@ -253,12 +255,6 @@ Eigen::Matrix3d SurfaceCompliance::entry(Index i, Index j, const Eigen::Matrix3d
 bool SurfaceCompliance::is_finite(Index contacts) const {
   const auto finite = [&](const Eigen::MatrixXd& m) { return m.topLeftCorner(contacts, contacts).allFinite(); };
   return finite(k) && finite(a) && finite(b) && p_m.topRows(contacts).allFinite();
-}
-
-double SurfaceCompliance::bytes() const {
-  const Index doubles = p_m.size() + k.size() + a.size() + b.size();
-  const Index floats = normal_rows.size() + cross_rows.size() + bent_rows.size();
-  return static_cast<double>(sizeof(double) * doubles + sizeof(float) * floats);
 }
 
 void add_compliance(const SurfaceCompliance& compliance, const GroupedDelassus::Axes& axes, Index first, double scale,

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -19,12 +20,25 @@ class SurfaceCompliance {
   /// For up to `contacts` contacts, and none yet.
   explicit SurfaceCompliance(Eigen::Index contacts = 0);
 
-  /// Sets the entries of contacts i, j and j, i: k, a [m/N], b [1/(N m)].
-  void set(Eigen::Index i, Eigen::Index j, double k, double a, double b);
+  struct Entry {
+    double k, a, b;  ///< [m/N], [m/N], [1/(N m)]
+  };
+  /// Sets the entries of contacts i < `contacts` and j. Those of i, j and of j, i are to be the same.
+  template <typename EntryOf>
+  void set_column(Eigen::Index j, Eigen::Index contacts, EntryOf entry_of) {
+    double *const k_j = k.col(j).data(), *const a_j = a.col(j).data(), *const b_j = b.col(j).data();
+    float *normal = normal_rows.col(j).data(), *cross = cross_rows.col(j).data(), *bent = bent_rows.col(j).data();
+    for (Eigen::Index i = 0; i < contacts; ++i, normal += 3, cross += 3, bent += 3) {
+      const Entry entry = entry_of(i);
+      k_j[i] = entry.k, a_j[i] = entry.a, b_j[i] = entry.b;
+      normal[0] = normal[1] = normal[2] = cross[0] = static_cast<float>(entry.k);
+      cross[1] = cross[2] = static_cast<float>(entry.k + entry.a);
+      bent[0] = 0.0F, bent[1] = bent[2] = static_cast<float>(entry.b);
+    }
+  }
   [[nodiscard]] Eigen::Matrix3d entry(Eigen::Index i, Eigen::Index j, const Eigen::Matrix3d& E_i,
                                       const Eigen::Matrix3d& E_j) const;
   [[nodiscard]] bool is_finite(Eigen::Index contacts) const;
-  [[nodiscard]] double bytes() const;
 
   Eigen::MatrixX3d p_m;     ///< p_i, in the frame that the axes are given in.
   Eigen::MatrixXd k, a, b;  ///< In the leading part.
@@ -53,6 +67,7 @@ struct GroupedDelassus {
   std::span<const SurfaceCompliance> compliance;  ///< Of each group; empty: none.
   const Axes& axes;                               ///< Rows E_i', 3n x 3 or more rows.
   double compliance_scale = 1.0;                  ///< s.
+  std::int64_t edition = -1;  ///< The same in two calls: of the same contacts and compliance. < 0: unlike any other.
 
   [[nodiscard]] Eigen::Index groups() const { return std::ssize(begin) - 1; }
   [[nodiscard]] Eigen::Index contacts() const { return begin.back(); }
@@ -88,7 +103,8 @@ struct GroupedWorkspace {
         surface_motion(3 * contacts),
         axes(3 * contacts + SweepWorkspace::kPadding, 3),
         points(3 * contacts + SweepWorkspace::kPadding, 3),
-        heights(3 * contacts + SweepWorkspace::kPadding) {
+        heights(3 * contacts + SweepWorkspace::kPadding),
+        J_then(sweeps.J) {
     loads.reserve(contacts);
   }
 
@@ -100,6 +116,9 @@ struct GroupedWorkspace {
   Eigen::Matrix<float, Eigen::Dynamic, 3> axes, points;
   Eigen::VectorXf heights;
   std::vector<SurfaceLoad> loads;
+  std::int64_t edition = -1;  // What the blocks were made of.
+  double compliance_scale = 0.0;
+  decltype(SweepWorkspace::J) J_then;
 };
 
 /// The motion by forces f (3n): own_motion, common_motion and surface_motion of `work`. Contacts without a normal force
@@ -108,7 +127,7 @@ void find_motion(const GroupedDelassus& W, const Eigen::Ref<const Eigen::VectorX
 
 /// As solve_contacts with a dense W, and no W to form: the Jacobians may be new in every call. Each group's own block
 /// of W is made in single precision, 14 multiply-adds an entry, and swept; groups move one another through the common
-/// body.
+/// body. While W's edition lasts, and its Jacobians hardly change, blocks are kept from call to call.
 /// Cost      With m contacts a group, 9 m n multiply-adds a sweep.
 [[nodiscard]] SolveReport solve_contacts(const GroupedContactProblem& problem, const GaussSeidelSettings& settings,
                                          GroupedWorkspace& work, ContactSolution solution) noexcept;

@@ -132,10 +132,10 @@ inline ContactData grasp(const GraspScene& scene, Random& random, FactoredContac
       factors->axes.conservativeResize(first + 3 * per_finger, 3);
       for (Index i = 0; i < per_finger; ++i) {
         factors->axes.middleRows<3>(first + 3 * i) = E[i].transpose();
-        for (Index j = 0; j <= i; ++j) {
+        C.set_column(i, per_finger, [&](Index j) -> SurfaceCompliance::Entry {
           const double distance = (point[i] - point[j]).norm() / kKernelWidth_m;
-          C.set(i, j, scene.compliance_m_per_N * std::exp(-0.5 * distance * distance), 0.0, 0.0);
-        }
+          return {scene.compliance_m_per_N * std::exp(-0.5 * distance * distance), 0.0, 0.0};
+        });
       }
     }
   }

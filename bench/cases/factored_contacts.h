@@ -36,7 +36,10 @@ struct FactoredContacts {
   [[nodiscard]] double bytes() const {
     Eigen::Index numbers = J_own.size() + J_common.size() + common_mobility.size() + axes.size();
     double bytes = 0.0;
-    for (const SurfaceCompliance& finger : compliance) bytes += finger.bytes();
+    for (const SurfaceCompliance& C : compliance) {
+      numbers += C.p_m.size() + C.k.size() + C.a.size() + C.b.size();
+      bytes += static_cast<double>(sizeof(float) * (C.normal_rows.size() + C.cross_rows.size() + C.bent_rows.size()));
+    }
     return bytes + static_cast<double>(sizeof(double)) * static_cast<double>(numbers);
   }
 

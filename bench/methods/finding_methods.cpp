@@ -83,7 +83,8 @@ double heap_MB() {
   return 1e-6 * static_cast<double>(info.uordblks + info.hblkhd);
 }
 
-FindingMethod our_finding(const KnownObject& object, const Matrix3Xd& controls_m, const GripTask& task, bool cold, double distance_error_m) {
+FindingMethod our_finding(const KnownObject& object, const Matrix3Xd& controls_m, const GripTask& task, bool cold,
+                          double distance_error_m) {
   struct Ready {
     ImplicitSurface surface;
     Matrix3Xd controls_m;

@@ -36,7 +36,8 @@ struct FindingMethod {
   bool is_signed = true;   ///< Whether `distance` tells inside from outside.
 };
 
-/// Ours on the object's cloud. Cold: what is remembered from the last grip is forgotten before every one.
+/// Ours on the object's cloud, with this error allowed; 0: none. Cold: what is remembered from the last grip is
+/// forgotten before every one.
 [[nodiscard]] FindingMethod our_finding(const KnownObject& object, const Eigen::Matrix3Xd& controls_m,
                                         const GripTask& task, bool cold, double distance_error_m = 1e-6);
 

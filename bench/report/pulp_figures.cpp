@@ -44,12 +44,11 @@ SurfaceCompliance compliance_of(const Pulp& pulp, const Vector3d& n, const std::
   E << n, n.unitOrthogonal(), n.cross(n.unitOrthogonal());
   for (Index j = 0; j < std::ssize(controls); ++j) {
     C.p_m.row(j) = E.transpose() * pulp.control_points_m.col(controls[j]);
-    for (Index i = 0; i <= j; ++i) {
+    C.set_column(j, std::ssize(controls), [&](Index i) -> SurfaceCompliance::Entry {
       const double k = pulp.kernel(controls[i], controls[j]);
-      const double mean = (pulp.tangential - 1.0) * k;
-      C.set(i, j, k, with_cerruti ? pulp.a(controls[i], controls[j]) : mean,
-            with_cerruti ? pulp.b(controls[i], controls[j]) : 0.0);
-    }
+      if (with_cerruti) return {k, pulp.a(controls[i], controls[j]), pulp.b(controls[i], controls[j])};
+      return {k, (pulp.tangential - 1.0) * k, 0.0};
+    });
   }
   return C;
 }

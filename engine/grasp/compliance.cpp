@@ -1,6 +1,7 @@
 #include "engine/grasp/compliance.h"
 
 #include <algorithm>
+#include <span>
 
 #include "engine/grasp/object_compliance.h"
 
@@ -48,14 +49,17 @@ void fill_kernels(const Model& model, Frame& frame) {
     const Pulp& pulp = model.pulps[k];
     const double softness = frame.softness[k];
     SurfaceCompliance& C = frame.compliance[k];
-    const Index begin = frame.begin[k];
-    for (Index j = 0; begin + j < frame.begin[k + 1]; ++j) {
-      const Index c_j = frame.contacts[begin + j].control_point;
+    const std::span<const FrameContact> contacts =
+        std::span(frame.contacts).subspan(frame.begin[k], frame.begin[k + 1] - frame.begin[k]);
+    for (Index j = 0; j < std::ssize(contacts); ++j) {
+      const Index c_j = contacts[j].control_point;
       C.p_m.row(j) = pulp.control_points_m.col(c_j);
-      for (Index i = 0; i <= j; ++i) {
-        const Index c_i = frame.contacts[begin + i].control_point;
-        C.set(i, j, softness * pulp.kernel(c_i, c_j), softness * pulp.a(c_i, c_j), softness * pulp.b(c_i, c_j));
-      }
+      const double *const k_j = pulp.kernel.col(c_j).data(), *const a_j = pulp.a.col(c_j).data(),
+                          *const b_j = pulp.b.col(c_j).data();
+      C.set_column(j, std::ssize(contacts), [&](Index i) -> SurfaceCompliance::Entry {
+        const Index c_i = contacts[i].control_point;
+        return {softness * k_j[c_i], softness * a_j[c_i], softness * b_j[c_i]};
+      });
     }
   }
 }

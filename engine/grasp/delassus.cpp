@@ -27,6 +27,7 @@ GroupedDelassus delassus_operator(const Model& model, const Frame& frame, const 
   W.common_mobility << Vector3d::Constant(mobility.translation), Vector3d::Constant(mobility.rotation), 0.0, 0.0;
   if (model.deformable()) {
     W.compliance = frame.compliance;
+    W.edition = frame.sequence;
     W.compliance_scale = 1.0 - retained_share(model.pulps.front().material, model.scene.step_s);
   }
   return W;

@@ -67,7 +67,7 @@ struct FingertipSettings {
 struct ContactSettings {
   double friction = 0.0;
   double band_m = 0.0;              ///< Control points with a gap below this are candidates.
-  double distance_error_m = 0.0;    ///< Allowed in distances of deformable fingertips' points; 0: exact ones.
+  double distance_error_m = 1e-6;   ///< Allowed in distances of deformable fingertips' points; 0: exact ones.
   Eigen::Index max_per_finger = 0;  ///< Of them, those of least gap.
   std::optional<int> level = 0;     ///< Level of detail of the pulps, see set_level; nothing: chosen by force_error.
   double force_error = 0.05;        ///< Of a pulp's force against Hertz's, rms, that the choice of a level allows.

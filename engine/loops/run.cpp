@@ -1,11 +1,18 @@
 #include "engine/loops/run.h"
 
+#include <cmath>
 #include <utility>
 
 #include "engine/grasp/stopwatch.h"
 #include "engine/grasp/surface_display.h"
 
 namespace thenar {
+namespace {
+
+// Eyes see no more.
+constexpr double kPictures_Hz = 60.0;
+
+}  // namespace
 
 GraspRun::GraspRun(const Model& m, const FramePolicy& policy, std::optional<LockstepSettings> settings)
     : model(m),
@@ -63,6 +70,7 @@ void run_ticks(GraspRun& run, std::int64_t ticks, std::span<Watcher* const> watc
     if (!run.is_lockstep()) displays.emplace_back(pulp);
   }
   const Eigen::VectorXd& muscle_forces_N = run.controller.f_muscle;
+  double picture = -1.0;  // the number of the last one
   for (bool goes_on = true; ticks > 0; --ticks) {
     run.control_if_due();
     if (run.controlled) {
@@ -71,9 +79,13 @@ void run_ticks(GraspRun& run, std::int64_t ticks, std::span<Watcher* const> watc
       if (!goes_on) return;
     }
     const TickReport contact = run.contact();
-    Stopwatch stage;
-    for (std::size_t k = 0; k < displays.size(); ++k) displays[k].displace(run.state.u_m[k]);
-    const double display_s = displays.empty() ? 0.0 : stage.lap();
+    double display_s = 0.0;
+    if (const auto now = std::floor(run.time_s() * kPictures_Hz); !displays.empty() && now != picture) {
+      picture = now;
+      Stopwatch stage;
+      for (std::size_t k = 0; k < displays.size(); ++k) displays[k].displace(run.state.u_m[k]);
+      display_s = stage.lap();
+    }
     const Tick done{run.state, contact, run.report, muscle_forces_N, run.controlled, display_s, &run};
     for (Watcher* watcher : watchers) goes_on = watcher->see_tick(done) && goes_on;
     if (!goes_on) return;

@@ -90,7 +90,7 @@ struct Tick {
   const ControlReport& control;            ///< Of the last control tick; of several threads, that of the tick's frame.
   const Eigen::VectorXd& muscle_forces_N;  ///< Of that control tick.
   bool controlled = false;                 ///< That control tick ran just before it, or its frame is new.
-  double display_s = 0.0;                  ///< What showing the deformed fingertips took.
+  double display_s = 0.0;                  ///< What showing the deformed fingertips took: 60 times a second, else 0.
   const GraspRun* run = nullptr;           ///< What it worked in; null where other threads run.
   const Picture* picture = nullptr;        ///< Of it, if somebody has taken one.
 };

@@ -227,6 +227,7 @@ ContactSettings read_contact(const ConfigMap& map, const std::optional<Fingertip
   contact.friction = map.quantity("friction");
   contact.band_m = map.quantity("band");
   contact.distance_error_m = map.quantity("distance_error");
+  if (!fingertips && map.has("distance_error")) map.refuse("distance_error", "counts with deformable fingertips alone");
   contact.max_per_finger = fingertips ? map.count("max_per_finger") : 1;
   if (fingertips) contact.level = read_level(map);
   if (const int level = contact.level.value_or(0); level > 0 && (Index{1} << level) > fingertips->leaves) {

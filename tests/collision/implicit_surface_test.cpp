@@ -41,19 +41,19 @@ TEST(ImplicitSurface, T1FlatFace) {
 
 TEST(ImplicitSurface, T2SphereIsExact) {
   // The mean of the samples lies h^2/12R under the surface, 21 um. The sphere through them does not. From farther off
-  // two projections end beside the foot of x, by the share gap/R of a spacing at most.
+  // two projections end beside the foot of x, by the share gap/R of a sample's cell, which reaches a spacing and a quarter at most.
   const double radius_mm = 8.0, h_mm = 1.43, spacing_mm = 0.65;
   const ImplicitSurface sphere(sample_sphere(radius_mm * kMm, 1900), h_mm * kMm);
   for (const double gap_mm : {-3.0, -1.0, 0.0, 0.3, 1.0, 3.0}) {
     SCOPED_TRACE(gap_mm);
-    const double aside_mm = gap_mm / radius_mm * spacing_mm;
+    const double aside_mm = gap_mm / radius_mm * 1.25 * spacing_mm;
     Random random(2);
     for (int i = 0; i < kQueries; ++i) {
       const Vector3d n = random.direction();
       const auto to = sphere.distance((radius_mm + gap_mm) * kMm * n, kReach_m);
       ASSERT_TRUE(to);
       ASSERT_NEAR(to->distance_m, gap_mm * kMm, 0.1e-6 + aside_mm * aside_mm / (2.0 * radius_mm) * kMm);
-      ASSERT_LT((to->normal - n).norm(), 1e-4 + std::abs(aside_mm) / radius_mm);
+      ASSERT_LT((to->normal - n).norm(), 3e-4 + std::abs(aside_mm) / radius_mm);
     }
   }
 }
@@ -66,7 +66,8 @@ TEST(ImplicitSurface, CylinderIsNearlyAsExact) {
   const Errors errors = measure(
       surface,
       [&](Random& random) -> Vector3d {
-        const double angle = random.between(0.0, 2.0 * std::numbers::pi), r = (radius_mm + random.between(-1.0, 0.5)) * kMm;
+        const double angle = random.between(0.0, 2.0 * std::numbers::pi),
+                     r = (radius_mm + random.between(-1.0, 0.5)) * kMm;
         return {r * std::cos(angle), r * std::sin(angle), random.between(-20.0, 20.0) * kMm};
       },
       [&](const Vector3d& x_m) { return x_m.head<2>().norm() - radius_mm * kMm; });
@@ -314,7 +315,8 @@ TEST(ImplicitSurface, FollowsItsDefinition) {
   for (unsigned seed = 1; seed <= 300; ++seed) {
     SCOPED_TRACE(seed);
     Random random(seed);
-    const Vector3d x_m = Vector3d(random.between(0.9, 1.2) * kMm * random.direction().array() * Eigen::Array3d(8, 10, 12));
+    const Vector3d x_m =
+        Vector3d(random.between(0.9, 1.2) * kMm * random.direction().array() * Eigen::Array3d(8, 10, 12));
     Index nearest = 0;
     (cloud.points_m.colwise() - x_m).colwise().squaredNorm().minCoeff(&nearest);
     Vector3d c_m = cloud.points_m.col(nearest), n = cloud.normals.col(nearest);

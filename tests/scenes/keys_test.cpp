@@ -102,8 +102,8 @@ std::vector<std::pair<std::string, Changes>> scenes_with_all_keys() {
           {"scan_grasp",
            {"time.control_delay=1 ms", "model=auto",
             "tolerance={position: 1 mm, rotation: 1 deg, force: 5 %, moment: 10 %, margin: 0.1}", "contact.level=auto",
-            "contact.force_error=5 %", "control.grasp.cone=exact", "fingertips.stiffening=0.5 1/N",
-            "object.centre_of_mass=[1 mm, 0 mm, 0 mm]",
+            "contact.force_error=5 %", "contact.distance_error=2 um", "control.grasp.cone=exact",
+            "fingertips.stiffening=0.5 1/N", "object.centre_of_mass=[1 mm, 0 mm, 0 mm]",
             "object.compliance={reduced_modulus: 1 MPa, poisson: 0.5, relaxation: 5 ms}",
             "task.push={force: [1 N, 0 N, 0 N], at: [0 mm, 0 mm, 0 mm], moment: [0 N*m, 0 N*m, 1 N*m]" + interval}},
           shape("box: [50 mm, 40 mm, 30 mm]"),
@@ -150,6 +150,7 @@ TEST(Keys, AgreeWithTheSettings) {
   const ContactSettings contact;
   EXPECT_EQ(scene_of("box_grasp", {"contact.level=auto"}).contact.force_error, contact.force_error);
   EXPECT_EQ(scene_of("stick").contact.level, contact.level);
+  EXPECT_EQ(scene_of("stick").contact.distance_error_m, contact.distance_error_m);
   EXPECT_EQ(scene.control->cone, ControlSettings{}.cone);
   EXPECT_EQ(scene.control->position.d, PidGains{}.d);
   EXPECT_FALSE(scene.only_needed);
