@@ -41,7 +41,8 @@ TEST(ImplicitSurface, T1FlatFace) {
 
 TEST(ImplicitSurface, T2SphereIsExact) {
   // The mean of the samples lies h^2/12R under the surface, 21 um. The sphere through them does not. From farther off
-  // two projections end beside the foot of x, by the share gap/R of a sample's cell, which reaches a spacing and a quarter at most.
+  // two projections end beside the foot of x, by the share gap/R of a sample's cell, which reaches a spacing and a
+  // quarter at most.
   const double radius_mm = 8.0, h_mm = 1.43, spacing_mm = 0.65;
   const ImplicitSurface sphere(sample_sphere(radius_mm * kMm, 1900), h_mm * kMm);
   for (const double gap_mm : {-3.0, -1.0, 0.0, 0.3, 1.0, 3.0}) {
