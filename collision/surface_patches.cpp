@@ -146,7 +146,7 @@ void SurfacePatches::add(const SampleBlocks& samples, const Vector3d& a_m, const
                          static_cast<float>(depth_m_) * (cosine - exact.n_z).abs();
   // No number is no good.
   const float good = (error_m <= kShare * static_cast<float>(error_m_)).select(2.0F, disc.radius).minCoeff();
-  if (!(good > kLeastDisc)) return;
+  if (!(good > kLeastDisc) || !exact.height.allFinite()) return;
   patch.good = good > 1.0F ? 1.0F : good - kBetween;
   const float lowest = exact.height.minCoeff(), most = exact.height.maxCoeff(), turned = exact.n_z.minCoeff();
   patch.least_height_m =

@@ -60,7 +60,7 @@ class SurfacePatches {
     if (!(u * u + v * v < patch.good * patch.good) || !(std::abs(f_1) <= depth_m_)) return std::nullopt;
     const Values values = patch.at(u, v);
     const double n_1 = values[1], n_2 = values[2];
-    const double cosine = std::sqrt(1.0 - n_1 * n_1 - n_2 * n_2);
+    const double cosine = std::sqrt(std::max(0.0, 1.0 - n_1 * n_1 - n_2 * n_2));
     return Projection{values[0] + f_1 * cosine, n * cosine + patch.t_1 * n_1 + t_2 * n_2};
   }
 

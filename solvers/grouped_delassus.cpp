@@ -90,7 +90,7 @@ void fill_block(const GroupedDelassus& W, Index k, const Jacobian& J, GroupedWor
 bool blocks_hold(const GroupedDelassus& W, const GroupedWorkspace& grouped) {
   if (W.edition < 0 || W.edition != grouped.edition || W.compliance_scale != grouped.compliance_scale) return false;
   const auto change = (grouped.sweeps.J - grouped.J_then).cwiseAbs();
-  return change.maxCoeff() <= kHardly * grouped.J_then.cwiseAbs().maxCoeff();
+  return change.maxCoeff<Eigen::PropagateNaN>() <= kHardly * grouped.J_then.cwiseAbs().maxCoeff();
 }
 
 /// The problem as sweeps see it. The Jacobians take the roots of the mobilities: each group's block is J J' + s C.
