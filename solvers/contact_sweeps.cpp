@@ -132,7 +132,7 @@ Window products(SweepWorkspace& work) {
 
 SweepWorkspace::SweepWorkspace(Index contacts, Index groups_at_most)
     : local(contacts),
-      blocks((3 * contacts + kPadding) * 3 * contacts),
+      blocks((3 * contacts + kPadding * groups_at_most) * 3 * contacts),
       common_after(kCommon, groups_at_most),
       f_last(3 * contacts) {
   const Index rows = 3 * contacts + kPadding * groups_at_most;
@@ -142,14 +142,18 @@ SweepWorkspace::SweepWorkspace(Index contacts, Index groups_at_most)
   J.setZero(rows, kOwn + kCommon);
 }
 
-void SweepWorkspace::lay_out(std::span<const Index> begin) {
+void SweepWorkspace::lay_out(std::span<const Index> begin, bool whole) {
   groups.clear();
   Index row = 0, block = 0;
   for (std::size_t k = 0; k + 1 < begin.size(); ++k) {
-    const Index columns = 3 * (begin[k + 1] - begin[k]), rows = padded(columns);
-    groups.push_back({begin[k], begin[k + 1], row, rows, block});
+    const Index rows = padded(3 * (begin[k + 1] - begin[k]));
+    groups.push_back({begin[k], begin[k + 1], row, rows, row, rows, 0});
     row += rows;
-    block += rows * columns;
+  }
+  for (Group& group : groups) {
+    if (whole) group.first = 0, group.span = row;
+    group.block = block;
+    block += group.span * 3 * (group.end - group.begin);
   }
 }
 
@@ -212,17 +216,18 @@ double sweep(const VectorRef& mu, const VectorRef& delta, SweepWorkspace& work, 
   SweepWorkspace::Common common = SweepWorkspace::Common::Zero();
   for (Index k = 0; k < count; ++k) {
     const Group& group = work.groups[k];
-    const Index rows = group.rows;
+    const Index rows = group.span;
     const auto W = work.block(group);
-    SweepWorkspace::GroupRows moved(work.moved.data() + group.row, group.rows);
-    SweepWorkspace::GroupRows change(work.change.data() + group.row, group.rows);
+    float* const moved_by = work.moved.data() + group.first;
+    float* const moved = work.moved.data() + group.row;
+    float* const change = work.change.data() + group.row;
     if (work.coupled && k > 0) move_with(common, group, work);
     const Index last = 3 * (group.end - group.begin - 1);
     const double* const delta_k = delta.data() + 3 * group.begin;
     const double* const mu_k = mu.data() + group.begin;
     const LocalStep* const local = work.local.data() + group.begin;
     double* const f_k = f.data() + 3 * group.begin;
-    Rows gap = last < 0 ? Rows{} : gap_at(delta_k, moved.data());
+    Rows gap = last < 0 ? Rows{} : gap_at(delta_k, moved);
     for (Index i = 0, r = 0; r <= last; ++i, r += 3) {
       const Rows old{f_k[r], f_k[r + 1], f_k[r + 2]};
       const Rows updated = update_force(local[i], mu_k[i], gap, old);
@@ -231,19 +236,20 @@ double sweep(const VectorRef& mu, const VectorRef& delta, SweepWorkspace& work, 
                   step_2 = static_cast<float>(step.t2);
       change[r] = step_n, change[r + 1] = step_1, change[r + 2] = step_2;
       const Index next = std::min(r + 3, last);
-      gap = gap_at(delta_k + next, moved.data() + next);
+      gap = gap_at(delta_k + next, moved + next);
       // Most candidates of a grasp are open and stay so.
       if (std::abs(step_n) + std::abs(step_1) + std::abs(step_2) == 0.0f) continue;
       f_k[r] = updated.n, f_k[r + 1] = updated.t1, f_k[r + 2] = updated.t2;
       const float* const W_n = W.data() + r * rows;
       const float *const W_1 = W_n + rows, *const W_2 = W_1 + rows;
+      const Index at_next = group.row - group.first + next;
       // What this step does to the next contact goes to it in registers: it need not wait for all the others.
-      gap.n += step.n * W_n[next] + step.t1 * W_1[next] + step.t2 * W_2[next];
-      gap.t1 += step.n * W_n[next + 1] + step.t1 * W_1[next + 1] + step.t2 * W_2[next + 1];
-      gap.t2 += step.n * W_n[next + 2] + step.t1 * W_1[next + 2] + step.t2 * W_2[next + 2];
+      gap.n += step.n * W_n[at_next] + step.t1 * W_1[at_next] + step.t2 * W_2[at_next];
+      gap.t1 += step.n * W_n[at_next + 1] + step.t1 * W_1[at_next + 1] + step.t2 * W_2[at_next + 1];
+      gap.t2 += step.n * W_n[at_next + 2] + step.t1 * W_1[at_next + 2] + step.t2 * W_2[at_next + 2];
       // One after the other: the normal's share does not wait for the tangents'.
       for (Index lane = 0; lane < rows; lane += kPadding) {
-        float* const at = moved.data() + lane;
+        float* const at = moved_by + lane;
         const Lanes first =
             load(at) + step_n * load(W_n + lane) + step_1 * load(W_1 + lane) + step_2 * load(W_2 + lane);
         const Lanes second = load(at + kLanes) + step_n * load(W_n + lane + kLanes) +

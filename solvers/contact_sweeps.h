@@ -81,7 +81,7 @@ Admission admit(const Local& local, const Problem& problem, Eigen::Ref<Eigen::Ve
 
 /// Memory of fast Gauss-Seidel solves for up to `contacts` contacts in `groups` groups, taken once; and the problem as
 /// its sweeps see it: a group's part of W as a dense block in single precision, and what groups do to one another
-/// through a body that all of them touch, in factors.
+/// through a body that all of them touch, in factors, or in blocks of whole columns.
 ///
 /// Single precision halves what a sweep reads, and with it the time. It holds only changes since the gaps were last
 /// computed in double precision. That is done again whenever the residual has fallen by three digits or stalls, and
@@ -98,16 +98,17 @@ struct SweepWorkspace {
 
   explicit SweepWorkspace(Eigen::Index contacts, Eigen::Index groups = 1);
 
-  /// Contacts begin .. end - 1; they have `rows` rows, padded, from `row` on.
+  /// Contacts begin .. end - 1; they have `rows` rows, padded, from `row` on, and their block has `span` rows from
+  /// `first` on: their own, or those of all groups.
   struct Group {
-    Eigen::Index begin, end, row, rows, block;
+    Eigen::Index begin, end, row, rows, first, span, block;
   };
 
-  /// Makes contacts begin[k] .. begin[k + 1) group k.
-  void lay_out(std::span<const Eigen::Index> begin);
-  /// W of a group's own contacts, for the caller to fill; the padding, too.
+  /// Makes contacts begin[k] .. begin[k + 1) group k. whole: blocks are whole columns of W.
+  void lay_out(std::span<const Eigen::Index> begin, bool whole = false);
+  /// W's columns of a group's contacts, in the rows of its span, for the caller to fill; the padding, too.
   auto block(const Group& group) {
-    return Eigen::Map<Eigen::MatrixXf, Eigen::AlignedMax>(blocks.data() + group.block, group.rows,
+    return Eigen::Map<Eigen::MatrixXf, Eigen::AlignedMax>(blocks.data() + group.block, group.span,
                                                           3 * (group.end - group.begin));
   }
 

@@ -78,11 +78,13 @@ SolveReport solve_contacts(const ContactProblem& problem, const GaussSeidelSetti
   };
   SolveReport report{SolveStatus::kBudgetSpent};
   look();
+  // A stalled sweep moves nothing and solves nothing: judge by the residual, never by the step.
   while (residual.norm > settings.tolerance && report.sweeps < settings.max_sweeps) {
     for (Index i = 0; i < mu.size(); ++i) {
       const Rows old = rows_of(f, i);
       const Rows updated = update_force(local(i), mu[i], rows_of(delta, i), old);
       const Rows change{updated.n - old.n, updated.t1 - old.t1, updated.t2 - old.t2};
+      // Most candidates of a grasp are open and stay so.
       if (change.n == 0.0 && change.t1 == 0.0 && change.t2 == 0.0) continue;
       set_rows(f, i, updated);
       add_force(W, i, change, delta);
@@ -95,6 +97,7 @@ SolveReport solve_contacts(const ContactProblem& problem, const GaussSeidelSetti
       look();
     }
   }
+  // What W holds beside its diagonal was not looked at before: it shows here.
   if (!std::isfinite(residual.norm) || !delta.allFinite() || !f.allFinite()) return not_finite(report.sweeps, solution);
   report.residual = residual.norm;
   report.residual_worst = residual.worst;

@@ -13,11 +13,33 @@ constexpr Index kLanes = SweepWorkspace::kPadding;
 constexpr float kHardly = 1e-3F;  // Of their largest entry Jacobians may change before blocks are made anew.
 using Lanes = Eigen::Array<float, kLanes, 1>;
 
-/// The three columns of contact j, c = 3 j, of J J' and, with a compliance, of s C: the sums in registers.
+/// Three columns of a block, kLanes rows of them: sums that stay in registers.
+struct Columns {
+  Lanes n = Lanes::Zero(), t1 = n, t2 = n;
+
+  /// Adds rows c .. c + 2 of a matrix times its rows from r on, of kCount of its columns from kFirst on.
+  template <int kFirst, int kCount, typename Matrix>
+  void add_products(const Matrix& A, Index c, Index r) {
+#pragma GCC unroll 10
+    for (int j = kFirst; j < kFirst + kCount; ++j) {
+      const auto A_r = A.col(j).template segment<kLanes>(r).array();
+      n += A(c, j) * A_r;
+      t1 += A(c + 1, j) * A_r;
+      t2 += A(c + 2, j) * A_r;
+    }
+  }
+  template <typename Block>
+  void store(Block& block, Index r, Index c) const {
+    block.col(c).template segment<kLanes>(r) = n;
+    block.col(c + 1).template segment<kLanes>(r) = t1;
+    block.col(c + 2).template segment<kLanes>(r) = t2;
+  }
+};
+
+/// The three columns of contact j, c = 3 j, of J J' and, with a compliance, of s C.
 template <bool kCompliant, typename Jacobian, typename Block>
 void fill_columns(const Jacobian& J, const GroupedDelassus& W, Index k, const GroupedWorkspace& work, Index c,
                   Block& block) {
-  constexpr int kUsed = GroupedDelassus::kOwn + 6;
   const auto& E = work.axes;
   const float s = static_cast<float>(W.compliance_scale);
   Eigen::Matrix3f E_j;  // s E_j', and s E_j' p_j
@@ -28,7 +50,7 @@ void fill_columns(const Jacobian& J, const GroupedDelassus& W, Index k, const Gr
     s_j = s * work.heights.segment<3>(c);
   }
   for (Index r = 0; r < block.rows(); r += kLanes) {
-    Lanes n = Lanes::Zero(), t1 = n, t2 = n;
+    Columns sums;
     if constexpr (kCompliant) {
       Lanes along = work.heights.segment<kLanes>(r).array();  // E_i' r_ij
       Lanes along_1 = Lanes::Constant(-s_j[1]), along_2 = Lanes::Constant(-s_j[2]);
@@ -36,9 +58,9 @@ void fill_columns(const Jacobian& J, const GroupedDelassus& W, Index k, const Gr
       for (int j = 0; j < 3; ++j) {
         const auto E_r = E.col(j).template segment<kLanes>(r).array();
         const auto p_r = work.points.col(j).template segment<kLanes>(r).array();
-        n += E_j(0, j) * E_r;
-        t1 += E_j(1, j) * E_r;
-        t2 += E_j(2, j) * E_r;
+        sums.n += E_j(0, j) * E_r;
+        sums.t1 += E_j(1, j) * E_r;
+        sums.t2 += E_j(2, j) * E_r;
         along -= p_j[j] * E_r;
         along_1 += E_j(1, j) * p_r;
         along_2 += E_j(2, j) * p_r;
@@ -46,26 +68,53 @@ void fill_columns(const Jacobian& J, const GroupedDelassus& W, Index k, const Gr
       const SurfaceCompliance& C = W.compliance[k];
       const auto cross = C.cross_rows.col(c / 3).segment<kLanes>(r).array();
       along *= C.bent_rows.col(c / 3).segment<kLanes>(r).array();
-      n *= C.normal_rows.col(c / 3).segment<kLanes>(r).array();
-      t1 = cross * t1 + along * along_1;
-      t2 = cross * t2 + along * along_2;
+      sums.n *= C.normal_rows.col(c / 3).segment<kLanes>(r).array();
+      sums.t1 = cross * sums.t1 + along * along_1;
+      sums.t2 = cross * sums.t2 + along * along_2;
     }
-#pragma GCC unroll 10
-    for (int j = 0; j < kUsed; ++j) {
-      const auto J_r = J.col(j).template segment<kLanes>(r).array();
-      n += J(c, j) * J_r;
-      t1 += J(c + 1, j) * J_r;
-      t2 += J(c + 2, j) * J_r;
+    sums.add_products<0, GroupedDelassus::kOwn + 6>(J, c, r);
+    sums.store(block, r, c);
+  }
+}
+
+/// The three columns of contact j of group k, c = 3 j, at the rows of `group`: C_common, added to what k's own rows
+/// have, and in other rows J_common J_common'.
+template <typename Block>
+void fill_shared(const SweepWorkspace::Group& own, const SweepWorkspace::Group& group, const GroupedWorkspace& work,
+                 Index c, Block& block) {
+  for (Index r = group.row; r < group.row + group.rows; r += kLanes) {
+    Columns sums;
+    sums.add_products<0, 3>(work.tensors, own.row + c, r);
+    for (Lanes* column : {&sums.n, &sums.t1, &sums.t2}) *column *= work.shared_rows.segment<kLanes>(r).array();
+    if (group.row == own.row) {
+      sums.n += block.col(c).template segment<kLanes>(r).array();
+      sums.t1 += block.col(c + 1).template segment<kLanes>(r).array();
+      sums.t2 += block.col(c + 2).template segment<kLanes>(r).array();
+    } else {
+      sums.add_products<GroupedDelassus::kOwn, 6>(work.sweeps.J, own.row + c, r);
     }
-    block.col(c).template segment<kLanes>(r) = n;
-    block.col(c + 1).template segment<kLanes>(r) = t1;
-    block.col(c + 2).template segment<kLanes>(r) = t2;
+    sums.store(block, r, c);
+  }
+}
+
+/// Completes the block of group k, whole columns, by what all contacts do through the common body.
+void fill_shared(const GroupedDelassus& W, Index k, GroupedWorkspace& work) {
+  const std::vector<SweepWorkspace::Group>& groups = work.sweeps.groups;
+  auto block = work.sweeps.block(groups[k]);
+  for (Index j = groups[k].begin; j < groups[k].end; ++j) {
+    for (const SweepWorkspace::Group& group : groups) {
+      for (Index i = group.begin; i < group.end; ++i)
+        work.shared_rows.segment<3>(group.row + 3 * (i - group.begin))
+            .setConstant(static_cast<float>((*W.common_compliance.k)(i, j)));
+    }
+    for (const SweepWorkspace::Group& group : groups)
+      fill_shared(groups[k], group, work, 3 * (j - groups[k].begin), block);
   }
 }
 
 /// A group's block, J J' + s C.
 template <typename Jacobian, typename Block>
-void fill_block(const GroupedDelassus& W, Index k, const Jacobian& J, GroupedWorkspace& work, Block& block) {
+void fill_block(const GroupedDelassus& W, Index k, const Jacobian& J, GroupedWorkspace& work, Block block) {
   const Index columns = block.cols(), padding = block.rows() - columns;
   if (W.compliance.empty()) {
     for (Index c = 0; c < columns; c += 3) fill_columns<false>(J, W, k, work, c, block);
@@ -96,8 +145,9 @@ bool blocks_hold(const GroupedDelassus& W, const GroupedWorkspace& grouped) {
 /// The problem as sweeps see it. The Jacobians take the roots of the mobilities: each group's block is J J' + s C.
 void fill(const GroupedDelassus& W, GroupedWorkspace& grouped) {
   SweepWorkspace& work = grouped.sweeps;
-  work.lay_out(W.begin);
-  work.coupled = true;
+  const SharedCompliance& shared = W.common_compliance;
+  work.lay_out(W.begin, static_cast<bool>(shared));
+  work.coupled = !shared;
   constexpr int kOwn = GroupedDelassus::kOwn, kCommon = GroupedDelassus::kPadded;
   const float own_root = static_cast<float>(std::sqrt(W.own_mobility));
   const Eigen::Matrix<float, kCommon, 1> common_root = W.common_mobility.cwiseSqrt().cast<float>();
@@ -113,10 +163,18 @@ void fill(const GroupedDelassus& W, GroupedWorkspace& grouped) {
   grouped.edition = W.edition;
   grouped.compliance_scale = W.compliance_scale;
   grouped.J_then = work.J;
+  for (const SweepWorkspace::Group& group : work.groups) {
+    if (!shared) break;
+    const Index columns = 3 * (group.end - group.begin);
+    auto T = grouped.tensors.middleRows(group.row, group.rows);
+    T.topRows(columns) = (std::sqrt(shared.scale) * shared.T->middleRows(3 * group.begin, columns)).cast<float>();
+    T.bottomRows(group.rows - columns).setZero();
+  }
   for (Index k = 0; k < W.groups(); ++k) {
     const SweepWorkspace::Group& group = work.groups[k];
-    auto block = work.block(group);
+    auto block = work.block(group).middleRows(group.row - group.first, group.rows);
     fill_block(W, k, work.J.middleRows(group.row, group.rows), grouped, block);
+    if (shared) fill_shared(W, k, grouped);
     for (Index i = group.begin; i < group.end; ++i) {
       const Index n = 3 * (i - group.begin);
       work.local[i] =
@@ -183,6 +241,21 @@ void give_way(const GroupedDelassus& W, Index k, const VectorRef& f, GroupedWork
   for (; i < contacts; ++i) give_way_rows<1>(C, W.axes, first, s, i, work.loads, work.surface_motion);
 }
 
+/// The common body's surface motion.
+void give_way(const SharedCompliance& C, const VectorRef& f, GroupedWorkspace& work) {
+  const Index contacts = f.size() / 3;
+  auto sums = work.shared_sums.topRows(contacts);
+  sums.setZero();
+  for (Index j = 0; j < contacts; ++j) {
+    if (f[3 * j] <= 0.0) continue;
+    const Eigen::Vector3d w = C.T->middleRows<3>(3 * j).transpose() * f.segment<3>(3 * j);
+    const auto k_j = C.k->col(j).head(contacts);
+    for (int axis = 0; axis < 3; ++axis) sums.col(axis) += w[axis] * k_j;
+  }
+  for (Index i = 0; i < contacts; ++i)
+    work.shared_motion.segment<3>(3 * i) = C.scale * (C.T->middleRows<3>(3 * i) * sums.row(i).transpose());
+}
+
 /// The motion by forces f, and from it the gaps.
 void gaps(const GroupedContactProblem& problem, const VectorRef& f, GroupedWorkspace& work, VectorOut delta) {
   const GroupedDelassus& W = problem.W;
@@ -199,6 +272,7 @@ void gaps(const GroupedContactProblem& problem, const VectorRef& f, GroupedWorks
     }
   }
   if (!W.compliance.empty()) delta += work.surface_motion.head(delta.size());
+  if (W.common_compliance) delta += work.shared_motion.head(delta.size());
 }
 
 }  // namespace
@@ -234,6 +308,7 @@ void find_motion(const GroupedDelassus& W, const VectorRef& f, GroupedWorkspace&
   }
   work.common_motion << common_1, common_2;
   work.common_motion.array() *= W.common_mobility.array();
+  if (W.common_compliance) give_way(W.common_compliance, f, work);
 }
 
 SurfaceCompliance::SurfaceCompliance(Index contacts) {
@@ -268,6 +343,14 @@ void add_compliance(const SurfaceCompliance& compliance, const GroupedDelassus::
   }
 }
 
+void add_compliance(const SharedCompliance& compliance, Eigen::Ref<Eigen::MatrixXd> W) {
+  for (Index j = 0; 3 * j < W.cols(); ++j) {
+    const Eigen::Matrix3d T_j = compliance.scale * compliance.T->middleRows<3>(3 * j).transpose();
+    for (Index i = 0; 3 * i < W.rows(); ++i)
+      W.block<3, 3>(3 * i, 3 * j) += (*compliance.k)(i, j) * (compliance.T->middleRows<3>(3 * i) * T_j);
+  }
+}
+
 void GroupedDelassus::to_dense(Eigen::Ref<Eigen::MatrixXd> W) const {
   const auto J_c = J_common.topRows(3 * contacts());
   // Products with few columns at a time: they need no memory.
@@ -286,6 +369,7 @@ void GroupedDelassus::to_dense(Eigen::Ref<Eigen::MatrixXd> W) const {
     }
     if (!compliance.empty()) add_compliance(compliance[k], axes, begin[k], compliance_scale, W_k);
   }
+  if (common_compliance) add_compliance(common_compliance, W);
 }
 
 }  // namespace thenar

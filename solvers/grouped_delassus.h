@@ -46,10 +46,21 @@ class SurfaceCompliance {
   Eigen::MatrixXf normal_rows, cross_rows, bent_rows;
 };
 
+/// How the surface of the common body gives way at contacts i under forces at contacts j, of all groups:
+///     C_ij = s k_ij T_i T_j'.
+/// It refers to its parts; without them the body is rigid.
+struct SharedCompliance {
+  const Eigen::MatrixXd* k = nullptr;                                            ///< n x n, or more [m/N].
+  const Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>* T = nullptr;  ///< T_i, in contact rows: 3n x 3.
+  double scale = 1.0;                                                            ///< s.
+
+  [[nodiscard]] explicit operator bool() const { return k != nullptr; }
+};
+
 /// A Delassus operator in factors, for contacts in groups, as fingers make them on one object. A group moves a body of
 /// its own with 4 degrees of freedom and, with all others, a common body with 6; and it may give way by a compliance
 /// among its own contacts:
-///     W = J_own m_own J_own' + J_common M_common J_common' + s C,    J_own and C block diagonal by group.
+///     W = J_own m_own J_own' + J_common M_common J_common' + s C + C_common,    J_own and C block diagonal by group.
 /// It refers to its parts.
 struct GroupedDelassus {
   static constexpr int kOwn = 4;
@@ -67,6 +78,7 @@ struct GroupedDelassus {
   std::span<const SurfaceCompliance> compliance;  ///< Of each group; empty: none.
   const Axes& axes;                               ///< Rows E_i', 3n x 3 or more rows.
   double compliance_scale = 1.0;                  ///< s.
+  SharedCompliance common_compliance = {};
   std::int64_t edition = -1;  ///< The same in two calls: of the same contacts and compliance. < 0: unlike any other.
 
   [[nodiscard]] Eigen::Index groups() const { return std::ssize(begin) - 1; }
@@ -86,6 +98,9 @@ struct GroupedContactProblem {
 void add_compliance(const SurfaceCompliance& compliance, const GroupedDelassus::Axes& axes, Eigen::Index first,
                     double scale, Eigen::Ref<Eigen::MatrixXd> W);
 
+/// W += C of the contacts that W has three rows and columns of each. Does not allocate.
+void add_compliance(const SharedCompliance& compliance, Eigen::Ref<Eigen::MatrixXd> W);
+
 /// A force at a contact as the sums of C f need it, in the frame of the axes.
 struct SurfaceLoad {
   Eigen::Index contact;  ///< In its group.
@@ -97,7 +112,8 @@ struct SurfaceLoad {
 /// What a solve with a GroupedDelassus works in, for up to `contacts` contacts in `groups` groups; and the motion of
 /// bodies and surfaces by the forces that it found.
 struct GroupedWorkspace {
-  GroupedWorkspace(Eigen::Index contacts, Eigen::Index groups)
+  /// shared: the common body may give way.
+  GroupedWorkspace(Eigen::Index contacts, Eigen::Index groups, bool shared = false)
       : sweeps(contacts, groups),
         own_motion(GroupedDelassus::kOwn, groups),
         surface_motion(3 * contacts),
@@ -106,29 +122,39 @@ struct GroupedWorkspace {
         heights(3 * contacts + SweepWorkspace::kPadding),
         J_then(sweeps.J) {
     loads.reserve(contacts);
+    shared_motion.setZero(shared ? 3 * contacts : 0);
+    shared_sums.setZero(shared ? contacts : 0, 3);
+    tensors.setZero(shared ? sweeps.J.rows() : 0, 3);
+    shared_rows.setZero(tensors.rows());
   }
 
   SweepWorkspace sweeps;
   Eigen::Matrix<double, GroupedDelassus::kOwn, Eigen::Dynamic> own_motion;  ///< Out: m_own J_own' f, a column a group.
   GroupedDelassus::CommonMotion common_motion;                              ///< Out: M_common J_common' f, padded.
   Eigen::VectorXd surface_motion;  ///< Out, if there is a compliance: s C f, 3n rows or more.
+  Eigen::VectorXd shared_motion;   ///< Out, if the common body gives way: C_common f, likewise.
   // Of the group whose block is made, three rows a contact and padded with zeros: E', p and E' p.
   Eigen::Matrix<float, Eigen::Dynamic, 3> axes, points;
   Eigen::VectorXf heights;
   std::vector<SurfaceLoad> loads;
+  // Of a common body that gives way: T with the root of its scale and k_ij of one j, in the groups' rows; sums.
+  Eigen::Matrix<float, Eigen::Dynamic, 3> tensors;
+  Eigen::VectorXf shared_rows;
+  Eigen::MatrixX3d shared_sums;
   std::int64_t edition = -1;  // What the blocks were made of.
   double compliance_scale = 0.0;
   decltype(SweepWorkspace::J) J_then;
 };
 
-/// The motion by forces f (3n): own_motion, common_motion and surface_motion of `work`. Contacts without a normal force
+/// The motion by forces f (3n): own, common, surface and shared motion of `work`. Contacts without a normal force
 /// are taken to bear none. Does not allocate.
 void find_motion(const GroupedDelassus& W, const Eigen::Ref<const Eigen::VectorXd>& f, GroupedWorkspace& work);
 
 /// As solve_contacts with a dense W, and no W to form: the Jacobians may be new in every call. Each group's own block
 /// of W is made in single precision, 14 multiply-adds an entry, and swept; groups move one another through the common
-/// body. While W's edition lasts, and its Jacobians hardly change, blocks are kept from call to call.
-/// Cost      With m contacts a group, 9 m n multiply-adds a sweep.
+/// body. Where that gives way, blocks have whole columns, 9 multiply-adds an entry. While W's edition lasts, and its
+/// Jacobians hardly change, blocks are kept from call to call.
+/// Cost      With m contacts a group, 9 m n multiply-adds a sweep; where the common body gives way, 9 n^2.
 [[nodiscard]] SolveReport solve_contacts(const GroupedContactProblem& problem, const GaussSeidelSettings& settings,
                                          GroupedWorkspace& work, ContactSolution solution) noexcept;
 

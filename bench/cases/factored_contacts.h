@@ -17,6 +17,9 @@ struct FactoredContacts {
   std::vector<SurfaceCompliance> compliance;
   GroupedDelassus::Axes axes;
   double compliance_scale = 1.0;
+  Eigen::MatrixXd common_k;  ///< Of a common body that gives way; empty: it is rigid.
+  GroupedDelassus::Axes common_T;
+  double common_scale = 1.0;
 
   [[nodiscard]] GroupedDelassus operator_of() const {
     return {.begin = begin,
@@ -26,7 +29,9 @@ struct FactoredContacts {
             .common_mobility = common_mobility,
             .compliance = compliance,
             .axes = axes,
-            .compliance_scale = compliance_scale};
+            .compliance_scale = compliance_scale,
+            .common_compliance =
+                common_k.size() > 0 ? SharedCompliance{&common_k, &common_T, common_scale} : SharedCompliance{}};
   }
 
   [[nodiscard]] GroupedContactProblem problem(const Eigen::VectorXd& delta_free, const Eigen::VectorXd& mu) const {
@@ -34,7 +39,8 @@ struct FactoredContacts {
   }
 
   [[nodiscard]] double bytes() const {
-    Eigen::Index numbers = J_own.size() + J_common.size() + common_mobility.size() + axes.size();
+    Eigen::Index numbers =
+        J_own.size() + J_common.size() + common_mobility.size() + axes.size() + common_k.size() + common_T.size();
     double bytes = 0.0;
     for (const SurfaceCompliance& C : compliance) {
       numbers += C.p_m.size() + C.k.size() + C.a.size() + C.b.size();

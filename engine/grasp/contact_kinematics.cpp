@@ -19,18 +19,20 @@ ContactKinematics::ContactKinematics(const Model& model)
   if (model.deformable()) pulp_axes.setZero(3 * model.max_contacts, 3);
   if (!model.soft_object()) return;
   object_tensors.setZero(3 * model.max_contacts, 3);
+  u_O.setZero(model.max_contacts, 3);
   u_object_m.setZero(3, model.max_contacts);
 }
 
 void contact_kinematics(const Model& model, const Frame& frame, const HandPose& pose, const State& state,
                         ContactKinematics& kinematics) {
+  object_displacements(model, frame, state, kinematics.u_O);
   for (int k = 0; k < kFingers; ++k) {
     const Isometry3d& X_WF = pose.distal(model.scene.hand, k);
     const Isometry3d X_FO = X_WF.inverse() * state.X_WO;
     for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
       const FrameContact& contact = frame.contacts[i];
       const Vector3d u_F = displacement(state, contact);
-      const Vector3d u_O = object_displacement(model, state, contact);
+      const Vector3d u_O = model.soft_object() ? Vector3d(kinematics.u_O.row(i)) : Vector3d::Zero();
       const auto [gap_m, n_F] = contact_gap(contact, X_FO, u_F, u_O);
       const Matrix3d E_F = axes_of(n_F, contact.E_F.col(1)), E_W = X_WF.linear() * E_F;
       const Vector3d c_W = X_WF * (contact.p_F - u_F) + gap_m * E_W.col(0);

@@ -28,6 +28,7 @@ struct ContactKinematics {
   GroupedDelassus::Axes pulp_axes;
   // Of a soft object alone:
   GroupedDelassus::Axes object_tensors;  ///< Rows E_O' T; E_O columns n, t1, t2 in the object frame.
+  Eigen::MatrixX3d u_O;                  ///< u_o, object frame; capacity x 3.
   Eigen::Matrix3Xd u_object_m;           ///< u_o in contact rows; 3 x capacity.
 };
 

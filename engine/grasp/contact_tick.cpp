@@ -114,14 +114,7 @@ SolveReport find_forces(const Model& model, const Frame& frame, const GroupedDel
   const GaussSeidelSettings settings{model.scene.contact.tolerance, model.scene.contact.max_sweeps};
   const GroupedContactProblem factored{W, work.delta_free.head(3 * n), work.mu.head(n)};
   const ContactSolution solution{work.f.head(3 * n), work.delta.head(3 * n)};
-  if (!work.dense) return solve_contacts(factored, settings, work.solver, solution);
-  auto dense = work.dense->W.topLeftCorner(3 * n, 3 * n);
-  W.to_dense(dense);
-  add_object_compliance(model, frame, work.kinematics.object_tensors, dense);
-  const ContactProblem problem{dense, factored.delta_free, factored.mu};
-  const SolveReport report = solve_contacts(problem, settings, work.dense->sweeps, solution);
-  find_motion(W, solution.f, work.solver);
-  return report;
+  return solve_contacts(factored, settings, work.solver, solution);
 }
 
 FingerLoad finger_load(const Frame& frame, const ContactKinematics& now, int k, const Eigen::VectorXd& f) {

@@ -19,7 +19,7 @@ ContactWorkspace::ContactWorkspace(const Model& model, const FramePolicy& frame_
       f(3 * model.max_contacts),
       mu(Eigen::VectorXd::Constant(model.max_contacts, model.scene.contact.friction)),
       f_first(3 * model.max_contacts),
-      solver(model.max_contacts, kFingers),
+      solver(model.max_contacts, kFingers, model.soft_object()),
       torque_Nm(JointVector::Zero()),
       resumed_Nm(JointVector::Zero()),
       q_held(JointVector::Zero()),
@@ -28,7 +28,6 @@ ContactWorkspace::ContactWorkspace(const Model& model, const FramePolicy& frame_
       patches(model),
       pose_q(JointVector::Constant(std::numeric_limits<double>::quiet_NaN())) {
   contacts.reserve(model.max_contacts);
-  if (model.soft_object()) dense.emplace(model.max_contacts);
   pose.segments.resize(model.scene.hand.segments.size());
 }
 

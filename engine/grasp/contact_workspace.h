@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <limits>
-#include <optional>
 #include <vector>
 
 #include "engine/grasp/compliance.h"
@@ -12,7 +11,7 @@
 #include "engine/grasp/model.h"
 #include "engine/grasp/patches.h"
 #include "engine/grasp/state.h"
-#include "solvers/contact_sweeps.h"
+#include "solvers/grouped_delassus.h"
 
 namespace thenar {
 
@@ -26,14 +25,6 @@ struct FramePolicy {
 /// For frames from another thread: tau_e is a control period, and a frame more than three of them older than
 /// expected is too old. Without control the torques are given and do not age.
 [[nodiscard]] FramePolicy split_policy(const Scene& scene);
-
-/// W as one matrix, 3 capacity x 3 capacity, and what sweeps over it work in.
-struct DenseSolver {
-  explicit DenseSolver(Eigen::Index contacts) : W(3 * contacts, 3 * contacts), sweeps(contacts) {}
-
-  Eigen::MatrixXd W;
-  SweepWorkspace sweeps;
-};
 
 /// What one contact tick works in, and what it keeps from tick to tick beside the state: room for the model's most
 /// contacts, taken once. It serves one run: it knows a frame by its sequence number.
@@ -50,7 +41,6 @@ struct ContactWorkspace {
   Eigen::VectorXd f_first;  ///< What the last solve began with: the forces of the tick before it.
   Mobility mobility{};      ///< Of the last tick's bodies.
   GroupedWorkspace solver;
-  std::optional<DenseSolver> dense;    ///< For a soft object, which couples the contacts of all fingers.
   JointVector torque_Nm;               ///< What drove the fingers in the last tick.
   JointVector resumed_Nm;              ///< What is left of the step in the drive when a hold ended.
   JointVector q_held, torque_held_Nm;  ///< Joints and drive when the hold began.

@@ -29,6 +29,7 @@ GroupedDelassus delassus_operator(const Model& model, const Frame& frame, const 
     W.compliance = frame.compliance;
     W.edition = frame.sequence;
     W.compliance_scale = 1.0 - retained_share(model.pulps.front().material, model.scene.step_s);
+    W.common_compliance = object_compliance(model, frame, kinematics.object_tensors);
   }
   return W;
 }
@@ -38,7 +39,6 @@ Eigen::MatrixXd dense_delassus(const Model& model, const Frame& frame, const Con
   const Index rows = 3 * frame.size();
   Eigen::MatrixXd W(rows, rows);
   delassus_operator(model, frame, kinematics, mobility).to_dense(W);
-  add_object_compliance(model, frame, kinematics.object_tensors, W);
   return W;
 }
 

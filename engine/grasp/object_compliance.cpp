@@ -12,34 +12,36 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// What the laws need of the material.
-struct HalfSpace {
-  explicit HalfSpace(const PulpMaterial& of)
-      : material(of), tangential(std::sqrt((2.0 - of.poisson) / (2.0 * (1.0 - of.poisson)))) {}
-
-  [[nodiscard]] double kernel(const Vector3d& x_i, const Vector3d& x_j, double area_i_m2, double area_j_m2) const {
-    return half_space_kernel(material, (x_i - x_j).squaredNorm(), area_i_m2, area_j_m2);
-  }
-  [[nodiscard]] Matrix3d tensor(const Vector3d& normal) const {
-    return tangential * Matrix3d::Identity() + (1.0 - tangential) * normal * normal.transpose();
-  }
-
-  const PulpMaterial& material;
-  double tangential;  ///< sqrt(c_t).
-};
-
 double area_m2(const Model& model, const FrameContact& contact) {
   return model.pulps[contact.finger].area_m2[contact.control_point];
 }
 
-/// u at a point of the surface with this normal that stands for so much area.
-Vector3d displacement_at(const HalfSpace& half_space, const State& state, const Vector3d& x_O, const Vector3d& n_O,
-                         double area) {
-  Vector3d sum = Vector3d::Zero();
-  for (const ObjectLoad& load : state.object_loads) {
-    sum += half_space.kernel(x_O, load.x_O, area, load.area_m2) * load.w_O;
+/// A place on the surface that stands for so much area.
+struct Place {
+  const Vector3d& x_O;
+  double area_m2;
+};
+
+Place place_of(const Model& model, const Frame& frame, Index i) {
+  return {frame.contacts[i].s_O, area_m2(model, frame.contacts[i])};
+}
+
+/// The kernel between a place and `count` others, so many at once: roots and divisions are what it costs. take(j, k) is
+/// given each.
+template <typename PlaceOf, typename Take>
+void for_kernels(const PulpMaterial& material, const Place& place, Index count, PlaceOf place_of, Take take) {
+  constexpr int kLanes = 16;
+  Eigen::Array<double, kLanes, 1> squared_m2 = Eigen::Array<double, kLanes, 1>::Zero(), area_m2 = squared_m2;
+  for (Index first = 0; first < count; first += kLanes) {
+    const Index used = std::min<Index>(kLanes, count - first);
+    for (Index lane = 0; lane < used; ++lane) {
+      const Place other = place_of(first + lane);
+      squared_m2[lane] = (place.x_O - other.x_O).squaredNorm();
+      area_m2[lane] = other.area_m2;
+    }
+    const Eigen::Array<double, kLanes, 1> k = half_space_kernel(material, squared_m2, place.area_m2, area_m2);
+    for (Index lane = 0; lane < used; ++lane) take(first + lane, k[lane]);
   }
-  return half_space.tensor(n_O) * sum;
 }
 
 template <typename A, typename B>
@@ -67,37 +69,55 @@ ObjectLoad& load_of(const FrameContact& contact, Index most, std::vector<ObjectL
 
 void fill_object_kernel(const Model& model, Frame& frame) {
   if (!model.soft_object()) return;
-  const HalfSpace half_space(*model.scene.object.compliance);
   for (Index j = 0; j < frame.size(); ++j) {
-    const FrameContact& cj = frame.contacts[j];
-    for (Index i = 0; i <= j; ++i) {
-      const FrameContact& ci = frame.contacts[i];
-      frame.object_kernel(i, j) = frame.object_kernel(j, i) =
-          half_space.kernel(ci.s_O, cj.s_O, area_m2(model, ci), area_m2(model, cj));
-    }
+    for_kernels(
+        *model.scene.object.compliance, place_of(model, frame, j), j + 1,
+        [&](Index i) { return place_of(model, frame, i); },
+        [&](Index i, double k) { frame.object_kernel(i, j) = frame.object_kernel(j, i) = k; });
   }
 }
 
 Matrix3d object_tensor(const Model& model, const FrameContact& contact) {
-  return HalfSpace(*model.scene.object.compliance).tensor(contact.n_O);
+  const double nu = model.scene.object.compliance->poisson, tangential = std::sqrt((2.0 - nu) / (2.0 * (1.0 - nu)));
+  return tangential * Matrix3d::Identity() + (1.0 - tangential) * contact.n_O * contact.n_O.transpose();
 }
 
-void add_object_compliance(const Model& model, const Frame& frame, const GroupedDelassus::Axes& tensors,
-                           Eigen::Ref<Eigen::MatrixXd> W) {
-  if (!model.soft_object()) return;
-  const double rho = retained_share(*model.scene.object.compliance, model.scene.step_s);
-  for (Index j = 0; j < frame.size(); ++j) {
-    const Matrix3d B_j = (1.0 - rho) * tensors.middleRows<3>(3 * j).transpose();
-    for (Index i = 0; i < frame.size(); ++i) {
-      W.block<3, 3>(3 * i, 3 * j) += frame.object_kernel(i, j) * (tensors.middleRows<3>(3 * i) * B_j);
-    }
-  }
+SharedCompliance object_compliance(const Model& model, const Frame& frame, const GroupedDelassus::Axes& tensors) {
+  if (!model.soft_object()) return {};
+  return {&frame.object_kernel, &tensors, 1.0 - retained_share(*model.scene.object.compliance, model.scene.step_s)};
 }
 
 Vector3d object_displacement(const Model& model, const State& state, const FrameContact& contact) {
-  if (!model.soft_object()) return Vector3d::Zero();
-  const HalfSpace half_space(*model.scene.object.compliance);
-  return displacement_at(half_space, state, contact.s_O, contact.n_O, area_m2(model, contact));
+  Vector3d sum = Vector3d::Zero();
+  if (!model.soft_object()) return sum;
+  const std::vector<ObjectLoad>& loads = state.object_loads;
+  for_kernels(
+      *model.scene.object.compliance, {contact.s_O, area_m2(model, contact)}, std::ssize(loads),
+      [&](Index j) {
+        return Place{loads[j].x_O, loads[j].area_m2};
+      },
+      [&](Index j, double k) { sum += k * loads[j].w_O; });
+  return object_tensor(model, contact) * sum;
+}
+
+void object_displacements(const Model& model, const Frame& frame, const State& state, Eigen::MatrixX3d& u_O) {
+  if (!model.soft_object()) return;
+  const Index n = frame.size();
+  auto u = u_O.topRows(n);
+  u.setZero();
+  Index j = 0;
+  for (const ObjectLoad& load : state.object_loads) {
+    while (j < n && is_before(frame.contacts[j], load)) ++j;
+    if (j < n && !is_before(load, frame.contacts[j])) {
+      const auto k_j = frame.object_kernel.col(j).head(n);
+      for (int axis = 0; axis < 3; ++axis) u.col(axis) += load.w_O[axis] * k_j;
+      continue;
+    }
+    for_kernels(
+        *model.scene.object.compliance, {load.x_O, load.area_m2}, n, [&](Index i) { return place_of(model, frame, i); },
+        [&](Index i, double k) { u.row(i) += k * load.w_O.transpose(); });
+  }
+  for (Index i = 0; i < n; ++i) u.row(i) *= object_tensor(model, frame.contacts[i]);
 }
 
 void carry_loads(const Model& model, const Frame& frame, State& state) {

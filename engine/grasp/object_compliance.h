@@ -32,13 +32,17 @@ void fill_object_kernel(const Model& model, Frame& frame);
 /// T at a contact, for its normal; it is fixed in the object while a frame is in use.
 [[nodiscard]] Eigen::Matrix3d object_tensor(const Model& model, const FrameContact& contact);
 
-/// W += (1 - rho_o) C_o of a soft object, C_ij = k_ij E_i' T_i T_j E_j in contact rows; nothing for a rigid one.
-/// tensors: rows E_O' T of the contacts, as ContactKinematics has them.
-void add_object_compliance(const Model& model, const Frame& frame, const GroupedDelassus::Axes& tensors,
-                           Eigen::Ref<Eigen::MatrixXd> W);
+/// (1 - rho_o) C_o of a soft object, C_ij = k_ij E_i' T_i T_j E_j in contact rows; nothing for a rigid one.
+/// tensors: rows E_O' T of the contacts, as ContactKinematics has them. It refers to both.
+[[nodiscard]] SharedCompliance object_compliance(const Model& model, const Frame& frame,
+                                                 const GroupedDelassus::Axes& tensors);
 
 /// u_o of the object's surface at a contact, object frame; zero for a rigid object.
 [[nodiscard]] Eigen::Vector3d object_displacement(const Model& model, const State& state, const FrameContact& contact);
+
+/// The same at all contacts of the frame, rows of u_O (n x 3, or more); nothing for a rigid object. Where a load is a
+/// contact's own, it must be where that touches (carry_loads): the frame knows the kernel then. Does not allocate.
+void object_displacements(const Model& model, const Frame& frame, const State& state, Eigen::MatrixX3d& u_O);
 
 /// Moves the loads of the frame's contacts to where those touch now. For the hand-over. Does not allocate.
 void carry_loads(const Model& model, const Frame& frame, State& state);

@@ -21,10 +21,7 @@ void note_points(const Frame& frame, const ContactKinematics& kinematics, const 
     for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
       if (f[3 * i] <= 0.0) continue;
       const Vector3d zero = Vector3d::Zero();
-      Vector3d u_O = zero;
-      if (kinematics.u_object_m.size() > 0) {
-        u_O = X_OW.linear() * (kinematics.E_W[i] * kinematics.u_object_m.col(i));
-      }
+      const Vector3d u_O = kinematics.u_O.size() > 0 ? Vector3d(kinematics.u_O.row(i)) : zero;
       const Vector3d finger_W = kinematics.c_W[i] - kinematics.gap_m[i] * kinematics.E_W[i].col(0);
       points.points.push_back({.contact = i,
                                .u_F = displacement(state, frame.contacts[i]),
@@ -43,6 +40,7 @@ void note_points(const Frame& frame, const ContactKinematics& kinematics, const 
 
 void find_displacements(const Model& model, const Frame& frame, const ContactKinematics& kinematics,
                         const HandPose& pose, const State& state, PatchPoints& points) {
+  object_displacements(model, frame, state, points.u_end_O);
   for (int k = 0; k < kFingers; ++k) {
     const Isometry3d X_OF = state.X_WO.inverse() * pose.distal(model.scene.hand, k);
     for (std::size_t j = points.begin[k]; j < points.begin[k + 1]; ++j) {
@@ -50,7 +48,7 @@ void find_displacements(const Model& model, const Frame& frame, const ContactKin
       const FrameContact& contact = frame.contacts[point.contact];
       const Vector3d n = kinematics.E_W[point.contact].col(0);
       point.u_end_F = displacement(state, contact);
-      point.u_end_O = object_displacement(model, state, contact);
+      if (model.soft_object()) point.u_end_O = points.u_end_O.row(point.contact);
       const Vector3d x_O = X_OF * (contact.p_F - point.u_end_F) - point.u_end_O;
       point.d_W = points.X_WO.linear() * (x_O - point.x_O);
       point.d_W -= n.dot(point.d_W) * n;

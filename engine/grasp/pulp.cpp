@@ -15,9 +15,6 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// sqrt(A) / s of a control point's own part: of a hexagonal lattice.
-constexpr double kHexagonal = 3.9210;
-
 /// The outward normal at the centroid of a node's samples.
 Vector3d direction(const Pulp& pulp, const TreeNode& node) {
   Vector3d sum = Vector3d::Zero();
@@ -42,11 +39,6 @@ double gaussian_kernel(const Pulp& pulp, Index i, Index j) {
 }
 
 }  // namespace
-
-double half_space_kernel(const PulpMaterial& material, double squared_m2, double area_i_m2, double area_j_m2) {
-  const double s2 = (area_i_m2 + area_j_m2) / (2.0 * kHexagonal * kHexagonal);
-  return 1.0 / (std::numbers::pi * material.reduced_modulus_Pa * std::sqrt(squared_m2 + s2));
-}
 
 Pulp make_spherical_pulp(const Vector3d& centre_m, double radius_m, Index points, Index leaves,
                          const PulpMaterial& material) {

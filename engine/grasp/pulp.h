@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
+#include <numbers>
 #include <vector>
 
 #include "collision/point_cloud.h"
@@ -10,6 +12,9 @@ namespace thenar {
 /// The share of its radius by which a fingertip may be pressed in, or have moved against the object since a frame's
 /// snapshot: beyond it no law used here holds, and other points touch than those of the frame.
 inline constexpr double kTrustPerRadius = 0.5;
+
+/// sqrt(A) / s of a control point's own part: of a hexagonal lattice.
+inline constexpr double kHexagonal = 3.9210;
 
 /// How far a force at one control point moves another.
 enum class PulpKernel {
@@ -82,8 +87,14 @@ void set_level(Pulp& pulp, int level);
 void fill_compliance(Pulp& pulp);
 
 /// k_ij of the Boussinesq kernel between points whose distance squared is `squared_m2`, standing for these areas [m/N].
-[[nodiscard]] double half_space_kernel(const PulpMaterial& material, double squared_m2, double area_i_m2,
-                                       double area_j_m2);
+/// Distances and areas of points j may be arrays.
+template <typename Values>
+[[nodiscard]] Values half_space_kernel(const PulpMaterial& material, const Values& squared_m2, double area_i_m2,
+                                       const Values& area_j_m2) {
+  using std::sqrt;
+  const Values s2 = (area_i_m2 + area_j_m2) / (2.0 * kHexagonal * kHexagonal);
+  return 1.0 / (std::numbers::pi * material.reduced_modulus_Pa * sqrt(squared_m2 + s2));
+}
 
 /// rho = exp(-h / tau_r): the share of a displacement that is still there a step h later; 0 if elastic.
 [[nodiscard]] double retained_share(const PulpMaterial& material, double step_s);

@@ -46,7 +46,8 @@ struct TickRecord {
   [[nodiscard]] bool is_measured() const { return is_from(kMeasuredFrom_s); }
   /// Whether it ends at this time or later, but for rounding.
   [[nodiscard]] bool is_from(double from_s) const { return time_s >= from_s - 1e-9; }
-  /// Contact finding, assembly, solve, deformation and surface interpolation: the published contact computation.
+  /// Contact finding, assembly, solve, deformation and, in ticks that show fingertips, surface interpolation: the
+  /// published contact computation.
   [[nodiscard]] double contact_total_s() const {
     return find_s + factors_s + contact.assemble_s + contact.solve_s + contact.deform_s + interpolate_s;
   }

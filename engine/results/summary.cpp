@@ -211,7 +211,8 @@ ordered_json stage_measures(const Recording& recording) {
   const auto add = [&](const char* name, bool control_only, auto seconds) {
     Values us;
     for (const TickRecord& tick : recording.ticks) {
-      if ((tick.controlled || !control_only) && seconds(tick) > 0.0) us.push_back(1e6 * seconds(tick));
+      const double stage_s = seconds(tick);
+      if ((tick.controlled || !control_only) && stage_s > 0.0) us.push_back(1e6 * stage_s);
     }
     stages[name] = {{"p50_us", quantile(us, 0.5)}, {"p99_us", quantile(us, 0.99)}};
   };
@@ -220,7 +221,11 @@ ordered_json stage_measures(const Recording& recording) {
   add("solve", false, [](const TickRecord& t) { return t.contact.solve_s; });
   add("deform", false, [](const TickRecord& t) { return t.contact.deform_s; });
   add("interpolate", false, [](const TickRecord& t) { return t.interpolate_s; });
-  add("contact_total", true, [](const TickRecord& t) { return t.contact_total_s(); });
+  // The published one shows fingertips in every tick: where a tick does not, what it took the last time is counted.
+  add("contact_total", true, [shown_s = 0.0](const TickRecord& t) mutable {
+    if (t.interpolate_s > 0.0) shown_s = t.interpolate_s;
+    return t.contact_total_s() - t.interpolate_s + shown_s;
+  });
   add("grasp_lcp", true, [](const TickRecord& t) { return t.grasp_s; });
   add("muscle_lcp", true, [](const TickRecord& t) { return t.muscle_s; });
   add("control_total", true, [](const TickRecord& t) { return t.control_s; });

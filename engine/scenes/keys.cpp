@@ -107,10 +107,9 @@ constexpr std::array kSceneKeys = std::to_array<Key>({
     {"contact", kMap, kNone, "", "", "Contacts between fingers and object."},
     {"contact.friction", kQuantity, kNone, "0 .. 10", "", "Coulomb's coefficient of friction."},
     {"contact.band", kQuantity, kLength, "> 0", "", "Control points with a gap below this are candidates for contact."},
-    {"contact.distance_error", kQuantity, kLength, ">= 0", "1 um",
-     "How far the distances of deformable fingertips' points may be off those of the surface that the samples stand "
-     "for, "
-     "for speed: 0 takes the surface itself."},
+    {"contact.distance_error", kQuantity, kLength, "0 .. 0.1 mm", "1 um",
+     "How far, for speed, the distances of deformable fingertips' points may be off those of the surface that the "
+     "samples stand for: 0 takes the surface itself."},
     {"contact.max_per_finger", kCount, kNone, "1 .. 1000", "(Required with deformable fingertips, refused without.)",
      "The most contacts of a finger: those of the smallest gaps are kept."},
     {"contact.level", kChoice, kNone, "leaves | 1 | 2 | 3 | 4 | 5 | 6 | 7 | 8 | auto", "leaves",

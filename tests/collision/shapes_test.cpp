@@ -335,7 +335,7 @@ TEST(Shapes, TheSurfaceOfTheSamplesPartsInsideFromOutside) {
       const Vector3d away = 2.0 * Vector3d(unit(random), unit(random), unit(random)) * 1e-3;
       const Vector3d x_m = cloud.points_m.col(i % cloud.points_m.cols()) + away;
       const double f_m = solid.field(x_m).f_m;
-      // Curvature, and edges that are rounder than the samples are dense: h^2/12R and less.
+      // Edges that are rounder than the samples are dense.
       if (std::abs(f_m) < 0.3e-3) continue;
       const auto found = surface.distance(x_m, kReach_m);
       if (!found) continue;

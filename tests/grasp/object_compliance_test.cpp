@@ -72,7 +72,7 @@ ContactKinematics kinematics_of(const Model& model, const Frame& frame) {
 
 MatrixXd object_compliance(const Model& model, const Frame& frame, const ContactKinematics& now) {
   MatrixXd C = MatrixXd::Zero(3 * frame.size(), 3 * frame.size());
-  add_object_compliance(model, frame, now.object_tensors, C);
+  add_compliance(object_compliance(model, frame, now.object_tensors), C);
   return C / (1.0 - retained_share(*model.scene.object.compliance, model.scene.step_s));
 }
 
@@ -223,6 +223,27 @@ TEST(SoftObject, ComplianceIsSymmetricPositiveDefinite) {
       add_compliance(frame.compliance[k], now.pulp_axes, frame.begin[k], 1.0, C.block(first, first, rows, rows));
     }
     EXPECT_GE(least(C), 1e-3);
+  }
+}
+
+// What the frame's kernel says of all contacts at once is what each contact is told by itself: of loads of its own
+// contacts, and of those that are no more, which have a place of their own. Rounding of sums of up to 60.
+TEST(SoftObject, DisplacementsAtOnceAreThoseOneByOne) {
+  Loop loop(soft_grasp());
+  Eigen::MatrixX3d u_O = Eigen::MatrixX3d::Zero(loop.model.max_contacts, 3);
+  for (int tick = 0; tick < 40; ++tick) {
+    loop.tick();
+    State state = loop.state;
+    for (std::size_t i = 0; i < state.object_loads.size(); i += 3) state.object_loads[i].control_point += 1000;
+    std::sort(state.object_loads.begin(), state.object_loads.end(), [](const ObjectLoad& a, const ObjectLoad& b) {
+      return std::tie(a.finger, a.control_point) < std::tie(b.finger, b.control_point);
+    });
+    ASSERT_GE(state.object_loads.size(), 10U);
+    object_displacements(loop.model, loop.frame, state, u_O);
+    for (Index i = 0; i < loop.frame.size(); ++i) {
+      const Vector3d alone = object_displacement(loop.model, state, loop.frame.contacts[i]);
+      EXPECT_LE((u_O.row(i).transpose() - alone).norm(), 1e-14 * alone.norm());
+    }
   }
 }
 

@@ -41,7 +41,7 @@ SurfaceCompliance half_space(Index contacts, std::mt19937& random) {
 
 /// Fingers of these numbers of contacts on one object.
 struct RandomGroups : FactoredContacts {
-  RandomGroups(const std::vector<Index>& sizes, bool compliant, std::mt19937& random) {
+  RandomGroups(const std::vector<Index>& sizes, bool compliant, std::mt19937& random, bool soft = false) {
     for (const Index size : sizes) begin.push_back(begin.back() + size);
     const Index n = begin.back();
     // More rows than the contacts have, as a workspace of some capacity holds them.
@@ -56,6 +56,11 @@ struct RandomGroups : FactoredContacts {
             MatrixXd(random_matrix(3, 3, random)).householderQr().householderQ() * Eigen::Matrix3d::Identity();
       }
     }
+    if (soft) {
+      common_k = half_space(n, random).k;  // With room for one more, as a frame has it.
+      common_T = random_matrix(3 * n + 6, 3, random);
+      common_scale = 0.4;
+    }
     own_mobility = 2e-6;
     common_mobility << 1e-6, 1e-6, 1e-6, 3e-6, 3e-6, 3e-6, 0.0, 0.0;
     compliance_scale = 0.7;
@@ -64,6 +69,8 @@ struct RandomGroups : FactoredContacts {
   }
 
   [[nodiscard]] Index contacts() const { return mu.size(); }
+  [[nodiscard]] bool soft() const { return common_k.size() > 0; }
+  [[nodiscard]] GroupedWorkspace workspace() const { return {contacts(), std::ssize(begin) - 1, soft()}; }
   operator GroupedContactProblem() const { return problem(delta_free, mu); }
 
   VectorXd delta_free, mu;
@@ -76,11 +83,11 @@ TEST(GroupedDelassus, SolvesTheProblemThatItsFactorsMake) {
   for (unsigned seed = 0; seed < 40; ++seed) {
     SCOPED_TRACE(seed);
     std::mt19937 random(seed);
-    const RandomGroups problem(kSizes[seed % kSizes.size()], true, random);
+    const RandomGroups problem(kSizes[seed % kSizes.size()], true, random, seed >= 20);
     const Index n = problem.contacts();
     const GroupedDelassus W = problem.operator_of();
     const ContactData dense{problem.dense(), problem.delta_free, problem.mu};
-    GroupedWorkspace work(n, W.groups());
+    GroupedWorkspace work = problem.workspace();
     for (const double tolerance : {1e-4, 1e-10}) {
       VectorXd f = VectorXd::Zero(3 * n), delta(3 * n);
       const SolveReport report = solve_contacts(problem, {tolerance, 2000}, work, {f, delta});
@@ -144,15 +151,36 @@ TEST(GroupedDelassus, ComplianceIsTheOneOfTheHeader) {
   EXPECT_LE((work.surface_motion.head(3 * n) - expected).norm(), 1e-14 * expected.norm());
 }
 
+// The same of the common body: C stands among all contacts. Rounding.
+TEST(GroupedDelassus, SharedComplianceIsTheOneOfTheHeader) {
+  std::mt19937 random(1);
+  RandomGroups problem({4, 3, 5}, true, random, true);
+  const Index n = problem.contacts();
+  VectorXd f = random_matrix(3 * n, 1, random);
+  for (Index i = 0; i < n; ++i) f[3 * i] = std::abs(f[3 * i]);
+  f.segment<3>(6).setZero();
+  GroupedWorkspace work = problem.workspace();
+  find_motion(problem.operator_of(), f, work);
+  const MatrixXd with = problem.dense(), k = std::exchange(problem.common_k, {}), C = with - problem.dense();
+  for (Index i = 0; i < n; ++i) {
+    for (Index j = 0; j < n; ++j) {
+      const Eigen::Matrix3d expected =
+          0.4 * k(i, j) * problem.common_T.middleRows<3>(3 * i) * problem.common_T.middleRows<3>(3 * j).transpose();
+      EXPECT_LE((C.block<3, 3>(3 * i, 3 * j) - expected).norm(), 1e-14 * with.norm());
+    }
+  }
+  EXPECT_LE((work.shared_motion.head(3 * n) - C * f).norm(), 1e-14 * with.norm() * f.norm());
+}
+
 // The sweeps are the same as those on the dense matrix, but for the order of single-precision sums.
 TEST(GroupedDelassus, ConvergesAsTheDenseSweepsDo) {
   int grouped_sweeps = 0, dense_sweeps = 0;
-  for (unsigned seed = 0; seed < 20; ++seed) {
+  for (unsigned seed = 0; seed < 40; ++seed) {
     std::mt19937 random(seed);
-    const RandomGroups problem(kSizes[seed % kSizes.size()], true, random);
+    const RandomGroups problem(kSizes[seed % kSizes.size()], true, random, seed >= 20);
     const Index n = problem.contacts();
     const ContactData dense{problem.dense(), problem.delta_free, problem.mu};
-    GroupedWorkspace grouped(n, std::ssize(problem.begin) - 1);
+    GroupedWorkspace grouped = problem.workspace();
     SweepWorkspace work(n);
     VectorXd f = VectorXd::Zero(3 * n), g = f, delta(3 * n);
     grouped_sweeps += solve_contacts(problem, {1e-6, 2000}, grouped, {f, delta}).sweeps;
@@ -168,31 +196,64 @@ TEST(GroupedDelassus, KeptBlocksLeadToTheSolutionOfNow) {
   for (unsigned seed = 0; seed < 20; ++seed) {
     SCOPED_TRACE(seed);
     std::mt19937 random(seed);
-    RandomGroups problem(kSizes[seed % kSizes.size()], true, random);
+    RandomGroups problem(kSizes[seed % kSizes.size()], true, random, seed >= 10);
     const Index n = problem.contacts();
-    GroupedWorkspace work(n, std::ssize(problem.begin) - 1);
+    GroupedWorkspace work = problem.workspace();
     VectorXd f = VectorXd::Zero(3 * n), g = f, delta(3 * n);
     GroupedContactProblem first = problem;
     first.W.edition = 3;
     ASSERT_EQ(solve_contacts(first, {1e-8, 2000}, work, {f, delta}).status, SolveStatus::kConverged);
+    const auto blocks = [&] {
+      SweepWorkspace& sweeps = work.sweeps;
+      std::vector<MatrixXd> copies;
+      for (const SweepWorkspace::Group& group : sweeps.groups) copies.push_back(sweeps.block(group).cast<double>());
+      return copies;
+    };
     for (const double change : {5e-4, 0.3}) {
       problem.J_common.leftCols<6>() += change * random_matrix(problem.J_common.rows(), 6, random);
       problem.J_own += change * random_matrix(problem.J_own.rows(), GroupedDelassus::kOwn, random);
       GroupedContactProblem now = problem;
       now.W.edition = 3;
       f.setZero();
+      const auto before = blocks();
       const SolveReport kept = solve_contacts(now, {1e-8, 2000}, work, {f, delta});
       ASSERT_EQ(kept.status, SolveStatus::kConverged);
+      // 5e-4 is of a standard deviation; the largest entries of all are at least one, and the changes' three times it.
+      EXPECT_EQ(before == blocks(), change < 0.1);
       const ContactData dense{problem.dense(), problem.delta_free, problem.mu};
       // The residual's own scale is that of the kept blocks: as far off as these.
       EXPECT_LE(natural_map(dense, f, dense.W * f + dense.delta_free).norm, 1.01e-8);
-      GroupedWorkspace fresh(n, std::ssize(problem.begin) - 1);
+      GroupedWorkspace fresh = problem.workspace();
       g.setZero();
       kept_sweeps += kept.sweeps;
       fresh_sweeps += solve_contacts(problem, {1e-8, 2000}, fresh, {g, delta}).sweeps;
     }
   }
   EXPECT_LE(kept_sweeps, 1.2 * fresh_sweeps);
+}
+
+// Another edition, another step, and no edition at all: blocks are made of the problem as it is.
+TEST(GroupedDelassus, BlocksAreOfOneEditionAndStep) {
+  std::mt19937 random(1);
+  const RandomGroups problem({6, 5, 4}, true, random);
+  const Index n = problem.contacts();
+  GroupedWorkspace work = problem.workspace();
+  VectorXd f = VectorXd::Zero(3 * n), delta(3 * n);
+  const auto made_anew = [&](std::int64_t edition, double scale) {
+    GroupedContactProblem now = problem;
+    now.W.edition = edition;
+    now.W.compliance_scale = scale;
+    work.sweeps.blocks[0] *= 2.0F;
+    const float spoilt = work.sweeps.blocks[0];
+    (void)solve_contacts(now, {1e-6, 100}, work, {f, delta});
+    return work.sweeps.blocks[0] != spoilt;
+  };
+  EXPECT_TRUE(made_anew(3, 0.7));
+  EXPECT_FALSE(made_anew(3, 0.7));
+  EXPECT_TRUE(made_anew(4, 0.7));
+  EXPECT_TRUE(made_anew(4, 0.3));
+  EXPECT_TRUE(made_anew(-1, 0.3));
+  EXPECT_TRUE(made_anew(-1, 0.3));
 }
 
 // Rigid fingertips: 10 freedoms a group for up to 60 rows. Forces are not unique, the residual tells.
@@ -215,11 +276,16 @@ TEST(GroupedDelassus, NeedsNoCompliance) {
 TEST(GroupedDelassus, NotFiniteInputGivesZeros) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   std::mt19937 random(1);
-  const RandomGroups good({3, 3, 3}, true, random);
-  GroupedWorkspace work(9, 3);
+  const RandomGroups good({3, 3, 3}, true, random, true);
+  GroupedWorkspace work = good.workspace();
+  // Within an edition, too: what was kept is no excuse.
   const auto expect_refused = [&](const RandomGroups& problem) {
     VectorXd f = VectorXd::Zero(27), delta(27);
-    const SolveReport report = solve_contacts(problem, {1e-6, 100}, work, {f, delta});
+    GroupedContactProblem now = problem;
+    (void)solve_contacts(good, {1e-6, 100}, work, {f, delta});
+    now.W.edition = work.edition = 5;
+    f.setZero();
+    const SolveReport report = solve_contacts(now, {1e-6, 100}, work, {f, delta});
     EXPECT_EQ(report.status, SolveStatus::kNotFinite);
     EXPECT_TRUE(f.isZero(0.0) && delta.isZero(0.0));
     EXPECT_TRUE(work.own_motion.isZero(0.0) && work.common_motion.isZero(0.0));
@@ -238,6 +304,12 @@ TEST(GroupedDelassus, NotFiniteInputGivesZeros) {
   problem.axes(7, 2) = nan;
   expect_refused(problem);
   problem = good;
+  problem.common_k(4, 4) = nan;
+  expect_refused(problem);
+  problem = good;
+  problem.common_T(8, 1) = nan;
+  expect_refused(problem);
+  problem = good;
   problem.delta_free[5] = nan;
   expect_refused(problem);
   problem = good;
@@ -247,8 +319,8 @@ TEST(GroupedDelassus, NotFiniteInputGivesZeros) {
 
 TEST(GroupedDelassus, SameProblemSameBitsWhateverTheWorkspaceHeld) {
   std::mt19937 random(1);
-  const RandomGroups problem({6, 5, 4}, true, random), other({15, 1, 9}, true, random);
-  GroupedWorkspace work(30, 4);
+  const RandomGroups problem({6, 5, 4}, true, random, true), other({15, 1, 9}, true, random);
+  GroupedWorkspace work(30, 4, true);
   const auto run = [&](const RandomGroups& p) {
     VectorXd f = VectorXd::Zero(3 * p.contacts()), delta(f.size());
     (void)solve_contacts(p, {1e-7, 500}, work, {f, delta});
@@ -263,12 +335,14 @@ TEST(GroupedDelassus, DoesNotAllocate) {
   if (!AllocationCounter::is_available()) GTEST_SKIP() << "malloc is not ours";
   std::mt19937 random(1);
   for (const auto& sizes : kSizes) {
-    const RandomGroups problem(sizes, true, random);
-    GroupedWorkspace work(problem.contacts(), std::ssize(sizes));
-    VectorXd f = VectorXd::Zero(3 * problem.contacts()), delta(f.size());
-    const AllocationCounter counter;
-    (void)solve_contacts(problem, {1e-8, 500}, work, {f, delta});
-    EXPECT_EQ(counter.count(), 0);
+    for (const bool soft : {false, true}) {
+      const RandomGroups problem(sizes, true, random, soft);
+      GroupedWorkspace work = problem.workspace();
+      VectorXd f = VectorXd::Zero(3 * problem.contacts()), delta(f.size());
+      const AllocationCounter counter;
+      (void)solve_contacts(problem, {1e-8, 500}, work, {f, delta});
+      EXPECT_EQ(counter.count(), 0);
+    }
   }
 }
 

@@ -1,4 +1,4 @@
-#include "solvers/grasp_deficit.h"
+#include "engine/results/grasp_deficit.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "solvers/grasp_deficit.h"
+#include "engine/results/grasp_deficit.h"
 
 #include <cmath>
 #include <limits>
