@@ -1,4 +1,4 @@
-#include "engine/results/grasp_deficit.h"
+#include "engine/grasp/grasp_deficit.h"
 
 #include <cmath>
 #include <limits>
