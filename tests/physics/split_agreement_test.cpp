@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <cstdint>
 #include <string>
 #include <thread>
 #include <vector>
@@ -54,6 +55,7 @@ Scene carried_box() {
 struct Ending {
   Snapshot state;
   bool lost = false;
+  std::int64_t last_hold = 0;  ///< The last tick on the drive of an old frame.
 };
 
 /// Far off its target: what the grasp monitor calls lost. (Its slips are the contact ticks' own affair.)
@@ -81,6 +83,7 @@ Ending threaded_ending(const Model& model, bool realtime, ThreadsReport& report)
   settings.realtime = realtime;
   settings.on_tick = [&](const ContactSample& sample) {
     ending.lost = ending.lost || is_lost(model, sample.after);
+    if (sample.after.held) ending.last_hold = sample.after.tick;
     return true;
   };
   report = run_threads(model, state, settings);
@@ -91,7 +94,8 @@ Ending threaded_ending(const Model& model, bool realtime, ThreadsReport& report)
 // Chance decides when the threads' frames come, and so, by micrometres, what path the object takes. Where it ends does
 // not depend on it: the controller's integrals have settled 1 s after the move, to some 10 um (their time constant is
 // 0.3 s), and the forces with them, but for what friction keeps of the path: 2 %. Ticks that slip leave time to settle
-// out: no more than a quarter may.
+// out: no more than a quarter may. During a hold nothing controls the object, which needs that time, too: none may be in
+// the last second.
 void expect_agreement(bool realtime, int repetitions) {
   const Model model = build_model(carried_box());
   const Ending expected = lockstep_ending(model);
@@ -106,7 +110,7 @@ void expect_agreement(bool realtime, int repetitions) {
     EXPECT_EQ(report.frames.torn + report.snapshots.torn, 0);
     EXPECT_EQ(report.frames.unaccounted() + report.snapshots.unaccounted(), 0);
     EXPECT_FALSE(ending.lost);
-    if (report.slipped > 500) continue;  // the counts above hold all the same
+    if (report.slipped > 500 || ending.last_hold > 1000) continue;  // the counts above hold all the same
     ++compared;
     const auto error = pose_error(expected.state.X_WO, ending.state.X_WO);
     EXPECT_LE(error.head<3>().norm(), 0.1e-3);
@@ -115,7 +119,7 @@ void expect_agreement(bool realtime, int repetitions) {
       EXPECT_NEAR(ending.state.load[k].normal_N / expected.state.load[k].normal_N, 1.0, 0.02);
     }
   }
-  if (compared == 0) GTEST_SKIP() << "this machine gave less than three quarters of the ticks their time";
+  if (compared == 0) GTEST_SKIP() << "this machine gave ticks or frames too little time";
 }
 
 TEST(SplitAgreement, ThreadsEndWhereLockstepDoes) { expect_agreement(true, 3); }
