@@ -254,7 +254,7 @@ std::string description(const Scene& scene, bool with_parts) {
   if (complete) out << "  nothing\n";
 
   // Made for shapes, too: whether their samples make a surface shows then.
-  const Model model = build_model(scene);
+  const Model model = build_and_tell(scene, false);
   describe_warnings(model, out);
   describe_mending(model, out);
   if (with_parts) describe_parts(model, out);

@@ -100,7 +100,7 @@ Recording run_realtime(const Options& options, const Model& model, State& state,
 }
 
 int run(const Options& options) {
-  Model model = build_model(load_scene(options));
+  Model model = build_and_tell(load_scene(options), options.quiet);
   check_results(results_of(options), scene_files(options.scene, options.overrides));
   std::optional<FileLock> lock, dump_lock;
   if (!options.out.empty()) lock.emplace(claim_folder(options.out, "--out"));

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "engine/results/scene_run.h"
+#include "engine/scenes/build_model.h"
 
 /// One line of stderr that says how far a command is, if somebody is looking.
 class ProgressLine {
@@ -20,6 +21,10 @@ class ProgressLine {
   bool has_shown_ = false;
   std::chrono::steady_clock::time_point shown_at_;
 };
+
+/// build_model(), while a line of stderr says from the second second on which stage of it takes so long, if somebody is
+/// looking.
+[[nodiscard]] thenar::Model build_and_tell(thenar::Scene scene, bool quiet);
 
 /// Watches a run: shows on a line of stderr how far it is, if somebody is looking, and ends it early if a signal asks
 /// for that (Ctrl-C, SIGTERM, SIGHUP), so that its results are kept. A second signal ends the program at once.

@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <queue>
+#include <limits>
 #include <stdexcept>
+#include <tuple>
 #include <utility>
 
 #include "collision/point_grid.h"
@@ -17,17 +18,38 @@ using Eigen::Matrix3Xd;
 // Candidates for every sample kept: beyond 5 the result hardly improves and the time still grows [Yuksel 2015].
 constexpr Index kCandidatesPerSample = 5;
 
-/// Thins `candidates` to `count` samples by removing, again and again, the one most crowded by the others
+// The crowding of what is eliminated: less than any, whatever is taken from it.
+constexpr double kRemoved = -std::numeric_limits<double>::infinity();
+
+/// Puts an entry in the place of a heap's largest.
+template <typename Entry>
+void replace_top(std::vector<Entry>& heap, const Entry& by) {
+  std::size_t at = 0;
+  for (std::size_t child = 1; child < heap.size(); child = 2 * at + 1) {
+    if (child + 1 < heap.size() && heap[child] < heap[child + 1]) ++child;
+    if (!(by < heap[child])) break;
+    heap[at] = heap[child];
+    at = child;
+  }
+  heap[at] = by;
+}
+
+/// Thins what is drawn to `count` samples by removing, again and again, the one most crowded by the others
 /// [Yuksel 2015, Sample Elimination for Generating Poisson Disk Sample Sets]. Crowding of i:
 ///     sum over j of (1 - d_ij / 2 r_max)^8,   r_max = sqrt(area / (2 sqrt(3) count)),
 /// where 2 r_max is the distance between samples in the densest (hexagonal) packing.
-PointCloud eliminate(const PointCloud& candidates, double area_m2, Index count) {
-  const Index all = candidates.points_m.cols();
+PointCloud eliminate(const PointCloud& drawn, double area_m2, Index count) {
+  const Index all = drawn.points_m.cols();
   const double packing_m = 2.0 * std::sqrt(area_m2 / (2.0 * std::sqrt(3.0) * static_cast<double>(count)));
   // Weight limiting [Yuksel 2015, eq. (6)]: pairs closer than this are equally bad, which keeps clusters from
   // deciding the order.
   const double least_m =
       packing_m * 0.65 * (1.0 - std::pow(static_cast<double>(count) / static_cast<double>(all), 1.5));
+
+  // Neighbours side by side in memory: what is drawn lies all over the surface.
+  const std::vector<Index> order = PointGrid(drawn.points_m, packing_m).members();
+  const PointCloud candidates{drawn.points_m(Eigen::all, order), drawn.normals(Eigen::all, order)};
+  const PointGrid grid(candidates.points_m, packing_m);
   const auto crowding = [&](Index i, Index j, double distance_m) {
     // The two sides of a plate are two surfaces: they do not crowd each other.
     if (candidates.normals.col(i).dot(candidates.normals.col(j)) < -0.5) return 0.0;
@@ -35,37 +57,47 @@ PointCloud eliminate(const PointCloud& candidates, double area_m2, Index count) 
     const double squared = closeness * closeness;
     return squared * squared * squared * squared;
   };
-
-  const PointGrid grid(candidates.points_m, packing_m);
   std::vector<double> crowd(all, 0.0);
   for (Index i = 0; i < all; ++i) {
     grid.for_each_neighbour(i, [&](Index j, double d) { crowd[i] += crowding(i, j, d); });
   }
 
-  // Crowding only ever falls, so an entry of the heap is an upper bound: refresh it when it comes to the top.
-  using Entry = std::pair<double, Index>;
-  std::vector<Entry> entries(all);
-  for (Index i = 0; i < all; ++i) entries[i] = {crowd[i], i};
-  std::priority_queue<Entry, std::vector<Entry>, std::less<>> heap(std::less<>(), std::move(entries));
-  std::vector<char> kept(all, 1);
+  // Crowding only ever falls, so what a group's most crowded was is an upper bound: it is refreshed when it comes to
+  // the top of a heap. Ties by the order of drawing.
+  struct Entry {
+    double crowd;
+    Index drawn, at;
+    bool operator<(const Entry& other) const { return std::tie(crowd, drawn) < std::tie(other.crowd, other.drawn); }
+  };
+  constexpr Index kGroup = 32;
+  const auto most_crowded = [&](Index group) {
+    Entry most{crowd[kGroup * group], order[kGroup * group], kGroup * group};
+    for (Index i = most.at + 1; i < std::min(all, kGroup * (group + 1)); ++i) {
+      if (crowd[i] >= most.crowd) most = std::max(most, {crowd[i], order[i], i});
+    }
+    return most;
+  };
+  std::vector<Entry> heap;
+  for (Index group = 0; kGroup * group < all; ++group) heap.push_back(most_crowded(group));
+  std::make_heap(heap.begin(), heap.end());
   for (Index left = all; left > count;) {
-    const Entry top = heap.top();
-    const Index i = top.second;
-    heap.pop();
-    if (top.first > crowd[i]) {
-      heap.emplace(crowd[i], i);
+    const Entry bound = heap.front(), top = most_crowded(bound.at / kGroup);
+    if (top < bound) {
+      replace_top(heap, top);
       continue;
     }
-    kept[i] = 0;
+    crowd[top.at] = kRemoved;
     --left;
-    grid.for_each_neighbour(i, [&](Index j, double d) { crowd[j] -= crowding(i, j, d); });
+    grid.for_each_neighbour(top.at, [&](Index j, double d) { crowd[j] -= crowding(top.at, j, d); });
   }
 
+  std::vector<char> kept(all);  // in the order of drawing
+  for (Index i = 0; i < all; ++i) kept[order[i]] = crowd[i] != kRemoved;
   PointCloud cloud{Matrix3Xd(3, count), Matrix3Xd(3, count)};
   for (Index i = 0, k = 0; i < all; ++i) {
     if (kept[i] == 0) continue;
-    cloud.points_m.col(k) = candidates.points_m.col(i);
-    cloud.normals.col(k++) = candidates.normals.col(i);
+    cloud.points_m.col(k) = drawn.points_m.col(i);
+    cloud.normals.col(k++) = drawn.normals.col(i);
   }
   return cloud;
 }

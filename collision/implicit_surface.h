@@ -43,7 +43,7 @@ class ImplicitSurface {
   ImplicitSurface(const PointCloud& cloud, std::integral auto) = delete;  // no number of samples is a support
 
   /// From now on distances up to `depth_m` from the surface may differ from the exact ones by `error_m`, for the sake
-  /// of speed: where a sample's patch is as good as that, it answers (SurfacePatches). Takes about 3 us and 288 bytes a
+  /// of speed: where a sample's patch is as good as that, it answers (SurfacePatches). Takes about 3 us and 224 bytes a
   /// sample. Without it, or with an error of 0, all are exact.
   void allow_error(double error_m, double depth_m);
 

@@ -35,6 +35,9 @@ class PointGrid {
     }
   }
 
+  /// The points, cell by cell.
+  [[nodiscard]] const std::vector<Eigen::Index>& members() const { return members_; }
+
  private:
   [[nodiscard]] Eigen::Index number(int x, int y, int z) const {
     return (static_cast<Eigen::Index>(x) * cells_.y() + y) * cells_.z() + z;

@@ -152,10 +152,12 @@ void SurfacePatches::add(const SampleBlocks& samples, const Vector3d& a_m, const
   patch.least_height_m =
       static_cast<float>(support_m_) * (lowest - kUnseen * (most - lowest)) - static_cast<float>(error_m_);
   patch.least_cosine = turned - kUnseen * (1.0F - turned);
-  patch.of.row(0) = static_cast<float>(support_m_) * height.transpose().array();
-  patch.of.row(1) = n_u.transpose().array();
-  patch.of.row(2) = n_v.transpose().array();
-  patch.of.row(3).setZero();
+  for (int k = 0; k < kTerms; ++k) {
+    const auto at = static_cast<std::size_t>(3 * k);
+    patch.of[at] = static_cast<float>(support_m_) * height[k];
+    patch.of[at + 1] = n_u[k];
+    patch.of[at + 2] = n_v[k];
+  }
 }
 
 }  // namespace thenar

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -68,17 +69,17 @@ class SurfacePatches {
 
  private:
   static constexpr int kTerms = 15;
-  using Values = Eigen::Array4f;  ///< n.(c - a) [m], the components of n along t_1 and t_2, and a zero.
+  using Values = Eigen::Array4f;  ///< n.(c - a) [m], the components of n along t_1 and t_2, and what comes after them.
 
   struct Patch {
-    /// Coefficients of 1, u, v, u^2, u v, v^2, ... u^4 ... v^4.
-    Eigen::Array<float, 4, kTerms> of;
+    /// Three coefficients each of 1, u, v, u^2, u v, v^2, ... u^4 ... v^4, and one that is read with the last.
+    std::array<float, 3 * kTerms + 1> of{};
     Eigen::Vector3d t_1 = Eigen::Vector3d::Zero();     // across n; t_2 = n x t_1
     float good = 0.0F;                                 // radius, in discs
     float least_height_m = 0.0F, least_cosine = 0.0F;  // where it is good
 
     [[nodiscard]] Values at(float u, float v) const {
-      const auto c = [&](int k) { return of.col(k); };
+      const auto c = [&](std::size_t k) { return Eigen::Map<const Values>(&of[3 * k]); };
       const Values u_3 = c(6) + u * c(10) + v * c(11);
       const Values u_2 = c(3) + v * (c(7) + v * c(12));
       const Values u_1 = c(1) + v * (c(4) + v * (c(8) + v * c(13)));

@@ -6,7 +6,6 @@
 
 #include "collision/fine_parts.h"
 #include "engine/scenes/config.h"
-#include "engine/scenes/object_surface.h"
 #include "engine/scenes/pulp_levels.h"
 #include "engine/scenes/scene_file.h"
 
@@ -61,9 +60,10 @@ Model with_surface(Scene scene, std::vector<std::string> notes, ImplicitSurface 
 
 }  // namespace
 
-Model build_model(Scene scene) {
+Model build_model(Scene scene, const StartWatch& begins) {
   std::vector<std::string> notes;
-  ImplicitSurface surface = make_object_surface(scene, notes);
+  ImplicitSurface surface = make_object_surface(scene, notes, begins);
+  if (begins && scene.fingertips) begins("the fingertips");
   return with_surface(std::move(scene), std::move(notes), std::move(surface));
 }
 

@@ -106,12 +106,17 @@ void check_holes(const PointCloud& cloud, double support_m, double reach_m, std:
   notes.push_back("bridged " + what);
 }
 
-ImplicitSurface make_surface(const Scene& scene, std::vector<std::string>& notes) {
+ImplicitSurface make_surface(const Scene& scene, std::vector<std::string>& notes, const StartWatch& begins) {
+  const auto tell = [&begins](const char* stage) {
+    if (begins) begins(stage);
+  };
+  tell("the object's samples");
   PointCloud cloud = std::visit(MakeCloud{scene.object.points, notes}, scene.object.shape);
   if (cloud.normals.cols() == 0) {
     estimate_normals(cloud);
     notes.emplace_back("estimated the normals from the points, and turned them outward");
   }
+  tell("faults among the samples");
   const Index points = cloud.points_m.cols();
   const double spacing_m = sample_spacing_m(cloud), support_m = covering_support_m(cloud);
   const CloudRepair repaired = repair(cloud, support_m);
@@ -136,16 +141,19 @@ ImplicitSurface make_surface(const Scene& scene, std::vector<std::string>& notes
   }
   add_notes(repaired, points, notes);
   check_holes(cloud, support_m, search_reach_m(scene), notes);
+  tell("the object's surface");
   ImplicitSurface surface(cloud, support_m);
   const Asked asked = asked_of_surface(scene);
+  tell("patches of the surface");
   surface.allow_error(asked.error_m, asked.depth_m);
   return surface;
 }
 
 }  // namespace
 
-ImplicitSurface make_object_surface(const Scene& scene, std::vector<std::string>& notes) try {
-  return make_surface(scene, notes);
+ImplicitSurface make_object_surface(const Scene& scene, std::vector<std::string>& notes,
+                                    const StartWatch& begins) try {
+  return make_surface(scene, notes, begins);
 } catch (const std::invalid_argument& error) {  // the cloud stands for no surface
   if (const auto* scan = std::get_if<CloudShape>(&scene.object.shape)) throw FileError(scan->file, error.what());
   throw ConfigError(

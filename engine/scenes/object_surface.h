@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -8,12 +9,16 @@
 
 namespace thenar {
 
+/// Is told which stage of a start begins, in words: "the object's samples". They live as long as the program.
+using StartWatch = std::function<void(const char* stage)>;
+
 /// The surface of a scene's object: a shape is sampled; a scan is read, given normals where it has none, mended
 /// (repair(), find_holes()), and what was done is added to `notes`, one sentence each.
 /// Throws FileError for a file that cannot be read or is no surface: normals that contradict each other, points off any
 /// surface, holes that a fingertip does not see across, a size that makes no sense. Throws ConfigError for a shape
 /// whose samples make no surface.
-[[nodiscard]] ImplicitSurface make_object_surface(const Scene& scene, std::vector<std::string>& notes);
+[[nodiscard]] ImplicitSurface make_object_surface(const Scene& scene, std::vector<std::string>& notes,
+                                                  const StartWatch& begins = {});
 
 /// Whether the two scenes have the same surface for certain.
 [[nodiscard]] bool have_same_surface(const Scene& one, const Scene& other);
