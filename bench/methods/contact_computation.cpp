@@ -9,6 +9,9 @@
 #include "solvers/contact_newton.h"
 
 namespace thenar {
+
+using Eigen::Index;
+
 namespace {
 
 RecordedTicks with_sweeps(RecordedTicks recorded, int max_sweeps) {
@@ -18,9 +21,9 @@ RecordedTicks with_sweeps(RecordedTicks recorded, int max_sweeps) {
 
 }  // namespace
 
-double published_us(Eigen::Index contacts) { return contacts <= 15 ? 6000.0 : contacts <= 30 ? 10000.0 : 20000.0; }
+double published_us(Index contacts) { return contacts <= 15 ? 6000.0 : contacts <= 30 ? 10000.0 : 20000.0; }
 
-ContactRun::ContactRun(Eigen::Index contacts, int max_sweeps)
+ContactRun::ContactRun(Index contacts, int max_sweeps)
     : recorded_(with_sweeps(RecordedTicks(contacts), max_sweeps)),
       frame_(recorded_.model),
       work_(recorded_.model),
@@ -39,12 +42,30 @@ ContactComputation ContactRun::tick() {
   for (std::size_t k = 0; k < displays_.size(); ++k) shown += displays_[k].displace(now_.state.u_m[k])(0, 0);
   const double display_s = watch.lap();
   if (!(std::abs(shown) < 1.0)) throw std::runtime_error("the pulps fell apart");
+  solved_ = contact.solve;
   return {control.find_s,   control.factors_s, contact.assemble_s, contact.solve_s,
           contact.deform_s, display_s,         contact.solve};
 }
 
+Workload ContactRun::workload() const {
+  Workload w;
+  w.contacts = static_cast<double>(frame_.size());
+  w.sweeps = solved_.sweeps;
+  for (int k = 0; k < kFingers; ++k) {
+    const auto own = static_cast<double>(frame_.begin[k + 1] - frame_.begin[k]);
+    double loaded = 0.0;
+    for (Index i = frame_.begin[k]; i < frame_.begin[k + 1]; ++i) loaded += work_.f[3 * i] > 0.0 ? 1.0 : 0.0;
+    w.loaded += loaded;
+    w.pairs += own * own;
+    w.loaded_pairs += own * loaded;
+    w.samples += static_cast<double>(recorded_.model.pulps[k].surface.points_m.cols());
+  }
+  w.controls = static_cast<double>(recorded_.model.pulps.front().controls());
+  return w;
+}
+
 double ContactRun::force_error() const {
-  const Eigen::Index contacts = frame_.size(), rows = 3 * contacts;
+  const Index contacts = frame_.size(), rows = 3 * contacts;
   const ContactData problem{dense_delassus(recorded_.model, frame_, work_.kinematics, work_.mobility),
                             work_.delta_free.head(rows), work_.mu.head(contacts)};
   AccurateWorkspace accurate(contacts);

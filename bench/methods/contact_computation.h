@@ -23,6 +23,16 @@ struct ContactComputation {
   [[nodiscard]] double total_s() const { return find_s + compliance_s + assemble_s + solve_s + deform_s + display_s; }
 };
 
+/// What the last tick of a run had to deal with: counts.
+struct Workload {
+  double contacts = 0.0, loaded = 0.0;
+  double pairs = 0.0;         ///< Of contacts of one finger, each with itself, too.
+  double loaded_pairs = 0.0;  ///< A contact, and a loaded one of the same finger.
+  double sweeps = 0.0;
+  double controls = 0.0;  ///< Of one fingertip.
+  double samples = 0.0;   ///< Of all fingertips.
+};
+
 /// Times that Rougeron et al. 2006 publish for it, on a Pentium IV at 2.2 GHz; they have none for more than 60
 /// contacts.
 [[nodiscard]] double published_us(Eigen::Index contacts);
@@ -35,6 +45,8 @@ class ContactRun {
   ContactRun(Eigen::Index contacts, int max_sweeps);
 
   ContactComputation tick();
+
+  [[nodiscard]] Workload workload() const;
 
   /// How far the last tick's forces are from an accurate solve of its problem, |f - f*| / |f*|; NaN where that failed.
   [[nodiscard]] double force_error() const;
@@ -49,6 +61,7 @@ class ContactRun {
   std::vector<SurfaceDisplay> displays_;
   RecordedTick now_;
   std::size_t ticks_ = 0;
+  SolveReport solved_;
 };
 
 inline constexpr int kTicksATurn = 20, kDroppedTicks = 4;

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
 #include <deque>
 #include <limits>
 #include <stdexcept>
@@ -15,6 +14,7 @@
 #include "bench/cases/recorded.h"
 #include "bench/methods/contact_computation.h"
 #include "bench/report/figure.h"
+#include "bench/report/machine.h"
 #include "bench/report/measure.h"
 #include "solvers/grasp_forces.h"
 #include "solvers/muscle_forces.h"
@@ -35,44 +35,6 @@ constexpr double kPentium_GHz = 2.2;
 // SSE2 on a Pentium 4: an addition and a multiplication of two doubles take turns, each at half rate [Intel, IA-32
 // Architecture Optimization Manual]. In single precision both processors do twice as much.
 constexpr double kPentium_flops_per_cycle = 2.0;
-
-/// Least time of many calls: what the hardware can do.
-template <typename Work>
-double least_us(Work&& work) {
-  double least = time_us(work);
-  for (int i = 0; i < 100; ++i) least = std::min(least, time_us(work));
-  return least;
-}
-
-/// Cycles a nanosecond: additions that wait for one another take a cycle each.
-double measured_GHz() {
-  constexpr int kAdditions = 1 << 20;
-  const double us = least_us([] {
-    std::uint64_t sum = 1;
-    for (int i = 0; i < kAdditions; i += 8) {
-      // Opaque to the compiler, which would fold additions of a constant.
-      for (int k = 0; k < 8; ++k) {
-        sum += sum;
-        asm volatile("" : "+r"(sum));
-      }
-    }
-  });
-  return 1e-3 * kAdditions / us;
-}
-
-/// Floating-point operations a nanosecond of multiply-adds that wait for nothing, in the vectors that this build uses.
-double measured_Gflops() {
-  constexpr int kSteps = 1 << 15, kLanes = 32;
-  using Lanes = Eigen::Array<double, kLanes, 1>;
-  Lanes sums = Lanes::LinSpaced(0.1, 0.9);  // In no more registers than there are.
-  const Lanes factor = Lanes::Constant(0.999), more = Lanes::Constant(1e-3);
-  const double us = least_us([&] {
-    Lanes s = sums;
-    for (int i = 0; i < kSteps; ++i) s = s * factor + more;
-    sums = s;
-  });
-  return sums.isFinite().all() ? 2e-3 * kSteps * kLanes / us : 0.0;
-}
 
 /// How many times as fast this processor is as a Pentium IV at 2.2 GHz, by its clock alone and by its arithmetic alone.
 struct Handicap {
