@@ -208,10 +208,26 @@ void add_figures(ordered_json& part, bool quick) {
     for (std::uint64_t seed = 0; seed < count; ++seed) problems.push_back(pressed(size, seed));
     return problems;
   });
-  const SceneProblems scene = scene_problems("box_grasp", {}, {0.6, 1.0, static_cast<int>(count) + 1});
-  const Growth fingers = grow("2 to 5 fingers of 20 contacts each", {40, 60, 80, 100}, turns, [&](Index size) {
+  const auto moments = [&](Index per_finger) {
+    return scene_problems("box_grasp", changes_for(3 * per_finger), {0.6, 1.0, static_cast<int>(count) + 1}).contacts;
+  };
+  const auto of_fingers = [&](Index per_finger, std::vector<Index> sizes_of) {
+    const std::vector<SceneContacts> recorded_moments = moments(per_finger);
+    return grow(fmt::format("{} to {} fingers of {} contacts each", sizes_of.front() / per_finger,
+                            sizes_of.back() / per_finger, per_finger),
+                sizes_of, turns, [&](Index size) {
+                  std::vector<Factored> problems;
+                  for (std::size_t k = 0; k < count; ++k) {
+                    problems.push_back(with_fingers(recorded_moments, k, size / per_finger));
+                  }
+                  return problems;
+                });
+  };
+  const Growth fingers = of_fingers(20, {40, 60, 80, 100}), large = of_fingers(100, {200, 300, 400, 500});
+  const Growth patch = grow("one patch", {25, 50, 100, 200}, turns, [&](Index size) {
+    const std::vector<SceneContacts> recorded_moments = moments(size);
     std::vector<Factored> problems;
-    for (std::size_t k = 0; k < count; ++k) problems.push_back(with_fingers(scene.contacts, k, size / 20));
+    for (std::size_t k = 0; k < count; ++k) problems.push_back(with_fingers(recorded_moments, k, 1));
     return problems;
   });
   const auto add = [&](const char* id, const char* title, const std::string& caption, const char* label,
@@ -225,12 +241,12 @@ void add_figures(ordered_json& part, bool quick) {
       "Lower is better, and so is a lower exponent. In factors, the default, a sweep costs contacts times contacts "
       "per finger: with fingers it grows more slowly than on the matrix, which has all of them against all. Ours pay "
       "for forming what they need of W; other projects are given W.",
-      "time of a solve [µs]", {recorded.time, contacts.time, fingers.time});
+      "time of a solve [µs]", {recorded.time, contacts.time, fingers.time, large.time, patch.time});
   add("growth_contact_memory", "Contact forces: memory over contacts and fingers",
       "What a solver is given and what it holds of the heap after its first solve, the most over the problems: ours "
       "take it once, for the largest problem, and nothing in a solve. All of ours are given the factors, and those on "
       "the matrix form it; other projects are given the matrix, and keep a copy.",
-      "memory [bytes]", {recorded.memory, contacts.memory, fingers.memory});
+      "memory [bytes]", {recorded.memory, contacts.memory, fingers.memory, large.memory, patch.memory});
 }
 
 }  // namespace
@@ -241,7 +257,8 @@ int main(int argc, char** argv) {
       argc, argv, "contact_growth", "Growth of the contact solve",
       "What more contacts and more fingers cost the contact solvers, in time and memory. Panels: the box grasp on its "
       "way (from 120 contacts on, on finer pulps); random grasps by three fingers with all contacts pressed; the box "
-      "grasp with more or fewer fingers, the fourth and fifth pressing where index and major do. A line ends where a "
+      "grasp with more or fewer fingers, of 20 and of 100 contacts each, the fourth and fifth pressing where index and "
+      "major do; and one finger alone, a plate on so many contacts. A line ends where a "
       "method needs more than 50 ms, or does not solve all problems of the next size.",
       {thenar::add_figures});
 }

@@ -45,9 +45,9 @@ double measured_step_us() {
 
 /// The least that a stage must do, whatever its method's details.
 struct Least {
-  double madds = 0.0;         ///< Multiply-adds, of double precision; one of single precision counts half.
-  double bytes = 0.0;         ///< Read and written, once each.
-  double chained_steps = 0.0; ///< Local steps that wait for one another.
+  double madds = 0.0;          ///< Multiply-adds, of double precision; one of single precision counts half.
+  double bytes = 0.0;          ///< Read and written, once each.
+  double chained_steps = 0.0;  ///< Local steps that wait for one another.
 };
 
 struct Stage {
@@ -63,7 +63,7 @@ std::vector<Stage> stages_of(const Workload& w, const std::vector<ContactComputa
     return percentiles(std::move(us)).p50;
   };
   const double n = w.contacts, pairs = w.pairs, loaded = w.loaded, sweeps = w.sweeps;
-  const double block = 9.0 * pairs;        // entries of W among the contacts of a finger
+  const double block = 9.0 * pairs;           // entries of W among the contacts of a finger
   const double swept = 9.0 * w.loaded_pairs;  // of them in the columns of loaded contacts
   // A patch of the surface: 45 coefficients, its plane and frame.
   const Least find{n * 80.0, n * 330.0};
@@ -73,10 +73,10 @@ std::vector<Stage> stages_of(const Workload& w, const std::vector<ContactComputa
   const Least assemble{n * 150.0, n * 8.0 * (12.0 + 24.0 + 18.0 + 24.0)};
   // Blocks in single precision by 14 multiply-adds an entry; gaps in double precision, 10 multiply-adds a pair, before
   // the first sweep and after the last; sweeps; their acceleration, 20 numbers a row.
-  const Least solve{7.0 * block + 2.0 * 10.0 * w.loaded_pairs + sweeps * (0.5 * swept + 0.5 * 20.0 * 3.0 * n),
-                    block * 4.0 + pairs * 9.0 * 4.0 + 2.0 * w.loaded_pairs * 24.0 +
-                        sweeps * (4.0 * swept + 4.0 * 20.0 * 3.0 * n),
-                    sweeps * loaded};
+  const Least solve{
+      7.0 * block + 2.0 * 10.0 * w.loaded_pairs + sweeps * (0.5 * swept + 0.5 * 20.0 * 3.0 * n),
+      block * 4.0 + pairs * 9.0 * 4.0 + 2.0 * w.loaded_pairs * 24.0 + sweeps * (4.0 * swept + 4.0 * 20.0 * 3.0 * n),
+      sweeps * loaded};
   const Least deform{3.0 * loaded * w.controls, 8.0 * loaded * w.controls + 48.0 * w.controls * 3.0};
   // Ten weights a sample.
   const Least display{0.5 * 30.0 * w.samples, w.samples * (10.0 * 4.0 + 12.0)};
@@ -104,9 +104,11 @@ void limits(ordered_json& part, bool quick) {
   ordered_json& figure = add_figure(
       part, "table", "limits", "Share of the machine's limit",
       fmt::format(
-          "What each stage of a contact computation must do at the least, whatever its details, over what one core does "
+          "What each stage of a contact computation must do at the least, whatever its details, over what one core "
+          "does "
           "at most: {:.0f} multiply-adds a nanosecond in double precision (twice as many in single), {:.0f} bytes a "
-          "nanosecond from a megabyte that it has just read, and {:.0f} ns for a contact's local step in a sweep, which "
+          "nanosecond from a megabyte that it has just read, and {:.0f} ns for a contact's local step in a sweep, "
+          "which "
           "must wait for the one before it (at {:.1f} GHz). The largest of the three is the stage's limit; the share "
           "is how much of the stage's time that is, and the last column says what the rest is. The box grasp on its "
           "way, solved to a residual of 1e-6.",
@@ -114,8 +116,8 @@ void limits(ordered_json& part, bool quick) {
       fmt::format("medians of {} ticks of each size, which took turns of {} ticks, the first {} of a turn dropped; "
                   "the machine: the best of 100 loops each",
                   turns * (kTicksATurn - kDroppedTicks), kTicksATurn, kDroppedTicks));
-  figure["columns"] = {"contacts",   "stage",     "median [µs]", "multiply-adds [µs]", "bytes [µs]",
-                       "chain [µs]", "share [%]", "what the rest is"};
+  figure["columns"] = {"contacts",   "stage",      "median [µs]", "multiply-adds [µs]",
+                       "bytes [µs]", "chain [µs]", "share [%]",   "what the rest is"};
   for (std::size_t k = 0; k < kSizes.size(); ++k) {
     for (const Stage& stage : stages_of(runs[k].workload(), ticks[k])) {
       const double madds_us = stage.least.madds / machine.madds_per_us,
