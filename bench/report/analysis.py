@@ -8,12 +8,12 @@ from pathlib import Path
 
 # The sections of the report, in order, and the parts that each has. Figures whose id begins with growth_ go to Growth.
 SECTIONS = (
-    ("The published timings", ("published",)),
+    ("The published timings", ("published", "limits")),
     ("Speed against accuracy", ("grasp_force", "muscle", "contact", "finding", "pulp", "rate")),
     ("Sticking, sliding, converging", ("motion",)),
     ("Where methods fail", ("stability", "contact_families")),
     ("No more than a scene needs", ("model",)),
-    ("Growth", ("growth", "contact_growth")),
+    ("Growth", ("growth", "contact_growth", "compression")),
 )
 OUTCOMES = ("held", "over limits", "off target", "slipping", "unstable", "lost", "solver failed", "refused")
 NEAR = 1.10  # On the front, as far as clocks can tell.

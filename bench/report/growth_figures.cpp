@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <deque>
+#include <limits>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -10,6 +13,9 @@
 #include "bench/methods/finding_methods.h"
 #include "bench/report/figure.h"
 #include "bench/report/measure.h"
+#include "engine/grasp/stopwatch.h"
+#include "engine/scenes/build_model.h"
+#include "engine/scenes/scene_file.h"
 
 namespace thenar {
 namespace {
@@ -129,8 +135,9 @@ void samples(ordered_json& part, bool quick) {
                                   runs, "samples of the object", "time [µs]");
   time["panels"] = times;
   ordered_json& memory = add_curves(part, "samples_memory", "Memory over the samples of the object",
-                                    "Memory goes with the samples: some 200 bytes each. What the object's surface "
-                                    "takes on the heap, ready to be asked for distances: samples, blocks, starts.",
+                                    "Memory goes with the samples: some 450 bytes each. What the object's surface "
+                                    "takes on the heap, ready to be asked for distances: samples, blocks, starts, "
+                                    "patches.",
                                     "one run", "samples of the object", "memory [MB]");
   memory["panels"] = memories;
 }
@@ -177,6 +184,65 @@ void controls(ordered_json& part, bool quick) {
   memories["panels"].push_back(panel("fingertip", {memory}));
 }
 
+// --- Start ----------------------------------------------------------------------------------------------------------
+
+/// Seconds from now on, stage by stage.
+class StageTimes {
+ public:
+  void begins(const char* stage) {
+    end();
+    stage_ = stage;
+  }
+  void end() {
+    const double s = watch_.lap();
+    if (stage_ != nullptr) seconds_[stage_] += s;
+  }
+  [[nodiscard]] double of(const std::string& stage) const { return seconds_.at(stage); }
+
+ private:
+  Stopwatch watch_;
+  const char* stage_ = nullptr;
+  std::map<std::string, double> seconds_;
+};
+
+void start(ordered_json& part, bool quick) {
+  const std::vector<std::string> stages{"the object's samples", "faults among the samples", "the object's surface",
+                                        "patches of the surface", "the fingertips"};
+  const std::vector<std::string> many{"fingertips.points=9600", "fingertips.leaves=1280"};
+  struct Start {
+    std::string name, scene;
+    std::vector<std::string> changes = {};
+  };
+  std::vector<Start> starts{{"box_grasp, 36 000 samples", "box_grasp"},
+                            {"bunny, a scan", "bunny"},
+                            {"box_grasp, 1280 control points a finger", "box_grasp", many}};
+  if (!quick) starts.push_back({"box_grasp, 300 000 samples", "box_grasp", {"object.points=300000"}});
+  ordered_json& figure = add_figure(
+      part, "table", "start", "The start of a scene, by stages",
+      "Reading it, drawing the object's samples (or reading a scan's), looking for faults among them, the surface that "
+      "they stand for, its patches, and the fingertips with their compliance. Once, before the first tick; from the "
+      "second second on, a line says which stage is under way.",
+      "the least of three starts");
+  figure["columns"] = {"scene"};
+  for (const std::string& stage : stages) figure["columns"].push_back(stage + " [ms]");
+  figure["columns"].push_back("in all [ms]");
+  for (const Start& scene : starts) {
+    std::vector<double> least_ms(stages.size() + 1, std::numeric_limits<double>::infinity());
+    for (int k = 0; k < 3; ++k) {
+      StageTimes times;
+      Stopwatch all;
+      const Scene read = load_scene(std::string(THENAR_CONFIGS) + "/" + scene.scene + ".yaml", scene.changes);
+      const Model model = build_model(read, [&](const char* stage) { times.begins(stage); });
+      times.end();
+      least_ms.back() = std::min(least_ms.back(), 1e3 * all.lap());
+      for (std::size_t s = 0; s < stages.size(); ++s) least_ms[s] = std::min(least_ms[s], 1e3 * times.of(stages[s]));
+    }
+    ordered_json row{scene.name};
+    for (const double ms : least_ms) row.push_back(ms);
+    figure["rows"].push_back(row);
+  }
+}
+
 }  // namespace
 }  // namespace thenar
 
@@ -185,5 +251,5 @@ int main(int argc, char** argv) {
   return run_part(argc, argv, "growth", "Growth",
                   "Time and memory against the size of a scene. The number beside a curve is p of n^p, fitted to the "
                   "upper half of the sizes.",
-                  {contacts, samples, controls});
+                  {contacts, samples, controls, start});
 }

@@ -151,8 +151,7 @@ ImplicitSurface make_surface(const Scene& scene, std::vector<std::string>& notes
 
 }  // namespace
 
-ImplicitSurface make_object_surface(const Scene& scene, std::vector<std::string>& notes,
-                                    const StartWatch& begins) try {
+ImplicitSurface make_object_surface(const Scene& scene, std::vector<std::string>& notes, const StartWatch& begins) try {
   return make_surface(scene, notes, begins);
 } catch (const std::invalid_argument& error) {  // the cloud stands for no surface
   if (const auto* scan = std::get_if<CloudShape>(&scene.object.shape)) throw FileError(scan->file, error.what());
