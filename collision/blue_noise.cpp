@@ -34,6 +34,17 @@ void replace_top(std::vector<Entry>& heap, const Entry& by) {
   heap[at] = by;
 }
 
+/// Those of a cloud's samples that are kept, `count` in number.
+PointCloud only(const std::vector<char>& kept, const PointCloud& all, Index count) {
+  PointCloud cloud{Matrix3Xd(3, count), Matrix3Xd(3, count)};
+  for (Index i = 0, k = 0; i < all.points_m.cols(); ++i) {
+    if (kept[i] == 0) continue;
+    cloud.points_m.col(k) = all.points_m.col(i);
+    cloud.normals.col(k++) = all.normals.col(i);
+  }
+  return cloud;
+}
+
 /// Thins what is drawn to `count` samples by removing, again and again, the one most crowded by the others
 /// [Yuksel 2015, Sample Elimination for Generating Poisson Disk Sample Sets]. Crowding of i:
 ///     sum over j of (1 - d_ij / 2 r_max)^8,   r_max = sqrt(area / (2 sqrt(3) count)),
@@ -93,13 +104,7 @@ PointCloud eliminate(const PointCloud& drawn, double area_m2, Index count) {
 
   std::vector<char> kept(all);  // in the order of drawing
   for (Index i = 0; i < all; ++i) kept[order[i]] = crowd[i] != kRemoved;
-  PointCloud cloud{Matrix3Xd(3, count), Matrix3Xd(3, count)};
-  for (Index i = 0, k = 0; i < all; ++i) {
-    if (kept[i] == 0) continue;
-    cloud.points_m.col(k) = drawn.points_m.col(i);
-    cloud.normals.col(k++) = drawn.normals.col(i);
-  }
-  return cloud;
+  return only(kept, drawn, count);
 }
 
 }  // namespace

@@ -12,7 +12,7 @@ import subprocess
 import sys
 
 HARMLESS = re.compile(
-    r"throw_std_bad_alloc|conditional_aligned_new|Watcher::see_control"
+    r"throw_std_bad_alloc|conditional_aligned_new|PlainObjectBase<.*>::resize\(|Watcher::see_control"
     r"|^(decltype\(auto\) )?[^(<]*\bstd::|::(\w+)::~?\2(\[abi:\w+\])?\("
 )
 

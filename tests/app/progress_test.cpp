@@ -2,10 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <filesystem>
 #include <string>
 
 #include "tests/support/program.h"
+#include "tests/support/scratch.h"
 
 namespace thenar::progress_test {
 namespace {
@@ -20,6 +22,18 @@ TEST(Solve, ShowsHowFarItIsOnATerminal) {
   const Outcome seen = thenar_program("solve --repeat 1 " + file.string() + "\" /dev/null", "script -qec \"");
   if (seen.code == 127) GTEST_SKIP() << "no script(1) here";
   EXPECT_NE(seen.text.find(words), std::string::npos) << seen.text;
+}
+
+// A start that takes more than a second says what it is at, and leaves room for the results.
+TEST(Run, SaysWhatALongStartIsAtOnATerminal) {
+  const std::string run = "run " + config("box_grasp.yaml") + " --time '1 ms' --set object.points=120000 --out " +
+                          (scratch() / "out").string();
+  const auto began = std::chrono::steady_clock::now();
+  const Outcome seen = thenar_program(run + "\" /dev/null", "script -qec \"");
+  if (seen.code == 127) GTEST_SKIP() << "no script(1) here";
+  if (std::chrono::steady_clock::now() - began < std::chrono::seconds(2)) GTEST_SKIP() << "this machine is too fast";
+  EXPECT_NE(seen.text.find("\rmaking ready: the object's samples, "), std::string::npos) << seen.text;
+  EXPECT_LT(seen.text.rfind("making ready"), seen.text.rfind("\r\x1b[K")) << seen.text;
 }
 
 }  // namespace

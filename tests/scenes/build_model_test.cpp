@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <vector>
 
 #include "engine/grasp/model.h"
 #include "engine/scenes/config.h"
@@ -34,6 +35,24 @@ TEST(Scene, RefusesACentreOfMassOutsideOfTheObject) {
   Scene scene = scene_of("minimal", {box, "object.points=2000"});
   scene.object.centre_of_mass_m = Vector3d(0.0, 0.0, 0.03);
   EXPECT_THROW((void)build_model(scene), ConfigError);
+}
+
+// Whoever watches a start sees every stage as it begins, once, and the model is the one that nobody watched.
+TEST(Model, TellsTheStagesOfItsStartInTheirOrder) {
+  std::vector<std::string> stages;
+  const auto watch = [&](const char* stage) { stages.emplace_back(stage); };
+  const Scene rigid = scene_of("minimal", {"object.points=2000"});
+  const Model watched = build_model(rigid, watch), unseen = build_model(rigid);
+  const std::vector<std::string> surface{"the object's samples", "faults among the samples", "the object's surface",
+                                         "patches of the surface"};
+  EXPECT_EQ(stages, surface);
+  EXPECT_EQ(watched.object.cloud().points_m, unseen.object.cloud().points_m);
+
+  stages.clear();
+  (void)build_model(scene_of("box_grasp", {"object.points=2000"}), watch);
+  std::vector<std::string> all = surface;
+  all.emplace_back("the fingertips");
+  EXPECT_EQ(stages, all);
 }
 
 }  // namespace
