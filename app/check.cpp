@@ -231,7 +231,8 @@ void describe_task(const TaskSettings& task, std::ostream& out) {
 std::string description(const Scene& scene, bool with_parts) {
   std::ostringstream out;
   out << scene.name << ": " << scene.duration_s << " s in steps of " << 1e3 * scene.step_s << " ms\n\nmodelled\n"
-      << "  hand            " << kJoints << " joints, viscosity " << scene.joint_viscosity << " N m s, no inertia\n";
+      << "  hand            " << scene.hand.joints.size() << " joints, viscosity " << scene.joint_viscosity
+      << " N m s, no inertia\n";
   describe_object(scene.object, out);
   describe_contact(scene, out);
   describe_levels(scene, out);

@@ -32,7 +32,7 @@ std::string value_in_words(const Key& key, std::string_view code) {
     case KeyKind::kQuantity:
       return unit;
     case KeyKind::kQuantities:
-      return fmt::format("{} x {}", key.items, unit);
+      return key.items == kPerJoint ? fmt::format("{} a joint", unit) : fmt::format("{} x {}", key.items, unit);
     case KeyKind::kCount:
       return "whole number";
     case KeyKind::kRotation:

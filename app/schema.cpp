@@ -92,6 +92,7 @@ Json value_of(const Key& key) {
     case KeyKind::kQuantity:
       return quantity(key);
     case KeyKind::kQuantities:
+      if (key.items == kPerJoint) return {{"type", "array"}, {"items", quantity(key)}, {"minItems", 1}};
       return list_of(quantity(key), key.items);
     case KeyKind::kCount: {
       const Range range = range_of(key);

@@ -116,8 +116,8 @@ struct SweepWorkspace {
   std::vector<LocalStep> local;  ///< Of each contact; the caller's to fill.
   Eigen::VectorXf blocks;
   bool coupled = false;  ///< Whether groups move one another, by J_common J_common'.
-  /// Columns to make blocks of, then J_common, both with the roots of the mobilities; in the groups' rows, padding
-  /// zero.
+  /// Columns to make blocks of, then J_common, both with the roots of the mobilities, and in its padding a fifth column
+  /// for blocks; in the groups' rows, padding zero.
   Eigen::Matrix<float, Eigen::Dynamic, kOwn + kCommon> J;
 
   // Of the sweeps, in the groups' rows.

@@ -15,8 +15,8 @@ using Vector6d = Eigen::Matrix<double, 6, 1>;
 
 /// Where a finger acts on the object.
 struct GraspContact {
-  Eigen::Vector3d point_m;  ///< Contact point, world axes.
-  Eigen::Matrix3d axes;     ///< Columns n, t1, t2 in world axes; n points into the object.
+  Eigen::Vector3d point_m = Eigen::Vector3d::Zero();  ///< Contact point, world axes.
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Zero();     ///< Columns n, t1, t2 in world axes; n points into the object.
 };
 
 /// What holds the tangential force of a contact.

@@ -10,6 +10,7 @@ using VectorRef = Eigen::Ref<const Eigen::VectorXd>;
 using VectorOut = Eigen::Ref<Eigen::VectorXd>;
 
 constexpr Index kLanes = SweepWorkspace::kPadding;
+constexpr int kFifth = GroupedDelassus::kOwn + 6;  // The sweeps' column of it: of the padding.
 constexpr float kHardly = 1e-3F;  // Of their largest entry Jacobians may change before blocks are made anew.
 using Lanes = Eigen::Array<float, kLanes, 1>;
 
@@ -73,6 +74,7 @@ void fill_columns(const Jacobian& J, const GroupedDelassus& W, Index k, const Gr
       sums.t2 = cross * sums.t2 + along * along_2;
     }
     sums.add_products<0, GroupedDelassus::kOwn + 6>(J, c, r);
+    if (W.J_fifth.size() > 0) sums.add_products<kFifth, 1>(J, c, r);
     sums.store(block, r, c);
   }
 }
@@ -157,6 +159,7 @@ void fill(const GroupedDelassus& W, GroupedWorkspace& grouped) {
     auto J = work.J.middleRows(group.row, group.rows);
     J.topLeftCorner(columns, kOwn) = own_root * W.J_own.middleRows(first, columns).cast<float>();
     J.topRightCorner(columns, kCommon) = W.J_common.middleRows(first, columns).cast<float>() * common_root.asDiagonal();
+    if (W.J_fifth.size() > 0) J.col(kFifth).head(columns) = own_root * W.J_fifth.segment(first, columns).cast<float>();
     J.bottomRows(group.rows - columns).setZero();
   }
   if (blocks_hold(W, grouped)) return;
@@ -262,7 +265,7 @@ void gaps(const GroupedContactProblem& problem, const VectorRef& f, GroupedWorks
   find_motion(W, f, work);
   const Eigen::Array4d common_1 = work.common_motion.head<4>(), common_2 = work.common_motion.tail<4>();
   for (Index k = 0; k < W.groups(); ++k) {
-    const Eigen::Array4d own = work.own_motion.col(k);
+    const Eigen::Array4d own = work.own_motion.col(k).head<4>();
     for (Index r = 3 * W.begin[k]; r < 3 * W.begin[k + 1]; ++r) {
       // The 12 products in three registers, which are added up once.
       const Eigen::Array4d parts = W.J_own.row(r).transpose().array() * own +
@@ -270,6 +273,9 @@ void gaps(const GroupedContactProblem& problem, const VectorRef& f, GroupedWorks
                                    W.J_common.row(r).tail<4>().transpose().array() * common_2;
       delta[r] = problem.delta_free[r] + parts.sum();
     }
+    if (W.J_fifth.size() == 0) continue;
+    const Index first = 3 * W.begin[k], rows = 3 * W.begin[k + 1] - first;
+    delta.segment(first, rows) += work.own_motion(4, k) * W.J_fifth.segment(first, rows);
   }
   if (!W.compliance.empty()) delta += work.surface_motion.head(delta.size());
   if (W.common_compliance) delta += work.shared_motion.head(delta.size());
@@ -303,7 +309,11 @@ void find_motion(const GroupedDelassus& W, const VectorRef& f, GroupedWorkspace&
         common_2 += f[r] * W.J_common.row(r).tail<4>().transpose().array();
       }
     }
-    work.own_motion.col(k) = W.own_mobility * own.matrix();
+    work.own_motion.col(k).head<4>() = W.own_mobility * own.matrix();
+    if (W.J_fifth.size() > 0) {
+      const Index first = 3 * W.begin[k], rows = 3 * W.begin[k + 1] - first;
+      work.own_motion(4, k) = W.own_mobility * W.J_fifth.segment(first, rows).dot(f.segment(first, rows));
+    }
     if (!W.compliance.empty()) give_way(W, k, f, work);
   }
   work.common_motion << common_1, common_2;
@@ -366,6 +376,9 @@ void GroupedDelassus::to_dense(Eigen::Ref<Eigen::MatrixXd> W) const {
     for (Index c = 0; c < rows; c += 3) {
       const Eigen::Matrix<double, kOwn, 3> moved = own_mobility * J_k.middleRows<3>(c).transpose();
       W_k.middleCols<3>(c) += J_k.lazyProduct(moved);
+      if (J_fifth.size() == 0) continue;
+      const auto fifth = J_fifth.segment(first, rows);
+      W_k.middleCols<3>(c) += fifth.lazyProduct(own_mobility * fifth.segment<3>(c).transpose());
     }
     if (!compliance.empty()) add_compliance(compliance[k], axes, begin[k], compliance_scale, W_k);
   }

@@ -58,7 +58,7 @@ struct SharedCompliance {
 };
 
 /// A Delassus operator in factors, for contacts in groups, as fingers make them on one object. A group moves a body of
-/// its own with 4 degrees of freedom and, with all others, a common body with 6; and it may give way by a compliance
+/// its own with up to 5 degrees of freedom and, with all others, a common body with 6; and it may give way by a compliance
 /// among its own contacts:
 ///     W = J_own m_own J_own' + J_common M_common J_common' + s C + C_common,    J_own and C block diagonal by group.
 /// It refers to its parts.
@@ -72,6 +72,7 @@ struct GroupedDelassus {
 
   std::span<const Eigen::Index> begin;            ///< Group k has contacts begin[k] .. begin[k + 1).
   const OwnJacobian& J_own;                       ///< 3n x 4, or more rows: of the contact's own body.
+  const Eigen::VectorXd& J_fifth;                 ///< Its fifth column; empty: no body has a fifth freedom.
   const CommonJacobian& J_common;                 ///< 3n x 6, padded.
   double own_mobility = 0.0;                      ///< m_own, the same for every group.
   CommonMotion common_mobility;                   ///< The diagonal of M_common, padded.
@@ -112,10 +113,13 @@ struct SurfaceLoad {
 /// What a solve with a GroupedDelassus works in, for up to `contacts` contacts in `groups` groups; and the motion of
 /// bodies and surfaces by the forces that it found.
 struct GroupedWorkspace {
+  static constexpr int kMostOwn = GroupedDelassus::kOwn + 1;
+  using OwnMotion = Eigen::Matrix<double, kMostOwn, Eigen::Dynamic>;
+
   /// shared: the common body may give way.
   GroupedWorkspace(Eigen::Index contacts, Eigen::Index groups, bool shared = false)
       : sweeps(contacts, groups),
-        own_motion(GroupedDelassus::kOwn, groups),
+        own_motion(OwnMotion::Zero(kMostOwn, groups)),
         surface_motion(3 * contacts),
         axes(3 * contacts + SweepWorkspace::kPadding, 3),
         points(3 * contacts + SweepWorkspace::kPadding, 3),
@@ -129,10 +133,10 @@ struct GroupedWorkspace {
   }
 
   SweepWorkspace sweeps;
-  Eigen::Matrix<double, GroupedDelassus::kOwn, Eigen::Dynamic> own_motion;  ///< Out: m_own J_own' f, a column a group.
-  GroupedDelassus::CommonMotion common_motion;                              ///< Out: M_common J_common' f, padded.
-  Eigen::VectorXd surface_motion;  ///< Out, if there is a compliance: s C f, 3n rows or more.
-  Eigen::VectorXd shared_motion;   ///< Out, if the common body gives way: C_common f, likewise.
+  OwnMotion own_motion;                         ///< Out: m_own J_own' f, a column a group.
+  GroupedDelassus::CommonMotion common_motion;  ///< Out: M_common J_common' f, padded.
+  Eigen::VectorXd surface_motion;               ///< Out, if there is a compliance: s C f, 3n rows or more.
+  Eigen::VectorXd shared_motion;                ///< Out, if the common body gives way: C_common f, likewise.
   // Of the group whose block is made, three rows a contact and padded with zeros: E', p and E' p.
   Eigen::Matrix<float, Eigen::Dynamic, 3> axes, points;
   Eigen::VectorXf heights;

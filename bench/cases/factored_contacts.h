@@ -11,6 +11,7 @@ namespace thenar {
 struct FactoredContacts {
   std::vector<Eigen::Index> begin{0};
   GroupedDelassus::OwnJacobian J_own;
+  Eigen::VectorXd J_fifth;
   GroupedDelassus::CommonJacobian J_common;
   double own_mobility = 0.0;
   GroupedDelassus::CommonMotion common_mobility = GroupedDelassus::CommonMotion::Zero();
@@ -24,6 +25,7 @@ struct FactoredContacts {
   [[nodiscard]] GroupedDelassus operator_of() const {
     return {.begin = begin,
             .J_own = J_own,
+            .J_fifth = J_fifth,
             .J_common = J_common,
             .own_mobility = own_mobility,
             .common_mobility = common_mobility,
@@ -39,8 +41,8 @@ struct FactoredContacts {
   }
 
   [[nodiscard]] double bytes() const {
-    Eigen::Index numbers =
-        J_own.size() + J_common.size() + common_mobility.size() + axes.size() + common_k.size() + common_T.size();
+    Eigen::Index numbers = J_own.size() + J_fifth.size() + J_common.size() + common_mobility.size() + axes.size() +
+                           common_k.size() + common_T.size();
     double bytes = 0.0;
     for (const SurfaceCompliance& C : compliance) {
       numbers += C.p_m.size() + C.k.size() + C.a.size() + C.b.size();

@@ -21,8 +21,8 @@ Pads pads_round(const Shape& shape, double radius_m) {
   Pads pads;
   pads.shape = shape;
   pads.curvature_per_m = 1.0 / radius_m;
-  for (int k = 0; k < kFingers; ++k) {
-    const double angle = 2.0 * std::numbers::pi / kFingers * k;
+  for (int k = 0; k < kPads; ++k) {
+    const double angle = 2.0 * std::numbers::pi / kPads * k;
     const Eigen::Vector3d outward(std::cos(angle), std::sin(angle), 0.0);
     pads.at_m[k] = radius_m * outward;
     pads.inward[k] = -outward;
@@ -57,9 +57,9 @@ Scene scene_of(const Pads& pads) {
   scene.object.rotation_damping = 1e-4;
   scene.joint_viscosity = 40.0;  // 10 N s/m at the pad
   scene.posture.setZero();
-  JointVector torques;
+  JointVector torques = scene.hand.at_zero();
   for (Segment& segment : scene.hand.segments) segment.mass_kg = 0.0;
-  for (int k = 0; k < kFingers; ++k) {
+  for (int k = 0; k < kPads; ++k) {
     Fingertip& tip = scene.hand.fingertips[k];
     tip.radius_m = 8e-3;
     tip.centre_m.setZero();
@@ -67,11 +67,11 @@ Scene scene_of(const Pads& pads) {
     segment.X_WS_0.linear() = Eigen::Quaterniond::FromTwoVectors(tip.normal, pads.inward[k]).toRotationMatrix();
     segment.X_WS_0.translation() = pads.at_m[k] - (tip.radius_m - pads.depth_m) * pads.inward[k];
     const Eigen::Vector3d axis = pads.inward[k].unitOrthogonal();
-    for (int j = 0; j < kJointsPerFinger; ++j) {
-      Joint& joint = scene.hand.joints[kJointsPerFinger * k + j];
+    for (int j = tip.first_joint; j < tip.first_joint + tip.joints; ++j) {
+      Joint& joint = scene.hand.joints[j];
       joint.axis = axis;
       joint.origin_m = segment.X_WS_0.translation() + kArm_m * axis.cross(pads.inward[k]);
-      torques[kJointsPerFinger * k + j] = kArm_m * pads.force_N[k];
+      torques[j] = kArm_m * pads.force_N[k];
     }
   }
   scene.torques = torques;
@@ -95,8 +95,8 @@ double most_mass_kg(const Pads& pads, double reduced_modulus_Pa, double pad_radi
   using Vector6 = Eigen::Matrix<double, 6, 1>;
   using Matrix6 = Eigen::Matrix<double, 6, 6>;
   // What a pad can do, by motions along its two tangents and turns.
-  std::array<Eigen::Matrix<double, 3, 6>, kFingers> most;
-  for (int k = 0; k < kFingers; ++k) {
+  std::array<Eigen::Matrix<double, 3, 6>, kPads> most;
+  for (int k = 0; k < kPads; ++k) {
     const Eigen::Vector3d n = pads.inward[k], t = n.unitOrthogonal();
     const double friction_N = pads.friction * pads.force_N[k];
     const double a_m =
@@ -110,15 +110,15 @@ double most_mass_kg(const Pads& pads, double reduced_modulus_Pa, double pad_radi
   }
   Vector6 weight;
   weight << pads.gravity, pads.centre_of_mass_m.cross(pads.gravity);
-  std::array<double, kFingers> power{1.0, 1.0, 1.0};
+  std::array<double, kPads> power{1.0, 1.0, 1.0};
   double sum = 0.0;
   for (int i = 0; i < 1000; ++i) {
     Matrix6 H = Matrix6::Zero();
-    for (int k = 0; k < kFingers; ++k) H += most[k].transpose() * most[k] / power[k];
+    for (int k = 0; k < kPads; ++k) H += most[k].transpose() * most[k] / power[k];
     const Vector6 motion = H.completeOrthogonalDecomposition().solve(weight);
     const double work = weight.dot(motion);
     sum = 0.0;
-    for (int k = 0; k < kFingers; ++k) {
+    for (int k = 0; k < kPads; ++k) {
       const double now = (most[k] * motion).norm() / work;
       sum += now;
       power[k] = std::max(now, 1e-9);

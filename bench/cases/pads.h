@@ -7,14 +7,16 @@
 
 namespace thenar {
 
+inline constexpr int kPads = 3;
+
 /// Three pads of radius 8 mm that press on an object with constant forces, each free to move along its normal alone: a
 /// grasp whose limits can be worked out by hand. Nobody controls it.
 struct Pads {
   Shape shape = SphereShape{25e-3};
-  std::array<Eigen::Vector3d, kFingers> at_m;    ///< Where each first touches the surface, object frame.
-  std::array<Eigen::Vector3d, kFingers> inward;  ///< Unit; the direction that it presses in.
-  double curvature_per_m = 0.0;                  ///< Of the surface there, where it is the same in all directions.
-  std::array<double, kFingers> force_N{2.0, 2.0, 2.0};
+  std::array<Eigen::Vector3d, kPads> at_m;    ///< Where each first touches the surface, object frame.
+  std::array<Eigen::Vector3d, kPads> inward;  ///< Unit; the direction that it presses in.
+  double curvature_per_m = 0.0;               ///< Of the surface there, where it is the same in all directions.
+  std::array<double, kPads> force_N{2.0, 2.0, 2.0};
   double depth_m = 0.8e-3;  ///< How deep the rest shapes are pressed in at the start.
   Eigen::Vector3d gravity{0.0, 0.0, -9.81};
   double mass_kg = 0.1;

@@ -11,10 +11,10 @@ namespace thenar {
 
 PatchValues patch_values(Scene scene, double duration_s) {
   Loop loop(std::move(scene));
-  PatchValues values = PatchValues::Zero();
+  PatchValues values = PatchValues::Zero(4, loop.model.fingers());
   while (static_cast<double>(loop.state.tick) * loop.model.scene.step_s < duration_s * (1.0 - 1e-9)) {
     const TickReport tick = loop.tick();
-    for (int k = 0; k < kFingers; ++k) {
+    for (int k = 0; k < loop.model.fingers(); ++k) {
       values(0, k) += tick.patch[k].slip_m;
       values(1, k) += tick.patch[k].spin_rad;
       values(2, k) = tick.patch[k].margin;

@@ -11,7 +11,7 @@ namespace thenar {
 
 /// What the patches of a run did: rows slip [m] and spin [rad], summed over its ticks, margin and moment about the
 /// normal [N m] at its end; a column a finger.
-using PatchValues = Eigen::Matrix<double, 4, kFingers>;
+using PatchValues = Eigen::Matrix<double, 4, Eigen::Dynamic, 0, 4, kMaxFingers>;
 
 PatchValues patch_values(Scene scene, double duration_s);
 

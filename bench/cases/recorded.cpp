@@ -56,7 +56,7 @@ void read_problems(const fs::path& folder, RecordedRun& run) {
 
 std::vector<std::string> changes_for(Index contacts) {
   // At the grasp's loads a patch covers about a twentieth of a pulp.
-  const Index most = contacts / kFingers, leaves = 12 * most;
+  const Index most = contacts / 3, leaves = 12 * most;
   std::vector<std::string> changes{"contact.max_per_finger=" + std::to_string(most),
                                    "fingertips.leaves=" + std::to_string(leaves)};
   if (contacts > 60) changes.push_back("fingertips.points=" + std::to_string(leaves * 15 / 2));

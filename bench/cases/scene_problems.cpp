@@ -16,6 +16,7 @@ FactoredContacts copy_of(const GroupedDelassus& W) {
   FactoredContacts factors;
   factors.begin.assign(W.begin.begin(), W.begin.end());
   factors.J_own = W.J_own.topRows(3 * W.contacts());
+  if (W.J_fifth.size() > 0) factors.J_fifth = W.J_fifth.head(3 * W.contacts());
   factors.J_common = W.J_common.topRows(3 * W.contacts());
   factors.own_mobility = W.own_mobility;
   factors.common_mobility = W.common_mobility;

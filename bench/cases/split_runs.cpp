@@ -45,7 +45,7 @@ Path run_in_one_loop(const Model& model, State& state, double from_s, double unt
       frame.tick = state.tick;
       frame.X_WO = state.X_WO;
       forward_kinematics(scene.hand, state.q, controller.pose);
-      for (int k = 0; k < kFingers; ++k) frame.X_WF[k] = controller.pose.distal(scene.hand, k);
+      for (int k = 0; k < scene.hand.fingers(); ++k) frame.X_WF[k] = controller.pose.distal(scene.hand, k);
       find_frame_contacts(model, controller.pose, state, controller.search, frame);
       fill_kernels(model, frame);
     }
@@ -83,7 +83,7 @@ PathError path_error(const Path& path, const Path& reference) {
     sum.position_m += (X.translation() - X_ref.translation()).squaredNorm();
     sum.rotation_rad += std::pow(Eigen::AngleAxisd(X_ref.linear().transpose() * X.linear()).angle(), 2);
     ++ticks;
-    for (int k = 0; k < kFingers; ++k) {
+    for (Eigen::Index k = 0; k < reference.force_N[j].cols(); ++k) {
       if (reference.force_N[j].col(k).isZero()) continue;
       sum.force_N += (path.force_N[i] - reference.force_N[j]).col(k).squaredNorm();
       ++loads;

@@ -47,8 +47,8 @@ struct Path {
   [[nodiscard]] std::size_t at(double time) const { return std::lround((time - start_s) / step_s) - 1; }
 
   void add(const State& state, const TickReport& tick) {
-    FingerForces force;
-    for (int k = 0; k < kFingers; ++k) force.col(k) = state.load[k].force_N;
+    FingerForces force(3, state.load.size());
+    for (Eigen::Index k = 0; k < force.cols(); ++k) force.col(k) = state.load[k].force_N;
     if (!force_N.empty() && time_s(X_WO.size()) > from_s) {
       double& largest = tick.handed_over ? handover_step_N : ordinary_step_N;
       largest = std::max(largest, (force - force_N.back()).colwise().norm().maxCoeff());

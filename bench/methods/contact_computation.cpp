@@ -51,7 +51,7 @@ Workload ContactRun::workload() const {
   Workload w;
   w.contacts = static_cast<double>(frame_.size());
   w.sweeps = solved_.sweeps;
-  for (int k = 0; k < kFingers; ++k) {
+  for (std::size_t k = 0; k + 1 < frame_.begin.size(); ++k) {
     const auto own = static_cast<double>(frame_.begin[k + 1] - frame_.begin[k]);
     double loaded = 0.0;
     for (Index i = frame_.begin[k]; i < frame_.begin[k + 1]; ++i) loaded += work_.f[3 * i] > 0.0 ? 1.0 : 0.0;

@@ -70,7 +70,7 @@ class PlainTick {
         plain_(plain),
         operator_model_(model),
         now_(model),
-        motion_(model.max_contacts, kFingers),
+        motion_(model.max_contacts, model.fingers()),
         loads_(model),
         patches_(model),
         carried_(3 * model.max_contacts) {
@@ -105,7 +105,7 @@ class PlainTick {
 
 /// How the bodies' motion changes the gap and slip of contact i.
 Vector3d PlainTick::motion_at(Index i, int finger, const JointVector& dq, const Vector6d& dx) const {
-  return now_.J_finger.middleRows<3>(3 * i) * dq.segment<kJointsPerFinger>(kJointsPerFinger * finger) +
+  return finger_motion(now_, i, model_.scene.hand.of_finger(finger, dq)) +
          now_.J_object.middleRows<3>(3 * i).leftCols<6>() * dx;
 }
 
@@ -162,7 +162,7 @@ void PlainTick::stretch_springs(const Frame& frame, const JointVector& dq, const
 void PlainTick::take_stock(const Frame& frame, State& state, TickReport& report) const {
   report.contacts = frame.size();
   state.forces.clear();
-  for (int k = 0; k < kFingers; ++k) {
+  for (int k = 0; k < model_.fingers(); ++k) {
     FingerLoad load;
     for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
       const Vector3d f = f_.segment<3>(3 * i);
@@ -204,7 +204,7 @@ TickReport PlainTick::tick(const Frame& frame, State& state) {
     report.solve = solve(frame, state, dq, dx);
   }
   find_motion(delassus_operator(model_, frame, now_, m), f_, motion_);
-  dq += motion_.own_motion.reshaped();
+  add_joint_motion(model_.scene.hand, motion_, dq);
   dx += motion_.common_motion.head<6>();
   ++state.tick;
   if (!dq.allFinite() || !dx.allFinite()) {
@@ -218,11 +218,11 @@ TickReport PlainTick::tick(const Frame& frame, State& state) {
   const Vector3d turn = dx.tail<3>();
   state.X_WO.linear() = Eigen::AngleAxisd(turn.norm(), turn.stableNormalized()) * state.X_WO.linear();
   take_stock(frame, state, report);
-  for (int k = 0; k < kFingers && !penalty; ++k)
+  for (int k = 0; k < model_.fingers() && !penalty; ++k)
     deform(model_, frame, now_, k, f_, motion_.surface_motion, loads_, state);
   forward_kinematics(model_.scene.hand, state.q, pose_);
   find_displacements(model_, frame, now_, pose_, state, patches_);
-  for (int k = 0; k < kFingers; ++k) {
+  for (int k = 0; k < model_.fingers(); ++k) {
     report.patch[k] =
         patch_report(patches_.of_finger(k), state.load[k], model_.scene.contact.friction, model_.scene.step_s);
   }
@@ -262,7 +262,7 @@ Model with_room(const Model& model, const PlainContact& plain) {
   Model own = model;
   if (plain.law != ContactLaw::kPenalty) return own;
   own.scene.contact.max_per_finger = std::max<Index>(model.scene.contact.max_per_finger, 100);
-  own.max_contacts = kFingers * std::min(own.scene.contact.max_per_finger, model.pulps.front().controls());
+  own.max_contacts = model.fingers() * std::min(own.scene.contact.max_per_finger, model.pulps.front().controls());
   return own;
 }
 

@@ -149,7 +149,7 @@ MapLimit friction_limit(const MapAxis& squeeze, int count) {
     const ControlReport report = control_tick(model, state, controller, frame);
     if (report.grasp != GraspStatus::kOptimal) continue;
     double needed = 0.0;
-    for (int k = 0; k < kFingers; ++k) {
+    for (int k = 0; k < model.fingers(); ++k) {
       const Eigen::Vector3d f_C = report.contacts[k].axes.transpose() * report.f_desired.col(k);
       needed = std::max(needed, f_C.tail<2>().norm() / f_C[0]);
     }

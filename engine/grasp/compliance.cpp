@@ -37,7 +37,7 @@ void deform_rows(const Pulp& pulp, double rho, Index first, const PulpLoads& loa
 
 PulpLoads::PulpLoads(const Model& model) {
   if (!model.deformable()) return;
-  const Index per_finger = model.max_contacts / kFingers;
+  const Index per_finger = model.max_contacts / model.fingers();
   loads.reserve(per_finger);
   u_m.setZero(3, per_finger);
 }
@@ -45,7 +45,7 @@ PulpLoads::PulpLoads(const Model& model) {
 void fill_kernels(const Model& model, Frame& frame) {
   fill_object_kernel(model, frame);
   if (!model.deformable()) return;
-  for (int k = 0; k < kFingers; ++k) {
+  for (int k = 0; k < model.fingers(); ++k) {
     const Pulp& pulp = model.pulps[k];
     const double softness = frame.softness[k];
     SurfaceCompliance& C = frame.compliance[k];

@@ -1,5 +1,7 @@
 #include "engine/grasp/contact_kinematics.h"
 
+#include <algorithm>
+
 #include "engine/grasp/object_compliance.h"
 
 namespace thenar {
@@ -11,11 +13,15 @@ using Eigen::Vector3d;
 
 ContactKinematics::ContactKinematics(const Model& model)
     : gap_m(model.max_contacts),
-      J_finger(3 * model.max_contacts, kJointsPerFinger),
+      J_finger(3 * model.max_contacts, 4),
       J_object(GroupedDelassus::CommonJacobian::Zero(3 * model.max_contacts, GroupedDelassus::kPadded)),
       E_W(model.max_contacts),
       E_F(model.max_contacts),
       c_W(model.max_contacts) {
+  const auto& tips = model.scene.hand.fingertips;
+  if (std::any_of(tips.begin(), tips.end(), [](const Fingertip& tip) { return tip.joints > 4; })) {
+    J_fifth.setZero(3 * model.max_contacts);
+  }
   if (model.deformable()) pulp_axes.setZero(3 * model.max_contacts, 3);
   if (!model.soft_object()) return;
   object_tensors.setZero(3 * model.max_contacts, 3);
@@ -26,7 +32,7 @@ ContactKinematics::ContactKinematics(const Model& model)
 void contact_kinematics(const Model& model, const Frame& frame, const HandPose& pose, const State& state,
                         ContactKinematics& kinematics) {
   object_displacements(model, frame, state, kinematics.u_O);
-  for (int k = 0; k < kFingers; ++k) {
+  for (int k = 0; k < model.fingers(); ++k) {
     const Isometry3d& X_WF = pose.distal(model.scene.hand, k);
     const Isometry3d X_FO = X_WF.inverse() * state.X_WO;
     for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
@@ -47,7 +53,11 @@ void contact_kinematics(const Model& model, const Frame& frame, const HandPose& 
         kinematics.u_object_m.col(i) = E_O.transpose() * u_O;
       }
       kinematics.c_W[i] = c_W;
-      kinematics.J_finger.middleRows<3>(3 * i).noalias() = -E_W.transpose() * finger_jacobian(pose, k, c_W);
+      const FingerJacobian J = finger_jacobian(model.scene.hand, pose, k, c_W);
+      kinematics.J_finger.middleRows<3>(3 * i).noalias() = -E_W.transpose() * J.leftCols<4>();
+      if (kinematics.J_fifth.size() > 0) {
+        kinematics.J_fifth.segment<3>(3 * i) = J.cols() > 4 ? Vector3d(-E_W.transpose() * J.col(4)) : Vector3d::Zero();
+      }
       for (int axis = 0; axis < 3; ++axis) {
         auto row = kinematics.J_object.row(3 * i + axis);
         row.head<3>() = E_W.col(axis).transpose();

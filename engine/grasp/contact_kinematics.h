@@ -19,6 +19,7 @@ struct ContactKinematics {
 
   Eigen::VectorXd gap_m;                     ///< Deformed; capacity.
   GroupedDelassus::OwnJacobian J_finger;     ///< Rows -E' J_k; 3 capacity x 4.
+  Eigen::VectorXd J_fifth;                   ///< Its fifth column, where a finger has five joints; else none.
   GroupedDelassus::CommonJacobian J_object;  ///< Rows E' [I, -[r]x, 0 0]; 3 capacity x 6, padded to 8.
   std::vector<Eigen::Matrix3d> E_W;          ///< Columns n, t1, t2, world axes.
   std::vector<Eigen::Matrix3d> E_F;          ///< The same in the distal frame.
@@ -31,6 +32,14 @@ struct ContactKinematics {
   Eigen::MatrixX3d u_O;                  ///< u_o, object frame; capacity x 3.
   Eigen::Matrix3Xd u_object_m;           ///< u_o in contact rows; 3 x capacity.
 };
+
+/// How the joints of its finger move contact i: J_finger dq, in contact rows.
+[[nodiscard]] inline Eigen::Vector3d finger_motion(const ContactKinematics& now, Eigen::Index i,
+                                                   const FingerVector& dq) {
+  Eigen::Vector3d motion = now.J_finger.middleRows<3>(3 * i) * dq.head<4>();
+  if (dq.size() > 4) motion += now.J_fifth.segment<3>(3 * i) * dq[4];
+  return motion;
+}
 
 /// Computes all of it for the bodies as the state, and the pose of its hand, have them.
 void contact_kinematics(const Model& model, const Frame& frame, const HandPose& pose, const State& state,

@@ -293,13 +293,19 @@ Vector6d object_motion(const Model& model, const Snapshot& snapshot, const Frame
 
 }  // namespace
 
-ContactSearch::ContactSearch(const Model& model) {
+ContactSearch::ContactSearch(const Model& model)
+    : memory(model.fingers()),
+      memory_drawn_in(model.fingers()),
+      draws_in(model.fingers()),
+      known_foot(model.fingers()),
+      known_below(model.fingers()),
+      drawn_in_m(model.fingers()) {
   if (!model.deformable()) return;
   const Index controls = model.pulps.front().controls();
   candidates.reserve(controls);
   left_out.reserve(controls);
   plain.reserve(controls);
-  for (int k = 0; k < kFingers; ++k) {
+  for (int k = 0; k < model.fingers(); ++k) {
     const Pulp& pulp = model.pulps[k];
     const double depth_m = kTrustPerRadius * model.scene.hand.fingertips[k].radius_m;
     drawn_in_m[k] = pulp.control_points_m - depth_m * pulp.control_normals.transpose();
@@ -311,30 +317,30 @@ ContactSearch::ContactSearch(const Model& model) {
   contacts.reserve(controls + model.scene.contact.max_per_finger);
 }
 
-std::array<double, kFingers> finger_travel_m(const Model& model, const HandPose& pose, const Snapshot& snapshot,
-                                             const Frame& frame) {
+PerFinger<double> finger_travel_m(const Model& model, const HandPose& pose, const Snapshot& snapshot,
+                                  const Frame& frame) {
   const Scene& scene = model.scene;
   const double time_s = scene.control_period_s + scene.control_delay_s;
   const Vector6d dx = object_motion(model, snapshot, frame, time_s);
-  std::array<double, kFingers> travel{}, push{};
-  for (int k = 0; k < kFingers; ++k) {
+  PerFinger<double> travel(model.fingers()), push(model.fingers());
+  for (int k = 0; k < model.fingers(); ++k) {
     const Fingertip& tip = scene.hand.fingertips[k];
     const FingerLoad& load = snapshot.load[k];
     const Vector3d centre_m = pose.distal(scene.hand, k) * tip.centre_m;
-    Eigen::Vector4d dq = frame.torque_Nm.segment<kJointsPerFinger>(kJointsPerFinger * k);
-    if (load.normal_N > 0.0) dq -= finger_jacobian(pose, k, load.centre_m).transpose() * load.force_N;
+    FingerVector dq = scene.hand.of_finger(k, frame.torque_Nm);
+    if (load.normal_N > 0.0) dq -= finger_jacobian(scene.hand, pose, k, load.centre_m).transpose() * load.force_N;
     dq *= time_s / scene.joint_viscosity;
     Vector3d turn = -dx.tail<3>();
-    for (int j = 0; j < kJointsPerFinger; ++j) turn += dq[j] * pose.axis[k * kJointsPerFinger + j];
-    const Vector3d own = finger_jacobian(pose, k, centre_m) * dq;
+    for (int j = 0; j < tip.joints; ++j) turn += dq[j] * pose.axis[tip.first_joint + j];
+    const Vector3d own = velocity(finger_jacobian(scene.hand, pose, k, centre_m), dq);
     const Vector3d object = dx.head<3>() + dx.tail<3>().cross(centre_m - snapshot.X_WO.translation());
     push[k] = own.norm();
     travel[k] = (own - object).norm() + tip.radius_m * turn.norm();
   }
   const double most_m = model.object.bounds().diagonal().norm();
-  for (int k = 0; k < kFingers; ++k) {
+  for (int k = 0; k < model.fingers(); ++k) {
     double others_m = 0.0;
-    for (int j = 0; j < kFingers; ++j) {
+    for (int j = 0; j < model.fingers(); ++j) {
       if (j != k) others_m = std::max(others_m, push[j]);
     }
     travel[k] = std::min(most_m, travel[k] + others_m);  // most_m, too, where the drive is not finite
@@ -344,10 +350,10 @@ std::array<double, kFingers> finger_travel_m(const Model& model, const HandPose&
 
 void find_frame_contacts(const Model& model, const HandPose& pose, const Snapshot& snapshot, ContactSearch& search,
                          Frame& frame) {
-  const std::array<double, kFingers> travel_m = finger_travel_m(model, pose, snapshot, frame);
+  const PerFinger<double> travel_m = finger_travel_m(model, pose, snapshot, frame);
   frame.contacts.clear();
   frame.left_out.clear();
-  for (int k = 0; k < kFingers; ++k) {
+  for (int k = 0; k < model.fingers(); ++k) {
     frame.begin[k] = frame.size();
     const double band_m = model.scene.contact.band_m + travel_m[k];
     if (model.deformable()) {
@@ -356,7 +362,7 @@ void find_frame_contacts(const Model& model, const HandPose& pose, const Snapsho
       find_point_contact(model, pose, snapshot.X_WO, k, band_m, frame);
     }
   }
-  frame.begin[kFingers] = frame.size();
+  frame.begin[model.fingers()] = frame.size();
 }
 
 }  // namespace thenar

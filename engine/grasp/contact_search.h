@@ -15,11 +15,11 @@ namespace thenar {
 struct ContactSearch {
   explicit ContactSearch(const Model& model);
 
-  std::array<FindingMemory, kFingers> memory, memory_drawn_in;
-  std::array<bool, kFingers> draws_in{};  ///< Fingers that look from drawn-in points, since they met something thin.
+  PerFinger<FindingMemory> memory, memory_drawn_in;
+  PerFinger<bool> draws_in;  ///< Fingers that look from drawn-in points, since they met something thin.
   /// Of drawn-in fingers' points: the samples that their feet, and places below them, are nearest to.
-  std::array<std::vector<KnownSample>, kFingers> known_foot, known_below;
-  std::array<Eigen::Matrix3Xd, kFingers> drawn_in_m;  ///< Control points of pulps drawn in by the trust in them.
+  PerFinger<std::vector<KnownSample>> known_foot, known_below;
+  PerFinger<Eigen::Matrix3Xd> drawn_in_m;  ///< Control points of pulps drawn in by the trust in them.
   std::vector<ContactCandidate> candidates, left_out, plain;
   std::vector<Eigen::Index> deepest;   ///< Of the object's fine samples, by control point; -1: none.
   std::vector<FrameContact> contacts;  ///< One finger's.
@@ -29,8 +29,8 @@ struct ContactSearch {
 /// and delay later [m]: the first-order motion |d| + r |turn| of the pulp that the frame's drive leaves when the last
 /// forces of contact are taken from it, and the most that another finger may push the object. Zero for a grip at rest.
 /// `frame` has its drive; `pose` is the hand's at the snapshot. At most the size of the object.
-[[nodiscard]] std::array<double, kFingers> finger_travel_m(const Model& model, const HandPose& pose,
-                                                           const Snapshot& snapshot, const Frame& frame);
+[[nodiscard]] PerFinger<double> finger_travel_m(const Model& model, const HandPose& pose, const Snapshot& snapshot,
+                                                const Frame& frame);
 
 /// Finds the frame's contacts on the rest shapes of the fingertips: control points of the pulps that are, or while the
 /// frame is in use may come, nearer to the object than the contact band; or, for rigid fingertips, the one point of

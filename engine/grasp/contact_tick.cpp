@@ -50,7 +50,7 @@ bool is_finite(const TickInput& input) {
 bool must_hold(const Model& model, const Frame& frame, const State& state, const ContactWorkspace& work) {
   if (!std::isfinite(work.policy.hold_after_s)) return false;
   if (static_cast<double>(state.tick - frame.tick) * model.scene.step_s > work.policy.hold_after_s) return true;
-  for (int k = 0; k < kFingers; ++k) {
+  for (int k = 0; k < model.fingers(); ++k) {
     const Fingertip& tip = model.scene.hand.fingertips[k];
     const Vector3d now_O = state.X_WO.inverse() * (work.pose.distal(model.scene.hand, k) * tip.centre_m);
     const Vector3d then_O = frame.X_WO.inverse() * (frame.X_WF[k] * tip.centre_m);
@@ -96,11 +96,11 @@ void free_gaps_and_slips(const Model& model, const Frame& frame, const State& st
   const ContactKinematics& now = work.kinematics;
   const double rho_object =
       model.soft_object() ? retained_share(*model.scene.object.compliance, model.scene.step_s) : 0.0;
-  for (int k = 0; k < kFingers; ++k) {
+  for (int k = 0; k < model.fingers(); ++k) {
+    const FingerVector dq = model.scene.hand.of_finger(k, free.dq);
     const double rho = model.deformable() ? retained_share(model.pulps[k].material, model.scene.step_s) : 0.0;
     for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
-      Vector3d delta = now.J_finger.middleRows<3>(3 * i) * free.dq.segment<kJointsPerFinger>(kJointsPerFinger * k) +
-                       now.J_object.middleRows<3>(3 * i).leftCols<6>() * free.dx;
+      Vector3d delta = finger_motion(now, i, dq) + now.J_object.middleRows<3>(3 * i).leftCols<6>() * free.dx;
       delta -= (1.0 - rho) * (now.E_F[i].transpose() * displacement(state, frame.contacts[i]));
       if (model.soft_object()) delta -= (1.0 - rho_object) * now.u_object_m.col(i);
       delta[0] += now.gap_m[i] + work.offset_m[i];
@@ -196,7 +196,7 @@ double elastic_energy(double energy_J, double rho, double f_u_before_J, double f
 void book_deformation(const Model& model, const Frame& frame, const ContactWorkspace& work, double rho,
                       double rho_object, State& state, Ledger& ledger) {
   double object_before_J = 0.0, object_after_J = 0.0;
-  for (int k = 0; k < kFingers; ++k) {
+  for (int k = 0; k < model.fingers(); ++k) {
     double before_J = 0.0, after_J = 0.0;
     for (const PatchPoint& point : work.patches.of_finger(k)) {
       const Vector3d f_F = work.kinematics.E_F[point.contact] * work.f.segment<3>(3 * point.contact);
@@ -222,11 +222,12 @@ void book_deformation(const Model& model, const Frame& frame, const ContactWorks
 
 /// Moves the bodies by their free and their contact motion, and takes stock of what the fingers do. False, and nothing
 /// has moved, if that is not finite.
-bool commit(const Frame& frame, const ContactWorkspace& work, const RigidMotion& motion, State& state) {
+bool commit(const Model& model, const Frame& frame, const ContactWorkspace& work, const RigidMotion& motion,
+            State& state) {
   if (!motion.dq.allFinite() || !motion.dx.allFinite()) return false;
   const Eigen::VectorXd& f = work.f;
   move(motion, state);
-  for (int k = 0; k < kFingers; ++k) state.load[k] = finger_load(frame, work.kinematics, k, f);
+  for (int k = 0; k < model.fingers(); ++k) state.load[k] = finger_load(frame, work.kinematics, k, f);
   state.forces.clear();
   for (Index i = 0; i < frame.size(); ++i) {
     state.forces.push_back({frame.contacts[i].finger, frame.contacts[i].control_point, f.segment<3>(3 * i)});
@@ -266,7 +267,7 @@ void press_in(const Model& model, const Frame& frame, ContactWorkspace& work, St
   note_points(frame, work.kinematics, state, work.f, work.patches);
   if (model.soft_object()) remember_loads(model, frame, work.kinematics.object_tensors, work.f, state);
   f *= object_share / share;
-  for (int k = 0; k < kFingers; ++k)
+  for (int k = 0; k < model.fingers(); ++k)
     deform(model, frame, work.kinematics, k, work.f, work.solver.surface_motion, work.loads, state);
   f *= share;
   find_displacements(model, frame, work.kinematics, work.pose, state, work.patches);
@@ -287,7 +288,7 @@ void Ledger::add(const Ledger& tick) {
 
 TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace& work, State& state,
                         const TickInput& input) noexcept {
-  TickReport report;
+  TickReport report(model.fingers());
   Stopwatch watch;
   const Scene& scene = model.scene;
   const Index n = frame.size();
@@ -325,9 +326,10 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
   work.f_first.head(3 * n) = work.f.head(3 * n);
   report.solve = find_forces(model, frame, W, work);
   report_contacts(frame, work, report);
-  const RigidMotion motion{free.dq + work.solver.own_motion.reshaped(), free.dx + work.solver.common_motion.head<6>()};
+  RigidMotion motion{free.dq, free.dx + work.solver.common_motion.head<6>()};
+  add_joint_motion(scene.hand, work.solver, motion.dq);
   note_points(frame, work.kinematics, state, work.f, work.patches);
-  const bool moved = report.solve.status != SolveStatus::kNotFinite && commit(frame, work, motion, state);
+  const bool moved = report.solve.status != SolveStatus::kNotFinite && commit(model, frame, work, motion, state);
   ++state.tick;
   report.solve_s = watch.lap();
   if (!moved) {
@@ -337,7 +339,7 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
   }
   book_motion(scene, drive, state, motion, report.ledger);
   if (model.deformable()) {
-    for (int k = 0; k < kFingers; ++k)
+    for (int k = 0; k < model.fingers(); ++k)
       deform(model, frame, work.kinematics, k, work.f, work.solver.surface_motion, work.loads, state);
     if (model.soft_object()) remember_loads(model, frame, work.kinematics.object_tensors, work.f, state);
   }
@@ -348,7 +350,7 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
                      model.soft_object() ? retained_share(*scene.object.compliance, scene.step_s) : 0.0, state,
                      report.ledger);
   }
-  for (int k = 0; k < kFingers; ++k) {
+  for (int k = 0; k < model.fingers(); ++k) {
     report.patch[k] = patch_report(work.patches.of_finger(k), state.load[k], scene.contact.friction, scene.step_s);
   }
   (model.deformable() ? report.deform_s : report.solve_s) += watch.lap();

@@ -42,6 +42,9 @@ struct Ledger {
 
 /// What one contact tick returns by value.
 struct TickReport {
+  TickReport() = default;
+  explicit TickReport(int fingers) : left_out_m(fingers), patch(fingers) {}
+
   SolveReport solve;
   std::int64_t sequence = -1;  ///< Of the frame used.
   std::int64_t frame_age = 0;  ///< Steps from the frame's snapshot to this tick's start.
@@ -54,8 +57,8 @@ struct TickReport {
   /// How deep a deformed control point is in the object: a contact at the tick's end, offset or not, or one that the
   /// list has no room for, at its start.
   double penetration_m = 0.0;
-  std::array<double, kFingers> left_out_m{};  ///< Of the latter alone, by finger; 0: none is in the object.
-  std::array<PatchReport, kFingers> patch;
+  PerFinger<double> left_out_m;  ///< Of the latter alone, by finger; 0: none is in the object.
+  PerFinger<PatchReport> patch;
   double assemble_s = 0.0;  ///< Hand-over, drive, gaps and Jacobians: what W is made of.
   double solve_s = 0.0;     ///< Free motion, Gauss-Seidel and commit.
   double deform_s = 0.0;    ///< Deformation, and what the patches did.

@@ -19,14 +19,14 @@ ContactWorkspace::ContactWorkspace(const Model& model, const FramePolicy& frame_
       f(3 * model.max_contacts),
       mu(Eigen::VectorXd::Constant(model.max_contacts, model.scene.contact.friction)),
       f_first(3 * model.max_contacts),
-      solver(model.max_contacts, kFingers, model.soft_object()),
-      torque_Nm(JointVector::Zero()),
-      resumed_Nm(JointVector::Zero()),
-      q_held(JointVector::Zero()),
-      torque_held_Nm(JointVector::Zero()),
+      solver(model.max_contacts, model.fingers(), model.soft_object()),
+      torque_Nm(model.scene.hand.at_zero()),
+      resumed_Nm(model.scene.hand.at_zero()),
+      q_held(model.scene.hand.at_zero()),
+      torque_held_Nm(model.scene.hand.at_zero()),
       loads(model),
       patches(model),
-      pose_q(JointVector::Constant(std::numeric_limits<double>::quiet_NaN())) {
+      pose_q(JointVector::Constant(q_held.size(), std::numeric_limits<double>::quiet_NaN())) {
   contacts.reserve(model.max_contacts);
   pose.segments.resize(model.scene.hand.segments.size());
 }

@@ -1,5 +1,7 @@
 #include "engine/grasp/control.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -10,6 +12,26 @@ namespace thenar {
 using Eigen::Isometry3d;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
+
+namespace {
+
+/// J J' as eq. (22) inverts it: as it is, but near a singular posture, where J^+ would ask for joint speeds without
+/// bounds, with damping that begins there from nothing [Nakamura & Hanafusa 1986]. Fingers of one or two joints are
+/// singular in all postures.
+Matrix3d damped(Matrix3d JJ) {
+  constexpr double kNear = 1e-3;  // of the largest volume that columns of such lengths could span
+  const double scale = JJ.trace() / 3.0, volume = std::sqrt(std::max(0.0, JJ.determinant()) / std::pow(scale, 3));
+  if (volume < kNear) JJ.diagonal().array() += kNear * scale * std::pow(1.0 - volume / kNear, 2);
+  return JJ;
+}
+
+/// The minors of J: a vector that is normal to its rows. Where J is singular they vanish but for rounding.
+Eigen::Vector4d normal_to_rows(const Eigen::Matrix<double, 3, 4>& J) {
+  const auto minor = [&](int a, int b, int c) { return J.col(a).dot(J.col(b).cross(J.col(c))); };
+  return {minor(1, 2, 3), -minor(0, 2, 3), minor(0, 1, 3), -minor(0, 1, 2)};
+}
+
+}  // namespace
 
 Vector6d pose_error(const Isometry3d& X_WT, const Isometry3d& X_WO) {
   const Eigen::AngleAxisd turn(Matrix3d(X_WT.linear() * X_WO.linear().transpose()));
@@ -60,13 +82,13 @@ double finger_gap_m(const Model& model, const HandPose& pose, const Snapshot& sn
 ForceFilter::ForceFilter(const Model& model)
     : stiffness_(model.scene.control->pulp_normal_N_per_m, model.scene.control->pulp_tangential_N_per_m,
                  model.scene.control->pulp_tangential_N_per_m),
-      relaxation_s_(model.scene.fingertips ? model.scene.fingertips->material.relaxation_s : 0.0) {}
+      relaxation_s_(model.scene.fingertips ? model.scene.fingertips->material.relaxation_s : 0.0),
+      y_C_(FingerForces::Zero(3, model.fingers())) {}
 
-FingerForces ForceFilter::update(const std::array<GraspContact, kFingers>& contacts, const FingerForces& error,
-                                 double period_s) {
-  FingerForces y;
+FingerForces ForceFilter::update(const PerFinger<GraspContact>& contacts, const FingerForces& error, double period_s) {
+  FingerForces y(3, y_C_.cols());
   const double lag = relaxation_s_ / period_s;
-  for (int k = 0; k < kFingers; ++k) {
+  for (Eigen::Index k = 0; k < y.cols(); ++k) {
     const Vector3d error_C = contacts[k].axes.transpose() * error.col(k);
     y_C_.col(k) = (lag * y_C_.col(k) + error_C.cwiseQuotient(stiffness_)) / (1.0 + lag);
     y.col(k) = contacts[k].axes * y_C_.col(k);
@@ -82,50 +104,67 @@ double force_gain(const Scene& scene) {
                                       std::min(0.3 / period_s, 0.6 / (period_s + scene.control_delay_s)));
 }
 
-Eigen::Vector4d posture_torques(const FingerJacobian& J, double stiffness, const Eigen::Vector4d& error) {
-  // The minors of J are a vector that is normal to its rows. Of a singular J they vanish but for rounding.
+FingerVector posture_torques(const FingerJacobian& J, int joints, double stiffness, const FingerVector& error) {
   constexpr double kSingular = 1e-9;
-  const auto minor = [&](int a, int b, int c) { return J.col(a).dot(J.col(b).cross(J.col(c))); };
-  const Eigen::Vector4d z(minor(1, 2, 3), -minor(0, 2, 3), minor(0, 1, 3), -minor(0, 1, 2));
   const double size = std::pow(J.norm(), 3);
-  if (!(z.norm() > kSingular * size)) return Eigen::Vector4d::Zero();
-  return stiffness * z * (z.dot(error) / z.squaredNorm());
+  // Four of five joints are free in one direction, five in the plane that all such directions span.
+  std::array<FingerVector, kMaxFingerJoints> free;
+  const int fours = joints == 4 ? 1 : joints == 5 ? 5 : 0;
+  for (int without = 0; without < fours; ++without) {
+    Eigen::Matrix<double, 3, 4> four = J.leftCols<4>();
+    for (int j = 4 - without; j < 4 && fours > 1; ++j) four.col(j) = J.col(j + 1);
+    const Eigen::Vector4d z = normal_to_rows(four);
+    FingerVector& all = free[without] = FingerVector::Zero(J.cols());
+    for (int j = 0; j < 4; ++j) all[fours > 1 && j >= 4 - without ? j + 1 : j] = z[j];
+  }
+  FingerVector torques = FingerVector::Zero(J.cols());
+  for (int direction = 3; direction < joints; ++direction) {
+    const FingerVector z = *std::max_element(free.begin(), free.begin() + fours,
+                                             [](const auto& a, const auto& b) { return dot(a, a) < dot(b, b); });
+    if (!(std::sqrt(dot(z, z)) > kSingular * size)) return FingerVector::Zero(J.cols());
+    torques += stiffness * z * (dot(z, error) / dot(z, z));
+    for (int i = 0; i < fours; ++i) free[i] -= z * (dot(z, free[i]) / dot(z, z));
+  }
+  return torques;
 }
 
 JointVector desired_torques(const Model& model, const JointVector& q, const HandPose& pose,
-                            const std::array<GraspContact, kFingers>& contacts, const FingerForces& f_desired,
+                            const PerFinger<GraspContact>& contacts, const FingerForces& f_desired,
                             const FingerForces& y) {
+  const Hand& hand = model.scene.hand;
   const bool feedforward = model.scene.control->law == ControlLaw::kFeedforward;
   const double K = force_gain(model.scene);
-  JointVector tau = JointVector::Zero();
-  if (feedforward) tau = gravity_torques(model.scene.hand, pose, model.scene.gravity);
-  for (int k = 0; k < kFingers; ++k) {
-    const FingerJacobian J = finger_jacobian(pose, k, contacts[k].point_m);
-    auto tau_k = tau.segment<kJointsPerFinger>(kJointsPerFinger * k);
-    tau_k += K * J.transpose() * (J * J.transpose()).ldlt().solve(y.col(k));
-    if (feedforward) tau_k += J.transpose() * f_desired.col(k);
+  JointVector tau = hand.at_zero();
+  if (feedforward) tau = gravity_torques(hand, pose, model.scene.gravity);
+  for (int k = 0; k < model.fingers(); ++k) {
+    const Fingertip& tip = hand.fingertips[k];
+    const FingerJacobian J = finger_jacobian(hand, pose, k, contacts[k].point_m);
+    auto tau_k = tau.segment(tip.first_joint, tip.joints);
+    const auto J_k = J.leftCols(tip.joints);
+    tau_k += K * J_k.transpose() * damped(squared(J)).ldlt().solve(y.col(k));
+    if (feedforward) tau_k += J_k.transpose() * f_desired.col(k);
     if (const auto stiffness = model.scene.control->posture_Nm_per_rad) {
-      const JointVector error = model.scene.posture - q;
-      tau_k += posture_torques(J, *stiffness, error.segment<kJointsPerFinger>(kJointsPerFinger * k));
+      const FingerVector error = hand.of_finger(k, model.scene.posture - q);
+      tau_k += posture_torques(J, tip.joints, *stiffness, error).head(tip.joints);
     }
   }
   return tau;
 }
 
-double predicted_paper_law_error(const Model& model, const HandPose& pose,
-                                 const std::array<GraspContact, kFingers>& contacts, const FingerForces& f_desired) {
+double predicted_paper_law_error(const Model& model, const HandPose& pose, const PerFinger<GraspContact>& contacts,
+                                 const FingerForces& f_desired) {
   const ControlSettings& control = *model.scene.control;
   const Vector3d stiffness(control.pulp_normal_N_per_m, control.pulp_tangential_N_per_m,
                            control.pulp_tangential_N_per_m);
   double sum = 0.0;
-  for (int k = 0; k < kFingers; ++k) {
-    const FingerJacobian J = finger_jacobian(pose, k, contacts[k].point_m);
+  for (int k = 0; k < model.fingers(); ++k) {
+    const FingerJacobian J = finger_jacobian(model.scene.hand, pose, k, contacts[k].point_m);
     const Matrix3d& E = contacts[k].axes;
-    const Matrix3d S = E * stiffness.asDiagonal() * E.transpose() * J * J.transpose() / force_gain(model.scene);
+    const Matrix3d S = E * stiffness.asDiagonal() * E.transpose() * squared(J) / force_gain(model.scene);
     const Vector3d error = (Matrix3d::Identity() + S).inverse() * (S * f_desired.col(k));
     sum += error.norm() / f_desired.col(k).norm();
   }
-  return sum / kFingers;
+  return sum / model.fingers();
 }
 
 }  // namespace thenar

@@ -12,8 +12,8 @@
 
 namespace thenar {
 
-/// One force a finger on the object, world axes: columns thumb, index, major [N].
-using FingerForces = Eigen::Matrix<double, 3, kFingers>;
+/// One force a finger on the object, world axes: a column a finger [N].
+using FingerForces = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxFingers>;
 
 /// Pose error of an object X against its target T, world axes: position [m], then rotation vector [rad].
 [[nodiscard]] Vector6d pose_error(const Eigen::Isometry3d& X_WT, const Eigen::Isometry3d& X_WO);
@@ -50,34 +50,34 @@ class ForceFilter {
   explicit ForceFilter(const Model& model);
 
   /// y [m, world axes] for the force errors of the period, per finger.
-  FingerForces update(const std::array<GraspContact, kFingers>& contacts, const FingerForces& error, double period_s);
+  FingerForces update(const PerFinger<GraspContact>& contacts, const FingerForces& error, double period_s);
 
  private:
-  Eigen::Vector3d stiffness_;                ///< K_n, K_t, K_t [N/m].
-  double relaxation_s_;                      ///< nu = relaxation * K.
-  FingerForces y_C_ = FingerForces::Zero();  ///< Contact axes [m].
+  Eigen::Vector3d stiffness_;  ///< K_n, K_t, K_t [N/m].
+  double relaxation_s_;        ///< nu = relaxation * K.
+  FingerForces y_C_;           ///< Contact axes [m].
 };
 
 /// K of eq. (22): the scene's, or 0.3 times the stability bound 2 b / (control period), and not more than 0.6 times the
 /// bound 2 b / (control period + control delay) of late frames.
 [[nodiscard]] double force_gain(const Scene& scene);
 
-/// What keeps a finger's posture where its fingertip leaves it free: K z z'(q_0 - q), z the unit direction with J z =
-/// 0, for an `error` q_0 - q and a `stiffness` K [N m/rad]. It does no work on any motion of the fingertip and carries
-/// none of its force, for z'J' = 0, and moves it not, for all joints have one viscosity. Zero where J is singular: then
-/// there are several such directions.
-[[nodiscard]] Eigen::Vector4d posture_torques(const FingerJacobian& J, double stiffness, const Eigen::Vector4d& error);
+/// What keeps a finger's posture where its fingertip leaves its `joints` free: K Z Z'(q_0 - q), Z the unit directions
+/// with J Z = 0, one for each joint more than three, for an `error` q_0 - q and a `stiffness` K [N m/rad]. It does no
+/// work on any motion of the fingertip and carries none of its force, for Z'J' = 0, and moves it not, for all joints
+/// have one viscosity. Zero where J is singular: then there are more such directions.
+[[nodiscard]] FingerVector posture_torques(const FingerJacobian& J, int joints, double stiffness,
+                                           const FingerVector& error);
 
 /// The desired joint torques at joint angles q: eq. (22), K J^+ y; with the feed-forward law J' f^d + g besides; and
 /// what keeps the start posture, if the scene wants that.
 [[nodiscard]] JointVector desired_torques(const Model& model, const JointVector& q, const HandPose& pose,
-                                          const std::array<GraspContact, kFingers>& contacts,
-                                          const FingerForces& f_desired, const FingerForces& y);
+                                          const PerFinger<GraspContact>& contacts, const FingerForces& f_desired,
+                                          const FingerForces& y);
 
 /// The steady force error that eq. (22) leaves without feed-forward, as a share of f^d, mean over the fingers:
 ///     error = (I + S)^-1 S f^d,   S = E diag(K_n, K_t, K_t) E' J J' / K.
 [[nodiscard]] double predicted_paper_law_error(const Model& model, const HandPose& pose,
-                                               const std::array<GraspContact, kFingers>& contacts,
-                                               const FingerForces& f_desired);
+                                               const PerFinger<GraspContact>& contacts, const FingerForces& f_desired);
 
 }  // namespace thenar

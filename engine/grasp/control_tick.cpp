@@ -25,9 +25,9 @@ void solve_grasp(const Model& model, const Snapshot& snapshot, Controller& contr
   const Vector6d D =
       controller.pid->update(pose_error(X_WT, snapshot.X_WO), controller.period_s, controller.acting_share);
   report.wrench_desired = D - model.weight(snapshot.X_WO);
-  for (int k = 0; k < kFingers; ++k) report.contacts[k] = finger_contact(model, controller.pose, snapshot, k);
+  for (int k = 0; k < model.fingers(); ++k) report.contacts[k] = finger_contact(model, controller.pose, snapshot, k);
   const GraspProblem problem = grasp_problem(scene, report, snapshot.X_WO.translation());
-  Eigen::Matrix<double, 3 * kFingers, 1> f = controller.f_desired;
+  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3 * kMaxFingers, 1> f = controller.f_desired;
   report.grasp = solve_grasp_forces(problem, f).status;
   // Contacts that hardly resist some moment take forces that no finger has: that is no grasp.
   const double asked_N = scene.control->internal_force_N + report.wrench_desired.head<3>().norm() +
@@ -36,14 +36,14 @@ void solve_grasp(const Model& model, const Snapshot& snapshot, Controller& contr
   if (report.grasp == GraspStatus::kOptimal) {
     controller.f_desired = f;
   } else {
-    for (int k = 0; k < kFingers; ++k) report.gap_m[k] = finger_gap_m(model, controller.pose, snapshot, k);
+    for (int k = 0; k < model.fingers(); ++k) report.gap_m[k] = finger_gap_m(model, controller.pose, snapshot, k);
   }
-  report.f_desired = controller.f_desired.reshaped(3, kFingers);
+  report.f_desired = controller.f_desired.reshaped(3, model.fingers());
 }
 
 JointVector drive(const Model& model, const Snapshot& snapshot, Controller& controller, ControlReport& report) {
-  FingerForces error;
-  for (int k = 0; k < kFingers; ++k) error.col(k) = report.f_desired.col(k) - snapshot.load[k].force_N;
+  FingerForces error(3, model.fingers());
+  for (int k = 0; k < model.fingers(); ++k) error.col(k) = report.f_desired.col(k) - snapshot.load[k].force_N;
   const FingerForces y = controller.filter->update(report.contacts, error, controller.period_s);
   return desired_torques(model, snapshot.q, controller.pose, report.contacts, report.f_desired, y);
 }
@@ -62,9 +62,9 @@ JointVector muscle_torques(const Model& model, const JointVector& tau_desired, C
 
 Controller::Controller(const Model& model)
     : period_s(model.scene.control_period_s),
-      f_desired(Eigen::VectorXd::Zero(3 * kFingers)),
+      f_desired(Eigen::VectorXd::Zero(3 * model.fingers())),
       f_muscle(Eigen::VectorXd::Zero(static_cast<Index>(model.scene.hand.muscles.size()))),
-      H(kJoints, f_muscle.size()),
+      H(static_cast<Index>(model.scene.hand.joints.size()), f_muscle.size()),
       search(model) {
   if (!model.scene.control) return;
   pid.emplace(model.scene.control->position, model.scene.control->rotation);
@@ -82,7 +82,7 @@ GraspProblem grasp_problem(const Scene& scene, const ControlReport& report, cons
 
 ControlReport control_tick(const Model& model, const Snapshot& snapshot, Controller& controller, Frame& frame) {
   const Scene& scene = model.scene;
-  ControlReport report;
+  ControlReport report(scene.hand);
   Stopwatch total, stage;
   forward_kinematics(scene.hand, snapshot.q, controller.pose);
   // What has passed for the object: late ticks are further apart, and steps that slip do not count.
@@ -92,7 +92,7 @@ ControlReport control_tick(const Model& model, const Snapshot& snapshot, Control
   }
   controller.last_tick = snapshot.tick;
 
-  JointVector tau = scene.torques.value_or(JointVector::Zero());
+  JointVector tau = scene.torques.value_or(scene.hand.at_zero());
   if (scene.control) {
     stage.lap();
     solve_grasp(model, snapshot, controller, report);
@@ -109,7 +109,7 @@ ControlReport control_tick(const Model& model, const Snapshot& snapshot, Control
   frame.sequence = controller.sequence++;
   frame.tick = snapshot.tick;
   frame.X_WO = snapshot.X_WO;
-  for (int k = 0; k < kFingers; ++k) frame.X_WF[k] = controller.pose.distal(scene.hand, k);
+  for (int k = 0; k < model.fingers(); ++k) frame.X_WF[k] = controller.pose.distal(scene.hand, k);
   frame.torque_Nm = tau - gravity_torques(scene.hand, controller.pose, scene.gravity);
   frame.wrench = model.external_wrench(static_cast<double>(snapshot.tick) * scene.step_s, snapshot.X_WO);
   stage.lap();

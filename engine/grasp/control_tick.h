@@ -15,17 +15,24 @@ namespace thenar {
 
 /// What one control tick returns by value: what was asked for, and what it cost.
 struct ControlReport {
+  ControlReport() = default;
+  explicit ControlReport(const Hand& hand)
+      : contacts(hand.fingers()),
+        gap_m(hand.fingers()),
+        f_desired(FingerForces::Zero(3, hand.fingers())),
+        torques_desired_Nm(hand.at_zero()) {}
+
   GraspStatus grasp = GraspStatus::kOptimal;
   MuscleStatus muscle = MuscleStatus::kOptimal;
-  double muscle_residual_Nm = 0.0;                       ///< max |H f_m - tau^d|.
-  std::array<GraspContact, kFingers> contacts{};         ///< Where the fingers act.
-  std::array<double, kFingers> gap_m{};                  ///< Without grasp forces: see finger_gap_m(); 0 under load.
-  Vector6d wrench_desired = Vector6d::Zero();            ///< W^d [N, N m], world axes, about the object's origin.
-  FingerForces f_desired = FingerForces::Zero();         ///< World axes [N]; the last feasible ones if these are not.
-  JointVector torques_desired_Nm = JointVector::Zero();  ///< tau^d, which muscles are to give if there are any.
-  double find_s = 0.0;                                   ///< Contact finding.
-  double factors_s = 0.0;                                ///< Compliance among the contacts.
-  double grasp_s = 0.0, muscle_s = 0.0;                  ///< Grasp and muscle forces, all included.
+  double muscle_residual_Nm = 0.0;             ///< max |H f_m - tau^d|.
+  PerFinger<GraspContact> contacts;            ///< Where the fingers act.
+  PerFinger<double> gap_m;                     ///< Without grasp forces: see finger_gap_m(); 0 under load.
+  Vector6d wrench_desired = Vector6d::Zero();  ///< W^d [N, N m], world axes, about the object's origin.
+  FingerForces f_desired;                      ///< World axes [N]; the last feasible ones if these are not.
+  JointVector torques_desired_Nm;              ///< tau^d, which muscles are to give if there are any.
+  double find_s = 0.0;                         ///< Contact finding.
+  double factors_s = 0.0;                      ///< Compliance among the contacts.
+  double grasp_s = 0.0, muscle_s = 0.0;        ///< Grasp and muscle forces, all included.
   double total_s = 0.0;
 };
 

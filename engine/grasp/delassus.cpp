@@ -19,6 +19,7 @@ GroupedDelassus delassus_operator(const Model& model, const Frame& frame, const 
                                   const Mobility& mobility) {
   GroupedDelassus W{.begin = frame.begin,
                     .J_own = kinematics.J_finger,
+                    .J_fifth = kinematics.J_fifth,
                     .J_common = kinematics.J_object,
                     .own_mobility = mobility.joint,
                     .common_mobility = {},
@@ -40,6 +41,13 @@ Eigen::MatrixXd dense_delassus(const Model& model, const Frame& frame, const Con
   Eigen::MatrixXd W(rows, rows);
   delassus_operator(model, frame, kinematics, mobility).to_dense(W);
   return W;
+}
+
+void add_joint_motion(const Hand& hand, const GroupedWorkspace& solve, JointVector& dq) {
+  for (int k = 0; k < hand.fingers(); ++k) {
+    const Fingertip& tip = hand.fingertips[k];
+    dq.segment(tip.first_joint, tip.joints) += solve.own_motion.col(k).head(tip.joints);
+  }
 }
 
 }  // namespace thenar

@@ -29,4 +29,7 @@ struct Mobility {
 [[nodiscard]] Eigen::MatrixXd dense_delassus(const Model& model, const Frame& frame,
                                              const ContactKinematics& kinematics, const Mobility& mobility);
 
+/// dq += h B^-1 J_c' f: what contact forces move joints by, as a solve left it.
+void add_joint_motion(const Hand& hand, const GroupedWorkspace& solve, JointVector& dq);
+
 }  // namespace thenar

@@ -43,16 +43,15 @@ ContactGap contact_gap(const FrameContact& contact, const Isometry3d& X_FO, cons
   return {a / (1.0 + std::sqrt(std::max(0.0, 1.0 + k * a))), (n_F + k * way_F).normalized()};
 }
 
-Frame::Frame(const Model& model) {
+Frame::Frame(const Model& model)
+    : X_WF(model.fingers(), Isometry3d::Identity()), begin(model.fingers() + 1), softness(model.fingers(), 1.0) {
   contacts.reserve(model.max_contacts);
-  if (model.deformable()) left_out.reserve(2 * kFingers * model.pulps.front().controls());
-  const Index per_finger = model.deformable() ? model.max_contacts / kFingers : 0;
-  compliance.fill(SurfaceCompliance(per_finger));
+  if (model.deformable()) left_out.reserve(2 * model.fingers() * model.pulps.front().controls());
+  const Index per_finger = model.deformable() ? model.max_contacts / model.fingers() : 0;
+  compliance.assign(model.fingers(), SurfaceCompliance(per_finger));
   if (model.soft_object()) object_kernel.setZero(model.max_contacts, model.max_contacts);
   X_WO.setIdentity();
-  X_WF.fill(Isometry3d::Identity());
-  softness.fill(1.0);
-  torque_Nm.setZero();
+  torque_Nm = model.scene.hand.at_zero();
   wrench.setZero();
 }
 

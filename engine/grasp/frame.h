@@ -32,19 +32,19 @@ struct FrameContact {
 struct Frame {
   explicit Frame(const Model& model);
 
-  std::int64_t sequence = -1;                      ///< 0, 1, 2, …; -1: empty.
-  std::int64_t tick = 0;                           ///< Of the snapshot: the frame's age is counted from there.
-  Eigen::Isometry3d X_WO;                          ///< Object, at the snapshot.
-  std::array<Eigen::Isometry3d, kFingers> X_WF;    ///< Distal segments, at the snapshot.
-  std::vector<FrameContact> contacts;              ///< Sorted by finger and control point.
-  std::array<Eigen::Index, kFingers + 1> begin{};  ///< Finger k has contacts begin[k] .. begin[k + 1).
+  std::int64_t sequence = -1;          ///< 0, 1, 2, …; -1: empty.
+  std::int64_t tick = 0;               ///< Of the snapshot: the frame's age is counted from there.
+  Eigen::Isometry3d X_WO;              ///< Object, at the snapshot.
+  PerFinger<Eigen::Isometry3d> X_WF;   ///< Distal segments, at the snapshot.
+  std::vector<FrameContact> contacts;  ///< Sorted by finger and control point.
+  std::vector<Eigen::Index> begin;     ///< Finger k has contacts begin[k] .. begin[k + 1).
   /// Control points in the band that their finger's list has no room for: only geometry, without E_F; sorted by finger.
   std::vector<FrameContact> left_out;
-  std::array<SurfaceCompliance, kFingers> compliance;  ///< Among a finger's contacts, with its softness.
-  std::array<double, kFingers> softness;               ///< What its load leaves of a pulp's compliance; 1 without load.
-  Eigen::MatrixXd object_kernel;  ///< k_ij of a soft object, among all contacts; of a rigid one none.
-  JointVector torque_Nm;          ///< tau - g: what drives the fingers beside contact.
-  Vector6d wrench;                ///< W_ext on the object, world axes [N, N m].
+  std::vector<SurfaceCompliance> compliance;  ///< Among a finger's contacts, with its softness.
+  PerFinger<double> softness;                 ///< What its load leaves of a pulp's compliance; 1 without load.
+  Eigen::MatrixXd object_kernel;              ///< k_ij of a soft object, among all contacts; of a rigid one none.
+  JointVector torque_Nm;                      ///< tau - g: what drives the fingers beside contact.
+  Vector6d wrench;                            ///< W_ext on the object, world axes [N, N m].
 
   [[nodiscard]] Eigen::Index size() const { return static_cast<Eigen::Index>(contacts.size()); }
 };

@@ -4,16 +4,17 @@ namespace thenar {
 
 using Eigen::AngleAxisd;
 using Eigen::Isometry3d;
+using Eigen::Matrix3d;
 using Eigen::Translation3d;
 using Eigen::Vector3d;
 
 void forward_kinematics(const Hand& hand, const JointVector& q, HandPose& pose) {
   // chain[k][j]: the displacement that the first j joints of finger k make.
-  std::array<std::array<Isometry3d, kJointsPerFinger + 1>, kFingers> chain;
-  for (int k = 0; k < kFingers; ++k) {
+  std::array<std::array<Isometry3d, kMaxFingerJoints + 1>, kMaxFingers> chain;
+  for (int k = 0; k < hand.fingers(); ++k) {
     chain[k][0].setIdentity();
-    for (int j = 0; j < kJointsPerFinger; ++j) {
-      const int i = k * kJointsPerFinger + j;
+    for (int j = 0; j < hand.fingertips[k].joints; ++j) {
+      const int i = hand.fingertips[k].first_joint + j;
       const Joint& joint = hand.joints[i];
       pose.origin_m[i] = chain[k][j] * joint.origin_m;
       pose.axis[i] = chain[k][j].linear() * joint.axis;
@@ -28,21 +29,40 @@ void forward_kinematics(const Hand& hand, const JointVector& q, HandPose& pose) 
   }
 }
 
-FingerJacobian finger_jacobian(const HandPose& pose, int finger, const Vector3d& point_m) {
-  FingerJacobian J;
-  for (int j = 0; j < kJointsPerFinger; ++j) {
-    const int i = finger * kJointsPerFinger + j;
+FingerJacobian finger_jacobian(const Hand& hand, const HandPose& pose, int finger, const Vector3d& point_m) {
+  const Fingertip& tip = hand.fingertips[finger];
+  FingerJacobian J = FingerJacobian::Zero(3, std::max(4, tip.joints));
+  for (int j = 0; j < tip.joints; ++j) {
+    const int i = tip.first_joint + j;
     J.col(j) = pose.axis[i].cross(point_m - pose.origin_m[i]);
   }
   return J;
 }
 
+double dot(const FingerVector& a, const FingerVector& b) {
+  const double four = a.head<4>().dot(b.head<4>());
+  return a.size() > 4 ? four + a[4] * b[4] : four;
+}
+
+Vector3d velocity(const FingerJacobian& J, const FingerVector& speeds) {
+  Vector3d v = J.leftCols<4>() * speeds.head<4>();
+  if (J.cols() > 4) v += J.col(4) * speeds[4];
+  return v;
+}
+
+Matrix3d squared(const FingerJacobian& J) {
+  Matrix3d JJ = J.leftCols<4>() * J.leftCols<4>().transpose();
+  if (J.cols() > 4) JJ += J.col(4) * J.col(4).transpose();
+  return JJ;
+}
+
 JointVector gravity_torques(const Hand& hand, const HandPose& pose, const Vector3d& gravity) {
-  JointVector g = JointVector::Zero();
+  JointVector g = hand.at_zero();
   for (std::size_t s = 0; s < hand.segments.size(); ++s) {
     const Segment& segment = hand.segments[s];
-    const FingerJacobian J = finger_jacobian(pose, segment.finger, pose.segments[s] * segment.com_m);
-    const int first = segment.finger * kJointsPerFinger;
+    if (segment.joints == 0) continue;
+    const FingerJacobian J = finger_jacobian(hand, pose, segment.finger, pose.segments[s] * segment.com_m);
+    const int first = hand.fingertips[segment.finger].first_joint;
     g.segment(first, segment.joints) -= J.leftCols(segment.joints).transpose() * (segment.mass_kg * gravity);
   }
   return g;

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <string>
 #include <vector>
@@ -10,12 +11,37 @@
 
 namespace thenar {
 
-inline constexpr int kFingers = 3;  ///< Thumb, index, major.
-inline constexpr int kJointsPerFinger = 4;
-inline constexpr int kJoints = kFingers * kJointsPerFinger;
+inline constexpr int kMaxFingers = 5, kMaxFingerJoints = 5;
+inline constexpr int kMaxHandJoints = kMaxFingers * kMaxFingerJoints;
 
-using JointVector = Eigen::Matrix<double, kJoints, 1>;
-using FingerJacobian = Eigen::Matrix<double, 3, kJointsPerFinger>;
+/// What there is one of for each finger of a hand, without a heap.
+template <typename T>
+class PerFinger {
+ public:
+  PerFinger() = default;
+  explicit PerFinger(int fingers, const T& value = {}) : size_(fingers) {
+    for (T& one : *this) one = value;
+  }
+
+  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] T& operator[](std::size_t k) { return values_[k]; }
+  [[nodiscard]] const T& operator[](std::size_t k) const { return values_[k]; }
+  [[nodiscard]] const T* data() const { return values_.data(); }
+  [[nodiscard]] T* begin() { return values_.data(); }
+  [[nodiscard]] T* end() { return begin() + size_; }
+  [[nodiscard]] const T* begin() const { return values_.data(); }
+  [[nodiscard]] const T* end() const { return begin() + size_; }
+
+ private:
+  std::array<T, kMaxFingers> values_{};
+  std::size_t size_ = 0;
+};
+
+/// One number a joint, finger by finger. Room for whole registers aligns it: the order of sums depends on that.
+using JointVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, (kMaxHandJoints + 3) / 4 * 4, 1>;
+/// One number a joint of a finger, and zeros for what it has less than four: four fill a register.
+using FingerVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxFingerJoints, 1>;
+using FingerJacobian = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxFingerJoints>;  ///< Likewise, columns.
 
 /// A revolute joint, as it stands at q = 0, in the hand frame.
 struct Joint {
@@ -36,13 +62,16 @@ struct Segment {
   Eigen::Vector3d com_m = Eigen::Vector3d::Zero();  ///< Centre of mass, segment frame.
 };
 
-/// The pulp of a finger: a sphere fixed in the distal segment.
+/// A finger: a chain of joints, and at its end the pulp, a sphere fixed in the distal segment.
 struct Fingertip {
   std::string finger;
-  int segment = 0;           ///< Index of the distal segment.
-  Eigen::Vector3d centre_m;  ///< Segment frame.
+  int first_joint = 0, joints = 0;  ///< So many of the hand's joints, from this one on: one to five.
+  int segment = 0;                  ///< Index of the distal segment.
+  Eigen::Vector3d centre_m;         ///< Segment frame.
   double radius_m = 0.0;
   Eigen::Vector3d normal;  ///< Mean outward direction of the pulp, unit, segment frame.
+
+  [[nodiscard]] bool has_joint(int joint) const { return joint >= first_joint && joint < first_joint + joints; }
 };
 
 /// Where a tendon crosses joints: it pulls at an attachment distal to them, in the direction of a via point or of a
@@ -65,16 +94,26 @@ struct Muscle {
 
 /// The hand's geometry and masses: data only.
 struct Hand {
-  std::array<Joint, kJoints> joints;
+  std::vector<Joint> joints;  ///< Finger by finger, each from the palm on.
   std::vector<Segment> segments;
-  std::array<Fingertip, kFingers> fingertips;
+  std::vector<Fingertip> fingertips;  ///< One a finger.
   std::vector<Muscle> muscles;
+
+  [[nodiscard]] int fingers() const { return static_cast<int>(fingertips.size()); }
+  /// Zero for each joint.
+  [[nodiscard]] JointVector at_zero() const { return JointVector::Zero(static_cast<Eigen::Index>(joints.size())); }
+  /// What finger k has of a vector of all joints.
+  [[nodiscard]] FingerVector of_finger(int k, const JointVector& all) const {
+    FingerVector own = FingerVector::Zero(std::max(4, fingertips[k].joints));
+    own.head(fingertips[k].joints) = all.segment(fingertips[k].first_joint, fingertips[k].joints);
+    return own;
+  }
 };
 
 /// Where the joints and segments are at some q, world = hand frame.
 struct HandPose {
-  std::array<Eigen::Vector3d, kJoints> origin_m;
-  std::array<Eigen::Vector3d, kJoints> axis;
+  std::array<Eigen::Vector3d, kMaxHandJoints> origin_m;  ///< Of each joint the hand has.
+  std::array<Eigen::Vector3d, kMaxHandJoints> axis;
   std::vector<Eigen::Isometry3d> segments;  ///< X_WS, as many as the hand has.
 
   /// Frame of the segment that carries finger k's pulp.
@@ -87,9 +126,14 @@ struct HandPose {
 /// `pose.segments` keeps its memory.
 void forward_kinematics(const Hand& hand, const JointVector& q, HandPose& pose);
 
-/// J_k: the velocity of a point of finger k's distal segment that is now at `point_m` (world) for its four joint
-/// speeds.
-[[nodiscard]] FingerJacobian finger_jacobian(const HandPose& pose, int finger, const Eigen::Vector3d& point_m);
+/// J_k: the velocity of a point of finger k's distal segment that is now at `point_m` (world) for its joints' speeds.
+[[nodiscard]] FingerJacobian finger_jacobian(const Hand& hand, const HandPose& pose, int finger,
+                                             const Eigen::Vector3d& point_m);
+
+/// a.b, J q' and J J', four joints in a register.
+[[nodiscard]] double dot(const FingerVector& a, const FingerVector& b);
+[[nodiscard]] Eigen::Vector3d velocity(const FingerJacobian& J, const FingerVector& speeds);
+[[nodiscard]] Eigen::Matrix3d squared(const FingerJacobian& J);
 
 /// g(q) of eq. (3): b qdot + g = tau - J' f, so g = -sum J_com' m gravity [N m].
 [[nodiscard]] JointVector gravity_torques(const Hand& hand, const HandPose& pose, const Eigen::Vector3d& gravity);

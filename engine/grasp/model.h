@@ -20,6 +20,7 @@ struct Model {
   int level = 0;                  ///< Of detail of the pulps.
   Eigen::Index max_contacts = 0;  ///< Capacity of a frame, all fingers together.
 
+  [[nodiscard]] int fingers() const { return scene.hand.fingers(); }
   [[nodiscard]] bool deformable() const { return !pulps.empty(); }
   [[nodiscard]] bool soft_object() const { return scene.object.compliance.has_value() && deformable(); }
   /// Whether a control period begins with this step. The periods need not hold a whole number of steps.

@@ -16,7 +16,8 @@ void note_points(const Frame& frame, const ContactKinematics& kinematics, const 
   points.points.clear();
   points.X_WO = state.X_WO;
   const Isometry3d X_OW = state.X_WO.inverse();
-  for (int k = 0; k < kFingers; ++k) {
+  const std::size_t fingers = points.begin.size() - 1;
+  for (std::size_t k = 0; k < fingers; ++k) {
     points.begin[k] = points.points.size();
     for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
       if (f[3 * i] <= 0.0) continue;
@@ -35,13 +36,13 @@ void note_points(const Frame& frame, const ContactKinematics& kinematics, const 
                                .d_W = zero});
     }
   }
-  points.begin[kFingers] = points.points.size();
+  points.begin[fingers] = points.points.size();
 }
 
 void find_displacements(const Model& model, const Frame& frame, const ContactKinematics& kinematics,
                         const HandPose& pose, const State& state, PatchPoints& points) {
   object_displacements(model, frame, state, points.u_end_O);
-  for (int k = 0; k < kFingers; ++k) {
+  for (int k = 0; k < model.fingers(); ++k) {
     const Isometry3d X_OF = state.X_WO.inverse() * pose.distal(model.scene.hand, k);
     for (std::size_t j = points.begin[k]; j < points.begin[k + 1]; ++j) {
       PatchPoint& point = points.points[j];

@@ -55,7 +55,7 @@ struct PatchPoint {
 
 /// The loaded contacts of a tick, noted before they move.
 struct PatchPoints {
-  explicit PatchPoints(const Model& model) {
+  explicit PatchPoints(const Model& model) : begin(model.fingers() + 1) {
     points.reserve(model.max_contacts);
     if (model.soft_object()) u_end_O.setZero(model.max_contacts, 3);
   }
@@ -64,10 +64,10 @@ struct PatchPoints {
     return std::span(points).subspan(begin[k], begin[k + 1] - begin[k]);
   }
 
-  std::vector<PatchPoint> points;                 ///< Finger by finger.
-  std::array<std::size_t, kFingers + 1> begin{};  ///< Finger k has points begin[k] .. begin[k + 1).
-  Eigen::Isometry3d X_WO;                         ///< Object, at the start.
-  Eigen::MatrixX3d u_end_O;                       ///< Of a soft object: u_o of all contacts at the end.
+  std::vector<PatchPoint> points;  ///< Finger by finger.
+  std::vector<std::size_t> begin;  ///< Finger k has points begin[k] .. begin[k + 1).
+  Eigen::Isometry3d X_WO;          ///< Object, at the start.
+  Eigen::MatrixX3d u_end_O;        ///< Of a soft object: u_o of all contacts at the end.
 };
 
 /// Notes what is loaded with the forces f (3 rows a contact), at the state that the kinematics belong to.

@@ -148,9 +148,9 @@ struct Scene {
       0.0;  ///< From a control tick's snapshot to its frame's use, where the two have clocks of their own.
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  ///< World = hand frame.
   Hand hand;
-  JointVector posture = JointVector::Zero();  ///< q at the start.
-  double joint_viscosity = 0.0;               ///< b [N m s].
-  std::optional<JointVector> torques;         ///< Without control: what drives the joints [N m].
+  JointVector posture;                 ///< q at the start.
+  double joint_viscosity = 0.0;        ///< b [N m s].
+  std::optional<JointVector> torques;  ///< Without control: what drives the joints [N m].
   std::optional<FingertipSettings> fingertips;
   ObjectSettings object;
   ContactSettings contact;

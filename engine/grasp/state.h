@@ -56,7 +56,7 @@ struct Snapshot {
   std::int64_t tick = 0;   ///< Steps taken: the time is tick * step.
   JointVector q;           ///< [rad]
   Eigen::Isometry3d X_WO;  ///< Object.
-  std::array<FingerLoad, kFingers> load;
+  PerFinger<FingerLoad> load;
   std::optional<Eigen::Isometry3d> X_WT;  ///< Where the caller wants the object; nothing: where the task does.
   bool held = false;                      ///< The drive of an old frame is held: no control acts.
 };
@@ -70,8 +70,8 @@ struct State : Snapshot {
                                          ///< moves by -u). The memory of friction. Empty for rigid fingertips.
   std::vector<ContactForce> forces;      ///< Sorted by finger and control point; capacity model.max_contacts.
   std::vector<ObjectLoad> object_loads;  ///< Likewise, kLoadsPerContact times as many; of a rigid object none.
-  std::array<double, kFingers> pulp_energy_J{};  ///< That by which u is held, of pulps without stiffening.
-  double object_energy_J = 0.0;                  ///< Likewise, of a soft object.
+  PerFinger<double> pulp_energy_J;       ///< That by which u is held, of pulps without stiffening.
+  double object_energy_J = 0.0;          ///< Likewise, of a soft object.
 };
 
 /// The state without what belonged to the run that left it: its caller's target, and its hold.

@@ -20,7 +20,7 @@ bool is_finite(const FrameContact& contact) {
 /// Whether the contact side may use the frame: one number that is not finite would be in the state for good.
 bool is_finite(const Model& model, const Frame& frame) {
   if (!frame.torque_Nm.allFinite() || !frame.wrench.allFinite() || !frame.X_WO.matrix().allFinite()) return false;
-  for (int k = 0; k < kFingers; ++k) {
+  for (int k = 0; k < model.fingers(); ++k) {
     const Eigen::Index contacts_k = frame.begin[k + 1] - frame.begin[k];
     if (!frame.X_WF[k].matrix().allFinite()) return false;
     if (model.deformable() && !frame.compliance[k].is_finite(contacts_k)) return false;

@@ -72,8 +72,8 @@ std::string path_script(const Recording& recording, const fs::path& folder) {
 
 /// Fig. 10: contact forces against the desired ones.
 std::string forces_script(const Model& model, const Recording& recording, const fs::path& folder) {
-  std::string script = header(recording, folder, 900) + stack(kFingers, false);
-  for (int k = 0; k < kFingers; ++k) {
+  std::string script = header(recording, folder, 900) + stack(model.fingers(), false);
+  for (int k = 0; k < model.fingers(); ++k) {
     const std::string& finger = model.scene.hand.fingertips[k].finger;
     std::string curves =
         curve(finger + "_normal_N", "normal", 1) + ", " + curve(finger + "_tangential_N", "tangential", 2);
@@ -81,14 +81,14 @@ std::string forces_script(const Model& model, const Recording& recording, const 
       curves += ", " + curve(finger + "_desired_normal_N", "desired", kDesired) + ", " +
                 curve(finger + "_desired_tangential_N", "", kDesired);
     }
-    script += panel(k, kFingers, finger + ": force [N]", "[0:*]", curves) + "unset key\n";
+    script += panel(k, model.fingers(), finger + ": force [N]", "[0:*]", curves) + "unset key\n";
   }
   return script + "unset multiplot\n";
 }
 
 std::string grip_script(const Model& model, const Recording& recording, const fs::path& folder) {
   std::string margin, slip, spin;
-  for (int k = 0; k < kFingers; ++k) {
+  for (int k = 0; k < model.fingers(); ++k) {
     const std::string& finger = model.scene.hand.fingertips[k].finger;
     const char* const comma = k > 0 ? ", " : "";
     margin += comma + curve(finger + "_margin", finger, k + 1);
@@ -114,20 +114,21 @@ double peak_N(const Recording& recording, Eigen::Index muscle) {
 /// The muscles at work. A muscle belongs to the first finger that it crosses.
 std::string muscles_script(const Model& model, const Recording& recording, const fs::path& folder) {
   constexpr double kAtWork_N = 0.01;
-  std::string script = header(recording, folder, 1000) + stack(kFingers, true);
-  for (int k = 0; k < kFingers; ++k) {
+  std::string script = header(recording, folder, 1000) + stack(model.fingers(), true);
+  for (int k = 0; k < model.fingers(); ++k) {
     std::string curves;
     double highest_N = 1.0;
     int style = 0;
     for (std::size_t m = 0; m < model.scene.hand.muscles.size(); ++m) {
       const Muscle& muscle = model.scene.hand.muscles[m];
       const double peak = peak_N(recording, static_cast<Eigen::Index>(m));
-      if (muscle.crossings.front().joints.front() / kJointsPerFinger != k || peak < kAtWork_N) continue;
+      if (!model.scene.hand.fingertips[k].has_joint(muscle.crossings.front().joints.front()) || peak < kAtWork_N)
+        continue;
       curves += (curves.empty() ? "" : ", ") + curve(muscle.name + "_N", muscle.name, style++ % 8 + 1);
       highest_N = std::max(highest_N, peak);
     }
     if (curves.empty()) curves = "NaN notitle";
-    script += panel(k, kFingers, model.scene.hand.fingertips[k].finger + ": muscle force [N]",
+    script += panel(k, model.fingers(), model.scene.hand.fingertips[k].finger + ": muscle force [N]",
                     fmt::format("[0:{}]", 1.15 * highest_N), curves);
   }
   return script + "unset multiplot\n";

@@ -27,7 +27,7 @@ std::size_t most_stride(const Scene& scene) {
 /// The fingers that are not there, and how far away they are; empty: all touch the object, or nearly do.
 std::string apart_in_words(const Scene& scene, const ControlReport& control) {
   std::string all;
-  for (int k = 0; k < kFingers; ++k) {
+  for (int k = 0; k < scene.hand.fingers(); ++k) {
     if (!(control.gap_m[k] > scene.contact.band_m)) continue;
     all += fmt::format("{}the {} does not touch the object ({:.3g} mm away)", all.empty() ? "" : ", ",
                        scene.hand.fingertips[k].finger, 1e3 * control.gap_m[k]);
@@ -45,7 +45,7 @@ std::string explain(const Scene& scene, const UnsolvedGrasp& unsolved) {
   if (!apart.empty()) return message + apart + "; object.position and hand.posture place them";
   const GraspProblem problem = grasp_problem(scene, unsolved.control, unsolved.centre_m);
   const GraspDeficit deficit = explain_infeasible_grasp(problem);
-  for (int k = 0; k < kFingers; ++k) {
+  for (int k = 0; k < scene.hand.fingers(); ++k) {
     message +=
         fmt::format("{}the {}'s friction cone (mu_c = {:.3g}) lacks {:.3f} N of tangential force", k > 0 ? ", " : "",
                     scene.hand.fingertips[k].finger, problem.friction, deficit.missing_N.col(k).tail<2>().norm());
@@ -84,6 +84,9 @@ void GraspMonitor::Worst::add(double time_s, double excess, double now) {
 GraspMonitor::GraspMonitor(const Model& model)
     : model_(model),
       centre_m_(model.scene.object.X_WO.translation()),
+      slip_m_(model.fingers()),
+      slips_since_s_(model.fingers()),
+      joints_(model.scene.hand.joints.size()),
       muscles_(model.scene.hand.muscles.size()),
       forces_(static_cast<std::size_t>(std::ceil(kChatterWindow_s / model.scene.step_s)) + 1 +
               2 * most_stride(model.scene)) {}
@@ -116,9 +119,9 @@ void GraspMonitor::add(const TickRecord& tick) {
   watch_slip(tick);
   watch_grip(tick);
   watch_target(tick);
-  for (int i = 0; i < kJoints; ++i) {
+  for (std::size_t i = 0; i < joints_.size(); ++i) {
     const Joint& joint = model_.scene.hand.joints[i];
-    const double q = tick.q_rad[i];
+    const double q = tick.q_rad[static_cast<Eigen::Index>(i)];
     joints_[i].add(tick.time_s, std::max(q - joint.upper_rad, joint.lower_rad - q), q);
   }
   last_s_ = tick.time_s;
@@ -146,7 +149,7 @@ void GraspMonitor::watch_slip(const TickRecord& tick) {
   if (!slip_before_m_) slip_before_m_ = tick.slip_m;
   if (!tick.is_measured()) return;
   // A patch that rolls or turns on the object slides at its rim, and stays where it is.
-  for (int k = 0; k < kFingers; ++k) {
+  for (int k = 0; k < model_.fingers(); ++k) {
     const PatchReport& patch = tick.contact.patch[k];
     if (patch.sliding_share >= kSlidesWhole) slip_m_[k] += patch.slip_m;
     if (!slips_since_s_[k] && slip_m_[k] > kSlipping_m) slips_since_s_[k] = tick.time_s;
@@ -159,7 +162,7 @@ void GraspMonitor::watch_grip(const TickRecord& tick) {
   const bool built_up = tick.is_from(kLoadedFrom_s);
   unloaded_s_ = built_up && loaded < 2 ? unloaded_s_ + model_.scene.step_s : 0.0;
   // Nobody asks fingers to carry load that no controller moves.
-  for (int k = 0; k < kFingers && built_up && model_.scene.control && !idle_finger_; ++k) {
+  for (int k = 0; k < model_.fingers() && built_up && model_.scene.control && !idle_finger_; ++k) {
     if (tick.force[k].normal_N > 0.0) continue;
     idle_finger_ = Event{tick.time_s, fmt::format("the {} carried no load at {:.3f} s",
                                                   model_.scene.hand.fingertips[k].finger, tick.time_s)};
@@ -171,7 +174,7 @@ void GraspMonitor::watch_grip(const TickRecord& tick) {
                                            tick.time_s, 1e3 * kUnloaded_s)};
     return;
   }
-  for (int k = 0; k < kFingers; ++k) {
+  for (int k = 0; k < model_.fingers(); ++k) {
     const Fingertip& tip = model_.scene.hand.fingertips[k];
     if (tick.slip_m[k] - (*slip_before_m_)[k] <= tip.radius_m) continue;
     loss_ = Event{tick.time_s, fmt::format("at {:.3f} s the {} had slid by more than its pulp's radius, {:g} mm",
@@ -191,7 +194,8 @@ void GraspMonitor::keep_forces(const TickRecord& tick) {
   if (!tick.is_measured()) return;  // Forces of a grip that builds up are unsteady.
   Forces& now = forces_[kept_++ % forces_.size()];
   now.time_s = tick.time_s;
-  for (int k = 0; k < kFingers; ++k) now.normal_N[k] = tick.force[k].normal_N;
+  now.normal_N = PerFinger<double>(model_.fingers());
+  for (int k = 0; k < model_.fingers(); ++k) now.normal_N[k] = tick.force[k].normal_N;
   // A loop through the controller swings with the age that frames reach.
   oldest_frame_ = std::max(oldest_frame_, tick.contact.frame_age);
 }
@@ -210,7 +214,7 @@ double GraspMonitor::chatter(std::size_t stride) const {
   const std::size_t oldest = kept_ > forces_.size() ? kept_ - forces_.size() : 0;
   const double from_s = at(kept_ - 1).time_s - kChatterWindow_s - 1e-9;
   double worst = kNone;
-  for (int k = 0; k < kFingers; ++k) {
+  for (int k = 0; k < model_.fingers(); ++k) {
     double turns = 0.0, sum = 0.0;
     for (std::size_t i = oldest + 2 * stride; i < kept_; ++i) {
       if (at(i).time_s < from_s) continue;
@@ -244,7 +248,7 @@ std::string GraspMonitor::chatter_in_words() const {
 
 std::string GraspMonitor::slips_in_words() const {
   std::string all;
-  for (int k = 0; k < kFingers; ++k) {
+  for (int k = 0; k < model_.fingers(); ++k) {
     if (!slips_since_s_[k]) continue;
     all += fmt::format("{}the {} slipped {:.2f} mm from {:.3f} s on", all.empty() ? "" : ", ",
                        model_.scene.hand.fingertips[k].finger, 1e3 * slip_m_[k], *slips_since_s_[k]);
@@ -275,7 +279,7 @@ std::vector<Excess> GraspMonitor::beyond() const {
     const Worst& worst = muscles_[m];
     if (worst.first_s) all.push_back({muscle.name, true, muscle.max_force_N, worst.value, worst.at_s, *worst.first_s});
   }
-  for (int i = 0; i < kJoints; ++i) {
+  for (std::size_t i = 0; i < joints_.size(); ++i) {
     const Joint& joint = model_.scene.hand.joints[i];
     const Worst& worst = joints_[i];
     if (!worst.first_s) continue;

@@ -48,7 +48,7 @@ class GraspMonitor {
   };
   struct Forces {
     double time_s = 0.0;
-    std::array<double, kFingers> normal_N{};
+    PerFinger<double> normal_N;
   };
 
   void watch_solver(const TickRecord& tick);
@@ -73,12 +73,12 @@ class GraspMonitor {
   // The grip.
   double last_s_ = 0.0, unloaded_s_ = 0.0;
   std::optional<Event> loss_, idle_finger_;
-  std::optional<std::array<double, kFingers>> slip_before_m_;  ///< The sums when this watch began.
-  std::array<double, kFingers> slip_m_{};  ///< Of patches that slid as a whole, from kMeasuredFrom_s on.
-  std::array<std::optional<double>, kFingers> slips_since_s_;
+  std::optional<PerFinger<double>> slip_before_m_;  ///< The sums when this watch began.
+  PerFinger<double> slip_m_;                        ///< Of patches that slid as a whole, from kMeasuredFrom_s on.
+  PerFinger<std::optional<double>> slips_since_s_;
   Worst off_m_, off_rad_;
   // The hand.
-  std::array<Worst, kJoints> joints_;
+  std::vector<Worst> joints_;
   std::vector<Worst> muscles_;
   // Forces of the last ticks, as far back as chatter looks: a ring.
   std::vector<Forces> forces_;

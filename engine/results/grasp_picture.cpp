@@ -91,9 +91,9 @@ void add_bones(const Hand& hand, const HandPose& pose, std::vector<Surfel>& surf
     add_rod(joint, pose.segments[s] * Vector3d(segment.length_m, 0.0, 0.0), radius_m, surfels);
     add_ball(joint, 1.25 * radius_m, kBone, surfels);
   }
-  for (int k = 0; k < kFingers; ++k) {
+  for (int k = 0; k < hand.fingers(); ++k) {
     const double radius_m = 0.5 * hand.fingertips[k].radius_m;
-    add_rod(Vector3d::Zero(), pose.origin_m[kJointsPerFinger * k], radius_m, surfels);
+    add_rod(Vector3d::Zero(), pose.origin_m[hand.fingertips[k].first_joint], radius_m, surfels);
     add_ball(Vector3d::Zero(), 1.5 * radius_m, kBone, surfels);
   }
 }
@@ -159,7 +159,7 @@ std::string grasp_panel(const Model& model, const State& state, const HandPose& 
   std::vector<Surfel> surfels;
   add_object(model, state, surfels);
   add_bones(model.scene.hand, pose, surfels);
-  for (int k = 0; k < kFingers; ++k) add_fingertip(model, state, pose, k, surfels);
+  for (int k = 0; k < model.fingers(); ++k) add_fingertip(model, state, pose, k, surfels);
   return fmt::format(
       "$grasp << EOD\n{}EOD\n$forces << EOD\n{}EOD\n"
       "set lmargin at screen 0.02\nset rmargin at screen 0.66\nset bmargin at screen 0.01\nset tmargin at screen 0.99\n"
@@ -198,7 +198,8 @@ std::string grasp_picture_script(const Model& model, const State& state) {
       "unset border\nunset tics\nunset key\nset size ratio -1\nset offsets 1,1,1,1\nset style fill solid 1.0 noborder\n"
       "set multiplot\n";
   script += grasp_panel(model, state, pose, view);
-  for (int k = 0; model.deformable() && k < kFingers; ++k) script += fingertip_panel(model, state, pose, k, view);
+  for (int k = 0; model.deformable() && k < model.fingers(); ++k)
+    script += fingertip_panel(model, state, pose, k, view);
   return script + "unset multiplot\n";
 }
 

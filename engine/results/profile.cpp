@@ -23,7 +23,7 @@ using Values = std::vector<double>;
 
 double force_step_N(const Snapshot& before, const Snapshot& after) {
   double step_N = 0.0;
-  for (int k = 0; k < kFingers; ++k) {
+  for (std::size_t k = 0; k < after.load.size(); ++k) {
     step_N = std::max(step_N, (after.load[k].force_N - before.load[k].force_N).norm());
   }
   return step_N;
@@ -63,7 +63,8 @@ void LoopProfile::add(const ContactSample& sample) {
   trace.force_step_N = static_cast<float>(follows ? force_step_N(last_, sample.after) : kNaN);
   trace.position_error_m = static_cast<float>((record.position_m - record.target_m).norm());
   trace.rotation_error_rad = static_cast<float>(record.rotation_error_rad);
-  for (int k = 0; k < kFingers; ++k) trace.force_N[k] = static_cast<float>(sample.after.load[k].force_N.norm());
+  trace.force_N = PerFinger<float>(model_.fingers());
+  for (int k = 0; k < model_.fingers(); ++k) trace.force_N[k] = static_cast<float>(sample.after.load[k].force_N.norm());
   trace.handed_over = tick.handed_over;
   trace.held = tick.held;
   trace.caught_up = sample.caught_up;

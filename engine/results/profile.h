@@ -28,7 +28,7 @@ struct ContactTrace {
   float residual = 0.0F;
   float force_step_N = 0.0F;  ///< max over the fingers of |F_k(t) - F_k(t - 1)|; NaN if the tick before is unknown.
   float position_error_m = 0.0F, rotation_error_rad = 0.0F;
-  std::array<float, kFingers> force_N{};  ///< |F_k|.
+  PerFinger<float> force_N;  ///< |F_k|.
   bool handed_over = false, held = false, caught_up = false, finite = true;
 
   [[nodiscard]] double jitter_us() const { return 1e-3 * static_cast<double>(start_ns - deadline_ns); }

@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::array<const char*, kFingers> kFingerColour{"#c0392b", "#2563a8", "#3a8f5c"};
+constexpr std::array<const char*, kMaxFingers> kFingerColour{"#c0392b", "#2563a8", "#3a8f5c", "#b7791f", "#7d4e9e"};
 constexpr const char* kFrameColour = "#d68910";
 constexpr const char* kSnapshotColour = "#8497a9";
 
@@ -95,14 +95,17 @@ std::string handover_script(const Model& model, const LoopProfile& profile) {
   constexpr double kHalfWindow_s = 0.05;
   const double centre_s = middle_s(model, profile);
   std::string forces = "$forces << EOD\n", kicks = "$kicks << EOD\n", marks;
-  std::array<bool, kFingers> loaded{};
+  PerFinger<bool> loaded(model.fingers());
   for (const ContactTrace& tick : profile.contact()) {
     const double time_s = static_cast<double>(tick.tick) * model.scene.step_s;
     if (std::abs(time_s - centre_s) > kHalfWindow_s) continue;
     const double time_ms = 1e3 * time_s;
-    forces += fmt::format("{:.4f} {:.6g} {:.6g} {:.6g} {:.4g}\n", time_ms, tick.force_N[0], tick.force_N[1],
-                          tick.force_N[2], 1e3 * static_cast<double>(tick.force_step_N));
-    for (int k = 0; k < kFingers; ++k) loaded[k] = loaded[k] || tick.force_N[k] > 0.0F;
+    forces += fmt::format("{:.4f}", time_ms);
+    for (int k = 0; k < model.fingers(); ++k) {
+      forces += fmt::format(" {:.6g}", tick.force_N[k]);
+      loaded[k] = loaded[k] || tick.force_N[k] > 0.0F;
+    }
+    forces += "\n";
     if (!tick.handed_over) continue;
     kicks += fmt::format("{:.4f} {:.4g}\n", time_ms, 1e3 * static_cast<double>(tick.force_step_N));
     marks +=
@@ -130,7 +133,7 @@ std::string handover_script(const Model& model, const LoopProfile& profile) {
         "at screen 0.97,screen {:.4f} right tc rgb '#444444'\n",
         1.0 - 22.0 / height);
   }
-  for (int k = 0; k < kFingers; ++k) {
+  for (int k = 0; k < model.fingers(); ++k) {
     if (!loaded[k]) continue;
     script += fmt::format(
         "set ylabel {} noenhanced\nplot $forces using 1:{} with steps lw 2 lc rgb '{}' notitle{}\nunset label\n",

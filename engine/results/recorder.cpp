@@ -24,7 +24,7 @@ void record_motion(const Model& model, const Snapshot& state, TickRecord& record
 }
 
 void record_forces(const Model& model, const Snapshot& state, const ControlReport& control, TickRecord& record) {
-  for (int k = 0; k < kFingers; ++k) {
+  for (int k = 0; k < model.fingers(); ++k) {
     const FingerLoad& load = state.load[k];
     record.force[k] = split(load.force_N, load.normal);
     record.desired_N[k].setZero();
@@ -51,9 +51,9 @@ void record_control(const ControlReport& control, TickRecord& record) {
 
 TickRecord tick_record(const Model& model, const Snapshot& after, const TickReport& contact,
                        const ControlReport& control) {
-  TickRecord record;
+  TickRecord record(model.fingers());
   record.contact = contact;
-  for (int k = 0; k < kFingers; ++k) {
+  for (int k = 0; k < model.fingers(); ++k) {
     record.margin[k] = contact.patch[k].margin;
     record.sliding_share[k] = contact.patch[k].sliding_share;
     record.creep_m_per_s[k] = contact.patch[k].creep_m_per_s;
@@ -68,7 +68,11 @@ TickRecord tick_record(const Model& model, const Snapshot& after, const TickRepo
 std::string interruption(double time_s) { return fmt::format("the run was interrupted at {:.3f} s", time_s); }
 
 void RunSums::add(TickRecord& tick) {
-  for (int k = 0; k < kFingers; ++k) {
+  const int fingers = static_cast<int>(tick.contact.patch.size());
+  if (slip_m_.size() != tick.contact.patch.size()) {
+    slip_m_ = spin_rad_ = start_slip_m_ = start_spin_rad_ = PerFinger<double>(fingers);
+  }
+  for (int k = 0; k < fingers; ++k) {
     slip_m_[k] += tick.contact.patch[k].slip_m;
     spin_rad_[k] += tick.contact.patch[k].spin_rad;
     if (tick.is_measured()) continue;

@@ -33,7 +33,8 @@ class RunSums {
   void add(TickRecord& tick);
 
  private:
-  std::array<double, kFingers> slip_m_{}, spin_rad_{}, start_slip_m_{}, start_spin_rad_{};
+  PerFinger<double> slip_m_, spin_rad_, start_slip_m_,
+      start_spin_rad_;  ///< Of a tick's fingers, from the first one on.
   Ledger ledger_;
 };
 

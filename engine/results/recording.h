@@ -22,19 +22,34 @@ struct NormalTangential {
 
 /// What is kept of one tick, taken after its commit.
 struct TickRecord {
+  TickRecord() = default;
+  explicit TickRecord(int fingers)
+      : force(fingers),
+        force_desired(fingers),
+        desired_N(fingers, Eigen::Vector3d::Zero()),
+        force_error_N(fingers),
+        margin(fingers),
+        sliding_share(fingers),
+        creep_m_per_s(fingers),
+        slip_m(fingers),
+        spin_rad(fingers),
+        start_slip_m(fingers),
+        start_spin_rad(fingers),
+        contact(fingers) {}
+
   double time_s = 0.0;                   ///< At the tick's end.
   bool controlled = false;               ///< A control tick ran before it.
   Eigen::Vector3d position_m, target_m;  ///< Displacement from the start, object axes at the start.
   double rotation_error_rad = 0.0;       ///< Angle between the object and its target.
-  JointVector q_rad = JointVector::Zero();
-  std::array<NormalTangential, kFingers> force, force_desired;
-  std::array<Eigen::Vector3d, kFingers> desired_N;  ///< f^d, world axes; zero without control.
-  std::array<double, kFingers> force_error_N{};     ///< |f^d - f|.
-  std::array<double, kFingers> margin{};            ///< See PatchReport, as the next two; NaN without load.
-  std::array<double, kFingers> sliding_share{}, creep_m_per_s{};
-  std::array<double, kFingers> slip_m{}, spin_rad{};  ///< How far a patch has gone and turned since its first contact.
-  std::array<double, kFingers> start_slip_m{}, start_spin_rad{};  ///< Of that before kMeasuredFrom_s.
-  Ledger ledger;                                                  ///< Sums since the start.
+  JointVector q_rad;
+  PerFinger<NormalTangential> force, force_desired;
+  PerFinger<Eigen::Vector3d> desired_N;  ///< f^d, world axes; zero without control.
+  PerFinger<double> force_error_N;       ///< |f^d - f|.
+  PerFinger<double> margin;              ///< See PatchReport, as the next two; NaN without load.
+  PerFinger<double> sliding_share, creep_m_per_s;
+  PerFinger<double> slip_m, spin_rad;              ///< How far a patch has gone and turned since its first contact.
+  PerFinger<double> start_slip_m, start_spin_rad;  ///< Of that before kMeasuredFrom_s.
+  Ledger ledger;                                   ///< Sums since the start.
   TickReport contact;
   double interpolate_s = 0.0;  ///< This and the times below: 0 where the scene has no such stage.
   double find_s = 0.0, factors_s = 0.0, grasp_s = 0.0, muscle_s = 0.0, control_s = 0.0;
@@ -56,7 +71,7 @@ struct TickRecord {
 /// A grasp-force problem without a solution, as it stood.
 struct UnsolvedGrasp {
   double time_s = 0.0;
-  ControlReport control;
+  ControlReport control = {};
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
 };
 

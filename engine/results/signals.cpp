@@ -51,7 +51,7 @@ std::string signals_csv(const Model& model, const Recording& recording) {
     for (const double x : tick.position_m) row.add(1e3 * x);
     for (const double x : tick.target_m) row.add(1e3 * x);
     row.add(kDegrees * tick.rotation_error_rad);
-    for (int k = 0; k < kFingers; ++k) {
+    for (int k = 0; k < model.fingers(); ++k) {
       for (const double v :
            {tick.force[k].normal_N, tick.force[k].tangential_N, tick.force_desired[k].normal_N,
             tick.force_desired[k].tangential_N, tick.force_error_N[k], tick.margin[k], 1e6 * tick.slip_m[k],

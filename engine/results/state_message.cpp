@@ -63,13 +63,13 @@ void for_each_field(const Model& model, const Picture& picture, const TickRecord
     field(name, unit, std::span<const double>(v.data(), static_cast<std::size_t>(v.size())));
   };
   const auto of_fingers = [&](const char* name, const char* unit, auto get) {
-    std::array<double, kFingers> numbers{};
-    for (int k = 0; k < kFingers; ++k) numbers[k] = get(k);
+    PerFinger<double> numbers(model.fingers());
+    for (int k = 0; k < model.fingers(); ++k) numbers[k] = get(k);
     vector(name, unit, numbers);
   };
   const auto columns = [&](const char* name, const char* unit, auto get) {
-    FingerForces all;
-    for (int k = 0; k < kFingers; ++k) all.col(k) = get(k);
+    FingerForces all(3, model.fingers());
+    for (int k = 0; k < model.fingers(); ++k) all.col(k) = get(k);
     vector(name, unit, all);
   };
 

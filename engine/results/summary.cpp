@@ -66,7 +66,7 @@ ordered_json object_measures(const Model& model, const Recording& recording) {
           {"final_rotation_deg", kDegrees * mean(collect(recording, final_s, angle))}};
 }
 
-using OfFingers = std::array<double, kFingers>;
+using OfFingers = PerFinger<double>;
 
 /// What the patches did since their first contact, and what of it at the start, while the grip builds up.
 ordered_json patch_measures(const Recording& recording) {
@@ -104,10 +104,10 @@ ordered_json patch_measures(const Recording& recording) {
 /// Mean over the fingers of |f^d - f| / |f^d|.
 double relative_force_error(const TickRecord& tick) {
   double sum = 0.0;
-  for (int k = 0; k < kFingers; ++k) {
+  for (std::size_t k = 0; k < tick.force_error_N.size(); ++k) {
     sum += tick.force_error_N[k] / std::hypot(tick.force_desired[k].normal_N, tick.force_desired[k].tangential_N);
   }
-  return sum / kFingers;
+  return sum / static_cast<double>(tick.force_error_N.size());
 }
 
 ordered_json grasp_measures(const Model& model, const Recording& recording) {
@@ -187,7 +187,7 @@ ordered_json lcp_measures(const Recording& recording) {
 ordered_json joint_measures(const Model& model, const Recording& recording) {
   const Values margins = collect(recording, 0.0, [&](const TickRecord& tick) {
     Values of_joints;
-    for (int i = 0; i < kJoints; ++i) {
+    for (Eigen::Index i = 0; i < tick.q_rad.size(); ++i) {
       const Joint& joint = model.scene.hand.joints[i];
       of_joints.push_back(std::min(tick.q_rad[i] - joint.lower_rad, joint.upper_rad - tick.q_rad[i]));
     }

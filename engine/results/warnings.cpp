@@ -48,7 +48,7 @@ std::string reach_warning(const Model& model) {
   HandPose pose;
   forward_kinematics(model.scene.hand, start.q, pose);
   std::string all;
-  for (int k = 0; k < kFingers; ++k) {
+  for (int k = 0; k < model.fingers(); ++k) {
     const double gap_m = finger_gap_m(model, pose, start, k);
     if (!(gap_m > model.scene.contact.band_m)) continue;
     all += fmt::format("{}the {} is {:.3g} mm away from the object", all.empty() ? "" : ", ",

@@ -21,7 +21,7 @@ inline constexpr double kHalfSpaceShare = 0.5;
 /// Deep pulps   By Hertz, a finger's load makes a patch wider than kHalfSpaceShare of the pulp's radius.
 class Warnings {
  public:
-  explicit Warnings(const Model& model) : model_(model) {}
+  explicit Warnings(const Model& model) : model_(model), full_(model.fingers()), deep_(model.fingers()) {}
 
   void add(const TickRecord& tick);
 
@@ -39,8 +39,8 @@ class Warnings {
 
   const Model& model_;
   std::int64_t ticks_ = 0;
-  std::array<Beyond, kFingers> full_{};  ///< Value: depth of a control point without room [m].
-  std::array<Beyond, kFingers> deep_{};  ///< Value: load [N].
+  PerFinger<Beyond> full_;  ///< Value: depth of a control point without room [m].
+  PerFinger<Beyond> deep_;  ///< Value: load [N].
 };
 
 /// The same of a whole run.

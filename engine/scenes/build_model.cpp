@@ -31,7 +31,7 @@ void check_places(const Model& model) {
 
 /// What depends on how many control points the pulps have.
 void fit_to_controls(Model& model) {
-  model.max_contacts = kFingers * std::min(model.scene.contact.max_per_finger, model.pulps.front().controls());
+  model.max_contacts = model.fingers() * std::min(model.scene.contact.max_per_finger, model.pulps.front().controls());
   double spacing_m = 0.0;  // of control points
   for (const Pulp& pulp : model.pulps) spacing_m = std::max(spacing_m, std::sqrt(pulp.area_m2.mean()));
   model.fine_m = fine_parts(model.object.cloud(), spacing_m);
@@ -39,7 +39,7 @@ void fit_to_controls(Model& model) {
 
 void make_fingertips(Model& model) {
   const Scene& scene = model.scene;
-  model.max_contacts = kFingers;
+  model.max_contacts = model.fingers();
   if (!scene.fingertips) return;
   model.pulps = make_pulps(scene);
   if (scene.contact.level != 0) {

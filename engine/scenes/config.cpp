@@ -301,6 +301,15 @@ Eigen::VectorXd ConfigMap::quantities(std::string_view key) const {
   return values.value_or(Eigen::VectorXd::Constant(wanted.items, harmless(wanted)));
 }
 
+Eigen::VectorXd ConfigMap::quantities(std::string_view key, std::size_t joints) const {
+  Key wanted = known(key, KeyKind::kQuantities);
+  const YamlNode* const node = require(key);
+  const bool is_list = node != nullptr && node->kind == Kind::kList;
+  wanted.items = static_cast<int>(joints == 0 && is_list ? node->items.size() : joints);
+  const auto values = node == nullptr ? std::nullopt : quantities_of(*state_, *node, path_of(key), wanted);
+  return values.value_or(Eigen::VectorXd::Constant(static_cast<Index>(joints), harmless(wanted)));
+}
+
 Index ConfigMap::count(std::string_view key) const {
   const Key& wanted = known(key, KeyKind::kCount);
   const auto least = static_cast<Index>(range_of(wanted).least);

@@ -58,6 +58,8 @@ class ConfigMap {
 
   [[nodiscard]] double quantity(std::string_view key) const;
   [[nodiscard]] Eigen::VectorXd quantities(std::string_view key) const;
+  /// One a joint of a hand; with no joints, which is the fault of another key, of any number.
+  [[nodiscard]] Eigen::VectorXd quantities(std::string_view key, std::size_t joints) const;
   [[nodiscard]] Eigen::Index count(std::string_view key) const;
   /// A rotation matrix; what rounding in the file left is removed.
   [[nodiscard]] Eigen::Matrix3d rotation(std::string_view key) const;

@@ -1,10 +1,14 @@
 #include "engine/scenes/hand_file.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <string_view>
+#include <vector>
 
 #include "engine/scenes/config.h"
 #include "engine/scenes/keys.h"
+#include "solvers/muscle_forces.h"
 
 namespace thenar {
 
@@ -40,40 +44,26 @@ int segment_index(const Hand& hand, const ConfigMap& map) {
 
 void read_joints(const ConfigMap& root, Hand& hand) {
   const auto joints = root.list_of_maps("joints");
-  if (joints.size() != kJoints) {
-    root.refuse("joints", "must list " + std::to_string(kJoints) + " joints: four a finger, thumb first");
-    return;
-  }
-  for (int i = 0; i < kJoints; ++i) {
+  if (joints.size() > kMaxHandJoints) root.refuse("joints", fmt::format("must list at most {} joints", kMaxHandJoints));
+  for (std::size_t i = 0; i < std::min<std::size_t>(joints.size(), kMaxHandJoints); ++i) {
     const Eigen::VectorXd limits = joints[i].quantities("limits");
-    hand.joints[i] = {joints[i].text("name"), joints[i].quantities("origin_at_q0"), unit3(joints[i], "axis_at_q0"),
-                      limits[0], limits[1]};
+    hand.joints.push_back({joints[i].text("name"), joints[i].quantities("origin_at_q0"), unit3(joints[i], "axis_at_q0"),
+                           limits[0], limits[1]});
   }
 }
 
-/// A segment is moved by the first joints of one finger, in their order.
-void read_moved_by(const Hand& hand, const ConfigMap& map, Segment& segment) {
-  const auto names = map.texts("moved_by");
-  segment.joints = std::min(static_cast<int>(names.size()), kJointsPerFinger);
-  for (int j = 0; j < static_cast<int>(names.size()); ++j) {
-    const int index = joint_index(hand, map, "moved_by", names[j]);
-    if (j == 0) segment.finger = index / kJointsPerFinger;
-    if (j >= kJointsPerFinger || index != segment.finger * kJointsPerFinger + j) {
-      map.refuse("moved_by", "must name the first joints of one finger, in their order");
-      return;
-    }
-  }
-}
-
-void read_segments(const ConfigMap& root, Hand& hand) {
+/// The palm and the bones; returns the joints that move each.
+std::vector<std::vector<int>> read_segments(const ConfigMap& root, Hand& hand) {
   Segment palm;
   palm.name = "palm";
   palm.X_WS_0.setIdentity();
   hand.segments.push_back(palm);
+  std::vector<std::vector<int>> moved_by(1);
   for (const ConfigMap& map : root.list_of_maps("segments")) {
     Segment segment;
     segment.name = map.text("name");
-    read_moved_by(hand, map, segment);
+    std::vector<int>& joints = moved_by.emplace_back();
+    for (const std::string& name : map.texts("moved_by")) joints.push_back(joint_index(hand, map, "moved_by", name));
     const ConfigMap frame = map.map("frame_at_q0");
     segment.X_WS_0.setIdentity();
     segment.X_WS_0.linear() = frame.rotation("R");
@@ -83,25 +73,58 @@ void read_segments(const ConfigMap& root, Hand& hand) {
     segment.com_m = map.quantities("com");
     hand.segments.push_back(segment);
   }
+  return moved_by;
 }
 
-void read_fingertips(const ConfigMap& root, Hand& hand) {
+/// A finger's joints are those that move its last segment.
+void read_fingertips(const ConfigMap& root, const std::vector<std::vector<int>>& moved_by, Hand& hand) {
   const auto tips = root.list_of_maps("fingertips");
-  if (tips.size() != kFingers) {
-    root.refuse("fingertips", "must list one fingertip for each of the " + std::to_string(kFingers) + " fingers");
+  if (tips.empty() || tips.size() > kMaxFingers) {
+    if (!root.is_refused("fingertips")) {
+      root.refuse("fingertips", fmt::format("must list one fingertip for each of 1 to {} fingers", kMaxFingers));
+    }
     return;
   }
-  for (int k = 0; k < kFingers; ++k) {
-    Fingertip& tip = hand.fingertips[k];
-    tip.finger = tips[k].text("finger");
-    tip.segment = segment_index(hand, tips[k]);
-    tip.centre_m = tips[k].quantities("pulp_centre");
-    tip.radius_m = tips[k].quantity("radius");
-    tip.normal = unit3(tips[k], "pulp_normal");
-    const Segment& distal = hand.segments[tip.segment];
-    if (distal.finger != k || distal.joints != kJointsPerFinger) {
-      tips[k].refuse("segment",
-                     "must be the segment that all four joints of finger " + std::to_string(k + 1) + " move");
+  int first = 0;
+  for (const ConfigMap& map : tips) {
+    Fingertip tip;
+    tip.finger = map.text("finger");
+    tip.segment = segment_index(hand, map);
+    tip.centre_m = map.quantities("pulp_centre");
+    tip.radius_m = map.quantity("radius");
+    tip.normal = unit3(map, "pulp_normal");
+    tip.first_joint = first;
+    const std::vector<int>& joints = moved_by[tip.segment];
+    tip.joints = static_cast<int>(std::min<std::size_t>(joints.size(), kMaxFingerJoints));
+    for (const int joint : joints) {
+      if (joint == first) ++first;
+    }
+    if (joints.empty() || first != tip.first_joint + std::ssize(joints) || tip.joints != std::ssize(joints)) {
+      map.refuse("segment", fmt::format("must be moved by one to {} joints: those that follow the fingers before it",
+                                        kMaxFingerJoints));
+      return;
+    }
+    hand.fingertips.push_back(tip);
+  }
+  if (first == std::ssize(hand.joints)) return;
+  root.refuse("joints", "'" + hand.joints[first].name + "' moves no fingertip");
+}
+
+/// A segment is moved by the first joints of one finger, in their order.
+void find_fingers(const ConfigMap& root, const std::vector<std::vector<int>>& moved_by, Hand& hand) {
+  const auto maps = root.list_of_maps("segments");
+  for (std::size_t s = 1; s < hand.segments.size(); ++s) {
+    Segment& segment = hand.segments[s];
+    segment.joints = static_cast<int>(moved_by[s].size());
+    for (int j = 0; j < segment.joints; ++j) {
+      const int joint = moved_by[s][j];
+      for (int k = 0; j == 0 && k < hand.fingers(); ++k) {
+        if (hand.fingertips[k].has_joint(joint)) segment.finger = k;
+      }
+      const Fingertip& tip = hand.fingertips[segment.finger];
+      if (tip.has_joint(joint) && joint == tip.first_joint + j) continue;
+      maps[s - 1].refuse("moved_by", "must name the first joints of one finger, in their order");
+      break;
     }
   }
 }
@@ -128,9 +151,12 @@ Hand load_hand(const std::filesystem::path& file) {
   const ConfigMap root = config.root();
   Hand hand;
   read_joints(root, hand);
-  read_segments(root, hand);
-  read_fingertips(root, hand);
-  for (const ConfigMap& map : root.list_of_maps("muscles")) {
+  const std::vector<std::vector<int>> moved_by = read_segments(root, hand);
+  read_fingertips(root, moved_by, hand);
+  if (hand.fingers() > 0) find_fingers(root, moved_by, hand);
+  const auto muscles = root.list_of_maps("muscles");
+  if (std::ssize(muscles) > kMaxMuscles) root.refuse("muscles", fmt::format("must list at most {}", kMaxMuscles));
+  for (const ConfigMap& map : muscles) {
     Muscle muscle{map.text("name"), map.quantity("max_force"), {}};
     for (const ConfigMap& crossing : map.list_of_maps("crossings")) {
       muscle.crossings.push_back(read_crossing(hand, crossing));

@@ -7,7 +7,6 @@
 #include <stdexcept>
 
 #include "engine/formats/text.h"
-#include "engine/grasp/hand.h"
 
 namespace thenar {
 
@@ -37,10 +36,10 @@ constexpr std::array kSceneKeys = std::to_array<Key>({
     {"hand.model", kPath, kNone, "", "",
      "The hand file: bones, joints, fingertips and muscles. Beside the scene, or one that comes with the program."},
     {"hand.posture", kQuantities, kAngle, "", "",
-     "The joint angles at the start, in the order of the hand file, each within its joint's limits.", kJoints},
+     "The joint angles at the start, in the order of the hand file, each within its joint's limits.", kPerJoint},
     {"hand.joint_viscosity", kQuantity, kRotationalDamping, "> 0", "", "The viscous damping b of every joint."},
     {"hand.torques", kQuantities, kTorque, "", "(Required without control, refused with it.)",
-     "The constant joint torques of a scene without control.", kJoints},
+     "The constant joint torques of a scene without control.", kPerJoint},
 
     {"fingertips", kMap, kNone, "", "(Without them fingers are rigid and touch at one point each.)",
      "Deformable fingertips."},
@@ -187,7 +186,7 @@ constexpr std::array kSceneKeys = std::to_array<Key>({
 
 // In SI units without their names; lengths of vectors that are directions do not count.
 constexpr std::array kHandKeys = std::to_array<Key>({
-    {"joints", kMaps, kNone, "", "", "The joints, four a finger, thumb first."},
+    {"joints", kMaps, kNone, "", "", "The joints, finger by finger, each from the palm on: up to five a finger."},
     {"joints.name", kText, kNone, "", "", "Its name."},
     {"joints.origin_at_q0", kQuantities, kNone, "", "", "A point of its axis at q = 0, hand frame, in m.", 3},
     {"joints.axis_at_q0", kQuantities, kNone, "", "", "The direction of its axis at q = 0, hand frame.", 3},
@@ -203,9 +202,10 @@ constexpr std::array kHandKeys = std::to_array<Key>({
     {"segments.frame_at_q0.R", kRotation, kNone, "", "", "Its rotation."},
     {"segments.frame_at_q0.origin", kQuantities, kNone, "", "", "Its origin in m.", 3},
 
-    {"fingertips", kMaps, kNone, "", "", "The fingertips, one a finger."},
+    {"fingertips", kMaps, kNone, "", "", "The fingertips, one a finger, in the order of the joints: up to five."},
     {"fingertips.finger", kText, kNone, "", "", "Its finger's name."},
-    {"fingertips.segment", kText, kNone, "", "", "The segment that all four joints of its finger move."},
+    {"fingertips.segment", kText, kNone, "", "",
+     "The last segment of its finger: its `moved_by` are the finger's joints."},
     {"fingertips.pulp_centre", kQuantities, kNone, "", "", "The centre of its pulp, segment frame, in m.", 3},
     {"fingertips.radius", kQuantity, kNone, "1e-4 .. 0.1", "", "The radius of its pulp in m."},
     {"fingertips.pulp_normal", kQuantities, kNone, "", "", "The mean outward direction of its pulp, segment frame.", 3},

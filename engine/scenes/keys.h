@@ -17,7 +17,7 @@ enum class KeyKind {
   kOneOf,       ///< A map with exactly one of the keys below.
   kMaps,        ///< A list of maps.
   kQuantity,    ///< A number with a unit of the dimension.
-  kQuantities,  ///< A list of `items` of them.
+  kQuantities,  ///< A list of `items` of them, or of one for each joint of the hand.
   kCount,       ///< A whole number.
   kRotation,    ///< A rotation matrix: three rows of three numbers.
   kText,
@@ -26,6 +26,8 @@ enum class KeyKind {
   kFlag,   ///< true or false
   kChoice  ///< One of the range's words.
 };
+
+inline constexpr int kPerJoint = 0;
 
 struct Key {
   std::string_view path;  ///< As "contact.friction"; in lists of maps without the number: "joints.name".
@@ -38,7 +40,7 @@ struct Key {
   /// What holds without the key: a value, which is then read, or a sentence in brackets. Empty: the key must be there.
   std::string_view without;
   std::string_view sentence;  ///< What it is.
-  int items = 1;              ///< Of kQuantities.
+  int items = 1;              ///< Of kQuantities; kPerJoint.
 };
 
 using Keys = std::span<const Key>;  ///< A table: each key after the one above it.

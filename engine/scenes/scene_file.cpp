@@ -46,9 +46,11 @@ void read_time(const ConfigMap& time, Scene& scene) {
 }
 
 void read_posture(const ConfigMap& map, Scene& scene) {
-  scene.posture = map.quantities("posture");
-  if (scene.hand.segments.empty()) return;  // no hand was read, and that is reported
-  for (int i = 0; i < kJoints; ++i) {
+  const std::size_t joints = scene.hand.joints.size();
+  const Eigen::VectorXd posture = map.quantities("posture", joints);
+  if (joints == 0) return;  // no hand was read, and that is reported
+  scene.posture = posture;
+  for (int i = 0; i < scene.posture.size(); ++i) {
     const Joint& joint = scene.hand.joints[i];
     if (scene.posture[i] >= joint.lower_rad && scene.posture[i] <= joint.upper_rad) continue;
     map.refuse("posture", "value " + std::to_string(i + 1) + " (" + joint.name + ") must lie within " +
@@ -75,7 +77,9 @@ bool read_hand(const ConfigMap& map, bool controlled, Scene& scene) {
   }
   read_posture(map, scene);
   scene.joint_viscosity = map.quantity("joint_viscosity");
-  if (!controlled) scene.torques = map.quantities("torques");
+  if (controlled) return readable;
+  const Eigen::VectorXd torques = map.quantities("torques", scene.hand.joints.size());
+  if (readable) scene.torques = torques;
   return readable;
 }
 

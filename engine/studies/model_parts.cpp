@@ -127,8 +127,8 @@ Scene leave_out(Scene scene, Part part) {
 
 bool GraspPath::see_tick(const Tick& tick) {
   X_WO.push_back(tick.after.X_WO);
-  FingerForces& force = force_N.emplace_back();
-  for (int k = 0; k < kFingers; ++k) force.col(k) = tick.after.load[k].force_N;
+  FingerForces& force = force_N.emplace_back(3, tick.after.load.size());
+  for (Eigen::Index k = 0; k < force.cols(); ++k) force.col(k) = tick.after.load[k].force_N;
   patch.push_back(tick.contact.patch);
   return true;
 }
@@ -145,7 +145,7 @@ PathDeviation deviation(const GraspPath& path, const GraspPath& reference, std::
     squares_rad2 += off.rotation_final_rad * off.rotation_final_rad;
     squares_N2 += (path.force_N[i] - reference.force_N[i]).squaredNorm();
     reference_N2 += reference.force_N[i].squaredNorm();
-    for (int k = 0; k < kFingers; ++k) {
+    for (std::size_t k = 0; k < path.patch[i].size(); ++k) {
       const PatchReport &patch = path.patch[i][k], &full = reference.patch[i][k];
       moment2 += square(patch.moment_Nm - full.moment_Nm);
       limit2 += square(full.moment_limit_Nm);

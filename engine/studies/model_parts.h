@@ -43,7 +43,7 @@ inline constexpr std::array kParts{Part::kFingertips,   Part::kSoftObject,      
 struct GraspPath : Watcher {
   std::vector<Eigen::Isometry3d> X_WO;
   std::vector<FingerForces> force_N;  ///< On the object, world axes.
-  std::vector<std::array<PatchReport, kFingers>> patch;
+  std::vector<PerFinger<PatchReport>> patch;
 
   bool see_tick(const Tick& tick) override;
 };

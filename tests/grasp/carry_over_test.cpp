@@ -12,6 +12,7 @@
 #include "engine/scenes/build_model.h"
 #include "tests/support/scenes.h"
 #include "tests/support/split_runs.h"
+#include "tests/support/three_fingers.h"
 
 namespace thenar::carry_over_test {
 namespace {

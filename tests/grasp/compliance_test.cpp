@@ -8,6 +8,7 @@
 
 #include "tests/grasp/moving_grasp.h"
 #include "tests/support/scenes.h"
+#include "tests/support/three_fingers.h"
 
 namespace thenar::compliance_test {
 namespace {

@@ -7,6 +7,7 @@
 #include "engine/grasp/frame.h"
 #include "tests/grasp/grasp_frame.h"
 #include "tests/support/scenes.h"
+#include "tests/support/three_fingers.h"
 
 namespace thenar::contact_kinematics_test {
 namespace {

@@ -19,6 +19,7 @@
 #include "tests/support/allocation_counter.h"
 #include "tests/support/scenes.h"
 #include "tests/support/scratch.h"
+#include "tests/support/three_fingers.h"
 
 namespace thenar::contact_search_test {
 namespace {
@@ -91,7 +92,7 @@ std::vector<Model> models() {
   Scene scene = scene_of("box_grasp", {"object.points=3000"});
   scene.control.reset();
   scene.task = {};
-  scene.torques = JointVector::Zero();
+  scene.torques = scene.hand.at_zero();
   scene.gravity.setZero();
   std::vector<Model> all;
   const auto add = [&](const Shape& shape) {

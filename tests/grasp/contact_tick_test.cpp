@@ -13,6 +13,7 @@
 #include "tests/grasp/moving_grasp.h"
 #include "tests/support/allocation_counter.h"
 #include "tests/support/scenes.h"
+#include "tests/support/three_fingers.h"
 
 namespace thenar::contact_tick_test {
 namespace {
@@ -40,7 +41,7 @@ Motion motion_of(const Model& model, const Frame& frame, const ContactKinematics
     force += f;
     moment += (s - before.X_WO.translation()).cross(f);
     torque.segment<kJointsPerFinger>(kJointsPerFinger * contact.finger) -=
-        finger_jacobian(pose, contact.finger, s).transpose() * f;
+        finger_jacobian(model.scene.hand, pose, contact.finger, s).transpose() * f;
   }
   const double h = model.scene.step_s;
   return {h / model.scene.joint_viscosity * torque, h / model.scene.object.translation_damping * force,
@@ -113,7 +114,7 @@ TEST_F(MovingGrasp, MovesFreelyWithoutContacts) {
   EXPECT_TRUE(is_finite(loop.state));
   EXPECT_TRUE(loop.state.forces.empty());
   const double h = model.scene.step_s;
-  EXPECT_LE((loop.state.q - before.q - JointVector::Constant(0.01 * h / model.scene.joint_viscosity)).norm(), 1e-16);
+  EXPECT_LE((loop.state.q - before.q - JointVector::Constant(kJoints, 0.01 * h / model.scene.joint_viscosity)).norm(), 1e-16);
   EXPECT_LE((loop.state.X_WO.translation() - before.X_WO.translation() -
              h / model.scene.object.translation_damping * Vector3d(1.0, 2.0, 3.0))
                 .norm(),

@@ -14,6 +14,7 @@
 #include "engine/scenes/config.h"
 #include "tests/support/algebra.h"
 #include "tests/support/scenes.h"
+#include "tests/support/three_fingers.h"
 
 namespace thenar::control_test {
 namespace {
@@ -98,8 +99,8 @@ class GraspControl : public testing::Test {
   Model model;
   State state;
   HandPose pose;
-  std::array<GraspContact, kFingers> contacts;
-  FingerForces f_desired;
+  PerFinger<GraspContact> contacts{kFingers};
+  FingerForces f_desired{3, kFingers};
 };
 
 class PaperControl : public GraspControl {
@@ -155,12 +156,13 @@ TEST_F(GraspControl, LoadedFingerActsAtItsPressureCentre) {
 
 // Feed-forward: with the forces as desired (y = 0) the joints are at rest, b qdot = tau - g - J' f = 0.
 TEST_F(GraspControl, FeedforwardHoldsTheDesiredForces) {
-  JointVector net = desired_torques(model, model.scene.posture, pose, contacts, f_desired, FingerForces::Zero()) -
-                    gravity_torques(model.scene.hand, pose, model.scene.gravity);
+  JointVector net =
+      desired_torques(model, model.scene.posture, pose, contacts, f_desired, FingerForces::Zero(3, kFingers)) -
+      gravity_torques(model.scene.hand, pose, model.scene.gravity);
   const double scale = net.norm();
   for (int k = 0; k < kFingers; ++k) {
     net.segment<kJointsPerFinger>(kJointsPerFinger * k) -=
-        finger_jacobian(pose, k, contacts[k].point_m).transpose() * f_desired.col(k);
+        finger_jacobian(model.scene.hand, pose, k, contacts[k].point_m).transpose() * f_desired.col(k);
   }
   EXPECT_LE(net.norm(), 1e-14 * scale);
 }
@@ -169,8 +171,8 @@ TEST_F(GraspControl, FeedforwardHoldsTheDesiredForces) {
 TEST_F(PaperControl, TorquesAreTheGainTimesTheDeviation) {
   const JointVector tau = desired_torques(model, model.scene.posture, pose, contacts, f_desired, 1e-3 * f_desired);
   for (int k = 0; k < kFingers; ++k) {
-    const Vector3d pulled =
-        finger_jacobian(pose, k, contacts[k].point_m) * tau.segment<kJointsPerFinger>(kJointsPerFinger * k);
+    const Vector3d pulled = finger_jacobian(model.scene.hand, pose, k, contacts[k].point_m) *
+                            tau.segment<kJointsPerFinger>(kJointsPerFinger * k);
     EXPECT_LE((pulled - 20.0 * 1e-3 * f_desired.col(k)).norm(), 1e-12 * pulled.norm());
   }
 }
@@ -186,9 +188,9 @@ TEST_F(GraspControl, PostureTorquesActWhereTheFingertipLeavesTheJointsFree) {
     forward_kinematics(model.scene.hand, q, here);
     const JointVector error = model.scene.posture - q;
     for (int k = 0; k < kFingers; ++k) {
-      const FingerJacobian J = finger_jacobian(here, k, contacts[k].point_m);
+      const FingerJacobian J = finger_jacobian(model.scene.hand, here, k, contacts[k].point_m);
       const Eigen::Vector4d e = error.segment<kJointsPerFinger>(kJointsPerFinger * k);
-      const Eigen::Vector4d tau = posture_torques(J, 0.5, e);
+      const Eigen::Vector4d tau = posture_torques(J, 4, 0.5, e);
       EXPECT_LE((J * tau).norm(), 1e-14 * J.norm() * e.norm());
       const Eigen::Matrix4d onto = Eigen::Matrix4d::Identity() - pseudo_inverse(J) * J;
       EXPECT_LE((tau - 0.5 * onto * e).norm(), 1e-10 * e.norm());
@@ -198,10 +200,32 @@ TEST_F(GraspControl, PostureTorquesActWhereTheFingertipLeavesTheJointsFree) {
 
 // Where J is singular there are several such directions, and no torque rather than one of no size that is known.
 TEST_F(GraspControl, PostureTorquesVanishWhereTheJacobianIsSingular) {
-  FingerJacobian J = finger_jacobian(pose, 0, contacts[0].point_m);
+  FingerJacobian J = finger_jacobian(model.scene.hand, pose, 0, contacts[0].point_m);
   J.row(2) = 2.0 * J.row(0) - J.row(1);
-  EXPECT_EQ(posture_torques(J, 0.5, Eigen::Vector4d::Ones()), Eigen::Vector4d::Zero());
-  EXPECT_EQ(posture_torques(FingerJacobian::Zero(), 0.5, Eigen::Vector4d::Ones()), Eigen::Vector4d::Zero());
+  EXPECT_TRUE(posture_torques(J, 4, 0.5, Eigen::Vector4d::Ones()).isZero(0.0));
+  EXPECT_TRUE(posture_torques(FingerJacobian::Zero(3, 4), 4, 0.5, Eigen::Vector4d::Ones()).isZero(0.0));
+  J.conservativeResize(3, 5);
+  J.col(4) = J.col(0);
+  EXPECT_TRUE(posture_torques(J, 5, 0.5, FingerVector::Ones(5)).isZero(0.0));
+}
+
+// Five joints leave two directions free, three and fewer none. The projector is that of the pseudo-inverse; minors of
+// minors lose a few digits more.
+TEST(Posture, HasADirectionForEachJointMoreThanThree) {
+  std::mt19937_64 random(8);
+  for (int trial = 0; trial < 100; ++trial) {
+    SCOPED_TRACE(trial);
+    FingerJacobian J = FingerJacobian::Zero(3, 5);
+    for (double& x : J.reshaped()) x = uniform(random, -0.1, 0.1);
+    FingerVector e(5);
+    for (double& x : e) x = uniform(random, -1.0, 1.0);
+    const FingerVector tau = posture_torques(J, 5, 0.5, e);
+    const Eigen::MatrixXd onto = Eigen::MatrixXd::Identity(5, 5) - pseudo_inverse(J) * J;
+    EXPECT_LE((tau - 0.5 * onto * e).norm(), 1e-8 * e.norm());
+    FingerJacobian three = J.leftCols(4);
+    three.col(3).setZero();
+    EXPECT_TRUE(posture_torques(three, 3, 0.5, e.head(4)).isZero(0.0));
+  }
 }
 
 TEST(Posture, IsNamedInTheSceneWithItsUnit) {
@@ -238,13 +262,14 @@ TEST_F(PaperControl, PredictedErrorIsThatOfTheStaticSolution) {
     const FingerForces y = filter.update(contacts, f_desired - f, 1e12);  // a period in which any lag settles
     return desired_torques(model, model.scene.posture, pose, contacts, f_desired, y);
   };
-  const JointVector at_rest = torques(FingerForces::Zero());
+  const JointVector at_rest = torques(FingerForces::Zero(3, kFingers));
   double sum = 0.0;
   for (int k = 0; k < kFingers; ++k) {
     const auto joints = [&](const JointVector& tau) { return tau.segment<kJointsPerFinger>(kJointsPerFinger * k); };
-    Eigen::Matrix<double, kJointsPerFinger, 3> carried = finger_jacobian(pose, k, contacts[k].point_m).transpose();
+    Eigen::Matrix<double, kJointsPerFinger, 3> carried =
+        finger_jacobian(model.scene.hand, pose, k, contacts[k].point_m).transpose();
     for (int axis = 0; axis < 3; ++axis) {
-      FingerForces unit = FingerForces::Zero();
+      FingerForces unit = FingerForces::Zero(3, kFingers);
       unit(axis, k) = 1.0;
       carried.col(axis) -= joints(torques(unit) - at_rest);
     }

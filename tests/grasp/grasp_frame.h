@@ -6,6 +6,7 @@
 
 #include "engine/grasp/frame.h"
 #include "tests/support/scenes.h"
+#include "tests/support/three_fingers.h"
 
 /// A grasp at work, and what its contacts make of the speeds of joints and object.
 namespace thenar::grasp_frame {

@@ -11,6 +11,7 @@
 #include "solvers/muscle_forces.h"
 #include "tests/support/json_eigen.h"
 #include "tests/support/scenes.h"
+#include "tests/support/three_fingers.h"
 
 namespace thenar::hand_test {
 namespace {
@@ -64,7 +65,7 @@ TEST_F(HandReference, GraspMap) {
 TEST_F(HandReference, Jacobians) {
   for (int k = 0; k < kFingers; ++k) {
     SCOPED_TRACE(k);
-    const FingerJacobian J = finger_jacobian(pose, k, contact_points_m.col(k));
+    const FingerJacobian J = finger_jacobian(hand, pose, k, contact_points_m.col(k));
     EXPECT_TRUE(J.isApprox(matrix_of(reference.at("J")[k]), kRelative));
   }
 }

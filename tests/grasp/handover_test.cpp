@@ -16,6 +16,7 @@
 #include "tests/grasp/moving_grasp.h"
 #include "tests/support/allocation_counter.h"
 #include "tests/support/scenes.h"
+#include "tests/support/three_fingers.h"
 
 namespace thenar::handover_test {
 namespace {

@@ -14,6 +14,7 @@
 #include "tests/support/algebra.h"
 #include "tests/support/allocation_counter.h"
 #include "tests/support/scenes.h"
+#include "tests/support/three_fingers.h"
 
 namespace thenar::object_compliance_test {
 namespace {
@@ -264,7 +265,7 @@ TEST(SoftObject, MovesTheBodiesByTheForcesAlone) {
       const Vector3d f = loop.work.kinematics.E_W[i] * loop.state.forces[i].f_C, c = loop.work.kinematics.c_W[i];
       wrench.head<3>() += f;
       wrench.tail<3>() += (c - before.X_WO.translation()).cross(f);
-      torque.segment<kJointsPerFinger>(kJointsPerFinger * k) -= finger_jacobian(pose, k, c).transpose() * f;
+      torque.segment<kJointsPerFinger>(kJointsPerFinger * k) -= finger_jacobian(scene.hand, pose, k, c).transpose() * f;
     }
     EXPECT_LE((loop.state.q - before.q - scene.step_s / scene.joint_viscosity * torque).norm(), 1e-14);
     const Vector3d dp = scene.step_s / scene.object.translation_damping * wrench.head<3>();

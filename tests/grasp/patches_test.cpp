@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "tests/support/scenes.h"
+#include "tests/support/three_fingers.h"
 
 namespace thenar::patches_test {
 namespace {

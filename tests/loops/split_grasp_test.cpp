@@ -13,6 +13,7 @@
 #include "tests/support/allocation_counter.h"
 #include "tests/support/scenes.h"
 #include "tests/support/split_runs.h"
+#include "tests/support/three_fingers.h"
 
 namespace thenar::split_grasp_test {
 namespace {

@@ -32,7 +32,7 @@ Scene thumb_against(const Shape& shape, Index points) {
   Scene scene = scene_of("box_grasp", {"object.points=500"});
   scene.control.reset();
   scene.task = {};
-  scene.torques = JointVector::Zero();
+  scene.torques = scene.hand.at_zero();
   scene.gravity.setZero();
   scene.joint_viscosity = 1e9;
   scene.object.shape = shape;

@@ -11,6 +11,7 @@
 #include "bench/cases/pads.h"
 #include "engine/scenes/build_model.h"
 #include "tests/support/scenes.h"
+#include "tests/support/three_fingers.h"
 
 namespace thenar::invariance_test {
 namespace {

@@ -10,6 +10,7 @@
 #include "engine/results/scene_run.h"
 #include "engine/scenes/build_model.h"
 #include "tests/support/scenes.h"
+#include "tests/support/three_fingers.h"
 
 namespace thenar::late_frames_test {
 namespace {

@@ -11,6 +11,7 @@
 #include "engine/results/scene_run.h"
 #include "engine/results/summary.h"
 #include "engine/scenes/build_model.h"
+#include "tests/support/three_fingers.h"
 
 namespace thenar::scenes_test {
 namespace {

@@ -17,6 +17,7 @@
 #include "engine/results/summary.h"
 #include "engine/scenes/build_model.h"
 #include "tests/support/scenes.h"
+#include "tests/support/three_fingers.h"
 
 namespace thenar::split_accuracy_test {
 namespace {

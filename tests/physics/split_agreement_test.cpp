@@ -15,6 +15,7 @@
 #include "engine/loops/threads.h"
 #include "engine/scenes/build_model.h"
 #include "tests/support/scenes.h"
+#include "tests/support/three_fingers.h"
 
 namespace thenar::split_agreement_test {
 namespace {

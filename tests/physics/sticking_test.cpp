@@ -16,6 +16,7 @@
 #include "bench/cases/scene_run.h"
 #include "engine/grasp/object_compliance.h"
 #include "tests/support/scenes.h"
+#include "tests/support/three_fingers.h"
 
 namespace thenar::sticking_test {
 namespace {

@@ -12,6 +12,7 @@
 #include "engine/scenes/build_model.h"
 #include "tests/support/scenes.h"
 #include "tests/support/scratch.h"
+#include "tests/support/three_fingers.h"
 
 namespace thenar::recording_file_test {
 namespace {

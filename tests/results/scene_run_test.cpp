@@ -10,6 +10,7 @@
 
 #include "engine/scenes/build_model.h"
 #include "tests/support/scenes.h"
+#include "tests/support/three_fingers.h"
 
 namespace thenar::scene_run_test {
 namespace {

@@ -76,7 +76,7 @@ TEST(Verdict, OffTargetIsNotLost) {
 TEST(Verdict, IsAsTrueWithoutAController) {
   Scene scene = minimal().scene;
   scene.control.reset();
-  scene.torques = JointVector::Zero();
+  scene.torques = scene.hand.at_zero();
   const Model model = build_model(scene, minimal());
   Watched run = steady_run();
   for (TickRecord& tick : run.ticks) {
@@ -176,7 +176,7 @@ TEST(Verdict, IsOneForRunAndSweepAndEveryOutcomeButHeldHasAReason) {
 TEST(Verdict, ABoxThatNobodyHoldsIsLostThoughNothingFails) {
   Scene scene = scene_of("box_grasp", {kCoarseBox, "contact.level=2", "time.duration=1 s"});
   scene.control.reset();
-  scene.torques = JointVector::Zero();
+  scene.torques = scene.hand.at_zero();
   const Model model = build_model(scene);
   const SweepRow row = run_row(model);
   EXPECT_EQ(row.verdict.outcome, Outcome::kLost) << in_words(row.verdict);

@@ -11,6 +11,7 @@
 #include "engine/scenes/pressed_pulp.h"
 #include "tests/support/algebra.h"
 #include "tests/support/scenes.h"
+#include "tests/support/three_fingers.h"
 
 namespace thenar::pulp_levels_test {
 namespace {

@@ -41,11 +41,13 @@ SurfaceCompliance half_space(Index contacts, std::mt19937& random) {
 
 /// Fingers of these numbers of contacts on one object.
 struct RandomGroups : FactoredContacts {
-  RandomGroups(const std::vector<Index>& sizes, bool compliant, std::mt19937& random, bool soft = false) {
+  RandomGroups(const std::vector<Index>& sizes, bool compliant, std::mt19937& random, bool soft = false,
+               bool fifth = false) {
     for (const Index size : sizes) begin.push_back(begin.back() + size);
     const Index n = begin.back();
     // More rows than the contacts have, as a workspace of some capacity holds them.
     J_own = random_matrix(3 * n + 6, GroupedDelassus::kOwn, random);
+    if (fifth) J_fifth = random_matrix(3 * n + 6, 1, random);
     J_common.setZero(3 * n + 6, GroupedDelassus::kPadded);
     J_common.leftCols<6>() = random_matrix(3 * n + 6, 6, random);
     if (compliant) {
@@ -83,7 +85,7 @@ TEST(GroupedDelassus, SolvesTheProblemThatItsFactorsMake) {
   for (unsigned seed = 0; seed < 40; ++seed) {
     SCOPED_TRACE(seed);
     std::mt19937 random(seed);
-    const RandomGroups problem(kSizes[seed % kSizes.size()], true, random, seed >= 20);
+    const RandomGroups problem(kSizes[seed % kSizes.size()], true, random, seed >= 20, seed % 2 == 1);
     const Index n = problem.contacts();
     const GroupedDelassus W = problem.operator_of();
     const ContactData dense{problem.dense(), problem.delta_free, problem.mu};
@@ -107,10 +109,34 @@ TEST(GroupedDelassus, SolvesTheProblemThatItsFactorsMake) {
         const Index first = 3 * W.begin[k], rows = 3 * W.begin[k + 1] - first;
         const VectorXd own =
             W.own_mobility * problem.J_own.middleRows(first, rows).transpose() * f.segment(first, rows);
-        EXPECT_LE((work.own_motion.col(k) - own).norm(), 1e-13 * (1e-6 + f.norm()) * problem.J_own.norm());
+        EXPECT_LE((work.own_motion.col(k).head<4>() - own).norm(), 1e-13 * (1e-6 + f.norm()) * problem.J_own.norm());
+        const double fifth = seed % 2 == 1 ? problem.J_fifth.segment(first, rows).dot(f.segment(first, rows)) : 0.0;
+        EXPECT_NEAR(work.own_motion(4, k), W.own_mobility * fifth, 1e-13 * (1e-6 + f.norm()) * problem.J_own.norm());
       }
     }
   }
+}
+
+// A fifth freedom of the groups' bodies adds its own products to W, group by group, and to the blocks that sweeps
+// see: 1e-6 of single precision.
+TEST(GroupedDelassus, AFifthFreedomIsAColumnMore) {
+  std::mt19937 random(2);
+  RandomGroups problem({4, 0, 5}, true, random, false, true);
+  const Index n = problem.contacts();
+  GroupedWorkspace work = problem.workspace();
+  VectorXd f = VectorXd::Zero(3 * n), delta(3 * n);
+  ASSERT_EQ(solve_contacts(problem, {1e-8, 2000}, work, {f, delta}).status, SolveStatus::kConverged);
+  const MatrixXd with = problem.dense();
+  const VectorXd column = std::exchange(problem.J_fifth, VectorXd()).head(3 * n);
+  MatrixXd added = with - problem.dense();
+  for (const auto& group : work.sweeps.groups) {
+    const Index first = 3 * group.begin, rows = 3 * (group.end - group.begin);
+    const auto own = column.segment(first, rows);
+    added.block(first, first, rows, rows) -= problem.own_mobility * own * own.transpose();
+    const MatrixXd block = work.sweeps.block(group).topRows(rows).cast<double>();
+    EXPECT_LE((block - with.block(first, first, rows, rows)).norm(), 1e-6 * with.norm());
+  }
+  EXPECT_LE(added.norm(), 1e-14 * with.norm());
 }
 
 // C of the header stands in W's diagonal blocks, times s: W with it less W without. The surface motion is its product

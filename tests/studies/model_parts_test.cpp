@@ -14,6 +14,7 @@
 #include "engine/scenes/scene_file.h"
 #include "tests/support/scenes.h"
 #include "tests/support/scratch.h"
+#include "tests/support/three_fingers.h"
 
 namespace thenar::model_parts_test {
 namespace {

@@ -39,7 +39,7 @@ Scene pressed_thumb(double depth_m, const Eigen::Vector3d& force_C, double trans
   Scene scene = scene_of("box_grasp", {"object.shape={box: [20 mm, 20 mm, 20 mm]}", "object.points=3000"});
   scene.control.reset();
   scene.task = {};
-  scene.torques = JointVector::Zero();
+  scene.torques = scene.hand.at_zero();
   scene.joint_viscosity = 1e9;
   scene.object.rotation_damping = 1e9;
   scene.object.translation_damping = translation_damping;
