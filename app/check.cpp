@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <functional>
 #include <sstream>
 #include <vector>
 
@@ -175,6 +177,16 @@ void describe_levels(const Scene& scene, std::ostream& out) {
   if (used > levels.back().level) out << fmt::format("{:18}{:>6}  used: {}\n", "", used, why);
 }
 
+/// The gain of the force control, finger by finger where they differ.
+std::string gains_in_words(const Scene& scene) {
+  std::vector<double> gains;
+  for (int k = 0; k < scene.hand.fingers(); ++k) gains.push_back(force_gain(scene, k));
+  if (std::ranges::adjacent_find(gains, std::not_equal_to<>()) == gains.end()) gains.resize(1);
+  std::string all;
+  for (const double gain : gains) all += fmt::format("{}{:g}", all.empty() ? "" : ", ", gain);
+  return all;
+}
+
 void describe_control(const Scene& scene, std::ostream& out) {
   if (!scene.control) {
     out << "  drive           given joint torques\n";
@@ -185,7 +197,7 @@ void describe_control(const Scene& scene, std::ostream& out) {
   const double mu_c = scene.control->grasp_friction;
   out << "  control         with every frame: PID, grasp forces (" << (pyramids ? "pyramids" : "exact cones")
       << ", mu_c " << mu_c << "), " << (feedforward ? "feedforward law" : "law of the paper") << ", gain "
-      << force_gain(scene) << " N m/rad" << (scene.control->gain ? "" : " (auto)") << "\n"
+      << gains_in_words(scene) << " N m/rad" << (scene.control->gain ? "" : " (auto)") << "\n"
       << "  drive           "
       << (scene.control->muscles ? std::to_string(scene.hand.muscles.size()) + " muscles" : "joint torques") << "\n";
   if (scene.control->posture_Nm_per_rad) {

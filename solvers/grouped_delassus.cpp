@@ -42,7 +42,7 @@ template <bool kCompliant, typename Jacobian, typename Block>
 void fill_columns(const Jacobian& J, const GroupedDelassus& W, Index k, const GroupedWorkspace& work, Index c,
                   Block& block) {
   const auto& E = work.axes;
-  const float s = static_cast<float>(W.compliance_scale);
+  const float s = static_cast<float>(W.scale(k));
   Eigen::Matrix3f E_j;  // s E_j', and s E_j' p_j
   Eigen::Vector3f p_j, s_j;
   if constexpr (kCompliant) {
@@ -236,7 +236,7 @@ void give_way(const GroupedDelassus& W, Index k, const VectorRef& f, GroupedWork
     work.loads.push_back(load);
   }
   constexpr int kRows = 4;
-  const double s = W.compliance_scale;
+  const double s = W.scale(k);
   Index i = 0;
   for (; i + kRows <= contacts; i += kRows) {
     give_way_rows<kRows>(C, W.axes, first, s, i, work.loads, work.surface_motion);
@@ -380,7 +380,7 @@ void GroupedDelassus::to_dense(Eigen::Ref<Eigen::MatrixXd> W) const {
       const auto fifth = J_fifth.segment(first, rows);
       W_k.middleCols<3>(c) += fifth.lazyProduct(own_mobility * fifth.segment<3>(c).transpose());
     }
-    if (!compliance.empty()) add_compliance(compliance[k], axes, begin[k], compliance_scale, W_k);
+    if (!compliance.empty()) add_compliance(compliance[k], axes, begin[k], scale(k), W_k);
   }
   if (common_compliance) add_compliance(common_compliance, W);
 }

@@ -79,10 +79,14 @@ struct GroupedDelassus {
   std::span<const SurfaceCompliance> compliance;  ///< Of each group; empty: none.
   const Axes& axes;                               ///< Rows E_i', 3n x 3 or more rows.
   double compliance_scale = 1.0;                  ///< s.
+  std::span<const double> group_scale = {};       ///< What s is times, group by group; empty: 1.
   SharedCompliance common_compliance = {};
   std::int64_t edition = -1;  ///< The same in two calls: of the same contacts and compliance. < 0: unlike any other.
 
   [[nodiscard]] Eigen::Index groups() const { return std::ssize(begin) - 1; }
+  [[nodiscard]] double scale(Eigen::Index k) const {
+    return group_scale.empty() ? compliance_scale : compliance_scale * group_scale[k];
+  }
   [[nodiscard]] Eigen::Index contacts() const { return begin.back(); }
   /// W as one matrix, 3n x 3n. Does not allocate.
   void to_dense(Eigen::Ref<Eigen::MatrixXd> W) const;

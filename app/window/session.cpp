@@ -291,7 +291,7 @@ void Session::Impl::reset() {
   if (!can_run) note = "no grasp forces hold the object at the start: change the scene, or reset";
   pairing = Pairing([this](const ContactSample& sample, const ControlSample& control) { return see(sample, control); });
   pairing.start(first_control());
-  last_tick = tick_record(model, grasp->state(), TickReport{}, grasp->first_control());
+  last_tick = tick_record(model, grasp->state(), TickReport(model.scene.hand), grasp->first_control());
   still_shown = false;
 }
 

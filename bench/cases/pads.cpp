@@ -71,6 +71,7 @@ Scene scene_of(const Pads& pads) {
       Joint& joint = scene.hand.joints[j];
       joint.axis = axis;
       joint.origin_m = segment.X_WS_0.translation() + kArm_m * axis.cross(pads.inward[k]);
+      joint.lower_rad = -1.0, joint.upper_rad = 1.0;
       torques[j] = kArm_m * pads.force_N[k];
     }
   }

@@ -186,7 +186,7 @@ TickReport PlainTick::tick(const Frame& frame, State& state) {
   const Mobility m = mobility(model_.scene);
   forward_kinematics(model_.scene.hand, state.q, pose_);
   contact_kinematics(model_, frame, pose_, state, now_);
-  TickReport report;
+  TickReport report(model_.scene.hand);
   report.sequence = frame.sequence;
   report.frame_age = state.tick - frame.tick;
   if (frame.sequence != sequence_) {
@@ -204,7 +204,7 @@ TickReport PlainTick::tick(const Frame& frame, State& state) {
     report.solve = solve(frame, state, dq, dx);
   }
   find_motion(delassus_operator(model_, frame, now_, m), f_, motion_);
-  add_joint_motion(model_.scene.hand, motion_, dq);
+  add_joint_motion(model_.scene.hand, m, motion_, dq);
   dx += motion_.common_motion.head<6>();
   ++state.tick;
   if (!dq.allFinite() || !dx.allFinite()) {

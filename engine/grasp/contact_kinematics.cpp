@@ -1,6 +1,7 @@
 #include "engine/grasp/contact_kinematics.h"
 
 #include <algorithm>
+#include <array>
 
 #include "engine/grasp/object_compliance.h"
 
@@ -11,9 +12,27 @@ using Eigen::Isometry3d;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
+namespace {
+
+/// The first four columns of finger_jacobian(), of any finger, without a size to ask for. A function of its own: where
+/// the compiler sees through it, it rounds otherwise.
+[[gnu::noinline]] Eigen::Matrix<double, 3, 4> four_columns(const Fingertip& tip, const HandPose& pose,
+                                                           const Vector3d& point_m) {
+  Eigen::Matrix<double, 3, 4> J;
+  for (int j = 0; j < 4; ++j) {
+    const int i = std::min(tip.first_joint + j, kMaxHandJoints - 1);
+    J.col(j) = pose.axis[i].cross(point_m - pose.origin_m[i]);
+  }
+  for (int j = tip.joints; j < 4; ++j) J.col(j).setZero();
+  return J;
+}
+
+}  // namespace
+
 ContactKinematics::ContactKinematics(const Model& model)
     : gap_m(model.max_contacts),
       J_finger(3 * model.max_contacts, 4),
+      J_mobile(3 * model.max_contacts, 4),
       J_object(GroupedDelassus::CommonJacobian::Zero(3 * model.max_contacts, GroupedDelassus::kPadded)),
       E_W(model.max_contacts),
       E_F(model.max_contacts),
@@ -21,8 +40,14 @@ ContactKinematics::ContactKinematics(const Model& model)
   const auto& tips = model.scene.hand.fingertips;
   if (std::any_of(tips.begin(), tips.end(), [](const Fingertip& tip) { return tip.joints > 4; })) {
     J_fifth.setZero(3 * model.max_contacts);
+    J_fifth_mobile = J_fifth;
   }
   if (model.deformable()) pulp_axes.setZero(3 * model.max_contacts, 3);
+  if (std::any_of(model.pulps.begin(), model.pulps.end(), [&](const Pulp& pulp) {
+        return pulp.material.relaxation_s != model.pulps.front().material.relaxation_s;
+      })) {
+    pulp_share = PerFinger<double>(model.fingers());
+  }
   if (!model.soft_object()) return;
   object_tensors.setZero(3 * model.max_contacts, 3);
   u_O.setZero(model.max_contacts, 3);
@@ -33,6 +58,7 @@ void contact_kinematics(const Model& model, const Frame& frame, const HandPose& 
                         ContactKinematics& kinematics) {
   object_displacements(model, frame, state, kinematics.u_O);
   for (int k = 0; k < model.fingers(); ++k) {
+    const Fingertip& tip = model.scene.hand.fingertips[k];
     const Isometry3d& X_WF = pose.distal(model.scene.hand, k);
     const Isometry3d X_FO = X_WF.inverse() * state.X_WO;
     for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
@@ -53,9 +79,9 @@ void contact_kinematics(const Model& model, const Frame& frame, const HandPose& 
         kinematics.u_object_m.col(i) = E_O.transpose() * u_O;
       }
       kinematics.c_W[i] = c_W;
-      const FingerJacobian J = finger_jacobian(model.scene.hand, pose, k, c_W);
-      kinematics.J_finger.middleRows<3>(3 * i).noalias() = -E_W.transpose() * J.leftCols<4>();
+      kinematics.J_finger.middleRows<3>(3 * i).noalias() = -E_W.transpose() * four_columns(tip, pose, c_W);
       if (kinematics.J_fifth.size() > 0) {
+        const FingerJacobian J = finger_jacobian(model.scene.hand, pose, k, c_W);
         kinematics.J_fifth.segment<3>(3 * i) = J.cols() > 4 ? Vector3d(-E_W.transpose() * J.col(4)) : Vector3d::Zero();
       }
       for (int axis = 0; axis < 3; ++axis) {

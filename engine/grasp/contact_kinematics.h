@@ -20,6 +20,8 @@ struct ContactKinematics {
   Eigen::VectorXd gap_m;                     ///< Deformed; capacity.
   GroupedDelassus::OwnJacobian J_finger;     ///< Rows -E' J_k; 3 capacity x 4.
   Eigen::VectorXd J_fifth;                   ///< Its fifth column, where a finger has five joints; else none.
+  GroupedDelassus::OwnJacobian J_mobile;     ///< J_finger as W has it where joints differ: see Mobility::root.
+  Eigen::VectorXd J_fifth_mobile;            ///< J_fifth likewise.
   GroupedDelassus::CommonJacobian J_object;  ///< Rows E' [I, -[r]x, 0 0]; 3 capacity x 6, padded to 8.
   std::vector<Eigen::Matrix3d> E_W;          ///< Columns n, t1, t2, world axes.
   std::vector<Eigen::Matrix3d> E_F;          ///< The same in the distal frame.
@@ -27,6 +29,7 @@ struct ContactKinematics {
   /// Rows E_F', 3 capacity x 3, none for rigid fingertips: the axes of the pulps' compliance. The solver presses in
   /// them and deform() commits u in them: in other axes a finger that sticks would walk.
   GroupedDelassus::Axes pulp_axes;
+  PerFinger<double> pulp_share;  ///< (1 - rho) of each pulp over that of the first; no entries: they are alike.
   // Of a soft object alone:
   GroupedDelassus::Axes object_tensors;  ///< Rows E_O' T; E_O columns n, t1, t2 in the object frame.
   Eigen::MatrixX3d u_O;                  ///< u_o, object frame; capacity x 3.

@@ -329,7 +329,7 @@ PerFinger<double> finger_travel_m(const Model& model, const HandPose& pose, cons
     const Vector3d centre_m = pose.distal(scene.hand, k) * tip.centre_m;
     FingerVector dq = scene.hand.of_finger(k, frame.torque_Nm);
     if (load.normal_N > 0.0) dq -= finger_jacobian(scene.hand, pose, k, load.centre_m).transpose() * load.force_N;
-    dq *= time_s / scene.joint_viscosity;
+    dq *= time_s / scene.viscosity(k);
     Vector3d turn = -dx.tail<3>();
     for (int j = 0; j < tip.joints; ++j) turn += dq[j] * pose.axis[tip.first_joint + j];
     const Vector3d own = velocity(finger_jacobian(scene.hand, pose, k, centre_m), dq);

@@ -36,6 +36,7 @@ struct RigidMotion {
 RigidMotion viscous_motion(const Mobility& mobility, const JointVector& torque, const Vector6d& wrench) {
   RigidMotion motion;
   motion.dq = mobility.joint * torque;
+  if (mobility.root.size() > 0) motion.dq.array() *= mobility.root.array().square();
   motion.dx.head<3>() = mobility.translation * wrench.head<3>();
   motion.dx.tail<3>() = mobility.rotation * wrench.tail<3>();
   return motion;
@@ -171,18 +172,58 @@ void report_contacts(const Frame& frame, const ContactWorkspace& work, TickRepor
   }
 }
 
+/// The forces of contact and of the joints' stops, and how they and the drive move the bodies.
+RigidMotion solve_motion(const Model& model, const Frame& frame, const Drive& drive, const State& state,
+                         ContactWorkspace& work, TickReport& report) {
+  constexpr int kMostSolves = 8;  // Bounds the time of a tick in which many joints meet their stops.
+  const Hand& hand = model.scene.hand;
+  work.stops.released.fill(false);
+  RigidMotion motion;
+  for (int solves = 1;; ++solves) {
+    work.mobility = drive.mobility;
+    stop_joints(hand, work.stops, work.mobility);
+    set_shares(model, frame, work.mobility, work.kinematics);
+    const GroupedDelassus W = delassus_operator(model, frame, work.kinematics, work.mobility);
+    motion = viscous_motion(drive.mobility, drive.torque, drive.wrench);
+    move_to_stops(hand, work.stops, state.q, motion.dq);
+    free_gaps_and_slips(model, frame, state, motion, work);
+    work.f_first.head(3 * frame.size()) = work.f.head(3 * frame.size());
+    report.solve = find_forces(model, frame, W, work);
+    add_joint_motion(hand, work.mobility, work.solver, motion.dq);
+    motion.dx += work.solver.common_motion.head<6>();
+    report.stop_Nm =
+        stop_torques(hand, work.stops, frame, work.kinematics, drive.mobility, drive.torque, motion.dq, work.f);
+    if (solves == kMostSolves) break;
+    if (!change_stops(hand, state.q, motion.dq, report.stop_Nm, work.stops)) break;
+  }
+  end_at_stops(hand, state.q, motion.dq);
+  return motion;
+}
+
 /// The bodies' part of the ledger: the drive is taken at the end of the step, as the springs are.
 void book_motion(const Scene& scene, const Drive& drive, const State& state, const RigidMotion& motion,
-                 Ledger& ledger) {
+                 TickReport& report) {
+  Ledger& ledger = report.ledger;
   const Spring spring = scene.task.spring.value_or(Spring{});
   const double joints = motion.dq.squaredNorm(), way = motion.dx.head<3>().squaredNorm(),
                turn = motion.dx.tail<3>().squaredNorm();
   ledger.drive_J = drive.torque.dot(motion.dq) + drive.wrench.dot(motion.dx) -
                    (state.held ? kHoldStiffness : 0.0) * joints - spring.translation_N_per_m * way -
                    spring.rotation_Nm_per_rad * turn;
+  double joints_J_s = scene.joint_viscosity * joints;
+  if (drive.mobility.root.size() > 0) {
+    joints_J_s = 0.0;
+    for (int k = 0; k < scene.hand.fingers(); ++k) {
+      const Fingertip& tip = scene.hand.fingertips[k];
+      joints_J_s += scene.viscosity(k) * motion.dq.segment(tip.first_joint, tip.joints).squaredNorm();
+    }
+  }
   ledger.viscous_J =
-      (scene.joint_viscosity * joints + scene.object.translation_damping * way + scene.object.rotation_damping * turn) /
-      scene.step_s;
+      (joints_J_s + scene.object.translation_damping * way + scene.object.rotation_damping * turn) / scene.step_s;
+  for (Index j = 0; j < motion.dq.size(); ++j) {
+    const double work_J = report.stop_Nm[j] * motion.dq[j];
+    (work_J > 0.0 ? ledger.injected_J : ledger.dissipated_J) += std::abs(work_J);
+  }
 }
 
 /// Elastic energy a step later of a body that was moved by u = rho u + (1 - rho) C f. With phi the force that holds u,
@@ -191,10 +232,13 @@ double elastic_energy(double energy_J, double rho, double f_u_before_J, double f
   return rho * rho * energy_J + 0.5 * (1.0 - rho) * (f_u_after_J + rho * f_u_before_J);
 }
 
-/// The deformation's part, when u has moved with the memory rho of the pulps and rho_object of a soft object; and their
-/// energies.
-void book_deformation(const Model& model, const Frame& frame, const ContactWorkspace& work, double rho,
-                      double rho_object, State& state, Ledger& ledger) {
+/// The deformation's part, when u has moved by a step, or `at_once` as far as the forces press it; and the energies of
+/// the pulps and of a soft object.
+void book_deformation(const Model& model, const Frame& frame, const ContactWorkspace& work, bool at_once, State& state,
+                      Ledger& ledger) {
+  const auto memory = [&](const PulpMaterial& material) {
+    return at_once ? 0.0 : retained_share(material, model.scene.step_s);
+  };
   double object_before_J = 0.0, object_after_J = 0.0;
   for (int k = 0; k < model.fingers(); ++k) {
     double before_J = 0.0, after_J = 0.0;
@@ -210,12 +254,14 @@ void book_deformation(const Model& model, const Frame& frame, const ContactWorks
     }
     // Kept as that of the pulp without load, whose compliance is no frame's.
     double& energy_J = state.pulp_energy_J[k];
-    energy_J = elastic_energy(energy_J, rho, frame.softness[k] * before_J, frame.softness[k] * after_J);
+    energy_J = elastic_energy(energy_J, memory(model.pulps[k].material), frame.softness[k] * before_J,
+                              frame.softness[k] * after_J);
     ledger.deformation_J += after_J - before_J;
     ledger.stored_J += energy_J / frame.softness[k];
   }
   if (!model.soft_object()) return;
-  state.object_energy_J = elastic_energy(state.object_energy_J, rho_object, object_before_J, object_after_J);
+  state.object_energy_J =
+      elastic_energy(state.object_energy_J, memory(*model.scene.object.compliance), object_before_J, object_after_J);
   ledger.deformation_J += object_after_J - object_before_J;
   ledger.stored_J += state.object_energy_J;
 }
@@ -255,24 +301,26 @@ void press_in(const Model& model, const Frame& frame, ContactWorkspace& work, St
   if (n == 0 || gaps_m.minCoeff() >= 0.0) return;
   // One tick of bodies that nothing moves. To have all of C f and C_o f, forces are taken by the shares that
   // deformation gains of them in a tick.
-  const double share = 1.0 - retained_share(model.pulps.front().material, model.scene.step_s);
   const double object_share =
       model.soft_object() ? 1.0 - retained_share(*model.scene.object.compliance, model.scene.step_s) : 1.0;
   GroupedDelassus W = delassus_operator(model, frame, work.kinematics, {0.0, 0.0, 0.0});
   W.compliance_scale = object_share;
+  W.group_scale = {};
   work.delta_free.head(3 * n).setZero();
   for (Index i = 0; i < n; ++i) work.delta_free[3 * i] = gaps_m[i];
   if (find_forces(model, frame, W, work).status == SolveStatus::kNotFinite) return;
-  auto f = work.f.head(3 * n);
   note_points(frame, work.kinematics, state, work.f, work.patches);
   if (model.soft_object()) remember_loads(model, frame, work.kinematics.object_tensors, work.f, state);
-  f *= object_share / share;
-  for (int k = 0; k < model.fingers(); ++k)
+  for (int k = 0; k < model.fingers(); ++k) {
+    const double share = 1.0 - retained_share(model.pulps[k].material, model.scene.step_s);
+    auto f_k = work.f.segment(3 * frame.begin[k], 3 * (frame.begin[k + 1] - frame.begin[k]));
+    f_k *= object_share / share;
     deform(model, frame, work.kinematics, k, work.f, work.solver.surface_motion, work.loads, state);
-  f *= share;
+    f_k *= share;
+  }
   find_displacements(model, frame, work.kinematics, work.pose, state, work.patches);
   Ledger start;
-  book_deformation(model, frame, work, 0.0, 0.0, state, start);
+  book_deformation(model, frame, work, true, state, start);
 }
 
 }  // namespace
@@ -288,10 +336,9 @@ void Ledger::add(const Ledger& tick) {
 
 TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace& work, State& state,
                         const TickInput& input) noexcept {
-  TickReport report(model.fingers());
+  TickReport report(model.scene.hand);
   Stopwatch watch;
   const Scene& scene = model.scene;
-  const Index n = frame.size();
   report.sequence = frame.sequence;
   report.frame_age = state.tick - frame.tick;
   report.handed_over = frame.sequence != work.sequence;
@@ -317,17 +364,10 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
   contact_kinematics(model, frame, work.pose, state, work.kinematics);
   // A scene that starts pressed has not been pushed out yet.
   if (!starts) report_left_out(model, frame, work, state, report);
-  work.mobility = drive.mobility;
-  const GroupedDelassus W = delassus_operator(model, frame, work.kinematics, work.mobility);
   report.assemble_s = watch.lap();
 
-  const RigidMotion free = viscous_motion(drive.mobility, drive.torque, drive.wrench);
-  free_gaps_and_slips(model, frame, state, free, work);
-  work.f_first.head(3 * n) = work.f.head(3 * n);
-  report.solve = find_forces(model, frame, W, work);
+  const RigidMotion motion = solve_motion(model, frame, drive, state, work, report);
   report_contacts(frame, work, report);
-  RigidMotion motion{free.dq, free.dx + work.solver.common_motion.head<6>()};
-  add_joint_motion(scene.hand, work.solver, motion.dq);
   note_points(frame, work.kinematics, state, work.f, work.patches);
   const bool moved = report.solve.status != SolveStatus::kNotFinite && commit(model, frame, work, motion, state);
   ++state.tick;
@@ -337,7 +377,7 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
     report.ledger = {};
     return report;
   }
-  book_motion(scene, drive, state, motion, report.ledger);
+  book_motion(scene, drive, state, motion, report);
   if (model.deformable()) {
     for (int k = 0; k < model.fingers(); ++k)
       deform(model, frame, work.kinematics, k, work.f, work.solver.surface_motion, work.loads, state);
@@ -346,9 +386,7 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
   pose_hand(scene, state.q, work);
   find_displacements(model, frame, work.kinematics, work.pose, state, work.patches);
   if (model.deformable()) {
-    book_deformation(model, frame, work, retained_share(model.pulps.front().material, scene.step_s),
-                     model.soft_object() ? retained_share(*scene.object.compliance, scene.step_s) : 0.0, state,
-                     report.ledger);
+    book_deformation(model, frame, work, false, state, report.ledger);
   }
   for (int k = 0; k < model.fingers(); ++k) {
     report.patch[k] = patch_report(work.patches.of_finger(k), state.load[k], scene.contact.friction, scene.step_s);

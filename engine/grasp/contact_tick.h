@@ -43,7 +43,7 @@ struct Ledger {
 /// What one contact tick returns by value.
 struct TickReport {
   TickReport() = default;
-  explicit TickReport(int fingers) : left_out_m(fingers), patch(fingers) {}
+  explicit TickReport(const Hand& hand) : left_out_m(hand.fingers()), patch(hand.fingers()), stop_Nm(hand.at_zero()) {}
 
   SolveReport solve;
   std::int64_t sequence = -1;  ///< Of the frame used.
@@ -59,6 +59,7 @@ struct TickReport {
   double penetration_m = 0.0;
   PerFinger<double> left_out_m;  ///< Of the latter alone, by finger; 0: none is in the object.
   PerFinger<PatchReport> patch;
+  JointVector stop_Nm;      ///< What the stops at the ends of the joints' ranges bear: see JointStops.
   double assemble_s = 0.0;  ///< Hand-over, drive, gaps and Jacobians: what W is made of.
   double solve_s = 0.0;     ///< Free motion, Gauss-Seidel and commit.
   double deform_s = 0.0;    ///< Deformation, and what the patches did.

@@ -8,6 +8,7 @@
 #include "engine/grasp/compliance.h"
 #include "engine/grasp/delassus.h"
 #include "engine/grasp/frame.h"
+#include "engine/grasp/joint_stops.h"
 #include "engine/grasp/model.h"
 #include "engine/grasp/patches.h"
 #include "engine/grasp/state.h"
@@ -39,7 +40,8 @@ struct ContactWorkspace {
   Eigen::VectorXd old_offset_m;        ///< The last frame's.
   Eigen::VectorXd delta_free, delta, f, mu;
   Eigen::VectorXd f_first;  ///< What the last solve began with: the forces of the tick before it.
-  Mobility mobility{};      ///< Of the last tick's bodies.
+  Mobility mobility{};      ///< Of the last tick's bodies; none of joints at their stops.
+  JointStops stops;         ///< Of the last tick.
   GroupedWorkspace solver;
   JointVector torque_Nm;               ///< What drove the fingers in the last tick.
   JointVector resumed_Nm;              ///< What is left of the step in the drive when a hold ended.

@@ -82,13 +82,15 @@ double finger_gap_m(const Model& model, const HandPose& pose, const Snapshot& sn
 ForceFilter::ForceFilter(const Model& model)
     : stiffness_(model.scene.control->pulp_normal_N_per_m, model.scene.control->pulp_tangential_N_per_m,
                  model.scene.control->pulp_tangential_N_per_m),
-      relaxation_s_(model.scene.fingertips ? model.scene.fingertips->material.relaxation_s : 0.0),
-      y_C_(FingerForces::Zero(3, model.fingers())) {}
+      relaxation_s_(model.fingers()),
+      y_C_(FingerForces::Zero(3, model.fingers())) {
+  for (std::size_t k = 0; k < model.pulps.size(); ++k) relaxation_s_[k] = model.pulps[k].material.relaxation_s;
+}
 
 FingerForces ForceFilter::update(const PerFinger<GraspContact>& contacts, const FingerForces& error, double period_s) {
   FingerForces y(3, y_C_.cols());
-  const double lag = relaxation_s_ / period_s;
   for (Eigen::Index k = 0; k < y.cols(); ++k) {
+    const double lag = relaxation_s_[k] / period_s;
     const Vector3d error_C = contacts[k].axes.transpose() * error.col(k);
     y_C_.col(k) = (lag * y_C_.col(k) + error_C.cwiseQuotient(stiffness_)) / (1.0 + lag);
     y.col(k) = contacts[k].axes * y_C_.col(k);
@@ -96,11 +98,11 @@ FingerForces ForceFilter::update(const PerFinger<GraspContact>& contacts, const 
   return y;
 }
 
-double force_gain(const Scene& scene) {
+double force_gain(const Scene& scene, int finger) {
   // Sampled with a period and a delay, the loop is stable up to about 2 b / (period + delay). A third of that settles
   // within two periods; with a delay the lag behind a moving target grows, and more than half of it errs less.
   const double period_s = scene.control_period_s;
-  return scene.control->gain.value_or(2.0 * scene.joint_viscosity *
+  return scene.control->gain.value_or(2.0 * scene.viscosity(finger) *
                                       std::min(0.3 / period_s, 0.6 / (period_s + scene.control_delay_s)));
 }
 
@@ -133,20 +135,24 @@ JointVector desired_torques(const Model& model, const JointVector& q, const Hand
                             const FingerForces& y) {
   const Hand& hand = model.scene.hand;
   const bool feedforward = model.scene.control->law == ControlLaw::kFeedforward;
-  const double K = force_gain(model.scene);
   JointVector tau = hand.at_zero();
   if (feedforward) tau = gravity_torques(hand, pose, model.scene.gravity);
   for (int k = 0; k < model.fingers(); ++k) {
     const Fingertip& tip = hand.fingertips[k];
     const FingerJacobian J = finger_jacobian(hand, pose, k, contacts[k].point_m);
-    auto tau_k = tau.segment(tip.first_joint, tip.joints);
-    const auto J_k = J.leftCols(tip.joints);
-    tau_k += K * J_k.transpose() * damped(squared(J)).ldlt().solve(y.col(k));
-    if (feedforward) tau_k += J_k.transpose() * f_desired.col(k);
+    const Vector3d pulled = damped(squared(J)).ldlt().solve(y.col(k));
+    FingerVector tau_k = hand.of_finger(k, tau);
+    tau_k.head<4>() += force_gain(model.scene, k) * J.leftCols<4>().transpose() * pulled;
+    if (feedforward) tau_k.head<4>() += J.leftCols<4>().transpose() * f_desired.col(k);
+    if (tip.joints > 4) {
+      tau_k[4] +=
+          force_gain(model.scene, k) * J.col(4).dot(pulled) + (feedforward ? J.col(4).dot(f_desired.col(k)) : 0.0);
+    }
     if (const auto stiffness = model.scene.control->posture_Nm_per_rad) {
       const FingerVector error = hand.of_finger(k, model.scene.posture - q);
-      tau_k += posture_torques(J, tip.joints, *stiffness, error).head(tip.joints);
+      tau_k += posture_torques(J, tip.joints, *stiffness, error);
     }
+    tau.segment(tip.first_joint, tip.joints) = tau_k.head(tip.joints);
   }
   return tau;
 }
@@ -160,7 +166,7 @@ double predicted_paper_law_error(const Model& model, const HandPose& pose, const
   for (int k = 0; k < model.fingers(); ++k) {
     const FingerJacobian J = finger_jacobian(model.scene.hand, pose, k, contacts[k].point_m);
     const Matrix3d& E = contacts[k].axes;
-    const Matrix3d S = E * stiffness.asDiagonal() * E.transpose() * squared(J) / force_gain(model.scene);
+    const Matrix3d S = E * stiffness.asDiagonal() * E.transpose() * squared(J) / force_gain(model.scene, k);
     const Vector3d error = (Matrix3d::Identity() + S).inverse() * (S * f_desired.col(k));
     sum += error.norm() / f_desired.col(k).norm();
   }

@@ -53,14 +53,14 @@ class ForceFilter {
   FingerForces update(const PerFinger<GraspContact>& contacts, const FingerForces& error, double period_s);
 
  private:
-  Eigen::Vector3d stiffness_;  ///< K_n, K_t, K_t [N/m].
-  double relaxation_s_;        ///< nu = relaxation * K.
-  FingerForces y_C_;           ///< Contact axes [m].
+  Eigen::Vector3d stiffness_;       ///< K_n, K_t, K_t [N/m].
+  PerFinger<double> relaxation_s_;  ///< nu = relaxation * K; 0 of a rigid fingertip.
+  FingerForces y_C_;                ///< Contact axes [m].
 };
 
 /// K of eq. (22): the scene's, or 0.3 times the stability bound 2 b / (control period), and not more than 0.6 times the
 /// bound 2 b / (control period + control delay) of late frames.
-[[nodiscard]] double force_gain(const Scene& scene);
+[[nodiscard]] double force_gain(const Scene& scene, int finger);
 
 /// What keeps a finger's posture where its fingertip leaves its `joints` free: K Z Z'(q_0 - q), Z the unit directions
 /// with J Z = 0, one for each joint more than three, for an `error` q_0 - q and a `stiffness` K [N m/rad]. It does no

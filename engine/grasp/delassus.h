@@ -15,13 +15,21 @@ struct Mobility {
   double joint;        ///< [rad/(N m)]
   double translation;  ///< [m/N]
   double rotation;     ///< [rad/(N m)]
+  /// Joints that differ have the mobility joint root_j^2, one that is stopped none. Empty: all are 1.
+  JointVector root = {};
+
+  [[nodiscard]] double of_joint(Eigen::Index j) const { return root.size() == 0 ? joint : joint * root[j] * root[j]; }
 };
 
 /// The scene's, with the stiffness of the springs on each joint [N m/rad].
 [[nodiscard]] Mobility mobility(const Scene& scene, double joint_stiffness = 0.0);
 
+/// Makes what the operators below need where fingers differ: J_mobile, of the roots of a mobility that has them, and
+/// what the pulps of a hand with several materials gain in a step.
+void set_shares(const Model& model, const Frame& frame, const Mobility& mobility, ContactKinematics& kinematics);
+
 /// W(h) = J_c h B^-1 J_c' + (1 - rho) C of eqs. (31, 36): the Delassus operator of a step h, in factors [m/N]. It
-/// refers to the frame and the kinematics.
+/// refers to the frame and the kinematics, whose shares belong to this mobility.
 [[nodiscard]] GroupedDelassus delassus_operator(const Model& model, const Frame& frame,
                                                 const ContactKinematics& kinematics, const Mobility& mobility);
 
@@ -30,6 +38,6 @@ struct Mobility {
                                              const ContactKinematics& kinematics, const Mobility& mobility);
 
 /// dq += h B^-1 J_c' f: what contact forces move joints by, as a solve left it.
-void add_joint_motion(const Hand& hand, const GroupedWorkspace& solve, JointVector& dq);
+void add_joint_motion(const Hand& hand, const Mobility& mobility, const GroupedWorkspace& solve, JointVector& dq);
 
 }  // namespace thenar

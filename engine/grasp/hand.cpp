@@ -8,6 +8,32 @@ using Eigen::Matrix3d;
 using Eigen::Translation3d;
 using Eigen::Vector3d;
 
+Hand mirrored(Hand hand) {
+  const auto mirror = [](Vector3d& v) { v.z() = -v.z(); };
+  for (Joint& joint : hand.joints) {
+    mirror(joint.origin_m);
+    mirror(joint.axis);
+    joint.axis = -joint.axis;  // of a turn that is mirrored
+  }
+  for (Segment& segment : hand.segments) {
+    mirror(segment.com_m);
+    const Eigen::DiagonalMatrix<double, 3> M(1.0, 1.0, -1.0);
+    segment.X_WS_0.linear() = M * segment.X_WS_0.linear() * M;
+    segment.X_WS_0.translation().z() *= -1.0;
+  }
+  for (Fingertip& tip : hand.fingertips) {
+    mirror(tip.centre_m);
+    mirror(tip.normal);
+  }
+  for (Muscle& muscle : hand.muscles) {
+    for (MuscleCrossing& crossing : muscle.crossings) {
+      mirror(crossing.insertion_m);
+      mirror(crossing.pull);
+    }
+  }
+  return hand;
+}
+
 void forward_kinematics(const Hand& hand, const JointVector& q, HandPose& pose) {
   // chain[k][j]: the displacement that the first j joints of finger k make.
   std::array<std::array<Isometry3d, kMaxFingerJoints + 1>, kMaxFingers> chain;
@@ -31,11 +57,17 @@ void forward_kinematics(const Hand& hand, const JointVector& q, HandPose& pose) 
 
 FingerJacobian finger_jacobian(const Hand& hand, const HandPose& pose, int finger, const Vector3d& point_m) {
   const Fingertip& tip = hand.fingertips[finger];
-  FingerJacobian J = FingerJacobian::Zero(3, std::max(4, tip.joints));
-  for (int j = 0; j < tip.joints; ++j) {
+  FingerJacobian J(3, std::max(4, tip.joints));
+  const auto column = [&](int j) {
     const int i = tip.first_joint + j;
     J.col(j) = pose.axis[i].cross(point_m - pose.origin_m[i]);
+  };
+  if (tip.joints == 4) {  // Of nearly all fingers: unrolled.
+    for (int j = 0; j < 4; ++j) column(j);
+    return J;
   }
+  J.setZero();
+  for (int j = 0; j < tip.joints; ++j) column(j);
   return J;
 }
 

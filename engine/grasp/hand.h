@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -70,6 +71,9 @@ struct Fingertip {
   Eigen::Vector3d centre_m;         ///< Segment frame.
   double radius_m = 0.0;
   Eigen::Vector3d normal;  ///< Mean outward direction of the pulp, unit, segment frame.
+  // What the hand says of this finger; nothing: the scene says it of all.
+  std::optional<double> joint_viscosity;                            ///< b of its joints [N m s].
+  std::optional<double> reduced_modulus_Pa, poisson, relaxation_s;  ///< Of its pulp: see PulpMaterial.
 
   [[nodiscard]] bool has_joint(int joint) const { return joint >= first_joint && joint < first_joint + joints; }
 };
@@ -109,6 +113,10 @@ struct Hand {
     return own;
   }
 };
+
+/// The other hand: the mirror image in the plane z = 0 of the hand frame, with segment frames that are right-handed. The
+/// same joint angles make mirror images of poses, and moment arms are the same.
+[[nodiscard]] Hand mirrored(Hand hand);
 
 /// Where the joints and segments are at some q, world = hand frame.
 struct HandPose {

@@ -149,7 +149,7 @@ struct Scene {
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  ///< World = hand frame.
   Hand hand;
   JointVector posture;                 ///< q at the start.
-  double joint_viscosity = 0.0;        ///< b [N m s].
+  double joint_viscosity = 0.0;        ///< b [N m s], of fingers that have no other: viscosity().
   std::optional<JointVector> torques;  ///< Without control: what drives the joints [N m].
   std::optional<FingertipSettings> fingertips;
   ObjectSettings object;
@@ -162,6 +162,8 @@ struct Scene {
   std::vector<std::string> defaults_used;  ///< "key = value" of each value the file left to us.
 
   [[nodiscard]] bool has_muscles() const { return control && control->muscles; }
+  /// b of finger k's joints [N m s].
+  [[nodiscard]] double viscosity(int k) const { return hand.fingertips[k].joint_viscosity.value_or(joint_viscosity); }
 };
 
 }  // namespace thenar

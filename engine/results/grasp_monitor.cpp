@@ -16,8 +16,9 @@ namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kChatterWindow_s = 0.3;
-constexpr double kAnyFriction = 0.01;  // A grasp that so little friction would close is closed by any.
-constexpr std::size_t kMostNamed = 3;  // Limits passed; a reason counts the others.
+constexpr double kStopsWithin_rad = 1e-6;  // Of the ends of their ranges joints come to rest.
+constexpr double kAnyFriction = 0.01;      // A grasp that so little friction would close is closed by any.
+constexpr std::size_t kMostNamed = 3;      // Limits passed; a reason counts the others.
 
 /// The oldest frame that a chatter is looked for at, in ticks: beyond it a frame is held, and no loop goes through it.
 std::size_t most_stride(const Scene& scene) {
@@ -122,7 +123,7 @@ void GraspMonitor::add(const TickRecord& tick) {
   for (std::size_t i = 0; i < joints_.size(); ++i) {
     const Joint& joint = model_.scene.hand.joints[i];
     const double q = tick.q_rad[static_cast<Eigen::Index>(i)];
-    joints_[i].add(tick.time_s, std::max(q - joint.upper_rad, joint.lower_rad - q), q);
+    joints_[i].add(tick.time_s, std::max(q - joint.upper_rad, joint.lower_rad - q) - kStopsWithin_rad, q);
   }
   last_s_ = tick.time_s;
   if (unsolved_ || not_finite_ || loss_ || idle_finger_ ||

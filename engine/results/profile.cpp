@@ -43,7 +43,7 @@ void LoopProfile::begin(const ControlReport& first, const Eigen::VectorXd& muscl
 
 void LoopProfile::add(const ContactSample& sample) {
   const TickReport& tick = sample.step.tick;
-  TickRecord record = tick_record(model_, sample.after, tick, ControlReport{});
+  TickRecord record = tick_record(model_, sample.after, tick, ControlReport(model_.scene.hand));
   sums_.add(record);
   monitor_.add(record);
 

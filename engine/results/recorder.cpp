@@ -51,7 +51,7 @@ void record_control(const ControlReport& control, TickRecord& record) {
 
 TickRecord tick_record(const Model& model, const Snapshot& after, const TickReport& contact,
                        const ControlReport& control) {
-  TickRecord record(model.fingers());
+  TickRecord record(model.scene.hand);
   record.contact = contact;
   for (int k = 0; k < model.fingers(); ++k) {
     record.margin[k] = contact.patch[k].margin;

@@ -23,19 +23,19 @@ struct NormalTangential {
 /// What is kept of one tick, taken after its commit.
 struct TickRecord {
   TickRecord() = default;
-  explicit TickRecord(int fingers)
-      : force(fingers),
-        force_desired(fingers),
-        desired_N(fingers, Eigen::Vector3d::Zero()),
-        force_error_N(fingers),
-        margin(fingers),
-        sliding_share(fingers),
-        creep_m_per_s(fingers),
-        slip_m(fingers),
-        spin_rad(fingers),
-        start_slip_m(fingers),
-        start_spin_rad(fingers),
-        contact(fingers) {}
+  explicit TickRecord(const Hand& hand)
+      : force(hand.fingers()),
+        force_desired(hand.fingers()),
+        desired_N(hand.fingers(), Eigen::Vector3d::Zero()),
+        force_error_N(hand.fingers()),
+        margin(hand.fingers()),
+        sliding_share(hand.fingers()),
+        creep_m_per_s(hand.fingers()),
+        slip_m(hand.fingers()),
+        spin_rad(hand.fingers()),
+        start_slip_m(hand.fingers()),
+        start_spin_rad(hand.fingers()),
+        contact(hand) {}
 
   double time_s = 0.0;                   ///< At the tick's end.
   bool controlled = false;               ///< A control tick ran before it.

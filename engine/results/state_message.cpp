@@ -80,6 +80,7 @@ void for_each_field(const Model& model, const Picture& picture, const TickRecord
   vector("object", "m", numbers_of(now.X_WO));
   vector("target", "m", numbers_of(now.X_WT.value_or(model.target(tick.time_s))));
   vector("q_rad", "rad", now.q);
+  vector("stop_Nm", "N m", tick.contact.stop_Nm);
   HandPose pose;
   forward_kinematics(model.scene.hand, now.q, pose);
   std::vector<double> segments;
@@ -213,7 +214,7 @@ std::vector<Field> state_fields(const Model& model) {
   std::vector<Field> fields;
   std::size_t begin = 0;
   const Eigen::VectorXd none = Eigen::VectorXd::Zero(std::ssize(model.scene.hand.muscles));
-  for_each_field(model, Picture(model), TickRecord{}, none, LoopFigures{},
+  for_each_field(model, Picture(model), TickRecord(model.scene.hand), none, LoopFigures{},
                  [&](const char* name, const char* unit, std::span<const double> numbers) {
                    fields.push_back({name, unit, begin, numbers.size()});
                    begin += numbers.size();

@@ -69,8 +69,8 @@ ordered_json object_measures(const Model& model, const Recording& recording) {
 using OfFingers = PerFinger<double>;
 
 /// What the patches did since their first contact, and what of it at the start, while the grip builds up.
-ordered_json patch_measures(const Recording& recording) {
-  const TickRecord last = recording.ticks.empty() ? TickRecord{} : recording.ticks.back();
+ordered_json patch_measures(const Model& model, const Recording& recording) {
+  const TickRecord last = recording.ticks.empty() ? TickRecord(model.scene.hand) : recording.ticks.back();
   const auto scaled = [](OfFingers values, double scale) {
     for (double& v : values) v *= scale;
     return values;
@@ -112,7 +112,7 @@ double relative_force_error(const TickRecord& tick) {
 
 ordered_json grasp_measures(const Model& model, const Recording& recording) {
   ordered_json grasp = verdict_json(recording.verdict);
-  grasp.update(patch_measures(recording));
+  grasp.update(patch_measures(model, recording));
   for (const char* key : {"force_error_end", "force_error_rms_N", "predicted_paper_law_error"}) grasp[key] = nullptr;
   if (!model.scene.control) return grasp;
   grasp["force_error_end"] = mean(collect(recording, final_window_start(recording), relative_force_error));
@@ -183,7 +183,7 @@ ordered_json lcp_measures(const Recording& recording) {
           {"muscle_residual_max", largest(residuals_Nm)}};
 }
 
-/// How far the joints kept from their limits; negative: that far beyond one.
+/// How far the joints kept from the ends of their ranges, and the most that a stop there bore.
 ordered_json joint_measures(const Model& model, const Recording& recording) {
   const Values margins = collect(recording, 0.0, [&](const TickRecord& tick) {
     Values of_joints;
@@ -193,7 +193,9 @@ ordered_json joint_measures(const Model& model, const Recording& recording) {
     }
     return smallest(of_joints);
   });
-  return {{"least_margin_rad", smallest(margins)}};
+  const Values stops_Nm =
+      collect(recording, 0.0, [](const TickRecord& tick) { return tick.contact.stop_Nm.cwiseAbs().maxCoeff(); });
+  return {{"least_margin_rad", smallest(margins)}, {"stop_max_Nm", largest(stops_Nm)}};
 }
 
 ordered_json muscle_measures(const Model& model, const Recording& recording) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "engine/grasp/control.h"
 #include "engine/grasp/hand.h"
@@ -17,6 +18,9 @@ namespace {
 
 // Left-out points are measured against the planes of the samples near them: on curved objects to some um.
 constexpr double kNoticedDepth_m = 10e-6;
+
+// A stop that bears less has just been met, or is about to be left.
+constexpr double kNoticed_Nm = 1e-4;
 
 // Of a pulp's force: about what its kernel errs by at the scenes' own levels.
 constexpr double kNoticedShare = 0.01;
@@ -73,6 +77,11 @@ void Warnings::add(const TickRecord& tick) {
     if (depth_m > kNoticedDepth_m) full_[k].add(tick.time_s, depth_m);
     if (patch_share(model_.pulps[k], model_.scene, normal_N) > kHalfSpaceShare) deep_[k].add(tick.time_s, normal_N);
   }
+  for (Eigen::Index j = 0; j < tick.contact.stop_Nm.size(); ++j) {
+    const double stop_Nm = tick.contact.stop_Nm[j];
+    if (stop_Nm > kNoticed_Nm) stopped_[j].lower.add(tick.time_s, stop_Nm);
+    if (stop_Nm < -kNoticed_Nm) stopped_[j].upper.add(tick.time_s, -stop_Nm);
+  }
 }
 
 std::vector<std::string> Warnings::sentences() const {
@@ -97,6 +106,17 @@ std::vector<std::string> Warnings::sentences() const {
           "s, of {:g} at most",
           model_.scene.hand.fingertips[k].finger, deep.since_s, patch_share(model_.pulps[k], model_.scene, deep.worst),
           deep.worst, deep.worst_s, kHalfSpaceShare));
+    }
+  }
+  for (std::size_t j = 0; j < stopped_.size(); ++j) {
+    const Joint& joint = model_.scene.hand.joints[j];
+    for (const auto& [stop, end_rad] :
+         {std::pair(&stopped_[j].lower, joint.lower_rad), std::pair(&stopped_[j].upper, joint.upper_rad)}) {
+      if (stop->ticks == 0) continue;
+      all.push_back(
+          fmt::format("the joint {} carries load at the end of its range, {:.4g} rad, from {:.3f} s on: up to {:.3g} "
+                      "N m at {:.3f} s",
+                      joint.name, end_rad, stop->since_s, stop->worst, stop->worst_s));
     }
   }
   return all;

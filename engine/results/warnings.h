@@ -19,9 +19,11 @@ inline constexpr double kHalfSpaceShare = 0.5;
 /// Full lists   A control point that `contact.max_per_finger` has no room for is more than 10 um in the object: the
 ///              list is full of loaded contacts, the pulp passes into the object, and its force is too small.
 /// Deep pulps   By Hertz, a finger's load makes a patch wider than kHalfSpaceShare of the pulp's radius.
+/// Stops        A joint rests on an end of its range, and the stop there bears load.
 class Warnings {
  public:
-  explicit Warnings(const Model& model) : model_(model), full_(model.fingers()), deep_(model.fingers()) {}
+  explicit Warnings(const Model& model)
+      : model_(model), full_(model.fingers()), deep_(model.fingers()), stopped_(model.scene.hand.joints.size()) {}
 
   void add(const TickRecord& tick);
 
@@ -41,6 +43,10 @@ class Warnings {
   std::int64_t ticks_ = 0;
   PerFinger<Beyond> full_;  ///< Value: depth of a control point without room [m].
   PerFinger<Beyond> deep_;  ///< Value: load [N].
+  struct Stops {
+    Beyond lower, upper;  ///< Value: what the stop bears [N m].
+  };
+  std::vector<Stops> stopped_;  ///< Of each joint.
 };
 
 /// The same of a whole run.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -27,6 +28,10 @@ Vector3d unit3(const ConfigMap& map, std::string_view key) {
   if (v.squaredNorm() > 0.0) return v.normalized();
   map.refuse(key, "a direction must not be zero");
   return Vector3d::UnitX();
+}
+
+std::optional<double> if_named(const ConfigMap& map, std::string_view key) {
+  return map.has(key) ? std::optional(map.quantity(key)) : std::nullopt;
 }
 
 int joint_index(const Hand& hand, const ConfigMap& map, std::string_view key, std::string_view name) {
@@ -93,6 +98,10 @@ void read_fingertips(const ConfigMap& root, const std::vector<std::vector<int>>&
     tip.centre_m = map.quantities("pulp_centre");
     tip.radius_m = map.quantity("radius");
     tip.normal = unit3(map, "pulp_normal");
+    tip.joint_viscosity = if_named(map, "joint_viscosity");
+    tip.reduced_modulus_Pa = if_named(map, "reduced_modulus");
+    tip.poisson = if_named(map, "poisson");
+    tip.relaxation_s = if_named(map, "relaxation");
     tip.first_joint = first;
     const std::vector<int>& joints = moved_by[tip.segment];
     tip.joints = static_cast<int>(std::min<std::size_t>(joints.size(), kMaxFingerJoints));
@@ -154,7 +163,7 @@ Hand load_hand(const std::filesystem::path& file) {
   const std::vector<std::vector<int>> moved_by = read_segments(root, hand);
   read_fingertips(root, moved_by, hand);
   if (hand.fingers() > 0) find_fingers(root, moved_by, hand);
-  const auto muscles = root.list_of_maps("muscles");
+  const auto muscles = root.has("muscles") ? root.list_of_maps("muscles") : std::vector<ConfigMap>();
   if (std::ssize(muscles) > kMaxMuscles) root.refuse("muscles", fmt::format("must list at most {}", kMaxMuscles));
   for (const ConfigMap& map : muscles) {
     Muscle muscle{map.text("name"), map.quantity("max_force"), {}};

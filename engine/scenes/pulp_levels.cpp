@@ -63,8 +63,12 @@ LevelEstimate estimate_level(const Scene& scene, const std::vector<Pulp>& pulps,
 std::vector<Pulp> make_pulps(const Scene& scene) {
   std::vector<Pulp> pulps;
   for (const Fingertip& tip : scene.hand.fingertips) {
-    pulps.push_back(make_spherical_pulp(tip.centre_m, tip.radius_m, scene.fingertips->points, scene.fingertips->leaves,
-                                        scene.fingertips->material));
+    PulpMaterial material = scene.fingertips->material;
+    material.reduced_modulus_Pa = tip.reduced_modulus_Pa.value_or(material.reduced_modulus_Pa);
+    material.poisson = tip.poisson.value_or(material.poisson);
+    material.relaxation_s = tip.relaxation_s.value_or(material.relaxation_s);
+    pulps.push_back(
+        make_spherical_pulp(tip.centre_m, tip.radius_m, scene.fingertips->points, scene.fingertips->leaves, material));
   }
   return pulps;
 }

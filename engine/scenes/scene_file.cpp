@@ -75,6 +75,7 @@ bool read_hand(const ConfigMap& map, bool controlled, Scene& scene) {
     map.refuse("model", error.what());
     readable = false;
   }
+  if (map.has("mirror") && map.flag("mirror")) scene.hand = mirrored(std::move(scene.hand));
   read_posture(map, scene);
   scene.joint_viscosity = map.quantity("joint_viscosity");
   if (controlled) return readable;

@@ -57,8 +57,15 @@ constexpr std::array<PartTraits, kParts.size()> kTraits{{
      [](const Scene& s) { return s.object.compliance && s.object.compliance->relaxation_s > 0.0; },
      [](Scene& s) { s.object.compliance->relaxation_s = 0.0; }},
     {"memory of the fingertips (fingertips.relaxation)",
-     [](const Scene& s) { return s.fingertips && s.fingertips->material.relaxation_s > 0.0; },
-     [](Scene& s) { s.fingertips->material.relaxation_s = 0.0; }},
+     [](const Scene& s) {
+       return s.fingertips && std::ranges::any_of(s.hand.fingertips, [&](const Fingertip& tip) {
+                return tip.relaxation_s.value_or(s.fingertips->material.relaxation_s) > 0.0;
+              });
+     },
+     [](Scene& s) {
+       s.fingertips->material.relaxation_s = 0.0;
+       for (Fingertip& tip : s.hand.fingertips) tip.relaxation_s.reset();
+     }},
     {"stiffening (fingertips.stiffening)",
      [](const Scene& s) { return s.fingertips && s.fingertips->material.stiffening_per_N > 0.0; },
      [](Scene& s) { s.fingertips->material.stiffening_per_N = 0.0; }},

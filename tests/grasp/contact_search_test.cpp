@@ -189,7 +189,7 @@ TEST(Ways, BoundTheMotionOfFingertipsWhileAFrameIsUsed) {
       build_model(scene_of("box_grasp", {kCoarseBox, "time.control_period=10 ms", "time.control_delay=10 ms"}));
   GraspRun loops(model, LockstepSettings{});
   struct Said {
-    std::array<double, kFingers> way_m;
+    PerFinger<double> way_m;
     std::array<Isometry3d, kFingers> X_OF;
   };
   std::vector<Said> said;  // of the last two frames

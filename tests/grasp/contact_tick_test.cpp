@@ -114,7 +114,8 @@ TEST_F(MovingGrasp, MovesFreelyWithoutContacts) {
   EXPECT_TRUE(is_finite(loop.state));
   EXPECT_TRUE(loop.state.forces.empty());
   const double h = model.scene.step_s;
-  EXPECT_LE((loop.state.q - before.q - JointVector::Constant(kJoints, 0.01 * h / model.scene.joint_viscosity)).norm(), 1e-16);
+  EXPECT_LE((loop.state.q - before.q - JointVector::Constant(kJoints, 0.01 * h / model.scene.joint_viscosity)).norm(),
+            1e-16);
   EXPECT_LE((loop.state.X_WO.translation() - before.X_WO.translation() -
              h / model.scene.object.translation_damping * Vector3d(1.0, 2.0, 3.0))
                 .norm(),

@@ -82,9 +82,9 @@ TEST(PosePid, SumsProportionIntegralAndDifference) {
 TEST(ForceGain, IsAThirdOfTheStabilityBoundOrTheScenes) {
   const Scene fast = scene_of("box_grasp", {"time.control_period=1 ms"});
   const Scene slow = scene_of("box_grasp", {"time.control_period=5 ms"});
-  EXPECT_NEAR(force_gain(fast), 0.3 * 2.0 * 0.05 / 1e-3, 1e-12);
-  EXPECT_NEAR(force_gain(slow), 0.3 * 2.0 * 0.05 / 5e-3, 1e-12);
-  EXPECT_EQ(force_gain(scene_of("box_grasp", {"control.gain=1.5 N*m/rad"})), 1.5);
+  EXPECT_NEAR(force_gain(fast, 0), 0.3 * 2.0 * 0.05 / 1e-3, 1e-12);
+  EXPECT_NEAR(force_gain(slow, 0), 0.3 * 2.0 * 0.05 / 5e-3, 1e-12);
+  EXPECT_EQ(force_gain(scene_of("box_grasp", {"control.gain=1.5 N*m/rad"}), 0), 1.5);
 }
 
 class GraspControl : public testing::Test {

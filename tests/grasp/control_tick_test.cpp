@@ -156,13 +156,13 @@ TEST_F(ControlTick, GivenTorquesDriveASceneWithoutControl) {
   Scene scene = model.scene;
   scene.control.reset();
   scene.task = {};
-  scene.torques = JointVector::LinSpaced(-0.01, 0.02);
+  scene.torques = JointVector::LinSpaced(12, -0.01, 0.02);
   Loop passive(std::move(scene));
   passive.control();
   HandPose pose;
   forward_kinematics(model.scene.hand, model.scene.posture, pose);
   const JointVector g = gravity_torques(model.scene.hand, pose, model.scene.gravity);
-  EXPECT_LE((passive.frame.torque_Nm - (JointVector::LinSpaced(-0.01, 0.02) - g)).norm(), 1e-16);
+  EXPECT_LE((passive.frame.torque_Nm - (JointVector::LinSpaced(12, -0.01, 0.02) - g)).norm(), 1e-16);
 }
 
 // Frames are numbered, and know the tick of their snapshot.

@@ -117,7 +117,7 @@ TEST_F(HandReference, MuscleForces) {
 }
 
 JointVector random_posture(const Hand& hand, std::mt19937_64& random) {
-  JointVector q;
+  JointVector q = hand.at_zero();
   for (int i = 0; i < kJoints; ++i) q[i] = uniform(random, hand.joints[i].lower_rad, hand.joints[i].upper_rad);
   return q;
 }
@@ -135,7 +135,7 @@ MatrixXd gradient(const JointVector& q, Value value) {
   constexpr double h = 1e-5;
   MatrixXd columns(VectorXd(value(q)).size(), kJoints);
   for (int i = 0; i < kJoints; ++i) {
-    const JointVector step = h * JointVector::Unit(i);
+    const JointVector step = h * JointVector::Unit(kJoints, i);
     columns.col(i) = (VectorXd(value(q + step)) - VectorXd(value(q - step))) / (2.0 * h);
   }
   return columns;
@@ -157,7 +157,7 @@ TEST_F(RandomPostures, JacobianIsTheDerivativeOfForwardKinematics) {
       const Vector3d p_F = 0.02 * random_direction(random);
       const auto point = [&](const JointVector& at) -> VectorXd { return pose_at(hand, at).distal(hand, k) * p_F; };
       MatrixXd J = MatrixXd::Zero(3, kJoints);
-      J.middleCols<kJointsPerFinger>(kJointsPerFinger * k) = finger_jacobian(pose_at(hand, q), k, point(q));
+      J.middleCols<kJointsPerFinger>(kJointsPerFinger * k) = finger_jacobian(hand, pose_at(hand, q), k, point(q));
       EXPECT_LE((J - gradient(q, point)).cwiseAbs().maxCoeff(), kDifference);
     }
   }
@@ -209,6 +209,34 @@ TEST_F(RandomPostures, MomentArmOfAStraightTendonIsItsExcursion) {
     }
   }
   EXPECT_GT(tendons, 0);
+}
+
+// The other hand: what it does at the same angles is the mirror image of what the first one does, the torques of
+// weights that are mirrored are the same, and so are moment arms. Mirrored twice it is the first one, to the last bit.
+TEST_F(RandomPostures, AMirroredHandMovesAsTheMirrorImage) {
+  const Hand other = mirrored(hand), again = mirrored(other);
+  const Eigen::DiagonalMatrix<double, 3> M(1.0, 1.0, -1.0);
+  const Vector3d gravity(3.0, -5.0, 8.0);
+  MatrixXd H(kJoints, hand.muscles.size()), H_other = H;
+  for (int trial = 0; trial < 20; ++trial) {
+    SCOPED_TRACE(trial);
+    const JointVector q = random_posture(hand, random);
+    const HandPose one = pose_at(hand, q), two = pose_at(other, q);
+    for (int k = 0; k < kFingers; ++k) {
+      const Fingertip &tip = hand.fingertips[k], &tip_other = other.fingertips[k];
+      const Vector3d c = one.distal(hand, k) * tip.centre_m, c_other = two.distal(other, k) * tip_other.centre_m;
+      EXPECT_LE((M * c - c_other).norm(), 1e-15);
+      EXPECT_LE(
+          (M * (one.distal(hand, k).linear() * tip.normal) - two.distal(other, k).linear() * tip_other.normal).norm(),
+          1e-14);
+      EXPECT_GT(two.distal(other, k).linear().determinant(), 0.0);
+    }
+    EXPECT_LE((gravity_torques(hand, one, gravity) - gravity_torques(other, two, M * gravity)).norm(), 1e-15);
+    moment_arms(hand, one, H);
+    moment_arms(other, two, H_other);
+    EXPECT_LE((H - H_other).cwiseAbs().maxCoeff(), 1e-15);
+    EXPECT_EQ(pose_at(again, q).origin_m[kJoints - 1], one.origin_m[kJoints - 1]);
+  }
 }
 
 // Every torque can be had from pulling muscles exactly if H has rank 12 and H f = 0 for some f > 0. A solution of

@@ -42,7 +42,7 @@ bool is_loaded(const State& state, const FrameContact& contact) {
 void spoil(const Model& model, const State& state, const Noise& noise, std::mt19937_64& random, Frame& frame) {
   std::normal_distribution<double> normal;
   std::vector<FrameContact> kept;
-  std::array<Index, kFingers + 1> begin{};
+  std::vector<Index> begin(kFingers + 1);
   for (int k = 0; k < kFingers; ++k) {
     const Matrix3d R_FO = frame.X_WF[k].linear().transpose() * frame.X_WO.linear();
     for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {

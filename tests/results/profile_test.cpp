@@ -121,7 +121,7 @@ TEST(LoopProfile, TakesMemoryForWhatItHas) {
   const std::int64_t before = resident_bytes();
   LoopProfile profile(model);
   Recorder recorder(model);
-  const ControlReport control;
+  const ControlReport control(model.scene.hand);
   const Eigen::VectorXd muscle_forces_N;
   for (int i = 0; i < 1000; ++i) {
     const ContactSample sample = run.contact_sample(i, 1.0);

@@ -15,7 +15,7 @@ TEST(Recorder, ComparesWithTheTargetThatTheCallerWants) {
   State state(model);
   state.tick = 400;
   state.X_WT = model.target(0.4) * Eigen::Translation3d(0.02, 0.0, 0.0);
-  const TickRecord dragged = tick_record(model, state, TickReport{}, ControlReport{});
+  const TickRecord dragged = tick_record(model, state, TickReport(model.scene.hand), ControlReport(model.scene.hand));
   EXPECT_LT((dragged.target_m - Eigen::Vector3d(0.02, 0.0, 0.0)).norm(), 1e-6);  // the file's rotation is rounded
   const auto judged = [&](const TickRecord& tick) {
     GraspMonitor monitor(model);
@@ -27,9 +27,11 @@ TEST(Recorder, ComparesWithTheTargetThatTheCallerWants) {
   EXPECT_EQ(judged(dragged), Outcome::kOffTarget);  // 20 mm behind it
 
   state.X_WO = *state.X_WT;
-  EXPECT_EQ(judged(tick_record(model, state, TickReport{}, ControlReport{})), Outcome::kHeld);
+  EXPECT_EQ(judged(tick_record(model, state, TickReport(model.scene.hand), ControlReport(model.scene.hand))),
+            Outcome::kHeld);
   state.X_WT.reset();
-  EXPECT_TRUE(tick_record(model, state, TickReport{}, ControlReport{}).target_m.isZero(1e-12));
+  EXPECT_TRUE(
+      tick_record(model, state, TickReport(model.scene.hand), ControlReport(model.scene.hand)).target_m.isZero(1e-12));
 }
 
 }  // namespace

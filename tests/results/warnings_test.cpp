@@ -102,7 +102,7 @@ TEST(Warnings, TellOfPulpsThatAreNoHalfSpace) {
   }
   for (const double share : {0.99, 1.01}) {
     Warnings gathered(model);
-    TickRecord tick;
+    TickRecord tick(model.scene.hand);
     tick.time_s = 0.125;
     const double radius_m = share * kHalfSpaceShare * pulp.radius_m;
     tick.force[0].normal_N = hertz_force_N(pulp, radius_m * radius_m / pulp.radius_m);

@@ -17,8 +17,8 @@ inline const Model& minimal() {
 
 /// A control tick that found all its forces.
 inline ControlReport solved() {
-  ControlReport report;
-  report.contacts.fill({Eigen::Vector3d::Zero(), Eigen::Matrix3d::Identity()});
+  ControlReport report(minimal().scene.hand);
+  for (GraspContact& contact : report.contacts) contact.axes.setIdentity();
   return report;
 }
 
@@ -58,8 +58,7 @@ template <typename Force>
 Watched steady_run(Force force_N) {
   Watched run;
   for (int i = 0; i < 500; ++i) {
-    TickRecord tick;
-    tick.desired_N.fill(Eigen::Vector3d::Zero());
+    TickRecord tick(minimal().scene.hand);
     tick.time_s = 1e-3 * (i + 1);
     tick.position_m = tick.target_m = Eigen::Vector3d::Zero();
     for (auto& force : tick.force) force.normal_N = force_N(i);

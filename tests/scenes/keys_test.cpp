@@ -55,7 +55,7 @@ TEST(Keys, AreWellFormed) {
       EXPECT_TRUE(paths.insert(key.path).second) << "it is there already";
       EXPECT_TRUE(key.sentence.ends_with('.'));
       EXPECT_EQ(key.without.starts_with('('), key.without.ends_with(".)"));
-      EXPECT_EQ(key.kind == KeyKind::kQuantities, key.items > 1);
+      EXPECT_EQ(key.kind == KeyKind::kQuantities, key.items > 1 || key.items == kPerJoint);
       const bool is_map = key.kind == KeyKind::kMap || key.kind == KeyKind::kOneOf || key.kind == KeyKind::kMaps;
       EXPECT_TRUE(keys_below(keys, key.path).empty() != is_map || key.kind == KeyKind::kPath);
       EXPECT_TRUE(key.kind != KeyKind::kChoice || words_of(key).size() > 1);

@@ -87,17 +87,17 @@ TEST(ModelParts, DeviationIsOfTheTicksThatCount) {
   GraspPath path, reference;
   for (int i = 0; i < 10; ++i) {
     reference.X_WO.push_back(Eigen::Isometry3d::Identity());
-    reference.force_N.push_back(FingerForces::Constant(2.0));
+    reference.force_N.push_back(FingerForces::Constant(3, 3, 2.0));
     // Far off at first; then by 3 mm along x, and in the last tick by 4 mm along y.
     Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
     X.translation() = i < 5 ? Eigen::Vector3d(1.0, 0.0, 0.0) : Eigen::Vector3d(3e-3, 0.0, 0.0);
     if (i == 9) X.translation() = Eigen::Vector3d(0.0, 4e-3, 0.0);
     X.rotate(Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitZ()));
     path.X_WO.push_back(X);
-    path.force_N.push_back(FingerForces::Constant(i < 5 ? 0.0 : 2.2));
+    path.force_N.push_back(FingerForces::Constant(3, 3, i < 5 ? 0.0 : 2.2));
     // Torsions are off by 2 of 10 and 1 of 5 mN m, margins of two fingers by 0.1 and 0.2; the third carries nothing.
-    auto& patches = path.patch.emplace_back();
-    auto& full = reference.patch.emplace_back();
+    auto& patches = path.patch.emplace_back(3);
+    auto& full = reference.patch.emplace_back(3);
     for (auto* of : {&patches, &full}) {
       (*of)[0] = {.moment_Nm = 3e-3, .moment_limit_Nm = 10e-3, .margin = 0.5};
       (*of)[1] = {.moment_Nm = -2e-3, .moment_limit_Nm = 5e-3, .margin = 0.7};

@@ -2,7 +2,7 @@
 
 import {Color} from 'three';
 
-export const fingerColors = ['#2f7fe0', '#e08a12', '#2aa876'];
+export const fingerColors = ['#2f7fe0', '#e08a12', '#2aa876', '#a355c8', '#c2553f'];
 export const actual = {normal: '#2f7fe0', tangential: '#e0632f'};
 export const axes = ['#d0446a', '#3b9a4a', '#3b74d8'];
 

@@ -35,6 +35,20 @@ function setPose(matrix, n, at = 0) {
                     n[at + 9], n[at + 10], n[at + 11], n[at + 2], 0, 0, 0, 1);
 }
 
+const mean = (points) => points.reduce((sum, p) => sum.add(p), new Vector3()).divideScalar(points.length);
+
+/** From the fingertip that is farthest from the others, as a thumb is, to the middle of these; some axis of one alone. */
+function gripAxis(tips) {
+  let grip = new Vector3();
+  for (const tip of tips) {
+    const others = tips.filter((other) => other !== tip);
+    if (others.length === 0) continue;
+    const way = mean(others).sub(tip);
+    if (way.lengthSq() > grip.lengthSq()) grip = way;
+  }
+  return grip.lengthSq() > 0 ? grip : new Vector3(1, 0, 0);
+}
+
 /** The angle between two poses' rotations [rad]. */
 function angleBetween(a, b) {
   const p = a.elements;
@@ -332,9 +346,7 @@ export class Picture {
     const tips = this.scene.fingers.map(({segment, centre_m}) => vector(centre_m).applyMatrix4(this.#poses[segment]));
     const gravity = vector(this.scene.gravity_m_per_s2);
     const up = gravity.lengthSq() > 0 ? gravity.normalize().negate() : new Vector3(0, 0, 1);
-    const grip = tips[1].clone();
-    if (tips[2]) grip.lerp(tips[2], 0.5);
-    grip.sub(tips[0]);
+    const grip = gripAxis(tips);
     const across = grip.addScaledVector(up, -grip.dot(up)).normalize();
     const level = across.clone().cross(up);
     const kTurn = 0.35, kRise = 0.5;
@@ -342,7 +354,7 @@ export class Picture {
         .multiplyScalar(Math.cos(kRise)).addScaledVector(up, Math.sin(kRise));
     const centre = new Vector3().setFromMatrixPosition(this.#object);
     // A little towards the hand, of which most should be seen.
-    const middle = tips.reduce((sum, tip) => sum.add(tip), new Vector3()).divideScalar(tips.length);
+    const middle = mean(tips);
     middle.lerp(new Vector3(), 0.35);
     this.controls.target.copy(centre).lerp(middle, 0.45);
     this.camera.up.copy(up);

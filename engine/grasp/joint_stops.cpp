@@ -1,0 +1,86 @@
+#include "engine/grasp/joint_stops.h"
+
+#include <algorithm>
+
+namespace thenar {
+
+using Eigen::Index;
+
+namespace {
+
+// What a contact solve leaves open of a joint's torque: a stop may pull so much.
+constexpr double kOpen_Nm = 1e-9;
+
+/// How far the joint can still turn towards this side. A state that begins beyond an end is not thrown back.
+double way_left(const Joint& joint, double q, int side) {
+  return side > 0 ? std::max(joint.upper_rad - q, 0.0) : std::min(joint.lower_rad - q, 0.0);
+}
+
+/// The side on which the joint would pass its end; 0: on neither.
+int passes(const Joint& joint, double q, double dq) {
+  if (dq > way_left(joint, q, 1)) return 1;
+  return dq < way_left(joint, q, -1) ? -1 : 0;
+}
+
+}  // namespace
+
+void stop_joints(const Hand& hand, const JointStops& stops, Mobility& mobility) {
+  if (stops.stopped == 0) return;
+  const auto joints = std::ssize(hand.joints);
+  if (mobility.root.size() == 0) mobility.root.setOnes(joints);
+  for (Index j = 0; j < joints; ++j) {
+    if (stops.side[j] != 0) mobility.root[j] = 0.0;
+  }
+}
+
+void move_to_stops(const Hand& hand, const JointStops& stops, const JointVector& q, JointVector& dq) {
+  if (stops.stopped == 0) return;
+  for (Index j = 0; j < dq.size(); ++j) {
+    if (stops.side[j] != 0) dq[j] = way_left(hand.joints[j], q[j], stops.side[j]);
+  }
+}
+
+JointVector stop_torques(const Hand& hand, const JointStops& stops, const Frame& frame,
+                         const ContactKinematics& kinematics, const Mobility& mobility, const JointVector& torque_Nm,
+                         const JointVector& dq, const Eigen::VectorXd& f) {
+  JointVector stop_Nm = hand.at_zero();
+  for (int k = 0; k < hand.fingers() && stops.stopped > 0; ++k) {
+    const Fingertip& tip = hand.fingertips[k];
+    const Index first = 3 * frame.begin[k], rows = 3 * frame.begin[k + 1] - first;
+    for (int c = 0; c < tip.joints; ++c) {
+      const int j = tip.first_joint + c;
+      if (stops.side[j] == 0) continue;
+      const auto f_k = f.segment(first, rows);
+      const double contact_Nm = c < GroupedDelassus::kOwn ? kinematics.J_finger.col(c).segment(first, rows).dot(f_k)
+                                                          : kinematics.J_fifth.segment(first, rows).dot(f_k);
+      stop_Nm[j] = dq[j] / mobility.of_joint(j) - torque_Nm[j] - contact_Nm;
+    }
+  }
+  return stop_Nm;
+}
+
+bool change_stops(const Hand& hand, const JointVector& q, const JointVector& dq, const JointVector& stop_Nm,
+                  JointStops& stops) {
+  bool changed = false;
+  for (Index j = 0; j < q.size(); ++j) {
+    if (stops.side[j] == 0) {
+      stops.side[j] = static_cast<signed char>(passes(hand.joints[j], q[j], dq[j]));
+      changed = changed || stops.side[j] != 0;
+    } else if (stops.side[j] * stop_Nm[j] > kOpen_Nm && !stops.released[j]) {
+      stops.side[j] = 0;
+      stops.released[j] = changed = true;
+    }
+  }
+  if (changed) {
+    stops.stopped = static_cast<int>(std::count_if(stops.side.begin(), stops.side.end(), [](int s) { return s != 0; }));
+  }
+  return changed;
+}
+
+void end_at_stops(const Hand& hand, const JointVector& q, JointVector& dq) {
+  for (Index j = 0; j < q.size(); ++j) {
+    dq[j] = std::clamp(dq[j], way_left(hand.joints[j], q[j], -1), way_left(hand.joints[j], q[j], 1));
+  }
+}
+
+}  // namespace thenar
