@@ -58,8 +58,8 @@ struct SharedCompliance {
 };
 
 /// A Delassus operator in factors, for contacts in groups, as fingers make them on one object. A group moves a body of
-/// its own with up to 5 degrees of freedom and, with all others, a common body with 6; and it may give way by a compliance
-/// among its own contacts:
+/// its own with up to 5 degrees of freedom and, with all others, a common body with 6; and it may give way by a
+/// compliance among its own contacts:
 ///     W = J_own m_own J_own' + J_common M_common J_common' + s C + C_common,    J_own and C block diagonal by group.
 /// It refers to its parts.
 struct GroupedDelassus {

@@ -1,4 +1,4 @@
-"""What keeps the source small enough to be read: no file above 500 lines, no function above 60, no room above 4500, no
+"""What keeps the source small enough to be read: no file above 500 lines, no function above 60, no room above 4600, no
 line above 120 columns, and no two modules that include one another, however many lie between. A module is a header with
 its source. Run in the project's root: python3 tests/sizes.py"""
 
@@ -8,7 +8,7 @@ from pathlib import Path
 
 ROOMS = ["solvers", "collision", *(f"engine/{room}" for room in (
     "grasp", "formats", "scenes", "loops", "results", "studies")), "app", "app/window"]
-MOST_IN_FILE, MOST_IN_FUNCTION, MOST_IN_ROOM, MOST_COLUMNS = 500, 60, 4500, 120
+MOST_IN_FILE, MOST_IN_FUNCTION, MOST_IN_ROOM, MOST_COLUMNS = 500, 60, 4600, 120
 TABLES = {"engine/scenes/keys.cpp"}  # They hold a table, which may be as long as it is.
 
 

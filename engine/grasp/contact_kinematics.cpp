@@ -14,17 +14,12 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// The first four columns of finger_jacobian(), of any finger, without a size to ask for. A function of its own: where
-/// the compiler sees through it, it rounds otherwise.
-[[gnu::noinline]] Eigen::Matrix<double, 3, 4> four_columns(const Fingertip& tip, const HandPose& pose,
-                                                           const Vector3d& point_m) {
+/// Contact i's rows -E' J_k of a finger of four joints or more, without a size to ask for.
+[[gnu::noinline]] void set_rows(const HandPose& pose, int first_joint, const Vector3d& point_m, const Matrix3d& E_W,
+                                Index i, GroupedDelassus::OwnJacobian& J_finger) {
   Eigen::Matrix<double, 3, 4> J;
-  for (int j = 0; j < 4; ++j) {
-    const int i = std::min(tip.first_joint + j, kMaxHandJoints - 1);
-    J.col(j) = pose.axis[i].cross(point_m - pose.origin_m[i]);
-  }
-  for (int j = tip.joints; j < 4; ++j) J.col(j).setZero();
-  return J;
+  for (int j = 0; j < 4; ++j) J.col(j) = pose.axis[first_joint + j].cross(point_m - pose.origin_m[first_joint + j]);
+  J_finger.middleRows<3>(3 * i).noalias() = -E_W.transpose() * J;
 }
 
 }  // namespace
@@ -79,7 +74,12 @@ void contact_kinematics(const Model& model, const Frame& frame, const HandPose& 
         kinematics.u_object_m.col(i) = E_O.transpose() * u_O;
       }
       kinematics.c_W[i] = c_W;
-      kinematics.J_finger.middleRows<3>(3 * i).noalias() = -E_W.transpose() * four_columns(tip, pose, c_W);
+      if (tip.joints < 4) {
+        const FingerJacobian J = finger_jacobian(model.scene.hand, pose, k, c_W);
+        kinematics.J_finger.middleRows<3>(3 * i).noalias() = -E_W.transpose() * J.leftCols<4>();
+      } else {
+        set_rows(pose, tip.first_joint, c_W, E_W, i, kinematics.J_finger);
+      }
       if (kinematics.J_fifth.size() > 0) {
         const FingerJacobian J = finger_jacobian(model.scene.hand, pose, k, c_W);
         kinematics.J_fifth.segment<3>(3 * i) = J.cols() > 4 ? Vector3d(-E_W.transpose() * J.col(4)) : Vector3d::Zero();

@@ -114,8 +114,8 @@ struct Hand {
   }
 };
 
-/// The other hand: the mirror image in the plane z = 0 of the hand frame, with segment frames that are right-handed. The
-/// same joint angles make mirror images of poses, and moment arms are the same.
+/// The other hand: the mirror image in the plane z = 0 of the hand frame, with right-handed segment frames. The same
+/// joint angles make mirror images of poses, and moment arms are the same.
 [[nodiscard]] Hand mirrored(Hand hand);
 
 /// Where the joints and segments are at some q, world = hand frame.

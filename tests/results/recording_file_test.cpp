@@ -69,7 +69,7 @@ TEST(RecordingFile, OfAMinuteHoldsTheStatesBitByBit) {
     const std::vector<double> numbers = read_state_message(message.bytes);
     const auto at = [&](const char* name) { return numbers.data() + fields.at(name).begin; };
     ASSERT_EQ(*at("tick"), static_cast<double>(state->tick));
-    ASSERT_EQ(std::memcmp(at("q_rad"), state->q.data(), sizeof state->q), 0);
+    ASSERT_EQ(std::memcmp(at("q_rad"), state->q.data(), sizeof(double) * state->q.size()), 0);
     ASSERT_EQ(std::memcmp(at("object"), state->X_WO.translation().data(), 3 * sizeof(double)), 0);
     for (int row = 0; row < 3; ++row) {
       for (int column = 0; column < 3; ++column) {

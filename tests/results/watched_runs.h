@@ -59,6 +59,7 @@ Watched steady_run(Force force_N) {
   Watched run;
   for (int i = 0; i < 500; ++i) {
     TickRecord tick(minimal().scene.hand);
+    tick.q_rad = minimal().scene.posture;
     tick.time_s = 1e-3 * (i + 1);
     tick.position_m = tick.target_m = Eigen::Vector3d::Zero();
     for (auto& force : tick.force) force.normal_N = force_N(i);

@@ -29,7 +29,7 @@ TEST(Config, ReadsEveryFormOfValueInSI) {
 
   const ConfigMap hand = root.map("hand");
   EXPECT_EQ(hand.path("model"), scene_file(kReferenceScene).parent_path() / "hand.yaml");
-  const Eigen::VectorXd posture = hand.quantities("posture");
+  const Eigen::VectorXd posture = hand.quantities("posture", 12);
   EXPECT_EQ(posture.head<3>(), Eigen::Vector3d(0.08634660, 0.25390447, -std::numbers::pi / 2));
   EXPECT_EQ(hand.quantity("joint_viscosity"), 0.05);
 
