@@ -154,7 +154,7 @@ Hand load_hand(const std::filesystem::path& file) {
   const std::vector<std::vector<int>> moved_by = read_segments(root, hand);
   read_fingertips(root, moved_by, hand);
   if (hand.fingers() > 0) find_fingers(root, moved_by, hand);
-  const auto muscles = root.list_of_maps("muscles");
+  const auto muscles = root.has("muscles") ? root.list_of_maps("muscles") : std::vector<ConfigMap>();
   if (std::ssize(muscles) > kMaxMuscles) root.refuse("muscles", fmt::format("must list at most {}", kMaxMuscles));
   for (const ConfigMap& map : muscles) {
     Muscle muscle{map.text("name"), map.quantity("max_force"), {}};

@@ -210,7 +210,7 @@ constexpr std::array kHandKeys = std::to_array<Key>({
     {"fingertips.radius", kQuantity, kNone, "1e-4 .. 0.1", "", "The radius of its pulp in m."},
     {"fingertips.pulp_normal", kQuantities, kNone, "", "", "The mean outward direction of its pulp, segment frame.", 3},
 
-    {"muscles", kMaps, kNone, "", "", "The muscles."},
+    {"muscles", kMaps, kNone, "", "(Without it torques drive the joints.)", "The muscles."},
     {"muscles.name", kText, kNone, "", "", "Its name."},
     {"muscles.max_force", kQuantity, kNone, "0 .. 1e4", "", "The most force that it has, in N."},
     {"muscles.crossings", kMaps, kNone, "", "", "Where its tendon crosses joints."},
