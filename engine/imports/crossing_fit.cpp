@@ -15,7 +15,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double kGood_m = 0.3e-3;
+constexpr double kGood_m = 0.3e-3, kShortest_m = 3e-3;
 
 /// What a span's arms should be, and where.
 struct Samples {
@@ -29,15 +29,24 @@ using Rows = std::vector<Index>;
 
 double arm_of(const JointVector& arms, const Samples& samples, Index row) { return arms[samples.joints[row]]; }
 
-/// Arms of straight pieces minus those wanted, pose after pose.
+double length_m(const HandPose& pose, const RouteSpan& piece) {
+  return (pose.segments[piece.to.segment] * piece.to.p_S - pose.segments[piece.from.segment] * piece.from.p_S).norm();
+}
+
+/// Arms of straight pieces minus those wanted, pose after pose. A piece must not become so short that it could turn
+/// round between two poses.
 VectorXd residuals(const Hand& hand, const Samples& samples, const Rows& rows, const std::vector<RouteSpan>& pieces) {
   VectorXd off(std::ssize(samples.poses) * std::ssize(rows));
   Index next = 0;
   for (std::size_t i = 0; i < samples.poses.size(); ++i) {
     JointVector arms = hand.at_zero();
-    for (const RouteSpan& piece : pieces) arms += span_arms(hand, samples.poses[i], piece);
+    double penalty_m = 0.0;
+    for (const RouteSpan& piece : pieces) {
+      arms += span_arms(hand, samples.poses[i], piece);
+      if (length_m(samples.poses[i], piece) < kShortest_m) penalty_m = 1.0;
+    }
     for (const Index row : rows) {
-      off[next++] = arm_of(arms, samples, row) - samples.arms_m(row, static_cast<Index>(i));
+      off[next++] = penalty_m + arm_of(arms, samples, row) - samples.arms_m(row, static_cast<Index>(i));
     }
   }
   return off;
@@ -52,7 +61,7 @@ double& parameter(std::vector<RouteSpan>& pieces, Index i) {
 /// Levenberg and Marquardt's method on the ends of the pieces. They are held near where they are by a weak spring, so
 /// that what no arm depends on stays. Returns the rms error [m].
 double improve(const Hand& hand, const Samples& samples, const Rows& rows, std::vector<RouteSpan>& pieces) {
-  constexpr double kSpring = 1e-3, kStep_m = 1e-7;  // An arm's error of 1 um counts as much as a shift by 1 mm.
+  constexpr double kSpring = 1e-2, kStep_m = 1e-7;  // An arm off by 1 um counts as much as a shift by 0.1 mm.
   constexpr int kSteps = 30;
   const std::vector<RouteSpan> start = pieces;
   const Index size = 6 * std::ssize(pieces);

@@ -72,7 +72,10 @@ TreeSegments make_segments(const BodyTree& tree, const FingerChains& chains, con
       if (j == 0 || chains.joints[k][j - 1].body != joint.body) {
         Segment segment;
         segment.name = tree.bodies[joint.body].name;
-        if (segment.name == palm.name) segment.name += "_2";
+        if (segment.name == palm.name) {
+          do segment.name += "_2";
+          while (index_of_name(tree.bodies, segment.name) >= 0);
+        }
         segment.finger = static_cast<int>(k);
         segment.X_WS_0.setIdentity();
         segment.X_WS_0.translation() = pose.axes[joint.body][joint.joint].origin_m;

@@ -43,7 +43,7 @@ std::string panel(const Hand& hand, const HandPose& pose, const Matrix3d& view, 
   }
   return fmt::format(
       "$hand{0} << EOD\n{1}EOD\nset lmargin at screen {2}\nset rmargin at screen {3}\nset bmargin at screen 0.02\n"
-      "set tmargin at screen 0.94\nset title '{4}'\nplot $hand{0} {5}\n",
+      "set tmargin at screen 0.92\nset title '{4}'\nplot $hand{0} {5}\n",
       column, painted(surfels, view), 0.02 + 0.5 * column, 0.48 + 0.5 * column, title, kDiscs);
 }
 
