@@ -16,6 +16,7 @@
 #include "app/doctor.h"
 #include "app/exit_code.h"
 #include "app/export.h"
+#include "app/hand.h"
 #include "app/host.h"
 #include "app/keys.h"
 #include "app/options.h"
@@ -158,11 +159,20 @@ int print(const std::string& text) {
   return kDone;
 }
 
+/// Of a scene, or of a hand.
+int check(const Options& options) {
+  if (!is_hand_file(options.scene)) return print(description(load_scene(options), options.parts));
+  HandOptions hand;
+  hand.hand = options.scene.string();
+  return run_hand(hand);
+}
+
 int execute(const Options& options) {
   const std::map<std::string, int (*)(const Options&)> commands{
       {"run", run},
       {"profile", profile},
-      {"check", [](const Options& o) { return print(description(load_scene(o), o.parts)); }},
+      {"check", check},
+      {"hand", [](const Options& o) { return run_hand(o.hand); }},
       {"solve", ::solve},
       {"sweep", sweep},
       {"export", export_recording},

@@ -261,8 +261,9 @@ void add_profile(CLI::App& app, SceneFlags& flags, Options& options) {
 }
 
 void add_check(CLI::App& app, Options& options) {
-  CLI::App* const check =
-      app.add_subcommand("check", "Says what a scene will model, what it leaves out, and the defaults");
+  CLI::App* const check = app.add_subcommand(
+      "check",
+      "Says what a scene will model, what it leaves out, and the defaults; of a hand file what thenar hand does");
   add_scene(*check, options.scene, options.overrides);
   check->add_flag("--parts", options.parts,
                   "Runs the scene, too, and again without each part of its model: what it costs and gives");
@@ -299,6 +300,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
   app.add_subcommand("demo", "Shows a scene while it runs, or a recording, in a browser, and lets hands on it");
   add_solve(app, flags, options);
   add_check(app, options);
+  add_hand(app, options.hand);
   add_sweep(app, options);
   add_export(app, options);
   add_keys(app, options);

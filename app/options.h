@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "app/hand.h"
 #include "app/scene_flags.h"
 #include "engine/scenes/scene_file.h"
 
@@ -49,6 +50,8 @@ struct Options {
   // Of keys.
   std::string prefix;     ///< Of those that are listed; empty: all.
   bool markdown = false;  ///< As docs/reference/scene.md.
+
+  HandOptions hand;
 
   // Of sweeps.
   std::vector<std::string> vary;  ///< As written, the last one turns fastest.

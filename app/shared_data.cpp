@@ -62,6 +62,13 @@ fs::path find_scene(const std::string& text) {
                                     thenar::did_you_mean(thenar::nearest_word(file.stem().string(), names)));
 }
 
+fs::path find_hand(const std::string& text) {
+  std::error_code none;
+  const fs::path file = text, known = thenar::known_hand(file);
+  if (fs::is_regular_file(file, none) || known.empty()) return file;
+  return known;
+}
+
 std::string list_of_scenes() {
   const std::vector<KnownScene> scenes = known_scenes();
   if (scenes.empty()) return fmt::format("{} holds no scenes\n", scene_folder().string());

@@ -20,5 +20,9 @@ struct KnownScene {
 /// this name. Throws FileError where there is neither, and names the scene that is nearest.
 [[nodiscard]] std::filesystem::path find_scene(const std::string& text);
 
+/// The hand's file that a user means: the text itself where there is such a file, else the hand of this name that comes
+/// with the program. Throws FileError where there is neither.
+[[nodiscard]] std::filesystem::path find_hand(const std::string& text);
+
 /// A line a scene.
 [[nodiscard]] std::string list_of_scenes();

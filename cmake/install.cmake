@@ -19,7 +19,9 @@ install(TARGETS ${other_targets} thenar_engine EXPORT engine ARCHIVE DESTINATION
 foreach(export grasp engine)
   install(EXPORT ${export} FILE thenar-${export}.cmake NAMESPACE thenar:: DESTINATION ${package_folder} COMPONENT dev)
 endforeach()
-install(DIRECTORY solvers collision engine DESTINATION ${header_folder} COMPONENT dev FILES_MATCHING PATTERN "*.h")
+# Without the room that only the program uses.
+install(DIRECTORY solvers collision engine DESTINATION ${header_folder} COMPONENT dev FILES_MATCHING PATTERN "*.h"
+        PATTERN imports EXCLUDE)
 install(DIRECTORY ${PROJECT_BINARY_DIR}/generated/ DESTINATION ${header_folder} COMPONENT dev FILES_MATCHING PATTERN "*.h")
 configure_package_config_file(cmake/thenar-config.cmake.in ${PROJECT_BINARY_DIR}/thenar-config.cmake
                               INSTALL_DESTINATION ${package_folder})

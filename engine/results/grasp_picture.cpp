@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <vector>
 
 #include "collision/shapes.h"
 #include "engine/grasp/surface_display.h"
 #include "engine/results/gnuplot.h"
+#include "engine/results/surfels.h"
 
 namespace thenar {
 
@@ -20,16 +20,8 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr double kArrow_m_per_N = 10e-3;
-const Vector3d kBone(0.86, 0.80, 0.70);
-const Vector3d kSkin(0.93, 0.72, 0.62);
 const Vector3d kPressed(0.78, 0.10, 0.10);
 const Vector3d kObject(0.42, 0.58, 0.75);
-
-/// A small disc of a surface.
-struct Surfel {
-  Vector3d point_m, normal, color;  // World axes; color red, green, blue in 0 .. 1.
-  double radius_m;
-};
 
 /// Rows: right, up, towards the eye.
 Matrix3d camera(const Model& model, const HandPose& pose) {
@@ -37,8 +29,15 @@ Matrix3d camera(const Model& model, const HandPose& pose) {
   const auto tip = [&](int k) { return Vector3d(pose.distal(hand, k) * hand.fingertips[k].centre_m); };
   const double g = model.scene.gravity.norm();
   const Vector3d up = g > 0.0 ? Vector3d(-model.scene.gravity / g) : Vector3d::UnitZ();
-  // The grip axis, thumb to fingers, lies level and across the picture.
-  const Vector3d grip = 0.5 * (tip(1) + tip(2)) - tip(0);
+  // The grip axis, from the fingertip that is farthest from the others, as a thumb is, to the middle of these, lies level
+  // and across the picture.
+  Vector3d sum = Vector3d::Zero(), grip = Vector3d::Zero();
+  for (int k = 0; k < hand.fingers(); ++k) sum += tip(k);
+  for (int k = 0; k < hand.fingers() && hand.fingers() > 1; ++k) {
+    const Vector3d others = (sum - tip(k)) / (hand.fingers() - 1.0);
+    if ((others - tip(k)).norm() > grip.norm()) grip = others - tip(k);
+  }
+  if (grip.isZero()) grip.setUnit(0);
   const Vector3d across = (grip - grip.dot(up) * up).stableNormalized();
   const Vector3d level = across.cross(up);
   constexpr double kTurn = 0.35, kRise = 0.5;  // [rad]: both fingers and the top of the object show.
@@ -58,43 +57,6 @@ void add_object(const Model& model, const State& state, std::vector<Surfel>& sur
   for (Index i = 0; i < cloud.points_m.cols(); i += stride) {
     surfels.push_back(
         {state.X_WO * cloud.points_m.col(i), state.X_WO.linear() * cloud.normals.col(i), kObject, radius_m});
-  }
-}
-
-void add_ball(const Vector3d& centre_m, double radius_m, const Vector3d& color, std::vector<Surfel>& surfels) {
-  static const PointCloud kUnitSphere = sample_sphere(1.0, 1500);
-  for (Index i = 0; i < kUnitSphere.points_m.cols(); ++i) {
-    const Vector3d normal = kUnitSphere.normals.col(i);
-    surfels.push_back({centre_m + radius_m * normal, normal, color, 0.09 * radius_m});
-  }
-}
-
-void add_rod(const Vector3d& from_m, const Vector3d& to_m, double radius_m, std::vector<Surfel>& surfels) {
-  const Vector3d axis = (to_m - from_m).stableNormalized(), side = axis.unitOrthogonal();
-  const int rings = static_cast<int>((to_m - from_m).norm() / 0.5e-3), sides = 36;
-  for (int i = 0; i < rings; ++i) {
-    for (int j = 0; j < sides; ++j) {
-      const double angle = 2.0 * std::numbers::pi * (j + 0.5 * (i % 2)) / sides;
-      const Vector3d normal = std::cos(angle) * side + std::sin(angle) * axis.cross(side);
-      surfels.push_back({from_m + (to_m - from_m) * i / rings + radius_m * normal, normal, kBone, 0.6e-3});
-    }
-  }
-}
-
-/// Bones from joint to joint, and from the wrist to each finger.
-void add_bones(const Hand& hand, const HandPose& pose, std::vector<Surfel>& surfels) {
-  for (std::size_t s = 0; s < hand.segments.size(); ++s) {
-    const Segment& segment = hand.segments[s];
-    if (segment.joints == 0) continue;
-    const double radius_m = 0.5 * hand.fingertips[segment.finger].radius_m;
-    const Vector3d joint = pose.segments[s].translation();
-    add_rod(joint, pose.segments[s] * Vector3d(segment.length_m, 0.0, 0.0), radius_m, surfels);
-    add_ball(joint, 1.25 * radius_m, kBone, surfels);
-  }
-  for (int k = 0; k < hand.fingers(); ++k) {
-    const double radius_m = 0.5 * hand.fingertips[k].radius_m;
-    add_rod(Vector3d::Zero(), pose.origin_m[hand.fingertips[k].first_joint], radius_m, surfels);
-    add_ball(Vector3d::Zero(), 1.5 * radius_m, kBone, surfels);
   }
 }
 
@@ -123,23 +85,6 @@ void add_fingertip(const Model& model, const State& state, const HandPose& pose,
   }
 }
 
-/// Far discs first, each as "x y radius colour" [mm].
-std::string painted(std::vector<Surfel> surfels, const Matrix3d& view) {
-  std::erase_if(surfels, [&](const Surfel& s) { return view.row(2).dot(s.normal) <= 0.0; });
-  std::stable_sort(surfels.begin(), surfels.end(), [&](const Surfel& a, const Surfel& b) {
-    return view.row(2).dot(a.point_m) < view.row(2).dot(b.point_m);
-  });
-  const Vector3d light = view.transpose() * Vector3d(-0.4, 0.7, 0.6).normalized();
-  std::string lines;
-  for (const Surfel& s : surfels) {
-    const Vector3d p = 1e3 * view * s.point_m;
-    const Vector3d rgb = 255.0 * (0.55 + 0.45 * std::max(0.0, light.dot(s.normal))) * s.color;
-    const int color = (static_cast<int>(rgb[0]) << 16) + (static_cast<int>(rgb[1]) << 8) + static_cast<int>(rgb[2]);
-    lines += fmt::format("{:.3f} {:.3f} {:.3f} {}\n", p.x(), p.y(), 1e3 * s.radius_m, color);
-  }
-  return lines;
-}
-
 /// The fingers' forces on the object: arrows that end where they act, with their size.
 std::string arrows(const State& state, const Matrix3d& view) {
   std::string lines;
@@ -151,8 +96,6 @@ std::string arrows(const State& state, const Matrix3d& view) {
   }
   return lines;
 }
-
-constexpr const char* kDiscs = "using 1:2:3:4 with circles lc rgb variable";
 
 /// The whole grasp, at the left of the picture.
 std::string grasp_panel(const Model& model, const State& state, const HandPose& pose, const Matrix3d& view) {

@@ -62,8 +62,8 @@ void read_posture(const ConfigMap& map, Scene& scene) {
 std::filesystem::path hand_file(const ConfigMap& map) {
   const std::filesystem::path beside = map.path("model");
   if (beside.empty() || is_readable(beside)) return beside;
-  const std::filesystem::path known = shared_data() / "scenes" / beside.filename();
-  return is_readable(known) ? known : beside;
+  const std::filesystem::path known = known_hand(beside);
+  return known.empty() ? beside : known;
 }
 
 /// False if the hand file cannot be read, which is reported.
@@ -347,6 +347,9 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
   scene.object = read_object(root.map("object"), scene.fingertips.has_value());
   scene.contact = read_contact(root.map("contact"), scene.fingertips);
   if (root.has("control")) scene.control = read_control(root.map("control"));
+  if (scene.control && scene.control->muscles && !scene.hand.joints.empty() && scene.hand.muscles.empty()) {
+    root.map("control").refuse("muscles", "this hand has none: write false, and torques drive its joints");
+  }
   if (root.has("task")) scene.task = read_task(root.map("task"), scene.object.shape);
   scene.only_needed = root.choice("model") == "auto";
   if (root.has("tolerance")) scene.tolerance = read_tolerance(root.map("tolerance"));
@@ -368,6 +371,16 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
 std::filesystem::path shared_data() {
   std::error_code none;
   return std::filesystem::read_symlink("/proc/self/exe", none).parent_path().parent_path() / "share" / "thenar";
+}
+
+std::filesystem::path known_hand(const std::filesystem::path& name) {
+  const std::filesystem::path folder = shared_data() / "scenes";
+  std::filesystem::path file = name.filename();
+  if (!file.has_extension()) file += ".yaml";
+  for (const std::filesystem::path& known : {folder / file, folder / "hands" / file}) {
+    if (is_readable(known)) return known;
+  }
+  return {};
 }
 
 std::vector<std::filesystem::path> scene_files(const std::filesystem::path& scene,

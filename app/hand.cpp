@@ -1,0 +1,125 @@
+#include "app/hand.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+
+#include "app/exit_code.h"
+#include "app/hand_list.h"
+#include "app/results.h"
+#include "app/scene_flags.h"
+#include "app/shared_data.h"
+#include "engine/formats/files.h"
+#include "engine/imports/hand_import.h"
+#include "engine/imports/hand_text.h"
+#include "engine/results/gnuplot.h"
+#include "engine/results/hand_picture.h"
+#include "engine/scenes/config.h"
+#include "engine/scenes/hand_file.h"
+
+namespace {
+
+using namespace thenar;
+namespace fs = std::filesystem;
+
+HandRequest request_of(const HandOptions& options) {
+  HandRequest request;
+  for (const std::string& tip : options.tips) request.tips.push_back(read_tip(tip));
+  for (const std::string& lock : options.locks) request.locks.push_back(read_lock(lock));
+  request.base = options.base;
+  if (!options.axes.empty()) request.R_BH = read_axes(options.axes);
+  request.uncouple = options.uncouple;
+  request.mirror = options.mirror;
+  return request;
+}
+
+/// The comment that the hand file begins with.
+std::string origin_of(const HandOptions& options, const BodyTree& tree, const Hand& hand) {
+  std::string flags = "--tips ";
+  for (std::size_t i = 0; i < options.tips.size(); ++i) flags += (i == 0 ? "" : ",") + options.tips[i];
+  for (const std::string& lock : options.locks) flags += " --lock " + lock;
+  if (!options.base.empty()) flags += " --base " + options.base;
+  if (!options.axes.empty()) flags += " --axes " + options.axes;
+  if (options.uncouple) flags += " --uncouple";
+  if (options.mirror) flags += " --mirror";
+  return fmt::format("A hand of {} fingers, {} joints and {} muscles, from {} by\n# thenar hand import {} {}",
+                     hand.fingers(), hand.joints.size(), hand.muscles.size(), tree.file, tree.file, flags);
+}
+
+int import_file(const HandOptions& options) {
+  check_results({{"--out", options.out}}, {options.file});
+  const BodyTree tree = read_bodies(options.file);
+  const ImportedHand made = import_hand(tree, request_of(options));
+  write_file(options.out, hand_text(made, origin_of(options, tree, made.hand)));
+  for (const std::string& note : made.notes) std::cerr << "note: " << note << '\n';
+  for (std::size_t m = 0; m < made.muscle_notes.size(); ++m) {
+    if (made.muscle_notes[m].empty()) continue;
+    std::cerr << fmt::format("note: muscle '{}' {}\n", made.hand.muscles[m].name, made.muscle_notes[m]);
+  }
+  std::cout << hand_list(load_hand(options.out), options.out.string());
+  return kDone;
+}
+
+}  // namespace
+
+bool is_hand_file(const fs::path& file) {
+  const std::string text = "\n" + read_file(file);
+  return text.find("\njoints:") != std::string::npos && text.find("\nobject:") == std::string::npos;
+}
+
+void add_hand(CLI::App& app, HandOptions& options) {
+  CLI::App* const command = app.add_subcommand("hand", "Lists and draws a hand, or makes one of an MJCF or URDF file");
+  command->add_option("HAND", options.hand, "Hand file (YAML), or the name of a hand that comes with the program")
+      ->type_name("HAND");
+  command->add_option("--out", options.out, "Picture of the hand (PNG)")
+      ->type_name("FILE")
+      ->check(named())
+      ->check(no_folder());
+  CLI::App* const import = command->add_subcommand("import", "Makes a hand file of an MJCF or URDF file");
+  command->require_subcommand(0, 1);
+  import->add_option("FILE", options.file, "MJCF (.xml) or URDF (.urdf)")->required()->type_name("FILE");
+  import
+      ->add_option(
+          "--tips", options.tips,
+          "The fingers, the thumb first: thumb=th_tip,index=if_tip names a body, link or site for each. Behind "
+          "it, in any order, :9mm is the pulp's radius, :@0/-36/14.5mm its centre in the axes of what is "
+          "named, and :-x or :0/1/0.3 the direction in which it faces")
+      ->required()
+      ->delimiter(',')
+      ->take_all()
+      ->type_name("FINGER=BODY");
+  import->add_option("--out", options.out, "The hand file (YAML)")
+      ->required()
+      ->type_name("FILE")
+      ->check(named())
+      ->check(no_folder());
+  import
+      ->add_option("--base", options.base,
+                   "The body, link or site whose frame is the hand's; default: the body where the fingers part")
+      ->type_name("BODY");
+  import
+      ->add_option("--axes", options.axes,
+                   "The hand's X and Y as axes of the base, such as z,-x; Thenar's own hands have X distal, Y palmar")
+      ->type_name("AXES");
+  import->add_option("--lock", options.locks, "A joint that is not to move, where it is, or at JOINT=20deg")
+      ->take_all()
+      ->type_name("JOINT");
+  import->add_flag("--uncouple", options.uncouple, "Takes coupled joints as if each had its own drive");
+  import->add_flag("--mirror", options.mirror, "Makes the hand of the other side: turns z round");
+}
+
+int run_hand(const HandOptions& options) {
+  if (!options.file.empty()) return import_file(options);
+  if (options.hand.empty()) throw ConfigError({{"hand", "", "name a hand file, or import: thenar hand --help"}});
+  const fs::path file = find_hand(options.hand);
+  const Hand hand = load_hand(file);
+  std::cout << hand_list(hand, file.string());
+  if (options.out.empty()) return kDone;
+  check_results({{"--out", options.out}}, {file});
+  if (!draw_figure(hand_picture_script(hand), options.out)) {
+    throw FileError(options.out, "gnuplot, which draws it, is missing or failed");
+  }
+  std::cout << "\npicture in " << options.out.string() << '\n';
+  return kDone;
+}

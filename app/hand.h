@@ -1,0 +1,28 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace CLI {
+class App;
+}  // namespace CLI
+
+/// What `thenar hand` is asked for.
+struct HandOptions {
+  std::string hand;            ///< A hand file, or the name of a hand that comes with the program.
+  std::filesystem::path file;  ///< MJCF or URDF, to be imported; empty: the hand is listed.
+  std::vector<std::string> tips, locks;
+  std::string base, axes;
+  bool uncouple = false, mirror = false;
+  std::filesystem::path out;  ///< The picture, or the hand file; empty: none.
+};
+
+/// Adds the command and what it takes.
+void add_hand(CLI::App& app, HandOptions& options);
+
+/// Lists and draws a hand, or makes one of an MJCF or URDF file. Returns the exit code.
+[[nodiscard]] int run_hand(const HandOptions& options);
+
+/// Whether the file describes a hand rather than a scene. Throws FileError.
+[[nodiscard]] bool is_hand_file(const std::filesystem::path& file);

@@ -1,0 +1,187 @@
+#include "engine/imports/hand_import.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "engine/formats/text.h"
+#include "engine/imports/finger_chains.h"
+#include "engine/imports/mjcf_file.h"
+#include "engine/imports/muscle_import.h"
+#include "engine/imports/pulp_guess.h"
+#include "engine/imports/tree_segments.h"
+#include "engine/imports/urdf_file.h"
+#include "engine/imports/xml_tree.h"
+#include "engine/scenes/config.h"
+
+namespace thenar {
+
+using Eigen::Isometry3d;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+namespace {
+
+// What a hand file holds: beyond it the lengths are hardly in m, or the masses in kg.
+constexpr double kLongest_m = 1.0, kHeaviest_kg = 10.0;
+
+[[noreturn]] void refuse_body(const TreeBody& body, const std::string& what) {
+  throw ConfigError({{printable(body.place), fmt::format("body '{}'", printable(body.name)), printable(what)}});
+}
+
+/// All bodies that move with each segment's first one: their mass, and where it is.
+void add_masses(const BodyTree& tree, const TreePose& pose, TreeSegments& segments, Hand& hand) {
+  for (std::size_t b = 1; b < tree.bodies.size(); ++b) {
+    const int s = segments.of_body[b];
+    if (s == 0) continue;
+    Segment& segment = hand.segments[s];
+    const TreeBody& body = tree.bodies[b];
+    const Vector3d com_S = segment.X_WS_0.inverse() * (pose.X_HB[b] * body.com_m);
+    segment.com_m += body.mass_kg * com_S;
+    segment.mass_kg += body.mass_kg;
+  }
+  for (std::size_t s = 1; s < hand.segments.size(); ++s) {
+    Segment& segment = hand.segments[s];
+    const TreeBody& body = tree.bodies[segments.body[s]];
+    if (segment.mass_kg > 0.0) segment.com_m /= segment.mass_kg;
+    if (segment.length_m > kLongest_m || segment.X_WS_0.translation().norm() > kLongest_m) {
+      refuse_body(body, fmt::format("is {:g} m long, {:g} m from the hand's origin: lengths are in m", segment.length_m,
+                                    segment.X_WS_0.translation().norm()));
+    }
+    if (segment.mass_kg > kHeaviest_kg)
+      refuse_body(body, fmt::format("weighs {:g} kg with all that is fixed to it", segment.mass_kg));
+  }
+}
+
+void add_joints(const BodyTree& tree, const FingerChains& chains, const TreePose& pose, Hand& hand) {
+  for (const std::vector<ChainJoint>& finger : chains.joints) {
+    for (const ChainJoint& at : finger) {
+      const TreeJoint& joint = tree.bodies[at.body].joints[at.joint];
+      const TreeAxis& axis = pose.axes[at.body][at.joint];
+      hand.joints.push_back({joint.name, axis.origin_m, axis.direction, (*joint.range)[0], (*joint.range)[1]});
+    }
+  }
+}
+
+/// The round end of a body that is farthest from its last joint.
+const TreeBall* farthest_ball(const TreeBody& body, const Vector3d& joint_B) {
+  const TreeBall* farthest = nullptr;
+  double most = 0.0;
+  for (const TreeBall& ball : body.balls) {
+    const double reach = (ball.centre_m - joint_B).norm() + ball.radius_m;
+    if (reach <= most || ball.radius_m < 1e-3 || ball.radius_m > 0.05) continue;
+    most = reach;
+    farthest = &ball;
+  }
+  return farthest;
+}
+
+/// The pulps but for normals that nobody named: these stay zero.
+void add_fingertips(const BodyTree& tree, const HandRequest& request, const FingerChains& chains, const TreePose& pose,
+                    const TreeSegments& segments, ImportedHand& made) {
+  constexpr double kRadius_m = 8e-3;  // Half of the width of a human fingertip.
+  int first = 0;
+  for (std::size_t k = 0; k < request.tips.size(); ++k) {
+    const TipRequest& asked = request.tips[k];
+    const TipPlace& place = chains.tips[k];
+    const TreeBody& body = tree.bodies[place.body];
+    const ChainJoint last = chains.joints[k].back();
+    const Vector3d joint_B = pose.X_HB[place.body].inverse() * pose.axes[last.body][last.joint].origin_m;
+    Fingertip tip;
+    tip.finger = asked.finger;
+    tip.first_joint = first;
+    tip.joints = static_cast<int>(chains.joints[k].size());
+    tip.segment = segments.of_body[place.body];
+    first += tip.joints;
+    Vector3d centre_B = place.X_BP * asked.centre_m.value_or(Vector3d::Zero());
+    const TreeBall* const ball = asked.centre_m || place.is_site ? nullptr : farthest_ball(body, joint_B);
+    tip.radius_m = asked.radius_m.value_or(ball != nullptr ? ball->radius_m : kRadius_m);
+    if (ball != nullptr) {
+      centre_B = ball->centre_m;
+      made.notes.push_back(fmt::format("the {}'s pulp is where the round end of '{}' is", asked.finger, body.name));
+    } else if (!asked.centre_m && !place.is_site && (centre_B - joint_B).norm() < 2e-3) {
+      throw ConfigError(
+          {{"--tips " + asked.text, "",
+            printable(fmt::format("the origin of '{}' lies on its joint, and it has no sphere or capsule: "
+                                  "say where the pulp's centre is, such as {}:@0/-36/14.5mm",
+                                  body.name, asked.text))}});
+    }
+    if (!asked.radius_m && ball == nullptr) {
+      made.notes.push_back(fmt::format("the {}'s pulp has a radius of 8 mm, a guess", asked.finger));
+    }
+    const Isometry3d X_SH = made.hand.segments[tip.segment].X_WS_0.inverse();
+    tip.centre_m = X_SH * (pose.X_HB[place.body] * centre_B);
+    tip.normal = Vector3d::Zero();
+    if (asked.normal) {
+      tip.normal = X_SH.linear() * (pose.X_HB[place.body].linear() * (place.X_BP.linear() * *asked.normal));
+    }
+    made.hand.fingertips.push_back(tip);
+  }
+}
+
+}  // namespace
+
+BodyTree read_bodies(const std::filesystem::path& file) {
+  XmlElement root = read_xml(file);
+  BodyTree tree;
+  if (root.name == "robot") {
+    tree = read_urdf(root);
+  } else if (root.name == "mujoco") {
+    tree = read_mjcf(std::move(root), file);
+  } else {
+    refuse(root, "is neither MJCF (<mujoco>) nor URDF (<robot>)");
+  }
+  tree.file = file.filename().string();
+  return tree;
+}
+
+ImportedHand import_hand(const BodyTree& tree, const HandRequest& request) {
+  const FingerChains chains = find_chains(tree, request);
+  const TreePose pose = pose_tree(tree, chains);
+  ImportedHand made;
+  made.notes = tree.notes;
+  made.notes.insert(made.notes.end(), chains.notes.begin(), chains.notes.end());
+  add_joints(tree, chains, pose, made.hand);
+  TreeSegments segments = make_segments(tree, chains, pose, made.hand);
+  add_fingertips(tree, request, chains, pose, segments, made);
+  finish_segments(made.hand);
+  add_masses(tree, pose, segments, made.hand);
+  guess_normals(made.hand, made.notes);
+  if (made.hand.fingers() == 1) made.notes.emplace_back("a hand of one finger can press, but hold nothing");
+  import_muscles(tree, pose, segments, made);
+  if (request.mirror) {
+    made.hand = mirrored(std::move(made.hand));
+    made.notes.emplace_back("it is the mirror image of what the file describes");
+  }
+  return made;
+}
+
+Hand mirrored(Hand hand) {
+  // A turn about a is, in the mirror M, one by the same angle about -M a. A segment's own frame is mirrored, too, so
+  // that its z stays along the axis.
+  const Eigen::DiagonalMatrix<double, 3> M(1.0, 1.0, -1.0);
+  for (Joint& joint : hand.joints) {
+    joint.origin_m = M * joint.origin_m;
+    joint.axis = -(M * joint.axis);
+  }
+  for (Segment& segment : hand.segments) {
+    segment.X_WS_0.translation() = M * segment.X_WS_0.translation();
+    segment.X_WS_0.linear() = M * segment.X_WS_0.linear() * M;
+    segment.com_m = M * segment.com_m;
+  }
+  for (Fingertip& tip : hand.fingertips) {
+    tip.centre_m = M * tip.centre_m;
+    tip.normal = M * tip.normal;
+  }
+  for (Muscle& muscle : hand.muscles) {
+    for (MuscleCrossing& crossing : muscle.crossings) {
+      crossing.insertion_m = M * crossing.insertion_m;
+      crossing.pull = M * crossing.pull;
+    }
+  }
+  return hand;
+}
+
+}  // namespace thenar

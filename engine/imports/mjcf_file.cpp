@@ -1,0 +1,210 @@
+#include "engine/imports/mjcf_file.h"
+
+#include <fmt/format.h>
+
+#include <map>
+#include <string>
+#include <utility>
+
+#include "engine/imports/mjcf_defaults.h"
+#include "engine/imports/mjcf_geom.h"
+#include "engine/imports/mjcf_include.h"
+#include "engine/imports/mjcf_pose.h"
+#include "engine/imports/mjcf_tendons.h"
+
+namespace thenar {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr std::size_t kMostBodies = 10'000;
+
+/// What the file says of all bodies alike.
+struct Reader {
+  const MjcfDefaults& defaults;
+  MjcfAngles angles;
+  bool limits_by_range = true;
+  std::string inertia_from_geoms = "auto";
+  BodyTree& tree;
+  int weightless_meshes = 0;
+};
+
+/// Where an element stands: its body, and the frame in it.
+struct Within {
+  int body = 0;
+  Isometry3d X_BF = Isometry3d::Identity();
+  std::string childclass;
+};
+
+TreeJoint read_joint(const Reader& reader, const XmlElement& element, const Within& within) {
+  TreeJoint joint;
+  const TreeBody& body = reader.tree.bodies[within.body];
+  joint.name = element.text("name");
+  if (joint.name.empty()) joint.name = fmt::format("{}_joint{}", body.name, body.joints.size() + 1);
+  joint.place = element.place;
+  const std::string type = element.name == "freejoint"       ? "free"
+                           : element.find("type") != nullptr ? element.text("type")
+                                                             : "hinge";
+  const std::map<std::string, TreeJointKind> kinds{{"hinge", TreeJointKind::kHinge},
+                                                   {"slide", TreeJointKind::kSlide},
+                                                   {"ball", TreeJointKind::kBall},
+                                                   {"free", TreeJointKind::kFree}};
+  const auto kind = kinds.find(type);
+  if (kind == kinds.end()) refuse(element, fmt::format("'{}' is none of hinge, slide, ball, free", type));
+  joint.kind = kind->second;
+  joint.origin_m = within.X_BF * vector3(element, "pos").value_or(Vector3d::Zero());
+  joint.axis = (within.X_BF.linear() * direction(element, "axis").value_or(Vector3d::UnitZ())).normalized();
+  const double unit = joint.kind == TreeJointKind::kHinge ? reader.angles.unit_rad : 1.0;
+  joint.reference = unit * number(element, "ref").value_or(0.0);
+  const auto range = numbers(element, "range", 2, 2);
+  const std::string limited = element.text("limited");
+  const bool is_limited = limited == "true" || (limited != "false" && range && reader.limits_by_range);
+  if (is_limited && range && (*range)[0] < (*range)[1]) joint.range = {unit * (*range)[0], unit * (*range)[1]};
+  return joint;
+}
+
+void add_site(const Reader& reader, const XmlElement& element, const Within& within) {
+  TreeSite site;
+  site.name = element.text("name");
+  site.place = element.place;
+  site.body = within.body;
+  site.X_BS = within.X_BF * pose_of(element, reader.angles);
+  reader.tree.sites.push_back(std::move(site));
+}
+
+/// Sums of the masses of a body's geoms.
+struct Weights {
+  double mass_kg = 0.0;
+  Vector3d moment = Vector3d::Zero();
+  int unknown = 0;  ///< Geoms whose mass the file does not say.
+};
+
+void add_geom(const Reader& reader, const XmlElement& element, const Within& within, Weights& weights) {
+  const MjcfGeom geom = read_geom(element, reader.angles, within.X_BF);
+  const double mass_kg = geom.mass_kg.value_or(0.0);
+  weights.mass_kg += mass_kg;
+  weights.moment += mass_kg * geom.X_BG.translation();
+  weights.unknown += geom.mass_kg ? 0 : 1;
+  std::vector<TreeBall>& balls = reader.tree.bodies[within.body].balls;
+  balls.insert(balls.end(), geom.balls.begin(), geom.balls.end());
+  const bool is_cylinder = geom.type == "cylinder";
+  if (!element.text("name").empty() && (is_cylinder || geom.type == "sphere")) {
+    reader.tree.wraps.push_back({element.text("name"), within.body, geom.X_BG, geom.radius_m, is_cylinder});
+  }
+}
+
+/// Reads what a body, or a frame in it, holds but for the bodies: these go to `inner`, with the frame they stand in.
+void read_parts(Reader& reader, const XmlElement& holder, const Within& within, Weights& weights,
+                const XmlElement** inertial, std::vector<std::pair<const XmlElement*, Within>>& inner) {
+  for (const XmlElement& child : holder.children) {
+    const std::string& name = child.name;
+    if (name == "joint" || name == "freejoint") {
+      if (within.body == 0) refuse(child, "the world has no joints");
+      const TreeJoint joint = read_joint(reader, reader.defaults.completed(child, within.childclass), within);
+      reader.tree.bodies[within.body].joints.push_back(joint);
+    } else if (name == "site") {
+      add_site(reader, reader.defaults.completed(child, within.childclass), within);
+    } else if (name == "geom") {
+      add_geom(reader, reader.defaults.completed(child, within.childclass), within, weights);
+    } else if (name == "inertial") {
+      *inertial = &child;
+    } else if (name == "body") {
+      inner.emplace_back(&child, within);
+    } else if (name == "frame") {
+      Within frame = within;
+      frame.X_BF = within.X_BF * pose_of(child, reader.angles);
+      if (const std::string* const childclass = child.find("childclass")) frame.childclass = *childclass;
+      read_parts(reader, child, frame, weights, inertial, inner);
+    } else if (name == "composite" || name == "flexcomp" || name == "replicate" || name == "attach") {
+      refuse(child, "cannot be read: bodies must be written out one by one");
+    }
+  }
+}
+
+void read_body(Reader& reader, const XmlElement& element, const Within& parent) {
+  if (reader.tree.bodies.size() > kMostBodies) refuse(element, fmt::format("is beyond {} bodies", kMostBodies));
+  Within within;
+  within.body = static_cast<int>(reader.tree.bodies.size());
+  within.childclass = element.find("childclass") != nullptr ? element.text("childclass") : parent.childclass;
+  TreeBody& body = reader.tree.bodies.emplace_back();
+  body.name = element.text("name");
+  if (body.name.empty()) body.name = fmt::format("body{}", within.body);
+  body.place = element.place;
+  body.parent = parent.body;
+  body.X_PB = parent.X_BF * pose_of(element, reader.angles);
+
+  Weights weights;
+  const XmlElement* inertial = nullptr;
+  std::vector<std::pair<const XmlElement*, Within>> inner;
+  read_parts(reader, element, within, weights, &inertial, inner);
+  TreeBody& whole = reader.tree.bodies[within.body];  // More bodies may have moved it.
+  const bool by_geoms =
+      reader.inertia_from_geoms == "true" || (inertial == nullptr && reader.inertia_from_geoms == "auto");
+  if (by_geoms) {
+    whole.mass_kg = weights.mass_kg;
+    if (weights.mass_kg > 0.0) whole.com_m = weights.moment / weights.mass_kg;
+    reader.weightless_meshes += weights.unknown;
+  } else if (inertial != nullptr) {
+    whole.mass_kg = number(*inertial, "mass").value_or(0.0);
+    if (whole.mass_kg < 0.0) refuse(*inertial, "mass: must not be negative");
+    whole.com_m = vector3(*inertial, "pos").value_or(Vector3d::Zero());
+  }
+  for (const auto& [child, frame] : inner) read_body(reader, *child, frame);
+}
+
+/// Throws ConfigError if two things of a kind have one name; those without one have none.
+template <typename Items>
+void expect_own_names(const Items& items, const char* kind) {
+  std::map<std::string_view, int> seen;
+  for (const auto& item : items) {
+    if (item.name.empty() || ++seen[item.name] == 1) continue;
+    XmlElement element;
+    element.name = kind;
+    element.place = item.place;
+    element.attributes.emplace_back("name", item.name);
+    refuse(element, "is there twice");
+  }
+}
+
+}  // namespace
+
+BodyTree read_mjcf(XmlElement mujoco, const std::filesystem::path& file) {
+  include_files(mujoco, file);
+  const MjcfDefaults defaults(mujoco);
+  BodyTree tree = empty_tree();
+  Reader reader{.defaults = defaults, .angles = angles_of(mujoco, defaults), .tree = tree};
+  reader.limits_by_range = defaults.compiler("autolimits") != "false";
+  if (const std::string inertia = defaults.compiler("inertiafromgeom"); !inertia.empty()) {
+    reader.inertia_from_geoms = inertia;
+  }
+  if (!defaults.compiler("settotalmass").empty()) tree.notes.emplace_back("masses are as written: no settotalmass");
+
+  bool has_world = false;
+  for (const XmlElement& section : mujoco.children) {
+    if (section.name != "worldbody") continue;
+    has_world = true;
+    Weights weights;
+    const XmlElement* inertial = nullptr;
+    std::vector<std::pair<const XmlElement*, Within>> inner;
+    Within world;
+    world.childclass = section.text("childclass");
+    read_parts(reader, section, world, weights, &inertial, inner);
+    for (const auto& [child, frame] : inner) read_body(reader, *child, frame);
+  }
+  if (!has_world) refuse(mujoco, "has no worldbody");
+  expect_own_names(tree.bodies, "body");
+  std::vector<TreeJoint> joints;
+  for (const TreeBody& body : tree.bodies) joints.insert(joints.end(), body.joints.begin(), body.joints.end());
+  expect_own_names(joints, "joint");
+  expect_own_names(tree.sites, "site");
+  if (reader.weightless_meshes > 0) {
+    tree.notes.push_back(
+        fmt::format("masses of {} geoms without one, such as meshes, are left out", reader.weightless_meshes));
+  }
+  read_ties(mujoco, defaults, tree);
+  return tree;
+}
+
+}  // namespace thenar

@@ -1,0 +1,75 @@
+#include "engine/imports/mjcf_geom.h"
+
+#include <fmt/format.h>
+
+#include <numbers>
+
+namespace thenar {
+
+using Eigen::Isometry3d;
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr double kWaterDensity = 1000.0;  // [kg/m^3] What MJCF takes where a geom names neither mass nor density.
+
+/// Half sizes: of a capsule or a cylinder the radius and half of the length.
+Vector3d size_of(const XmlElement& geom, const std::string& type) {
+  const VectorXd size = numbers(geom, "size", 1, 3).value_or(VectorXd::Zero(3));
+  const bool is_long = type == "capsule" || type == "cylinder", is_wide = type == "box" || type == "ellipsoid";
+  const bool from_ends = is_long && geom.find("fromto") != nullptr;
+  const Eigen::Index needed = is_wide ? 3 : is_long && !from_ends ? 2 : 1;
+  const bool has_size = is_wide || is_long || type == "sphere";
+  if (has_size && size.size() < needed) refuse(geom, fmt::format("a {} needs {} sizes", type, needed));
+  if (size.minCoeff() < 0.0) refuse(geom, "size: must not be negative");
+  Vector3d all = Vector3d::Zero();
+  all.head(size.size()) = size;
+  return all;
+}
+
+std::optional<double> volume_m3(const std::string& type, const Vector3d& size) {
+  constexpr double kPi = std::numbers::pi;
+  if (type == "sphere") return 4.0 / 3.0 * kPi * size[0] * size[0] * size[0];
+  if (type == "ellipsoid") return 4.0 / 3.0 * kPi * size.prod();
+  if (type == "box") return 8.0 * size.prod();
+  if (type == "cylinder") return 2.0 * kPi * size[0] * size[0] * size[1];
+  if (type == "capsule") return kPi * size[0] * size[0] * (2.0 * size[1] + 4.0 / 3.0 * size[0]);
+  return std::nullopt;
+}
+
+}  // namespace
+
+MjcfGeom read_geom(const XmlElement& element, const MjcfAngles& angles, const Isometry3d& X_BF) {
+  MjcfGeom geom;
+  geom.type = element.find("type") != nullptr ? element.text("type") : "sphere";
+  Vector3d size = size_of(element, geom.type);
+  geom.X_BG = X_BF * pose_of(element, angles);
+  if (const auto ends = numbers(element, "fromto", 6, 6)) {
+    const Vector3d from = ends->head<3>(), to = ends->tail<3>();
+    Isometry3d X_FG = Isometry3d::Identity();
+    X_FG.translation() = 0.5 * (from + to);
+    X_FG.linear() = Quaterniond::FromTwoVectors(Vector3d::UnitZ(), from - to).toRotationMatrix();
+    geom.X_BG = X_BF * X_FG;
+    size[1] = 0.5 * (to - from).norm();
+  }
+  geom.radius_m = size[0];
+  const double density = number(element, "density").value_or(kWaterDensity);
+  if (density < 0.0) refuse(element, "density: must not be negative");
+  const std::optional<double> volume = volume_m3(geom.type, size);
+  geom.mass_kg = number(element, "mass");
+  if (geom.mass_kg && *geom.mass_kg < 0.0) refuse(element, "mass: must not be negative");
+  if (!geom.mass_kg && volume) geom.mass_kg = density * *volume;
+  if (density == 0.0 && !geom.mass_kg) geom.mass_kg = 0.0;
+  if (geom.type == "plane") geom.mass_kg = 0.0;
+  if (geom.type == "sphere") geom.balls.push_back({geom.X_BG.translation(), geom.radius_m});
+  if (geom.type == "capsule") {
+    for (const double end : {-size[1], size[1]}) {
+      geom.balls.push_back({geom.X_BG * Vector3d(0.0, 0.0, end), geom.radius_m});
+    }
+  }
+  return geom;
+}
+
+}  // namespace thenar

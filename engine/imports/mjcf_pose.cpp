@@ -1,0 +1,87 @@
+#include "engine/imports/mjcf_pose.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+
+namespace thenar {
+
+using Eigen::AngleAxisd;
+using Eigen::Isometry3d;
+using Eigen::Matrix3d;
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr double kNoLength = 1e-10;
+
+Matrix3d of_quaternion(const XmlElement& element) {
+  const VectorXd q = *numbers(element, "quat", 4, 4);
+  if (!(q.norm() > kNoLength)) refuse(element, "quat: must not be zero");
+  return Quaterniond(q[0], q[1], q[2], q[3]).normalized().toRotationMatrix();
+}
+
+Matrix3d of_axis_and_angle(const XmlElement& element, const MjcfAngles& angles) {
+  const VectorXd values = *numbers(element, "axisangle", 4, 4);
+  const Vector3d axis = values.head<3>();
+  if (!(axis.norm() > kNoLength)) refuse(element, "axisangle: the axis must not be zero");
+  return AngleAxisd(angles.unit_rad * values[3], axis.normalized()).toRotationMatrix();
+}
+
+Matrix3d of_x_and_y(const XmlElement& element) {
+  const VectorXd values = *numbers(element, "xyaxes", 6, 6);
+  const Vector3d x = values.head<3>(), y = values.tail<3>();
+  const Vector3d z = x.cross(y);
+  if (!(x.norm() > kNoLength && z.norm() > kNoLength)) refuse(element, "xyaxes: must be two directions that differ");
+  Matrix3d R;
+  R.col(0) = x.normalized();
+  R.col(2) = z.normalized();
+  R.col(1) = Vector3d(R.col(2)).cross(Vector3d(R.col(0)));
+  return R;
+}
+
+Matrix3d of_euler(const XmlElement& element, const MjcfAngles& angles) {
+  const Vector3d euler = *vector3(element, "euler");
+  Matrix3d R = Matrix3d::Identity();
+  for (int i = 0; i < 3; ++i) {
+    const char letter = angles.euler[static_cast<std::size_t>(i)];
+    const Matrix3d turn =
+        AngleAxisd(angles.unit_rad * euler[i], Vector3d(Vector3d::Unit(std::tolower(letter) - 'x'))).toRotationMatrix();
+    R = std::islower(letter) != 0 ? Matrix3d(R * turn) : Matrix3d(turn * R);
+  }
+  return R;
+}
+
+}  // namespace
+
+MjcfAngles angles_of(const XmlElement& mujoco, const MjcfDefaults& defaults) {
+  MjcfAngles angles;
+  const std::string unit = defaults.compiler("angle"), sequence = defaults.compiler("eulerseq");
+  if (unit == "radian") angles.unit_rad = 1.0;
+  if (!unit.empty() && unit != "radian" && unit != "degree") refuse(mujoco, fmt::format("no angle is a '{}'", unit));
+  if (!sequence.empty()) angles.euler = sequence;
+  const bool is_known = angles.euler.size() == 3 && angles.euler.find_first_not_of("xyzXYZ") == std::string::npos;
+  if (!is_known) refuse(mujoco, fmt::format("eulerseq must be three of x, y, z, X, Y, Z, not '{}'", angles.euler));
+  return angles;
+}
+
+Isometry3d pose_of(const XmlElement& element, const MjcfAngles& angles) {
+  Isometry3d X = Isometry3d::Identity();
+  X.translation() = vector3(element, "pos").value_or(Vector3d::Zero());
+  int ways = 0;
+  for (const char* way : {"quat", "axisangle", "xyaxes", "zaxis", "euler"}) ways += element.find(way) != nullptr;
+  if (ways > 1) refuse(element, "names two orientations");
+  if (element.find("quat") != nullptr) X.linear() = of_quaternion(element);
+  if (element.find("axisangle") != nullptr) X.linear() = of_axis_and_angle(element, angles);
+  if (element.find("xyaxes") != nullptr) X.linear() = of_x_and_y(element);
+  if (element.find("euler") != nullptr) X.linear() = of_euler(element, angles);
+  if (const auto z = direction(element, "zaxis")) {
+    X.linear() = Quaterniond::FromTwoVectors(Vector3d::UnitZ(), *z).toRotationMatrix();
+  }
+  return X;
+}
+
+}  // namespace thenar

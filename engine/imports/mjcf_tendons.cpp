@@ -1,0 +1,150 @@
+#include "engine/imports/mjcf_tendons.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "engine/formats/text.h"
+
+namespace thenar {
+
+namespace {
+
+std::string named(const XmlElement& element) { return fmt::format("{} '{}'", element.name, element.text("name")); }
+
+/// The item that an attribute names; refuses the element if there is no such item.
+template <typename Items>
+int item_of(const XmlElement& element, const char* attribute, const Items& items, const char* kind) {
+  const std::string name = element.text(attribute);
+  const int index = name.empty() ? -1 : index_of_name(items, name);
+  if (index < 0) refuse(element, fmt::format("no {} is named '{}'", kind, name));
+  return index;
+}
+
+TreeTendon read_spatial(const XmlElement& spatial, const BodyTree& tree) {
+  TreeTendon tendon{spatial.text("name"), spatial.place, {}, std::nullopt, ""};
+  TreeTendonStep next;
+  for (const XmlElement& part : spatial.children) {
+    if (part.name == "pulley") {
+      const double divisor = number(part, "divisor").value_or(1.0);
+      if (!(divisor >= 1.0)) refuse(part, "divisor: must be at least 1");
+      next = TreeTendonStep{};
+      next.share = 1.0 / divisor;
+    } else if (part.name == "geom") {
+      if (next.begins || next.wrap >= 0) refuse(part, "a tendon goes from a site around one geom to a site");
+      next.wrap = item_of(part, "geom", tree.wraps, "sphere or cylinder");
+      if (part.find("sidesite") != nullptr) next.side_site = item_of(part, "sidesite", tree.sites, "site");
+    } else if (part.name == "site") {
+      next.site = item_of(part, "site", tree.sites, "site");
+      tendon.steps.push_back(next);
+      const double share = next.share;
+      next = TreeTendonStep{};
+      next.share = share;
+      next.begins = false;
+    }
+  }
+  if (next.wrap >= 0) refuse(spatial, "ends on a geom: a site must follow it");
+  return tendon;
+}
+
+TreeCoupling read_fixed(const XmlElement& fixed) {
+  TreeCoupling coupling{fmt::format("fixed tendon '{}'", fixed.text("name")), fixed.place, {}, 2};
+  for (const XmlElement& joint : fixed.children) {
+    if (joint.name == "joint") coupling.joints.push_back(joint.text("joint"));
+  }
+  return coupling;
+}
+
+/// Most that an actuator can pull, if it says so. A muscle pulls; another actuator pulls with a negative force.
+std::optional<double> pull_N(const XmlElement& actuator) {
+  if (actuator.name == "muscle") {
+    const std::optional<double> force = number(actuator, "force");
+    return force && *force > 0.0 ? force : std::nullopt;
+  }
+  if (actuator.text("gaintype") == "muscle") {
+    const auto gain = numbers(actuator, "gainprm", 3, 10);
+    return gain && (*gain)[2] > 0.0 ? std::optional((*gain)[2]) : std::nullopt;
+  }
+  if (const auto range = numbers(actuator, "forcerange", 2, 2); range && (*range)[0] < 0.0) return -(*range)[0];
+  const auto control = numbers(actuator, "ctrlrange", 2, 2);
+  const auto gear = numbers(actuator, "gear", 1, 6);
+  if (actuator.name != "motor" || !control) return std::nullopt;
+  const double factor = gear ? (*gear)[0] : 1.0;
+  const double pull = -std::min(factor * (*control)[0], factor * (*control)[1]);
+  return pull > 0.0 ? std::optional(pull) : std::nullopt;
+}
+
+void read_actuator(const XmlElement& actuator, BodyTree& tree, std::map<std::string, int>& left_out) {
+  if (actuator.find("tendon") == nullptr) {
+    ++left_out[actuator.name];
+    return;
+  }
+  const int index = index_of_name(tree.tendons, actuator.text("tendon"));
+  if (index < 0) {  // of a fixed one, which is a coupling, or of none
+    ++left_out[actuator.name];
+    return;
+  }
+  TreeTendon& tendon = tree.tendons[index];
+  const double before = tendon.max_force_N.value_or(0.0);
+  constexpr double kSomeForce_N = 100.0;
+  const std::optional<double> pull = pull_N(actuator);
+  if (!pull) {
+    tree.notes.push_back(
+        fmt::format("{} does not say its force: it is taken as {:g} N", named(actuator), kSomeForce_N));
+  }
+  tendon.max_force_N = before + pull.value_or(kSomeForce_N);
+  if (tendon.muscle.empty()) tendon.muscle = actuator.text("name");
+}
+
+/// The body that an attribute names, or that its site is on; the world if it names nothing.
+int body_of(const XmlElement& element, const std::string& number, const BodyTree& tree) {
+  const std::string body = "body" + number, site = "site" + number;
+  if (element.find(site) != nullptr) return tree.sites[item_of(element, site.c_str(), tree.sites, "site")].body;
+  return element.find(body) == nullptr ? 0 : item_of(element, body.c_str(), tree.bodies, "body");
+}
+
+void read_equality(const XmlElement& equality, BodyTree& tree) {
+  if (equality.text("active") == "false") return;
+  const std::string what = fmt::format("equality {}", named(equality));
+  if (equality.name == "connect" || equality.name == "weld") {
+    tree.loops.push_back({what, equality.place, {body_of(equality, "1", tree), body_of(equality, "2", tree)}});
+  } else if (equality.name == "joint") {
+    TreeCoupling coupling{what, equality.place, {equality.text("joint1")}};
+    if (equality.find("joint2") != nullptr) coupling.joints.push_back(equality.text("joint2"));
+    tree.couplings.push_back(coupling);
+  } else if (equality.name == "tendon") {
+    tree.notes.push_back(what + " is left out");
+  }
+}
+
+}  // namespace
+
+void read_ties(const XmlElement& mujoco, const MjcfDefaults& defaults, BodyTree& tree) {
+  // Sections stand in any order, and name what others hold.
+  const auto each = [&](const char* section, const auto& read) {
+    for (const XmlElement& element : mujoco.children) {
+      if (element.name != section) continue;
+      for (const XmlElement& child : element.children) read(child);
+    }
+  };
+  each("tendon", [&](const XmlElement& tendon) {
+    if (tendon.name == "spatial") {
+      if (!tendon.text("name").empty() && index_of_name(tree.tendons, tendon.text("name")) >= 0) {
+        refuse(tendon, "is there twice");
+      }
+      tree.tendons.push_back(read_spatial(tendon, tree));
+    } else if (tendon.name == "fixed") {
+      tree.couplings.push_back(read_fixed(tendon));
+    }
+  });
+  std::map<std::string, int> left_out;
+  each("actuator", [&](const XmlElement& element) { read_actuator(defaults.completed(element, ""), tree, left_out); });
+  for (const auto& [kind, number] : left_out) {
+    tree.notes.push_back(fmt::format("{} of joints left out: joints are driven by torques or muscles",
+                                     counted(number, kind + " actuator")));
+  }
+  each("equality", [&](const XmlElement& element) { read_equality(defaults.completed(element, ""), tree); });
+}
+
+}  // namespace thenar

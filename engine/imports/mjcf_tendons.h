@@ -1,0 +1,11 @@
+#pragma once
+
+#include "engine/imports/body_tree.h"
+#include "engine/imports/mjcf_defaults.h"
+
+namespace thenar {
+
+/// Adds what an MJCF file says of its tendons, muscles and constraints to the tree of its bodies. Throws ConfigError.
+void read_ties(const XmlElement& mujoco, const MjcfDefaults& defaults, BodyTree& tree);
+
+}  // namespace thenar

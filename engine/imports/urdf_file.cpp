@@ -1,0 +1,154 @@
+#include "engine/imports/urdf_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <string>
+
+namespace thenar {
+
+using Eigen::AngleAxisd;
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr std::size_t kMostLinks = 10'000;
+
+/// The pose that an element's `origin` gives: roll, pitch and yaw turn about the fixed x, y and z.
+Isometry3d origin_of(const XmlElement& element) {
+  Isometry3d X = Isometry3d::Identity();
+  const XmlElement* const origin = element.child("origin");
+  if (origin == nullptr) return X;
+  X.translation() = vector3(*origin, "xyz").value_or(Vector3d::Zero());
+  const Vector3d rpy = vector3(*origin, "rpy").value_or(Vector3d::Zero());
+  X.linear() = (AngleAxisd(rpy[2], Vector3d::UnitZ()) * AngleAxisd(rpy[1], Vector3d::UnitY()) *
+                AngleAxisd(rpy[0], Vector3d::UnitX()))
+                   .toRotationMatrix();
+  return X;
+}
+
+TreeBody read_link(const XmlElement& link) {
+  TreeBody body;
+  body.name = link.text("name");
+  body.place = link.place;
+  body.X_PB.setIdentity();
+  if (body.name.empty()) refuse(link, "has no name");
+  if (const XmlElement* const inertial = link.child("inertial")) {
+    const XmlElement* const mass = inertial->child("mass");
+    if (mass != nullptr) body.mass_kg = number(*mass, "value").value_or(0.0);
+    if (body.mass_kg < 0.0) refuse(*mass, "must not be negative");
+    body.com_m = origin_of(*inertial).translation();
+  }
+  for (const XmlElement& collision : link.children) {
+    if (collision.name != "collision") continue;
+    const XmlElement* const geometry = collision.child("geometry");
+    const XmlElement* const sphere = geometry == nullptr ? nullptr : geometry->child("sphere");
+    if (sphere == nullptr) continue;
+    body.balls.push_back({origin_of(collision).translation(), number(*sphere, "radius").value_or(0.0)});
+  }
+  return body;
+}
+
+std::array<double, 2> read_limits(const XmlElement& joint) {
+  const XmlElement* const limit = joint.child("limit");
+  if (limit == nullptr) refuse(joint, "has no limits: a hand's joint needs <limit lower=... upper=.../>");
+  const std::array<double, 2> range{number(*limit, "lower").value_or(0.0), number(*limit, "upper").value_or(0.0)};
+  if (!(range[0] < range[1])) {
+    refuse(joint, fmt::format("has no limits: its lower one is {:g}, its upper one {:g}", range[0], range[1]));
+  }
+  return range;
+}
+
+/// The joint's own part of the child link; nothing if it is fixed.
+std::vector<TreeJoint> read_joint(const XmlElement& element) {
+  TreeJoint joint;
+  joint.name = element.text("name");
+  joint.place = element.place;
+  if (joint.name.empty()) refuse(element, "has no name");
+  const std::string type = element.text("type");
+  if (type == "fixed") return {};
+  if (type == "floating") {
+    joint.kind = TreeJointKind::kFree;
+  } else if (type == "revolute" || type == "continuous" || type == "prismatic") {
+    const XmlElement* const axis = element.child("axis");
+    joint.axis = axis == nullptr ? Vector3d::UnitX() : direction(*axis, "xyz").value_or(Vector3d::UnitX());
+    joint.kind = type == "prismatic" ? TreeJointKind::kSlide : TreeJointKind::kHinge;
+    if (type == "revolute") joint.range = read_limits(element);
+  } else {
+    refuse(element,
+           fmt::format("a joint of the type '{}' is none of fixed, revolute, continuous, prismatic, floating", type));
+  }
+  return {joint};
+}
+
+/// What a joint says of the links at its ends.
+struct LinkJoint {
+  const XmlElement* element = nullptr;
+  std::string parent;
+};
+
+std::string end_of(const XmlElement& joint, const char* end) {
+  const XmlElement* const element = joint.child(end);
+  const std::string link = element == nullptr ? "" : element->text("link");
+  if (link.empty()) refuse(joint, fmt::format("names no {} link", end));
+  return link;
+}
+
+/// Adds the links below one, each after its parent.
+void add_children(const std::map<std::string, std::vector<LinkJoint>>& joints_below,
+                  const std::map<std::string, const XmlElement*>& links, BodyTree& tree) {
+  for (std::size_t next = 1; next < tree.bodies.size(); ++next) {
+    const auto below = joints_below.find(tree.bodies[next].name);
+    if (below == joints_below.end()) continue;
+    for (const LinkJoint& joint : below->second) {
+      TreeBody body = read_link(*links.at(end_of(*joint.element, "child")));
+      body.parent = static_cast<int>(next);
+      body.X_PB = origin_of(*joint.element);
+      body.joints = read_joint(*joint.element);
+      tree.bodies.push_back(std::move(body));
+    }
+  }
+}
+
+}  // namespace
+
+BodyTree read_urdf(const XmlElement& robot) {
+  std::map<std::string, const XmlElement*> links, joints_above, joint_names;
+  std::map<std::string, std::vector<LinkJoint>> joints_below;
+  BodyTree tree = empty_tree();
+  for (const XmlElement& element : robot.children) {
+    if (element.name.starts_with("xacro:")) refuse(element, "is a macro: expand the file with xacro first");
+    if (element.name != "link") continue;
+    if (!links.emplace(element.text("name"), &element).second) refuse(element, "is there twice");
+  }
+  if (links.size() > kMostLinks) refuse(robot, fmt::format("has more than {} links", kMostLinks));
+  for (const XmlElement& element : robot.children) {
+    if (element.name != "joint") continue;
+    const std::string child = end_of(element, "child"), parent = end_of(element, "parent");
+    for (const std::string& link : {child, parent}) {
+      if (!links.contains(link)) refuse(element, fmt::format("no link is named '{}'", link));
+    }
+    if (!joint_names.emplace(element.text("name"), &element).second) refuse(element, "is there twice");
+    const auto [other, is_first] = joints_above.emplace(child, &element);
+    if (!is_first) {
+      refuse(element,
+             fmt::format("closes a loop: joint '{}' also carries the link '{}'", other->second->text("name"), child));
+    }
+    joints_below[parent].push_back({&element, parent});
+    if (const XmlElement* const mimic = element.child("mimic")) {
+      tree.couplings.push_back(
+          {fmt::format("mimic of '{}'", mimic->text("joint")), mimic->place, {element.text("name")}});
+    }
+  }
+  for (const auto& [name, link] : links) {
+    if (joints_above.contains(name)) continue;
+    tree.bodies.push_back(read_link(*link));
+  }
+  add_children(joints_below, links, tree);
+  if (tree.bodies.size() <= links.size()) refuse(robot, "closes a loop: some links hang on none that no joint carries");
+  return tree;
+}
+
+}  // namespace thenar

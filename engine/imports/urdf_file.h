@@ -1,0 +1,11 @@
+#pragma once
+
+#include "engine/imports/body_tree.h"
+#include "engine/imports/xml_tree.h"
+
+namespace thenar {
+
+/// The links and joints of a URDF file, whose root is `robot`. Throws ConfigError with file and line.
+[[nodiscard]] BodyTree read_urdf(const XmlElement& robot);
+
+}  // namespace thenar

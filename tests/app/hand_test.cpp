@@ -1,0 +1,72 @@
+// `thenar hand`.
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+
+#include "tests/support/program.h"
+
+namespace thenar::hand_test {
+namespace {
+
+const std::string kTips = " --tips thumb=thumb_2:@24/1/-3mm,fore=fore_cap,little=little_tip:7mm";
+
+TEST(Program, ListsAndDrawsAHandByName) {
+  const std::filesystem::path picture = scratch() / "leap.png";
+  const Outcome list = thenar_program("hand leap --out " + picture.string());
+  EXPECT_EQ(list.code, 0) << list.text;
+  EXPECT_NE(list.text.find("4 fingers, 16 joints, 0 muscles"), std::string::npos) << list.text;
+  EXPECT_NE(list.text.find("I_MCP                     -18.0 .. 127.8 deg"), std::string::npos) << list.text;
+  EXPECT_NE(list.text.find("thumb and ring"), std::string::npos) << list.text;
+  EXPECT_TRUE(std::filesystem::exists(picture));
+  EXPECT_EQ(thenar_program("check " + config("hands/leap.yaml")).text.find("joint_viscosity"), std::string::npos);
+}
+
+TEST(Program, ImportsAHandAndSaysWhatWasGuessed) {
+  const std::string out = (scratch() / "gripper.yaml").string();
+  const Outcome made = thenar_program("hand import " + data("hands/gripper.xml") + kTips + " --out " + out);
+  EXPECT_EQ(made.code, 0) << made.text;
+  EXPECT_NE(made.text.find("note: joint 'wrist_turn' is locked"), std::string::npos) << made.text;
+  EXPECT_NE(made.text.find("3 fingers, 8 joints, 5 muscles"), std::string::npos) << made.text;
+  const std::string text = read(out);
+  EXPECT_NE(text.find("# thenar hand import gripper.xml --tips thumb=thumb_2"), std::string::npos) << text;
+  EXPECT_NE(text.find("# - joint 'wrist_turn' is locked"), std::string::npos) << text;
+  EXPECT_NE(thenar_program("hand " + out).text.find("fore_spread"), std::string::npos);
+}
+
+TEST(Program, RefusesWhatNoHandCanBeMadeOf) {
+  const std::string out = (scratch() / "hand.yaml").string();
+  const auto refused = [&](const std::string& arguments, const std::string& words) {
+    const Outcome said = thenar_program("hand " + arguments);
+    EXPECT_EQ(said.code, 2) << said.text;
+    EXPECT_NE(said.text.find(words), std::string::npos) << said.text;
+  };
+  const std::string file = data("hands/gripper.xml");
+  refused("import " + file + " --tips thumb=thumb_9 --out " + out, "did you mean 'thumb_2'?");
+  refused("import " + file + " --tips thumb --out " + out, "write it as FINGER=BODY");
+  refused("import " + file + kTips + " --out " + file, "would replace");
+  refused("import " + file + kTips, "--out");
+  refused("", "name a hand file, or import");
+  EXPECT_FALSE(std::filesystem::exists(out));
+  EXPECT_EQ(thenar_program("hand import none.xml --tips a=b --out " + out).code, 3);
+  EXPECT_EQ(thenar_program("hand no_such_hand").code, 3);
+}
+
+TEST(Program, RunsASceneWithAHandByNameAndRefusesMusclesOfAHandWithoutThem) {
+  const std::string angles =
+      " --set 'hand.posture=[0.3 rad, 0.3 rad, 0.3 rad, 0.3 rad, 0.5 rad, 0 rad, 0.5 rad, 0.5 rad, 0.5 rad, 0 rad, "
+      "0.5 rad, 0.5 rad, 0.5 rad, 0 rad, 0.5 rad, 0.5 rad]'";
+  const Outcome check = thenar_program("check " + config("box_grasp.yaml") +
+                                       " --set hand.model=leap --set control.muscles=true" + angles);
+  EXPECT_EQ(check.code, 2) << check.text;
+  EXPECT_NE(check.text.find("this hand has none: write false, and torques drive its joints"), std::string::npos)
+      << check.text;
+  const Outcome far = thenar_program("check " + config("box_grasp.yaml") +
+                                     " --set hand.model=leap --set control.muscles=false" + angles);
+  EXPECT_EQ(far.code, 0) << far.text;
+  EXPECT_NE(far.text.find("16 joints"), std::string::npos) << far.text;
+}
+
+}  // namespace
+}  // namespace thenar::hand_test
