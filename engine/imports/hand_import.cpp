@@ -158,30 +158,4 @@ ImportedHand import_hand(const BodyTree& tree, const HandRequest& request) {
   return made;
 }
 
-Hand mirrored(Hand hand) {
-  // A turn about a is, in the mirror M, one by the same angle about -M a. A segment's own frame is mirrored, too, so
-  // that its z stays along the axis.
-  const Eigen::DiagonalMatrix<double, 3> M(1.0, 1.0, -1.0);
-  for (Joint& joint : hand.joints) {
-    joint.origin_m = M * joint.origin_m;
-    joint.axis = -(M * joint.axis);
-  }
-  for (Segment& segment : hand.segments) {
-    segment.X_WS_0.translation() = M * segment.X_WS_0.translation();
-    segment.X_WS_0.linear() = M * segment.X_WS_0.linear() * M;
-    segment.com_m = M * segment.com_m;
-  }
-  for (Fingertip& tip : hand.fingertips) {
-    tip.centre_m = M * tip.centre_m;
-    tip.normal = M * tip.normal;
-  }
-  for (Muscle& muscle : hand.muscles) {
-    for (MuscleCrossing& crossing : muscle.crossings) {
-      crossing.insertion_m = M * crossing.insertion_m;
-      crossing.pull = M * crossing.pull;
-    }
-  }
-  return hand;
-}
-
 }  // namespace thenar

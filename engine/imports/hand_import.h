@@ -15,7 +15,4 @@ namespace thenar {
 /// Makes the hand that is asked for. Throws ConfigError for what does not fit a hand: see find_chains.
 [[nodiscard]] ImportedHand import_hand(const BodyTree& tree, const HandRequest& request);
 
-/// The hand of the other side: its mirror image in the plane z = 0. Angles keep their signs and ranges.
-[[nodiscard]] Hand mirrored(Hand hand);
-
 }  // namespace thenar
