@@ -193,7 +193,6 @@ RigidMotion solve_motion(const Model& model, const Frame& frame, const Drive& dr
     motion.dx += work.solver.common_motion.head<6>();
     report.stop_Nm =
         stop_torques(hand, work.stops, frame, work.kinematics, drive.mobility, drive.torque, motion.dq, work.f);
-    if (!motion.dq.allFinite()) return motion;  // no joint stops that: it is refused
     if (solves == kMostSolves) break;
     if (!change_stops(hand, state.q, motion.dq, report.stop_Nm, work.stops)) break;
   }

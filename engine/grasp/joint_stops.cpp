@@ -1,6 +1,7 @@
 #include "engine/grasp/joint_stops.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace thenar {
 
@@ -16,8 +17,9 @@ double way_left(const Joint& joint, double q, int side) {
   return side > 0 ? std::max(joint.upper_rad - q, 0.0) : std::min(joint.lower_rad - q, 0.0);
 }
 
-/// The side on which the joint would pass its end; 0: on neither.
+/// The side on which the joint would pass its end; 0: on neither. No stop makes a finite motion of one that is not.
 int passes(const Joint& joint, double q, double dq) {
+  if (!std::isfinite(dq)) return 0;
   if (dq > way_left(joint, q, 1)) return 1;
   return dq < way_left(joint, q, -1) ? -1 : 0;
 }
@@ -79,6 +81,7 @@ bool change_stops(const Hand& hand, const JointVector& q, const JointVector& dq,
 
 void end_at_stops(const Hand& hand, const JointVector& q, JointVector& dq) {
   for (Index j = 0; j < q.size(); ++j) {
+    if (passes(hand.joints[j], q[j], dq[j]) == 0) continue;
     dq[j] = std::clamp(dq[j], way_left(hand.joints[j], q[j], -1), way_left(hand.joints[j], q[j], 1));
   }
 }

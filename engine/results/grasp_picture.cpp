@@ -29,8 +29,8 @@ Matrix3d camera(const Model& model, const HandPose& pose) {
   const auto tip = [&](int k) { return Vector3d(pose.distal(hand, k) * hand.fingertips[k].centre_m); };
   const double g = model.scene.gravity.norm();
   const Vector3d up = g > 0.0 ? Vector3d(-model.scene.gravity / g) : Vector3d::UnitZ();
-  // The grip axis, from the fingertip that is farthest from the others, as a thumb is, to the middle of these, lies level
-  // and across the picture.
+  // The grip axis, from the fingertip that is farthest from the others, as a thumb is, to the middle of these, lies
+  // level and across the picture.
   Vector3d sum = Vector3d::Zero(), grip = Vector3d::Zero();
   for (int k = 0; k < hand.fingers(); ++k) sum += tip(k);
   for (int k = 0; k < hand.fingers() && hand.fingers() > 1; ++k) {

@@ -28,7 +28,7 @@ TEST(Program, ImportsAHandAndSaysWhatWasGuessed) {
   const Outcome made = thenar_program("hand import " + data("hands/gripper.xml") + kTips + " --out " + out);
   EXPECT_EQ(made.code, 0) << made.text;
   EXPECT_NE(made.text.find("note: joint 'wrist_turn' is locked"), std::string::npos) << made.text;
-  EXPECT_NE(made.text.find("3 fingers, 8 joints, 5 muscles"), std::string::npos) << made.text;
+  EXPECT_NE(made.text.find("3 fingers, 9 joints, 5 muscles"), std::string::npos) << made.text;
   const std::string text = read(out);
   EXPECT_NE(text.find("# thenar hand import gripper.xml --tips thumb=thumb_2"), std::string::npos) << text;
   EXPECT_NE(text.find("# - joint 'wrist_turn' is locked"), std::string::npos) << text;
@@ -43,7 +43,7 @@ TEST(Program, RefusesWhatNoHandCanBeMadeOf) {
     EXPECT_NE(said.text.find(words), std::string::npos) << said.text;
   };
   const std::string file = data("hands/gripper.xml");
-  refused("import " + file + " --tips thumb=thumb_9 --out " + out, "did you mean 'thumb_2'?");
+  refused("import " + file + " --tips thumb=thumb_9 --out " + out, "did you mean 'thumb_1'?");
   refused("import " + file + " --tips thumb --out " + out, "write it as FINGER=BODY");
   refused("import " + file + kTips + " --out " + file, "would replace");
   refused("import " + file + kTips, "--out");
