@@ -134,7 +134,8 @@ TEST(Keys, OfTheTableAreAllReadOfScenes) {
 }
 
 TEST(Keys, OfTheTableAreAllReadOfHands) {
-  const std::string keys = "{finger: thumb, joint_viscosity: 0.04, reduced_modulus: 3e5, poisson: 0.4, relaxation: 1e-3,";
+  const std::string keys =
+      "{finger: thumb, joint_viscosity: 0.04, reduced_modulus: 3e5, poisson: 0.4, relaxation: 1e-3,";
   std::string text = read_file(config_file("hand"));
   const std::string_view plain = "{finger: thumb,";
   text.replace(text.find(plain), plain.size(), keys);
