@@ -119,11 +119,14 @@ void add_muscle(const TreeTendon& tendon, const std::vector<RouteSpan>& spans, c
 }  // namespace
 
 void import_muscles(const BodyTree& tree, const TreePose& pose, const TreeSegments& segments, ImportedHand& made) {
-  constexpr int kPostures = 500;
+  constexpr int kPostures = 500, kMostWraps = 200;  // A human hand's tendons wrap some 50 times.
+  std::ptrdiff_t wraps = 0;
   const std::vector<HandPose> poses = random_poses(made.hand, kPostures, 1);
   std::vector<std::string_view> passive, elsewhere;
   for (const TreeTendon& tendon : tree.tendons) {
     const std::vector<RouteSpan> spans = spans_of(tree, pose, segments, made.hand, tendon);
+    wraps += std::ranges::count_if(spans, [](const RouteSpan& span) { return span.wrap.has_value(); });
+    if (wraps > kMostWraps) refuse_tendon(tendon, fmt::format("tendons wrap surfaces more than {} times", kMostWraps));
     if (spans.empty()) {
       elsewhere.push_back(tendon.muscle.empty() ? tendon.name : tendon.muscle);
     } else if (!tendon.max_force_N) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <new>
 #include <pugixml.hpp>
 
 #include "engine/formats/byte_source.h"
@@ -88,6 +89,7 @@ XmlElement read_xml(const std::filesystem::path& file) {
   pugi::xml_document document;
   const pugi::xml_parse_result result =
       document.load_buffer(text.data(), text.size(), pugi::parse_default, pugi::encoding_utf8);
+  if (result.status == pugi::status_out_of_memory) throw std::bad_alloc();
   if (!result) {
     throw ConfigError({{printable(place_at(file, text, result.offset)), "",
                         fmt::format("is no XML: {}", printable(result.description()))}});

@@ -59,6 +59,8 @@ COMMANDS = [
             results=("out/rows.csv",), repeats=True),
     Command("solve", "solve", "problems/contact-0.fcp", "problems/grasp-0.json"),
     Command("check", "check", "scene.yaml", "--format", "json"),
+    Command("import", "hand", "import", "gripper.xml", "--tips", "thumb=thumb_2:@24/1/-3mm,fore=fore_cap,little=little_tip",
+            "--out", "made.yaml", results=("made.yaml",)),
     Command("doctor", "doctor"),
     Command("demo", "demo", "scene.yaml", "--port", "0", "--record", "run.mcap", ended_after_s=1.0),
     Command("export csv", "export", "ready.mcap", "--csv", "table.csv", results=("table.csv",)),
@@ -165,7 +167,7 @@ class Trial:
         return [process]
 
     def edited_input(self, command):
-        name = self.random.choice([word for word in ("scene.yaml", "hand.yaml", "ready.mcap")
+        name = self.random.choice([word for word in ("scene.yaml", "hand.yaml", "ready.mcap", "gripper_thumb.xml")
                                    if (self.folder / word).exists()])
         how = self.random.choice(["cut", "removed", "replaced", "away"])
         after_s = self.random.uniform(0.0, 1.0) * self.clean[command.name]["seconds"]
@@ -235,10 +237,12 @@ class Trial:
 
 
 def make_inputs(options, folder):
-    """Scene and hand, problems, and a recording."""
+    """Scene and hands, problems, and a recording."""
     scene = (ROOT / "configs" / "minimal.yaml").read_text()
     (folder / "scene.yaml").write_text(re.sub(r"duration: [^,}\n]+", "duration: 0.3 s", scene))
     shutil.copy(ROOT / "configs" / "hand.yaml", folder)
+    for hand in (ROOT / "tests" / "data" / "hands").glob("gripper*.xml"):
+        shutil.copy(hand, folder)
     for words in (("run", "scene.yaml", "--quiet", "--record", "ready.mcap"),
                   ("run", "scene.yaml", "--quiet", "--dump-problems", "problems")):
         subprocess.run([options.thenar, *words], cwd=folder, check=True)
