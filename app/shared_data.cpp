@@ -65,8 +65,16 @@ fs::path find_scene(const std::string& text) {
 fs::path find_hand(const std::string& text) {
   std::error_code none;
   const fs::path file = text, known = thenar::known_hand(file);
-  if (fs::is_regular_file(file, none) || known.empty()) return file;
-  return known;
+  if (fs::exists(file, none) && !fs::is_directory(file, none)) return file;
+  if (!known.empty()) return known;
+  std::vector<std::string> names;
+  for (const fs::directory_entry& entry : fs::directory_iterator(scene_folder() / "hands", none)) {
+    names.push_back(entry.path().stem().string());
+  }
+  std::sort(names.begin(), names.end());
+  const std::vector<std::string_view> candidates(names.begin(), names.end());
+  throw thenar::FileError(text, "no such file, nor a hand that comes with the program" +
+                                    thenar::did_you_mean(thenar::nearest_word(file.stem().string(), candidates)));
 }
 
 std::string list_of_scenes() {

@@ -50,7 +50,10 @@ TEST(Program, RefusesWhatNoHandCanBeMadeOf) {
   refused("", "name a hand file, or import");
   EXPECT_FALSE(std::filesystem::exists(out));
   EXPECT_EQ(thenar_program("hand import none.xml --tips a=b --out " + out).code, 3);
-  EXPECT_EQ(thenar_program("hand no_such_hand").code, 3);
+  const Outcome unknown = thenar_program("hand alegro");
+  EXPECT_EQ(unknown.code, 3);
+  EXPECT_NE(unknown.text.find("nor a hand that comes with the program, did you mean 'allegro'?"), std::string::npos)
+      << unknown.text;
 }
 
 TEST(Program, RunsASceneWithAHandByNameAndRefusesMusclesOfAHandWithoutThem) {
