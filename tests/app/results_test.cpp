@@ -89,18 +89,25 @@ std::string file_limit(std::uintmax_t bytes) {
 TEST(Program, ADiskThatFailsTheRecordingFailsNothingElse) {
   const fs::path folder = scratch();
   const fs::path film = folder / "film.mcap";
-  for (const char* runner : {"", "--lockstep ", "--realtime "}) {
+  for (const std::string runner : {"", "--lockstep ", "--realtime "}) {
+    // In real time the lengths of two recordings differ, on a busy machine by a tenth; otherwise not at all.
+    const bool realtime = runner == "--realtime ";
     const std::string run =
         "run " + config("minimal.yaml") + kSoon + runner + "--time '0.5 s' --format json --record " + film.string();
     ASSERT_EQ(thenar_program(run, "exec ").code, 0);
     const std::uintmax_t whole = fs::file_size(film);
-    const Outcome cut = thenar_program(run, file_limit(whole - 8000));
+    const Outcome cut = thenar_program(run, file_limit(realtime ? whole / 2 : whole - 8000));
     EXPECT_EQ(cut.code, 3) << cut.text;
     EXPECT_NE(cut.text.find("film.mcap: could not be written in full"), std::string::npos) << cut.text;
     const std::size_t end = cut.text.rfind('}');
     ASSERT_NE(end, std::string::npos) << cut.text;
     const auto summary = nlohmann::json::parse(cut.text.substr(cut.text.find('{'), end - cut.text.find('{') + 1));
-    EXPECT_DOUBLE_EQ(summary.at("simulated_s").get<double>(), 0.5);
+    const auto simulated = summary.at("simulated_s").get<double>();
+    if (realtime) {
+      EXPECT_GT(simulated, 0.25);  // it went on behind the disk's end
+    } else {
+      EXPECT_DOUBLE_EQ(simulated, 0.5);
+    }
     // What was recorded before is sound.
     const Outcome exported = thenar_program("export " + film.string() + " --csv " + (folder / "film.csv").string());
     EXPECT_EQ(exported.code, 0) << exported.text;
