@@ -240,7 +240,10 @@ void describe_task(const TaskSettings& task, std::ostream& out) {
 
 }  // namespace
 
-std::string description(const Scene& scene, bool with_parts) {
+std::string description(const Scene& asked, bool with_parts) {
+  // Made for shapes, too: whether their samples make a surface shows then.
+  const Model model = build_and_tell(asked, false);
+  const Scene& scene = model.scene;  // with the grasp that was found, if one was asked for
   std::ostringstream out;
   out << scene.name << ": " << scene.duration_s << " s in steps of " << 1e3 * scene.step_s << " ms\n\nmodelled\n"
       << "  hand            " << scene.hand.joints.size() << " joints, viscosity " << scene.joint_viscosity
@@ -266,8 +269,7 @@ std::string description(const Scene& scene, bool with_parts) {
   left_out(scene.gravity.isZero(), "gravity (gravity)");
   if (complete) out << "  nothing\n";
 
-  // Made for shapes, too: whether their samples make a surface shows then.
-  const Model model = build_and_tell(scene, false);
+  if (!model.grasp_notes.empty()) out << "\ngrasp found\n" << model.grasp_notes << "\n";
   describe_warnings(model, out);
   describe_mending(model, out);
   if (with_parts) describe_parts(model, out);

@@ -24,7 +24,7 @@ std::string value_in_words(const Key& key, std::string_view code) {
   std::string unit = units == "number" ? units : fmt::format("{0}{1}{0}", code, units);
   switch (key.kind) {
     case KeyKind::kMap:
-      return "map";
+      return words_of(key).empty() ? "map" : fmt::format("map or {0}{1}{0}", code, join(words_of(key), ", "));
     case KeyKind::kOneOf:
       return "map of one key";
     case KeyKind::kMaps:
@@ -52,7 +52,7 @@ std::string value_in_words(const Key& key, std::string_view code) {
 }
 
 std::string range_in_words(const Key& key) {
-  if (key.kind == KeyKind::kChoice) return "";
+  if (key.kind == KeyKind::kChoice || key.kind == KeyKind::kMap) return "";
   std::string range(key.range.substr(0, key.range.find(" | ")));
   for (const std::string_view word : words_of(key)) range += fmt::format(" or {}", word);
   return range;

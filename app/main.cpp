@@ -16,6 +16,7 @@
 #include "app/doctor.h"
 #include "app/exit_code.h"
 #include "app/export.h"
+#include "app/grasp.h"
 #include "app/hand.h"
 #include "app/host.h"
 #include "app/keys.h"
@@ -174,6 +175,8 @@ int execute(const Options& options) {
       {"check", check},
       {"hand", [](const Options& o) { return run_hand(o.hand); }},
       {"solve", ::solve},
+      {"grasp", grasp},
+      {"new", new_scene},
       {"sweep", sweep},
       {"export", export_recording},
       {"keys", [](const Options& o) { return print(o.markdown ? keys_as_markdown() : keys_as_text(o.prefix)); }},

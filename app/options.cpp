@@ -164,6 +164,72 @@ void add_sweep(CLI::App& app, Options& options) {
       "another sweep, 3 for a file, 6 if rows are missing, such as one that found no memory, 130 if interrupted.");
 }
 
+/// What is said of an object that no scene describes yet.
+void add_object(CLI::App& command, Options& options) {
+  command
+      .add_option("--hand", options.hand_file,
+                  "The hand's file, or the name of one that comes with the program; default: hand.yaml")
+      ->type_name("FILE")
+      ->check(named());
+  command.add_option("--unit", options.unit, "What 1 in the object's file measures, such as mm; default: m")
+      ->type_name("UNIT")
+      ->check({[](const std::string& text) -> std::string {
+                 const bool is_length = thenar::read_quantity(text, Dimension::kLength).fault.empty();
+                 const bool is_unit = thenar::read_quantity("1 " + text, Dimension::kLength).fault.empty();
+                 return is_length || is_unit ? "" : text + " is no unit of length, such as mm or '25.4 mm'";
+               },
+               ""});
+  command.add_option("--mass", options.mass, "The object's mass, such as 80g; default: 100 g")
+      ->type_name("M")
+      ->check(quantity(Dimension::kMass, 1e-6, 1e3, "80g"));
+  command.add_option("--friction", options.friction, "Friction of the contacts; default: 0.6")
+      ->type_name("NUMBER")
+      ->check(CLI::Range(0.0, 10.0).description(""));
+  command.add_option("--press", options.press, "Normal load of the least loaded finger, such as 0.5N")
+      ->type_name("F")
+      ->check(quantity(Dimension::kForce, 1e-3, 1e3, "0.5N"));
+}
+
+/// The commands that find how a hand can hold an object.
+void add_grasp(CLI::App& app, Options& options) {
+  CLI::App* const grasp =
+      app.add_subcommand("grasp", "Finds how a hand can hold an object: ranks grasps, and writes each as a scene");
+  grasp
+      ->add_option("OBJECT|SCENE", options.subject,
+                   "A mesh or a point cloud; or a scene (YAML, or the name of one that comes with the program)")
+      ->required()
+      ->check(named());
+  grasp->add_option("--set", options.overrides, "Of a scene: changes a value, key.path=value, as often as needed")
+      ->take_all()
+      ->type_name("KEY=VALUE");
+  add_object(*grasp, options);
+  grasp->add_option("--best", options.best, "How many grasps, each unlike the others")
+      ->type_name("N")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 100).description(""));
+  grasp
+      ->add_option("--out", options.out,
+                   "Folder for grasp-1.yaml, grasp-1.png and so on: scenes that run, and pictures")
+      ->type_name("DIR")
+      ->check(named());
+  grasp->add_flag("--quiet", options.quiet, "Prints nothing but errors");
+  grasp->footer(
+      "Exit code: 0 if a grasp was found, 2 for a wrong command or scene, 3 for a file that cannot be read, 6 if none "
+      "was found, 130 if interrupted: what was found until then is ranked and written.");
+  CLI::App* const command =
+      app.add_subcommand("new", "Writes a commented scene in which a hand is to grasp an object from a file");
+  command->add_option("FILE", options.scene, "The scene's file, which must not be there yet")
+      ->required()
+      ->check(named())
+      ->check(no_folder());
+  command->add_option("--object", options.object, "A mesh or a point cloud")
+      ->required()
+      ->type_name("FILE")
+      ->check(named());
+  add_object(*command, options);
+  command->add_flag("--quiet", options.quiet, "Prints nothing but errors");
+}
+
 /// The commands that tell what a scene may say.
 void add_keys(CLI::App& app, Options& options) {
   CLI::App* const command =
@@ -301,6 +367,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
   add_solve(app, flags, options);
   add_check(app, options);
   add_hand(app, options.hand);
+  add_grasp(app, options);
   add_sweep(app, options);
   add_export(app, options);
   add_keys(app, options);

@@ -57,6 +57,14 @@ struct Options {
   std::vector<std::string> vary;  ///< As written, the last one turns fastest.
   int jobs = 0;                   ///< Rows at a time; 0: one a core, or one a process under mpirun.
 
+  // Of grasp and new.
+  std::string subject;              ///< Object's file or scene.
+  std::filesystem::path object;     ///< Of a new scene.
+  std::filesystem::path hand_file;  ///< Empty: the one that comes with the program.
+  std::string unit, mass, press;    ///< As written; empty: m, 100 g, as much as the mass wants.
+  std::optional<double> friction;
+  int best = 5;
+
   // Of the two threads.
   double spin_s = 50e-6;
   bool realtime = true;  ///< Ask for real-time scheduling.

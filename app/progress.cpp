@@ -17,6 +17,13 @@ namespace {
 std::atomic<bool> stop = false;
 static_assert(std::atomic<bool>::is_always_lock_free);
 
+void listen_for_stop() {
+  struct sigaction action {};
+  action.sa_handler = [](int) { stop = true; };
+  action.sa_flags = SA_RESETHAND;
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaction(signal, &action, nullptr);
+}
+
 }  // namespace
 
 ProgressLine::ProgressLine(bool quiet) : shows_(!quiet && isatty(STDERR_FILENO) != 0) {}
@@ -52,12 +59,19 @@ thenar::Model build_and_tell(thenar::Scene scene, bool quiet) {
   return build_model(std::move(scene), [&](const char* begins) { stage = begins; });
 }
 
+SearchWatch::SearchWatch(bool quiet) : line_(quiet) { listen_for_stop(); }
+
+bool SearchWatch::step(double share, int grasps) {
+  constexpr int kCells = 30;
+  const int full = static_cast<int>(share * kCells);
+  line_.show(fmt::format("[{:#<{}}{:-<{}}] {:.0f} %, {} found", "", full, "", kCells - full, 100.0 * share, grasps));
+  interrupted_ = stop;
+  return !interrupted_;
+}
+
 RunWatch::RunWatch(const thenar::Scene& scene, bool quiet)
     : duration_s_(scene.duration_s), shows_(!quiet && isatty(STDERR_FILENO) != 0) {
-  struct sigaction action {};
-  action.sa_handler = [](int) { stop = true; };
-  action.sa_flags = SA_RESETHAND;
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaction(signal, &action, nullptr);
+  listen_for_stop();
 }
 
 void RunWatch::end() const {

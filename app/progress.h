@@ -3,6 +3,7 @@
 #include <chrono>
 #include <string>
 
+#include "engine/finder/finder.h"
 #include "engine/results/scene_run.h"
 #include "engine/scenes/build_model.h"
 
@@ -25,6 +26,26 @@ class ProgressLine {
 /// build_model(), while a line of stderr says from the second second on which stage of it takes so long, if somebody is
 /// looking.
 [[nodiscard]] thenar::Model build_and_tell(thenar::Scene scene, bool quiet);
+
+/// Watches a search for grasps: shows how far it is, and ends it early if a signal asks for that, so that what was
+/// found is kept. A second signal ends the program at once.
+class SearchWatch {
+ public:
+  explicit SearchWatch(bool quiet);
+
+  /// For the search; valid as long as this.
+  [[nodiscard]] thenar::FinderProgress progress() {
+    return [this](double share, int grasps) { return step(share, grasps); };
+  }
+  void end() { line_.clear(); }
+  [[nodiscard]] bool interrupted() const { return interrupted_; }
+
+ private:
+  bool step(double share, int grasps);
+
+  ProgressLine line_;
+  bool interrupted_ = false;
+};
 
 /// Watches a run: shows on a line of stderr how far it is, if somebody is looking, and ends it early if a signal asks
 /// for that (Ctrl-C, SIGTERM, SIGHUP), so that its results are kept. A second signal ends the program at once.

@@ -84,6 +84,7 @@ Json value_of(const Key& key) {
   Json text{{"type", "string"}, {"minLength", 1}};
   switch (key.kind) {
     case KeyKind::kMap:
+      if (!words_of(key).empty()) return {{"anyOf", {choice(key), map_at(key.path, false)}}};
       return map_at(key.path, false);
     case KeyKind::kOneOf:
       return map_at(key.path, true);

@@ -6,7 +6,7 @@ include(CMakePackageConfigHelpers)
 set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/thenar)
 set(header_folder ${CMAKE_INSTALL_INCLUDEDIR}/thenar)
 set(core_rooms solvers collision grasp)
-set(other_rooms formats scenes loops results studies)
+set(other_rooms finder formats scenes loops results studies)
 
 # thenar-grasp: the real-time core, which needs Eigen alone. thenar-engine: all the rest.
 foreach(set IN ITEMS core other)

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "engine/scenes/build_model.h"
+#include "engine/scenes/surface_model.h"
 
 namespace thenar::window {
 

@@ -13,6 +13,7 @@ SECTIONS = (
     ("Sticking, sliding, converging", ("motion",)),
     ("Where methods fail", ("stability", "contact_families")),
     ("No more than a scene needs", ("model",)),
+    ("Grasps that are found", ("grasp_finding",)),
     ("Growth", ("growth", "contact_growth", "compression")),
 )
 OUTCOMES = ("held", "over limits", "off target", "slipping", "unstable", "lost", "solver failed", "refused")

@@ -20,6 +20,7 @@
 #include "engine/results/scene_run.h"
 #include "engine/scenes/build_model.h"
 #include "engine/scenes/scene_file.h"
+#include "engine/scenes/surface_model.h"
 
 namespace thenar {
 namespace {

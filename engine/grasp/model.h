@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,15 @@
 #include "engine/grasp/scene.h"
 
 namespace thenar {
+
+/// What one finger does to the object.
+struct FingerLoad {
+  Eigen::Vector3d force_N = Eigen::Vector3d::Zero();   ///< Sum of its contact forces, world axes.
+  double normal_N = 0.0;                               ///< Sum of their normal parts; 0: the finger is not loaded.
+  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< Pressure centre on the object's surface, world.
+  Eigen::Vector3d normal =
+      Eigen::Vector3d::Zero();  ///< Into the object, world: mean of the contacts' normals, by load.
+};
 
 /// A scene made ready to run: its data, and what is computed from them once. Made by build_model().
 struct Model {
@@ -19,6 +29,9 @@ struct Model {
   Eigen::Matrix3Xd fine_m = {};   ///< Object's samples that control points may pass by (fine_parts): usually none.
   int level = 0;                  ///< Of detail of the pulps.
   Eigen::Index max_contacts = 0;  ///< Capacity of a frame, all fingers together.
+  std::string grasp_notes = {};   ///< How the grasp was found, and how good it is; empty: it was not.
+  /// What the fingers carry when a run begins, of a scene that settles; else nothing, and they are not loaded.
+  std::optional<PerFinger<FingerLoad>> start_load = {};
 
   [[nodiscard]] int fingers() const { return scene.hand.fingers(); }
   [[nodiscard]] bool deformable() const { return !pulps.empty(); }

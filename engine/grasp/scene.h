@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <cstdint>
 #include <filesystem>
 #include <numbers>
 #include <optional>
@@ -138,6 +139,17 @@ struct Tolerance {
   double margin = 0.05;  ///< A difference of margins.
 };
 
+/// What a user asks of a grasp that is to be found; what is left out is chosen. Object axes.
+struct GraspWish {
+  std::vector<int> fingers = {};                   ///< Of the hand, by index; empty: chosen.
+  std::optional<Eigen::Vector3d> axis_O = {};      ///< Unit: the line on which the fingers face each other.
+  std::optional<Eigen::Vector3d> at_O = {};        ///< Near where on that line the object is held [m].
+  std::optional<Eigen::Vector3d> approach_O = {};  ///< Unit: the way in which the hand comes to the object.
+  std::optional<double> press_N = {};              ///< Normal load of the least loaded finger, without weight.
+  int rank = 1;                                    ///< Of all that are found; 1 is the best.
+  std::uint32_t seed = 1;
+};
+
 /// All that a scene file says, in SI. What it does not name is absent here, and costs nothing.
 struct Scene {
   std::string name;
@@ -149,6 +161,8 @@ struct Scene {
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  ///< World = hand frame.
   Hand hand;
   JointVector posture;                 ///< q at the start.
+  bool settles = false;                ///< The fingers move until they press as they are asked to: see settle().
+  std::optional<GraspWish> grasp;      ///< Posture, and pose of the object, are to be found: until build_model has.
   double joint_viscosity = 0.0;        ///< b [N m s], of fingers that have no other: viscosity().
   std::optional<JointVector> torques;  ///< Without control: what drives the joints [N m].
   std::optional<FingertipSettings> fingertips;

@@ -4,7 +4,7 @@ namespace thenar {
 
 State::State(const Model& model) {
   q = model.scene.posture;
-  load = PerFinger<FingerLoad>(model.fingers());
+  load = model.start_load.value_or(PerFinger<FingerLoad>(model.fingers()));
   pulp_energy_J = PerFinger<double>(model.fingers());
   X_WO = model.scene.object.X_WO;
   for (const Pulp& pulp : model.pulps) u_m.emplace_back(Eigen::MatrixX3d::Zero(pulp.controls(), 3));

@@ -42,15 +42,6 @@ struct ObjectLoad {
 /// Room for the loads of contacts that are no more.
 inline constexpr Eigen::Index kLoadsPerContact = 4;
 
-/// What one finger does to the object.
-struct FingerLoad {
-  Eigen::Vector3d force_N = Eigen::Vector3d::Zero();   ///< Sum of its contact forces, world axes.
-  double normal_N = 0.0;                               ///< Sum of their normal parts; 0: the finger is not loaded.
-  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< Pressure centre on the object's surface, world.
-  Eigen::Vector3d normal =
-      Eigen::Vector3d::Zero();  ///< Into the object, world: mean of the contacts' normals, by load.
-};
-
 /// What the control side sees of the state.
 struct Snapshot {
   std::int64_t tick = 0;   ///< Steps taken: the time is tick * step.

@@ -1,60 +1,22 @@
 #include "engine/scenes/build_model.h"
 
-#include <algorithm>
-#include <cmath>
+#include <string>
 #include <utility>
+#include <vector>
 
-#include "collision/fine_parts.h"
-#include "engine/scenes/config.h"
-#include "engine/scenes/pulp_levels.h"
-#include "engine/scenes/scene_file.h"
+#include "engine/scenes/scene_grasp.h"
+#include "engine/scenes/surface_model.h"
 
 namespace thenar {
 
-using Eigen::Vector3d;
-
 namespace {
 
-/// Refuses places that a scene names in its object and that are not within its surface. The origin, which is where all
-/// of them are unless named, may lie anywhere.
-void check_places(const Model& model) {
-  const Scene& scene = model.scene;
-  const Eigen::AlignedBox3d& box = model.object.bounds();
-  const auto check = [&](const Vector3d& point_m, const char* key) {
-    // Samples end up to a support before the surface does.
-    if (point_m.isZero(0.0) || box.exteriorDistance(point_m) <= model.object.support_m()) return;
-    throw ConfigError({{scene.name, key, "must lie within the object: " + in_words(box) + " in its frame"}});
-  };
-  check(scene.object.centre_of_mass_m, "object.centre_of_mass");
-  if (scene.task.push) check(scene.task.push->at_m, "task.push.at");
-}
-
-/// What depends on how many control points the pulps have.
-void fit_to_controls(Model& model) {
-  model.max_contacts = model.fingers() * std::min(model.scene.contact.max_per_finger, model.pulps.front().controls());
-  double spacing_m = 0.0;  // of control points
-  for (const Pulp& pulp : model.pulps) spacing_m = std::max(spacing_m, std::sqrt(pulp.area_m2.mean()));
-  model.fine_m = fine_parts(model.object.cloud(), spacing_m);
-}
-
-void make_fingertips(Model& model) {
-  const Scene& scene = model.scene;
-  model.max_contacts = model.fingers();
-  if (!scene.fingertips) return;
-  model.pulps = make_pulps(scene);
-  if (scene.contact.level != 0) {
-    model.level = scene.contact.level
-                      ? *scene.contact.level
-                      : choose_level(estimate_levels(scene, model.pulps), scene.contact.force_error).level;
-    for (Pulp& pulp : model.pulps) set_level(pulp, model.level);
-  }
-  fit_to_controls(model);
-}
-
 Model with_surface(Scene scene, std::vector<std::string> notes, ImplicitSurface surface) {
-  Model model{.scene = std::move(scene), .object_notes = std::move(notes), .object = std::move(surface)};
-  check_places(model);
-  make_fingertips(model);
+  std::string grasp_notes;
+  if (scene.grasp) grasp_notes = find_scene_grasp(scene, surface);
+  Model model = surface_model(std::move(scene), std::move(surface));
+  model.object_notes = std::move(notes);
+  model.grasp_notes = std::move(grasp_notes);
   return model;
 }
 
@@ -70,16 +32,6 @@ Model build_model(Scene scene, const StartWatch& begins) {
 Model build_model(Scene scene, const Model& known) {
   if (!have_same_surface(scene, known.scene)) return build_model(std::move(scene));
   return with_surface(std::move(scene), known.object_notes, known.object);
-}
-
-void set_fingertips(Model& model, PulpKernel kernel, int level) {
-  model.scene.fingertips->material.kernel = kernel;
-  model.level = level;
-  for (Pulp& pulp : model.pulps) {
-    pulp.material.kernel = kernel;
-    set_level(pulp, level);
-  }
-  fit_to_controls(model);
 }
 
 }  // namespace thenar

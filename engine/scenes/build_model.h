@@ -13,7 +13,4 @@ namespace thenar {
 /// The same model, sooner: a known one lends its object's surface where the scene has the same.
 [[nodiscard]] Model build_model(Scene scene, const Model& known);
 
-/// Gives the fingertips another kernel and level of detail (set_level). Requires deformable ones.
-void set_fingertips(Model& model, PulpKernel kernel, int level);
-
 }  // namespace thenar

@@ -282,7 +282,7 @@ bool ConfigMap::is_map(std::string_view key) const {
 }
 
 std::string ConfigMap::word(std::string_view key) const {
-  const std::vector<std::string_view> words = words_of(known(key, KeyKind::kQuantity));
+  const std::vector<std::string_view> words = words_of(known(key));
   const YamlNode* const node = find(key);
   const bool is_one = node != nullptr && std::ranges::find(words, node->text) != words.end();
   return is_one ? node->text : "";

@@ -53,7 +53,8 @@ class ConfigMap {
  public:
   [[nodiscard]] bool has(std::string_view key) const;
   [[nodiscard]] bool is_map(std::string_view key) const;
-  /// The one of the words of a quantity's range that the value is, as in `gain: auto`; empty if it is none or missing.
+  /// The one of the words that may stand for a quantity or a map, as in `gain: auto`; empty if the value is another or
+  /// missing.
   [[nodiscard]] std::string word(std::string_view key) const;
 
   [[nodiscard]] double quantity(std::string_view key) const;

@@ -34,8 +34,8 @@ struct Key {
   KeyKind kind;
   Dimension dimension;
   /// Of numbers "> 0", ">= 1 kPa" or "0 .. 10 mm", ends included, where a bare 0 is one of any unit; then, each behind
-  /// a bar, the words that may stand for a number: "> 0 | auto". Of a choice the words alone. Empty: all that the kind
-  /// allows.
+  /// a bar, the words that may stand for a number: "> 0 | auto". Of a map the words that may stand for it, each behind
+  /// a bar; of a choice the words alone. Empty: all that the kind allows.
   std::string_view range;
   /// What holds without the key: a value, which is then read, or a sentence in brackets. Empty: the key must be there.
   std::string_view without;

@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <system_error>
 
+#include "engine/finder/hand_body.h"
 #include "engine/formats/files.h"
 #include "engine/formats/point_cloud_file.h"
 #include "engine/scenes/config.h"
@@ -45,7 +47,17 @@ void read_time(const ConfigMap& time, Scene& scene) {
   }
 }
 
-void read_posture(const ConfigMap& map, Scene& scene) {
+/// Refuses what a grasp that is found says instead.
+bool is_found(const ConfigMap& map, std::string_view key, bool finds) {
+  if (finds && map.has(key)) map.refuse(key, "is what grasp finds: leave out one of them");
+  return finds;
+}
+
+void read_posture(const ConfigMap& map, bool finds, Scene& scene) {
+  if (is_found(map, "posture", finds)) {
+    scene.posture = scene.hand.at_zero();
+    return;
+  }
   const std::size_t joints = scene.hand.joints.size();
   const Eigen::VectorXd posture = map.quantities("posture", joints);
   if (joints == 0) return;  // no hand was read, and that is reported
@@ -58,6 +70,25 @@ void read_posture(const ConfigMap& map, Scene& scene) {
   }
 }
 
+/// The indices of fingers of these names.
+std::vector<int> read_fingers(const ConfigMap& map, const Hand& hand) {
+  std::vector<int> fingers;
+  for (const std::string& name : map.texts("fingers")) {
+    const auto named = [&](const Fingertip& tip) { return tip.finger == name; };
+    const auto tip = std::find_if(hand.fingertips.begin(), hand.fingertips.end(), named);
+    const int k = static_cast<int>(tip - hand.fingertips.begin());
+    if (hand.fingertips.empty()) continue;  // no hand was read, and that is reported
+    if (tip == hand.fingertips.end()) {
+      map.refuse("fingers", "the hand has no finger '" + name + "'");
+    } else if (std::find(fingers.begin(), fingers.end(), k) != fingers.end()) {
+      map.refuse("fingers", "names '" + name + "' twice");
+    } else {
+      fingers.push_back(k);
+    }
+  }
+  return fingers;
+}
+
 /// The hand's file: beside the scene, or one that comes with the program. Empty if the scene names none.
 std::filesystem::path hand_file(const ConfigMap& map) {
   const std::filesystem::path beside = map.path("model");
@@ -67,7 +98,7 @@ std::filesystem::path hand_file(const ConfigMap& map) {
 }
 
 /// False if the hand file cannot be read, which is reported.
-bool read_hand(const ConfigMap& map, bool controlled, Scene& scene) {
+bool read_hand(const ConfigMap& map, bool controlled, bool finds, Scene& scene) {
   bool readable = true;
   try {
     if (const std::filesystem::path model = hand_file(map); !model.empty()) scene.hand = load_hand(model);
@@ -75,10 +106,15 @@ bool read_hand(const ConfigMap& map, bool controlled, Scene& scene) {
     map.refuse("model", error.what());
     readable = false;
   }
+  if (map.has("fingers")) {
+    const std::vector<int> fingers = read_fingers(map, scene.hand);
+    if (!fingers.empty()) scene.hand = hand_of(scene.hand, fingers);
+  }
   if (map.has("mirror") && map.flag("mirror")) scene.hand = mirrored(std::move(scene.hand));
-  read_posture(map, scene);
+  read_posture(map, finds, scene);
+  if (map.has("settle")) scene.settles = map.flag("settle");
   scene.joint_viscosity = map.quantity("joint_viscosity");
-  if (controlled) return readable;
+  if (controlled || finds) return readable;
   const Eigen::VectorXd torques = map.quantities("torques", scene.hand.joints.size());
   if (readable) scene.torques = torques;
   return readable;
@@ -195,7 +231,7 @@ Vector3d read_centre_of_mass(const ConfigMap& map, const Shape& shape) {
   return centre_m;
 }
 
-ObjectSettings read_object(const ConfigMap& map, bool deformable_fingers) {
+ObjectSettings read_object(const ConfigMap& map, bool deformable_fingers, bool finds) {
   ObjectSettings object;
   object.shape = read_shape(map.map("shape"));
   const auto* const scan = std::get_if<CloudShape>(&object.shape);
@@ -207,8 +243,8 @@ ObjectSettings read_object(const ConfigMap& map, bool deformable_fingers) {
   object.mass_kg = map.quantity("mass");
   object.centre_of_mass_m = read_centre_of_mass(map, object.shape);
   object.X_WO.setIdentity();
-  object.X_WO.translation() = map.quantities("position");
-  object.X_WO.linear() = map.rotation("rotation");
+  if (!is_found(map, "position", finds)) object.X_WO.translation() = map.quantities("position");
+  if (!is_found(map, "rotation", finds)) object.X_WO.linear() = map.rotation("rotation");
   const ConfigMap damping = map.map("damping");
   object.translation_damping = damping.quantity("translation");
   object.rotation_damping = damping.quantity("rotation");
@@ -250,7 +286,7 @@ ContactSettings read_contact(const ConfigMap& map, const std::optional<Fingertip
 
 PidGains read_gains(const ConfigMap& map) { return {map.quantity("p"), map.quantity("i"), map.quantity("d")}; }
 
-ControlSettings read_control(const ConfigMap& map) {
+ControlSettings read_control(const ConfigMap& map, bool pressed) {
   ControlSettings control;
   control.law = map.choice("law") == "paper" ? ControlLaw::kPaper : ControlLaw::kFeedforward;
   if (map.word("gain").empty()) control.gain = map.quantity("gain");
@@ -259,7 +295,11 @@ ControlSettings read_control(const ConfigMap& map) {
   control.pulp_tangential_N_per_m = pulp.quantity("tangential");
   const ConfigMap grasp = map.map("grasp");
   control.grasp_friction = grasp.quantity("friction");
-  control.internal_force_N = grasp.quantity("internal_force");
+  if (!pressed) {
+    control.internal_force_N = grasp.quantity("internal_force");
+  } else if (grasp.has("internal_force")) {
+    grasp.refuse("internal_force", "is what grasp.press asks for: leave out one of them");
+  }
   control.cone = grasp.choice("cone") == "exact" ? FrictionCone::kExact : FrictionCone::kPyramid;
   control.position = read_gains(map.map("position"));
   control.rotation = read_gains(map.map("rotation"));
@@ -316,6 +356,34 @@ TaskSettings read_task(const ConfigMap& map, const Shape& shape) {
   return task;
 }
 
+Vector3d read_direction(const ConfigMap& map, std::string_view key) {
+  const Vector3d direction = map.quantities(key);
+  if (direction.squaredNorm() <= 0.0) map.refuse(key, "a direction must not be zero");
+  return direction.stableNormalized();
+}
+
+/// `grasp: auto`, or a map.
+GraspWish read_grasp(const ConfigMap& root, const Scene& scene) {
+  GraspWish wish;
+  const bool controlled = root.has("control");
+  if (!root.word("grasp").empty()) {
+    if (!controlled) root.refuse("grasp", "needs grasp.press without control: write it as a map");
+    return wish;
+  }
+  const ConfigMap map = root.map("grasp");
+  if (map.has("fingers")) wish.fingers = read_fingers(map, scene.hand);
+  if (map.has("axis")) wish.axis_O = read_direction(map, "axis");
+  if (map.has("approach")) wish.approach_O = read_direction(map, "approach");
+  if (map.has("at")) {
+    wish.at_O = map.quantities("at");
+    check_is_in_object(map, "at", *wish.at_O, scene.object.shape);
+  }
+  if (map.has("press") || !controlled) wish.press_N = map.quantity("press");
+  wish.rank = static_cast<int>(map.count("rank"));
+  wish.seed = static_cast<std::uint32_t>(map.count("seed"));
+  return wish;
+}
+
 Tolerance read_tolerance(const ConfigMap& map) {
   return {map.quantity("position"), map.quantity("rotation"), map.quantity("force"), map.quantity("moment"),
           map.quantity("margin")};
@@ -342,11 +410,14 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
   scene.name = root.text("name");
   read_time(root.map("time"), scene);
   scene.gravity = root.quantities("gravity");
-  const bool hand_readable = read_hand(root.map("hand"), root.has("control"), scene);
+  const bool finds = root.has("grasp");
+  const bool hand_readable = read_hand(root.map("hand"), root.has("control"), finds, scene);
   if (root.has("fingertips")) scene.fingertips = read_fingertips(root.map("fingertips"));
-  scene.object = read_object(root.map("object"), scene.fingertips.has_value());
+  scene.object = read_object(root.map("object"), scene.fingertips.has_value(), finds);
   scene.contact = read_contact(root.map("contact"), scene.fingertips);
-  if (root.has("control")) scene.control = read_control(root.map("control"));
+  if (finds) scene.grasp = read_grasp(root, scene);
+  const bool pressed = scene.grasp && scene.grasp->press_N;
+  if (root.has("control")) scene.control = read_control(root.map("control"), pressed);
   if (scene.control && scene.control->muscles && !scene.hand.joints.empty() && scene.hand.muscles.empty()) {
     root.map("control").refuse("muscles", "this hand has none: write false, and torques drive its joints");
   }

@@ -10,6 +10,7 @@
 
 #include "engine/loops/split_grasp.h"
 #include "engine/scenes/build_model.h"
+#include "engine/scenes/surface_model.h"
 #include "tests/support/scenes.h"
 #include "tests/support/split_runs.h"
 #include "tests/support/three_fingers.h"

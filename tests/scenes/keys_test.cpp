@@ -100,6 +100,7 @@ std::vector<std::pair<std::string, Changes>> scenes_with_all_keys() {
   };
   const std::string interval = ", from: 0 s, over: 1 s}";
   return {{"stick", {"hand.mirror=false"}},
+          {"found_carry", {}},
           {"scan_grasp",
            {"time.control_delay=1 ms", "model=auto",
             "tolerance={position: 1 mm, rotation: 1 deg, force: 5 %, moment: 10 %, margin: 0.1}", "contact.level=auto",

@@ -1,0 +1,154 @@
+#include "engine/finder/hand_body.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "engine/grasp/frame.h"
+
+namespace thenar {
+
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr double kThickness = 0.7;      // Of a finger's bones, of its pulp's radius.
+constexpr double kTipThickness = 0.45;  // Near the pulp, which is pressed in there.
+
+/// Spheres from one place to another, less than their radii apart.
+void add_bar(BodyPoint point, const Vector3d& from_m, const Vector3d& to_m, std::vector<BodyPoint>& body) {
+  const int parts = std::max(1, static_cast<int>(std::ceil((to_m - from_m).norm() / (1.6 * point.clearance_m))));
+  for (int i = 0; i <= parts; ++i) {
+    point.p_S = from_m + (to_m - from_m) * i / parts;
+    body.push_back(point);
+  }
+}
+
+}  // namespace
+
+std::vector<BodyPoint> hand_body(const Hand& hand) {
+  std::vector<BodyPoint> body;
+  double palm_m = 0.0;
+  for (const Fingertip& tip : hand.fingertips) palm_m = std::max(palm_m, tip.radius_m);
+  for (int s = 0; s < static_cast<int>(hand.segments.size()); ++s) {
+    const Segment& segment = hand.segments[s];
+    if (segment.joints == 0) continue;
+    const Fingertip& tip = hand.fingertips[segment.finger];
+    const BodyPoint point{s, segment.finger, segment.joints, Vector3d::Zero(), kThickness * tip.radius_m};
+    if (s != tip.segment) {
+      add_bar(point, Vector3d::Zero(), {segment.length_m, 0.0, 0.0}, body);
+      continue;
+    }
+    // Up to where the pulp begins.
+    const double reach_m = tip.centre_m.norm();
+    const Vector3d to_m = tip.centre_m * std::max(0.0, 1.0 - 0.6 * tip.radius_m / std::max(reach_m, 1e-9));
+    BodyPoint end = point;
+    end.clearance_m = kTipThickness * tip.radius_m;
+    add_bar(end, Vector3d::Zero(), to_m, body);
+  }
+  std::vector<Vector3d> roots_m;
+  for (const Fingertip& tip : hand.fingertips) roots_m.push_back(hand.joints[tip.first_joint].origin_m);
+  const BodyPoint palm{-1, 0, 0, Vector3d::Zero(), palm_m};
+  for (std::size_t k = 0; k < roots_m.size(); ++k) {
+    add_bar(palm, Vector3d::Zero(), roots_m[k], body);
+    if (k > 0) add_bar(palm, roots_m[k - 1], roots_m[k], body);
+  }
+  return body;
+}
+
+PulpPose pulp_pose(const Hand& hand, const HandPose& pose, int finger) {
+  const Fingertip& tip = hand.fingertips[finger];
+  const Eigen::Isometry3d& X_WF = pose.distal(hand, finger);
+  PulpPose pulp{X_WF * tip.centre_m, X_WF.linear() * tip.normal, {}, {}};
+  pulp.J_centre = finger_jacobian(hand, pose, finger, pulp.centre_m);
+  pulp.J_normal = FingerJacobian::Zero(3, pulp.J_centre.cols());
+  for (int j = 0; j < tip.joints; ++j) pulp.J_normal.col(j) = pose.axis[tip.first_joint + j].cross(pulp.normal);
+  return pulp;
+}
+
+double dexterity(const Hand& hand, const HandPose& pose, int finger, const Vector3d& x_m) {
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> values;
+  values.computeDirect(squared(finger_jacobian(hand, pose, finger, x_m)), Eigen::EigenvaluesOnly);
+  return std::sqrt(std::max(0.0, values.eigenvalues()[0]) / std::max(1e-300, values.eigenvalues()[2]));
+}
+
+GraspContact pressed_contact(const ImplicitSurface& object, const Eigen::Isometry3d& X_WO, const Vector3d& pulp_W,
+                             double radius_m) {
+  constexpr double kFar = std::numeric_limits<double>::infinity();
+  const Vector3d pulp_O = X_WO.inverse() * pulp_W;
+  const SurfaceDistance nearest = *object.distance(pulp_O, kFar);
+  const double depth_m = radius_m - nearest.distance_m;
+  Vector3d centre_O = nearest.point_m, normal_O = nearest.normal;
+  if (depth_m > 0.0) {
+    const Vector3d across = normal_O.unitOrthogonal(), along = normal_O.cross(across);
+    const double half_rad = std::sqrt(std::min(1.0, depth_m / radius_m));  // Of the patch on a plane.
+    Vector3d centres = Vector3d::Zero(), normals = Vector3d::Zero();
+    double loads = 0.0;
+    for (int ring = 0; ring <= 2; ++ring) {
+      const double angle_rad = 0.5 * ring * half_rad;
+      const int points = std::max(1, 6 * ring);
+      for (int i = 0; i < points; ++i) {
+        const double turn_rad = 2.0 * std::numbers::pi * i / points;
+        const Vector3d way = std::cos(angle_rad) * -normal_O +
+                             std::sin(angle_rad) * (std::cos(turn_rad) * across + std::sin(turn_rad) * along);
+        const SurfaceDistance at = *object.distance(pulp_O + radius_m * way + 0.5 * depth_m * nearest.normal, kFar);
+        if (at.distance_m >= 0.0) continue;
+        const double load = std::sqrt(-at.distance_m);
+        centres += load * at.point_m;
+        normals += load * at.normal;
+        loads += load;
+      }
+    }
+    if (loads > 0.0) {
+      centre_O = centres / loads;
+      normal_O = normals.normalized();
+    }
+  }
+  const Vector3d n = -(X_WO.linear() * normal_O);
+  return {X_WO * centre_O, axes_of(n, n.unitOrthogonal())};
+}
+
+Hand hand_of(const Hand& hand, std::vector<int> fingers) {
+  std::sort(fingers.begin(), fingers.end());
+  Hand part;
+  std::vector<int> finger_of(hand.fingertips.size(), -1), joint_of(hand.joints.size(), -1);
+  for (const int k : fingers) {
+    finger_of[k] = part.fingers();
+    Fingertip tip = hand.fingertips[k];
+    const int first = tip.first_joint;
+    tip.first_joint = static_cast<int>(part.joints.size());
+    for (int j = first; j < first + tip.joints; ++j) {
+      joint_of[j] = static_cast<int>(part.joints.size());
+      part.joints.push_back(hand.joints[j]);
+    }
+    part.fingertips.push_back(tip);
+  }
+  // The palm, which no joint moves, belongs to all.
+  std::vector<int> segment_of(hand.segments.size(), -1);
+  for (std::size_t s = 0; s < hand.segments.size(); ++s) {
+    Segment segment = hand.segments[s];
+    segment.finger = segment.joints == 0 ? 0 : finger_of[segment.finger];
+    if (segment.finger < 0) continue;
+    segment_of[s] = static_cast<int>(part.segments.size());
+    part.segments.push_back(segment);
+  }
+  for (Fingertip& tip : part.fingertips) tip.segment = segment_of[tip.segment];
+  for (Muscle muscle : hand.muscles) {
+    std::erase_if(muscle.crossings, [&](const MuscleCrossing& crossing) {
+      return joint_of[crossing.joints.front()] < 0 || segment_of[crossing.insertion_segment] < 0 ||
+             segment_of[crossing.pull_segment] < 0;
+    });
+    for (MuscleCrossing& crossing : muscle.crossings) {
+      std::erase_if(crossing.joints, [&](int joint) { return joint_of[joint] < 0; });
+      for (int& joint : crossing.joints) joint = joint_of[joint];
+      crossing.insertion_segment = segment_of[crossing.insertion_segment];
+      crossing.pull_segment = segment_of[crossing.pull_segment];
+    }
+    if (!muscle.crossings.empty()) part.muscles.push_back(muscle);
+  }
+  return part;
+}
+
+}  // namespace thenar

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "collision/implicit_surface.h"
+#include "engine/grasp/hand.h"
+#include "solvers/grasp_problem.h"
+
+namespace thenar {
+
+/// A point of the hand that is to stay out of the object: so far at least.
+struct BodyPoint {
+  int segment = -1;  ///< -1: the palm.
+  int finger = 0, joints = 0;
+  Eigen::Vector3d p_S = Eigen::Vector3d::Zero();  ///< Segment frame; of the palm hand frame.
+  double clearance_m = 0.0;
+};
+
+/// The hand as spheres along its bones. A hand file has no skin: fingers are taken to be as thick as seven tenths of
+/// their pulps, for flesh gives way, and the palm as bars from the wrist to the first joint of each finger and from
+/// finger to finger.
+[[nodiscard]] std::vector<BodyPoint> hand_body(const Hand& hand);
+
+/// Where finger k's pulp is, how it turns, and how both move with the joints.
+struct PulpPose {
+  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< The pulp's mean outward direction, world.
+  FingerJacobian J_centre, J_normal;
+};
+[[nodiscard]] PulpPose pulp_pose(const Hand& hand, const HandPose& pose, int finger);
+
+/// How far finger k is from being stretched or folded at its point x: the least over the largest singular value of its
+/// Jacobian there. Near 0 no torque pushes x in some direction, and the slightest push there turns joints far.
+[[nodiscard]] double dexterity(const Hand& hand, const HandPose& pose, int finger, const Eigen::Vector3d& x_m);
+
+/// What a pressed pulp is to the object: its pressure centre, and the mean of the surface's normals under it by load,
+/// which on curved surfaces is not the normal at the nearest point. It takes the pressure of a sphere on a plane
+/// [Hertz 1882] over what of the pulp is in the object, drawn back by half the depth.
+[[nodiscard]] GraspContact pressed_contact(const ImplicitSurface& object, const Eigen::Isometry3d& X_WO,
+                                           const Eigen::Vector3d& pulp_W, double radius_m);
+
+/// The hand with these of its fingers alone, in the order of the hand: joints, bones, fingertips, and what their
+/// muscles do there. `fingers` are indices, in any order, each once.
+[[nodiscard]] Hand hand_of(const Hand& hand, std::vector<int> fingers);
+
+}  // namespace thenar

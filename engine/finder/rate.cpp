@@ -1,0 +1,170 @@
+#include "engine/finder/rate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "engine/finder/carry.h"
+#include "engine/finder/effort.h"
+#include "engine/finder/hand_body.h"
+#include "engine/finder/pinch.h"
+#include "engine/finder/wrench_space.h"
+#include "engine/grasp/frame.h"
+
+namespace thenar {
+
+using Eigen::Index;
+using Eigen::Vector3d;
+
+namespace {
+
+/// The lambda by which the least loaded finger presses with the load that is wished for, if that is.
+double internal_force_N(const FinderProblem& problem, const std::vector<GraspContact>& contacts,
+                        const Eigen::Isometry3d& X_WO) {
+  if (!problem.wish.press_N) return problem.internal_force_N;
+  ForceCheck check(problem, contacts, X_WO, 1.0);
+  const HoldingForces squeeze = check.against(Vector3d::Zero(), Vector3d::Zero());
+  double least = 1.0;
+  for (std::size_t k = 0; squeeze.found && k < contacts.size(); ++k) {
+    least = std::min(least, contacts[k].axes.col(0).dot(squeeze.f.segment<3>(3 * static_cast<Index>(k))));
+  }
+  return *problem.wish.press_N / std::clamp(least, 0.1, 1.0);
+}
+
+double margin_of(const FinderProblem& problem, ForceCheck& check) {
+  double needed = 0.0;
+  const double weight_N = problem.mass_kg * problem.gravity.norm();
+  const double least_N = weight_N > 0.0 ? weight_N : 0.0;
+  for (const Vector3d& e : directions()) {
+    for (const double force_N : {least_N, least_N + kPush_N}) {
+      needed = std::max(needed, check.against(force_N * e, Vector3d::Zero()).needed_friction);
+      if (!std::isfinite(needed)) return -1.0;
+    }
+    needed = std::max(needed, check.against(problem.mass_kg * problem.gravity, kTurn_Nm * e).needed_friction);
+    if (!std::isfinite(needed)) return -1.0;
+  }
+  return 1.0 - needed / problem.friction;
+}
+
+void add_effort(const FinderProblem& problem, const Hand& hand, const std::vector<GraspContact>& contacts,
+                ForceCheck& check, FoundGrasp& grasp) {
+  Effort effort(problem, hand, contacts);
+  const Vector3d weight_N = problem.mass_kg * problem.gravity;
+  const auto add = [&](const Vector3d& force_N) {
+    const HoldingForces forces = check.against(force_N, Vector3d::Zero());
+    const JointVector tau = effort.torques_Nm(grasp.q, forces.f);
+    grasp.muscle_share = std::max(grasp.muscle_share, effort.muscle_share(tau));
+    return tau;
+  };
+  grasp.torque_Nm = add(weight_N).cwiseAbs().maxCoeff();
+  if (!problem.muscles) return;
+  for (const Vector3d& e : directions()) add(weight_N + kPush_N * e);
+}
+
+void add_limits(const Hand& hand, FoundGrasp& grasp) {
+  grasp.limit_rad = std::numeric_limits<double>::infinity();
+  for (Index i = 0; i < grasp.q.size(); ++i) {
+    const Joint& joint = hand.joints[i];
+    const double left_rad = std::min(grasp.q[i] - joint.lower_rad, joint.upper_rad - grasp.q[i]);
+    if (left_rad >= grasp.limit_rad) continue;
+    grasp.limit_rad = left_rad;
+    grasp.limit_joint = joint.name;
+  }
+}
+
+}  // namespace
+
+double cost_of(const FoundGrasp& grasp) {
+  constexpr double kEnough = 0.6, kEase_rad = 0.15, kHard = 0.5, kCarry_m = 20e-3, kDexterous = 0.15;
+  double cost = 1.0 - std::min(grasp.margin, kEnough) / kEnough + 0.5 * grasp.needed_friction;
+  cost += 0.5 * std::max(0.0, 1.0 - grasp.limit_rad / kEase_rad);
+  cost += 2.0 * std::max(0.0, std::max(grasp.muscle_share, grasp.travel_share) - kHard) / kHard;
+  const double dexterity = std::min(grasp.dexterity, grasp.travel_dexterity);
+  cost += std::max(0.0, 1.0 - dexterity / kDexterous) + (dexterity < kLeastDexterity ? 5.0 : 0.0);
+  cost += 0.1 * grasp.torque_Nm + 0.5 * grasp.travel_friction + 4.0 * std::max(0.0, 1.0 - grasp.travel_m / kCarry_m);
+  for (const FingerPlace& place : grasp.places) {
+    const double share = 1.0 / static_cast<double>(grasp.places.size());
+    cost += share * (2.0 * (1.0 - place.patch) + 0.3 * std::pow(place.facing_rad / kFacing_rad, 2));
+    cost += 2.0 * std::max(0.0, 0.8 - place.patch);
+  }
+  return cost;
+}
+
+double pressed_depth_m(const std::optional<PulpMaterial>& material, double radius_m, double force_N) {
+  if (!material) return 0.0;
+  const double E_Pa = material->reduced_modulus_Pa / softness(*material, force_N);
+  const double depth_m = std::pow(0.75 * std::max(0.0, force_N) / (E_Pa * std::sqrt(radius_m)), 2.0 / 3.0);
+  return std::min(depth_m, 0.8 * kTrustPerRadius * radius_m);
+}
+
+double pressed_radius_m(const std::optional<PulpMaterial>& material, double radius_m, double force_N) {
+  return std::sqrt(radius_m * std::max(pressed_depth_m(material, radius_m, force_N), 0.01 * radius_m));
+}
+
+PerFinger<double> expected_loads_N(const FinderProblem& problem, const Hand& hand, int opposer) {
+  // f = lambda n, made to balance: the opposer has 2 (n - 1) / n of lambda, each other finger 2 / n.
+  const double n = hand.fingers();
+  const double lambda_N = problem.wish.press_N ? *problem.wish.press_N * n / 2.0 : problem.internal_force_N;
+  const double weight_N = problem.mass_kg * problem.gravity.norm() / (2.0 * std::max(problem.cone_friction, 0.1));
+  PerFinger<double> loads_N(hand.fingers(), std::max(2.0 / n * lambda_N, weight_N / std::max(1.0, n - 1.0)));
+  loads_N[opposer] = std::max(2.0 * (n - 1.0) / n * lambda_N, weight_N);
+  return loads_N;
+}
+
+std::vector<GraspContact> contacts_of(const FoundGrasp& grasp) {
+  std::vector<GraspContact> contacts;
+  for (const FingerPlace& place : grasp.places) {
+    const Vector3d n = -(grasp.X_WO.linear() * place.normal_O);
+    contacts.push_back({grasp.X_WO * place.point_O, axes_of(n, n.unitOrthogonal())});
+  }
+  return contacts;
+}
+
+FoundGrasp rate(const FinderProblem& problem, const Hand& hand, const PatchMeter& patches, const Stance& stance,
+                const FitTarget& target, StanceFit& fit) {
+  FoundGrasp grasp;
+  grasp.opposer = target.opposer;
+  grasp.q = stance.q;
+  grasp.X_WO = stance.X_WO;
+  grasp.places = PerFinger<FingerPlace>(hand.fingers());
+  const PerFinger<Touch> touches = fit.touches(stance, target);
+  HandPose pose;
+  forward_kinematics(hand, grasp.q, pose);
+  Vector3d others_O = Vector3d::Zero();
+  std::vector<GraspContact> contacts(hand.fingers());
+  for (int k = 0; k < hand.fingers(); ++k) {
+    FingerPlace& place = grasp.places[k];
+    const Vector3d pulp_m = pose.distal(hand, k) * hand.fingertips[k].centre_m;
+    contacts[k] = pressed_contact(problem.object, grasp.X_WO, pulp_m, hand.fingertips[k].radius_m);
+    place.point_O = grasp.X_WO.inverse() * contacts[k].point_m;
+    place.normal_O = -(grasp.X_WO.linear().transpose() * contacts[k].axes.col(0));
+    place.depth_m = target.depth_m[k] - touches[k].gap_m;
+    place.facing_rad = std::acos(std::clamp(touches[k].cosine, -1.0, 1.0));
+    place.patch = patches.share(place.point_O);
+    grasp.dexterity = std::min(grasp.dexterity, dexterity(hand, pose, k, contacts[k].point_m));
+    if (k != target.opposer) others_O += place.point_O / std::max(1, hand.fingers() - 1);
+  }
+  grasp.width_m = (others_O - grasp.places[target.opposer].point_O).norm();
+  grasp.internal_force_N = internal_force_N(problem, contacts, grasp.X_WO);
+  ForceCheck check(problem, contacts, grasp.X_WO, grasp.internal_force_N);
+  const HoldingForces held = check.against(problem.mass_kg * problem.gravity, Vector3d::Zero());
+  grasp.needed_friction = held.needed_friction;
+  grasp.margin = held.found ? margin_of(problem, check) : -1.0;
+  for (int k = 0; k < hand.fingers() && held.found; ++k) grasp.places[k].force_W = held.f.segment<3>(3 * k);
+  add_limits(hand, grasp);
+  if (held.found) add_effort(problem, hand, contacts, check, grasp);
+  grasp.cost = held.found ? cost_of(grasp) : std::numeric_limits<double>::infinity();
+  return grasp;
+}
+
+void complete(const FinderProblem& problem, FoundGrasp& grasp) {
+  const Eigen::AlignedBox3d& box = problem.object.bounds();
+  double lever_m = 0.0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vector3d p = box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner));
+    lever_m = std::max(lever_m, (p - problem.centre_of_mass_m).norm());
+  }
+  grasp.quality = grasp_quality(contacts_of(grasp), grasp.X_WO * problem.centre_of_mass_m, problem.friction, lever_m);
+}
+
+}  // namespace thenar

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <optional>
+
+#include "engine/finder/fit.h"
+#include "engine/finder/found_grasp.h"
+#include "engine/finder/oppositions.h"
+
+namespace thenar {
+
+/// How deep a load presses a pulp of this material and radius in, by Hertz, on a plane; and the radius of its patch.
+[[nodiscard]] double pressed_depth_m(const std::optional<PulpMaterial>& material, double radius_m, double force_N);
+[[nodiscard]] double pressed_radius_m(const std::optional<PulpMaterial>& material, double radius_m, double force_N);
+
+/// What the fingers are asked for, before their places are known: the normal loads of an opposition that squeezes.
+[[nodiscard]] PerFinger<double> expected_loads_N(const FinderProblem& problem, const Hand& hand, int opposer);
+
+/// What is wanted of a grasp, in one number: first of all that it holds, then that it is at ease.
+[[nodiscard]] double cost_of(const FoundGrasp& grasp);
+
+/// The grasp that a stance is: places, forces, margin, effort and cost. `hand` has the grasp's fingers alone. Left out
+/// are the travel, see add_travel(), without which a grasp is dear, and what complete() adds.
+[[nodiscard]] FoundGrasp rate(const FinderProblem& problem, const Hand& hand, const PatchMeter& patches,
+                              const Stance& stance, const FitTarget& target, StanceFit& fit);
+
+/// Adds the measures of the wrench space.
+void complete(const FinderProblem& problem, FoundGrasp& grasp);
+
+/// The contacts of a grasp, world axes.
+[[nodiscard]] std::vector<GraspContact> contacts_of(const FoundGrasp& grasp);
+
+}  // namespace thenar

@@ -1,0 +1,116 @@
+#include "engine/finder/rehearse.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "engine/finder/effort.h"
+#include "engine/grasp/contact_tick.h"
+#include "engine/grasp/control_tick.h"
+
+namespace thenar {
+
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr double kStep_s = 2e-3;
+constexpr double kRest_s = 0.06, kCarry_m = 20e-3, kCarry_s = 0.8, kOnePush_s = 0.06;
+constexpr double kMostTask_s = 4.0;
+constexpr int kPushes = 6;
+constexpr double kTolerance = 1e-5;
+constexpr int kSweeps = 50;
+constexpr double kMostShare = 3.0;  // Of a muscle's limit.
+constexpr int kFirstTicks = 5;      // In them the grip builds up.
+
+bool has_task(const TaskSettings& task) { return task.translate || task.rotate || task.push; }
+
+/// The push of a time, of those that come one by one along the object's axes.
+std::optional<Push> push_at(const Scene& scene, double time_s) {
+  const int number = static_cast<int>(std::floor((time_s - 2.0 * kRest_s - kCarry_s) / kOnePush_s));
+  if (number < 0 || number >= kPushes) return std::nullopt;
+  Push push{.from_s = 0.0, .over_s = 1e9, .at_m = scene.object.centre_of_mass_m};
+  push.force_N[number / 2] = number % 2 == 0 ? kPush_N : -kPush_N;
+  return push;
+}
+
+double muscle_share(const Hand& hand, const Controller& controller) {
+  double share = 0.0;
+  for (Eigen::Index m = 0; m < controller.f_muscle.size(); ++m) {
+    share = std::max(share, controller.f_muscle[m] / std::max(1e-9, hand.muscles[m].max_force_N));
+  }
+  return share;
+}
+
+/// How far patches slid that slid as a whole.
+class SlideWatch {
+ public:
+  explicit SlideWatch(const Model& model) : model_(model), slid_m_(model.fingers()) {}
+
+  /// In words what has slid too far, if anything has.
+  std::string see(const TickReport& tick) {
+    constexpr double kMost_m = 0.1e-3;
+    for (int k = 0; k < model_.fingers(); ++k) {
+      if (tick.patch[k].sliding_share > 0.99) slid_m_[k] += tick.patch[k].slip_m;
+      if (slid_m_[k] > kMost_m) return "the " + model_.scene.hand.fingertips[k].finger + " slides";
+    }
+    return {};
+  }
+
+ private:
+  const Model& model_;
+  PerFinger<double> slid_m_;
+};
+
+Rehearsal run(const Model& model, Scene& scene, int ticks, bool own_task) {
+  State state(model);
+  Controller controller(model);
+  Frame frame(model);
+  ContactWorkspace work(model);
+  SlideWatch slides(model);
+  Rehearsal rehearsal;
+  for (int t = 0; t < ticks; ++t) {
+    if (!own_task) scene.task.push = push_at(scene, t * scene.step_s);
+    const ControlReport control = control_tick(model, state, controller, frame);
+    const TickReport tick = contact_tick(model, frame, work, state);
+    rehearsal.trouble = slides.see(tick);
+    if (scene.control && control.grasp != GraspStatus::kOptimal) rehearsal.trouble = "no grasp forces exist";
+    if (t >= kFirstTicks) {
+      rehearsal.muscle_share = std::max(rehearsal.muscle_share, muscle_share(scene.hand, controller));
+      if (rehearsal.muscle_share > kMostShare) rehearsal.trouble = "muscles are asked for far more than they can give";
+      for (int k = 0; k < model.fingers(); ++k) {
+        if (!(state.load[k].normal_N > 0.0)) rehearsal.trouble = "the " + scene.hand.fingertips[k].finger + " lets go";
+      }
+    }
+    if (!rehearsal.trouble.empty()) {
+      rehearsal.lasted = static_cast<double>(t) / ticks;
+      return rehearsal;
+    }
+  }
+  rehearsal.lasted = 1.0;
+  return rehearsal;
+}
+
+}  // namespace
+
+Rehearsal rehearse(Model& model, const FoundGrasp& grasp) {
+  Scene& scene = model.scene;
+  const Scene kept = scene;
+  scene.step_s = scene.control_period_s = std::max(kStep_s, scene.control_period_s);
+  scene.control_delay_s = 0.0;
+  scene.contact.tolerance = std::max(scene.contact.tolerance, kTolerance);
+  scene.contact.max_sweeps = std::min(scene.contact.max_sweeps, kSweeps);
+  const bool own_task = has_task(scene.task);
+  double duration_s = std::min(scene.duration_s, kMostTask_s);
+  if (!own_task && !scene.control) {
+    duration_s = 2.0 * kRest_s;  // Torques that do not change hold it: they carry it nowhere.
+  } else if (!own_task) {
+    duration_s = 2.0 * kRest_s + kCarry_s + kPushes * kOnePush_s;
+    scene.task.translate = Move{scene.object.X_WO.linear().transpose() * grasp.travel_W, kCarry_m, kRest_s, kCarry_s};
+  }
+  const Rehearsal rehearsal = run(model, scene, static_cast<int>(std::ceil(duration_s / scene.step_s)), own_task);
+  scene = kept;
+  return rehearsal;
+}
+
+}  // namespace thenar

@@ -1,0 +1,210 @@
+#include "engine/scenes/scene_grasp.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <utility>
+
+#include "engine/finder/hand_body.h"
+#include "engine/finder/rehearse.h"
+#include "engine/finder/settle.h"
+#include "engine/scenes/config.h"
+#include "engine/scenes/surface_model.h"
+
+namespace thenar {
+
+using Eigen::Vector3d;
+
+namespace {
+
+double degrees(double angle_rad) { return angle_rad * 180.0 / std::numbers::pi; }
+
+/// J' f + g: what holds the fingers where they are while they press.
+JointVector holding_torques(const FoundGrasp& grasp, const Scene& scene) {
+  HandPose pose;
+  forward_kinematics(scene.hand, grasp.q, pose);
+  JointVector tau = gravity_torques(scene.hand, pose, scene.gravity);
+  for (int k = 0; k < scene.hand.fingers(); ++k) {
+    const Fingertip& tip = scene.hand.fingertips[k];
+    const FingerJacobian J = finger_jacobian(scene.hand, pose, k, grasp.X_WO * grasp.places[k].point_O);
+    tau.segment(tip.first_joint, tip.joints) += J.leftCols(tip.joints).transpose() * grasp.places[k].force_W;
+  }
+  return tau;
+}
+
+}  // namespace
+
+FinderProblem finder_problem(const Scene& scene, const ImplicitSurface& object) {
+  FinderProblem problem{.hand = scene.hand, .object = object};
+  problem.mass_kg = scene.object.mass_kg;
+  problem.centre_of_mass_m = scene.object.centre_of_mass_m;
+  problem.translation_damping = scene.object.translation_damping;
+  problem.gravity = scene.gravity;
+  problem.friction = problem.cone_friction = scene.contact.friction;
+  if (scene.control) {
+    problem.cone_friction = scene.control->grasp_friction;
+    problem.cone = scene.control->cone;
+    problem.internal_force_N = scene.control->internal_force_N;
+  }
+  if (scene.fingertips) problem.material = scene.fingertips->material;
+  problem.muscles = scene.has_muscles();
+  if (scene.grasp) problem.wish = *scene.grasp;
+  return problem;
+}
+
+void take_grasp(const FoundGrasp& grasp, Scene& scene) {
+  if (static_cast<int>(grasp.fingers.size()) < scene.hand.fingers()) scene.hand = hand_of(scene.hand, grasp.fingers);
+  scene.posture = grasp.q;
+  scene.settles = true;
+  scene.object.X_WO = grasp.X_WO;
+  if (scene.control) {
+    scene.control->internal_force_N = grasp.internal_force_N;
+  } else {
+    scene.torques = holding_torques(grasp, scene);
+  }
+  scene.grasp.reset();
+}
+
+namespace {
+
+/// Tries grasps in the engine, all on one model as long as they use the same fingers.
+class Trials {
+ public:
+  Trials(const Scene& scene, const ImplicitSurface& object) : scene_(scene), object_(object) {}
+
+  /// Whether there is time for one more.
+  [[nodiscard]] bool go_on() const { return rehearsed_ < kMostRehearsed; }
+
+  void rehearse(FoundGrasp& grasp) {
+    Scene taken = scene_;
+    take_grasp(grasp, taken);
+    if (!model_ || fingers_ != grasp.fingers) {
+      model_.emplace(surface_model(std::move(taken), object_));
+      fingers_ = grasp.fingers;
+    } else {
+      model_->scene = std::move(taken);
+      settle(*model_);
+    }
+    grasp.q = model_->scene.posture;
+    grasp.rehearsal = thenar::rehearse(*model_, grasp);
+    rehearsed_ += (model_->fine_m.cols() > 0 ? kFine : 1.0) * grasp.rehearsal.lasted;
+  }
+
+ private:
+  static constexpr double kFine = 3.0;           // Contacts of thin parts take so many times as long to find.
+  static constexpr double kMostRehearsed = 2.5;  // So many whole ones: most that fail are over soon.
+
+  const Scene& scene_;
+  const ImplicitSurface& object_;
+  std::optional<Model> model_;
+  std::vector<int> fingers_;
+  double rehearsed_ = 0.0;
+};
+
+/// Those that held, the ones within limits first, and of all others the one that lasted longest.
+void keep_tried(std::vector<FoundGrasp> tried, int best, FinderReport& report) {
+  const auto grade = [](const FoundGrasp& grasp) {
+    return grasp.rehearsal.within_limits() ? 0 : grasp.rehearsal.held() ? 1 : 2;
+  };
+  std::sort(tried.begin(), tried.end(), [&](const FoundGrasp& a, const FoundGrasp& b) {
+    return grade(a) != grade(b) ? grade(a) < grade(b) : a.cost < b.cost;
+  });
+  report.grasps.clear();
+  const FoundGrasp* longest = nullptr;
+  for (const FoundGrasp& grasp : tried) {
+    if (longest == nullptr || grasp.rehearsal.lasted > longest->rehearsal.lasted) longest = &grasp;
+    if (grasp.rehearsal.held() && static_cast<int>(report.grasps.size()) < best) report.grasps.push_back(grasp);
+  }
+  if (!report.grasps.empty() || longest == nullptr) return;
+  report.refusal = {fmt::format("grasps fit, but none of {} held the object when it was tried: in the one that lasted "
+                                "longest, for {:.0f} % of the time, {}",
+                                tried.size(), 100.0 * longest->rehearsal.lasted, longest->rehearsal.trouble),
+                    "more friction or press, less mass, or wider faces"};
+}
+
+}  // namespace
+
+FinderReport find_tried_grasps(const Scene& scene, const ImplicitSurface& object, const FinderSettings& settings,
+                               const FinderProgress& progress) {
+  constexpr int kSpare = 5;  // So many more than wanted may fail.
+  const FinderProblem problem = finder_problem(scene, object);
+  FinderSettings now = settings;
+  now.best = settings.best + kSpare;
+  FinderReport report = find_grasps(problem, now, progress);
+  for (int look = 0; look < 2 && !report.grasps.empty(); ++look) {
+    Trials trials(scene, object);
+    std::vector<FoundGrasp> tried;
+    int within = 0;
+    for (FoundGrasp& grasp : report.grasps) {
+      if (within == settings.best || (within == 0 && !trials.go_on())) break;
+      trials.rehearse(grasp);
+      tried.push_back(grasp);
+      within += grasp.rehearsal.within_limits() ? 1 : 0;
+    }
+    keep_tried(tried, settings.best, report);
+    if (!report.grasps.empty() || report.cancelled || look == 1) break;
+    now.effort = 3 * settings.effort;
+    now.seed = settings.seed + 100;
+    report = find_grasps(problem, now, progress);
+  }
+  return report;
+}
+
+std::string find_scene_grasp(Scene& scene, const ImplicitSurface& object) {
+  const GraspWish wish = scene.grasp.value_or(GraspWish{});
+  const FinderSettings settings{.seed = wish.seed, .best = wish.rank};
+  const FinderReport report = find_tried_grasps(scene, object, settings);
+  if (report.grasps.empty()) {
+    throw ConfigError({{scene.name, "grasp", report.refusal ? in_words(*report.refusal) : "no grasp was found"}});
+  }
+  if (static_cast<int>(report.grasps.size()) < wish.rank) {
+    throw ConfigError(
+        {{scene.name, "grasp.rank", fmt::format("only {} unlike each other were found", report.grasps.size())}});
+  }
+  const FoundGrasp& grasp = report.grasps[wish.rank - 1];
+  std::string words = in_words(grasp, scene.hand);
+  take_grasp(grasp, scene);
+  return words;
+}
+
+std::string in_words(const FoundGrasp& grasp, const Hand& hand) {
+  std::string others;
+  double least_N = 1e9, most_N = 0.0, deepest_m = 0.0, worst_patch = 1.0;
+  for (std::size_t i = 0; i < grasp.fingers.size(); ++i) {
+    const FingerPlace& place = grasp.places[i];
+    const double normal_N = -(grasp.X_WO.linear() * place.normal_O).dot(place.force_W);
+    least_N = std::min(least_N, normal_N);
+    most_N = std::max(most_N, normal_N);
+    deepest_m = std::max(deepest_m, place.depth_m);
+    worst_patch = std::min(worst_patch, place.patch);
+    if (static_cast<int>(i) == grasp.opposer) continue;
+    others += (others.empty()                  ? ""
+               : i + 1 == grasp.fingers.size() ? " and "
+                                               : ", ") +
+              hand.fingertips[grasp.fingers[i]].finger;
+  }
+  std::string text = fmt::format(
+      "the {} faces {} across {:.1f} mm. The fingers press with {:.2f} to {:.2f} N and are pressed in by up to {:.2f} "
+      "mm. Under the weight as it is the grasp needs a friction of {:.2f}; with the weight in any direction, a push of "
+      "0.5 N and a turn of 10 mN m each friction cone keeps a margin of {:.2f}. ",
+      hand.fingertips[grasp.fingers[grasp.opposer]].finger, others, 1e3 * grasp.width_m, least_N, most_N,
+      1e3 * deepest_m, grasp.needed_friction, grasp.margin);
+  text += fmt::format("The nearest joint limit is that of {}, {:.0f} degrees away; the largest torque is {:.3f} N m",
+                      grasp.limit_joint, degrees(grasp.limit_rad), grasp.torque_Nm);
+  if (grasp.muscle_share > 0.0) {
+    text += fmt::format(", for which a muscle gives up to {:.0f} % of what it can", 100.0 * grasp.muscle_share);
+  }
+  if (worst_patch < 0.9)
+    text += fmt::format(". A patch reaches over an edge: {:.0f} % of it touch", 100.0 * worst_patch);
+  return text + fmt::format(". Epsilon {:.3f}, volume {:.2g}, isotropy {:.2f}.", grasp.quality.epsilon,
+                            grasp.quality.volume, grasp.quality.isotropy);
+}
+
+std::string in_words(const Refusal& refusal) {
+  return refusal.help.empty() ? refusal.reason : fmt::format("{}; what would help: {}", refusal.reason, refusal.help);
+}
+
+}  // namespace thenar

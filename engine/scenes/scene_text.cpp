@@ -1,0 +1,302 @@
+#include "engine/scenes/scene_text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/scenes/units.h"
+
+namespace thenar {
+
+using Eigen::Vector3d;
+
+namespace {
+
+std::string text(double value, Dimension dimension) { return to_text(value, dimension); }
+std::string text(const Eigen::VectorXd& values, Dimension dimension) {
+  std::string list;
+  for (const double value : values) list += (list.empty() ? "" : ", ") + to_text(value, dimension);
+  return "[" + list + "]";
+}
+std::string length(double value_m) { return text(value_m, Dimension::kLength); }
+std::string number(double value) { return text(value, Dimension::kNone); }
+
+/// As YAML's text in double quotes.
+std::string quoted(const std::string& words) {
+  std::string result = "\"";
+  for (const char c : words) {
+    if (c == '"' || c == '\\') result += '\\';
+    result += c;
+  }
+  return result + "\"";
+}
+
+/// Words as comment lines of at most 120 columns.
+std::string comment(const std::string& words) {
+  std::string result, line = "#";
+  std::size_t at = 0;
+  while (at < words.size()) {
+    const std::size_t end = std::min(words.find(' ', at), words.size());
+    if (line.size() + 1 + end - at > 118) {
+      result += line + "\n";
+      line = "#";
+    }
+    line += " " + words.substr(at, end - at);
+    at = end + 1;
+  }
+  return words.empty() ? "" : result + line + "\n";
+}
+
+struct ShapeText {
+  const std::filesystem::path& file;
+  std::string operator()(const BoxShape& box) const {
+    return fmt::format("{{box: {}}}", text(box.size_m, Dimension::kLength));
+  }
+  std::string operator()(const SphereShape& sphere) const {
+    return fmt::format("{{sphere: {}}}", length(sphere.radius_m));
+  }
+  std::string operator()(const EllipsoidShape& shape) const {
+    return fmt::format("{{ellipsoid: {}}}", text(shape.size_m, Dimension::kLength));
+  }
+  std::string operator()(const CylinderShape& shape) const {
+    return fmt::format("{{cylinder: {{radius: {}, length: {}}}}}", length(shape.radius_m), length(shape.length_m));
+  }
+  std::string operator()(const SuperquadricShape& shape) const {
+    return fmt::format("{{superquadric: {{size: {}, exponents: [{}, {}]}}}}", text(shape.size_m, Dimension::kLength),
+                       number(shape.exponents.north_south), number(shape.exponents.east_west));
+  }
+  std::string operator()(const Mug& mug) const {
+    std::string handle;
+    if (mug.handle) {
+      handle = fmt::format(", handle: {{radius: {}, thickness: {}}}", length(mug.handle->radius_m),
+                           length(mug.handle->thickness_m));
+    }
+    return fmt::format("{{mug: {{radius: {}, height: {}, wall: {}{}}}}}", length(mug.radius_m), length(mug.height_m),
+                       length(mug.wall_m), handle);
+  }
+  std::string operator()(const CloudShape& cloud) const {
+    return fmt::format("{{cloud: {{file: {}, unit: {}}}}}", quoted(file.string()), length(cloud.unit_m));
+  }
+};
+
+std::string hand_text(const Scene& scene, const SceneTextNotes& notes) {
+  std::string out = fmt::format("hand:\n  model: {}\n", quoted(notes.hand.string()));
+  if (notes.names_fingers) {
+    std::string names;
+    for (const Fingertip& tip : scene.hand.fingertips) names += (names.empty() ? "" : ", ") + quoted(tip.finger);
+    out += fmt::format("  fingers: [{}]  # the others are left out\n", names);
+  }
+  if (!scene.grasp) {
+    out += "  posture:  # of each joint, finger by finger\n";
+    for (const Fingertip& tip : scene.hand.fingertips) {
+      const std::string angles =
+          text(Eigen::VectorXd(scene.posture.segment(tip.first_joint, tip.joints)), Dimension::kAngle);
+      const bool first = tip.first_joint == 0, last = &tip == &scene.hand.fingertips.back();
+      out += fmt::format("    {}{}{}  # {}\n", first ? "[" : " ", angles.substr(1, angles.size() - 2), last ? "]" : ",",
+                         tip.finger);
+    }
+  }
+  if (scene.settles) out += "  settle: true  # the fingers begin pressed, as they are asked to\n";
+  out += fmt::format("  joint_viscosity: {}\n", text(scene.joint_viscosity, Dimension::kRotationalDamping));
+  if (scene.torques && !scene.grasp) {
+    out += fmt::format("  torques: {}\n", text(Eigen::VectorXd(*scene.torques), Dimension::kTorque));
+  }
+  return out;
+}
+
+std::string grasp_text(const Scene& scene) {
+  const GraspWish& wish = *scene.grasp;
+  std::string map;
+  const auto add = [&](const char* key, const std::string& value) { map += fmt::format("  {}: {}\n", key, value); };
+  if (!wish.fingers.empty()) {
+    std::string names;
+    for (const int k : wish.fingers) names += (names.empty() ? "" : ", ") + quoted(scene.hand.fingertips[k].finger);
+    add("fingers", "[" + names + "]");
+  }
+  if (wish.axis_O) add("axis", text(*wish.axis_O, Dimension::kNone));
+  if (wish.at_O) add("at", text(*wish.at_O, Dimension::kLength));
+  if (wish.approach_O) add("approach", text(*wish.approach_O, Dimension::kNone));
+  if (wish.press_N) add("press", text(*wish.press_N, Dimension::kForce));
+  if (wish.rank != 1) add("rank", std::to_string(wish.rank));
+  if (wish.seed != 1) add("seed", std::to_string(wish.seed));
+  if (!map.empty()) return "grasp:\n" + map;
+  return "# Hand and object are placed by a search. As a map it can say, in the object's axes, as much of the grasp "
+         "as\n"
+         "# matters: {fingers: [thumb, index], axis: [1, 0, 0], at: [0 mm, 0 mm, 20 mm], approach: [0, 0, -1], press: "
+         "1 N}\n"
+         "grasp: auto\n";
+}
+
+std::string object_text(const Scene& scene, const SceneTextNotes& notes) {
+  const ObjectSettings& object = scene.object;
+  std::string out = fmt::format("object:\n  shape: {}\n", std::visit(ShapeText{notes.object}, object.shape));
+  if (object.points > 0) out += fmt::format("  points: {}  # samples of its surface\n", object.points);
+  out += fmt::format("  mass: {}\n  centre_of_mass: {}  # object frame\n", text(object.mass_kg, Dimension::kMass),
+                     text(object.centre_of_mass_m, Dimension::kLength));
+  if (!scene.grasp) {
+    out += fmt::format("  position: {}  # of its frame, in the hand's\n",
+                       text(Vector3d(object.X_WO.translation()), Dimension::kLength));
+    const Eigen::Matrix3d R = object.X_WO.linear();
+    const auto row = [&](int i) { return text(Vector3d(R.row(i)), Dimension::kNone); };
+    out += fmt::format("  rotation: [{},\n             {},\n             {}]\n", row(0), row(1), row(2));
+  }
+  out += fmt::format("  damping: {{translation: {}, rotation: {}}}\n",
+                     text(object.translation_damping, Dimension::kDamping),
+                     text(object.rotation_damping, Dimension::kRotationalDamping));
+  if (object.compliance) {
+    out += fmt::format("  compliance: {{reduced_modulus: {}, poisson: {}, relaxation: {}}}\n",
+                       text(object.compliance->reduced_modulus_Pa, Dimension::kPressure),
+                       number(object.compliance->poisson), text(object.compliance->relaxation_s, Dimension::kTime));
+  }
+  return out;
+}
+
+std::string fingertips_text(const FingertipSettings& tips) {
+  const PulpMaterial& material = tips.material;
+  std::string out =
+      fmt::format("fingertips:\n  points: {}\n  leaves: {}\n  reduced_modulus: {}\n  poisson: {}\n", tips.points,
+                  tips.leaves, text(material.reduced_modulus_Pa, Dimension::kPressure), number(material.poisson));
+  out += fmt::format("  relaxation: {}\n  kernel: {}\n", text(material.relaxation_s, Dimension::kTime),
+                     material.kernel == PulpKernel::kGaussian ? "gaussian" : "boussinesq");
+  if (material.stiffening_per_N > 0.0) {
+    out += fmt::format("  stiffening: {}\n", text(material.stiffening_per_N, Dimension::kPerForce));
+  }
+  return out;
+}
+
+std::string contact_text(const Scene& scene) {
+  const ContactSettings& contact = scene.contact;
+  std::string out =
+      fmt::format("contact:\n  friction: {}\n  band: {}\n", number(contact.friction), length(contact.band_m));
+  if (scene.fingertips) {
+    out += fmt::format("  distance_error: {}\n  max_per_finger: {}\n", length(contact.distance_error_m),
+                       contact.max_per_finger);
+    const std::string level = !contact.level ? "auto" : *contact.level == 0 ? "leaves" : std::to_string(*contact.level);
+    out += fmt::format("  level: {}\n", level);
+    if (!contact.level) out += fmt::format("  force_error: {}\n", text(contact.force_error, Dimension::kShare));
+  }
+  return out + fmt::format("  tolerance: {}\n  max_sweeps: {}\n", number(contact.tolerance), contact.max_sweeps);
+}
+
+std::string control_text(const Scene& scene) {
+  const ControlSettings& control = *scene.control;
+  const auto gain = [&](double value, Dimension dimension) { return text(value, dimension); };
+  std::string out =
+      fmt::format("control:\n  law: {}\n  gain: {}\n", control.law == ControlLaw::kPaper ? "paper" : "feedforward",
+                  control.gain ? gain(*control.gain, Dimension::kRotationalStiffness) : "auto");
+  out +=
+      fmt::format("  pulp: {{normal: {}, tangential: {}}}\n", gain(control.pulp_normal_N_per_m, Dimension::kStiffness),
+                  gain(control.pulp_tangential_N_per_m, Dimension::kStiffness));
+  const bool pressed = scene.grasp && scene.grasp->press_N;
+  out +=
+      fmt::format("  grasp: {{friction: {}, {}cone: {}}}\n", number(control.grasp_friction),
+                  pressed ? "" : fmt::format("internal_force: {}, ", gain(control.internal_force_N, Dimension::kForce)),
+                  control.cone == FrictionCone::kExact ? "exact" : "pyramid");
+  out += fmt::format("  position: {{p: {}, i: {}, d: {}}}\n", gain(control.position.p, Dimension::kStiffness),
+                     gain(control.position.i, Dimension::kIntegralGain), gain(control.position.d, Dimension::kDamping));
+  out += fmt::format("  rotation: {{p: {}, i: {}, d: {}}}\n", gain(control.rotation.p, Dimension::kRotationalStiffness),
+                     gain(control.rotation.i, Dimension::kRotationalIntegralGain),
+                     gain(control.rotation.d, Dimension::kRotationalDamping));
+  if (control.posture_Nm_per_rad) {
+    out += fmt::format("  posture: {}\n", gain(*control.posture_Nm_per_rad, Dimension::kRotationalStiffness));
+  }
+  return out + fmt::format("  muscles: {}  # or joint torques\n", control.muscles);
+}
+
+std::string task_text(const TaskSettings& task) {
+  std::string out;
+  const auto times = [](double from_s, double over_s) {
+    return fmt::format("from: {}, over: {}", text(from_s, Dimension::kTime), text(over_s, Dimension::kTime));
+  };
+  if (const auto& move = task.translate) {
+    out +=
+        fmt::format("  translate: {{by: {}, {}}}  # object axes at the start\n",
+                    text(Vector3d(move->amount * move->axis), Dimension::kLength), times(move->from_s, move->over_s));
+  }
+  if (const auto& move = task.rotate) {
+    out += fmt::format("  rotate: {{by: {}, about: {}, {}}}\n", text(move->amount, Dimension::kAngle),
+                       text(move->axis, Dimension::kNone), times(move->from_s, move->over_s));
+  }
+  if (const auto& spring = task.spring) {
+    out += fmt::format("  spring: {{translation: {}, rotation: {}}}\n",
+                       text(spring->translation_N_per_m, Dimension::kStiffness),
+                       text(spring->rotation_Nm_per_rad, Dimension::kRotationalStiffness));
+  }
+  if (const auto& push = task.push) {
+    const std::string moment =
+        push->moment_Nm.isZero(0.0) ? "" : fmt::format("moment: {}, ", text(push->moment_Nm, Dimension::kTorque));
+    out += fmt::format("  push: {{force: {}, at: {}, {}{}}}\n", text(push->force_N, Dimension::kForce),
+                       text(push->at_m, Dimension::kLength), moment, times(push->from_s, push->over_s));
+  }
+  return out.empty() ? "" : "task:\n" + out;
+}
+
+}  // namespace
+
+std::string scene_text(const Scene& scene, const SceneTextNotes& notes) {
+  std::string out = "# yaml-language-server: $schema=../docs/reference/scene.schema.json\n";
+  out += comment(notes.about) + comment(notes.grasp);
+  out += fmt::format("name: {}\ntime: {{duration: {}, step: {}, control_period: {}, control_delay: {}}}\n",
+                     quoted(scene.name), text(scene.duration_s, Dimension::kTime), text(scene.step_s, Dimension::kTime),
+                     text(scene.control_period_s, Dimension::kTime), text(scene.control_delay_s, Dimension::kTime));
+  out += fmt::format("gravity: {}  # in the hand's frame, which is the world\n",
+                     text(scene.gravity, Dimension::kAcceleration));
+  if (scene.grasp) out += grasp_text(scene);
+  out += hand_text(scene, notes);
+  if (scene.fingertips) out += fingertips_text(*scene.fingertips);
+  out += object_text(scene, notes) + contact_text(scene);
+  if (scene.control) out += control_text(scene);
+  out += task_text(scene.task);
+  if (!scene.only_needed) return out;
+  const Tolerance& t = scene.tolerance;
+  return out +
+         fmt::format("model: auto\ntolerance: {{position: {}, rotation: {}, force: {}, moment: {}, margin: {}}}\n",
+                     length(t.position_m), text(t.rotation_rad, Dimension::kAngle), text(t.force, Dimension::kShare),
+                     text(t.moment, Dimension::kShare), number(t.margin));
+}
+
+Scene scene_to_begin_with(const Hand& hand, const CloudShape& object, double mass_kg, double friction) {
+  Scene scene;
+  scene.name = object.file.stem().string();
+  scene.duration_s = 2.0;
+  scene.step_s = scene.control_period_s = 1e-3;
+  scene.gravity = {7.01862, 5.581331, 3.977916};  // the palm looks up and to the side, as in the published experiment
+  scene.hand = hand;
+  scene.posture = hand.at_zero();
+  scene.joint_viscosity = 0.05;
+  scene.grasp = GraspWish{};
+  scene.fingertips = FingertipSettings{2400, 320, {0.24e6, 0.5, 2e-3}};
+  scene.object.shape = object;
+  scene.object.points = 20000;
+  scene.object.mass_kg = mass_kg;
+  scene.object.translation_damping = 10.0;
+  scene.object.rotation_damping = 0.005;
+  scene.contact = {.friction = friction, .band_m = 0.3e-3, .max_per_finger = 30, .tolerance = 1e-7, .max_sweeps = 200};
+  ControlSettings control;
+  control.pulp_normal_N_per_m = 2000.0;
+  control.pulp_tangential_N_per_m = 1330.0;
+  control.grasp_friction = 0.7 * friction;
+  // What carries the weight by friction on both sides, and as much again.
+  control.internal_force_N = std::max(1.0, std::ceil(10.0 * mass_kg * 9.81 / std::max(friction, 0.1)) / 10.0);
+  control.position = {300.0, 900.0, 0.0};
+  control.rotation = {0.48, 1.5, 0.0};
+  control.posture_Nm_per_rad = 0.5;
+  control.muscles = !hand.muscles.empty();
+  scene.control = control;
+  return scene;
+}
+
+Vector3d enclosed_centroid_m(const PointCloud& cloud) {
+  // By Gauss: V = 1/3 sum x.n A, V c_i = 1/2 sum x_i^2 n_i A, about the middle of the box; all A are alike.
+  const Vector3d low = cloud.points_m.rowwise().minCoeff(), high = cloud.points_m.rowwise().maxCoeff();
+  const Vector3d middle = 0.5 * (low + high);
+  const Eigen::Matrix3Xd x = cloud.points_m.colwise() - middle;
+  const double volume = x.cwiseProduct(cloud.normals).sum() / 3.0;
+  const Vector3d moment = 0.5 * x.cwiseAbs2().cwiseProduct(cloud.normals).rowwise().sum();
+  if (!(volume > 0.0)) return middle;
+  const Vector3d off = moment / volume;
+  return (off.array().abs() < 0.5 * (high - low).array()).all() ? Vector3d(middle + off) : middle;
+}
+
+}  // namespace thenar

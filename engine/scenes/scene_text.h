@@ -1,0 +1,31 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "engine/grasp/scene.h"
+
+namespace thenar {
+
+/// What a scene's text says that the scene itself does not know.
+struct SceneTextNotes {
+  std::filesystem::path hand;    ///< The hand's file, as the scene's text is to name it.
+  std::filesystem::path object;  ///< The object's, likewise, if its shape is from a file.
+  std::string about;             ///< The comment that it begins with, one line.
+  std::string grasp;             ///< A comment on the grasp, of any length; may be empty.
+  bool names_fingers = false;    ///< The hand has fewer fingers than its file: name them.
+};
+
+/// A complete scene file with comments, which load_scene() reads back to the same scene: one with a grasp to be found
+/// (Scene::grasp) or with posture and pose. What a scene may leave out and this one does is left out. Of a soft object,
+/// a spring, rotations, tolerances and parts of the model everything is kept.
+[[nodiscard]] std::string scene_text(const Scene& scene, const SceneTextNotes& notes);
+
+/// A scene to begin with: a hand grasps an object from a file, lifts nothing yet, and is to find how. `friction` is
+/// that of the contacts; the controller's cones take seven tenths of it.
+[[nodiscard]] Scene scene_to_begin_with(const Hand& hand, const CloudShape& object, double mass_kg, double friction);
+
+/// The centroid of the solid that a surface encloses, from its samples [m]; the middle of its box if they enclose none.
+[[nodiscard]] Eigen::Vector3d enclosed_centroid_m(const PointCloud& cloud);
+
+}  // namespace thenar

@@ -1,0 +1,14 @@
+#pragma once
+
+#include "engine/grasp/model.h"
+
+namespace thenar {
+
+/// The model of a scene that asks for no grasp, on its object's surface: what build_model() does once it has both.
+/// Throws ConfigError where a place in the object lies outside.
+[[nodiscard]] Model surface_model(Scene scene, ImplicitSurface surface);
+
+/// Gives the fingertips another kernel and level of detail (set_level). Requires deformable ones.
+void set_fingertips(Model& model, PulpKernel kernel, int level);
+
+}  // namespace thenar

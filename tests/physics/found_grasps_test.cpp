@@ -1,0 +1,43 @@
+// What the finder promises holds in the engine: random objects that it grasps, one of each kind, are carried by 20 mm and
+// pushed by 0.5 N. A step of force may ask a muscle for more than its limit for some milliseconds: that loses nothing.
+// A quick part of bench/report/grasp_finding_figures.cpp.
+
+#include <gtest/gtest.h>
+
+#include <iostream>
+#include <string>
+
+#include "bench/cases/random_objects.h"
+#include "engine/scenes/scene_grasp.h"
+#include "tests/support/scenes.h"
+
+namespace thenar::found_grasps_test {
+namespace {
+
+TEST(FoundGrasps, HoldInTheEngine) {
+  const Scene base =
+      scene_of("box_grasp", {"contact.friction=0.6", "control.grasp={friction: 0.42, internal_force: 2 N}"});
+  constexpr std::uint32_t kFirst = 1, kLast = 7;  // The seeds.
+  int found = 0;
+  for (std::uint32_t seed = kFirst; seed <= kLast; ++seed) {
+    const RandomObject object = random_object(seed);
+    const Scene scene = scene_with(base, object);
+    const ImplicitSurface surface = surface_of(scene, object);
+    const FinderReport report = find_tried_grasps(scene, surface);
+    if (report.grasps.empty()) {
+      ASSERT_TRUE(report.refusal);
+      EXPECT_FALSE(report.refusal->reason.empty());
+      std::cout << "seed " << seed << ": " << object.name << ": " << in_words(*report.refusal) << '\n';
+      continue;
+    }
+    ++found;
+    const HoldTrial trial =
+        carry_and_push(model_with(scene, surface, report.grasps.front()), report.grasps.front().travel_W, seed);
+    EXPECT_TRUE(trial.verdict.outcome == Outcome::kHeld || trial.verdict.outcome == Outcome::kOverLimits)
+        << "seed " << seed << ": " << object.name << ": " << in_words(trial.verdict);
+  }
+  EXPECT_GE(found, 6) << "of " << kLast - kFirst + 1;
+}
+
+}  // namespace
+}  // namespace thenar::found_grasps_test
