@@ -113,6 +113,7 @@ GraspContact pressed_contact(const ImplicitSurface& object, const Eigen::Isometr
 Hand hand_of(const Hand& hand, std::vector<int> fingers) {
   std::sort(fingers.begin(), fingers.end());
   Hand part;
+  part.mirrored = hand.mirrored;
   std::vector<int> finger_of(hand.fingertips.size(), -1), joint_of(hand.joints.size(), -1);
   for (const int k : fingers) {
     finger_of[k] = part.fingers();

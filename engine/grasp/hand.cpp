@@ -10,6 +10,7 @@ using Eigen::Vector3d;
 
 Hand mirrored(Hand hand) {
   const auto mirror = [](Vector3d& v) { v.z() = -v.z(); };
+  hand.mirrored = !hand.mirrored;
   for (Joint& joint : hand.joints) {
     mirror(joint.origin_m);
     mirror(joint.axis);

@@ -102,6 +102,7 @@ struct Hand {
   std::vector<Segment> segments;
   std::vector<Fingertip> fingertips;  ///< One a finger.
   std::vector<Muscle> muscles;
+  bool mirrored = false;  ///< It is the other hand than its file's: see mirrored().
 
   [[nodiscard]] int fingers() const { return static_cast<int>(fingertips.size()); }
   /// Zero for each joint.

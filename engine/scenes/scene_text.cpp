@@ -82,6 +82,7 @@ struct ShapeText {
 
 std::string hand_text(const Scene& scene, const SceneTextNotes& notes) {
   std::string out = fmt::format("hand:\n  model: {}\n", quoted(notes.hand.string()));
+  if (scene.hand.mirrored) out += "  mirror: true  # the other hand than the file's\n";
   if (notes.names_fingers) {
     std::string names;
     for (const Fingertip& tip : scene.hand.fingertips) names += (names.empty() ? "" : ", ") + quoted(tip.finger);

@@ -39,8 +39,9 @@ TEST(SceneText, ReadsBackAsTheSameScene) {
       "contact.level=auto",
       "model=auto",
       "tolerance={force: 2 %}"};
-  for (const Scene& scene : {scene_of("box_grasp"), scene_of("minimal"), scene_of("stick"), scene_of("mug"),
-                             scene_of("box_grasp", all), scene_of("capsule")}) {
+  for (const Scene& scene :
+       {scene_of("box_grasp"), scene_of("minimal"), scene_of("stick"), scene_of("mug"), scene_of("box_grasp", all),
+        scene_of("capsule"), scene_of("minimal", {"hand.mirror=true", "hand.settle=true"})}) {
     SCOPED_TRACE(scene.name);
     SceneTextNotes notes;
     notes.hand = config_file("hand");
