@@ -18,6 +18,8 @@
 #include "engine/finder/finder.h"
 #include "engine/formats/files.h"
 #include "engine/formats/point_cloud_file.h"
+#include "engine/grasp/contact_tick.h"
+#include "engine/grasp/control_tick.h"
 #include "engine/results/gnuplot.h"
 #include "engine/results/grasp_picture.h"
 #include "engine/scenes/config.h"
@@ -130,6 +132,17 @@ std::string grasps_table(const FinderReport& report, const Hand& hand) {
   return table;
 }
 
+/// The state after the first tick: with pressed pulps.
+State pressed(const Model& model) {
+  State state(model);
+  Controller controller(model);
+  Frame frame(model);
+  ContactWorkspace work(model);
+  (void)control_tick(model, state, controller, frame);
+  (void)contact_tick(model, frame, work, state);
+  return state;
+}
+
 /// One grasp as a scene that runs, and what it looks like at its start.
 void write_grasp(const Subject& subject, const FoundGrasp& grasp, const ImplicitSurface& surface, const fs::path& file,
                  int rank) {
@@ -147,7 +160,7 @@ void write_grasp(const Subject& subject, const FoundGrasp& grasp, const Implicit
   write_file(file, scene_text(model.scene, notes));
   fs::path picture = file;
   picture.replace_extension(".png");
-  if (!draw_figure(grasp_picture_script(model, State(model)), picture)) {
+  if (!draw_figure(grasp_picture_script(model, pressed(model)), picture)) {
     std::cerr << "warning: no picture, for gnuplot is missing or failed\n";
   }
 }

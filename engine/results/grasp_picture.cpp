@@ -107,7 +107,7 @@ std::string grasp_panel(const Model& model, const State& state, const HandPose& 
       "$grasp << EOD\n{}EOD\n$forces << EOD\n{}EOD\n"
       "set lmargin at screen 0.02\nset rmargin at screen 0.66\nset bmargin at screen 0.01\nset tmargin at screen 0.99\n"
       "plot $grasp {}, $forces using 1:2:3:4 with vectors lw 4 lc rgb '#107030' filled head size 2.5,20,60 fixed, "
-      "$forces using ($3<0 ? $1+8 : $1-2):($3<0 ? $2-3 : $2+4):5 with labels font ',14' textcolor rgb '#107030'\n",
+      "$forces using ($1+8):($3<0 ? $2-3 : $2+4):5 with labels font ',14' textcolor rgb '#107030'\n",
       painted(surfels, view), arrows(state, view), kDiscs);
 }
 
