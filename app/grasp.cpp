@@ -49,7 +49,7 @@ struct SceneFiles {
 fs::path seen_from(const fs::path& folder, const fs::path& file) {
   if (file.empty()) return file;
   std::error_code none;
-  const fs::path relative = fs::proximate(fs::absolute(file), fs::absolute(folder), none);
+  const fs::path relative = fs::proximate(fs::absolute(file), fs::absolute(folder.empty() ? "." : folder), none);
   return relative.empty() ? fs::absolute(file) : relative;
 }
 
@@ -98,6 +98,10 @@ Subject subject_of(const Options& options) {
   std::vector<std::string> changes = options.overrides;
   if (!options.mass.empty()) changes.push_back("object.mass=" + options.mass);
   if (options.friction) changes.push_back(fmt::format("contact.friction={}", *options.friction));
+  if (!options.hand_file.empty()) {
+    const fs::path hand = is_readable(options.hand_file) ? fs::absolute(options.hand_file) : options.hand_file;
+    changes.push_back("hand.model=" + hand.string());
+  }
   const fs::path file = find_scene(options.subject);
   Scene scene = load_scene(file, changes);
   if (!scene.grasp) scene.grasp = GraspWish{};

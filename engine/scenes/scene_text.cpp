@@ -124,8 +124,7 @@ std::string grasp_text(const Scene& scene) {
   if (!map.empty()) return "grasp:\n" + map;
   return "# Hand and object are placed by a search. As a map it can say, in the object's axes, as much of the grasp "
          "as\n"
-         "# matters: {fingers: [thumb, index], axis: [1, 0, 0], at: [0 mm, 0 mm, 20 mm], approach: [0, 0, -1], press: "
-         "1 N}\n"
+         "# matters: {fingers: [thumb, index], axis: [1, 0, 0], at: [0 mm, 0 mm, 20 mm], approach: [0, 0, -1]}\n"
          "grasp: auto\n";
 }
 
