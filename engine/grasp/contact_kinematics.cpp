@@ -13,8 +13,8 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// Contact i's rows -E' J_k of a finger of four joints or more, without a size to ask for. A call of its own: inlined, its
-/// products are contracted otherwise, and results change in their last bits.
+/// Contact i's rows -E' J_k of a finger of four joints or more, without a size to ask for. A call of its own: inlined,
+/// its products are contracted otherwise, and results change in their last bits.
 [[gnu::noinline]] void set_rows(const HandPose& pose, int first_joint, const Vector3d& point_m, const Matrix3d& E_W,
                                 Index i, GroupedDelassus::OwnJacobian& J_finger) {
   Eigen::Matrix<double, 3, 4> J;
