@@ -334,9 +334,7 @@ FitFaults StanceFit::faults(const Stance& stance, const FitTarget& target) {
     const double spare = 0.5 * spare_rad(joint);
     const double over_rad =
         std::max(beyond(stance.q[i], joint.upper_rad - spare), beyond(joint.lower_rad + spare, stance.q[i]));
-    if (over_rad <= faults.limit_rad) continue;
-    faults.limit_rad = over_rad;
-    faults.limit_joint = static_cast<int>(i);
+    faults.limit_rad = std::max(faults.limit_rad, over_rad);
   }
   const GraspWish& wish = target.wish;
   const Vector3d u_O = (middle_O - fingers_[target.opposer].p_O).normalized();

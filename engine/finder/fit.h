@@ -47,7 +47,7 @@ struct FitFaults {
   double apart_m = 0.0;  ///< How far fingers are in one another.
   double limit_rad = 0.0;
   double axis_rad = 0.0, at_m = 0.0, approach_rad = 0.0;  ///< From what the user wants.
-  int facing_finger = 0, limit_joint = 0;
+  int facing_finger = 0;
   int body_segment = -1;
 
   [[nodiscard]] bool none() const { return badness() == 0.0; }

@@ -111,7 +111,7 @@ struct FinderReport {
   std::vector<FoundGrasp> grasps;  ///< Best first.
   std::optional<Refusal> refusal;  ///< Only without grasps.
   bool cancelled = false;
-  int pairs = 0, starts = 0, fits = 0, feasible = 0;  ///< Oppositions, their poses, those refined, and those kept.
+  int fits = 0;  ///< Stances that were refined: how much work it was.
 };
 
 /// Is called now and then with the share of the search that is done and the grasps so far; false ends the search.

@@ -79,7 +79,6 @@ class Search {
     wanted.pairs = std::min(1500, 48 * effort);
     wanted.seed = settings_.seed + static_cast<std::uint32_t>(factor);
     evidence_.oppositions = find_oppositions(problem_.object, patches, wanted);
-    report_.pairs += static_cast<int>(evidence_.oppositions.pairs.size());
     std::vector<Start> starts = starts_of(factor);
     refine(starts, std::min(3000, 28 * effort), patches);
     if (!found_.empty()) polish(patches);
@@ -110,7 +109,6 @@ class Search {
           const double enough =
               std::ssize(of_pair) < kOfAPair ? std::numeric_limits<double>::infinity() : worst(of_pair);
           start.cost = fit_.rough_cost(start.stance, poses[i], target, enough);
-          ++report_.starts;
           if (start.cost < enough) keep(start, kOfAPair * (factor > 1 ? 2 : 1), of_pair);
         }
       }
@@ -192,7 +190,6 @@ class Search {
     FoundGrasp grasp = rate(problem_, hand_, patches, stance, target, fit_);
     evidence_.best_margin = std::max(evidence_.best_margin, grasp.margin);
     if (!(grasp.margin > kLeastMargin) || !std::isfinite(grasp.cost)) return false;
-    ++report_.feasible;
     found_.push_back(grasp);
     targets_.push_back(target);
     return true;

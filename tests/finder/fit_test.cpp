@@ -63,9 +63,9 @@ double slope_error(const ImplicitSurface& object) {
   return worst / scaled.norm();
 }
 
-// The derivatives that the fit goes by are those of its residuals: the gradient of the sum of squares is 2 J'r, up to what
-// differences over 1e-3 and kinks of hinges leave. On a ball of samples normals are rough: their derivatives are taken over
-// 0.4 mm, and a tenth of the gradient is forgiven. A wrong sign or a missing term is more.
+// The derivatives that the fit goes by are those of its residuals: the gradient of the sum of squares is 2 J'r, up to
+// what differences over 1e-3 and kinks of hinges leave. On a ball of samples normals are rough: their derivatives are
+// taken over 0.4 mm, and a tenth of the gradient is forgiven. A wrong sign or a missing term is more.
 TEST(StanceFit, GoesByTheGradientOfItsSum) {
   EXPECT_LT(slope_error(box({0.04, 0.08, 0.08})), 0.03);
   EXPECT_LT(slope_error(ImplicitSurface(sample_sphere(0.02, 30000))), 0.1);
