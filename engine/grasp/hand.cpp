@@ -59,16 +59,12 @@ void forward_kinematics(const Hand& hand, const JointVector& q, HandPose& pose) 
 FingerJacobian finger_jacobian(const Hand& hand, const HandPose& pose, int finger, const Vector3d& point_m) {
   const Fingertip& tip = hand.fingertips[finger];
   FingerJacobian J(3, std::max(4, tip.joints));
-  const auto column = [&](int j) {
-    const int i = tip.first_joint + j;
-    J.col(j) = pose.axis[i].cross(point_m - pose.origin_m[i]);
-  };
   if (tip.joints == 4) {  // Of nearly all fingers: unrolled.
-    for (int j = 0; j < 4; ++j) column(j);
+    for (int j = 0; j < 4; ++j) J.col(j) = joint_column(pose, tip.first_joint + j, point_m);
     return J;
   }
   J.setZero();
-  for (int j = 0; j < tip.joints; ++j) column(j);
+  for (int j = 0; j < tip.joints; ++j) J.col(j) = joint_column(pose, tip.first_joint + j, point_m);
   return J;
 }
 
@@ -94,9 +90,9 @@ JointVector gravity_torques(const Hand& hand, const HandPose& pose, const Vector
   for (std::size_t s = 0; s < hand.segments.size(); ++s) {
     const Segment& segment = hand.segments[s];
     if (segment.joints == 0) continue;
-    const FingerJacobian J = finger_jacobian(hand, pose, segment.finger, pose.segments[s] * segment.com_m);
+    const Vector3d com_m = pose.segments[s] * segment.com_m, weight_N = segment.mass_kg * gravity;
     const int first = hand.fingertips[segment.finger].first_joint;
-    g.segment(first, segment.joints) -= J.leftCols(segment.joints).transpose() * (segment.mass_kg * gravity);
+    for (int i = first; i < first + segment.joints; ++i) g[i] -= joint_column(pose, i, com_m).dot(weight_N);
   }
   return g;
 }

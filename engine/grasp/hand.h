@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <optional>
 #include <string>
 #include <vector>
@@ -134,6 +135,15 @@ struct HandPose {
 /// Forward kinematics by products of exponentials: T_k = exp(q_1 A_1 about O_1) ... exp(q_k A_k about O_k).
 /// `pose.segments` keeps its memory.
 void forward_kinematics(const Hand& hand, const JointVector& q, HandPose& pose);
+
+/// The velocity that a joint's unit speed gives a point now at `point_m` (world) of what it moves: a x d. Which products
+/// are rounded is written out, so that it is the same wherever it is inlined.
+[[nodiscard]] inline Eigen::Vector3d joint_column(const HandPose& pose, int joint, const Eigen::Vector3d& point_m) {
+  const Eigen::Vector3d& a = pose.axis[joint];
+  const Eigen::Vector3d d = point_m - pose.origin_m[joint];
+  return {std::fma(a[1], d[2], -(a[2] * d[1])), std::fma(a[2], d[0], -(a[0] * d[2])),
+          std::fma(a[0], d[1], -(a[1] * d[0]))};
+}
 
 /// J_k: the velocity of a point of finger k's distal segment that is now at `point_m` (world) for its joints' speeds.
 [[nodiscard]] FingerJacobian finger_jacobian(const Hand& hand, const HandPose& pose, int finger,
