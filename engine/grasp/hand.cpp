@@ -1,5 +1,7 @@
 #include "engine/grasp/hand.h"
 
+#include "engine/grasp/coupled_joints.h"
+
 namespace thenar {
 
 using Eigen::AngleAxisd;
@@ -11,11 +13,13 @@ using Eigen::Vector3d;
 Hand mirrored(Hand hand) {
   const auto mirror = [](Vector3d& v) { v.z() = -v.z(); };
   hand.mirrored = !hand.mirrored;
-  for (Joint& joint : hand.joints) {
+  const auto mirror_joint = [&](Joint& joint) {
     mirror(joint.origin_m);
     mirror(joint.axis);
     joint.axis = -joint.axis;  // of a turn that is mirrored
-  }
+  };
+  for (Joint& joint : hand.joints) mirror_joint(joint);
+  for (Follower& follower : hand.followers) mirror_joint(follower.joint);
   for (Segment& segment : hand.segments) {
     mirror(segment.com_m);
     const Eigen::DiagonalMatrix<double, 3> M(1.0, 1.0, -1.0);
@@ -37,8 +41,12 @@ Hand mirrored(Hand hand) {
 
 void forward_kinematics(const Hand& hand, const JointVector& q, HandPose& pose) {
   // chain[k][j]: the displacement that the first j joints of finger k make.
-  std::array<std::array<Isometry3d, kMaxFingerJoints + 1>, kMaxFingers> chain;
+  std::array<FingerChain, kMaxFingers> chain;
   for (int k = 0; k < hand.fingers(); ++k) {
+    if (hand.fingertips[k].followers > 0) {
+      coupled_kinematics(hand, q, k, chain[k], pose);
+      continue;
+    }
     chain[k][0].setIdentity();
     for (int j = 0; j < hand.fingertips[k].joints; ++j) {
       const int i = hand.fingertips[k].first_joint + j;
@@ -52,12 +60,13 @@ void forward_kinematics(const Hand& hand, const JointVector& q, HandPose& pose) 
   pose.segments.resize(hand.segments.size());
   for (std::size_t s = 0; s < hand.segments.size(); ++s) {
     const Segment& segment = hand.segments[s];
-    pose.segments[s] = chain[segment.finger][segment.joints] * segment.X_WS_0;
+    pose.segments[s] = chain[segment.finger][segment.joints + segment.followers] * segment.X_WS_0;
   }
 }
 
 FingerJacobian finger_jacobian(const Hand& hand, const HandPose& pose, int finger, const Vector3d& point_m) {
   const Fingertip& tip = hand.fingertips[finger];
+  if (tip.followers > 0) return coupled_jacobian(hand, pose, finger, tip.followers, point_m);
   FingerJacobian J(3, std::max(4, tip.joints));
   const auto column = [&](int j) {
     const int i = tip.first_joint + j;
@@ -94,7 +103,10 @@ JointVector gravity_torques(const Hand& hand, const HandPose& pose, const Vector
   for (std::size_t s = 0; s < hand.segments.size(); ++s) {
     const Segment& segment = hand.segments[s];
     if (segment.joints == 0) continue;
-    const FingerJacobian J = finger_jacobian(hand, pose, segment.finger, pose.segments[s] * segment.com_m);
+    const Vector3d com_m = pose.segments[s] * segment.com_m;
+    const FingerJacobian J = hand.fingertips[segment.finger].followers > 0
+                                 ? coupled_jacobian(hand, pose, segment.finger, segment.followers, com_m)
+                                 : finger_jacobian(hand, pose, segment.finger, com_m);
     const int first = hand.fingertips[segment.finger].first_joint;
     g.segment(first, segment.joints) -= J.leftCols(segment.joints).transpose() * (segment.mass_kg * gravity);
   }
@@ -111,8 +123,10 @@ void moment_arms(const Hand& hand, const HandPose& pose, Eigen::Ref<Eigen::Matri
           crossing.pull_is_point ? Vector3d(X_pull * crossing.pull - M) : Vector3d(X_pull.linear() * crossing.pull);
       const Vector3d D = pull.normalized();
       for (const int i : crossing.joints) {
+        if (i >= std::ssize(hand.joints)) continue;
         H(i, static_cast<Eigen::Index>(m)) += crossing.share * (M - pose.origin_m[i]).cross(D).dot(pose.axis[i]);
       }
+      if (!hand.followers.empty()) add_coupled_arms(hand, pose, crossing, M, D, H.col(static_cast<Eigen::Index>(m)));
     }
   }
 }
