@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "engine/finder/pinch.h"
-#include "engine/grasp/coupled_joints.h"
 
 namespace thenar {
 
@@ -177,9 +176,8 @@ void StanceFit::add_body(const Stance& stance, NormalEquations& sum) const {
     row.segment<3>(joints) = n_W;
     row.tail<3>() = (p_W - X_WO_.translation()).cross(n_W);
     const int first = hand_.fingertips[point.finger].first_joint;
-    const int followers = point.segment < 0 ? 0 : hand_.segments[point.segment].followers;
-    if (followers > 0) {
-      const FingerJacobian J = coupled_jacobian(hand_, pose_, point.finger, followers, p_W);
+    if (point.segment >= 0 && hand_.segments[point.segment].followers > 0) {
+      const FingerJacobian J = segment_jacobian(hand_, pose_, hand_.segments[point.segment], p_W);
       row.segment(first, point.joints) = -J.leftCols(point.joints).transpose() * n_W;
     } else {
       for (int j = 0; j < point.joints; ++j) {

@@ -6,7 +6,6 @@
 #include <limits>
 #include <numbers>
 
-#include "engine/grasp/coupled_joints.h"
 #include "engine/grasp/frame.h"
 
 namespace thenar {
@@ -66,7 +65,7 @@ PulpPose pulp_pose(const Hand& hand, const HandPose& pose, int finger) {
   pulp.J_centre = finger_jacobian(hand, pose, finger, pulp.centre_m);
   pulp.J_normal = FingerJacobian::Zero(3, pulp.J_centre.cols());
   if (tip.followers > 0) {
-    const FingerJacobian axes = coupled_axes(hand, pose, finger);
+    const FingerJacobian axes = turning_axes(hand, pose, finger);
     for (int j = 0; j < tip.joints; ++j) pulp.J_normal.col(j) = Vector3d(axes.col(j)).cross(pulp.normal);
     return pulp;
   }

@@ -5,7 +5,6 @@
 #include <span>
 
 #include "engine/grasp/control.h"
-#include "engine/grasp/coupled_joints.h"
 
 namespace thenar {
 
@@ -334,7 +333,7 @@ PerFinger<double> finger_travel_m(const Model& model, const HandPose& pose, cons
     Vector3d turn = -dx.tail<3>();
     if (tip.followers > 0) {
       for (int j = 0; j < tip.joints; ++j) dq[j] /= scene.hand.joints[tip.first_joint + j].drag;
-      turn += velocity(coupled_axes(scene.hand, pose, k), dq);
+      turn += velocity(turning_axes(scene.hand, pose, k), dq);
     } else {
       for (int j = 0; j < tip.joints; ++j) turn += dq[j] * pose.axis[tip.first_joint + j];
     }

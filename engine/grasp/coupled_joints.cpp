@@ -6,12 +6,6 @@
 
 namespace thenar {
 
-using Eigen::AngleAxisd;
-using Eigen::Index;
-using Eigen::Isometry3d;
-using Eigen::Translation3d;
-using Eigen::Vector3d;
-
 namespace {
 
 int finger_of(const Hand& hand, int joint) {
@@ -97,60 +91,6 @@ Hand coupled(Hand hand, std::span<const Coupling> couplings) {
     }
   }
   return hand;
-}
-
-void coupled_kinematics(const Hand& hand, const JointVector& q, int finger, FingerChain& chain, HandPose& pose) {
-  const Fingertip& tip = hand.fingertips[finger];
-  int at = 0, next = tip.first_follower;
-  const auto turn = [&](const Joint& joint, std::size_t place, double angle) {
-    pose.origin_m[place] = chain[at] * joint.origin_m;
-    pose.axis[place] = chain[at].linear() * joint.axis;
-    const Translation3d to_joint(joint.origin_m);
-    chain[at + 1] = chain[at] * to_joint * AngleAxisd(angle, joint.axis) * to_joint.inverse();
-    ++at;
-  };
-  chain[0].setIdentity();
-  for (int j = 0; j < tip.joints; ++j) {
-    turn(hand.joints[tip.first_joint + j], tip.first_joint + j, q[tip.first_joint + j]);
-    for (; next < tip.first_follower + tip.followers && hand.followers[next].after == j + 1; ++next) {
-      const Follower& follower = hand.followers[next];
-      turn(follower.joint, hand.joints.size() + next, follower.angle(q));
-    }
-  }
-}
-
-FingerJacobian coupled_jacobian(const Hand& hand, const HandPose& pose, int finger, int followers,
-                                const Vector3d& point_m) {
-  const Fingertip& tip = hand.fingertips[finger];
-  FingerJacobian J = FingerJacobian::Zero(3, std::max(4, tip.joints));
-  const auto lever = [&](std::size_t place) { return pose.axis[place].cross(point_m - pose.origin_m[place]); };
-  for (int j = 0; j < tip.joints; ++j) J.col(j) = lever(tip.first_joint + j);
-  for (int i = tip.first_follower; i < tip.first_follower + followers; ++i) {
-    const Follower& follower = hand.followers[i];
-    J.col(follower.leader - tip.first_joint) += follower.ratio * lever(hand.joints.size() + i);
-  }
-  return J;
-}
-
-void add_coupled_arms(const Hand& hand, const HandPose& pose, const MuscleCrossing& crossing, const Vector3d& M,
-                      const Vector3d& D, Eigen::Ref<Eigen::VectorXd> H_m) {
-  for (const int i : crossing.joints) {
-    if (i < std::ssize(hand.joints)) continue;
-    const Follower& follower = hand.followers[i - hand.joints.size()];
-    const double arm_m = crossing.share * (M - pose.origin_m[i]).cross(D).dot(pose.axis[i]);
-    H_m[follower.leader] += follower.ratio * arm_m;
-  }
-}
-
-FingerJacobian coupled_axes(const Hand& hand, const HandPose& pose, int finger) {
-  const Fingertip& tip = hand.fingertips[finger];
-  FingerJacobian axes = FingerJacobian::Zero(3, std::max(4, tip.joints));
-  for (int j = 0; j < tip.joints; ++j) axes.col(j) = pose.axis[tip.first_joint + j];
-  for (int i = tip.first_follower; i < tip.first_follower + tip.followers; ++i) {
-    const Follower& follower = hand.followers[i];
-    axes.col(follower.leader - tip.first_joint) += follower.ratio * pose.axis[hand.joints.size() + i];
-  }
-  return axes;
 }
 
 }  // namespace thenar

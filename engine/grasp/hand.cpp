@@ -1,7 +1,5 @@
 #include "engine/grasp/hand.h"
 
-#include "engine/grasp/coupled_joints.h"
-
 namespace thenar {
 
 using Eigen::AngleAxisd;
@@ -9,6 +7,64 @@ using Eigen::Isometry3d;
 using Eigen::Matrix3d;
 using Eigen::Translation3d;
 using Eigen::Vector3d;
+
+namespace {
+
+/// The displacements that the first joints of a finger make, from none to all of them.
+using FingerChain = std::array<Isometry3d, kMaxFingerJoints + 1>;
+
+// Of a finger in which joints follow others.
+
+void coupled_kinematics(const Hand& hand, const JointVector& q, const Fingertip& tip, FingerChain& chain,
+                        HandPose& pose) {
+  int at = 0, next = tip.first_follower;
+  const auto turn = [&](const Joint& joint, std::size_t place, double angle) {
+    pose.origin_m[place] = chain[at] * joint.origin_m;
+    pose.axis[place] = chain[at].linear() * joint.axis;
+    const Translation3d to_joint(joint.origin_m);
+    chain[at + 1] = chain[at] * to_joint * AngleAxisd(angle, joint.axis) * to_joint.inverse();
+    ++at;
+  };
+  chain[0].setIdentity();
+  for (int j = 0; j < tip.joints; ++j) {
+    turn(hand.joints[tip.first_joint + j], tip.first_joint + j, q[tip.first_joint + j]);
+    for (; next < tip.first_follower + tip.followers && hand.followers[next].after == j + 1; ++next) {
+      const Follower& follower = hand.followers[next];
+      turn(follower.joint, hand.joints.size() + next, follower.angle(q));
+    }
+  }
+}
+
+/// Columns of the joints, with those of the first followers in their leaders'.
+template <typename Column>
+FingerJacobian coupled_columns(const Hand& hand, const Fingertip& tip, int followers, const Column& column) {
+  FingerJacobian J = FingerJacobian::Zero(3, std::max(4, tip.joints));
+  for (int j = 0; j < tip.joints; ++j) J.col(j) = column(tip.first_joint + j);
+  for (int i = tip.first_follower; i < tip.first_follower + followers; ++i) {
+    const Follower& follower = hand.followers[i];
+    J.col(follower.leader - tip.first_joint) += follower.ratio * column(hand.joints.size() + i);
+  }
+  return J;
+}
+
+FingerJacobian coupled_jacobian(const Hand& hand, const HandPose& pose, const Fingertip& tip, int followers,
+                                const Vector3d& point_m) {
+  return coupled_columns(hand, tip, followers,
+                         [&](std::size_t i) -> Vector3d { return pose.axis[i].cross(point_m - pose.origin_m[i]); });
+}
+
+/// Adds to a muscle's column of H what a crossing gives of followers. M is its attachment, D its direction.
+void add_coupled_arms(const Hand& hand, const HandPose& pose, const MuscleCrossing& crossing, const Vector3d& M,
+                      const Vector3d& D, Eigen::Ref<Eigen::VectorXd> H_m) {
+  for (const int i : crossing.joints) {
+    if (i < std::ssize(hand.joints)) continue;
+    const Follower& follower = hand.followers[i - hand.joints.size()];
+    const double arm_m = crossing.share * (M - pose.origin_m[i]).cross(D).dot(pose.axis[i]);
+    H_m[follower.leader] += follower.ratio * arm_m;
+  }
+}
+
+}  // namespace
 
 Hand mirrored(Hand hand) {
   const auto mirror = [](Vector3d& v) { v.z() = -v.z(); };
@@ -44,7 +100,7 @@ void forward_kinematics(const Hand& hand, const JointVector& q, HandPose& pose) 
   std::array<FingerChain, kMaxFingers> chain;
   for (int k = 0; k < hand.fingers(); ++k) {
     if (hand.fingertips[k].followers > 0) {
-      coupled_kinematics(hand, q, k, chain[k], pose);
+      coupled_kinematics(hand, q, hand.fingertips[k], chain[k], pose);
       continue;
     }
     chain[k][0].setIdentity();
@@ -66,7 +122,7 @@ void forward_kinematics(const Hand& hand, const JointVector& q, HandPose& pose) 
 
 FingerJacobian finger_jacobian(const Hand& hand, const HandPose& pose, int finger, const Vector3d& point_m) {
   const Fingertip& tip = hand.fingertips[finger];
-  if (tip.followers > 0) return coupled_jacobian(hand, pose, finger, tip.followers, point_m);
+  if (tip.followers > 0) return coupled_jacobian(hand, pose, tip, tip.followers, point_m);
   FingerJacobian J(3, std::max(4, tip.joints));
   const auto column = [&](int j) {
     const int i = tip.first_joint + j;
@@ -79,6 +135,18 @@ FingerJacobian finger_jacobian(const Hand& hand, const HandPose& pose, int finge
   J.setZero();
   for (int j = 0; j < tip.joints; ++j) column(j);
   return J;
+}
+
+FingerJacobian segment_jacobian(const Hand& hand, const HandPose& pose, const Segment& segment,
+                                const Vector3d& point_m) {
+  const Fingertip& tip = hand.fingertips[segment.finger];
+  return tip.followers > 0 ? coupled_jacobian(hand, pose, tip, segment.followers, point_m)
+                           : finger_jacobian(hand, pose, segment.finger, point_m);
+}
+
+FingerJacobian turning_axes(const Hand& hand, const HandPose& pose, int finger) {
+  const Fingertip& tip = hand.fingertips[finger];
+  return coupled_columns(hand, tip, tip.followers, [&](std::size_t i) -> Vector3d { return pose.axis[i]; });
 }
 
 double dot(const FingerVector& a, const FingerVector& b) {
@@ -104,9 +172,7 @@ JointVector gravity_torques(const Hand& hand, const HandPose& pose, const Vector
     const Segment& segment = hand.segments[s];
     if (segment.joints == 0) continue;
     const Vector3d com_m = pose.segments[s] * segment.com_m;
-    const FingerJacobian J = hand.fingertips[segment.finger].followers > 0
-                                 ? coupled_jacobian(hand, pose, segment.finger, segment.followers, com_m)
-                                 : finger_jacobian(hand, pose, segment.finger, com_m);
+    const FingerJacobian J = segment_jacobian(hand, pose, segment, com_m);
     const int first = hand.fingertips[segment.finger].first_joint;
     g.segment(first, segment.joints) -= J.leftCols(segment.joints).transpose() * (segment.mass_kg * gravity);
   }

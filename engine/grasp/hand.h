@@ -163,6 +163,13 @@ void forward_kinematics(const Hand& hand, const JointVector& q, HandPose& pose);
 [[nodiscard]] FingerJacobian finger_jacobian(const Hand& hand, const HandPose& pose, int finger,
                                              const Eigen::Vector3d& point_m);
 
+/// Likewise of a point of any segment; only the columns of the joints that move it count.
+[[nodiscard]] FingerJacobian segment_jacobian(const Hand& hand, const HandPose& pose, const Segment& segment,
+                                              const Eigen::Vector3d& point_m);
+
+/// The angular velocity of finger k's distal segment for its joints' speeds.
+[[nodiscard]] FingerJacobian turning_axes(const Hand& hand, const HandPose& pose, int finger);
+
 /// a.b, J q' and J J', four joints in a register.
 [[nodiscard]] double dot(const FingerVector& a, const FingerVector& b);
 [[nodiscard]] Eigen::Vector3d velocity(const FingerJacobian& J, const FingerVector& speeds);

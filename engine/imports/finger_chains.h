@@ -38,7 +38,8 @@ struct FingerChains {
 };
 
 /// Finds the fingers, and refuses with ConfigError what a hand cannot have: joints of two fingers, joints that do not
-/// turn or have no limits, couplings that are no ties, closed loops, more fingers or joints than kMaxFingers and kMaxFingerJoints.
+/// turn or have no limits, couplings that are no ties, closed loops, more fingers or joints than kMaxFingers and
+/// kMaxFingerJoints.
 [[nodiscard]] FingerChains find_chains(const BodyTree& tree, const HandRequest& request);
 
 }  // namespace thenar

@@ -38,9 +38,8 @@ constexpr std::array kSceneKeys = std::to_array<Key>({
     {"hand.mirror", kFlag, kNone, "", "(Without it the hand is as its file has it.)",
      "Whether it is the other hand, left for right: the mirror image in the plane z = 0 of the hand frame."},
     {"hand.posture", kQuantities, kAngle, "", "(Required without grasp, refused with it.)",
-     "The joint angles at the start, in the order of the hand file, each within its joint's limits. A joint that "
-     "follows "
-     "another one has none.",
+     "The joint angles at the start, in the order of the hand file, each within its joint's limits; none for a joint "
+     "that follows another one.",
      kPerJoint},
     {"hand.fingers", kTexts, kNone, "", "(Without it the hand has all of its fingers.)",
      "The fingers that the hand has here, by name; the others are left out, with their joints and muscles."},

@@ -121,7 +121,7 @@ TEST(CoupledJoints, MoveAsFiniteDifferencesSay) {
     for (int k = 0; k < hand.fingers(); ++k) {
       const Fingertip& tip = hand.fingertips[k];
       const Vector3d point_m = pose.distal(hand, k) * tip.centre_m;
-      const FingerJacobian J = finger_jacobian(hand, pose, k, point_m), axes = coupled_axes(hand, pose, k);
+      const FingerJacobian J = finger_jacobian(hand, pose, k, point_m), axes = turning_axes(hand, pose, k);
       for (int j = 0; j < tip.joints; ++j) {
         JointVector dq = hand.at_zero();
         dq[tip.first_joint + j] = kStep;
