@@ -7,6 +7,7 @@
 #include <sstream>
 #include <vector>
 
+#include "app/hand_list.h"
 #include "app/progress.h"
 #include "engine/formats/point_cloud_file.h"
 #include "engine/grasp/control.h"
@@ -246,7 +247,7 @@ std::string description(const Scene& asked, bool with_parts) {
   const Scene& scene = model.scene;  // with the grasp that was found, if one was asked for
   std::ostringstream out;
   out << scene.name << ": " << scene.duration_s << " s in steps of " << 1e3 * scene.step_s << " ms\n\nmodelled\n"
-      << "  hand            " << scene.hand.joints.size() << " joints, viscosity " << scene.joint_viscosity
+      << "  hand            " << joint_count(scene.hand) << ", viscosity " << scene.joint_viscosity
       << " N m s, no inertia\n";
   describe_object(scene.object, out);
   describe_contact(scene, out);

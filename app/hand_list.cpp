@@ -31,6 +31,13 @@ std::string finger_text(const Hand& hand, const Fingertip& tip) {
     text += fmt::format("  {:<24}{:>7.1f} .. {:.1f} deg\n", joint.name, joint.lower_rad / kDegree,
                         joint.upper_rad / kDegree);
   }
+  for (int i = tip.first_follower; i < tip.first_follower + tip.followers; ++i) {
+    const Follower& follower = hand.followers[i];
+    text += fmt::format("  {:<24} follows {}, {:.3g} times its angle", follower.joint.name,
+                        hand.joints[follower.leader].name, follower.ratio);
+    if (follower.offset_rad != 0.0) text += fmt::format(" and {:.1f} deg", follower.offset_rad / kDegree);
+    text += '\n';
+  }
   return text;
 }
 
@@ -87,10 +94,14 @@ std::vector<std::string> hand_warnings(const Hand& hand, const std::vector<Oppos
 
 }  // namespace
 
+std::string joint_count(const Hand& hand) {
+  const std::string own = counted(std::ssize(hand.joints), "joint");
+  return hand.followers.empty() ? own : fmt::format("{} and {} that follow", own, hand.followers.size());
+}
+
 std::string hand_list(const Hand& hand, const std::string& name) {
-  std::string text =
-      fmt::format("{}: {}, {}, {}\n", name, counted(hand.fingers(), "finger"),
-                  counted(std::ssize(hand.joints), "joint"), counted(std::ssize(hand.muscles), "muscle"));
+  std::string text = fmt::format("{}: {}, {}, {}\n", name, counted(hand.fingers(), "finger"), joint_count(hand),
+                                 counted(std::ssize(hand.muscles), "muscle"));
   for (const Fingertip& tip : hand.fingertips) text += finger_text(hand, tip);
   text += muscles_text(hand);
   const std::vector<Opposition> pairs = find_oppositions(hand);

@@ -176,8 +176,13 @@ void StanceFit::add_body(const Stance& stance, NormalEquations& sum) const {
     row.segment<3>(joints) = n_W;
     row.tail<3>() = (p_W - X_WO_.translation()).cross(n_W);
     const int first = hand_.fingertips[point.finger].first_joint;
-    for (int j = 0; j < point.joints; ++j) {
-      row[first + j] = -pose_.axis[first + j].cross(p_W - pose_.origin_m[first + j]).dot(n_W);
+    if (point.segment >= 0 && hand_.segments[point.segment].followers > 0) {
+      const FingerJacobian J = segment_jacobian(hand_, pose_, hand_.segments[point.segment], p_W);
+      row.segment(first, point.joints) = -J.leftCols(point.joints).transpose() * n_W;
+    } else {
+      for (int j = 0; j < point.joints; ++j) {
+        row[first + j] = -pose_.axis[first + j].cross(p_W - pose_.origin_m[first + j]).dot(n_W);
+      }
     }
     sum.add_hinge(point.clearance_m - at.distance_m, kBody_m, row);
   }

@@ -71,7 +71,7 @@ void contact_kinematics(const Model& model, const Frame& frame, const HandPose& 
         kinematics.u_object_m.col(i) = E_O.transpose() * u_O;
       }
       kinematics.c_W[i] = c_W;
-      if (tip.joints < 4) {
+      if (tip.joints < 4 || tip.followers > 0) {
         const FingerJacobian J = finger_jacobian(model.scene.hand, pose, k, c_W);
         kinematics.J_finger.middleRows<3>(3 * i).noalias() = -E_W.transpose() * J.leftCols<4>();
       } else {

@@ -331,7 +331,12 @@ PerFinger<double> finger_travel_m(const Model& model, const HandPose& pose, cons
     if (load.normal_N > 0.0) dq -= finger_jacobian(scene.hand, pose, k, load.centre_m).transpose() * load.force_N;
     dq *= time_s / scene.viscosity(k);
     Vector3d turn = -dx.tail<3>();
-    for (int j = 0; j < tip.joints; ++j) turn += dq[j] * pose.axis[tip.first_joint + j];
+    if (tip.followers > 0) {
+      for (int j = 0; j < tip.joints; ++j) dq[j] /= scene.hand.joints[tip.first_joint + j].drag;
+      turn += velocity(turning_axes(scene.hand, pose, k), dq);
+    } else {
+      for (int j = 0; j < tip.joints; ++j) turn += dq[j] * pose.axis[tip.first_joint + j];
+    }
     const Vector3d own = velocity(finger_jacobian(scene.hand, pose, k, centre_m), dq);
     const Vector3d object = dx.head<3>() + dx.tail<3>().cross(centre_m - snapshot.X_WO.translation());
     push[k] = own.norm();

@@ -222,6 +222,9 @@ void book_motion(const Scene& scene, const Drive& drive, const State& state, con
     for (int k = 0; k < scene.hand.fingers(); ++k) {
       const Fingertip& tip = scene.hand.fingertips[k];
       joints_J_s += scene.viscosity(k) * motion.dq.segment(tip.first_joint, tip.joints).squaredNorm();
+      for (int j = tip.first_joint; tip.followers > 0 && j < tip.first_joint + tip.joints; ++j) {
+        joints_J_s += scene.viscosity(k) * (scene.hand.joints[j].drag - 1.0) * motion.dq[j] * motion.dq[j];
+      }
     }
   }
   ledger.viscous_J =

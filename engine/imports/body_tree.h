@@ -74,11 +74,17 @@ struct TreeTendon {
   std::string muscle;                 ///< The muscle's name.
 };
 
-/// Joints that do not move one without the other.
+/// Joints that do not move one without the other: the first follows the second.
 struct TreeCoupling {
   std::string what, place;  ///< "equality 'x'"
   std::vector<std::string> joints;
   int least = 1;  ///< It matters if it names so many joints of the hand.
+  /// Where the first joint's angle is a multiple of the second's, and an offset.
+  struct Line {
+    double ratio, offset_rad;
+  };
+  std::optional<Line> line = {};
+  std::string fault = {};  ///< Why it has no line, where that is not plain.
 };
 
 /// What closes a loop between two bodies.

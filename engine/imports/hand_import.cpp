@@ -8,6 +8,7 @@
 
 #include "engine/formats/text.h"
 #include "engine/imports/finger_chains.h"
+#include "engine/imports/joint_ties.h"
 #include "engine/imports/mjcf_file.h"
 #include "engine/imports/muscle_import.h"
 #include "engine/imports/pulp_guess.h"
@@ -151,6 +152,7 @@ ImportedHand import_hand(const BodyTree& tree, const HandRequest& request) {
   guess_normals(made.hand, made.notes);
   if (made.hand.fingers() == 1) made.notes.emplace_back("a hand of one finger can press, but hold nothing");
   import_muscles(tree, pose, segments, made);
+  made.hand = tied(std::move(made.hand), tree, chains, made.notes);
   if (request.mirror) {
     made.hand = mirrored(std::move(made.hand));
     made.notes.emplace_back("it is the mirror image of what the file describes");

@@ -138,8 +138,17 @@ BodyTree read_urdf(const XmlElement& robot) {
     }
     joints_below[parent].push_back({&element, parent});
     if (const XmlElement* const mimic = element.child("mimic")) {
-      tree.couplings.push_back(
-          {fmt::format("mimic of '{}'", mimic->text("joint")), mimic->place, {element.text("name")}});
+      const std::string leader = mimic->text("joint");
+      const double ratio = number(*mimic, "multiplier").value_or(1.0),
+                   offset_rad = number(*mimic, "offset").value_or(0.0);
+      TreeCoupling coupling{fmt::format("mimic of '{}'", leader), mimic->place, {element.text("name"), leader}};
+      coupling.line = {ratio, offset_rad};
+      if (ratio == 0.0) {
+        coupling.line.reset();
+        coupling.joints.pop_back();
+        coupling.fault = fmt::format("to nothing but the angle {:g} rad, where it stays", offset_rad);
+      }
+      tree.couplings.push_back(coupling);
     }
   }
   for (const auto& [name, link] : links) {

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "engine/grasp/coupled_joints.h"
 #include "engine/scenes/config.h"
 #include "engine/scenes/keys.h"
 #include "solvers/muscle_forces.h"
@@ -138,6 +139,31 @@ void find_fingers(const ConfigMap& root, const std::vector<std::vector<int>>& mo
   }
 }
 
+/// The joints that follow others.
+std::vector<Coupling> read_couplings(const ConfigMap& root, const Hand& hand) {
+  std::vector<Coupling> couplings;
+  const auto maps = root.list_of_maps("joints");
+  for (std::size_t i = 0; i < hand.joints.size(); ++i) {
+    const ConfigMap& map = maps[i];
+    if (!map.has("follows")) {
+      for (const char* key : {"ratio", "offset"}) {
+        if (map.has(key)) map.refuse(key, "is of a joint that follows another one: follows names that");
+      }
+      continue;
+    }
+    const Coupling coupling{static_cast<int>(i), index_of(hand.joints, map.text("follows")), map.quantity("ratio"),
+                            map.quantity("offset")};
+    if (coupling.leader < 0) {
+      map.refuse("follows", "no joint is named '" + map.text("follows") + "'");
+      continue;
+    }
+    couplings.push_back(coupling);
+    const std::string fault = coupling_fault(hand, couplings);
+    if (!fault.empty()) map.refuse("follows", fault);
+  }
+  return couplings;
+}
+
 MuscleCrossing read_crossing(const Hand& hand, const ConfigMap& map) {
   MuscleCrossing crossing;
   for (const std::string& name : map.texts("joints")) crossing.joints.push_back(joint_index(hand, map, "joints", name));
@@ -172,8 +198,9 @@ Hand load_hand(const std::filesystem::path& file) {
     }
     hand.muscles.push_back(std::move(muscle));
   }
+  const std::vector<Coupling> couplings = read_couplings(root, hand);
   config.finish();
-  return hand;
+  return coupled(std::move(hand), couplings);
 }
 
 }  // namespace thenar

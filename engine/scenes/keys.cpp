@@ -38,7 +38,9 @@ constexpr std::array kSceneKeys = std::to_array<Key>({
     {"hand.mirror", kFlag, kNone, "", "(Without it the hand is as its file has it.)",
      "Whether it is the other hand, left for right: the mirror image in the plane z = 0 of the hand frame."},
     {"hand.posture", kQuantities, kAngle, "", "(Required without grasp, refused with it.)",
-     "The joint angles at the start, in the order of the hand file, each within its joint's limits.", kPerJoint},
+     "The joint angles at the start, in the order of the hand file, each within its joint's limits; none for a joint "
+     "that follows another one.",
+     kPerJoint},
     {"hand.fingers", kTexts, kNone, "", "(Without it the hand has all of its fingers.)",
      "The fingers that the hand has here, by name; the others are left out, with their joints and muscles."},
     {"hand.settle", kFlag, kNone, "",
@@ -215,6 +217,10 @@ constexpr std::array kHandKeys = std::to_array<Key>({
     {"joints.origin_at_q0", kQuantities, kNone, "", "", "A point of its axis at q = 0, hand frame, in m.", 3},
     {"joints.axis_at_q0", kQuantities, kNone, "", "", "The direction of its axis at q = 0, hand frame.", 3},
     {"joints.limits", kQuantities, kNone, "", "", "The ends of its range, in rad.", 2},
+    {"joints.follows", kText, kNone, "", "(It turns by itself.)",
+     "The joint of its finger, nearer to the palm, that it turns with: it has no angle of its own."},
+    {"joints.ratio", kQuantity, kNone, "-10 .. 10", "1", "Its angle over that of the joint that it follows."},
+    {"joints.offset", kQuantity, kNone, "-10 .. 10", "0", "What is added to that, in rad."},
 
     {"segments", kMaps, kNone, "", "", "The bones but for the palm."},
     {"segments.name", kText, kNone, "", "", "Its name."},
