@@ -18,14 +18,23 @@ using Eigen::Index;
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 
+std::string pulp_in_words(const Fingertip& tip) {
+  if (!tip.shape) return fmt::format(" of {:.1f} mm radius", 1e3 * tip.radius_m);
+  const Eigen::Vector3d mm = 1e3 * tip.shape->half_m;
+  if (tip.shape->form == PulpShape::Form::kCapsule) {
+    return fmt::format(", a capsule {:.1f} mm long and {:.1f} mm thick", 2.0 * (mm[0] + mm[1]), 2.0 * mm[1]);
+  }
+  return fmt::format(", an ellipsoid with semi-axes of {:.1f}, {:.1f} and {:.1f} mm", mm[0], mm[1], mm[2]);
+}
+
 std::string finger_text(const Hand& hand, const Fingertip& tip) {
   double reach_m = 0.0;
   for (const Segment& segment : hand.segments) {
     if (segment.joints > 0 && hand.fingertips[segment.finger].first_joint == tip.first_joint)
       reach_m += segment.length_m;
   }
-  std::string text = fmt::format("\n{}: {}, {:.0f} mm from its first joint to its pulp of {:.1f} mm radius\n",
-                                 tip.finger, counted(tip.joints, "joint"), 1e3 * reach_m, 1e3 * tip.radius_m);
+  std::string text = fmt::format("\n{}: {}, {:.0f} mm from its first joint to its pulp{}\n", tip.finger,
+                                 counted(tip.joints, "joint"), 1e3 * reach_m, pulp_in_words(tip));
   for (int j = tip.first_joint; j < tip.first_joint + tip.joints; ++j) {
     const Joint& joint = hand.joints[j];
     text += fmt::format("  {:<24}{:>7.1f} .. {:.1f} deg\n", joint.name, joint.lower_rad / kDegree,

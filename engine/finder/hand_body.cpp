@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "engine/grasp/frame.h"
+#include "engine/grasp/pulp_touch.h"
 
 namespace thenar {
 
@@ -43,7 +44,8 @@ std::vector<BodyPoint> hand_body(const Hand& hand) {
     }
     // Up to where the pulp begins.
     const double reach_m = tip.centre_m.norm();
-    const Vector3d to_m = tip.centre_m * std::max(0.0, 1.0 - 0.6 * tip.radius_m / std::max(reach_m, 1e-9));
+    const double along_m = extent_m(tip, tip.centre_m.normalized());
+    const Vector3d to_m = tip.centre_m * std::max(0.0, 1.0 - 0.6 * along_m / std::max(reach_m, 1e-9));
     BodyPoint end = point;
     end.clearance_m = kTipThickness * tip.radius_m;
     add_bar(end, Vector3d::Zero(), to_m, body);
@@ -71,6 +73,14 @@ PulpPose pulp_pose(const Hand& hand, const HandPose& pose, int finger) {
   }
   for (int j = 0; j < tip.joints; ++j) pulp.J_normal.col(j) = pose.axis[tip.first_joint + j].cross(pulp.normal);
   return pulp;
+}
+
+double touching_m(const Hand& hand, const HandPose& pose, int one, int other, const Vector3d& d) {
+  const auto reach_m = [&](int k) {
+    const Fingertip& tip = hand.fingertips[k];
+    return tip.shape ? extent_m(*tip.shape, pose.distal(hand, k).linear().transpose() * d) : tip.radius_m;
+  };
+  return reach_m(one) + reach_m(other);
 }
 
 double dexterity(const Hand& hand, const HandPose& pose, int finger, const Vector3d& x_m) {

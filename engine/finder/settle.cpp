@@ -6,6 +6,7 @@
 
 #include "engine/grasp/contact_tick.h"
 #include "engine/grasp/control_tick.h"
+#include "engine/grasp/pulp_touch.h"
 
 namespace thenar {
 
@@ -75,8 +76,9 @@ double settle(Model& model) {
       worst = std::max(worst, std::abs(miss));
       // Hertz's F = c d^1.5 about the wanted load: d changes by 2/3 of the share.
       const Pulp& pulp = model.pulps[k];
+      const Fingertip& tip = model.scene.hand.fingertips[k];
       const double E_Pa = pulp.material.reduced_modulus_Pa / softness(pulp.material, wanted);
-      const double depth_m = std::pow(0.75 * wanted / (E_Pa * std::sqrt(pulp.radius_m)), 2.0 / 3.0);
+      const double depth_m = std::pow(0.75 * wanted / (E_Pa * std::sqrt(round_radius_m(tip))), 2.0 / 3.0);
       move_pulp(model.scene, k, n * std::clamp(2.0 / 3.0 * miss, -0.5, 0.5) * depth_m);
     }
     // What is nearly settled stays: a model that is made again of its own scene has the same posture.

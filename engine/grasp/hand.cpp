@@ -85,6 +85,10 @@ Hand mirrored(Hand hand) {
   for (Fingertip& tip : hand.fingertips) {
     mirror(tip.centre_m);
     mirror(tip.normal);
+    if (tip.shape) {
+      const Eigen::DiagonalMatrix<double, 3> M(1.0, 1.0, -1.0);
+      tip.shape->axes = M * tip.shape->axes * M;
+    }
   }
   for (Muscle& muscle : hand.muscles) {
     for (MuscleCrossing& crossing : muscle.crossings) {

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/grasp/pulp_shape.h"
 #include "thenar/eigen_layout.h"
 
 namespace thenar {
@@ -80,15 +81,16 @@ struct Segment {
   Eigen::Vector3d com_m = Eigen::Vector3d::Zero();  ///< Centre of mass, segment frame.
 };
 
-/// A finger: a chain of joints, and at its end the pulp, a sphere fixed in the distal segment.
+/// A finger: a chain of joints, and at its end the pulp, fixed in the distal segment.
 struct Fingertip {
   std::string finger;
   int first_joint = 0, joints = 0;        ///< So many of the hand's joints, from this one on: one to five.
   int first_follower = 0, followers = 0;  ///< Likewise of those that follow them.
   int segment = 0;                        ///< Index of the distal segment.
   Eigen::Vector3d centre_m;               ///< Segment frame.
-  double radius_m = 0.0;
-  Eigen::Vector3d normal;  ///< Mean outward direction of the pulp, unit, segment frame.
+  double radius_m = 0.0;  ///< Of the sphere that the pulp is, or of the largest about the centre that is in it.
+  std::optional<PulpShape> shape = {};  ///< Nothing: a sphere.
+  Eigen::Vector3d normal;               ///< Mean outward direction of the pulp, unit, segment frame.
   // What the hand says of this finger; nothing: the scene says it of all.
   std::optional<double> joint_viscosity;                            ///< b of its joints [N m s].
   std::optional<double> reduced_modulus_Pa, poisson, relaxation_s;  ///< Of its pulp: see PulpMaterial.

@@ -72,6 +72,15 @@ std::string joint_text(const Hand& hand, int index) {
   return text + "}\n";
 }
 
+std::string pulp_text(const Fingertip& tip) {
+  if (!tip.shape) return fmt::format("radius: {}", number(tip.radius_m));
+  const std::string axes = fmt::format("pulp_axes: {}", list(tip.shape->axes));
+  if (tip.shape->form == PulpShape::Form::kEllipsoid) {
+    return fmt::format("semi_axes: {}, {}", list(tip.shape->half_m), axes);
+  }
+  return fmt::format("radius: {}, length: {}, {}", number(tip.radius_m), number(2.0 * tip.shape->half_m[0]), axes);
+}
+
 std::string crossing_text(const Hand& hand, const MuscleCrossing& crossing) {
   const auto segment = [&](int s) { return word(hand.segments[s].name); };
   const std::string share = crossing.share == 1.0 ? "" : fmt::format("share: {}, ", number(crossing.share));
@@ -103,11 +112,11 @@ std::string hand_text(const ImportedHand& made, const std::string& origin) {
                     number(segment.length_m), number(segment.mass_kg), list(segment.com_m),
                     list(Vector3d(segment.X_WS_0.translation())), list(Matrix3d(segment.X_WS_0.linear())));
   }
-  text += "fingertips:  # pulp as a sphere, in the frame of its segment\n";
+  const bool spheres = std::ranges::all_of(hand.fingertips, [](const Fingertip& tip) { return !tip.shape; });
+  text += fmt::format("fingertips:  # pulp{}, in the frame of its segment\n", spheres ? " as a sphere" : "");
   for (const Fingertip& tip : hand.fingertips) {
-    text +=
-        fmt::format("- {{finger: {}, segment: {}, pulp_centre: {}, radius: {}, pulp_normal: {}}}\n", word(tip.finger),
-                    word(hand.segments[tip.segment].name), list(tip.centre_m), number(tip.radius_m), list(tip.normal));
+    text += fmt::format("- {{finger: {}, segment: {}, pulp_centre: {}, {}, pulp_normal: {}}}\n", word(tip.finger),
+                        word(hand.segments[tip.segment].name), list(tip.centre_m), pulp_text(tip), list(tip.normal));
   }
   if (hand.muscles.empty()) return text;
   text += "muscles:\n";

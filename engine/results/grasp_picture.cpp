@@ -81,7 +81,7 @@ void add_fingertip(const Model& model, const State& state, const HandPose& pose,
   if (model.deformable()) {
     add_pulp(model.pulps[k], state.u_m[k], X_WF, surfels);
   } else {
-    add_ball(X_WF * tip.centre_m, tip.radius_m, kSkin, surfels);
+    add_rigid_pulp(tip, X_WF, surfels);
   }
 }
 

@@ -230,20 +230,31 @@ std::vector<Field> contact_fields() {
           {"force_N", "N", 8, 3}};
 }
 
+ordered_json shape_json(const PulpShape& shape) {
+  const bool is_capsule = shape.form == PulpShape::Form::kCapsule;
+  ordered_json axes = ordered_json::array();
+  for (int i = 0; i < 3; ++i) axes.push_back(vector_json(shape.axes.col(i)));
+  return {{"form", is_capsule ? "capsule" : "ellipsoid"}, {"half_m", vector_json(shape.half_m)}, {"axes", axes}};
+}
+
+ordered_json finger_json(const Model& model, int k) {
+  const Fingertip& tip = model.scene.hand.fingertips[k];
+  ordered_json finger = {{"name", tip.finger},
+                         {"segment", tip.segment},
+                         {"centre_m", vector_json(tip.centre_m)},
+                         {"radius_m", tip.radius_m},
+                         {"samples", model.deformable() ? model.pulps[k].surface.points_m.cols() : 0},
+                         {"controls", model.deformable() ? model.pulps[k].controls() : 0}};
+  if (tip.shape) finger["shape"] = shape_json(*tip.shape);
+  return finger;
+}
+
 ordered_json scene_message(const Model& model, bool live) {
   const Scene& scene = model.scene;
   ordered_json fingers = ordered_json::array(), segments = ordered_json::array(), muscles = ordered_json::array();
   ordered_json joints = ordered_json::array();
   for (const Joint& joint : scene.hand.joints) joints.push_back(joint.name);
-  for (std::size_t k = 0; k < scene.hand.fingertips.size(); ++k) {
-    const Fingertip& tip = scene.hand.fingertips[k];
-    fingers.push_back({{"name", tip.finger},
-                       {"segment", tip.segment},
-                       {"centre_m", vector_json(tip.centre_m)},
-                       {"radius_m", tip.radius_m},
-                       {"samples", model.deformable() ? model.pulps[k].surface.points_m.cols() : 0},
-                       {"controls", model.deformable() ? model.pulps[k].controls() : 0}});
-  }
+  for (int k = 0; k < model.fingers(); ++k) fingers.push_back(finger_json(model, k));
   for (const Segment& segment : scene.hand.segments) {
     segments.push_back({{"name", segment.name},
                         {"finger", segment.finger},

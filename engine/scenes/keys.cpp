@@ -237,7 +237,18 @@ constexpr std::array kHandKeys = std::to_array<Key>({
     {"fingertips.segment", kText, kNone, "", "",
      "The last segment of its finger: its `moved_by` are the finger's joints."},
     {"fingertips.pulp_centre", kQuantities, kNone, "", "", "The centre of its pulp, segment frame, in m.", 3},
-    {"fingertips.radius", kQuantity, kNone, "1e-4 .. 0.1", "", "The radius of its pulp in m."},
+    {"fingertips.radius", kQuantity, kNone, "1e-4 .. 0.1", "(Required without semi_axes.)",
+     "The radius of its pulp in m: a sphere, or with a length a capsule."},
+    {"fingertips.length", kQuantity, kNone, "1e-4 .. 0.2", "(Without it the pulp is no capsule.)",
+     "Of a capsule: from the centre of one round end to that of the other, in m. Half of it is on either side of "
+     "pulp_centre."},
+    {"fingertips.semi_axes", kQuantities, kNone, "1e-4 .. 0.1", "(Without them the pulp is no ellipsoid.)",
+     "Of an ellipsoid, in m: along the pulp, across it, and through it; the largest at most 4 times the least.", 3},
+    {"fingertips.pulp_axes", kRotation, kNone, "",
+     "(Of a capsule: its first axis is the segment's x. Of an ellipsoid: its third axis is pulp_normal, its first one "
+     "x "
+     "less what of it is along that.)",
+     "How these axes lie in the segment frame: its columns. A capsule lies along the first."},
     {"fingertips.pulp_normal", kQuantities, kNone, "", "", "The mean outward direction of its pulp, segment frame.", 3},
     {"fingertips.joint_viscosity", kQuantity, kNone, "> 0", "(The scene's.)",
      "The viscous damping of its joints in N m s."},

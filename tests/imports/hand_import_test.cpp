@@ -59,6 +59,77 @@ TEST(HandImport, TakesJointsLimitsMassesAndPulps) {
   EXPECT_TRUE(says(made.notes, "the index's pulp faces the first finger, a guess"));
 }
 
+/// Where the pulp's surface faces n, and how it lies, in the hand frame.
+Vector3d support_H(const Hand& hand, const Fingertip& tip, const Vector3d& n_H) {
+  const Isometry3d& X_HS = hand.segments[tip.segment].X_WS_0;
+  return X_HS * (tip.centre_m + support_m(*tip.shape, X_HS.linear().transpose() * n_H));
+}
+
+// The surface of a geom in the file is that of the pulp in the hand file, wherever the segment's axes are.
+TEST(HandImport, TakesCapsulesAndEllipsoidsWhole) {
+  const std::string other = "<geom type='sphere' size='0.008' pos='0.03 0 0'/>\n";
+  const auto with = [&](const std::string& geom) {
+    std::string text = finger_mjcf(kThumb);
+    return text.replace(text.find(other), other.size(), geom);
+  };
+  const HandRequest request = fingers({"thumb=c", "index=b"});
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> normal;
+  const auto direction = [&] { return Vector3d(normal(random), normal(random), normal(random)).normalized(); };
+
+  // Body b is at x = 0.14 m with the palm's axes.
+  const ImportedHand capsule =
+      imported_text("a.xml", with("<geom type='capsule' fromto='0.01 0 0 0.03 0 0.002' size='0.007'/>"), request);
+  const Hand hand = written_and_read(capsule);
+  EXPECT_TRUE(says(capsule.notes, "the index's pulp is the capsule of 'b'"));
+  const Fingertip& tip = hand.fingertips[1];
+  ASSERT_TRUE(tip.shape);
+  EXPECT_EQ(tip.shape->form, PulpShape::Form::kCapsule);
+  EXPECT_NEAR(tip.radius_m, 0.007, 1e-12);
+  const Vector3d from(0.15, 0, 0), to(0.17, 0, 0.002);
+  for (int i = 0; i < 50; ++i) {
+    const Vector3d n = direction();
+    const Vector3d end = n.dot(to - from) > 0.0 ? to : from;
+    EXPECT_LE((support_H(hand, tip, n) - end - 0.007 * n).norm(), 1e-11);
+  }
+
+  const ImportedHand ellipsoid = imported_text(
+      "b.xml", with("<geom type='ellipsoid' size='0.012 0.008 0.006' pos='0.02 0 0' euler='0 0 90'/>"), request);
+  const Hand other_hand = written_and_read(ellipsoid);
+  EXPECT_TRUE(says(ellipsoid.notes, "the index's pulp is the ellipsoid of 'b'"));
+  const Vector3d half(0.008, 0.012, 0.006);  // turned by 90 degrees about z
+  for (int i = 0; i < 50; ++i) {
+    const Vector3d n = direction();
+    const Vector3d on = half.cwiseAbs2().cwiseProduct(n) / half.cwiseProduct(n).norm();
+    EXPECT_LE((support_H(other_hand, other_hand.fingertips[1], n) - Vector3d(0.16, 0, 0) - on).norm(), 1e-11);
+  }
+
+  // A radius makes it the sphere at the far end, and what no hand file takes is no pulp.
+  const Hand round = written_and_read(
+      imported_text("c.xml", with("<geom type='capsule' fromto='0.01 0 0 0.03 0 0.002' size='0.007'/>"),
+                    fingers({"thumb=c", "index=b:6mm"})));
+  EXPECT_FALSE(round.fingertips[1].shape);
+  EXPECT_NEAR(round.fingertips[1].radius_m, 0.006, 1e-12);
+  EXPECT_TRUE((round.segments[round.fingertips[1].segment].X_WS_0 * round.fingertips[1].centre_m).isApprox(to, 1e-9));
+  const Hand thin = written_and_read(
+      imported_text("d.xml", with("<geom type='ellipsoid' size='0.03 0.008 0.006' pos='0.02 0 0'/>" + other), request));
+  EXPECT_FALSE(thin.fingertips[1].shape);
+
+  const std::string urdf =
+      "<robot name='r'><link name='p'/><link name='a'/><link name='b'><collision><origin xyz='0.02 0 0' "
+      "rpy='0 1.5707963267948966 0'/><geometry><capsule radius='0.007' length='0.02'/></geometry></collision></link>"
+      "<link name='c'><collision><origin xyz='0.03 0 0'/><geometry><sphere "
+      "radius='0.01'/></geometry></collision></link>"
+      "<joint name='a1' type='revolute'><parent link='p'/><child link='a'/><axis xyz='0 1 0'/><limit lower='0' "
+      "upper='1'/></joint><joint name='b1' type='revolute'><parent link='a'/><child link='b'/><origin xyz='0.04 0 0'/>"
+      "<axis xyz='0 1 0'/><limit lower='0' upper='1'/></joint><joint name='c1' type='revolute'><parent link='p'/>"
+      "<child link='c'/><origin xyz='0 0 -0.05'/><axis xyz='0 -1 0'/><limit lower='0' upper='1'/></joint></robot>";
+  const Hand robot = written_and_read(imported_text("r.urdf", urdf, request));
+  ASSERT_TRUE(robot.fingertips[1].shape);
+  EXPECT_NEAR(robot.fingertips[1].shape->half_m[0], 0.01, 1e-12);
+  EXPECT_LE((support_H(robot, robot.fingertips[1], Vector3d::UnitX()) - Vector3d(0.077, 0, 0)).norm(), 1e-9);
+}
+
 TEST(HandImport, WritesWhatReadsBack) {
   const ImportedHand made = import_hand(read_bodies(hand_data("gripper.xml")), gripper());
   const Hand hand = written_and_read(made);

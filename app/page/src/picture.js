@@ -440,14 +440,16 @@ export class Picture {
       const box = this.insetBoxes[k];
       if (!pulp || !box || box.width === 0) return;
       for (const other of this.pulps) if (other) other.visible = other === pulp;
-      const {centre_m, radius_m} = this.scene.fingers[k];
+      const {centre_m, radius_m, shape} = this.scene.fingers[k];
       const centre = vector(centre_m).applyMatrix4(pulp.matrix);
       const normal = vector(this.state.values.normal, 3 * k);
       if (!(normal.lengthSq() > 0)) normal.setFromMatrixColumn(pulp.matrix, 1); // palmar
       close.up.setFromMatrixColumn(pulp.matrix, 0); // the finger's tip is up
       close.position.copy(centre);
       close.lookAt(from.copy(centre).sub(normal));
-      const half = 1.08 * radius_m;
+      const reach_m = !shape ? radius_m
+          : shape.form === 'capsule' ? shape.half_m[0] + shape.half_m[1] : Math.max(...shape.half_m);
+      const half = 1.08 * reach_m;
       close.left = -half * box.width / box.height;
       close.right = -close.left;
       close.top = half;
