@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <numbers>
 #include <utility>
 
@@ -11,6 +12,8 @@
 namespace thenar {
 
 namespace {
+
+constexpr double kLeastRatio = 0.01, kMostRatio = 100.0;  // Beyond it a hand file's digits mean little.
 
 [[noreturn]] void refuse_tie(const TreeCoupling& tie, const std::string& what) {
   throw ConfigError({{printable(tie.place), printable(tie.what), printable(what)}});
@@ -81,6 +84,10 @@ Hand tied(Hand hand, const BodyTree& tree, const FingerChains& chains, std::vect
   }
   std::vector<Coupling> couplings;
   for (const auto& [coupling, tie] : led_by_first(joints)) {
+    if (const double size = std::abs(coupling.ratio); !(size >= kLeastRatio && size <= kMostRatio)) {
+      refuse_tie(*tie, fmt::format("would turn {} {:g} times as far as {}", hand.joints[coupling.joint].name,
+                                   coupling.ratio, hand.joints[coupling.leader].name));
+    }
     couplings.push_back(coupling);
     if (const std::string fault = coupling_fault(hand, couplings); !fault.empty()) refuse_tie(*tie, fault);
     notes.push_back(fmt::format("joint '{}' follows '{}': {:g} times its angle{}", hand.joints[coupling.joint].name,

@@ -13,8 +13,6 @@ namespace thenar {
 
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180.0;
-
 std::string named(const XmlElement& element) { return fmt::format("{} '{}'", element.name, element.text("name")); }
 
 /// The item that an attribute names; refuses the element if there is no such item.
@@ -127,8 +125,8 @@ TreeCoupling read_joint_equality(const XmlElement& equality, const std::string& 
       equality.find("joint2") == nullptr || std::all_of(a.begin() + 1, a.end(), [](double x) { return x == 0.0; });
   if (equality.find("joint2") != nullptr) coupling.joints.push_back(equality.text("joint2"));
   if (holds) {
-    coupling.fault =
-        fmt::format("to nothing but the angle {:g} deg, where it stays", (one->reference + a[0]) / kDegree);
+    coupling.fault = fmt::format("to nothing but the angle {:g} deg, where it stays",
+                                 180.0 / std::numbers::pi * (one->reference + a[0]));
     return coupling;
   }
   const TreeJoint* const other = joint_named(tree, coupling.joints[1]);

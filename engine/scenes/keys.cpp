@@ -219,8 +219,8 @@ constexpr std::array kHandKeys = std::to_array<Key>({
     {"joints.limits", kQuantities, kNone, "", "", "The ends of its range, in rad.", 2},
     {"joints.follows", kText, kNone, "", "(It turns by itself.)",
      "The joint of its finger, nearer to the palm, that it turns with: it has no angle of its own."},
-    {"joints.ratio", kQuantity, kNone, "-10 .. 10", "1", "Its angle over that of the joint that it follows."},
-    {"joints.offset", kQuantity, kNone, "-10 .. 10", "0", "What is added to that, in rad."},
+    {"joints.ratio", kQuantity, kNone, "-100 .. 100", "1", "Its angle over that of the joint that it follows."},
+    {"joints.offset", kQuantity, kNone, "-100 .. 100", "0", "What is added to that, in rad."},
 
     {"segments", kMaps, kNone, "", "", "The bones but for the palm."},
     {"segments.name", kText, kNone, "", "", "Its name."},

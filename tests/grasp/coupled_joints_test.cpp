@@ -107,10 +107,11 @@ TEST(CoupledJoints, AreTheFullHandProjected) {
 }
 
 // J, its axes and g against central differences of the forward kinematics: steps of 1e-5 leave errors of 1e-10 of the
-// third derivatives, which are below 1 m and 1 J, and 1e-11 of rounding.
+// third derivatives, which are below 1 m and 1 J, and 1e-11 of rounding. A joint turns a fingertip by up to a = 2.4 times
+// its angle, and the sine of 2 a steps falls short of them by (2 a 1e-5)^2 a / 6 = 1e-9 of a step.
 TEST(CoupledJoints, MoveAsFiniteDifferencesSay) {
   const Hand hand = several().coupled_one;
-  constexpr double kStep = 1e-5, kError = 5e-10;
+  constexpr double kStep = 1e-5, kError = 5e-10, kSine = 1e-9;
   const Vector3d gravity(3.0, -7.0, 5.0);
   std::mt19937_64 random(6);
   for (int i = 0; i < 20; ++i) {
@@ -131,7 +132,7 @@ TEST(CoupledJoints, MoveAsFiniteDifferencesSay) {
         EXPECT_LT((J.col(j) - way / (2.0 * kStep)).norm(), kError);
         const Matrix3d turn = plus.distal(hand, k).linear() * minus.distal(hand, k).linear().transpose();
         const Vector3d w(turn(2, 1) - turn(1, 2), turn(0, 2) - turn(2, 0), turn(1, 0) - turn(0, 1));
-        EXPECT_LT((axes.col(j) - w / (4.0 * kStep)).norm(), kError);
+        EXPECT_LT((axes.col(j) - w / (4.0 * kStep)).norm(), kError + kSine);
         double potential_J = 0.0;
         for (std::size_t s = 0; s < hand.segments.size(); ++s) {
           const Segment& segment = hand.segments[s];
@@ -226,14 +227,19 @@ double angle_of(const Hand& hand, const HandPose& pose, int before, int behind, 
   return turn.angle() * (turn.axis().dot(axis) > 0.0 ? 1.0 : -1.0);
 }
 
-/// A run of a grasp that carries its box; returns how far the object is off its target at the end [m].
-double carry(GraspRun& run, const Model& model) {
-  const Hand& hand = model.scene.hand;
+/// What a run of a grasp that carries its box leaves: how far the object is off its target at the end, and the ledger.
+struct Carried {
+  double miss_m = 0.0;
   Ledger sum;
+};
+
+Carried carry(GraspRun& run, const Model& model) {
+  const Hand& hand = model.scene.hand;
+  Carried carried;
   HandPose pose;
   while (run.time_s() < model.scene.duration_s) {
     const TickReport report = run.tick();
-    sum.add(report.ledger);
+    carried.sum.add(report.ledger);
     EXPECT_NE(report.solve.status, SolveStatus::kNotFinite);
     EXPECT_NEAR(report.ledger.unbalanced_J(), 0.0, 1e-12);
     if (run.state.tick % 50 != 0) continue;
@@ -245,28 +251,33 @@ double carry(GraspRun& run, const Model& model) {
       EXPECT_NEAR(angle, follower.ratio * run.state.q[follower.leader] + follower.offset_rad, 1e-9);
     }
   }
-  EXPECT_LT(sum.injected_J, 1e-3 * sum.dissipated_J);
   for (int k = 0; k < hand.fingers(); ++k) EXPECT_GT(run.state.load[k].normal_N, 0.2);
-  return (run.state.X_WO.translation() - model.target(run.time_s()).translation()).norm();
+  carried.miss_m = (run.state.X_WO.translation() - model.target(run.time_s()).translation()).norm();
+  return carried;
+}
+
+/// As near to the target as the hand whose joints all turn by themselves, to 0.1 mm, and with no more energy from
+/// nowhere, to a tenth: it comes where contacts start a tick pressed in, and couplings make none.
+void expect_as_good(const Carried& coupled_one, const Carried& full) {
+  EXPECT_LT(coupled_one.miss_m, full.miss_m + 1e-4);
+  EXPECT_LT(coupled_one.sum.injected_J, 1.1 * full.sum.injected_J);
 }
 
 // The three-finger hand with coupled ends carries its box by 20 mm with muscles, in one loop, and with torques in
-// lockstep: as near to the target at its end as the hand whose joints all turn by themselves is, and 0.1 mm.
+// lockstep.
 TEST(CoupledJoints, CarryABox) {
   const std::vector<std::string> faster{kCoarseBox, "contact.level=2", "time.duration=1.6 s"};
   {
     const Scene plain = scene_of("box_grasp", faster);
     Loop loop(with_coupled_ends(plain)), full(plain);
-    const double miss_m = carry(loop, loop.model);
-    EXPECT_LT(miss_m, carry(full, full.model) + 1e-4);
+    expect_as_good(carry(loop, loop.model), carry(full, full.model));
   }
   std::vector<std::string> split = faster;
   split.insert(split.end(), {"control.muscles=false", "time.step=1 ms", "time.control_period=5 ms"});
   const Scene plain = scene_of("box_grasp", split);
   const Model model = build_model(with_coupled_ends(plain)), all = build_model(plain);
   GraspRun run(model, LockstepSettings{}), full(all, LockstepSettings{});
-  const double miss_m = carry(run, model);
-  EXPECT_LT(miss_m, carry(full, all) + 1e-4);
+  expect_as_good(carry(run, model), carry(full, all));
 }
 
 TEST(CoupledJoints, TakeNoMemoryInATick) {

@@ -252,6 +252,7 @@ TEST(HandImport, RefusesWithTheLine) {
   expect(tied("joint1='a1' joint2='b1' polycoef='0.5 0'"), 12, "to nothing but the angle 28.6479 deg");
   expect(tied("joint1='b1' joint2='a1' polycoef='0 1 0.1'"), 12, "couples b1, a1 by a polynomial");
   expect(tied("joint1='b1' joint2='a1' polycoef='2 1'"), 12, "no range of 'a1' keeps what follows it");
+  expect(tied("joint1='b1' joint2='a1' polycoef='0 200'"), 12, "would turn b1 200 times as far as a1");
   expect(tied("joint1='b1' joint2='x'"), 12, "no joint is named 'x'");
   expect(tied("joint1='b1' joint2='a1'/><joint name='f' joint1='a1' joint2='b1'"), 12,
          "equality joint 'f': couples a1 to b1, which are coupled already");

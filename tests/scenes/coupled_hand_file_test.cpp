@@ -68,7 +68,7 @@ TEST(CoupledHandFile, RefusesWithThePlace) {
   EXPECT_NE(refusal("I_PIP_FE", "follows: I_DIP_FE").find("joints[6].follows: 'I_DIP_FE' is no nearer to the palm"),
             std::string::npos);
   EXPECT_NE(refusal("I_DIP_FE", "follows: I_PIP_FE, ratio: 0").find("with a ratio of zero"), std::string::npos);
-  EXPECT_NE(refusal("I_DIP_FE", "follows: I_PIP_FE, ratio: 11").find("joints[7].ratio: 11 must lie within -10 .. 10"),
+  EXPECT_NE(refusal("I_DIP_FE", "follows: I_PIP_FE, ratio: 101").find("joints[7].ratio: 101 must be at most 100"),
             std::string::npos);
   EXPECT_NE(refusal("I_DIP_FE", "follows: I_PIP_FE, offset: 3").find("no range of 'I_PIP_FE' keeps what follows it"),
             std::string::npos);
