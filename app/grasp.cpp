@@ -119,19 +119,16 @@ std::string grasps_table(const FinderReport& report, const Hand& hand) {
   for (std::size_t i = 0; i < report.grasps.size(); ++i) {
     const FoundGrasp& grasp = report.grasps[i];
     std::string fingers;
-    double press_N = 1e9, patch = 1.0;
     for (std::size_t k = 0; k < grasp.fingers.size(); ++k) {
-      const FingerPlace& place = grasp.places[k];
       fingers += (k > 0 ? ", " : "") + hand.fingertips[grasp.fingers[k]].finger;
-      press_N = std::min(press_N, -(grasp.X_WO.linear() * place.normal_O).dot(place.force_W));
-      patch = std::min(patch, place.patch);
     }
     const std::string effort = grasp.muscle_share > 0.0 ? fmt::format("{:.0f} %", 100.0 * grasp.muscle_share)
                                                         : fmt::format("{:.3f}", grasp.torque_Nm);
-    table += fmt::format(
-        "{:>4}  {:<24}{:>8.1f}{:>8.2f}{:>8.2f}{:>10.2f}{:>8.0f}{:>9}{:>8.2f}{:>9.3f}{:>9.1e}{:>9.2f}\n", i + 1, fingers,
-        1e3 * grasp.width_m, press_N, grasp.margin, grasp.needed_friction, grasp.limit_rad * 180.0 / std::numbers::pi,
-        effort, patch, grasp.quality.epsilon, grasp.quality.volume, grasp.quality.isotropy);
+    table +=
+        fmt::format("{:>4}  {:<24}{:>8.1f}{:>8.2f}{:>8.2f}{:>10.2f}{:>8.0f}{:>9}{:>8.2f}{:>9.3f}{:>9.1e}{:>9.2f}\n",
+                    i + 1, fingers, 1e3 * grasp.width_m, least_press_N(grasp), grasp.margin, grasp.needed_friction,
+                    grasp.limit_rad * 180.0 / std::numbers::pi, effort, least_patch(grasp), grasp.quality.epsilon,
+                    grasp.quality.volume, grasp.quality.isotropy);
   }
   return table;
 }
