@@ -10,6 +10,7 @@
 #include "app/hand_list.h"
 #include "app/progress.h"
 #include "engine/formats/point_cloud_file.h"
+#include "engine/formats/text.h"
 #include "engine/grasp/control.h"
 #include "engine/grasp/model.h"
 #include "engine/results/warnings.h"
@@ -72,9 +73,9 @@ void describe_warnings(const Model& model, std::ostream& out) {
   for (const std::string& warning : all) out << "  " << warning << "\n";
 }
 
-/// What was mended in a surface that somebody brought.
+/// What was mended in the object's surface; nothing, in one that somebody brought, is worth a word, too.
 void describe_mending(const Model& model, std::ostream& out) {
-  if (!std::holds_alternative<CloudShape>(model.scene.object.shape)) return;
+  if (model.object_notes.empty() && !std::holds_alternative<CloudShape>(model.scene.object.shape)) return;
   out << "\nmended in the object's surface\n";
   for (const std::string& note : model.object_notes) out << "  " << note << "\n";
   if (model.object_notes.empty()) out << "  nothing\n";
