@@ -7,7 +7,6 @@
 #include <filesystem>
 #include <iostream>
 #include <iterator>
-#include <limits>
 #include <numbers>
 #include <optional>
 #include <string>
