@@ -119,17 +119,17 @@ TEST(LiveGrasps, AreSavedAsScenes) {
   }
 }
 
-// A recording has a column for each number of each finger: a grasp of fewer fingers would not fit in.
+// A recording has a column for each number of each finger, by its name: a grasp of other fingers would not fit in.
 TEST(LiveGrasps, KeepTheFingersOfARecording) {
   SessionSettings settings = ShownSession::quiet();
   settings.record = scratch() / "session.mcap";
   settings.asked = AskedScene{held_box(), "hand.yaml", "", 3};
-  settings.asked->scene.grasp = GraspWish{.fingers = {0, 2}};
+  settings.asked->scene.hand.fingertips[1].finger = "pointer";
   ShownSession shown(held_box(), settings);
-  ASSERT_EQ(shown.receive(Find{1}), "");
+  ASSERT_EQ(shown.receive(Find{2}), "");
   const ordered_json found = ended(shown, 1);
   ASSERT_FALSE(found["grasps"].empty()) << found["refusal"];
-  ASSERT_EQ(found["grasps"][0]["fingers"].size(), 2U);
+  ASSERT_EQ(found["grasps"][0]["fingers"][1], "pointer");
   EXPECT_NE(shown.receive(Take{1, 1}), "");
   EXPECT_EQ(shown.receive(Take{1, 0}), "");
 }

@@ -95,6 +95,7 @@ export class Grasps {
     }
     this.#cards.forEach(({card, run}, i) => {
       const runs = message.taken === i + 1;
+      if (runs && card.getAttribute('aria-current') !== 'true') requestAnimationFrame(() => card.scrollIntoView({block: 'nearest'}));
       card.setAttribute('aria-current', String(runs));
       run.textContent = runs ? 'Runs: start again' : 'Run';
     });

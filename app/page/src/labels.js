@@ -5,6 +5,7 @@ import {Vector3} from 'three';
 import {fingerColors} from './colors.js';
 
 const place = [0, 0, 0];
+const kWide = 100, kHigh = 18; // of a label, in pixels
 
 /** Labels in an element over the picture: {element, at [m, world], text} each; without text they are hidden. */
 export function makeLabels(overlay, names) {
@@ -22,10 +23,15 @@ export function makeLabels(overlay, names) {
 
 /** `project(point)`: where in the overlay a place is, in pixels. */
 export function placeLabels(labels, project) {
+  const placed = [];
   for (const {element, at, text} of labels) {
     element.hidden = text === '';
     if (text === '') continue;
-    const [x, y] = project(at.toArray(place));
+    let [x, y] = project(at.toArray(place));
+    // Below those that it would cover.
+    const covered = ([u, v]) => Math.abs(u - x) < kWide && Math.abs(v - y) < kHigh;
+    for (let other = placed.find(covered); other; other = placed.find(covered)) y = other[1] + kHigh;
+    placed.push([x, y]);
     element.textContent = text;
     element.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px) translate(-50%, -50%)`;
   }
