@@ -62,7 +62,7 @@ struct GraspQuality {
 /// What the engine makes of a grasp that is tried before it is offered: see rehearse().
 struct Rehearsal {
   double lasted = 0.0;        ///< The share of the time for which it held: 1 to the end.
-  double muscle_share = 0.0;  ///< The largest force of a muscle as a share of its limit, after the first ticks.
+  double muscle_share = 0.0;  ///< The largest force of a muscle as a share of its limit.
   std::string trouble = {};   ///< What ended it, in words; empty: nothing.
 
   [[nodiscard]] bool held() const { return lasted >= 1.0; }
