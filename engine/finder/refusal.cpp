@@ -63,9 +63,9 @@ Refusal of_nearest(const FinderProblem& problem, const Hand& hand, const SearchE
   };
   const double limit = std::max(worth(&FitFaults::limit_rad), worth(&FitFaults::gap_m));
   const double body = worth(&FitFaults::body_m), apart = worth(&FitFaults::apart_m);
-  const double facing = worth(&FitFaults::facing_rad);
+  const double bones = worth(&FitFaults::bones_m), facing = worth(&FitFaults::facing_rad);
   const double wish = worth(&FitFaults::axis_rad) + worth(&FitFaults::at_m) + worth(&FitFaults::approach_rad);
-  const double most = std::max({limit, body, apart, facing, wish});
+  const double most = std::max({limit, body, apart, bones, facing, wish});
   if (wish == most) {
     return {"no grasp as it is wished for was found: the nearest is beyond what passes for it by " +
                 degrees(faults.axis_rad) + " of the axis, " + mm(faults.at_m) + " of the place and " +
@@ -77,6 +77,13 @@ Refusal of_nearest(const FinderProblem& problem, const Hand& hand, const SearchE
         "the fingers would have to be " + mm(faults.apart_m, 1) + " in one another: the object is too small for " +
             std::to_string(hand.fingers()) + " pulps",
         hand.fingers() > 3 ? "name fewer fingers in grasp.fingers" : "a larger object, or a hand with smaller pulps"};
+  }
+  if (bones == most) {
+    const int a = faults.bones_finger, b = faults.bones_other;
+    const bool swap = a == evidence.range.opposer;  // It is the thumb that is passed through.
+    return {"the " + hand.fingertips[swap ? b : a].finger + " would have to pass through the " +
+                hand.fingertips[swap ? a : b].finger + ", by " + mm(faults.bones_m, 1),
+            "an object of another size, or fewer fingers in grasp.fingers"};
   }
   if (body == most) {
     const std::string bone =
