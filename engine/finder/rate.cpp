@@ -126,6 +126,7 @@ FoundGrasp rate(const FinderProblem& problem, const Hand& hand, const PatchMeter
   grasp.opposer = target.opposer;
   grasp.q = stance.q;
   grasp.X_WO = stance.X_WO;
+  grasp.approach_O = stance.X_WO.linear().transpose() * target.approach_W;
   grasp.places = PerFinger<FingerPlace>(hand.fingers());
   const PerFinger<Touch> touches = fit.touches(stance, target);
   HandPose pose;

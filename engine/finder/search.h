@@ -13,7 +13,6 @@ namespace thenar {
 struct SearchEvidence {
   PinchRange range;
   Oppositions oppositions;
-  bool pierced = false;
   Stance nearest;            ///< The fit with the least faults,
   FitTarget nearest_target;  ///< what it was for,
   FitFaults nearest_faults;  ///< and what they are.
