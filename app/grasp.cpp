@@ -97,7 +97,6 @@ Subject subject_of(const Options& options) {
   if (!is_scene(options)) return {scene_of_object(options, options.subject), options.hand_file, options.subject};
   std::vector<std::string> changes = options.overrides;
   if (!options.mass.empty()) changes.push_back("object.mass=" + options.mass);
-  if (options.friction) changes.push_back(fmt::format("contact.friction={}", *options.friction));
   if (!options.hand_file.empty()) {
     const fs::path hand = is_readable(options.hand_file) ? fs::absolute(options.hand_file) : options.hand_file;
     changes.push_back("hand.model=" + hand.string());
@@ -105,6 +104,12 @@ Subject subject_of(const Options& options) {
   const fs::path file = find_scene(options.subject);
   Scene scene = load_scene(file, changes);
   if (!scene.grasp) scene.grasp = GraspWish{};
+  if (options.friction) {
+    // The controller's cones follow.
+    double& friction = scene.contact.friction;
+    if (scene.control && friction > 0.0) scene.control->grasp_friction *= *options.friction / friction;
+    friction = *options.friction;
+  }
   if (!options.press.empty()) scene.grasp->press_N = value_or(options.press, Dimension::kForce, 0.0);
   const std::vector<fs::path> files = scene_files(file, changes);
   return {scene, files.size() > 1 ? files[1] : fs::path(), files.size() > 2 ? files[2] : fs::path()};
