@@ -120,11 +120,16 @@ Subject subject_of(const Options& options) {
   if (!has_scene) return {scene_of_object(options, options.subject), hand_file(options), options.subject};
   std::vector<std::string> changes = options.overrides;
   if (!options.mass.empty()) changes.push_back("object.mass=" + options.mass);
-  if (options.friction) changes.push_back(fmt::format("contact.friction={}", *options.friction));
   if (!options.hand_file.empty()) changes.push_back("hand.model=" + fs::absolute(hand_file(options)).string());
   const fs::path file = find_scene(options.subject);
   Scene scene = load_scene(file, changes);
   if (!scene.grasp) scene.grasp = GraspWish{};
+  if (options.friction) {
+    // The controller's cones follow.
+    double& friction = scene.contact.friction;
+    if (scene.control && friction > 0.0) scene.control->grasp_friction *= *options.friction / friction;
+    friction = *options.friction;
+  }
   if (!options.press.empty()) scene.grasp->press_N = value_or(options.press, Dimension::kForce, 0.0);
   const std::vector<fs::path> files = scene_files(file, changes);
   return {scene, files[1], files.size() > 2 ? files[2] : fs::path()};

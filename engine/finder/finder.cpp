@@ -34,7 +34,7 @@ std::vector<std::vector<int>> sets_of_fingers(const Hand& hand, const GraspWish&
 }
 
 /// Whether two grasps hold the object at the same places.
-bool alike(const FoundGrasp& a, const FoundGrasp& b) {
+bool same_places(const FoundGrasp& a, const FoundGrasp& b) {
   constexpr double kNear_m = 6e-3, kTurn_rad = 0.35;
   if (a.fingers != b.fingers) return false;
   double way_m = 0.0;
@@ -45,13 +45,23 @@ bool alike(const FoundGrasp& a, const FoundGrasp& b) {
   return way_m < kNear_m && turn.angle() < kTurn_rad;
 }
 
-void keep_best(const FinderProblem& problem, int best, FinderReport& report) {
+/// The best of each kind, and spare ones that are not the same.
+void keep_best(const FinderProblem& problem, const FinderSettings& settings, FinderReport& report) {
   std::sort(report.grasps.begin(), report.grasps.end(),
             [](const FoundGrasp& a, const FoundGrasp& b) { return a.cost < b.cost; });
   std::vector<FoundGrasp> kept;
+  int best = 0, spare = 0;
   for (const FoundGrasp& grasp : report.grasps) {
-    if (static_cast<int>(kept.size()) == best) break;
-    if (std::any_of(kept.begin(), kept.end(), [&](const FoundGrasp& other) { return alike(grasp, other); })) continue;
+    const auto any_is = [&](auto like) {
+      return std::any_of(kept.begin(), kept.end(), [&](const FoundGrasp& other) { return like(grasp, other); });
+    };
+    if (best < settings.best && !any_is(alike)) {
+      ++best;
+    } else if (spare < settings.spare && !any_is(same_places)) {
+      ++spare;
+    } else {
+      continue;
+    }
     kept.push_back(grasp);
     complete(problem, kept.back());
   }
@@ -59,6 +69,24 @@ void keep_best(const FinderProblem& problem, int best, FinderReport& report) {
 }
 
 }  // namespace
+
+bool alike(const FoundGrasp& a, const FoundGrasp& b) {
+  constexpr double kTurn_rad = 0.6, kShift_m = 12e-3, kApproach_rad = 0.7;
+  if (a.fingers != b.fingers) return false;
+  const auto line = [](const FoundGrasp& grasp) {
+    Eigen::Vector3d others_O = Eigen::Vector3d::Zero();
+    for (std::size_t k = 0; k < grasp.places.size(); ++k) {
+      if (static_cast<int>(k) == grasp.opposer) continue;
+      others_O += grasp.places[k].point_O / static_cast<double>(grasp.places.size() - 1);
+    }
+    return std::pair{grasp.places[grasp.opposer].point_O, others_O};
+  };
+  const auto [from_a, to_a] = line(a);
+  const auto [from_b, to_b] = line(b);
+  return (to_a - from_a).normalized().dot((to_b - from_b).normalized()) > std::cos(kTurn_rad) &&
+         (0.5 * (from_a + to_a) - 0.5 * (from_b + to_b)).norm() < kShift_m &&
+         a.approach_O.dot(b.approach_O) > std::cos(kApproach_rad);
+}
 
 FinderReport find_grasps(const FinderProblem& problem, const FinderSettings& settings, const FinderProgress& progress) {
   FinderReport report;
@@ -68,7 +96,11 @@ FinderReport find_grasps(const FinderProblem& problem, const FinderSettings& set
                       problem.hand.fingers() > 1 ? "name more fingers in grasp.fingers" : "a hand with more fingers"};
     return report;
   }
-  std::optional<Refusal> first;
+  std::optional<Refusal> first = refusal_at_once(problem);
+  if (first) {
+    report.refusal = first;
+    return report;
+  }
   for (const std::vector<int>& fingers : sets) {
     const bool all = static_cast<int>(fingers.size()) == problem.hand.fingers();
     const Hand hand = all ? problem.hand : hand_of(problem.hand, fingers);
@@ -82,7 +114,7 @@ FinderReport find_grasps(const FinderProblem& problem, const FinderSettings& set
     if (!first) first = refusal_of(problem, hand, evidence);
   }
   if (report.grasps.empty() && !report.cancelled) report.refusal = first;
-  keep_best(problem, settings.best, report);
+  keep_best(problem, settings, report);
   return report;
 }
 

@@ -39,8 +39,8 @@ double spare_rad(const Joint& joint) { return std::min(kSpare_rad, 0.1 * (joint.
 }  // namespace
 
 double FitFaults::badness() const {
-  return gap_m / kMostGap_m + facing_rad / 0.1 + body_m / kMostBody_m + apart_m / kMostApart_m + limit_rad / 0.03 +
-         axis_rad / 0.1 + at_m / 3e-3 + approach_rad / 0.2;
+  return gap_m / kMostGap_m + facing_rad / 0.1 + body_m / kMostBody_m + apart_m / kMostApart_m +
+         bones_m / kMostApart_m + limit_rad / 0.03 + axis_rad / 0.1 + at_m / 3e-3 + approach_rad / 0.2;
 }
 
 Stance moved(const Hand& hand, const Stance& stance, const Unknowns& step, bool limits) {
@@ -63,6 +63,8 @@ StanceFit::StanceFit(const Hand& hand, const std::vector<BodyPoint>& body, const
     : hand_(hand),
       body_(body),
       object_(object),
+      bones_(bones_of(hand, body)),
+      bones_W_(bones_.points.size()),
       unknowns_(static_cast<Index>(hand.joints.size()) + 6),
       fingers_(hand.fingers()),
       X_WO_(Isometry3d::Identity()) {}
@@ -176,7 +178,7 @@ void StanceFit::add_balance(const FitTarget& target, NormalEquations& sum) const
 void StanceFit::add_body(const Stance& stance, NormalEquations& sum) const {
   const Index joints = stance.q.size();
   for (const BodyPoint& point : body_) {
-    const Vector3d p_W = point.segment < 0 ? point.p_S : Vector3d(pose_.segments[point.segment] * point.p_S);
+    const Vector3d p_W = point.in(pose_);
     const Vector3d p_O = X_WO_.inverse() * p_W;
     if (object_.bounds().squaredExteriorDistance(p_O) > point.clearance_m * point.clearance_m) continue;
     const SurfaceDistance at = distance(p_O);
@@ -207,6 +209,25 @@ void StanceFit::add_apart(NormalEquations& sum) const {
       if (v.squaredNorm() >= least_m * least_m || v.squaredNorm() == 0.0) continue;
       sum.add_hinge(least_m - v.norm(), kApart_m, (fingers_[other].C - fingers_[k].C).transpose() * d);
     }
+  }
+}
+
+void StanceFit::add_bones(NormalEquations& sum) {
+  for (std::size_t i = 0; i < bones_W_.size(); ++i) bones_W_[i] = bones_.points[i].in(pose_);
+  for (const BonePair& pair : bones_.pairs) {
+    const Vector3d v = bones_W_[pair.a] - bones_W_[pair.b];
+    if (v.squaredNorm() >= pair.least_m * pair.least_m || v.squaredNorm() == 0.0) continue;
+    const Vector3d d = v.normalized();
+    Unknowns row = Unknowns::Zero(unknowns_);
+    const auto add = [&](int i, double sign) {
+      const int first = hand_.fingertips[bones_.points[i].finger].first_joint;
+      for (int j = first; j < first + bones_.points[i].joints; ++j) {
+        row[j] += sign * pose_.axis[j].cross(bones_W_[i] - pose_.origin_m[j]).dot(d);
+      }
+    };
+    add(pair.a, -1.0);
+    add(pair.b, 1.0);
+    sum.add_hinge(pair.least_m - v.norm(), kBody_m, row);
   }
 }
 
@@ -267,6 +288,7 @@ NormalEquations StanceFit::equations(const Stance& stance, const FitTarget& targ
   add_balance(target, sum);
   add_body(stance, sum);
   add_apart(sum);
+  add_bones(sum);
   add_limits(stance, target, sum);
   add_wishes(stance, target, sum);
   return sum;
@@ -299,7 +321,7 @@ double StanceFit::rough_cost(const Stance& stance, const HandPose& pose, const F
     if (cost > enough) return cost;
   }
   for (const BodyPoint& point : body_) {
-    const Vector3d p_W = point.segment < 0 ? point.p_S : Vector3d(pose.segments[point.segment] * point.p_S);
+    const Vector3d p_W = point.in(pose);
     const Vector3d p_O = X_OW * p_W;
     if (object_.bounds().squaredExteriorDistance(p_O) > point.clearance_m * point.clearance_m) continue;
     cost += std::pow(beyond(point.clearance_m, distance(p_O).distance_m) / kRoughBody_m, 2);
@@ -339,8 +361,12 @@ FitFaults StanceFit::faults(const Stance& stance, const FitTarget& target) {
       faults.apart_m = std::max(faults.apart_m, beyond(least_m - apart_m, kMostApart_m));
     }
   }
+  const BoneOverlap overlap = overlap_of(bones_, pose_);
+  faults.bones_m = beyond(overlap.depth_m, kMostApart_m);
+  faults.bones_finger = overlap.finger;
+  faults.bones_other = overlap.other;
   for (const BodyPoint& point : body_) {
-    const Vector3d p_W = point.segment < 0 ? point.p_S : Vector3d(pose_.segments[point.segment] * point.p_S);
+    const Vector3d p_W = point.in(pose_);
     const Vector3d p_O = X_WO_.inverse() * p_W;
     if (object_.bounds().squaredExteriorDistance(p_O) > point.clearance_m * point.clearance_m) continue;
     const double in_m = beyond(point.clearance_m - distance(p_O).distance_m, kMostBody_m);

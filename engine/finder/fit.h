@@ -44,11 +44,13 @@ struct FitFaults {
   double gap_m = 0.0;
   double facing_rad = 0.0;
   double body_m = 0.0;   ///< How far a bone is in the object.
-  double apart_m = 0.0;  ///< How far fingers are in one another.
+  double apart_m = 0.0;  ///< How far pulps are in one another,
+  double bones_m = 0.0;  ///< and how far bones.
   double limit_rad = 0.0;
   double axis_rad = 0.0, at_m = 0.0, approach_rad = 0.0;  ///< From what the user wants.
   int facing_finger = 0;
   int body_segment = -1;
+  int bones_finger = -1, bones_other = -1;
 
   [[nodiscard]] bool none() const { return badness() == 0.0; }
   /// All of them in one number.
@@ -78,6 +80,7 @@ class StanceFit {
   void add_balance(const FitTarget& target, NormalEquations& sum) const;
   void add_body(const Stance& stance, NormalEquations& sum) const;
   void add_apart(NormalEquations& sum) const;
+  void add_bones(NormalEquations& sum);
   void add_limits(const Stance& stance, const FitTarget& target, NormalEquations& sum) const;
   void add_wishes(const Stance& stance, const FitTarget& target, NormalEquations& sum) const;
 
@@ -97,6 +100,8 @@ class StanceFit {
   const Hand& hand_;
   const std::vector<BodyPoint>& body_;
   const ImplicitSurface& object_;
+  Bones bones_;
+  std::vector<Eigen::Vector3d> bones_W_;
   Eigen::Index unknowns_;
   HandPose pose_;
   PerFinger<Finger> fingers_;

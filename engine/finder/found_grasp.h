@@ -36,7 +36,8 @@ struct FinderProblem {
 /// How long to search. Work is counted, never timed: the same problem gives the same bits.
 struct FinderSettings {
   std::uint32_t seed = 1;
-  int best = 1;             ///< Grasps to return, each unlike the others.
+  int best = 1;             ///< Grasps to return, each unlike the others. For more than one it searches wider.
+  int spare = 0;            ///< So many more, which may be like others.
   int effort = 1;           ///< So many times the usual starts; 20 is a slow reference.
   bool second_look = true;  ///< Search four times as long before giving up.
 };
@@ -62,7 +63,7 @@ struct GraspQuality {
 /// What the engine makes of a grasp that is tried before it is offered: see rehearse().
 struct Rehearsal {
   double lasted = 0.0;        ///< The share of the time for which it held: 1 to the end.
-  double muscle_share = 0.0;  ///< The largest force of a muscle as a share of its limit, after the first ticks.
+  double muscle_share = 0.0;  ///< The largest force of a muscle as a share of its limit.
   std::string trouble = {};   ///< What ended it, in words; empty: nothing.
 
   [[nodiscard]] bool held() const { return lasted >= 1.0; }
@@ -75,6 +76,7 @@ struct FoundGrasp {
   int opposer = 0;           ///< The finger that faces the others: an index into `fingers`.
   JointVector q;             ///< Of these fingers.
   Eigen::Isometry3d X_WO = Eigen::Isometry3d::Identity();
+  Eigen::Vector3d approach_O = Eigen::Vector3d::Zero();  ///< The way in which the hand comes.
   PerFinger<FingerPlace> places;
   double width_m = 0.0;  ///< Between the opposer's place and the middle of the others'.
   /// Least share of a friction cone that is left, 1 - |f_t| / (mu f_n), with the forces that the controller asks for:

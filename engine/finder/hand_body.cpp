@@ -17,6 +17,7 @@ namespace {
 
 constexpr double kThickness = 0.7;      // Of a finger's bones, of its pulp's radius.
 constexpr double kTipThickness = 0.45;  // Near the pulp, which is pressed in there.
+constexpr double kBone = 0.5;           // The bones themselves, which do not give way to others.
 
 /// Spheres from one place to another, less than their radii apart.
 void add_bar(BodyPoint point, const Vector3d& from_m, const Vector3d& to_m, std::vector<BodyPoint>& body) {
@@ -58,6 +59,47 @@ std::vector<BodyPoint> hand_body(const Hand& hand) {
     if (k > 0) add_bar(palm, roots_m[k - 1], roots_m[k], body);
   }
   return body;
+}
+
+Bones bones_of(const Hand& hand, const std::vector<BodyPoint>& body) {
+  Bones bones;
+  for (const BodyPoint& point : body) {
+    if (point.segment >= 0) bones.points.push_back(point);
+  }
+  const std::size_t pulps = bones.points.size();
+  for (int k = 0; k < hand.fingers(); ++k) {
+    const Fingertip& tip = hand.fingertips[k];
+    bones.points.push_back({tip.segment, k, tip.joints, tip.centre_m, 0.0});
+  }
+  for (BodyPoint& point : bones.points) point.clearance_m = kBone * hand.fingertips[point.finger].radius_m;
+  JointVector q = hand.at_zero();
+  for (Eigen::Index i = 0; i < q.size(); ++i)
+    q[i] = std::clamp(0.0, hand.joints[i].lower_rad, hand.joints[i].upper_rad);
+  HandPose open;
+  forward_kinematics(hand, q, open);
+  for (std::size_t a = 0; a < bones.points.size(); ++a) {
+    for (std::size_t b = 0; b < std::min(a, pulps); ++b) {
+      const BodyPoint &one = bones.points[a], &other = bones.points[b];
+      if (one.finger == other.finger) continue;
+      const double open_m = (one.in(open)-other.in(open)).norm();
+      bones.pairs.push_back(
+          {static_cast<int>(a), static_cast<int>(b), std::min(one.clearance_m + other.clearance_m, open_m)});
+    }
+  }
+  return bones;
+}
+
+BoneOverlap overlap_of(const Bones& bones, const HandPose& pose) {
+  std::vector<Vector3d> places_m;
+  for (const BodyPoint& point : bones.points) places_m.push_back(point.in(pose));
+  BoneOverlap most;
+  for (const BonePair& pair : bones.pairs) {
+    const double least_m = pair.least_m - most.depth_m;
+    const double square = (places_m[pair.a] - places_m[pair.b]).squaredNorm();
+    if (least_m <= 0.0 || square >= least_m * least_m) continue;
+    most = {pair.least_m - std::sqrt(square), bones.points[pair.a].finger, bones.points[pair.b].finger};
+  }
+  return most;
 }
 
 PulpPose pulp_pose(const Hand& hand, const HandPose& pose, int finger) {

@@ -27,7 +27,8 @@ struct Facing {
 
 class PinchFit {
  public:
-  PinchFit(const Hand& hand, int opposer, double width_m) : hand_(hand), opposer_(opposer), width_m_(width_m) {}
+  PinchFit(const Hand& hand, int opposer, double width_m)
+      : hand_(hand), bones_(bones_of(hand, hand_body(hand))), opposer_(opposer), width_m_(width_m) {}
 
   NormalEquations operator()(const JointVector& q) {
     NormalEquations sum(q.size());
@@ -80,6 +81,9 @@ class PinchFit {
     for (int k = 0; k < hand_.fingers(); ++k) least = std::min(least, dexterity(hand_, pose_, k, pulps_[k].centre_m));
     return least;
   }
+
+  /// How far its bones are in one another, likewise.
+  [[nodiscard]] double overlap_m() const { return overlap_of(bones_, pose_).depth_m; }
 
   [[nodiscard]] Vector3d gap_middle_m() const {
     const Vector3d v = middle_m_ - pulps_[opposer_].centre_m;
@@ -148,6 +152,7 @@ class PinchFit {
   }
 
   const Hand& hand_;
+  Bones bones_;
   int opposer_;
   double width_m_;
   HandPose pose_;
@@ -164,7 +169,7 @@ JointVector within_limits(const Hand& hand, JointVector q) {
 /// The postures of one width, the best first, each unlike those before.
 std::vector<Pinch> pinches_of(const Hand& hand, int opposer, double width_m, int starts, Uniform& uniform,
                               double& best_cosine) {
-  constexpr double kWidthError_m = 1e-3, kAlike_rad = 0.25, kDexterous = 0.15;
+  constexpr double kWidthError_m = 1e-3, kAlike_rad = 0.25, kDexterous = 0.15, kOverlap_m = 1e-3;
   PinchFit fit(hand, opposer, width_m);
   std::vector<Pinch> found;
   for (int start = 0; start < starts; ++start) {
@@ -181,7 +186,8 @@ std::vector<Pinch> pinches_of(const Hand& hand, int opposer, double width_m, int
     best_cosine = std::max(best_cosine, facing.worst_cosine);
     if (facing.worst_cosine < std::cos(kFacing_rad)) continue;
     const Vector3d middle_m = fit.gap_middle_m();
-    const double cost = fit(q).cost + 10.0 * std::max(0.0, 1.0 - fit.least_dexterity() / kDexterous);
+    const double cost =
+        fit(q).cost + 10.0 * std::max(0.0, 1.0 - fit.least_dexterity() / kDexterous) + fit.overlap_m() / kOverlap_m;
     found.push_back({width_m, q, facing.axis, middle_m, cost});
   }
   std::sort(found.begin(), found.end(), [](const Pinch& a, const Pinch& b) { return a.cost < b.cost; });

@@ -54,6 +54,16 @@ double pressed_radius_m(const std::optional<PulpMaterial>& material, const Finge
   return std::sqrt(radius_m * std::max(pressed_depth_m(material, tip, force_N), 0.01 * radius_m));
 }
 
+double greatest_load_N(const std::optional<PulpMaterial>& material, const Fingertip& tip) {
+  if (!material) return std::numeric_limits<double>::infinity();
+  // F = F_0 (1 + beta F), F_0 that of the pulp without stiffening.
+  const double depth_m = kTrustPerRadius * tip.radius_m;
+  const double soft_N =
+      4.0 / 3.0 * material->reduced_modulus_Pa * std::sqrt(round_radius_m(tip)) * std::pow(depth_m, 1.5);
+  const double left = 1.0 - material->stiffening_per_N * soft_N;
+  return left > 0.0 ? soft_N / left : std::numeric_limits<double>::infinity();
+}
+
 GraspContact pressed_contact(const ImplicitSurface& object, const Isometry3d& X_WO, const Fingertip& tip,
                              const Isometry3d& X_WF) {
   if (!tip.shape) return pressed_contact(object, X_WO, X_WF * tip.centre_m, tip.radius_m);

@@ -17,6 +17,9 @@ namespace thenar {
 [[nodiscard]] double pressed_radius_m(const std::optional<PulpMaterial>& material, const Fingertip& tip,
                                       double force_N);
 
+/// The load that presses it in as far as pulps can be trusted, likewise as a sphere [N].
+[[nodiscard]] double greatest_load_N(const std::optional<PulpMaterial>& material, const Fingertip& tip);
+
 /// pressed_contact() of a pulp of any shape.
 [[nodiscard]] GraspContact pressed_contact(const ImplicitSurface& object, const Eigen::Isometry3d& X_WO,
                                            const Fingertip& tip, const Eigen::Isometry3d& X_WF);

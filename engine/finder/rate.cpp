@@ -19,17 +19,33 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// The lambda by which the least loaded finger presses with the load that is wished for, if that is.
+/// The least normal load of a finger.
+double least_load_N(const std::vector<GraspContact>& contacts, const HoldingForces& forces) {
+  double least_N = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < contacts.size(); ++k) {
+    least_N = std::min(least_N, contacts[k].axes.col(0).dot(forces.f.segment<3>(3 * static_cast<Index>(k))));
+  }
+  return least_N;
+}
+
+/// The lambda by which the least loaded finger presses with the load that is wished for, if that is, under the weight as
+/// it is.
 double internal_force_N(const FinderProblem& problem, const std::vector<GraspContact>& contacts,
                         const Eigen::Isometry3d& X_WO) {
+  constexpr int kRounds = 4;
   if (!problem.wish.press_N) return problem.internal_force_N;
-  ForceCheck check(problem, contacts, X_WO, 1.0);
-  const HoldingForces squeeze = check.against(Vector3d::Zero(), Vector3d::Zero());
-  double least = 1.0;
-  for (std::size_t k = 0; squeeze.found && k < contacts.size(); ++k) {
-    least = std::min(least, contacts[k].axes.col(0).dot(squeeze.f.segment<3>(3 * static_cast<Index>(k))));
+  const double press_N = *problem.wish.press_N;
+  double lambda_N = press_N;
+  // Without weight the load is in proportion to it, and with a weight nearly so.
+  for (int round = 0; round <= kRounds; ++round) {
+    ForceCheck check(problem, contacts, X_WO, lambda_N);
+    const Vector3d weight_N = round == 0 ? Vector3d(Vector3d::Zero()) : Vector3d(problem.mass_kg * problem.gravity);
+    const HoldingForces forces = check.against(weight_N, Vector3d::Zero());
+    const double least_N = forces.found ? least_load_N(contacts, forces) : press_N;
+    if (std::abs(least_N - press_N) < 0.01 * press_N) break;
+    lambda_N = std::clamp(lambda_N + press_N - least_N, 0.2 * lambda_N, 10.0 * press_N);
   }
-  return *problem.wish.press_N / std::clamp(least, 0.1, 1.0);
+  return lambda_N;
 }
 
 double margin_of(const FinderProblem& problem, ForceCheck& check) {
@@ -116,6 +132,7 @@ FoundGrasp rate(const FinderProblem& problem, const Hand& hand, const PatchMeter
   grasp.opposer = target.opposer;
   grasp.q = stance.q;
   grasp.X_WO = stance.X_WO;
+  grasp.approach_O = stance.X_WO.linear().transpose() * target.approach_W;
   grasp.places = PerFinger<FingerPlace>(hand.fingers());
   const PerFinger<Touch> touches = fit.touches(stance, target);
   HandPose pose;

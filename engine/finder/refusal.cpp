@@ -1,9 +1,12 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <sstream>
 
+#include "engine/finder/effort.h"
 #include "engine/finder/pinch.h"
+#include "engine/finder/pressed_shape.h"
 #include "engine/finder/rate.h"
 #include "engine/finder/search.h"
 
@@ -63,9 +66,9 @@ Refusal of_nearest(const FinderProblem& problem, const Hand& hand, const SearchE
   };
   const double limit = std::max(worth(&FitFaults::limit_rad), worth(&FitFaults::gap_m));
   const double body = worth(&FitFaults::body_m), apart = worth(&FitFaults::apart_m);
-  const double facing = worth(&FitFaults::facing_rad);
+  const double bones = worth(&FitFaults::bones_m), facing = worth(&FitFaults::facing_rad);
   const double wish = worth(&FitFaults::axis_rad) + worth(&FitFaults::at_m) + worth(&FitFaults::approach_rad);
-  const double most = std::max({limit, body, apart, facing, wish});
+  const double most = std::max({limit, body, apart, bones, facing, wish});
   if (wish == most) {
     return {"no grasp as it is wished for was found: the nearest is beyond what passes for it by " +
                 degrees(faults.axis_rad) + " of the axis, " + mm(faults.at_m) + " of the place and " +
@@ -77,6 +80,13 @@ Refusal of_nearest(const FinderProblem& problem, const Hand& hand, const SearchE
         "the fingers would have to be " + mm(faults.apart_m, 1) + " in one another: the object is too small for " +
             std::to_string(hand.fingers()) + " pulps",
         hand.fingers() > 3 ? "name fewer fingers in grasp.fingers" : "a larger object, or a hand with smaller pulps"};
+  }
+  if (bones == most) {
+    const int a = faults.bones_finger, b = faults.bones_other;
+    const bool swap = a == evidence.range.opposer;  // It is the thumb that is passed through.
+    return {"the " + hand.fingertips[swap ? b : a].finger + " would have to pass through the " +
+                hand.fingertips[swap ? a : b].finger + ", by " + mm(faults.bones_m, 1),
+            "an object of another size, or fewer fingers in grasp.fingers"};
   }
   if (body == most) {
     const std::string bone =
@@ -92,7 +102,76 @@ Refusal of_nearest(const FinderProblem& problem, const Hand& hand, const SearchE
   return of_joints(problem, hand, evidence);
 }
 
+/// In words how far a box reaches.
+std::string reach_of(const Eigen::AlignedBox3d& box) {
+  std::string text;
+  for (int i = 0; i < 3; ++i) {
+    text += (i > 0 ? ", " : "") + number(1e3 * box.min()[i]) + " .. " + number(1e3 * box.max()[i]);
+  }
+  return text + " mm in its frame";
+}
+
+/// Loads under which pulps are pressed in further than can be trusted, from a wish or from little friction.
+std::optional<Refusal> of_loads(const FinderProblem& problem) {
+  const int fingers = problem.wish.fingers.empty() ? std::min(3, problem.hand.fingers())
+                                                   : static_cast<int>(problem.wish.fingers.size());
+  double most_N = 0.0, radius_m = 0.0;  // Of the pulp that bears most.
+  for (const Fingertip& tip : problem.hand.fingertips) {
+    const double load_N = greatest_load_N(problem.material, tip);
+    if (load_N <= most_N) continue;
+    most_N = load_N;
+    radius_m = tip.radius_m;
+  }
+  // The opposer bears what the others do.
+  const double press_N = problem.wish.press_N ? (fingers - 1) * *problem.wish.press_N : 0.0;
+  if (press_N > most_N) {
+    return Refusal{"a press of " + number(*problem.wish.press_N, 1) + " N with each finger would take " +
+                       number(press_N, 1) +
+                       " N of the one that faces them, and its pulp is pressed in by half its "
+                       "radius of " +
+                       mm(radius_m, 1) + ", beyond which the engine has no law, under " + number(most_N, 1) + " N",
+                   "a press of " + number(0.9 * most_N / (fingers - 1), 1) + " N or less, or harder pulps"};
+  }
+  const double friction = std::min(problem.friction, problem.cone_friction);
+  const double weight_N = problem.mass_kg * problem.gravity.norm() + kPush_N;
+  if (friction <= 0.0) {
+    return Refusal{"without friction no fingers hold an object against its weight and a push of " + number(kPush_N, 1) +
+                       " N in every direction",
+                   "contact.friction and control.grasp.friction above 0"};
+  }
+  // Borne on two sides.
+  if (weight_N > 2.0 * friction * most_N) {
+    const double needed = weight_N / (2.0 * most_N);
+    return Refusal{"at a friction of " + number(friction, 2) + " the fingers would have to press with " +
+                       number(weight_N / (2.0 * friction), 1) + " N on each side to bear the weight and a push of " +
+                       number(kPush_N, 1) + " N, and pulps of " + mm(radius_m, 1) +
+                       " are pressed in by half their radius under " + number(most_N, 1) + " N",
+                   "a friction of " + number(std::ceil(100.0 * 1.5 * needed) / 100.0, 2) + " or more, or less mass"};
+  }
+  return std::nullopt;
+}
+
+/// What would give grasps that fit a margin.
+std::string help_of_margin(const FinderProblem& problem) {
+  if (problem.cone_friction > problem.friction) {
+    return "control.grasp.friction, " + number(problem.cone_friction, 2) + ", not above contact.friction, " +
+           number(problem.friction, 2) + ": the controller trusts in more than there is";
+  }
+  return "more friction, or more press";
+}
+
 }  // namespace
+
+std::optional<Refusal> refusal_at_once(const FinderProblem& problem) {
+  const Eigen::AlignedBox3d& box = problem.object.bounds();
+  if (const auto& at_O = problem.wish.at_O) {
+    if (const double off_m = box.exteriorDistance(*at_O); off_m > problem.object.support_m()) {
+      return Refusal{"grasp.at is " + mm(off_m, 1) + " away from the object, which reaches over " + reach_of(box),
+                     "a place within that"};
+    }
+  }
+  return of_loads(problem);
+}
 
 Refusal refusal_of(const FinderProblem& problem, const Hand& hand, const SearchEvidence& evidence) {
   const PinchRange& range = evidence.range;
@@ -125,7 +204,7 @@ Refusal refusal_of(const FinderProblem& problem, const Hand& hand, const SearchE
     return {
         "grasps fit, but none holds the weight in all directions, a push of 0.5 N and a turn of 10 mN m within the "
         "friction cones",
-        "more friction, or more press"};
+        help_of_margin(problem)};
   }
   return of_nearest(problem, hand, evidence);
 }

@@ -21,7 +21,6 @@ constexpr int kPushes = 6;
 constexpr double kTolerance = 1e-5;
 constexpr int kSweeps = 50;
 constexpr double kMostShare = 3.0;  // Of a muscle's limit.
-constexpr int kFirstTicks = 5;      // In them the grip builds up.
 
 bool has_task(const TaskSettings& task) { return task.translate || task.rotate || task.push; }
 
@@ -75,12 +74,10 @@ Rehearsal run(const Model& model, Scene& scene, int ticks, bool own_task) {
     const TickReport tick = contact_tick(model, frame, work, state);
     rehearsal.trouble = slides.see(tick);
     if (scene.control && control.grasp != GraspStatus::kOptimal) rehearsal.trouble = "no grasp forces exist";
-    if (t >= kFirstTicks) {
-      rehearsal.muscle_share = std::max(rehearsal.muscle_share, muscle_share(scene.hand, controller));
-      if (rehearsal.muscle_share > kMostShare) rehearsal.trouble = "muscles are asked for far more than they can give";
-      for (int k = 0; k < model.fingers(); ++k) {
-        if (!(state.load[k].normal_N > 0.0)) rehearsal.trouble = "the " + scene.hand.fingertips[k].finger + " lets go";
-      }
+    rehearsal.muscle_share = std::max(rehearsal.muscle_share, muscle_share(scene.hand, controller));
+    if (rehearsal.muscle_share > kMostShare) rehearsal.trouble = "muscles are asked for far more than they can give";
+    for (int k = 0; k < model.fingers(); ++k) {
+      if (!(state.load[k].normal_N > 0.0)) rehearsal.trouble = "the " + scene.hand.fingertips[k].finger + " lets go";
     }
     if (!rehearsal.trouble.empty()) {
       rehearsal.lasted = static_cast<double>(t) / ticks;

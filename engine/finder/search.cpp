@@ -7,6 +7,7 @@
 
 #include "collision/blue_noise.h"
 #include "engine/finder/carry.h"
+#include "engine/finder/finder.h"
 #include "engine/finder/pressed_shape.h"
 #include "engine/finder/rate.h"
 
@@ -19,6 +20,7 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr int kFitSteps = 30, kPolishSteps = 12, kPolished = 6, kJitters = 4;
+constexpr int kWider = 3;  // So many times the usual fits are made to have more than one grasp.
 constexpr double kLeastMargin = 0.0;
 
 /// An opposition of the hand laid on one of the object.
@@ -80,7 +82,7 @@ class Search {
     wanted.seed = settings_.seed + static_cast<std::uint32_t>(factor);
     evidence_.oppositions = find_oppositions(problem_.object, patches, wanted);
     std::vector<Start> starts = starts_of(factor);
-    refine(starts, std::min(3000, 28 * effort), patches);
+    refine(starts, std::min(3000, (settings_.best > 1 ? kWider : 1) * 28 * effort), patches);
     if (!found_.empty()) polish(patches);
     carry_best(patches);
     report_.grasps.insert(report_.grasps.end(), found_.begin(), found_.end());
@@ -220,17 +222,22 @@ class Search {
     }
   }
 
-  /// Looks how far the best grasps carry their object, until some do.
+  /// Looks how far the best grasps carry their object, until some do: of each kind, where more than one is wanted.
   void carry_best(const PatchMeter& patches) {
-    constexpr int kMost = 24, kEnough = 6;
+    constexpr int kMost = 24, kEnough = 6, kOfAKind = 2;
     constexpr double kFar_m = 20e-3;
+    const bool kinds = settings_.best > 1;
     std::sort(found_.begin(), found_.end(), [](const auto& a, const auto& b) { return a.cost < b.cost; });
-    int looked = 0, far = 0;
+    int looked = 0;
+    std::vector<const FoundGrasp*> far;
     for (FoundGrasp& grasp : found_) {
-      if (looked++ == kMost * settings_.effort || far == kEnough * settings_.effort) break;
+      const auto is_alike = [&](const FoundGrasp* other) { return alike(grasp, *other); };
+      if (kinds && std::count_if(far.begin(), far.end(), is_alike) == kOfAKind) continue;
+      if (looked++ == (kinds ? 2 * kWider : 1) * kMost * settings_.effort) break;
+      if (!kinds && std::ssize(far) == kEnough * settings_.effort) break;
       add_travel(problem_, hand_, patches, grasp);
       grasp.cost = cost_of(grasp);
-      if (grasp.travel_m > kFar_m - 1e-9) ++far;
+      if (grasp.travel_m > kFar_m - 1e-9) far.push_back(&grasp);
     }
   }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "engine/finder/fit.h"
@@ -13,7 +14,6 @@ namespace thenar {
 struct SearchEvidence {
   PinchRange range;
   Oppositions oppositions;
-  bool pierced = false;
   Stance nearest;            ///< The fit with the least faults,
   FitTarget nearest_target;  ///< what it was for,
   FitFaults nearest_faults;  ///< and what they are.
@@ -25,6 +25,9 @@ struct SearchEvidence {
 /// sorted.
 [[nodiscard]] SearchEvidence search(const FinderProblem& problem, const Hand& hand, const FinderSettings& settings,
                                     const FinderProgress& progress, FinderReport& report);
+
+/// Why there is nothing to search for, if that is plain before.
+[[nodiscard]] std::optional<Refusal> refusal_at_once(const FinderProblem& problem);
 
 /// Why a search found nothing, and what would help.
 [[nodiscard]] Refusal refusal_of(const FinderProblem& problem, const Hand& hand, const SearchEvidence& evidence);

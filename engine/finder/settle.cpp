@@ -31,10 +31,10 @@ void move_pulp(Scene& scene, int k, const Vector3d& way_m) {
   }
 }
 
-/// The normal force that finger k is to press with at the start.
-double wanted_N(const Model& model, const ControlReport& report, const FingerLoad& load, int k) {
-  if (model.scene.control) return load.normal.dot(report.f_desired.col(k));
-  // Those that balance the torques: tau = J' f.
+/// The force by which finger k is to hold the object at the start.
+Vector3d wanted_N(const Model& model, const ControlReport& report, const FingerLoad& load, int k) {
+  if (model.scene.control) return report.f_desired.col(k);
+  // The one that balances the torques: tau = J' f.
   const Scene& scene = model.scene;
   HandPose pose;
   forward_kinematics(scene.hand, scene.posture, pose);
@@ -42,52 +42,68 @@ double wanted_N(const Model& model, const ControlReport& report, const FingerLoa
   const FingerJacobian J = finger_jacobian(scene.hand, pose, k, load.centre_m);
   Matrix3d JJ = squared(J);
   JJ.diagonal().array() += 1e-9 * JJ.trace();
-  const Vector3d f = JJ.ldlt().solve(velocity(J, scene.hand.of_finger(k, tau)));
-  return load.normal.dot(f);
+  return JJ.ldlt().solve(velocity(J, scene.hand.of_finger(k, tau)));
+}
+
+/// By what a finger's load misses the one that is wanted, and what mends that.
+struct Miss {
+  double normal = 0.0, tangential = 0.0;                   ///< As shares of the wanted normal force.
+  Vector3d press_m = Vector3d::Zero(), shear_m = press_m;  ///< Ways of the pulp along the normal, and across.
+};
+
+Miss miss_of(const Model& model, const ControlReport& report, int k) {
+  const FingerLoad& load = (*model.start)[k].load;
+  const bool loaded = load.normal_N > 0.0;
+  const Vector3d n = loaded ? load.normal : Vector3d(report.contacts[k].axes.col(0));
+  const Vector3d wanted = loaded ? wanted_N(model, report, load, k) : n;
+  const double normal_N = n.dot(wanted);
+  if (n.isZero(0.0) || !(normal_N > 0.0)) return {};
+  const Vector3d off = (wanted - load.force_N) / normal_N, across = off - n * n.dot(off);
+  // Hertz's F = c d^1.5 about the wanted load: d changes by 2/3 of the share; c_t times that along the surface.
+  const Pulp& pulp = model.pulps[k];
+  const double E_Pa = pulp.material.reduced_modulus_Pa / softness(pulp.material, normal_N);
+  const double depth_m =
+      std::pow(0.75 * normal_N / (E_Pa * std::sqrt(round_radius_m(model.scene.hand.fingertips[k]))), 2.0 / 3.0);
+  const auto bounded = [](double share) { return std::clamp(2.0 / 3.0 * share, -0.5, 0.5); };
+  Miss miss{n.dot(off), across.norm()};
+  miss.press_m = depth_m * bounded(miss.normal) * n;
+  if (loaded) miss.shear_m = depth_m * pulp.tangential * bounded(miss.tangential) * across.normalized();
+  return miss;
 }
 
 }  // namespace
 
 double settle(Model& model) {
-  constexpr int kMostRounds = 13;
-  constexpr double kSettled = 5e-3;
-  model.start_load.reset();
+  constexpr int kMostRounds = 24;
+  constexpr double kSettled = 2e-3;
+  model.start.reset();
   if (!model.deformable()) return 0.0;
-  double worst = 0.0;
-  for (int round = 0; round < kMostRounds; ++round) {
+  model.start.emplace(model.fingers());
+  bool pressed = false;
+  for (int round = 0;; ++round) {
     State state(model);
     Controller controller(model);
     Frame frame(model);
-    ContactWorkspace work(model);
     const ControlReport report = control_tick(model, state, controller, frame);
-    (void)contact_tick(model, frame, work, state);
-    const bool knows_loads = model.start_load.has_value();
-    model.start_load = state.load;
-    if (!knows_loads) continue;  // The first time the controller asked without knowing what the fingers carry.
-    worst = 0.0;
-    const JointVector before = model.scene.posture;
+    const PerFinger<FingerLoad> loads = first_loads(model, frame);
+    for (int k = 0; k < model.fingers(); ++k) (*model.start)[k].load = loads[k];
+    if (round == 0) continue;  // The controller asked without knowing what the fingers carry.
+    PerFinger<Miss> misses(model.fingers());
+    double normal = 0.0, tangential = 0.0;
     for (int k = 0; k < model.fingers(); ++k) {
-      const FingerLoad& load = state.load[k];
-      const Vector3d n = load.normal_N > 0.0 ? load.normal : report.contacts[k].axes.col(0);
-      if (n.isZero(0.0)) continue;
-      const double wanted = load.normal_N > 0.0 ? wanted_N(model, report, load, k) : 1.0;
-      if (!(wanted > 0.0)) continue;
-      const double miss = 1.0 - load.normal_N / wanted;
-      worst = std::max(worst, std::abs(miss));
-      // Hertz's F = c d^1.5 about the wanted load: d changes by 2/3 of the share.
-      const Pulp& pulp = model.pulps[k];
-      const Fingertip& tip = model.scene.hand.fingertips[k];
-      const double E_Pa = pulp.material.reduced_modulus_Pa / softness(pulp.material, wanted);
-      const double depth_m = std::pow(0.75 * wanted / (E_Pa * std::sqrt(round_radius_m(tip))), 2.0 / 3.0);
-      move_pulp(model.scene, k, n * std::clamp(2.0 / 3.0 * miss, -0.5, 0.5) * depth_m);
+      misses[k] = miss_of(model, report, k);
+      normal = std::max(normal, std::abs(misses[k].normal));
+      tangential = std::max(tangential, misses[k].tangential);
     }
     // What is nearly settled stays: a model that is made again of its own scene has the same posture.
-    if (worst < (round == 1 ? 2.0 : 1.0) * kSettled) {
-      model.scene.posture = before;
-      break;
+    const bool press = normal > (pressed ? 1.0 : 2.0) * kSettled, shear = tangential > kSettled;
+    if ((!press && !shear) || round == kMostRounds) return std::max(normal, tangential);
+    pressed = pressed || press;
+    for (int k = 0; k < model.fingers(); ++k) {
+      if (press) move_pulp(model.scene, k, misses[k].press_m);
+      if (shear) (*model.start)[k].sheared_m += misses[k].shear_m;
     }
   }
-  return worst;
 }
 
 }  // namespace thenar

@@ -301,7 +301,8 @@ bool is_undeformed(const State& state) {
          std::all_of(state.u_m.begin(), state.u_m.end(), [](const auto& u) { return u.isZero(0.0); });
 }
 
-/// Lets pulps that lie in the object give way, bodies at rest: gaps + C f closed. A soft object, too.
+/// Lets pulps that lie in the object give way, bodies at rest: gaps + C f closed. A soft object, too. At the start of a
+/// run pulps that are sheared stick to it.
 void press_in(const Model& model, const Frame& frame, ContactWorkspace& work, State& state) {
   if (!model.deformable() || !is_undeformed(state)) return;
   contact_kinematics(model, frame, work.pose, state, work.kinematics);
@@ -317,6 +318,12 @@ void press_in(const Model& model, const Frame& frame, ContactWorkspace& work, St
   W.group_scale = {};
   work.delta_free.head(3 * n).setZero();
   for (Index i = 0; i < n; ++i) work.delta_free[3 * i] = gaps_m[i];
+  for (int k = 0; k < model.fingers() && model.start && state.tick == 0; ++k) {
+    for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
+      const Vector3d sheared_m = work.kinematics.E_W[i].transpose() * (*model.start)[k].sheared_m;
+      work.delta_free.segment<2>(3 * i + 1) = -sheared_m.tail<2>();
+    }
+  }
   if (find_forces(model, frame, W, work).status == SolveStatus::kNotFinite) return;
   note_points(frame, work.kinematics, state, work.f, work.patches);
   if (model.soft_object()) remember_loads(model, frame, work.kinematics.object_tensors, work.f, state);
@@ -341,6 +348,17 @@ void Ledger::add(const Ledger& tick) {
   stored_J = tick.stored_J;
   injected_J += tick.injected_J;
   dissipated_J += tick.dissipated_J;
+}
+
+PerFinger<FingerLoad> first_loads(const Model& model, const Frame& frame) {
+  ContactWorkspace work(model);
+  State state(model);
+  pose_hand(model.scene, state.q, work);
+  hand_over(model, frame, state, work);
+  press_in(model, frame, work, state);
+  PerFinger<FingerLoad> loads(model.fingers());
+  for (int k = 0; k < model.fingers(); ++k) loads[k] = finger_load(frame, work.kinematics, k, work.f);
+  return loads;
 }
 
 TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace& work, State& state,

@@ -20,6 +20,13 @@ struct FingerLoad {
       Eigen::Vector3d::Zero();  ///< Into the object, world: mean of the contacts' normals, by load.
 };
 
+/// How a finger holds the object when a run begins.
+struct FingerStart {
+  FingerLoad load;
+  Eigen::Vector3d sheared_m = Eigen::Vector3d::Zero();  ///< How far its pulp has gone along the surface since it
+                                                        ///< touched, and stuck: world.
+};
+
 /// A scene made ready to run: its data, and what is computed from them once. Made by build_model().
 struct Model {
   Scene scene;
@@ -30,8 +37,8 @@ struct Model {
   int level = 0;                  ///< Of detail of the pulps.
   Eigen::Index max_contacts = 0;  ///< Capacity of a frame, all fingers together.
   std::string grasp_notes = {};   ///< How the grasp was found, and how good it is; empty: it was not.
-  /// What the fingers carry when a run begins, of a scene that settles; else nothing, and they are not loaded.
-  std::optional<PerFinger<FingerLoad>> start_load = {};
+  /// How the fingers of a scene that settles hold the object when a run begins. Nothing: they carry nothing yet.
+  std::optional<PerFinger<FingerStart>> start = {};
 
   [[nodiscard]] int fingers() const { return scene.hand.fingers(); }
   [[nodiscard]] bool deformable() const { return !pulps.empty(); }

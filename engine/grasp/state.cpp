@@ -4,7 +4,8 @@ namespace thenar {
 
 State::State(const Model& model) {
   q = model.scene.posture;
-  load = model.start_load.value_or(PerFinger<FingerLoad>(model.fingers()));
+  load = PerFinger<FingerLoad>(model.fingers());
+  for (int k = 0; k < model.fingers() && model.start; ++k) load[k] = (*model.start)[k].load;
   pulp_energy_J = PerFinger<double>(model.fingers());
   X_WO = model.scene.object.X_WO;
   for (const Pulp& pulp : model.pulps) u_m.emplace_back(Eigen::MatrixX3d::Zero(pulp.controls(), 3));

@@ -125,7 +125,7 @@ constexpr std::array kSceneKeys = std::to_array<Key>({
     {"grasp.approach", kQuantities, kNone, "", "(Without it any.)",
      "The way in which the hand comes to the object, in the object's axes, of any length but zero.", 3},
     {"grasp.press", kQuantity, kForce, "> 0", "(Required without control; else control.grasp.internal_force.)",
-     "The normal load of the least loaded finger, before there is any weight."},
+     "The normal load of the least loaded finger, under the weight at rest."},
     {"grasp.rank", kCount, kNone, "1 .. 20", "1", "Which of the grasps that are found: 1 is the best."},
     {"grasp.seed", kCount, kNone, "0 .. 1000000", "1", "The seed of the search: the same one finds the same grasp."},
 

@@ -72,6 +72,10 @@ void take_grasp(const FoundGrasp& grasp, Scene& scene) {
 
 namespace {
 
+bool is_like_one(const FoundGrasp& grasp, const std::vector<FoundGrasp>& others) {
+  return std::any_of(others.begin(), others.end(), [&](const FoundGrasp& other) { return alike(grasp, other); });
+}
+
 /// Tries grasps in the engine, all on one model as long as they use the same fingers.
 class Trials {
  public:
@@ -106,7 +110,13 @@ class Trials {
   double rehearsed_ = 0.0;
 };
 
-/// Those that held, the ones within limits first, and of all others the one that lasted longest.
+/// What would have kept an object that was lost.
+std::string help_of(const Rehearsal& rehearsal) {
+  return rehearsal.muscle_share > 1.0 ? "less press or less mass, a larger object, or a stronger hand"
+                                      : "more friction or press, less mass, or wider faces";
+}
+
+/// Those that held, each unlike the others, the ones within limits first; of all others the one that lasted longest.
 void keep_tried(std::vector<FoundGrasp> tried, int best, FinderReport& report) {
   const auto grade = [](const FoundGrasp& grasp) {
     return grasp.rehearsal.within_limits() ? 0 : grasp.rehearsal.held() ? 1 : 2;
@@ -114,39 +124,49 @@ void keep_tried(std::vector<FoundGrasp> tried, int best, FinderReport& report) {
   std::sort(tried.begin(), tried.end(), [&](const FoundGrasp& a, const FoundGrasp& b) {
     return grade(a) != grade(b) ? grade(a) < grade(b) : a.cost < b.cost;
   });
-  report.grasps.clear();
+  std::vector<FoundGrasp>& kept = report.grasps;
+  kept.clear();
   const FoundGrasp* longest = nullptr;
   for (const FoundGrasp& grasp : tried) {
     if (longest == nullptr || grasp.rehearsal.lasted > longest->rehearsal.lasted) longest = &grasp;
-    if (grasp.rehearsal.held() && static_cast<int>(report.grasps.size()) < best) report.grasps.push_back(grasp);
+    if (grasp.rehearsal.held() && static_cast<int>(kept.size()) < best && !is_like_one(grasp, kept)) {
+      kept.push_back(grasp);
+    }
   }
-  if (!report.grasps.empty() || longest == nullptr) return;
+  if (!kept.empty() || longest == nullptr) return;
   report.refusal = {fmt::format("grasps fit, but none of {} held the object when it was tried: in the one that lasted "
                                 "longest, for {:.0f} % of the time, {}",
                                 tried.size(), 100.0 * longest->rehearsal.lasted, longest->rehearsal.trouble),
-                    "more friction or press, less mass, or wider faces"};
+                    help_of(longest->rehearsal)};
+}
+
+/// Tries what was found until enough of it, each unlike the others, held within limits.
+void try_found(const Scene& scene, const ImplicitSurface& object, int best, FinderReport& report) {
+  Trials trials(scene, object);
+  std::vector<FoundGrasp> tried, within;
+  for (FoundGrasp& grasp : report.grasps) {
+    if (std::ssize(within) == best || (within.empty() && !trials.go_on())) break;
+    if (is_like_one(grasp, within)) continue;
+    trials.rehearse(grasp);
+    tried.push_back(grasp);
+    if (grasp.rehearsal.within_limits()) within.push_back(grasp);
+  }
+  keep_tried(std::move(tried), best, report);
 }
 
 }  // namespace
 
 FinderReport find_tried_grasps(const Scene& scene, const ImplicitSurface& object, const FinderSettings& settings,
                                const FinderProgress& progress) {
-  constexpr int kSpare = 5;  // So many more than wanted may fail.
+  constexpr int kSpare = 5;        // So many more than wanted may fail.
+  constexpr int kMostWanted = 20;  // For any number up to it the search is the same: ranks stay.
   const FinderProblem problem = finder_problem(scene, object);
   FinderSettings now = settings;
-  now.best = settings.best + kSpare;
+  now.best = settings.best > 1 ? std::max(settings.best, kMostWanted) : 1;
+  now.spare = kSpare;
   FinderReport report = find_grasps(problem, now, progress);
   for (int look = 0; look < 2 && !report.grasps.empty(); ++look) {
-    Trials trials(scene, object);
-    std::vector<FoundGrasp> tried;
-    int within = 0;
-    for (FoundGrasp& grasp : report.grasps) {
-      if (within == settings.best || (within == 0 && !trials.go_on())) break;
-      trials.rehearse(grasp);
-      tried.push_back(grasp);
-      within += grasp.rehearsal.within_limits() ? 1 : 0;
-    }
-    keep_tried(tried, settings.best, report);
+    try_found(scene, object, settings.best, report);
     if (!report.grasps.empty() || report.cancelled || look == 1) break;
     now.effort = 3 * settings.effort;
     now.seed = settings.seed + 100;

@@ -34,8 +34,7 @@ FitTarget some_target(const Hand& hand, const Pinch& pinch) {
 }
 
 /// How far 2 J'r is from the slope of the sum of squares, at most over all unknowns, as a share of the gradient's size.
-double slope_error(const ImplicitSurface& object) {
-  const Hand& hand = human_hand();
+double slope_error(const ImplicitSurface& object, const Hand& hand = human_hand()) {
   const std::vector<BodyPoint> body = hand_body(hand);
   StanceFit fit(hand, body, object);
   const PinchRange range = find_pinches(hand, 1, 1);
@@ -69,6 +68,10 @@ double slope_error(const ImplicitSurface& object) {
 TEST(StanceFit, GoesByTheGradientOfItsSum) {
   EXPECT_LT(slope_error(box({0.04, 0.08, 0.08})), 0.03);
   EXPECT_LT(slope_error(ImplicitSurface(sample_sphere(0.02, 30000))), 0.1);
+  // Fingers so thick that their bones are in one another.
+  Hand thick = human_hand();
+  for (Fingertip& tip : thick.fingertips) tip.radius_m *= 1.6;
+  EXPECT_LT(slope_error(box({0.04, 0.08, 0.08}), thick), 0.03);
 }
 
 // What it makes of a start some millimetres off are pulps at their depths.

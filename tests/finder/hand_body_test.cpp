@@ -110,5 +110,31 @@ TEST(HandBody, FollowsTheBonesFromThePalmToThePulps) {
   }
 }
 
+// The open hand has no bones in one another, whatever its shape; a finger in another one's place has, by as much as both
+// are thick but for what their joints are off one another.
+TEST(Bones, KeepFingersApart) {
+  const Hand& hand = human_hand();
+  const Bones bones = bones_of(hand, hand_body(hand));
+  JointVector q = hand.at_zero();
+  for (Eigen::Index i = 0; i < q.size(); ++i)
+    q[i] = std::clamp(0.0, hand.joints[i].lower_rad, hand.joints[i].upper_rad);
+  HandPose pose;
+  forward_kinematics(hand, q, pose);
+  EXPECT_EQ(overlap_of(bones, pose).depth_m, 0.0);
+  // The whole index where the major is.
+  for (std::size_t s = 0; s < hand.segments.size(); ++s) {
+    if (hand.segments[s].finger != 1 || hand.segments[s].joints == 0) continue;
+    for (std::size_t other = 0; other < hand.segments.size(); ++other) {
+      if (hand.segments[other].finger == 2 && hand.segments[other].joints == hand.segments[s].joints) {
+        pose.segments[s] = pose.segments[other];
+      }
+    }
+  }
+  const BoneOverlap overlap = overlap_of(bones, pose);
+  EXPECT_GT(overlap.depth_m, 0.5 * hand.fingertips[1].radius_m);
+  EXPECT_EQ(std::min(overlap.finger, overlap.other), 1);
+  EXPECT_EQ(std::max(overlap.finger, overlap.other), 2);
+}
+
 }  // namespace
 }  // namespace thenar::hand_body_test

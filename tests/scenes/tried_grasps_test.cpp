@@ -81,15 +81,62 @@ TEST(Settle, MendsAPostureByHand) {
   EXPECT_GT(first_miss(box_model({off})), 0.2);
   const Model settled = box_model({off, "hand.settle=true"});
   EXPECT_LT(first_miss(settled), 0.02);
-  ASSERT_TRUE(settled.start_load);
+  ASSERT_TRUE(settled.start);
   // What a run begins with is what its fingers carry: the controller knows of it from the first tick on.
   const State state(settled);
   for (int k = 0; k < settled.fingers(); ++k) EXPECT_GT(state.load[k].normal_N, 0.0);
 }
 
+/// The largest force of a muscle as a share of its limit, in some of the first ticks of a run.
+double muscle_share(const Model& model, int from, int to) {
+  State state(model);
+  Controller controller(model);
+  Frame frame(model);
+  ContactWorkspace work(model);
+  double share = 0.0;
+  for (int tick = 0; tick < to; ++tick) {
+    (void)control_tick(model, state, controller, frame);
+    (void)contact_tick(model, frame, work, state);
+    if (tick < from) continue;
+    for (Eigen::Index m = 0; m < controller.f_muscle.size(); ++m) {
+      share =
+          std::max(share, controller.f_muscle[m] / model.scene.hand.muscles[static_cast<std::size_t>(m)].max_force_N);
+    }
+  }
+  return share;
+}
+
+// An object at rest asks the same of the muscles in every tick. What settle() leaves, 0.2 % of the load, the controller's
+// force loop raises to some percent of a torque; pulps that began without tangential load asked for more than half as
+// much again.
+TEST(Settle, MakesTheFirstTickLikeTheHundredth) {
+  const Model model = box_model({"hand.settle=true", "task={}"});
+  const double later = muscle_share(model, 100, 120);
+  EXPECT_NEAR(muscle_share(model, 0, 10), later, 0.1 * later);
+  EXPECT_GT(std::abs(muscle_share(box_model({"task={}"}), 0, 10) / later - 1.0), 0.2) << "as it is without";
+}
+
+// The pulps begin with the whole force that is asked of them, in all directions, and the object stays where it is.
+TEST(Settle, BeginsWithWhatCarriesTheWeight) {
+  const Model model = box_model({"hand.settle=true", "task={}"});
+  State state(model);
+  Controller controller(model);
+  Frame frame(model);
+  const ControlReport report = control_tick(model, state, controller, frame);
+  const PerFinger<FingerLoad> loads = first_loads(model, frame);
+  double tangential_N = 0.0;
+  for (int k = 0; k < model.fingers(); ++k) {
+    const Vector3d off_N = report.f_desired.col(k) - loads[k].force_N;
+    EXPECT_LT(off_N.norm(), 0.004 * loads[k].normal_N)
+        << k << ": two bounds of what is left, the posture's and the shear's";
+    tangential_N += (loads[k].force_N - loads[k].normal * loads[k].normal.dot(loads[k].force_N)).norm();
+  }
+  EXPECT_GT(tangential_N, 0.5 * model.scene.object.mass_kg * model.scene.gravity.norm());
+}
+
 TEST(Settle, IsNothingToScenesThatDoNotAskForIt) {
   const Model model = box_model();
-  EXPECT_FALSE(model.start_load);
+  EXPECT_FALSE(model.start);
   EXPECT_EQ(State(model).load[0].normal_N, 0.0);
 }
 
