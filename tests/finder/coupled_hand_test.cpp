@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <vector>
 
 #include "engine/finder/finder.h"
@@ -22,7 +23,8 @@ Hand coupled_hand() { return coupled(human_hand(), std::vector<Coupling>{{7, 6, 
 
 TEST(CoupledHand, FindsGrasps) {
   for (const ImplicitSurface& object : {box({0.05, 0.05, 0.05}), rod(0.015, 0.08)}) {
-    const FinderProblem problem = problem_of(coupled_hand(), object);
+    const Hand whole = coupled_hand();  // which the problem refers to
+    const FinderProblem problem = problem_of(whole, object);
     const FinderReport report = find_grasps(problem);
     ASSERT_EQ(report.grasps.size(), 1U) << (report.refusal ? report.refusal->reason : "");
     const FoundGrasp& grasp = report.grasps.front();
@@ -71,28 +73,32 @@ TEST(CoupledHand, KeepsItsCouplingsInASelectionOfFingers) {
   }
 }
 
-// The slopes of a fit's sum of squares, half of them J'r, against central differences.
-TEST(CoupledHand, FitsHaveTheSlopesOfTheirCosts) {
+// In a posture that both hands have, a fit's residuals are the same, and its slopes are the full hand's, projected:
+// q = S q_a. What a fit adds for limits and for the start is left out.
+TEST(CoupledHand, FitsHaveTheProjectedSlopes) {
   const Hand hand = coupled_hand();
-  const std::vector<BodyPoint> body = hand_body(hand);
   const ImplicitSurface object = ball(0.024);
-  StanceFit fit(hand, body, object);
-  Stance stance{hand.at_zero()};
-  stance.q << 0.1, 0.2, 0.0, 0.5, 0.3, 0.0, 0.6, 0.35, 0.0, 0.6;
-  stance.X_WO.translation() = Vector3d(0.12, 0.035, 0.035);
-  FitTarget target;
-  target.depth_m = PerFinger<double>(hand.fingers(), 1e-3);
-  target.q_near = stance.q;
-  const NormalEquations at = fit.equations(stance, target);
-  for (Index j = 0; j < stance.q.size(); ++j) {
-    constexpr double kStep = 1e-6;
-    Stance plus = stance, minus = stance;
-    plus.q[j] += kStep;
-    minus.q[j] -= kStep;
-    const double slope = (fit.equations(plus, target).cost - fit.equations(minus, target).cost) / (4.0 * kStep);
-    // The surface's slopes are themselves differences over 0.4 mm.
-    EXPECT_NEAR(at.Jr[j], slope, 0.03 * at.Jr.cwiseAbs().maxCoeff()) << hand.joints[j].name;
-  }
+  const auto equations = [&](const Hand& of, const JointVector& q) {
+    const std::vector<BodyPoint> body = hand_body(of);
+    Stance stance{q};
+    stance.X_WO.translation() = Vector3d(0.12, 0.035, 0.035);
+    FitTarget target;
+    target.depth_m = PerFinger<double>(of.fingers(), 1e-3);
+    target.q_near = q;
+    target.limits = false;
+    return StanceFit(of, body, object).equations(stance, target);
+  };
+  JointVector q = hand.at_zero(), q_full = human_hand().at_zero();
+  q << 0.1, 0.2, 0.0, 0.5, 0.3, 0.0, 0.6, 0.35, 0.0, 0.7;
+  q_full << q.head(7), 0.7 * 0.6, q.tail(3), 0.7 * 0.7;
+  const NormalEquations at = equations(hand, q), full = equations(human_hand(), q_full);
+  Unknowns projected(at.Jr.size());
+  projected << full.Jr.head(7), full.Jr.segment<3>(8), full.Jr.tail<6>();
+  projected[6] += 0.7 * full.Jr[7];
+  projected[9] += 0.7 * full.Jr[11];
+  EXPECT_NEAR(at.cost, full.cost, 1e-9 * full.cost);
+  EXPECT_LT((at.Jr - projected).norm(), 1e-9 * projected.norm());
+  EXPECT_GT(std::abs(full.Jr[7]), 1e-6 * projected.norm()) << "or nothing is tested";
 }
 
 }  // namespace

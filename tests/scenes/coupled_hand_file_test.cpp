@@ -62,7 +62,7 @@ TEST(CoupledHandFile, ReadsAJointThatFollows) {
 }
 
 TEST(CoupledHandFile, RefusesWithThePlace) {
-  EXPECT_EQ(refusal("I_DIP_FE", "follows: I_PIP"), "14:134: joints[7].follows: no joint is named 'I_PIP'");
+  EXPECT_EQ(refusal("I_DIP_FE", "follows: I_PIP"), "14:147: joints[7].follows: no joint is named 'I_PIP'");
   EXPECT_NE(refusal("I_DIP_FE", "follows: M_PIP_FE").find("joints[7].follows: 'M_PIP_FE' is a joint of another finger"),
             std::string::npos);
   EXPECT_NE(refusal("I_PIP_FE", "follows: I_DIP_FE").find("joints[6].follows: 'I_DIP_FE' is no nearer to the palm"),
