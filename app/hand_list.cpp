@@ -18,18 +18,34 @@ using Eigen::Index;
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 
+std::string pulp_in_words(const Fingertip& tip) {
+  if (!tip.shape) return fmt::format(" of {:.1f} mm radius", 1e3 * tip.radius_m);
+  const Eigen::Vector3d mm = 1e3 * tip.shape->half_m;
+  if (tip.shape->form == PulpShape::Form::kCapsule) {
+    return fmt::format(", a capsule {:.1f} mm long and {:.1f} mm thick", 2.0 * (mm[0] + mm[1]), 2.0 * mm[1]);
+  }
+  return fmt::format(", an ellipsoid with semi-axes of {:.1f}, {:.1f} and {:.1f} mm", mm[0], mm[1], mm[2]);
+}
+
 std::string finger_text(const Hand& hand, const Fingertip& tip) {
   double reach_m = 0.0;
   for (const Segment& segment : hand.segments) {
     if (segment.joints > 0 && hand.fingertips[segment.finger].first_joint == tip.first_joint)
       reach_m += segment.length_m;
   }
-  std::string text = fmt::format("\n{}: {}, {:.0f} mm from its first joint to its pulp of {:.1f} mm radius\n",
-                                 tip.finger, counted(tip.joints, "joint"), 1e3 * reach_m, 1e3 * tip.radius_m);
+  std::string text = fmt::format("\n{}: {}, {:.0f} mm from its first joint to its pulp{}\n", tip.finger,
+                                 counted(tip.joints, "joint"), 1e3 * reach_m, pulp_in_words(tip));
   for (int j = tip.first_joint; j < tip.first_joint + tip.joints; ++j) {
     const Joint& joint = hand.joints[j];
     text += fmt::format("  {:<24}{:>7.1f} .. {:.1f} deg\n", joint.name, joint.lower_rad / kDegree,
                         joint.upper_rad / kDegree);
+  }
+  for (int i = tip.first_follower; i < tip.first_follower + tip.followers; ++i) {
+    const Follower& follower = hand.followers[i];
+    text += fmt::format("  {:<24} follows {}, {:.3g} times its angle", follower.joint.name,
+                        hand.joints[follower.leader].name, follower.ratio);
+    if (follower.offset_rad != 0.0) text += fmt::format(" and {:.1f} deg", follower.offset_rad / kDegree);
+    text += '\n';
   }
   return text;
 }
@@ -87,10 +103,14 @@ std::vector<std::string> hand_warnings(const Hand& hand, const std::vector<Oppos
 
 }  // namespace
 
+std::string joint_count(const Hand& hand) {
+  const std::string own = counted(std::ssize(hand.joints), "joint");
+  return hand.followers.empty() ? own : fmt::format("{} and {} that follow", own, hand.followers.size());
+}
+
 std::string hand_list(const Hand& hand, const std::string& name) {
-  std::string text =
-      fmt::format("{}: {}, {}, {}\n", name, counted(hand.fingers(), "finger"),
-                  counted(std::ssize(hand.joints), "joint"), counted(std::ssize(hand.muscles), "muscle"));
+  std::string text = fmt::format("{}: {}, {}, {}\n", name, counted(hand.fingers(), "finger"), joint_count(hand),
+                                 counted(std::ssize(hand.muscles), "muscle"));
   for (const Fingertip& tip : hand.fingertips) text += finger_text(hand, tip);
   text += muscles_text(hand);
   const std::vector<Opposition> pairs = find_oppositions(hand);

@@ -4,6 +4,9 @@
 
 #include "engine/grasp/hand.h"
 
+/// "9 joints and 3 that follow"
+[[nodiscard]] std::string joint_count(const thenar::Hand& hand);
+
 /// What a hand is, in words: fingers, joints, pulps, muscles with their moment arms, which fingers can face each other,
 /// and warnings.
 [[nodiscard]] std::string hand_list(const thenar::Hand& hand, const std::string& name);

@@ -1,57 +1,15 @@
 #include "collision/voronoi_cells.h"
 
 #include <Eigen/Geometry>
-#include <algorithm>
 #include <numbers>
-#include <vector>
+
+#include "collision/polygon.h"
 
 namespace thenar {
 
 using Eigen::Index;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-namespace {
-
-using Polygon = std::vector<Vector2d>;
-
-/// Leaves of the polygon what lies at n.x <= c [Sutherland, Hodgman 1974].
-void clip(const Vector2d& n, double c, Polygon& polygon, Polygon& work) {
-  work.clear();
-  for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Vector2d &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
-    const double beyond_a = n.dot(a) - c, beyond_b = n.dot(b) - c;
-    if (beyond_a <= 0.0) work.push_back(a);
-    if ((beyond_a > 0.0) != (beyond_b > 0.0)) work.emplace_back(a + beyond_a / (beyond_a - beyond_b) * (b - a));
-  }
-  polygon.swap(work);
-}
-
-/// The square of how far the polygon reaches from the origin.
-double reach2(const Polygon& polygon) {
-  double most = 0.0;
-  for (const Vector2d& x : polygon) most = std::max(most, x.squaredNorm());
-  return most;
-}
-
-struct Patch {
-  double area = 0.0;
-  Vector2d centroid = Vector2d::Zero();
-};
-
-Patch patch(const Polygon& polygon) {
-  Patch sum;
-  for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Vector2d &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
-    const double triangle = 0.5 * (a.x() * b.y() - a.y() * b.x());  // with the origin
-    sum.area += triangle;
-    sum.centroid += triangle / 3.0 * (a + b);
-  }
-  sum.centroid /= sum.area;
-  return sum;
-}
-
-}  // namespace
 
 VoronoiCells voronoi_cells(const Eigen::Matrix3Xd& directions) {
   const Index n = directions.cols();

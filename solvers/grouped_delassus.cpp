@@ -43,6 +43,7 @@ void fill_columns(const Jacobian& J, const GroupedDelassus& W, Index k, const Gr
                   Block& block) {
   const auto& E = work.axes;
   const float s = static_cast<float>(W.scale(k));
+  const bool fifth = W.J_fifth.size() > 0;
   Eigen::Matrix3f E_j;  // s E_j', and s E_j' p_j
   Eigen::Vector3f p_j, s_j;
   if constexpr (kCompliant) {
@@ -74,7 +75,7 @@ void fill_columns(const Jacobian& J, const GroupedDelassus& W, Index k, const Gr
       sums.t2 = cross * sums.t2 + along * along_2;
     }
     sums.add_products<0, GroupedDelassus::kOwn + 6>(J, c, r);
-    if (W.J_fifth.size() > 0) sums.add_products<kFifth, 1>(J, c, r);
+    if (fifth) sums.add_products<kFifth, 1>(J, c, r);
     sums.store(block, r, c);
   }
 }

@@ -25,7 +25,7 @@ struct Shown {
 
 /// What pages are shown: of everything the newest alone.
 struct News {
-  Shown scene, geometry, status, state;
+  Shown scene, geometry, status, grasps, state;
 };
 
 /// What the links to all pages share.

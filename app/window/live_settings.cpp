@@ -77,8 +77,7 @@ std::string change(const Set& changes, LiveSettings& settings) {
   return "";
 }
 
-void apply(const LiveSettings& now, const LiveSettings& settings, Model& model) {
-  Scene& scene = model.scene;
+void apply(const LiveSettings& now, const LiveSettings& settings, Scene& scene) {
   scene.contact.friction = settings.friction;
   scene.contact.tolerance = settings.tolerance;
   scene.contact.max_sweeps = settings.max_sweeps;
@@ -88,7 +87,13 @@ void apply(const LiveSettings& now, const LiveSettings& settings, Model& model) 
   if (settings.control_Hz != now.control_Hz || settings.delay_periods != now.delay_periods) {
     scene.control_delay_s = settings.delay_periods * scene.control_period_s;
   }
-  if (settings.internal_force_N) scene.control->internal_force_N = *settings.internal_force_N;
+  if (settings.internal_force_N && settings.internal_force_N != now.internal_force_N) {
+    scene.control->internal_force_N = *settings.internal_force_N;
+  }
+}
+
+void apply(const LiveSettings& now, const LiveSettings& settings, Model& model) {
+  apply(now, settings, model.scene);
   if (settings.kernel != now.kernel || settings.level != now.level) {
     set_fingertips(model, *settings.kernel, *settings.level);
   }

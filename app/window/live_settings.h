@@ -25,9 +25,11 @@ struct LiveSettings {
 struct Wanted {
   bool paused = false;
   double speed = 1.0;
-  int steps = 0;       ///< Yet to be done.
-  bool reset = false;  ///< Yet to be done.
+  int steps = 0;             ///< Yet to be done.
+  bool reset = false;        ///< Yet to be done.
+  std::optional<Take> take;  ///< Likewise.
   LiveSettings settings;
+  LiveSettings begun;  ///< As the scene had them when it began.
 
   [[nodiscard]] bool operator==(const Wanted&) const = default;
 };
@@ -39,6 +41,9 @@ struct Wanted {
 
 /// Makes the changes, or says why they cannot be made; then none is.
 [[nodiscard]] std::string change(const Set& changes, LiveSettings& settings);
+
+/// Writes into the scene, whose settings are `now`, what differs from them; but for kernel and level.
+void apply(const LiveSettings& now, const LiveSettings& settings, thenar::Scene& scene);
 
 /// Writes into the model, whose settings are `now`, what differs from them.
 void apply(const LiveSettings& now, const LiveSettings& settings, thenar::Model& model);

@@ -32,6 +32,7 @@
 #include "engine/loops/realtime.h"
 #include "engine/scenes/build_model.h"
 #include "engine/scenes/config.h"
+#include "engine/scenes/hand_file.h"
 #include "engine/scenes/scene_file.h"
 #include "engine/studies/model_parts.h"
 
@@ -179,13 +180,30 @@ void replay(const Options& options) {
   while (!stop) std::this_thread::sleep_for(std::chrono::milliseconds(50));
 }
 
+/// The scene, and the names of its files by which a scene that is kept finds them from any folder.
+window::AskedScene asked_scene(const Options& options) {
+  window::AskedScene asked;
+  asked.scene = load_scene(options.file, changes(options), options.rates);
+  const std::vector<fs::path> files = thenar::scene_files(options.file, changes(options));
+  const fs::path hand = files.size() > 1 ? files[1] : fs::path();
+  asked.fingers = hand.empty() ? asked.scene.hand.fingers() : thenar::load_hand(hand).fingers();
+  std::error_code none;  // A hand that comes with the program goes by its name.
+  const bool known = fs::equivalent(thenar::known_hand(hand.filename()), hand, none);
+  asked.hand = known ? hand.filename() : fs::absolute(hand);
+  if (files.size() > 2) asked.object = fs::absolute(files[2]);
+  return asked;
+}
+
 void run(const Options& options) {
-  thenar::Model model = thenar::build_model(load_scene(options.file, changes(options), options.rates));
+  window::AskedScene asked = asked_scene(options);
+  thenar::Model model = thenar::build_model(asked.scene);
   if (!options.session.record.empty()) {
     check_results({{"--record", options.session.record}}, thenar::scene_files(options.file, changes(options)));
   }
   if (options.session.record.has_parent_path()) thenar::prepare_folder(options.session.record.parent_path());
-  window::Session session(thenar::as_needed(std::move(model)), options.session);
+  window::SessionSettings settings = options.session;
+  settings.asked = std::move(asked);
+  window::Session session(thenar::as_needed(std::move(model)), settings);
   WindowServer server(options.server, [&](const window::Message& message) { return session.receive(message); });
   announce(server.url(), options);
   session.run(server, stop);

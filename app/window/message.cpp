@@ -38,6 +38,12 @@ class Keys {
     return static_cast<int>(*value);
   }
 
+  int whole(const char* key, int low, int high) {
+    const std::optional<int> value = whole_or_none(key, low, high);
+    if (!value) refuse(fmt::format("{} is missing", key));
+    return value.value_or(low);
+  }
+
   /// Three numbers, each within +-limit.
   Vector3d vector(const char* key, double limit) {
     Vector3d value = Vector3d::Zero();
@@ -145,6 +151,9 @@ std::optional<Message> read_type(const std::string& type, Keys& keys) {
   if (type == "reset") return Reset{};
   if (type == "speed") return Speed{keys.number("value", 0.001, 1.0)};
   if (type == "set") return read_set(keys);
+  if (type == "find") return Find{keys.whole_or_none("best", 1, 20).value_or(Find{}.best)};
+  if (type == "stop_finding") return StopFinding{};
+  if (type == "take") return Take{keys.whole("search", 0, 1'000'000'000), keys.whole("grasp", 0, 20)};
   return std::nullopt;
 }
 

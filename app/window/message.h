@@ -34,6 +34,19 @@ struct Reset {};
 struct Speed {
   double value = 1.0;
 };
+/// Searches grasps for the scene's object and hand.
+struct Find {
+  int best = 5;  ///< Of all that are found.
+};
+/// Ends the search, which keeps what it has found.
+struct StopFinding {};
+/// Begins again with a grasp that a search found.
+struct Take {
+  int search = 0;  ///< Its number,
+  int grasp = 0;   ///< and the grasp's rank; 0: the start that the scene itself has.
+
+  [[nodiscard]] bool operator==(const Take&) const = default;
+};
 /// Changes of the scene; nothing: stays as it is.
 struct Set {
   std::optional<double> friction, internal_force_N, tolerance, contact_Hz, control_Hz;
@@ -41,7 +54,8 @@ struct Set {
   std::optional<std::string> kernel;
 };
 
-using Message = std::variant<Next, Ping, Pull, Release, Target, Poke, Pause, Resume, Step, Reset, Speed, Set>;
+using Message = std::variant<Next, Ping, Pull, Release, Target, Poke, Pause, Resume, Step, Reset, Speed, Set, Find,
+                             StopFinding, Take>;
 
 /// Reads one message. Whatever the text, every number of a message is finite and within its range; else there is none,
 /// and a reason.

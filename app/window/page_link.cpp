@@ -117,6 +117,7 @@ void PageLink::pump() {
   if (is_new(news.scene, scene_)) return write(news.scene.bytes, true);
   if (is_new(news.geometry, geometry_)) return write(news.geometry.bytes, false);
   if (is_new(news.status, status_)) return write(news.status.bytes, true);
+  if (is_new(news.grasps, grasps_)) return write(news.grasps.bytes, true);
   if (pong_) return answer(pong_);
   if (refusal_) return answer(refusal_);
   const bool shown = news.scene.number > 0 && news.state.bytes && news.state.number > state_;

@@ -52,10 +52,10 @@ class PageLink : public std::enable_shared_from_this<PageLink> {
   boost::asio::steady_timer write_deadline_, state_due_;
   bool open_ = false, writing_ = false, waiting_ = false;
   bool wants_state_ = false;
-  std::int64_t scene_ = 0, geometry_ = 0, status_ = 0, state_ = 0;  ///< Numbers of the last ones sent.
-  std::optional<std::string> pong_, refusal_;                       ///< To be sent.
-  double allowance_;                                                ///< Messages that the page may send now,
-  Clock::time_point counted_ = Clock::now();                        ///< as of then.
+  std::int64_t scene_ = 0, geometry_ = 0, status_ = 0, grasps_ = 0, state_ = 0;  ///< Numbers of the last ones sent.
+  std::optional<std::string> pong_, refusal_;                                    ///< To be sent.
+  double allowance_;                          ///< Messages that the page may send now,
+  Clock::time_point counted_ = Clock::now();  ///< as of then.
 };
 
 }  // namespace thenar::window

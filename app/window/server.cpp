@@ -188,6 +188,10 @@ void WindowServer::set_status(std::string status) {
   impl_->tell([&](News& news) { replace(news.status, std::move(status)); });
 }
 
+void WindowServer::set_grasps(std::string grasps) {
+  impl_->tell([&](News& news) { replace(news.grasps, std::move(grasps)); });
+}
+
 void WindowServer::show(std::string state) {
   impl_->tell([&](News& news) { replace(news.state, std::move(state)); });
 }

@@ -36,6 +36,8 @@ class WindowServer {
   void set_scene(std::string scene, std::string geometry);
   /// The newest status, which every page gets.
   void set_status(std::string status);
+  /// What a search for grasps has found, or how far it is, which every page gets, too.
+  void set_grasps(std::string grasps);
   /// The newest state, for pages that ask.
   void show(std::string state);
   /// How many pages are connected.

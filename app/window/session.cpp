@@ -15,7 +15,9 @@
 #include <variant>
 #include <vector>
 
+#include "app/window/live_grasps.h"
 #include "app/window/live_settings.h"
+#include "app/window/live_verdict.h"
 #include "app/window/reference.h"
 #include "app/window/telemetry.h"
 #include "engine/loops/live_contact.h"
@@ -23,10 +25,8 @@
 #include "engine/loops/realtime.h"
 #include "engine/loops/split_grasp.h"
 #include "engine/loops/threads.h"
-#include "engine/results/grasp_monitor.h"
 #include "engine/results/recorder.h"
 #include "engine/results/recording_file.h"
-#include "engine/results/warnings.h"
 
 namespace thenar::window {
 
@@ -40,12 +40,8 @@ constexpr std::chrono::milliseconds kIdle{20};
 constexpr double kOldest_s = 10.0;  // Of input: what claims to be older has another clock.
 // So long does a run last at least: wishes that pour in must not keep the loops from running.
 constexpr std::int64_t kShortestRun_ns = 50'000'000;
-// With other fingertips pages and a recording get the scene again, 1.1 MB: not more often than this.
-constexpr std::int64_t kFingertipsRest_ns = 1'000'000'000;
-// A monitor sums up slip. In a run without end it begins again from time to time, so that years of creep do not count
-// as a loss; and soon after something went wrong, to tell when the object is held again.
-constexpr double kWatch_s = 10.0, kWatchFailed_s = 3.0;
-constexpr double kJudge_s = 0.1;  // Simulated time from one verdict to the next.
+// With other fingertips or another grasp pages and a recording get the scene again, 1.1 MB: not more often than this.
+constexpr std::int64_t kSceneRest_ns = 1'000'000'000;
 
 }  // namespace
 
@@ -54,6 +50,7 @@ struct Session::Impl {
 
   // The server's thread:
   std::string receive(const Message& message);
+  void let_go();
   template <typename Change>
   void want(const Change& change);
   void send(const std::optional<double>& stamp_s);
@@ -62,13 +59,13 @@ struct Session::Impl {
   void run(const Display& shown_on, const std::atomic<bool>& stop);
   void heed_wanted();
   void change_scene(const LiveSettings& before);
+  void begin_with(const Take& wish);
   void reset();
   [[nodiscard]] ControlSample first_control() const;
   void run_loops(const std::atomic<bool>& stop);
   void do_step();
   void wait_idle();
   bool see(const ContactSample& sample, const ControlSample& control);
-  void watch(TickRecord& tick, const ControlSample& control);
   void look_aside();
   void show(const Picture& picture, TickRecord tick, const Eigen::VectorXd& muscle_forces_N);
   void show_still();
@@ -88,6 +85,8 @@ struct Session::Impl {
   std::condition_variable woken;
   std::atomic<bool> changed{false};
 
+  LiveGrasps grasps;
+
   // The server's thread's.
   LiveInput input;
 
@@ -105,21 +104,16 @@ struct Session::Impl {
   Pairing pairing;
   Telemetry telemetry;
   Reference reference;
-  std::optional<GraspMonitor> monitor;
-  double watch_from_s = 0.0, judged_s = 0.0, found_s = 0.0;
-  Verdict judged;  ///< What is shown: the last that was not held, until a whole watch has found nothing.
-  std::optional<Warnings> warnings;
+  LiveVerdict verdict;
   std::size_t shown_warnings = 0;
   std::optional<std::string> note;
   std::string scheduling;
   std::string status;  ///< As it was shown last, and
   Verdict shown;       ///< the verdict in it.
   TickRecord last_tick;
-  RunSums sums;                        ///< Of all ticks; the monitor begins again.
-  std::int64_t unaccounted = 0;        ///< The most of any grasp.
-  std::int64_t missed = 0;             ///< Lost records that the monitor knows of.
-  std::int64_t fingertips_due_ns = 0;  ///< When they may change again,
-  bool fingertips_wait = false;        ///< which is wished for.
+  std::int64_t unaccounted = 0;   ///< The most of any grasp.
+  std::int64_t scene_due_ns = 0;  ///< When pages may get another scene,
+  bool scene_waits = false;       ///< which is wished for.
   bool still_shown = false;
   std::string bytes;
 };
@@ -127,10 +121,12 @@ struct Session::Impl {
 Session::Impl::Impl(Model m, const SessionSettings& s)
     : settings(s),
       core(s.realtime, s.core),
+      grasps(m, s.asked, !s.record.empty()),
       model(std::move(m)),
       hands(model),
-      pairing([this](const ContactSample& sample, const ControlSample& control) { return see(sample, control); }) {
-  wanted.settings = heeded.settings = live_settings(model);
+      pairing([this](const ContactSample& sample, const ControlSample& control) { return see(sample, control); }),
+      verdict(model) {
+  wanted.settings = wanted.begun = heeded.settings = live_settings(model);
   reset();
   if (!settings.record.empty()) recording.emplace(settings.record, model);
 }
@@ -169,11 +165,18 @@ std::string Session::Impl::receive(const Message& message) {
         }
       });
     } else if constexpr (std::is_same_v<Kind, Reset>) {
-      input.pull.reset();
-      input.target_shift_m.setZero();
-      input.target_turn_rad.setZero();
-      send({});
+      let_go();
       want([](Wanted& w) { w.reset = true; });
+    } else if constexpr (std::is_same_v<Kind, Find>) {
+      const std::lock_guard lock(mutex);
+      refusal = grasps.find(m, wanted.begun, wanted.settings);
+    } else if constexpr (std::is_same_v<Kind, StopFinding>) {
+      refusal = grasps.stop();
+    } else if constexpr (std::is_same_v<Kind, Take>) {
+      refusal = grasps.check(m);
+      if (!refusal.empty()) return;
+      let_go();
+      want([&](Wanted& w) { w.take = m; });
     } else if constexpr (std::is_same_v<Kind, Speed>) {
       want([&](Wanted& w) { w.speed = m.value; });
     } else if constexpr (std::is_same_v<Kind, Set>) {
@@ -184,6 +187,13 @@ std::string Session::Impl::receive(const Message& message) {
   };
   std::visit(heed, message);
   return refusal;
+}
+
+void Session::Impl::let_go() {
+  input.pull.reset();
+  input.target_shift_m.setZero();
+  input.target_turn_rad.setZero();
+  send({});
 }
 
 template <typename Change>
@@ -229,30 +239,50 @@ void Session::Impl::run(const Display& shown_on, const std::atomic<bool>& stop) 
 
 void Session::Impl::heed_wanted() {
   changed.store(false, std::memory_order_relaxed);
+  const bool scene_due = steady_now_ns() >= scene_due_ns;
   Wanted now;
   {
     const std::lock_guard lock(mutex);
     now = wanted;
     wanted.steps = 0;
     wanted.reset = false;
+    if (scene_due) wanted.take.reset();
   }
   now.steps = now.paused ? std::min(now.steps + heeded.steps, 100) : 0;
-  fingertips_wait = !same_fingertips(now.settings, heeded.settings) && steady_now_ns() < fingertips_due_ns;
-  if (fingertips_wait) {
+  scene_waits = !scene_due && (now.take || !same_fingertips(now.settings, heeded.settings));
+  if (!scene_due) {
     now.settings.kernel = heeded.settings.kernel;
     now.settings.level = heeded.settings.level;
+    now.take.reset();
   }
   const LiveSettings before = std::exchange(heeded, now).settings;
   const bool other_scene = !(now.settings == before);
   if (other_scene) change_scene(before);
+  if (now.take) return begin_with(*now.take);
   // A start that no forces hold may be held by others.
   if (now.reset || (other_scene && !can_run)) reset();
+}
+
+/// Begins again, with a grasp that was found, or as the scene itself began.
+void Session::Impl::begin_with(const Take& wish) {
+  std::optional<Model> next = grasps.take(wish);
+  if (!next) return;
+  next->object_notes = std::move(model.object_notes);
+  model = std::move(*next);
+  scene_due_ns = steady_now_ns() + kSceneRest_ns;
+  {
+    const std::lock_guard lock(mutex);
+    wanted.settings = wanted.begun = heeded.settings = live_settings(model);
+  }
+  reset();
+  show_scene();
+  if (recording) recording->add_scene(model, 0.0);
 }
 
 void Session::Impl::change_scene(const LiveSettings& before) {
   const LiveSettings& wished = heeded.settings;
   const bool other_fingertips = !same_fingertips(wished, before);
-  if (other_fingertips) fingertips_due_ns = steady_now_ns() + kFingertipsRest_ns;
+  if (other_fingertips) scene_due_ns = steady_now_ns() + kSceneRest_ns;
   std::optional<Model> old;
   if (other_fingertips || wished.contact_Hz != before.contact_Hz) old = model;
   apply(before, wished, model);
@@ -261,10 +291,9 @@ void Session::Impl::change_scene(const LiveSettings& before) {
     grasp = std::make_unique<SplitGrasp>(model, *old, *grasp);
     live = std::make_unique<LiveContact>(model, inputs, hands);
     pairing.start(first_control());
-    for (double* const since_s : {&watch_from_s, &judged_s, &found_s}) *since_s += time_s() - old_now_s;
-    monitor.emplace(model);  // Its memory is as long as the steps are short.
+    verdict.renew_monitor(time_s() - old_now_s);  // Its memory is as long as the steps are short.
   }
-  warnings.emplace(model);
+  verdict.renew_warnings();
   grasp->heed_scene();
   grasp->hold_frames_back(wished.delay_periods);
   if (other_fingertips && display != nullptr) show_scene();
@@ -280,12 +309,7 @@ void Session::Impl::reset() {
   grasp->hold_frames_back(heeded.settings.delay_periods);
   live = std::make_unique<LiveContact>(model, inputs, hands);
   telemetry = Telemetry();
-  missed = 0;
-  monitor.emplace(model);
-  watch_from_s = judged_s = found_s = 0.0;
-  sums = {};
-  judged = {};
-  warnings.emplace(model);
+  verdict.reset();
   note.reset();
   can_run = grasp->first_control().grasp == GraspStatus::kOptimal;
   if (!can_run) note = "no grasp forces hold the object at the start: change the scene, or reset";
@@ -341,14 +365,13 @@ void Session::Impl::run_loops(const std::atomic<bool>& stop) {
   };
   threads.on_look = [&] {
     look_aside();
-    if (const std::int64_t lost = telemetry.lost(); lost > missed) {
-      monitor->miss(fmt::format("the records of {} ticks were lost: nobody saw what they did", lost - missed));
-      missed = lost;
-    }
+    verdict.miss(telemetry.lost());
     // All else stays in a run.
-    if (in_words(judged) != in_words(shown) || warnings->sentences().size() != shown_warnings) show_status(true);
+    if (in_words(verdict.verdict()) != in_words(shown) || verdict.warnings().size() != shown_warnings) {
+      show_status(true);
+    }
     const bool may_end = steady_now_ns() - begin_ns > kShortestRun_ns;
-    const bool fingertips_due = fingertips_wait && steady_now_ns() >= fingertips_due_ns;
+    const bool fingertips_due = scene_waits && steady_now_ns() >= scene_due_ns;
     return !stop && !(may_end && (fingertips_due || changed.load(std::memory_order_relaxed)));
   };
   const ThreadsReport report = run_threads(*grasp, threads);
@@ -386,6 +409,7 @@ void Session::Impl::do_step() {
 }
 
 void Session::Impl::wait_idle() {
+  grasps.show(display->set_grasps);
   if (!still_shown && is_watched()) show_still();
   std::unique_lock lock(mutex);
   woken.wait_for(lock, kIdle, [this] { return changed.load(std::memory_order_relaxed); });
@@ -395,7 +419,7 @@ void Session::Impl::wait_idle() {
 bool Session::Impl::see(const ContactSample& sample, const ControlSample& control) {
   TickRecord tick = tick_record(model, sample.after, sample.step.tick, control.step.control);
   record_control(control.step.control, tick);
-  watch(tick, control);
+  verdict.add(tick, control);
   last_tick = tick;
   if (!sample.shown) return true;
   live->pictures.take();
@@ -405,35 +429,12 @@ bool Session::Impl::see(const ContactSample& sample, const ControlSample& contro
   return true;
 }
 
-/// Judges the grasp, and sums up what the ticks report.
-void Session::Impl::watch(TickRecord& tick, const ControlSample& control) {
-  sums.add(tick);
-  if (tick.contact.handed_over) {
-    monitor->add(tick.time_s - model.scene.step_s, control.step.control, control.muscle_forces_N);
-  }
-  warnings->add(tick);
-  monitor->add(tick);
-  const bool watched = tick.time_s - watch_from_s > (judged.outcome == Outcome::kHeld ? kWatch_s : kWatchFailed_s);
-  if (!watched && !monitor->lost() && tick.time_s - judged_s < kJudge_s) return;
-  judged_s = tick.time_s;
-  Verdict verdict = monitor->verdict();
-  const bool failed = verdict.outcome != Outcome::kHeld;
-  // Of one trouble the gravest word stays.
-  const bool graver = verdict.outcome >= judged.outcome || tick.time_s - found_s > kWatchFailed_s;
-  if (failed ? graver : watched) {
-    judged = std::move(verdict);
-    found_s = tick.time_s;
-  }
-  if (!failed && !watched) return;
-  monitor.emplace(model);
-  watch_from_s = tick.time_s;
-}
-
 /// What is done aside while the loops run.
 void Session::Impl::look_aside() {
   live->watched.store(is_watched(), std::memory_order_relaxed);
   if (live->problems.take()) reference.offer(model, live->problems.current());
   if (const auto result = reference.take_result()) telemetry.set_reference(result->error, result->residual);
+  grasps.show(display->set_grasps);
 }
 
 void Session::Impl::show(const Picture& picture, TickRecord tick, const Eigen::VectorXd& muscle_forces_N) {
@@ -459,16 +460,16 @@ void Session::Impl::show_still() {
 void Session::Impl::show_scene() { display->set_scene(scene_message(model, true).dump(), geometry_message(model)); }
 
 void Session::Impl::show_status(bool running) {
-  shown = judged;
-  const std::vector<std::string> sentences = warnings->sentences();
+  shown = verdict.verdict();
+  const std::vector<std::string> sentences = verdict.warnings();
   shown_warnings = sentences.size();
   const auto or_null = [](const auto& text) { return text ? ordered_json(*text) : ordered_json(nullptr); };
   const ordered_json json = {{"type", "status"},
                              {"running", running},
                              {"paused", heeded.paused},
                              {"speed", heeded.speed},
-                             {"outcome", to_string(judged.outcome)},
-                             {"reason", judged.reason},
+                             {"outcome", to_string(shown.outcome)},
+                             {"reason", shown.reason},
                              {"warnings", sentences},
                              {"note", or_null(note)},
                              {"scheduling", scheduling},

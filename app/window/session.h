@@ -4,9 +4,11 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 
+#include "app/window/grasp_search.h"
 #include "app/window/message.h"
 #include "app/window/server.h"
 #include "engine/grasp/model.h"
@@ -19,12 +21,15 @@ struct SessionSettings {
   int core = -1;                 ///< The contact thread's; -1: the last.
   bool quiet = false;            ///< Log nothing.
   std::filesystem::path record;  ///< What is shown goes into this recording, too; empty: none.
+  /// What grasps are searched for. Nothing: the scene that runs, all that it asks of a grasp left open.
+  std::optional<AskedScene> asked;
 };
 
 /// Where a session shows itself, as WindowServer has it.
 struct Display {
   std::function<void(std::string scene, std::string geometry)> set_scene;
   std::function<void(std::string status)> set_status;
+  std::function<void(std::string grasps)> set_grasps;
   std::function<void(std::string state)> show;
   std::function<int()> pages;
 };
@@ -34,7 +39,8 @@ struct Display {
 /// Inputs (pull, poke, target) go from the server's thread to the contact thread through a buffer that cannot block.
 /// All else (pause, step, reset, speed, changes of the scene) takes effect between two runs of the loops: they are
 /// stopped, the scene is changed while nobody reads it, and they go on from the state and with the controller's memory
-/// that they left.
+/// that they left. Grasps are searched meanwhile, on a thread that gives way to all others; one that is taken is a
+/// change of the scene with which all begins again.
 ///
 /// With `realtime`, and two cores or more, one core is the contact thread's alone as long as the session lives: the
 /// thread that makes it, and what that starts from then on, keeps to the others.
@@ -53,6 +59,7 @@ class Session {
   void run(WindowServer& server, const std::atomic<bool>& stop) {
     run({[&](std::string scene, std::string geometry) { server.set_scene(std::move(scene), std::move(geometry)); },
          [&](std::string status) { server.set_status(std::move(status)); },
+         [&](std::string grasps) { server.set_grasps(std::move(grasps)); },
          [&](std::string state) { server.show(std::move(state)); }, [&] { return server.pages(); }},
         stop);
   }

@@ -8,6 +8,8 @@
 #include "engine/finder/effort.h"
 #include "engine/finder/hand_body.h"
 #include "engine/finder/pinch.h"
+#include "engine/finder/pressed_shape.h"
+#include "engine/grasp/pulp_touch.h"
 
 namespace thenar {
 
@@ -43,9 +45,12 @@ class Carry {
         contacts_(hand.fingers()),
         n_(hand.fingers(), Vector3d::Zero()) {
     forward_kinematics(hand_, q_, pose_);
-    reach_m_ = PerFinger<double>(hand_.fingers());
+    reach_m_ = depth_m_ = PerFinger<double>(hand_.fingers());
+    ball_ = PerFinger<PulpBall>(hand_.fingers());
     for (int k = 0; k < hand_.fingers(); ++k) {
-      reach_m_[k] = hand_.fingertips[k].radius_m - grasp.places[k].depth_m;
+      ball_[k] = {hand_.fingertips[k].centre_m, hand_.fingertips[k].radius_m};
+      depth_m_[k] = grasp.places[k].depth_m;
+      reach_m_[k] = ball_[k].radius_m - depth_m_[k];
       (void)touch(k);
     }
   }
@@ -73,7 +78,7 @@ class Carry {
   [[nodiscard]] bool look(const PatchMeter& patches) {
     constexpr double kLeastPatch = 0.6;
     for (int k = 0; k < hand_.fingers(); ++k) {
-      contacts_[k] = pressed_contact(problem_.object, X_WO_, centre_m(k), hand_.fingertips[k].radius_m);
+      contacts_[k] = pressed_contact(problem_.object, X_WO_, hand_.fingertips[k], pose_.distal(hand_, k));
       const Vector3d normal = pose_.distal(hand_, k).linear() * hand_.fingertips[k].normal;
       if (normal.dot(n_[k]) < std::cos(kFacing_rad + 0.2)) return false;
       if (patches.share(X_WO_.inverse() * contacts_[k].point_m) < kLeastPatch) return false;
@@ -93,7 +98,7 @@ class Carry {
   [[nodiscard]] const std::vector<GraspContact>& contacts() const { return contacts_; }
 
  private:
-  [[nodiscard]] Vector3d centre_m(int k) const { return pose_.distal(hand_, k) * hand_.fingertips[k].centre_m; }
+  [[nodiscard]] Vector3d centre_m(int k) const { return pose_.distal(hand_, k) * ball_[k].centre_m; }
 
   /// The joints of finger k so that where it touches moves by `way_m`, each by as little as that takes.
   void move(int k, const Vector3d& way_m) {
@@ -106,6 +111,10 @@ class Carry {
 
   /// Where finger k touches now; returns its gap.
   double touch(int k) {
+    if (hand_.fingertips[k].shape) {
+      ball_[k] = touching_ball(hand_.fingertips[k], problem_.object, X_WO_.inverse() * pose_.distal(hand_, k));
+      reach_m_[k] = ball_[k].radius_m - depth_m_[k];
+    }
     const SurfaceDistance at =
         *problem_.object.distance(X_WO_.inverse() * centre_m(k), std::numeric_limits<double>::infinity());
     n_[k] = -(X_WO_.linear() * at.normal);
@@ -118,8 +127,9 @@ class Carry {
   Eigen::Isometry3d X_WO_;
   HandPose pose_;
   std::vector<GraspContact> contacts_;
-  PerFinger<Vector3d> n_;  ///< Into the object.
-  PerFinger<double> reach_m_;
+  PerFinger<Vector3d> n_;     ///< Into the object.
+  PerFinger<PulpBall> ball_;  ///< That each pulp is like where it touches.
+  PerFinger<double> depth_m_, reach_m_;
 };
 
 /// What carrying in one direction comes to.

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "engine/finder/pinch.h"
+#include "engine/grasp/pulp_touch.h"
 
 namespace thenar {
 
@@ -81,24 +82,33 @@ void StanceFit::look(const Stance& stance, const FitTarget& target, bool with_sl
   for (int k = 0; k < hand_.fingers(); ++k) {
     Finger& finger = fingers_[k];
     finger.pulp = pulp_pose(hand_, pose_, k);
-    finger.p_O = X_WO_.inverse() * finger.pulp.centre_m;
-    const SurfaceDistance at = distance(finger.p_O);
-    finger.gap_m = at.distance_m - hand_.fingertips[k].radius_m + target.depth_m[k];
+    finger.c_O = X_WO_.inverse() * finger.pulp.centre_m;
+    const Fingertip& tip = hand_.fingertips[k];
+    const Isometry3d& X_WF = pose_.distal(hand_, k);
+    const PulpBall ball =
+        tip.shape ? touching_ball(tip, object_, X_WO_.inverse() * X_WF) : PulpBall{tip.centre_m, tip.radius_m};
+    const Vector3d ball_m = tip.shape ? Vector3d(X_WF * ball.centre_m) : finger.pulp.centre_m;
+    const Vector3d p_O = tip.shape ? Vector3d(X_WO_.inverse() * ball_m) : finger.c_O;
+    const SurfaceDistance at = distance(p_O);
+    finger.gap_m = at.distance_m - ball.radius_m + target.depth_m[k];
     finger.point_O = at.point_m;
     finger.normal_O = at.normal;
     finger.n_W = R * at.normal;
     if (!with_slopes) continue;
     Matrix3d slope;
     for (int i = 0; i < 3; ++i) {
-      slope.col(i) = (distance(finger.p_O + kSlope_m * Vector3d::Unit(i)).normal - at.normal) / kSlope_m;
+      slope.col(i) = (distance(p_O + kSlope_m * Vector3d::Unit(i)).normal - at.normal) / kSlope_m;
     }
-    const Fingertip& tip = hand_.fingertips[k];
     finger.C = finger.M = finger.G = finger.N = Rows::Zero(3, unknowns_);
     finger.C.middleCols(tip.first_joint, tip.joints) = finger.pulp.J_centre.leftCols(tip.joints);
     finger.M.middleCols(tip.first_joint, tip.joints) = finger.pulp.J_normal.leftCols(tip.joints);
     finger.G = finger.C;
+    if (tip.shape) {
+      const FingerJacobian J = finger_jacobian(hand_, pose_, k, ball_m);
+      finger.G.middleCols(tip.first_joint, tip.joints) = J.leftCols(tip.joints);
+    }
     finger.G.middleCols<3>(joints) = -Matrix3d::Identity();
-    finger.G.middleCols<3>(joints + 3) = cross(finger.pulp.centre_m - X_WO_.translation());
+    finger.G.middleCols<3>(joints + 3) = cross(ball_m - X_WO_.translation());
     finger.N = R * slope * R.transpose() * finger.G;
     finger.N.middleCols<3>(joints + 3) -= cross(finger.n_W);
   }
@@ -165,6 +175,19 @@ void StanceFit::add_balance(const FitTarget& target, NormalEquations& sum) const
   for (int i = 0; i < 3; ++i) sum.add(off_m[i] / kCentre_m, off.row(i).transpose() / kCentre_m);
 }
 
+void StanceFit::add_way(const BodyPoint& point, const Vector3d& p_W, const Vector3d& d, Unknowns& row) const {
+  if (point.segment < 0) return;
+  const int first = hand_.fingertips[point.finger].first_joint;
+  if (hand_.segments[point.segment].followers > 0) {
+    const FingerJacobian J = segment_jacobian(hand_, pose_, hand_.segments[point.segment], p_W);
+    row.segment(first, point.joints) += J.leftCols(point.joints).transpose() * d;
+    return;
+  }
+  for (int j = first; j < first + point.joints; ++j) {
+    row[j] += pose_.axis[j].cross(p_W - pose_.origin_m[j]).dot(d);
+  }
+}
+
 void StanceFit::add_body(const Stance& stance, NormalEquations& sum) const {
   const Index joints = stance.q.size();
   for (const BodyPoint& point : body_) {
@@ -177,10 +200,7 @@ void StanceFit::add_body(const Stance& stance, NormalEquations& sum) const {
     Unknowns row = Unknowns::Zero(unknowns_);
     row.segment<3>(joints) = n_W;
     row.tail<3>() = (p_W - X_WO_.translation()).cross(n_W);
-    const int first = hand_.fingertips[point.finger].first_joint;
-    for (int j = 0; j < point.joints; ++j) {
-      row[first + j] = -pose_.axis[first + j].cross(p_W - pose_.origin_m[first + j]).dot(n_W);
-    }
+    add_way(point, p_W, -n_W, row);
     sum.add_hinge(point.clearance_m - at.distance_m, kBody_m, row);
   }
 }
@@ -189,9 +209,9 @@ void StanceFit::add_apart(NormalEquations& sum) const {
   for (int k = 0; k < hand_.fingers(); ++k) {
     for (int other = 0; other < k; ++other) {
       const Vector3d v = fingers_[k].pulp.centre_m - fingers_[other].pulp.centre_m;
-      const double least_m = hand_.fingertips[k].radius_m + hand_.fingertips[other].radius_m;
-      if (v.squaredNorm() >= least_m * least_m || v.squaredNorm() == 0.0) continue;
       const Vector3d d = v.normalized();
+      const double least_m = touching_m(hand_, pose_, k, other, d);
+      if (v.squaredNorm() >= least_m * least_m || v.squaredNorm() == 0.0) continue;
       sum.add_hinge(least_m - v.norm(), kApart_m, (fingers_[other].C - fingers_[k].C).transpose() * d);
     }
   }
@@ -204,14 +224,8 @@ void StanceFit::add_bones(NormalEquations& sum) {
     if (v.squaredNorm() >= pair.least_m * pair.least_m || v.squaredNorm() == 0.0) continue;
     const Vector3d d = v.normalized();
     Unknowns row = Unknowns::Zero(unknowns_);
-    const auto add = [&](int i, double sign) {
-      const int first = hand_.fingertips[bones_.points[i].finger].first_joint;
-      for (int j = first; j < first + bones_.points[i].joints; ++j) {
-        row[j] += sign * pose_.axis[j].cross(bones_W_[i] - pose_.origin_m[j]).dot(d);
-      }
-    };
-    add(pair.a, -1.0);
-    add(pair.b, 1.0);
+    add_way(bones_.points[pair.a], bones_W_[pair.a], -d, row);
+    add_way(bones_.points[pair.b], bones_W_[pair.b], d, row);
     sum.add_hinge(pair.least_m - v.norm(), kBody_m, row);
   }
 }
@@ -296,7 +310,10 @@ double StanceFit::rough_cost(const Stance& stance, const HandPose& pose, const F
     const Fingertip& tip = hand_.fingertips[k];
     const Isometry3d& X_WF = pose.distal(hand_, k);
     const SurfaceDistance at = distance(X_OW * (X_WF * tip.centre_m));
-    const double gap_m = at.distance_m - tip.radius_m + target.depth_m[k];
+    const double reach_m =
+        tip.shape ? extent_m(*tip.shape, X_WF.linear().transpose() * (X_OW.linear().transpose() * at.normal))
+                  : tip.radius_m;
+    const double gap_m = at.distance_m - reach_m + target.depth_m[k];
     cost += gap_m * gap_m / (kRoughGap_m * kRoughGap_m);
     const double cosine = -(X_OW.linear() * (X_WF.linear() * tip.normal)).dot(at.normal);
     cost += std::pow(beyond(std::cos(kFacing_rad), cosine) / 0.2, 2);
@@ -335,10 +352,11 @@ FitFaults StanceFit::faults(const Stance& stance, const FitTarget& target) {
       faults.facing_rad = over_rad;
       faults.facing_finger = k;
     }
-    if (k != target.opposer) middle_O += finger.p_O / std::max(1, others);
+    if (k != target.opposer) middle_O += finger.c_O / std::max(1, others);
     for (int other = 0; other < k; ++other) {
-      const double apart_m = (finger.p_O - fingers_[other].p_O).norm();
-      const double least_m = hand_.fingertips[k].radius_m + hand_.fingertips[other].radius_m;
+      const double apart_m = (finger.c_O - fingers_[other].c_O).norm();
+      const Vector3d d = (finger.pulp.centre_m - fingers_[other].pulp.centre_m).normalized();
+      const double least_m = touching_m(hand_, pose_, k, other, d);
       faults.apart_m = std::max(faults.apart_m, beyond(least_m - apart_m, kMostApart_m));
     }
   }
@@ -363,8 +381,8 @@ FitFaults StanceFit::faults(const Stance& stance, const FitTarget& target) {
     faults.limit_rad = std::max(faults.limit_rad, over_rad);
   }
   const GraspWish& wish = target.wish;
-  const Vector3d u_O = (middle_O - fingers_[target.opposer].p_O).normalized();
-  const Vector3d centre_O = 0.5 * (middle_O + fingers_[target.opposer].p_O);
+  const Vector3d u_O = (middle_O - fingers_[target.opposer].c_O).normalized();
+  const Vector3d centre_O = 0.5 * (middle_O + fingers_[target.opposer].c_O);
   const auto angle = [](double cosine) { return std::acos(std::clamp(cosine, -1.0, 1.0)); };
   if (wish.axis_O) faults.axis_rad = beyond(angle(std::abs(u_O.dot(*wish.axis_O))), kMostAxis_rad);
   if (wish.at_O) faults.at_m = beyond((centre_O - *wish.at_O).norm(), kMostAt_m);

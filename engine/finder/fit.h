@@ -80,6 +80,8 @@ class StanceFit {
   void add_balance(const FitTarget& target, NormalEquations& sum) const;
   void add_body(const Stance& stance, NormalEquations& sum) const;
   void add_apart(NormalEquations& sum) const;
+  /// How a point of the hand moves along d with the joints.
+  void add_way(const BodyPoint& point, const Eigen::Vector3d& p_W, const Eigen::Vector3d& d, Unknowns& row) const;
   void add_bones(NormalEquations& sum);
   void add_limits(const Stance& stance, const FitTarget& target, NormalEquations& sum) const;
   void add_wishes(const Stance& stance, const FitTarget& target, NormalEquations& sum) const;
@@ -90,8 +92,8 @@ class StanceFit {
   struct Finger {
     PulpPose pulp;
     double gap_m = 0.0;
-    Eigen::Vector3d p_O = Eigen::Vector3d::Zero(), point_O = p_O, normal_O = p_O, n_W = p_O;
-    Rows G;  ///< The pulp's centre against the object.
+    Eigen::Vector3d c_O = Eigen::Vector3d::Zero(), point_O = c_O, normal_O = c_O, n_W = c_O;
+    Rows G;  ///< Where it touches, at the middle of the ball there, against the object.
     Rows N;  ///< The surface's normal at it.
     Rows M;  ///< The pulp's mean normal.
     Rows C;  ///< The pulp's centre in the world.

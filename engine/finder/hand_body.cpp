@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "engine/grasp/frame.h"
+#include "engine/grasp/pulp_touch.h"
 
 namespace thenar {
 
@@ -44,7 +45,8 @@ std::vector<BodyPoint> hand_body(const Hand& hand) {
     }
     // Up to where the pulp begins.
     const double reach_m = tip.centre_m.norm();
-    const Vector3d to_m = tip.centre_m * std::max(0.0, 1.0 - 0.6 * tip.radius_m / std::max(reach_m, 1e-9));
+    const double along_m = extent_m(tip, tip.centre_m.normalized());
+    const Vector3d to_m = tip.centre_m * std::max(0.0, 1.0 - 0.6 * along_m / std::max(reach_m, 1e-9));
     BodyPoint end = point;
     end.clearance_m = kTipThickness * tip.radius_m;
     add_bar(end, Vector3d::Zero(), to_m, body);
@@ -106,8 +108,21 @@ PulpPose pulp_pose(const Hand& hand, const HandPose& pose, int finger) {
   PulpPose pulp{X_WF * tip.centre_m, X_WF.linear() * tip.normal, {}, {}};
   pulp.J_centre = finger_jacobian(hand, pose, finger, pulp.centre_m);
   pulp.J_normal = FingerJacobian::Zero(3, pulp.J_centre.cols());
+  if (tip.followers > 0) {
+    const FingerJacobian axes = turning_axes(hand, pose, finger);
+    for (int j = 0; j < tip.joints; ++j) pulp.J_normal.col(j) = Vector3d(axes.col(j)).cross(pulp.normal);
+    return pulp;
+  }
   for (int j = 0; j < tip.joints; ++j) pulp.J_normal.col(j) = pose.axis[tip.first_joint + j].cross(pulp.normal);
   return pulp;
+}
+
+double touching_m(const Hand& hand, const HandPose& pose, int one, int other, const Vector3d& d) {
+  const auto reach_m = [&](int k) {
+    const Fingertip& tip = hand.fingertips[k];
+    return tip.shape ? extent_m(*tip.shape, pose.distal(hand, k).linear().transpose() * d) : tip.radius_m;
+  };
+  return reach_m(one) + reach_m(other);
 }
 
 double dexterity(const Hand& hand, const HandPose& pose, int finger, const Vector3d& x_m) {
@@ -156,7 +171,7 @@ Hand hand_of(const Hand& hand, std::vector<int> fingers) {
   std::sort(fingers.begin(), fingers.end());
   Hand part;
   part.mirrored = hand.mirrored;
-  std::vector<int> finger_of(hand.fingertips.size(), -1), joint_of(hand.joints.size(), -1);
+  std::vector<int> finger_of(hand.fingertips.size(), -1), joint_of(hand.joints.size() + hand.followers.size(), -1);
   for (const int k : fingers) {
     finger_of[k] = part.fingers();
     Fingertip tip = hand.fingertips[k];
@@ -166,7 +181,18 @@ Hand hand_of(const Hand& hand, std::vector<int> fingers) {
       joint_of[j] = static_cast<int>(part.joints.size());
       part.joints.push_back(hand.joints[j]);
     }
+    tip.first_follower = static_cast<int>(part.followers.size());
+    for (int i = 0; i < tip.followers; ++i) {
+      part.followers.push_back(hand.followers[hand.fingertips[k].first_follower + i]);
+      part.followers.back().leader = joint_of[part.followers.back().leader];
+    }
     part.fingertips.push_back(tip);
+  }
+  for (const int k : fingers) {
+    for (int i = 0; i < hand.fingertips[k].followers; ++i) {
+      joint_of[hand.joints.size() + hand.fingertips[k].first_follower + i] =
+          static_cast<int>(part.joints.size()) + part.fingertips[finger_of[k]].first_follower + i;
+    }
   }
   // The palm, which no joint moves, belongs to all.
   std::vector<int> segment_of(hand.segments.size(), -1);

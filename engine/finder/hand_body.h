@@ -56,6 +56,9 @@ struct PulpPose {
 };
 [[nodiscard]] PulpPose pulp_pose(const Hand& hand, const HandPose& pose, int finger);
 
+/// How far the centres of two pulps are from each other where they touch on the line d (unit, world) between them.
+[[nodiscard]] double touching_m(const Hand& hand, const HandPose& pose, int one, int other, const Eigen::Vector3d& d);
+
 /// How far finger k is from being stretched or folded at its point x: the least over the largest singular value of its
 /// Jacobian there. Near 0 no torque pushes x in some direction, and the slightest push there turns joints far.
 [[nodiscard]] double dexterity(const Hand& hand, const HandPose& pose, int finger, const Eigen::Vector3d& x_m);

@@ -6,6 +6,7 @@
 
 #include "collision/blue_noise.h"
 #include "engine/finder/least_squares.h"
+#include "engine/grasp/pulp_touch.h"
 
 namespace thenar {
 
@@ -86,7 +87,7 @@ class PinchFit {
 
   [[nodiscard]] Vector3d gap_middle_m() const {
     const Vector3d v = middle_m_ - pulps_[opposer_].centre_m;
-    const Vector3d from_m = pulps_[opposer_].centre_m + hand_.fingertips[opposer_].radius_m * v.normalized();
+    const Vector3d from_m = pulps_[opposer_].centre_m + thick_m(opposer_) * v.normalized();
     return from_m + 0.5 * (v.norm() - radii_m()) * v.normalized();
   }
 
@@ -101,11 +102,14 @@ class PinchFit {
     }
   }
 
-  /// The opposer's radius and the mean of the others'.
+  /// How far a pulp reaches where it faces.
+  [[nodiscard]] double thick_m(int k) const { return extent_m(hand_.fingertips[k], hand_.fingertips[k].normal); }
+
+  /// The opposer's reach and the mean of the others'.
   [[nodiscard]] double radii_m() const {
-    double sum = hand_.fingertips[opposer_].radius_m;
+    double sum = thick_m(opposer_);
     for (int k = 0; k < hand_.fingers(); ++k) {
-      if (k != opposer_) sum += hand_.fingertips[k].radius_m / (hand_.fingers() - 1);
+      if (k != opposer_) sum += thick_m(k) / (hand_.fingers() - 1);
     }
     return sum;
   }
@@ -131,7 +135,7 @@ class PinchFit {
     Unknowns row = Unknowns::Zero(sum.Jr.size());
     add(k, -d.transpose() * pulps_[k].J_centre, row);
     add(other, d.transpose() * pulps_[other].J_centre, row);
-    sum.add_hinge(hand_.fingertips[k].radius_m + hand_.fingertips[other].radius_m - v.norm(), kApart_m, row);
+    sum.add_hinge(touching_m(hand_, pose_, k, other, d) - v.norm(), kApart_m, row);
   }
 
   void keep_limits(const JointVector& q, NormalEquations& sum) const {

@@ -9,6 +9,7 @@
 #include "engine/finder/effort.h"
 #include "engine/finder/hand_body.h"
 #include "engine/finder/pinch.h"
+#include "engine/finder/pressed_shape.h"
 #include "engine/finder/wrench_space.h"
 #include "engine/grasp/frame.h"
 
@@ -107,26 +108,6 @@ double cost_of(const FoundGrasp& grasp) {
   return cost;
 }
 
-double pressed_depth_m(const std::optional<PulpMaterial>& material, double radius_m, double force_N) {
-  if (!material) return 0.0;
-  const double E_Pa = material->reduced_modulus_Pa / softness(*material, force_N);
-  const double depth_m = std::pow(0.75 * std::max(0.0, force_N) / (E_Pa * std::sqrt(radius_m)), 2.0 / 3.0);
-  return std::min(depth_m, 0.8 * kTrustPerRadius * radius_m);
-}
-
-double greatest_load_N(const std::optional<PulpMaterial>& material, double radius_m) {
-  if (!material) return std::numeric_limits<double>::infinity();
-  // F = F_0 (1 + beta F), F_0 that of the pulp without stiffening.
-  const double depth_m = kTrustPerRadius * radius_m;
-  const double soft_N = 4.0 / 3.0 * material->reduced_modulus_Pa * std::sqrt(radius_m) * std::pow(depth_m, 1.5);
-  const double left = 1.0 - material->stiffening_per_N * soft_N;
-  return left > 0.0 ? soft_N / left : std::numeric_limits<double>::infinity();
-}
-
-double pressed_radius_m(const std::optional<PulpMaterial>& material, double radius_m, double force_N) {
-  return std::sqrt(radius_m * std::max(pressed_depth_m(material, radius_m, force_N), 0.01 * radius_m));
-}
-
 PerFinger<double> expected_loads_N(const FinderProblem& problem, const Hand& hand, int opposer) {
   // f = lambda n, made to balance: the opposer has 2 (n - 1) / n of lambda, each other finger 2 / n.
   const double n = hand.fingers();
@@ -161,8 +142,7 @@ FoundGrasp rate(const FinderProblem& problem, const Hand& hand, const PatchMeter
   std::vector<GraspContact> contacts(hand.fingers());
   for (int k = 0; k < hand.fingers(); ++k) {
     FingerPlace& place = grasp.places[k];
-    const Vector3d pulp_m = pose.distal(hand, k) * hand.fingertips[k].centre_m;
-    contacts[k] = pressed_contact(problem.object, grasp.X_WO, pulp_m, hand.fingertips[k].radius_m);
+    contacts[k] = pressed_contact(problem.object, grasp.X_WO, hand.fingertips[k], pose.distal(hand, k));
     place.point_O = grasp.X_WO.inverse() * contacts[k].point_m;
     place.normal_O = -(grasp.X_WO.linear().transpose() * contacts[k].axes.col(0));
     place.depth_m = target.depth_m[k] - touches[k].gap_m;

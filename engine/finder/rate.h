@@ -8,12 +8,6 @@
 
 namespace thenar {
 
-/// How deep a load presses a pulp of this material and radius in, by Hertz, on a plane; and the radius of its patch.
-[[nodiscard]] double pressed_depth_m(const std::optional<PulpMaterial>& material, double radius_m, double force_N);
-[[nodiscard]] double pressed_radius_m(const std::optional<PulpMaterial>& material, double radius_m, double force_N);
-/// The load that presses it in as far as pulps can be trusted.
-[[nodiscard]] double greatest_load_N(const std::optional<PulpMaterial>& material, double radius_m);
-
 /// What the fingers are asked for, before their places are known: the normal loads of an opposition that squeezes.
 [[nodiscard]] PerFinger<double> expected_loads_N(const FinderProblem& problem, const Hand& hand, int opposer);
 

@@ -6,6 +6,7 @@
 
 #include "engine/finder/effort.h"
 #include "engine/finder/pinch.h"
+#include "engine/finder/pressed_shape.h"
 #include "engine/finder/rate.h"
 #include "engine/finder/search.h"
 
@@ -116,7 +117,7 @@ std::optional<Refusal> of_loads(const FinderProblem& problem) {
                                                    : static_cast<int>(problem.wish.fingers.size());
   double most_N = 0.0, radius_m = 0.0;  // Of the pulp that bears most.
   for (const Fingertip& tip : problem.hand.fingertips) {
-    const double load_N = greatest_load_N(problem.material, tip.radius_m);
+    const double load_N = greatest_load_N(problem.material, tip);
     if (load_N <= most_N) continue;
     most_N = load_N;
     radius_m = tip.radius_m;

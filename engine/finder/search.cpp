@@ -7,6 +7,7 @@
 
 #include "collision/blue_noise.h"
 #include "engine/finder/carry.h"
+#include "engine/finder/pressed_shape.h"
 #include "engine/finder/rate.h"
 
 namespace thenar {
@@ -62,15 +63,14 @@ class Search {
     const int effort = factor * settings_.effort;
     double widest_m = 0.0;
     for (int k = 0; k < hand_.fingers(); ++k) {
-      const double radius_m = hand_.fingertips[k].radius_m;
-      widest_m = std::max(widest_m, pressed_radius_m(problem_.material, radius_m, loads_N_[k]));
+      widest_m = std::max(widest_m, pressed_radius_m(problem_.material, hand_.fingertips[k], loads_N_[k]));
     }
     const PatchMeter patches(problem_.object, widest_m);
     OppositionSettings wanted;
     // With some of the cone left for the weight.
     wanted.cone_rad = 0.9 * std::atan(problem_.friction);
     const double radius_m = hand_.fingertips[opposer].radius_m;
-    const double depth_m = pressed_depth_m(problem_.material, radius_m, loads_N_[opposer]);
+    const double depth_m = pressed_depth_m(problem_.material, hand_.fingertips[opposer], loads_N_[opposer]);
     wanted.least_m = 0.0;
     wanted.most_m = evidence_.range.most_m + 2.0 * depth_m + 6e-3;
     wanted.reach_m = radius_m - depth_m;
@@ -153,7 +153,7 @@ class Search {
     target.opposer = evidence_.range.opposer;
     target.depth_m = PerFinger<double>(hand_.fingers());
     for (int k = 0; k < hand_.fingers(); ++k) {
-      target.depth_m[k] = pressed_depth_m(problem_.material, hand_.fingertips[k].radius_m, loads_N_[k]);
+      target.depth_m[k] = pressed_depth_m(problem_.material, hand_.fingertips[k], loads_N_[k]);
     }
     target.opposer_O = pair.from_O;
     target.others_O = pair.to_O;
@@ -211,7 +211,7 @@ class Search {
       for (int k = 0; k < hand_.fingers(); ++k) {
         const FingerPlace& place = grasp.places[k];
         const double normal_N = -(grasp.X_WO.linear() * place.normal_O).dot(place.force_W);
-        target.depth_m[k] = pressed_depth_m(problem_.material, hand_.fingertips[k].radius_m, normal_N);
+        target.depth_m[k] = pressed_depth_m(problem_.material, hand_.fingertips[k], normal_N);
       }
       for (int jitter = 0; jitter <= kJitters; ++jitter) {
         Stance stance{grasp.q, grasp.X_WO};

@@ -13,12 +13,9 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// Contact i's rows -E' J_k of a finger of four joints or more, without a size to ask for. A call of its own: inlined,
-/// its products are contracted otherwise, and results change in their last bits.
-[[gnu::noinline]] void set_rows(const HandPose& pose, int first_joint, const Vector3d& point_m, const Matrix3d& E_W,
-                                Index i, GroupedDelassus::OwnJacobian& J_finger) {
-  Eigen::Matrix<double, 3, 4> J;
-  for (int j = 0; j < 4; ++j) J.col(j) = pose.axis[first_joint + j].cross(point_m - pose.origin_m[first_joint + j]);
+/// Contact i's rows -E' J_k, for the columns J of a finger of four joints or more.
+void set_rows(const Matrix3d& E_W, const Eigen::Matrix<double, 3, 4>& J, Index i,
+              GroupedDelassus::OwnJacobian& J_finger) {
   J_finger.middleRows<3>(3 * i).noalias() = -E_W.transpose() * J;
 }
 
@@ -74,11 +71,13 @@ void contact_kinematics(const Model& model, const Frame& frame, const HandPose& 
         kinematics.u_object_m.col(i) = E_O.transpose() * u_O;
       }
       kinematics.c_W[i] = c_W;
-      if (tip.joints < 4) {
+      if (tip.joints < 4 || tip.followers > 0) {
         const FingerJacobian J = finger_jacobian(model.scene.hand, pose, k, c_W);
         kinematics.J_finger.middleRows<3>(3 * i).noalias() = -E_W.transpose() * J.leftCols<4>();
       } else {
-        set_rows(pose, tip.first_joint, c_W, E_W, i, kinematics.J_finger);
+        Eigen::Matrix<double, 3, 4> J;
+        for (int j = 0; j < 4; ++j) J.col(j) = joint_column(pose, tip.first_joint + j, c_W);
+        set_rows(E_W, J, i, kinematics.J_finger);
       }
       if (kinematics.J_fifth.size() > 0) {
         const FingerJacobian J = finger_jacobian(model.scene.hand, pose, k, c_W);

@@ -36,14 +36,6 @@ struct ContactKinematics {
   Eigen::Matrix3Xd u_object_m;           ///< u_o in contact rows; 3 x capacity.
 };
 
-/// How the joints of its finger move contact i: J_finger dq, in contact rows.
-[[nodiscard]] inline Eigen::Vector3d finger_motion(const ContactKinematics& now, Eigen::Index i,
-                                                   const FingerVector& dq) {
-  Eigen::Vector3d motion = now.J_finger.middleRows<3>(3 * i) * dq.head<4>();
-  if (dq.size() > 4) motion += now.J_fifth.segment<3>(3 * i) * dq[4];
-  return motion;
-}
-
 /// Computes all of it for the bodies as the state, and the pose of its hand, have them.
 void contact_kinematics(const Model& model, const Frame& frame, const HandPose& pose, const State& state,
                         ContactKinematics& kinematics);

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "engine/grasp/control.h"
+#include "engine/grasp/pulp_touch.h"
 
 namespace thenar {
 
@@ -159,9 +160,33 @@ void fill_curvatures(std::span<FrameContact> contacts) {
   }
 }
 
+/// find_fine_samples() of a pulp that is no sphere.
+bool find_fine_samples_of_shape(const Model& model, const Isometry3d& X_OF, int finger, double band_m,
+                                ContactSearch& search) {
+  const Fingertip& tip = model.scene.hand.fingertips[finger];
+  const Pulp& pulp = model.pulps[finger];
+  const Isometry3d X_FO = X_OF.inverse();
+  const double reach_m = tip.shape->outer_radius_m() + band_m;
+  bool any = false;
+  for (Index i = 0; i < model.fine_m.cols(); ++i) {
+    const Vector3d s_F = X_FO * model.fine_m.col(i);
+    if ((s_F - tip.centre_m).squaredNorm() >= reach_m * reach_m) continue;
+    const PulpPlace place = nearest_place(tip, s_F);
+    if (place.distance_m >= band_m) continue;
+    if (!any) search.deepest.assign(pulp.controls(), -1);
+    any = true;
+    Index c = 0;
+    (pulp.control_points_m.colwise() - place.point_m).colwise().squaredNorm().minCoeff(&c);
+    Index& deepest = search.deepest[c];
+    if (deepest < 0 || place.distance_m < nearest_place(tip, X_FO * model.fine_m.col(deepest)).distance_m) deepest = i;
+  }
+  return any;
+}
+
 /// For each control point the fine sample that is deepest in the pulp, or nearest to it within the band, among those
 /// nearer to it than to other control points. False if there is none.
 bool find_fine_samples(const Model& model, const Isometry3d& X_OF, int finger, double band_m, ContactSearch& search) {
+  if (model.pulps[finger].shape) return find_fine_samples_of_shape(model, X_OF, finger, band_m, search);
   const Fingertip& tip = model.scene.hand.fingertips[finger];
   const Pulp& pulp = model.pulps[finger];
   const Vector3d centre_O = X_OF * tip.centre_m;
@@ -198,9 +223,13 @@ void add_fine_contacts(const Model& model, const HandPose& pose, const Isometry3
   for (Index c = 0; c < std::ssize(search.deepest); ++c) {
     if (search.deepest[c] < 0) continue;
     const Vector3d s_O = model.fine_m.col(search.deepest[c]);
-    const Vector3d n_F = (X_FO * s_O - tip.centre_m).normalized();
-    const FrameContact fine =
-        frame_contact(tip, X_OF.linear(), finger, c, tip.centre_m + tip.radius_m * n_F, s_O, X_OF.linear() * n_F);
+    Vector3d n_F = (X_FO * s_O - tip.centre_m).normalized(), p_F = tip.centre_m + tip.radius_m * n_F;
+    if (tip.shape) {
+      const PulpPlace place = nearest_place(tip, X_FO * s_O);
+      n_F = place.normal;
+      p_F = place.point_m;
+    }
+    const FrameContact fine = frame_contact(tip, X_OF.linear(), finger, c, p_F, s_O, X_OF.linear() * n_F);
     const auto end = search.contacts.begin() + static_cast<std::ptrdiff_t>(known);
     while (found != end && found->control_point < c) ++found;
     if (found == end || found->control_point != c) {
@@ -263,11 +292,12 @@ void find_point_contact(const Model& model, const HandPose& pose, const Isometry
                         Frame& frame) {
   const Fingertip& tip = model.scene.hand.fingertips[finger];
   const Isometry3d X_OF = X_WO.inverse() * pose.distal(model.scene.hand, finger);
-  const double reach_m = tip.radius_m + band_m + model.object.support_m();
-  const auto nearest = model.object.distance(X_OF * tip.centre_m, reach_m);
-  if (!nearest || nearest->distance_m - tip.radius_m >= band_m) return;
+  const PulpBall ball = touching_ball(tip, model.object, X_OF);
+  const double reach_m = ball.radius_m + band_m + model.object.support_m();
+  const auto nearest = model.object.distance(X_OF * ball.centre_m, reach_m);
+  if (!nearest || nearest->distance_m - ball.radius_m >= band_m) return;
   const Vector3d n_F = X_OF.linear().transpose() * -nearest->normal;
-  frame.contacts.push_back(frame_contact(tip, X_OF.linear(), finger, 0, tip.centre_m + tip.radius_m * n_F,
+  frame.contacts.push_back(frame_contact(tip, X_OF.linear(), finger, 0, ball.centre_m + ball.radius_m * n_F,
                                          nearest->point_m, -nearest->normal));
 }
 
@@ -331,11 +361,16 @@ PerFinger<double> finger_travel_m(const Model& model, const HandPose& pose, cons
     if (load.normal_N > 0.0) dq -= finger_jacobian(scene.hand, pose, k, load.centre_m).transpose() * load.force_N;
     dq *= time_s / scene.viscosity(k);
     Vector3d turn = -dx.tail<3>();
-    for (int j = 0; j < tip.joints; ++j) turn += dq[j] * pose.axis[tip.first_joint + j];
+    if (tip.followers > 0) {
+      for (int j = 0; j < tip.joints; ++j) dq[j] /= scene.hand.joints[tip.first_joint + j].drag;
+      turn += velocity(turning_axes(scene.hand, pose, k), dq);
+    } else {
+      for (int j = 0; j < tip.joints; ++j) turn += dq[j] * pose.axis[tip.first_joint + j];
+    }
     const Vector3d own = velocity(finger_jacobian(scene.hand, pose, k, centre_m), dq);
     const Vector3d object = dx.head<3>() + dx.tail<3>().cross(centre_m - snapshot.X_WO.translation());
     push[k] = own.norm();
-    travel[k] = (own - object).norm() + tip.radius_m * turn.norm();
+    travel[k] = (own - object).norm() + outer_radius_m(tip) * turn.norm();
   }
   const double most_m = model.object.bounds().diagonal().norm();
   for (int k = 0; k < model.fingers(); ++k) {

@@ -34,11 +34,11 @@ struct ContactSearch {
 
 /// Finds the frame's contacts on the rest shapes of the fingertips: control points of the pulps that are, or while the
 /// frame is in use may come, nearer to the object than the contact band; or, for rigid fingertips, the one point of
-/// each pulp sphere that is nearest to it.
+/// each pulp that is nearest to it.
 ///
 /// A pulp pressed on a plate by more than half its thickness has points beyond the plate's middle, nearer to its back.
 /// They touch the side that the pulp comes from: what is found is seen from the pulp drawn in by half its radius.
-/// Samples of a part too fine to meet a control point for sure (`Model::fine_m`) are looked for in the pulp, a sphere.
+/// Samples of a part too fine to meet a control point for sure (`Model::fine_m`) are looked for in the pulp.
 /// What a finger's list has no room for goes to `frame.left_out`.
 /// `frame` has its drive. Does not allocate, after the first call.
 void find_frame_contacts(const Model& model, const HandPose& pose, const Snapshot& snapshot, ContactSearch& search,

@@ -99,13 +99,19 @@ void free_gaps_and_slips(const Model& model, const Frame& frame, const State& st
       model.soft_object() ? retained_share(*model.scene.object.compliance, model.scene.step_s) : 0.0;
   for (int k = 0; k < model.fingers(); ++k) {
     const FingerVector dq = model.scene.hand.of_finger(k, free.dq);
+    const Eigen::Vector4d dq_4 = dq.head<4>();
     const double rho = model.deformable() ? retained_share(model.pulps[k].material, model.scene.step_s) : 0.0;
     for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
-      Vector3d delta = finger_motion(now, i, dq) + now.J_object.middleRows<3>(3 * i).leftCols<6>() * free.dx;
-      delta -= (1.0 - rho) * (now.E_F[i].transpose() * displacement(state, frame.contacts[i]));
-      if (model.soft_object()) delta -= (1.0 - rho_object) * now.u_object_m.col(i);
-      delta[0] += now.gap_m[i] + work.offset_m[i];
-      work.delta_free.segment<3>(3 * i) = delta;
+      const Vector3d back = (1.0 - rho) * (now.E_F[i].transpose() * displacement(state, frame.contacts[i]));
+      // Row by row: vectors that are put together from sums would be written in parts and read whole.
+      for (int r = 0; r < 3; ++r) {
+        const Index row = 3 * i + r;
+        double delta = now.J_finger.row(row).dot(dq_4) + now.J_object.row(row).head<6>().dot(free.dx) - back[r];
+        if (dq.size() > 4) delta += now.J_fifth[row] * dq[4];
+        if (model.soft_object()) delta -= (1.0 - rho_object) * now.u_object_m(r, i);
+        if (r == 0) delta += now.gap_m[i] + work.offset_m[i];
+        work.delta_free[row] = delta;
+      }
     }
   }
 }
@@ -193,8 +199,8 @@ RigidMotion solve_motion(const Model& model, const Frame& frame, const Drive& dr
     motion.dx += work.solver.common_motion.head<6>();
     report.stop_Nm =
         stop_torques(hand, work.stops, frame, work.kinematics, drive.mobility, drive.torque, motion.dq, work.f);
+    if (!change_stops(hand, state.q, motion.dq, report.stop_Nm, work.stops)) return motion;
     if (solves == kMostSolves) break;
-    if (!change_stops(hand, state.q, motion.dq, report.stop_Nm, work.stops)) break;
   }
   end_at_stops(hand, state.q, motion.dq);
   return motion;
@@ -216,6 +222,9 @@ void book_motion(const Scene& scene, const Drive& drive, const State& state, con
     for (int k = 0; k < scene.hand.fingers(); ++k) {
       const Fingertip& tip = scene.hand.fingertips[k];
       joints_J_s += scene.viscosity(k) * motion.dq.segment(tip.first_joint, tip.joints).squaredNorm();
+      for (int j = tip.first_joint; tip.followers > 0 && j < tip.first_joint + tip.joints; ++j) {
+        joints_J_s += scene.viscosity(k) * (scene.hand.joints[j].drag - 1.0) * motion.dq[j] * motion.dq[j];
+      }
     }
   }
   ledger.viscous_J =

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "engine/grasp/frame.h"
+#include "engine/grasp/pulp_touch.h"
 
 namespace thenar {
 
@@ -29,6 +30,12 @@ Matrix3d damped(Matrix3d JJ) {
 Eigen::Vector4d normal_to_rows(const Eigen::Matrix<double, 3, 4>& J) {
   const auto minor = [&](int a, int b, int c) { return J.col(a).dot(J.col(b).cross(J.col(c))); };
   return {minor(1, 2, 3), -minor(0, 2, 3), minor(0, 1, 3), -minor(0, 1, 2)};
+}
+
+PulpBall ball_of(const Model& model, const Isometry3d& X_WF, const Snapshot& snapshot, int finger) {
+  const Fingertip& tip = model.scene.hand.fingertips[finger];
+  if (!tip.shape) return {tip.centre_m, tip.radius_m};
+  return touching_ball(tip, model.object, snapshot.X_WO.inverse() * X_WF);
 }
 
 }  // namespace
@@ -60,23 +67,25 @@ GraspContact finger_contact(const Model& model, const HandPose& pose, const Snap
   const FingerLoad& load = snapshot.load[finger];
   Vector3d point = load.centre_m, n = load.normal;
   if (load.normal_N <= 0.0) {
-    const Vector3d centre = X_WF * tip.centre_m;
+    const PulpBall ball = ball_of(model, X_WF, snapshot, finger);
+    const Vector3d centre = X_WF * ball.centre_m;
     const auto nearest =
         model.object.distance(snapshot.X_WO.inverse() * centre, std::numeric_limits<double>::infinity());
     // Normals that cancel leave no direction but the one to the object's origin.
     n = nearest ? Vector3d(snapshot.X_WO.linear() * -nearest->normal)
                 : (snapshot.X_WO.translation() - centre).normalized();
-    point = centre + tip.radius_m * n;
+    point = centre + ball.radius_m * n;
   }
   return {point, X_WF.linear() * contact_frame(tip.normal, X_WF.linear().transpose() * n)};
 }
 
 double finger_gap_m(const Model& model, const HandPose& pose, const Snapshot& snapshot, int finger) {
   if (snapshot.load[finger].normal_N > 0.0) return 0.0;
-  const Fingertip& tip = model.scene.hand.fingertips[finger];
-  const Vector3d centre = pose.distal(model.scene.hand, finger) * tip.centre_m;
+  const Isometry3d& X_WF = pose.distal(model.scene.hand, finger);
+  const PulpBall ball = ball_of(model, X_WF, snapshot, finger);
+  const Vector3d centre = X_WF * ball.centre_m;
   const auto nearest = model.object.distance(snapshot.X_WO.inverse() * centre, std::numeric_limits<double>::infinity());
-  return nearest ? nearest->distance_m - tip.radius_m : 0.0;
+  return nearest ? nearest->distance_m - ball.radius_m : 0.0;
 }
 
 ForceFilter::ForceFilter(const Model& model)

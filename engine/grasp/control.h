@@ -35,12 +35,12 @@ class PosePid {
 };
 
 /// Where finger k acts on the object: its pressure centre and the mean normal there; without load the point of its pulp
-/// sphere along the object's nearest inward normal. Columns of the frame: n, t1, t2, tangents as in
+/// along the object's nearest inward normal. Columns of the frame: n, t1, t2, tangents as in
 /// find_frame_contacts.
 [[nodiscard]] GraspContact finger_contact(const Model& model, const HandPose& pose, const Snapshot& snapshot,
                                           int finger);
 
-/// How far the pulp sphere of finger k is from the object, less than 0 inside; 0 under load.
+/// How far the pulp of finger k is from the object, less than 0 inside; 0 under load.
 [[nodiscard]] double finger_gap_m(const Model& model, const HandPose& pose, const Snapshot& snapshot, int finger);
 
 /// The filter of eq. (21), one lag a direction: K_n y_n + nu_n dy_n/dt = e_n, discretised implicitly; likewise

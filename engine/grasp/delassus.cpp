@@ -35,10 +35,14 @@ Mobility mobility(const Scene& scene, double joint_stiffness) {
                h / (scene.object.translation_damping + h * spring.translation_N_per_m),
                h / (scene.object.rotation_damping + h * spring.rotation_Nm_per_rad)};
   for (const Fingertip& tip : scene.hand.fingertips) {
-    if (!tip.joint_viscosity) continue;
+    if (!tip.joint_viscosity && tip.followers == 0) continue;
     if (all.root.size() == 0) all.root.setOnes(std::ssize(scene.hand.joints));
-    const double own = h / (*tip.joint_viscosity + h * joint_stiffness);
+    const double b = tip.joint_viscosity.value_or(scene.joint_viscosity);
+    const double own = h / (b + h * joint_stiffness);
     all.root.segment(tip.first_joint, tip.joints).setConstant(std::sqrt(own / all.joint));
+    for (int j = tip.first_joint; tip.followers > 0 && j < tip.first_joint + tip.joints; ++j) {
+      all.root[j] = std::sqrt(h / (b * scene.hand.joints[j].drag + h * joint_stiffness) / all.joint);
+    }
   }
   return all;
 }

@@ -8,14 +8,74 @@ using Eigen::Matrix3d;
 using Eigen::Translation3d;
 using Eigen::Vector3d;
 
+namespace {
+
+/// The displacements that the first joints of a finger make, from none to all of them.
+using FingerChain = std::array<Isometry3d, kMaxFingerJoints + 1>;
+
+// Of a finger in which joints follow others.
+
+void coupled_kinematics(const Hand& hand, const JointVector& q, const Fingertip& tip, FingerChain& chain,
+                        HandPose& pose) {
+  int at = 0, next = tip.first_follower;
+  const auto turn = [&](const Joint& joint, std::size_t place, double angle) {
+    pose.origin_m[place] = chain[at] * joint.origin_m;
+    pose.axis[place] = chain[at].linear() * joint.axis;
+    const Translation3d to_joint(joint.origin_m);
+    chain[at + 1] = chain[at] * to_joint * AngleAxisd(angle, joint.axis) * to_joint.inverse();
+    ++at;
+  };
+  chain[0].setIdentity();
+  for (int j = 0; j < tip.joints; ++j) {
+    turn(hand.joints[tip.first_joint + j], tip.first_joint + j, q[tip.first_joint + j]);
+    for (; next < tip.first_follower + tip.followers && hand.followers[next].after == j + 1; ++next) {
+      const Follower& follower = hand.followers[next];
+      turn(follower.joint, hand.joints.size() + next, follower.angle(q));
+    }
+  }
+}
+
+/// Columns of the joints, with those of the first followers in their leaders'.
+template <typename Column>
+FingerJacobian coupled_columns(const Hand& hand, const Fingertip& tip, int followers, const Column& column) {
+  FingerJacobian J = FingerJacobian::Zero(3, std::max(4, tip.joints));
+  for (int j = 0; j < tip.joints; ++j) J.col(j) = column(tip.first_joint + j);
+  for (int i = tip.first_follower; i < tip.first_follower + followers; ++i) {
+    const Follower& follower = hand.followers[i];
+    J.col(follower.leader - tip.first_joint) += follower.ratio * column(hand.joints.size() + i);
+  }
+  return J;
+}
+
+FingerJacobian coupled_jacobian(const Hand& hand, const HandPose& pose, const Fingertip& tip, int followers,
+                                const Vector3d& point_m) {
+  return coupled_columns(hand, tip, followers,
+                         [&](std::size_t i) -> Vector3d { return joint_column(pose, static_cast<int>(i), point_m); });
+}
+
+/// Adds to a muscle's column of H what a crossing gives of followers. M is its attachment, D its direction.
+void add_coupled_arms(const Hand& hand, const HandPose& pose, const MuscleCrossing& crossing, const Vector3d& M,
+                      const Vector3d& D, Eigen::Ref<Eigen::VectorXd> H_m) {
+  for (const int i : crossing.joints) {
+    if (i < std::ssize(hand.joints)) continue;
+    const Follower& follower = hand.followers[i - hand.joints.size()];
+    const double arm_m = crossing.share * (M - pose.origin_m[i]).cross(D).dot(pose.axis[i]);
+    H_m[follower.leader] += follower.ratio * arm_m;
+  }
+}
+
+}  // namespace
+
 Hand mirrored(Hand hand) {
   const auto mirror = [](Vector3d& v) { v.z() = -v.z(); };
   hand.mirrored = !hand.mirrored;
-  for (Joint& joint : hand.joints) {
+  const auto mirror_joint = [&](Joint& joint) {
     mirror(joint.origin_m);
     mirror(joint.axis);
     joint.axis = -joint.axis;  // of a turn that is mirrored
-  }
+  };
+  for (Joint& joint : hand.joints) mirror_joint(joint);
+  for (Follower& follower : hand.followers) mirror_joint(follower.joint);
   for (Segment& segment : hand.segments) {
     mirror(segment.com_m);
     const Eigen::DiagonalMatrix<double, 3> M(1.0, 1.0, -1.0);
@@ -25,6 +85,10 @@ Hand mirrored(Hand hand) {
   for (Fingertip& tip : hand.fingertips) {
     mirror(tip.centre_m);
     mirror(tip.normal);
+    if (tip.shape) {
+      const Eigen::DiagonalMatrix<double, 3> M(1.0, 1.0, -1.0);
+      tip.shape->axes = M * tip.shape->axes * M;
+    }
   }
   for (Muscle& muscle : hand.muscles) {
     for (MuscleCrossing& crossing : muscle.crossings) {
@@ -37,8 +101,12 @@ Hand mirrored(Hand hand) {
 
 void forward_kinematics(const Hand& hand, const JointVector& q, HandPose& pose) {
   // chain[k][j]: the displacement that the first j joints of finger k make.
-  std::array<std::array<Isometry3d, kMaxFingerJoints + 1>, kMaxFingers> chain;
+  std::array<FingerChain, kMaxFingers> chain;
   for (int k = 0; k < hand.fingers(); ++k) {
+    if (hand.fingertips[k].followers > 0) {
+      coupled_kinematics(hand, q, hand.fingertips[k], chain[k], pose);
+      continue;
+    }
     chain[k][0].setIdentity();
     for (int j = 0; j < hand.fingertips[k].joints; ++j) {
       const int i = hand.fingertips[k].first_joint + j;
@@ -52,24 +120,33 @@ void forward_kinematics(const Hand& hand, const JointVector& q, HandPose& pose) 
   pose.segments.resize(hand.segments.size());
   for (std::size_t s = 0; s < hand.segments.size(); ++s) {
     const Segment& segment = hand.segments[s];
-    pose.segments[s] = chain[segment.finger][segment.joints] * segment.X_WS_0;
+    pose.segments[s] = chain[segment.finger][segment.joints + segment.followers] * segment.X_WS_0;
   }
 }
 
 FingerJacobian finger_jacobian(const Hand& hand, const HandPose& pose, int finger, const Vector3d& point_m) {
   const Fingertip& tip = hand.fingertips[finger];
+  if (tip.followers > 0) return coupled_jacobian(hand, pose, tip, tip.followers, point_m);
   FingerJacobian J(3, std::max(4, tip.joints));
-  const auto column = [&](int j) {
-    const int i = tip.first_joint + j;
-    J.col(j) = pose.axis[i].cross(point_m - pose.origin_m[i]);
-  };
   if (tip.joints == 4) {  // Of nearly all fingers: unrolled.
-    for (int j = 0; j < 4; ++j) column(j);
+    for (int j = 0; j < 4; ++j) J.col(j) = joint_column(pose, tip.first_joint + j, point_m);
     return J;
   }
   J.setZero();
-  for (int j = 0; j < tip.joints; ++j) column(j);
+  for (int j = 0; j < tip.joints; ++j) J.col(j) = joint_column(pose, tip.first_joint + j, point_m);
   return J;
+}
+
+FingerJacobian segment_jacobian(const Hand& hand, const HandPose& pose, const Segment& segment,
+                                const Vector3d& point_m) {
+  const Fingertip& tip = hand.fingertips[segment.finger];
+  return tip.followers > 0 ? coupled_jacobian(hand, pose, tip, segment.followers, point_m)
+                           : finger_jacobian(hand, pose, segment.finger, point_m);
+}
+
+FingerJacobian turning_axes(const Hand& hand, const HandPose& pose, int finger) {
+  const Fingertip& tip = hand.fingertips[finger];
+  return coupled_columns(hand, tip, tip.followers, [&](std::size_t i) -> Vector3d { return pose.axis[i]; });
 }
 
 double dot(const FingerVector& a, const FingerVector& b) {
@@ -94,9 +171,16 @@ JointVector gravity_torques(const Hand& hand, const HandPose& pose, const Vector
   for (std::size_t s = 0; s < hand.segments.size(); ++s) {
     const Segment& segment = hand.segments[s];
     if (segment.joints == 0) continue;
-    const FingerJacobian J = finger_jacobian(hand, pose, segment.finger, pose.segments[s] * segment.com_m);
-    const int first = hand.fingertips[segment.finger].first_joint;
-    g.segment(first, segment.joints) -= J.leftCols(segment.joints).transpose() * (segment.mass_kg * gravity);
+    const Vector3d com_m = pose.segments[s] * segment.com_m, weight_N = segment.mass_kg * gravity;
+    const Fingertip& tip = hand.fingertips[segment.finger];
+    if (tip.followers > 0) {
+      const FingerJacobian J = coupled_jacobian(hand, pose, tip, segment.followers, com_m);
+      for (int j = 0; j < segment.joints; ++j) g[tip.first_joint + j] -= J.col(j).dot(weight_N);
+      continue;
+    }
+    for (int i = tip.first_joint; i < tip.first_joint + segment.joints; ++i) {
+      g[i] -= joint_column(pose, i, com_m).dot(weight_N);
+    }
   }
   return g;
 }
@@ -111,8 +195,10 @@ void moment_arms(const Hand& hand, const HandPose& pose, Eigen::Ref<Eigen::Matri
           crossing.pull_is_point ? Vector3d(X_pull * crossing.pull - M) : Vector3d(X_pull.linear() * crossing.pull);
       const Vector3d D = pull.normalized();
       for (const int i : crossing.joints) {
+        if (i >= std::ssize(hand.joints)) continue;
         H(i, static_cast<Eigen::Index>(m)) += crossing.share * (M - pose.origin_m[i]).cross(D).dot(pose.axis[i]);
       }
+      if (!hand.followers.empty()) add_coupled_arms(hand, pose, crossing, M, D, H.col(static_cast<Eigen::Index>(m)));
     }
   }
 }

@@ -4,10 +4,12 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "engine/grasp/pulp_shape.h"
 #include "thenar/eigen_layout.h"
 
 namespace thenar {
@@ -50,6 +52,21 @@ struct Joint {
   Eigen::Vector3d origin_m;
   Eigen::Vector3d axis;                     ///< Unit; positive angles flex or abduct.
   double lower_rad = 0.0, upper_rad = 0.0;  ///< Range of motion.
+  double drag = 1.0;                        ///< Its viscosity over its finger's: more than 1 where others follow it.
+};
+
+/// A joint that turns with another one of its finger, nearer to the palm: see engine/grasp/coupled_joints.h. It has no
+/// angle of its own in q.
+struct Follower {
+  Joint joint;
+  int leader = 0;  ///< Index of the joint that it follows.
+  double ratio = 1.0, offset_rad = 0.0;
+  int after = 0;  ///< So many of its finger's joints are nearer to the palm.
+
+  template <typename Angles>
+  [[nodiscard]] double angle(const Angles& q) const {
+    return ratio * q[leader] + offset_rad;
+  }
 };
 
 /// A rigid bone; the palm is the one that no joint moves.
@@ -57,20 +74,23 @@ struct Segment {
   std::string name;
   int finger = 0;            ///< Whose joints move it.
   int joints = 0;            ///< How many of them, from the first on.
+  int followers = 0;         ///< Likewise.
   Eigen::Isometry3d X_WS_0;  ///< Its frame at q = 0: x along the bone, y palmar, z the flexion axis.
   double length_m = 0.0;
   double mass_kg = 0.0;
   Eigen::Vector3d com_m = Eigen::Vector3d::Zero();  ///< Centre of mass, segment frame.
 };
 
-/// A finger: a chain of joints, and at its end the pulp, a sphere fixed in the distal segment.
+/// A finger: a chain of joints, and at its end the pulp, fixed in the distal segment.
 struct Fingertip {
   std::string finger;
-  int first_joint = 0, joints = 0;  ///< So many of the hand's joints, from this one on: one to five.
-  int segment = 0;                  ///< Index of the distal segment.
-  Eigen::Vector3d centre_m;         ///< Segment frame.
-  double radius_m = 0.0;
-  Eigen::Vector3d normal;  ///< Mean outward direction of the pulp, unit, segment frame.
+  int first_joint = 0, joints = 0;        ///< So many of the hand's joints, from this one on: one to five.
+  int first_follower = 0, followers = 0;  ///< Likewise of those that follow them.
+  int segment = 0;                        ///< Index of the distal segment.
+  Eigen::Vector3d centre_m;               ///< Segment frame.
+  double radius_m = 0.0;  ///< Of the sphere that the pulp is, or of the largest about the centre that is in it.
+  std::optional<PulpShape> shape = {};  ///< Nothing: a sphere.
+  Eigen::Vector3d normal;               ///< Mean outward direction of the pulp, unit, segment frame.
   // What the hand says of this finger; nothing: the scene says it of all.
   std::optional<double> joint_viscosity;                            ///< b of its joints [N m s].
   std::optional<double> reduced_modulus_Pa, poisson, relaxation_s;  ///< Of its pulp: see PulpMaterial.
@@ -81,8 +101,8 @@ struct Fingertip {
 /// Where a tendon crosses joints: it pulls at an attachment distal to them, in the direction of a via point or of a
 /// vector fixed in a segment.
 struct MuscleCrossing {
-  std::vector<int> joints;
-  double share = 1.0;  ///< Of the muscle's force.
+  std::vector<int> joints;  ///< Followers count on from the joints.
+  double share = 1.0;       ///< Of the muscle's force.
   int insertion_segment = 0;
   Eigen::Vector3d insertion_m;
   int pull_segment = 0;
@@ -98,13 +118,20 @@ struct Muscle {
 
 /// The hand's geometry and masses: data only.
 struct Hand {
-  std::vector<Joint> joints;  ///< Finger by finger, each from the palm on.
+  std::vector<Joint> joints;        ///< Finger by finger, each from the palm on: those that turn by themselves.
+  std::vector<Follower> followers;  ///< Likewise: those that turn with others.
   std::vector<Segment> segments;
   std::vector<Fingertip> fingertips;  ///< One a finger.
   std::vector<Muscle> muscles;
   bool mirrored = false;  ///< It is the other hand than its file's: see mirrored().
 
   [[nodiscard]] int fingers() const { return static_cast<int>(fingertips.size()); }
+  /// Joint i, where followers count on from the joints.
+  [[nodiscard]] const Joint& joint(int i) const {
+    return i < std::ssize(joints) ? joints[i] : followers[i - joints.size()].joint;
+  }
+  /// Whose angle turns it: itself, or its leader.
+  [[nodiscard]] int leader(int i) const { return i < std::ssize(joints) ? i : followers[i - joints.size()].leader; }
   /// Zero for each joint.
   [[nodiscard]] JointVector at_zero() const { return JointVector::Zero(static_cast<Eigen::Index>(joints.size())); }
   /// What finger k has of a vector of all joints.
@@ -121,7 +148,7 @@ struct Hand {
 
 /// Where the joints and segments are at some q, world = hand frame.
 struct HandPose {
-  std::array<Eigen::Vector3d, kMaxHandJoints> origin_m;  ///< Of each joint the hand has.
+  std::array<Eigen::Vector3d, kMaxHandJoints> origin_m;  ///< Of each joint the hand has, and then of each follower.
   std::array<Eigen::Vector3d, kMaxHandJoints> axis;
   std::vector<Eigen::Isometry3d> segments;  ///< X_WS, as many as the hand has.
 
@@ -135,9 +162,25 @@ struct HandPose {
 /// `pose.segments` keeps its memory.
 void forward_kinematics(const Hand& hand, const JointVector& q, HandPose& pose);
 
+/// The velocity that a joint's unit speed gives a point now at `point_m` (world) of what it moves: a x d. Which products
+/// are rounded is written out, so that it is the same wherever it is inlined.
+[[nodiscard]] inline Eigen::Vector3d joint_column(const HandPose& pose, int joint, const Eigen::Vector3d& point_m) {
+  const Eigen::Vector3d& a = pose.axis[joint];
+  const Eigen::Vector3d d = point_m - pose.origin_m[joint];
+  return {std::fma(a[1], d[2], -(a[2] * d[1])), std::fma(a[2], d[0], -(a[0] * d[2])),
+          std::fma(a[0], d[1], -(a[1] * d[0]))};
+}
+
 /// J_k: the velocity of a point of finger k's distal segment that is now at `point_m` (world) for its joints' speeds.
 [[nodiscard]] FingerJacobian finger_jacobian(const Hand& hand, const HandPose& pose, int finger,
                                              const Eigen::Vector3d& point_m);
+
+/// Likewise of a point of any segment; only the columns of the joints that move it count.
+[[nodiscard]] FingerJacobian segment_jacobian(const Hand& hand, const HandPose& pose, const Segment& segment,
+                                              const Eigen::Vector3d& point_m);
+
+/// The angular velocity of finger k's distal segment for its joints' speeds.
+[[nodiscard]] FingerJacobian turning_axes(const Hand& hand, const HandPose& pose, int finger);
 
 /// a.b, J q' and J J', four joints in a register.
 [[nodiscard]] double dot(const FingerVector& a, const FingerVector& b);

@@ -19,6 +19,7 @@ double way_left(const Joint& joint, double q, int side) {
 
 /// The side on which the joint would pass its end; 0: on neither. No stop makes a finite motion of one that is not.
 int passes(const Joint& joint, double q, double dq) {
+  if (dq <= joint.upper_rad - q && dq >= joint.lower_rad - q) return 0;  // Nearly always.
   if (!std::isfinite(dq)) return 0;
   if (dq > way_left(joint, q, 1)) return 1;
   return dq < way_left(joint, q, -1) ? -1 : 0;

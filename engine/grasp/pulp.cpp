@@ -6,6 +6,7 @@
 
 #include "collision/point_tree.h"
 #include "collision/shapes.h"
+#include "collision/surface_cells.h"
 #include "collision/voronoi_cells.h"
 
 namespace thenar {
@@ -24,6 +25,41 @@ Vector3d direction(const Pulp& pulp, const TreeNode& node) {
   return sum.normalized();
 }
 
+// Lloyd's iteration makes cells as alike as the tree's nodes are not: with 15 to 60 candidates, it takes a third of the
+// ripple out of the force of a pulp that rolls. More steps gain no more.
+constexpr int kLloydSteps = 3;
+
+/// Where a node's samples are in the mean, about the centre.
+Vector3d middle_m(const Pulp& pulp, const TreeNode& node) {
+  Vector3d sum = Vector3d::Zero();
+  for (Index k = node.begin; k < node.end; ++k) sum += pulp.surface.points_m.col(pulp.order[k]) - pulp.centre_m;
+  sum /= static_cast<double>(node.end - node.begin);
+  // As with a sphere: of a node all around there is no such place.
+  if (sum.norm() < 1e-6 * pulp.radius_m) sum = pulp.surface.points_m.col(pulp.order[node.begin]) - pulp.centre_m;
+  return sum;
+}
+
+/// The control points of these nodes on the surface of a shape.
+void set_controls(Pulp& pulp, const PulpShape& shape, const std::vector<TreeNode>& nodes) {
+  const Index n = std::ssize(nodes);
+  Eigen::Matrix3Xd points_m(3, n), normals(3, n);
+  const auto put = [&](Index i, const Vector3d& x_m) {
+    const PulpPlace place = nearest_place(shape, x_m);
+    points_m.col(i) = place.point_m;
+    normals.col(i) = place.normal;
+  };
+  const OntoSurface onto = [&shape](const Vector3d& x_m) { return nearest_place(shape, x_m).point_m; };
+  for (Index i = 0; i < n; ++i) put(i, middle_m(pulp, nodes[i]));
+  const double whole_m2 = area_m2(shape);
+  for (int k = 0; k < kLloydSteps; ++k) {
+    const SurfaceCells cells = surface_cells(points_m, normals, onto, whole_m2);
+    for (Index i = 0; i < n; ++i) put(i, cells.centroids_m.col(i));
+  }
+  pulp.area_m2 = surface_cells(points_m, normals, onto, whole_m2).areas_m2;
+  pulp.control_normals = normals.transpose();
+  pulp.control_points_m = points_m.colwise() + pulp.centre_m;
+}
+
 double boussinesq_kernel(const Pulp& pulp, Index i, Index j) {
   return half_space_kernel(pulp.material, (pulp.control_points_m.col(i) - pulp.control_points_m.col(j)).squaredNorm(),
                            pulp.area_m2[i], pulp.area_m2[j]);
@@ -32,7 +68,9 @@ double boussinesq_kernel(const Pulp& pulp, Index i, Index j) {
 double gaussian_kernel(const Pulp& pulp, Index i, Index j) {
   constexpr double kSigma2PerArea = 0.36;        // Force within 7 % of Hertz's from 30 candidates, 1 % from 120.
   constexpr double kDepthPerRadius = 1.0 / 8.0;  // Of the calibration: Hertz's law still holds there.
-  const double a = std::sqrt(kDepthPerRadius) * pulp.radius_m;
+  // Of another shape the radius of the sphere that has its area.
+  const double radius_m = pulp.shape ? std::sqrt(pulp.area_m2.sum() / (4.0 * std::numbers::pi)) : pulp.radius_m;
+  const double a = std::sqrt(kDepthPerRadius) * radius_m;
   const double sigma2 = kSigma2PerArea * pulp.area_m2.mean();
   const double r2 = (pulp.control_points_m.col(i) - pulp.control_points_m.col(j)).squaredNorm();
   return 3.0 * a / (8.0 * pulp.material.reduced_modulus_Pa * sigma2) * std::exp(-r2 / (2.0 * sigma2));
@@ -42,10 +80,16 @@ double gaussian_kernel(const Pulp& pulp, Index i, Index j) {
 
 Pulp make_spherical_pulp(const Vector3d& centre_m, double radius_m, Index points, Index leaves,
                          const PulpMaterial& material) {
-  PointCloud surface = sample_sphere(radius_m, points);
+  return make_pulp(centre_m, radius_m, std::nullopt, points, leaves, material);
+}
+
+Pulp make_pulp(const Vector3d& centre_m, double radius_m, const std::optional<PulpShape>& shape, Index points,
+               Index leaves, const PulpMaterial& material) {
+  PointCloud surface = shape ? sample_pulp(*shape, points) : sample_sphere(radius_m, points);
   surface.points_m.colwise() += centre_m;
   std::vector<Index> order = order_by_leaves(surface.points_m, leaves);
   Pulp pulp{std::move(surface), leaves, std::move(order), centre_m, radius_m, material};
+  pulp.shape = shape;
   const double nu = material.poisson;
   pulp.tangential = (2.0 - nu) / (2.0 * (1.0 - nu));
   set_level(pulp, 0);
@@ -56,12 +100,14 @@ void set_level(Pulp& pulp, int level) {
   const Index part = Index{1} << level;
   const std::vector<TreeNode> nodes = tree_nodes(std::ssize(pulp.order), pulp.leaves, part + part / 2);
 
+  if (pulp.shape) {
+    set_controls(pulp, *pulp.shape, nodes);
+    fill_compliance(pulp);
+    return;
+  }
   const Index n = std::ssize(nodes);
   Eigen::Matrix3Xd directions(3, n);
   for (Index i = 0; i < n; ++i) directions.col(i) = direction(pulp, nodes[i]);
-  // Lloyd's iteration makes cells as alike as the tree's nodes are not: with 15 to 60 candidates, it takes a third of
-  // the ripple out of the force of a pulp that rolls. More steps gain no more.
-  constexpr int kLloydSteps = 3;
   for (int k = 0; k < kLloydSteps; ++k) directions = voronoi_cells(directions).centroids;
   pulp.control_normals = directions.transpose();
   pulp.control_points_m = (pulp.radius_m * directions).colwise() + pulp.centre_m;

@@ -3,9 +3,11 @@
 #include <Eigen/Core>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <vector>
 
 #include "collision/point_cloud.h"
+#include "engine/grasp/pulp_shape.h"
 
 namespace thenar {
 
@@ -61,16 +63,17 @@ struct Pulp {
   PointCloud surface;               ///< Rest shape, distal frame.
   Eigen::Index leaves = 0;          ///< Of the tree over its samples, see collision/point_tree.h.
   std::vector<Eigen::Index> order;  ///< Samples, leaf after leaf.
-  Eigen::Vector3d centre_m;         ///< Of the sphere, distal frame.
-  double radius_m = 0.0;
+  Eigen::Vector3d centre_m;         ///< Distal frame.
+  double radius_m = 0.0;            ///< Of the sphere, or of the largest about the centre that is in the pulp.
   PulpMaterial material;
   Eigen::Matrix3Xd control_points_m = {};  ///< 3 x L, distal frame.
   Eigen::MatrixX3d control_normals = {};   ///< L x 3, outward, at rest.
-  Eigen::VectorXd area_m2 = {};            ///< L; together the sphere's.
+  Eigen::VectorXd area_m2 = {};            ///< L; together the surface's.
   Eigen::MatrixXd kernel = {};             ///< L x L, k_ij [m/N], of the pulp without load.
   Eigen::MatrixXd a = {};                  ///< L x L, a_ij [m/N], likewise.
   Eigen::MatrixXd b = {};                  ///< L x L, b_ij [1/(N m)], likewise.
   double tangential = 1.0;                 ///< c_t.
+  std::optional<PulpShape> shape = {};     ///< Nothing: a sphere.
 
   [[nodiscard]] Eigen::Index controls() const { return control_points_m.cols(); }
 };
@@ -79,6 +82,10 @@ struct Pulp {
 /// control point on each.
 [[nodiscard]] Pulp make_spherical_pulp(const Eigen::Vector3d& centre_m, double radius_m, Eigen::Index points,
                                        Eigen::Index leaves, const PulpMaterial& material);
+
+/// A pulp of another shape, likewise. Without a shape it is the sphere.
+[[nodiscard]] Pulp make_pulp(const Eigen::Vector3d& centre_m, double radius_m, const std::optional<PulpShape>& shape,
+                             Eigen::Index points, Eigen::Index leaves, const PulpMaterial& material);
 
 /// Takes the control points of a level of detail: one for about 2^level leaves, or for all of them. Cost O(controls^2).
 void set_level(Pulp& pulp, int level);

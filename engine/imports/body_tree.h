@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "engine/grasp/pulp_shape.h"
 #include "thenar/eigen_layout.h"
 
 /// A mechanism as MJCF and URDF both describe it: a tree of bodies, what is fixed in them, and what ties them together.
@@ -27,10 +28,11 @@ struct TreeJoint {
   std::optional<std::array<double, 2>> range;          ///< Nothing: no limits.
 };
 
-/// A round end: a sphere, or an end of a capsule.
-struct TreeBall {
-  Eigen::Vector3d centre_m;  ///< Body frame.
-  double radius_m;
+/// What a pulp may be: a sphere, an ellipsoid or a capsule.
+struct TreeRound {
+  double radius_m = 0.0;           ///< Of a sphere, or of the largest one about the centre that is in it.
+  std::optional<PulpShape> shape;  ///< Nothing: a sphere. Its axes are in the body frame.
+  Eigen::Vector3d centre_m;        ///< Body frame.
 };
 
 struct TreeBody {
@@ -40,7 +42,7 @@ struct TreeBody {
   std::vector<TreeJoint> joints;
   double mass_kg = 0.0;
   Eigen::Vector3d com_m = Eigen::Vector3d::Zero();  ///< Body frame.
-  std::vector<TreeBall> balls;
+  std::vector<TreeRound> rounds;
 };
 
 struct TreeSite {
@@ -74,11 +76,17 @@ struct TreeTendon {
   std::string muscle;                 ///< The muscle's name.
 };
 
-/// Joints that do not move one without the other.
+/// Joints that do not move one without the other: the first follows the second.
 struct TreeCoupling {
   std::string what, place;  ///< "equality 'x'"
   std::vector<std::string> joints;
   int least = 1;  ///< It matters if it names so many joints of the hand.
+  /// Where the first joint's angle is a multiple of the second's, and an offset.
+  struct Line {
+    double ratio, offset_rad;
+  };
+  std::optional<Line> line = {};
+  std::string fault = {};  ///< Why it has no line, where that is not plain.
 };
 
 /// What closes a loop between two bodies.

@@ -177,8 +177,10 @@ void find_moved(const BodyTree& tree, FingerChains& chains) {
   }
 }
 
-void refuse_ties(const BodyTree& tree, const HandRequest& request, FingerChains& chains) {
-  for (const TreeCoupling& coupling : tree.couplings) {
+/// Takes couplings of the fingers' joints to each other, and refuses those to anything else.
+void find_ties(const BodyTree& tree, const HandRequest& request, FingerChains& chains) {
+  for (std::size_t i = 0; i < tree.couplings.size(); ++i) {
+    const TreeCoupling& coupling = tree.couplings[i];
     std::vector<std::string_view> own;
     for (const std::string& joint : coupling.joints) {
       if (is_chosen(tree, chains, joint)) own.push_back(joint);
@@ -189,12 +191,22 @@ void refuse_ties(const BodyTree& tree, const HandRequest& request, FingerChains&
       chains.notes.push_back(fmt::format("{} is left out: {} moves by itself, as asked", coupling.what, joints));
       continue;
     }
-    refuse_at(coupling.place, coupling.what,
-              fmt::format(
-                  "couples {} to another joint or drive, and each joint of a hand is driven by itself: lock it (--lock "
-                  "{}), or leave the coupling out (--uncouple)",
-                  joints, own.back()));
+    if (coupling.line && own.front() != coupling.joints.front()) {
+      chains.notes.push_back(fmt::format("{} is left out: '{}' moves no finger", coupling.what, coupling.joints[0]));
+    } else if (coupling.line && own.size() == 2) {
+      chains.ties.push_back(static_cast<int>(i));
+    } else {
+      const std::string why = coupling.fault.empty() ? "to another joint or drive, and a joint follows one of its own "
+                                                       "finger, by a multiple of its angle"
+                                                     : coupling.fault;
+      refuse_at(coupling.place, coupling.what,
+                fmt::format("couples {} {}: lock it (--lock {}), or leave the coupling out (--uncouple)", joints, why,
+                            own.back()));
+    }
   }
+}
+
+void refuse_loops(const BodyTree& tree, FingerChains& chains) {
   for (const TreeLoop& loop : tree.loops) {
     const bool in_finger = chains.moved_with[loop.bodies[0]] >= 0 || chains.moved_with[loop.bodies[1]] >= 0;
     if (in_finger) {
@@ -242,7 +254,8 @@ FingerChains find_chains(const BodyTree& tree, const HandRequest& request) {
   const std::size_t shared = shared_length(tree, paths, base.body);
   find_joints(tree, request, paths, shared, locked, chains);
   find_moved(tree, chains);
-  refuse_ties(tree, request, chains);
+  find_ties(tree, request, chains);
+  refuse_loops(tree, chains);
   const std::vector<int> arm(paths.front().begin(), paths.front().begin() + static_cast<std::ptrdiff_t>(shared));
   note_locked(tree, arm, locked, chains);
   chains.base = base.body >= 0 ? base.body : arm.back();

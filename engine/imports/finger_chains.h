@@ -33,11 +33,13 @@ struct FingerChains {
   std::vector<int> moved_with;
   /// One a body, one a joint: how far it is turned or shifted from the pose of the file, where all fingers are at zero.
   std::vector<std::vector<double>> offsets;
+  std::vector<int> ties;  ///< The tree's couplings of one of the fingers' joints to another one.
   std::vector<std::string> notes;
 };
 
 /// Finds the fingers, and refuses with ConfigError what a hand cannot have: joints of two fingers, joints that do not
-/// turn or have no limits, couplings, closed loops, more fingers or joints than kMaxFingers and kMaxFingerJoints.
+/// turn or have no limits, couplings that are no ties, closed loops, more fingers or joints than kMaxFingers and
+/// kMaxFingerJoints.
 [[nodiscard]] FingerChains find_chains(const BodyTree& tree, const HandRequest& request);
 
 }  // namespace thenar

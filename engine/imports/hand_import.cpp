@@ -8,6 +8,7 @@
 
 #include "engine/formats/text.h"
 #include "engine/imports/finger_chains.h"
+#include "engine/imports/joint_ties.h"
 #include "engine/imports/mjcf_file.h"
 #include "engine/imports/muscle_import.h"
 #include "engine/imports/pulp_guess.h"
@@ -65,15 +66,35 @@ void add_joints(const BodyTree& tree, const FingerChains& chains, const TreePose
   }
 }
 
-/// The round end of a body that is farthest from its last joint.
-const TreeBall* farthest_ball(const TreeBody& body, const Vector3d& joint_B) {
-  const TreeBall* farthest = nullptr;
+bool is_capsule(const TreeRound& round) { return round.shape && round.shape->form == PulpShape::Form::kCapsule; }
+
+/// Of a capsule the centre of the round end that is farther from a point; of others the centre.
+Vector3d far_end_m(const TreeRound& round, const Vector3d& from_B) {
+  if (!is_capsule(round)) return round.centre_m;
+  const Vector3d way_m = round.shape->half_m[0] * round.shape->axes.col(0);
+  const double side = way_m.dot(round.centre_m - from_B) < 0.0 ? -1.0 : 1.0;
+  return round.centre_m + side * way_m;
+}
+
+/// Whether a hand file may have it for a pulp.
+bool may_be_pulp(const TreeRound& round) {
+  if (round.radius_m < 1e-3 || round.radius_m > 0.05) return false;
+  if (!round.shape) return true;
+  const double most_m = is_capsule(round) ? 0.1 : std::min(0.1, 4.0 * round.radius_m);
+  return round.shape->half_m.maxCoeff() <= most_m;
+}
+
+/// What of a body's round parts reaches farthest from its last joint.
+const TreeRound* farthest_round(const TreeBody& body, const Vector3d& joint_B) {
+  const TreeRound* farthest = nullptr;
   double most = 0.0;
-  for (const TreeBall& ball : body.balls) {
-    const double reach = (ball.centre_m - joint_B).norm() + ball.radius_m;
-    if (reach <= most || ball.radius_m < 1e-3 || ball.radius_m > 0.05) continue;
+  for (const TreeRound& round : body.rounds) {
+    const Vector3d way_m = far_end_m(round, joint_B) - joint_B;
+    const bool is_sphere = !round.shape || is_capsule(round);
+    const double reach = way_m.norm() + (is_sphere ? round.radius_m : extent_m(*round.shape, way_m.stableNormalized()));
+    if (reach <= most || !may_be_pulp(round)) continue;
     most = reach;
-    farthest = &ball;
+    farthest = &round;
   }
   return farthest;
 }
@@ -96,19 +117,25 @@ void add_fingertips(const BodyTree& tree, const HandRequest& request, const Fing
     tip.segment = segments.of_body[place.body];
     first += tip.joints;
     Vector3d centre_B = place.X_BP * asked.centre_m.value_or(Vector3d::Zero());
-    const TreeBall* const ball = asked.centre_m || place.is_site ? nullptr : farthest_ball(body, joint_B);
-    tip.radius_m = asked.radius_m.value_or(ball != nullptr ? ball->radius_m : kRadius_m);
-    if (ball != nullptr) {
-      centre_B = ball->centre_m;
+    const TreeRound* const round = asked.centre_m || place.is_site ? nullptr : farthest_round(body, joint_B);
+    tip.radius_m = asked.radius_m.value_or(round != nullptr ? round->radius_m : kRadius_m);
+    if (round != nullptr && round->shape && !asked.radius_m) {
+      centre_B = round->centre_m;
+      tip.shape = round->shape;
+      tip.shape->axes = pose.X_HB[place.body].linear() * tip.shape->axes;
+      made.notes.push_back(fmt::format("the {}'s pulp is the {} of '{}'", asked.finger,
+                                       is_capsule(*round) ? "capsule" : "ellipsoid", body.name));
+    } else if (round != nullptr) {
+      centre_B = far_end_m(*round, joint_B);
       made.notes.push_back(fmt::format("the {}'s pulp is where the round end of '{}' is", asked.finger, body.name));
     } else if (!asked.centre_m && !place.is_site && (centre_B - joint_B).norm() < 2e-3) {
       throw ConfigError(
           {{"--tips " + asked.text, "",
-            printable(fmt::format("the origin of '{}' lies on its joint, and it has no sphere or capsule: "
+            printable(fmt::format("the origin of '{}' lies on its joint, and it has no sphere, ellipsoid or capsule: "
                                   "say where the pulp's centre is, such as {}:@0/-36/14.5mm",
                                   body.name, asked.text))}});
     }
-    if (!asked.radius_m && ball == nullptr) {
+    if (!asked.radius_m && round == nullptr) {
       made.notes.push_back(fmt::format("the {}'s pulp has a radius of 8 mm, a guess", asked.finger));
     }
     const Isometry3d X_SH = made.hand.segments[tip.segment].X_WS_0.inverse();
@@ -151,6 +178,7 @@ ImportedHand import_hand(const BodyTree& tree, const HandRequest& request) {
   guess_normals(made.hand, made.notes);
   if (made.hand.fingers() == 1) made.notes.emplace_back("a hand of one finger can press, but hold nothing");
   import_muscles(tree, pose, segments, made);
+  made.hand = tied(std::move(made.hand), tree, chains, made.notes);
   if (request.mirror) {
     made.hand = mirrored(std::move(made.hand));
     made.notes.emplace_back("it is the mirror image of what the file describes");

@@ -42,14 +42,43 @@ std::string list(const Matrix3d& R) {
 
 std::string names(const Hand& hand, const std::vector<int>& joints) {
   std::string text;
-  for (const int joint : joints) text += (text.empty() ? "" : ", ") + word(hand.joints[joint].name);
+  for (const int joint : joints) text += (text.empty() ? "" : ", ") + word(hand.joint(joint).name);
   return fmt::format("[{}]", text);
 }
 
-std::vector<int> moved_by(const Hand& hand, const Segment& segment) {
-  std::vector<int> joints;
-  for (int j = 0; j < segment.joints; ++j) joints.push_back(hand.fingertips[segment.finger].first_joint + j);
-  return joints;
+/// The first joints and followers of a finger from the palm on, as Hand::joint() counts them.
+std::vector<int> chain_of(const Hand& hand, const Fingertip& tip, int joints, int followers) {
+  std::vector<int> chain;
+  int next = tip.first_follower;
+  for (int j = 0; j < joints; ++j) {
+    chain.push_back(tip.first_joint + j);
+    for (; next < tip.first_follower + followers && hand.followers[next].after == j + 1; ++next) {
+      chain.push_back(static_cast<int>(hand.joints.size()) + next);
+    }
+  }
+  return chain;
+}
+
+std::string joint_text(const Hand& hand, int index) {
+  const Joint& joint = hand.joint(index);
+  std::string text =
+      fmt::format("- {{name: {}, origin_at_q0: {}, axis_at_q0: {}, limits: [{}, {}]", word(joint.name),
+                  list(joint.origin_m), list(joint.axis), number(joint.lower_rad), number(joint.upper_rad));
+  if (index >= std::ssize(hand.joints)) {
+    const Follower& follower = hand.followers[index - hand.joints.size()];
+    text += fmt::format(", follows: {}, ratio: {}", word(hand.joints[follower.leader].name), number(follower.ratio));
+    if (follower.offset_rad != 0.0) text += fmt::format(", offset: {}", number(follower.offset_rad));
+  }
+  return text + "}\n";
+}
+
+std::string pulp_text(const Fingertip& tip) {
+  if (!tip.shape) return fmt::format("radius: {}", number(tip.radius_m));
+  const std::string axes = fmt::format("pulp_axes: {}", list(tip.shape->axes));
+  if (tip.shape->form == PulpShape::Form::kEllipsoid) {
+    return fmt::format("semi_axes: {}, {}", list(tip.shape->half_m), axes);
+  }
+  return fmt::format("radius: {}, length: {}, {}", number(tip.radius_m), number(2.0 * tip.shape->half_m[0]), axes);
 }
 
 std::string crossing_text(const Hand& hand, const MuscleCrossing& crossing) {
@@ -70,23 +99,24 @@ std::string hand_text(const ImportedHand& made, const std::string& origin) {
       fmt::format("# {}\n# SI units: m, rad, kg, N. What is at_q0 is in the hand frame, all joints at 0.\n", origin);
   for (const std::string& note : made.notes) text += fmt::format("# - {}\n", note);
   text += "joints:\n";
-  for (const Joint& joint : hand.joints) {
-    text += fmt::format("- {{name: {}, origin_at_q0: {}, axis_at_q0: {}, limits: [{}, {}]}}\n", word(joint.name),
-                        list(joint.origin_m), list(joint.axis), number(joint.lower_rad), number(joint.upper_rad));
+  for (const Fingertip& tip : hand.fingertips) {
+    for (const int joint : chain_of(hand, tip, tip.joints, tip.followers)) text += joint_text(hand, joint);
   }
   text += "segments:  # x to the next joint or the pulp, z along a joint's axis\n";
   for (std::size_t s = 1; s < hand.segments.size(); ++s) {
     const Segment& segment = hand.segments[s];
-    text += fmt::format(
-        "- {{name: {}, moved_by: {}, length: {}, mass: {}, com: {}, frame_at_q0: {{origin: {}, R: {}}}}}\n",
-        word(segment.name), names(hand, moved_by(hand, segment)), number(segment.length_m), number(segment.mass_kg),
-        list(segment.com_m), list(Vector3d(segment.X_WS_0.translation())), list(Matrix3d(segment.X_WS_0.linear())));
-  }
-  text += "fingertips:  # pulp as a sphere, in the frame of its segment\n";
-  for (const Fingertip& tip : hand.fingertips) {
     text +=
-        fmt::format("- {{finger: {}, segment: {}, pulp_centre: {}, radius: {}, pulp_normal: {}}}\n", word(tip.finger),
-                    word(hand.segments[tip.segment].name), list(tip.centre_m), number(tip.radius_m), list(tip.normal));
+        fmt::format("- {{name: {}, moved_by: {}, length: {}, mass: {}, com: {}, frame_at_q0: {{origin: {}, R: {}}}}}\n",
+                    word(segment.name),
+                    names(hand, chain_of(hand, hand.fingertips[segment.finger], segment.joints, segment.followers)),
+                    number(segment.length_m), number(segment.mass_kg), list(segment.com_m),
+                    list(Vector3d(segment.X_WS_0.translation())), list(Matrix3d(segment.X_WS_0.linear())));
+  }
+  const bool spheres = std::ranges::all_of(hand.fingertips, [](const Fingertip& tip) { return !tip.shape; });
+  text += fmt::format("fingertips:  # pulp{}, in the frame of its segment\n", spheres ? " as a sphere" : "");
+  for (const Fingertip& tip : hand.fingertips) {
+    text += fmt::format("- {{finger: {}, segment: {}, pulp_centre: {}, {}, pulp_normal: {}}}\n", word(tip.finger),
+                        word(hand.segments[tip.segment].name), list(tip.centre_m), pulp_text(tip), list(tip.normal));
   }
   if (hand.muscles.empty()) return text;
   text += "muscles:\n";

@@ -87,8 +87,7 @@ void add_geom(const Reader& reader, const XmlElement& element, const Within& wit
   weights.mass_kg += mass_kg;
   weights.moment += mass_kg * geom.X_BG.translation();
   weights.unknown += geom.mass_kg ? 0 : 1;
-  std::vector<TreeBall>& balls = reader.tree.bodies[within.body].balls;
-  balls.insert(balls.end(), geom.balls.begin(), geom.balls.end());
+  if (geom.round) reader.tree.bodies[within.body].rounds.push_back(*geom.round);
   const bool is_cylinder = geom.type == "cylinder";
   if (!element.text("name").empty() && (is_cylinder || geom.type == "sphere")) {
     reader.tree.wraps.push_back({element.text("name"), within.body, geom.X_BG, geom.radius_m, is_cylinder});

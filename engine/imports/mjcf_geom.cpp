@@ -39,6 +39,22 @@ std::optional<double> volume_m3(const std::string& type, const Vector3d& size) {
   return std::nullopt;
 }
 
+std::optional<TreeRound> round_of(const MjcfGeom& geom, const Vector3d& size) {
+  constexpr double kLeastHalf_m = 0.5e-4;  // Shorter, and it is a sphere.
+  TreeRound round{geom.radius_m, std::nullopt, geom.X_BG.translation()};
+  if (geom.type == "ellipsoid") {
+    round.shape = PulpShape{PulpShape::Form::kEllipsoid, geom.X_BG.linear(), size};
+    round.radius_m = size.minCoeff();
+  } else if (geom.type == "capsule" && size[1] >= kLeastHalf_m) {
+    Eigen::Matrix3d turned;  // MJCF's is along z, a pulp's along its first axis.
+    turned << geom.X_BG.linear().col(2), geom.X_BG.linear().col(0), geom.X_BG.linear().col(1);
+    round.shape = PulpShape{PulpShape::Form::kCapsule, turned, {size[1], size[0], size[0]}};
+  } else if (geom.type != "sphere" && geom.type != "capsule") {
+    return std::nullopt;
+  }
+  return round;
+}
+
 }  // namespace
 
 MjcfGeom read_geom(const XmlElement& element, const MjcfAngles& angles, const Isometry3d& X_BF) {
@@ -63,12 +79,7 @@ MjcfGeom read_geom(const XmlElement& element, const MjcfAngles& angles, const Is
   if (!geom.mass_kg && volume) geom.mass_kg = density * *volume;
   if (density == 0.0 && !geom.mass_kg) geom.mass_kg = 0.0;
   if (geom.type == "plane") geom.mass_kg = 0.0;
-  if (geom.type == "sphere") geom.balls.push_back({geom.X_BG.translation(), geom.radius_m});
-  if (geom.type == "capsule") {
-    for (const double end : {-size[1], size[1]}) {
-      geom.balls.push_back({geom.X_BG * Vector3d(0.0, 0.0, end), geom.radius_m});
-    }
-  }
+  geom.round = round_of(geom, size);
   return geom;
 }
 

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <map>
+#include <numbers>
+#include <vector>
 
 #include "engine/formats/text.h"
 
@@ -104,15 +106,46 @@ int body_of(const XmlElement& element, const std::string& number, const BodyTree
   return element.find(body) == nullptr ? 0 : item_of(element, body.c_str(), tree.bodies, "body");
 }
 
+const TreeJoint* joint_named(const BodyTree& tree, const std::string& name) {
+  for (const TreeBody& body : tree.bodies) {
+    if (const int joint = index_of_name(body.joints, name); joint >= 0) return &body.joints[joint];
+  }
+  return nullptr;
+}
+
+/// With the references y_0 and x_0 of its joints, y - y_0 = a_0 + a_1 (x - x_0) + a_2 (x - x_0)^2 + ...
+TreeCoupling read_joint_equality(const XmlElement& equality, const std::string& what, const BodyTree& tree) {
+  TreeCoupling coupling{what, equality.place, {equality.text("joint1")}};
+  std::vector<double> a{0.0, 1.0, 0.0, 0.0, 0.0};
+  const auto given = numbers(equality, "polycoef", 1, 5);
+  if (given) std::copy(given->begin(), given->end(), a.begin());
+  const TreeJoint* const one = joint_named(tree, coupling.joints[0]);
+  if (one == nullptr) refuse(equality, fmt::format("no joint is named '{}'", coupling.joints[0]));
+  const bool holds =
+      equality.find("joint2") == nullptr || std::all_of(a.begin() + 1, a.end(), [](double x) { return x == 0.0; });
+  if (equality.find("joint2") != nullptr) coupling.joints.push_back(equality.text("joint2"));
+  if (holds) {
+    coupling.fault = fmt::format("to nothing but the angle {:g} deg, where it stays",
+                                 180.0 / std::numbers::pi * (one->reference + a[0]));
+    return coupling;
+  }
+  const TreeJoint* const other = joint_named(tree, coupling.joints[1]);
+  if (other == nullptr) refuse(equality, fmt::format("no joint is named '{}'", coupling.joints[1]));
+  if (a[2] != 0.0 || a[3] != 0.0 || a[4] != 0.0) {
+    coupling.fault = "by a polynomial, and a joint follows another one by a multiple of its angle";
+  } else {
+    coupling.line = {a[1], one->reference + a[0] - a[1] * other->reference};
+  }
+  return coupling;
+}
+
 void read_equality(const XmlElement& equality, BodyTree& tree) {
   if (equality.text("active") == "false") return;
   const std::string what = fmt::format("equality {}", named(equality));
   if (equality.name == "connect" || equality.name == "weld") {
     tree.loops.push_back({what, equality.place, {body_of(equality, "1", tree), body_of(equality, "2", tree)}});
   } else if (equality.name == "joint") {
-    TreeCoupling coupling{what, equality.place, {equality.text("joint1")}};
-    if (equality.find("joint2") != nullptr) coupling.joints.push_back(equality.text("joint2"));
-    tree.couplings.push_back(coupling);
+    tree.couplings.push_back(read_joint_equality(equality, what, tree));
   } else if (equality.name == "tendon") {
     tree.notes.push_back(what + " is left out");
   }

@@ -118,6 +118,7 @@ void finish_segments(Hand& hand) {
     if (!is_last) continue;
     tip.centre_m = R.transpose() * tip.centre_m;
     tip.normal = R.transpose() * tip.normal;
+    if (tip.shape) tip.shape->axes = (R.transpose() * tip.shape->axes).eval();
   }
 }
 

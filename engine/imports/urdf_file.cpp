@@ -29,6 +29,18 @@ Isometry3d origin_of(const XmlElement& element) {
   return X;
 }
 
+/// An extension of URDF that several simulators read: its straight part is along z, and so long.
+TreeRound read_capsule(const XmlElement& capsule, const Isometry3d& X_BC) {
+  constexpr double kLeastLength_m = 1e-4;  // Shorter, and it is a sphere.
+  TreeRound round{number(capsule, "radius").value_or(0.0), std::nullopt, X_BC.translation()};
+  const double length_m = number(capsule, "length").value_or(0.0);
+  if (length_m < kLeastLength_m) return round;
+  Eigen::Matrix3d axes;
+  axes << X_BC.linear().col(2), X_BC.linear().col(0), X_BC.linear().col(1);
+  round.shape = PulpShape{PulpShape::Form::kCapsule, axes, {0.5 * length_m, round.radius_m, round.radius_m}};
+  return round;
+}
+
 TreeBody read_link(const XmlElement& link) {
   TreeBody body;
   body.name = link.text("name");
@@ -44,9 +56,13 @@ TreeBody read_link(const XmlElement& link) {
   for (const XmlElement& collision : link.children) {
     if (collision.name != "collision") continue;
     const XmlElement* const geometry = collision.child("geometry");
-    const XmlElement* const sphere = geometry == nullptr ? nullptr : geometry->child("sphere");
-    if (sphere == nullptr) continue;
-    body.balls.push_back({origin_of(collision).translation(), number(*sphere, "radius").value_or(0.0)});
+    if (geometry == nullptr) continue;
+    const Isometry3d X_BC = origin_of(collision);
+    if (const XmlElement* const sphere = geometry->child("sphere")) {
+      body.rounds.push_back({number(*sphere, "radius").value_or(0.0), std::nullopt, X_BC.translation()});
+    } else if (const XmlElement* const capsule = geometry->child("capsule")) {
+      body.rounds.push_back(read_capsule(*capsule, X_BC));
+    }
   }
   return body;
 }
@@ -138,8 +154,17 @@ BodyTree read_urdf(const XmlElement& robot) {
     }
     joints_below[parent].push_back({&element, parent});
     if (const XmlElement* const mimic = element.child("mimic")) {
-      tree.couplings.push_back(
-          {fmt::format("mimic of '{}'", mimic->text("joint")), mimic->place, {element.text("name")}});
+      const std::string leader = mimic->text("joint");
+      const double ratio = number(*mimic, "multiplier").value_or(1.0),
+                   offset_rad = number(*mimic, "offset").value_or(0.0);
+      TreeCoupling coupling{fmt::format("mimic of '{}'", leader), mimic->place, {element.text("name"), leader}};
+      coupling.line = {ratio, offset_rad};
+      if (ratio == 0.0) {
+        coupling.line.reset();
+        coupling.joints.pop_back();
+        coupling.fault = fmt::format("to nothing but the angle {:g} rad, where it stays", offset_rad);
+      }
+      tree.couplings.push_back(coupling);
     }
   }
   for (const auto& [name, link] : links) {

@@ -122,7 +122,8 @@ std::string muscles_script(const Model& model, const Recording& recording, const
     for (std::size_t m = 0; m < model.scene.hand.muscles.size(); ++m) {
       const Muscle& muscle = model.scene.hand.muscles[m];
       const double peak = peak_N(recording, static_cast<Eigen::Index>(m));
-      if (!model.scene.hand.fingertips[k].has_joint(muscle.crossings.front().joints.front()) || peak < kAtWork_N)
+      if (!model.scene.hand.fingertips[k].has_joint(model.scene.hand.leader(muscle.crossings.front().joints.front())) ||
+          peak < kAtWork_N)
         continue;
       curves += (curves.empty() ? "" : ", ") + curve(muscle.name + "_N", muscle.name, style++ % 8 + 1);
       highest_N = std::max(highest_N, peak);

@@ -15,11 +15,13 @@ namespace thenar {
 
 using Eigen::Index;
 using Eigen::Matrix3d;
+using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 namespace {
 
 constexpr double kArrow_m_per_N = 10e-3;
+const Vector2d kLabel_mm(19.0, 5.5);  // As large as "1.23 N" is where the whole hand is in the picture.
 const Vector3d kPressed(0.78, 0.10, 0.10);
 const Vector3d kObject(0.42, 0.58, 0.75);
 
@@ -64,6 +66,9 @@ void add_object(const Model& model, const State& state, std::vector<Surfel>& sur
 void add_pulp(const Pulp& pulp, const Eigen::MatrixX3d& u_m, const Eigen::Isometry3d& X_WF,
               std::vector<Surfel>& surfels) {
   constexpr double kFullColor_m = 1.5e-3;
+  // Discs that cover the surface, also where it is stretched.
+  const double spacing_m = std::sqrt(pulp.area_m2.sum() / static_cast<double>(pulp.surface.points_m.cols()));
+  const double radius_m = std::max(0.62e-3, 1.1 * spacing_m);
   SurfaceDisplay display(pulp);
   const Eigen::MatrixX3f moved = display.displace(u_m);
   for (Index row = 0; row < moved.rows(); ++row) {
@@ -71,7 +76,7 @@ void add_pulp(const Pulp& pulp, const Eigen::MatrixX3d& u_m, const Eigen::Isomet
     const Index i = pulp.order[row];
     const double share = std::min(1.0, d.norm() / kFullColor_m);
     surfels.push_back({X_WF * (pulp.surface.points_m.col(i) + d), X_WF.linear() * pulp.surface.normals.col(i),
-                       (1.0 - share) * kSkin + share * kPressed, 0.62e-3});
+                       (1.0 - share) * kSkin + share * kPressed, radius_m});
   }
 }
 
@@ -81,38 +86,76 @@ void add_fingertip(const Model& model, const State& state, const HandPose& pose,
   if (model.deformable()) {
     add_pulp(model.pulps[k], state.u_m[k], X_WF, surfels);
   } else {
-    add_ball(X_WF * tip.centre_m, tip.radius_m, kSkin, surfels);
+    add_rigid_pulp(tip, X_WF, surfels);
   }
 }
 
-/// The fingers' forces on the object: arrows that end where they act, with their size.
+/// The fingers' forces on the object: arrows that end where they act, with their size and its place.
 std::string arrows(const State& state, const Matrix3d& view) {
+  std::vector<Vector2d> labels;  // [mm], each clear of those before it
   std::string lines;
   for (const FingerLoad& load : state.load) {
     if (load.normal_N <= 0.0) continue;
     const Vector3d d = 1e3 * kArrow_m_per_N * view * load.force_N;
     const Vector3d p = 1e3 * view * load.centre_m - d;
-    lines += fmt::format("{:.3f} {:.3f} {:.3f} {:.3f} \"{:.2f} N\"\n", p.x(), p.y(), d.x(), d.y(), load.force_N.norm());
+    Vector2d label(p.x() + 8.0, p.y() + (d.x() < 0.0 ? -3.0 : 4.0));
+    const auto covers = [&](const Vector2d& other) {
+      return std::abs(other.x() - label.x()) < kLabel_mm.x() && std::abs(other.y() - label.y()) < kLabel_mm.y();
+    };
+    for (auto other = labels.begin(); (other = std::find_if(labels.begin(), labels.end(), covers)) != labels.end();) {
+      label.y() = other->y() - kLabel_mm.y();
+    }
+    labels.push_back(label);
+    lines += fmt::format("{:.3f} {:.3f} {:.3f} {:.3f} {:.3f} {:.3f} \"{:.2f} N\"\n", p.x(), p.y(), d.x(), d.y(),
+                         label.x(), label.y(), load.force_N.norm());
   }
   return lines;
 }
 
+/// How the picture is shared out: the grasp at the left, the pulps at the right, below each other or, if these are more
+/// than three, two in a row. Places are shares of the picture's width and height.
+struct Layout {
+  bool narrow = true;  ///< One column of pulps.
+  int width_px = 900, rows = 3;
+  double grasp_end = 0.66;
+
+  explicit Layout(int pulps) : narrow(pulps <= 3) {
+    if (narrow) return;
+    width_px = 1120;
+    rows = (pulps + 1) / 2;
+    grasp_end = 0.57;
+  }
+
+  /// "set lmargin ..." of the k-th pulp of all.
+  [[nodiscard]] std::string margins(int k) const {
+    const double left = narrow ? 0.70 : 0.585 + 0.21 * (k % 2), right = narrow ? 0.98 : left + 0.195;
+    const double pitch = narrow ? 0.325 : 0.93 / rows, height = narrow ? 0.26 : pitch - 0.07;
+    const double top = narrow ? 0.95 - pitch * k : 0.88 - pitch * (k / 2);
+    return fmt::format(
+        "set lmargin at screen {:.4g}\nset rmargin at screen {:.4g}\nset bmargin at screen {:.4g}\n"
+        "set tmargin at screen {:.4g}\n",
+        left, right, top - height, top);
+  }
+};
+
 /// The whole grasp, at the left of the picture.
-std::string grasp_panel(const Model& model, const State& state, const HandPose& pose, const Matrix3d& view) {
+std::string grasp_panel(const Model& model, const State& state, const HandPose& pose, const Matrix3d& view,
+                        const Layout& layout) {
   std::vector<Surfel> surfels;
   add_object(model, state, surfels);
   add_bones(model.scene.hand, pose, surfels);
   for (int k = 0; k < model.fingers(); ++k) add_fingertip(model, state, pose, k, surfels);
   return fmt::format(
       "$grasp << EOD\n{}EOD\n$forces << EOD\n{}EOD\n"
-      "set lmargin at screen 0.02\nset rmargin at screen 0.66\nset bmargin at screen 0.01\nset tmargin at screen 0.99\n"
+      "set lmargin at screen 0.02\nset rmargin at screen {}\nset bmargin at screen 0.01\nset tmargin at screen 0.99\n"
       "plot $grasp {}, $forces using 1:2:3:4 with vectors lw 4 lc rgb '#107030' filled head size 2.5,20,60 fixed, "
-      "$forces using ($1+8):($3<0 ? $2-3 : $2+4):5 with labels font ',14' textcolor rgb '#107030'\n",
-      painted(surfels, view), arrows(state, view), kDiscs);
+      "$forces using 5:6:7 with labels font ',14' textcolor rgb '#107030'\n",
+      painted(surfels, view), arrows(state, view), layout.grasp_end, kDiscs);
 }
 
 /// A deformed fingertip as the object sees it, at the right.
-std::string fingertip_panel(const Model& model, const State& state, const HandPose& pose, int k, const Matrix3d& view) {
+std::string fingertip_panel(const Model& model, const State& state, const HandPose& pose, int k, const Matrix3d& view,
+                            const Layout& layout) {
   const Fingertip& tip = model.scene.hand.fingertips[k];
   const Vector3d n = state.load[k].normal_N > 0.0 ? state.load[k].normal
                                                   : Vector3d(pose.distal(model.scene.hand, k).linear() * tip.normal);
@@ -122,12 +165,9 @@ std::string fingertip_panel(const Model& model, const State& state, const HandPo
   from_object.row(1) = n.cross(Vector3d(from_object.row(0)));
   std::vector<Surfel> surfels;
   add_fingertip(model, state, pose, k, surfels);
-  return fmt::format(
-      "$tip << EOD\n{}EOD\n"
-      "set lmargin at screen 0.70\nset rmargin at screen 0.98\nset bmargin at screen {}\nset tmargin at screen {}\n"
-      "set title {} offset 0,-0.8\nplot $tip {}\n",
-      painted(surfels, from_object), 0.69 - 0.325 * k, 0.95 - 0.325 * k,
-      gnuplot_string(tip.finger + ", seen from the object"), kDiscs);
+  return fmt::format("$tip << EOD\n{}EOD\n{}set title {} offset 0,-0.8\nplot $tip {}\n", painted(surfels, from_object),
+                     layout.margins(k), gnuplot_string(tip.finger + (layout.narrow ? ", seen from the object" : "")),
+                     kDiscs);
 }
 
 }  // namespace
@@ -136,13 +176,16 @@ std::string grasp_picture_script(const Model& model, const State& state) {
   HandPose pose;
   forward_kinematics(model.scene.hand, state.q, pose);
   const Matrix3d view = camera(model, pose);
-  std::string script =
-      "set terminal pngcairo size 900,700 font 'Helvetica,13' background rgb 'white'\n"
+  const Layout layout(model.deformable() ? model.fingers() : 0);
+  std::string script = fmt::format(
+      "set terminal pngcairo size {},700 font 'Helvetica,13' background rgb 'white'\n"
       "unset border\nunset tics\nunset key\nset size ratio -1\nset offsets 1,1,1,1\nset style fill solid 1.0 noborder\n"
-      "set multiplot\n";
-  script += grasp_panel(model, state, pose, view);
+      "set multiplot\n",
+      layout.width_px);
+  if (!layout.narrow) script += "set label 1 'The pulps, seen from the object' at screen 0.785,0.965 center\n";
+  script += grasp_panel(model, state, pose, view, layout) + "unset label\n";
   for (int k = 0; model.deformable() && k < model.fingers(); ++k)
-    script += fingertip_panel(model, state, pose, k, view);
+    script += fingertip_panel(model, state, pose, k, view, layout);
   return script + "unset multiplot\n";
 }
 

@@ -38,8 +38,7 @@ std::string panel(const Hand& hand, const HandPose& pose, const Matrix3d& view, 
   std::vector<Surfel> surfels;
   add_bones(hand, pose, surfels);
   for (int k = 0; k < hand.fingers(); ++k) {
-    const Fingertip& tip = hand.fingertips[k];
-    add_ball(pose.distal(hand, k) * tip.centre_m, tip.radius_m, kSkin, surfels);
+    add_rigid_pulp(hand.fingertips[k], pose.distal(hand, k), surfels);
   }
   return fmt::format(
       "$hand{0} << EOD\n{1}EOD\nset lmargin at screen {2}\nset rmargin at screen {3}\nset bmargin at screen 0.02\n"

@@ -39,13 +39,15 @@ void append(std::span<const Number> numbers, std::string& bytes) {
   bytes.append(reinterpret_cast<const char*>(numbers.data()), numbers.size_bytes());
 }
 
-/// Position, then rotation by rows.
-std::array<double, 12> numbers_of(const Isometry3d& X) {
-  std::array<double, 12> numbers{};
-  Eigen::Map<Vector3d> position(numbers.data());
-  Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> rotation(numbers.data() + 3);
-  position = X.translation();
-  rotation = X.linear();
+/// The poses of the hand's segments, one after the other.
+std::vector<double> segment_poses(const Hand& hand, const JointVector& q) {
+  HandPose pose;
+  forward_kinematics(hand, q, pose);
+  std::vector<double> numbers;
+  for (const Isometry3d& X_WS : pose.segments) {
+    const std::array<double, 12> of_one = pose_numbers(X_WS);
+    numbers.insert(numbers.end(), of_one.begin(), of_one.end());
+  }
   return numbers;
 }
 
@@ -77,18 +79,11 @@ void for_each_field(const Model& model, const Picture& picture, const TickRecord
   one("tick", "", static_cast<double>(now.tick));
   one("frame", "", static_cast<double>(tick.contact.sequence));
   one("held", "", tick.contact.held ? 1.0 : 0.0);
-  vector("object", "m", numbers_of(now.X_WO));
-  vector("target", "m", numbers_of(now.X_WT.value_or(model.target(tick.time_s))));
+  vector("object", "m", pose_numbers(now.X_WO));
+  vector("target", "m", pose_numbers(now.X_WT.value_or(model.target(tick.time_s))));
   vector("q_rad", "rad", now.q);
   vector("stop_Nm", "N m", tick.contact.stop_Nm);
-  HandPose pose;
-  forward_kinematics(model.scene.hand, now.q, pose);
-  std::vector<double> segments;
-  for (const Isometry3d& X_WS : pose.segments) {
-    const std::array<double, 12> numbers = numbers_of(X_WS);
-    segments.insert(segments.end(), numbers.begin(), numbers.end());
-  }
-  vector("segments", "m", segments);
+  vector("segments", "m", segment_poses(model.scene.hand, now.q));
   columns("force_N", "N", [&](int k) { return now.load[k].force_N; });
   columns("desired_N", "N", [&](int k) { return tick.desired_N[k]; });
   columns("centre_m", "m", [&](int k) { return now.load[k].centre_m; });
@@ -198,6 +193,36 @@ ordered_json muscle_lines(const Hand& hand, const Muscle& muscle) {
 
 ordered_json vector_json(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
+ordered_json shape_json(const PulpShape& shape) {
+  const bool is_capsule = shape.form == PulpShape::Form::kCapsule;
+  ordered_json axes = ordered_json::array();
+  for (int i = 0; i < 3; ++i) axes.push_back(vector_json(shape.axes.col(i)));
+  return {{"form", is_capsule ? "capsule" : "ellipsoid"}, {"half_m", vector_json(shape.half_m)}, {"axes", axes}};
+}
+
+ordered_json fingers_json(const Hand& hand) {
+  ordered_json json = ordered_json::array();
+  for (const Fingertip& tip : hand.fingertips) {
+    json.push_back({{"name", tip.finger},
+                    {"segment", tip.segment},
+                    {"centre_m", vector_json(tip.centre_m)},
+                    {"radius_m", tip.radius_m}});
+    if (tip.shape) json.back()["shape"] = shape_json(*tip.shape);
+  }
+  return json;
+}
+
+ordered_json segments_json(const Hand& hand) {
+  ordered_json json = ordered_json::array();
+  for (const Segment& segment : hand.segments) {
+    json.push_back({{"name", segment.name},
+                    {"finger", segment.finger},
+                    {"length_m", segment.length_m},
+                    {"joints", segment.joints}});
+  }
+  return json;
+}
+
 ordered_json fields_json(const std::vector<Field>& fields) {
   ordered_json json = ordered_json::array();
   for (const Field& field : fields) {
@@ -232,23 +257,11 @@ std::vector<Field> contact_fields() {
 
 ordered_json scene_message(const Model& model, bool live) {
   const Scene& scene = model.scene;
-  ordered_json fingers = ordered_json::array(), segments = ordered_json::array(), muscles = ordered_json::array();
-  ordered_json joints = ordered_json::array();
+  ordered_json fingers = fingers_json(scene.hand), muscles = ordered_json::array(), joints = ordered_json::array();
   for (const Joint& joint : scene.hand.joints) joints.push_back(joint.name);
-  for (std::size_t k = 0; k < scene.hand.fingertips.size(); ++k) {
-    const Fingertip& tip = scene.hand.fingertips[k];
-    fingers.push_back({{"name", tip.finger},
-                       {"segment", tip.segment},
-                       {"centre_m", vector_json(tip.centre_m)},
-                       {"radius_m", tip.radius_m},
-                       {"samples", model.deformable() ? model.pulps[k].surface.points_m.cols() : 0},
-                       {"controls", model.deformable() ? model.pulps[k].controls() : 0}});
-  }
-  for (const Segment& segment : scene.hand.segments) {
-    segments.push_back({{"name", segment.name},
-                        {"finger", segment.finger},
-                        {"length_m", segment.length_m},
-                        {"joints", segment.joints}});
+  for (std::size_t k = 0; k < fingers.size(); ++k) {
+    fingers[k]["samples"] = model.deformable() ? model.pulps[k].surface.points_m.cols() : 0;
+    fingers[k]["controls"] = model.deformable() ? model.pulps[k].controls() : 0;
   }
   if (model.scene.has_muscles()) {
     for (const Muscle& muscle : scene.hand.muscles) {
@@ -271,7 +284,7 @@ ordered_json scene_message(const Model& model, bool live) {
           {"fields", fields_json(state_fields(model))},
           {"contact_fields", fields_json(contact_fields())},
           {"fingers", fingers},
-          {"segments", segments},
+          {"segments", segments_json(scene.hand)},
           {"joints", joints},
           {"muscles", muscles},
           // The support of the object's surface is 2.2 spacings.
@@ -280,7 +293,7 @@ ordered_json scene_message(const Model& model, bool live) {
             {"spacing_m", model.object.support_m() / 2.2 * std::sqrt(static_cast<double>(stride))},
             {"mass_kg", scene.object.mass_kg},
             {"centre_of_mass_m", vector_json(scene.object.centre_of_mass_m)}}},
-          {"start", numbers_of(scene.object.X_WO)},
+          {"start", pose_numbers(scene.object.X_WO)},
           {"gravity_m_per_s2", vector_json(scene.gravity)},
           {"step_s", scene.step_s},
           {"control_period_s", scene.control_period_s},
@@ -288,6 +301,19 @@ ordered_json scene_message(const Model& model, bool live) {
           {"position_gain_N_per_m", position_gain},
           {"rotation_gain_Nm_per_rad", rotation_gain},
           {"pull", {{"stiffness_N_per_m", kPullStiffness_N_per_m}, {"limit_N", kPullLimit_N}}}};
+}
+
+ordered_json posture_json(const Hand& hand, const JointVector& q) {
+  return {{"fingers", fingers_json(hand)}, {"segments", segments_json(hand)}, {"poses", segment_poses(hand, q)}};
+}
+
+std::array<double, 12> pose_numbers(const Isometry3d& X) {
+  std::array<double, 12> numbers{};
+  Eigen::Map<Vector3d> position(numbers.data());
+  Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> rotation(numbers.data() + 3);
+  position = X.translation();
+  rotation = X.linear();
+  return numbers;
 }
 
 std::string geometry_message(const Model& model) {

@@ -57,6 +57,13 @@ struct Field {
 /// What stays as it is, as the page and a recording get it first.
 [[nodiscard]] nlohmann::ordered_json scene_message(const Model& model, bool live);
 
+/// How the hand of a scene lies at given angles, in the words of a scene message: its `fingers` and `segments`, and
+/// `poses`, 12 numbers a segment as a state has them.
+[[nodiscard]] nlohmann::ordered_json posture_json(const Hand& hand, const JointVector& q);
+
+/// A pose as a state has it: position, then rotation by rows.
+[[nodiscard]] std::array<double, 12> pose_numbers(const Eigen::Isometry3d& X);
+
 /// The points of the object, at most 40 000 of them, and of the pulps.
 [[nodiscard]] std::string geometry_message(const Model& model);
 

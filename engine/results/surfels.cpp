@@ -38,6 +38,21 @@ void add_ball(const Vector3d& centre_m, double radius_m, const Vector3d& color, 
   }
 }
 
+void add_rigid_pulp(const Fingertip& tip, const Eigen::Isometry3d& X_WF, std::vector<Surfel>& surfels) {
+  if (!tip.shape) {
+    add_ball(X_WF * tip.centre_m, tip.radius_m, kSkin, surfels);
+    return;
+  }
+  constexpr double kPoints = 1500.0;
+  const PointCloud cloud = sample_pulp(*tip.shape, static_cast<Index>(kPoints));
+  // As large for its points as those of a ball.
+  const double disc_m = 0.09 * std::sqrt(area_m2(*tip.shape) / (4.0 * std::numbers::pi));
+  for (Index i = 0; i < cloud.points_m.cols(); ++i) {
+    const Vector3d point_m = X_WF * (tip.centre_m + cloud.points_m.col(i));
+    surfels.push_back({point_m, X_WF.linear() * cloud.normals.col(i), kSkin, disc_m});
+  }
+}
+
 void add_bones(const Hand& hand, const HandPose& pose, std::vector<Surfel>& surfels) {
   for (std::size_t s = 0; s < hand.segments.size(); ++s) {
     const Segment& segment = hand.segments[s];

@@ -28,6 +28,9 @@ struct Surfel {
 void add_ball(const Eigen::Vector3d& centre_m, double radius_m, const Eigen::Vector3d& color,
               std::vector<Surfel>& surfels);
 
+/// Adds a rigid pulp; X_WF is the pose of its segment.
+void add_rigid_pulp(const Fingertip& tip, const Eigen::Isometry3d& X_WF, std::vector<Surfel>& surfels);
+
 /// Adds bones from joint to joint, and from the wrist to each finger.
 void add_bones(const Hand& hand, const HandPose& pose, std::vector<Surfel>& surfels);
 

@@ -70,12 +70,16 @@ void Warnings::Beyond::add(double time_s, double value) {
   worst_s = time_s;
 }
 
+double Warnings::share(std::size_t finger, double normal_N) const {
+  return factor_[finger] * patch_share(model_.pulps[finger], model_.scene, normal_N);
+}
+
 void Warnings::add(const TickRecord& tick) {
   ++ticks_;
   for (std::size_t k = 0; k < model_.pulps.size(); ++k) {
     const double depth_m = tick.contact.left_out_m[k], normal_N = tick.force[k].normal_N;
     if (depth_m > kNoticedDepth_m) full_[k].add(tick.time_s, depth_m);
-    if (patch_share(model_.pulps[k], model_.scene, normal_N) > kHalfSpaceShare) deep_[k].add(tick.time_s, normal_N);
+    if (share(k, normal_N) > kHalfSpaceShare) deep_[k].add(tick.time_s, normal_N);
   }
   for (Eigen::Index j = 0; j < tick.contact.stop_Nm.size(); ++j) {
     const double stop_Nm = tick.contact.stop_Nm[j];
@@ -104,8 +108,8 @@ std::vector<std::string> Warnings::sentences() const {
       all.push_back(fmt::format(
           "the {}'s patch is wider than its pulp is good for, from {:.3f} s on: a / R = {:.2f} with {:.2f} N at {:.3f} "
           "s, of {:g} at most",
-          model_.scene.hand.fingertips[k].finger, deep.since_s, patch_share(model_.pulps[k], model_.scene, deep.worst),
-          deep.worst, deep.worst_s, kHalfSpaceShare));
+          model_.scene.hand.fingertips[k].finger, deep.since_s, share(k, deep.worst), deep.worst, deep.worst_s,
+          kHalfSpaceShare));
     }
   }
   for (std::size_t j = 0; j < stopped_.size(); ++j) {
@@ -148,10 +152,11 @@ std::vector<std::string> warnings(const Model& model) {
     all.push_back(text);
   }
   double load_N = 0.0, share = 0.0;
-  for (const Pulp& pulp : model.pulps) {
-    const double expected_N = expected_load_N(scene, pulp);
+  for (std::size_t k = 0; k < model.pulps.size(); ++k) {
+    const double expected_N = expected_load_N(scene, model.pulps[k]);
     load_N = std::max(load_N, expected_N);
-    share = std::max(share, patch_share(pulp, scene, expected_N));
+    share = std::max(share, share_factor(model.pulps[k], scene.hand.fingertips[k].normal) *
+                                patch_share(model.pulps[k], scene, expected_N));
   }
   if (share > kHalfSpaceShare) {
     all.push_back(

@@ -7,6 +7,7 @@
 
 #include "engine/grasp/model.h"
 #include "engine/results/recording.h"
+#include "engine/scenes/pressed_pulp.h"
 
 namespace thenar {
 
@@ -23,7 +24,15 @@ inline constexpr double kHalfSpaceShare = 0.5;
 class Warnings {
  public:
   explicit Warnings(const Model& model)
-      : model_(model), full_(model.fingers()), deep_(model.fingers()), stopped_(model.scene.hand.joints.size()) {}
+      : model_(model),
+        full_(model.fingers()),
+        deep_(model.fingers()),
+        factor_(model.fingers(), 1.0),
+        stopped_(model.scene.hand.joints.size()) {
+    for (std::size_t k = 0; k < model.pulps.size(); ++k) {
+      factor_[k] = share_factor(model.pulps[k], model.scene.hand.fingertips[k].normal);
+    }
+  }
 
   void add(const TickRecord& tick);
 
@@ -39,10 +48,14 @@ class Warnings {
     void add(double time_s, double value);
   };
 
+  /// How wide a finger's patch is, of its pulp.
+  [[nodiscard]] double share(std::size_t finger, double normal_N) const;
+
   const Model& model_;
   std::int64_t ticks_ = 0;
-  PerFinger<Beyond> full_;  ///< Value: depth of a control point without room [m].
-  PerFinger<Beyond> deep_;  ///< Value: load [N].
+  PerFinger<Beyond> full_;    ///< Value: depth of a control point without room [m].
+  PerFinger<Beyond> deep_;    ///< Value: load [N].
+  PerFinger<double> factor_;  ///< share_factor() of each pulp.
   struct Stops {
     Beyond lower, upper;  ///< Value: what the stop bears [N m].
   };

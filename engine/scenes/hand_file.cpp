@@ -7,12 +7,14 @@
 #include <string_view>
 #include <vector>
 
+#include "engine/grasp/coupled_joints.h"
 #include "engine/scenes/config.h"
 #include "engine/scenes/keys.h"
 #include "solvers/muscle_forces.h"
 
 namespace thenar {
 
+using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 namespace {
@@ -81,6 +83,53 @@ std::vector<std::vector<int>> read_segments(const ConfigMap& root, Hand& hand) {
   return moved_by;
 }
 
+/// Axes whose column `kept` is along v, and another one near w: the first to the third, or the third to the first.
+Matrix3d axes_about(int kept, const Vector3d& v, const Vector3d& w) {
+  Vector3d u = w - w.dot(v) * v;
+  u = u.norm() > 1e-6 ? u.normalized() : v.unitOrthogonal();
+  Matrix3d axes;
+  axes.col(kept) = v;
+  axes.col(2 - kept) = u;
+  axes.col(1) = Vector3d(axes.col(2)).cross(axes.col(0));
+  return axes;
+}
+
+/// The shape of a pulp: a radius is a sphere, with a length a capsule; semi-axes are an ellipsoid.
+void read_pulp(const ConfigMap& map, Fingertip& tip) {
+  constexpr double kMostRatio = 4.0;
+  const bool has_axes = map.has("pulp_axes");
+  const Matrix3d axes = has_axes ? map.rotation("pulp_axes") : Matrix3d::Identity();
+  const auto set = [&](PulpShape::Form form, const Vector3d& half_m, const Matrix3d& usual) {
+    tip.shape = PulpShape{form, has_axes ? axes : usual, half_m};
+    tip.radius_m = tip.shape->inner_radius_m();
+  };
+  if (map.has("semi_axes")) {
+    const Vector3d half_m = map.quantities("semi_axes");
+    for (const char* const other : {"radius", "length"}) {
+      if (!map.has(other)) continue;
+      (void)map.quantity(other);
+      map.refuse(other, "an ellipsoid has semi_axes alone: name these, or a radius");
+    }
+    if (half_m.maxCoeff() > kMostRatio * half_m.minCoeff()) {
+      map.refuse("semi_axes", fmt::format("the largest must be at most {:g} times the least", kMostRatio));
+    }
+    set(PulpShape::Form::kEllipsoid, half_m, axes_about(2, tip.normal, Vector3d::UnitX()));
+    return;
+  }
+  if (!map.has("radius")) {
+    if (map.has("length")) (void)map.quantity("length");
+    map.refuse("radius", "is missing: a pulp has a radius, or semi_axes");
+    return;
+  }
+  tip.radius_m = map.quantity("radius");
+  if (map.has("length")) {
+    const Vector3d half_m(0.5 * map.quantity("length"), tip.radius_m, tip.radius_m);
+    set(PulpShape::Form::kCapsule, half_m, axes_about(0, Vector3d::UnitX(), tip.normal));
+  } else if (has_axes) {
+    map.refuse("pulp_axes", "a sphere has no axes: they are of semi_axes, or of a length");
+  }
+}
+
 /// A finger's joints are those that move its last segment.
 void read_fingertips(const ConfigMap& root, const std::vector<std::vector<int>>& moved_by, Hand& hand) {
   const auto tips = root.list_of_maps("fingertips");
@@ -96,8 +145,8 @@ void read_fingertips(const ConfigMap& root, const std::vector<std::vector<int>>&
     tip.finger = map.text("finger");
     tip.segment = segment_index(hand, map);
     tip.centre_m = map.quantities("pulp_centre");
-    tip.radius_m = map.quantity("radius");
     tip.normal = unit3(map, "pulp_normal");
+    read_pulp(map, tip);
     tip.joint_viscosity = if_named(map, "joint_viscosity");
     tip.reduced_modulus_Pa = if_named(map, "reduced_modulus");
     tip.poisson = if_named(map, "poisson");
@@ -138,6 +187,31 @@ void find_fingers(const ConfigMap& root, const std::vector<std::vector<int>>& mo
   }
 }
 
+/// The joints that follow others.
+std::vector<Coupling> read_couplings(const ConfigMap& root, const Hand& hand) {
+  std::vector<Coupling> couplings;
+  const auto maps = root.list_of_maps("joints");
+  for (std::size_t i = 0; i < hand.joints.size(); ++i) {
+    const ConfigMap& map = maps[i];
+    if (!map.has("follows")) {
+      for (const char* key : {"ratio", "offset"}) {
+        if (map.has(key)) map.refuse(key, "is of a joint that follows another one: follows names that");
+      }
+      continue;
+    }
+    const Coupling coupling{static_cast<int>(i), index_of(hand.joints, map.text("follows")), map.quantity("ratio"),
+                            map.quantity("offset")};
+    if (coupling.leader < 0) {
+      map.refuse("follows", "no joint is named '" + map.text("follows") + "'");
+      continue;
+    }
+    couplings.push_back(coupling);
+    const std::string fault = coupling_fault(hand, couplings);
+    if (!fault.empty()) map.refuse("follows", fault);
+  }
+  return couplings;
+}
+
 MuscleCrossing read_crossing(const Hand& hand, const ConfigMap& map) {
   MuscleCrossing crossing;
   for (const std::string& name : map.texts("joints")) crossing.joints.push_back(joint_index(hand, map, "joints", name));
@@ -172,8 +246,9 @@ Hand load_hand(const std::filesystem::path& file) {
     }
     hand.muscles.push_back(std::move(muscle));
   }
+  const std::vector<Coupling> couplings = read_couplings(root, hand);
   config.finish();
-  return hand;
+  return coupled(std::move(hand), couplings);
 }
 
 }  // namespace thenar

@@ -38,7 +38,9 @@ constexpr std::array kSceneKeys = std::to_array<Key>({
     {"hand.mirror", kFlag, kNone, "", "(Without it the hand is as its file has it.)",
      "Whether it is the other hand, left for right: the mirror image in the plane z = 0 of the hand frame."},
     {"hand.posture", kQuantities, kAngle, "", "(Required without grasp, refused with it.)",
-     "The joint angles at the start, in the order of the hand file, each within its joint's limits.", kPerJoint},
+     "The joint angles at the start, in the order of the hand file, each within its joint's limits; none for a joint "
+     "that follows another one.",
+     kPerJoint},
     {"hand.fingers", kTexts, kNone, "", "(Without it the hand has all of its fingers.)",
      "The fingers that the hand has here, by name; the others are left out, with their joints and muscles."},
     {"hand.settle", kFlag, kNone, "",
@@ -215,6 +217,10 @@ constexpr std::array kHandKeys = std::to_array<Key>({
     {"joints.origin_at_q0", kQuantities, kNone, "", "", "A point of its axis at q = 0, hand frame, in m.", 3},
     {"joints.axis_at_q0", kQuantities, kNone, "", "", "The direction of its axis at q = 0, hand frame.", 3},
     {"joints.limits", kQuantities, kNone, "", "", "The ends of its range, in rad.", 2},
+    {"joints.follows", kText, kNone, "", "(It turns by itself.)",
+     "The joint of its finger, nearer to the palm, that it turns with: it has no angle of its own."},
+    {"joints.ratio", kQuantity, kNone, "-100 .. 100", "1", "Its angle over that of the joint that it follows."},
+    {"joints.offset", kQuantity, kNone, "-100 .. 100", "0", "What is added to that, in rad."},
 
     {"segments", kMaps, kNone, "", "", "The bones but for the palm."},
     {"segments.name", kText, kNone, "", "", "Its name."},
@@ -231,7 +237,18 @@ constexpr std::array kHandKeys = std::to_array<Key>({
     {"fingertips.segment", kText, kNone, "", "",
      "The last segment of its finger: its `moved_by` are the finger's joints."},
     {"fingertips.pulp_centre", kQuantities, kNone, "", "", "The centre of its pulp, segment frame, in m.", 3},
-    {"fingertips.radius", kQuantity, kNone, "1e-4 .. 0.1", "", "The radius of its pulp in m."},
+    {"fingertips.radius", kQuantity, kNone, "1e-4 .. 0.1", "(Required without semi_axes.)",
+     "The radius of its pulp in m: a sphere, or with a length a capsule."},
+    {"fingertips.length", kQuantity, kNone, "1e-4 .. 0.2", "(Without it the pulp is no capsule.)",
+     "Of a capsule: from the centre of one round end to that of the other, in m. Half of it is on either side of "
+     "pulp_centre."},
+    {"fingertips.semi_axes", kQuantities, kNone, "1e-4 .. 0.1", "(Without them the pulp is no ellipsoid.)",
+     "Of an ellipsoid, in m: along the pulp, across it, and through it; the largest at most 4 times the least.", 3},
+    {"fingertips.pulp_axes", kRotation, kNone, "",
+     "(Of a capsule: its first axis is the segment's x. Of an ellipsoid: its third axis is pulp_normal, its first one "
+     "x "
+     "less what of it is along that.)",
+     "How these axes lie in the segment frame: its columns. A capsule lies along the first."},
     {"fingertips.pulp_normal", kQuantities, kNone, "", "", "The mean outward direction of its pulp, segment frame.", 3},
     {"fingertips.joint_viscosity", kQuantity, kNone, "> 0", "(The scene's.)",
      "The viscous damping of its joints in N m s."},

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "engine/grasp/model.h"
 #include "engine/scenes/pressed_pulp.h"
@@ -28,6 +29,24 @@ Vector3d direction(const Vector3d& n, int k) {
   return z * n + std::sqrt(1.0 - z * z) * (std::cos(angle) * e1 + std::sin(angle) * e2);
 }
 
+/// What forces are compared with: Hertz's, but of a capsule, whose side is no body of Hertz, that of its leaves.
+class ForceReference {
+ public:
+  ForceReference(const Pulp& pulp, int level) : pulp_(pulp) {
+    if (!pulp.shape || pulp.shape->form != PulpShape::Form::kCapsule) return;
+    leaves_ = pulp;
+    if (level > 0) set_level(*leaves_, 0);
+  }
+  [[nodiscard]] double force_N(const Vector3d& n, double depth_m) const {
+    if (!leaves_) return hertz_force_N(pulp_, n, depth_m);
+    return press(*leaves_, n, depth_m, depth_m, leaves_->controls()).force_N.sum();
+  }
+
+ private:
+  const Pulp& pulp_;
+  std::optional<Pulp> leaves_;
+};
+
 }  // namespace
 
 LevelEstimate estimate_level(const Scene& scene, const std::vector<Pulp>& pulps, int level) {
@@ -35,14 +54,16 @@ LevelEstimate estimate_level(const Scene& scene, const std::vector<Pulp>& pulps,
   const double share = 1.0 / (kDirections * static_cast<double>(pulps.size()));
   for (std::size_t finger = 0; finger < pulps.size(); ++finger) {
     const Pulp& pulp = pulps[finger];
+    const ForceReference reference(pulp, level);
+    const Vector3d& middle = scene.hand.fingertips[finger].normal;
     const double deepest_m =
-        std::min(hertz_depth_m(pulp, expected_load_N(scene, pulp)), kTrustPerRadius * pulp.radius_m);
+        std::min(hertz_depth_m(pulp, middle, expected_load_N(scene, pulp)), kTrustPerRadius * pulp.radius_m);
     for (int k = 0; k < kDirections; ++k) {
-      const Vector3d n = direction(scene.hand.fingertips[finger].normal, k);
+      const Vector3d n = direction(middle, k);
       for (const double depth : kDepths) {
         const double depth_m = depth * deepest_m;
         const PressedPulp pressed = press(pulp, n, depth_m, scene.contact.band_m, scene.contact.max_per_finger);
-        const double error = pressed.force_N.sum() / hertz_force_N(pulp, depth_m) - 1.0;
+        const double error = pressed.force_N.sum() / reference.force_N(n, depth_m) - 1.0;
         result.force_error += share / kDepths.size() * error * error;
         if (depth != kDepths.back()) continue;
         result.contacts += share * static_cast<double>(pressed.controls.size());
@@ -68,7 +89,7 @@ std::vector<Pulp> make_pulps(const Scene& scene) {
     material.poisson = tip.poisson.value_or(material.poisson);
     material.relaxation_s = tip.relaxation_s.value_or(material.relaxation_s);
     pulps.push_back(
-        make_spherical_pulp(tip.centre_m, tip.radius_m, scene.fingertips->points, scene.fingertips->leaves, material));
+        make_pulp(tip.centre_m, tip.radius_m, tip.shape, scene.fingertips->points, scene.fingertips->leaves, material));
   }
   return pulps;
 }

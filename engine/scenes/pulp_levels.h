@@ -15,7 +15,8 @@ struct LevelEstimate {
   double contacts = 0.0;      ///< A finger at the expected load: mean over directions; contact.max_per_finger at most.
   Eigen::Index needed = 0;    ///< Contacts that carry force then if the list has room for all: the most of a finger.
   double missing = 0.0;       ///< Share of the force that the pulp lacks then for want of room: the most of a finger.
-  double force_error = 0.0;   ///< Of the force against Hertz's, rms over depths and directions.
+  double force_error = 0.0;   ///< Of the force against Hertz's, rms over depths and directions; of a capsule's against
+                              ///< that of its leaves.
 };
 
 /// The scene's fingertips with their leaves as control points.

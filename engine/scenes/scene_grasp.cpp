@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <optional>
 #include <utility>
@@ -12,6 +13,7 @@
 #include "engine/finder/rate.h"
 #include "engine/finder/rehearse.h"
 #include "engine/finder/settle.h"
+#include "engine/formats/text.h"
 #include "engine/scenes/config.h"
 #include "engine/scenes/surface_model.h"
 
@@ -182,8 +184,8 @@ std::string find_scene_grasp(Scene& scene, const ImplicitSurface& object) {
     throw ConfigError({{scene.name, "grasp", report.refusal ? in_words(*report.refusal) : "no grasp was found"}});
   }
   if (static_cast<int>(report.grasps.size()) < wish.rank) {
-    throw ConfigError(
-        {{scene.name, "grasp.rank", fmt::format("only {} unlike each other were found", report.grasps.size())}});
+    throw ConfigError({{scene.name, "grasp.rank",
+                        fmt::format("the search found {} only", counted(std::ssize(report.grasps), "grasp"))}});
   }
   const FoundGrasp& grasp = report.grasps[wish.rank - 1];
   std::string words = in_words(grasp, scene.hand);
@@ -191,16 +193,33 @@ std::string find_scene_grasp(Scene& scene, const ImplicitSurface& object) {
   return words;
 }
 
+namespace {
+
+double press_N(const FoundGrasp& grasp, const FingerPlace& place) {
+  return -(grasp.X_WO.linear() * place.normal_O).dot(place.force_W);
+}
+
+}  // namespace
+
+double least_press_N(const FoundGrasp& grasp) {
+  double least_N = std::numeric_limits<double>::infinity();
+  for (const FingerPlace& place : grasp.places) least_N = std::min(least_N, press_N(grasp, place));
+  return least_N;
+}
+
+double least_patch(const FoundGrasp& grasp) {
+  double least = 1.0;
+  for (const FingerPlace& place : grasp.places) least = std::min(least, place.patch);
+  return least;
+}
+
 std::string in_words(const FoundGrasp& grasp, const Hand& hand) {
   std::string others;
-  double least_N = 1e9, most_N = 0.0, deepest_m = 0.0, worst_patch = 1.0;
+  double most_N = 0.0, deepest_m = 0.0;
   for (std::size_t i = 0; i < grasp.fingers.size(); ++i) {
     const FingerPlace& place = grasp.places[i];
-    const double normal_N = -(grasp.X_WO.linear() * place.normal_O).dot(place.force_W);
-    least_N = std::min(least_N, normal_N);
-    most_N = std::max(most_N, normal_N);
+    most_N = std::max(most_N, press_N(grasp, place));
     deepest_m = std::max(deepest_m, place.depth_m);
-    worst_patch = std::min(worst_patch, place.patch);
     if (static_cast<int>(i) == grasp.opposer) continue;
     others += (others.empty()                  ? ""
                : i + 1 == grasp.fingers.size() ? " and "
@@ -211,14 +230,14 @@ std::string in_words(const FoundGrasp& grasp, const Hand& hand) {
       "the {} faces {} across {:.1f} mm. The fingers press with {:.2f} to {:.2f} N and are pressed in by up to {:.2f} "
       "mm. Under the weight as it is the grasp needs a friction of {:.2f}; with the weight in any direction, a push of "
       "0.5 N and a turn of 10 mN m each friction cone keeps a margin of {:.2f}. ",
-      hand.fingertips[grasp.fingers[grasp.opposer]].finger, others, 1e3 * grasp.width_m, least_N, most_N,
+      hand.fingertips[grasp.fingers[grasp.opposer]].finger, others, 1e3 * grasp.width_m, least_press_N(grasp), most_N,
       1e3 * deepest_m, grasp.needed_friction, grasp.margin);
-  text += fmt::format("The nearest joint limit is that of {}, {:.0f} degrees away; the largest torque is {:.3f} N m",
-                      grasp.limit_joint, degrees(grasp.limit_rad), grasp.torque_Nm);
+  text += fmt::format("The nearest joint limit is that of {}, {} away; the largest torque is {:.3f} N m",
+                      grasp.limit_joint, counted(std::lround(degrees(grasp.limit_rad)), "degree"), grasp.torque_Nm);
   if (grasp.muscle_share > 0.0) {
     text += fmt::format(", for which a muscle gives up to {:.0f} % of what it can", 100.0 * grasp.muscle_share);
   }
-  if (worst_patch < 0.9)
+  if (const double worst_patch = least_patch(grasp); worst_patch < 0.9)
     text += fmt::format(". A patch reaches over an edge: {:.0f} % of it touch", 100.0 * worst_patch);
   return text + fmt::format(". Epsilon {:.3f}, volume {:.2g}, isotropy {:.2f}.", grasp.quality.epsilon,
                             grasp.quality.volume, grasp.quality.isotropy);

@@ -25,6 +25,10 @@ void take_grasp(const FoundGrasp& grasp, Scene& scene);
 /// there is none.
 [[nodiscard]] std::string find_scene_grasp(Scene& scene, const ImplicitSurface& object);
 
+/// Of the fingers that hold: the least normal force [N], and the least share of a patch that touches.
+[[nodiscard]] double least_press_N(const FoundGrasp& grasp);
+[[nodiscard]] double least_patch(const FoundGrasp& grasp);
+
 /// One paragraph: who holds where, how hard, and how well.
 [[nodiscard]] std::string in_words(const FoundGrasp& grasp, const Hand& hand);
 /// "the object is 81 mm wide where this hand opens 74 mm; a smaller object would help".

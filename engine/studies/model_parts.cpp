@@ -9,6 +9,7 @@
 #include <numbers>
 #include <utility>
 
+#include "engine/grasp/pulp_touch.h"
 #include "engine/loops/percentiles.h"
 #include "engine/results/scene_run.h"
 #include "engine/results/summary.h"
@@ -34,6 +35,15 @@ void leave_out_fingertips(Scene& scene) {
     control->pulp_normal_N_per_m = std::max(control->pulp_normal_N_per_m, kRigidNormal_N_per_m);
     control->pulp_tangential_N_per_m = std::max(control->pulp_tangential_N_per_m, kRigidTangential_N_per_m);
   }
+}
+
+/// The sphere that touches the same plane across the pulp's normal at the same place, and gives way about as far.
+void make_spherical(Fingertip& tip) {
+  if (!tip.shape) return;
+  const double radius_m = round_radius_m(tip);
+  tip.centre_m += support_m(*tip.shape, tip.normal) - radius_m * tip.normal;
+  tip.radius_m = radius_m;
+  tip.shape.reset();
 }
 
 /// What there is to know of a part.
@@ -69,6 +79,13 @@ constexpr std::array<PartTraits, kParts.size()> kTraits{{
     {"stiffening (fingertips.stiffening)",
      [](const Scene& s) { return s.fingertips && s.fingertips->material.stiffening_per_N > 0.0; },
      [](Scene& s) { s.fingertips->material.stiffening_per_N = 0.0; }},
+    {"shape of the pulps (the hand's semi_axes and length)",
+     [](const Scene& s) {
+       return std::ranges::any_of(s.hand.fingertips, [](const Fingertip& tip) { return tip.shape.has_value(); });
+     },
+     [](Scene& s) {
+       for (Fingertip& tip : s.hand.fingertips) make_spherical(tip);
+     }},
 }};
 
 /// Two digits; what is next to nothing is 0.

@@ -25,10 +25,11 @@ enum class Part {
   kObjectMemory,
   kFingertipMemory,
   kStiffening,
+  kPulpShape,  ///< Ellipsoids and capsules: without, spheres that touch where the pulps face, as round as these are.
 };
 /// Those that save most first: so they are tried.
-inline constexpr std::array kParts{Part::kFingertips,   Part::kSoftObject,      Part::kDetail,    Part::kMuscles,
-                                   Part::kObjectMemory, Part::kFingertipMemory, Part::kStiffening};
+inline constexpr std::array kParts{Part::kFingertips,   Part::kSoftObject,      Part::kDetail,     Part::kMuscles,
+                                   Part::kObjectMemory, Part::kFingertipMemory, Part::kStiffening, Part::kPulpShape};
 
 /// In words, with the scene's key: "muscles (control.muscles)".
 [[nodiscard]] const char* to_string(Part part);

@@ -5,6 +5,8 @@
 #include <numbers>
 #include <optional>
 
+#include "engine/grasp/pulp_touch.h"
+
 namespace thenar {
 
 using Eigen::Vector3d;
@@ -69,8 +71,8 @@ std::vector<Opposition> find_oppositions(const Hand& hand) {
   std::vector<Opposition> all;
   for (int i = 0; i < hand.fingers(); ++i) {
     for (int j = i + 1; j < hand.fingers(); ++j) {
-      std::optional<Opposition> found =
-          find_opposition(pads[i], pads[j], hand.fingertips[i].radius_m + hand.fingertips[j].radius_m);
+      const auto thick_m = [&](int k) { return extent_m(hand.fingertips[k], hand.fingertips[k].normal); };
+      std::optional<Opposition> found = find_opposition(pads[i], pads[j], thick_m(i) + thick_m(j));
       if (!found) continue;
       found->one = i;
       found->other = j;

@@ -18,6 +18,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       if (first_unprintable(name) != name.npos) std::abort();
     };
     for (const Joint& joint : hand.joints) check(joint.name);
+    for (const Follower& follower : hand.followers) check(follower.joint.name);
     for (const Segment& segment : hand.segments) check(segment.name);
     for (const Muscle& muscle : hand.muscles) check(muscle.name);
     for (const Fingertip& tip : hand.fingertips) check(tip.finger);

@@ -59,6 +59,77 @@ TEST(HandImport, TakesJointsLimitsMassesAndPulps) {
   EXPECT_TRUE(says(made.notes, "the index's pulp faces the first finger, a guess"));
 }
 
+/// Where the pulp's surface faces n, and how it lies, in the hand frame.
+Vector3d support_H(const Hand& hand, const Fingertip& tip, const Vector3d& n_H) {
+  const Isometry3d& X_HS = hand.segments[tip.segment].X_WS_0;
+  return X_HS * (tip.centre_m + support_m(*tip.shape, X_HS.linear().transpose() * n_H));
+}
+
+// The surface of a geom in the file is that of the pulp in the hand file, wherever the segment's axes are.
+TEST(HandImport, TakesCapsulesAndEllipsoidsWhole) {
+  const std::string other = "<geom type='sphere' size='0.008' pos='0.03 0 0'/>\n";
+  const auto with = [&](const std::string& geom) {
+    std::string text = finger_mjcf(kThumb);
+    return text.replace(text.find(other), other.size(), geom);
+  };
+  const HandRequest request = fingers({"thumb=c", "index=b"});
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> normal;
+  const auto direction = [&] { return Vector3d(normal(random), normal(random), normal(random)).normalized(); };
+
+  // Body b is at x = 0.14 m with the palm's axes.
+  const ImportedHand capsule =
+      imported_text("a.xml", with("<geom type='capsule' fromto='0.01 0 0 0.03 0 0.002' size='0.007'/>"), request);
+  const Hand hand = written_and_read(capsule);
+  EXPECT_TRUE(says(capsule.notes, "the index's pulp is the capsule of 'b'"));
+  const Fingertip& tip = hand.fingertips[1];
+  ASSERT_TRUE(tip.shape);
+  EXPECT_EQ(tip.shape->form, PulpShape::Form::kCapsule);
+  EXPECT_NEAR(tip.radius_m, 0.007, 1e-12);
+  const Vector3d from(0.15, 0, 0), to(0.17, 0, 0.002);
+  for (int i = 0; i < 50; ++i) {
+    const Vector3d n = direction();
+    const Vector3d end = n.dot(to - from) > 0.0 ? to : from;
+    EXPECT_LE((support_H(hand, tip, n) - end - 0.007 * n).norm(), 1e-11);
+  }
+
+  const ImportedHand ellipsoid = imported_text(
+      "b.xml", with("<geom type='ellipsoid' size='0.012 0.008 0.006' pos='0.02 0 0' euler='0 0 90'/>"), request);
+  const Hand other_hand = written_and_read(ellipsoid);
+  EXPECT_TRUE(says(ellipsoid.notes, "the index's pulp is the ellipsoid of 'b'"));
+  const Vector3d half(0.008, 0.012, 0.006);  // turned by 90 degrees about z
+  for (int i = 0; i < 50; ++i) {
+    const Vector3d n = direction();
+    const Vector3d on = half.cwiseAbs2().cwiseProduct(n) / half.cwiseProduct(n).norm();
+    EXPECT_LE((support_H(other_hand, other_hand.fingertips[1], n) - Vector3d(0.16, 0, 0) - on).norm(), 1e-11);
+  }
+
+  // A radius makes it the sphere at the far end, and what no hand file takes is no pulp.
+  const Hand round = written_and_read(
+      imported_text("c.xml", with("<geom type='capsule' fromto='0.01 0 0 0.03 0 0.002' size='0.007'/>"),
+                    fingers({"thumb=c", "index=b:6mm"})));
+  EXPECT_FALSE(round.fingertips[1].shape);
+  EXPECT_NEAR(round.fingertips[1].radius_m, 0.006, 1e-12);
+  EXPECT_TRUE((round.segments[round.fingertips[1].segment].X_WS_0 * round.fingertips[1].centre_m).isApprox(to, 1e-9));
+  const Hand thin = written_and_read(
+      imported_text("d.xml", with("<geom type='ellipsoid' size='0.03 0.008 0.006' pos='0.02 0 0'/>" + other), request));
+  EXPECT_FALSE(thin.fingertips[1].shape);
+
+  const std::string urdf =
+      "<robot name='r'><link name='p'/><link name='a'/><link name='b'><collision><origin xyz='0.02 0 0' "
+      "rpy='0 1.5707963267948966 0'/><geometry><capsule radius='0.007' length='0.02'/></geometry></collision></link>"
+      "<link name='c'><collision><origin xyz='0.03 0 0'/><geometry><sphere "
+      "radius='0.01'/></geometry></collision></link>"
+      "<joint name='a1' type='revolute'><parent link='p'/><child link='a'/><axis xyz='0 1 0'/><limit lower='0' "
+      "upper='1'/></joint><joint name='b1' type='revolute'><parent link='a'/><child link='b'/><origin xyz='0.04 0 0'/>"
+      "<axis xyz='0 1 0'/><limit lower='0' upper='1'/></joint><joint name='c1' type='revolute'><parent link='p'/>"
+      "<child link='c'/><origin xyz='0 0 -0.05'/><axis xyz='0 -1 0'/><limit lower='0' upper='1'/></joint></robot>";
+  const Hand robot = written_and_read(imported_text("r.urdf", urdf, request));
+  ASSERT_TRUE(robot.fingertips[1].shape);
+  EXPECT_NEAR(robot.fingertips[1].shape->half_m[0], 0.01, 1e-12);
+  EXPECT_LE((support_H(robot, robot.fingertips[1], Vector3d::UnitX()) - Vector3d(0.077, 0, 0)).norm(), 1e-9);
+}
+
 TEST(HandImport, WritesWhatReadsBack) {
   const ImportedHand made = import_hand(read_bodies(hand_data("gripper.xml")), gripper());
   const Hand hand = written_and_read(made);
@@ -173,8 +244,18 @@ TEST(HandImport, RefusesWithTheLine) {
   expect(finger_mjcf(kThumb, "", "<equality>\n<connect name='pin' body1='b' body2='c' anchor='0 0 0'/></equality>"), 13,
          "equality connect 'pin': closes a loop between 'b' and 'c'");
   expect(finger_mjcf(kThumb, "", "<equality><weld body1='a'/></equality>"), 12, "closes a loop");
-  expect(finger_mjcf(kThumb, "", "<equality><joint name='e' joint1='a1' joint2='b1'/></equality>"), 12,
-         "couples a1, b1 to another joint or drive");
+  const auto tied = [&](const std::string& words) {
+    return finger_mjcf(kThumb, "", "<equality><joint name='e' " + words + "/></equality>");
+  };
+  expect(tied("joint1='a1' joint2='c1'"), 12, "equality joint 'e': couples a1 of the index to c1 of the thumb");
+  expect(tied("joint1='a1'"), 12, "equality joint 'e': couples a1 to nothing but the angle 0 deg, where it stays");
+  expect(tied("joint1='a1' joint2='b1' polycoef='0.5 0'"), 12, "to nothing but the angle 28.6479 deg");
+  expect(tied("joint1='b1' joint2='a1' polycoef='0 1 0.1'"), 12, "couples b1, a1 by a polynomial");
+  expect(tied("joint1='b1' joint2='a1' polycoef='2 1'"), 12, "no range of 'a1' keeps what follows it");
+  expect(tied("joint1='b1' joint2='a1' polycoef='0 200'"), 12, "would turn b1 200 times as far as a1");
+  expect(tied("joint1='b1' joint2='x'"), 12, "no joint is named 'x'");
+  expect(tied("joint1='b1' joint2='a1'/><joint name='f' joint1='a1' joint2='b1'"), 12,
+         "equality joint 'f': couples a1 to b1, which are coupled already");
   expect(finger_mjcf(kThumb, "",
                      "<tendon><fixed name='t'><joint joint='a1' coef='1'/><joint joint='b1' coef='1'/>"
                      "</fixed></tendon>"),
@@ -197,7 +278,118 @@ TEST(HandImport, CoupledJointsMoveByThemselvesWhereThatIsAsked) {
   HandRequest request = fingers({"thumb=c", "index=b"});
   request.uncouple = true;
   const std::string text = finger_mjcf(kThumb, "", "<equality><joint name='e' joint1='a1' joint2='b1'/></equality>");
-  EXPECT_TRUE(says(imported_text("hand.xml", text, request).notes, "a1, b1 moves by itself, as asked"));
+  const ImportedHand made = imported_text("hand.xml", text, request);
+  EXPECT_TRUE(says(made.notes, "a1, b1 moves by itself, as asked"));
+  EXPECT_TRUE(made.hand.followers.empty());
+}
+
+// The nearest to the palm leads, whichever the file names first: b = 0.1 + 2 (a - a_0) + b_0 is a = b / 2 + ..., read
+// from either side.
+TEST(HandImport, ReadsCoupledJoints) {
+  const HandRequest request = fingers({"thumb=c", "index=b"});
+  const auto hand_of = [&](const std::string& words) {
+    const std::string joint = "ref='10' axis='0 1 0' range='0 90'";
+    const std::string text = finger_mjcf(kThumb, "", "<equality><joint " + words + "/></equality>", joint);
+    return written_and_read(imported_text("hand.xml", text, request));
+  };
+  const Hand hand = hand_of("joint1='b1' joint2='a1' polycoef='0.1 0.5 0 0 0'");
+  ASSERT_EQ(hand.joints.size(), 2U);
+  ASSERT_EQ(hand.followers.size(), 1U);
+  EXPECT_EQ(hand.followers[0].joint.name, "b1");
+  EXPECT_EQ(hand.joints[hand.followers[0].leader].name, "a1");
+  EXPECT_DOUBLE_EQ(hand.followers[0].ratio, 0.5);
+  EXPECT_NEAR(hand.followers[0].offset_rad, 0.1 - 0.5 * 10 * kDegree, 1e-12);
+  const Hand other = hand_of("joint1='a1' joint2='b1' polycoef='-0.2 2'");
+  EXPECT_EQ(other.followers[0].joint.name, "b1");
+  EXPECT_DOUBLE_EQ(other.followers[0].ratio, 0.5);
+  EXPECT_NEAR(other.followers[0].offset_rad, 0.1 - 0.5 * 10 * kDegree, 1e-12);
+  EXPECT_NEAR(hand.joints[1].upper_rad, other.joints[1].upper_rad, 1e-12);
+  const ImportedHand made =
+      imported_text("a.xml", finger_mjcf(kThumb, "", "<equality><joint joint1='b1' joint2='a1'/></equality>"), request);
+  EXPECT_TRUE(says(made.notes, "joint 'b1' follows 'a1': 1 times its angle"));
+}
+
+/// A thumb of one joint and a finger of three, f0 to f2, these with more in them; URDF.
+std::string finger_urdf(const std::string& f0, const std::string& f1, const std::string& f2) {
+  std::string text = "<robot name='r'>\n<link name='p'/>";
+  const auto add = [&](const std::string& name, const std::string& parent, const char* xyz, const std::string& more) {
+    text += "<link name='" + name + "_'/>\n<joint name='" + name + "' type='revolute'><parent link='" + parent +
+            "'/><child link='" + name + "_'/><origin xyz='" + xyz +
+            "'/><axis xyz='0 0 1'/><limit lower='0' upper='1.5'/>" + more + "</joint>\n";
+  };
+  add("t", "p", "0.02 0.05 0", "");
+  add("f0", "p", "0.1 0 0", f0);
+  add("f1", "f0_", "0.04 0 0", f1);
+  add("f2", "f1_", "0.03 0 0", f2);
+  return text + "</robot>\n";
+}
+
+// Of a group that a mimic chain ties together the joint nearest to the palm leads all the others.
+TEST(HandImport, ReadsMimicsAndTheirChains) {
+  const HandRequest request = fingers({"thumb=t_:@30/0/0mm:0/-1/0", "index=f2_:@20/0/0mm:0/1/0"});
+  const std::string chain = finger_urdf("", "<mimic joint='f2' multiplier='2' offset='0.2'/>", "<mimic joint='f0'/>");
+  const ImportedHand made = imported_text("hand.urdf", chain, request);
+  const Hand hand = written_and_read(made);
+  ASSERT_EQ(hand.joints.size(), 2U);
+  ASSERT_EQ(hand.followers.size(), 2U);
+  EXPECT_EQ(hand.followers[0].joint.name, "f1");
+  EXPECT_DOUBLE_EQ(hand.followers[0].ratio, 2.0);
+  EXPECT_DOUBLE_EQ(hand.followers[0].offset_rad, 0.2);
+  EXPECT_EQ(hand.followers[1].leader, 1);
+  EXPECT_EQ(hand.joints[1].drag, 6.0);
+  EXPECT_NEAR(hand.joints[1].upper_rad, 0.65, 1e-12) << "where f1 is at 1.5";
+
+  // It moves as the chain does whose joints are all free, at their angles.
+  HandRequest free = request;
+  free.uncouple = true;
+  const Hand all = imported_text("hand.urdf", chain, free).hand;
+  HandPose pose, full;
+  for (const double angle : {0.0, 0.2, 0.6}) {
+    forward_kinematics(hand, Eigen::Vector2d(0.3, angle), pose);
+    forward_kinematics(all, Eigen::Vector4d(0.3, angle, 2.0 * angle + 0.2, angle), full);
+    for (int k = 0; k < 2; ++k) {
+      const Vector3d a = pose.distal(hand, k) * hand.fingertips[k].centre_m;
+      EXPECT_LT((a - full.distal(all, k) * all.fingertips[k].centre_m).norm(), 1e-11);
+    }
+  }
+  const auto said = [&](const std::string& f1, const std::string& f2) {
+    return refusal("hand.urdf", finger_urdf("", f1, f2), request);
+  };
+  EXPECT_NE(said("<mimic joint='t'/>", "").find("couples f1 of the index to t of the thumb"), std::string::npos);
+  EXPECT_NE(said("<mimic joint='f2'/>", "<mimic joint='f1'/>").find("which are coupled already"), std::string::npos);
+  EXPECT_NE(said("<mimic joint='x'/>", "").find("mimic of 'x': couples f1 to another joint or drive"),
+            std::string::npos);
+  EXPECT_NE(said("", "<mimic joint='f1' multiplier='0' offset='1'/>").find("nothing but the angle 1 rad"),
+            std::string::npos);
+  HandRequest locked = request;
+  locked.locks.push_back(read_lock("f1=20deg"));
+  EXPECT_TRUE(says(imported_text("hand.urdf", finger_urdf("", "<mimic joint='f2'/>", ""), locked).notes,
+                   "mimic of 'f2' is left out: 'f1' moves no finger"));
+}
+
+// Of a crossing that a follower has, its leader has the moment arm, times the ratio.
+TEST(HandImport, FoldsTheMusclesOfCoupledJoints) {
+  const BodyTree free = read_bodies(hand_data("gripper.xml"));
+  BodyTree tree = free;
+  tree.couplings.push_back({"equality joint 'e'", "gripper.xml:1", {"fore_end", "fore_bend"}, 1, {{0.5, 0.0}}});
+  const Hand all = import_hand(free, gripper()).hand, hand = import_hand(tree, gripper()).hand;
+  ASSERT_EQ(hand.followers.size(), 1U);
+  const Index leader = hand.followers[0].leader, follower = leader + 1;
+  ASSERT_EQ(all.joints[follower].name, "fore_end");
+  std::mt19937_64 random(8);
+  Eigen::MatrixXd H(std::ssize(hand.joints), std::ssize(hand.muscles)), H_all(std::ssize(all.joints), H.cols());
+  HandPose pose, full;
+  for (int i = 0; i < 20; ++i) {
+    JointVector q = hand.at_zero(), q_all = all.at_zero();
+    for (Index j = 0; j < q.size(); ++j) q[j] = std::uniform_real_distribution(0.0, 1.0)(random);
+    q_all << q.head(leader + 1), 0.5 * q[leader], q.tail(q.size() - leader - 1);
+    forward_kinematics(hand, q, pose);
+    forward_kinematics(all, q_all, full);
+    moment_arms(hand, pose, H);
+    moment_arms(all, full, H_all);
+    EXPECT_LT((H.row(leader) - H_all.row(leader) - 0.5 * H_all.row(follower)).norm(), 1e-14);
+    EXPECT_LT((H.bottomRows(1) - H_all.bottomRows(1)).norm(), 1e-14);
+  }
 }
 
 TEST(HandImport, RefusesASharedJointAndTooManyFingers) {

@@ -75,6 +75,22 @@ TEST(ModelParts, LeavingOutIsTheSceneThatNeverNamedThePart) {
   expect_same_run(build_model(leave_out(grasp({kSoft}, "0.1 s"), Part::kFingertips)), build_model(rigid_grasp()));
 }
 
+// Without their shapes pulps are spheres that touch a plane across their normal at the same place; what is a sphere stays.
+TEST(ModelParts, PulpsWithoutTheirShapeTouchWhereTheyDid) {
+  Scene scene = grasp({}, "0.1 s");
+  EXPECT_FALSE(has(scene, Part::kPulpShape));
+  Fingertip& tip = scene.hand.fingertips[1];
+  tip.shape = PulpShape{PulpShape::Form::kEllipsoid, Eigen::Matrix3d::Identity(), {12e-3, 7e-3, 8e-3}};
+  tip.radius_m = 7e-3;
+  ASSERT_TRUE(has(scene, Part::kPulpShape));
+  const Scene spheres = leave_out(scene, Part::kPulpShape);
+  EXPECT_FALSE(has(spheres, Part::kPulpShape));
+  const Fingertip& round = spheres.hand.fingertips[1];
+  const Eigen::Vector3d touched_m = tip.centre_m + support_m(*tip.shape, tip.normal);
+  EXPECT_LE((round.centre_m + round.radius_m * tip.normal - touched_m).norm(), 1e-15);
+  EXPECT_EQ(spheres.hand.fingertips[0].radius_m, scene.hand.fingertips[0].radius_m);
+}
+
 TEST(ModelParts, WhatASceneDoesNotNameCannotBeLeftOut) {
   const Scene minimal = scene_of("minimal");
   for (const Part part : kParts) EXPECT_FALSE(has(minimal, part)) << to_string(part);

@@ -46,7 +46,10 @@ const std::vector<std::string> kSound = {
     R"({"type": "reset"})",
     R"({"type": "speed", "value": 0.1})",
     R"({"type": "set", "friction": 0.2, "internal_force_N": 3, "max_sweeps": 60, "tolerance": 1e-7, "contact_Hz": 4000,
-        "control_Hz": 200, "delay_periods": 2, "kernel": "gaussian", "level": 3})"};
+        "control_Hz": 200, "delay_periods": 2, "kernel": "gaussian", "level": 3})",
+    R"({"type": "find", "best": 20})",
+    R"({"type": "stop_finding"})",
+    R"({"type": "take", "search": 2, "grasp": 3})"};
 
 TEST(ReadMessage, ReadsWhatAPageSends) {
   read_as<Next>(kSound[0]);
@@ -75,12 +78,16 @@ TEST(ReadMessage, ReadsWhatAPageSends) {
   EXPECT_EQ(set.delay_periods, 2);
   EXPECT_EQ(set.kernel, "gaussian");
   EXPECT_EQ(set.level, 3);
+  EXPECT_EQ(read_as<Find>(kSound[12]).best, 20);
+  read_as<StopFinding>(kSound[13]);
+  EXPECT_EQ(read_as<Take>(kSound[14]), (Take{2, 3}));
 }
 
 TEST(ReadMessage, LeavesOutWhatIsNotSent) {
   EXPECT_EQ(read_as<Pull>(R"({"type":"pull","point_m":[0,0,0],"handle_m":[0,0,0]})").stamp_s, std::nullopt);
   const Set set = read_as<Set>(R"({"type":"set","friction":0})");
   EXPECT_EQ(set.friction, 0.0);
+  EXPECT_EQ(read_as<Find>(R"({"type":"find"})").best, 5);
   EXPECT_FALSE(set.internal_force_N || set.tolerance || set.contact_Hz || set.control_Hz || set.max_sweeps ||
                set.delay_periods || set.level || set.kernel);
 }
@@ -102,6 +109,9 @@ TEST(ReadMessage, SaysWhatIsWrong) {
   EXPECT_EQ(refusal_of(R"({"type":"set"})"), "set needs something to set");
   EXPECT_EQ(refusal_of(R"({"type":"set","level":1.5})"), "level must be a whole number");
   EXPECT_EQ(refusal_of(R"({"type":"set","kernel":"cubic"})"), "kernel must be boussinesq or gaussian");
+  EXPECT_EQ(refusal_of(R"({"type":"find","best":0})"), "best must lie within 1 .. 20");
+  EXPECT_EQ(refusal_of(R"({"type":"take","search":1})"), "grasp is missing");
+  EXPECT_EQ(refusal_of(R"({"type":"take","search":1,"grasp":1.5})"), "grasp must be a whole number");
 }
 
 TEST(ReadMessage, RefusesWhatIsNoFiniteNumber) {
@@ -145,6 +155,8 @@ struct InRange {
            within(set.delay_periods, 0.0, 8.0) && within(set.level, 0.0, 6.0) &&
            (!set.kernel || *set.kernel == "boussinesq" || *set.kernel == "gaussian");
   }
+  bool operator()(const Find& find) const { return within(find.best, 1.0, 20.0); }
+  bool operator()(const Take& take) const { return within(take.search, 0.0, 1e9) && within(take.grasp, 0.0, 20.0); }
   template <class Order>
   bool operator()(const Order&) const {
     return true;

@@ -53,18 +53,22 @@ TEST_F(Server, ShowsTheSceneBeforeItsStates) {
   server_->show("too early");  // A state of which nobody could know what it holds.
   server_->set_scene("scene", "geometry");
   server_->set_status("status");
+  server_->set_grasps("grasps");
   server_->show("state");
   EXPECT_EQ(page.read(), "scene");
   EXPECT_TRUE(page.text);
   EXPECT_EQ(page.read(), "geometry");
   EXPECT_FALSE(page.text);
   EXPECT_EQ(page.read(), "status");
+  EXPECT_EQ(page.read(), "grasps");
+  EXPECT_TRUE(page.text);
   EXPECT_EQ(page.read(), "state");
   // What comes later finds all of it.
   Page later(port_, token_);
   EXPECT_EQ(later.read(), "scene");
   EXPECT_EQ(later.read(), "geometry");
   EXPECT_EQ(later.read(), "status");
+  EXPECT_EQ(later.read(), "grasps");
   later.ask();
   EXPECT_EQ(later.read(), "state");
 }

@@ -44,6 +44,10 @@ class ShownSession {
                             },
                             [this](const std::string& s) {
                               const std::lock_guard lock(mutex_);
+                              grasps_ = ordered_json::parse(s);
+                            },
+                            [this](const std::string& s) {
+                              const std::lock_guard lock(mutex_);
                               state_ = thenar::read_state_message(s);
                               states_.push_back(s);
                               if (const int away_ms = away_ms_.exchange(0); away_ms > 0) {
@@ -82,6 +86,11 @@ class ShownSession {
   [[nodiscard]] ordered_json status() {
     const std::lock_guard lock(mutex_);
     return status_;
+  }
+  /// The newest message on grasps.
+  [[nodiscard]] ordered_json grasps() {
+    const std::lock_guard lock(mutex_);
+    return grasps_;
   }
   /// Of the newest state; NaN before the first.
   [[nodiscard]] double value(const std::string& name, std::size_t i = 0) {
@@ -129,7 +138,7 @@ class ShownSession {
   std::atomic<bool> stop_{false};
   std::atomic<int> pages_{1}, away_ms_{0};
   std::mutex mutex_;
-  ordered_json status_ = ordered_json::object(), fields_of_scene_;
+  ordered_json status_ = ordered_json::object(), grasps_ = ordered_json::object(), fields_of_scene_;
   std::vector<double> state_;
   std::vector<std::string> states_;
   int scenes_ = 0;

@@ -3,6 +3,7 @@
 import {Connection} from './connection.js';
 import {fingerColors, pressureGradient} from './colors.js';
 import {fixed} from './format.js';
+import {Grasps} from './grasps.js';
 import {Hands, kHardPoke_N, kPoke_N} from './hands.js';
 import {State, kGeometry, kState, kVersion, kindOf, readGeometry} from './messages.js';
 import {Panels} from './panels.js';
@@ -42,6 +43,7 @@ let waiting = false; // a state is asked for
 let states = 0; // drawn
 
 const hands = new Hands(picture, (message) => send(message.type === 'release' ? message : {...message, ...stamp()}));
+const grasps = new Grasps(byId('grasps'), send);
 const settings = new Settings(byId('settings'), (change) => send({type: 'set', ...change}));
 
 // Messages out.
@@ -89,6 +91,7 @@ function setScene(message, geometry) {
   picture.load(scene, readGeometry(geometry, scene));
   panels.load(scene);
   hands.load(scene);
+  grasps.load(scene, picture.geometry);
   byId('scene-name').textContent = scene.name;
   document.title = `${scene.name} · Thenar`;
   scene.fingers.forEach(({name}, k) => (insets[k].firstChild.textContent = name));
@@ -171,6 +174,8 @@ function receiveText(message) {
     pendingScene = message;
   } else if (message.type === 'status') {
     setStatus(message);
+  } else if (message.type === 'grasps') {
+    grasps.show(message);
   } else if (message.type === 'refused') {
     toast(`Refused: ${message.reason}`);
     settings.show(status?.settings);
@@ -195,7 +200,10 @@ function receiveBinary(bytes) {
 function setConnected(connected) {
   waiting = false;
   hands.enabled = connected;
-  if (!connected) hands.release();
+  if (!connected) {
+    hands.release();
+    grasps.forget();
+  }
   showLink(connected ? 'live' : 'connection lost, trying again; a new run has a new address', connected ? 'good' : 'bad');
 }
 
@@ -274,15 +282,23 @@ function toggleSettings() {
   byId('show-settings').setAttribute('aria-pressed', String(!hidden));
 }
 
-for (const part of ['grasp', 'loops']) {
-  byId(`show-${part}`).addEventListener('click', (event) => {
-    const hidden = document.querySelector('main').classList.toggle(`no-${part}`);
-    event.currentTarget.setAttribute('aria-pressed', String(!hidden));
-  });
+const {classList: shownParts} = document.querySelector('main');
+const press = (id, pressed) => byId(id).setAttribute('aria-pressed', String(pressed));
+
+/** The plots, or the grasps in their place, or neither. */
+function showColumn(part) {
+  shownParts.toggle('no-grasp', part === null);
+  shownParts.toggle('finds', part === 'grasps');
+  press('show-grasp', part === 'plots');
+  press('show-grasps', part === 'grasps');
 }
+const togglePlots = () => showColumn(shownParts.contains('finds') || shownParts.contains('no-grasp') ? 'plots' : null);
+const toggleGrasps = () => showColumn(shownParts.contains('finds') ? 'plots' : 'grasps');
+const toggleLoops = () => press('show-loops', !shownParts.toggle('no-loops'));
 const toggleHelp = () => (byId('help').open ? byId('help').close() : byId('help').showModal());
 const clicks = {
-  pause, reset, step: () => send({type: 'step'}), 'show-settings': toggleSettings, 'show-help': toggleHelp,
+  pause, reset, step: () => send({type: 'step'}), 'show-settings': toggleSettings, 'show-grasps': toggleGrasps,
+  'show-grasp': togglePlots, 'show-loops': toggleLoops, 'show-help': toggleHelp,
 };
 for (const [id, act] of Object.entries(clicks)) byId(id).addEventListener('click', act);
 byId('scales').querySelector('.bar').style.background = pressureGradient;
@@ -302,6 +318,7 @@ const liveKeys = {
   '.': () => send({type: 'step'}),
   r: reset,
   s: toggleSettings,
+  g: toggleGrasps,
   b: () => hands.home(),
   p: () => poke(picture.axes().away, false),
   P: () => poke(picture.axes().away, true),
@@ -341,6 +358,7 @@ window.thenar = {
   get connected() { return connection?.connected ?? false; },
   get scene() { return scene; },
   get status() { return status; },
+  get grasps() { return grasps.message; },
   get state() { return state?.values; },
   get contacts() { return state?.contacts ?? 0; },
   get drawn() { return states; },

@@ -1,6 +1,7 @@
 // Bones, and muscles along them.
 
-import {Color, Group, LatheGeometry, Mesh, MeshLambertMaterial, SphereGeometry, Vector2, Vector3} from 'three';
+import {CapsuleGeometry, Color, Group, LatheGeometry, Matrix4, Mesh, MeshLambertMaterial, SphereGeometry, Vector2, Vector3}
+    from 'three';
 
 import {activationColor} from './colors.js';
 import {rods} from './rods.js';
@@ -12,6 +13,14 @@ function boneGeometry(length, radius) {
   for (const [r, y] of [...outline].reverse()) ends.push([r * 0.92, length / radius - 0.85 * y]);
   const profile = [...outline, ...ends].filter(([, y], i, all) => i === 0 || y > all[i - 1][1]);
   return new LatheGeometry(profile.map(([r, y]) => new Vector2(r * radius, y * radius)), 18);
+}
+
+/** An ellipsoid, or a capsule along its first axis. */
+function shapeGeometry({form, half_m: [a, b, c], axes}) {
+  const turn = new Matrix4().makeBasis(...axes.map((axis) => new Vector3(...axis)));
+  const geometry = form === 'capsule' ? new CapsuleGeometry(b, 2 * a, 12, 24).rotateZ(-Math.PI / 2)
+                                      : new SphereGeometry(1, 24, 16).scale(a, b, c);
+  return geometry.applyMatrix4(turn);
 }
 
 export class Skeleton extends Group {
@@ -28,9 +37,9 @@ export class Skeleton extends Group {
       this.add(bone);
       return bone;
     });
-    for (const {samples, segment, centre_m, radius_m} of scene.fingers) {
+    for (const {samples, segment, centre_m, radius_m, shape} of scene.fingers) {
       if (samples > 0) continue; // a pulp is drawn there
-      const tip = new Mesh(new SphereGeometry(radius_m, 24, 16), this.material);
+      const tip = new Mesh(shape ? shapeGeometry(shape) : new SphereGeometry(radius_m, 24, 16), this.material);
       tip.position.fromArray(centre_m);
       this.bones[segment]?.add(tip);
     }

@@ -2,6 +2,7 @@
 //     node live.mjs THENAR-WINDOW CONFIGS [FOLDER FOR SCREENSHOTS]
 
 import assert from 'node:assert/strict';
+import {readFile} from 'node:fs/promises';
 import {join} from 'node:path';
 import {after, before, beforeEach, test} from 'node:test';
 import {setTimeout as sleep} from 'node:timers/promises';
@@ -240,6 +241,41 @@ test('too little friction loses the object, and the page says so', async () => {
   await until(() => window.thenar.status.outcome === 'held' && window.thenar.state.time_s[0] > 0.3);
   await page.locator('#banner').waitFor({state: 'hidden', timeout: kPatience_ms}); // with the next picture
   assert.equal(await page.evaluate(() => window.thenar.status.outcome), 'held');
+  assert.deepEqual(browser.problems, []);
+});
+
+test('grasps are found, shown and saved, and the one that is clicked runs', async () => {
+  await page.keyboard.press('g');
+  const before_s = await number('time_s');
+  await page.locator('#grasps .find').click();
+  await until(() => window.thenar.grasps.search === 1 && !window.thenar.grasps.running);
+  assert.ok((await number('time_s')) > before_s, 'the grasp goes on meanwhile');
+  const found = await page.evaluate(() => window.thenar.grasps.grasps);
+  assert.ok(found.length > 0, 'this box can be held');
+  const cards = page.locator('#grasps li');
+  assert.equal(await cards.count(), found.length);
+  assert.match(await cards.first().locator('h3').textContent(), /thumb/);
+  // The hand and the object are drawn on the background, in several shades.
+  await until(() => [...document.querySelectorAll('#grasps canvas')].every((canvas) => {
+    const {data} = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+    return new Set(new Uint32Array(data.buffer)).size > 20;
+  }));
+  await shoot('grasps');
+  const saving = page.waitForEvent('download');
+  await cards.first().locator('a').click();
+  const saved = await readFile(await (await saving).path(), 'utf8');
+  assert.equal(saved, found[0].scene);
+  assert.equal(await page.evaluate(() => window.thenar.grasps.taken), 0, 'saving runs nothing');
+
+  await cards.first().locator('canvas').click();
+  await until(() => window.thenar.grasps.taken === 1 && /, grasp 1$/.test(window.thenar.scene.name));
+  await untilTime(0.2);
+  assert.equal(await cards.first().getAttribute('aria-current'), 'true');
+  assert.notEqual(await page.evaluate(() => window.thenar.status.outcome), 'lost');
+  await shoot('grasp-taken');
+  await page.locator('#grasps .own').click();
+  await until(() => window.thenar.grasps.taken === 0 && !/, grasp/.test(window.thenar.scene.name));
+  await page.keyboard.press('g');
   assert.deepEqual(browser.problems, []);
 });
 

@@ -1,0 +1,174 @@
+// The grasps that a search has found: how far it is, a card for each grasp, and what to do with it.
+
+import {fixed} from './format.js';
+import {drawThumbnails} from './thumbnails.js';
+
+const kBest = [5, 10, 20];
+const kThumbnail = {width: 264, height: 232}; // twice its size on the page
+
+const degrees = (rad) => (rad * 180) / Math.PI;
+// In the order, and with the names, of the table of `thenar grasp`.
+const kFigures = [
+  {name: 'width', unit: 'mm', text: (g) => fixed(1e3 * g.width_m, 1), help: 'between the opposer’s place and the middle of the others’'},
+  {name: 'press', unit: 'N', text: (g) => fixed(g.press_N, 2), help: 'of the finger that presses least, under the weight'},
+  {name: 'margin', unit: '', text: (g) => fixed(g.margin, 2), help: 'least share of a friction cone that is left, with pushes and turns'},
+  {name: 'friction', unit: 'needed', text: (g) => fixed(g.friction_needed, 2), help: 'under the weight as it is'},
+  {name: 'limit', unit: '°', text: (g) => fixed(degrees(g.limit_rad), 0), help: 'to the nearest end of a joint’s range'},
+  {name: 'effort', unit: (g) => (g.muscle_share === null ? 'N m' : '%'),
+   text: (g) => (g.muscle_share === null ? fixed(g.torque_Nm, 3) : fixed(100 * g.muscle_share, 0)),
+   help: 'of a muscle’s strength, or the largest torque'},
+  {name: 'patch', unit: '', text: (g) => fixed(g.patch, 2), help: 'share of the pressed patch that touches: less at edges and holes'},
+  {name: 'epsilon', unit: '', text: (g) => fixed(g.epsilon, 3), help: 'radius of the largest ball in the set of wrenches'},
+  {name: 'volume', unit: '', text: (g) => g.volume.toExponential(1), help: 'of the set of wrenches'},
+  {name: 'isotropy', unit: '', text: (g) => fixed(g.isotropy, 2), help: 'smallest over largest singular value of the grasp map'},
+  {name: 'travel', unit: 'mm', text: (g) => fixed(1e3 * g.travel_m, 0), help: 'how far the fingers carry it, at most 25 mm'},
+];
+
+function element(tag, text = '', parent = null) {
+  const made = document.createElement(tag);
+  made.textContent = text;
+  parent?.append(made);
+  return made;
+}
+
+/** "box, grasp 2" as the name of a file. */
+const fileName = (scene, rank) => `${scene.replace(/, grasp \d+$/, '').replace(/[^\w-]+/g, '_')}-grasp-${rank}.yaml`;
+
+export class Grasps {
+  #message = null;
+  #shown = ''; // which search's cards there are
+  #scene = null;
+  #geometry = null;
+  #cards = [];
+  #urls = [];
+  #drawn = false;
+  #endDrawing = () => {};
+
+  /** `root`: the section; `send(message)`: to the program. */
+  constructor(root, send) {
+    this.send = send;
+    const part = (name) => root.querySelector(`.${name}`);
+    this.parts = {find: part('find'), best: part('best'), bar: part('bar'), say: part('say'), refusal: part('refusal'),
+                  list: part('found'), own: part('own')};
+    for (const best of kBest) this.parts.best.add(new Option(String(best), best));
+    this.parts.find.addEventListener('click', () => this.#search());
+    this.parts.own.addEventListener('click', () => this.#take(0));
+  }
+
+  get message() {
+    return this.#message;
+  }
+
+  /** What the object looks like. */
+  load(scene, geometry) {
+    this.#scene = scene;
+    this.#geometry = geometry;
+    if (!this.#drawn) this.#draw();
+  }
+
+  /** What comes next may be another program's. */
+  forget() {
+    this.#shown = '';
+  }
+
+  show(message) {
+    this.#message = message;
+    const {find, bar, say, refusal, own} = this.parts;
+    find.textContent = message.running ? 'Stop' : message.search > 0 ? 'Search again' : 'Find grasps';
+    find.disabled = message.stopping;
+    bar.hidden = !message.running;
+    if (message.share < 1) bar.value = message.share;
+    else bar.removeAttribute('value'); // how long trying takes nobody knows
+    say.textContent = words(message);
+    refusal.hidden = !message.refusal;
+    refusal.replaceChildren();
+    if (message.refusal) {
+      element('b', `No grasp: ${message.refusal.reason}.`, refusal);
+      if (message.refusal.help) element('span', ` What would help: ${message.refusal.help}.`, refusal);
+    }
+    own.hidden = message.grasps.length === 0 && message.taken === 0;
+    own.setAttribute('aria-pressed', String(message.taken === 0));
+    const search = `${message.search} ${message.running}`;
+    if (search !== this.#shown) {
+      this.#shown = search;
+      this.#makeCards();
+    }
+    this.#cards.forEach(({card, run}, i) => {
+      const runs = message.taken === i + 1;
+      if (runs && card.getAttribute('aria-current') !== 'true') requestAnimationFrame(() => card.scrollIntoView({block: 'nearest'}));
+      card.setAttribute('aria-current', String(runs));
+      run.textContent = runs ? 'Runs: start again' : 'Run';
+    });
+  }
+
+  /** Has the grasp of a rank run; 0: the scene's own start. */
+  #take(grasp) {
+    this.send({type: 'take', search: this.#message?.search ?? 0, grasp});
+  }
+
+  #search() {
+    if (this.#message?.running) this.send({type: 'stop_finding'});
+    else this.send({type: 'find', best: Number(this.parts.best.value)});
+  }
+
+  #makeCards() {
+    for (const url of this.#urls) URL.revokeObjectURL(url);
+    this.#urls = [];
+    this.parts.list.replaceChildren();
+    this.#cards = this.#message.grasps.map((grasp, i) => this.#makeCard(grasp, i + 1));
+    this.#draw();
+  }
+
+  #makeCard(grasp, rank) {
+    const card = element('li', '', this.parts.list);
+    const canvas = Object.assign(element('canvas', '', card), kThumbnail);
+    canvas.setAttribute('role', 'img');
+    canvas.setAttribute('aria-label', `grasp ${rank} before it begins`);
+    const title = element('h3', '', card);
+    element('b', String(rank), title);
+    element('span', grasp.fingers.join(', '), title);
+    const figures = element('dl', '', card);
+    for (const {name, unit, text, help} of kFigures) {
+      const figure = element('div', '', figures);
+      figure.title = name === 'limit' ? `${help}: ${grasp.limit_joint}` : help;
+      const label = element('dt', name, figure);
+      const shownUnit = typeof unit === 'function' ? unit(grasp) : unit;
+      if (shownUnit) element('i', shownUnit, label);
+      element('dd', text(grasp), figure);
+    }
+    if (!grasp.within_limits) element('p', 'A muscle passes its limit when it is tried.', card).className = 'warns';
+    const actions = element('div', '', card);
+    actions.className = 'actions';
+    const run = element('button', 'Run', actions);
+    run.type = 'button';
+    const save = element('a', 'Save scene', actions);
+    save.href = URL.createObjectURL(new Blob([grasp.scene], {type: 'text/yaml'}));
+    this.#urls.push(save.href);
+    save.download = fileName(this.#scene?.name ?? 'scene', rank);
+    element('p', capitalized(grasp.words), card).className = 'words';
+    card.addEventListener('click', (event) => {
+      if (event.target !== save && !getSelection().toString()) this.#take(rank);
+    });
+    return {card, canvas, run, grasp};
+  }
+
+  #draw() {
+    this.#endDrawing();
+    this.#endDrawing = () => {};
+    this.#drawn = this.#geometry !== null;
+    if (this.#drawn && this.#cards.length > 0) {
+      this.#endDrawing = drawThumbnails(this.#scene, this.#geometry, this.#cards);
+    }
+  }
+}
+
+const capitalized = (text) => text.charAt(0).toUpperCase() + text.slice(1);
+
+/** How far a search is, or what came of it. */
+function words({search, running, stopping, share, found, took_s}) {
+  if (search === 0) return '';
+  if (stopping) return `stopping; ${found} found`;
+  if (running && share >= 1) return `${found} found; trying them`;
+  if (running) return `${Math.round(100 * share)} %, ${found} found`;
+  return `${found} found in ${fixed(took_s ?? NaN, 1)} s`;
+}

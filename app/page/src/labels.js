@@ -1,0 +1,38 @@
+// Labels over the picture, that follow places in it.
+
+import {Vector3} from 'three';
+
+import {fingerColors} from './colors.js';
+
+const place = [0, 0, 0];
+const kWide = 100, kHigh = 18; // of a label, in pixels
+
+/** Labels in an element over the picture: {element, at [m, world], text} each; without text they are hidden. */
+export function makeLabels(overlay, names) {
+  overlay.replaceChildren();
+  return names.map((name, k) => {
+    const element = document.createElement('div');
+    element.className = 'label';
+    element.style.setProperty('--color', fingerColors[k] ?? '#d03a8c');
+    element.dataset.name = name;
+    element.hidden = true;
+    overlay.append(element);
+    return {element, at: new Vector3(), text: ''};
+  });
+}
+
+/** `project(point)`: where in the overlay a place is, in pixels. */
+export function placeLabels(labels, project) {
+  const placed = [];
+  for (const {element, at, text} of labels) {
+    element.hidden = text === '';
+    if (text === '') continue;
+    let [x, y] = project(at.toArray(place));
+    // Below those that it would cover.
+    const covered = ([u, v]) => Math.abs(u - x) < kWide && Math.abs(v - y) < kHigh;
+    for (let other = placed.find(covered); other; other = placed.find(covered)) y = other[1] + kHigh;
+    placed.push([x, y]);
+    element.textContent = text;
+    element.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px) translate(-50%, -50%)`;
+  }
+}

@@ -1,0 +1,80 @@
+// Small pictures of grasps that were found: the hand on the object, as it would begin.
+
+import {Color, Matrix4, Mesh, MeshLambertMaterial, PerspectiveCamera, Scene, SphereGeometry, Vector3, WebGLRenderer} from 'three';
+
+import {fingerColors, themed} from './colors.js';
+import {setPose, vector} from './poses.js';
+import {Skeleton} from './skeleton.js';
+import {Splats, thinned} from './splats.js';
+import {addLamp, aimAt, daylight, followLamp, isSoftware} from './view.js';
+
+const kEnough = 12000; // splats
+
+/** The hand with its fingertips as balls in their fingers' colours. */
+function handOf({fingers, segments, poses}) {
+  const matrices = segments.map((_, s) => setPose(new Matrix4(), poses, 12 * s));
+  const hand = new Skeleton({segments, fingers: fingers.map((finger) => ({...finger, samples: 1}))}, themed('--bone'));
+  hand.pose(matrices);
+  const tips = fingers.map(({segment, centre_m, radius_m}, k) => {
+    const ball = new Mesh(new SphereGeometry(radius_m, 24, 16), new MeshLambertMaterial({color: fingerColors[k]}));
+    ball.position.copy(vector(centre_m).applyMatrix4(matrices[segment]));
+    hand.add(ball);
+    return ball.position.clone();
+  });
+  return {hand, tips};
+}
+
+function dispose(thing) {
+  thing.traverse((part) => {
+    part.geometry?.dispose();
+    part.material?.dispose();
+    part.dispose?.();
+  });
+}
+
+/**
+ * Draws grasps of a `grasps` message into canvases, one at a time, so that the page stays alive. `scene`, `geometry`: of the
+ * object, as a picture takes them; `jobs`: [{canvas, grasp}]. Returns a function that ends it early.
+ */
+export function drawThumbnails(scene, geometry, jobs) {
+  const software = isSoftware();
+  const renderer = new WebGLRenderer({antialias: true, powerPreference: 'low-power'});
+  renderer.setClearColor(new Color(themed('--picture')));
+  const world = new Scene();
+  world.add(daylight());
+  const lamp = addLamp(world);
+  const camera = new PerspectiveCamera(30, 1, 0.02, 3);
+  const {points, normals, growth} = thinned(geometry.object.points, geometry.object.normals, kEnough);
+  const object = new Splats(points, normals, growth * scene.object.spacing_m, themed('--object'), {tilted: !software});
+  object.matrixAutoUpdate = false;
+  world.add(object);
+  let timer = 0;
+  const end = () => {
+    clearTimeout(timer);
+    dispose(object);
+    renderer.dispose();
+    renderer.forceContextLoss();
+  };
+  const draw = ([job, ...others]) => {
+    const {canvas, grasp} = job;
+    renderer.setSize(canvas.width, canvas.height, false);
+    camera.aspect = canvas.width / canvas.height;
+    camera.updateProjectionMatrix();
+    const {hand, tips} = handOf(grasp.hand);
+    world.add(hand);
+    setPose(object.matrix, grasp.object);
+    camera.lookAt(aimAt(camera, tips, vector(scene.gravity_m_per_s2), new Vector3().setFromMatrixPosition(object.matrix)));
+    camera.updateMatrixWorld();
+    followLamp(lamp, camera);
+    object.fit(camera, canvas.height);
+    renderer.render(world, camera);
+    canvas.getContext('2d').drawImage(renderer.domElement, 0, 0); // in the same task: its pixels are gone afterwards
+    hand.removeFromParent();
+    dispose(hand);
+    if (others.length > 0) timer = setTimeout(draw, 10, others);
+    else end();
+  };
+  if (jobs.length > 0) timer = setTimeout(draw, 0, jobs);
+  else end();
+  return end;
+}

@@ -1,0 +1,91 @@
+#include "app/window/live_grasps.h"
+
+#include <algorithm>
+#include <memory>
+#include <utility>
+
+#include "engine/loops/realtime.h"
+#include "engine/scenes/surface_model.h"
+
+namespace thenar::window {
+
+namespace {
+
+constexpr std::int64_t kProgress_ns = 100'000'000;
+
+std::vector<std::string> fingers_of(const Hand& hand) {
+  std::vector<std::string> names;
+  for (const Fingertip& tip : hand.fingertips) names.push_back(tip.finger);
+  return names;
+}
+
+AskedScene asked_scene(const std::optional<AskedScene>& asked, const Scene& running) {
+  AskedScene scene = asked.value_or(AskedScene{running, "hand.yaml", "", running.hand.fingers()});
+  if (!scene.scene.grasp) scene.scene.grasp = GraspWish{};
+  return scene;
+}
+
+/// The scene that runs, to begin with it again: its fingers have settled.
+Scene beginning_of(Scene scene) {
+  scene.settles = false;
+  return scene;
+}
+
+}  // namespace
+
+LiveGrasps::LiveGrasps(const Model& model, const std::optional<AskedScene>& asked, bool recorded)
+    : asked_(asked_scene(asked, model.scene)),
+      own_(beginning_of(model.scene)),
+      recorded_fingers_(recorded ? fingers_of(model.scene.hand) : std::vector<std::string>()),
+      search_(model.object) {}
+
+std::string LiveGrasps::find(const Find& wish, const LiveSettings& begun, const LiveSettings& now) {
+  AskedScene asked = asked_;
+  Scene& scene = asked.scene;
+  LiveSettings changed = now;
+  if (!scene.control) changed.internal_force_N = begun.internal_force_N;
+  apply(begun, changed, scene);
+  // Who has set the squeeze wants that one, whatever the scene asks for.
+  if (changed.internal_force_N != begun.internal_force_N) scene.grasp->press_N.reset();
+  // The controller must not plan with more friction than there is.
+  if (scene.control) scene.control->grasp_friction = std::min(scene.control->grasp_friction, scene.contact.friction);
+  if (scene.fingertips && now.kernel) scene.fingertips->material.kernel = *now.kernel;
+  if (scene.fingertips && now.level != begun.level) scene.contact.level = now.level;
+  return search_.begin(std::move(asked), wish.best);
+}
+
+std::string LiveGrasps::check(const Take& grasp) {
+  if (grasp.grasp == 0) return "";
+  const SearchState state = search_.state();
+  const bool there = state.grasps && state.search == grasp.search &&
+                     grasp.grasp <= static_cast<int>(state.grasps->report.grasps.size());
+  if (!there) return "there is no such grasp any more: take one of the newest search";
+  if (recorded_fingers_.empty() || fingers_of(grasp_scene(*state.grasps, grasp.grasp).hand) == recorded_fingers_)
+    return "";
+  return "this grasp has other fingers than the recording that is being made";
+}
+
+std::optional<Model> LiveGrasps::take(const Take& grasp) {
+  const std::shared_ptr<const FoundGrasps> found = search_.state().grasps;
+  if (grasp.grasp > 0 && (!found || found->search != grasp.search)) return std::nullopt;
+  std::optional<Model> model =
+      surface_model(grasp.grasp > 0 ? grasp_scene(*found, grasp.grasp) : own_, search_.object());
+  taken_ = grasp;
+  return model;
+}
+
+void LiveGrasps::show(const std::function<void(std::string)>& set_grasps) {
+  SearchState now = search_.state();
+  const bool same = now.search == shown_.search && now.running == shown_.running && now.stopping == shown_.stopping &&
+                    taken_ == shown_taken_;
+  const bool farther = now.running && (now.share != shown_.share || now.found != shown_.found);
+  const std::int64_t now_ns = steady_now_ns();
+  const bool due = shown_ns_ == 0 || !same || (farther && now_ns - shown_ns_ > kProgress_ns);
+  if (!due) return;
+  set_grasps(grasps_message(now, taken_.search == now.search ? taken_.grasp : 0));
+  shown_ = std::move(now);
+  shown_taken_ = taken_;
+  shown_ns_ = now_ns;
+}
+
+}  // namespace thenar::window

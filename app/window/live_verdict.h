@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/grasp/model.h"
+#include "engine/loops/threads.h"
+#include "engine/results/grasp_monitor.h"
+#include "engine/results/recorder.h"
+#include "engine/results/verdict.h"
+#include "engine/results/warnings.h"
+
+namespace thenar::window {
+
+/// Judges a grasp that runs without end. The model is referred to: after each change of it renew() or reset() is due.
+class LiveVerdict {
+ public:
+  explicit LiveVerdict(const Model& model) : model_(model) { reset(); }
+
+  /// The grasp begins again, at time 0.
+  void reset();
+  /// The model has changed. Where its steps have, too, the grasp goes on `shift_s` later on the simulated clock.
+  void renew_warnings() { warnings_.emplace(model_); }
+  void renew_monitor(double shift_s);
+
+  /// A tick with the control tick of its frame; writes the sums so far into it.
+  void add(TickRecord& tick, const ControlSample& control);
+  /// So many records of ticks were lost, of all runs together.
+  void miss(std::int64_t lost);
+
+  /// The last verdict that was not held, until a whole watch has found nothing.
+  [[nodiscard]] const Verdict& verdict() const { return judged_; }
+  [[nodiscard]] std::vector<std::string> warnings() const { return warnings_->sentences(); }
+
+ private:
+  const Model& model_;
+  std::optional<GraspMonitor> monitor_;
+  double watch_from_s_ = 0.0, judged_s_ = 0.0, found_s_ = 0.0;
+  Verdict judged_;
+  std::optional<Warnings> warnings_;
+  RunSums sums_;             ///< Of all ticks; the monitor begins again.
+  std::int64_t missed_ = 0;  ///< Lost records that the monitor knows of.
+};
+
+}  // namespace thenar::window

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <vector>
+
+#include "thenar/eigen_layout.h"
+
+namespace thenar {
+
+/// Convex, its corners counter-clockwise.
+using Polygon = std::vector<Eigen::Vector2d>;
+
+/// Leaves of the polygon what lies at n.x <= c [Sutherland, Hodgman 1974].
+inline void clip(const Eigen::Vector2d& n, double c, Polygon& polygon, Polygon& work) {
+  work.clear();
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Eigen::Vector2d &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
+    const double beyond_a = n.dot(a) - c, beyond_b = n.dot(b) - c;
+    if (beyond_a <= 0.0) work.push_back(a);
+    if ((beyond_a > 0.0) != (beyond_b > 0.0)) work.emplace_back(a + beyond_a / (beyond_a - beyond_b) * (b - a));
+  }
+  polygon.swap(work);
+}
+
+/// The square of how far the polygon reaches from the origin.
+inline double reach2(const Polygon& polygon) {
+  double most = 0.0;
+  for (const Eigen::Vector2d& x : polygon) most = std::max(most, x.squaredNorm());
+  return most;
+}
+
+/// Of a polygon around the origin.
+struct Patch {
+  double area = 0.0;
+  Eigen::Vector2d centroid = Eigen::Vector2d::Zero();
+};
+
+inline Patch patch(const Polygon& polygon) {
+  Patch sum;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Eigen::Vector2d &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
+    const double triangle = 0.5 * (a.x() * b.y() - a.y() * b.x());  // with the origin
+    sum.area += triangle;
+    sum.centroid += triangle / 3.0 * (a + b);
+  }
+  sum.centroid /= sum.area;
+  return sum;
+}
+
+}  // namespace thenar

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <optional>
+
+#include "collision/implicit_surface.h"
+#include "engine/grasp/hand.h"
+#include "engine/grasp/pulp.h"
+#include "solvers/grasp_problem.h"
+
+namespace thenar {
+
+/// How deep a load presses a pulp of this material in, by Hertz, on a plane that faces it; and the radius of its patch.
+/// An ellipsoid is taken as the sphere of round_radius_m(): where one radius of curvature is three times the other,
+/// that is 3 % too deep. Of a capsule it is capsule_depth_m().
+[[nodiscard]] double pressed_depth_m(const std::optional<PulpMaterial>& material, const Fingertip& tip, double force_N);
+[[nodiscard]] double pressed_radius_m(const std::optional<PulpMaterial>& material, const Fingertip& tip,
+                                      double force_N);
+
+/// The load that presses a pulp in as far as it can be trusted.
+[[nodiscard]] double greatest_load_N(const std::optional<PulpMaterial>& material, const Fingertip& tip);
+
+/// pressed_contact() of a pulp of any shape.
+[[nodiscard]] GraspContact pressed_contact(const ImplicitSurface& object, const Eigen::Isometry3d& X_WO,
+                                           const Fingertip& tip, const Eigen::Isometry3d& X_WF);
+
+}  // namespace thenar
