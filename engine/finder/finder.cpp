@@ -70,24 +70,6 @@ void keep_best(const FinderProblem& problem, const FinderSettings& settings, Fin
 
 }  // namespace
 
-bool alike(const FoundGrasp& a, const FoundGrasp& b) {
-  constexpr double kTurn_rad = 0.6, kShift_m = 12e-3, kApproach_rad = 0.7;
-  if (a.fingers != b.fingers) return false;
-  const auto line = [](const FoundGrasp& grasp) {
-    Eigen::Vector3d others_O = Eigen::Vector3d::Zero();
-    for (std::size_t k = 0; k < grasp.places.size(); ++k) {
-      if (static_cast<int>(k) == grasp.opposer) continue;
-      others_O += grasp.places[k].point_O / static_cast<double>(grasp.places.size() - 1);
-    }
-    return std::pair{grasp.places[grasp.opposer].point_O, others_O};
-  };
-  const auto [from_a, to_a] = line(a);
-  const auto [from_b, to_b] = line(b);
-  return (to_a - from_a).normalized().dot((to_b - from_b).normalized()) > std::cos(kTurn_rad) &&
-         (0.5 * (from_a + to_a) - 0.5 * (from_b + to_b)).norm() < kShift_m &&
-         a.approach_O.dot(b.approach_O) > std::cos(kApproach_rad);
-}
-
 FinderReport find_grasps(const FinderProblem& problem, const FinderSettings& settings, const FinderProgress& progress) {
   FinderReport report;
   const std::vector<std::vector<int>> sets = sets_of_fingers(problem.hand, problem.wish);

@@ -22,8 +22,4 @@ namespace thenar {
 [[nodiscard]] FinderReport find_grasps(const FinderProblem& problem, const FinderSettings& settings = {},
                                        const FinderProgress& progress = {});
 
-/// Whether a user would call two grasps one: the same fingers hold the object on about the same line, from the thumb's
-/// side to that of the others, and come to it in about the same way.
-[[nodiscard]] bool alike(const FoundGrasp& a, const FoundGrasp& b);
-
 }  // namespace thenar

@@ -175,6 +175,19 @@ void StanceFit::add_balance(const FitTarget& target, NormalEquations& sum) const
   for (int i = 0; i < 3; ++i) sum.add(off_m[i] / kCentre_m, off.row(i).transpose() / kCentre_m);
 }
 
+void StanceFit::add_way(const BodyPoint& point, const Vector3d& p_W, const Vector3d& d, Unknowns& row) const {
+  if (point.segment < 0) return;
+  const int first = hand_.fingertips[point.finger].first_joint;
+  if (hand_.segments[point.segment].followers > 0) {
+    const FingerJacobian J = segment_jacobian(hand_, pose_, hand_.segments[point.segment], p_W);
+    row.segment(first, point.joints) += J.leftCols(point.joints).transpose() * d;
+    return;
+  }
+  for (int j = first; j < first + point.joints; ++j) {
+    row[j] += pose_.axis[j].cross(p_W - pose_.origin_m[j]).dot(d);
+  }
+}
+
 void StanceFit::add_body(const Stance& stance, NormalEquations& sum) const {
   const Index joints = stance.q.size();
   for (const BodyPoint& point : body_) {
@@ -187,15 +200,7 @@ void StanceFit::add_body(const Stance& stance, NormalEquations& sum) const {
     Unknowns row = Unknowns::Zero(unknowns_);
     row.segment<3>(joints) = n_W;
     row.tail<3>() = (p_W - X_WO_.translation()).cross(n_W);
-    const int first = hand_.fingertips[point.finger].first_joint;
-    if (point.segment >= 0 && hand_.segments[point.segment].followers > 0) {
-      const FingerJacobian J = segment_jacobian(hand_, pose_, hand_.segments[point.segment], p_W);
-      row.segment(first, point.joints) = -J.leftCols(point.joints).transpose() * n_W;
-    } else {
-      for (int j = 0; j < point.joints; ++j) {
-        row[first + j] = -pose_.axis[first + j].cross(p_W - pose_.origin_m[first + j]).dot(n_W);
-      }
-    }
+    add_way(point, p_W, -n_W, row);
     sum.add_hinge(point.clearance_m - at.distance_m, kBody_m, row);
   }
 }
@@ -219,14 +224,8 @@ void StanceFit::add_bones(NormalEquations& sum) {
     if (v.squaredNorm() >= pair.least_m * pair.least_m || v.squaredNorm() == 0.0) continue;
     const Vector3d d = v.normalized();
     Unknowns row = Unknowns::Zero(unknowns_);
-    const auto add = [&](int i, double sign) {
-      const int first = hand_.fingertips[bones_.points[i].finger].first_joint;
-      for (int j = first; j < first + bones_.points[i].joints; ++j) {
-        row[j] += sign * pose_.axis[j].cross(bones_W_[i] - pose_.origin_m[j]).dot(d);
-      }
-    };
-    add(pair.a, -1.0);
-    add(pair.b, 1.0);
+    add_way(bones_.points[pair.a], bones_W_[pair.a], -d, row);
+    add_way(bones_.points[pair.b], bones_W_[pair.b], d, row);
     sum.add_hinge(pair.least_m - v.norm(), kBody_m, row);
   }
 }

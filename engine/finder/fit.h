@@ -80,6 +80,8 @@ class StanceFit {
   void add_balance(const FitTarget& target, NormalEquations& sum) const;
   void add_body(const Stance& stance, NormalEquations& sum) const;
   void add_apart(NormalEquations& sum) const;
+  /// How a point of the hand moves along d with the joints.
+  void add_way(const BodyPoint& point, const Eigen::Vector3d& p_W, const Eigen::Vector3d& d, Unknowns& row) const;
   void add_bones(NormalEquations& sum);
   void add_limits(const Stance& stance, const FitTarget& target, NormalEquations& sum) const;
   void add_wishes(const Stance& stance, const FitTarget& target, NormalEquations& sum) const;

@@ -32,9 +32,9 @@ struct BonePair {
   double least_m = 0.0;
 };
 
-/// What keeps fingers out of one another, but for two pulps: spheres along bones up to the middles of pulps, as thick as
-/// bones without their flesh, half as thick as pulps, and which of them may not overlap. None needs to be further from
-/// another than it is in the open hand, with all joints at zero.
+/// What keeps fingers out of one another, but for two pulps: spheres along bones up to the middles of pulps, as thick
+/// as bones without their flesh, half as thick as pulps, and which of them may not overlap. None needs to be further
+/// from another than it is in the open hand, with all joints at zero.
 struct Bones {
   std::vector<BodyPoint> points;
   std::vector<BonePair> pairs;

@@ -35,33 +35,36 @@ Ellipse patch_of(const Fingertip& tip, const Vector3d& n, double depth_m) {
   return patch;
 }
 
+double free_depth_m(const PulpMaterial& material, const Fingertip& tip, double force_N) {
+  const double E_Pa = material.reduced_modulus_Pa / softness(material, force_N);
+  if (tip.shape && tip.shape->form == PulpShape::Form::kCapsule) {
+    return capsule_depth_m(*tip.shape, tip.normal, std::max(0.0, force_N) / E_Pa);
+  }
+  return std::pow(0.75 * std::max(0.0, force_N) / (E_Pa * std::sqrt(round_radius_m(tip))), 2.0 / 3.0);
+}
+
 }  // namespace
 
 double pressed_depth_m(const std::optional<PulpMaterial>& material, const Fingertip& tip, double force_N) {
-  if (!material) return 0.0;
-  const double radius_m = round_radius_m(tip);
-  const double E_Pa = material->reduced_modulus_Pa / softness(*material, force_N);
-  if (tip.shape && tip.shape->form == PulpShape::Form::kCapsule) {
-    const double capsule_m = capsule_depth_m(*tip.shape, tip.normal, std::max(0.0, force_N) / E_Pa);
-    return std::min(capsule_m, 0.8 * kTrustPerRadius * tip.radius_m);
+  return material ? std::min(free_depth_m(*material, tip, force_N), 0.8 * kTrustPerRadius * tip.radius_m) : 0.0;
+}
+
+double greatest_load_N(const std::optional<PulpMaterial>& material, const Fingertip& tip) {
+  double low_N = 0.0, high_N = 1e4;
+  const auto is_too_deep = [&](double force_N) {
+    return material && free_depth_m(*material, tip, force_N) > kTrustPerRadius * tip.radius_m;
+  };
+  if (!is_too_deep(high_N)) return std::numeric_limits<double>::infinity();
+  while (high_N - low_N > 1e-3) {
+    const double middle_N = 0.5 * (low_N + high_N);
+    (is_too_deep(middle_N) ? high_N : low_N) = middle_N;
   }
-  const double depth_m = std::pow(0.75 * std::max(0.0, force_N) / (E_Pa * std::sqrt(radius_m)), 2.0 / 3.0);
-  return std::min(depth_m, 0.8 * kTrustPerRadius * tip.radius_m);
+  return low_N;
 }
 
 double pressed_radius_m(const std::optional<PulpMaterial>& material, const Fingertip& tip, double force_N) {
   const double radius_m = round_radius_m(tip);
   return std::sqrt(radius_m * std::max(pressed_depth_m(material, tip, force_N), 0.01 * radius_m));
-}
-
-double greatest_load_N(const std::optional<PulpMaterial>& material, const Fingertip& tip) {
-  if (!material) return std::numeric_limits<double>::infinity();
-  // F = F_0 (1 + beta F), F_0 that of the pulp without stiffening.
-  const double depth_m = kTrustPerRadius * tip.radius_m;
-  const double soft_N =
-      4.0 / 3.0 * material->reduced_modulus_Pa * std::sqrt(round_radius_m(tip)) * std::pow(depth_m, 1.5);
-  const double left = 1.0 - material->stiffening_per_N * soft_N;
-  return left > 0.0 ? soft_N / left : std::numeric_limits<double>::infinity();
 }
 
 GraspContact pressed_contact(const ImplicitSurface& object, const Isometry3d& X_WO, const Fingertip& tip,

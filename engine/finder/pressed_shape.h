@@ -17,7 +17,7 @@ namespace thenar {
 [[nodiscard]] double pressed_radius_m(const std::optional<PulpMaterial>& material, const Fingertip& tip,
                                       double force_N);
 
-/// The load that presses it in as far as pulps can be trusted, likewise as a sphere [N].
+/// The load that presses a pulp in as far as it can be trusted.
 [[nodiscard]] double greatest_load_N(const std::optional<PulpMaterial>& material, const Fingertip& tip);
 
 /// pressed_contact() of a pulp of any shape.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "engine/finder/carry.h"
 #include "engine/finder/effort.h"
@@ -28,8 +29,8 @@ double least_load_N(const std::vector<GraspContact>& contacts, const HoldingForc
   return least_N;
 }
 
-/// The lambda by which the least loaded finger presses with the load that is wished for, if that is, under the weight as
-/// it is.
+/// The lambda by which the least loaded finger presses with the load that is wished for, if that is, under the weight
+/// as it is.
 double internal_force_N(const FinderProblem& problem, const std::vector<GraspContact>& contacts,
                         const Eigen::Isometry3d& X_WO) {
   constexpr int kRounds = 4;
@@ -161,6 +162,24 @@ FoundGrasp rate(const FinderProblem& problem, const Hand& hand, const PatchMeter
   if (held.found) add_effort(problem, hand, contacts, check, grasp);
   grasp.cost = held.found ? cost_of(grasp) : std::numeric_limits<double>::infinity();
   return grasp;
+}
+
+bool alike(const FoundGrasp& a, const FoundGrasp& b) {
+  constexpr double kTurn_rad = 0.6, kShift_m = 12e-3, kApproach_rad = 0.7;
+  if (a.fingers != b.fingers) return false;
+  const auto line = [](const FoundGrasp& grasp) {
+    Eigen::Vector3d others_O = Eigen::Vector3d::Zero();
+    for (std::size_t k = 0; k < grasp.places.size(); ++k) {
+      if (static_cast<int>(k) == grasp.opposer) continue;
+      others_O += grasp.places[k].point_O / static_cast<double>(grasp.places.size() - 1);
+    }
+    return std::pair{grasp.places[grasp.opposer].point_O, others_O};
+  };
+  const auto [from_a, to_a] = line(a);
+  const auto [from_b, to_b] = line(b);
+  return (to_a - from_a).normalized().dot((to_b - from_b).normalized()) > std::cos(kTurn_rad) &&
+         (0.5 * (from_a + to_a) - 0.5 * (from_b + to_b)).norm() < kShift_m &&
+         a.approach_O.dot(b.approach_O) > std::cos(kApproach_rad);
 }
 
 void complete(const FinderProblem& problem, FoundGrasp& grasp) {

@@ -19,6 +19,10 @@ namespace thenar {
 [[nodiscard]] FoundGrasp rate(const FinderProblem& problem, const Hand& hand, const PatchMeter& patches,
                               const Stance& stance, const FitTarget& target, StanceFit& fit);
 
+/// Whether a user would call two grasps one: the same fingers hold the object on about the same line, from the thumb's
+/// side to that of the others, and come to it in about the same way.
+[[nodiscard]] bool alike(const FoundGrasp& a, const FoundGrasp& b);
+
 /// Adds the measures of the wrench space.
 void complete(const FinderProblem& problem, FoundGrasp& grasp);
 

@@ -7,7 +7,6 @@
 
 #include "collision/blue_noise.h"
 #include "engine/finder/carry.h"
-#include "engine/finder/finder.h"
 #include "engine/finder/pressed_shape.h"
 #include "engine/finder/rate.h"
 

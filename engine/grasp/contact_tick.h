@@ -88,7 +88,7 @@ struct TickReport {
 TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace& work, State& state,
                         const TickInput& input = {}) noexcept;
 
-/// What the pulps of a new state, which are pressed in and sheared, carry at the beginning of its first tick. Allocates.
+/// What the pulps of a new state, which are pressed in and sheared, carry as its first tick begins. Allocates.
 [[nodiscard]] PerFinger<FingerLoad> first_loads(const Model& model, const Frame& frame);
 
 }  // namespace thenar

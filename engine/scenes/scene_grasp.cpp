@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "engine/finder/hand_body.h"
+#include "engine/finder/rate.h"
 #include "engine/finder/rehearse.h"
 #include "engine/finder/settle.h"
 #include "engine/formats/text.h"
