@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "collision/point_cloud.h"
-#include "engine/grasp/pulp_shape.h"
+#include "collision/pulp_shape.h"
 
 namespace thenar {
 

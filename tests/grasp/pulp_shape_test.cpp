@@ -1,6 +1,6 @@
 // Pulps that are ellipsoids and capsules: their surfaces, control points, and where they touch.
 
-#include "engine/grasp/pulp_shape.h"
+#include "collision/pulp_shape.h"
 
 #include <gtest/gtest.h>
 

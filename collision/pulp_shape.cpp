@@ -1,4 +1,4 @@
-#include "engine/grasp/pulp_shape.h"
+#include "collision/pulp_shape.h"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
