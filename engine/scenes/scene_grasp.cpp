@@ -155,10 +155,9 @@ void try_found(const Scene& scene, const ImplicitSurface& object, int best, Find
   keep_tried(std::move(tried), best, report);
 }
 
-}  // namespace
-
-FinderReport find_tried_grasps(const Scene& scene, const ImplicitSurface& object, const FinderSettings& settings,
-                               const FinderProgress& progress) {
+/// One search, and trials; if all fail, one more.
+FinderReport search_and_try(const Scene& scene, const ImplicitSurface& object, const FinderSettings& settings,
+                            const FinderProgress& progress) {
   constexpr int kSpare = 5;        // So many more than wanted may fail.
   constexpr int kMostWanted = 20;  // For any number up to it the search is the same: ranks stay.
   const FinderProblem problem = finder_problem(scene, object);
@@ -173,6 +172,24 @@ FinderReport find_tried_grasps(const Scene& scene, const ImplicitSurface& object
     now.seed = settings.seed + 100;
     report = find_grasps(problem, now, progress);
   }
+  return report;
+}
+
+}  // namespace
+
+FinderReport find_tried_grasps(const Scene& scene, const ImplicitSurface& object, const FinderSettings& settings,
+                               const FinderProgress& progress) {
+  FinderSettings one = settings;
+  one.best = 1;
+  FinderReport report = search_and_try(scene, object, one, progress);
+  if (settings.best <= 1 || report.cancelled) return report;
+  const FinderReport wider = search_and_try(scene, object, settings, progress);
+  std::vector<FoundGrasp>& all = report.grasps;
+  for (const FoundGrasp& grasp : wider.grasps) {
+    if (static_cast<int>(all.size()) < settings.best && !is_like_one(grasp, all)) all.push_back(grasp);
+  }
+  report.cancelled = wider.cancelled;
+  if (!all.empty()) report.refusal.reset();
   return report;
 }
 
