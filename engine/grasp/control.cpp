@@ -32,10 +32,14 @@ Eigen::Vector4d normal_to_rows(const Eigen::Matrix<double, 3, 4>& J) {
   return {minor(1, 2, 3), -minor(0, 2, 3), minor(0, 1, 3), -minor(0, 1, 2)};
 }
 
-PulpBall ball_of(const Model& model, const Isometry3d& X_WF, const Snapshot& snapshot, int finger) {
+/// The ball that a pulp of another shape than a sphere is like where it is nearest to the object; its centre in the
+/// world. A call of its own: inlined, it would have other products contracted otherwise.
+[[gnu::noinline]] PulpBall ball_of_shape(const Model& model, const Isometry3d& X_WF, const Snapshot& snapshot,
+                                         int finger) {
   const Fingertip& tip = model.scene.hand.fingertips[finger];
-  if (!tip.shape) return {tip.centre_m, tip.radius_m};
-  return touching_ball(tip, model.object, snapshot.X_WO.inverse() * X_WF);
+  PulpBall ball = touching_ball(tip, model.object, snapshot.X_WO.inverse() * X_WF);
+  ball.centre_m = X_WF * ball.centre_m;
+  return ball;
 }
 
 }  // namespace
@@ -67,24 +71,31 @@ GraspContact finger_contact(const Model& model, const HandPose& pose, const Snap
   const FingerLoad& load = snapshot.load[finger];
   Vector3d point = load.centre_m, n = load.normal;
   if (load.normal_N <= 0.0) {
-    const PulpBall ball = ball_of(model, X_WF, snapshot, finger);
-    const Vector3d centre = X_WF * ball.centre_m;
+    Vector3d centre = X_WF * tip.centre_m;
+    double radius_m = tip.radius_m;
+    if (tip.shape) {
+      const PulpBall ball = ball_of_shape(model, X_WF, snapshot, finger);
+      centre = ball.centre_m;
+      radius_m = ball.radius_m;
+    }
     const auto nearest =
         model.object.distance(snapshot.X_WO.inverse() * centre, std::numeric_limits<double>::infinity());
     // Normals that cancel leave no direction but the one to the object's origin.
     n = nearest ? Vector3d(snapshot.X_WO.linear() * -nearest->normal)
                 : (snapshot.X_WO.translation() - centre).normalized();
-    point = centre + ball.radius_m * n;
+    point = centre + radius_m * n;
   }
   return {point, X_WF.linear() * contact_frame(tip.normal, X_WF.linear().transpose() * n)};
 }
 
 double finger_gap_m(const Model& model, const HandPose& pose, const Snapshot& snapshot, int finger) {
   if (snapshot.load[finger].normal_N > 0.0) return 0.0;
+  const Fingertip& tip = model.scene.hand.fingertips[finger];
   const Isometry3d& X_WF = pose.distal(model.scene.hand, finger);
-  const PulpBall ball = ball_of(model, X_WF, snapshot, finger);
-  const Vector3d centre = X_WF * ball.centre_m;
-  const auto nearest = model.object.distance(snapshot.X_WO.inverse() * centre, std::numeric_limits<double>::infinity());
+  const PulpBall ball =
+      tip.shape ? ball_of_shape(model, X_WF, snapshot, finger) : PulpBall{X_WF * tip.centre_m, tip.radius_m};
+  const auto nearest =
+      model.object.distance(snapshot.X_WO.inverse() * ball.centre_m, std::numeric_limits<double>::infinity());
   return nearest ? nearest->distance_m - ball.radius_m : 0.0;
 }
 

@@ -13,10 +13,11 @@ namespace {
 /// The displacements that the first joints of a finger make, from none to all of them.
 using FingerChain = std::array<Isometry3d, kMaxFingerJoints + 1>;
 
-// Of a finger in which joints follow others.
+// Of a finger in which joints follow others. Calls of their own: inlined, they would have the products of all other
+// fingers contracted otherwise, and results would change in their last bits.
 
-void coupled_kinematics(const Hand& hand, const JointVector& q, const Fingertip& tip, FingerChain& chain,
-                        HandPose& pose) {
+[[gnu::noinline]] void coupled_kinematics(const Hand& hand, const JointVector& q, const Fingertip& tip,
+                                          FingerChain& chain, HandPose& pose) {
   int at = 0, next = tip.first_follower;
   const auto turn = [&](const Joint& joint, std::size_t place, double angle) {
     pose.origin_m[place] = chain[at] * joint.origin_m;
@@ -47,20 +48,25 @@ FingerJacobian coupled_columns(const Hand& hand, const Fingertip& tip, int follo
   return J;
 }
 
-FingerJacobian coupled_jacobian(const Hand& hand, const HandPose& pose, const Fingertip& tip, int followers,
-                                const Vector3d& point_m) {
+[[gnu::noinline]] FingerJacobian coupled_jacobian(const Hand& hand, const HandPose& pose, const Fingertip& tip,
+                                                  int followers, const Vector3d& point_m) {
   return coupled_columns(hand, tip, followers,
                          [&](std::size_t i) -> Vector3d { return joint_column(pose, static_cast<int>(i), point_m); });
 }
 
-/// Adds to a muscle's column of H what a crossing gives of followers. M is its attachment, D its direction.
-void add_coupled_arms(const Hand& hand, const HandPose& pose, const MuscleCrossing& crossing, const Vector3d& M,
-                      const Vector3d& D, Eigen::Ref<Eigen::VectorXd> H_m) {
+[[gnu::noinline]] void add_coupled_gravity(const Hand& hand, const HandPose& pose, const Segment& segment,
+                                           const Isometry3d& X_WS, const Vector3d& gravity, JointVector& g) {
+  const Fingertip& tip = hand.fingertips[segment.finger];
+  const FingerJacobian J = coupled_jacobian(hand, pose, tip, segment.followers, X_WS * segment.com_m);
+  for (int j = 0; j < segment.joints; ++j) g[tip.first_joint + j] -= J.col(j).dot(segment.mass_kg * gravity);
+}
+
+/// The rows of followers in a muscle's column of H, in their leaders'. M is a crossing's attachment, D its direction.
+[[gnu::noinline]] void add_coupled_arms(const Hand& hand, const HandPose& pose, const MuscleCrossing& crossing,
+                                        const Vector3d& M, const Vector3d& D, Eigen::Ref<Eigen::VectorXd> H_m) {
   for (const int i : crossing.joints) {
-    if (i < std::ssize(hand.joints)) continue;
-    const Follower& follower = hand.followers[i - hand.joints.size()];
     const double arm_m = crossing.share * (M - pose.origin_m[i]).cross(D).dot(pose.axis[i]);
-    H_m[follower.leader] += follower.ratio * arm_m;
+    H_m[hand.leader(i)] += i < std::ssize(hand.joints) ? arm_m : hand.followers[i - hand.joints.size()].ratio * arm_m;
   }
 }
 
@@ -171,13 +177,12 @@ JointVector gravity_torques(const Hand& hand, const HandPose& pose, const Vector
   for (std::size_t s = 0; s < hand.segments.size(); ++s) {
     const Segment& segment = hand.segments[s];
     if (segment.joints == 0) continue;
-    const Vector3d com_m = pose.segments[s] * segment.com_m, weight_N = segment.mass_kg * gravity;
     const Fingertip& tip = hand.fingertips[segment.finger];
     if (tip.followers > 0) {
-      const FingerJacobian J = coupled_jacobian(hand, pose, tip, segment.followers, com_m);
-      for (int j = 0; j < segment.joints; ++j) g[tip.first_joint + j] -= J.col(j).dot(weight_N);
+      add_coupled_gravity(hand, pose, segment, pose.segments[s], gravity, g);
       continue;
     }
+    const Vector3d com_m = pose.segments[s] * segment.com_m, weight_N = segment.mass_kg * gravity;
     for (int i = tip.first_joint; i < tip.first_joint + segment.joints; ++i) {
       g[i] -= joint_column(pose, i, com_m).dot(weight_N);
     }
@@ -194,11 +199,13 @@ void moment_arms(const Hand& hand, const HandPose& pose, Eigen::Ref<Eigen::Matri
       const Vector3d pull =
           crossing.pull_is_point ? Vector3d(X_pull * crossing.pull - M) : Vector3d(X_pull.linear() * crossing.pull);
       const Vector3d D = pull.normalized();
+      if (!hand.followers.empty()) {
+        add_coupled_arms(hand, pose, crossing, M, D, H.col(static_cast<Eigen::Index>(m)));
+        continue;
+      }
       for (const int i : crossing.joints) {
-        if (i >= std::ssize(hand.joints)) continue;
         H(i, static_cast<Eigen::Index>(m)) += crossing.share * (M - pose.origin_m[i]).cross(D).dot(pose.axis[i]);
       }
-      if (!hand.followers.empty()) add_coupled_arms(hand, pose, crossing, M, D, H.col(static_cast<Eigen::Index>(m)));
     }
   }
 }
