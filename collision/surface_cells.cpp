@@ -45,9 +45,10 @@ SurfaceCells surface_cells(const Eigen::Matrix3Xd& points_m, const Eigen::Matrix
       clip(across, c, cell, work);
       cell_reach2 = reach2(cell);
     }
-    const Vector2d middle = patch(cell).centroid;
-    cells.centroids_m.col(i) = p + middle.x() * e1 + middle.y() * e2;
-    cells.areas_m2[i] = 0.0;
+    const Patch flat = patch(cell);
+    cells.centroids_m.col(i) = p + flat.centroid.x() * e1 + flat.centroid.y() * e2;
+    cells.areas_m2[i] = onto ? 0.0 : flat.area;
+    if (!onto) continue;
     const auto corner = [&](std::size_t k) -> Vector3d {
       const Vector2d& x = cell[k % cell.size()];
       return onto(p + x.x() * e1 + x.y() * e2);

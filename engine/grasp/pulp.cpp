@@ -52,7 +52,7 @@ void set_controls(Pulp& pulp, const PulpShape& shape, const std::vector<TreeNode
   for (Index i = 0; i < n; ++i) put(i, middle_m(pulp, nodes[i]));
   const double whole_m2 = area_m2(shape);
   for (int k = 0; k < kLloydSteps; ++k) {
-    const SurfaceCells cells = surface_cells(points_m, normals, onto, whole_m2);
+    const SurfaceCells cells = surface_cells(points_m, normals, {}, whole_m2);
     for (Index i = 0; i < n; ++i) put(i, cells.centroids_m.col(i));
   }
   pulp.area_m2 = surface_cells(points_m, normals, onto, whole_m2).areas_m2;

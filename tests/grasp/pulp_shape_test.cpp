@@ -158,7 +158,8 @@ TEST(PulpShape, CurvatureIsHowTheSurfaceFalls) {
 }
 
 // Control points stand for all of the surface, lie on it with its normals, and evenly: neither their areas nor their
-// distances differ much, although it is bent differently everywhere.
+// distances differ more than those of the spherical pulp do, by 10 % rms, although it is bent differently everywhere.
+// With 64 of them those of the flattest shape, whose cells are as wide as its rim is thick, differ by 20 %.
 TEST(PulpShape, ControlPointsCoverTheSurfaceEvenly) {
   for (const PulpShape& shape : shapes()) {
     const double area = area_by_quadrature_m2(shape);
@@ -184,7 +185,7 @@ TEST(PulpShape, ControlPointsCoverTheSurfaceEvenly) {
       // On a hexagonal lattice they are 1.07 of the area's root apart.
       EXPECT_GT(nearest_m, 0.4 * std::sqrt(mean_m2));
       const Eigen::VectorXd share = pulp.area_m2 / mean_m2;
-      EXPECT_LT(std::sqrt((share.array() - 1.0).square().mean()), 0.17);
+      EXPECT_LT(std::sqrt((share.array() - 1.0).square().mean()), at < 2 ? 0.13 : 0.22);
     }
   }
 }

@@ -51,6 +51,19 @@ TEST(StateMessage, CountsTheGeometry) {
   }
 }
 
+// A page draws a rigid pulp as what it is.
+TEST(StateMessage, NamesTheShapesOfPulpsThatAreNoSpheres) {
+  Model model = build_model(scene_of("minimal"));
+  PulpShape shape{PulpShape::Form::kCapsule, Eigen::Matrix3d::Identity(), {4e-3, 7e-3, 7e-3}};
+  model.scene.hand.fingertips[1].shape = shape;
+  const ordered_json fingers = scene_message(model, false).at("fingers");
+  EXPECT_FALSE(fingers[0].contains("shape"));
+  const ordered_json& told = fingers[1].at("shape");
+  EXPECT_EQ(told.at("form"), "capsule");
+  EXPECT_EQ(told.at("half_m"), ordered_json({4e-3, 7e-3, 7e-3}));
+  EXPECT_EQ(told.at("axes")[2], ordered_json({0.0, 0.0, 1.0}));
+}
+
 TEST(StateMessage, OfAnotherVersionOrLengthIsNone) {
   std::string bytes = "THNR" + std::string("\x01\x00\x02\x00", 4) + std::string(16, '\0');
   EXPECT_EQ(read_state_message(bytes).size(), 2U);

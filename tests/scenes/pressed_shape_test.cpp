@@ -138,10 +138,11 @@ void expect_near(const std::vector<Ratios>& all, double force_mean, double force
   EXPECT_NEAR(mean, 1.0, force_mean) << text;
 }
 
-// The bounds are those of the sphere's test with 60 candidates, for about as many: what is left is how the points lie in
-// the patch. Hertz takes the body for a paraboloid: at the depth of 1/16 of the least radius of curvature it is one to
-// some per mille, as the sphere of 8 mm at 0.5 mm. The aspect ratio is that of two semi-axes, each as far off as a
-// sphere's radius: 4 %.
+// The bounds on the force are those of the sphere's test with 60 candidates, for spacings as fine against the patch: what
+// is left is how the points lie in it. Hertz takes the body for a paraboloid: at a tenth of the lesser radius of
+// curvature it is one to some per mille, as the sphere of 8 mm at its 1 mm. The aspect ratio is that of two semi-axes,
+// each as far off as a sphere's radius, 4 %: the root of two of that. Measured over the directions: force 1.003, 1.001
+// and 0.995 +- 0.003, aspect within 3 %.
 TEST(PressedShape, AnEllipsoidObeysHertz) {
   std::mt19937_64 random(21);
   for (const Vector3d& half_m :
@@ -155,7 +156,7 @@ TEST(PressedShape, AnEllipsoidObeysHertz) {
       const double spread = half_m[0] > 1.9 * half_m[1] ? 0.35 : 0.7;
       const Vector3d n = (shape.axes.col(2) + spread * random_direction(random)).normalized();
       const PulpCurvature bends = curvature(shape, n);
-      const double depth_m = bends.radii_m[1] / 16.0;
+      const double depth_m = bends.radii_m[1] / 10.0;
       const Pressed pressed = press_on(pulp, n, bends.directions, depth_m, flat);
       const Vector2d patch_m = pressed.half_m();
       const EllipticHertz hertz = elliptic_hertz(bends.radii_m[0], bends.radii_m[1]);
@@ -163,11 +164,12 @@ TEST(PressedShape, AnEllipsoidObeysHertz) {
       EXPECT_NEAR(press(pulp, n, depth_m, kBand_m, kAll).force_N.sum() / pressed.sum_N(), 1.0, 1e-5);
     }
     SCOPED_TRACE(half_m.transpose());
-    expect_near(all, 0.01, 0.02, 0.06);
+    expect_near(all, 0.01, 0.015, 0.06);
   }
 }
 
-// The side of a capsule across a rigid cylinder: bent by the capsule's radius across, and by the cylinder's along.
+// The side of a capsule across a rigid cylinder: bent by the capsule's radius across, and by the cylinder's along. As
+// deep as the sphere's test, an eighth of the radius; measured: force 1.002 to 1.004 +- 0.003, aspect within 4 %.
 TEST(PressedShape, ACapsuleAcrossACylinderObeysHertz) {
   std::mt19937_64 random(22);
   const PulpShape shape{PulpShape::Form::kCapsule, random_rotation(random), {8e-3, 7e-3, 7e-3}};
@@ -179,7 +181,7 @@ TEST(PressedShape, ACapsuleAcrossACylinderObeysHertz) {
       const Vector3d n = std::cos(turn) * shape.axes.col(1) + std::sin(turn) * shape.axes.col(2);
       Eigen::Matrix<double, 3, 2> directions;
       directions << shape.axes.col(0), n.cross(shape.axes.col(0));
-      const double depth_m = 7e-3 / 16.0;
+      const double depth_m = 7e-3 / 8.0;
       const Pressed pressed = press_on(pulp, n, directions, depth_m, [&](const Vector2d& across) {
         return cylinder_m - std::sqrt(std::max(0.0, cylinder_m * cylinder_m - across[0] * across[0]));
       });
@@ -190,7 +192,7 @@ TEST(PressedShape, ACapsuleAcrossACylinderObeysHertz) {
       all.push_back({pressed.sum_N() / force_N, patch_m[1] / patch_m[0] / hertz.aspect});
     }
     SCOPED_TRACE(cylinder_m);
-    expect_near(all, 0.01, 0.02, 0.06);
+    expect_near(all, 0.01, 0.015, 0.06);
   }
 }
 
