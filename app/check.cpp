@@ -9,6 +9,7 @@
 
 #include "app/progress.h"
 #include "engine/formats/point_cloud_file.h"
+#include "engine/formats/text.h"
 #include "engine/grasp/control.h"
 #include "engine/grasp/model.h"
 #include "engine/results/warnings.h"
@@ -71,9 +72,9 @@ void describe_warnings(const Model& model, std::ostream& out) {
   for (const std::string& warning : all) out << "  " << warning << "\n";
 }
 
-/// What was mended in a surface that somebody brought.
+/// What was mended in the object's surface; nothing, in one that somebody brought, is worth a word, too.
 void describe_mending(const Model& model, std::ostream& out) {
-  if (!std::holds_alternative<CloudShape>(model.scene.object.shape)) return;
+  if (model.object_notes.empty() && !std::holds_alternative<CloudShape>(model.scene.object.shape)) return;
   out << "\nmended in the object's surface\n";
   for (const std::string& note : model.object_notes) out << "  " << note << "\n";
   if (model.object_notes.empty()) out << "  nothing\n";
@@ -246,8 +247,8 @@ std::string description(const Scene& asked, bool with_parts) {
   const Scene& scene = model.scene;  // with the grasp that was found, if one was asked for
   std::ostringstream out;
   out << scene.name << ": " << scene.duration_s << " s in steps of " << 1e3 * scene.step_s << " ms\n\nmodelled\n"
-      << "  hand            " << scene.hand.joints.size() << " joints, viscosity " << scene.joint_viscosity
-      << " N m s, no inertia\n";
+      << "  hand            " << counted(std::ssize(scene.hand.joints), "joint") << ", viscosity "
+      << scene.joint_viscosity << " N m s, no inertia\n";
   describe_object(scene.object, out);
   describe_contact(scene, out);
   describe_levels(scene, out);

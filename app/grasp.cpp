@@ -6,9 +6,12 @@
 #include <cctype>
 #include <filesystem>
 #include <iostream>
+#include <iterator>
+#include <limits>
 #include <numbers>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "app/exit_code.h"
@@ -18,6 +21,7 @@
 #include "engine/finder/finder.h"
 #include "engine/formats/files.h"
 #include "engine/formats/point_cloud_file.h"
+#include "engine/formats/text.h"
 #include "engine/grasp/contact_tick.h"
 #include "engine/grasp/control_tick.h"
 #include "engine/results/gnuplot.h"
@@ -42,10 +46,6 @@ double value_or(const std::string& text, Dimension dimension, double otherwise) 
   return text.empty() ? otherwise : read_quantity(text, dimension).value;
 }
 
-/// What the files of a scene are, as the folder that it will stand in sees them.
-struct SceneFiles {
-  fs::path hand, object;
-};
 fs::path seen_from(const fs::path& folder, const fs::path& file) {
   if (file.empty()) return file;
   std::error_code none;
@@ -53,18 +53,23 @@ fs::path seen_from(const fs::path& folder, const fs::path& file) {
   return relative.empty() ? fs::absolute(file) : relative;
 }
 
-/// The hand's file: the one that is named, beside the working folder or among those that come with the program.
-fs::path hand_file(const fs::path& asked) {
-  const fs::path hand = asked.empty() ? fs::path("hand.yaml") : asked;
-  if (is_readable(hand)) return hand;
-  if (const fs::path known = known_hand(hand); !known.empty()) return known;
-  throw FileError(hand, "cannot be read, nor does a hand of this name come with the program");
+/// The hand's file: that of --hand, or the one that a new scene has.
+fs::path hand_file(const Options& options) {
+  return find_hand(options.hand_file.empty() ? "hand" : options.hand_file.string());
 }
 
-/// A scene's file says which hand by name where it comes with the program.
-fs::path hand_in_scene(const Options& options, const fs::path& folder) {
-  if (options.hand_file.empty()) return "hand.yaml";
-  return is_readable(options.hand_file) ? seen_from(folder, options.hand_file) : options.hand_file;
+/// As a scene in the folder names it: by its name where the hand comes with the program.
+fs::path hand_in_scene(const fs::path& hand, const fs::path& folder) {
+  std::error_code none;
+  const bool comes_with_us = fs::equivalent(hand, known_hand(hand), none);
+  return comes_with_us ? hand.stem() : seen_from(folder, hand);
+}
+
+/// The schema that comes with the program; empty where it is missing, or where editors could not read its name.
+fs::path schema_file() {
+  const fs::path file = shared_data() / "docs" / "reference" / "scene.schema.json";
+  std::error_code none;
+  return fs::exists(file, none) && file.string().find(' ') == std::string::npos ? file : fs::path();
 }
 
 bool is_scene(const Options& options) {
@@ -72,15 +77,30 @@ bool is_scene(const Options& options) {
   return ending == ".yaml" || ending == ".yml" || (ending.empty() && !fs::exists(options.subject));
 }
 
-/// A scene for an object's file, with the centre of its mass where a solid of its surface has it.
+/// Throws FileError where there is no such file, and names the surface in its folder whose name is nearest.
+void expect_object(const fs::path& object) {
+  std::error_code none;
+  if (fs::exists(object, none)) return;
+  const fs::path folder = object.parent_path();
+  std::vector<std::string> names;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder.empty() ? "." : folder, none)) {
+    if (is_surface_file(entry.path())) names.push_back(entry.path().filename().string());
+  }
+  std::sort(names.begin(), names.end());
+  const std::vector<std::string_view> candidates(names.begin(), names.end());
+  const std::string_view nearest = nearest_word(object.filename().string(), candidates);
+  throw FileError(object, "no such file" + did_you_mean(nearest.empty() ? "" : (folder / nearest).string()));
+}
+
+/// A scene for an object's file, whose centre of mass is still to be found.
 Scene scene_of_object(const Options& options, const fs::path& object) {
-  if (!is_readable(object)) throw FileError(object, "cannot be read");
+  expect_object(object);
   const double unit_m =
       options.unit.empty()
           ? 1.0
           : read_quantity((std::isdigit(options.unit.front()) ? "" : "1 ") + options.unit, Dimension::kLength).value;
   Scene scene =
-      scene_to_begin_with(load_hand(hand_file(options.hand_file)), {object, unit_m},
+      scene_to_begin_with(load_hand(hand_file(options)), {object, unit_m},
                           value_or(options.mass, Dimension::kMass, kMass_kg), options.friction.value_or(kFriction));
   if (!is_mesh_file(object)) scene.object.points = 0;
   if (!options.press.empty()) scene.grasp->press_N = value_or(options.press, Dimension::kForce, 0.0);
@@ -94,32 +114,44 @@ struct Subject {
 };
 
 Subject subject_of(const Options& options) {
-  if (!is_scene(options)) return {scene_of_object(options, options.subject), options.hand_file, options.subject};
+  const bool has_scene = is_scene(options);
+  if (!has_scene && !options.overrides.empty()) throw ConfigError({{"--set", "", "changes a scene, not an object"}});
+  if (has_scene && !options.unit.empty())
+    throw ConfigError({{"--unit", "", "is of an object's file: a scene has its own"}});
+  if (!has_scene) return {scene_of_object(options, options.subject), hand_file(options), options.subject};
   std::vector<std::string> changes = options.overrides;
   if (!options.mass.empty()) changes.push_back("object.mass=" + options.mass);
   if (options.friction) changes.push_back(fmt::format("contact.friction={}", *options.friction));
-  if (!options.hand_file.empty()) {
-    const fs::path hand = is_readable(options.hand_file) ? fs::absolute(options.hand_file) : options.hand_file;
-    changes.push_back("hand.model=" + hand.string());
-  }
+  if (!options.hand_file.empty()) changes.push_back("hand.model=" + fs::absolute(hand_file(options)).string());
   const fs::path file = find_scene(options.subject);
   Scene scene = load_scene(file, changes);
   if (!scene.grasp) scene.grasp = GraspWish{};
   if (!options.press.empty()) scene.grasp->press_N = value_or(options.press, Dimension::kForce, 0.0);
   const std::vector<fs::path> files = scene_files(file, changes);
-  return {scene, files.size() > 1 ? files[1] : fs::path(), files.size() > 2 ? files[2] : fs::path()};
+  return {scene, files[1], files.size() > 2 ? files[2] : fs::path()};
 }
+
+constexpr const char* kColumns = R"(
+width    from the finger that faces the others to the middle of theirs
+press    normal load of the least loaded finger
+margin   least share of a friction cone that is left: of all fingers, with the weight in any direction, a push of
+         0.5 N and a turn of 10 mN m
+friction needed while the weight is as it is
+limit    to the nearest end of a joint's range
+effort   of a muscle, the largest share of what it can give; without muscles, the largest torque of a joint
+patch    least share of a pressed pulp's patch that lies on the surface: less than 1 at edges and holes
+epsilon, volume, isotropy   the quality measures of these names, for normal forces of 1 N in all
+)";
 
 std::string grasps_table(const FinderReport& report, const Hand& hand) {
   std::string table =
-      fmt::format("{:>4}  {:<24}{:>8}{:>8}{:>8}{:>10}{:>8}{:>9}{:>8}{:>9}{:>9}{:>9}\n", "rank", "fingers", "width",
+      fmt::format("{:>4}  {:<24}{:>8}{:>8}{:>8}{:>10}{:>8}{:>11}{:>8}{:>9}{:>9}{:>10}\n", "rank", "fingers", "width",
                   "press", "margin", "friction", "limit", "effort", "patch", "epsilon", "volume", "isotropy");
-  table +=
-      fmt::format("{:>4}  {:<24}{:>8}{:>8}{:>8}{:>10}{:>8}{:>9}\n", "", "", "mm", "N", "", "needed", "deg", "% or N m");
+  table += fmt::format("{:>4}  {:<24}{:>8}{:>8}{:>8}{:>10}{:>8}\n", "", "", "mm", "N", "", "needed", "deg");
   for (std::size_t i = 0; i < report.grasps.size(); ++i) {
     const FoundGrasp& grasp = report.grasps[i];
     std::string fingers;
-    double press_N = 1e9, patch = 1.0;
+    double press_N = std::numeric_limits<double>::infinity(), patch = 1.0;
     for (std::size_t k = 0; k < grasp.fingers.size(); ++k) {
       const FingerPlace& place = grasp.places[k];
       fingers += (k > 0 ? ", " : "") + hand.fingertips[grasp.fingers[k]].finger;
@@ -127,13 +159,14 @@ std::string grasps_table(const FinderReport& report, const Hand& hand) {
       patch = std::min(patch, place.patch);
     }
     const std::string effort = grasp.muscle_share > 0.0 ? fmt::format("{:.0f} %", 100.0 * grasp.muscle_share)
-                                                        : fmt::format("{:.3f}", grasp.torque_Nm);
-    table += fmt::format(
-        "{:>4}  {:<24}{:>8.1f}{:>8.2f}{:>8.2f}{:>10.2f}{:>8.0f}{:>9}{:>8.2f}{:>9.3f}{:>9.1e}{:>9.2f}\n", i + 1, fingers,
-        1e3 * grasp.width_m, press_N, grasp.margin, grasp.needed_friction, grasp.limit_rad * 180.0 / std::numbers::pi,
-        effort, patch, grasp.quality.epsilon, grasp.quality.volume, grasp.quality.isotropy);
+                                                        : fmt::format("{:.3f} N m", grasp.torque_Nm);
+    table +=
+        fmt::format("{:>4}  {:<24}{:>8.1f}{:>8.2f}{:>8.2f}{:>10.2f}{:>8.0f}{:>11}{:>8.2f}{:>9.3f}{:>9.1e}{:>10.2f}\n",
+                    i + 1, fingers, 1e3 * grasp.width_m, press_N, grasp.margin, grasp.needed_friction,
+                    grasp.limit_rad * 180.0 / std::numbers::pi, effort, patch, grasp.quality.epsilon,
+                    grasp.quality.volume, grasp.quality.isotropy);
   }
-  return table;
+  return table + kColumns;
 }
 
 /// The state after the first tick: with pressed pulps.
@@ -151,16 +184,16 @@ State pressed(const Model& model) {
 void write_grasp(const Subject& subject, const FoundGrasp& grasp, const ImplicitSurface& surface, const fs::path& file,
                  int rank) {
   Scene scene = subject.scene;
-  const Hand hand = scene.hand;
   take_grasp(grasp, scene);
   scene.name += fmt::format(", grasp {}", rank);
   const Model model = surface_model(scene, surface);
   SceneTextNotes notes;
-  notes.hand = subject.hand.empty() ? fs::path("hand.yaml") : seen_from(file.parent_path(), subject.hand);
+  notes.schema = schema_file();
+  notes.hand = hand_in_scene(subject.hand, file.parent_path());
   notes.object = seen_from(file.parent_path(), subject.object);
   notes.about = fmt::format("A grasp that thenar found, number {} of its search.", rank);
-  notes.grasp = "How it holds: " + in_words(grasp, hand);
-  notes.names_fingers = model.scene.hand.fingers() < hand.fingers();
+  notes.grasp = "How it holds: " + in_words(grasp, subject.scene.hand);
+  notes.names_fingers = model.scene.hand.fingers() < subject.scene.hand.fingers();
   write_file(file, scene_text(model.scene, notes));
   fs::path picture = file;
   picture.replace_extension(".png");
@@ -173,14 +206,13 @@ void write_grasp(const Subject& subject, const FoundGrasp& grasp, const Implicit
 
 int grasp(const Options& options) {
   Subject subject = subject_of(options);
+  const NewFolders unless_used(options.out);
   std::optional<FileLock> lock;
   if (!options.out.empty()) lock.emplace(claim_folder(options.out, "--out"));
   std::vector<std::string> notes;
   const ImplicitSurface surface = make_object_surface(subject.scene, notes);
   if (!is_scene(options)) subject.scene.object.centre_of_mass_m = enclosed_centroid_m(surface.cloud());
-  if (!options.quiet) {
-    for (const std::string& note : notes) std::cout << "object: " << note << '\n';
-  }
+  print_object_notes(notes, options.quiet);
   SearchWatch watch(options.quiet);
   const GraspWish& wish = *subject.scene.grasp;
   const FinderReport report =
@@ -198,8 +230,8 @@ int grasp(const Options& options) {
     results.attempt([&] { write_grasp(subject, report.grasps[i], surface, file, i + 1); });
   }
   if (!options.out.empty() && !options.quiet) {
-    std::cout << fmt::format("\n{} scenes in {}: thenar run {}\n", report.grasps.size(), options.out.string(),
-                             (options.out / "grasp-1.yaml").string());
+    std::cout << fmt::format("\n{} in {}: thenar run {}\n", counted(std::ssize(report.grasps), "scene"),
+                             options.out.string(), (options.out / "grasp-1.yaml").string());
   }
   results.finish();
   return watch.interrupted() ? kInterrupted : kDone;
@@ -211,19 +243,21 @@ int new_scene(const Options& options) {
   Scene scene = scene_of_object(options, options.object);
   std::vector<std::string> found;
   const ImplicitSurface surface = make_object_surface(scene, found);
+  print_object_notes(found, options.quiet);
   scene.object.centre_of_mass_m = enclosed_centroid_m(surface.cloud());
   SceneTextNotes notes;
-  notes.hand = hand_in_scene(options, file.parent_path());
+  notes.schema = schema_file();
+  notes.hand = hand_in_scene(hand_file(options), file.parent_path());
   notes.object = seen_from(file.parent_path(), options.object);
-  notes.about = fmt::format(
-      "{}, held by a hand: written by thenar new. thenar check says what is modelled, thenar run "
-      "runs it, thenar keys lists all that a scene may say.",
-      scene.name);
+  notes.about =
+      scene.name +
+      ", held by a hand: written by thenar new. thenar check says what is modelled, thenar run runs it, thenar "
+      "keys lists all that a scene may say.";
   const Eigen::Vector3d size_mm = 1e3 * surface.bounds().sizes();
   notes.grasp = fmt::format(
-      "The object measures {:.1f} x {:.1f} x {:.1f} mm. If that is not so, change "
-      "object.shape.cloud.unit: what 1 in the file measures.",
-      size_mm.x(), size_mm.y(), size_mm.z());
+      "The object measures {:.1f} x {:.1f} x {:.1f} mm. If that is not so, change object.shape.cloud.unit: what 1 in "
+      "the file measures. In the file's axes, which are the object's, it reaches over x, y, z = {}.",
+      size_mm.x(), size_mm.y(), size_mm.z(), in_words(surface.bounds()));
   write_file(file, scene_text(scene, notes));
   if (!options.quiet) {
     std::cout << fmt::format("{}: an object of {:.1f} x {:.1f} x {:.1f} mm; now: thenar run {}\n", file.string(),

@@ -11,6 +11,7 @@
 #include "app/scene_flags.h"
 #include "app/shared_data.h"
 #include "engine/formats/files.h"
+#include "engine/formats/text.h"
 #include "engine/imports/hand_import.h"
 #include "engine/imports/hand_text.h"
 #include "engine/results/gnuplot.h"
@@ -43,8 +44,9 @@ std::string origin_of(const HandOptions& options, const BodyTree& tree, const Ha
   if (!options.axes.empty()) flags += " --axes " + options.axes;
   if (options.uncouple) flags += " --uncouple";
   if (options.mirror) flags += " --mirror";
-  return fmt::format("A hand of {} fingers, {} joints and {} muscles, from {} by\n# thenar hand import {} {}",
-                     hand.fingers(), hand.joints.size(), hand.muscles.size(), tree.file, tree.file, flags);
+  return fmt::format("A hand of {}, {} and {}, from {} by\n# thenar hand import {} {}",
+                     counted(hand.fingers(), "finger"), counted(std::ssize(hand.joints), "joint"),
+                     counted(std::ssize(hand.muscles), "muscle"), tree.file, tree.file, flags);
 }
 
 int import_file(const HandOptions& options) {
@@ -72,7 +74,7 @@ void add_hand(CLI::App& app, HandOptions& options) {
   CLI::App* const command = app.add_subcommand("hand", "Lists and draws a hand, or makes one of an MJCF or URDF file");
   command->add_option("HAND", options.hand, "Hand file (YAML), or the name of a hand that comes with the program")
       ->type_name("HAND");
-  command->add_option("--out", options.out, "Picture of the hand (PNG)")
+  command->add_option("--out", options.out, "The hand's picture (PNG)")
       ->type_name("FILE")
       ->check(named())
       ->check(no_folder());
@@ -115,7 +117,10 @@ int run_hand(const HandOptions& options) {
   const fs::path file = find_hand(options.hand);
   const Hand hand = load_hand(file);
   std::cout << hand_list(hand, file.string());
-  if (options.out.empty()) return kDone;
+  if (options.out.empty()) {
+    std::cout << "\nwith --out FILE.png it is drawn\n";
+    return kDone;
+  }
   check_results({{"--out", options.out}}, {file});
   if (!draw_figure(hand_picture_script(hand), options.out)) {
     throw FileError(options.out, "gnuplot, which draws it, is missing or failed");

@@ -30,6 +30,7 @@
 #include "app/table.h"
 #include "app/window_program.h"
 #include "engine/formats/files.h"
+#include "engine/formats/text.h"
 #include "engine/loops/realtime.h"
 #include "engine/results/figures.h"
 #include "engine/results/problem_dump.h"
@@ -103,6 +104,7 @@ Recording run_realtime(const Options& options, const Model& model, State& state,
 
 int run(const Options& options) {
   Model model = build_and_tell(load_scene(options), options.quiet);
+  print_object_notes(model.object_notes, options.quiet);
   check_results(results_of(options), scene_files(options.scene, options.overrides));
   std::optional<FileLock> lock, dump_lock;
   if (!options.out.empty()) lock.emplace(claim_folder(options.out, "--out"));
@@ -145,8 +147,8 @@ int run(const Options& options) {
     std::cout << results_table(summary);
     if (!options.out.empty()) std::cout << "\nresults in " << options.out.string() << '\n';
     if (dump) {
-      std::cout << fmt::format("\nproblems of one tick in {} (--dump-every) in {}: {} files\n", options.dump_every,
-                               options.dump_problems.string(), dump->files());
+      std::cout << fmt::format("\nproblems of one tick in {} (--dump-every) in {}: {}\n", options.dump_every,
+                               options.dump_problems.string(), counted(dump->files(), "file"));
     }
   }
   if (dump) results.attempt([&] { dump->finish(); });
@@ -160,10 +162,18 @@ int print(const std::string& text) {
   return kDone;
 }
 
-/// Of a scene, or of a hand.
+/// Of a scene, or of a hand. Throws ConfigError for a flag of the other.
 int check(const Options& options) {
-  if (!is_hand_file(options.scene)) return print(description(load_scene(options), options.parts));
-  HandOptions hand;
+  const auto refuse = [&](bool asked, const char* flag, const char* why) {
+    if (asked) throw ConfigError({{flag, "", options.scene.string() + why}});
+  };
+  if (!is_hand_file(options.scene)) {
+    refuse(!options.hand.out.empty(), "--out", " is a scene, and this draws hands: thenar run --out draws a scene");
+    return print(description(load_scene(options), options.parts));
+  }
+  refuse(!options.overrides.empty(), "--set", " is a hand, and this changes scenes");
+  refuse(options.parts, "--parts", " is a hand, and this runs scenes");
+  HandOptions hand = options.hand;
   hand.hand = options.scene.string();
   return run_hand(hand);
 }

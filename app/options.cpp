@@ -168,8 +168,8 @@ void add_sweep(CLI::App& app, Options& options) {
 void add_object(CLI::App& command, Options& options) {
   command
       .add_option("--hand", options.hand_file,
-                  "The hand's file, or the name of one that comes with the program; default: hand.yaml")
-      ->type_name("FILE")
+                  "The hand's file, or the name of a hand that comes with the program; default: hand")
+      ->type_name("HAND")
       ->check(named());
   command.add_option("--unit", options.unit, "What 1 in the object's file measures, such as mm; default: m")
       ->type_name("UNIT")
@@ -203,7 +203,10 @@ void add_grasp(CLI::App& app, Options& options) {
       ->take_all()
       ->type_name("KEY=VALUE");
   add_object(*grasp, options);
-  grasp->add_option("--best", options.best, "How many grasps, each unlike the others")
+  grasp
+      ->add_option(
+          "--best", options.best,
+          "How many grasps, each unlike the others: each more takes its time, for it is tried before it is offered")
       ->type_name("N")
       ->capture_default_str()
       ->check(CLI::Range(1, 100).description(""));
@@ -214,6 +217,7 @@ void add_grasp(CLI::App& app, Options& options) {
       ->check(named());
   grasp->add_flag("--quiet", options.quiet, "Prints nothing but errors");
   grasp->footer(
+      "Below the table stands what its columns are.\n"
       "Exit code: 0 if a grasp was found, 2 for a wrong command or scene, 3 for a file that cannot be read, 6 if none "
       "was found, 130 if interrupted: what was found until then is ranked and written.");
   CLI::App* const command =
@@ -328,11 +332,12 @@ void add_profile(CLI::App& app, SceneFlags& flags, Options& options) {
 
 void add_check(CLI::App& app, Options& options) {
   CLI::App* const check = app.add_subcommand(
-      "check",
-      "Says what a scene will model, what it leaves out, and the defaults; of a hand file what thenar hand does");
-  add_scene(*check, options.scene, options.overrides);
+      "check", "Says what a scene will model, what it leaves out, and the defaults; lists and draws a hand");
+  add_scene(*check, options.scene, options.overrides,
+            "Scene or hand (YAML), or the name of one that comes with the program", true);
+  add_file(*check, "--out", options.hand.out, "Of a hand: its picture (PNG)");
   check->add_flag("--parts", options.parts,
-                  "Runs the scene, too, and again without each part of its model: what it costs and gives");
+                  "Of a scene: runs it, too, and again without each part of its model: what it costs and gives");
 }
 
 void add_export(CLI::App& app, Options& options) {

@@ -144,6 +144,7 @@ void choose_control_rate(const Options& options, Model& model) {
 
 int profile(const Options& options) {
   Model model = build_and_tell(load_scene(options), options.quiet);
+  print_object_notes(model.object_notes, options.quiet);
   check_results(profile_results(options), scene_files(options.scene, options.overrides));
   std::optional<FileLock> lock;
   if (!options.out.empty()) lock.emplace(claim_folder(options.out, "--out"));

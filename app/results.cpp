@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <iostream>
 #include <optional>
 #include <system_error>
 #include <utility>
@@ -37,4 +38,18 @@ FileLock claim_folder(const fs::path& folder, const std::string& flag) {
     throw ConfigError({{flag, "", fmt::format("another run writes into {}: name another folder", folder.string())}});
   }
   return *std::move(lock);
+}
+
+NewFolders::NewFolders(fs::path folder) {
+  std::error_code none;
+  for (; !folder.empty() && !fs::exists(folder, none); folder = folder.parent_path()) missing_.push_back(folder);
+}
+
+NewFolders::~NewFolders() {
+  std::error_code not_empty;
+  for (const fs::path& folder : missing_) fs::remove(folder, not_empty);
+}
+
+void print_object_notes(const std::vector<std::string>& notes, bool quiet) {
+  for (std::size_t i = 0; i < notes.size() && !quiet; ++i) std::cerr << "object: " << notes[i] << '\n';
 }

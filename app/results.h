@@ -20,6 +20,22 @@ void check_results(const std::vector<Result>& results, const std::vector<std::fi
 /// ConfigError if another process writes there, and FileError.
 [[nodiscard]] thenar::FileLock claim_folder(const std::filesystem::path& folder, const std::string& flag);
 
+/// Folders for results that are made while this lives: those that are empty at its end are removed again.
+class NewFolders {
+ public:
+  /// The folder and those around it, as far as they are not there yet.
+  explicit NewFolders(std::filesystem::path folder);
+  ~NewFolders();
+  NewFolders(const NewFolders&) = delete;
+  NewFolders& operator=(const NewFolders&) = delete;
+
+ private:
+  std::vector<std::filesystem::path> missing_;  ///< The innermost first.
+};
+
+/// What was mended in an object's surface, on stderr.
+void print_object_notes(const std::vector<std::string>& notes, bool quiet);
+
 /// Keeps all results that can be had: goes on after a FileError, and throws the first one at the end.
 class Attempts {
  public:

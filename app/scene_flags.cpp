@@ -84,13 +84,13 @@ std::vector<std::string> RateFlags::defaults() const {
 std::vector<std::string> realtime_defaults() { return {"contact.tolerance=1e-7", "contact.max_sweeps=60"}; }
 
 void add_scene(CLI::App& command, std::filesystem::path& scene, std::vector<std::string>& overrides,
-               const char* description) {
-  const CLI::Validator by_name{[](std::string& text) -> std::string {
-                                 text = find_scene(text).string();
+               const char* description, bool or_hand) {
+  const CLI::Validator by_name{[or_hand](std::string& text) -> std::string {
+                                 text = (or_hand ? find_scene_or_hand(text) : find_scene(text)).string();
                                  return "";
                                },
                                ""};
-  command.add_option("SCENE", scene, description)->required()->transform(by_name);
+  command.add_option(or_hand ? "SCENE|HAND" : "SCENE", scene, description)->required()->transform(by_name);
   command.add_option("--set", overrides, "Changes a value: key.path=value, as often as needed")
       ->take_all()
       ->type_name("KEY=VALUE");

@@ -40,10 +40,11 @@ struct RateFlags {
 /// --core.
 void add_core(CLI::App& command, int& core);
 
-/// SCENE and --set.
+/// SCENE and --set. With `or_hand` it may be a hand, too.
 void add_scene(
     CLI::App& command, std::filesystem::path& scene, std::vector<std::string>& overrides,
-    const char* description = "Scene file (YAML), or the name of a scene that comes with the program: thenar scenes");
+    const char* description = "Scene file (YAML), or the name of a scene that comes with the program: thenar scenes",
+    bool or_hand = false);
 /// --contact-rate and --control-rate, which may be `auto`, or not.
 void add_rates(CLI::App& command, RateFlags& rates, bool may_be_auto);
 /// Throws CLI::ValidationError if the rates do not go together.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <string_view>
 #include <system_error>
 
@@ -31,6 +32,47 @@ std::string first_sentence(std::string_view text) {
   return sentence;
 }
 
+/// The text itself where it can be no name or there is such a file, else the known scene of this name; empty: there is
+/// neither.
+fs::path scene_called(const std::string& text) {
+  std::error_code none;
+  const fs::path file = text;
+  const bool may_be_known = !file.has_parent_path() && (!file.has_extension() || file.extension() == ".yaml");
+  if (!may_be_known || fs::exists(file, none)) return file;
+  const fs::path known = scene_folder() / (file.stem().string() + ".yaml");
+  return fs::exists(known, none) ? known : fs::path();
+}
+
+/// The text itself where there is such a file, else the known hand of this name; empty: there is neither.
+fs::path hand_called(const std::string& text) {
+  std::error_code none;
+  return fs::exists(text, none) && !fs::is_directory(text, none) ? fs::path(text) : thenar::known_hand(text);
+}
+
+std::vector<std::string> names_of_scenes() {
+  std::vector<std::string> names;
+  for (const KnownScene& scene : known_scenes()) names.push_back(scene.name);
+  return names;
+}
+
+std::vector<std::string> names_of_hands() {
+  std::vector<std::string> names;
+  std::error_code none;
+  for (const fs::directory_entry& entry : fs::directory_iterator(scene_folder() / "hands", none)) {
+    names.push_back(entry.path().stem().string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+/// Throws FileError for a text that is no file and none of the names, with the name that is nearest.
+[[noreturn]] void refuse(const std::string& text, const std::string& what, const std::vector<std::string>& names) {
+  const std::vector<std::string_view> candidates(names.begin(), names.end());
+  throw thenar::FileError(
+      text, fmt::format("no such file, nor a {} that comes with the program{}", what,
+                        thenar::did_you_mean(thenar::nearest_word(fs::path(text).stem().string(), candidates))));
+}
+
 }  // namespace
 
 std::vector<KnownScene> known_scenes() {
@@ -49,32 +91,25 @@ std::vector<KnownScene> known_scenes() {
 }
 
 fs::path find_scene(const std::string& text) {
-  std::error_code none;
-  const fs::path file = text;
-  const bool may_be_known = !file.has_parent_path() && (!file.has_extension() || file.extension() == ".yaml");
-  if (!may_be_known || fs::exists(file, none)) return file;
-  const fs::path known = scene_folder() / (file.stem().string() + ".yaml");
-  if (fs::exists(known, none)) return known;
-  const std::vector<KnownScene> scenes = known_scenes();
-  std::vector<std::string_view> names;
-  for (const KnownScene& scene : scenes) names.push_back(scene.name);
-  throw thenar::FileError(text, "no such file, nor a scene that comes with the program" +
-                                    thenar::did_you_mean(thenar::nearest_word(file.stem().string(), names)));
+  const fs::path file = scene_called(text);
+  if (file.empty()) refuse(text, "scene", names_of_scenes());
+  return file;
 }
 
 fs::path find_hand(const std::string& text) {
+  const fs::path file = hand_called(text);
+  if (file.empty()) refuse(text, "hand", names_of_hands());
+  return file;
+}
+
+fs::path find_scene_or_hand(const std::string& text) {
   std::error_code none;
-  const fs::path file = text, known = thenar::known_hand(file);
-  if (fs::exists(file, none) && !fs::is_directory(file, none)) return file;
-  if (!known.empty()) return known;
-  std::vector<std::string> names;
-  for (const fs::directory_entry& entry : fs::directory_iterator(scene_folder() / "hands", none)) {
-    names.push_back(entry.path().stem().string());
-  }
-  std::sort(names.begin(), names.end());
-  const std::vector<std::string_view> candidates(names.begin(), names.end());
-  throw thenar::FileError(text, "no such file, nor a hand that comes with the program" +
-                                    thenar::did_you_mean(thenar::nearest_word(file.stem().string(), candidates)));
+  const fs::path scene = scene_called(text), hand = hand_called(text);
+  if (!hand.empty() && !fs::exists(scene, none)) return hand;
+  if (!scene.empty()) return scene;
+  std::vector<std::string> names = names_of_scenes();
+  std::ranges::move(names_of_hands(), std::back_inserter(names));
+  refuse(text, "scene or hand", names);
 }
 
 std::string list_of_scenes() {

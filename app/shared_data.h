@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-// The scenes that come with the programs.
+// The scenes and hands that come with the programs.
 
 /// A scene that comes with the program.
 struct KnownScene {
@@ -21,8 +21,11 @@ struct KnownScene {
 [[nodiscard]] std::filesystem::path find_scene(const std::string& text);
 
 /// The hand's file that a user means: the text itself where there is such a file, else the hand of this name that comes
-/// with the program. Throws FileError where there is neither.
+/// with the program. Throws FileError where there is neither, and names the hand that is nearest.
 [[nodiscard]] std::filesystem::path find_hand(const std::string& text);
+
+/// find_scene(), or find_hand() where there is no such scene.
+[[nodiscard]] std::filesystem::path find_scene_or_hand(const std::string& text);
 
 /// A line a scene.
 [[nodiscard]] std::string list_of_scenes();

@@ -38,6 +38,7 @@ endif()
 # Without the two whose scans are the user's to put beside them.
 install(DIRECTORY configs/ DESTINATION ${CMAKE_INSTALL_DATADIR}/thenar/scenes COMPONENT program
         FILES_MATCHING PATTERN "*.yaml" PATTERN bunny.yaml EXCLUDE PATTERN scan_grasp.yaml EXCLUDE)
+install(FILES docs/reference/scene.schema.json DESTINATION ${CMAKE_INSTALL_DATADIR}/thenar/docs/reference COMPONENT program)
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
 
 set(CPACK_GENERATOR DEB)

@@ -27,6 +27,20 @@ if(NOT said MATCHES "box_grasp +The published experiment" OR said MATCHES "\nhan
   message(FATAL_ERROR "thenar scenes lists:\n${said}")
 endif()
 
+# The schema that the scenes' first line names, and that of a scene that it writes.
+file(WRITE ${WORK}/empty/cube.obj "v 0 0 0\nv 30 0 0\nv 0 30 0\nv 30 30 0\nv 0 0 30\nv 30 0 30\nv 0 30 30\nv 30 30 30\n"
+     "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n")
+try("a new scene" ${CMAKE_COMMAND} -E chdir ${WORK}/empty ${prefix}/bin/thenar new my.yaml --object cube.obj --unit mm)
+foreach(scene ${prefix}/share/thenar/scenes/box_grasp.yaml ${WORK}/empty/my.yaml)
+  file(STRINGS ${scene} line REGEX "yaml-language-server" LIMIT_COUNT 1)
+  string(REGEX REPLACE ".*schema=" "" schema "${line}")
+  cmake_path(GET scene PARENT_PATH folder)
+  cmake_path(ABSOLUTE_PATH schema BASE_DIRECTORY ${folder})
+  if(line STREQUAL "" OR NOT EXISTS ${schema})
+    message(FATAL_ERROR "${scene} names no schema that is there: ${line}")
+  endif()
+endforeach()
+
 # No path of the build.
 file(GLOB_RECURSE installed ${prefix}/*)
 foreach(file IN LISTS installed)

@@ -95,6 +95,11 @@ bool is_mesh_file(const fs::path& file) {
   return ending == ".obj" || ending == ".stl" || ending == ".off";
 }
 
+bool is_surface_file(const fs::path& file) {
+  const std::string ending = ending_of(file);
+  return is_mesh_file(file) || ending == ".ply" || ending == ".xyz" || ending == ".pcd";
+}
+
 PointCloud parse_cloud(std::string_view bytes, const fs::path& file, const CloudOptions& options,
                        std::vector<std::string>& notes) {
   const std::string ending = ending_of(file);

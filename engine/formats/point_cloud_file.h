@@ -17,6 +17,9 @@ struct CloudOptions {
 /// Whether the name is one of a mesh, whose surface is to be sampled: .obj, .stl or .off.
 [[nodiscard]] bool is_mesh_file(const std::filesystem::path& file);
 
+/// Whether the name is one of a surface that is read here.
+[[nodiscard]] bool is_surface_file(const std::filesystem::path& file);
+
 /// Reads a surface, by the ending of the file's name:
 ///   .ply              points, ascii or binary: ply_file.h
 ///   .xyz, .pcd        points, ascii: text_cloud_file.h

@@ -92,7 +92,8 @@ std::vector<int> read_fingers(const ConfigMap& map, const Hand& hand) {
 /// The hand's file: beside the scene, or one that comes with the program. Empty if the scene names none.
 std::filesystem::path hand_file(const ConfigMap& map) {
   const std::filesystem::path beside = map.path("model");
-  if (beside.empty() || is_readable(beside)) return beside;
+  std::error_code none;  // A folder may have the name of a hand.
+  if (beside.empty() || (is_readable(beside) && !std::filesystem::is_directory(beside, none))) return beside;
   const std::filesystem::path known = known_hand(beside);
   return known.empty() ? beside : known;
 }

@@ -11,6 +11,7 @@
 #include "engine/finder/hand_body.h"
 #include "engine/finder/rehearse.h"
 #include "engine/finder/settle.h"
+#include "engine/formats/text.h"
 #include "engine/scenes/config.h"
 #include "engine/scenes/surface_model.h"
 
@@ -161,8 +162,8 @@ std::string find_scene_grasp(Scene& scene, const ImplicitSurface& object) {
     throw ConfigError({{scene.name, "grasp", report.refusal ? in_words(*report.refusal) : "no grasp was found"}});
   }
   if (static_cast<int>(report.grasps.size()) < wish.rank) {
-    throw ConfigError(
-        {{scene.name, "grasp.rank", fmt::format("only {} unlike each other were found", report.grasps.size())}});
+    throw ConfigError({{scene.name, "grasp.rank",
+                        fmt::format("the search found {} only", counted(std::ssize(report.grasps), "grasp"))}});
   }
   const FoundGrasp& grasp = report.grasps[wish.rank - 1];
   std::string words = in_words(grasp, scene.hand);
@@ -192,8 +193,8 @@ std::string in_words(const FoundGrasp& grasp, const Hand& hand) {
       "0.5 N and a turn of 10 mN m each friction cone keeps a margin of {:.2f}. ",
       hand.fingertips[grasp.fingers[grasp.opposer]].finger, others, 1e3 * grasp.width_m, least_N, most_N,
       1e3 * deepest_m, grasp.needed_friction, grasp.margin);
-  text += fmt::format("The nearest joint limit is that of {}, {:.0f} degrees away; the largest torque is {:.3f} N m",
-                      grasp.limit_joint, degrees(grasp.limit_rad), grasp.torque_Nm);
+  text += fmt::format("The nearest joint limit is that of {}, {} away; the largest torque is {:.3f} N m",
+                      grasp.limit_joint, counted(std::lround(degrees(grasp.limit_rad)), "degree"), grasp.torque_Nm);
   if (grasp.muscle_share > 0.0) {
     text += fmt::format(", for which a muscle gives up to {:.0f} % of what it can", 100.0 * grasp.muscle_share);
   }

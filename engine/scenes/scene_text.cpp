@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "engine/scenes/units.h"
 
@@ -13,11 +14,12 @@ using Eigen::Vector3d;
 
 namespace {
 
+std::string list(const std::vector<std::string>& items) { return fmt::format("[{}]", fmt::join(items, ", ")); }
 std::string text(double value, Dimension dimension) { return to_text(value, dimension); }
 std::string text(const Eigen::VectorXd& values, Dimension dimension) {
-  std::string list;
-  for (const double value : values) list += (list.empty() ? "" : ", ") + to_text(value, dimension);
-  return "[" + list + "]";
+  std::vector<std::string> items;
+  for (const double value : values) items.push_back(to_text(value, dimension));
+  return list(items);
 }
 std::string length(double value_m) { return text(value_m, Dimension::kLength); }
 std::string number(double value) { return text(value, Dimension::kNone); }
@@ -84,9 +86,9 @@ std::string hand_text(const Scene& scene, const SceneTextNotes& notes) {
   std::string out = fmt::format("hand:\n  model: {}\n", quoted(notes.hand.string()));
   if (scene.hand.mirrored) out += "  mirror: true  # the other hand than the file's\n";
   if (notes.names_fingers) {
-    std::string names;
-    for (const Fingertip& tip : scene.hand.fingertips) names += (names.empty() ? "" : ", ") + quoted(tip.finger);
-    out += fmt::format("  fingers: [{}]  # the others are left out\n", names);
+    std::vector<std::string> names;
+    for (const Fingertip& tip : scene.hand.fingertips) names.push_back(quoted(tip.finger));
+    out += fmt::format("  fingers: {}  # the others are left out\n", list(names));
   }
   if (!scene.grasp) {
     out += "  posture:  # of each joint, finger by finger\n";
@@ -110,11 +112,9 @@ std::string grasp_text(const Scene& scene) {
   const GraspWish& wish = *scene.grasp;
   std::string map;
   const auto add = [&](const char* key, const std::string& value) { map += fmt::format("  {}: {}\n", key, value); };
-  if (!wish.fingers.empty()) {
-    std::string names;
-    for (const int k : wish.fingers) names += (names.empty() ? "" : ", ") + quoted(scene.hand.fingertips[k].finger);
-    add("fingers", "[" + names + "]");
-  }
+  std::vector<std::string> names;
+  for (const int k : wish.fingers) names.push_back(quoted(scene.hand.fingertips[k].finger));
+  if (!names.empty()) add("fingers", list(names));
   if (wish.axis_O) add("axis", text(*wish.axis_O, Dimension::kNone));
   if (wish.at_O) add("at", text(*wish.at_O, Dimension::kLength));
   if (wish.approach_O) add("approach", text(*wish.approach_O, Dimension::kNone));
@@ -122,9 +122,10 @@ std::string grasp_text(const Scene& scene) {
   if (wish.rank != 1) add("rank", std::to_string(wish.rank));
   if (wish.seed != 1) add("seed", std::to_string(wish.seed));
   if (!map.empty()) return "grasp:\n" + map;
-  return "# Hand and object are placed by a search. As a map it can say, in the object's axes, as much of the grasp "
-         "as\n"
-         "# matters: {fingers: [thumb, index], axis: [1, 0, 0], at: [0 mm, 0 mm, 20 mm], approach: [0, 0, -1]}\n"
+  return comment(
+             "Hand and object are placed by a search. As a map it can say, in the object's axes, as much of the "
+             "grasp as matters: {fingers: [thumb, index], axis: [1, 0, 0], at: [0 mm, 0 mm, 20 mm], approach: "
+             "[0, 0, -1]}. press: 1 N says how hard, in place of control.grasp.internal_force.") +
          "grasp: auto\n";
 }
 
@@ -181,25 +182,24 @@ std::string contact_text(const Scene& scene) {
 
 std::string control_text(const Scene& scene) {
   const ControlSettings& control = *scene.control;
-  const auto gain = [&](double value, Dimension dimension) { return text(value, dimension); };
   std::string out =
       fmt::format("control:\n  law: {}\n  gain: {}\n", control.law == ControlLaw::kPaper ? "paper" : "feedforward",
-                  control.gain ? gain(*control.gain, Dimension::kRotationalStiffness) : "auto");
+                  control.gain ? text(*control.gain, Dimension::kRotationalStiffness) : "auto");
   out +=
-      fmt::format("  pulp: {{normal: {}, tangential: {}}}\n", gain(control.pulp_normal_N_per_m, Dimension::kStiffness),
-                  gain(control.pulp_tangential_N_per_m, Dimension::kStiffness));
+      fmt::format("  pulp: {{normal: {}, tangential: {}}}\n", text(control.pulp_normal_N_per_m, Dimension::kStiffness),
+                  text(control.pulp_tangential_N_per_m, Dimension::kStiffness));
   const bool pressed = scene.grasp && scene.grasp->press_N;
   out +=
       fmt::format("  grasp: {{friction: {}, {}cone: {}}}\n", number(control.grasp_friction),
-                  pressed ? "" : fmt::format("internal_force: {}, ", gain(control.internal_force_N, Dimension::kForce)),
+                  pressed ? "" : fmt::format("internal_force: {}, ", text(control.internal_force_N, Dimension::kForce)),
                   control.cone == FrictionCone::kExact ? "exact" : "pyramid");
-  out += fmt::format("  position: {{p: {}, i: {}, d: {}}}\n", gain(control.position.p, Dimension::kStiffness),
-                     gain(control.position.i, Dimension::kIntegralGain), gain(control.position.d, Dimension::kDamping));
-  out += fmt::format("  rotation: {{p: {}, i: {}, d: {}}}\n", gain(control.rotation.p, Dimension::kRotationalStiffness),
-                     gain(control.rotation.i, Dimension::kRotationalIntegralGain),
-                     gain(control.rotation.d, Dimension::kRotationalDamping));
+  out += fmt::format("  position: {{p: {}, i: {}, d: {}}}\n", text(control.position.p, Dimension::kStiffness),
+                     text(control.position.i, Dimension::kIntegralGain), text(control.position.d, Dimension::kDamping));
+  out += fmt::format("  rotation: {{p: {}, i: {}, d: {}}}\n", text(control.rotation.p, Dimension::kRotationalStiffness),
+                     text(control.rotation.i, Dimension::kRotationalIntegralGain),
+                     text(control.rotation.d, Dimension::kRotationalDamping));
   if (control.posture_Nm_per_rad) {
-    out += fmt::format("  posture: {}\n", gain(*control.posture_Nm_per_rad, Dimension::kRotationalStiffness));
+    out += fmt::format("  posture: {}\n", text(*control.posture_Nm_per_rad, Dimension::kRotationalStiffness));
   }
   return out + fmt::format("  muscles: {}  # or joint torques\n", control.muscles);
 }
@@ -235,7 +235,7 @@ std::string task_text(const TaskSettings& task) {
 }  // namespace
 
 std::string scene_text(const Scene& scene, const SceneTextNotes& notes) {
-  std::string out = "# yaml-language-server: $schema=../docs/reference/scene.schema.json\n";
+  std::string out = notes.schema.empty() ? "" : "# yaml-language-server: $schema=" + notes.schema.string() + "\n";
   out += comment(notes.about) + comment(notes.grasp);
   out += fmt::format("name: {}\ntime: {{duration: {}, step: {}, control_period: {}, control_delay: {}}}\n",
                      quoted(scene.name), text(scene.duration_s, Dimension::kTime), text(scene.step_s, Dimension::kTime),
@@ -277,8 +277,10 @@ Scene scene_to_begin_with(const Hand& hand, const CloudShape& object, double mas
   control.pulp_normal_N_per_m = 2000.0;
   control.pulp_tangential_N_per_m = 1330.0;
   control.grasp_friction = 0.7 * friction;
-  // What carries the weight by friction on both sides, and as much again.
-  control.internal_force_N = std::max(1.0, std::ceil(10.0 * mass_kg * 9.81 / std::max(friction, 0.1)) / 10.0);
+  // What carries the weight, and the push by which grasps are tried, by friction on both sides, and as much again.
+  constexpr double kPush_N = 0.5;
+  const double needed_N = (mass_kg * 9.81 + kPush_N) / std::max(friction, 0.1);
+  control.internal_force_N = std::max(1.0, std::ceil(10.0 * needed_N) / 10.0);
   control.position = {300.0, 900.0, 0.0};
   control.rotation = {0.48, 1.5, 0.0};
   control.posture_Nm_per_rad = 0.5;

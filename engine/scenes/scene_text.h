@@ -13,6 +13,7 @@ struct SceneTextNotes {
   std::filesystem::path object;  ///< The object's, likewise, if its shape is from a file.
   std::string about;             ///< The comment that it begins with, one line.
   std::string grasp;             ///< A comment on the grasp, of any length; may be empty.
+  std::filesystem::path schema;  ///< By which editors complete the file; may be empty.
   bool names_fingers = false;    ///< The hand has fewer fingers than its file: name them.
 };
 

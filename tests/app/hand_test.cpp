@@ -20,7 +20,26 @@ TEST(Program, ListsAndDrawsAHandByName) {
   EXPECT_NE(list.text.find("I_MCP                     -18.0 .. 127.8 deg"), std::string::npos) << list.text;
   EXPECT_NE(list.text.find("thumb and ring"), std::string::npos) << list.text;
   EXPECT_TRUE(std::filesystem::exists(picture));
-  EXPECT_EQ(thenar_program("check " + config("hands/leap.yaml")).text.find("joint_viscosity"), std::string::npos);
+}
+
+// A hand's name or file is as good for `thenar check`, which takes scenes, too.
+TEST(Program, ChecksAHandAsItListsAndDrawsIt) {
+  const std::filesystem::path picture = scratch() / "leap.png";
+  const std::string list = thenar_program("hand leap").text;
+  EXPECT_EQ(thenar_program("check leap").text, list);
+  const Outcome file = thenar_program("check " + config("hands/leap.yaml"));
+  EXPECT_EQ(file.text.substr(file.text.find(": ")), list.substr(list.find(": "))) << "but for the file's name";
+  const Outcome drawn = thenar_program("check leap --out " + picture.string());
+  EXPECT_EQ(drawn.code, 0) << drawn.text;
+  EXPECT_TRUE(std::filesystem::exists(picture));
+
+  const Outcome slip = thenar_program("check leep"), scene = thenar_program("check minimum");
+  EXPECT_EQ(slip.code, 3);
+  EXPECT_EQ(slip.text, "leep: no such file, nor a scene or hand that comes with the program, did you mean 'leap'?\n");
+  EXPECT_NE(scene.text.find("did you mean 'minimal'?"), std::string::npos) << scene.text;
+  for (const char* arguments :
+       {"check leap --set contact.friction=1", "check leap --parts", "check minimal --out a.png"})
+    EXPECT_EQ(thenar_program(arguments).code, 2) << arguments;
 }
 
 TEST(Program, ImportsAHandAndSaysWhatWasGuessed) {

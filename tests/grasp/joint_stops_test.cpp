@@ -186,8 +186,8 @@ TEST(JointStops, CostNothingWhereNothingReachesThem) {
   EXPECT_GT(ticks, 100);
 }
 
-// A viscosity that a finger has of its own: the scene's own value changes no bit, and another one changes W by the dense
-// formula h J B^-1 J', B its diagonal.
+// A viscosity that a finger has of its own: the scene's own value changes no bit, and another one changes W by the
+// dense formula h J B^-1 J', B its diagonal.
 TEST(JointStops, FingersMayHaveViscositiesOfTheirOwn) {
   Scene scene = scene_of("box_grasp", {kCoarseBox, "contact.level=2"});
   Loop plain(scene);

@@ -95,8 +95,8 @@ Ending threaded_ending(const Model& model, bool realtime, ThreadsReport& report)
 // Chance decides when the threads' frames come, and so, by micrometres, what path the object takes. Where it ends does
 // not depend on it: the controller's integrals have settled 1 s after the move, to some 10 um (their time constant is
 // 0.3 s), and the forces with them, but for what friction keeps of the path: 2 %. Ticks that slip leave time to settle
-// out: no more than a quarter may. During a hold nothing controls the object, which needs that time, too: none may be in
-// the last second.
+// out: no more than a quarter may. During a hold nothing controls the object, which needs that time, too: none may be
+// in the last second.
 void expect_agreement(bool realtime, int repetitions) {
   const Model model = build_model(carried_box());
   const Ending expected = lockstep_ending(model);

@@ -17,7 +17,8 @@ namespace {
 using Eigen::Vector3d;
 
 /// Two fingers of one joint each on the x axis, 100 mm apart, with bones of 50 mm along z at zero that turn towards one
-/// another by up to `most_rad`, and pulps of 10 mm that look where they turn to; or, if they do not oppose, away from it.
+/// another by up to `most_rad`, and pulps of 10 mm that look where they turn to; or, if they do not oppose, away from
+/// it.
 Hand pincers(double most_rad, bool oppose) {
   Hand hand;
   Segment palm;
