@@ -105,8 +105,10 @@ class PlainTick {
 
 /// How the bodies' motion changes the gap and slip of contact i.
 Vector3d PlainTick::motion_at(Index i, int finger, const JointVector& dq, const Vector6d& dx) const {
-  return finger_motion(now_, i, model_.scene.hand.of_finger(finger, dq)) +
-         now_.J_object.middleRows<3>(3 * i).leftCols<6>() * dx;
+  const FingerVector own = model_.scene.hand.of_finger(finger, dq);
+  Vector3d motion = now_.J_finger.middleRows<3>(3 * i) * own.head<4>();
+  if (own.size() > 4) motion += own[4] * now_.J_fifth.segment<3>(3 * i);
+  return motion + now_.J_object.middleRows<3>(3 * i).leftCols<6>() * dx;
 }
 
 VectorXd PlainTick::free_gaps_and_slips(const Frame& frame, const State& state, const JointVector& dq,
