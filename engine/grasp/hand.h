@@ -136,8 +136,8 @@ struct HandPose {
 /// `pose.segments` keeps its memory.
 void forward_kinematics(const Hand& hand, const JointVector& q, HandPose& pose);
 
-/// The velocity that a joint's unit speed gives a point now at `point_m` (world) of what it moves: a x d. Which products
-/// are rounded is written out, so that it is the same wherever it is inlined.
+/// The velocity that a joint's unit speed gives a point now at `point_m` (world) of what it moves: a x d. Which
+/// products are rounded is written out, so that it is the same wherever it is inlined.
 [[nodiscard]] inline Eigen::Vector3d joint_column(const HandPose& pose, int joint, const Eigen::Vector3d& point_m) {
   const Eigen::Vector3d& a = pose.axis[joint];
   const Eigen::Vector3d d = point_m - pose.origin_m[joint];
