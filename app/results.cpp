@@ -51,5 +51,6 @@ NewFolders::~NewFolders() {
 }
 
 void print_object_notes(const std::vector<std::string>& notes, bool quiet) {
-  for (std::size_t i = 0; i < notes.size() && !quiet; ++i) std::cerr << "object: " << notes[i] << '\n';
+  if (quiet) return;
+  for (const std::string& note : notes) std::cerr << "object: " << note << '\n';
 }

@@ -43,10 +43,12 @@ fs::path scene_called(const std::string& text) {
   return fs::exists(known, none) ? known : fs::path();
 }
 
-/// The text itself where there is such a file, else the known hand of this name; empty: there is neither.
+/// The text itself where there is such a file, else, where it can be a name, the known hand of it; empty: neither.
 fs::path hand_called(const std::string& text) {
   std::error_code none;
-  return fs::exists(text, none) && !fs::is_directory(text, none) ? fs::path(text) : thenar::known_hand(text);
+  const fs::path file = text;
+  if (fs::exists(file, none) && !fs::is_directory(file, none)) return file;
+  return file.has_parent_path() ? fs::path() : thenar::known_hand(file);
 }
 
 std::vector<std::string> names_of_scenes() {

@@ -11,16 +11,6 @@ using Eigen::Isometry3d;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-namespace {
-
-/// Contact i's rows -E' J_k, for the columns J of a finger of four joints or more.
-void set_rows(const Matrix3d& E_W, const Eigen::Matrix<double, 3, 4>& J, Index i,
-              GroupedDelassus::OwnJacobian& J_finger) {
-  J_finger.middleRows<3>(3 * i).noalias() = -E_W.transpose() * J;
-}
-
-}  // namespace
-
 ContactKinematics::ContactKinematics(const Model& model)
     : gap_m(model.max_contacts),
       J_finger(3 * model.max_contacts, 4),
@@ -71,17 +61,19 @@ void contact_kinematics(const Model& model, const Frame& frame, const HandPose& 
         kinematics.u_object_m.col(i) = E_O.transpose() * u_O;
       }
       kinematics.c_W[i] = c_W;
-      if (tip.joints < 4 || tip.followers > 0) {
-        const FingerJacobian J = finger_jacobian(model.scene.hand, pose, k, c_W);
-        kinematics.J_finger.middleRows<3>(3 * i).noalias() = -E_W.transpose() * J.leftCols<4>();
+      Eigen::Matrix<double, 3, 4> J;
+      if (tip.followers > 0) {
+        J = finger_jacobian(model.scene.hand, pose, k, c_W).leftCols<4>();
       } else {
-        Eigen::Matrix<double, 3, 4> J;
-        for (int j = 0; j < 4; ++j) J.col(j) = joint_column(pose, tip.first_joint + j, c_W);
-        set_rows(E_W, J, i, kinematics.J_finger);
+        for (int j = 0; j < 4; ++j) {
+          J.col(j) = j < tip.joints ? joint_column(pose, tip.first_joint + j, c_W) : Vector3d(Vector3d::Zero());
+        }
       }
+      kinematics.J_finger.middleRows<3>(3 * i).noalias() = -E_W.transpose() * J;
       if (kinematics.J_fifth.size() > 0) {
-        const FingerJacobian J = finger_jacobian(model.scene.hand, pose, k, c_W);
-        kinematics.J_fifth.segment<3>(3 * i) = J.cols() > 4 ? Vector3d(-E_W.transpose() * J.col(4)) : Vector3d::Zero();
+        const Vector3d fifth =
+            tip.joints > 4 ? Vector3d(finger_jacobian(model.scene.hand, pose, k, c_W).col(4)) : Vector3d::Zero();
+        kinematics.J_fifth.segment<3>(3 * i) = -E_W.transpose() * fifth;
       }
       for (int axis = 0; axis < 3; ++axis) {
         auto row = kinematics.J_object.row(3 * i + axis);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "engine/finder/effort.h"
 #include "engine/scenes/units.h"
 
 namespace thenar {
@@ -278,7 +279,6 @@ Scene scene_to_begin_with(const Hand& hand, const CloudShape& object, double mas
   control.pulp_tangential_N_per_m = 1330.0;
   control.grasp_friction = 0.7 * friction;
   // What carries the weight, and the push by which grasps are tried, by friction on both sides, and as much again.
-  constexpr double kPush_N = 0.5;
   const double needed_N = (mass_kg * 9.81 + kPush_N) / std::max(friction, 0.1);
   control.internal_force_N = std::max(1.0, std::ceil(10.0 * needed_N) / 10.0);
   control.position = {300.0, 900.0, 0.0};

@@ -23,8 +23,8 @@ FoundGrasp travel_of(const FinderProblem& problem, FoundGrasp grasp) {
   return grasp;
 }
 
-// A box of half the width that the hand opens to is carried by 20 mm and more; what it needs on the way is not less than
-// what a sticking grasp may need.
+// A box of half the width that the hand opens to is carried by 20 mm and more; what it needs on the way is not less
+// than what a sticking grasp may need.
 TEST(Carry, GoesFarWithABoxThatSuitsTheHand) {
   const ImplicitSurface object = box({0.05, 0.05, 0.05});
   const FinderProblem problem = problem_of(human_hand(), object);
@@ -47,8 +47,8 @@ TEST(Carry, EndsWhereJointsDo) {
   EXPECT_EQ(travel_of(problem_of(stiff, object), grasp).travel_m, 0.0);
 }
 
-// What drags at the object on its way must be borne, too. A drag of hundreds of newtons is borne by fingers that push, not
-// by friction between those that press with 2 N: the way lies near the line on which they face each other.
+// What drags at the object on its way must be borne, too. A drag of hundreds of newtons is borne by fingers that push,
+// not by friction between those that press with 2 N: the way lies near the line on which they face each other.
 TEST(Carry, GoesWhereTheDragIsBorne) {
   const ImplicitSurface object = box({0.05, 0.05, 0.05});
   FinderProblem problem = problem_of(human_hand(), object);

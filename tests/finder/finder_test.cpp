@@ -77,7 +77,8 @@ TEST(Finder, FindsTheSameBitsAgain) {
   }
 }
 
-// The object's axes are the file's business: turned and moved in its frame it is held as well, if not at the same place.
+// The object's axes are the file's business: turned and moved in its frame it is held as well, if not at the same
+// place.
 TEST(Finder, GraspsInAnyFrame) {
   PointCloud cloud = sample_cylinder(0.015, 0.07, 6000);
   const Eigen::Matrix3d R = Eigen::AngleAxisd(1.1, Vector3d(1.0, -1.0, 0.5).normalized()).toRotationMatrix();

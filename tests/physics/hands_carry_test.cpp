@@ -46,10 +46,10 @@ TEST_P(HandsCarry, InLockstepWithLateFrames) {
 }
 
 // Two threads in real time, which a loaded machine does not keep: ticks slip, so that simulated time lags, and frames
-// get old, so that the drive is held while the target goes on. Whatever happens, all fingers keep the object, which goes
-// no farther than 10 mm beyond what it is asked to, the error that the monitor calls a loss; one that is let go falls
-// by 100 mm and more in half a second (2 N on 10 N s/m). Where at least three quarters of the ticks are done, and none
-// of the last half second's with a held drive, it also arrives.
+// get old, so that the drive is held while the target goes on. Whatever happens, all fingers keep the object, which
+// goes no farther than 10 mm beyond what it is asked to, the error that the monitor calls a loss; one that is let go
+// falls by 100 mm and more in half a second (2 N on 10 N s/m). Where at least three quarters of the ticks are done, and
+// none of the last half second's with a held drive, it also arrives.
 TEST_P(HandsCarry, InRealTime) {
   const Model model =
       build_model(scene_of(GetParam(), {"time.control_period=5 ms", "time.duration=1.5 s", "task.translate.from=0.1 s",

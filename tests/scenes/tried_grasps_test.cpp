@@ -1,5 +1,5 @@
-// Grasps that are tried before they are offered, and fingers that settle: engine/finder/rehearse.h and settle.h, on models
-// of scenes.
+// Grasps that are tried before they are offered, and fingers that settle: engine/finder/rehearse.h and settle.h, on
+// models of scenes.
 
 #include <gtest/gtest.h>
 
@@ -28,8 +28,8 @@ FoundGrasp grasp_that_goes(const Vector3d& way_W) {
   return grasp;
 }
 
-// The published grasp holds; on ice it does not, and says what happened. The model is lent: it comes back as it was, and
-// a second rehearsal gives the same bits.
+// The published grasp holds; on ice it does not, and says what happened. The model is lent: it comes back as it was,
+// and a second rehearsal gives the same bits.
 TEST(Rehearse, TellsWhatHoldsFromWhatDoesNot) {
   Model model = box_model({"task={}"});
   const FoundGrasp grasp = grasp_that_goes(model.scene.object.X_WO.linear().col(1));
