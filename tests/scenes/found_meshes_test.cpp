@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <numbers>
@@ -12,6 +13,7 @@
 
 #include "engine/scenes/object_surface.h"
 #include "engine/scenes/scene_grasp.h"
+#include "engine/scenes/scene_text.h"
 #include "tests/support/scenes.h"
 #include "tests/support/scratch.h"
 
@@ -62,8 +64,9 @@ void expect_held(const std::filesystem::path& file, double unit_m, const Vector3
   std::vector<std::string> notes;
   const ImplicitSurface surface = make_object_surface(scene, notes);
   // Samples lie on the faces, half a spacing from their ends or nearer.
-  if (!size_m.isZero(0.0))
+  if (!size_m.isZero(0.0)) {
     EXPECT_LT((surface.bounds().sizes() - size_m).cwiseAbs().maxCoeff(), 0.03 * size_m.maxCoeff());
+  }
   scene.object.centre_of_mass_m = enclosed_centroid_m(surface.cloud());
   const FinderReport report = find_tried_grasps(scene, surface);
   ASSERT_FALSE(report.grasps.empty()) << in_words(report.refusal.value_or(Refusal{}));
