@@ -81,8 +81,8 @@ TEST(StanceFit, GoesByTheGradientOfItsSum) {
   EXPECT_LT(slope_error(ImplicitSurface(sample_sphere(0.02, 30000))), 0.1);
 }
 
-// So are those of bones in one another, in a posture by chance where they are, far from any object. The balance takes its
-// lever as if it stayed, which is a percent here.
+// So are those of bones in one another, in a posture by chance where they are, far from any object. The balance takes
+// its lever as if it stayed, which is a percent here.
 TEST(StanceFit, GoesByTheGradientOfBonesInOneAnother) {
   const Hand& hand = human_hand();
   const ImplicitSurface object = box({0.04, 0.4, 0.4});  // All pulps see one face.
