@@ -111,6 +111,8 @@ class Trials {
   double rehearsed_ = 0.0;
 };
 
+constexpr double kFarOrigin_m = 0.15;
+
 /// What would have kept an object that was lost.
 std::string help_of(const Rehearsal& rehearsal) {
   return rehearsal.muscle_share > 1.0 ? "less press or less mass, a larger object, or a stronger hand"
@@ -153,6 +155,12 @@ void try_found(const Scene& scene, const ImplicitSurface& object, int best, Find
     if (grasp.rehearsal.within_limits()) within.push_back(grasp);
   }
   keep_tried(std::move(tried), best, report);
+  // Drag, and the errors of the controller, act at the origin of the object's frame: it must be no lever.
+  const double off_m = object.bounds().exteriorDistance(Vector3d::Zero().eval());
+  if (!report.refusal || off_m < kFarOrigin_m) return;
+  report.refusal->reason +=
+      fmt::format("; the origin of its frame lies {:.2g} m outside it, where damping acts", off_m);
+  report.refusal->help = "a file in whose object the origin lies";
 }
 
 /// One search, and trials; if all fail, one more.

@@ -126,7 +126,9 @@ TEST(SceneGrasp, RefusesWhatContradictsIt) {
             "control.grasp.internal_force: is what grasp.press asks for: leave out one of them");
   EXPECT_EQ(fault_of({"grasp={fingers: [index]}"}).substr(0, 17), "grasp: one finger");
   EXPECT_NE(fault_of({"grasp=auto", "object.shape={sphere: 120 mm}"}).find("and this hand opens"), std::string::npos);
-  EXPECT_NE(fault_of({"grasp={rank: 20}"}).find("grasp.rank: only "), std::string::npos);
+  EXPECT_NE(fault_of({"grasp={rank: 20, axis: [1, 0, 0], at: [0 mm, 0 mm, 0 mm], approach: [0, 0, 1]}"})
+                .find("grasp.rank: the search found "),
+            std::string::npos);
 }
 
 // A scene of some fingers has their joints and muscles alone.
