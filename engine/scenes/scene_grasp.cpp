@@ -101,7 +101,7 @@ class Trials {
   }
 
  private:
-  static constexpr double kFine = 3.0;           // Contacts of thin parts take so many times as long to find.
+  static constexpr double kFine = 3.0;           // Trials of thin parts take so many times as long.
   static constexpr double kMostRehearsed = 2.5;  // So many whole ones: most that fail are over soon.
 
   const Scene& scene_;
