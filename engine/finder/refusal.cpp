@@ -141,12 +141,15 @@ std::optional<Refusal> of_loads(const FinderProblem& problem) {
   }
   // Borne on two sides.
   if (weight_N > 2.0 * friction * most_N) {
-    const double needed = weight_N / (2.0 * most_N);
-    return Refusal{"at a friction of " + number(friction, 2) + " the fingers would have to press with " +
-                       number(weight_N / (2.0 * friction), 1) + " N on each side to bear the weight and a push of " +
-                       number(kPush_N, 1) + " N, and pulps of " + mm(radius_m, 1) +
-                       " are pressed in by half their radius under " + number(most_N, 1) + " N",
-                   "a friction of " + number(std::ceil(100.0 * 1.5 * needed) / 100.0, 2) + " or more, or less mass"};
+    const double needed = 1.5 * weight_N / (2.0 * most_N) * problem.friction / friction;  // Of the contacts, with ease.
+    const std::string cones = problem.cone_friction < problem.friction
+                                  ? ", of which the controller plans with " + number(problem.cone_friction, 3) + ","
+                                  : "";
+    return Refusal{"at a friction of " + number(problem.friction, 2) + cones +
+                       " the fingers would have to press with " + number(weight_N / (2.0 * friction), 1) +
+                       " N on each side to bear the weight and a push of " + number(kPush_N, 1) + " N, and pulps of " +
+                       mm(radius_m, 1) + " are pressed in by half their radius under " + number(most_N, 1) + " N",
+                   "a friction of " + number(std::ceil(100.0 * needed) / 100.0, 2) + " or more, or less mass"};
   }
   return std::nullopt;
 }

@@ -14,7 +14,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kStep_s = 2e-3;
+constexpr double kStep_s = 2e-3, kFineStep_s = 4e-3;  // Contacts of fine parts take several times as long to find.
 constexpr double kRest_s = 0.06, kCarry_m = 20e-3, kCarry_s = 0.8, kOnePush_s = 0.06;
 constexpr double kMostTask_s = 4.0;
 constexpr int kPushes = 6;
@@ -93,7 +93,8 @@ Rehearsal run(const Model& model, Scene& scene, int ticks, bool own_task) {
 Rehearsal rehearse(Model& model, const FoundGrasp& grasp) {
   Scene& scene = model.scene;
   const Scene kept = scene;
-  scene.step_s = scene.control_period_s = std::max(kStep_s, scene.control_period_s);
+  scene.step_s = scene.control_period_s =
+      std::max(model.fine_m.cols() > 0 ? kFineStep_s : kStep_s, scene.control_period_s);
   scene.control_delay_s = 0.0;
   scene.contact.tolerance = std::max(scene.contact.tolerance, kTolerance);
   scene.contact.max_sweeps = std::min(scene.contact.max_sweeps, kSweeps);

@@ -101,7 +101,7 @@ class Trials {
   }
 
  private:
-  static constexpr double kFine = 3.0;           // Contacts of thin parts take so many times as long to find.
+  static constexpr double kFine = 3.0;           // Trials of thin parts take so many times as long.
   static constexpr double kMostRehearsed = 2.5;  // So many whole ones: most that fail are over soon.
 
   const Scene& scene_;
@@ -110,6 +110,8 @@ class Trials {
   std::vector<int> fingers_;
   double rehearsed_ = 0.0;
 };
+
+constexpr double kFarOrigin_m = 0.15;
 
 /// What would have kept an object that was lost.
 std::string help_of(const Rehearsal& rehearsal) {
@@ -153,6 +155,12 @@ void try_found(const Scene& scene, const ImplicitSurface& object, int best, Find
     if (grasp.rehearsal.within_limits()) within.push_back(grasp);
   }
   keep_tried(std::move(tried), best, report);
+  // Drag, and the errors of the controller, act at the origin of the object's frame: it must be no lever.
+  const double off_m = object.bounds().exteriorDistance(Vector3d::Zero().eval());
+  if (!report.refusal || off_m < kFarOrigin_m) return;
+  report.refusal->reason +=
+      fmt::format("; the origin of its frame lies {:.2g} m outside it, where damping acts", off_m);
+  report.refusal->help = "a file in whose object the origin lies";
 }
 
 /// One search, and trials; if all fail, one more.

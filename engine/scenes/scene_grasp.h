@@ -13,8 +13,8 @@ namespace thenar {
 
 /// find_grasps() for such a scene, of which each was then tried in the engine, see rehearse(), and held its object:
 /// those within the limits of their muscles first. Some more than `settings.best` are tried if need be; if all fail, it
-/// searches once more, three times as long. Their postures are settled. The first one is that of a search for one alone,
-/// and what follows is of a wider search, which is the same for any number: a rank names one grasp.
+/// searches once more, three times as long. Their postures are settled. The first one is that of a search for one
+/// alone, and what follows is of a wider search, which is the same for any number: a rank names one grasp.
 [[nodiscard]] FinderReport find_tried_grasps(const Scene& scene, const ImplicitSurface& object,
                                              const FinderSettings& settings = {}, const FinderProgress& progress = {});
 
