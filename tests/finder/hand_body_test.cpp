@@ -110,8 +110,8 @@ TEST(HandBody, FollowsTheBonesFromThePalmToThePulps) {
   }
 }
 
-// The open hand has no bones in one another, whatever its shape; a finger in another one's place has, by as much as both
-// are thick but for what their joints are off one another.
+// The open hand has no bones in one another, whatever its shape; a finger in another one's place has, by as much as
+// both are thick but for what their joints are off one another.
 TEST(Bones, KeepFingersApart) {
   const Hand& hand = human_hand();
   const Bones bones = bones_of(hand, hand_body(hand));

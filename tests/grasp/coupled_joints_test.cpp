@@ -107,8 +107,8 @@ TEST(CoupledJoints, AreTheFullHandProjected) {
 }
 
 // J, its axes and g against central differences of the forward kinematics: steps of 1e-5 leave errors of 1e-10 of the
-// third derivatives, which are below 1 m and 1 J, and 1e-11 of rounding. A joint turns a fingertip by up to a = 2.4 times
-// its angle, and the sine of 2 a steps falls short of them by (2 a 1e-5)^2 a / 6 = 1e-9 of a step.
+// third derivatives, which are below 1 m and 1 J, and 1e-11 of rounding. A joint turns a fingertip by up to a = 2.4
+// times its angle, and the sine of 2 a steps falls short of them by (2 a 1e-5)^2 a / 6 = 1e-9 of a step.
 TEST(CoupledJoints, MoveAsFiniteDifferencesSay) {
   const Hand hand = several().coupled_one;
   constexpr double kStep = 1e-5, kError = 5e-10, kSine = 1e-9;

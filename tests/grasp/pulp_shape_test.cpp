@@ -70,8 +70,8 @@ Vector3d gradient(const PulpShape& shape, const Vector3d& x_m) {
   return g.normalized();
 }
 
-/// The area by the midpoint rule over x = cos(theta) along the first axis and the angle about it: of an ellipsoid by the
-/// stretch of the unit sphere's area a b c |A^-1 u|, which the rule takes with an error of the square of its step.
+/// The area by the midpoint rule over x = cos(theta) along the first axis and the angle about it: of an ellipsoid by
+/// the stretch of the unit sphere's area a b c |A^-1 u|, which the rule takes with an error of the square of its step.
 double area_by_quadrature_m2(const PulpShape& shape) {
   if (shape.form == PulpShape::Form::kCapsule) {
     return 2.0 * kPi * shape.half_m[1] * 2.0 * shape.half_m[0] + 4.0 * kPi * shape.half_m[1] * shape.half_m[1];
@@ -287,9 +287,9 @@ double least_gap_m(const Fingertip& tip, const ImplicitSurface& object, const Is
 }
 
 // The ball touches where the pulp does: its distance is the least one of the pulp's surface, outside of the object and
-// pressed in a little. Distances are those of sampled surfaces of 6000 points, which seen from the ball's middle and from
-// its surface differ by some micrometres. A capsule that is nearly parallel to the surface may be taken at another place
-// of its line: at most by its slope there, 0.02, times a quarter of its half.
+// pressed in a little. Distances are those of sampled surfaces of 6000 points, which seen from the ball's middle and
+// from its surface differ by some micrometres. A capsule that is nearly parallel to the surface may be taken at another
+// place of its line: at most by its slope there, 0.02, times a quarter of its half.
 TEST(PulpShape, TheBallTouchesWhereThePulpIsNearest) {
   const std::vector<ImplicitSurface> objects{
       ImplicitSurface(sample_sphere(15e-3, 6000)), ImplicitSurface(sample_ellipsoid({40e-3, 50e-3, 60e-3}, 6000)),

@@ -135,14 +135,24 @@ TEST(Keys, OfTheTableAreAllReadOfScenes) {
 }
 
 TEST(Keys, OfTheTableAreAllReadOfHands) {
-  const std::string keys =
-      "{finger: thumb, joint_viscosity: 0.04, reduced_modulus: 3e5, poisson: 0.4, relaxation: 1e-3,";
   std::string text = read_file(config_file("hand"));
-  const std::string_view plain = "{finger: thumb,";
-  text.replace(text.find(plain), plain.size(), keys);
+  const auto replace = [&](std::string_view plain, std::string_view keys) {
+    text.replace(text.find(plain), plain.size(), keys);
+  };
+  replace("{finger: thumb,",
+          "{finger: thumb, joint_viscosity: 0.04, reduced_modulus: 3e5, poisson: 0.4, relaxation: 1e-3,");
+  replace("{name: I_DIP_FE,", "{name: I_DIP_FE, follows: I_PIP_FE, ratio: 0.7, offset: 0.01,");
+  replace("pulp_centre: [0.01411, 0.00100, 0], radius: 0.0080,",
+          "pulp_centre: [0.01411, 0.00100, 0], radius: 0.0080, length: 0.01, "
+          "pulp_axes: [[0, 0, 1], [1, 0, 0], [0, 1, 0]],");
+  replace("pulp_centre: [0.01513, 0.00100, 0], radius: 0.0080,",
+          "pulp_centre: [0.01513, 0.00100, 0], semi_axes: [0.011, 0.008, 0.0065],");
   const std::filesystem::path file = scratch() / "hand.yaml";
   write_file(file, text);
-  const Fingertip thumb = load_hand(file).fingertips.front();
+  const Hand hand = load_hand(file);
+  EXPECT_EQ(hand.followers.at(0).ratio, 0.7);
+  EXPECT_EQ(hand.followers.at(0).offset_rad, 0.01);
+  const Fingertip& thumb = hand.fingertips.front();
   EXPECT_EQ(thumb.joint_viscosity, 0.04);
   EXPECT_EQ(thumb.reduced_modulus_Pa, 3e5);
   EXPECT_EQ(thumb.poisson, 0.4);

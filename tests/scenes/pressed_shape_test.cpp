@@ -138,8 +138,8 @@ void expect_near(const std::vector<Ratios>& all, double force_mean, double force
   EXPECT_NEAR(mean, 1.0, force_mean) << text;
 }
 
-// The bounds on the force are those of the sphere's test with 60 candidates, for spacings as fine against the patch: what
-// is left is how the points lie in it. Hertz takes the body for a paraboloid: at a tenth of the lesser radius of
+// The bounds on the force are those of the sphere's test with 60 candidates, for spacings as fine against the patch:
+// what is left is how the points lie in it. Hertz takes the body for a paraboloid: at a tenth of the lesser radius of
 // curvature it is one to some per mille, as the sphere of 8 mm at its 1 mm. The aspect ratio is that of two semi-axes,
 // each as far off as a sphere's radius, 4 %: the root of two of that. Measured over the directions: force 1.003, 1.001
 // and 0.995 +- 0.003, aspect within 3 %.
@@ -151,8 +151,8 @@ TEST(PressedShape, AnEllipsoidObeysHertz) {
     std::vector<Ratios> all;
     const Pulp pulp = pulp_of(shape, 1600);
     for (int i = 0; i < 12; ++i) {
-      // Within 45 degrees of the flattest side: a finger's pulp. Where one radius is four times the other within 20: there
-      // the curvature changes over the patch, and Hertz's body is another.
+      // Within 45 degrees of the flattest side: a finger's pulp. Where one radius is four times the other within 20:
+      // there the curvature changes over the patch, and Hertz's body is another.
       const double spread = half_m[0] > 1.9 * half_m[1] ? 0.35 : 0.7;
       const Vector3d n = (shape.axes.col(2) + spread * random_direction(random)).normalized();
       const PulpCurvature bends = curvature(shape, n);
@@ -209,8 +209,9 @@ TEST(PressedShape, TheEndOfACapsuleIsASphere) {
   }
 }
 
-// Lying on a plane a long capsule is Hertz's line contact in its middle: where it bears the load P a length its patch is
-// 2 a wide, a^2 = 4 P R / (pi E*) [Johnson 1985, 4.2]; of that pressure the mean y^2 is a^2/4. 4 % as a sphere's radius.
+// Lying on a plane a long capsule is Hertz's line contact in its middle: where it bears the load P a length its patch
+// is 2 a wide, a^2 = 4 P R / (pi E*) [Johnson 1985, 4.2]; of that pressure the mean y^2 is a^2/4. 4 % as a sphere's
+// radius.
 TEST(PressedShape, ALongCapsuleIsALineContactInItsMiddle) {
   std::mt19937_64 random(24);
   const PulpShape shape{PulpShape::Form::kCapsule, random_rotation(random), {12e-3, 6e-3, 6e-3}};

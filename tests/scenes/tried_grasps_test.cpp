@@ -106,9 +106,9 @@ double muscle_share(const Model& model, int from, int to) {
   return share;
 }
 
-// An object at rest asks the same of the muscles in every tick. What settle() leaves, 0.2 % of the load, the controller's
-// force loop raises to some percent of a torque; pulps that began without tangential load asked for more than half as
-// much again.
+// An object at rest asks the same of the muscles in every tick. What settle() leaves, 0.2 % of the load, the
+// controller's force loop raises to some percent of a torque; pulps that began without tangential load asked for more
+// than half as much again.
 TEST(Settle, MakesTheFirstTickLikeTheHundredth) {
   const Model model = box_model({"hand.settle=true", "task={}"});
   const double later = muscle_share(model, 100, 120);

@@ -75,7 +75,8 @@ TEST(ModelParts, LeavingOutIsTheSceneThatNeverNamedThePart) {
   expect_same_run(build_model(leave_out(grasp({kSoft}, "0.1 s"), Part::kFingertips)), build_model(rigid_grasp()));
 }
 
-// Without their shapes pulps are spheres that touch a plane across their normal at the same place; what is a sphere stays.
+// Without their shapes pulps are spheres that touch a plane across their normal at the same place; what is a sphere
+// stays.
 TEST(ModelParts, PulpsWithoutTheirShapeTouchWhereTheyDid) {
   Scene scene = grasp({}, "0.1 s");
   EXPECT_FALSE(has(scene, Part::kPulpShape));
