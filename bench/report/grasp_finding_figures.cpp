@@ -1,5 +1,5 @@
-// Grasps that are found: 200 random objects, what becomes of each grasp in the engine, the time of finding, and how the
-// friction that a grasp is said to need compares with the least one that it holds with.
+// Grasps that are found: 200 random objects, what becomes of each grasp in the engine, the time of finding, how the
+// friction that a grasp is said to need compares with the least one that it holds with, and where there are none.
 
 #include <fmt/format.h>
 
@@ -13,6 +13,8 @@
 
 #include "bench/cases/random_objects.h"
 #include "bench/report/figure.h"
+#include "bench/report/outcome_map.h"
+#include "engine/results/scene_run.h"
 #include "engine/scenes/scene_file.h"
 #include "engine/scenes/scene_grasp.h"
 
@@ -148,11 +150,51 @@ void margins(ordered_json& part, bool quick) {
   }
 }
 
+/// Where the finder has grasps, and whether they hold: the scene asks for any, and carries the object by 10 mm.
+void maps(ordered_json& part, bool quick) {
+  const std::vector<std::string> any = {"grasp=auto", "control.grasp={friction: 0.42, internal_force: 2 N}",
+                                        "contact.friction=0.6"};
+  const std::string text =
+      " Each cell asks for any grasp (`grasp: auto`), which is then carried by 10 mm. Refused: the finder gives no "
+      "grasp, "
+      "and the reason.";
+  const auto with = [&](const std::string& change) {
+    std::vector<std::string> all = any;
+    all.push_back(change);
+    return all;
+  };
+  const MapPanel ours{"found", true, [](const Model& model) {
+                        State state(model);
+                        return run_scene(model, state);
+                      }};
+  const int count = quick ? 4 : 9;
+  add_map(part,
+          {.id = "found_map_mass",
+           .title = "Grasps that are found: size and mass of a ball",
+           .caption = "Balls that are squeezed by 2 N at a friction of 0.6." + text,
+           .x = {"object.shape.sphere", "mm", 3.0, 60.0, "diameter, mm", [](double r) { return 2.0 * r; }},
+           .y = {"object.mass", "g", 10.0, 1000.0, "mass, g"},
+           .overrides = with("object.shape={sphere: 15 mm}"),
+           .panels = {ours},
+           .scene = "found_carry"},
+          count);
+  add_map(part,
+          {.id = "found_map_friction",
+           .title = "Grasps that are found: thickness of a disc and friction",
+           .caption = "Discs of 50 mm and 60 g; the controller's cones have a friction of 0.42." + text,
+           .x = {"object.shape.cylinder.length", "mm", 1.0, 80.0, "thickness, mm"},
+           .y = {"contact.friction", "", 0.1, 1.5, "friction"},
+           .overrides = with("object.shape={cylinder: {radius: 25 mm, length: 20 mm}}"),
+           .panels = {ours},
+           .scene = "found_carry"},
+          count);
+}
+
 }  // namespace
 }  // namespace thenar
 
 int main(int argc, char** argv) {
   return thenar::run_part(argc, argv, "grasp_finding", "Grasps that are found",
                           "How a hand can hold an object is searched, and each grasp is then run in the engine.",
-                          {thenar::random_objects, thenar::margins});
+                          {thenar::random_objects, thenar::margins, thenar::maps});
 }

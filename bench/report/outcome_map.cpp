@@ -83,7 +83,7 @@ Verdict run_and_judge(const Model& model, const std::function<Recording(const Mo
 }
 
 void add_map(ordered_json& part, const OutcomeMap& map, int count) {
-  const SweepPlan plan{std::string(THENAR_CONFIGS) + "/box_grasp.yaml",
+  const SweepPlan plan{std::string(THENAR_CONFIGS) + "/" + map.scene + ".yaml",
                        map.overrides,
                        {variation(map.y, count), variation(map.x, count)}};
   std::vector<std::size_t> order(plan.rows());

@@ -45,7 +45,8 @@ struct OutcomeMap {
   std::vector<std::string> overrides;
   std::function<void(Model&)> adapt = {};  ///< What follows from the settings, so that no other limit is met before.
   std::vector<MapPanel> panels;
-  std::optional<std::array<double, 2>> reference;  ///< Where the scene itself is, as shown.
+  std::optional<std::array<double, 2>> reference = {};  ///< Where the scene itself is, as shown.
+  std::string scene = "box_grasp";                      ///< Of configs.
 };
 
 /// Runs all cells, count x count of them, on all cores, and appends the figure to the part. Its caption ends with how
