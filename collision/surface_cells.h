@@ -16,9 +16,9 @@ struct SurfaceCells {
 /// The point of the surface that is nearest to another point.
 using OntoSurface = std::function<Eigen::Vector3d(const Eigen::Vector3d&)>;
 
-/// The cells of n points (3 x n) of a closed surface of the area `whole_m2`, whose outward normals there are these
-/// (3 x n, unit). The areas add up to that; each is within 1 % for a hundred even points or more, if the surface bends
-/// little within a cell. Without `onto` they are those on the planes, for who wants centroids alone. Cost O(n^2).
+/// The cells of n points (3 x n) of a closed surface of the area `whole_m2`, whose outward normals there are these (3 x
+/// n, unit). The areas add up to that; of eighty even points each is within 6 %, and 1.4 % in the mean square. Without
+/// `onto` they are those on the planes, for who wants centroids alone. Cost O(n^2).
 [[nodiscard]] SurfaceCells surface_cells(const Eigen::Matrix3Xd& points_m, const Eigen::Matrix3Xd& normals,
                                          const OntoSurface& onto, double whole_m2);
 

@@ -78,11 +78,9 @@ FinderReport find_grasps(const FinderProblem& problem, const FinderSettings& set
                       problem.hand.fingers() > 1 ? "name more fingers in grasp.fingers" : "a hand with more fingers"};
     return report;
   }
-  std::optional<Refusal> first = refusal_at_once(problem);
-  if (first) {
-    report.refusal = first;
-    return report;
-  }
+  report.refusal = refusal_at_once(problem);
+  if (report.refusal) return report;
+  std::optional<Refusal> first;
   for (const std::vector<int>& fingers : sets) {
     const bool all = static_cast<int>(fingers.size()) == problem.hand.fingers();
     const Hand hand = all ? problem.hand : hand_of(problem.hand, fingers);

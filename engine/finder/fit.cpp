@@ -85,10 +85,8 @@ void StanceFit::look(const Stance& stance, const FitTarget& target, bool with_sl
     finger.c_O = X_WO_.inverse() * finger.pulp.centre_m;
     const Fingertip& tip = hand_.fingertips[k];
     const Isometry3d& X_WF = pose_.distal(hand_, k);
-    const PulpBall ball =
-        tip.shape ? touching_ball(tip, object_, X_WO_.inverse() * X_WF) : PulpBall{tip.centre_m, tip.radius_m};
-    const Vector3d ball_m = tip.shape ? Vector3d(X_WF * ball.centre_m) : finger.pulp.centre_m;
-    const Vector3d p_O = tip.shape ? Vector3d(X_WO_.inverse() * ball_m) : finger.c_O;
+    const PulpBall ball = touching_ball(tip, object_, X_WO_.inverse() * X_WF);
+    const Vector3d ball_m = X_WF * ball.centre_m, p_O = X_WO_.inverse() * ball_m;
     const SurfaceDistance at = distance(p_O);
     finger.gap_m = at.distance_m - ball.radius_m + target.depth_m[k];
     finger.point_O = at.point_m;
@@ -178,14 +176,8 @@ void StanceFit::add_balance(const FitTarget& target, NormalEquations& sum) const
 void StanceFit::add_way(const BodyPoint& point, const Vector3d& p_W, const Vector3d& d, Unknowns& row) const {
   if (point.segment < 0) return;
   const int first = hand_.fingertips[point.finger].first_joint;
-  if (hand_.segments[point.segment].followers > 0) {
-    const FingerJacobian J = segment_jacobian(hand_, pose_, hand_.segments[point.segment], p_W);
-    row.segment(first, point.joints) += J.leftCols(point.joints).transpose() * d;
-    return;
-  }
-  for (int j = first; j < first + point.joints; ++j) {
-    row[j] += pose_.axis[j].cross(p_W - pose_.origin_m[j]).dot(d);
-  }
+  const FingerJacobian J = segment_jacobian(hand_, pose_, hand_.segments[point.segment], p_W);
+  row.segment(first, point.joints) += J.leftCols(point.joints).transpose() * d;
 }
 
 void StanceFit::add_body(const Stance& stance, NormalEquations& sum) const {
@@ -310,9 +302,7 @@ double StanceFit::rough_cost(const Stance& stance, const HandPose& pose, const F
     const Fingertip& tip = hand_.fingertips[k];
     const Isometry3d& X_WF = pose.distal(hand_, k);
     const SurfaceDistance at = distance(X_OW * (X_WF * tip.centre_m));
-    const double reach_m =
-        tip.shape ? extent_m(*tip.shape, X_WF.linear().transpose() * (X_OW.linear().transpose() * at.normal))
-                  : tip.radius_m;
+    const double reach_m = extent_m(tip, X_WF.linear().transpose() * (X_OW.linear().transpose() * at.normal));
     const double gap_m = at.distance_m - reach_m + target.depth_m[k];
     cost += gap_m * gap_m / (kRoughGap_m * kRoughGap_m);
     const double cosine = -(X_OW.linear() * (X_WF.linear() * tip.normal)).dot(at.normal);

@@ -44,8 +44,8 @@ struct FitFaults {
   double gap_m = 0.0;
   double facing_rad = 0.0;
   double body_m = 0.0;   ///< How far a bone is in the object.
-  double apart_m = 0.0;  ///< How far pulps are in one another,
-  double bones_m = 0.0;  ///< and how far bones.
+  double apart_m = 0.0;  ///< How far pulps are in one another.
+  double bones_m = 0.0;  ///< How far bones are in one another.
   double limit_rad = 0.0;
   double axis_rad = 0.0, at_m = 0.0, approach_rad = 0.0;  ///< From what the user wants.
   int facing_finger = 0;

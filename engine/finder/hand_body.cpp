@@ -108,19 +108,14 @@ PulpPose pulp_pose(const Hand& hand, const HandPose& pose, int finger) {
   PulpPose pulp{X_WF * tip.centre_m, X_WF.linear() * tip.normal, {}, {}};
   pulp.J_centre = finger_jacobian(hand, pose, finger, pulp.centre_m);
   pulp.J_normal = FingerJacobian::Zero(3, pulp.J_centre.cols());
-  if (tip.followers > 0) {
-    const FingerJacobian axes = turning_axes(hand, pose, finger);
-    for (int j = 0; j < tip.joints; ++j) pulp.J_normal.col(j) = Vector3d(axes.col(j)).cross(pulp.normal);
-    return pulp;
-  }
-  for (int j = 0; j < tip.joints; ++j) pulp.J_normal.col(j) = pose.axis[tip.first_joint + j].cross(pulp.normal);
+  const FingerJacobian axes = turning_axes(hand, pose, finger);
+  for (int j = 0; j < tip.joints; ++j) pulp.J_normal.col(j) = Vector3d(axes.col(j)).cross(pulp.normal);
   return pulp;
 }
 
 double touching_m(const Hand& hand, const HandPose& pose, int one, int other, const Vector3d& d) {
   const auto reach_m = [&](int k) {
-    const Fingertip& tip = hand.fingertips[k];
-    return tip.shape ? extent_m(*tip.shape, pose.distal(hand, k).linear().transpose() * d) : tip.radius_m;
+    return extent_m(hand.fingertips[k], pose.distal(hand, k).linear().transpose() * d);
   };
   return reach_m(one) + reach_m(other);
 }

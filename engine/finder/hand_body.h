@@ -34,7 +34,8 @@ struct BonePair {
 
 /// What keeps fingers out of one another, but for two pulps: spheres along bones up to the middles of pulps, as thick
 /// as bones without their flesh, half as thick as pulps, and which of them may not overlap. None needs to be further
-/// from another than it is in the open hand, with all joints at zero.
+/// from another than it is in the open hand, with each joint at
+/// zero, or at the end of its range that is nearest to it.
 struct Bones {
   std::vector<BodyPoint> points;
   std::vector<BonePair> pairs;

@@ -35,7 +35,8 @@ Ellipse patch_of(const Fingertip& tip, const Vector3d& n, double depth_m) {
   return patch;
 }
 
-double free_depth_m(const PulpMaterial& material, const Fingertip& tip, double force_N) {
+double free_depth_m(const PulpMaterial& scenes, const Fingertip& tip, double force_N) {
+  const PulpMaterial material = material_of(tip, scenes);
   const double E_Pa = material.reduced_modulus_Pa / softness(material, force_N);
   if (tip.shape && tip.shape->form == PulpShape::Form::kCapsule) {
     return capsule_depth_m(*tip.shape, tip.normal, std::max(0.0, force_N) / E_Pa);

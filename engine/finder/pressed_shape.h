@@ -10,9 +10,9 @@
 
 namespace thenar {
 
-/// How deep a load presses a pulp of this material in, by Hertz, on a plane that faces it; and the radius of its patch.
-/// An ellipsoid is taken as the sphere of round_radius_m(): where one radius of curvature is three times the other,
-/// that is 3 % too deep. Of a capsule it is capsule_depth_m().
+/// How deep a load presses a pulp of the scene's material, or its own, in, by Hertz, on a plane that faces it; and the
+/// radius of its patch. An ellipsoid is taken as the sphere of round_radius_m(): where one radius of curvature is three
+/// times the other, that is 3 % too deep. Of a capsule it is capsule_depth_m().
 [[nodiscard]] double pressed_depth_m(const std::optional<PulpMaterial>& material, const Fingertip& tip, double force_N);
 [[nodiscard]] double pressed_radius_m(const std::optional<PulpMaterial>& material, const Fingertip& tip,
                                       double force_N);

@@ -33,18 +33,18 @@ double least_load_N(const std::vector<GraspContact>& contacts, const HoldingForc
 /// as it is.
 double internal_force_N(const FinderProblem& problem, const std::vector<GraspContact>& contacts,
                         const Eigen::Isometry3d& X_WO) {
-  constexpr int kRounds = 4;
+  constexpr int kRounds = 8;
   if (!problem.wish.press_N) return problem.internal_force_N;
   const double press_N = *problem.wish.press_N;
-  double lambda_N = press_N;
-  // Without weight the load is in proportion to it, and with a weight nearly so.
-  for (int round = 0; round <= kRounds; ++round) {
+  // Of n fingers that share it evenly without weight, each but the opposer presses with 2 lambda / n.
+  const double share = 0.5 * static_cast<double>(contacts.size());
+  double lambda_N = share * press_N;
+  for (int round = 0; round < kRounds; ++round) {
     ForceCheck check(problem, contacts, X_WO, lambda_N);
-    const Vector3d weight_N = round == 0 ? Vector3d(Vector3d::Zero()) : Vector3d(problem.mass_kg * problem.gravity);
-    const HoldingForces forces = check.against(weight_N, Vector3d::Zero());
+    const HoldingForces forces = check.against(problem.mass_kg * problem.gravity, Vector3d::Zero());
     const double least_N = forces.found ? least_load_N(contacts, forces) : press_N;
     if (std::abs(least_N - press_N) < 0.01 * press_N) break;
-    lambda_N = std::clamp(lambda_N + press_N - least_N, 0.2 * lambda_N, 10.0 * press_N);
+    lambda_N = std::clamp(lambda_N + share * (press_N - least_N), 0.2 * lambda_N, 10.0 * press_N);
   }
   return lambda_N;
 }

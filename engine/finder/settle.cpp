@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/finder/pressed_shape.h"
 #include "engine/grasp/contact_tick.h"
 #include "engine/grasp/control_tick.h"
-#include "engine/grasp/pulp_touch.h"
 
 namespace thenar {
 
@@ -61,9 +61,7 @@ Miss miss_of(const Model& model, const ControlReport& report, int k) {
   const Vector3d off = (wanted - load.force_N) / normal_N, across = off - n * n.dot(off);
   // Hertz's F = c d^1.5 about the wanted load: d changes by 2/3 of the share; c_t times that along the surface.
   const Pulp& pulp = model.pulps[k];
-  const Fingertip& tip = model.scene.hand.fingertips[k];
-  const double E_Pa = pulp.material.reduced_modulus_Pa / softness(pulp.material, normal_N);
-  const double depth_m = std::pow(0.75 * normal_N / (E_Pa * std::sqrt(round_radius_m(tip))), 2.0 / 3.0);
+  const double depth_m = pressed_depth_m(pulp.material, model.scene.hand.fingertips[k], normal_N);
   const auto bounded = [](double share) { return std::clamp(2.0 / 3.0 * share, -0.5, 0.5); };
   Miss miss{n.dot(off), across.norm()};
   miss.press_m = depth_m * bounded(miss.normal) * n;

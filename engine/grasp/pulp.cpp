@@ -8,6 +8,7 @@
 #include "collision/shapes.h"
 #include "collision/surface_cells.h"
 #include "collision/voronoi_cells.h"
+#include "engine/grasp/hand.h"
 
 namespace thenar {
 
@@ -77,6 +78,13 @@ double gaussian_kernel(const Pulp& pulp, Index i, Index j) {
 }
 
 }  // namespace
+
+PulpMaterial material_of(const Fingertip& tip, PulpMaterial scenes) {
+  scenes.reduced_modulus_Pa = tip.reduced_modulus_Pa.value_or(scenes.reduced_modulus_Pa);
+  scenes.poisson = tip.poisson.value_or(scenes.poisson);
+  scenes.relaxation_s = tip.relaxation_s.value_or(scenes.relaxation_s);
+  return scenes;
+}
 
 Pulp make_spherical_pulp(const Vector3d& centre_m, double radius_m, Index points, Index leaves,
                          const PulpMaterial& material) {

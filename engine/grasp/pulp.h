@@ -33,6 +33,11 @@ struct PulpMaterial {
   double stiffening_per_N = 0.0;  ///< beta: a fingertip under the normal load F has the modulus E* (1 + beta F).
 };
 
+struct Fingertip;
+
+/// The scene's material with what the fingertip's hand file says of its own.
+[[nodiscard]] PulpMaterial material_of(const Fingertip& tip, PulpMaterial scenes);
+
 /// A quasi-rigid fingertip [26, 31]: a rigid rest shape and a compliance on its control points, one for each leaf of
 /// its tree or, at coarser levels of detail, for each of some nodes above. They begin at the centroids of these, and
 /// move on to those of their Voronoi cells [Lloyd 1982]; A_i is the area of such a cell.

@@ -84,12 +84,8 @@ LevelEstimate estimate_level(const Scene& scene, const std::vector<Pulp>& pulps,
 std::vector<Pulp> make_pulps(const Scene& scene) {
   std::vector<Pulp> pulps;
   for (const Fingertip& tip : scene.hand.fingertips) {
-    PulpMaterial material = scene.fingertips->material;
-    material.reduced_modulus_Pa = tip.reduced_modulus_Pa.value_or(material.reduced_modulus_Pa);
-    material.poisson = tip.poisson.value_or(material.poisson);
-    material.relaxation_s = tip.relaxation_s.value_or(material.relaxation_s);
-    pulps.push_back(
-        make_pulp(tip.centre_m, tip.radius_m, tip.shape, scene.fingertips->points, scene.fingertips->leaves, material));
+    pulps.push_back(make_pulp(tip.centre_m, tip.radius_m, tip.shape, scene.fingertips->points,
+                              scene.fingertips->leaves, material_of(tip, scene.fingertips->material)));
   }
   return pulps;
 }

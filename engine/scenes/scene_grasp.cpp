@@ -77,15 +77,50 @@ bool is_like_one(const FoundGrasp& grasp, const std::vector<FoundGrasp>& others)
   return std::any_of(others.begin(), others.end(), [&](const FoundGrasp& other) { return alike(grasp, other); });
 }
 
-/// Tries grasps in the engine, all on one model as long as they use the same fingers.
+/// What would have kept an object that was lost.
+std::string help_of(const Rehearsal& rehearsal) {
+  return rehearsal.muscle_share > 1.0 ? "less press or less mass, a larger object, or a stronger hand"
+                                      : "more friction or press, less mass, or wider faces";
+}
+
+/// Grasps that fit are tried in the engine, all on one model as long as they use the same fingers.
 class Trials {
  public:
-  Trials(const Scene& scene, const ImplicitSurface& object) : scene_(scene), object_(object) {}
+  Trials(const Scene& scene, const ImplicitSurface& object, const FinderProgress& progress)
+      : scene_(scene), object_(object), progress_(progress) {}
 
-  /// Whether there is time for one more.
-  [[nodiscard]] bool go_on() const { return rehearsed_ < kMostRehearsed; }
+  /// Puts those in place of what was found that held, after the `first` ones, each unlike the others, until `best` of
+  /// them held within limits; those within limits before others. None: the reason why they did not.
+  void sift(const std::vector<FoundGrasp>& first, int best, FinderReport& report) {
+    std::vector<FoundGrasp> within = first, beyond;
+    const FoundGrasp* longest = nullptr;
+    double rehearsed = 0.0;
+    int tried = 0;
+    for (FoundGrasp& grasp : report.grasps) {
+      if (std::ssize(within) >= best || (within.empty() && rehearsed > kMostRehearsed)) break;
+      if (is_like_one(grasp, within)) continue;
+      // Who stops has what held until then: of what was found one is tried at least.
+      const auto held = std::ssize(within) + std::ssize(beyond);
+      if (progress_ && !progress_(1.0, static_cast<int>(held))) report.cancelled = true;
+      if (report.cancelled && (held > 0 || tried > 0)) break;
+      rehearsed += rehearse(grasp);
+      ++tried;
+      if (longest == nullptr || grasp.rehearsal.lasted > longest->rehearsal.lasted) longest = &grasp;
+      if (grasp.rehearsal.held()) (grasp.rehearsal.within_limits() ? within : beyond).push_back(grasp);
+    }
+    for (const FoundGrasp& grasp : beyond) {
+      if (std::ssize(within) < best && !is_like_one(grasp, within)) within.push_back(grasp);
+    }
+    if (within.empty() && longest != nullptr) report.refusal = refusal_of(*longest, tried);
+    report.grasps = std::move(within);
+  }
 
-  void rehearse(FoundGrasp& grasp) {
+ private:
+  static constexpr double kFine = 3.0;           // Trials of thin parts take so many times as long.
+  static constexpr double kMostRehearsed = 2.5;  // So many whole ones: most that fail are over soon.
+
+  /// Returns its length: 1 for a whole one.
+  double rehearse(FoundGrasp& grasp) {
     Scene taken = scene_;
     take_grasp(grasp, taken);
     if (!model_ || fingers_ != grasp.fingers) {
@@ -97,75 +132,32 @@ class Trials {
     }
     grasp.q = model_->scene.posture;
     grasp.rehearsal = thenar::rehearse(*model_, grasp);
-    rehearsed_ += (model_->fine_m.cols() > 0 ? kFine : 1.0) * grasp.rehearsal.lasted;
+    return (model_->fine_m.cols() > 0 ? kFine : 1.0) * grasp.rehearsal.lasted;
   }
 
- private:
-  static constexpr double kFine = 3.0;           // Trials of thin parts take so many times as long.
-  static constexpr double kMostRehearsed = 2.5;  // So many whole ones: most that fail are over soon.
+  [[nodiscard]] Refusal refusal_of(const FoundGrasp& longest, int tried) const {
+    constexpr double kFarOrigin_m = 0.15;
+    const std::string reason = fmt::format(
+        "grasps fit, but none of {} held the object when it was tried: in the one that lasted longest, for "
+        "{:.0f} % of the time, {}",
+        tried, 100.0 * longest.rehearsal.lasted, longest.rehearsal.trouble);
+    // Drag, and the errors of the controller, act at the origin of the object's frame: it must be no lever.
+    const double off_m = object_.bounds().exteriorDistance(Vector3d::Zero().eval());
+    if (off_m < kFarOrigin_m) return {reason, help_of(longest.rehearsal)};
+    return {reason + fmt::format("; the origin of its frame lies {:.2g} m outside it, where damping acts", off_m),
+            "a file in whose object the origin lies"};
+  }
 
   const Scene& scene_;
   const ImplicitSurface& object_;
+  const FinderProgress& progress_;
   std::optional<Model> model_;
   std::vector<int> fingers_;
-  double rehearsed_ = 0.0;
 };
-
-constexpr double kFarOrigin_m = 0.15;
-
-/// What would have kept an object that was lost.
-std::string help_of(const Rehearsal& rehearsal) {
-  return rehearsal.muscle_share > 1.0 ? "less press or less mass, a larger object, or a stronger hand"
-                                      : "more friction or press, less mass, or wider faces";
-}
-
-/// Those that held, each unlike the others, the ones within limits first; of all others the one that lasted longest.
-void keep_tried(std::vector<FoundGrasp> tried, int best, FinderReport& report) {
-  const auto grade = [](const FoundGrasp& grasp) {
-    return grasp.rehearsal.within_limits() ? 0 : grasp.rehearsal.held() ? 1 : 2;
-  };
-  std::sort(tried.begin(), tried.end(), [&](const FoundGrasp& a, const FoundGrasp& b) {
-    return grade(a) != grade(b) ? grade(a) < grade(b) : a.cost < b.cost;
-  });
-  std::vector<FoundGrasp>& kept = report.grasps;
-  kept.clear();
-  const FoundGrasp* longest = nullptr;
-  for (const FoundGrasp& grasp : tried) {
-    if (longest == nullptr || grasp.rehearsal.lasted > longest->rehearsal.lasted) longest = &grasp;
-    if (grasp.rehearsal.held() && static_cast<int>(kept.size()) < best && !is_like_one(grasp, kept)) {
-      kept.push_back(grasp);
-    }
-  }
-  if (!kept.empty() || longest == nullptr) return;
-  report.refusal = {fmt::format("grasps fit, but none of {} held the object when it was tried: in the one that lasted "
-                                "longest, for {:.0f} % of the time, {}",
-                                tried.size(), 100.0 * longest->rehearsal.lasted, longest->rehearsal.trouble),
-                    help_of(longest->rehearsal)};
-}
-
-/// Tries what was found until enough of it, each unlike the others, held within limits.
-void try_found(const Scene& scene, const ImplicitSurface& object, int best, FinderReport& report) {
-  Trials trials(scene, object);
-  std::vector<FoundGrasp> tried, within;
-  for (FoundGrasp& grasp : report.grasps) {
-    if (std::ssize(within) == best || (within.empty() && !trials.go_on())) break;
-    if (is_like_one(grasp, within)) continue;
-    trials.rehearse(grasp);
-    tried.push_back(grasp);
-    if (grasp.rehearsal.within_limits()) within.push_back(grasp);
-  }
-  keep_tried(std::move(tried), best, report);
-  // Drag, and the errors of the controller, act at the origin of the object's frame: it must be no lever.
-  const double off_m = object.bounds().exteriorDistance(Vector3d::Zero().eval());
-  if (!report.refusal || off_m < kFarOrigin_m) return;
-  report.refusal->reason +=
-      fmt::format("; the origin of its frame lies {:.2g} m outside it, where damping acts", off_m);
-  report.refusal->help = "a file in whose object the origin lies";
-}
 
 /// One search, and trials; if all fail, one more.
 FinderReport search_and_try(const Scene& scene, const ImplicitSurface& object, const FinderSettings& settings,
-                            const FinderProgress& progress) {
+                            const FinderProgress& progress, const std::vector<FoundGrasp>& first = {}) {
   constexpr int kSpare = 5;        // So many more than wanted may fail.
   constexpr int kMostWanted = 20;  // For any number up to it the search is the same: ranks stay.
   const FinderProblem problem = finder_problem(scene, object);
@@ -174,7 +166,7 @@ FinderReport search_and_try(const Scene& scene, const ImplicitSurface& object, c
   now.spare = kSpare;
   FinderReport report = find_grasps(problem, now, progress);
   for (int look = 0; look < 2 && !report.grasps.empty(); ++look) {
-    try_found(scene, object, settings.best, report);
+    Trials(scene, object, progress).sift(first, settings.best, report);
     if (!report.grasps.empty() || report.cancelled || look == 1) break;
     now.effort = 3 * settings.effort;
     now.seed = settings.seed + 100;
@@ -191,13 +183,10 @@ FinderReport find_tried_grasps(const Scene& scene, const ImplicitSurface& object
   one.best = 1;
   FinderReport report = search_and_try(scene, object, one, progress);
   if (settings.best <= 1 || report.cancelled) return report;
-  const FinderReport wider = search_and_try(scene, object, settings, progress);
-  std::vector<FoundGrasp>& all = report.grasps;
-  for (const FoundGrasp& grasp : wider.grasps) {
-    if (static_cast<int>(all.size()) < settings.best && !is_like_one(grasp, all)) all.push_back(grasp);
-  }
+  FinderReport wider = search_and_try(scene, object, settings, progress, report.grasps);
+  // Where the wider search fits none there is what the first one found.
+  if (!wider.grasps.empty() || report.grasps.empty()) return wider;
   report.cancelled = wider.cancelled;
-  if (!all.empty()) report.refusal.reset();
   return report;
 }
 

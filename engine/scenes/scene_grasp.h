@@ -14,7 +14,8 @@ namespace thenar {
 /// find_grasps() for such a scene, of which each was then tried in the engine, see rehearse(), and held its object:
 /// those within the limits of their muscles first. Some more than `settings.best` are tried if need be; if all fail, it
 /// searches once more, three times as long. Their postures are settled. The first one is that of a search for one
-/// alone, and what follows is of a wider search, which is the same for any number: a rank names one grasp.
+/// alone, and what follows is of a wider search, which is the same for any number up to 20: a rank names one grasp.
+/// While grasps are tried, progress is called with a share of 1 and how many held; who then stops has these.
 [[nodiscard]] FinderReport find_tried_grasps(const Scene& scene, const ImplicitSurface& object,
                                              const FinderSettings& settings = {}, const FinderProgress& progress = {});
 
