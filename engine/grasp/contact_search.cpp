@@ -208,8 +208,8 @@ bool find_fine_samples(const Model& model, const Isometry3d& X_OF, int finger, d
 
 /// The reverse pass: fine samples in the pulp, or near it, become contacts of the control points that they passed by,
 /// unless those are deeper contacts themselves. The normal is the pulp's: a tip has none.
-void add_fine_contacts(const Model& model, const HandPose& pose, const Isometry3d& X_WO, int finger, double band_m,
-                       ContactSearch& search, Frame& frame) {
+[[gnu::flatten]] void add_fine_contacts(const Model& model, const HandPose& pose, const Isometry3d& X_WO, int finger,
+                                        double band_m, ContactSearch& search, Frame& frame) {
   const Isometry3d X_OF = X_WO.inverse() * pose.distal(model.scene.hand, finger);
   if (!find_fine_samples(model, X_OF, finger, band_m, search)) return;
   const Fingertip& tip = model.scene.hand.fingertips[finger];
@@ -223,9 +223,10 @@ void add_fine_contacts(const Model& model, const HandPose& pose, const Isometry3
   for (Index c = 0; c < std::ssize(search.deepest); ++c) {
     if (search.deepest[c] < 0) continue;
     const Vector3d s_O = model.fine_m.col(search.deepest[c]);
-    Vector3d n_F = (X_FO * s_O - tip.centre_m).normalized(), p_F = tip.centre_m + tip.radius_m * n_F;
+    const Vector3d s_F = X_FO * s_O;
+    Vector3d n_F = (s_F - tip.centre_m).normalized(), p_F = tip.centre_m + tip.radius_m * n_F;
     if (tip.shape) {
-      const PulpPlace place = nearest_place(tip, X_FO * s_O);
+      const PulpPlace place = nearest_place(tip, s_F);
       n_F = place.normal;
       p_F = place.point_m;
     }

@@ -32,10 +32,8 @@ Eigen::Vector4d normal_to_rows(const Eigen::Matrix<double, 3, 4>& J) {
   return {minor(1, 2, 3), -minor(0, 2, 3), minor(0, 1, 3), -minor(0, 1, 2)};
 }
 
-/// The ball that a pulp of another shape than a sphere is like where it is nearest to the object; its centre in the
-/// world. A call of its own: inlined, it would have other products contracted otherwise.
-[[gnu::noinline]] PulpBall ball_of_shape(const Model& model, const Isometry3d& X_WF, const Snapshot& snapshot,
-                                         int finger) {
+/// The ball that a pulp is like where it is nearest to the object, its centre in the world.
+PulpBall pulp_ball(const Model& model, const Isometry3d& X_WF, const Snapshot& snapshot, int finger) {
   const Fingertip& tip = model.scene.hand.fingertips[finger];
   PulpBall ball = touching_ball(tip, model.object, snapshot.X_WO.inverse() * X_WF);
   ball.centre_m = X_WF * ball.centre_m;
@@ -65,35 +63,29 @@ Vector6d PosePid::update(const Vector6d& error, double period_s, double share) {
   return wrench;
 }
 
-GraspContact finger_contact(const Model& model, const HandPose& pose, const Snapshot& snapshot, int finger) {
+// Flat, as add_fine_contacts: else Eigen's products are calls of copies that other rooms may have made slower.
+[[gnu::flatten]] GraspContact finger_contact(const Model& model, const HandPose& pose, const Snapshot& snapshot,
+                                             int finger) {
   const Fingertip& tip = model.scene.hand.fingertips[finger];
   const Isometry3d& X_WF = pose.distal(model.scene.hand, finger);
   const FingerLoad& load = snapshot.load[finger];
   Vector3d point = load.centre_m, n = load.normal;
   if (load.normal_N <= 0.0) {
-    Vector3d centre = X_WF * tip.centre_m;
-    double radius_m = tip.radius_m;
-    if (tip.shape) {
-      const PulpBall ball = ball_of_shape(model, X_WF, snapshot, finger);
-      centre = ball.centre_m;
-      radius_m = ball.radius_m;
-    }
+    const PulpBall ball = pulp_ball(model, X_WF, snapshot, finger);
     const auto nearest =
-        model.object.distance(snapshot.X_WO.inverse() * centre, std::numeric_limits<double>::infinity());
+        model.object.distance(snapshot.X_WO.inverse() * ball.centre_m, std::numeric_limits<double>::infinity());
     // Normals that cancel leave no direction but the one to the object's origin.
     n = nearest ? Vector3d(snapshot.X_WO.linear() * -nearest->normal)
-                : (snapshot.X_WO.translation() - centre).normalized();
-    point = centre + radius_m * n;
+                : (snapshot.X_WO.translation() - ball.centre_m).normalized();
+    point = ball.centre_m + ball.radius_m * n;
   }
   return {point, X_WF.linear() * contact_frame(tip.normal, X_WF.linear().transpose() * n)};
 }
 
 double finger_gap_m(const Model& model, const HandPose& pose, const Snapshot& snapshot, int finger) {
   if (snapshot.load[finger].normal_N > 0.0) return 0.0;
-  const Fingertip& tip = model.scene.hand.fingertips[finger];
   const Isometry3d& X_WF = pose.distal(model.scene.hand, finger);
-  const PulpBall ball =
-      tip.shape ? ball_of_shape(model, X_WF, snapshot, finger) : PulpBall{X_WF * tip.centre_m, tip.radius_m};
+  const PulpBall ball = pulp_ball(model, X_WF, snapshot, finger);
   const auto nearest =
       model.object.distance(snapshot.X_WO.inverse() * ball.centre_m, std::numeric_limits<double>::infinity());
   return nearest ? nearest->distance_m - ball.radius_m : 0.0;
@@ -170,7 +162,10 @@ JointVector desired_torques(const Model& model, const JointVector& q, const Hand
     }
     if (const auto stiffness = model.scene.control->posture_Nm_per_rad) {
       const FingerVector error = hand.of_finger(k, model.scene.posture - q);
-      tau_k += posture_torques(J, tip.joints, *stiffness, error);
+      FingerVector posture = posture_torques(J, tip.joints, *stiffness, error);
+      // Where a joint moves others, too, its drag is larger: so the motion, not the torque, is along z.
+      for (int j = 0; tip.followers > 0 && j < tip.joints; ++j) posture[j] *= hand.joints[tip.first_joint + j].drag;
+      tau_k += posture;
     }
     tau.segment(tip.first_joint, tip.joints) = tau_k.head(tip.joints);
   }

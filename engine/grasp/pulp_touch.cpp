@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
 
-/// The ball in an ellipsoid that touches its surface where the normal is n; about the centre.
+/// The ball that touches an ellipsoid from within where the normal is n, and is as round; about the centre.
 PulpBall ball_at(const PulpShape& shape, const Vector3d& n) {
   const double radius_m = std::min(curvature(shape, n).radii_m.mean(), shape.outer_radius_m());
   return {support_m(shape, n) - radius_m * n, radius_m};
@@ -53,7 +53,7 @@ PulpBall ball_of_ellipsoid(const Fingertip& tip, const ImplicitSurface& object, 
 /// neighbours there is one where the slope changes its sign.
 PulpBall ball_of_capsule(const Fingertip& tip, const ImplicitSurface& object, const Isometry3d& X_OF) {
   constexpr double kFlat = 0.02;  // The slope, 1 degree, from which on it touches with an end.
-  constexpr int kPlaces = 5, kSteps = 24;
+  constexpr int kSteps = 24;
   const double half_m = tip.shape->half_m[0], radius_m = tip.shape->half_m[1];
   const Vector3d line = tip.shape->axes.col(0);
   struct OnLine {
@@ -72,7 +72,7 @@ PulpBall ball_of_capsule(const Fingertip& tip, const ImplicitSurface& object, co
     best = share;
     best_m = distance_m;
   }
-  constexpr double kApart = 2.0 / (kPlaces - 1);
+  constexpr double kApart = 0.5;
   double low = std::max(-1.0, best - kApart), high = std::min(1.0, best + kApart);
   const double slope = look(best).slope;
   (slope > 0.0 ? high : low) = best;
