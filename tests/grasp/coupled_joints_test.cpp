@@ -263,6 +263,44 @@ void expect_as_good(const Carried& coupled_one, const Carried& full) {
   EXPECT_LT(coupled_one.sum.injected_J, 1.1 * full.sum.injected_J);
 }
 
+// A thumb of four joints, of which the last takes a fifth along, and so has more drag: the spring of the posture moves
+// its joints, and no fingertip. Torques of 0.1 N m move joints by at most 4 rad/s; 1e-12 m/s is rounding.
+TEST(CoupledJoints, ArePulledBackToTheirPostureWithoutTheirFingertip) {
+  Scene scene = scene_of("box_grasp");
+  Hand& hand = scene.hand;
+  hand.muscles.clear();
+  Joint fifth = hand.joints[3];
+  fifth.name = "fifth";
+  fifth.axis = (fifth.axis + 0.3 * Vector3d::UnitX()).normalized();
+  hand.joints.insert(hand.joints.begin() + 4, fifth);
+  ++hand.fingertips[0].joints;
+  for (int k = 1; k < hand.fingers(); ++k) ++hand.fingertips[k].first_joint;
+  ++hand.segments[hand.fingertips[0].segment].joints;
+  hand = coupled(hand, {{{4, 3, 0.7, 0.0}}});
+  ASSERT_EQ(hand.fingertips[0].joints, 4);
+  Model model = build_model(scene_of("box_grasp", {kCoarseBox}));
+  model.scene = scene;
+  std::mt19937_64 random(12);
+  HandPose pose;
+  const FingerForces none = FingerForces::Zero(3, 3);
+  for (int i = 0; i < 20; ++i) {
+    JointVector q = scene.posture;
+    for (Index j = 0; j < 4; ++j) q[j] += uniform(random, -0.2, 0.2);
+    forward_kinematics(hand, q, pose);
+    PerFinger<GraspContact> contacts(3);
+    contacts[0].point_m = pose.distal(hand, 0) * hand.fingertips[0].centre_m;
+    Model slack = model;
+    slack.scene.control->posture_Nm_per_rad.reset();
+    const JointVector tau =
+        desired_torques(model, q, pose, contacts, none, none) - desired_torques(slack, q, pose, contacts, none, none);
+    VectorXd dq = tau.head(4) / scene.joint_viscosity;
+    for (Index j = 0; j < 4; ++j) dq[j] /= hand.joints[j].drag;
+    EXPECT_GT(dq.norm(), 1e-4);
+    const FingerJacobian J = finger_jacobian(hand, pose, 0, contacts[0].point_m);
+    EXPECT_LT((J.leftCols(4) * dq).norm(), 1e-12);
+  }
+}
+
 // The three-finger hand with coupled ends carries its box by 20 mm with muscles, in one loop, and with torques in
 // lockstep.
 TEST(CoupledJoints, CarryABox) {
