@@ -92,20 +92,20 @@ void add_fingertip(const Model& model, const State& state, const HandPose& pose,
 
 /// The fingers' forces on the object: arrows that end where they act, with their size and its place.
 std::string arrows(const State& state, const Matrix3d& view) {
-  std::vector<Vector2d> labels;  // [mm], each clear of those before it
+  std::vector<Vector2d> labels;  // [mm], each clear of the others; from the top downwards
   std::string lines;
   for (const FingerLoad& load : state.load) {
     if (load.normal_N <= 0.0) continue;
     const Vector3d d = 1e3 * kArrow_m_per_N * view * load.force_N;
     const Vector3d p = 1e3 * view * load.centre_m - d;
     Vector2d label(p.x() + 8.0, p.y() + (d.x() < 0.0 ? -3.0 : 4.0));
-    const auto covers = [&](const Vector2d& other) {
-      return std::abs(other.x() - label.x()) < kLabel_mm.x() && std::abs(other.y() - label.y()) < kLabel_mm.y();
-    };
-    for (auto other = labels.begin(); (other = std::find_if(labels.begin(), labels.end(), covers)) != labels.end();) {
-      label.y() = other->y() - kLabel_mm.y();
+    // Below those that it would cover: each moves it once at most, and below the higher ones it stays.
+    for (const Vector2d& other : labels) {
+      const Vector2d apart = (other - label).cwiseAbs();
+      if (apart.x() < kLabel_mm.x() && apart.y() < kLabel_mm.y()) label.y() = other.y() - kLabel_mm.y();
     }
     labels.push_back(label);
+    std::ranges::sort(labels, [](const Vector2d& a, const Vector2d& b) { return a.y() > b.y(); });
     lines += fmt::format("{:.3f} {:.3f} {:.3f} {:.3f} {:.3f} {:.3f} \"{:.2f} N\"\n", p.x(), p.y(), d.x(), d.y(),
                          label.x(), label.y(), load.force_N.norm());
   }

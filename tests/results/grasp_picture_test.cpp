@@ -1,11 +1,15 @@
-// The picture of a grasp: whatever the number of fingers, all of it lies in the picture, and nothing on anything else.
+// The picture of a grasp: whatever the number of fingers, all panels lie in the picture, and none on another; nor does
+// a force's label on another's.
 
 #include "engine/results/grasp_picture.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <random>
 #include <regex>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -34,6 +38,51 @@ std::vector<Panel> panels(const std::string& script) {
     if (side == 't') found.back().top = place;
   }
   return found;
+}
+
+/// The middles of the forces' labels [mm].
+std::vector<Eigen::Vector2d> labels(const std::string& script) {
+  const std::string begin = "$forces << EOD\n";
+  const std::size_t from = script.find(begin) + begin.size();
+  std::istringstream lines(script.substr(from, script.find("EOD", from) - from));
+  std::vector<Eigen::Vector2d> found;
+  double x = 0.0, y = 0.0, dx = 0.0, dy = 0.0;
+  std::string text;
+  for (Eigen::Vector2d label; lines >> x >> y >> dx >> dy >> label.x() >> label.y() && std::getline(lines, text);) {
+    found.push_back(label);
+  }
+  return found;
+}
+
+void expect_clear(const std::vector<Eigen::Vector2d>& labels) {
+  // A label is 19 mm wide and 5.5 mm high; its place is written to a thousandth.
+  constexpr double kWide = 19.0 - 2e-3, kHigh = 5.5 - 2e-3;
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      const Eigen::Vector2d apart = (labels[i] - labels[j]).cwiseAbs();
+      EXPECT_TRUE(apart.x() >= kWide || apart.y() >= kHigh)
+          << labels[i].transpose() << " lies on " << labels[j].transpose();
+    }
+  }
+}
+
+// What lies 5.5 mm below -30.3 mm is, rounded, less than 5.5 mm away from it: looking for a place must end there, too.
+TEST(GraspPicture, HasLabelsThatAreClearOfEachOther) {
+  const Model model = build_model(scene_of("minimal", {"object.points=1000"}));
+  std::mt19937_64 random(1);
+  for (int i = 0; i < 40; ++i) {
+    State state(model);
+    // Every other time all forces are the same.
+    const Eigen::Vector3d middle_m = 1e-3 * (i - 30) * Eigen::Vector3d::Ones();
+    for (FingerLoad& load : state.load) {
+      load.normal_N = 1.0;
+      load.force_N = i % 2 == 0 ? Eigen::Vector3d::UnitZ() : random_direction(random);
+      load.centre_m = middle_m + (i % 2 == 0 ? 0.0 : 10e-3) * random_direction(random);
+    }
+    const std::vector<Eigen::Vector2d> all = labels(grasp_picture_script(model, state));
+    ASSERT_EQ(all.size(), static_cast<std::size_t>(model.fingers()));
+    expect_clear(all);
+  }
 }
 
 TEST(GraspPicture, HasRoomForAllFingers) {

@@ -23,15 +23,17 @@ export function makeLabels(overlay, names) {
 
 /** `project(point)`: where in the overlay a place is, in pixels. */
 export function placeLabels(labels, project) {
-  const placed = [];
+  const placed = []; // from the top downwards
   for (const {element, at, text} of labels) {
     element.hidden = text === '';
     if (text === '') continue;
     let [x, y] = project(at.toArray(place));
-    // Below those that it would cover.
-    const covered = ([u, v]) => Math.abs(u - x) < kWide && Math.abs(v - y) < kHigh;
-    for (let other = placed.find(covered); other; other = placed.find(covered)) y = other[1] + kHigh;
+    // Below those that it would cover: each moves it once at most, and below the higher ones it stays.
+    for (const [u, v] of placed) {
+      if (Math.abs(u - x) < kWide && Math.abs(v - y) < kHigh) y = v + kHigh;
+    }
     placed.push([x, y]);
+    placed.sort(([, v], [, w]) => v - w);
     element.textContent = text;
     element.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px) translate(-50%, -50%)`;
   }
