@@ -23,6 +23,9 @@ function shapeGeometry({form, half_m: [a, b, c], axes}) {
   return geometry.applyMatrix4(turn);
 }
 
+/** A fingertip of a `scene` message at rest, about its centre. */
+export const pulpGeometry = ({shape, radius_m}) => (shape ? shapeGeometry(shape) : new SphereGeometry(radius_m, 24, 16));
+
 export class Skeleton extends Group {
   /** `scene`: the message. */
   constructor(scene, color) {
@@ -37,11 +40,11 @@ export class Skeleton extends Group {
       this.add(bone);
       return bone;
     });
-    for (const {samples, segment, centre_m, radius_m, shape} of scene.fingers) {
-      if (samples > 0) continue; // a pulp is drawn there
-      const tip = new Mesh(shape ? shapeGeometry(shape) : new SphereGeometry(radius_m, 24, 16), this.material);
-      tip.position.fromArray(centre_m);
-      this.bones[segment]?.add(tip);
+    for (const finger of scene.fingers) {
+      if (finger.samples > 0) continue; // a pulp is drawn there
+      const tip = new Mesh(pulpGeometry(finger), this.material);
+      tip.position.fromArray(finger.centre_m);
+      this.bones[finger.segment]?.add(tip);
     }
     // From the wrist, the world's origin, to where each finger begins.
     this.metacarpals = scene.fingers.map(({radius_m}, finger) => {

@@ -1,25 +1,27 @@
 // Small pictures of grasps that were found: the hand on the object, as it would begin.
 
-import {Color, Matrix4, Mesh, MeshLambertMaterial, PerspectiveCamera, Scene, SphereGeometry, Vector3, WebGLRenderer} from 'three';
+import {Color, Matrix4, Mesh, MeshLambertMaterial, PerspectiveCamera, Scene, Vector3, WebGLRenderer} from 'three';
 
 import {fingerColors, themed} from './colors.js';
 import {setPose, vector} from './poses.js';
-import {Skeleton} from './skeleton.js';
+import {pulpGeometry, Skeleton} from './skeleton.js';
 import {Splats, thinned} from './splats.js';
 import {addLamp, aimAt, daylight, followLamp, isSoftware} from './view.js';
 
 const kEnough = 12000; // splats
 
-/** The hand with its fingertips as balls in their fingers' colours. */
+/** The hand with its fingertips at rest, in their fingers' colours, and the places of their centres. */
 function handOf({fingers, segments, poses}) {
   const matrices = segments.map((_, s) => setPose(new Matrix4(), poses, 12 * s));
   const hand = new Skeleton({segments, fingers: fingers.map((finger) => ({...finger, samples: 1}))}, themed('--bone'));
   hand.pose(matrices);
-  const tips = fingers.map(({segment, centre_m, radius_m}, k) => {
-    const ball = new Mesh(new SphereGeometry(radius_m, 24, 16), new MeshLambertMaterial({color: fingerColors[k]}));
-    ball.position.copy(vector(centre_m).applyMatrix4(matrices[segment]));
-    hand.add(ball);
-    return ball.position.clone();
+  const tips = fingers.map((finger, k) => {
+    const pulp = new Mesh(pulpGeometry(finger).translate(...finger.centre_m),
+                          new MeshLambertMaterial({color: fingerColors[k]}));
+    pulp.matrixAutoUpdate = false;
+    pulp.matrix.copy(matrices[finger.segment]);
+    hand.add(pulp);
+    return vector(finger.centre_m).applyMatrix4(matrices[finger.segment]);
   });
   return {hand, tips};
 }
