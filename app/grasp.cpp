@@ -57,13 +57,6 @@ fs::path hand_file(const Options& options) {
   return find_hand(options.hand_file.empty() ? "hand" : options.hand_file.string());
 }
 
-/// As a scene in the folder names it: by its name where the hand comes with the program.
-fs::path hand_in_scene(const fs::path& hand, const fs::path& folder) {
-  std::error_code none;
-  const bool comes_with_us = fs::equivalent(hand, known_hand(hand), none);
-  return comes_with_us ? hand.stem() : seen_from(folder, hand);
-}
-
 /// The schema that comes with the program; empty where it is missing, or where editors could not read its name.
 fs::path schema_file() {
   const fs::path file = shared_data() / "docs" / "reference" / "scene.schema.json";
@@ -189,7 +182,7 @@ void write_grasp(const Subject& subject, const FoundGrasp& grasp, const Implicit
   const Model model = surface_model(scene, surface);
   SceneTextNotes notes;
   notes.schema = schema_file();
-  notes.hand = hand_in_scene(subject.hand, file.parent_path());
+  notes.hand = hand_in_scene(subject.hand, seen_from(file.parent_path(), subject.hand));
   notes.object = seen_from(file.parent_path(), subject.object);
   notes.about = fmt::format("A grasp that thenar found, number {} of its search.", rank);
   notes.grasp = "How it holds: " + in_words(grasp, subject.scene.hand);
@@ -247,7 +240,7 @@ int new_scene(const Options& options) {
   scene.object.centre_of_mass_m = enclosed_centroid_m(surface.cloud());
   SceneTextNotes notes;
   notes.schema = schema_file();
-  notes.hand = hand_in_scene(hand_file(options), file.parent_path());
+  notes.hand = hand_in_scene(hand_file(options), seen_from(file.parent_path(), hand_file(options)));
   notes.object = seen_from(file.parent_path(), options.object);
   notes.about =
       scene.name +

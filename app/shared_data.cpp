@@ -104,6 +104,11 @@ fs::path find_hand(const std::string& text) {
   return file;
 }
 
+fs::path hand_in_scene(const fs::path& hand, const fs::path& otherwise) {
+  std::error_code none;
+  return fs::equivalent(hand, thenar::known_hand(hand), none) ? hand.stem() : otherwise;
+}
+
 fs::path find_scene_or_hand(const std::string& text) {
   std::error_code none;
   const fs::path scene = scene_called(text), hand = hand_called(text);

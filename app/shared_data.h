@@ -24,6 +24,10 @@ struct KnownScene {
 /// with the program. Throws FileError where there is neither, and names the hand that is nearest.
 [[nodiscard]] std::filesystem::path find_hand(const std::string& text);
 
+/// As a scene names a hand's file: by its name where the hand comes with the program, else as `otherwise` has it.
+[[nodiscard]] std::filesystem::path hand_in_scene(const std::filesystem::path& hand,
+                                                  const std::filesystem::path& otherwise);
+
 /// find_scene(), or find_hand() where there is no such scene.
 [[nodiscard]] std::filesystem::path find_scene_or_hand(const std::string& text);
 

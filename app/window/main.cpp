@@ -23,6 +23,7 @@
 #include "app/host.h"
 #include "app/results.h"
 #include "app/scene_flags.h"
+#include "app/shared_data.h"
 #include "app/window/admission.h"
 #include "app/window/server.h"
 #include "app/window/session.h"
@@ -185,11 +186,9 @@ window::AskedScene asked_scene(const Options& options) {
   window::AskedScene asked;
   asked.scene = load_scene(options.file, changes(options), options.rates);
   const std::vector<fs::path> files = thenar::scene_files(options.file, changes(options));
-  const fs::path hand = files.size() > 1 ? files[1] : fs::path();
-  asked.fingers = hand.empty() ? asked.scene.hand.fingers() : thenar::load_hand(hand).fingers();
-  std::error_code none;  // A hand that comes with the program goes by its name.
-  const bool known = fs::equivalent(thenar::known_hand(hand.filename()), hand, none);
-  asked.hand = known ? hand.filename() : fs::absolute(hand);
+  const fs::path& hand = files[1];  // A scene that loads has one.
+  asked.fingers = thenar::load_hand(hand).fingers();
+  asked.hand = hand_in_scene(hand, fs::absolute(hand));
   if (files.size() > 2) asked.object = fs::absolute(files[2]);
   return asked;
 }
