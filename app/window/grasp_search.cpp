@@ -130,21 +130,23 @@ ordered_json grasp_json(const FoundGrasps& found, int rank) {
 ordered_json refusal_json(const FoundGrasps& found) {
   if (!found.fault.empty()) return {{"reason", found.fault}, {"help", ""}};
   if (!found.report.grasps.empty()) return nullptr;
-  if (found.report.cancelled) return {{"reason", "nothing was found before the search was stopped"}, {"help", ""}};
+  if (found.report.cancelled)
+    return {{"reason", "nothing that holds was found before the search was stopped"}, {"help", ""}};
   const Refusal refusal = found.report.refusal.value_or(Refusal{"no grasp was found", ""});
   return {{"reason", refusal.reason}, {"help", refusal.help}};
 }
 
 }  // namespace
 
-std::string grasps_message(const SearchState& state, int taken) {
+std::string grasps_message(const SearchState& state, const Take& taken) {
+  const bool older = taken.grasp > 0 && taken.search != state.search;
   ordered_json json = {{"type", "grasps"},
                        {"search", state.search},
                        {"running", state.running},
                        {"stopping", state.stopping},
                        {"share", state.share},
                        {"found", state.found},
-                       {"taken", taken},
+                       {"taken", older ? ordered_json(nullptr) : ordered_json(taken.grasp)},
                        {"refusal", nullptr},
                        {"grasps", ordered_json::array()}};
   if (state.grasps) {

@@ -10,6 +10,7 @@
 #include <string>
 #include <thread>
 
+#include "app/window/message.h"
 #include "collision/implicit_surface.h"
 #include "engine/finder/finder.h"
 #include "engine/grasp/scene.h"
@@ -36,8 +37,8 @@ struct FoundGrasps {
 struct SearchState {
   int search = 0;  ///< Its number; 0: there was none.
   bool running = false, stopping = false;
-  double share = 0.0;                         ///< Of the search, 1: what was found is being tried.
-  int found = 0;                              ///< So far.
+  double share = 0.0;                         ///< Of its stage: below 1 it looks for what fits, at 1 that is tried.
+  int found = 0;                              ///< So far in this stage: what fits, or what held when it was tried.
   std::shared_ptr<const FoundGrasps> grasps;  ///< Null while it runs.
 };
 
@@ -50,7 +51,7 @@ class GraspSearch {
 
   // From any thread. Both return why they do nothing, or nothing.
   [[nodiscard]] std::string begin(AskedScene asked, int best);
-  /// What was found so far is still tried, and kept.
+  /// Of what fits so far one grasp at least is still tried; those that held are kept.
   [[nodiscard]] std::string stop();
   [[nodiscard]] SearchState state();
 
@@ -76,7 +77,7 @@ class GraspSearch {
 /// The scene of a found grasp, by its rank from 1 on: it begins with it.
 [[nodiscard]] thenar::Scene grasp_scene(const FoundGrasps& found, int rank);
 
-/// The message to pages: docs/reference/window.md. `taken`: the rank of the grasp that runs, 0: the scene's own start.
-[[nodiscard]] std::string grasps_message(const SearchState& state, int taken);
+/// The message to pages: docs/reference/window.md. `taken`: the grasp that runs.
+[[nodiscard]] std::string grasps_message(const SearchState& state, const Take& taken);
 
 }  // namespace thenar::window

@@ -25,28 +25,21 @@ AskedScene asked_scene(const std::optional<AskedScene>& asked, const Scene& runn
   return scene;
 }
 
-/// The scene that runs, to begin with it again: its fingers have settled.
-Scene beginning_of(Scene scene) {
-  scene.settles = false;
-  return scene;
-}
-
 }  // namespace
 
 LiveGrasps::LiveGrasps(const Model& model, const std::optional<AskedScene>& asked, bool recorded)
     : asked_(asked_scene(asked, model.scene)),
-      own_(beginning_of(model.scene)),
+      own_(model.scene),
       recorded_fingers_(recorded ? fingers_of(model.scene.hand) : std::vector<std::string>()),
-      search_(model.object) {}
+      search_(model.object),
+      now_asked_(asked_) {}
 
 std::string LiveGrasps::find(const Find& wish, const LiveSettings& begun, const LiveSettings& now) {
-  AskedScene asked = asked_;
+  AskedScene asked = now_asked_;
   Scene& scene = asked.scene;
-  LiveSettings changed = now;
-  if (!scene.control) changed.internal_force_N = begun.internal_force_N;
-  apply(begun, changed, scene);
+  apply(begun, now, scene);
   // Who has set the squeeze wants that one, whatever the scene asks for.
-  if (changed.internal_force_N != begun.internal_force_N) scene.grasp->press_N.reset();
+  if (now.internal_force_N != begun.internal_force_N) scene.grasp->press_N.reset();
   // The controller must not plan with more friction than there is.
   if (scene.control) scene.control->grasp_friction = std::min(scene.control->grasp_friction, scene.contact.friction);
   if (scene.fingertips && now.kernel) scene.fingertips->material.kernel = *now.kernel;
@@ -66,11 +59,14 @@ std::string LiveGrasps::check(const Take& grasp) {
 }
 
 std::optional<Model> LiveGrasps::take(const Take& grasp) {
-  const std::shared_ptr<const FoundGrasps> found = search_.state().grasps;
-  if (grasp.grasp > 0 && (!found || found->search != grasp.search)) return std::nullopt;
-  std::optional<Model> model =
-      surface_model(grasp.grasp > 0 ? grasp_scene(*found, grasp.grasp) : own_, search_.object());
+  std::shared_ptr<const FoundGrasps> found;
+  if (grasp.grasp > 0) {
+    found = search_.state().grasps;
+    if (!found || found->search != grasp.search) return std::nullopt;
+  }
+  std::optional<Model> model = surface_model(found ? grasp_scene(*found, grasp.grasp) : own_, search_.object());
   taken_ = grasp;
+  found_ = std::move(found);
   return model;
 }
 
@@ -82,7 +78,7 @@ void LiveGrasps::show(const std::function<void(std::string)>& set_grasps) {
   const std::int64_t now_ns = steady_now_ns();
   const bool due = shown_ns_ == 0 || !same || (farther && now_ns - shown_ns_ > kProgress_ns);
   if (!due) return;
-  set_grasps(grasps_message(now, taken_.search == now.search ? taken_.grasp : 0));
+  set_grasps(grasps_message(now, taken_));
   shown_ = std::move(now);
   shown_taken_ = taken_;
   shown_ns_ = now_ns;

@@ -18,6 +18,8 @@ void replace(const std::optional<T>& change, T& value) {
   if (change) value = *change;
 }
 
+const char* name_of(PulpKernel kernel) { return kernel == PulpKernel::kGaussian ? "gaussian" : "boussinesq"; }
+
 }  // namespace
 
 bool same_fingertips(const LiveSettings& a, const LiveSettings& b) {
@@ -50,7 +52,7 @@ ordered_json settings_json(const LiveSettings& settings) {
       {"contact_Hz", settings.contact_Hz},       {"control_Hz", settings.control_Hz},
       {"delay_periods", settings.delay_periods}, {"kernel", nullptr},
       {"level", or_null(settings.level)}};
-  if (settings.kernel) json["kernel"] = *settings.kernel == PulpKernel::kGaussian ? "gaussian" : "boussinesq";
+  if (settings.kernel) json["kernel"] = name_of(*settings.kernel);
   return json;
 }
 
@@ -75,6 +77,24 @@ std::string change(const Set& changes, LiveSettings& settings) {
   if (changed.control_Hz > (1.0 + 1e-9) * changed.contact_Hz) return "control_Hz must not be more than contact_Hz";
   settings = changed;
   return "";
+}
+
+LiveSettings carried_over(const LiveSettings& before, const LiveSettings& now, LiveSettings begun) {
+  Set changes;
+  const auto add = [](const auto& from, const auto& to, auto& wish) {
+    if (to != from) wish = to;
+  };
+  add(before.friction, now.friction, changes.friction);
+  add(before.tolerance, now.tolerance, changes.tolerance);
+  add(before.max_sweeps, now.max_sweeps, changes.max_sweeps);
+  add(before.contact_Hz, now.contact_Hz, changes.contact_Hz);
+  add(before.control_Hz, now.control_Hz, changes.control_Hz);
+  add(before.delay_periods, now.delay_periods, changes.delay_periods);
+  add(before.internal_force_N, now.internal_force_N, changes.internal_force_N);
+  add(before.level, now.level, changes.level);
+  if (now.kernel && now.kernel != before.kernel) changes.kernel = name_of(*now.kernel);
+  (void)change(changes, begun);
+  return begun;
 }
 
 void apply(const LiveSettings& now, const LiveSettings& settings, Scene& scene) {

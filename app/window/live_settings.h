@@ -42,6 +42,10 @@ struct Wanted {
 /// Makes the changes, or says why they cannot be made; then none is.
 [[nodiscard]] std::string change(const Set& changes, LiveSettings& settings);
 
+/// The settings of a scene that begins with `begun`, and with what somebody changed from `before` to `now` while it was
+/// being made: all of that, or nothing if the scene cannot have it.
+[[nodiscard]] LiveSettings carried_over(const LiveSettings& before, const LiveSettings& now, LiveSettings begun);
+
 /// Writes into the scene, whose settings are `now`, what differs from them; but for kernel and level.
 void apply(const LiveSettings& now, const LiveSettings& settings, thenar::Scene& scene);
 

@@ -80,7 +80,7 @@ struct Session::Impl {
 
   // Between the threads.
   LatestValue<LiveInput> inputs;
-  std::mutex mutex;  // of `wanted`
+  std::mutex mutex;  // of `wanted`, and of what `grasps` searches for
   Wanted wanted;
   std::condition_variable woken;
   std::atomic<bool> changed{false};
@@ -272,7 +272,10 @@ void Session::Impl::begin_with(const Take& wish) {
   scene_due_ns = steady_now_ns() + kSceneRest_ns;
   {
     const std::lock_guard lock(mutex);
-    wanted.settings = wanted.begun = heeded.settings = live_settings(model);
+    const LiveSettings begun = live_settings(model);
+    wanted.settings = carried_over(heeded.settings, wanted.settings, begun);
+    wanted.begun = heeded.settings = begun;
+    grasps.ask_as_taken();
   }
   reset();
   show_scene();
@@ -371,8 +374,8 @@ void Session::Impl::run_loops(const std::atomic<bool>& stop) {
       show_status(true);
     }
     const bool may_end = steady_now_ns() - begin_ns > kShortestRun_ns;
-    const bool fingertips_due = scene_waits && steady_now_ns() >= scene_due_ns;
-    return !stop && !(may_end && (fingertips_due || changed.load(std::memory_order_relaxed)));
+    const bool scene_due = scene_waits && steady_now_ns() >= scene_due_ns;
+    return !stop && !(may_end && (scene_due || changed.load(std::memory_order_relaxed)));
   };
   const ThreadsReport report = run_threads(*grasp, threads);
   telemetry.end_run(report);

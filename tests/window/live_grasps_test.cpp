@@ -28,6 +28,22 @@ ordered_json ended(ShownSession& shown, int search) {
   return shown.grasps();
 }
 
+/// The scene that a page saves.
+Scene saved(const ordered_json& grasp) {
+  const std::filesystem::path file = scratch() / "grasp.yaml";
+  std::filesystem::copy_file(std::string(THENAR_CONFIGS) + "/hand.yaml", file.parent_path() / "hand.yaml",
+                             std::filesystem::copy_options::overwrite_existing);
+  std::ofstream(file) << grasp["scene"].get<std::string>();
+  return load_scene(file);
+}
+
+/// Forces of the three fingers on the object, in the newest state.
+Eigen::VectorXd forces_N(ShownSession& shown) {
+  Eigen::VectorXd forces(9);
+  for (int i = 0; i < 9; ++i) forces[i] = shown.value("force_N", static_cast<std::size_t>(i));
+  return forces;
+}
+
 /// Whether the time begins again, from where it was after `time_s`, and comes there.
 bool begins_and_passes(ShownSession& shown, double time_s) {
   return shown.comes([&] { return shown.value("time_s") < time_s; }) && shown.passes(time_s);
@@ -104,10 +120,7 @@ TEST(LiveGrasps, AreSavedAsScenes) {
   const ordered_json found = ended(shown, 1);
   ASSERT_FALSE(found["grasps"].empty());
   const ordered_json& grasp = found["grasps"][0];
-  const std::filesystem::path file = scratch() / "grasp.yaml";
-  std::filesystem::copy_file(std::string(THENAR_CONFIGS) + "/hand.yaml", file.parent_path() / "hand.yaml");
-  std::ofstream(file) << grasp["scene"].get<std::string>();
-  const Scene scene = load_scene(file);
+  const Scene scene = saved(grasp);
   EXPECT_EQ(scene.contact.friction, 0.75);
   EXPECT_FALSE(scene.grasp.has_value());
   // The text has nine digits or more.
@@ -117,6 +130,63 @@ TEST(LiveGrasps, AreSavedAsScenes) {
   for (std::size_t i = 0; i < hand["poses"].size(); ++i) {
     EXPECT_NEAR(hand["poses"][i].get<double>(), grasp["hand"]["poses"][i].get<double>(), 1e-8) << i;
   }
+}
+
+// The first state of a scene whose fingers settle is pressed and sheared, and so is its start when it is taken again.
+TEST(LiveGrasps, TheScenesOwnStartSettlesAgain) {
+  ShownSession shown(held_box({"hand.settle=true"}));
+  ASSERT_EQ(shown.receive(Pause{}), "");
+  ASSERT_EQ(shown.receive(Reset{}), "");
+  ASSERT_TRUE(shown.comes([&] { return shown.status().value("paused", false) && shown.value("time_s") == 0.0; }));
+  shown.settle();
+  const Eigen::VectorXd start_N = forces_N(shown);
+  ASSERT_EQ(shown.receive(Step{}), "");
+  ASSERT_TRUE(shown.passes(0.0));
+  const Eigen::VectorXd stepped_N = forces_N(shown);
+  const double largest_N = start_N.cwiseAbs().maxCoeff();
+  EXPECT_GT(largest_N, 0.1);
+
+  ASSERT_EQ(shown.receive(Take{0, 0}), "");
+  ASSERT_TRUE(shown.comes([&] { return shown.scenes() == 2 && shown.value("time_s") == 0.0; }));
+  // It settles to two thousandths of a finger's normal force or, where it has settled before, to four.
+  EXPECT_LE((forces_N(shown) - start_N).cwiseAbs().maxCoeff(), 0.01 * largest_N);
+  ASSERT_EQ(shown.receive(Step{}), "");
+  ASSERT_TRUE(shown.passes(0.0));
+  EXPECT_LE((forces_N(shown) - stepped_N).cwiseAbs().maxCoeff(), 0.01 * largest_N);
+}
+
+// A grasp that is taken keeps what was set before it was searched, and so does the next search.
+TEST(LiveGrasps, ASearchAfterATakeKeepsWhatWasSet) {
+  ShownSession shown(held_box());
+  Set set;
+  set.friction = 0.75;
+  set.contact_Hz = 1000.0;
+  set.internal_force_N = 3.0;
+  ASSERT_EQ(shown.receive(set), "");
+  const auto found = [&](int search) {
+    EXPECT_EQ(shown.receive(Find{1}), "");
+    const ordered_json message = ended(shown, search);
+    EXPECT_FALSE(message["grasps"].empty()) << message["refusal"];
+    return message;
+  };
+  const ordered_json first = found(1);
+  ASSERT_FALSE(first["grasps"].empty());
+  EXPECT_EQ(saved(first["grasps"][0]).step_s, 1e-3);
+  ASSERT_EQ(shown.receive(Take{1, 1}), "");
+  ASSERT_TRUE(shown.comes([&] { return shown.grasps()["taken"] == 1; }));
+  const ordered_json second = found(2);
+  ASSERT_FALSE(second["grasps"].empty());
+  EXPECT_TRUE(second["taken"].is_null()) << "it runs still, and is none of this search";
+  EXPECT_EQ(second["grasps"][0]["scene"], first["grasps"][0]["scene"]);
+  // With the scene's own start come its own settings.
+  ASSERT_EQ(shown.receive(Take{2, 0}), "");
+  ASSERT_TRUE(shown.comes([&] { return shown.grasps()["taken"] == 0; }));
+  const ordered_json third = found(3);
+  ASSERT_FALSE(third["grasps"].empty());
+  EXPECT_EQ(third["taken"], 0);
+  const Scene own = saved(third["grasps"][0]);
+  EXPECT_EQ(own.step_s, held_box().step_s);
+  EXPECT_EQ(own.contact.friction, held_box().contact.friction);
 }
 
 // A recording has a column for each number of each finger, by its name: a grasp of other fingers would not fit in.

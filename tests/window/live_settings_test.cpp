@@ -50,6 +50,29 @@ TEST(Session, ChangesLevelKernelRatesAndDelayAndHoldsTheBox) {
   goes_on(back);
 }
 
+// While a grasp is taken its scene is made, and somebody may move a slider meanwhile.
+TEST(LiveSettings, WhatIsSetMeanwhileComesAlong) {
+  const LiveSettings before = live_settings(build_model(held_box()));
+  LiveSettings begun = before;
+  begun.internal_force_N = 1.25;  // By which the grasp was found,
+  begun.contact_Hz = 1000.0;
+  EXPECT_EQ(carried_over(before, before, begun), begun);
+  LiveSettings now = before;
+  now.friction = 0.875;
+  now.level = 2;
+  now.kernel = before.kernel == PulpKernel::kGaussian ? PulpKernel::kBoussinesq : PulpKernel::kGaussian;
+  LiveSettings expected = begun;  // which stays.
+  expected.friction = now.friction;
+  expected.level = now.level;
+  expected.kernel = now.kernel;
+  EXPECT_EQ(carried_over(before, now, begun), expected);
+  // Rigid fingertips have no kernel.
+  LiveSettings rigid = begun;
+  rigid.kernel.reset();
+  rigid.level.reset();
+  EXPECT_EQ(carried_over(before, now, rigid), rigid);
+}
+
 TEST(Session, RefusesWhatTheSceneCannotDo) {
   ShownSession shown(scene_of("minimal"));
   Set level, rates, fine;

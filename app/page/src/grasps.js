@@ -1,4 +1,4 @@
-// The grasps that a search has found: how far it is, a card for each grasp, and what to do with it.
+// The grasps that a search has found: what it is doing, a card for each grasp, and what to do with it.
 
 import {fixed} from './format.js';
 import {drawThumbnails} from './thumbnails.js';
@@ -77,8 +77,6 @@ export class Grasps {
     find.textContent = message.running ? 'Stop' : message.search > 0 ? 'Search again' : 'Find grasps';
     find.disabled = message.stopping;
     bar.hidden = !message.running;
-    if (message.share < 1) bar.value = message.share;
-    else bar.removeAttribute('value'); // how long trying takes nobody knows
     say.textContent = words(message);
     refusal.hidden = !message.refusal;
     refusal.replaceChildren();
@@ -164,11 +162,11 @@ export class Grasps {
 
 const capitalized = (text) => text.charAt(0).toUpperCase() + text.slice(1);
 
-/** How far a search is, or what came of it. */
+/** What a search is doing, or what came of it. How many stages it will have nobody knows, so no share of it is shown. */
 function words({search, running, stopping, share, found, took_s}) {
   if (search === 0) return '';
-  if (stopping) return `stopping; ${found} found`;
-  if (running && share >= 1) return `${found} found; trying them`;
-  if (running) return `${Math.round(100 * share)} %, ${found} found`;
+  if (stopping) return 'stopping as soon as one is tried';
+  if (running && share >= 1) return `trying what fits: ${found} held`;
+  if (running) return `searching: ${found} fit`;
   return `${found} found in ${fixed(took_s ?? NaN, 1)} s`;
 }
