@@ -45,8 +45,9 @@ struct HoldTrial {
 /// push in a direction by chance, 0.2 s of rest.
 [[nodiscard]] HoldTrial carry_and_push(Model model, const Eigen::Vector3d& way_W, std::uint32_t seed);
 
-/// The least friction of contacts with which the grasp still holds its object for a second: bisected to 1 % between
-/// `low` and `high`. The controller's cones stay as they are.
+/// The least friction of contacts with which the grasp still holds its object for a second at rest, without a patch
+/// that slides as a whole by more than 0.1 mm: bisected to 1 % between `low` and `high`. The controller's cones stay as
+/// they are, and the model must have its control period in each step.
 [[nodiscard]] double least_friction(const Model& model, double low, double high);
 
 }  // namespace thenar

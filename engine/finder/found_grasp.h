@@ -64,6 +64,8 @@ struct GraspQuality {
 struct Rehearsal {
   double lasted = 0.0;        ///< The share of the time for which it held: 1 to the end.
   double muscle_share = 0.0;  ///< The largest force of a muscle as a share of its limit.
+  /// The friction below which a patch would slide as a whole at rest, by PatchReport::margin: torsion counts, too.
+  double needed_friction = 0.0;
   std::string trouble = {};   ///< What ended it, in words; empty: nothing.
 
   [[nodiscard]] bool held() const { return lasted >= 1.0; }
@@ -83,7 +85,7 @@ struct FoundGrasp {
   /// of all fingers under all disturbances: weight in 14 directions, with and without a push of 0.5 N along it, and
   /// turns of 10 mN m. Less than 0: there are no such forces for one of them.
   double margin = 0.0;
-  double needed_friction = 0.0;   ///< Largest |f_t| / f_n under the weight as it is.
+  double needed_friction = 0.0;   ///< Largest |f_t| / f_n under the weight as it is; once tried, the rehearsal's.
   double internal_force_N = 0.0;  ///< lambda by which the fingers press as they do.
   double torque_Nm = 0.0;         ///< The largest of a joint, under the weight as it is.
   /// The largest force of a muscle as a share of its limit, under the same and under each push; 0 without muscles.

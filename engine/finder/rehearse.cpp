@@ -61,7 +61,17 @@ class SlideWatch {
   PerFinger<double> slid_m_;
 };
 
+/// The friction that would just hold the patches with the forces that they have.
+double needed_friction(const Model& model, const TickReport& tick) {
+  double needed = 0.0;
+  for (int k = 0; k < model.fingers(); ++k) {
+    needed = std::max(needed, model.scene.contact.friction * (1.0 - tick.patch[k].margin));
+  }
+  return needed;
+}
+
 Rehearsal run(const Model& model, Scene& scene, int ticks, bool own_task) {
+  const int rested = std::min(ticks, static_cast<int>(std::lround(kRest_s / scene.step_s))) - 1;
   State state(model);
   Controller controller(model);
   Frame frame(model);
@@ -72,6 +82,7 @@ Rehearsal run(const Model& model, Scene& scene, int ticks, bool own_task) {
     if (!own_task) scene.task.push = push_at(scene, t * scene.step_s);
     const ControlReport control = control_tick(model, state, controller, frame);
     const TickReport tick = contact_tick(model, frame, work, state);
+    if (t == rested) rehearsal.needed_friction = needed_friction(model, tick);
     rehearsal.trouble = slides.see(tick);
     if (scene.control && control.grasp != GraspStatus::kOptimal) rehearsal.trouble = "no grasp forces exist";
     rehearsal.muscle_share = std::max(rehearsal.muscle_share, muscle_share(scene.hand, controller));

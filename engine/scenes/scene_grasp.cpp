@@ -132,6 +132,7 @@ class Trials {
     }
     grasp.q = model_->scene.posture;
     grasp.rehearsal = thenar::rehearse(*model_, grasp);
+    if (grasp.rehearsal.held()) grasp.needed_friction = grasp.rehearsal.needed_friction;
     return (model_->fine_m.cols() > 0 ? kFine : 1.0) * grasp.rehearsal.lasted;
   }
 
