@@ -78,6 +78,13 @@ FinderReport find_grasps(const FinderProblem& problem, const FinderSettings& set
                       problem.hand.fingers() > 1 ? "name more fingers in grasp.fingers" : "a hand with more fingers"};
     return report;
   }
+  if (sets.front().size() == 2) {
+    report.refusal = {
+        "two fingers leave the turn about the line between them free: grasp forces act at a point of each, "
+        "and hold no turn there",
+        problem.hand.fingers() > 2 ? "a third finger in grasp.fingers" : "a hand with a third finger"};
+    return report;
+  }
   report.refusal = refusal_at_once(problem);
   if (report.refusal) return report;
   std::optional<Refusal> first;

@@ -70,6 +70,8 @@ struct Rehearsal {
 
   [[nodiscard]] bool held() const { return lasted >= 1.0; }
   [[nodiscard]] bool within_limits() const { return held() && muscle_share <= 1.0; }
+  /// With something of the muscles to spare, for pushes in other directions than it was tried with.
+  [[nodiscard]] bool with_ease() const { return held() && muscle_share <= 0.8; }
 };
 
 /// A grasp: who holds, how, and how well.

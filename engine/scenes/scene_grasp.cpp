@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -90,7 +91,8 @@ class Trials {
       : scene_(scene), object_(object), progress_(progress) {}
 
   /// Puts those in place of what was found that held, after the `first` ones, each unlike the others, until `best` of
-  /// them held within limits; those within limits before others. None: the reason why they did not.
+  /// them held with ease; the others after them, those first that ask least of a muscle. None: the reason why they did
+  /// not.
   void sift(const std::vector<FoundGrasp>& first, int best, FinderReport& report) {
     std::vector<FoundGrasp> within = first, beyond;
     const FoundGrasp* longest = nullptr;
@@ -106,9 +108,13 @@ class Trials {
       rehearsed += rehearse(grasp);
       ++tried;
       if (longest == nullptr || grasp.rehearsal.lasted > longest->rehearsal.lasted) longest = &grasp;
-      if (grasp.rehearsal.held()) (grasp.rehearsal.within_limits() ? within : beyond).push_back(grasp);
+      if (grasp.rehearsal.held()) (grasp.rehearsal.with_ease() ? within : beyond).push_back(grasp);
     }
-    for (const FoundGrasp& grasp : beyond) {
+    std::vector<std::size_t> order(beyond.size());
+    std::iota(order.begin(), order.end(), 0);
+    std::ranges::sort(order, {}, [&](std::size_t i) { return std::pair(beyond[i].rehearsal.muscle_share, i); });
+    for (const std::size_t i : order) {
+      const FoundGrasp& grasp = beyond[i];
       if (std::ssize(within) < best && !is_like_one(grasp, within)) within.push_back(grasp);
     }
     if (within.empty() && longest != nullptr) report.refusal = refusal_of(*longest, tried);

@@ -119,10 +119,10 @@ std::string reason_of(const FinderProblem& problem) {
   return report.refusal ? report.refusal->reason : "";
 }
 
-// Two fingers, one above the other, share the weight unevenly; of five the opposer bears what four others press.
+// Of three fingers the opposer bears what two others press, of five what four do.
 TEST(Finder, PressesAsWishedWithAnyNumberOfFingers) {
   const Hand human5 = scene_of("human5_carry").hand;
-  for (const Hand& hand : {hand_of(human5, {0, 1}), human5}) {
+  for (const Hand& hand : {hand_of(human5, {0, 1, 2}), human5}) {
     const ImplicitSurface object = box({0.035, 0.05, 0.09});
     FinderProblem problem = problem_of(hand, object);
     problem.wish.press_N = 0.6;
@@ -188,6 +188,8 @@ TEST(Finder, SaysWhyThereIsNoGrasp) {
   const ImplicitSurface small = box({0.03, 0.04, 0.05});
   const Hand lone = hand_of(human_hand(), {1});
   EXPECT_NE(reason_of(problem_of(lone, small)).find("one finger"), std::string::npos);
+  const Hand pincers = hand_of(human_hand(), {0, 1});
+  EXPECT_NE(reason_of(problem_of(pincers, small)).find("two fingers leave the turn"), std::string::npos);
 
   Hand stiff = human_hand();
   for (Joint& joint : stiff.joints) {
