@@ -57,7 +57,9 @@ Trial trial_of(const Scene& base, std::uint32_t seed, bool with_reference) {
   return trial;
 }
 
-bool holds(const Trial& trial) { return trial.hold.verdict.outcome == Outcome::kHeld; }
+bool ends(const Trial& trial, Outcome outcome) {
+  return !trial.report.grasps.empty() && trial.hold.verdict.outcome == outcome;
+}
 
 double quantile(std::vector<double> values, double share) {
   std::sort(values.begin(), values.end());
@@ -66,7 +68,7 @@ double quantile(std::vector<double> values, double share) {
 
 void add_kinds(const std::vector<Trial>& trials, ordered_json& part) {
   struct Count {
-    int objects = 0, found = 0, held = 0, missed = 0;
+    int objects = 0, found = 0, held = 0, over = 0, missed = 0;
     std::vector<double> s;
   };
   std::map<std::string, Count> kinds;
@@ -75,7 +77,8 @@ void add_kinds(const std::vector<Trial>& trials, ordered_json& part) {
       Count& count = kinds[kind];
       ++count.objects;
       count.found += trial.report.grasps.empty() ? 0 : 1;
-      count.held += !trial.report.grasps.empty() && holds(trial) ? 1 : 0;
+      count.held += ends(trial, Outcome::kHeld) ? 1 : 0;
+      count.over += ends(trial, Outcome::kOverLimits) ? 1 : 0;
       count.missed += trial.reference ? 1 : 0;
       count.s.push_back(trial.finding_s);
     }
@@ -85,15 +88,17 @@ void add_kinds(const std::vector<Trial>& trials, ordered_json& part) {
       fmt::format("Objects of 8 to 120 mm, 30 to 150 g, in any frame, seeds {} to {}. Held: carried by 20 mm in the "
                   "direction that its joints allow most, and then pushed by 0.5 N at a friction of 0.6, without a "
                   "finger that slips, a joint or "
-                  "muscle beyond its limits. Missed: refused, while a search {} times as long, from another "
+                  "muscle beyond its limits. Over limits: held, but a muscle was asked for more than it has. Missed: "
+                  "refused, while a search {} times as long, from another "
                   "seed, finds a grasp.",
                   kFirstSeed, kFirstSeed + trials.size() - 1, kReferenceEffort),
       "one search of each object on one core, by the processor's time; medians over objects");
-  figure["columns"] = {"objects of a kind", "objects", "found", "held", "missed", "median s", "longest s"};
+  figure["columns"] = {"objects of a kind", "objects", "found",    "held",
+                       "over limits",       "missed",  "median s", "longest s"};
   figure["rows"] = ordered_json::array();
   for (const auto& [kind, count] : kinds) {
-    figure["rows"].push_back({kind == "zz all" ? "all" : kind, count.objects, count.found, count.held, count.missed,
-                              std::round(1e3 * quantile(count.s, 0.5)) / 1e3,
+    figure["rows"].push_back({kind == "zz all" ? "all" : kind, count.objects, count.found, count.held, count.over,
+                              count.missed, std::round(1e3 * quantile(count.s, 0.5)) / 1e3,
                               std::round(1e3 * quantile(count.s, 1.0)) / 1e3});
   }
 }
@@ -106,7 +111,7 @@ void add_reasons(const std::vector<Trial>& trials, ordered_json& part) {
   figure["rows"] = ordered_json::array();
   for (std::size_t i = 0; i < trials.size(); ++i) {
     const Trial& trial = trials[i];
-    if (!trial.report.grasps.empty() && holds(trial)) continue;
+    if (ends(trial, Outcome::kHeld)) continue;
     const std::string what = !trial.report.grasps.empty() ? in_words(trial.hold.verdict)
                              : trial.report.refusal       ? "refused: " + in_words(*trial.report.refusal)
                                                           : "refused";

@@ -66,7 +66,7 @@ struct Rehearsal {
   double muscle_share = 0.0;  ///< The largest force of a muscle as a share of its limit.
   /// The friction below which a patch would slide as a whole at rest, by PatchReport::margin: torsion counts, too.
   double needed_friction = 0.0;
-  std::string trouble = {};   ///< What ended it, in words; empty: nothing.
+  std::string trouble = {};  ///< What ended it, in words; empty: nothing.
 
   [[nodiscard]] bool held() const { return lasted >= 1.0; }
   [[nodiscard]] bool within_limits() const { return held() && muscle_share <= 1.0; }

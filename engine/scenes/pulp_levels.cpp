@@ -84,8 +84,8 @@ LevelEstimate estimate_level(const Scene& scene, const std::vector<Pulp>& pulps,
 std::vector<Pulp> make_pulps(const Scene& scene) {
   std::vector<Pulp> pulps;
   for (const Fingertip& tip : scene.hand.fingertips) {
-    pulps.push_back(make_pulp(tip.centre_m, tip.radius_m, tip.shape, scene.fingertips->points,
-                              scene.fingertips->leaves, material_of(tip, scene.fingertips->material)));
+    pulps.push_back(make_pulp(tip.centre_m, tip.radius_m, tip.shape, scene.fingertips->points, scene.fingertips->leaves,
+                              material_of(tip, scene.fingertips->material)));
   }
   return pulps;
 }
