@@ -359,7 +359,7 @@ void add_doctor(CLI::App& app, Options& options) {
 }  // namespace
 
 std::optional<Options> parse_options(int argc, const char* const* argv, int& exit_code) {
-  CLI::App app{"Real-time human grasp: three deformable fingertips, 23 muscles", "thenar"};
+  CLI::App app{"Real-time human grasp: deformable fingertips, muscles, and grasps that are found", "thenar"};
   app.set_version_flag("--version", std::string("thenar ") + std::string(thenar::build_info::kVersion));
   app.require_subcommand(1);
   Options options;

@@ -149,7 +149,9 @@ std::optional<Refusal> of_loads(const FinderProblem& problem) {
                        " the fingers would have to press with " + number(weight_N / (2.0 * friction), 1) +
                        " N on each side to bear the weight and a push of " + number(kPush_N, 1) + " N, and pulps of " +
                        mm(radius_m, 1) + " are pressed in by half their radius under " + number(most_N, 1) + " N",
-                   "a friction of " + number(std::ceil(100.0 * needed) / 100.0, 2) + " or more, or less mass"};
+                   needed < 2.0
+                       ? "a friction of " + number(std::ceil(100.0 * needed) / 100.0, 2) + " or more, or less mass"
+                       : "less mass"};
   }
   return std::nullopt;
 }

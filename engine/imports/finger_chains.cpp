@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 #include <set>
 
@@ -119,6 +120,12 @@ void expect_hinge(const TreeJoint& joint, const std::string& finger) {
               fmt::format("has no limits, and the {} hangs on it: a hand's joints have a range (--lock {} "
                           "locks it)",
                           finger, joint.name));
+  }
+  constexpr double kTurn_rad = 6.3;
+  const double most_rad = std::max(std::abs((*joint.range)[0]), std::abs((*joint.range)[1]));
+  if (most_rad > kTurn_rad) {
+    refuse_at(joint.place, key,
+              fmt::format("turns by up to {:.3g} rad, more than a whole turn: are its limits in degrees?", most_rad));
   }
 }
 

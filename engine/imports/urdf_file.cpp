@@ -72,7 +72,8 @@ std::array<double, 2> read_limits(const XmlElement& joint) {
   if (limit == nullptr) refuse(joint, "has no limits: a hand's joint needs <limit lower=... upper=.../>");
   const std::array<double, 2> range{number(*limit, "lower").value_or(0.0), number(*limit, "upper").value_or(0.0)};
   if (!(range[0] < range[1])) {
-    refuse(joint, fmt::format("has no limits: its lower one is {:g}, its upper one {:g}", range[0], range[1]));
+    refuse(joint,
+           fmt::format("has no limits: its lower one, {:g}, is not below its upper one, {:g}", range[0], range[1]));
   }
   return range;
 }

@@ -80,8 +80,9 @@ bool is_like_one(const FoundGrasp& grasp, const std::vector<FoundGrasp>& others)
 
 /// What would have kept an object that was lost.
 std::string help_of(const Rehearsal& rehearsal) {
-  return rehearsal.muscle_share > 1.0 ? "less press or less mass, a larger object, or a stronger hand"
-                                      : "more friction or press, less mass, or wider faces";
+  return rehearsal.muscle_share > 1.0
+             ? "less press or less mass, a place nearer to the centre of mass, or a stronger hand"
+             : "more friction or press, less mass, or wider faces";
 }
 
 /// Grasps that fit are tried in the engine, all on one model as long as they use the same fingers.

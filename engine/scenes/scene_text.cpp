@@ -125,8 +125,8 @@ std::string grasp_text(const Scene& scene) {
   if (!map.empty()) return "grasp:\n" + map;
   return comment(
              "Hand and object are placed by a search. As a map it can say, in the object's axes, as much of the "
-             "grasp as matters: {fingers: [thumb, index], axis: [1, 0, 0], at: [0 mm, 0 mm, 20 mm], approach: "
-             "[0, 0, -1]}. press: 1 N says how hard, in place of control.grasp.internal_force.") +
+             "grasp as matters: {axis: [1, 0, 0], at: [0 mm, 0 mm, 0 mm], approach: [0, 0, -1]}. fingers: [...] names "
+             "those that hold it, three or more. press: 1 N says how hard, in place of control.grasp.internal_force.") +
          "grasp: auto\n";
 }
 

@@ -263,6 +263,7 @@ TEST(HandImport, RefusesWithTheLine) {
   expect(finger_mjcf(kThumb, "", "", "type='slide' range='0 1'"), 6, "joint 'a1': slides, and the index hangs on it");
   expect(finger_mjcf(kThumb, "", "", "type='ball'"), 6, "is a ball joint");
   expect(finger_mjcf(kThumb, "", "", "axis='0 1 0'"), 6, "has no limits, and the index hangs on it");
+  expect(finger_mjcf(kThumb, "", "", "axis='0 1 0' range='-9 9000'"), 6, "are its limits in degrees?");
   expect(finger_mjcf(kThumb, "", "", "axis='0 0 0' range='0 1'"), 6, "a direction must not be zero");
   expect(finger_mjcf(kThumb, "", "", "axis='0 1' range='0 1'"), 6, "axis must be 3 numbers, not '0 1'");
   expect(finger_mjcf(kThumb, "", "", "axis='0 1 x' range='0 1'"), 6, "axis: 'x' is no number");
