@@ -3,8 +3,6 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <numbers>
 
 #include "engine/grasp/frame.h"
 #include "engine/grasp/pulp_touch.h"
@@ -124,42 +122,6 @@ double dexterity(const Hand& hand, const HandPose& pose, int finger, const Vecto
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> values;
   values.computeDirect(squared(finger_jacobian(hand, pose, finger, x_m)), Eigen::EigenvaluesOnly);
   return std::sqrt(std::max(0.0, values.eigenvalues()[0]) / std::max(1e-300, values.eigenvalues()[2]));
-}
-
-GraspContact pressed_contact(const ImplicitSurface& object, const Eigen::Isometry3d& X_WO, const Vector3d& pulp_W,
-                             double radius_m) {
-  constexpr double kFar = std::numeric_limits<double>::infinity();
-  const Vector3d pulp_O = X_WO.inverse() * pulp_W;
-  const SurfaceDistance nearest = *object.distance(pulp_O, kFar);
-  const double depth_m = radius_m - nearest.distance_m;
-  Vector3d centre_O = nearest.point_m, normal_O = nearest.normal;
-  if (depth_m > 0.0) {
-    const Vector3d across = normal_O.unitOrthogonal(), along = normal_O.cross(across);
-    const double half_rad = std::sqrt(std::min(1.0, depth_m / radius_m));  // Of the patch on a plane.
-    Vector3d centres = Vector3d::Zero(), normals = Vector3d::Zero();
-    double loads = 0.0;
-    for (int ring = 0; ring <= 2; ++ring) {
-      const double angle_rad = 0.5 * ring * half_rad;
-      const int points = std::max(1, 6 * ring);
-      for (int i = 0; i < points; ++i) {
-        const double turn_rad = 2.0 * std::numbers::pi * i / points;
-        const Vector3d way = std::cos(angle_rad) * -normal_O +
-                             std::sin(angle_rad) * (std::cos(turn_rad) * across + std::sin(turn_rad) * along);
-        const SurfaceDistance at = *object.distance(pulp_O + radius_m * way + 0.5 * depth_m * nearest.normal, kFar);
-        if (at.distance_m >= 0.0) continue;
-        const double load = std::sqrt(-at.distance_m);
-        centres += load * at.point_m;
-        normals += load * at.normal;
-        loads += load;
-      }
-    }
-    if (loads > 0.0) {
-      centre_O = centres / loads;
-      normal_O = normals.normalized();
-    }
-  }
-  const Vector3d n = -(X_WO.linear() * normal_O);
-  return {X_WO * centre_O, axes_of(n, n.unitOrthogonal())};
 }
 
 Hand hand_of(const Hand& hand, std::vector<int> fingers) {

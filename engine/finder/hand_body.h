@@ -64,12 +64,6 @@ struct PulpPose {
 /// Jacobian there. Near 0 no torque pushes x in some direction, and the slightest push there turns joints far.
 [[nodiscard]] double dexterity(const Hand& hand, const HandPose& pose, int finger, const Eigen::Vector3d& x_m);
 
-/// What a pressed pulp is to the object: its pressure centre, and the mean of the surface's normals under it by load,
-/// which on curved surfaces is not the normal at the nearest point. It takes the pressure of a sphere on a plane
-/// [Hertz 1882] over what of the pulp is in the object, drawn back by half the depth.
-[[nodiscard]] GraspContact pressed_contact(const ImplicitSurface& object, const Eigen::Isometry3d& X_WO,
-                                           const Eigen::Vector3d& pulp_W, double radius_m);
-
 /// The hand with these of its fingers alone, in the order of the hand: joints, bones, fingertips, and what their
 /// muscles do there. `fingers` are indices, in any order, each once.
 [[nodiscard]] Hand hand_of(const Hand& hand, std::vector<int> fingers);

@@ -5,7 +5,6 @@
 #include <limits>
 #include <numbers>
 
-#include "engine/finder/hand_body.h"
 #include "engine/grasp/frame.h"
 #include "engine/grasp/pulp_touch.h"
 
@@ -44,6 +43,29 @@ double free_depth_m(const PulpMaterial& scenes, const Fingertip& tip, double for
   return std::pow(0.75 * std::max(0.0, force_N) / (E_Pa * std::sqrt(round_radius_m(tip))), 2.0 / 3.0);
 }
 
+/// Where the pressure over a patch acts, and across which normal.
+class PressureSum {
+ public:
+  void add(const SurfaceDistance& at) {
+    if (at.distance_m >= 0.0) return;
+    const double load = std::sqrt(-at.distance_m);
+    centres_ += load * at.point_m;
+    normals_ += load * at.normal;
+    loads_ += load;
+  }
+
+  /// Without any pressure at the nearest point.
+  [[nodiscard]] GraspContact contact(const Isometry3d& X_WO, const SurfaceDistance& nearest) const {
+    const Vector3d centre_O = loads_ > 0.0 ? Vector3d(centres_ / loads_) : nearest.point_m;
+    const Vector3d n = -(X_WO.linear() * (loads_ > 0.0 ? Vector3d(normals_.normalized()) : nearest.normal));
+    return {X_WO * centre_O, axes_of(n, n.unitOrthogonal())};
+  }
+
+ private:
+  Vector3d centres_ = Vector3d::Zero(), normals_ = Vector3d::Zero();
+  double loads_ = 0.0;
+};
+
 }  // namespace
 
 double pressed_depth_m(const std::optional<PulpMaterial>& material, const Fingertip& tip, double force_N) {
@@ -68,6 +90,31 @@ double pressed_radius_m(const std::optional<PulpMaterial>& material, const Finge
   return std::sqrt(radius_m * std::max(pressed_depth_m(material, tip, force_N), 0.01 * radius_m));
 }
 
+GraspContact pressed_contact(const ImplicitSurface& object, const Isometry3d& X_WO, const Vector3d& pulp_W,
+                             double radius_m) {
+  constexpr double kFar = std::numeric_limits<double>::infinity();
+  const Vector3d pulp_O = X_WO.inverse() * pulp_W;
+  const SurfaceDistance nearest = *object.distance(pulp_O, kFar);
+  const double depth_m = radius_m - nearest.distance_m;
+  PressureSum pressure;
+  if (depth_m > 0.0) {
+    const Vector3d across = nearest.normal.unitOrthogonal(), along = nearest.normal.cross(across);
+    const double half_rad = std::sqrt(std::min(1.0, depth_m / radius_m));  // Of the patch on a plane.
+    for (int ring = 0; ring <= 2; ++ring) {
+      const double angle_rad = 0.5 * ring * half_rad;
+      const int points = std::max(1, 6 * ring);
+      for (int i = 0; i < points; ++i) {
+        const double turn_rad = 2.0 * std::numbers::pi * i / points;
+        const Vector3d way = std::cos(angle_rad) * -nearest.normal +
+                             std::sin(angle_rad) * (std::cos(turn_rad) * across + std::sin(turn_rad) * along);
+        const SurfaceDistance at = *object.distance(pulp_O + radius_m * way + 0.5 * depth_m * nearest.normal, kFar);
+        pressure.add(at);
+      }
+    }
+  }
+  return pressure.contact(X_WO, nearest);
+}
+
 GraspContact pressed_contact(const ImplicitSurface& object, const Isometry3d& X_WO, const Fingertip& tip,
                              const Isometry3d& X_WF) {
   if (!tip.shape) return pressed_contact(object, X_WO, X_WF * tip.centre_m, tip.radius_m);
@@ -77,11 +124,9 @@ GraspContact pressed_contact(const ImplicitSurface& object, const Isometry3d& X_
   const PulpBall ball = touching_ball(tip, object, X_OF);
   const SurfaceDistance nearest = *object.distance(X_OF * ball.centre_m, kFar);
   const double depth_m = ball.radius_m - nearest.distance_m;
-  Vector3d centre_O = nearest.point_m, normal_O = nearest.normal;
+  PressureSum pressure;
   if (depth_m > 0.0) {
     const Ellipse patch = patch_of(tip, X_OF.linear().transpose() * -nearest.normal, depth_m);
-    Vector3d centres = Vector3d::Zero(), normals = Vector3d::Zero();
-    double loads = 0.0;
     for (int ring = 0; ring <= kRings; ++ring) {
       const double share = static_cast<double>(ring) / kRings;
       const int points = std::max(1, 6 * ring);
@@ -91,20 +136,11 @@ GraspContact pressed_contact(const ImplicitSurface& object, const Isometry3d& X_
             patch.middle_m + share * (std::cos(turn_rad) * patch.along_m + std::sin(turn_rad) * patch.across_m);
         const Vector3d on_O = X_OF * nearest_place(tip, x_F).point_m;
         const SurfaceDistance at = *object.distance(on_O + 0.5 * depth_m * nearest.normal, kFar);
-        if (at.distance_m >= 0.0) continue;
-        const double load = std::sqrt(-at.distance_m);
-        centres += load * at.point_m;
-        normals += load * at.normal;
-        loads += load;
+        pressure.add(at);
       }
     }
-    if (loads > 0.0) {
-      centre_O = centres / loads;
-      normal_O = normals.normalized();
-    }
   }
-  const Vector3d n = -(X_WO.linear() * normal_O);
-  return {X_WO * centre_O, axes_of(n, n.unitOrthogonal())};
+  return pressure.contact(X_WO, nearest);
 }
 
 }  // namespace thenar

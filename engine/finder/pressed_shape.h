@@ -20,7 +20,13 @@ namespace thenar {
 /// The load that presses a pulp in as far as it can be trusted.
 [[nodiscard]] double greatest_load_N(const std::optional<PulpMaterial>& material, const Fingertip& tip);
 
-/// pressed_contact() of a pulp of any shape.
+/// What a pressed pulp is to the object: its pressure centre, and the mean of the surface's normals under it by load,
+/// which on curved surfaces is not the normal at the nearest point. It takes the pressure of a sphere on a plane
+/// [Hertz 1882] over what of the pulp is in the object, drawn back by half the depth.
+[[nodiscard]] GraspContact pressed_contact(const ImplicitSurface& object, const Eigen::Isometry3d& X_WO,
+                                           const Eigen::Vector3d& pulp_W, double radius_m);
+
+/// That of a pulp of any shape.
 [[nodiscard]] GraspContact pressed_contact(const ImplicitSurface& object, const Eigen::Isometry3d& X_WO,
                                            const Fingertip& tip, const Eigen::Isometry3d& X_WF);
 

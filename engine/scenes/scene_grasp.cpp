@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -92,34 +91,34 @@ class Trials {
       : scene_(scene), object_(object), progress_(progress) {}
 
   /// Puts those in place of what was found that held, after the `first` ones, each unlike the others, until `best` of
-  /// them held with ease; the others after them, those first that ask least of a muscle. None: the reason why they did
-  /// not.
+  /// them held with ease; after these the others, those first that ask least of a muscle. None: the reason why.
   void sift(const std::vector<FoundGrasp>& first, int best, FinderReport& report) {
-    std::vector<FoundGrasp> within = first, beyond;
+    std::vector<FoundGrasp> kept = first;
+    std::vector<const FoundGrasp*> hard;
     const FoundGrasp* longest = nullptr;
     double rehearsed = 0.0;
     int tried = 0;
     for (FoundGrasp& grasp : report.grasps) {
-      if (std::ssize(within) >= best || (within.empty() && rehearsed > kMostRehearsed)) break;
-      if (is_like_one(grasp, within)) continue;
+      if (std::ssize(kept) >= best || (kept.empty() && rehearsed > kMostRehearsed)) break;
+      if (is_like_one(grasp, kept)) continue;
       // Who stops has what held until then: of what was found one is tried at least.
-      const auto held = std::ssize(within) + std::ssize(beyond);
-      if (progress_ && !progress_(1.0, static_cast<int>(held))) report.cancelled = true;
-      if (report.cancelled && (held > 0 || tried > 0)) break;
+      if (progress_ && !progress_(1.0, static_cast<int>(kept.size() + hard.size()))) report.cancelled = true;
+      if (report.cancelled && (!kept.empty() || tried > 0)) break;
       rehearsed += rehearse(grasp);
       ++tried;
       if (longest == nullptr || grasp.rehearsal.lasted > longest->rehearsal.lasted) longest = &grasp;
-      if (grasp.rehearsal.held()) (grasp.rehearsal.with_ease() ? within : beyond).push_back(grasp);
+      if (grasp.rehearsal.with_ease()) {
+        kept.push_back(grasp);
+      } else if (grasp.rehearsal.held()) {
+        hard.push_back(&grasp);
+      }
     }
-    std::vector<std::size_t> order(beyond.size());
-    std::iota(order.begin(), order.end(), 0);
-    std::ranges::sort(order, {}, [&](std::size_t i) { return std::pair(beyond[i].rehearsal.muscle_share, i); });
-    for (const std::size_t i : order) {
-      const FoundGrasp& grasp = beyond[i];
-      if (std::ssize(within) < best && !is_like_one(grasp, within)) within.push_back(grasp);
+    std::ranges::stable_sort(hard, {}, [](const FoundGrasp* grasp) { return grasp->rehearsal.muscle_share; });
+    for (const FoundGrasp* grasp : hard) {
+      if (std::ssize(kept) < best && !is_like_one(*grasp, kept)) kept.push_back(*grasp);
     }
-    if (within.empty() && longest != nullptr) report.refusal = refusal_of(*longest, tried);
-    report.grasps = std::move(within);
+    if (kept.empty() && longest != nullptr) report.refusal = refusal_of(*longest, tried);
+    report.grasps = std::move(kept);
   }
 
  private:

@@ -5,6 +5,7 @@
 #include <Eigen/SVD>
 #include <algorithm>
 
+#include "engine/finder/pressed_shape.h"
 #include "tests/finder/known_surfaces.h"
 
 namespace thenar::hand_body_test {
