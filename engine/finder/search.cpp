@@ -221,7 +221,8 @@ class Search {
     }
   }
 
-  /// Looks how far the best grasps carry their object, until some do: of each kind, where more than one is wanted.
+  /// Looks how far the best grasps carry their object, until some do: of each kind, where more than one is wanted. The
+  /// others go.
   void carry_best(const PatchMeter& patches) {
     constexpr int kMost = 24, kEnough = 6, kOfAKind = 2;
     constexpr double kFar_m = 20e-3;
@@ -238,6 +239,7 @@ class Search {
       grasp.cost = cost_of(grasp);
       if (grasp.travel_m > kFar_m - 1e-9) far.push_back(&grasp);
     }
+    std::erase_if(found_, [](const FoundGrasp& grasp) { return grasp.travel_W.isZero(0.0); });
   }
 
   [[nodiscard]] Stance jittered(const Stance& stance) {

@@ -95,7 +95,10 @@ double settle(Model& model) {
     }
     // What is nearly settled stays: a model that is made again of its own scene has the same posture.
     const bool press = normal > (pressed ? 1.0 : 2.0) * kSettled, shear = tangential > kSettled;
-    if ((!press && !shear) || round == kMostRounds) return std::max(normal, tangential);
+    if ((!press && !shear) || round == kMostRounds) {
+      const bool forces = !model.scene.control || report.grasp == GraspStatus::kOptimal;
+      return forces ? std::max(normal, tangential) : 1.0;
+    }
     pressed = pressed || press;
     for (int k = 0; k < model.fingers(); ++k) {
       if (press) move_pulp(model.scene, k, misses[k].press_m);

@@ -90,11 +90,10 @@ class Trials {
   Trials(const Scene& scene, const ImplicitSurface& object, const FinderProgress& progress)
       : scene_(scene), object_(object), progress_(progress) {}
 
-  /// Puts those in place of what was found that held, after the `first` ones, each unlike the others, until `best` of
-  /// them held with ease; after these the others, those first that ask least of a muscle. None: the reason why.
+  /// Puts those in place of what was found that held with ease, after the `first` ones, each unlike the others, until
+  /// there are `best`.
   void sift(const std::vector<FoundGrasp>& first, int best, FinderReport& report) {
     std::vector<FoundGrasp> kept = first;
-    std::vector<const FoundGrasp*> hard;
     const FoundGrasp* longest = nullptr;
     double rehearsed = 0.0;
     int tried = 0;
@@ -102,7 +101,7 @@ class Trials {
       if (std::ssize(kept) >= best || (kept.empty() && rehearsed > kMostRehearsed)) break;
       if (is_like_one(grasp, kept)) continue;
       // Who stops has what held until then: of what was found one is tried at least.
-      if (progress_ && !progress_(1.0, static_cast<int>(kept.size() + hard.size()))) report.cancelled = true;
+      if (progress_ && !progress_(1.0, static_cast<int>(kept.size() + hard_.size()))) report.cancelled = true;
       if (report.cancelled && (!kept.empty() || tried > 0)) break;
       rehearsed += rehearse(grasp);
       ++tried;
@@ -110,18 +109,27 @@ class Trials {
       if (grasp.rehearsal.with_ease()) {
         kept.push_back(grasp);
       } else if (grasp.rehearsal.held()) {
-        hard.push_back(&grasp);
+        hard_.push_back(grasp);
       }
-    }
-    std::ranges::stable_sort(hard, {}, [](const FoundGrasp* grasp) { return grasp->rehearsal.muscle_share; });
-    for (const FoundGrasp* grasp : hard) {
-      if (std::ssize(kept) < best && !is_like_one(*grasp, kept)) kept.push_back(*grasp);
     }
     if (kept.empty() && longest != nullptr) report.refusal = refusal_of(*longest, tried);
     report.grasps = std::move(kept);
   }
 
+  /// Whether some held, but asked much of a muscle.
+  [[nodiscard]] bool has_hard() const { return !hard_.empty(); }
+
+  /// Adds these after those that held with ease, up to `best`: those first that ask least of a muscle.
+  void add_hard(int best, FinderReport& report) {
+    std::ranges::sort(hard_, {}, [](const FoundGrasp& grasp) { return grasp.rehearsal.muscle_share; });
+    for (const FoundGrasp& grasp : hard_) {
+      if (std::ssize(report.grasps) < best && !is_like_one(grasp, report.grasps)) report.grasps.push_back(grasp);
+    }
+    if (!report.grasps.empty()) report.refusal.reset();
+  }
+
  private:
+  static constexpr double kRestless = 0.05;      // Shares of a finger's load that settling leaves.
   static constexpr double kFine = 3.0;           // Trials of thin parts take so many times as long.
   static constexpr double kMostRehearsed = 2.5;  // So many whole ones: most that fail are over soon.
 
@@ -138,8 +146,12 @@ class Trials {
     }
     grasp.q = model_->scene.posture;
     grasp.rehearsal = thenar::rehearse(*model_, grasp);
-    if (grasp.rehearsal.held()) grasp.needed_friction = grasp.rehearsal.needed_friction;
-    return (model_->fine_m.cols() > 0 ? kFine : 1.0) * grasp.rehearsal.lasted;
+    const double length = (model_->fine_m.cols() > 0 ? kFine : 1.0) * grasp.rehearsal.lasted;
+    if (!grasp.rehearsal.held()) return length;
+    grasp.needed_friction = grasp.rehearsal.needed_friction;
+    // A scene of it settles from this posture on, and must come to rest there, too.
+    if (settle(*model_) > kRestless) grasp.rehearsal = {.lasted = 0.0, .trouble = "its fingers find no rest"};
+    return length;
   }
 
   [[nodiscard]] Refusal refusal_of(const FoundGrasp& longest, int tried) const {
@@ -160,25 +172,40 @@ class Trials {
   const FinderProgress& progress_;
   std::optional<Model> model_;
   std::vector<int> fingers_;
+  std::vector<FoundGrasp> hard_;
 };
 
-/// One search, and trials; if all fail, one more.
+/// The order in which grasps are tried after others failed. Whether a thin object will be held, it tells better than
+/// the cost by which grasps are ranked.
+double ease(const FoundGrasp& grasp) {
+  constexpr double kCarry_m = 20e-3;
+  return std::max(grasp.muscle_share, grasp.travel_share) + 0.2 * std::max(0.0, 1.0 - grasp.travel_m / kCarry_m);
+}
+
+/// One search, and trials; while none holds with ease, others with more spare grasps.
 FinderReport search_and_try(const Scene& scene, const ImplicitSurface& object, const FinderSettings& settings,
                             const FinderProgress& progress, const std::vector<FoundGrasp>& first = {}) {
-  constexpr int kSpare = 5;        // So many more than wanted may fail.
-  constexpr int kMostWanted = 20;  // For any number up to it the search is the same: ranks stay.
+  constexpr int kSpare = 5, kMoreSpare = 14;  // So many more than wanted may fail.
+  constexpr int kMostWanted = 20;             // For any number up to it the search is the same: ranks stay.
+  constexpr int kAgain = 4, kAgainIfHard = 1;
   const FinderProblem problem = finder_problem(scene, object);
   FinderSettings now = settings;
   now.best = settings.best > 1 ? std::max(settings.best, kMostWanted) : 1;
   now.spare = kSpare;
   FinderReport report = find_grasps(problem, now, progress);
-  for (int look = 0; look < 2 && !report.grasps.empty(); ++look) {
-    Trials(scene, object, progress).sift(first, settings.best, report);
-    if (!report.grasps.empty() || report.cancelled || look == 1) break;
-    now.effort = 3 * settings.effort;
-    now.seed = settings.seed + 100;
-    report = find_grasps(problem, now, progress);
+  Trials trials(scene, object, progress);
+  for (int again = 0; !report.grasps.empty(); ++again) {
+    trials.sift(first, settings.best, report);
+    if (!report.grasps.empty() || report.cancelled || again >= (trials.has_hard() ? kAgainIfHard : kAgain)) break;
+    now.effort = 2 * settings.effort;
+    now.seed += 100;
+    now.spare = kMoreSpare;
+    FinderReport next = find_grasps(problem, now, progress);
+    if (next.grasps.empty()) break;
+    report = std::move(next);
+    std::ranges::sort(report.grasps, {}, ease);
   }
+  trials.add_hard(settings.best, report);
   return report;
 }
 
