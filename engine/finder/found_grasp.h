@@ -66,12 +66,13 @@ struct Rehearsal {
   double muscle_share = 0.0;  ///< The largest force of a muscle as a share of its limit.
   /// The friction below which a patch would slide as a whole at rest, by PatchReport::margin: torsion counts, too.
   double needed_friction = 0.0;
-  std::string trouble = {};  ///< What ended it, in words; empty: nothing.
+  double least_margin = 1.0;  ///< The least PatchReport::margin.
+  std::string trouble = {};   ///< What ended it, in words; empty: nothing.
 
   [[nodiscard]] bool held() const { return lasted >= 1.0; }
   [[nodiscard]] bool within_limits() const { return held() && muscle_share <= 1.0; }
-  /// With something of the muscles to spare, for pushes in other directions than it was tried with.
-  [[nodiscard]] bool with_ease() const { return held() && muscle_share <= 0.8; }
+  /// With something of the muscles and of friction to spare, for pushes in other directions than it was tried with.
+  [[nodiscard]] bool with_ease() const { return held() && muscle_share <= 0.8 && least_margin >= 0.1; }
 };
 
 /// A grasp: who holds, how, and how well.

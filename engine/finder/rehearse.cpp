@@ -88,6 +88,7 @@ Rehearsal run(const Model& model, Scene& scene, int ticks, bool own_task) {
     rehearsal.muscle_share = std::max(rehearsal.muscle_share, muscle_share(scene.hand, controller));
     if (rehearsal.muscle_share > kMostShare) rehearsal.trouble = "muscles are asked for far more than they can give";
     for (int k = 0; k < model.fingers(); ++k) {
+      rehearsal.least_margin = std::min(rehearsal.least_margin, tick.patch[k].margin);
       if (!(state.load[k].normal_N > 0.0)) rehearsal.trouble = "the " + scene.hand.fingertips[k].finger + " lets go";
     }
     if (!rehearsal.trouble.empty()) {
