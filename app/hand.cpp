@@ -65,11 +65,6 @@ int import_file(const HandOptions& options) {
 
 }  // namespace
 
-bool is_hand_file(const fs::path& file) {
-  const std::string text = "\n" + read_file(file);
-  return text.find("\njoints:") != std::string::npos && text.find("\nobject:") == std::string::npos;
-}
-
 void add_hand(CLI::App& app, HandOptions& options) {
   CLI::App* const command = app.add_subcommand("hand", "Lists and draws a hand, or makes one of an MJCF or URDF file");
   command->add_option("HAND", options.hand, "Hand file (YAML), or the name of a hand that comes with the program")

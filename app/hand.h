@@ -23,6 +23,3 @@ void add_hand(CLI::App& app, HandOptions& options);
 
 /// Lists and draws a hand, or makes one of an MJCF or URDF file. Returns the exit code.
 [[nodiscard]] int run_hand(const HandOptions& options);
-
-/// Whether the file describes a hand rather than a scene. Throws FileError.
-[[nodiscard]] bool is_hand_file(const std::filesystem::path& file);

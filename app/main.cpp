@@ -41,6 +41,7 @@
 #include "engine/results/summary.h"
 #include "engine/scenes/build_model.h"
 #include "engine/scenes/config.h"
+#include "engine/scenes/hand_file.h"
 #include "engine/scenes/scene_file.h"
 #include "engine/studies/model_parts.h"
 

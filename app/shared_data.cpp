@@ -57,16 +57,6 @@ std::vector<std::string> names_of_scenes() {
   return names;
 }
 
-std::vector<std::string> names_of_hands() {
-  std::vector<std::string> names;
-  std::error_code none;
-  for (const fs::directory_entry& entry : fs::directory_iterator(scene_folder() / "hands", none)) {
-    names.push_back(entry.path().stem().string());
-  }
-  std::sort(names.begin(), names.end());
-  return names;
-}
-
 /// Throws FileError for a text that is no file and none of the names, with the name that is nearest.
 [[noreturn]] void refuse(const std::string& text, const std::string& what, const std::vector<std::string>& names) {
   const std::vector<std::string_view> candidates(names.begin(), names.end());
@@ -100,7 +90,7 @@ fs::path find_scene(const std::string& text) {
 
 fs::path find_hand(const std::string& text) {
   const fs::path file = hand_called(text);
-  if (file.empty()) refuse(text, "hand", names_of_hands());
+  if (file.empty()) refuse(text, "hand", thenar::known_hands());
   return file;
 }
 
@@ -115,7 +105,7 @@ fs::path find_scene_or_hand(const std::string& text) {
   if (!hand.empty() && !fs::exists(scene, none)) return hand;
   if (!scene.empty()) return scene;
   std::vector<std::string> names = names_of_scenes();
-  std::ranges::move(names_of_hands(), std::back_inserter(names));
+  std::ranges::move(thenar::known_hands(), std::back_inserter(names));
   refuse(text, "scene or hand", names);
 }
 

@@ -148,6 +148,7 @@ struct GraspWish {
   std::optional<double> press_N = {};              ///< Normal load of the least loaded finger, without weight.
   int rank = 1;                                    ///< Of all that are found; 1 is the best.
   std::uint32_t seed = 1;
+  std::string place = {};  ///< Of the wish in its file, for refusals: "file:line:column".
 };
 
 /// All that a scene file says, in SI. What it does not name is absent here, and costs nothing.

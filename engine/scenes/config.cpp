@@ -36,6 +36,7 @@ struct ConfigState {
   }
 
   void throw_if_faulty();
+  [[nodiscard]] std::string location(const Place& place) const;
 };
 
 namespace {
@@ -203,12 +204,15 @@ void ConfigState::throw_if_faulty() {
     const auto& [place, key, message] = faults[i];
     // What two readers found is one fault.
     if (i > 0 && order(faults[i]) == order(faults[i - 1])) continue;
-    const std::string in_file = file.string() + ":" + std::to_string(place.line) + ":" + std::to_string(place.column);
-    const std::string location = place.source == 0 ? in_file : "--set " + override_keys[place.source - 1];
     // Messages quote the file, whatever it holds.
-    diagnostics.push_back({printable(location), printable(key), printable(message)});
+    diagnostics.push_back({printable(location(place)), printable(key), printable(message)});
   }
   throw ConfigError(std::move(diagnostics));
+}
+
+std::string ConfigState::location(const Place& place) const {
+  if (place.source > 0) return "--set " + override_keys[place.source - 1];
+  return fmt::format("{}:{}:{}", file.string(), place.line, place.column);
 }
 
 ConfigError::ConfigError(std::vector<ConfigDiagnostic> diagnostics)
@@ -243,6 +247,11 @@ const std::vector<std::string>& Config::defaults_used() const noexcept { return 
 
 ConfigMap::ConfigMap(ConfigState* state, YamlNode* node, std::string path)
     : state_(state), node_(node), path_(std::move(path)) {}
+
+std::string ConfigMap::location(std::string_view key) const {
+  const YamlNode* const node = find(key);
+  return node == nullptr && node_ == nullptr ? "" : state_->location(node == nullptr ? node_->heading : node->heading);
+}
 
 std::string ConfigMap::path_of(std::string_view key) const { return key_path(path_, key); }
 
@@ -412,7 +421,16 @@ ConfigMap ConfigMap::enter(YamlNode* node, std::string path) const {
   return {state_, node, std::move(path)};
 }
 
-ConfigMap ConfigMap::map(std::string_view key) const { return enter(require(key), path_of(key)); }
+ConfigMap ConfigMap::map(std::string_view key) const {
+  YamlNode* const node = require(key);
+  const std::vector<std::string_view> words = words_of(known(key));
+  if (node != nullptr && node->kind == Kind::kScalar && !words.empty()) {
+    refuse(key, fmt::format("'{}' is neither {} nor a map of keys and values{}", node->text, join(words, ", "),
+                            did_you_mean(nearest_word(node->text, words))));
+    return {state_, nullptr, path_of(key)};
+  }
+  return enter(node, path_of(key));
+}
 
 std::vector<ConfigMap> ConfigMap::list_of_maps(std::string_view key) const {
   const YamlNode* const node = require(key, KeyKind::kMaps);

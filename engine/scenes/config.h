@@ -85,6 +85,8 @@ class ConfigMap {
   /// Reports a fault that only the caller can see, at the place of `key` or, if that is missing, of this map. Says
   /// nothing about a key that is reported already.
   void refuse(std::string_view key, std::string_view what) const;
+  /// Where the value of `key` stands, or this map where it is missing: as ConfigDiagnostic::location.
+  [[nodiscard]] std::string location(std::string_view key) const;
   /// The full path of `key`.
   [[nodiscard]] std::string path_of(std::string_view key) const;
 

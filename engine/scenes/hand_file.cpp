@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "engine/formats/files.h"
+#include "engine/formats/text.h"
 #include "engine/grasp/coupled_joints.h"
 #include "engine/scenes/config.h"
 #include "engine/scenes/keys.h"
@@ -36,16 +38,24 @@ std::optional<double> if_named(const ConfigMap& map, std::string_view key) {
   return map.has(key) ? std::optional(map.quantity(key)) : std::nullopt;
 }
 
+/// "no joint is named 'tumb'", and the name that is nearest.
+template <class Named>
+std::string none_is_named(const char* thing, std::string_view name, const std::vector<Named>& all) {
+  std::vector<std::string_view> names;
+  for (const Named& one : all) names.push_back(one.name);
+  return fmt::format("no {} is named '{}'{}", thing, name, did_you_mean(nearest_word(name, names)));
+}
+
 int joint_index(const Hand& hand, const ConfigMap& map, std::string_view key, std::string_view name) {
   const int index = index_of(hand.joints, name);
-  if (index < 0) map.refuse(key, "no joint is named '" + std::string(name) + "'");
+  if (index < 0) map.refuse(key, none_is_named("joint", name, hand.joints));
   return std::max(index, 0);
 }
 
 int segment_index(const Hand& hand, const ConfigMap& map) {
   const std::string name = map.text("segment");
   const int index = index_of(hand.segments, name);
-  if (index < 0) map.refuse("segment", "no segment is named '" + name + "'");
+  if (index < 0) map.refuse("segment", none_is_named("segment", name, hand.segments));
   return std::max(index, 0);
 }
 
@@ -202,7 +212,7 @@ std::vector<Coupling> read_couplings(const ConfigMap& root, const Hand& hand) {
     const Coupling coupling{static_cast<int>(i), index_of(hand.joints, map.text("follows")), map.quantity("ratio"),
                             map.quantity("offset")};
     if (coupling.leader < 0) {
-      map.refuse("follows", "no joint is named '" + map.text("follows") + "'");
+      map.refuse("follows", none_is_named("joint", map.text("follows"), hand.joints));
       continue;
     }
     couplings.push_back(coupling);
@@ -229,7 +239,19 @@ MuscleCrossing read_crossing(const Hand& hand, const ConfigMap& map) {
 
 }  // namespace
 
+bool is_hand_file(const std::filesystem::path& file) {
+  const std::string text = "\n" + read_file(file);
+  return text.find("\njoints:") != std::string::npos && text.find("\nobject:") == std::string::npos;
+}
+
 Hand load_hand(const std::filesystem::path& file) {
+  const std::string text = read_file(file);
+  if (text.starts_with('<')) {
+    throw ConfigError({{file.string(), "", "is XML: `thenar hand import` makes a hand of MJCF or URDF"}});
+  }
+  if (("\n" + text).find("\nobject:") != std::string::npos) {
+    throw ConfigError({{file.string(), "", "is a scene, which names its hand in hand.model, and no hand"}});
+  }
   Config config(file, hand_keys());
   const ConfigMap root = config.root();
   Hand hand;

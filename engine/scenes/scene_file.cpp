@@ -10,6 +10,7 @@
 #include "engine/finder/hand_body.h"
 #include "engine/formats/files.h"
 #include "engine/formats/point_cloud_file.h"
+#include "engine/formats/text.h"
 #include "engine/scenes/config.h"
 #include "engine/scenes/hand_file.h"
 #include "engine/scenes/keys.h"
@@ -73,13 +74,15 @@ void read_posture(const ConfigMap& map, bool finds, Scene& scene) {
 /// The indices of fingers of these names.
 std::vector<int> read_fingers(const ConfigMap& map, const Hand& hand) {
   std::vector<int> fingers;
+  std::vector<std::string_view> names;
+  for (const Fingertip& tip : hand.fingertips) names.push_back(tip.finger);
   for (const std::string& name : map.texts("fingers")) {
     const auto named = [&](const Fingertip& tip) { return tip.finger == name; };
     const auto tip = std::find_if(hand.fingertips.begin(), hand.fingertips.end(), named);
     const int k = static_cast<int>(tip - hand.fingertips.begin());
     if (hand.fingertips.empty()) continue;  // no hand was read, and that is reported
     if (tip == hand.fingertips.end()) {
-      map.refuse("fingers", "the hand has no finger '" + name + "'");
+      map.refuse("fingers", "the hand has no finger '" + name + "'" + did_you_mean(nearest_word(name, names)));
     } else if (std::find(fingers.begin(), fingers.end(), k) != fingers.end()) {
       map.refuse("fingers", "names '" + name + "' twice");
     } else {
@@ -101,10 +104,13 @@ std::filesystem::path hand_file(const ConfigMap& map) {
 /// False if the hand file cannot be read, which is reported.
 bool read_hand(const ConfigMap& map, bool controlled, bool finds, Scene& scene) {
   bool readable = true;
+  const std::filesystem::path model = hand_file(map);
   try {
-    if (const std::filesystem::path model = hand_file(map); !model.empty()) scene.hand = load_hand(model);
+    if (!model.empty()) scene.hand = load_hand(model);
   } catch (const ReadError& error) {
-    map.refuse("model", error.what());
+    const std::vector<std::string> names = known_hands();
+    const std::vector<std::string_view> candidates(names.begin(), names.end());
+    map.refuse("model", error.what() + did_you_mean(nearest_word(model.stem().string(), candidates)));
     readable = false;
   }
   if (map.has("fingers")) {
@@ -365,7 +371,7 @@ Vector3d read_direction(const ConfigMap& map, std::string_view key) {
 
 /// `grasp: auto`, or a map.
 GraspWish read_grasp(const ConfigMap& root, const Scene& scene) {
-  GraspWish wish;
+  GraspWish wish{.place = root.location("grasp")};
   const bool controlled = root.has("control");
   if (!root.word("grasp").empty()) {
     if (!controlled) root.refuse("grasp", "needs grasp.press without control: write it as a map");
@@ -405,6 +411,9 @@ std::string in_words(const Eigen::AlignedBox3d& box) {
 }
 
 Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
+  if (is_hand_file(file)) {
+    throw ConfigError({{file.string(), "", "is a hand, which a scene names in hand.model, and no scene"}});
+  }
   Config config(file, scene_keys(), overrides);
   const ConfigMap root = config.root();
   Scene scene;
@@ -443,6 +452,16 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
 std::filesystem::path shared_data() {
   std::error_code none;
   return std::filesystem::read_symlink("/proc/self/exe", none).parent_path().parent_path() / "share" / "thenar";
+}
+
+std::vector<std::string> known_hands() {
+  std::vector<std::string> names;
+  std::error_code none;
+  for (const auto& entry : std::filesystem::directory_iterator(shared_data() / "scenes" / "hands", none)) {
+    names.push_back(entry.path().stem().string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
 }
 
 std::filesystem::path known_hand(const std::filesystem::path& name) {

@@ -226,14 +226,15 @@ FinderReport find_tried_grasps(const Scene& scene, const ImplicitSurface& object
 
 std::string find_scene_grasp(Scene& scene, const ImplicitSurface& object) {
   const GraspWish wish = scene.grasp.value_or(GraspWish{});
+  const std::string& place = wish.place.empty() ? scene.name : wish.place;
   const FinderSettings settings{.seed = wish.seed, .best = wish.rank};
   const FinderReport report = find_tried_grasps(scene, object, settings);
   if (report.grasps.empty()) {
-    throw ConfigError({{scene.name, "grasp", report.refusal ? in_words(*report.refusal) : "no grasp was found"}});
+    throw ConfigError({{place, "grasp", report.refusal ? in_words(*report.refusal) : "no grasp was found"}});
   }
   if (static_cast<int>(report.grasps.size()) < wish.rank) {
-    throw ConfigError({{scene.name, "grasp.rank",
-                        fmt::format("the search found {} only", counted(std::ssize(report.grasps), "grasp"))}});
+    throw ConfigError(
+        {{place, "grasp.rank", fmt::format("the search found {} only", counted(std::ssize(report.grasps), "grasp"))}});
   }
   const FoundGrasp& grasp = report.grasps[wish.rank - 1];
   std::string words = in_words(grasp, scene.hand);

@@ -37,6 +37,11 @@ TEST(Program, ChecksAHandAsItListsAndDrawsIt) {
   EXPECT_EQ(slip.code, 3);
   EXPECT_EQ(slip.text, "leep: no such file, nor a scene or hand that comes with the program, did you mean 'leap'?\n");
   EXPECT_NE(scene.text.find("did you mean 'minimal'?"), std::string::npos) << scene.text;
+  const std::string a_scene = config("minimal.yaml"), a_hand = config("hands/leap.yaml");
+  EXPECT_EQ(thenar_program("run " + a_hand).text,
+            a_hand + ": is a hand, which a scene names in hand.model, and no scene\n");
+  EXPECT_EQ(thenar_program("hand " + a_scene).text,
+            a_scene + ": is a scene, which names its hand in hand.model, and no hand\n");
   for (const char* arguments :
        {"check leap --set contact.friction=1", "check leap --parts", "check minimal --out a.png"})
     EXPECT_EQ(thenar_program(arguments).code, 2) << arguments;

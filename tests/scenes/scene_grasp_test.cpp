@@ -118,6 +118,10 @@ TEST(SceneGrasp, RefusesWhatContradictsIt) {
   EXPECT_EQ(fault_of({"grasp=auto", "object.position=[0 m, 0 m, 0 m]"}),
             "object.position: is what grasp finds: leave out one of them");
   EXPECT_EQ(fault_of({"grasp={fingers: [thumb, toe]}"}), "grasp.fingers: the hand has no finger 'toe'");
+  EXPECT_EQ(fault_of({"grasp={fingers: [thumb, indx]}"}),
+            "grasp.fingers: the hand has no finger 'indx', did you mean 'index'?");
+  EXPECT_EQ(fault_of({"grasp=atuo"}),
+            "grasp: 'atuo' is neither auto nor a map of keys and values, did you mean 'auto'?");
   EXPECT_EQ(fault_of({"grasp={fingers: [thumb, thumb]}"}), "grasp.fingers: names 'thumb' twice");
   EXPECT_EQ(fault_of({"grasp={axis: [0, 0, 0]}"}), "grasp.axis: a direction must not be zero");
   EXPECT_EQ(fault_of({"grasp={at: [0 mm, 0 mm, 40 mm]}"}),
