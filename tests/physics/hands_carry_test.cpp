@@ -17,13 +17,18 @@
 namespace thenar::hands_carry_test {
 namespace {
 
-class HandsCarry : public testing::TestWithParam<const char*> {};
+/// A patch of the published box grasp slides by 0.08 mm at its rim; grasps that are found do not reach the 0.02 mm that
+/// a patch may slide.
+class HandsCarry : public testing::TestWithParam<const char*> {
+ protected:
+  static double most_slip_m() { return GetParam() == std::string("box_grasp") ? 0.09e-3 : 0.02e-3; }
+};
 
-TEST_P(HandsCarry, InOneLoop) { expect_carried(build_model(scene_of(GetParam())), {}); }
+TEST_P(HandsCarry, InOneLoop) { expect_carried(build_model(scene_of(GetParam())), {}, most_slip_m()); }
 
 TEST_P(HandsCarry, InLockstepWithLateFrames) {
   const Model model = build_model(scene_of(GetParam(), {"time.control_period=5 ms", "time.control_delay=2 ms"}));
-  expect_carried(model, {.lockstep = LockstepSettings{}});
+  expect_carried(model, {.lockstep = LockstepSettings{}}, most_slip_m());
 }
 
 // Two threads in real time, which a loaded machine does not keep: ticks slip, so that simulated time lags, and frames
