@@ -66,13 +66,19 @@ struct Rehearsal {
   double muscle_share = 0.0;  ///< The largest force of a muscle as a share of its limit.
   /// The friction below which a patch would slide as a whole at rest, by PatchReport::margin: torsion counts, too.
   double needed_friction = 0.0;
-  double least_margin = 1.0;  ///< The least PatchReport::margin.
+  double least_margin = 1.0;  ///< The least PatchReport::margin,
+  double reserve = 0.0;       ///< and what the controller's cones leave of the friction; 0: not known.
   std::string trouble = {};   ///< What ended it, in words; empty: nothing.
 
   [[nodiscard]] bool held() const { return lasted >= 1.0; }
   [[nodiscard]] bool within_limits() const { return held() && muscle_share <= 1.0; }
-  /// With something of the muscles and of friction to spare, for pushes in other directions than it was tried with.
-  [[nodiscard]] bool with_ease() const { return held() && muscle_share <= 0.8 && least_margin >= 0.1; }
+  /// How much of what there is it takes: more than 1 if a muscle has less than a fifth to spare, or the friction less
+  /// than a third of its reserve. Pushes in other directions than it was tried with then ask for more than there is.
+  [[nodiscard]] double strain() const {
+    const double friction = reserve > 0.0 ? 2.0 - 3.0 * least_margin / reserve : 0.0;
+    return friction > 1.25 * muscle_share ? friction : 1.25 * muscle_share;
+  }
+  [[nodiscard]] bool with_ease() const { return held() && strain() <= 1.0; }
 };
 
 /// A grasp: who holds, how, and how well.

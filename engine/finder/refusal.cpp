@@ -187,7 +187,7 @@ Refusal refusal_of(const FinderProblem& problem, const Hand& hand, const SearchE
   }
   if (seen.places == 0) {
     return {"no place of the object is as wide and smooth as a pressed pulp's patch, for it is " +
-                mm(problem.object.bounds().sizes().maxCoeff(), 1) + " across",
+                mm(problem.object.bounds().sizes().minCoeff(), 1) + " across where it is thinnest",
             "a larger object, less press, or harder pulps"};
   }
   if (seen.least_width_m == 0.0) {

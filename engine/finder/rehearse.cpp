@@ -78,6 +78,7 @@ Rehearsal run(const Model& model, Scene& scene, int ticks, bool own_task) {
   ContactWorkspace work(model);
   SlideWatch slides(model);
   Rehearsal rehearsal;
+  if (scene.control) rehearsal.reserve = std::max(0.0, 1.0 - scene.control->grasp_friction / scene.contact.friction);
   for (int t = 0; t < ticks; ++t) {
     if (!own_task) scene.task.push = push_at(scene, t * scene.step_s);
     const ControlReport control = control_tick(model, state, controller, frame);

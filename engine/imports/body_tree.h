@@ -115,6 +115,14 @@ template <typename Items>
   return -1;
 }
 
+[[nodiscard]] inline std::vector<std::string_view> joint_names(const BodyTree& tree) {
+  std::vector<std::string_view> names;
+  for (const TreeBody& body : tree.bodies) {
+    for (const TreeJoint& joint : body.joints) names.push_back(joint.name);
+  }
+  return names;
+}
+
 /// A tree with the world alone.
 [[nodiscard]] inline BodyTree empty_tree() {
   BodyTree tree;

@@ -184,6 +184,18 @@ void find_moved(const BodyTree& tree, FingerChains& chains) {
   }
 }
 
+/// Why joints cannot be coupled as the file has it.
+std::string fault_of(const TreeCoupling& coupling, const BodyTree& tree) {
+  const std::vector<std::string_view> names = joint_names(tree);
+  for (const std::string& joint : coupling.joints) {
+    if (std::ranges::find(names, joint) != names.end()) continue;
+    return fmt::format("to another one, but no joint that moves is named '{}'{}", joint,
+                       did_you_mean(nearest_word(joint, names)));
+  }
+  if (!coupling.fault.empty()) return coupling.fault;
+  return "to another joint or drive, and a joint follows one of its own finger, by a multiple of its angle";
+}
+
 /// Takes couplings of the fingers' joints to each other, and refuses those to anything else.
 void find_ties(const BodyTree& tree, const HandRequest& request, FingerChains& chains) {
   for (std::size_t i = 0; i < tree.couplings.size(); ++i) {
@@ -203,12 +215,9 @@ void find_ties(const BodyTree& tree, const HandRequest& request, FingerChains& c
     } else if (coupling.line && own.size() == 2) {
       chains.ties.push_back(static_cast<int>(i));
     } else {
-      const std::string why = coupling.fault.empty() ? "to another joint or drive, and a joint follows one of its own "
-                                                       "finger, by a multiple of its angle"
-                                                     : coupling.fault;
       refuse_at(coupling.place, coupling.what,
-                fmt::format("couples {} {}: lock it (--lock {}), or leave the coupling out (--uncouple)", joints, why,
-                            own.back()));
+                fmt::format("couples {} {}: lock it (--lock {}), or leave the coupling out (--uncouple)", joints,
+                            fault_of(coupling, tree), own.back()));
     }
   }
 }

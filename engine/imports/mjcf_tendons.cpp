@@ -117,12 +117,8 @@ const TreeJoint* joint_named(const BodyTree& tree, const std::string& name) {
   return nullptr;
 }
 
-std::string no_joint(const std::string& name, const BodyTree& tree) {
-  std::vector<std::string_view> names;
-  for (const TreeBody& body : tree.bodies) {
-    for (const TreeJoint& joint : body.joints) names.push_back(joint.name);
-  }
-  return fmt::format("no joint is named '{}'{}", name, did_you_mean(nearest_word(name, names)));
+[[noreturn]] void refuse_joint(const XmlElement& equality, const std::string& name, const BodyTree& tree) {
+  refuse(equality, fmt::format("no joint is named '{}'{}", name, did_you_mean(nearest_word(name, joint_names(tree)))));
 }
 
 /// With the references y_0 and x_0 of its joints, y - y_0 = a_0 + a_1 (x - x_0) + a_2 (x - x_0)^2 + ...
@@ -132,7 +128,7 @@ TreeCoupling read_joint_equality(const XmlElement& equality, const std::string& 
   const auto given = numbers(equality, "polycoef", 1, 5);
   if (given) std::copy(given->begin(), given->end(), a.begin());
   const TreeJoint* const one = joint_named(tree, coupling.joints[0]);
-  if (one == nullptr) refuse(equality, no_joint(coupling.joints[0], tree));
+  if (one == nullptr) refuse_joint(equality, coupling.joints[0], tree);
   const bool holds =
       equality.find("joint2") == nullptr || std::all_of(a.begin() + 1, a.end(), [](double x) { return x == 0.0; });
   if (equality.find("joint2") != nullptr) coupling.joints.push_back(equality.text("joint2"));
@@ -142,7 +138,7 @@ TreeCoupling read_joint_equality(const XmlElement& equality, const std::string& 
     return coupling;
   }
   const TreeJoint* const other = joint_named(tree, coupling.joints[1]);
-  if (other == nullptr) refuse(equality, no_joint(coupling.joints[1], tree));
+  if (other == nullptr) refuse_joint(equality, coupling.joints[1], tree);
   if (a[2] != 0.0 || a[3] != 0.0 || a[4] != 0.0) {
     coupling.fault = "by a polynomial, and a joint follows another one by a multiple of its angle";
   } else {

@@ -5,10 +5,6 @@
 #include <algorithm>
 #include <map>
 #include <string>
-#include <string_view>
-#include <vector>
-
-#include "engine/formats/text.h"
 
 namespace thenar {
 
@@ -171,14 +167,6 @@ BodyTree read_urdf(const XmlElement& robot) {
       }
       tree.couplings.push_back(coupling);
     }
-  }
-  for (const auto& [name, element] : joint_names) {
-    const XmlElement* const mimic = element->child("mimic");
-    if (mimic == nullptr || joint_names.contains(mimic->text("joint"))) continue;
-    std::vector<std::string_view> names;
-    for (const auto& [other, joint] : joint_names) names.push_back(other);
-    refuse(*mimic, fmt::format("no joint is named '{}'{}", mimic->text("joint"),
-                               did_you_mean(nearest_word(mimic->text("joint"), names))));
   }
   for (const auto& [name, link] : links) {
     if (joints_above.contains(name)) continue;

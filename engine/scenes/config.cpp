@@ -250,7 +250,8 @@ ConfigMap::ConfigMap(ConfigState* state, YamlNode* node, std::string path)
 
 std::string ConfigMap::location(std::string_view key) const {
   const YamlNode* const node = find(key);
-  return node == nullptr && node_ == nullptr ? "" : state_->location(node == nullptr ? node_->heading : node->heading);
+  if (node == nullptr && node_ == nullptr) return "";
+  return printable(state_->location(node == nullptr ? node_->heading : node->heading));
 }
 
 std::string ConfigMap::path_of(std::string_view key) const { return key_path(path_, key); }

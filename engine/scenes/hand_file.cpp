@@ -246,11 +246,12 @@ bool is_hand_file(const std::filesystem::path& file) {
 
 Hand load_hand(const std::filesystem::path& file) {
   const std::string text = read_file(file);
-  if (text.starts_with('<')) {
-    throw ConfigError({{file.string(), "", "is XML: `thenar hand import` makes a hand of MJCF or URDF"}});
+  if (const std::size_t first = text.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
+      first != text.npos && text[first] == '<') {
+    throw ConfigError({{printable(file.string()), "", "is XML: `thenar hand import` makes a hand of MJCF or URDF"}});
   }
   if (("\n" + text).find("\nobject:") != std::string::npos) {
-    throw ConfigError({{file.string(), "", "is a scene, which names its hand in hand.model, and no hand"}});
+    throw ConfigError({{printable(file.string()), "", "is a scene, which names its hand in hand.model, and no hand"}});
   }
   Config config(file, hand_keys());
   const ConfigMap root = config.root();

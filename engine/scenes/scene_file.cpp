@@ -412,7 +412,7 @@ std::string in_words(const Eigen::AlignedBox3d& box) {
 
 Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
   if (is_hand_file(file)) {
-    throw ConfigError({{file.string(), "", "is a hand, which a scene names in hand.model, and no scene"}});
+    throw ConfigError({{printable(file.string()), "", "is a hand, which a scene names in hand.model, and no scene"}});
   }
   Config config(file, scene_keys(), overrides);
   const ConfigMap root = config.root();

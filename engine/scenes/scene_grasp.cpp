@@ -94,38 +94,35 @@ class Trials {
   /// there are `best`.
   void sift(const std::vector<FoundGrasp>& first, int best, FinderReport& report) {
     std::vector<FoundGrasp> kept = first;
-    const FoundGrasp* longest = nullptr;
     double rehearsed = 0.0;
-    int tried = 0;
     for (FoundGrasp& grasp : report.grasps) {
       if (std::ssize(kept) >= best || (kept.empty() && rehearsed > kMostRehearsed)) break;
       if (is_like_one(grasp, kept)) continue;
       // Who stops has what held until then: of what was found one is tried at least.
       if (progress_ && !progress_(1.0, static_cast<int>(kept.size() + hard_.size()))) report.cancelled = true;
-      if (report.cancelled && (!kept.empty() || tried > 0)) break;
+      if (report.cancelled && (!kept.empty() || tried_ > 0)) break;
       rehearsed += rehearse(grasp);
-      ++tried;
-      if (longest == nullptr || grasp.rehearsal.lasted > longest->rehearsal.lasted) longest = &grasp;
+      if (tried_++ == 0 || grasp.rehearsal.lasted > longest_.lasted) longest_ = grasp.rehearsal;
       if (grasp.rehearsal.with_ease()) {
         kept.push_back(grasp);
       } else if (grasp.rehearsal.held()) {
         hard_.push_back(grasp);
       }
     }
-    if (kept.empty() && longest != nullptr) report.refusal = refusal_of(*longest, tried);
     report.grasps = std::move(kept);
   }
 
-  /// Whether some held, but asked much of a muscle.
+  /// Whether some held, but not with ease.
   [[nodiscard]] bool has_hard() const { return !hard_.empty(); }
 
-  /// Adds these after those that held with ease, up to `best`: those first that ask least of a muscle.
-  void add_hard(int best, FinderReport& report) {
-    std::ranges::sort(hard_, {}, [](const FoundGrasp& grasp) { return grasp.rehearsal.muscle_share; });
+  /// Adds these after those that held with ease, up to `best`, by their strain; of none at all it tells why.
+  void finish(int best, FinderReport& report) {
+    std::ranges::sort(hard_, {}, [](const FoundGrasp& grasp) { return grasp.rehearsal.strain(); });
     for (const FoundGrasp& grasp : hard_) {
       if (std::ssize(report.grasps) < best && !is_like_one(grasp, report.grasps)) report.grasps.push_back(grasp);
     }
-    if (!report.grasps.empty()) report.refusal.reset();
+    report.refusal.reset();
+    if (report.grasps.empty() && tried_ > 0) report.refusal = refusal();
   }
 
  private:
@@ -150,21 +147,27 @@ class Trials {
     if (!grasp.rehearsal.held()) return length;
     grasp.needed_friction = grasp.rehearsal.needed_friction;
     // A scene of it settles from this posture on, and must come to rest there, too.
-    if (settle(*model_) > kRestless) grasp.rehearsal = {.lasted = 0.0, .trouble = "its fingers find no rest"};
+    if (settle(*model_) > kRestless) {
+      grasp.rehearsal.lasted = 0.0;
+      grasp.rehearsal.trouble = "its fingers find no rest";
+    }
     return length;
   }
 
-  [[nodiscard]] Refusal refusal_of(const FoundGrasp& longest, int tried) const {
+  [[nodiscard]] Refusal refusal() const {
     constexpr double kFarOrigin_m = 0.15;
     const std::string reason = fmt::format(
         "grasps fit, but none of {} held the object when it was tried: in the one that lasted longest, for "
         "{:.0f} % of the time, {}",
-        tried, 100.0 * longest.rehearsal.lasted, longest.rehearsal.trouble);
+        tried_, 100.0 * longest_.lasted, longest_.trouble);
     // Drag, and the errors of the controller, act at the origin of the object's frame: it must be no lever.
     const double off_m = object_.bounds().exteriorDistance(Vector3d::Zero().eval());
-    if (off_m < kFarOrigin_m) return {reason, help_of(longest.rehearsal)};
-    return {reason + fmt::format("; the origin of its frame lies {:.2g} m outside it, where damping acts", off_m),
-            "a file in whose object the origin lies"};
+    if (off_m >= kFarOrigin_m) {
+      return {reason + fmt::format("; the origin of its frame lies {:.2g} m outside it, where damping acts", off_m),
+              "a file in whose object the origin lies"};
+    }
+    const bool tiny = object_.bounds().sizes().maxCoeff() < scene_.hand.fingertips.front().radius_m;
+    return {reason, tiny ? "a larger object: this one is smaller than a pulp" : help_of(longest_)};
   }
 
   const Scene& scene_;
@@ -173,6 +176,8 @@ class Trials {
   std::optional<Model> model_;
   std::vector<int> fingers_;
   std::vector<FoundGrasp> hard_;
+  Rehearsal longest_;
+  int tried_ = 0;
 };
 
 /// The order in which grasps are tried after others failed. Whether a thin object will be held, it tells better than
@@ -193,19 +198,18 @@ FinderReport search_and_try(const Scene& scene, const ImplicitSurface& object, c
   now.best = settings.best > 1 ? std::max(settings.best, kMostWanted) : 1;
   now.spare = kSpare;
   FinderReport report = find_grasps(problem, now, progress);
+  if (report.grasps.empty()) return report;
   Trials trials(scene, object, progress);
-  for (int again = 0; !report.grasps.empty(); ++again) {
+  for (int again = 0;; ++again) {
     trials.sift(first, settings.best, report);
     if (!report.grasps.empty() || report.cancelled || again >= (trials.has_hard() ? kAgainIfHard : kAgain)) break;
     now.effort = 2 * settings.effort;
     now.seed += 100;
     now.spare = kMoreSpare;
-    FinderReport next = find_grasps(problem, now, progress);
-    if (next.grasps.empty()) break;
-    report = std::move(next);
+    report = find_grasps(problem, now, progress);
     std::ranges::sort(report.grasps, {}, ease);
   }
-  trials.add_hard(settings.best, report);
+  trials.finish(settings.best, report);
   return report;
 }
 
@@ -216,10 +220,10 @@ FinderReport find_tried_grasps(const Scene& scene, const ImplicitSurface& object
   FinderSettings one = settings;
   one.best = 1;
   FinderReport report = search_and_try(scene, object, one, progress);
-  if (settings.best <= 1 || report.cancelled) return report;
+  if (settings.best <= 1 || report.cancelled || report.grasps.empty()) return report;
   FinderReport wider = search_and_try(scene, object, settings, progress, report.grasps);
   // Where the wider search fits none there is what the first one found.
-  if (!wider.grasps.empty() || report.grasps.empty()) return wider;
+  if (!wider.grasps.empty()) return wider;
   report.cancelled = wider.cancelled;
   return report;
 }
