@@ -150,6 +150,7 @@ void read_fingertips(const ConfigMap& root, const std::vector<std::vector<int>>&
     return;
   }
   int first = 0;
+  bool sound = true;  // After a fault the others are read for theirs alone.
   for (const ConfigMap& map : tips) {
     Fingertip tip;
     tip.finger = map.text("finger");
@@ -164,17 +165,22 @@ void read_fingertips(const ConfigMap& root, const std::vector<std::vector<int>>&
     tip.first_joint = first;
     const std::vector<int>& joints = moved_by[tip.segment];
     tip.joints = static_cast<int>(std::min<std::size_t>(joints.size(), kMaxFingerJoints));
+    if (!sound) continue;
     for (const int joint : joints) {
       if (joint == first) ++first;
     }
     if (joints.empty() || first != tip.first_joint + std::ssize(joints) || tip.joints != std::ssize(joints)) {
       map.refuse("segment", fmt::format("must be moved by one to {} joints: those that follow the fingers before it",
                                         kMaxFingerJoints));
-      return;
+      sound = false;
+      continue;
     }
+    const auto is_called_so = [&](const Fingertip& other) { return other.finger == tip.finger; };
+    if (std::ranges::any_of(hand.fingertips, is_called_so))
+      map.refuse("finger", "is there twice: '" + tip.finger + "'");
     hand.fingertips.push_back(tip);
   }
-  if (first == std::ssize(hand.joints)) return;
+  if (!sound || first == std::ssize(hand.joints)) return;
   root.refuse("joints", "'" + hand.joints[first].name + "' moves no fingertip");
 }
 
@@ -259,7 +265,7 @@ Hand load_hand(const std::filesystem::path& file) {
   read_joints(root, hand);
   const std::vector<std::vector<int>> moved_by = read_segments(root, hand);
   read_fingertips(root, moved_by, hand);
-  if (hand.fingers() > 0) find_fingers(root, moved_by, hand);
+  if (hand.fingers() > 0 && !root.is_refused("fingertips")) find_fingers(root, moved_by, hand);
   const auto muscles = root.has("muscles") ? root.list_of_maps("muscles") : std::vector<ConfigMap>();
   if (std::ssize(muscles) > kMaxMuscles) root.refuse("muscles", fmt::format("must list at most {}", kMaxMuscles));
   for (const ConfigMap& map : muscles) {

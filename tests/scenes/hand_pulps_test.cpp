@@ -20,13 +20,13 @@ using Eigen::Vector3d;
 
 constexpr const char* kRadius = "radius: 0.0080,";
 
-/// configs/hand.yaml with other words for the index's pulp.
-std::filesystem::path hand_with(const std::string& words) {
+/// configs/hand.yaml with other words for the index's pulp, or for others.
+std::filesystem::path hand_with(const std::string& words, const std::string& in_place_of = kRadius) {
   std::ifstream in(config_file("hand"));
   std::stringstream all;
   all << in.rdbuf();
   std::string text = all.str();
-  text.replace(text.find(kRadius), std::string(kRadius).size(), words);
+  text.replace(text.find(in_place_of), in_place_of.size(), words);
   const std::filesystem::path file = scratch() / "hand.yaml";
   std::ofstream(file) << text;
   return file;
@@ -34,13 +34,22 @@ std::filesystem::path hand_with(const std::string& words) {
 
 Fingertip index_with(const std::string& words) { return load_hand(hand_with(words)).fingertips[1]; }
 
-std::string refusal(const std::string& words) {
+std::string refusal(const std::string& words, const std::string& in_place_of = kRadius) {
   try {
-    (void)load_hand(hand_with(words));
+    (void)load_hand(hand_with(words, in_place_of));
   } catch (const ConfigError& error) {
     return error.what();
   }
   return "";
+}
+
+// One word that is wrong is one error, not one of every line that builds on it.
+TEST(HandFile, TellsOneFaultOnce) {
+  EXPECT_EQ(refusal("finger: index, segment: I_dital", "finger: index, segment: I_distal"),
+            (scratch() / "hand.yaml").string() +
+                ":31:28: fingertips[1].segment: no segment is named 'I_dital', did you mean 'I_distal'?");
+  EXPECT_EQ(refusal("finger: thumb", "finger: index"),
+            (scratch() / "hand.yaml").string() + ":31:12: fingertips[1].finger: is there twice: 'thumb'");
 }
 
 TEST(HandPulps, AreSpheresEllipsoidsAndCapsules) {
