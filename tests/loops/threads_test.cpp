@@ -319,7 +319,8 @@ TEST(Threads, RecordsThatAreLostAreCountedInTheNextOne) {
   };
   settings.on_control = [&](const ControlSample& sample) { control = sample.lost; };
   const ThreadsReport report = run_threads(grasp, settings);
-  if (contact == 0 && report.slipped > 1000) GTEST_SKIP() << "this machine did fewer ticks than the ring has room for";
+  // The ring has room for 2 s of ticks: fewer in all lose nothing, as where ThreadSanitizer takes its time.
+  if (report.ticks < 2100) GTEST_SKIP() << report.ticks << " ticks fit into the ring";
   EXPECT_GT(contact, 0);
   EXPECT_GT(control, 0);
   EXPECT_EQ(contact, report.lost_samples);
