@@ -14,7 +14,7 @@
 #include "engine/formats/files.h"
 #include "engine/formats/mcap_file.h"
 #include "engine/results/recording_file.h"
-#include "engine/scenes/scene_file.h"
+#include "engine/scenes/shared_data.h"
 
 namespace {
 

@@ -16,7 +16,7 @@
 #include "app/exit_code.h"
 #include "app/progress.h"
 #include "app/results.h"
-#include "app/shared_data.h"
+#include "engine/scenes/shared_data.h"
 #include "engine/finder/finder.h"
 #include "engine/formats/files.h"
 #include "engine/formats/point_cloud_file.h"

@@ -9,7 +9,7 @@
 #include "app/hand_list.h"
 #include "app/results.h"
 #include "app/scene_flags.h"
-#include "app/shared_data.h"
+#include "engine/scenes/shared_data.h"
 #include "engine/formats/files.h"
 #include "engine/formats/text.h"
 #include "engine/imports/hand_import.h"

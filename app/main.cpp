@@ -24,7 +24,7 @@
 #include "app/profile.h"
 #include "app/progress.h"
 #include "app/results.h"
-#include "app/shared_data.h"
+#include "engine/scenes/shared_data.h"
 #include "app/solve.h"
 #include "app/sweep.h"
 #include "app/table.h"

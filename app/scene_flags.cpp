@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "app/shared_data.h"
+#include "engine/scenes/shared_data.h"
 #include "engine/loops/realtime.h"
 #include "engine/scenes/config.h"
 #include "engine/scenes/scene_file.h"
@@ -86,7 +86,7 @@ std::vector<std::string> realtime_defaults() { return {"contact.tolerance=1e-7",
 void add_scene(CLI::App& command, std::filesystem::path& scene, std::vector<std::string>& overrides,
                const char* description, bool or_hand) {
   const CLI::Validator by_name{[or_hand](std::string& text) -> std::string {
-                                 text = (or_hand ? find_scene_or_hand(text) : find_scene(text)).string();
+                                 text = (or_hand ? thenar::find_scene_or_hand(text) : thenar::find_scene(text)).string();
                                  return "";
                                },
                                ""};

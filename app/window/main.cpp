@@ -23,7 +23,7 @@
 #include "app/host.h"
 #include "app/results.h"
 #include "app/scene_flags.h"
-#include "app/shared_data.h"
+#include "engine/scenes/shared_data.h"
 #include "app/window/admission.h"
 #include "app/window/server.h"
 #include "app/window/session.h"

@@ -18,11 +18,7 @@ struct Loop : OwnModel, GraspRun {
   explicit Loop(Model m) : OwnModel{std::move(m)}, GraspRun(OwnModel::model) {}
   explicit Loop(Scene scene) : Loop(build_model(std::move(scene))) {}
   Loop(const Loop& other) : OwnModel(other), GraspRun(OwnModel::model) {
-    state = other.state;
-    frame = other.frame;
-    controller = other.controller;
-    report = other.report;
-    work = other.work;
+    go_on_as(other);
   }
 
   void run(double duration_s) {

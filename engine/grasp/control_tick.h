@@ -7,6 +7,7 @@
 
 #include "engine/grasp/contact_search.h"
 #include "engine/grasp/control.h"
+#include "engine/grasp/control_period.h"
 #include "engine/grasp/frame.h"
 #include "engine/grasp/model.h"
 #include "engine/grasp/state.h"
@@ -27,6 +28,7 @@ struct ControlReport {
   double muscle_residual_Nm = 0.0;             ///< max |H f_m - tau^d|.
   PerFinger<GraspContact> contacts;            ///< Where the fingers act.
   PerFinger<double> gap_m;                     ///< Without grasp forces: see finger_gap_m(); 0 under load.
+  bool has_forces = false;                     ///< f^d, and so the contacts, were asked for: see OwnControl.
   Vector6d wrench_desired = Vector6d::Zero();  ///< W^d [N, N m], world axes, about the object's origin.
   FingerForces f_desired;                      ///< World axes [N]; the last feasible ones if these are not.
   JointVector torques_desired_Nm;              ///< tau^d, which muscles are to give if there are any.
@@ -52,13 +54,14 @@ class Controller {
   Eigen::MatrixXd H;                  ///< Moment arms [m].
   HandPose pose;
   ContactSearch search;
+  OwnControl own;
 };
 
 /// The grasp-force problem of a control tick, about the object's origin. It refers to `report`.
 [[nodiscard]] GraspProblem grasp_problem(const Scene& scene, const ControlReport& report,
                                          const Eigen::Vector3d& centre_m);
 
-/// One control period on a snapshot: pose error -> PID -> desired wrench -> grasp forces -> joint torques -> muscle
+/// One control period on a snapshot, as published but for what `controller.own` says: pose error -> PID -> desired wrench -> grasp forces -> joint torques -> muscle
 /// forces; contact finding; and the frame that the contact tick will use: contacts, factors and drive at the snapshot.
 /// A force problem without a solution is a status: the last forces go on.
 ControlReport control_tick(const Model& model, const Snapshot& snapshot, Controller& controller, Frame& frame);

@@ -37,6 +37,7 @@ TickInput LiveHands::next(const LiveInput& input, const State& state, std::int64
     tick.wrench.tail<3>() = (pull_->anchor_m - state.X_WO.translation()).cross(pull_->force_N);
   }
   tick.wrench.head<3>() += poke(input);
+  if (input.wrench.allFinite()) tick.wrench += input.wrench;
   tick.X_WT = move_target(input, static_cast<double>(state.tick + 1) * model_.scene.step_s);
   return tick;
 }

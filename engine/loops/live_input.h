@@ -24,6 +24,7 @@ struct LiveInput {
   std::int64_t stamp_ns = 0;       ///< When the device made it, steady clock.
   std::int64_t pull_heard_ns = 0;  ///< When the pull was last heard of: the dead man's clock.
   std::optional<Pull> pull;
+  Vector6d wrench = Vector6d::Zero();  ///< On the object, about its origin, world axes [N, N m]: of a program, unlimited.
   std::int64_t pokes = 0;  ///< How many there have been: one more begins one.
   Eigen::Vector3d poke_N = Eigen::Vector3d::Zero();
   Eigen::Vector3d target_shift_m = Eigen::Vector3d::Zero();   ///< Off the task's target, object axes at the start.
@@ -39,9 +40,9 @@ inline constexpr double kShiftLimit_m = 0.05, kTurnLimit_rad = 0.5;  ///< Of the
 /// control at 200 Hz, and 10 mm are a loss.
 inline constexpr double kShiftSpeed_m_per_s = 0.05, kTurnSpeed_rad_per_s = 1.0;
 
-/// Makes of live input what a contact tick takes: held by the contact loop, at its own rate. Whatever the input says,
-/// the wrench is finite and bounded, and the target's speed and distance are: what is not finite is left out, what is
-/// too much is cut.
+/// Makes of live input what a contact tick takes: held by the contact loop, at its own rate. Whatever hands say, the
+/// wrench is finite and bounded, and the target's speed and distance are: what is not finite is left out, what is too
+/// much is cut.
 class LiveHands {
  public:
   explicit LiveHands(const Model& model) : model_(model) {}

@@ -23,6 +23,17 @@ GraspRun::GraspRun(const Model& m, const FramePolicy& policy, std::optional<Lock
       lockstep_(std::move(settings)),
       random_(lockstep_ ? lockstep_->seed : 0) {}
 
+void GraspRun::go_on_as(const GraspRun& other) {
+  state = other.state;
+  frame = other.frame;
+  controller = other.controller;
+  report = other.report;
+  controlled = other.controlled;
+  work = other.work;
+  random_ = other.random_;
+  under_way_ = other.under_way_;
+}
+
 TickReport GraspRun::tick(const TickInput& input) {
   control_if_due();
   return contact(input);

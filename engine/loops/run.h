@@ -41,6 +41,9 @@ struct GraspRun {
   GraspRun(const GraspRun&) = delete;
   GraspRun& operator=(const GraspRun&) = delete;
 
+  /// Goes on as another of the same model and settings would.
+  void go_on_as(const GraspRun& other);
+
   /// One control tick, if one is due, and then one contact tick.
   TickReport tick(const TickInput& input = {});
   /// The first half of it: `controlled` says whether one was due.

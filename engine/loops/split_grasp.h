@@ -31,11 +31,12 @@ struct ControlStep {
 /// for the other. The model's step is the period of the first, its control period that of the second.
 ///
 /// The constructor takes all memory and makes frame 0, control included, so that the first contact step has a drive. It
-/// throws std::runtime_error if that frame is not finite. The model is referred to, not copied.
+/// throws std::runtime_error if that frame is not finite. The model is referred to, not copied. What `own` says is
+/// called by the constructor and by control_step().
 class SplitGrasp {
  public:
   explicit SplitGrasp(const Model& model) : SplitGrasp(model, State(model)) {}
-  SplitGrasp(const Model& model, const State& start);
+  SplitGrasp(const Model& model, const State& start, OwnControl own = {});
   /// Goes on where another left off, on a model that may have other fingertips and another step than `old`, the
   /// other's: with its state (carry_over), its controller's memory, and a new frame. While neither loop runs.
   SplitGrasp(const Model& model, const Model& old, const SplitGrasp& before);

@@ -363,7 +363,7 @@ ContactLoopCounts run_contact_loop(SplitGrasp& grasp, Schedule schedule, std::in
 }
 
 ThreadsReport run_threads(const Model& model, State& state, const ThreadSettings& settings) {
-  SplitGrasp grasp(model, state);
+  SplitGrasp grasp(model, state, settings.own);
   if (settings.on_first_control) settings.on_first_control(grasp.first_control(), grasp.muscle_forces_N());
   if (grasp.first_control().grasp != GraspStatus::kOptimal) {
     ThreadsReport report;

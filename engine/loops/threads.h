@@ -5,6 +5,7 @@
 #include <functional>
 #include <stop_token>
 
+#include "engine/grasp/control_period.h"
 #include "engine/grasp/model.h"
 #include "engine/grasp/state.h"
 #include "engine/loops/latest_value.h"
@@ -44,6 +45,7 @@ struct ThreadSettings {
   int core = -1;            ///< The contact thread's, one of allowed_cores(); -1: the last of them.
   const CoreSetAside* set_aside = nullptr;  ///< The caller has set it aside; null: the run does, see run_threads.
   bool quiet = false;                       ///< Log nothing.
+  OwnControl own;                           ///< Called on the control thread, for frame 0 on the calling one.
   LiveContact* live = nullptr;              ///< Live input and pictures; null: none.
   /// On the calling thread, before all else: frame 0's control tick and its muscle forces, also if nothing will run.
   std::function<void(const ControlReport&, const Eigen::VectorXd& muscle_forces_N)> on_first_control;
@@ -88,7 +90,8 @@ ContactLoopCounts run_contact_loop(SplitGrasp& grasp, Schedule schedule, std::in
 /// the run ends the calling thread, and what it starts, keeps to the others. Where there is one alone, control runs
 /// without a real-time priority: two such threads on it would take all its time, and the kernel then stops both.
 /// `state`: in, where to start; out, as the run ended. Without grasp forces for the start nothing runs. Unless `quiet`,
-/// what was refused and what went wrong is logged, at most once a second.
+/// what was refused and what went wrong is logged, at most once a second. While a function of `settings.own` takes its
+/// time, the last frame stays in use and is then held. What it throws ends the run, and is thrown here.
 ThreadsReport run_threads(const Model& model, State& state, const ThreadSettings& settings);
 
 /// The same with a grasp that is there already, and may go on in another run: its state, its controller's memory and

@@ -28,7 +28,7 @@ void record_forces(const Model& model, const Snapshot& state, const ControlRepor
     const FingerLoad& load = state.load[k];
     record.force[k] = split(load.force_N, load.normal);
     record.desired_N[k].setZero();
-    if (!model.scene.control) continue;
+    if (!control.has_forces) continue;
     record.desired_N[k] = control.f_desired.col(k);
     record.force_desired[k] = split(control.f_desired.col(k), control.contacts[k].axes.col(0));
     record.force_error_N[k] = (control.f_desired.col(k) - load.force_N).norm();
@@ -126,7 +126,7 @@ Recording Recorder::finish(const Snapshot& state, const ControlReport& control, 
   recording_.unsolved = monitor_.unsolved();
   if (ticks == 0) make_room();
   recording_.muscle_forces_N.conservativeResize(Eigen::NoChange, ticks);
-  if (model_.scene.control && ticks > 0) {
+  if (control.has_forces && ticks > 0) {
     HandPose pose;
     forward_kinematics(model_.scene.hand, state.q, pose);
     recording_.predicted_paper_law_error = predicted_paper_law_error(model_, pose, control.contacts, control.f_desired);

@@ -42,6 +42,7 @@ class ProgressWatcher : public Watcher {
 
 Recording run_scene(const Model& model, State& state, const RunSettings& settings) {
   GraspRun run = settings.lockstep ? GraspRun(model, *settings.lockstep) : GraspRun(model);
+  run.controller.own = settings.own;
   run.state = start_of_run(std::move(state));
   Recorder recorder(model, settings.film);
   ProgressWatcher progress(model, settings.progress);
@@ -54,7 +55,7 @@ Recording run_scene(const Model& model, State& state, const RunSettings& setting
 }
 
 RealtimeRun run_realtime(const Model& model, State& state, ThreadSettings settings, LoopProfile& profile,
-                         const Progress& progress, RecordingFile* film) {
+                         const Progress& progress, RecordingFile* film, const std::vector<Watcher*>& watchers) {
   Recorder recorder(model, film);
   bool lost = false;
   std::optional<double> interrupted_s;
@@ -76,6 +77,7 @@ RealtimeRun run_realtime(const Model& model, State& state, ThreadSettings settin
     const Picture* picture = sample.shown ? &live->pictures.current() : nullptr;
     if (picture != nullptr && picture->snapshot.tick == sample.after.tick) tick.picture = picture;
     lost = !recorder.see_tick(tick);
+    for (Watcher* watcher : watchers) lost = !watcher->see_tick(tick) || lost;
     return !lost;
   };
   Pairing pairing(see, [&](const ContactSample& sample, const ControlSample& control) {

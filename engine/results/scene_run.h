@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "engine/grasp/control_period.h"
 #include "engine/grasp/model.h"
 #include "engine/grasp/state.h"
 #include "engine/loops/run.h"
@@ -20,6 +21,7 @@ using Progress = std::function<bool(double simulated_s, double wall_s)>;
 
 struct RunSettings {
   std::optional<LockstepSettings> lockstep = {};  ///< Nothing: in one loop.
+  OwnControl own = {};  ///< Instead of parts of the published controller.
   Progress progress = {};
   RecordingFile* film = nullptr;        ///< Of what it looks like: what the disk refuses it reports at its end.
   std::vector<Watcher*> watchers = {};  ///< Beside the recorder.
@@ -38,8 +40,10 @@ struct RealtimeRun {
 /// The same by run_threads, in real time. Ticks that slipped are not in the recording and do not count as missing:
 /// simulated time lags. The fingertips are not shown. `settings` says how; its callbacks are not called. `profile`
 /// receives every tick, and `film`, if there is one, what it looks like; throws FileError. A state that nobody had time
-/// for is missing there.
+/// for is missing there. `watchers` see the ticks as the recorder does, on the calling thread. With `settings.live`, which
+/// `film` excludes, people act on it.
 [[nodiscard]] RealtimeRun run_realtime(const Model& model, State& state, ThreadSettings settings, LoopProfile& profile,
-                                       const Progress& progress = {}, RecordingFile* film = nullptr);
+                                       const Progress& progress = {}, RecordingFile* film = nullptr,
+                                       const std::vector<Watcher*>& watchers = {});
 
 }  // namespace thenar

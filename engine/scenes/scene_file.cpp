@@ -14,6 +14,7 @@
 #include "engine/scenes/config.h"
 #include "engine/scenes/hand_file.h"
 #include "engine/scenes/keys.h"
+#include "engine/scenes/shared_data.h"
 #include "engine/scenes/units.h"
 
 namespace thenar {
@@ -447,31 +448,6 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
     scene.defaults_used.push_back("tolerance: " + in_words(scene.tolerance));
   }
   return scene;
-}
-
-std::filesystem::path shared_data() {
-  std::error_code none;
-  return std::filesystem::read_symlink("/proc/self/exe", none).parent_path().parent_path() / "share" / "thenar";
-}
-
-std::vector<std::string> known_hands() {
-  std::vector<std::string> names;
-  std::error_code none;
-  for (const auto& entry : std::filesystem::directory_iterator(shared_data() / "scenes" / "hands", none)) {
-    names.push_back(entry.path().stem().string());
-  }
-  std::sort(names.begin(), names.end());
-  return names;
-}
-
-std::filesystem::path known_hand(const std::filesystem::path& name) {
-  const std::filesystem::path folder = shared_data() / "scenes";
-  std::filesystem::path file = name.filename();
-  if (!file.has_extension()) file += ".yaml";
-  for (const std::filesystem::path& known : {folder / file, folder / "hands" / file}) {
-    if (is_readable(known)) return known;
-  }
-  return {};
 }
 
 std::vector<std::filesystem::path> scene_files(const std::filesystem::path& scene,

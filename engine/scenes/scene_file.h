@@ -9,16 +9,6 @@
 
 namespace thenar {
 
-/// What comes with a program: scenes and hands in its folder `scenes`, the window's page. It is share/thenar beside the
-/// folder of the running program, wherever both were installed; where there is no /proc, below the working folder.
-[[nodiscard]] std::filesystem::path shared_data();
-
-/// The hand of this name that comes with the program: "leap", "leap.yaml" or "hands/leap.yaml". Empty if there is none.
-[[nodiscard]] std::filesystem::path known_hand(const std::filesystem::path& name);
-
-/// Their names, such as "leap", sorted.
-[[nodiscard]] std::vector<std::string> known_hands();
-
 /// Reads a scene and the files that it names, with `--set key=value` changes applied.
 /// A hand that is not beside the scene is looked for among those that come with the program, by its file's name.
 /// Throws ConfigError with every mistake at once, or FileError if all that is wrong is a file that cannot be read.

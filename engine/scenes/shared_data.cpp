@@ -1,4 +1,4 @@
-#include "app/shared_data.h"
+#include "engine/scenes/shared_data.h"
 
 #include <fmt/format.h>
 
@@ -6,16 +6,24 @@
 #include <iterator>
 #include <string_view>
 #include <system_error>
+#include <utility>
 
 #include "engine/formats/files.h"
 #include "engine/formats/text.h"
-#include "engine/scenes/scene_file.h"
+
+namespace thenar {
 
 namespace fs = std::filesystem;
 
 namespace {
 
-fs::path scene_folder() { return thenar::shared_data() / "scenes"; }
+/// Empty: beside the program.
+fs::path& chosen_folder() {
+  static fs::path folder;
+  return folder;
+}
+
+fs::path scene_folder() { return shared_data() / "scenes"; }
 
 /// The first sentence of the comment that a file begins with.
 std::string first_sentence(std::string_view text) {
@@ -48,7 +56,7 @@ fs::path hand_called(const std::string& text) {
   std::error_code none;
   const fs::path file = text;
   if (fs::exists(file, none) && !fs::is_directory(file, none)) return file;
-  return file.has_parent_path() ? fs::path() : thenar::known_hand(file);
+  return file.has_parent_path() ? fs::path() : known_hand(file);
 }
 
 std::vector<std::string> names_of_scenes() {
@@ -60,19 +68,47 @@ std::vector<std::string> names_of_scenes() {
 /// Throws FileError for a text that is no file and none of the names, with the name that is nearest.
 [[noreturn]] void refuse(const std::string& text, const std::string& what, const std::vector<std::string>& names) {
   const std::vector<std::string_view> candidates(names.begin(), names.end());
-  throw thenar::FileError(
+  throw FileError(
       text, fmt::format("no such file, nor a {} that comes with the program{}", what,
-                        thenar::did_you_mean(thenar::nearest_word(fs::path(text).stem().string(), candidates))));
+                        did_you_mean(nearest_word(fs::path(text).stem().string(), candidates))));
 }
 
 }  // namespace
+
+fs::path shared_data() {
+  if (!chosen_folder().empty()) return chosen_folder();
+  std::error_code none;
+  return fs::read_symlink("/proc/self/exe", none).parent_path().parent_path() / "share" / "thenar";
+}
+
+std::vector<std::string> known_hands() {
+  std::vector<std::string> names;
+  std::error_code none;
+  for (const auto& entry : fs::directory_iterator(shared_data() / "scenes" / "hands", none)) {
+    names.push_back(entry.path().stem().string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+fs::path known_hand(const fs::path& name) {
+  const fs::path folder = shared_data() / "scenes";
+  fs::path file = name.filename();
+  if (!file.has_extension()) file += ".yaml";
+  for (const fs::path& known : {folder / file, folder / "hands" / file}) {
+    if (is_readable(known)) return known;
+  }
+  return {};
+}
+
+void use_shared_data(fs::path folder) { chosen_folder() = std::move(folder); }
 
 std::vector<KnownScene> known_scenes() {
   std::vector<KnownScene> scenes;
   std::error_code none;
   for (const fs::directory_entry& entry : fs::directory_iterator(scene_folder(), none)) {
     if (entry.path().extension() != ".yaml") continue;
-    const std::string text = thenar::read_file(entry.path());
+    const std::string text = read_file(entry.path());
     // A hand is described by a file like these, and names no object.
     if (text.find("\nobject:") == std::string::npos) continue;
     scenes.push_back({entry.path().stem().string(), entry.path(), first_sentence(text)});
@@ -90,13 +126,13 @@ fs::path find_scene(const std::string& text) {
 
 fs::path find_hand(const std::string& text) {
   const fs::path file = hand_called(text);
-  if (file.empty()) refuse(text, "hand", thenar::known_hands());
+  if (file.empty()) refuse(text, "hand", known_hands());
   return file;
 }
 
 fs::path hand_in_scene(const fs::path& hand, const fs::path& otherwise) {
   std::error_code none;
-  return fs::equivalent(hand, thenar::known_hand(hand), none) ? hand.stem() : otherwise;
+  return fs::equivalent(hand, known_hand(hand), none) ? hand.stem() : otherwise;
 }
 
 fs::path find_scene_or_hand(const std::string& text) {
@@ -105,7 +141,7 @@ fs::path find_scene_or_hand(const std::string& text) {
   if (!hand.empty() && !fs::exists(scene, none)) return hand;
   if (!scene.empty()) return scene;
   std::vector<std::string> names = names_of_scenes();
-  std::ranges::move(thenar::known_hands(), std::back_inserter(names));
+  std::ranges::move(known_hands(), std::back_inserter(names));
   refuse(text, "scene or hand", names);
 }
 
@@ -118,3 +154,5 @@ std::string list_of_scenes() {
   for (const KnownScene& scene : scenes) list += fmt::format("{:{}}  {}\n", scene.name, width, scene.about);
   return list;
 }
+
+}  // namespace thenar

@@ -4,7 +4,20 @@
 #include <string>
 #include <vector>
 
-// The scenes and hands that come with the programs.
+// The scenes and hands that come with a program.
+namespace thenar {
+
+/// What comes with a program: scenes and hands in its folder `scenes`, the window's page. It is share/thenar beside the
+/// folder of the running program, wherever both were installed; where there is no /proc, below the working folder.
+[[nodiscard]] std::filesystem::path shared_data();
+/// It is this folder instead: for libraries that another program loads. Before any scene is read.
+void use_shared_data(std::filesystem::path folder);
+
+/// The hand of this name that comes with the program: "leap", "leap.yaml" or "hands/leap.yaml". Empty if there is none.
+[[nodiscard]] std::filesystem::path known_hand(const std::filesystem::path& name);
+
+/// Their names, such as "leap", sorted.
+[[nodiscard]] std::vector<std::string> known_hands();
 
 /// A scene that comes with the program.
 struct KnownScene {
@@ -33,3 +46,5 @@ struct KnownScene {
 
 /// A line a scene.
 [[nodiscard]] std::string list_of_scenes();
+
+}  // namespace thenar

@@ -1,0 +1,165 @@
+#include "engine/grasp/control_period.h"
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "engine/grasp/control_tick.h"
+#include "engine/grasp/stopwatch.h"
+
+namespace thenar {
+
+using Eigen::Index;
+
+namespace {
+
+// Grasp forces may be so many times what is asked for, moments taken at this lever.
+constexpr double kMostForce = 100.0, kLeastLever_m = 1e-2;
+
+const ControlSettings& settings_of(const Model& model) {
+  if (!model.scene.control) throw std::logic_error("a scene without control has no published controller");
+  return *model.scene.control;
+}
+
+/// What a function of the caller's gave: refused here, where it can be named.
+template <typename Numbers>
+const Numbers& checked(const Numbers& numbers, Index asked, const char* what) {
+  if (numbers.size() != asked) {
+    throw std::invalid_argument(std::string(what) + ": " + std::to_string(numbers.size()) + " numbers, not " +
+                                std::to_string(asked));
+  }
+  if (!numbers.allFinite()) throw std::invalid_argument(std::string(what) + ": a number is not finite");
+  return numbers;
+}
+
+}  // namespace
+
+double ControlPeriod::time_s() const { return static_cast<double>(snapshot.tick) * model.scene.step_s; }
+
+Eigen::Isometry3d ControlPeriod::target() const { return snapshot.X_WT.value_or(model.target(time_s())); }
+
+Vector6d ControlPeriod::error() const { return pose_error(target(), snapshot.X_WO); }
+
+const PerFinger<GraspContact>& ControlPeriod::contacts() {
+  if (!has_contacts_) {
+    for (int k = 0; k < model.fingers(); ++k) report.contacts[k] = finger_contact(model, controller.pose, snapshot, k);
+    has_contacts_ = true;
+  }
+  return report.contacts;
+}
+
+FingerJacobian ControlPeriod::jacobian(int finger) {
+  return finger_jacobian(model.scene.hand, controller.pose, finger, contacts()[finger].point_m);
+}
+
+const Eigen::MatrixXd& ControlPeriod::moment_arms() {
+  if (!has_arms_) thenar::moment_arms(model.scene.hand, controller.pose, controller.H);
+  has_arms_ = true;
+  return controller.H;
+}
+
+const Vector6d& ControlPeriod::wrench() {
+  if (!has_wrench_) {
+    const auto& own = controller.own.wrench;
+    report.wrench_desired = own ? checked(own(*this), 6, "wrench of the caller's law") : published_wrench(*this);
+    has_wrench_ = true;
+  }
+  return report.wrench_desired;
+}
+
+const FingerForces& ControlPeriod::forces() {
+  if (has_forces_) return report.f_desired;
+  Stopwatch stage;
+  const auto& own = controller.own.forces;
+  if (const auto f = own ? own(*this) : published_forces(*this)) {
+    controller.f_desired = checked(*f, 3 * model.fingers(), "grasp forces of the caller's law").reshaped();
+    report.grasp = GraspStatus::kOptimal;
+  } else {
+    if (own) report.grasp = GraspStatus::kInfeasible;
+    contacts();
+    for (int k = 0; k < model.fingers(); ++k) report.gap_m[k] = finger_gap_m(model, controller.pose, snapshot, k);
+  }
+  report.f_desired = controller.f_desired.reshaped(3, model.fingers());
+  report.has_forces = has_forces_ = true;
+  contacts();
+  report.grasp_s = stage.lap();
+  return report.f_desired;
+}
+
+const JointVector& ControlPeriod::torques() {
+  if (!has_torques_) {
+    const auto& own = controller.own.torques;
+    const auto joints = std::ssize(model.scene.hand.joints);
+    report.torques_desired_Nm =
+        own ? checked(own(*this), joints, "joint torques of the caller's law") : published_torques(*this);
+    has_torques_ = true;
+  }
+  return report.torques_desired_Nm;
+}
+
+const Eigen::VectorXd& ControlPeriod::muscle_forces() {
+  if (has_muscles_) return controller.f_muscle;
+  if (const auto& own = controller.own.muscles) {
+    const auto muscles = std::ssize(model.scene.hand.muscles);
+    controller.f_muscle = checked(own(*this), muscles, "muscle forces of the caller's law");
+    Index pushing = 0;
+    if (muscles > 0 && controller.f_muscle.minCoeff(&pushing) < 0.0) {
+      throw std::invalid_argument("muscle forces of the caller's law: " + model.scene.hand.muscles[pushing].name +
+                                  " is to push, and muscles pull");
+    }
+  } else {
+    published_muscle_forces(*this);
+  }
+  has_muscles_ = true;
+  return controller.f_muscle;
+}
+
+Vector6d published_wrench(ControlPeriod& period) {
+  settings_of(period.model);
+  Controller& controller = period.controller;
+  // In a hold nothing that is asked for acts. The error that has gathered there comes back as slowly as the drive does.
+  const double fade = std::exp(-controller.period_s / kResume_s);
+  controller.acting_share = period.snapshot.held ? 0.0 : 1.0 - fade * (1.0 - controller.acting_share);
+  const Vector6d D = controller.pid->update(period.error(), controller.period_s, controller.acting_share);
+  return D - period.model.weight(period.snapshot.X_WO);
+}
+
+std::optional<FingerForces> published_forces(ControlPeriod& period) {
+  const ControlSettings& settings = settings_of(period.model);
+  ControlReport& report = period.report;
+  const Vector6d& wrench = period.wrench();
+  period.contacts();
+  const GraspProblem problem = grasp_problem(period.model.scene, report, period.snapshot.X_WO.translation());
+  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3 * kMaxFingers, 1> f = period.controller.f_desired;
+  report.grasp = solve_grasp_forces(problem, f).status;
+  // Contacts that hardly resist some moment take forces that no finger has: that is no grasp.
+  const double asked_N =
+      settings.internal_force_N + wrench.head<3>().norm() + wrench.tail<3>().norm() / kLeastLever_m;
+  if (report.grasp == GraspStatus::kOptimal && f.norm() > kMostForce * asked_N) report.grasp = GraspStatus::kInfeasible;
+  if (report.grasp != GraspStatus::kOptimal) return std::nullopt;
+  return f.reshaped(3, period.model.fingers());
+}
+
+JointVector published_torques(ControlPeriod& period) {
+  settings_of(period.model);
+  const Model& model = period.model;
+  const FingerForces& f_desired = period.forces();
+  FingerForces error(3, model.fingers());
+  for (int k = 0; k < model.fingers(); ++k) error.col(k) = f_desired.col(k) - period.snapshot.load[k].force_N;
+  Controller& controller = period.controller;
+  const PerFinger<GraspContact>& contacts = period.contacts();
+  const FingerForces y = controller.filter->update(contacts, error, controller.period_s);
+  return desired_torques(model, period.snapshot.q, controller.pose, contacts, f_desired, y);
+}
+
+const Eigen::VectorXd& published_muscle_forces(ControlPeriod& period) {
+  if (!period.model.scene.has_muscles()) throw std::logic_error("the scene has no muscles");
+  Controller& controller = period.controller;
+  const JointVector& tau = period.torques();
+  Stopwatch stage;
+  period.report.muscle = solve_muscle_forces({period.moment_arms(), tau}, controller.f_muscle).status;
+  period.report.muscle_s = stage.lap();
+  return controller.f_muscle;
+}
+
+}  // namespace thenar

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <functional>
+#include <optional>
+
+#include "engine/grasp/control.h"
+#include "engine/grasp/model.h"
+#include "engine/grasp/state.h"
+
+namespace thenar {
+
+class Controller;
+class ControlPeriod;
+struct ControlReport;
+
+/// What a caller's functions say instead of the published controller, each alone; an empty one is as published. Each is
+/// called once a control period on the thread of the control tick, if the period asks for what it gives; it may ask for
+/// what comes before, and for the published answer (published_wrench(), ...). A vector of another size than is asked
+/// for, a number that is not finite, or a muscle that is to push, is std::invalid_argument; what a function throws
+/// leaves the control tick.
+struct OwnControl {
+  /// W^d: wrench on the object beside its weight's, about its origin, world axes [N, N m].
+  std::function<Vector6d(ControlPeriod&)> wrench = {};
+  /// f^d: a force a finger on the object, world axes, a column a finger [N]. Nothing: there are none, and the last go on.
+  std::function<std::optional<FingerForces>(ControlPeriod&)> forces = {};
+  /// tau^d: torques, one a joint [N m]. They bear the hand's own weight, too.
+  std::function<JointVector(ControlPeriod&)> torques = {};
+  /// f_m: forces, one a muscle [N]; of scenes with muscles. The joints get H f_m.
+  std::function<Eigen::VectorXd(ControlPeriod&)> muscles = {};
+};
+
+/// One control period: what its laws see, and what they have found. What a period is asked for is found then, once.
+class ControlPeriod {
+ public:
+  ControlPeriod(const Model& m, const Snapshot& seen, Controller& of, ControlReport& result)
+      : model(m), snapshot(seen), controller(of), report(result) {}
+  ControlPeriod(const ControlPeriod&) = delete;
+  ControlPeriod& operator=(const ControlPeriod&) = delete;
+
+  const Model& model;
+  const Snapshot& snapshot;  ///< What is known of the state: joints, object, what the fingers do to it.
+  Controller& controller;    ///< With the hand's pose at the snapshot, and the period's length.
+  ControlReport& report;     ///< Has all that was found.
+
+  [[nodiscard]] double time_s() const;
+  /// Where the object should be at that time.
+  [[nodiscard]] Eigen::Isometry3d target() const;
+  /// Of the object against its target: see pose_error().
+  [[nodiscard]] Vector6d error() const;
+
+  /// Where the fingers act on the object.
+  const PerFinger<GraspContact>& contacts();
+  /// J_k: the velocity of the point of finger k that contacts() has, for its joints' speeds; world axes.
+  [[nodiscard]] FingerJacobian jacobian(int finger);
+  /// H of tau = H f_m, joints x muscles [m].
+  const Eigen::MatrixXd& moment_arms();
+  const Vector6d& wrench();
+  const FingerForces& forces();
+  const JointVector& torques();
+  [[nodiscard]] bool has_torques() const { return has_torques_; }
+  /// Of a scene with muscles.
+  const Eigen::VectorXd& muscle_forces();
+
+ private:
+  bool has_contacts_ = false, has_arms_ = false, has_wrench_ = false, has_forces_ = false;
+  bool has_torques_ = false, has_muscles_ = false;
+};
+
+// The published laws. They keep what they need to know from period to period in the Controller: each at most once a
+// period. All but the last are for scenes with `control`: std::logic_error.
+/// The PID on the object's pose, and its weight.
+[[nodiscard]] Vector6d published_wrench(ControlPeriod& period);
+/// Within the friction cones, for the period's wrench(). Nothing if there are none.
+[[nodiscard]] std::optional<FingerForces> published_forces(ControlPeriod& period);
+/// The force control on the period's forces().
+[[nodiscard]] JointVector published_torques(ControlPeriod& period);
+/// The least muscle forces for the period's torques(). Of scenes with muscles: std::logic_error.
+const Eigen::VectorXd& published_muscle_forces(ControlPeriod& period);
+
+}  // namespace thenar

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <string>
+#include <vector>
+
+#include "engine/grasp/hand.h"
+
+/// Numbers of the engine as numpy arrays, and back.
+namespace thenar::python {
+
+namespace py = pybind11;
+using Array = py::array_t<double>;
+
+/// A read-only array on the engine's own memory: shape and strides [elements of double]. `owner` lives as long as it.
+inline Array view(const double* data, std::vector<py::ssize_t> shape, std::vector<py::ssize_t> strides,
+                  py::handle owner) {
+  for (py::ssize_t& stride : strides) stride *= static_cast<py::ssize_t>(sizeof(double));
+  Array array(std::move(shape), std::move(strides), data, owner);
+  array.attr("setflags")(py::arg("write") = false);
+  return array;
+}
+
+template <typename Vector>
+Array view_of_vector(const Vector& v, py::handle owner) {
+  return view(v.data(), {v.size()}, {1}, owner);
+}
+
+/// A pose as the 4 x 4 matrix that Eigen keeps, column by column.
+inline Array view_of_pose(const Eigen::Isometry3d& X, py::handle owner) { return view(X.data(), {4, 4}, {1, 4}, owner); }
+
+template <typename Matrix>
+Array view_of_matrix(const Matrix& m, py::handle owner) {
+  return view(m.data(), {m.rows(), m.cols()}, {1, m.outerStride()}, owner);
+}
+
+/// One vector of three a finger, at `first` in the first of records that are `Record` each.
+template <typename Record>
+Array view_of_rows(const double* first, int fingers, py::handle owner) {
+  static_assert(sizeof(Record) % sizeof(double) == 0);
+  return view(first, {fingers, 3}, {sizeof(Record) / sizeof(double), 1}, owner);
+}
+/// One number a finger, likewise.
+template <typename Record>
+Array view_of_column(const double* first, int fingers, py::handle owner) {
+  static_assert(sizeof(Record) % sizeof(double) == 0);
+  return view(first, {fingers}, {sizeof(Record) / sizeof(double)}, owner);
+}
+
+/// A copy, row by row.
+template <typename Derived>
+Array copy(const Eigen::MatrixBase<Derived>& m) {
+  if constexpr (Derived::ColsAtCompileTime == 1) {
+    Array array(m.size());
+    Eigen::Map<Eigen::VectorXd>(array.mutable_data(), m.size()) = m;
+    return array;
+  } else {
+    Array array({m.rows(), m.cols()});
+    Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(array.mutable_data(), m.rows(),
+                                                                                        m.cols()) = m;
+    return array;
+  }
+}
+
+/// Numbers of a caller, finite and of this shape; a dimension of -1 may be of any size. Raises ValueError or TypeError
+/// that names them.
+Array numbers(py::handle value, const std::vector<py::ssize_t>& shape, const std::string& name);
+Eigen::VectorXd vector(py::handle value, py::ssize_t size, const std::string& name);
+Eigen::MatrixXd matrix(py::handle value, py::ssize_t rows, py::ssize_t columns, const std::string& name);
+/// A 4 x 4 matrix of a rotation and a place.
+Eigen::Isometry3d pose(py::handle value, const std::string& name);
+/// A finite number.
+double number(py::handle value, const std::string& name);
+
+}  // namespace thenar::python

@@ -1,0 +1,325 @@
+#include "python/batch.h"
+
+#include <fmt/format.h>
+#include <pybind11/stl.h>
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "engine/results/recording_file.h"
+#include "engine/results/scene_run.h"
+#include "engine/results/signals.h"
+#include "engine/results/summary.h"
+#include "engine/studies/sweep.h"
+#include "python/arrays.h"
+#include "python/laws.h"
+#include "python/scene.h"
+#include "python/simulation.h"
+
+namespace thenar::python {
+
+namespace {
+
+/// Of the numbers that rollout() keeps: name, how many of a model, and where they are.
+struct Signal {
+  const char* name;
+  py::ssize_t (*size)(const Model&);
+  void (*read)(const Simulation&, double*);
+};
+
+py::ssize_t one(const Model&) { return 1; }
+py::ssize_t fingers(const Model& m) { return m.fingers(); }
+py::ssize_t joints(const Model& m) { return std::ssize(m.scene.hand.joints); }
+
+template <PerFinger<double> TickRecord::* Field>
+void read_per_finger(const Simulation& s, double* to) {
+  std::copy_n((s.record.*Field).data(), s.model->fingers(), to);
+}
+
+const std::vector<Signal>& signals() {
+  static const std::vector<Signal> all = {
+      {"time_s", one, [](const Simulation& s, double* to) { *to = s.run.time_s(); }},
+      {"object", [](const Model&) -> py::ssize_t { return 16; },
+       [](const Simulation& s, double* to) {
+         Eigen::Map<Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> X(to);
+         X = s.run.state.X_WO.matrix();
+       }},
+      {"q_rad", joints,
+       [](const Simulation& s, double* to) { std::copy_n(s.run.state.q.data(), s.run.state.q.size(), to); }},
+      {"position_m", [](const Model&) -> py::ssize_t { return 3; },
+       [](const Simulation& s, double* to) { std::copy_n(s.record.position_m.data(), 3, to); }},
+      {"rotation_error_rad", one, [](const Simulation& s, double* to) { *to = s.record.rotation_error_rad; }},
+      {"force_N", [](const Model& m) -> py::ssize_t { return 3 * m.fingers(); },
+       [](const Simulation& s, double* to) {
+         for (int k = 0; k < s.model->fingers(); ++k) std::copy_n(s.run.state.load[k].force_N.data(), 3, to + 3 * k);
+       }},
+      {"normal_N", fingers,
+       [](const Simulation& s, double* to) {
+         for (int k = 0; k < s.model->fingers(); ++k) to[k] = s.record.force[k].normal_N;
+       }},
+      {"tangential_N", fingers,
+       [](const Simulation& s, double* to) {
+         for (int k = 0; k < s.model->fingers(); ++k) to[k] = s.record.force[k].tangential_N;
+       }},
+      {"margin", fingers, read_per_finger<&TickRecord::margin>},
+      {"slip_m", fingers, read_per_finger<&TickRecord::slip_m>},
+      {"spin_rad", fingers, read_per_finger<&TickRecord::spin_rad>},
+      {"muscles_N",
+       [](const Model& m) -> py::ssize_t { return m.scene.has_muscles() ? std::ssize(m.scene.hand.muscles) : 0; },
+       [](const Simulation& s, double* to) {
+         if (s.model->scene.has_muscles()) std::copy_n(s.run.controller.f_muscle.data(), s.run.controller.f_muscle.size(), to);
+       }}};
+  return all;
+}
+
+const Signal& signal_called(const std::string& name) {
+  std::string known;
+  for (const Signal& signal : signals()) {
+    if (name == signal.name) return signal;
+    known += (known.empty() ? "" : ", ") + std::string(signal.name);
+  }
+  throw py::value_error(fmt::format("rollout keeps no '{}': {}", name, known));
+}
+
+/// Samples of one signal of all simulations.
+struct Kept {
+  const Signal* signal;
+  py::ssize_t size;
+  Array array;
+};
+
+struct RolloutPlan {
+  std::vector<Simulation*> all;
+  std::int64_t ticks, every;
+  std::vector<Kept> kept;
+  std::vector<double*> into;  // Of each kept signal.
+};
+
+void run_one(RolloutPlan& plan, std::size_t row, const std::atomic<bool>& stop) {
+  Simulation& simulation = *plan.all[row];
+  const std::int64_t samples = plan.ticks / plan.every;
+  for (std::int64_t sample = 0; sample < samples && !stop.load(std::memory_order_relaxed); ++sample) {
+    for (std::int64_t i = 0; i < plan.every; ++i) simulation.tick();
+    for (std::size_t k = 0; k < plan.kept.size(); ++k) {
+      const py::ssize_t size = plan.kept[k].size;
+      plan.kept[k].signal->read(simulation, plan.into[k] + (static_cast<std::int64_t>(row) * samples + sample) * size);
+    }
+  }
+}
+
+int threads_of(const py::object& threads) {
+  if (threads.is_none()) return std::max(1U, std::thread::hardware_concurrency());
+  const int asked = threads.cast<int>();
+  if (asked < 1 || asked > 4096) throw py::value_error("threads must lie within 1 .. 4096");
+  return asked;
+}
+
+/// Calls `work` for 0 .. count - 1, whichever thread is free. Rethrows the first fault, when all have ended.
+template <typename Work>
+void in_threads(std::size_t count, int threads, std::atomic<bool>& stop, Work&& work) {
+  std::atomic<std::size_t> next{0};
+  std::mutex mutex;
+  std::exception_ptr fault;
+  const auto worker = [&] {
+    for (std::size_t i = next.fetch_add(1); i < count && !stop.load(); i = next.fetch_add(1)) {
+      try {
+        work(i);
+      } catch (...) {
+        const std::lock_guard lock(mutex);
+        if (!fault) fault = std::current_exception();
+        stop = true;
+      }
+    }
+  };
+  std::vector<std::jthread> all;
+  for (int t = 0; t < std::min<int>(threads, static_cast<int>(count)); ++t) all.emplace_back(worker);
+  all.clear();
+  if (fault) std::rethrow_exception(fault);
+}
+
+py::dict rollout(const std::vector<std::shared_ptr<Simulation>>& simulations, std::int64_t ticks, std::int64_t every,
+                 const std::vector<std::string>& names, const py::object& threads) {
+  if (ticks < 0) throw py::value_error("ticks must be 0 or more");
+  if (every < 1 || ticks % every != 0) throw py::value_error("every must be 1 or more, and divide ticks");
+  const int jobs = threads_of(threads);
+  RolloutPlan plan{{}, ticks, every, {}, {}};
+  std::vector<std::unique_ptr<Hold>> holds;
+  for (const auto& simulation : simulations) {
+    if (!simulation) throw py::type_error("rollout takes a list of simulations");
+    plan.all.push_back(simulation.get());
+    if (simulation->model->fingers() != simulations[0]->model->fingers() ||
+        simulation->model->scene.hand.joints.size() != simulations[0]->model->scene.hand.joints.size()) {
+      throw py::value_error("the simulations of a rollout have hands of as many fingers and joints");
+    }
+    holds.push_back(std::make_unique<Hold>(*simulation));
+  }
+  py::dict result;
+  for (const std::string& name : names) {
+    const Signal& signal = signal_called(name);
+    const py::ssize_t size = simulations.empty() ? 0 : signal.size(*simulations[0]->model);
+    for (const auto& simulation : simulations) {
+      if (signal.size(*simulation->model) != size) throw py::value_error(name + " is of another size in some simulations");
+    }
+    plan.kept.push_back({&signal, size, Array({static_cast<py::ssize_t>(simulations.size()), static_cast<py::ssize_t>(ticks / every), size})});
+    plan.into.push_back(plan.kept.back().array.mutable_data());
+  }
+  {
+    const py::gil_scoped_release others;
+    std::atomic<bool> stop{false};
+    in_threads(plan.all.size(), jobs, stop, [&](std::size_t row) { run_one(plan, row, stop); });
+  }
+  for (Kept& kept : plan.kept) {
+    const std::string name = kept.signal->name;
+    const py::ssize_t rows = kept.array.shape(0), samples = kept.array.shape(1);
+    py::array array = kept.array;
+    if (name == "time_s" || name == "rotation_error_rad") array = array.reshape({rows, samples});
+    if (name == "object") array = array.reshape({rows, samples, py::ssize_t{4}, py::ssize_t{4}});
+    if (name == "force_N") array = array.reshape({rows, samples, kept.size / 3, py::ssize_t{3}});
+    result[py::str(name)] = array;
+  }
+  return result;
+}
+
+py::object loads(const nlohmann::ordered_json& json) {
+  return py::module_::import("json").attr("loads")(json.dump());
+}
+
+/// The columns of signals.csv, read back: there is one place that says what they are.
+py::dict columns_of(const Model& model, const Recording& recording) {
+  const std::string csv = signals_csv(model, recording);
+  const std::size_t end = csv.find('\n');
+  std::vector<std::string> names;
+  for (std::size_t at = 0; at < end;) {
+    const std::size_t comma = std::min(csv.find(',', at), end);
+    names.push_back(csv.substr(at, comma - at));
+    at = comma + 1;
+  }
+  const auto rows = std::ssize(recording.ticks);
+  std::vector<Array> arrays;
+  for (std::size_t i = 0; i < names.size(); ++i) arrays.emplace_back(rows);
+  const char* at = csv.c_str() + end + 1;
+  for (py::ssize_t row = 0; row < rows; ++row) {
+    for (Array& array : arrays) {
+      char* next = nullptr;
+      array.mutable_data()[row] = std::strtod(at, &next);
+      at = next + 1;
+    }
+  }
+  py::dict columns;
+  for (std::size_t i = 0; i < names.size(); ++i) columns[py::str(names[i])] = arrays[i];
+  return columns;
+}
+
+py::dict run(const std::shared_ptr<const SceneHandle>& scene, const py::object& record, bool lockstep,
+             py::object wrench, py::object forces, py::object torques, py::object muscles) {
+  RunSettings settings;
+  settings.own = own_control(std::move(wrench), std::move(forces), std::move(torques), std::move(muscles));
+  if (lockstep) settings.lockstep = LockstepSettings{};
+  SignalWatch watch;
+  std::int64_t ticks = 0;
+  settings.progress = [&](double, double) { return !watch(ticks++); };
+  std::optional<std::filesystem::path> file;
+  if (!record.is_none()) file = py::str(py::module_::import("os").attr("fspath")(record)).cast<std::string>();
+  std::shared_ptr<const Model> model;
+  Recording recording;
+  {
+    const py::gil_scoped_release others;
+    model = scene->model();
+    std::optional<RecordingFile> film;
+    if (file) film.emplace(*file, *model);
+    settings.film = film ? &*film : nullptr;
+    State state(*model);
+    recording = run_scene(*model, state, settings);
+    if (film) film->finish(recording);
+  }
+  watch.rethrow();
+  py::dict result;
+  result["summary"] = loads(summarize(*model, recording));
+  result["signals"] = columns_of(*model, recording);
+  return result;
+}
+
+SweepPlan plan_of(const SceneHandle& scene, const py::dict& vary) {
+  if (scene.grasp()) throw py::value_error("sweep takes scenes of files: set grasp.rank instead");
+  SweepPlan plan{scene.file(), scene.changes(), {}};
+  for (const auto& [key, values] : vary) {
+    Variation variation{py::str(key).cast<std::string>(), {}};
+    if (py::isinstance<py::str>(values)) {
+      variation = read_variation(variation.key + "=" + values.cast<std::string>());
+    } else {
+      for (const py::handle value : values) variation.values.push_back(yaml_text(value, variation.key));
+    }
+    if (variation.values.empty()) throw py::value_error(variation.key + " varies over nothing");
+    plan.vary.push_back(std::move(variation));
+  }
+  return plan;
+}
+
+py::list sweep(const std::shared_ptr<const SceneHandle>& scene, const py::dict& vary, const py::object& threads) {
+  const SweepPlan plan = plan_of(*scene, vary);
+  const int jobs = threads_of(threads);
+  std::map<std::size_t, SweepRow> rows;
+  std::string failed;
+  {
+    const py::gil_scoped_release others;
+    (void)first_scene(plan);
+    std::vector<std::size_t> all(plan.rows());
+    for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
+    struct Interrupted {};
+    try {
+      run_sweep(plan, all, jobs,
+                [](const Model& model) { return run_row(model); },
+                {[&](std::size_t row, SweepRow result) {
+                   rows.emplace(row, std::move(result));
+                   const py::gil_scoped_acquire lock;
+                   if (PyErr_CheckSignals() != 0) throw Interrupted();
+                 },
+                 [&](std::size_t row, const std::string& why) { failed = fmt::format("row {}: {}", row, why); }});
+    } catch (const Interrupted&) {
+    }
+  }
+  if (PyErr_Occurred() != nullptr) throw py::error_already_set();
+  if (!failed.empty()) throw std::runtime_error(failed);
+  py::list table;
+  for (const auto& [row, result] : rows) {
+    py::dict line;
+    const std::vector<std::string> values = plan.values(row);
+    for (std::size_t i = 0; i < values.size(); ++i) line[py::str(plan.vary[i].key)] = values[i];
+    line["outcome"] = to_string(result.verdict.outcome);
+    line["reason"] = result.verdict.reason;
+    if (!result.measures.is_null()) line.attr("update")(loads(result.measures));
+    table.append(line);
+  }
+  return table;
+}
+
+}  // namespace
+
+void bind_batch(py::module_& module) {
+  module.def("_run", &run, py::arg("scene"), py::arg("record"), py::arg("lockstep"), py::arg("wrench"),
+             py::arg("forces"), py::arg("torques"), py::arg("muscles"));
+  module.def("rollout", &rollout, py::arg("simulations"), py::arg("ticks"), py::kw_only(), py::arg("every") = 1,
+             py::arg("signals") = std::vector<std::string>{"time_s", "object", "force_N", "margin"},
+             py::arg("threads") = py::none(), R"(Advances many simulations by so many ticks, each on one thread, all at once.
+
+Returns a dict: for each signal an array (simulations, ticks / every, ...), sampled every so many ticks. Names as of
+Simulation: time_s, object, q_rad, position_m, rotation_error_rad, force_N, normal_N, tangential_N, margin, slip_m,
+spin_rad, muscles_N.
+The bits are those of step(), whatever the threads.)");
+  module.def("sweep", &sweep, py::arg("scene"), py::arg("vary"), py::kw_only(), py::arg("threads") = py::none(),
+             R"(Runs all combinations of what varies, as `thenar sweep`.
+
+vary: key to values, {'contact.friction': [0.3, 0.5], 'object.mass': '50 g:200 g:4'}; the last key turns fastest.
+Returns a list of rows: a dict of what varies, outcome, reason and the measures of summary.json. A combination that is no
+scene is a row: 'refused', and why.)");
+}
+
+}  // namespace thenar::python

@@ -1,0 +1,10 @@
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+namespace thenar::python {
+
+/// Many runs at once, and whole runs: rollout, sweep, run.
+void bind_batch(pybind11::module_& module);
+
+}  // namespace thenar::python

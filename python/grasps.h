@@ -1,0 +1,10 @@
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+namespace thenar::python {
+
+/// The finder: thenar.grasp().
+void bind_grasps(pybind11::module_& module);
+
+}  // namespace thenar::python

@@ -1,0 +1,52 @@
+#include <pybind11/pybind11.h>
+
+#include <exception>
+#include <string>
+#include <vector>
+
+#include "engine/formats/build_info.h"
+#include "engine/formats/files.h"
+#include "engine/scenes/config.h"
+#include "python/batch.h"
+#include "python/grasps.h"
+#include "python/laws.h"
+#include "python/problems.h"
+#include "python/realtime.h"
+#include "python/scene.h"
+#include "python/simulation.h"
+
+namespace py = pybind11;
+
+namespace {
+
+/// Raises an instance of a class of thenar.errors.
+void raise(const char* type, const py::object& argument) {
+  const py::object error = py::module_::import("thenar.errors").attr(type);
+  PyErr_SetObject(error.ptr(), error(argument).ptr());
+}
+
+void translate(std::exception_ptr fault) try {
+  std::rethrow_exception(fault);
+} catch (const thenar::ConfigError& error) {
+  py::list all;
+  for (const thenar::ConfigDiagnostic& one : error.diagnostics()) {
+    all.append(py::make_tuple(one.location, one.key, one.message));
+  }
+  raise("SceneError", all);
+} catch (const thenar::FileError& error) {
+  raise("FileError", py::str(error.what()));
+}
+
+}  // namespace
+
+PYBIND11_MODULE(_core, module) {
+  py::register_exception_translator(translate);
+  module.attr("__version__") = thenar::build_info::kVersion;
+  thenar::python::bind_scene(module);
+  thenar::python::bind_laws(module);
+  thenar::python::bind_simulation(module);
+  thenar::python::bind_realtime(module);
+  thenar::python::bind_batch(module);
+  thenar::python::bind_problems(module);
+  thenar::python::bind_grasps(module);
+}

@@ -1,0 +1,123 @@
+#include "python/problems.h"
+
+#include <fmt/format.h>
+
+#include <string>
+#include <vector>
+
+#include "python/arrays.h"
+#include "solvers/contact_newton.h"
+#include "solvers/gauss_seidel.h"
+#include "solvers/grasp_forces.h"
+#include "solvers/muscle_forces.h"
+
+namespace thenar::python {
+
+namespace {
+
+constexpr py::ssize_t kMostContacts = 2000;
+
+const char* word(SolveStatus status) {
+  switch (status) {
+    case SolveStatus::kConverged: return "converged";
+    case SolveStatus::kBudgetSpent: return "budget spent";
+    case SolveStatus::kNotFinite: return "not finite";
+    case SolveStatus::kNoSolution: return "no solution";
+  }
+  return "";
+}
+const char* word(GraspStatus status) {
+  return status == GraspStatus::kOptimal ? "optimal" : status == GraspStatus::kInfeasible ? "infeasible" : "budget spent";
+}
+const char* word(MuscleStatus status) {
+  return status == MuscleStatus::kOptimal ? "optimal" : status == MuscleStatus::kInfeasible ? "infeasible" : "budget spent";
+}
+
+py::tuple solve_contact(py::handle W, py::handle delta_free, py::handle mu, const std::string& method,
+                        py::handle tolerance, int iterations, py::handle guess) {
+  ContactData data;
+  data.W = matrix(W, -1, -1, "W");
+  const Eigen::Index rows = data.W.rows();
+  if (rows % 3 != 0 || data.W.cols() != rows) throw py::value_error("W is square, with three rows a contact");
+  if (rows > 3 * kMostContacts) throw py::value_error(fmt::format("W has more than {} contacts", kMostContacts));
+  data.delta_free = vector(delta_free, rows, "delta_free");
+  data.mu = py::isinstance<py::float_>(mu) || py::isinstance<py::int_>(mu)
+                ? Eigen::VectorXd::Constant(rows / 3, number(mu, "mu"))
+                : vector(mu, rows / 3, "mu");
+  if (data.mu.size() > 0 && data.mu.minCoeff() < 0.0) throw py::value_error("mu is less than 0");
+  if (iterations < 0) throw py::value_error("iterations must be 0 or more");
+  const double stop = number(tolerance, "tolerance");
+  Eigen::VectorXd f = guess.is_none() ? Eigen::VectorXd(Eigen::VectorXd::Zero(rows)) : vector(guess, rows, "guess");
+  Eigen::VectorXd delta(rows), certificate;
+  SolveReport report;
+  int steps = 0;
+  if (method == "newton") {
+    const py::gil_scoped_release others;
+    AccurateWorkspace work(rows / 3);
+    const AccurateReport accurate =
+        solve_contacts_accurately(data, {.tolerance = stop, .max_sweeps = 300, .max_steps = iterations}, work, {f, delta});
+    report = accurate.solve;
+    steps = accurate.steps;
+    if (report.status == SolveStatus::kNoSolution) certificate = work.certificate.head(rows / 3);
+  } else if (method == "gauss_seidel") {
+    const py::gil_scoped_release others;
+    SweepWorkspace work(rows / 3);
+    report = solve_contacts(data, GaussSeidelSettings{.tolerance = stop, .max_sweeps = iterations}, work, {f, delta});
+  } else {
+    throw py::value_error(fmt::format("there is no method '{}': newton, gauss_seidel", method));
+  }
+  return py::make_tuple(word(report.status), copy(f), copy(delta), report.residual, report.sweeps, steps,
+                        certificate.size() > 0 ? py::object(copy(certificate)) : py::none());
+}
+
+py::tuple solve_grasp(py::handle points, py::handle axes, py::handle wrench, py::handle friction,
+                      py::handle internal_force, const std::string& cone, py::handle centre) {
+  const Eigen::MatrixXd at = matrix(points, -1, 3, "points_m");
+  const Eigen::Index n = at.rows();
+  if (n < 1 || n > kMaxGraspContacts) throw py::value_error(fmt::format("points_m has 1 to {} contacts", kMaxGraspContacts));
+  const Array frames = numbers(axes, {n, 3, 3}, "axes");
+  std::vector<GraspContact> contacts(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    contacts[i].point_m = at.row(i).transpose();
+    contacts[i].axes = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(frames.data() + 9 * i);
+    if ((contacts[i].axes.transpose() * contacts[i].axes - Eigen::Matrix3d::Identity()).norm() > 1e-9) {
+      throw py::value_error(fmt::format("axes[{}] is not orthonormal: columns n, t1, t2", i));
+    }
+  }
+  GraspProblem problem;
+  problem.contacts = contacts;
+  problem.centre_m = vector(centre, 3, "centre_m");
+  problem.wrench = vector(wrench, 6, "wrench");
+  problem.friction = number(friction, "friction");
+  problem.internal_force_N = number(internal_force, "internal_force_N");
+  if (problem.friction < 0.0) throw py::value_error("friction is less than 0");
+  if (cone != "exact" && cone != "pyramid") throw py::value_error(fmt::format("there is no cone '{}': exact, pyramid", cone));
+  problem.cone = cone == "exact" ? FrictionCone::kExact : FrictionCone::kPyramid;
+  Eigen::VectorXd f = Eigen::VectorXd::Zero(3 * n);
+  const GraspReport report = solve_grasp_forces(problem, f);
+  const Eigen::Matrix3Xd columns = f.reshaped(3, n);
+  return py::make_tuple(word(report.status), copy(columns.transpose()), report.residual, report.iterations,
+                        copy(report.multiplier));
+}
+
+py::tuple solve_muscles(py::handle H, py::handle tau) {
+  const Eigen::MatrixXd arms = matrix(H, -1, -1, "H");
+  if (arms.rows() < 1 || arms.rows() > kMaxJoints || arms.cols() < 1 || arms.cols() > kMaxMuscles) {
+    throw py::value_error(fmt::format("H has 1 to {} joints and 1 to {} muscles", kMaxJoints, kMaxMuscles));
+  }
+  const Eigen::VectorXd torques = vector(tau, arms.rows(), "torques_Nm");
+  Eigen::VectorXd f = Eigen::VectorXd::Zero(arms.cols());
+  const MuscleReport report = solve_muscle_forces({arms, torques}, f);
+  return py::make_tuple(word(report.status), copy(f), report.residual, report.iterations,
+                        copy(Eigen::VectorXd(report.multiplier)));
+}
+
+}  // namespace
+
+void bind_problems(py::module_& module) {
+  module.def("solve_contact", &solve_contact);
+  module.def("solve_grasp", &solve_grasp);
+  module.def("solve_muscles", &solve_muscles);
+}
+
+}  // namespace thenar::python

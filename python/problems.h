@@ -1,0 +1,10 @@
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+namespace thenar::python {
+
+/// The three small problems as functions of arrays: thenar.solve.
+void bind_problems(pybind11::module_& module);
+
+}  // namespace thenar::python

@@ -1,0 +1,9 @@
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+namespace thenar::python {
+
+void bind_realtime(pybind11::module_& module);
+
+}  // namespace thenar::python

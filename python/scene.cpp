@@ -1,0 +1,186 @@
+#include "python/scene.h"
+
+#include <fmt/format.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <utility>
+
+#include "engine/scenes/build_model.h"
+#include "engine/scenes/scene_file.h"
+#include "engine/scenes/scene_grasp.h"
+#include "engine/scenes/shared_data.h"
+#include "engine/scenes/units.h"
+#include "python/arrays.h"
+
+namespace thenar::python {
+
+namespace {
+
+Scene load(const std::filesystem::path& file, const std::vector<std::string>& changes,
+           const std::optional<FoundGrasp>& grasp) {
+  Scene scene = load_scene(file, changes);
+  if (grasp) take_grasp(*grasp, scene);
+  return scene;
+}
+
+/// Words that YAML would take for something else are quoted.
+std::string scalar_text(const std::string& text) {
+  if (text.find_first_of("\n\r") != std::string::npos) throw py::value_error("a value of a scene is one line");
+  const bool plain = !text.empty() && text.find_first_of(":#{}[],&*!|>'\"%@`") == std::string::npos &&
+                     text.front() != ' ' && text.back() != ' ';
+  if (plain) return text;
+  std::string quoted = "'";
+  for (const char c : text) quoted += c == '\'' ? std::string("''") : std::string(1, c);
+  return quoted + "'";
+}
+
+std::string value_text(py::handle value, const std::string& key) {
+  if (py::isinstance<py::bool_>(value)) return value.cast<bool>() ? "true" : "false";
+  if (py::isinstance<py::str>(value)) return scalar_text(value.cast<std::string>());
+  if (py::hasattr(value, "__fspath__")) return scalar_text(py::str(value.attr("__fspath__")()).cast<std::string>());
+  if (py::isinstance<py::dict>(value)) {
+    std::string text;
+    for (const auto& [name, item] : value.cast<py::dict>()) {
+      text += (text.empty() ? "" : ", ") + py::str(name).cast<std::string>() + ": " + value_text(item, key);
+    }
+    return "{" + text + "}";
+  }
+  if (py::hasattr(value, "tolist")) return value_text(value.attr("tolist")(), key);
+  if (py::isinstance<py::list>(value) || py::isinstance<py::tuple>(value)) {
+    std::string text;
+    for (const py::handle item : value) text += (text.empty() ? "" : ", ") + value_text(item, key);
+    return "[" + text + "]";
+  }
+  if (py::isinstance<py::int_>(value)) return py::str(value).cast<std::string>();
+  if (py::isinstance<py::float_>(value)) return fmt::format("{}", number(value, key));
+  throw py::type_error(key + " takes text, such as '150 g', a number, a list or a dict, as a scene file would have it");
+}
+
+std::vector<std::string> joined(std::vector<std::string> changes, const py::dict& more) {
+  for (const auto& [key, value] : more) {
+    if (!py::isinstance<py::str>(key)) throw py::type_error("keys of a scene are text, such as 'object.mass'");
+    const std::string name = key.cast<std::string>();
+    changes.push_back(name + "=" + yaml_text(value, name));
+  }
+  return changes;
+}
+
+template <typename Named>
+std::vector<std::string> names_of(const std::vector<Named>& all) {
+  std::vector<std::string> names;
+  for (const Named& one : all) {
+    if constexpr (requires { one.finger; }) {
+      names.push_back(one.finger);
+    } else {
+      names.push_back(one.name);
+    }
+  }
+  return names;
+}
+
+std::shared_ptr<SceneHandle> make(const std::filesystem::path& file, std::vector<std::string> changes,
+                                  std::optional<FoundGrasp> grasp = {}) {
+  const py::gil_scoped_release others;
+  return std::make_shared<SceneHandle>(file, std::move(changes), std::move(grasp));
+}
+
+}  // namespace
+
+SceneHandle::SceneHandle(std::filesystem::path file, std::vector<std::string> changes, std::optional<FoundGrasp> grasp)
+    : file_(std::move(file)),
+      changes_(std::move(changes)),
+      grasp_(std::move(grasp)),
+      scene_(load(file_, changes_, grasp_)) {}
+
+std::shared_ptr<const Model> SceneHandle::model() const {
+  const std::lock_guard lock(making_);
+  if (!model_) model_ = std::make_shared<const Model>(build_model(scene_));
+  return model_;
+}
+
+std::string yaml_text(py::handle value, const std::string& key) {
+  // A text alone is YAML already, as after --set.
+  return py::isinstance<py::str>(value) ? value.cast<std::string>() : value_text(value, key);
+}
+
+double time_of(py::handle value, const std::string& name) {
+  if (!py::isinstance<py::str>(value)) return number(value, name);
+  const Quantity read = read_quantity(value.cast<std::string>(), Dimension::kTime);
+  if (!read.fault.empty()) throw py::value_error(fmt::format("{}: {}", name, read.fault));
+  return read.value;
+}
+
+void bind_scene(py::module_& module) {
+  module.def(
+      "use_data", [](const std::filesystem::path& folder) { use_shared_data(folder); }, py::arg("folder"),
+      "Where scenes and hands that come with the package lie.");
+  module.def(
+      "scenes",
+      [] {
+        py::dict all;
+        for (const KnownScene& scene : known_scenes()) all[py::str(scene.name)] = scene.about;
+        return all;
+      },
+      "Scenes that come with the package, by name, and what each shows.");
+  module.def("hands", &known_hands, "Names of the hands that come with the package.");
+
+  py::class_<SceneHandle, std::shared_ptr<SceneHandle>>(module, "Scene", R"(A scene: what holds what, and how.
+
+Immutable: set() gives another one. It is read and checked when it is made; its surfaces are made when it first runs,
+and shared by all runs of it.)")
+      .def(py::init([](const std::filesystem::path& file, const py::object& changes) {
+             std::vector<std::string> all;
+             if (!changes.is_none()) all = joined({}, changes.cast<py::dict>());
+             return make(find_scene(file.string()), std::move(all));
+           }),
+           py::arg("file"), py::arg("set") = py::none(), R"(Reads a scene.
+
+file: a YAML file, or the name of a scene that comes with the package (thenar.scenes()).
+set: changes, as set() takes them.
+Raises SceneError with every fault, its file, line, column and key; FileError for a file that cannot be read.)")
+      .def(
+          "set",
+          [](const SceneHandle& self, const py::dict& changes) {
+            return make(self.file(), joined(self.changes(), changes), self.grasp());
+          },
+          py::arg("changes"), R"(The scene with some values changed: {'object.mass': '150 g', 'contact.friction': 0.6}.
+
+Keys and units are those of the file; what has a unit is text. Raises as Scene() does.)")
+      .def(
+          "prepare",
+          [](const SceneHandle& self) {
+            const py::gil_scoped_release others;
+            (void)self.model();
+          },
+          "Makes the surfaces now, and finds the grasp where the scene asks for one: the first run would do it.")
+      .def_property_readonly("file", &SceneHandle::file, "The file it was read from.")
+      .def_property_readonly(
+          "changes", [](const SceneHandle& self) { return self.changes(); },
+          "What set() has changed, as 'key=value', in order.")
+      .def_property_readonly("name", [](const SceneHandle& self) { return self.scene().name; })
+      .def_property_readonly("duration_s", [](const SceneHandle& self) { return self.scene().duration_s; })
+      .def_property_readonly("step_s", [](const SceneHandle& self) { return self.scene().step_s; },
+                             "Of a contact tick.")
+      .def_property_readonly("control_period_s", [](const SceneHandle& self) { return self.scene().control_period_s; })
+      .def_property_readonly("friction", [](const SceneHandle& self) { return self.scene().contact.friction; })
+      .def_property_readonly("mass_kg", [](const SceneHandle& self) { return self.scene().object.mass_kg; })
+      .def_property_readonly(
+          "fingers", [](const SceneHandle& self) { return names_of(self.scene().hand.fingertips); },
+          "Names, in the order of every array that has one row a finger.")
+      .def_property_readonly(
+          "joints", [](const SceneHandle& self) { return names_of(self.scene().hand.joints); },
+          "Names, in the order of q_rad: finger by finger, from the palm on.")
+      .def_property_readonly(
+          "muscles",
+          [](const SceneHandle& self) {
+            return self.scene().has_muscles() ? names_of(self.scene().hand.muscles) : std::vector<std::string>();
+          },
+          "Names, in the order of muscles_N; empty where torques drive the joints.")
+      .def("__repr__", [](const SceneHandle& self) {
+        return fmt::format("<thenar.Scene '{}'{}>", self.scene().name,
+                           self.changes().empty() ? "" : fmt::format(", {} changed", self.changes().size()));
+      });
+}
+
+}  // namespace thenar::python

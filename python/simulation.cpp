@@ -1,0 +1,319 @@
+#include "python/simulation.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+#include "engine/results/summary.h"
+#include "engine/results/verdict.h"
+#include "python/arrays.h"
+#include "python/laws.h"
+
+namespace thenar::python {
+
+namespace {
+
+GraspRun run_of(const Model& model, const std::optional<LockstepSettings>& lockstep) {
+  return lockstep ? GraspRun(model, *lockstep) : GraspRun(model);
+}
+
+/// One contact, as recordings have it.
+py::dtype contact_dtype() {
+  const py::dtype vector = py::dtype::from_args(py::make_tuple("f8", py::make_tuple(3)));
+  py::list names, formats, offsets;
+  const auto add = [&](const char* name, const py::object& format, std::size_t offset) {
+    names.append(name);
+    formats.append(format);
+    offsets.append(offset);
+  };
+  add("finger", py::str("i4"), offsetof(ShownContact, finger));
+  add("control_point", py::str("i8"), offsetof(ShownContact, control_point));
+  add("point_m", vector, offsetof(ShownContact, point_m));
+  add("normal", vector, offsetof(ShownContact, normal));
+  add("force_N", vector, offsetof(ShownContact, force_N));
+  static_assert(sizeof(Eigen::Index) == 8 && sizeof(int) == 4);
+  return py::dtype(names, formats, offsets, sizeof(ShownContact));
+}
+
+py::array contacts_of(Simulation& simulation, py::handle owner) {
+  // Of no tick nothing is known.
+  if (simulation.run.state.tick == 0 || simulation.run.frame.sequence < 0) return py::array(contact_dtype(), 0);
+  const Picture& picture = simulation.picture();
+  py::array array(contact_dtype(), {std::ssize(picture.contacts)}, {sizeof(ShownContact)}, picture.contacts.data(),
+                  owner);
+  array.attr("setflags")(py::arg("write") = false);
+  return array;
+}
+
+void step(Simulation& simulation, std::int64_t ticks) {
+  if (ticks < 0) throw py::value_error("step takes a number of ticks, 0 or more");
+  const Hold hold(simulation);
+  SignalWatch watch;
+  {
+    const py::gil_scoped_release others;
+    simulation.ticks(ticks, false, watch);
+  }
+  watch.rethrow();
+}
+
+py::object run_until(Simulation& simulation, const py::object& until) {
+  const double end_s = until.is_none() ? simulation.model->scene.duration_s : time_of(until, "until");
+  if (end_s > 1e6) throw py::value_error("until is more than a million seconds");
+  const auto end = static_cast<std::int64_t>(std::ceil(end_s / simulation.model->scene.step_s - 1e-9));
+  {
+    const Hold hold(simulation);
+    SignalWatch watch;
+    {
+      const py::gil_scoped_release others;
+      simulation.ticks(end - simulation.run.state.tick, simulation.model->scene.control.has_value(), watch);
+    }
+    watch.rethrow();
+  }
+  return report_of(simulation.monitor.verdict());
+}
+
+std::shared_ptr<Simulation> simulation_of(std::shared_ptr<const SceneHandle> scene, const py::object& lockstep,
+                                          py::object wrench, py::object forces, py::object torques,
+                                          py::object muscles) {
+  std::optional<LockstepSettings> settings;
+  if (py::isinstance<py::dict>(lockstep)) {
+    settings.emplace();
+    for (const auto& [key, value] : lockstep.cast<py::dict>()) {
+      const auto name = py::str(key).cast<std::string>();
+      if (name == "jitter_s") {
+        settings->jitter_s = number(value, name);
+      } else if (name == "seed") {
+        settings->seed = value.cast<std::uint64_t>();
+      } else {
+        throw py::value_error(fmt::format("lockstep has no '{}': jitter_s, seed", name));
+      }
+    }
+  } else if (lockstep.cast<bool>()) {
+    settings.emplace();
+  }
+  OwnControl own = own_control(std::move(wrench), std::move(forces), std::move(torques), std::move(muscles));
+  const py::gil_scoped_release others;
+  std::shared_ptr<const Model> model = scene->model();
+  return std::make_shared<Simulation>(std::move(scene), std::move(model), settings, std::move(own));
+}
+
+/// A property of a simulation that is open.
+template <typename Get>
+auto of(Get get) {
+  return [get](const py::object& self) {
+    auto& simulation = self.cast<Simulation&>();
+    if (simulation.closed) throw py::value_error("the simulation is closed");
+    return get(simulation, self);
+  };
+}
+
+void bind_views(py::class_<Simulation, std::shared_ptr<Simulation>>& type) {
+  const auto add = [&type](const char* name, auto get, const char* doc) { type.def_property_readonly(name, of(get), doc); };
+  add("q_rad", [](Simulation& s, py::handle self) { return view_of_vector(s.run.state.q, self); },
+      "(joints,) Joint angles [rad].");
+  add("object", [](Simulation& s, py::handle self) { return view_of_pose(s.run.state.X_WO, self); },
+      "(4, 4) Pose of the object, world = hand frame; [m].");
+  add("force_N",
+      [](Simulation& s, py::handle self) {
+        return view_of_rows<FingerLoad>(s.run.state.load[0].force_N.data(), s.model->fingers(), self);
+      },
+      "(fingers, 3) Force of each finger on the object, world axes [N].");
+  add("centre_m",
+      [](Simulation& s, py::handle self) {
+        return view_of_rows<FingerLoad>(s.run.state.load[0].centre_m.data(), s.model->fingers(), self);
+      },
+      "(fingers, 3) Pressure centre of each finger, world [m].");
+  add("normal",
+      [](Simulation& s, py::handle self) {
+        return view_of_rows<FingerLoad>(s.run.state.load[0].normal.data(), s.model->fingers(), self);
+      },
+      "(fingers, 3) Into the object, mean of each finger's contacts, world.");
+  add("normal_N",
+      [](Simulation& s, py::handle self) {
+        return view_of_column<NormalTangential>(&s.record.force[0].normal_N, s.model->fingers(), self);
+      },
+      "(fingers,) Normal part of force_N [N].");
+  add("tangential_N",
+      [](Simulation& s, py::handle self) {
+        return view_of_column<NormalTangential>(&s.record.force[0].tangential_N, s.model->fingers(), self);
+      },
+      "(fingers,) Tangential part of force_N [N].");
+  add("desired_N",
+      [](Simulation& s, py::handle self) {
+        return view_of_rows<Eigen::Vector3d>(s.record.desired_N[0].data(), s.model->fingers(), self);
+      },
+      "(fingers, 3) What the controller asks of each finger, world axes [N].");
+  const auto per_finger = [&](const char* name, PerFinger<double> TickRecord::* field, const char* doc) {
+    add(name,
+        [field](Simulation& s, py::handle self) { return view((s.record.*field).data(), {s.model->fingers()}, {1}, self); },
+        doc);
+  };
+  per_finger("margin", &TickRecord::margin, "(fingers,) Friction to spare: 1 without tangential load, 0 as it slides; NaN without load.");
+  per_finger("slip_m", &TickRecord::slip_m, "(fingers,) How far each patch has gone on the object since it touched [m].");
+  per_finger("spin_rad", &TickRecord::spin_rad, "(fingers,) How far each has turned [rad].");
+  per_finger("sliding_share", &TickRecord::sliding_share, "(fingers,) Share of the normal force on points that slide.");
+  per_finger("creep_m_per_s", &TickRecord::creep_m_per_s, "(fingers,) Of the fastest point that should stick [m/s].");
+  add("position_m", [](Simulation& s, py::handle self) { return view_of_vector(s.record.position_m, self); },
+      "(3,) Of the object from its start, object axes at the start [m].");
+  add("path_target_m", [](Simulation& s, py::handle self) { return view_of_vector(s.record.target_m, self); },
+      "(3,) Where it should be, likewise [m].");
+  add("torques_Nm",
+      [](Simulation& s, py::handle self) { return view_of_vector(s.run.report.torques_desired_Nm, self); },
+      "(joints,) What the controller asks of the joints [N m].");
+  add("muscles_N",
+      [](Simulation& s, py::handle self) {
+        return view(s.run.controller.f_muscle.data(), {s.model->scene.has_muscles() ? s.run.controller.f_muscle.size() : 0},
+                    {1}, self);
+      },
+      "(muscles,) Muscle forces [N].");
+  add("stop_Nm", [](Simulation& s, py::handle self) { return view_of_vector(s.record.contact.stop_Nm, self); },
+      "(joints,) What the ends of the joints' ranges bear [N m].");
+  add("displacement_m",
+      [](Simulation& s, py::handle self) {
+        py::list all;
+        for (const Eigen::MatrixX3d& u : s.run.state.u_m) all.append(view_of_matrix(u, self));
+        return py::tuple(all);
+      },
+      "A (points, 3) array a finger: how far the pulp's surface is pushed in at its control points, distal axes [m]. "
+      "The surface moves by its negative.");
+  add("contacts", [](Simulation& s, py::handle self) { return contacts_of(s, self); },
+      R"(Structured array of all contacts: finger, control_point, point_m, normal, force_N.
+
+world axes; normal points into the object, and force_N acts on the object: force_N . normal >= 0.
+As long as the array lives it shows the instant at which `contacts` was last read.)");
+}
+
+}  // namespace
+
+Simulation::Simulation(std::shared_ptr<const SceneHandle> of_scene, std::shared_ptr<const Model> of_model,
+                       std::optional<LockstepSettings> settings, OwnControl own)
+    : scene(std::move(of_scene)),
+      model(std::move(of_model)),
+      lockstep(std::move(settings)),
+      run(run_of(*model, lockstep)),
+      record(model->scene.hand),
+      monitor(*model),
+      picture_(*model) {
+  run.controller.own = std::move(own);
+  record = tick_record(*model, run.state, TickReport(model->scene.hand), run.report);
+}
+
+Simulation::Simulation(const Simulation& other)
+    : scene(other.scene),
+      model(other.model),
+      lockstep(other.lockstep),
+      run(run_of(*model, lockstep)),
+      input(other.input),
+      record(other.record),
+      sums(other.sums),
+      monitor(other.monitor),
+      picture_(*model) {
+  run.go_on_as(other.run);
+}
+
+void Simulation::tick() {
+  run.control_if_due();
+  if (run.controlled) monitor.add(run.time_s(), run.report, run.controller.f_muscle);
+  const TickReport contact = run.contact(input);
+  record = tick_record(*model, run.state, contact, run.report);
+  if (run.controlled) record_control(run.report, record);
+  sums.add(record);
+  monitor.add(record);
+}
+
+const Picture& Simulation::picture() {
+  if (picture_.snapshot.tick != run.state.tick) take_picture(run.state, run.work, picture_);
+  return picture_;
+}
+
+Hold::Hold(Simulation& simulation) : simulation_(simulation) {
+  if (simulation.busy.exchange(true, std::memory_order_acquire)) {
+    throw std::runtime_error("another thread is stepping this simulation: make a copy() for each thread");
+  }
+  if (!simulation.closed) return;
+  simulation.busy.store(false, std::memory_order_release);
+  throw py::value_error("the simulation is closed");
+}
+
+bool SignalWatch::operator()(std::int64_t tick) {
+  constexpr std::int64_t kEvery = 1024;
+  if (tick % kEvery != kEvery - 1) return false;
+  const py::gil_scoped_acquire lock;
+  raised_ = PyErr_CheckSignals() != 0;
+  return raised_;
+}
+
+py::object report_of(const Verdict& verdict) {
+  return py::module_::import("json").attr("loads")(verdict_json(verdict).dump());
+}
+
+void bind_simulation(py::module_& module) {
+  py::class_<Simulation, std::shared_ptr<Simulation>> type(module, "Simulation", R"(A scene that is stepped.
+
+In one loop, as `thenar run`, or on the virtual clock of two loops, as `thenar run --lockstep`: the same bits as there.
+Arrays are read-only views of the engine's memory: they show the newest tick; .copy() keeps one. Names and units are
+those of recordings. To lose the object is no error: see lost and report.)");
+  type.def(py::init(&simulation_of), py::arg("scene"), py::kw_only(), py::arg("lockstep") = false,
+           py::arg("wrench") = py::none(), py::arg("forces") = py::none(), py::arg("torques") = py::none(),
+           py::arg("muscles") = py::none(), R"(Makes a run that has not begun.
+
+lockstep: True, or {'jitter_s': 2e-3, 'seed': 1}: frames come late, as between threads.
+wrench, forces, torques, muscles: functions of a Period, each instead of that part of the published controller.)")
+      .def("step", &step, py::arg("ticks") = 1, "So many contact ticks, with the control ticks that are due. Lets other threads run.")
+      .def("run", &run_until, py::arg("until") = py::none(),
+           R"(Goes on until a simulated time (seconds, or text such as '500 ms'), or the scene's end, or the object is lost.
+
+Returns report.)")
+      .def("copy", [](Simulation& self) {
+             const Hold hold(self);
+             const py::gil_scoped_release others;
+             return std::make_shared<Simulation>(self);
+           }, "A run that goes on as this one would, by itself.")
+      .def("close", [](Simulation& self) {
+             if (self.closed) return;
+             const Hold hold(self);
+             self.closed = true;
+           }, "No more steps, and no more views; those that are there stay as they are.")
+      .def_property_readonly("scene", [](const Simulation& self) { return std::const_pointer_cast<SceneHandle>(self.scene); })
+      .def_property_readonly("time_s", of([](Simulation& s, py::handle) { return s.run.time_s(); }), "Simulated time.")
+      .def_property_readonly("tick", of([](Simulation& s, py::handle) { return s.run.state.tick; }), "Contact ticks done.")
+      .def_property_readonly("held", of([](Simulation& s, py::handle) { return s.record.contact.held; }),
+                             "An old drive is held, since frames came too late.")
+      .def_property_readonly("lost", of([](Simulation& s, py::handle) { return s.monitor.lost(); }),
+                             "Whether the object is lost.")
+      .def_property_readonly("report", of([](Simulation& s, py::handle) { return report_of(s.monitor.verdict()); }),
+                             "What became of the grasp so far, as in summary.json: outcome, reason, held, lost_at_s, beyond.")
+      .def_property_readonly("residual", of([](Simulation& s, py::handle) { return s.record.contact.solve.residual; }),
+                             "Of the contact solve: natural map [no unit].")
+      .def_property_readonly("sweeps", of([](Simulation& s, py::handle) { return s.record.contact.solve.sweeps; }))
+      .def_property_readonly("penetration_m", of([](Simulation& s, py::handle) { return s.record.contact.penetration_m; }),
+                             "The deepest control point in the object.")
+      .def_property_readonly("rotation_error_rad", of([](Simulation& s, py::handle) { return s.record.rotation_error_rad; }),
+                             "Angle between the object and its target.")
+      .def_property("input_wrench",
+                    [](const Simulation& self) { return copy(self.input.wrench); },
+                    [](Simulation& self, py::handle wrench) {
+                      const Vector6d given = vector(wrench, 6, "input_wrench");
+                      const Hold hold(self);
+                      self.input.wrench = given;
+                    },
+                    "(6,) Acts on the object until it is changed: force [N], and moment about its origin [N m], world axes.")
+      .def_property("target",
+                    [](const Simulation& self) { return copy(self.run.state.X_WT.value_or(self.model->target(self.run.time_s())).matrix()); },
+                    [](Simulation& self, const py::object& target) {
+                      std::optional<Eigen::Isometry3d> X_WT;
+                      if (!target.is_none()) X_WT = pose(target, "target");
+                      const Hold hold(self);
+                      self.input.X_WT = X_WT;
+                    },
+                    "(4, 4) Where the object should be. Set: from the next tick on; None: where the task has it.")
+      .def("__repr__", [](const Simulation& self) {
+        return fmt::format("<thenar.Simulation of '{}' at {:.6g} s{}>", self.model->scene.name, self.run.time_s(),
+                           self.closed ? ", closed" : (self.monitor.lost() ? ", lost" : ""));
+      });
+  bind_views(type);
+}
+
+}  // namespace thenar::python

@@ -1,0 +1,86 @@
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "engine/grasp/contact_tick.h"
+#include "engine/loops/picture.h"
+#include "engine/loops/run.h"
+#include "engine/results/grasp_monitor.h"
+#include "engine/results/recorder.h"
+#include "engine/results/recording.h"
+#include "python/scene.h"
+
+namespace thenar::python {
+
+namespace py = pybind11;
+
+/// A run in one loop or in lockstep that is stepped from outside, with what `thenar run` would say of it so far.
+class Simulation {
+ public:
+  Simulation(std::shared_ptr<const SceneHandle> scene, std::shared_ptr<const Model> model,
+             std::optional<LockstepSettings> lockstep, OwnControl own);
+  /// Goes on as the other would.
+  Simulation(const Simulation& other);
+  Simulation& operator=(const Simulation&) = delete;
+
+  /// One tick: as run_ticks() and Recorder have it, but that nothing is kept.
+  void tick();
+  /// So many, or until `stop` says so or the object is lost.
+  template <typename Stop>
+  void ticks(std::int64_t count, bool to_loss, Stop&& stop) {
+    for (std::int64_t i = 0; i < count && !(to_loss && monitor.lost()) && !stop(i); ++i) tick();
+  }
+
+  [[nodiscard]] const Picture& picture();
+
+  std::shared_ptr<const SceneHandle> scene;
+  std::shared_ptr<const Model> model;
+  std::optional<LockstepSettings> lockstep;
+  GraspRun run;
+  TickInput input;
+  TickRecord record;  ///< Of the last tick.
+  RunSums sums;
+  GraspMonitor monitor;
+  bool closed = false;
+  std::atomic<bool> busy{false};
+
+ private:
+  Picture picture_;
+};
+
+/// A simulation that this thread alone may touch, while it lives. Raises if it is closed, or another thread has it.
+class Hold {
+ public:
+  explicit Hold(Simulation& simulation);
+  ~Hold() { simulation_.busy.store(false, std::memory_order_release); }
+  Hold(const Hold&) = delete;
+  Hold& operator=(const Hold&) = delete;
+
+ private:
+  Simulation& simulation_;
+};
+
+/// Whether a signal, such as Ctrl-C, is to be raised in Python: looks once in so many ticks, with the lock.
+class SignalWatch {
+ public:
+  [[nodiscard]] bool operator()(std::int64_t tick);
+  /// Raises it.
+  void rethrow() const {
+    if (raised_) throw py::error_already_set();
+  }
+
+ private:
+  bool raised_ = false;
+};
+
+/// Of a simulation that has ended or goes on: {"outcome", "reason", "held", "lost_at_s", "beyond"}, as summary.json.
+[[nodiscard]] py::object report_of(const Verdict& verdict);
+
+void bind_simulation(py::module_& module);
+
+}  // namespace thenar::python

@@ -1,0 +1,43 @@
+"""Whole runs."""
+from __future__ import annotations
+
+import os
+from typing import Any, Callable, Optional, Union
+
+from . import _core
+
+
+class Run:
+    """A run that has ended."""
+
+    def __init__(self, scene: _core.Scene, summary: dict[str, Any], signals: dict[str, Any]) -> None:
+        self.scene = scene
+        self.summary = summary  #: As summary.json has it: measures with units in their names.
+        self.signals = signals  #: As signals.csv: name, with unit, to an array of one number a tick.
+
+    @property
+    def outcome(self) -> str:
+        """"held", "slipping", "lost", ...: see docs/reference/results.md."""
+        return self.summary["grasp"]["outcome"]
+
+    def __repr__(self) -> str:
+        return f"<thenar.Run of '{self.scene.name}': {self.outcome}>"
+
+
+def run(
+    scene: _core.Scene,
+    *,
+    record: Optional[Union[str, "os.PathLike[str]"]] = None,
+    lockstep: bool = False,
+    wrench: Optional[Callable[[_core.Period], Any]] = None,
+    forces: Optional[Callable[[_core.Period], Any]] = None,
+    torques: Optional[Callable[[_core.Period], Any]] = None,
+    muscles: Optional[Callable[[_core.Period], Any]] = None,
+) -> Run:
+    """Runs a scene to its end, as `thenar run`: the same bits.
+
+    record: an MCAP file of what the run looks like.
+    Laws as of Simulation.
+    """
+    result = _core._run(scene, record, lockstep, wrench, forces, torques, muscles)
+    return Run(scene, result["summary"], result["signals"])
