@@ -201,7 +201,9 @@ void describe_control(const Scene& scene, std::ostream& out) {
       << ", mu_c " << mu_c << "), " << (feedforward ? "feedforward law" : "law of the paper") << ", gain "
       << gains_in_words(scene) << " N m/rad" << (scene.control->gain ? "" : " (auto)") << "\n"
       << "  drive           "
-      << (scene.control->muscles ? std::to_string(scene.hand.muscles.size()) + " muscles" : "joint torques") << "\n";
+      << (scene.control->muscles ? std::to_string(scene.hand.muscles.size()) + " muscles" : "joint torques");
+  if (scene.control->drive) out << ", by " << scene.control->drive->file.string() << " instead of the law";
+  out << "\n";
   if (scene.control->posture_Nm_per_rad) {
     out << "  posture         kept as at the start, where the fingertips leave it free, by "
         << *scene.control->posture_Nm_per_rad << " N m/rad\n";

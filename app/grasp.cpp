@@ -16,7 +16,6 @@
 #include "app/exit_code.h"
 #include "app/progress.h"
 #include "app/results.h"
-#include "engine/scenes/shared_data.h"
 #include "engine/finder/finder.h"
 #include "engine/formats/files.h"
 #include "engine/formats/point_cloud_file.h"
@@ -27,10 +26,12 @@
 #include "engine/results/grasp_picture.h"
 #include "engine/scenes/config.h"
 #include "engine/scenes/hand_file.h"
+#include "engine/scenes/new_scene.h"
 #include "engine/scenes/object_surface.h"
 #include "engine/scenes/scene_file.h"
 #include "engine/scenes/scene_grasp.h"
 #include "engine/scenes/scene_text.h"
+#include "engine/scenes/shared_data.h"
 #include "engine/scenes/surface_model.h"
 #include "engine/scenes/units.h"
 
@@ -39,17 +40,8 @@ namespace {
 using namespace thenar;
 namespace fs = std::filesystem;
 
-constexpr double kMass_kg = 0.1, kFriction = 0.6;
-
 double value_or(const std::string& text, Dimension dimension, double otherwise) {
   return text.empty() ? otherwise : read_quantity(text, dimension).value;
-}
-
-fs::path seen_from(const fs::path& folder, const fs::path& file) {
-  if (file.empty()) return file;
-  std::error_code none;
-  const fs::path relative = fs::proximate(fs::absolute(file), fs::absolute(folder.empty() ? "." : folder), none);
-  return relative.empty() ? fs::absolute(file) : relative;
 }
 
 /// The hand's file: that of --hand, or the one that a new scene has.
@@ -57,46 +49,22 @@ fs::path hand_file(const Options& options) {
   return find_hand(options.hand_file.empty() ? "hand" : options.hand_file.string());
 }
 
-/// The schema that comes with the program; empty where it is missing, or where editors could not read its name.
-fs::path schema_file() {
-  const fs::path file = shared_data() / "docs" / "reference" / "scene.schema.json";
-  std::error_code none;
-  return fs::exists(file, none) && file.string().find(' ') == std::string::npos ? file : fs::path();
-}
-
 bool is_scene(const Options& options) {
   const std::string ending = fs::path(options.subject).extension().string();
   return ending == ".yaml" || ending == ".yml" || (ending.empty() && !fs::exists(options.subject));
 }
 
-/// Throws FileError where there is no such file, and names the surface in its folder whose name is nearest.
-void expect_object(const fs::path& object) {
-  std::error_code none;
-  if (fs::exists(object, none)) return;
-  const fs::path folder = object.parent_path();
-  std::vector<std::string> names;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder.empty() ? "." : folder, none)) {
-    if (is_surface_file(entry.path())) names.push_back(entry.path().filename().string());
+/// The object of the command line.
+ObjectWish wish_of(const Options& options, const fs::path& object) {
+  ObjectWish wish{.object = object, .hand = hand_file(options)};
+  if (!options.unit.empty()) {
+    wish.unit_m =
+        read_quantity((std::isdigit(options.unit.front()) ? "" : "1 ") + options.unit, Dimension::kLength).value;
   }
-  std::sort(names.begin(), names.end());
-  const std::vector<std::string_view> candidates(names.begin(), names.end());
-  const std::string_view nearest = nearest_word(object.filename().string(), candidates);
-  throw FileError(object, "no such file" + did_you_mean(nearest.empty() ? "" : (folder / nearest).string()));
-}
-
-/// A scene for an object's file, whose centre of mass is still to be found.
-Scene scene_of_object(const Options& options, const fs::path& object) {
-  expect_object(object);
-  const double unit_m =
-      options.unit.empty()
-          ? 1.0
-          : read_quantity((std::isdigit(options.unit.front()) ? "" : "1 ") + options.unit, Dimension::kLength).value;
-  Scene scene =
-      scene_to_begin_with(load_hand(hand_file(options)), {object, unit_m},
-                          value_or(options.mass, Dimension::kMass, kMass_kg), options.friction.value_or(kFriction));
-  if (!is_mesh_file(object)) scene.object.points = 0;
-  if (!options.press.empty()) scene.grasp->press_N = value_or(options.press, Dimension::kForce, 0.0);
-  return scene;
+  wish.mass_kg = value_or(options.mass, Dimension::kMass, wish.mass_kg);
+  wish.friction = options.friction.value_or(wish.friction);
+  if (!options.press.empty()) wish.press_N = value_or(options.press, Dimension::kForce, 0.0);
+  return wish;
 }
 
 /// What the command is about: its scene, and the files that it is made of.
@@ -110,7 +78,7 @@ Subject subject_of(const Options& options) {
   if (!has_scene && !options.overrides.empty()) throw ConfigError({{"--set", "", "changes a scene, not an object"}});
   if (has_scene && !options.unit.empty())
     throw ConfigError({{"--unit", "", "is of an object's file: a scene has its own"}});
-  if (!has_scene) return {scene_of_object(options, options.subject), hand_file(options), options.subject};
+  if (!has_scene) return {scene_of_object(wish_of(options, options.subject)), hand_file(options), options.subject};
   std::vector<std::string> changes = options.overrides;
   if (!options.mass.empty()) changes.push_back("object.mass=" + options.mass);
   if (!options.hand_file.empty()) changes.push_back("hand.model=" + fs::absolute(hand_file(options)).string());
@@ -124,8 +92,8 @@ Subject subject_of(const Options& options) {
     friction = *options.friction;
   }
   if (!options.press.empty()) scene.grasp->press_N = value_or(options.press, Dimension::kForce, 0.0);
-  const std::vector<fs::path> files = scene_files(file, changes);
-  return {scene, files[1], files.size() > 2 ? files[2] : fs::path()};
+  const auto* const cloud = std::get_if<CloudShape>(&scene.object.shape);
+  return {scene, scene_files(file, changes)[1], cloud != nullptr ? cloud->file : fs::path()};
 }
 
 constexpr const char* kColumns = R"(
@@ -232,26 +200,9 @@ int grasp(const Options& options) {
 
 int new_scene(const Options& options) {
   const fs::path file = options.scene;
-  if (fs::exists(file)) throw FileError(file, "is there already, and is not replaced");
-  Scene scene = scene_of_object(options, options.object);
-  std::vector<std::string> found;
-  const ImplicitSurface surface = make_object_surface(scene, found);
-  print_object_notes(found, options.quiet);
-  scene.object.centre_of_mass_m = enclosed_centroid_m(surface.cloud());
-  SceneTextNotes notes;
-  notes.schema = schema_file();
-  notes.hand = hand_in_scene(hand_file(options), seen_from(file.parent_path(), hand_file(options)));
-  notes.object = seen_from(file.parent_path(), options.object);
-  notes.about =
-      scene.name +
-      ", held by a hand: written by thenar new. thenar check says what is modelled, thenar run runs it, thenar "
-      "keys lists all that a scene may say.";
-  const Eigen::Vector3d size_mm = 1e3 * surface.bounds().sizes();
-  notes.grasp = fmt::format(
-      "The object measures {:.1f} x {:.1f} x {:.1f} mm. If that is not so, change object.shape.cloud.unit: what 1 in "
-      "the file measures. In the file's axes, which are the object's, it reaches over x, y, z = {}.",
-      size_mm.x(), size_mm.y(), size_mm.z(), in_words(surface.bounds()));
-  write_file(file, scene_text(scene, notes));
+  const NewScene made = write_new_scene(file, wish_of(options, options.object));
+  print_object_notes(made.notes, options.quiet);
+  const Eigen::Vector3d size_mm = 1e3 * made.size_m;
   if (!options.quiet) {
     std::cout << fmt::format("{}: an object of {:.1f} x {:.1f} x {:.1f} mm; now: thenar run {}\n", file.string(),
                              size_mm.x(), size_mm.y(), size_mm.z(), file.string());

@@ -9,7 +9,6 @@
 #include "app/hand_list.h"
 #include "app/results.h"
 #include "app/scene_flags.h"
-#include "engine/scenes/shared_data.h"
 #include "engine/formats/files.h"
 #include "engine/formats/text.h"
 #include "engine/imports/hand_import.h"
@@ -18,6 +17,7 @@
 #include "engine/results/hand_picture.h"
 #include "engine/scenes/config.h"
 #include "engine/scenes/hand_file.h"
+#include "engine/scenes/shared_data.h"
 
 namespace {
 

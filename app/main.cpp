@@ -24,7 +24,6 @@
 #include "app/profile.h"
 #include "app/progress.h"
 #include "app/results.h"
-#include "engine/scenes/shared_data.h"
 #include "app/solve.h"
 #include "app/sweep.h"
 #include "app/table.h"
@@ -43,6 +42,7 @@
 #include "engine/scenes/config.h"
 #include "engine/scenes/hand_file.h"
 #include "engine/scenes/scene_file.h"
+#include "engine/scenes/shared_data.h"
 #include "engine/studies/model_parts.h"
 
 namespace {

@@ -7,10 +7,10 @@
 #include <string>
 #include <utility>
 
-#include "engine/scenes/shared_data.h"
 #include "engine/loops/realtime.h"
 #include "engine/scenes/config.h"
 #include "engine/scenes/scene_file.h"
+#include "engine/scenes/shared_data.h"
 
 namespace {
 
@@ -86,7 +86,8 @@ std::vector<std::string> realtime_defaults() { return {"contact.tolerance=1e-7",
 void add_scene(CLI::App& command, std::filesystem::path& scene, std::vector<std::string>& overrides,
                const char* description, bool or_hand) {
   const CLI::Validator by_name{[or_hand](std::string& text) -> std::string {
-                                 text = (or_hand ? thenar::find_scene_or_hand(text) : thenar::find_scene(text)).string();
+                                 text =
+                                     (or_hand ? thenar::find_scene_or_hand(text) : thenar::find_scene(text)).string();
                                  return "";
                                },
                                ""};

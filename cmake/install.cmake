@@ -41,6 +41,20 @@ install(DIRECTORY configs/ DESTINATION ${CMAKE_INSTALL_DATADIR}/thenar/scenes CO
 install(FILES docs/reference/scene.schema.json DESTINATION ${CMAKE_INSTALL_DATADIR}/thenar/docs/reference COMPONENT program)
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
 
+# The Python package, complete in its folder: what comes with the program lies in it, too.
+if(TARGET python_package)
+  set(python_folder lib/python3/dist-packages/thenar)
+  install(TARGETS thenar_python LIBRARY DESTINATION ${python_folder} COMPONENT python)
+  install(DIRECTORY python/thenar/ DESTINATION ${python_folder} COMPONENT python
+          FILES_MATCHING PATTERN "*.py" PATTERN "*.pyi" PATTERN "py.typed" PATTERN __pycache__ EXCLUDE)
+  install(DIRECTORY configs/ DESTINATION ${python_folder}/share/scenes COMPONENT python
+          FILES_MATCHING PATTERN "*.yaml" PATTERN bunny.yaml EXCLUDE PATTERN scan_grasp.yaml EXCLUDE)
+  install(FILES docs/reference/scene.schema.json DESTINATION ${python_folder}/share/docs/reference COMPONENT python)
+  if(TARGET thenar-window)
+    install(FILES ${PROJECT_BINARY_DIR}/share/thenar/page.html DESTINATION ${python_folder}/share COMPONENT python)
+  endif()
+endif()
+
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME thenar)
 set(CPACK_PACKAGE_VENDOR "Thenar")
@@ -48,6 +62,9 @@ set(CPACK_PACKAGE_CONTACT "The authors of Thenar <thenar@localhost>")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "Real-time simulation of human grasping")
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_COMPONENTS_ALL program dev)
+if(TARGET python_package)
+  list(APPEND CPACK_COMPONENTS_ALL python)
+endif()
 set(CPACK_DEBIAN_ENABLE_COMPONENT_DEPENDS ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME thenar)
@@ -58,4 +75,11 @@ set(CPACK_DEBIAN_DEV_PACKAGE_NAME libthenar-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
     "libeigen3-dev, libyaml-cpp-dev, libfmt-dev, libspdlog-dev, libtbb-dev, libboost-dev, nlohmann-json3-dev")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-thenar)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
+math(EXPR next_python "${Python_VERSION_MINOR} + 1")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
+    "python3 (>= 3.${Python_VERSION_MINOR}), python3 (<< 3.${next_python}), python3-numpy")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "python3-matplotlib")
 include(CPack)

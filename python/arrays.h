@@ -31,7 +31,9 @@ Array view_of_vector(const Vector& v, py::handle owner) {
 }
 
 /// A pose as the 4 x 4 matrix that Eigen keeps, column by column.
-inline Array view_of_pose(const Eigen::Isometry3d& X, py::handle owner) { return view(X.data(), {4, 4}, {1, 4}, owner); }
+inline Array view_of_pose(const Eigen::Isometry3d& X, py::handle owner) {
+  return view(X.data(), {4, 4}, {1, 4}, owner);
+}
 
 template <typename Matrix>
 Array view_of_matrix(const Matrix& m, py::handle owner) {
@@ -61,7 +63,7 @@ Array copy(const Eigen::MatrixBase<Derived>& m) {
   } else {
     Array array({m.rows(), m.cols()});
     Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(array.mutable_data(), m.rows(),
-                                                                                        m.cols()) = m;
+                                                                                       m.cols()) = m;
     return array;
   }
 }

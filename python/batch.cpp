@@ -39,7 +39,7 @@ py::ssize_t one(const Model&) { return 1; }
 py::ssize_t fingers(const Model& m) { return m.fingers(); }
 py::ssize_t joints(const Model& m) { return std::ssize(m.scene.hand.joints); }
 
-template <PerFinger<double> TickRecord::* Field>
+template <PerFinger<double> TickRecord::*Field>
 void read_per_finger(const Simulation& s, double* to) {
   std::copy_n((s.record.*Field).data(), s.model->fingers(), to);
 }
@@ -75,7 +75,8 @@ const std::vector<Signal>& signals() {
       {"muscles_N",
        [](const Model& m) -> py::ssize_t { return m.scene.has_muscles() ? std::ssize(m.scene.hand.muscles) : 0; },
        [](const Simulation& s, double* to) {
-         if (s.model->scene.has_muscles()) std::copy_n(s.run.controller.f_muscle.data(), s.run.controller.f_muscle.size(), to);
+         if (s.model->scene.has_muscles())
+           std::copy_n(s.run.controller.f_muscle.data(), s.run.controller.f_muscle.size(), to);
        }}};
   return all;
 }
@@ -166,9 +167,12 @@ py::dict rollout(const std::vector<std::shared_ptr<Simulation>>& simulations, st
     const Signal& signal = signal_called(name);
     const py::ssize_t size = simulations.empty() ? 0 : signal.size(*simulations[0]->model);
     for (const auto& simulation : simulations) {
-      if (signal.size(*simulation->model) != size) throw py::value_error(name + " is of another size in some simulations");
+      if (signal.size(*simulation->model) != size)
+        throw py::value_error(name + " is of another size in some simulations");
     }
-    plan.kept.push_back({&signal, size, Array({static_cast<py::ssize_t>(simulations.size()), static_cast<py::ssize_t>(ticks / every), size})});
+    plan.kept.push_back(
+        {&signal, size,
+         Array({static_cast<py::ssize_t>(simulations.size()), static_cast<py::ssize_t>(ticks / every), size})});
     plan.into.push_back(plan.kept.back().array.mutable_data());
   }
   {
@@ -188,33 +192,14 @@ py::dict rollout(const std::vector<std::shared_ptr<Simulation>>& simulations, st
   return result;
 }
 
-py::object loads(const nlohmann::ordered_json& json) {
-  return py::module_::import("json").attr("loads")(json.dump());
-}
+py::object loads(const nlohmann::ordered_json& json) { return py::module_::import("json").attr("loads")(json.dump()); }
 
-/// The columns of signals.csv, read back: there is one place that says what they are.
 py::dict columns_of(const Model& model, const Recording& recording) {
-  const std::string csv = signals_csv(model, recording);
-  const std::size_t end = csv.find('\n');
-  std::vector<std::string> names;
-  for (std::size_t at = 0; at < end;) {
-    const std::size_t comma = std::min(csv.find(',', at), end);
-    names.push_back(csv.substr(at, comma - at));
-    at = comma + 1;
-  }
-  const auto rows = std::ssize(recording.ticks);
-  std::vector<Array> arrays;
-  for (std::size_t i = 0; i < names.size(); ++i) arrays.emplace_back(rows);
-  const char* at = csv.c_str() + end + 1;
-  for (py::ssize_t row = 0; row < rows; ++row) {
-    for (Array& array : arrays) {
-      char* next = nullptr;
-      array.mutable_data()[row] = std::strtod(at, &next);
-      at = next + 1;
-    }
-  }
+  const SignalTable table = signal_table(model, recording);
   py::dict columns;
-  for (std::size_t i = 0; i < names.size(); ++i) columns[py::str(names[i])] = arrays[i];
+  for (std::size_t i = 0; i < table.names.size(); ++i) {
+    columns[py::str(table.names[i])] = copy(Eigen::VectorXd(table.numbers.col(static_cast<Eigen::Index>(i))));
+  }
   return columns;
 }
 
@@ -275,8 +260,7 @@ py::list sweep(const std::shared_ptr<const SceneHandle>& scene, const py::dict& 
     for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
     struct Interrupted {};
     try {
-      run_sweep(plan, all, jobs,
-                [](const Model& model) { return run_row(model); },
+      run_sweep(plan, all, jobs, [](const Model& model) { return run_row(model); },
                 {[&](std::size_t row, SweepRow result) {
                    rows.emplace(row, std::move(result));
                    const py::gil_scoped_acquire lock;
@@ -308,7 +292,8 @@ void bind_batch(py::module_& module) {
              py::arg("forces"), py::arg("torques"), py::arg("muscles"));
   module.def("rollout", &rollout, py::arg("simulations"), py::arg("ticks"), py::kw_only(), py::arg("every") = 1,
              py::arg("signals") = std::vector<std::string>{"time_s", "object", "force_N", "margin"},
-             py::arg("threads") = py::none(), R"(Advances many simulations by so many ticks, each on one thread, all at once.
+             py::arg("threads") = py::none(),
+             R"(Advances many simulations by so many ticks, each on one thread, all at once.
 
 Returns a dict: for each signal an array (simulations, ticks / every, ...), sampled every so many ticks. Names as of
 Simulation: time_s, object, q_rad, position_m, rotation_error_rad, force_N, normal_N, tangential_N, margin, slip_m,

@@ -59,7 +59,7 @@ std::vector<std::string> finger_names(const Found& found) {
   return names;
 }
 
-Array places(const Found& found, Eigen::Vector3d FingerPlace::* field) {
+Array places(const Found& found, Eigen::Vector3d FingerPlace::*field) {
   Eigen::Matrix3Xd rows(3, static_cast<Eigen::Index>(found.grasp.places.size()));
   for (Eigen::Index k = 0; k < rows.cols(); ++k) rows.col(k) = found.grasp.places[k].*field;
   return copy(rows.transpose());
@@ -68,32 +68,44 @@ Array places(const Found& found, Eigen::Vector3d FingerPlace::* field) {
 }  // namespace
 
 void bind_grasps(py::module_& module) {
-  module.def("grasp", &find, py::arg("scene"), py::kw_only(), py::arg("best") = 1, py::arg("seed") = py::none(),
-             R"(Finds how the scene's hand can hold its object: `best` grasps, the best first; each was tried in the engine.
+  module.def(
+      "grasp", &find, py::arg("scene"), py::kw_only(), py::arg("best") = 1, py::arg("seed") = py::none(),
+      R"(Finds how the scene's hand can hold its object: `best` grasps, the best first; each was tried in the engine.
 
 What the scene asks of the grasp under `grasp` is heeded. Raises NoGrasp with the reason where there is none.)");
   py::class_<Found>(module, "Grasp", "A grasp that was found.")
       .def_property_readonly("fingers", &finger_names, "Names of those that hold.")
-      .def_property_readonly("q_rad", [](const Found& f) { return copy(f.grasp.q); }, "(joints,) Of these fingers.")
-      .def_property_readonly("object", [](const Found& f) { return copy(f.grasp.X_WO.matrix()); }, "(4, 4) Pose of the object.")
-      .def_property_readonly("points_m", [](const Found& f) { return places(f, &FingerPlace::point_O); },
-                             "(fingers, 3) Where they touch, object frame.")
-      .def_property_readonly("normals", [](const Found& f) { return places(f, &FingerPlace::normal_O); },
-                             "(fingers, 3) Outward there, object frame.")
-      .def_property_readonly("force_N", [](const Found& f) { return places(f, &FingerPlace::force_W); },
-                             "(fingers, 3) On the object against its weight, world axes.")
+      .def_property_readonly(
+          "q_rad", [](const Found& f) { return copy(f.grasp.q); }, "(joints,) Of these fingers.")
+      .def_property_readonly(
+          "object", [](const Found& f) { return copy(f.grasp.X_WO.matrix()); }, "(4, 4) Pose of the object.")
+      .def_property_readonly(
+          "points_m", [](const Found& f) { return places(f, &FingerPlace::point_O); },
+          "(fingers, 3) Where they touch, object frame.")
+      .def_property_readonly(
+          "normals", [](const Found& f) { return places(f, &FingerPlace::normal_O); },
+          "(fingers, 3) Outward there, object frame.")
+      .def_property_readonly(
+          "force_N", [](const Found& f) { return places(f, &FingerPlace::force_W); },
+          "(fingers, 3) On the object against its weight, world axes.")
       .def_property_readonly("width_m", [](const Found& f) { return f.grasp.width_m; })
-      .def_property_readonly("margin", [](const Found& f) { return f.grasp.margin; },
-                             "Least share of a friction cone that is left, of all fingers under all disturbances.")
+      .def_property_readonly(
+          "margin", [](const Found& f) { return f.grasp.margin; },
+          "Least share of a friction cone that is left, of all fingers under all disturbances.")
       .def_property_readonly("needed_friction", [](const Found& f) { return f.grasp.needed_friction; })
-      .def_property_readonly("muscle_share", [](const Found& f) { return f.grasp.muscle_share; },
-                             "Largest force of a muscle as a share of its limit.")
+      .def_property_readonly(
+          "muscle_share", [](const Found& f) { return f.grasp.muscle_share; },
+          "Largest force of a muscle as a share of its limit.")
       .def_property_readonly("epsilon", [](const Found& f) { return f.grasp.quality.epsilon; })
-      .def_property_readonly("cost", [](const Found& f) { return f.grasp.cost; }, "By which grasps are ranked.")
-      .def("scene", [](const Found& f) {
-             const py::gil_scoped_release others;
-             return std::make_shared<SceneHandle>(f.scene->file(), f.scene->changes(), f.grasp);
-           }, "The scene with this grasp, ready to run.")
+      .def_property_readonly(
+          "cost", [](const Found& f) { return f.grasp.cost; }, "By which grasps are ranked.")
+      .def(
+          "scene",
+          [](const Found& f) {
+            const py::gil_scoped_release others;
+            return std::make_shared<SceneHandle>(f.scene->file(), f.scene->changes(), f.grasp);
+          },
+          "The scene with this grasp, ready to run.")
       .def("__str__", [](const Found& f) { return in_words(f.grasp, f.scene->scene().hand); })
       .def("__repr__", [](const Found& f) {
         std::string names;

@@ -19,18 +19,26 @@ constexpr py::ssize_t kMostContacts = 2000;
 
 const char* word(SolveStatus status) {
   switch (status) {
-    case SolveStatus::kConverged: return "converged";
-    case SolveStatus::kBudgetSpent: return "budget spent";
-    case SolveStatus::kNotFinite: return "not finite";
-    case SolveStatus::kNoSolution: return "no solution";
+    case SolveStatus::kConverged:
+      return "converged";
+    case SolveStatus::kBudgetSpent:
+      return "budget spent";
+    case SolveStatus::kNotFinite:
+      return "not finite";
+    case SolveStatus::kNoSolution:
+      return "no solution";
   }
   return "";
 }
 const char* word(GraspStatus status) {
-  return status == GraspStatus::kOptimal ? "optimal" : status == GraspStatus::kInfeasible ? "infeasible" : "budget spent";
+  return status == GraspStatus::kOptimal      ? "optimal"
+         : status == GraspStatus::kInfeasible ? "infeasible"
+                                              : "budget spent";
 }
 const char* word(MuscleStatus status) {
-  return status == MuscleStatus::kOptimal ? "optimal" : status == MuscleStatus::kInfeasible ? "infeasible" : "budget spent";
+  return status == MuscleStatus::kOptimal      ? "optimal"
+         : status == MuscleStatus::kInfeasible ? "infeasible"
+                                               : "budget spent";
 }
 
 py::tuple solve_contact(py::handle W, py::handle delta_free, py::handle mu, const std::string& method,
@@ -54,8 +62,8 @@ py::tuple solve_contact(py::handle W, py::handle delta_free, py::handle mu, cons
   if (method == "newton") {
     const py::gil_scoped_release others;
     AccurateWorkspace work(rows / 3);
-    const AccurateReport accurate =
-        solve_contacts_accurately(data, {.tolerance = stop, .max_sweeps = 300, .max_steps = iterations}, work, {f, delta});
+    const AccurateReport accurate = solve_contacts_accurately(
+        data, {.tolerance = stop, .max_sweeps = 300, .max_steps = iterations}, work, {f, delta});
     report = accurate.solve;
     steps = accurate.steps;
     if (report.status == SolveStatus::kNoSolution) certificate = work.certificate.head(rows / 3);
@@ -74,7 +82,8 @@ py::tuple solve_grasp(py::handle points, py::handle axes, py::handle wrench, py:
                       py::handle internal_force, const std::string& cone, py::handle centre) {
   const Eigen::MatrixXd at = matrix(points, -1, 3, "points_m");
   const Eigen::Index n = at.rows();
-  if (n < 1 || n > kMaxGraspContacts) throw py::value_error(fmt::format("points_m has 1 to {} contacts", kMaxGraspContacts));
+  if (n < 1 || n > kMaxGraspContacts)
+    throw py::value_error(fmt::format("points_m has 1 to {} contacts", kMaxGraspContacts));
   const Array frames = numbers(axes, {n, 3, 3}, "axes");
   std::vector<GraspContact> contacts(n);
   for (Eigen::Index i = 0; i < n; ++i) {
@@ -91,7 +100,8 @@ py::tuple solve_grasp(py::handle points, py::handle axes, py::handle wrench, py:
   problem.friction = number(friction, "friction");
   problem.internal_force_N = number(internal_force, "internal_force_N");
   if (problem.friction < 0.0) throw py::value_error("friction is less than 0");
-  if (cone != "exact" && cone != "pyramid") throw py::value_error(fmt::format("there is no cone '{}': exact, pyramid", cone));
+  if (cone != "exact" && cone != "pyramid")
+    throw py::value_error(fmt::format("there is no cone '{}': exact, pyramid", cone));
   problem.cone = cone == "exact" ? FrictionCone::kExact : FrictionCone::kPyramid;
   Eigen::VectorXd f = Eigen::VectorXd::Zero(3 * n);
   const GraspReport report = solve_grasp_forces(problem, f);

@@ -238,8 +238,8 @@ bool wait_for(Realtime& run, const py::object& seconds) {
 }
 
 std::unique_ptr<Realtime> realtime_of(std::shared_ptr<const SceneHandle> scene, const py::object& duration,
-                                      bool realtime, int core, py::object wrench, py::object forces,
-                                      py::object torques, py::object muscles) {
+                                      bool realtime, int core, py::object wrench, py::object forces, py::object torques,
+                                      py::object muscles) {
   const double duration_s = duration.is_none() ? scene->scene().duration_s : time_of(duration, "duration");
   if (!(duration_s > 0.0) || duration_s > 1e6) throw py::value_error("duration must lie within 0 .. 1e6 s");
   OwnControl own = own_control(std::move(wrench), std::move(forces), std::move(torques), std::move(muscles));
@@ -254,7 +254,8 @@ void bind_realtime(py::module_& module) {
     const py::gil_scoped_release others;
     self.stop();
   };
-  py::class_<Realtime>(module, "Realtime", R"(The two loops of a scene on threads of their own, as `thenar run --realtime`.
+  py::class_<Realtime>(module, "Realtime",
+                       R"(The two loops of a scene on threads of their own, as `thenar run --realtime`.
 
     with thenar.Realtime(scene, torques=law) as run:
         run.input(wrench=[0.2, 0, 0, 0, 0, 0])
@@ -262,18 +263,23 @@ void bind_realtime(py::module_& module) {
 
 Laws are called on the control thread. While one takes its time, the last frame stays in use and is then held: the
 contact loop never waits for Python.)")
-      .def(py::init(&realtime_of), py::arg("scene"), py::kw_only(), py::arg("duration") = py::none(),
-           py::arg("realtime") = true, py::arg("core") = -1, py::arg("wrench") = py::none(),
-           py::arg("forces") = py::none(), py::arg("torques") = py::none(), py::arg("muscles") = py::none(),
-           R"(duration: simulated time, by default the scene's. realtime: ask for SCHED_FIFO and a core of its own; what is
+      .def(
+          py::init(&realtime_of), py::arg("scene"), py::kw_only(), py::arg("duration") = py::none(),
+          py::arg("realtime") = true, py::arg("core") = -1, py::arg("wrench") = py::none(),
+          py::arg("forces") = py::none(), py::arg("torques") = py::none(), py::arg("muscles") = py::none(),
+          R"(duration: simulated time, by default the scene's. realtime: ask for SCHED_FIFO and a core of its own; what is
 refused is told in report. core: the contact thread's. Laws as of Simulation.)")
       .def("start", &Realtime::start, "Begins; entering a `with` does so, too.")
       .def("stop", ends, "Ends it, and waits for the threads; leaving a `with` does so, too.")
-      .def("__enter__", [](Realtime& self) -> Realtime& {
-             self.start();
-             return self;
-           }, py::return_value_policy::reference)
-      .def("__exit__", [ends](Realtime& self, const py::object& type, const py::object&, const py::object&) {
+      .def(
+          "__enter__",
+          [](Realtime& self) -> Realtime& {
+            self.start();
+            return self;
+          },
+          py::return_value_policy::reference)
+      .def("__exit__",
+           [ends](Realtime& self, const py::object& type, const py::object&, const py::object&) {
              ends(self);
              // What a law raised ended the run: it is raised here, unless something else is on its way.
              if (type.is_none()) (void)self.result();
@@ -282,24 +288,29 @@ refused is told in report. core: the contact thread's. Laws as of Simulation.)")
            "Until the end of the run, or so long. Whether it has ended. Raises what a law raised.")
       .def_property_readonly("running", &Realtime::running)
       .def("state", &state_of, "The newest tick as a dict of copies; names and units as of Simulation.")
-      .def("input", [](Realtime& self, const py::object& wrench, const py::object& shift_m, const py::object& turn_rad) {
-             std::optional<Vector6d> w;
-             std::optional<Eigen::Vector3d> shift, turn;
-             if (!wrench.is_none()) w = vector(wrench, 6, "wrench");
-             if (!shift_m.is_none()) shift = vector(shift_m, 3, "shift_m");
-             if (!turn_rad.is_none()) turn = vector(turn_rad, 3, "turn_rad");
-             self.send([&](LiveInput& input) {
-               if (w) input.wrench = *w;
-               if (shift) input.target_shift_m = *shift;
-               if (turn) input.target_turn_rad = *turn;
-             });
-           }, py::arg("wrench") = py::none(), py::kw_only(), py::arg("shift_m") = py::none(),
-           py::arg("turn_rad") = py::none(), R"(From the next tick on, until it is changed.
+      .def(
+          "input",
+          [](Realtime& self, const py::object& wrench, const py::object& shift_m, const py::object& turn_rad) {
+            std::optional<Vector6d> w;
+            std::optional<Eigen::Vector3d> shift, turn;
+            if (!wrench.is_none()) w = vector(wrench, 6, "wrench");
+            if (!shift_m.is_none()) shift = vector(shift_m, 3, "shift_m");
+            if (!turn_rad.is_none()) turn = vector(turn_rad, 3, "turn_rad");
+            self.send([&](LiveInput& input) {
+              if (w) input.wrench = *w;
+              if (shift) input.target_shift_m = *shift;
+              if (turn) input.target_turn_rad = *turn;
+            });
+          },
+          py::arg("wrench") = py::none(), py::kw_only(), py::arg("shift_m") = py::none(),
+          py::arg("turn_rad") = py::none(), R"(From the next tick on, until it is changed.
 
 wrench: (6,) on the object, about its origin, world axes [N, N m].
 shift_m, turn_rad: (3,) of the target against the task's, object axes at the start; within 50 mm and 0.5 rad an axis,
 to which it goes at 50 mm/s and 1 rad/s.)")
-      .def_property_readonly("report", &profile_of, R"(Of a run that has ended: outcome and reason, and the loops' profile, as `thenar profile` has it.
+      .def_property_readonly(
+          "report", &profile_of,
+          R"(Of a run that has ended: outcome and reason, and the loops' profile, as `thenar profile` has it.
 
 Raises what a law raised.)");
 }

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "engine/scenes/build_model.h"
+#include "engine/scenes/new_scene.h"
 #include "engine/scenes/scene_file.h"
 #include "engine/scenes/scene_grasp.h"
 #include "engine/scenes/shared_data.h"
@@ -104,11 +105,18 @@ std::string yaml_text(py::handle value, const std::string& key) {
   return py::isinstance<py::str>(value) ? value.cast<std::string>() : value_text(value, key);
 }
 
-double time_of(py::handle value, const std::string& name) {
-  if (!py::isinstance<py::str>(value)) return number(value, name);
-  const Quantity read = read_quantity(value.cast<std::string>(), Dimension::kTime);
+double quantity_of(py::handle value, Dimension dimension, const std::string& name) {
+  if (!py::isinstance<py::str>(value)) {
+    throw py::type_error(
+        fmt::format("{} takes text with a unit, such as '1 {}'", name, unit_symbols(dimension).front()));
+  }
+  const Quantity read = read_quantity(value.cast<std::string>(), dimension);
   if (!read.fault.empty()) throw py::value_error(fmt::format("{}: {}", name, read.fault));
   return read.value;
+}
+
+double time_of(py::handle value, const std::string& name) {
+  return py::isinstance<py::str>(value) ? quantity_of(value, Dimension::kTime, name) : number(value, name);
 }
 
 void bind_scene(py::module_& module) {
@@ -123,6 +131,27 @@ void bind_scene(py::module_& module) {
         return all;
       },
       "Scenes that come with the package, by name, and what each shows.");
+  module.def(
+      "new_scene",
+      [](const std::filesystem::path& file, const std::filesystem::path& object, const std::filesystem::path& hand,
+         const py::object& unit, const py::object& mass, py::handle friction) {
+        ObjectWish wish{.object = object, .hand = hand};
+        wish.unit_m = quantity_of(unit, Dimension::kLength, "unit");
+        wish.mass_kg = quantity_of(mass, Dimension::kMass, "mass");
+        wish.friction = number(friction, "friction");
+        {
+          const py::gil_scoped_release others;
+          (void)write_new_scene(file, wish);
+        }
+        return make(file, {});
+      },
+      py::arg("file"), py::arg("object"), py::arg("hand") = "hand", py::kw_only(), py::arg("unit") = "1 m",
+      py::arg("mass") = "100 g", py::arg("friction") = 0.6,
+      R"(Writes a scene in which a hand is to grasp an object of one's own, as `thenar new`.
+
+file: the scene, which is not there yet. object: a mesh (STL, OBJ, OFF, PLY) or a cloud (PLY, PCD, XYZ); unit: what 1 in it
+measures, '1 mm'. hand: a file, or the name of one that comes with the package (thenar.hands()). mass: '100 g'.
+Returns the scene; its grasp is found when it first runs.)");
   module.def("hands", &known_hands, "Names of the hands that come with the package.");
 
   py::class_<SceneHandle, std::shared_ptr<SceneHandle>>(module, "Scene", R"(A scene: what holds what, and how.
@@ -160,8 +189,8 @@ Keys and units are those of the file; what has a unit is text. Raises as Scene()
           "What set() has changed, as 'key=value', in order.")
       .def_property_readonly("name", [](const SceneHandle& self) { return self.scene().name; })
       .def_property_readonly("duration_s", [](const SceneHandle& self) { return self.scene().duration_s; })
-      .def_property_readonly("step_s", [](const SceneHandle& self) { return self.scene().step_s; },
-                             "Of a contact tick.")
+      .def_property_readonly(
+          "step_s", [](const SceneHandle& self) { return self.scene().step_s; }, "Of a contact tick.")
       .def_property_readonly("control_period_s", [](const SceneHandle& self) { return self.scene().control_period_s; })
       .def_property_readonly("friction", [](const SceneHandle& self) { return self.scene().contact.friction; })
       .def_property_readonly("mass_kg", [](const SceneHandle& self) { return self.scene().object.mass_kg; })

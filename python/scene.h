@@ -12,6 +12,7 @@
 #include "engine/finder/found_grasp.h"
 #include "engine/grasp/model.h"
 #include "engine/grasp/scene.h"
+#include "engine/scenes/units.h"
 
 namespace thenar::python {
 
@@ -41,6 +42,9 @@ class SceneHandle {
 
 /// As a scene file has it: a quantity as text, `[1 mm, 2 mm]`, `{box: [...]}`. Raises TypeError and ValueError.
 [[nodiscard]] std::string yaml_text(py::handle value, const std::string& key);
+
+/// Text with a unit, in SI. Raises.
+[[nodiscard]] double quantity_of(py::handle value, Dimension dimension, const std::string& name);
 
 /// A time: seconds, or text with a unit. Raises.
 [[nodiscard]] double time_of(py::handle value, const std::string& name);

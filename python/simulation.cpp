@@ -110,67 +110,88 @@ auto of(Get get) {
 }
 
 void bind_views(py::class_<Simulation, std::shared_ptr<Simulation>>& type) {
-  const auto add = [&type](const char* name, auto get, const char* doc) { type.def_property_readonly(name, of(get), doc); };
-  add("q_rad", [](Simulation& s, py::handle self) { return view_of_vector(s.run.state.q, self); },
+  const auto add = [&type](const char* name, auto get, const char* doc) {
+    type.def_property_readonly(name, of(get), doc);
+  };
+  add(
+      "q_rad", [](Simulation& s, py::handle self) { return view_of_vector(s.run.state.q, self); },
       "(joints,) Joint angles [rad].");
-  add("object", [](Simulation& s, py::handle self) { return view_of_pose(s.run.state.X_WO, self); },
+  add(
+      "object", [](Simulation& s, py::handle self) { return view_of_pose(s.run.state.X_WO, self); },
       "(4, 4) Pose of the object, world = hand frame; [m].");
-  add("force_N",
+  add(
+      "force_N",
       [](Simulation& s, py::handle self) {
         return view_of_rows<FingerLoad>(s.run.state.load[0].force_N.data(), s.model->fingers(), self);
       },
       "(fingers, 3) Force of each finger on the object, world axes [N].");
-  add("centre_m",
+  add(
+      "centre_m",
       [](Simulation& s, py::handle self) {
         return view_of_rows<FingerLoad>(s.run.state.load[0].centre_m.data(), s.model->fingers(), self);
       },
       "(fingers, 3) Pressure centre of each finger, world [m].");
-  add("normal",
+  add(
+      "normal",
       [](Simulation& s, py::handle self) {
         return view_of_rows<FingerLoad>(s.run.state.load[0].normal.data(), s.model->fingers(), self);
       },
       "(fingers, 3) Into the object, mean of each finger's contacts, world.");
-  add("normal_N",
+  add(
+      "normal_N",
       [](Simulation& s, py::handle self) {
         return view_of_column<NormalTangential>(&s.record.force[0].normal_N, s.model->fingers(), self);
       },
       "(fingers,) Normal part of force_N [N].");
-  add("tangential_N",
+  add(
+      "tangential_N",
       [](Simulation& s, py::handle self) {
         return view_of_column<NormalTangential>(&s.record.force[0].tangential_N, s.model->fingers(), self);
       },
       "(fingers,) Tangential part of force_N [N].");
-  add("desired_N",
+  add(
+      "desired_N",
       [](Simulation& s, py::handle self) {
         return view_of_rows<Eigen::Vector3d>(s.record.desired_N[0].data(), s.model->fingers(), self);
       },
       "(fingers, 3) What the controller asks of each finger, world axes [N].");
-  const auto per_finger = [&](const char* name, PerFinger<double> TickRecord::* field, const char* doc) {
-    add(name,
-        [field](Simulation& s, py::handle self) { return view((s.record.*field).data(), {s.model->fingers()}, {1}, self); },
+  const auto per_finger = [&](const char* name, PerFinger<double> TickRecord::*field, const char* doc) {
+    add(
+        name,
+        [field](Simulation& s, py::handle self) {
+          return view((s.record.*field).data(), {s.model->fingers()}, {1}, self);
+        },
         doc);
   };
-  per_finger("margin", &TickRecord::margin, "(fingers,) Friction to spare: 1 without tangential load, 0 as it slides; NaN without load.");
-  per_finger("slip_m", &TickRecord::slip_m, "(fingers,) How far each patch has gone on the object since it touched [m].");
+  per_finger("margin", &TickRecord::margin,
+             "(fingers,) Friction to spare: 1 without tangential load, 0 as it slides; NaN without load.");
+  per_finger("slip_m", &TickRecord::slip_m,
+             "(fingers,) How far each patch has gone on the object since it touched [m].");
   per_finger("spin_rad", &TickRecord::spin_rad, "(fingers,) How far each has turned [rad].");
   per_finger("sliding_share", &TickRecord::sliding_share, "(fingers,) Share of the normal force on points that slide.");
   per_finger("creep_m_per_s", &TickRecord::creep_m_per_s, "(fingers,) Of the fastest point that should stick [m/s].");
-  add("position_m", [](Simulation& s, py::handle self) { return view_of_vector(s.record.position_m, self); },
+  add(
+      "position_m", [](Simulation& s, py::handle self) { return view_of_vector(s.record.position_m, self); },
       "(3,) Of the object from its start, object axes at the start [m].");
-  add("path_target_m", [](Simulation& s, py::handle self) { return view_of_vector(s.record.target_m, self); },
+  add(
+      "path_target_m", [](Simulation& s, py::handle self) { return view_of_vector(s.record.target_m, self); },
       "(3,) Where it should be, likewise [m].");
-  add("torques_Nm",
+  add(
+      "torques_Nm",
       [](Simulation& s, py::handle self) { return view_of_vector(s.run.report.torques_desired_Nm, self); },
       "(joints,) What the controller asks of the joints [N m].");
-  add("muscles_N",
+  add(
+      "muscles_N",
       [](Simulation& s, py::handle self) {
-        return view(s.run.controller.f_muscle.data(), {s.model->scene.has_muscles() ? s.run.controller.f_muscle.size() : 0},
-                    {1}, self);
+        return view(s.run.controller.f_muscle.data(),
+                    {s.model->scene.has_muscles() ? s.run.controller.f_muscle.size() : 0}, {1}, self);
       },
       "(muscles,) Muscle forces [N].");
-  add("stop_Nm", [](Simulation& s, py::handle self) { return view_of_vector(s.record.contact.stop_Nm, self); },
+  add(
+      "stop_Nm", [](Simulation& s, py::handle self) { return view_of_vector(s.record.contact.stop_Nm, self); },
       "(joints,) What the ends of the joints' ranges bear [N m].");
-  add("displacement_m",
+  add(
+      "displacement_m",
       [](Simulation& s, py::handle self) {
         py::list all;
         for (const Eigen::MatrixX3d& u : s.run.state.u_m) all.append(view_of_matrix(u, self));
@@ -178,7 +199,8 @@ void bind_views(py::class_<Simulation, std::shared_ptr<Simulation>>& type) {
       },
       "A (points, 3) array a finger: how far the pulp's surface is pushed in at its control points, distal axes [m]. "
       "The surface moves by its negative.");
-  add("contacts", [](Simulation& s, py::handle self) { return contacts_of(s, self); },
+  add(
+      "contacts", [](Simulation& s, py::handle self) { return contacts_of(s, self); },
       R"(Structured array of all contacts: finger, control_point, point_m, normal, force_N.
 
 world axes; normal points into the object, and force_N acts on the object: force_N . normal >= 0.
@@ -196,7 +218,7 @@ Simulation::Simulation(std::shared_ptr<const SceneHandle> of_scene, std::shared_
       record(model->scene.hand),
       monitor(*model),
       picture_(*model) {
-  run.controller.own = std::move(own);
+  run.controller.own.take(own);
   record = tick_record(*model, run.state, TickReport(model->scene.hand), run.report);
 }
 
@@ -261,54 +283,70 @@ those of recordings. To lose the object is no error: see lost and report.)");
 
 lockstep: True, or {'jitter_s': 2e-3, 'seed': 1}: frames come late, as between threads.
 wrench, forces, torques, muscles: functions of a Period, each instead of that part of the published controller.)")
-      .def("step", &step, py::arg("ticks") = 1, "So many contact ticks, with the control ticks that are due. Lets other threads run.")
-      .def("run", &run_until, py::arg("until") = py::none(),
-           R"(Goes on until a simulated time (seconds, or text such as '500 ms'), or the scene's end, or the object is lost.
+      .def("step", &step, py::arg("ticks") = 1,
+           "So many contact ticks, with the control ticks that are due. Lets other threads run.")
+      .def(
+          "run", &run_until, py::arg("until") = py::none(),
+          R"(Goes on until a simulated time (seconds, or text such as '500 ms'), or the scene's end, or the object is lost.
 
 Returns report.)")
-      .def("copy", [](Simulation& self) {
-             const Hold hold(self);
-             const py::gil_scoped_release others;
-             return std::make_shared<Simulation>(self);
-           }, "A run that goes on as this one would, by itself.")
-      .def("close", [](Simulation& self) {
-             if (self.closed) return;
-             const Hold hold(self);
-             self.closed = true;
-           }, "No more steps, and no more views; those that are there stay as they are.")
-      .def_property_readonly("scene", [](const Simulation& self) { return std::const_pointer_cast<SceneHandle>(self.scene); })
+      .def(
+          "copy",
+          [](Simulation& self) {
+            const Hold hold(self);
+            const py::gil_scoped_release others;
+            return std::make_shared<Simulation>(self);
+          },
+          "A run that goes on as this one would, by itself.")
+      .def(
+          "close",
+          [](Simulation& self) {
+            if (self.closed) return;
+            const Hold hold(self);
+            self.closed = true;
+          },
+          "No more steps, and no more views; those that are there stay as they are.")
+      .def_property_readonly("scene",
+                             [](const Simulation& self) { return std::const_pointer_cast<SceneHandle>(self.scene); })
       .def_property_readonly("time_s", of([](Simulation& s, py::handle) { return s.run.time_s(); }), "Simulated time.")
-      .def_property_readonly("tick", of([](Simulation& s, py::handle) { return s.run.state.tick; }), "Contact ticks done.")
+      .def_property_readonly("tick", of([](Simulation& s, py::handle) { return s.run.state.tick; }),
+                             "Contact ticks done.")
       .def_property_readonly("held", of([](Simulation& s, py::handle) { return s.record.contact.held; }),
                              "An old drive is held, since frames came too late.")
       .def_property_readonly("lost", of([](Simulation& s, py::handle) { return s.monitor.lost(); }),
                              "Whether the object is lost.")
-      .def_property_readonly("report", of([](Simulation& s, py::handle) { return report_of(s.monitor.verdict()); }),
-                             "What became of the grasp so far, as in summary.json: outcome, reason, held, lost_at_s, beyond.")
+      .def_property_readonly(
+          "report", of([](Simulation& s, py::handle) { return report_of(s.monitor.verdict()); }),
+          "What became of the grasp so far, as in summary.json: outcome, reason, held, lost_at_s, beyond.")
       .def_property_readonly("residual", of([](Simulation& s, py::handle) { return s.record.contact.solve.residual; }),
                              "Of the contact solve: natural map [no unit].")
       .def_property_readonly("sweeps", of([](Simulation& s, py::handle) { return s.record.contact.solve.sweeps; }))
-      .def_property_readonly("penetration_m", of([](Simulation& s, py::handle) { return s.record.contact.penetration_m; }),
+      .def_property_readonly("penetration_m",
+                             of([](Simulation& s, py::handle) { return s.record.contact.penetration_m; }),
                              "The deepest control point in the object.")
-      .def_property_readonly("rotation_error_rad", of([](Simulation& s, py::handle) { return s.record.rotation_error_rad; }),
+      .def_property_readonly("rotation_error_rad",
+                             of([](Simulation& s, py::handle) { return s.record.rotation_error_rad; }),
                              "Angle between the object and its target.")
-      .def_property("input_wrench",
-                    [](const Simulation& self) { return copy(self.input.wrench); },
-                    [](Simulation& self, py::handle wrench) {
-                      const Vector6d given = vector(wrench, 6, "input_wrench");
-                      const Hold hold(self);
-                      self.input.wrench = given;
-                    },
-                    "(6,) Acts on the object until it is changed: force [N], and moment about its origin [N m], world axes.")
-      .def_property("target",
-                    [](const Simulation& self) { return copy(self.run.state.X_WT.value_or(self.model->target(self.run.time_s())).matrix()); },
-                    [](Simulation& self, const py::object& target) {
-                      std::optional<Eigen::Isometry3d> X_WT;
-                      if (!target.is_none()) X_WT = pose(target, "target");
-                      const Hold hold(self);
-                      self.input.X_WT = X_WT;
-                    },
-                    "(4, 4) Where the object should be. Set: from the next tick on; None: where the task has it.")
+      .def_property(
+          "input_wrench", [](const Simulation& self) { return copy(self.input.wrench); },
+          [](Simulation& self, py::handle wrench) {
+            const Vector6d given = vector(wrench, 6, "input_wrench");
+            const Hold hold(self);
+            self.input.wrench = given;
+          },
+          "(6,) Acts on the object until it is changed: force [N], and moment about its origin [N m], world axes.")
+      .def_property(
+          "target",
+          [](const Simulation& self) {
+            return copy(self.run.state.X_WT.value_or(self.model->target(self.run.time_s())).matrix());
+          },
+          [](Simulation& self, const py::object& target) {
+            std::optional<Eigen::Isometry3d> X_WT;
+            if (!target.is_none()) X_WT = pose(target, "target");
+            const Hold hold(self);
+            self.input.X_WT = X_WT;
+          },
+          "(4, 4) Where the object should be. Set: from the next tick on; None: where the task has it.")
       .def("__repr__", [](const Simulation& self) {
         return fmt::format("<thenar.Simulation of '{}' at {:.6g} s{}>", self.model->scene.name, self.run.time_s(),
                            self.closed ? ", closed" : (self.monitor.lost() ? ", lost" : ""));

@@ -23,7 +23,6 @@
 #include "app/host.h"
 #include "app/results.h"
 #include "app/scene_flags.h"
-#include "engine/scenes/shared_data.h"
 #include "app/window/admission.h"
 #include "app/window/server.h"
 #include "app/window/session.h"
@@ -35,6 +34,7 @@
 #include "engine/scenes/config.h"
 #include "engine/scenes/hand_file.h"
 #include "engine/scenes/scene_file.h"
+#include "engine/scenes/shared_data.h"
 #include "engine/studies/model_parts.h"
 
 namespace {
@@ -185,11 +185,11 @@ void replay(const Options& options) {
 window::AskedScene asked_scene(const Options& options) {
   window::AskedScene asked;
   asked.scene = load_scene(options.file, changes(options), options.rates);
-  const std::vector<fs::path> files = thenar::scene_files(options.file, changes(options));
-  const fs::path& hand = files[1];  // A scene that loads has one.
+  const fs::path hand = thenar::scene_files(options.file, changes(options))[1];  // A scene that loads has one.
   asked.fingers = thenar::load_hand(hand).fingers();
-  asked.hand = hand_in_scene(hand, fs::absolute(hand));
-  if (files.size() > 2) asked.object = fs::absolute(files[2]);
+  asked.hand = thenar::hand_in_scene(hand, fs::absolute(hand));
+  const auto* const cloud = std::get_if<thenar::CloudShape>(&asked.scene.object.shape);
+  if (cloud != nullptr) asked.object = fs::absolute(cloud->file);
   return asked;
 }
 

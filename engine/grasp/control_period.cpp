@@ -1,5 +1,6 @@
 #include "engine/grasp/control_period.h"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -33,6 +34,29 @@ const Numbers& checked(const Numbers& numbers, Index asked, const char* what) {
 }
 
 }  // namespace
+
+void OwnControl::take(const OwnControl& other) {
+  if (other.wrench) wrench = other.wrench;
+  if (other.forces) forces = other.forces;
+  if (other.torques) torques = other.torques;
+  if (other.muscles) muscles = other.muscles;
+}
+
+OwnControl control_by_table(const Scene& scene) {
+  if (!scene.control || !scene.control->drive) return {};
+  const auto look = [](ControlPeriod& period) { return period.model.scene.control->drive->at(period.time_s()); };
+  if (scene.control->drive->muscles) return {.muscles = look};
+  return {.torques = look};
+}
+
+Eigen::VectorXd DriveTable::at(double at_s) const {
+  const Index last = time_s.size() - 1;
+  const Index after = std::upper_bound(time_s.begin(), time_s.end(), at_s) - time_s.begin();
+  if (after == 0) return values.col(0);
+  if (after > last) return values.col(last);
+  const double share = (at_s - time_s[after - 1]) / (time_s[after] - time_s[after - 1]);
+  return values.col(after - 1) + share * (values.col(after) - values.col(after - 1));
+}
 
 double ControlPeriod::time_s() const { return static_cast<double>(snapshot.tick) * model.scene.step_s; }
 
@@ -133,8 +157,7 @@ std::optional<FingerForces> published_forces(ControlPeriod& period) {
   Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3 * kMaxFingers, 1> f = period.controller.f_desired;
   report.grasp = solve_grasp_forces(problem, f).status;
   // Contacts that hardly resist some moment take forces that no finger has: that is no grasp.
-  const double asked_N =
-      settings.internal_force_N + wrench.head<3>().norm() + wrench.tail<3>().norm() / kLeastLever_m;
+  const double asked_N = settings.internal_force_N + wrench.head<3>().norm() + wrench.tail<3>().norm() / kLeastLever_m;
   if (report.grasp == GraspStatus::kOptimal && f.norm() > kMostForce * asked_N) report.grasp = GraspStatus::kInfeasible;
   if (report.grasp != GraspStatus::kOptimal) return std::nullopt;
   return f.reshaped(3, period.model.fingers());

@@ -29,7 +29,13 @@ struct OwnControl {
   std::function<JointVector(ControlPeriod&)> torques = {};
   /// f_m: forces, one a muscle [N]; of scenes with muscles. The joints get H f_m.
   std::function<Eigen::VectorXd(ControlPeriod&)> muscles = {};
+
+  /// Takes those of another that are there.
+  void take(const OwnControl& other);
 };
+
+/// What the scene's table of torques or muscle forces says instead, if it has one.
+[[nodiscard]] OwnControl control_by_table(const Scene& scene);
 
 /// One control period: what its laws see, and what they have found. What a period is asked for is found then, once.
 class ControlPeriod {

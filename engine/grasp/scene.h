@@ -86,6 +86,16 @@ struct PidGains {
   double p = 0.0, i = 0.0, d = 0.0;
 };
 
+/// What drives the hand by time, instead of the control law: linear between its times, and constant before and after.
+struct DriveTable {
+  std::filesystem::path file;
+  Eigen::VectorXd time_s;  ///< Rising.
+  Eigen::MatrixXd values;  ///< Joints x times, torques [N m]; or muscles x times, forces [N].
+  bool muscles = false;
+
+  [[nodiscard]] Eigen::VectorXd at(double at_s) const;
+};
+
 struct ControlSettings {
   ControlLaw law = ControlLaw::kFeedforward;
   std::optional<double> gain;            ///< K of eq. (22) [N m/rad]; nothing: from the joint viscosity and the period.
@@ -97,6 +107,7 @@ struct ControlSettings {
   PidGains position, rotation;
   std::optional<double> posture_Nm_per_rad;  ///< Spring to the start posture, where fingertips leave joints free.
   bool muscles = false;                      ///< Muscle forces drive the joints; otherwise the torques act as they are.
+  std::optional<DriveTable> drive;           ///< Nothing: the law drives them.
 };
 
 /// A minimum-jerk move of the target: by a distance or an angle along or about `axis` (unit, object axes at the start).

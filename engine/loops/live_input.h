@@ -24,7 +24,8 @@ struct LiveInput {
   std::int64_t stamp_ns = 0;       ///< When the device made it, steady clock.
   std::int64_t pull_heard_ns = 0;  ///< When the pull was last heard of: the dead man's clock.
   std::optional<Pull> pull;
-  Vector6d wrench = Vector6d::Zero();  ///< On the object, about its origin, world axes [N, N m]: of a program, unlimited.
+  Vector6d wrench =
+      Vector6d::Zero();    ///< On the object, about its origin, world axes [N, N m]: of a program, unlimited.
   std::int64_t pokes = 0;  ///< How many there have been: one more begins one.
   Eigen::Vector3d poke_N = Eigen::Vector3d::Zero();
   Eigen::Vector3d target_shift_m = Eigen::Vector3d::Zero();   ///< Off the task's target, object axes at the start.

@@ -31,7 +31,7 @@ bool is_finite(const Model& model, const Frame& frame) {
 
 }  // namespace
 
-SplitGrasp::SplitGrasp(const Model& model, const State& start, OwnControl own)
+SplitGrasp::SplitGrasp(const Model& model, const State& start, const OwnControl& own)
     : model_(model),
       state_(start_of_run(start)),
       work_(model, split_policy(model.scene)),
@@ -39,7 +39,7 @@ SplitGrasp::SplitGrasp(const Model& model, const State& start, OwnControl own)
       frames_(model),
       snapshots_(static_cast<const Snapshot&>(state_)) {
   state_.forces.reserve(model.max_contacts);  // A copied state has lost its spare room.
-  controller_.own = std::move(own);
+  controller_.own.take(own);
   const ControlStep first = control_step();
   if (!first.published) throw std::runtime_error("the first frame of the grasp is not finite");
   first_control_ = first.control;

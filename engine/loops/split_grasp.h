@@ -36,7 +36,7 @@ struct ControlStep {
 class SplitGrasp {
  public:
   explicit SplitGrasp(const Model& model) : SplitGrasp(model, State(model)) {}
-  SplitGrasp(const Model& model, const State& start, OwnControl own = {});
+  SplitGrasp(const Model& model, const State& start, const OwnControl& own = {});
   /// Goes on where another left off, on a model that may have other fingertips and another step than `old`, the
   /// other's: with its state (carry_over), its controller's memory, and a new frame. While neither loop runs.
   SplitGrasp(const Model& model, const Model& old, const SplitGrasp& before);

@@ -21,7 +21,7 @@ using Progress = std::function<bool(double simulated_s, double wall_s)>;
 
 struct RunSettings {
   std::optional<LockstepSettings> lockstep = {};  ///< Nothing: in one loop.
-  OwnControl own = {};  ///< Instead of parts of the published controller.
+  OwnControl own = {};                            ///< Instead of parts of the published controller.
   Progress progress = {};
   RecordingFile* film = nullptr;        ///< Of what it looks like: what the disk refuses it reports at its end.
   std::vector<Watcher*> watchers = {};  ///< Beside the recorder.

@@ -2,72 +2,83 @@
 
 #include <fmt/format.h>
 
-#include <utility>
-
 #include "engine/formats/text.h"
 
 namespace thenar {
 
 namespace {
 
-/// A line of comma-separated values.
-class CsvRow {
- public:
-  void add(double value) { add(fmt::format("{:.9g}", value)); }
-  void add(const std::string& cell) { line_ += (line_.empty() ? "" : ",") + csv_cell(cell); }
-  std::string finish() { return std::exchange(line_, "") + "\n"; }
-
- private:
-  std::string line_;
-};
-
-std::string header(const Model& model, const Recording& recording) {
-  CsvRow row;
-  row.add("time_s");
+std::vector<std::string> names_of(const Model& model, const Recording& recording) {
+  std::vector<std::string> names = {"time_s"};
   for (const char* what : {"position", "target"}) {
-    for (const char* axis : {"x", "y", "z"}) row.add(std::string(what) + "_" + axis + "_mm");
+    for (const char* axis : {"x", "y", "z"}) names.push_back(std::string(what) + "_" + axis + "_mm");
   }
-  row.add("rotation_error_deg");
+  names.emplace_back("rotation_error_deg");
   for (const Fingertip& tip : model.scene.hand.fingertips) {
     for (const char* what : {"normal_N", "tangential_N", "desired_normal_N", "desired_tangential_N", "force_error_N",
                              "margin", "slip_um", "spin_deg", "sliding_share", "creep_um_per_s"}) {
-      row.add(tip.finger + "_" + what);
+      names.push_back(tip.finger + "_" + what);
     }
   }
-  for (const Joint& joint : model.scene.hand.joints) row.add(joint.name + "_rad");
-  for (const char* what : {"contacts", "active", "sweeps", "residual", "penetration_um"}) row.add(what);
-  for (Eigen::Index m = 0; m < recording.muscle_forces_N.rows(); ++m) row.add(model.scene.hand.muscles[m].name + "_N");
-  return row.finish();
+  for (const Joint& joint : model.scene.hand.joints) names.push_back(joint.name + "_rad");
+  for (const char* what : {"contacts", "active", "sweeps", "residual", "penetration_um"}) names.emplace_back(what);
+  for (Eigen::Index m = 0; m < recording.muscle_forces_N.rows(); ++m) {
+    names.push_back(model.scene.hand.muscles[m].name + "_N");
+  }
+  return names;
+}
+
+/// Calls sink(number) for each name of a tick, in their order.
+template <class Sink>
+void for_each_number(const Model& model, const Recording& recording, std::size_t i, Sink&& sink) {
+  const TickRecord& tick = recording.ticks[i];
+  sink(tick.time_s);
+  for (const double x : tick.position_m) sink(1e3 * x);
+  for (const double x : tick.target_m) sink(1e3 * x);
+  sink(kDegrees * tick.rotation_error_rad);
+  for (int k = 0; k < model.fingers(); ++k) {
+    for (const double v :
+         {tick.force[k].normal_N, tick.force[k].tangential_N, tick.force_desired[k].normal_N,
+          tick.force_desired[k].tangential_N, tick.force_error_N[k], tick.margin[k], 1e6 * tick.slip_m[k],
+          kDegrees * tick.spin_rad[k], tick.sliding_share[k], 1e6 * tick.creep_m_per_s[k]}) {
+      sink(v);
+    }
+  }
+  for (const double q : tick.q_rad) sink(q);
+  for (const Eigen::Index count : {tick.contact.contacts, tick.contact.active}) sink(static_cast<double>(count));
+  sink(static_cast<double>(tick.contact.solve.sweeps));
+  sink(tick.contact.solve.residual);
+  sink(1e6 * tick.contact.penetration_m);
+  for (Eigen::Index m = 0; m < recording.muscle_forces_N.rows(); ++m) {
+    sink(recording.muscle_forces_N(m, static_cast<Eigen::Index>(i)));
+  }
 }
 
 }  // namespace
 
-std::string signals_csv(const Model& model, const Recording& recording) {
-  std::string csv = header(model, recording);
-  CsvRow row;
+SignalTable signal_table(const Model& model, const Recording& recording) {
+  SignalTable table;
+  table.names = names_of(model, recording);
+  table.numbers.resize(std::ssize(recording.ticks), std::ssize(table.names));
   for (std::size_t i = 0; i < recording.ticks.size(); ++i) {
-    const TickRecord& tick = recording.ticks[i];
-    row.add(tick.time_s);
-    for (const double x : tick.position_m) row.add(1e3 * x);
-    for (const double x : tick.target_m) row.add(1e3 * x);
-    row.add(kDegrees * tick.rotation_error_rad);
-    for (int k = 0; k < model.fingers(); ++k) {
-      for (const double v :
-           {tick.force[k].normal_N, tick.force[k].tangential_N, tick.force_desired[k].normal_N,
-            tick.force_desired[k].tangential_N, tick.force_error_N[k], tick.margin[k], 1e6 * tick.slip_m[k],
-            kDegrees * tick.spin_rad[k], tick.sliding_share[k], 1e6 * tick.creep_m_per_s[k]}) {
-        row.add(v);
-      }
-    }
-    for (const double q : tick.q_rad) row.add(q);
-    for (const Eigen::Index count : {tick.contact.contacts, tick.contact.active}) row.add(std::to_string(count));
-    row.add(std::to_string(tick.contact.solve.sweeps));
-    row.add(tick.contact.solve.residual);
-    row.add(1e6 * tick.contact.penetration_m);
-    for (Eigen::Index m = 0; m < recording.muscle_forces_N.rows(); ++m) row.add(recording.muscle_forces_N(m, i));
-    csv += row.finish();
+    Eigen::Index column = 0;
+    for_each_number(model, recording, i,
+                    [&](double number) { table.numbers(static_cast<Eigen::Index>(i), column++) = number; });
   }
-  return csv;
+  return table;
+}
+
+std::string signals_csv(const Model& model, const Recording& recording) {
+  std::string csv;
+  for (const std::string& name : names_of(model, recording)) csv += (csv.empty() ? "" : ",") + csv_cell(name);
+  for (std::size_t i = 0; i < recording.ticks.size(); ++i) {
+    const char* before = "\n";
+    for_each_number(model, recording, i, [&](double number) {
+      csv += fmt::format("{}{:.9g}", before, number);
+      before = ",";
+    });
+  }
+  return csv + "\n";
 }
 
 }  // namespace thenar

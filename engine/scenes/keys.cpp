@@ -172,6 +172,10 @@ constexpr std::array kSceneKeys = std::to_array<Key>({
     {"control.posture", kQuantity, kRotationalStiffness, "> 0", "(Without it the posture drifts there.)",
      "A spring to the posture of the start, where the fingertips leave the joints free."},
     {"control.muscles", kFlag, kNone, "", "", "Whether muscles drive the joints, or torques as they are."},
+    {"control.drive", kPath, kNone, "", "(Without it the law drives them.)",
+     "A table of joint torques or muscle forces by time that drive the joints instead: a CSV file with time_s and a "
+     "column "
+     "JOINT_Nm for each joint, or MUSCLE_N for each muscle, as signals.csv has them."},
 
     {"task", kMap, kNone, "", "(Without it the target stays where the object starts.)",
      "What becomes of the object's target, and what acts on the object."},

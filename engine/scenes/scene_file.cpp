@@ -12,6 +12,7 @@
 #include "engine/formats/point_cloud_file.h"
 #include "engine/formats/text.h"
 #include "engine/scenes/config.h"
+#include "engine/scenes/drive_file.h"
 #include "engine/scenes/hand_file.h"
 #include "engine/scenes/keys.h"
 #include "engine/scenes/shared_data.h"
@@ -371,6 +372,24 @@ Vector3d read_direction(const ConfigMap& map, std::string_view key) {
 }
 
 /// `grasp: auto`, or a map.
+/// False if the file cannot be read, which is reported.
+bool read_drive(const ConfigMap& map, const Hand& hand, ControlSettings& control) {
+  const std::filesystem::path file = map.path("drive");
+  if (file.empty() || hand.joints.empty()) return true;
+  try {
+    control.drive = load_drive(file, hand);
+  } catch (const ReadError& error) {
+    map.refuse("drive", error.what());
+    return false;
+  } catch (const FileError& error) {
+    map.refuse("drive", error.what());
+  }
+  if (control.drive && control.drive->muscles && !control.muscles) {
+    map.refuse("drive", "has muscle forces, which need control.muscles: true");
+  }
+  return true;
+}
+
 GraspWish read_grasp(const ConfigMap& root, const Scene& scene) {
   GraspWish wish{.place = root.location("grasp")};
   const bool controlled = root.has("control");
@@ -432,6 +451,10 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
   if (scene.control && scene.control->muscles && !scene.hand.joints.empty() && scene.hand.muscles.empty()) {
     root.map("control").refuse("muscles", "this hand has none: write false, and torques drive its joints");
   }
+  bool drive_readable = true;
+  if (scene.control && root.map("control").has("drive")) {
+    drive_readable = read_drive(root.map("control"), scene.hand, *scene.control);
+  }
   if (root.has("task")) scene.task = read_task(root.map("task"), scene.object.shape);
   scene.only_needed = root.choice("model") == "auto";
   if (root.has("tolerance")) scene.tolerance = read_tolerance(root.map("tolerance"));
@@ -439,7 +462,7 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
     config.finish();
   } catch (const ConfigError& error) {
     // A file may be there the next time: where that is all that is wrong, the scene is not.
-    if (hand_readable || error.diagnostics().size() > 1) throw;
+    if ((hand_readable && drive_readable) || error.diagnostics().size() > 1) throw;
     const std::string& place = error.diagnostics().front().location;
     throw ReadError(place, std::string(error.what()).substr(place.size() + 2));
   }
@@ -459,9 +482,11 @@ std::vector<std::filesystem::path> scene_files(const std::filesystem::path& scen
   const Config config(scene, scene_keys(), overrides);
   const ConfigMap root = config.root();
   if (root.is_map("hand")) add(hand_file(root.map("hand")));
-  if (!root.is_map("object") || !root.map("object").is_map("shape")) return files;
-  const ConfigMap shape = root.map("object").map("shape");
-  if (shape.has("cloud")) add(shape.is_map("cloud") ? shape.map("cloud").path("file") : shape.path("cloud"));
+  if (root.is_map("object") && root.map("object").is_map("shape")) {
+    const ConfigMap shape = root.map("object").map("shape");
+    if (shape.has("cloud")) add(shape.is_map("cloud") ? shape.map("cloud").path("file") : shape.path("cloud"));
+  }
+  if (root.is_map("control") && root.map("control").has("drive")) add(root.map("control").path("drive"));
   return files;
 }
 

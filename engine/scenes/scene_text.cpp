@@ -202,7 +202,9 @@ std::string control_text(const Scene& scene) {
   if (control.posture_Nm_per_rad) {
     out += fmt::format("  posture: {}\n", text(*control.posture_Nm_per_rad, Dimension::kRotationalStiffness));
   }
-  return out + fmt::format("  muscles: {}  # or joint torques\n", control.muscles);
+  out += fmt::format("  muscles: {}  # or joint torques\n", control.muscles);
+  if (control.drive) out += fmt::format("  drive: '{}'\n", std::filesystem::absolute(control.drive->file).string());
+  return out;
 }
 
 std::string task_text(const TaskSettings& task) {

@@ -68,9 +68,8 @@ std::vector<std::string> names_of_scenes() {
 /// Throws FileError for a text that is no file and none of the names, with the name that is nearest.
 [[noreturn]] void refuse(const std::string& text, const std::string& what, const std::vector<std::string>& names) {
   const std::vector<std::string_view> candidates(names.begin(), names.end());
-  throw FileError(
-      text, fmt::format("no such file, nor a {} that comes with the program{}", what,
-                        did_you_mean(nearest_word(fs::path(text).stem().string(), candidates))));
+  throw FileError(text, fmt::format("no such file, nor a {} that comes with the program{}", what,
+                                    did_you_mean(nearest_word(fs::path(text).stem().string(), candidates))));
 }
 
 }  // namespace

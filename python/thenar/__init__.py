@@ -22,6 +22,7 @@ from ._core import (
     __version__,
     grasp,
     hands,
+    new_scene,
     rollout,
     scenes,
     sweep,
@@ -32,7 +33,7 @@ from . import solve
 
 __all__ = [
     "Diagnostic", "Error", "FileError", "Grasp", "NoGrasp", "Period", "Realtime", "Run", "Scene", "SceneError",
-    "Simulation", "grasp", "hands", "rollout", "run", "scenes", "solve", "sweep",
+    "Simulation", "grasp", "hands", "new_scene", "rollout", "run", "scenes", "solve", "sweep",
 ]
 
 _share = _Path(__file__).parent / "share"

@@ -171,12 +171,14 @@ TEST(ControlPeriod, RefusesWhatCannotBe) {
   const auto muscles = static_cast<Eigen::Index>(model.scene.hand.muscles.size());
   EXPECT_EQ(refused({.torques = [](ControlPeriod&) { return JointVector(JointVector::Zero(3)); }}),
             "joint torques of the caller's law: 3 numbers, not 12");
-  EXPECT_EQ(refused({.wrench = [](ControlPeriod&) {
-              return Vector6d(Vector6d::Constant(std::numeric_limits<double>::quiet_NaN()));
-            }}),
+  EXPECT_EQ(refused({.wrench =
+                         [](ControlPeriod&) {
+                           return Vector6d(Vector6d::Constant(std::numeric_limits<double>::quiet_NaN()));
+                         }}),
             "wrench of the caller's law: a number is not finite");
-  EXPECT_EQ(refused({.muscles = [&](ControlPeriod&) { return Eigen::VectorXd(Eigen::VectorXd::Constant(muscles, -1.0)); }}),
-            "muscle forces of the caller's law: " + model.scene.hand.muscles[0].name + " is to push, and muscles pull");
+  EXPECT_EQ(
+      refused({.muscles = [&](ControlPeriod&) { return Eigen::VectorXd(Eigen::VectorXd::Constant(muscles, -1.0)); }}),
+      "muscle forces of the caller's law: " + model.scene.hand.muscles[0].name + " is to push, and muscles pull");
   // And what has no published law says so.
   Scene scene = model.scene;
   scene.control.reset();

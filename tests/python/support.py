@@ -1,0 +1,25 @@
+"""What the tests of the package share."""
+import os
+import sys
+import unittest
+
+try:
+    import numpy as np
+except ImportError:
+    print("skipped: numpy is missing (Debian: python3-numpy)")
+    sys.exit(77)
+
+import thenar
+
+PROGRAM = os.environ.get("THENAR_PROGRAM", "")
+
+#: Fewer samples of the box, which no figure here needs, and a short run.
+QUICK = {"object.points": 6000, "time.duration": "300 ms"}
+
+
+def box(**changes):
+    """The box grasp, quickly; `a__b=c` changes a.b."""
+    return thenar.Scene("box_grasp", {**QUICK, **{key.replace("__", "."): value for key, value in changes.items()}})
+
+
+__all__ = ["PROGRAM", "QUICK", "box", "np", "thenar", "unittest"]

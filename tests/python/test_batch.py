@@ -1,0 +1,120 @@
+"""Many runs at once, and the small problems."""
+from support import box, np, thenar, unittest
+
+
+class Rollouts(unittest.TestCase):
+    def test_are_steps(self):
+        """Whatever the threads, the bits are those of steps."""
+        start = thenar.Simulation(box())
+        start.step(60)
+        runs = [start.copy() for _ in range(5)]
+        for i, run in enumerate(runs):
+            run.input_wrench = [0.02 * i, 0, 0, 0, 0, 0]
+        alone = [run.copy() for run in runs]
+        for threads in (1, 3):
+            kept = thenar.rollout([run.copy() for run in runs], 40, every=10, threads=threads,
+                                  signals=["time_s", "object", "force_N", "muscles_N"])
+            self.assertEqual(kept["object"].shape, (5, 4, 4, 4))
+            self.assertEqual(kept["force_N"].shape, (5, 4, 3, 3))
+            self.assertEqual(kept["time_s"].shape, (5, 4))
+            for i, run in enumerate(alone):
+                steps = run.copy()
+                for sample in range(4):
+                    steps.step(10)
+                    self.assertTrue(np.array_equal(kept["object"][i, sample], steps.object))
+                    self.assertTrue(np.array_equal(kept["force_N"][i, sample], steps.force_N))
+
+    def test_bad_input(self):
+        run = thenar.Simulation(box())
+        for kind, words, act in [
+            (ValueError, "keeps no 'slips'", lambda: thenar.rollout([run], 10, signals=["slips"])),
+            (ValueError, "divide", lambda: thenar.rollout([run], 10, every=3)),
+            (ValueError, "0 or more", lambda: thenar.rollout([run], -1)),
+            (ValueError, "threads", lambda: thenar.rollout([run], 10, threads=0)),
+            (RuntimeError, "another thread", lambda: thenar.rollout([run, run], 10)),
+            (TypeError, "", lambda: thenar.rollout([3], 10)),
+            (TypeError, "", lambda: thenar.rollout([None], 10)),
+        ]:
+            with self.assertRaisesRegex(kind, words):
+                act()
+        run.step()
+        self.assertEqual(thenar.rollout([], 10)["time_s"].shape, (0, 10))
+
+
+class Sweeps(unittest.TestCase):
+    def test_rows_are_runs(self):
+        rows = thenar.sweep(box(), {"contact.friction": [0.4, 0.8], "object.mass": ["30 g", "-1 g"]})
+        self.assertEqual([row["outcome"] for row in rows], ["held", "refused", "held", "refused"])
+        run = thenar.run(box(contact__friction=0.8, object__mass="30 g"))
+        self.assertEqual(rows[2]["final_error_mm"], run.summary["object"]["final_error_mm"])
+        self.assertEqual(rows[2]["object.mass"], "30 g")
+        self.assertEqual(len(thenar.sweep(box(), {"object.mass": "20 g:60 g:3"})), 3)
+
+    def test_bad_input(self):
+        with self.assertRaises(thenar.SceneError):
+            thenar.sweep(box(), {"object.mas": ["30 g"]})
+        with self.assertRaisesRegex(ValueError, "over nothing"):
+            thenar.sweep(box(), {"object.mass": []})
+
+
+class Problems(unittest.TestCase):
+    def test_one_contact(self):
+        """W = w I, pressed by g: f_n = g / w; a slip beyond the cone slides with f_t = mu f_n against it."""
+        w, g = 2.0, 1e-3
+        for method in ("newton", "gauss_seidel"):
+            stuck = thenar.solve.contact(w * np.eye(3), [-g, 0.1 * g, 0], 0.5, method=method)
+            self.assertEqual(stuck.status, "converged")
+            np.testing.assert_allclose(stuck.force_N, [[g / w, -0.1 * g / w, 0]], atol=1e-8 * g / w)
+            slides = thenar.solve.contact(w * np.eye(3), [-g, 3 * g, 0], 0.5, method=method)
+            np.testing.assert_allclose(slides.force_N, [[g / w, -0.5 * g / w, 0]], rtol=1e-6)
+            self.assertEqual(thenar.solve.contact(w * np.eye(3), [g, g, 0], 0.5, method=method).force_N.any(), False)
+
+    def test_no_solution_is_proved(self):
+        """Two rigid contacts that press against one another and nothing moves: y proves it, y >= 0, W y = 0, y.d < 0."""
+        W = np.zeros((6, 6))
+        W[[0, 0, 3, 3], [0, 3, 0, 3]] = [1, -1, -1, 1]
+        for i in (1, 2, 4, 5):
+            W[i, i] = 1
+        free = [-1e-3, 0, 0, -1e-3, 0, 0]
+        answer = thenar.solve.contact(W, free, 0.0)
+        self.assertEqual(answer.status, "no solution")
+        np.testing.assert_allclose(answer.certificate, [1, 1], atol=1e-6)
+
+    def test_grasp_forces(self):
+        """Two fingers that face each other bear a weight by friction alone: f_t = w / 2 each, inside the cones."""
+        axes = np.array([np.c_[[1, 0, 0], [0, 1, 0], [0, 0, 1]], np.c_[[-1, 0, 0], [0, -1, 0], [0, 0, 1]]], float)
+        points = [[-0.02, 0, 0], [0.02, 0, 0]]
+        answer = thenar.solve.grasp(points, axes, [0, 0, 1, 0, 0, 0], friction=0.5, internal_force_N=2.0)
+        self.assertEqual(answer.status, "optimal")
+        np.testing.assert_allclose(answer.force_N[:, 2], 0.5, atol=1e-9)
+        self.assertLessEqual((np.linalg.norm(answer.force_N[:, 1:], axis=1) / np.abs(answer.force_N[:, 0])).max(), 0.5 + 1e-9)
+        none = thenar.solve.grasp(points, axes, [0, 0, 0, 1, 0, 0], friction=0.5, internal_force_N=2.0)
+        self.assertEqual(none.status, "infeasible")
+
+    def test_muscles(self):
+        """A joint between two muscles: one pulls, the other rests."""
+        answer = thenar.solve.muscles([[0.01, -0.02]], [0.1])
+        np.testing.assert_allclose(answer.force_N, [10.0, 0.0], atol=1e-12)
+        self.assertEqual(thenar.solve.muscles([[0.01, 0.02]], [-0.1]).status, "infeasible")
+
+    def test_bad_input(self):
+        eye = np.eye(3)
+        for kind, words, act in [
+            (ValueError, "three rows a contact", lambda: thenar.solve.contact(np.eye(4), np.zeros(4), 0.5)),
+            (ValueError, "three rows a contact", lambda: thenar.solve.contact(np.ones((3, 6)), np.zeros(3), 0.5)),
+            (ValueError, "delta_free has the shape", lambda: thenar.solve.contact(eye, [0], 0.5)),
+            (ValueError, "less than 0", lambda: thenar.solve.contact(eye, [0] * 3, -1.0)),
+            (ValueError, "no method 'lemke'", lambda: thenar.solve.contact(eye, [0] * 3, 0.5, method="lemke")),
+            (ValueError, "not finite", lambda: thenar.solve.contact(eye * np.nan, [0] * 3, 0.5)),
+            (TypeError, "takes numbers", lambda: thenar.solve.contact("W", [0] * 3, 0.5)),
+            (ValueError, "contacts", lambda: thenar.solve.contact(np.zeros((9000, 9000), np.float32), [0] * 9000, 0.5)),
+            (ValueError, "orthonormal", lambda: thenar.solve.grasp([[0, 0, 0]], [2 * eye], [0] * 6, friction=1, internal_force_N=1)),
+            (ValueError, "no cone", lambda: thenar.solve.grasp([[0, 0, 0]], [eye], [0] * 6, friction=1, internal_force_N=1, cone="x")),
+            (ValueError, "muscles", lambda: thenar.solve.muscles(np.ones((40, 3)), np.ones(40))),
+        ]:
+            with self.assertRaisesRegex(kind, words):
+                act()
+
+
+if __name__ == "__main__":
+    unittest.main()

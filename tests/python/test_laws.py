@@ -1,0 +1,152 @@
+"""One's own controller: the published one given as functions, and what else may be in its place."""
+import time
+
+from support import box, np, thenar, unittest
+
+LAWS = {
+    "wrench": lambda period: period.published_wrench(),
+    "forces": lambda period: period.published_forces(),
+    "torques": lambda period: period.published_torques(),
+    "muscles": lambda period: period.published_muscle_forces(),
+}
+
+
+class OneLoop(unittest.TestCase):
+    def test_published_law_holds_the_box_alike(self):
+        """Given as Python functions, alone and all at once, the published law makes the same trajectory: to 1e-9 m and
+        rad is asked, and it is the same to the last bit, for numbers pass through Python unchanged."""
+        plain = thenar.run(box())
+        for laws in [*({name: law} for name, law in LAWS.items()), LAWS]:
+            run = thenar.run(box(), **laws)
+            self.assertEqual(run.outcome, "held")
+            for name, column in plain.signals.items():
+                self.assertTrue(np.array_equal(run.signals[name], column, equal_nan=True), (list(laws), name))
+
+    def test_jacobian_transpose_holds(self):
+        """A law of one's own that knows nothing of ours: J' f + g, with forces from the published cones."""
+        def torques(period):
+            f = period.forces()
+            return period.gravity_Nm + sum(period.jacobian(k).T @ f[k] for k in range(len(f)))
+
+        run = thenar.Simulation(box(time__duration="500 ms"), torques=torques)
+        self.assertTrue(run.run()["held"])
+
+    def test_what_a_law_sees(self):
+        seen = []
+
+        def wrench(period):
+            seen.append(period)
+            self.assertEqual(period.q_rad.shape, (12,))
+            self.assertEqual(period.jacobian(1).shape, (3, 12))
+            self.assertFalse(period.jacobian(1)[:, :4].any())
+            self.assertEqual(period.moment_arms_m.shape, (12, 23))
+            np.testing.assert_allclose(np.linalg.norm(period.normal, axis=1), 1.0, atol=1e-12)
+            np.testing.assert_allclose(period.target @ np.linalg.inv(period.target), np.eye(4), atol=1e-12)
+            with self.assertRaises(IndexError):
+                period.jacobian(3)
+            return period.published_wrench()
+
+        thenar.Simulation(box(), wrench=wrench).step(2)
+        with self.assertRaisesRegex(RuntimeError, "is over"):
+            seen[0].q_rad
+
+    def test_muscles_and_torques_agree(self):
+        """H f of the muscles is what the joints were asked for."""
+        residuals = []
+
+        def muscles(period):
+            f = period.published_muscle_forces()
+            residuals.append(np.abs(period.moment_arms_m @ f - period.torques()).max())
+            return f
+
+        thenar.Simulation(box(), muscles=muscles).step(100)
+        self.assertLess(max(residuals), 1e-9)
+
+    def test_no_forces(self):
+        """None: there are no grasp forces, and the last ones go on."""
+        run = thenar.Simulation(box(), forces=lambda p: p.published_forces() if p.time_s < 0.1 else None)
+        run.step(200)
+        self.assertEqual(run.report["outcome"], "solver failed")
+        self.assertGreater(np.linalg.norm(run.desired_N), 1.0)
+
+    def test_refusals(self):
+        def fault(**laws):
+            try:
+                thenar.Simulation(box(), **laws).step()
+            except Exception as error:
+                return type(error), str(error)
+            return None
+
+        name = "what the law 'torques' returned"
+        self.assertEqual(fault(torques=lambda p: np.zeros(3)), (ValueError, f"{name} has the shape (3,), not (12,)"))
+        self.assertEqual(fault(torques=lambda p: np.full(12, np.nan))[0], ValueError)
+        self.assertEqual(fault(torques=lambda p: None)[0], TypeError)
+        self.assertEqual(fault(torques=lambda p: 1 / 0)[0], ZeroDivisionError)
+        self.assertEqual(fault(wrench=lambda: 1)[0], TypeError)
+        kind, words = fault(muscles=lambda p: -np.ones(23))
+        self.assertTrue(kind is ValueError and "muscles pull" in words)
+
+
+class TwoLoops(unittest.TestCase):
+    SCENE = {"time.step": "1 ms", "time.control_period": "5 ms", "time.duration": "2 s", "object.points": 6000}
+
+    def scene(self):
+        return thenar.Scene("box_grasp", self.SCENE)
+
+    def test_a_stall_is_a_hold(self):
+        """A law that takes 300 ms once, as a garbage collection may: the contact loop goes on with the last frame, which
+        is then held, and the object stays where it is, within 1 mm, as in a hold of late frames."""
+        calls = 0
+
+        def torques(period):
+            nonlocal calls
+            calls += 1
+            if calls == 150:
+                time.sleep(0.3)
+            return period.published_torques()
+
+        with thenar.Realtime(self.scene(), realtime=False, torques=torques) as run:
+            run.wait()
+            state = run.state()
+        self.assertGreater(run.report["hold"]["ticks"], 50)
+        self.assertIn(run.report["outcome"], ("held", "unknown"))
+        self.assertLess(np.linalg.norm(state["position_m"] - state["path_target_m"]), 1e-3)
+
+    def test_inputs_and_states(self):
+        with thenar.Realtime(self.scene(), realtime=False) as run:
+            self.assertTrue(run.running)
+            self.assertFalse(run.wait("300 ms"))
+            run.input(wrench=[0, 0, 0.5, 0, 0, 0])
+            run.wait(0.5)
+            pushed = run.state()["object"][2, 3]
+            run.input(wrench=np.zeros(6))
+            for bad in ([1, 2], [np.inf] * 6, "x"):
+                with self.assertRaises((TypeError, ValueError)):
+                    run.input(wrench=bad)
+            with self.assertRaisesRegex(RuntimeError, "goes on"):
+                run.report
+            run.wait()
+            self.assertLess(run.state()["object"][2, 3], pushed)
+        self.assertFalse(run.running)
+        with self.assertRaisesRegex(RuntimeError, "already"):
+            run.start()
+
+    def test_what_a_law_raises_ends_the_run(self):
+        def torques(period):
+            if period.time_s > 0.2:
+                raise KeyError("mine")
+            return period.published_torques()
+
+        with self.assertRaisesRegex(KeyError, "mine"):
+            with thenar.Realtime(self.scene(), realtime=False, torques=torques) as run:
+                run.wait()
+
+    def test_leaving_stops(self):
+        with thenar.Realtime(self.scene().set({"time.duration": "1000 s"}), realtime=False) as run:
+            run.wait(0.1)
+        self.assertFalse(run.running)
+        thenar.Realtime(self.scene())  # never begun
+
+
+if __name__ == "__main__":
+    unittest.main()

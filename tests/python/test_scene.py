@@ -1,0 +1,91 @@
+"""Scenes: names, changes, and every fault with its place."""
+import os
+import pathlib
+import tempfile
+
+from support import box, np, thenar, unittest
+
+
+class Scenes(unittest.TestCase):
+    def test_those_that_come_with_it_load(self):
+        self.assertIn("box_grasp", thenar.scenes())
+        self.assertIn("leap", thenar.hands())
+        scene = thenar.Scene("box_grasp")
+        self.assertEqual(scene.fingers, ["thumb", "index", "major"])
+        self.assertEqual((len(scene.joints), len(scene.muscles)), (12, 23))
+
+    def test_set_changes_nothing_but_its_copy(self):
+        scene = box()
+        heavier = scene.set({"object.mass": "150 g", "contact.friction": np.float64(0.7)})
+        self.assertEqual(heavier.mass_kg, 0.15)
+        self.assertEqual(heavier.friction, 0.7)
+        self.assertNotEqual(scene.mass_kg, 0.15)
+        self.assertIn("object.mass=150 g", heavier.changes)
+
+    def test_values_of_all_kinds(self):
+        scene = box()
+        self.assertEqual(scene.set({"name": "x"}).name, "x")
+        self.assertEqual(scene.set({"control.muscles": False}).muscles, [])
+        scene.set({"object.shape": {"box": ["50 mm", "60 mm", "40 mm"]}})
+        scene.set({"object.points": np.int64(3000)})
+        scene.set({"gravity": ("0 m/s^2", "0 m/s^2", "-9.81 m/s^2")})
+
+    def test_faults_have_places(self):
+        with tempfile.TemporaryDirectory() as folder:
+            text = pathlib.Path(thenar.Scene("minimal").file).read_text()
+            file = pathlib.Path(folder, "mine.yaml")
+            line = next(i for i, row in enumerate(text.splitlines(), 1) if row.startswith("contact:"))
+            file.write_text(text.replace("contact:", "contct:", 1))
+            with self.assertRaises(thenar.SceneError) as caught:
+                thenar.Scene(file)
+        error = caught.exception
+        self.assertIsInstance(error, ValueError)
+        self.assertEqual((error.file, error.line, error.key), (os.fspath(file), line, "contct"))
+        self.assertIn("did you mean 'contact'?", str(error))
+        self.assertTrue(all(isinstance(one, thenar.Diagnostic) for one in error.diagnostics))
+
+    def test_faults_of_set(self):
+        scene = box()
+        for changes, words in [
+            ({"object.mass": 0.15}, "0.15 has no unit"),
+            ({"object.mas": "150 g"}, "did you mean 'object.mass'"),
+            ({"object.mass": "-1 g"}, "greater than zero"),
+            ({"contact.friction": "nan"}, "contact.friction"),
+            ({"object.points": 2.5}, "object.points"),
+        ]:
+            with self.assertRaisesRegex(thenar.SceneError, words) as caught:
+                scene.set(changes)
+            self.assertIsNone(caught.exception.line)
+        for changes, kind in [({3: 4}, TypeError), ({"contact.friction": None}, TypeError),
+                              ({"contact.friction": float("nan")}, ValueError), ({"name": object()}, TypeError)]:
+            with self.assertRaises(kind):
+                scene.set(changes)
+
+    def test_files(self):
+        with self.assertRaisesRegex(thenar.FileError, "did you mean 'box_grasp'"):
+            thenar.Scene("box_gasp")
+        with self.assertRaises(OSError):
+            thenar.Scene("nowhere/scene.yaml")
+
+
+class Grasps(unittest.TestCase):
+    def test_found_holds(self):
+        """What the finder offers holds in a run, as its own trial said."""
+        found = thenar.grasp(thenar.Scene("box_grasp", {"object.points": 6000, "time.duration": "500 ms"}))
+        self.assertEqual(len(found), 1)
+        grasp = found[0]
+        self.assertGreaterEqual(len(grasp.fingers), 2)
+        self.assertEqual(grasp.points_m.shape, (len(grasp.fingers), 3))
+        self.assertIn("margin", str(grasp))
+        scene = grasp.scene()
+        self.assertEqual(thenar.run(scene).outcome, "held")
+        self.assertEqual(scene.set({"object.mass": "20 g"}).mass_kg, 0.02)
+
+    def test_none(self):
+        with self.assertRaisesRegex(thenar.NoGrasp, "wide"):
+            thenar.grasp(thenar.Scene("box_grasp", {"object.shape": {"box": ["200 mm"] * 3}, "object.points": 6000,
+                                                    "object.position": ["90 mm", "0 mm", "200 mm"]}))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,216 @@
+"""Simulations: the program's bits, views of the engine's memory, what one may not do."""
+import csv
+import ctypes
+import gc
+import os
+import subprocess
+import tempfile
+import threading
+
+from support import PROGRAM, QUICK, box, np, thenar, unittest
+
+
+def program_signals(*options):
+    """What the program `thenar` writes of the same run: names, and the rows' text."""
+    changes = [text for key, value in QUICK.items() for text in ("--set", f"{key}={value}")]
+    with tempfile.TemporaryDirectory() as folder:
+        subprocess.run([PROGRAM, "run", "box_grasp", *changes, "--out", folder, "--quiet", *options], check=True)
+        with open(os.path.join(folder, "signals.csv")) as file:
+            rows = list(csv.reader(file))
+    return rows[0], rows[1:]
+
+
+class SameBits(unittest.TestCase):
+    def expect_same(self, run, names, rows):
+        self.assertEqual(list(run.signals), names)
+        for i, name in enumerate(names):
+            self.assertEqual([f"{x:.9g}" for x in run.signals[name]], [row[i] for row in rows], name)
+
+    def test_run_is_the_programs(self):
+        """All nine digits of every signal of every tick are those of `thenar run`."""
+        self.expect_same(thenar.run(box()), *program_signals())
+
+    def test_lockstep_is_the_programs(self):
+        self.expect_same(thenar.run(box(), lockstep=True), *program_signals("--lockstep"))
+
+    def test_steps_are_a_run(self):
+        """One by one, in batches, and with until: the same state, to the last bit, and that of a run."""
+        scene = box()
+        runs = [thenar.Simulation(scene) for _ in range(3)]
+        ticks = round(scene.duration_s / scene.step_s)
+        for _ in range(ticks):
+            runs[0].step()
+        runs[1].step(ticks - 7)
+        runs[1].step(7)
+        runs[2].run(until="150 ms")
+        runs[2].run()
+        whole = thenar.run(scene)
+        for run in runs:
+            self.assertEqual(run.tick, ticks)
+            self.assertTrue(np.array_equal(run.object, runs[0].object))
+            for i, joint in enumerate(scene.joints):
+                self.assertEqual(run.q_rad[i], whole.signals[joint + "_rad"][-1])
+
+    def test_copy_goes_on_by_itself(self):
+        one = thenar.Simulation(box(), lockstep={"jitter_s": 1e-3, "seed": 7})
+        one.step(90)
+        two = one.copy()
+        before = one.object.copy()
+        two.step(50)
+        self.assertTrue(np.array_equal(one.object, before))
+        one.step(50)
+        self.assertTrue(np.array_equal(one.object, two.object))
+        self.assertTrue(np.array_equal(one.slip_m, two.slip_m))
+
+
+class Views(unittest.TestCase):
+    FIELDS = {"q_rad": (12,), "object": (4, 4), "force_N": (3, 3), "centre_m": (3, 3), "normal": (3, 3),
+              "normal_N": (3,), "tangential_N": (3,), "desired_N": (3, 3), "margin": (3,), "slip_m": (3,),
+              "spin_rad": (3,), "sliding_share": (3,), "creep_m_per_s": (3,), "position_m": (3,),
+              "path_target_m": (3,), "torques_Nm": (12,), "muscles_N": (23,), "stop_Nm": (12,)}
+
+    def setUp(self):
+        self.run_ = thenar.Simulation(box())
+        self.run_.step(100)
+
+    def test_are_the_engines_memory(self):
+        """No copy: a view keeps its address, and shows the next tick's numbers without being asked for again."""
+        for name, shape in self.FIELDS.items():
+            view = getattr(self.run_, name)
+            self.assertEqual(view.shape, shape, name)
+            self.assertIs(view.base, self.run_, name)
+            self.assertEqual(view.ctypes.data, getattr(self.run_, name).ctypes.data, name)
+        forces, kept = self.run_.force_N, self.run_.force_N.copy()
+        self.run_.step(50)
+        self.assertFalse(np.array_equal(forces, kept))
+        self.assertTrue(np.array_equal(forces, self.run_.force_N))
+
+    def test_cannot_be_written(self):
+        for name in [*self.FIELDS, "contacts"]:
+            with self.assertRaises(ValueError, msg=name):
+                getattr(self.run_, name)[...] = 0
+        with self.assertRaises(ValueError):
+            self.run_.displacement_m[0][0, 0] = 1.0
+
+    def test_keep_the_simulation(self):
+        q = self.run_.q_rad
+        kept = q.copy()
+        self.run_ = None
+        gc.collect()
+        self.assertTrue(np.array_equal(q, kept))
+
+    def test_contacts_add_up(self):
+        """Forces act on the object: into it along the normal, and their sum over a finger is the finger's. Sums of some
+        twenty numbers round at 1e-15 of them."""
+        contacts = self.run_.contacts
+        self.assertGreater(len(contacts), 10)
+        self.assertGreaterEqual(np.einsum("ij,ij->i", contacts["force_N"], contacts["normal"]).min(), -1e-12)
+        for k in range(3):
+            total = contacts["force_N"][contacts["finger"] == k].sum(axis=0)
+            np.testing.assert_allclose(total, self.run_.force_N[k], atol=1e-12)
+        np.testing.assert_allclose(np.linalg.norm(contacts["normal"], axis=1), 1.0, atol=1e-12)
+
+    def test_forces_hold_the_weight(self):
+        """At rest the fingers' forces bear the weight, but for the viscous drag of what still moves."""
+        self.run_.run()
+        np.testing.assert_allclose(self.run_.force_N.sum(axis=0)[1], 9.81 * self.run_.scene.mass_kg, rtol=0.05)
+
+    def test_before_the_first_tick(self):
+        fresh = thenar.Simulation(box())
+        self.assertEqual(len(fresh.contacts), 0)
+        self.assertEqual(fresh.tick, 0)
+        for name in self.FIELDS:
+            getattr(fresh, name)
+        self.assertEqual(fresh.report["outcome"], "held")
+
+
+class Rules(unittest.TestCase):
+    def test_losing_the_object_is_a_value(self):
+        run = thenar.Simulation(box(contact__friction=0.02, control__grasp__friction=0.3, time__duration="2 s"))
+        report = run.run()
+        self.assertTrue(run.lost)
+        self.assertEqual(report["outcome"], "lost")
+        self.assertLess(run.time_s, 2.0)
+        run.step(10)  # and nothing forbids to go on
+
+    def test_closed(self):
+        run = thenar.Simulation(box())
+        run.step(3)
+        q = run.q_rad
+        run.close()
+        run.close()
+        for use in (run.step, run.run, run.copy, lambda: run.q_rad, lambda: run.report, lambda: run.contacts):
+            with self.assertRaisesRegex(ValueError, "closed"):
+                use()
+        self.assertEqual(q.shape, (12,))
+
+    def test_one_thread_at_a_time(self):
+        run = thenar.Simulation(box(time__duration="20 s"))
+        ready = threading.Event()
+        other = threading.Thread(target=lambda: (ready.set(), run.step(4000)))
+        other.start()
+        ready.wait()
+        faults = []
+        while other.is_alive():
+            try:
+                run.step()
+            except RuntimeError as error:
+                faults.append(str(error))
+        other.join()
+        self.assertTrue(faults and all("another thread" in fault for fault in faults))
+
+    def test_inputs(self):
+        run = thenar.Simulation(box())
+        run.step(200)
+        before = run.object[:3, 3].copy()
+        run.input_wrench = [0, 0, 0.5, 0, 0, 0]
+        run.step(50)
+        self.assertGreater(run.object[2, 3], before[2] + 1e-5)
+        run.input_wrench = np.zeros(6)
+        target = run.target
+        target[0, 3] += 2e-3
+        run.target = target
+        run.run(until=0.8)
+        self.assertAlmostEqual(run.object[0, 3], target[0, 3], delta=3e-4)
+        run.target = None
+
+    def test_bad_input(self):
+        run = thenar.Simulation(box())
+        cases = [
+            (TypeError, "takes numbers", lambda: setattr(run, "input_wrench", "abcdef")),
+            (TypeError, "takes numbers", lambda: setattr(run, "input_wrench", None)),
+            (ValueError, r"shape \(5,\), not \(6,\)", lambda: setattr(run, "input_wrench", [0] * 5)),
+            (ValueError, "not finite", lambda: setattr(run, "input_wrench", [np.nan] * 6)),
+            (ValueError, "no pose", lambda: setattr(run, "target", 2 * np.eye(4))),
+            (ValueError, "0 or more", lambda: run.step(-1)),
+            (TypeError, "", lambda: run.step(1.5)),
+            (TypeError, "", lambda: run.step("3")),
+            (ValueError, "not a time", lambda: run.run(until="3 kg")),
+            (ValueError, "not finite", lambda: run.run(until=np.inf)),
+            (ValueError, "million", lambda: run.run(until=1e9)),
+            (TypeError, "takes a function", lambda: thenar.Simulation(box(), torques=3)),
+            (TypeError, "", lambda: thenar.Simulation("box_grasp")),
+            (ValueError, "lockstep has no 'jiter_s'", lambda: thenar.Simulation(box(), lockstep={"jiter_s": 1})),
+        ]
+        for kind, words, act in cases:
+            with self.assertRaisesRegex(kind, words):
+                act()
+        run.step()
+
+    def test_takes_no_memory(self):
+        """Ten thousand steps ask for no memory: the library that counts is preloaded."""
+        counter = os.environ.get("LD_PRELOAD")
+        if not counter:
+            self.skipTest("nothing counts here")
+        allocations = ctypes.CDLL(counter).thenar_allocations
+        allocations.restype = ctypes.c_long
+        run = thenar.Simulation(thenar.Scene("box_grasp", {"object.points": 6000, "time.duration": "20 s"}))
+        run.step(500)
+        before = allocations()
+        self.assertGreater(before, 1000)
+        run.step(10_000)
+        self.assertLessEqual(allocations() - before, 20)  # of Python's own call
+
+
+if __name__ == "__main__":
+    unittest.main()
