@@ -104,7 +104,7 @@ template <typename Get>
 auto of(Get get) {
   return [get](const py::object& self) {
     auto& simulation = self.cast<Simulation&>();
-    if (simulation.closed) throw py::value_error("the simulation is closed");
+    const Hold hold(simulation);
     return get(simulation, self);
   };
 }
@@ -252,7 +252,10 @@ const Picture& Simulation::picture() {
 
 Hold::Hold(Simulation& simulation) : simulation_(simulation) {
   if (simulation.busy.exchange(true, std::memory_order_acquire)) {
-    throw std::runtime_error("another thread is stepping this simulation: make a copy() for each thread");
+    throw std::runtime_error(
+        "this simulation is being stepped, by another thread or by the step that called this law: make a copy() for "
+        "each "
+        "thread, and ask the period");
   }
   if (!simulation.closed) return;
   simulation.busy.store(false, std::memory_order_release);

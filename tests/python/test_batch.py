@@ -31,7 +31,7 @@ class Rollouts(unittest.TestCase):
             (ValueError, "divide", lambda: thenar.rollout([run], 10, every=3)),
             (ValueError, "0 or more", lambda: thenar.rollout([run], -1)),
             (ValueError, "threads", lambda: thenar.rollout([run], 10, threads=0)),
-            (RuntimeError, "another thread", lambda: thenar.rollout([run, run], 10)),
+            (RuntimeError, "being stepped", lambda: thenar.rollout([run, run], 10)),
             (TypeError, "", lambda: thenar.rollout([3], 10)),
             (TypeError, "", lambda: thenar.rollout([None], 10)),
         ]:

@@ -111,9 +111,11 @@ class Views(unittest.TestCase):
         np.testing.assert_allclose(np.linalg.norm(contacts["normal"], axis=1), 1.0, atol=1e-12)
 
     def test_forces_hold_the_weight(self):
-        """At rest the fingers' forces bear the weight, but for the viscous drag of what still moves."""
-        self.run_.run()
-        np.testing.assert_allclose(self.run_.force_N.sum(axis=0)[1], 9.81 * self.run_.scene.mass_kg, rtol=0.05)
+        """At rest the fingers' forces bear the weight, but for the drag of what still creeps: within 1 % of it."""
+        run = thenar.Simulation(thenar.Scene("box_grasp", {"object.points": 6000}))
+        run.run()
+        gravity = np.array([7.018620, 5.581331, 3.977916])
+        np.testing.assert_allclose(run.force_N.sum(axis=0), -run.scene.mass_kg * gravity, atol=0.01 * 9.81 * 0.1)
 
     def test_before_the_first_tick(self):
         fresh = thenar.Simulation(box())
@@ -157,7 +159,7 @@ class Rules(unittest.TestCase):
             except RuntimeError as error:
                 faults.append(str(error))
         other.join()
-        self.assertTrue(faults and all("another thread" in fault for fault in faults))
+        self.assertTrue(faults and all("being stepped" in fault for fault in faults))
 
     def test_inputs(self):
         run = thenar.Simulation(box())

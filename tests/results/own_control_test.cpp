@@ -16,6 +16,7 @@ namespace {
 Model split_box(double duration_s) {
   Scene scene = split_scene();
   scene.duration_s = duration_s;
+  scene.task = {};  // The target rests: what is seen is the hold alone.
   return build_model(scene);
 }
 
