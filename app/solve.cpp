@@ -16,7 +16,7 @@
 #include "app/timed_solves.h"
 #include "engine/formats/problem_file.h"
 #include "engine/formats/text.h"
-#include "engine/grasp/grasp_deficit.h"
+#include "engine/results/grasp_deficit.h"
 #include "engine/results/problem_check.h"
 #include "solvers/contact_newton.h"
 #include "solvers/gauss_seidel.h"

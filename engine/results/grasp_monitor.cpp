@@ -8,7 +8,7 @@
 #include <limits>
 #include <utility>
 
-#include "engine/grasp/grasp_deficit.h"
+#include "engine/results/grasp_deficit.h"
 
 namespace thenar {
 

@@ -176,9 +176,9 @@ TEST(ControlPeriod, RefusesWhatCannotBe) {
                            return Vector6d(Vector6d::Constant(std::numeric_limits<double>::quiet_NaN()));
                          }}),
             "wrench of the caller's law: a number is not finite");
-  EXPECT_EQ(
-      refused({.muscles = [&](ControlPeriod&) { return Eigen::VectorXd(Eigen::VectorXd::Constant(muscles, -1.0)); }}),
-      "muscle forces of the caller's law: " + model.scene.hand.muscles[0].name + " is to push, and muscles pull");
+  const auto push = [&](ControlPeriod&) -> Eigen::VectorXd { return Eigen::VectorXd::Constant(muscles, -1.0); };
+  EXPECT_EQ(refused({.muscles = push}),
+            "muscle forces of the caller's law: " + model.scene.hand.muscles[0].name + " is to push, and muscles pull");
   // And what has no published law says so.
   Scene scene = model.scene;
   scene.control.reset();

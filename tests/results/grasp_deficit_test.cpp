@@ -1,4 +1,4 @@
-#include "engine/grasp/grasp_deficit.h"
+#include "engine/results/grasp_deficit.h"
 
 #include <gtest/gtest.h>
 

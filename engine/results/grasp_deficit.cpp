@@ -1,4 +1,4 @@
-#include "engine/grasp/grasp_deficit.h"
+#include "engine/results/grasp_deficit.h"
 
 #include <cmath>
 #include <limits>
