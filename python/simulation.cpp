@@ -218,7 +218,7 @@ Simulation::Simulation(std::shared_ptr<const SceneHandle> of_scene, std::shared_
       record(model->scene.hand),
       monitor(*model),
       picture_(*model) {
-  run.controller.own.take(own);
+  run.controller.own = std::move(own);
   record = tick_record(*model, run.state, TickReport(model->scene.hand), run.report);
 }
 

@@ -1,6 +1,5 @@
 #include "engine/grasp/control_period.h"
 
-#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -21,6 +20,12 @@ const ControlSettings& settings_of(const Model& model) {
   return *model.scene.control;
 }
 
+/// The scene's table of muscle forces, or of torques; null if it has none.
+const DriveTable* table_of(const Scene& scene, bool muscles) {
+  if (!scene.control || !scene.control->drive || scene.control->drive->muscles != muscles) return nullptr;
+  return &*scene.control->drive;
+}
+
 /// What a function of the caller's gave: refused here, where it can be named.
 template <typename Numbers>
 const Numbers& checked(const Numbers& numbers, Index asked, const char* what) {
@@ -33,50 +38,6 @@ const Numbers& checked(const Numbers& numbers, Index asked, const char* what) {
 }
 
 }  // namespace
-
-Controller::Controller(const Model& model)
-    : period_s(model.scene.control_period_s),
-      f_desired(Eigen::VectorXd::Zero(3 * model.fingers())),
-      f_muscle(Eigen::VectorXd::Zero(static_cast<Index>(model.scene.hand.muscles.size()))),
-      H(static_cast<Index>(model.scene.hand.joints.size()), f_muscle.size()),
-      search(model),
-      own(control_by_table(model.scene)) {
-  if (!model.scene.control) return;
-  pid.emplace(model.scene.control->position, model.scene.control->rotation);
-  filter.emplace(model);
-}
-
-GraspProblem grasp_problem(const Scene& scene, const ControlReport& report, const Eigen::Vector3d& centre_m) {
-  return {.contacts = report.contacts,
-          .centre_m = centre_m,
-          .wrench = report.wrench_desired,
-          .friction = scene.control->grasp_friction,
-          .cone = scene.control->cone,
-          .internal_force_N = scene.control->internal_force_N};
-}
-
-void OwnControl::take(const OwnControl& other) {
-  if (other.wrench) wrench = other.wrench;
-  if (other.forces) forces = other.forces;
-  if (other.torques) torques = other.torques;
-  if (other.muscles) muscles = other.muscles;
-}
-
-OwnControl control_by_table(const Scene& scene) {
-  if (!scene.control || !scene.control->drive) return {};
-  const auto look = [](ControlPeriod& period) { return period.model.scene.control->drive->at(period.time_s()); };
-  if (scene.control->drive->muscles) return {.muscles = look};
-  return {.torques = look};
-}
-
-Eigen::VectorXd DriveTable::at(double at_s) const {
-  const Index last = time_s.size() - 1;
-  const Index after = std::upper_bound(time_s.begin(), time_s.end(), at_s) - time_s.begin();
-  if (after == 0) return values.col(0);
-  if (after > last) return values.col(last);
-  const double share = (at_s - time_s[after - 1]) / (time_s[after] - time_s[after - 1]);
-  return values.col(after - 1) + share * (values.col(after) - values.col(after - 1));
-}
 
 double ControlPeriod::time_s() const { return static_cast<double>(snapshot.tick) * model.scene.step_s; }
 
@@ -134,8 +95,13 @@ const JointVector& ControlPeriod::torques() {
   if (!has_torques_) {
     const auto& own = controller.own.torques;
     const auto joints = std::ssize(model.scene.hand.joints);
-    report.torques_desired_Nm =
-        own ? checked(own(*this), joints, "joint torques of the caller's law") : published_torques(*this);
+    if (own) {
+      report.torques_desired_Nm = checked(own(*this), joints, "joint torques of the caller's law");
+    } else if (const DriveTable* table = table_of(model.scene, false)) {
+      report.torques_desired_Nm = table->at(time_s());
+    } else {
+      report.torques_desired_Nm = published_torques(*this);
+    }
     has_torques_ = true;
   }
   return report.torques_desired_Nm;
@@ -151,6 +117,8 @@ const Eigen::VectorXd& ControlPeriod::muscle_forces() {
       throw std::invalid_argument("muscle forces of the caller's law: " + model.scene.hand.muscles[pushing].name +
                                   " is to push, and muscles pull");
     }
+  } else if (const DriveTable* table = table_of(model.scene, true)) {
+    controller.f_muscle = table->at(time_s());
   } else {
     published_muscle_forces(*this);
   }

@@ -39,7 +39,7 @@ SplitGrasp::SplitGrasp(const Model& model, const State& start, const OwnControl&
       frames_(model),
       snapshots_(static_cast<const Snapshot&>(state_)) {
   state_.forces.reserve(model.max_contacts);  // A copied state has lost its spare room.
-  controller_.own.take(own);
+  controller_.own = own;
   const ControlStep first = control_step();
   if (!first.published) throw std::runtime_error("the first frame of the grasp is not finite");
   first_control_ = first.control;

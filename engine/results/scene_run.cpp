@@ -42,7 +42,7 @@ class ProgressWatcher : public Watcher {
 
 Recording run_scene(const Model& model, State& state, const RunSettings& settings) {
   GraspRun run = settings.lockstep ? GraspRun(model, *settings.lockstep) : GraspRun(model);
-  run.controller.own.take(settings.own);
+  run.controller.own = settings.own;
   run.state = start_of_run(std::move(state));
   Recorder recorder(model, settings.film);
   ProgressWatcher progress(model, settings.progress);

@@ -100,8 +100,8 @@ TEST(ControlPeriod, WithoutOwnForcesTheLastGoOn) {
   EXPECT_EQ(grasp.report.f_desired, before);
 }
 
-// Torques replaced: what they do not ask for is not found, and costs nothing. Constant ones are those of a scene without
-// control, to the last bit.
+// Torques replaced: what they do not ask for is not found, and costs nothing. Constant ones are those of a scene
+// without control, to the last bit.
 TEST(ControlPeriod, OwnTorquesAskForWhatTheyNeedAlone) {
   Scene scene = scene_of("box_grasp", {kCoarseBox, "control.muscles=false"});
   const Model controlled = build_model(scene);

@@ -1,0 +1,27 @@
+#include "engine/grasp/controller.h"
+
+namespace thenar {
+
+using Eigen::Index;
+
+Controller::Controller(const Model& model)
+    : period_s(model.scene.control_period_s),
+      f_desired(Eigen::VectorXd::Zero(3 * model.fingers())),
+      f_muscle(Eigen::VectorXd::Zero(static_cast<Index>(model.scene.hand.muscles.size()))),
+      H(static_cast<Index>(model.scene.hand.joints.size()), f_muscle.size()),
+      search(model) {
+  if (!model.scene.control) return;
+  pid.emplace(model.scene.control->position, model.scene.control->rotation);
+  filter.emplace(model);
+}
+
+GraspProblem grasp_problem(const Scene& scene, const ControlReport& report, const Eigen::Vector3d& centre_m) {
+  return {.contacts = report.contacts,
+          .centre_m = centre_m,
+          .wrench = report.wrench_desired,
+          .friction = scene.control->grasp_friction,
+          .cone = scene.control->cone,
+          .internal_force_N = scene.control->internal_force_N};
+}
+
+}  // namespace thenar

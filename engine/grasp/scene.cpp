@@ -1,0 +1,18 @@
+#include "engine/grasp/scene.h"
+
+#include <algorithm>
+
+namespace thenar {
+
+using Eigen::Index;
+
+Eigen::VectorXd DriveTable::at(double at_s) const {
+  const Index last = time_s.size() - 1;
+  const Index after = std::upper_bound(time_s.begin(), time_s.end(), at_s) - time_s.begin();
+  if (after == 0) return values.col(0);
+  if (after > last) return values.col(last);
+  const double share = (at_s - time_s[after - 1]) / (time_s[after] - time_s[after - 1]);
+  return values.col(after - 1) + share * (values.col(after) - values.col(after - 1));
+}
+
+}  // namespace thenar
