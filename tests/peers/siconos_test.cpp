@@ -7,6 +7,7 @@
 #include <siconos/numerics/NonSmoothDrivers.h>
 #include <siconos/numerics/NumericsMatrix.h>
 #include <siconos/numerics/SolverOptions.h>
+#include <suitesparse/cs.h>  // what Siconos's sparse matrices are
 
 #include <algorithm>
 #include <cstdio>
@@ -100,9 +101,8 @@ std::vector<fs::path> committed_problems() {
   return files;
 }
 
-/// Frames of the box grasp with so many contacts.
-std::vector<fs::path> frames(int contacts) {
-  const fs::path folder = scratch() / std::to_string(contacts);
+/// Frames of the box grasp with so many contacts, in a folder of their own.
+std::vector<fs::path> frames(int contacts, const fs::path& folder) {
   const std::string most = std::to_string(contacts / 3), leaves = std::to_string(12 * (contacts / 3));
   const Outcome run = thenar_program(
       "run " + config("box_grasp.yaml") + " --time 0.3 --quiet --set contact.max_per_finger=" + most +
@@ -117,16 +117,16 @@ std::vector<fs::path> frames(int contacts) {
 }
 
 TEST(Siconos, FindsTheForcesThatWeFind) {
+  const fs::path folder = scratch(), written = folder / "problem.hdf5";
   std::vector<fs::path> files = committed_problems();
   for (const int contacts : {15, 30, 60}) {
-    const std::vector<fs::path> more = frames(contacts);
+    const std::vector<fs::path> more = frames(contacts, folder / std::to_string(contacts));
     EXPECT_GE(more.size(), 3U);
     files.insert(files.end(), more.begin(), more.end());
   }
   double worst = 0.0, worst_ours = 0.0, worst_theirs = 0.0;
   for (const fs::path& file : files) {
     SCOPED_TRACE(file);
-    const fs::path written = scratch() / "problem.hdf5";
     write_fclib_problem(written, read_contact(file));
     const ContactFile ours = read_contact(written);
     const std::unique_ptr<SiconosProblem> theirs = read_by_fclib(written);
@@ -138,7 +138,7 @@ TEST(Siconos, FindsTheForcesThatWeFind) {
     const AccurateReport report = solve_contacts_accurately(problem, {.tolerance = 1e-13}, work, {f, delta});
     const VectorXd r = solve(*theirs);
     const double of_theirs = natural_map(problem, r, VectorXd(ours.W * r + ours.delta_free[0])).norm;
-    // Both stop near rounding, 1e-13 of the free motion; W's condition, below 1e5, makes of it 1e-8 of the forces.
+    // Both stop below 1e-13 of the free motion, and forces may be as much further apart as W's condition: 1e5 are left.
     const double difference = (f - r).cwiseAbs().maxCoeff() / f.cwiseAbs().maxCoeff();
     EXPECT_LE(difference, 1e-8) << "ours " << report.solve.residual << ", theirs " << of_theirs;
     std::printf("%-28s %3ld contacts: difference %.1e, residuals %.1e (ours), %.1e (Siconos)\n",
