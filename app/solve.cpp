@@ -71,10 +71,11 @@ std::string explain(const ContactFile& file, const VectorXd& y, double closed_m)
     if (y[i] > kWorthAWord * y.maxCoeff()) pressed.push_back(fmt::format("{} ({:.2g})", i, y[i]));
   }
   const bool is_velocity = file.units.find("velocity") != std::string::npos;
+  const char* const unit = file.units == kUnitsOfFclib ? "" : is_velocity ? " m/s" : " m";
   return fmt::format(
       "bodies that do not give way press contacts {} together: their gaps, added up by these weights, stay closed by "
-      "{:.3g} {} whatever the forces",
-      listed(pressed), closed_m, is_velocity ? "m/s" : "m");
+      "{:.3g}{} whatever the forces",
+      listed(pressed), closed_m, unit);
 }
 
 /// A contact solver by its name, with the memory that it needs.

@@ -284,6 +284,7 @@ ContactFile problem_in(const fs::path& file, const std::string& bytes) {
   const std::string info = is_local ? "/fclib_local/info" : "/fclib_global/info";
   problem.name = reader.text(info + "/title");
   problem.source = reader.text(info + "/description");
+  problem.units = kUnitsOfFclib;
   const std::size_t units = problem.source.rfind(kUnitsMark);
   if (units != std::string::npos) {
     problem.units = problem.source.substr(units + kUnitsMark.size());
@@ -403,11 +404,11 @@ ContactFile read_fclib_problem(const fs::path& file, const std::string& bytes) {
     } catch (const FileError& error) {
       return kRefused + std::string(error.what()).substr(file.string().size() + 2);
     } catch (const std::bad_alloc&) {
-      return kRefused + "needs more memory than 4 GB";
+      return kRefused + "is too large: it takes more memory than 4 GB";
     }
   };
   const std::optional<std::string> read = in_child_process(work);
-  if (!read) throw FileError(file, "is a damaged HDF5 file, on which HDF5 itself fails");
+  if (!read) throw FileError(file, "HDF5 cannot read it with 4 GB of memory in 120 s: it is damaged, or too large");
   if (read->starts_with(kRefused)) throw FileError(file, read->substr(kRefused.size()));
   return read_contact_problem(file, *read);
 }

@@ -11,6 +11,9 @@ namespace thenar {
 /// collection of discrete 3D Frictional Contact problems", INRIA RT-0444. docs/reference/problem_files.md has how its
 /// names and laws go with ours.
 
+/// The units of a file of FCLIB that states none.
+inline constexpr const char* kUnitsOfFclib = "any that go together";
+
 /// Whether a file is one of FCLIB by the ending of its name: .hdf5 or .h5.
 [[nodiscard]] bool is_fclib_file(const std::filesystem::path& file);
 

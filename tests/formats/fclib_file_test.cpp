@@ -161,6 +161,7 @@ TEST(FclibFile, ReadsWhatItsLibraryWrites) {
     EXPECT_TRUE(same_bits(read.f_last, guess));
     EXPECT_EQ(read.name, title);
     EXPECT_EQ(read.source, description);
+    EXPECT_EQ(read.units, kUnitsOfFclib);
     EXPECT_EQ(read.status, known);
     EXPECT_GT(read.reference_residual, 1e-3) << "a random force solves nothing, whatever its file says";
   }
