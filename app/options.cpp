@@ -97,7 +97,8 @@ void add_solve(CLI::App& app, SceneFlags& flags, Options& options) {
       "solve", "Solves problem files, and tells the residuals, recomputed from the files, and the times");
   command
       ->add_option("FILE", options.problems,
-                   "Problem files: .fcp (contact), .json (P1 grasp forces, P2 muscle forces, LCP)")
+                   "Problem files: .fcp (contact), .hdf5 or .h5 (contact, in the format of FCLIB), .json (P1 grasp "
+                   "forces, P2 muscle forces, LCP)")
       ->required();
   command
       ->add_option(
@@ -130,9 +131,13 @@ void add_solve(CLI::App& app, SceneFlags& flags, Options& options) {
       ->check(some_time());
   command->add_option("--format", options.format, "What to print")->check(CLI::IsMember({"text", "json"}));
   command->add_flag("--forces", options.forces, "Shows the forces (z of an LCP), too");
+  add_file(
+      *command, "--write", options.written,
+      "Writes the contact problem, with the solution that the first method found, as .hdf5 or .h5 (FCLIB, the first "
+      "step) or as .fcp");
   command->footer(
-      "Exit code: 0 if every verdict is right and every solution within the tolerance, 2 for a wrong command, "
-      "3 for a file that cannot be read, else 6.");
+      "Exit code: 0 if every verdict is right and every solution within the tolerance, 2 for a wrong command and for "
+      "FCLIB files where HDF5 is missing, 3 for a file that cannot be read or written, else 6.");
 }
 
 /// The command that runs a scene many times.

@@ -46,6 +46,7 @@ struct Options {
   int repeat = 100;                 ///< Timed solves at most.
   double solve_time_s = 1.0;        ///< For a file's.
   bool forces = false;              ///< Show them, too.
+  std::filesystem::path written;    ///< File for the contact problem with its solution; empty: none.
 
   // Of keys.
   std::string prefix;     ///< Of those that are listed; empty: all.

@@ -12,8 +12,10 @@
 
 #include "app/exit_code.h"
 #include "app/progress.h"
+#include "app/results.h"
 #include "app/solve_result.h"
 #include "app/timed_solves.h"
+#include "engine/formats/fclib_file.h"
 #include "engine/formats/problem_file.h"
 #include "engine/formats/text.h"
 #include "engine/results/grasp_deficit.h"
@@ -69,10 +71,11 @@ std::string explain(const ContactFile& file, const VectorXd& y, double closed_m)
     if (y[i] > kWorthAWord * y.maxCoeff()) pressed.push_back(fmt::format("{} ({:.2g})", i, y[i]));
   }
   const bool is_velocity = file.units.find("velocity") != std::string::npos;
+  const char* const unit = file.units == kUnitsOfFclib ? "" : is_velocity ? " m/s" : " m";
   return fmt::format(
       "bodies that do not give way press contacts {} together: their gaps, added up by these weights, stay closed by "
-      "{:.3g} {} whatever the forces",
-      listed(pressed), closed_m, is_velocity ? "m/s" : "m");
+      "{:.3g}{} whatever the forces",
+      listed(pressed), closed_m, unit);
 }
 
 /// A contact solver by its name, with the memory that it needs.
@@ -199,6 +202,23 @@ std::vector<SolveResult> solve(const ContactFile& file, const std::string& metho
     results.back().name = file.name + (steps > 1 ? fmt::format(" (warm, {} steps)", steps) : " (warm)");
   }
   return results;
+}
+
+/// Writes a problem with what was found of it, if that is right.
+void write_found(ContactFile file, const SolveResult& found, const std::filesystem::path& to) {
+  if (found.fault.empty()) file.status = found.status;
+  if (found.fault.empty() && found.f.size() > 0) {
+    file.f_reference = found.f;
+    file.delta_reference = file.W * found.f + file.delta_free.front();
+    file.reference_residual = found.residual;
+  }
+  if (!is_fclib_file(to)) {
+    write_problem(to, file);
+    return;
+  }
+  write_fclib_problem(to, file);
+  const std::size_t steps = file.delta_free.size();
+  if (steps > 1) std::cerr << fmt::format("{}: holds one problem, which is step 0 of {}\n", to.string(), steps);
 }
 
 // ---- grasp forces ----
@@ -376,11 +396,36 @@ std::vector<SolveResult> solve_all(const std::vector<ProblemFile>& files, const 
   return results;
 }
 
+/// What is wrong with the files that the command names, whatever is in them; empty: nothing.
+std::string wrong_files(const Options& options) {
+  const auto& written = options.written;
+  if (!written.empty() && written.extension() != ".fcp" && !is_fclib_file(written)) {
+    return fmt::format("--write: {} must end in .hdf5 or .h5 (FCLIB) or in .fcp", written.string());
+  }
+  if (!written.empty() && options.problems.size() > 1) return "--write: takes one problem";
+  std::vector<std::filesystem::path> all = options.problems;
+  all.push_back(written);
+  for (const auto& file : all) {
+    if (is_fclib_file(file) && !fclib_obstacle().empty()) return file.string() + ": " + fclib_obstacle();
+  }
+  return "";
+}
+
 }  // namespace
 
 int solve(const Options& options) {
+  if (const std::string wrong = wrong_files(options); !wrong.empty()) {
+    std::cerr << wrong << '\n';
+    return kBadUsage;
+  }
+  if (!options.written.empty()) check_results({{"--write", options.written}}, options.problems);
   std::vector<ProblemFile> files;
   for (const auto& file : options.problems) files.push_back(read_problem(file));
+  const auto* const contact = std::get_if<ContactFile>(&files.front());
+  if (!options.written.empty() && contact == nullptr) {
+    std::cerr << fmt::format("--write: takes a contact problem, and {} is none\n", options.problems.front().string());
+    return kBadUsage;
+  }
   for (std::size_t i = 0; i < files.size(); ++i) {
     const Kind k = kind_of(files[i]);
     if (!methods_for(options.method, k).empty()) continue;
@@ -403,5 +448,6 @@ int solve(const Options& options) {
     right = false;
     std::cerr << fmt::format("failed: {} by {}: {}\n", result.name, result.method, result.fault);
   }
+  if (!options.written.empty()) write_found(*contact, results.front(), options.written);
   return right ? kDone : kFailed;
 }

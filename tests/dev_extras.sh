@@ -21,3 +21,4 @@ script apt-get 'echo "$*" >>"'"$folder"'/asked"; [[ $* != *chromium* ]]'
 words=$(PATH=$folder "$dev" extras 2>&1) || { echo "$words"; exit 1; }
 grep -q 'tests of the page in a browser will be skipped' <<<"$words" || { echo "$words"; exit 1; }
 grep -q 'libopenmpi-dev' "$folder/asked" || { cat "$folder/asked"; exit 1; }
+grep -q 'libfclib-dev' "$folder/asked" || { cat "$folder/asked"; exit 1; }

@@ -183,7 +183,7 @@ ContactFile read_contact_problem(const fs::path& file, const std::string& bytes)
   return problem;
 }
 
-void write_problem(const fs::path& file, const ContactFile& problem) {
+std::string contact_bytes(const ContactFile& problem) {
   std::string bytes = "fcp 1\n";
   append_line(bytes, "contacts", std::to_string(problem.contacts()));
   append_line(bytes, "steps", std::to_string(problem.delta_free.size()));
@@ -203,7 +203,9 @@ void write_problem(const fs::path& file, const ContactFile& problem) {
   append(bytes, problem.f_reference);
   append(bytes, problem.delta_reference);
   append(bytes, problem.f_last);
-  write_file(file, bytes);
+  return bytes;
 }
+
+void write_problem(const fs::path& file, const ContactFile& problem) { write_file(file, contact_bytes(problem)); }
 
 }  // namespace thenar

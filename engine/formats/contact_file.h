@@ -21,7 +21,7 @@ struct ContactFile {
   Eigen::VectorXd mu;
   Eigen::VectorXd f_reference;      ///< Solves the first step [N]; empty if the file has none.
   Eigen::VectorXd delta_reference;  ///< [m], with f_reference.
-  double reference_residual = 0.0;  ///< Natural-map residual of f_reference, as the file states it.
+  double reference_residual = 0.0;  ///< Natural-map residual of f_reference, as the file states it or as it is.
   Eigen::VectorXd f_last;           ///< First guess for the first step [N]; empty if the file has none.
 
   [[nodiscard]] Eigen::Index contacts() const { return mu.size(); }
@@ -37,8 +37,11 @@ struct ContactFile {
 /// Throws FileError: "path: what is wrong", with the line or the key.
 [[nodiscard]] ContactFile read_contact_problem(const std::filesystem::path& file, const std::string& bytes);
 
-/// Writes it so that it is read back to the last bit. Throws FileError.
+/// The bytes of its .fcp file, from which it is read back to the last bit.
 /// Requires  Finite values.
+[[nodiscard]] std::string contact_bytes(const ContactFile& problem);
+
+/// Writes them. Throws FileError.
 void write_problem(const std::filesystem::path& file, const ContactFile& problem);
 
 // What all files of problems keep to.

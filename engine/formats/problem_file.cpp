@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "engine/formats/fclib_file.h"
 #include "engine/formats/files.h"
 
 namespace thenar {
@@ -261,12 +262,14 @@ void add_optimum(const VectorXd& f, const VectorXd& c, const VectorXd& slack, or
 }  // namespace
 
 ProblemFile read_problem(const fs::path& file) {
-  const bool is_contact = file.extension() == ".fcp";
-  if (!is_contact && file.extension() != ".json") {
-    throw FileError(file, "must be an .fcp file (contact) or a .json file (grasp, muscles, LCP)");
+  const bool is_contact = file.extension() == ".fcp", is_fclib = is_fclib_file(file);
+  if (!is_contact && !is_fclib && file.extension() != ".json") {
+    throw FileError(file, "must be an .fcp, .hdf5 or .h5 file (contact) or a .json file (grasp, muscles, LCP)");
   }
   const std::string bytes = read_file(file);
-  ProblemFile problem = is_contact ? ProblemFile(read_contact_problem(file, bytes)) : read_small_problem(file, bytes);
+  ProblemFile problem = is_contact ? ProblemFile(read_contact_problem(file, bytes))
+                        : is_fclib ? ProblemFile(read_fclib_problem(file, bytes))
+                                   : read_small_problem(file, bytes);
   std::visit([&](auto& p) { p.name = p.name.empty() ? file.stem().string() : p.name; }, problem);
   return problem;
 }

@@ -36,7 +36,7 @@ using ProblemFile = std::variant<ContactFile, GraspFile, MuscleFile, LcpFile>;
 
 /// Reads a problem, all of it finite and of shapes that go together. A file without a name is called as its file is.
 ///
-/// .fcp   A contact problem: contact_file.h.
+/// .fcp   A contact problem: contact_file.h. So are .hdf5 and .h5, in the format of FCLIB: fclib_file.h.
 /// .json  `problem` says which: "P1" grasp forces, "P2" muscle forces, "LCP". A grasp is taken from its contact points
 ///        and axes; G, A and c need not be there, but must not contradict them.
 ///

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/formats/fclib_file.h"
 #include "engine/formats/problem_file.h"
 #include "engine/results/problem_check.h"
 #include "tests/support/json_eigen.h"
@@ -121,6 +122,55 @@ TEST(Solve, RefusesBrokenFilesBeforeItSolvesAny) {
     EXPECT_TRUE(run.text.starts_with(file + ": ")) << run.text;
     EXPECT_EQ(std::count(run.text.begin(), run.text.end(), '\n'), 1) << run.text;
   }
+}
+
+// Written for others and read again, a problem is the same one, and has the same forces, to the last bit.
+TEST(Solve, ExchangesContactProblemsByFclib) {
+  if (!fclib_obstacle().empty()) GTEST_SKIP() << fclib_obstacle();
+  const fs::path there = scratch() / "problem.hdf5", back = scratch() / "problem.fcp";
+  const auto problem = std::get<ContactFile>(read_problem(data("contact/pressed15_seq_s1.fcp")));
+  const Outcome run =
+      thenar_program("solve --repeat 1 " + data("contact/pressed15_seq_s1.fcp") + " --write " + there.string());
+  EXPECT_EQ(run.code, 0) << run.text;
+  EXPECT_NE(run.text.find("holds one problem, which is step 0 of 50"), std::string::npos) << run.text;
+  const auto results = results_of(there.string() + " --repeat 1 --forces --write " + back.string());
+  ASSERT_EQ(results.size(), 1U);
+  EXPECT_EQ(results[0].at("name"), problem.name);
+  EXPECT_EQ(results[0].at("status"), "solved");
+  for (const fs::path& file : {there, back}) {
+    SCOPED_TRACE(file);
+    const auto read = std::get<ContactFile>(read_problem(file));
+    EXPECT_EQ(read.W, problem.W);
+    EXPECT_EQ(read.delta_free[0], problem.delta_free[0]);
+    EXPECT_EQ(read.mu, problem.mu);
+    EXPECT_EQ(read.status, "solved");
+    EXPECT_EQ(read.f_reference, vector_of(results[0].at("f")));
+    EXPECT_LE(read.reference_residual, 1e-8);
+  }
+}
+
+TEST(Solve, RefusesWhatFclibCannotHold) {
+  const std::string contact = data("contact/paper15_s1.fcp"), grasp = data("small/14_grasp4.json");
+  const fs::path out = scratch() / "out.hdf5", broken = scratch() / "broken.hdf5";
+  std::ofstream(broken) << "no HDF5";
+  const auto expect = [&](const std::string& arguments, int code, const std::string& what) {
+    const Outcome run = thenar_program("solve " + arguments);
+    EXPECT_EQ(run.code, code) << run.text;
+    EXPECT_NE(run.text.find(what), std::string::npos) << run.text;
+    EXPECT_EQ(std::count(run.text.begin(), run.text.end(), '\n'), 1) << "nothing of HDF5's own: " << run.text;
+    EXPECT_FALSE(fs::exists(out));
+  };
+  expect(contact + " --write out.txt", 2, "--write: out.txt must end in .hdf5 or .h5 (FCLIB) or in .fcp");
+  expect(contact + " " + contact + " --write " + out.string(), 2, "--write: takes one problem");
+  if (!fclib_obstacle().empty()) {
+    expect(broken.string(), 2, broken.string() + ": " + fclib_obstacle());
+    expect(contact + " --write " + out.string(), 2, out.string() + ": " + fclib_obstacle());
+    return;
+  }
+  expect(grasp + " --write " + out.string(), 2, "--write: takes a contact problem, and " + grasp + " is none");
+  expect(contact + " --write " + contact, 2, "would replace " + contact);
+  expect(broken.string(), 3, broken.string() + ": is no HDF5 file");
+  expect(contact + " nowhere.h5", 3, "nowhere.h5: ");
 }
 
 // The problems of a run, solved again from their files, come out as they did in the run.

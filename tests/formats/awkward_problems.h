@@ -29,6 +29,24 @@ inline MatrixXd awkward(Index rows, Index cols, std::mt19937_64& random) {
   return values;
 }
 
+/// Two contacts and three steps.
+inline ContactFile contact_problem(std::mt19937_64& random) {
+  ContactFile problem;
+  problem.name = "two contacts";
+  problem.status = "solved";
+  problem.units = "SI";
+  problem.source = "a test";
+  problem.W = awkward(6, 6, random);
+  problem.W.diagonal() = problem.W.diagonal().cwiseAbs().eval();
+  problem.delta_free = {awkward(6, 1, random), awkward(6, 1, random), awkward(6, 1, random)};
+  problem.mu = (Eigen::VectorXd(2) << 0.0, 0.3).finished();
+  problem.f_reference = awkward(6, 1, random);
+  problem.delta_reference = awkward(6, 1, random);
+  problem.reference_residual = 1.0 / 3.0;
+  problem.f_last = awkward(6, 1, random);
+  return problem;
+}
+
 template <typename Matrix>
 bool same_bits(const Matrix& a, const Matrix& b) {
   return a.rows() == b.rows() && a.cols() == b.cols() &&

@@ -21,23 +21,6 @@ using namespace awkward_problems;
 
 using Eigen::VectorXd;
 
-ContactFile contact_problem(std::mt19937_64& random) {
-  ContactFile problem;
-  problem.name = "two contacts";
-  problem.status = "solved";
-  problem.units = "SI";
-  problem.source = "a test";
-  problem.W = awkward(6, 6, random);
-  problem.W.diagonal() = problem.W.diagonal().cwiseAbs().eval();
-  problem.delta_free = {awkward(6, 1, random), awkward(6, 1, random), awkward(6, 1, random)};
-  problem.mu = (VectorXd(2) << 0.0, 0.3).finished();
-  problem.f_reference = awkward(6, 1, random);
-  problem.delta_reference = awkward(6, 1, random);
-  problem.reference_residual = 1.0 / 3.0;
-  problem.f_last = awkward(6, 1, random);
-  return problem;
-}
-
 TEST(ProblemFile, AContactProblemIsReadBackToTheLastBit) {
   std::mt19937_64 random(1);
   const ContactFile problem = contact_problem(random);

@@ -137,7 +137,7 @@ TEST(ProblemFile, RefusesBrokenSmallFiles) {
   expect_refused(file, R"({"problem": "LCP", "M": [[1], 2], "q": [1, 1]})", "key 'M[1]': must be a list of 1 numbers");
   expect_refused(file, R"({"problem": "P2", "H": [[1]], "tau": [1], "c": [2]})", "key 'c': must be zero");
   expect_refused(file, R"({"problem": "P2", "H": [[1]], "tau": [1, 2]})", "key 'tau': must be a list of 1 numbers");
-  expect_refused(file.parent_path() / "problem.yaml", "{}", "must be an .fcp file");
+  expect_refused(file.parent_path() / "problem.yaml", "{}", "must be an .fcp, .hdf5 or .h5 file");
 }
 
 // A small file must not ask for much: a long row times many short ones is a matrix of gigabytes, and so is what solvers
