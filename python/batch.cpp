@@ -303,8 +303,8 @@ The bits are those of step(), whatever the threads.)");
              R"(Runs all combinations of what varies, as `thenar sweep`.
 
 vary: key to values, {'contact.friction': [0.3, 0.5], 'object.mass': '50 g:200 g:4'}; the last key turns fastest.
-Returns a list of rows: a dict of what varies, outcome, reason and the measures of summary.json. A combination that is no
-scene is a row: 'refused', and why.)");
+Returns a list of rows: a dict of what varies, outcome, reason and the measures of summary.json. A combination that is
+no scene is a row: 'refused', and why.)");
 }
 
 }  // namespace thenar::python

@@ -64,8 +64,8 @@ class NewestTick : public Watcher {
   Newest newest_;
 };
 
-/// The two loops of a scene, run by threads of their own. What comes in and goes out passes through buffers: the contact
-/// loop never waits for Python.
+/// The two loops of a scene, run by threads of their own. What comes in and goes out passes through buffers: the
+/// contact loop never waits for Python.
 class Realtime {
  public:
   Realtime(std::shared_ptr<const SceneHandle> scene, double duration_s, bool realtime, int core, OwnControl own);
@@ -263,12 +263,11 @@ void bind_realtime(py::module_& module) {
 
 Laws are called on the control thread. While one takes its time, the last frame stays in use and is then held: the
 contact loop never waits for Python.)")
-      .def(
-          py::init(&realtime_of), py::arg("scene"), py::kw_only(), py::arg("duration") = py::none(),
-          py::arg("realtime") = true, py::arg("core") = -1, py::arg("wrench") = py::none(),
-          py::arg("forces") = py::none(), py::arg("torques") = py::none(), py::arg("muscles") = py::none(),
-          R"(duration: simulated time, by default the scene's. realtime: ask for SCHED_FIFO and a core of its own; what is
-refused is told in report. core: the contact thread's. Laws as of Simulation.)")
+      .def(py::init(&realtime_of), py::arg("scene"), py::kw_only(), py::arg("duration") = py::none(),
+           py::arg("realtime") = true, py::arg("core") = -1, py::arg("wrench") = py::none(),
+           py::arg("forces") = py::none(), py::arg("torques") = py::none(), py::arg("muscles") = py::none(),
+           R"(duration: simulated time, by default the scene's. realtime: ask for SCHED_FIFO and a core of its own; what
+is refused is told in report. core: the contact thread's. Laws as of Simulation.)")
       .def("start", &Realtime::start, "Begins; entering a `with` does so, too.")
       .def("stop", ends, "Ends it, and waits for the threads; leaving a `with` does so, too.")
       .def(

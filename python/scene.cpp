@@ -149,8 +149,8 @@ void bind_scene(py::module_& module) {
       py::arg("mass") = "100 g", py::arg("friction") = 0.6,
       R"(Writes a scene in which a hand is to grasp an object of one's own, as `thenar new`.
 
-file: the scene, which is not there yet. object: a mesh (STL, OBJ, OFF, PLY) or a cloud (PLY, PCD, XYZ); unit: what 1 in it
-measures, '1 mm'. hand: a file, or the name of one that comes with the package (thenar.hands()). mass: '100 g'.
+file: the scene, which is not there yet. object: a mesh (STL, OBJ, OFF, PLY) or a cloud (PLY, PCD, XYZ); unit: what 1
+in it measures, '1 mm'. hand: a file, or the name of one that comes with the package (thenar.hands()). mass: '100 g'.
 Returns the scene; its grasp is found when it first runs.)");
   module.def("hands", &known_hands, "Names of the hands that come with the package.");
 

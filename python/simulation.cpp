@@ -290,7 +290,7 @@ wrench, forces, torques, muscles: functions of a Period, each instead of that pa
            "So many contact ticks, with the control ticks that are due. Lets other threads run.")
       .def(
           "run", &run_until, py::arg("until") = py::none(),
-          R"(Goes on until a simulated time (seconds, or text such as '500 ms'), or the scene's end, or the object is lost.
+          R"(Goes on until a simulated time (seconds, or text such as '500 ms'), the scene's end, or the object is lost.
 
 Returns report.)")
       .def(
