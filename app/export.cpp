@@ -13,7 +13,10 @@
 #include "app/results.h"
 #include "engine/formats/files.h"
 #include "engine/formats/mcap_file.h"
-#include "engine/results/recording_file.h"
+#include "engine/formats/mcap_reader.h"
+#include "engine/results/recorded_run.h"
+#include "engine/results/run_tables.h"
+#include "engine/scenes/scene_file.h"
 #include "engine/scenes/shared_data.h"
 
 namespace {
@@ -52,18 +55,38 @@ std::string page_with(std::string_view recording) {
   return whole;
 }
 
-/// Looks at the recording, and makes the page if it is asked for; then its bytes are let go.
-void look_at(const Options& options) {
-  const thenar::McapContents contents = thenar::read_mcap(options.record);
-  const auto last = contents.messages.empty() ? 0.0 : contents.messages.back().time_s;
-  const auto is_state = [](const thenar::McapMessage& message) { return message.topic == "/state"; };
-  if (std::none_of(contents.messages.begin(), contents.messages.end(), is_state)) {
-    throw FileError(options.record, "holds no states");
+/// What a page shows of a recording, as a recording of that alone. Where the one was cut off, so is the other.
+std::string shown_of(const fs::path& recording) {
+  const std::vector<std::string> topics = {"/scene", "/geometry", "/state", "/status"};
+  std::vector<thenar::McapChannel> channels;
+  for (const std::string& topic : topics) channels.push_back({topic, "", "", "", ""});
+  thenar::McapEncoder encoder(channels);
+  std::string shown;
+  const thenar::McapReading reading = thenar::read_mcap(recording, [&](const thenar::McapMessage& message) {
+    const auto topic = std::ranges::find(topics, message.topic);
+    if (topic == topics.end()) return;
+    encoder.add(static_cast<std::size_t>(topic - topics.begin()), message.time_s, message.bytes);
+    shown += encoder.take();
+  });
+  encoder.end_chunk();
+  if (reading.whole) encoder.finish();
+  return shown + encoder.take();
+}
+
+/// Refuses what has no states, and says what is wrong with the others.
+void look_at(const fs::path& recording) {
+  double last_s = 0.0;
+  bool has_states = false;
+  const thenar::McapReading reading = thenar::read_mcap(recording, [&](const thenar::McapMessage& message) {
+    has_states = has_states || message.topic == "/state";
+    last_s = message.time_s;
+  });
+  if (!has_states) throw FileError(recording, "holds no states");
+  if (reading.damaged_chunks > 0) {
+    std::cerr << "warning: " << recording.string() << " is damaged: parts of it are missing\n";
+  } else if (!reading.whole) {
+    std::cerr << "warning: " << recording.string() << " was cut off; it goes on to " << last_s << " s\n";
   }
-  if (!contents.whole) {
-    std::cerr << "warning: " << options.record.string() << " was cut off; it goes on to " << last << " s\n";
-  }
-  if (!options.html.empty()) thenar::write_file(options.html, page_with(contents.file));
 }
 
 }  // namespace
@@ -72,8 +95,24 @@ int export_recording(const Options& options) {
   std::vector<Result> results;
   if (!options.html.empty()) results.push_back({"--html", options.html});
   if (!options.csv.empty()) results.push_back({"--csv", options.csv});
-  check_results(results, {options.record});
-  look_at(options);
-  if (!options.csv.empty()) thenar::write_file(options.csv, thenar::recording_csv(options.record));
+  if (!options.npz.empty()) results.push_back({"--npz", options.npz});
+  if (!options.sto.empty()) results.push_back({"--sto", options.sto});
+  check_results(results, {options.recording});
+  look_at(options.recording);
+  if (!options.html.empty()) thenar::write_file(options.html, page_with(shown_of(options.recording)));
+  if (!options.csv.empty()) {
+    const thenar::RecordedRun run = thenar::read_recording(options.recording, {thenar::is_signal, false});
+    thenar::write_file(options.csv, thenar::run_csv(run));
+  }
+  if (!options.sto.empty()) {
+    const auto of_joints = [](const thenar::Field& field) {
+      return field.name == "time_s" || field.name == "q_rad" || field.name == "muscles_N";
+    };
+    const thenar::RecordedRun run = thenar::read_recording(options.recording, {of_joints, false});
+    thenar::write_file(options.sto, thenar::run_sto(run, options.recording));
+  }
+  if (!options.npz.empty()) {
+    thenar::write_file(options.npz, thenar::run_npz(thenar::read_recording(options.recording), options.npz));
+  }
   return kDone;
 }

@@ -28,10 +28,10 @@
 #include "app/sweep.h"
 #include "app/table.h"
 #include "app/window_program.h"
+#include "engine/figures/figures.h"
 #include "engine/formats/files.h"
 #include "engine/formats/text.h"
 #include "engine/loops/realtime.h"
-#include "engine/results/figures.h"
 #include "engine/results/problem_dump.h"
 #include "engine/results/profile.h"
 #include "engine/results/recording_file.h"
@@ -74,7 +74,7 @@ std::vector<Result> results_of(const Options& options) {
     for (const char* name : {"summary.json", "signals.csv"}) results.push_back({"--out", options.out / name});
     for (const char* figure : kFigures) results.push_back({"--out", options.out / figure});
   }
-  if (!options.record.empty()) results.push_back({"--record", options.record});
+  if (options.record.asked()) results.push_back({"--record", options.record.file});
   return results;
 }
 
@@ -119,8 +119,9 @@ int run(const Options& options) {
   choose_control_rate(options, model);
   model = as_needed(std::move(model));
   std::optional<RecordingFile> film;
-  if (options.record.has_parent_path()) prepare_folder(options.record.parent_path());
-  if (!options.record.empty()) film.emplace(options.record, model);
+  if (options.record.asked()) check_record(model, options.record);
+  if (options.record.file.has_parent_path()) prepare_folder(options.record.file.parent_path());
+  if (options.record.asked()) film.emplace(options.record.file, model, options.record.settings());
   State state(model);
   RunWatch watch(model.scene, options.quiet);
   const Progress progress = watch.progress();
@@ -138,7 +139,7 @@ int run(const Options& options) {
   watch.end();
 
   Attempts results;
-  if (film) results.attempt([&] { film->finish(recording); });
+  if (film) results.attempt([&] { finish_recording(*film, recording); });
   nlohmann::ordered_json summary = summarize(model, recording);
   summary.update(loops);
   if (!options.out.empty()) write_results(model, recording, state, summary.dump(2) + "\n", options.out, results);

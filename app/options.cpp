@@ -315,8 +315,8 @@ void add_run(CLI::App& app, SceneFlags& flags, Options& options) {
       ->type_name("T")
       ->check(quantity(Dimension::kTime, 0.0, 1.0, "2ms"))
       ->needs(lockstep);
-  add_file(*run, "--record", options.record,
-           "MCAP file of what the run looks like, 50 states a second: thenar demo replays it, thenar export shares it");
+  add_record(*run, options.record,
+             "MCAP file of what the run looks like: thenar demo replays it, thenar export shares it, others open it");
   add_dump(*run, options)->excludes(realtime);
 }
 
@@ -332,6 +332,7 @@ void add_profile(CLI::App& app, SceneFlags& flags, Options& options) {
       ->capture_default_str()
       ->check(quantity(Dimension::kTime, 1e-3, 1e5, "30s"));
   profile->add_flag("--floor", options.floor, "Runs cyclictest in between: what this machine can do at best");
+  add_record(*profile, options.record, "MCAP file of what the run looks like, as thenar run has it");
   add_file(*profile, "--trace", options.trace, "File for the last 5 s as a Chrome trace, which Perfetto opens");
 }
 
@@ -347,12 +348,14 @@ void add_check(CLI::App& app, Options& options) {
 
 void add_export(CLI::App& app, Options& options) {
   CLI::App* const exports =
-      app.add_subcommand("export", "Makes one page that plays without a network, or a table, of a recording");
-  exports->add_option("FILE", options.record, "Recording, of thenar run --record")->required();
+      app.add_subcommand("export", "Makes one page that plays without a network, or tables, of a recording");
+  exports->add_option("FILE", options.recording, "Recording, of thenar run --record")->required();
   CLI::Option_group* const formats = exports->add_option_group("formats");
   add_file(*formats, "--html", options.html, "The page, one file");
   add_file(*formats, "--csv", options.csv, "A row a state: its numbers by name, but for shapes");
-  formats->require_option(1, 2);
+  add_file(*formats, "--npz", options.npz, "Arrays for NumPy by the names of their fields, contacts too; SI units");
+  add_file(*formats, "--sto", options.sto, "Joint angles and muscle forces for OpenSim");
+  formats->require_option(1, 4);
 }
 
 void add_doctor(CLI::App& app, Options& options) {

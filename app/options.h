@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "app/hand.h"
+#include "app/record_flags.h"
 #include "app/scene_flags.h"
 #include "engine/scenes/scene_file.h"
 
@@ -34,8 +35,9 @@ struct Options {
   std::filesystem::path dump_problems;  ///< Folder for problem files; empty: none.
   std::int64_t dump_every = 25;         ///< Ticks from one dump to the next.
 
-  std::filesystem::path record;     ///< MCAP file of what a run looks like, written or exported; empty: none.
-  std::filesystem::path html, csv;  ///< What it is exported to; empty: not to this.
+  RecordFlags record;                         ///< Of what a run looks like.
+  std::filesystem::path recording;            ///< That is exported,
+  std::filesystem::path html, csv, npz, sto;  ///< and what to; empty: not to this.
 
   bool parts = false;  ///< Of check: weigh the model's parts by running the scene without them.
 

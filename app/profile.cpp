@@ -13,13 +13,15 @@
 #include "app/profile_table.h"
 #include "app/progress.h"
 #include "app/results.h"
+#include "engine/figures/profile_figures.h"
 #include "engine/formats/files.h"
 #include "engine/loops/control_period.h"
 #include "engine/loops/percentiles.h"
 #include "engine/loops/threads.h"
 #include "engine/results/chrome_trace.h"
 #include "engine/results/profile.h"
-#include "engine/results/profile_figures.h"
+#include "engine/results/recording_file.h"
+#include "engine/results/scene_run.h"
 #include "engine/scenes/build_model.h"
 #include "engine/scenes/scene_file.h"
 #include "engine/studies/model_parts.h"
@@ -34,18 +36,24 @@ constexpr double kTrace_s = 5.0;  // A trace of more is slow to open.
 constexpr int kPairs = 5;
 constexpr double kPair_s = 2.0;  // Of each run, or the scene's duration if that is less.
 
-/// The scene from its start on two threads.
-ThreadsReport run_profiled(const Model& model, double duration_s, double spin_s, const Options& options,
-                           LoopProfile& profile, const Progress& progress) {
-  State state(model);
-  std::int64_t first_ns = 0;
-  bool interrupted = false;
+/// The threads as the command line asks for them.
+ThreadSettings thread_settings(const Options& options, double duration_s, double spin_s) {
   ThreadSettings settings;
   settings.duration_s = duration_s;
   settings.spin_s = spin_s;
   settings.realtime = options.realtime;
   settings.core = options.core;
   settings.quiet = options.quiet;
+  return settings;
+}
+
+/// The scene from its start on two threads.
+ThreadsReport run_profiled(const Model& model, double duration_s, double spin_s, const Options& options,
+                           LoopProfile& profile, const Progress& progress) {
+  State state(model);
+  std::int64_t first_ns = 0;
+  bool interrupted = false;
+  ThreadSettings settings = thread_settings(options, duration_s, spin_s);
   settings.on_first_control = [&](const ControlReport& control, const Eigen::VectorXd& muscle_forces_N) {
     profile.begin(control, muscle_forces_N);
   };
@@ -62,6 +70,22 @@ ThreadsReport run_profiled(const Model& model, double duration_s, double spin_s,
   };
   settings.on_control = [&](const ControlSample& sample) { profile.add(sample); };
   return run_threads(model, state, settings);
+}
+
+/// The same, and a recording of it.
+ThreadsReport run_filmed(const Model& model, const Options& options, LoopProfile& profile, const Progress& progress,
+                         Attempts& results) {
+  State state(model);
+  RecordingFile film(options.record.file, model, options.record.settings());
+  const Progress watched = [&](double simulated_s, double wall_s) {
+    const bool goes_on = progress(simulated_s, wall_s);
+    if (!goes_on) profile.interrupt(simulated_s);
+    return goes_on;
+  };
+  const RealtimeRun run = run_realtime(model, state, thread_settings(options, model.scene.duration_s, options.spin_s),
+                                       profile, watched, &film);
+  results.attempt([&] { finish_recording(film, run.recording); });
+  return run.report;
 }
 
 double median(const std::vector<double>& values) { return percentiles(values).p50; }
@@ -129,6 +153,7 @@ std::vector<Result> profile_results(const Options& options) {
     for (const char* figure : kProfileFigures) results.push_back({"--out", options.out / figure});
   }
   if (!options.trace.empty()) results.push_back({"--trace", options.trace});
+  if (options.record.asked()) results.push_back({"--record", options.record.file});
   return results;
 }
 
@@ -151,13 +176,17 @@ int profile(const Options& options) {
   if (options.trace.has_parent_path()) prepare_folder(options.trace.parent_path());
   choose_control_rate(options, model);
   model = as_needed(std::move(model));
+  if (options.record.asked()) check_record(model, options.record);
+  if (options.record.file.has_parent_path()) prepare_folder(options.record.file.parent_path());
 
+  Attempts results;
   JitterFloor floor;
   const ordered_json floor_json = options.floor ? measure_floor(model, options, floor) : nullptr;
   LoopProfile profile(model);
   RunWatch watch(model.scene, options.quiet);
-  const ThreadsReport report =
-      run_profiled(model, model.scene.duration_s, options.spin_s, options, profile, watch.progress());
+  const ThreadsReport report = options.record.asked() ? run_filmed(model, options, profile, watch.progress(), results)
+                                                      : run_profiled(model, model.scene.duration_s, options.spin_s,
+                                                                     options, profile, watch.progress());
   watch.end();
 
   ordered_json json = profile_json(model, profile, report);
@@ -166,7 +195,6 @@ int profile(const Options& options) {
     json["floor"]["spin"] = {{"spin_us", report.contact.spin_us},
                              {"jitter_p99_us", json["loops"]["contact"]["jitter"]["p99_us"]}};
   }
-  Attempts results;
   if (!options.out.empty()) write_results(model, profile, report, floor, json.dump(2) + "\n", options.out, results);
   if (!options.trace.empty()) {
     results.attempt([&] { write_file(options.trace, chrome_trace(model, profile, kTrace_s)); });

@@ -6,7 +6,7 @@ include(CMakePackageConfigHelpers)
 set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/thenar)
 set(header_folder ${CMAKE_INSTALL_INCLUDEDIR}/thenar)
 set(core_rooms solvers collision grasp)
-set(other_rooms finder formats scenes loops results studies)
+set(other_rooms finder formats scenes loops results figures studies)
 
 # thenar-grasp: the real-time core, which needs Eigen alone. thenar-engine: all the rest.
 foreach(set IN ITEMS core other)
@@ -74,7 +74,7 @@ set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "gnuplot-nox, libhdf5-103-1")
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME libthenar-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
-    "libeigen3-dev, libyaml-cpp-dev, libfmt-dev, libspdlog-dev, libtbb-dev, libboost-dev, nlohmann-json3-dev")
+    "libeigen3-dev, libyaml-cpp-dev, libfmt-dev, libspdlog-dev, libtbb-dev, libboost-dev, nlohmann-json3-dev, libzstd-dev")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-thenar)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)

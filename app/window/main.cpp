@@ -21,13 +21,14 @@
 
 #include "app/exit_code.h"
 #include "app/host.h"
+#include "app/record_flags.h"
 #include "app/results.h"
 #include "app/scene_flags.h"
 #include "app/window/admission.h"
 #include "app/window/server.h"
 #include "app/window/session.h"
 #include "engine/formats/files.h"
-#include "engine/formats/mcap_file.h"
+#include "engine/formats/mcap_reader.h"
 #include "engine/grasp/model.h"
 #include "engine/loops/realtime.h"
 #include "engine/scenes/build_model.h"
@@ -47,6 +48,7 @@ struct Options {
   fs::path file;  ///< A scene, or a recording.
   std::vector<std::string> overrides;
   RateFlags rates;
+  RecordFlags record;
   window::ServerSettings server;
   window::SessionSettings session;
   bool browser = true;
@@ -90,10 +92,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
       ->check(numeric_address());
   demo->add_flag_callback(
       "--no-browser", [&] { options.browser = false; }, "Opens no browser, only prints the address");
-  demo->add_option("--record", options.session.record, "File (.mcap) for what is shown")
-      ->type_name("FILE")
-      ->check(named())
-      ->check(no_folder());
+  add_record(*demo, options.record, "File (.mcap) for what the run looks like");
   add_rates(*demo, options.rates, false);
   demo->add_flag_callback(
       "--no-realtime", [&] { options.session.realtime = false; },
@@ -173,7 +172,7 @@ void announce(const std::string& url, const Options& options) {
 
 void replay(const Options& options) {
   // Refused before anybody looks at it.
-  if (!thenar::read_mcap(options.file).whole) {
+  if (!thenar::read_mcap(options.file, [](const thenar::McapMessage&) {}).whole) {
     std::cerr << "warning: " << options.file.string() << " was cut off; it is shown to its last whole state\n";
   }
   const WindowServer server(options.server, [](const window::Message&) { return "a recording takes no orders"; });
@@ -196,11 +195,14 @@ window::AskedScene asked_scene(const Options& options) {
 void run(const Options& options) {
   window::AskedScene asked = asked_scene(options);
   thenar::Model model = thenar::build_model(asked.scene);
-  if (!options.session.record.empty()) {
-    check_results({{"--record", options.session.record}}, thenar::scene_files(options.file, changes(options)));
+  if (options.record.asked()) {
+    check_record(model, options.record);
+    check_results({{"--record", options.record.file}}, thenar::scene_files(options.file, changes(options)));
   }
-  if (options.session.record.has_parent_path()) thenar::prepare_folder(options.session.record.parent_path());
+  if (options.record.file.has_parent_path()) thenar::prepare_folder(options.record.file.parent_path());
   window::SessionSettings settings = options.session;
+  settings.record = options.record.file;
+  settings.recording = options.record.settings();
   settings.asked = std::move(asked);
   window::Session session(thenar::as_needed(std::move(model)), settings);
   WindowServer server(options.server, [&](const window::Message& message) { return session.receive(message); });

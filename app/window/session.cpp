@@ -68,10 +68,12 @@ struct Session::Impl {
   bool see(const ContactSample& sample, const ControlSample& control);
   void look_aside();
   void show(const Picture& picture, TickRecord tick, const Eigen::VectorXd& muscle_forces_N);
+  void renew_tap();
+  void drain_tap();
   void show_still();
   void show_scene();
   void show_status(bool running);
-  [[nodiscard]] bool is_watched() const { return recording || display->pages() > 0; }
+  [[nodiscard]] bool is_watched() const { return display->pages() > 0; }
   /// Between two runs.
   [[nodiscard]] double time_s() const { return static_cast<double>(grasp->state().tick) * model.scene.step_s; }
 
@@ -99,6 +101,8 @@ struct Session::Impl {
   // The calling thread's.
   const Display* display = nullptr;
   std::optional<RecordingFile> recording;
+  std::unique_ptr<FilmTap> tap;                  ///< Its, of the loops that are there; null without one.
+  std::int64_t lost_states = 0, lost_ticks = 0;  ///< Of the taps before it.
   Wanted heeded;
   bool can_run = false;  ///< Grasp forces exist at the start.
   Pairing pairing;
@@ -128,7 +132,9 @@ Session::Impl::Impl(Model m, const SessionSettings& s)
       verdict(model) {
   wanted.settings = wanted.begun = heeded.settings = live_settings(model);
   reset();
-  if (!settings.record.empty()) recording.emplace(settings.record, model);
+  if (settings.record.empty()) return;
+  recording.emplace(settings.record, model, settings.recording);
+  renew_tap();
 }
 
 // ---- The server's thread.
@@ -234,7 +240,10 @@ void Session::Impl::run(const Display& shown_on, const std::atomic<bool>& stop) 
       run_loops(stop);
     }
   }
-  if (recording) recording->finish();
+  if (recording) {
+    drain_tap();
+    recording->finish();
+  }
 }
 
 void Session::Impl::heed_wanted() {
@@ -293,6 +302,7 @@ void Session::Impl::change_scene(const LiveSettings& before) {
     const double old_now_s = static_cast<double>(grasp->state().tick) * old->scene.step_s;
     grasp = std::make_unique<SplitGrasp>(model, *old, *grasp);
     live = std::make_unique<LiveContact>(model, inputs, hands);
+    renew_tap();
     pairing.start(first_control());
     verdict.renew_monitor(time_s() - old_now_s);  // Its memory is as long as the steps are short.
   }
@@ -311,6 +321,7 @@ void Session::Impl::reset() {
   grasp = std::make_unique<SplitGrasp>(model);
   grasp->hold_frames_back(heeded.settings.delay_periods);
   live = std::make_unique<LiveContact>(model, inputs, hands);
+  renew_tap();
   telemetry = Telemetry();
   verdict.reset();
   note.reset();
@@ -383,6 +394,7 @@ void Session::Impl::run_loops(const std::atomic<bool>& stop) {
   unaccounted = std::max(unaccounted, report.frames.unaccounted() + report.frames.torn +
                                           report.snapshots.unaccounted() + report.snapshots.torn);
   telemetry.set_unaccounted(unaccounted);
+  if (recording) drain_tap();
   still_shown = false;
 }
 
@@ -408,12 +420,13 @@ void Session::Impl::do_step() {
   control.muscle_forces_N = grasp->muscle_forces_N();
   pairing.finish();
   pairing.add(control);
+  if (recording) drain_tap();
   still_shown = false;
 }
 
 void Session::Impl::wait_idle() {
   grasps.show(display->set_grasps);
-  if (!still_shown && is_watched()) show_still();
+  if (!still_shown && (recording || is_watched())) show_still();
   std::unique_lock lock(mutex);
   woken.wait_for(lock, kIdle, [this] { return changed.load(std::memory_order_relaxed); });
 }
@@ -424,6 +437,14 @@ bool Session::Impl::see(const ContactSample& sample, const ControlSample& contro
   record_control(control.step.control, tick);
   verdict.add(tick, control);
   last_tick = tick;
+  if (tap) {
+    if (const Picture* picture = tap->picture_of(sample.after.tick)) {
+      TickRecord recorded = tick;
+      telemetry.write_stages(recorded);
+      recording->add(*picture, recorded, control.muscle_forces_N, telemetry.figures(steady_now_ns()));
+      tap->pictures.pop();
+    }
+  }
   if (!sample.shown) return true;
   live->pictures.take();
   const Picture& picture = live->pictures.current();
@@ -435,6 +456,7 @@ bool Session::Impl::see(const ContactSample& sample, const ControlSample& contro
 /// What is done aside while the loops run.
 void Session::Impl::look_aside() {
   live->watched.store(is_watched(), std::memory_order_relaxed);
+  if (recording) drain_tap();
   if (live->problems.take()) reference.offer(model, live->problems.current());
   if (const auto result = reference.take_result()) telemetry.set_reference(result->error, result->residual);
   grasps.show(display->set_grasps);
@@ -445,7 +467,23 @@ void Session::Impl::show(const Picture& picture, TickRecord tick, const Eigen::V
   telemetry.write_stages(tick);
   write_state_message(model, picture, tick, muscle_forces_N, figures, bytes);
   display->show(bytes);
-  if (recording) recording->add(tick.time_s, bytes);
+}
+
+/// For the loops that are there from now on.
+void Session::Impl::renew_tap() {
+  if (!recording) return;
+  if (tap) {
+    drain_tap();
+    lost_states += tap->lost_pictures();
+    lost_ticks += tap->lost_contacts();
+  }
+  tap = std::make_unique<FilmTap>(model, ticks_per_state(model, settings.recording), settings.recording.contacts);
+  live->tap = tap.get();
+}
+
+void Session::Impl::drain_tap() {
+  recording->take_contacts(*tap);
+  recording->miss(lost_states + tap->lost_pictures(), lost_ticks + tap->lost_contacts());
 }
 
 /// The state between two runs.
@@ -456,7 +494,8 @@ void Session::Impl::show_still() {
   Picture picture(model);
   take_picture(state, grasp->workspace(), picture);
   picture.pull = hands.pull();
-  show(picture, last_tick, pairing.in_use().muscle_forces_N);
+  if (is_watched()) show(picture, last_tick, pairing.in_use().muscle_forces_N);
+  if (recording) recording->add(picture, last_tick, pairing.in_use().muscle_forces_N);
   still_shown = true;
 }
 

@@ -12,15 +12,17 @@
 #include "app/window/message.h"
 #include "app/window/server.h"
 #include "engine/grasp/model.h"
+#include "engine/results/recording_file.h"
 
 namespace thenar::window {
 
 struct SessionSettings {
   double spin_s = 50e-6;
-  bool realtime = true;          ///< Ask for real-time scheduling.
-  int core = -1;                 ///< The contact thread's; -1: the last.
-  bool quiet = false;            ///< Log nothing.
-  std::filesystem::path record;  ///< What is shown goes into this recording, too; empty: none.
+  bool realtime = true;                 ///< Ask for real-time scheduling.
+  int core = -1;                        ///< The contact thread's; -1: the last.
+  bool quiet = false;                   ///< Log nothing.
+  std::filesystem::path record;         ///< A recording of the run; empty: none.
+  thenar::RecordingSettings recording;  ///< What that keeps.
   /// What grasps are searched for. Nothing: the scene that runs, all that it asks of a grasp left open.
   std::optional<AskedScene> asked;
 };

@@ -1,75 +1,24 @@
 #include "engine/formats/mcap_file.h"
 
 #include <fmt/format.h>
+#include <zstd.h>
 
-#include <bit>
+#include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <optional>
 
 #include "engine/formats/build_info.h"
-#include "engine/formats/files.h"
+#include "engine/formats/checksum.h"
+#include "engine/formats/mcap_records.h"
 
 namespace thenar {
 
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "MCAP is little-endian");
-
-constexpr std::string_view kMagic("\x89MCAP0\r\n", 8);
-enum Kind : std::uint8_t { kHeader = 1, kFooter = 2, kSchema = 3, kChannel = 4, kMessage = 5, kDataEnd = 15 };
-
-/// The bytes of a record.
-class Bytes {
- public:
-  template <class Number>
-  Bytes& number(Number value) {
-    bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
-    return *this;
-  }
-  Bytes& text(std::string_view text) {
-    number(static_cast<std::uint32_t>(text.size()));
-    return raw(text);
-  }
-  Bytes& raw(std::string_view raw) {
-    bytes_ += raw;
-    return *this;
-  }
-  [[nodiscard]] const std::string& done() const { return bytes_; }
-
- private:
-  std::string bytes_;
-};
-
-/// Reads a record's bytes in order; a read past their end is remembered and gives zero.
-class Parts {
- public:
-  explicit Parts(std::string_view bytes) : rest_(bytes) {}
-
-  template <class Number>
-  Number number() {
-    Number value{};
-    const std::string_view bytes = take(sizeof value);
-    if (bytes.size() == sizeof value) std::memcpy(&value, bytes.data(), sizeof value);
-    return value;
-  }
-  std::string_view text() { return take(number<std::uint32_t>()); }
-  std::string_view take(std::uint64_t size) {
-    if (size > rest_.size()) {
-      ended_early_ = true;
-      size = 0;
-    }
-    const std::string_view bytes = rest_.substr(0, size);
-    rest_.remove_prefix(size);
-    return bytes;
-  }
-  [[nodiscard]] std::string_view rest() const { return rest_; }
-  [[nodiscard]] bool ended_early() const { return ended_early_; }
-
- private:
-  std::string_view rest_;
-  bool ended_early_ = false;
-};
+// See docs/reference/recordings.md for what the levels give.
+constexpr int kZstdLevel = 3;
+// Less is not worth a reader's time.
+constexpr double kLeastSaved = 0.05;
 
 FileLock take_for_recording(const std::filesystem::path& file) {
   std::optional<FileLock> lock = FileLock::take(file);
@@ -77,78 +26,184 @@ FileLock take_for_recording(const std::filesystem::path& file) {
   return *std::move(lock);
 }
 
-std::uint64_t nanoseconds(double time_s) { return static_cast<std::uint64_t>(std::llround(1e9 * time_s)); }
+/// Empty if it saves too little.
+std::string zstd_compressed(std::string_view bytes) {
+  std::string packed(ZSTD_compressBound(bytes.size()), '\0');
+  const std::size_t size = ZSTD_compress(packed.data(), packed.size(), bytes.data(), bytes.size(), kZstdLevel);
+  if (ZSTD_isError(size) != 0 || static_cast<double>(size) > (1.0 - kLeastSaved) * static_cast<double>(bytes.size())) {
+    return {};
+  }
+  packed.resize(size);
+  return packed;
+}
 
 }  // namespace
+
+McapEncoder::McapEncoder(const std::vector<McapChannel>& channels) : messages_(channels.size()) {
+  append(mcap::kMagic);
+  write(mcap::kHeader, mcap::Bytes().text("").text(fmt::format("thenar {}", build_info::kVersion)).done());
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    const McapChannel& channel = channels[i];
+    const auto id = static_cast<std::uint16_t>(i + 1);  // A schema's 0 stands for none.
+    mcap::append_record(
+        schemas_, mcap::kSchema,
+        mcap::Bytes().number(id).text(channel.schema_name).text(channel.schema_encoding).text(channel.schema).done());
+    mcap::append_record(channels_, mcap::kChannel,
+                        mcap::Bytes().number(id).number(id).text(channel.topic).text(channel.encoding).text("").done());
+  }
+  append(schemas_);
+  append(channels_);
+}
+
+void McapEncoder::add(std::size_t channel, double time_s, std::string_view bytes) {
+  const auto time_ns = static_cast<std::uint64_t>(std::llround(1e9 * std::max(0.0, time_s)));
+  const auto id = static_cast<std::uint16_t>(channel + 1);
+  const auto now = std::chrono::steady_clock::now();
+  if (records_.empty()) {
+    first_ns_ = last_ns_ = time_ns;
+    begin_s_ = time_s;
+    begun_ = now;
+  }
+  first_ns_ = std::min(first_ns_, time_ns);
+  last_ns_ = std::max(last_ns_, time_ns);
+  index_[id] += mcap::Bytes().number(time_ns).number(std::uint64_t{records_.size()}).done();
+  mcap::append_record(
+      records_, mcap::kMessage,
+      mcap::Bytes().number(id).number(messages_[channel]++).number(time_ns).number(time_ns).raw(bytes).done());
+  // Times go back where a simulation is set back.
+  if (records_.size() >= kChunkBytes || std::abs(time_s - begin_s_) >= kChunk_s ||
+      now - begun_ >= std::chrono::duration<double>(kChunk_s)) {
+    end_chunk();
+  }
+}
+
+void McapEncoder::end_chunk() {
+  if (records_.empty()) return;
+  Chunk chunk;
+  chunk.begin = size_;
+  chunk.first_ns = first_ns_;
+  chunk.last_ns = last_ns_;
+  chunk.whole = records_.size();
+  const std::string packed = zstd_compressed(records_);
+  chunk.compressed = !packed.empty();
+  const std::string& stored = chunk.compressed ? packed : records_;
+  chunk.stored = stored.size();
+  write(mcap::kChunk, mcap::Bytes()
+                          .number(first_ns_)
+                          .number(last_ns_)
+                          .number(chunk.whole)
+                          .number(crc32(records_))
+                          .text(chunk.compressed ? "zstd" : "")
+                          .number(chunk.stored)
+                          .raw(stored)
+                          .done());
+  chunk.length = size_ - chunk.begin;
+  for (const auto& [id, entries] : index_) {
+    chunk.index_at[id] = size_;
+    write(mcap::kMessageIndex, mcap::Bytes().number(id).text(entries).done());
+  }
+  chunk.index_length = size_ - chunk.begin - chunk.length;
+  chunks_.push_back(std::move(chunk));
+  records_.clear();
+  index_.clear();
+}
+
+void McapEncoder::finish() {
+  end_chunk();
+  write(mcap::kDataEnd, mcap::Bytes().number(crc_).done());
+  append(summary());
+}
+
+/// From the end of the data on: the summary, where its parts are, the footer.
+std::string McapEncoder::summary() const {
+  std::string bytes, offsets;
+  const auto group = [&](mcap::Kind kind, const std::string& records) {
+    if (records.empty()) return;
+    mcap::append_record(offsets, mcap::kSummaryOffset,
+                        mcap::Bytes()
+                            .number(static_cast<std::uint8_t>(kind))
+                            .number(std::uint64_t{size_ + bytes.size()})
+                            .number(std::uint64_t{records.size()})
+                            .done());
+    bytes += records;
+  };
+  group(mcap::kSchema, schemas_);
+  group(mcap::kChannel, channels_);
+  std::uint64_t messages = 0, first_ns = 0, last_ns = 0;
+  mcap::Bytes counts;
+  for (std::size_t i = 0; i < messages_.size(); ++i) {
+    messages += messages_[i];
+    counts.number(static_cast<std::uint16_t>(i + 1)).number(std::uint64_t{messages_[i]});
+  }
+  std::string indexes;
+  for (const Chunk& chunk : chunks_) {
+    const bool first = indexes.empty();
+    first_ns = first ? chunk.first_ns : std::min(first_ns, chunk.first_ns);
+    last_ns = std::max(last_ns, chunk.last_ns);
+    mcap::Bytes at, index;
+    for (const auto& [id, place] : chunk.index_at) at.number(id).number(place);
+    index.number(chunk.first_ns).number(chunk.last_ns).number(chunk.begin).number(chunk.length);
+    index.text(at.done()).number(chunk.index_length).text(chunk.compressed ? "zstd" : "");
+    mcap::append_record(indexes, mcap::kChunkIndex, index.number(chunk.stored).number(chunk.whole).done());
+  }
+  mcap::Bytes statistics;
+  statistics.number(messages).number(static_cast<std::uint16_t>(messages_.size()));
+  statistics.number(static_cast<std::uint32_t>(messages_.size())).number(std::uint32_t{0}).number(std::uint32_t{0});
+  statistics.number(static_cast<std::uint32_t>(chunks_.size())).number(first_ns).number(last_ns).text(counts.done());
+  std::string statistics_record;
+  mcap::append_record(statistics_record, mcap::kStatistics, statistics.done());
+  group(mcap::kStatistics, statistics_record);
+  group(mcap::kChunkIndex, indexes);
+  const std::uint64_t offsets_begin = size_ + bytes.size();
+  bytes += offsets;
+  const std::string places = mcap::Bytes().number(size_).number(offsets_begin).done();
+  constexpr std::uint64_t kFooterSize = 20;
+  bytes += mcap::Bytes().number(static_cast<std::uint8_t>(mcap::kFooter)).number(kFooterSize).raw(places).done();
+  bytes += mcap::Bytes().number(crc32(bytes)).raw(mcap::kMagic).done();
+  return bytes;
+}
+
+void McapEncoder::write(std::uint8_t kind, std::string_view bytes) {
+  std::string record;
+  mcap::append_record(record, static_cast<mcap::Kind>(kind), bytes);
+  append(record);
+}
+
+void McapEncoder::append(std::string_view bytes) {
+  bytes_ += bytes;
+  size_ += bytes.size();
+  crc_ = crc32(bytes, crc_);
+}
 
 McapWriter::McapWriter(const std::filesystem::path& file, const std::vector<McapChannel>& channels)
     : path_(file),
       lock_(take_for_recording(file)),
       file_(file, std::ios::binary | std::ios::trunc),
-      messages_(channels.size()) {
+      encoder_(channels) {
   if (!file_) throw FileError(file, "cannot be written");
-  file_ << kMagic;
-  record(kHeader, Bytes().text("").text(fmt::format("thenar {}", build_info::kVersion)).done());
-  for (std::size_t i = 0; i < channels.size(); ++i) {
-    const McapChannel& channel = channels[i];
-    const auto id = static_cast<std::uint16_t>(i + 1);  // A schema's 0 stands for none.
-    record(kSchema,
-           Bytes().number(id).text(channel.schema_name).text(channel.schema_encoding).text(channel.schema).done());
-    record(kChannel, Bytes().number(id).number(id).text(channel.topic).text(channel.encoding).text("").done());
-  }
+  save();
   throw_if_failed();
 }
 
 void McapWriter::add(std::size_t channel, double time_s, std::string_view bytes) {
-  const std::uint64_t time_ns = nanoseconds(time_s);
-  const auto id = static_cast<std::uint16_t>(channel + 1);
-  record(kMessage, Bytes().number(id).number(messages_[channel]++).number(time_ns).number(time_ns).raw(bytes).done());
+  encoder_.add(channel, time_s, bytes);
+  save();
 }
 
 void McapWriter::finish() {
-  record(kDataEnd, Bytes().number(std::uint32_t{0}).done());
-  // No summary, and no checksum.
-  record(kFooter, Bytes().number(std::uint64_t{0}).number(std::uint64_t{0}).number(std::uint32_t{0}).done());
-  file_ << kMagic << std::flush;
+  encoder_.finish();
+  save();
   throw_if_failed();
 }
 
-void McapWriter::record(std::uint8_t kind, std::string_view bytes) {
+void McapWriter::save() {
+  const std::string bytes = encoder_.take();
   // A stream that has failed takes nothing more.
-  file_ << Bytes().number(kind).number(std::uint64_t{bytes.size()}).done() << bytes << std::flush;
+  if (!bytes.empty()) file_ << bytes << std::flush;
 }
 
 void McapWriter::throw_if_failed() const {
   if (!file_) throw FileError(path_, "could not be written in full");
-}
-
-McapContents read_mcap(const std::filesystem::path& file) {
-  McapContents contents;
-  contents.file = read_file(file);
-  if (!contents.file.starts_with(kMagic)) throw FileError(file, "is no MCAP recording");
-  Parts parts(std::string_view(contents.file).substr(kMagic.size()));
-  std::vector<std::string> topics;  // by channel, from 1 on
-  while (true) {
-    const auto kind = parts.number<std::uint8_t>();
-    Parts record(parts.take(parts.number<std::uint64_t>()));
-    if (parts.ended_early()) return contents;
-    if (kind == kChannel) {
-      const auto id = record.number<std::uint16_t>();
-      record.number<std::uint16_t>();
-      if (id != topics.size() + 1) throw FileError(file, "is no recording of this program: its channels have gaps");
-      topics.emplace_back(record.text());
-    } else if (kind == kMessage) {
-      const auto id = record.number<std::uint16_t>();
-      record.number<std::uint32_t>();
-      const auto time_ns = record.number<std::uint64_t>();
-      record.number<std::uint64_t>();
-      if (id < 1 || id > topics.size() || record.ended_early()) throw FileError(file, "has a message of no channel");
-      contents.messages.push_back({topics[id - 1], 1e-9 * static_cast<double>(time_ns), record.rest()});
-    } else if (kind == kFooter) {
-      contents.whole = parts.rest() == kMagic;
-      return contents;
-    }
-  }
 }
 
 }  // namespace thenar

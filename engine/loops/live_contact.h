@@ -8,6 +8,7 @@
 #include "engine/grasp/delassus.h"
 #include "engine/grasp/frame.h"
 #include "engine/grasp/model.h"
+#include "engine/loops/film_tap.h"
 #include "engine/loops/latest_value.h"
 #include "engine/loops/live_input.h"
 #include "engine/loops/picture.h"
@@ -42,6 +43,7 @@ struct LiveContact {
   std::int64_t number = 0;  ///< Of the last input.
   // To be set while no loop runs: a picture of every so many ticks, and a problem.
   std::int64_t picture_ticks = 1, problem_ticks = 1;
+  FilmTap* tap = nullptr;  ///< Of a recording, which gets its own; null: there is none.
 
   std::atomic<bool> watched{false};  ///< Whether anybody looks; any thread sets it.
   LatestValue<Picture> pictures;     ///< For one reader, as the next.

@@ -2,10 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <string_view>
 
-#include "engine/formats/files.h"
+#include "engine/formats/foxglove.h"
 #include "engine/formats/text.h"
+#include "engine/results/recording_scene.h"
 #include "engine/results/signal_columns.h"
 
 namespace thenar {
@@ -14,145 +17,209 @@ using nlohmann::ordered_json;
 
 namespace {
 
-constexpr std::size_t kMostNumbers = 100'000;  // Of all fields: no scene of ours has as many.
+constexpr std::uint32_t kMostBlockTicks = 256;
+constexpr std::size_t kStateHead = 8;  // Bytes before a state's numbers.
 
-// In the order of the channels.
-enum Channel : std::size_t { kScene, kGeometry, kState, kSignals, kStatus };
-
-/// What the raw messages hold, in words.
-std::string state_schema(const std::vector<Field>& fields) {
-  std::string text = "THNR, version and kind (2) as uint16, then float64, little-endian:\n";
-  const auto add = [&text](const Field& field) {
-    text += fmt::format("{} [{}] at {}, {} numbers\n", field.name, field.unit.empty() ? "1" : field.unit, field.begin,
-                        field.count);
-  };
-  for (const Field& field : fields) add(field);
-  text += "then a row for each contact:\n";
-  for (const Field& field : contact_fields()) add(field);
-  return text;
-}
-
-std::string signals_schema(const std::vector<SignalColumn>& columns) {
-  ordered_json properties = ordered_json::object();
-  for (const SignalColumn& column : columns) {
-    properties[column.name] = {{"type", "number"}, {"description", column.unit}};
+/// The fields that are kept, in their order, one behind the other. Time and tick always are.
+std::vector<Field> kept_fields(const std::vector<Field>& all, const std::vector<std::string>& names) {
+  if (names.empty()) return all;
+  std::vector<Field> kept;
+  std::size_t begin = 0;
+  for (Field field : all) {
+    const bool always = field.name == "time_s" || field.name == "tick";
+    if (!always && std::ranges::find(names, field.name) == names.end()) continue;
+    field.begin = begin;
+    begin += field.count;
+    kept.push_back(field);
   }
-  return ordered_json{{"type", "object"}, {"properties", properties}}.dump();
+  return kept;
 }
 
-std::vector<McapChannel> channels(const Model& model) {
-  const std::vector<Field> fields = state_fields(model);
-  const std::string any = R"({"type":"object"})";
-  return {
-      {"/scene", "json", "thenar.Scene", "jsonschema", any},
-      {"/geometry", "thenar", "thenar.Geometry", "text",
-       "THNR, version and kind (1) as uint16, then float32, little-endian: points and normals as /scene counts them"},
-      {"/state", "thenar", "thenar.State", "text", state_schema(fields)},
-      {"/signals", "json", "thenar.Signals", "jsonschema", signals_schema(signal_columns(fields, signal_names(model)))},
-      {"/status", "json", "thenar.Status", "jsonschema", any}};
+/// As a recording begins with it: with the fields that it keeps.
+ordered_json recorded_scene(const Model& model, const std::vector<Field>& fields) {
+  ordered_json scene = scene_message(model, false);
+  ordered_json listed = ordered_json::array();
+  for (const Field& field : fields) {
+    listed.push_back({{"name", field.name}, {"unit", field.unit}, {"begin", field.begin}, {"count", field.count}});
+  }
+  scene["fields"] = listed;
+  return without_unknowns(scene);
+}
+
+std::vector<McapChannel> channels_of(const Model& model, const std::vector<Field>& fields) {
+  return recording_channels(recorded_scene(model, fields), fields, signal_columns(fields, signal_names(model)));
 }
 
 ordered_json signals(const std::vector<SignalColumn>& columns, const std::vector<double>& numbers) {
   ordered_json json = ordered_json::object();
-  for (const SignalColumn& column : columns) json[column.name] = column.factor * numbers[column.at];
-  return json;
-}
-
-std::vector<Field> fields_of(const ordered_json& scene) {
-  std::vector<Field> fields;
-  std::size_t numbers = 0;
-  for (const ordered_json& field : scene.at("fields")) {
-    for (const char* key : {"begin", "count"}) {
-      if (!field.at(key).is_number_unsigned()) throw std::out_of_range("fields");
-    }
-    fields.push_back({field.at("name"), field.at("unit"), field.at("begin"), field.at("count")});
-    // Of all fields together: a header has a column for each number.
-    if (fields.back().count > kMostNumbers - numbers) throw std::out_of_range("fields");
-    numbers += fields.back().count;
-  }
-  return fields;
-}
-
-std::string csv_header(const std::vector<SignalColumn>& columns) {
-  std::string line;
-  for (const SignalColumn& column : columns) line += (line.empty() ? "" : ",") + csv_cell(column.name);
-  return line + "\n";
-}
-
-std::string csv_row(const std::vector<SignalColumn>& columns, const std::vector<double>& numbers) {
-  std::string line;
   for (const SignalColumn& column : columns) {
-    // The fewest digits that read back the same.
-    line += fmt::format("{}{}", line.empty() ? "" : ",", column.factor * numbers.at(column.at));
+    const double number = column.factor * numbers[column.at];
+    if (std::isfinite(number)) json[column.name] = number;
   }
-  return line + "\n";
+  return json;
 }
 
 }  // namespace
 
-RecordingFile::RecordingFile(const std::filesystem::path& file, const Model& model)
-    : model_(model), file_(file, channels(model)), picture_(model) {
+std::int64_t ticks_per_state(const Model& model, const RecordingSettings& settings) {
+  return std::max<std::int64_t>(1, std::llround(1.0 / (settings.rate_Hz * model.scene.step_s)));
+}
+
+std::string unknown_field(const Model& model, const std::vector<std::string>& fields) {
+  const std::vector<Field> all = state_fields(model);
+  std::vector<std::string_view> names;
+  for (const Field& field : all) names.push_back(field.name);
+  for (const std::string& name : fields) {
+    if (std::ranges::find(names, name) != names.end()) continue;
+    return fmt::format("a state has no field '{}'{} It has {}", printable(name),
+                       did_you_mean(nearest_word(name, names)).empty() ? "." : did_you_mean(nearest_word(name, names)),
+                       join(names, ", "));
+  }
+  return {};
+}
+
+RecordingFile::RecordingFile(const std::filesystem::path& file, const Model& model, const RecordingSettings& settings)
+    : model_(model),
+      settings_(settings),
+      every_(ticks_per_state(model, settings)),
+      all_fields_(state_fields(model)),
+      fields_(kept_fields(all_fields_, settings.fields)),
+      file_(file, channels_of(model, fields_)),
+      picture_(model),
+      contacts_(model) {
   add_scene(model, 0.0);
 }
 
 void RecordingFile::add_scene(const Model& model, double time_s) {
-  fields_ = state_fields(model);
-  file_.add(kScene, time_s, scene_message(model, false).dump());
-  file_.add(kGeometry, time_s, geometry_message(model));
-}
-
-bool RecordingFile::is_due(std::int64_t tick) const {
-  // A period that ends at a tick's end, but for rounding, ends there.
-  const auto periods = [&](std::int64_t t) {
-    return std::floor(static_cast<double>(t) * model_.scene.step_s * kRecordingRate_Hz + 1e-6);
-  };
-  return periods(tick) > periods(tick - 1);
+  end_block();
+  every_ = ticks_per_state(model, settings_);
+  all_fields_ = state_fields(model);
+  fields_ = kept_fields(all_fields_, settings_.fields);
+  contacts_ = TickContacts(model);
+  put(RecordingTopic::kScene, time_s, recorded_scene(model, fields_).dump());
+  put(RecordingTopic::kGeometry, time_s, geometry_message(model));
+  put(RecordingTopic::kHand, time_s, hand_entities(model, time_s).dump());
+  put(RecordingTopic::kObject, time_s, object_entities(model, time_s).dump());
+  log(time_s, true, fmt::format("scene {}", model.scene.name));
+  shown_s_.reset();
 }
 
 void RecordingFile::add(const State& state, const ContactWorkspace& work, const TickRecord& tick,
                         const Eigen::VectorXd& muscle_forces_N) {
+  if (settings_.contacts) {
+    thenar::take_contacts(state, work, contacts_);
+    add_contacts(contacts_);
+  }
   if (!is_due(state.tick)) return;
   take_picture(state, work, picture_);
   add(picture_, tick, muscle_forces_N);
 }
 
-void RecordingFile::add(const Picture& picture, const TickRecord& tick, const Eigen::VectorXd& muscle_forces_N) {
-  write_state_message(model_, picture, tick, muscle_forces_N, {}, bytes_);
-  add(tick.time_s, bytes_);
+void RecordingFile::add(const Picture& picture, const TickRecord& tick, const Eigen::VectorXd& muscle_forces_N,
+                        const LoopFigures& loops) {
+  write_state_message(model_, picture, tick, muscle_forces_N, loops, bytes_);
+  add_fields(tick.time_s);
+  // Where the simulation was set back, it is shown at once.
+  const bool due = !shown_s_ || tick.time_s < *shown_s_ || tick.time_s - *shown_s_ > 1.0 / kShownRate_Hz - 1e-9;
+  if (due) show(picture, tick.time_s);
+  last_s_ = tick.time_s;
 }
 
-void RecordingFile::add(double time_s, const std::string& state_message) {
-  file_.add(kState, time_s, state_message);
+/// The state and its signals, of the whole state in `bytes_`.
+void RecordingFile::add_fields(double time_s) {
+  if (settings_.fields.empty()) {
+    put(RecordingTopic::kState, time_s, bytes_);
+  } else {
+    kept_.assign(bytes_, 0, kStateHead);
+    std::size_t end = 0;
+    for (const Field& field : all_fields_) {
+      end = std::max(end, field.begin + field.count);
+      if (std::ranges::find(fields_, field.name, &Field::name) == fields_.end()) continue;
+      kept_.append(bytes_, kStateHead + sizeof(double) * field.begin, sizeof(double) * field.count);
+    }
+    // The contacts' rows stay where their number does.
+    if (std::ranges::find(settings_.fields, "contacts") != settings_.fields.end()) {
+      kept_.append(bytes_, kStateHead + sizeof(double) * end, std::string::npos);
+    }
+    put(RecordingTopic::kState, time_s, kept_);
+  }
   const std::vector<SignalColumn> columns = signal_columns(fields_, signal_names(model_));
-  file_.add(kSignals, time_s, signals(columns, read_state_message(state_message)).dump());
+  const std::string& message = settings_.fields.empty() ? bytes_ : kept_;
+  put(RecordingTopic::kSignals, time_s, signals(columns, read_state_message(message)).dump());
 }
 
-void RecordingFile::add_status(double time_s, const ordered_json& status) { file_.add(kStatus, time_s, status.dump()); }
+void RecordingFile::show(const Picture& picture, double time_s) {
+  shown_s_ = time_s;
+  put(RecordingTopic::kFrames, time_s, frame_transforms(model_, picture, time_s).dump());
+  put(RecordingTopic::kForces, time_s, force_entities(model_, picture, time_s).dump());
+  put(RecordingTopic::kPressures, time_s, pressure_entities(model_, picture, time_s).dump());
+}
+
+void RecordingFile::take_contacts(FilmTap& tap) {
+  for (const TickContacts* tick; (tick = tap.contacts.front()) != nullptr; tap.contacts.pop()) add_contacts(*tick);
+}
+
+void RecordingFile::add_contacts(const TickContacts& tick) {
+  const bool goes_on = block_.ticks > 0 && block_.ticks < kMostBlockTicks && tick.tick == block_tick_ + 1 &&
+                       tick.sequence == block_sequence_ && tick.count == block_.contacts;
+  if (!goes_on) {
+    end_block();
+    block_.step_s = model_.scene.step_s;
+    block_.time_s = static_cast<double>(tick.tick) * block_.step_s;
+    block_.contacts = static_cast<std::uint32_t>(tick.count);
+  }
+  block_.add({tick.contacts.data(), tick.count});
+  block_tick_ = tick.tick;
+  block_sequence_ = tick.sequence;
+}
+
+void RecordingFile::end_block() {
+  if (block_.ticks > 0) put(RecordingTopic::kContacts, block_.time_s, contact_block_message(block_));
+  block_.ticks = 0;
+  block_.rows.clear();
+}
+
+void RecordingFile::add_status(double time_s, const ordered_json& status) {
+  put(RecordingTopic::kStatus, time_s, without_unknowns(status).dump());
+  const std::string outcome = status.value("outcome", ""), reason = status.value("reason", "");
+  const std::string words = reason.empty() ? outcome : outcome + ": " + reason;
+  if (words != last_outcome_) log(time_s, outcome == to_string(Outcome::kHeld), "the grasp is " + words);
+  last_outcome_ = words;
+  const ordered_json warnings = status.value("warnings", ordered_json::array());
+  for (std::size_t i = last_warnings_; i < warnings.size(); ++i) log(time_s, false, warnings[i]);
+  last_warnings_ = warnings.size();
+  const ordered_json note = status.value("note", ordered_json());
+  if (note.is_string() && note != last_note_) log(time_s, true, note);
+  last_note_ = note.is_string() ? note.get<std::string>() : "";
+}
+
+void RecordingFile::log(double time_s, bool fine, const std::string& text) {
+  const foxglove::LogLevel level = fine ? foxglove::LogLevel::kInfo : foxglove::LogLevel::kWarning;
+  put(RecordingTopic::kLog, time_s, foxglove::log(level, text, time_s).dump());
+}
+
+void RecordingFile::miss(std::int64_t states, std::int64_t contact_ticks) {
+  missed_states_ = states;
+  missed_contacts_ = contact_ticks;
+}
+
+std::string RecordingFile::missing() const {
+  if (missed_states_ + missed_contacts_ == 0) return {};
+  return fmt::format("the recording lacks {} and the contacts of {}, for which there was no time",
+                     counted(missed_states_, "state"), counted(missed_contacts_, "tick"));
+}
 
 void RecordingFile::finish(const Recording& run) {
   const double end_s = run.ticks.empty() ? 0.0 : run.ticks.back().time_s;
   add_status(end_s, {{"type", "status"}, {"outcome", to_string(run.verdict.outcome)}, {"reason", run.verdict.reason}});
+  last_s_ = end_s;
   finish();
 }
 
-std::string recording_csv(const std::filesystem::path& file) try {
-  std::string csv;
-  std::vector<SignalColumn> columns;
-  for (const McapMessage& message : read_mcap(file).messages) {
-    if (message.topic == "/scene") {
-      const bool first = columns.empty();
-      const ordered_json scene = ordered_json::parse(message.bytes);
-      columns = signal_columns(fields_of(scene), signal_names(scene));
-      if (first) csv = csv_header(columns);
-    }
-    if (message.topic == "/state") csv += csv_row(columns, read_state_message(message.bytes));
-  }
-  if (columns.empty()) throw FileError(file, "holds no scene");
-  return csv;
-} catch (const nlohmann::json::exception&) {
-  throw FileError(file, "has a scene that cannot be read");
-} catch (const std::out_of_range&) {
-  throw FileError(file, "has states of another version");
+void RecordingFile::finish() {
+  end_block();
+  if (!missing().empty()) log(last_s_, false, missing());
+  file_.finish();
 }
 
 }  // namespace thenar

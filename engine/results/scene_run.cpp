@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "engine/grasp/stopwatch.h"
@@ -38,6 +37,32 @@ class ProgressWatcher : public Watcher {
   std::optional<double> interrupted_s_;
 };
 
+/// What takes a recording of two threads to its file.
+struct Filming {
+  Filming(const Model& model, RecordingFile& to, ThreadSettings& settings)
+      : film(to),
+        hands(model),
+        live(model, nobody, hands),
+        tap(model, ticks_per_state(model, film.settings()), film.settings().contacts) {
+    live.tap = &tap;
+    settings.live = &live;
+    settings.on_look = [this] {
+      film.take_contacts(tap);
+      return true;
+    };
+  }
+  void finish() {
+    film.take_contacts(tap);
+    film.miss(tap.lost_pictures(), tap.lost_contacts());
+  }
+
+  RecordingFile& film;
+  LatestValue<LiveInput> nobody;
+  LiveHands hands;
+  LiveContact live;
+  FilmTap tap;
+};
+
 }  // namespace
 
 Recording run_scene(const Model& model, State& state, const RunSettings& settings) {
@@ -59,25 +84,15 @@ RealtimeRun run_realtime(const Model& model, State& state, ThreadSettings settin
   Recorder recorder(model, film);
   bool lost = false;
   std::optional<double> interrupted_s;
-  LatestValue<LiveInput> nobody;
-  LiveHands hands(model);
-  std::optional<LiveContact> live;
-  if (film != nullptr) {
-    live.emplace(model, nobody, hands);
-    live->picture_ticks = std::max(1L, std::lround(1.0 / (kRecordingRate_Hz * model.scene.step_s)));
-    live->problem_ticks = std::numeric_limits<std::int64_t>::max();
-    live->watched = true;
-    settings.live = &*live;
-  }
+  std::optional<Filming> filming;
+  if (film != nullptr) filming.emplace(model, *film, settings);
   const auto see = [&](const ContactSample& sample, const ControlSample& control) {
     const TickReport& contact = sample.step.tick;
     Tick tick{sample.after, contact, control.step.control, control.muscle_forces_N, contact.handed_over};
-    if (sample.shown) live->pictures.take();
-    // A picture taken since stands for a tick that is yet to come here.
-    const Picture* picture = sample.shown ? &live->pictures.current() : nullptr;
-    if (picture != nullptr && picture->snapshot.tick == sample.after.tick) tick.picture = picture;
+    if (filming) tick.picture = filming->tap.picture_of(sample.after.tick);
     lost = !recorder.see_tick(tick);
     for (Watcher* watcher : watchers) lost = !watcher->see_tick(tick) || lost;
+    if (tick.picture != nullptr) filming->tap.pictures.pop();
     return !lost;
   };
   Pairing pairing(see, [&](const ContactSample& sample, const ControlSample& control) {
@@ -109,6 +124,7 @@ RealtimeRun run_realtime(const Model& model, State& state, ThreadSettings settin
   RealtimeRun run;
   run.report = run_threads(model, state, settings);
   pairing.finish();
+  if (filming) filming->finish();
   if (const auto what = lost_records(run.report)) recorder.miss(*what);
   if (interrupted_s) recorder.interrupt(*interrupted_s);
   run.recording = recorder.finish(state, pairing.in_use().step.control, run.report.wall_s);

@@ -64,12 +64,6 @@ constexpr std::array kWords{
 
 constexpr std::array<std::string_view, 3> kAxes = {"x", "y", "z"}, kShares = {"p50", "p99", "p999"};
 
-/// What only a picture needs.
-bool is_long(std::string_view field) {
-  constexpr std::array<std::string_view, 3> kLong = {"segments", "displacement_m", "latency_counts"};
-  return std::find(kLong.begin(), kLong.end(), field) != kLong.end();
-}
-
 /// The parts that are there, with "_" between them.
 std::string joined(std::initializer_list<std::string_view> parts) {
   std::string all;
@@ -151,10 +145,15 @@ SignalNames signal_names(const ordered_json& scene) {
   return names;
 }
 
+bool is_signal(const Field& field) {
+  constexpr std::array<std::string_view, 3> kShapes = {"segments", "displacement_m", "latency_counts"};
+  return std::ranges::find(kShapes, field.name) == kShapes.end();
+}
+
 std::vector<SignalColumn> signal_columns(const std::vector<Field>& fields, const SignalNames& names) {
   std::vector<SignalColumn> columns;
   for (const Field& field : fields) {
-    if (is_long(field.name)) continue;
+    if (!is_signal(field)) continue;
     for (std::size_t i = 0; i < field.count; ++i) columns.push_back(column_of(field, i, names));
   }
   return columns;

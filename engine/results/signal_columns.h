@@ -24,7 +24,10 @@ struct SignalColumn {
   double factor = 1.0;     ///< by which it is multiplied.
 };
 
-/// All short fields, number by number. Names of fields may be those of a recording made before 0.8.
+/// Whether the numbers of a field have names; those of shapes have none.
+[[nodiscard]] bool is_signal(const Field& field);
+
+/// All such fields, number by number. Names of fields may be those of a recording made before 0.8.
 [[nodiscard]] std::vector<SignalColumn> signal_columns(const std::vector<Field>& fields, const SignalNames& names);
 
 }  // namespace thenar

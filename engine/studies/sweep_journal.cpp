@@ -6,13 +6,13 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <boost/crc.hpp>
 #include <cerrno>
 #include <cstdint>
 #include <optional>
 #include <sstream>
 #include <utility>
 
+#include "engine/formats/checksum.h"
 #include "engine/formats/files.h"
 #include "engine/formats/open_file.h"
 #include "engine/results/summary.h"
@@ -30,23 +30,17 @@ constexpr const char* kRunsAlready = "this sweep is running already";
 /// Whether somebody else holds the lock. A file system without locks knows of nobody.
 bool is_held(int descriptor) { return flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK; }
 
-std::uint32_t checksum(const std::string& bytes) {
-  boost::crc_32_type crc;
-  crc.process_bytes(bytes.data(), bytes.size());
-  return crc.checksum();
-}
-
 /// A plan as its file holds it.
 std::string plan_text(const ordered_json& plan) {
   return plan.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
 }
 
-std::uint32_t checksum(const ordered_json& plan) { return checksum(plan_text(plan)); }
+std::uint32_t checksum(const ordered_json& plan) { return crc32(plan_text(plan)); }
 
 /// A file by its name and contents.
 ordered_json fingerprint(const fs::path& file) {
   const std::string bytes = read_file(file);
-  return {{"file", file.filename().string()}, {"bytes", bytes.size()}, {"crc32", checksum(bytes)}};
+  return {{"file", file.filename().string()}, {"bytes", bytes.size()}, {"crc32", crc32(bytes)}};
 }
 
 /// The part in which two plans differ.

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "engine/formats/mcap_file.h"
+#include "engine/formats/mcap_reader.h"
 #include "engine/formats/problem_file.h"
 #include "engine/grasp/model.h"
 #include "engine/results/recording_file.h"
@@ -34,7 +34,7 @@ void use(Model& model, const std::string& name) {
   if (nlohmann::json::parse(scene_message(model, true).dump()).at("name") != name) std::abort();
   (void)summarize(model, Recording{}).dump();
   RecordingFile(kRecording.path(), model).finish();
-  if (!read_mcap(kRecording.path()).whole) std::abort();
+  if (!read_mcap(kRecording.path(), [](const McapMessage&) {}).whole) std::abort();
   ContactFile problem;
   problem.name = name;
   problem.W = Eigen::MatrixXd::Identity(3, 3);

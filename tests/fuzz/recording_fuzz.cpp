@@ -1,9 +1,7 @@
 // Whatever the bytes of a recording: what replaying it and exporting it take from it, or a FileError.
-#include <cstdlib>
-
 #include "engine/formats/files.h"
-#include "engine/formats/mcap_file.h"
-#include "engine/results/recording_file.h"
+#include "engine/formats/mcap_reader.h"
+#include "engine/results/run_tables.h"
 #include "tests/fuzz/memory_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -12,9 +10,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   kFile.write(text_of(data, size));
   try {
     std::size_t bytes = 0;
-    for (const McapMessage& message : read_mcap(kFile.path()).messages) bytes += message.bytes.size();
-    if (bytes > size) std::abort();
-    (void)recording_csv(kFile.path());
+    (void)read_mcap(text_of(data, size), kFile.path(), [&](const McapMessage& message) {
+      bytes += message.bytes.size();
+      (void)read_contact_block(message.bytes);
+    });
+    const RecordedRun run = read_recording(kFile.path());
+    (void)run_csv(run);
+    (void)run_npz(run, kFile.path());
+    (void)run_sto(run, kFile.path());
   } catch (const FileError&) {
   }
   return 0;

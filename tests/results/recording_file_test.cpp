@@ -8,8 +8,10 @@
 
 #include "engine/formats/files.h"
 #include "engine/results/recorder.h"
+#include "engine/results/run_tables.h"
 #include "engine/results/scene_run.h"
 #include "engine/scenes/build_model.h"
+#include "tests/support/messages.h"
 #include "tests/support/scenes.h"
 #include "tests/support/scratch.h"
 #include "tests/support/three_fingers.h"
@@ -59,11 +61,11 @@ TEST(RecordingFile, OfAMinuteHoldsTheStatesBitByBit) {
   grasp.film.finish();
   ASSERT_EQ(kept.size(), 3000U);  // 50 a second
 
-  const McapContents contents = read_mcap(grasp.file);
-  EXPECT_TRUE(contents.whole);
+  const KeptMessages contents = messages_in(grasp.file);
+  EXPECT_TRUE(contents.reading.whole);
   auto fields = by_name(state_fields(grasp.model));
   auto state = kept.begin();
-  for (const McapMessage& message : contents.messages) {
+  for (const KeptMessage& message : contents.messages) {
     if (message.topic != "/state") continue;
     ASSERT_NE(state, kept.end());
     const std::vector<double> numbers = read_state_message(message.bytes);
@@ -115,7 +117,7 @@ TEST(RecordingFile, IsExportedAsColumns) {
     if (const auto state = grasp.tick()) kept.push_back(*state);
   }
   grasp.film.finish();
-  std::istringstream csv(recording_csv(grasp.file));
+  std::istringstream csv(run_csv(read_recording(grasp.file)));
   std::string line;
   std::getline(csv, line);
   const auto columns = std::count(line.begin(), line.end(), ',');
@@ -141,7 +143,7 @@ TEST(RecordingFile, KnowsTheSlipsOfARun) {
   film.finish(run);
   const Field slip = by_name(state_fields(model)).at("slip_m");
   std::vector<double> last;
-  for (const McapMessage& message : read_mcap(file).messages) {
+  for (const KeptMessage& message : messages_in(file).messages) {
     if (message.topic == "/state") last = read_state_message(message.bytes);
   }
   ASSERT_FALSE(last.empty());
@@ -152,9 +154,9 @@ TEST(RecordingFile, KnowsTheSlipsOfARun) {
 TEST(RecordingFile, RefusesAFileWithoutAScene) {
   const std::filesystem::path file = scratch() / "a.mcap";
   McapWriter(file, {{"/scene", "json", "S", "jsonschema", "{}"}}).add(0, 0.0, "{}");
-  EXPECT_THROW((void)recording_csv(file), FileError);
+  EXPECT_THROW((void)read_recording(file), FileError);
   McapWriter(file, {{"/other", "json", "S", "jsonschema", "{}"}}).finish();
-  EXPECT_THROW((void)recording_csv(file), FileError);
+  EXPECT_THROW((void)read_recording(file), FileError);
 }
 
 }  // namespace

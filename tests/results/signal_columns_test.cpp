@@ -6,10 +6,13 @@
 #include <array>
 #include <cmath>
 
+#include "engine/formats/mcap_file.h"
 #include "engine/results/recording_file.h"
+#include "engine/results/run_tables.h"
 #include "engine/results/scene_run.h"
 #include "engine/results/signals.h"
 #include "engine/scenes/build_model.h"
+#include "tests/support/messages.h"
 #include "tests/support/scenes.h"
 #include "tests/support/scratch.h"
 
@@ -33,7 +36,7 @@ TEST(RecordingFile, SpeaksTheWordsOfSignals) {
   State state(model);
   const Recording run = run_scene(model, state, {.lockstep = LockstepSettings{}, .film = &film});
   film.finish(run);
-  std::istringstream signals(signals_csv(model, run)), table(recording_csv(file));
+  std::istringstream signals(signals_csv(model, run)), table(run_csv(read_recording(file)));
   std::string line, last_tick, last_state;
   std::getline(signals, line);
   const std::vector<std::string> words = cells(line);
@@ -42,7 +45,7 @@ TEST(RecordingFile, SpeaksTheWordsOfSignals) {
   while (std::getline(signals, line)) last_tick = line;
   while (std::getline(table, line)) last_state = line;
   ordered_json json;
-  for (const McapMessage& message : read_mcap(file).messages) {
+  for (const KeptMessage& message : messages_in(file).messages) {
     if (message.topic == "/signals") json = ordered_json::parse(message.bytes);
   }
   const std::vector<std::string> ticks = cells(last_tick), states = cells(last_state);
@@ -76,7 +79,7 @@ TEST(RecordingFile, OldOnesAreReadInTheSameWords) {
   old.add(0, 0.0, scene.dump());
   old.add(1, 0.0, state);
   old.finish();
-  EXPECT_EQ(recording_csv(file), "thumb_normal_N,index_normal_N,q_rad,penetration_um\n1.5,2.5,0.25,3\n");
+  EXPECT_EQ(run_csv(read_recording(file)), "thumb_normal_N,index_normal_N,q_rad,penetration_um\n1.5,2.5,0.25,3\n");
 }
 
 }  // namespace

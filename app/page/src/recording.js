@@ -2,12 +2,15 @@
 
 import {readMcap} from './mcap.js';
 
+const kShown = ['/scene', '/geometry', '/state', '/status']; // All else is for others.
+const kNeeded = ['object', 'target', 'segments', 'contacts']; // Of a state, for a picture of it.
+
 /**
  * Reads an MCAP file of thenar: {frames, duration_s, whole}. A frame is {at_s, bytes, scene, geometry, status}; at_s counts
  * from the first one and never falls, also where the simulation was set back.
  */
 export function openRecording(buffer) {
-  const {messages, whole} = readMcap(buffer);
+  const {messages, whole} = readMcap(buffer, (topic) => kShown.includes(topic));
   const frames = [];
   let scene = null;
   let geometry = null;
@@ -15,7 +18,7 @@ export function openRecording(buffer) {
   let last_s = 0;
   let at_s = 0;
   for (const {topic, time_s, bytes} of messages) {
-    if (topic === '/scene') scene = json(bytes);
+    if (topic === '/scene') scene = checked(json(bytes));
     if (topic === '/geometry') geometry = bytes;
     if (topic === '/status') status = json(bytes);
     if (topic !== '/state' || !scene || !geometry) continue;
@@ -27,6 +30,13 @@ export function openRecording(buffer) {
   if (frames.length > 0) frames.at(-1).status = status;
   if (frames.length === 0) throw new Error('the recording holds no states');
   return {frames, duration_s: at_s, whole};
+}
+
+/** A scene, or an Error where its states cannot be drawn. */
+function checked(scene) {
+  const missing = kNeeded.find((needed) => !scene.fields.some(({name}) => name === needed));
+  if (missing) throw new Error(`the recording has some fields of its states alone, without ${missing}: there is no picture of it`);
+  return scene;
 }
 
 function json(bytes) {

@@ -1,11 +1,11 @@
-#include "engine/results/hand_picture.h"
+#include "engine/figures/hand_picture.h"
 
 #include <fmt/format.h>
 
 #include <vector>
 
-#include "engine/results/gnuplot.h"
-#include "engine/results/surfels.h"
+#include "engine/figures/gnuplot.h"
+#include "engine/figures/surfels.h"
 
 namespace thenar {
 

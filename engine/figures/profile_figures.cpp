@@ -1,4 +1,4 @@
-#include "engine/results/profile_figures.h"
+#include "engine/figures/profile_figures.h"
 
 #include <fmt/format.h>
 
@@ -8,8 +8,8 @@
 #include <unordered_map>
 #include <utility>
 
+#include "engine/figures/gnuplot.h"
 #include "engine/loops/percentiles.h"
-#include "engine/results/gnuplot.h"
 
 namespace thenar {
 

@@ -1,4 +1,4 @@
-#include "engine/results/figures.h"
+#include "engine/figures/figures.h"
 
 #include <fmt/format.h>
 
@@ -6,8 +6,8 @@
 #include <array>
 #include <string>
 
-#include "engine/results/gnuplot.h"
-#include "engine/results/grasp_picture.h"
+#include "engine/figures/gnuplot.h"
+#include "engine/figures/grasp_picture.h"
 
 namespace thenar {
 

@@ -1,4 +1,4 @@
-#include "engine/results/gnuplot.h"
+#include "engine/figures/gnuplot.h"
 
 #include <fmt/format.h>
 #include <sys/mman.h>

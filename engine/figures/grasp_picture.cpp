@@ -1,4 +1,4 @@
-#include "engine/results/grasp_picture.h"
+#include "engine/figures/grasp_picture.h"
 
 #include <fmt/format.h>
 
@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "collision/shapes.h"
+#include "engine/figures/gnuplot.h"
+#include "engine/figures/surfels.h"
 #include "engine/grasp/surface_display.h"
-#include "engine/results/gnuplot.h"
-#include "engine/results/surfels.h"
 
 namespace thenar {
 

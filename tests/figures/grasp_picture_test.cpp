@@ -1,7 +1,7 @@
 // The picture of a grasp: whatever the number of fingers, all panels lie in the picture, and none on another; nor does
 // a force's label on another's.
 
-#include "engine/results/grasp_picture.h"
+#include "engine/figures/grasp_picture.h"
 
 #include <gtest/gtest.h>
 

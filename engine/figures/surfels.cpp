@@ -1,4 +1,4 @@
-#include "engine/results/surfels.h"
+#include "engine/figures/surfels.h"
 
 #include <fmt/format.h>
 

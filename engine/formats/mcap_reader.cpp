@@ -1,0 +1,119 @@
+#include "engine/formats/mcap_reader.h"
+
+#include <zstd.h>
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "engine/formats/checksum.h"
+#include "engine/formats/files.h"
+#include "engine/formats/mcap_records.h"
+
+namespace thenar {
+
+namespace {
+
+// Of one chunk, unpacked: those of others have some MiB. What claims more is damaged.
+constexpr std::uint64_t kLargestChunk = 1 << 26;
+
+/// What a chunk's records are; nothing if it is damaged, or compressed in a way that is not known.
+std::optional<std::string_view> records_of(mcap::Parts chunk, std::string& unpacked) {
+  chunk.take(2 * sizeof(std::uint64_t));
+  const auto size = chunk.number<std::uint64_t>();
+  const auto crc = chunk.number<std::uint32_t>();
+  const std::string_view compression = chunk.text();
+  std::string_view records = chunk.take(chunk.number<std::uint64_t>());
+  if (chunk.ended_early() || size > kLargestChunk) return std::nullopt;
+  if (compression == "zstd") {
+    // What the frame says itself is known before memory is taken.
+    const auto framed = ZSTD_getFrameContentSize(records.data(), records.size());
+    if (framed != size && framed != ZSTD_CONTENTSIZE_UNKNOWN) return std::nullopt;
+    unpacked.resize(size);
+    if (ZSTD_decompress(unpacked.data(), size, records.data(), records.size()) != size) return std::nullopt;
+    records = unpacked;
+  } else if (!compression.empty()) {
+    return std::nullopt;
+  }
+  if (records.size() != size || (crc != 0 && crc32(records) != crc)) return std::nullopt;
+  return records;
+}
+
+/// Reads records one after the other.
+class Reading {
+ public:
+  Reading(const std::filesystem::path& file, const ReceiveMessage& receive) : file_(file), receive_(receive) {}
+
+  McapReading read(std::string_view bytes) {
+    if (!bytes.starts_with(mcap::kMagic)) throw FileError(file_, "is no MCAP recording");
+    mcap::Parts parts(bytes.substr(mcap::kMagic.size()));
+    while (true) {
+      const auto kind = parts.number<std::uint8_t>();
+      mcap::Parts record(parts.take(parts.number<std::uint64_t>()));
+      if (parts.ended_early()) return reading_;
+      if (kind == mcap::kFooter) {
+        reading_.whole = parts.rest() == mcap::kMagic && reading_.damaged_chunks == 0;
+        return reading_;
+      }
+      if (kind == mcap::kChunk) {
+        read_chunk(record);
+      } else {
+        see(kind, record);
+      }
+    }
+  }
+
+ private:
+  void read_chunk(const mcap::Parts& chunk) {
+    const std::optional<std::string_view> records = records_of(chunk, unpacked_);
+    if (!records) {
+      ++reading_.damaged_chunks;
+      return;
+    }
+    mcap::Parts parts(*records);
+    while (!parts.rest().empty()) {
+      const auto kind = parts.number<std::uint8_t>();
+      const mcap::Parts record(parts.take(parts.number<std::uint64_t>()));
+      if (parts.ended_early()) {
+        ++reading_.damaged_chunks;
+        return;
+      }
+      see(kind, record);
+    }
+  }
+
+  void see(std::uint8_t kind, mcap::Parts record) {
+    if (kind == mcap::kChannel) {
+      const auto id = record.number<std::uint16_t>();
+      record.number<std::uint16_t>();
+      topics_[id] = record.text();
+    } else if (kind == mcap::kMessage) {
+      const auto id = record.number<std::uint16_t>();
+      record.number<std::uint32_t>();
+      const auto time_ns = record.number<std::uint64_t>();
+      record.number<std::uint64_t>();
+      const auto topic = topics_.find(id);
+      if (topic == topics_.end() || record.ended_early()) throw FileError(file_, "has a message of no channel");
+      receive_({topic->second, 1e-9 * static_cast<double>(time_ns), record.rest()});
+    }
+  }
+
+  const std::filesystem::path& file_;
+  const ReceiveMessage& receive_;
+  McapReading reading_;
+  std::map<std::uint16_t, std::string> topics_;
+  std::string unpacked_;
+};
+
+}  // namespace
+
+McapReading read_mcap(const std::filesystem::path& file, const ReceiveMessage& receive) {
+  return read_mcap(read_file(file), file, receive);
+}
+
+McapReading read_mcap(std::string_view bytes, const std::filesystem::path& file, const ReceiveMessage& receive) {
+  return Reading(file, receive).read(bytes);
+}
+
+}  // namespace thenar
