@@ -1,5 +1,7 @@
 #include "app/export.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <boost/archive/iterators/base64_from_binary.hpp>
 #include <boost/archive/iterators/transform_width.hpp>
@@ -62,6 +64,7 @@ std::string shown_of(const fs::path& recording) {
   for (const std::string& topic : topics) channels.push_back({topic, "", "", "", ""});
   thenar::McapEncoder encoder(channels);
   std::string shown;
+  shown.reserve(fs::file_size(recording));
   const thenar::McapReading reading = thenar::read_mcap(recording, [&](const thenar::McapMessage& message) {
     const auto topic = std::ranges::find(topics, message.topic);
     if (topic == topics.end()) return;
@@ -71,6 +74,17 @@ std::string shown_of(const fs::path& recording) {
   encoder.end_chunk();
   if (reading.whole) encoder.finish();
   return shown + encoder.take();
+}
+
+/// Throws FileError where a page could not draw the states.
+void check_shown(const fs::path& recording) {
+  const auto none = [](const thenar::Field&) { return false; };
+  const thenar::RecordedRun run = thenar::read_recording(recording, {none, false});
+  for (const char* needed : {"object", "target", "segments", "contacts"}) {
+    if (std::ranges::find(run.recorded, needed) != run.recorded.end()) continue;
+    throw FileError(recording,
+                    fmt::format("has some fields of its states alone, without {}: there is no picture of it", needed));
+  }
 }
 
 /// Refuses what has no states, and says what is wrong with the others.
@@ -99,7 +113,10 @@ int export_recording(const Options& options) {
   if (!options.sto.empty()) results.push_back({"--sto", options.sto});
   check_results(results, {options.recording});
   look_at(options.recording);
-  if (!options.html.empty()) thenar::write_file(options.html, page_with(shown_of(options.recording)));
+  if (!options.html.empty()) {
+    check_shown(options.recording);
+    thenar::write_file(options.html, page_with(shown_of(options.recording)));
+  }
   if (!options.csv.empty()) {
     const thenar::RecordedRun run = thenar::read_recording(options.recording, {thenar::is_signal, false});
     thenar::write_file(options.csv, thenar::run_csv(run));

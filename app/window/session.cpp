@@ -19,6 +19,7 @@
 #include "app/window/live_settings.h"
 #include "app/window/live_verdict.h"
 #include "app/window/reference.h"
+#include "app/window/session_film.h"
 #include "app/window/telemetry.h"
 #include "engine/loops/live_contact.h"
 #include "engine/loops/pairing.h"
@@ -26,7 +27,6 @@
 #include "engine/loops/split_grasp.h"
 #include "engine/loops/threads.h"
 #include "engine/results/recorder.h"
-#include "engine/results/recording_file.h"
 
 namespace thenar::window {
 
@@ -42,7 +42,6 @@ constexpr double kOldest_s = 10.0;  // Of input: what claims to be older has ano
 constexpr std::int64_t kShortestRun_ns = 50'000'000;
 // With other fingertips or another grasp pages and a recording get the scene again, 1.1 MB: not more often than this.
 constexpr std::int64_t kSceneRest_ns = 1'000'000'000;
-
 }  // namespace
 
 struct Session::Impl {
@@ -68,8 +67,6 @@ struct Session::Impl {
   bool see(const ContactSample& sample, const ControlSample& control);
   void look_aside();
   void show(const Picture& picture, TickRecord tick, const Eigen::VectorXd& muscle_forces_N);
-  void renew_tap();
-  void drain_tap();
   void show_still();
   void show_scene();
   void show_status(bool running);
@@ -100,9 +97,7 @@ struct Session::Impl {
 
   // The calling thread's.
   const Display* display = nullptr;
-  std::optional<RecordingFile> recording;
-  std::unique_ptr<FilmTap> tap;                  ///< Its, of the loops that are there; null without one.
-  std::int64_t lost_states = 0, lost_ticks = 0;  ///< Of the taps before it.
+  std::optional<SessionFilm> film;
   Wanted heeded;
   bool can_run = false;  ///< Grasp forces exist at the start.
   Pairing pairing;
@@ -132,9 +127,7 @@ Session::Impl::Impl(Model m, const SessionSettings& s)
       verdict(model) {
   wanted.settings = wanted.begun = heeded.settings = live_settings(model);
   reset();
-  if (settings.record.empty()) return;
-  recording.emplace(settings.record, model, settings.recording);
-  renew_tap();
+  if (!settings.record.empty()) film.emplace(settings.record, model, settings.recording, *live);
 }
 
 // ---- The server's thread.
@@ -240,10 +233,7 @@ void Session::Impl::run(const Display& shown_on, const std::atomic<bool>& stop) 
       run_loops(stop);
     }
   }
-  if (recording) {
-    drain_tap();
-    recording->finish();
-  }
+  if (film) film->file.finish();
 }
 
 void Session::Impl::heed_wanted() {
@@ -288,7 +278,7 @@ void Session::Impl::begin_with(const Take& wish) {
   }
   reset();
   show_scene();
-  if (recording) recording->add_scene(model, 0.0);
+  if (film) film->file.add_scene(model, 0.0);
 }
 
 void Session::Impl::change_scene(const LiveSettings& before) {
@@ -302,7 +292,7 @@ void Session::Impl::change_scene(const LiveSettings& before) {
     const double old_now_s = static_cast<double>(grasp->state().tick) * old->scene.step_s;
     grasp = std::make_unique<SplitGrasp>(model, *old, *grasp);
     live = std::make_unique<LiveContact>(model, inputs, hands);
-    renew_tap();
+    if (film) film->follow(model, *live);
     pairing.start(first_control());
     verdict.renew_monitor(time_s() - old_now_s);  // Its memory is as long as the steps are short.
   }
@@ -310,7 +300,7 @@ void Session::Impl::change_scene(const LiveSettings& before) {
   grasp->heed_scene();
   grasp->hold_frames_back(wished.delay_periods);
   if (other_fingertips && display != nullptr) show_scene();
-  if (other_fingertips && recording) recording->add_scene(model, time_s());
+  if (other_fingertips && film) film->file.add_scene(model, time_s());
   telemetry.set_reference(kUnknown, kUnknown);
   still_shown = false;
 }
@@ -321,7 +311,7 @@ void Session::Impl::reset() {
   grasp = std::make_unique<SplitGrasp>(model);
   grasp->hold_frames_back(heeded.settings.delay_periods);
   live = std::make_unique<LiveContact>(model, inputs, hands);
-  renew_tap();
+  if (film) film->follow(model, *live);
   telemetry = Telemetry();
   verdict.reset();
   note.reset();
@@ -394,7 +384,7 @@ void Session::Impl::run_loops(const std::atomic<bool>& stop) {
   unaccounted = std::max(unaccounted, report.frames.unaccounted() + report.frames.torn +
                                           report.snapshots.unaccounted() + report.snapshots.torn);
   telemetry.set_unaccounted(unaccounted);
-  if (recording) drain_tap();
+  if (film) film->take();
   still_shown = false;
 }
 
@@ -420,13 +410,13 @@ void Session::Impl::do_step() {
   control.muscle_forces_N = grasp->muscle_forces_N();
   pairing.finish();
   pairing.add(control);
-  if (recording) drain_tap();
+  if (film) film->take();
   still_shown = false;
 }
 
 void Session::Impl::wait_idle() {
   grasps.show(display->set_grasps);
-  if (!still_shown && (recording || is_watched())) show_still();
+  if (!still_shown && (film || is_watched())) show_still();
   std::unique_lock lock(mutex);
   woken.wait_for(lock, kIdle, [this] { return changed.load(std::memory_order_relaxed); });
 }
@@ -437,14 +427,7 @@ bool Session::Impl::see(const ContactSample& sample, const ControlSample& contro
   record_control(control.step.control, tick);
   verdict.add(tick, control);
   last_tick = tick;
-  if (tap) {
-    if (const Picture* picture = tap->picture_of(sample.after.tick)) {
-      TickRecord recorded = tick;
-      telemetry.write_stages(recorded);
-      recording->add(*picture, recorded, control.muscle_forces_N, telemetry.figures(steady_now_ns()));
-      tap->pictures.pop();
-    }
-  }
+  if (film) film->see(sample.after.tick, tick, control.muscle_forces_N, telemetry);
   if (!sample.shown) return true;
   live->pictures.take();
   const Picture& picture = live->pictures.current();
@@ -456,7 +439,7 @@ bool Session::Impl::see(const ContactSample& sample, const ControlSample& contro
 /// What is done aside while the loops run.
 void Session::Impl::look_aside() {
   live->watched.store(is_watched(), std::memory_order_relaxed);
-  if (recording) drain_tap();
+  if (film) film->take();
   if (live->problems.take()) reference.offer(model, live->problems.current());
   if (const auto result = reference.take_result()) telemetry.set_reference(result->error, result->residual);
   grasps.show(display->set_grasps);
@@ -469,23 +452,6 @@ void Session::Impl::show(const Picture& picture, TickRecord tick, const Eigen::V
   display->show(bytes);
 }
 
-/// For the loops that are there from now on.
-void Session::Impl::renew_tap() {
-  if (!recording) return;
-  if (tap) {
-    drain_tap();
-    lost_states += tap->lost_pictures();
-    lost_ticks += tap->lost_contacts();
-  }
-  tap = std::make_unique<FilmTap>(model, ticks_per_state(model, settings.recording), settings.recording.contacts);
-  live->tap = tap.get();
-}
-
-void Session::Impl::drain_tap() {
-  recording->take_contacts(*tap);
-  recording->miss(lost_states + tap->lost_pictures(), lost_ticks + tap->lost_contacts());
-}
-
 /// The state between two runs.
 void Session::Impl::show_still() {
   State state = grasp->state();
@@ -495,7 +461,7 @@ void Session::Impl::show_still() {
   take_picture(state, grasp->workspace(), picture);
   picture.pull = hands.pull();
   if (is_watched()) show(picture, last_tick, pairing.in_use().muscle_forces_N);
-  if (recording) recording->add(picture, last_tick, pairing.in_use().muscle_forces_N);
+  if (film) film->file.add(picture, last_tick, pairing.in_use().muscle_forces_N);
   still_shown = true;
 }
 
@@ -520,7 +486,7 @@ void Session::Impl::show_status(bool running) {
   if (text == status) return;
   status = text;
   display->set_status(status);
-  if (recording) recording->add_status(last_tick.time_s, json);  // The state itself may be the contact thread's now.
+  if (film) film->file.add_status(last_tick.time_s, json);  // The state itself may be the contact thread's now.
 }
 
 Session::Session(Model model, const SessionSettings& settings)

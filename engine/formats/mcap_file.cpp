@@ -15,8 +15,8 @@ namespace thenar {
 
 namespace {
 
-// See docs/reference/recordings.md for what the levels give.
-constexpr int kZstdLevel = 3;
+// See docs/decisions/020-recordings-that-others-open.md for what the levels give.
+constexpr int kZstdLevel = 1;
 // Less is not worth a reader's time.
 constexpr double kLeastSaved = 0.05;
 

@@ -66,6 +66,7 @@ class RunReader {
     run.name = scene.value("name", "");
     run.names = signal_names(scene);
     for (Field field : source_) {
+      run.recorded.push_back(field.name);
       if (wanted_.field && !wanted_.field(field)) continue;
       field.begin = width(run.fields);
       run.fields.push_back(field);

@@ -22,8 +22,9 @@ struct RecordedRun {
   SignalNames names;    ///< Of fingers, joints and muscles: whose the numbers of a field are, in this order.
   McapReading reading;  ///< Whether the file was whole.
 
-  std::vector<Field> fields;    ///< Of a row of `numbers`: its columns begin .. begin + count.
-  std::vector<double> numbers;  ///< A row a state, one after the other: states().
+  std::vector<std::string> recorded;  ///< Names of all fields that the file has of a state.
+  std::vector<Field> fields;          ///< Of a row of `numbers`: its columns begin .. begin + count.
+  std::vector<double> numbers;        ///< A row a state: states().
 
   std::vector<Field> contact_fields;    ///< Of a row of `contact_numbers`: "time_s", then as a state message has them.
   std::vector<double> contact_numbers;  ///< A row for each contact of each state: contacts().
@@ -48,8 +49,8 @@ struct WantedOfRun {
 };
 
 /// Reads a recording, also one that was cut off, or made by versions before. Where it goes on with a scene whose states
-/// have a field in another size, as with other fingertips, that field is NaN from there on. Throws FileError if it is no
-/// recording, has no scene, or one that cannot be read.
+/// have a field in another size, as with other fingertips, that field is NaN from there on. Throws FileError if it is
+/// no recording, has no scene, or one that cannot be read.
 [[nodiscard]] RecordedRun read_recording(const std::filesystem::path& file, const WantedOfRun& wanted = {});
 
 }  // namespace thenar

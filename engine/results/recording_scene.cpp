@@ -20,7 +20,7 @@ namespace {
 
 using foxglove::Color;
 
-const Color kBone(0.87, 0.80, 0.70, 1.0), kPulp(0.93, 0.72, 0.62, 0.45), kSurface(0.55, 0.65, 0.78, 0.85),
+const Color kBone(0.87, 0.80, 0.70, 1.0), kPulp(0.93, 0.72, 0.62, 0.45), kSurface(0.55, 0.65, 0.78, 0.3),
     kContactForce(0.85, 0.25, 0.15, 1.0), kFingerForce(0.10, 0.35, 0.75, 1.0);
 // Of an object's samples: more would be many MB of JSON.
 constexpr Index kMostSquares = 4000;
@@ -94,12 +94,19 @@ ordered_json hand_entities(const Model& model, double time_s) {
   return foxglove::scene_update(std::move(entities), time_s, true);
 }
 
-ordered_json object_entities(const Model& model, double time_s) {
+ordered_json object_entities(const Model& model, double time_s, const TriangleMesh& surface) {
+  if (surface.triangles.cols() > 0) {
+    ordered_json closed = foxglove::entity("object", "object", time_s, true);
+    const Eigen::Matrix3Xi corners = surface.triangles.cast<int>();
+    closed["triangles"].push_back(
+        foxglove::triangles(surface.vertices_m, {corners.data(), corners.data() + corners.size()}, kSurface));
+    return foxglove::scene_update({std::move(closed)}, time_s, true);
+  }
   const PointCloud& cloud = model.object.cloud();
   const Index stride = 1 + (cloud.points_m.cols() - 1) / kMostSquares;
-  // The support of the object's surface is 2.2 spacings. From the middle of a square to a corner it is 1.1 of them, so
+  // The support of the object's surface is 2.2 spacings. From the middle of a square to a corner it is 1.2 of them, so
   // that neighbours overlap.
-  const double corner_m = 1.1 * model.object.support_m() / 2.2 * std::sqrt(static_cast<double>(stride));
+  const double corner_m = 1.2 * model.object.support_m() / 2.2 * std::sqrt(static_cast<double>(stride));
   const Index squares = (cloud.points_m.cols() + stride - 1) / stride;
   Eigen::Matrix3Xd corners_m(3, 4 * squares);
   std::vector<int> indices;
@@ -133,16 +140,16 @@ ordered_json force_entities(const Model& model, const Picture& picture, double t
       named(foxglove::entity("contacts", "world", time_s, true), "m per N", fmt::format("{}", kContactArrow_m_per_N));
   for (const ShownContact& contact : picture.contacts) {
     if (contact.force_N.norm() < kLeastShown_N) continue;
-    const Vector3d tail = contact.point_m - kContactArrow_m_per_N * contact.force_N;
-    contacts["arrows"].push_back(foxglove::arrow(tail, contact.point_m, 3e-4, kContactForce));
+    const Vector3d tip = contact.point_m + kContactArrow_m_per_N * contact.force_N;
+    contacts["arrows"].push_back(foxglove::arrow(contact.point_m, tip, 3e-4, kContactForce));
   }
   ordered_json fingers =
       named(foxglove::entity("fingers", "world", time_s, true), "m per N", fmt::format("{}", kFingerArrow_m_per_N));
   for (int k = 0; k < model.fingers(); ++k) {
     const FingerLoad& load = picture.snapshot.load[k];
     if (load.force_N.norm() < kLeastShown_N) continue;
-    const Vector3d tail = load.centre_m - kFingerArrow_m_per_N * load.force_N;
-    fingers["arrows"].push_back(foxglove::arrow(tail, load.centre_m, 1.2e-3, kFingerForce));
+    const Vector3d tip = load.centre_m + kFingerArrow_m_per_N * load.force_N;
+    fingers["arrows"].push_back(foxglove::arrow(load.centre_m, tip, 1.2e-3, kFingerForce));
   }
   return foxglove::scene_update({std::move(contacts), std::move(fingers)}, time_s, false);
 }

@@ -9,9 +9,10 @@
 #include <thread>
 #include <vector>
 
-#include "engine/formats/mcap_file.h"
 #include "engine/loops/live_input.h"
 #include "engine/loops/realtime.h"
+#include "engine/results/recorded_run.h"
+#include "tests/support/messages.h"
 #include "tests/support/scratch.h"
 #include "tests/window/shown_session.h"
 
@@ -208,32 +209,47 @@ TEST(Session, RunsOnUnderAFloodOfWishes) {
   EXPECT_EQ(shown.status()["outcome"], "held") << shown.status()["reason"];
 }
 
-// The recording holds each state as it was shown, bit for bit, and ends whole.
-TEST(Session, RecordsWhatIsShown) {
+// The recording has its own states, also of other fingertips and while nobody looks: fifty of each simulated second.
+TEST(Session, RecordsWhileItRuns) {
   SessionSettings settings = ShownSession::quiet();
   settings.record = thenar::scratch() / "session.mcap";
-  std::vector<std::string> shown_states;
+  settings.recording.contacts = true;
+  double first_s = 0.0;
   {
     ShownSession shown(held_box(), settings);
-    shown.set_pages(0);  // also while nobody looks
     ASSERT_TRUE(shown.passes(0.3));
     Set coarse;
     coarse.level = 2;
     shown.receive(coarse);
     ASSERT_TRUE(shown.passes(shown.value("time_s") + 0.3));
+    first_s = shown.value("time_s");
+    shown.set_pages(0);
+    std::this_thread::sleep_for(milliseconds(400));
     shown.end();
-    shown_states = shown.all_states();
   }
-  const thenar::McapContents contents = thenar::read_mcap(settings.record);
-  EXPECT_TRUE(contents.whole);
-  std::vector<std::string> states;
+  const thenar::RecordedRun run = thenar::read_recording(settings.record);
+  EXPECT_TRUE(run.reading.whole);
+  const Eigen::VectorXd times_s = run.times_s();
+  ASSERT_GE(times_s.size(), 30);
+  for (Eigen::Index i = 1; i < times_s.size(); ++i) {
+    // Where the loops rest there is one more.
+    EXPECT_LE(times_s[i] - times_s[i - 1], 1.0 / thenar::kRecordingRate_Hz + 1e-9);
+    EXPECT_GE(times_s[i], times_s[i - 1]);
+  }
+  EXPECT_GT(times_s[times_s.size() - 1], first_s);
+  // Every tick's contacts, one block after the other.
+  ASSERT_FALSE(run.contact_blocks.empty());
+  double end_s = run.contact_blocks.front().time_s;
+  for (const thenar::ContactBlock& block : run.contact_blocks) {
+    EXPECT_NEAR(block.time_s, end_s, 1e-9);
+    end_s = block.time_s + block.ticks * block.step_s;
+  }
+  EXPECT_GT(end_s, first_s);
   int scenes = 0, statuses = 0;
-  for (const thenar::McapMessage& message : contents.messages) {
-    if (message.topic == "/state") states.emplace_back(message.bytes);
+  for (const thenar::KeptMessage& message : thenar::messages_in(settings.record).messages) {
     scenes += message.topic == "/scene";
     statuses += message.topic == "/status";
   }
-  EXPECT_EQ(states, shown_states);
   EXPECT_EQ(scenes, 2);
   EXPECT_GE(statuses, 2);
 }
@@ -258,7 +274,7 @@ TEST(Session, LevelsThatPourInDoNotFillTheRecording) {
   const double took_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   shown.end();
   int scenes = 0;
-  for (const auto& message : thenar::read_mcap(settings.record).messages) scenes += message.topic == "/scene";
+  for (const auto& message : thenar::messages_in(settings.record).messages) scenes += message.topic == "/scene";
   EXPECT_GE(scenes, 3) << "the first, one of those between, the last";
   EXPECT_LE(scenes, 3 + static_cast<int>(took_s));
 }
