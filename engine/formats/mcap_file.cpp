@@ -15,7 +15,7 @@ namespace thenar {
 
 namespace {
 
-// See docs/decisions/020-recordings-that-others-open.md for what the levels give.
+// See docs/decisions/021-recordings-that-others-open.md for what the levels give.
 constexpr int kZstdLevel = 1;
 // Less is not worth a reader's time.
 constexpr double kLeastSaved = 0.05;

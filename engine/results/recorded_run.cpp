@@ -89,7 +89,7 @@ class RunReader {
         run.numbers.push_back(same ? numbers[from->begin + i] : std::numeric_limits<double>::quiet_NaN());
       }
     }
-    if (run.contact_fields.empty() || row + 1 != width(run.contact_fields)) return;
+    if (run.contact_fields.empty() || row == 0 || row + 1 != width(run.contact_fields)) return;
     const auto time = std::ranges::find(source_, "time_s", &Field::name);
     for (std::size_t at = fixed; at + row <= numbers.size(); at += row) {
       run.contact_numbers.push_back(time != source_.end() ? numbers[time->begin] : 0.0);

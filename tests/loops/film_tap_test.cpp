@@ -11,8 +11,8 @@
 namespace thenar::film_tap_test {
 namespace {
 
-// What is told of a contact is what moves the object: forces in the contact's axes, turned into the world, add up to the
-// finger's load.
+// What is told of a contact is what moves the object: forces in the contact's axes, turned into the world, add up to
+// the finger's load.
 TEST(FilmTap, HasTheContactsOfATick) {
   Loop loop(scene_of("box_grasp", {kCoarseBox}));
   loop.run(0.2);

@@ -5,9 +5,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "engine/formats/files.h"
+#include "engine/formats/mcap_file.h"
 #include "engine/results/recording_file.h"
 #include "engine/results/scene_run.h"
 #include "engine/scenes/build_model.h"
@@ -60,6 +62,21 @@ TEST(RecordedRun, HasTheFieldsThatAreAskedFor) {
   EXPECT_GT(part.contacts().rows(), 6 * 10);
   EXPECT_EQ(read_recording(without_rows.file).contacts().rows(), 0);
   EXPECT_LT(std::filesystem::file_size(without_rows.file), std::filesystem::file_size(all.file));
+}
+
+// What a file says of its states and contacts is not to be trusted.
+TEST(RecordedRun, IsReadWhateverTheSceneSaysOfRows) {
+  const std::filesystem::path file = scratch() / "odd.mcap";
+  const nlohmann::ordered_json time = {{"name", "time_s"}, {"unit", "s"}, {"begin", 0U}, {"count", 1U}};
+  nlohmann::ordered_json nothing = time;
+  nothing["count"] = 0U;
+  McapWriter odd(file, {{"/scene", "json", "S", "jsonschema", "{}"}, {"/state", "thenar", "T", "text", ""}});
+  odd.add(0, 0.0, nlohmann::ordered_json{{"fields", {time}}, {"contact_fields", {nothing}}}.dump());
+  odd.add(1, 0.0, "THNR" + std::string("\x01\x00\x02\x00", 4) + std::string(32, '\0'));
+  odd.finish();
+  const RecordedRun run = read_recording(file);
+  EXPECT_EQ(run.states().rows(), 1);
+  EXPECT_EQ(run.contacts().rows(), 0);
 }
 
 TEST(RecordedRun, NamesFieldsThatAreThere) {
