@@ -83,7 +83,7 @@ TEST(Program, ExportsWithLittleMoreThanTheRecordingItself) {
   const std::string film = (folder / "film.mcap").string();
   ASSERT_EQ(thenar_program("run " + config("box_grasp.yaml") + " --quiet --time 24 --record " + film).code, 0);
   const auto kB = static_cast<double>(fs::file_size(film)) / 1024.0;
-  ASSERT_GT(kB, 30'000.0);
+  ASSERT_GT(kB, 20'000.0);
   const auto limited = [](double most_kB) {
     return "ulimit -v " + std::to_string(std::llround(most_kB + 45'000.0)) + "; ";
   };

@@ -40,7 +40,7 @@ class McapFile : public testing::Test {
     return file;
   }
 
-  static std::string bytes_of(unsigned i) { return i % 8 < 4 ? noise(1000 + i, i) : std::string(1000 + i, 'x'); }
+  static std::string bytes_of(unsigned i) { return i % 8 < 4 ? noise(600 + i, i) : std::string(600 + i, 'x'); }
 
   static void expect_first(const KeptMessages& contents, std::size_t count) {
     ASSERT_EQ(contents.messages.size(), count);
