@@ -27,6 +27,7 @@
 #include "engine/loops/threads.h"
 #include "engine/results/recorder.h"
 #include "engine/results/recording_file.h"
+#include "engine/results/shown_surface.h"
 
 namespace thenar::window {
 
@@ -93,6 +94,7 @@ struct Session::Impl {
   // The calling thread's, and in a run the loops'.
   Model model;
   LiveHands hands;
+  TriangleMesh surface;  ///< Of the object, which stays.
   std::unique_ptr<SplitGrasp> grasp;
   std::unique_ptr<LiveContact> live;
 
@@ -129,6 +131,7 @@ Session::Impl::Impl(Model m, const SessionSettings& s)
   wanted.settings = wanted.begun = heeded.settings = live_settings(model);
   reset();
   if (!settings.record.empty()) recording.emplace(settings.record, model);
+  surface = recording ? recording->surface() : shown_surface(model);
 }
 
 // ---- The server's thread.
@@ -460,7 +463,9 @@ void Session::Impl::show_still() {
   still_shown = true;
 }
 
-void Session::Impl::show_scene() { display->set_scene(scene_message(model, true).dump(), geometry_message(model)); }
+void Session::Impl::show_scene() {
+  display->set_scene(live_scene(model, surface, wanted.begun).dump(), geometry_message(model, surface));
+}
 
 void Session::Impl::show_status(bool running) {
   shown = verdict.verdict();

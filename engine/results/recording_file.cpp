@@ -6,6 +6,7 @@
 
 #include "engine/formats/files.h"
 #include "engine/formats/text.h"
+#include "engine/results/shown_surface.h"
 #include "engine/results/signal_columns.h"
 
 namespace thenar {
@@ -91,14 +92,14 @@ std::string csv_row(const std::vector<SignalColumn>& columns, const std::vector<
 }  // namespace
 
 RecordingFile::RecordingFile(const std::filesystem::path& file, const Model& model)
-    : model_(model), file_(file, channels(model)), picture_(model) {
+    : model_(model), surface_(shown_surface(model)), file_(file, channels(model)), picture_(model) {
   add_scene(model, 0.0);
 }
 
 void RecordingFile::add_scene(const Model& model, double time_s) {
   fields_ = state_fields(model);
-  file_.add(kScene, time_s, scene_message(model, false).dump());
-  file_.add(kGeometry, time_s, geometry_message(model));
+  file_.add(kScene, time_s, scene_message(model, false, surface_).dump());
+  file_.add(kGeometry, time_s, geometry_message(model, surface_));
 }
 
 bool RecordingFile::is_due(std::int64_t tick) const {

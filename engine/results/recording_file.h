@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "collision/triangle_mesh.h"
 #include "engine/formats/mcap_file.h"
 #include "engine/grasp/contact_tick.h"
 #include "engine/grasp/model.h"
@@ -43,8 +44,12 @@ class RecordingFile {
   void finish(const Recording& run);
   void finish() { file_.finish(); }
 
+  /// As it shows the object.
+  [[nodiscard]] const TriangleMesh& surface() const { return surface_; }
+
  private:
   const Model& model_;
+  TriangleMesh surface_;
   McapWriter file_;
   Picture picture_;
   std::string bytes_;
