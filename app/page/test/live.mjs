@@ -104,7 +104,17 @@ test('the page shows the object, contacts and plots', async () => {
   const [x, y] = await page.evaluate((point) => window.thenar.project(point), centre);
   assert.ok(await page.evaluate(([px, py]) => window.thenar.hitObject(px, py), [x, y]), 'the object is where it is drawn');
   assert.equal(await page.locator('#link').textContent(), 'live');
+  assert.ok(await page.evaluate(() => window.thenar.picture.object.isMesh && window.thenar.scene.object.triangles > 100),
+            'it is a closed surface');
   assert.deepEqual(browser.problems, []);
+});
+
+test('every part says what it is, and the help what keys do, in the words of the guide', async () => {
+  const untold = await page.evaluate(() => [...document.querySelectorAll('[data-tip], #views button')].filter(({title}) => !title).length);
+  assert.equal(untold, 0);
+  const row = page.locator('#help tr', {hasText: 'pokes it away from you'});
+  assert.equal(await row.count(), 1);
+  assert.equal(await row.getAttribute('class'), 'live');
 });
 
 test('pause, step and reset', async () => {
