@@ -21,10 +21,9 @@ using Eigen::Vector3i;
 constexpr double kMostSquares = 12'000.0;  // So many sides of cells make up the surface, about, at first.
 constexpr int kGrids = 3;                  // Each is twice as fine as the one before it.
 constexpr Index kMostPoints = 20'000'000;  // Of a grid, of which most are empty.
-constexpr Index kMostDistances = 1'500'000;
+constexpr Index kMostDistances = 500'000;
 constexpr double kBare = 0.005;  // A larger share of samples without triangles is a part that is missing.
 constexpr double kSharp = 0.1;   // Of the largest eigenvalue: less is no edge, but a curve, or noise.
-constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 /// A plane of the surface, where it crosses an edge of the grid.
 struct Crossing {
@@ -40,14 +39,14 @@ struct CellVertex {
 class Grid {
  public:
   Grid(const ImplicitSurface& surface, double cell_m)
-      : surface_(surface), cell_m_(cell_m), reach_m_(4.0 * cell_m + surface.support_m()) {
+      : surface_(surface), cell_m_(cell_m), reach_m_(8.0 * cell_m + surface.support_m()) {
     origin_m_ = surface.bounds().min() - Vector3d::Constant(3.37 * cell_m);  // A face between the points of the grid.
     size_ = ((surface.bounds().sizes() / cell_m).array().ceil().cast<int>() + 8).matrix();
   }
 
   [[nodiscard]] std::optional<TriangleMesh> contour() {
     if (static_cast<double>(size_[0]) * size_[1] * size_[2] > static_cast<double>(kMostPoints)) return std::nullopt;
-    if (!measure() || !cross() || !covers()) return std::nullopt;
+    if (!measure() || !follow() || !cross() || !covers()) return std::nullopt;
     return mesh();
   }
 
@@ -59,7 +58,13 @@ class Grid {
   [[nodiscard]] Vector3i cell_of(const Vector3d& x_m) const {
     return ((x_m - origin_m_) / cell_m_).array().floor().cast<int>().matrix();
   }
+  [[nodiscard]] bool has(const Vector3i& at) const {
+    return (at.array() >= 1).all() && (at.array() < size_.array() - 2).all();
+  }
+  [[nodiscard]] float& f_m(const Vector3i& at) { return f_m_[static_cast<std::size_t>(index(at))]; }
+  void measure_at(const Vector3i& at);
   bool measure();
+  bool follow();
   bool cross();
   [[nodiscard]] Crossing crossing(Vector3d in_m, Vector3d out_m, double f_in, double f_out) const;
   [[nodiscard]] bool covers() const;
@@ -76,6 +81,14 @@ class Grid {
   std::vector<std::array<Vector3i, 4>> quads_;  ///< Cells around a crossed edge, counter-clockwise from outside.
 };
 
+void Grid::measure_at(const Vector3i& at) {
+  if (!has(at) || !std::isnan(f_m(at))) return;
+  const std::optional<SurfaceDistance> found = surface_.distance(place_m(at), reach_m_);
+  if (!found) return;
+  f_m(at) = static_cast<float>(found->distance_m);
+  known_.push_back(at);
+}
+
 /// The distances of all points of cells that have samples, and of the cells around these. False if they are too many.
 bool Grid::measure() {
   f_m_.assign(static_cast<std::size_t>(index(size_)), std::numeric_limits<float>::quiet_NaN());
@@ -85,14 +98,25 @@ bool Grid::measure() {
     const Index first = index(cell);
     if (seen[static_cast<std::size_t>(first)]) continue;
     seen[static_cast<std::size_t>(first)] = true;
-    for (int k = 0; k < 64; ++k) {
-      const Vector3i at = cell + Vector3i(k % 4 - 1, k / 4 % 4 - 1, k / 16 - 1);
-      float& f_m = f_m_[static_cast<std::size_t>(index(at))];
-      if (!std::isnan(f_m)) continue;
-      const std::optional<SurfaceDistance> found = surface_.distance(place_m(at), reach_m_);
-      if (!found) continue;
-      f_m = static_cast<float>(found->distance_m);
-      known_.push_back(at);
+    for (int k = 0; k < 64; ++k) measure_at(cell + Vector3i(k % 4 - 1, k / 4 % 4 - 1, k / 16 - 1));
+    if (static_cast<Index>(known_.size()) > kMostDistances) return false;
+  }
+  return true;
+}
+
+/// The distances around all places where the surface goes on without samples, as over a hole. False if they are too
+/// many.
+bool Grid::follow() {
+  for (std::size_t i = 0; i < known_.size(); ++i) {
+    const Vector3i at = known_[i];
+    for (int k = 0; k < 6; ++k) {
+      const int axis = k / 2;
+      const Vector3i way = Vector3i::Unit(axis), next = k % 2 == 0 ? Vector3i(at + way) : Vector3i(at - way);
+      if (!has(next) || std::isnan(f_m(next)) || (f_m(at) < 0.0F) == (f_m(next) < 0.0F)) continue;
+      const Vector3i u = Vector3i::Unit((axis + 1) % 3), v = Vector3i::Unit((axis + 2) % 3);
+      for (int j = 0; j < 18; ++j) {
+        measure_at(at.cwiseMin(next) + (j % 3 - 1) * u + (j / 3 % 3 - 1) * v + j / 9 * way);
+      }
     }
     if (static_cast<Index>(known_.size()) > kMostDistances) return false;
   }
@@ -124,10 +148,10 @@ Crossing Grid::crossing(Vector3d in_m, Vector3d out_m, double f_in, double f_out
 /// All edges that the surface crosses. False if the surface goes on where no distance is known.
 bool Grid::cross() {
   for (const Vector3i& at : known_) {
-    const double f = f_m_[static_cast<std::size_t>(index(at))];
+    const double f = f_m(at);
     for (int axis = 0; axis < 3; ++axis) {
       const Vector3i next = at + Vector3i::Unit(axis);
-      const double g = f_m_[static_cast<std::size_t>(index(next))];
+      const double g = has(next) ? f_m(next) : f;
       if (std::isnan(g) || (f < 0.0) == (g < 0.0)) continue;
       const Crossing plane =
           f < 0.0 ? crossing(place_m(at), place_m(next), f, g) : crossing(place_m(next), place_m(at), g, f);
@@ -138,7 +162,7 @@ bool Grid::cross() {
       for (const Vector3i& cell : around) {
         for (int k = 0; k < 8; ++k) {
           const Vector3i corner = cell + Vector3i(k & 1, k >> 1 & 1, k >> 2 & 1);
-          if (std::isnan(f_m_[static_cast<std::size_t>(index(corner))])) return false;
+          if (!has(corner) || std::isnan(f_m(corner))) return false;
         }
         cells_[index(cell)].planes.push_back(plane);
       }

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "collision/shapes.h"
 
@@ -99,6 +100,20 @@ TEST(ClosedSurface, HasTheEdgesOfABox) {
     askew += sides.abs().maxCoeff() < 3 ? 1 : 0;
   }
   EXPECT_EQ(askew, 0) << "of " << mesh->triangles.cols();
+}
+
+// The plane around a hole of 8 mm goes on over it, as the fingers feel it.
+TEST(ClosedSurface, BridgesHoles) {
+  const PointCloud whole = sample_box({0.04, 0.04, 0.04}, 20000);
+  std::vector<Index> kept;
+  for (Index i = 0; i < whole.points_m.cols(); ++i) {
+    if ((whole.points_m.col(i) - Vector3d(0.02, 0.0, 0.0)).norm() > 0.004) kept.push_back(i);
+  }
+  const PointCloud holed{whole.points_m(Eigen::all, kept), whole.normals(Eigen::all, kept)};
+  const std::optional<TriangleMesh> mesh = closed_surface(ImplicitSurface(holed));
+  ASSERT_TRUE(mesh);
+  EXPECT_EQ(open_edges(*mesh), 0);
+  EXPECT_NEAR(volume_m3(*mesh) / 6.4e-5, 1.0, 0.01);
 }
 
 TEST(ClosedSurface, IsTheSameEachTime) {
