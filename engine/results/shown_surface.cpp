@@ -1,7 +1,6 @@
 #include "engine/results/shown_surface.h"
 
 #include <optional>
-#include <variant>
 
 #include "collision/closed_surface.h"
 #include "engine/formats/files.h"
@@ -19,9 +18,8 @@ std::optional<TriangleMesh> own_mesh(const CloudShape& scan) try {
   TriangleMesh mesh = parse_mesh(read_file(scan.file), scan.file);
   if (mesh.triangles.cols() > kMostTriangles) return std::nullopt;
   const MeshMending mending = mend(mesh);
-  if (mending.open_edges > 0 || mending.at_odds > 0 || mesh.triangles.cols() == 0) return std::nullopt;
   mesh.vertices_m *= scan.unit_m;
-  return mesh;
+  return mending.open_edges > 0 || mending.at_odds > 0 ? std::nullopt : std::optional(mesh);
 } catch (const FileError&) {  // It was another one when the scene was read.
   return std::nullopt;
 }

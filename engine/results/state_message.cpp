@@ -355,11 +355,9 @@ void write_state_message(const Model& model, const Picture& picture, const TickR
 }
 
 std::vector<double> read_state_message(std::string_view bytes) {
-  bool known = false;
-  for (std::uint16_t version = kOldestMessageVersion; version <= kMessageVersion; ++version) {
-    known = known || bytes.starts_with(header(MessageKind::kState, version));
-  }
-  if (!known || (bytes.size() - kHeader) % sizeof(double) != 0) return {};
+  const auto is_of = [&](std::uint16_t version) { return bytes.starts_with(header(MessageKind::kState, version)); };
+  if (!is_of(kMessageVersion) && !is_of(kOldestMessageVersion)) return {};
+  if ((bytes.size() - kHeader) % sizeof(double) != 0) return {};
   std::vector<double> numbers((bytes.size() - kHeader) / sizeof(double));
   std::memcpy(numbers.data(), bytes.data() + kHeader, numbers.size() * sizeof(double));
   return numbers;
