@@ -58,6 +58,14 @@ std::string range_in_words(const Key& key) {
   return range;
 }
 
+/// How it is changed in the window.
+std::string live_in_words(const LiveKey& live, std::string_view code) {
+  std::string words = fmt::format(" While it runs: {0}{1}{0}", code, live.name);
+  if (live.least < live.most) words += fmt::format(", {} .. {}", live.least, live.most);
+  if (!live.unit.empty()) words += fmt::format(" {}", live.unit);
+  return words + ".";
+}
+
 Row row_of(const Key& key, std::string_view code) {
   const auto quoted = [&](std::string_view text) {
     return text.empty() ? std::string() : fmt::format("{0}{1}{0}", code, text);
@@ -70,6 +78,7 @@ Row row_of(const Key& key, std::string_view code) {
   } else if (!key.without.empty()) {
     row[4] += fmt::format(" {}", key.without.substr(1, key.without.size() - 2));
   }
+  if (!key.live.name.empty()) row[4] += live_in_words(key.live, code);
   return row;
 }
 

@@ -1,20 +1,28 @@
-// Bundles the page into one html file: node build.mjs SOURCE NODE_MODULES OUT.html
+// Bundles the page into one html file: node build.mjs SOURCE NODE_MODULES GUIDES OUT.html
+// GUIDES is docs/guide, of which the page has its texts.
 
-import {readFile, writeFile} from 'node:fs/promises';
+import {readdir, readFile, writeFile} from 'node:fs/promises';
 import {createRequire} from 'node:module';
 import {join, resolve} from 'node:path';
 
-const [source, modules, out] = process.argv.slice(2).map((path) => resolve(path));
+import {checkParts, readGuide} from './guide.mjs';
+
+const [source, modules, guides, out] = process.argv.slice(2).map((path) => resolve(path));
 if (!out) {
-  console.error('usage: node build.mjs SOURCE NODE_MODULES OUT.html');
+  console.error('usage: node build.mjs SOURCE NODE_MODULES GUIDES OUT.html');
   process.exit(2);
 }
+
+const folder = join(source, 'src');
+const sources = (await readdir(folder)).filter((name) => /\.(js|html)$/.test(name));
+const guide = readGuide(...(await Promise.all(['window.md', 'objects.md'].map((name) => readFile(join(guides, name), 'utf8')))));
+checkParts(guide, await Promise.all(sources.map((name) => readFile(join(folder, name), 'utf8'))));
 
 // The packages may lie elsewhere than beside this file, where the build keeps them out of the source.
 const esbuild = createRequire(join(modules, 'x.js'))('esbuild');
 const bundle = async (file) => {
   const result = await esbuild.build({
-    entryPoints: [join(source, 'src', file)],
+    entryPoints: [join(folder, file)],
     bundle: true,
     minify: true,
     write: false,
@@ -23,11 +31,12 @@ const bundle = async (file) => {
     charset: 'utf8',
     legalComments: 'eof',
     nodePaths: [modules],
+    define: {GUIDE: JSON.stringify(guide)},
   });
   return result.outputFiles[0].text;
 };
 
-const template = await readFile(join(source, 'src', 'page.html'), 'utf8');
+const template = await readFile(join(folder, 'page.html'), 'utf8');
 const script = (await bundle('main.js')).replaceAll('</script', '<\\/script');
 const style = await bundle('style.css');
 // Functions, so that a $ in the bundle is no pattern.

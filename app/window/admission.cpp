@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <boost/algorithm/string/predicate.hpp>
 #include <boost/asio/ip/address.hpp>
@@ -16,6 +17,8 @@ namespace {
 
 using boost::asio::ip::address;
 using boost::asio::ip::make_address;
+
+bool is_letter_or_digit(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9'); }
 
 /// The port that the text ends in after a ':'; it is cut off. Without one it is 80, the one of HTTP; 0 is none.
 std::uint16_t cut_port(std::string_view& host) {
@@ -41,6 +44,14 @@ bool is_ours(std::string_view host, const Listening& listening) {
   return theirs == ours || ours.is_unspecified() || (ours.is_loopback() && theirs.is_loopback());
 }
 
+/// Whether the Host is one of the names that the user gave.
+bool is_named(std::string_view host, const std::vector<HostName>& names) {
+  const std::uint16_t port = cut_port(host);
+  return std::any_of(names.begin(), names.end(), [&](const HostName& name) {
+    return boost::algorithm::iequals(host, name.name) && port != 0 && port == name.port.value_or(port);
+  });
+}
+
 /// The value of `token` in a request's query.
 std::string_view token_in(std::string_view target) {
   constexpr std::string_view kKey = "token=";
@@ -64,19 +75,45 @@ bool same_secret(std::string_view shown, std::string_view token) {
 }  // namespace
 
 std::string refuse(const Asker& asker, const Listening& listening) {
-  if (!asker.host || !is_ours(*asker.host, listening)) {
-    return make_address(listening.address).is_unspecified()
-               ? fmt::format("The Host must be a numeric address of this machine, with port {}.", listening.port)
-               : fmt::format("The Host must be {}.", host_and_port(listening.address, listening.port));
+  const bool named = asker.host && is_named(*asker.host, listening.also);
+  if (!named && (!asker.host || !is_ours(*asker.host, listening))) {
+    const std::string ours = make_address(listening.address).is_unspecified()
+                                 ? fmt::format("a numeric address of this machine, with port {}", listening.port)
+                                 : host_and_port(listening.address, listening.port);
+    return fmt::format("The Host must be {}, or a name that --allow-host gives.", ours);
   }
   if (listening.token.empty() || !same_secret(token_in(asker.target), listening.token)) {
     return "The address must end in the token that the program printed.";
   }
-  const std::string page = "http://" + std::string(*asker.host);
-  if (asker.origin && !boost::algorithm::iequals(*asker.origin, page)) {
+  // A name may be that of a server before this one, which encrypts.
+  const auto is_page = [&](const char* scheme) {
+    return boost::algorithm::iequals(*asker.origin, scheme + std::string(*asker.host));
+  };
+  if (asker.origin && !is_page("http://") && !(named && is_page("https://"))) {
     return "The Origin must be this server's own page.";
   }
   return "";
+}
+
+std::optional<HostName> read_host_name(std::string_view text) {
+  HostName host;
+  const std::size_t colon = text.rfind(':');
+  if (colon != text.npos && text.find(']', colon) == text.npos) {
+    host.port = number_in<std::uint16_t>(text.substr(colon + 1));
+    if (host.port.value_or(0) == 0) return std::nullopt;
+    text = text.substr(0, colon);
+  }
+  host.name = text;
+  if (text.starts_with('[')) {
+    if (text.size() < 3 || text.back() != ']') return std::nullopt;
+    const std::string inside(text.substr(1, text.size() - 2));
+    if (reach_of(inside) == Reach::kNoAddress || inside.find(':') == inside.npos) return std::nullopt;
+    return host;
+  }
+  const bool known = std::all_of(text.begin(), text.end(),
+                                 [](char c) { return is_letter_or_digit(c) || c == '-' || c == '.' || c == '_'; });
+  if (!known || text.empty() || text.size() > 253 || !is_letter_or_digit(text.front())) return std::nullopt;
+  return host;
 }
 
 Reach reach_of(const std::string& text) {
@@ -95,6 +132,12 @@ std::string random_token() {
   std::string token;
   for (const unsigned char byte : bytes) token += fmt::format("{:02x}", byte);
   return token;
+}
+
+bool can_be_token(std::string_view text) {
+  return text.size() >= 16 && text.size() <= 128 && std::all_of(text.begin(), text.end(), [](char c) {
+           return is_letter_or_digit(c) || std::string_view("-._~").find(c) != std::string_view::npos;
+         });
 }
 
 std::string host_and_port(const std::string& address, std::uint16_t port) {

@@ -2,7 +2,9 @@
 
 #include <cmath>
 
+#include "engine/results/state_message.h"
 #include "engine/scenes/build_model.h"
+#include "engine/scenes/keys.h"
 #include "engine/scenes/surface_model.h"
 
 namespace thenar::window {
@@ -54,6 +56,34 @@ ordered_json settings_json(const LiveSettings& settings) {
       {"level", or_null(settings.level)}};
   if (settings.kernel) json["kernel"] = name_of(*settings.kernel);
   return json;
+}
+
+ordered_json settings_list(const LiveSettings& begun) {
+  const ordered_json own = settings_json(begun);
+  ordered_json list = ordered_json::array();
+  for (const Key& key : scene_keys()) {
+    const LiveKey& live = key.live;
+    if (live.name.empty() || own.at(std::string(live.name)).is_null()) continue;
+    ordered_json one = {{"name", live.name}, {"key", key.path}, {"label", live.label}, {"what", key.sentence}};
+    if (live.least < live.most) {
+      double most = live.most;
+      while (live.name == "level" && most > 0.0 && (begun.leaves >> static_cast<int>(most)) < kFewestControls)
+        most -= 1;
+      one.update({{"type", live.whole ? "whole" : "number"}, {"unit", live.unit}});
+      one.update({{"least", live.least}, {"most", most}});
+    } else {
+      one.update({{"type", "choice"}, {"choices", words_of(key)}});
+    }
+    one["default"] = own.at(std::string(live.name));
+    list.push_back(one);
+  }
+  return list;
+}
+
+ordered_json live_scene(const Model& model, const TriangleMesh& surface, const LiveSettings& begun) {
+  ordered_json scene = scene_message(model, true, surface);
+  scene["settings"] = settings_list(begun);
+  return scene;
 }
 
 std::string change(const Set& changes, LiveSettings& settings) {

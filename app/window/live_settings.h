@@ -5,6 +5,7 @@
 #include <string>
 
 #include "app/window/message.h"
+#include "collision/triangle_mesh.h"
 #include "engine/grasp/model.h"
 
 namespace thenar::window {
@@ -38,6 +39,13 @@ struct Wanted {
 [[nodiscard]] LiveSettings live_settings(const thenar::Model& model);
 /// As a status message has them.
 [[nodiscard]] nlohmann::ordered_json settings_json(const LiveSettings& settings);
+/// What a scene message says of those that the scene has, for controls: from the table of keys. `begun`: as the scene
+/// had them when it began.
+[[nodiscard]] nlohmann::ordered_json settings_list(const LiveSettings& begun);
+
+/// The scene message of a running scene: with these settings.
+[[nodiscard]] nlohmann::ordered_json live_scene(const thenar::Model& model, const thenar::TriangleMesh& surface,
+                                                const LiveSettings& begun);
 
 /// Makes the changes, or says why they cannot be made; then none is.
 [[nodiscard]] std::string change(const Set& changes, LiveSettings& settings);

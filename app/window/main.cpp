@@ -68,6 +68,25 @@ CLI::Validator numeric_address() {
           ""};
 }
 
+CLI::Validator token() {
+  return {[](const std::string& text) -> std::string {
+            if (window::can_be_token(text)) return "";
+            return "a token is 16 to 128 letters, digits, '-', '.', '_' or '~'";
+          },
+          ""};
+}
+
+/// The names that were given; throws CLI::ValidationError for what is none.
+std::vector<window::HostName> host_names(const std::vector<std::string>& texts) {
+  std::vector<window::HostName> names;
+  for (const std::string& text : texts) {
+    const std::optional<window::HostName> name = window::read_host_name(text);
+    if (!name) throw CLI::ValidationError("--allow-host", text + " is no NAME or NAME:PORT, such as localhost:9000");
+    names.push_back(*name);
+  }
+  return names;
+}
+
 /// What a recording has no use for.
 void check_recording(const CLI::App& demo) {
   for (const char* flag : {"--set", "--contact-rate", "--control-rate", "--record", "--no-realtime", "--core"}) {
@@ -90,6 +109,18 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
       ->type_name("ADDRESS")
       ->capture_default_str()
       ->check(numeric_address());
+  demo->add_option("--token", options.server.token,
+                   "Token of the address instead of a random one, for programs that are to know it. Other users of the "
+                   "machine see a command's options, but not its environment: THENAR_TOKEN has it, too")
+      ->type_name("TEXT")
+      ->envname("THENAR_TOKEN")
+      ->check(token());
+  std::vector<std::string> names;
+  demo->add_option("--allow-host", names,
+                   "Name by which pages reach the window through a tunnel, or a server before it; more than once for "
+                   "more. Without a port: at any")
+      ->type_name("NAME[:PORT]")
+      ->allow_extra_args(false);
   demo->add_flag_callback(
       "--no-browser", [&] { options.browser = false; }, "Opens no browser, only prints the address");
   add_record(*demo, options.record, "File (.mcap) for what the run looks like");
@@ -104,6 +135,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
     app.parse(argc, argv);
     if (options.is_recording()) check_recording(*demo);
     check_rates(options.rates);
+    options.server.also = host_names(names);
   } catch (const CLI::ParseError& error) {
     exit_code = app.exit(error) == 0 ? kDone : kBadUsage;
     return std::nullopt;

@@ -6,10 +6,12 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
 #include "engine/loops/live_input.h"
+#include "engine/scenes/keys.h"
 
 namespace thenar::window {
 namespace {
@@ -111,17 +113,31 @@ class Keys {
   std::string refusal_;
 };
 
+/// The ranges are those of the table of keys.
 Set read_set(Keys& keys) {
+  const auto row = [](const char* name) -> const thenar::Key& {
+    const thenar::Key* const key = thenar::find_live_key(thenar::scene_keys(), name);
+    if (key == nullptr) throw std::logic_error(fmt::format("no key of a scene is changed by '{}'", name));
+    return *key;
+  };
+  const auto number = [&](const char* name) {
+    return keys.number_or_none(name, row(name).live.least, row(name).live.most);
+  };
+  const auto whole = [&](const char* name) {
+    const thenar::LiveKey& live = row(name).live;
+    return keys.whole_or_none(name, static_cast<int>(live.least), static_cast<int>(live.most));
+  };
+  const std::vector<std::string_view> kernels = words_of(row("kernel"));
   Set set;
-  set.friction = keys.number_or_none("friction", 0.0, 2.0);
-  set.internal_force_N = keys.number_or_none("internal_force_N", 0.1, 20.0);
-  set.tolerance = keys.number_or_none("tolerance", 1e-10, 0.1);
-  set.contact_Hz = keys.number_or_none("contact_Hz", 200.0, 10000.0);
-  set.control_Hz = keys.number_or_none("control_Hz", 20.0, 2000.0);
-  set.max_sweeps = keys.whole_or_none("max_sweeps", 1, 1000);
-  set.delay_periods = keys.whole_or_none("delay_periods", 0, 8);
-  set.level = keys.whole_or_none("level", 0, 6);
-  set.kernel = keys.one_of("kernel", {"boussinesq", "gaussian"});
+  set.friction = number("friction");
+  set.internal_force_N = number("internal_force_N");
+  set.tolerance = number("tolerance");
+  set.contact_Hz = number("contact_Hz");
+  set.control_Hz = number("control_Hz");
+  set.max_sweeps = whole("max_sweeps");
+  set.delay_periods = whole("delay_periods");
+  set.level = whole("level");
+  set.kernel = keys.one_of("kernel", {kernels.begin(), kernels.end()});
   return set;
 }
 

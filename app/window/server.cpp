@@ -86,7 +86,8 @@ WindowServer::Impl::Impl(const ServerSettings& settings, Receive receive)
   if (!site.recording.empty() && !std::filesystem::is_regular_file(site.recording)) {
     throw thenar::FileError(site.recording, "is no file that can be served");
   }
-  site.listening = {settings.address, acceptor.local_endpoint().port(), random_token()};
+  site.listening = {settings.address, acceptor.local_endpoint().port(),
+                    settings.token.empty() ? random_token() : settings.token, settings.also};
   accept();
   // Signals are for the thread that waits for them.
   sigset_t all, before;

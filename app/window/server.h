@@ -5,7 +5,9 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
+#include "app/window/admission.h"
 #include "app/window/message.h"
 
 namespace thenar::window {
@@ -13,6 +15,8 @@ namespace thenar::window {
 struct ServerSettings {
   std::string address = "127.0.0.1";  ///< Numeric.
   std::uint16_t port = 8470;          ///< 0: any that is free.
+  std::string token;                  ///< That pages must show, can_be_token(); empty: a random one.
+  std::vector<HostName> also;         ///< Names by which pages reach it, beside its own.
   std::filesystem::path page;         ///< The built page, one file.
   std::filesystem::path recording;    ///< Served instead of a simulation; empty: live.
   double patience_s = 20.0;  ///< A header, a message to a page or its sign of life that takes longer has failed.
@@ -28,7 +32,7 @@ class WindowServer {
   WindowServer(const WindowServer&) = delete;
   WindowServer& operator=(const WindowServer&) = delete;
 
-  /// Where pages find it, with the token that they must show: each server has another.
+  /// Where pages find it, with the token that they must show.
   [[nodiscard]] std::string url() const;
 
   // From any one thread:

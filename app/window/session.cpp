@@ -27,6 +27,7 @@
 #include "engine/loops/split_grasp.h"
 #include "engine/loops/threads.h"
 #include "engine/results/recorder.h"
+#include "engine/results/shown_surface.h"
 
 namespace thenar::window {
 
@@ -92,6 +93,7 @@ struct Session::Impl {
   // The calling thread's, and in a run the loops'.
   Model model;
   LiveHands hands;
+  TriangleMesh surface;  ///< Of the object, which stays.
   std::unique_ptr<SplitGrasp> grasp;
   std::unique_ptr<LiveContact> live;
 
@@ -128,6 +130,7 @@ Session::Impl::Impl(Model m, const SessionSettings& s)
   wanted.settings = wanted.begun = heeded.settings = live_settings(model);
   reset();
   if (!settings.record.empty()) film.emplace(settings.record, model, settings.recording, *live);
+  surface = film ? film->file.surface() : shown_surface(model);
 }
 
 // ---- The server's thread.
@@ -392,18 +395,13 @@ void Session::Impl::run_loops(const std::atomic<bool>& stop) {
 void Session::Impl::do_step() {
   const Scene& scene = model.scene;
   const auto ticks = std::max<std::int64_t>(1, std::llround(scene.control_period_s / scene.step_s));
-  const auto all_late = static_cast<int>(ticks);
-  const std::stop_token never;
   live->watched = false;
   std::vector<ContactSample> samples;  // Whoever takes them may throw, which the loop may not.
   samples.reserve(ticks);
   run_contact_loop(
-      *grasp, Schedule(steady_now_ns(), scene.step_s, ticks, all_late), 0,
-      [&samples](const ContactSample& sample) {
-        samples.push_back(sample);
-        return true;
-      },
-      never, live.get());
+      *grasp, Schedule(steady_now_ns(), scene.step_s, ticks, static_cast<int>(ticks)), 0,
+      [&samples](const ContactSample& sample) { return samples.push_back(sample), true; }, std::stop_token(),
+      live.get());
   for (const ContactSample& sample : samples) pairing.add(sample);
   ControlSample control;
   control.step = grasp->control_step();
@@ -430,9 +428,10 @@ bool Session::Impl::see(const ContactSample& sample, const ControlSample& contro
   if (film) film->see(sample.after.tick, tick, control.muscle_forces_N, telemetry);
   if (!sample.shown) return true;
   live->pictures.take();
-  const Picture& picture = live->pictures.current();
   // A picture taken since stands for a tick that is yet to come here.
-  if (picture.snapshot.tick == sample.after.tick) show(picture, tick, control.muscle_forces_N);
+  if (const Picture& picture = live->pictures.current(); picture.snapshot.tick == sample.after.tick) {
+    show(picture, tick, control.muscle_forces_N);
+  }
   return true;
 }
 
@@ -465,7 +464,9 @@ void Session::Impl::show_still() {
   still_shown = true;
 }
 
-void Session::Impl::show_scene() { display->set_scene(scene_message(model, true).dump(), geometry_message(model)); }
+void Session::Impl::show_scene() {
+  display->set_scene(live_scene(model, surface, wanted.begun).dump(), geometry_message(model, surface));
+}
 
 void Session::Impl::show_status(bool running) {
   shown = verdict.verdict();
@@ -482,9 +483,7 @@ void Session::Impl::show_status(bool running) {
                              {"note", or_null(note)},
                              {"scheduling", scheduling},
                              {"settings", settings_json(heeded.settings)}};
-  const std::string text = json.dump();
-  if (text == status) return;
-  status = text;
+  if (std::string text = json.dump(); std::exchange(status, text) == text) return;
   display->set_status(status);
   if (film) film->file.add_status(last_tick.time_s, json);  // The state itself may be the contact thread's now.
 }

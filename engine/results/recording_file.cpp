@@ -9,6 +9,7 @@
 #include "engine/formats/foxglove.h"
 #include "engine/formats/text.h"
 #include "engine/results/recording_scene.h"
+#include "engine/results/shown_surface.h"
 #include "engine/results/signal_columns.h"
 
 namespace thenar {
@@ -36,8 +37,8 @@ std::vector<Field> kept_fields(const std::vector<Field>& all, const std::vector<
 }
 
 /// As a recording begins with it: with the fields that it keeps.
-ordered_json recorded_scene(const Model& model, const std::vector<Field>& fields) {
-  ordered_json scene = scene_message(model, false);
+ordered_json recorded_scene(const Model& model, const std::vector<Field>& fields, const TriangleMesh& surface) {
+  ordered_json scene = scene_message(model, false, surface);
   ordered_json listed = ordered_json::array();
   for (const Field& field : fields) {
     listed.push_back({{"name", field.name}, {"unit", field.unit}, {"begin", field.begin}, {"count", field.count}});
@@ -47,7 +48,7 @@ ordered_json recorded_scene(const Model& model, const std::vector<Field>& fields
 }
 
 std::vector<McapChannel> channels_of(const Model& model, const std::vector<Field>& fields) {
-  return recording_channels(recorded_scene(model, fields), fields, signal_columns(fields, signal_names(model)));
+  return recording_channels(recorded_scene(model, fields, {}), fields, signal_columns(fields, signal_names(model)));
 }
 
 ordered_json signals(const std::vector<SignalColumn>& columns, const std::vector<double>& numbers) {
@@ -84,6 +85,7 @@ RecordingFile::RecordingFile(const std::filesystem::path& file, const Model& mod
       every_(ticks_per_state(model, settings)),
       all_fields_(state_fields(model)),
       fields_(kept_fields(all_fields_, settings.fields)),
+      surface_(shown_surface(model)),
       file_(file, channels_of(model, fields_)),
       picture_(model),
       contacts_(model) {
@@ -96,10 +98,10 @@ void RecordingFile::add_scene(const Model& model, double time_s) {
   all_fields_ = state_fields(model);
   fields_ = kept_fields(all_fields_, settings_.fields);
   contacts_ = TickContacts(model);
-  put(RecordingTopic::kScene, time_s, recorded_scene(model, fields_).dump());
-  put(RecordingTopic::kGeometry, time_s, geometry_message(model));
+  put(RecordingTopic::kScene, time_s, recorded_scene(model, fields_, surface_).dump());
+  put(RecordingTopic::kGeometry, time_s, geometry_message(model, surface_));
   put(RecordingTopic::kHand, time_s, hand_entities(model, time_s).dump());
-  put(RecordingTopic::kObject, time_s, object_entities(model, time_s).dump());
+  put(RecordingTopic::kObject, time_s, object_entities(model, time_s, surface_).dump());
   log(time_s, true, fmt::format("scene {}", model.scene.name));
   shown_s_.reset();
 }

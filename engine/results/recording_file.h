@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "collision/triangle_mesh.h"
 #include "engine/formats/contact_block.h"
 #include "engine/formats/mcap_file.h"
 #include "engine/grasp/contact_tick.h"
@@ -68,6 +69,9 @@ class RecordingFile {
   void finish(const Recording& run);
   void finish();
 
+  /// As it shows the object.
+  [[nodiscard]] const TriangleMesh& surface() const { return surface_; }
+
  private:
   void add_contacts(const TickContacts& tick);
   void end_block();
@@ -82,6 +86,7 @@ class RecordingFile {
   RecordingSettings settings_;
   std::int64_t every_;
   std::vector<Field> all_fields_, fields_;  ///< Of a whole state, and of what is kept of one.
+  TriangleMesh surface_;                    ///< Of the object, which stays.
   McapWriter file_;
   Picture picture_;
   TickContacts contacts_;

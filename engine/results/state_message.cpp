@@ -26,9 +26,9 @@ constexpr std::string_view kMagic = "THNR";
 constexpr std::size_t kHeader = 8;
 constexpr Index kMostObjectSamples = 40'000;
 
-std::string header(MessageKind kind) {
+std::string header(MessageKind kind, std::uint16_t version = kMessageVersion) {
   std::string bytes(kMagic);
-  for (const auto number : {kMessageVersion, static_cast<std::uint16_t>(kind)}) {
+  for (const auto number : {version, static_cast<std::uint16_t>(kind)}) {
     bytes += {static_cast<char>(number & 0xFF), static_cast<char>(number >> 8)};
   }
   return bytes;
@@ -255,7 +255,7 @@ std::vector<Field> contact_fields() {
           {"force_N", "N", 8, 3}};
 }
 
-ordered_json scene_message(const Model& model, bool live) {
+ordered_json scene_message(const Model& model, bool live, const TriangleMesh& surface) {
   const Scene& scene = model.scene;
   ordered_json fingers = fingers_json(scene.hand), muscles = ordered_json::array(), joints = ordered_json::array();
   for (const Joint& joint : scene.hand.joints) joints.push_back(joint.name);
@@ -290,6 +290,8 @@ ordered_json scene_message(const Model& model, bool live) {
           // The support of the object's surface is 2.2 spacings.
           {"object",
            {{"samples", samples},
+            {"vertices", surface.vertices_m.cols()},
+            {"triangles", surface.triangles.cols()},
             {"spacing_m", model.object.support_m() / 2.2 * std::sqrt(static_cast<double>(stride))},
             {"mass_kg", scene.object.mass_kg},
             {"centre_of_mass_m", vector_json(scene.object.centre_of_mass_m)}}},
@@ -316,7 +318,7 @@ std::array<double, 12> pose_numbers(const Isometry3d& X) {
   return numbers;
 }
 
-std::string geometry_message(const Model& model) {
+std::string geometry_message(const Model& model, const TriangleMesh& surface) {
   std::string bytes = header(MessageKind::kGeometry);
   const auto add = [&bytes](const auto& numbers) {
     const Eigen::Matrix3Xf floats = numbers.template cast<float>();
@@ -333,6 +335,9 @@ std::string geometry_message(const Model& model) {
     const Eigen::VectorXf areas = pulp.area_m2.cast<float>();
     append(std::span<const float>(areas.data(), static_cast<std::size_t>(areas.size())), bytes);
   }
+  add(surface.vertices_m);
+  const Eigen::Matrix<std::uint32_t, 3, Eigen::Dynamic> triangles = surface.triangles.cast<std::uint32_t>();
+  append(std::span<const std::uint32_t>(triangles.data(), static_cast<std::size_t>(triangles.size())), bytes);
   return bytes;
 }
 
@@ -350,7 +355,9 @@ void write_state_message(const Model& model, const Picture& picture, const TickR
 }
 
 std::vector<double> read_state_message(std::string_view bytes) {
-  if (!bytes.starts_with(header(MessageKind::kState)) || (bytes.size() - kHeader) % sizeof(double) != 0) return {};
+  const auto is_of = [&](std::uint16_t version) { return bytes.starts_with(header(MessageKind::kState, version)); };
+  if (!is_of(kMessageVersion) && !is_of(kOldestMessageVersion)) return {};
+  if ((bytes.size() - kHeader) % sizeof(double) != 0) return {};
   std::vector<double> numbers((bytes.size() - kHeader) / sizeof(double));
   std::memcpy(numbers.data(), bytes.data() + kHeader, numbers.size() * sizeof(double));
   return numbers;

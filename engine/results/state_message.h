@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "collision/triangle_mesh.h"
 #include "engine/grasp/model.h"
 #include "engine/loops/picture.h"
 #include "engine/results/recording.h"
@@ -16,7 +17,7 @@
 /// What a window or a recording shows of a grasp: docs/reference/window.md has the format.
 namespace thenar {
 
-inline constexpr std::uint16_t kMessageVersion = 1;
+inline constexpr std::uint16_t kMessageVersion = 2, kOldestMessageVersion = 1;  ///< What is written, and still read.
 enum class MessageKind : std::uint16_t { kGeometry = 1, kState = 2 };
 
 inline constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
@@ -54,8 +55,8 @@ struct Field {
 [[nodiscard]] std::vector<Field> state_fields(const Model& model);
 [[nodiscard]] std::vector<Field> contact_fields();
 
-/// What stays as it is, as the page and a recording get it first.
-[[nodiscard]] nlohmann::ordered_json scene_message(const Model& model, bool live);
+/// What stays as it is, as the page and a recording get it first. `surface`: of the object, shown_surface() or none.
+[[nodiscard]] nlohmann::ordered_json scene_message(const Model& model, bool live, const TriangleMesh& surface = {});
 
 /// How the hand of a scene lies at given angles, in the words of a scene message: its `fingers` and `segments`, and
 /// `poses`, 12 numbers a segment as a state has them.
@@ -64,15 +65,16 @@ struct Field {
 /// A pose as a state has it: position, then rotation by rows.
 [[nodiscard]] std::array<double, 12> pose_numbers(const Eigen::Isometry3d& X);
 
-/// The points of the object, at most 40 000 of them, and of the pulps.
-[[nodiscard]] std::string geometry_message(const Model& model);
+/// The points of the object, at most 40 000 of them, and of the pulps, and the object's surface, the same as in the
+/// scene's message.
+[[nodiscard]] std::string geometry_message(const Model& model, const TriangleMesh& surface = {});
 
 /// One instant. `tick`: of the picture's tick. `muscle_forces_N`: of the frame in use; not read in a scene without
 /// muscles. The message replaces what is in `bytes`.
 void write_state_message(const Model& model, const Picture& picture, const TickRecord& tick,
                          const Eigen::VectorXd& muscle_forces_N, const LoopFigures& loops, std::string& bytes);
 
-/// The numbers of a state message; empty if it is none of this version.
+/// The numbers of a state message; empty if it is none of a version that is read.
 [[nodiscard]] std::vector<double> read_state_message(std::string_view bytes);
 
 }  // namespace thenar

@@ -29,6 +29,15 @@ enum class KeyKind {
 
 inline constexpr int kPerJoint = 0;
 
+/// How a key is changed while its scene runs, in the window: docs/reference/window.md.
+struct LiveKey {
+  std::string_view name;           ///< In messages, as "contact_Hz"; empty: it cannot be changed.
+  std::string_view label;          ///< For people: "contact rate".
+  std::string_view unit;           ///< Of the message's number; empty: a plain one.
+  double least = 0.0, most = 0.0;  ///< The number's range; both 0: it is one of the words of a choice.
+  bool whole = false;              ///< It is a whole number.
+};
+
 struct Key {
   std::string_view path;  ///< As "contact.friction"; in lists of maps without the number: "joints.name".
   KeyKind kind;
@@ -41,6 +50,7 @@ struct Key {
   std::string_view without;
   std::string_view sentence;  ///< What it is.
   int items = 1;              ///< Of kQuantities; kPerJoint.
+  LiveKey live = {};
 };
 
 using Keys = std::span<const Key>;  ///< A table: each key after the one above it.
@@ -50,6 +60,8 @@ using Keys = std::span<const Key>;  ///< A table: each key after the one above i
 
 /// Null if the table has no such key.
 [[nodiscard]] const Key* find_key(Keys keys, std::string_view path);
+/// The key that messages change by this name; null if there is none.
+[[nodiscard]] const Key* find_live_key(Keys keys, std::string_view name);
 /// The last name of a path, and what is before it: "friction" and "contact".
 [[nodiscard]] std::string_view name_of(const Key& key);
 [[nodiscard]] std::string_view parent_of(std::string_view path);

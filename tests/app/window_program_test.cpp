@@ -84,7 +84,8 @@ class Running {
 };
 
 /// What a server at 127.0.0.1 answers to a request for `target`.
-std::string get(int port, const std::string& target) {
+std::string get(int port, const std::string& target, std::string host = "") {
+  if (host.empty()) host = "127.0.0.1:" + std::to_string(port);
   const int client = socket(AF_INET, SOCK_STREAM, 0);
   sockaddr_in place{};
   place.sin_family = AF_INET;
@@ -92,7 +93,7 @@ std::string get(int port, const std::string& target) {
   place.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   std::string answer;
   if (connect(client, reinterpret_cast<const sockaddr*>(&place), sizeof place) == 0) {
-    const std::string request = "GET " + target + " HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port) + "\r\n\r\n";
+    const std::string request = "GET " + target + " HTTP/1.1\r\nHost: " + host + "\r\n\r\n";
     send(client, request.data(), request.size(), MSG_NOSIGNAL);
     char bytes[4096];
     for (ssize_t n = recv(client, bytes, sizeof bytes, 0); n > 0; n = recv(client, bytes, sizeof bytes, 0)) {
@@ -139,6 +140,29 @@ TEST(Demo, AsksForAToken) {
     EXPECT_EQ(get(port_in(url), "/").substr(9, 3), "403");
     EXPECT_EQ(get(port_in(url), url.substr(token)).substr(9, 3), "200");
   }
+}
+
+// On the command line, or where no other user of the machine reads it.
+TEST(Demo, TakesATokenAndNames) {
+  const std::string scene = "demo " + config("minimal.yaml") + " --port 0 --no-browser ", token = "a-token-of-scripts";
+  for (const auto& [flag, before] :
+       {std::pair("--token " + token, std::string()), std::pair(std::string(), "env THENAR_TOKEN=" + token + " ")}) {
+    Running demo(scene + flag + " --allow-host localhost:9000 --allow-host near.example.org", before);
+    const std::string url = demo.line();
+    ASSERT_TRUE(url.ends_with("/?token=" + token)) << url;
+    EXPECT_EQ(get(port_in(url), "/?token=" + token).substr(9, 3), "200");
+    for (const char* host : {"localhost:9000", "near.example.org", "near.example.org:1234"}) {
+      EXPECT_EQ(get(port_in(url), "/?token=" + token, host).substr(9, 3), "200") << host;
+    }
+    EXPECT_EQ(get(port_in(url), "/?token=" + token, "localhost:9001").substr(9, 3), "403");
+  }
+  for (const std::string wrong : {"--token short", "--token 'no blanks in a token'", "--allow-host http://localhost",
+                                  "--allow-host localhost:0", "--allow-host '*'"}) {
+    const Outcome run = thenar_program(scene + wrong, "timeout 60 ");
+    EXPECT_EQ(run.code, 2) << wrong;
+    EXPECT_NE(run.text.find(wrong.substr(0, wrong.find(' '))), std::string::npos) << run.text;
+  }
+  EXPECT_EQ(thenar_program(scene, "timeout 60 env THENAR_TOKEN=short ").code, 2);
 }
 
 // The browser gets the address as one word, from no shell. Here it is a program that writes down what it gets.

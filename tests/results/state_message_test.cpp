@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cstring>
+
 #include "engine/results/recorder.h"
+#include "engine/results/shown_surface.h"
 #include "engine/scenes/build_model.h"
 #include "tests/support/scenes.h"
 
@@ -48,6 +51,19 @@ TEST(StateMessage, CountsTheGeometry) {
       floats += 6 * finger.at("samples").get<std::size_t>() + 4 * finger.at("controls").get<std::size_t>();
     }
     EXPECT_EQ(geometry_message(model).size(), 8 + sizeof(float) * floats) << name;
+    // And the surface behind it, where there is one.
+    EXPECT_EQ(scene.at("object").at("triangles"), 0);
+    const TriangleMesh surface = shown_surface(model);
+    ASSERT_GT(surface.triangles.cols(), 0);
+    const ordered_json object = scene_message(model, true, surface).at("object");
+    EXPECT_EQ(object.at("vertices"), surface.vertices_m.cols());
+    EXPECT_EQ(object.at("triangles"), surface.triangles.cols());
+    const std::string bytes = geometry_message(model, surface);
+    const std::size_t begin = 8 + sizeof(float) * (floats + static_cast<std::size_t>(surface.vertices_m.size()));
+    ASSERT_EQ(bytes.size(), begin + sizeof(std::uint32_t) * static_cast<std::size_t>(surface.triangles.size()));
+    std::uint32_t last = 0;
+    std::memcpy(&last, bytes.data() + bytes.size() - sizeof last, sizeof last);
+    EXPECT_EQ(last, static_cast<std::uint32_t>(surface.triangles(2, surface.triangles.cols() - 1)));
   }
 }
 
@@ -64,13 +80,16 @@ TEST(StateMessage, NamesTheShapesOfPulpsThatAreNoSpheres) {
   EXPECT_EQ(told.at("axes")[2], ordered_json({0.0, 0.0, 1.0}));
 }
 
+// Recordings that were made before are read, what is newer than the program is not.
 TEST(StateMessage, OfAnotherVersionOrLengthIsNone) {
   std::string bytes = "THNR" + std::string("\x01\x00\x02\x00", 4) + std::string(16, '\0');
   EXPECT_EQ(read_state_message(bytes).size(), 2U);
   EXPECT_TRUE(read_state_message(bytes + "x").empty());
   EXPECT_TRUE(read_state_message(bytes.substr(0, 7)).empty());
-  bytes[4] = 2;
-  EXPECT_TRUE(read_state_message(bytes).empty());
+  for (const int version : {0, 1, 2, 3}) {
+    bytes[4] = static_cast<char>(version);
+    EXPECT_EQ(read_state_message(bytes).empty(), version < 1 || version > 2) << version;
+  }
 }
 
 }  // namespace

@@ -126,5 +126,56 @@ TEST(Admission, KnowsItsNames) {
   EXPECT_EQ(host_and_port("::1", 80), "[::1]:80");
 }
 
+// A tunnel whose near end has another port, or a name; a server before this one that encrypts.
+TEST_F(Server, IsReachedByTheNamesThatItIsGiven) {
+  settings_.also = {{"localhost", 9000}, {"grasp.example.org", std::nullopt}};
+  start();
+  const auto page = [&](const std::string& host, const std::string& origin) { return upgraded(live(), host, origin); };
+  EXPECT_EQ(page("localhost:9000", "http://localhost:9000"), 101);
+  EXPECT_EQ(page("Grasp.Example.org", "https://grasp.example.org"), 101);
+  EXPECT_EQ(page("grasp.example.org:8443", "https://grasp.example.org:8443"), 101);
+  EXPECT_EQ(page(here(), "http://" + here()), 101) << "its own name stays";
+  EXPECT_EQ(page("localhost:9001", "http://localhost:9001"), 403);
+  EXPECT_EQ(page("127.0.0.1:9000", "http://127.0.0.1:9000"), 403);
+  EXPECT_EQ(page("example.org", "http://example.org"), 403) << "a part of a name is another";
+  EXPECT_EQ(page("grasp.example.org:0", ""), 403);
+  EXPECT_EQ(page("grasp.example.org:x", ""), 403);
+  EXPECT_EQ(page("localhost:9000", "http://example.org"), 403) << "a page of others";
+  EXPECT_EQ(page(here(), "https://" + here()), 403) << "this server does not encrypt";
+  EXPECT_EQ(upgraded("/live?token=" + std::string(32, '0'), "localhost:9000", ""), 403) << "a name is no token";
+}
+
+TEST_F(Server, TakesTheTokenThatItIsGiven) {
+  settings_.token = "a-token.that_I~know";
+  start();
+  EXPECT_TRUE(server_->url().ends_with("/?token=a-token.that_I~know"));
+  EXPECT_EQ(status(get_as_it_is("/?token=a-token.that_I~know")), 200);
+  EXPECT_EQ(status(get_as_it_is("/?token=a-token.that_I~knew")), 403);
+}
+
+TEST(Admission, ReadsNamesOfHosts) {
+  EXPECT_EQ(read_host_name("localhost:9000"), (HostName{"localhost", 9000}));
+  EXPECT_EQ(read_host_name("my-host.example.org"), (HostName{"my-host.example.org", std::nullopt}));
+  EXPECT_EQ(read_host_name("192.168.7.7:80"), (HostName{"192.168.7.7", 80}));
+  EXPECT_EQ(read_host_name("[::1]:80"), (HostName{"[::1]", 80}));
+  EXPECT_EQ(read_host_name("[::1]"), (HostName{"[::1]", std::nullopt}));
+  for (const char* none : {"", ":80", "localhost:", "localhost:0", "localhost:65536", "localhost:8o",
+                           "http://localhost", "*", "*.example.org", "a b", "::1", "::1:80", "[]", "[::1",
+                           "[localhost]", "[127.0.0.1]", "user@host", "-a", "host/path"}) {
+    EXPECT_FALSE(read_host_name(none)) << none;
+  }
+}
+
+TEST(Admission, TokensAreLongAndPlain) {
+  EXPECT_TRUE(can_be_token(random_token()));
+  EXPECT_TRUE(can_be_token("0123456789abcdeF"));
+  EXPECT_TRUE(can_be_token(std::string(128, 'x')));
+  for (const std::string& none :
+       {std::string(), std::string("0123456789abcde"), std::string(129, 'x'), std::string("0123456789abcde&"),
+        std::string("0123456789 abcdef"), std::string("0123456789%61bcdef"), std::string("0123456789abcdé")}) {
+    EXPECT_FALSE(can_be_token(none)) << none;
+  }
+}
+
 }  // namespace
 }  // namespace thenar::window::admission_test

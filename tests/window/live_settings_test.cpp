@@ -2,9 +2,15 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <optional>
+#include <set>
 #include <string>
+#include <variant>
 
 #include "app/window/session.h"
+#include "engine/scenes/build_model.h"
+#include "engine/scenes/keys.h"
 #include "tests/support/scenes.h"
 #include "tests/window/shown_session.h"
 
@@ -12,6 +18,7 @@ namespace thenar::window::live_settings_test {
 namespace {
 
 using namespace shown_session;
+using nlohmann::ordered_json;
 
 TEST(Session, ChangesLevelKernelRatesAndDelayAndHoldsTheBox) {
   ShownSession shown(held_box());
@@ -71,6 +78,91 @@ TEST(LiveSettings, WhatIsSetMeanwhileComesAlong) {
   rigid.kernel.reset();
   rigid.level.reset();
   EXPECT_EQ(carried_over(before, now, rigid), rigid);
+}
+
+/// What reading and making the change come to: the settings as a status has them, or nothing if it is refused.
+std::optional<ordered_json> changed(const std::string& name, const ordered_json& value, LiveSettings settings) {
+  const ReadMessage read = read_message(ordered_json{{"type", "set"}, {name, value}}.dump());
+  if (!read.message || !change(std::get<Set>(*read.message), settings).empty()) return std::nullopt;
+  return settings_json(settings);
+}
+
+// The page makes its controls of the list: it must be all that the server takes, in the ranges that it takes.
+TEST(LiveSettings, TheTableOfKeysIsWhatTheServerAccepts) {
+  LiveSettings begun = live_settings(build_model(held_box()));
+  begun.contact_Hz = 3000.0;  // So that each rate has its whole range, but where the two meet.
+  begun.control_Hz = 20.0;
+  std::set<std::string> listed, accepted;
+  const ordered_json own = settings_json(begun);
+  for (const auto& [name, value] : own.items()) accepted.insert(name);
+  for (const ordered_json& one : settings_list(begun)) {
+    const std::string name = one.at("name");
+    SCOPED_TRACE(name);
+    listed.insert(name);
+    const Key* const key = find_key(scene_keys(), one.at("key").get<std::string>());
+    ASSERT_NE(key, nullptr);
+    EXPECT_EQ(one.at("what"), key->sentence);
+    EXPECT_EQ(find_live_key(scene_keys(), name), key);
+    EXPECT_EQ(one.at("default"), own.at(name));
+    EXPECT_FALSE(changed(name, "none of these", begun));
+    if (one.at("type") == "choice") {
+      ASSERT_GT(one.at("choices").size(), 1U);
+      for (const ordered_json& word : one.at("choices")) {
+        const std::optional<ordered_json> now = changed(name, word, begun);
+        ASSERT_TRUE(now) << word;
+        EXPECT_EQ(now->at(name), word);
+      }
+      continue;
+    }
+    const double least = one.at("least"), most = name == "control_Hz" ? 2000.0 : one.at("most").get<double>();
+    for (const double value : {least, most}) {
+      const std::optional<ordered_json> now = changed(name, value, begun);
+      ASSERT_TRUE(now) << value;
+      EXPECT_EQ(now->at(name), value);
+    }
+    const double beyond = one.at("type") == "whole" ? 1.0 : 1e-6 * most;
+    EXPECT_FALSE(changed(name, least - beyond, begun));
+    EXPECT_FALSE(changed(name, most + beyond, begun));
+    const bool takes_parts = changed(name, least + std::min(0.5, 0.5 * (most - least)), begun).has_value();
+    EXPECT_NE(one.at("type") == "whole", takes_parts);
+  }
+  EXPECT_EQ(listed, accepted);
+  for (const Key& key : scene_keys()) {
+    EXPECT_TRUE(key.live.name.empty() || listed.contains(std::string(key.live.name))) << key.path;
+  }
+}
+
+// What is set is what the key of the scene says: the same run, as if its file had it.
+TEST(LiveSettings, ChangeTheKeysThatTheyName) {
+  Model model = build_model(held_box());
+  const LiveSettings begun = live_settings(model);
+  LiveSettings now = begun;
+  now.friction = 0.625;
+  now.tolerance = 1e-5;
+  now.max_sweeps = 17;
+  now.contact_Hz = 2000.0;
+  now.control_Hz = 100.0;
+  now.delay_periods = 2;
+  now.internal_force_N = 1.5;
+  apply(begun, now, model.scene);
+  EXPECT_EQ(model.scene.contact.friction, 0.625);
+  EXPECT_EQ(model.scene.contact.tolerance, 1e-5);
+  EXPECT_EQ(model.scene.contact.max_sweeps, 17);
+  EXPECT_EQ(model.scene.step_s, 1.0 / 2000.0);
+  EXPECT_EQ(model.scene.control_period_s, 1.0 / 100.0);
+  EXPECT_EQ(model.scene.control_delay_s, 2.0 / 100.0);
+  EXPECT_EQ(model.scene.control->internal_force_N, 1.5);
+}
+
+TEST(LiveSettings, AreListedWhereTheSceneHasThem) {
+  const auto names = [](const Scene& scene) {
+    std::set<std::string> found;
+    for (const ordered_json& one : settings_list(live_settings(build_model(scene)))) found.insert(one.at("name"));
+    return found;
+  };
+  const std::set<std::string> rigid = names(scene_of("minimal"));
+  EXPECT_TRUE(rigid.contains("friction"));
+  EXPECT_FALSE(rigid.contains("kernel") || rigid.contains("level"));
 }
 
 TEST(Session, RefusesWhatTheSceneCannotDo) {

@@ -2,7 +2,7 @@
 
 import uPlot from 'uplot';
 
-import {superscript} from './format.js';
+import {fixed, short, superscript} from './format.js';
 import {themed} from './colors.js';
 
 const kFont = '10.5px system-ui, "DejaVu Sans", sans-serif';
@@ -49,13 +49,39 @@ function plotIn(parent, options, data, name) {
   return {plot, element, destroy, shown: () => element.clientHeight > 0};
 }
 
-/** The last seconds of some signals. `series`: [{color, dashed}]; `floor`: the least range of the values. */
+/** What is said of the values under the pointer: one for all plots, over the page. */
+function reading() {
+  const shown = document.getElementById('reading') ?? document.body.appendChild(document.createElement('table'));
+  shown.id = 'reading';
+  return shown;
+}
+
+/** The row of a sorted column that is nearest to a value. */
+export function nearestRow(column, value) {
+  let low = 0;
+  let high = column.length - 1;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (column[middle] < value) low = middle + 1;
+    else high = middle;
+  }
+  return low > 0 && value - column[low - 1] < column[low] - value ? low - 1 : low;
+}
+
+/**
+ * Signals over time. `series`: [{color, dashed, name}]; `floor`: the least range of the values; `unit`: theirs. Under the
+ * pointer there is a line in all of them, and its plot's values are said.
+ */
 export class TimeChart {
-  constructor(parent, {series, seconds, floor, name, times}) {
-    this.seconds = seconds;
+  constructor(parent, {series, floor, name, unit, times}) {
+    this.series = series;
+    this.unit = unit;
+    this.columns = [[0]];
     this.begin_s = 0;
     this.end_s = 1;
     this.view = plotIn(parent, {
+      cursor: {y: false, points: {show: false}, drag: {x: false, y: false}, sync: {key: 'time'}},
+      hooks: {setCursor: [() => this.#read()]},
       scales: {
         x: {time: false, range: () => [this.begin_s, this.end_s]},
         y: {range: (_, low, high) => spread(low, high, floor)},
@@ -71,14 +97,44 @@ export class TimeChart {
         points: {show: false},
       }))],
     }, [[0], ...series.map(() => [null])], name);
+    this.view.plot.over.addEventListener('mouseleave', () => (reading().hidden = true));
   }
 
-  set(columns) {
+  /** `columns`: of a History, which looks so many `seconds` back. */
+  set(columns, seconds) {
     if (!this.view.shown()) return;
     const first_s = columns[0][0] ?? 0;
+    this.columns = columns;
     this.end_s = Math.max(columns[0].at(-1) ?? 0, first_s + 1);
-    this.begin_s = Math.max(first_s, this.end_s - this.seconds);
+    this.begin_s = Math.max(first_s, this.end_s - seconds);
     this.view.plot.setData(columns);
+    this.#read();
+  }
+
+  /** Says the values under the pointer, if it is over this plot. */
+  #read() {
+    const plot = this.view?.plot;
+    if (!plot?.over.matches(':hover') || !(plot.cursor.left >= 0)) return;
+    const row = nearestRow(this.columns[0], plot.posToVal(plot.cursor.left, 'x'));
+    const time = document.createElement('caption');
+    time.textContent = `${fixed(this.columns[0][row], 3)} s`;
+    const rows = this.series.map(({color, dashed, name}, i) => {
+      const line = document.createElement('tr');
+      const sample = line.insertCell().appendChild(document.createElement('i'));
+      sample.className = `line${dashed ? ' dashed' : ''}`;
+      sample.style.borderTopColor = `var(${color})`;
+      line.insertCell().textContent = name;
+      line.insertCell().textContent = `${short(this.columns[1 + i]?.[row] ?? NaN)} ${this.unit}`;
+      return line;
+    });
+    const shown = reading();
+    shown.replaceChildren(time, ...rows);
+    shown.hidden = false;
+    const box = plot.over.getBoundingClientRect();
+    const x = box.left + plot.cursor.left;
+    const width = shown.offsetWidth + 14;
+    shown.style.left = `${x - width < 0 ? x + 14 : x - width}px`;
+    shown.style.top = `${Math.max(4, Math.min(box.top + plot.cursor.top - 20, innerHeight - shown.offsetHeight - 4))}px`;
   }
 }
 

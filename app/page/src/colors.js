@@ -4,6 +4,10 @@ import {Color} from 'three';
 
 export const fingerColors = ['#2f7fe0', '#e08a12', '#2aa876', '#a355c8', '#c2553f'];
 export const actual = {normal: '#2f7fe0', tangential: '#e0632f'};
+// Of contacts that hold, and of those that slide. Eyes without one kind of cones tell them apart as well as others do,
+// and so do those that see no colours, by lightness and by a second head of the arrow.
+export const stuck = '#0a3f8f';
+export const slipping = '#e01b1b';
 export const axes = ['#d0446a', '#3b9a4a', '#3b74d8'];
 
 const stops = (colors) => colors.map((color) => new Color(color));

@@ -2,7 +2,7 @@
 
 import {Color, Group, Vector3} from 'three';
 
-import {fingerColors} from './colors.js';
+import {fingerColors, slipping as slippingColor, stuck} from './colors.js';
 import {isFinite3, vector} from './poses.js';
 import {Arrows, Coil, cones} from './rods.js';
 
@@ -11,8 +11,9 @@ const kContact_m_per_N = 40e-3;
 const kSlipping = 0.5; // so much of a patch slides
 
 const kWhite = new Color(1, 1, 1);
-const kSafe = new Color('#178a4c');
-const kSliding = new Color('#e01b1b');
+const kSafe = new Color(stuck);
+const kSliding = new Color(slippingColor);
+const kEdge = 0.05; // a margin below it is at the cone's edge
 const color = new Color();
 const from = new Vector3();
 const to = new Vector3();
@@ -52,7 +53,7 @@ export class Forces extends Group {
     const slipping = v.sliding_share[k] > kSlipping;
     color.set(fingerColors[k]);
     if (slipping) color.copy(kSliding);
-    this.fingerArrows.put(label.at.copy(acts).addScaledVector(force, -kFinger_m_per_N), acts, 1.1e-3, color);
+    this.fingerArrows.put(label.at.copy(acts).addScaledVector(force, -kFinger_m_per_N), acts, 1.1e-3, color, slipping);
     if (desired.lengthSq() > 0) {
       color.lerp(kWhite, 0.35);
       this.desiredArrows.put(from.copy(acts).addScaledVector(desired, -kFinger_m_per_N), acts, 1.9e-3, color);
@@ -72,11 +73,11 @@ export class Forces extends Group {
     if (!(f_n > 0)) return;
     const f_t = Math.sqrt(Math.max(0, f.lengthSq() - f_n * f_n));
     const margin = 1 - f_t / (friction * f_n);
-    // Red at the cone's edge, pale from a third of the way in.
-    color.copy(kSafe).lerp(kSliding, Number.isFinite(margin) ? 1 - Math.min(1, Math.max(0, margin - 0.05) / 0.3) : 0);
+    // Red and with two heads at the cone's edge, blue from a third of the way in.
+    color.copy(kSafe).lerp(kSliding, Number.isFinite(margin) ? 1 - Math.min(1, Math.max(0, margin - kEdge) / 0.3) : 0);
     // A rigid fingertip has one contact: its force is the finger's, which is drawn already.
     if (options.forces && state.contacts > this.fingers.length) {
-      this.contactArrows.put(from.copy(to).addScaledVector(f, -kContact_m_per_N), to, 2.6e-4, color);
+      this.contactArrows.put(from.copy(to).addScaledVector(f, -kContact_m_per_N), to, 2.6e-4, color, margin < kEdge);
     }
     if (options.cones && friction > 0) {
       const height = kContact_m_per_N * f_n;

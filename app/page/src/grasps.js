@@ -2,6 +2,7 @@
 
 import {fixed} from './format.js';
 import {drawThumbnails} from './thumbnails.js';
+import {tip} from './tips.js';
 
 const kBest = [5, 10, 20];
 const kThumbnail = {width: 264, height: 232}; // twice its size on the page
@@ -9,19 +10,19 @@ const kThumbnail = {width: 264, height: 232}; // twice its size on the page
 const degrees = (rad) => (rad * 180) / Math.PI;
 // In the order, and with the names, of the table of `thenar grasp`.
 const kFigures = [
-  {name: 'width', unit: 'mm', text: (g) => fixed(1e3 * g.width_m, 1), help: 'between the opposer’s place and the middle of the others’'},
-  {name: 'press', unit: 'N', text: (g) => fixed(g.press_N, 2), help: 'of the finger that presses least, under the weight'},
-  {name: 'margin', unit: '', text: (g) => fixed(g.margin, 2), help: 'least share of a friction cone that is left, with pushes and turns'},
-  {name: 'friction', unit: 'needed', text: (g) => fixed(g.friction_needed, 2), help: 'under the weight as it is'},
-  {name: 'limit', unit: '°', text: (g) => fixed(degrees(g.limit_rad), 0), help: 'to the nearest end of a joint’s range'},
+  {name: 'width', unit: 'mm', text: (g) => fixed(1e3 * g.width_m, 1), tip: 'grasp: width'},
+  {name: 'press', unit: 'N', text: (g) => fixed(g.press_N, 2), tip: 'grasp: press'},
+  {name: 'margin', unit: '', text: (g) => fixed(g.margin, 2), tip: 'grasp: margin'},
+  {name: 'friction', unit: 'needed', text: (g) => fixed(g.friction_needed, 2), tip: 'grasp: friction needed'},
+  {name: 'limit', unit: '°', text: (g) => fixed(degrees(g.limit_rad), 0), tip: 'grasp: limit'},
   {name: 'effort', unit: (g) => (g.muscle_share === null ? 'N m' : '%'),
    text: (g) => (g.muscle_share === null ? fixed(g.torque_Nm, 3) : fixed(100 * g.muscle_share, 0)),
-   help: 'of a muscle’s strength, or the largest torque'},
-  {name: 'patch', unit: '', text: (g) => fixed(g.patch, 2), help: 'share of the pressed patch that touches: less at edges and holes'},
-  {name: 'epsilon', unit: '', text: (g) => fixed(g.epsilon, 3), help: 'radius of the largest ball in the set of wrenches'},
-  {name: 'volume', unit: '', text: (g) => g.volume.toExponential(1), help: 'of the set of wrenches'},
-  {name: 'isotropy', unit: '', text: (g) => fixed(g.isotropy, 2), help: 'smallest over largest singular value of the grasp map'},
-  {name: 'travel', unit: 'mm', text: (g) => fixed(1e3 * g.travel_m, 0), help: 'how far the fingers carry it, at most 25 mm'},
+   tip: 'grasp: effort'},
+  {name: 'patch', unit: '', text: (g) => fixed(g.patch, 2), tip: 'grasp: patch'},
+  {name: 'epsilon', unit: '', text: (g) => fixed(g.epsilon, 3), tip: 'grasp: epsilon'},
+  {name: 'volume', unit: '', text: (g) => g.volume.toExponential(1), tip: 'grasp: volume'},
+  {name: 'isotropy', unit: '', text: (g) => fixed(g.isotropy, 2), tip: 'grasp: isotropy'},
+  {name: 'travel', unit: 'mm', text: (g) => fixed(1e3 * g.travel_m, 0), tip: 'grasp: travel'},
 ];
 
 function element(tag, text = '', parent = null) {
@@ -126,9 +127,9 @@ export class Grasps {
     element('b', String(rank), title);
     element('span', grasp.fingers.join(', '), title);
     const figures = element('dl', '', card);
-    for (const {name, unit, text, help} of kFigures) {
+    for (const {name, unit, text, tip: part} of kFigures) {
       const figure = element('div', '', figures);
-      figure.title = name === 'limit' ? `${help}: ${grasp.limit_joint}` : help;
+      figure.title = name === 'limit' ? `${tip(part)}: ${grasp.limit_joint}` : tip(part);
       const label = element('dt', name, figure);
       const shownUnit = typeof unit === 'function' ? unit(grasp) : unit;
       if (shownUnit) element('i', shownUnit, label);

@@ -1,20 +1,22 @@
 // The page of thenar's live window; docs/reference/window.md says what it talks.
 
+import {Capture} from './capture.js';
 import {Connection} from './connection.js';
 import {fingerColors, pressureGradient} from './colors.js';
 import {fixed} from './format.js';
 import {Grasps} from './grasps.js';
 import {Hands, kHardPoke_N, kPoke_N} from './hands.js';
-import {State, kGeometry, kState, kVersion, kindOf, readGeometry} from './messages.js';
-import {Panels} from './panels.js';
+import {State, isRead, kGeometry, kState, kVersion, kindOf, readGeometry} from './messages.js';
+import {Panels, spans_s} from './panels.js';
 import {Picture} from './picture.js';
 import {fromBase64, openRecording} from './recording.js';
 import {Replay} from './replay.js';
 import {Settings} from './settings.js';
+import {showInputs, showTips} from './tips.js';
 import {Views} from './views.js';
 
 const kSpeeds = [1, 0.5, 0.2, 0.1, 0.01];
-const kMemory = 200; // states before the one that is sought, for the plots
+const kRecent = 250, kMemory = 1000; // states before the one that is sought, for the plots: the last ones, and some of the rest
 
 const byId = (id) => document.getElementById(id);
 const root = document.documentElement;
@@ -45,6 +47,12 @@ let states = 0; // drawn
 const hands = new Hands(picture, (message) => send(message.type === 'release' ? message : {...message, ...stamp()}));
 const grasps = new Grasps(byId('grasps'), send);
 const settings = new Settings(byId('settings'), (change) => send({type: 'set', ...change}));
+
+const capture = new Capture(picture, () => document.querySelectorAll('#labels .label, #insets .inset:not([hidden]) span'), () => {
+  const time_s = state?.values.time_s[0] ?? 0;
+  return `${scene?.name ?? 'thenar'} ${time_s.toFixed(3)} s`.replaceAll(/[^\w.-]+/g, '_');
+});
+picture.onPixels = () => capture.drawn();
 
 // Messages out.
 
@@ -92,6 +100,8 @@ function setScene(message, geometry) {
   panels.load(scene);
   hands.load(scene);
   grasps.load(scene, picture.geometry);
+  settings.load(scene.settings);
+  settings.show(status?.settings);
   byId('scene-name').textContent = scene.name;
   document.title = `${scene.name} · Thenar`;
   scene.fingers.forEach(({name}, k) => (insets[k].firstChild.textContent = name));
@@ -170,7 +180,7 @@ let pendingScene = null;
 
 function receiveText(message) {
   if (message.type === 'scene') {
-    if (message.version !== kVersion) return fail(new Error(`the program talks version ${message.version}, this page ${kVersion}: reload it`));
+    if (!isRead(message.version)) return fail(new Error(`the program talks version ${message.version}, this page ${kVersion}: reload it`));
     pendingScene = message;
   } else if (message.type === 'status') {
     setStatus(message);
@@ -240,7 +250,9 @@ let shownFrame = -1;
 function recall(frames, index) {
   panels.clear();
   picture.clearTrail();
-  for (let i = Math.max(0, index - kMemory); i < index; ++i) {
+  const recent = Math.max(0, index - kRecent);
+  const stride = Math.max(1, Math.ceil(recent / kMemory));
+  for (let i = 0; i < index; i += i < recent ? stride : 1) {
     if (frames[i].scene === scene) showState(frames[i].bytes, true);
   }
 }
@@ -276,11 +288,17 @@ for (const id of ['speed', 'replay-speed']) {
   byId(id).addEventListener('change', (event) => setSpeed(Number(event.target.value)));
 }
 
+for (const span_s of spans_s) byId('span').add(new Option(Number.isFinite(span_s) ? `${span_s} s` : 'all', span_s));
+byId('span').addEventListener('change', (event) => panels.look(Number(event.target.value)));
+
 function toggleSettings() {
   const hidden = !byId('settings').hidden;
   byId('settings').hidden = hidden;
   byId('show-settings').setAttribute('aria-pressed', String(!hidden));
 }
+
+showTips(document);
+showInputs(document.querySelector('#help .columns'));
 
 const {classList: shownParts} = document.querySelector('main');
 const press = (id, pressed) => byId(id).setAttribute('aria-pressed', String(pressed));
@@ -296,8 +314,19 @@ const togglePlots = () => showColumn(shownParts.contains('finds') || shownParts.
 const toggleGrasps = () => showColumn(shownParts.contains('finds') ? 'plots' : 'grasps');
 const toggleLoops = () => press('show-loops', !shownParts.toggle('no-loops'));
 const toggleHelp = () => (byId('help').open ? byId('help').close() : byId('help').showModal());
+
+function film() {
+  const {filming} = capture;
+  try {
+    capture.toggleFilm();
+    press('film', !filming);
+  } catch (error) {
+    toast(error.message);
+  }
+}
+
 const clicks = {
-  pause, reset, step: () => send({type: 'step'}), 'show-settings': toggleSettings, 'show-grasps': toggleGrasps,
+  shoot: () => capture.shoot(), film, pause, reset, step: () => send({type: 'step'}), 'show-settings': toggleSettings, 'show-grasps': toggleGrasps,
   'show-grasp': togglePlots, 'show-loops': toggleLoops, 'show-help': toggleHelp,
 };
 for (const [id, act] of Object.entries(clicks)) byId(id).addEventListener('click', act);
@@ -364,6 +393,7 @@ window.thenar = {
   get drawn() { return states; },
   get plots() { return panels.advanced; },
   get fps() { return picture.fps; },
+  plotted: () => panels.forces.columns(panels.span_s)[0],
   get replay() { return replay; },
   options: picture.options,
   picture,

@@ -2,16 +2,20 @@
 
 const kMagic = 0x524e4854; // "THNR", little-endian
 const kHeader = 8;
-export const kVersion = 1;
+export const kVersion = 2;
+const kOldest = 1; // of recordings: the object's surface came later
 export const kGeometry = 1;
 export const kState = 2;
+
+/** Whether messages of a version are read here. */
+export const isRead = (version) => version >= kOldest && version <= kVersion;
 
 /** The kind of a binary message; throws if it is none, or of another version. `bytes` is a Uint8Array. */
 export function kindOf(bytes) {
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   if (bytes.byteLength < kHeader || view.getUint32(0, true) !== kMagic) throw new Error('no message of thenar');
   const version = view.getUint16(4, true);
-  if (version !== kVersion) throw new Error(`message version ${version}, this page reads ${kVersion}: reload it`);
+  if (!isRead(version)) throw new Error(`message version ${version}, this page reads ${kOldest} to ${kVersion}: reload it`);
   return view.getUint16(6, true);
 }
 
@@ -22,7 +26,10 @@ function body(bytes, kind, Numbers) {
   return new Numbers(bytes.slice(kHeader).buffer);
 }
 
-/** Points and normals of the object, and of every finger its pulp: Float32Arrays, three numbers a point [m]. */
+/**
+ * Points and normals of the object, and of every finger its pulp: Float32Arrays, three numbers a point [m]. The object's
+ * surface, if there is one, has `vertices`, likewise, and `triangles`, three numbers of vertices each.
+ */
 export function readGeometry(bytes, scene) {
   const numbers = body(bytes, kGeometry, Float32Array);
   let at = 0;
@@ -34,7 +41,13 @@ export function readGeometry(bytes, scene) {
     controls: take(3 * controls),
     areas: take(controls),
   }));
+  const {vertices = 0, triangles = 0} = scene.object;
+  object.vertices = take(3 * vertices);
+  const begin = at;
+  at += 3 * triangles;
   if (at !== numbers.length) throw new Error(`geometry of ${numbers.length} numbers where the scene has ${at}`);
+  object.triangles = new Uint32Array(numbers.buffer, 4 * begin, 3 * triangles);
+  if (object.triangles.some((vertex) => vertex >= vertices)) throw new Error('a triangle of a vertex that is not there');
   return {object, fingers};
 }
 

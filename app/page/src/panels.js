@@ -3,9 +3,12 @@
 import {AccuracyTrail, LatencyChart, TimeChart} from './charts.js';
 import {activationColor, fingerColors} from './colors.js';
 import {fixed, length, power, short} from './format.js';
+import {Histories} from './history.js';
+import {tip} from './tips.js';
 
 const kEvery_ms = 100;
-const kSeconds = 5; // of the plots over time
+/** How far back the plots over time may look. */
+export const spans_s = [5, 20, 60, Infinity];
 const kTrailSeconds = 60;
 const kRed = 0.1; // a margin below it
 const kFullSlip_m = 1e-3; // of the slip's bar
@@ -35,29 +38,9 @@ function bar(parent) {
   };
 }
 
-/** What the plots over time remember: columns of numbers, the time first. */
-class History {
-  constructor(columns) {
-    this.columns = Array.from({length: columns}, () => []);
-  }
-
-  clear() {
-    for (const column of this.columns) column.length = 0;
-  }
-
-  add(values) {
-    const [times] = this.columns;
-    if (values[0] <= times.at(-1)) {
-      if (values[0] === times.at(-1)) return;
-      this.clear(); // the simulation was set back
-    }
-    this.columns.forEach((column, i) => column.push(Number.isFinite(values[i]) ? values[i] : null));
-    while (times[0] < values[0] - 1.2 * kSeconds) for (const column of this.columns) column.shift();
-  }
-}
-
 export class Panels {
   advanced = 0; // how often the plots were drawn
+  span_s = spans_s[0];
   #scene = null;
   #same = ''; // what the panels were made for
   forceCharts = [];
@@ -73,17 +56,20 @@ export class Panels {
     this.#same = same;
     for (const chart of [...this.forceCharts, this.pathChart, this.accuracy, this.latency]) chart?.view.destroy();
     for (const id of ['forces', 'path', 'muscles', 'stages', 'accuracy', 'latency']) byId(id).replaceChildren();
-    this.forces = new History(1 + 4 * scene.fingers.length);
-    this.path = new History(7);
+    this.forces = new Histories(4 * scene.fingers.length, spans_s);
+    this.path = new Histories(6, spans_s);
     this.forceCharts = scene.fingers.map(({name}, k) => new TimeChart(byId('forces'), {
       series: [
-        {color: '--normal', dashed: true}, {color: '--tangential', dashed: true}, {color: '--normal'}, {color: '--tangential'},
+        {name: 'normal, desired', color: '--normal', dashed: true},
+        {name: 'tangential, desired', color: '--tangential', dashed: true},
+        {name: 'normal', color: '--normal'}, {name: 'tangential', color: '--tangential'},
       ],
-      seconds: kSeconds, floor: [0, 1], name: {text: name, color: fingerColors[k]}, times: k === scene.fingers.length - 1,
+      floor: [0, 1], unit: 'N', name: {text: name, color: fingerColors[k]}, times: k === scene.fingers.length - 1,
     }));
-    const dashed = ['--x', '--y', '--z'].map((color) => ({color, dashed: true}));
+    const axes = ['x', 'y', 'z'].map((name) => ({name, color: `--${name}`}));
     this.pathChart = new TimeChart(byId('path'), {
-      series: [...dashed, ...dashed.map(({color}) => ({color}))], seconds: kSeconds, floor: [-1, 1], times: true,
+      series: [...axes.map(({name, color}) => ({name: `${name}, target`, color, dashed: true})), ...axes],
+      floor: [-1, 1], unit: 'mm', times: true,
     });
     this.accuracy = new AccuracyTrail(byId('accuracy'), kTrailSeconds);
     this.latency = new LatencyChart(byId('latency'), scene.fields.find(({name}) => name === 'latency_counts').count);
@@ -148,17 +134,23 @@ export class Panels {
   /** A state; `quiet`: for the plots' memory only. `full`: what a muscle's full bar means. */
   show(state, full, quiet = false) {
     const v = state.values;
-    const row = [v.time_s[0]];
+    const row = [];
     for (let k = 0; k < this.#scene.fingers.length; ++k) {
       row.push(v.desired_normal_N[k], v.desired_tangential_N[k], v.normal_N[k], v.tangential_N[k]);
     }
-    this.forces.add(row);
-    this.path.add([v.time_s[0], ...v.path_target_m.map(mm), ...v.position_m.map(mm)]);
+    this.forces.add(v.time_s[0], row);
+    this.path.add(v.time_s[0], [...v.path_target_m.map(mm), ...v.position_m.map(mm)]);
     this.accuracy.add(v.time_s[0], v.contact_compute_us[0], v.reference_error[0]);
     this.#state = state;
     this.full = full;
     if (quiet || this.#timer) return;
     this.#timer = setTimeout(() => this.#refresh(), Math.max(0, this.#last_ms + kEvery_ms - performance.now()));
+  }
+
+  /** Looks so many seconds back, one of spans_s. */
+  look(span_s) {
+    this.span_s = span_s;
+    if (this.#state && !this.#timer) this.#refresh();
   }
 
   clear() {
@@ -171,9 +163,10 @@ export class Panels {
     this.#timer = 0;
     this.#last_ms = performance.now();
     const v = this.#state.values;
-    const {columns} = this.forces;
-    this.forceCharts.forEach((chart, k) => chart.set([columns[0], ...columns.slice(1 + 4 * k, 5 + 4 * k)]));
-    this.pathChart.set(this.path.columns);
+    const columns = this.forces.columns(this.span_s);
+    const ofFinger = (k) => [columns[0], ...columns.slice(1 + 4 * k, 5 + 4 * k)];
+    this.forceCharts.forEach((chart, k) => chart.set(ofFinger(k), this.span_s));
+    this.pathChart.set(this.path.columns(this.span_s), this.span_s);
     this.#showPath(v);
     this.#showGrip(v);
     this.#showMuscles(v);
@@ -198,9 +191,9 @@ export class Panels {
       for (const cell of [slip.meter, slip.text]) cell.classList.toggle('bad', v.slip_m[k] >= kFullSlip_m);
       spin.set(v.spin_rad[k] / kFullSpin_rad, fingerColors[k]);
       setText(spin.text, `${fixed((v.spin_rad[k] * 180) / Math.PI, 1)}°`);
-      const at = (start, unit) => `since the first contact; of it at the start: ${start} ${unit}`;
-      slip.meter.title = slip.text.title = at(fixed(1e6 * v.start_slip_m[k], 1), 'µm');
-      spin.meter.title = spin.text.title = at(fixed((v.start_spin_rad[k] * 180) / Math.PI, 1), 'degrees');
+      const said = (part, start, unit) => `${part}. Of it at the start: ${start} ${unit}`;
+      slip.meter.title = slip.text.title = said(tip('Slip'), fixed(1e6 * v.start_slip_m[k], 1), 'µm');
+      spin.meter.title = spin.text.title = said(tip('Spin'), fixed((v.start_spin_rad[k] * 180) / Math.PI, 1), 'degrees');
     });
   }
 

@@ -10,7 +10,8 @@ import {makeLabels, placeLabels} from './labels.js';
 import {angleBetween, setPose, vector} from './poses.js';
 import {Pulp} from './pulp.js';
 import {Muscles, Skeleton} from './skeleton.js';
-import {Splats, hitSplats, thinned} from './splats.js';
+import {hitSplats} from './splats.js';
+import {makeObject} from './surface.js';
 import {Trail} from './trail.js';
 import {addLamp, aimAt, daylight, followLamp, isSoftware} from './view.js';
 
@@ -28,6 +29,8 @@ export class Picture {
   };
   /** Called after a state was drawn. */
   onDrawn = () => {};
+  /** Called in the task in which the canvas was drawn, so that its pixels can be read. */
+  onPixels = () => {};
   fullPressure_Pa = 20e3;
   fullActivation = 0.1; // of a muscle's strength
   #object = new Matrix4();
@@ -68,7 +71,7 @@ export class Picture {
 
   matchTheme() {
     this.renderer.setClearColor(new Color(themed('--picture')));
-    this.object?.uniforms.color.value.set(themed('--object'));
+    this.object?.setColor(themed('--object'));
     this.skeleton?.setColor(themed('--bone'));
     this.request();
   }
@@ -80,9 +83,11 @@ export class Picture {
     this.geometry = geometry;
     this.state = null; // nothing is drawn before its first state: what was seen stays
     this.#poses = scene.segments.map(() => new Matrix4());
-    this.object = this.#addSplats(kEnough, themed('--object'), 1, 0);
-    this.ghost = this.#addSplats(kEnoughForGhost, themed('--ghost'), 0.3, kGhostBehind_m);
-    for (const splats of [this.object, this.ghost]) splats.matrixAutoUpdate = false;
+    const tilted = !this.software;
+    this.object = this.#keep(this.world, makeObject(scene, geometry, themed('--object'), {enough: kEnough, tilted}));
+    this.ghost = this.#keep(this.world, makeObject(scene, geometry, themed('--ghost'),
+                                                   {enough: kEnoughForGhost, opacity: 0.3, behind: kGhostBehind_m, tilted}));
+    for (const shown of [this.object, this.ghost]) shown.matrixAutoUpdate = false;
     this.skeleton = this.#keep(this.world, new Skeleton(scene, themed('--bone')));
     this.muscles = this.#keep(this.world, new Muscles(scene));
     this.pulps = geometry.fingers.map((finger) => {
@@ -98,12 +103,6 @@ export class Picture {
     this.#aimed = this.#aimed && this.aimedFor === scene.name;
     this.aimedFor = scene.name;
     this.resize();
-  }
-
-  #addSplats(enough, color, opacity, behind) {
-    const {points, normals, growth} = thinned(this.geometry.object.points, this.geometry.object.normals, enough);
-    const radius = growth * this.scene.object.spacing_m;
-    return this.#keep(this.world, new Splats(points, normals, radius, color, {opacity, behind, tilted: !this.software}));
   }
 
   #keep(parent, thing) {
@@ -228,11 +227,16 @@ export class Picture {
     this.#drawing = true;
     const start_ms = performance.now();
     this.#last_ms = start_ms;
-    if (this.scene && this.state) {
-      this.#render();
-      placeLabels(this.labels, (point) => this.project(point));
-    }
+    this.draw();
+    this.onPixels();
     this.#await(start_ms);
+  }
+
+  /** Draws at once. Its pixels can be read until the task ends. */
+  draw() {
+    if (!this.scene || !this.state) return;
+    this.#render();
+    placeLabels(this.labels, (point) => this.project(point));
   }
 
   /** A drawing is done when the graphics have done it, which this thread must not wait for: it has hands to serve. */
@@ -285,7 +289,7 @@ export class Picture {
     this.camera.aspect = this.width / this.height;
     this.camera.updateProjectionMatrix();
     const pixels = this.height * this.renderer.getPixelRatio();
-    for (const splats of [this.object, this.ghost]) splats?.fit(this.camera, pixels);
+    for (const shown of [this.object, this.ghost]) shown?.fit(this.camera, pixels);
     this.closeups.resize(this.canvas.getBoundingClientRect());
     this.request();
   }

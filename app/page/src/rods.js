@@ -55,13 +55,14 @@ export const cones = (capacity, options = {}) =>
   new Instances(standing(new ConeGeometry(1, 1, 24, 1, true).rotateX(Math.PI)), capacity, lambert(options));
 
 const neck = new Vector3();
+const second = new Vector3();
 
-/** Arrows: a shaft and a head, whose point is where the arrow ends. */
+/** Arrows: a shaft and one or two heads, the first of which ends where the arrow does. */
 export class Arrows extends Group {
   constructor(capacity, options = {}) {
     super();
     this.shafts = rods(capacity, options);
-    this.heads = new Instances(standing(new ConeGeometry(1, 1, 12)), capacity, lambert(options));
+    this.heads = new Instances(standing(new ConeGeometry(1, 1, 12)), 2 * capacity, lambert(options));
     this.add(this.shafts, this.heads);
   }
 
@@ -70,12 +71,16 @@ export class Arrows extends Group {
     this.heads.clear();
   }
 
-  put(from, to, radius, color) {
+  put(from, to, radius, color, twoHeads = false) {
     const length = from.distanceTo(to);
-    const head = Math.min(5 * radius, 0.6 * length);
-    neck.lerpVectors(to, from, length > 0 ? head / length : 0);
+    const head = Math.min(5 * radius, (twoHeads ? 0.45 : 0.6) * length);
+    const back = (share) => (length > 0 ? (share * head) / length : 0);
+    neck.lerpVectors(to, from, back(1));
     this.shafts.put(from, neck, radius, color);
     this.heads.put(neck, to, 2.3 * radius, color);
+    if (!twoHeads) return;
+    const tip = second.lerpVectors(to, from, back(0.85));
+    this.heads.put(neck.lerpVectors(to, from, back(2)), tip, 2.9 * radius, color);
   }
 
   done() {

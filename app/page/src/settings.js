@@ -1,67 +1,114 @@
-// Sliders for what may be changed while it runs. They follow the status; a change is sent when the hand lets go.
+// Controls for what may be changed while it runs: those that the scene's message names. They follow the status; a change
+// is sent when the hand lets go.
 
-import {fixed, power} from './format.js';
+import {power} from './format.js';
 
-const steps = (from, to, step) => Array.from({length: Math.round((to - from) / step) + 1}, (_, i) => from + i * step);
-const kDecades = [10, 9, 8, 7, 6, 5, 4, 3, 2, 1].map((n) => Number(`1e-${n}`));
+const kMantissas = [1, 1.25, 1.5, 2, 2.5, 3, 4, 5, 6, 8];
+const kSteps = 40; // of a range without decades
+const rounded = (x) => Number(x.toPrecision(6)); // 0.15000000000000002 is 0.15
 
-const kSettings = [
-  {key: 'friction', name: 'Friction', values: steps(0, 2, 0.05), text: (x) => fixed(x, 2)},
-  {key: 'internal_force_N', name: 'Squeeze', values: [...steps(0.1, 1, 0.1), ...steps(1.25, 5, 0.25), ...steps(6, 20, 1)],
-   text: (x) => `${fixed(x, 2)} N`},
-  {key: 'max_sweeps', name: 'Solver sweeps, at most', values: [1, 2, 3, 5, 8, 10, 15, 20, 30, 40, 60, 80, 100, 200, 500, 1000],
-   text: (x) => fixed(x, 0)},
-  {key: 'tolerance', name: 'Solver tolerance', values: kDecades, text: power},
-  {key: 'contact_Hz', name: 'Contact rate', values: [200, 500, 1000, 1500, 2000, 3000, 4000, 5000, 6000, 8000, 10000],
-   text: (x) => `${fixed(x, 0)} Hz`},
-  {key: 'control_Hz', name: 'Control rate', values: [20, 30, 50, 80, 100, 150, 200, 300, 400, 500, 1000, 2000],
-   text: (x) => `${fixed(x, 0)} Hz`},
-  {key: 'delay_periods', name: 'Delay of frames', values: steps(0, 8, 1), text: (x) => `${x} ${x === 1 ? 'period' : 'periods'}`},
-  {key: 'kernel', name: 'Kernel', values: ['boussinesq', 'gaussian']},
-  {key: 'level', name: 'Level of the pulps', values: steps(0, 6, 1), text: (x) => (x === 0 ? '0, leaves' : fixed(x, 0))},
-];
+/** The least of 1, 2, 5, 10 times a power of ten that is no less than x. */
+function niceStep(x) {
+  const decade = 10 ** Math.floor(Math.log10(x));
+  return decade * [1, 2, 5, 10].find((m) => m * decade >= x * (1 - 1e-9));
+}
+
+/** What a slider of a setting goes through: even steps, or over some decades even ratios; both ends and the default. */
+export function valuesOf({type, least, most, default: own}) {
+  const decades = least > 0 ? Math.log10(most / least) : 0;
+  const values = new Set([least, most, ...(typeof own === 'number' ? [own] : [])]);
+  if (decades >= 1.3) {
+    const mantissas = decades > 5 ? [1] : kMantissas;
+    for (let n = Math.floor(Math.log10(least)); n <= Math.ceil(Math.log10(most)); ++n) {
+      for (const m of mantissas) values.add(Number(`${m}e${n}`));
+    }
+  } else {
+    const step = Math.max(niceStep((most - least) / kSteps), type === 'whole' ? 1 : 0);
+    for (let i = 1; least + i * step < most; ++i) values.add(rounded(least + i * step));
+  }
+  return [...values].filter((x) => x >= least && x <= most && (type !== 'whole' || Number.isInteger(x))).sort((a, b) => a - b);
+}
+
+/** A value with its unit. */
+export function textOf({unit, least, most}, x) {
+  if (typeof x !== 'number') return String(x);
+  const number = least > 0 && most / least > 1e5 ? power(x) : String(Number(x.toPrecision(4)));
+  return unit ? `${number} ${unit}` : number;
+}
 
 export class Settings {
   #controls = new Map();
+  #same = '';
 
   /** `change(message)` is called with what to send. */
   constructor(form, change) {
+    this.form = form;
+    this.change = change;
     form.addEventListener('submit', (event) => event.preventDefault());
-    for (const setting of kSettings) {
-      const control = setting.text ? slider(setting, change) : choice(setting, change);
-      form.append(control.label);
-      this.#controls.set(setting.key, control);
+  }
+
+  /** The settings of a `scene` message; of a recording there are none. */
+  load(settings = []) {
+    const same = JSON.stringify(settings);
+    if (same === this.#same) return; // a hand may be on one of them
+    this.#same = same;
+    this.form.replaceChildren();
+    this.#controls.clear();
+    for (const setting of settings) {
+      const control = setting.type === 'choice' ? choice(setting, this.change) : slider(setting, this.change);
+      const {label} = control;
+      const range = setting.type === 'choice' ? setting.choices.join(', ') : `${textOf(setting, setting.least)} … ${textOf(setting, setting.most)}`;
+      label.title = `${setting.what}\n${range}; the scene's own: ${textOf(setting, setting.default)}\n${setting.key}`;
+      control.back = label.appendChild(document.createElement('button'));
+      Object.assign(control.back, {type: 'button', className: 'back', textContent: '↺', hidden: true});
+      control.back.setAttribute('aria-label', `${setting.label}: the scene's own, ${textOf(setting, setting.default)}`);
+      control.back.addEventListener('click', () => this.change({[setting.name]: setting.default}));
+      control.own = setting.default;
+      this.form.append(label);
+      this.#controls.set(setting.name, control);
     }
   }
 
-  /** As the status has them; what is not told cannot be changed. */
+  /** As the status has them; what is not said cannot be changed. */
   show(settings) {
-    for (const [key, control] of this.#controls) {
-      const value = settings?.[key];
+    for (const [name, control] of this.#controls) {
+      const value = settings?.[name];
       control.label.hidden = value === undefined || value === null;
-      if (!control.label.hidden) control.show(value);
+      if (control.label.hidden) continue;
+      control.show(value);
+      control.back.hidden = typeof value === 'number' ? Math.abs(value - control.own) <= 1e-6 * Math.abs(value) : value === control.own;
     }
   }
 }
 
-function slider({key, name, values, text}, change) {
+function labelled(setting, input) {
   const label = document.createElement('label');
-  const input = document.createElement('input');
+  const name = document.createElement('span');
+  name.textContent = setting.label;
+  input.name = setting.name;
+  label.append(name, input);
+  return label;
+}
+
+function slider(setting, change) {
+  const values = valuesOf(setting);
+  const input = Object.assign(document.createElement('input'), {type: 'range', min: 0, max: values.length - 1, step: 1});
+  const label = labelled(setting, input);
   const output = document.createElement('output');
-  label.append(name, output, input);
-  Object.assign(input, {type: 'range', min: 0, max: values.length - 1, step: 1, name: key});
+  input.before(output);
+  input.dataset.values = JSON.stringify(values);
   const say = (value) => {
-    output.textContent = text(value);
-    input.setAttribute('aria-valuetext', text(value));
+    output.textContent = textOf(setting, value);
+    input.setAttribute('aria-valuetext', output.textContent);
   };
   let held = false;
   input.addEventListener('input', () => {
     held = true;
-    say(rounded(values[input.value]));
+    say(values[input.value]);
   });
   input.addEventListener('change', () => {
     held = false;
-    change({[key]: rounded(values[input.value])});
+    change({[setting.name]: values[input.value]});
   });
   return {
     label,
@@ -74,15 +121,11 @@ function slider({key, name, values, text}, change) {
   };
 }
 
-const rounded = (x) => Number(x.toPrecision(6)); // 0.15000000000000002 is 0.15
-
-function choice({key, name, values}, change) {
-  const label = document.createElement('label');
+function choice(setting, change) {
   const select = document.createElement('select');
-  select.name = key;
-  label.append(name, select);
-  for (const value of values) select.add(new Option(value, value));
-  select.addEventListener('change', () => change({[key]: select.value}));
+  const label = labelled(setting, select);
+  for (const value of setting.choices) select.add(new Option(value, value));
+  select.addEventListener('change', () => change({[setting.name]: select.value}));
   return {
     label,
     show(value) {

@@ -88,6 +88,10 @@ export class Splats extends Points {
     }
   }
 
+  setColor(color) {
+    this.uniforms.color.value.set(color);
+  }
+
   /** A camera's height in pixels and its angle decide how large a disc is. */
   fit(camera, height_px) {
     this.uniforms.pixels.value = height_px / (2 * Math.tan((camera.fov * Math.PI) / 360));

@@ -5,7 +5,7 @@ import {Color, Matrix4, Mesh, MeshLambertMaterial, PerspectiveCamera, Scene, Vec
 import {fingerColors, themed} from './colors.js';
 import {setPose, vector} from './poses.js';
 import {pulpGeometry, Skeleton} from './skeleton.js';
-import {Splats, thinned} from './splats.js';
+import {makeObject} from './surface.js';
 import {addLamp, aimAt, daylight, followLamp, isSoftware} from './view.js';
 
 const kEnough = 12000; // splats
@@ -46,8 +46,7 @@ export function drawThumbnails(scene, geometry, jobs) {
   world.add(daylight());
   const lamp = addLamp(world);
   const camera = new PerspectiveCamera(30, 1, 0.02, 3);
-  const {points, normals, growth} = thinned(geometry.object.points, geometry.object.normals, kEnough);
-  const object = new Splats(points, normals, growth * scene.object.spacing_m, themed('--object'), {tilted: !software});
+  const object = makeObject(scene, geometry, themed('--object'), {enough: kEnough, tilted: !software});
   object.matrixAutoUpdate = false;
   world.add(object);
   let timer = 0;

@@ -1,12 +1,14 @@
 // What the picture shows: buttons for it, and a slider for how much deformation is exaggerated.
 
+import {tip} from './tips.js';
+
 const kViews = [
-  {key: 'f', option: 'forces', name: 'Forces'},
-  {key: 'c', option: 'cones', name: 'Cones'},
-  {key: 'm', option: 'muscles', name: 'Muscles'},
-  {key: 't', option: 'ghost', name: 'Target'},
-  {key: 'w', option: 'path', name: 'Way'},
-  {key: 'x', option: 'seeThrough', name: 'See through'},
+  {key: 'f', option: 'forces', name: 'Forces', tip: 'Forces'},
+  {key: 'c', option: 'cones', name: 'Cones', tip: 'Cones'},
+  {key: 'm', option: 'muscles', name: 'Muscles', tip: 'Muscles'},
+  {key: 't', option: 'ghost', name: 'Target', tip: 'Target'},
+  {key: 'w', option: 'path', name: 'Way', tip: 'Way'},
+  {key: 'x', option: 'seeThrough', name: 'See through', tip: 'See through'},
 ];
 
 export class Views {
@@ -15,10 +17,11 @@ export class Views {
 
   constructor(parent, picture) {
     this.#picture = picture;
-    for (const {key, option, name} of kViews) {
+    for (const {key, option, name, tip: part} of kViews) {
       const button = document.createElement('button');
       button.type = 'button';
       button.textContent = name;
+      button.title = tip(part);
       button.setAttribute('aria-keyshortcuts', key);
       button.addEventListener('click', () => this.toggle(option));
       parent.append(button);
@@ -28,6 +31,7 @@ export class Views {
     this.slider = Object.assign(document.createElement('input'), {type: 'range', min: 1, max: 10, step: 0.5, value: 1});
     this.slider.setAttribute('aria-keyshortcuts', 'e');
     this.times = document.createElement('output');
+    label.title = tip('Deformation');
     label.append('Deformation', this.slider, this.times);
     parent.append(label);
     this.slider.addEventListener('input', () => this.#exaggerate(Number(this.slider.value)));

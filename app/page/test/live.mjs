@@ -2,7 +2,7 @@
 //     node live.mjs THENAR-WINDOW CONFIGS [FOLDER FOR SCREENSHOTS]
 
 import assert from 'node:assert/strict';
-import {readFile} from 'node:fs/promises';
+import {copyFile, readFile} from 'node:fs/promises';
 import {join} from 'node:path';
 import {after, before, beforeEach, test} from 'node:test';
 import {setTimeout as sleep} from 'node:timers/promises';
@@ -67,9 +67,12 @@ async function meanOf(name) {
   return sums;
 }
 
-async function setSlider(name, index) {
+async function setSlider(name, value) {
   if (!(await page.locator('#settings').isVisible())) await page.keyboard.press('s');
-  await page.locator(`#settings [name=${name}]`).fill(String(index));
+  const slider = page.locator(`#settings [name=${name}]`);
+  const index = JSON.parse(await slider.getAttribute('data-values')).indexOf(value);
+  assert.ok(index >= 0, `${name} can be ${value}`);
+  await slider.fill(String(index));
 }
 
 /** Pauses, and the time at which it stands: a slow page shows what was before the pause for a while. */
@@ -101,7 +104,17 @@ test('the page shows the object, contacts and plots', async () => {
   const [x, y] = await page.evaluate((point) => window.thenar.project(point), centre);
   assert.ok(await page.evaluate(([px, py]) => window.thenar.hitObject(px, py), [x, y]), 'the object is where it is drawn');
   assert.equal(await page.locator('#link').textContent(), 'live');
+  assert.ok(await page.evaluate(() => window.thenar.picture.object.isMesh && window.thenar.scene.object.triangles > 100),
+            'it is a closed surface');
   assert.deepEqual(browser.problems, []);
+});
+
+test('every part says what it is, and the help what keys do, in the words of the guide', async () => {
+  const untold = await page.evaluate(() => [...document.querySelectorAll('[data-tip], #views button')].filter(({title}) => !title).length);
+  assert.equal(untold, 0);
+  const row = page.locator('#help tr', {hasText: 'pokes it away from you'});
+  assert.equal(await row.count(), 1);
+  assert.equal(await row.getAttribute('class'), 'live');
 });
 
 test('pause, step and reset', async () => {
@@ -208,26 +221,130 @@ test('a poke pushes it, and slow motion is slow', async () => {
 });
 
 test('settings change the simulation, and what cannot be is refused', async () => {
-  await setSlider('max_sweeps', 2); // 3 sweeps
+  await setSlider('max_sweeps', 3);
   await until(() => window.thenar.status.settings.max_sweeps === 3);
   await setSlider('level', 2);
   await until(() => window.thenar.scene.fingers[0].controls < 320 && window.thenar.contacts > 0);
   await setSlider('level', 0);
   await until(() => window.thenar.scene.fingers[0].controls === 320);
-  await setSlider('max_sweeps', 10);
+  const own = await page.evaluate(() => window.thenar.scene.settings.find(({name}) => name === 'max_sweeps').default);
+  await page.locator('#settings label:has([name=max_sweeps]) .back').click();
+  await until((sweeps) => window.thenar.status.settings.max_sweeps === sweeps, own);
   // A contact loop slower than the control loop.
-  await setSlider('contact_Hz', 0);
+  await setSlider('contact_Hz', 200);
   await page.locator('#toast.shown').waitFor({timeout: kPatience_ms});
   assert.match(await page.locator('#toast').textContent(), /Refused/);
-  await setSlider('contact_Hz', 6);
+  await setSlider('contact_Hz', 4000);
   await until(() => window.thenar.status.settings.contact_Hz === 4000);
   assert.deepEqual(browser.problems, []);
+});
+
+test('every setting of the table has a control with its range and what it is', async () => {
+  if (!(await page.locator('#settings').isVisible())) await page.keyboard.press('s');
+  const settings = await page.evaluate(() => window.thenar.scene.settings);
+  assert.deepEqual(settings.map(({name}) => name).sort(), Object.keys(await page.evaluate(() => window.thenar.status.settings)).sort());
+  for (const {name, what, key, type, least, most, choices} of settings) {
+    const control = page.locator(`#settings [name=${name}]`);
+    const label = await page.locator(`#settings label:has([name=${name}])`).getAttribute('title');
+    assert.ok(label.includes(what) && label.includes(key), label);
+    if (type === 'choice') {
+      assert.deepEqual(await control.locator('option').allTextContents(), choices);
+    } else {
+      const values = JSON.parse(await control.getAttribute('data-values'));
+      assert.deepEqual([values[0], values.at(-1)], [least, most]);
+    }
+  }
+  await shoot('settings');
+  await page.keyboard.press('s');
+});
+
+test('a picture and a film of the view are saved, with the labels', async () => {
+  const saving = page.waitForEvent('download');
+  await page.locator('#shoot').click();
+  const picture = await saving;
+  assert.match(picture.suggestedFilename(), /^box_grasp_[\d.]+_s\.png$/);
+  const png = await readFile(await picture.path());
+  if (shots) await copyFile(await picture.path(), join(shots, 'saved.png'));
+  assert.equal(png.subarray(1, 4).toString(), 'PNG');
+  // As large as the canvas; the labels' background is nowhere in the picture without them.
+  const size = await page.evaluate(() => [window.thenar.picture.canvas.width, window.thenar.picture.canvas.height]);
+  assert.deepEqual([png.readUInt32BE(16), png.readUInt32BE(20)], size);
+  const seen = await page.evaluate(async (base64) => {
+    const bytes = Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
+    const image = await createImageBitmap(new Blob([bytes], {type: 'image/png'}));
+    const canvas = new OffscreenCanvas(image.width, image.height);
+    const context = canvas.getContext('2d');
+    context.drawImage(image, 0, 0);
+    const place = window.thenar.picture.canvas.getBoundingClientRect();
+    return [...document.querySelectorAll('#labels .label:not([hidden])')].map((label) => {
+      const box = label.getBoundingClientRect();
+      const {data} = context.getImageData(box.left - place.left, box.top - place.top, 4, box.height);
+      const middle = 4 * (4 * Math.floor(box.height / 2) + 1); // the edge, in the finger's colour
+      return [getComputedStyle(label).borderLeftColor, `rgb(${data[middle]}, ${data[middle + 1]}, ${data[middle + 2]})`];
+    });
+  }, png.toString('base64'));
+  assert.ok(seen.length >= 3);
+  assert.ok(seen.some(([color, drawn]) => color === drawn), JSON.stringify(seen)); // one may move meanwhile
+
+  await page.locator('#film').click();
+  assert.equal(await page.locator('#film').getAttribute('aria-pressed'), 'true');
+  const drawn = await page.evaluate(() => window.thenar.drawn);
+  await until((before) => window.thenar.drawn > before + 3, drawn);
+  const filming = page.waitForEvent('download');
+  await page.locator('#film').click();
+  const film = await filming;
+  assert.match(film.suggestedFilename(), /\.webm$/);
+  const webm = await readFile(await film.path());
+  assert.deepEqual([...webm.subarray(0, 4)], [0x1a, 0x45, 0xdf, 0xa3], 'EBML');
+  assert.equal(await page.locator('#film').getAttribute('aria-pressed'), 'false');
+  // It plays, and is as large as the view.
+  const player = await page.context().newPage(); // the page itself may load no films
+  const played = await player.evaluate(async (base64) => {
+    const video = document.createElement('video');
+    const bytes = Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
+    return new Promise((resolve) => {
+      video.onloadedmetadata = () => resolve([video.videoWidth, video.videoHeight]);
+      video.onerror = () => resolve([video.error.message]);
+      video.src = URL.createObjectURL(new Blob([bytes], {type: 'video/webm'}));
+    });
+  }, webm.toString('base64'));
+  await player.close();
+  assert.deepEqual(played, size);
+  assert.deepEqual(browser.problems, []);
+});
+
+test('the pointer over a plot tells the time and each curve\'s value and unit', async () => {
+  const plot = page.locator('#forces .chart').first();
+  const box = await plot.boundingBox();
+  await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+  await page.locator('#reading').waitFor();
+  const reading = await page.locator('#reading').evaluate((table) => ({
+    time_s: parseFloat(table.caption.textContent), rows: [...table.rows].map((row) => [...row.cells].map((cell) => cell.textContent)),
+  }));
+  assert.deepEqual(reading.rows.map(([, name]) => name), ['normal, desired', 'tangential, desired', 'normal', 'tangential']);
+  assert.ok(reading.rows.every(([, , value]) => /^[\d.]+ N$/.test(value)), JSON.stringify(reading.rows));
+  const now_s = await number('time_s');
+  assert.ok(reading.time_s > now_s - 30 && reading.time_s <= now_s, `${reading.time_s} s at ${now_s} s`);
+  assert.ok(await page.evaluate(() => [...document.querySelectorAll('#grasp .u-cursor-x')].every((line) => line.style.transform)),
+            'a line in all plots');
+  await shoot('reading');
+  await page.mouse.move(box.x - 200, box.y);
+  await page.locator('#reading').waitFor({state: 'hidden'});
+});
+
+test('plots look back as far as is asked for', async () => {
+  for (const [choice, seconds] of [['20', 20], ['Infinity', Infinity], ['5', 5]]) {
+    await page.locator('#span').selectOption(choice);
+    const times = await page.evaluate(() => window.thenar.plotted());
+    assert.ok(times.at(-1) - times[0] <= seconds + 0.5, `${times.at(-1) - times[0]} s`);
+    assert.ok(times.length <= 700);
+  }
 });
 
 test('too little friction loses the object, and the page says so', async () => {
   await page.keyboard.press('r');
   await untilTime(0.3);
-  await setSlider('friction', 4);
+  await setSlider('friction', 0.2);
   await until(() => window.thenar.status.settings.friction === 0.2);
   await sleep(300);
   await shoot('sliding');
@@ -235,7 +352,7 @@ test('too little friction loses the object, and the page says so', async () => {
   await page.locator('#banner').waitFor({timeout: kPatience_ms});
   assert.match(await page.locator('#banner').textContent(), /lost/);
   await shoot('lost');
-  await setSlider('friction', 16);
+  await setSlider('friction', 0.8);
   await until(() => window.thenar.status.settings.friction === 0.8);
   await page.keyboard.press('r');
   await until(() => window.thenar.status.outcome === 'held' && window.thenar.state.time_s[0] > 0.3);

@@ -2,7 +2,7 @@ import assert from 'node:assert/strict';
 import test from 'node:test';
 
 import {State, readGeometry} from '../src/messages.js';
-import {geometry, scene, state} from './synthetic.mjs';
+import {geometry, kTetrahedron, scene, state, withSurface} from './synthetic.mjs';
 
 const bytes = (buffer) => new Uint8Array(buffer);
 
@@ -29,6 +29,30 @@ test('a recording of an older program shows the same forces', () => {
   shown.take(bytes(state(0.5)));
   assert.equal(shown.values.normal_N[0], 1);
   assert.equal(shown.values.desired_tangential_N[2], 0.3);
+});
+
+test('the object\'s surface is read where there is one, and a triangle of nothing is refused', () => {
+  const without = readGeometry(bytes(geometry()), scene);
+  assert.equal(without.object.triangles.length, 0);
+  const {scene: closed, geometry: message} = withSurface(kTetrahedron);
+  const {object, fingers} = readGeometry(bytes(message), closed);
+  assert.deepEqual([...object.triangles], kTetrahedron.triangles);
+  assert.deepEqual([...object.vertices], [...Float32Array.from(kTetrahedron.vertices)]);
+  assert.deepEqual(fingers[0].areas, without.fingers[0].areas);
+  const broken = withSurface({...kTetrahedron, triangles: [0, 1, 4]});
+  assert.throws(() => readGeometry(bytes(broken.geometry), broken.scene), /a vertex that is not there/);
+  assert.throws(() => readGeometry(bytes(message), scene), /numbers where the scene has/);
+});
+
+test('messages of the versions that there were are read, a newer one is refused', () => {
+  for (const version of [1, 2]) {
+    const old = Buffer.from(geometry());
+    old.writeUInt16LE(version, 4);
+    readGeometry(bytes(old), scene);
+  }
+  const newer = Buffer.from(geometry());
+  newer.writeUInt16LE(3, 4);
+  assert.throws(() => readGeometry(bytes(newer), scene), /reload it/);
 });
 
 test('contacts are read by row, from any place in memory', () => {
@@ -60,7 +84,7 @@ test('what is no state of this scene is refused, and the last one stays', () => 
     Buffer.alloc(0), Buffer.from('THNR'), state(1).subarray(0, -1), state(1).subarray(0, -8), state(1).subarray(0, 800), geometry(),
   ];
   const version = Buffer.from(state(1));
-  version[4] = 2;
+  version[4] = 3;
   for (const message of [...broken, version]) assert.throws(() => shown.take(bytes(message)));
   assert.equal(shown.values.time_s[0], 0.25);
 });

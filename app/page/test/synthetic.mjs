@@ -85,6 +85,16 @@ export function geometry() {
   return message(1, new Float32Array([...points, ...normals, ...finger, ...finger, ...finger]));
 }
 
+export const kTetrahedron = {vertices: [0, 0, 0, 0.01, 0, 0, 0, 0.01, 0, 0, 0, 0.01], triangles: [0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3]};
+
+/** Scene and geometry with a surface of the object. */
+export function withSurface({vertices, triangles}) {
+  const object = {...scene.object, vertices: vertices.length / 3, triangles: triangles.length / 3};
+  const message = Buffer.concat([geometry(), Buffer.from(Float32Array.from(vertices).buffer), Buffer.from(Uint32Array.from(triangles).buffer)]);
+  message.writeUInt16LE(2, 4);
+  return {scene: {...scene, version: 2, object}, geometry: message};
+}
+
 /** The state of a time, with three contacts; the box moves along y. */
 export function state(time_s) {
   const y = 0.01 * time_s;
