@@ -24,8 +24,8 @@ with tempfile.TemporaryDirectory() as folder:
             a, b = along * i + 1, along * ((i + 1) % around) + 1
             for j in range(along - 1):
                 mesh.write(f"f {a + j} {b + j} {b + j + 1} {a + j + 1}\n")
-    shape = {"cloud": {"file": file, "unit": "mm"}}
-    scene = thenar.Scene("found_carry", {"object.shape": shape, "object.mass": "80 g", "grasp": {"press": "1.2 N"}})
+    scene = thenar.new_scene(Path(folder) / "egg.yaml", file, unit="1 mm", mass="80 g")
+    scene = scene.set({"task.translate": {"by": ["0 mm", "0 mm", "10 mm"], "from": "0.4 s", "over": "0.8 s"}})
     grasp = thenar.grasp(scene)[0]
     run = thenar.run(grasp.scene())
 print(grasp)
@@ -33,10 +33,13 @@ print(f"lifted: {run.outcome}")
 
 space = plt.figure(figsize=(6, 6), layout="constrained").add_subplot(projection="3d")
 space.plot_surface(*np.moveaxis(egg, -1, 0), color="#e3d3a8", linewidth=0, alpha=0.6)
-forces = grasp.force_N @ grasp.object[:3, :3]  # in the object's axes
-for name, point, force, colour in zip(grasp.fingers, 1e3 * grasp.points_m, forces, ["#c0392b", "#2563a8", "#3a8f5c"]):
-    space.quiver(*point, *(20.0 * force), pivot="tip", color=colour, linewidth=3)
-    space.text(*(point - 32.0 * force), name, color=colour, ha="center")
+points, forces = 1e3 * grasp.points_m, grasp.force_N @ grasp.object[:3, :3]  # in the object's axes
+for finger, point, normal, force, colour in zip(
+        grasp.fingers, points, grasp.normals, forces, ["#c0392b", "#2563a8", "#3a8f5c"]):
+    space.quiver(*point, *(15.0 * force), pivot="tip", color=colour, linewidth=3)
+    space.text(*(point + 50.0 * normal), finger, color=colour, ha="center")
+space.view_init(azim=90.0 + np.degrees(np.arctan2(points[0, 1], points[0, 0])))  # from beside the grip
 space.set_title(f"the grasp that was found; lifted, it was {run.outcome}")
 space.set_aspect("equal")
+space.set_axis_off()
 plt.savefig(sys.argv[1] if len(sys.argv) > 1 else Path(__file__).with_suffix(".png"), dpi=110)

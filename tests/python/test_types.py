@@ -1,8 +1,6 @@
 """The package's types: its stubs name what is there, and the examples are right by them (mypy --strict).
 
-    types_test.py PACKAGES
-
-PACKAGES is the folder with `thenar` in it. Ends with 77 where mypy or numpy is missing.
+Ends with 77 where mypy or numpy is missing.
 """
 
 import os
@@ -20,14 +18,14 @@ KNOWN = (r"metaclass differs$|__init__ is inconsistent, stub does not have \*arg
 SETTINGS = "[mypy]\nstrict = True\nignore_missing_imports = True\n"
 
 
-def main(packages):
+def main():
     try:
         import mypy.stubtest  # noqa: F401
         import numpy  # noqa: F401
     except ImportError as error:
         print(f"skipped: {error} (Debian: mypy, python3-numpy)")
         return 77
-    environment = {**os.environ, "PYTHONPATH": packages, "MYPYPATH": packages}
+    environment = {**os.environ, "MYPYPATH": os.environ["PYTHONPATH"]}
     with tempfile.TemporaryDirectory() as folder:
         settings = Path(folder) / "mypy.ini"
         settings.write_text(SETTINGS, encoding="utf-8")
@@ -49,4 +47,4 @@ def main(packages):
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1]))
+    sys.exit(main())

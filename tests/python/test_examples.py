@@ -1,7 +1,7 @@
 """The examples in Python, and the programs that the documents show: each runs as it is shown, says what it should, and
 draws its picture. Ends with 77 where numpy or matplotlib is missing.
 
-    examples_test.py EXAMPLE | README.md | GUIDE.md
+    test_examples.py EXAMPLE | README | GUIDE
 """
 
 import os
@@ -67,7 +67,7 @@ def test_readme(folder):
     check(len(programs[0].splitlines()) <= README_LINES, f"README.md: its program has more than {README_LINES} lines")
     program = folder / "readme.py"
     program.write_text(programs[0], encoding="utf-8")
-    check(run(program, folder).startswith("held"), "the README's program does not hold the box")
+    check(run(program, folder).endswith("\nheld\n"), "the README's program does not hold the box")
 
 
 def test_guide(document, folder):
@@ -85,12 +85,12 @@ def main(what):
         print(f"skipped: {error} (Debian: python3-numpy, python3-matplotlib)")
         return 77
     with tempfile.TemporaryDirectory() as folder:
-        if what == "README.md":
-            test_readme(Path(folder))
-        elif what.endswith(".md"):
-            test_guide(what, Path(folder))
-        else:
+        if what in SAYS:
             test_example(what, Path(folder))
+        elif what == "README":
+            test_readme(Path(folder))
+        else:
+            test_guide(f"docs/guide/{what}.md", Path(folder))
     return 0
 
 

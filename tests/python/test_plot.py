@@ -1,7 +1,5 @@
 """python -m thenar.plot: the figures of a folder and of a Run, and what it says of bad input.
 
-    plot_test.py THENAR
-
 Ends with 77 where numpy or matplotlib is missing.
 """
 
@@ -10,20 +8,17 @@ import shutil
 import subprocess
 import sys
 import tempfile
-import unittest
 from pathlib import Path
+
+from support import PROGRAM, np, thenar, unittest
 
 try:
     import matplotlib
-
-    matplotlib.use("Agg")
-    import numpy as np
-
-    import thenar
-    import thenar.plot
-except ImportError as missing:
-    print(f"skipped: {missing} (Debian: python3-numpy, python3-matplotlib)")
+except ImportError:
+    print("skipped: matplotlib is missing (Debian: python3-matplotlib)")
     sys.exit(77)
+matplotlib.use("Agg")
+import thenar.plot
 
 SHORT = {"time.duration": "50 ms", "object.points": 4000, "fingertips.leaves": 100}
 NAMES = {"path", "forces", "grip", "muscles", "solver"}
@@ -148,5 +143,4 @@ class OfRun(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    PROGRAM = sys.argv.pop(1)
     unittest.main()
