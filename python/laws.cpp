@@ -124,7 +124,7 @@ given for it, or as published.)")
           "(4, 4) Where the object should be.")
       .def_property_readonly(
           "error", [](const Period& self) { return copy(self.now().error()); },
-          "(6,) Of the object against its target: place [m], then rotation vector [rad].")
+          "(6,) From the object to its target: translation [m], then rotation vector [rad].")
       .def_property_readonly("force_N", of_fingers([](ControlPeriod& p, int k) { return p.snapshot.load[k].force_N; }),
                              "(fingers, 3) Force of each finger on the object.")
       .def_property_readonly("point_m", of_fingers([](ControlPeriod& p, int k) { return p.contacts()[k].point_m; }),

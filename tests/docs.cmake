@@ -1,11 +1,11 @@
 # The documents name what is there. Fails on a relative link that leads nowhere, on a source file in backticks that does not
 # exist, on a `./dev` command that dev does not know, on a file of an example command that is missing, on a README of more than
-# 120 lines, without the table's markers or with another example than the built one, and on a version in CITATION.cff that is not the project's.
+# 140 lines, without the table's markers or with another example than the built one, and on a version in CITATION.cff that is not the project's.
 # Run in the project's root: cmake -P tests/docs.cmake
 cmake_minimum_required(VERSION 3.25)
 
-set(readme_lines 120)
-set(roots "solvers|collision|engine|app|bench|tests|examples|docs|configs|cmake")
+set(readme_lines 140)
+set(roots "solvers|collision|engine|app|python|bench|tests|examples|docs|configs|cmake")
 set(sources "h|cpp|py|cmake|js|mjs|yaml|md|txt|in")
 
 set(faults "")
@@ -114,6 +114,24 @@ foreach(shown README.md:${main} docs/guide/embed.md:0)
   string(FIND "${text}" "```cpp\n${part}```" place)
   if(place EQUAL -1)
     list(APPEND faults "${document}: does not show examples/embed.cpp as it is")
+  endif()
+endforeach()
+
+# So are the laws of the guide to controllers.
+foreach(shown "examples/python/your_controller.py;def impedance;scene =;python" "examples/controller.cpp;/// Joint;int main;cpp")
+  list(POP_FRONT shown source from to language)
+  file(READ ${source} example)
+  string(FIND "${example}" "${from}" begin)
+  string(FIND "${example}" "\n${to}" end)
+  math(EXPR length "${end} - ${begin}")
+  string(SUBSTRING "${example}" ${begin} ${length} part)
+  string(STRIP "${part}" part)
+  # The types of the example need imports that the guide leaves out.
+  string(REPLACE "(p: thenar.Period) -> NDArray[np.float64]:" "(p):" part "${part}")
+  file(READ docs/guide/controller.md text)
+  string(FIND "${text}" "\n${part}\n" place)
+  if(place EQUAL -1)
+    list(APPEND faults "docs/guide/controller.md: does not show the law of ${source} as it is")
   endif()
 endforeach()
 

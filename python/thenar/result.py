@@ -4,13 +4,19 @@ from __future__ import annotations
 import os
 from typing import Any, Callable, Optional, Union
 
+import numpy as np
+import numpy.typing as npt
+
 from . import _core
+
+Array = npt.NDArray[np.float64]
+Law = Optional[Callable[[_core.Period], npt.ArrayLike]]
 
 
 class Run:
     """A run that has ended."""
 
-    def __init__(self, scene: _core.Scene, summary: dict[str, Any], signals: dict[str, Any]) -> None:
+    def __init__(self, scene: _core.Scene, summary: dict[str, Any], signals: dict[str, Array]) -> None:
         self.scene = scene
         self.summary = summary  #: As summary.json has it: measures with units in their names.
         self.signals = signals  #: As signals.csv: name, with unit, to an array of one number a tick.
@@ -18,7 +24,7 @@ class Run:
     @property
     def outcome(self) -> str:
         """"held", "slipping", "lost", ...: see docs/reference/results.md."""
-        return self.summary["grasp"]["outcome"]
+        return str(self.summary["grasp"]["outcome"])
 
     def __repr__(self) -> str:
         return f"<thenar.Run of '{self.scene.name}': {self.outcome}>"
@@ -29,10 +35,10 @@ def run(
     *,
     record: Optional[Union[str, "os.PathLike[str]"]] = None,
     lockstep: bool = False,
-    wrench: Optional[Callable[[_core.Period], Any]] = None,
-    forces: Optional[Callable[[_core.Period], Any]] = None,
-    torques: Optional[Callable[[_core.Period], Any]] = None,
-    muscles: Optional[Callable[[_core.Period], Any]] = None,
+    wrench: Law = None,
+    forces: Optional[Callable[[_core.Period], Optional[npt.ArrayLike]]] = None,
+    torques: Law = None,
+    muscles: Law = None,
 ) -> Run:
     """Runs a scene to its end, as `thenar run`: the same bits.
 

@@ -1,48 +1,51 @@
 """The small problems of a control period, as functions of arrays."""
 from __future__ import annotations
 
-from typing import Any, NamedTuple, Optional
+from typing import NamedTuple, Optional
 
 import numpy as np
+import numpy.typing as npt
 
 from . import _core
+
+Array = npt.NDArray[np.float64]
 
 
 class ContactSolution(NamedTuple):
     status: str  #: "converged", "budget spent", "no solution", "not finite".
-    force_N: np.ndarray  #: (contacts, 3) Normal, tangent 1, tangent 2; on the object.
-    gap_m: np.ndarray  #: (contacts, 3) W f + delta_free.
+    force_N: Array  #: (contacts, 3) Normal, tangent 1, tangent 2; on the object.
+    gap_m: Array  #: (contacts, 3) W f + delta_free.
     residual: float  #: Natural map [no unit].
     sweeps: int  #: Of Gauss-Seidel.
     steps: int  #: Of Newton.
-    certificate: Optional[np.ndarray]  #: (contacts,) Normal forces that prove that there is no solution.
+    certificate: Optional[Array]  #: (contacts,) Normal forces that prove that there is no solution.
 
 
 class GraspSolution(NamedTuple):
     status: str  #: "optimal", "infeasible", "budget spent".
-    force_N: np.ndarray  #: (contacts, 3) World axes, on the object; zero without a solution.
+    force_N: Array  #: (contacts, 3) World axes, on the object; zero without a solution.
     residual: float  #: How far the answer is from its proof [no unit].
     iterations: int
-    multiplier: np.ndarray  #: (6,) What proves it.
+    multiplier: Array  #: (6,) What proves it.
 
 
 class MuscleSolution(NamedTuple):
     status: str  #: "optimal", "infeasible", "budget spent".
-    force_N: np.ndarray  #: (muscles,) Zero without a solution.
+    force_N: Array  #: (muscles,) Zero without a solution.
     residual: float  #: How far the answer is from its proof [no unit].
     iterations: int
-    multiplier: np.ndarray  #: (joints,) What proves it.
+    multiplier: Array  #: (joints,) What proves it.
 
 
 def contact(
-    W: Any,
-    delta_free: Any,
-    mu: Any,
+    W: npt.ArrayLike,
+    delta_free: npt.ArrayLike,
+    mu: npt.ArrayLike,
     *,
     method: str = "newton",
     tolerance: float = 1e-8,
     iterations: int = 800,
-    guess: Any = None,
+    guess: Optional[npt.ArrayLike] = None,
 ) -> ContactSolution:
     """Contact forces f with Coulomb friction: delta = W f + delta_free, 0 <= f_n, delta_n >= 0, f_n delta_n = 0, and
     f_t minimises f_t . delta_t over |f_t| <= mu f_n.
@@ -60,14 +63,14 @@ def contact(
 
 
 def grasp(
-    points_m: Any,
-    axes: Any,
-    wrench: Any,
+    points_m: npt.ArrayLike,
+    axes: npt.ArrayLike,
+    wrench: npt.ArrayLike,
     *,
     friction: float,
     internal_force_N: float,
     cone: str = "exact",
-    centre_m: Any = (0.0, 0.0, 0.0),
+    centre_m: npt.ArrayLike = (0.0, 0.0, 0.0),
 ) -> GraspSolution:
     """The least contact forces that give a wrench within friction cones, biased towards squeezing.
 
@@ -78,7 +81,7 @@ def grasp(
     return GraspSolution(*_core.solve_grasp(points_m, axes, wrench, friction, internal_force_N, cone, centre_m))
 
 
-def muscles(H: Any, torques_Nm: Any) -> MuscleSolution:
+def muscles(H: npt.ArrayLike, torques_Nm: npt.ArrayLike) -> MuscleSolution:
     """The least forces of muscles, which only pull, that give joint torques: min f'f, H f = tau, f >= 0.
 
     H: (joints, muscles) moment arms [m]. torques_Nm: (joints,).
