@@ -17,7 +17,7 @@
 #include "bench/report/measure.h"
 #include "bench/report/polygon_cone.h"
 #include "bench/report/verdicts.h"
-#include "engine/results/grasp_deficit.h"
+#include "engine/finder/grasp_deficit.h"
 
 namespace thenar {
 namespace {

@@ -8,7 +8,7 @@
 #include <limits>
 #include <utility>
 
-#include "engine/results/grasp_deficit.h"
+#include "engine/finder/grasp_deficit.h"
 
 namespace thenar {
 

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <limits>
+#include <span>
 #include <stdexcept>
 #include <string>
 
@@ -61,7 +62,8 @@ TEST(ControlPeriod, OwnWrenchIsWhatTheForcesGive) {
   run(grasp, 60);
   Eigen::MatrixXd G(6, 3 * model.fingers());
   grasp.control();
-  grasp_map(grasp.report.contacts, grasp.state.X_WO.translation(), G);
+  const std::span<const GraspContact> contacts(grasp.report.contacts.data(), grasp.report.contacts.size());
+  grasp_map(contacts, grasp.state.X_WO.translation(), G);
   EXPECT_LE((G * grasp.report.f_desired.reshaped() - grasp.report.wrench_desired).norm(), 1e-9);
   // Integrals of some periods beside, the push in x is what was added: without it nothing asks for it.
   GraspRun plain(model);

@@ -12,6 +12,7 @@
 #include "engine/formats/files.h"
 #include "engine/grasp/model.h"
 #include "engine/scenes/config.h"
+#include "engine/scenes/shared_data.h"
 #include "tests/scenes/small_scenes.h"
 #include "tests/support/scenes.h"
 

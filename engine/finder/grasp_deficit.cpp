@@ -1,4 +1,4 @@
-#include "engine/results/grasp_deficit.h"
+#include "engine/finder/grasp_deficit.h"
 
 #include <cmath>
 #include <limits>

@@ -1,4 +1,4 @@
-#include "engine/results/grasp_deficit.h"
+#include "engine/finder/grasp_deficit.h"
 
 #include <gtest/gtest.h>
 
