@@ -12,6 +12,7 @@
 #include "python/laws.h"
 #include "python/problems.h"
 #include "python/realtime.h"
+#include "python/recordings.h"
 #include "python/scene.h"
 #include "python/simulation.h"
 
@@ -49,4 +50,5 @@ PYBIND11_MODULE(_core, module) {
   thenar::python::bind_batch(module);
   thenar::python::bind_problems(module);
   thenar::python::bind_grasps(module);
+  thenar::python::bind_recordings(module);
 }

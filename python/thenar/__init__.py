@@ -17,6 +17,7 @@ from ._core import (
     Grasp,
     Period,
     Realtime,
+    Recording,
     Scene,
     Simulation,
     __version__,
@@ -32,8 +33,8 @@ from .result import Run, run
 from . import solve
 
 __all__ = [
-    "Diagnostic", "Error", "FileError", "Grasp", "NoGrasp", "Period", "Realtime", "Run", "Scene", "SceneError",
-    "Simulation", "grasp", "hands", "new_scene", "rollout", "run", "scenes", "solve", "sweep",
+    "Diagnostic", "Error", "FileError", "Grasp", "NoGrasp", "Period", "Realtime", "Recording", "Run", "Scene",
+    "SceneError", "Simulation", "grasp", "hands", "new_scene", "rollout", "run", "scenes", "solve", "sweep",
 ]
 
 _share = _Path(__file__).parent / "share"
