@@ -21,11 +21,11 @@ Array numbers(py::handle value, const std::vector<py::ssize_t>& shape, const std
   const auto any = py::array::ensure(value);
   if (!any) {
     PyErr_Clear();
-    throw py::type_error(fmt::format("{} takes numbers of the shape {}", name, in_words(shape)));
+    throw py::type_error(fmt::format("{} must be numbers of the shape {}", name, in_words(shape)));
   }
   const char kind = any.dtype().kind();
   if (kind != 'f' && kind != 'i' && kind != 'u') {
-    throw py::type_error(fmt::format("{} takes numbers of the shape {}", name, in_words(shape)));
+    throw py::type_error(fmt::format("{} must be numbers of the shape {}", name, in_words(shape)));
   }
   const auto array = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(any);
   if (!array) throw py::error_already_set();
@@ -63,11 +63,25 @@ Eigen::Isometry3d pose(py::handle value, const std::string& name) {
   return pose;
 }
 
+std::int64_t whole_number(py::handle value, const std::string& name, std::int64_t least, std::int64_t most) {
+  if (PyLong_Check(value.ptr()) == 0 && PyIndex_Check(value.ptr()) == 0) {
+    throw py::type_error(name + " must be a whole number");
+  }
+  const auto index = py::reinterpret_steal<py::object>(PyNumber_Index(value.ptr()));
+  if (!index) throw py::error_already_set();
+  const std::int64_t n = PyLong_AsLongLong(index.ptr());
+  if (PyErr_Occurred() != nullptr || n < least || n > most) {
+    PyErr_Clear();
+    throw py::value_error(fmt::format("{} must lie within {} .. {}", name, least, most));
+  }
+  return n;
+}
+
 double number(py::handle value, const std::string& name) {
   const double x = PyFloat_AsDouble(value.ptr());
   if (PyErr_Occurred() != nullptr) {
     PyErr_Clear();
-    throw py::type_error(name + " takes a number");
+    throw py::type_error(name + " must be a number");
   }
   if (!std::isfinite(x)) throw py::value_error(name + " is not finite");
   return x;

@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -75,6 +76,8 @@ Eigen::VectorXd vector(py::handle value, py::ssize_t size, const std::string& na
 Eigen::MatrixXd matrix(py::handle value, py::ssize_t rows, py::ssize_t columns, const std::string& name);
 /// A 4 x 4 matrix of a rotation and a place.
 Eigen::Isometry3d pose(py::handle value, const std::string& name);
+/// A whole number, within bounds.
+std::int64_t whole_number(py::handle value, const std::string& name, std::int64_t least, std::int64_t most);
 /// A finite number.
 double number(py::handle value, const std::string& name);
 

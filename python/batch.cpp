@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <exception>
 #include <map>
 #include <memory>
@@ -118,14 +119,13 @@ void run_one(RolloutPlan& plan, std::size_t row, const std::atomic<bool>& stop) 
 
 int threads_of(const py::object& threads) {
   if (threads.is_none()) return std::max(1U, std::thread::hardware_concurrency());
-  const int asked = threads.cast<int>();
-  if (asked < 1 || asked > 4096) throw py::value_error("threads must lie within 1 .. 4096");
-  return asked;
+  return static_cast<int>(whole_number(threads, "threads", 1, 4096));
 }
 
-/// Calls `work` for 0 .. count - 1, whichever thread is free. Rethrows the first fault, when all have ended.
-template <typename Work>
-void in_threads(std::size_t count, int threads, std::atomic<bool>& stop, Work&& work) {
+/// Calls `work` for 0 .. count - 1, whichever thread is free, and `look` meanwhile. Rethrows the first fault, when all
+/// have ended.
+template <typename Work, typename Look>
+void in_threads(std::size_t count, int threads, std::atomic<bool>& stop, Work&& work, Look&& look) {
   std::atomic<std::size_t> next{0};
   std::mutex mutex;
   std::exception_ptr fault;
@@ -141,7 +141,14 @@ void in_threads(std::size_t count, int threads, std::atomic<bool>& stop, Work&& 
     }
   };
   std::vector<std::jthread> all;
-  for (int t = 0; t < std::min<int>(threads, static_cast<int>(count)); ++t) all.emplace_back(worker);
+  std::atomic<int> running{std::min<int>(threads, static_cast<int>(count))};
+  for (int t = running; t > 0; --t) {
+    all.emplace_back([&] {
+      worker();
+      --running;
+    });
+  }
+  while (running > 0) look(stop);
   all.clear();
   if (fault) std::rethrow_exception(fault);
 }
@@ -162,6 +169,7 @@ py::dict rollout(const std::vector<std::shared_ptr<Simulation>>& simulations, st
     }
     holds.push_back(std::make_unique<Hold>(*simulation));
   }
+  bool interrupted = false;
   py::dict result;
   for (const std::string& name : names) {
     const Signal& signal = signal_called(name);
@@ -178,8 +186,18 @@ py::dict rollout(const std::vector<std::shared_ptr<Simulation>>& simulations, st
   {
     const py::gil_scoped_release others;
     std::atomic<bool> stop{false};
-    in_threads(plan.all.size(), jobs, stop, [&](std::size_t row) { run_one(plan, row, stop); });
+    std::int64_t looks = 0;
+    in_threads(
+        plan.all.size(), jobs, stop, [&](std::size_t row) { run_one(plan, row, stop); },
+        [&](std::atomic<bool>& end) {
+          std::this_thread::sleep_for(std::chrono::microseconds(200));
+          if (++looks % 256 != 0 || end) return;
+          const py::gil_scoped_acquire lock;
+          interrupted = PyErr_CheckSignals() != 0;
+          if (interrupted) end = true;
+        });
   }
+  if (interrupted) throw py::error_already_set();
   for (Kept& kept : plan.kept) {
     const std::string name = kept.signal->name;
     const py::ssize_t rows = kept.array.shape(0), samples = kept.array.shape(1);
@@ -206,7 +224,8 @@ py::dict columns_of(const Model& model, const Recording& recording) {
 py::dict run(const std::shared_ptr<const SceneHandle>& scene, const py::object& record, bool lockstep,
              py::object wrench, py::object forces, py::object torques, py::object muscles) {
   RunSettings settings;
-  settings.own = own_control(std::move(wrench), std::move(forces), std::move(torques), std::move(muscles));
+  settings.own =
+      own_control(scene->scene(), std::move(wrench), std::move(forces), std::move(torques), std::move(muscles));
   if (lockstep) settings.lockstep = LockstepSettings{};
   SignalWatch watch;
   std::int64_t ticks = 0;

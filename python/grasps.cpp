@@ -28,7 +28,7 @@ py::list find(const std::shared_ptr<const SceneHandle>& scene, int best, const p
   Scene wanted = scene->scene();
   if (scene->grasp()) throw py::value_error("this scene is of a found grasp already");
   if (!wanted.grasp) wanted.grasp = GraspWish{};
-  if (!seed.is_none()) wanted.grasp->seed = seed.cast<std::uint32_t>();
+  if (!seed.is_none()) wanted.grasp->seed = static_cast<std::uint32_t>(whole_number(seed, "seed", 0, 0xFFFFFFFF));
   FinderReport report;
   bool interrupted = false;
   {

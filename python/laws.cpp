@@ -31,14 +31,20 @@ std::shared_ptr<const py::object> shared(py::object function) {
           }};
 }
 
+thread_local int laws_under_way = 0;
+
 /// Calls the law on this period, and gives its answer to `read` while it lives.
 template <typename Read>
 auto ask(const std::shared_ptr<const py::object>& law, ControlPeriod& period, Read&& read) {
   const py::gil_scoped_acquire lock;
   const py::object seen = py::cast(Period{&period});
   struct Closing {
+    explicit Closing(Period& of) : period(of) { ++laws_under_way; }
+    ~Closing() {
+      period.period = nullptr;
+      --laws_under_way;
+    }
     Period& period;
-    ~Closing() { period.period = nullptr; }
   } const closing{seen.cast<Period&>()};
   return read((*law)(seen));
 }
@@ -55,11 +61,25 @@ FingerForces forces_of(py::handle answer, int fingers) {
 
 }  // namespace
 
-OwnControl own_control(py::object wrench, py::object forces, py::object torques, py::object muscles) {
+bool is_in_law() { return laws_under_way > 0; }
+
+OwnControl own_control(const Scene& scene, py::object wrench, py::object forces, py::object torques,
+                       py::object muscles) {
   expect_callable(wrench, "wrench");
   expect_callable(forces, "forces");
   expect_callable(torques, "torques");
   expect_callable(muscles, "muscles");
+  if (!muscles.is_none() && !scene.has_muscles()) {
+    throw py::value_error("muscles: torques drive the joints of this scene, and no muscles");
+  }
+  const bool asks = !torques.is_none() || (scene.control && !scene.control->drive) || !muscles.is_none();
+  if (!asks && (!wrench.is_none() || !forces.is_none())) {
+    throw py::value_error("nothing in this scene asks for wrench or forces: a table or constant torques drive it");
+  }
+  if (!torques.is_none() && muscles.is_none() && scene.control && scene.control->drive &&
+      scene.control->drive->muscles) {
+    throw py::value_error("torques: control.drive gives the muscle forces of this scene, which asks for no torques");
+  }
   OwnControl own;
   if (!wrench.is_none()) {
     own.wrench = [law = shared(std::move(wrench))](ControlPeriod& period) -> Vector6d {
@@ -136,7 +156,9 @@ given for it, or as published.)")
           "jacobian",
           [](const Period& self, int finger) {
             ControlPeriod& period = self.now();
-            if (finger < 0 || finger >= period.model.fingers()) throw py::index_error("there is no such finger");
+            if (finger < 0 || finger >= period.model.fingers()) {
+              throw py::index_error(fmt::format("there is no finger {}: 0 to {}", finger, period.model.fingers() - 1));
+            }
             const Fingertip& tip = period.model.scene.hand.fingertips[finger];
             Eigen::MatrixXd all = Eigen::MatrixXd::Zero(3, std::ssize(period.model.scene.hand.joints));
             all.middleCols(tip.first_joint, tip.joints) = period.jacobian(finger).leftCols(tip.joints);

@@ -3,13 +3,18 @@
 #include <pybind11/pybind11.h>
 
 #include "engine/grasp/control_period.h"
+#include "engine/grasp/scene.h"
 
 namespace thenar::python {
 
 /// The laws of a caller, as keyword arguments have them: `wrench`, `forces`, `torques`, `muscles`, each None or a
 /// function of a Period. They take the interpreter's lock, on whatever thread they are called.
-[[nodiscard]] OwnControl own_control(pybind11::object wrench, pybind11::object forces, pybind11::object torques,
-                                     pybind11::object muscles);
+/// Raises ValueError where the scene would never ask for one of them.
+[[nodiscard]] OwnControl own_control(const Scene& scene, pybind11::object wrench, pybind11::object forces,
+                                     pybind11::object torques, pybind11::object muscles);
+
+/// Whether this thread is in a law.
+[[nodiscard]] bool is_in_law();
 
 void bind_laws(pybind11::module_& module);
 

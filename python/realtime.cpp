@@ -8,6 +8,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <thread>
 #include <utility>
@@ -43,6 +44,7 @@ class NewestTick : public Watcher {
   explicit NewestTick(const Model& model) : model_(model) {
     newest_.after = State(model);
     newest_.record = TickRecord(model.scene.hand);
+    newest_.muscle_forces_N.setZero(model.scene.has_muscles() ? std::ssize(model.scene.hand.muscles) : 0);
   }
 
   bool see_tick(const Tick& tick) override {
@@ -69,7 +71,7 @@ class NewestTick : public Watcher {
 class Realtime {
  public:
   Realtime(std::shared_ptr<const SceneHandle> scene, double duration_s, bool realtime, int core, OwnControl own);
-  ~Realtime() { stop(); }
+  ~Realtime();
   Realtime(const Realtime&) = delete;
   Realtime& operator=(const Realtime&) = delete;
 
@@ -81,6 +83,10 @@ class Realtime {
   /// Of a run that has ended. Throws what a law threw.
   [[nodiscard]] const RealtimeRun& result();
   [[nodiscard]] bool running();
+  [[nodiscard]] bool started() {
+    const std::lock_guard lock(mutex_);
+    return started_;
+  }
   void send(const std::function<void(LiveInput&)>& change);
 
   std::shared_ptr<const SceneHandle> scene;
@@ -98,11 +104,13 @@ class Realtime {
   std::mutex input_mutex_;
   LiveInput input_;
   std::atomic<bool> stopping_{false};
+  std::mutex joining_;
   std::mutex mutex_;
   std::condition_variable ended_;
   bool started_ = false, has_ended_ = false;
   std::optional<RealtimeRun> result_;
-  std::exception_ptr failure_;
+  std::exception_ptr failure_;                ///< Of ours, or
+  std::shared_ptr<const py::object> raised_;  ///< an exception of Python, which may be raised again and again.
   std::thread thread_;
 };
 
@@ -122,23 +130,59 @@ Realtime::Realtime(std::shared_ptr<const SceneHandle> of_scene, double duration_
   settings_.live = &live_;
 }
 
+/// Those that may be running: the interpreter's end ends them first.
+std::mutex all_mutex;
+std::set<Realtime*> all_runs;
+
+Realtime::~Realtime() {
+  const py::gil_scoped_release others;  // for a law may be waiting for the lock
+  {
+    const std::lock_guard lock(all_mutex);
+    all_runs.erase(this);
+  }
+  stop();
+}
+
+void stop_all() {
+  const py::gil_scoped_release others;
+  const std::lock_guard lock(all_mutex);
+  for (Realtime* run : all_runs) run->stop();
+}
+
 void Realtime::start() {
   if (started_) throw std::runtime_error("this run has begun already: make another");
-  started_ = true;
+  if (stopping_) throw std::runtime_error("this run was stopped: make another");
+  {
+    const std::lock_guard lock(all_mutex);
+    all_runs.insert(this);
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    started_ = true;
+  }
   thread_ = std::thread([this] { run(); });
 }
 
 void Realtime::run() {
   std::optional<RealtimeRun> result;
   std::exception_ptr failure;
+  std::shared_ptr<const py::object> raised;
   try {
     State state(*model);
     const Progress progress = [this](double, double) { return !stopping_.load(std::memory_order_relaxed); };
     result = run_realtime(*model, state, settings_, profile, progress, nullptr, {&newest});
+  } catch (py::error_already_set& error) {
+    const py::gil_scoped_acquire lock;
+    if (error.trace()) PyException_SetTraceback(error.value().ptr(), error.trace().ptr());
+    raised = {new py::object(error.value()), [](const py::object* object) {
+                const py::gil_scoped_acquire again;
+                delete object;
+              }};
   } catch (...) {
     failure = std::current_exception();
   }
   const std::lock_guard lock(mutex_);
+  raised_ = raised;
   result_ = std::move(result);
   failure_ = failure;
   has_ended_ = true;
@@ -147,6 +191,8 @@ void Realtime::run() {
 
 void Realtime::stop() {
   stopping_.store(true, std::memory_order_relaxed);
+  if (is_in_law()) return;  // The run's end waits for the law.
+  const std::lock_guard lock(joining_);
   if (thread_.joinable()) thread_.join();
 }
 
@@ -157,7 +203,12 @@ bool Realtime::wait(double seconds) {
 
 const RealtimeRun& Realtime::result() {
   const std::lock_guard lock(mutex_);
+  if (!started_) throw std::runtime_error("the run has not begun");
   if (!has_ended_) throw std::runtime_error("the run goes on: stop() it, or wait()");
+  if (raised_) {
+    PyErr_SetObject(py::type::of(*raised_).ptr(), raised_->ptr());
+    throw py::error_already_set();
+  }
   if (failure_) std::rethrow_exception(failure_);
   return *result_;
 }
@@ -220,6 +271,7 @@ py::object profile_of(Realtime& run) {
 /// Waits, and looks for Ctrl-C meanwhile.
 bool wait_for(Realtime& run, const py::object& seconds) {
   constexpr double kLook_s = 0.05;
+  if (!run.started()) throw std::runtime_error("the run has not begun");
   double left_s = seconds.is_none() ? 1e9 : time_of(seconds, "seconds");
   for (;;) {
     bool ended = false;
@@ -242,7 +294,8 @@ std::unique_ptr<Realtime> realtime_of(std::shared_ptr<const SceneHandle> scene, 
                                       py::object muscles) {
   const double duration_s = duration.is_none() ? scene->scene().duration_s : time_of(duration, "duration");
   if (!(duration_s > 0.0) || duration_s > 1e6) throw py::value_error("duration must lie within 0 .. 1e6 s");
-  OwnControl own = own_control(std::move(wrench), std::move(forces), std::move(torques), std::move(muscles));
+  OwnControl own =
+      own_control(scene->scene(), std::move(wrench), std::move(forces), std::move(torques), std::move(muscles));
   const py::gil_scoped_release others;
   return std::make_unique<Realtime>(std::move(scene), duration_s, realtime, core, std::move(own));
 }
@@ -250,6 +303,7 @@ std::unique_ptr<Realtime> realtime_of(std::shared_ptr<const SceneHandle> scene, 
 }  // namespace
 
 void bind_realtime(py::module_& module) {
+  py::module_::import("atexit").attr("register")(py::cpp_function(&stop_all));
   const auto ends = [](Realtime& self) {
     const py::gil_scoped_release others;
     self.stop();

@@ -66,7 +66,9 @@ py::dict contacts_of(const RecordedRun& run) {
         rows.middleCols(static_cast<Eigen::Index>(field.begin), static_cast<Eigen::Index>(field.count));
     Array array({part.rows(), part.cols()});
     std::copy_n(part.data(), part.size(), array.mutable_data());
-    columns[py::str(field.name)] = field.count == 1 ? py::array(array.reshape({part.rows()})) : py::array(array);
+    py::array column = field.count == 1 ? py::array(array.reshape({part.rows()})) : py::array(array);
+    if (field.name == "finger" || field.name == "control_point") column = column.attr("astype")("i8");
+    columns[py::str(field.name)] = column;
   }
   return columns;
 }
@@ -96,6 +98,10 @@ poses, and what is a vector a finger is (states, fingers, 3). What a recording d
              return std::find(names.begin(), names.end(), name) != names.end();
            })
       .def("__len__", [](const RecordedRun& run) { return run.states().rows(); })
+      .def("__iter__", [](const RecordedRun& run) { return py::iter(py::cast(names_of_fields(run))); })
+      .def_property_readonly(
+          "whole", [](const RecordedRun& run) { return run.reading.whole; },
+          "Whether the file was ended: it was not cut off, and is sound.")
       .def("keys", &names_of_fields, "Names of the fields that the states have.")
       .def_property_readonly(
           "name", [](const RecordedRun& run) { return run.name; }, "Of the scene.")

@@ -4,6 +4,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <cctype>
 #include <utility>
 
 #include "engine/scenes/build_model.h"
@@ -136,9 +137,15 @@ void bind_scene(py::module_& module) {
       [](const std::filesystem::path& file, const std::filesystem::path& object, const std::filesystem::path& hand,
          const py::object& unit, const py::object& mass, py::handle friction) {
         ObjectWish wish{.object = object, .hand = hand};
-        wish.unit_m = quantity_of(unit, Dimension::kLength, "unit");
+        // As after --unit: "mm" is one.
+        const bool bare = py::isinstance<py::str>(unit) && py::len(unit) > 0 &&
+                          std::isalpha(static_cast<unsigned char>(unit.cast<std::string>().front())) != 0;
+        wish.unit_m = quantity_of(bare ? py::str("1 ") + unit : py::object(unit), Dimension::kLength, "unit");
         wish.mass_kg = quantity_of(mass, Dimension::kMass, "mass");
         wish.friction = number(friction, "friction");
+        if (!(wish.unit_m > 0.0)) throw py::value_error("unit must be greater than zero");
+        if (!(wish.mass_kg > 0.0)) throw py::value_error("mass must be greater than zero");
+        if (!(wish.friction >= 0.0 && wish.friction <= 10.0)) throw py::value_error("friction must lie within 0 .. 10");
         {
           const py::gil_scoped_release others;
           (void)write_new_scene(file, wish);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -71,6 +72,7 @@ py::object run_until(Simulation& simulation, const py::object& until) {
     }
     watch.rethrow();
   }
+  const Hold hold(simulation);
   return report_of(simulation.monitor.verdict());
 }
 
@@ -84,8 +86,9 @@ std::shared_ptr<Simulation> simulation_of(std::shared_ptr<const SceneHandle> sce
       const auto name = py::str(key).cast<std::string>();
       if (name == "jitter_s") {
         settings->jitter_s = number(value, name);
+        if (settings->jitter_s < 0.0) throw py::value_error("jitter_s is less than 0");
       } else if (name == "seed") {
-        settings->seed = value.cast<std::uint64_t>();
+        settings->seed = whole_number(value, name, 0, std::numeric_limits<std::int64_t>::max());
       } else {
         throw py::value_error(fmt::format("lockstep has no '{}': jitter_s, seed", name));
       }
@@ -93,7 +96,8 @@ std::shared_ptr<Simulation> simulation_of(std::shared_ptr<const SceneHandle> sce
   } else if (lockstep.cast<bool>()) {
     settings.emplace();
   }
-  OwnControl own = own_control(std::move(wrench), std::move(forces), std::move(torques), std::move(muscles));
+  OwnControl own =
+      own_control(scene->scene(), std::move(wrench), std::move(forces), std::move(torques), std::move(muscles));
   const py::gil_scoped_release others;
   std::shared_ptr<const Model> model = scene->model();
   return std::make_shared<Simulation>(std::move(scene), std::move(model), settings, std::move(own));
@@ -307,8 +311,9 @@ Returns report.)")
             if (self.closed) return;
             const Hold hold(self);
             self.closed = true;
+            self.run.controller.own = {};
           },
-          "No more steps, and no more views; those that are there stay as they are.")
+          "No more steps and views, and its laws are let go; views that are there stay. Leaving a `with` does so, too.")
       .def_property_readonly("scene",
                              [](const Simulation& self) { return std::const_pointer_cast<SceneHandle>(self.scene); })
       .def_property_readonly("time_s", of([](Simulation& s, py::handle) { return s.run.time_s(); }), "Simulated time.")
@@ -331,7 +336,7 @@ Returns report.)")
                              of([](Simulation& s, py::handle) { return s.record.rotation_error_rad; }),
                              "Angle between the object and its target.")
       .def_property(
-          "input_wrench", [](const Simulation& self) { return copy(self.input.wrench); },
+          "input_wrench", of([](Simulation& s, py::handle) { return copy(s.input.wrench); }),
           [](Simulation& self, py::handle wrench) {
             const Vector6d given = vector(wrench, 6, "input_wrench");
             const Hold hold(self);
@@ -339,10 +344,9 @@ Returns report.)")
           },
           "(6,) Acts on the object until it is changed: force [N], and moment about its origin [N m], world axes.")
       .def_property(
-          "target",
-          [](const Simulation& self) {
-            return copy(self.run.state.X_WT.value_or(self.model->target(self.run.time_s())).matrix());
-          },
+          "target", of([](Simulation& s, py::handle) {
+            return copy(s.run.state.X_WT.value_or(s.model->target(s.run.time_s())).matrix());
+          }),
           [](Simulation& self, const py::object& target) {
             std::optional<Eigen::Isometry3d> X_WT;
             if (!target.is_none()) X_WT = pose(target, "target");
@@ -350,7 +354,10 @@ Returns report.)")
             self.input.X_WT = X_WT;
           },
           "(4, 4) Where the object should be. Set: from the next tick on; None: where the task has it.")
+      .def("__enter__", [](const py::object& self) { return self; })
+      .def("__exit__", [](const py::object& self, const py::args&) { self.attr("close")(); })
       .def("__repr__", [](const Simulation& self) {
+        if (self.busy.load()) return fmt::format("<thenar.Simulation of '{}', being stepped>", self.model->scene.name);
         return fmt::format("<thenar.Simulation of '{}' at {:.6g} s{}>", self.model->scene.name, self.run.time_s(),
                            self.closed ? ", closed" : (self.monitor.lost() ? ", lost" : ""));
       });

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "thenar/eigen_layout.h"
+
 /// Messages of schemas that viewers of robots know, in JSON: 3-D entities, frames and log lines as Foxglove publishes
 /// them (github.com/foxglove/foxglove-sdk, schemas/jsonschema). Lengths in m.
 namespace thenar::foxglove {

@@ -6,6 +6,8 @@
 #include <string_view>
 #include <vector>
 
+#include "thenar/eigen_layout.h"
+
 namespace thenar {
 
 /// Named columns of numbers.

@@ -26,6 +26,27 @@ const DriveTable* table_of(const Scene& scene, bool muscles) {
   return &*scene.control->drive;
 }
 
+/// Something that is being found, for which what it needs may not ask.
+class Finding {
+ public:
+  Finding(bool& finding, const char* what) : finding_(finding) {
+    if (finding) throw std::logic_error(std::string("a law asks for ") + what + ", which waits for that law");
+    finding_ = true;
+  }
+  ~Finding() { finding_ = false; }
+  Finding(const Finding&) = delete;
+  Finding& operator=(const Finding&) = delete;
+
+ private:
+  bool& finding_;
+};
+
+/// The controller's memory goes on with each answer, so there is one.
+void expect_first(bool& given, const char* what) {
+  if (given) throw std::logic_error(std::string(what) + " as published is found once a period");
+  given = true;
+}
+
 /// What a function of the caller's gave: refused here, where it can be named.
 template <typename Numbers>
 const Numbers& checked(const Numbers& numbers, Index asked, const char* what) {
@@ -40,6 +61,8 @@ const Numbers& checked(const Numbers& numbers, Index asked, const char* what) {
 }  // namespace
 
 double ControlPeriod::time_s() const { return static_cast<double>(snapshot.tick) * model.scene.step_s; }
+
+double ControlPeriod::table_time_s() const { return time_s() + model.scene.step_s; }
 
 Eigen::Isometry3d ControlPeriod::target() const { return snapshot.X_WT.value_or(model.target(time_s())); }
 
@@ -65,6 +88,7 @@ const Eigen::MatrixXd& ControlPeriod::moment_arms() {
 
 const Vector6d& ControlPeriod::wrench() {
   if (!has_wrench_) {
+    const Finding once(finding_wrench_, "wrench");
     const auto& own = controller.own.wrench;
     report.wrench_desired = own ? checked(own(*this), 6, "wrench of the caller's law") : published_wrench(*this);
     has_wrench_ = true;
@@ -74,6 +98,7 @@ const Vector6d& ControlPeriod::wrench() {
 
 const FingerForces& ControlPeriod::forces() {
   if (has_forces_) return report.f_desired;
+  const Finding once(finding_forces_, "forces");
   Stopwatch stage;
   const auto& own = controller.own.forces;
   if (const auto f = own ? own(*this) : published_forces(*this)) {
@@ -93,12 +118,13 @@ const FingerForces& ControlPeriod::forces() {
 
 const JointVector& ControlPeriod::torques() {
   if (!has_torques_) {
+    const Finding once(finding_torques_, "torques");
     const auto& own = controller.own.torques;
     const auto joints = std::ssize(model.scene.hand.joints);
     if (own) {
       report.torques_desired_Nm = checked(own(*this), joints, "joint torques of the caller's law");
     } else if (const DriveTable* table = table_of(model.scene, false)) {
-      report.torques_desired_Nm = table->at(time_s());
+      report.torques_desired_Nm = table->at(table_time_s());
     } else {
       report.torques_desired_Nm = published_torques(*this);
     }
@@ -109,16 +135,19 @@ const JointVector& ControlPeriod::torques() {
 
 const Eigen::VectorXd& ControlPeriod::muscle_forces() {
   if (has_muscles_) return controller.f_muscle;
+  const Finding once(finding_muscles_, "muscles");
   if (const auto& own = controller.own.muscles) {
     const auto muscles = std::ssize(model.scene.hand.muscles);
-    controller.f_muscle = checked(own(*this), muscles, "muscle forces of the caller's law");
+    const Eigen::VectorXd f = checked(own(*this), muscles, "muscle forces of the caller's law");
     Index pushing = 0;
-    if (muscles > 0 && controller.f_muscle.minCoeff(&pushing) < 0.0) {
+    if (muscles > 0 && f.minCoeff(&pushing) < 0.0) {
       throw std::invalid_argument("muscle forces of the caller's law: " + model.scene.hand.muscles[pushing].name +
                                   " is to push, and muscles pull");
     }
+    controller.f_muscle = f;
   } else if (const DriveTable* table = table_of(model.scene, true)) {
-    controller.f_muscle = table->at(time_s());
+    const Eigen::VectorXd f = table->at(table_time_s());
+    controller.f_muscle = f;  // A copy, in place: others look at it where it lies.
   } else {
     published_muscle_forces(*this);
   }
@@ -128,6 +157,7 @@ const Eigen::VectorXd& ControlPeriod::muscle_forces() {
 
 Vector6d published_wrench(ControlPeriod& period) {
   settings_of(period.model);
+  expect_first(period.published_wrench_given, "the wrench");
   Controller& controller = period.controller;
   // In a hold nothing that is asked for acts. The error that has gathered there comes back as slowly as the drive does.
   const double fade = std::exp(-controller.period_s / kResume_s);
@@ -155,6 +185,7 @@ JointVector published_torques(ControlPeriod& period) {
   settings_of(period.model);
   const Model& model = period.model;
   const FingerForces& f_desired = period.forces();
+  expect_first(period.published_torques_given, "what the joints are asked for");
   FingerForces error(3, model.fingers());
   for (int k = 0; k < model.fingers(); ++k) error.col(k) = f_desired.col(k) - period.snapshot.load[k].force_N;
   Controller& controller = period.controller;

@@ -22,8 +22,11 @@ class ControlPeriod {
   const Snapshot& snapshot;  ///< What is known of the state: joints, object, what the fingers do to it.
   Controller& controller;    ///< With the hand's pose at the snapshot, and the period's length.
   ControlReport& report;     ///< Has all that was found.
+  bool published_wrench_given = false, published_torques_given = false;  ///< These go on from period to period.
 
   [[nodiscard]] double time_s() const;
+  /// When a scene's table is looked at: at the end of the first tick that this period drives, as signals.csv has it.
+  [[nodiscard]] double table_time_s() const;
   /// Where the object should be at that time.
   [[nodiscard]] Eigen::Isometry3d target() const;
   /// Of the object against its target: see pose_error().
@@ -45,10 +48,11 @@ class ControlPeriod {
  private:
   bool has_contacts_ = false, has_arms_ = false, has_wrench_ = false, has_forces_ = false;
   bool has_torques_ = false, has_muscles_ = false;
+  bool finding_wrench_ = false, finding_forces_ = false, finding_torques_ = false, finding_muscles_ = false;
 };
 
 // The published laws. They keep what they need to know from period to period in the Controller: each at most once a
-// period. All but the last are for scenes with `control`: std::logic_error.
+// period. All but the last are for scenes with `control`. Otherwise std::logic_error.
 /// The PID on the object's pose, and its weight.
 [[nodiscard]] Vector6d published_wrench(ControlPeriod& period);
 /// Within the friction cones, for the period's wrench(). Nothing if there are none.

@@ -41,7 +41,7 @@ struct GraspRun {
   GraspRun(const GraspRun&) = delete;
   GraspRun& operator=(const GraspRun&) = delete;
 
-  /// Goes on as another of the same model and settings would.
+  /// Goes on as another of the same model, delays and jitter would.
   void go_on_as(const GraspRun& other);
 
   /// One control tick, if one is due, and then one contact tick.

@@ -19,7 +19,8 @@ class Window(collections.abc.Iterator, contextlib.AbstractContextManager):
     last one's bytes. TimeoutError: nothing came for `timeout_s`. Who reads nothing for 20 s is dropped."""
 
     def __init__(self, address: str, token: str = "", timeout_s: float = 10.0) -> None:
-        self.scene, self.status, self.grasps, self.geometry, self._bytes, self._asked = {}, {}, {}, b"", b"", False
+        self.scene, self.status, self.grasps = (dict[str, Any]() for _ in range(3))
+        self.geometry, self._bytes, self._asked = b"", b"", False
         url = urllib.parse.urlsplit(address if "//" in address else f"//{address}")
         token, key = token or url.query.partition("token=")[2], base64.b64encode(os.urandom(16)).decode()
         try:
@@ -43,7 +44,8 @@ class Window(collections.abc.Iterator, contextlib.AbstractContextManager):
     def __next__(self) -> dict[str, Any]:
         """The next new state: the numbers of each of the scene's `fields` by its name, and in "contact" those of its
         `contact_fields`, a row for each contact. In a pause none is new."""
-        self._asked = self._asked or self.send("next") is None
+        if not self._asked:
+            self.send("next")
         while isinstance(message := self._message(), str) or message[6] != 2:
             if isinstance(message, bytes):
                 self.geometry = message

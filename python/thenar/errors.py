@@ -45,6 +45,9 @@ class SceneError(Error, ValueError):
         first = self.diagnostics[0] if self.diagnostics else Diagnostic("", "", "")
         self.file, self.line, self.column, self.key = first.file, first.line, first.column, first.key
 
+    def __reduce__(self) -> tuple[type, tuple[list[tuple[str, str, str]]]]:
+        return type(self), ([tuple(one) for one in self.diagnostics],)
+
 
 class FileError(Error, OSError):
     """A file that cannot be read or written, or does not hold what it should."""

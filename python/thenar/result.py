@@ -45,5 +45,7 @@ def run(
     record: an MCAP file of what the run looks like.
     Laws as of Simulation.
     """
+    if not isinstance(scene, _core.Scene):
+        raise TypeError(f"run takes a thenar.Scene, not {type(scene).__name__}: thenar.Scene('box_grasp')")
     result = _core._run(scene, record, lockstep, wrench, forces, torques, muscles)
     return Run(scene, result["summary"], result["signals"])

@@ -157,6 +157,21 @@ TEST(ControlPeriod, EachLawIsCalledOnceAPeriod) {
   EXPECT_EQ(calls, grasp.controller.sequence);
 }
 
+// A law that asks for what waits for it, or for the published answer twice, is told so: the PID goes on with each.
+TEST(ControlPeriod, RefusesCirclesAndSecondAnswers) {
+  const Model model = box();
+  GraspRun circle(model), twice(model);
+  circle.controller.own.wrench = [](ControlPeriod& period) {
+    period.torques();
+    return published_wrench(period);
+  };
+  EXPECT_THROW(circle.control(), std::logic_error);
+  twice.controller.own.wrench = [](ControlPeriod& period) {
+    return Vector6d(published_wrench(period) + published_wrench(period));
+  };
+  EXPECT_THROW(twice.control(), std::logic_error);
+}
+
 // What no hand can do is refused by name, before it is in a frame.
 TEST(ControlPeriod, RefusesWhatCannotBe) {
   const Model model = box();

@@ -106,7 +106,7 @@ class Problems(unittest.TestCase):
             (ValueError, "less than 0", lambda: thenar.solve.contact(eye, [0] * 3, -1.0)),
             (ValueError, "no method 'lemke'", lambda: thenar.solve.contact(eye, [0] * 3, 0.5, method="lemke")),
             (ValueError, "not finite", lambda: thenar.solve.contact(eye * np.nan, [0] * 3, 0.5)),
-            (TypeError, "takes numbers", lambda: thenar.solve.contact("W", [0] * 3, 0.5)),
+            (TypeError, "must be numbers", lambda: thenar.solve.contact("W", [0] * 3, 0.5)),
             (ValueError, "contacts", lambda: thenar.solve.contact(np.zeros((9000, 9000), np.float32), [0] * 9000, 0.5)),
             (ValueError, "orthonormal", lambda: thenar.solve.grasp([[0, 0, 0]], [2 * eye], [0] * 6, friction=1, internal_force_N=1)),
             (ValueError, "no cone", lambda: thenar.solve.grasp([[0, 0, 0]], [eye], [0] * 6, friction=1, internal_force_N=1, cone="x")),

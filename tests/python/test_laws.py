@@ -1,4 +1,6 @@
 """One's own controller: the published one given as functions, and what else may be in its place."""
+import subprocess
+import sys
 import time
 
 from support import box, np, thenar, unittest
@@ -68,6 +70,13 @@ class OneLoop(unittest.TestCase):
         run.step(200)
         self.assertEqual(run.report["outcome"], "solver failed")
         self.assertGreater(np.linalg.norm(run.desired_N), 1.0)
+
+    def test_one_answer_a_period(self):
+        """The PID goes on with each answer, and what waits for a law cannot be asked by it."""
+        for law, words in [(lambda p: p.published_wrench() + p.published_wrench(), "once a period"),
+                           (lambda p: p.torques() and p.wrench(), "waits for that law")]:
+            with self.assertRaisesRegex(RuntimeError, words):
+                thenar.Simulation(box(), wrench=law).step()
 
     def test_refusals(self):
         def fault(**laws):
@@ -142,6 +151,45 @@ class TwoLoops(unittest.TestCase):
         with self.assertRaisesRegex(KeyError, "mine"):
             with thenar.Realtime(self.scene(), realtime=False, torques=torques) as run:
                 run.wait()
+
+    def test_raised_again_and_again(self):
+        """Whoever asks is told, and as often as is asked."""
+        run = thenar.Realtime(self.scene(), realtime=False, torques=lambda period: {}["mine"])
+        with self.assertRaisesRegex(RuntimeError, "not begun"):
+            run.wait()
+        run.start()
+        for ask in (run.wait, lambda: run.report, run.wait):
+            with self.assertRaisesRegex(KeyError, "mine"):
+                ask()
+
+    def test_ends_whoever_lets_go(self):
+        """A run that nobody has any more ends, and so does one whose law or whose other thread stops it, at the
+        interpreter's end, too: nothing waits for the interpreter's lock while it holds it."""
+        for end in ("del run", "run.stop()", "pass", "[t.start() or t.join() for t in [threading.Thread(target=run.stop)]]"):
+            text = f"""
+import threading, time, thenar
+run = thenar.Realtime(thenar.Scene("minimal", {{"time.duration": "1000 s"}}), realtime=False,
+                      wrench=lambda period: period.published_wrench())
+run.start()
+time.sleep(0.2)
+{end}
+"""
+            said = subprocess.run([sys.executable, "-c", text], timeout=60, capture_output=True, text=True)
+            self.assertEqual((said.returncode, said.stderr), (0, ""), end)
+        runs = []
+
+        def stopping(period):
+            runs[0].stop()
+            return period.published_torques()
+
+        runs.append(thenar.Realtime(self.scene(), realtime=False, torques=stopping))
+        runs[0].start()
+        self.assertTrue(runs[0].wait(20.0))
+
+    def test_laws_that_nobody_asks(self):
+        plain = box(control__muscles=False)
+        with self.assertRaisesRegex(ValueError, "no muscles"):
+            thenar.Simulation(plain, muscles=LAWS["muscles"])
 
     def test_leaving_stops(self):
         with thenar.Realtime(self.scene().set({"time.duration": "1000 s"}), realtime=False) as run:

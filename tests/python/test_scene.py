@@ -1,6 +1,7 @@
 """Scenes: names, changes, and every fault with its place."""
 import os
 import pathlib
+import pickle
 import tempfile
 
 from support import box, np, thenar, unittest
@@ -60,6 +61,13 @@ class Scenes(unittest.TestCase):
                               ({"contact.friction": float("nan")}, ValueError), ({"name": object()}, TypeError)]:
             with self.assertRaises(kind):
                 scene.set(changes)
+
+    def test_faults_travel(self):
+        """Between processes, as errors of workers do."""
+        with self.assertRaises(thenar.SceneError) as caught:
+            box().set({"object.mass": "1 m"})
+        again = pickle.loads(pickle.dumps(caught.exception))
+        self.assertEqual((str(again), again.key), (str(caught.exception), "object.mass"))
 
     def test_files(self):
         with self.assertRaisesRegex(thenar.FileError, "did you mean 'box_grasp'"):

@@ -146,6 +146,22 @@ class Rules(unittest.TestCase):
                 use()
         self.assertEqual(q.shape, (12,))
 
+    def test_views_of_a_driven_run(self):
+        """A table's muscle forces come where the views are."""
+        with tempfile.TemporaryDirectory() as folder:
+            file = os.path.join(folder, "drive.csv")
+            with open(file, "w") as table:
+                names = thenar.Scene("box_grasp").muscles
+                print("time_s", *(f"{name}_N" for name in names), sep=",", file=table)
+                for time_s in (0, 1):
+                    print(time_s, *(1 + time_s for _ in names), sep=",", file=table)
+            run = thenar.Simulation(box(control__drive=file))
+        view = run.muscles_N
+        for _ in range(50):
+            run.step()
+            self.assertEqual(view.ctypes.data, run.muscles_N.ctypes.data)
+            np.testing.assert_allclose(view, 1 + run.time_s, rtol=1e-12)
+
     def test_one_thread_at_a_time(self):
         run = thenar.Simulation(box(time__duration="20 s"))
         ready = threading.Event()
@@ -179,8 +195,8 @@ class Rules(unittest.TestCase):
     def test_bad_input(self):
         run = thenar.Simulation(box())
         cases = [
-            (TypeError, "takes numbers", lambda: setattr(run, "input_wrench", "abcdef")),
-            (TypeError, "takes numbers", lambda: setattr(run, "input_wrench", None)),
+            (TypeError, "must be numbers", lambda: setattr(run, "input_wrench", "abcdef")),
+            (TypeError, "must be numbers", lambda: setattr(run, "input_wrench", None)),
             (ValueError, r"shape \(5,\), not \(6,\)", lambda: setattr(run, "input_wrench", [0] * 5)),
             (ValueError, "not finite", lambda: setattr(run, "input_wrench", [np.nan] * 6)),
             (ValueError, "no pose", lambda: setattr(run, "target", 2 * np.eye(4))),

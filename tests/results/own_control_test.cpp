@@ -86,7 +86,7 @@ TEST(OwnControlOfRuns, WhatALawThrowsEndsTheRun) {
 // A run that goes on as another does so to the last bit, from between two control ticks, with frames on their way.
 TEST(OwnControlOfRuns, ARunGoesOnAsAnother) {
   const Model model = split_box(1.0);
-  GraspRun one(model, LockstepSettings{.jitter_s = 3e-3, .seed = 5}), other(model, LockstepSettings{});
+  GraspRun one(model, LockstepSettings{.jitter_s = 3e-3, .seed = 5}), other(model, LockstepSettings{.jitter_s = 3e-3});
   for (int i = 0; i < 123; ++i) one.tick();
   other.go_on_as(one);
   for (int i = 0; i < 60; ++i) {

@@ -96,6 +96,8 @@ TEST(DriveFile, MuscleForcesOfARunHoldItsObject) {
   const Recording again = run_scene(replay, after);
   EXPECT_FALSE(again.verdict.lost_s);
   EXPECT_LE((after.X_WO.translation() - state.X_WO.translation()).norm(), 1e-4);
+  // The same forces in the same ticks; a CSV has nine digits.
+  EXPECT_LE((again.muscle_forces_N - run.muscle_forces_N).cwiseAbs().maxCoeff(), 1e-7);
 }
 
 // The scene says where: a file that is not there, or does not fit, is the key's fault.
