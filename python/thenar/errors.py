@@ -46,7 +46,7 @@ class SceneError(Error, ValueError):
         self.file, self.line, self.column, self.key = first.file, first.line, first.column, first.key
 
     def __reduce__(self) -> tuple[type, tuple[list[tuple[str, str, str]]]]:
-        return type(self), ([tuple(one) for one in self.diagnostics],)
+        return type(self), ([(one.location, one.key, one.message) for one in self.diagnostics],)
 
 
 class FileError(Error, OSError):

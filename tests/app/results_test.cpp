@@ -96,7 +96,7 @@ TEST(Program, ADiskThatFailsTheRecordingFailsNothingElse) {
         "run " + config("minimal.yaml") + kSoon + runner + "--time '2.5 s' --format json --record " + film.string();
     ASSERT_EQ(thenar_program(run, "exec ").code, 0);
     const std::uintmax_t whole = fs::file_size(film);
-    const Outcome cut = thenar_program(run, file_limit(realtime ? whole / 2 : whole - 8000));
+    const Outcome cut = thenar_program(run, file_limit(realtime ? whole / 5 * 4 : whole - 8000));
     EXPECT_EQ(cut.code, 3) << cut.text;
     EXPECT_NE(cut.text.find("film.mcap: could not be written in full"), std::string::npos) << cut.text;
     const std::size_t end = cut.text.rfind('}');
