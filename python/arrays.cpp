@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 namespace thenar::python {
 
@@ -15,6 +16,21 @@ std::string in_words(const std::vector<py::ssize_t>& shape) {
 }
 
 }  // namespace
+
+py::dtype structure(const std::vector<Member>& members, std::size_t bytes) {
+  py::list names, formats, offsets;
+  for (const Member& member : members) {
+    names.append(member.name);
+    formats.append(member.count == 1 ? py::dtype(member.kind)
+                                     : py::dtype::from_args(py::make_tuple(member.kind, py::make_tuple(member.count))));
+    offsets.append(member.offset);
+  }
+  return py::dtype(names, formats, offsets, static_cast<py::ssize_t>(bytes));
+}
+
+py::object of_json(const nlohmann::ordered_json& json) {
+  return py::module_::import("json").attr("loads")(json.dump());
+}
 
 Array numbers(py::handle value, const std::vector<py::ssize_t>& shape, const std::string& name) {
   // Text, None or objects: numpy would make numbers of some of them.

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -54,6 +55,16 @@ Array view_of_column(const double* first, int fingers, py::handle owner) {
   return view(first, {fingers}, {sizeof(Record) / sizeof(double)}, owner);
 }
 
+/// A member of a structure: its name, how numpy calls its kind, how many of them, and where they are.
+struct Member {
+  const char* name;
+  const char* kind;
+  py::ssize_t count;
+  std::size_t offset;
+};
+/// The dtype of structures of so many bytes.
+[[nodiscard]] py::dtype structure(const std::vector<Member>& members, std::size_t bytes);
+
 /// A copy, row by row.
 template <typename Derived>
 Array copy(const Eigen::MatrixBase<Derived>& m) {
@@ -68,6 +79,9 @@ Array copy(const Eigen::MatrixBase<Derived>& m) {
     return array;
   }
 }
+
+/// As Python has it: dicts, lists, text and numbers.
+[[nodiscard]] py::object of_json(const nlohmann::ordered_json& json);
 
 /// Numbers of a caller, finite and of this shape; a dimension of -1 may be of any size. Raises ValueError or TypeError
 /// that names them.

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <condition_variable>
 #include <exception>
 #include <map>
 #include <memory>
@@ -122,33 +123,36 @@ int threads_of(const py::object& threads) {
   return static_cast<int>(whole_number(threads, "threads", 1, 4096));
 }
 
-/// Calls `work` for 0 .. count - 1, whichever thread is free, and `look` meanwhile. Rethrows the first fault, when all
-/// have ended.
+/// Calls `work` for 0 .. count - 1, whichever thread is free, and `look` now and then meanwhile. Rethrows the first
+/// fault, when all have ended.
 template <typename Work, typename Look>
 void in_threads(std::size_t count, int threads, std::atomic<bool>& stop, Work&& work, Look&& look) {
   std::atomic<std::size_t> next{0};
   std::mutex mutex;
+  std::condition_variable ended;
   std::exception_ptr fault;
+  int running = std::min<int>(threads, static_cast<int>(count));
   const auto worker = [&] {
-    for (std::size_t i = next.fetch_add(1); i < count && !stop.load(); i = next.fetch_add(1)) {
-      try {
-        work(i);
-      } catch (...) {
-        const std::lock_guard lock(mutex);
-        if (!fault) fault = std::current_exception();
-        stop = true;
-      }
+    std::exception_ptr thrown;
+    try {
+      for (std::size_t i = next.fetch_add(1); i < count && !stop; i = next.fetch_add(1)) work(i);
+    } catch (...) {
+      thrown = std::current_exception();
+      stop = true;
     }
+    const std::lock_guard lock(mutex);
+    if (thrown && !fault) fault = thrown;
+    if (--running == 0) ended.notify_all();
   };
   std::vector<std::jthread> all;
-  std::atomic<int> running{std::min<int>(threads, static_cast<int>(count))};
-  for (int t = running; t > 0; --t) {
-    all.emplace_back([&] {
-      worker();
-      --running;
-    });
+  for (int t = running; t > 0; --t) all.emplace_back(worker);
+  std::unique_lock lock(mutex);
+  while (!ended.wait_for(lock, std::chrono::milliseconds(50), [&] { return running == 0; })) {
+    lock.unlock();
+    look();
+    lock.lock();
   }
-  while (running > 0) look(stop);
+  lock.unlock();
   all.clear();
   if (fault) std::rethrow_exception(fault);
 }
@@ -186,15 +190,13 @@ py::dict rollout(const std::vector<std::shared_ptr<Simulation>>& simulations, st
   {
     const py::gil_scoped_release others;
     std::atomic<bool> stop{false};
-    std::int64_t looks = 0;
     in_threads(
         plan.all.size(), jobs, stop, [&](std::size_t row) { run_one(plan, row, stop); },
-        [&](std::atomic<bool>& end) {
-          std::this_thread::sleep_for(std::chrono::microseconds(200));
-          if (++looks % 256 != 0 || end) return;
+        [&] {
+          if (stop) return;
           const py::gil_scoped_acquire lock;
           interrupted = PyErr_CheckSignals() != 0;
-          if (interrupted) end = true;
+          if (interrupted) stop = true;
         });
   }
   if (interrupted) throw py::error_already_set();
@@ -210,8 +212,6 @@ py::dict rollout(const std::vector<std::shared_ptr<Simulation>>& simulations, st
   return result;
 }
 
-py::object loads(const nlohmann::ordered_json& json) { return py::module_::import("json").attr("loads")(json.dump()); }
-
 py::dict columns_of(const Model& model, const Recording& recording) {
   const SignalTable table = signal_table(model, recording);
   py::dict columns;
@@ -221,8 +221,27 @@ py::dict columns_of(const Model& model, const Recording& recording) {
   return columns;
 }
 
-py::dict run(const std::shared_ptr<const SceneHandle>& scene, const py::object& record, bool lockstep,
-             py::object wrench, py::object forces, py::object torques, py::object muscles) {
+RecordingSettings recording_settings(const Model& model, const py::object& rate, const py::object& fields,
+                                     bool contacts) {
+  RecordingSettings settings;
+  settings.contacts = contacts;
+  if (!rate.is_none()) settings.rate_Hz = number(rate, "record_rate");
+  const double contact_Hz = 1.0 / model.scene.step_s;
+  if (!(settings.rate_Hz > 0.0) || settings.rate_Hz > contact_Hz * (1.0 + 1e-9)) {
+    throw py::value_error(
+        fmt::format("record_rate must be more than 0, and the {:.6g} Hz of the contact loop at most", contact_Hz));
+  }
+  if (fields.is_none()) return settings;
+  if (py::isinstance<py::str>(fields)) throw py::type_error("record_fields takes a list of names");
+  settings.fields = fields.cast<std::vector<std::string>>();
+  const std::string unknown = unknown_field(model, settings.fields);
+  if (!unknown.empty()) throw py::value_error(unknown);
+  return settings;
+}
+
+py::dict run(const std::shared_ptr<const SceneHandle>& scene, const py::object& record, const py::object& record_rate,
+             const py::object& record_fields, bool record_contacts, bool lockstep, py::object wrench, py::object forces,
+             py::object torques, py::object muscles) {
   RunSettings settings;
   settings.own =
       own_control(scene->scene(), std::move(wrench), std::move(forces), std::move(torques), std::move(muscles));
@@ -233,12 +252,16 @@ py::dict run(const std::shared_ptr<const SceneHandle>& scene, const py::object& 
   std::optional<std::filesystem::path> file;
   if (!record.is_none()) file = py::str(py::module_::import("os").attr("fspath")(record)).cast<std::string>();
   std::shared_ptr<const Model> model;
-  Recording recording;
   {
     const py::gil_scoped_release others;
     model = scene->model();
+  }
+  const RecordingSettings kept = recording_settings(*model, record_rate, record_fields, record_contacts);
+  Recording recording;
+  {
+    const py::gil_scoped_release others;
     std::optional<RecordingFile> film;
-    if (file) film.emplace(*file, *model);
+    if (file) film.emplace(*file, *model, kept);
     settings.film = film ? &*film : nullptr;
     State state(*model);
     recording = run_scene(*model, state, settings);
@@ -246,20 +269,25 @@ py::dict run(const std::shared_ptr<const SceneHandle>& scene, const py::object& 
   }
   watch.rethrow();
   py::dict result;
-  result["summary"] = loads(summarize(*model, recording));
+  result["summary"] = of_json(summarize(*model, recording));
   result["signals"] = columns_of(*model, recording);
   return result;
 }
 
-SweepPlan plan_of(const SceneHandle& scene, const py::dict& vary) {
+/// `given`: of each key what the caller has for a value's text, where he gave no text for all of them.
+SweepPlan plan_of(const SceneHandle& scene, const py::dict& vary, std::vector<py::dict>& given) {
   if (scene.grasp()) throw py::value_error("sweep takes scenes of files: set grasp.rank instead");
   SweepPlan plan{scene.file(), scene.changes(), {}};
   for (const auto& [key, values] : vary) {
     Variation variation{py::str(key).cast<std::string>(), {}};
+    py::dict& objects = given.emplace_back();
     if (py::isinstance<py::str>(values)) {
       variation = read_variation(variation.key + "=" + values.cast<std::string>());
     } else {
-      for (const py::handle value : values) variation.values.push_back(yaml_text(value, variation.key));
+      for (const py::handle value : values) {
+        variation.values.push_back(yaml_text(value, variation.key));
+        objects[py::str(variation.values.back())] = value;
+      }
     }
     if (variation.values.empty()) throw py::value_error(variation.key + " varies over nothing");
     plan.vary.push_back(std::move(variation));
@@ -268,7 +296,8 @@ SweepPlan plan_of(const SceneHandle& scene, const py::dict& vary) {
 }
 
 py::list sweep(const std::shared_ptr<const SceneHandle>& scene, const py::dict& vary, const py::object& threads) {
-  const SweepPlan plan = plan_of(*scene, vary);
+  std::vector<py::dict> given;
+  const SweepPlan plan = plan_of(*scene, vary, given);
   const int jobs = threads_of(threads);
   std::map<std::size_t, SweepRow> rows;
   std::string failed;
@@ -295,10 +324,12 @@ py::list sweep(const std::shared_ptr<const SceneHandle>& scene, const py::dict& 
   for (const auto& [row, result] : rows) {
     py::dict line;
     const std::vector<std::string> values = plan.values(row);
-    for (std::size_t i = 0; i < values.size(); ++i) line[py::str(plan.vary[i].key)] = values[i];
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      line[py::str(plan.vary[i].key)] = given[i].attr("get")(values[i], values[i]);
+    }
     line["outcome"] = to_string(result.verdict.outcome);
     line["reason"] = result.verdict.reason;
-    if (!result.measures.is_null()) line.attr("update")(loads(result.measures));
+    if (!result.measures.is_null()) line.attr("update")(of_json(result.measures));
     table.append(line);
   }
   return table;
@@ -307,8 +338,9 @@ py::list sweep(const std::shared_ptr<const SceneHandle>& scene, const py::dict& 
 }  // namespace
 
 void bind_batch(py::module_& module) {
-  module.def("_run", &run, py::arg("scene"), py::arg("record"), py::arg("lockstep"), py::arg("wrench"),
-             py::arg("forces"), py::arg("torques"), py::arg("muscles"));
+  module.def("_run", &run, py::arg("scene"), py::arg("record"), py::arg("record_rate"), py::arg("record_fields"),
+             py::arg("record_contacts"), py::arg("lockstep"), py::arg("wrench"), py::arg("forces"), py::arg("torques"),
+             py::arg("muscles"));
   module.def("rollout", &rollout, py::arg("simulations"), py::arg("ticks"), py::kw_only(), py::arg("every") = 1,
              py::arg("signals") = std::vector<std::string>{"time_s", "object", "force_N", "margin"},
              py::arg("threads") = py::none(),
@@ -322,8 +354,8 @@ The bits are those of step(), whatever the threads.)");
              R"(Runs all combinations of what varies, as `thenar sweep`.
 
 vary: key to values, {'contact.friction': [0.3, 0.5], 'object.mass': '50 g:200 g:4'}; the last key turns fastest.
-Returns a list of rows: a dict of what varies, outcome, reason and the measures of summary.json. A combination that is
-no scene is a row: 'refused', and why.)");
+Returns a list of rows: a dict of what varies, as it was given, outcome, reason and the measures of summary.json. A
+combination that is no scene is a row: 'refused', and why.)");
 }
 
 }  // namespace thenar::python

@@ -21,9 +21,9 @@ namespace py = pybind11;
 namespace {
 
 /// Raises an instance of a class of thenar.errors.
-void raise(const char* type, const py::object& argument) {
+void raise(const char* type, const py::args& arguments) {
   const py::object error = py::module_::import("thenar.errors").attr(type);
-  PyErr_SetObject(error.ptr(), error(argument).ptr());
+  PyErr_SetObject(error.ptr(), error(*arguments).ptr());
 }
 
 void translate(std::exception_ptr fault) try {
@@ -33,9 +33,9 @@ void translate(std::exception_ptr fault) try {
   for (const thenar::ConfigDiagnostic& one : error.diagnostics()) {
     all.append(py::make_tuple(one.location, one.key, one.message));
   }
-  raise("SceneError", all);
+  raise("SceneError", py::make_tuple(all));
 } catch (const thenar::FileError& error) {
-  raise("FileError", py::str(error.what()));
+  raise("FileError", py::make_tuple(error.what(), error.file()));
 }
 
 }  // namespace

@@ -70,7 +70,7 @@ class NewestTick : public Watcher {
 /// contact loop never waits for Python.
 class Realtime {
  public:
-  Realtime(std::shared_ptr<const SceneHandle> scene, double duration_s, bool realtime, int core, OwnControl own);
+  Realtime(std::shared_ptr<const SceneHandle> scene, bool realtime, int core, OwnControl own);
   ~Realtime();
   Realtime(const Realtime&) = delete;
   Realtime& operator=(const Realtime&) = delete;
@@ -114,15 +114,14 @@ class Realtime {
   std::thread thread_;
 };
 
-Realtime::Realtime(std::shared_ptr<const SceneHandle> of_scene, double duration_s, bool realtime, int core,
-                   OwnControl own)
+Realtime::Realtime(std::shared_ptr<const SceneHandle> of_scene, bool realtime, int core, OwnControl own)
     : scene(std::move(of_scene)),
       model(scene->model()),
       newest(*model),
       profile(*model),
       hands_(*model),
       live_(*model, inputs_, hands_) {
-  settings_.duration_s = duration_s;
+  settings_.duration_s = model->scene.duration_s;
   settings_.realtime = realtime;
   settings_.core = core;
   settings_.quiet = true;
@@ -265,7 +264,7 @@ py::object profile_of(Realtime& run) {
   const RealtimeRun& result = run.result();
   nlohmann::ordered_json json = verdict_json(result.recording.verdict);
   json.update(profile_json(*run.model, run.profile, result.report));
-  return py::module_::import("json").attr("loads")(json.dump());
+  return of_json(json);
 }
 
 /// Waits, and looks for Ctrl-C meanwhile.
@@ -289,15 +288,12 @@ bool wait_for(Realtime& run, const py::object& seconds) {
   }
 }
 
-std::unique_ptr<Realtime> realtime_of(std::shared_ptr<const SceneHandle> scene, const py::object& duration,
-                                      bool realtime, int core, py::object wrench, py::object forces, py::object torques,
-                                      py::object muscles) {
-  const double duration_s = duration.is_none() ? scene->scene().duration_s : time_of(duration, "duration");
-  if (!(duration_s > 0.0) || duration_s > 1e6) throw py::value_error("duration must lie within 0 .. 1e6 s");
+std::unique_ptr<Realtime> realtime_of(std::shared_ptr<const SceneHandle> scene, bool realtime, int core,
+                                      py::object wrench, py::object forces, py::object torques, py::object muscles) {
   OwnControl own =
       own_control(scene->scene(), std::move(wrench), std::move(forces), std::move(torques), std::move(muscles));
   const py::gil_scoped_release others;
-  return std::make_unique<Realtime>(std::move(scene), duration_s, realtime, core, std::move(own));
+  return std::make_unique<Realtime>(std::move(scene), realtime, core, std::move(own));
 }
 
 }  // namespace
@@ -317,10 +313,10 @@ void bind_realtime(py::module_& module) {
 
 Laws are called on the control thread. While one takes its time, the last frame stays in use and is then held: the
 contact loop never waits for Python.)")
-      .def(py::init(&realtime_of), py::arg("scene"), py::kw_only(), py::arg("duration") = py::none(),
-           py::arg("realtime") = true, py::arg("core") = -1, py::arg("wrench") = py::none(),
-           py::arg("forces") = py::none(), py::arg("torques") = py::none(), py::arg("muscles") = py::none(),
-           R"(duration: simulated time, by default the scene's. realtime: ask for SCHED_FIFO and a core of its own; what
+      .def(py::init(&realtime_of), py::arg("scene"), py::kw_only(), py::arg("realtime") = true, py::arg("core") = -1,
+           py::arg("wrench") = py::none(), py::arg("forces") = py::none(), py::arg("torques") = py::none(),
+           py::arg("muscles") = py::none(),
+           R"(It lasts as long as the scene. realtime: ask for SCHED_FIFO and a core of its own; what
 is refused is told in report. core: the contact thread's. Laws as of Simulation.)")
       .def("start", &Realtime::start, "Begins; entering a `with` does so, too.")
       .def("stop", ends, "Ends it, and waits for the threads; leaving a `with` does so, too.")

@@ -6,12 +6,18 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "engine/figures/recording_page.h"
+#include "engine/formats/contact_block.h"
 #include "engine/formats/text.h"
 #include "engine/results/recorded_run.h"
 #include "python/arrays.h"
@@ -28,6 +34,9 @@ void write_pose(const double* from, double* to) {
   }
   std::copy_n(std::array{0.0, 0.0, 0.0, 1.0}.data(), 4, to + 12);
 }
+
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNone[3] = {kUnknown, kUnknown, kUnknown};
 
 bool is_pose(const std::string& name) { return name == "object" || name == "target" || name == "segments"; }
 bool is_vector_of_fingers(const std::string& name) {
@@ -57,21 +66,77 @@ py::array field_of(const RecordedRun& run, const std::string& name) {
   throw py::key_error(fmt::format("'{}'{}", name, did_you_mean(nearest_word(name, names))));
 }
 
-/// A row for each contact of each state, its columns by name.
-py::dict contacts_of(const RecordedRun& run) {
+/// A row for each contact of each state.
+struct StateContact {
+  double time_s;
+  std::int64_t finger, control_point;
+  double point_m[3], normal[3], force_N[3];
+};
+
+std::int64_t whole(double number) { return std::isnan(number) ? -1 : static_cast<std::int64_t>(number); }
+
+py::array contacts_of(const RecordedRun& run) {
+  const py::dtype kind = structure({{"time_s", "f8", 1, offsetof(StateContact, time_s)},
+                                    {"finger", "i8", 1, offsetof(StateContact, finger)},
+                                    {"control_point", "i8", 1, offsetof(StateContact, control_point)},
+                                    {"point_m", "f8", 3, offsetof(StateContact, point_m)},
+                                    {"normal", "f8", 3, offsetof(StateContact, normal)},
+                                    {"force_N", "f8", 3, offsetof(StateContact, force_N)}},
+                                   sizeof(StateContact));
   const auto rows = run.contacts();
-  py::dict columns;
-  for (const Field& field : run.contact_fields) {
-    const RowMatrix part =
-        rows.middleCols(static_cast<Eigen::Index>(field.begin), static_cast<Eigen::Index>(field.count));
-    Array array({part.rows(), part.cols()});
-    std::copy_n(part.data(), part.size(), array.mutable_data());
-    py::array column = field.count == 1 ? py::array(array.reshape({part.rows()})) : py::array(array);
-    if (field.name == "finger" || field.name == "control_point") column = column.attr("astype")("i8");
-    columns[py::str(field.name)] = column;
-  }
-  return columns;
+  py::array array(kind, rows.rows());
+  auto* const all = static_cast<StateContact*>(array.mutable_data());
+  const auto fill = [&](const char* name, auto write) {
+    const auto field = std::ranges::find(run.contact_fields, name, &Field::name);
+    for (Eigen::Index i = 0; i < rows.rows(); ++i) {
+      write(all[i], field == run.contact_fields.end()
+                        ? kNone
+                        : rows.data() + i * rows.cols() + static_cast<Eigen::Index>(field->begin));
+    }
+  };
+  fill("time_s", [](StateContact& to, const double* from) { to.time_s = *from; });
+  fill("finger", [](StateContact& to, const double* from) { to.finger = whole(*from); });
+  fill("control_point", [](StateContact& to, const double* from) { to.control_point = whole(*from); });
+  fill("point_m", [](StateContact& to, const double* from) { std::copy_n(from, 3, to.point_m); });
+  fill("normal", [](StateContact& to, const double* from) { std::copy_n(from, 3, to.normal); });
+  fill("force_N", [](StateContact& to, const double* from) { std::copy_n(from, 3, to.force_N); });
+  return array;
 }
+
+/// A row for each contact of each tick, where those were recorded.
+struct TimedContact {
+  double time_s;
+  TickContact contact;
+};
+
+py::array tick_contacts_of(const RecordedRun& run) {
+  const auto of = [](std::size_t offset) { return offsetof(TimedContact, contact) + offset; };
+  const py::dtype kind = structure({{"time_s", "f8", 1, offsetof(TimedContact, time_s)},
+                                    {"finger", "u2", 1, of(offsetof(TickContact, finger))},
+                                    {"control_point", "u2", 1, of(offsetof(TickContact, control_point))},
+                                    {"force_N", "f4", 3, of(offsetof(TickContact, force_N))},
+                                    {"slip_m", "f4", 2, of(offsetof(TickContact, slip_m))},
+                                    {"point_m", "f4", 3, of(offsetof(TickContact, point_m))},
+                                    {"normal", "f4", 3, of(offsetof(TickContact, normal))},
+                                    {"tangent", "f4", 3, of(offsetof(TickContact, tangent))}},
+                                   sizeof(TimedContact));
+  std::size_t count = 0;
+  for (const ContactBlock& block : run.contact_blocks) count += block.rows.size();
+  py::array array(kind, static_cast<py::ssize_t>(count));
+  auto* to = static_cast<TimedContact*>(array.mutable_data());
+  for (const ContactBlock& block : run.contact_blocks) {
+    for (std::size_t i = 0; i < block.rows.size(); ++i) {
+      *to++ = {block.time_s + static_cast<double>(i / block.contacts) * block.step_s, block.rows[i]};
+    }
+  }
+  return array;
+}
+
+/// A recording, and the file that it is in.
+struct RecordingHandle {
+  std::filesystem::path file;
+  RecordedRun run;
+};
 
 std::vector<std::string> names_of_fields(const RecordedRun& run) {
   std::vector<std::string> names;
@@ -79,43 +144,66 @@ std::vector<std::string> names_of_fields(const RecordedRun& run) {
   return names;
 }
 
+std::string page_of(const std::filesystem::path& recording) {
+  const py::gil_scoped_release others;
+  return recording_page(recording);
+}
+
 }  // namespace
 
 void bind_recordings(py::module_& module) {
-  py::class_<RecordedRun>(module, "Recording", R"(What a recording holds, as arrays: recording['force_N'].
+  module.def("_page", &page_of, py::arg("recording"));
+  py::class_<RecordingHandle>(module, "Recording", R"(What a recording holds, as arrays: recording['force_N'].
 
 A row a state. Names and units are those of Simulation and of the live window; `object` and `target` are (states, 4, 4)
 poses, and what is a vector a finger is (states, fingers, 3). What a recording does not know is NaN.)")
       .def(py::init([](const std::filesystem::path& file) {
              const py::gil_scoped_release others;
-             return std::make_unique<RecordedRun>(read_recording(file));
+             return std::make_unique<RecordingHandle>(RecordingHandle{file, read_recording(file)});
            }),
            py::arg("file"), "Reads an MCAP file that thenar wrote, also one that was cut off. Raises FileError.")
-      .def("__getitem__", &field_of, py::arg("field"))
+      .def(
+          "__getitem__",
+          [](const RecordingHandle& self, const std::string& field) { return field_of(self.run, field); },
+          py::arg("field"))
       .def("__contains__",
-           [](const RecordedRun& run, const std::string& name) {
-             const std::vector<std::string> names = names_of_fields(run);
+           [](const RecordingHandle& self, const std::string& name) {
+             const std::vector<std::string> names = names_of_fields(self.run);
              return std::find(names.begin(), names.end(), name) != names.end();
            })
-      .def("__len__", [](const RecordedRun& run) { return run.states().rows(); })
-      .def("__iter__", [](const RecordedRun& run) { return py::iter(py::cast(names_of_fields(run))); })
+      .def("__len__", [](const RecordingHandle& self) { return self.run.states().rows(); })
+      .def("__iter__", [](const RecordingHandle& self) { return py::iter(py::cast(names_of_fields(self.run))); })
       .def_property_readonly(
-          "whole", [](const RecordedRun& run) { return run.reading.whole; },
+          "whole", [](const RecordingHandle& self) { return self.run.reading.whole; },
           "Whether the file was ended: it was not cut off, and is sound.")
-      .def("keys", &names_of_fields, "Names of the fields that the states have.")
+      .def(
+          "keys", [](const RecordingHandle& self) { return names_of_fields(self.run); },
+          "Names of the fields that the states have.")
       .def_property_readonly(
-          "name", [](const RecordedRun& run) { return run.name; }, "Of the scene.")
-      .def_property_readonly("fingers", [](const RecordedRun& run) { return run.names.fingers; })
-      .def_property_readonly("joints", [](const RecordedRun& run) { return run.names.joints; })
-      .def_property_readonly("muscles", [](const RecordedRun& run) { return run.names.muscles; })
+          "name", [](const RecordingHandle& self) { return self.run.name; }, "Of the scene.")
+      .def_property_readonly("fingers", [](const RecordingHandle& self) { return self.run.names.fingers; })
+      .def_property_readonly("joints", [](const RecordingHandle& self) { return self.run.names.joints; })
+      .def_property_readonly("muscles", [](const RecordingHandle& self) { return self.run.names.muscles; })
       .def_property_readonly(
-          "time_s", [](const RecordedRun& run) { return copy(run.times_s()); },
+          "time_s", [](const RecordingHandle& self) { return copy(self.run.times_s()); },
           "(states,) They go back where the simulation was set back.")
-      .def_property_readonly("contacts", &contacts_of, R"(All contacts of all states, a dict of columns.
+      .def_property_readonly(
+          "contacts", [](const RecordingHandle& self) { return contacts_of(self.run); },
+          R"(Structured array of all contacts of all states, a row each.
 
 time_s of the state, finger, control_point, point_m, normal, force_N: world axes, the force acts on the object.)")
-      .def("__repr__", [](const RecordedRun& run) {
-        return fmt::format("<thenar.Recording of '{}', {} states>", run.name, run.states().rows());
+      .def_property_readonly(
+          "tick_contacts", [](const RecordingHandle& self) { return tick_contacts_of(self.run); },
+          R"(Structured array of all contacts of all ticks, where `record_contacts` was asked for.
+
+time_s, finger, control_point; force_N on the object along normal, tangent and their cross product; slip_m along the
+last two in that tick; point_m, normal and tangent: world, as the message of many ticks that they are of began.)")
+      .def("_repr_html_",
+           [](const RecordingHandle& self) {
+             return py::module_::import("thenar.notebook").attr("of_recording")(self.file.string());
+           })
+      .def("__repr__", [](const RecordingHandle& self) {
+        return fmt::format("<thenar.Recording of '{}', {} states>", self.run.name, self.run.states().rows());
       });
 }
 

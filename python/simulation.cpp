@@ -1,12 +1,14 @@
 #include "python/simulation.h"
 
 #include <fmt/format.h>
+#include <pybind11/stl/filesystem.h>
 
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <utility>
 
+#include "engine/results/recording_file.h"
 #include "engine/results/summary.h"
 #include "engine/results/verdict.h"
 #include "python/arrays.h"
@@ -22,20 +24,13 @@ GraspRun run_of(const Model& model, const std::optional<LockstepSettings>& locks
 
 /// One contact, as recordings have it.
 py::dtype contact_dtype() {
-  const py::dtype vector = py::dtype::from_args(py::make_tuple("f8", py::make_tuple(3)));
-  py::list names, formats, offsets;
-  const auto add = [&](const char* name, const py::object& format, std::size_t offset) {
-    names.append(name);
-    formats.append(format);
-    offsets.append(offset);
-  };
-  add("finger", py::str("i4"), offsetof(ShownContact, finger));
-  add("control_point", py::str("i8"), offsetof(ShownContact, control_point));
-  add("point_m", vector, offsetof(ShownContact, point_m));
-  add("normal", vector, offsetof(ShownContact, normal));
-  add("force_N", vector, offsetof(ShownContact, force_N));
   static_assert(sizeof(Eigen::Index) == 8 && sizeof(int) == 4);
-  return py::dtype(names, formats, offsets, sizeof(ShownContact));
+  return structure({{"finger", "i4", 1, offsetof(ShownContact, finger)},
+                    {"control_point", "i8", 1, offsetof(ShownContact, control_point)},
+                    {"point_m", "f8", 3, offsetof(ShownContact, point_m)},
+                    {"normal", "f8", 3, offsetof(ShownContact, normal)},
+                    {"force_N", "f8", 3, offsetof(ShownContact, force_N)}},
+                   sizeof(ShownContact));
 }
 
 py::array contacts_of(Simulation& simulation, py::handle owner) {
@@ -73,7 +68,7 @@ py::object run_until(Simulation& simulation, const py::object& until) {
     watch.rethrow();
   }
   const Hold hold(simulation);
-  return report_of(simulation.monitor.verdict());
+  return of_json(verdict_json(simulation.monitor.verdict()));
 }
 
 std::shared_ptr<Simulation> simulation_of(std::shared_ptr<const SceneHandle> scene, const py::object& lockstep,
@@ -249,6 +244,15 @@ void Simulation::tick() {
   monitor.add(record);
 }
 
+void Simulation::record_now(const std::filesystem::path& file) {
+  RecordingFile film(file, *model);
+  film.add(picture(), record, run.controller.f_muscle);
+  const Verdict verdict = monitor.verdict();
+  film.add_status(run.time_s(),
+                  {{"type", "status"}, {"outcome", to_string(verdict.outcome)}, {"reason", verdict.reason}});
+  film.finish();
+}
+
 const Picture& Simulation::picture() {
   if (picture_.snapshot.tick != run.state.tick) take_picture(run.state, run.work, picture_);
   return picture_;
@@ -258,8 +262,7 @@ Hold::Hold(Simulation& simulation) : simulation_(simulation) {
   if (simulation.busy.exchange(true, std::memory_order_acquire)) {
     throw std::runtime_error(
         "this simulation is being stepped, by another thread or by the step that called this law: make a copy() for "
-        "each "
-        "thread, and ask the period");
+        "each thread, and ask the period");
   }
   if (!simulation.closed) return;
   simulation.busy.store(false, std::memory_order_release);
@@ -272,10 +275,6 @@ bool SignalWatch::operator()(std::int64_t tick) {
   const py::gil_scoped_acquire lock;
   raised_ = PyErr_CheckSignals() != 0;
   return raised_;
-}
-
-py::object report_of(const Verdict& verdict) {
-  return py::module_::import("json").attr("loads")(verdict_json(verdict).dump());
 }
 
 void bind_simulation(py::module_& module) {
@@ -324,7 +323,7 @@ Returns report.)")
       .def_property_readonly("lost", of([](Simulation& s, py::handle) { return s.monitor.lost(); }),
                              "Whether the object is lost.")
       .def_property_readonly(
-          "report", of([](Simulation& s, py::handle) { return report_of(s.monitor.verdict()); }),
+          "report", of([](Simulation& s, py::handle) { return of_json(verdict_json(s.monitor.verdict())); }),
           "What became of the grasp so far, as in summary.json: outcome, reason, held, lost_at_s, beyond.")
       .def_property_readonly("residual", of([](Simulation& s, py::handle) { return s.record.contact.solve.residual; }),
                              "Of the contact solve: natural map [no unit].")
@@ -354,6 +353,15 @@ Returns report.)")
             self.input.X_WT = X_WT;
           },
           "(4, 4) Where the object should be. Set: from the next tick on; None: where the task has it.")
+      .def(
+          "_record_now",
+          [](Simulation& self, const std::filesystem::path& file) {
+            const Hold hold(self);
+            self.record_now(file);
+          },
+          py::arg("file"), "A recording of this instant alone.")
+      .def("_repr_html_",
+           [](const py::object& self) { return py::module_::import("thenar.notebook").attr("of_simulation")(self); })
       .def("__enter__", [](const py::object& self) { return self; })
       .def("__exit__", [](const py::object& self, const py::args&) { self.attr("close")(); })
       .def("__repr__", [](const Simulation& self) {

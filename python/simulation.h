@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <optional>
 
@@ -37,6 +38,8 @@ class Simulation {
   }
 
   [[nodiscard]] const Picture& picture();
+  /// A recording of this instant alone. Throws FileError.
+  void record_now(const std::filesystem::path& file);
 
   std::shared_ptr<const SceneHandle> scene;
   std::shared_ptr<const Model> model;
@@ -77,9 +80,6 @@ class SignalWatch {
  private:
   bool raised_ = false;
 };
-
-/// Of a simulation that has ended or goes on: {"outcome", "reason", "held", "lost_at_s", "beyond"}, as summary.json.
-[[nodiscard]] py::object report_of(const Verdict& verdict);
 
 void bind_simulation(py::module_& module);
 

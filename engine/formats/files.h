@@ -13,7 +13,11 @@ namespace thenar {
 class FileError : public std::runtime_error {
  public:
   FileError(const std::filesystem::path& file, const std::string& what)
-      : std::runtime_error(file.string() + ": " + what) {}
+      : std::runtime_error(file.string() + ": " + what), file_(file.string()) {}
+  [[nodiscard]] const std::string& file() const { return file_; }
+
+ private:
+  std::string file_;
 };
 
 /// A file whose bytes could not be had: it says nothing about what the file holds.

@@ -106,7 +106,12 @@ bool Recorder::see_control(const ControlTick& tick) {
 
 bool Recorder::see_tick(const Tick& tick) {
   if (recording_.ticks.empty()) make_room();
-  if (model_.scene.has_muscles()) recording_.muscle_forces_N.col(std::ssize(recording_.ticks)) = tick.muscle_forces_N;
+  if (model_.scene.has_muscles()) {
+    Eigen::MatrixXd& all = recording_.muscle_forces_N;
+    const auto now = std::ssize(recording_.ticks);
+    if (now == all.cols()) all.conservativeResize(Eigen::NoChange, 2 * now);  // The run is longer than the scene's.
+    all.col(now) = tick.muscle_forces_N;
+  }
   TickRecord& record = recording_.ticks.emplace_back(tick_record(model_, tick.after, tick.contact, tick.control));
   if (tick.controlled) record_control(tick.control, record);
   record.interpolate_s = tick.display_s;

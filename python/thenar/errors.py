@@ -50,7 +50,17 @@ class SceneError(Error, ValueError):
 
 
 class FileError(Error, OSError):
-    """A file that cannot be read or written, or does not hold what it should."""
+    """A file that cannot be read or written, or does not hold what it should: `filename`."""
+
+    def __init__(self, message: str, filename: Optional[str] = None) -> None:
+        super().__init__(message)
+        self.filename = filename
+
+    def __str__(self) -> str:
+        return str(self.args[0])
+
+    def __reduce__(self) -> tuple[type, tuple[str, Optional[str]]]:
+        return type(self), (str(self), self.filename)
 
 
 class NoGrasp(Error):

@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 import os
-from typing import Any, Callable, Optional, Union
+from typing import Any, Callable, Optional, Sequence, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -34,6 +34,9 @@ def run(
     scene: _core.Scene,
     *,
     record: Optional[Union[str, "os.PathLike[str]"]] = None,
+    record_rate: Optional[float] = None,
+    record_fields: Optional[Sequence[str]] = None,
+    record_contacts: bool = False,
     lockstep: bool = False,
     wrench: Law = None,
     forces: Optional[Callable[[_core.Period], Optional[npt.ArrayLike]]] = None,
@@ -42,10 +45,16 @@ def run(
 ) -> Run:
     """Runs a scene to its end, as `thenar run`: the same bits.
 
-    record: an MCAP file of what the run looks like.
+    record: an MCAP file of what the run looks like. record_rate: its states of a simulated second [Hz], 50 unless
+    given. record_fields: names of the fields of a state, all unless given, which a picture needs. record_contacts:
+    every contact of every tick, too.
     Laws as of Simulation.
     """
     if not isinstance(scene, _core.Scene):
         raise TypeError(f"run takes a thenar.Scene, not {type(scene).__name__}: thenar.Scene('box_grasp')")
-    result = _core._run(scene, record, lockstep, wrench, forces, torques, muscles)
+    if record is None and (record_rate is not None or record_fields is not None or record_contacts):
+        raise ValueError("record_rate, record_fields and record_contacts need record, the file to write")
+    result = _core._run(
+        scene, record, record_rate, record_fields, record_contacts, lockstep, wrench, forces, torques, muscles
+    )
     return Run(scene, result["summary"], result["signals"])

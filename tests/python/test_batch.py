@@ -47,7 +47,7 @@ class Sweeps(unittest.TestCase):
         self.assertEqual([row["outcome"] for row in rows], ["held", "refused", "held", "refused"])
         run = thenar.run(box(contact__friction=0.8, object__mass="30 g"))
         self.assertEqual(rows[2]["final_error_mm"], run.summary["object"]["final_error_mm"])
-        self.assertEqual(rows[2]["object.mass"], "30 g")
+        self.assertEqual((rows[2]["contact.friction"], rows[2]["object.mass"]), (0.8, "30 g"))
         self.assertEqual(len(thenar.sweep(box(), {"object.mass": "20 g:60 g:3"})), 3)
 
     def test_bad_input(self):

@@ -1,5 +1,9 @@
 """Recordings: what a run shows is what is read back."""
+import base64
+import html
 import os
+import pathlib
+import re
 import tempfile
 
 from support import box, np, thenar, unittest
@@ -52,10 +56,65 @@ class Recordings(unittest.TestCase):
             except thenar.FileError as error:
                 self.assertTrue(str(error))
 
+    def test_contacts_of_ticks(self):
+        """Every contact of every tick, whose forces are those of the simulation's contacts in their axes."""
+        file = os.path.join(self.folder.name, "ticks.mcap")
+        thenar.run(box(), record=file, record_contacts=True, record_rate=20, record_fields=["time_s", "margin"])
+        recording = thenar.Recording(file)
+        self.assertEqual(recording.keys(), ["time_s", "tick", "margin"])
+        self.assertEqual(len(recording), 6)
+        rows = recording.tick_contacts
+        self.assertEqual(len(np.unique(rows["time_s"].round(9))), 300)
+        simulation = thenar.Simulation(box())
+        for time_s in (0.1, 0.3):
+            simulation.run(until=time_s)
+            now = rows[np.isclose(rows["time_s"], time_s, rtol=0, atol=1e-6)]
+            contacts = simulation.contacts
+            self.assertEqual(len(now), len(contacts))
+            self.assertTrue(np.array_equal(now["control_point"], contacts["control_point"]))
+            # The axes are those of the block's first tick, and floats: 1e-3 of a finger's force.
+            normal = np.einsum("ij,ij->i", contacts["force_N"], contacts["normal"])
+            self.assertLess(np.abs(now["force_N"][:, 0] - normal).max(), 1e-3)
+
+    def test_settings_that_are_none(self):
+        file = os.path.join(self.folder.name, "none.mcap")
+        for settings, words in [
+            (dict(record_rate=0), "more than 0"),
+            (dict(record_rate=2000), "1000 Hz"),
+            (dict(record_rate=float("nan")), "record_rate"),
+            (dict(record_fields=["q_red"]), "q_rad"),
+            (dict(record_fields="q_rad"), "list"),
+        ]:
+            with self.assertRaisesRegex((ValueError, TypeError), words):
+                thenar.run(box(), record=file, **settings)
+        self.assertFalse(os.path.exists(file))
+        with self.assertRaisesRegex(ValueError, "need record"):
+            thenar.run(box(), record_contacts=True)
+
+    def test_notebook(self):
+        """The page with the recording, and with a simulation's instant, which a step later does not change."""
+        if not (pathlib.Path(thenar.__file__).parent / "share" / "page.html").exists():
+            self.assertIsNone(self.recording._repr_html_())
+            self.skipTest("the page was not built")
+        frame = self.recording._repr_html_()
+        self.assertRegex(frame, r'^<iframe srcdoc="[^"]*" style="[^"]*"></iframe>$')
+        simulation = thenar.Simulation(box())
+        simulation.step(10)
+        frame = simulation._repr_html_()
+        simulation.step(10)
+        text = re.search(r'id="recording" type="text/plain">([^<]*)<', html.unescape(frame)).group(1)
+        file = os.path.join(self.folder.name, "now.mcap")
+        with open(file, "wb") as to:
+            to.write(base64.b64decode(text))
+        shown = thenar.Recording(file)
+        self.assertEqual(shown.time_s.tolist(), [0.01])
+
     def test_is_none(self):
         for name in ("nowhere.mcap", __file__):
-            with self.assertRaises(thenar.FileError):
+            with self.assertRaises(thenar.FileError) as raised:
                 thenar.Recording(name)
+            self.assertEqual(raised.exception.filename, name)
+            self.assertIn(name, str(raised.exception))
 
 
 if __name__ == "__main__":

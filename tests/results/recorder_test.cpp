@@ -34,5 +34,22 @@ TEST(Recorder, ComparesWithTheTargetThatTheCallerWants) {
       tick_record(model, state, TickReport(model.scene.hand), ControlReport(model.scene.hand)).target_m.isZero(1e-12));
 }
 
+// The scene's duration is what a recorder makes room for, and no bound: a caller may run on.
+TEST(Recorder, KeepsWhatComesAfterTheScenesEnd) {
+  const Model model = build_model(scene_of("box_grasp", {"time.duration=5 ms"}));
+  Recorder recorder(model);
+  const Snapshot state = State(model);
+  const TickReport contact(model.scene.hand);
+  const ControlReport control(model.scene.hand);
+  Eigen::VectorXd muscle_forces_N(std::ssize(model.scene.hand.muscles));
+  for (int i = 1; i <= 23; ++i) {
+    muscle_forces_N.setConstant(i);
+    EXPECT_TRUE(recorder.see_tick({state, contact, control, muscle_forces_N}));
+  }
+  const Recording recording = recorder.finish(state, control, 0.0);
+  ASSERT_EQ(recording.muscle_forces_N.cols(), 23);
+  for (int i = 1; i <= 23; ++i) EXPECT_TRUE((recording.muscle_forces_N.col(i - 1).array() == i).all()) << i;
+}
+
 }  // namespace
 }  // namespace thenar::recorder_test

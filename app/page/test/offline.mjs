@@ -93,6 +93,22 @@ test('an exported page opens from a file with no network, draws, seeks and plays
   });
 });
 
+test('it draws within a page, as notebooks show it', async () => {
+  const html = await readFile(new URL(await exported(recorded)), 'utf8');
+  const within = join(folder, 'notebook.html');
+  await writeFile(within, `<iframe srcdoc="${html.replaceAll('&', '&amp;').replaceAll('"', '&quot;')}"></iframe>`);
+  const {page, problems, close} = await openBrowser();
+  try {
+    await page.goto(pathToFileURL(within).href);
+    await page.frames()[1].waitForFunction(() => window.thenar?.drawn > 0 && window.thenar.contacts > 0, null, {
+      timeout: kPatience_ms,
+    });
+    assert.deepEqual(problems, []);
+  } finally {
+    await close();
+  }
+});
+
 const fingers = (what) => ['thumb', 'index', 'major'].map((finger) => `${finger}_${what}`);
 
 test('it shows the numbers of the table, bit by bit', async () => {
