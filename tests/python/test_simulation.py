@@ -10,11 +10,11 @@ import threading
 from support import PROGRAM, QUICK, box, np, thenar, unittest
 
 
-def program_signals(*options):
+def program_signals(*options, scene="box_grasp"):
     """What the program `thenar` writes of the same run: names, and the rows' text."""
     changes = [text for key, value in QUICK.items() for text in ("--set", f"{key}={value}")]
     with tempfile.TemporaryDirectory() as folder:
-        subprocess.run([PROGRAM, "run", "box_grasp", *changes, "--out", folder, "--quiet", *options], check=True)
+        subprocess.run([PROGRAM, "run", scene, *changes, "--out", folder, "--quiet", *options], check=True)
         with open(os.path.join(folder, "signals.csv")) as file:
             rows = list(csv.reader(file))
     return rows[0], rows[1:]
@@ -32,6 +32,10 @@ class SameBits(unittest.TestCase):
 
     def test_lockstep_is_the_programs(self):
         self.expect_same(thenar.run(box(), lockstep=True), *program_signals("--lockstep"))
+
+    def test_found_grasp_is_the_programs(self):
+        """The finder, too, takes the same copies of what Eigen and the solvers share with others."""
+        self.expect_same(thenar.run(thenar.Scene("found_carry", QUICK)), *program_signals(scene="found_carry"))
 
     def test_steps_are_a_run(self):
         """One by one, in batches, and with until: the same state, to the last bit, and that of a run."""
