@@ -88,6 +88,8 @@ std::shared_ptr<Simulation> simulation_of(std::shared_ptr<const SceneHandle> sce
         throw py::value_error(fmt::format("lockstep has no '{}': jitter_s, seed", name));
       }
     }
+  } else if (!py::isinstance<py::bool_>(lockstep)) {
+    throw py::type_error("lockstep takes True, False, or a dict of jitter_s and seed");
   } else if (lockstep.cast<bool>()) {
     settings.emplace();
   }
