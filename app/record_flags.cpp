@@ -24,7 +24,7 @@ double rate_Hz(const RecordFlags& flags) {
 }
 
 CLI::Validator some_rate() {
-  const CLI::Validator rule = quantity(Dimension::kFrequency, 0.1, 100e3, "200 Hz");
+  const CLI::Validator rule = quantity(Dimension::kFrequency, thenar::kLeastRecordingRate_Hz, 100e3, "200 Hz");
   return {[rule](const std::string& text) {
             std::string rate = in_hertz(text);
             return rule(rate);

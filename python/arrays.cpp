@@ -94,6 +94,7 @@ std::int64_t whole_number(py::handle value, const std::string& name, std::int64_
 }
 
 double number(py::handle value, const std::string& name) {
+  if (py::isinstance<py::bool_>(value)) throw py::type_error(name + " must be a number");
   const double x = PyFloat_AsDouble(value.ptr());
   if (PyErr_Occurred() != nullptr) {
     PyErr_Clear();

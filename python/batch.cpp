@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
 
 #include <algorithm>
 #include <atomic>
@@ -145,7 +146,12 @@ void in_threads(std::size_t count, int threads, std::atomic<bool>& stop, Work&& 
     if (--running == 0) ended.notify_all();
   };
   std::vector<std::jthread> all;
-  for (int t = running; t > 0; --t) all.emplace_back(worker);
+  try {
+    for (int t = running; t > 0; --t) all.emplace_back(worker);
+  } catch (...) {
+    stop = true;  // There are no more threads to be had: those that there are end soon.
+    throw;
+  }
   std::unique_lock lock(mutex);
   while (!ended.wait_for(lock, std::chrono::milliseconds(50), [&] { return running == 0; })) {
     lock.unlock();
@@ -221,36 +227,56 @@ py::dict columns_of(const Model& model, const Recording& recording) {
   return columns;
 }
 
+std::filesystem::path path_of(const py::object& value, const char* name) {
+  try {
+    return value.cast<std::filesystem::path>();
+  } catch (const py::cast_error&) {
+    throw py::type_error(fmt::format("{} takes the path of a file", name));
+  }
+}
+
+std::vector<std::string> names_of(const py::object& value, const char* name) {
+  try {
+    if (!py::isinstance<py::str>(value)) return value.cast<std::vector<std::string>>();
+  } catch (const py::cast_error&) {
+  }
+  throw py::type_error(fmt::format("{} takes a list of names", name));
+}
+
 RecordingSettings recording_settings(const Model& model, const py::object& rate, const py::object& fields,
                                      bool contacts) {
   RecordingSettings settings;
   settings.contacts = contacts;
-  if (!rate.is_none()) settings.rate_Hz = number(rate, "record_rate");
+  if (py::isinstance<py::str>(rate)) {
+    settings.rate_Hz = quantity_of(rate, Dimension::kFrequency, "record_rate");
+  } else if (!rate.is_none()) {
+    settings.rate_Hz = number(rate, "record_rate");
+  }
   const double contact_Hz = 1.0 / model.scene.step_s;
-  if (!(settings.rate_Hz > 0.0) || settings.rate_Hz > contact_Hz * (1.0 + 1e-9)) {
-    throw py::value_error(
-        fmt::format("record_rate must be more than 0, and the {:.6g} Hz of the contact loop at most", contact_Hz));
+  if (settings.rate_Hz < kLeastRecordingRate_Hz || settings.rate_Hz > contact_Hz * (1.0 + 1e-9)) {
+    throw py::value_error(fmt::format("record_rate must lie within {} .. {:.6g} Hz, the contact loop's",
+                                      kLeastRecordingRate_Hz, contact_Hz));
   }
   if (fields.is_none()) return settings;
-  if (py::isinstance<py::str>(fields)) throw py::type_error("record_fields takes a list of names");
-  settings.fields = fields.cast<std::vector<std::string>>();
+  settings.fields = names_of(fields, "record_fields");
+  if (settings.fields.empty()) throw py::value_error("record_fields names no field");
   const std::string unknown = unknown_field(model, settings.fields);
   if (!unknown.empty()) throw py::value_error(unknown);
   return settings;
 }
 
 py::dict run(const std::shared_ptr<const SceneHandle>& scene, const py::object& record, const py::object& record_rate,
-             const py::object& record_fields, bool record_contacts, bool lockstep, py::object wrench, py::object forces,
-             py::object torques, py::object muscles) {
+             const py::object& record_fields, bool record_contacts, const py::object& lockstep, py::object wrench,
+             py::object forces, py::object torques, py::object muscles) {
   RunSettings settings;
   settings.own =
       own_control(scene->scene(), std::move(wrench), std::move(forces), std::move(torques), std::move(muscles));
-  if (lockstep) settings.lockstep = LockstepSettings{};
+  settings.lockstep = lockstep_of(lockstep);
   SignalWatch watch;
   std::int64_t ticks = 0;
   settings.progress = [&](double, double) { return !watch(ticks++); };
   std::optional<std::filesystem::path> file;
-  if (!record.is_none()) file = py::str(py::module_::import("os").attr("fspath")(record)).cast<std::string>();
+  if (!record.is_none()) file = path_of(record, "record");
   std::shared_ptr<const Model> model;
   {
     const py::gil_scoped_release others;
@@ -274,20 +300,23 @@ py::dict run(const std::shared_ptr<const SceneHandle>& scene, const py::object& 
   return result;
 }
 
-/// `given`: of each key what the caller has for a value's text, where he gave no text for all of them.
-SweepPlan plan_of(const SceneHandle& scene, const py::dict& vary, std::vector<py::dict>& given) {
+/// `given`: what the caller has for each value of a key; of a range there is the text.
+SweepPlan plan_of(const SceneHandle& scene, const py::dict& vary, std::vector<std::vector<py::object>>& given) {
   if (scene.grasp()) throw py::value_error("sweep takes scenes of files: set grasp.rank instead");
   SweepPlan plan{scene.file(), scene.changes(), {}};
   for (const auto& [key, values] : vary) {
     Variation variation{py::str(key).cast<std::string>(), {}};
-    py::dict& objects = given.emplace_back();
+    std::vector<py::object>& objects = given.emplace_back();
     if (py::isinstance<py::str>(values)) {
       variation = read_variation(variation.key + "=" + values.cast<std::string>());
-    } else {
+      for (const std::string& value : variation.values) objects.push_back(py::str(value));
+    } else if (py::isinstance<py::iterable>(values)) {
       for (const py::handle value : values) {
         variation.values.push_back(yaml_text(value, variation.key));
-        objects[py::str(variation.values.back())] = value;
+        objects.push_back(py::reinterpret_borrow<py::object>(value));
       }
+    } else {
+      throw py::type_error(variation.key + " takes a list of values, or text such as '0.2:0.8:4'");
     }
     if (variation.values.empty()) throw py::value_error(variation.key + " varies over nothing");
     plan.vary.push_back(std::move(variation));
@@ -296,7 +325,7 @@ SweepPlan plan_of(const SceneHandle& scene, const py::dict& vary, std::vector<py
 }
 
 py::list sweep(const std::shared_ptr<const SceneHandle>& scene, const py::dict& vary, const py::object& threads) {
-  std::vector<py::dict> given;
+  std::vector<std::vector<py::object>> given;
   const SweepPlan plan = plan_of(*scene, vary, given);
   const int jobs = threads_of(threads);
   std::map<std::size_t, SweepRow> rows;
@@ -323,9 +352,11 @@ py::list sweep(const std::shared_ptr<const SceneHandle>& scene, const py::dict& 
   py::list table;
   for (const auto& [row, result] : rows) {
     py::dict line;
-    const std::vector<std::string> values = plan.values(row);
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      line[py::str(plan.vary[i].key)] = given[i].attr("get")(values[i], values[i]);
+    std::size_t rest = row, below = plan.rows();
+    for (std::size_t i = 0; i < given.size(); ++i) {
+      below /= given[i].size();  // The last key turns fastest.
+      line[py::str(plan.vary[i].key)] = given[i][rest / below];
+      rest %= below;
     }
     line["outcome"] = to_string(result.verdict.outcome);
     line["reason"] = result.verdict.reason;
@@ -354,7 +385,7 @@ The bits are those of step(), whatever the threads.)");
              R"(Runs all combinations of what varies, as `thenar sweep`.
 
 vary: key to values, {'contact.friction': [0.3, 0.5], 'object.mass': '50 g:200 g:4'}; the last key turns fastest.
-Returns a list of rows: a dict of what varies, as it was given, outcome, reason and the measures of summary.json. A
+Returns a list of rows: a dict of what varies, as the list had it, outcome, reason and the measures of summary.json. A
 combination that is no scene is a row: 'refused', and why.)");
 }
 

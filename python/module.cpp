@@ -35,7 +35,11 @@ void translate(std::exception_ptr fault) try {
   }
   raise("SceneError", py::make_tuple(all));
 } catch (const thenar::FileError& error) {
-  raise("FileError", py::make_tuple(error.what(), error.file()));
+  // Names of files may be any bytes.
+  const auto text = [](const std::string& bytes) {
+    return py::reinterpret_steal<py::object>(PyUnicode_DecodeFSDefault(bytes.c_str()));
+  };
+  raise("FileError", py::make_tuple(text(error.what()), text(error.file())));
 }
 
 }  // namespace

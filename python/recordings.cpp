@@ -86,20 +86,22 @@ py::array contacts_of(const RecordedRun& run) {
   const auto rows = run.contacts();
   py::array array(kind, rows.rows());
   auto* const all = static_cast<StateContact*>(array.mutable_data());
-  const auto fill = [&](const char* name, auto write) {
-    const auto field = std::ranges::find(run.contact_fields, name, &Field::name);
+  // A recording may have fewer fields, or others of these names.
+  const auto fill = [&](const char* name, std::size_t count, auto write) {
+    const auto field = std::ranges::find_if(run.contact_fields,
+                                            [&](const Field& one) { return one.name == name && one.count == count; });
     for (Eigen::Index i = 0; i < rows.rows(); ++i) {
       write(all[i], field == run.contact_fields.end()
                         ? kNone
                         : rows.data() + i * rows.cols() + static_cast<Eigen::Index>(field->begin));
     }
   };
-  fill("time_s", [](StateContact& to, const double* from) { to.time_s = *from; });
-  fill("finger", [](StateContact& to, const double* from) { to.finger = whole(*from); });
-  fill("control_point", [](StateContact& to, const double* from) { to.control_point = whole(*from); });
-  fill("point_m", [](StateContact& to, const double* from) { std::copy_n(from, 3, to.point_m); });
-  fill("normal", [](StateContact& to, const double* from) { std::copy_n(from, 3, to.normal); });
-  fill("force_N", [](StateContact& to, const double* from) { std::copy_n(from, 3, to.force_N); });
+  fill("time_s", 1, [](StateContact& to, const double* from) { to.time_s = *from; });
+  fill("finger", 1, [](StateContact& to, const double* from) { to.finger = whole(*from); });
+  fill("control_point", 1, [](StateContact& to, const double* from) { to.control_point = whole(*from); });
+  fill("point_m", 3, [](StateContact& to, const double* from) { std::copy_n(from, 3, to.point_m); });
+  fill("normal", 3, [](StateContact& to, const double* from) { std::copy_n(from, 3, to.normal); });
+  fill("force_N", 3, [](StateContact& to, const double* from) { std::copy_n(from, 3, to.force_N); });
   return array;
 }
 
@@ -132,10 +134,17 @@ py::array tick_contacts_of(const RecordedRun& run) {
   return array;
 }
 
-/// A recording, and the file that it is in.
+/// A recording, and the file that it was read from.
 struct RecordingHandle {
+  explicit RecordingHandle(const std::filesystem::path& from)
+      : file(std::filesystem::absolute(from)), run(read_recording(from)) {
+    std::error_code none;
+    written = std::filesystem::last_write_time(file, none);
+  }
+
   std::filesystem::path file;
   RecordedRun run;
+  std::filesystem::file_time_type written;
 };
 
 std::vector<std::string> names_of_fields(const RecordedRun& run) {
@@ -159,7 +168,7 @@ A row a state. Names and units are those of Simulation and of the live window; `
 poses, and what is a vector a finger is (states, fingers, 3). What a recording does not know is NaN.)")
       .def(py::init([](const std::filesystem::path& file) {
              const py::gil_scoped_release others;
-             return std::make_unique<RecordingHandle>(RecordingHandle{file, read_recording(file)});
+             return std::make_unique<RecordingHandle>(file);
            }),
            py::arg("file"), "Reads an MCAP file that thenar wrote, also one that was cut off. Raises FileError.")
       .def(
@@ -167,7 +176,9 @@ poses, and what is a vector a finger is (states, fingers, 3). What a recording d
           [](const RecordingHandle& self, const std::string& field) { return field_of(self.run, field); },
           py::arg("field"))
       .def("__contains__",
-           [](const RecordingHandle& self, const std::string& name) {
+           [](const RecordingHandle& self, const py::object& key) {
+             if (!py::isinstance<py::str>(key)) return false;
+             const auto name = key.cast<std::string>();
              const std::vector<std::string> names = names_of_fields(self.run);
              return std::find(names.begin(), names.end(), name) != names.end();
            })
@@ -200,7 +211,9 @@ time_s, finger, control_point; force_N on the object along normal, tangent and t
 last two in that tick; point_m, normal and tangent: world, as the message of many ticks that they are of began.)")
       .def("_repr_html_",
            [](const RecordingHandle& self) {
-             return py::module_::import("thenar.notebook").attr("of_recording")(self.file.string());
+             std::error_code fault;
+             const bool same = std::filesystem::last_write_time(self.file, fault) == self.written && !fault;
+             return py::module_::import("thenar.notebook").attr("of_recording")(self.file, same);
            })
       .def("__repr__", [](const RecordingHandle& self) {
         return fmt::format("<thenar.Recording of '{}', {} states>", self.run.name, self.run.states().rows());

@@ -74,27 +74,9 @@ py::object run_until(Simulation& simulation, const py::object& until) {
 std::shared_ptr<Simulation> simulation_of(std::shared_ptr<const SceneHandle> scene, const py::object& lockstep,
                                           py::object wrench, py::object forces, py::object torques,
                                           py::object muscles) {
-  std::optional<LockstepSettings> settings;
-  if (py::isinstance<py::dict>(lockstep)) {
-    settings.emplace();
-    for (const auto& [key, value] : lockstep.cast<py::dict>()) {
-      const auto name = py::str(key).cast<std::string>();
-      if (name == "jitter_s") {
-        settings->jitter_s = number(value, name);
-        if (settings->jitter_s < 0.0) throw py::value_error("jitter_s is less than 0");
-      } else if (name == "seed") {
-        settings->seed = whole_number(value, name, 0, std::numeric_limits<std::int64_t>::max());
-      } else {
-        throw py::value_error(fmt::format("lockstep has no '{}': jitter_s, seed", name));
-      }
-    }
-  } else if (!py::isinstance<py::bool_>(lockstep)) {
-    throw py::type_error("lockstep takes True, False, or a dict of jitter_s and seed");
-  } else if (lockstep.cast<bool>()) {
-    settings.emplace();
-  }
   OwnControl own =
       own_control(scene->scene(), std::move(wrench), std::move(forces), std::move(torques), std::move(muscles));
+  const std::optional<LockstepSettings> settings = lockstep_of(lockstep);
   const py::gil_scoped_release others;
   std::shared_ptr<const Model> model = scene->model();
   return std::make_shared<Simulation>(std::move(scene), std::move(model), settings, std::move(own));
@@ -271,6 +253,29 @@ Hold::Hold(Simulation& simulation) : simulation_(simulation) {
   throw py::value_error("the simulation is closed");
 }
 
+std::optional<LockstepSettings> lockstep_of(const py::object& lockstep) {
+  std::optional<LockstepSettings> settings;
+  if (py::isinstance<py::dict>(lockstep)) {
+    settings.emplace();
+    for (const auto& [key, value] : lockstep.cast<py::dict>()) {
+      const auto name = py::str(key).cast<std::string>();
+      if (name == "jitter_s") {
+        settings->jitter_s = number(value, name);
+        if (settings->jitter_s < 0.0) throw py::value_error("jitter_s is less than 0");
+      } else if (name == "seed") {
+        settings->seed = whole_number(value, name, 0, std::numeric_limits<std::int64_t>::max());
+      } else {
+        throw py::value_error(fmt::format("lockstep has no '{}': jitter_s, seed", name));
+      }
+    }
+  } else if (lockstep.is(py::bool_(true))) {
+    settings.emplace();
+  } else if (!lockstep.is(py::bool_(false))) {
+    throw py::type_error("lockstep takes True, False, or a dict of jitter_s and seed");
+  }
+  return settings;
+}
+
 bool SignalWatch::operator()(std::int64_t tick) {
   constexpr std::int64_t kEvery = 1024;
   if (tick % kEvery != kEvery - 1) return false;
@@ -359,6 +364,7 @@ Returns report.)")
           "_record_now",
           [](Simulation& self, const std::filesystem::path& file) {
             const Hold hold(self);
+            const py::gil_scoped_release others;
             self.record_now(file);
           },
           py::arg("file"), "A recording of this instant alone.")

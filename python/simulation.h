@@ -68,6 +68,9 @@ class Hold {
   Simulation& simulation_;
 };
 
+/// Of True, False, or a dict of jitter_s and seed.
+[[nodiscard]] std::optional<LockstepSettings> lockstep_of(const py::object& lockstep);
+
 /// Whether a signal, such as Ctrl-C, is to be raised in Python: looks once in so many ticks, with the lock.
 class SignalWatch {
  public:

@@ -1,7 +1,7 @@
 """What Python costs: a step, a batch of 1000, a law, many simulations on two cores, a law that stalls in real time.
 
-Each figure is beside what the engine takes alone, in turns, and beside the proof that both did the same. Results also
-go to the file that is named.
+Each figure is beside what the engine takes alone, in turns, and beside the proof that both did the same; in real time
+beside what became of the object. Results also go to the file that is named. Ends with 1 if a proof fails.
 """
 
 import gc
@@ -113,10 +113,15 @@ def main(file=None, *parts):
         "cores": lambda: [cores("box_grasp")],
         "real_time": lambda: real_time("box_grasp"),
     }
+    unknown = [part for part in parts if part not in works]
+    if unknown:
+        sys.exit(f"there is no part '{unknown[0]}': {', '.join(works)}")
     figures = {}
     for part in parts or works:
         figures[part] = works[part]()
         print(json.dumps({part: figures[part]}, indent=1), flush=True)
+        if '"same_bits": false' in json.dumps(figures[part]):
+            sys.exit(f"{part}: not the same bits")
     if file:
         with open(file, "w", encoding="utf-8") as to:
             json.dump(figures, to, indent=1)

@@ -26,7 +26,9 @@ std::vector<Field> fields_in(const ordered_json& list) {
     }
     fields.push_back({field.at("name"), field.at("unit"), field.at("begin"), field.at("count")});
     // Of all fields together: a table has a column for each number.
-    if (fields.back().count > kMostNumbers - numbers) throw std::out_of_range("fields");
+    if (fields.back().begin > kMostNumbers || fields.back().count > kMostNumbers - numbers) {
+      throw std::out_of_range("fields");
+    }
     numbers += fields.back().count;
   }
   return fields;

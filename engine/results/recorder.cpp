@@ -109,7 +109,8 @@ bool Recorder::see_tick(const Tick& tick) {
   if (model_.scene.has_muscles()) {
     Eigen::MatrixXd& all = recording_.muscle_forces_N;
     const auto now = std::ssize(recording_.ticks);
-    if (now == all.cols()) all.conservativeResize(Eigen::NoChange, 2 * now);  // The run is longer than the scene's.
+    // A run may be longer than its scene.
+    if (now == all.cols()) all.conservativeResize(Eigen::NoChange, std::max<Eigen::Index>(16, 2 * now));
     all.col(now) = tick.muscle_forces_N;
   }
   TickRecord& record = recording_.ticks.emplace_back(tick_record(model_, tick.after, tick.contact, tick.control));

@@ -22,8 +22,9 @@
 
 namespace thenar {
 
-inline constexpr double kRecordingRate_Hz =
-    50.0;                                      ///< So many states are kept of a second, unless others are asked for.
+/// So many states are kept of a second, unless others are asked for.
+inline constexpr double kRecordingRate_Hz = 50.0;
+inline constexpr double kLeastRecordingRate_Hz = 0.1;
 inline constexpr double kShownRate_Hz = 50.0;  ///< At most so often is it shown in 3-D.
 
 /// What is kept of a run.

@@ -50,7 +50,7 @@ class SceneError(Error, ValueError):
 
 
 class FileError(Error, OSError):
-    """A file that cannot be read or written, or does not hold what it should: `filename`."""
+    """A file that cannot be read or written, or does not hold what it should: `filename`. It has no errno."""
 
     def __init__(self, message: str, filename: Optional[str] = None) -> None:
         super().__init__(message)
@@ -59,8 +59,8 @@ class FileError(Error, OSError):
     def __str__(self) -> str:
         return str(self.args[0])
 
-    def __reduce__(self) -> tuple[type, tuple[str, Optional[str]]]:
-        return type(self), (str(self), self.filename)
+    def __reduce__(self) -> tuple[type, tuple[str, Optional[str]], dict[str, object]]:
+        return type(self), (str(self), self.filename), self.__dict__
 
 
 class NoGrasp(Error):

@@ -34,10 +34,10 @@ def run(
     scene: _core.Scene,
     *,
     record: Optional[Union[str, "os.PathLike[str]"]] = None,
-    record_rate: Optional[float] = None,
+    record_rate: Optional[Union[float, str]] = None,
     record_fields: Optional[Sequence[str]] = None,
     record_contacts: bool = False,
-    lockstep: bool = False,
+    lockstep: Union[bool, dict[str, Any]] = False,
     wrench: Law = None,
     forces: Optional[Callable[[_core.Period], Optional[npt.ArrayLike]]] = None,
     torques: Law = None,
@@ -45,16 +45,16 @@ def run(
 ) -> Run:
     """Runs a scene to its end, as `thenar run`: the same bits.
 
-    record: an MCAP file of what the run looks like. record_rate: its states of a simulated second [Hz], 50 unless
-    given. record_fields: names of the fields of a state, all unless given, which a picture needs. record_contacts:
+    record: an MCAP file of what the run looks like. record_rate: its states of a simulated second, [Hz] or text
+    with a unit; 50 unless given. record_fields: names of the fields of a state, all unless given, which a picture needs. record_contacts:
     every contact of every tick, too.
-    Laws as of Simulation.
+    lockstep and laws as of Simulation.
     """
     if not isinstance(scene, _core.Scene):
         raise TypeError(f"run takes a thenar.Scene, not {type(scene).__name__}: thenar.Scene('box_grasp')")
     if record is None and (record_rate is not None or record_fields is not None or record_contacts):
         raise ValueError("record_rate, record_fields and record_contacts need record, the file to write")
     result = _core._run(
-        scene, record, record_rate, record_fields, record_contacts, lockstep, wrench, forces, torques, muscles
+        scene, record, record_rate, record_fields, bool(record_contacts), lockstep, wrench, forces, torques, muscles
     )
     return Run(scene, result["summary"], result["signals"])

@@ -49,12 +49,17 @@ class Sweeps(unittest.TestCase):
         self.assertEqual(rows[2]["final_error_mm"], run.summary["object"]["final_error_mm"])
         self.assertEqual((rows[2]["contact.friction"], rows[2]["object.mass"]), (0.8, "30 g"))
         self.assertEqual(len(thenar.sweep(box(), {"object.mass": "20 g:60 g:3"})), 3)
+        rows = thenar.sweep(box(), {"contact.friction": [0.8, "0.8"], "contact.tolerance": [1e-6, 1e-7, 1e-8]})
+        self.assertEqual([row["contact.friction"] for row in rows], 3 * [0.8] + 3 * ["0.8"])
+        self.assertEqual([row["contact.tolerance"] for row in rows], 2 * [1e-6, 1e-7, 1e-8])
 
     def test_bad_input(self):
         with self.assertRaises(thenar.SceneError):
             thenar.sweep(box(), {"object.mas": ["30 g"]})
         with self.assertRaisesRegex(ValueError, "over nothing"):
             thenar.sweep(box(), {"object.mass": []})
+        with self.assertRaisesRegex(TypeError, "contact.friction takes a list"):
+            thenar.sweep(box(), {"contact.friction": 0.5})
 
 
 class Problems(unittest.TestCase):

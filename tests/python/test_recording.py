@@ -1,12 +1,34 @@
 """Recordings: what a run shows is what is read back."""
 import base64
 import html
+import json
 import os
 import pathlib
 import re
+import struct
 import tempfile
 
 from support import box, np, thenar, unittest
+
+
+def odd_recording(contact_fields, numbers):
+    """An MCAP file with one state, of which nothing is known but its time and its contacts."""
+
+    def record(kind, content):
+        return bytes([kind]) + struct.pack("<Q", len(content)) + content
+
+    def text(words):
+        return struct.pack("<I", len(words)) + words.encode()
+
+    scene = dict(name="odd", fingers=[], joints=[], muscles=[], contact_fields=contact_fields)
+    scene["fields"] = [dict(name="time_s", unit="s", begin=0, count=1)]
+    whole = b"\x89MCAP0\r\n" + record(1, text("") + text("odd"))
+    for channel, topic in ((1, "/scene"), (2, "/state")):
+        whole += record(4, struct.pack("<HH", channel, 0) + text(topic) + text("json") + struct.pack("<I", 0))
+    state = b"THNR" + struct.pack("<HH", 1, 2) + struct.pack(f"<{len(numbers)}d", *numbers)
+    for channel, content in ((1, json.dumps(scene).encode()), (2, state)):
+        whole += record(5, struct.pack("<HIQQ", channel, 0, 0, 0) + content)
+    return whole
 
 
 class Recordings(unittest.TestCase):
@@ -79,7 +101,11 @@ class Recordings(unittest.TestCase):
     def test_settings_that_are_none(self):
         file = os.path.join(self.folder.name, "none.mcap")
         for settings, words in [
-            (dict(record_rate=0), "more than 0"),
+            (dict(record_rate=0), "within 0.1"),
+            (dict(record_rate="3 kg"), "record_rate"),
+            (dict(record_rate=True), "number"),
+            (dict(record_fields=[1]), "list of names"),
+            (dict(record_fields=[]), "no field"),
             (dict(record_rate=2000), "1000 Hz"),
             (dict(record_rate=float("nan")), "record_rate"),
             (dict(record_fields=["q_red"]), "q_rad"),
@@ -94,7 +120,7 @@ class Recordings(unittest.TestCase):
     def test_notebook(self):
         """The page with the recording, and with a simulation's instant, which a step later does not change."""
         if not (pathlib.Path(thenar.__file__).parent / "share" / "page.html").exists():
-            self.assertIsNone(self.recording._repr_html_())
+            self.assertIn("is missing", self.recording._repr_html_())
             self.skipTest("the page was not built")
         frame = self.recording._repr_html_()
         self.assertRegex(frame, r'^<iframe srcdoc="[^"]*" style="[^"]*"></iframe>$')
@@ -108,6 +134,28 @@ class Recordings(unittest.TestCase):
             to.write(base64.b64decode(text))
         shown = thenar.Recording(file)
         self.assertEqual(shown.time_s.tolist(), [0.01])
+        os.remove(file)
+        self.assertRegex(shown._repr_html_(), "^<pre>.*is gone")
+        simulation.close()
+        self.assertRegex(simulation._repr_html_(), "^<pre>.*closed")
+
+    def test_others_of_our_names(self):
+        """A recording whose fields have our names and other sizes, or lie nowhere: NaN, or refused."""
+        for fields, numbers in [
+            ([("a", 0, 1000), ("force_N", 1000, 1)], 1001),
+            ([("force_N", 0, 1)], 1),
+            ([("a", 0, 1), ("force_N", 2**64 - 80000, 80000)], 1),
+        ]:
+            contact_fields = [dict(name=n, unit="", begin=b, count=c) for n, b, c in fields]
+            file = os.path.join(self.folder.name, "odd.mcap")
+            with open(file, "wb") as to:
+                to.write(odd_recording(contact_fields, [0.0] + [7.0] * numbers))
+            try:
+                contacts = thenar.Recording(file).contacts
+            except thenar.FileError:
+                continue
+            self.assertTrue(np.isnan(contacts["force_N"]).all())
+            self.assertTrue((contacts["control_point"] == -1).all())
 
     def test_is_none(self):
         for name in ("nowhere.mcap", __file__):
