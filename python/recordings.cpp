@@ -73,7 +73,7 @@ struct StateContact {
   double point_m[3], normal[3], force_N[3];
 };
 
-std::int64_t whole(double number) { return std::isnan(number) ? -1 : static_cast<std::int64_t>(number); }
+std::int64_t whole(double number) { return std::abs(number) < 1e15 ? static_cast<std::int64_t>(number) : -1; }
 
 py::array contacts_of(const RecordedRun& run) {
   const py::dtype kind = structure({{"time_s", "f8", 1, offsetof(StateContact, time_s)},

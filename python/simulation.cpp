@@ -56,7 +56,7 @@ void step(Simulation& simulation, std::int64_t ticks) {
 
 py::object run_until(Simulation& simulation, const py::object& until) {
   const double end_s = until.is_none() ? simulation.model->scene.duration_s : time_of(until, "until");
-  if (end_s > 1e6) throw py::value_error("until is more than a million seconds");
+  if (!(std::abs(end_s) <= 1e6)) throw py::value_error("until must lie within a million seconds");
   const auto end = static_cast<std::int64_t>(std::ceil(end_s / simulation.model->scene.step_s - 1e-9));
   {
     const Hold hold(simulation);

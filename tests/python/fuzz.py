@@ -4,8 +4,10 @@ Whatever is given, a call returns or raises; it never crashes, and a simulation 
 AddressSanitizer (./dev fuzz SECONDS python) what is read or written out of place is found, too.
 """
 import faulthandler
+import os
 import random
 import sys
+import tempfile
 import threading
 import time
 
@@ -19,6 +21,15 @@ SCENES = [
     thenar.Scene("box_grasp", {"object.points": 3000, "control.muscles": False}),
     thenar.Scene("box_grasp", {"object.points": 3000, "fingertips.leaves": 20}),
 ]
+
+KEYS = ["object.mass", "contact.friction", "contact.tolerance", "time.step", "time.duration", "control.muscles",
+        "control.pid.position", "hand.posture", "hand.file", "object.points", "fingertips.leaves", "task.push", "x.y"]
+FOLDER = tempfile.TemporaryDirectory()
+thenar.run(
+    SCENES[1].set({"time.duration": "40 ms"}), record=os.path.join(FOLDER.name, "whole.mcap"), record_contacts=True
+)
+with open(os.path.join(FOLDER.name, "whole.mcap"), "rb") as whole:
+    RECORDING = whole.read()
 
 
 def anything(random_, depth=0):
@@ -74,8 +85,13 @@ def poke(random_, run):
     def value():
         return anything(random_)
 
+    def soon():
+        """As value(), but no time that it takes seconds to come to."""
+        time_s = value()
+        return 0.02 if isinstance(time_s, (int, float)) and 0.1 < time_s < 1e6 else time_s
+
     act = random_.choice([
-        lambda: run.step(random_.randint(0, 30)), lambda: run.step(value()), lambda: run.run(until=value()),
+        lambda: run.step(random_.randint(0, 30)), lambda: run.step(value()), lambda: run.run(until=soon()),
         lambda: run.run(until=run.time_s + 0.01), lambda: setattr(run, "input_wrench", value()),
         lambda: setattr(run, "target", value()), lambda: setattr(run, random_.choice(FIELDS), value()),
         lambda: getattr(run, random_.choice(FIELDS)), lambda: repr(run), lambda: run.copy().step(3),
@@ -103,15 +119,44 @@ def threads_at_once(run):
     other.join()
 
 
+def read_broken(random_):
+    """A recording that was cut off, or has some other bytes."""
+    bytes_ = bytearray(RECORDING[: random_.choice([len(RECORDING), random_.randrange(len(RECORDING))])])
+    for _ in range(random_.randint(0, 8) if bytes_ else 0):
+        bytes_[random_.randrange(len(bytes_))] = random_.randrange(256)
+    file = os.path.join(FOLDER.name, "broken.mcap")
+    with open(file, "wb") as to:
+        to.write(bytes_)
+    recording = thenar.Recording(file)
+    for field in recording:
+        np.nansum(recording[field])
+    np.nansum(recording.contacts["force_N"]), np.nansum(recording.tick_contacts["force_N"])
+
+
+def run_recorded(random_):
+    """A short run with settings of any kind."""
+    settings = {name: random_.choice([anything(random_), right]) for name, right in
+                [("record_rate", 100), ("record_fields", ["margin"]), ("record_contacts", True), ("lockstep", False)]}
+    scene = random_.choice(SCENES).set({"time.duration": "10 ms"})
+    thenar.run(scene, record=os.path.join(FOLDER.name, "run.mcap"), **settings)
+
+
 def one(random_):
     def value():
         return anything(random_)
 
     roll = random_.random()
-    if roll < 0.15:
+    if roll < 0.06:
         random_.choice(SCENES).set(value())
-    elif roll < 0.2:
+    elif roll < 0.15:
+        changed = random_.choice(SCENES).set({random_.choice(KEYS): value(), random_.choice(KEYS): value()})
+        thenar.Simulation(changed).step(3)
+    elif roll < 0.16:
         thenar.Scene(value(), value())
+    elif roll < 0.18:
+        read_broken(random_)
+    elif roll < 0.2:
+        run_recorded(random_)
     elif roll < 0.3:
         random_.choice([
             lambda: thenar.solve.contact(value(), value(), value()),
@@ -122,7 +167,8 @@ def one(random_):
             lambda: thenar.solve.muscles(np.random.default_rng(1).normal(size=(4, 8)), value()),
         ])()
     elif roll < 0.33:
-        thenar.sweep(random_.choice(SCENES).set({"time.duration": "10 ms"}), value())
+        short = random_.choice(SCENES).set({"time.duration": "10 ms"})
+        thenar.sweep(short, random_.choice([value(), {random_.choice(KEYS[:-6]): [value(), "0.5"]}]))
     elif roll < 0.36:
         with thenar.Realtime(random_.choice(SCENES).set({"time.duration": "50 ms"}), realtime=False,
                              torques=random_.choice([None, law(random_), value()])) as run:
@@ -130,7 +176,7 @@ def one(random_):
             run.state()
     else:
         laws = {name: law(random_) for name in ("wrench", "forces", "torques", "muscles") if random_.random() < 0.2}
-        run = thenar.Simulation(random_.choice(SCENES), lockstep=random_.choice([False, True, value()]), **laws)
+        run = thenar.Simulation(random_.choice(SCENES), lockstep=random_.choice([False, False, True, value()]), **laws)
         views = [run.q_rad, run.contacts, run.margin]
         for _ in range(random_.randint(1, 20)):
             try:

@@ -212,6 +212,7 @@ class Rules(unittest.TestCase):
             (ValueError, "million", lambda: run.run(until=1e9)),
             (TypeError, "takes a function", lambda: thenar.Simulation(box(), torques=3)),
             (TypeError, "", lambda: thenar.Simulation("box_grasp")),
+            (ValueError, "until must lie", lambda: run.run(until=-(2.0**63))),
             (TypeError, "lockstep takes True", lambda: thenar.Simulation(box(), lockstep=3)),
             (ValueError, "lockstep has no 'jiter_s'", lambda: thenar.Simulation(box(), lockstep={"jiter_s": 1})),
         ]
