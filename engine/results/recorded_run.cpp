@@ -115,7 +115,13 @@ Eigen::Map<const RowMatrix> RecordedRun::rows(const std::vector<double>& numbers
 RowMatrix RecordedRun::field(const std::string& of) const {
   const auto found = std::ranges::find(fields, of, &Field::name);
   if (found == fields.end()) return RowMatrix(states().rows(), 0);
-  return states().middleCols(static_cast<Eigen::Index>(found->begin), static_cast<Eigen::Index>(found->count));
+  return columns_of(states(), *found);
+}
+
+RowMatrix columns_of(const Eigen::Map<const RowMatrix>& rows, const Field& field) {
+  const auto count = static_cast<Eigen::Index>(field.count);
+  if (rows.rows() == 0) return RowMatrix(0, count);  // There may be no memory either, of which Eigen would take a part.
+  return rows.middleCols(static_cast<Eigen::Index>(field.begin), count);
 }
 
 RecordedRun read_recording(const std::filesystem::path& file, const WantedOfRun& wanted) try {

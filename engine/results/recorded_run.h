@@ -42,6 +42,9 @@ struct RecordedRun {
   static Eigen::Map<const RowMatrix> rows(const std::vector<double>& numbers, const std::vector<Field>& fields);
 };
 
+/// A field's columns of rows, also where there are none.
+[[nodiscard]] RowMatrix columns_of(const Eigen::Map<const RowMatrix>& rows, const Field& field);
+
 /// Which of a recording is wanted: the rest takes no memory.
 struct WantedOfRun {
   std::function<bool(const Field&)> field = {};  ///< Nothing: all.

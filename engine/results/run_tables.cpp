@@ -53,7 +53,7 @@ void add_contact_blocks(const std::vector<ContactBlock>& blocks, NpzArchive& arc
 void add_columns(const std::string& prefix, const Eigen::Map<const RowMatrix>& rows, const std::vector<Field>& fields,
                  NpzArchive& archive) {
   for (const Field& field : fields) {
-    const RowMatrix columns = rows.middleCols(static_cast<Index>(field.begin), static_cast<Index>(field.count));
+    const RowMatrix columns = columns_of(rows, field);
     const auto n = static_cast<std::size_t>(rows.rows());
     const std::vector<std::size_t> shape =
         field.count == 1 ? std::vector{n} : std::vector{n, static_cast<std::size_t>(field.count)};
