@@ -231,10 +231,7 @@ void Simulation::tick() {
 void Simulation::record_now(const std::filesystem::path& file) {
   RecordingFile film(file, *model);
   film.add(picture(), record, run.controller.f_muscle);
-  const Verdict verdict = monitor.verdict();
-  film.add_status(run.time_s(),
-                  {{"type", "status"}, {"outcome", to_string(verdict.outcome)}, {"reason", verdict.reason}});
-  film.finish();
+  film.finish(monitor.verdict(), run.time_s());
 }
 
 const Picture& Simulation::picture() {

@@ -122,10 +122,11 @@ OutcomeMap wrong_step(int /*count*/) {
   };
   return {"wrong_step",
           "W of the wrong step",
-          "The Delassus operator W(h) = h J B⁻¹ Jᵀ + (1 - ρ(h)) C holds the step h. A control loop that assembles it "
-          "once for its own period, and hands it to a contact loop with a shorter step, hands over another law: forces "
-          "come out too small by up to the ratio of the two. Ours makes W of factors in every step. At the right lower "
-          "corner the ratio is 80, at the left upper one 1, where the two are the same.",
+          "The Delassus operator W(h) = h J B⁻¹ Jᵀ + (1 - ρ(h)) C holds the step h. A control loop that "
+          "assembles it once for its own period, and hands it to a contact loop with a shorter step, hands "
+          "over another law: forces come out too small by up to the ratio of the two. Ours makes W of factors"
+          " in every step. At the right lower corner the ratio is 80, at the left upper one 1, where the two "
+          "are the same.",
           {"time.control_period", "ms", 1.0, 20.0, "control period, for which the plain method makes W [ms]"},
           {"time.step", "ms", 0.25, 1.0, "contact step [ms]"},
           shortened({}),

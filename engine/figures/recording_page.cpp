@@ -51,7 +51,8 @@ std::string page_with(std::string_view recording) {
   return whole;
 }
 
-/// What a page shows of a recording, as a recording of that alone. Where the one was cut off, so is the other.
+/// What a page shows of a recording, as a recording of that alone. Where the one was cut off, so is the other. Throws
+/// FileError without states.
 std::string shown_of(const fs::path& recording) {
   const std::vector<std::string> topics = {"/scene", "/geometry", "/state", "/status"};
   std::vector<McapChannel> channels;
@@ -59,12 +60,15 @@ std::string shown_of(const fs::path& recording) {
   McapEncoder encoder(channels);
   std::string shown;
   shown.reserve(fs::file_size(recording));
+  bool has_states = false;
   const McapReading reading = read_mcap(recording, [&](const McapMessage& message) {
     const auto topic = std::ranges::find(topics, message.topic);
     if (topic == topics.end()) return;
+    has_states = has_states || *topic == "/state";
     encoder.add(static_cast<std::size_t>(topic - topics.begin()), message.time_s, message.bytes);
     shown += encoder.take();
   });
+  if (!has_states) throw FileError(recording, "holds no states");
   encoder.end_chunk();
   if (reading.whole) encoder.finish();
   return shown + encoder.take();
@@ -74,7 +78,6 @@ std::string shown_of(const fs::path& recording) {
 void check_shown(const fs::path& recording) {
   const auto none = [](const Field&) { return false; };
   const RecordedRun run = read_recording(recording, {none, false});
-  if (run.states().rows() == 0 && run.recorded.empty()) throw FileError(recording, "holds no states");
   for (const char* needed : {"object", "target", "segments", "contacts"}) {
     if (std::ranges::find(run.recorded, needed) != run.recorded.end()) continue;
     throw FileError(recording,

@@ -22,8 +22,8 @@ using Color = Eigen::Vector4d;
 [[nodiscard]] Json frame_transforms_schema();
 [[nodiscard]] Json log_schema();
 
-/// An entity without primitives, to which those below are added: entity["arrows"].push_back(arrow(…)). It is where the
-/// frame is, `moves`: also when that moves later, and stays until another one of its topic has the same id.
+/// An entity without primitives, to which those below are added: entity["arrows"].push_back(arrow(...)). It is where
+/// the frame is, `moves`: also when that moves later, and stays until another one of its topic has the same id.
 [[nodiscard]] Json entity(const std::string& id, const std::string& frame, double time_s, bool moves);
 
 /// Of "arrows": from `tail` to `tip`, which are not the same point.

@@ -212,8 +212,11 @@ std::string RecordingFile::missing() const {
 }
 
 void RecordingFile::finish(const Recording& run) {
-  const double end_s = run.ticks.empty() ? 0.0 : run.ticks.back().time_s;
-  add_status(end_s, {{"type", "status"}, {"outcome", to_string(run.verdict.outcome)}, {"reason", run.verdict.reason}});
+  finish(run.verdict, run.ticks.empty() ? 0.0 : run.ticks.back().time_s);
+}
+
+void RecordingFile::finish(const Verdict& verdict, double end_s) {
+  add_status(end_s, {{"type", "status"}, {"outcome", to_string(verdict.outcome)}, {"reason", verdict.reason}});
   last_s_ = end_s;
   finish();
 }

@@ -68,6 +68,7 @@ class RecordingFile {
   [[nodiscard]] std::string missing() const;
   /// Ends the file, and says what became of the grasp.
   void finish(const Recording& run);
+  void finish(const Verdict& verdict, double end_s);
   void finish();
 
   /// As it shows the object.
