@@ -9,9 +9,9 @@
 
 #include "app/hand_list.h"
 #include "app/progress.h"
+#include "engine/control/control.h"
 #include "engine/formats/point_cloud_file.h"
 #include "engine/formats/text.h"
-#include "engine/grasp/control.h"
 #include "engine/grasp/model.h"
 #include "engine/results/warnings.h"
 #include "engine/scenes/build_model.h"

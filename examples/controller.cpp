@@ -4,9 +4,9 @@
 #include <cstdio>
 #include <exception>
 
+#include "engine/control/control_period.h"
+#include "engine/control/control_tick.h"
 #include "engine/grasp/contact_tick.h"
-#include "engine/grasp/control_period.h"
-#include "engine/grasp/control_tick.h"
 #include "engine/scenes/build_model.h"
 #include "engine/scenes/scene_file.h"
 #include "solvers/grasp_forces.h"

@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "engine/grasp/control_tick.h"
+#include "engine/control/control_tick.h"
 #include "python/arrays.h"
 
 namespace thenar::python {

@@ -2,7 +2,7 @@
 
 #include <pybind11/pybind11.h>
 
-#include "engine/grasp/control_period.h"
+#include "engine/control/control_period.h"
 #include "engine/grasp/scene.h"
 
 namespace thenar::python {

@@ -13,11 +13,12 @@ endmacro()
 
 set(fmt "fmt/format\\.h")
 set(json "nlohmann/json(_fwd)?\\.hpp")
-set(core solvers collision engine/grasp)
+set(core solvers collision engine/grasp engine/control)
 
 room(solvers)
 room(collision)
 room(engine/grasp SEES solvers collision)
+room(engine/control SEES solvers collision engine/grasp)
 room(engine/finder SEES ${core})
 room(engine/formats SEES solvers collision THIRD ${fmt} ${json} "hdf5\\.h" "boost/crc\\.hpp" "zstd\\.h")
 room(engine/loops SEES ${core} engine/formats THIRD ${fmt} "spdlog/.*" "boost/lockfree/.*")

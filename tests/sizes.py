@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 ROOMS = ["solvers", "collision", *(f"engine/{room}" for room in (
-    "grasp", "finder", "formats", "scenes", "loops", "results", "studies", "figures", "imports")), "app", "app/window",
+    "grasp", "control", "finder", "formats", "scenes", "loops", "results", "studies", "figures", "imports")), "app", "app/window",
          "python"]
 NARROW = ["solvers", "collision", "engine", "app", "python", "tests", "bench", "examples"]  # Their lines are counted.
 MOST_IN_FILE, MOST_IN_FUNCTION, MOST_IN_ROOM, MOST_COLUMNS = 500, 60, 4600, 120

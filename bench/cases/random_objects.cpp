@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "collision/blue_noise.h"
+#include "engine/control/control_tick.h"
 #include "engine/grasp/contact_tick.h"
-#include "engine/grasp/control_tick.h"
 #include "engine/results/scene_run.h"
 #include "engine/scenes/object_surface.h"
 #include "engine/scenes/scene_grasp.h"

@@ -3,9 +3,9 @@
 #include <string>
 #include <vector>
 
+#include "engine/control/control_tick.h"
 #include "engine/formats/problem_file.h"
 #include "engine/grasp/contact_tick.h"
-#include "engine/grasp/control_tick.h"
 #include "engine/grasp/model.h"
 #include "engine/grasp/state.h"
 #include "engine/results/problem_dump.h"

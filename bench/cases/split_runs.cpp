@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "engine/control/control_tick.h"
 #include "engine/grasp/compliance.h"
-#include "engine/grasp/control_tick.h"
 #include "engine/grasp/stopwatch.h"
 #include "engine/loops/run.h"
 #include "engine/scenes/build_model.h"

@@ -10,8 +10,8 @@
 #include <tuple>
 #include <vector>
 
+#include "engine/control/control_tick.h"
 #include "engine/grasp/compliance.h"
-#include "engine/grasp/control_tick.h"
 #include "engine/grasp/delassus.h"
 #include "engine/grasp/handover.h"
 #include "engine/results/recorder.h"

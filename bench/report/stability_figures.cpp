@@ -16,7 +16,7 @@
 #include "bench/report/figure.h"
 #include "bench/report/margins.h"
 #include "bench/report/outcome_map.h"
-#include "engine/grasp/control_tick.h"
+#include "engine/control/control_tick.h"
 #include "engine/results/scene_run.h"
 #include "engine/scenes/build_model.h"
 #include "engine/scenes/scene_file.h"

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <optional>
 
+#include "engine/control/control_tick.h"
 #include "engine/finder/effort.h"
 #include "engine/grasp/contact_tick.h"
-#include "engine/grasp/control_tick.h"
 
 namespace thenar {
 

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/control/control_tick.h"
 #include "engine/finder/pressed_shape.h"
 #include "engine/grasp/contact_tick.h"
-#include "engine/grasp/control_tick.h"
 
 namespace thenar {
 

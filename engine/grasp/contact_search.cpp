@@ -4,7 +4,6 @@
 #include <cmath>
 #include <span>
 
-#include "engine/grasp/control.h"
 #include "engine/grasp/pulp_touch.h"
 
 namespace thenar {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/grasp/control.h"
 #include "engine/grasp/handover.h"
 #include "engine/grasp/object_compliance.h"
 #include "engine/grasp/stopwatch.h"

@@ -2,6 +2,13 @@
 
 namespace thenar {
 
+Vector6d pose_error(const Eigen::Isometry3d& X_WT, const Eigen::Isometry3d& X_WO) {
+  const Eigen::AngleAxisd turn(Eigen::Matrix3d(X_WT.linear() * X_WO.linear().transpose()));
+  Vector6d error;
+  error << X_WT.translation() - X_WO.translation(), turn.angle() * turn.axis();
+  return error;
+}
+
 State::State(const Model& model) {
   q = model.scene.posture;
   load = PerFinger<FingerLoad>(model.fingers());

@@ -13,6 +13,9 @@
 
 namespace thenar {
 
+/// Pose error of an object X against its target T, world axes: position [m], then rotation vector [rad].
+[[nodiscard]] Vector6d pose_error(const Eigen::Isometry3d& X_WT, const Eigen::Isometry3d& X_WO);
+
 /// When a hold ends, the controller's demands come back with this time constant: so slowly that it is no bump, and
 /// sooner than the object can go far.
 inline constexpr double kResume_s = 0.15;

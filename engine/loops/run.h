@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "engine/control/control_tick.h"
 #include "engine/grasp/contact_tick.h"
-#include "engine/grasp/control_tick.h"
 #include "engine/grasp/model.h"
 #include "engine/grasp/state.h"
 #include "engine/loops/picture.h"

@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "engine/control/control_tick.h"
 #include "engine/grasp/contact_tick.h"
-#include "engine/grasp/control_tick.h"
 #include "engine/grasp/model.h"
 #include "engine/grasp/state.h"
 #include "engine/loops/latest_value.h"

@@ -5,7 +5,7 @@
 #include <functional>
 #include <stop_token>
 
-#include "engine/grasp/control_period.h"
+#include "engine/control/control_period.h"
 #include "engine/grasp/model.h"
 #include "engine/grasp/state.h"
 #include "engine/loops/latest_value.h"

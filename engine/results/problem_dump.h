@@ -4,10 +4,10 @@
 #include <filesystem>
 #include <optional>
 
+#include "engine/control/control_tick.h"
 #include "engine/formats/files.h"
 #include "engine/formats/problem_file.h"
 #include "engine/grasp/contact_tick.h"
-#include "engine/grasp/control_tick.h"
 #include "engine/grasp/frame.h"
 #include "engine/grasp/model.h"
 #include "engine/loops/run.h"

@@ -7,7 +7,7 @@
 #include <functional>
 #include <limits>
 
-#include "engine/grasp/control.h"
+#include "engine/control/control.h"
 #include "engine/loops/percentiles.h"
 #include "engine/results/summary.h"
 

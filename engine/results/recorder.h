@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <string>
 
+#include "engine/control/control_tick.h"
 #include "engine/grasp/contact_tick.h"
-#include "engine/grasp/control_tick.h"
 #include "engine/grasp/model.h"
 #include "engine/grasp/state.h"
 #include "engine/loops/run.h"

@@ -6,8 +6,8 @@
 #include <optional>
 #include <vector>
 
+#include "engine/control/control_tick.h"
 #include "engine/grasp/contact_tick.h"
-#include "engine/grasp/control_tick.h"
 #include "engine/results/verdict.h"
 
 namespace thenar {

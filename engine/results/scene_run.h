@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "engine/grasp/control_period.h"
+#include "engine/control/control_period.h"
 #include "engine/grasp/model.h"
 #include "engine/grasp/state.h"
 #include "engine/loops/run.h"

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "engine/grasp/control.h"
+#include "engine/control/control.h"
 #include "engine/grasp/hand.h"
 #include "engine/grasp/state.h"
 #include "engine/scenes/pressed_pulp.h"

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/grasp/control.h"
+#include "engine/control/control.h"
 #include "engine/grasp/model.h"
 #include "engine/grasp/patches.h"
 #include "engine/grasp/state.h"

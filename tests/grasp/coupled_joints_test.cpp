@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "bench/cases/scene_run.h"
-#include "engine/grasp/control.h"
+#include "engine/control/control.h"
 #include "engine/grasp/delassus.h"
 #include "tests/support/allocation_counter.h"
 #include "tests/support/coupled_hand.h"

@@ -12,7 +12,7 @@
 #include <tuple>
 #include <vector>
 
-#include "engine/grasp/control.h"
+#include "engine/control/control.h"
 #include "engine/loops/run.h"
 #include "engine/scenes/build_model.h"
 #include "tests/support/allocation_counter.h"

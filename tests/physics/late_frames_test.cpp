@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/grasp/control.h"
+#include "engine/control/control.h"
 #include "engine/results/scene_run.h"
 #include "engine/scenes/build_model.h"
 #include "tests/support/scenes.h"

@@ -10,7 +10,7 @@
 #include <thread>
 #include <vector>
 
-#include "engine/grasp/control.h"
+#include "engine/control/control.h"
 #include "engine/loops/run.h"
 #include "engine/loops/threads.h"
 #include "engine/scenes/build_model.h"

@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "engine/grasp/control_period.h"
+#include "engine/control/control_period.h"
 #include "engine/results/scene_run.h"
 #include "engine/scenes/build_model.h"
 #include "tests/support/scenes.h"

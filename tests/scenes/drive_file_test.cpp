@@ -5,8 +5,8 @@
 #include <fstream>
 #include <string>
 
+#include "engine/control/control_tick.h"
 #include "engine/formats/files.h"
-#include "engine/grasp/control_tick.h"
 #include "engine/results/scene_run.h"
 #include "engine/results/signals.h"
 #include "engine/scenes/build_model.h"

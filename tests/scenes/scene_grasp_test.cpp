@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "engine/control/control_tick.h"
 #include "engine/grasp/contact_tick.h"
-#include "engine/grasp/control_tick.h"
 #include "engine/scenes/build_model.h"
 #include "engine/scenes/config.h"
 #include "engine/scenes/scene_file.h"

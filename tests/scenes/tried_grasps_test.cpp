@@ -3,10 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include "engine/control/control_tick.h"
 #include "engine/finder/rehearse.h"
 #include "engine/finder/settle.h"
 #include "engine/grasp/contact_tick.h"
-#include "engine/grasp/control_tick.h"
 #include "engine/scenes/build_model.h"
 #include "tests/support/scenes.h"
 

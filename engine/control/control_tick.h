@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine/grasp/control_period.h"
+#include "engine/control/control_period.h"
 #include "engine/grasp/frame.h"
 #include "engine/grasp/model.h"
 #include "engine/grasp/state.h"

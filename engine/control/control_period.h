@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 #include <optional>
 
-#include "engine/grasp/controller.h"
+#include "engine/control/controller.h"
 #include "engine/grasp/model.h"
 #include "engine/grasp/state.h"
 

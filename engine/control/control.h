@@ -15,9 +15,6 @@ namespace thenar {
 /// One force a finger on the object, world axes: a column a finger [N].
 using FingerForces = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxFingers>;
 
-/// Pose error of an object X against its target T, world axes: position [m], then rotation vector [rad].
-[[nodiscard]] Vector6d pose_error(const Eigen::Isometry3d& X_WT, const Eigen::Isometry3d& X_WO);
-
 /// The desired dynamic wrench D^d: one PID on the position and one on the rotation.
 class PosePid {
  public:

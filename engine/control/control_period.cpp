@@ -1,4 +1,4 @@
-#include "engine/grasp/control_period.h"
+#include "engine/control/control_period.h"
 
 #include <cmath>
 #include <stdexcept>

@@ -1,4 +1,4 @@
-#include "engine/grasp/control_period.h"
+#include "engine/control/control_period.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "engine/grasp/control_tick.h"
+#include "engine/control/control_tick.h"
 #include "engine/loops/run.h"
 #include "engine/scenes/build_model.h"
 #include "tests/support/scenes.h"

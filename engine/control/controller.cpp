@@ -1,4 +1,4 @@
-#include "engine/grasp/controller.h"
+#include "engine/control/controller.h"
 
 namespace thenar {
 

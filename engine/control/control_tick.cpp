@@ -1,9 +1,9 @@
-#include "engine/grasp/control_tick.h"
+#include "engine/control/control_tick.h"
 
 #include <algorithm>
 
+#include "engine/control/control_period.h"
 #include "engine/grasp/compliance.h"
-#include "engine/grasp/control_period.h"
 #include "engine/grasp/stopwatch.h"
 
 namespace thenar {

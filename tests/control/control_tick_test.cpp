@@ -1,4 +1,4 @@
-#include "engine/grasp/control_tick.h"
+#include "engine/control/control_tick.h"
 
 #include <gtest/gtest.h>
 

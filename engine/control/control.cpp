@@ -1,4 +1,4 @@
-#include "engine/grasp/control.h"
+#include "engine/control/control.h"
 
 #include <algorithm>
 #include <array>
@@ -41,13 +41,6 @@ PulpBall pulp_ball(const Model& model, const Isometry3d& X_WF, const Snapshot& s
 }
 
 }  // namespace
-
-Vector6d pose_error(const Isometry3d& X_WT, const Isometry3d& X_WO) {
-  const Eigen::AngleAxisd turn(Matrix3d(X_WT.linear() * X_WO.linear().transpose()));
-  Vector6d error;
-  error << X_WT.translation() - X_WO.translation(), turn.angle() * turn.axis();
-  return error;
-}
 
 Vector6d PosePid::update(const Vector6d& error, double period_s, double share) {
   integral_ += period_s * share * error;

@@ -1,4 +1,4 @@
-#include "engine/grasp/control.h"
+#include "engine/control/control.h"
 
 #include <gtest/gtest.h>
 

@@ -5,8 +5,8 @@
 #include <functional>
 #include <optional>
 
+#include "engine/control/control.h"
 #include "engine/grasp/contact_search.h"
-#include "engine/grasp/control.h"
 #include "engine/grasp/model.h"
 
 namespace thenar {
