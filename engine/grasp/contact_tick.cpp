@@ -81,7 +81,11 @@ Drive drive(const Model& model, const Frame& frame, const Vector6d& wrench, Cont
   work.torque_Nm = drive.torque;
   // The points where weight and push act have turned with the object since the snapshot.
   const double asked_s = static_cast<double>(frame.tick) * scene.step_s;
-  drive.wrench += model.external_wrench(asked_s, state.X_WO) - model.external_wrench(asked_s, frame.X_WO);
+  const double now_s = model.loads_vary() ? static_cast<double>(state.tick) * scene.step_s : asked_s;
+  drive.wrench += model.external_wrench(now_s, state.X_WO) - model.external_wrench(asked_s, frame.X_WO);
+  if (scene.task.arm) {
+    drive.torque -= gravity_torques(scene.hand, work.pose, model.gravity(now_s) - model.gravity(asked_s));
+  }
   if (const auto& spring = scene.task.spring) {
     const double end_s = static_cast<double>(state.tick + 1) * scene.step_s;
     const Vector6d error = pose_error(state.X_WT.value_or(model.target(end_s)), state.X_WO);
@@ -369,6 +373,7 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
   const Scene& scene = model.scene;
   report.sequence = frame.sequence;
   report.frame_age = state.tick - frame.tick;
+  const double mu = model.friction(static_cast<double>(state.tick) * scene.step_s);
   report.handed_over = frame.sequence != work.sequence;
   const bool starts = work.sequence < 0;
   if (starts) state.held = false;  // This workspace has held nothing yet.
@@ -389,6 +394,7 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
   const Vector6d extra = report.input_refused ? Vector6d(Vector6d::Zero()) : input.wrench;
   const Drive drive = thenar::drive(model, frame, extra, work, state);
 
+  if (!scene.task.friction.empty()) work.mu.setConstant(mu);
   contact_kinematics(model, frame, work.pose, state, work.kinematics);
   // A scene that starts pressed has not been pushed out yet.
   if (!starts) report_left_out(model, frame, work, state, report);
@@ -417,7 +423,11 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
     book_deformation(model, frame, work, false, state, report.ledger);
   }
   for (int k = 0; k < model.fingers(); ++k) {
-    report.patch[k] = patch_report(work.patches.of_finger(k), state.load[k], scene.contact.friction, scene.step_s);
+    report.patch[k] = patch_report(work.patches.of_finger(k), state.load[k], mu, scene.step_s);
+  }
+  for (int k = 0; k < std::ssize(state.touch); ++k) {
+    state.touch[k] = felt_touch(model, frame, work.kinematics, k, work.patches.of_finger(k), state.load[k],
+                                report.patch[k], mu, work.touch_noise);
   }
   (model.deformable() ? report.deform_s : report.solve_s) += watch.lap();
   return report;

@@ -48,6 +48,7 @@ struct ContactWorkspace {
   JointVector q_held, torque_held_Nm;  ///< Joints and drive when the hold began.
   PulpLoads loads;
   PatchPoints patches;
+  TouchNoise touch_noise;
   HandPose pose;       ///< At pose_q: after a tick, that of the state which it left.
   JointVector pose_q;  ///< NaN: there is no pose yet.
 };

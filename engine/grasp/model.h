@@ -42,16 +42,28 @@ struct Model {
 
   [[nodiscard]] int fingers() const { return scene.hand.fingers(); }
   [[nodiscard]] bool deformable() const { return !pulps.empty(); }
+  /// Whether fingertips feel more than their loads: see Touch.
+  [[nodiscard]] bool feels() const { return scene.control && scene.control->touch; }
   [[nodiscard]] bool soft_object() const { return scene.object.compliance.has_value() && deformable(); }
   /// Whether a control period begins with this step. The periods need not hold a whole number of steps.
   [[nodiscard]] bool control_is_due(std::int64_t tick) const;
   /// Where the object should be: its start pose moved by the task.
   [[nodiscard]] Eigen::Isometry3d target(double time_s) const;
-  /// The object's weight at its centre of mass, for the object at X_WO: a wrench about the object's origin, world axes
-  /// [N, N m]. It is what the controller knows of W_ext.
-  [[nodiscard]] Vector6d weight(const Eigen::Isometry3d& X_WO) const;
+  /// How fast the target moves there, as a derivative of target(): velocity of its origin [m/s], angular velocity
+  /// [rad/s]; world axes.
+  [[nodiscard]] Vector6d target_velocity(double time_s) const;
+  /// Gravity in the hand frame at this time: less the acceleration of the task's arm.
+  [[nodiscard]] Eigen::Vector3d gravity(double time_s) const;
+  /// Coulomb's coefficient at this time.
+  [[nodiscard]] double friction(double time_s) const;
+  /// The object's weight at its centre of mass, for the object at X_WO and this gravity: a wrench about the object's
+  /// origin, world axes [N, N m]. It is what the controller knows of W_ext.
+  [[nodiscard]] Vector6d weight(const Eigen::Isometry3d& X_WO, const Eigen::Vector3d& gravity) const;
+  [[nodiscard]] Vector6d weight(const Eigen::Isometry3d& X_WO) const { return weight(X_WO, scene.gravity); }
   /// W_ext: the weight, and what the task's push does at `time_s`, likewise.
   [[nodiscard]] Vector6d external_wrench(double time_s, const Eigen::Isometry3d& X_WO) const;
+  /// Whether W_ext changes from tick to tick, not from frame to frame alone.
+  [[nodiscard]] bool loads_vary() const;
 };
 
 }  // namespace thenar

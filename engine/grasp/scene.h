@@ -96,16 +96,37 @@ struct DriveTable {
   [[nodiscard]] Eigen::VectorXd at(double at_s) const;
 };
 
+/// What the fingertips feel: see Touch (engine/grasp/touch.h).
+struct TouchSettings {
+  double delay_s = 0.0;    ///< From skin to command: what the control side feels is so old.
+  double noise = 0.0;      ///< Standard deviation of what is felt of each contact's force, as a share of it.
+  std::uint32_t seed = 1;  ///< Of the noise.
+};
+
+/// How the grip answers to what is felt: see Reflex (engine/control/reflex.h).
+struct ReflexSettings {
+  double load_rate_N_per_s = 2.0;  ///< A finger whose tangential load changes faster than expected gets a pulse.
+  double pulse_s = 0.22;           ///< How long the grip rises in a pulse.
+  double release_s = 0.5;          ///< Time constant in which the grip goes back.
+  double stick = 0.35;             ///< The least share of a patch that is to stick.
+  double regulation_per_s = 5.0;   ///< How fast the squeeze is adjusted to it, as a share of the grip.
+};
+
 struct ControlSettings {
   ControlLaw law = ControlLaw::kFeedforward;
   std::optional<double> gain;            ///< K of eq. (22) [N m/rad]; nothing: from the joint viscosity and the period.
   double pulp_normal_N_per_m = 0.0;      ///< K_n: the controller's model of the pulp; nu = relaxation * K.
   double pulp_tangential_N_per_m = 0.0;  ///< K_t.
-  double grasp_friction = 0.0;           ///< mu_c of the cones of grasp forces.
+  double grasp_friction = 0.0;           ///< mu_c of the cones of grasp forces; of felt ones until it is felt.
+  std::optional<double> felt_margin;  ///< m of cones whose friction is felt: mu_c = mu / (1 + m); nothing: it is not.
   FrictionCone cone = FrictionCone::kExact;  ///< Their shape.
   double internal_force_N = 0.0;             ///< lambda of eq. (13).
   PidGains position, rotation;
   std::optional<double> posture_Nm_per_rad;  ///< Spring to the start posture, where fingertips leave joints free.
+  double feedback_delay_s = 0.0;             ///< The laws see the state as it was so long ago.
+  bool anticipation = false;                 ///< What the target's motion will need is fed forward.
+  std::optional<TouchSettings> touch;        ///< Nothing: the fingertips feel nothing but their loads.
+  std::optional<ReflexSettings> reflex;      ///< Nothing: the grip does not answer. With touch alone.
   bool muscles = false;                      ///< Muscle forces drive the joints; otherwise the torques act as they are.
   std::optional<DriveTable> drive;           ///< Nothing: the law drives them.
 };
@@ -124,20 +145,38 @@ struct Spring {
   double rotation_Nm_per_rad = 0.0;
 };
 
-/// A constant force at a point of the object, and a constant moment besides, both in object axes at the start. The
-/// controller does not know of them.
+/// A force at a point of the object, and a moment besides, both in object axes at the start, constant but for their
+/// rise. The controller does not know of them.
 struct Push {
   Eigen::Vector3d force_N = Eigen::Vector3d::Zero();
   double from_s = 0.0;
   double over_s = 0.0;
+  double rise_s = 0.0;                             ///< They grow linearly for so long from their beginning on.
   Eigen::Vector3d at_m = Eigen::Vector3d::Zero();  ///< Where the force acts, fixed in the object; object frame.
   Eigen::Vector3d moment_Nm = Eigen::Vector3d::Zero();
+};
+
+/// The arm that carries the hand swings along a line. World = hand frame: the load that this makes is gravity of time.
+struct Arm {
+  Eigen::Vector3d axis = Eigen::Vector3d::Zero();  ///< Unit, object axes at the start.
+  double amplitude_m = 0.0;
+  double frequency_Hz = 0.0;
+  double from_s = 0.0;  ///< From here on it swings, at first and at last over one swing each with less than all.
+  double over_s = 0.0;
+};
+
+/// From this time on contacts have this friction.
+struct FrictionStep {
+  double from_s = 0.0, friction = 0.0;
 };
 
 struct TaskSettings {
   std::optional<Move> translate, rotate;
   std::optional<Spring> spring;
   std::optional<Push> push;
+  std::optional<Arm> arm;
+  std::vector<FrictionStep> friction;  ///< In the order of time.
+  std::optional<double> lost_m;  ///< A finger that has slid so far has lost the object; nothing: its pulp's radius.
 };
 
 /// How far a scene may be off its full model where parts of it are left out: the object's path, rms and at the end, and

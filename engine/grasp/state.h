@@ -10,6 +10,7 @@
 
 #include "engine/grasp/hand.h"
 #include "engine/grasp/model.h"
+#include "engine/grasp/touch.h"
 
 namespace thenar {
 
@@ -51,6 +52,7 @@ struct Snapshot {
   JointVector q;           ///< [rad]
   Eigen::Isometry3d X_WO;  ///< Object.
   PerFinger<FingerLoad> load;
+  PerFinger<Touch> touch;                 ///< Of a scene that names it; else of no finger.
   std::optional<Eigen::Isometry3d> X_WT;  ///< Where the caller wants the object; nothing: where the task does.
   bool held = false;                      ///< The drive of an old frame is held: no control acts.
 };

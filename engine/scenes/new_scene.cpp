@@ -10,6 +10,7 @@
 #include "engine/formats/point_cloud_file.h"
 #include "engine/formats/text.h"
 #include "engine/scenes/hand_file.h"
+#include "engine/scenes/object_bounds.h"
 #include "engine/scenes/object_surface.h"
 #include "engine/scenes/scene_file.h"
 #include "engine/scenes/scene_text.h"

@@ -15,6 +15,8 @@
 #include "engine/scenes/drive_file.h"
 #include "engine/scenes/hand_file.h"
 #include "engine/scenes/keys.h"
+#include "engine/scenes/object_bounds.h"
+#include "engine/scenes/scene_control.h"
 #include "engine/scenes/shared_data.h"
 #include "engine/scenes/units.h"
 
@@ -189,34 +191,6 @@ Shape read_shape(const ConfigMap& map) {
   return kind.empty() ? CloudShape{} : read_cloud(map);
 }
 
-/// The box around a shape, in its frame; nothing for one from a file.
-struct BoundShape {
-  static Eigen::AlignedBox3d around(const Vector3d& size_m) { return {-0.5 * size_m, 0.5 * size_m}; }
-  Eigen::AlignedBox3d operator()(const BoxShape& box) const { return around(box.size_m); }
-  Eigen::AlignedBox3d operator()(const SphereShape& sphere) const {
-    return around(Vector3d::Constant(2.0 * sphere.radius_m));
-  }
-  Eigen::AlignedBox3d operator()(const EllipsoidShape& ellipsoid) const { return around(ellipsoid.size_m); }
-  Eigen::AlignedBox3d operator()(const CylinderShape& cylinder) const {
-    return around({2.0 * cylinder.radius_m, 2.0 * cylinder.radius_m, cylinder.length_m});
-  }
-  Eigen::AlignedBox3d operator()(const SuperquadricShape& shape) const { return around(shape.size_m); }
-  Eigen::AlignedBox3d operator()(const Mug& mug) const {
-    Eigen::AlignedBox3d box = around({2.0 * mug.radius_m, 2.0 * mug.radius_m, mug.height_m});
-    if (mug.handle) box.max().x() += mug.handle->radius_m + 0.5 * mug.handle->thickness_m;
-    return box;
-  }
-  Eigen::AlignedBox3d operator()(const CloudShape& /*scan*/) const { return {}; }
-};
-
-/// Refuses a point of the object that does not lie in the box around it. Of a shape from a file the model knows.
-void check_is_in_object(const ConfigMap& map, std::string_view key, const Vector3d& point_m, const Shape& shape) {
-  constexpr double kRounding_m = 1e-9;
-  const Eigen::AlignedBox3d box = std::visit(BoundShape{}, shape);
-  if (box.isEmpty() || box.exteriorDistance(point_m) <= kRounding_m) return;
-  map.refuse(key, "must lie within the object: " + in_words(box) + " in its frame");
-}
-
 /// Where the weight of a solid acts that is equally dense throughout. Whether a surface from a file is one's is not
 /// known: its origin.
 Vector3d solid_centroid_m(const Shape& shape) {
@@ -293,78 +267,6 @@ ContactSettings read_contact(const ConfigMap& map, const std::optional<Fingertip
   return contact;
 }
 
-PidGains read_gains(const ConfigMap& map) { return {map.quantity("p"), map.quantity("i"), map.quantity("d")}; }
-
-ControlSettings read_control(const ConfigMap& map, bool pressed) {
-  ControlSettings control;
-  control.law = map.choice("law") == "paper" ? ControlLaw::kPaper : ControlLaw::kFeedforward;
-  if (map.word("gain").empty()) control.gain = map.quantity("gain");
-  const ConfigMap pulp = map.map("pulp");
-  control.pulp_normal_N_per_m = pulp.quantity("normal");
-  control.pulp_tangential_N_per_m = pulp.quantity("tangential");
-  const ConfigMap grasp = map.map("grasp");
-  control.grasp_friction = grasp.quantity("friction");
-  if (!pressed) {
-    control.internal_force_N = grasp.quantity("internal_force");
-  } else if (grasp.has("internal_force")) {
-    grasp.refuse("internal_force", "is what grasp.press asks for: leave out one of them");
-  }
-  control.cone = grasp.choice("cone") == "exact" ? FrictionCone::kExact : FrictionCone::kPyramid;
-  control.position = read_gains(map.map("position"));
-  control.rotation = read_gains(map.map("rotation"));
-  if (map.has("posture")) control.posture_Nm_per_rad = map.quantity("posture");
-  control.muscles = map.flag("muscles");
-  return control;
-}
-
-Move read_translation(const ConfigMap& map) {
-  Move move;
-  const Vector3d by = map.quantities("by");
-  move.amount = by.norm();
-  if (move.amount > 0.0) move.axis = by / move.amount;
-  move.from_s = map.quantity("from");
-  move.over_s = map.quantity("over");
-  return move;
-}
-
-Move read_rotation_move(const ConfigMap& map) {
-  Move move;
-  move.amount = map.quantity("by");
-  const Vector3d about = map.quantities("about");
-  if (about.squaredNorm() <= 0.0) map.refuse("about", "an axis must not be zero");
-  move.axis = about.stableNormalized();
-  move.from_s = map.quantity("from");
-  move.over_s = map.quantity("over");
-  return move;
-}
-
-Push read_push(const ConfigMap& map, const Shape& shape) {
-  Push push;
-  // One of the two is asked for: the force, unless there is a moment.
-  if (map.has("force") || !map.has("moment")) push.force_N = map.quantities("force");
-  if (map.has("at")) {
-    push.at_m = map.quantities("at");
-    check_is_in_object(map, "at", push.at_m, shape);
-    if (!map.has("force")) map.refuse("at", "is where a force acts, and there is none: name it, or leave this out");
-  }
-  if (map.has("moment")) push.moment_Nm = map.quantities("moment");
-  push.from_s = map.quantity("from");
-  push.over_s = map.quantity("over");
-  return push;
-}
-
-TaskSettings read_task(const ConfigMap& map, const Shape& shape) {
-  TaskSettings task;
-  if (map.has("translate")) task.translate = read_translation(map.map("translate"));
-  if (map.has("rotate")) task.rotate = read_rotation_move(map.map("rotate"));
-  if (map.has("spring")) {
-    const ConfigMap spring = map.map("spring");
-    task.spring = Spring{spring.quantity("translation"), spring.quantity("rotation")};
-  }
-  if (map.has("push")) task.push = read_push(map.map("push"), shape);
-  return task;
-}
-
 Vector3d read_direction(const ConfigMap& map, std::string_view key) {
   const Vector3d direction = map.quantities(key);
   if (direction.squaredNorm() <= 0.0) map.refuse(key, "a direction must not be zero");
@@ -372,24 +274,6 @@ Vector3d read_direction(const ConfigMap& map, std::string_view key) {
 }
 
 /// `grasp: auto`, or a map.
-/// False if the file cannot be read, which is reported.
-bool read_drive(const ConfigMap& map, const Hand& hand, ControlSettings& control) {
-  const std::filesystem::path file = map.path("drive");
-  if (file.empty() || hand.joints.empty()) return true;
-  try {
-    control.drive = load_drive(file, hand);
-  } catch (const ReadError& error) {
-    map.refuse("drive", error.what());
-    return false;
-  } catch (const FileError& error) {
-    map.refuse("drive", error.what());
-  }
-  if (control.drive && control.drive->muscles && !control.muscles) {
-    map.refuse("drive", "has muscle forces, which need control.muscles: true");
-  }
-  return true;
-}
-
 GraspWish read_grasp(const ConfigMap& root, const Scene& scene) {
   GraspWish wish{.place = root.location("grasp")};
   const bool controlled = root.has("control");
@@ -424,12 +308,6 @@ std::string in_words(const Tolerance& tolerance) {
                      100.0 * tolerance.force, 100.0 * tolerance.moment, tolerance.margin);
 }
 
-std::string in_words(const Eigen::AlignedBox3d& box) {
-  const Vector3d low_mm = 1e3 * box.min(), high_mm = 1e3 * box.max();
-  return fmt::format("{:.4g} .. {:.4g}, {:.4g} .. {:.4g}, {:.4g} .. {:.4g} mm", low_mm.x(), high_mm.x(), low_mm.y(),
-                     high_mm.y(), low_mm.z(), high_mm.z());
-}
-
 Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
   if (is_hand_file(file)) {
     throw ConfigError({{printable(file.string()), "", "is a hand, which a scene names in hand.model, and no scene"}});
@@ -447,7 +325,7 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
   scene.contact = read_contact(root.map("contact"), scene.fingertips);
   if (finds) scene.grasp = read_grasp(root, scene);
   const bool pressed = scene.grasp && scene.grasp->press_N;
-  if (root.has("control")) scene.control = read_control(root.map("control"), pressed);
+  if (root.has("control")) scene.control = read_control(root.map("control"), pressed, scene.fingertips.has_value());
   if (scene.control && scene.control->muscles && !scene.hand.joints.empty() && scene.hand.muscles.empty()) {
     root.map("control").refuse("muscles", "this hand has none: write false, and torques drive its joints");
   }

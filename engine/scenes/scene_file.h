@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/Geometry>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -22,8 +21,5 @@ namespace thenar {
 
 /// As a scene file has it: "{position: 0.1 mm, rotation: 0.1 deg, force: 5 %, moment: 10 %, margin: 0.05}".
 [[nodiscard]] std::string in_words(const Tolerance& tolerance);
-
-/// A box of places, to be told to a user: "-25 .. 25, -25 .. 25, -10 .. 10 mm".
-[[nodiscard]] std::string in_words(const Eigen::AlignedBox3d& box);
 
 }  // namespace thenar

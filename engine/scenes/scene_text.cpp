@@ -181,6 +181,13 @@ std::string contact_text(const Scene& scene) {
   return out + fmt::format("  tolerance: {}\n  max_sweeps: {}\n", number(contact.tolerance), contact.max_sweeps);
 }
 
+/// "0.55", or "felt, margin: 0.3, first_friction: 0.5".
+std::string cones_text(const ControlSettings& control) {
+  if (!control.felt_margin) return number(control.grasp_friction);
+  return fmt::format("felt, margin: {}, first_friction: {}", number(*control.felt_margin),
+                     number(control.grasp_friction * (1.0 + *control.felt_margin)));
+}
+
 std::string control_text(const Scene& scene) {
   const ControlSettings& control = *scene.control;
   std::string out =
@@ -191,7 +198,7 @@ std::string control_text(const Scene& scene) {
                   text(control.pulp_tangential_N_per_m, Dimension::kStiffness));
   const bool pressed = scene.grasp && scene.grasp->press_N;
   out +=
-      fmt::format("  grasp: {{friction: {}, {}cone: {}}}\n", number(control.grasp_friction),
+      fmt::format("  grasp: {{friction: {}, {}cone: {}}}\n", cones_text(control),
                   pressed ? "" : fmt::format("internal_force: {}, ", text(control.internal_force_N, Dimension::kForce)),
                   control.cone == FrictionCone::kExact ? "exact" : "pyramid");
   out += fmt::format("  position: {{p: {}, i: {}, d: {}}}\n", text(control.position.p, Dimension::kStiffness),
@@ -201,6 +208,20 @@ std::string control_text(const Scene& scene) {
                      text(control.rotation.d, Dimension::kRotationalDamping));
   if (control.posture_Nm_per_rad) {
     out += fmt::format("  posture: {}\n", text(*control.posture_Nm_per_rad, Dimension::kRotationalStiffness));
+  }
+  if (control.feedback_delay_s > 0.0) {
+    out += fmt::format("  feedback_delay: {}\n", text(control.feedback_delay_s, Dimension::kTime));
+  }
+  if (control.anticipation) out += "  anticipation: true\n";
+  if (const auto& touch = control.touch) {
+    out += fmt::format("  touch: {{delay: {}, noise: {}, seed: {}}}\n", text(touch->delay_s, Dimension::kTime),
+                       text(touch->noise, Dimension::kShare), touch->seed);
+  }
+  if (const auto& reflex = control.reflex) {
+    out += fmt::format("  reflex: {{load_rate: {}, pulse: {}, release: {}, stick: {}, regulation: {}}}\n",
+                       text(reflex->load_rate_N_per_s, Dimension::kForceRate), text(reflex->pulse_s, Dimension::kTime),
+                       text(reflex->release_s, Dimension::kTime), number(reflex->stick),
+                       text(reflex->regulation_per_s, Dimension::kRate));
   }
   out += fmt::format("  muscles: {}  # or joint torques\n", control.muscles);
   if (control.drive) out += fmt::format("  drive: '{}'\n", std::filesystem::absolute(control.drive->file).string());
@@ -229,9 +250,22 @@ std::string task_text(const TaskSettings& task) {
   if (const auto& push = task.push) {
     const std::string moment =
         push->moment_Nm.isZero(0.0) ? "" : fmt::format("moment: {}, ", text(push->moment_Nm, Dimension::kTorque));
-    out += fmt::format("  push: {{force: {}, at: {}, {}{}}}\n", text(push->force_N, Dimension::kForce),
-                       text(push->at_m, Dimension::kLength), moment, times(push->from_s, push->over_s));
+    const std::string rise = push->rise_s > 0.0 ? fmt::format(", rise: {}", text(push->rise_s, Dimension::kTime)) : "";
+    out += fmt::format("  push: {{force: {}, at: {}, {}{}{}}}\n", text(push->force_N, Dimension::kForce),
+                       text(push->at_m, Dimension::kLength), moment, times(push->from_s, push->over_s), rise);
   }
+  if (const auto& arm = task.arm) {
+    out += fmt::format("  arm: {{along: {}, amplitude: {}, frequency: {}, {}}}\n", text(arm->axis, Dimension::kNone),
+                       length(arm->amplitude_m), text(arm->frequency_Hz, Dimension::kFrequency),
+                       times(arm->from_s, arm->over_s));
+  }
+  if (!task.friction.empty()) {
+    out += "  friction:\n";
+    for (const FrictionStep& step : task.friction) {
+      out += fmt::format("    - {{at: {}, to: {}}}\n", text(step.from_s, Dimension::kTime), number(step.friction));
+    }
+  }
+  if (task.lost_m) out += fmt::format("  lost: {}\n", length(*task.lost_m));
   return out.empty() ? "" : "task:\n" + out;
 }
 

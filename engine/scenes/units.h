@@ -26,6 +26,8 @@ enum class Dimension {
   kFrequency,               ///< Hz, kHz
   kPerForce,                ///< 1/N
   kShare,                   ///< %, a hundredth
+  kForceRate,               ///< N/s
+  kRate,                    ///< 1/s
 };
 
 /// A number read from text: its SI value, or what is wrong with the text.

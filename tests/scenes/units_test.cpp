@@ -64,6 +64,8 @@ TEST(Config, ReadsEveryUnit) {
            {kRotationalIntegralGain, "1 N*m/(rad*s)", 1.0},
            {kFrequency, "200 Hz", 200.0},
            {kFrequency, "4kHz", 4e3},
+           {kForceRate, "2 N/s", 2.0},
+           {kRate, "5 1/s", 5.0},
        }) {
     const Table table{key("value", kQuantity, "", c.dimension)};
     Config config(scene_file(std::string("value: ") + c.text), table);

@@ -1,0 +1,17 @@
+#pragma once
+
+#include "engine/grasp/scene.h"
+#include "engine/scenes/config.h"
+
+namespace thenar {
+
+/// What the map `control` of a scene says; `pressed`: a grasp that is found says how hard the fingers squeeze; `deformable`: the fingertips are.
+[[nodiscard]] ControlSettings read_control(const ConfigMap& map, bool pressed, bool deformable);
+
+/// Its table `drive`, for this hand. False if the file cannot be read, which is reported.
+bool read_drive(const ConfigMap& map, const Hand& hand, ControlSettings& control);
+
+/// What the map `task` says of an object of this shape.
+[[nodiscard]] TaskSettings read_task(const ConfigMap& map, const Shape& shape);
+
+}  // namespace thenar
