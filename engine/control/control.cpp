@@ -106,9 +106,9 @@ FingerForces ForceFilter::update(const PerFinger<GraspContact>& contacts, const 
 double force_gain(const Scene& scene, int finger) {
   // Sampled with a period and a delay, the loop is stable up to about 2 b / (period + delay). A third of that settles
   // within two periods; with a delay the lag behind a moving target grows, and more than half of it errs less.
-  const double period_s = scene.control_period_s;
+  const double period_s = scene.control_period_s, delay_s = scene.control_delay_s + scene.control->feedback_delay_s;
   return scene.control->gain.value_or(2.0 * scene.viscosity(finger) *
-                                      std::min(0.3 / period_s, 0.6 / (period_s + scene.control_delay_s)));
+                                      std::min(0.3 / period_s, 0.6 / (period_s + delay_s)));
 }
 
 FingerVector posture_torques(const FingerJacobian& J, int joints, double stiffness, const FingerVector& error) {
@@ -136,12 +136,12 @@ FingerVector posture_torques(const FingerJacobian& J, int joints, double stiffne
 }
 
 JointVector desired_torques(const Model& model, const JointVector& q, const HandPose& pose,
-                            const PerFinger<GraspContact>& contacts, const FingerForces& f_desired,
-                            const FingerForces& y) {
+                            const Vector3d& gravity, const PerFinger<GraspContact>& contacts,
+                            const FingerForces& f_desired, const FingerForces& y) {
   const Hand& hand = model.scene.hand;
   const bool feedforward = model.scene.control->law == ControlLaw::kFeedforward;
   JointVector tau = hand.at_zero();
-  if (feedforward) tau = gravity_torques(hand, pose, model.scene.gravity);
+  if (feedforward) tau = gravity_torques(hand, pose, gravity);
   for (int k = 0; k < model.fingers(); ++k) {
     const Fingertip& tip = hand.fingertips[k];
     const FingerJacobian J = finger_jacobian(hand, pose, k, contacts[k].point_m);
@@ -161,6 +161,23 @@ JointVector desired_torques(const Model& model, const JointVector& q, const Hand
       tau_k += posture;
     }
     tau.segment(tip.first_joint, tip.joints) = tau_k.head(tip.joints);
+  }
+  return tau;
+}
+
+JointVector viscous_torques(const Model& model, const HandPose& pose, const PerFinger<GraspContact>& contacts,
+                            const Vector3d& centre_m, const Vector6d& velocity) {
+  const Hand& hand = model.scene.hand;
+  JointVector tau = hand.at_zero();
+  for (int k = 0; k < model.fingers(); ++k) {
+    const Fingertip& tip = hand.fingertips[k];
+    const FingerJacobian J = finger_jacobian(hand, pose, k, contacts[k].point_m);
+    const Vector3d at = velocity.head<3>() + velocity.tail<3>().cross(contacts[k].point_m - centre_m);
+    const Vector3d pulled = damped(squared(J)).ldlt().solve(at);
+    for (int j = 0; j < tip.joints; ++j) {
+      const int joint = tip.first_joint + j;
+      tau[joint] = model.scene.viscosity(k) * hand.joints[joint].drag * J.col(j).dot(pulled);
+    }
   }
   return tau;
 }

@@ -56,7 +56,7 @@ class ForceFilter {
 };
 
 /// K of eq. (22): the scene's, or 0.3 times the stability bound 2 b / (control period), and not more than 0.6 times the
-/// bound 2 b / (control period + control delay) of late frames.
+/// bound 2 b / (control period + delays) of late frames and late knowledge.
 [[nodiscard]] double force_gain(const Scene& scene, int finger);
 
 /// What keeps a finger's posture where its fingertip leaves its `joints` free: K Z Z'(q_0 - q), Z the unit directions
@@ -69,8 +69,14 @@ class ForceFilter {
 /// The desired joint torques at joint angles q: eq. (22), K J^+ y; with the feed-forward law J' f^d + g besides; and
 /// what keeps the start posture, if the scene wants that.
 [[nodiscard]] JointVector desired_torques(const Model& model, const JointVector& q, const HandPose& pose,
-                                          const PerFinger<GraspContact>& contacts, const FingerForces& f_desired,
+                                          const Eigen::Vector3d& gravity, const PerFinger<GraspContact>& contacts, const FingerForces& f_desired,
                                           const FingerForces& y);
+
+/// What the joints' viscosity takes where the fingers move with an object whose origin is at `centre_m` and that moves
+/// with this velocity (of its origin, then angular; world axes): b J^+ v.
+[[nodiscard]] JointVector viscous_torques(const Model& model, const HandPose& pose,
+                                          const PerFinger<GraspContact>& contacts, const Eigen::Vector3d& centre_m,
+                                          const Vector6d& velocity);
 
 /// The steady force error that eq. (22) leaves without feed-forward, as a share of f^d, mean over the fingers:
 ///     error = (I + S)^-1 S f^d,   S = E diag(K_n, K_t, K_t) E' J J' / K.

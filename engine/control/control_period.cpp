@@ -58,11 +58,24 @@ const Numbers& checked(const Numbers& numbers, Index asked, const char* what) {
   return numbers;
 }
 
+bool anticipates(const Model& model) { return model.scene.control && model.scene.control->anticipation; }
+
+/// The middle of the time for which this period's drive acts.
+double planned_s(const ControlPeriod& period) {
+  return period.now_s() + period.model.scene.control_delay_s + 0.5 * period.model.scene.control_period_s;
+}
+
 }  // namespace
 
 double ControlPeriod::time_s() const { return static_cast<double>(snapshot.tick) * model.scene.step_s; }
 
-double ControlPeriod::table_time_s() const { return time_s() + model.scene.step_s; }
+double ControlPeriod::now_s() const { return static_cast<double>(now) * model.scene.step_s; }
+
+Eigen::Vector3d ControlPeriod::known_gravity() const {
+  return anticipates(model) ? model.gravity(now_s()) : model.scene.gravity;
+}
+
+double ControlPeriod::table_time_s() const { return now_s() + model.scene.step_s; }
 
 Eigen::Isometry3d ControlPeriod::target() const { return snapshot.X_WT.value_or(model.target(time_s())); }
 
@@ -163,7 +176,13 @@ Vector6d published_wrench(ControlPeriod& period) {
   const double fade = std::exp(-controller.period_s / kResume_s);
   controller.acting_share = period.snapshot.held ? 0.0 : 1.0 - fade * (1.0 - controller.acting_share);
   const Vector6d D = controller.pid->update(period.error(), controller.period_s, controller.acting_share);
-  return D - period.model.weight(period.snapshot.X_WO);
+  const Vector6d known = period.model.weight(period.snapshot.X_WO, period.known_gravity());
+  if (!anticipates(period.model)) return D - known;
+  const ObjectSettings& object = period.model.scene.object;
+  Vector6d drag = period.model.target_velocity(planned_s(period));
+  drag.head<3>() *= object.translation_damping;
+  drag.tail<3>() *= object.rotation_damping;
+  return D + controller.acting_share * drag - known;
 }
 
 std::optional<FingerForces> published_forces(ControlPeriod& period) {
@@ -191,7 +210,13 @@ JointVector published_torques(ControlPeriod& period) {
   Controller& controller = period.controller;
   const PerFinger<GraspContact>& contacts = period.contacts();
   const FingerForces y = controller.filter->update(contacts, error, controller.period_s);
-  return desired_torques(model, period.snapshot.q, controller.pose, contacts, f_desired, y);
+  JointVector tau =
+      desired_torques(model, period.snapshot.q, controller.pose, period.known_gravity(), contacts, f_desired, y);
+  if (anticipates(model)) {
+    const Vector6d velocity = controller.acting_share * model.target_velocity(planned_s(period));
+    tau += viscous_torques(model, controller.pose, contacts, period.snapshot.X_WO.translation(), velocity);
+  }
+  return tau;
 }
 
 const Eigen::VectorXd& published_muscle_forces(ControlPeriod& period) {

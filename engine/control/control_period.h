@@ -13,21 +13,28 @@ namespace thenar {
 /// One control period: what its laws see, and what they have found. What a period is asked for is found then, once.
 class ControlPeriod {
  public:
-  ControlPeriod(const Model& m, const Snapshot& seen, Controller& of, ControlReport& result)
-      : model(m), snapshot(seen), controller(of), report(result) {}
+  /// `seen` is what is known, `now_tick` when the period begins; with control.feedback_delay they are not of one time.
+  ControlPeriod(const Model& m, const Snapshot& seen, std::int64_t now_tick, Controller& of, ControlReport& result)
+      : model(m), snapshot(seen), now(now_tick), controller(of), report(result) {}
   ControlPeriod(const ControlPeriod&) = delete;
   ControlPeriod& operator=(const ControlPeriod&) = delete;
 
   const Model& model;
   const Snapshot& snapshot;  ///< What is known of the state: joints, object, what the fingers do to it.
+  const std::int64_t now;    ///< Its tick, but for what is known late.
   Controller& controller;    ///< With the hand's pose at the snapshot, and the period's length.
   ControlReport& report;     ///< Has all that was found.
   bool published_wrench_given = false, published_torques_given = false;  ///< These go on from period to period.
 
+  /// Of the snapshot.
   [[nodiscard]] double time_s() const;
+  /// When the period begins.
+  [[nodiscard]] double now_s() const;
+  /// Gravity as it is now, of which a controller that anticipates knows all; others know the scene's.
+  [[nodiscard]] Eigen::Vector3d known_gravity() const;
   /// When a scene's table is looked at: at the end of the first tick that this period drives, as signals.csv has it.
   [[nodiscard]] double table_time_s() const;
-  /// Where the object should be at that time.
+  /// Where the object should be at the snapshot.
   [[nodiscard]] Eigen::Isometry3d target() const;
   /// Of the object against its target: see pose_error().
   [[nodiscard]] Vector6d error() const;

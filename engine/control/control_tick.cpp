@@ -25,13 +25,22 @@ JointVector joint_torques(ControlPeriod& period) {
   return tau;
 }
 
+/// The newest snapshot, or what is known of the state with control.feedback_delay.
+const Snapshot& seen_by_laws(const Model& model, const Snapshot& snapshot, Controller& controller) {
+  if (!controller.afference.is_needed()) return snapshot;
+  controller.afference.add(snapshot);
+  const std::int64_t delay = ticks_of(model, model.scene.control->feedback_delay_s);
+  return delay > 0 ? controller.afference.at(snapshot.tick - delay) : snapshot;
+}
+
 }  // namespace
 
 ControlReport control_tick(const Model& model, const Snapshot& snapshot, Controller& controller, Frame& frame) {
   const Scene& scene = model.scene;
   ControlReport report(scene.hand);
   Stopwatch total;
-  forward_kinematics(scene.hand, snapshot.q, controller.pose);
+  const Snapshot& seen = seen_by_laws(model, snapshot, controller);
+  forward_kinematics(scene.hand, seen.q, controller.pose);
   // What has passed for the object: late ticks are further apart, and steps that slip do not count.
   if (controller.sequence > 0) {
     const auto steps = std::max<std::int64_t>(1, snapshot.tick - controller.last_tick);
@@ -39,15 +48,17 @@ ControlReport control_tick(const Model& model, const Snapshot& snapshot, Control
   }
   controller.last_tick = snapshot.tick;
 
-  ControlPeriod period(model, snapshot, controller, report);
+  ControlPeriod period(model, seen, snapshot.tick, controller, report);
   const JointVector tau = joint_torques(period);
+  if (&seen != &snapshot) forward_kinematics(scene.hand, snapshot.q, controller.pose);
 
+  const double now_s = static_cast<double>(snapshot.tick) * scene.step_s;
   frame.sequence = controller.sequence++;
   frame.tick = snapshot.tick;
   frame.X_WO = snapshot.X_WO;
   for (int k = 0; k < model.fingers(); ++k) frame.X_WF[k] = controller.pose.distal(scene.hand, k);
-  frame.torque_Nm = tau - gravity_torques(scene.hand, controller.pose, scene.gravity);
-  frame.wrench = model.external_wrench(static_cast<double>(snapshot.tick) * scene.step_s, snapshot.X_WO);
+  frame.torque_Nm = tau - gravity_torques(scene.hand, controller.pose, model.gravity(now_s));
+  frame.wrench = model.external_wrench(now_s, snapshot.X_WO);
   Stopwatch stage;
   find_frame_contacts(model, controller.pose, snapshot, controller.search, frame);
   report.find_s = stage.lap();

@@ -9,6 +9,7 @@ Controller::Controller(const Model& model)
       f_desired(Eigen::VectorXd::Zero(3 * model.fingers())),
       f_muscle(Eigen::VectorXd::Zero(static_cast<Index>(model.scene.hand.muscles.size()))),
       H(static_cast<Index>(model.scene.hand.joints.size()), f_muscle.size()),
+      afference(model),
       search(model) {
   if (!model.scene.control) return;
   pid.emplace(model.scene.control->position, model.scene.control->rotation);

@@ -5,6 +5,7 @@
 #include <functional>
 #include <optional>
 
+#include "engine/control/afference.h"
 #include "engine/control/control.h"
 #include "engine/grasp/contact_search.h"
 #include "engine/grasp/model.h"
@@ -70,6 +71,7 @@ class Controller {
   Eigen::VectorXd f_muscle;           ///< [N].
   Eigen::MatrixXd H;                  ///< Moment arms [m].
   HandPose pose;
+  Afference afference;
   ContactSearch search;
   OwnControl own;
 };

@@ -1,0 +1,30 @@
+#include "engine/control/afference.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace thenar {
+
+std::int64_t ticks_of(const Model& model, double delay_s) { return std::llround(delay_s / model.scene.step_s); }
+
+Afference::Afference(const Model& model) {
+  if (!model.scene.control) return;
+  const ControlSettings& control = *model.scene.control;
+  const double delay_s = std::max(control.feedback_delay_s, control.touch ? control.touch->delay_s : 0.0);
+  if (delay_s <= 0.0) return;
+  // Control ticks are a period apart or more, but for a step's rounding.
+  const double period_s = std::max(model.scene.step_s, model.scene.control_period_s - model.scene.step_s);
+  past_.assign(static_cast<std::size_t>(std::ceil(delay_s / period_s)) + 2, State(model));
+}
+
+void Afference::add(const Snapshot& snapshot) { past_[count_++ % past_.size()] = snapshot; }
+
+const Snapshot& Afference::at(std::int64_t tick) const {
+  const std::size_t oldest = count_ - std::min(count_, past_.size());
+  for (std::size_t i = count_; i > oldest + 1; --i) {
+    if (const Snapshot& past = past_[(i - 1) % past_.size()]; past.tick <= tick) return past;
+  }
+  return past_[oldest % past_.size()];
+}
+
+}  // namespace thenar
