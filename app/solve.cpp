@@ -223,12 +223,22 @@ void write_found(ContactFile file, const SolveResult& found, const std::filesyst
 
 // ---- grasp forces ----
 
+/// "friction 0.3", or where contacts differ "frictions 0.3, 0.5 and 0.2".
+std::string friction_in_words(const GraspProblem& problem) {
+  if (problem.grips.empty()) return fmt::format("friction {:g}", problem.friction);
+  std::vector<std::string> each;
+  for (const ContactGrip& grip : problem.grips) each.push_back(fmt::format("{:g}", grip.friction));
+  return "frictions " + listed(each);
+}
+
 std::string explain(const GraspProblem& problem) {
   const GraspDeficit deficit = explain_infeasible_grasp(problem);
   std::vector<std::string> lacking;
   const auto n = std::ssize(problem.contacts);
   const double largest_N = deficit.missing_N.leftCols(n).cwiseAbs().maxCoeff();
+  double squeeze_N = 0.0;
   for (Index i = 0; i < n; ++i) {
+    squeeze_N = std::max(squeeze_N, problem.internal_force_of(i));
     const auto e = deficit.missing_N.col(i);
     std::vector<std::string> parts;
     const double tangential_N = e.tail<2>().norm();
@@ -241,12 +251,13 @@ std::string explain(const GraspProblem& problem) {
     if (!parts.empty()) lacking.push_back(fmt::format("contact {} lacks {}", i, listed(parts)));
   }
   // What is left where only a torque is missing that no contact force gives is rounding.
-  const double forces_N = problem.wrench.head<3>().norm() + problem.internal_force_N;
+  const double forces_N = problem.wrench.head<3>().norm() + squeeze_N;
   if (largest_N <= kNothing * forces_N) lacking.clear();
   std::string text = lacking.empty() ? "the contacts cannot give a part of the torque, whatever their forces"
-                                     : fmt::format("at friction {:g} {}", problem.friction, listed(lacking));
+                                     : fmt::format("at {} {}", friction_in_words(problem), listed(lacking));
   if (std::isfinite(deficit.least_friction)) {
-    return text + fmt::format("; a friction of at least {:.3g} would do", deficit.least_friction);
+    return text + fmt::format("; a friction of at least {:.3g}{} would do", deficit.least_friction,
+                              problem.grips.empty() ? "" : " at every contact");
   }
   return text + "; no friction would do";
 }
@@ -279,8 +290,8 @@ std::vector<SolveResult> solve(const GraspFile& file, const std::string& method,
     result.residual = result.residual_worst = grasp_kkt_error(problem, report.multiplier, f);
     result.objective = 0.5 * f.squaredNorm();
     for (std::size_t i = 0; i < file.contacts.size(); ++i) {
-      *result.objective -=
-          file.internal_force_N * file.contacts[i].axes.col(0).dot(f.segment<3>(3 * static_cast<Index>(i)));
+      *result.objective -= problem.internal_force_of(static_cast<Index>(i)) *
+                           file.contacts[i].axes.col(0).dot(f.segment<3>(3 * static_cast<Index>(i)));
     }
     result.f = f;
   }

@@ -41,6 +41,13 @@ const char* word(MuscleStatus status) {
                                                : "budget spent";
 }
 
+/// A number for all of n contacts, or an array with one for each.
+Eigen::VectorXd number_of_each(py::handle value, Eigen::Index n, const std::string& name) {
+  const auto any = py::array::ensure(value);
+  if (any && any.ndim() == 0) return Eigen::VectorXd::Constant(n, number(value, name));
+  return vector(value, n, name);
+}
+
 py::tuple solve_contact(py::handle W, py::handle delta_free, py::handle mu, const std::string& method,
                         py::handle tolerance, int iterations, py::handle guess) {
   ContactData data;
@@ -49,9 +56,7 @@ py::tuple solve_contact(py::handle W, py::handle delta_free, py::handle mu, cons
   if (rows % 3 != 0 || data.W.cols() != rows) throw py::value_error("W is square, with three rows a contact");
   if (rows > 3 * kMostContacts) throw py::value_error(fmt::format("W has more than {} contacts", kMostContacts));
   data.delta_free = vector(delta_free, rows, "delta_free");
-  data.mu = py::isinstance<py::float_>(mu) || py::isinstance<py::int_>(mu)
-                ? Eigen::VectorXd::Constant(rows / 3, number(mu, "mu"))
-                : vector(mu, rows / 3, "mu");
+  data.mu = number_of_each(mu, rows / 3, "mu");
   if (data.mu.size() > 0 && data.mu.minCoeff() < 0.0) throw py::value_error("mu is less than 0");
   if (iterations < 0) throw py::value_error("iterations must be 0 or more");
   const double stop = number(tolerance, "tolerance");
@@ -97,9 +102,12 @@ py::tuple solve_grasp(py::handle points, py::handle axes, py::handle wrench, py:
   problem.contacts = contacts;
   problem.centre_m = vector(centre, 3, "centre_m");
   problem.wrench = vector(wrench, 6, "wrench");
-  problem.friction = number(friction, "friction");
-  problem.internal_force_N = number(internal_force, "internal_force_N");
-  if (problem.friction < 0.0) throw py::value_error("friction is less than 0");
+  const Eigen::VectorXd mu = number_of_each(friction, n, "friction");
+  const Eigen::VectorXd lambda_N = number_of_each(internal_force, n, "internal_force_N");
+  if (mu.minCoeff() < 0.0) throw py::value_error("friction is less than 0");
+  std::vector<ContactGrip> grips;
+  for (Eigen::Index i = 0; i < n; ++i) grips.push_back({.friction = mu[i], .internal_force_N = lambda_N[i]});
+  problem.grips = grips;
   if (cone != "exact" && cone != "pyramid")
     throw py::value_error(fmt::format("there is no cone '{}': exact, pyramid", cone));
   problem.cone = cone == "exact" ? FrictionCone::kExact : FrictionCone::kPyramid;

@@ -43,13 +43,6 @@ Vector6 plus(const Vector6& a, double t, const Vector6& b) {
   return sum;
 }
 
-/// |f_t| <= mu f_n
-struct Cone {
-  explicit Cone(double friction) : mu(friction), slope(1.0 / (1.0 + friction * friction)) {}
-  double mu;
-  double slope;  ///< Of f_n along the cone's surface.
-};
-
 /// P_K(x) for all contacts at once, and what its derivative needs.
 template <int kLanes>
 struct Projection {
@@ -60,17 +53,17 @@ struct Projection {
 };
 
 template <int kLanes>
-Projection<kLanes> project(const LaneForces<kLanes>& x, const Cone& cone) {
+Projection<kLanes> project(const LaneForces<kLanes>& x, const Cones<kLanes>& cones) {
   using Lanes = Lane<kLanes>;
   const Lanes length = (x.col(1).square() + x.col(2).square()).sqrt();
   const Lanes inverse = 1.0 / length.max(kTiny);
   // Beside the cone: the nearest point of the generator (1, mu); behind it, or there but for rounding: the apex.
-  const Lanes along = x.col(0) + cone.mu * length;
-  const Lanes rounding = kRounding * (x.col(0).abs() + cone.mu * length);
-  const Lanes normal = (along > rounding).select(cone.slope * along, 0.0);
+  const Lanes along = x.col(0) + cones.mu * length;
+  const Lanes rounding = kRounding * (x.col(0).abs() + cones.mu * length);
+  const Lanes normal = (along > rounding).select(cones.one_cut * along, 0.0);
   Projection<kLanes> to;
-  to.is_inside = length < cone.mu * x.col(0);
-  to.part = to.is_inside.select(Lanes::Ones(), cone.mu * normal * inverse);
+  to.is_inside = length < cones.mu * x.col(0);
+  to.part = to.is_inside.select(Lanes::Ones(), cones.mu * normal * inverse);
   to.f.col(0) = to.is_inside.select(x.col(0), normal);
   to.f.col(1) = to.part * x.col(1);
   to.f.col(2) = to.part * x.col(2);
@@ -106,14 +99,14 @@ class NewtonStep {
   }
 
   template <int kLanes>
-  void add(const ForceColumns<kLanes>& Q, const Projection<kLanes>& to, const Cone& cone) {
+  void add(const ForceColumns<kLanes>& Q, const Projection<kLanes>& to, const Cones<kLanes>& cones) {
     for (int i = 0; i < Q.contacts; ++i) {
       const Padded &n = Q.columns[3 * i], &t1 = Q.columns[3 * i + 1], &t2 = Q.columns[3 * i + 2];
       if (to.is_inside[i]) {
         for (const Padded* column : {&n, &t1, &t2}) add(1.0, *column);
       } else if (to.f(i, 0) > 0.0) {
         // Beside the cone the normal force follows along (1, mu e) and the tangential one turns with x_t.
-        add(cone.slope, n + cone.mu * (to.e_1[i] * t1 + to.e_2[i] * t2));
+        add(cones.one_cut[i], n + cones.mu[i] * (to.e_1[i] * t1 + to.e_2[i] * t2));
         add(to.part[i], to.e_1[i] * t2 - to.e_2[i] * t1);
       }
       // At the apex nothing moves.
@@ -177,7 +170,7 @@ class TangentPlanes {
   using Vector = typename ActiveSet<kSize>::Vector;
 
   /// Violations up to `left` N are left.
-  TangentPlanes(double mu, double left) : mu_(mu), left_(left) {}
+  TangentPlanes(const Lane<kLanes>& mu, double left) : mu_(mu), left_(left) {}
 
   [[nodiscard]] Constraint<3> most_violated(const Vector& f, double tolerance) {
     const auto f_t1 = f.template segment<kLanes>(kLanes);
@@ -191,7 +184,7 @@ class TangentPlanes {
     const bool has_direction = f_t[i] > 0.0;
     const Plane plane{i, has_direction ? f_t1[i] / f_t[i] : 1.0, has_direction ? f_t2[i] / f_t[i] : 0.0};
     planes_[count_] = plane;
-    return {count_++, least, {i, i + kLanes, i + 2 * kLanes}, {mu_, -plane.e_1, -plane.e_2}};
+    return {count_++, least, {i, i + kLanes, i + 2 * kLanes}, {mu_[i], -plane.e_1, -plane.e_2}};
   }
 
   /// A'u of the planes in the set.
@@ -199,7 +192,7 @@ class TangentPlanes {
     LaneForces<kLanes> push = LaneForces<kLanes>::Zero();
     for (int j = 0; j < set.active; ++j) {
       const Plane& plane = planes_[set.id[j]];
-      push(plane.lane, 0) += set.multiplier[j] * mu_;
+      push(plane.lane, 0) += set.multiplier[j] * mu_[plane.lane];
       push(plane.lane, 1) -= set.multiplier[j] * plane.e_1;
       push(plane.lane, 2) -= set.multiplier[j] * plane.e_2;
     }
@@ -214,7 +207,8 @@ class TangentPlanes {
   // More only gain digits that Newton finds sooner.
   static constexpr int kMost = 100;
 
-  double mu_, left_;
+  const Lane<kLanes>& mu_;
+  double left_;
   int count_ = 0;
   std::array<Plane, kMost> planes_;
 };
@@ -225,7 +219,7 @@ class Solver {
   using Lanes = Lane<kLanes>;
   using Forces = LaneForces<kLanes>;
 
-  explicit Solver(const ReducedGrasp<kLanes>& grasp) : grasp_(grasp), cone_(grasp.friction) {
+  explicit Solver(const ReducedGrasp<kLanes>& grasp) : grasp_(grasp) {
     least_ = std::sqrt(dot(grasp.w, grasp.w));
     scale_ = least_ + std::sqrt(grasp.bias.square().sum());
   }
@@ -258,7 +252,7 @@ class Solver {
     Point<kLanes> point;
     point.l = l;
     point.x = x;
-    point.to = project<kLanes>(x, cone_);
+    point.to = project<kLanes>(x, grasp_.cones);
     point.residual = reduced_wrench(grasp_, point.to.f);
     for (int k = 0; k < 6; ++k) point.residual[k] = grasp_.w[k] - point.residual[k];
     point.square = dot(point.residual, point.residual);
@@ -284,7 +278,7 @@ class Solver {
       const double work = dot(grasp_.w, c);
       if (!(work > 0.0)) return false;
       const Forces x = combine(grasp_, c);
-      const Projection<kLanes> to = project<kLanes>(x, cone_);
+      const Projection<kLanes> to = project<kLanes>(x, grasp_.cones);
       // What rounding hides of P_K(Q'c) counts, too: at the border the work is no more than that.
       const double hidden = kEpsilon * std::sqrt(x.square().sum());
       const double gap = least_ * (std::sqrt(to.f.square().sum()) + hidden) / work;
@@ -298,7 +292,7 @@ class Solver {
       last = gap;
       ++iterations_;
       NewtonStep newton(reduced_wrench(grasp_, to.f));
-      newton.add(columns_, to, cone_);
+      newton.add(columns_, to, grasp_.cones);
       c = plus(c, -1.0, newton.solve(kLeastShift));
     }
     return false;
@@ -323,7 +317,6 @@ class Solver {
 
   const ReducedGrasp<kLanes>& grasp_;
   ForceColumns<kLanes> columns_;
-  const Cone cone_;
   double least_;  ///< |w|: the least forces without cones.
   double scale_;
   GraspStatus status_ = GraspStatus::kBudgetSpent;
@@ -350,7 +343,7 @@ template <int kLanes>
 
     const double shift = kLeastShift + damping * std::min(1.0, std::sqrt(point.square) / scale_);
     NewtonStep newton(point.residual);
-    newton.add(columns_, point.to, cone_);
+    newton.add(columns_, point.to, grasp_.cones);
     const Vector6 direction = newton.solve(shift);
     const Forces dx = combine(grasp_, direction);
     const double slope = dot(point.residual, direction);
@@ -395,7 +388,7 @@ template <int kLanes>
 
 template <int kLanes>
 [[gnu::flatten]] bool Solver<kLanes>::planes_and_newton(const Forces& start, double left) {
-  TangentPlanes<kLanes> planes(cone_.mu, left * std::sqrt(start.square().sum()));
+  TangentPlanes<kLanes> planes(grasp_.cones.mu, left * std::sqrt(start.square().sum()));
   ActiveSet<3 * kLanes> set;
   for (int k = 0; k < grasp_.rank; ++k) set.basis[set.equalities++] = grasp_.Q[k].reshaped();
   typename TangentPlanes<kLanes>::Vector x = start.reshaped();

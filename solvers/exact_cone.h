@@ -18,7 +18,7 @@ struct ConeResult {
 };
 
 /// Finds the forces nearest `bias` that give the wrench inside Coulomb's cones,
-///     min 1/2 |f - bias|^2,  Q f = w,  |f_t| <= mu f_n for each contact,
+///     min 1/2 |f - bias|^2,  Q f = w,  |f_t| <= mu f_n for each contact with its own mu,
 /// by the concave problem in six unknowns that is its dual,
 ///     max over l   w'l - 1/2 |P_K(Q'l + bias)|^2,   gradient w - Q f,   f = P_K(Q'l + bias).
 /// Method: semismooth Newton from the optimum without cones. Where it does not go straight, a dual active set on planes

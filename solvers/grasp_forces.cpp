@@ -69,7 +69,7 @@ void find_multiplier(const std::array<double, 6>& start, const std::array<double
 /// Faces of the pyramids as constraints. Face 0, 1: mu f_n -+ f_t1 >= 0; 2, 3: mu f_n -+ f_t2 >= 0; 4: f_n >= 0.
 template <int kLanes>
 struct Pyramids {
-  double mu;
+  const Lane<kLanes>& mu;
 
   [[nodiscard]] static int id(Index lane, int face) { return 5 * static_cast<int>(lane) + face; }
 
@@ -78,7 +78,7 @@ struct Pyramids {
     const int n = static_cast<int>(lane);
     if (face == 4) return {id(lane, face), slack, {n, n}, {1.0, 0.0}};
     const int t = n + (face < 2 ? kLanes : 2 * kLanes);
-    return {id(lane, face), slack, {n, t}, {mu, face % 2 == 0 ? -1.0 : 1.0}};
+    return {id(lane, face), slack, {n, t}, {mu[lane], face % 2 == 0 ? -1.0 : 1.0}};
   }
 
   /// Which lane holds the value. Selects and does not branch: which one it is cannot be foreseen.
@@ -110,7 +110,7 @@ Answer<kLanes> solve_pyramid(const ReducedGrasp<kLanes>& grasp) {
   ActiveSet<3 * kLanes> set;
   set.equalities = grasp.rank;
   for (int k = 0; k < grasp.rank; ++k) set.basis[k] = grasp.Q[k].reshaped();
-  const Pyramids<kLanes> pyramids{grasp.friction};
+  const Pyramids<kLanes> pyramids{grasp.cones.mu};
   Answer<kLanes> answer;
   const std::array<double, 6> start = missing_wrench(grasp, grasp.bias);
   answer.f = grasp.bias + combine(grasp, start);
@@ -140,7 +140,7 @@ template <int kLanes>
 void multiply_rows(const ReducedGrasp<kLanes>& grasp, const LaneForces<kLanes>& y, double* rows) {
   const Index n = grasp.contacts;
   for (Index i = 0; i < n; ++i) {
-    const double bound = grasp.friction * y(i, 0);
+    const double bound = grasp.cones.mu[i] * y(i, 0);
     rows[i] = bound - y(i, 1);
     rows[n + i] = bound + y(i, 1);
     rows[2 * n + i] = bound - y(i, 2);
@@ -155,7 +155,7 @@ LaneForces<kLanes> combine_rows(const ReducedGrasp<kLanes>& grasp, const GraspWo
   const Index n = grasp.contacts;
   LaneForces<kLanes> f = LaneForces<kLanes>::Zero();
   for (Index i = 0; i < n; ++i) {
-    f(i, 0) = grasp.friction * (z[i] + z[n + i] + z[2 * n + i] + z[3 * n + i]) + z[4 * n + i];
+    f(i, 0) = grasp.cones.mu[i] * (z[i] + z[n + i] + z[2 * n + i] + z[3 * n + i]) + z[4 * n + i];
     f(i, 1) = z[n + i] - z[i];
     f(i, 2) = z[3 * n + i] - z[2 * n + i];
   }
@@ -180,12 +180,13 @@ void assemble(const ReducedGrasp<kLanes>& grasp, const LaneForces<kLanes>& start
     }
   }
   // A A' couples the rows of one contact alone: by mu^2 from the normals, and 1 or -1 from one tangent.
-  const double mu = grasp.friction;
+  const Lane<kLanes>& mu = grasp.cones.mu;
+  const std::array<Lane<kLanes>, 3> products{Lane<kLanes>::Ones(), mu, mu * mu};
   for (int a = 0; a < 5; ++a) {
     for (int b = 0; b < 5; ++b) {
-      const double normals = (a < 4 ? mu : 1.0) * (b < 4 ? mu : 1.0);
+      const Lane<kLanes>& normals = products[(a < 4 ? 1 : 0) + (b < 4 ? 1 : 0)];
       const double tangents = a == 4 || b == 4 || a / 2 != b / 2 ? 0.0 : a == b ? 1.0 : -1.0;
-      for (Index i = 0; i < n; ++i) work.M(a * n + i, b * n + i) += normals + tangents;
+      for (Index i = 0; i < n; ++i) work.M(a * n + i, b * n + i) += normals[i] + tangents;
     }
   }
   work.q.resize(5 * n);
@@ -216,13 +217,16 @@ Answer<kLanes> solve_lemke(const ReducedGrasp<kLanes>& grasp, GraspWorkspace& wo
 // through
 
 template <int kLanes>
-LaneForces<kLanes> nearest_inside(FrictionCone cone, double mu, const LaneForces<kLanes>& f) {
-  return cone == FrictionCone::kPyramid ? nearest_in_pyramids(mu, f) : nearest_in_cones(mu, f);
+LaneForces<kLanes> nearest_inside(FrictionCone cone, const Cones<kLanes>& cones, const LaneForces<kLanes>& f) {
+  return cone == FrictionCone::kPyramid ? nearest_in_pyramids(cones, f) : nearest_in_cones(cones, f);
 }
 
-Vector3d nearest_inside(FrictionCone cone, double mu, const Matrix3d& frame, const Vector3d& f) {
+/// The force nearest to f that contact i allows, world axes.
+Vector3d nearest_inside(const GraspProblem& problem, Index i, const Vector3d& f) {
+  const Matrix3d& frame = problem.contacts[i].axes;
+  const Cones<1> cones(Lane<1>::Constant(problem.friction_of(i)));
   LaneForces<1> lane = (frame.transpose() * f).transpose().array();
-  lane = nearest_inside<1>(cone, mu, lane);
+  lane = nearest_inside<1>(problem.cone, cones, lane);
   return frame * lane.matrix().transpose();
 }
 
@@ -235,8 +239,7 @@ Vector3d velocity(const GraspProblem& problem, const Vector6d& twist, Index i) {
 double allowed_forces(const GraspProblem& problem, const Vector6d& twist) {
   double squares = 0.0;
   for (Index i = 0; i < std::ssize(problem.contacts); ++i) {
-    squares += nearest_inside(problem.cone, problem.friction, problem.contacts[i].axes, velocity(problem, twist, i))
-                   .squaredNorm();
+    squares += nearest_inside(problem, i, velocity(problem, twist, i)).squaredNorm();
   }
   return std::sqrt(squares);
 }
@@ -246,7 +249,7 @@ template <int kLanes>
 double squared_distance_from_projection(const ReducedGrasp<kLanes>& grasp, FrictionCone cone,
                                         const Answer<kLanes>& answer) {
   const LaneForces<kLanes> pulled = grasp.bias + combine(grasp, answer.multiplier);
-  return (answer.f - nearest_inside<kLanes>(cone, grasp.friction, pulled)).square().sum();
+  return (answer.f - nearest_inside<kLanes>(cone, grasp.cones, pulled)).square().sum();
 }
 
 /// The square of what errors in forces are measured by.
@@ -269,7 +272,7 @@ bool is_optimal_to_rounding(const ReducedGrasp<kLanes>& grasp, FrictionCone cone
   const double trust = kTrust * std::sqrt(squared_size_of(grasp, answer.f));
   const double rounding = kMultiplierRounding * std::sqrt(squared_norm(answer.multiplier));
   const double trust_in_proof = trust + std::min(rounding, kMostRounding * std::sqrt(squared_size_of(grasp, answer.f)));
-  const LaneForces<kLanes> inside = nearest_inside<kLanes>(cone, grasp.friction, answer.f);
+  const LaneForces<kLanes> inside = nearest_inside<kLanes>(cone, grasp.cones, answer.f);
   return squared_norm(missing_wrench(grasp, answer.f)) <= trust * trust &&
          (answer.f - inside).square().sum() <= trust * trust &&
          squared_distance_from_projection(grasp, cone, answer) <= trust_in_proof * trust_in_proof;
@@ -282,7 +285,7 @@ double gap_left(const ReducedGrasp<kLanes>& grasp, FrictionCone cone, const std:
   for (int k = 0; k < 6; ++k) power += multiplier[k] * grasp.w[k];
   if (!(power > 0.0)) return std::numeric_limits<double>::infinity();
   const LaneForces<kLanes> pulled = combine(grasp, multiplier);
-  const LaneForces<kLanes> allowed = nearest_inside<kLanes>(cone, grasp.friction, pulled);
+  const LaneForces<kLanes> allowed = nearest_inside<kLanes>(cone, grasp.cones, pulled);
   // What rounding hides of it counts, too: at the border the work is no more than that.
   const double hidden = std::numeric_limits<double>::epsilon() * std::sqrt(pulled.square().sum());
   return std::sqrt(squared_norm(grasp.w)) * (std::sqrt(allowed.square().sum()) + hidden) / power;
@@ -341,6 +344,7 @@ template <class Solve>
 GraspReport solve_with(const GraspProblem& problem, Solve solve_reduced, Eigen::Ref<Eigen::VectorXd> f) {
   const Index n = std::ssize(problem.contacts);
   assert(n <= kMaxGraspContacts && f.size() == 3 * n);
+  assert(problem.grips.empty() || std::ssize(problem.grips) == n);
   if (n == 0) {
     // Any motion along the wrench proves that nothing holds it.
     if (!problem.wrench.allFinite()) return {};
@@ -428,6 +432,17 @@ struct PlainGrasp {
   }
 };
 
+/// |c|. Over the largest lambda the squares of equal ones are 1, and their sum has no rounding.
+double size_of_bias(const GraspProblem& problem) {
+  const Index n = std::ssize(problem.contacts);
+  double largest_N = 0.0;
+  for (Index i = 0; i < n; ++i) largest_N = std::max(largest_N, std::abs(problem.internal_force_of(i)));
+  if (largest_N == 0.0) return 0.0;
+  double squares = 0.0;
+  for (Index i = 0; i < n; ++i) squares += std::pow(problem.internal_force_of(i) / largest_N, 2);
+  return largest_N * std::sqrt(squares);
+}
+
 }  // namespace
 
 double grasp_kkt_error(const GraspProblem& problem, const Vector6d& multiplier,
@@ -436,14 +451,13 @@ double grasp_kkt_error(const GraspProblem& problem, const Vector6d& multiplier,
   if (n == 0) return problem.wrench.isZero(0.0) ? 0.0 : std::numeric_limits<double>::infinity();
   double squares = 0.0;
   for (Index i = 0; i < n; ++i) {
-    const GraspContact& contact = problem.contacts[i];
-    const Vector3d pulled = velocity(problem, multiplier, i) + problem.internal_force_N * contact.axes.col(0);
-    squares +=
-        (f.segment<3>(3 * i) - nearest_inside(problem.cone, problem.friction, contact.axes, pulled)).squaredNorm();
+    const Vector3d squeeze = problem.internal_force_of(i) * problem.contacts[i].axes.col(0);
+    const Vector3d pulled = velocity(problem, multiplier, i) + squeeze;
+    squares += (f.segment<3>(3 * i) - nearest_inside(problem, i, pulled)).squaredNorm();
   }
   const PlainGrasp grasp(problem);
   const double error = std::max(std::sqrt(squares), grasp.least_forces(grasp.G * f - grasp.wrench));
-  const double size = std::max(f.norm(), std::abs(problem.internal_force_N) * std::sqrt(static_cast<double>(n)));
+  const double size = std::max(f.norm(), size_of_bias(problem));
   return error == 0.0 ? 0.0 : error / size;
 }
 

@@ -41,7 +41,7 @@ class GraspWorkspace {
 void grasp_map(std::span<const GraspContact> contacts, const Eigen::Vector3d& centre_m, Eigen::Ref<Eigen::MatrixXd> G);
 
 /// Finds the contact forces of eq. (15),
-///     min 1/2 f'f + c'f,  G f = W^d,  f_i in the friction cone K_i of contact i,   c = -lambda (n_1 .. n_n),
+///     min 1/2 f'f + c'f,  G f = W^d,  f_i in the friction cone K_i of contact i,   c_i = -lambda_i n_i,
 /// for 1 to 8 contacts: the projection of -c on the forces that give the wrench inside the cones, which is unique.
 /// GG' is factorised about the contacts' centroid, and Q f = w solved for in contact axes: see reduced_grasp.h.
 /// Pyramid: a dual active set [Goldfarb and Idnani 1983] on the faces of the pyramids. Exact cone: planes that
@@ -51,7 +51,7 @@ void grasp_map(std::span<const GraspContact> contacts, const Eigen::Vector3d& ce
 /// Accuracy  Every answer is checked: residual <= 1e-9, or what rounding of the multiplier leaves, 1e-11 of it, where
 ///           cones are so thin that it is 1e2 and more times the forces; laws are kept to 1e-9 of the forces always.
 ///           Contacts that stray from a line by a part s of their distances cost 1e-16/s of the forces.
-/// Requires  contact frames orthonormal to rounding; friction >= 0.
+/// Requires  contact frames orthonormal to rounding; friction >= 0; one grip a contact, or none.
 /// Does not allocate or throw; the same problem gives the same bits.
 [[nodiscard]] GraspReport solve_grasp_forces(const GraspProblem& problem, Eigen::Ref<Eigen::VectorXd> f) noexcept;
 

@@ -19,6 +19,12 @@ struct GraspContact {
   Eigen::Matrix3d axes = Eigen::Matrix3d::Zero();     ///< Columns n, t1, t2 in world axes; n points into the object.
 };
 
+/// How one contact grips.
+struct ContactGrip {
+  double friction = 0.0;          ///< mu_c of its cone.
+  double internal_force_N = 0.0;  ///< Its lambda of eq. (13).
+};
+
 /// What holds the tangential force of a contact.
 enum class FrictionCone {
   kPyramid,  ///< |f_t1|, |f_t2| <= mu f_n: circumscribed about Coulomb's cone [9].
@@ -33,6 +39,13 @@ struct GraspProblem {
   double friction = 0.0;                               ///< mu_c of the cone.
   FrictionCone cone = FrictionCone::kPyramid;
   double internal_force_N = 0.0;  ///< lambda of eq. (13).
+  /// One a contact, in place of `friction` and `internal_force_N`; empty: these two, for all contacts.
+  std::span<const ContactGrip> grips = {};
+
+  [[nodiscard]] double friction_of(Eigen::Index i) const { return grips.empty() ? friction : grips[i].friction; }
+  [[nodiscard]] double internal_force_of(Eigen::Index i) const {
+    return grips.empty() ? internal_force_N : grips[i].internal_force_N;
+  }
 };
 
 /// A grasp-force problem that owns its contacts, for either cone; see GraspProblem.
@@ -42,9 +55,10 @@ struct GraspData {
   Vector6d wrench = Vector6d::Zero();
   double friction = 0.0;
   double internal_force_N = 0.0;
+  std::vector<ContactGrip> grips = {};  ///< One a contact, or empty.
 
   [[nodiscard]] GraspProblem problem(FrictionCone cone) const {
-    return {contacts, centre_m, wrench, friction, cone, internal_force_N};
+    return {contacts, centre_m, wrench, friction, cone, internal_force_N, grips};
   }
 };
 

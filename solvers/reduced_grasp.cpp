@@ -33,9 +33,12 @@ Points<kLanes> gather(const GraspProblem& problem, ReducedGrasp<kLanes>& grasp) 
   const double over_n = 1.0 / static_cast<double>(n);
   // Lanes without a contact repeat the last one, times 0.
   std::array<const GraspContact*, kLanes> contacts;
-  Lane<kLanes> present;
+  Lane<kLanes> present, friction, internal_force_N;
   for (Index i = 0; i < kLanes; ++i) {
-    contacts[i] = &problem.contacts[std::min(i, n - 1)];
+    const Index contact = std::min(i, n - 1);
+    contacts[i] = &problem.contacts[contact];
+    friction[i] = problem.friction_of(contact);
+    internal_force_N[i] = problem.internal_force_of(contact);
     present[i] = i < n ? 1.0 : 0.0;
   }
   Points<kLanes> arms;
@@ -51,10 +54,10 @@ Points<kLanes> gather(const GraspProblem& problem, ReducedGrasp<kLanes>& grasp) 
     grasp.centroid_m[k] = (present * points).sum() * over_n;
     arms[k] = present * (points - grasp.centroid_m[k]);
   }
-  grasp.bias.col(0) = problem.internal_force_N * present;
+  grasp.bias.col(0) = internal_force_N * present;
   grasp.bias.col(1).setZero();
   grasp.bias.col(2).setZero();
-  grasp.friction = problem.friction;
+  grasp.cones = Cones<kLanes>(friction);
   grasp.contacts = n;
   return arms;
 }
@@ -72,11 +75,13 @@ LaneForces<kLanes> torque_row(const ReducedGrasp<kLanes>& grasp, const Points<kL
   return row;
 }
 
+/// But for the frictions.
 bool is_finite(const GraspProblem& problem) {
-  bool finite = problem.wrench.allFinite() && problem.centre_m.allFinite() && std::isfinite(problem.friction) &&
-                std::isfinite(problem.internal_force_N);
-  for (const GraspContact& contact : problem.contacts) {
-    finite = finite && contact.point_m.allFinite() && contact.axes.allFinite();
+  bool finite = problem.wrench.allFinite() && problem.centre_m.allFinite();
+  for (Index i = 0; i < std::ssize(problem.contacts); ++i) {
+    const GraspContact& contact = problem.contacts[i];
+    finite = finite && contact.point_m.allFinite() && contact.axes.allFinite() &&
+             std::isfinite(problem.internal_force_of(i));
   }
   return finite;
 }
@@ -183,6 +188,8 @@ template <int kLanes>
 template <int kLanes>
 [[gnu::flatten]] Reduction reduce(const GraspProblem& problem, ReducedGrasp<kLanes>& grasp, Vector6d& twist) noexcept {
   const Points<kLanes> arms = gather<kLanes>(problem, grasp);
+  // The friction of one contact does not reach the forces of the others, as all other numbers do.
+  if (!grasp.cones.mu.allFinite()) return Reduction::kNotFinite;
   const Vector3d force = problem.wrench.head<3>();
   const Vector3d torque = problem.wrench.tail<3>() - grasp.centroid_m.cross(force);
   const double share = 1.0 / std::sqrt(static_cast<double>(grasp.contacts));

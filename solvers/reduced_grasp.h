@@ -22,6 +22,19 @@ using Lane = Eigen::Array<double, kLanes, 1>;
 template <int kLanes>
 using LaneForces = Eigen::Array<double, kLanes, 3>;
 
+/// The friction cones of contacts side by side, and what a projection on them divides by. Lanes without a contact have
+/// any cone: no force comes there.
+template <int kLanes>
+struct Cones {
+  Lane<kLanes> mu;
+  Lane<kLanes> one_cut;   ///< 1 / (1 + mu^2)
+  Lane<kLanes> both_cut;  ///< 1 / (1 + 2 mu^2)
+
+  Cones() = default;
+  explicit Cones(const Lane<kLanes>& friction)
+      : mu(friction), one_cut(1.0 / (1.0 + mu * mu)), both_cut(1.0 / (1.0 + 2.0 * mu * mu)) {}
+};
+
 /// A grasp problem in contact axes, the rows of its grasp map made orthonormal: with R R' = G G' the equations
 /// G f = W^d are Q f = w, Q = R^-1 G and w = R^-1 W^d. What remains to find is
 ///     min 1/2 |f - bias|^2,  Q f = w,  f_i in K_i.
@@ -32,8 +45,8 @@ struct ReducedGrasp {
   std::array<LaneForces<kLanes>, 6> Q;
   int rank = 6;  ///< Rows of Q that are not zero.
   std::array<double, 6> w;
-  LaneForces<kLanes> bias;  ///< -c: lambda in column n of each contact.
-  double friction = 0.0;
+  LaneForces<kLanes> bias;  ///< -c: each contact's lambda in column n.
+  Cones<kLanes> cones;
   Eigen::Index contacts = 0;
 
   // The way back. About the centroid R^-1 = [1/sqrt(n) I, 0; C, B].
@@ -58,7 +71,7 @@ enum class Reduction {
 /// Accuracy  Q Q' = I to 1e-12. Q itself is that of contact points moved by rounding: errors in forces are 1e-16 over
 ///           the distance of the contacts from a line as a share of those between them. Below 1e-10 they are on a line.
 /// Cost      100 multiply-adds for four contacts; near a line some 3000. Does not allocate or throw. What it returns
-///           for not finite problems is kDone or kNotFinite, with NaN in w or Q.
+///           for not finite problems is kNotFinite, or kDone with NaN in w, Q or the bias; for frictions kNotFinite.
 template <int kLanes>
 [[nodiscard]] Reduction reduce(const GraspProblem& problem, ReducedGrasp<kLanes>& grasp, Vector6d& twist) noexcept;
 
@@ -88,14 +101,15 @@ template <int kLanes>
 /// function of x the difference of both sides is the least of four rising lines (either |t| cut or not): its zero is
 /// the greatest of theirs.
 template <int kLanes>
-[[nodiscard]] LaneForces<kLanes> nearest_in_pyramids(double mu, const LaneForces<kLanes>& f) {
+[[nodiscard]] LaneForces<kLanes> nearest_in_pyramids(const Cones<kLanes>& cones, const LaneForces<kLanes>& f) {
+  const Lane<kLanes>& mu = cones.mu;
   const Lane<kLanes> t1 = f.col(1).abs();
   const Lane<kLanes> t2 = f.col(2).abs();
-  const double one_cut = 1.0 / (1.0 + mu * mu);
-  const double both_cut = 1.0 / (1.0 + 2.0 * mu * mu);
   LaneForces<kLanes> nearest;
-  nearest.col(0) =
-      f.col(0).max((f.col(0) + mu * t1.max(t2)) * one_cut).max((f.col(0) + mu * (t1 + t2)) * both_cut).max(0.0);
+  nearest.col(0) = f.col(0)
+                       .max((f.col(0) + mu * t1.max(t2)) * cones.one_cut)
+                       .max((f.col(0) + mu * (t1 + t2)) * cones.both_cut)
+                       .max(0.0);
   const Lane<kLanes> bound = mu * nearest.col(0);
   nearest.col(1) = f.col(1).max(-bound).min(bound);
   nearest.col(2) = f.col(2).max(-bound).min(bound);
@@ -104,10 +118,11 @@ template <int kLanes>
 
 /// The nearest forces inside the cones |f_t| <= mu f_n.
 template <int kLanes>
-[[nodiscard]] LaneForces<kLanes> nearest_in_cones(double mu, const LaneForces<kLanes>& f) {
+[[nodiscard]] LaneForces<kLanes> nearest_in_cones(const Cones<kLanes>& cones, const LaneForces<kLanes>& f) {
+  const Lane<kLanes>& mu = cones.mu;
   const Lane<kLanes> t = (f.col(1).square() + f.col(2).square()).sqrt();
   LaneForces<kLanes> nearest;
-  nearest.col(0) = f.col(0).max((f.col(0) + mu * t) * (1.0 / (1.0 + mu * mu))).max(0.0);
+  nearest.col(0) = f.col(0).max((f.col(0) + mu * t) * cones.one_cut).max(0.0);
   // Without tangential force there is nothing to cut, and 0/0 to avoid.
   const Lane<kLanes> cut = (mu * nearest.col(0)).min(t) / t.max(std::numeric_limits<double>::min());
   nearest.col(1) = f.col(1) * cut;

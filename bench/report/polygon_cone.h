@@ -12,7 +12,7 @@ namespace thenar {
 /// what more sides cost and gain.
 struct Polygon {
   static constexpr int kLanes = 4;
-  double mu;
+  const Lane<kLanes>& mu;
   int sides;
 
   [[nodiscard]] Constraint<3> most_violated(const ActiveSet<3 * kLanes>::Vector& f, double) const {
@@ -24,12 +24,12 @@ struct Polygon {
       const double turn = 2.0 * std::numbers::pi / sides;
       const double side = turn * std::round(std::atan2(f_t2, f_t1) / turn);
       const double c = std::cos(side), s = std::sin(side);
-      const double slack = mu * f_n - c * f_t1 - s * f_t2;
+      const double slack = mu[i] * f_n - c * f_t1 - s * f_t2;
       if (slack < worst.slack) {
         worst = {i * sides + static_cast<int>(std::lround(side / turn)),
                  slack,
                  {i, kLanes + i, 2 * kLanes + i},
-                 {mu, -c, -s}};
+                 {mu[i], -c, -s}};
       }
     }
     return worst;
@@ -49,7 +49,7 @@ inline bool solve_polygon_cone(const GraspProblem& problem, int sides, Eigen::Re
   std::array<double, 6> missing = reduced_wrench(grasp, grasp.bias);
   for (int k = 0; k < 6; ++k) missing[k] = grasp.w[k] - missing[k];
   ActiveSet<3 * kLanes>::Vector x = (grasp.bias + combine(grasp, missing)).reshaped();
-  if (project(Polygon{problem.friction, sides}, set, x).status != ActiveSetStatus::kOptimal) return false;
+  if (project(Polygon{grasp.cones.mu, sides}, set, x).status != ActiveSetStatus::kOptimal) return false;
   to_world<kLanes>(grasp, x.reshaped(kLanes, 3), f);
   return true;
 }

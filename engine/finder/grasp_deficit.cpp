@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <tuple>
+#include <vector>
 
 #include "solvers/dual_active_set.h"
 #include "solvers/reduced_grasp.h"
@@ -38,8 +39,9 @@ struct ResistedMotions {
         e2 = t2 / t;
       }
       // Rows of length 1 at most.
-      const double n = 1.0 / std::sqrt(1.0 + grasp.friction * grasp.friction * (e1 * e1 + e2 * e2));
-      const double t = n * grasp.friction;
+      const double mu = grasp.cones.mu[i];
+      const double n = 1.0 / std::sqrt(1.0 + mu * mu * (e1 * e1 + e2 * e2));
+      const double t = n * mu;
       const double slack = -(n * along(i, 0) + t * (e1 * t1 + e2 * t2));
       if (slack >= worst.slack) continue;
       worst.id = static_cast<int>(i);
@@ -72,10 +74,13 @@ LaneForces<kLanes> missing_forces(const GraspProblem& problem) {
 
 double least_friction(GraspProblem problem) {
   Eigen::VectorXd f(3 * std::ssize(problem.contacts));
+  std::vector<ContactGrip> grips(problem.grips.begin(), problem.grips.end());
+  problem.grips = grips;
   // Infeasibility is proved or not claimed; what stays without an answer, at little friction, is hard because it is
   // feasible.
   const auto is_feasible = [&](double mu) {
     problem.friction = mu;
+    for (ContactGrip& grip : grips) grip.friction = mu;
     return solve_grasp_forces(problem, f).status != GraspStatus::kInfeasible;
   };
   if (is_feasible(0.0)) return 0.0;

@@ -74,11 +74,13 @@ double number_of(const fs::path& file, const json& problem, const std::string& k
   return value.get<double>();
 }
 
+bool is_list_of_numbers(const json& list) {
+  return list.is_array() && std::all_of(list.begin(), list.end(), [](const json& v) { return v.is_number(); });
+}
+
 /// A list of numbers, of this size if `size` is not -1.
 VectorXd vector_of(const fs::path& file, const json& list, const std::string& key, Index size = -1) {
-  const bool is_list =
-      list.is_array() && std::all_of(list.begin(), list.end(), [](const json& v) { return v.is_number(); });
-  if (!is_list || (size >= 0 && std::ssize(list) != size)) {
+  if (!is_list_of_numbers(list) || (size >= 0 && std::ssize(list) != size)) {
     fail(file, key, "must be a list of " + (size >= 0 ? std::to_string(size) + " " : "") + "numbers");
   }
   VectorXd values(std::ssize(list));
@@ -114,6 +116,16 @@ VectorXd optional_vector_of(const fs::path& file, const json& problem, const std
   return problem.contains(key) ? vector_of(file, problem.at(key), key, size) : VectorXd();
 }
 
+/// A number for all of n contacts, or a list with one for each.
+VectorXd number_of_each(const fs::path& file, const json& problem, const std::string& key, Index n) {
+  const json& value = value_of(file, problem, key);
+  if (value.is_number()) return VectorXd::Constant(n, value.get<double>());
+  if (!is_list_of_numbers(value) || std::ssize(value) != n) {
+    fail(file, key, "must be a number, or a list of " + std::to_string(n) + " numbers, one a contact");
+  }
+  return vector_of(file, value, key);
+}
+
 /// The matrices that the reference format states beside the geometry that they come from.
 struct GraspMatrices {
   MatrixXd G, A;
@@ -122,17 +134,19 @@ struct GraspMatrices {
 
 GraspMatrices matrices(const GraspFile& grasp) {
   const Index n = std::ssize(grasp.contacts);
+  const GraspProblem problem = grasp.problem(FrictionCone::kPyramid);
   GraspMatrices m{MatrixXd(6, 3 * n), MatrixXd::Zero(5 * n, 3 * n), VectorXd(3 * n)};
   grasp_map(grasp.contacts, Vector3d::Zero(), m.G);
   for (Index i = 0; i < n; ++i) {
     const Matrix3d rows = grasp.contacts[static_cast<std::size_t>(i)].axes.transpose();
+    const double mu = problem.friction_of(i);
     auto A_i = m.A.block<5, 3>(5 * i, 3 * i);
-    A_i.row(0) = grasp.friction * rows.row(0) - rows.row(1);
-    A_i.row(1) = grasp.friction * rows.row(0) + rows.row(1);
-    A_i.row(2) = grasp.friction * rows.row(0) - rows.row(2);
-    A_i.row(3) = grasp.friction * rows.row(0) + rows.row(2);
+    A_i.row(0) = mu * rows.row(0) - rows.row(1);
+    A_i.row(1) = mu * rows.row(0) + rows.row(1);
+    A_i.row(2) = mu * rows.row(0) - rows.row(2);
+    A_i.row(3) = mu * rows.row(0) + rows.row(2);
     A_i.row(4) = rows.row(0);
-    m.c.segment<3>(3 * i) = -grasp.internal_force_N * rows.row(0).transpose();
+    m.c.segment<3>(3 * i) = -problem.internal_force_of(i) * rows.row(0).transpose();
   }
   return m;
 }
@@ -141,6 +155,20 @@ void check_agreement(const fs::path& file, const json& problem, const std::strin
                      const MatrixXd& given) {
   if ((given - expected).cwiseAbs().maxCoeff() <= kAgree * expected.cwiseAbs().maxCoeff()) return;
   fail(file, key, "contradicts the contact points and axes, mu and lambda of '" + text_of(file, problem, "name") + "'");
+}
+
+/// Friction and squeeze: a number of each, or where contacts differ the grips.
+void read_grips(const fs::path& file, const json& problem, GraspFile& grasp) {
+  const Index n = std::ssize(grasp.contacts);
+  const VectorXd mu = number_of_each(file, problem, "mu", n);
+  const VectorXd lambda = number_of_each(file, problem, "lambda", n);
+  if (!(mu.minCoeff() >= 0.0 && mu.maxCoeff() <= kMostFriction)) fail(file, "mu", kNoFriction);
+  if ((mu.array() == mu[0]).all() && (lambda.array() == lambda[0]).all()) {
+    grasp.friction = mu[0];
+    grasp.internal_force_N = lambda[0];
+    return;
+  }
+  for (Index i = 0; i < n; ++i) grasp.grips.push_back({.friction = mu[i], .internal_force_N = lambda[i]});
 }
 
 GraspFile read_grasp(const fs::path& file, const json& problem) {
@@ -169,9 +197,7 @@ GraspFile read_grasp(const fs::path& file, const json& problem) {
     grasp.contacts.push_back(contact);
   }
   grasp.wrench = vector_of(file, value_of(file, problem, "W"), "W", 6);
-  grasp.friction = number_of(file, problem, "mu");
-  if (!(grasp.friction >= 0.0 && grasp.friction <= kMostFriction)) fail(file, "mu", kNoFriction);
-  grasp.internal_force_N = number_of(file, problem, "lambda");
+  read_grips(file, problem, grasp);
   grasp.f_optimal = optional_vector_of(file, problem, "f_opt", 3 * n);
   grasp.f_optimal_exact_cone = optional_vector_of(file, problem, "f_opt_exact_cone", 3 * n);
 
@@ -230,6 +256,18 @@ ordered_json rows_of(const MatrixXd& matrix) {
   return rows;
 }
 
+/// What `of(i)` gives of n contacts: a number if it is the same for all, else a list.
+template <typename Of>
+ordered_json number_or_list(Index n, const Of& of) {
+  ordered_json list = ordered_json::array();
+  bool is_same = true;
+  for (Index i = 0; i < n; ++i) {
+    list.push_back(of(i));
+    is_same = is_same && of(i) == of(0);
+  }
+  return is_same ? ordered_json(of(0)) : list;
+}
+
 /// A key a line; numbers with the digits that bring back the same bits.
 void write_json(const fs::path& file, const ordered_json& problem) {
   std::string text;
@@ -285,10 +323,11 @@ void write_problem(const fs::path& file, const GraspFile& grasp) {
     for (int k = 0; k < 3; ++k) axes[static_cast<std::size_t>(k)].row(i) = contact.axes.col(k);
   }
   const GraspMatrices m = matrices(grasp);
+  const GraspProblem given = grasp.problem(FrictionCone::kPyramid);
   ordered_json problem = begin_json(grasp.name, "P1", grasp.status);
   problem["n_contacts"] = n;
-  problem["mu"] = grasp.friction;
-  problem["lambda"] = grasp.internal_force_N;
+  problem["mu"] = number_or_list(n, [&](Index i) { return given.friction_of(i); });
+  problem["lambda"] = number_or_list(n, [&](Index i) { return given.internal_force_of(i); });
   problem["contact_points"] = rows_of(points);
   problem["normals_inward"] = rows_of(axes[0]);
   problem["tangent_u"] = rows_of(axes[1]);

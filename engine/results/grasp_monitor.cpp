@@ -49,7 +49,7 @@ std::string explain(const Scene& scene, const UnsolvedGrasp& unsolved) {
   for (int k = 0; k < scene.hand.fingers(); ++k) {
     message +=
         fmt::format("{}the {}'s friction cone (mu_c = {:.3g}) lacks {:.3f} N of tangential force", k > 0 ? ", " : "",
-                    scene.hand.fingertips[k].finger, problem.friction, deficit.missing_N.col(k).tail<2>().norm());
+                    scene.hand.fingertips[k].finger, problem.friction_of(k), deficit.missing_N.col(k).tail<2>().norm());
   }
   if (deficit.least_friction <= kAnyFriction) return message + "; any mu_c > 0 with enough squeeze would do";
   if (std::isfinite(deficit.least_friction)) {

@@ -29,6 +29,7 @@ GraspFile grasp_problem_file(const Scene& scene, const ControlReport& report, co
     grasp.contacts.push_back({contact.point_m - centre_m, contact.axes});
   }
   grasp.wrench = report.wrench_desired;
+  // The controller plans with the same for all fingers; of fingers that differ `grips` would be set here.
   grasp.friction = scene.control->grasp_friction;
   grasp.internal_force_N = scene.control->internal_force_N;
   // The format has the answers for both cones, whichever the run asks for.

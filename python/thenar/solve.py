@@ -67,8 +67,8 @@ def grasp(
     axes: npt.ArrayLike,
     wrench: npt.ArrayLike,
     *,
-    friction: float,
-    internal_force_N: float,
+    friction: npt.ArrayLike,
+    internal_force_N: npt.ArrayLike,
     cone: str = "exact",
     centre_m: npt.ArrayLike = (0.0, 0.0, 0.0),
 ) -> GraspSolution:
@@ -76,6 +76,7 @@ def grasp(
 
     points_m: (n, 3) contact points, 1 to 8. axes: (n, 3, 3), columns n, t1, t2 of each; n points into the object.
     wrench: (6,) on the object, force [N] and moment about centre_m [N m]. World axes.
+    friction: (n,) or a number, of the cones. internal_force_N: (n,) or a number, how much squeeze is worth [N].
     cone: "exact" or "pyramid".
     """
     return GraspSolution(*_core.solve_grasp(points_m, axes, wrench, friction, internal_force_N, cone, centre_m))

@@ -173,6 +173,36 @@ TEST(Solve, RefusesWhatFclibCannotHold) {
   expect(contact + " nowhere.h5", 3, "nowhere.h5: ");
 }
 
+// Two fingers that face each other, the second with less friction or none: the same forces by every method, or words
+// that name the friction of each.
+TEST(Solve, GraspsOfContactsThatDiffer) {
+  const auto file = [](const char* mu, const char* load_N) {
+    const fs::path path = scratch() / "grasp.json";
+    std::ofstream(path) << R"({"problem": "P1", "contact_points": [[-0.02, 0, 0], [0.02, 0, 0]],
+      "normals_inward": [[1, 0, 0], [-1, 0, 0]], "tangent_u": [[0, 1, 0], [0, 1, 0]],
+      "tangent_v": [[0, 0, 1], [0, 0, -1]], "lambda": [6, 2], "mu": )"
+                        << mu << R"(, "W": [0, )" << load_N << ", 0, 0, 0, 0]}";
+    return path.string();
+  };
+  // 1/2 (N^2 + N^2) - 6 N - 2 N is least at N = 4, where the second finger holds 0.8 N. Half of the load is 1 N: N = 5.
+  const auto results = results_of(file("[0.4, 0.2]", "2") + " --method all --repeat 1 --forces");
+  ASSERT_EQ(results.size(), 3U);
+  for (const auto& result : results) {
+    SCOPED_TRACE(result.at("method"));
+    EXPECT_EQ(result.at("status"), "optimal");
+    const VectorXd expected = (VectorXd(6) << 5.0, 1.0, 0.0, -5.0, 1.0, 0.0).finished();
+    EXPECT_LE((vector_of(result.at("f")) - expected).cwiseAbs().maxCoeff(), 1e-12);
+    EXPECT_NEAR(result.at("objective"), 0.5 * (26.0 + 26.0) - 6.0 * 5.0 - 2.0 * 5.0, 1e-12);
+  }
+  // Each finger has to carry half of the load, and the second can carry nothing.
+  const Outcome none = thenar_program("solve --repeat 1 --method all " + file("[0.4, 0]", "2"));
+  EXPECT_NE(none.text.find("at frictions 0.4 and 0 contact"), std::string::npos) << none.text;
+  EXPECT_NE(none.text.find("at every contact would do"), std::string::npos) << none.text;
+  const Outcome bad = thenar_program("solve " + file("[0.4, 0.3, 0.2]", "2"));
+  EXPECT_EQ(bad.code, 3);
+  EXPECT_NE(bad.text.find("grasp.json: key 'mu': must be a number, or a list of 2 numbers"), std::string::npos);
+}
+
 // The problems of a run, solved again from their files, come out as they did in the run.
 TEST(DumpProblems, WritesWhatTheRunSolved) {
   for (const std::string runner : {"", " --lockstep --control-delay 5ms --set 'time.control_period=3 ms'"}) {

@@ -22,14 +22,20 @@ GraspStatus status_of(const Grasp& grasp) {
   return solve_grasp_forces(grasp.problem(FrictionCone::kPyramid), f).status;
 }
 
+/// Of three to five contacts; every second one with a friction of each contact's own.
+Grasp some_grasp(unsigned seed) {
+  std::mt19937 random(seed);
+  const Grasp grasp = random_grasp(3 + seed % 3, random);
+  return seed % 2 == 0 ? grasp : with_random_grips(grasp, random);
+}
+
 // min 1/2 |e|^2 over G (f + e) = W, f = E z, z >= 0. Its optimum is e = G'l with E'e <= 0 and e.f = 0, and then
 // |e|^2 = l.G e = l.W - e.f = e.(G^+ W).
 TEST(GraspDeficit, IsExplainedByTheLeastMissingForces) {
   int infeasible = 0;
   for (unsigned seed = 0; seed < 200; ++seed) {
     SCOPED_TRACE(seed);
-    std::mt19937 random(seed);
-    const Grasp grasp = random_grasp(3 + seed % 3, random);
+    const Grasp grasp = some_grasp(seed);
     const bool feasible = status_of(grasp) == GraspStatus::kOptimal;
     infeasible += feasible ? 0 : 1;
     const GraspDeficit deficit = explain_infeasible_grasp(grasp.problem(FrictionCone::kPyramid));
@@ -55,18 +61,18 @@ TEST(GraspDeficit, IsExplainedByTheLeastMissingForces) {
 TEST(GraspDeficit, IsExplainedForRoundCones) {
   for (unsigned seed = 0; seed < 50; ++seed) {
     SCOPED_TRACE(seed);
-    std::mt19937 random(seed);
-    const Grasp grasp = random_grasp(3 + seed % 3, random);
+    const Grasp grasp = some_grasp(seed);
     const GraspDeficit deficit = explain_infeasible_grasp(grasp.problem(FrictionCone::kExact));
     VectorXd e(3 * grasp.n());
     MatrixXd rays = MatrixXd::Zero(3 * grasp.n(), 64 * grasp.n());
     for (Index i = 0; i < grasp.n(); ++i) {
       const Vector3d e_C = deficit.missing_N.col(i);
-      EXPECT_LE(grasp.friction * e_C.tail<2>().norm() + e_C[0], 1e-6);
+      const double mu = friction_of(grasp, i);
+      EXPECT_LE(mu * e_C.tail<2>().norm() + e_C[0], 1e-6);
       e.segment<3>(3 * i) = grasp.contacts[i].axes * e_C;
       for (int k = 0; k < 64; ++k) {
         const double angle = 2.0 * std::numbers::pi * k / 64.0;
-        const Vector3d ray(1.0, grasp.friction * std::cos(angle), grasp.friction * std::sin(angle));
+        const Vector3d ray(1.0, mu * std::cos(angle), mu * std::sin(angle));
         rays.block<3, 1>(3 * i, 64 * i + k) = grasp.contacts[i].axes * ray;
       }
     }
@@ -101,6 +107,21 @@ TEST(GraspDeficit, LeastFrictionIsTheBorderOfFeasibility) {
     }
     if (other.friction >= 0.0) {
       EXPECT_EQ(status_of(other), GraspStatus::kInfeasible);
+    }
+  }
+}
+
+// Where contacts differ it is that of all: what they had does not count, only how they squeeze.
+TEST(GraspDeficit, LeastFrictionIsTheSameWhateverEachContactHad) {
+  for (unsigned seed = 0; seed < 30; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    const Grasp grasp = random_grasp(3, random);
+    Grasp each = with_random_grips(grasp, random);
+    for (ContactGrip& grip : each.grips) grip.internal_force_N = grasp.internal_force_N;
+    for (const FrictionCone cone : {FrictionCone::kPyramid, FrictionCone::kExact}) {
+      EXPECT_EQ(explain_infeasible_grasp(each.problem(cone)).least_friction,
+                explain_infeasible_grasp(grasp.problem(cone)).least_friction);
     }
   }
 }

@@ -60,6 +60,38 @@ TEST(ProblemFile, SmallProblemsAreReadBackToTheLastBit) {
   EXPECT_TRUE(same_bits(l.q, lcp.q));
 }
 
+// What is the same for all contacts is written as a number, else as a list.
+TEST(ProblemFile, ContactsOfTheirOwnFrictionAreReadBackToTheLastBit) {
+  std::mt19937_64 random(4);
+  GraspFile grasp;
+  for (int i = 0; i < 3; ++i) grasp.contacts.push_back({awkward(3, 1, random) * 1e-300, random_rotation(random)});
+  const auto expect_same = [&](bool mu_is_list, bool lambda_is_list) {
+    const fs::path file = scratch() / "grasp.json";
+    write_problem(file, grasp);
+    const GraspFile g = std::get<GraspFile>(read_problem(file));
+    const GraspProblem expected = grasp.problem(FrictionCone::kExact), read = g.problem(FrictionCone::kExact);
+    for (Index i = 0; i < 3; ++i) {
+      EXPECT_EQ(read.friction_of(i), expected.friction_of(i));
+      EXPECT_EQ(read.internal_force_of(i), expected.internal_force_of(i));
+    }
+    const nlohmann::json written = read_json(file);
+    EXPECT_EQ(written.at("mu").is_array(), mu_is_list);
+    EXPECT_EQ(written.at("lambda").is_array(), lambda_is_list);
+    return g;
+  };
+  grasp.grips = {{1.0 / 3.0, 1e-17}, {0.0, -0.1}, {5e-324, 1e300}};
+  expect_same(true, true);
+  grasp.grips = {{0.1, 2.0}, {0.1, 3.0}, {0.1, 2.0}};
+  expect_same(false, true);
+  grasp.grips = {{0.1, 2.0}, {0.2, 2.0}, {0.3, 2.0}};
+  expect_same(true, false);
+  grasp.grips = {{0.1, 2.0}, {0.1, 2.0}, {0.1, 2.0}};
+  const GraspFile uniform = expect_same(false, false);
+  EXPECT_TRUE(uniform.grips.empty());
+  EXPECT_EQ(uniform.friction, 0.1);
+  EXPECT_EQ(uniform.internal_force_N, 2.0);
+}
+
 // Reference files, written anew, say the same as before: also what we compute and they state.
 TEST(ProblemFile, WritesWhatTheReferenceFilesSay) {
   for (const fs::path& file : data_files("small")) {
@@ -111,6 +143,19 @@ TEST(ProblemFile, RefusesBrokenSmallFiles) {
   expect_refused(file, replaced(text, "\"mu\": 0.9", "\"mu\": 1e999, \"x\": 0.9"), "number overflow");
   expect_refused(file, replaced(text, "\"mu\": 0.9", "\"mu\": -0.9"), "key 'mu': must lie within 0 .. 1e6");
   expect_refused(file, replaced(text, "\"mu\": 0.9", "\"mu\": 0.8"), "key 'A': contradicts");
+  const auto with_mu = [&](const std::string& mu) { return replaced(text, "\"mu\"", "\"mu\": " + mu + ", \"x\""); };
+  const auto with_lambda = [&](const std::string& lambda) {
+    return replaced(text, "\"lambda\"", "\"lambda\": " + lambda + ", \"x\"");
+  };
+  const std::string each = "must be a number, or a list of 2 numbers, one a contact";
+  for (const char* mu : {"[0.9]", "[]", "[0.9, 0.9, 0.9]", "[0.9, null]", "[[0.9, 0.9]]", "\"0.9\"", "{}"}) {
+    expect_refused(file, with_mu(mu), "key 'mu': " + each);
+    expect_refused(file, with_lambda(mu), "key 'lambda': " + each);
+  }
+  expect_refused(file, with_mu("[0.9, -0.9]"), "key 'mu': must lie within 0 .. 1e6");
+  expect_refused(file, with_mu("[2e6, 0.9]"), "key 'mu': must lie within 0 .. 1e6");
+  expect_refused(file, with_mu("[0.9, 0.8]"), "key 'A': contradicts");
+  expect_refused(file, with_lambda("[2, 3]"), "key 'c': contradicts");
   expect_refused(file, replaced(text, "\"lambda\": 2", "\"lambda\": 3"), "key 'c': contradicts");
   expect_refused(file, replaced(text, "\"mu\"", "\"lambda\""), "key 'lambda': is there twice");
   expect_refused(file, replaced(text, "\"mu\"", "\"friction\""), "key 'mu': is missing");

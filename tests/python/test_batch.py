@@ -96,6 +96,21 @@ class Problems(unittest.TestCase):
         none = thenar.solve.grasp(points, axes, [0, 0, 0, 1, 0, 0], friction=0.5, internal_force_N=2.0)
         self.assertEqual(none.status, "infeasible")
 
+    def test_grasp_forces_of_contacts_that_differ(self):
+        """The second finger slips first: N = w / (2 mu_2) = 5, which is more than the mean squeeze of 4."""
+        axes = np.array([np.c_[[1, 0, 0], [0, 1, 0], [0, 0, 1]], np.c_[[-1, 0, 0], [0, -1, 0], [0, 0, 1]]], float)
+        points, wrench = [[-0.02, 0, 0], [0.02, 0, 0]], [0, 0, 1, 0, 0, 0]
+        for cone in ("exact", "pyramid"):
+            answer = thenar.solve.grasp(points, axes, wrench, friction=[0.5, 0.1], internal_force_N=[6, 2.0], cone=cone)
+            self.assertEqual(answer.status, "optimal")
+            np.testing.assert_allclose(answer.force_N, [[5, 0, 0.5], [-5, 0, 0.5]], atol=1e-9)
+            one = thenar.solve.grasp(points, axes, wrench, friction=np.float32(0.5), internal_force_N=2, cone=cone)
+            each = thenar.solve.grasp(points, axes, wrench, friction=np.full(2, 0.5), internal_force_N=(2, 2), cone=cone)
+            np.testing.assert_array_equal(each.force_N, one.force_N)
+            np.testing.assert_array_equal(each.multiplier, one.multiplier)
+        without = thenar.solve.grasp(points, axes, wrench, friction=[0.5, 0.0], internal_force_N=1.0)
+        self.assertEqual(without.status, "infeasible")
+
     def test_muscles(self):
         """A joint between two muscles: one pulls, the other rests."""
         answer = thenar.solve.muscles([[0.01, -0.02]], [0.1])
@@ -115,6 +130,10 @@ class Problems(unittest.TestCase):
             (ValueError, "contacts", lambda: thenar.solve.contact(np.zeros((9000, 9000), np.float32), [0] * 9000, 0.5)),
             (ValueError, "orthonormal", lambda: thenar.solve.grasp([[0, 0, 0]], [2 * eye], [0] * 6, friction=1, internal_force_N=1)),
             (ValueError, "no cone", lambda: thenar.solve.grasp([[0, 0, 0]], [eye], [0] * 6, friction=1, internal_force_N=1, cone="x")),
+            (ValueError, "friction has the shape", lambda: thenar.solve.grasp([[0, 0, 0]], [eye], [0] * 6, friction=[1, 1], internal_force_N=1)),
+            (ValueError, "friction is less than 0", lambda: thenar.solve.grasp([[0, 0, 0]], [eye], [0] * 6, friction=[-1], internal_force_N=1)),
+            (ValueError, "internal_force_N.* not finite", lambda: thenar.solve.grasp([[0, 0, 0]], [eye], [0] * 6, friction=1, internal_force_N=[np.inf])),
+            (TypeError, "friction must be", lambda: thenar.solve.grasp([[0, 0, 0]], [eye], [0] * 6, friction="1", internal_force_N=1)),
             (ValueError, "muscles", lambda: thenar.solve.muscles(np.ones((40, 3)), np.ones(40))),
         ]:
             with self.assertRaisesRegex(kind, words):

@@ -48,7 +48,7 @@ struct Reduced {
     }
     reduced.bias.setZero();
     reduced.bias.col(0).head(grasp.n()) = grasp.internal_force_N;
-    reduced.friction = grasp.friction;
+    reduced.cones = Cones<kLanes>(Lane<kLanes>::Constant(grasp.friction));
     reduced.contacts = grasp.n();
     return reduced;
   }

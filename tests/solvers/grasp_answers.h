@@ -23,7 +23,9 @@ using Eigen::VectorXd;
 /// c of eq. (15).
 inline VectorXd bias_of(const Grasp& grasp) {
   VectorXd c(3 * grasp.n());
-  for (Index i = 0; i < grasp.n(); ++i) c.segment<3>(3 * i) = -grasp.internal_force_N * grasp.contacts[i].axes.col(0);
+  for (Index i = 0; i < grasp.n(); ++i) {
+    c.segment<3>(3 * i) = -internal_force_of(grasp, i) * grasp.contacts[i].axes.col(0);
+  }
   return c;
 }
 
@@ -83,7 +85,8 @@ inline void expect_optimal(const Grasp& grasp, const Solution& solution, double 
   if (pulled.norm() > 1e2 * size) return;
   for (Index i = 0; i < grasp.n(); ++i) {
     const Matrix3d& frame = grasp.contacts[i].axes;
-    const Vector3d nearest = frame * nearest_in_pyramid(grasp.friction, frame.transpose() * pulled.segment<3>(3 * i));
+    const Vector3d pulled_C = frame.transpose() * pulled.segment<3>(3 * i);
+    const Vector3d nearest = frame * nearest_in_pyramid(friction_of(grasp, i), pulled_C);
     EXPECT_LE((f.segment<3>(3 * i) - nearest).norm(), tolerance * size);
   }
 }
@@ -146,8 +149,9 @@ inline VectorXd forces_inside(const Grasp& grasp, double edge, std::mt19937& ran
   std::uniform_real_distribution<double> normal_N(0.5, 3.0);
   VectorXd f(3 * grasp.n());
   for (Index i = 0; i < grasp.n(); ++i) {
-    f.segment<3>(3 * i) = normal_N(random) * (grasp.contacts[i].axes * Vector3d(1.0, grasp.friction * share(random),
-                                                                                grasp.friction * share(random)));
+    const double mu = friction_of(grasp, i);
+    f.segment<3>(3 * i) =
+        normal_N(random) * (grasp.contacts[i].axes * Vector3d(1.0, mu * share(random), mu * share(random)));
   }
   return f;
 }

@@ -15,13 +15,21 @@ Eigen::MatrixXd grasp_map(const Grasp& grasp) {
   return G;
 }
 
+double friction_of(const Grasp& grasp, Eigen::Index contact) {
+  return grasp.grips.empty() ? grasp.friction : grasp.grips[contact].friction;
+}
+
+double internal_force_of(const Grasp& grasp, Eigen::Index contact) {
+  return grasp.grips.empty() ? grasp.internal_force_N : grasp.grips[contact].internal_force_N;
+}
+
 Eigen::MatrixXd pyramid_rows(const Grasp& grasp) {
   Eigen::MatrixXd A = Eigen::MatrixXd::Zero(5 * grasp.n(), 3 * grasp.n());
   for (Eigen::Index i = 0; i < grasp.n(); ++i) {
     const Eigen::Matrix3d& frame = grasp.contacts[i].axes;
     for (int row = 0; row < 4; ++row) {
       A.block<1, 3>(5 * i + row, 3 * i) =
-          (grasp.friction * frame.col(0) + (row % 2 == 0 ? -1.0 : 1.0) * frame.col(1 + row / 2)).transpose();
+          (friction_of(grasp, i) * frame.col(0) + (row % 2 == 0 ? -1.0 : 1.0) * frame.col(1 + row / 2)).transpose();
     }
     A.block<1, 3>(5 * i + 4, 3 * i) = frame.col(0).transpose();
   }
@@ -32,7 +40,7 @@ Eigen::MatrixXd pyramid_edges(const Grasp& grasp) {
   Eigen::MatrixXd E = Eigen::MatrixXd::Zero(3 * grasp.n(), 4 * grasp.n());
   for (Eigen::Index i = 0; i < grasp.n(); ++i) {
     for (int k = 0; k < 4; ++k) {
-      const double mu = grasp.friction;
+      const double mu = friction_of(grasp, i);
       const Eigen::Vector3d edge(1.0, k / 2 == 0 ? mu : -mu, k % 2 == 0 ? mu : -mu);
       E.block<3, 1>(3 * i, 4 * i + k) = grasp.contacts[i].axes * edge;
     }
@@ -80,6 +88,16 @@ Grasp random_grasp(Eigen::Index contacts, std::mt19937& random) {
   std::uniform_real_distribution<double> uniform;
   grasp.friction = 0.2 + 0.8 * uniform(random);
   grasp.internal_force_N = 3.0 * uniform(random);
+  return grasp;
+}
+
+Grasp with_random_grips(Grasp grasp, std::mt19937& random) {
+  std::uniform_real_distribution<double> uniform;
+  grasp.grips.clear();
+  for (Eigen::Index i = 0; i < grasp.n(); ++i) {
+    const double friction = 0.2 + 0.8 * uniform(random);
+    grasp.grips.push_back({.friction = friction, .internal_force_N = 3.0 * uniform(random)});
+  }
   return grasp;
 }
 

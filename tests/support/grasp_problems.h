@@ -14,6 +14,9 @@ namespace thenar {
 /// G, the 6 x 3n map from contact forces to the wrench.
 Eigen::MatrixXd grasp_map(const Grasp& grasp);
 
+double friction_of(const Grasp& grasp, Eigen::Index contact);
+double internal_force_of(const Grasp& grasp, Eigen::Index contact);
+
 /// A of eq. (10).
 Eigen::MatrixXd pyramid_rows(const Grasp& grasp);
 
@@ -32,6 +35,9 @@ Eigen::Matrix3d frame_about(const Eigen::Vector3d& n, std::mt19937& random);
 
 /// Contacts on a ball of 3 cm with normals up to some 30 degrees off its radius, and a wrench of a few newtons.
 Grasp random_grasp(Eigen::Index contacts, std::mt19937& random);
+
+/// The grasp with a friction and an internal force of each contact's own, from the same ranges.
+Grasp with_random_grips(Grasp grasp, std::mt19937& random);
 
 /// One of recorded_small_problems("P1").
 Grasp recorded_grasp(const nlohmann::json& problem);
