@@ -11,18 +11,27 @@ Afference::Afference(const Model& model) {
   if (!model.scene.control) return;
   const ControlSettings& control = *model.scene.control;
   const double delay_s = std::max(control.feedback_delay_s, control.touch ? control.touch->delay_s : 0.0);
-  if (delay_s <= 0.0) return;
+  if (delay_s <= 0.0 && !control.touch) return;
   // Control ticks are a period apart or more, but for a step's rounding.
   const double period_s = std::max(model.scene.step_s, model.scene.control_period_s - model.scene.step_s);
-  past_.assign(static_cast<std::size_t>(std::ceil(delay_s / period_s)) + 2, State(model));
+  past_.assign(static_cast<std::size_t>(std::ceil(delay_s / period_s)) + 2,
+               {State(model), FingerForces::Zero(3, model.fingers())});
 }
 
-void Afference::add(const Snapshot& snapshot) { past_[count_++ % past_.size()] = snapshot; }
+void Afference::add(const Snapshot& snapshot, const Eigen::VectorXd& desired_N) {
+  past_[count_++ % past_.size()].snapshot = snapshot;
+  set_desired(desired_N);
+}
 
-const Snapshot& Afference::at(std::int64_t tick) const {
+void Afference::set_desired(const Eigen::VectorXd& desired_N) {
+  FingerForces& newest = past_[(count_ - 1) % past_.size()].desired_N;
+  newest = desired_N.reshaped(3, newest.cols());
+}
+
+const Sensed& Afference::at(std::int64_t tick) const {
   const std::size_t oldest = count_ - std::min(count_, past_.size());
   for (std::size_t i = count_; i > oldest + 1; --i) {
-    if (const Snapshot& past = past_[(i - 1) % past_.size()]; past.tick <= tick) return past;
+    if (const Sensed& past = past_[(i - 1) % past_.size()]; past.snapshot.tick <= tick) return past;
   }
   return past_[oldest % past_.size()];
 }

@@ -1,30 +1,40 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <vector>
 
+#include "engine/control/control.h"
 #include "engine/grasp/model.h"
 #include "engine/grasp/state.h"
 
 namespace thenar {
 
+/// What is known of a time: the state, and what the fingers were to do then.
+struct Sensed {
+  Snapshot snapshot;
+  FingerForces desired_N;  ///< f^d of that time's control tick.
+};
+
 /// The last snapshots, for what is known late. It takes its memory when it is made.
 class Afference {
  public:
-  /// For the longest delay that the scene's control names; empty, and at() is not to be asked, without one.
+  /// For the longest delay that the scene's control names; without one, and without touch, it is not needed.
   explicit Afference(const Model& model);
 
   [[nodiscard]] bool is_needed() const { return !past_.empty(); }
   /// The next one; of a later tick than the last.
-  void add(const Snapshot& snapshot);
+  void add(const Snapshot& snapshot, const Eigen::VectorXd& desired_N);
+  /// What the fingers are to do, once that is found.
+  void set_desired(const Eigen::VectorXd& desired_N);
   /// The newest that is no newer than `tick`, or where there is none, the oldest.
-  [[nodiscard]] const Snapshot& at(std::int64_t tick) const;
+  [[nodiscard]] const Sensed& at(std::int64_t tick) const;
   /// Forgets all.
   void clear() { count_ = 0; }
 
  private:
-  std::vector<Snapshot> past_;  ///< A ring.
-  std::size_t count_ = 0;       ///< Of all that were added.
+  std::vector<Sensed> past_;  ///< A ring.
+  std::size_t count_ = 0;     ///< Of all that were added.
 };
 
 /// So many ticks make up a delay.

@@ -135,9 +135,9 @@ FingerVector posture_torques(const FingerJacobian& J, int joints, double stiffne
   return torques;
 }
 
-JointVector desired_torques(const Model& model, const JointVector& q, const HandPose& pose,
-                            const Vector3d& gravity, const PerFinger<GraspContact>& contacts,
-                            const FingerForces& f_desired, const FingerForces& y) {
+JointVector desired_torques(const Model& model, const JointVector& q, const HandPose& pose, const Vector3d& gravity,
+                            const PerFinger<GraspContact>& contacts, const FingerForces& f_desired,
+                            const FingerForces& y) {
   const Hand& hand = model.scene.hand;
   const bool feedforward = model.scene.control->law == ControlLaw::kFeedforward;
   JointVector tau = hand.at_zero();

@@ -69,8 +69,8 @@ class ForceFilter {
 /// The desired joint torques at joint angles q: eq. (22), K J^+ y; with the feed-forward law J' f^d + g besides; and
 /// what keeps the start posture, if the scene wants that.
 [[nodiscard]] JointVector desired_torques(const Model& model, const JointVector& q, const HandPose& pose,
-                                          const Eigen::Vector3d& gravity, const PerFinger<GraspContact>& contacts, const FingerForces& f_desired,
-                                          const FingerForces& y);
+                                          const Eigen::Vector3d& gravity, const PerFinger<GraspContact>& contacts,
+                                          const FingerForces& f_desired, const FingerForces& y);
 
 /// What the joints' viscosity takes where the fingers move with an object whose origin is at `centre_m` and that moves
 /// with this velocity (of its origin, then angular; world axes): b J^+ v.

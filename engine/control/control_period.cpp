@@ -1,5 +1,6 @@
 #include "engine/control/control_period.h"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -194,7 +195,9 @@ std::optional<FingerForces> published_forces(ControlPeriod& period) {
   Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3 * kMaxFingers, 1> f = period.controller.f_desired;
   report.grasp = solve_grasp_forces(problem, f).status;
   // Contacts that hardly resist some moment take forces that no finger has: that is no grasp.
-  const double asked_N = settings.internal_force_N + wrench.head<3>().norm() + wrench.tail<3>().norm() / kLeastLever_m;
+  double squeeze_N = settings.internal_force_N;
+  for (const ContactGrip& grip : report.reflex.grips) squeeze_N = std::max(squeeze_N, grip.internal_force_N);
+  const double asked_N = squeeze_N + wrench.head<3>().norm() + wrench.tail<3>().norm() / kLeastLever_m;
   if (report.grasp == GraspStatus::kOptimal && f.norm() > kMostForce * asked_N) report.grasp = GraspStatus::kInfeasible;
   if (report.grasp != GraspStatus::kOptimal) return std::nullopt;
   return f.reshaped(3, period.model.fingers());

@@ -28,9 +28,9 @@ JointVector joint_torques(ControlPeriod& period) {
 /// The newest snapshot, or what is known of the state with control.feedback_delay.
 const Snapshot& seen_by_laws(const Model& model, const Snapshot& snapshot, Controller& controller) {
   if (!controller.afference.is_needed()) return snapshot;
-  controller.afference.add(snapshot);
+  controller.afference.add(snapshot, controller.f_desired);
   const std::int64_t delay = ticks_of(model, model.scene.control->feedback_delay_s);
-  return delay > 0 ? controller.afference.at(snapshot.tick - delay) : snapshot;
+  return delay > 0 ? controller.afference.at(snapshot.tick - delay).snapshot : snapshot;
 }
 
 }  // namespace
@@ -48,8 +48,13 @@ ControlReport control_tick(const Model& model, const Snapshot& snapshot, Control
   }
   controller.last_tick = snapshot.tick;
 
+  if (controller.reflex) {
+    const Sensed& felt = controller.afference.at(snapshot.tick - ticks_of(model, scene.control->touch->delay_s));
+    report.reflex = controller.reflex->update(model, felt, snapshot, controller.f_desired, controller.period_s);
+  }
   ControlPeriod period(model, seen, snapshot.tick, controller, report);
   const JointVector tau = joint_torques(period);
+  if (controller.afference.is_needed()) controller.afference.set_desired(controller.f_desired);
   if (&seen != &snapshot) forward_kinematics(scene.hand, snapshot.q, controller.pose);
 
   const double now_s = static_cast<double>(snapshot.tick) * scene.step_s;

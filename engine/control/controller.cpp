@@ -14,6 +14,7 @@ Controller::Controller(const Model& model)
   if (!model.scene.control) return;
   pid.emplace(model.scene.control->position, model.scene.control->rotation);
   filter.emplace(model);
+  if (model.feels()) reflex.emplace(model);
 }
 
 GraspProblem grasp_problem(const Scene& scene, const ControlReport& report, const Eigen::Vector3d& centre_m) {
@@ -22,7 +23,8 @@ GraspProblem grasp_problem(const Scene& scene, const ControlReport& report, cons
           .wrench = report.wrench_desired,
           .friction = scene.control->grasp_friction,
           .cone = scene.control->cone,
-          .internal_force_N = scene.control->internal_force_N};
+          .internal_force_N = scene.control->internal_force_N,
+          .grips = report.reflex.grips};
 }
 
 }  // namespace thenar

@@ -7,6 +7,7 @@
 
 #include "engine/control/afference.h"
 #include "engine/control/control.h"
+#include "engine/control/reflex.h"
 #include "engine/grasp/contact_search.h"
 #include "engine/grasp/model.h"
 
@@ -32,9 +33,10 @@ struct ControlReport {
   Vector6d wrench_desired = Vector6d::Zero();  ///< W^d [N, N m], world axes, about the object's origin.
   FingerForces f_desired;                      ///< World axes [N]; the last feasible ones if these are not.
   JointVector torques_desired_Nm;              ///< tau^d, which muscles are to give if there are any.
-  double find_s = 0.0;                         ///< Contact finding.
-  double factors_s = 0.0;                      ///< Compliance among the contacts.
-  double grasp_s = 0.0, muscle_s = 0.0;        ///< Grasp and muscle forces, all included.
+  ReflexReport reflex;
+  double find_s = 0.0;                   ///< Contact finding.
+  double factors_s = 0.0;                ///< Compliance among the contacts.
+  double grasp_s = 0.0, muscle_s = 0.0;  ///< Grasp and muscle forces, all included.
   double total_s = 0.0;
 };
 
@@ -72,11 +74,13 @@ class Controller {
   Eigen::MatrixXd H;                  ///< Moment arms [m].
   HandPose pose;
   Afference afference;
+  std::optional<Reflex> reflex;  ///< Nothing without touch.
   ContactSearch search;
   OwnControl own;
 };
 
-/// The grasp-force problem of a control tick, about the object's origin. It refers to `report`.
+/// The grasp-force problem of a control tick, about the object's origin. It refers to `report`, with the grips of its
+/// reflex.
 [[nodiscard]] GraspProblem grasp_problem(const Scene& scene, const ControlReport& report,
                                          const Eigen::Vector3d& centre_m);
 

@@ -16,6 +16,7 @@ namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kChatterWindow_s = 0.3;
+constexpr double kRests_s = 0.3;           // A finger that has not slid for so long sticks again.
 constexpr double kStopsWithin_rad = 1e-6;  // Of the ends of their ranges joints come to rest.
 constexpr double kAnyFriction = 0.01;      // A grasp that so little friction would close is closed by any.
 constexpr std::size_t kMostNamed = 3;      // Limits passed; a reason counts the others.
@@ -87,6 +88,7 @@ GraspMonitor::GraspMonitor(const Model& model)
       centre_m_(model.scene.object.X_WO.translation()),
       slip_m_(model.fingers()),
       slips_since_s_(model.fingers()),
+      slid_s_(model.fingers()),
       joints_(model.scene.hand.joints.size()),
       muscles_(model.scene.hand.muscles.size()),
       forces_(static_cast<std::size_t>(std::ceil(kChatterWindow_s / model.scene.step_s)) + 1 +
@@ -104,6 +106,7 @@ void GraspMonitor::add(double time_s, const ControlReport& control, const Eigen:
                                                : "the muscle-force problem found no answer",
                                           time_s)};
   }
+  if (control.reflex.event != ReflexEvent::kNone && !answer_) answer_ = Answer{control.reflex, slip_m_};
   if (unsolved_) note_trouble();
   if (!model_.scene.has_muscles()) return;
   for (std::size_t m = 0; m < muscles_.size(); ++m) {
@@ -152,7 +155,10 @@ void GraspMonitor::watch_slip(const TickRecord& tick) {
   // A patch that rolls or turns on the object slides at its rim, and stays where it is.
   for (int k = 0; k < model_.fingers(); ++k) {
     const PatchReport& patch = tick.contact.patch[k];
-    if (patch.sliding_share >= kSlidesWhole) slip_m_[k] += patch.slip_m;
+    if (patch.sliding_share >= kSlidesWhole) {
+      slip_m_[k] += patch.slip_m;
+      slid_s_[k] = tick.time_s;
+    }
     if (!slips_since_s_[k] && slip_m_[k] > kSlipping_m) slips_since_s_[k] = tick.time_s;
   }
 }
@@ -177,9 +183,11 @@ void GraspMonitor::watch_grip(const TickRecord& tick) {
   }
   for (int k = 0; k < model_.fingers(); ++k) {
     const Fingertip& tip = model_.scene.hand.fingertips[k];
-    if (tick.slip_m[k] - (*slip_before_m_)[k] <= tip.radius_m) continue;
-    loss_ = Event{tick.time_s, fmt::format("at {:.3f} s the {} had slid by more than its pulp's radius, {:g} mm",
-                                           tick.time_s, tip.finger, 1e3 * tip.radius_m)};
+    const auto& lost_m = model_.scene.task.lost_m;
+    if (tick.slip_m[k] - (*slip_before_m_)[k] <= lost_m.value_or(tip.radius_m)) continue;
+    loss_ = Event{tick.time_s,
+                  fmt::format("at {:.3f} s the {} had slid by more than {}, {:g} mm", tick.time_s, tip.finger,
+                              lost_m ? "task.lost" : "its pulp's radius", 1e3 * lost_m.value_or(tip.radius_m))};
     return;
   }
 }
@@ -250,12 +258,25 @@ std::string GraspMonitor::chatter_in_words() const {
 std::string GraspMonitor::slips_in_words() const {
   std::string all;
   for (int k = 0; k < model_.fingers(); ++k) {
-    if (!slips_since_s_[k]) continue;
+    // A scene that names how far is lost lets a finger slip less, once it sticks again.
+    const bool rests = slid_s_[k] < last_s_ - kRests_s;
+    if (!slips_since_s_[k] || (model_.scene.task.lost_m && rests && !loss_)) continue;
     all += fmt::format("{}the {} slipped {:.2f} mm from {:.3f} s on", all.empty() ? "" : ", ",
                        model_.scene.hand.fingertips[k].finger, 1e3 * slip_m_[k], *slips_since_s_[k]);
+    if (answer_) all += answer_in_words(k);
   }
   if (idle_finger_) all += (all.empty() ? "" : ", ") + idle_finger_->what;
   return all;
+}
+
+/// What of the slip was before the grip rose, and why it rose so late.
+std::string GraspMonitor::answer_in_words(int k) const {
+  const auto& touch = model_.scene.control->touch;
+  const std::string against = answer_->reflex.event == ReflexEvent::kLoad
+                                  ? fmt::format("{:.3g} N/s", answer_->reflex.rate_N_per_s)
+                                  : fmt::format("a friction of {:.2g}", answer_->reflex.friction[k]);
+  return fmt::format(", {:.2f} mm of it before the grip rose: {:g} ms of latency against {}", 1e3 * answer_->slip_m[k],
+                     1e3 * touch->delay_s, against);
 }
 
 std::string GraspMonitor::way_off_in_words() const {

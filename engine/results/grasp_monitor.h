@@ -61,6 +61,7 @@ class GraspMonitor {
   [[nodiscard]] std::optional<std::string> contact_failure() const;
   [[nodiscard]] std::string chatter_in_words() const;
   [[nodiscard]] std::string slips_in_words() const;
+  [[nodiscard]] std::string answer_in_words(int k) const;
   [[nodiscard]] std::string way_off_in_words() const;
   [[nodiscard]] std::vector<Excess> beyond() const;
 
@@ -76,6 +77,13 @@ class GraspMonitor {
   std::optional<PerFinger<double>> slip_before_m_;  ///< The sums when this watch began.
   PerFinger<double> slip_m_;                        ///< Of patches that slid as a whole, from kMeasuredFrom_s on.
   PerFinger<std::optional<double>> slips_since_s_;
+  PerFinger<double> slid_s_;  ///< When a patch slid as a whole last.
+  /// The first answer of the grip, and how far the fingers had slipped by then.
+  struct Answer {
+    ReflexReport reflex;
+    PerFinger<double> slip_m;
+  };
+  std::optional<Answer> answer_;
   Worst off_m_, off_rad_;
   // The hand.
   std::vector<Worst> joints_;

@@ -58,6 +58,8 @@ TickRecord tick_record(const Model& model, const Snapshot& after, const TickRepo
     record.sliding_share[k] = contact.patch[k].sliding_share;
     record.creep_m_per_s[k] = contact.patch[k].creep_m_per_s;
   }
+  record.touch = after.touch;
+  record.reflex = control.reflex;
   record.time_s = static_cast<double>(after.tick) * model.scene.step_s;
   record.q_rad = after.q;
   record_motion(model, after, record);

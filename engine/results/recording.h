@@ -49,6 +49,8 @@ struct TickRecord {
   PerFinger<double> sliding_share, creep_m_per_s;
   PerFinger<double> slip_m, spin_rad;              ///< How far a patch has gone and turned since its first contact.
   PerFinger<double> start_slip_m, start_spin_rad;  ///< Of that before kMeasuredFrom_s.
+  PerFinger<Touch> touch;                          ///< Of a scene that names it.
+  ReflexReport reflex;                             ///< Likewise, of the last control tick.
   Ledger ledger;                                   ///< Sums since the start.
   TickReport contact;
   double interpolate_s = 0.0;  ///< This and the times below: 0 where the scene has no such stage.

@@ -25,6 +25,13 @@ std::vector<std::string> names_of(const Model& model, const Recording& recording
   for (Eigen::Index m = 0; m < recording.muscle_forces_N.rows(); ++m) {
     names.push_back(model.scene.hand.muscles[m].name + "_N");
   }
+  if (!model.feels()) return names;
+  for (const Fingertip& tip : model.scene.hand.fingertips) {
+    for (const char* what : {"stick", "rim_friction", "slip_speed_um_per_s", "friction_felt", "squeeze_N"}) {
+      names.push_back(tip.finger + "_" + what);
+    }
+  }
+  names.emplace_back("reflex");
   return names;
 }
 
@@ -52,6 +59,15 @@ void for_each_number(const Model& model, const Recording& recording, std::size_t
   for (Eigen::Index m = 0; m < recording.muscle_forces_N.rows(); ++m) {
     sink(recording.muscle_forces_N(m, static_cast<Eigen::Index>(i)));
   }
+  if (!model.feels()) return;
+  for (int k = 0; k < model.fingers(); ++k) {
+    const Touch& touch = tick.touch[k];
+    for (const double v : {touch.stick, touch.friction, 1e6 * touch.slip_m_per_s, tick.reflex.friction[k],
+                           tick.reflex.grips[k].internal_force_N}) {
+      sink(v);
+    }
+  }
+  sink(tick.controlled ? static_cast<double>(tick.reflex.event) : 0.0);
 }
 
 }  // namespace

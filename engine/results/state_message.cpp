@@ -99,7 +99,16 @@ void for_each_field(const Model& model, const Picture& picture, const TickRecord
   vector("start_spin_rad", "rad", tick.start_spin_rad);
   vector("sliding_share", "", tick.sliding_share);
   vector("creep_m_per_s", "m/s", tick.creep_m_per_s);
-  one("friction", "", model.scene.contact.friction);
+  if (model.feels()) {
+    of_fingers("stick", "", [&](int k) { return tick.touch[k].stick; });
+    of_fingers("rim_friction", "", [&](int k) { return tick.touch[k].friction; });
+    of_fingers("slip_speed_m_per_s", "m/s", [&](int k) { return tick.touch[k].slip_m_per_s; });
+    of_fingers("torsion_Nm", "N m", [&](int k) { return tick.touch[k].moment_Nm; });
+    of_fingers("friction_felt", "", [&](int k) { return tick.reflex.friction[k]; });
+    of_fingers("squeeze_N", "N", [&](int k) { return tick.reflex.grips[k].internal_force_N; });
+    one("reflex", "", static_cast<double>(tick.reflex.event));
+  }
+  one("friction", "", model.friction(tick.time_s));
   vector("position_m", "m", tick.position_m);
   vector("path_target_m", "m", tick.target_m);
   one("rotation_error_rad", "rad", tick.rotation_error_rad);

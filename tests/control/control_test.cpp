@@ -156,9 +156,9 @@ TEST_F(GraspControl, LoadedFingerActsAtItsPressureCentre) {
 
 // Feed-forward: with the forces as desired (y = 0) the joints are at rest, b qdot = tau - g - J' f = 0.
 TEST_F(GraspControl, FeedforwardHoldsTheDesiredForces) {
-  JointVector net =
-      desired_torques(model, model.scene.posture, pose, model.scene.gravity, contacts, f_desired, FingerForces::Zero(3, kFingers)) -
-      gravity_torques(model.scene.hand, pose, model.scene.gravity);
+  JointVector net = desired_torques(model, model.scene.posture, pose, model.scene.gravity, contacts, f_desired,
+                                    FingerForces::Zero(3, kFingers)) -
+                    gravity_torques(model.scene.hand, pose, model.scene.gravity);
   const double scale = net.norm();
   for (int k = 0; k < kFingers; ++k) {
     net.segment<kJointsPerFinger>(kJointsPerFinger * k) -=
@@ -169,7 +169,8 @@ TEST_F(GraspControl, FeedforwardHoldsTheDesiredForces) {
 
 // The torques for a deviation y do what they are for: J tau = K J J^+ y = K y.
 TEST_F(PaperControl, TorquesAreTheGainTimesTheDeviation) {
-  const JointVector tau = desired_torques(model, model.scene.posture, pose, model.scene.gravity, contacts, f_desired, 1e-3 * f_desired);
+  const JointVector tau =
+      desired_torques(model, model.scene.posture, pose, model.scene.gravity, contacts, f_desired, 1e-3 * f_desired);
   for (int k = 0; k < kFingers; ++k) {
     const Vector3d pulled = finger_jacobian(model.scene.hand, pose, k, contacts[k].point_m) *
                             tau.segment<kJointsPerFinger>(kJointsPerFinger * k);

@@ -104,7 +104,7 @@ TEST_F(ControlTick, PushIsInTheFrameAndNotInTheDesiredWrench) {
 TEST_F(ControlTick, PushHasALeverAndAMoment) {
   Scene scene = model.scene;
   const Vector3d force_O(0.1, 0.5, 0.2), at_O(10e-3, -5e-3, 20e-3), moment_O(1e-3, -2e-3, 3e-3);
-  scene.task.push = Push{force_O, 0.0, 1.0, at_O, moment_O};
+  scene.task.push = Push{.force_N = force_O, .over_s = 1.0, .at_m = at_O, .moment_Nm = moment_O};
   const Model pushed = build_model(scene);
   const Eigen::Matrix3d& R = scene.object.X_WO.linear();
   const Vector6d there = pushed.external_wrench(0.5, scene.object.X_WO) - pushed.weight(scene.object.X_WO);
@@ -133,7 +133,7 @@ TEST_F(ControlTick, AnEccentricWeightDoesNotTurnTheBox) {
   known.object.centre_of_mass_m = Vector3d(0.0, 8e-3, 0.0);
   const Vector3d weight_O = known.object.X_WO.linear().transpose() * (known.object.mass_kg * known.gravity);
   const Vector3d moment_O = known.object.centre_of_mass_m.cross(weight_O);
-  unknown.task.push = Push{Vector3d::Zero(), 0.0, 1.0, Vector3d::Zero(), moment_O};
+  unknown.task.push = Push{.over_s = 1.0, .moment_Nm = moment_O};
   const double without_rad = turn_rad(unknown);
   EXPECT_GT(without_rad, 0.5 * moment_O.norm() / model.scene.control->rotation.p);
   EXPECT_LT(turn_rad(known), 0.2 * without_rad);

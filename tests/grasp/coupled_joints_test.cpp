@@ -291,8 +291,8 @@ TEST(CoupledJoints, ArePulledBackToTheirPostureWithoutTheirFingertip) {
     contacts[0].point_m = pose.distal(hand, 0) * hand.fingertips[0].centre_m;
     Model slack = model;
     slack.scene.control->posture_Nm_per_rad.reset();
-    const JointVector tau =
-        desired_torques(model, q, pose, model.scene.gravity, contacts, none, none) - desired_torques(slack, q, pose, slack.scene.gravity, contacts, none, none);
+    const JointVector tau = desired_torques(model, q, pose, model.scene.gravity, contacts, none, none) -
+                            desired_torques(slack, q, pose, slack.scene.gravity, contacts, none, none);
     VectorXd dq = tau.head(4) / scene.joint_viscosity;
     for (Index j = 0; j < 4; ++j) dq[j] /= hand.joints[j].drag;
     EXPECT_GT(dq.norm(), 1e-4);

@@ -35,7 +35,8 @@ bool is_finite(const State& state) {
   return finite;
 }
 
-Scene pressed_thumb(double depth_m, const Eigen::Vector3d& force_C, double translation_damping) {
+Scene pressed_thumb(double depth_m, const Eigen::Vector3d& force_C, double translation_damping,
+                    const Eigen::Vector3d& normal_F) {
   Scene scene = scene_of("box_grasp", {"object.shape={box: [20 mm, 20 mm, 20 mm]}", "object.points=3000"});
   scene.control.reset();
   scene.task = {};
@@ -49,7 +50,7 @@ Scene pressed_thumb(double depth_m, const Eigen::Vector3d& force_C, double trans
   forward_kinematics(scene.hand, scene.posture, pose);
   const Eigen::Isometry3d& X_WF = pose.distal(scene.hand, 0);
   Eigen::Matrix3d axes;  // into the box, and two tangents
-  axes.col(0) = X_WF.linear() * tip.normal;
+  axes.col(0) = X_WF.linear() * (normal_F.isZero(0.0) ? tip.normal : normal_F);
   axes.col(1) = axes.col(0).unitOrthogonal();
   axes.col(2) = axes.col(0).cross(axes.col(1));
   scene.object.X_WO.linear() = axes;

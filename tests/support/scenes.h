@@ -29,8 +29,10 @@ bool is_finite(const State& state);
 
 /// The thumb, which nothing moves, against a face of a box that turns as if it were clamped and that a constant
 /// `force_C` on it (normal into the thumb negative, two tangents) moves: one pulp under a given load. `depth_m` is that
-/// of the pulp's rest shape at the start, `translation_damping` the box's.
-Scene pressed_thumb(double depth_m, const Eigen::Vector3d& force_C, double translation_damping);
+/// of the pulp's rest shape at the start, `translation_damping` the box's. The face lies on the side `normal_F` of the
+/// pulp, distal frame; zero: where the pulp faces.
+Scene pressed_thumb(double depth_m, const Eigen::Vector3d& force_C, double translation_damping,
+                    const Eigen::Vector3d& normal_F = Eigen::Vector3d::Zero());
 
 double uniform(std::mt19937_64& random, double low, double high);
 

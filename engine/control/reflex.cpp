@@ -1,0 +1,137 @@
+#include "engine/control/reflex.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace thenar {
+
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr double kMemory_s = 0.02;       // In so long an unexpected load becomes the expected one.
+constexpr double kUsualMargin = 0.3;     // What people leave, where a scene says nothing.
+constexpr double kHardlySticks = 0.5;    // This part of the least share: the patch is about to go.
+constexpr double kStep = 0.1;            // A friction that is so much less than the last is another surface; else
+constexpr double kSteady_s = 0.05;       // it is a mean over so long.
+constexpr double kRises_s = 0.15;        // To let go takes longer than to hold on.
+constexpr double kMostSqueeze_N = 50.0;  // More than fingers have.
+
+/// The rise of a pulse, from 0 to 1, `s` after it began.
+double risen(double s, double pulse_s) {
+  return 0.5 * (1.0 - std::cos(std::numbers::pi * std::clamp(s / pulse_s, 0.0, 1.0)));
+}
+
+}  // namespace
+
+Reflex::Reflex(const Model& model) : fingers_(model.fingers()) {
+  const ControlSettings& control = *model.scene.control;
+  margin_ = control.felt_margin.value_or(kUsualMargin);
+  for (Finger& finger : fingers_) finger.friction = control.grasp_friction * (1.0 + margin_);
+}
+
+void Reflex::feel_friction(double felt, double period_s, Finger& finger) const {
+  if (!(felt > 0.0)) return;
+  const double rises_s = felt > finger.friction ? kRises_s : kSteady_s;
+  const bool falls_at_once = felt < (1.0 - kStep) * finger.friction;
+  finger.friction += (falls_at_once ? 1.0 : 1.0 - std::exp(-period_s / rises_s)) * (felt - finger.friction);
+}
+
+Reflex::Surprise Reflex::feel_load(const ControlSettings& control, const Sensed& felt, int k, double period_s) {
+  const ReflexSettings& settings = *control.reflex;
+  Finger& finger = fingers_[k];
+  const Touch& touch = felt.snapshot.touch[k];
+  const Vector3d n = felt.snapshot.load[k].normal, desired_N = felt.desired_N.col(k);
+  const Vector3d expected_N = desired_N - desired_N.dot(n) * n;
+  const Vector3d unexpected_N = touch.tangential_N - expected_N;
+  if (!finger.is_loaded) finger.mean_N = unexpected_N;
+  finger.is_loaded = touch.normal_N > 0.0;
+  // A load that falls asks for nothing; one that falls because its patch slides is a slip.
+  const double change_N = touch.tangential_N.norm() - (expected_N + finger.mean_N).norm();
+  const double rate_N_per_s = change_N / kMemory_s;
+  finger.mean_N += (1.0 - std::exp(-period_s / kMemory_s)) * (unexpected_N - finger.mean_N);
+  Surprise surprise;
+  const double mu_c = finger.friction / (1.0 + margin_);
+  if (!finger.is_loaded || !(mu_c > 0.0)) return surprise;
+  if (rate_N_per_s > settings.load_rate_N_per_s) {
+    // What will be needed when the answer acts.
+    surprise = {ReflexEvent::kLoad, rate_N_per_s / settings.load_rate_N_per_s,
+                (change_N + rate_N_per_s * control.touch->delay_s) / mu_c};
+  } else if (touch.stick < kHardlySticks * settings.stick) {
+    // Cones of felt friction ask for what is needed by themselves.
+    const double lacks_N = control.felt_margin ? 0.0 : expected_N.norm() / mu_c - desired_N.dot(n);
+    surprise = {ReflexEvent::kSlip, 1.0, std::max(0.0, lacks_N)};
+  }
+  return surprise;
+}
+
+ReflexReport Reflex::update(const Model& model, const Sensed& felt, const Snapshot& now, const Eigen::VectorXd& asked_N,
+                            double period_s) {
+  const ControlSettings& control = *model.scene.control;
+  const double now_s = static_cast<double>(now.tick) * model.scene.step_s;
+  if (now.held || felt.snapshot.held) quiet_until_s_ = std::max(quiet_until_s_, now_s + 2.0 * kResume_s);
+  const bool quiet = now_s < quiet_until_s_;
+  ReflexReport report;
+  report.friction = PerFinger<double>(model.fingers());
+  report.grips = PerFinger<ContactGrip>(model.fingers());
+  for (int k = 0; k < model.fingers(); ++k) {
+    feel_friction(felt.snapshot.touch[k].friction, period_s, fingers_[k]);
+    report.friction[k] = fingers_[k].friction;
+  }
+  PerFinger<double> pressing_N(model.fingers());
+  for (int k = 0; k < model.fingers(); ++k) pressing_N[k] = asked_N.segment<3>(3 * k).dot(now.load[k].normal);
+  if (control.reflex) answer(control, felt, pressing_N, now_s, period_s, quiet, report);
+  for (int k = 0; k < model.fingers(); ++k) {
+    const Finger& finger = fingers_[k];
+    report.grips[k].friction = control.felt_margin ? finger.friction / (1.0 + margin_) : control.grasp_friction;
+    report.grips[k].internal_force_N =
+        std::min(kMostSqueeze_N, control.internal_force_N + finger.caught_N + finger.regulated_N);
+  }
+  return report;
+}
+
+void Reflex::answer(const ControlSettings& control, const Sensed& felt, const PerFinger<double>& pressing_N,
+                    double now_s, double period_s, bool quiet, ReflexReport& report) {
+  const ReflexSettings& settings = *control.reflex;
+  const bool pulse_is_over = now_s >= pulse_from_s_ + settings.pulse_s;
+  // A squeeze acts beyond what the cones ask for: it rises from there.
+  const auto beyond_N = [&](int k) { return pressing_N[k] - control.internal_force_N; };
+  double loudest = 0.0;
+  PerFinger<double> target_N(static_cast<int>(fingers_.size()));
+  for (int k = 0; k < std::ssize(fingers_); ++k) {
+    const Surprise surprise = feel_load(control, felt, k, period_s);
+    if (quiet) continue;
+    target_N[k] = surprise.target_N;
+    if (surprise.severity > loudest && pulse_is_over) {
+      loudest = surprise.severity;
+      report.event = surprise.event;
+      report.finger = k;
+      report.rate_N_per_s = surprise.event == ReflexEvent::kLoad ? loudest * settings.load_rate_N_per_s : 0.0;
+    }
+    Finger& finger = fingers_[k];
+    const Touch& touch = felt.snapshot.touch[k];
+    const double lacks = settings.stick - touch.stick;
+    if (lacks > 0.0) finger.regulated_N = std::max(finger.regulated_N, beyond_N(k));
+    finger.regulated_N += settings.regulation_per_s * period_s * std::max(0.0, touch.normal_N) * lacks;
+    finger.regulated_N = std::clamp(finger.regulated_N, -control.internal_force_N, kMostSqueeze_N);
+  }
+  if (report.event != ReflexEvent::kNone) {
+    pulse_from_s_ = now_s;
+    for (int k = 0; k < std::ssize(fingers_); ++k) {
+      fingers_[k].pulse_N = 0.0;
+      fingers_[k].caught_N = std::max(fingers_[k].caught_N, beyond_N(k) - fingers_[k].regulated_N);
+    }
+  }
+  const double s = now_s - pulse_from_s_;
+  const double rise = risen(s, settings.pulse_s) - risen(s - period_s, settings.pulse_s);
+  for (int k = 0; k < std::ssize(fingers_); ++k) {
+    Finger& finger = fingers_[k];
+    // Later the load answers the grip, and no longer only the grip the load.
+    if (s < kMemory_s) finger.pulse_N = std::max(finger.pulse_N, target_N[k]);
+    finger.caught_N += rise * finger.pulse_N;
+    if (s > settings.pulse_s) finger.caught_N *= std::exp(-period_s / settings.release_s);
+  }
+}
+
+}  // namespace thenar
