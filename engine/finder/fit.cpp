@@ -319,9 +319,9 @@ double StanceFit::rough_cost(const Stance& stance, const HandPose& pose, const F
   return cost;
 }
 
-PerFinger<Touch> StanceFit::touches(const Stance& stance, const FitTarget& target) {
+PerFinger<FoundTouch> StanceFit::touches(const Stance& stance, const FitTarget& target) {
   look(stance, target, false);
-  PerFinger<Touch> touches(hand_.fingers());
+  PerFinger<FoundTouch> touches(hand_.fingers());
   for (int k = 0; k < hand_.fingers(); ++k) {
     const Finger& finger = fingers_[k];
     touches[k] = {finger.gap_m, finger.point_O, finger.normal_O, -finger.pulp.normal.dot(finger.n_W)};

@@ -33,7 +33,7 @@ struct FitTarget {
 };
 
 /// How a finger's pulp stands to the object.
-struct Touch {
+struct FoundTouch {
   double gap_m = 0.0;  ///< Of the undeformed pulp, less the wanted depth.
   Eigen::Vector3d point_O = Eigen::Vector3d::Zero(), normal_O = point_O;
   double cosine = 0.0;  ///< Between the pulp's mean normal and the inward normal.
@@ -70,7 +70,7 @@ class StanceFit {
   [[nodiscard]] double rough_cost(const Stance& stance, const HandPose& pose, const FitTarget& target,
                                   double enough) const;
 
-  [[nodiscard]] PerFinger<Touch> touches(const Stance& stance, const FitTarget& target);
+  [[nodiscard]] PerFinger<FoundTouch> touches(const Stance& stance, const FitTarget& target);
   [[nodiscard]] FitFaults faults(const Stance& stance, const FitTarget& target);
 
  private:

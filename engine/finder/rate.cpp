@@ -135,7 +135,7 @@ FoundGrasp rate(const FinderProblem& problem, const Hand& hand, const PatchMeter
   grasp.X_WO = stance.X_WO;
   grasp.approach_O = stance.X_WO.linear().transpose() * target.approach_W;
   grasp.places = PerFinger<FingerPlace>(hand.fingers());
-  const PerFinger<Touch> touches = fit.touches(stance, target);
+  const PerFinger<FoundTouch> touches = fit.touches(stance, target);
   HandPose pose;
   forward_kinematics(hand, grasp.q, pose);
   Vector3d others_O = Vector3d::Zero();

@@ -119,7 +119,7 @@ TEST(StanceFit, ClosesGaps) {
     FitTarget target = some_target(hand, pinch);
     target.wish = {};
     const Stance found = fit.fit(some_stance(pinch), target, 40);
-    for (const Touch& touch : fit.touches(found, target)) EXPECT_LT(std::abs(touch.gap_m), 0.1e-3);
+    for (const FoundTouch& touch : fit.touches(found, target)) EXPECT_LT(std::abs(touch.gap_m), 0.1e-3);
     ++tried;
   }
   EXPECT_GT(tried, 0);
