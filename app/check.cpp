@@ -210,6 +210,23 @@ void describe_control(const Scene& scene, std::ostream& out) {
   }
 }
 
+void describe_feeling(const ControlSettings& control, std::ostream& out) {
+  if (control.feedback_delay_s > 0.0) {
+    out << "  known late      object, joints and loads, by " << 1e3 * control.feedback_delay_s << " ms\n";
+  }
+  if (control.anticipation) out << "  anticipates     what the target's and the arm's motion needs\n";
+  if (const auto& touch = control.touch) {
+    out << "  touch           " << 1e3 * touch->delay_s << " ms late";
+    if (touch->noise > 0.0) out << ", with " << 100.0 * touch->noise << " % of noise";
+    if (control.felt_margin) out << "; cones of the friction that is felt, with a margin of " << *control.felt_margin;
+    out << "\n";
+  }
+  if (const auto& reflex = control.reflex) {
+    out << "  reflex          to loads that change by " << reflex->load_rate_N_per_s << " N/s, and to less than "
+        << 100.0 * reflex->stick << " % of a patch sticking\n";
+  }
+}
+
 void describe_frames(const Scene& scene, std::ostream& out) {
   out << "  frames          every " << 1e3 * scene.control_period_s << " ms";
   if (scene.control_delay_s > 0.0) {
@@ -233,13 +250,24 @@ void describe_task(const TaskSettings& task, std::ostream& out) {
     if (force_N > 0.0 || moment_Nm == 0.0) out << force_N << " N at " << place(push->at_m);
     if (force_N > 0.0 && moment_Nm > 0.0) out << " and ";
     if (moment_Nm > 0.0) out << moment_Nm << " N m";
-    out << " from " << push->from_s << " s for " << push->over_s << " s\n";
+    out << " from " << push->from_s << " s for " << push->over_s << " s";
+    if (push->rise_s > 0.0) out << ", rising for " << 1e3 * push->rise_s << " ms";
+    out << "\n";
   }
+  if (const auto& arm = task.arm) {
+    out << "  task            swings the arm by " << 1e3 * arm->amplitude_m << " mm at " << arm->frequency_Hz
+        << " Hz from " << arm->from_s << " s for " << arm->over_s << " s\n";
+  }
+  for (const FrictionStep& step : task.friction) {
+    out << "  task            makes the friction " << step.friction << " at " << step.from_s << " s\n";
+  }
+  if (task.lost_m) out << "  task            is lost where a finger slides by " << 1e3 * *task.lost_m << " mm\n";
   if (const auto& spring = task.spring) {
     out << "  task            pulls the object to its target by a spring of " << spring->translation_N_per_m
         << " N/m and " << spring->rotation_Nm_per_rad << " N m/rad\n";
   }
-  if (!task.translate && !task.rotate && !task.spring && !task.push) out << "  task            holds the object\n";
+  const bool idle = !task.translate && !task.rotate && !task.spring && !task.push && !task.arm;
+  if (idle) out << "  task            holds the object\n";
 }
 
 }  // namespace
@@ -257,6 +285,7 @@ std::string description(const Scene& asked, bool with_parts) {
   describe_levels(scene, out);
   describe_frames(scene, out);
   describe_control(scene, out);
+  if (scene.control) describe_feeling(*scene.control, out);
   describe_task(scene.task, out);
 
   out << "\nleft out, at no cost\n";
@@ -270,6 +299,8 @@ std::string description(const Scene& asked, bool with_parts) {
   left_out(!scene.control, "control (control): pose, grasp forces, muscles");
   left_out(scene.control && !scene.control->muscles, "muscles (control.muscles)");
   left_out(scene.control && !scene.control->posture_Nm_per_rad, "a posture that is kept (control.posture)");
+  left_out(scene.control && scene.fingertips && !scene.control->touch, "what fingertips feel (control.touch)");
+  left_out(scene.control && scene.control->touch && !scene.control->reflex, "a grip that answers (control.reflex)");
   left_out(scene.gravity.isZero(), "gravity (gravity)");
   if (complete) out << "  nothing\n";
 

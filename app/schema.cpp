@@ -41,9 +41,20 @@ Json number(const Key& key) {
   return schema;
 }
 
+/// A word of digits is a number in YAML.
+Json choice(const Key& key) {
+  Json words = Json::array();
+  for (const std::string_view word : words_of(key)) {
+    words.push_back(Json::accept(word) ? Json::parse(word) : Json(word));
+  }
+  return {{"enum", words}};
+}
+
 /// A number with one of the units, or one of the key's words. Of the range a pattern knows the sign alone.
 Json quantity(const Key& key) {
-  if (key.dimension == Dimension::kNone) return number(key);
+  if (key.dimension == Dimension::kNone) {
+    return words_of(key).empty() ? number(key) : Json{{"anyOf", {choice(key), number(key)}}};
+  }
   const std::string sign = range_of(key).least < 0.0 ? "[+-]?" : "\\+?";
   const std::string digits = R"((\d+\.?\d*|\.\d+)([eE][+-]?\d+)?)";
   std::string pattern = fmt::format("{}{} *({})", sign, digits, any_of(unit_symbols(key.dimension)));
@@ -54,15 +65,6 @@ Json quantity(const Key& key) {
 
 Json list_of(const Json& item, int count) {
   return {{"type", "array"}, {"items", item}, {"minItems", count}, {"maxItems", count}};
-}
-
-/// A word of digits is a number in YAML.
-Json choice(const Key& key) {
-  Json words = Json::array();
-  for (const std::string_view word : words_of(key)) {
-    words.push_back(Json::accept(word) ? Json::parse(word) : Json(word));
-  }
-  return {{"enum", words}};
 }
 
 Json schema_of(const Key& key);

@@ -12,6 +12,7 @@
 #include "engine/grasp/model.h"
 #include "engine/grasp/patches.h"
 #include "engine/grasp/state.h"
+#include "engine/grasp/touch.h"
 #include "solvers/grouped_delassus.h"
 
 namespace thenar {

@@ -96,7 +96,7 @@ struct DriveTable {
   [[nodiscard]] Eigen::VectorXd at(double at_s) const;
 };
 
-/// What the fingertips feel: see Touch (engine/grasp/touch.h).
+/// What the fingertips feel: see Touch (engine/grasp/state.h).
 struct TouchSettings {
   double delay_s = 0.0;    ///< From skin to command: what the control side feels is so old.
   double noise = 0.0;      ///< Standard deviation of what is felt of each contact's force, as a share of it.

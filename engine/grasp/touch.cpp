@@ -3,11 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/grasp/contact_kinematics.h"
-#include "engine/grasp/frame.h"
-#include "engine/grasp/model.h"
-#include "engine/grasp/patches.h"
-
 namespace thenar {
 
 using Eigen::Vector3d;

@@ -1,34 +1,15 @@
 #pragma once
 
-#include <Eigen/Core>
-#include <cstdint>
-#include <limits>
 #include <random>
 #include <span>
 
-#include "thenar/eigen_layout.h"
+#include "engine/grasp/contact_kinematics.h"
+#include "engine/grasp/frame.h"
+#include "engine/grasp/model.h"
+#include "engine/grasp/patches.h"
+#include "engine/grasp/state.h"
 
 namespace thenar {
-
-struct ContactKinematics;
-struct FingerLoad;
-struct Frame;
-struct Model;
-struct PatchPoint;
-struct PatchReport;
-
-/// What a fingertip feels of its patch in a tick. With Coulomb's law in every point its rim slips first: stick falls as
-/// (1 - eta)^(2/3), eta = |T| / (mu N), long before the patch slides as a whole [Cattaneo 1938; Mindlin 1949], and
-/// where it slips, friction can be felt.
-struct Touch {
-  double stick = 1.0;  ///< Share of its loaded area that sticks; 1 without load.
-  double friction =
-      std::numeric_limits<double>::quiet_NaN();  ///< Sum of |f_t| over that of f_n where it slips; NaN: nowhere.
-  double slip_m_per_s = 0.0;                     ///< How fast what slips does, as a mean over its loaded area.
-  double moment_Nm = 0.0;  ///< Torsion: about the mean normal, through the pressure centre; signed.
-  double normal_N = 0.0;   ///< Load along the mean normal, and across it: as felt, with the noise.
-  Eigen::Vector3d tangential_N = Eigen::Vector3d::Zero();  ///< World axes.
-};
 
 /// Of what is felt: standard normal numbers that are the same for the same seed.
 struct TouchNoise {

@@ -67,8 +67,8 @@ std::vector<Felt> drag(double normal_N, double mu, double direction_rad, const V
 }
 
 // Cattaneo and Mindlin: of a Hertz patch under a growing pull a disc of (1 - eta)^(1/3) of its radius sticks. Twelve
-// orientations: how the control points lie in one patch of thirty to eighty is chance. Pressure at the rim ends within a
-// point, not at a line: some 0.07 more than the law sticks with the fewest. Counting points tells eta to 0.14.
+// orientations: how the control points lie in one patch of thirty to eighty is chance. Pressure at the rim ends within
+// a point, not at a line: some 0.07 more than the law sticks with the fewest. Counting points tells eta to 0.14.
 TEST(Touch, StickFallsAsCattaneoAndMindlinSay) {
   constexpr unsigned kSeed = 21;
   SCOPED_TRACE("seed " + std::to_string(kSeed));
