@@ -29,8 +29,6 @@ class Afference {
   void set_desired(const Eigen::VectorXd& desired_N);
   /// The newest that is no newer than `tick`, or where there is none, the oldest.
   [[nodiscard]] const Sensed& at(std::int64_t tick) const;
-  /// Forgets all.
-  void clear() { count_ = 0; }
 
  private:
   std::vector<Sensed> past_;  ///< A ring.
