@@ -30,11 +30,12 @@ class Slide {
     forward_kinematics(scene.hand, state_.q, pose);
     for (int k = 0; k < model.fingers(); ++k) {
       const GraspContact contact = finger_contact(model, pose, state_, k);
-      const Eigen::Matrix3d drag = scene.viscosity(k) *
-                                   damped(squared(finger_jacobian(scene.hand, pose, k, contact.point_m))).inverse();
-      drag_ += down.dot(drag * down);
-      state_.load[k] = {.centre_m = contact.point_m, .normal = contact.axes.col(0)};
-      press_drag_.push_back(contact.axes.col(0).dot(drag * contact.axes.col(0)));
+      const Vector3d normal = contact.axes.col(0);
+      const Eigen::Matrix3d yields = damped(squared(finger_jacobian(scene.hand, pose, k, contact.point_m)));
+      drag_ += scene.viscosity(k) * down.dot(yields.ldlt().solve(down));
+      press_drag_.push_back(scene.viscosity(k) / normal.dot(yields * normal));
+      aside_.push_back(-normal.dot(yields * down) / normal.dot(yields * normal));
+      state_.load[k] = {.centre_m = contact.point_m, .normal = normal};
     }
   }
 
@@ -46,9 +47,12 @@ class Slide {
     answered_ = answered_ || report.reflex.event != ReflexEvent::kNone;
     double pressing_N = 0.0, wanted_N = 0.0;
     for (int k = 0; k < model_.fingers(); ++k) {
-      normal_N_[k] += follow(k) * (report.f_desired.col(k).dot(state_.load[k].normal) - normal_N_[k]);
+      const double lifting_N = -report.f_desired.col(k).dot(down_);
+      const double settles_N = report.f_desired.col(k).dot(state_.load[k].normal) +
+                               aside_[k] * (lifting_N + state_.load[k].force_N.dot(down_));
+      normal_N_[k] = std::max(0.0, normal_N_[k] + follow(k) * (settles_N - normal_N_[k]));
       pressing_N += normal_N_[k];
-      wanted_N -= report.f_desired.col(k).dot(down_);
+      wanted_N += lifting_N;
     }
     const double b = scene.object.translation_damping, dt_s = scene.control_period_s;
     const double acting_N = scene.object.mass_kg * scene.gravity.dot(down_) + load_N, most_N = friction * pressing_N;
@@ -95,7 +99,8 @@ class Slide {
   Vector3d down_;                   ///< Of the load, unit, across the fingers' normals.
   PerFinger<double> normal_N_;
   std::vector<double> press_drag_;  ///< Of each finger along its normal, [N s/m],
-  double drag_ = 0.0;               ///< and of all along the load.
+  std::vector<double> aside_;       ///< and how much it is pressed by what pulls it against the load.
+  double drag_ = 0.0;               ///< Of all fingers along the load.
   double time_s_ = 0.0, slip_m_ = 0.0;
   bool answered_ = false;
 };
@@ -128,6 +133,7 @@ std::optional<ReflexReach> reflex_reach(const Model& model) {
   const double friction = scene.contact.friction, rise_s = pushed ? scene.task.push->rise_s : 0.0;
 
   ReflexReach reach;
+  reach.of_push = pushed;
   reach.slip_m = scene.hand.fingertips[0].radius_m;
   for (const Fingertip& tip : scene.hand.fingertips) reach.slip_m = std::min(reach.slip_m, tip.radius_m);
   reach.slip_m = scene.task.lost_m.value_or(reach.slip_m);
