@@ -15,6 +15,7 @@ constexpr double kUsualMargin = 0.3;     // What people leave, where a scene say
 constexpr double kHardlySticks = 0.5;    // This part of the least share: the patch is about to go.
 constexpr double kStep = 0.1;            // A friction that is so much less than the last is another surface; else
 constexpr double kSteady_s = 0.05;       // it is a mean over so long.
+constexpr double kMuchMore = 2.0;        // So many times as severe as what a running pulse answers.
 constexpr double kRises_s = 0.15;        // To let go takes longer than to hold on.
 constexpr double kMostSqueeze_N = 50.0;  // More than fingers have.
 
@@ -94,7 +95,9 @@ ReflexReport Reflex::update(const Model& model, const Sensed& felt, const Snapsh
 void Reflex::answer(const ControlSettings& control, const Sensed& felt, const PerFinger<double>& pressing_N,
                     double now_s, double period_s, bool quiet, ReflexReport& report) {
   const ReflexSettings& settings = *control.reflex;
-  const bool pulse_is_over = now_s >= pulse_from_s_ + settings.pulse_s;
+  // A pulse is for what began it, or for what is much more.
+  const double running_s = now_s - pulse_from_s_;
+  const double masked = running_s < settings.pulse_s ? kMuchMore * severity_ : 0.0;
   // A squeeze acts beyond what the cones ask for: it rises from there.
   const auto beyond_N = [&](int k) { return pressing_N[k] - control.internal_force_N; };
   double loudest = 0.0;
@@ -103,7 +106,8 @@ void Reflex::answer(const ControlSettings& control, const Sensed& felt, const Pe
     const Surprise surprise = feel_load(control, felt, k, period_s);
     if (quiet) continue;
     target_N[k] = surprise.target_N;
-    if (surprise.severity > loudest && pulse_is_over) {
+    if (running_s < kMemory_s) severity_ = std::max(severity_, surprise.severity);
+    if (running_s >= kMemory_s && surprise.severity > std::max(loudest, masked)) {
       loudest = surprise.severity;
       report.event = surprise.event;
       report.finger = k;
@@ -118,6 +122,7 @@ void Reflex::answer(const ControlSettings& control, const Sensed& felt, const Pe
   }
   if (report.event != ReflexEvent::kNone) {
     pulse_from_s_ = now_s;
+    severity_ = loudest;
     for (int k = 0; k < std::ssize(fingers_); ++k) {
       fingers_[k].pulse_N = 0.0;
       fingers_[k].caught_N = std::max(fingers_[k].caught_N, beyond_N(k) - fingers_[k].regulated_N);

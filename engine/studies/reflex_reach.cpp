@@ -60,7 +60,7 @@ class Slide {
     const double carried_N = std::min(acting_N - b * together_m_per_s, most_N);
     const bool slides = carried_N >= most_N;
     const double object_m_per_s = slides ? (acting_N - most_N) / b : together_m_per_s;
-    if (slides) slip_m_ += std::max(0.0, object_m_per_s - (most_N - wanted_N) / drag_) * dt_s;
+    if (slides) slip_m_ += (object_m_per_s - (most_N - wanted_N) / drag_) * dt_s;
     state_.X_WO.translation() += object_m_per_s * dt_s * down_;
     for (int k = 0; k < model_.fingers(); ++k) feel(k, friction, carried_N * normal_N_[k] / pressing_N, carried_N / most_N);
   }
@@ -114,7 +114,7 @@ Vector3d across(const Model& model, const Vector3d& direction) {
   return direction - axis.dot(direction) * axis;
 }
 
-/// The largest number below `most` for which `holds` is true, or the least above `least`.
+/// Between a number that is held and one that is not: the last that is.
 template <typename Holds>
 double bisect(double good, double bad, Holds&& holds) {
   for (int i = 0; i < kHalvings; ++i) (holds(0.5 * (good + bad)) ? good : bad) = 0.5 * (good + bad);
