@@ -82,6 +82,33 @@ std::string grasp_lines(const ordered_json& summary) {
   return table;
 }
 
+/// Each finger's: "0.15, 0.15, 0.15".
+std::string cells(const ordered_json& fingers) {
+  std::string all;
+  for (const ordered_json& value : fingers) {
+    all += (all.empty() ? "" : ", ") + (value.is_number() ? fmt::format("{:.2g}", value.get<double>()) : "-");
+  }
+  return all;
+}
+
+std::string touch_lines(const ordered_json& summary) {
+  std::string table;
+  if (summary.contains("touch")) {
+    const ordered_json& touch = summary.at("touch");
+    line(table, "least share of a patch sticking", cells(touch.at("stick_min")),
+         "friction felt at the end: " + cells(touch.at("friction_felt")));
+    line(table, "least margin without torsion", cells(touch.at("margin_true")),
+         "by the friction that was felt: " + cells(touch.at("margin_felt")));
+  }
+  if (summary.contains("reflex")) {
+    line(table, "answers to loads, to slips",
+         cell(summary, "/reflex/events/load") + ", " + cell(summary, "/reflex/events/slip"),
+         "the first after " + cell(summary, "/reflex/onset_ms", "ms") + ", with a slip of " +
+             cell(summary, "/reflex/slip_mm", "mm"));
+  }
+  return table;
+}
+
 std::string accuracy_lines(const ordered_json& summary) {
   std::string table = "\naccuracy\n";
   line(table, "final position error", cell(summary, "/object/final_error_mm", "mm"));
@@ -132,7 +159,7 @@ std::string time_lines(const ordered_json& summary) {
 }  // namespace
 
 std::string results_table(const ordered_json& summary) {
-  const std::string table =
-      summary_head(summary) + grasp_lines(summary) + accuracy_lines(summary) + time_lines(summary);
+  const std::string table = summary_head(summary) + grasp_lines(summary) + touch_lines(summary) +
+                            accuracy_lines(summary) + time_lines(summary);
   return summary.contains("loops") ? table + loops_table(summary) : table;
 }
