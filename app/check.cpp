@@ -147,8 +147,13 @@ void describe_contact(const Scene& scene, std::ostream& out) {
         << 1e3 * tips->material.relaxation_s << " ms"
         << (tips->material.kernel == PulpKernel::kGaussian ? ", gaussian kernel" : "");
     if (tips->material.stiffening_per_N > 0.0) out << ", stiffening " << tips->material.stiffening_per_N << " /N";
-    out << "\n"
-        << "  contacts        at most " << scene.contact.max_per_finger << " a finger";
+    out << "\n";
+    if (const auto& touch = tips->touch) {
+      out << "  touch           is felt " << 1e3 * touch->delay_s << " ms late";
+      if (touch->noise > 0.0) out << ", with " << 100.0 * touch->noise << " % of noise";
+      out << "\n";
+    }
+    out << "  contacts        at most " << scene.contact.max_per_finger << " a finger";
   } else {
     out << "  fingertips      rigid, one contact point each\n  contacts        at most 1 a finger";
   }
@@ -215,11 +220,8 @@ void describe_feeling(const ControlSettings& control, std::ostream& out) {
     out << "  known late      object, joints and loads, by " << 1e3 * control.feedback_delay_s << " ms\n";
   }
   if (control.anticipation) out << "  anticipates     what the target's and the arm's motion needs\n";
-  if (const auto& touch = control.touch) {
-    out << "  touch           " << 1e3 * touch->delay_s << " ms late";
-    if (touch->noise > 0.0) out << ", with " << 100.0 * touch->noise << " % of noise";
-    if (control.felt_margin) out << "; cones of the friction that is felt, with a margin of " << *control.felt_margin;
-    out << "\n";
+  if (control.felt_margin) {
+    out << "  cones           of the friction that is felt, with a margin of " << *control.felt_margin << "\n";
   }
   if (const auto& reflex = control.reflex) {
     out << "  reflex          to loads that change by " << reflex->load_rate_N_per_s << " N/s, and to less than "
@@ -299,8 +301,8 @@ std::string description(const Scene& asked, bool with_parts) {
   left_out(!scene.control, "control (control): pose, grasp forces, muscles");
   left_out(scene.control && !scene.control->muscles, "muscles (control.muscles)");
   left_out(scene.control && !scene.control->posture_Nm_per_rad, "a posture that is kept (control.posture)");
-  left_out(scene.control && scene.fingertips && !scene.control->touch, "what fingertips feel (control.touch)");
-  left_out(scene.control && scene.control->touch && !scene.control->reflex, "a grip that answers (control.reflex)");
+  left_out(scene.fingertips && !scene.fingertips->touch, "what fingertips feel (fingertips.touch)");
+  left_out(scene.control && model.feels() && !scene.control->reflex, "a grip that answers (control.reflex)");
   left_out(scene.gravity.isZero(), "gravity (gravity)");
   if (complete) out << "  nothing\n";
 

@@ -49,7 +49,7 @@ ControlReport control_tick(const Model& model, const Snapshot& snapshot, Control
   controller.last_tick = snapshot.tick;
 
   if (controller.reflex) {
-    const Sensed& felt = controller.afference.at(snapshot.tick - ticks_of(model, scene.control->touch->delay_s));
+    const Sensed& felt = controller.afference.at(snapshot.tick - ticks_of(model, scene.fingertips->touch->delay_s));
     report.reflex = controller.reflex->update(model, felt, snapshot, controller.f_desired, controller.period_s);
   }
   report.centre_m = seen.X_WO.translation();

@@ -25,7 +25,7 @@ double risen(double s, double pulse_s) {
 
 }  // namespace
 
-Reflex::Reflex(const Model& model) : fingers_(model.fingers()) {
+Reflex::Reflex(const Model& model) : delay_s_(model.scene.fingertips->touch->delay_s), fingers_(model.fingers()) {
   const ControlSettings& control = *model.scene.control;
   margin_ = control.felt_margin.value_or(kUsualMargin);
   for (Finger& finger : fingers_) finger.friction = control.grasp_friction * (1.0 + margin_);
@@ -57,7 +57,7 @@ Reflex::Surprise Reflex::feel_load(const ControlSettings& control, const Sensed&
   if (rate_N_per_s > settings.load_rate_N_per_s) {
     // What will be needed when the answer acts.
     surprise = {ReflexEvent::kLoad, rate_N_per_s / settings.load_rate_N_per_s,
-                (change_N + rate_N_per_s * control.touch->delay_s) / mu_c};
+                (change_N + rate_N_per_s * delay_s_) / mu_c};
   } else if (touch.stick < kHardlySticks * settings.stick) {
     // Cones of felt friction ask for what is needed by themselves.
     const double lacks_N = control.felt_margin ? 0.0 : expected_N.norm() / mu_c - desired_N.dot(n);

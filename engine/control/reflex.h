@@ -27,7 +27,7 @@ struct ReflexReport {
   PerFinger<double> friction;              ///< As felt last, or expected.
 };
 
-/// The answer of the grip to what fingertips feel, control.touch.delay after they do.
+/// The answer of the grip to what fingertips feel, fingertips.touch.delay after they do.
 ///
 /// Friction. The last that a finger has felt where its rim slipped; with friction: felt its cone has mu / (1 + m).
 /// Pulse. A tangential load T that changes faster than the load rate against what the controller asked for (both less
@@ -67,7 +67,7 @@ class Reflex {
   void answer(const ControlSettings& control, const Sensed& felt, const PerFinger<double>& pressing_N, double now_s,
               double period_s, bool quiet, ReflexReport& report);
 
-  double margin_ = 0.0;
+  double margin_ = 0.0, delay_s_ = 0.0;
   PerFinger<Finger> fingers_;
   double pulse_from_s_ = -std::numeric_limits<double>::infinity();
   double quiet_until_s_ = kBuiltUp_s;

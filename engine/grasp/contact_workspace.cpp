@@ -28,8 +28,8 @@ ContactWorkspace::ContactWorkspace(const Model& model, const FramePolicy& frame_
       patches(model),
       pose_q(JointVector::Constant(q_held.size(), std::numeric_limits<double>::quiet_NaN())) {
   if (model.feels()) {
-    touch_noise.share = model.scene.control->touch->noise;
-    touch_noise.random.seed(model.scene.control->touch->seed);
+    touch_noise.share = model.scene.fingertips->touch->noise;
+    touch_noise.random.seed(model.scene.fingertips->touch->seed);
   }
   contacts.reserve(model.max_contacts);
   pose.segments.resize(model.scene.hand.segments.size());

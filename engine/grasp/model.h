@@ -43,7 +43,7 @@ struct Model {
   [[nodiscard]] int fingers() const { return scene.hand.fingers(); }
   [[nodiscard]] bool deformable() const { return !pulps.empty(); }
   /// Whether fingertips feel more than their loads: see Touch.
-  [[nodiscard]] bool feels() const { return scene.control && scene.control->touch; }
+  [[nodiscard]] bool feels() const { return scene.fingertips && scene.fingertips->touch; }
   [[nodiscard]] bool soft_object() const { return scene.object.compliance.has_value() && deformable(); }
   /// Whether a control period begins with this step. The periods need not hold a whole number of steps.
   [[nodiscard]] bool control_is_due(std::int64_t tick) const;

@@ -58,11 +58,19 @@ struct ObjectSettings {
   std::optional<PulpMaterial> compliance;                      ///< How its surface gives way; nothing: rigid.
 };
 
+/// What the fingertips feel: see Touch (engine/grasp/state.h).
+struct TouchSettings {
+  double delay_s = 0.0;    ///< From skin to command: what the control side feels is so old.
+  double noise = 0.0;      ///< Standard deviation of what is felt of each contact's force, as a share of it.
+  std::uint32_t seed = 1;  ///< Of the noise.
+};
+
 /// Deformable pulps; a scene without them has rigid point contacts.
 struct FingertipSettings {
   Eigen::Index points = 0;
   Eigen::Index leaves = 0;  ///< Control points.
   PulpMaterial material;
+  std::optional<TouchSettings> touch = {};  ///< Nothing: they feel nothing but their loads.
 };
 
 struct ContactSettings {
@@ -96,13 +104,6 @@ struct DriveTable {
   [[nodiscard]] Eigen::VectorXd at(double at_s) const;
 };
 
-/// What the fingertips feel: see Touch (engine/grasp/state.h).
-struct TouchSettings {
-  double delay_s = 0.0;    ///< From skin to command: what the control side feels is so old.
-  double noise = 0.0;      ///< Standard deviation of what is felt of each contact's force, as a share of it.
-  std::uint32_t seed = 1;  ///< Of the noise.
-};
-
 /// How the grip answers to what is felt: see Reflex (engine/control/reflex.h).
 struct ReflexSettings {
   double load_rate_N_per_s = 2.0;  ///< A finger whose tangential load changes faster than expected gets a pulse.
@@ -125,8 +126,7 @@ struct ControlSettings {
   std::optional<double> posture_Nm_per_rad;  ///< Spring to the start posture, where fingertips leave joints free.
   double feedback_delay_s = 0.0;             ///< The laws see the state as it was so long ago.
   bool anticipation = false;                 ///< What the target's motion will need is fed forward.
-  std::optional<TouchSettings> touch;        ///< Nothing: the fingertips feel nothing but their loads.
-  std::optional<ReflexSettings> reflex;      ///< Nothing: the grip does not answer. With touch alone.
+  std::optional<ReflexSettings> reflex;      ///< Nothing: the grip does not answer. Of fingertips with touch alone.
   bool muscles = false;                      ///< Muscle forces drive the joints; otherwise the torques act as they are.
   std::optional<DriveTable> drive;           ///< Nothing: the law drives them.
 };

@@ -268,12 +268,11 @@ std::string GraspMonitor::slips_in_words() const {
 
 /// What of the slip was before the grip rose, and why it rose so late.
 std::string GraspMonitor::answer_in_words(int k) const {
-  const auto& touch = model_.scene.control->touch;
   const std::string against = answer_->reflex.event == ReflexEvent::kLoad
                                   ? fmt::format("{:.3g} N/s", answer_->reflex.rate_N_per_s)
                                   : fmt::format("a friction of {:.2g}", answer_->reflex.friction[k]);
   return fmt::format(", {:.2f} mm of it before the grip rose: {:g} ms of latency against {}", 1e3 * answer_->slip_m[k],
-                     1e3 * touch->delay_s, against);
+                     1e3 * model_.scene.fingertips->touch->delay_s, against);
 }
 
 std::string GraspMonitor::way_off_in_words() const {

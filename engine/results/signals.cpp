@@ -27,11 +27,11 @@ std::vector<std::string> names_of(const Model& model, const Recording& recording
   }
   if (!model.feels()) return names;
   for (const Fingertip& tip : model.scene.hand.fingertips) {
-    for (const char* what : {"stick", "rim_friction", "slip_speed_um_per_s", "friction_felt", "squeeze_N"}) {
-      names.push_back(tip.finger + "_" + what);
-    }
+    for (const char* what : {"stick", "rim_friction", "slip_speed_um_per_s"}) names.push_back(tip.finger + "_" + what);
+    if (!model.scene.control) continue;
+    for (const char* what : {"friction_felt", "squeeze_N"}) names.push_back(tip.finger + "_" + what);
   }
-  names.emplace_back("reflex");
+  if (model.scene.control) names.emplace_back("reflex");
   return names;
 }
 
@@ -62,12 +62,11 @@ void for_each_number(const Model& model, const Recording& recording, std::size_t
   if (!model.feels()) return;
   for (int k = 0; k < model.fingers(); ++k) {
     const Touch& touch = tick.touch[k];
-    for (const double v : {touch.stick, touch.friction, 1e6 * touch.slip_m_per_s, tick.reflex.friction[k],
-                           tick.reflex.grips[k].internal_force_N}) {
-      sink(v);
-    }
+    for (const double v : {touch.stick, touch.friction, 1e6 * touch.slip_m_per_s}) sink(v);
+    if (!model.scene.control) continue;
+    for (const double v : {tick.reflex.friction[k], tick.reflex.grips[k].internal_force_N}) sink(v);
   }
-  sink(tick.controlled ? static_cast<double>(tick.reflex.event) : 0.0);
+  if (model.scene.control) sink(tick.controlled ? static_cast<double>(tick.reflex.event) : 0.0);
 }
 
 }  // namespace

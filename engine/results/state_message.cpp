@@ -104,6 +104,8 @@ void for_each_field(const Model& model, const Picture& picture, const TickRecord
     of_fingers("rim_friction", "", [&](int k) { return tick.touch[k].friction; });
     of_fingers("slip_speed_m_per_s", "m/s", [&](int k) { return tick.touch[k].slip_m_per_s; });
     of_fingers("torsion_Nm", "N m", [&](int k) { return tick.touch[k].moment_Nm; });
+  }
+  if (model.feels() && model.scene.control) {
     of_fingers("friction_felt", "", [&](int k) { return tick.reflex.friction[k]; });
     of_fingers("squeeze_N", "N", [&](int k) { return tick.reflex.grips[k].internal_force_N; });
     one("reflex", "", static_cast<double>(tick.reflex.event));

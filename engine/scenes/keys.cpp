@@ -90,6 +90,13 @@ constexpr std::array kSceneKeys = std::to_array<Key>({
      {"kernel", "kernel", ""}},
     {"fingertips.stiffening", kQuantity, kPerForce, "0 .. 10 1/N", "(Without it the modulus is constant.)",
      "The share by which the modulus grows for each newton of normal load on a fingertip."},
+    {"fingertips.touch", kMap, kNone, "", "(Without it fingertips feel nothing but their loads.)",
+     "What fingertips feel of their patches: how much of them sticks, and where the rim slips, the friction."},
+    {"fingertips.touch.delay", kQuantity, kTime, "0 s .. 1 s", "65 ms",
+     "From what happens at the skin to the command that answers it: people take 60 to 90 ms."},
+    {"fingertips.touch.noise", kQuantity, kShare, "0 % .. 100 %", "0 %",
+     "Standard deviation of what is felt of each contact's normal and tangential force."},
+    {"fingertips.touch.seed", kCount, kNone, "0 .. 1000000", "1", "The seed of the noise."},
 
     {"object", kMap, kNone, "", "", "The object that is held."},
     {"object.shape", kOneOf, kNone, "", "", "The object's shape, with full sizes; an axis of revolution is z."},
@@ -240,16 +247,8 @@ constexpr std::array kSceneKeys = std::to_array<Key>({
      "Whether what the motion that is planned will need is fed forward: against the viscosity of object and joints, "
      "and "
      "for the load that the arm makes."},
-    {"control.touch", kMap, kNone, "", "(Without it fingertips feel nothing but their loads.)",
-     "What fingertips feel of their patches: how much of them sticks, and where the rim slips, the friction. It needs "
-     "deformable fingertips."},
-    {"control.touch.delay", kQuantity, kTime, "0 s .. 1 s", "65 ms",
-     "From what happens at the skin to the command that answers it: people take 60 to 90 ms."},
-    {"control.touch.noise", kQuantity, kShare, "0 % .. 100 %", "0 %",
-     "Standard deviation of what is felt of each contact's normal and tangential force."},
-    {"control.touch.seed", kCount, kNone, "0 .. 1000000", "1", "The seed of the noise."},
     {"control.reflex", kMap, kNone, "", "(Without it the grip does not answer to what is felt.)",
-     "How the grip answers to what fingertips feel. It needs control.touch."},
+     "How the grip answers to what fingertips feel. It needs fingertips.touch."},
     {"control.reflex.load_rate", kQuantity, kForceRate, "> 0", "2 N/s",
      "A finger whose tangential load changes faster than expected gets a pulse of grip."},
     {"control.reflex.pulse", kQuantity, kTime, "1 ms .. 2 s", "220 ms", "How long the grip rises in a pulse."},

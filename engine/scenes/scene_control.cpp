@@ -65,10 +65,6 @@ void read_cones(const ConfigMap& grasp, ControlSettings& control) {
   }
 }
 
-TouchSettings read_touch(const ConfigMap& map) {
-  return {map.quantity("delay"), map.quantity("noise"), static_cast<std::uint32_t>(map.count("seed"))};
-}
-
 ReflexSettings read_reflex(const ConfigMap& map) {
   return {map.quantity("load_rate"), map.quantity("pulse"), map.quantity("release"), map.quantity("stick"),
           map.quantity("regulation")};
@@ -99,7 +95,7 @@ std::vector<FrictionStep> read_friction_steps(const ConfigMap& map) {
 
 }  // namespace
 
-ControlSettings read_control(const ConfigMap& map, bool pressed, bool deformable) {
+ControlSettings read_control(const ConfigMap& map, bool pressed, bool feels) {
   ControlSettings control;
   control.law = map.choice("law") == "paper" ? ControlLaw::kPaper : ControlLaw::kFeedforward;
   if (map.word("gain").empty()) control.gain = map.quantity("gain");
@@ -119,14 +115,10 @@ ControlSettings read_control(const ConfigMap& map, bool pressed, bool deformable
   if (map.has("posture")) control.posture_Nm_per_rad = map.quantity("posture");
   if (map.has("feedback_delay")) control.feedback_delay_s = map.quantity("feedback_delay");
   if (map.has("anticipation")) control.anticipation = map.flag("anticipation");
-  if (map.has("touch")) {
-    control.touch = read_touch(map.map("touch"));
-    if (!deformable) map.refuse("touch", "needs fingertips: where a finger touches at a point, it slips as a whole");
-  }
-  if (control.felt_margin && !control.touch) grasp.refuse("friction", "felt needs control.touch");
+  if (control.felt_margin && !feels) grasp.refuse("friction", "felt needs fingertips.touch");
   if (map.has("reflex")) {
     control.reflex = read_reflex(map.map("reflex"));
-    if (!control.touch) map.refuse("reflex", "needs control.touch");
+    if (!feels) map.refuse("reflex", "needs fingertips.touch");
   }
   control.muscles = map.flag("muscles");
   return control;

@@ -6,8 +6,8 @@
 namespace thenar {
 
 /// What the map `control` of a scene says; `pressed`: a grasp that is found says how hard the fingers squeeze;
-/// `deformable`: the fingertips are.
-[[nodiscard]] ControlSettings read_control(const ConfigMap& map, bool pressed, bool deformable);
+/// `feels`: the fingertips do.
+[[nodiscard]] ControlSettings read_control(const ConfigMap& map, bool pressed, bool feels);
 
 /// Its table `drive`, for this hand. False if the file cannot be read, which is reported.
 bool read_drive(const ConfigMap& map, const Hand& hand, ControlSettings& control);

@@ -143,6 +143,10 @@ FingertipSettings read_fingertips(const ConfigMap& map) {
   tips.material.relaxation_s = map.quantity("relaxation");
   if (map.choice("kernel") == "gaussian") tips.material.kernel = PulpKernel::kGaussian;
   if (map.has("stiffening")) tips.material.stiffening_per_N = map.quantity("stiffening");
+  if (map.has("touch")) {
+    const ConfigMap touch = map.map("touch");
+    tips.touch = {touch.quantity("delay"), touch.quantity("noise"), static_cast<std::uint32_t>(touch.count("seed"))};
+  }
   return tips;
 }
 
@@ -321,11 +325,11 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
   const bool finds = root.has("grasp");
   const bool hand_readable = read_hand(root.map("hand"), root.has("control"), finds, scene);
   if (root.has("fingertips")) scene.fingertips = read_fingertips(root.map("fingertips"));
-  scene.object = read_object(root.map("object"), scene.fingertips.has_value(), finds);
+  scene.object = read_object(root.map("object"), scene.fingertips && scene.fingertips->touch, finds);
   scene.contact = read_contact(root.map("contact"), scene.fingertips);
   if (finds) scene.grasp = read_grasp(root, scene);
   const bool pressed = scene.grasp && scene.grasp->press_N;
-  if (root.has("control")) scene.control = read_control(root.map("control"), pressed, scene.fingertips.has_value());
+  if (root.has("control")) scene.control = read_control(root.map("control"), pressed, scene.fingertips && scene.fingertips->touch);
   if (scene.control && scene.control->muscles && !scene.hand.joints.empty() && scene.hand.muscles.empty()) {
     root.map("control").refuse("muscles", "this hand has none: write false, and torques drive its joints");
   }

@@ -164,6 +164,10 @@ std::string fingertips_text(const FingertipSettings& tips) {
   if (material.stiffening_per_N > 0.0) {
     out += fmt::format("  stiffening: {}\n", text(material.stiffening_per_N, Dimension::kPerForce));
   }
+  if (const auto& touch = tips.touch) {
+    out += fmt::format("  touch: {{delay: {}, noise: {}, seed: {}}}\n", text(touch->delay_s, Dimension::kTime),
+                       text(touch->noise, Dimension::kShare), touch->seed);
+  }
   return out;
 }
 
@@ -213,10 +217,6 @@ std::string control_text(const Scene& scene) {
     out += fmt::format("  feedback_delay: {}\n", text(control.feedback_delay_s, Dimension::kTime));
   }
   if (control.anticipation) out += "  anticipation: true\n";
-  if (const auto& touch = control.touch) {
-    out += fmt::format("  touch: {{delay: {}, noise: {}, seed: {}}}\n", text(touch->delay_s, Dimension::kTime),
-                       text(touch->noise, Dimension::kShare), touch->seed);
-  }
   if (const auto& reflex = control.reflex) {
     out += fmt::format("  reflex: {{load_rate: {}, pulse: {}, release: {}, stick: {}, regulation: {}}}\n",
                        text(reflex->load_rate_N_per_s, Dimension::kForceRate), text(reflex->pulse_s, Dimension::kTime),

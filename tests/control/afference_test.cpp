@@ -15,7 +15,7 @@ TEST(Afference, HasWhatWasKnownADelayAgo) {
   ASSERT_TRUE(afference.is_needed());
   Snapshot snapshot = State(model);
   const Eigen::VectorXd none = Eigen::VectorXd::Zero(9);
-  const std::int64_t delay = ticks_of(model, model.scene.control->touch->delay_s);
+  const std::int64_t delay = ticks_of(model, model.scene.fingertips->touch->delay_s);
   EXPECT_EQ(delay, 65);
   for (int i = 0; i < 1000; ++i) {
     afference.add(snapshot, none);

@@ -40,7 +40,7 @@ double slip_m(const Recording& recording) {
 std::string delay(int ms) { return std::to_string(ms) + " ms"; }
 
 /// All that is known is so old.
-Changes late(int ms) { return {"control.feedback_delay=" + delay(ms), "control.touch.delay=" + delay(ms)}; }
+Changes late(int ms) { return {"control.feedback_delay=" + delay(ms), "fingertips.touch.delay=" + delay(ms)}; }
 
 // First-order mechanics: what friction does not hold, (W - mu N) / b_t, slides until the grip rises, a latency and the
 // rise of the grip (a time constant of 30 ms, up to where it holds) later. The box weighs 0.981 N, the fingers press
@@ -165,7 +165,7 @@ TEST(Reflex, ALostFrameIsNoSlip) {
 // Touch with 5 % of noise: a hold has no false alarm, and no push is missed.
 TEST(Reflex, TellsPushesFromNoise) {
   const Model quiet =
-      build_model(scene_of("box_load", {kCoarseBox, "time.control_period=5 ms", "control.touch.noise=5 %",
+      build_model(scene_of("box_load", {kCoarseBox, "time.control_period=5 ms", "fingertips.touch.noise=5 %",
                                         "task.push={force: [0 N, 0 N, 0 N], from: 1 s, over: 1 s}"}));
   GraspRun hold(quiet);
   int events = 0;
@@ -178,8 +178,8 @@ TEST(Reflex, TellsPushesFromNoise) {
   for (const double push_N : {0.3, 0.6, 1.0}) {
     for (int seed = 1; seed <= 3; ++seed) {
       const Recording recording =
-          run("box_load", {"time.control_period=5 ms", "time.duration=1.2 s", "control.touch.noise=5 %",
-                           "task.lost=8 mm", "control.touch.seed=" + std::to_string(seed),
+          run("box_load", {"time.control_period=5 ms", "time.duration=1.2 s", "fingertips.touch.noise=5 %",
+                           "task.lost=8 mm", "fingertips.touch.seed=" + std::to_string(seed),
                            "task.push.force=[0 N, 0 N, -" + std::to_string(push_N) + " N]"});
       const auto answered = std::ranges::count_if(
           recording.ticks, [](const TickRecord& t) { return t.controlled && t.reflex.event != ReflexEvent::kNone; });

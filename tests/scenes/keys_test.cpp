@@ -102,7 +102,7 @@ std::vector<std::pair<std::string, Changes>> scenes_with_all_keys() {
   return {{"stick", {"hand.mirror=false"}},
           {"found_carry", {}},
           {"box_wet",
-           {"control.anticipation=true", "control.touch={delay: 65 ms, noise: 5 %, seed: 2}",
+           {"control.anticipation=true", "fingertips.touch={delay: 65 ms, noise: 5 %, seed: 2}",
             "control.reflex={load_rate: 2 N/s, pulse: 0.2 s, release: 0.5 s, stick: 0.3, regulation: 5 1/s}",
             "task.push={force: [1 N, 0 N, 0 N], rise: 10 ms" + interval,
             "task.arm={along: [1, 0, 0], amplitude: 20 mm, frequency: 1 Hz" + interval}},
