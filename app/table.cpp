@@ -95,10 +95,13 @@ std::string touch_lines(const ordered_json& summary) {
   std::string table;
   if (summary.contains("touch")) {
     const ordered_json& touch = summary.at("touch");
+    const auto known = [&](const char* words, const char* key) {
+      return touch.contains(key) ? words + cells(touch.at(key)) : "";
+    };
     line(table, "least share of a patch sticking", cells(touch.at("stick_min")),
-         "friction felt at the end: " + cells(touch.at("friction_felt")));
+         known("friction felt at the end: ", "friction_felt"));
     line(table, "least margin without torsion", cells(touch.at("margin_true")),
-         "by the friction that was felt: " + cells(touch.at("margin_felt")));
+         known("by the friction that was felt: ", "margin_felt"));
   }
   if (summary.contains("reflex")) {
     line(table, "answers to loads, to slips",

@@ -62,10 +62,10 @@ FingerForces forces_of(py::handle answer, int fingers) {
   return matrix(answer, fingers, 3, "what the law 'forces' returned").transpose();
 }
 
-/// What the fingertips are known to feel: control.touch.delay late.
+/// What the fingertips are known to feel: fingertips.touch.delay late, where there is control.
 const PerFinger<Touch>& felt_in(const ControlPeriod& period) {
-  if (!period.model.feels()) return period.snapshot.touch;
-  const auto delay = ticks_of(period.model, period.model.scene.control->touch->delay_s);
+  if (!period.model.feels() || !period.controller.afference.is_needed()) return period.snapshot.touch;
+  const auto delay = ticks_of(period.model, period.model.scene.fingertips->touch->delay_s);
   return period.controller.afference.at(period.now - delay).snapshot.touch;
 }
 
@@ -171,7 +171,7 @@ void bind_laws(py::module_& module) {
   py::class_<Period> type(module, "Period", R"(One control period, as a law of the controller sees it.
 
 All arrays are copies, in SI units, world axes = hand frame. It is over when the law returns. Joints, object and forces
-are those of time_s, which is control.feedback_delay before now_s; touch is control.touch.delay old.
+are those of time_s, which is control.feedback_delay before now_s; touch is fingertips.touch.delay old.
 What comes before in the chain wrench -> forces -> torques -> muscle forces is found when it is asked for: by the law
 given for it, or as published.)");
   type.def_property_readonly(

@@ -261,6 +261,8 @@ py::dict state_of(Realtime& run) {
     for (const TouchNumber& number : kTouchNumbers) {
       state[number.name] = each([&](int k) { return newest.after.touch[k].*number.field; });
     }
+  }
+  if (run.model->feels() && run.model->scene.control) {
     state["friction_felt"] = each([&](int k) { return newest.record.reflex.friction[k]; });
     state["squeeze_N"] = each([&](int k) { return newest.record.reflex.grips[k].internal_force_N; });
   }

@@ -104,6 +104,7 @@ py::object reflex_of(const Simulation& simulation) {
 
 void bind_touch(py::class_<Simulation, std::shared_ptr<Simulation>>& type) {
   const auto fingers = [](const Simulation& s) { return s.model->feels() ? s.model->fingers() : 0; };
+  const auto gripping = [=](const Simulation& s) { return s.model->scene.control ? fingers(s) : 0; };
   for (const TouchNumber& number : kTouchNumbers) {
     type.def_property_readonly(number.name, of([=](Simulation& s, py::handle self) {
                                  return view_of_column<Touch>(&(s.run.state.touch.data()->*number.field), fingers(s),
@@ -117,17 +118,17 @@ void bind_touch(py::class_<Simulation, std::shared_ptr<Simulation>>& type) {
                              }),
                              "(fingers, 3) Likewise: load across it, world axes [N].")
       .def_property_readonly("friction_felt", of([=](Simulation& s, py::handle self) {
-                               return view(s.record.reflex.friction.data(), {fingers(s)}, {1}, self);
+                               return view(s.record.reflex.friction.data(), {gripping(s)}, {1}, self);
                              }),
                              "(fingers,) Likewise: friction that the hand has felt last, or expects; 0 before it does.")
       .def_property_readonly("cone_friction", of([=](Simulation& s, py::handle self) {
-                               return view_of_column<ContactGrip>(&s.record.reflex.grips.data()->friction, fingers(s),
+                               return view_of_column<ContactGrip>(&s.record.reflex.grips.data()->friction, gripping(s),
                                                                   self);
                              }),
                              "(fingers,) Likewise: that of the cones that the controller plans with.")
       .def_property_readonly("squeeze_N", of([=](Simulation& s, py::handle self) {
                                return view_of_column<ContactGrip>(&s.record.reflex.grips.data()->internal_force_N,
-                                                                  fingers(s), self);
+                                                                  gripping(s), self);
                              }),
                              "(fingers,) Likewise: by how much it lets each finger squeeze [N].")
       .def_property_readonly("reflex", of([](Simulation& s, py::handle) { return reflex_of(s); }),

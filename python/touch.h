@@ -15,7 +15,7 @@ struct TouchNumber {
 inline constexpr std::array kTouchNumbers{
     TouchNumber{
         "stick", &Touch::stick,
-        "(fingers,) Share of each patch's loaded area that sticks, of scenes with control.touch; else of none."},
+        "(fingers,) Share of each patch's loaded area that sticks, of scenes with fingertips.touch; else of none."},
     TouchNumber{"rim_friction", &Touch::friction,
                 "(fingers,) Likewise: friction where the patch slips; NaN where nothing does."},
     TouchNumber{"slip_speed_m_per_s", &Touch::slip_m_per_s,

@@ -25,7 +25,7 @@ constexpr int kFrom = 700, kTo = 800;  // Ticks, those of recorded_run().
 
 Model box(bool feels) {
   std::vector<std::string> changes = changes_for(kContacts);
-  if (feels) changes.emplace_back("control.touch={}");
+  if (feels) changes.emplace_back("fingertips.touch={}");
   return build_model(load_scene(THENAR_CONFIGS "/box_grasp.yaml", changes));
 }
 

@@ -137,11 +137,12 @@ ordered_json touch_measures(const Model& model, const Recording& recording) {
       measures[key].push_back(smallest(collect(recording, kMeasuredFrom_s, get)));
     };
     add_least("stick_min", [k](const TickRecord& t) { return t.touch[k].stick; });
-    measures["friction_felt"].push_back(recording.ticks.empty() ? std::numeric_limits<double>::quiet_NaN()
-                                                                : recording.ticks.back().reflex.friction[k]);
     add_least("margin_true", [&](const TickRecord& t) {
       return friction_margin(t.force[k], model.friction(t.time_s - model.scene.step_s));
     });
+    if (!model.scene.control) continue;
+    measures["friction_felt"].push_back(recording.ticks.empty() ? std::numeric_limits<double>::quiet_NaN()
+                                                                : recording.ticks.back().reflex.friction[k]);
     add_least("margin_felt", [k](const TickRecord& t) { return friction_margin(t.force[k], t.reflex.friction[k]); });
   }
   return measures;
@@ -354,7 +355,7 @@ ordered_json summarize(const Model& model, const Recording& recording) {
                           {"stages", stage_measures(recording)},
                           {"real_time_factor", simulated_s / recording.wall_s}};
   if (model.feels()) summary["touch"] = touch_measures(model, recording);
-  if (model.feels() && model.scene.control->reflex) summary["reflex"] = reflex_measures(model, recording);
+  if (model.scene.control && model.scene.control->reflex) summary["reflex"] = reflex_measures(model, recording);
   return summary;
 }
 

@@ -27,12 +27,14 @@ constexpr double kRigidNormal_N_per_m = 50e3, kRigidTangential_N_per_m = 33.3e3;
 constexpr Tolerance kNoChange{1e-9, 1e-7, 1e-6, 1e-6, 1e-6};
 
 void leave_out_touch(Scene& scene) {
-  scene.control->touch.reset();
+  if (scene.fingertips) scene.fingertips->touch.reset();
+  if (!scene.control) return;
   scene.control->reflex.reset();  // They need it.
   scene.control->felt_margin.reset();
 }
 
 void leave_out_fingertips(Scene& scene) {
+  leave_out_touch(scene);
   scene.fingertips.reset();
   scene.object.compliance.reset();  // It needs deformable ones.
   scene.contact.max_per_finger = 1;
@@ -40,7 +42,6 @@ void leave_out_fingertips(Scene& scene) {
   if (auto& control = scene.control) {
     control->pulp_normal_N_per_m = std::max(control->pulp_normal_N_per_m, kRigidNormal_N_per_m);
     control->pulp_tangential_N_per_m = std::max(control->pulp_tangential_N_per_m, kRigidTangential_N_per_m);
-    leave_out_touch(scene);
   }
 }
 
@@ -93,7 +94,7 @@ constexpr std::array<PartTraits, kParts.size()> kTraits{{
      [](Scene& s) {
        for (Fingertip& tip : s.hand.fingertips) make_spherical(tip);
      }},
-    {"touch (control.touch)", [](const Scene& s) { return s.control && s.control->touch; }, leave_out_touch},
+    {"touch (fingertips.touch)", [](const Scene& s) { return s.fingertips && s.fingertips->touch; }, leave_out_touch},
     {"reflex (control.reflex)", [](const Scene& s) { return s.control && s.control->reflex; },
      [](Scene& s) { s.control->reflex.reset(); }},
     {"anticipation (control.anticipation)", [](const Scene& s) { return s.control && s.control->anticipation; },

@@ -56,7 +56,7 @@ class OneLoop(unittest.TestCase):
         """Joints and object are those of 65 ms ago, and so is what the fingertips feel; gravity is of now with
         anticipation alone."""
         scene = thenar.Scene("box_shake", {"object.points": 6000, "contact.max_per_finger": 20,
-                                           "task.arm.from": "50 ms", "control.touch.delay": "30 ms"})
+                                           "task.arm.from": "50 ms", "fingertips.touch.delay": "30 ms"})
         states, seen = [], []
 
         def wrench(period):
@@ -93,6 +93,16 @@ class OneLoop(unittest.TestCase):
             return period.published_wrench()
 
         thenar.Simulation(box(), wrench=wrench).step()
+
+    def test_touch_without_control(self):
+        """Of a scene that only touches, a law of torques has what fingertips feel."""
+        def torques(period):
+            self.assertEqual(period.stick.shape, (3,))
+            self.assertEqual(period.squeeze_N.shape, (0,))
+            return period.gravity_Nm
+
+        run = thenar.Simulation(thenar.Scene("slide", {"fingertips.touch": {}}), torques=torques)
+        run.step(3)
 
     def test_muscles_and_torques_agree(self):
         """H f of the muscles is what the joints were asked for."""

@@ -150,6 +150,9 @@ class Touch(unittest.TestCase):
                     view[...] = 0
             self.assertEqual(simulation.felt_tangential_N.shape, (fingers, 3))
             self.assertIsNone(simulation.reflex)
+        # Where nothing grips, fingertips feel all the same.
+        given = thenar.Simulation(thenar.Scene("slide", {"fingertips.touch": {}}))
+        self.assertEqual((given.stick.shape, given.squeeze_N.shape), ((3,), (0,)))
         # Without noise what is felt is the load.
         np.testing.assert_allclose(run.felt_normal_N, run.normal_N, atol=1e-12)
         np.testing.assert_allclose(np.linalg.norm(run.felt_tangential_N, axis=1), run.tangential_N, atol=1e-12)

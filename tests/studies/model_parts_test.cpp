@@ -23,7 +23,7 @@ using Overrides = std::vector<std::string>;
 
 const std::string kSoft = "object.compliance={reduced_modulus: 1 MPa, poisson: 0.5, relaxation: 5 ms}";
 const std::string kStiffening = "fingertips.stiffening=0.5 1/N";
-const std::string kTouch = "control.touch={delay: 10 ms}", kLate = "control.feedback_delay=10 ms";
+const std::string kTouch = "fingertips.touch={delay: 10 ms}", kLate = "control.feedback_delay=10 ms";
 const std::string kFelt = "control.grasp={friction: felt, margin: 0.3, first_friction: 0.4, internal_force: 2 N}";
 const std::string kExpected = "control.grasp={friction: 0.4, internal_force: 2 N}";
 
