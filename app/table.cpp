@@ -86,7 +86,8 @@ std::string grasp_lines(const ordered_json& summary) {
 std::string cells(const ordered_json& fingers) {
   std::string all;
   for (const ordered_json& value : fingers) {
-    all += (all.empty() ? "" : ", ") + (value.is_number() ? fmt::format("{:.2g}", value.get<double>()) : "-");
+    const double number = value.get<double>();
+    all += (all.empty() ? "" : ", ") + (std::isfinite(number) ? fmt::format("{:.2g}", number) : "-");
   }
   return all;
 }
