@@ -10,6 +10,7 @@
 #include "app/hand_list.h"
 #include "app/progress.h"
 #include "engine/control/control.h"
+#include "engine/control/pose_loop.h"
 #include "engine/formats/point_cloud_file.h"
 #include "engine/formats/text.h"
 #include "engine/grasp/model.h"
@@ -18,6 +19,7 @@
 #include "engine/scenes/pulp_levels.h"
 #include "engine/scenes/scene_file.h"
 #include "engine/studies/model_parts.h"
+#include "engine/studies/reflex_reach.h"
 #include "engine/studies/savings.h"
 
 namespace {
@@ -215,7 +217,23 @@ void describe_control(const Scene& scene, std::ostream& out) {
   }
 }
 
-void describe_feeling(const ControlSettings& control, std::ostream& out) {
+/// What the pose's loop stands, and what the reflex can hold: by first-order mechanics, nothing is run.
+void describe_reach(const Model& model, std::ostream& out) {
+  const double delays = pose_rate(model) * loop_delay_s(model.scene);
+  if (model.scene.control->feedback_delay_s > 0.0) {
+    out << "  pose loop       rate times delay is " << fmt::format("{:.2f}", delays)
+        << ": no overshoot up to 1/e, stable up to pi/2\n";
+  }
+  if (const auto reach = reflex_reach(model)) {
+    out << fmt::format("  reflex reaches  a load step of {:.2f} N {}, answered after {:.0f} ms", reach->load_N,
+                       reach->of_push ? "where the task pushes" : "downwards", 1e3 * reach->answer_s);
+    if (reach->friction) out << fmt::format(", and a friction that falls to {:.2f}", *reach->friction);
+    out << fmt::format(", before a finger has slid by {:.3g} mm\n", 1e3 * reach->slip_m);
+  }
+}
+
+void describe_feeling(const Model& model, std::ostream& out) {
+  const ControlSettings& control = *model.scene.control;
   if (control.feedback_delay_s > 0.0) {
     out << "  known late      object, joints and loads, by " << 1e3 * control.feedback_delay_s << " ms\n";
   }
@@ -227,6 +245,7 @@ void describe_feeling(const ControlSettings& control, std::ostream& out) {
     out << "  reflex          to loads that change by " << reflex->load_rate_N_per_s << " N/s, and to less than "
         << 100.0 * reflex->stick << " % of a patch sticking\n";
   }
+  describe_reach(model, out);
 }
 
 void describe_frames(const Scene& scene, std::ostream& out) {
@@ -287,7 +306,7 @@ std::string description(const Scene& asked, bool with_parts) {
   describe_levels(scene, out);
   describe_frames(scene, out);
   describe_control(scene, out);
-  if (scene.control) describe_feeling(*scene.control, out);
+  if (scene.control) describe_feeling(model, out);
   describe_task(scene.task, out);
 
   out << "\nleft out, at no cost\n";

@@ -32,6 +32,7 @@ LiveSettings live_settings(const Model& model) {
   const Scene& scene = model.scene;
   LiveSettings settings;
   settings.friction = scene.contact.friction;
+  settings.friction_steps = !scene.task.friction.empty();
   settings.tolerance = scene.contact.tolerance;
   settings.max_sweeps = scene.contact.max_sweeps;
   settings.contact_Hz = 1.0 / scene.step_s;
@@ -94,6 +95,7 @@ std::string change(const Set& changes, LiveSettings& settings) {
   }
   LiveSettings changed = settings;
   replace(changes.friction, changed.friction);
+  if (changes.friction) changed.friction_steps = false;
   replace(changes.tolerance, changed.tolerance);
   replace(changes.max_sweeps, changed.max_sweeps);
   replace(changes.contact_Hz, changed.contact_Hz);
@@ -114,7 +116,8 @@ LiveSettings carried_over(const LiveSettings& before, const LiveSettings& now, L
   const auto add = [](const auto& from, const auto& to, auto& wish) {
     if (to != from) wish = to;
   };
-  add(before.friction, now.friction, changes.friction);
+  // What takes the place of the task's steps may be the value that was there.
+  if (now.friction != before.friction || now.friction_steps != before.friction_steps) changes.friction = now.friction;
   add(before.tolerance, now.tolerance, changes.tolerance);
   add(before.max_sweeps, now.max_sweeps, changes.max_sweeps);
   add(before.contact_Hz, now.contact_Hz, changes.contact_Hz);
@@ -129,6 +132,7 @@ LiveSettings carried_over(const LiveSettings& before, const LiveSettings& now, L
 
 void apply(const LiveSettings& now, const LiveSettings& settings, Scene& scene) {
   scene.contact.friction = settings.friction;
+  if (!settings.friction_steps) scene.task.friction.clear();
   scene.contact.tolerance = settings.tolerance;
   scene.contact.max_sweeps = settings.max_sweeps;
   // Rates go through a reciprocal: what has not changed stays as it is, to the last bit.

@@ -13,6 +13,7 @@ namespace thenar::window {
 /// What of a running scene can be changed. Nothing: the scene has no such thing.
 struct LiveSettings {
   double friction = 0.0, tolerance = 0.0, contact_Hz = 0.0, control_Hz = 0.0;
+  bool friction_steps = false;  ///< The task changes friction at its own times, until somebody sets it.
   int max_sweeps = 0, delay_periods = 0;
   std::optional<double> internal_force_N;
   std::optional<thenar::PulpKernel> kernel;

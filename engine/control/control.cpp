@@ -16,16 +16,6 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// J J' as eq. (22) inverts it: as it is, but near a singular posture, where J^+ would ask for joint speeds without
-/// bounds, with damping that begins there from nothing [Nakamura & Hanafusa 1986]. Fingers of one or two joints are
-/// singular in all postures.
-Matrix3d damped(Matrix3d JJ) {
-  constexpr double kNear = 1e-3;  // of the largest volume that columns of such lengths could span
-  const double scale = JJ.trace() / 3.0, volume = std::sqrt(std::max(0.0, JJ.determinant()) / std::pow(scale, 3));
-  if (volume < kNear) JJ.diagonal().array() += kNear * scale * std::pow(1.0 - volume / kNear, 2);
-  return JJ;
-}
-
 /// The minors of J: a vector that is normal to its rows. Where J is singular they vanish but for rounding.
 Eigen::Vector4d normal_to_rows(const Eigen::Matrix<double, 3, 4>& J) {
   const auto minor = [&](int a, int b, int c) { return J.col(a).dot(J.col(b).cross(J.col(c))); };
@@ -41,6 +31,13 @@ PulpBall pulp_ball(const Model& model, const Isometry3d& X_WF, const Snapshot& s
 }
 
 }  // namespace
+
+Matrix3d damped(Matrix3d JJ) {
+  constexpr double kNear = 1e-3;  // of the largest volume that columns of such lengths could span
+  const double scale = JJ.trace() / 3.0, volume = std::sqrt(std::max(0.0, JJ.determinant()) / std::pow(scale, 3));
+  if (volume < kNear) JJ.diagonal().array() += kNear * scale * std::pow(1.0 - volume / kNear, 2);
+  return JJ;
+}
 
 Vector6d PosePid::update(const Vector6d& error, double period_s, double share) {
   integral_ += period_s * share * error;

@@ -40,6 +40,11 @@ class PosePid {
 /// How far the pulp of finger k is from the object, less than 0 inside; 0 under load.
 [[nodiscard]] double finger_gap_m(const Model& model, const HandPose& pose, const Snapshot& snapshot, int finger);
 
+/// J J' as eq. (22) inverts it: as it is, but near a singular posture, where J^+ would ask for joint speeds without
+/// bounds, with damping that begins there from nothing [Nakamura & Hanafusa 1986]. Fingers of one or two joints are
+/// singular in all postures.
+[[nodiscard]] Eigen::Matrix3d damped(Eigen::Matrix3d JJ);
+
 /// The filter of eq. (21), one lag a direction: K_n y_n + nu_n dy_n/dt = e_n, discretised implicitly; likewise
 /// tangential.
 class ForceFilter {

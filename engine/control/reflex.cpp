@@ -112,7 +112,7 @@ void Reflex::answer(const ControlSettings& control, const Sensed& felt, const Pe
     Finger& finger = fingers_[k];
     const Touch& touch = felt.snapshot.touch[k];
     const double lacks = settings.stick - touch.stick;
-    if (lacks > 0.0) finger.regulated_N = std::max(finger.regulated_N, beyond_N(k));
+    if (lacks > 0.0) finger.regulated_N = std::max(finger.regulated_N, beyond_N(k) - finger.caught_N);
     finger.regulated_N += settings.regulation_per_s * period_s * std::max(0.0, touch.normal_N) * lacks;
     finger.regulated_N = std::clamp(finger.regulated_N, -control.internal_force_N, kMostSqueeze_N);
   }

@@ -20,6 +20,10 @@ void take_picture(const State& state, const ContactWorkspace& work, Picture& pic
     picture.contacts.push_back(
         {contact.finger, contact.control_point, work.kinematics.c_W[i], E_W.col(0), E_W * contact.f_C});
   }
+  for (const PatchPoint& point : work.patches.points) {
+    const auto i = static_cast<std::size_t>(point.contact);
+    if (i < picture.contacts.size()) picture.contacts[i].slip_m = point.d_W.norm();
+  }
 }
 
 }  // namespace thenar

@@ -17,6 +17,7 @@ struct ShownContact {
   Eigen::Vector3d point_m;  ///< Where finger and object meet.
   Eigen::Vector3d normal;   ///< Into the object.
   Eigen::Vector3d force_N;  ///< On the object.
+  double slip_m = 0.0;      ///< How far the finger's point has gone against the object's, in the tick.
 };
 
 /// The spring by which someone pulls the object, world axes.

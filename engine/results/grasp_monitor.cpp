@@ -8,6 +8,7 @@
 #include <limits>
 #include <utility>
 
+#include "engine/control/pose_loop.h"
 #include "engine/finder/grasp_deficit.h"
 
 namespace thenar {
@@ -120,13 +121,14 @@ void GraspMonitor::add(const TickRecord& tick) {
   watch_slip(tick);
   watch_grip(tick);
   watch_target(tick);
+  watch_swings(tick);
   for (std::size_t i = 0; i < joints_.size(); ++i) {
     const Joint& joint = model_.scene.hand.joints[i];
     const double q = tick.q_rad[static_cast<Eigen::Index>(i)];
     joints_[i].add(tick.time_s, std::max(q - joint.upper_rad, joint.lower_rad - q) - kStopsWithin_rad, q);
   }
   last_s_ = tick.time_s;
-  if (unsolved_ || not_finite_ || loss_ || idle_finger_ ||
+  if (unsolved_ || not_finite_ || loss_ || swinging_ || idle_finger_ ||
       std::ranges::any_of(slips_since_s_, [](const auto& since_s) { return since_s.has_value(); })) {
     note_trouble();
   }
@@ -194,6 +196,17 @@ void GraspMonitor::watch_target(const TickRecord& tick) {
   const double off_m = (tick.position_m - tick.target_m).norm();
   off_m_.add(tick.time_s, off_m - kOffTarget_m, off_m);
   off_rad_.add(tick.time_s, tick.rotation_error_rad - kOffTarget_rad, tick.rotation_error_rad);
+}
+
+void GraspMonitor::watch_swings(const TickRecord& tick) {
+  if (!model_.scene.control || swinging_ || loss_) return;
+  const auto swing = swings_.add(tick.position_m - tick.target_m, tick.rotation_error_rad);
+  if (!swing) return;
+  const std::string size = swing->turns ? fmt::format("{:.2g} degrees", kDegrees * swing->size)
+                                        : fmt::format("{:.2g} mm", 1e3 * swing->size);
+  swinging_ = Event{tick.time_s, fmt::format("the object swung about its target, wider each time, by {} at {:.3f} s: K "
+                                             "T / b is {:.3g}, of pi/2 at most",
+                                             size, tick.time_s, pose_rate(model_) * loop_delay_s(model_.scene))};
 }
 
 void GraspMonitor::keep_forces(const TickRecord& tick) {
@@ -323,6 +336,8 @@ Verdict GraspMonitor::verdict() const {
   const bool cause = unsolved_ && chatter.empty() && *trouble_s_ >= unsolved_->time_s - 1e-9;
   add(Outcome::kSolverFailed, contact_failure().value_or(""));
   if (cause) add(Outcome::kSolverFailed, unsolved_->what);
+  // What is lost because it swung wider and wider is lost by that.
+  if (swinging_) add(Outcome::kUnstable, swinging_->what);
   if (loss_) add(Outcome::kLost, loss_->what);
   add(Outcome::kUnstable, chatter);
   add(Outcome::kSlipping, slips_in_words());

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/control/pose_loop.h"
 #include "engine/results/recording.h"
 #include "engine/results/verdict.h"
 
@@ -55,6 +56,7 @@ class GraspMonitor {
   void watch_grip(const TickRecord& tick);
   void watch_slip(const TickRecord& tick);
   void watch_target(const TickRecord& tick);
+  void watch_swings(const TickRecord& tick);
   void keep_forces(const TickRecord& tick);
   void note_trouble();
   [[nodiscard]] double chatter(std::size_t stride) const;
@@ -84,6 +86,8 @@ class GraspMonitor {
   };
   std::optional<Answer> answer_;
   Worst off_m_, off_rad_;
+  Swings swings_;
+  std::optional<Event> swinging_;
   // The hand.
   std::vector<Worst> joints_;
   std::vector<Worst> muscles_;

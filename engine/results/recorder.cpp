@@ -82,11 +82,16 @@ void RunSums::add(TickRecord& tick) {
     start_spin_rad_[k] = spin_rad_[k];
   }
   ledger_.add(tick.contact.ledger);
+  // All ticks of a frame have the report of its control tick.
+  if (tick.contact.handed_over && tick.reflex.event != ReflexEvent::kNone) {
+    last_reflex_ = {tick.reflex.event, tick.reflex.finger, tick.time_s};
+  }
   tick.slip_m = slip_m_;
   tick.spin_rad = spin_rad_;
   tick.start_slip_m = start_slip_m_;
   tick.start_spin_rad = start_spin_rad_;
   tick.ledger = ledger_;
+  tick.last_reflex = last_reflex_;
 }
 
 Recorder::Recorder(const Model& model, RecordingFile* film)

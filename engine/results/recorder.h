@@ -26,7 +26,7 @@ void record_control(const ControlReport& control, TickRecord& record);
 /// In words: "the run was interrupted at 0.412 s".
 [[nodiscard]] std::string interruption(double time_s);
 
-/// Sums up over a run what its ticks report, tick by tick, however small.
+/// Sums up over a run what its ticks report, tick by tick, however small, and remembers the last reflex.
 class RunSums {
  public:
   /// Takes the next tick, and writes the sums so far into it.
@@ -36,6 +36,7 @@ class RunSums {
   PerFinger<double> slip_m_, spin_rad_, start_slip_m_,
       start_spin_rad_;  ///< Of a tick's fingers, from the first one on.
   Ledger ledger_;
+  LastReflex last_reflex_;
 };
 
 /// Gathers a run tick by tick, and watches it.

@@ -20,6 +20,13 @@ struct NormalTangential {
   double normal_N = 0.0, tangential_N = 0.0;
 };
 
+/// The last answer of the grip to what fingertips felt.
+struct LastReflex {
+  ReflexEvent event = ReflexEvent::kNone;
+  int finger = -1;      ///< Which felt it most.
+  double time_s = 0.0;  ///< When the grip began to answer.
+};
+
 /// What is kept of one tick, taken after its commit.
 struct TickRecord {
   TickRecord() = default;
@@ -51,6 +58,7 @@ struct TickRecord {
   PerFinger<double> start_slip_m, start_spin_rad;  ///< Of that before kMeasuredFrom_s.
   PerFinger<Touch> touch;                          ///< Of a scene that names it.
   ReflexReport reflex;                             ///< Likewise, of the last control tick.
+  LastReflex last_reflex;                          ///< Likewise, since the start.
   Ledger ledger;                                   ///< Sums since the start.
   TickReport contact;
   double interpolate_s = 0.0;  ///< This and the times below: 0 where the scene has no such stage.

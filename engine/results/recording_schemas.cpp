@@ -13,7 +13,7 @@ using nlohmann::ordered_json;
 namespace {
 
 /// What the raw messages hold, in words.
-std::string state_schema(const std::vector<Field>& fields) {
+std::string state_schema(const std::vector<Field>& fields, const ordered_json& contact_fields) {
   std::string text = "THNR, version and kind (2) as uint16, then float64, little-endian:\n";
   const auto add = [&text](const Field& field) {
     text += fmt::format("{} [{}] at {}, {} numbers\n", field.name, field.unit.empty() ? "1" : field.unit, field.begin,
@@ -21,7 +21,7 @@ std::string state_schema(const std::vector<Field>& fields) {
   };
   for (const Field& field : fields) add(field);
   text += "then a row for each contact:\n";
-  for (const Field& field : contact_fields()) add(field);
+  for (const ordered_json& of : contact_fields) add({of.at("name"), of.at("unit"), of.at("begin"), of.at("count")});
   return text;
 }
 
@@ -99,7 +99,7 @@ std::vector<McapChannel> recording_channels(const ordered_json& scene, const std
       {"/scene", "json", "thenar.Scene", "jsonschema", scene_schema.dump()},
       {"/geometry", "thenar", "thenar.Geometry", "text",
        "THNR, version and kind (1) as uint16, then float32, little-endian: points and normals as /scene counts them"},
-      {"/state", "thenar", "thenar.State", "text", state_schema(fields)},
+      {"/state", "thenar", "thenar.State", "text", state_schema(fields, scene.at("contact_fields"))},
       {"/signals", "json", "thenar.Signals", "jsonschema", signals_schema(columns).dump()},
       {"/status", "json", "thenar.Status", "jsonschema", status_schema().dump()},
       {"/contacts", "thenar", "thenar.Contacts", "text",

@@ -109,6 +109,11 @@ void for_each_field(const Model& model, const Picture& picture, const TickRecord
     of_fingers("friction_felt", "", [&](int k) { return tick.reflex.friction[k]; });
     of_fingers("squeeze_N", "N", [&](int k) { return tick.reflex.grips[k].internal_force_N; });
     one("reflex", "", static_cast<double>(tick.reflex.event));
+    const LastReflex& last = tick.last_reflex;
+    const bool none = last.event == ReflexEvent::kNone;
+    one("last_reflex", "", static_cast<double>(last.event));
+    one("last_reflex_finger", "", none ? kUnknown : last.finger);
+    one("last_reflex_s", "s", none ? kUnknown : last.time_s);
   }
   one("friction", "", model.friction(tick.time_s));
   vector("position_m", "m", tick.position_m);
@@ -258,12 +263,14 @@ std::vector<Field> state_fields(const Model& model) {
   return fields;
 }
 
-std::vector<Field> contact_fields() {
-  return {{"finger", "", 0, 1},
-          {"control_point", "", 1, 1},
-          {"point_m", "m", 2, 3},
-          {"normal", "", 5, 3},
-          {"force_N", "N", 8, 3}};
+std::vector<Field> contact_fields(const Model& model) {
+  std::vector<Field> fields = {{"finger", "", 0, 1},
+                               {"control_point", "", 1, 1},
+                               {"point_m", "m", 2, 3},
+                               {"normal", "", 5, 3},
+                               {"force_N", "N", 8, 3}};
+  if (model.feels()) fields.push_back({"slip_m_per_s", "m/s", 11, 1});
+  return fields;
 }
 
 ordered_json scene_message(const Model& model, bool live, const TriangleMesh& surface) {
@@ -293,7 +300,7 @@ ordered_json scene_message(const Model& model, bool live, const TriangleMesh& su
           {"name", scene.name},
           {"live", live},
           {"fields", fields_json(state_fields(model))},
-          {"contact_fields", fields_json(contact_fields())},
+          {"contact_fields", fields_json(contact_fields(model))},
           {"fingers", fingers},
           {"segments", segments_json(scene.hand)},
           {"joints", joints},
@@ -358,10 +365,10 @@ void write_state_message(const Model& model, const Picture& picture, const TickR
   for_each_field(model, picture, tick, muscle_forces_N, loops,
                  [&bytes](const char*, const char*, std::span<const double> numbers) { append(numbers, bytes); });
   for (const ShownContact& contact : picture.contacts) {
-    Eigen::Vector<double, 11> row;
+    Eigen::Vector<double, 12> row;
     row << static_cast<double>(contact.finger), static_cast<double>(contact.control_point), contact.point_m,
-        contact.normal, contact.force_N;
-    append(std::span<const double>(row.data(), 11), bytes);
+        contact.normal, contact.force_N, contact.slip_m / model.scene.step_s;
+    append(std::span<const double>(row.data(), model.feels() ? 12 : 11), bytes);
   }
 }
 

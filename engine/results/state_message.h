@@ -53,7 +53,7 @@ struct Field {
 
 /// Where a scene's state messages have what: docs/reference/window.md.
 [[nodiscard]] std::vector<Field> state_fields(const Model& model);
-[[nodiscard]] std::vector<Field> contact_fields();
+[[nodiscard]] std::vector<Field> contact_fields(const Model& model);
 
 /// What stays as it is, as the page and a recording get it first. `surface`: of the object, shown_surface() or none.
 [[nodiscard]] nlohmann::ordered_json scene_message(const Model& model, bool live, const TriangleMesh& surface = {});

@@ -32,7 +32,7 @@ enum class Outcome {
   kOverLimits,    ///< A joint left its range, or a muscle was asked for more than it has.
   kOffTarget,     ///< The object was 10 mm or 20 degrees off its target; the fingers hold it.
   kSlipping,      ///< A patch slid by 0.1 mm as a whole, or a finger lost its load.
-  kUnstable,      ///< The forces chatter.
+  kUnstable,      ///< The forces chatter, or the object swings wider and wider.
   kLost,          ///< The hand no longer holds the object: its grip is open, or a finger has slid off its place.
   kSolverFailed,  ///< A solve found no answer, or there is none.
   kRefused,       ///< The scene was rejected.

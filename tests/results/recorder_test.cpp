@@ -51,5 +51,30 @@ TEST(Recorder, KeepsWhatComesAfterTheScenesEnd) {
   for (int i = 1; i <= 23; ++i) EXPECT_TRUE((recording.muscle_forces_N.col(i - 1).array() == i).all()) << i;
 }
 
+// All ticks of a frame report its reflex: it began with the first of them, and is remembered.
+TEST(Recorder, RemembersTheLastReflex) {
+  const Model model = build_model(scene_of("minimal"));
+  RunSums sums;
+  const auto added = [&](double time_s, bool handed_over, ReflexEvent event, int finger) {
+    TickRecord tick(model.scene.hand);
+    tick.time_s = time_s;
+    tick.contact.handed_over = handed_over;
+    tick.reflex.event = event;
+    tick.reflex.finger = finger;
+    sums.add(tick);
+    return tick.last_reflex;
+  };
+  EXPECT_EQ(added(0.1, true, ReflexEvent::kNone, -1).event, ReflexEvent::kNone);
+  added(0.2, true, ReflexEvent::kSlip, 1);
+  added(0.3, false, ReflexEvent::kSlip, 1);
+  LastReflex last = added(0.4, true, ReflexEvent::kNone, -1);
+  EXPECT_EQ(last.event, ReflexEvent::kSlip);
+  EXPECT_EQ(last.finger, 1);
+  EXPECT_EQ(last.time_s, 0.2);
+  last = added(0.5, true, ReflexEvent::kLoad, 0);
+  EXPECT_EQ(last.event, ReflexEvent::kLoad);
+  EXPECT_EQ(last.time_s, 0.5);
+}
+
 }  // namespace
 }  // namespace thenar::recorder_test

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
+#include <utility>
 
 #include "engine/results/recorder.h"
 #include "engine/results/shown_surface.h"
@@ -16,7 +18,7 @@ using nlohmann::ordered_json;
 
 // Fields follow each other without gaps, and the message has all of them and a row a contact.
 TEST(StateMessage, HasTheFieldsThatItsSceneTells) {
-  for (const char* name : {"box_grasp", "minimal", "stick"}) {
+  for (const char* name : {"box_grasp", "minimal", "stick", "box_wet"}) {
     SCOPED_TRACE(name);
     Loop loop(scene_of(name));
     loop.run(0.05);
@@ -32,12 +34,26 @@ TEST(StateMessage, HasTheFieldsThatItsSceneTells) {
       end += field.count;
     }
     std::size_t row = 0;
-    for (const Field& field : contact_fields()) row += field.count;
+    for (const Field& field : contact_fields(loop.model)) row += field.count;
     EXPECT_EQ(read_state_message(bytes).size(), end + row * picture.contacts.size());
     // The same list, in the scene's message.
     const ordered_json scene = scene_message(loop.model, true);
     ASSERT_EQ(scene.at("fields").size(), fields.size());
     EXPECT_EQ(scene.at("fields").back().at("name"), fields.back().name);
+  }
+}
+
+// Touch and reflex cost no byte where the scene names none.
+TEST(StateMessage, SpeaksOfTouchWhereTheSceneDoes) {
+  const auto has = [](const std::vector<Field>& fields, const char* name) {
+    return std::ranges::find(fields, name, &Field::name) != fields.end();
+  };
+  for (const auto& [name, feels] : {std::pair{"box_grasp", false}, std::pair{"box_wet", true}}) {
+    const Model model = build_model(scene_of(name, {kCoarseBox}));
+    for (const char* field : {"stick", "reflex", "last_reflex", "last_reflex_finger", "last_reflex_s"}) {
+      EXPECT_EQ(has(state_fields(model), field), feels) << name << ' ' << field;
+    }
+    EXPECT_EQ(has(contact_fields(model), "slip_m_per_s"), feels) << name;
   }
 }
 

@@ -154,6 +154,48 @@ TEST(LiveSettings, ChangeTheKeysThatTheyName) {
   EXPECT_EQ(model.scene.control->internal_force_N, 1.5);
 }
 
+/// A box whose task changes friction at two times of its own.
+Scene box_with_steps() {
+  Scene scene = held_box();
+  scene.task.friction = {{0.3, 0.7}, {1.2, 0.9}};
+  return scene;
+}
+
+// Whoever sets friction sets all of it, also to the value that the scene had: no step of the task comes after.
+TEST(LiveSettings, FrictionThatIsSetTakesThePlaceOfTheTasksSteps) {
+  Model model = build_model(box_with_steps());
+  const LiveSettings begun = live_settings(model);
+  LiveSettings now = begun;
+  Set sweeps, same;
+  sweeps.max_sweeps = 17;
+  ASSERT_EQ(change(sweeps, now), "");
+  apply(begun, now, model.scene);
+  EXPECT_EQ(model.friction(2.0), 0.9);
+  same.friction = begun.friction;
+  const LiveSettings before = now;
+  ASSERT_EQ(change(same, now), "");
+  EXPECT_NE(now, before);
+  apply(before, now, model.scene);
+  EXPECT_EQ(model.friction(2.0), begun.friction);
+  EXPECT_FALSE(carried_over(before, now, begun).friction_steps);
+}
+
+TEST(Session, KeepsFrictionThatSomebodySets) {
+  ShownSession shown(box_with_steps());
+  const double own = box_with_steps().contact.friction;
+  ASSERT_TRUE(shown.comes([&] { return shown.value("friction") == 0.7; }));
+  const auto says = [&](double friction) {
+    const ReadMessage read = read_message(ordered_json{{"type", "set"}, {"friction", friction}}.dump());
+    EXPECT_EQ(shown.receive(*read.message), "");
+    return shown.comes([&] { return shown.value("friction") == friction; });
+  };
+  ASSERT_TRUE(says(own));
+  ASSERT_TRUE(shown.passes(1.3));
+  EXPECT_EQ(shown.value("friction"), own);
+  ASSERT_TRUE(says(0.15));  // Wet.
+  EXPECT_EQ(shown.status()["settings"]["friction"], 0.15);
+}
+
 TEST(LiveSettings, AreListedWhereTheSceneHasThem) {
   const auto names = [](const Scene& scene) {
     std::set<std::string> found;

@@ -6,6 +6,9 @@ import {vector} from './poses.js';
 
 export const kPulpLayer = 1; // what the small views show
 
+const kWhole = 1.08; // of a pulp's reach: all of it is seen,
+const kPatch = 0.78; // or, with cells, where it may be pressed
+
 const from = new Vector3();
 
 export class Closeups {
@@ -60,7 +63,7 @@ export class Closeups {
     camera.lookAt(from.copy(centre).sub(normal));
     const reach_m = !shape ? radius_m
         : shape.form === 'capsule' ? shape.half_m[0] + shape.half_m[1] : Math.max(...shape.half_m);
-    const half = 1.08 * reach_m;
+    const half = (pulp.cells ? kPatch : kWhole) * reach_m;
     camera.left = -half * box.width / box.height;
     camera.right = -camera.left;
     camera.top = half;

@@ -8,6 +8,7 @@ export const actual = {normal: '#2f7fe0', tangential: '#e0632f'};
 // and so do those that see no colours, by lightness and by a second head of the arrow.
 export const stuck = '#0a3f8f';
 export const slipping = '#e01b1b';
+export const atLimit = '#4bd2ff'; // of a cell that holds, and has nothing to spare
 export const axes = ['#d0446a', '#3b9a4a', '#3b74d8'];
 
 const stops = (colors) => colors.map((color) => new Color(color));

@@ -2,6 +2,7 @@
 
 import {Capture} from './capture.js';
 import {Connection} from './connection.js';
+import {cellStates} from './cells.js';
 import {fingerColors, pressureGradient} from './colors.js';
 import {fixed} from './format.js';
 import {Grasps} from './grasps.js';
@@ -13,6 +14,7 @@ import {fromBase64, openRecording} from './recording.js';
 import {Replay} from './replay.js';
 import {Settings} from './settings.js';
 import {showInputs, showTips} from './tips.js';
+import {feels} from './touch.js';
 import {Views} from './views.js';
 
 const kSpeeds = [1, 0.5, 0.2, 0.1, 0.01];
@@ -28,9 +30,15 @@ const insets = fingerColors.map((color) => {
   inset.className = 'inset';
   inset.style.setProperty('--color', color);
   inset.append(document.createElement('span'));
-  byId('insets').append(inset);
+  byId('cells').before(inset);
   return inset;
 });
+for (const {name, color, dot} of cellStates) {
+  const one = byId('cells').appendChild(document.createElement('span'));
+  one.textContent = name;
+  one.style.setProperty('--color', color);
+  one.style.setProperty('--dot', dot ?? 'transparent');
+}
 const picture = new Picture(byId('canvas'), byId('labels'), insets);
 const panels = new Panels();
 const views = new Views(byId('views'), picture);
@@ -48,7 +56,7 @@ const hands = new Hands(picture, (message) => send(message.type === 'release' ? 
 const grasps = new Grasps(byId('grasps'), send);
 const settings = new Settings(byId('settings'), (change) => send({type: 'set', ...change}));
 
-const capture = new Capture(picture, () => document.querySelectorAll('#labels .label, #insets .inset:not([hidden]) span'), () => {
+const capture = new Capture(picture, () => document.querySelectorAll('#labels .label, #insets .inset:not([hidden]) span, #cells:not([hidden]) span'), () => {
   const time_s = state?.values.time_s[0] ?? 0;
   return `${scene?.name ?? 'thenar'} ${time_s.toFixed(3)} s`.replaceAll(/[^\w.-]+/g, '_');
 });
@@ -96,12 +104,14 @@ function reset() {
 function setScene(message, geometry) {
   scene = message;
   state = new State(scene);
+  byId('cells').hidden = !feels(scene);
+  byId('insets').classList.toggle('large', feels(scene)); // cells are small
   picture.load(scene, readGeometry(geometry, scene));
   panels.load(scene);
   hands.load(scene);
   grasps.load(scene, picture.geometry);
   settings.load(scene.settings);
-  settings.show(status?.settings);
+  showSettings();
   byId('scene-name').textContent = scene.name;
   document.title = `${scene.name} · Thenar`;
   scene.fingers.forEach(({name}, k) => (insets[k].firstChild.textContent = name));
@@ -110,7 +120,7 @@ function setScene(message, geometry) {
 
 function setStatus(message) {
   status = message;
-  settings.show(status?.settings);
+  showSettings();
   byId('pause').textContent = status?.paused ? 'Go on' : 'Pause';
   byId('pause').setAttribute('aria-pressed', String(Boolean(status?.paused)));
   if (status?.speed) setSelect(byId('speed'), status.speed);
@@ -118,9 +128,16 @@ function setStatus(message) {
   showBanner();
 }
 
+/** Settings as the status has them; friction, which a task may change, as the last state. */
+function showSettings() {
+  const friction = state?.values.friction?.[0] || status?.settings?.friction;
+  settings.show(status?.settings && {...status.settings, friction});
+}
+
 /** Shows a state; `quiet`: only for the plots' memory. */
 function showState(bytes, quiet = false) {
   const before_s = state.values.time_s[0];
+  const friction = state.values.friction?.[0];
   state.take(bytes);
   const time_s = state.values.time_s[0];
   if (time_s < before_s) picture.clearTrail();
@@ -128,6 +145,7 @@ function showState(bytes, quiet = false) {
   else picture.show(state);
   panels.show(state, picture.fullActivation, quiet);
   if (quiet) return;
+  if (state.values.friction?.[0] !== friction) showSettings();
   byId('time').textContent = fixed(time_s, 3);
   byId('factor').textContent = fixed(state.values.realtime_factor[0], 2);
   byId('full-pressure').textContent = `${fixed(picture.fullPressure_Pa / 1e3, 0)} kPa`;
@@ -188,7 +206,7 @@ function receiveText(message) {
     grasps.show(message);
   } else if (message.type === 'refused') {
     toast(`Refused: ${message.reason}`);
-    settings.show(status?.settings);
+    showSettings();
   }
 }
 

@@ -2,9 +2,11 @@
 
 import {AccuracyTrail, LatencyChart, TimeChart} from './charts.js';
 import {activationColor, fingerColors} from './colors.js';
+import {bar, byId, element, meterIn, setText} from './elements.js';
 import {fixed, length, power, short} from './format.js';
 import {Histories} from './history.js';
 import {tip} from './tips.js';
+import {TouchPanel, feels} from './touch.js';
 
 const kEvery_ms = 100;
 /** How far back the plots over time may look. */
@@ -14,43 +16,20 @@ const kRed = 0.1; // a margin below it
 const kFullSlip_m = 1e-3; // of the slip's bar
 const kFullSpin_rad = Math.PI / 6; // of the spin's bar
 
-const byId = (id) => document.getElementById(id);
-
-function element(tag, text = '', parent = null) {
-  const made = document.createElement(tag);
-  made.textContent = text;
-  parent?.append(made);
-  return made;
-}
-
-const setText = (node, text) => {
-  if (node.textContent !== text) node.textContent = text;
-};
-
-/** A bar of a share 0 .. 1. */
-function bar(parent) {
-  const track = element('span', '', parent);
-  track.className = 'track';
-  const fill = element('i', '', track);
-  return (share, color) => {
-    fill.style.transform = `scaleX(${Math.min(1, Math.max(0, share || 0)).toFixed(4)})`;
-    if (color) fill.style.setProperty('--fill', color);
-  };
-}
-
 export class Panels {
   advanced = 0; // how often the plots were drawn
   span_s = spans_s[0];
   #scene = null;
   #same = ''; // what the panels were made for
   forceCharts = [];
+  touch = new TouchPanel();
   #state = null;
   #timer = 0;
   #last_ms = 0;
 
   /** A new scene: makes what depends on its fingers, muscles and fields. */
   load(scene) {
-    const same = JSON.stringify([scene.fingers.map(({name}) => name), scene.muscles]);
+    const same = JSON.stringify([scene.fingers.map(({name}) => name), scene.muscles, feels(scene)]);
     this.#scene = scene;
     if (same === this.#same) return; // another level, say: the plots go on
     this.#same = same;
@@ -73,6 +52,7 @@ export class Panels {
     });
     this.accuracy = new AccuracyTrail(byId('accuracy'), kTrailSeconds);
     this.latency = new LatencyChart(byId('latency'), scene.fields.find(({name}) => name === 'latency_counts').count);
+    this.touch.load(scene, spans_s);
     this.#makeGrip();
     this.#makeMuscles();
     this.#makeStages();
@@ -86,13 +66,7 @@ export class Panels {
       const row = element('tr', '', body);
       row.style.setProperty('--color', fingerColors[k]);
       element('th', name, row).scope = 'row';
-      const cell = () => {
-        const meter = element('td', '', row);
-        meter.className = 'meter';
-        const set = bar(meter);
-        return {meter, set, text: element('td', '', row)};
-      };
-      return {margin: cell(), slip: cell(), spin: cell()};
+      return {margin: meterIn(row), slip: meterIn(row), spin: meterIn(row)};
     });
   }
 
@@ -140,6 +114,7 @@ export class Panels {
     }
     this.forces.add(v.time_s[0], row);
     this.path.add(v.time_s[0], [...v.path_target_m.map(mm), ...v.position_m.map(mm)]);
+    this.touch.add(v);
     this.accuracy.add(v.time_s[0], v.contact_compute_us[0], v.reference_error[0]);
     this.#state = state;
     this.full = full;
@@ -156,6 +131,7 @@ export class Panels {
   clear() {
     this.forces?.clear();
     this.path?.clear();
+    this.touch.clear();
     this.accuracy?.clear();
   }
 
@@ -169,6 +145,7 @@ export class Panels {
     this.pathChart.set(this.path.columns(this.span_s), this.span_s);
     this.#showPath(v);
     this.#showGrip(v);
+    this.touch.show(v, this.span_s);
     this.#showMuscles(v);
     this.#showLoops(v);
     this.advanced += 1;

@@ -3,6 +3,7 @@
 import {Color, Matrix4, PerspectiveCamera, Raycaster, Scene, Vector2, Vector3, WebGLRenderer} from 'three';
 import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
 
+import {Cells, cellsOf} from './cells.js';
 import {Closeups, kPulpLayer} from './closeups.js';
 import {niceAbove, themed} from './colors.js';
 import {Forces} from './forces.js';
@@ -12,6 +13,7 @@ import {Pulp} from './pulp.js';
 import {Muscles, Skeleton} from './skeleton.js';
 import {hitSplats} from './splats.js';
 import {makeObject} from './surface.js';
+import {feels} from './touch.js';
 import {Trail} from './trail.js';
 import {addLamp, aimAt, daylight, followLamp, isSoftware} from './view.js';
 
@@ -94,6 +96,7 @@ export class Picture {
       if (finger.points.length === 0) return null;
       const pulp = this.#keep(this.world, new Pulp(finger));
       pulp.layers.enable(kPulpLayer);
+      if (feels(scene)) pulp.add((pulp.cells = new Cells(finger, kPulpLayer)));
       return pulp;
     });
     this.insets.forEach((inset, k) => (inset.hidden = !this.pulps[k]));
@@ -187,6 +190,24 @@ export class Picture {
       pulp.matrix.copy(this.#poses[this.scene.fingers[k].segment]);
       u += count;
     });
+    if (feels(this.scene)) this.#showCells(v);
+  }
+
+  /** Shows which of the pulps' cells stick. */
+  #showCells(v) {
+    const begin = [];
+    let u = 0;
+    this.pulps.forEach((pulp, k) => {
+      begin.push(u);
+      u += 3 * this.scene.fingers[k].controls;
+      pulp?.cells.clear();
+    });
+    for (const cell of cellsOf(this.state)) {
+      const pulp = this.pulps[cell.finger];
+      const normal = vector(this.state.numbers, cell.at).transformDirection(toPulp.copy(pulp.matrix).invert());
+      pulp.cells.put(cell, v.displacement_m.subarray(begin[cell.finger]), this.options.exaggeration, normal);
+    }
+    for (const pulp of this.pulps) pulp?.cells.done();
   }
 
   /** Adds to the way of the object and its target; `v`: a state's values. */
@@ -346,6 +367,7 @@ export class Picture {
 }
 
 const from = new Vector3();
+const toPulp = new Matrix4();
 const pointer = new Vector2();
 const raycaster = new Raycaster();
 

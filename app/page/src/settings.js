@@ -2,8 +2,10 @@
 // is sent when the hand lets go.
 
 import {power} from './format.js';
+import {tip} from './tips.js';
 
 const kMantissas = [1, 1.25, 1.5, 2, 2.5, 3, 4, 5, 6, 8];
+const kWet = 0.15; // friction of the object when it is wet
 const kSteps = 40; // of a range without decades
 const rounded = (x) => Number(x.toPrecision(6)); // 0.15000000000000002 is 0.15
 
@@ -65,6 +67,7 @@ export class Settings {
       control.back.addEventListener('click', () => this.change({[setting.name]: setting.default}));
       control.own = setting.default;
       this.form.append(label);
+      if (setting.name === 'friction' && setting.default > kWet) this.form.append(wetting(setting, control, this.change));
       this.#controls.set(setting.name, control);
     }
   }
@@ -76,9 +79,18 @@ export class Settings {
       control.label.hidden = value === undefined || value === null;
       if (control.label.hidden) continue;
       control.show(value);
+      control.wet?.(value);
       control.back.hidden = typeof value === 'number' ? Math.abs(value - control.own) <= 1e-6 * Math.abs(value) : value === control.own;
     }
   }
+}
+
+/** A button that wets the object, and dries it at the second press: `control` says what its friction is. */
+function wetting({name, default: own}, control, change) {
+  const button = Object.assign(document.createElement('button'), {type: 'button', id: 'wet', title: tip('Wet'), textContent: 'Wet the object'});
+  control.wet = (friction) => button.setAttribute('aria-pressed', String(friction <= kWet));
+  button.addEventListener('click', () => change({[name]: button.getAttribute('aria-pressed') === 'true' ? own : kWet}));
+  return button;
 }
 
 function labelled(setting, input) {

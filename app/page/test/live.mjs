@@ -363,6 +363,24 @@ test('too little friction loses the object, and the page says so', async () => {
   assert.deepEqual(browser.problems, []);
 });
 
+test('a press wets the object, and another one dries it', async () => {
+  if (!(await page.locator('#settings').isVisible())) await page.keyboard.press('s');
+  const wet = page.locator('#wet');
+  assert.equal(await wet.getAttribute('aria-pressed'), 'false');
+  await wet.click();
+  await until(() => window.thenar.state.friction[0] === 0.15);
+  await until(() => document.getElementById('wet').getAttribute('aria-pressed') === 'true');
+  assert.equal(await page.evaluate(() => window.thenar.status.settings.friction), 0.15);
+  assert.ok(await page.locator('#panel-touch').isHidden() && await page.locator('#cells').isHidden(), 'this scene names no touch');
+  await wet.click();
+  await until(() => window.thenar.state.friction[0] === 0.8);
+  await until(() => document.getElementById('wet').getAttribute('aria-pressed') === 'false');
+  await page.keyboard.press('s');
+  await page.keyboard.press('r');
+  await until(() => window.thenar.status.outcome === 'held' && window.thenar.state.time_s[0] > 0.3);
+  assert.deepEqual(browser.problems, []);
+});
+
 test('grasps are found, shown and saved, and the one that is clicked runs', async () => {
   await page.keyboard.press('g');
   const before_s = await number('time_s');

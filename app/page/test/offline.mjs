@@ -162,3 +162,30 @@ test('a served recording plays', async () => {
     assert.equal(await server.stop(), 0);
   }
 });
+
+test('a recording of fingertips that feel shows their cells, touch and the last reflex', async () => {
+  const wet = join(folder, 'wet.mcap');
+  thenar('run', join(configs, 'box_wet.yaml'), '--time', '1.2 s', '--record', wet);
+  await open(await exported(wet), async (page) => {
+    const shown = async (time_s) => {
+      await seek(page, time_s);
+      return page.evaluate(() => window.thenar.picture.pulps.map(({cells}) => {
+        const {state, color} = {state: [], color: cells.cones.instanceColor.array};
+        for (let i = 0; i < cells.cones.count; ++i) state.push(color[3 * i] > color[3 * i + 2] ? 'slips' : 'holds');
+        return state;
+      }));
+    };
+    for (const states of await shown(0.7)) {
+      assert.ok(states.length >= 5 && states.every((state) => state === 'holds'), `before it is wet: ${states}`);
+    }
+    await page.waitForFunction(() => document.getElementById('touch').rows.length === 4 && !document.getElementById('panel-touch').hidden);
+    assert.equal(await page.locator('#last-reflex').textContent(), '–');
+    for (const states of await shown(0.84)) {
+      assert.ok(states.length >= 5 && states.every((state) => state === 'slips'), `before the hand feels it: ${states}`);
+    }
+    await seek(page, 1.1);
+    await page.waitForFunction(() => /^(thumb|index|major), slip, 0\.8\d s$/.test(document.getElementById('last-reflex').textContent), null,
+                               {timeout: kPatience_ms});
+    assert.ok(await page.locator('#cells').isVisible());
+  });
+});
