@@ -82,6 +82,37 @@ std::string grasp_lines(const ordered_json& summary) {
   return table;
 }
 
+/// Each finger's: "0.15, 0.15, 0.15".
+std::string cells(const ordered_json& fingers) {
+  std::string all;
+  for (const ordered_json& value : fingers) {
+    const double number = value.get<double>();
+    all += (all.empty() ? "" : ", ") + (std::isfinite(number) ? fmt::format("{:.2g}", number) : "-");
+  }
+  return all;
+}
+
+std::string touch_lines(const ordered_json& summary) {
+  std::string table;
+  if (summary.contains("touch")) {
+    const ordered_json& touch = summary.at("touch");
+    const auto known = [&](const char* words, const char* key) {
+      return touch.contains(key) ? words + cells(touch.at(key)) : "";
+    };
+    line(table, "least share of a patch sticking", cells(touch.at("stick_min")),
+         known("friction felt at the end: ", "friction_felt"));
+    line(table, "least margin without torsion", cells(touch.at("margin_true")),
+         known("by the friction that was felt: ", "margin_felt"));
+  }
+  if (summary.contains("reflex")) {
+    line(table, "answers to loads, to slips",
+         cell(summary, "/reflex/events/load") + ", " + cell(summary, "/reflex/events/slip"),
+         "the first after " + cell(summary, "/reflex/onset_ms", "ms") + ", with a slip of " +
+             cell(summary, "/reflex/slip_mm", "mm"));
+  }
+  return table;
+}
+
 std::string accuracy_lines(const ordered_json& summary) {
   std::string table = "\naccuracy\n";
   line(table, "final position error", cell(summary, "/object/final_error_mm", "mm"));
@@ -132,7 +163,7 @@ std::string time_lines(const ordered_json& summary) {
 }  // namespace
 
 std::string results_table(const ordered_json& summary) {
-  const std::string table =
-      summary_head(summary) + grasp_lines(summary) + accuracy_lines(summary) + time_lines(summary);
+  const std::string table = summary_head(summary) + grasp_lines(summary) + touch_lines(summary) +
+                            accuracy_lines(summary) + time_lines(summary);
   return summary.contains("loops") ? table + loops_table(summary) : table;
 }

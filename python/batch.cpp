@@ -9,6 +9,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <exception>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -40,11 +41,18 @@ struct Signal {
 
 py::ssize_t one(const Model&) { return 1; }
 py::ssize_t fingers(const Model& m) { return m.fingers(); }
+py::ssize_t feeling(const Model& m) { return m.feels() ? m.fingers() : 0; }
+py::ssize_t gripping(const Model& m) { return m.scene.control ? feeling(m) : 0; }
 py::ssize_t joints(const Model& m) { return std::ssize(m.scene.hand.joints); }
 
 template <PerFinger<double> TickRecord::*Field>
 void read_per_finger(const Simulation& s, double* to) {
   std::copy_n((s.record.*Field).data(), s.model->fingers(), to);
+}
+
+template <typename T, typename Get>
+void felt(const PerFinger<T>& all, Get get, double* to) {
+  std::ranges::transform(all, to, get);
 }
 
 const std::vector<Signal>& signals() {
@@ -75,6 +83,12 @@ const std::vector<Signal>& signals() {
       {"margin", fingers, read_per_finger<&TickRecord::margin>},
       {"slip_m", fingers, read_per_finger<&TickRecord::slip_m>},
       {"spin_rad", fingers, read_per_finger<&TickRecord::spin_rad>},
+      {"stick", feeling, [](const Simulation& s, double* to) { felt(s.run.state.touch, &Touch::stick, to); }},
+      {"rim_friction", feeling, [](const Simulation& s, double* to) { felt(s.run.state.touch, &Touch::friction, to); }},
+      {"friction_felt", gripping,
+       [](const Simulation& s, double* to) { felt(s.record.reflex.friction, std::identity(), to); }},
+      {"squeeze_N", gripping,
+       [](const Simulation& s, double* to) { felt(s.record.reflex.grips, &ContactGrip::internal_force_N, to); }},
       {"muscles_N",
        [](const Model& m) -> py::ssize_t { return m.scene.has_muscles() ? std::ssize(m.scene.hand.muscles) : 0; },
        [](const Simulation& s, double* to) {
@@ -379,7 +393,7 @@ void bind_batch(py::module_& module) {
 
 Returns a dict: for each signal an array (simulations, ticks / every, ...), sampled every so many ticks. Names as of
 Simulation: time_s, object, q_rad, position_m, rotation_error_rad, force_N, normal_N, tangential_N, margin, slip_m,
-spin_rad, muscles_N.
+spin_rad, muscles_N; of scenes with fingertips.touch stick, rim_friction, friction_felt, squeeze_N.
 The bits are those of step(), whatever the threads.)");
   module.def("sweep", &sweep, py::arg("scene"), py::arg("vary"), py::kw_only(), py::arg("threads") = py::none(),
              R"(Runs all combinations of what varies, as `thenar sweep`.

@@ -2,12 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <functional>
 #include <memory>
 #include <string>
 #include <utility>
 
 #include "engine/control/control_tick.h"
 #include "python/arrays.h"
+#include "python/touch.h"
 
 namespace thenar::python {
 
@@ -57,6 +60,49 @@ void expect_callable(const py::object& law, const char* name) {
 
 FingerForces forces_of(py::handle answer, int fingers) {
   return matrix(answer, fingers, 3, "what the law 'forces' returned").transpose();
+}
+
+/// What the fingertips are known to feel: fingertips.touch.delay late, where there is control.
+const PerFinger<Touch>& felt_in(const ControlPeriod& period) {
+  if (!period.model.feels() || !period.controller.afference.is_needed()) return period.snapshot.touch;
+  const auto delay = ticks_of(period.model, period.model.scene.fingertips->touch->delay_s);
+  return period.controller.afference.at(period.now - delay).snapshot.touch;
+}
+
+/// One number a finger, of what there is one of for each that feels.
+template <typename T, typename Get>
+Array column(const PerFinger<T>& all, Get get) {
+  Eigen::VectorXd numbers(std::ssize(all));
+  std::ranges::transform(all, numbers.begin(), get);
+  return copy(numbers);
+}
+
+void bind_touch(py::class_<Period>& type) {
+  for (const TouchNumber& number : kTouchNumbers) {
+    type.def_property_readonly(
+        number.name, [number](const Period& self) { return column(felt_in(self.now()), number.field); }, number.doc);
+  }
+  type.def_property_readonly(
+          "felt_tangential_N",
+          [](const Period& self) {
+            const PerFinger<Touch>& felt = felt_in(self.now());
+            Eigen::MatrixXd rows(std::ssize(felt), 3);
+            for (std::size_t k = 0; k < felt.size(); ++k) rows.row(static_cast<Eigen::Index>(k)) = felt[k].tangential_N;
+            return copy(rows);
+          },
+          "(fingers, 3) Likewise: load across it, world axes [N].")
+      .def_property_readonly(
+          "friction_felt",
+          [](const Period& self) { return column(self.now().report.reflex.friction, std::identity()); },
+          "(fingers,) Likewise: friction that the hand has felt last, or expects.")
+      .def_property_readonly(
+          "cone_friction",
+          [](const Period& self) { return column(self.now().report.reflex.grips, &ContactGrip::friction); },
+          "(fingers,) Likewise: that of the cones of published_forces().")
+      .def_property_readonly(
+          "squeeze_N",
+          [](const Period& self) { return column(self.now().report.reflex.grips, &ContactGrip::internal_force_N); },
+          "(fingers,) Likewise: their squeeze [N].");
 }
 
 }  // namespace
@@ -122,12 +168,19 @@ void bind_laws(py::module_& module) {
       return copy(rows.transpose());
     };
   };
-  py::class_<Period>(module, "Period", R"(One control period, as a law of the controller sees it.
+  py::class_<Period> type(module, "Period", R"(One control period, as a law of the controller sees it.
 
-All arrays are copies, in SI units, world axes = hand frame. It is over when the law returns.
+All arrays are copies, in SI units, world axes = hand frame. It is over when the law returns. Joints, object and forces
+are those of time_s, which is control.feedback_delay before now_s; touch is fingertips.touch.delay old.
 What comes before in the chain wrench -> forces -> torques -> muscle forces is found when it is asked for: by the law
-given for it, or as published.)")
-      .def_property_readonly("time_s", [](const Period& self) { return self.now().time_s(); })
+given for it, or as published.)");
+  type.def_property_readonly(
+          "time_s", [](const Period& self) { return self.now().time_s(); }, "Of what is seen.")
+      .def_property_readonly(
+          "now_s", [](const Period& self) { return self.now().now_s(); }, "When the period begins.")
+      .def_property_readonly(
+          "known_gravity", [](const Period& self) { return copy(self.now().known_gravity()); },
+          "(3,) Gravity in the hand's frame [m/s^2]: with control.anticipation the arm's swing is in it.")
       .def_property_readonly(
           "period_s", [](const Period& self) { return self.now().controller.period_s; },
           "Simulated time since the last period.")
@@ -170,14 +223,14 @@ given for it, or as published.)")
           "gravity_Nm",
           [](const Period& self) {
             const ControlPeriod& p = self.now();
-            return copy(gravity_torques(p.model.scene.hand, p.controller.pose, p.model.scene.gravity));
+            return copy(gravity_torques(p.model.scene.hand, p.controller.pose, p.known_gravity()));
           },
           "(joints,) What bears the hand's own weight.")
       .def_property_readonly(
           "weight",
           [](const Period& self) {
             const ControlPeriod& p = self.now();
-            return copy(p.model.weight(p.snapshot.X_WO));
+            return copy(p.model.weight(p.snapshot.X_WO, p.known_gravity()));
           },
           "(6,) The object's weight, about its origin [N, N m].")
       .def_property_readonly(
@@ -208,6 +261,7 @@ given for it, or as published.)")
       .def(
           "published_muscle_forces", [](const Period& self) { return copy(published_muscle_forces(self.now())); },
           "(muscles,) The least that give torques() [N].");
+  bind_touch(type);
 }
 
 }  // namespace thenar::python

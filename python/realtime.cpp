@@ -25,6 +25,7 @@
 #include "python/laws.h"
 #include "python/scene.h"
 #include "python/simulation.h"
+#include "python/touch.h"
 
 namespace thenar::python {
 
@@ -256,6 +257,15 @@ py::dict state_of(Realtime& run) {
   state["position_m"] = copy(newest.record.position_m);
   state["path_target_m"] = copy(newest.record.target_m);
   state["muscles_N"] = copy(newest.muscle_forces_N);
+  if (run.model->feels()) {
+    for (const TouchNumber& number : kTouchNumbers) {
+      state[number.name] = each([&](int k) { return newest.after.touch[k].*number.field; });
+    }
+  }
+  if (run.model->feels() && run.model->scene.control) {
+    state["friction_felt"] = each([&](int k) { return newest.record.reflex.friction[k]; });
+    state["squeeze_N"] = each([&](int k) { return newest.record.reflex.grips[k].internal_force_N; });
+  }
   state["residual"] = newest.record.contact.solve.residual;
   return state;
 }

@@ -13,6 +13,7 @@
 #include "engine/results/verdict.h"
 #include "python/arrays.h"
 #include "python/laws.h"
+#include "python/touch.h"
 
 namespace thenar::python {
 
@@ -90,6 +91,50 @@ auto of(Get get) {
     const Hold hold(simulation);
     return get(simulation, self);
   };
+}
+
+/// What the grip began to answer in the last tick, or None.
+py::object reflex_of(const Simulation& simulation) {
+  const ReflexReport& reflex = simulation.record.reflex;
+  if (!simulation.record.controlled || reflex.event == ReflexEvent::kNone) return py::none();
+  return py::dict(py::arg("event") = reflex.event == ReflexEvent::kLoad ? "load" : "slip",
+                  py::arg("finger") = simulation.model->scene.hand.fingertips[reflex.finger].finger,
+                  py::arg("rate_N_per_s") = reflex.rate_N_per_s);
+}
+
+void bind_touch(py::class_<Simulation, std::shared_ptr<Simulation>>& type) {
+  const auto fingers = [](const Simulation& s) { return s.model->feels() ? s.model->fingers() : 0; };
+  const auto gripping = [=](const Simulation& s) { return s.model->scene.control ? fingers(s) : 0; };
+  for (const TouchNumber& number : kTouchNumbers) {
+    type.def_property_readonly(number.name, of([=](Simulation& s, py::handle self) {
+                                 return view_of_column<Touch>(&(s.run.state.touch.data()->*number.field), fingers(s),
+                                                              self);
+                               }),
+                               number.doc);
+  }
+  type.def_property_readonly("felt_tangential_N", of([=](Simulation& s, py::handle self) {
+                               return view_of_rows<Touch>(s.run.state.touch.data()->tangential_N.data(), fingers(s),
+                                                          self);
+                             }),
+                             "(fingers, 3) Likewise: load across it, world axes [N].")
+      .def_property_readonly("friction_felt", of([=](Simulation& s, py::handle self) {
+                               return view(s.record.reflex.friction.data(), {gripping(s)}, {1}, self);
+                             }),
+                             "(fingers,) Likewise: friction that the hand has felt last, or expects; 0 before it does.")
+      .def_property_readonly("cone_friction", of([=](Simulation& s, py::handle self) {
+                               return view_of_column<ContactGrip>(&s.record.reflex.grips.data()->friction, gripping(s),
+                                                                  self);
+                             }),
+                             "(fingers,) Likewise: that of the cones that the controller plans with.")
+      .def_property_readonly("squeeze_N", of([=](Simulation& s, py::handle self) {
+                               return view_of_column<ContactGrip>(&s.record.reflex.grips.data()->internal_force_N,
+                                                                  gripping(s), self);
+                             }),
+                             "(fingers,) Likewise: by how much it lets each finger squeeze [N].")
+      .def_property_readonly("reflex", of([](Simulation& s, py::handle) { return reflex_of(s); }),
+                             R"(What the grip began to answer in the last tick; None: nothing.
+
+A dict: event, 'load' or 'slip'; finger, which felt it most; rate_N_per_s, how fast its load changed, 0 for a slip.)");
 }
 
 void bind_views(py::class_<Simulation, std::shared_ptr<Simulation>>& type) {
@@ -375,6 +420,7 @@ Returns report.)")
                            self.closed ? ", closed" : (self.monitor.lost() ? ", lost" : ""));
       });
   bind_views(type);
+  bind_touch(type);
 }
 
 }  // namespace thenar::python

@@ -35,7 +35,6 @@ SceneProblems scene_problems(const std::string& scene, const std::vector<std::st
   const double every_s = (moments.to_s - moments.from_s) / moments.count;
   GraspRun run(model, LockstepSettings{});
   for (int taken = 0; taken < moments.count;) {
-    const Eigen::Vector3d centre_m = run.state.X_WO.translation();
     const double now_s = run.time_s();
     (void)run.tick();
     if (now_s < moments.from_s + taken * every_s || !run.controlled) continue;
@@ -44,7 +43,7 @@ SceneProblems scene_problems(const std::string& scene, const std::vector<std::st
     problems.contacts.push_back({contact_problem_file(model, run.frame, work),
                                  copy_of(delassus_operator(model, run.frame, work.kinematics, work.mobility))});
     if (!model.scene.control) continue;
-    problems.grasps.push_back(grasp_problem_file(model.scene, run.report, centre_m));
+    problems.grasps.push_back(grasp_problem_file(model.scene, run.report));
     if (model.scene.control->muscles) {
       problems.muscles.push_back(muscle_problem_file(run.controller, run.report));
     }

@@ -10,7 +10,8 @@ std::int64_t ticks_of(const Model& model, double delay_s) { return std::llround(
 Afference::Afference(const Model& model) {
   if (!model.scene.control) return;
   const ControlSettings& control = *model.scene.control;
-  const double delay_s = std::max(control.feedback_delay_s, model.feels() ? model.scene.fingertips->touch->delay_s : 0.0);
+  const double delay_s =
+      std::max(control.feedback_delay_s, model.feels() ? model.scene.fingertips->touch->delay_s : 0.0);
   if (delay_s <= 0.0 && !model.feels()) return;
   // Control ticks are a period apart or more, but for a step's rounding.
   const double period_s = std::max(model.scene.step_s, model.scene.control_period_s - model.scene.step_s);

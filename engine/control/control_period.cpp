@@ -191,7 +191,7 @@ std::optional<FingerForces> published_forces(ControlPeriod& period) {
   ControlReport& report = period.report;
   const Vector6d& wrench = period.wrench();
   period.contacts();
-  const GraspProblem problem = grasp_problem(period.model.scene, report, period.snapshot.X_WO.translation());
+  const GraspProblem problem = grasp_problem(period.model.scene, report);
   Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3 * kMaxFingers, 1> f = period.controller.f_desired;
   report.grasp = solve_grasp_forces(problem, f).status;
   // Contacts that hardly resist some moment take forces that no finger has: that is no grasp.

@@ -52,6 +52,7 @@ ControlReport control_tick(const Model& model, const Snapshot& snapshot, Control
     const Sensed& felt = controller.afference.at(snapshot.tick - ticks_of(model, scene.fingertips->touch->delay_s));
     report.reflex = controller.reflex->update(model, felt, snapshot, controller.f_desired, controller.period_s);
   }
+  report.centre_m = seen.X_WO.translation();
   ControlPeriod period(model, seen, snapshot.tick, controller, report);
   const JointVector tau = joint_torques(period);
   if (controller.afference.is_needed()) controller.afference.set_desired(controller.f_desired);

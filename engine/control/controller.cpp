@@ -17,9 +17,9 @@ Controller::Controller(const Model& model)
   if (model.feels()) reflex.emplace(model);
 }
 
-GraspProblem grasp_problem(const Scene& scene, const ControlReport& report, const Eigen::Vector3d& centre_m) {
+GraspProblem grasp_problem(const Scene& scene, const ControlReport& report) {
   return {.contacts = report.contacts,
-          .centre_m = centre_m,
+          .centre_m = report.centre_m,
           .wrench = report.wrench_desired,
           .friction = scene.control->grasp_friction,
           .cone = scene.control->cone,

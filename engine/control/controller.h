@@ -26,13 +26,14 @@ struct ControlReport {
 
   GraspStatus grasp = GraspStatus::kOptimal;
   MuscleStatus muscle = MuscleStatus::kOptimal;
-  double muscle_residual_Nm = 0.0;             ///< max |H f_m - tau^d|.
-  PerFinger<GraspContact> contacts;            ///< Where the fingers act.
-  PerFinger<double> gap_m;                     ///< Without grasp forces: see finger_gap_m(); 0 under load.
-  bool has_forces = false;                     ///< f^d, and so the contacts, were asked for: see OwnControl.
-  Vector6d wrench_desired = Vector6d::Zero();  ///< W^d [N, N m], world axes, about the object's origin.
-  FingerForces f_desired;                      ///< World axes [N]; the last feasible ones if these are not.
-  JointVector torques_desired_Nm;              ///< tau^d, which muscles are to give if there are any.
+  double muscle_residual_Nm = 0.0;                     ///< max |H f_m - tau^d|.
+  PerFinger<GraspContact> contacts;                    ///< Where the fingers act.
+  PerFinger<double> gap_m;                             ///< Without grasp forces: see finger_gap_m(); 0 under load.
+  bool has_forces = false;                             ///< f^d, and so the contacts, were asked for: see OwnControl.
+  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< Where the object's origin is, as far as the laws know.
+  Vector6d wrench_desired = Vector6d::Zero();          ///< W^d [N, N m], world axes, about it.
+  FingerForces f_desired;                              ///< World axes [N]; the last feasible ones if these are not.
+  JointVector torques_desired_Nm;                      ///< tau^d, which muscles are to give if there are any.
   ReflexReport reflex;
   double find_s = 0.0;                   ///< Contact finding.
   double factors_s = 0.0;                ///< Compliance among the contacts.
@@ -81,7 +82,6 @@ class Controller {
 
 /// The grasp-force problem of a control tick, about the object's origin. It refers to `report`, with the grips of its
 /// reflex.
-[[nodiscard]] GraspProblem grasp_problem(const Scene& scene, const ControlReport& report,
-                                         const Eigen::Vector3d& centre_m);
+[[nodiscard]] GraspProblem grasp_problem(const Scene& scene, const ControlReport& report);
 
 }  // namespace thenar

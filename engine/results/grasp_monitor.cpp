@@ -46,7 +46,7 @@ std::string explain(const Scene& scene, const UnsolvedGrasp& unsolved) {
       "{} at {:.3f} s: ", infeasible ? "no grasp forces exist" : "no grasp forces were found", unsolved.time_s);
   const std::string apart = apart_in_words(scene, unsolved.control);
   if (!apart.empty()) return message + apart + "; object.position and hand.posture place them";
-  const GraspProblem problem = grasp_problem(scene, unsolved.control, unsolved.centre_m);
+  const GraspProblem problem = grasp_problem(scene, unsolved.control);
   const GraspDeficit deficit = explain_infeasible_grasp(problem);
   for (int k = 0; k < scene.hand.fingers(); ++k) {
     message +=
@@ -86,7 +86,6 @@ void GraspMonitor::Worst::add(double time_s, double excess, double now) {
 
 GraspMonitor::GraspMonitor(const Model& model)
     : model_(model),
-      centre_m_(model.scene.object.X_WO.translation()),
       slip_m_(model.fingers()),
       slips_since_s_(model.fingers()),
       slid_s_(model.fingers()),
@@ -97,7 +96,7 @@ GraspMonitor::GraspMonitor(const Model& model)
 
 void GraspMonitor::add(double time_s, const ControlReport& control, const Eigen::VectorXd& muscle_forces_N) {
   if (control.grasp != GraspStatus::kOptimal && !unsolved_grasp_) {
-    unsolved_grasp_ = UnsolvedGrasp{time_s, control, centre_m_};
+    unsolved_grasp_ = UnsolvedGrasp{time_s, control};
     if (!unsolved_) unsolved_ = Event{time_s, explain(model_.scene, *unsolved_grasp_)};
   }
   if (control.muscle != MuscleStatus::kOptimal && !unsolved_) {
@@ -117,8 +116,6 @@ void GraspMonitor::add(double time_s, const ControlReport& control, const Eigen:
 }
 
 void GraspMonitor::add(const TickRecord& tick) {
-  const Eigen::Isometry3d& start = model_.scene.object.X_WO;
-  centre_m_ = start.translation() + start.linear() * tick.position_m;
   keep_forces(tick);
   watch_solver(tick);
   watch_slip(tick);

@@ -68,7 +68,6 @@ class GraspMonitor {
   [[nodiscard]] std::vector<Excess> beyond() const;
 
   const Model& model_;
-  Eigen::Vector3d centre_m_;  ///< Of the object, world, after the last tick.
   // Solves.
   std::optional<UnsolvedGrasp> unsolved_grasp_;
   std::optional<Event> unsolved_, not_finite_;

@@ -22,16 +22,16 @@ ContactFile contact_problem_file(const Model& model, const Frame& frame, const C
   return problem;
 }
 
-GraspFile grasp_problem_file(const Scene& scene, const ControlReport& report, const Eigen::Vector3d& centre_m) {
+GraspFile grasp_problem_file(const Scene& scene, const ControlReport& report) {
   GraspFile grasp;
   for (const GraspContact& contact : report.contacts) {
     // About the object's origin, as the wrench is: the arms keep their digits wherever the object is.
-    grasp.contacts.push_back({contact.point_m - centre_m, contact.axes});
+    grasp.contacts.push_back({contact.point_m - report.centre_m, contact.axes});
   }
   grasp.wrench = report.wrench_desired;
-  // The controller plans with the same for all fingers; of fingers that differ `grips` would be set here.
   grasp.friction = scene.control->grasp_friction;
   grasp.internal_force_N = scene.control->internal_force_N;
+  grasp.grips.assign(report.reflex.grips.begin(), report.reflex.grips.end());
   // The format has the answers for both cones, whichever the run asks for.
   const auto answer = [&](FrictionCone cone, std::string& status, VectorXd& f_optimal) {
     VectorXd f(3 * std::ssize(grasp.contacts));
@@ -60,7 +60,7 @@ MuscleFile muscle_problem_file(const Controller& controller, const ControlReport
 bool ProblemDump::see_control(const ControlTick& tick) {
   const Scene& scene = tick.run->model.scene;
   if (!scene.control) return true;
-  grasp_ = grasp_problem_file(scene, tick.report, tick.run->state.X_WO.translation());
+  grasp_ = grasp_problem_file(scene, tick.report);
   if (scene.control->muscles) muscle_ = muscle_problem_file(tick.run->controller, tick.report);
   return true;
 }

@@ -18,10 +18,9 @@ namespace thenar {
 /// solve began with.
 [[nodiscard]] ContactFile contact_problem_file(const Model& model, const Frame& frame, const ContactWorkspace& work);
 
-/// The grasp-force problem of a control tick, about the object's origin, and its optima for both cones by
-/// solve_grasp_forces; without an answer the file states none.
-[[nodiscard]] GraspFile grasp_problem_file(const Scene& scene, const ControlReport& report,
-                                           const Eigen::Vector3d& centre_m);
+/// The grasp-force problem of a control tick, about the object's origin, with the friction and squeeze of each finger
+/// where they are its own, and its optima for both cones by solve_grasp_forces; without an answer the file states none.
+[[nodiscard]] GraspFile grasp_problem_file(const Scene& scene, const ControlReport& report);
 
 /// The muscle-force problem of the last control tick, and its answer.
 [[nodiscard]] MuscleFile muscle_problem_file(const Controller& controller, const ControlReport& report);

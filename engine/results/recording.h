@@ -82,7 +82,6 @@ struct TickRecord {
 struct UnsolvedGrasp {
   double time_s = 0.0;
   ControlReport control = {};
-  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
 };
 
 /// A run, tick by tick.

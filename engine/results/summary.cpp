@@ -123,6 +123,56 @@ ordered_json grasp_measures(const Model& model, const Recording& recording) {
   return grasp;
 }
 
+/// What of friction is to spare at a load, torsion left out; NaN without load.
+double friction_margin(const NormalTangential& load, double mu) {
+  if (!(load.normal_N > 0.0)) return std::numeric_limits<double>::quiet_NaN();
+  return 1.0 - load.tangential_N / (mu * load.normal_N);
+}
+
+/// The least of each finger once the grip had built up. Loads are true: margins differ by what is known of friction.
+ordered_json touch_measures(const Model& model, const Recording& recording) {
+  ordered_json measures;
+  for (int k = 0; k < model.fingers(); ++k) {
+    const auto add_least = [&](const char* key, auto get) {
+      measures[key].push_back(smallest(collect(recording, kMeasuredFrom_s, get)));
+    };
+    add_least("stick_min", [k](const TickRecord& t) { return t.touch[k].stick; });
+    add_least("margin_true", [&](const TickRecord& t) {
+      return friction_margin(t.force[k], model.friction(t.time_s - model.scene.step_s));
+    });
+    if (!model.scene.control) continue;
+    measures["friction_felt"].push_back(recording.ticks.empty() ? std::numeric_limits<double>::quiet_NaN()
+                                                                : recording.ticks.back().reflex.friction[k]);
+    add_least("margin_felt", [k](const TickRecord& t) { return friction_margin(t.force[k], t.reflex.friction[k]); });
+  }
+  return measures;
+}
+
+/// The grip's answers. Of the task's first push or change of friction: how late the first answer came after it, and how
+/// far a finger slipped from then until the answer's pulse was over.
+ordered_json reflex_measures(const Model& model, const Recording& recording) {
+  const TaskSettings& task = model.scene.task;
+  double from_s = task.push ? task.push->from_s : std::numeric_limits<double>::infinity();
+  for (const FrictionStep& step : task.friction) from_s = std::min(from_s, step.from_s);
+  int loads = 0, slips = 0;
+  double onset_s = std::numeric_limits<double>::quiet_NaN(), slip_m = onset_s;
+  OfFingers before_m(model.fingers());
+  for (const TickRecord& tick : recording.ticks) {
+    const ReflexEvent event = tick.controlled ? tick.reflex.event : ReflexEvent::kNone;
+    loads += event == ReflexEvent::kLoad ? 1 : 0;
+    slips += event == ReflexEvent::kSlip ? 1 : 0;
+    if (!tick.is_from(from_s + model.scene.step_s)) {
+      before_m = tick.slip_m;
+      continue;
+    }
+    const double since_s = tick.time_s - from_s;
+    if (event != ReflexEvent::kNone && std::isnan(onset_s)) onset_s = since_s;
+    if (since_s > onset_s + model.scene.control->reflex->pulse_s) continue;
+    for (int k = 0; k < model.fingers(); ++k) slip_m = std::fmax(slip_m, tick.slip_m[k] - before_m[k]);
+  }
+  return {{"events", {{"load", loads}, {"slip", slips}}}, {"onset_ms", 1e3 * onset_s}, {"slip_mm", 1e3 * slip_m}};
+}
+
 double residual_p99(const Recording& recording) {
   return quantile(collect(recording, 0.0,
                           [](const TickRecord& tick) {
@@ -288,22 +338,25 @@ ordered_json summarize(const Model& model, const Recording& recording) {
   const double simulated_s = recording.ticks.empty() ? 0.0 : recording.ticks.back().time_s;
   ordered_json settings = loop_settings(model.scene);
   if (model.deformable()) settings["level"] = model.level;
-  return {{"scene", model.scene.name},
-          {"build", build_settings()},
-          {"simulated_s", simulated_s},
-          {"settings", settings},
-          {"parts", model.scene.left_out},
-          {"warnings", warnings(model, recording)},
-          {"object", object_measures(model, recording)},
-          {"grasp", grasp_measures(model, recording)},
-          {"contacts", contact_measures(recording)},
-          {"frames", frame_measures(recording)},
-          {"ledger", ledger_json(recording.ticks.empty() ? Ledger{} : recording.ticks.back().ledger)},
-          {"lcp", lcp_measures(recording)},
-          {"joints", joint_measures(model, recording)},
-          {"muscles", muscle_measures(model, recording)},
-          {"stages", stage_measures(recording)},
-          {"real_time_factor", simulated_s / recording.wall_s}};
+  ordered_json summary = {{"scene", model.scene.name},
+                          {"build", build_settings()},
+                          {"simulated_s", simulated_s},
+                          {"settings", settings},
+                          {"parts", model.scene.left_out},
+                          {"warnings", warnings(model, recording)},
+                          {"object", object_measures(model, recording)},
+                          {"grasp", grasp_measures(model, recording)},
+                          {"contacts", contact_measures(recording)},
+                          {"frames", frame_measures(recording)},
+                          {"ledger", ledger_json(recording.ticks.empty() ? Ledger{} : recording.ticks.back().ledger)},
+                          {"lcp", lcp_measures(recording)},
+                          {"joints", joint_measures(model, recording)},
+                          {"muscles", muscle_measures(model, recording)},
+                          {"stages", stage_measures(recording)},
+                          {"real_time_factor", simulated_s / recording.wall_s}};
+  if (model.feels()) summary["touch"] = touch_measures(model, recording);
+  if (model.scene.control && model.scene.control->reflex) summary["reflex"] = reflex_measures(model, recording);
+  return summary;
 }
 
 }  // namespace thenar

@@ -325,11 +325,12 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
   const bool finds = root.has("grasp");
   const bool hand_readable = read_hand(root.map("hand"), root.has("control"), finds, scene);
   if (root.has("fingertips")) scene.fingertips = read_fingertips(root.map("fingertips"));
-  scene.object = read_object(root.map("object"), scene.fingertips && scene.fingertips->touch, finds);
+  scene.object = read_object(root.map("object"), scene.fingertips.has_value(), finds);
   scene.contact = read_contact(root.map("contact"), scene.fingertips);
   if (finds) scene.grasp = read_grasp(root, scene);
   const bool pressed = scene.grasp && scene.grasp->press_N;
-  if (root.has("control")) scene.control = read_control(root.map("control"), pressed, scene.fingertips && scene.fingertips->touch);
+  const bool feels = scene.fingertips && scene.fingertips->touch;
+  if (root.has("control")) scene.control = read_control(root.map("control"), pressed, feels);
   if (scene.control && scene.control->muscles && !scene.hand.joints.empty() && scene.hand.muscles.empty()) {
     root.map("control").refuse("muscles", "this hand has none: write false, and torques drive its joints");
   }

@@ -26,7 +26,15 @@ constexpr double kRigidNormal_N_per_m = 50e3, kRigidTangential_N_per_m = 33.3e3;
 // A change so small is none: it is rounding, or what a contact solve leaves open that stops at a residual of 1e-6.
 constexpr Tolerance kNoChange{1e-9, 1e-7, 1e-6, 1e-6, 1e-6};
 
+void leave_out_touch(Scene& scene) {
+  if (scene.fingertips) scene.fingertips->touch.reset();
+  if (!scene.control) return;
+  scene.control->reflex.reset();  // They need it.
+  scene.control->felt_margin.reset();
+}
+
 void leave_out_fingertips(Scene& scene) {
+  leave_out_touch(scene);
   scene.fingertips.reset();
   scene.object.compliance.reset();  // It needs deformable ones.
   scene.contact.max_per_finger = 1;
@@ -86,6 +94,14 @@ constexpr std::array<PartTraits, kParts.size()> kTraits{{
      [](Scene& s) {
        for (Fingertip& tip : s.hand.fingertips) make_spherical(tip);
      }},
+    {"touch (fingertips.touch)", [](const Scene& s) { return s.fingertips && s.fingertips->touch; }, leave_out_touch},
+    {"reflex (control.reflex)", [](const Scene& s) { return s.control && s.control->reflex; },
+     [](Scene& s) { s.control->reflex.reset(); }},
+    {"anticipation (control.anticipation)", [](const Scene& s) { return s.control && s.control->anticipation; },
+     [](Scene& s) { s.control->anticipation = false; }},
+    {"delay of what is known (control.feedback_delay)",
+     [](const Scene& s) { return s.control && s.control->feedback_delay_s > 0.0; },
+     [](Scene& s) { s.control->feedback_delay_s = 0.0; }},
 }};
 
 /// Two digits; what is next to nothing is 0.

@@ -15,7 +15,7 @@
 
 namespace thenar {
 
-/// What a scene models beyond rigid bodies that touch at points, and could do without.
+/// What a scene models beyond rigid bodies that touch at points and a hand that knows all, and could do without.
 enum class Part {
   kFingertips,  ///< Deformation of the fingertips, and of the object with it: without, a rigid contact point each, and
                 ///< the controller knows that they are rigid.
@@ -26,10 +26,15 @@ enum class Part {
   kFingertipMemory,
   kStiffening,
   kPulpShape,  ///< Ellipsoids and capsules: without, spheres that touch where the pulps face, as round as these are.
+  kTouch,      ///< What fingertips feel: without, no reflex, and cones of the friction that is expected.
+  kReflex,
+  kAnticipation,
+  kFeedbackDelay,
 };
 /// Those that save most first: so they are tried.
-inline constexpr std::array kParts{Part::kFingertips,   Part::kSoftObject,      Part::kDetail,     Part::kMuscles,
-                                   Part::kObjectMemory, Part::kFingertipMemory, Part::kStiffening, Part::kPulpShape};
+inline constexpr std::array kParts{
+    Part::kFingertips, Part::kSoftObject, Part::kDetail, Part::kMuscles, Part::kObjectMemory, Part::kFingertipMemory,
+    Part::kStiffening, Part::kPulpShape,  Part::kTouch,  Part::kReflex,  Part::kAnticipation, Part::kFeedbackDelay};
 
 /// In words, with the scene's key: "muscles (control.muscles)".
 [[nodiscard]] const char* to_string(Part part);

@@ -158,8 +158,8 @@ constexpr int kLeg = 800;
 struct Pulled {
   double pull_N = 0.0, at_m = 0.0;
 };
-std::vector<Pulled> to_and_fro(double normal_N, double mu, double most_N, double direction_rad, const Vector3d& normal_F,
-                               Eigen::Index points) {
+std::vector<Pulled> to_and_fro(double normal_N, double mu, double most_N, double direction_rad,
+                               const Vector3d& normal_F, Eigen::Index points) {
   PressedThumb thumb(normal_N, mu, normal_F, points);
   const Vector3d along = thumb.along(direction_rad);
   const Vector3d from_m = thumb.loop.state.X_WO.translation();
@@ -169,7 +169,8 @@ std::vector<Pulled> to_and_fro(double normal_N, double mu, double most_N, double
     TickInput input;
     input.wrench.head<3>() = most_N * (turn <= 1.0 ? turn : turn <= 2.0 ? 3.0 - 2.0 * turn : 2.0 * turn - 5.0) * along;
     thumb.loop.tick(input);
-    all.push_back({-thumb.loop.state.load[0].force_N.dot(along), (thumb.loop.state.X_WO.translation() - from_m).dot(along)});
+    all.push_back(
+        {-thumb.loop.state.load[0].force_N.dot(along), (thumb.loop.state.X_WO.translation() - from_m).dot(along)});
   }
   return all;
 }

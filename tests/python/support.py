@@ -22,4 +22,10 @@ def box(**changes):
     return thenar.Scene("box_grasp", {**QUICK, **{key.replace("__", "."): value for key, value in changes.items()}})
 
 
-__all__ = ["PROGRAM", "QUICK", "box", "np", "thenar", "unittest"]
+def wet(**changes):
+    """A box that becomes wet at 0.4 s, quickly: the hand feels it 65 ms later."""
+    quick = {"object.points": 6000, "contact.max_per_finger": 20, "task.friction": [{"at": "0.4 s", "to": 0.15}]}
+    return thenar.Scene("box_wet", {**quick, **{key.replace("__", "."): value for key, value in changes.items()}})
+
+
+__all__ = ["PROGRAM", "QUICK", "box", "np", "thenar", "unittest", "wet"]

@@ -3,7 +3,7 @@ import subprocess
 import sys
 import time
 
-from support import box, np, thenar, unittest
+from support import box, np, thenar, unittest, wet
 
 LAWS = {
     "wrench": lambda period: period.published_wrench(),
@@ -51,6 +51,58 @@ class OneLoop(unittest.TestCase):
         thenar.Simulation(box(), wrench=wrench).step(2)
         with self.assertRaisesRegex(RuntimeError, "is over"):
             seen[0].q_rad
+
+    def test_what_is_known_late(self):
+        """Joints and object are those of 65 ms ago, and so is what the fingertips feel; gravity is of now with
+        anticipation alone."""
+        scene = thenar.Scene("box_shake", {"object.points": 6000, "contact.max_per_finger": 20,
+                                           "task.arm.from": "50 ms", "fingertips.touch.delay": "30 ms"})
+        states, seen = [], []
+
+        def wrench(period):
+            seen.append((period.time_s, period.now_s, period.q_rad, period.stick, period.felt_tangential_N,
+                         period.friction_felt, period.squeeze_N, period.known_gravity))
+            return period.published_wrench()
+
+        run = thenar.Simulation(scene, wrench=wrench)
+        for _ in range(200):
+            states.append((run.q_rad.copy(), run.stick.copy(), run.felt_tangential_N.copy()))
+            run.step()
+        for i, (time_s, now_s, q_rad, stick, tangential_N, friction, squeeze_N, gravity) in enumerate(seen):
+            self.assertAlmostEqual(now_s, 1e-3 * i, delta=1e-12)
+            self.assertAlmostEqual(time_s, 1e-3 * max(0, i - 65), delta=1e-12)
+            self.assertTrue(np.array_equal(q_rad, states[max(0, i - 65)][0]))
+            self.assertTrue(np.array_equal(stick, states[max(0, i - 30)][1]))
+            self.assertTrue(np.array_equal(tangential_N, states[max(0, i - 30)][2]))
+            self.assertEqual(friction.shape, (3,))
+            self.assertEqual(squeeze_N.shape, (3,))
+        self.assertFalse(np.array_equal(seen[-1][7], seen[0][7]))
+        of_now = []
+        late = thenar.Simulation(scene.set({"control.anticipation": False}),
+                                 wrench=lambda p: of_now.append(p.known_gravity) or p.published_wrench())
+        late.step(200)
+        self.assertTrue(np.array_equal(of_now[0], of_now[-1]))
+
+    def test_no_touch(self):
+        """A scene without it has it of no finger."""
+        def wrench(period):
+            self.assertEqual(period.stick.shape, (0,))
+            self.assertEqual(period.felt_tangential_N.shape, (0, 3))
+            self.assertEqual(period.squeeze_N.shape, (0,))
+            self.assertEqual(period.now_s, period.time_s)
+            return period.published_wrench()
+
+        thenar.Simulation(box(), wrench=wrench).step()
+
+    def test_touch_without_control(self):
+        """Of a scene that only touches, a law of torques has what fingertips feel."""
+        def torques(period):
+            self.assertEqual(period.stick.shape, (3,))
+            self.assertEqual(period.squeeze_N.shape, (0,))
+            return period.gravity_Nm
+
+        run = thenar.Simulation(thenar.Scene("slide", {"fingertips.touch": {}}), torques=torques)
+        run.step(3)
 
     def test_muscles_and_torques_agree(self):
         """H f of the muscles is what the joints were asked for."""

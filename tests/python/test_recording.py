@@ -8,7 +8,7 @@ import re
 import struct
 import tempfile
 
-from support import box, np, thenar, unittest
+from support import box, np, thenar, unittest, wet
 
 
 def odd_recording(contact_fields, numbers):
@@ -57,6 +57,18 @@ class Recordings(unittest.TestCase):
             self.assertTrue(np.array_equal(recording["margin"][i], again.margin, equal_nan=True))
             rows = recording.contacts["time_s"] == time_s
             self.assertTrue(np.array_equal(recording.contacts["force_N"][rows], again.contacts["force_N"]))
+
+    def test_touch(self):
+        """What fingertips feel is recorded where a scene names it."""
+        file = os.path.join(self.folder.name, "wet.mcap")
+        scene = wet(time__duration="100 ms")
+        thenar.run(scene, record=file)
+        recording = thenar.Recording(file)
+        again = thenar.Simulation(scene)
+        again.run(until=float(recording.time_s[-1]))
+        for name in ("stick", "rim_friction", "slip_speed_m_per_s", "torsion_Nm", "friction_felt", "squeeze_N"):
+            self.assertTrue(np.array_equal(recording[name][-1], getattr(again, name), equal_nan=True), name)
+        self.assertNotIn("stick", self.recording)
 
     def test_names(self):
         self.assertIn("slip_m", self.recording)

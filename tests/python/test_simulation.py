@@ -7,7 +7,7 @@ import subprocess
 import tempfile
 import threading
 
-from support import PROGRAM, QUICK, box, np, thenar, unittest
+from support import PROGRAM, QUICK, box, np, thenar, unittest, wet
 
 
 def program_signals(*options, scene="box_grasp"):
@@ -128,6 +128,59 @@ class Views(unittest.TestCase):
         for name in self.FIELDS:
             getattr(fresh, name)
         self.assertEqual(fresh.report["outcome"], "held")
+
+
+class Touch(unittest.TestCase):
+    """What fingertips feel, and the grip's answer."""
+    ROWS = ("stick", "rim_friction", "slip_speed_m_per_s", "torsion_Nm", "felt_normal_N", "friction_felt",
+            "cone_friction", "squeeze_N")
+    SIGNALS = {"stick": "stick", "rim_friction": "rim_friction", "friction_felt": "friction_felt",
+               "squeeze_N": "squeeze_N"}
+
+    def test_views(self):
+        """Views of the engine's memory; a scene that does not name touch has none of it."""
+        run, none = thenar.Simulation(wet()), thenar.Simulation(box())
+        for simulation, fingers in ((run, 3), (none, 0)):
+            views = {name: getattr(simulation, name) for name in self.ROWS}
+            simulation.step(50)
+            for name, view in views.items():
+                self.assertEqual(view.shape, (fingers,), name)
+                self.assertTrue(np.array_equal(view, getattr(simulation, name), equal_nan=True), name)
+                with self.assertRaises(ValueError):
+                    view[...] = 0
+            self.assertEqual(simulation.felt_tangential_N.shape, (fingers, 3))
+            self.assertIsNone(simulation.reflex)
+        # Where nothing grips, fingertips feel all the same.
+        given = thenar.Simulation(thenar.Scene("slide", {"fingertips.touch": {}}))
+        self.assertEqual((given.stick.shape, given.squeeze_N.shape), ((3,), (0,)))
+        # Without noise what is felt is the load.
+        np.testing.assert_allclose(run.felt_normal_N, run.normal_N, atol=1e-12)
+        np.testing.assert_allclose(np.linalg.norm(run.felt_tangential_N, axis=1), run.tangential_N, atol=1e-12)
+
+    def test_slip_is_answered(self):
+        """65 ms after the box has become wet the reflex begins; friction is then felt where the rims slip, and the
+        squeeze goes up. rollout keeps the numbers that the columns of a run are."""
+        scene = wet(time__duration="600 ms")
+        run = thenar.Simulation(scene)
+        events = []
+        while run.time_s < scene.duration_s - 1e-9:
+            run.step()
+            if run.reflex:
+                events.append((run.time_s, run.reflex))
+        time_s, first = events[0]
+        self.assertEqual(first["event"], "slip")
+        self.assertIn(first["finger"], scene.fingers)
+        self.assertEqual(first["rate_N_per_s"], 0.0)
+        self.assertGreaterEqual(time_s, 0.4 + 0.065)
+        self.assertLess(time_s, 0.4 + 0.065 + 0.02)
+        np.testing.assert_allclose(run.friction_felt, 0.15, rtol=0.05)
+        np.testing.assert_allclose(run.cone_friction * 1.3, run.friction_felt, rtol=1e-12)
+        columns = thenar.run(scene).signals
+        self.assertEqual(events, [(t, e) for t, e in events if columns["reflex"][round(t / scene.step_s) - 1] == 2])
+        kept = thenar.rollout([thenar.Simulation(scene)], 600, signals=list(self.SIGNALS))
+        for name, column in self.SIGNALS.items():
+            for k, finger in enumerate(scene.fingers):
+                self.assertTrue(np.array_equal(kept[name][0, :, k], columns[f"{finger}_{column}"], equal_nan=True), name)
 
 
 class Rules(unittest.TestCase):

@@ -11,6 +11,7 @@
 #include "engine/results/problem_check.h"
 #include "engine/scenes/build_model.h"
 #include "tests/support/scenes.h"
+#include "tests/support/scratch.h"
 
 namespace thenar::problem_dump_test {
 namespace {
@@ -72,15 +73,38 @@ TEST(ProblemDump, ContactProblemsOfAHoldHaveItsStiffness) {
 TEST(ProblemDump, ControlProblemsHaveTheAnswersOfTheTick) {
   Loop loop(scene_of("box_grasp", {kCoarseBox, "contact.max_per_finger=5"}));
   loop.run(0.05);
-  const Eigen::Vector3d centre_m = loop.state.X_WO.translation();
   loop.tick();
-  const GraspFile grasp = grasp_problem_file(loop.model.scene, loop.report, centre_m);
+  const GraspFile grasp = grasp_problem_file(loop.model.scene, loop.report);
   EXPECT_EQ(grasp.status, "optimal");
   // The same problem but for the rounding of the points' shift.
   EXPECT_LE((grasp.f_optimal - loop.controller.f_desired).norm(), 1e-12 * grasp.f_optimal.norm());
   const MuscleFile muscles = muscle_problem_file(loop.controller, loop.report);
   EXPECT_EQ(muscles.status, "optimal");
   EXPECT_LE(muscle_residual(muscles, loop.controller.f_muscle), 1e-12);
+}
+
+// Of a grip that answers, each finger has a friction and a squeeze of its own, and the pose is known late: a file of it
+// that is read back has the forces of the tick.
+TEST(ProblemDump, GraspProblemsOfAPulseHaveItsForces) {
+  const std::filesystem::path file = scratch() / "grasp.json";
+  Loop loop(scene_of("box_wet", {kCoarseBox, "contact.max_per_finger=10", "task.friction=[{at: 0.4 s, to: 0.15}]"}));
+  loop.run(0.45);
+  int unlike = 0;
+  for (int tick = 0; tick < 100; ++tick) {
+    loop.tick();
+    const PerFinger<ContactGrip>& grips = loop.report.reflex.grips;
+    const auto same = [&](const ContactGrip& grip) { return grip.internal_force_N == grips[0].internal_force_N; };
+    if (std::all_of(grips.begin(), grips.end(), same)) continue;
+    ++unlike;
+    write_problem(file, grasp_problem_file(loop.model.scene, loop.report));
+    const auto grasp = std::get<GraspFile>(read_problem(file));
+    ASSERT_EQ(std::ssize(grasp.grips), loop.model.fingers());
+    VectorXd f = VectorXd::Zero(3 * loop.model.fingers());
+    ASSERT_EQ(solve_grasp_forces(grasp.problem(loop.model.scene.control->cone), f).status, GraspStatus::kOptimal);
+    // The same problem but for the rounding of the points' shift.
+    EXPECT_LE((f - loop.controller.f_desired).norm(), 1e-12 * f.norm());
+  }
+  EXPECT_GT(unlike, 20);
 }
 
 }  // namespace

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -148,6 +150,52 @@ TEST(BoxPush, ComesBack) {
 }
 
 TEST(Minimal, PointContactsHoldABall) { expect_held(SceneRun("minimal")); }
+
+/// A box that becomes wet at 0.4 s, of fewer contacts.
+std::vector<std::string> wet(std::vector<std::string> more = {}) {
+  more.insert(more.begin(), {kCoarseBox, "contact.max_per_finger=20", "time.duration=0.8 s",
+                             "task.friction=[{at: 0.4 s, to: 0.15}]"});
+  return more;
+}
+
+// The measures of touch and reflex, held against the ticks that they are of.
+TEST(BoxWet, SummaryTellsWhatWasFeltAndAnswered) {
+  const SceneRun run("box_wet", wet());
+  const ordered_json &touch = run.summary.at("touch"), &reflex = run.summary.at("reflex");
+  const std::vector<TickRecord>& ticks = run.recording.ticks;
+  for (std::size_t k = 0; k < 3; ++k) {
+    // All of a patch slid for a while: Coulomb's law left nothing to spare. By what the hand knew of friction, no load
+    // was more than friction bears, but for the error of what is felt, and none had more to spare than 30 % asks for.
+    EXPECT_EQ(touch.at("stick_min").at(k), 0.0);
+    EXPECT_NEAR(touch.at("margin_true").at(k).get<double>(), 0.0, 0.01);
+    EXPECT_GE(touch.at("margin_felt").at(k).get<double>(), -0.01);
+    EXPECT_LE(touch.at("margin_felt").at(k).get<double>(), 1.0 - 1.0 / 1.3);
+    // Within 1 % of what is felt, and of the mean over 0.15 s that a rise takes.
+    EXPECT_NEAR(touch.at("friction_felt").at(k).get<double>(), 0.15, 0.03 * 0.15);
+  }
+  // 65 ms after the step, and what the patches take to slide.
+  EXPECT_EQ(reflex.at("events").at("load"), 0);
+  EXPECT_GE(reflex.at("events").at("slip"), 1);
+  const double onset_ms = run.number("reflex", "onset_ms");
+  EXPECT_GT(onset_ms, 65.0);
+  EXPECT_LT(onset_ms, 75.0);
+  const auto at = [&](double time_s) -> const TickRecord& { return ticks.at(std::lround(time_s / 1e-3) - 1); };
+  EXPECT_EQ(at(0.4 + 1e-3 * onset_ms).reflex.event, ReflexEvent::kSlip);
+  double slip_m = 0.0;
+  for (int k = 0; k < 3; ++k) {
+    slip_m = std::max(slip_m, at(0.4 + 1e-3 * onset_ms + 0.22).slip_m[k] - at(0.4).slip_m[k]);
+  }
+  EXPECT_NEAR(run.number("reflex", "slip_mm"), 1e3 * slip_m, 0.02e3 * slip_m) << "slip is a sum: it hardly falls";
+}
+
+TEST(BoxWet, SummaryTellsOfTouchAndReflexWhereTheyAreNamed) {
+  const SceneRun dry("box_wet", wet({"time.duration=0.4 s"}));
+  EXPECT_EQ(dry.summary.at("reflex").dump(), R"({"events":{"load":0,"slip":0},"onset_ms":null,"slip_mm":null})");
+  EXPECT_GT(dry.summary.at("touch").at("stick_min").at(0), 0.0);
+  const SceneRun without("minimal");
+  EXPECT_FALSE(without.summary.contains("touch"));
+  EXPECT_FALSE(without.summary.contains("reflex"));
+}
 
 }  // namespace
 }  // namespace thenar::summary_test

@@ -23,6 +23,9 @@ using Overrides = std::vector<std::string>;
 
 const std::string kSoft = "object.compliance={reduced_modulus: 1 MPa, poisson: 0.5, relaxation: 5 ms}";
 const std::string kStiffening = "fingertips.stiffening=0.5 1/N";
+const std::string kTouch = "fingertips.touch={delay: 10 ms}", kLate = "control.feedback_delay=10 ms";
+const std::string kFelt = "control.grasp={friction: felt, margin: 0.3, first_friction: 0.4, internal_force: 2 N}";
+const std::string kExpected = "control.grasp={friction: 0.4, internal_force: 2 N}";
 
 /// The box grasp on few samples, from touch to a moving box.
 Scene grasp(Overrides overrides = {}, const std::string& duration = "0.6 s") {
@@ -66,13 +69,38 @@ TEST(ModelParts, LeavingOutIsTheSceneThatNeverNamedThePart) {
                          {Part::kMuscles, {}, {"control.muscles=false"}},
                          {Part::kObjectMemory, {kSoft}, {elastic}},
                          {Part::kFingertipMemory, {}, {"fingertips.relaxation=0 ms"}},
-                         {Part::kStiffening, {kStiffening}, {}}}) {
+                         {Part::kStiffening, {kStiffening}, {}},
+                         {Part::kTouch, {kTouch, kFelt, "control.reflex={}"}, {kExpected}},
+                         {Part::kReflex, {kTouch, kFelt, "control.reflex={}"}, {kTouch, kFelt}},
+                         {Part::kAnticipation, {"control.anticipation=true"}, {}},
+                         {Part::kFeedbackDelay, {kLate}, {}}}) {
     SCOPED_TRACE(to_string(part));
     const Scene scene = grasp(with, "0.1 s");
     ASSERT_TRUE(has(scene, part));
     expect_same_run(build_model(leave_out(scene, part)), build_model(grasp(without, "0.1 s")));
   }
-  expect_same_run(build_model(leave_out(grasp({kSoft}, "0.1 s"), Part::kFingertips)), build_model(rigid_grasp()));
+  for (const Overrides& named : {Overrides{kSoft}, Overrides{kTouch, "control.reflex={}"}}) {
+    expect_same_run(build_model(leave_out(grasp(named, "0.1 s"), Part::kFingertips)), build_model(rigid_grasp()));
+  }
+}
+
+// A box that becomes wet is lost without touch. Where cones have the friction that is felt, they ask for the grip that
+// holds it by themselves, and the reflex adds little.
+TEST(ModelParts, ABoxThatBecomesWetNeedsTouch) {
+  const Model model = build_model(scene_of("box_wet", {kCoarseBox, "contact.max_per_finger=20", "time.duration=0.7 s",
+                                                       "task.friction=[{at: 0.4 s, to: 0.15}]"}));
+  const PathRun full = run_path(model);
+  ASSERT_EQ(full.verdict.outcome, Outcome::kSlipping) << "it slid just now: " << full.verdict.reason;
+  const std::vector<PartEffect> effects = ablate(model, full);
+  const auto without = [&](Part part) -> const PartEffect& {
+    return *std::ranges::find(effects, part, &PartEffect::part);
+  };
+  EXPECT_EQ(without(Part::kTouch).verdict.outcome, Outcome::kLost);
+  EXPECT_FALSE(without(Part::kTouch).within);
+  EXPECT_TRUE(without(Part::kReflex).within) << in_words(without(Part::kReflex));
+  EXPECT_GT(without(Part::kReflex).error.force, 0.0);
+  EXPECT_EQ(std::ranges::count(effects, Part::kFeedbackDelay, &PartEffect::part), 1);
+  EXPECT_EQ(std::ranges::count(effects, Part::kAnticipation, &PartEffect::part), 0);
 }
 
 // Without their shapes pulps are spheres that touch a plane across their normal at the same place; what is a sphere
