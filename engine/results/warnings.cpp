@@ -51,9 +51,10 @@ std::string delay_warning(const Model& model) {
   if (!model.scene.control) return {};
   const double rate_per_s = pose_rate(model), delay_s = loop_delay_s(model.scene);
   if (!(rate_per_s * delay_s > kMostDelay)) return {};
-  return fmt::format("the pose is known {:.3g} ms late, and its gains bring the object back at {:.3g} /s: {:.2f} in all, "
-                     "and from pi/2 on it swings wider and wider; {:.2g} of control.position.p and rotation.p is stable",
-                     1e3 * delay_s, rate_per_s, rate_per_s * delay_s, kMostDelay / (rate_per_s * delay_s));
+  return fmt::format(
+      "the pose is known {:.3g} ms late, and its gains bring the object back at {:.3g} /s: {:.2f} in all, "
+      "and from pi/2 on it swings wider and wider; {:.2g} of control.position.p and rotation.p is stable",
+      1e3 * delay_s, rate_per_s, rate_per_s * delay_s, kMostDelay / (rate_per_s * delay_s));
 }
 
 /// Fingers that a controller holds with and that nothing is near to; empty: there is none.

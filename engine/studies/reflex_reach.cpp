@@ -62,7 +62,8 @@ class Slide {
     const double object_m_per_s = slides ? (acting_N - most_N) / b : together_m_per_s;
     if (slides) slip_m_ += (object_m_per_s - (most_N - wanted_N) / drag_) * dt_s;
     state_.X_WO.translation() += object_m_per_s * dt_s * down_;
-    for (int k = 0; k < model_.fingers(); ++k) feel(k, friction, carried_N * normal_N_[k] / pressing_N, carried_N / most_N);
+    for (int k = 0; k < model_.fingers(); ++k)
+      feel(k, friction, carried_N * normal_N_[k] / pressing_N, carried_N / most_N);
   }
 
   [[nodiscard]] double slip_m() const { return slip_m_; }
@@ -96,7 +97,7 @@ class Slide {
   State state_;
   Frame frame_;
   Controller controller_;
-  Vector3d down_;                   ///< Of the load, unit, across the fingers' normals.
+  Vector3d down_;  ///< Of the load, unit, across the fingers' normals.
   PerFinger<double> normal_N_;
   std::vector<double> press_drag_;  ///< Of each finger along its normal, [N s/m],
   std::vector<double> aside_;       ///< and how much it is pressed by what pulls it against the load.

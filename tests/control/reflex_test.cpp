@@ -127,21 +127,44 @@ TEST(Reflex, KeepsItsMarginWhateverTheFrictionIs) {
   }
 }
 
-// Who moves the arm knows the load: the grip goes with it. Who does not, has it when it is felt.
-TEST(Reflex, GripGoesWithALoadOfOnesOwn) {
-  const auto correlation = [](const Recording& recording) {
-    std::vector<double> grip, load;
+/// How the thumb's grip goes with its load while an arm swings it, up to when the swing ends.
+struct Course {
+  std::vector<double> grip_N, load_N;
+  explicit Course(const Recording& recording) {
     for (const TickRecord& tick : recording.ticks) {
-      if (tick.time_s < 1.5 || tick.time_s > 3.5) continue;
-      grip.push_back(tick.force[0].normal_N);
-      load.push_back(tick.force[0].tangential_N);
+      if (tick.time_s < 1.5 || tick.time_s > 4.0) continue;
+      grip_N.push_back(tick.force[0].normal_N);
+      load_N.push_back(tick.force[0].tangential_N);
     }
-    const Eigen::Map<const Eigen::ArrayXd> g(grip.data(), std::ssize(grip)), l(load.data(), std::ssize(load));
+  }
+  /// Of the grip with the load so much earlier.
+  [[nodiscard]] double correlation(int lag_ms) const {
+    const Eigen::Index n = std::ssize(load_N) - lag_ms;
+    const Eigen::Map<const Eigen::ArrayXd> g(grip_N.data() + lag_ms, n), l(load_N.data(), n);
     const Eigen::ArrayXd dg = g - g.mean(), dl = l - l.mean();
     return (dg * dl).sum() / std::sqrt(dg.square().sum() * dl.square().sum());
-  };
-  EXPECT_GT(correlation(run("box_shake", {})), 0.95);
-  EXPECT_LT(correlation(run("box_shake", {"control.anticipation=false"})), 0.7);
+  }
+  [[nodiscard]] int lag_ms() const {
+    int best = 0;
+    for (int lag = 1; lag < 200; ++lag) best = correlation(lag) > correlation(best) ? lag : best;
+    return best;
+  }
+};
+
+// Who moves the arm knows the load: the grip goes with it. Who does not, has it when it is felt: a latency later, half of
+// it where the pulse of one swing runs into the next.
+TEST(Reflex, GripGoesWithALoadOfOnesOwn) {
+  for (const std::string hertz : {"0.5", "1", "2"}) {
+    const Changes swing = {"task.arm.frequency=" + hertz + " Hz"};
+    const Course known(run("box_shake", swing));
+    EXPECT_GE(known.correlation(0), 0.95) << hertz;
+    EXPECT_LE(known.lag_ms(), 10) << hertz;
+  }
+  const Course felt(
+      run("box_shake", {"task.arm.frequency=2 Hz", "control.anticipation=false", "control.reflex.load_rate=0.1 N/s"}));
+  EXPECT_LT(felt.correlation(0), 0.7);
+  EXPECT_GE(felt.lag_ms(), 65);
+  EXPECT_LE(felt.lag_ms(), 95);
 }
 
 // Frames that come late or not at all make forces jump, too. That is no slip and no load: nothing is answered.
@@ -175,9 +198,7 @@ Model noisy_hold() {
                                            "task.push={force: [0 N, 0 N, 0 N], from: 1 s, over: 1 s}"}));
 }
 
-bool has_event(const GraspRun& loops) {
-  return loops.controlled && loops.report.reflex.event != ReflexEvent::kNone;
-}
+bool has_event(const GraspRun& loops) { return loops.controlled && loops.report.reflex.event != ReflexEvent::kNone; }
 
 // What is felt is noisy by 5 % at each contact: a minute's hold has no false alarm.
 TEST(Reflex, TakesNoNoiseForALoad) {
