@@ -9,10 +9,10 @@
 
 namespace thenar {
 
-/// How fast the P gains bring the object back: the largest eigenvalue of B^-1 K [1/s]. K are they, B is what the object's
-/// own viscosity and that of the fingers, b (J J')^-1 at each one's contact, hold against its motion; of the scene's
-/// start, and a scene with control. With what is known T late there is no overshoot below 1/(e T), and no stability above
-/// kMostDelay / T: x' = -k x(t - T).
+/// How fast the P gains bring the object back: the largest eigenvalue of B^-1 K [1/s]. K are they, B is what the
+/// object's own viscosity and that of the fingers, b (J J')^-1 at each one's contact, hold against its motion; of the
+/// scene's start, and a scene with control. With what is known T late there is no overshoot below 1/(e T), and no
+/// stability above kMostDelay / T: x' = -k x(t - T).
 [[nodiscard]] double pose_rate(const Model& model);
 inline constexpr double kMostDelay = std::numbers::pi / 2.0;
 /// T: what control.feedback_delay and time.control_delay say, and half a period, which a command is old on average.

@@ -19,8 +19,8 @@ constexpr double kAnswer_s = 1.0;  // and until a slip has been caught or is los
 constexpr double kRimSlips = 0.1;  // From this share of the limit on some rim slips.
 constexpr int kHalvings = 12;
 
-/// The scene's own control tick on what is left of its mechanics along one line: an object and fingers that are viscous,
-/// between them friction, and normal forces that follow what is asked for with a lag.
+/// The scene's own control tick on what is left of its mechanics along one line: an object and fingers that are
+/// viscous, between them friction, and normal forces that follow what is asked for with a lag.
 class Slide {
  public:
   Slide(const Model& model, const Vector3d& down)

@@ -16,8 +16,8 @@ struct ReflexReach {
 };
 
 /// Of the scene's start, by first-order mechanics: what friction does not hold, X, slides at X / b until the grip has
-/// risen, where b is what the object's and the fingers' viscosity hold against the slide. A step of friction is answered
-/// a latency later by a grip that rises with the fingers' own lag, a step of load by the reflex's pulse.
+/// risen, where b is what the object's and the fingers' viscosity hold against the slide. A step of friction is
+/// answered a latency later by a grip that rises with the fingers' own lag, a step of load by the reflex's pulse.
 /// Nothing: the scene has no reflex, or the fingers do not hold it at rest.
 [[nodiscard]] std::optional<ReflexReach> reflex_reach(const Model& model);
 

@@ -35,8 +35,9 @@ Verdict verdict_of(const Scene& scene) {
   return run_scene(model, state).verdict;
 }
 
-// x' = -k x(t - T) is stable up to k T = pi/2. The fingers' viscosity counts with the object's: the object's alone would
-// have it swing at a third of the gain. A tenth below it rings and is held, a tenth above it is unstable, and said to be.
+// x' = -k x(t - T) is stable up to k T = pi/2. The fingers' viscosity counts with the object's: the object's alone
+// would have it swing at a third of the gain. A tenth below it rings and is held, a tenth above it is unstable, and
+// said to be.
 TEST(PoseLoop, SwingsWiderFromHalfPiOn) {
   for (const int ms : {65, 100}) {
     const Verdict below = verdict_of(nudged(ms, 0.9 * kMostDelay));

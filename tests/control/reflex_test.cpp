@@ -151,8 +151,8 @@ struct Course {
   }
 };
 
-// Who moves the arm knows the load: the grip goes with it. Who does not, has it when it is felt: a latency later, half of
-// it where the pulse of one swing runs into the next.
+// Who moves the arm knows the load: the grip goes with it. Who does not, has it when it is felt: a latency later,
+// half of it where the pulse of one swing runs into the next.
 TEST(Reflex, GripGoesWithALoadOfOnesOwn) {
   for (const std::string hertz : {"0.5", "1", "2"}) {
     const Changes swing = {"task.arm.frequency=" + hertz + " Hz"};

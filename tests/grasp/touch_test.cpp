@@ -152,8 +152,8 @@ TEST(Touch, FrictionIsFeltBeforeThePatchSlides) {
   }
 }
 
-/// Displacement over the pull along `direction_rad` of the thumb's face, as the pull goes to `most_N`, back to -most_N, and
-/// up to most_N again, each in kLeg ticks.
+/// Displacement over the pull along `direction_rad` of the thumb's face, as the pull goes to `most_N`, back to
+/// -most_N, and up to most_N again, each in kLeg ticks.
 constexpr int kLeg = 800;
 struct Pulled {
   double pull_N = 0.0, at_m = 0.0;
@@ -198,9 +198,9 @@ double mindlin_swing_J(double normal_N, double limit_N, double share) {
   return limit_N * whole_m * (8.0 * pull - 4.0 * share * at);
 }
 
-// Masing's rule, which Mindlin and Deresiewicz found for this contact: the way back is the way there at twice the size,
-// and so is the way up again, which ends where it began. So the first pull tells how much work a swing takes; what it is
-// by their law, some 200 points in the patch tell to a tenth, as chance has it.
+// Masing's rule, which Mindlin and Deresiewicz found for this contact: the way back is the way there at twice the
+// size, and so is the way up again, which ends where it began. So the first pull tells how much work a swing takes;
+// what it is by their law, some 200 points in the patch tell to a tenth, as chance has it.
 TEST(Touch, SwingsTakeTheWorkThatMindlinAndDeresiewiczSay) {
   constexpr unsigned kSeed = 22;
   SCOPED_TRACE("seed " + std::to_string(kSeed));

@@ -41,8 +41,8 @@ TEST(ReflexReach, TellsTheLargestLoad) {
   }
 }
 
-// And likewise the least friction, where it is the latency that counts: what pulps that are let go of spring back, 0.2 mm
-// of the 2 mm that are forgiven, is left out, and at 30 ms makes a fifth of the friction.
+// And likewise the least friction, where it is the latency that counts: what pulps that are let go of spring back,
+// 0.2 mm of the 2 mm that are forgiven, is left out, and at 30 ms makes a fifth of the friction.
 TEST(ReflexReach, TellsTheLeastFriction) {
   for (const int ms : {65, 80, 100}) {
     const auto reach = reflex_reach(build_model(scene_of("box_wet", late(ms))));
