@@ -101,8 +101,8 @@ TEST(Threads, HoldABoxWithoutLosingARecord) {
   EXPECT_EQ(report.contact.core, cores.back());  // also where there is no other
 }
 
-// The reflex between two threads: a box that becomes wet slides for as long as touch takes, and for the frames' way, and
-// is caught. At a quarter of the speed, so that a busy machine is in time: in a hold no grip answers.
+// The reflex between two threads: a box that becomes wet slides for as long as touch takes, and the frames on their
+// way, and is caught. At a quarter of the speed, so that a busy machine is in time: in a hold no grip answers.
 TEST(Threads, CatchAWetBox) {
   const Model model = build_model(
       scene_of("box_wet", {kCoarseBox, "time.control_period=5 ms", "time.control_delay=5 ms", "task.lost=6 mm"}));
