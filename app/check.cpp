@@ -228,7 +228,7 @@ void describe_reach(const Model& model, std::ostream& out) {
     out << fmt::format("  reflex reaches  a load step of {:.2f} N {}, answered after {:.0f} ms", reach->load_N,
                        reach->of_push ? "where the task pushes" : "downwards", 1e3 * reach->answer_s);
     if (reach->friction) out << fmt::format(", and a friction that falls to {:.2f}", *reach->friction);
-    out << fmt::format(", before a finger has slid by {:.3g} mm\n", 1e3 * reach->slip_m);
+    out << fmt::format(", before a finger has slid by {:.3g} mm, if nothing turns\n", 1e3 * reach->slip_m);
   }
 }
 

@@ -15,6 +15,7 @@ constexpr double kUsualMargin = 0.3;     // What people leave, where a scene say
 constexpr double kHardlySticks = 0.5;    // This part of the least share: the patch is about to go.
 constexpr double kStep = 0.1;            // A friction that is so much less than the last is another surface; else
 constexpr double kSteady_s = 0.05;       // it is a mean over so long.
+constexpr double kMostlySlips = 0.5;     // Less of a patch sticks: what it feels is no chance of a few points.
 constexpr double kMuchMore = 2.0;        // So many times as severe as what a running pulse answers.
 constexpr double kRises_s = 0.15;        // To let go takes longer than to hold on.
 constexpr double kMostSqueeze_N = 50.0;  // More than fingers have.
@@ -32,10 +33,11 @@ Reflex::Reflex(const Model& model) : delay_s_(model.scene.fingertips->touch->del
   for (Finger& finger : fingers_) finger.friction = control.grasp_friction * (1.0 + margin_);
 }
 
-void Reflex::feel_friction(double felt, double period_s, Finger& finger) const {
+void Reflex::feel_friction(const Touch& touch, double period_s, Finger& finger) {
+  const double felt = touch.friction;
   if (!(felt > 0.0)) return;
   const double rises_s = felt > finger.friction ? kRises_s : kSteady_s;
-  const bool falls_at_once = felt < (1.0 - kStep) * finger.friction;
+  const bool falls_at_once = felt < (1.0 - kStep) * finger.friction && touch.stick < kMostlySlips;
   finger.friction += (falls_at_once ? 1.0 : 1.0 - std::exp(-period_s / rises_s)) * (felt - finger.friction);
 }
 
@@ -77,7 +79,7 @@ ReflexReport Reflex::update(const Model& model, const Sensed& felt, const Snapsh
   report.friction = PerFinger<double>(model.fingers());
   report.grips = PerFinger<ContactGrip>(model.fingers());
   for (int k = 0; k < model.fingers(); ++k) {
-    feel_friction(felt.snapshot.touch[k].friction, period_s, fingers_[k]);
+    feel_friction(felt.snapshot.touch[k], period_s, fingers_[k]);
     report.friction[k] = fingers_[k].friction;
   }
   PerFinger<double> pressing_N(model.fingers());
@@ -122,7 +124,8 @@ void Reflex::answer(const ControlSettings& control, const Sensed& felt, const Pe
   }
   if (report.event != ReflexEvent::kNone) {
     pulse_from_s_ = now_s;
-    severity_ = loudest;
+    // A load that comes back when a slip has been caught is the answer's own.
+    severity_ = report.event == ReflexEvent::kSlip ? std::numeric_limits<double>::infinity() : loudest;
     for (int k = 0; k < std::ssize(fingers_); ++k) {
       fingers_[k].pulse_N = 0.0;
       fingers_[k].caught_N = std::max(fingers_[k].caught_N, beyond_N(k) - fingers_[k].regulated_N);

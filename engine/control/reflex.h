@@ -56,7 +56,7 @@ class Reflex {
     double pulse_N = 0.0;  ///< How far the running pulse raises the squeeze.
     double caught_N = 0.0, regulated_N = 0.0;
   };
-  void feel_friction(double felt, double period_s, Finger& finger) const;
+  static void feel_friction(const Touch& touch, double period_s, Finger& finger);
   /// What a finger feels that was not expected, and the squeeze that answers it.
   struct Surprise {
     ReflexEvent event = ReflexEvent::kNone;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "engine/control/control_tick.h"
@@ -32,7 +33,7 @@ class Slide {
       const GraspContact contact = finger_contact(model, pose, state_, k);
       const Vector3d normal = contact.axes.col(0);
       const Eigen::Matrix3d yields = damped(squared(finger_jacobian(scene.hand, pose, k, contact.point_m)));
-      drag_ += scene.viscosity(k) * down.dot(yields.ldlt().solve(down));
+      drag_ += scene.viscosity(k) * down.dot(yields.inverse() * down);
       press_drag_.push_back(scene.viscosity(k) / normal.dot(yields * normal));
       aside_.push_back(-normal.dot(yields * down) / normal.dot(yields * normal));
       state_.load[k] = {.centre_m = contact.point_m, .normal = normal};
@@ -53,6 +54,10 @@ class Slide {
       normal_N_[k] = std::max(0.0, normal_N_[k] + follow(k) * (settles_N - normal_N_[k]));
       pressing_N += normal_N_[k];
       wanted_N += lifting_N;
+    }
+    if (!(pressing_N > 0.0)) {
+      slip_m_ = std::numeric_limits<double>::infinity();
+      return;
     }
     const double b = scene.object.translation_damping, dt_s = scene.control_period_s;
     const double acting_N = scene.object.mass_kg * scene.gravity.dot(down_) + load_N, most_N = friction * pressing_N;
@@ -124,23 +129,25 @@ double bisect(double good, double bad, Holds&& holds) {
 
 }  // namespace
 
-std::optional<ReflexReach> reflex_reach(const Model& model) {
+std::optional<ReflexReach> reflex_reach(const Model& of) {
+  if (!of.scene.control || !of.scene.control->reflex) return std::nullopt;
+  Model model = of;
+  const TaskSettings task = std::exchange(model.scene.task, {});  // Nothing moves but what slides.
   const Scene& scene = model.scene;
-  if (!scene.control || !scene.control->reflex) return std::nullopt;
-  const bool pushed = scene.task.push && !scene.task.push->force_N.isZero();
-  const Vector3d along = pushed ? Vector3d(scene.object.X_WO.linear() * scene.task.push->force_N) : scene.gravity;
+  const bool pushed = task.push && !task.push->force_N.isZero();
+  const Vector3d along = pushed ? Vector3d(scene.object.X_WO.linear() * task.push->force_N) : scene.gravity;
   const Vector3d line = across(model, along);
   if (!(line.norm() > 0.5 * along.norm())) return std::nullopt;
-  const double friction = scene.contact.friction, rise_s = pushed ? scene.task.push->rise_s : 0.0;
+  const double friction = scene.contact.friction, rise_s = pushed ? task.push->rise_s : 0.0;
 
   ReflexReach reach;
   reach.of_push = pushed;
   reach.slip_m = scene.hand.fingertips[0].radius_m;
   for (const Fingertip& tip : scene.hand.fingertips) reach.slip_m = std::min(reach.slip_m, tip.radius_m);
-  reach.slip_m = scene.task.lost_m.value_or(reach.slip_m);
+  reach.slip_m = task.lost_m.value_or(reach.slip_m);
   Slide rest(model, line.normalized());
   for (double s = 0.0; s < kRest_s; s += scene.control_period_s) rest.step(friction, 0.0);
-  if (rest.slip_m() > 0.1 * reach.slip_m) return std::nullopt;
+  if (!(rest.slip_m() < 0.1 * reach.slip_m)) return std::nullopt;
   rest.forget();
   const auto holds = [&](double to_friction, double load_N) {
     Slide slide = rest;

@@ -127,6 +127,22 @@ TEST(Reflex, KeepsItsMarginWhateverTheFrictionIs) {
   }
 }
 
+// With 5 % of noise in what it feels, too: a little more, for what seems to fall is believed sooner.
+TEST(Reflex, KeepsItsMarginInNoise) {
+  for (const double mu : {0.3, 0.8}) {
+    const Recording recording =
+        run("unknown_friction", {"contact.friction=" + std::to_string(mu), "fingertips.touch.noise=5 %"});
+    EXPECT_EQ(in_words(recording.verdict), "held") << mu;
+    for (const TickRecord& tick : recording.ticks) {
+      if (tick.time_s < 1.5) continue;
+      double least = 10.0;
+      for (const NormalTangential& f : tick.force) least = std::min(least, mu * f.normal_N / f.tangential_N - 1.0);
+      ASSERT_GE(least, 0.27) << "friction " << mu << " at " << tick.time_s << " s";
+      ASSERT_LE(least, 0.40) << "friction " << mu << " at " << tick.time_s << " s";
+    }
+  }
+}
+
 /// How the thumb's grip goes with its load while an arm swings it, up to when the swing ends.
 struct Course {
   std::vector<double> grip_N, load_N;
