@@ -151,7 +151,8 @@ void describe_contact(const Scene& scene, std::ostream& out) {
     if (tips->material.stiffening_per_N > 0.0) out << ", stiffening " << tips->material.stiffening_per_N << " /N";
     out << "\n";
     if (const auto& touch = tips->touch) {
-      out << "  touch           is felt " << 1e3 * touch->delay_s << " ms late";
+      out << "  touch           is felt";
+      if (scene.control) out << " " << 1e3 * touch->delay_s << " ms late";
       if (touch->noise > 0.0) out << ", with " << 100.0 * touch->noise << " % of noise";
       out << "\n";
     }
@@ -229,6 +230,9 @@ void describe_reach(const Model& model, std::ostream& out) {
                        reach->of_push ? "where the task pushes" : "downwards", 1e3 * reach->answer_s);
     if (reach->friction) out << fmt::format(", and a friction that falls to {:.2f}", *reach->friction);
     out << fmt::format(", before a finger has slid by {:.3g} mm, if nothing turns\n", 1e3 * reach->slip_m);
+  } else if (model.scene.control->reflex) {
+    out << "  reflex reaches  nothing that could be told: the load is along the fingers' normals, or they do not hold at "
+           "rest\n";
   }
 }
 

@@ -13,14 +13,24 @@ Afference::Afference(const Model& model) {
   const double delay_s =
       std::max(control.feedback_delay_s, model.feels() ? model.scene.fingertips->touch->delay_s : 0.0);
   if (delay_s <= 0.0 && !model.feels()) return;
-  // Control ticks are a period apart or more, but for a step's rounding.
-  const double period_s = std::max(model.scene.step_s, model.scene.control_period_s - model.scene.step_s);
-  past_.assign(static_cast<std::size_t>(std::ceil(delay_s / period_s)) + 2,
+  // One a tick: how often control ticks come may change while it runs.
+  past_.assign(static_cast<std::size_t>(ticks_of(model, delay_s)) + 2,
                {State(model), FingerForces::Zero(3, model.fingers())});
 }
 
+Afference::Afference(const Model& model, const Model& old, const Afference& before) : Afference(model) {
+  if (past_.empty()) return;
+  for (std::size_t i = before.count_ - std::min(before.count_, before.past_.size()); i < before.count_; ++i) {
+    const Sensed& sensed = before.past_[i % before.past_.size()];
+    add(sensed.snapshot, sensed.desired_N.reshaped());
+    past_[(count_ - 1) % past_.size()].snapshot.tick = same_time(old, sensed.snapshot.tick, model);
+  }
+}
+
 void Afference::add(const Snapshot& snapshot, const Eigen::VectorXd& desired_N) {
-  past_[count_++ % past_.size()].snapshot = snapshot;
+  const bool again = count_ > 0 && past_[(count_ - 1) % past_.size()].snapshot.tick == snapshot.tick;
+  if (!again) ++count_;
+  past_[(count_ - 1) % past_.size()].snapshot = snapshot;
   set_desired(desired_N);
 }
 

@@ -21,9 +21,11 @@ class Afference {
  public:
   /// For the longest delay that the scene's control names; without one, and without touch, it is not needed.
   explicit Afference(const Model& model);
+  /// Goes on as another of a model that differs in its steps or fingertips.
+  Afference(const Model& model, const Model& old, const Afference& before);
 
   [[nodiscard]] bool is_needed() const { return !past_.empty(); }
-  /// The next one; of a later tick than the last.
+  /// The next one; in place of the last if it is of the same tick.
   void add(const Snapshot& snapshot, const Eigen::VectorXd& desired_N);
   /// What the fingers are to do, once that is found.
   void set_desired(const Eigen::VectorXd& desired_N);

@@ -97,8 +97,10 @@ ReflexReport Reflex::update(const Model& model, const Sensed& felt, const Snapsh
 void Reflex::answer(const ControlSettings& control, const Sensed& felt, const PerFinger<double>& pressing_N,
                     double now_s, double period_s, bool quiet, ReflexReport& report) {
   const ReflexSettings& settings = *control.reflex;
-  // A pulse is for what began it, or for what is much more.
+  // A pulse is for what began it, or for what is much more; the load that comes back when a slip has been caught is its
+  // own doing.
   const double running_s = now_s - pulse_from_s_;
+  const bool comes_back = answers_slip_ && running_s < delay_s_ + 2.0 * kMemory_s;
   const double masked = running_s < settings.pulse_s ? kMuchMore * severity_ : 0.0;
   // A squeeze acts beyond what the cones ask for: it rises from there.
   const auto beyond_N = [&](int k) { return pressing_N[k] - control.internal_force_N; };
@@ -109,7 +111,7 @@ void Reflex::answer(const ControlSettings& control, const Sensed& felt, const Pe
     if (quiet) continue;
     target_N[k] = surprise.target_N;
     if (running_s < kMemory_s) severity_ = std::max(severity_, surprise.severity);
-    if (running_s >= kMemory_s && surprise.severity > std::max(loudest, masked)) {
+    if (running_s >= kMemory_s && !comes_back && surprise.severity > std::max(loudest, masked)) {
       loudest = surprise.severity;
       report.event = surprise.event;
       report.finger = k;
@@ -124,8 +126,8 @@ void Reflex::answer(const ControlSettings& control, const Sensed& felt, const Pe
   }
   if (report.event != ReflexEvent::kNone) {
     pulse_from_s_ = now_s;
-    // A load that comes back when a slip has been caught is the answer's own.
-    severity_ = report.event == ReflexEvent::kSlip ? std::numeric_limits<double>::infinity() : loudest;
+    severity_ = loudest;
+    answers_slip_ = report.event == ReflexEvent::kSlip;
     for (int k = 0; k < std::ssize(fingers_); ++k) {
       fingers_[k].pulse_N = 0.0;
       fingers_[k].caught_N = std::max(fingers_[k].caught_N, beyond_N(k) - fingers_[k].regulated_N);

@@ -53,7 +53,7 @@ SplitGrasp::SplitGrasp(const Model& model, const Model& old, const SplitGrasp& b
       frames_(model),
       snapshots_(static_cast<const Snapshot&>(state_)) {
   controller_.search = ContactSearch(model);
-  controller_.afference = Afference(model);
+  controller_.afference = Afference(model, old, before.controller_.afference);
   controller_.last_tick = same_time(old, controller_.last_tick, model);
   const ControlStep first = control_step();
   if (!first.published) throw std::runtime_error("the frame after the change is not finite");

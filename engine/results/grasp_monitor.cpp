@@ -20,6 +20,7 @@ constexpr double kChatterWindow_s = 0.3;
 constexpr double kRests_s = 0.3;           // A finger that has not slid for so long sticks again.
 constexpr double kStopsWithin_rad = 1e-6;  // Of the ends of their ranges joints come to rest.
 constexpr double kAnyFriction = 0.01;      // A grasp that so little friction would close is closed by any.
+constexpr double kLeastDelays = 0.8 * kMostDelay;  // A pose that is known sooner does not swing by that.
 constexpr std::size_t kMostNamed = 3;      // Limits passed; a reason counts the others.
 
 /// The oldest frame that a chatter is looked for at, in ticks: beyond it a frame is held, and no loop goes through it.
@@ -106,7 +107,9 @@ void GraspMonitor::add(double time_s, const ControlReport& control, const Eigen:
                                                : "the muscle-force problem found no answer",
                                           time_s)};
   }
-  if (control.reflex.event != ReflexEvent::kNone && !answer_) answer_ = Answer{control.reflex, slip_m_};
+  if (control.reflex.event != ReflexEvent::kNone && !(answer_ && answers_a_slip())) {
+    answer_ = Answer{time_s, control.reflex, slip_m_};
+  }
   if (unsolved_) note_trouble();
   if (!model_.scene.has_muscles()) return;
   for (std::size_t m = 0; m < muscles_.size(); ++m) {
@@ -202,11 +205,14 @@ void GraspMonitor::watch_swings(const TickRecord& tick) {
   if (!model_.scene.control || swinging_ || loss_) return;
   const auto swing = swings_.add(tick.position_m - tick.target_m, tick.rotation_error_rad);
   if (!swing) return;
+  // Something else may swing it: what pushes it, a hand that pulls it in the window.
+  if (!delays_) delays_ = pose_rate(model_) * loop_delay_s(model_.scene);
+  if (*delays_ < kLeastDelays) return;
   const std::string size = swing->turns ? fmt::format("{:.2g} degrees", kDegrees * swing->size)
                                         : fmt::format("{:.2g} mm", 1e3 * swing->size);
   swinging_ = Event{tick.time_s, fmt::format("the object swung about its target, wider each time, by {} at {:.3f} s: K "
                                              "T / b is {:.3g}, of pi/2 at most",
-                                             size, tick.time_s, pose_rate(model_) * loop_delay_s(model_.scene))};
+                                             size, tick.time_s, *delays_)};
 }
 
 void GraspMonitor::keep_forces(const TickRecord& tick) {
@@ -273,19 +279,29 @@ std::string GraspMonitor::slips_in_words() const {
     if (!slips_since_s_[k] || (model_.scene.task.lost_m && rests && !loss_)) continue;
     all += fmt::format("{}the {} slipped {:.2f} mm from {:.3f} s on", all.empty() ? "" : ", ",
                        model_.scene.hand.fingertips[k].finger, 1e3 * slip_m_[k], *slips_since_s_[k]);
-    if (answer_) all += answer_in_words(k);
+    if (model_.scene.control && model_.scene.control->reflex) all += answer_in_words(k);
   }
   if (idle_finger_) all += (all.empty() ? "" : ", ") + idle_finger_->what;
   return all;
 }
 
+bool GraspMonitor::answers_a_slip() const {
+  const double delay_s = model_.scene.fingertips->touch->delay_s;
+  return std::ranges::any_of(slips_since_s_,
+                             [&](const auto& since_s) { return since_s && answer_->time_s >= *since_s - delay_s; });
+}
+
 /// What of the slip was before the grip rose, and why it rose so late.
 std::string GraspMonitor::answer_in_words(int k) const {
+  const double delay_s = model_.scene.fingertips->touch->delay_s;
+  if (!answer_ || answer_->time_s < *slips_since_s_[k] - delay_s) {
+    return fmt::format(", before the grip could rise: {:g} ms of latency", 1e3 * delay_s);
+  }
   const std::string against = answer_->reflex.event == ReflexEvent::kLoad
                                   ? fmt::format("{:.3g} N/s", answer_->reflex.rate_N_per_s)
                                   : fmt::format("a friction of {:.2g}", answer_->reflex.friction[k]);
   return fmt::format(", {:.2f} mm of it before the grip rose: {:g} ms of latency against {}", 1e3 * answer_->slip_m[k],
-                     1e3 * model_.scene.fingertips->touch->delay_s, against);
+                     1e3 * delay_s, against);
 }
 
 std::string GraspMonitor::way_off_in_words() const {

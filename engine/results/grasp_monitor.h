@@ -63,6 +63,7 @@ class GraspMonitor {
   [[nodiscard]] std::optional<std::string> contact_failure() const;
   [[nodiscard]] std::string chatter_in_words() const;
   [[nodiscard]] std::string slips_in_words() const;
+  [[nodiscard]] bool answers_a_slip() const;
   [[nodiscard]] std::string answer_in_words(int k) const;
   [[nodiscard]] std::string way_off_in_words() const;
   [[nodiscard]] std::vector<Excess> beyond() const;
@@ -79,8 +80,9 @@ class GraspMonitor {
   PerFinger<double> slip_m_;                        ///< Of patches that slid as a whole, from kMeasuredFrom_s on.
   PerFinger<std::optional<double>> slips_since_s_;
   PerFinger<double> slid_s_;  ///< When a patch slid as a whole last.
-  /// The first answer of the grip, and how far the fingers had slipped by then.
+  /// The answer of the grip to a slip, and how far the fingers had slipped by then.
   struct Answer {
+    double time_s = 0.0;
     ReflexReport reflex;
     PerFinger<double> slip_m;
   };
@@ -88,6 +90,7 @@ class GraspMonitor {
   Worst off_m_, off_rad_;
   Swings swings_;
   std::optional<Event> swinging_;
+  std::optional<double> delays_;  ///< K T / b of the pose's loop, once it is asked for.
   // The hand.
   std::vector<Worst> joints_;
   std::vector<Worst> muscles_;

@@ -33,7 +33,7 @@ double patch_share(const Pulp& pulp, const Scene& scene, double normal_N) {
 
 /// A controller that plans with friction that is not there; empty: it does not.
 std::string friction_warning(const Scene& scene) {
-  if (!scene.control) return {};
+  if (!scene.control || scene.control->felt_margin) return {};
   const double planned = scene.control->grasp_friction;
   const bool pyramids = scene.control->cone == FrictionCone::kPyramid;
   // At the corners of a pyramid the tangential force is sqrt(2) times that of its sides.

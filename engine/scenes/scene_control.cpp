@@ -49,6 +49,7 @@ Push read_push(const ConfigMap& map, const Shape& shape) {
   push.from_s = map.quantity("from");
   push.over_s = map.quantity("over");
   if (map.has("rise")) push.rise_s = map.quantity("rise");
+  if (push.rise_s > push.over_s) map.refuse("rise", "must not take longer than the push");
   return push;
 }
 
@@ -60,6 +61,7 @@ void read_cones(const ConfigMap& grasp, ControlSettings& control) {
     return;
   }
   control.grasp_friction = grasp.quantity("friction");
+  if (grasp.is_refused("friction")) return;
   for (const char* key : {"margin", "first_friction"}) {
     if (grasp.has(key)) grasp.refuse(key, "counts with friction: felt alone");
   }

@@ -68,11 +68,13 @@ export class TouchPanel {
     this.#rows.forEach(({stick, friction, margin, squeeze}, k) => {
       stick.set(v.stick[k], fingerColors[k]);
       setText(stick.text, `${fixed(100 * v.stick[k], 0)} %`);
-      setText(friction, fixed(v.friction_felt[k], 2));
-      const left = feltMargin(v.friction_felt[k], v.normal_N[k], v.tangential_N[k]);
+      // A scene without control has no controller that takes notice: the fingertips feel for the page alone.
+      const felt = (v.friction_felt ?? v.rim_friction)[k];
+      setText(friction, fixed(felt, 2));
+      const left = feltMargin(felt, v.normal_N[k], v.tangential_N[k]);
       setText(margin, fixed(left, 2));
       margin.classList.toggle('bad', left < kRed);
-      setText(squeeze, fixed(v.squeeze_N[k], 2));
+      setText(squeeze, fixed(v.squeeze_N?.[k] ?? NaN, 2));
     });
     setText(byId('last-reflex'), reflexText(v, this.#fingers));
     byId('last-reflex').classList.toggle('recent', v.time_s[0] - v.last_reflex_s?.[0] < kRecent_s);
