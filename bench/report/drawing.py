@@ -349,5 +349,9 @@ def curves(page, figure):
                 low, high = _log_range(seen[axis], margin=0.06)
                 picture.add(f"set {axis}range [{low!r}:{high!r}]")
                 _log_axis(picture, axis, low, high)
+            elif axis == "x":
+                picture.add(f"set rmargin at screen {1 - 14 / WIDTH}")  # Half of the last number stands there.
+            elif seen[axis] and min(seen[axis]) >= 0:
+                picture.add("set yrange [0:*]")
         svgs.append(page.svg(picture, f"{figure['title']}: {panel['name']}"))
     return svgs, look

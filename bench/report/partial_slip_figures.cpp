@@ -230,10 +230,10 @@ void add_table(ordered_json& part, const std::vector<Pressing>& all) {
     latest = std::max(latest, pressing.most(slips));
     worst = std::max(worst, rms);
     rows.push_back({pressing.normal_N, pressing.points, std::round(pressing.mean(contacts_of)), pressing.orientations,
-                    fmt::format("{:+.3f}", pressing.mean(stick_error)),
+                    fmt::format("{:.3f}", pressing.mean(stick_error)),
                     fmt::format("{:.3f}", std::sqrt(pressing.mean(square_of_eta))),
                     fmt::format("{:.2f}", pressing.mean(slips)), fmt::format("{:.2f}", pressing.most(slips)),
-                    fmt::format("{:+.1f}", 100.0 * bias), fmt::format("{:.1f}", 100.0 * rms)});
+                    fmt::format("{:.2f}", 100.0 * bias), fmt::format("{:.1f}", 100.0 * rms)});
   }
   ordered_json& figure = add_figure(
       part, "table", "stick_errors", "What partial slip says of load and friction",
@@ -247,7 +247,7 @@ void add_table(ordered_json& part, const std::vector<Pressing>& all) {
       "Deterministic drags as above.");
   figure["columns"] = {"load [N]",        "control points",      "in the patch",
                        "drags",           "mean error of stick", "rms error of η",
-                       "first slip at η", "the latest",          "felt friction, mean error [%]",
+                       "first slip at η", "the latest",          "error of felt friction: mean [%]",
                        "rms [%]"};
   figure["rows"] = rows;
 }

@@ -1,25 +1,24 @@
 // What a grip that answers to touch can hold, against what first-order mechanics say: slip over latency, the largest
-// load and the least friction, and the margin that it keeps over a friction that it is not told.
+// load and the least friction.
 //   reflex_figures [--quick] FILE.json
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "bench/report/figure.h"
+#include "bench/report/touch_runs.h"
 #include "engine/control/control.h"
-#include "engine/results/scene_run.h"
 #include "engine/results/verdict.h"
 #include "engine/scenes/build_model.h"
 #include "engine/scenes/pressed_pulp.h"
-#include "engine/scenes/scene_file.h"
 #include "engine/studies/reflex_reach.h"
 
 namespace thenar {
@@ -27,56 +26,14 @@ namespace {
 
 using Eigen::Vector3d;
 using nlohmann::ordered_json;
-using Texts = std::vector<std::string>;
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kEvent_s = 0.8;  // When the box becomes wet, or the load comes.
-const std::string kCoarse = "object.points=6000";
-
-Scene scene_of(const std::string& name, Texts changes) {
-  changes.push_back(kCoarse);
-  return load_scene(std::string(THENAR_CONFIGS) + "/" + name + ".yaml", changes);
-}
-
-Recording run(const Model& model) {
-  State state(model);
-  return run_scene(model, state);
-}
-
-Recording run(const std::string& name, const Texts& changes) { return run(build_model(scene_of(name, changes))); }
-
-/// All that is known is so old.
-Texts late(double ms, Texts more = {}) {
-  more.push_back(fmt::format("control.feedback_delay={:g} ms", ms));
-  more.push_back(fmt::format("fingertips.touch.delay={:g} ms", ms));
-  return more;
-}
 
 std::string load_of(double N) {
   return fmt::format("task.push={{force: [0 N, 0 N, {:.6g} N], from: 0.8 s, over: 1 s, rise: 10 ms}}", -N);
 }
 
 std::string wet(double friction) { return fmt::format("task.friction=[{{at: 0.8 s, to: {:.6g}}}]", friction); }
-
-/// The most that a finger had slipped by then, after the grip had built up.
-double slip_mm(const Recording& recording, double until_s = std::numeric_limits<double>::infinity()) {
-  const auto after = std::ranges::find_if(recording.ticks, [&](const TickRecord& t) { return t.time_s > until_s; });
-  const TickRecord& last = after == recording.ticks.begin() ? *after : *std::prev(after);
-  double most = 0.0;
-  for (std::size_t k = 0; k < last.slip_m.size(); ++k) most = std::max(most, last.slip_m[k] - last.start_slip_m[k]);
-  return 1e3 * most;
-}
-
-ordered_json& add_curves(ordered_json& part, const std::string& id, const std::string& title,
-                         const std::string& caption, const std::string& x, const std::string& y,
-                         const ordered_json& panels) {
-  ordered_json& figure = add_figure(part, "curves", id, title, caption,
-                                    "One deterministic run a point on a virtual clock: no times are measured.");
-  figure["x"] = {{"label", x}, {"log", false}};
-  figure["y"] = {{"label", y}, {"log", false}};
-  figure["panels"] = panels;
-  return figure;
-}
 
 // --- slip over latency ----------------------------------------------------------------------------------------------
 
@@ -108,7 +65,7 @@ struct Grip {
 };
 
 Grip grip_of(double ms) {
-  const Model model = build_model(scene_of("box_wet", late(ms, {"task.lost=4 mm"})));
+  const Model model = build_model(coarse_scene("box_wet", late(ms, {"task.lost=4 mm"})));
   const Recording recording = run(model);
   const auto sum = [](const PerFinger<NormalTangential>& forces) {
     double N = 0.0;
@@ -140,7 +97,7 @@ double law_of_wet_mm(const Scene& scene, const Grip& grip, double ms) {
 
 /// What must be forgiven for reflex_reach() to hold the load.
 double law_of_load_mm(double ms) {
-  Model model = build_model(scene_of("box_load", late(ms, {load_of(kLoad_N)})));
+  Model model = build_model(coarse_scene("box_load", late(ms, {load_of(kLoad_N)})));
   double low = 0.0, high = kGone_mm;
   for (int i = 0; i < 7; ++i) {
     const double middle = 0.5 * (low + high);
@@ -165,7 +122,7 @@ struct Slips {
 };
 
 Slips slips_of(const std::string& name, const Texts& changes, double ms) {
-  const Scene scene = scene_of(name, late(ms, changes));
+  const Scene scene = coarse_scene(name, late(ms, changes));
   const Recording recording = run(build_model(scene));
   const auto at = [&](double s) -> const TickRecord& {
     return *std::ranges::find_if(recording.ticks, [&](const TickRecord& tick) { return tick.is_from(s); });
@@ -194,32 +151,47 @@ ordered_json slip_panel(const std::string& name, const std::vector<double>& ms, 
   const std::vector<double> ends = {0.0, ms.back()};
   return {{"name", name},
           {"curves",
-           {plain_curve("with the reflex, 0.3 s after the event", ms, of(&Slips::early_mm)),
+           {plain_curve("without a reflex, at the end", ms, of(&Slips::without_mm)),
             plain_curve("with the reflex, at the end", ms, of(&Slips::in_all_mm)),
-            plain_curve("without a reflex, at the end", ms, of(&Slips::without_mm)),
+            plain_curve("with the reflex, 0.3 s after the event", ms, of(&Slips::early_mm)),
             theory_curve("first-order mechanics", ms, of(&Slips::law_mm)),
             theory_curve("2 mm, where the scene counts the box as lost", ends, {kLost_mm, kLost_mm})}}};
 }
 
-/// The largest difference from the law, in words; and how many runs come to the end of what is shown.
+/// The largest difference from the law, in words; and which runs are lost by their end, with the reflex and without.
 std::string slips_in_words(const std::vector<double>& ms, const AllSlips& all) {
   double worst_mm = 0.0, at_ms = 0.0;
-  int gone = 0, gone_without = 0;
+  std::string lost, lost_without;
   for (std::size_t i = 0; i < ms.size(); ++i) {
-    gone += all[i].lost ? 1 : 0;
-    gone_without += all[i].lost_without ? 1 : 0;
+    if (all[i].lost) lost += fmt::format("{} {:g}", lost.empty() ? "" : ",", ms[i]);
+    if (all[i].lost_without) lost_without += fmt::format("{} {:g}", lost_without.empty() ? "" : ",", ms[i]);
     const double off_mm = all[i].early_mm - all[i].law_mm;
     if (std::abs(off_mm) > std::abs(worst_mm)) worst_mm = off_mm, at_ms = ms[i];
   }
-  return fmt::format("{:+.2f} mm at most, at {:g} ms; by the end {} of {} are lost with the reflex, and {} without",
-                     worst_mm, at_ms, gone, ms.size(), gone_without);
+  const auto at = [](const std::string& latencies) {
+    return latencies.empty() ? std::string("none") : "at" + latencies + " ms";
+  };
+  return fmt::format("{:+.2f} mm at most, at {:g} ms. Lost by the end with the reflex: {}; without: {}.", worst_mm,
+                     at_ms, at(lost), at(lost_without));
+}
+
+/// How much more slips without a reflex, in the mean over the latencies at which neither run is lost.
+double spared_mm(const AllSlips& all) {
+  double sum_mm = 0.0;
+  int count = 0;
+  for (const Slips& slips : all) {
+    if (slips.lost || slips.lost_without) continue;
+    sum_mm += slips.without_mm - slips.in_all_mm;
+    ++count;
+  }
+  return sum_mm / count;
 }
 
 void slip_over_latency(ordered_json& part, bool quick) {
   const std::vector<double> ms = quick ? std::vector{5.0, 30.0, 65.0, 100.0, 150.0}
                                        : std::vector{5.0, 15.0, 30.0, 50.0, 65.0, 80.0, 100.0, 125.0, 150.0};
   const std::string gone = fmt::format("task.lost={:g} mm", kGone_mm);
-  const Scene scene = scene_of("box_wet", {});
+  const Scene scene = coarse_scene("box_wet", {});
   const Grip grip = grip_of(65.0);
   AllSlips wets(ms.size()), loads(ms.size());
   tbb::parallel_for(std::size_t{0}, ms.size(), [&](std::size_t i) {
@@ -231,20 +203,24 @@ void slip_over_latency(ordered_json& part, bool quick) {
   double back_mm = 0.0;
   for (const Slips& slips : wets) back_mm += slips.back_mm / static_cast<double>(wets.size());
   const double w = scene.object.mass_kg * scene.gravity.norm(), mu = scene.task.friction.back().friction;
-  add_curves(
+  add_run_curves(
       part, "slip_latency", "Slip over latency",
       fmt::format(
-          "How far the worst finger slips, when touch and pose are known so late; a run ends at {:g} mm. Left: "
-          "the friction of box_wet falls to {:g}; of its weight w = {:.3g} N the grip of {:.3g} N holds {:.2g} N. "
-          "The excess X = w - μ N slides at X / b_t = {:.3g} mm/s for the latency, and on while the grip rises "
-          "with a time constant of {:.0f} ms. Measured less predicted, 0.3 s after the event: {}. In that time "
-          "fingers and pulps that are let go of go {:.2f} mm the other way, in the mean, which the prediction "
-          "leaves out. Right: {:g} N come upon box_load within 10 ms; the prediction is that of `thenar check`. "
-          "Measured less predicted: {}. There the pose's own loop raises the grip, too, with its gain of {:g} N/m, "
-          "but lets the box sink far; what slips late, slips then.",
+          "How far the worst finger slips, when touch and pose are known so late; a run ends at {:g} mm. Left: the "
+          "friction of box_wet falls to {:g}; of its weight w = {:.3g} N the grip of {:.3g} N holds {:.2g} N. The "
+          "excess "
+          "X = w - μ N slides at X / b_t = {:.3g} mm/s for the latency, and on while the grip rises with a time "
+          "constant "
+          "of {:.0f} ms. Measured less predicted, 0.3 s after the event: {} Fingers and pulps that are let go of go "
+          "{:.2f} "
+          "mm the other way, in the mean; the prediction leaves that out. Right: {:g} N come upon box_load within 10 "
+          "ms; "
+          "the prediction is that of `thenar check`. Measured less predicted: {} There the reflex spares {:.2f} mm in "
+          "the "
+          "mean, no more: as the box sinks, the pose's loop asks for more force, too, and the grip rises with it.",
           kGone_mm, mu, w, grip.before_N, mu * grip.before_N,
           1e3 * (w - mu * grip.before_N) / scene.object.translation_damping, 1e3 * grip.lag_s, slips_in_words(ms, wets),
-          back_mm, kLoad_N, slips_in_words(ms, loads), scene.control->position.p),
+          back_mm, kLoad_N, slips_in_words(ms, loads), spared_mm(loads)),
       "latency [ms]", "slip [mm]",
       {slip_panel(fmt::format("friction falls to {:g}", mu), ms, wets),
        slip_panel(fmt::format("a load of {:g} N", kLoad_N), ms, loads)});
@@ -275,7 +251,7 @@ const std::vector<Reach> kReaches = {
 
 struct Reached {
   double predicted = kNone, measured = kNone;
-  std::string why = {};  ///< What becomes of it just beyond.
+  double lost_s = kNone, turned_deg = kNone;  ///< Just beyond: when, after the event, and how far it has turned then.
 
   [[nodiscard]] double error() const { return predicted / measured - 1.0; }
 };
@@ -283,17 +259,20 @@ struct Reached {
 Reached reached(const Reach& reach, double ms, bool quick) {
   Reached result;
   const double any = reach.of_friction ? 0.15 : 0.5;
-  const auto predicted = reflex_reach(build_model(scene_of(reach.scene, reach.with(ms, any))));
+  const auto predicted = reflex_reach(build_model(coarse_scene(reach.scene, reach.with(ms, any))));
   if (!predicted || (reach.of_friction && !predicted->friction)) return result;
   result.predicted = reach.of_friction ? *predicted->friction : predicted->load_N;
-  double good = (reach.of_friction ? 2.0 : 0.2) * result.predicted;
-  double bad = (reach.of_friction ? 0.2 : 2.0) * result.predicted;
-  for (int i = 0; i < (quick ? 5 : 7); ++i) {
+  double good = reach.of_friction ? 0.4 : 0.2 * result.predicted;
+  double bad = reach.of_friction ? 0.0 : 2.0 * result.predicted;
+  const int halvings = (reach.of_friction ? 8 : 6) + (quick ? 0 : 1);
+  for (int i = 0; i < halvings; ++i) {
     const double middle = 0.5 * (good + bad);
-    const Verdict verdict = run(reach.scene, reach.with(ms, middle)).verdict;
-    const bool is_lost = verdict.outcome == Outcome::kLost;
+    const Recording recording = run(reach.scene, reach.with(ms, middle));
+    const bool is_lost = recording.verdict.outcome == Outcome::kLost;
     (is_lost ? bad : good) = middle;
-    if (is_lost) result.why = verdict.reason;
+    if (!is_lost) continue;
+    result.lost_s = recording.verdict.lost_s.value_or(kNone) - kEvent_s;
+    result.turned_deg = recording.ticks.back().rotation_error_rad * 180.0 / std::numbers::pi;
   }
   result.measured = 0.5 * (good + bad);
   return result;
@@ -316,6 +295,7 @@ std::string reach_in_words(const std::vector<double>& ms, const std::vector<Reac
 
 void add_reach_table(ordered_json& part, const std::vector<double>& ms, const std::vector<std::vector<Reached>>& all) {
   int far = 0, count = 0;
+  double first_s = std::numeric_limits<double>::infinity(), least_deg = first_s;  // Of loads that are predicted badly.
   ordered_json rows = ordered_json::array();
   for (std::size_t r = 0; r < kReaches.size(); ++r) {
     for (std::size_t i = 0; i < ms.size(); ++i) {
@@ -323,16 +303,31 @@ void add_reach_table(ordered_json& part, const std::vector<double>& ms, const st
       const bool is_far = std::abs(reached.error()) > kFar;
       far += is_far ? 1 : 0;
       ++count;
+      if (is_far && !kReaches[r].of_friction) {
+        first_s = std::min(first_s, reached.lost_s);
+        least_deg = std::min(least_deg, reached.turned_deg);
+      }
       rows.push_back({kReaches[r].name, ms[i], reached.predicted, reached.measured,
                       fmt::format("{:+.1f}{}", 100.0 * reached.error(), is_far ? " (over 10)" : ""),
-                      reached.why.substr(0, reached.why.find_first_of(";,"))});
+                      fmt::format("{:.2f}", reached.lost_s), fmt::format("{:.0f}", reached.turned_deg)});
     }
   }
   ordered_json& figure = add_figure(
       part, "table", "reach", "What a reflex can hold, predicted and measured",
-      fmt::format("The numbers of both figures above. {} of {} predictions are more than 10 % off.", far, count),
+      fmt::format(
+          "The numbers of both figures above. {} of {} predictions are more than 10 % off. Loads that are "
+          "predicted so badly are lost {:.2f} s after they came or later, when the reflex has long answered: the "
+          "box sinks as far as the gain of its pose lets it, and has turned by {:.0f} degrees or more. The "
+          "prediction has one line and no turns.",
+          far, count, first_s, least_deg),
       "As above.");
-  figure["columns"] = {"", "latency [ms]", "predicted", "measured", "prediction off by [%]", "just beyond"};
+  figure["columns"] = {"",
+                       "latency [ms]",
+                       "predicted",
+                       "measured",
+                       "prediction off by [%]",
+                       "lost just beyond, after [s]",
+                       "turned by then [degrees]"};
   figure["rows"] = rows;
 }
 
@@ -354,125 +349,18 @@ void reaches(ordered_json& part, bool quick) {
       "Predicted by first-order mechanics along one line, with the scene's own reflex; measured by bisection of runs "
       "of "
       "the whole model. An object is lost once a finger has slid 2 mm.";
-  add_curves(part, "reach_load", "The largest load that a reflex holds",
-             fmt::format("A load that comes within 10 ms, over the latency. {} The prediction is off by {} (box_load), "
-                         "and by {} (box_wet, whose friction stays 0.8 here).",
-                         how, reach_in_words(ms, all[0]), reach_in_words(ms, all[1])),
-             "latency [ms]", "load step [N]", {panel(0), panel(1)});
-  add_curves(part, "reach_friction", "The least friction that a reflex holds",
-             fmt::format("The friction of box_wet falls from 0.8 to this in one step. {} The prediction is off by {}.",
-                         how, reach_in_words(ms, all[2])),
-             "latency [ms]", "friction", ordered_json::array({panel(2)}));
+  add_run_curves(
+      part, "reach_load", "The largest load that a reflex holds",
+      fmt::format("A load that comes within 10 ms, over the latency. {} The prediction is off by {} (box_load), "
+                  "and by {} (box_wet, whose friction stays 0.8 here).",
+                  how, reach_in_words(ms, all[0]), reach_in_words(ms, all[1])),
+      "latency [ms]", "load step [N]", {panel(0), panel(1)});
+  add_run_curves(
+      part, "reach_friction", "The least friction that a reflex holds",
+      fmt::format("The friction of box_wet falls from 0.8 to this in one step. {} The prediction is off by {}.", how,
+                  reach_in_words(ms, all[2])),
+      "latency [ms]", "friction", ordered_json::array({panel(2)}));
   add_reach_table(part, ms, all);
-}
-
-// --- margin over friction -------------------------------------------------------------------------------------------
-
-/// What a grip comes to that is not told the friction.
-struct Kept {
-  double margin = kNone;  ///< mu N / T - 1 of the finger with the least, a mean over the last 0.2 s.
-  double slip_mm = kNone;
-};
-
-Kept kept(double friction, double margin, double noise_percent) {
-  Texts changes = {fmt::format("contact.friction={:g}", friction), fmt::format("control.grasp.margin={:g}", margin)};
-  if (noise_percent > 0.0) changes.push_back(fmt::format("fingertips.touch.noise={:g} %", noise_percent));
-  const Recording recording = run("unknown_friction", changes);
-  if (recording.verdict.outcome == Outcome::kLost) return {};
-  const double from_s = recording.ticks.back().time_s - 0.2;
-  Kept kept{0.0, slip_mm(recording)};
-  int ticks = 0;
-  for (const TickRecord& tick : recording.ticks) {
-    if (tick.time_s < from_s) continue;
-    double least = std::numeric_limits<double>::infinity();
-    for (const NormalTangential& f : tick.force) least = std::min(least, friction * f.normal_N / f.tangential_N - 1.0);
-    kept.margin += least;
-    ++ticks;
-  }
-  kept.margin /= ticks;
-  return kept;
-}
-
-constexpr std::array kMargins = {0.02, 0.1, 0.3};
-constexpr std::array kNoises = {0.0, 5.0};
-
-using AllKept = std::array<std::array<std::vector<Kept>, kMargins.size()>, kNoises.size()>;
-
-std::vector<double> numbers_of(const std::vector<Kept>& all, double Kept::*number) {
-  std::vector<double> numbers;
-  for (const Kept& kept : all) numbers.push_back(kept.*number);
-  return numbers;
-}
-
-ordered_json margin_panels(const std::vector<double>& frictions, const AllKept& all, double Kept::*number) {
-  const std::vector<double> ends = {frictions.front(), frictions.back()};
-  ordered_json panels = ordered_json::array();
-  for (std::size_t n = 0; n < kNoises.size(); ++n) {
-    ordered_json curves = ordered_json::array();
-    for (std::size_t m = 0; m < kMargins.size(); ++m) {
-      curves.push_back(plain_curve(fmt::format("margin: {:g}", kMargins[m]), frictions, numbers_of(all[n][m], number)));
-      if (number == &Kept::margin) {
-        curves.push_back(theory_curve("asked for", ends, {kMargins[m], kMargins[m]}));
-      }
-    }
-    if (number == &Kept::slip_mm) {
-      const double slipping_mm = 1e3 * kSlipping_m;
-      curves.push_back(theory_curve("counts as slipping", ends, {slipping_mm, slipping_mm}));
-    }
-    panels.push_back({{"name", kNoises[n] > 0.0 ? fmt::format("{:g} % of noise in what is felt", kNoises[n])
-                                                : std::string("without noise")},
-                      {"curves", curves}});
-  }
-  return panels;
-}
-
-/// How far margins lie off what is asked for, at a noise: "0.01 to 0.04 above 0.3".
-std::string margins_in_words(const AllKept& all, std::size_t noise) {
-  std::string words;
-  for (std::size_t m = 0; m < kMargins.size(); ++m) {
-    const std::vector<double> margins = numbers_of(all[noise][m], &Kept::margin);
-    double low = std::numeric_limits<double>::infinity(), high = -low;
-    int lost = 0;
-    for (const double margin : margins) {
-      lost += std::isnan(margin) ? 1 : 0;
-      if (!std::isnan(margin)) low = std::min(low, margin), high = std::max(high, margin);
-    }
-    words += fmt::format("{}{:.2f} to {:.2f} for {:g}", words.empty() ? "" : ", ", low, high, kMargins[m]);
-    if (lost > 0) words += fmt::format(" ({} of {} lost)", lost, margins.size());
-  }
-  return words;
-}
-
-void margins(ordered_json& part, bool quick) {
-  std::vector<double> frictions;
-  for (double mu = 0.2; mu < 1.25; mu += quick ? 0.25 : 0.1) frictions.push_back(mu);
-  AllKept all;
-  for (auto& of_noise : all) of_noise.fill(std::vector<Kept>(frictions.size()));
-  tbb::parallel_for(std::size_t{0}, kNoises.size() * kMargins.size() * frictions.size(), [&](std::size_t job) {
-    const std::size_t i = job % frictions.size(), m = job / frictions.size() % kMargins.size();
-    const std::size_t n = job / frictions.size() / kMargins.size();
-    all[n][m][i] = kept(frictions[i], kMargins[m], kNoises[n]);
-  });
-  const auto worst_mm = [&](std::size_t noise) {
-    double most = 0.0;
-    for (const auto& of_margin : all[noise]) {
-      for (const Kept& kept : of_margin) most = std::max(most, std::isnan(kept.slip_mm) ? 0.0 : kept.slip_mm);
-    }
-    return most;
-  };
-  add_curves(
-      part, "felt_margin", "The margin that is kept over a friction that is not told",
-      fmt::format("unknown_friction: the hand expects a friction of 0.5, meets another, and eases its grip until it "
-                  "feels it. Shown is the true margin, μ N / T - 1, of the finger with the least, as a mean over "
-                  "the last 0.2 s of 2.5 s, for three values of control.grasp.margin. Without noise it is {}; "
-                  "with {:g} % of noise at each contact {}.",
-                  margins_in_words(all, 0), kNoises[1], margins_in_words(all, 1)),
-      "friction μ", "margin μ N / T - 1", margin_panels(frictions, all, &Kept::margin));
-  add_curves(part, "felt_margin_slip", "Slip while the friction is found",
-             fmt::format("The most that a finger of the same runs slips after the first 0.3 s: up to {:.3g} mm without "
-                         "noise, {:.3g} mm with it. {:g} mm count as slipping.",
-                         worst_mm(0), worst_mm(1), 1e3 * kSlipping_m),
-             "friction μ", "slip [mm]", margin_panels(frictions, all, &Kept::slip_mm));
 }
 
 }  // namespace
@@ -485,5 +373,5 @@ int main(int argc, char** argv) {
       "A reflex answers what fingertips feel a latency later, as people's does. What slides until then is a "
       "matter of first-order mechanics: here are its predictions and runs of the whole model, also where they "
       "differ.",
-      {slip_over_latency, reaches, margins});
+      {slip_over_latency, reaches});
 }
