@@ -65,8 +65,8 @@ struct Drag {
   }
 };
 
-/// A block on the thumb of configs/pulp_drag.yaml: along `axes`, the first of them into the block; as deep in the pulp as
-/// its weight takes it. The thumb stays, and the block does not turn.
+/// A block that touches the thumb of configs/pulp_drag.yaml, along `axes_F`, the first of them into the block. The
+/// thumb stays, and the block does not turn.
 Scene pressed(double normal_N, Index points, const Eigen::Matrix3d& axes_F) {
   Scene scene = load_scene(std::string(THENAR_CONFIGS) + "/pulp_drag.yaml");
   scene.fingertips->leaves = points;

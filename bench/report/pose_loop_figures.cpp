@@ -82,13 +82,14 @@ void add(ordered_json& part, bool quick) {
   OutcomeMap map{
       "pose_delay",
       "Delay and gain of the pose's loop",
-      "configs/box_load.yaml, nudged once by 0.17 N for 0.1 s: how late the object's pose is known against the gain "
-      "that brings it back. With x' = -k x(t - T) there is no overshoot below k T = 1/e, it rings and comes back up to "
-      "π/2, and swings wider and wider beyond. k is the largest eigenvalue of B⁻¹ K, with the fingers' viscosity in B; "
-      "towards low gains the rotation counts, too, whose gain stays, and bends the lines down. T has half a control "
-      "period in it. A run lasts twelve delays after the nudge, and 0.6 s at least. Beyond the line no choice of "
-      "forces "
-      "helps: only a smaller gain or an earlier pose does. `thenar check` warns of it.",
+      "How late the object's pose is known against the gain that brings it back, for configs/box_load.yaml: what sets "
+      "it "
+      "off its target is the closing grip, and a nudge of 0.17 N for 0.1 s. With x' = -k x(t - T) there is no "
+      "overshoot "
+      "below k T = 1/e; it rings and comes back up to π/2, and swings wider and wider beyond. k is the largest "
+      "eigenvalue of B⁻¹ K, with the fingers' viscosity in B; towards low gains the rotation counts, too, whose gain "
+      "stays, and bends the lines down. T has half a control period in it. A run lasts twelve delays after the nudge, "
+      "and 0.6 s at least. Beyond the line `thenar check` warns.",
       kDelay,
       kGain,
       kNudge,
