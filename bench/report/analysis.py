@@ -12,6 +12,7 @@ SECTIONS = (
     ("Speed against accuracy", ("grasp_force", "muscle", "contact", "finding", "pulp", "rate")),
     ("Sticking, sliding, converging", ("motion",)),
     ("Where methods fail", ("stability", "contact_families")),
+    ("Touch and reflex", ("partial_slip", "reflex", "felt_margin", "pose_loop")),
     ("No more than a scene needs", ("model",)),
     ("Grasps that are found", ("grasp_finding",)),
     ("Growth", ("growth", "contact_growth", "compression")),

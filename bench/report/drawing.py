@@ -1,6 +1,7 @@
 """Draws the figures of the report with gnuplot: every panel is an SVG of its own, so that a page can set them side by
 side or one below the other. Readable in black and white: markers beside colours, hatches in maps."""
 
+import itertools
 import math
 import re
 import subprocess
@@ -25,6 +26,7 @@ FRONT = dict(color="#f0d060", width=4.5)
 RING = dict(color="#000000", marker="o", size=1.5, hollow=True, line=False)
 LIMIT_DASHES = (DASHED, "(10,4,2,4)", "(2,3)", "(14,4)")
 LIMIT = dict(color="#000000", width=2.0)
+LAW = dict(color="#000000", width=1.5)  # Among curves.
 STAR = dict(color="#000000", marker="D", size=1.4, hollow=True, line=False)
 
 # Face, gnuplot's hatch, and its colour: from light to dark also without colours.
@@ -322,12 +324,19 @@ def outcome_map(page, figure):
 def curves(page, figure):
     """[SVG a panel], {curve: look}."""
     all_curves = [curve for panel in figure["panels"] for curve in panel["curves"]]
-    look = page.looks([(curve["name"], bool(curve.get("peer"))) for curve in all_curves])
+    look = page.looks([(curve["name"], bool(curve.get("peer"))) for curve in all_curves if not curve.get("theory")])
+    laws = dict.fromkeys(curve["name"] for curve in all_curves if curve.get("theory"))
+    look |= {name: dict(dash=dash, **LAW) for name, dash in zip(laws, itertools.cycle(LIMIT_DASHES))}
     svgs = []
     for panel in figure["panels"]:
         picture = _panel(panel["name"], figure["x"]["label"], figure["y"]["label"])
         seen = {"x": [], "y": []}
         # Others' lie below ours.
+        for curve in panel["curves"]:
+            if curve.get("low"):
+                around = [*zip(curve["x"], curve["low"]), *reversed([*zip(curve["x"], curve["high"])])]
+                color = look[curve["name"]]["color"]
+                picture.plot(around, f"with filledcurves closed fs transparent solid 0.2 noborder lc rgb '{color}'")
         for curve in sorted(panel["curves"], key=lambda c: not c.get("peer")):
             pairs = [(a, b) for a, b in zip(curve["x"], curve["y"])
                      if all(v is not None and (v > 0 or not figure[k].get("log")) for k, v in (("x", a), ("y", b)))]
@@ -340,5 +349,9 @@ def curves(page, figure):
                 low, high = _log_range(seen[axis], margin=0.06)
                 picture.add(f"set {axis}range [{low!r}:{high!r}]")
                 _log_axis(picture, axis, low, high)
+            elif axis == "x":
+                picture.add(f"set rmargin at screen {1 - 14 / WIDTH}")  # Half of the last number stands there.
+            elif seen[axis] and min(seen[axis]) >= 0:
+                picture.add("set yrange [0:*]")
         svgs.append(page.svg(picture, f"{figure['title']}: {panel['name']}"))
     return svgs, look

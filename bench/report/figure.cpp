@@ -61,6 +61,16 @@ ordered_json curve(const std::string& name, const std::vector<double>& x, const 
   return {{"name", name}, {"x", x}, {"y", y}, {"exponent", exponent(x, y)}, {"peer", peer}};
 }
 
+ordered_json plain_curve(const std::string& name, const std::vector<double>& x, const std::vector<double>& y) {
+  return {{"name", name}, {"x", x}, {"y", y}, {"exponent", nullptr}, {"peer", false}};
+}
+
+ordered_json theory_curve(const std::string& name, const std::vector<double>& x, const std::vector<double>& y) {
+  ordered_json theory = plain_curve(name, x, y);
+  theory["theory"] = true;
+  return theory;
+}
+
 ordered_json& add_figure(ordered_json& part, const std::string& kind, const std::string& id, const std::string& title,
                          const std::string& caption, const std::string& runs) {
   part["figures"].push_back({{"kind", kind}, {"id", id}, {"title", title}, {"caption", caption}, {"runs", runs}});

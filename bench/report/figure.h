@@ -23,7 +23,8 @@ namespace thenar {
 //                     [{"name", "ours", "cells": rows by y of columns by x of {"outcome", "reason"}, "limits":
 //                     [{"label", "x": [], "y": []}]}]; "reference": [x, y], where the scene itself is, or null
 //     curves          "x", "y": {"label", "log"}; "panels": [{"name", "curves": [{"name", "x", "y", "exponent" or null,
-//                     "peer"}]}]
+//                     "peer"}]}]; a curve may have "low" and "high", a band of scatter, and "theory": true, a black
+//                     line without markers, which is a law or a limit and no measurement
 //     table           "columns": [text], "rows": [[text or number]]
 //
 // A number that is not finite is written as null.
@@ -48,6 +49,14 @@ void to_json(nlohmann::ordered_json& json, const WorkPoint& point);
 /// A curve, with its exponent.
 [[nodiscard]] nlohmann::ordered_json curve(const std::string& name, const std::vector<double>& x,
                                            const std::vector<double>& y, bool peer = false);
+
+/// A curve that is no power of x.
+[[nodiscard]] nlohmann::ordered_json plain_curve(const std::string& name, const std::vector<double>& x,
+                                                 const std::vector<double>& y);
+
+/// What a law says, or where a limit lies.
+[[nodiscard]] nlohmann::ordered_json theory_curve(const std::string& name, const std::vector<double>& x,
+                                                  const std::vector<double>& y);
 
 /// Appends a figure to the part; what its kind needs beside these is the caller's to fill in.
 nlohmann::ordered_json& add_figure(nlohmann::ordered_json& part, const std::string& kind, const std::string& id,

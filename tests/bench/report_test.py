@@ -155,7 +155,8 @@ class Analysis(unittest.TestCase):
         self.assertEqual(layout[-1][0], "Others")
         self.assertEqual([name for _, _, missing in layout for name in missing],
                          ["limits", "grasp_force", "muscle", "finding", "pulp", "rate", "motion", "contact_families",
-                          "model", "grasp_finding", "growth", "contact_growth", "compression"])
+                          "partial_slip", "reflex", "felt_margin", "pose_loop", "model", "grasp_finding", "growth",
+                          "contact_growth", "compression"])
 
     def test_numbers_are_short(self):
         for value, shown in ((0, "0"), (0.0, "0"), (None, "–"), (1.0, "1"), (0.00123456, "0.00123"), (99999.0, "1e5"),
@@ -341,7 +342,8 @@ class Page(unittest.TestCase):
 
     def test_what_is_missing_is_named(self):
         said = re.findall("Not measured: (.*?)\\. ", "".join(self.read.words))
-        self.assertEqual(said, ["limits", "grasp_force, muscle, finding, pulp, rate", "motion", "contact_families", "model", "grasp_finding",
+        self.assertEqual(said, ["limits", "grasp_force, muscle, finding, pulp, rate", "motion", "contact_families",
+                                "partial_slip, reflex, felt_margin, pose_loop", "model", "grasp_finding",
                                 "growth, contact_growth, compression"])
 
     def test_the_summary_tells_defaults_failures_and_candidates_for_deletion(self):
@@ -366,6 +368,16 @@ class Page(unittest.TestCase):
 
     def test_an_exponent_stays_with_its_curve(self):
         self.assertIn("<span>fast: n<sup>2.00</sup></span></span>", self.page)
+
+    def test_a_law_is_a_black_line_and_scatter_is_a_band(self):
+        import drawing
+
+        figure = json.loads((DATA / "contact.json").read_text())["figures"][1]
+        (svg,), look = drawing.curves(drawing.Page(), figure)
+        self.assertEqual({name: style["color"] == "#000000" for name, style in look.items()},
+                         {"fast": False, "other": False, "noisy": False, "law": True})
+        self.assertNotIn("marker", look["law"])
+        self.assertEqual(len(re.findall(r'<polygon [^>]*fill-opacity = "0.2', svg)), 1)
 
     def test_panels_are_pictures_with_names(self):
         # Two cases with points, one panel of curves, two of a map.
