@@ -231,8 +231,7 @@ void describe_reach(const Model& model, std::ostream& out) {
     if (reach->friction) out << fmt::format(", and a friction that falls to {:.2f}", *reach->friction);
     out << fmt::format(", before a finger has slid by {:.3g} mm, if nothing turns\n", 1e3 * reach->slip_m);
   } else if (model.scene.control->reflex) {
-    out << "  reflex reaches  nothing that could be told: the load is along the fingers' normals, or they do not hold at "
-           "rest\n";
+    out << "  reflex reaches  nothing that can be told: the load is along the fingers' normals, or slides at rest\n";
   }
 }
 

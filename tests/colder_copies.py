@@ -15,7 +15,7 @@ HARMLESS = re.compile(
     # Copies of matrices, in which nothing is computed; sizes of blocks; what ends a memory's life.
     r"call_dense_assignment_loop<Eigen::Matrix<double, -1, -?1, 0, -1, -?1>, Eigen::Matrix<double, -1, -?1, 0, "
     r"-1, -?1>, "
-    r"Eigen::internal::assign_op|evaluateProductBlockingSizesHeuristic|aligned_malloc|>::~(?:gemm_blocking_space|runtime_sized_ringbuffer)\("
+    r"Eigen::internal::assign_op|DenseStorage<double, -1, -?1, -?1, 0>::DenseStorage\(|evaluateProductBlockingSizesHeuristic|aligned_malloc|>::~(?:gemm_blocking_space|runtime_sized_ringbuffer)\("
     r"|"
     r"throw_std_bad_alloc|conditional_aligned_new|PlainObjectBase<.*>::resize\(|Watcher::see_control"
     r"|^(decltype\(auto\) )?[^(<]*\bstd::|::(\w+)::~?\2(\[abi:\w+\])?\("

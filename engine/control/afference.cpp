@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/grasp/carry_over.h"
+
 namespace thenar {
 
 std::int64_t ticks_of(const Model& model, double delay_s) { return std::llround(delay_s / model.scene.step_s); }

@@ -69,7 +69,7 @@ class Reflex {
 
   double margin_ = 0.0, delay_s_ = 0.0;
   PerFinger<Finger> fingers_;
-  double severity_ = 0.0;  ///< Of what the running pulse answers,
+  double severity_ = 0.0;      ///< Of what the running pulse answers,
   bool answers_slip_ = false;  ///< and whether that is a slip.
   double pulse_from_s_ = -std::numeric_limits<double>::infinity();
   double quiet_until_s_ = kBuiltUp_s;

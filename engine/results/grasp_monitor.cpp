@@ -17,11 +17,11 @@ namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kChatterWindow_s = 0.3;
-constexpr double kRests_s = 0.3;           // A finger that has not slid for so long sticks again.
-constexpr double kStopsWithin_rad = 1e-6;  // Of the ends of their ranges joints come to rest.
-constexpr double kAnyFriction = 0.01;      // A grasp that so little friction would close is closed by any.
+constexpr double kRests_s = 0.3;                   // A finger that has not slid for so long sticks again.
+constexpr double kStopsWithin_rad = 1e-6;          // Of the ends of their ranges joints come to rest.
+constexpr double kAnyFriction = 0.01;              // A grasp that so little friction would close is closed by any.
 constexpr double kLeastDelays = 0.8 * kMostDelay;  // A pose that is known sooner does not swing by that.
-constexpr std::size_t kMostNamed = 3;      // Limits passed; a reason counts the others.
+constexpr std::size_t kMostNamed = 3;              // Limits passed; a reason counts the others.
 
 /// The oldest frame that a chatter is looked for at, in ticks: beyond it a frame is held, and no loop goes through it.
 std::size_t most_stride(const Scene& scene) {

@@ -32,8 +32,8 @@ TEST(Afference, HasWhatWasKnownADelayAgo) {
   }
 }
 
-// A control loop that is ahead sees a snapshot more than once; one that is made faster while it runs sees more of them; a
-// finer step has other ticks for the same times. What is known stays as old as it was.
+// A control loop that is ahead sees a snapshot more than once; one that is made faster while it runs sees more of them;
+// a finer step has other ticks for the same times. What is known stays as old as it was.
 TEST(Afference, StaysAsLateWhenLoopsChange) {
   const auto model_with = [](const std::string& step) {
     return build_model(scene_of("box_load", {kCoarseBox, "time.step=" + step, "time.control_period=5 ms"}));

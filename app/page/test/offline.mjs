@@ -189,3 +189,13 @@ test('a recording of fingertips that feel shows their cells, touch and the last 
     assert.ok(await page.locator('#cells').isVisible());
   });
 });
+
+test('fingertips that feel without a controller are shown, too', async () => {
+  const drag = join(folder, 'drag.mcap');
+  thenar('run', join(configs, 'pulp_drag.yaml'), '--set', 'fingertips.leaves=320', '--time', '0.2 s', '--record', drag);
+  await open(await exported(drag), async (page) => {
+    await seek(page, 0.15);
+    await page.waitForFunction(() => document.getElementById('touch').rows.length === 4);
+    assert.equal(await page.locator('#last-reflex').textContent(), '–');
+  });
+});
