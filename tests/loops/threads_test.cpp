@@ -132,8 +132,9 @@ TEST(Threads, CatchAWetBox) {
     }
   }
   if (was_held) GTEST_SKIP() << "frames came too late in three runs";
-  // 0.018 m/s for 65 ms of touch, 5 ms of a frame's way, up to 5 until the next and 7 until the grip has risen.
-  EXPECT_NEAR(slip_m, 1.45e-3, 0.2e-3);
+  // 0.018 m/s for 65 ms of touch, 5 ms of a frame's way, up to 5 until the next and 7 until the grip has risen; frames
+  // that are later, but not so late that they are held, make it up to 20 ms more.
+  EXPECT_NEAR(slip_m, 1.45e-3, 0.35e-3);
 }
 
 TEST(Threads, EndWhenTheReceiverSaysSo) {
