@@ -10,6 +10,7 @@
 
 #include "engine/formats/text.h"
 #include "engine/studies/opposition.h"
+#include "engine/grasp/muscles.h"
 
 namespace {
 

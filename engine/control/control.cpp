@@ -162,18 +162,27 @@ JointVector desired_torques(const Model& model, const JointVector& q, const Hand
   return tau;
 }
 
+JointVector joints_with_object(const Hand& hand, const HandPose& pose, const PerFinger<GraspContact>& contacts,
+                               const Vector3d& centre_m, const Vector6d& motion) {
+  JointVector dq = hand.at_zero();
+  for (int k = 0; k < hand.fingers(); ++k) {
+    const Fingertip& tip = hand.fingertips[k];
+    const FingerJacobian J = finger_jacobian(hand, pose, k, contacts[k].point_m);
+    const Vector3d at = motion.head<3>() + motion.tail<3>().cross(contacts[k].point_m - centre_m);
+    const Vector3d pulled = damped(squared(J)).ldlt().solve(at);
+    for (int j = 0; j < tip.joints; ++j) dq[tip.first_joint + j] = J.col(j).dot(pulled);
+  }
+  return dq;
+}
+
 JointVector viscous_torques(const Model& model, const HandPose& pose, const PerFinger<GraspContact>& contacts,
                             const Vector3d& centre_m, const Vector6d& velocity) {
   const Hand& hand = model.scene.hand;
-  JointVector tau = hand.at_zero();
+  JointVector tau = joints_with_object(hand, pose, contacts, centre_m, velocity);
   for (int k = 0; k < model.fingers(); ++k) {
     const Fingertip& tip = hand.fingertips[k];
-    const FingerJacobian J = finger_jacobian(hand, pose, k, contacts[k].point_m);
-    const Vector3d at = velocity.head<3>() + velocity.tail<3>().cross(contacts[k].point_m - centre_m);
-    const Vector3d pulled = damped(squared(J)).ldlt().solve(at);
-    for (int j = 0; j < tip.joints; ++j) {
-      const int joint = tip.first_joint + j;
-      tau[joint] = model.scene.viscosity(k) * hand.joints[joint].drag * J.col(j).dot(pulled);
+    for (int j = tip.first_joint; j < tip.first_joint + tip.joints; ++j) {
+      tau[j] = model.scene.viscosity(k) * hand.joints[j].drag * tau[j];
     }
   }
   return tau;

@@ -12,6 +12,8 @@
 
 namespace thenar {
 
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
 /// One force a finger on the object, world axes: a column a finger [N].
 using FingerForces = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxFingers>;
 
@@ -76,6 +78,12 @@ class ForceFilter {
 [[nodiscard]] JointVector desired_torques(const Model& model, const JointVector& q, const HandPose& pose,
                                           const Eigen::Vector3d& gravity, const PerFinger<GraspContact>& contacts,
                                           const FingerForces& f_desired, const FingerForces& y);
+
+/// How the joints move where the fingers go with an object whose origin is at `centre_m` and that moves by this motion
+/// (of its origin, then its rotation; world axes): J^+ v. Of velocities likewise.
+[[nodiscard]] JointVector joints_with_object(const Hand& hand, const HandPose& pose,
+                                             const PerFinger<GraspContact>& contacts, const Eigen::Vector3d& centre_m,
+                                             const Vector6d& motion);
 
 /// What the joints' viscosity takes where the fingers move with an object whose origin is at `centre_m` and that moves
 /// with this velocity (of its origin, then angular; world axes): b J^+ v.

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "engine/grasp/stopwatch.h"
+#include "engine/grasp/muscles.h"
 
 namespace thenar {
 
@@ -150,6 +151,11 @@ const JointVector& ControlPeriod::torques() {
 const Eigen::VectorXd& ControlPeriod::muscle_forces() {
   if (has_muscles_) return controller.f_muscle;
   const Finding once(finding_muscles_, "muscles");
+  const MuscleSettings& settings = *model.scene.control->muscles;
+  if (settings.frozen_from_s && controller.sequence > 0 && now_s() >= *settings.frozen_from_s) {
+    has_muscles_ = true;
+    return controller.f_muscle;
+  }
   if (const auto& own = controller.own.muscles) {
     const auto muscles = std::ssize(model.scene.hand.muscles);
     const Eigen::VectorXd f = checked(own(*this), muscles, "muscle forces of the caller's law");
@@ -203,6 +209,38 @@ std::optional<FingerForces> published_forces(ControlPeriod& period) {
   return f.reshaped(3, period.model.fingers());
 }
 
+namespace {
+
+/// Muscles that have stiffness pull the object back to its target by themselves: they are asked for what they are as
+/// if the joints were where they are with the object there. Returns the forces on the object that this adds.
+FingerForces let_muscles_pull(ControlPeriod& period) {
+  const Model& model = period.model;
+  const Hand& hand = model.scene.hand;
+  Controller& controller = period.controller;
+  const PerFinger<GraspContact>& contacts = period.contacts();
+  const JointVector way =
+      joints_with_object(hand, controller.pose, contacts, period.snapshot.X_WO.translation(),
+                         controller.acting_share * period.error());
+  controller.q_rest = period.snapshot.q + way;
+  const double gamma = *model.scene.control->muscles->short_range;
+  JointVector tau = hand.at_zero();
+  for (const Belly& belly : controller.bellies) {
+    const Fingertip& tip = hand.fingertips[belly.finger];
+    const double k =
+        muscle_stiffness(hand.muscles[belly.muscle], gamma, controller.f_muscle[belly.muscle]) / belly.share;
+    const auto arms = belly.arms_m.head(tip.joints);
+    tau.segment(tip.first_joint, tip.joints) += k * arms.dot(way.segment(tip.first_joint, tip.joints)) * arms;
+  }
+  FingerForces added(3, hand.fingers());
+  for (int k = 0; k < hand.fingers(); ++k) {
+    const FingerJacobian J = period.jacobian(k);
+    added.col(k) = damped(squared(J)).ldlt().solve(velocity(J, hand.of_finger(k, tau)));
+  }
+  return added;
+}
+
+}  // namespace
+
 JointVector published_torques(ControlPeriod& period) {
   settings_of(period.model);
   const Model& model = period.model;
@@ -210,6 +248,7 @@ JointVector published_torques(ControlPeriod& period) {
   expect_first(period.published_torques_given, "what the joints are asked for");
   FingerForces error(3, model.fingers());
   for (int k = 0; k < model.fingers(); ++k) error.col(k) = f_desired.col(k) - period.snapshot.load[k].force_N;
+  if (model.scene.has_muscles() && model.scene.control->muscles->short_range) error += let_muscles_pull(period);
   Controller& controller = period.controller;
   const PerFinger<GraspContact>& contacts = period.contacts();
   const FingerForces y = controller.filter->update(contacts, error, controller.period_s);

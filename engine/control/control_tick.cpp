@@ -18,11 +18,24 @@ JointVector joint_torques(ControlPeriod& period) {
   if (!scene.control && !period.controller.own.torques) return scene.torques.value_or(scene.hand.at_zero());
   if (!scene.has_muscles()) return period.torques();
   const Eigen::VectorXd& f = period.muscle_forces();
-  JointVector tau = period.moment_arms() * f;
+  JointVector tau = scene.muscles_act() ? muscle_torques(scene.hand, period.controller.bellies, f)
+                                        : JointVector(period.moment_arms() * f);
   if (period.has_torques()) {
     period.report.muscle_residual_Nm = (tau - period.report.torques_desired_Nm).cwiseAbs().maxCoeff();
   }
   return tau;
+}
+
+/// What the contact side is to know of the muscles.
+void hand_over_muscles(const Model& model, const Snapshot& snapshot, const Eigen::Vector3d& gravity,
+                       const Controller& controller, Frame& frame) {
+  frame.muscle_N = controller.f_muscle;
+  frame.bellies = controller.bellies;
+  frame.q = snapshot.q;
+  frame.q_rest = controller.q_rest;
+  for (int k = 0; k < model.fingers(); ++k) {
+    frame.turning[k] = gravity_stiffness(model.scene.hand, controller.pose, k, gravity);
+  }
 }
 
 /// The newest snapshot, or what is known of the state with control.feedback_delay.
@@ -40,7 +53,12 @@ ControlReport control_tick(const Model& model, const Snapshot& snapshot, Control
   ControlReport report(scene.hand);
   Stopwatch total;
   const Snapshot& seen = seen_by_laws(model, snapshot, controller);
-  forward_kinematics(scene.hand, seen.q, controller.pose);
+  if (scene.muscles_act()) {
+    // What they are, not what is known of it.
+    forward_kinematics(scene.hand, snapshot.q, controller.pose);
+    find_bellies(scene.hand, controller.pose, controller.bellies);
+  }
+  if (!scene.muscles_act() || &seen != &snapshot) forward_kinematics(scene.hand, seen.q, controller.pose);
   // What has passed for the object: late ticks are further apart, and steps that slip do not count.
   if (controller.sequence > 0) {
     const auto steps = std::max<std::int64_t>(1, snapshot.tick - controller.last_tick);
@@ -63,7 +81,9 @@ ControlReport control_tick(const Model& model, const Snapshot& snapshot, Control
   frame.tick = snapshot.tick;
   frame.X_WO = snapshot.X_WO;
   for (int k = 0; k < model.fingers(); ++k) frame.X_WF[k] = controller.pose.distal(scene.hand, k);
-  frame.torque_Nm = tau - gravity_torques(scene.hand, controller.pose, model.gravity(now_s));
+  const Eigen::Vector3d gravity = model.gravity(now_s);
+  frame.torque_Nm = tau - gravity_torques(scene.hand, controller.pose, gravity);
+  if (scene.muscles_act()) hand_over_muscles(model, snapshot, gravity, controller, frame);
   frame.wrench = model.external_wrench(now_s, snapshot.X_WO);
   Stopwatch stage;
   find_frame_contacts(model, controller.pose, snapshot, controller.search, frame);

@@ -11,6 +11,8 @@ Controller::Controller(const Model& model)
       H(static_cast<Index>(model.scene.hand.joints.size()), f_muscle.size()),
       afference(model),
       search(model) {
+  q_rest = model.scene.posture;
+  if (model.scene.muscles_act()) bellies = bellies_of(model.scene.hand);
   if (!model.scene.control) return;
   pid.emplace(model.scene.control->position, model.scene.control->rotation);
   filter.emplace(model);

@@ -4,12 +4,14 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <vector>
 
 #include "engine/control/afference.h"
 #include "engine/control/control.h"
 #include "engine/control/reflex.h"
 #include "engine/grasp/contact_search.h"
 #include "engine/grasp/model.h"
+#include "engine/grasp/muscles.h"
 
 namespace thenar {
 
@@ -73,6 +75,8 @@ class Controller {
   Eigen::VectorXd f_desired;          ///< 3 a finger, world axes [N].
   Eigen::VectorXd f_muscle;           ///< [N].
   Eigen::MatrixXd H;                  ///< Moment arms [m].
+  std::vector<Belly> bellies;         ///< Of a scene whose muscles act on the contact side: see Frame.
+  JointVector q_rest;                 ///< Likewise: q_0 of the next frame.
   HandPose pose;
   Afference afference;
   std::optional<Reflex> reflex;  ///< Nothing without touch.

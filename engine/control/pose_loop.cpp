@@ -15,7 +15,6 @@ double pose_rate(const Model& model) {
   const State start(model);
   HandPose pose;
   forward_kinematics(scene.hand, start.q, pose);
-  using Matrix6d = Eigen::Matrix<double, 6, 6>;
   Matrix6d B = Matrix6d::Zero(), K = Matrix6d::Zero();
   B.diagonal().head<3>().setConstant(scene.object.translation_damping);
   B.diagonal().tail<3>().setConstant(scene.object.rotation_damping);

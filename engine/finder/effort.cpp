@@ -4,6 +4,7 @@
 
 #include "solvers/grasp_forces.h"
 #include "solvers/muscle_forces.h"
+#include "engine/grasp/muscles.h"
 
 namespace thenar {
 

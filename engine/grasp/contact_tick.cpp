@@ -24,6 +24,7 @@ struct Drive {
   JointVector torque;
   Vector6d wrench;
   Mobility mobility;
+  PerFinger<FingerMatrix> stiffness = {};  ///< Of muscles, which the mobility has, too; else of no finger.
 };
 
 /// Displacements of a tick: joints [rad]; object's origin [m] and rotation vector [rad], world axes.
@@ -32,10 +33,10 @@ struct RigidMotion {
   Vector6d dx;
 };
 
-RigidMotion viscous_motion(const Mobility& mobility, const JointVector& torque, const Vector6d& wrench) {
+RigidMotion viscous_motion(const Hand& hand, const Mobility& mobility, const JointVector& torque,
+                           const Vector6d& wrench) {
   RigidMotion motion;
-  motion.dq = mobility.joint * torque;
-  if (mobility.root.size() > 0) motion.dq.array() *= mobility.root.array().square();
+  motion.dq = joint_motion(hand, mobility, torque);
   motion.dx.head<3>() = mobility.translation * wrench.head<3>();
   motion.dx.tail<3>() = mobility.rotation * wrench.tail<3>();
   return motion;
@@ -71,14 +72,61 @@ void set_hold(bool held, const Frame& frame, ContactWorkspace& work, State& stat
   state.held = held;
 }
 
+/// What muscles that act add to the torques of a frame: they are not as far as they are asked to be, they have been
+/// lengthened since, and their arms and the weight's have changed. To the first order; f are their forces now.
+void let_muscles_act(const Model& model, const Frame& frame, const MuscleVector& f, const JointVector& q, Drive& drive) {
+  const Hand& hand = model.scene.hand;
+  const auto& gamma = model.scene.control->muscles->short_range;
+  PerFinger<FingerMatrix> geometric = frame.turning;
+  if (gamma) drive.stiffness = PerFinger<FingerMatrix>(hand.fingers());
+  for (int k = 0; k < hand.fingers() && gamma; ++k) drive.stiffness[k].setZero(geometric[k].rows(), geometric[k].rows());
+  for (const Belly& belly : frame.bellies) {
+    const Fingertip& tip = hand.fingertips[belly.finger];
+    const double f_N = f[belly.muscle], more_N = f_N - frame.muscle_N[belly.muscle];
+    const auto arms = belly.arms_m.head(tip.joints);
+    if (more_N != 0.0) drive.torque.segment(tip.first_joint, tip.joints) += more_N * arms;
+    if (!gamma) continue;
+    const double k = muscle_stiffness(hand.muscles[belly.muscle], *gamma, f_N) / belly.share;
+    drive.stiffness[belly.finger] += (k * arms).lazyProduct(arms.transpose());
+    geometric[belly.finger] -= f_N * belly.slopes_m;
+  }
+  if (!gamma) return;
+  for (int k = 0; k < hand.fingers(); ++k) {
+    const Fingertip& tip = hand.fingertips[k];
+    const auto own = [&](const JointVector& v) { return v.segment(tip.first_joint, tip.joints); };
+    drive.torque.segment(tip.first_joint, tip.joints) -=
+        drive.stiffness[k].lazyProduct(own(q) - own(frame.q_rest)) + geometric[k].lazyProduct(own(q) - own(frame.q));
+    drive.stiffness[k] += geometric[k];
+  }
+  drive.mobility = mobility(model.scene, drive.stiffness);
+}
+
+/// Muscles' forces a step later: exactly for the time constants of its beginning.
+void activate(const Model& model, const Frame& frame, bool starts, State& state) {
+  const auto& activation = model.scene.control->muscles->activation;
+  if (!activation || starts) {
+    state.muscle_N = frame.muscle_N;
+    return;
+  }
+  for (Index m = 0; m < state.muscle_N.size(); ++m) {
+    const double most_N = model.scene.hand.muscles[m].max_force_N;
+    double& f_N = state.muscle_N[m];
+    const double wanted_N = frame.muscle_N[m], slowness = 0.5 + 1.5 * f_N / most_N;
+    const double tau_s = wanted_N > f_N ? activation->rise_s * slowness : activation->fall_s / slowness;
+    f_N = wanted_N + (f_N - wanted_N) * std::exp(-model.scene.step_s / tau_s);
+  }
+}
+
 Drive drive(const Model& model, const Frame& frame, const Vector6d& wrench, ContactWorkspace& work,
             const State& state) {
   const Scene& scene = model.scene;
-  Drive drive{frame.torque_Nm + work.resumed_Nm, frame.wrench + wrench,
-              mobility(scene, state.held ? kHoldStiffness : 0.0)};
-  if (state.held) drive.torque = work.torque_held_Nm - kHoldStiffness * (state.q - work.q_held);
+  // Muscles that have stiffness hold a posture by themselves.
+  const bool held = state.held && frame.muscle_N.size() == 0;
+  Drive drive{frame.torque_Nm + work.resumed_Nm, frame.wrench + wrench, mobility(scene, held ? kHoldStiffness : 0.0)};
+  if (held) drive.torque = work.torque_held_Nm - kHoldStiffness * (state.q - work.q_held);
   work.resumed_Nm *= std::exp(-scene.step_s / kResume_s);
   work.torque_Nm = drive.torque;
+  if (frame.muscle_N.size() > 0) let_muscles_act(model, frame, state.muscle_N, state.q, drive);
   // The points where weight and push act have turned with the object since the snapshot.
   const double asked_s = static_cast<double>(frame.tick) * scene.step_s;
   const double now_s = model.loads_vary() ? static_cast<double>(state.tick) * scene.step_s : asked_s;
@@ -192,18 +240,19 @@ RigidMotion solve_motion(const Model& model, const Frame& frame, const Drive& dr
   RigidMotion motion;
   for (int solves = 1;; ++solves) {
     work.mobility = drive.mobility;
-    stop_joints(hand, work.stops, work.mobility);
+    stop_joints(hand, work.stops, model.scene.step_s, work.mobility);
     set_shares(model, frame, work.mobility, work.kinematics);
     const GroupedDelassus W = delassus_operator(model, frame, work.kinematics, work.mobility);
-    motion = viscous_motion(drive.mobility, drive.torque, drive.wrench);
-    move_to_stops(hand, work.stops, state.q, motion.dq);
+    motion = viscous_motion(hand, drive.mobility, drive.torque, drive.wrench);
+    move_to_stops(hand, work.stops, state.q, model.scene.step_s, work.mobility, drive.torque, motion.dq);
     free_gaps_and_slips(model, frame, state, motion, work);
     work.f_first.head(3 * frame.size()) = work.f.head(3 * frame.size());
     report.solve = find_forces(model, frame, W, work);
     add_joint_motion(hand, work.mobility, work.solver, motion.dq);
     motion.dx += work.solver.common_motion.head<6>();
     report.stop_Nm =
-        stop_torques(hand, work.stops, frame, work.kinematics, drive.mobility, drive.torque, motion.dq, work.f);
+        stop_torques(hand, work.stops, frame, work.kinematics, model.scene.step_s, drive.mobility, drive.torque,
+                     motion.dq, work.f);
     if (!change_stops(hand, state.q, motion.dq, report.stop_Nm, work.stops)) return motion;
     if (solves == kMostSolves) break;
   }
@@ -219,8 +268,12 @@ void book_motion(const Scene& scene, const Drive& drive, const State& state, con
   const double joints = motion.dq.squaredNorm(), way = motion.dx.head<3>().squaredNorm(),
                turn = motion.dx.tail<3>().squaredNorm();
   ledger.drive_J = drive.torque.dot(motion.dq) + drive.wrench.dot(motion.dx) -
-                   (state.held ? kHoldStiffness : 0.0) * joints - spring.translation_N_per_m * way -
+                   (state.held && state.muscle_N.size() == 0 ? kHoldStiffness : 0.0) * joints - spring.translation_N_per_m * way -
                    spring.rotation_Nm_per_rad * turn;
+  for (std::size_t k = 0; k < drive.stiffness.size(); ++k) {
+    const auto dq = motion.dq.segment(scene.hand.fingertips[k].first_joint, scene.hand.fingertips[k].joints);
+    ledger.drive_J -= dq.dot(drive.stiffness[k].lazyProduct(dq).eval());
+  }
   double joints_J_s = scene.joint_viscosity * joints;
   if (drive.mobility.root.size() > 0) {
     joints_J_s = 0.0;
@@ -296,9 +349,7 @@ bool commit(const Model& model, const Frame& frame, const ContactWorkspace& work
 }
 
 void pose_hand(const Scene& scene, const JointVector& q, ContactWorkspace& work) {
-  if (q == work.pose_q) return;
-  forward_kinematics(scene.hand, q, work.pose);
-  work.pose_q = q;
+  if (q != work.pose.q) forward_kinematics(scene.hand, q, work.pose);
 }
 
 bool is_undeformed(const State& state) {
@@ -389,6 +440,7 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
     hand_over(model, frame, state, work);
     if (starts) press_in(model, frame, work, state);
   }
+  if (frame.muscle_N.size() > 0) activate(model, frame, starts && state.tick == 0, state);
   report.held = must_hold(model, frame, state, work);
   if (report.held != state.held) set_hold(report.held, frame, work, state);
   const Vector6d extra = report.input_refused ? Vector6d(Vector6d::Zero()) : input.wrench;

@@ -25,14 +25,14 @@ ContactWorkspace::ContactWorkspace(const Model& model, const FramePolicy& frame_
       q_held(model.scene.hand.at_zero()),
       torque_held_Nm(model.scene.hand.at_zero()),
       loads(model),
-      patches(model),
-      pose_q(JointVector::Constant(q_held.size(), std::numeric_limits<double>::quiet_NaN())) {
+      patches(model) {
   if (model.feels()) {
     touch_noise.share = model.scene.fingertips->touch->noise;
     touch_noise.random.seed(model.scene.fingertips->touch->seed);
   }
   contacts.reserve(model.max_contacts);
   pose.segments.resize(model.scene.hand.segments.size());
+  pose.q = JointVector::Constant(q_held.size(), std::numeric_limits<double>::quiet_NaN());
 }
 
 }  // namespace thenar

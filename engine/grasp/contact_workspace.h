@@ -50,8 +50,7 @@ struct ContactWorkspace {
   PulpLoads loads;
   PatchPoints patches;
   TouchNoise touch_noise;
-  HandPose pose;       ///< At pose_q: after a tick, that of the state which it left.
-  JointVector pose_q;  ///< NaN: there is no pose yet.
+  HandPose pose;  ///< After a tick, that of the state which it left; q is NaN while there is none.
 };
 
 }  // namespace thenar

@@ -1,5 +1,6 @@
 #include "engine/grasp/delassus.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "engine/grasp/object_compliance.h"
@@ -26,7 +27,93 @@ void scale_columns(const Hand& hand, const Frame& frame, const JointVector& root
   }
 }
 
+/// Likewise times L of joints with stiffness.
+void mix_columns(const Hand& hand, const Frame& frame, const PerFinger<FingerMatrix>& factor,
+                 ContactKinematics& kinematics) {
+  constexpr int kOwn = GroupedDelassus::kOwn;
+  for (int k = 0; k < hand.fingers(); ++k) {
+    const int joints = hand.fingertips[k].joints, some = std::min(joints, kOwn);
+    const Index first = 3 * frame.begin[k], rows = 3 * frame.begin[k + 1] - first;
+    Eigen::Matrix4d L = Eigen::Matrix4d::Zero();
+    L.topLeftCorner(some, some) = factor[k].topLeftCorner(some, some);
+    auto mobile = kinematics.J_mobile.middleRows(first, rows);
+    mobile.noalias() = kinematics.J_finger.middleRows(first, rows) * L;
+    if (kinematics.J_fifth.size() == 0) continue;
+    auto fifth = kinematics.J_fifth_mobile.segment(first, rows);
+    fifth.setZero();
+    if (joints <= kOwn) continue;
+    const auto J_fifth = kinematics.J_fifth.segment(first, rows);
+    for (int c = 0; c < kOwn; ++c) mobile.col(c) += factor[k](kOwn, c) * J_fifth;
+    for (int c = 0; c < kOwn; ++c) fifth += factor[k](c, kOwn) * kinematics.J_finger.col(c).segment(first, rows);
+    fifth += factor[k](kOwn, kOwn) * J_fifth;
+  }
+}
+
 }  // namespace
+
+FingerMatrix mobility_factor(const FingerMatrix& damping, double mobility_per_joint, double step_s,
+                             const std::array<bool, kMaxFingerJoints>& free) {
+  // With B = R R', R lower triangular, h B^-1 = h R^-T R^-1. A joint that is not free is decoupled, and has no part.
+  const auto n = damping.rows();
+  FingerMatrix R = damping;
+  for (Index j = 0; j < n; ++j) {
+    if (free[j]) continue;
+    R.row(j).setZero();
+    R.col(j).setZero();
+    R(j, j) = 1.0;
+  }
+  for (Index j = 0; j < n; ++j) {
+    for (Index k = 0; k < j; ++k) {
+      for (Index i = j; i < n; ++i) R(i, j) -= R(i, k) * R(j, k);
+    }
+    R(j, j) = std::sqrt(R(j, j));
+    for (Index i = j + 1; i < n; ++i) R(i, j) /= R(j, j);
+  }
+  FingerMatrix L = FingerMatrix::Zero(n, n);
+  const double scale = std::sqrt(step_s / mobility_per_joint);
+  for (Index c = 0; c < n; ++c) {
+    if (!free[c]) continue;
+    // Column c of R^-1 is row c of R^-T.
+    for (Index i = c; i < n; ++i) {
+      double rest = i == c ? scale : 0.0;
+      for (Index k = c; k < i; ++k) rest -= R(i, k) * L(c, k);
+      L(c, i) = rest / R(i, i);
+    }
+  }
+  return L;
+}
+
+Mobility mobility(const Scene& scene, const PerFinger<FingerMatrix>& stiffness) {
+  Mobility all = mobility(scene);
+  const Hand& hand = scene.hand;
+  all.damping = all.factor = PerFinger<FingerMatrix>(hand.fingers());
+  std::array<bool, kMaxFingerJoints> free;
+  free.fill(true);
+  for (int k = 0; k < hand.fingers(); ++k) {
+    const Fingertip& tip = hand.fingertips[k];
+    all.damping[k] = scene.step_s * stiffness[k];
+    for (int j = 0; j < tip.joints; ++j) {
+      all.damping[k](j, j) += scene.viscosity(k) * hand.joints[tip.first_joint + j].drag;
+    }
+    all.factor[k] = mobility_factor(all.damping[k], all.joint, scene.step_s, free);
+  }
+  return all;
+}
+
+JointVector joint_motion(const Hand& hand, const Mobility& mobility, const JointVector& torque_Nm) {
+  JointVector dq = mobility.joint * torque_Nm;
+  if (mobility.is_stiff()) {
+    for (int k = 0; k < hand.fingers(); ++k) {
+      const Fingertip& tip = hand.fingertips[k];
+      const FingerMatrix& L = mobility.factor[k];
+      auto own = dq.segment(tip.first_joint, tip.joints);
+      own = L.lazyProduct(L.transpose().lazyProduct(own).eval()).eval();
+    }
+  } else if (mobility.root.size() > 0) {
+    dq.array() *= mobility.root.array().square();
+  }
+  return dq;
+}
 
 Mobility mobility(const Scene& scene, double joint_stiffness) {
   const double h = scene.step_s;
@@ -48,7 +135,11 @@ Mobility mobility(const Scene& scene, double joint_stiffness) {
 }
 
 void set_shares(const Model& model, const Frame& frame, const Mobility& mobility, ContactKinematics& kinematics) {
-  if (mobility.root.size() > 0) scale_columns(model.scene.hand, frame, mobility.root, kinematics);
+  if (mobility.is_stiff()) {
+    mix_columns(model.scene.hand, frame, mobility.factor, kinematics);
+  } else if (mobility.root.size() > 0) {
+    scale_columns(model.scene.hand, frame, mobility.root, kinematics);
+  }
   for (std::size_t k = 0; k < kinematics.pulp_share.size(); ++k) {
     const auto gained = [&](const Pulp& pulp) { return 1.0 - retained_share(pulp.material, model.scene.step_s); };
     kinematics.pulp_share[k] = gained(model.pulps[k]) / gained(model.pulps.front());
@@ -57,7 +148,7 @@ void set_shares(const Model& model, const Frame& frame, const Mobility& mobility
 
 GroupedDelassus delassus_operator(const Model& model, const Frame& frame, const ContactKinematics& kinematics,
                                   const Mobility& mobility) {
-  const bool alike = mobility.root.size() == 0;
+  const bool alike = mobility.root.size() == 0 && !mobility.is_stiff();
   GroupedDelassus W{.begin = frame.begin,
                     .J_own = alike ? kinematics.J_finger : kinematics.J_mobile,
                     .J_fifth = alike ? kinematics.J_fifth : kinematics.J_fifth_mobile,
@@ -88,6 +179,11 @@ Eigen::MatrixXd dense_delassus(const Model& model, const Frame& frame, const Con
 void add_joint_motion(const Hand& hand, const Mobility& mobility, const GroupedWorkspace& solve, JointVector& dq) {
   for (int k = 0; k < hand.fingers(); ++k) {
     const Fingertip& tip = hand.fingertips[k];
+    if (mobility.is_stiff()) {
+      dq.segment(tip.first_joint, tip.joints) +=
+          mobility.factor[k].lazyProduct(solve.own_motion.col(k).head(tip.joints));
+      continue;
+    }
     for (int c = 0; c < tip.joints; ++c) {
       const int j = tip.first_joint + c;
       dq[j] += mobility.root.size() == 0 ? solve.own_motion(c, k) : mobility.root[j] * solve.own_motion(c, k);

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 
 #include "engine/grasp/contact_kinematics.h"
 #include "engine/grasp/frame.h"
 #include "engine/grasp/model.h"
+#include "engine/grasp/muscles.h"
 #include "solvers/grouped_delassus.h"
 
 namespace thenar {
@@ -17,12 +19,27 @@ struct Mobility {
   double rotation;     ///< [rad/(N m)]
   /// Joints that differ have the mobility joint root_j^2, one that is stopped none. Empty: all are 1.
   JointVector root = {};
+  /// Where joints have stiffness: B of each finger, b I + h K [N m s], in which joints at their stops have no place, and
+  /// some L with h B^-1 = joint L L', zero for these. Of no finger else: then the above says all.
+  PerFinger<FingerMatrix> damping = {}, factor = {};
+
+  [[nodiscard]] bool is_stiff() const { return factor.size() > 0; }
 
   [[nodiscard]] double of_joint(Eigen::Index j) const { return root.size() == 0 ? joint : joint * root[j] * root[j]; }
 };
 
 /// The scene's, with the stiffness of the springs on each joint [N m/rad].
 [[nodiscard]] Mobility mobility(const Scene& scene, double joint_stiffness = 0.0);
+
+/// The scene's, with a stiffness K of each finger's joints besides [N m/rad]: see Mobility::factor.
+[[nodiscard]] Mobility mobility(const Scene& scene, const PerFinger<FingerMatrix>& stiffness);
+
+/// L of a finger, for its B and for which of its joints are free.
+[[nodiscard]] FingerMatrix mobility_factor(const FingerMatrix& damping, double mobility_per_joint, double step_s,
+                                           const std::array<bool, kMaxFingerJoints>& free);
+
+/// h B^-1 tau [rad].
+[[nodiscard]] JointVector joint_motion(const Hand& hand, const Mobility& mobility, const JointVector& torque_Nm);
 
 /// Makes what the operators below need where fingers differ: J_mobile, of the roots of a mobility that has them, and
 /// what the pulps of a hand with several materials gain in a step.

@@ -51,7 +51,12 @@ Frame::Frame(const Model& model)
   compliance.assign(model.fingers(), SurfaceCompliance(per_finger));
   if (model.soft_object()) object_kernel.setZero(model.max_contacts, model.max_contacts);
   X_WO.setIdentity();
-  torque_Nm = model.scene.hand.at_zero();
+  torque_Nm = q = q_rest = model.scene.hand.at_zero();
+  if (model.scene.muscles_act()) {
+    muscle_N.setZero(std::ssize(model.scene.hand.muscles));
+    bellies = bellies_of(model.scene.hand);
+    turning = PerFinger<FingerMatrix>(model.fingers());
+  }
   wrench.setZero();
 }
 

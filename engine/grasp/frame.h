@@ -8,6 +8,7 @@
 
 #include "engine/grasp/hand.h"
 #include "engine/grasp/model.h"
+#include "engine/grasp/muscles.h"
 #include "solvers/grasp_forces.h"
 #include "solvers/grouped_delassus.h"
 
@@ -44,6 +45,12 @@ struct Frame {
   PerFinger<double> softness;                 ///< What its load leaves of a pulp's compliance; 1 without load.
   Eigen::MatrixXd object_kernel;              ///< k_ij of a soft object, among all contacts; of a rigid one none.
   JointVector torque_Nm;                      ///< tau - g: what drives the fingers beside contact.
+  // Of a scene whose muscles act on the contact side (Scene::muscles_act), else of no muscle:
+  MuscleVector muscle_N;            ///< f of tau = H f: what the muscles are asked for.
+  std::vector<Belly> bellies;       ///< At the snapshot.
+  JointVector q;                    ///< There: where the above is true.
+  JointVector q_rest;               ///< q_0: the joints for which muscles that are lengthened have been asked so.
+  PerFinger<FingerMatrix> turning;  ///< dg/dq [N m/rad].
   Vector6d wrench;                            ///< W_ext on the object, world axes [N, N m].
 
   [[nodiscard]] Eigen::Index size() const { return static_cast<Eigen::Index>(contacts.size()); }

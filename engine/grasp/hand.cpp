@@ -61,15 +61,6 @@ FingerJacobian coupled_columns(const Hand& hand, const Fingertip& tip, int follo
   for (int j = 0; j < segment.joints; ++j) g[tip.first_joint + j] -= J.col(j).dot(segment.mass_kg * gravity);
 }
 
-/// The rows of followers in a muscle's column of H, in their leaders'. M is a crossing's attachment, D its direction.
-[[gnu::noinline]] void add_coupled_arms(const Hand& hand, const HandPose& pose, const MuscleCrossing& crossing,
-                                        const Vector3d& M, const Vector3d& D, Eigen::Ref<Eigen::VectorXd> H_m) {
-  for (const int i : crossing.joints) {
-    const double arm_m = crossing.share * (M - pose.origin_m[i]).cross(D).dot(pose.axis[i]);
-    H_m[hand.leader(i)] += i < std::ssize(hand.joints) ? arm_m : hand.followers[i - hand.joints.size()].ratio * arm_m;
-  }
-}
-
 }  // namespace
 
 Hand mirrored(Hand hand) {
@@ -106,6 +97,7 @@ Hand mirrored(Hand hand) {
 }
 
 void forward_kinematics(const Hand& hand, const JointVector& q, HandPose& pose) {
+  pose.q = q;
   // chain[k][j]: the displacement that the first j joints of finger k make.
   std::array<FingerChain, kMaxFingers> chain;
   for (int k = 0; k < hand.fingers(); ++k) {
@@ -188,26 +180,6 @@ JointVector gravity_torques(const Hand& hand, const HandPose& pose, const Vector
     }
   }
   return g;
-}
-
-void moment_arms(const Hand& hand, const HandPose& pose, Eigen::Ref<Eigen::MatrixXd> H) {
-  H.setZero();
-  for (std::size_t m = 0; m < hand.muscles.size(); ++m) {
-    for (const MuscleCrossing& crossing : hand.muscles[m].crossings) {
-      const Vector3d M = pose.segments[crossing.insertion_segment] * crossing.insertion_m;
-      const Isometry3d& X_pull = pose.segments[crossing.pull_segment];
-      const Vector3d pull =
-          crossing.pull_is_point ? Vector3d(X_pull * crossing.pull - M) : Vector3d(X_pull.linear() * crossing.pull);
-      const Vector3d D = pull.normalized();
-      if (!hand.followers.empty()) {
-        add_coupled_arms(hand, pose, crossing, M, D, H.col(static_cast<Eigen::Index>(m)));
-        continue;
-      }
-      for (const int i : crossing.joints) {
-        H(i, static_cast<Eigen::Index>(m)) += crossing.share * (M - pose.origin_m[i]).cross(D).dot(pose.axis[i]);
-      }
-    }
-  }
 }
 
 }  // namespace thenar

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -99,9 +100,9 @@ struct Fingertip {
 };
 
 /// Where a tendon crosses joints: it pulls at an attachment distal to them, in the direction of a via point or of a
-/// vector fixed in a segment.
+/// vector fixed in a segment. How that makes a length is in engine/grasp/muscles.h.
 struct MuscleCrossing {
-  std::vector<int> joints;  ///< Followers count on from the joints.
+  std::vector<int> joints;  ///< From the palm on; followers count on from the joints.
   double share = 1.0;       ///< Of the muscle's force.
   int insertion_segment = 0;
   Eigen::Vector3d insertion_m;
@@ -114,6 +115,8 @@ struct Muscle {
   std::string name;
   double max_force_N = 0.0;
   std::vector<MuscleCrossing> crossings;
+  std::optional<double> fibre_m = {};                                      ///< Length of its fibres at rest.
+  double tendon_N_per_m = std::numeric_limits<double>::infinity();  ///< Stiffness of its tendon; infinite: rigid.
 };
 
 /// The hand's geometry and masses: data only.
@@ -132,6 +135,14 @@ struct Hand {
   }
   /// Whose angle turns it: itself, or its leader.
   [[nodiscard]] int leader(int i) const { return i < std::ssize(joints) ? i : followers[i - joints.size()].leader; }
+  /// How fast it turns with that one.
+  [[nodiscard]] double ratio(int i) const { return i < std::ssize(joints) ? 1.0 : followers[i - joints.size()].ratio; }
+  /// Whether it moves a segment.
+  [[nodiscard]] bool moves(int i, const Segment& segment) const {
+    const Fingertip& tip = fingertips[segment.finger];
+    const std::ptrdiff_t first = i < std::ssize(joints) ? tip.first_joint : std::ssize(joints) + tip.first_follower;
+    return i >= first && i < first + (i < std::ssize(joints) ? segment.joints : segment.followers);
+  }
   /// Zero for each joint.
   [[nodiscard]] JointVector at_zero() const { return JointVector::Zero(static_cast<Eigen::Index>(joints.size())); }
   /// What finger k has of a vector of all joints.
@@ -148,6 +159,7 @@ struct Hand {
 
 /// Where the joints and segments are at some q, world = hand frame.
 struct HandPose {
+  JointVector q;  ///< [rad]
   std::array<Eigen::Vector3d, kMaxHandJoints> origin_m;  ///< Of each joint the hand has, and then of each follower.
   std::array<Eigen::Vector3d, kMaxHandJoints> axis;
   std::vector<Eigen::Isometry3d> segments;  ///< X_WS, as many as the hand has.
@@ -189,8 +201,5 @@ void forward_kinematics(const Hand& hand, const JointVector& q, HandPose& pose);
 
 /// g(q) of eq. (3): b qdot + g = tau - J' f, so g = -sum J_com' m gravity [N m].
 [[nodiscard]] JointVector gravity_torques(const Hand& hand, const HandPose& pose, const Eigen::Vector3d& gravity);
-
-/// H of tau = H f_m [1, 2]: H_ij = sum over crossings of share (O_i M_j x D_j) . T_i. Shape joints x muscles [m].
-void moment_arms(const Hand& hand, const HandPose& pose, Eigen::Ref<Eigen::MatrixXd> H);
 
 }  // namespace thenar

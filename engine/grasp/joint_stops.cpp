@@ -27,8 +27,15 @@ int passes(const Joint& joint, double q, double dq) {
 
 }  // namespace
 
-void stop_joints(const Hand& hand, const JointStops& stops, Mobility& mobility) {
+void stop_joints(const Hand& hand, const JointStops& stops, double step_s, Mobility& mobility) {
   if (stops.stopped == 0) return;
+  for (int k = 0; k < hand.fingers() && mobility.is_stiff(); ++k) {
+    const Fingertip& tip = hand.fingertips[k];
+    std::array<bool, kMaxFingerJoints> free;
+    for (int j = 0; j < tip.joints; ++j) free[j] = stops.side[tip.first_joint + j] == 0;
+    mobility.factor[k] = mobility_factor(mobility.damping[k], mobility.joint, step_s, free);
+  }
+  if (mobility.is_stiff()) return;
   const auto joints = std::ssize(hand.joints);
   if (mobility.root.size() == 0) mobility.root.setOnes(joints);
   for (Index j = 0; j < joints; ++j) {
@@ -36,16 +43,31 @@ void stop_joints(const Hand& hand, const JointStops& stops, Mobility& mobility) 
   }
 }
 
-void move_to_stops(const Hand& hand, const JointStops& stops, const JointVector& q, JointVector& dq) {
+void move_to_stops(const Hand& hand, const JointStops& stops, const JointVector& q, double step_s,
+                   const Mobility& mobility, const JointVector& torque_Nm, JointVector& dq) {
   if (stops.stopped == 0) return;
+  if (mobility.is_stiff()) {
+    // B_ff dq_f = h tau_f - B_fs dq_s of the free and the stopped joints of a finger.
+    JointVector torque = torque_Nm;
+    for (int k = 0; k < hand.fingers(); ++k) {
+      const Fingertip& tip = hand.fingertips[k];
+      for (int s = 0; s < tip.joints; ++s) {
+        const int j = tip.first_joint + s;
+        if (stops.side[j] == 0) continue;
+        const double way_rad = way_left(hand.joints[j], q[j], stops.side[j]);
+        torque.segment(tip.first_joint, tip.joints) -= way_rad / step_s * mobility.damping[k].col(s);
+      }
+    }
+    dq = joint_motion(hand, mobility, torque);
+  }
   for (Index j = 0; j < dq.size(); ++j) {
     if (stops.side[j] != 0) dq[j] = way_left(hand.joints[j], q[j], stops.side[j]);
   }
 }
 
 JointVector stop_torques(const Hand& hand, const JointStops& stops, const Frame& frame,
-                         const ContactKinematics& kinematics, const Mobility& mobility, const JointVector& torque_Nm,
-                         const JointVector& dq, const Eigen::VectorXd& f) {
+                         const ContactKinematics& kinematics, double step_s, const Mobility& mobility,
+                         const JointVector& torque_Nm, const JointVector& dq, const Eigen::VectorXd& f) {
   JointVector stop_Nm = hand.at_zero();
   for (int k = 0; k < hand.fingers() && stops.stopped > 0; ++k) {
     const Fingertip& tip = hand.fingertips[k];
@@ -56,7 +78,11 @@ JointVector stop_torques(const Hand& hand, const JointStops& stops, const Frame&
       const auto f_k = f.segment(first, rows);
       const double contact_Nm = c < GroupedDelassus::kOwn ? kinematics.J_finger.col(c).segment(first, rows).dot(f_k)
                                                           : kinematics.J_fifth.segment(first, rows).dot(f_k);
-      stop_Nm[j] = dq[j] / mobility.of_joint(j) - torque_Nm[j] - contact_Nm;
+      const double viscous_Nm =
+          mobility.is_stiff()
+              ? mobility.damping[k].row(c).dot(dq.segment(tip.first_joint, tip.joints)) / step_s
+              : dq[j] / mobility.of_joint(j);
+      stop_Nm[j] = viscous_Nm - torque_Nm[j] - contact_Nm;
     }
   }
   return stop_Nm;

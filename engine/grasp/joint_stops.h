@@ -25,16 +25,18 @@ struct JointStops {
   int stopped = 0;                                 ///< How many joints.
 };
 
-/// Takes the mobility of the joints that are stopped.
-void stop_joints(const Hand& hand, const JointStops& stops, Mobility& mobility);
+/// Takes the mobility of the joints that are stopped, in a step of this length.
+void stop_joints(const Hand& hand, const JointStops& stops, double step_s, Mobility& mobility);
 
-/// What is left to their stops, in the motion of the joints that are stopped.
-void move_to_stops(const Hand& hand, const JointStops& stops, const JointVector& q, JointVector& dq);
+/// What is left to their stops, in the motion of the joints that are stopped; with stiffness the others follow.
+/// `mobility` is as stop_joints() leaves it.
+void move_to_stops(const Hand& hand, const JointStops& stops, const JointVector& q, double step_s,
+                   const Mobility& mobility, const JointVector& torque_Nm, JointVector& dq);
 
 /// r of the joints that are stopped, for the forces f of the contact rows, and zero for the others [N m]. `mobility` is
 /// that of the joints without their stops.
 [[nodiscard]] JointVector stop_torques(const Hand& hand, const JointStops& stops, const Frame& frame,
-                                       const ContactKinematics& kinematics, const Mobility& mobility,
+                                       const ContactKinematics& kinematics, double step_s, const Mobility& mobility,
                                        const JointVector& torque_Nm, const JointVector& dq, const Eigen::VectorXd& f);
 
 /// Stops and releases joints by the motion dq and the torques of the stops that it takes. False: nothing has changed.

@@ -113,6 +113,31 @@ struct ReflexSettings {
   double regulation_per_s = 5.0;   ///< How fast the squeeze is adjusted to it, as a share of the grip.
 };
 
+/// How fast muscles follow what they are asked for: da/dt = (u - a) / tau, with tau = rise (0.5 + 1.5 a) while the
+/// activation a rises to the excitation u and fall / (0.5 + 1.5 a) while it falls [Thelen 2003, J Biomech Eng 125:70].
+struct Activation {
+  double rise_s = 0.0, fall_s = 0.0;
+};
+
+/// The least stiffness of the object in the hand that muscle forces are chosen for, object axes.
+struct ObjectStiffness {
+  Eigen::Vector3d translation_N_per_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d rotation_Nm_per_rad = Eigen::Vector3d::Zero();
+  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< Where these belong together; object frame.
+  double most_squeeze_N = 0.0;  ///< How far the internal force may rise for it; 0: it stays as it is.
+};
+
+/// What muscles are beyond the forces that they are asked for.
+struct MuscleSettings {
+  std::optional<Activation> activation;              ///< Nothing: forces are there at once.
+  std::optional<double> short_range;                 ///< gamma of k = gamma f / L; nothing: lengths change no force.
+  std::optional<ObjectStiffness> object_stiffness;   ///< Nothing: the least forces do. Of muscles with stiffness alone.
+  std::optional<double> frozen_from_s;               ///< From then on excitations stay as they are; nothing: never.
+
+  /// Whether the contact side has more to do than to apply torques.
+  [[nodiscard]] bool act() const { return activation || short_range; }
+};
+
 struct ControlSettings {
   ControlLaw law = ControlLaw::kFeedforward;
   std::optional<double> gain;            ///< K of eq. (22) [N m/rad]; nothing: from the joint viscosity and the period.
@@ -127,7 +152,7 @@ struct ControlSettings {
   double feedback_delay_s = 0.0;             ///< The laws see the state as it was so long ago.
   bool anticipation = false;                 ///< What the target's motion will need is fed forward.
   std::optional<ReflexSettings> reflex;      ///< Nothing: the grip does not answer. Of fingertips with touch alone.
-  bool muscles = false;                      ///< Muscle forces drive the joints; otherwise the torques act as they are.
+  std::optional<MuscleSettings> muscles;     ///< Muscle forces drive the joints; nothing: the torques act as they are.
   std::optional<DriveTable> drive;           ///< Nothing: the law drives them.
 };
 
@@ -227,6 +252,8 @@ struct Scene {
   std::vector<std::string> defaults_used;  ///< "key = value" of each value the file left to us.
 
   [[nodiscard]] bool has_muscles() const { return control && control->muscles; }
+  /// Whether the contact side is to know the muscles: they have stiffness, or take time.
+  [[nodiscard]] bool muscles_act() const { return has_muscles() && control->muscles->act(); }
   /// b of finger k's joints [N m s].
   [[nodiscard]] double viscosity(int k) const { return hand.fingertips[k].joint_viscosity.value_or(joint_viscosity); }
 };

@@ -11,6 +11,7 @@
 
 #include "engine/grasp/hand.h"
 #include "engine/grasp/model.h"
+#include "engine/grasp/muscles.h"
 
 namespace thenar {
 
@@ -65,6 +66,7 @@ struct Snapshot {
   JointVector q;           ///< [rad]
   Eigen::Isometry3d X_WO;  ///< Object.
   PerFinger<FingerLoad> load;
+  MuscleVector muscle_N;                  ///< Forces that muscles have, of a scene whose muscles act on the contact side.
   PerFinger<Touch> touch;                 ///< Of a scene that names it; else of no finger.
   std::optional<Eigen::Isometry3d> X_WT;  ///< Where the caller wants the object; nothing: where the task does.
   bool held = false;                      ///< The drive of an old frame is held: no control acts.

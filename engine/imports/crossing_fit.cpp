@@ -1,4 +1,5 @@
 #include "engine/imports/crossing_fit.h"
+#include "engine/grasp/muscles.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/QR>

@@ -11,6 +11,7 @@
 #include "engine/imports/tendon_route.h"
 #include "engine/scenes/config.h"
 #include "solvers/muscle_forces.h"
+#include "engine/grasp/muscles.h"
 
 namespace thenar {
 

@@ -231,6 +231,7 @@ std::vector<Coupling> read_couplings(const ConfigMap& root, const Hand& hand) {
 MuscleCrossing read_crossing(const Hand& hand, const ConfigMap& map) {
   MuscleCrossing crossing;
   for (const std::string& name : map.texts("joints")) crossing.joints.push_back(joint_index(hand, map, "joints", name));
+  std::ranges::sort(crossing.joints);
   crossing.share = map.quantity("share");
   const ConfigMap insertion = map.map("insertion");
   crossing.insertion_segment = segment_index(hand, insertion);
@@ -270,6 +271,8 @@ Hand load_hand(const std::filesystem::path& file) {
   if (std::ssize(muscles) > kMaxMuscles) root.refuse("muscles", fmt::format("must list at most {}", kMaxMuscles));
   for (const ConfigMap& map : muscles) {
     Muscle muscle{map.text("name"), map.quantity("max_force"), {}};
+    if (map.has("fibre_length")) muscle.fibre_m = map.quantity("fibre_length");
+    if (map.has("tendon_stiffness")) muscle.tendon_N_per_m = map.quantity("tendon_stiffness");
     for (const ConfigMap& crossing : map.list_of_maps("crossings")) {
       muscle.crossings.push_back(read_crossing(hand, crossing));
     }

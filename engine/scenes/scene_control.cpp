@@ -72,6 +72,39 @@ ReflexSettings read_reflex(const ConfigMap& map) {
           map.quantity("regulation")};
 }
 
+ObjectStiffness read_object_stiffness(const ConfigMap& map) {
+  ObjectStiffness wanted{map.quantities("translation"), map.quantities("rotation")};
+  if (map.has("centre")) wanted.centre_m = map.quantities("centre");
+  if (map.has("squeeze")) wanted.most_squeeze_N = map.quantity("squeeze");
+  return wanted;
+}
+
+/// Muscles by themselves, as torques, or with what they are.
+std::optional<MuscleSettings> read_muscles(const ConfigMap& control, const Hand& hand) {
+  if (const std::string word = control.word("muscles"); !word.empty()) {
+    return word == "true" ? std::optional(MuscleSettings{}) : std::nullopt;
+  }
+  const ConfigMap map = control.map("muscles");
+  MuscleSettings muscles;
+  if (map.has("activation")) muscles.activation = Activation{map.quantity("activation"), map.quantity("deactivation")};
+  if (map.has("deactivation") && !map.has("activation")) map.refuse("deactivation", "goes with activation: name that, too");
+  if (map.has("stiffness")) {
+    muscles.short_range = map.quantity("stiffness");
+    const auto without = std::ranges::find_if(hand.muscles, [](const Muscle& m) { return !m.fibre_m; });
+    if (without != hand.muscles.end()) {
+      map.refuse("stiffness", "needs the fibre_length of each muscle, and the hand does not say that of " + without->name);
+    }
+  }
+  if (map.has("object_stiffness")) {
+    muscles.object_stiffness = read_object_stiffness(map.map("object_stiffness"));
+    if (!map.has("stiffness")) map.refuse("object_stiffness", "is made of the muscles' stiffness: name that, too");
+  }
+  if (map.has("frozen_from")) {
+    muscles.frozen_from_s = map.quantity("frozen_from");
+  }
+  return muscles;
+}
+
 Arm read_arm(const ConfigMap& map) {
   Arm arm;
   const Vector3d along = map.quantities("along");
@@ -97,7 +130,7 @@ std::vector<FrictionStep> read_friction_steps(const ConfigMap& map) {
 
 }  // namespace
 
-ControlSettings read_control(const ConfigMap& map, bool pressed, bool feels) {
+ControlSettings read_control(const ConfigMap& map, const Hand& hand, bool pressed, bool feels) {
   ControlSettings control;
   control.law = map.choice("law") == "paper" ? ControlLaw::kPaper : ControlLaw::kFeedforward;
   if (map.word("gain").empty()) control.gain = map.quantity("gain");
@@ -122,7 +155,7 @@ ControlSettings read_control(const ConfigMap& map, bool pressed, bool feels) {
     control.reflex = read_reflex(map.map("reflex"));
     if (!feels) map.refuse("reflex", "needs fingertips.touch");
   }
-  control.muscles = map.flag("muscles");
+  control.muscles = read_muscles(map, hand);
   return control;
 }
 

@@ -7,7 +7,7 @@ namespace thenar {
 
 /// What the map `control` of a scene says; `pressed`: a grasp that is found says how hard the fingers squeeze;
 /// `feels`: the fingertips do.
-[[nodiscard]] ControlSettings read_control(const ConfigMap& map, bool pressed, bool feels);
+[[nodiscard]] ControlSettings read_control(const ConfigMap& map, const Hand& hand, bool pressed, bool feels);
 
 /// Its table `drive`, for this hand. False if the file cannot be read, which is reported.
 bool read_drive(const ConfigMap& map, const Hand& hand, ControlSettings& control);

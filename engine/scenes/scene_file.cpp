@@ -330,7 +330,7 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
   if (finds) scene.grasp = read_grasp(root, scene);
   const bool pressed = scene.grasp && scene.grasp->press_N;
   const bool feels = scene.fingertips && scene.fingertips->touch;
-  if (root.has("control")) scene.control = read_control(root.map("control"), pressed, feels);
+  if (root.has("control")) scene.control = read_control(root.map("control"), scene.hand, pressed, feels);
   if (scene.control && scene.control->muscles && !scene.hand.joints.empty() && scene.hand.muscles.empty()) {
     root.map("control").refuse("muscles", "this hand has none: write false, and torques drive its joints");
   }

@@ -1,6 +1,7 @@
 #include "engine/scenes/scene_text.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -192,6 +193,28 @@ std::string cones_text(const ControlSettings& control) {
                      number(control.grasp_friction * (1.0 + *control.felt_margin)));
 }
 
+std::string muscles_text(const ControlSettings& control) {
+  if (!control.muscles) return "false";
+  std::vector<std::string> parts;
+  if (const auto& activation = control.muscles->activation) {
+    parts.push_back(fmt::format("activation: {}, deactivation: {}", text(activation->rise_s, Dimension::kTime),
+                                text(activation->fall_s, Dimension::kTime)));
+  }
+  if (const auto& gamma = control.muscles->short_range) parts.push_back("stiffness: " + number(*gamma));
+  if (const auto& wanted = control.muscles->object_stiffness) {
+    std::string squeeze;
+    if (wanted->most_squeeze_N > 0.0) squeeze = ", squeeze: " + text(wanted->most_squeeze_N, Dimension::kForce);
+    parts.push_back(fmt::format("object_stiffness: {{translation: {}, rotation: {}, centre: {}{}}}",
+                                text(wanted->translation_N_per_m, Dimension::kStiffness),
+                                text(wanted->rotation_Nm_per_rad, Dimension::kRotationalStiffness),
+                                text(wanted->centre_m, Dimension::kLength), squeeze));
+  }
+  if (const auto& from_s = control.muscles->frozen_from_s) {
+    parts.push_back("frozen_from: " + text(*from_s, Dimension::kTime));
+  }
+  return parts.empty() ? "true" : fmt::format("{{{}}}", fmt::join(parts, ", "));
+}
+
 std::string control_text(const Scene& scene) {
   const ControlSettings& control = *scene.control;
   std::string out =
@@ -223,7 +246,7 @@ std::string control_text(const Scene& scene) {
                        text(reflex->release_s, Dimension::kTime), number(reflex->stick),
                        text(reflex->regulation_per_s, Dimension::kRate));
   }
-  out += fmt::format("  muscles: {}  # or joint torques\n", control.muscles);
+  out += fmt::format("  muscles: {}  # or joint torques\n", muscles_text(control));
   if (control.drive) out += fmt::format("  drive: '{}'\n", std::filesystem::absolute(control.drive->file).string());
   return out;
 }
@@ -320,7 +343,7 @@ Scene scene_to_begin_with(const Hand& hand, const CloudShape& object, double mas
   control.position = {300.0, 900.0, 0.0};
   control.rotation = {0.48, 1.5, 0.0};
   control.posture_Nm_per_rad = 0.5;
-  control.muscles = !hand.muscles.empty();
+  if (!hand.muscles.empty()) control.muscles.emplace();
   scene.control = control;
   return scene;
 }

@@ -10,6 +10,7 @@
 #include "engine/finder/hand_body.h"
 #include "engine/grasp/coupled_joints.h"
 #include "tests/finder/known_surfaces.h"
+#include "engine/grasp/muscles.h"
 
 namespace thenar::coupled_hand_test {
 namespace {

@@ -7,6 +7,7 @@
 
 #include "engine/finder/pressed_shape.h"
 #include "tests/finder/known_surfaces.h"
+#include "engine/grasp/muscles.h"
 
 namespace thenar::hand_body_test {
 namespace {

@@ -14,6 +14,7 @@
 #include "tests/support/allocation_counter.h"
 #include "tests/support/coupled_hand.h"
 #include "tests/support/scenes.h"
+#include "engine/grasp/muscles.h"
 
 namespace thenar::coupled_joints_test {
 namespace {

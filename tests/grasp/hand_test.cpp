@@ -1,4 +1,5 @@
 #include "engine/grasp/hand.h"
+#include "engine/grasp/muscles.h"
 
 #include <gtest/gtest.h>
 

@@ -10,6 +10,7 @@
 #include <random>
 
 #include "tests/imports/imported.h"
+#include "engine/grasp/muscles.h"
 
 namespace thenar::hand_import_test {
 namespace {

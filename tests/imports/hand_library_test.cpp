@@ -10,6 +10,7 @@
 #include "engine/imports/crossing_fit.h"
 #include "engine/scenes/hand_file.h"
 #include "solvers/muscle_forces.h"
+#include "engine/grasp/muscles.h"
 
 namespace thenar::hand_library_test {
 namespace {

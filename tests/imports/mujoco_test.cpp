@@ -15,6 +15,7 @@
 
 #include "engine/imports/wrapping.h"
 #include "tests/imports/imported.h"
+#include "engine/grasp/muscles.h"
 
 namespace thenar::mujoco_test {
 namespace {

@@ -1,0 +1,182 @@
+#include "engine/control/grasp_stiffness.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+
+namespace thenar {
+
+using Eigen::Index;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr double kRigid_m_per_N = 1e-8;
+// A contact at its cone slides: the solver leaves as much open.
+constexpr double kAtLimit = 1e-5;
+
+Matrix3d cross_matrix(const Vector3d& v) {
+  Matrix3d X;
+  X << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
+  return X;
+}
+
+/// Of a force that keeps its direction, at a point of the object r from its origin.
+Matrix3d turning_stiffness(const Vector3d& f, const Vector3d& r) {
+  return f.dot(r) * Matrix3d::Identity() - 0.5 * (f * r.transpose() + r * f.transpose());
+}
+
+/// A loaded contact of a finger.
+struct Loaded {
+  Index contact;  ///< In the frame.
+  bool slides;
+  Vector3d point_m, force_N;  ///< World.
+  Matrix3d E_W;
+};
+
+/// What one finger's loads are as a whole.
+struct Patch {
+  Vector3d centre_m = Vector3d::Zero(), force_N = Vector3d::Zero();
+  Matrix3d moments_Nm = Matrix3d::Zero();  ///< S: sum of f d', d from the centre.
+};
+
+/// Calls visit(loaded) for the contacts of a finger that bear load.
+template <typename Visit>
+void for_each_loaded(const Frame& frame, const HandPose& pose, const Hand& hand, int k,
+                     std::span<const ContactForce> forces, double friction, const Visit& visit) {
+  auto force = forces.begin();
+  for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
+    const FrameContact& contact = frame.contacts[i];
+    while (force != forces.end() && id_of(*force) < id_of(contact)) ++force;
+    if (force == forces.end()) return;
+    if (id_of(*force) != id_of(contact) || !(force->f_C[0] > 0.0)) continue;
+    const Matrix3d E_W = pose.distal(hand, k).linear() * contact.E_F;
+    const bool slides = force->f_C.tail<2>().norm() >= (1.0 - kAtLimit) * friction * force->f_C[0];
+    visit(Loaded{i, slides, frame.X_WO * contact.s_O, E_W * force->f_C, E_W});
+  }
+}
+
+/// K of a pulp against rigid motions at the patch's centre.
+Matrix6d pulp_stiffness(const Model& model, const Frame& frame, const HandPose& pose, int k,
+                        std::span<const ContactForce> forces, double friction, const Patch& patch,
+                        StiffnessWorkspace& work) {
+  Index rows = 0;
+  for_each_loaded(frame, pose, model.scene.hand, k, forces, friction, [&](const Loaded& one) {
+    Index columns = 0;
+    for_each_loaded(frame, pose, model.scene.hand, k, forces, friction, [&](const Loaded& other) {
+      if (other.contact > one.contact) return;
+      const Index i = one.contact - frame.begin[k], j = other.contact - frame.begin[k];
+      const Matrix3d C_ij = model.deformable()
+                                ? frame.compliance[k].entry(i, j, frame.contacts[one.contact].E_F,
+                                                            frame.contacts[other.contact].E_F)
+                                : (i == j ? kRigid_m_per_N : 0.0) * Matrix3d::Identity();
+      for (int b = 0; b < (other.slides ? 1 : 3); ++b) {
+        for (int a = 0; a < (one.slides ? 1 : 3); ++a) {
+          work.C(rows + a, columns + b) = work.C(columns + b, rows + a) = C_ij(a, b);
+        }
+      }
+      columns += other.slides ? 1 : 3;
+    });
+    const Vector3d d = one.point_m - patch.centre_m;
+    for (int a = 0; a < (one.slides ? 1 : 3); ++a, ++rows) {
+      work.R.row(rows) << one.E_W.col(a).transpose(), d.cross(one.E_W.col(a)).transpose();
+    }
+  });
+  auto R = work.R.topRows(rows);
+  auto C = work.C.topLeftCorner(rows, rows);
+  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> llt(C);
+  llt.matrixL().solveInPlace(R);
+  return R.transpose().lazyProduct(R);
+}
+
+void add_finger(const Model& model, const Frame& frame, const HandPose& pose, int k,
+                std::span<const ContactForce> forces, double friction, StiffnessWorkspace& work, GraspStiffness& all) {
+  const Hand& hand = model.scene.hand;
+  const Fingertip& tip = hand.fingertips[k];
+  const Vector3d origin_m = frame.X_WO.translation();
+  Patch patch;
+  double load_N = 0.0;
+  for_each_loaded(frame, pose, hand, k, forces, friction, [&](const Loaded& one) {
+    patch.force_N += one.force_N;
+    const double normal_N = one.force_N.dot(one.E_W.col(0));
+    patch.centre_m += normal_N * one.point_m;
+    load_N += normal_N;
+    ++all.contacts;
+    all.sliding += one.slides ? 1 : 0;
+    all.A.bottomRightCorner<3, 3>() += turning_stiffness(one.force_N, one.point_m - origin_m);
+    all.D[k] += force_stiffness(hand, pose, hand.segments[tip.segment], one.point_m, one.force_N);
+  });
+  if (!(load_N > 0.0)) return;
+  patch.centre_m /= load_N;
+  for_each_loaded(frame, pose, hand, k, forces, friction, [&](const Loaded& one) {
+    patch.moments_Nm += one.force_N * (one.point_m - patch.centre_m).transpose();
+  });
+  const Matrix6d K = pulp_stiffness(model, frame, pose, k, forces, friction, patch, work);
+  Matrix6d T = Matrix6d::Identity();
+  T.topRightCorner<3, 3>() = -cross_matrix(patch.centre_m - origin_m);
+  ObjectJoints J(6, tip.joints);
+  const FingerJacobian turns = turning_axes(hand, pose, k);
+  J.topRows<3>() = finger_jacobian(hand, pose, k, patch.centre_m).leftCols(tip.joints);
+  J.bottomRows<3>() = turns.leftCols(tip.joints);
+  Eigen::Matrix<double, 6, 3> Y;
+  Y << cross_matrix(patch.force_N), patch.moments_Nm - patch.moments_Nm.trace() * Matrix3d::Identity();
+  const ObjectJoints K_J = K.lazyProduct(J), turned = Y.lazyProduct(turns.leftCols(tip.joints));
+  all.pulps[k] = T.transpose() * K * T;
+  all.A += all.pulps[k];
+  all.B[k] = T.transpose().lazyProduct(K_J - turned);
+  const FingerMatrix mixed = J.transpose().lazyProduct(turned);
+  all.D[k] += J.transpose().lazyProduct(K_J).eval() - mixed - mixed.transpose();
+}
+
+}  // namespace
+
+StiffnessWorkspace::StiffnessWorkspace(const Model& model)
+    : C(3 * model.max_contacts, 3 * model.max_contacts), R(3 * model.max_contacts, 6) {}
+
+Matrix6d GraspStiffness::of_object(const PerFinger<FingerMatrix>& muscles) const {
+  Matrix6d K = A;
+  for (std::size_t k = 0; k < B.size(); ++k) {
+    const FingerMatrix joints = D[k] + muscles[k];
+    K -= B[k].lazyProduct(joints.inverse().lazyProduct(B[k].transpose()).eval());
+  }
+  return 0.5 * (K + K.transpose());
+}
+
+GraspStiffness grasp_stiffness(const Model& model, const Frame& frame, const HandPose& pose,
+                               std::span<const ContactForce> forces, double friction, const Vector3d& gravity,
+                               StiffnessWorkspace& work) {
+  const Scene& scene = model.scene;
+  GraspStiffness all;
+  all.B = PerFinger<ObjectJoints>(model.fingers());
+  all.D = PerFinger<FingerMatrix>(model.fingers());
+  all.pulps = PerFinger<Matrix6d>(model.fingers(), Matrix6d::Zero());
+  for (int k = 0; k < model.fingers(); ++k) {
+    all.B[k] = ObjectJoints::Zero(6, scene.hand.fingertips[k].joints);
+    all.D[k] = gravity_stiffness(scene.hand, pose, k, gravity);
+    add_finger(model, frame, pose, k, forces, friction, work, all);
+  }
+  all.A.bottomRightCorner<3, 3>() += turning_stiffness(scene.object.mass_kg * gravity,
+                                                       frame.X_WO.linear() * scene.object.centre_of_mass_m);
+  if (const auto& spring = scene.task.spring) {
+    all.A.diagonal().head<3>().array() += spring->translation_N_per_m;
+    all.A.diagonal().tail<3>().array() += spring->rotation_Nm_per_rad;
+  }
+  return all;
+}
+
+Matrix6d about(const Matrix6d& K, const Vector3d& from_origin_m) {
+  // A twist at the point is the origin's with p = p_o + w x r: X_o = P X.
+  Matrix6d P = Matrix6d::Identity();
+  P.topRightCorner<3, 3>() = cross_matrix(from_origin_m);
+  return P.transpose() * K * P;
+}
+
+Matrix6d wanted_stiffness(const ObjectStiffness& wanted, const Eigen::Isometry3d& X_WO) {
+  Matrix6d K = Matrix6d::Zero();
+  const Matrix3d& R = X_WO.linear();
+  K.topLeftCorner<3, 3>() = R * wanted.translation_N_per_m.asDiagonal() * R.transpose();
+  K.bottomRightCorner<3, 3>() = R * wanted.rotation_Nm_per_rad.asDiagonal() * R.transpose();
+  return about(K, -(R * wanted.centre_m));
+}
+
+}  // namespace thenar
