@@ -66,7 +66,8 @@ int import_file(const HandOptions& options) {
 }  // namespace
 
 void add_hand(CLI::App& app, HandOptions& options) {
-  CLI::App* const command = app.add_subcommand("hand", "Lists and draws a hand, says what its muscles can give, or makes one of an MJCF or URDF file");
+  CLI::App* const command = app.add_subcommand(
+      "hand", "Lists and draws a hand, says what its muscles can give, or makes one of an MJCF or URDF file");
   command->add_option("HAND", options.hand, "Hand file (YAML), or the name of a hand that comes with the program")
       ->type_name("HAND");
   command->add_option("--out", options.out, "The hand's picture (PNG)")

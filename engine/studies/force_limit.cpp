@@ -2,9 +2,10 @@
 
 #include <Eigen/QR>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <memory>
+#include <numbers>
+#include <utility>
 
 #include "solvers/dual_active_set.h"
 
@@ -19,12 +20,18 @@ namespace {
 constexpr int kSize = kMaxLimitSize;
 using Set = ActiveSet<kSize>;
 
-// What the planes leave of a cone, as a share of the largest bound.
-constexpr double kLeft = 1e-9;
-// An answer is proved at this residual.
-constexpr double kProved = 1e-8;
-// A cone is touched by so many planes at most: each halves the angle to where the next one will be.
-constexpr int kMostPlanes = 60;
+// What the planes leave of a cone, as a share of the largest bound: they are then some 1e-3 rad apart. With less their
+// rows, which nearly coincide, cost the digits that are gained.
+constexpr double kLeft = 1e-7;
+// A program between planes is proved at this residual.
+constexpr double kProved = 1e-9;
+// What goes farther than so many of the largest bound goes for ever.
+constexpr double kFar = 1e4;
+// Planes that each cone begins with, and how often those that are left get one more: each halves the angle.
+constexpr int kFirstPlanes = 8, kRounds = 40;
+// Steps from point to point, and how long they become.
+constexpr int kSteps = 30;
+constexpr double kLongest = 1e9;
 // An equation whose row is, but for this part of its length, in the span of those before it adds nothing.
 constexpr double kDependent = 1e-10;
 
@@ -34,32 +41,38 @@ struct Plane {
   double mu = 0.0, e_1 = 0.0, e_2 = 0.0;
 };
 
-/// The bounds and cones as constraints, in units of the largest bound. Planes are made where they are asked for, and
-/// kept.
+/// The bounds as constraints, in units of the largest one, and planes that touch the cones.
 class Limits {
  public:
-  explicit Limits(const ForceProgram& program)
-      : program_(program), unit_(program.most.maxCoeff()), planes_left_(kMostPlanes * std::ssize(program.cones)) {}
+  explicit Limits(const ForceProgram& program) : program_(program), unit_(program.most.maxCoeff()) {
+    if (!(program.friction > 0.0)) return;
+    for (const Index n : program.cones) {
+      for (int i = 0; i < kFirstPlanes; ++i) {
+        const double angle = 2.0 * std::numbers::pi * i / kFirstPlanes;
+        planes_.push_back({n, program.friction, std::cos(angle), std::sin(angle)});
+      }
+    }
+  }
 
-  [[nodiscard]] Constraint<3> most_violated(const Set::Vector& x, double tolerance) {
-    Constraint<3> worst{.slack = 0.0};
-    const auto take = [&](int id, double slack) {
-      if (slack < worst.slack) worst.id = id, worst.slack = slack;
-    };
-    for (Index j = 0; j < bounded(); ++j) {
-      take(static_cast<int>(2 * j), x[j]);
-      take(static_cast<int>(2 * j + 1), most(j) - x[j]);
+  [[nodiscard]] Constraint<3> most_violated(const Set::Vector& x, double tolerance) const {
+    const auto [id, slack] = least_slack(x);
+    return slack < -tolerance ? constraint(id, slack) : Constraint<3>{};
+  }
+
+  /// How far x is out of the bounds and planes.
+  [[nodiscard]] double violation(const VectorXd& x) const { return std::max(0.0, -least_slack(x).second); }
+
+  /// Planes for the forces that are out of their cones, each the one that faces it. False if all are in.
+  [[nodiscard]] bool touch(const VectorXd& x) {
+    if (!(program_.friction > 0.0)) return false;
+    bool is_left = false;
+    for (const Index n : program_.cones) {
+      const double across = std::hypot(x[n + 1], x[n + 2]);
+      if (across <= program_.friction * x[n] + kLeft * std::max(1.0, x.norm())) continue;
+      planes_.push_back({n, program_.friction, x[n + 1] / across, x[n + 2] / across});
+      is_left = true;
     }
-    for (std::size_t i = 0; i < program_.cones.size(); ++i) {
-      take(first_normal() + static_cast<int>(i), x[program_.cones[i]]);
-    }
-    for (std::size_t p = 0; p < planes_.size(); ++p) {
-      const Plane& plane = planes_[p];
-      take(first_plane() + static_cast<int>(p),
-           plane.mu * x[plane.cone] - plane.e_1 * x[plane.cone + 1] - plane.e_2 * x[plane.cone + 2]);
-    }
-    if (worst.slack < -tolerance) return constraint(worst.id, worst.slack);
-    return touch(x, std::max(tolerance, kLeft));
+    return is_left;
   }
 
   /// The constraint of this name, a.x >= b, as a row.
@@ -80,6 +93,24 @@ class Limits {
   [[nodiscard]] int first_normal() const { return static_cast<int>(2 * bounded()); }
   [[nodiscard]] int first_plane() const { return first_normal() + static_cast<int>(program_.cones.size()); }
 
+  template <typename Vector>
+  [[nodiscard]] std::pair<int, double> least_slack(const Vector& x) const {
+    std::pair<int, double> least{-1, 0.0};
+    const auto take = [&](Index id, double slack) {
+      if (slack < least.second) least = {static_cast<int>(id), slack};
+    };
+    for (Index j = 0; j < bounded(); ++j) {
+      take(2 * j, x[j]);
+      take(2 * j + 1, most(j) - x[j]);
+    }
+    for (Index i = 0; i < std::ssize(program_.cones); ++i) take(first_normal() + i, x[program_.cones[i]]);
+    for (Index p = 0; p < std::ssize(planes_); ++p) {
+      const Plane& plane = planes_[p];
+      take(first_plane() + p, plane.mu * x[plane.cone] - plane.e_1 * x[plane.cone + 1] - plane.e_2 * x[plane.cone + 2]);
+    }
+    return least;
+  }
+
   [[nodiscard]] Constraint<3> constraint(int id, double slack) const {
     if (id < first_plane()) {
       const int j = id < first_normal() ? id / 2 : static_cast<int>(program_.cones[id - first_normal()]);
@@ -90,26 +121,8 @@ class Limits {
     return {id, slack, {n, n + 1, n + 2}, {plane.mu, -plane.e_1, -plane.e_2}};
   }
 
-  /// The plane that faces the force which is farthest out of its cone; no constraint if all are in.
-  [[nodiscard]] Constraint<3> touch(const Set::Vector& x, double tolerance) {
-    if (!(program_.friction > 0.0)) return {};
-    double least = -tolerance;
-    Plane plane;
-    for (const Index n : program_.cones) {
-      const double across = std::hypot(x[n + 1], x[n + 2]), slack = program_.friction * x[n] - across;
-      if (!(slack < least)) continue;
-      least = slack;
-      plane = {n, program_.friction, across > 0.0 ? x[n + 1] / across : 1.0, across > 0.0 ? x[n + 2] / across : 0.0};
-    }
-    if (!(least < -tolerance) || planes_left_ == 0) return {};
-    --planes_left_;
-    planes_.push_back(plane);
-    return constraint(first_plane() + static_cast<int>(planes_.size()) - 1, least);
-  }
-
   const ForceProgram& program_;
   double unit_;
-  std::ptrdiff_t planes_left_;
   std::vector<Plane> planes_;
 };
 
@@ -146,32 +159,26 @@ Stop rows_of(const Set& set, const Limits& limits, Index size) {
   return stop;
 }
 
-/// How far x, in units of the largest bound, is outside.
-double violation(const ForceProgram& program, const Limits& limits, const Set& set, const VectorXd& x) {
-  double most = 0.0;
-  for (Index j = 0; j < limits.bounded(); ++j) most = std::max({most, -x[j], x[j] - limits.most(j)});
-  for (const Index n : program.cones) {
-    most = std::max(most, -x[n]);
-    if (program.friction > 0.0) most = std::max(most, std::hypot(x[n + 1], x[n + 2]) - program.friction * x[n]);
-  }
-  for (int k = 0; k < set.equalities; ++k)
-    most = std::max(most, std::abs(set.basis[k].head(x.size()).matrix().dot(x)));
+/// How far x, in units of the largest bound, is out of the bounds, planes and equations.
+double violation(const Limits& limits, const Set& set, const VectorXd& x) {
+  double most = limits.violation(x);
+  for (int k = 0; k < set.equalities; ++k) most = std::max(most, std::abs(set.basis[k].head(x.size()).matrix().dot(x)));
   return most;
 }
 
-/// The point nearest to t c, and the prices that prove it optimal, if they do.
-ForceLimit nearest_to(const ForceProgram& program, double t, Limits& limits, Set& set) {
+/// The point nearest to from + t c, and the prices that prove it optimal, if they do.
+ForceLimit step(const ForceProgram& program, const VectorXd& from, double t, const Limits& limits, Set& set) {
   const Index size = program.c.size();
   const VectorXd c = program.c / program.c.norm();
   Set::Vector x = Set::Vector::Zero();
-  x.head(size) = t * c;
+  x.head(size) = from + t * c;
   for (int k = 0; k < set.equalities; ++k) x -= (x * set.basis[k]).sum() * set.basis[k];
   ForceLimit found;
   if (project(limits, set, x, t).status != ActiveSetStatus::kOptimal) return found;
 
   const Stop stop = rows_of(set, limits, size);
   const Eigen::CompleteOrthogonalDecomposition<MatrixXd> rows(stop.rows);
-  // x = t c + .. has the rounding of t: once more to where the rows hold.
+  // x = from + t c + .. has the rounding of t: once more to where the rows hold.
   found.x = x.head(size).matrix();
   const Eigen::CompleteOrthogonalDecomposition<MatrixXd> columns(stop.rows.transpose());
   found.x += columns.solve(stop.offsets - stop.rows.transpose() * found.x);
@@ -185,14 +192,32 @@ ForceLimit nearest_to(const ForceProgram& program, double t, Limits& limits, Set
     if (limits.is_upper(set.id[j])) found.price[set.id[j] / 2] = std::max(0.0, price);
   }
   const double dual = found.price.dot(program.most) / limits.unit();
-  error = std::max({error, violation(program, limits, set, found.x), std::abs(c.dot(found.x) - dual)});
+  error = std::max({error, violation(limits, set, found.x), std::abs(c.dot(found.x) - dual)});
   found.residual = error;
   found.price *= program.c.norm();
   found.x *= limits.unit();
   found.value = program.c.dot(found.x);
   if (error <= kProved) found.status = LimitStatus::kOptimal;
-  if (is_free && c.dot(found.x) > 1e-3 * t * limits.unit()) found.status = LimitStatus::kUnbounded;
+  if (is_free && c.dot(found.x) > kFar * limits.unit()) found.status = LimitStatus::kUnbounded;
   return found;
+}
+
+/// The program with planes in place of cones, from a point near its solution, which becomes it.
+ForceLimit between_planes(const ForceProgram& program, const Limits& limits, Set& set, VectorXd& x) {
+  ForceLimit best;
+  double t = 10.0;
+  for (int k = 0; k < kSteps; ++k) {
+    ForceLimit found = step(program, x, t, limits, set);
+    if (found.x.size() == 0) break;
+    x = found.x / limits.unit();
+    if (found.residual < best.residual || found.status == LimitStatus::kUnbounded) best = std::move(found);
+    if (best.status != LimitStatus::kUnproved) break;
+    t = std::min(kLongest, 3.0 * t);
+  }
+  if (best.status == LimitStatus::kUnproved && best.value > kFar * limits.unit() * program.c.norm()) {
+    best.status = LimitStatus::kUnbounded;
+  }
+  return best;
 }
 
 }  // namespace
@@ -203,10 +228,13 @@ ForceLimit find_force_limit(const ForceProgram& program) {
   set_equations(program.E, *set);
   Limits limits(program);
   ForceLimit found;
-  for (const double t : {1e1, 1e2, 1e3, 1e4, 1e5, 1e6}) {
-    found = nearest_to(program, t, limits, *set);
-    if (found.status == LimitStatus::kOptimal) break;
+  VectorXd x = VectorXd::Zero(program.c.size());
+  for (int round = 0; round < kRounds; ++round) {
+    found = between_planes(program, limits, *set, x);
+    // Also what goes far, or has no proof, may do so between cones and planes alone.
+    if (!limits.touch(x)) return found;
   }
+  if (found.status == LimitStatus::kOptimal) found.status = LimitStatus::kUnproved;
   return found;
 }
 

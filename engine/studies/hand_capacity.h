@@ -57,10 +57,10 @@ struct PressDirection {
 };
 
 struct FingerCapacity {
-  LargestForce normal;                      ///< Along the contact's normal, nothing across,
-  LargestForce normal_with_friction;        ///< and with friction.
-  std::vector<PressDirection> ring;         ///< In the plane of its last joint, every 30 degrees.
-  LargestForce along_axis, against_axis;    ///< Across that plane: along the last joint's axis.
+  LargestForce normal;                    ///< Along the contact's normal, nothing across,
+  LargestForce normal_with_friction;      ///< and with friction.
+  std::vector<PressDirection> ring;       ///< In the plane of its last joint, every 30 degrees.
+  LargestForce along_axis, against_axis;  ///< Across that plane: along the last joint's axis.
 };
 
 struct HandCapacity {

@@ -23,8 +23,9 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-// What a limit is proved to, and what is lost where figures of two are compared.
-constexpr double kProved = 1e-8, kAlike = 1e-6;
+// What a limit is proved to as a share of the largest bound, and its figures [N], for cones are left by 1e-7 of some
+// 200 N.
+constexpr double kProved = 1e-9, kAlike = 1e-4;
 
 Model held_box() { return build_model(scene_of("box_grasp", {kCoarseBox, "fingertips.points=400"})); }
 
@@ -33,9 +34,7 @@ class Box {
  public:
   Box() : model_(held_box()), hand_(model_.scene.hand) {}
 
-  Muscle& muscle(const std::string& name) {
-    return *std::ranges::find(hand_.muscles, name, &Muscle::name);
-  }
+  Muscle& muscle(const std::string& name) { return *std::ranges::find(hand_.muscles, name, &Muscle::name); }
   void scale(double factor) {
     for (Muscle& muscle : hand_.muscles) muscle.max_force_N *= factor;
   }
@@ -45,9 +44,8 @@ class Box {
   }
   [[nodiscard]] LargestForce pinch(double friction = 0.8) const { return largest_pinch(grip(), friction); }
   [[nodiscard]] bool limits(const std::string& name, const LargestForce& force) const {
-    return std::ranges::any_of(force.limiting, [&](const LimitingMuscle& limit) {
-      return hand_.muscles[limit.muscle].name == name;
-    });
+    return std::ranges::any_of(force.limiting,
+                               [&](const LimitingMuscle& limit) { return hand_.muscles[limit.muscle].name == name; });
   }
 
  private:
@@ -77,7 +75,9 @@ Hand planar_finger(const Matrix2Xd& arms, const VectorXd& most) {
   tip.normal = Vector3d::UnitY();
   hand.fingertips.push_back(tip);
   for (Index m = 0; m < arms.cols(); ++m) {
-    Muscle muscle{.name = "m" + std::to_string(m), .max_force_N = most[m]};
+    Muscle muscle;
+    muscle.name = "m" + std::to_string(m);
+    muscle.max_force_N = most[m];
     // A pull along -x at y has the moment y about z, wherever it is.
     for (int j = 0; j < 2; ++j) {
       muscle.crossings.push_back({{j}, 1.0, j + 1, Vector3d(0.01, arms(j, m), 0), j + 1, -Vector3d::UnitX(), false});
@@ -154,7 +154,7 @@ TEST(HandCapacity, OfPlanarFingersIsThatOfTheBestVertex) {
     const LargestForce force = largest_along(planar_grip(hand), 0, direction);
     ASSERT_EQ(force.status, LimitStatus::kOptimal) << i;
     const double expected = largest_by_vertices(arms, most, std::sin(angle) * Vector2d(0.07, 0.03));
-    EXPECT_NEAR(force.force_N, expected, kAlike * most.maxCoeff()) << i;
+    EXPECT_NEAR(force.force_N, expected, 1e-8 * most.maxCoeff()) << i;
     pressed += expected > 0.1 ? 1 : 0;
   }
   EXPECT_GT(pressed, 100);
@@ -179,11 +179,12 @@ TEST(ForceLimit, ProvesItselfByDuality) {
     if (limit.status == LimitStatus::kUnbounded) continue;  // Cones that squeeze one another need no muscle.
     ASSERT_EQ(limit.status, LimitStatus::kOptimal) << i << " " << limit.residual;
     const double unit = program.most.maxCoeff();
-    EXPECT_LE((program.E * limit.x).cwiseAbs().maxCoeff(), 10.0 * kProved * unit) << i;
+    EXPECT_LE((program.E * limit.x).cwiseAbs().maxCoeff(), 100.0 * kProved * unit) << i;
     EXPECT_GE(limit.x.head(muscles).minCoeff(), -kProved * unit);
     EXPECT_LE((limit.x.head(muscles) - program.most).maxCoeff(), kProved * unit);
     for (const Index n : program.cones)
-      EXPECT_LE(limit.x.segment<2>(n + 1).norm(), program.friction * limit.x[n] + kProved * unit);
+      EXPECT_LE(limit.x.segment<2>(n + 1).norm(),
+                program.friction * limit.x[n] + 1e-7 * std::max(unit, limit.x.norm()) + kProved * unit);
     EXPECT_GE(limit.price.minCoeff(), 0.0);
     EXPECT_NEAR(limit.price.dot(program.most), limit.value, kProved * unit) << i;
   }
@@ -195,7 +196,7 @@ TEST(HandCapacity, APinchIsInBalanceWithinItsLimits) {
   for (const double friction : {0.3, 0.8}) {
     const LargestForce pinch = largest_pinch(grip, friction);
     ASSERT_EQ(pinch.status, LimitStatus::kOptimal) << friction << " " << pinch.residual;
-    const double tolerance_N = 1e-5;
+    const double tolerance_N = 1e-4;
     EXPECT_LT(pinch.contacts_N.rowwise().sum().norm(), tolerance_N);
     Vector3d torque = Vector3d::Zero();
     MatrixXd H(std::ssize(grip.hand.joints), std::ssize(grip.hand.muscles));
@@ -215,7 +216,7 @@ TEST(HandCapacity, APinchIsInBalanceWithinItsLimits) {
       shares += limit.share;
       EXPECT_NEAR(pinch.muscles_N[limit.muscle], grip.hand.muscles[limit.muscle].max_force_N, tolerance_N);
     }
-    EXPECT_NEAR(shares, 1.0, kAlike);
+    EXPECT_NEAR(shares, 1.0, 1e-6);
   }
 }
 
@@ -223,7 +224,7 @@ TEST(HandCapacity, ScalesWithTheMuscles) {
   Box box;
   const double once_N = box.pinch().force_N;
   box.scale(2.0);
-  EXPECT_NEAR(box.pinch().force_N, 2.0 * once_N, kAlike * once_N);
+  EXPECT_NEAR(box.pinch().force_N, 2.0 * once_N, kAlike);
 }
 
 TEST(HandCapacity, GrowsWithFriction) {
