@@ -66,7 +66,8 @@ int import_file(const HandOptions& options) {
 }  // namespace
 
 void add_hand(CLI::App& app, HandOptions& options) {
-  CLI::App* const command = app.add_subcommand("hand", "Lists and draws a hand, or makes one of an MJCF or URDF file");
+  CLI::App* const command = app.add_subcommand(
+      "hand", "Lists and draws a hand, says what its muscles can give, or makes one of an MJCF or URDF file");
   command->add_option("HAND", options.hand, "Hand file (YAML), or the name of a hand that comes with the program")
       ->type_name("HAND");
   command->add_option("--out", options.out, "The hand's picture (PNG)")
@@ -104,10 +105,12 @@ void add_hand(CLI::App& app, HandOptions& options) {
       ->type_name("JOINT");
   import->add_flag("--uncouple", options.uncouple, "Takes coupled joints as if each had its own drive");
   import->add_flag("--mirror", options.mirror, "Makes the hand of the other side: turns z round");
+  add_hand_capacity(*command, options.capacity);
 }
 
 int run_hand(const HandOptions& options) {
   if (!options.file.empty()) return import_file(options);
+  if (!options.capacity.scene.empty()) return run_hand_capacity(options.capacity);
   if (options.hand.empty()) throw ConfigError({{"hand", "", "name a hand file, or import: thenar hand --help"}});
   const fs::path file = find_hand(options.hand);
   const Hand hand = load_hand(file);

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "app/hand_capacity.h"
+
 namespace CLI {
 class App;
 }  // namespace CLI
@@ -16,10 +18,11 @@ struct HandOptions {
   std::string base, axes;
   bool uncouple = false, mirror = false;
   std::filesystem::path out;  ///< The picture, or the hand file; empty: none.
+  CapacityOptions capacity;
 };
 
 /// Adds the command and what it takes.
 void add_hand(CLI::App& app, HandOptions& options);
 
-/// Lists and draws a hand, or makes one of an MJCF or URDF file. Returns the exit code.
+/// Lists and draws a hand, makes one of an MJCF or URDF file, or finds what one can give. Returns the exit code.
 [[nodiscard]] int run_hand(const HandOptions& options);

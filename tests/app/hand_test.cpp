@@ -1,8 +1,10 @@
 // `thenar hand`.
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "tests/support/program.h"
@@ -78,6 +80,45 @@ TEST(Program, RefusesWhatNoHandCanBeMadeOf) {
   EXPECT_EQ(unknown.code, 3);
   EXPECT_NE(unknown.text.find("nor a hand that comes with the program, did you mean 'allegro'?"), std::string::npos)
       << unknown.text;
+}
+
+// The figures are those of the study, and say what limits them.
+TEST(Program, SaysWhatTheMusclesOfAHandCanGive) {
+  const std::string file = (scratch() / "capacity.json").string(), coarse = " --set object.points=6000";
+  const Outcome said = thenar_program("hand capacity box_grasp --friction 0.8 --json " + file + coarse);
+  ASSERT_EQ(said.code, 0) << said.text;
+  const auto figures = nlohmann::json::parse(read(file));
+  const auto& pinch = figures.at("pinch");
+  EXPECT_EQ(pinch.at("status"), "optimal");
+  const double thumb_N = pinch.at("force_N"), others_N = pinch.at("normal_N").at("index").get<double>() +
+                                                         pinch.at("normal_N").at("major").get<double>();
+  EXPECT_NEAR(pinch.at("normal_N").at("thumb").get<double>(), thumb_N, 1e-6);
+  EXPECT_NEAR(others_N, thumb_N, 0.05 * thumb_N) << "faces of a box are parallel";
+  EXPECT_NE(said.text.find(fmt::format("largest pinch, friction 0.8: {:.1f} N by the thumb", thumb_N)),
+            std::string::npos)
+      << said.text;
+  EXPECT_NE(said.text.find("92 N (men), 68 N (women)"), std::string::npos) << said.text;
+  double shares = 0.0;
+  for (const auto& limit : pinch.at("limiting")) {
+    shares += limit.at("share").get<double>();
+    EXPECT_NE(said.text.find(limit.at("muscle")), std::string::npos) << said.text;
+  }
+  EXPECT_NEAR(shares, 1.0, 1e-6);
+  ASSERT_EQ(figures.at("fingers").size(), 3U);
+  EXPECT_EQ(figures.at("fingers")[1].at("ring").size(), 12U);
+
+  const Outcome slippery = thenar_program("hand capacity box_grasp --friction 0.1" + coarse);
+  EXPECT_NE(slippery.text, said.text);
+}
+
+TEST(Program, RefusesTheCapacityOfAHandWithoutPostureOrMuscles) {
+  const Outcome alone = thenar_program("hand capacity human5"), none = thenar_program("hand capacity leap_carry");
+  EXPECT_EQ(alone.code, 2);
+  EXPECT_NE(alone.text.find("is a hand, which has no posture: name a scene"), std::string::npos) << alone.text;
+  EXPECT_EQ(none.code, 2);
+  EXPECT_NE(none.text.find("its hand has no muscles"), std::string::npos) << none.text;
+  EXPECT_EQ(thenar_program("hand capacity box_grasp --friction -1").code, 2);
+  EXPECT_EQ(thenar_program("hand capacity box_gasp").code, 3);
 }
 
 TEST(Program, RunsASceneWithAHandByNameAndRefusesMusclesOfAHandWithoutThem) {
