@@ -15,38 +15,49 @@ using SixWide = Eigen::Array<double, 8, 1>;
 /// A symmetric matrix of up to six rows.
 using SmallSymmetric = std::array<SixWide, 6>;
 
-/// Turns a symmetric matrix X = sum of its entries on the orthonormal rows of E to its eigenvectors, by Jacobi's
-/// rotations until what is off the diagonal is below `left` times its largest entry: rows of E, values on X's diagonal.
-inline void diagonalise(int n, double left, SmallSymmetric& X, SmallSymmetric& E) noexcept {
+/// Turns a symmetric matrix X = sum of its entries on the orthonormal rows of E towards its eigenvectors, by Jacobi's
+/// rotations until what is off the diagonal is rounding, or below `left` or a `part` of the least value, if that is
+/// below zero: rows of E, values on X's diagonal.
+inline void diagonalise(int n, double left, SmallSymmetric& X, SmallSymmetric& E, double part = 0.0) noexcept {
+  constexpr double kRounding = 1e-15;
   constexpr int kMostSweeps = 12;
+  std::array<std::array<double, 6>, 6> x;  // Numbers that are stored one by one are had one by one.
+  for (int i = 0; i < n; ++i) {
+    for (int c = 0; c < n; ++c) x[i][c] = X[i][c];
+  }
   for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
-    double largest = 0.0, off = 0.0;
+    double largest = 0.0, least = 0.0, off = 0.0;
     for (int p = 0; p < n; ++p) {
-      largest = std::max(largest, std::abs(X[p][p]));
-      for (int q = p + 1; q < n; ++q) off = std::max(off, std::abs(X[p][q]));
+      largest = std::max(largest, std::abs(x[p][p]));
+      least = std::min(least, x[p][p]);
+      for (int q = p + 1; q < n; ++q) off = std::max(off, std::abs(x[p][q]));
     }
-    if (!(off > left * largest)) return;
+    const double enough = std::max({left, -part * least, kRounding * largest});
+    if (!(off > enough)) break;
     for (int p = 0; p < n; ++p) {
       for (int q = p + 1; q < n; ++q) {
-        if (std::abs(X[p][q]) <= 0.1 * left * largest) continue;
-        const double theta = 0.5 * (X[q][q] - X[p][p]) / X[p][q];
+        if (std::abs(x[p][q]) <= 0.1 * enough) continue;
+        const double theta = 0.5 * (x[q][q] - x[p][p]) / x[p][q];
         const double t = (theta >= 0.0 ? 1.0 : -1.0) / (std::abs(theta) + std::sqrt(theta * theta + 1.0));
         const double c = 1.0 / std::sqrt(t * t + 1.0), s = t * c;
-        const auto turn = [&](SixWide& a, SixWide& b) {
-          const SixWide turned = c * a - s * b;
+        x[p][p] -= t * x[p][q];
+        x[q][q] += t * x[p][q];
+        x[p][q] = 0.0;
+        for (int i = 0; i < n; ++i) {
+          if (i == p || i == q) continue;
+          double& a = i < p ? x[i][p] : x[p][i];
+          double& b = i < q ? x[i][q] : x[q][i];
+          const double turned = c * a - s * b;
           b = s * a + c * b;
           a = turned;
-        };
-        turn(X[p], X[q]);
-        for (int i = 0; i < n; ++i) {
-          const double a = X[i][p], b = X[i][q];
-          X[i][p] = c * a - s * b;
-          X[i][q] = s * a + c * b;
         }
-        turn(E[p], E[q]);
+        const SixWide turned = c * E[p] - s * E[q];
+        E[q] = s * E[p] + c * E[q];
+        E[p] = turned;
       }
     }
   }
+  for (int i = 0; i < n; ++i) X[i][i] = x[i][i];
 }
 
 /// e' S e'' for rows of E.

@@ -15,7 +15,7 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 // An optimum is exact at this error, and trusted up to the second.
-constexpr double kEnough = 1e-12;
+constexpr double kEnough = 1e-11;
 constexpr double kTrusted = 1e-9;
 // What the planes may leave of a violation, as a share of what is wanted: from the first Newton ends most problems;
 // where it does not, from a later one.
@@ -23,8 +23,8 @@ constexpr std::array kLeft{3e-2, 1e-3, 1e-5, 1e-7};
 constexpr int kNewtonSteps = 12;
 // From the last period's optimum two or three are usual.
 constexpr int kWarmSteps = 8;
-// Directions of planes need no digits: each is right as it is.
-constexpr double kRoughly = 0.05;
+// Directions of planes need no digits: each is right as it is. A share of what is left.
+constexpr double kRoughly = 0.3;
 
 /// The limits of stiffness as planes that touch them, each made where it is violated; and bounds.
 template <int kSize>
@@ -61,6 +61,9 @@ class StiffPlanes {
   }
 
   [[nodiscard]] const Plane* plane(int id) const { return id < 2 * kSize ? nullptr : &planes_[id - 2 * kSize]; }
+
+  /// About the eigenvectors of the object's stiffness.
+  [[nodiscard]] const SmallSymmetric& basis() const { return basis_; }
 
   /// u_j a_j of the set, added to x times a factor.
   void add_push(const ActiveSet<kSize>& set, double factor, Lanes& x) const {
@@ -114,7 +117,7 @@ class StiffPlanes {
       if (is_positive(n, S, -allowed)) continue;
       are_kept = false;
       SmallSymmetric E = unit_rows();
-      diagonalise(n, 1e-3, S, E);
+      diagonalise(n, -kRoughly * allowed, S, E, kRoughly);
       for (int i = 0; i < n; ++i) {
         if (S[i][i] < allowed) add_posture(k, E[i], x);
       }
@@ -122,7 +125,7 @@ class StiffPlanes {
     const double allowed = -left * model_.stiffness_scale;
     if (!are_kept || is_positive(6, point_.S, -allowed)) return;
     SmallSymmetric X = turned(6, point_.S, basis_);
-    diagonalise(6, kRoughly, X, basis_);
+    diagonalise(6, -kRoughly * allowed, X, basis_, kRoughly);
     for (int i = 0; i < 6; ++i) {
       if (X[i][i] < allowed) add_stiffness(basis_[i], x);
     }
@@ -191,6 +194,7 @@ class StiffSolver {
       }
     };
     widen(last.Z, 6, candidate_.Z);
+    widen(last.basis, 6, newton_.seed);
     for (int k = 0; k < model_.fingers; ++k) widen(last.Y[k], model_.finger[k].joints, candidate_.Y[k]);
     return newton_.run(candidate_, kWarmSteps, kEnough, kTrusted, report_.iterations);
   }
@@ -293,6 +297,7 @@ std::array<double, kMaxJoints> StiffSolver<kSize>::joint_multipliers(const Activ
 template <int kSize>
 void StiffSolver<kSize>::take_candidate(const StiffPlanes<kSize>& planes, const ActiveSet<kSize>& set, const Lanes& x) {
   candidate_.x = x;
+  newton_.seed = planes.basis();
   Lanes rest = x;
   planes.add_push(set, -1.0, rest);
   candidate_.l = joint_multipliers(set, rest);
@@ -395,6 +400,7 @@ void StiffSolver<kSize>::take_optimum(Eigen::Ref<VectorXd> found, StiffWarmStart
   last->x.head(model_.variables) = candidate_.x.head(model_.variables).matrix();
   for (int i = 0; i < model_.joints; ++i) last->l[i] = candidate_.l[i];
   for (int i = 0; i < 6; ++i) last->Z.row(i) = candidate_.Z[i].matrix().template head<6>().transpose();
+  for (int i = 0; i < 6; ++i) last->basis.row(i) = newton_.seed[i].matrix().template head<6>().transpose();
   for (int k = 0; k < model_.fingers; ++k) last->Y[k] = report_.Y[k];
   last->is_set = true;
 }

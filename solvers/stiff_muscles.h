@@ -110,7 +110,8 @@ struct StiffWarmStart {
   Eigen::Index variables = 0, joints = 0, fingers = 0;
   Eigen::Matrix<double, kMaxMuscles + 1, 1> x;  ///< Forces, then the squeeze times the root of its weight.
   Eigen::Matrix<double, kMaxJoints, 1> l;
-  Matrix6d Z;  ///< On `length_m`.
+  Matrix6d Z;      ///< On `length_m`.
+  Matrix6d basis;  ///< Rows: about the eigenvectors of K_o - K_des on `length_m`.
   std::array<FingerMatrix, kMaxStiffFingers> Y;
 };
 

@@ -24,14 +24,19 @@ class StiffNewton {
  public:
   using Lanes = typename StiffModel<kSize>::Lanes;
 
-  explicit StiffNewton(StiffModel<kSize>& model) : model_(model) {}
+  explicit StiffNewton(StiffModel<kSize>& model) : seed(unit_rows()), model_(model) {}
 
   /// From a candidate; true if it became the optimum.
   bool run(StiffCandidate<kSize>& at, int steps, double enough, double trusted, int& iterations);
 
+  SmallSymmetric seed;  ///< Orthonormal rows, best near the eigenvectors of the object's stiffness.
+
  private:
   // Equations at most: of joints and of pairs of directions.
   static constexpr int kMostRows = 64;
+  static constexpr double kDirections = 1e-3;
+  // Of each active direction with each joint, and with each direction that is not.
+  static constexpr int kMostSquares = 6 * static_cast<int>(kMaxJoints) + 9 + 6 * kMaxStiffFingers;
   using Wide = Eigen::Array<double, kMostRows, 1>;
 
   /// What a semidefinite condition is at a point.
@@ -55,11 +60,13 @@ class StiffNewton {
   void add_curvature(const Block& block);
   bool eliminate(int rows, std::array<double, kMostRows>& lambda, Lanes& d);
   void update(const Block& block, const std::array<double, kMostRows>& lambda, const Lanes& d, SmallSymmetric& Z) const;
+  void hold_bounds(Lanes& x);
   void add_square(double factor, const Lanes& w) {
-    for (int k = 0; k < free_count_; ++k) hessian_[free_[k]] += (factor * w[free_[k]]) * w;
+    squares_[square_count_++] = std::sqrt(factor) * w;
+    diagonal_ += factor * w.square();
   }
   void add_row(const Lanes& g, double residual) {
-    for (int k = 0; k < free_count_; ++k) equations_[free_[k]][rows_] = g[free_[k]];
+    slopes_[rows_] = g;
     residual_[rows_++] = residual;
   }
 
@@ -71,13 +78,17 @@ class StiffNewton {
   Lanes shift_;  ///< To the bounds, of variables that are held there.
   std::array<int, kSize> free_;
   int free_count_ = 0;
+  // hessian = diagonal + sum of squares w w'; its diagonal has both.
+  std::array<Lanes, kMostSquares> squares_;
+  int square_count_ = 0;
+  Lanes curve_, diagonal_;
+  std::array<Lanes, kMostRows> slopes_;
   std::array<Lanes, kSize> hessian_;
   std::array<Wide, kSize> equations_;  ///< By variables; the last column is the gradient.
   std::array<double, kMostRows> residual_;
   Lanes gradient_;
   int rows_ = 0;
-  bool has_seed_ = false;
-  SmallSymmetric seed_;  ///< The object's last eigenvectors.
+  double last_error_ = 1.0;
 };
 
 template <int kSize>
@@ -86,12 +97,15 @@ void StiffNewton<kSize>::prepare(Block& block, const SmallSymmetric& S, const Sm
   block.c = c;
   SmallSymmetric X, E = unit_rows();
   for (int i = 0; i < 6; ++i) X[i] = Z[i] - c * S[i];
-  if (block.finger < 0 && has_seed_) {
-    E = seed_;
+  if (block.finger < 0) {
+    E = seed;
     X = turned(n, X, E);
   }
-  diagonalise(n, 1e-15, X, E);
-  if (block.finger < 0) seed_ = E, has_seed_ = true;
+  double trace = 0.0;
+  for (int i = 0; i < n; ++i) trace += Z[i][i];
+  // Newton's step needs its directions as well as it is going to end.
+  diagonalise(n, kDirections * std::min(1.0, last_error_ * last_error_) * trace, X, E);
+  if (block.finger < 0) seed = E;
   block.active = 0;
   std::array<int, 6> order;
   for (int i = 0; i < n; ++i) {
@@ -129,6 +143,7 @@ typename StiffNewton<kSize>::Lanes StiffNewton<kSize>::slope(const Block& block,
 /// Stiffness, directions and error of the candidate; its Z and Y become positive semidefinite.
 template <int kSize>
 void StiffNewton<kSize>::evaluate(StiffCandidate<kSize>& at) {
+  last_error_ = std::isfinite(at.error) ? at.error : 1.0;
   at.error = std::numeric_limits<double>::infinity();
   at.x = at.x.max(model_.lower).min(model_.upper);
   point_.look(model_, at.x);
@@ -183,7 +198,7 @@ void StiffNewton<kSize>::add_block(Block& block) {
       if (b < block.active) {
         block.row[a][b] = rows_;
         const double twice = a == b ? 1.0 : 2.0;
-        add_row(twice * g, twice * (block.S[a][b] + (g * shift_).sum()));
+        add_row(twice * g, twice * block.S[a][b]);
         continue;
       }
       // Where nothing says which kind a direction is, it is held as if it were active.
@@ -213,8 +228,7 @@ void StiffNewton<kSize>::add_curvature(const Block& block) {
           }
         }
       }
-      const Lanes curve = -weight * model_.ddk * square;
-      for (int k = 0; k < free_count_; ++k) hessian_[free_[k]][free_[k]] += curve[free_[k]];
+      curve_ -= weight * model_.ddk * square;
     }
     if (block.finger >= 0) continue;
     for (int k = 0; k < model_.fingers; ++k) {
@@ -317,37 +331,51 @@ void StiffNewton<kSize>::update(const Block& block, const std::array<double, kMo
   }
 }
 
+/// Holds variables at bounds that the pull, as far as the curvature lets it, leads beyond.
 template <int kSize>
-bool StiffNewton<kSize>::step(StiffCandidate<kSize>& at) {
+void StiffNewton<kSize>::hold_bounds(Lanes& x) {
+  const Lanes wanted = x + (pull_ - x) / diagonal_;
+  shift_ = x;
   free_count_ = 0;
-  shift_ = at.x;
   for (int j = 0; j < model_.variables; ++j) {
-    // Bounds are where the pull ends.
-    if (pull_[j] <= model_.lower[j]) {
-      at.x[j] = model_.lower[j];
-    } else if (pull_[j] >= model_.upper[j]) {
-      at.x[j] = model_.upper[j];
+    if (wanted[j] <= model_.lower[j]) {
+      x[j] = model_.lower[j];
+    } else if (wanted[j] >= model_.upper[j]) {
+      x[j] = model_.upper[j];
     } else {
       free_[free_count_++] = j;
-      hessian_[j].setZero();
-      hessian_[j][j] = 1.0;
-      equations_[j].setZero();
     }
   }
-  shift_ = at.x - shift_;
-  rows_ = 0;
+  shift_ = x - shift_;
+}
+
+template <int kSize>
+bool StiffNewton<kSize>::step(StiffCandidate<kSize>& at) {
+  rows_ = square_count_ = 0;
+  curve_.setOnes();
+  diagonal_.setZero();
+  gradient_.setZero();
+  int pairs = 0;
+  for (int b = 0; b < block_count_; ++b) pairs += blocks_[b].active * (blocks_[b].active + 1) / 2;
+  if (model_.joints + pairs + 1 > kMostRows) return false;
   for (int i = 0; i < model_.joints; ++i) {
     add_row(model_.row[i], (model_.row[i] * at.x).sum() - model_.tau[i]);
   }
-  gradient_ = at.x;
-  int pairs = 0;
-  for (int b = 0; b < block_count_; ++b) pairs += blocks_[b].active * (blocks_[b].active + 1) / 2;
-  if (rows_ + pairs + 1 > kMostRows) return false;
   for (int b = 0; b < block_count_; ++b) add_block(blocks_[b]);
+  diagonal_ += curve_;
+  gradient_ += at.x;
+  hold_bounds(at.x);
+  for (int r = 0; r < rows_; ++r) residual_[r] += (slopes_[r] * shift_).sum();
   for (int k = 0; k < free_count_; ++k) {
     const int j = free_[k];
-    // The curvature across what moves to its bound; x has that already.
-    equations_[j][rows_] = gradient_[j] + (hessian_[j] * shift_).sum();
+    Lanes row = Lanes::Zero();
+    row[j] = curve_[j];
+    for (int i = 0; i < square_count_; ++i) row += squares_[i][j] * squares_[i];
+    hessian_[j] = row;
+    for (int r = 0; r < rows_; ++r) equations_[j][r] = slopes_[r][j];
+    // The curvature across what moves to its bound.
+    equations_[j][rows_] = gradient_[j] + (row * shift_).sum();
+    for (int r = rows_ + 1; r < (rows_ + 4) / 4 * 4; ++r) equations_[j][r] = 0.0;
   }
   std::array<double, kMostRows> lambda;
   Lanes d;
@@ -366,12 +394,15 @@ template <int kSize>
 bool StiffNewton<kSize>::run(StiffCandidate<kSize>& at, int steps, double enough, double trusted, int& iterations) {
   evaluate(at);
   StiffCandidate<kSize> best = at;
+  const double first = at.error;
   for (int k = 0; k < steps && at.error > enough; ++k) {
     ++iterations;
     if (!std::isfinite(at.error) || !step(at)) break;
     evaluate(at);
     if (at.error < best.error) best = at;
-    // From a thousandth on steps end sooner than here, or rounding is all that is left.
+    // Where it does not go straight, planes find the way sooner.
+    if (k > 0 && !(at.error < first)) break;
+    // Rounding is all that is left.
     if (best.error <= trusted && at.error > 0.1 * best.error && at.error != best.error) break;
   }
   at = best;

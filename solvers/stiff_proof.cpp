@@ -71,7 +71,7 @@ double least_value(const Matrix& X) {
     wide[i].setZero();
     for (int c = 0; c < n; ++c) wide[i][c] = X(i, c);
   }
-  diagonalise(n, 1e-14, wide, E);
+  diagonalise(n, 0.0, wide, E);
   double least = kInfinity;
   for (int i = 0; i < n; ++i) least = std::isnan(wide[i][i]) ? -kInfinity : std::min(least, wide[i][i]);
   return least;
@@ -326,7 +326,7 @@ StiffLack stiff_lack(const StiffMuscleProblem& problem, const StiffMuscleReport&
       wide[i].setZero();
       for (int c = 0; c < n; ++c) wide[i][c] = X(i, c);
     }
-    diagonalise(n, 1e-12, wide, E);
+    diagonalise(n, 0.0, wide, E);
     int most = 0;
     for (int i = 1; i < n; ++i) most = wide[i][i] > wide[most][most] ? i : most;
     for (int i = 0; i < n; ++i) direction[i] = E[most][i];
