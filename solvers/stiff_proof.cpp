@@ -12,9 +12,10 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 using VectorRef = Eigen::Ref<const VectorXd>;
-using Small = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxFingerJoints, kMaxFingerJoints>;
-using Wrenches = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, kMaxFingerJoints>;
-using Motions = Eigen::Matrix<double, Eigen::Dynamic, 6, 0, kMaxFingerJoints, 6>;
+using FingerWrenches = Eigen::Matrix<double, 6, kMaxFingerJoints>;
+using FingerMotions = Eigen::Matrix<double, kMaxFingerJoints, 6>;
+/// One number for each pair of joints of one finger, as the rows of `turn`.
+using Pairs = std::array<double, 3 * kMaxJoints>;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // A muscle without a limit counts as able to pull this many times what is asked for.
@@ -34,47 +35,73 @@ int first_pair(const StiffMuscleProblem& p, int finger) {
   return first;
 }
 
-/// <G_kj, X> for symmetric X.
-double turn_along(const StiffMuscleProblem& p, int finger, Index muscle, const FingerMatrix& X) {
-  double sum = 0.0;
-  Index pair = first_pair(p, finger);
-  for (int i = 0; i < p.joints[finger]; ++i) {
-    for (int c = 0; c <= i; ++c) sum += (c < i ? 2.0 : 1.0) * X(i, c) * p.turn(pair++, muscle);
-  }
-  return sum;
-}
-
-/// a_kj' X a_kj
-double arms_along(const StiffMuscleProblem& p, int finger, Index muscle, const FingerMatrix& X) {
-  const int n = p.joints[finger];
-  const auto a = p.arm.col(muscle).segment(first_joint(p, finger), n);
-  return a.dot(X.topLeftCorner(n, n).lazyProduct(a));
-}
-
 double tendon_of(const StiffMuscleProblem& p, Index j) {
   return p.tendon_N_per_m.size() > 0 ? 1.0 / p.tendon_N_per_m[j] : 0.0;
 }
 
-Wrenches wrenches(const StiffMuscleProblem& p, int finger, double s) {
+/// B_k + s B_1k; columns beyond the finger's joints are zero.
+FingerWrenches wrenches(const StiffMuscleProblem& p, int finger, double s) {
   const int first = first_joint(p, finger), n = p.joints[finger];
-  Wrenches B = p.B.middleCols(first, n);
-  if (p.squeeze != nullptr) B += s * p.squeeze->B.middleCols(first, n);
+  FingerWrenches B = FingerWrenches::Zero();
+  B.leftCols(n) = p.B.middleCols(first, n);
+  if (p.squeeze != nullptr) B.leftCols(n) += s * p.squeeze->B.middleCols(first, n);
   return B;
 }
 
-/// The least eigenvalue of X; infinite if it has no rows.
+/// The weights of <X_k, dM_k>: of each pair of joints, both ways.
+Pairs pair_weights(const StiffMuscleProblem& p, const std::array<FingerMatrix, kMaxStiffFingers>& X) {
+  Pairs weights;
+  int pair = 0;
+  for (int k = 0; k < std::ssize(p.joints); ++k) {
+    for (int i = 0; i < p.joints[k]; ++i) {
+      for (int c = 0; c < i; ++c) weights[pair++] = X[k](i, c) + X[k](c, i);
+      weights[pair++] = X[k](i, i);
+    }
+  }
+  return weights;
+}
+
+/// sum_k <X_k, M_k> = alpha s_j + beta f_j of a muscle.
+struct MuscleShare {
+  double alpha = 0.0, beta = 0.0;
+};
+
+MuscleShare share_of(const StiffMuscleProblem& p, Index muscle, const Pairs& weights) {
+  MuscleShare share;
+  const double* const arm = p.arm.col(muscle).data();
+  const double* const turn = p.turn.col(muscle).data();
+  int pair = 0;
+  for (int k = 0, first = 0; k < std::ssize(p.joints); first += p.joints[k++]) {
+    for (int i = 0; i < p.joints[k]; ++i) {
+      for (int c = 0; c <= i; ++c, ++pair) {
+        share.alpha += weights[pair] * arm[first + i] * arm[first + c];
+        share.beta -= weights[pair] * turn[pair];
+      }
+    }
+  }
+  return share;
+}
+
 template <class Matrix>
-double least_value(const Matrix& X) {
-  const int n = static_cast<int>(X.rows());
-  SmallSymmetric wide, E = unit_rows();
+SmallSymmetric widened(const Matrix& X, int n) {
+  SmallSymmetric wide;
   for (int i = 0; i < n; ++i) {
     wide[i].setZero();
     for (int c = 0; c < n; ++c) wide[i][c] = X(i, c);
   }
-  diagonalise(n, 0.0, wide, E);
-  double least = kInfinity;
-  for (int i = 0; i < n; ++i) least = std::isnan(wide[i][i]) ? -kInfinity : std::min(least, wide[i][i]);
-  return least;
+  return wide;
+}
+
+/// What X's first n rows lack of being positive semidefinite, as a share of `scale`: at most this, up to the next power
+/// of ten.
+template <class Matrix>
+double lacking(const Matrix& X, int n, double scale) {
+  const SmallSymmetric wide = widened(X, n);
+  if (is_positive(n, wide, 0.0)) return 0.0;
+  for (double share = 1e-15; share < 1e3; share *= 10.0) {
+    if (is_positive(n, wide, share * scale)) return share;
+  }
+  return kInfinity;
 }
 
 /// X with rotations on length_m.
@@ -119,12 +146,11 @@ double torque_error_N(const StiffMuscleProblem& p, const VectorRef& f, double s)
 double pull_error_N(const StiffMuscleProblem& p, const VectorRef& f, const StiffMuscleReport& report,
                     const std::array<FingerMatrix, kMaxStiffFingers>& W, double squeeze_pull) {
   double worst = 0.0;
+  const Pairs weights = pair_weights(p, W);
   for (Index j = 0; j < f.size(); ++j) {
     const double soft = 1.0 / p.fibre_per_m[j], give = soft + f[j] * tendon_of(p, j);
-    double pull = p.H.col(j).dot(report.multiplier);
-    for (int k = 0; k < std::ssize(p.joints); ++k) {
-      pull += soft / (give * give) * arms_along(p, k, j, W[k]) - turn_along(p, k, j, W[k]);
-    }
+    const MuscleShare share = share_of(p, j, weights);
+    const double pull = p.H.col(j).dot(report.multiplier) + soft / (give * give) * share.alpha + share.beta;
     const double limit = p.limit.size() > 0 ? p.limit[j] : kInfinity;
     worst = std::max(worst, std::abs(f[j] - std::min(std::max(0.0, pull), limit)));
   }
@@ -138,37 +164,46 @@ double pull_error_N(const StiffMuscleProblem& p, const VectorRef& f, const Stiff
 }  // namespace
 
 FingerMatrix finger_stiffness(const StiffMuscleProblem& p, int finger, const VectorRef& f, double squeeze) noexcept {
-  const int first = first_joint(p, finger), n = p.joints[finger];
+  const int first = first_joint(p, finger), n = p.joints[finger], pairs = first_pair(p, finger);
   FingerMatrix P = FingerMatrix::Zero();
   P.topLeftCorner(n, n) = p.D.block(first, first, n, n);
   if (p.squeeze != nullptr) P.topLeftCorner(n, n) += squeeze * p.squeeze->D.block(first, first, n, n);
-  const Index pairs = first_pair(p, finger);
   for (Index j = 0; j < f.size(); ++j) {
     if (f[j] == 0.0) continue;
     const double spring = f[j] / (1.0 / p.fibre_per_m[j] + f[j] * tendon_of(p, j));
-    Index pair = pairs;
+    const double* const arm = p.arm.col(j).data() + first;
+    const double* turn = p.turn.col(j).data() + pairs;
     for (int i = 0; i < n; ++i) {
-      for (int c = 0; c <= i; ++c) {
-        P(i, c) += spring * p.arm(first + i, j) * p.arm(first + c, j) - f[j] * p.turn(pair++, j);
-      }
+      for (int c = 0; c <= i; ++c) P(i, c) += spring * arm[i] * arm[c] - f[j] * *turn++;
     }
   }
   P.triangularView<Eigen::StrictlyUpper>() = P.transpose();
   return P;
 }
 
+namespace {
+
+/// (D_k + M_k)^-1 B_k'. False if that is not positive definite.
+bool solve_finger(FingerMatrix P, int n, const FingerWrenches& B, FingerMotions& z) {
+  for (int i = n; i < kMaxFingerJoints; ++i) P(i, i) = 1.0;
+  const Eigen::LLT<FingerMatrix> factor(P);
+  z = B.transpose();
+  factor.solveInPlace(z);
+  return factor.info() == Eigen::Success;
+}
+
+}  // namespace
+
 bool object_stiffness(const StiffMuscleProblem& p, const VectorRef& f, double squeeze, Matrix6d& K_o) noexcept {
   K_o = p.A;
   if (p.squeeze != nullptr) K_o += squeeze * p.squeeze->A;
   for (int k = 0; k < std::ssize(p.joints); ++k) {
-    const int n = p.joints[k];
-    const Eigen::LLT<Small> factor(Small(finger_stiffness(p, k, f, squeeze).topLeftCorner(n, n)));
-    if (factor.info() != Eigen::Success) {
+    const FingerWrenches B = wrenches(p, k, squeeze);
+    FingerMotions z;
+    if (!solve_finger(finger_stiffness(p, k, f, squeeze), p.joints[k], B, z)) {
       K_o.setConstant(std::numeric_limits<double>::quiet_NaN());
       return false;
     }
-    const Wrenches B = wrenches(p, k, squeeze);
-    const Motions z = factor.solve(Motions(B.transpose()));
     K_o -= B.lazyProduct(z);
   }
   return true;
@@ -192,30 +227,28 @@ double stiff_kkt_error(const StiffMuscleProblem& p, const VectorRef& f, const St
   std::array<FingerMatrix, kMaxStiffFingers> W;
   for (int k = 0; k < std::ssize(p.joints); ++k) {
     const int n = p.joints[k], first = first_joint(p, k);
-    const Small P = finger_stiffness(p, k, f, s).topLeftCorner(n, n);
-    const Eigen::LLT<Small> factor(P);
-    if (factor.info() != Eigen::Success) return kInfinity;
-    const Wrenches B = wrenches(p, k, s);
-    const Motions z = factor.solve(Motions(B.transpose()));
+    FingerMatrix P = finger_stiffness(p, k, f, s);
+    const FingerWrenches B = wrenches(p, k, s);
+    FingerMotions z;
+    if (!solve_finger(P, n, B, z)) return kInfinity;
     K_o -= B.lazyProduct(z);
-    W[k] = report.Y[k];
-    W[k].topLeftCorner(n, n) += z.lazyProduct(report.Z).lazyProduct(z.transpose());
-    const Small slack = P - p.kappa * Small::Identity(n, n);
-    const auto Y = report.Y[k].topLeftCorner(n, n);
-    error = std::max(error, -least_value(slack) / scale.posture);
-    if (!Y.isZero(0.0)) {
-      error = std::max(error, -least_value(Small(Y)) * scale.posture / effort);
-      error = std::max(error, std::abs(Y.cwiseProduct(slack).sum()) / effort);
+    const FingerMotions z_Z = z.lazyProduct(report.Z);
+    W[k] = report.Y[k] + z_Z.lazyProduct(z.transpose());
+    P.diagonal().head(n).array() -= p.kappa;
+    error = std::max(error, lacking(P, n, scale.posture));
+    if (!report.Y[k].isZero(0.0)) {
+      error = std::max(error, lacking(report.Y[k], n, effort / scale.posture));
+      error = std::max(error, std::abs(report.Y[k].cwiseProduct(P).sum()) / effort);
     }
     if (p.squeeze != nullptr) {
-      squeeze_pull -= 2.0 * p.squeeze->B.middleCols(first, n).cwiseProduct(report.Z * z.transpose()).sum();
+      squeeze_pull -= 2.0 * p.squeeze->B.middleCols(first, n).cwiseProduct(z_Z.transpose().leftCols(n)).sum();
       squeeze_pull += W[k].topLeftCorner(n, n).cwiseProduct(p.squeeze->D.block(first, first, n, n)).sum();
     }
   }
   const Matrix6d slack = K_o - p.K_des;
-  error = std::max(error, -least_value(on_length(slack, over)) / scale.stiffness);
+  error = std::max(error, lacking(on_length(slack, over), 6, scale.stiffness));
   if (!report.Z.isZero(0.0)) {
-    error = std::max(error, -least_value(on_length(report.Z, p.length_m)) * scale.stiffness / effort);
+    error = std::max(error, lacking(on_length(report.Z, p.length_m), 6, effort / scale.stiffness));
     error = std::max(error, std::abs(report.Z.cwiseProduct(slack).sum()) / effort);
   }
   const double error_N = std::max(torque_error_N(p, f, s), pull_error_N(p, f, report, W, squeeze_pull));
@@ -260,7 +293,8 @@ bool are_positive(const StiffMuscleProblem& p, const StiffMuscleReport& report) 
     X = (X.array() / ((size.array() + tiny).matrix() * (size.array() + tiny).matrix().transpose()).array()).matrix();
     X.diagonal().array() += kRounding * 100.0;
     if (!size.isZero(0.0) && Eigen::LLT<Big>(X).info() != Eigen::Success) return false;
-    if (!report.Y[k].isZero(0.0) && !(least_value(report.Y[k]) >= -kRounding * report.Y[k].trace())) return false;
+    const double trace = report.Y[k].trace();
+    if (!report.Y[k].isZero(0.0) && !(lacking(report.Y[k], p.joints[k], trace) <= 100.0 * kRounding)) return false;
   }
   return true;
 }
@@ -283,12 +317,10 @@ WeightedSum weighted_sum(const StiffMuscleProblem& p, const StiffMuscleReport& r
              2.0 * Q.cwiseProduct(p.squeeze->B.middleCols(first, n)).sum();
   }
   const double asked = asked_N(p);
+  const Pairs weights = pair_weights(p, W);
   for (Index j = 0; j < p.H.cols(); ++j) {
-    double alpha = 0.0, beta = p.H.col(j).dot(l);
-    for (int k = 0; k < std::ssize(p.joints); ++k) {
-      alpha += arms_along(p, k, j, W[k]);
-      beta -= turn_along(p, k, j, W[k]);
-    }
+    const MuscleShare share = share_of(p, j, weights);
+    const double alpha = share.alpha, beta = share.beta + p.H.col(j).dot(l);
     const double given = p.limit.size() > 0 ? p.limit[j] : kInfinity;
     const double limit = std::isinf(given) ? kOutOfReach * asked : given;
     const double soft = 1.0 / p.fibre_per_m[j], tendon = tendon_of(p, j);
@@ -321,11 +353,7 @@ StiffLack stiff_lack(const StiffMuscleProblem& problem, const StiffMuscleReport&
   const double deficit = std::max(0.0, sum.need - sum.possible);
   const auto main_direction = [](const auto& X, auto& direction) {
     const int n = static_cast<int>(X.rows());
-    SmallSymmetric wide, E = unit_rows();
-    for (int i = 0; i < n; ++i) {
-      wide[i].setZero();
-      for (int c = 0; c < n; ++c) wide[i][c] = X(i, c);
-    }
+    SmallSymmetric wide = widened(X, n), E = unit_rows();
     diagonalise(n, 0.0, wide, E);
     int most = 0;
     for (int i = 1; i < n; ++i) most = wide[i][i] > wide[most][most] ? i : most;
