@@ -251,16 +251,18 @@ void StiffModel<kSize>::load_fingers(const StiffMuscleProblem& problem) {
   kappa = problem.kappa;
   int first = 0;
   double largest = 0.0;
+  std::array<Lanes, kMaxJoints> arms;
+  for (int i = 0; i < joints; ++i) {
+    arms[i].setZero();
+    for (int j = 0; j < muscles; ++j) arms[i][j] = problem.arm(i, j);
+  }
   for (int k = 0; k < fingers; ++k) {
     finger[k] = {first, problem.joints[k], pairs};
     for (int i = 0; i < problem.joints[k]; ++i) {
       for (int c = 0; c <= i; ++c, ++pairs) {
-        stiff[pairs].setZero();
+        stiff[pairs] = arms[first + i] * arms[first + c];
         turn[pairs].setZero();
-        for (int j = 0; j < muscles; ++j) {
-          stiff[pairs][j] = problem.arm(first + i, j) * problem.arm(first + c, j);
-          turn[pairs][j] = problem.turn(pairs, j);
-        }
+        for (int j = 0; j < muscles; ++j) turn[pairs][j] = problem.turn(pairs, j);
         D[pairs] = problem.D(first + i, first + c);
         largest = std::max(largest, std::abs(D[pairs]));
       }

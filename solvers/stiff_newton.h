@@ -47,12 +47,18 @@ class StiffNewton {
     SmallSymmetric E, X;           ///< Eigenvectors of Z - c S, the active first; their values on the diagonal.
     SmallSymmetric S;              ///< S on them.
     std::array<double, 6> weight;  ///< The values.
-    // Joints' motions for each eigenvector.
+    // Joints' motions for each eigenvector, and for the active ones what they ask of the forces: dM z - dB'e.
     std::array<std::array<double, kMaxJoints>, 6> z;
-    std::array<std::array<int, 6>, 6> row;  ///< Of the equation of a pair of active ones.
+    std::array<std::array<Lanes, kMaxJoints>, 6> pull;
+    std::array<std::array<int, 6>, 6> row;  ///< Of the equation of a pair of active ones; else the square of the pair.
   };
 
+  /// c m_a / |m_u|. Where nothing says which kind a direction is, it is held as if it were active.
+  static double kappa_of(const Block& block, int a, int u) {
+    return block.c * block.weight[a] / std::max(-block.weight[u], 1e-8 * block.weight[a]);
+  }
   void prepare(Block& block, const SmallSymmetric& S, const SmallSymmetric& Z, double c);
+  void ask(Block& block, int a);
   Lanes slope(const Block& block, int a, int b) const;
   void evaluate(StiffCandidate<kSize>& at);
   bool step(StiffCandidate<kSize>& at);
@@ -129,14 +135,41 @@ void StiffNewton<kSize>::prepare(Block& block, const SmallSymmetric& S, const Sm
   }
 }
 
+/// What an active direction asks of the forces.
+template <int kSize>
+void StiffNewton<kSize>::ask(Block& block, int a) {
+  const auto& z = block.z[a];
+  auto& pull = block.pull[a];
+  for (int k = 0; k < model_.fingers; ++k) {
+    if (block.finger >= 0 && block.finger != k) continue;
+    const auto& finger = model_.finger[k];
+    for (int i = 0, p = finger.pair; i < finger.joints; ++i) {
+      Lanes& own = pull[finger.first + i];
+      own.setZero();
+      for (int c = 0; c < i; ++c, ++p) {
+        own += z[finger.first + c] * model_.dP[p];
+        pull[finger.first + c] += z[finger.first + i] * model_.dP[p];
+      }
+      own += z[finger.first + i] * model_.dP[p++];
+    }
+  }
+  if (!model_.has_squeeze || block.finger >= 0) return;
+  for (int i = 0; i < model_.joints; ++i) pull[i][model_.muscles] -= (model_.B_1[i] * block.E[a]).sum();
+}
+
+/// e_a' dS e_b, of an active a.
 template <int kSize>
 typename StiffNewton<kSize>::Lanes StiffNewton<kSize>::slope(const Block& block, int a, int b) const {
-  if (block.finger < 0) {
-    return stiffness_slope(model_, block.E[a], block.z[a].data(), block.E[b], block.z[b].data());
-  }
   Lanes g = Lanes::Zero();
-  const int first = model_.finger[block.finger].first;
-  add_bend(model_, block.finger, block.z[a].data() + first, block.z[b].data() + first, g);
+  const bool is_finger = block.finger >= 0;
+  const int first = is_finger ? model_.finger[block.finger].first : 0;
+  const int count = is_finger ? model_.finger[block.finger].joints : model_.joints;
+  for (int i = first; i < first + count; ++i) g += block.z[b][i] * block.pull[a][i];
+  if (model_.has_squeeze && !is_finger) {
+    double more = between(6, block.E[a], model_.A_1, block.E[b]);
+    for (int i = 0; i < model_.joints; ++i) more -= block.z[a][i] * (model_.B_1[i] * block.E[b]).sum();
+    g[model_.muscles] += more;
+  }
   return g;
 }
 
@@ -177,6 +210,7 @@ void StiffNewton<kSize>::evaluate(StiffCandidate<kSize>& at) {
     for (int a = 0; a < block.size; ++a) {
       if (a < block.active) {
         for (int i = 0; i < block.size; ++i) Z[i] += (block.weight[a] * block.E[a][i]) * block.E[a];
+        ask(block, a);
         pull_ += block.weight[a] * slope(block, a, a);
         error = std::max(error, block.weight[a] * std::abs(block.S[a][a]) / effort);
       }
@@ -201,9 +235,8 @@ void StiffNewton<kSize>::add_block(Block& block) {
         add_row(twice * g, twice * block.S[a][b]);
         continue;
       }
-      // Where nothing says which kind a direction is, it is held as if it were active.
-      const double idle = std::max(-block.weight[b], 1e-8 * block.weight[a]);
-      const double kappa = 2.0 * block.c * block.weight[a] / idle;
+      const double kappa = 2.0 * kappa_of(block, a, b);
+      block.row[a][b] = square_count_;
       add_square(kappa, g);
       gradient_ += (kappa * block.S[a][b]) * g;
     }
@@ -233,19 +266,10 @@ void StiffNewton<kSize>::add_curvature(const Block& block) {
     if (block.finger >= 0) continue;
     for (int k = 0; k < model_.fingers; ++k) {
       const auto& finger = model_.finger[k];
-      std::array<Lanes, kMaxFingerJoints> q;  // dB'e - dP z
-      for (int i = 0; i < finger.joints; ++i) {
-        q[i].setZero();
-        if (model_.has_squeeze) q[i][model_.muscles] = (model_.B_1[finger.first + i] * block.E[a]).sum();
-      }
-      for (int i = 0, p = finger.pair; i < finger.joints; ++i) {
-        for (int c = 0; c <= i; ++c, ++p) {
-          q[i] -= z[finger.first + c] * model_.dP[p];
-          if (c < i) q[c] -= z[finger.first + i] * model_.dP[p];
-        }
-      }
+      std::array<Lanes, kMaxFingerJoints> q;
       for (int i = 0; i < finger.joints; ++i) {
         const int at = finger.first + i;
+        q[i] = block.pull[a][at];
         for (int c = 0; c < i; ++c) q[i] -= point_.L[at][c] * q[c];
         q[i] *= point_.over_pivot[at];
         add_square(2.0 * weight, q[i]);
@@ -259,28 +283,26 @@ void StiffNewton<kSize>::add_curvature(const Block& block) {
 template <int kSize>
 [[gnu::flatten]] bool StiffNewton<kSize>::eliminate(int rows, std::array<double, kMostRows>& lambda, Lanes& d) {
   constexpr double kDependent = 1e-13;
-  const int width = (rows + 1 + 3) / 4 * 4;
+  const int width = (rows + 1 + 3) / 4;  // In fours.
+  const auto subtract = [](double m, const auto& from, auto& to, int first, int last) {
+    for (int c = first; c < last; ++c) to.template segment<4>(4 * c) -= m * from.template segment<4>(4 * c);
+  };
   std::array<double, kSize> inverse;
-  std::array<Wide, kMostRows> M;
-  for (int r = 0; r < rows; ++r) M[r].head(width).setZero();
+  std::array<Wide, kMostRows> M;  // From its diagonal on.
+  for (int r = 0; r < rows; ++r) M[r].head(4 * width).setZero();
   for (int k = 0; k < free_count_; ++k) {
     const int v = free_[k];
     const Lanes& pivot_row = hessian_[v];
-    const double* const pivot_equations = equations_[v].data();
+    const Wide& pivot_equations = equations_[v];
     if (!(pivot_row[v] > 0.0)) return false;
     inverse[k] = 1.0 / pivot_row[v];
     for (int i = k + 1; i < free_count_; ++i) {
       const double m = pivot_row[free_[i]] * inverse[k];
       if (m == 0.0) continue;
-      hessian_[free_[i]] -= m * pivot_row;
-      double* const equations = equations_[free_[i]].data();
-      for (int c = 0; c < width; ++c) equations[c] -= m * pivot_equations[c];
+      subtract(m, pivot_row, hessian_[free_[i]], free_[i] / 4, kSize / 4);
+      subtract(m, pivot_equations, equations_[free_[i]], 0, width);
     }
-    for (int r = 0; r < rows; ++r) {
-      const double m = pivot_equations[r] * inverse[k];
-      double* const row = M[r].data();
-      for (int c = 0; c < width; ++c) row[c] += m * pivot_equations[c];
-    }
+    for (int r = 0; r < rows; ++r) subtract(-pivot_equations[r] * inverse[k], pivot_equations, M[r], r / 4, width);
   }
   // M lambda = -residual + J hessian^-1 gradient.
   std::array<double, kMostRows> over;
@@ -289,10 +311,7 @@ template <int kSize>
     // A row that depends on those before it, or has no free variable, has no part.
     over[k] = M[k][k] > kDependent * over[k] ? 1.0 / M[k][k] : 0.0;
     for (int i = k + 1; i < rows; ++i) {
-      const double m = M[k][i] * over[k];
-      double* const row = M[i].data();
-      const double* const first = M[k].data();
-      for (int c = k / 4 * 4; c < width; ++c) row[c] -= m * first[c];
+      subtract(M[k][i] * over[k], M[k], M[i], i / 4, width);
     }
   }
   for (int k = rows - 1; k >= 0; --k) {
@@ -305,9 +324,9 @@ template <int kSize>
     const Wide& equations = equations_[free_[k]];
     double rest = -equations[rows];
     for (int r = 0; r < rows; ++r) rest += equations[r] * lambda[r];
-    const Lanes& row = hessian_[free_[k]];
-    rest -= (row * d).sum();
-    d[free_[k]] = rest * inverse[k];
+    const int v = free_[k];
+    for (int i = k + 1; i < free_count_; ++i) rest -= hessian_[v][free_[i]] * d[free_[i]];
+    d[v] = rest * inverse[k];
   }
   return d.isFinite().all();
 }
@@ -325,8 +344,9 @@ void StiffNewton<kSize>::update(const Block& block, const std::array<double, kMo
   for (int a = 0; a < block.active; ++a) {
     for (int b = a; b < block.active; ++b) add(a, b, lambda[block.row[a][b]]);
     for (int b = block.active; b < block.size; ++b) {
-      const double idle = std::max(-block.weight[b], 1e-8 * block.weight[a]);
-      add(a, b, -block.c * block.weight[a] / idle * (block.S[a][b] + (slope(block, a, b) * d).sum()));
+      // The square is the root of 2 kappa times the slope.
+      const double kappa = kappa_of(block, a, b), root = std::sqrt(2.0 * kappa);
+      add(a, b, -kappa * block.S[a][b] - 0.5 * root * (squares_[block.row[a][b]] * d).sum());
     }
   }
 }
@@ -365,16 +385,21 @@ bool StiffNewton<kSize>::step(StiffCandidate<kSize>& at) {
   diagonal_ += curve_;
   gradient_ += at.x;
   hold_bounds(at.x);
-  for (int r = 0; r < rows_; ++r) residual_[r] += (slopes_[r] * shift_).sum();
+  if ((shift_ != 0.0).any()) {
+    for (int r = 0; r < rows_; ++r) residual_[r] += (slopes_[r] * shift_).sum();
+    for (int i = 0; i < square_count_; ++i) gradient_ += (squares_[i] * shift_).sum() * squares_[i];
+  }
   for (int k = 0; k < free_count_; ++k) {
     const int j = free_[k];
-    Lanes row = Lanes::Zero();
-    row[j] = curve_[j];
-    for (int i = 0; i < square_count_; ++i) row += squares_[i][j] * squares_[i];
-    hessian_[j] = row;
+    // From its diagonal on.
+    for (int c = j / 4; c < kSize / 4; ++c) {
+      Eigen::Array4d sum = Eigen::Array4d::Zero();
+      for (int i = 0; i < square_count_; ++i) sum += squares_[i][j] * squares_[i].template segment<4>(4 * c);
+      hessian_[j].template segment<4>(4 * c) = sum;
+    }
+    hessian_[j][j] += curve_[j];
     for (int r = 0; r < rows_; ++r) equations_[j][r] = slopes_[r][j];
-    // The curvature across what moves to its bound.
-    equations_[j][rows_] = gradient_[j] + (row * shift_).sum();
+    equations_[j][rows_] = gradient_[j];
     for (int r = rows_ + 1; r < (rows_ + 4) / 4 * 4; ++r) equations_[j][r] = 0.0;
   }
   std::array<double, kMostRows> lambda;
