@@ -31,6 +31,22 @@ struct Constraint {
   // a by its nonzeros; an index may come twice, and a value may be 0.
   std::array<int, kNonzeros> index{};
   std::array<double, kNonzeros> value{};
+
+  [[nodiscard]] double row_squared() const {
+    double sum = 0.0;
+    for (const double v : value) sum += v * v;
+    return sum;
+  }
+};
+
+/// One whose row has no zeros to speak of.
+template <int kSize>
+struct DenseConstraint {
+  int id = -1;
+  double slack = 0.0;
+  Eigen::Array<double, kSize, 1> row;
+
+  [[nodiscard]] double row_squared() const { return row.square().sum(); }
 };
 
 /// The constraints that hold with equality, and an orthonormal basis of their rows. Memory of a projection; no state
@@ -90,6 +106,19 @@ typename ActiveSet<kSize>::Vector unit(int index) {
   return Eigen::Map<const typename ActiveSet<kSize>::Vector>(kZerosAndOne.data() + kSize - 1 - index);
 }
 
+/// A row that the first projection has shortened is projected once more.
+template <int kSize>
+void straighten(const ActiveSet<kSize>& set, double a_squared, Direction<kSize>& s) {
+  s.z_squared = s.z.square().sum();
+  if (s.z_squared >= kShortened * kShortened * a_squared) return;
+  for (int i = 0; i < set.working(); ++i) {
+    const double rest = (s.z * set.basis[i]).sum();
+    s.z -= rest * set.basis[i];
+    s.d[i] += rest;
+  }
+  s.z_squared = s.z.square().sum();
+}
+
 template <int kSize, int kNonzeros>
 void split(const ActiveSet<kSize>& set, const Constraint<kNonzeros>& constraint, double a_squared,
            Direction<kSize>& s) {
@@ -102,17 +131,19 @@ void split(const ActiveSet<kSize>& set, const Constraint<kNonzeros>& constraint,
     z -= d * set.basis[i];
     s.d[i] = d;
   }
-  double z_squared = z.square().sum();
-  if (z_squared < kShortened * kShortened * a_squared) {
-    for (int i = 0; i < set.working(); ++i) {
-      const double rest = (z * set.basis[i]).sum();
-      z -= rest * set.basis[i];
-      s.d[i] += rest;
-    }
-    z_squared = z.square().sum();
-  }
   s.z = z;
-  s.z_squared = z_squared;
+  straighten(set, a_squared, s);
+}
+
+template <int kSize>
+void split(const ActiveSet<kSize>& set, const DenseConstraint<kSize>& constraint, double a_squared,
+           Direction<kSize>& s) {
+  // All products first: they do not wait for each other.
+  for (int i = 0; i < set.working(); ++i) s.d[i] = (constraint.row * set.basis[i]).sum();
+  typename ActiveSet<kSize>::Vector z = constraint.row;
+  for (int i = 0; i < set.working(); ++i) z -= s.d[i] * set.basis[i];
+  s.z = z;
+  straighten(set, a_squared, s);
 }
 
 /// r = R^-1 d: how fast the multipliers fall as the new constraint's grows. Returns 1 + sum |r|.
@@ -191,19 +222,21 @@ void drop(ActiveSet<kSize>& set, Direction<kSize>& s, int l) {
 /// scale        The size of what x was computed from, whose rounding it has, if that is larger than x.
 /// constraints  most_violated(x, tolerance) gives one of slack < -tolerance if there is any, best that of least slack.
 ///              All rows should be of like length. If x has entries of padding, Q and the rows are zero there.
+/// resume       Goes on with the set and x of the last call, whose constraints have more to say.
 /// Accuracy     slacks and equations to about 1e-13 of the way that x has gone; more where constraints nearly coincide.
 /// Cost         (working + 2) kSize multiply-adds a change, and a scan for each constraint taken up. Does not allocate
 ///              or throw; the same problem gives the same bits.
 template <int kSize, class Constraints>
 [[nodiscard]] ActiveSetReport project(Constraints&& constraints, ActiveSet<kSize>& set,
-                                      typename ActiveSet<kSize>::Vector& x, double scale = 0.0) noexcept {
+                                      typename ActiveSet<kSize>::Vector& x, double scale = 0.0,
+                                      bool resume = false) noexcept {
   using namespace dual_active_set;
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   // About one change for each active constraint is usual, and a few times that on degenerate problems.
   constexpr int kMaxChanges = 50 + 10 * kSize;
 
   ActiveSetReport report;
-  set.active = 0;
+  if (!resume) set.active = 0;
   double way = std::max(scale, std::sqrt(x.square().sum()));  // Bounds all that x has been.
   double amplified = 0.0;                                     // Violations up to this were seen to be rounding.
   Direction<kSize> s;
@@ -218,8 +251,7 @@ template <int kSize, class Constraints>
       report.status = ActiveSetStatus::kOptimal;
       return report;
     }
-    double a_squared = 0.0;
-    for (const double value : constraint.value) a_squared += value * value;
+    const double a_squared = constraint.row_squared();
     split(set, constraint, a_squared, s);
     double slack = constraint.slack;
     double multiplier = 0.0;

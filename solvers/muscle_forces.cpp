@@ -68,19 +68,42 @@ Block take_block(const Crossings& crossings, std::uint64_t& joints_left) {
   return block;
 }
 
-/// 0 <= x, one constraint an entry.
+/// 0 <= x <= limit, two constraints an entry: i and kSize + i.
 template <int kSize>
 struct Pulling {
   using Vector = typename ActiveSet<kSize>::Vector;
 
-  [[nodiscard]] Constraint<1> most_violated(const Vector& x, double) const {
-    // Looking the least up is faster than carrying its index through the search.
+  const Vector& limit;
+  bool is_limited;
+
+  [[nodiscard]] Constraint<1> most_violated(const Vector& x, double tolerance) const {
     const double least = x.minCoeff();
-    int i = 0;
-    while (i < kSize - 1 && x[i] != least) ++i;
+    if (is_limited && least >= -tolerance) {
+      const Vector slack = limit - x;
+      const double least_slack = slack.minCoeff();
+      const int i = find(slack, least_slack);
+      return {kSize + i, least_slack, {i}, {-1.0}};
+    }
+    const int i = find(x, least);
     return {i, least, {i}, {1.0}};
   }
+
+  // Looking the least up is faster than carrying its index through the search.
+  static int find(const Vector& x, double least) {
+    int i = 0;
+    while (i < kSize - 1 && x[i] != least) ++i;
+    return i;
+  }
 };
+
+/// Adds u_j a_j of the limits in the set, times `factor`.
+template <int kSize>
+void add_push(const ActiveSet<kSize>& set, double factor, typename ActiveSet<kSize>::Vector& x) {
+  for (int j = 0; j < set.active; ++j) {
+    const int i = set.id[j];
+    x[i < kSize ? i : i - kSize] += (i < kSize ? factor : -factor) * set.multiplier[j];
+  }
+}
 
 /// H = L Y with orthonormal rows Y, and L t = tau, of the rows of a block that do not depend on those before them.
 template <int kSize>
@@ -166,22 +189,27 @@ MuscleStatus solve_block(const Block& block, const MuscleProblem& problem, std::
   set.equalities = equations.rank;
   Vector x = Vector::Zero();
   for (int k = 0; k < equations.rank; ++k) x += equations.t[k] * set.basis[k];
-  const ActiveSetReport found = project<kSize>(Pulling<kSize>{}, set, x);
+  Vector limit = Vector::Constant(kInfinity);
+  for (int j = 0; j < block.muscles; ++j) limit[j] = problem.limit_of(block.muscle[j]);
+  const ActiveSetReport found = project<kSize>(Pulling<kSize>{limit, problem.limit.size() > 0}, set, x);
   report.iterations += found.changes;
   if (found.status == ActiveSetStatus::kBudgetSpent) return MuscleStatus::kBudgetSpent;
 
-  // x = Y' (L' l) + what holds idle muscles at 0.
+  // x = Y' (L' l) + what holds idle muscles at 0, and others at their limits.
   const bool optimal = found.status == ActiveSetStatus::kOptimal;
   Vector rest = optimal ? x : Vector(Vector::Zero());
-  for (int j = 0; j < set.active; ++j) rest[set.id[j]] -= set.multiplier[j];
+  add_push(set, -1.0, rest);
   for (int k = 0; k < equations.rank; ++k) part[k] = (rest * set.basis[k]).sum();
   equations.solve_transposed(part);
   if (!optimal) report.multiplier.setZero();
   for (int k = 0; k < equations.rank; ++k) report.multiplier[equations.joint[k]] = part[k];
   if (!optimal) return MuscleStatus::kInfeasible;
 
-  x = x.max(0.0);
-  for (int j = 0; j < set.active; ++j) x[set.id[j]] = 0.0;  // The rest is rounding.
+  x = x.max(0.0).min(limit);
+  for (int j = 0; j < set.active; ++j) {  // The rest is rounding.
+    const int i = set.id[j];
+    x[i < kSize ? i : i - kSize] = i < kSize ? 0.0 : limit[i - kSize];
+  }
   for (int j = 0; j < block.muscles; ++j) f[block.muscle[j]] = x[j];
   return MuscleStatus::kOptimal;
 }
@@ -215,6 +243,7 @@ MuscleReport finish(const MuscleProblem& problem, const VectorRef& found, Muscle
 MuscleReport solve_muscle_forces(const MuscleProblem& problem, Eigen::Ref<VectorXd> f) noexcept {
   const Index joints = problem.H.rows(), muscles = problem.H.cols();
   assert(joints <= kMaxJoints && muscles <= kMaxMuscles && problem.tau.size() == joints && f.size() == muscles);
+  assert(problem.limit.size() == 0 || problem.limit.size() == muscles);
   MuscleReport report;
   report.multiplier.setZero(joints);
   report.status = MuscleStatus::kOptimal;  // Of no joints at all.
@@ -237,7 +266,9 @@ double muscle_kkt_error(const MuscleProblem& problem, const VectorRef& l, const 
   double largest_N = 0.0;
   for (Index j = 0; j < problem.H.cols(); ++j) {
     const auto arms = problem.H.col(j);
-    const double wanted = std::max(0.0, arms.dot(l));
+    const double limit = problem.limit_of(j);
+    if (std::isnan(limit)) return kInfinity;
+    const double wanted = std::min(std::max(0.0, arms.dot(l)), limit);
     error_N = std::max(error_N, std::abs(f[j] - wanted));
     largest_N = std::max(largest_N, std::abs(f[j]));
     torque += f[j] * arms;
@@ -262,8 +293,29 @@ double muscle_infeasibility_gap(const MuscleProblem& problem, const VectorRef& l
     if (arm > 0.0) least_N = std::max(least_N, std::abs(tau[i]) / arm);
   }
   double possible = 0.0;
-  for (Index j = 0; j < H.cols(); ++j) possible += std::max(0.0, H.col(j).dot(l)) * kOutOfReach * least_N;
-  return possible / wanted;
+  for (Index j = 0; j < H.cols(); ++j) {
+    const double limit = problem.limit_of(j);
+    possible += std::max(0.0, H.col(j).dot(l)) * (std::isinf(limit) ? kOutOfReach * least_N : limit);
+  }
+  return std::isnan(possible) ? kInfinity : possible / wanted;
+}
+
+MuscleLack muscle_lack(const MuscleProblem& problem, const VectorRef& l) noexcept {
+  MuscleLack lack;
+  double possible = 0.0, largest = 0.0, rate_of_largest = 0.0;
+  for (Index j = 0; j < problem.H.cols(); ++j) {
+    const auto arms = problem.H.col(j);
+    const double rate = arms.dot(l), limit = problem.limit_of(j);
+    // What is less is rounding of zero; so is what muscles without limits do.
+    if (!(rate > kDependentRow * arms.norm() * l.norm()) || !std::isfinite(limit)) continue;
+    possible += limit * rate;
+    if (limit * rate < largest || (lack.muscle >= 0 && limit * rate == 0.0)) continue;
+    lack.muscle = static_cast<int>(j);
+    largest = limit * rate;
+    rate_of_largest = rate;
+  }
+  if (lack.muscle >= 0) lack.needed_N = (problem.tau.dot(l) - (possible - largest)) / rate_of_largest;
+  return lack;
 }
 
 namespace {
@@ -316,14 +368,47 @@ void solve_transposed(const MuscleWorkspace& work, Index rows, MuscleReport::Joi
 
 }  // namespace
 
-MuscleWorkspace::MuscleWorkspace(Index joints, Index muscles)
-    : lcp(muscles),
+MuscleWorkspace::MuscleWorkspace(Index joints, Index muscles, Index limits)
+    : lcp(muscles + limits),
       Y(joints, muscles),
       L(joints, joints),
       t(joints),
       pi(muscles, muscles),
       least(muscles),
-      z(muscles) {}
+      z(muscles),
+      M(limits > 0 ? muscles + limits : 0, limits > 0 ? muscles + limits : 0),
+      q(limits > 0 ? muscles + limits : 0),
+      zy(limits > 0 ? muscles + limits : 0) {}
+
+namespace {
+
+/// The LCP of f = pi (z - y) + least with a row for each muscle, and one for each limit that is not infinite. z takes
+/// the difference z - y.
+LcpReport solve_limited_lcp(const MuscleProblem& problem, MuscleWorkspace& work) {
+  const Index muscles = problem.H.cols();
+  std::array<Index, kMaxMuscles> limited{};
+  Index limits = 0;
+  for (Index j = 0; j < muscles; ++j) {
+    if (!std::isinf(problem.limit_of(j))) limited[limits++] = j;
+  }
+  const Index rows = muscles + limits;
+  auto M = work.M.topLeftCorner(rows, rows);
+  auto q = work.q.head(rows);
+  const auto side = [&](Index row) { return row < muscles ? row : limited[row - muscles]; };
+  for (Index c = 0; c < rows; ++c) {
+    for (Index r = 0; r < rows; ++r) {
+      M(r, c) = ((r < muscles) == (c < muscles) ? 1.0 : -1.0) * work.pi(side(r), side(c));
+    }
+    q[c] = c < muscles ? work.least[c] : problem.limit[side(c)] - work.least[side(c)];
+  }
+  auto zy = work.zy.head(rows);
+  const LcpReport report = solve_lcp({M, q}, usual_pivot_budget(rows), work.lcp, zy);
+  work.z.head(muscles) = zy.head(muscles);
+  for (Index k = 0; k < limits; ++k) work.z[limited[k]] -= zy[muscles + k];
+  return report;
+}
+
+}  // namespace
 
 MuscleReport solve_muscle_forces_by_lemke(const MuscleProblem& problem, MuscleWorkspace& work,
                                           Eigen::Ref<VectorXd> f) noexcept {
@@ -350,7 +435,9 @@ MuscleReport solve_muscle_forces_by_lemke(const MuscleProblem& problem, MuscleWo
     pi.noalias() = -Y.transpose().lazyProduct(Y);
     pi.diagonal().array() += 1.0;
     least.noalias() = Y.transpose().lazyProduct(t);
-    const LcpReport lcp = solve_lcp({pi, least}, usual_pivot_budget(muscles), work.lcp, z);
+    const bool is_limited = problem.limit.size() > 0 && !problem.limit.array().isInf().all();
+    const LcpReport lcp = is_limited ? solve_limited_lcp(problem, work)
+                                     : solve_lcp({pi, least}, usual_pivot_budget(muscles), work.lcp, z);
     report.iterations = lcp.pivots;
     if (lcp.status == LcpStatus::kBudgetSpent) return report;
     // f = Y' (t - Y z) + z; and a ray z = Y' (Y z) >= 0 with z.least < 0.
@@ -359,8 +446,11 @@ MuscleReport solve_muscle_forces_by_lemke(const MuscleProblem& problem, MuscleWo
     if (report.status == MuscleStatus::kOptimal) l += t;
     solve_transposed(work, joints, l);
     least += pi.lazyProduct(z);
-    // Either f or z is zero; the rest is rounding.
-    for (Index j = 0; j < muscles; ++j) least[j] = z[j] > 0.0 ? 0.0 : std::max(0.0, least[j]);
+    // Either f or z is zero, or f is at its limit; the rest is rounding.
+    for (Index j = 0; j < muscles; ++j) {
+      const double limit = problem.limit_of(j);
+      least[j] = z[j] > 0.0 ? 0.0 : z[j] < 0.0 ? limit : std::min(std::max(0.0, least[j]), limit);
+    }
   }
   return finish(problem, work.least.head(muscles), report, f);
 }

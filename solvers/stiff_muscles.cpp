@@ -1,0 +1,501 @@
+#include "solvers/stiff_muscles.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+
+#include "solvers/dual_active_set.h"
+#include "solvers/stiff_newton.h"
+
+namespace thenar {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+// An optimum is exact at this error, and trusted up to the second.
+constexpr double kEnough = 1e-11;
+constexpr double kTrusted = 1e-9;
+// What the planes may leave of a violation, as a share of what is wanted: from the first Newton ends most problems;
+// where it does not, from a later one.
+constexpr std::array kLeft{3e-2, 1e-3, 1e-5, 1e-7};
+constexpr int kNewtonSteps = 12;
+// From the last period's optimum two or three are usual.
+constexpr int kWarmSteps = 8;
+// Directions of planes need no digits: each is right as it is. A share of what is left.
+constexpr double kRoughly = 0.3;
+
+/// The limits of stiffness as planes that touch them, each made where it is violated; and bounds.
+template <int kSize>
+class StiffPlanes {
+ public:
+  using Lanes = typename StiffModel<kSize>::Lanes;
+
+  /// a.x >= b, a of length 1.
+  struct Plane {
+    Lanes a;
+    double b;
+    int finger;  ///< -1: the object's stiffness.
+    double over_length;
+    SixWide e;                         ///< The direction, of the object or of the finger's joints.
+    std::array<double, kMaxJoints> z;  ///< Motion of the joints.
+  };
+
+  explicit StiffPlanes(StiffModel<kSize>& model) : model_(model), basis_(unit_rows()) {}
+
+  double left = 0.0;  ///< Violations up to this share are left.
+
+  [[nodiscard]] DenseConstraint<kSize> most_violated(const Lanes& x, double tolerance) {
+    DenseConstraint<kSize> worst = violated_bound(x);
+    look_up_planes(x, worst);
+    if (worst.slack < -tolerance) return worst;
+    if (count_ + kMostInALook > kMost) return {};
+    const int before = count_;
+    look(x);
+    for (int i = before; i < count_; ++i) {
+      const double slack = (planes_[i].a * x).sum() - planes_[i].b;
+      if (slack < worst.slack) worst = {2 * kSize + i, slack, planes_[i].a};
+    }
+    return worst;
+  }
+
+  [[nodiscard]] const Plane* plane(int id) const { return id < 2 * kSize ? nullptr : &planes_[id - 2 * kSize]; }
+
+  /// About the eigenvectors of the object's stiffness.
+  [[nodiscard]] const SmallSymmetric& basis() const { return basis_; }
+
+  /// u_j a_j of the set, added to x times a factor.
+  void add_push(const ActiveSet<kSize>& set, double factor, Lanes& x) const {
+    for (int j = 0; j < set.active; ++j) {
+      const int id = set.id[j];
+      if (id >= 2 * kSize) {
+        x += (factor * set.multiplier[j]) * plane(id)->a;
+      } else {
+        x[id % kSize] += (id < kSize ? factor : -factor) * set.multiplier[j];
+      }
+    }
+  }
+
+ private:
+  // A look makes one for each direction of the object, or of all joints.
+  static constexpr int kMostInALook = static_cast<int>(kMaxJoints);
+  static constexpr int kMost = 160;
+
+  DenseConstraint<kSize> violated_bound(const Lanes& x) const {
+    DenseConstraint<kSize> worst;
+    worst.row.setZero();
+    const Lanes below = x - model_.lower, above = model_.upper - x;
+    const double least_below = below.minCoeff(), least_above = above.minCoeff();
+    const bool is_below = least_below <= least_above;
+    const Lanes& slack = is_below ? below : above;
+    worst.slack = is_below ? least_below : least_above;
+    int i = 0;
+    while (i < kSize - 1 && slack[i] != worst.slack) ++i;
+    worst.id = is_below ? i : kSize + i;
+    worst.row[i] = is_below ? 1.0 : -1.0;
+    return worst;
+  }
+
+  void look_up_planes(const Lanes& x, DenseConstraint<kSize>& worst) const {
+    int found = -1;
+    for (int i = 0; i < count_; ++i) {
+      const double slack = (planes_[i].a * x).sum() - planes_[i].b;
+      if (slack < worst.slack) worst.slack = slack, found = i;
+    }
+    if (found >= 0) worst.id = 2 * kSize + found, worst.row = planes_[found].a;
+  }
+
+  /// Makes planes of what is violated at x: of postures, and if none are, of the object's stiffness.
+  void look(const Lanes& x) {
+    point_.look(model_, x);
+    bool are_kept = point_.is_definite;
+    for (int k = 0; k < model_.fingers; ++k) {
+      SmallSymmetric S = point_.posture(model_, k);
+      const int n = model_.finger[k].joints;
+      const double allowed = -left * model_.posture_scale;
+      if (is_positive(n, S, -allowed)) continue;
+      are_kept = false;
+      SmallSymmetric E = unit_rows();
+      diagonalise(n, -kRoughly * allowed, S, E, kRoughly);
+      for (int i = 0; i < n; ++i) {
+        if (S[i][i] < allowed) add_posture(k, E[i], x);
+      }
+    }
+    const double allowed = -left * model_.stiffness_scale;
+    if (!are_kept || is_positive(6, point_.S, -allowed)) return;
+    SmallSymmetric X = turned(6, point_.S, basis_);
+    diagonalise(6, -kRoughly * allowed, X, basis_, kRoughly);
+    for (int i = 0; i < 6; ++i) {
+      if (X[i][i] < allowed) add_stiffness(basis_[i], x);
+    }
+  }
+
+  void add_posture(int k, const SixWide& e, const Lanes& x) {
+    Plane plane;
+    plane.finger = k;
+    plane.e = e;
+    plane.a.setZero();
+    add_bend(model_, k, e.data(), e.data(), plane.a);
+    double value = -model_.kappa;
+    const auto& finger = model_.finger[k];
+    for (int i = 0; i < finger.joints; ++i) {
+      for (int c = 0; c <= i; ++c) value += (c < i ? 2.0 : 1.0) * e[i] * e[c] * point_.P[finger.first + i][c];
+    }
+    add(plane, value, x);
+  }
+
+  void add_stiffness(const SixWide& e, const Lanes& x) {
+    Plane plane;
+    plane.finger = -1;
+    plane.e = e;
+    point_.motion(model_, e, plane.z.data());
+    plane.a = stiffness_slope(model_, e, plane.z.data(), e, plane.z.data());
+    add(plane, between(6, e, point_.S, e), x);
+  }
+
+  void add(Plane& plane, double value, const Lanes& x) {
+    const double length = std::sqrt(plane.a.square().sum());
+    // What no force changes is told by a plane of any length.
+    plane.over_length = 1.0 / std::max(length, 1e-100);
+    plane.b = ((plane.a * x).sum() - value) * plane.over_length;
+    plane.a *= plane.over_length;
+    planes_[count_++] = plane;
+  }
+
+  StiffModel<kSize>& model_;
+  StiffPoint<kSize> point_;
+  SmallSymmetric basis_;
+  int count_ = 0;
+  std::array<Plane, kMost> planes_;
+};
+
+template <int kSize>
+class StiffSolver {
+ public:
+  using Lanes = typename StiffModel<kSize>::Lanes;
+
+  StiffSolver(const StiffMuscleProblem& problem, StiffMuscleReport& report)
+      : problem_(problem), report_(report), model_(problem), newton_(model_) {}
+
+  /// From the last optimum; false if that leads nowhere.
+  bool warm(const StiffWarmStart& last) {
+    if (!last.is_set || last.variables != model_.variables || last.joints != model_.joints ||
+        last.fingers != model_.fingers) {
+      return false;
+    }
+    candidate_.x.setZero();
+    candidate_.x.head(model_.variables) = last.x.head(model_.variables).array();
+    for (int i = 0; i < model_.joints; ++i) candidate_.l[i] = last.l[i];
+    const auto widen = [](const auto& from, int n, SmallSymmetric& to) {
+      for (int i = 0; i < 6; ++i) {
+        to[i].setZero();
+        for (int c = 0; i < n && c < n; ++c) to[i][c] = from(i, c);
+      }
+    };
+    widen(last.Z, 6, candidate_.Z);
+    widen(last.basis, 6, newton_.seed);
+    for (int k = 0; k < model_.fingers; ++k) widen(last.Y[k], model_.finger[k].joints, candidate_.Y[k]);
+    return newton_.run(candidate_, kWarmSteps, kEnough, kTrusted, report_.iterations);
+  }
+
+  /// Whether forces that were found without a look at stiffness have enough of it.
+  bool is_stiff(const VectorXd& f) {
+    Lanes x = Lanes::Zero();
+    x.head(model_.muscles) = f.array();
+    StiffPoint<kSize> point;
+    point.look(model_, x);
+    if (!point.is_definite || !is_positive(6, point.S, 0.0)) return false;
+    for (int k = 0; k < model_.fingers; ++k) {
+      if (!is_positive(model_.finger[k].joints, point.posture(model_, k), 0.0)) return false;
+    }
+    return true;
+  }
+
+  /// True if the problem is decided: optimal, or infeasible.
+  bool cold();
+
+  void take_optimum(Eigen::Ref<VectorXd> found, StiffWarmStart* last) const;
+
+ private:
+  bool start(ActiveSet<kSize>& set, Lanes& x);
+  std::array<double, kMaxJoints> joint_multipliers(const ActiveSet<kSize>& set, const Lanes& rest) const;
+  void take_candidate(const StiffPlanes<kSize>& planes, const ActiveSet<kSize>& set, const Lanes& x);
+  void take_proof(const StiffPlanes<kSize>& planes, const ActiveSet<kSize>& set);
+
+  const StiffMuscleProblem& problem_;
+  StiffMuscleReport& report_;
+  StiffModel<kSize> model_;
+  StiffNewton<kSize> newton_;
+  StiffCandidate<kSize> candidate_;
+  // rows = L basis for the rows that do not depend on others.
+  std::array<std::array<double, kMaxJoints>, kMaxJoints> L_;
+  std::array<int, kMaxJoints> joint_;
+};
+
+/// The orthonormal rows of H f = tau and the least x; false if a row depends on others and its torque does not agree.
+template <int kSize>
+bool StiffSolver<kSize>::start(ActiveSet<kSize>& set, Lanes& x) {
+  constexpr double kDependent = 1e-10;
+  x.setZero();
+  set.equalities = 0;
+  for (int i = 0; i < model_.joints; ++i) {
+    Lanes y = model_.row[i];
+    const double length = std::sqrt(y.square().sum());
+    double torque = model_.tau[i];
+    const int rank = set.equalities;
+    std::array<double, kMaxJoints> part{};
+    for (int pass = 0; pass < 2; ++pass) {
+      for (int k = 0; k < rank; ++k) {
+        const double along = (y * set.basis[k]).sum();
+        part[k] += along;
+        y -= along * set.basis[k];
+      }
+    }
+    for (int k = 0; k < rank; ++k) torque -= part[k] * (x * set.basis[k]).sum();
+    const double left = std::sqrt(y.square().sum());
+    if (left <= kDependent * length || rank == kSize) {
+      if (std::abs(torque) > kDependent * (std::abs(model_.tau[i]) + length * std::sqrt(x.square().sum()))) {
+        // Velocities of the joints that no muscle feels.
+        for (int k = rank - 1; k >= 0; --k) {
+          part[k] /= L_[k][k];
+          for (int c = 0; c < k; ++c) part[c] -= L_[k][c] * part[k];
+        }
+        const double sign = torque > 0.0 ? 1.0 : -1.0;
+        report_.multiplier.setZero();
+        for (int k = 0; k < rank; ++k) report_.multiplier[joint_[k]] = -sign * part[k];
+        report_.multiplier[i] = sign;
+        report_.cause = StiffCause::kTorques;
+        return false;
+      }
+      continue;
+    }
+    for (int k = 0; k < rank; ++k) L_[rank][k] = part[k];
+    L_[rank][rank] = left;
+    joint_[rank] = i;
+    set.basis[rank] = y / left;
+    x += (torque / left) * set.basis[rank];
+    ++set.equalities;
+  }
+  return true;
+}
+
+/// l of H'l = the part of `rest` in the span of the rows.
+template <int kSize>
+std::array<double, kMaxJoints> StiffSolver<kSize>::joint_multipliers(const ActiveSet<kSize>& set,
+                                                                     const Lanes& rest) const {
+  std::array<double, kMaxJoints> l{}, part{};
+  for (int k = 0; k < set.equalities; ++k) part[k] = (rest * set.basis[k]).sum();
+  for (int k = set.equalities - 1; k >= 0; --k) {
+    part[k] /= L_[k][k];
+    for (int c = 0; c < k; ++c) part[c] -= L_[k][c] * part[k];
+    l[joint_[k]] = part[k];
+  }
+  return l;
+}
+
+template <int kSize>
+void StiffSolver<kSize>::take_candidate(const StiffPlanes<kSize>& planes, const ActiveSet<kSize>& set, const Lanes& x) {
+  candidate_.x = x;
+  newton_.seed = planes.basis();
+  Lanes rest = x;
+  planes.add_push(set, -1.0, rest);
+  candidate_.l = joint_multipliers(set, rest);
+  for (SixWide& line : candidate_.Z) line.setZero();
+  for (int k = 0; k < model_.fingers; ++k) {
+    for (SixWide& line : candidate_.Y[k]) line.setZero();
+  }
+  for (int j = 0; j < set.active; ++j) {
+    const auto* const plane = planes.plane(set.id[j]);
+    if (plane == nullptr) continue;
+    SmallSymmetric& Z = plane->finger < 0 ? candidate_.Z : candidate_.Y[plane->finger];
+    for (int i = 0; i < 6; ++i) Z[i] += (set.multiplier[j] * plane->over_length * plane->e[i]) * plane->e;
+  }
+}
+
+/// The weights of planes that leave no forces.
+template <int kSize>
+void StiffSolver<kSize>::take_proof(const StiffPlanes<kSize>& planes, const ActiveSet<kSize>& set) {
+  Lanes rest = Lanes::Zero();
+  planes.add_push(set, -1.0, rest);
+  const auto l = joint_multipliers(set, rest);
+  for (int i = 0; i < model_.joints; ++i) report_.multiplier[i] = l[i];
+  report_.cause = StiffCause::kTorques;
+  const double over_arm = 1.0 / problem_.length_m;
+  for (int j = 0; j < set.active; ++j) {
+    const auto* const plane = planes.plane(set.id[j]);
+    if (plane == nullptr || !(set.multiplier[j] > 0.0)) continue;
+    const double u = set.multiplier[j] * plane->over_length;
+    if (plane->finger >= 0) {
+      const int n = model_.finger[plane->finger].joints;
+      const auto y = plane->e.matrix().head(n);
+      report_.Y[plane->finger].topLeftCorner(n, n) += u * y * y.transpose();
+      if (report_.cause == StiffCause::kTorques) report_.cause = StiffCause::kPosture;
+      continue;
+    }
+    report_.cause = StiffCause::kStiffness;
+    Eigen::Matrix<double, 6, 1> v = plane->e.matrix().template head<6>();
+    v.tail<3>() *= over_arm;
+    report_.Z += u * v * v.transpose();
+    for (int k = 0; k < model_.fingers; ++k) {
+      const int n = model_.finger[k].joints;
+      const Eigen::Map<const VectorXd> z(plane->z.data() + model_.finger[k].first, n);
+      report_.motion[k].leftCols(n) += u * v * z.transpose();
+      report_.bend[k].topLeftCorner(n, n) += u * z * z.transpose();
+    }
+  }
+}
+
+template <int kSize>
+bool StiffSolver<kSize>::cold() {
+  ActiveSet<kSize> set;
+  Lanes x;
+  if (!start(set, x)) {
+    report_.status = MuscleStatus::kInfeasible;
+    return true;
+  }
+  StiffPlanes<kSize> planes(model_);
+  bool resume = false;
+  for (const double left : kLeft) {
+    planes.left = left;
+    const ActiveSetReport found = project(planes, set, x, 0.0, resume);
+    resume = true;
+    report_.iterations += found.changes;
+    if (found.status == ActiveSetStatus::kBudgetSpent) return false;
+    if (found.status == ActiveSetStatus::kInfeasible) {
+      take_proof(planes, set);
+      report_.status = MuscleStatus::kInfeasible;
+      return true;
+    }
+    take_candidate(planes, set, x);
+    if (newton_.run(candidate_, kNewtonSteps, kEnough, kTrusted, report_.iterations)) {
+      report_.status = MuscleStatus::kOptimal;
+      return true;
+    }
+  }
+  return false;
+}
+
+template <int kSize>
+void StiffSolver<kSize>::take_optimum(Eigen::Ref<VectorXd> found, StiffWarmStart* last) const {
+  found = candidate_.x.head(model_.muscles).matrix();
+  report_.status = MuscleStatus::kOptimal;
+  if (model_.has_squeeze) report_.squeeze = candidate_.x[model_.muscles] / std::sqrt(problem_.squeeze->weight);
+  for (int i = 0; i < model_.joints; ++i) report_.multiplier[i] = candidate_.l[i];
+  const double over_arm = 1.0 / problem_.length_m;
+  for (int i = 0; i < 6; ++i) {
+    for (int c = 0; c < 6; ++c) {
+      report_.Z(i, c) = candidate_.Z[i][c] * (i < 3 ? 1.0 : over_arm) * (c < 3 ? 1.0 : over_arm);
+    }
+  }
+  for (int k = 0; k < model_.fingers; ++k) {
+    for (int i = 0; i < kMaxFingerJoints; ++i) {
+      for (int c = 0; c < kMaxFingerJoints; ++c) report_.Y[k](i, c) = candidate_.Y[k][i][c];
+    }
+  }
+  if (last == nullptr) return;
+  last->variables = model_.variables;
+  last->joints = model_.joints;
+  last->fingers = model_.fingers;
+  last->x.head(model_.variables) = candidate_.x.head(model_.variables).matrix();
+  for (int i = 0; i < model_.joints; ++i) last->l[i] = candidate_.l[i];
+  for (int i = 0; i < 6; ++i) last->Z.row(i) = candidate_.Z[i].matrix().template head<6>().transpose();
+  for (int i = 0; i < 6; ++i) last->basis.row(i) = newton_.seed[i].matrix().template head<6>().transpose();
+  for (int k = 0; k < model_.fingers; ++k) last->Y[k] = report_.Y[k];
+  last->is_set = true;
+}
+
+bool is_usable(const StiffMuscleProblem& p) {
+  // No sum of zeros has a number that is none.
+  const auto finite = [](const auto& m) { return (0.0 * m.array()).sum() == 0.0; };
+  if (!finite(p.H) || !finite(p.tau) || !finite(p.arm) || !finite(p.turn) || !finite(p.fibre_per_m) || !finite(p.A) ||
+      !finite(p.B) || !finite(p.D) || !finite(p.K_des) || !std::isfinite(p.kappa) || !std::isfinite(p.length_m)) {
+    return false;
+  }
+  if (!(p.limit.array() >= 0.0).all() || !(p.tendon_N_per_m.array() > 0.0).all()) return false;
+  if (!(p.fibre_per_m.array() > 0.0).all() || !(p.length_m > 0.0)) return false;
+  if (p.squeeze == nullptr) return true;
+  const StiffSqueeze& s = *p.squeeze;
+  return finite(s.tau) && finite(s.A) && finite(s.B) && finite(s.D) && s.low <= s.high && s.weight > 0.0 &&
+         std::isfinite(s.low) && std::isfinite(s.weight);
+}
+
+/// No answer without its proof.
+void finish(const StiffMuscleProblem& problem, const Eigen::Ref<const VectorXd>& found, StiffMuscleReport& report,
+            StiffWarmStart* last, Eigen::Ref<VectorXd> f) {
+  bool is_proved = false;
+  if (report.status == MuscleStatus::kOptimal) {
+    report.residual = stiff_kkt_error(problem, found, report);
+    is_proved = report.residual <= 2.0 * kTrusted;
+    if (is_proved) f = found;
+  } else if (report.status == MuscleStatus::kInfeasible) {
+    report.residual = stiff_infeasibility_gap(problem, report);
+    is_proved = report.residual < 1.0;
+  }
+  if (!is_proved) report.status = MuscleStatus::kBudgetSpent;
+  if (last != nullptr) last->is_set = report.status == MuscleStatus::kOptimal;
+}
+
+template <int kSize>
+void solve_in_lanes(const StiffMuscleProblem& problem, StiffWarmStart* last, StiffMuscleReport& report,
+                    Eigen::Ref<VectorXd> f) {
+  std::array<double, kMaxMuscles> memory;
+  Eigen::Map<VectorXd> found(memory.data(), problem.H.cols());
+  StiffSolver<kSize> solver(problem, report);
+  if (last != nullptr && solver.warm(*last)) {
+    solver.take_optimum(found, last);
+    finish(problem, found, report, last, f);
+    if (report.status == MuscleStatus::kOptimal) return;
+  }
+  if (problem.squeeze == nullptr) {
+    const MuscleReport alone = solve_muscle_forces({problem.H, problem.tau, problem.limit}, found);
+    report.iterations += alone.iterations;
+    report.multiplier = alone.multiplier;
+    const bool is_enough = alone.status == MuscleStatus::kOptimal && solver.is_stiff(found);
+    if (alone.status == MuscleStatus::kInfeasible || is_enough) {
+      report.status = alone.status;
+      report.cause = is_enough ? StiffCause::kNone : StiffCause::kTorques;
+      finish(problem, found, report, last, f);
+      if (last != nullptr) last->is_set = false;
+      return;
+    }
+    report.multiplier.setZero();
+  }
+  if (solver.cold() && report.status == MuscleStatus::kOptimal) solver.take_optimum(found, last);
+  finish(problem, found, report, last, f);
+}
+
+StiffMuscleReport solve(const StiffMuscleProblem& problem, StiffWarmStart* last, Eigen::Ref<VectorXd> f) {
+  const Index joints = problem.H.rows(), muscles = problem.H.cols();
+  assert(joints <= kMaxJoints && muscles <= kMaxMuscles && problem.tau.size() == joints && f.size() == muscles);
+  StiffMuscleReport report;
+  report.multiplier.setZero(joints);
+  for (std::size_t k = 0; k < problem.joints.size(); ++k) {
+    report.Y[k].setZero();
+    report.motion[k].setZero();
+    report.bend[k].setZero();
+  }
+  if (!is_usable(problem)) return report;
+  const Index variables = muscles + (problem.squeeze != nullptr ? 1 : 0);
+  if (variables <= 24) {
+    solve_in_lanes<24>(problem, last, report, f);
+  } else if (variables <= 40) {
+    solve_in_lanes<40>(problem, last, report, f);
+  } else {
+    solve_in_lanes<static_cast<int>(kMaxMuscles) + 8>(problem, last, report, f);
+  }
+  return report;
+}
+
+}  // namespace
+
+StiffMuscleReport solve_stiff_muscles(const StiffMuscleProblem& problem, Eigen::Ref<VectorXd> f) noexcept {
+  return solve(problem, nullptr, f);
+}
+
+StiffMuscleReport solve_stiff_muscles(const StiffMuscleProblem& problem, StiffWarmStart& last,
+                                      Eigen::Ref<VectorXd> f) noexcept {
+  return solve(problem, &last, f);
+}
+
+}  // namespace thenar
