@@ -12,8 +12,6 @@
 
 namespace thenar {
 
-using Matrix6d = Eigen::Matrix<double, 6, 6>;
-
 /// One force a finger on the object, world axes: a column a finger [N].
 using FingerForces = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxFingers>;
 

@@ -42,33 +42,55 @@ struct Patch {
 
 /// Calls visit(loaded) for the contacts of a finger that bear load.
 template <typename Visit>
-void for_each_loaded(const Frame& frame, const HandPose& pose, const Hand& hand, int k,
-                     std::span<const ContactForce> forces, double friction, const Visit& visit) {
-  auto force = forces.begin();
+void for_each_loaded(const Frame& frame, int k,
+                     const ContactLoads& loads, const Visit& visit) {
+  auto force = loads.forces.begin();
   for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
     const FrameContact& contact = frame.contacts[i];
-    while (force != forces.end() && id_of(*force) < id_of(contact)) ++force;
-    if (force == forces.end()) return;
+    while (force != loads.forces.end() && id_of(*force) < id_of(contact)) ++force;
+    if (force == loads.forces.end()) return;
     if (id_of(*force) != id_of(contact) || !(force->f_C[0] > 0.0)) continue;
-    const Matrix3d E_W = pose.distal(hand, k).linear() * contact.E_F;
-    const bool slides = force->f_C.tail<2>().norm() >= (1.0 - kAtLimit) * friction * force->f_C[0];
-    visit(Loaded{i, slides, frame.X_WO * contact.s_O, E_W * force->f_C, E_W});
+    const bool slides = force->f_C.tail<2>().norm() >= (1.0 - kAtLimit) * loads.friction * force->f_C[0];
+    visit(Loaded{i, slides, loads.places[i].c_W, loads.places[i].E_W * force->f_C, loads.places[i].E_W});
   }
 }
 
-/// K of a pulp against rigid motions at the patch's centre.
-Matrix6d pulp_stiffness(const Model& model, const Frame& frame, const HandPose& pose, int k,
-                        std::span<const ContactForce> forces, double friction, const Patch& patch,
-                        StiffnessWorkspace& work) {
+/// How a pulp's forces on the object answer to motions at its patch's centre.
+struct PulpAnswer {
+  Matrix6d K;                       ///< To the object's motion against the finger.
+  Eigen::Matrix<double, 6, 3> tilt;  ///< To its turn against it, which the normals of the contacts follow.
+};
+
+/// What C f at a contact loses, by forces at another one, when the normals of both turn about the world's axes.
+Matrix3d turned_compliance(const SurfaceCompliance& C, Index i, Index j, const Loaded& at, const Loaded& by,
+                           const Matrix3d& R_WF) {
+  const Vector3d r = R_WF * (C.p_m.row(i) - C.p_m.row(j)).transpose();
+  const Matrix3d bent = C.a(i, j) * Matrix3d::Identity() + C.b(i, j) * r * r.transpose();
+  const Vector3d n_i = at.E_W.col(0), n_j = by.E_W.col(0);
+  const auto across = [](const Vector3d& n, const Vector3d& v) -> Vector3d { return v - n * n.dot(v); };
+  const Vector3d bent_f = bent * across(n_j, by.force_N);
+  Matrix3d change;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Vector3d dn_i = Vector3d::Unit(axis).cross(n_i), dn_j = Vector3d::Unit(axis).cross(n_j);
+    const Vector3d less_f = dn_j * n_j.dot(by.force_N) + n_j * dn_j.dot(by.force_N);
+    change.col(axis) = dn_i * n_i.dot(bent_f) + n_i * dn_i.dot(bent_f) + across(n_i, bent * less_f);
+  }
+  return change;
+}
+
+PulpAnswer pulp_answer(const Model& model, const Frame& frame, const HandPose& pose, int k,
+                       const ContactLoads& loads, const Patch& patch, StiffnessWorkspace& work) {
   Index rows = 0;
-  for_each_loaded(frame, pose, model.scene.hand, k, forces, friction, [&](const Loaded& one) {
+  const Matrix3d R_WF = pose.distal(model.scene.hand, k).linear();
+  for_each_loaded(frame, k, loads, [&](const Loaded& one) {
     Index columns = 0;
-    for_each_loaded(frame, pose, model.scene.hand, k, forces, friction, [&](const Loaded& other) {
-      if (other.contact > one.contact) return;
+    Matrix3d tilt = Matrix3d::Zero();
+    for_each_loaded(frame, k, loads, [&](const Loaded& other) {
       const Index i = one.contact - frame.begin[k], j = other.contact - frame.begin[k];
+      if (model.deformable()) tilt += turned_compliance(frame.compliance[k], i, j, one, other, R_WF);
+      if (other.contact > one.contact) return;
       const Matrix3d C_ij = model.deformable()
-                                ? frame.compliance[k].entry(i, j, frame.contacts[one.contact].E_F,
-                                                            frame.contacts[other.contact].E_F)
+                                ? frame.compliance[k].entry(i, j, R_WF.transpose() * one.E_W, R_WF.transpose() * other.E_W)
                                 : (i == j ? kRigid_m_per_N : 0.0) * Matrix3d::Identity();
       for (int b = 0; b < (other.slides ? 1 : 3); ++b) {
         for (int a = 0; a < (one.slides ? 1 : 3); ++a) {
@@ -79,24 +101,26 @@ Matrix6d pulp_stiffness(const Model& model, const Frame& frame, const HandPose& 
     });
     const Vector3d d = one.point_m - patch.centre_m;
     for (int a = 0; a < (one.slides ? 1 : 3); ++a, ++rows) {
-      work.R.row(rows) << one.E_W.col(a).transpose(), d.cross(one.E_W.col(a)).transpose();
+      work.R.row(rows) << one.E_W.col(a).transpose(), d.cross(one.E_W.col(a)).transpose(),
+          one.E_W.col(a).transpose() * tilt;
     }
   });
   auto R = work.R.topRows(rows);
   auto C = work.C.topLeftCorner(rows, rows);
   const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> llt(C);
   llt.matrixL().solveInPlace(R);
-  return R.transpose().lazyProduct(R);
+  const auto motion = R.leftCols<6>();
+  return {motion.transpose().lazyProduct(motion), motion.transpose().lazyProduct(R.rightCols<3>())};
 }
 
 void add_finger(const Model& model, const Frame& frame, const HandPose& pose, int k,
-                std::span<const ContactForce> forces, double friction, StiffnessWorkspace& work, GraspStiffness& all) {
+                const ContactLoads& loads, StiffnessWorkspace& work, GraspStiffness& all) {
   const Hand& hand = model.scene.hand;
   const Fingertip& tip = hand.fingertips[k];
   const Vector3d origin_m = frame.X_WO.translation();
   Patch patch;
   double load_N = 0.0;
-  for_each_loaded(frame, pose, hand, k, forces, friction, [&](const Loaded& one) {
+  for_each_loaded(frame, k, loads, [&](const Loaded& one) {
     patch.force_N += one.force_N;
     const double normal_N = one.force_N.dot(one.E_W.col(0));
     patch.centre_m += normal_N * one.point_m;
@@ -108,10 +132,10 @@ void add_finger(const Model& model, const Frame& frame, const HandPose& pose, in
   });
   if (!(load_N > 0.0)) return;
   patch.centre_m /= load_N;
-  for_each_loaded(frame, pose, hand, k, forces, friction, [&](const Loaded& one) {
+  for_each_loaded(frame, k, loads, [&](const Loaded& one) {
     patch.moments_Nm += one.force_N * (one.point_m - patch.centre_m).transpose();
   });
-  const Matrix6d K = pulp_stiffness(model, frame, pose, k, forces, friction, patch, work);
+  const auto [K, tilt] = pulp_answer(model, frame, pose, k, loads, patch, work);
   Matrix6d T = Matrix6d::Identity();
   T.topRightCorner<3, 3>() = -cross_matrix(patch.centre_m - origin_m);
   ObjectJoints J(6, tip.joints);
@@ -120,40 +144,57 @@ void add_finger(const Model& model, const Frame& frame, const HandPose& pose, in
   J.bottomRows<3>() = turns.leftCols(tip.joints);
   Eigen::Matrix<double, 6, 3> Y;
   Y << cross_matrix(patch.force_N), patch.moments_Nm - patch.moments_Nm.trace() * Matrix3d::Identity();
-  const ObjectJoints K_J = K.lazyProduct(J), turned = Y.lazyProduct(turns.leftCols(tip.joints));
+  const auto turns_k = turns.leftCols(tip.joints);
+  const ObjectJoints K_J = K.lazyProduct(J), turned = Y.lazyProduct(turns_k), tilted = tilt.lazyProduct(turns_k);
   all.pulps[k] = T.transpose() * K * T;
   all.A += all.pulps[k];
-  all.B[k] = T.transpose().lazyProduct(K_J - turned);
-  const FingerMatrix mixed = J.transpose().lazyProduct(turned);
-  all.D[k] += J.transpose().lazyProduct(K_J).eval() - mixed - mixed.transpose();
+  all.A.rightCols<3>() -= T.transpose() * tilt;
+  all.B[k] = T.transpose().lazyProduct(K_J - turned - tilted);
+  all.B_joints[k] = T.transpose().lazyProduct(K_J - turned);
+  all.B_joints[k].bottomRows<3>() -= tilt.transpose().lazyProduct(J);
+  const JointMatrix mixed = J.transpose().lazyProduct(turned);
+  all.D[k] += J.transpose().lazyProduct(K_J - tilted).eval() - mixed - mixed.transpose();
 }
 
 }  // namespace
 
-StiffnessWorkspace::StiffnessWorkspace(const Model& model)
-    : C(3 * model.max_contacts, 3 * model.max_contacts), R(3 * model.max_contacts, 6) {}
+std::vector<ContactPlace> places_of(const ContactKinematics& now, Index contacts) {
+  std::vector<ContactPlace> places(contacts);
+  for (Index i = 0; i < contacts; ++i) places[i] = {now.c_W[i], now.E_W[i]};
+  return places;
+}
 
-Matrix6d GraspStiffness::of_object(const PerFinger<FingerMatrix>& muscles) const {
+void places_of(const Frame& frame, const HandPose& pose, const Hand& hand, std::vector<ContactPlace>& places) {
+  places.resize(frame.contacts.size());
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const FrameContact& contact = frame.contacts[i];
+    places[i] = {frame.X_WO * contact.s_O, pose.distal(hand, contact.finger).linear() * contact.E_F};
+  }
+}
+
+StiffnessWorkspace::StiffnessWorkspace(const Model& model)
+    : C(3 * model.max_contacts, 3 * model.max_contacts), R(3 * model.max_contacts, 9) {}
+
+Matrix6d GraspStiffness::of_object(const PerFinger<JointMatrix>& muscles) const {
   Matrix6d K = A;
   for (std::size_t k = 0; k < B.size(); ++k) {
-    const FingerMatrix joints = D[k] + muscles[k];
-    K -= B[k].lazyProduct(joints.inverse().lazyProduct(B[k].transpose()).eval());
+    const JointMatrix joints = D[k] + muscles[k];
+    K -= B[k].lazyProduct(joints.inverse().lazyProduct(B_joints[k].transpose()).eval());
   }
-  return 0.5 * (K + K.transpose());
+  return K;
 }
 
 GraspStiffness grasp_stiffness(const Model& model, const Frame& frame, const HandPose& pose,
-                               std::span<const ContactForce> forces, double friction, const Vector3d& gravity,
-                               StiffnessWorkspace& work) {
+                               const ContactLoads& loads, const Vector3d& gravity, StiffnessWorkspace& work) {
   const Scene& scene = model.scene;
   GraspStiffness all;
-  all.B = PerFinger<ObjectJoints>(model.fingers());
-  all.D = PerFinger<FingerMatrix>(model.fingers());
+  all.B = all.B_joints = PerFinger<ObjectJoints>(model.fingers());
+  all.D = PerFinger<JointMatrix>(model.fingers());
   all.pulps = PerFinger<Matrix6d>(model.fingers(), Matrix6d::Zero());
   for (int k = 0; k < model.fingers(); ++k) {
-    all.B[k] = ObjectJoints::Zero(6, scene.hand.fingertips[k].joints);
+    all.B[k] = all.B_joints[k] = ObjectJoints::Zero(6, scene.hand.fingertips[k].joints);
     all.D[k] = gravity_stiffness(scene.hand, pose, k, gravity);
-    add_finger(model, frame, pose, k, forces, friction, work, all);
+    add_finger(model, frame, pose, k, loads, work, all);
   }
   all.A.bottomRightCorner<3, 3>() += turning_stiffness(scene.object.mass_kg * gravity,
                                                        frame.X_WO.linear() * scene.object.centre_of_mass_m);

@@ -24,7 +24,7 @@ struct Drive {
   JointVector torque;
   Vector6d wrench;
   Mobility mobility;
-  PerFinger<FingerMatrix> stiffness = {};  ///< Of muscles, which the mobility has, too; else of no finger.
+  PerFinger<JointMatrix> stiffness = {};  ///< Of muscles, which the mobility has, too; else of no finger.
 };
 
 /// Displacements of a tick: joints [rad]; object's origin [m] and rotation vector [rad], world axes.
@@ -77,8 +77,8 @@ void set_hold(bool held, const Frame& frame, ContactWorkspace& work, State& stat
 void let_muscles_act(const Model& model, const Frame& frame, const MuscleVector& f, const JointVector& q, Drive& drive) {
   const Hand& hand = model.scene.hand;
   const auto& gamma = model.scene.control->muscles->short_range;
-  PerFinger<FingerMatrix> geometric = frame.turning;
-  if (gamma) drive.stiffness = PerFinger<FingerMatrix>(hand.fingers());
+  PerFinger<JointMatrix> geometric = frame.turning;
+  if (gamma) drive.stiffness = PerFinger<JointMatrix>(hand.fingers());
   for (int k = 0; k < hand.fingers() && gamma; ++k) drive.stiffness[k].setZero(geometric[k].rows(), geometric[k].rows());
   for (const Belly& belly : frame.bellies) {
     const Fingertip& tip = hand.fingertips[belly.finger];

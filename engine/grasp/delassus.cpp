@@ -28,7 +28,7 @@ void scale_columns(const Hand& hand, const Frame& frame, const JointVector& root
 }
 
 /// Likewise times L of joints with stiffness.
-void mix_columns(const Hand& hand, const Frame& frame, const PerFinger<FingerMatrix>& factor,
+void mix_columns(const Hand& hand, const Frame& frame, const PerFinger<JointMatrix>& factor,
                  ContactKinematics& kinematics) {
   constexpr int kOwn = GroupedDelassus::kOwn;
   for (int k = 0; k < hand.fingers(); ++k) {
@@ -51,11 +51,11 @@ void mix_columns(const Hand& hand, const Frame& frame, const PerFinger<FingerMat
 
 }  // namespace
 
-FingerMatrix mobility_factor(const FingerMatrix& damping, double mobility_per_joint, double step_s,
+JointMatrix mobility_factor(const JointMatrix& damping, double mobility_per_joint, double step_s,
                              const std::array<bool, kMaxFingerJoints>& free) {
   // With B = R R', R lower triangular, h B^-1 = h R^-T R^-1. A joint that is not free is decoupled, and has no part.
   const auto n = damping.rows();
-  FingerMatrix R = damping;
+  JointMatrix R = damping;
   for (Index j = 0; j < n; ++j) {
     if (free[j]) continue;
     R.row(j).setZero();
@@ -69,7 +69,7 @@ FingerMatrix mobility_factor(const FingerMatrix& damping, double mobility_per_jo
     R(j, j) = std::sqrt(R(j, j));
     for (Index i = j + 1; i < n; ++i) R(i, j) /= R(j, j);
   }
-  FingerMatrix L = FingerMatrix::Zero(n, n);
+  JointMatrix L = JointMatrix::Zero(n, n);
   const double scale = std::sqrt(step_s / mobility_per_joint);
   for (Index c = 0; c < n; ++c) {
     if (!free[c]) continue;
@@ -83,10 +83,10 @@ FingerMatrix mobility_factor(const FingerMatrix& damping, double mobility_per_jo
   return L;
 }
 
-Mobility mobility(const Scene& scene, const PerFinger<FingerMatrix>& stiffness) {
+Mobility mobility(const Scene& scene, const PerFinger<JointMatrix>& stiffness) {
   Mobility all = mobility(scene);
   const Hand& hand = scene.hand;
-  all.damping = all.factor = PerFinger<FingerMatrix>(hand.fingers());
+  all.damping = all.factor = PerFinger<JointMatrix>(hand.fingers());
   std::array<bool, kMaxFingerJoints> free;
   free.fill(true);
   for (int k = 0; k < hand.fingers(); ++k) {
@@ -105,7 +105,7 @@ JointVector joint_motion(const Hand& hand, const Mobility& mobility, const Joint
   if (mobility.is_stiff()) {
     for (int k = 0; k < hand.fingers(); ++k) {
       const Fingertip& tip = hand.fingertips[k];
-      const FingerMatrix& L = mobility.factor[k];
+      const JointMatrix& L = mobility.factor[k];
       auto own = dq.segment(tip.first_joint, tip.joints);
       own = L.lazyProduct(L.transpose().lazyProduct(own).eval()).eval();
     }

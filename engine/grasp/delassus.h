@@ -21,7 +21,7 @@ struct Mobility {
   JointVector root = {};
   /// Where joints have stiffness: B of each finger, b I + h K [N m s], in which joints at their stops have no place, and
   /// some L with h B^-1 = joint L L', zero for these. Of no finger else: then the above says all.
-  PerFinger<FingerMatrix> damping = {}, factor = {};
+  PerFinger<JointMatrix> damping = {}, factor = {};
 
   [[nodiscard]] bool is_stiff() const { return factor.size() > 0; }
 
@@ -32,10 +32,10 @@ struct Mobility {
 [[nodiscard]] Mobility mobility(const Scene& scene, double joint_stiffness = 0.0);
 
 /// The scene's, with a stiffness K of each finger's joints besides [N m/rad]: see Mobility::factor.
-[[nodiscard]] Mobility mobility(const Scene& scene, const PerFinger<FingerMatrix>& stiffness);
+[[nodiscard]] Mobility mobility(const Scene& scene, const PerFinger<JointMatrix>& stiffness);
 
 /// L of a finger, for its B and for which of its joints are free.
-[[nodiscard]] FingerMatrix mobility_factor(const FingerMatrix& damping, double mobility_per_joint, double step_s,
+[[nodiscard]] JointMatrix mobility_factor(const JointMatrix& damping, double mobility_per_joint, double step_s,
                                            const std::array<bool, kMaxFingerJoints>& free);
 
 /// h B^-1 tau [rad].

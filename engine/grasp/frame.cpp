@@ -55,7 +55,7 @@ Frame::Frame(const Model& model)
   if (model.scene.muscles_act()) {
     muscle_N.setZero(std::ssize(model.scene.hand.muscles));
     bellies = bellies_of(model.scene.hand);
-    turning = PerFinger<FingerMatrix>(model.fingers());
+    turning = PerFinger<JointMatrix>(model.fingers());
   }
   wrench.setZero();
 }

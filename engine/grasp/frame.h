@@ -50,7 +50,7 @@ struct Frame {
   std::vector<Belly> bellies;       ///< At the snapshot.
   JointVector q;                    ///< There: where the above is true.
   JointVector q_rest;               ///< q_0: the joints for which muscles that are lengthened have been asked so.
-  PerFinger<FingerMatrix> turning;  ///< dg/dq [N m/rad].
+  PerFinger<JointMatrix> turning;  ///< dg/dq [N m/rad].
   Vector6d wrench;                            ///< W_ext on the object, world axes [N, N m].
 
   [[nodiscard]] Eigen::Index size() const { return static_cast<Eigen::Index>(contacts.size()); }

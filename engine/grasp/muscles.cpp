@@ -169,7 +169,7 @@ void find_bellies(const Hand& hand, const HandPose& pose, std::span<Belly> belli
   for (Belly& belly : bellies) {
     const Fingertip& tip = hand.fingertips[belly.finger];
     belly.arms_m = FingerVector::Zero(std::max(4, tip.joints));
-    belly.slopes_m = FingerMatrix::Zero(tip.joints, tip.joints);
+    belly.slopes_m = JointMatrix::Zero(tip.joints, tip.joints);
     const auto own = [&](int i) { return hand.leader(i) - tip.first_joint; };
     for (const MuscleCrossing& crossing : hand.muscles[belly.muscle].crossings) {
       if (finger_of(hand, crossing) != belly.finger) continue;
@@ -192,10 +192,10 @@ JointVector muscle_torques(const Hand& hand, std::span<const Belly> bellies,
   return tau;
 }
 
-FingerMatrix muscle_stiffness(const Hand& hand, std::span<const Belly> bellies, int finger, double gamma,
+JointMatrix muscle_stiffness(const Hand& hand, std::span<const Belly> bellies, int finger, double gamma,
                               const Eigen::Ref<const Eigen::VectorXd>& forces_N) {
   const int joints = hand.fingertips[finger].joints;
-  FingerMatrix K = FingerMatrix::Zero(joints, joints);
+  JointMatrix K = JointMatrix::Zero(joints, joints);
   for (const Belly& belly : bellies) {
     if (belly.finger != finger) continue;
     const double f = forces_N[belly.muscle];
@@ -209,10 +209,10 @@ FingerMatrix muscle_stiffness(const Hand& hand, std::span<const Belly> bellies, 
   return K;
 }
 
-FingerMatrix force_stiffness(const Hand& hand, const HandPose& pose, const Segment& segment, const Vector3d& point_m,
+JointMatrix force_stiffness(const Hand& hand, const HandPose& pose, const Segment& segment, const Vector3d& point_m,
                              const Vector3d& force_N) {
   const Fingertip& tip = hand.fingertips[segment.finger];
-  FingerMatrix K = FingerMatrix::Zero(tip.joints, tip.joints);
+  JointMatrix K = JointMatrix::Zero(tip.joints, tip.joints);
   // Joints and followers from the palm on.
   std::array<int, 2 * kMaxFingerJoints> chain;
   int links = 0, next = tip.first_follower;
@@ -234,9 +234,9 @@ FingerMatrix force_stiffness(const Hand& hand, const HandPose& pose, const Segme
   return K;
 }
 
-FingerMatrix gravity_stiffness(const Hand& hand, const HandPose& pose, int finger, const Vector3d& gravity) {
+JointMatrix gravity_stiffness(const Hand& hand, const HandPose& pose, int finger, const Vector3d& gravity) {
   const int joints = hand.fingertips[finger].joints;
-  FingerMatrix K = FingerMatrix::Zero(joints, joints);
+  JointMatrix K = JointMatrix::Zero(joints, joints);
   for (std::size_t s = 0; s < hand.segments.size(); ++s) {
     const Segment& segment = hand.segments[s];
     if (segment.finger != finger || segment.joints == 0) continue;

@@ -27,7 +27,7 @@ void moment_arms(const Hand& hand, const HandPose& pose, Eigen::Ref<Eigen::Matri
 using MuscleVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxMuscles, 1>;
 
 /// A matrix over the joints of a finger, without a heap.
-using FingerMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxFingerJoints, kMaxFingerJoints>;
+using JointMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxFingerJoints, kMaxFingerJoints>;
 
 /// A muscle on one finger. One that several fingers share has a belly for each: of a share s of its force f and of its
 /// stiffness k, so that with arms s a = h the finger gets s k a a' = (k / s) h h'.
@@ -35,7 +35,7 @@ struct Belly {
   int muscle = 0, finger = 0;
   double share = 1.0;     ///< Of the muscle; 1 of all that are on one finger.
   FingerVector arms_m;    ///< h: the finger's part of the muscle's column of H.
-  FingerMatrix slopes_m;  ///< dh/dq, symmetric.
+  JointMatrix slopes_m;  ///< dh/dq, symmetric.
 };
 
 /// The bellies of a hand: which muscles pull which fingers. Their arms are zero until find_bellies().
@@ -59,16 +59,16 @@ inline constexpr double kShortRange = 23.4;
                                          const Eigen::Ref<const Eigen::VectorXd>& forces_N);
 
 /// K of a finger: sum of k h h' - f dh/dq over its bellies, symmetric [N m/rad].
-[[nodiscard]] FingerMatrix muscle_stiffness(const Hand& hand, std::span<const Belly> bellies, int finger, double gamma,
+[[nodiscard]] JointMatrix muscle_stiffness(const Hand& hand, std::span<const Belly> bellies, int finger, double gamma,
                                             const Eigen::Ref<const Eigen::VectorXd>& forces_N);
 
 /// dg/dq of finger k, g of gravity_torques(): symmetric [N m/rad].
-[[nodiscard]] FingerMatrix gravity_stiffness(const Hand& hand, const HandPose& pose, int finger,
+[[nodiscard]] JointMatrix gravity_stiffness(const Hand& hand, const HandPose& pose, int finger,
                                              const Eigen::Vector3d& gravity);
 
 /// d(J'f)/dq of a finger, J the Jacobian of a point of one of its segments that is now at `point_m`, for a force that
 /// keeps its world components: symmetric [N m/rad].
-[[nodiscard]] FingerMatrix force_stiffness(const Hand& hand, const HandPose& pose, const Segment& segment,
+[[nodiscard]] JointMatrix force_stiffness(const Hand& hand, const HandPose& pose, const Segment& segment,
                                            const Eigen::Vector3d& point_m, const Eigen::Vector3d& force_N);
 
 }  // namespace thenar

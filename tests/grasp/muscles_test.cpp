@@ -166,7 +166,7 @@ TEST_P(Muscles, WeightAndForcesStiffenByTheDerivativesOfTheirTorques) {
         const FingerJacobian J = finger_jacobian(hand, there, k, there.distal(hand, k) * p_F);
         return J.leftCols(tip.joints).transpose() * force_N;
       });
-      const FingerMatrix K =
+      const JointMatrix K =
           force_stiffness(hand, pose, hand.segments[tip.segment], pose.distal(hand, k) * p_F, force_N);
       EXPECT_LE((K - slope.middleCols(tip.first_joint, tip.joints)).cwiseAbs().maxCoeff(), 1e-9);
     }
