@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "solvers/stiff_muscles.h"
+#include "solvers/stiff_problem.h"
 
 namespace thenar {
 
@@ -302,8 +302,8 @@ template <int kSize>
     for (int i = 0, p = finger.pair; i < finger.joints; ++i) {
       const int at = finger.first + i;
       for (int c = 0; c <= i; ++c, ++p) {
-        P[at][c] = model.D[p] + (model.has_tendons ? (spring * model.stiff[p] - x * model.turn[p]).sum()
-                                                   : (x * model.dP[p]).sum());
+        P[at][c] = model.D[p] +
+                   (model.has_tendons ? (spring * model.stiff[p] - x * model.turn[p]).sum() : (x * model.dP[p]).sum());
       }
       for (int c = 0; c <= i; ++c) {
         double rest = P[at][c];

@@ -1,4 +1,4 @@
-// What proves an answer about stiffness, from the problem as it is given and from nothing that the solver computes.
+#include "solvers/stiff_proof.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
