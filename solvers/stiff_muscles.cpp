@@ -182,9 +182,11 @@ void StiffSolver<kSize>::take_proof(const StiffPlanes<kSize>& planes, const Acti
     if (plane == nullptr || !(set.multiplier[j] > 0.0)) continue;
     const double u = set.multiplier[j] * plane->over_length;
     if (plane->finger >= 0) {
-      const int n = model_.finger[plane->finger].joints;
-      const auto y = plane->e.matrix().head(n);
-      report_.Y[plane->finger].topLeftCorner(n, n) += (u * y).lazyProduct(y.transpose());
+      for (int i = 0; i < model_.finger[plane->finger].joints; ++i) {
+        for (int c = 0; c < model_.finger[plane->finger].joints; ++c) {
+          report_.Y[plane->finger](i, c) += u * plane->e[i] * plane->e[c];
+        }
+      }
       if (report_.cause == StiffCause::kTorques) report_.cause = StiffCause::kPosture;
       continue;
     }
@@ -193,10 +195,11 @@ void StiffSolver<kSize>::take_proof(const StiffPlanes<kSize>& planes, const Acti
     v.tail<3>() *= over_arm;
     report_.Z += u * v * v.transpose();
     for (int k = 0; k < model_.fingers; ++k) {
-      const int n = model_.finger[k].joints;
-      const Eigen::Map<const VectorXd> z(plane->z.data() + model_.finger[k].first, n);
-      report_.motion[k].leftCols(n) += (u * v).lazyProduct(z.transpose());
-      report_.bend[k].topLeftCorner(n, n) += (u * z).lazyProduct(z.transpose());
+      const double* const z = plane->z.data() + model_.finger[k].first;
+      for (int i = 0; i < model_.finger[k].joints; ++i) {
+        report_.motion[k].col(i) += u * z[i] * v;
+        for (int c = 0; c < model_.finger[k].joints; ++c) report_.bend[k](i, c) += u * z[i] * z[c];
+      }
     }
   }
 }

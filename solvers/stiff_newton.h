@@ -17,8 +17,8 @@ struct StiffCandidate {
 /// Newton's method on the conditions of an optimum,
 ///     x = clamp(H'l + <Z, dK_o> + sum <Y_k, dM_k>),  H x = tau,  Z = P_+(Z - c S),  Y_k = P_+(Y_k - c_k S_k),
 /// with S = K_o - K_des, S_k = D_k + M_k - kappa I and P_+ the nearest positive semidefinite matrix. In the
-/// eigenvectors e of Z - c S, of values m, S is zero between those of m > 0, Z between those of m < 0, and between the two kinds
-///     Z_au = -c m_a / |m_u| S_au.
+/// eigenvectors e of Z - c S, of values m, S is zero between those of m > 0, Z between those of m < 0, and between the
+/// two kinds Z_au = -c m_a / |m_u| S_au.
 template <int kSize>
 class StiffNewton {
  public:

@@ -17,15 +17,15 @@ bool object_stiffness(const StiffMuscleProblem& problem, const Eigen::Ref<const 
                                             const Eigen::Ref<const Eigen::VectorXd>& f, double squeeze) noexcept;
 
 /// How far forces, squeeze and multipliers are from the optimum [no unit], the largest of: |f - clamp(..)| and the
-/// forces that the torques' errors would be, as a share of the largest force; what K_o and the postures lack, as a
-/// share of K_des and kappa; what Z and Y lack to be positive, and their products with the slacks, as a share of the effort.
+/// forces that the torques' errors would be, as a share of the largest force; what K_o and the postures lack, as a share
+/// of K_des and kappa; what Z and Y lack to be positive, and their products with the slacks, as a share of the effort.
 [[nodiscard]] double stiff_kkt_error(const StiffMuscleProblem& problem, const Eigen::Ref<const Eigen::VectorXd>& f,
                                      const StiffMuscleReport& report) noexcept;
 
 /// How far weights are from a proof that there are no forces. Summed with them, H f = tau, the postures' limits and
 ///     v'(A - K_des) v - 2 sum_k v'B_k z_k + sum_k z_k'(D_k + M_k) z_k >= 0,
-/// which K_o >= K_des means for any v and z_k, say sum_j h_j(f_j) >= need with concave h_j. The gap is the most that the
-/// left side can be within the limits, over the need. Below 1 it is a proof.
+/// which K_o >= K_des means for any v and z_k, say sum_j h_j(f_j) >= need with concave h_j. The gap is the most that
+/// the left side can be within the limits, over the need. Below 1 it is a proof.
 [[nodiscard]] double stiff_infeasibility_gap(const StiffMuscleProblem& problem,
                                              const StiffMuscleReport& report) noexcept;
 

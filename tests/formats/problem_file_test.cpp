@@ -168,7 +168,7 @@ TEST(ProblemFile, RefusesBrokenSmallFiles) {
   expect_refused(file, replaced(text, "\"tangent_v\": [[0.69", "\"tangent_v\": [[\"0\", 0.69"), "key 'tangent_v[0]'");
   expect_refused(file, replaced(text, "\"f_opt\": [", "\"f_opt\": [1, "), "key 'f_opt': must be a list of 6 numbers");
   expect_refused(file, replaced(text, "\"optimal\"", "\"good\""), "key 'status' must be optimal or infeasible");
-  expect_refused(file, replaced(text, "\"P1\"", "\"P9\""), "key 'problem': 'P9' is none of P1, P2, LCP");
+  expect_refused(file, replaced(text, "\"P1\"", "\"P9\""), "key 'problem': 'P9' is none of P1, P2, P3, LCP");
   expect_refused(file, replaced(text, "\"P1\"", "\"P2\""), "key 'H': is missing");
   expect_refused(file, "[1, 2]", "must be a JSON object");
   expect_refused(file, "{}", "key 'problem': is missing");
