@@ -13,6 +13,7 @@
 #include "app/exit_code.h"
 #include "app/progress.h"
 #include "app/results.h"
+#include "app/solve_muscles.h"
 #include "app/solve_result.h"
 #include "app/timed_solves.h"
 #include "engine/finder/grasp_deficit.h"
@@ -22,8 +23,6 @@
 #include "engine/results/problem_check.h"
 #include "solvers/contact_newton.h"
 #include "solvers/gauss_seidel.h"
-#include "solvers/stiff_muscles.h"
-#include "solvers/stiff_proof.h"
 
 namespace {
 
@@ -38,8 +37,6 @@ constexpr double kMargin = 0.5;
 constexpr int kMaxSweeps = 5000;
 // Of Lemke: no tick waits for it here, and Murty's family takes 2^n pivots.
 constexpr int kMaxPivots = 100'000;
-// A part of a deficit is worth a word from this share of its largest part on.
-constexpr double kWorthAWord = 0.01;
 // Forces below this part of those at hand are none.
 constexpr double kNothing = 1e-9;
 
@@ -58,15 +55,6 @@ Kind kind(const LcpFile&) { return {"LCP", {"lemke"}}; }
 double default_tolerance(const ProblemFile& file) {
   if (std::holds_alternative<ContactFile>(file)) return 1e-8;
   return std::holds_alternative<StiffMuscleFile>(file) ? 1e-9 : 1e-10;
-}
-
-/// "A, B and C"
-std::string listed(const std::vector<std::string>& parts) {
-  std::string text;
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    text += (i == 0 ? "" : i + 1 == parts.size() ? " and " : ", ") + parts[i];
-  }
-  return text;
 }
 
 // ---- contact ----
@@ -302,112 +290,6 @@ std::vector<SolveResult> solve(const GraspFile& file, const std::string& method,
     result.f = f;
   }
   judge(result, expected_status(file, exact_cone), std::max(tolerance, grasp_rounding(problem)));
-  return {result};
-}
-
-// ---- muscle forces ----
-
-std::string explain(const MuscleDeficit& deficit) {
-  std::vector<std::string> parts;
-  const double largest_Nm = deficit.missing_Nm.cwiseAbs().maxCoeff();
-  for (Index i = 0; i < deficit.missing_Nm.size(); ++i) {
-    const double missing_Nm = deficit.missing_Nm[i];
-    if (std::abs(missing_Nm) < kWorthAWord * largest_Nm) continue;
-    parts.push_back(fmt::format("{:.3g} N m of row {}", missing_Nm, i));
-  }
-  return fmt::format("pulling muscles leave {} of the torques: at best |H f - tau| is {:.3g} N m", listed(parts),
-                     deficit.missing_Nm.norm());
-}
-
-/// What the limits leave undone.
-std::string explain(const MuscleProblem& problem, const VectorXd& l) {
-  const MuscleLack lack = muscle_lack(problem, l);
-  if (lack.muscle < 0) return "no muscle pulls along the joint velocities at which the torques do work";
-  return fmt::format("with all others at their limits muscle {} would have to pull at least {:.4g} N, and can {:.4g} N",
-                     lack.muscle, lack.needed_N, problem.limit_of(lack.muscle));
-}
-
-std::vector<SolveResult> solve(const MuscleFile& file, const std::string& method, double tolerance,
-                               const Repetition& repetition) {
-  SolveResult result;
-  result.name = file.name;
-  VectorXd f(file.H.cols());
-  MuscleWorkspace work(file.H.rows(), file.H.cols(), file.limit.size());
-  MuscleReport report;
-  result.times_us = time_solves(
-      repetition, [&] { f.setZero(); },
-      [&] { report = method == "lemke" ? solve_muscle_forces_by_lemke(file, work, f) : solve_muscle_forces(file, f); });
-  result.iterations = report.iterations;
-  if (report.status == MuscleStatus::kInfeasible) {
-    const MuscleDeficit deficit = explain_infeasible_muscles(file);
-    // Where the torques are in reach without limits, what proves it is that limits' parts are too little.
-    const double gap = muscle_infeasibility_gap(file, report.multiplier);
-    const bool is_by_limits = !(deficit.gap <= kProvedGap) && gap < 1.0;
-    settle_verdict(result, "infeasible", is_by_limits ? explain(file, report.multiplier) : explain(deficit),
-                   is_by_limits ? 0.0 : deficit.gap);
-  } else if (report.status == MuscleStatus::kOptimal) {
-    result.status = "optimal";
-    result.residual = result.residual_worst = muscle_residual(file, f);
-    result.objective = 0.5 * f.squaredNorm();
-    result.f = f;
-  }
-  judge(result, file.status, tolerance);
-  return {result};
-}
-
-// ---- muscle forces under an object stiffness ----
-
-std::string explain(const StiffMuscleFile& file, const StiffMuscleReport& report) {
-  if (report.cause == StiffCause::kTorques) {
-    return explain({file.H, file.tau, file.limit}, report.multiplier);
-  }
-  const StiffLack lack = stiff_lack(file, report);
-  std::vector<std::string> limited;
-  for (Index j = 0; j < file.H.cols(); ++j) {
-    if ((lack.at_limit >> j & 1) != 0) limited.push_back(std::to_string(j));
-  }
-  const std::string with = limited.empty() ? "" : fmt::format(" with muscles {} at their limits", listed(limited));
-  if (report.cause == StiffCause::kPosture) {
-    return fmt::format("finger {} gives way along its joints ({:.2g}){}: at least {:.4g} N m/rad are lacking",
-                       lack.finger, fmt::join(lack.bend.head(file.joints[static_cast<std::size_t>(lack.finger)]), ", "),
-                       with, lack.lacking_Nm_per_rad);
-  }
-  return fmt::format("along ({:.2g}), turns on {:g} m, the object lacks at least {:.4g} N/m{}",
-                     fmt::join(lack.direction, ", "), file.length_m, lack.lacking_N_per_m, with);
-}
-
-/// Of the optimum: what the object has over what it was to have, in the directions of the wish.
-std::string stiffness_in_words(const StiffMuscleFile& file, const VectorXd& f, double squeeze) {
-  Matrix6d K_o;
-  if (!object_stiffness(file, f, squeeze, K_o)) return "";
-  std::vector<std::string> each;
-  for (int i = 0; i < 6; ++i) each.push_back(fmt::format("{:.4g} of {:.4g}", K_o(i, i), file.K_des(i, i)));
-  return fmt::format("stiffness {}{}", listed(each),
-                     file.squeeze ? fmt::format("; squeeze {:.4g}", squeeze) : std::string());
-}
-
-std::vector<SolveResult> solve(const StiffMuscleFile& file, const std::string& /*method*/, double tolerance,
-                               const Repetition& repetition) {
-  SolveResult result;
-  result.name = file.name;
-  VectorXd f(file.H.cols());
-  StiffMuscleReport report;
-  result.times_us = time_solves(
-      repetition, [&] { f.setZero(); }, [&] { report = solve_stiff_muscles(file, f); });
-  result.iterations = report.iterations;
-  if (report.status == MuscleStatus::kInfeasible) {
-    // Below 1 the gap is a proof: concave parts within the limits cannot be what they must be in sum.
-    const bool is_proved = stiff_infeasibility_gap(file, report) < 1.0;
-    settle_verdict(result, "infeasible", explain(file, report), is_proved ? 0.0 : INFINITY);
-  } else if (report.status == MuscleStatus::kOptimal) {
-    result.status = "optimal";
-    result.residual = result.residual_worst = stiff_kkt_error(file, f, report);
-    result.objective = 0.5 * f.squaredNorm();
-    if (file.squeeze) *result.objective += 0.5 * file.squeeze->weight * report.squeeze * report.squeeze;
-    result.verdict = stiffness_in_words(file, f, report.squeeze);
-    result.f = f;
-  }
-  judge(result, file.status, tolerance);
   return {result};
 }
 

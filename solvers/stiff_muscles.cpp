@@ -247,8 +247,8 @@ void StiffSolver<kSize>::take_optimum(Eigen::Ref<VectorXd> found, StiffWarmStart
     }
   }
   for (int k = 0; k < model_.fingers; ++k) {
-    for (int i = 0; i < kMaxFingerJoints; ++i) {
-      for (int c = 0; c < kMaxFingerJoints; ++c) report_.Y[k](i, c) = candidate_.Y[k][i][c];
+    for (int i = 0; i < kMaxStiffJoints; ++i) {
+      for (int c = 0; c < kMaxStiffJoints; ++c) report_.Y[k](i, c) = candidate_.Y[k][i][c];
     }
   }
   if (last == nullptr) return;

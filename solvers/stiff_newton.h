@@ -266,7 +266,7 @@ void StiffNewton<kSize>::add_curvature(const Block& block) {
     if (block.finger >= 0) continue;
     for (int k = 0; k < model_.fingers; ++k) {
       const auto& finger = model_.finger[k];
-      std::array<Lanes, kMaxFingerJoints> q;
+      std::array<Lanes, kMaxStiffJoints> q;
       for (int i = 0; i < finger.joints; ++i) {
         const int at = finger.first + i;
         q[i] = block.pull[a][at];

@@ -13,7 +13,7 @@ namespace thenar {
 
 /// The most fingers, and joints of one finger, whose stiffness a problem has.
 inline constexpr int kMaxStiffFingers = 8;
-inline constexpr int kMaxFingerJoints = 5;
+inline constexpr int kMaxStiffJoints = 5;
 
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 using Matrix6Xd = Eigen::Matrix<double, 6, Eigen::Dynamic>;
@@ -43,7 +43,7 @@ struct StiffMuscleProblem {
   MatrixRef H;                    ///< Moment arms, joints x muscles [m].
   VectorRef tau;                  ///< Torques of the joints [N m].
   VectorRef limit;                ///< Largest forces [N], may be infinite; empty: no limits.
-  std::span<const int> joints;    ///< Of each finger, 1 to kMaxFingerJoints; in sum the rows of H.
+  std::span<const int> joints;    ///< Of each finger, 1 to kMaxStiffJoints; in sum the rows of H.
   MatrixRef arm;                  ///< a_kj, joints x muscles [m].
   MatrixRef turn;                 ///< G_kj = how arms turn with the joints, pairs of joints x muscles [m].
   VectorRef fibre_per_m;          ///< Stiffness of the fibres a newton of force, gamma / L_j, > 0 [1/m].
@@ -89,7 +89,7 @@ struct StiffMuscleData {
 enum class StiffCause { kNone, kTorques, kPosture, kStiffness };
 
 /// Symmetric, of one finger's joints; the leading part is used.
-using FingerMatrix = Eigen::Matrix<double, kMaxFingerJoints, kMaxFingerJoints>;
+using FingerMatrix = Eigen::Matrix<double, kMaxStiffJoints, kMaxStiffJoints>;
 
 struct StiffMuscleReport {
   MuscleStatus status = MuscleStatus::kBudgetSpent;
@@ -106,7 +106,7 @@ struct StiffMuscleReport {
   std::array<FingerMatrix, kMaxStiffFingers> Y;  ///< These, where there is no such finger, are not set.
   /// Infeasible: Q_k = sum u v z_k' and R_k = sum u z_k z_k' of the object's directions v with the joints' motions z_k,
   /// where Z = sum u v v'.
-  std::array<Eigen::Matrix<double, 6, kMaxFingerJoints>, kMaxStiffFingers> motion;
+  std::array<Eigen::Matrix<double, 6, kMaxStiffJoints>, kMaxStiffFingers> motion;
   std::array<FingerMatrix, kMaxStiffFingers> bend;
 };
 

@@ -17,8 +17,8 @@ bool object_stiffness(const StiffMuscleProblem& problem, const Eigen::Ref<const 
                                             const Eigen::Ref<const Eigen::VectorXd>& f, double squeeze) noexcept;
 
 /// How far forces, squeeze and multipliers are from the optimum [no unit], the largest of: |f - clamp(..)| and the
-/// forces that the torques' errors would be, as a share of the largest force; what K_o and the postures lack, as a share
-/// of K_des and kappa; what Z and Y lack to be positive, and their products with the slacks, as a share of the effort.
+/// forces that the torques' errors would be, as a share of the largest force; what K_o and the postures lack, as a
+/// share of K_des and kappa; what Z and Y lack to be positive, and their products with the slacks, of the effort.
 [[nodiscard]] double stiff_kkt_error(const StiffMuscleProblem& problem, const Eigen::Ref<const Eigen::VectorXd>& f,
                                      const StiffMuscleReport& report) noexcept;
 
@@ -35,8 +35,8 @@ struct StiffLack {
   Eigen::Matrix<double, 6, 1> direction = Eigen::Matrix<double, 6, 1>::Zero();
   double lacking_N_per_m = 0.0;  ///< K_des less this times diag(1, 1, 1, length_m^2, ..) cannot be had either.
   int finger = -1;               ///< The one that gives way, if its posture is the cause.
-  Eigen::Matrix<double, kMaxFingerJoints, 1> bend =
-      Eigen::Matrix<double, kMaxFingerJoints, 1>::Zero();  ///< How it does, of length 1.
+  Eigen::Matrix<double, kMaxStiffJoints, 1> bend =
+      Eigen::Matrix<double, kMaxStiffJoints, 1>::Zero();  ///< How it does, of length 1.
   double lacking_Nm_per_rad = 0.0;                         ///< kappa less this cannot be had either.
   std::uint64_t at_limit = 0;                              ///< The muscles that it takes at their limits, a bit each.
 };

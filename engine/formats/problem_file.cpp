@@ -210,22 +210,6 @@ GraspFile read_grasp(const fs::path& file, const json& problem) {
   return grasp;
 }
 
-MuscleFile read_muscles(const fs::path& file, const json& problem) {
-  MuscleFile muscles;
-  muscles.status = text_of(file, problem, "status");
-  check_status(file, "key 'status'", muscles.status, {"optimal", "infeasible"});
-  muscles.H = matrix_of(file, problem, "H", -1, -1);
-  if (std::max(muscles.H.rows(), muscles.H.cols()) > kMostMuscles) {
-    fail(file, "H", "at most " + std::to_string(kMostMuscles) + " joints and as many muscles");
-  }
-  muscles.tau = vector_of(file, value_of(file, problem, "tau"), "tau", muscles.H.rows());
-  muscles.limit = limits_of(file, problem, "limit", muscles.H.cols(), true);
-  const VectorXd c = optional_vector_of(file, problem, "c", muscles.H.cols());
-  if (!c.isZero(0.0)) fail(file, "c", "must be zero: the least muscle forces are asked for");
-  muscles.f_optimal = optional_vector_of(file, problem, "f_opt", muscles.H.cols());
-  return muscles;
-}
-
 /// Numbers of each muscle, of which null is no limit; empty if they are not there.
 VectorXd limits_of(const fs::path& file, const json& problem, const std::string& key, Index muscles, bool may_be_zero) {
   if (!problem.contains(key)) return {};
@@ -241,6 +225,22 @@ VectorXd limits_of(const fs::path& file, const json& problem, const std::string&
     if (!(limits[j] >= 0.0) || (limits[j] == 0.0 && !may_be_zero)) fail(file, key, wrong);
   }
   return limits;
+}
+
+MuscleFile read_muscles(const fs::path& file, const json& problem) {
+  MuscleFile muscles;
+  muscles.status = text_of(file, problem, "status");
+  check_status(file, "key 'status'", muscles.status, {"optimal", "infeasible"});
+  muscles.H = matrix_of(file, problem, "H", -1, -1);
+  if (std::max(muscles.H.rows(), muscles.H.cols()) > kMostMuscles) {
+    fail(file, "H", "at most " + std::to_string(kMostMuscles) + " joints and as many muscles");
+  }
+  muscles.tau = vector_of(file, value_of(file, problem, "tau"), "tau", muscles.H.rows());
+  muscles.limit = limits_of(file, problem, "limit", muscles.H.cols(), true);
+  const VectorXd c = optional_vector_of(file, problem, "c", muscles.H.cols());
+  if (!c.isZero(0.0)) fail(file, "c", "must be zero: the least muscle forces are asked for");
+  muscles.f_optimal = optional_vector_of(file, problem, "f_opt", muscles.H.cols());
+  return muscles;
 }
 
 Matrix6d matrix6_of(const fs::path& file, const json& problem, const std::string& key) {
@@ -272,8 +272,8 @@ std::vector<int> fingers_of(const fs::path& file, const json& problem, Index joi
   const VectorXd given = vector_of(file, value_of(file, problem, "finger_joints"), "finger_joints");
   std::vector<int> fingers;
   for (const double n : given) {
-    if (!(n >= 1.0 && n <= kMaxFingerJoints) || n != std::floor(n)) {
-      fail(file, "finger_joints", "must be whole numbers of 1 to " + std::to_string(kMaxFingerJoints));
+    if (!(n >= 1.0 && n <= kMaxStiffJoints) || n != std::floor(n)) {
+      fail(file, "finger_joints", "must be whole numbers of 1 to " + std::to_string(kMaxStiffJoints));
     }
     fingers.push_back(static_cast<int>(n));
   }

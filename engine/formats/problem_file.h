@@ -45,9 +45,9 @@ using ProblemFile = std::variant<ContactFile, GraspFile, MuscleFile, StiffMuscle
 /// Reads a problem, all of it finite and of shapes that go together. A file without a name is called as its file is.
 ///
 /// .fcp   A contact problem: contact_file.h. So are .hdf5 and .h5, in the format of FCLIB: fclib_file.h.
-/// .json  `problem` says which: "P1" grasp forces, "P2" muscle forces, "P3" those under an object stiffness, "LCP". A grasp is taken from its contact points
-///        and axes; G, A and c need not be there, but must not contradict them. mu and lambda are a number for all
-///        contacts, or a list with one for each.
+/// .json  `problem` says which: "P1" grasp forces, "P2" muscle forces, "P3" those under an object stiffness, "LCP". A
+///        grasp is taken from its contact points and axes; G, A and c need not be there, but must not contradict them.
+///        mu and lambda are a number for all contacts, or a list with one for each.
 ///
 /// Throws FileError: "path: what is wrong", with the line or the key.
 [[nodiscard]] ProblemFile read_problem(const std::filesystem::path& file);

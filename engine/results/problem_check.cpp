@@ -127,21 +127,16 @@ double muscle_residual(const MuscleProblem& problem, const VectorXd& f) {
   const VectorXd made_up = H.of(torque_error);
   const double beyond = share((torque_error - problem.H * made_up).norm(), problem.tau.norm());
 
-  // Those at their limits may only pull less: they push in the other direction.
-  std::vector<Index> resting, limited;
-  double beyond_limit = 0.0;
+  std::vector<VectorXd> pushes;  // Those at their limits push back.
+  const double beyond_limit = problem.limit.size() > 0 ? (f - problem.limit).maxCoeff() : 0.0;
   for (Index i = 0; i < f.size(); ++i) {
-    const double limit = problem.limit_of(i);
-    beyond_limit = std::max(beyond_limit, f[i] - limit);
-    if (f[i] <= kRests * f.norm()) resting.push_back(i);
-    if (f[i] >= limit - kRests * f.norm()) limited.push_back(i);
+    if (f[i] <= kRests * f.norm()) pushes.push_back(VectorXd::Unit(f.size(), i));
+    if (f[i] >= problem.limit_of(i) - kRests * f.norm()) pushes.push_back(-VectorXd::Unit(f.size(), i));
   }
   // pi, the part of forces that gives no torque, is the part that H'l cannot balance.
   const auto pi = [&H](const VectorXd& x) -> VectorXd { return x - H.seen(x); };
-  MatrixXd B(f.size(), std::ssize(resting) + std::ssize(limited));
-  Index column = 0;
-  for (const Index i : resting) B.col(column++) = pi(VectorXd::Unit(f.size(), i));
-  for (const Index i : limited) B.col(column++) = -pi(VectorXd::Unit(f.size(), i));
+  MatrixXd B(f.size(), std::ssize(pushes));
+  for (Index c = 0; c < B.cols(); ++c) B.col(c) = pi(pushes[static_cast<std::size_t>(c)]);
   const VectorXd left = pi(f) - B * nonnegative_least_squares(B, pi(f));
   const double largest = std::max({made_up.norm(), -f.minCoeff(), beyond_limit, left.norm()});
   return std::max(beyond, share(largest, f.norm()));
