@@ -42,7 +42,7 @@ std::string explain(const StiffMuscleFile& file, const StiffMuscleReport& report
   if (report.cause == StiffCause::kTorques) {
     return explain({file.H, file.tau, file.limit}, report.multiplier);
   }
-  const StiffLack lack = stiff_lack(file, report);
+  const StiffLack lack = find_stiff_lack(file);
   std::vector<std::string> limited;
   for (Index j = 0; j < file.H.cols(); ++j) {
     if ((lack.at_limit >> j & 1) != 0) limited.push_back(std::to_string(j));

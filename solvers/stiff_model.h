@@ -146,10 +146,10 @@ struct StiffPoint {
   using Lanes = typename StiffModel<kSize>::Lanes;
 
   std::array<std::array<double, kMaxStiffJoints>, kMaxJoints> P, L;  ///< D_k + M_k, and its Cholesky factor.
-  std::array<double, kMaxJoints> over_pivot;                          ///< 1 / L(i, i)
-  std::array<SixWide, kMaxJoints> B, W;                               ///< B_k', and L^-1 of it.
-  SmallSymmetric S;                                                   ///< K_o - K_des
-  bool is_definite = false;                                           ///< All P are; else W and S are not set.
+  std::array<double, kMaxJoints> over_pivot;                         ///< 1 / L(i, i)
+  std::array<SixWide, kMaxJoints> B, W;                              ///< B_k', and L^-1 of it.
+  SmallSymmetric S;                                                  ///< K_o - K_des
+  bool is_definite = false;                                          ///< All P are; else W and S are not set.
 
   void look(StiffModel<kSize>& model, const Lanes& x);
 

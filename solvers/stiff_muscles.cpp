@@ -7,7 +7,6 @@
 
 #include "solvers/stiff_newton.h"
 #include "solvers/stiff_planes.h"
-#include "solvers/stiff_proof.h"
 
 namespace thenar {
 namespace {
@@ -354,6 +353,57 @@ StiffMuscleReport solve_stiff_muscles(const StiffMuscleProblem& problem, Eigen::
 StiffMuscleReport solve_stiff_muscles(const StiffMuscleProblem& problem, StiffWarmStart& last,
                                       Eigen::Ref<VectorXd> f) noexcept {
   return solve(problem, &last, f);
+}
+
+StiffLack find_stiff_lack(const StiffMuscleProblem& p) noexcept {
+  constexpr double kAccurate = 1e-3;
+  Eigen::Matrix<double, 6, 1> unit;
+  unit << 1.0, 1.0, 1.0, Eigen::Vector3d::Constant(p.length_m * p.length_m);
+  std::array<double, kMaxMuscles> memory;
+  Eigen::Map<VectorXd> f(memory.data(), p.H.cols());
+  // What lacks still with so much less stiffness and so much less of the postures'.
+  const auto lack_below = [&](double less, double less_bent, StiffLack& lack) {
+    Matrix6d K_des = p.K_des;
+    K_des.diagonal() -= less * unit;
+    const StiffMuscleProblem relaxed{p.H,
+                                     p.tau,
+                                     p.limit,
+                                     p.joints,
+                                     p.arm,
+                                     p.turn,
+                                     p.fibre_per_m,
+                                     p.tendon_N_per_m,
+                                     p.A,
+                                     p.B,
+                                     p.D,
+                                     K_des,
+                                     p.kappa - less_bent,
+                                     p.squeeze,
+                                     p.length_m};
+    const StiffMuscleReport report = solve(relaxed, nullptr, f);
+    if (report.status != MuscleStatus::kInfeasible || report.cause == StiffCause::kTorques) return StiffCause::kNone;
+    lack = stiff_lack(relaxed, report);
+    lack.lacking_N_per_m += less;
+    lack.lacking_Nm_per_rad += less_bent;
+    return report.cause;
+  };
+  StiffLack best;
+  const StiffCause cause = lack_below(0.0, 0.0, best);
+  if (cause == StiffCause::kNone) return best;
+  const bool is_posture = cause == StiffCause::kPosture;
+  double low = is_posture ? best.lacking_Nm_per_rad : best.lacking_N_per_m;
+  double high = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < 100 && !(high <= (1.0 + kAccurate) * low); ++k) {
+    const double middle = std::isinf(high) ? 2.0 * low : 0.5 * (low + high);
+    StiffLack lack;
+    if (lack_below(is_posture ? 0.0 : middle, is_posture ? middle : 0.0, lack) == cause) {
+      best = lack;
+      low = std::max(middle, is_posture ? lack.lacking_Nm_per_rad : lack.lacking_N_per_m);
+    } else {
+      high = middle;
+    }
+  }
+  return best;
 }
 
 }  // namespace thenar

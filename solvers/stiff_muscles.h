@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 
-#include "solvers/stiff_problem.h"
+#include "solvers/stiff_proof.h"
 
 namespace thenar {
 
@@ -31,5 +31,10 @@ struct StiffWarmStart {
                                                     Eigen::Ref<Eigen::VectorXd> f) noexcept;
 [[nodiscard]] StiffMuscleReport solve_stiff_muscles(const StiffMuscleProblem& problem, StiffWarmStart& last,
                                                     Eigen::Ref<Eigen::VectorXd> f) noexcept;
+
+/// What an infeasible problem lacks, by the proof that says most: K_des, or if postures are the cause kappa, is lowered
+/// by halves until it is feasible. The lack is proved, and a thousandth more than it is not lacking. For messages: some
+/// forty solves. What torques lack is not told.
+[[nodiscard]] StiffLack find_stiff_lack(const StiffMuscleProblem& problem) noexcept;
 
 }  // namespace thenar

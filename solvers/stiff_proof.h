@@ -37,8 +37,8 @@ struct StiffLack {
   int finger = -1;               ///< The one that gives way, if its posture is the cause.
   Eigen::Matrix<double, kMaxStiffJoints, 1> bend =
       Eigen::Matrix<double, kMaxStiffJoints, 1>::Zero();  ///< How it does, of length 1.
-  double lacking_Nm_per_rad = 0.0;                         ///< kappa less this cannot be had either.
-  std::uint64_t at_limit = 0;                              ///< The muscles that it takes at their limits, a bit each.
+  double lacking_Nm_per_rad = 0.0;                        ///< kappa less this cannot be had either.
+  std::uint64_t at_limit = 0;                             ///< The muscles that it takes at their limits, a bit each.
 };
 
 [[nodiscard]] StiffLack stiff_lack(const StiffMuscleProblem& problem, const StiffMuscleReport& report) noexcept;

@@ -246,7 +246,7 @@ MuscleFile read_muscles(const fs::path& file, const json& problem) {
 Matrix6d matrix6_of(const fs::path& file, const json& problem, const std::string& key) {
   const MatrixXd given = matrix_of(file, problem, key, 6, 6);
   if (!(given - given.transpose()).isZero(kAgree * given.cwiseAbs().maxCoeff())) fail(file, key, "must be symmetric");
-  return 0.5 * (given + given.transpose());
+  return given.selfadjointView<Eigen::Lower>();
 }
 
 /// What the squeeze adds.

@@ -66,28 +66,32 @@ TEST(ProblemFile, SmallProblemsAreReadBackToTheLastBit) {
     EXPECT_EQ(s.joints, stiff.joints);
     EXPECT_EQ(s.kappa, stiff.kappa);
     EXPECT_EQ(s.length_m, stiff.length_m);
-    for (const auto& [got, wanted] : {std::pair<MatrixXd, MatrixXd>{s.H, stiff.H},
-                                      {s.tau, stiff.tau},
-                                      {s.limit, stiff.limit},
-                                      {s.arm, stiff.arm},
-                                      {s.turn, stiff.turn},
-                                      {s.fibre_per_m, stiff.fibre_per_m},
-                                      {s.tendon_N_per_m, stiff.tendon_N_per_m},
-                                      {s.A, stiff.A},
-                                      {s.B, stiff.B},
-                                      {s.D, stiff.D},
-                                      {s.K_des, stiff.K_des},
-                                      {s.f_optimal, stiff.f_optimal}}) {
-      EXPECT_TRUE(same_bits(got, wanted));
-    }
+    const std::pair<MatrixXd, MatrixXd> matrices[] = {{s.H, stiff.H},
+                                                      {s.tau, stiff.tau},
+                                                      {s.limit, stiff.limit},
+                                                      {s.arm, stiff.arm},
+                                                      {s.turn, stiff.turn},
+                                                      {s.fibre_per_m, stiff.fibre_per_m},
+                                                      {s.tendon_N_per_m, stiff.tendon_N_per_m},
+                                                      {s.A, stiff.A},
+                                                      {s.B, stiff.B},
+                                                      {s.D, stiff.D},
+                                                      {s.K_des, stiff.K_des},
+                                                      {s.f_optimal, stiff.f_optimal}};
+    for (const auto& [got, wanted] : matrices) EXPECT_TRUE(same_bits(got, wanted));
     ASSERT_EQ(s.squeeze.has_value(), stiff.squeeze.has_value());
     if (s.squeeze) {
       EXPECT_TRUE(same_bits(s.squeeze->B, stiff.squeeze->B));
       EXPECT_EQ(s.squeeze->weight, stiff.squeeze->weight);
     }
     // And with a squeeze.
-    stiff.squeeze = StiffSqueeze{awkward(4, 1, random), Matrix6d::Identity() / 3.0, awkward(6, 4, random),
-                                 awkward(4, 4, random), -0.1, 1.0 / 3.0, 0.7};
+    stiff.squeeze = StiffSqueeze{awkward(4, 1, random),
+                                 Matrix6d::Identity() / 3.0,
+                                 awkward(6, 4, random),
+                                 awkward(4, 4, random),
+                                 -0.1,
+                                 1.0 / 3.0,
+                                 0.7};
   }
 
   const LcpFile lcp{{awkward(5, 5, random), awkward(5, 1, random)}, "l", "", {}};

@@ -397,6 +397,11 @@ TEST(StiffMuscles, WhatLacksIsProved) {
     const Matrix6d unit = on_length(Matrix6d::Identity(), 1.0 / draw.problem.length_m);
     less.K_des -= 0.999 * lack.lacking_N_per_m * unit;
     EXPECT_EQ(solve(less).report.status, MuscleStatus::kInfeasible);
+    // The best proof says more, and there is no better one.
+    const StiffLack most = find_stiff_lack(draw.problem);
+    EXPECT_GE(most.lacking_N_per_m, lack.lacking_N_per_m * (1.0 - 1e-12));
+    less.K_des = draw.problem.K_des - 1.002 * most.lacking_N_per_m * unit;
+    EXPECT_EQ(solve(less).report.status, MuscleStatus::kOptimal);
     ++proved;
   }
   EXPECT_GT(proved, 10);
