@@ -98,13 +98,13 @@ void add_solve(CLI::App& app, SceneFlags& flags, Options& options) {
   command
       ->add_option("FILE", options.problems,
                    "Problem files: .fcp (contact), .hdf5 or .h5 (contact, in the format of FCLIB), .json (P1 grasp "
-                   "forces, P2 muscle forces, LCP)")
+                   "forces, P2 muscle forces, P3 those under an object stiffness, LCP)")
       ->required();
   command
-      ->add_option(
-          "--method", options.method,
-          "How; the first is the default. contact: newton (Gauss-Seidel, then Newton), gauss_seidel. P1: "
-          "active_set, lemke (pyramids), exact_cone. P2: active_set, lemke. LCP: lemke. all: each that applies")
+      ->add_option("--method", options.method,
+                   "How; the first is the default. contact: newton (Gauss-Seidel, then Newton), gauss_seidel. P1: "
+                   "active_set, lemke (pyramids), exact_cone. P2: active_set, lemke. P3: active_set. LCP: lemke. all: "
+                   "each that applies")
       ->type_name("METHOD")
       ->check(CLI::IsMember({"newton", "gauss_seidel", "active_set", "lemke", "exact_cone", "all"}).description(""));
   command

@@ -13,6 +13,7 @@
 #include "app/exit_code.h"
 #include "app/progress.h"
 #include "app/results.h"
+#include "app/solve_muscles.h"
 #include "app/solve_result.h"
 #include "app/timed_solves.h"
 #include "engine/finder/grasp_deficit.h"
@@ -36,8 +37,6 @@ constexpr double kMargin = 0.5;
 constexpr int kMaxSweeps = 5000;
 // Of Lemke: no tick waits for it here, and Murty's family takes 2^n pivots.
 constexpr int kMaxPivots = 100'000;
-// A part of a deficit is worth a word from this share of its largest part on.
-constexpr double kWorthAWord = 0.01;
 // Forces below this part of those at hand are none.
 constexpr double kNothing = 1e-9;
 
@@ -50,17 +49,12 @@ struct Kind {
 Kind kind(const ContactFile&) { return {"contact", {"newton", "gauss_seidel"}}; }
 Kind kind(const GraspFile&) { return {"P1", {"active_set", "lemke", "exact_cone"}}; }
 Kind kind(const MuscleFile&) { return {"P2", {"active_set", "lemke"}}; }
+Kind kind(const StiffMuscleFile&) { return {"P3", {"active_set"}}; }
 Kind kind(const LcpFile&) { return {"LCP", {"lemke"}}; }
 
-double default_tolerance(const ProblemFile& file) { return std::holds_alternative<ContactFile>(file) ? 1e-8 : 1e-10; }
-
-/// "A, B and C"
-std::string listed(const std::vector<std::string>& parts) {
-  std::string text;
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    text += (i == 0 ? "" : i + 1 == parts.size() ? " and " : ", ") + parts[i];
-  }
-  return text;
+double default_tolerance(const ProblemFile& file) {
+  if (std::holds_alternative<ContactFile>(file)) return 1e-8;
+  return std::holds_alternative<StiffMuscleFile>(file) ? 1e-9 : 1e-10;
 }
 
 // ---- contact ----
@@ -296,44 +290,6 @@ std::vector<SolveResult> solve(const GraspFile& file, const std::string& method,
     result.f = f;
   }
   judge(result, expected_status(file, exact_cone), std::max(tolerance, grasp_rounding(problem)));
-  return {result};
-}
-
-// ---- muscle forces ----
-
-std::string explain(const MuscleDeficit& deficit) {
-  std::vector<std::string> parts;
-  const double largest_Nm = deficit.missing_Nm.cwiseAbs().maxCoeff();
-  for (Index i = 0; i < deficit.missing_Nm.size(); ++i) {
-    const double missing_Nm = deficit.missing_Nm[i];
-    if (std::abs(missing_Nm) < kWorthAWord * largest_Nm) continue;
-    parts.push_back(fmt::format("{:.3g} N m of row {}", missing_Nm, i));
-  }
-  return fmt::format("pulling muscles leave {} of the torques: at best |H f - tau| is {:.3g} N m", listed(parts),
-                     deficit.missing_Nm.norm());
-}
-
-std::vector<SolveResult> solve(const MuscleFile& file, const std::string& method, double tolerance,
-                               const Repetition& repetition) {
-  SolveResult result;
-  result.name = file.name;
-  VectorXd f(file.H.cols());
-  MuscleWorkspace work(file.H.rows(), file.H.cols());
-  MuscleReport report;
-  result.times_us = time_solves(
-      repetition, [&] { f.setZero(); },
-      [&] { report = method == "lemke" ? solve_muscle_forces_by_lemke(file, work, f) : solve_muscle_forces(file, f); });
-  result.iterations = report.iterations;
-  if (report.status == MuscleStatus::kInfeasible) {
-    const MuscleDeficit deficit = explain_infeasible_muscles(file);
-    settle_verdict(result, "infeasible", explain(deficit), deficit.gap);
-  } else if (report.status == MuscleStatus::kOptimal) {
-    result.status = "optimal";
-    result.residual = result.residual_worst = muscle_residual(file, f);
-    result.objective = 0.5 * f.squaredNorm();
-    result.f = f;
-  }
-  judge(result, file.status, tolerance);
   return {result};
 }
 

@@ -9,6 +9,14 @@
 using namespace thenar;
 using nlohmann::ordered_json;
 
+std::string listed(const std::vector<std::string>& parts) {
+  std::string text;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    text += (i == 0 ? "" : i + 1 == parts.size() ? " and " : ", ") + parts[i];
+  }
+  return text;
+}
+
 void refuse(SolveResult& result, const std::string& why) {
   if (result.fault.empty()) result.fault = why;
 }

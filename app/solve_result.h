@@ -23,6 +23,12 @@ struct SolveResult {
   std::string fault;    ///< Why this is not the right answer; empty: it is.
 };
 
+/// A part of a deficit is worth a word from this share of its largest part on.
+inline constexpr double kWorthAWord = 0.01;
+
+/// "A, B and C"
+[[nodiscard]] std::string listed(const std::vector<std::string>& parts);
+
 /// Says why a result is not right, unless that is said already.
 void refuse(SolveResult& result, const std::string& why);
 

@@ -10,6 +10,8 @@
 #include "solvers/gauss_seidel.h"
 #include "solvers/grasp_forces.h"
 #include "solvers/muscle_forces.h"
+#include "solvers/stiff_muscles.h"
+#include "solvers/stiff_proof.h"
 
 namespace thenar::python {
 
@@ -118,16 +120,79 @@ py::tuple solve_grasp(py::handle points, py::handle axes, py::handle wrench, py:
                         copy(report.multiplier));
 }
 
-py::tuple solve_muscles(py::handle H, py::handle tau) {
+/// Limits of n muscles: None, or an array that may have infinities.
+Eigen::VectorXd limits(py::handle value, Eigen::Index n, const std::string& name) {
+  if (value.is_none()) return {};
+  const auto given = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(value);
+  if (!given || given.ndim() != 1 || given.shape(0) != n) {
+    PyErr_Clear();
+    throw py::value_error(fmt::format("{} has {} numbers, or is None", name, n));
+  }
+  const Eigen::VectorXd limit = Eigen::Map<const Eigen::VectorXd>(given.data(), n);
+  if (!(limit.array() >= 0.0).all()) throw py::value_error(fmt::format("{} is less than 0", name));
+  return limit;
+}
+
+py::tuple solve_muscles(py::handle H, py::handle tau, py::handle limit) {
   const Eigen::MatrixXd arms = matrix(H, -1, -1, "H");
   if (arms.rows() < 1 || arms.rows() > kMaxJoints || arms.cols() < 1 || arms.cols() > kMaxMuscles) {
     throw py::value_error(fmt::format("H has 1 to {} joints and 1 to {} muscles", kMaxJoints, kMaxMuscles));
   }
   const Eigen::VectorXd torques = vector(tau, arms.rows(), "torques_Nm");
   Eigen::VectorXd f = Eigen::VectorXd::Zero(arms.cols());
-  const MuscleReport report = solve_muscle_forces({arms, torques}, f);
+  const Eigen::VectorXd limit_N = limits(limit, arms.cols(), "limit_N");
+  const MuscleReport report = solve_muscle_forces({arms, torques, limit_N}, f);
   return py::make_tuple(word(report.status), copy(f), report.residual, report.iterations,
                         copy(Eigen::VectorXd(report.multiplier)));
+}
+
+/// A symmetric 6 x 6 matrix.
+Matrix6d wrench_matrix(py::handle value, const std::string& name) {
+  const Matrix6d given = matrix(value, 6, 6, name);
+  return 0.5 * (given + given.transpose());
+}
+
+py::tuple solve_stiff_muscles_(const py::dict& given) {
+  const auto at = [&](const char* key) { return py::object(given[key]); };
+  StiffMuscleData p;
+  p.H = matrix(at("H"), -1, -1, "H");
+  const Eigen::Index joints = p.H.rows(), muscles = p.H.cols();
+  if (joints < 1 || joints > kMaxJoints || muscles < 1 || muscles > kMaxMuscles) {
+    throw py::value_error(fmt::format("H has 1 to {} joints and 1 to {} muscles", kMaxJoints, kMaxMuscles));
+  }
+  p.tau = vector(at("torques_Nm"), joints, "torques_Nm");
+  p.limit = limits(at("limit_N"), muscles, "limit_N");
+  Eigen::Index sum = 0, pairs = 0;
+  for (const py::handle n : at("finger_joints")) {
+    p.joints.push_back(n.cast<int>());
+    if (p.joints.back() < 1 || p.joints.back() > kMaxStiffJoints) {
+      throw py::value_error(fmt::format("finger_joints are 1 to {}", kMaxStiffJoints));
+    }
+    sum += p.joints.back();
+    pairs += p.joints.back() * (p.joints.back() + 1) / 2;
+  }
+  if (sum != joints || std::ssize(p.joints) > kMaxStiffFingers) {
+    throw py::value_error(fmt::format("finger_joints are at most {}, in sum the rows of H", kMaxStiffFingers));
+  }
+  p.arm = at("arm_m").is_none() ? p.H : matrix(at("arm_m"), joints, muscles, "arm_m");
+  p.turn = matrix(at("turn_m"), pairs, muscles, "turn_m");
+  p.fibre_per_m = vector(at("fibre_per_m"), muscles, "fibre_per_m");
+  p.tendon_N_per_m = limits(at("tendon_N_per_m"), muscles, "tendon_N_per_m");
+  p.A = wrench_matrix(at("A"), "A");
+  p.B = matrix(at("B"), 6, joints, "B");
+  p.D = matrix(at("D"), joints, joints, "D");
+  p.K_des = wrench_matrix(at("K_des"), "K_des");
+  p.kappa = number(at("kappa"), "kappa");
+  p.length_m = number(at("length_m"), "length_m");
+  Eigen::VectorXd f = Eigen::VectorXd::Zero(muscles);
+  const StiffMuscleReport report = solve_stiff_muscles(p, f);
+  Matrix6d K_o = Matrix6d::Zero();
+  if (report.status == MuscleStatus::kOptimal) (void)object_stiffness(p, f, 0.0, K_o);
+  const bool is_lacking = report.status == MuscleStatus::kInfeasible;
+  const StiffLack lack = is_lacking ? stiff_lack(p, report) : StiffLack();
+  return py::make_tuple(word(report.status), copy(f), report.residual, report.iterations, copy(Eigen::MatrixXd(K_o)),
+                        copy(Eigen::VectorXd(report.multiplier)), copy(Eigen::MatrixXd(report.Z)), lack.lacking_N_per_m,
+                        copy(Eigen::VectorXd(lack.direction)));
 }
 
 }  // namespace
@@ -136,6 +201,7 @@ void bind_problems(py::module_& module) {
   module.def("solve_contact", &solve_contact);
   module.def("solve_grasp", &solve_grasp);
   module.def("solve_muscles", &solve_muscles);
+  module.def("solve_stiff_muscles", &solve_stiff_muscles_);
 }
 
 }  // namespace thenar::python

@@ -96,8 +96,8 @@ class MuscleWorkspace {
                                       const Eigen::Ref<const Eigen::VectorXd>& f) noexcept;
 
 /// How far joint velocities l are from a proof that no forces give the torques: the work that pulling muscles can do,
-/// over that of the torques: sum limit_j max(0, (H' l)_j) / tau.l. A muscle without a limit may not pull along l at all;
-/// rounding in H' l is taken for nothing. Below 1 it is a proof; infinity if tau.l <= 0.
+/// over that of the torques, sum limit_j max(0, (H' l)_j) / tau.l. A muscle without a limit may not pull along l at
+/// all; rounding in H' l is taken for nothing. Below 1 it is a proof; infinity if tau.l <= 0.
 [[nodiscard]] double muscle_infeasibility_gap(const MuscleProblem& problem,
                                               const Eigen::Ref<const Eigen::VectorXd>& l) noexcept;
 

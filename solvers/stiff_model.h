@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "solvers/stiff_muscles.h"
+#include "solvers/stiff_problem.h"
 
 namespace thenar {
 
@@ -145,11 +145,11 @@ template <int kSize>
 struct StiffPoint {
   using Lanes = typename StiffModel<kSize>::Lanes;
 
-  std::array<std::array<double, kMaxFingerJoints>, kMaxJoints> P, L;  ///< D_k + M_k, and its Cholesky factor.
-  std::array<double, kMaxJoints> over_pivot;                          ///< 1 / L(i, i)
-  std::array<SixWide, kMaxJoints> B, W;                               ///< B_k', and L^-1 of it.
-  SmallSymmetric S;                                                   ///< K_o - K_des
-  bool is_definite = false;                                           ///< All P are; else W and S are not set.
+  std::array<std::array<double, kMaxStiffJoints>, kMaxJoints> P, L;  ///< D_k + M_k, and its Cholesky factor.
+  std::array<double, kMaxJoints> over_pivot;                         ///< 1 / L(i, i)
+  std::array<SixWide, kMaxJoints> B, W;                              ///< B_k', and L^-1 of it.
+  SmallSymmetric S;                                                  ///< K_o - K_des
+  bool is_definite = false;                                          ///< All P are; else W and S are not set.
 
   void look(StiffModel<kSize>& model, const Lanes& x);
 
@@ -302,8 +302,8 @@ template <int kSize>
     for (int i = 0, p = finger.pair; i < finger.joints; ++i) {
       const int at = finger.first + i;
       for (int c = 0; c <= i; ++c, ++p) {
-        P[at][c] = model.D[p] + (model.has_tendons ? (spring * model.stiff[p] - x * model.turn[p]).sum()
-                                                   : (x * model.dP[p]).sum());
+        P[at][c] = model.D[p] +
+                   (model.has_tendons ? (spring * model.stiff[p] - x * model.turn[p]).sum() : (x * model.dP[p]).sum());
       }
       for (int c = 0; c <= i; ++c) {
         double rest = P[at][c];

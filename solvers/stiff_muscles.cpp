@@ -5,8 +5,8 @@
 #include <cassert>
 #include <cmath>
 
-#include "solvers/dual_active_set.h"
 #include "solvers/stiff_newton.h"
+#include "solvers/stiff_planes.h"
 
 namespace thenar {
 namespace {
@@ -23,152 +23,6 @@ constexpr std::array kLeft{3e-2, 1e-3, 1e-5, 1e-7};
 constexpr int kNewtonSteps = 12;
 // From the last period's optimum two or three are usual.
 constexpr int kWarmSteps = 8;
-// Directions of planes need no digits: each is right as it is. A share of what is left.
-constexpr double kRoughly = 0.3;
-
-/// The limits of stiffness as planes that touch them, each made where it is violated; and bounds.
-template <int kSize>
-class StiffPlanes {
- public:
-  using Lanes = typename StiffModel<kSize>::Lanes;
-
-  /// a.x >= b, a of length 1.
-  struct Plane {
-    Lanes a;
-    double b;
-    int finger;  ///< -1: the object's stiffness.
-    double over_length;
-    SixWide e;                         ///< The direction, of the object or of the finger's joints.
-    std::array<double, kMaxJoints> z;  ///< Motion of the joints.
-  };
-
-  explicit StiffPlanes(StiffModel<kSize>& model) : model_(model), basis_(unit_rows()) {}
-
-  double left = 0.0;  ///< Violations up to this share are left.
-
-  [[nodiscard]] DenseConstraint<kSize> most_violated(const Lanes& x, double tolerance) {
-    DenseConstraint<kSize> worst = violated_bound(x);
-    look_up_planes(x, worst);
-    if (worst.slack < -tolerance) return worst;
-    if (count_ + kMostInALook > kMost) return {};
-    const int before = count_;
-    look(x);
-    for (int i = before; i < count_; ++i) {
-      const double slack = (planes_[i].a * x).sum() - planes_[i].b;
-      if (slack < worst.slack) worst = {2 * kSize + i, slack, planes_[i].a};
-    }
-    return worst;
-  }
-
-  [[nodiscard]] const Plane* plane(int id) const { return id < 2 * kSize ? nullptr : &planes_[id - 2 * kSize]; }
-
-  /// About the eigenvectors of the object's stiffness.
-  [[nodiscard]] const SmallSymmetric& basis() const { return basis_; }
-
-  /// u_j a_j of the set, added to x times a factor.
-  void add_push(const ActiveSet<kSize>& set, double factor, Lanes& x) const {
-    for (int j = 0; j < set.active; ++j) {
-      const int id = set.id[j];
-      if (id >= 2 * kSize) {
-        x += (factor * set.multiplier[j]) * plane(id)->a;
-      } else {
-        x[id % kSize] += (id < kSize ? factor : -factor) * set.multiplier[j];
-      }
-    }
-  }
-
- private:
-  // A look makes one for each direction of the object, or of all joints.
-  static constexpr int kMostInALook = static_cast<int>(kMaxJoints);
-  static constexpr int kMost = 160;
-
-  DenseConstraint<kSize> violated_bound(const Lanes& x) const {
-    DenseConstraint<kSize> worst;
-    worst.row.setZero();
-    const Lanes below = x - model_.lower, above = model_.upper - x;
-    const double least_below = below.minCoeff(), least_above = above.minCoeff();
-    const bool is_below = least_below <= least_above;
-    const Lanes& slack = is_below ? below : above;
-    worst.slack = is_below ? least_below : least_above;
-    int i = 0;
-    while (i < kSize - 1 && slack[i] != worst.slack) ++i;
-    worst.id = is_below ? i : kSize + i;
-    worst.row[i] = is_below ? 1.0 : -1.0;
-    return worst;
-  }
-
-  void look_up_planes(const Lanes& x, DenseConstraint<kSize>& worst) const {
-    int found = -1;
-    for (int i = 0; i < count_; ++i) {
-      const double slack = (planes_[i].a * x).sum() - planes_[i].b;
-      if (slack < worst.slack) worst.slack = slack, found = i;
-    }
-    if (found >= 0) worst.id = 2 * kSize + found, worst.row = planes_[found].a;
-  }
-
-  /// Makes planes of what is violated at x: of postures, and if none are, of the object's stiffness.
-  void look(const Lanes& x) {
-    point_.look(model_, x);
-    bool are_kept = point_.is_definite;
-    for (int k = 0; k < model_.fingers; ++k) {
-      SmallSymmetric S = point_.posture(model_, k);
-      const int n = model_.finger[k].joints;
-      const double allowed = -left * model_.posture_scale;
-      if (is_positive(n, S, -allowed)) continue;
-      are_kept = false;
-      SmallSymmetric E = unit_rows();
-      diagonalise(n, -kRoughly * allowed, S, E, kRoughly);
-      for (int i = 0; i < n; ++i) {
-        if (S[i][i] < allowed) add_posture(k, E[i], x);
-      }
-    }
-    const double allowed = -left * model_.stiffness_scale;
-    if (!are_kept || is_positive(6, point_.S, -allowed)) return;
-    SmallSymmetric X = turned(6, point_.S, basis_);
-    diagonalise(6, -kRoughly * allowed, X, basis_, kRoughly);
-    for (int i = 0; i < 6; ++i) {
-      if (X[i][i] < allowed) add_stiffness(basis_[i], x);
-    }
-  }
-
-  void add_posture(int k, const SixWide& e, const Lanes& x) {
-    Plane plane;
-    plane.finger = k;
-    plane.e = e;
-    plane.a.setZero();
-    add_bend(model_, k, e.data(), e.data(), plane.a);
-    double value = -model_.kappa;
-    const auto& finger = model_.finger[k];
-    for (int i = 0; i < finger.joints; ++i) {
-      for (int c = 0; c <= i; ++c) value += (c < i ? 2.0 : 1.0) * e[i] * e[c] * point_.P[finger.first + i][c];
-    }
-    add(plane, value, x);
-  }
-
-  void add_stiffness(const SixWide& e, const Lanes& x) {
-    Plane plane;
-    plane.finger = -1;
-    plane.e = e;
-    point_.motion(model_, e, plane.z.data());
-    plane.a = stiffness_slope(model_, e, plane.z.data(), e, plane.z.data());
-    add(plane, between(6, e, point_.S, e), x);
-  }
-
-  void add(Plane& plane, double value, const Lanes& x) {
-    const double length = std::sqrt(plane.a.square().sum());
-    // What no force changes is told by a plane of any length.
-    plane.over_length = 1.0 / std::max(length, 1e-100);
-    plane.b = ((plane.a * x).sum() - value) * plane.over_length;
-    plane.a *= plane.over_length;
-    planes_[count_++] = plane;
-  }
-
-  StiffModel<kSize>& model_;
-  StiffPoint<kSize> point_;
-  SmallSymmetric basis_;
-  int count_ = 0;
-  std::array<Plane, kMost> planes_;
-};
 
 template <int kSize>
 class StiffSolver {
@@ -200,7 +54,7 @@ class StiffSolver {
   }
 
   /// Whether forces that were found without a look at stiffness have enough of it.
-  bool is_stiff(const VectorXd& f) {
+  bool is_stiff(const Eigen::Ref<const VectorXd>& f) {
     Lanes x = Lanes::Zero();
     x.head(model_.muscles) = f.array();
     StiffPoint<kSize> point;
@@ -327,9 +181,11 @@ void StiffSolver<kSize>::take_proof(const StiffPlanes<kSize>& planes, const Acti
     if (plane == nullptr || !(set.multiplier[j] > 0.0)) continue;
     const double u = set.multiplier[j] * plane->over_length;
     if (plane->finger >= 0) {
-      const int n = model_.finger[plane->finger].joints;
-      const auto y = plane->e.matrix().head(n);
-      report_.Y[plane->finger].topLeftCorner(n, n) += u * y * y.transpose();
+      for (int i = 0; i < model_.finger[plane->finger].joints; ++i) {
+        for (int c = 0; c < model_.finger[plane->finger].joints; ++c) {
+          report_.Y[plane->finger](i, c) += u * plane->e[i] * plane->e[c];
+        }
+      }
       if (report_.cause == StiffCause::kTorques) report_.cause = StiffCause::kPosture;
       continue;
     }
@@ -338,10 +194,11 @@ void StiffSolver<kSize>::take_proof(const StiffPlanes<kSize>& planes, const Acti
     v.tail<3>() *= over_arm;
     report_.Z += u * v * v.transpose();
     for (int k = 0; k < model_.fingers; ++k) {
-      const int n = model_.finger[k].joints;
-      const Eigen::Map<const VectorXd> z(plane->z.data() + model_.finger[k].first, n);
-      report_.motion[k].leftCols(n) += u * v * z.transpose();
-      report_.bend[k].topLeftCorner(n, n) += u * z * z.transpose();
+      const double* const z = plane->z.data() + model_.finger[k].first;
+      for (int i = 0; i < model_.finger[k].joints; ++i) {
+        report_.motion[k].col(i) += u * z[i] * v;
+        for (int c = 0; c < model_.finger[k].joints; ++c) report_.bend[k](i, c) += u * z[i] * z[c];
+      }
     }
   }
 }
@@ -389,8 +246,8 @@ void StiffSolver<kSize>::take_optimum(Eigen::Ref<VectorXd> found, StiffWarmStart
     }
   }
   for (int k = 0; k < model_.fingers; ++k) {
-    for (int i = 0; i < kMaxFingerJoints; ++i) {
-      for (int c = 0; c < kMaxFingerJoints; ++c) report_.Y[k](i, c) = candidate_.Y[k][i][c];
+    for (int i = 0; i < kMaxStiffJoints; ++i) {
+      for (int c = 0; c < kMaxStiffJoints; ++c) report_.Y[k](i, c) = candidate_.Y[k][i][c];
     }
   }
   if (last == nullptr) return;
@@ -496,6 +353,57 @@ StiffMuscleReport solve_stiff_muscles(const StiffMuscleProblem& problem, Eigen::
 StiffMuscleReport solve_stiff_muscles(const StiffMuscleProblem& problem, StiffWarmStart& last,
                                       Eigen::Ref<VectorXd> f) noexcept {
   return solve(problem, &last, f);
+}
+
+StiffLack find_stiff_lack(const StiffMuscleProblem& p) noexcept {
+  constexpr double kAccurate = 1e-3;
+  Eigen::Matrix<double, 6, 1> unit;
+  unit << 1.0, 1.0, 1.0, Eigen::Vector3d::Constant(p.length_m * p.length_m);
+  std::array<double, kMaxMuscles> memory;
+  Eigen::Map<VectorXd> f(memory.data(), p.H.cols());
+  // What lacks still with so much less stiffness and so much less of the postures'.
+  const auto lack_below = [&](double less, double less_bent, StiffLack& lack) {
+    Matrix6d K_des = p.K_des;
+    K_des.diagonal() -= less * unit;
+    const StiffMuscleProblem relaxed{p.H,
+                                     p.tau,
+                                     p.limit,
+                                     p.joints,
+                                     p.arm,
+                                     p.turn,
+                                     p.fibre_per_m,
+                                     p.tendon_N_per_m,
+                                     p.A,
+                                     p.B,
+                                     p.D,
+                                     K_des,
+                                     p.kappa - less_bent,
+                                     p.squeeze,
+                                     p.length_m};
+    const StiffMuscleReport report = solve(relaxed, nullptr, f);
+    if (report.status != MuscleStatus::kInfeasible || report.cause == StiffCause::kTorques) return StiffCause::kNone;
+    lack = stiff_lack(relaxed, report);
+    lack.lacking_N_per_m += less;
+    lack.lacking_Nm_per_rad += less_bent;
+    return report.cause;
+  };
+  StiffLack best;
+  const StiffCause cause = lack_below(0.0, 0.0, best);
+  if (cause == StiffCause::kNone) return best;
+  const bool is_posture = cause == StiffCause::kPosture;
+  double low = is_posture ? best.lacking_Nm_per_rad : best.lacking_N_per_m;
+  double high = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < 100 && !(high <= (1.0 + kAccurate) * low); ++k) {
+    const double middle = std::isinf(high) ? 2.0 * low : 0.5 * (low + high);
+    StiffLack lack;
+    if (lack_below(is_posture ? 0.0 : middle, is_posture ? middle : 0.0, lack) == cause) {
+      best = lack;
+      low = std::max(middle, is_posture ? lack.lacking_Nm_per_rad : lack.lacking_N_per_m);
+    } else {
+      high = middle;
+    }
+  }
+  return best;
 }
 
 }  // namespace thenar

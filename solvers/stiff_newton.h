@@ -16,9 +16,9 @@ struct StiffCandidate {
 
 /// Newton's method on the conditions of an optimum,
 ///     x = clamp(H'l + <Z, dK_o> + sum <Y_k, dM_k>),  H x = tau,  Z = P_+(Z - c S),  Y_k = P_+(Y_k - c_k S_k),
-/// with S = K_o - K_des, S_k = D_k + M_k - kappa I and P_+ the nearest positive semidefinite matrix. In the eigenvectors
-/// e of Z - c S, of values m, S is zero between those of m > 0, Z between those of m < 0, and between the two kinds
-///     Z_au = -c m_a / |m_u| S_au.
+/// with S = K_o - K_des, S_k = D_k + M_k - kappa I and P_+ the nearest positive semidefinite matrix. In the
+/// eigenvectors e of Z - c S, of values m, S is zero between those of m > 0, Z between those of m < 0, and between the
+/// two kinds Z_au = -c m_a / |m_u| S_au.
 template <int kSize>
 class StiffNewton {
  public:
@@ -80,7 +80,7 @@ class StiffNewton {
   StiffPoint<kSize> point_;
   std::array<Block, kMaxStiffFingers + 1> blocks_;
   int block_count_ = 0;
-  Lanes pull_;  ///< H'l + <Z, dK_o> + ..
+  Lanes pull_;   ///< H'l + <Z, dK_o> + ..
   Lanes shift_;  ///< To the bounds, of variables that are held there.
   std::array<int, kSize> free_;
   int free_count_ = 0;
@@ -266,7 +266,7 @@ void StiffNewton<kSize>::add_curvature(const Block& block) {
     if (block.finger >= 0) continue;
     for (int k = 0; k < model_.fingers; ++k) {
       const auto& finger = model_.finger[k];
-      std::array<Lanes, kMaxFingerJoints> q;
+      std::array<Lanes, kMaxStiffJoints> q;
       for (int i = 0; i < finger.joints; ++i) {
         const int at = finger.first + i;
         q[i] = block.pull[a][at];

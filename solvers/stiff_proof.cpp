@@ -1,4 +1,4 @@
-// What proves an answer about stiffness, from the problem as it is given and from nothing that the solver computes.
+#include "solvers/stiff_proof.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -12,8 +12,8 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 using VectorRef = Eigen::Ref<const VectorXd>;
-using FingerWrenches = Eigen::Matrix<double, 6, kMaxFingerJoints>;
-using FingerMotions = Eigen::Matrix<double, kMaxFingerJoints, 6>;
+using FingerWrenches = Eigen::Matrix<double, 6, kMaxStiffJoints>;
+using FingerMotions = Eigen::Matrix<double, kMaxStiffJoints, 6>;
 /// One number for each pair of joints of one finger, as the rows of `turn`.
 using Pairs = std::array<double, 3 * kMaxJoints>;
 
@@ -185,7 +185,7 @@ namespace {
 
 /// (D_k + M_k)^-1 B_k'. False if that is not positive definite.
 bool solve_finger(FingerMatrix P, int n, const FingerWrenches& B, FingerMotions& z) {
-  for (int i = n; i < kMaxFingerJoints; ++i) P(i, i) = 1.0;
+  for (int i = n; i < kMaxStiffJoints; ++i) P(i, i) = 1.0;
   const Eigen::LLT<FingerMatrix> factor(P);
   z = B.transpose();
   factor.solveInPlace(z);
@@ -283,12 +283,12 @@ double asked_N(const StiffMuscleProblem& p) {
 }
 
 bool are_positive(const StiffMuscleProblem& p, const StiffMuscleReport& report) {
-  using Big = Eigen::Matrix<double, 6 + kMaxFingerJoints, 6 + kMaxFingerJoints>;
+  using Big = Eigen::Matrix<double, 6 + kMaxStiffJoints, 6 + kMaxStiffJoints>;
   for (int k = 0; k < std::ssize(p.joints); ++k) {
     Big X;
     X << report.Z, report.motion[k], report.motion[k].transpose(), report.bend[k];
     // Of units that differ each diagonal entry has its own share.
-    const Eigen::Matrix<double, 6 + kMaxFingerJoints, 1> size = X.diagonal().cwiseMax(0.0).cwiseSqrt();
+    const Eigen::Matrix<double, 6 + kMaxStiffJoints, 1> size = X.diagonal().cwiseMax(0.0).cwiseSqrt();
     const double tiny = 1e-12 * size.maxCoeff();
     X = (X.array() / ((size.array() + tiny).matrix() * (size.array() + tiny).matrix().transpose()).array()).matrix();
     X.diagonal().array() += kRounding * 100.0;

@@ -8,12 +8,17 @@
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
+#include <chrono>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 
 #include "bench/cases/recorded.h"
+#include "bench/cases/stiff_problems.h"
 #include "bench/methods/contact_methods.h"
 #include "solvers/residual.h"
+#include "solvers/stiff_muscles.h"
+#include "solvers/stiff_proof.h"
 
 namespace thenar {
 namespace {
@@ -217,6 +222,75 @@ void register_muscles() {
   register_muscles("recorded", recorded);
 }
 
+// --- Muscle forces under an object stiffness ------------------------------------------------------------------------
+
+/// Periods of a loop whose torques drift by a thousandth each, of hands that are drawn.
+std::vector<StiffMuscleData> drifting_problems(bool has_tendons, bool has_squeeze) {
+  constexpr int kHands = 10, kPeriods = 40;
+  std::vector<StiffMuscleData> problems;
+  StiffDraw draw;
+  draw.has_tendons = has_tendons;
+  draw.has_squeeze = has_squeeze;
+  VectorXd f(draw.muscles);
+  for (std::uint64_t seed = 1000; std::ssize(problems) < kHands * kPeriods; ++seed) {
+    draw.draw(seed);
+    draw.want(1.0);
+    const StiffMuscleReport report = solve_stiff_muscles(draw.problem, f);
+    if (report.status != MuscleStatus::kOptimal || report.Z.isZero(0.0)) continue;
+    for (int period = 0; period < kPeriods; ++period) {
+      problems.push_back(draw.problem);
+      problems.back().tau *= 1.0 + 1e-3 * std::abs(period - kPeriods / 2);
+    }
+  }
+  return problems;
+}
+
+void run_stiff_muscles(benchmark::State& bench, const std::vector<StiffMuscleData>& problems, bool warm) {
+  VectorXd f(problems.front().H.cols());
+  StiffWarmStart last;
+  const auto solve = [&](const StiffMuscleProblem& p) {
+    return warm ? solve_stiff_muscles(p, last, f) : solve_stiff_muscles(p, f);
+  };
+  std::size_t i = 0;
+  for (auto _ : bench) {
+    const StiffMuscleReport report = solve(problems[i]);
+    benchmark::DoNotOptimize(report.status);
+    benchmark::DoNotOptimize(f.data());
+    i = (i + 1) % problems.size();
+  }
+  int unanswered = 0;
+  double worst = 0.0, steps = 0.0;
+  std::vector<double> times_us;
+  for (const StiffMuscleData& p : problems) {
+    const auto start = std::chrono::steady_clock::now();
+    const StiffMuscleReport report = solve(p);
+    times_us.push_back(std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count());
+    unanswered += report.status == MuscleStatus::kOptimal ? 0 : 1;
+    steps += report.iterations;
+    if (report.status == MuscleStatus::kOptimal) worst = std::max(worst, stiff_kkt_error(p, f, report));
+  }
+  std::sort(times_us.begin(), times_us.end());
+  bench.counters["median_us"] = times_us[times_us.size() / 2];
+  bench.counters["steps"] = steps / static_cast<double>(problems.size());
+  bench.counters["unanswered_percent"] = 100.0 * unanswered / static_cast<double>(problems.size());
+  bench.counters["worst_kkt_error"] = worst;
+}
+
+void register_stiff_muscles() {
+  const auto add = [](const std::string& name, bool has_tendons, bool has_squeeze) {
+    const auto problems = std::make_shared<std::vector<StiffMuscleData>>(drifting_problems(has_tendons, has_squeeze));
+    for (const bool warm : {false, true}) {
+      const std::string full = "stiff_muscle/" + name + "/active_set/" + (warm ? "warm" : "cold");
+      benchmark::RegisterBenchmark(full.c_str(), [=](benchmark::State& bench) {
+        run_stiff_muscles(bench, *problems, warm);
+      })->Unit(benchmark::kMicrosecond);
+    }
+  };
+  add("drawn", false, false);
+  add("drawn_tendons", true, false);
+  add("drawn_tendons_squeeze", true, true);
+}
+
 // --- Linear complementarity problems -------------------------------------------------------------------------------
 
 void register_lcp(const LcpFile& file) {
@@ -268,6 +342,7 @@ int main(int argc, char** argv) {
   thenar::register_contacts();
   thenar::register_grasps();
   thenar::register_muscles();
+  thenar::register_stiff_muscles();
   thenar::register_files();
   benchmark::RunSpecifiedBenchmarks();
 }

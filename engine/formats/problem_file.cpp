@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <vector>
 
 #include "engine/formats/fclib_file.h"
@@ -208,6 +210,23 @@ GraspFile read_grasp(const fs::path& file, const json& problem) {
   return grasp;
 }
 
+/// Numbers of each muscle, of which null is no limit; empty if they are not there.
+VectorXd limits_of(const fs::path& file, const json& problem, const std::string& key, Index muscles, bool may_be_zero) {
+  if (!problem.contains(key)) return {};
+  const json& list = problem.at(key);
+  const std::string wrong = "must be a list of " + std::to_string(muscles) + " numbers, " +
+                            (may_be_zero ? "0 or more" : "more than 0") + ", or null for no limit";
+  if (!list.is_array() || std::ssize(list) != muscles) fail(file, key, wrong);
+  VectorXd limits(muscles);
+  for (Index j = 0; j < muscles; ++j) {
+    const json& value = list[static_cast<std::size_t>(j)];
+    if (!value.is_null() && !value.is_number()) fail(file, key, wrong);
+    limits[j] = value.is_null() ? std::numeric_limits<double>::infinity() : value.get<double>();
+    if (!(limits[j] >= 0.0) || (limits[j] == 0.0 && !may_be_zero)) fail(file, key, wrong);
+  }
+  return limits;
+}
+
 MuscleFile read_muscles(const fs::path& file, const json& problem) {
   MuscleFile muscles;
   muscles.status = text_of(file, problem, "status");
@@ -217,10 +236,83 @@ MuscleFile read_muscles(const fs::path& file, const json& problem) {
     fail(file, "H", "at most " + std::to_string(kMostMuscles) + " joints and as many muscles");
   }
   muscles.tau = vector_of(file, value_of(file, problem, "tau"), "tau", muscles.H.rows());
+  muscles.limit = limits_of(file, problem, "limit", muscles.H.cols(), true);
   const VectorXd c = optional_vector_of(file, problem, "c", muscles.H.cols());
   if (!c.isZero(0.0)) fail(file, "c", "must be zero: the least muscle forces are asked for");
   muscles.f_optimal = optional_vector_of(file, problem, "f_opt", muscles.H.cols());
   return muscles;
+}
+
+Matrix6d matrix6_of(const fs::path& file, const json& problem, const std::string& key) {
+  const MatrixXd given = matrix_of(file, problem, key, 6, 6);
+  if (!(given - given.transpose()).isZero(kAgree * given.cwiseAbs().maxCoeff())) fail(file, key, "must be symmetric");
+  return given.selfadjointView<Eigen::Lower>();
+}
+
+/// What the squeeze adds.
+std::optional<StiffSqueeze> squeeze_of(const fs::path& file, const json& problem, Index joints) {
+  if (!problem.contains("squeeze")) return std::nullopt;
+  const json& given = problem.at("squeeze");
+  if (!given.is_object()) fail(file, "squeeze", "must be an object with low, high, weight, tau, A, B and D");
+  StiffSqueeze squeeze;
+  squeeze.low = number_of(file, given, "low");
+  squeeze.high = number_of(file, given, "high");
+  squeeze.weight = number_of(file, given, "weight");
+  if (!(squeeze.low <= squeeze.high)) fail(file, "squeeze", "low must not be above high");
+  if (!(squeeze.weight > 0.0)) fail(file, "squeeze", "weight must be more than 0");
+  squeeze.tau = vector_of(file, value_of(file, given, "tau"), "squeeze.tau", joints);
+  squeeze.A = matrix6_of(file, given, "A");
+  squeeze.B = matrix_of(file, given, "B", 6, joints);
+  squeeze.D = matrix_of(file, given, "D", joints, joints);
+  return squeeze;
+}
+
+/// Joints of each finger, which are all of H's rows.
+std::vector<int> fingers_of(const fs::path& file, const json& problem, Index joints) {
+  const VectorXd given = vector_of(file, value_of(file, problem, "finger_joints"), "finger_joints");
+  std::vector<int> fingers;
+  for (const double n : given) {
+    if (!(n >= 1.0 && n <= kMaxStiffJoints) || n != std::floor(n)) {
+      fail(file, "finger_joints", "must be whole numbers of 1 to " + std::to_string(kMaxStiffJoints));
+    }
+    fingers.push_back(static_cast<int>(n));
+  }
+  if (std::ssize(fingers) > kMaxStiffFingers || given.sum() != static_cast<double>(joints)) {
+    fail(file, "finger_joints", "must be at most " + std::to_string(kMaxStiffFingers) + ", in sum the rows of H");
+  }
+  return fingers;
+}
+
+StiffMuscleFile read_stiff_muscles(const fs::path& file, const json& problem) {
+  StiffMuscleFile p;
+  p.status = text_of(file, problem, "status");
+  check_status(file, "key 'status'", p.status, {"optimal", "infeasible"});
+  p.H = matrix_of(file, problem, "H", -1, -1);
+  const Index joints = p.H.rows(), muscles = p.H.cols();
+  if (joints > kMaxJoints || muscles > kMaxMuscles) {
+    fail(file, "H",
+         "at most " + std::to_string(kMaxJoints) + " joints and " + std::to_string(kMaxMuscles) + " muscles");
+  }
+  p.tau = vector_of(file, value_of(file, problem, "tau"), "tau", joints);
+  p.limit = limits_of(file, problem, "limit", muscles, true);
+  p.joints = fingers_of(file, problem, joints);
+  p.arm = problem.contains("arm") ? matrix_of(file, problem, "arm", joints, muscles) : p.H;
+  Index pairs = 0;
+  for (const int n : p.joints) pairs += n * (n + 1) / 2;
+  p.turn = matrix_of(file, problem, "turn", pairs, muscles);
+  p.fibre_per_m = vector_of(file, value_of(file, problem, "fibre"), "fibre", muscles);
+  if (!(p.fibre_per_m.minCoeff() > 0.0)) fail(file, "fibre", "must be more than 0");
+  p.tendon_N_per_m = limits_of(file, problem, "tendon", muscles, false);
+  p.A = matrix6_of(file, problem, "A");
+  p.B = matrix_of(file, problem, "B", 6, joints);
+  p.D = matrix_of(file, problem, "D", joints, joints);
+  p.K_des = matrix6_of(file, problem, "K_des");
+  p.kappa = number_of(file, problem, "kappa");
+  p.length_m = problem.contains("length") ? number_of(file, problem, "length") : p.length_m;
+  if (!(p.length_m > 0.0)) fail(file, "length", "must be more than 0");
+  p.squeeze = squeeze_of(file, problem, joints);
+  p.f_optimal = optional_vector_of(file, problem, "f_opt", muscles);
+  return p;
 }
 
 LcpFile read_lcp(const fs::path& file, const json& problem) {
@@ -244,8 +336,9 @@ ProblemFile read_small_problem(const fs::path& file, const std::string& bytes) {
   };
   if (kind == "P1") return named(read_grasp(file, problem));
   if (kind == "P2") return named(read_muscles(file, problem));
+  if (kind == "P3") return named(read_stiff_muscles(file, problem));
   if (kind == "LCP") return named(read_lcp(file, problem));
-  fail(file, "problem", kind.empty() ? "is missing: P1, P2 or LCP" : "'" + kind + "' is none of P1, P2, LCP");
+  fail(file, "problem", kind.empty() ? "is missing: P1, P2, P3 or LCP" : "'" + kind + "' is none of P1, P2, P3, LCP");
 }
 
 ordered_json list_of(const VectorXd& values) { return std::vector<double>(values.begin(), values.end()); }
@@ -254,6 +347,13 @@ ordered_json rows_of(const MatrixXd& matrix) {
   ordered_json rows = ordered_json::array();
   for (Index i = 0; i < matrix.rows(); ++i) rows.push_back(list_of(matrix.row(i)));
   return rows;
+}
+
+/// Limits with null for those that are infinite.
+ordered_json limits_list(const VectorXd& limits) {
+  ordered_json list = ordered_json::array();
+  for (const double limit : limits) list.push_back(std::isinf(limit) ? ordered_json(nullptr) : ordered_json(limit));
+  return list;
 }
 
 /// What `of(i)` gives of n contacts: a number if it is the same for all, else a list.
@@ -348,7 +448,33 @@ void write_problem(const fs::path& file, const MuscleFile& muscles) {
   problem["tau"] = list_of(muscles.tau);
   problem["c"] = list_of(c);
   problem["H"] = rows_of(muscles.H);
+  if (muscles.limit.size() > 0) problem["limit"] = limits_list(muscles.limit);
   add_optimum(muscles.f_optimal, c, muscles.f_optimal, problem);
+  write_json(file, problem);
+}
+
+void write_problem(const fs::path& file, const StiffMuscleFile& p) {
+  ordered_json problem = begin_json(p.name, "P3", p.status);
+  problem["tau"] = list_of(p.tau);
+  problem["H"] = rows_of(p.H);
+  if (p.limit.size() > 0) problem["limit"] = limits_list(p.limit);
+  problem["finger_joints"] = p.joints;
+  problem["arm"] = rows_of(p.arm);
+  problem["turn"] = rows_of(p.turn);
+  problem["fibre"] = list_of(p.fibre_per_m);
+  if (p.tendon_N_per_m.size() > 0) problem["tendon"] = limits_list(p.tendon_N_per_m);
+  problem["A"] = rows_of(p.A);
+  problem["B"] = rows_of(p.B);
+  problem["D"] = rows_of(p.D);
+  problem["K_des"] = rows_of(p.K_des);
+  problem["kappa"] = p.kappa;
+  problem["length"] = p.length_m;
+  if (p.squeeze) {
+    problem["squeeze"] = {{"low", p.squeeze->low},          {"high", p.squeeze->high},    {"weight", p.squeeze->weight},
+                          {"tau", list_of(p.squeeze->tau)}, {"A", rows_of(p.squeeze->A)}, {"B", rows_of(p.squeeze->B)},
+                          {"D", rows_of(p.squeeze->D)}};
+  }
+  if (p.f_optimal.size() > 0) problem["f_opt"] = list_of(p.f_optimal);
   write_json(file, problem);
 }
 

@@ -9,6 +9,7 @@
 #include "solvers/grasp_forces.h"
 #include "solvers/lcp.h"
 #include "solvers/muscle_forces.h"
+#include "solvers/stiff_problem.h"
 
 namespace thenar {
 
@@ -26,20 +27,27 @@ struct MuscleFile : MuscleData {
   Eigen::VectorXd f_optimal;  ///< Known optimum [N]; may be empty.
 };
 
+/// Muscle forces under an object stiffness.
+struct StiffMuscleFile : StiffMuscleData {
+  std::string name;
+  std::string status;         ///< Known answer: "optimal" or "infeasible"; may be empty.
+  Eigen::VectorXd f_optimal;  ///< Known optimum [N]; may be empty.
+};
+
 struct LcpFile : LcpData {
   std::string name;
   std::string status;  ///< Known answer: "solved" or "no_solution"; may be empty.
   Eigen::VectorXd z;   ///< A solution; may be empty.
 };
 
-using ProblemFile = std::variant<ContactFile, GraspFile, MuscleFile, LcpFile>;
+using ProblemFile = std::variant<ContactFile, GraspFile, MuscleFile, StiffMuscleFile, LcpFile>;
 
 /// Reads a problem, all of it finite and of shapes that go together. A file without a name is called as its file is.
 ///
 /// .fcp   A contact problem: contact_file.h. So are .hdf5 and .h5, in the format of FCLIB: fclib_file.h.
-/// .json  `problem` says which: "P1" grasp forces, "P2" muscle forces, "LCP". A grasp is taken from its contact points
-///        and axes; G, A and c need not be there, but must not contradict them. mu and lambda are a number for all
-///        contacts, or a list with one for each.
+/// .json  `problem` says which: "P1" grasp forces, "P2" muscle forces, "P3" those under an object stiffness, "LCP". A
+///        grasp is taken from its contact points and axes; G, A and c need not be there, but must not contradict them.
+///        mu and lambda are a number for all contacts, or a list with one for each.
 ///
 /// Throws FileError: "path: what is wrong", with the line or the key.
 [[nodiscard]] ProblemFile read_problem(const std::filesystem::path& file);
@@ -49,6 +57,7 @@ using ProblemFile = std::variant<ContactFile, GraspFile, MuscleFile, LcpFile>;
 /// Requires  Finite values.
 void write_problem(const std::filesystem::path& file, const GraspFile& problem);
 void write_problem(const std::filesystem::path& file, const MuscleFile& problem);
+void write_problem(const std::filesystem::path& file, const StiffMuscleFile& problem);
 void write_problem(const std::filesystem::path& file, const LcpFile& problem);
 
 }  // namespace thenar

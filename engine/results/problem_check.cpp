@@ -127,18 +127,18 @@ double muscle_residual(const MuscleProblem& problem, const VectorXd& f) {
   const VectorXd made_up = H.of(torque_error);
   const double beyond = share((torque_error - problem.H * made_up).norm(), problem.tau.norm());
 
-  std::vector<Index> resting;
+  std::vector<VectorXd> pushes;  // Those at their limits push back.
+  const double beyond_limit = problem.limit.size() > 0 ? (f - problem.limit).maxCoeff() : 0.0;
   for (Index i = 0; i < f.size(); ++i) {
-    if (f[i] <= kRests * f.norm()) resting.push_back(i);
+    if (f[i] <= kRests * f.norm()) pushes.push_back(VectorXd::Unit(f.size(), i));
+    if (f[i] >= problem.limit_of(i) - kRests * f.norm()) pushes.push_back(-VectorXd::Unit(f.size(), i));
   }
   // pi, the part of forces that gives no torque, is the part that H'l cannot balance.
   const auto pi = [&H](const VectorXd& x) -> VectorXd { return x - H.seen(x); };
-  MatrixXd B(f.size(), std::ssize(resting));
-  for (Index i = 0; i < B.cols(); ++i) {
-    B.col(i) = pi(VectorXd::Unit(f.size(), resting[static_cast<std::size_t>(i)]));
-  }
+  MatrixXd B(f.size(), std::ssize(pushes));
+  for (Index c = 0; c < B.cols(); ++c) B.col(c) = pi(pushes[static_cast<std::size_t>(c)]);
   const VectorXd left = pi(f) - B * nonnegative_least_squares(B, pi(f));
-  const double largest = std::max({made_up.norm(), -f.minCoeff(), left.norm()});
+  const double largest = std::max({made_up.norm(), -f.minCoeff(), beyond_limit, left.norm()});
   return std::max(beyond, share(largest, f.norm()));
 }
 

@@ -26,10 +26,10 @@ inline constexpr double kProvedGap = 1e-6;
 /// give, such as a torque about the line through all contacts, does not count.
 [[nodiscard]] double grasp_rounding(const GraspProblem& problem);
 
-/// How far f is from the optimum of min 1/2 f'f, H f = tau, f >= 0, as a share of |f|: the largest of
+/// How far f is from the optimum of min 1/2 f'f, H f = tau, 0 <= f <= limit, as a share of |f|: the largest of
 ///     |H^+ (H f - tau)|            the least forces that would make up for the torques that are missing,
-///     max(-f)                      pushing muscles,
-///     |f - H'l - s|                least over l and s >= 0 with s'f = 0: what keeps f from being the least.
+///     max(-f), max(f - limit)      pushing muscles, and those beyond their limits,
+///     |f - H'l - s|                least over l and s (s >= 0 where f = 0, <= 0 at the limit, else 0): the rest.
 [[nodiscard]] double muscle_residual(const MuscleProblem& problem, const Eigen::VectorXd& f);
 
 /// max |min(w_i, m z_i)| with w = M z + q, over the largest terms that w can have, max |q| + m sum |z|; m = max |M|
@@ -54,7 +54,7 @@ struct MuscleDeficit {
   double gap = std::numeric_limits<double>::infinity();
 };
 
-/// Explains an infeasible problem, and proves that it is: with r = missing, H'r <= 0 and tau.r > 0.
+/// Explains a problem that is infeasible, limits aside, and proves it: with r = missing, H'r <= 0 and tau.r > 0.
 [[nodiscard]] MuscleDeficit explain_infeasible_muscles(const MuscleProblem& problem);
 
 /// What y >= 0 leaves possible: a solution has |z| >= -y.q / |max(0, M'y)|, and this is max |q| / max |M| over that.

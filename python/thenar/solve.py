@@ -1,7 +1,7 @@
 """The small problems of a control period, as functions of arrays."""
 from __future__ import annotations
 
-from typing import NamedTuple, Optional
+from typing import NamedTuple, Optional, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -35,6 +35,18 @@ class MuscleSolution(NamedTuple):
     residual: float  #: How far the answer is from its proof [no unit].
     iterations: int
     multiplier: Array  #: (joints,) What proves it.
+
+
+class StiffMuscleSolution(NamedTuple):
+    status: str  #: "optimal", "infeasible", "budget spent".
+    force_N: Array  #: (muscles,) Zero without a solution.
+    residual: float  #: How far the answer is from its proof [no unit].
+    iterations: int
+    stiffness: Array  #: (6, 6) K_o of these forces; zero without a solution.
+    multiplier: Array  #: (joints,) What proves it, with
+    stiffness_multiplier: Array  #: (6, 6) the weights of K_o >= K_des.
+    lacking_N_per_m: float  #: Infeasible: K_des less this times diag(1, 1, 1, length_m^2, ..) cannot be had either.
+    lacking_direction: Array  #: (6,) Where it lacks most: translation, then rotation times length_m; of length 1.
 
 
 def contact(
@@ -82,9 +94,47 @@ def grasp(
     return GraspSolution(*_core.solve_grasp(points_m, axes, wrench, friction, internal_force_N, cone, centre_m))
 
 
-def muscles(H: npt.ArrayLike, torques_Nm: npt.ArrayLike) -> MuscleSolution:
-    """The least forces of muscles, which only pull, that give joint torques: min f'f, H f = tau, f >= 0.
+def muscles(
+    H: npt.ArrayLike, torques_Nm: npt.ArrayLike, *, limit_N: Optional[npt.ArrayLike] = None
+) -> MuscleSolution:
+    """The least forces of muscles, which only pull, that give joint torques: min f'f, H f = tau, 0 <= f <= limit.
 
     H: (joints, muscles) moment arms [m]. torques_Nm: (joints,).
+    limit_N: (muscles,) the largest forces, which may be infinite; None: no limits.
     """
-    return MuscleSolution(*_core.solve_muscles(H, torques_Nm))
+    return MuscleSolution(*_core.solve_muscles(H, torques_Nm, limit_N))
+
+
+def stiff_muscles(
+    H: npt.ArrayLike,
+    torques_Nm: npt.ArrayLike,
+    *,
+    finger_joints: Sequence[int],
+    turn_m: npt.ArrayLike,
+    fibre_per_m: npt.ArrayLike,
+    A: npt.ArrayLike,
+    B: npt.ArrayLike,
+    D: npt.ArrayLike,
+    K_des: npt.ArrayLike,
+    kappa: float = 0.0,
+    limit_N: Optional[npt.ArrayLike] = None,
+    arm_m: Optional[npt.ArrayLike] = None,
+    tendon_N_per_m: Optional[npt.ArrayLike] = None,
+    length_m: float = 0.025,
+) -> StiffMuscleSolution:
+    """The least muscle forces that give joint torques and make the object so stiff: min f'f, H f = tau,
+    0 <= f <= limit, K_o(f) = A - sum_k B_k (D_k + M_k)^-1 B_k' >= K_des, D_k + M_k >= kappa for each finger k, with
+    M_k(f) = sum_j s_j a_kj a_kj' - f_j G_kj and s_j = f_j / (1 / fibre_j + f_j / tendon_j).
+
+    H: (joints, muscles) moment arms [m]. torques_Nm: (joints,). finger_joints: joints of each finger, 1 to 5, in the
+    order of H's rows. arm_m: (joints, muscles) the a_kj; None: H.
+    turn_m: (pairs, muscles) lower triangles of G_kj by rows, finger after finger. fibre_per_m, tendon_N_per_m: (muscles,)
+    stiffness of the fibres a newton, and of the tendons; None: rigid. A, K_des: (6, 6) [N/m, N m/rad].
+    B: (6, joints). D: (joints, joints), of which the fingers' blocks count. kappa: [N m/rad].
+    length_m: the arm on which rotations compare with translations.
+    """
+    return StiffMuscleSolution(*_core.solve_stiff_muscles({
+        "H": H, "torques_Nm": torques_Nm, "finger_joints": list(finger_joints), "turn_m": turn_m,
+        "fibre_per_m": fibre_per_m, "A": A, "B": B, "D": D, "K_des": K_des, "kappa": kappa, "limit_N": limit_N,
+        "arm_m": arm_m, "tendon_N_per_m": tendon_N_per_m, "length_m": length_m,
+    }))

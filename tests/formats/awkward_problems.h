@@ -47,6 +47,29 @@ inline ContactFile contact_problem(std::mt19937_64& random) {
   return problem;
 }
 
+/// A finger of three joints and one of one, five muscles, one without a limit.
+inline StiffMuscleData awkward_stiffness(std::mt19937_64& random) {
+  const auto symmetric = [&] { return Matrix6d(awkward(6, 6, random).selfadjointView<Eigen::Lower>()); };
+  StiffMuscleData p;
+  p.H = awkward(4, 5, random);
+  p.tau = awkward(4, 1, random);
+  p.limit = awkward(5, 1, random).cwiseAbs();
+  p.limit[2] = std::numeric_limits<double>::infinity();
+  p.joints = {3, 1};
+  p.arm = awkward(4, 5, random);
+  p.turn = awkward(7, 5, random);
+  p.fibre_per_m = awkward(5, 1, random).cwiseAbs().array() + 5e-324;
+  p.tendon_N_per_m = awkward(5, 1, random).cwiseAbs().array() + 5e-324;
+  p.tendon_N_per_m[1] = std::numeric_limits<double>::infinity();
+  p.A = symmetric();
+  p.B = awkward(6, 4, random);
+  p.D = awkward(4, 4, random);
+  p.K_des = symmetric();
+  p.kappa = -0.1;
+  p.length_m = 1.0 / 3.0;
+  return p;
+}
+
 template <typename Matrix>
 bool same_bits(const Matrix& a, const Matrix& b) {
   return a.rows() == b.rows() && a.cols() == b.cols() &&

@@ -54,6 +54,46 @@ TEST(ProblemFile, SmallProblemsAreReadBackToTheLastBit) {
   EXPECT_TRUE(same_bits(m.H, muscles.H));
   EXPECT_TRUE(same_bits(m.tau, muscles.tau));
 
+  MuscleFile limited = muscles;
+  limited.limit = awkward(23, 1, random).cwiseAbs();
+  limited.limit[3] = std::numeric_limits<double>::infinity();
+  EXPECT_TRUE(same_bits(written_and_read(limited, "limited.json").limit, limited.limit));
+
+  StiffMuscleFile stiff{awkward_stiffness(random), "s", "optimal", awkward(5, 1, random)};
+  for (int which = 0; which < 2; ++which) {
+    const StiffMuscleFile s = written_and_read(stiff, "stiff.json");
+    EXPECT_EQ(s.status, stiff.status);
+    EXPECT_EQ(s.joints, stiff.joints);
+    EXPECT_EQ(s.kappa, stiff.kappa);
+    EXPECT_EQ(s.length_m, stiff.length_m);
+    const std::pair<MatrixXd, MatrixXd> matrices[] = {{s.H, stiff.H},
+                                                      {s.tau, stiff.tau},
+                                                      {s.limit, stiff.limit},
+                                                      {s.arm, stiff.arm},
+                                                      {s.turn, stiff.turn},
+                                                      {s.fibre_per_m, stiff.fibre_per_m},
+                                                      {s.tendon_N_per_m, stiff.tendon_N_per_m},
+                                                      {s.A, stiff.A},
+                                                      {s.B, stiff.B},
+                                                      {s.D, stiff.D},
+                                                      {s.K_des, stiff.K_des},
+                                                      {s.f_optimal, stiff.f_optimal}};
+    for (const auto& [got, wanted] : matrices) EXPECT_TRUE(same_bits(got, wanted));
+    ASSERT_EQ(s.squeeze.has_value(), stiff.squeeze.has_value());
+    if (s.squeeze) {
+      EXPECT_TRUE(same_bits(s.squeeze->B, stiff.squeeze->B));
+      EXPECT_EQ(s.squeeze->weight, stiff.squeeze->weight);
+    }
+    // And with a squeeze.
+    stiff.squeeze = StiffSqueeze{awkward(4, 1, random),
+                                 Matrix6d::Identity() / 3.0,
+                                 awkward(6, 4, random),
+                                 awkward(4, 4, random),
+                                 -0.1,
+                                 1.0 / 3.0,
+                                 0.7};
+  }
+
   const LcpFile lcp{{awkward(5, 5, random), awkward(5, 1, random)}, "l", "", {}};
   const LcpFile l = written_and_read(lcp, "lcp.json");
   EXPECT_TRUE(same_bits(l.M, lcp.M));
@@ -168,7 +208,7 @@ TEST(ProblemFile, RefusesBrokenSmallFiles) {
   expect_refused(file, replaced(text, "\"tangent_v\": [[0.69", "\"tangent_v\": [[\"0\", 0.69"), "key 'tangent_v[0]'");
   expect_refused(file, replaced(text, "\"f_opt\": [", "\"f_opt\": [1, "), "key 'f_opt': must be a list of 6 numbers");
   expect_refused(file, replaced(text, "\"optimal\"", "\"good\""), "key 'status' must be optimal or infeasible");
-  expect_refused(file, replaced(text, "\"P1\"", "\"P9\""), "key 'problem': 'P9' is none of P1, P2, LCP");
+  expect_refused(file, replaced(text, "\"P1\"", "\"P9\""), "key 'problem': 'P9' is none of P1, P2, P3, LCP");
   expect_refused(file, replaced(text, "\"P1\"", "\"P2\""), "key 'H': is missing");
   expect_refused(file, "[1, 2]", "must be a JSON object");
   expect_refused(file, "{}", "key 'problem': is missing");

@@ -164,6 +164,9 @@ def one(random_):
             lambda: thenar.solve.grasp(value(), value(), value(), friction=value(), internal_force_N=value()),
             lambda: thenar.solve.grasp(np.zeros((2, 3)), [np.eye(3)] * 2, value(), friction=0.5, internal_force_N=1.0),
             lambda: thenar.solve.muscles(value(), value()),
+            lambda: thenar.solve.muscles(value(), value(), limit_N=value()),
+            lambda: thenar.solve.stiff_muscles(value(), value(), finger_joints=value(), turn_m=value(),
+                                               fibre_per_m=value(), A=value(), B=value(), D=value(), K_des=value()),
             lambda: thenar.solve.muscles(np.random.default_rng(1).normal(size=(4, 8)), value()),
         ])()
     elif roll < 0.33:

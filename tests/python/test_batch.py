@@ -117,6 +117,32 @@ class Problems(unittest.TestCase):
         np.testing.assert_allclose(answer.force_N, [10.0, 0.0], atol=1e-12)
         self.assertEqual(thenar.solve.muscles([[0.01, 0.02]], [-0.1]).status, "infeasible")
 
+    def test_muscle_limits(self):
+        """The stronger arm is at its limit, the other gives the rest; then both are too weak."""
+        answer = thenar.solve.muscles([[0.02, 0.01]], [0.5], limit_N=[15.0, np.inf])
+        np.testing.assert_allclose(answer.force_N, [15.0, 20.0], atol=1e-12)
+        self.assertEqual(thenar.solve.muscles([[0.02, 0.01]], [1.0], limit_N=[15.0, 30.0]).status, "infeasible")
+
+    def test_stiff_muscles(self):
+        """One joint between two muscles, an object on a spring behind it: K_o = 100 - 100^2 / (100 + m)."""
+        one = dict(finger_joints=[1], turn_m=[[0.0, 0.0]], fibre_per_m=[400.0, 400.0], D=[[100.0 * 0.1**2]],
+                   A=np.diag([100.0, 1.0, 1.0, 1.0, 1.0, 1.0]), B=np.eye(6, 1) * 10.0)
+        wanted = np.diag([20.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+        answer = thenar.solve.stiff_muscles([[0.01, -0.01]], [0.1], K_des=wanted, **one)
+        self.assertEqual(answer.status, "optimal")
+        # 100 - 100 / (1 + M) = 20, M = 0.25 = 400 * 1e-4 (f_0 + f_1), f_0 - f_1 = 10 would give M = 0.4: stiff enough.
+        np.testing.assert_allclose(answer.force_N, [10.0, 0.0], atol=1e-9)
+        wanted[0, 0] = 50.0
+        answer = thenar.solve.stiff_muscles([[0.01, -0.01]], [0.1], K_des=wanted, **one)
+        # M = 1: f_0 + f_1 = 25.
+        np.testing.assert_allclose(answer.force_N, [17.5, 7.5], atol=1e-6)
+        np.testing.assert_allclose(answer.stiffness[0, 0], 50.0, rtol=1e-9)
+        wanted[0, 0] = 120.0
+        answer = thenar.solve.stiff_muscles([[0.01, -0.01]], [0.1], K_des=wanted, limit_N=[100.0, 100.0], **one)
+        self.assertEqual(answer.status, "infeasible")
+        self.assertGreaterEqual(answer.lacking_N_per_m, 20.0)
+        np.testing.assert_allclose(np.abs(answer.lacking_direction), np.eye(6)[0], atol=1e-6)
+
     def test_bad_input(self):
         eye = np.eye(3)
         for kind, words, act in [

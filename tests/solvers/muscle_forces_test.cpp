@@ -236,6 +236,94 @@ TEST(MuscleForces, TorquesOfFewMusclesAreFound) {
   }
 }
 
+/// Karush-Kuhn-Tucker with limits, from the multiplier: f = clamp(H'l, 0, limit).
+void expect_optimal_within(const MuscleProblem& p, const Solution& solution) {
+  ASSERT_EQ(solution.report.status, MuscleStatus::kOptimal);
+  const double size_N = 1.0 + solution.f.norm();
+  EXPECT_LE((p.H * solution.f - p.tau).cwiseAbs().maxCoeff(), 1e-11 * size_N);
+  const VectorXd pull = p.H.transpose() * solution.report.multiplier;
+  EXPECT_LE((solution.f - pull.cwiseMax(0.0).cwiseMin(p.limit)).cwiseAbs().maxCoeff(), 1e-9 * size_N);
+}
+
+// The same torques with limits that are lower and lower: the same bits while none binds, then more effort, then a proof
+// that is one in exact terms. Lemke's method, which shares nothing with the active set, says the same.
+TEST(MuscleForces, LimitsBindOrAreProvedToBeTooLow) {
+  int bound = 0, infeasible = 0;
+  for (std::uint64_t seed = 0; seed < 300; ++seed) {
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    MuscleData problem = muscle_families::held(random);
+    const Solution free = solve(problem);
+    ASSERT_EQ(free.report.status, MuscleStatus::kOptimal);
+    const double largest_N = free.f.maxCoeff();
+    double last = free.f.norm();
+    bool was_possible = true;
+    for (const double part : {1.0, 0.9, 0.7, 0.5}) {
+      SCOPED_TRACE(part);
+      problem.limit = VectorXd::Constant(23, part * largest_N);
+      if (seed % 2 == 0) problem.limit[random.whole(0, 22)] = std::numeric_limits<double>::infinity();
+      const MuscleProblem view = problem;
+      const Solution ours = solve(view);
+      MuscleWorkspace work(12, 23, 23);
+      VectorXd f(23);
+      const MuscleReport lemke = solve_muscle_forces_by_lemke(view, work, f);
+      ASSERT_EQ(ours.report.status, lemke.status);
+      if (ours.report.status == MuscleStatus::kOptimal) {
+        ASSERT_TRUE(was_possible || seed % 2 == 0);
+        expect_optimal_within(view, ours);
+        EXPECT_LE((ours.f - f).norm(), 1e-6 * f.norm());
+        if (part == 1.0) {
+          EXPECT_EQ(ours.f, free.f);
+        }
+        EXPECT_GE(ours.f.norm(), (seed % 2 == 0 ? free.f.norm() : last) * (1.0 - 1e-12));
+        last = ours.f.norm();
+        bound += part < 1.0 ? 1 : 0;
+        continue;
+      }
+      was_possible = false;
+      ++infeasible;
+      for (const auto& l : {ours.report.multiplier, lemke.multiplier}) {
+        double possible = 0.0;
+        for (Index j = 0; j < 23; ++j) {
+          const double rate = problem.H.col(j).dot(l);
+          if (std::isinf(problem.limit[j])) {
+            EXPECT_LE(rate, 1e-9 * l.norm());
+          } else {
+            possible += problem.limit[j] * std::max(0.0, rate);
+          }
+        }
+        EXPECT_GT(problem.tau.dot(l), possible);
+        EXPECT_LT(muscle_infeasibility_gap(view, l), 1.0);
+      }
+      // What a muscle lacks, it lacks: with less than that there are no forces.
+      const MuscleLack lack = muscle_lack(view, ours.report.multiplier);
+      if (lack.muscle < 0) continue;
+      EXPECT_GT(lack.needed_N, problem.limit[lack.muscle]);
+      MuscleData more = problem;
+      more.limit[lack.muscle] = 0.999 * lack.needed_N;
+      EXPECT_EQ(solve(more).report.status, MuscleStatus::kInfeasible);
+    }
+  }
+  EXPECT_GT(bound, 100);
+  EXPECT_GT(infeasible, 50);
+}
+
+// Two muscles share a joint: the stronger arm is at its limit, and the other gives the rest. Then both are too weak.
+TEST(MuscleForces, LimitsByHand) {
+  MatrixXd H(1, 2);
+  H << 0.02, 0.01;
+  const VectorXd tau = VectorXd::Constant(1, 0.5), limit = Eigen::Vector2d(15.0, 30.0);
+  const Solution shared = solve({H, tau, limit});
+  EXPECT_LE((shared.f - Eigen::Vector2d(15.0, 20.0)).cwiseAbs().maxCoeff(), 1e-12);
+  const Solution weak = solve({H, 2.0 * tau, limit});
+  ASSERT_EQ(weak.report.status, MuscleStatus::kInfeasible);
+  const MuscleLack lack = muscle_lack({H, 2.0 * tau, limit}, weak.report.multiplier);
+  // 0.3 N m each: of equal parts the later one.
+  EXPECT_EQ(lack.muscle, 1);
+  EXPECT_NEAR(lack.needed_N, 70.0, 1e-9);
+  EXPECT_NEAR(weak.report.residual, 0.6, 1e-12);
+}
+
 TEST(MuscleForces, OfNothing) {
   EXPECT_EQ(solve({MatrixXd(0, 3), VectorXd(0)}).report.status, MuscleStatus::kOptimal);
   EXPECT_EQ(solve({MatrixXd(2, 0), VectorXd::Zero(2)}).report.status, MuscleStatus::kOptimal);
@@ -258,6 +346,7 @@ TEST(MuscleForces, NotFiniteInputIsRefused) {
       EXPECT_TRUE(solution.f.hasNaN()) << "f must be left as it was";
     }
   }
+  EXPECT_EQ(solve({H, tau, VectorXd::Constant(23, nan)}).report.status, MuscleStatus::kBudgetSpent);
 }
 
 TEST(MuscleForces, DoNotAllocateAndRepeatTheirBits) {
