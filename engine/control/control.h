@@ -9,6 +9,7 @@
 #include "engine/grasp/state.h"
 #include "solvers/grasp_forces.h"
 #include "solvers/muscle_forces.h"
+#include "solvers/stiff_problem.h"
 
 namespace thenar {
 

@@ -11,12 +11,11 @@
 #include <vector>
 
 #include "collision/pulp_shape.h"
-#include "solvers/stiff_muscles.h"
 #include "thenar/eigen_layout.h"
 
 namespace thenar {
 
-inline constexpr int kMaxFingers = 5;
+inline constexpr int kMaxFingers = 5, kMaxFingerJoints = 5;
 inline constexpr int kMaxHandJoints = kMaxFingers * kMaxFingerJoints;
 
 /// What there is one of for each finger of a hand, without a heap.
