@@ -261,12 +261,53 @@ JointVector published_torques(ControlPeriod& period) {
   return tau;
 }
 
+namespace {
+
+/// The least muscle forces for these torques. If their limits do not allow them: the least without limits, as far as
+/// each muscle goes.
+void find_least_forces(ControlPeriod& period, const JointVector& tau) {
+  Controller& controller = period.controller;
+  const MuscleProblem problem{period.moment_arms(), tau, controller.most_N};
+  const MuscleReport found = solve_muscle_forces(problem, controller.f_muscle);
+  period.report.muscle = found.status;
+  if (found.status != MuscleStatus::kInfeasible) return;
+  period.report.muscle_lack = muscle_lack(problem, found.multiplier);
+  const MuscleProblem without_limits{problem.H, tau};
+  if (solve_muscle_forces(without_limits, controller.f_muscle).status != MuscleStatus::kOptimal) return;
+  controller.f_muscle = controller.f_muscle.cwiseMin(controller.most_N);
+}
+
+/// What a newton more of squeeze adds to the forces of this period.
+FingerForces more_squeeze(ControlPeriod& period) {
+  const Model& model = period.model;
+  ControlReport squeezed = period.report;
+  squeezed.stiffness.squeeze_N += 1.0;
+  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3 * kMaxFingers, 1> f = period.controller.f_desired;
+  const GraspProblem problem = grasp_problem(model.scene, squeezed);
+  if (solve_grasp_forces(problem, f).status != GraspStatus::kOptimal) return FingerForces::Zero(3, model.fingers());
+  return f.reshaped(3, model.fingers()) - period.report.f_desired;
+}
+
+bool choose_stiff_forces(ControlPeriod& period, const JointVector& tau) {
+  Controller& controller = period.controller;
+  const auto& wanted = *period.model.scene.control->muscles->object_stiffness;
+  FingerForces more_N = FingerForces::Zero(3, period.model.fingers());
+  if (wanted.most_squeeze_N > 0.0) more_N = more_squeeze(period);
+  const bool found = controller.stiffness->choose(period.model, controller.bellies, tau, controller.pose,
+                                                  period.contacts(), more_N, controller.period_s, controller.f_muscle,
+                                                  period.report.stiffness);
+  if (found) period.report.muscle = MuscleStatus::kOptimal;
+  return found;
+}
+
+}  // namespace
+
 const Eigen::VectorXd& published_muscle_forces(ControlPeriod& period) {
   if (!period.model.scene.has_muscles()) throw std::logic_error("the scene has no muscles");
   Controller& controller = period.controller;
   const JointVector& tau = period.torques();
   Stopwatch stage;
-  period.report.muscle = solve_muscle_forces({period.moment_arms(), tau}, controller.f_muscle).status;
+  if (!controller.stiffness || !choose_stiff_forces(period, tau)) find_least_forces(period, tau);
   period.report.muscle_s = stage.lap();
   return controller.f_muscle;
 }

@@ -11,12 +11,15 @@ Controller::Controller(const Model& model)
       H(static_cast<Index>(model.scene.hand.joints.size()), f_muscle.size()),
       afference(model),
       search(model) {
+  most_N.resize(f_muscle.size());
+  for (Index m = 0; m < most_N.size(); ++m) most_N[m] = model.scene.hand.muscles[m].max_force_N;
   q_rest = model.scene.posture;
   if (model.scene.muscles_act()) bellies = bellies_of(model.scene.hand);
   if (!model.scene.control) return;
   pid.emplace(model.scene.control->position, model.scene.control->rotation);
   filter.emplace(model);
   if (model.feels()) reflex.emplace(model);
+  if (model.scene.chooses_stiffness()) stiffness.emplace(model);
 }
 
 GraspProblem grasp_problem(const Scene& scene, const ControlReport& report) {
@@ -25,7 +28,7 @@ GraspProblem grasp_problem(const Scene& scene, const ControlReport& report) {
           .wrench = report.wrench_desired,
           .friction = scene.control->grasp_friction,
           .cone = scene.control->cone,
-          .internal_force_N = scene.control->internal_force_N,
+          .internal_force_N = scene.control->internal_force_N + report.stiffness.squeeze_N,
           .grips = report.reflex.grips};
 }
 

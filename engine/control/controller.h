@@ -9,6 +9,7 @@
 #include "engine/control/afference.h"
 #include "engine/control/control.h"
 #include "engine/control/reflex.h"
+#include "engine/control/stiff_control.h"
 #include "engine/grasp/contact_search.h"
 #include "engine/grasp/model.h"
 #include "engine/grasp/muscles.h"
@@ -28,6 +29,8 @@ struct ControlReport {
 
   GraspStatus grasp = GraspStatus::kOptimal;
   MuscleStatus muscle = MuscleStatus::kOptimal;
+  MuscleLack muscle_lack;  ///< Of torques that muscles within their limits cannot give: which one is too weak.
+  StiffnessReport stiffness;
   double muscle_residual_Nm = 0.0;                     ///< max |H f_m - tau^d|.
   PerFinger<GraspContact> contacts;                    ///< Where the fingers act.
   PerFinger<double> gap_m;                             ///< Without grasp forces: see finger_gap_m(); 0 under load.
@@ -74,12 +77,14 @@ class Controller {
   std::optional<ForceFilter> filter;  ///< Nothing without control.
   Eigen::VectorXd f_desired;          ///< 3 a finger, world axes [N].
   Eigen::VectorXd f_muscle;           ///< [N].
+  Eigen::VectorXd most_N;             ///< Largest forces of the muscles.
   Eigen::MatrixXd H;                  ///< Moment arms [m].
   std::vector<Belly> bellies;         ///< Of a scene whose muscles act on the contact side: see Frame.
   JointVector q_rest;                 ///< Likewise: q_0 of the next frame.
   HandPose pose;
   Afference afference;
   std::optional<Reflex> reflex;  ///< Nothing without touch.
+  std::optional<StiffnessControl> stiffness;  ///< Nothing where no stiffness is chosen.
   ContactSearch search;
   OwnControl own;
 };

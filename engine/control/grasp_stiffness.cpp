@@ -21,11 +21,6 @@ Matrix3d cross_matrix(const Vector3d& v) {
   return X;
 }
 
-/// Of a force that keeps its direction, at a point of the object r from its origin.
-Matrix3d turning_stiffness(const Vector3d& f, const Vector3d& r) {
-  return f.dot(r) * Matrix3d::Identity() - 0.5 * (f * r.transpose() + r * f.transpose());
-}
-
 /// A loaded contact of a finger.
 struct Loaded {
   Index contact;  ///< In the frame.
@@ -157,6 +152,10 @@ void add_finger(const Model& model, const Frame& frame, const HandPose& pose, in
 }
 
 }  // namespace
+
+Matrix3d turning_stiffness(const Vector3d& f, const Vector3d& r) {
+  return f.dot(r) * Matrix3d::Identity() - 0.5 * (f * r.transpose() + r * f.transpose());
+}
 
 std::vector<ContactPlace> places_of(const ContactKinematics& now, Index contacts) {
   std::vector<ContactPlace> places(contacts);

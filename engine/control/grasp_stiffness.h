@@ -74,6 +74,10 @@ struct ContactLoads {
                                              const ContactLoads& loads, const Eigen::Vector3d& gravity,
                                              StiffnessWorkspace& work);
 
+/// Of the object's turns against a force that keeps its direction at one of its points, r from the origin:
+/// (f.r) I - sym(r f').
+[[nodiscard]] Eigen::Matrix3d turning_stiffness(const Eigen::Vector3d& f, const Eigen::Vector3d& r);
+
 /// A stiffness about the object's origin as one about another point, or back: K of twists there is P' K P.
 [[nodiscard]] Matrix6d about(const Matrix6d& K, const Eigen::Vector3d& from_origin_m);
 

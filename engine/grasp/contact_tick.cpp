@@ -345,6 +345,10 @@ bool commit(const Model& model, const Frame& frame, const ContactWorkspace& work
   for (Index i = 0; i < frame.size(); ++i) {
     state.forces.push_back({frame.contacts[i].finger, frame.contacts[i].control_point, f.segment<3>(3 * i)});
   }
+  if (!state.contact_forces.empty()) {
+    const auto rest = std::ranges::copy(state.forces, state.contact_forces.begin()).out;
+    std::fill(rest, state.contact_forces.end(), ContactForce{kMaxFingers, 0, Vector3d::Zero()});
+  }
   return true;
 }
 

@@ -254,6 +254,8 @@ struct Scene {
   [[nodiscard]] bool has_muscles() const { return control && control->muscles; }
   /// Whether the contact side is to know the muscles: they have stiffness, or take time.
   [[nodiscard]] bool muscles_act() const { return has_muscles() && control->muscles->act(); }
+  /// Whether muscle forces are chosen for a stiffness of the object.
+  [[nodiscard]] bool chooses_stiffness() const { return has_muscles() && control->muscles->object_stiffness; }
   /// b of finger k's joints [N m s].
   [[nodiscard]] double viscosity(int k) const { return hand.fingertips[k].joint_viscosity.value_or(joint_viscosity); }
 };

@@ -18,6 +18,7 @@ State::State(const Model& model) {
   X_WO = model.scene.object.X_WO;
   for (const Pulp& pulp : model.pulps) u_m.emplace_back(Eigen::MatrixX3d::Zero(pulp.controls(), 3));
   forces.reserve(model.max_contacts);
+  if (model.scene.chooses_stiffness()) contact_forces.assign(model.max_contacts, {kMaxFingers, 0, {}});
   if (model.soft_object()) object_loads.reserve(kLoadsPerContact * model.max_contacts);
 }
 

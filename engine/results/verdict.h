@@ -54,7 +54,7 @@ struct Excess {
   double at_s = 0.0;     ///< When that was.
   double first_s = 0.0;  ///< When the limit was first passed.
 };
-/// By how much and when: "the muscle FDPI was asked for 2600 N at 1.2 s, 13 times its 197.3 N (first passed at 0.9 s)".
+/// By how much and when: "the muscle FDPI would need 2600 N at 1.2 s, 13 times its 197.3 N (first passed at 0.9 s)".
 [[nodiscard]] std::string in_words(const Excess& excess);
 
 struct Verdict {

@@ -1,0 +1,135 @@
+#include "engine/control/stiff_control.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace thenar {
+
+using Eigen::Index;
+using Eigen::Vector3d;
+
+namespace {
+
+// Fingers whose posture the object does not hold turn away in b over this: in 5 s of usual joints.
+constexpr double kPosture_Nm_per_rad = 0.01;
+// Effort of a newton of squeeze itself: next to nothing, for muscles pay for it.
+constexpr double kSqueezeWeight = 1e-3;
+constexpr double kSqueeze_s = 0.1;  // Time constant with which the squeeze follows what is best.
+constexpr double kLess = 0.8;       // What is asked for after a period without an answer,
+constexpr double kMore_per_s = 0.5; // and how fast it grows again.
+
+}  // namespace
+
+StiffnessControl::StiffnessControl(const Model& model) : work_(model) {
+  const Hand& hand = model.scene.hand;
+  const auto joints = std::ssize(hand.joints), muscles = std::ssize(hand.muscles);
+  places_.reserve(model.max_contacts);
+  Index pairs = 0;
+  for (const Fingertip& tip : hand.fingertips) {
+    problem_.joints.push_back(tip.joints);
+    pairs += tip.joints * (tip.joints + 1) / 2;
+  }
+  problem_.H.setZero(joints, muscles);
+  problem_.arm.setZero(joints, muscles);
+  problem_.turn.setZero(pairs, muscles);
+  problem_.tau.setZero(joints);
+  problem_.B.setZero(6, joints);
+  problem_.D.setZero(joints, joints);
+  problem_.limit.resize(muscles);
+  problem_.fibre_per_m.resize(muscles);
+  problem_.tendon_N_per_m.resize(muscles);
+  for (Index m = 0; m < muscles; ++m) {
+    problem_.limit[m] = hand.muscles[m].max_force_N;
+    problem_.fibre_per_m[m] = *model.scene.control->muscles->short_range / *hand.muscles[m].fibre_m;
+    problem_.tendon_N_per_m[m] = hand.muscles[m].tendon_N_per_m;
+  }
+  problem_.kappa = kPosture_Nm_per_rad;
+  const ObjectStiffness& wanted = *model.scene.control->muscles->object_stiffness;
+  const double translation = wanted.translation_N_per_m.mean(), rotation = wanted.rotation_Nm_per_rad.mean();
+  if (translation > 0.0 && rotation > 0.0) problem_.length_m = std::clamp(std::sqrt(rotation / translation), 5e-3, 0.1);
+  if (!(wanted.most_squeeze_N > 0.0)) return;
+  StiffSqueeze& squeeze = problem_.squeeze.emplace();
+  squeeze.tau.setZero(joints);
+  squeeze.B.setZero(6, joints);
+  squeeze.D.setZero(joints, joints);
+  squeeze.weight = kSqueezeWeight;
+}
+
+void StiffnessControl::look(const Model& model, const Frame& frame, const HandPose& pose, const Snapshot& snapshot) {
+  is_loaded_ = std::ranges::all_of(snapshot.load, [](const FingerLoad& load) { return load.normal_N > 0.0; });
+  if (!is_loaded_) return;
+  const double now_s = static_cast<double>(snapshot.tick) * model.scene.step_s;
+  places_of(frame, pose, model.scene.hand, places_);
+  grasp_ = grasp_stiffness(model, frame, pose, {snapshot.contact_forces, places_, model.friction(now_s)},
+                           model.gravity(now_s), work_);
+  wanted_ = wanted_stiffness(*model.scene.control->muscles->object_stiffness, snapshot.X_WO);
+  origin_m_ = snapshot.X_WO.translation();
+}
+
+/// What a newton of it changes: forces that keep their directions at their points. The patches stay as they are.
+void StiffnessControl::set_squeeze(const Model& model, const HandPose& pose, const PerFinger<GraspContact>& contacts,
+                                   const FingerForces& more_N) {
+  StiffSqueeze& squeeze = *problem_.squeeze;
+  const Hand& hand = model.scene.hand;
+  squeeze.A.setZero();
+  for (int k = 0; k < hand.fingers(); ++k) {
+    const Fingertip& tip = hand.fingertips[k];
+    const Vector3d f = more_N.col(k);
+    const FingerJacobian J = finger_jacobian(hand, pose, k, contacts[k].point_m);
+    squeeze.tau.segment(tip.first_joint, tip.joints) = J.leftCols(tip.joints).transpose() * f;
+    squeeze.A.bottomRightCorner<3, 3>() += turning_stiffness(f, contacts[k].point_m - origin_m_);
+    squeeze.D.block(tip.first_joint, tip.first_joint, tip.joints, tip.joints) =
+        force_stiffness(hand, pose, hand.segments[tip.segment], contacts[k].point_m, f);
+  }
+  squeeze.low = -squeeze_N_;
+  squeeze.high = model.scene.control->muscles->object_stiffness->most_squeeze_N - squeeze_N_;
+}
+
+bool StiffnessControl::choose(const Model& model, std::span<const Belly> bellies, const JointVector& tau,
+                              const HandPose& pose, const PerFinger<GraspContact>& contacts,
+                              const FingerForces& more_N, double period_s, Eigen::Ref<Eigen::VectorXd> f,
+                              StiffnessReport& report) {
+  report = {};
+  if (!is_loaded_) return false;
+  report.is_chosen = true;
+  const Hand& hand = model.scene.hand;
+  for (const Belly& belly : bellies) {
+    const Fingertip& tip = hand.fingertips[belly.finger];
+    const auto arms = belly.arms_m.head(tip.joints);
+    problem_.H.col(belly.muscle).segment(tip.first_joint, tip.joints) = arms;
+    problem_.arm.col(belly.muscle).segment(tip.first_joint, tip.joints) = arms / std::sqrt(belly.share);
+    Index row = 0;
+    for (int k = 0; k < belly.finger; ++k) row += hand.fingertips[k].joints * (hand.fingertips[k].joints + 1) / 2;
+    for (int i = 0; i < tip.joints; ++i) {
+      for (int j = 0; j <= i; ++j) problem_.turn(row++, belly.muscle) = belly.slopes_m(i, j);
+    }
+  }
+  problem_.tau = tau;
+  problem_.A = 0.5 * (grasp_.A + grasp_.A.transpose());
+  for (int k = 0; k < hand.fingers(); ++k) {
+    const Fingertip& tip = hand.fingertips[k];
+    problem_.B.middleCols(tip.first_joint, tip.joints) = 0.5 * (grasp_.B[k] + grasp_.B_joints[k]);
+    problem_.D.block(tip.first_joint, tip.first_joint, tip.joints, tip.joints) =
+        0.5 * (grasp_.D[k] + grasp_.D[k].transpose());
+  }
+  if (problem_.squeeze) set_squeeze(model, pose, contacts, more_N);
+  problem_.K_des = share_ * wanted_;
+  const StiffMuscleProblem problem = problem_;
+  const StiffMuscleReport found = solve_stiff_muscles(problem, last_, f);
+  report.share = share_;
+  report.iterations = found.iterations;
+  report.residual = found.residual;
+  report.is_infeasible = found.status != MuscleStatus::kOptimal;
+  if (found.status == MuscleStatus::kInfeasible) report.lack = stiff_lack(problem, found);
+  share_ = report.is_infeasible ? kLess * share_ : std::min(1.0, share_ + kMore_per_s * period_s);
+  if (report.is_infeasible) {
+    report.squeeze_N = squeeze_N_;
+    return false;
+  }
+  if (!object_stiffness(problem, f, found.squeeze, report.K_object)) report.K_object.setZero();
+  squeeze_N_ += (1.0 - std::exp(-period_s / kSqueeze_s)) * found.squeeze;
+  report.squeeze_N = squeeze_N_;
+  return true;
+}
+
+}  // namespace thenar

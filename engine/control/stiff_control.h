@@ -1,0 +1,60 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "engine/control/grasp_stiffness.h"
+#include "engine/grasp/frame.h"
+#include "engine/grasp/model.h"
+#include "engine/grasp/state.h"
+#include "solvers/stiff_muscles.h"
+
+namespace thenar {
+
+/// What a control period found of the stiffness that a scene chooses.
+struct StiffnessReport {
+  bool is_chosen = false;  ///< All fingers bear load: before, there is none to choose.
+  /// How much of what is asked for was had; less than 1 while there are no forces for all of it.
+  double share = 1.0;
+  bool is_infeasible = false;             ///< There were none for this share: the least forces were taken.
+  StiffLack lack;                         ///< Then.
+  Matrix6d K_object = Matrix6d::Zero();   ///< Of the object in the hand, about its origin, world axes [N/m, N m/rad].
+  double squeeze_N = 0.0;                 ///< By how much the internal force is above control.grasp.internal_force.
+  int iterations = 0;
+  double residual = 0.0;
+};
+
+/// Chooses muscle forces for the stiffness of the object that a scene asks for: the least with H f = tau and K_o >= share
+/// K_des. If there are none, the next period asks for less, and then slowly for more again. Its memory is taken once.
+class StiffnessControl {
+ public:
+  explicit StiffnessControl(const Model& model);
+
+  /// The grasp as a frame and its snapshot have it; `pose` is the snapshot's.
+  void look(const Model& model, const Frame& frame, const HandPose& pose, const Snapshot& snapshot);
+
+  /// Forces f [N] for torques tau of bellies at the snapshot, and `more_tau` for each newton of squeeze, whose forces on
+  /// the object are `more_N`. False, and f is as it was: there are none, or the fingers bear no load yet.
+  bool choose(const Model& model, std::span<const Belly> bellies, const JointVector& tau, const HandPose& pose,
+              const PerFinger<GraspContact>& contacts, const FingerForces& more_N, double period_s,
+              Eigen::Ref<Eigen::VectorXd> f, StiffnessReport& report);
+
+  /// What the internal force is raised by in this period.
+  [[nodiscard]] double squeeze_N() const { return squeeze_N_; }
+
+ private:
+  void set_squeeze(const Model& model, const HandPose& pose, const PerFinger<GraspContact>& contacts,
+                   const FingerForces& more_N);
+
+  StiffnessWorkspace work_;
+  std::vector<ContactPlace> places_;
+  GraspStiffness grasp_;
+  bool is_loaded_ = false;
+  Matrix6d wanted_ = Matrix6d::Zero();
+  StiffMuscleData problem_;
+  StiffWarmStart last_;
+  double share_ = 1.0, squeeze_N_ = 0.0;
+  Eigen::Vector3d origin_m_ = Eigen::Vector3d::Zero();
+};
+
+}  // namespace thenar
