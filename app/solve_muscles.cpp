@@ -47,7 +47,9 @@ std::string explain(const StiffMuscleFile& file, const StiffMuscleReport& report
   for (Index j = 0; j < file.H.cols(); ++j) {
     if ((lack.at_limit >> j & 1) != 0) limited.push_back(std::to_string(j));
   }
-  const std::string with = limited.empty() ? "" : fmt::format(" with muscles {} at their limits", listed(limited));
+  const std::string with = limited.empty()       ? ""
+                           : limited.size() == 1 ? fmt::format(" with muscle {} at its limit", limited[0])
+                                                 : fmt::format(" with muscles {} at their limits", listed(limited));
   if (report.cause == StiffCause::kPosture) {
     return fmt::format("finger {} gives way along its joints ({:.2g}){}: at least {:.4g} N m/rad are lacking",
                        lack.finger, fmt::join(lack.bend.head(file.joints[static_cast<std::size_t>(lack.finger)]), ", "),

@@ -11,7 +11,6 @@
 #include "solvers/grasp_forces.h"
 #include "solvers/muscle_forces.h"
 #include "solvers/stiff_muscles.h"
-#include "solvers/stiff_proof.h"
 
 namespace thenar::python {
 
@@ -189,7 +188,7 @@ py::tuple solve_stiff_muscles_(const py::dict& given) {
   Matrix6d K_o = Matrix6d::Zero();
   if (report.status == MuscleStatus::kOptimal) (void)object_stiffness(p, f, 0.0, K_o);
   const bool is_lacking = report.status == MuscleStatus::kInfeasible;
-  const StiffLack lack = is_lacking ? stiff_lack(p, report) : StiffLack();
+  const StiffLack lack = is_lacking ? find_stiff_lack(p) : StiffLack();
   return py::make_tuple(word(report.status), copy(f), report.residual, report.iterations, copy(Eigen::MatrixXd(K_o)),
                         copy(Eigen::VectorXd(report.multiplier)), copy(Eigen::MatrixXd(report.Z)), lack.lacking_N_per_m,
                         copy(Eigen::VectorXd(lack.direction)));

@@ -15,7 +15,7 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 // An optimum is exact at this error, and trusted up to the second.
-constexpr double kEnough = 1e-11;
+constexpr double kEnough = 1e-10;
 constexpr double kTrusted = 1e-9;
 // What the planes may leave of a violation, as a share of what is wanted: from the first Newton ends most problems;
 // where it does not, from a later one.
