@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "engine/formats/text.h"
-#include "engine/studies/opposition.h"
 #include "engine/grasp/muscles.h"
+#include "engine/studies/opposition.h"
 
 namespace {
 

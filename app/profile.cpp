@@ -8,22 +8,22 @@
 #include <optional>
 #include <utility>
 
-#include "app/cyclictest.h"
 #include "app/exit_code.h"
 #include "app/profile_table.h"
 #include "app/progress.h"
 #include "app/results.h"
+#include "engine/figures/chrome_trace.h"
 #include "engine/figures/profile_figures.h"
 #include "engine/formats/files.h"
 #include "engine/loops/control_period.h"
 #include "engine/loops/percentiles.h"
 #include "engine/loops/threads.h"
-#include "engine/results/chrome_trace.h"
 #include "engine/results/profile.h"
 #include "engine/results/recording_file.h"
 #include "engine/results/scene_run.h"
 #include "engine/scenes/build_model.h"
 #include "engine/scenes/scene_file.h"
+#include "engine/studies/cyclictest.h"
 #include "engine/studies/model_parts.h"
 
 namespace {

@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "engine/results/problem_check.h"
-#include "solvers/stiff_muscles.h"
-#include "solvers/stiff_proof.h"
+#include "solvers/muscles/stiff_muscles.h"
+#include "solvers/muscles/stiff_proof.h"
 
 using namespace thenar;
 using Eigen::Index;

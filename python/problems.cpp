@@ -9,8 +9,8 @@
 #include "solvers/contact_newton.h"
 #include "solvers/gauss_seidel.h"
 #include "solvers/grasp_forces.h"
-#include "solvers/muscle_forces.h"
-#include "solvers/stiff_muscles.h"
+#include "solvers/muscles/muscle_forces.h"
+#include "solvers/muscles/stiff_muscles.h"
 
 namespace thenar::python {
 

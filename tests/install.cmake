@@ -68,7 +68,7 @@ try("run with the core alone" ${WORK}/core/contact_forces)
 # Its link line: our three libraries and the compiler's own.
 file(STRINGS ${WORK}/core/build.ninja libraries REGEX "LINK_LIBRARIES = ")
 string(REGEX REPLACE ".*LINK_LIBRARIES = " "" libraries "${libraries}")
-string(REGEX REPLACE "[^ ]*/libthenar_(solvers|collision|grasp)\\.a" "" others "${libraries}")
+string(REGEX REPLACE "[^ ]*/libthenar_(solvers|muscles|collision|grasp)\\.a" "" others "${libraries}")
 if(others MATCHES "[^ ]")
   message(FATAL_ERROR "thenar::grasp links more than itself: ${libraries}")
 endif()

@@ -6,7 +6,7 @@ import re
 import sys
 from pathlib import Path
 
-ROOMS = ["solvers", "collision", *(f"engine/{room}" for room in (
+ROOMS = ["solvers", "solvers/muscles", "collision", *(f"engine/{room}" for room in (
     "grasp", "control", "finder", "formats", "scenes", "loops", "results", "studies", "figures", "imports")), "app", "app/window",
          "python"]
 NARROW = ["solvers", "collision", "engine", "app", "python", "tests", "bench", "examples"]  # Their lines are counted.

@@ -11,7 +11,7 @@
 
 #include "bench/cases/random.h"
 #include "solvers/grasp_forces.h"
-#include "solvers/muscle_forces.h"
+#include "solvers/muscles/muscle_forces.h"
 
 namespace thenar {
 

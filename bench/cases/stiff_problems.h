@@ -5,7 +5,7 @@
 
 #include "bench/cases/random.h"
 #include "solvers/grasp_problem.h"
-#include "solvers/stiff_problem.h"
+#include "solvers/muscles/stiff_problem.h"
 
 namespace thenar {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "bench/cases/recorded.h"
-#include "engine/grasp/surface_display.h"
+#include "engine/loops/surface_display.h"
 #include "solvers/gauss_seidel.h"
 
 namespace thenar {

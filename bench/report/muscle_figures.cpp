@@ -16,7 +16,7 @@
 #include "bench/report/figure.h"
 #include "bench/report/measure.h"
 #include "bench/report/verdicts.h"
-#include "solvers/muscle_forces.h"
+#include "solvers/muscles/muscle_forces.h"
 
 namespace thenar {
 namespace {

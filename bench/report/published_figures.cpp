@@ -17,7 +17,7 @@
 #include "bench/report/machine.h"
 #include "bench/report/measure.h"
 #include "solvers/grasp_forces.h"
-#include "solvers/muscle_forces.h"
+#include "solvers/muscles/muscle_forces.h"
 
 namespace thenar {
 namespace {

@@ -16,9 +16,9 @@
 #include "bench/cases/recorded.h"
 #include "bench/cases/stiff_problems.h"
 #include "bench/methods/contact_methods.h"
+#include "solvers/muscles/stiff_muscles.h"
+#include "solvers/muscles/stiff_proof.h"
 #include "solvers/residual.h"
-#include "solvers/stiff_muscles.h"
-#include "solvers/stiff_proof.h"
 
 namespace thenar {
 namespace {

@@ -8,8 +8,8 @@
 #include "engine/grasp/model.h"
 #include "engine/grasp/state.h"
 #include "solvers/grasp_forces.h"
-#include "solvers/muscle_forces.h"
-#include "solvers/stiff_problem.h"
+#include "solvers/muscles/muscle_forces.h"
+#include "solvers/muscles/stiff_problem.h"
 
 namespace thenar {
 

@@ -5,8 +5,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "engine/grasp/stopwatch.h"
 #include "engine/grasp/muscles.h"
+#include "engine/grasp/stopwatch.h"
 
 namespace thenar {
 
@@ -218,9 +218,8 @@ FingerForces let_muscles_pull(ControlPeriod& period) {
   const Hand& hand = model.scene.hand;
   Controller& controller = period.controller;
   const PerFinger<GraspContact>& contacts = period.contacts();
-  const JointVector way =
-      joints_with_object(hand, controller.pose, contacts, period.snapshot.X_WO.translation(),
-                         controller.acting_share * period.error());
+  const JointVector way = joints_with_object(hand, controller.pose, contacts, period.snapshot.X_WO.translation(),
+                                             controller.acting_share * period.error());
   controller.q_rest = period.snapshot.q + way;
   const double gamma = *model.scene.control->muscles->short_range;
   JointVector tau = hand.at_zero();
@@ -293,9 +292,9 @@ bool choose_stiff_forces(ControlPeriod& period, const JointVector& tau) {
   const auto& wanted = *period.model.scene.control->muscles->object_stiffness;
   FingerForces more_N = FingerForces::Zero(3, period.model.fingers());
   if (wanted.most_squeeze_N > 0.0) more_N = more_squeeze(period);
-  const bool found = controller.stiffness->choose(period.model, controller.bellies, tau, controller.pose,
-                                                  period.contacts(), more_N, controller.period_s, controller.f_muscle,
-                                                  period.report.stiffness);
+  const bool found =
+      controller.stiffness->choose(period.model, controller.bellies, tau, controller.pose, period.contacts(), more_N,
+                                   controller.period_s, controller.f_muscle, period.report.stiffness);
   if (found) period.report.muscle = MuscleStatus::kOptimal;
   return found;
 }

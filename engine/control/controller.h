@@ -83,7 +83,7 @@ class Controller {
   JointVector q_rest;                 ///< Likewise: q_0 of the next frame.
   HandPose pose;
   Afference afference;
-  std::optional<Reflex> reflex;  ///< Nothing without touch.
+  std::optional<Reflex> reflex;               ///< Nothing without touch.
   std::optional<StiffnessControl> stiffness;  ///< Nothing where no stiffness is chosen.
   ContactSearch search;
   OwnControl own;

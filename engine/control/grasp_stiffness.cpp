@@ -37,8 +37,7 @@ struct Patch {
 
 /// Calls visit(loaded) for the contacts of a finger that bear load.
 template <typename Visit>
-void for_each_loaded(const Frame& frame, int k,
-                     const ContactLoads& loads, const Visit& visit) {
+void for_each_loaded(const Frame& frame, int k, const ContactLoads& loads, const Visit& visit) {
   auto force = loads.forces.begin();
   for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
     const FrameContact& contact = frame.contacts[i];
@@ -52,7 +51,7 @@ void for_each_loaded(const Frame& frame, int k,
 
 /// How a pulp's forces on the object answer to motions at its patch's centre.
 struct PulpAnswer {
-  Matrix6d K;                       ///< To the object's motion against the finger.
+  Matrix6d K;                        ///< To the object's motion against the finger.
   Eigen::Matrix<double, 6, 3> tilt;  ///< To its turn against it, which the normals of the contacts follow.
 };
 
@@ -73,8 +72,8 @@ Matrix3d turned_compliance(const SurfaceCompliance& C, Index i, Index j, const L
   return change;
 }
 
-PulpAnswer pulp_answer(const Model& model, const Frame& frame, const HandPose& pose, int k,
-                       const ContactLoads& loads, const Patch& patch, StiffnessWorkspace& work) {
+PulpAnswer pulp_answer(const Model& model, const Frame& frame, const HandPose& pose, int k, const ContactLoads& loads,
+                       const Patch& patch, StiffnessWorkspace& work) {
   Index rows = 0;
   const Matrix3d R_WF = pose.distal(model.scene.hand, k).linear();
   for_each_loaded(frame, k, loads, [&](const Loaded& one) {
@@ -84,9 +83,9 @@ PulpAnswer pulp_answer(const Model& model, const Frame& frame, const HandPose& p
       const Index i = one.contact - frame.begin[k], j = other.contact - frame.begin[k];
       if (model.deformable()) tilt += turned_compliance(frame.compliance[k], i, j, one, other, R_WF);
       if (other.contact > one.contact) return;
-      const Matrix3d C_ij = model.deformable()
-                                ? frame.compliance[k].entry(i, j, R_WF.transpose() * one.E_W, R_WF.transpose() * other.E_W)
-                                : (i == j ? kRigid_m_per_N : 0.0) * Matrix3d::Identity();
+      const Matrix3d C_ij =
+          model.deformable() ? frame.compliance[k].entry(i, j, R_WF.transpose() * one.E_W, R_WF.transpose() * other.E_W)
+                             : (i == j ? kRigid_m_per_N : 0.0) * Matrix3d::Identity();
       for (int b = 0; b < (other.slides ? 1 : 3); ++b) {
         for (int a = 0; a < (one.slides ? 1 : 3); ++a) {
           work.C(rows + a, columns + b) = work.C(columns + b, rows + a) = C_ij(a, b);
@@ -108,8 +107,8 @@ PulpAnswer pulp_answer(const Model& model, const Frame& frame, const HandPose& p
   return {motion.transpose().lazyProduct(motion), motion.transpose().lazyProduct(R.rightCols<3>())};
 }
 
-void add_finger(const Model& model, const Frame& frame, const HandPose& pose, int k,
-                const ContactLoads& loads, StiffnessWorkspace& work, GraspStiffness& all) {
+void add_finger(const Model& model, const Frame& frame, const HandPose& pose, int k, const ContactLoads& loads,
+                StiffnessWorkspace& work, GraspStiffness& all) {
   const Hand& hand = model.scene.hand;
   const Fingertip& tip = hand.fingertips[k];
   const Vector3d origin_m = frame.X_WO.translation();
@@ -183,8 +182,8 @@ Matrix6d GraspStiffness::of_object(const PerFinger<JointMatrix>& muscles) const 
   return K;
 }
 
-GraspStiffness grasp_stiffness(const Model& model, const Frame& frame, const HandPose& pose,
-                               const ContactLoads& loads, const Vector3d& gravity, StiffnessWorkspace& work) {
+GraspStiffness grasp_stiffness(const Model& model, const Frame& frame, const HandPose& pose, const ContactLoads& loads,
+                               const Vector3d& gravity, StiffnessWorkspace& work) {
   const Scene& scene = model.scene;
   GraspStiffness all;
   all.B = all.B_joints = PerFinger<ObjectJoints>(model.fingers());
@@ -195,8 +194,8 @@ GraspStiffness grasp_stiffness(const Model& model, const Frame& frame, const Han
     all.D[k] = gravity_stiffness(scene.hand, pose, k, gravity);
     add_finger(model, frame, pose, k, loads, work, all);
   }
-  all.A.bottomRightCorner<3, 3>() += turning_stiffness(scene.object.mass_kg * gravity,
-                                                       frame.X_WO.linear() * scene.object.centre_of_mass_m);
+  all.A.bottomRightCorner<3, 3>() +=
+      turning_stiffness(scene.object.mass_kg * gravity, frame.X_WO.linear() * scene.object.centre_of_mass_m);
   if (const auto& spring = scene.task.spring) {
     all.A.diagonal().head<3>().array() += spring->translation_N_per_m;
     all.A.diagonal().tail<3>().array() += spring->rotation_Nm_per_rad;

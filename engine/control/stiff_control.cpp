@@ -14,9 +14,9 @@ namespace {
 constexpr double kPosture_Nm_per_rad = 0.01;
 // Effort of a newton of squeeze itself: next to nothing, for muscles pay for it.
 constexpr double kSqueezeWeight = 1e-3;
-constexpr double kSqueeze_s = 0.1;  // Time constant with which the squeeze follows what is best.
-constexpr double kLess = 0.8;       // What is asked for after a period without an answer,
-constexpr double kMore_per_s = 0.5; // and how fast it grows again.
+constexpr double kSqueeze_s = 0.1;   // Time constant with which the squeeze follows what is best.
+constexpr double kLess = 0.8;        // What is asked for after a period without an answer,
+constexpr double kMore_per_s = 0.5;  // and how fast it grows again.
 
 }  // namespace
 
@@ -86,9 +86,8 @@ void StiffnessControl::set_squeeze(const Model& model, const HandPose& pose, con
 }
 
 bool StiffnessControl::choose(const Model& model, std::span<const Belly> bellies, const JointVector& tau,
-                              const HandPose& pose, const PerFinger<GraspContact>& contacts,
-                              const FingerForces& more_N, double period_s, Eigen::Ref<Eigen::VectorXd> f,
-                              StiffnessReport& report) {
+                              const HandPose& pose, const PerFinger<GraspContact>& contacts, const FingerForces& more_N,
+                              double period_s, Eigen::Ref<Eigen::VectorXd> f, StiffnessReport& report) {
   report = {};
   if (!is_loaded_) return false;
   report.is_chosen = true;

@@ -7,7 +7,7 @@
 #include "engine/grasp/frame.h"
 #include "engine/grasp/model.h"
 #include "engine/grasp/state.h"
-#include "solvers/stiff_muscles.h"
+#include "solvers/muscles/stiff_muscles.h"
 
 namespace thenar {
 
@@ -16,10 +16,10 @@ struct StiffnessReport {
   bool is_chosen = false;  ///< All fingers bear load: before, there is none to choose.
   /// How much of what is asked for was had; less than 1 while there are no forces for all of it.
   double share = 1.0;
-  bool is_infeasible = false;             ///< There were none for this share: the least forces were taken.
-  StiffLack lack;                         ///< Then.
-  Matrix6d K_object = Matrix6d::Zero();   ///< Of the object in the hand, about its origin, world axes [N/m, N m/rad].
-  double squeeze_N = 0.0;                 ///< By how much the internal force is above control.grasp.internal_force.
+  bool is_infeasible = false;            ///< There were none for this share: the least forces were taken.
+  StiffLack lack;                        ///< Then.
+  Matrix6d K_object = Matrix6d::Zero();  ///< Of the object in the hand, about its origin, world axes [N/m, N m/rad].
+  double squeeze_N = 0.0;                ///< By how much the internal force is above control.grasp.internal_force.
   int iterations = 0;
   double residual = 0.0;
 };

@@ -9,7 +9,7 @@
 #include "collision/shapes.h"
 #include "engine/figures/gnuplot.h"
 #include "engine/figures/surfels.h"
-#include "engine/grasp/surface_display.h"
+#include "engine/loops/surface_display.h"
 
 namespace thenar {
 

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "solvers/grasp_forces.h"
-#include "solvers/muscle_forces.h"
 #include "engine/grasp/muscles.h"
+#include "solvers/grasp_forces.h"
+#include "solvers/muscles/muscle_forces.h"
 
 namespace thenar {
 

@@ -8,8 +8,8 @@
 #include "engine/formats/contact_file.h"
 #include "solvers/grasp_forces.h"
 #include "solvers/lcp.h"
-#include "solvers/muscle_forces.h"
-#include "solvers/stiff_problem.h"
+#include "solvers/muscles/muscle_forces.h"
+#include "solvers/muscles/stiff_problem.h"
 
 namespace thenar {
 

@@ -74,12 +74,14 @@ void set_hold(bool held, const Frame& frame, ContactWorkspace& work, State& stat
 
 /// What muscles that act add to the torques of a frame: they are not as far as they are asked to be, they have been
 /// lengthened since, and their arms and the weight's have changed. To the first order; f are their forces now.
-void let_muscles_act(const Model& model, const Frame& frame, const MuscleVector& f, const JointVector& q, Drive& drive) {
+void let_muscles_act(const Model& model, const Frame& frame, const MuscleVector& f, const JointVector& q,
+                     Drive& drive) {
   const Hand& hand = model.scene.hand;
   const auto& gamma = model.scene.control->muscles->short_range;
   PerFinger<JointMatrix> geometric = frame.turning;
   if (gamma) drive.stiffness = PerFinger<JointMatrix>(hand.fingers());
-  for (int k = 0; k < hand.fingers() && gamma; ++k) drive.stiffness[k].setZero(geometric[k].rows(), geometric[k].rows());
+  for (int k = 0; k < hand.fingers() && gamma; ++k)
+    drive.stiffness[k].setZero(geometric[k].rows(), geometric[k].rows());
   for (const Belly& belly : frame.bellies) {
     const Fingertip& tip = hand.fingertips[belly.finger];
     const double f_N = f[belly.muscle], more_N = f_N - frame.muscle_N[belly.muscle];
@@ -250,9 +252,8 @@ RigidMotion solve_motion(const Model& model, const Frame& frame, const Drive& dr
     report.solve = find_forces(model, frame, W, work);
     add_joint_motion(hand, work.mobility, work.solver, motion.dq);
     motion.dx += work.solver.common_motion.head<6>();
-    report.stop_Nm =
-        stop_torques(hand, work.stops, frame, work.kinematics, model.scene.step_s, drive.mobility, drive.torque,
-                     motion.dq, work.f);
+    report.stop_Nm = stop_torques(hand, work.stops, frame, work.kinematics, model.scene.step_s, drive.mobility,
+                                  drive.torque, motion.dq, work.f);
     if (!change_stops(hand, state.q, motion.dq, report.stop_Nm, work.stops)) return motion;
     if (solves == kMostSolves) break;
   }
@@ -268,8 +269,8 @@ void book_motion(const Scene& scene, const Drive& drive, const State& state, con
   const double joints = motion.dq.squaredNorm(), way = motion.dx.head<3>().squaredNorm(),
                turn = motion.dx.tail<3>().squaredNorm();
   ledger.drive_J = drive.torque.dot(motion.dq) + drive.wrench.dot(motion.dx) -
-                   (state.held && state.muscle_N.size() == 0 ? kHoldStiffness : 0.0) * joints - spring.translation_N_per_m * way -
-                   spring.rotation_Nm_per_rad * turn;
+                   (state.held && state.muscle_N.size() == 0 ? kHoldStiffness : 0.0) * joints -
+                   spring.translation_N_per_m * way - spring.rotation_Nm_per_rad * turn;
   for (std::size_t k = 0; k < drive.stiffness.size(); ++k) {
     const auto dq = motion.dq.segment(scene.hand.fingertips[k].first_joint, scene.hand.fingertips[k].joints);
     ledger.drive_J -= dq.dot(drive.stiffness[k].lazyProduct(dq).eval());

@@ -52,7 +52,7 @@ void mix_columns(const Hand& hand, const Frame& frame, const PerFinger<JointMatr
 }  // namespace
 
 JointMatrix mobility_factor(const JointMatrix& damping, double mobility_per_joint, double step_s,
-                             const std::array<bool, kMaxFingerJoints>& free) {
+                            const std::array<bool, kMaxFingerJoints>& free) {
   // With B = R R', R lower triangular, h B^-1 = h R^-T R^-1. A joint that is not free is decoupled, and has no part.
   const auto n = damping.rows();
   JointMatrix R = damping;

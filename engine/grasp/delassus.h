@@ -36,7 +36,7 @@ struct Mobility {
 
 /// L of a finger, for its B and for which of its joints are free.
 [[nodiscard]] JointMatrix mobility_factor(const JointMatrix& damping, double mobility_per_joint, double step_s,
-                                           const std::array<bool, kMaxFingerJoints>& free);
+                                          const std::array<bool, kMaxFingerJoints>& free);
 
 /// h B^-1 tau [rad].
 [[nodiscard]] JointVector joint_motion(const Hand& hand, const Mobility& mobility, const JointVector& torque_Nm);

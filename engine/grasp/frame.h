@@ -46,12 +46,12 @@ struct Frame {
   Eigen::MatrixXd object_kernel;              ///< k_ij of a soft object, among all contacts; of a rigid one none.
   JointVector torque_Nm;                      ///< tau - g: what drives the fingers beside contact.
   // Of a scene whose muscles act on the contact side (Scene::muscles_act), else of no muscle:
-  MuscleVector muscle_N;            ///< f of tau = H f: what the muscles are asked for.
-  std::vector<Belly> bellies;       ///< At the snapshot.
-  JointVector q;                    ///< There: where the above is true.
-  JointVector q_rest;               ///< q_0: the joints for which muscles that are lengthened have been asked so.
+  MuscleVector muscle_N;           ///< f of tau = H f: what the muscles are asked for.
+  std::vector<Belly> bellies;      ///< At the snapshot.
+  JointVector q;                   ///< There: where the above is true.
+  JointVector q_rest;              ///< q_0: the joints for which muscles that are lengthened have been asked so.
   PerFinger<JointMatrix> turning;  ///< dg/dq [N m/rad].
-  Vector6d wrench;                            ///< W_ext on the object, world axes [N, N m].
+  Vector6d wrench;                 ///< W_ext on the object, world axes [N, N m].
 
   [[nodiscard]] Eigen::Index size() const { return static_cast<Eigen::Index>(contacts.size()); }
 };

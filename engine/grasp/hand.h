@@ -115,7 +115,7 @@ struct Muscle {
   std::string name;
   double max_force_N = 0.0;
   std::vector<MuscleCrossing> crossings;
-  std::optional<double> fibre_m = {};                                      ///< Length of its fibres at rest.
+  std::optional<double> fibre_m = {};                               ///< Length of its fibres at rest.
   double tendon_N_per_m = std::numeric_limits<double>::infinity();  ///< Stiffness of its tendon; infinite: rigid.
 };
 
@@ -159,7 +159,7 @@ struct Hand {
 
 /// Where the joints and segments are at some q, world = hand frame.
 struct HandPose {
-  JointVector q;  ///< [rad]
+  JointVector q;                                         ///< [rad]
   std::array<Eigen::Vector3d, kMaxHandJoints> origin_m;  ///< Of each joint the hand has, and then of each follower.
   std::array<Eigen::Vector3d, kMaxHandJoints> axis;
   std::vector<Eigen::Isometry3d> segments;  ///< X_WS, as many as the hand has.

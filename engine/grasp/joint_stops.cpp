@@ -78,10 +78,9 @@ JointVector stop_torques(const Hand& hand, const JointStops& stops, const Frame&
       const auto f_k = f.segment(first, rows);
       const double contact_Nm = c < GroupedDelassus::kOwn ? kinematics.J_finger.col(c).segment(first, rows).dot(f_k)
                                                           : kinematics.J_fifth.segment(first, rows).dot(f_k);
-      const double viscous_Nm =
-          mobility.is_stiff()
-              ? mobility.damping[k].row(c).dot(dq.segment(tip.first_joint, tip.joints)) / step_s
-              : dq[j] / mobility.of_joint(j);
+      const double viscous_Nm = mobility.is_stiff()
+                                    ? mobility.damping[k].row(c).dot(dq.segment(tip.first_joint, tip.joints)) / step_s
+                                    : dq[j] / mobility.of_joint(j);
       stop_Nm[j] = viscous_Nm - torque_Nm[j] - contact_Nm;
     }
   }

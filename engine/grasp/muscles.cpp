@@ -37,8 +37,7 @@ bool is_together(const Hand& hand, const MuscleCrossing& crossing) {
   const Segment &moved = hand.segments[crossing.insertion_segment], &pull = hand.segments[crossing.pull_segment];
   const bool chained = pull.joints == 0 || pull.finger == moved.finger;
   const int between = moved.joints + moved.followers - (pull.joints == 0 ? 0 : pull.joints + pull.followers);
-  return chained && between == std::ssize(crossing.joints) &&
-         std::ranges::all_of(crossing.joints, [&](int i) {
+  return chained && between == std::ssize(crossing.joints) && std::ranges::all_of(crossing.joints, [&](int i) {
            return hand.moves(i, moved) && (pull.joints == 0 || !hand.moves(i, pull));
          });
 }
@@ -173,8 +172,7 @@ void find_bellies(const Hand& hand, const HandPose& pose, std::span<Belly> belli
     const auto own = [&](int i) { return hand.leader(i) - tip.first_joint; };
     for (const MuscleCrossing& crossing : hand.muscles[belly.muscle].crossings) {
       if (finger_of(hand, crossing) != belly.finger) continue;
-      for_each_arm(hand, pose, crossing,
-                   [&](int i, double arm_m) { belly.arms_m[own(i)] += hand.ratio(i) * arm_m; });
+      for_each_arm(hand, pose, crossing, [&](int i, double arm_m) { belly.arms_m[own(i)] += hand.ratio(i) * arm_m; });
       for_each_slope(hand, pose, crossing, [&](int i, int k, double slope_m) {
         belly.slopes_m(own(i), own(k)) += hand.ratio(i) * hand.ratio(k) * slope_m;
       });
@@ -193,7 +191,7 @@ JointVector muscle_torques(const Hand& hand, std::span<const Belly> bellies,
 }
 
 JointMatrix muscle_stiffness(const Hand& hand, std::span<const Belly> bellies, int finger, double gamma,
-                              const Eigen::Ref<const Eigen::VectorXd>& forces_N) {
+                             const Eigen::Ref<const Eigen::VectorXd>& forces_N) {
   const int joints = hand.fingertips[finger].joints;
   JointMatrix K = JointMatrix::Zero(joints, joints);
   for (const Belly& belly : bellies) {
@@ -210,7 +208,7 @@ JointMatrix muscle_stiffness(const Hand& hand, std::span<const Belly> bellies, i
 }
 
 JointMatrix force_stiffness(const Hand& hand, const HandPose& pose, const Segment& segment, const Vector3d& point_m,
-                             const Vector3d& force_N) {
+                            const Vector3d& force_N) {
   const Fingertip& tip = hand.fingertips[segment.finger];
   JointMatrix K = JointMatrix::Zero(tip.joints, tip.joints);
   // Joints and followers from the palm on.

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "engine/grasp/hand.h"
-#include "solvers/muscle_forces.h"
+#include "solvers/muscles/muscle_forces.h"
 
 namespace thenar {
 
@@ -33,8 +33,8 @@ using JointMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMa
 /// stiffness k, so that with arms s a = h the finger gets s k a a' = (k / s) h h'.
 struct Belly {
   int muscle = 0, finger = 0;
-  double share = 1.0;     ///< Of the muscle; 1 of all that are on one finger.
-  FingerVector arms_m;    ///< h: the finger's part of the muscle's column of H.
+  double share = 1.0;    ///< Of the muscle; 1 of all that are on one finger.
+  FingerVector arms_m;   ///< h: the finger's part of the muscle's column of H.
   JointMatrix slopes_m;  ///< dh/dq, symmetric.
 };
 
@@ -60,15 +60,15 @@ inline constexpr double kShortRange = 23.4;
 
 /// K of a finger: sum of k h h' - f dh/dq over its bellies, symmetric [N m/rad].
 [[nodiscard]] JointMatrix muscle_stiffness(const Hand& hand, std::span<const Belly> bellies, int finger, double gamma,
-                                            const Eigen::Ref<const Eigen::VectorXd>& forces_N);
+                                           const Eigen::Ref<const Eigen::VectorXd>& forces_N);
 
 /// dg/dq of finger k, g of gravity_torques(): symmetric [N m/rad].
 [[nodiscard]] JointMatrix gravity_stiffness(const Hand& hand, const HandPose& pose, int finger,
-                                             const Eigen::Vector3d& gravity);
+                                            const Eigen::Vector3d& gravity);
 
 /// d(J'f)/dq of a finger, J the Jacobian of a point of one of its segments that is now at `point_m`, for a force that
 /// keeps its world components: symmetric [N m/rad].
 [[nodiscard]] JointMatrix force_stiffness(const Hand& hand, const HandPose& pose, const Segment& segment,
-                                           const Eigen::Vector3d& point_m, const Eigen::Vector3d& force_N);
+                                          const Eigen::Vector3d& point_m, const Eigen::Vector3d& force_N);
 
 }  // namespace thenar

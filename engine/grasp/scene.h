@@ -129,10 +129,10 @@ struct ObjectStiffness {
 
 /// What muscles are beyond the forces that they are asked for.
 struct MuscleSettings {
-  std::optional<Activation> activation;              ///< Nothing: forces are there at once.
-  std::optional<double> short_range;                 ///< gamma of k = gamma f / L; nothing: lengths change no force.
-  std::optional<ObjectStiffness> object_stiffness;   ///< Nothing: the least forces do. Of muscles with stiffness alone.
-  std::optional<double> frozen_from_s;               ///< From then on excitations stay as they are; nothing: never.
+  std::optional<Activation> activation;             ///< Nothing: forces are there at once.
+  std::optional<double> short_range;                ///< gamma of k = gamma f / L; nothing: lengths change no force.
+  std::optional<ObjectStiffness> object_stiffness;  ///< Nothing: the least forces do. Of muscles with stiffness alone.
+  std::optional<double> frozen_from_s;              ///< From then on excitations stay as they are; nothing: never.
 
   /// Whether the contact side has more to do than to apply torques.
   [[nodiscard]] bool act() const { return activation || short_range; }

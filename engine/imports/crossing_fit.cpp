@@ -1,11 +1,12 @@
 #include "engine/imports/crossing_fit.h"
-#include "engine/grasp/muscles.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <random>
+
+#include "engine/grasp/muscles.h"
 
 namespace thenar {
 

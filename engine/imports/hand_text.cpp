@@ -126,7 +126,8 @@ std::string hand_text(const ImportedHand& made, const std::string& origin) {
     if (!made.muscle_notes[m].empty()) text += fmt::format("  # {}\n", made.muscle_notes[m]);
     text += fmt::format("  max_force: {}\n", number(muscle.max_force_N));
     if (muscle.fibre_m) text += fmt::format("  fibre_length: {}\n", number(*muscle.fibre_m));
-    if (std::isfinite(muscle.tendon_N_per_m)) text += fmt::format("  tendon_stiffness: {}\n", number(muscle.tendon_N_per_m));
+    if (std::isfinite(muscle.tendon_N_per_m))
+      text += fmt::format("  tendon_stiffness: {}\n", number(muscle.tendon_N_per_m));
     text += "  crossings:\n";
     for (const MuscleCrossing& crossing : muscle.crossings) text += crossing_text(hand, crossing);
   }

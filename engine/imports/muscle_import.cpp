@@ -7,11 +7,11 @@
 #include <random>
 
 #include "engine/formats/text.h"
+#include "engine/grasp/muscles.h"
 #include "engine/imports/crossing_fit.h"
 #include "engine/imports/tendon_route.h"
 #include "engine/scenes/config.h"
-#include "solvers/muscle_forces.h"
-#include "engine/grasp/muscles.h"
+#include "solvers/muscles/muscle_forces.h"
 
 namespace thenar {
 

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "engine/grasp/stopwatch.h"
-#include "engine/grasp/surface_display.h"
+#include "engine/loops/surface_display.h"
 
 namespace thenar {
 namespace {

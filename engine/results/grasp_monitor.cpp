@@ -100,10 +100,9 @@ void GraspMonitor::add(double time_s, const ControlReport& control, const Eigen:
     unsolved_grasp_ = UnsolvedGrasp{time_s, control};
     if (!unsolved_) unsolved_ = Event{time_s, explain(model_.scene, *unsolved_grasp_)};
   }
-  if (control.muscle == MuscleStatus::kInfeasible && control.muscle_lack.muscle >= 0) {
-    const double needed_N = control.muscle_lack.needed_N;
-    muscles_[control.muscle_lack.muscle].add(
-        time_s, needed_N - model_.scene.hand.muscles[control.muscle_lack.muscle].max_force_N, needed_N);
+  if (const MuscleLack& lack = control.muscle_lack; lack.muscle >= 0) {
+    muscles_[lack.muscle].add(time_s, lack.needed_N - model_.scene.hand.muscles[lack.muscle].max_force_N,
+                              lack.needed_N);
   } else if (control.muscle != MuscleStatus::kOptimal && !unsolved_) {
     const bool none = control.muscle == MuscleStatus::kInfeasible;
     unsolved_ = Event{time_s, fmt::format("{} at {:.3f} s",

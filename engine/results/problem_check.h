@@ -5,7 +5,7 @@
 
 #include "solvers/grasp_forces.h"
 #include "solvers/lcp.h"
-#include "solvers/muscle_forces.h"
+#include "solvers/muscles/muscle_forces.h"
 #include "solvers/residual.h"
 
 namespace thenar {

@@ -12,7 +12,7 @@
 #include "engine/grasp/coupled_joints.h"
 #include "engine/scenes/config.h"
 #include "engine/scenes/keys.h"
-#include "solvers/muscle_forces.h"
+#include "solvers/muscles/muscle_forces.h"
 
 namespace thenar {
 

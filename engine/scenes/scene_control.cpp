@@ -87,12 +87,14 @@ std::optional<MuscleSettings> read_muscles(const ConfigMap& control, const Hand&
   const ConfigMap map = control.map("muscles");
   MuscleSettings muscles;
   if (map.has("activation")) muscles.activation = Activation{map.quantity("activation"), map.quantity("deactivation")};
-  if (map.has("deactivation") && !map.has("activation")) map.refuse("deactivation", "goes with activation: name that, too");
+  if (map.has("deactivation") && !map.has("activation"))
+    map.refuse("deactivation", "goes with activation: name that, too");
   if (map.has("stiffness")) {
     muscles.short_range = map.quantity("stiffness");
     const auto without = std::ranges::find_if(hand.muscles, [](const Muscle& m) { return !m.fibre_m; });
     if (without != hand.muscles.end()) {
-      map.refuse("stiffness", "needs the fibre_length of each muscle, and the hand does not say that of " + without->name);
+      map.refuse("stiffness",
+                 "needs the fibre_length of each muscle, and the hand does not say that of " + without->name);
     }
   }
   if (map.has("object_stiffness")) {

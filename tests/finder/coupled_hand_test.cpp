@@ -9,8 +9,8 @@
 #include "engine/finder/fit.h"
 #include "engine/finder/hand_body.h"
 #include "engine/grasp/coupled_joints.h"
-#include "tests/finder/known_surfaces.h"
 #include "engine/grasp/muscles.h"
+#include "tests/finder/known_surfaces.h"
 
 namespace thenar::coupled_hand_test {
 namespace {

@@ -6,8 +6,8 @@
 #include <algorithm>
 
 #include "engine/finder/pressed_shape.h"
-#include "tests/finder/known_surfaces.h"
 #include "engine/grasp/muscles.h"
+#include "tests/finder/known_surfaces.h"
 
 namespace thenar::hand_body_test {
 namespace {

@@ -11,10 +11,10 @@
 #include "bench/cases/scene_run.h"
 #include "engine/control/control.h"
 #include "engine/grasp/delassus.h"
+#include "engine/grasp/muscles.h"
 #include "tests/support/allocation_counter.h"
 #include "tests/support/coupled_hand.h"
 #include "tests/support/scenes.h"
-#include "engine/grasp/muscles.h"
 
 namespace thenar::coupled_joints_test {
 namespace {

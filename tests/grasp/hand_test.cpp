@@ -1,5 +1,4 @@
 #include "engine/grasp/hand.h"
-#include "engine/grasp/muscles.h"
 
 #include <gtest/gtest.h>
 
@@ -7,9 +6,10 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
+#include "engine/grasp/muscles.h"
 #include "engine/scenes/hand_file.h"
 #include "solvers/grasp_forces.h"
-#include "solvers/muscle_forces.h"
+#include "solvers/muscles/muscle_forces.h"
 #include "tests/support/json_eigen.h"
 #include "tests/support/scenes.h"
 #include "tests/support/three_fingers.h"

@@ -131,18 +131,16 @@ TEST_P(Muscles, StiffnessIsTheDerivativeOfTheirTorque) {
           const Muscle& muscle = hand.muscles[bellies[b].muscle];
           const double f_N = f[bellies[b].muscle];
           const double stretched_m =
-              -bellies[b].arms_m.head(tau.size()).dot(
-                  (at - q).segment(hand.fingertips[k].first_joint, tau.size())) / bellies[b].share;
-          const double more_N = f_N > 0.0 ? stretched_m / (*muscle.fibre_m / (kShortRange * f_N) +
-                                                           1.0 / muscle.tendon_N_per_m)
-                                          : 0.0;
+              -bellies[b].arms_m.head(tau.size()).dot((at - q).segment(hand.fingertips[k].first_joint, tau.size())) /
+              bellies[b].share;
+          const double more_N =
+              f_N > 0.0 ? stretched_m / (*muscle.fibre_m / (kShortRange * f_N) + 1.0 / muscle.tendon_N_per_m) : 0.0;
           tau += (f_N + more_N) * there[b].arms_m.head(tau.size());
         }
         return tau;
       };
       const MatrixXd K = muscle_stiffness(hand, bellies, k, kShortRange, f);
-      const MatrixXd slope =
-          gradient(q, torque).middleCols(hand.fingertips[k].first_joint, hand.fingertips[k].joints);
+      const MatrixXd slope = gradient(q, torque).middleCols(hand.fingertips[k].first_joint, hand.fingertips[k].joints);
       EXPECT_LE((K + slope).cwiseAbs().maxCoeff(), 1e-6 * K.cwiseAbs().maxCoeff()) << k;
     }
   }
@@ -154,9 +152,8 @@ TEST_P(Muscles, WeightAndForcesStiffenByTheDerivativesOfTheirTorques) {
     const JointVector q = random_posture(hand, random);
     const HandPose pose = pose_at(hand, q);
     const Vector3d gravity(3.0, -5.0, 8.0);
-    const MatrixXd G = gradient(q, [&](const JointVector& at) -> VectorXd {
-      return gravity_torques(hand, pose_at(hand, at), gravity);
-    });
+    const MatrixXd G = gradient(
+        q, [&](const JointVector& at) -> VectorXd { return gravity_torques(hand, pose_at(hand, at), gravity); });
     for (int k = 0; k < hand.fingers(); ++k) {
       const Fingertip& tip = hand.fingertips[k];
       EXPECT_LE((gravity_stiffness(hand, pose, k, gravity) - block(hand, G, k)).cwiseAbs().maxCoeff(), 1e-9);
@@ -173,8 +170,7 @@ TEST_P(Muscles, WeightAndForcesStiffenByTheDerivativesOfTheirTorques) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Hands, Muscles,
-                         testing::Values("hand", "hands/human5", "hands/three_finger", "coupled"),
+INSTANTIATE_TEST_SUITE_P(Hands, Muscles, testing::Values("hand", "hands/human5", "hands/three_finger", "coupled"),
                          [](const auto& info) {
                            std::string name = info.param;
                            std::ranges::replace(name, '/', '_');

@@ -9,8 +9,8 @@
 #include <numbers>
 #include <random>
 
-#include "tests/imports/imported.h"
 #include "engine/grasp/muscles.h"
+#include "tests/imports/imported.h"
 
 namespace thenar::hand_import_test {
 namespace {

@@ -7,10 +7,10 @@
 #include <filesystem>
 #include <string>
 
+#include "engine/grasp/muscles.h"
 #include "engine/imports/crossing_fit.h"
 #include "engine/scenes/hand_file.h"
-#include "solvers/muscle_forces.h"
-#include "engine/grasp/muscles.h"
+#include "solvers/muscles/muscle_forces.h"
 
 namespace thenar::hand_library_test {
 namespace {

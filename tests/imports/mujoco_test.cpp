@@ -13,9 +13,9 @@
 #include <string>
 #include <vector>
 
+#include "engine/grasp/muscles.h"
 #include "engine/imports/wrapping.h"
 #include "tests/imports/imported.h"
-#include "engine/grasp/muscles.h"
 
 namespace thenar::mujoco_test {
 namespace {

@@ -129,8 +129,7 @@ TEST(Verdict, SaysWhichMuscleIsAskedForMoreThanItHas) {
   monitor.add(0.2, solved(), forces_N);
   const Verdict verdict = monitor.verdict();
   EXPECT_EQ(verdict.outcome, Outcome::kOverLimits);
-  EXPECT_EQ(verdict.reason,
-            "the muscle FPL would need 603 N at 0.200 s, 3 times its 201 N (first passed at 0.100 s)");
+  EXPECT_EQ(verdict.reason, "the muscle FPL would need 603 N at 0.200 s, 3 times its 201 N (first passed at 0.100 s)");
 }
 
 // Forces that cannot be found because a finger slid are not the solver's fault.

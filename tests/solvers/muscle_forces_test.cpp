@@ -1,4 +1,4 @@
-#include "solvers/muscle_forces.h"
+#include "solvers/muscles/muscle_forces.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "solvers/stiff_muscles.h"
+#include "solvers/muscles/stiff_muscles.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "bench/cases/stiff_problems.h"
-#include "solvers/stiff_proof.h"
+#include "solvers/muscles/stiff_proof.h"
 #include "tests/support/allocation_counter.h"
 #include "tests/support/json_eigen.h"
 

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "solvers/muscle_forces.h"
+#include "solvers/muscles/muscle_forces.h"
 
 namespace thenar {
 

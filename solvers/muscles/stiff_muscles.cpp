@@ -1,12 +1,12 @@
-#include "solvers/stiff_muscles.h"
+#include "solvers/muscles/stiff_muscles.h"
 
 #include <algorithm>
 #include <array>
 #include <cassert>
 #include <cmath>
 
-#include "solvers/stiff_newton.h"
-#include "solvers/stiff_planes.h"
+#include "solvers/muscles/stiff_newton.h"
+#include "solvers/muscles/stiff_planes.h"
 
 namespace thenar {
 namespace {

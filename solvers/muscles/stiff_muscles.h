@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 
-#include "solvers/stiff_proof.h"
+#include "solvers/muscles/stiff_proof.h"
 
 namespace thenar {
 

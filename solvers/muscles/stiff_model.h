@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "solvers/stiff_problem.h"
+#include "solvers/muscles/stiff_problem.h"
 
 namespace thenar {
 

@@ -1,4 +1,4 @@
-#include "engine/results/chrome_trace.h"
+#include "engine/figures/chrome_trace.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "engine/grasp/surface_display.h"
+#include "engine/loops/surface_display.h"
 
 #include <gtest/gtest.h>
 

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 
-#include "solvers/stiff_problem.h"
+#include "solvers/muscles/stiff_problem.h"
 
 namespace thenar {
 

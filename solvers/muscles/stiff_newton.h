@@ -1,6 +1,6 @@
 #pragma once
 
-#include "solvers/stiff_model.h"
+#include "solvers/muscles/stiff_model.h"
 
 namespace thenar {
 

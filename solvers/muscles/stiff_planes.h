@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "solvers/dual_active_set.h"
-#include "solvers/stiff_model.h"
+#include "solvers/muscles/stiff_model.h"
 
 namespace thenar {
 

@@ -1,10 +1,10 @@
-#include "solvers/stiff_proof.h"
+#include "solvers/muscles/stiff_proof.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
-#include "solvers/stiff_model.h"
+#include "solvers/muscles/stiff_model.h"
 
 namespace thenar {
 namespace {

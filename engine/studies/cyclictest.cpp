@@ -1,4 +1,4 @@
-#include "app/cyclictest.h"
+#include "engine/studies/cyclictest.h"
 
 #include <fmt/format.h>
 #include <sys/prctl.h>
