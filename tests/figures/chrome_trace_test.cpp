@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <map>
 
-#include "tests/results/known_run.h"
+#include "tests/support/known_run.h"
 
 namespace thenar::chrome_trace_test {
 namespace {

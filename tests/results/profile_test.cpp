@@ -6,7 +6,7 @@
 #include <fstream>
 
 #include "engine/scenes/build_model.h"
-#include "tests/results/known_run.h"
+#include "tests/support/known_run.h"
 #include "tests/support/scenes.h"
 
 namespace thenar::profile_test {
