@@ -103,7 +103,11 @@ FingerForces ForceFilter::update(const PerFinger<GraspContact>& contacts, const 
 double force_gain(const Scene& scene, int finger) {
   // Sampled with a period and a delay, the loop is stable up to about 2 b / (period + delay). A third of that settles
   // within two periods; with a delay the lag behind a moving target grows, and more than half of it errs less.
-  const double period_s = scene.control_period_s, delay_s = scene.control_delay_s + scene.control->feedback_delay_s;
+  // Muscles that relax are late by their time constant, longest without activation.
+  const double period_s = scene.control_period_s;
+  double delay_s = scene.control_delay_s + scene.control->feedback_delay_s;
+  if (scene.has_muscles() && scene.control->muscles->activation)
+    delay_s += 2.0 * scene.control->muscles->activation->fall_s;
   return scene.control->gain.value_or(2.0 * scene.viscosity(finger) *
                                       std::min(0.3 / period_s, 0.6 / (period_s + delay_s)));
 }

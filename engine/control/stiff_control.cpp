@@ -63,7 +63,19 @@ void StiffnessControl::look(const Model& model, const Frame& frame, const HandPo
   grasp_ = grasp_stiffness(model, frame, pose, {snapshot.contact_forces, places_, model.friction(now_s)},
                            model.gravity(now_s), work_);
   wanted_ = wanted_stiffness(*model.scene.control->muscles->object_stiffness, snapshot.X_WO);
-  origin_m_ = snapshot.X_WO.translation();
+  X_WO_ = snapshot.X_WO;
+}
+
+void StiffnessControl::say_lack(const StiffMuscleProblem& problem, const StiffMuscleReport& found,
+                                StiffnessReport& report) const {
+  if (found.cause == StiffCause::kTorques) return;
+  const StiffLack lack = stiff_lack(problem, found);
+  report.at_limit = lack.at_limit;
+  if (found.cause != StiffCause::kStiffness) return;
+  const Vector3d along = lack.direction.head<3>(), about = lack.direction.tail<3>();
+  report.rotates = about.norm() > along.norm();
+  report.axis_O = X_WO_.linear().transpose() * (report.rotates ? about : along).normalized();
+  report.lacking = lack.lacking_N_per_m * (report.rotates ? problem.length_m * problem.length_m : 1.0);
 }
 
 /// What a newton of it changes: forces that keep their directions at their points. The patches stay as they are.
@@ -77,7 +89,7 @@ void StiffnessControl::set_squeeze(const Model& model, const HandPose& pose, con
     const Vector3d f = more_N.col(k);
     const FingerJacobian J = finger_jacobian(hand, pose, k, contacts[k].point_m);
     squeeze.tau.segment(tip.first_joint, tip.joints) = J.leftCols(tip.joints).transpose() * f;
-    squeeze.A.bottomRightCorner<3, 3>() += turning_stiffness(f, contacts[k].point_m - origin_m_);
+    squeeze.A.bottomRightCorner<3, 3>() += turning_stiffness(f, contacts[k].point_m - X_WO_.translation());
     squeeze.D.block(tip.first_joint, tip.first_joint, tip.joints, tip.joints) =
         force_stiffness(hand, pose, hand.segments[tip.segment], contacts[k].point_m, f);
   }
@@ -119,7 +131,7 @@ bool StiffnessControl::choose(const Model& model, std::span<const Belly> bellies
   report.iterations = found.iterations;
   report.residual = found.residual;
   report.is_infeasible = found.status != MuscleStatus::kOptimal;
-  if (found.status == MuscleStatus::kInfeasible) report.lack = stiff_lack(problem, found);
+  if (found.status == MuscleStatus::kInfeasible) say_lack(problem, found, report);
   share_ = report.is_infeasible ? kLess * share_ : std::min(1.0, share_ + kMore_per_s * period_s);
   if (report.is_infeasible) {
     report.squeeze_N = squeeze_N_;

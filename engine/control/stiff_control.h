@@ -1,6 +1,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "engine/control/grasp_stiffness.h"
@@ -16,8 +20,13 @@ struct StiffnessReport {
   bool is_chosen = false;  ///< All fingers bear load: before, there is none to choose.
   /// How much of what is asked for was had; less than 1 while there are no forces for all of it.
   double share = 1.0;
-  bool is_infeasible = false;            ///< There were none for this share: the least forces were taken.
-  StiffLack lack;                        ///< Then.
+  bool is_infeasible = false;  ///< There were none for this share: the least forces were taken.
+  // Then: which motion of the object lacks how much, [N/m] along an axis or [N m/rad] about one, and the muscles that it
+  // takes at their limits, a bit each. Without an axis it is a finger whose posture gives way, or torques.
+  std::optional<Eigen::Vector3d> axis_O = {};
+  bool rotates = false;
+  double lacking = 0.0;
+  std::uint64_t at_limit = 0;
   Matrix6d K_object = Matrix6d::Zero();  ///< Of the object in the hand, about its origin, world axes [N/m, N m/rad].
   double squeeze_N = 0.0;                ///< By how much the internal force is above control.grasp.internal_force.
   int iterations = 0;
@@ -43,6 +52,7 @@ class StiffnessControl {
   [[nodiscard]] double squeeze_N() const { return squeeze_N_; }
 
  private:
+  void say_lack(const StiffMuscleProblem& problem, const StiffMuscleReport& found, StiffnessReport& report) const;
   void set_squeeze(const Model& model, const HandPose& pose, const PerFinger<GraspContact>& contacts,
                    const FingerForces& more_N);
 
@@ -54,7 +64,7 @@ class StiffnessControl {
   StiffMuscleData problem_;
   StiffWarmStart last_;
   double share_ = 1.0, squeeze_N_ = 0.0;
-  Eigen::Vector3d origin_m_ = Eigen::Vector3d::Zero();
+  Eigen::Isometry3d X_WO_ = Eigen::Isometry3d::Identity();
 };
 
 }  // namespace thenar

@@ -61,6 +61,23 @@ std::string explain(const Scene& scene, const UnsolvedGrasp& unsolved) {
   return message + "; no friction would do: the fingers do not oppose each other";
 }
 
+/// Why the hand cannot hold the object as stiffly as it is asked to.
+std::string too_soft_in_words(const Hand& hand, const StiffnessReport& found, double time_s) {
+  std::string words = fmt::format("no muscle forces make the object so stiff at {:.3f} s: ", time_s);
+  if (const auto& axis = found.axis_O) {
+    words += fmt::format("{} ({:.2f}, {:.2f}, {:.2f}) of the object lacks {:.3g} {}",
+                         found.rotates ? "rotation about" : "translation along", axis->x(), axis->y(), axis->z(),
+                         found.lacking, found.rotates ? "N m/rad" : "N/m");
+  } else {
+    words += "a finger's posture gives way";
+  }
+  std::string muscles;
+  for (std::size_t m = 0; m < hand.muscles.size(); ++m) {
+    if ((found.at_limit >> m & 1) != 0) muscles += (muscles.empty() ? "" : ", ") + hand.muscles[m].name;
+  }
+  return muscles.empty() ? words : words + "; at their limit: " + muscles;
+}
+
 /// The worst muscles, then the worst joints.
 std::string limits_in_words(std::vector<Excess> beyond) {
   const auto severity = [](const Excess& e) {
@@ -96,6 +113,9 @@ GraspMonitor::GraspMonitor(const Model& model)
               2 * most_stride(model.scene)) {}
 
 void GraspMonitor::add(double time_s, const ControlReport& control, const Eigen::VectorXd& muscle_forces_N) {
+  if (control.stiffness.is_infeasible && time_s >= kMeasuredFrom_s && !too_soft_) {
+    too_soft_ = Event{time_s, too_soft_in_words(model_.scene.hand, control.stiffness, time_s)};
+  }
   if (control.grasp != GraspStatus::kOptimal && !unsolved_grasp_) {
     unsolved_grasp_ = UnsolvedGrasp{time_s, control};
     if (!unsolved_) unsolved_ = Event{time_s, explain(model_.scene, *unsolved_grasp_)};
@@ -362,6 +382,7 @@ Verdict GraspMonitor::verdict() const {
   add(Outcome::kSlipping, slips_in_words());
   add(Outcome::kOffTarget, way_off_in_words());
   add(Outcome::kOverLimits, limits_in_words(verdict.beyond));
+  if (too_soft_) add(Outcome::kOverLimits, too_soft_->what);
   if (unsolved_ && !cause) add(Outcome::kSolverFailed, unsolved_->what);
   add(Outcome::kUnknown, missed_);
   if (found.empty()) return verdict;

@@ -93,6 +93,7 @@ class GraspMonitor {
   std::optional<double> delays_;  ///< K T / b of the pose's loop, once it is asked for.
   // The hand.
   std::vector<Worst> joints_;
+  std::optional<Event> too_soft_;  ///< A stiffness that was asked for could not be had.
   std::vector<Worst> muscles_;
   // Forces of the last ticks, as far back as chatter looks: a ring.
   std::vector<Forces> forces_;

@@ -119,7 +119,8 @@ void for_each_field(const Model& model, const Picture& picture, const TickRecord
   vector("position_m", "m", tick.position_m);
   vector("path_target_m", "m", tick.target_m);
   one("rotation_error_rad", "rad", tick.rotation_error_rad);
-  vector("muscles_N", "N", model.scene.has_muscles() ? muscle_forces_N : Eigen::VectorXd());
+  const Eigen::VectorXd asked_N = model.scene.has_muscles() ? muscle_forces_N : Eigen::VectorXd();
+  vector("muscles_N", "N", now.muscle_N.size() > 0 ? Eigen::VectorXd(now.muscle_N) : asked_N);
   const Vector3d unknown = Vector3d::Constant(kUnknown);
   const ShownPull pull = picture.pull.value_or(ShownPull{unknown, unknown, unknown});
   vector("pull_anchor_m", "m", pull.anchor_m);

@@ -258,7 +258,7 @@ constexpr std::array kSceneKeys = std::to_array<Key>({
      "The least share of a patch that is to stick: with less of it, the squeeze rises."},
     {"control.reflex.regulation", kQuantity, kRate, ">= 0", "5 1/s",
      "How fast it rises and falls again. Much above 1/(2 x the touch's delay) it swings."},
-    {"control.muscles", kMap, kNone, "true | false", "",
+    {"control.muscles", kMap, kNone, " | true | false", "",
      "Whether muscles drive the joints, or torques as they are; as a map, what muscles are beyond their forces."},
     {"control.muscles.activation", kQuantity, kTime, "1 ms .. 1 s", "(Without it forces are there at once.)",
      "The time constant with which forces rise to what is asked for, at an activation of a third."},

@@ -102,6 +102,15 @@ constexpr std::array<PartTraits, kParts.size()> kTraits{{
     {"delay of what is known (control.feedback_delay)",
      [](const Scene& s) { return s.control && s.control->feedback_delay_s > 0.0; },
      [](Scene& s) { s.control->feedback_delay_s = 0.0; }},
+    {"stiffness of the muscles (control.muscles.stiffness)",
+     [](const Scene& s) { return s.has_muscles() && s.control->muscles->short_range; },
+     [](Scene& s) {
+       s.control->muscles->short_range.reset();
+       s.control->muscles->object_stiffness.reset();
+     }},
+    {"activation of the muscles (control.muscles.activation)",
+     [](const Scene& s) { return s.has_muscles() && s.control->muscles->activation; },
+     [](Scene& s) { s.control->muscles->activation.reset(); }},
 }};
 
 /// Two digits; what is next to nothing is 0.

@@ -30,11 +30,14 @@ enum class Part {
   kReflex,
   kAnticipation,
   kFeedbackDelay,
+  kMuscleStiffness,  ///< Without, muscles give the forces that they are asked for, however long they are.
+  kActivation,       ///< Without, at once.
 };
 /// Those that save most first: so they are tried.
 inline constexpr std::array kParts{
-    Part::kFingertips, Part::kSoftObject, Part::kDetail, Part::kMuscles, Part::kObjectMemory, Part::kFingertipMemory,
-    Part::kStiffening, Part::kPulpShape,  Part::kTouch,  Part::kReflex,  Part::kAnticipation, Part::kFeedbackDelay};
+    Part::kFingertips,      Part::kSoftObject,    Part::kDetail,          Part::kMuscles,   Part::kObjectMemory,
+    Part::kFingertipMemory, Part::kStiffening,    Part::kPulpShape,       Part::kTouch,     Part::kReflex,
+    Part::kAnticipation,    Part::kFeedbackDelay, Part::kMuscleStiffness, Part::kActivation};
 
 /// In words, with the scene's key: "muscles (control.muscles)".
 [[nodiscard]] const char* to_string(Part part);

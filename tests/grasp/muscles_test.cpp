@@ -171,8 +171,8 @@ TEST_P(Muscles, WeightAndForcesStiffenByTheDerivativesOfTheirTorques) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Hands, Muscles, testing::Values("hand", "hands/human5", "hands/three_finger", "coupled"),
-                         [](const auto& info) {
-                           std::string name = info.param;
+                         [](const auto& given) {
+                           std::string name = given.param;
                            std::ranges::replace(name, '/', '_');
                            return name;
                          });

@@ -73,7 +73,9 @@ TEST(ModelParts, LeavingOutIsTheSceneThatNeverNamedThePart) {
                          {Part::kTouch, {kTouch, kFelt, "control.reflex={}"}, {kExpected}},
                          {Part::kReflex, {kTouch, kFelt, "control.reflex={}"}, {kTouch, kFelt}},
                          {Part::kAnticipation, {"control.anticipation=true"}, {}},
-                         {Part::kFeedbackDelay, {kLate}, {}}}) {
+                         {Part::kFeedbackDelay, {kLate}, {}},
+                         {Part::kMuscleStiffness, {"control.muscles={stiffness: 23.4}"}, {}},
+                         {Part::kActivation, {"control.muscles={activation: 10 ms}"}, {}}}) {
     SCOPED_TRACE(to_string(part));
     const Scene scene = grasp(with, "0.1 s");
     ASSERT_TRUE(has(scene, part));
