@@ -21,8 +21,9 @@ using namespace thenar;
 void check_muscles(const Scene& scene, const std::string& name) {
   const auto refuse = [&](const std::string& why) { throw ConfigError({{name, "", why}}); };
   if (!scene.has_muscles() || !scene.control->muscles->short_range) {
-    refuse("its muscles have no stiffness: name control.muscles.stiffness, such as "
-           "--set 'control.muscles={stiffness: 23.4}'");
+    refuse(
+        "its muscles have no stiffness: name control.muscles.stiffness, such as "
+        "--set 'control.muscles={stiffness: 23.4}'");
   }
   if (scene.object.compliance) refuse("its object is soft, and only stiffness of rigid ones in the hand is known");
 }
@@ -33,7 +34,9 @@ void add_stiffness(CLI::App& app, StiffnessOptions& options) {
   CLI::App* const command = app.add_subcommand(
       "stiffness", "Tells how stiff a hand holds an object: predicted, and measured by probes of the simulation");
   add_scene(*command, options.scene, options.overrides);
-  command->add_option("--at", options.at, "When, in seconds, or with a unit, such as '500 ms'; default: the end of the scene")
+  command
+      ->add_option("--at", options.at,
+                   "When, in seconds, or with a unit, such as '500 ms'; default: the end of the scene")
       ->type_name("T")
       ->check(some_time());
   command

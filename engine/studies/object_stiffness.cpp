@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace thenar {
 
@@ -19,8 +20,33 @@ namespace {
 constexpr double kTolerance = 1e-9;
 constexpr int kLeastSweeps = 1000;
 
+/// What the task does stays as it is at this time.
+void hold_task(const Model& of, double at_s, Scene& scene) {
+  TaskSettings& task = scene.task;
+  const double last_s = at_s - 0.5 * scene.step_s;
+  const Eigen::Isometry3d moved = of.scene.object.X_WO.inverse() * of.target(at_s);
+  if (task.translate)
+    task.translate = Move{task.translate->axis, moved.translation().dot(task.translate->axis), -1.0, 0.5};
+  if (task.rotate) {
+    const Eigen::AngleAxisd turn(Matrix3d(moved.linear()));
+    task.rotate = Move{task.rotate->axis, turn.angle() * turn.axis().dot(task.rotate->axis), -1.0, 0.5};
+  }
+  if (auto& push = task.push; push && last_s >= push->from_s && last_s < push->from_s + push->over_s) {
+    const double share = push->rise_s > 0.0 ? std::min(1.0, (last_s - push->from_s) / push->rise_s) : 1.0;
+    push = Push{share * push->force_N,  0.0, std::numeric_limits<double>::infinity(), 0.0, push->at_m,
+                share * push->moment_Nm};
+  } else {
+    push.reset();
+  }
+  scene.gravity = of.gravity(at_s);
+  task.arm.reset();
+  scene.contact.friction = of.friction(at_s);
+  task.friction.clear();
+}
+
 Model to_be_probed(const Model& of, double at_s, Acting acting) {
   Model model = of;
+  hold_task(of, at_s, model.scene);
   model.scene.contact.tolerance = std::min(model.scene.contact.tolerance, kTolerance);
   model.scene.contact.max_sweeps = std::max(model.scene.contact.max_sweeps, kLeastSweeps);
   if (acting == Acting::kMuscles) model.scene.control->muscles->frozen_from_s = at_s - 0.5 * model.scene.step_s;
@@ -133,8 +159,7 @@ CentredStiffness centred(const Matrix6d& K) {
     const Matrix3d M = K_tt.inverse() * K_tr;
     all.centre_m = -0.5 * Vector3d(M(2, 1) - M(1, 2), M(0, 2) - M(2, 0), M(1, 0) - M(0, 1));
   }
-  const Eigen::SelfAdjointEigenSolver<Matrix3d> rotation(
-      symmetric(about(K, all.centre_m).bottomRightCorner<3, 3>()));
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> rotation(symmetric(about(K, all.centre_m).bottomRightCorner<3, 3>()));
   all.translation_N_per_m = translation.eigenvalues();
   all.translation_axes = translation.eigenvectors();
   all.rotation_Nm_per_rad = rotation.eigenvalues();

@@ -17,7 +17,7 @@ enum class Acting {
 
 /// A grasp at a time of its scene, as a run that goes on from there with contacts solved to 1e-9.
 struct GraspAt {
-  /// Runs the scene until then, in one loop. Needs muscles that have stiffness.
+  /// Runs the scene until then, in one loop; what its task does then stays as it is. Needs muscles that have stiffness.
   GraspAt(const Model& of, double at_s, Acting acting);
 
   Model model;
@@ -41,11 +41,11 @@ enum class Moving { kTranslation, kRotation, kFinger };
 
 /// A way in which the whole grasp comes back, or goes away, as exp(-rate t).
 struct GraspMode {
-  double rate_per_s = 0.0;   ///< Negative: it turns away.
+  double rate_per_s = 0.0;        ///< Negative: it turns away.
   double swings_rad_per_s = 0.0;  ///< 0: it does not swing.
   Moving moving = Moving::kTranslation;
-  int finger = 0;            ///< That moves, if it is one.
-  double share = 0.0;        ///< Of what viscosity takes.
+  int finger = 0;                                    ///< That moves, if it is one.
+  double share = 0.0;                                ///< Of what viscosity takes.
   Eigen::Vector3d axis_O = Eigen::Vector3d::Zero();  ///< Unit: along or about it, if it is the object.
   /// Amplitude of the mode in a motion z = (object's origin, rotation, joints; world axes): measure' z.
   Eigen::VectorXcd measure;
@@ -55,7 +55,7 @@ struct GraspMode {
 /// What muscles are asked for.
 struct MuscleEffort {
   double sum_N = 0.0;
-  int largest = 0;  ///< That with the largest share
+  int largest = 0;     ///< That with the largest share
   double share = 0.0;  ///< of its largest force.
 };
 

@@ -8,8 +8,9 @@ namespace thenar {
 
 struct ProbeSettings {
   double force_N = 2e-3, moment_Nm = 2e-5;  ///< Of a probe.
-  double rest = 1e-3;    ///< It rests when so much of its motion is still to come.
-  double most_s = 10.0;  ///< It is not waited for longer.
+  double rest = 1e-3;                       ///< It rests when so much of its motion is still to come.
+  double most_s = 10.0;                     ///< It is not waited for longer.
+  double law_s = 0.1;  ///< Where the law goes on, it is waited for so long: in the end integrals undo all motion.
   /// Share of the scene's viscosities of joints and object that probes have while excitations stay: what rests does not
   /// feel them, and they alone make it wait.
   double viscosity = 0.1;
@@ -18,10 +19,11 @@ struct ProbeSettings {
 
 /// What pushes and turns of the object in all directions did to it.
 struct MeasuredStiffness {
-  Matrix6d C_O;  ///< Compliance: object's motion for a wrench, both about its origin, its axes.
-  Matrix6d K_O;  ///< Its inverse.
+  Matrix6d C_O;           ///< Compliance: object's motion for a wrench, both about its origin, its axes.
+  Matrix6d K_O;           ///< Its inverse.
   double waited_s = 0.0;  ///< Of the slowest probe.
   double moving = 0.0;    ///< The largest share of its motion that a probe had still to come.
+  double drift_m = 0.0;   ///< How far the object went meanwhile without any push, a turn as the way at 20 mm.
   bool is_finite = true;  ///< No contact solve failed.
 };
 

@@ -22,7 +22,8 @@ std::string vector_text(const Vector3d& v) { return fmt::format("[{:.2f}, {:.2f}
 
 /// "the object turns about [0.98, 0.10, -0.17]"
 std::string in_words(const Hand& hand, const GraspMode& mode) {
-  if (mode.moving == Moving::kFinger) return fmt::format("the {} changes its posture", hand.fingertips[mode.finger].finger);
+  if (mode.moving == Moving::kFinger)
+    return fmt::format("the {} changes its posture", hand.fingertips[mode.finger].finger);
   return fmt::format("the object {} {}", mode.moving == Moving::kTranslation ? "moves along" : "turns about",
                      vector_text(mode.axis_O));
 }
@@ -34,15 +35,15 @@ std::string time_text(double rate_per_s) {
 
 /// Predicted, measured, and the ratio of the second to the first.
 std::string cells(double predicted, const std::optional<double>& measured) {
-  if (!measured) return fmt::format("{:>12.4g}{:>12}{:>9}", predicted, "-", "-");
-  return fmt::format("{:>12.4g}{:>12.4g}{:>9.3f}", predicted, *measured, *measured / predicted);
+  if (!measured) return fmt::format("{:>11.4g} {:>11} {:>8}", predicted, "-", "-");
+  return fmt::format("{:>11.4g} {:>11.4g} {:>8.4g}", predicted, *measured, *measured / predicted);
 }
 
 std::string matrix_text(const StiffnessStudy& study) {
   const Matrix6d& K = study.predicted.K_O;
   const Matrix6d C = K.inverse();
-  std::string text = fmt::format("\n  {:<20}{:>33}{:>35}\n", "", "all other motions held", "all other motions free");
-  text += fmt::format("  {:<20}{:>12}{:>12}{:>9}  {:>12}{:>12}{:>9}\n", "about its origin", "predicted", "measured",
+  std::string text = fmt::format("\n  {:<20}{:>32}{:>34}\n", "", "all other motions held", "all other motions free");
+  text += fmt::format("  {:<20}{:>11} {:>11} {:>8}  {:>11} {:>11} {:>8}\n", "about its origin", "predicted", "measured",
                       "ratio", "predicted", "measured", "ratio");
   for (Index i = 0; i < 6; ++i) {
     std::optional<double> held, free;
@@ -68,13 +69,17 @@ std::string probe_text(const StiffnessStudy& study) {
   if (!study.measured) return "";
   const MeasuredStiffness& measured = *study.measured;
   if (!measured.is_finite) return "  not measured: a contact solve failed\n";
-  std::string text;
-  if (study.acting == Acting::kMuscles) {
-    text += fmt::format("  the compliances differ by {:.2g} % at most\n",
-                        100.0 * compliance_error(measured.C_O, study.predicted.K_O.inverse()));
+  if (study.acting == Acting::kControl) {
+    return fmt::format(
+        "  measured {:.3g} s after the push: later the law's integrals, where it has some, bring it back\n",
+        measured.waited_s);
   }
-  text += fmt::format("  measured after {:.3g} s, when {:.2g} % of the slowest motion was still to come\n",
-                      measured.waited_s, 100.0 * measured.moving);
+  std::string text = fmt::format("  the compliances differ by {:.2g} % at most\n",
+                                 100.0 * compliance_error(measured.C_O, study.predicted.K_O.inverse()));
+  text += fmt::format(
+      "  measured after {:.3g} s, when {:.2g} % of the slowest motion was still to come; meanwhile the object went\n"
+      "  {:.3g} mm by itself\n",
+      measured.waited_s, 100.0 * measured.moving, 1e3 * measured.drift_m);
   return text;
 }
 
@@ -93,8 +98,9 @@ std::string modes_text(const Hand& hand, const StiffnessStudy& study) {
   }
   for (int k = 0; k < hand.fingers(); ++k) {
     if (const double least = study.predicted.joints_Nm_per_rad[k]; !(least > 0.0)) {
-      text += fmt::format("  with the object clamped, the {} would turn away: its joints have {:.3g} N m/rad at least\n",
-                          hand.fingertips[k].finger, least);
+      text +=
+          fmt::format("  with the object clamped, the {} would turn away: its joints have {:.3g} N m/rad at least\n",
+                      hand.fingertips[k].finger, least);
     }
   }
   return text;
@@ -126,8 +132,9 @@ ordered_json to_json(const CentredStiffness& all) {
 ordered_json to_json(const Hand& hand, const GraspMode& mode) {
   ordered_json json{{"rate_per_s", mode.rate_per_s},
                     {"swings_rad_per_s", mode.swings_rad_per_s},
-                    {"moves", mode.moving == Moving::kFinger ? hand.fingertips[mode.finger].finger
-                              : mode.moving == Moving::kTranslation ? "object, translation" : "object, rotation"},
+                    {"moves", mode.moving == Moving::kFinger        ? hand.fingertips[mode.finger].finger
+                              : mode.moving == Moving::kTranslation ? "object, translation"
+                                                                    : "object, rotation"},
                     {"share", mode.share}};
   json["axis"] = mode.moving == Moving::kFinger ? ordered_json(nullptr) : to_json(mode.axis_O);
   return json;
@@ -139,14 +146,15 @@ std::string stiffness_text(const Scene& scene, const StiffnessStudy& study) {
   const PredictedStiffness& predicted = study.predicted;
   const Hand& hand = scene.hand;
   std::string text = fmt::format("{}: the object's stiffness at {:g} s, {}\n", scene.name, study.at_s,
-                                 study.acting == Acting::kMuscles ? "excitations of muscles as they are then"
-                                                                  : "measured while the control law goes on");
+                                 study.acting == Acting::kMuscles
+                                     ? "excitations of muscles as they are then"
+                                     : "predicted for the muscles alone, measured while the control law goes on");
   if (predicted.contacts == 0) return text + "  no finger holds the object\n";
   text += fmt::format("  contacts        {} bear load, {} of them slide{}\n", predicted.contacts, predicted.sliding,
                       predicted.sliding > 0 ? ", and count along their normals alone" : "");
-  text += fmt::format("  muscle forces   {:.4g} N in all; {} has {:.3g} % of its largest force, the largest share\n",
-                      predicted.effort.sum_N, hand.muscles[predicted.effort.largest].name,
-                      100.0 * predicted.effort.share);
+  text +=
+      fmt::format("  muscle forces   {:.4g} N in all; {} has {:.3g} % of its largest force, the largest share\n",
+                  predicted.effort.sum_N, hand.muscles[predicted.effort.largest].name, 100.0 * predicted.effort.share);
   text += matrix_text(study) + probe_text(study);
   if (study.acting == Acting::kMuscles && !study.measured && study.slowest_per_s) {
     text += "  not measured, for a motion turns away: there is no rest\n";
@@ -188,6 +196,7 @@ ordered_json stiffness_json(const Scene& scene, const StiffnessStudy& study) {
                       {"compliance_error", compliance_error(measured.C_O, predicted.K_O.inverse())},
                       {"waited_s", measured.waited_s},
                       {"moving", measured.moving},
+                      {"drift_m", measured.drift_m},
                       {"finite", measured.is_finite}};
   return json;
 }

@@ -50,8 +50,7 @@ inline bool stiffen(GraspRun& run, double translation_N_per_m, double rotation_N
   const std::vector<ContactPlace> places = places_of(now, run.frame.size());
   StiffnessWorkspace work(model);
   const ContactLoads loads{run.state.forces, places, model.friction(run.time_s())};
-  const GraspStiffness grasp =
-      grasp_stiffness(model, run.frame, run.controller.pose, loads, model.scene.gravity, work);
+  const GraspStiffness grasp = grasp_stiffness(model, run.frame, run.controller.pose, loads, model.scene.gravity, work);
   StiffMuscleData data;
   data.H = run.controller.H;
   data.tau = acting_torques(run);
