@@ -190,6 +190,7 @@ int execute(const Options& options) {
       {"grasp", grasp},
       {"new", new_scene},
       {"sweep", sweep},
+      {"stiffness", [](const Options& o) { return run_stiffness(o.stiffness); }},
       {"export", export_recording},
       {"keys", [](const Options& o) { return print(o.markdown ? keys_as_markdown() : keys_as_text(o.prefix)); }},
       {"schema", [](const Options&) { return print(keys_as_schema()); }},

@@ -28,19 +28,6 @@ struct SceneFlags {
   RateFlags rates;
 };
 
-/// A bare number is one of seconds.
-std::string with_unit(const std::string& text) { return thenar::number_in<double>(text) ? text + " s" : text; }
-
-/// Of seconds, or with a unit.
-CLI::Validator some_time() {
-  const CLI::Validator rule = quantity(Dimension::kTime, 1e-6, 1e5, "500 ms");
-  return {[rule](const std::string& text) {
-            std::string time = with_unit(text);
-            return rule(time);
-          },
-          ""};
-}
-
 void add_file(CLI::App& command, const char* option, std::filesystem::path& file, const char* what) {
   command.add_option(option, file, what)->type_name("FILE")->check(named())->check(no_folder());
 }
@@ -382,6 +369,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
   add_hand(app, options.hand);
   add_grasp(app, options);
   add_sweep(app, options);
+  add_stiffness(app, options.stiffness);
   add_export(app, options);
   add_keys(app, options);
   app.add_subcommand("schema", "Prints the JSON Schema of scenes, by which editors complete and check them");

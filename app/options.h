@@ -9,6 +9,7 @@
 #include "app/hand.h"
 #include "app/record_flags.h"
 #include "app/scene_flags.h"
+#include "app/stiffness.h"
 #include "engine/scenes/scene_file.h"
 
 /// Who runs the two loops.
@@ -55,6 +56,7 @@ struct Options {
   bool markdown = false;  ///< As docs/reference/scene.md.
 
   HandOptions hand;
+  StiffnessOptions stiffness;
 
   // Of sweeps.
   std::vector<std::string> vary;  ///< As written, the last one turns fastest.

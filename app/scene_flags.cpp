@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "engine/formats/byte_source.h"
 #include "engine/loops/realtime.h"
 #include "engine/scenes/config.h"
 #include "engine/scenes/scene_file.h"
@@ -63,6 +64,17 @@ void add_core(CLI::App& command, int& core) {
                  return fmt::format("{} is none of the cores that the program may use: {}", text, all);
                },
                ""});
+}
+
+std::string with_unit(const std::string& text) { return thenar::number_in<double>(text) ? text + " s" : text; }
+
+CLI::Validator some_time() {
+  const CLI::Validator rule = quantity(Dimension::kTime, 1e-6, 1e5, "500 ms");
+  return {[rule](const std::string& text) {
+            std::string time = with_unit(text);
+            return rule(time);
+          },
+          ""};
 }
 
 double time_s(const std::string& text) { return thenar::read_quantity(text, Dimension::kTime).value; }

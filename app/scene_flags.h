@@ -33,6 +33,10 @@ struct RateFlags {
 /// Whether the text is a quantity within [low, high], as CLI11 asks: what is wrong, or nothing.
 [[nodiscard]] CLI::Validator quantity(thenar::Dimension dimension, double low, double high, const char* example);
 [[nodiscard]] double time_s(const std::string& text);
+/// A time without a unit is one of seconds.
+[[nodiscard]] std::string with_unit(const std::string& text);
+/// Whether the text is a time, with a unit or without.
+[[nodiscard]] CLI::Validator some_time();
 /// Whether the text is a name, and not that of a folder.
 [[nodiscard]] CLI::Validator named();
 [[nodiscard]] CLI::Validator no_folder();

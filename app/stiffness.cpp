@@ -1,0 +1,71 @@
+#include "app/stiffness.h"
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <optional>
+
+#include "app/exit_code.h"
+#include "app/results.h"
+#include "app/scene_flags.h"
+#include "engine/formats/files.h"
+#include "engine/scenes/build_model.h"
+#include "engine/scenes/config.h"
+#include "engine/scenes/scene_file.h"
+#include "engine/studies/stiffness_report.h"
+
+namespace {
+
+using namespace thenar;
+
+/// What has no stiffness to tell is refused.
+void check_muscles(const Scene& scene, const std::string& name) {
+  const auto refuse = [&](const std::string& why) { throw ConfigError({{name, "", why}}); };
+  if (!scene.has_muscles() || !scene.control->muscles->short_range) {
+    refuse(
+        "its muscles have no stiffness: name control.muscles.stiffness, such as "
+        "--set 'control.muscles={stiffness: 23.4}'");
+  }
+  if (scene.object.compliance) refuse("its object is soft, and only stiffness of rigid ones in the hand is known");
+}
+
+}  // namespace
+
+void add_stiffness(CLI::App& app, StiffnessOptions& options) {
+  CLI::App* const command = app.add_subcommand(
+      "stiffness", "Tells how stiff a hand holds an object: predicted, and measured by probes of the simulation");
+  add_scene(*command, options.scene, options.overrides);
+  command
+      ->add_option("--at", options.at,
+                   "When, in seconds, or with a unit, such as '500 ms'; default: the end of the scene")
+      ->type_name("T")
+      ->check(some_time());
+  command
+      ->add_option("--free", options.free,
+                   "What may act: muscles, whose excitations then stay, or the control law, which goes on")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"muscles", "control"}));
+  command->add_flag_callback(
+      "--no-probe", [&options] { options.probe = false; }, "Predicts alone");
+  command->add_option("--json", options.json, "File for all figures")
+      ->type_name("FILE")
+      ->check(named())
+      ->check(no_folder());
+  command->footer(
+      "Exit code: 0, also if the grasp turns away by itself; 2 for a wrong command or scene, 3 for a file, 6 if a "
+      "contact solve failed, 7 if no finger holds the object.");
+}
+
+int run_stiffness(const StiffnessOptions& options) {
+  Scene scene = load_scene(options.scene, options.overrides);
+  check_muscles(scene, options.scene.string());
+  if (!options.json.empty()) check_results({{"--json", options.json}}, scene_files(options.scene, options.overrides));
+  const double at_s = options.at.empty() ? scene.duration_s : time_s(with_unit(options.at));
+  const Model model = build_model(std::move(scene));
+  const StiffnessStudy study =
+      study_stiffness(model, at_s, options.free == "control" ? Acting::kControl : Acting::kMuscles,
+                      options.probe ? std::optional(ProbeSettings{}) : std::nullopt);
+  if (!options.json.empty()) write_file(options.json, stiffness_json(model.scene, study).dump(2) + "\n");
+  std::cout << stiffness_text(model.scene, study);
+  if (study.predicted.contacts == 0) return kLost;
+  return study.measured && !study.measured->is_finite ? kFailed : kDone;
+}

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace CLI {
+class App;
+}  // namespace CLI
+
+/// What `thenar stiffness` is asked for.
+struct StiffnessOptions {
+  std::filesystem::path scene;
+  std::vector<std::string> overrides;
+  std::string at;                ///< As written; empty: the scene's end.
+  std::string free = "muscles";  ///< Or "control".
+  bool probe = true;
+  std::filesystem::path json;  ///< Empty: none.
+};
+
+void add_stiffness(CLI::App& app, StiffnessOptions& options);
+
+/// Prints the stiffness of a scene's object in the hand. Returns the exit code.
+[[nodiscard]] int run_stiffness(const StiffnessOptions& options);
