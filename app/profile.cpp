@@ -9,11 +9,11 @@
 #include <utility>
 
 #include "app/exit_code.h"
-#include "app/profile_table.h"
 #include "app/progress.h"
 #include "app/results.h"
 #include "engine/figures/chrome_trace.h"
 #include "engine/figures/profile_figures.h"
+#include "engine/studies/profile_table.h"
 #include "engine/formats/files.h"
 #include "engine/loops/control_period.h"
 #include "engine/loops/percentiles.h"

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "app/profile_table.h"
+#include "engine/studies/profile_table.h"
 
 namespace {
 

@@ -15,8 +15,9 @@ namespace thenar {
 
 using ObjectJoints = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, kMaxFingerJoints>;
 
-/// How the forces on object and joints answer to small motions of both, contacts as they are. With X the object's motion
-/// (of its origin, then its rotation; world axes) and q the joints' of a finger, the forces that drive them back are
+/// How the forces on object and joints answer to small motions of both, contacts as they are. With X the object's
+/// motion (of its origin, then its rotation; world axes) and q the joints' of a finger, the forces that drive them back
+/// are
 ///     A X - sum_k B_k q_k  and  (D_k + M_k) q_k - B_joints,k' X,
 /// M_k the stiffness of finger k's muscles. Joints that nobody moves find their place, so that the object has
 ///     K_o = A - sum_k B_k (D_k + M_k)^-1 B_joints,k',

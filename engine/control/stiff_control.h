@@ -21,8 +21,8 @@ struct StiffnessReport {
   /// How much of what is asked for was had; less than 1 while there are no forces for all of it.
   double share = 1.0;
   bool is_infeasible = false;  ///< There were none for this share: the least forces were taken.
-  // Then: which motion of the object lacks how much, [N/m] along an axis or [N m/rad] about one, and the muscles that it
-  // takes at their limits, a bit each. Without an axis it is a finger whose posture gives way, or torques.
+  // Then: which motion of the object lacks how much, [N/m] along an axis or [N m/rad] about one, and the muscles that
+  // it takes at their limits, a bit each. Without an axis it is a finger whose posture gives way, or torques.
   std::optional<Eigen::Vector3d> axis_O = {};
   bool rotates = false;
   double lacking = 0.0;
@@ -33,8 +33,9 @@ struct StiffnessReport {
   double residual = 0.0;
 };
 
-/// Chooses muscle forces for the stiffness of the object that a scene asks for: the least with H f = tau and K_o >= share
-/// K_des. If there are none, the next period asks for less, and then slowly for more again. Its memory is taken once.
+/// Chooses muscle forces for the stiffness of the object that a scene asks for: the least with H f = tau and K_o >=
+/// share K_des. If there are none, the next period asks for less, and then slowly for more again. Its memory is taken
+/// once.
 class StiffnessControl {
  public:
   explicit StiffnessControl(const Model& model);
@@ -42,8 +43,8 @@ class StiffnessControl {
   /// The grasp as a frame and its snapshot have it; `pose` is the snapshot's.
   void look(const Model& model, const Frame& frame, const HandPose& pose, const Snapshot& snapshot);
 
-  /// Forces f [N] for torques tau of bellies at the snapshot, and `more_tau` for each newton of squeeze, whose forces on
-  /// the object are `more_N`. False, and f is as it was: there are none, or the fingers bear no load yet.
+  /// Forces f [N] for torques tau of bellies at the snapshot, and `more_tau` for each newton of squeeze, whose forces
+  /// on the object are `more_N`. False, and f is as it was: there are none, or the fingers bear no load yet.
   bool choose(const Model& model, std::span<const Belly> bellies, const JointVector& tau, const HandPose& pose,
               const PerFinger<GraspContact>& contacts, const FingerForces& more_N, double period_s,
               Eigen::Ref<Eigen::VectorXd> f, StiffnessReport& report);

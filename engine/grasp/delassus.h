@@ -19,8 +19,8 @@ struct Mobility {
   double rotation;     ///< [rad/(N m)]
   /// Joints that differ have the mobility joint root_j^2, one that is stopped none. Empty: all are 1.
   JointVector root = {};
-  /// Where joints have stiffness: B of each finger, b I + h K [N m s], in which joints at their stops have no place, and
-  /// some L with h B^-1 = joint L L', zero for these. Of no finger else: then the above says all.
+  /// Where joints have stiffness: B of each finger, b I + h K [N m s], in which joints at their stops have no place,
+  /// and some L with h B^-1 = joint L L', zero for these. Of no finger else: then the above says all.
   PerFinger<JointMatrix> damping = {}, factor = {};
 
   [[nodiscard]] bool is_stiff() const { return factor.size() > 0; }

@@ -68,7 +68,8 @@ struct Snapshot {
   PerFinger<FingerLoad> load;
   MuscleVector muscle_N;   ///< Forces that muscles have, of a scene whose muscles act on the contact side.
   PerFinger<Touch> touch;  ///< Of a scene that names it; else of no finger.
-  /// Of a scene that chooses its stiffness: the contacts' forces, sorted, and behind them entries of no finger. Else none.
+  /// Of a scene that chooses its stiffness: the contacts' forces, sorted, and behind them entries of no finger; else
+  /// none.
   std::vector<ContactForce> contact_forces;
   std::optional<Eigen::Isometry3d> X_WT;  ///< Where the caller wants the object; nothing: where the task does.
   bool held = false;                      ///< The drive of an old frame is held: no control acts.

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "tests/app/short_profile.h"
+#include "tests/support/short_profile.h"
 #include "tests/support/program.h"
 
 namespace thenar::cyclictest_test {

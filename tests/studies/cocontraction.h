@@ -3,8 +3,8 @@
 #include <random>
 
 #include "engine/studies/object_stiffness.h"
-#include "solvers/muscle_forces.h"
-#include "solvers/stiff_muscles.h"
+#include "solvers/muscles/muscle_forces.h"
+#include "solvers/muscles/stiff_muscles.h"
 #include "tests/support/scenes.h"
 
 namespace thenar {

@@ -1,4 +1,4 @@
-#include "app/profile_table.h"
+#include "engine/studies/profile_table.h"
 
 #include <fmt/format.h>
 

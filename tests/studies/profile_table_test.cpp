@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "tests/app/short_profile.h"
+#include "tests/support/short_profile.h"
 #include "tests/support/program.h"
 
 namespace thenar::profile_table_test {
