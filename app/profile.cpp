@@ -13,7 +13,6 @@
 #include "app/results.h"
 #include "engine/figures/chrome_trace.h"
 #include "engine/figures/profile_figures.h"
-#include "engine/studies/profile_table.h"
 #include "engine/formats/files.h"
 #include "engine/loops/control_period.h"
 #include "engine/loops/percentiles.h"
@@ -25,6 +24,7 @@
 #include "engine/scenes/scene_file.h"
 #include "engine/studies/cyclictest.h"
 #include "engine/studies/model_parts.h"
+#include "engine/studies/profile_table.h"
 
 namespace {
 

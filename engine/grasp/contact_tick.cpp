@@ -19,6 +19,8 @@ namespace {
 // The posture spring of a hold. Frozen torques alone let the grasp creep away within seconds.
 constexpr double kHoldStiffness = 1.0;  // [N m/rad]
 
+bool has_stiff_muscles(const Scene& scene) { return scene.has_muscles() && scene.control->muscles->short_range; }
+
 /// What moves the bodies beside contact.
 struct Drive {
   JointVector torque;
@@ -123,7 +125,7 @@ Drive drive(const Model& model, const Frame& frame, const Vector6d& wrench, Cont
             const State& state) {
   const Scene& scene = model.scene;
   // Muscles that have stiffness hold a posture by themselves.
-  const bool held = state.held && frame.muscle_N.size() == 0;
+  const bool held = state.held && !has_stiff_muscles(scene);
   Drive drive{frame.torque_Nm + work.resumed_Nm, frame.wrench + wrench, mobility(scene, held ? kHoldStiffness : 0.0)};
   if (held) drive.torque = work.torque_held_Nm - kHoldStiffness * (state.q - work.q_held);
   work.resumed_Nm *= std::exp(-scene.step_s / kResume_s);
@@ -269,7 +271,7 @@ void book_motion(const Scene& scene, const Drive& drive, const State& state, con
   const double joints = motion.dq.squaredNorm(), way = motion.dx.head<3>().squaredNorm(),
                turn = motion.dx.tail<3>().squaredNorm();
   ledger.drive_J = drive.torque.dot(motion.dq) + drive.wrench.dot(motion.dx) -
-                   (state.held && state.muscle_N.size() == 0 ? kHoldStiffness : 0.0) * joints -
+                   (state.held && !has_stiff_muscles(scene) ? kHoldStiffness : 0.0) * joints -
                    spring.translation_N_per_m * way - spring.rotation_Nm_per_rad * turn;
   for (std::size_t k = 0; k < drive.stiffness.size(); ++k) {
     const auto dq = motion.dq.segment(scene.hand.fingertips[k].first_joint, scene.hand.fingertips[k].joints);

@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "tests/support/short_profile.h"
 #include "tests/support/program.h"
+#include "tests/support/short_profile.h"
 
 namespace thenar::profile_test {
 namespace {

@@ -4,8 +4,8 @@
 
 #include <string>
 
-#include "tests/support/short_profile.h"
 #include "tests/support/program.h"
+#include "tests/support/short_profile.h"
 
 namespace thenar::profile_table_test {
 namespace {

@@ -1,0 +1,108 @@
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+
+#include "engine/scenes/build_model.h"
+#include "engine/studies/model_parts.h"
+#include "engine/studies/object_stiffness.h"
+#include "tests/support/scenes.h"
+
+namespace thenar::chosen_stiffness_test {
+namespace {
+
+using Eigen::Vector3d;
+
+std::string muscles(double translation_N_per_m, double rotation_Nm_per_rad, const std::string& more = "") {
+  const auto all = [](double value, const std::string& unit) {
+    const std::string one = std::to_string(value) + " " + unit;
+    return "[" + one + ", " + one + ", " + one + "]";
+  };
+  return "control.muscles={stiffness: 23.4, object_stiffness: {translation: " + all(translation_N_per_m, "N/m") +
+         ", rotation: " + all(rotation_Nm_per_rad, "N*m/rad") + "}" + more + "}";
+}
+
+struct Pushed {
+  double effort_N, grip_N;       ///< Of all muscles; of the thumb.
+  double predicted_m, moved_m;  ///< Along the push.
+};
+
+/// The box whose muscles stay as they are is pushed by 0.1 N until it rests. Postures that the object hardly holds take
+/// b / kappa = 5 s for that.
+Pushed push(const std::string& how) {
+  const Model model = build_model(scene_of(
+      "box_cocontract", {kCoarseBox, how, "contact.tolerance=1e-8", "time.duration=32 s",
+                         "task.push={force: [0 N, 0.1 N, 0 N], from: 1.5 s, over: 40 s, rise: 50 ms}"}));
+  GraspRun run(model);
+  while (run.time_s() < 1.5 - 1e-9) run.tick();
+  const PredictedStiffness predicted = predict_stiffness(run);
+  const Vector3d before_m = run.state.X_WO.translation(), along = run.state.X_WO.linear().col(1);
+  Pushed pushed{predicted.effort.sum_N, run.state.load[0].normal_N,
+                0.1 * Matrix6d(predicted.K_O.inverse())(1, 1), 0.0};
+  while (run.time_s() < model.scene.duration_s) run.tick();
+  pushed.moved_m = along.dot(run.state.X_WO.translation() - before_m);
+  return pushed;
+}
+
+// Muscles that pull against each other hold the box more stiffly at the same grip, by as much as their stiffness says:
+// within 5 %, which is what a push of this size bends.
+TEST(ChosenStiffness, CoContractionHoldsAgainstAPush) {
+  const Pushed soft = push(muscles(40.0, 0.02, ", frozen_from: 0.9 s"));
+  const Pushed stiff = push(muscles(200.0, 0.1, ", frozen_from: 0.9 s"));
+  RecordProperty("soft_mm", std::to_string(1e3 * soft.moved_m));
+  RecordProperty("stiff_mm", std::to_string(1e3 * stiff.moved_m));
+  EXPECT_NEAR(soft.moved_m, soft.predicted_m, 0.05 * soft.predicted_m);
+  EXPECT_NEAR(stiff.moved_m, stiff.predicted_m, 0.05 * stiff.predicted_m);
+  EXPECT_NEAR(stiff.grip_N, soft.grip_N, 0.02 * soft.grip_N);
+  EXPECT_GT(stiff.effort_N, 1.5 * soft.effort_N);
+  EXPECT_LT(stiff.moved_m, 0.7 * soft.moved_m);
+}
+
+// The least forces that hold a squeeze do not hold it: the box turns away in the hand. Chosen for a stiffness, they do.
+TEST(ChosenStiffness, ASqueezeBucklesWithTheLeastMuscleForces) {
+  const auto outcome = [](const std::vector<std::string>& changes) {
+    std::vector<std::string> all{kCoarseBox};
+    all.insert(all.end(), changes.begin(), changes.end());
+    const Model model = build_model(scene_of("squeeze_buckle", all));
+    GraspRun run(model);
+    while (run.time_s() < 1.0 - 1e-9) run.tick();
+    const bool is_stable = predict_stiffness(run).is_stable();
+    return std::pair(run_path(model).verdict.outcome, is_stable);
+  };
+  EXPECT_EQ(outcome({}), std::pair(Outcome::kLost, false));
+  EXPECT_EQ(outcome({muscles(100.0, 0.05, ", frozen_from: 0.5 s")}), std::pair(Outcome::kHeld, true));
+}
+
+// What the laws choose is what they say: K_o of the choice is at least what was asked for, in every direction.
+TEST(ChosenStiffness, IsHadInEveryDirection) {
+  const Model model = build_model(scene_of("box_grasp", {kCoarseBox, muscles(150.0, 0.08), "time.duration=1 s"}));
+  GraspRun run(model);
+  int chosen = 0;
+  while (run.time_s() < 1.0 - 1e-9) {
+    run.tick();
+    const StiffnessReport& report = run.report.stiffness;
+    if (!report.is_chosen || report.is_infeasible) continue;
+    ++chosen;
+    Vector6d scale;
+    scale << Vector3d::Ones(), Vector3d::Constant(1.0 / 0.025);
+    const Matrix6d rest =
+        scale.asDiagonal() *
+        (report.K_object -
+         report.share * wanted_stiffness(*model.scene.control->muscles->object_stiffness, run.frame.X_WO)) *
+        scale.asDiagonal();
+    ASSERT_GE(rest.selfadjointView<Eigen::Lower>().eigenvalues().minCoeff(), -1e-6 * 150.0) << run.time_s();
+  }
+  EXPECT_GT(chosen, 900);
+}
+
+// More than the muscles have is told, and the rest goes on with what there is.
+TEST(ChosenStiffness, ThatCannotBeHadIsToldInWords) {
+  const Model model = build_model(scene_of("box_grasp", {kCoarseBox, muscles(900.0, 0.5), "time.duration=1 s"}));
+  const PathRun run = run_path(model);
+  EXPECT_EQ(run.verdict.outcome, Outcome::kOverLimits) << run.verdict.reason;
+  EXPECT_NE(run.verdict.reason.find("no muscle forces make the object so stiff at 0.3"), std::string::npos)
+      << run.verdict.reason;
+  EXPECT_NE(run.verdict.reason.find(" of the object lacks "), std::string::npos) << run.verdict.reason;
+}
+
+}  // namespace
+}  // namespace thenar::chosen_stiffness_test
