@@ -20,6 +20,7 @@ using namespace thenar;
 /// What has no stiffness to tell is refused.
 void check_muscles(const Scene& scene, const std::string& name) {
   const auto refuse = [&](const std::string& why) { throw ConfigError({{name, "", why}}); };
+  if (scene.hand.muscles.empty()) refuse("its hand has no muscles, whose stiffness this tells");
   if (!scene.has_muscles() || !scene.control->muscles->short_range) {
     refuse(
         "its muscles have no stiffness: name control.muscles.stiffness, such as "

@@ -45,7 +45,7 @@ TEST_P(ObjectStiffness, IsAsMeasured) {
 INSTANTIATE_TEST_SUITE_P(Scenes, ObjectStiffness,
                          ::testing::Values(Held{"box_grasp", 0.38, 30.0, 0.02}, Held{"box_grasp", 0.38, 120.0, 0.06},
                                            Held{"box_push", 0.45, 60.0, 0.03}, Held{"capsule", 0.38, 60.0, 0.02}),
-                         [](const auto& info) { return info.param.scene + std::to_string(info.index); });
+                         [](const auto& one) { return std::string(one.param.scene) + std::to_string(one.index); });
 
 // Random squeezes, moves of the object and muscles that pull against one another, which hold the object or do not.
 TEST(GraspModes, ComeBackOrTurnAwayAsFastAsPredicted) {
@@ -105,7 +105,7 @@ TEST(CentredStiffness, FindsThePointOfSpringsThatMeetThere) {
   }
 }
 
-// Without stiffness in the muscles nothing holds it back but the law, and that pulls harder than they do.
+// While the law goes on, its gain pulls besides what muscles and pulps do by themselves.
 TEST(ObjectStiffness, OfTheLawIsMoreThanThatOfTheMuscles) {
   const Model model = build_model(stiff_scene("box_grasp"));
   const StiffnessStudy study = study_stiffness(model, 0.38, Acting::kControl, ProbeSettings{});
