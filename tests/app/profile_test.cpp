@@ -9,7 +9,7 @@
 #include <string>
 
 #include "tests/support/program.h"
-#include "tests/support/short_profile.h"
+#include "tests/app/short_profile.h"
 
 namespace thenar::profile_test {
 namespace {
