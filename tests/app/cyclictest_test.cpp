@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "tests/support/program.h"
 #include "tests/app/short_profile.h"
+#include "tests/support/program.h"
 
 namespace thenar::cyclictest_test {
 namespace {

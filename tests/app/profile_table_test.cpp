@@ -4,8 +4,8 @@
 
 #include <string>
 
-#include "tests/support/program.h"
 #include "tests/app/short_profile.h"
+#include "tests/support/program.h"
 
 namespace thenar::profile_table_test {
 namespace {

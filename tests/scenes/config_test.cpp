@@ -72,7 +72,7 @@ TEST(Config, ReadsEveryFormOfValueInSI) {
   EXPECT_EQ(rotation.quantity("p"), 0.48);
   EXPECT_EQ(rotation.quantity("i"), 1.5);
   EXPECT_EQ(rotation.quantity("d"), 0.0);
-  EXPECT_TRUE(control.flag("muscles"));
+  EXPECT_EQ(control.word("muscles"), "true");
 
   const ConfigMap translate = root.map("task").map("translate");
   EXPECT_EQ(translate.quantities("by"), Eigen::Vector3d(0, 0.02, 0));

@@ -102,7 +102,11 @@ std::vector<std::pair<std::string, Changes>> scenes_with_all_keys() {
   return {{"stick", {"hand.mirror=false"}},
           {"found_carry", {}},
           {"box_wet",
-           {"control.anticipation=true", "fingertips.touch={delay: 65 ms, noise: 5 %, seed: 2}",
+           {"control.anticipation=true",
+            "control.muscles={activation: 10 ms, deactivation: 40 ms, stiffness: 23.4, frozen_from: 1 s,"
+            " object_stiffness: {translation: [100 N/m, 100 N/m, 100 N/m],"
+            " rotation: [0.05 N*m/rad, 0.05 N*m/rad, 0.05 N*m/rad], centre: [0 mm, 0 mm, 0 mm], squeeze: 2 N}}",
+            "fingertips.touch={delay: 65 ms, noise: 5 %, seed: 2}",
             "control.reflex={load_rate: 2 N/s, pulse: 0.2 s, release: 0.5 s, stick: 0.3, regulation: 5 1/s}",
             "task.push={force: [1 N, 0 N, 0 N], rise: 10 ms" + interval,
             "task.arm={along: [1, 0, 0], amplitude: 20 mm, frequency: 1 Hz" + interval}},

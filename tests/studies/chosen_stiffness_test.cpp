@@ -22,22 +22,22 @@ std::string muscles(double translation_N_per_m, double rotation_Nm_per_rad, cons
 }
 
 struct Pushed {
-  double effort_N, grip_N;       ///< Of all muscles; of the thumb.
+  double effort_N, grip_N;      ///< Of all muscles; of the thumb.
   double predicted_m, moved_m;  ///< Along the push.
 };
 
-/// The box whose muscles stay as they are is pushed by 0.1 N until it rests. Postures that the object hardly holds take
+/// The box whose muscles stay as they are is pushed by 0.02 N until it rests. Postures that the object hardly holds take
 /// b / kappa = 5 s for that.
 Pushed push(const std::string& how) {
-  const Model model = build_model(scene_of(
-      "box_cocontract", {kCoarseBox, how, "contact.tolerance=1e-8", "time.duration=32 s",
-                         "task.push={force: [0 N, 0.1 N, 0 N], from: 1.5 s, over: 40 s, rise: 50 ms}"}));
+  const Model model = build_model(
+      scene_of("box_cocontract", {kCoarseBox, how, "contact.tolerance=1e-8", "time.duration=32 s",
+                                  "task.push={force: [0 N, 0.02 N, 0 N], from: 1.5 s, over: 40 s, rise: 50 ms}"}));
   GraspRun run(model);
   while (run.time_s() < 1.5 - 1e-9) run.tick();
   const PredictedStiffness predicted = predict_stiffness(run);
   const Vector3d before_m = run.state.X_WO.translation(), along = run.state.X_WO.linear().col(1);
-  Pushed pushed{predicted.effort.sum_N, run.state.load[0].normal_N,
-                0.1 * Matrix6d(predicted.K_O.inverse())(1, 1), 0.0};
+  Pushed pushed{predicted.effort.sum_N, run.state.load[0].normal_N, 0.02 * Matrix6d(predicted.K_O.inverse())(1, 1),
+                0.0};
   while (run.time_s() < model.scene.duration_s) run.tick();
   pushed.moved_m = along.dot(run.state.X_WO.translation() - before_m);
   return pushed;
@@ -46,8 +46,8 @@ Pushed push(const std::string& how) {
 // Muscles that pull against each other hold the box more stiffly at the same grip, by as much as their stiffness says:
 // within 5 %, which is what a push of this size bends.
 TEST(ChosenStiffness, CoContractionHoldsAgainstAPush) {
-  const Pushed soft = push(muscles(40.0, 0.02, ", frozen_from: 0.9 s"));
-  const Pushed stiff = push(muscles(200.0, 0.1, ", frozen_from: 0.9 s"));
+  const Pushed soft = push(muscles(70.0, 0.035, ", frozen_from: 0.9 s"));
+  const Pushed stiff = push(muscles(250.0, 0.125, ", frozen_from: 0.9 s"));
   RecordProperty("soft_mm", std::to_string(1e3 * soft.moved_m));
   RecordProperty("stiff_mm", std::to_string(1e3 * stiff.moved_m));
   EXPECT_NEAR(soft.moved_m, soft.predicted_m, 0.05 * soft.predicted_m);
