@@ -26,8 +26,8 @@ struct Pushed {
   double predicted_m, moved_m;  ///< Along the push.
 };
 
-/// The box whose muscles stay as they are is pushed by 0.02 N until it rests. Postures that the object hardly holds take
-/// b / kappa = 5 s for that.
+/// The box whose muscles stay as they are is pushed by 0.02 N until it rests. Postures that the object hardly holds
+/// take b / kappa = 5 s for that.
 Pushed push(const std::string& how) {
   const Model model = build_model(
       scene_of("box_cocontract", {kCoarseBox, how, "contact.tolerance=1e-8", "time.duration=32 s",
