@@ -35,9 +35,9 @@ Run run_between(const MuscleCrossing& crossing, const Vector3d& M, const Eigen::
 
 bool is_together(const Hand& hand, const MuscleCrossing& crossing) {
   const Segment &moved = hand.segments[crossing.insertion_segment], &pull = hand.segments[crossing.pull_segment];
-  const bool chained = pull.joints == 0 || pull.finger == moved.finger;
-  const int between = moved.joints + moved.followers - (pull.joints == 0 ? 0 : pull.joints + pull.followers);
-  return chained && between == std::ssize(crossing.joints) && std::ranges::all_of(crossing.joints, [&](int i) {
+  const bool chained = pull.joints > 0 && pull.finger == moved.finger;
+  const int between = moved.joints + moved.followers - (chained ? pull.joints + pull.followers : 0);
+  return between == std::ssize(crossing.joints) && std::ranges::all_of(crossing.joints, [&](int i) {
            return hand.moves(i, moved) && (pull.joints == 0 || !hand.moves(i, pull));
          });
 }
@@ -122,7 +122,10 @@ Eigen::VectorXd muscle_lengths(const Hand& hand, const HandPose& pose) {
     double& l = lengths_m[static_cast<Index>(m)];
     for (const MuscleCrossing& crossing : hand.muscles[m].crossings) {
       if (is_together(hand, crossing)) {
-        l += crossing.share * length(run_together(pose, crossing));
+        // A string between two fingers has a crossing for each.
+        const Segment &moved = hand.segments[crossing.insertion_segment], &pull = hand.segments[crossing.pull_segment];
+        const double part = pull.joints > 0 && pull.finger != moved.finger ? 0.5 : 1.0;
+        l += part * crossing.share * length(run_together(pose, crossing));
         continue;
       }
       for (const int i : crossing.joints) {

@@ -4,6 +4,8 @@
 #include <limits>
 #include <vector>
 
+#include "thenar/eigen_layout.h"
+
 namespace thenar {
 
 /// The most bounded forces, and variables in all: what a hand of 64 muscles and five fingers has.

@@ -65,7 +65,7 @@ TEST(FoundGrasps, OfThinPlatesHoldToo) {
 TEST(FoundGrasps, NeedTheFrictionThatTheySay) {
   const Scene base =
       scene_of("box_grasp", {"contact.friction=0.6", "control.grasp={friction: 0.42, internal_force: 2 N}"});
-  for (const std::uint32_t seed : {3U, 4U, 8U}) {
+  for (const std::uint32_t seed : {3U, 5U, 8U}) {
     const RandomObject object = random_object(seed);
     const Scene scene = scene_with(base, object);
     const ImplicitSurface surface = surface_of(scene, object);
