@@ -1,7 +1,7 @@
 #include "engine/control/grasp_stiffness.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
+#include <cmath>
 
 namespace thenar {
 
@@ -14,6 +14,8 @@ namespace {
 constexpr double kRigid_m_per_N = 1e-8;
 // A contact at its cone slides: the solver leaves as much open.
 constexpr double kAtLimit = 1e-5;
+
+using JointsObject = Eigen::Matrix<double, Eigen::Dynamic, 6, 0, kMaxFingerJoints, 6>;
 
 Matrix3d cross_matrix(const Vector3d& v) {
   Matrix3d X;
@@ -72,6 +74,40 @@ Matrix3d turned_compliance(const SurfaceCompliance& C, Index i, Index j, const L
   return change;
 }
 
+/// R <- L^-1 R, with C = L L' of which the lower triangle counts. Products of Eigen's would be calls of copies that
+/// other rooms may have made slower.
+void solve_lower_factor(Eigen::MatrixXd& C, Eigen::Ref<Eigen::MatrixXd> R) {
+  for (Index j = 0; j < R.rows(); ++j) {
+    C(j, j) = std::sqrt(C(j, j));
+    const double over = 1.0 / C(j, j);
+    for (Index i = j + 1; i < R.rows(); ++i) C(i, j) *= over;
+    for (Index k = j + 1; k < R.rows(); ++k) {
+      for (Index i = k; i < R.rows(); ++i) C(i, k) -= C(i, j) * C(k, j);
+    }
+    for (Index c = 0; c < R.cols(); ++c) {
+      R(j, c) *= over;
+      for (Index i = j + 1; i < R.rows(); ++i) R(i, c) -= C(i, j) * R(j, c);
+    }
+  }
+}
+
+/// A^-1 X by elimination without pivots, for A that is nearly symmetric.
+JointsObject solved(JointMatrix A, JointsObject X) {
+  const Index n = A.rows();
+  for (Index j = 0; j < n; ++j) {
+    for (Index i = 0; i < n; ++i) {
+      if (i == j) continue;
+      const double part = A(i, j) / A(j, j);
+      for (Index c = j; c < n; ++c) A(i, c) -= part * A(j, c);
+      for (Index c = 0; c < 6; ++c) X(i, c) -= part * X(j, c);
+    }
+  }
+  for (Index j = 0; j < n; ++j) {
+    for (Index c = 0; c < 6; ++c) X(j, c) /= A(j, j);
+  }
+  return X;
+}
+
 PulpAnswer pulp_answer(const Model& model, const Frame& frame, const HandPose& pose, int k, const ContactLoads& loads,
                        const Patch& patch, StiffnessWorkspace& work) {
   Index rows = 0;
@@ -100,9 +136,7 @@ PulpAnswer pulp_answer(const Model& model, const Frame& frame, const HandPose& p
     }
   });
   auto R = work.R.topRows(rows);
-  auto C = work.C.topLeftCorner(rows, rows);
-  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> llt(C);
-  llt.matrixL().solveInPlace(R);
+  solve_lower_factor(work.C, R);
   const auto motion = R.leftCols<6>();
   return {motion.transpose().lazyProduct(motion), motion.transpose().lazyProduct(R.rightCols<3>())};
 }
@@ -177,7 +211,7 @@ Matrix6d GraspStiffness::of_object(const PerFinger<JointMatrix>& muscles) const 
   Matrix6d K = A;
   for (std::size_t k = 0; k < B.size(); ++k) {
     const JointMatrix joints = D[k] + muscles[k];
-    K -= B[k].lazyProduct(joints.inverse().lazyProduct(B_joints[k].transpose()).eval());
+    K -= B[k].lazyProduct(solved(joints, B_joints[k].transpose()));
   }
   return K;
 }

@@ -88,7 +88,7 @@ void StiffnessControl::set_squeeze(const Model& model, const HandPose& pose, con
     const Fingertip& tip = hand.fingertips[k];
     const Vector3d f = more_N.col(k);
     const FingerJacobian J = finger_jacobian(hand, pose, k, contacts[k].point_m);
-    squeeze.tau.segment(tip.first_joint, tip.joints) = J.leftCols(tip.joints).transpose() * f;
+    squeeze.tau.segment(tip.first_joint, tip.joints) = J.leftCols(tip.joints).transpose().lazyProduct(f);
     squeeze.A.bottomRightCorner<3, 3>() += turning_stiffness(f, contacts[k].point_m - X_WO_.translation());
     squeeze.D.block(tip.first_joint, tip.first_joint, tip.joints, tip.joints) =
         force_stiffness(hand, pose, hand.segments[tip.segment], contacts[k].point_m, f);

@@ -11,8 +11,9 @@ namespace thenar {
 
 // Tendons have lengths l(q), and H = -dl/dq is their derivative: forces that do not change do no work on a closed path.
 // A crossing is taken in one of two ways.
-// - Together: it names all joints between its two segments, or those of its finger of a string between two fingers. Then its length is |M - V| for a point V that
-//   it pulls to, and -M.D for a direction D, as of a pulley far away, M and D as the joints in between have them.
+// - Together: it names all joints between its two segments, or those of its finger of a string between two fingers.
+//   Then its length is |M - V| for a point V that it pulls to, and -M.D for a direction D, as of a pulley far away, M
+//   and D as the joints in between have them.
 // - Each joint alone: all other joints are as at zero. A direction that is fixed beyond its joints so keeps the moment
 //   arms that it has at zero, as a tendon in a sheath on the bone.
 
