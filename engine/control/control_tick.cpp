@@ -53,8 +53,6 @@ ControlReport control_tick(const Model& model, const Snapshot& snapshot, Control
   ControlReport report(scene.hand);
   Stopwatch total;
   const Snapshot& seen = seen_by_laws(model, snapshot, controller);
-  forward_kinematics(scene.hand, snapshot.q, controller.pose);
-  if (scene.muscles_act()) find_bellies(scene.hand, controller.pose, controller.bellies);
   // What has passed for the object: late ticks are further apart, and steps that slip do not count.
   if (controller.sequence > 0) {
     const auto steps = std::max<std::int64_t>(1, snapshot.tick - controller.last_tick);
@@ -62,7 +60,10 @@ ControlReport control_tick(const Model& model, const Snapshot& snapshot, Control
   }
   controller.last_tick = snapshot.tick;
 
-  const auto find_contacts = [&] {
+  const auto fill_geometry = [&] {
+    frame.tick = snapshot.tick;
+    frame.X_WO = snapshot.X_WO;
+    for (int k = 0; k < model.fingers(); ++k) frame.X_WF[k] = controller.pose.distal(scene.hand, k);
     Stopwatch stage;
     find_frame_contacts(model, controller.pose, snapshot, controller.search, frame);
     report.find_s = stage.lap();
@@ -72,18 +73,17 @@ ControlReport control_tick(const Model& model, const Snapshot& snapshot, Control
     fill_kernels(model, frame);
     report.factors_s = stage.lap();
   };
-  const auto be_at_snapshot = [&] {
-    frame.tick = snapshot.tick;
-    frame.X_WO = snapshot.X_WO;
-    for (int k = 0; k < model.fingers(); ++k) frame.X_WF[k] = controller.pose.distal(scene.hand, k);
-  };
+  if (scene.muscles_act()) {
+    // What they are, not what is known of it.
+    forward_kinematics(scene.hand, snapshot.q, controller.pose);
+    find_bellies(scene.hand, controller.pose, controller.bellies);
+  }
   if (controller.stiffness) {
-    be_at_snapshot();
-    find_contacts();
+    fill_geometry();
     controller.stiffness->look(model, frame, controller.pose, snapshot);
     report.stiffness.squeeze_N = controller.stiffness->squeeze_N();
   }
-  if (&seen != &snapshot) forward_kinematics(scene.hand, seen.q, controller.pose);
+  if (!scene.muscles_act() || &seen != &snapshot) forward_kinematics(scene.hand, seen.q, controller.pose);
   if (controller.reflex) {
     const Sensed& felt = controller.afference.at(snapshot.tick - ticks_of(model, scene.fingertips->touch->delay_s));
     report.reflex = controller.reflex->update(model, felt, snapshot, controller.f_desired, controller.period_s);
@@ -96,12 +96,11 @@ ControlReport control_tick(const Model& model, const Snapshot& snapshot, Control
 
   const double now_s = static_cast<double>(snapshot.tick) * scene.step_s;
   frame.sequence = controller.sequence++;
-  be_at_snapshot();
   const Eigen::Vector3d gravity = model.gravity(now_s);
   frame.torque_Nm = tau - gravity_torques(scene.hand, controller.pose, gravity);
   if (scene.muscles_act()) hand_over_muscles(model, snapshot, gravity, controller, frame);
   frame.wrench = model.external_wrench(now_s, snapshot.X_WO);
-  if (!controller.stiffness) find_contacts();
+  if (!controller.stiffness) fill_geometry();
   report.total_s = total.lap();
   return report;
 }

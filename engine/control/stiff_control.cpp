@@ -62,6 +62,7 @@ void StiffnessControl::look(const Model& model, const Frame& frame, const HandPo
   places_of(frame, pose, model.scene.hand, places_);
   grasp_ = grasp_stiffness(model, frame, pose, {snapshot.contact_forces, places_, model.friction(now_s)},
                            model.gravity(now_s), work_);
+  is_loaded_ = grasp_.contacts > 0;  // Of a state of another model its forces are not known yet.
   wanted_ = wanted_stiffness(*model.scene.control->muscles->object_stiffness, snapshot.X_WO);
   X_WO_ = snapshot.X_WO;
 }
@@ -100,7 +101,7 @@ void StiffnessControl::set_squeeze(const Model& model, const HandPose& pose, con
 bool StiffnessControl::choose(const Model& model, std::span<const Belly> bellies, const JointVector& tau,
                               const HandPose& pose, const PerFinger<GraspContact>& contacts, const FingerForces& more_N,
                               double period_s, Eigen::Ref<Eigen::VectorXd> f, StiffnessReport& report) {
-  report = {};
+  report = StiffnessReport{.squeeze_N = squeeze_N_};
   if (!is_loaded_) return false;
   report.is_chosen = true;
   const Hand& hand = model.scene.hand;
@@ -133,13 +134,9 @@ bool StiffnessControl::choose(const Model& model, std::span<const Belly> bellies
   report.is_infeasible = found.status != MuscleStatus::kOptimal;
   if (found.status == MuscleStatus::kInfeasible) say_lack(problem, found, report);
   share_ = report.is_infeasible ? kLess * share_ : std::min(1.0, share_ + kMore_per_s * period_s);
-  if (report.is_infeasible) {
-    report.squeeze_N = squeeze_N_;
-    return false;
-  }
+  if (report.is_infeasible) return false;
   if (!object_stiffness(problem, f, found.squeeze, report.K_object)) report.K_object.setZero();
   squeeze_N_ += (1.0 - std::exp(-period_s / kSqueeze_s)) * found.squeeze;
-  report.squeeze_N = squeeze_N_;
   return true;
 }
 

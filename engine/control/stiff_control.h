@@ -43,8 +43,8 @@ class StiffnessControl {
   /// The grasp as a frame and its snapshot have it; `pose` is the snapshot's.
   void look(const Model& model, const Frame& frame, const HandPose& pose, const Snapshot& snapshot);
 
-  /// Forces f [N] for torques tau of bellies at the snapshot, and `more_tau` for each newton of squeeze, whose forces
-  /// on the object are `more_N`. False, and f is as it was: there are none, or the fingers bear no load yet.
+  /// Forces f [N] for torques tau of bellies at the snapshot. A newton of squeeze adds the forces `more_N` on the
+  /// object. False, and f is as it was: there are none, or the fingers bear no load yet.
   bool choose(const Model& model, std::span<const Belly> bellies, const JointVector& tau, const HandPose& pose,
               const PerFinger<GraspContact>& contacts, const FingerForces& more_N, double period_s,
               Eigen::Ref<Eigen::VectorXd> f, StiffnessReport& report);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
 namespace thenar {
@@ -63,7 +64,10 @@ std::int64_t same_time(const Model& from, std::int64_t tick, const Model& to) {
 
 State carry_over(const Model& from, const State& state, const Model& to) {
   State carried(to);
+  std::vector<ContactForce> room = std::move(carried.contact_forces);  // As large as that model's frames.
   static_cast<Snapshot&>(carried) = state;
+  carried.contact_forces = std::move(room);
+  if (!to.scene.muscles_act()) carried.muscle_N.resize(0);
   carried.tick = same_time(from, state.tick, to);
   if (!to.deformable()) {
     carried.forces.assign(state.forces.begin(), state.forces.end());

@@ -105,10 +105,11 @@ void let_muscles_act(const Model& model, const Frame& frame, const MuscleVector&
   drive.mobility = mobility(model.scene, drive.stiffness);
 }
 
-/// Muscles' forces a step later: exactly for the time constants of its beginning.
-void activate(const Model& model, const Frame& frame, bool starts, State& state) {
+/// Muscles' forces a step later: exactly for the time constants of its beginning. A state that has none yet begins with
+/// what is asked for.
+void activate(const Model& model, const Frame& frame, State& state) {
   const auto& activation = model.scene.control->muscles->activation;
-  if (!activation || starts) {
+  if (!activation || state.muscle_N.size() != frame.muscle_N.size()) {
     state.muscle_N = frame.muscle_N;
     return;
   }
@@ -447,7 +448,7 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
     hand_over(model, frame, state, work);
     if (starts) press_in(model, frame, work, state);
   }
-  if (frame.muscle_N.size() > 0) activate(model, frame, starts && state.tick == 0, state);
+  if (frame.muscle_N.size() > 0) activate(model, frame, state);
   report.held = must_hold(model, frame, state, work);
   if (report.held != state.held) set_hold(report.held, frame, work, state);
   const Vector6d extra = report.input_refused ? Vector6d(Vector6d::Zero()) : input.wrench;

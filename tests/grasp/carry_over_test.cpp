@@ -100,5 +100,18 @@ TEST(SplitGrasp, GoesOnAsItWasWhereNothingHasChanged) {
   for (int k = 0; k < kFingers; ++k) EXPECT_EQ(carried.load[k].force_N, grasp.state().load[k].force_N);
 }
 
+// What a model's frames can hold decides how many contact forces its snapshots have room for.
+TEST(CarryOver, OfAChosenStiffnessHasTheRoomOfItsModel) {
+  const std::string wider = "contact.max_per_finger=30";
+  const Model from = build_model(scene_of("box_stiff", {kCoarseBox})),
+              to = build_model(scene_of("box_stiff", {kCoarseBox, wider}));
+  ASSERT_LT(from.max_contacts, to.max_contacts);
+  const State carried = carry_over(from, State(from), to), back = carry_over(to, State(to), from);
+  EXPECT_EQ(std::ssize(carried.contact_forces), to.max_contacts);
+  EXPECT_EQ(std::ssize(back.contact_forces), from.max_contacts);
+  const Model plain = build_model(scene_of("box_grasp", {kCoarseBox}));
+  EXPECT_TRUE(carry_over(from, State(from), plain).contact_forces.empty());
+}
+
 }  // namespace
 }  // namespace thenar::carry_over_test
