@@ -211,31 +211,21 @@ std::optional<FingerForces> published_forces(ControlPeriod& period) {
 
 namespace {
 
-/// Muscles that have stiffness pull the object back to its target by themselves: they are asked for what they are as
-/// if the joints were where they are with the object there. Returns the forces on the object that this adds.
-FingerForces let_muscles_pull(ControlPeriod& period) {
-  const Model& model = period.model;
-  const Hand& hand = model.scene.hand;
+/// Muscles that have stiffness pull the joints to where they are with the object at its target; not beyond a joint's
+/// range, where bones would have to take it. The force control feels what that does to the object as it feels all else:
+/// told to expect it, it would act on what it expects of a snapshot that is old, and swing.
+void let_muscles_pull(ControlPeriod& period) {
+  const Hand& hand = period.model.scene.hand;
+  const Snapshot& snapshot = period.snapshot;
   Controller& controller = period.controller;
-  const PerFinger<GraspContact>& contacts = period.contacts();
-  const JointVector way = joints_with_object(hand, controller.pose, contacts, period.snapshot.X_WO.translation(),
-                                             controller.acting_share * period.error());
-  controller.q_rest = period.snapshot.q + way;
-  const double gamma = *model.scene.control->muscles->short_range;
-  JointVector tau = hand.at_zero();
-  for (const Belly& belly : controller.bellies) {
-    const Fingertip& tip = hand.fingertips[belly.finger];
-    const double k =
-        muscle_stiffness(hand.muscles[belly.muscle], gamma, controller.f_muscle[belly.muscle]) / belly.share;
-    const auto arms = belly.arms_m.head(tip.joints);
-    tau.segment(tip.first_joint, tip.joints) += k * arms.dot(way.segment(tip.first_joint, tip.joints)) * arms;
+  controller.q_rest =
+      snapshot.q + joints_with_object(hand, controller.pose, period.contacts(), snapshot.X_WO.translation(),
+                                      controller.acting_share * period.error());
+  for (Index i = 0; i < controller.q_rest.size(); ++i) {
+    const double q = snapshot.q[i], lower = std::min(q, hand.joints[i].lower_rad),
+                 upper = std::max(q, hand.joints[i].upper_rad);
+    controller.q_rest[i] = std::clamp(controller.q_rest[i], lower, upper);
   }
-  FingerForces added(3, hand.fingers());
-  for (int k = 0; k < hand.fingers(); ++k) {
-    const FingerJacobian J = period.jacobian(k);
-    added.col(k) = damped(squared(J)).ldlt().solve(velocity(J, hand.of_finger(k, tau)));
-  }
-  return added;
 }
 
 }  // namespace
@@ -247,7 +237,7 @@ JointVector published_torques(ControlPeriod& period) {
   expect_first(period.published_torques_given, "what the joints are asked for");
   FingerForces error(3, model.fingers());
   for (int k = 0; k < model.fingers(); ++k) error.col(k) = f_desired.col(k) - period.snapshot.load[k].force_N;
-  if (model.scene.has_muscles() && model.scene.control->muscles->short_range) error += let_muscles_pull(period);
+  if (model.scene.has_muscles() && model.scene.control->muscles->short_range) let_muscles_pull(period);
   Controller& controller = period.controller;
   const PerFinger<GraspContact>& contacts = period.contacts();
   const FingerForces y = controller.filter->update(contacts, error, controller.period_s);

@@ -39,8 +39,10 @@ inline void set_muscles(GraspRun& run, const Eigen::VectorXd& forces_N) {
   run.contact();
 }
 
-/// Muscles get the least forces that hold the object at least so stiffly about its origin. False: no forces do.
-inline bool stiffen(GraspRun& run, double translation_N_per_m, double rotation_Nm_per_rad) {
+/// Muscles get the least forces that hold the object at least so stiffly about its origin, and each finger's posture.
+/// False: no forces do.
+inline bool stiffen(GraspRun& run, double translation_N_per_m, double rotation_Nm_per_rad,
+                    double posture_Nm_per_rad = 0.02) {
   const Model& model = run.model;
   const Hand& hand = model.scene.hand;
   const auto muscles = std::ssize(hand.muscles), joints = std::ssize(hand.joints);
@@ -90,7 +92,7 @@ inline bool stiffen(GraspRun& run, double translation_N_per_m, double rotation_N
   wanted.translation_N_per_m.setConstant(translation_N_per_m);
   wanted.rotation_Nm_per_rad.setConstant(rotation_Nm_per_rad);
   data.K_des = wanted_stiffness(wanted, run.state.X_WO);
-  data.kappa = 0.02;
+  data.kappa = posture_Nm_per_rad;
   Eigen::VectorXd f = run.controller.f_muscle;
   if (solve_stiff_muscles(data, f).status != MuscleStatus::kOptimal) return false;
   set_muscles(run, f);

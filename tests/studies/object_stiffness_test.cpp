@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <Eigen/QR>
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <random>
@@ -54,7 +56,7 @@ TEST(GraspModes, ComeBackOrTurnAwayAsFastAsPredicted) {
   const auto number = [&](double low, double high) { return std::to_string(uniform(random, low, high)); };
   const ProbeSettings settings{.most_s = 0.5};
   std::optional<Model> model;
-  int cases = 0, away = 0, right_sign = 0, right_sign_sticking = 0, sticking = 0, close = 0;
+  int cases = 0, away = 0, right_sign = 0, close = 0;
   while (cases < kCases) {
     Scene scene = stiff_scene(
         "box_grasp",
@@ -63,9 +65,10 @@ TEST(GraspModes, ComeBackOrTurnAwayAsFastAsPredicted) {
              " mm], from: 0.05 s, over: 0.4 s}",
          "task.rotate={about: [0.3, -0.5, 0.8], by: " + number(-10.0, 10.0) + " deg, from: 0.05 s, over: 0.4 s}"});
     model = model ? build_model(std::move(scene), *model) : build_model(std::move(scene));
-    const GraspAt posture(*model, 1.6, Acting::kMuscles);
-    const PredictedStiffness before = predict_stiffness(posture.run);
-    if (before.contacts == 0 || before.effort.share > 1.0) continue;  // The law has not held it there.
+    const GraspAt posture(*model, 3.0, Acting::kMuscles);
+    // Of all that were asked for, those which the law reached: others are no rest, whose stiffness could be told.
+    const Vector6d error = pose_error(posture.model.target(3.0), posture.run.state.X_WO);
+    if (error.head<3>().norm() > 0.5e-3 || error.tail<3>().norm() > 0.01) continue;
     for (int i = 0; i < kPerPosture; ++i) {
       GraspAt grasp(posture.model, 0.0, Acting::kMuscles);
       grasp.run.go_on_as(posture.run);
@@ -75,21 +78,95 @@ TEST(GraspModes, ComeBackOrTurnAwayAsFastAsPredicted) {
       const double measured = measure_rate(grasp, predicted.slowest(), settings);
       ++cases;
       away += rate < 0.0 ? 1 : 0;
-      const bool is_right = (rate < 0.0) == (measured < 0.0);
-      right_sign += is_right ? 1 : 0;
-      if (predicted.sliding > 0) continue;
-      ++sticking;
-      right_sign_sticking += is_right ? 1 : 0;
+      right_sign += (rate < 0.0) == (measured < 0.0) ? 1 : 0;
       close += std::abs(measured - rate) <= 0.1 * std::abs(rate) + 0.02 ? 1 : 0;
     }
   }
   // Contacts that slide stick again where the object comes back, and slide on where it does not.
-  EXPECT_GE(right_sign, 0.75 * cases);
-  EXPECT_GE(right_sign_sticking, 0.95 * sticking);
-  EXPECT_GE(close, 0.9 * sticking);
+  EXPECT_GE(right_sign, 0.95 * cases);
+  EXPECT_GE(close, 0.9 * cases);
   EXPECT_GT(away, cases / 4) << "and of both kinds";
   EXPECT_LT(away, cases - cases / 10);
-  EXPECT_GE(sticking, 5);
+}
+
+/// A run on its own from here, with less viscosity, which what rests does not feel: how far this force on the object
+/// moves it along itself, until it rests.
+double pushed_m(const GraspAt& grasp, const Vector3d& force_O_N) {
+  constexpr double kRise_s = 0.2, kWait_s = 3.0, kViscosity = 0.1;
+  Model model = grasp.model;
+  model.scene.joint_viscosity *= kViscosity;
+  model.scene.object.translation_damping *= kViscosity;
+  model.scene.object.rotation_damping *= kViscosity;
+  GraspRun run(model);
+  run.go_on_as(grasp.run);
+  const double from_s = run.time_s();
+  const Eigen::Isometry3d before = run.state.X_WO;
+  const Vector3d force_N = before.linear() * force_O_N;
+  while (run.time_s() < from_s + kWait_s) {
+    Vector6d wrench = Vector6d::Zero();
+    wrench.head<3>() = std::min(1.0, (run.time_s() - from_s) / kRise_s) * force_N;
+    run.tick({wrench, {}});
+  }
+  return force_N.normalized().dot(run.state.X_WO.translation() - before.translation());
+}
+
+// Muscles that pull against one another hold the object at the same grip more stiffly, by as much as their stiffness
+// says: half a newton moves it as far as that and the contacts' make it. Within 5 %, which ways of two millimetres bend.
+TEST(ObjectStiffness, CoContractionTimesFourHoldsAgainstAPush) {
+  const Model model = build_model(stiff_scene("box_grasp", {"control.grasp.internal_force=1.5 N", "task={}"}));
+  GraspAt grasp(model, 1.0, Acting::kMuscles);
+  const double grip_N = grasp.run.state.load[0].normal_N;
+  grasp.run.control();
+  Eigen::VectorXd least = grasp.run.controller.f_muscle;
+  ASSERT_EQ(solve_muscle_forces({grasp.run.controller.H, acting_torques(grasp.run)}, least).status,
+            MuscleStatus::kOptimal);
+  ASSERT_TRUE(stiffen(grasp.run, 80.0, 0.04, 0.01));
+  const Eigen::VectorXd against = grasp.run.controller.f_muscle - least;
+  double soft_m = 0.0;
+  for (const double times : {1.0, 2.0, 4.0}) {
+    set_muscles(grasp.run, (least + times * against).cwiseMax(0.0));
+    const PredictedStiffness predicted = predict_stiffness(grasp.run);
+    ASSERT_TRUE(predicted.is_stable());
+    EXPECT_LE(predicted.effort.share, 1.0);
+    EXPECT_NEAR(grasp.run.state.load[0].normal_N, grip_N, 1e-3 * grip_N);
+    const Matrix6d C = predicted.K_O.inverse();
+    for (int axis = 0; axis < 2; ++axis) {
+      if (axis == 1 && times == 1.0) continue;  // 4 mm, which is no small way.
+      const double predicted_m = 0.5 * C(axis, axis);
+      const double moved_m = pushed_m(grasp, 0.5 * Vector3d::Unit(axis));
+      EXPECT_NEAR(moved_m, predicted_m, 0.05 * predicted_m) << times << " times, along axis " << axis;
+      if (axis == 0 && times == 1.0) soft_m = moved_m;
+      if (axis == 0 && times == 4.0) EXPECT_LT(moved_m, 0.6 * soft_m);
+    }
+  }
+}
+
+// Muscles that pull just so much that the object does not turn away make a grip whose stiffness grows with its force, in
+// proportion: as people's does [Hoeppner et al. 2013, Van Doren 1998]. Nothing here says so but that what squeezes turns
+// the object away, in proportion to itself, and that fibres are stiff in proportion to their force.
+TEST(ObjectStiffness, OfTheGripGrowsWithItsForce) {
+  std::vector<double> force_N, stiffness_N_per_m;
+  std::optional<Model> model;
+  for (const double internal_N : {0.75, 1.5, 2.5, 3.75, 5.0, 6.0, 7.5}) {
+    Scene scene = stiff_scene("box_grasp", {"control.grasp.internal_force=" + std::to_string(internal_N) + " N",
+                                            "task={}", "gravity=[0 m/s^2, 0 m/s^2, 0 m/s^2]"});
+    model = model ? build_model(std::move(scene), *model) : build_model(std::move(scene));
+    GraspAt grasp(*model, 1.0, Acting::kMuscles);
+    ASSERT_TRUE(stiffen(grasp.run, 0.5, 5e-4, 1e-3)) << internal_N;
+    force_N.push_back(grasp.run.state.load[0].normal_N);
+    stiffness_N_per_m.push_back(predict_stiffness(grasp.run).K_O(0, 0));
+  }
+  EXPECT_NEAR(force_N.front(), 1.0, 0.1);
+  EXPECT_NEAR(force_N.back(), 10.0, 0.2);
+  Eigen::MatrixXd A(std::ssize(force_N), 2);
+  A.col(0).setOnes();
+  A.col(1) = Eigen::VectorXd::Map(force_N.data(), std::ssize(force_N));
+  const Eigen::VectorXd k = Eigen::VectorXd::Map(stiffness_N_per_m.data(), std::ssize(stiffness_N_per_m));
+  const Eigen::Vector2d line = A.colPivHouseholderQr().solve(k);
+  const double unexplained = (k - A * line).squaredNorm() / (k.array() - k.mean()).matrix().squaredNorm();
+  EXPECT_GE(1.0 - unexplained, 0.98);
+  EXPECT_LE(std::abs(line[0]), 0.1 * (line[0] + 5.0 * line[1])) << "N/m without force";
+  EXPECT_GT(line[1], 100.0) << "N/m for a newton";
 }
 
 // Springs at a point c, turned somehow, are decoupled there; seen from the origin they are not.
