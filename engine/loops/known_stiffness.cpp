@@ -57,6 +57,7 @@ ShownStiffness::ShownStiffness(Index muscles)
 
 ShownStiffness shown_stiffness(const Model& model, const Snapshot& state, const KnownStiffness& known) {
   const Hand& hand = model.scene.hand;
+  const ObjectStiffness& asked = *model.scene.control->muscles->object_stiffness;
   ShownStiffness shown(std::ssize(hand.muscles));
   if (known.now) {
     shown.share = known.now->report.share;
@@ -65,8 +66,7 @@ ShownStiffness shown_stiffness(const Model& model, const Snapshot& state, const 
   }
   if (known.chosen) {
     const Eigen::Matrix3d R = state.X_WO.linear();
-    const Eigen::Vector3d centre_m = R * model.scene.control->muscles->object_stiffness->centre_m;
-    const Matrix6d K = about(known.chosen->report.K_object, centre_m);
+    const Matrix6d K = about(known.chosen->report.K_object, R * asked.centre_m);
     shown.along_N_per_m = R.transpose() * K.topLeftCorner<3, 3>() * R;
     shown.about_Nm_per_rad = R.transpose() * K.bottomRightCorner<3, 3>() * R;
   }
@@ -75,7 +75,9 @@ ShownStiffness shown_stiffness(const Model& model, const Snapshot& state, const 
     shown.lack_s = known.lacked_s;
     if (lacked.axis_O) {
       shown.lack_axis = *lacked.axis_O;
-      (lacked.rotates ? shown.lack_Nm_per_rad : shown.lack_N_per_m) = lacked.lacking;
+      const Eigen::Vector3d& all = lacked.rotates ? asked.rotation_Nm_per_rad : asked.translation_N_per_m;
+      (lacked.rotates ? shown.lack_Nm_per_rad : shown.lack_N_per_m) =
+          lacked.lacking + (1.0 - lacked.share) * all.dot(shown.lack_axis.cwiseAbs2());
     }
     for (Index m = 0; m < shown.at_limit.size(); ++m) {
       shown.at_limit[m] = static_cast<double>(lacked.at_limit >> m & 1);

@@ -33,7 +33,7 @@ struct ShownStiffness {
 
   double share, squeeze_N;                          ///< As StiffnessReport has them.
   Eigen::Matrix3d along_N_per_m, about_Nm_per_rad;  ///< Turns held, and moves of the point that the scene names.
-  // What was lacking last: along an axis or about one.
+  // What was lacking last of all that was asked for, along an axis or about one: that of the share, and the rest.
   double lack_s, lack_N_per_m, lack_Nm_per_rad;
   Eigen::Vector3d lack_axis;
   Eigen::VectorXd at_limit;  ///< 1 for each muscle that it takes at its limit, else 0.

@@ -42,6 +42,34 @@ TEST(KnownStiffness, RemembersTheLastOfEachKind) {
   EXPECT_FALSE(KnownStiffness::of(none, ControlReport(scene.hand)).now);
 }
 
+// The solver says what a share of the stiffness lacks; the rest of it lacks as a whole: a' K a about a.
+TEST(KnownStiffness, LacksOfAllThatIsAskedFor) {
+  Model model = build_model(scene_of("box_stiff", {kCoarseBox}));
+  ObjectStiffness& asked = *model.scene.control->muscles->object_stiffness;
+  asked.translation_N_per_m = {100.0, 200.0, 400.0};
+  asked.rotation_Nm_per_rad = {0.1, 0.2, 0.4};
+  Snapshot state;
+  state.q = model.scene.posture;
+  for (const bool rotates : {false, true}) {
+    ControlReport report(model.scene.hand);
+    report.stiffness.is_chosen = report.stiffness.is_infeasible = true;
+    report.stiffness.axis_O = Vector3d(0.6, 0.0, 0.8);
+    report.stiffness.rotates = rotates;
+    report.stiffness.lacking = 0.01;
+    report.stiffness.share = 0.5;
+    report.stiffness.at_limit = 0b101;
+    KnownStiffness now = KnownStiffness::of(model.scene, report), known;
+    known.add(0.7, now);
+    const ShownStiffness shown = shown_stiffness(model, state, known);
+    const double along = 0.01 + 0.5 * (0.36 * 100.0 + 0.64 * 400.0), about = 0.01 + 0.5 * (0.36 * 0.1 + 0.64 * 0.4);
+    EXPECT_NEAR(rotates ? shown.lack_Nm_per_rad : shown.lack_N_per_m, rotates ? about : along, 1e-12 * along);
+    EXPECT_TRUE(std::isnan(rotates ? shown.lack_N_per_m : shown.lack_Nm_per_rad));
+    EXPECT_EQ(shown.at_limit.head<3>(), Vector3d(1.0, 0.0, 1.0));
+    EXPECT_EQ(shown.at_limit.sum(), 2.0);
+    EXPECT_TRUE(std::isnan(shown.along_N_per_m(0, 0)));
+  }
+}
+
 // Springs k_i that hold the object at the point that the scene names, along and about axes of the object: whatever the
 // pose, these come back, to rounding of numbers of 1e3 on arms of 0.1 m.
 TEST(KnownStiffness, IsShownAboutTheScenesPointInTheObjectsAxes) {

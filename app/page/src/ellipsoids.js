@@ -9,7 +9,7 @@ import {choosesStiffness} from './stiffness.js';
 
 export const kStiffness_m_per_N_per_m = 30e-3 / 1000; // 1000 N/m are 30 mm
 const kAxis_m = 4e-4;
-const kWire = 0.02; // of a ring's radius
+const kWire = 0.018, kAskedWire = 0.05; // of a ring's radius
 
 const turned = new Matrix4();
 const size = new Vector3();
@@ -18,10 +18,10 @@ const tail = new Vector3();
 const color = new Color();
 
 /** Three rings of radius 1, across the axes. */
-function rings(material) {
+function rings(material, wire) {
   const group = new Group();
   for (const turn of ['rotateX', 'rotateY', 'rotateZ']) {
-    group.add(new Mesh(new TorusGeometry(1, kWire, 8, 96)[turn](turn === 'rotateZ' ? 0 : Math.PI / 2), material));
+    group.add(new Mesh(new TorusGeometry(1, wire, 8, 96)[turn](turn === 'rotateZ' ? 0 : Math.PI / 2), material));
   }
   return group;
 }
@@ -36,8 +36,9 @@ export class Ellipsoids extends Group {
     this.centre = new Matrix4().makeTranslation(...scene.object_stiffness.centre_m);
     const glass = new MeshLambertMaterial({transparent: true, opacity: 0.42, depthWrite: false});
     this.solid = new Mesh(new SphereGeometry(1, 48, 32), glass);
-    this.outline = rings(new MeshLambertMaterial());
-    this.asked = rings(new MeshBasicMaterial());
+    this.outline = rings(new MeshLambertMaterial(), kWire);
+    this.asked = rings(new MeshBasicMaterial({depthTest: false, transparent: true}), kAskedWire); // also behind the glass
+    for (const ring of this.asked.children) ring.renderOrder = 1;
     this.axes = rods(3);
     this.add(this.axes, this.asked, this.outline, this.solid);
     for (const part of [this.solid, this.outline, this.asked]) part.matrixAutoUpdate = false;
@@ -61,7 +62,7 @@ export class Ellipsoids extends Group {
     color.set(themed(values[0] < 0 ? '--bad' : '--stiffness'));
     this.solid.material.color.copy(color);
     this.outline.children[0].material.color.copy(color);
-    this.asked.children[0].material.color.set(themed('--asked'));
+    this.asked.children[0].material.color.set(themed('--asked-ring'));
     this.axes.clear();
     values.forEach((value, i) => {
       tip.set(0, 0, 0).setComponent(i, value * kStiffness_m_per_N_per_m);

@@ -5,7 +5,7 @@ import {activationColor, fingerColors} from './colors.js';
 import {bar, byId, element, meterIn, setText} from './elements.js';
 import {fixed, length, power, short} from './format.js';
 import {Histories} from './history.js';
-import {StiffnessPanel, choosesStiffness, isAtLimit} from './stiffness.js';
+import {StiffnessPanel, choosesStiffness, isSpent} from './stiffness.js';
 import {tip} from './tips.js';
 import {TouchPanel, feels} from './touch.js';
 
@@ -186,7 +186,7 @@ export class Panels {
       const {max_force_N} = this.#scene.muscles[m];
       const share = v.muscles_N[m] / max_force_N / this.full;
       if (least) least.style.left = `${Math.min(100, (100 * v.least_muscles_N[m]) / max_force_N / this.full || 0)}%`;
-      for (const part of [track, text]) part.classList.toggle('bad', isAtLimit(v.muscles_N[m], max_force_N));
+      for (const part of [track, text]) part.classList.toggle('bad', isSpent(v, m, this.#scene.muscles[m]));
       activationColor(share, rgb, 0);
       set(share, `color(srgb-linear ${rgb.map((c) => c.toFixed(3)).join(' ')})`);
       setText(text, short(v.muscles_N[m]));

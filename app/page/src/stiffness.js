@@ -8,6 +8,7 @@ import {tip} from './tips.js';
 
 const kRecent_s = 1; // so long what lacked is said
 const kWait_ms = 150; // from one change to the next, while a hand is on a slider
+const kHad = 0.999; // of what is asked for
 const kGroups = [
   {asked: 'asked_N_per_m', has: 'stiffness_N_per_m', word: 'along', unit: 'N/m'},
   {asked: 'asked_Nm_per_rad', has: 'stiffness_Nm_per_rad', word: 'about', unit: 'N m/rad'},
@@ -18,9 +19,15 @@ export const choosesStiffness = (scene) => Boolean(scene.object_stiffness);
 /** Whether a muscle is as good as at its limit. */
 export const isAtLimit = (force_N, max_force_N) => force_N >= 0.999 * max_force_N;
 
+/** Whether it lacked something lately. */
+const lacks = (v) => v.time_s[0] - v.lack_s[0] < kRecent_s;
+
+/** Whether a muscle has nothing left, or had not when there were no forces for a stiffness. */
+export const isSpent = (v, m, {max_force_N}) => isAtLimit(v.muscles_N[m], max_force_N) || Boolean(v.lack_muscles && lacks(v) && v.lack_muscles[m] > 0);
+
 /** What of a stiffness there were no muscle forces for, if that is not long ago: "rotation about (1.00, 0, 0) lacks 0.031 N m/rad; at their limit: APL". */
 export function lackText(v, muscles) {
-  if (!(v.time_s[0] - v.lack_s[0] < kRecent_s)) return '';
+  if (!lacks(v)) return '';
   const names = muscles.filter((_, m) => v.lack_muscles[m] > 0).map(({name}) => name);
   const axis = Array.from(v.lack_axis, (x) => fixed(x, 2)).join(', ');
   const [along, about] = [v.lack_N_per_m[0], v.lack_Nm_per_rad[0]];
@@ -83,7 +90,8 @@ export class StiffnessPanel {
     const meter = element('td', '', row);
     meter.className = 'meter';
     made.set = bar(meter);
-    made.mark = element('b', '', meter.firstChild);
+    made.track = meter.firstChild;
+    made.mark = element('b', '', made.track);
     made.has = element('td', '', row);
     return made;
   }
@@ -128,13 +136,14 @@ export class StiffnessPanel {
   show(v) {
     if (!this.shown) return;
     for (const {asked} of kGroups) if (!this.#next?.[asked]) this.#asked[asked] = Array.from(v[asked]);
-    for (const {group, i, text, set, mark, has, follow} of this.#rows) {
+    for (const {group, i, text, set, track, mark, has, follow} of this.#rows) {
       const asked = this.#asked[group.asked][i];
       const diagonal = [0, 4, 8].map((at) => v[group.has][at]);
       const full = niceAbove(Math.max(1e-3, ...[...diagonal, ...this.#asked[group.asked]].filter(Number.isFinite)));
       setText(text, short(asked));
       setText(has, Number.isFinite(diagonal[i]) ? short(diagonal[i]) : kNone);
       set(diagonal[i] / full);
+      track.classList.toggle('bad', diagonal[i] < kHad * asked);
       mark.style.left = `${(100 * asked) / full}%`;
       follow?.(asked);
     }

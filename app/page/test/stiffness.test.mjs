@@ -2,7 +2,7 @@ import assert from 'node:assert/strict';
 import test from 'node:test';
 
 import {principal} from '../src/principal.js';
-import {choosesStiffness, effortText, isAtLimit, lackText, withOne} from '../src/stiffness.js';
+import {choosesStiffness, effortText, isAtLimit, isSpent, lackText, withOne} from '../src/stiffness.js';
 import {scene} from './synthetic.mjs';
 
 const dot = (a, b) => a.reduce((sum, x, i) => sum + x * b[i], 0);
@@ -47,6 +47,13 @@ test('effort is the sum of the forces, beside the least', () => {
 
 test('a muscle is at its limit where nothing is left', () => {
   assert.deepEqual([[80, 80], [79.99, 80], [79, 80], [0, 80]].map(([f, most]) => isAtLimit(f, most)), [true, true, false, false]);
+});
+
+test('a muscle is marked while it, or what lacked lately, has it at its limit', () => {
+  const spent = (v) => muscles.map((muscle, m) => isSpent(v, m, muscle));
+  assert.deepEqual(spent({...lacking, muscles_N: [10, 10, 100]}), [true, true, true]);
+  assert.deepEqual(spent({...lacking, muscles_N: [10, 10, 10], time_s: [4]}), [false, false, false]);
+  assert.deepEqual(spent({muscles_N: [10, 30, 10], time_s: [4]}), [false, true, false]); // a scene that chooses none
 });
 
 test('one axis changes alone, or all do', () => {
