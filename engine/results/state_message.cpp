@@ -338,6 +338,7 @@ ordered_json scene_message(const Model& model, bool live, const TriangleMesh& su
                           {"position_gain_N_per_m", position_gain},
                           {"rotation_gain_Nm_per_rad", rotation_gain},
                           {"pull", {{"stiffness_N_per_m", kPullStiffness_N_per_m}, {"limit_N", kPullLimit_N}}}};
+  if (scene.has_muscles() && scene.control->muscles->short_range) message["object_stiffness"] = nullptr;
   if (scene.chooses_stiffness()) {
     const MuscleSettings& own = *scene.control->muscles;
     message["object_stiffness"] = {{"centre_m", vector_json(own.object_stiffness->centre_m)},

@@ -55,10 +55,11 @@ export class StiffnessPanel {
   #timer = 0;
   #next = null;
 
-  /** A new scene; the panel is hidden where it chooses none. */
+  /** A new scene. Where it chooses none, the panel says how it could, or is hidden. */
   load(scene) {
     this.shown = choosesStiffness(scene);
-    byId('panel-stiffness').hidden = !this.shown;
+    byId('panel-stiffness').hidden = scene.object_stiffness === undefined; // no muscles that have stiffness
+    byId('panel-stiffness').classList.toggle('none', !this.shown);
     const body = byId('stiffness').tBodies[0];
     body.replaceChildren();
     this.#rows = [];
@@ -80,9 +81,7 @@ export class StiffnessPanel {
 
   #makeRow(body, group, setting, axis, i) {
     const row = element('tr', '', body);
-    const head = element('th', `${group.word} ${axis}`, row);
-    head.scope = 'row';
-    head.title = group.unit;
+    element('th', `${group.word} ${axis}`, row).scope = 'row';
     const slide = element('td', '', row);
     slide.className = 'slide';
     const made = {group, i, held: false, text: element('td', '', row)};
@@ -141,7 +140,7 @@ export class StiffnessPanel {
       const diagonal = [0, 4, 8].map((at) => v[group.has][at]);
       const full = niceAbove(Math.max(1e-3, ...[...diagonal, ...this.#asked[group.asked]].filter(Number.isFinite)));
       setText(text, short(asked));
-      setText(has, Number.isFinite(diagonal[i]) ? short(diagonal[i]) : kNone);
+      setText(has, `${Number.isFinite(diagonal[i]) ? short(diagonal[i]) : kNone} ${group.unit}`);
       set(diagonal[i] / full);
       track.classList.toggle('bad', diagonal[i] < kHad * asked);
       mark.style.left = `${(100 * asked) / full}%`;
@@ -151,7 +150,9 @@ export class StiffnessPanel {
     setText(byId('stiffness-share'), Number.isFinite(share) ? `${fixed(100 * share, 0)} %` : kNone);
     byId('stiffness-share').classList.toggle('bad', share < 0.995);
     setText(byId('effort'), effortText(v));
-    setText(byId('stiffness-squeeze'), fixed(v.stiffness_squeeze_N[0], 2));
+    const squeeze_N = v.stiffness_squeeze_N[0];
+    byId('stiffness-squeeze').parentElement.hidden = !(squeeze_N > 0);
+    setText(byId('stiffness-squeeze'), fixed(squeeze_N, 2));
     const lack = v.time_s[0] > this.frozen_s ? `muscles stay as they were at ${fixed(this.frozen_s, 2)} s` : lackText(v, this.#muscles);
     setText(byId('lack'), lack);
     byId('lack').title = lack || tip('Lack');

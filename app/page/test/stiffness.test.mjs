@@ -63,5 +63,6 @@ test('one axis changes alone, or all do', () => {
 
 test('a scene that chooses no stiffness shows none', () => {
   assert.equal(choosesStiffness(scene), false);
+  assert.equal(choosesStiffness({...scene, object_stiffness: null}), false); // muscles that have stiffness by themselves
   assert.equal(choosesStiffness({...scene, object_stiffness: {centre_m: [0, 0, 0], frozen_from_s: null}}), true);
 });
