@@ -10,6 +10,7 @@ const kViews = [
   {key: 't', option: 'ghost', name: 'Target', tip: 'Target'},
   {key: 'w', option: 'path', name: 'Way', tip: 'Way'},
   {key: 'k', option: 'stiffness', name: 'Stiffness', tip: 'Stiffness ellipsoid', of: choosesStiffness},
+  {key: 'l', option: 'turning', name: 'Turning', tip: 'Turning ellipsoid', of: choosesStiffness},
   {key: 'x', option: 'seeThrough', name: 'See through', tip: 'See through'},
 ];
 

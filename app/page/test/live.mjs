@@ -436,12 +436,12 @@ test('a slider makes the grasp stiffer, by muscles that pull harder', async () =
   try {
     await other.goto(own.url);
     const seen = () => other.evaluate(() => ({effort: window.thenar.state.muscles_N.reduce((a, b) => a + b), time_s: window.thenar.state.time_s[0],
-      across: Math.hypot(...window.thenar.picture.ellipsoids.solid.matrix.elements.slice(0, 3))}));
+      across: Math.hypot(...window.thenar.picture.ellipsoids.kinds[0].solid.matrix.elements.slice(0, 3))}));
     const rest = async (asked) => {
       await other.waitForFunction((x) => window.thenar?.state?.asked_N_per_m[2] === x && window.thenar.state.stiffness_share[0] === 1, asked,
                                   {timeout: kPatience_ms});
       const {time_s} = await seen();
-      await other.waitForFunction((t) => window.thenar.state.time_s[0] > t + 0.3 && window.thenar.picture.ellipsoids.visible, time_s,
+      await other.waitForFunction((t) => window.thenar.state.time_s[0] > t + 0.3 && window.thenar.picture.ellipsoids.kinds[0].visible, time_s,
                                   {timeout: kPatience_ms});
       return seen();
     };
@@ -461,7 +461,7 @@ test('a slider makes the grasp stiffer, by muscles that pull harder', async () =
     await other.locator('#stiffness-back').click();
     await rest(150);
     await other.keyboard.press('k');
-    assert.equal(await other.evaluate(() => window.thenar.picture.ellipsoids.visible), false);
+    assert.equal(await other.evaluate(() => window.thenar.picture.ellipsoids.kinds[0].visible), false);
     assert.equal(await other.locator('#toast').textContent(), '', 'nothing was refused');
   } finally {
     await other.close();

@@ -209,13 +209,13 @@ test('a recording of a stiffness that is chosen shows its ellipsoid, and what it
     assert.ok(await page.locator('#panel-stiffness').isVisible());
     assert.equal(await page.locator('#stiffness input[type=range]').count(), 0, 'nothing can be asked of a recording');
     const seen = await page.evaluate(() => {
-      const {state, picture: {ellipsoids}} = window.thenar;
-      const across = [0, 4, 8].map((i) => Math.hypot(...ellipsoids.solid.matrix.elements.slice(i, i + 3)));
+      const {state, picture: {ellipsoids: {kinds: [along, about]}}} = window.thenar;
+      const across = [0, 4, 8].map((i) => Math.hypot(...along.solid.matrix.elements.slice(i, i + 3)));
       const least = state.least_muscles_N.reduce((a, b) => a + b);
-      return {visible: ellipsoids.visible, across, trace: [0, 4, 8].reduce((sum, i) => sum + state.stiffness_N_per_m[i], 0),
+      return {visible: along.visible, hidden: !about.visible, across, trace: [0, 4, 8].reduce((sum, i) => sum + state.stiffness_N_per_m[i], 0),
               asked: state.asked_N_per_m[0], least, effort: state.muscles_N.reduce((a, b) => a + b)};
     });
-    assert.ok(seen.visible);
+    assert.ok(seen.visible && seen.hidden);
     // The sum of the principal stiffnesses is the trace; 30 mm for 1000 N/m.
     const sum = seen.across.reduce((a, b) => a + b);
     assert.ok(Math.abs(sum / (seen.trace * 30e-6) - 1) < 1e-9, JSON.stringify(seen));
