@@ -39,6 +39,10 @@ LiveSettings live_settings(const Model& model) {
   settings.control_Hz = 1.0 / scene.control_period_s;
   settings.delay_periods = static_cast<int>(std::lround(scene.control_delay_s / scene.control_period_s));
   if (scene.control) settings.internal_force_N = scene.control->internal_force_N;
+  if (scene.chooses_stiffness()) {
+    settings.asked_N_per_m = scene.control->muscles->object_stiffness->translation_N_per_m;
+    settings.asked_Nm_per_rad = scene.control->muscles->object_stiffness->rotation_Nm_per_rad;
+  }
   if (scene.fingertips) {
     settings.kernel = scene.fingertips->material.kernel;
     settings.level = model.level;
@@ -56,6 +60,11 @@ ordered_json settings_json(const LiveSettings& settings) {
       {"delay_periods", settings.delay_periods}, {"kernel", nullptr},
       {"level", or_null(settings.level)}};
   if (settings.kernel) json["kernel"] = name_of(*settings.kernel);
+  const auto add = [&](const char* name, const std::optional<Eigen::Vector3d>& three) {
+    if (three) json[name] = {three->x(), three->y(), three->z()};
+  };
+  add("asked_N_per_m", settings.asked_N_per_m);
+  add("asked_Nm_per_rad", settings.asked_Nm_per_rad);
   return json;
 }
 
@@ -64,13 +73,13 @@ ordered_json settings_list(const LiveSettings& begun) {
   ordered_json list = ordered_json::array();
   for (const Key& key : scene_keys()) {
     const LiveKey& live = key.live;
-    if (live.name.empty() || own.at(std::string(live.name)).is_null()) continue;
+    if (live.name.empty() || own.value(live.name, ordered_json()).is_null()) continue;
     ordered_json one = {{"name", live.name}, {"key", key.path}, {"label", live.label}, {"what", key.sentence}};
     if (live.least < live.most) {
       double most = live.most;
       while (live.name == "level" && most > 0.0 && (begun.leaves >> static_cast<int>(most)) < kFewestControls)
         most -= 1;
-      one.update({{"type", live.whole ? "whole" : "number"}, {"unit", live.unit}});
+      one.update({{"type", key.items > 1 ? "numbers" : live.whole ? "whole" : "number"}, {"unit", live.unit}});
       one.update({{"least", live.least}, {"most", most}});
     } else {
       one.update({{"type", "choice"}, {"choices", words_of(key)}});
@@ -93,6 +102,9 @@ std::string change(const Set& changes, LiveSettings& settings) {
   if (changes.level && (settings.leaves >> *changes.level) < kFewestControls) {
     return "level leaves a fingertip fewer than 8 control points";
   }
+  if ((changes.asked_N_per_m || changes.asked_Nm_per_rad) && !settings.asked_N_per_m) {
+    return "asked_N_per_m and asked_Nm_per_rad need a scene with control.muscles.object_stiffness";
+  }
   LiveSettings changed = settings;
   replace(changes.friction, changed.friction);
   if (changes.friction) changed.friction_steps = false;
@@ -103,6 +115,8 @@ std::string change(const Set& changes, LiveSettings& settings) {
   replace(changes.delay_periods, changed.delay_periods);
   if (changes.internal_force_N) changed.internal_force_N = changes.internal_force_N;
   if (changes.level) changed.level = changes.level;
+  if (changes.asked_N_per_m) changed.asked_N_per_m = changes.asked_N_per_m;
+  if (changes.asked_Nm_per_rad) changed.asked_Nm_per_rad = changes.asked_Nm_per_rad;
   if (changes.kernel) {
     changed.kernel = *changes.kernel == "gaussian" ? PulpKernel::kGaussian : PulpKernel::kBoussinesq;
   }
@@ -125,6 +139,8 @@ LiveSettings carried_over(const LiveSettings& before, const LiveSettings& now, L
   add(before.delay_periods, now.delay_periods, changes.delay_periods);
   add(before.internal_force_N, now.internal_force_N, changes.internal_force_N);
   add(before.level, now.level, changes.level);
+  add(before.asked_N_per_m, now.asked_N_per_m, changes.asked_N_per_m);
+  add(before.asked_Nm_per_rad, now.asked_Nm_per_rad, changes.asked_Nm_per_rad);
   if (now.kernel && now.kernel != before.kernel) changes.kernel = name_of(*now.kernel);
   (void)change(changes, begun);
   return begun;
@@ -143,6 +159,11 @@ void apply(const LiveSettings& now, const LiveSettings& settings, Scene& scene) 
   }
   if (settings.internal_force_N && settings.internal_force_N != now.internal_force_N) {
     scene.control->internal_force_N = *settings.internal_force_N;
+  }
+  if (settings.asked_N_per_m) {
+    ObjectStiffness& asked = *scene.control->muscles->object_stiffness;
+    asked.translation_N_per_m = *settings.asked_N_per_m;
+    asked.rotation_Nm_per_rad = *settings.asked_Nm_per_rad;
   }
 }
 

@@ -18,7 +18,8 @@ struct LiveSettings {
   std::optional<double> internal_force_N;
   std::optional<thenar::PulpKernel> kernel;
   std::optional<int> level;
-  Eigen::Index leaves = 0;  ///< Of a fingertip; stays.
+  std::optional<Eigen::Vector3d> asked_N_per_m, asked_Nm_per_rad;  ///< Of a scene that chooses a stiffness.
+  Eigen::Index leaves = 0;                                         ///< Of a fingertip; stays.
 
   [[nodiscard]] bool operator==(const LiveSettings&) const = default;
 };

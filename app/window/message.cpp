@@ -48,15 +48,12 @@ class Keys {
 
   /// Three numbers, each within +-limit.
   Vector3d vector(const char* key, double limit) {
-    Vector3d value = Vector3d::Zero();
     const json* const list = find(key, true);
-    if (list == nullptr) return value;
-    if (!list->is_array() || list->size() != 3) {
-      refuse(fmt::format("{} must be three numbers", key));
-      return value;
-    }
-    for (int i = 0; i < 3; ++i) value[i] = number_of(&(*list)[i], key, -limit, limit);
-    return value;
+    return list == nullptr ? Vector3d::Zero() : three_of(*list, key, -limit, limit);
+  }
+  std::optional<Vector3d> vector_or_none(const char* key, double low, double high) {
+    const json* const list = find(key, false);
+    return list == nullptr ? std::nullopt : std::optional(three_of(*list, key, low, high));
   }
   /// Three numbers whose length is at most `limit`.
   Vector3d vector_within(const char* key, double limit, const char* unit) {
@@ -108,6 +105,16 @@ class Keys {
     return low;
   }
 
+  Vector3d three_of(const json& list, const char* key, double low, double high) {
+    Vector3d value = Vector3d::Zero();
+    if (!list.is_array() || list.size() != 3) {
+      refuse(fmt::format("{} must be three numbers", key));
+      return value;
+    }
+    for (int i = 0; i < 3; ++i) value[i] = number_of(&list[i], key, low, high);
+    return value;
+  }
+
   const json& message_;
   std::set<std::string> asked_ = {"type"};
   std::string refusal_;
@@ -127,6 +134,9 @@ Set read_set(Keys& keys) {
     const thenar::LiveKey& live = row(name).live;
     return keys.whole_or_none(name, static_cast<int>(live.least), static_cast<int>(live.most));
   };
+  const auto three = [&](const char* name) {
+    return keys.vector_or_none(name, row(name).live.least, row(name).live.most);
+  };
   const std::vector<std::string_view> kernels = words_of(row("kernel"));
   Set set;
   set.friction = number("friction");
@@ -137,6 +147,8 @@ Set read_set(Keys& keys) {
   set.max_sweeps = whole("max_sweeps");
   set.delay_periods = whole("delay_periods");
   set.level = whole("level");
+  set.asked_N_per_m = three("asked_N_per_m");
+  set.asked_Nm_per_rad = three("asked_Nm_per_rad");
   set.kernel = keys.one_of("kernel", {kernels.begin(), kernels.end()});
   return set;
 }

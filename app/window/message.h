@@ -52,6 +52,7 @@ struct Set {
   std::optional<double> friction, internal_force_N, tolerance, contact_Hz, control_Hz;
   std::optional<int> max_sweeps, delay_periods, level;
   std::optional<std::string> kernel;
+  std::optional<Eigen::Vector3d> asked_N_per_m, asked_Nm_per_rad;
 };
 
 using Message = std::variant<Next, Ping, Pull, Release, Target, Poke, Pause, Resume, Step, Reset, Speed, Set, Find,

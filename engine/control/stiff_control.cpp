@@ -18,6 +18,13 @@ constexpr double kSqueeze_s = 0.1;   // Time constant with which the squeeze fol
 constexpr double kLess = 0.8;        // What is asked for after a period without an answer,
 constexpr double kMore_per_s = 0.5;  // and how fast it grows again.
 
+/// The arm on which rotations compare with translations.
+double arm_m(const ObjectStiffness& wanted) {
+  const double translation = wanted.translation_N_per_m.mean(), rotation = wanted.rotation_Nm_per_rad.mean();
+  if (!(translation > 0.0 && rotation > 0.0)) return StiffMuscleData().length_m;
+  return std::clamp(std::sqrt(rotation / translation), 5e-3, 0.1);
+}
+
 }  // namespace
 
 StiffnessControl::StiffnessControl(const Model& model) : work_(model) {
@@ -45,8 +52,7 @@ StiffnessControl::StiffnessControl(const Model& model) : work_(model) {
   }
   problem_.kappa = kPosture_Nm_per_rad;
   const ObjectStiffness& wanted = *model.scene.control->muscles->object_stiffness;
-  const double translation = wanted.translation_N_per_m.mean(), rotation = wanted.rotation_Nm_per_rad.mean();
-  if (translation > 0.0 && rotation > 0.0) problem_.length_m = std::clamp(std::sqrt(rotation / translation), 5e-3, 0.1);
+  problem_.length_m = arm_m(wanted);
   if (!(wanted.most_squeeze_N > 0.0)) return;
   StiffSqueeze& squeeze = problem_.squeeze.emplace();
   squeeze.tau.setZero(joints);
@@ -63,7 +69,13 @@ void StiffnessControl::look(const Model& model, const Frame& frame, const HandPo
   grasp_ = grasp_stiffness(model, frame, pose, {snapshot.contact_forces, places_, model.friction(now_s)},
                            model.gravity(now_s), work_);
   is_loaded_ = grasp_.contacts > 0;  // Of a state of another model its forces are not known yet.
-  wanted_ = wanted_stiffness(*model.scene.control->muscles->object_stiffness, snapshot.X_WO);
+  const ObjectStiffness& wanted = *model.scene.control->muscles->object_stiffness;
+  // Another choice: what the last one left is on another arm.
+  if (const double arm = arm_m(wanted); arm != problem_.length_m) {
+    problem_.length_m = arm;
+    last_.is_set = false;
+  }
+  wanted_ = wanted_stiffness(wanted, snapshot.X_WO);
   X_WO_ = snapshot.X_WO;
 }
 

@@ -34,8 +34,8 @@ struct StiffnessReport {
 };
 
 /// Chooses muscle forces for the stiffness of the object that a scene asks for: the least with H f = tau and K_o >=
-/// share K_des. If there are none, the next period asks for less, and then slowly for more again. Its memory is taken
-/// once.
+/// share K_des. If there are none, the next period asks for less, and then slowly for more again. What the scene asks
+/// for may change between periods, but not whether it may squeeze for it. Its memory is taken once.
 class StiffnessControl {
  public:
   explicit StiffnessControl(const Model& model);

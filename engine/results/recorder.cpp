@@ -60,6 +60,7 @@ TickRecord tick_record(const Model& model, const Snapshot& after, const TickRepo
   }
   record.touch = after.touch;
   record.reflex = control.reflex;
+  record.stiffness = KnownStiffness::of(model.scene, control);
   record.time_s = static_cast<double>(after.tick) * model.scene.step_s;
   record.q_rad = after.q;
   record_motion(model, after, record);
@@ -86,6 +87,7 @@ void RunSums::add(TickRecord& tick) {
   if (tick.contact.handed_over && tick.reflex.event != ReflexEvent::kNone) {
     last_reflex_ = {tick.reflex.event, tick.reflex.finger, tick.time_s};
   }
+  stiffness_.add(tick.time_s, tick.stiffness);
   tick.slip_m = slip_m_;
   tick.spin_rad = spin_rad_;
   tick.start_slip_m = start_slip_m_;

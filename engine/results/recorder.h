@@ -26,7 +26,7 @@ void record_control(const ControlReport& control, TickRecord& record);
 /// In words: "the run was interrupted at 0.412 s".
 [[nodiscard]] std::string interruption(double time_s);
 
-/// Sums up over a run what its ticks report, tick by tick, however small, and remembers the last reflex.
+/// Sums up over a run what its ticks report, tick by tick, however small, and remembers the last reflex and stiffness.
 class RunSums {
  public:
   /// Takes the next tick, and writes the sums so far into it.
@@ -37,6 +37,7 @@ class RunSums {
       start_spin_rad_;  ///< Of a tick's fingers, from the first one on.
   Ledger ledger_;
   LastReflex last_reflex_;
+  KnownStiffness stiffness_;
 };
 
 /// Gathers a run tick by tick, and watches it.

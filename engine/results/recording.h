@@ -8,6 +8,7 @@
 
 #include "engine/control/control_tick.h"
 #include "engine/grasp/contact_tick.h"
+#include "engine/loops/known_stiffness.h"
 #include "engine/results/verdict.h"
 
 namespace thenar {
@@ -59,6 +60,7 @@ struct TickRecord {
   PerFinger<Touch> touch;                          ///< Of a scene that names it.
   ReflexReport reflex;                             ///< Likewise, of the last control tick.
   LastReflex last_reflex;                          ///< Likewise, since the start.
+  KnownStiffness stiffness;                        ///< Of a scene that chooses one.
   Ledger ledger;                                   ///< Sums since the start.
   TickReport contact;
   double interpolate_s = 0.0;  ///< This and the times below: 0 where the scene has no such stage.

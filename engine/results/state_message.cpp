@@ -115,6 +115,22 @@ void for_each_field(const Model& model, const Picture& picture, const TickRecord
     one("last_reflex_finger", "", none ? kUnknown : last.finger);
     one("last_reflex_s", "s", none ? kUnknown : last.time_s);
   }
+  if (model.scene.chooses_stiffness()) {
+    const ObjectStiffness& asked = *model.scene.control->muscles->object_stiffness;
+    const ShownStiffness shown = shown_stiffness(model, now, tick.stiffness);
+    vector("asked_N_per_m", "N/m", asked.translation_N_per_m);
+    vector("asked_Nm_per_rad", "N m/rad", asked.rotation_Nm_per_rad);
+    one("stiffness_share", "", shown.share);
+    one("stiffness_squeeze_N", "N", shown.squeeze_N);
+    vector("stiffness_N_per_m", "N/m", shown.along_N_per_m);
+    vector("stiffness_Nm_per_rad", "N m/rad", shown.about_Nm_per_rad);
+    one("lack_s", "s", shown.lack_s);
+    one("lack_N_per_m", "N/m", shown.lack_N_per_m);
+    one("lack_Nm_per_rad", "N m/rad", shown.lack_Nm_per_rad);
+    vector("lack_axis", "", shown.lack_axis);
+    vector("lack_muscles", "", shown.at_limit);
+    vector("least_muscles_N", "N", shown.least_N);
+  }
   one("friction", "", model.friction(tick.time_s));
   vector("position_m", "m", tick.position_m);
   vector("path_target_m", "m", tick.target_m);
@@ -295,33 +311,40 @@ ordered_json scene_message(const Model& model, bool live, const TriangleMesh& su
     position_gain = scene.control->position.p;
     rotation_gain = scene.control->rotation.p;
   }
-  return {{"type", "scene"},
-          {"version", kMessageVersion},
-          {"program", fmt::format("thenar {}", build_info::kVersion)},
-          {"name", scene.name},
-          {"live", live},
-          {"fields", fields_json(state_fields(model))},
-          {"contact_fields", fields_json(contact_fields(model))},
-          {"fingers", fingers},
-          {"segments", segments_json(scene.hand)},
-          {"joints", joints},
-          {"muscles", muscles},
-          // The support of the object's surface is 2.2 spacings.
-          {"object",
-           {{"samples", samples},
-            {"vertices", surface.vertices_m.cols()},
-            {"triangles", surface.triangles.cols()},
-            {"spacing_m", model.object.support_m() / 2.2 * std::sqrt(static_cast<double>(stride))},
-            {"mass_kg", scene.object.mass_kg},
-            {"centre_of_mass_m", vector_json(scene.object.centre_of_mass_m)}}},
-          {"start", pose_numbers(scene.object.X_WO)},
-          {"gravity_m_per_s2", vector_json(scene.gravity)},
-          {"step_s", scene.step_s},
-          {"control_period_s", scene.control_period_s},
-          {"duration_s", scene.duration_s},
-          {"position_gain_N_per_m", position_gain},
-          {"rotation_gain_Nm_per_rad", rotation_gain},
-          {"pull", {{"stiffness_N_per_m", kPullStiffness_N_per_m}, {"limit_N", kPullLimit_N}}}};
+  ordered_json message = {{"type", "scene"},
+                          {"version", kMessageVersion},
+                          {"program", fmt::format("thenar {}", build_info::kVersion)},
+                          {"name", scene.name},
+                          {"live", live},
+                          {"fields", fields_json(state_fields(model))},
+                          {"contact_fields", fields_json(contact_fields(model))},
+                          {"fingers", fingers},
+                          {"segments", segments_json(scene.hand)},
+                          {"joints", joints},
+                          {"muscles", muscles},
+                          // The support of the object's surface is 2.2 spacings.
+                          {"object",
+                           {{"samples", samples},
+                            {"vertices", surface.vertices_m.cols()},
+                            {"triangles", surface.triangles.cols()},
+                            {"spacing_m", model.object.support_m() / 2.2 * std::sqrt(static_cast<double>(stride))},
+                            {"mass_kg", scene.object.mass_kg},
+                            {"centre_of_mass_m", vector_json(scene.object.centre_of_mass_m)}}},
+                          {"start", pose_numbers(scene.object.X_WO)},
+                          {"gravity_m_per_s2", vector_json(scene.gravity)},
+                          {"step_s", scene.step_s},
+                          {"control_period_s", scene.control_period_s},
+                          {"duration_s", scene.duration_s},
+                          {"position_gain_N_per_m", position_gain},
+                          {"rotation_gain_Nm_per_rad", rotation_gain},
+                          {"pull", {{"stiffness_N_per_m", kPullStiffness_N_per_m}, {"limit_N", kPullLimit_N}}}};
+  if (scene.has_muscles() && scene.control->muscles->short_range) message["object_stiffness"] = nullptr;
+  if (scene.chooses_stiffness()) {
+    const MuscleSettings& own = *scene.control->muscles;
+    message["object_stiffness"] = {{"centre_m", vector_json(own.object_stiffness->centre_m)},
+                                   {"frozen_from_s", own.frozen_from_s ? ordered_json(*own.frozen_from_s) : nullptr}};
+  }
+  return message;
 }
 
 ordered_json posture_json(const Hand& hand, const JointVector& q) {

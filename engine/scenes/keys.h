@@ -34,7 +34,7 @@ struct LiveKey {
   std::string_view name;           ///< In messages, as "contact_Hz"; empty: it cannot be changed.
   std::string_view label;          ///< For people: "contact rate".
   std::string_view unit;           ///< Of the message's number; empty: a plain one.
-  double least = 0.0, most = 0.0;  ///< The number's range; both 0: it is one of the words of a choice.
+  double least = 0.0, most = 0.0;  ///< The number's range, or each number's; both 0: one of the words of a choice.
   bool whole = false;              ///< It is a whole number.
 };
 

@@ -18,7 +18,7 @@ using nlohmann::ordered_json;
 
 // Fields follow each other without gaps, and the message has all of them and a row a contact.
 TEST(StateMessage, HasTheFieldsThatItsSceneTells) {
-  for (const char* name : {"box_grasp", "minimal", "stick", "box_wet"}) {
+  for (const char* name : {"box_grasp", "minimal", "stick", "box_wet", "box_stiff"}) {
     SCOPED_TRACE(name);
     Loop loop(scene_of(name));
     loop.run(0.05);
@@ -54,6 +54,22 @@ TEST(StateMessage, SpeaksOfTouchWhereTheSceneDoes) {
       EXPECT_EQ(has(state_fields(model), field), feels) << name << ' ' << field;
     }
     EXPECT_EQ(has(contact_fields(model), "slip_m_per_s"), feels) << name;
+  }
+}
+
+// Nor does a stiffness, where the scene chooses none: muscles by themselves make no difference.
+TEST(StateMessage, SpeaksOfStiffnessWhereTheSceneChoosesOne) {
+  Scene chosen = scene_of("box_stiff", {kCoarseBox}), none = chosen, torques = scene_of("box_grasp", {kCoarseBox});
+  none.control->muscles->object_stiffness.reset();
+  for (const auto& [scene, chooses] : {std::pair{chosen, true}, {none, false}, {torques, false}}) {
+    const Model model = build_model(scene);
+    const std::vector<Field> fields = state_fields(model);
+    for (const char* field : {"asked_N_per_m", "stiffness_share", "stiffness_N_per_m", "lack_s", "least_muscles_N"}) {
+      EXPECT_EQ(std::ranges::find(fields, field, &Field::name) != fields.end(), chooses) << field;
+    }
+    const ordered_json message = scene_message(model, true);
+    EXPECT_EQ(message.contains("object_stiffness"), scene.has_muscles() && scene.control->muscles->short_range);
+    EXPECT_EQ(chooses, message.value("object_stiffness", ordered_json()).is_object());
   }
 }
 

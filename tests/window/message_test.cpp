@@ -46,7 +46,8 @@ const std::vector<std::string> kSound = {
     R"({"type": "reset"})",
     R"({"type": "speed", "value": 0.1})",
     R"({"type": "set", "friction": 0.2, "internal_force_N": 3, "max_sweeps": 60, "tolerance": 1e-7, "contact_Hz": 4000,
-        "control_Hz": 200, "delay_periods": 2, "kernel": "gaussian", "level": 3})",
+        "control_Hz": 200, "delay_periods": 2, "kernel": "gaussian", "level": 3,
+        "asked_N_per_m": [0, 1000, 150], "asked_Nm_per_rad": [0, 0.5, 0.08]})",
     R"({"type": "find", "best": 20})",
     R"({"type": "stop_finding"})",
     R"({"type": "take", "search": 2, "grasp": 3})"};
@@ -78,6 +79,8 @@ TEST(ReadMessage, ReadsWhatAPageSends) {
   EXPECT_EQ(set.delay_periods, 2);
   EXPECT_EQ(set.kernel, "gaussian");
   EXPECT_EQ(set.level, 3);
+  EXPECT_EQ(set.asked_N_per_m, Vector3d(0.0, 1000.0, 150.0));
+  EXPECT_EQ(set.asked_Nm_per_rad, Vector3d(0.0, 0.5, 0.08));
   EXPECT_EQ(read_as<Find>(kSound[12]).best, 20);
   read_as<StopFinding>(kSound[13]);
   EXPECT_EQ(read_as<Take>(kSound[14]), (Take{2, 3}));
@@ -89,7 +92,7 @@ TEST(ReadMessage, LeavesOutWhatIsNotSent) {
   EXPECT_EQ(set.friction, 0.0);
   EXPECT_EQ(read_as<Find>(R"({"type":"find"})").best, 5);
   EXPECT_FALSE(set.internal_force_N || set.tolerance || set.contact_Hz || set.control_Hz || set.max_sweeps ||
-               set.delay_periods || set.level || set.kernel);
+               set.delay_periods || set.level || set.kernel || set.asked_N_per_m || set.asked_Nm_per_rad);
 }
 
 TEST(ReadMessage, SaysWhatIsWrong) {
@@ -109,6 +112,8 @@ TEST(ReadMessage, SaysWhatIsWrong) {
   EXPECT_EQ(refusal_of(R"({"type":"set"})"), "set needs something to set");
   EXPECT_EQ(refusal_of(R"({"type":"set","level":1.5})"), "level must be a whole number");
   EXPECT_EQ(refusal_of(R"({"type":"set","kernel":"cubic"})"), "kernel must be boussinesq or gaussian");
+  EXPECT_EQ(refusal_of(R"({"type":"set","asked_N_per_m":150})"), "asked_N_per_m must be three numbers");
+  EXPECT_EQ(refusal_of(R"({"type":"set","asked_N_per_m":[1,2,-3]})"), "asked_N_per_m must lie within 0 .. 1000");
   EXPECT_EQ(refusal_of(R"({"type":"find","best":0})"), "best must lie within 1 .. 20");
   EXPECT_EQ(refusal_of(R"({"type":"take","search":1})"), "grasp is missing");
   EXPECT_EQ(refusal_of(R"({"type":"take","search":1,"grasp":1.5})"), "grasp must be a whole number");
@@ -131,6 +136,9 @@ TEST(ReadMessage, RefusesWhatIsTooLong) {
 }
 
 bool within(double value, double low, double high) { return value >= low && value <= high; }
+bool within(const std::optional<Vector3d>& value, double low, double high) {
+  return !value || (value->array() >= low && value->array() <= high).all();
+}
 template <class T>
 bool within(const std::optional<T>& value, double low, double high) {
   return !value || within(static_cast<double>(*value), low, high);
@@ -153,6 +161,7 @@ struct InRange {
            within(set.max_sweeps, 1.0, 1000.0) && within(set.tolerance, 1e-10, 0.1) &&
            within(set.contact_Hz, 200.0, 10000.0) && within(set.control_Hz, 20.0, 2000.0) &&
            within(set.delay_periods, 0.0, 8.0) && within(set.level, 0.0, 6.0) &&
+           within(set.asked_N_per_m, 0.0, 1000.0) && within(set.asked_Nm_per_rad, 0.0, 0.5) &&
            (!set.kernel || *set.kernel == "boussinesq" || *set.kernel == "gaussian");
   }
   bool operator()(const Find& find) const { return within(find.best, 1.0, 20.0); }

@@ -5,6 +5,7 @@ import {Vector3} from 'three';
 import {fingerColors} from './colors.js';
 
 const place = [0, 0, 0];
+const kNamed = [['stiffness', 'var(--stiffness)'], ['turning', 'var(--turning)'], ['pull', '#d03a8c']]; // beginnings of names
 const kWide = 100, kHigh = 18; // of a label, in pixels
 
 /** Labels in an element over the picture: {element, at [m, world], text} each; without text they are hidden. */
@@ -13,7 +14,7 @@ export function makeLabels(overlay, names) {
   return names.map((name, k) => {
     const element = document.createElement('div');
     element.className = 'label';
-    element.style.setProperty('--color', fingerColors[k] ?? '#d03a8c');
+    element.style.setProperty('--color', kNamed.find(([begin]) => name.startsWith(begin))?.[1] ?? fingerColors[k] ?? '#d03a8c');
     element.dataset.name = name;
     element.hidden = true;
     overlay.append(element);

@@ -56,6 +56,8 @@ const hands = new Hands(picture, (message) => send(message.type === 'release' ? 
 const grasps = new Grasps(byId('grasps'), send);
 const settings = new Settings(byId('settings'), (change) => send({type: 'set', ...change}));
 
+panels.stiffness.change = (change) => send({type: 'set', ...change});
+
 const capture = new Capture(picture, () => document.querySelectorAll('#labels .label, #insets .inset:not([hidden]) span, #cells:not([hidden]) span'), () => {
   const time_s = state?.values.time_s[0] ?? 0;
   return `${scene?.name ?? 'thenar'} ${time_s.toFixed(3)} s`.replaceAll(/[^\w.-]+/g, '_');
@@ -110,7 +112,8 @@ function setScene(message, geometry) {
   panels.load(scene);
   hands.load(scene);
   grasps.load(scene, picture.geometry);
-  settings.load(scene.settings);
+  settings.load(scene.settings?.filter(({type}) => type !== 'numbers')); // which have a panel of their own
+  views.load(scene);
   showSettings();
   byId('scene-name').textContent = scene.name;
   document.title = `${scene.name} · Thenar`;

@@ -5,6 +5,7 @@ import {activationColor, fingerColors} from './colors.js';
 import {bar, byId, element, meterIn, setText} from './elements.js';
 import {fixed, length, power, short} from './format.js';
 import {Histories} from './history.js';
+import {StiffnessPanel, choosesStiffness, isSpent} from './stiffness.js';
 import {tip} from './tips.js';
 import {TouchPanel, feels} from './touch.js';
 
@@ -23,13 +24,14 @@ export class Panels {
   #same = ''; // what the panels were made for
   forceCharts = [];
   touch = new TouchPanel();
+  stiffness = new StiffnessPanel();
   #state = null;
   #timer = 0;
   #last_ms = 0;
 
   /** A new scene: makes what depends on its fingers, muscles and fields. */
   load(scene) {
-    const same = JSON.stringify([scene.fingers.map(({name}) => name), scene.muscles, feels(scene)]);
+    const same = JSON.stringify([scene.fingers.map(({name}) => name), scene.muscles, feels(scene), scene.object_stiffness]);
     this.#scene = scene;
     if (same === this.#same) return; // another level, say: the plots go on
     this.#same = same;
@@ -53,6 +55,7 @@ export class Panels {
     this.accuracy = new AccuracyTrail(byId('accuracy'), kTrailSeconds);
     this.latency = new LatencyChart(byId('latency'), scene.fields.find(({name}) => name === 'latency_counts').count);
     this.touch.load(scene, spans_s);
+    this.stiffness.load(scene);
     this.#makeGrip();
     this.#makeMuscles();
     this.#makeStages();
@@ -77,8 +80,10 @@ export class Panels {
       row.title = `${name}: at most ${short(max_force_N)} N`;
       element('span', name, row);
       const set = bar(row);
-      return {set, text: element('span', '', row)};
+      const [track, text] = [row.lastChild, element('span', '', row)];
+      return {set, track, text, least: choosesStiffness(this.#scene) ? element('b', '', track) : null};
     });
+    byId('least-legend').hidden = !choosesStiffness(this.#scene);
   }
 
   #makeStages() {
@@ -146,6 +151,7 @@ export class Panels {
     this.#showPath(v);
     this.#showGrip(v);
     this.touch.show(v, this.span_s);
+    this.stiffness.show(v);
     this.#showMuscles(v);
     this.#showLoops(v);
     this.advanced += 1;
@@ -176,8 +182,11 @@ export class Panels {
 
   #showMuscles(v) {
     setText(byId('full-activation'), `${Math.round(100 * this.full)} %`);
-    this.muscles.forEach(({set, text}, m) => {
-      const share = v.muscles_N[m] / this.#scene.muscles[m].max_force_N / this.full;
+    this.muscles.forEach(({set, track, text, least}, m) => {
+      const {max_force_N} = this.#scene.muscles[m];
+      const share = v.muscles_N[m] / max_force_N / this.full;
+      if (least) least.style.left = `${Math.min(100, (100 * v.least_muscles_N[m]) / max_force_N / this.full || 0)}%`;
+      for (const part of [track, text]) part.classList.toggle('bad', isSpent(v, m, this.#scene.muscles[m]));
       activationColor(share, rgb, 0);
       set(share, `color(srgb-linear ${rgb.map((c) => c.toFixed(3)).join(' ')})`);
       setText(text, short(v.muscles_N[m]));

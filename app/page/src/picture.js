@@ -6,6 +6,7 @@ import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
 import {Cells, cellsOf} from './cells.js';
 import {Closeups, kPulpLayer} from './closeups.js';
 import {niceAbove, themed} from './colors.js';
+import {Ellipsoids, ellipsoidLabels} from './ellipsoids.js';
 import {Forces} from './forces.js';
 import {makeLabels, placeLabels} from './labels.js';
 import {angleBetween, setPose, vector} from './poses.js';
@@ -27,7 +28,7 @@ const kLongest_ms = 2000; // of a drawing: graphics that say nothing were lost
 
 export class Picture {
   options = {
-    forces: true, cones: false, ghost: false, muscles: true, path: true, seeThrough: false, exaggeration: 1,
+    forces: true, cones: false, ghost: false, muscles: true, path: true, stiffness: true, turning: false, seeThrough: false, exaggeration: 1,
   };
   /** Called after a state was drawn. */
   onDrawn = () => {};
@@ -101,8 +102,9 @@ export class Picture {
     });
     this.insets.forEach((inset, k) => (inset.hidden = !this.pulps[k]));
     this.forces = this.#keep(this.above, new Forces(scene));
+    this.ellipsoids = this.#keep(this.above, new Ellipsoids(scene));
     this.trail = this.#keep(this.above, new Trail());
-    this.labels = makeLabels(this.overlay, [...scene.fingers.map(({name}) => name), 'pull']);
+    this.labels = makeLabels(this.overlay, [...scene.fingers.map(({name}) => name), ...ellipsoidLabels, 'pull']);
     this.#aimed = this.#aimed && this.aimedFor === scene.name;
     this.aimedFor = scene.name;
     this.resize();
@@ -155,6 +157,7 @@ export class Picture {
     this.object.setOpacity(options.seeThrough ? 0.35 : 1);
     this.#movePulps(v);
     this.forces.show(this.state, options, this.labels);
+    this.ellipsoids.show(v, this.#object, options, this.labels.slice(-1 - ellipsoidLabels.length, -1));
     this.request();
   }
 

@@ -1,5 +1,6 @@
 // What the picture shows: buttons for it, and a slider for how much deformation is exaggerated.
 
+import {choosesStiffness} from './stiffness.js';
 import {tip} from './tips.js';
 
 const kViews = [
@@ -8,6 +9,8 @@ const kViews = [
   {key: 'm', option: 'muscles', name: 'Muscles', tip: 'Muscles'},
   {key: 't', option: 'ghost', name: 'Target', tip: 'Target'},
   {key: 'w', option: 'path', name: 'Way', tip: 'Way'},
+  {key: 'k', option: 'stiffness', name: 'Stiffness', tip: 'Stiffness ellipsoid', of: choosesStiffness},
+  {key: 'l', option: 'turning', name: 'Turning', tip: 'Turning ellipsoid', of: choosesStiffness},
   {key: 'x', option: 'seeThrough', name: 'See through', tip: 'See through'},
 ];
 
@@ -36,6 +39,11 @@ export class Views {
     parent.append(label);
     this.slider.addEventListener('input', () => this.#exaggerate(Number(this.slider.value)));
     this.#show();
+  }
+
+  /** A new scene, which may not have all of it. */
+  load(scene) {
+    for (const {option, of} of kViews) this.#buttons.get(option).hidden = Boolean(of) && !of(scene);
   }
 
   toggle(option) {

@@ -106,6 +106,8 @@ test('the page shows the object, contacts and plots', async () => {
   assert.equal(await page.locator('#link').textContent(), 'live');
   assert.ok(await page.evaluate(() => window.thenar.picture.object.isMesh && window.thenar.scene.object.triangles > 100),
             'it is a closed surface');
+  assert.ok(await page.locator('#panel-stiffness').isHidden(), 'this scene chooses no stiffness');
+  assert.equal(await page.locator('#views button', {hasText: 'Stiffness'}).isVisible(), false);
   assert.deepEqual(browser.problems, []);
 });
 
@@ -425,4 +427,44 @@ test('the page says that it lost the connection, and finds it again', async () =
   await until((before_s) => window.thenar.state.time_s[0] > before_s, time_s);
   assert.equal(await page.locator('#link').textContent(), 'live');
   await shoot('running');
+});
+
+test('a slider makes the grasp stiffer, by muscles that pull harder', async () => {
+  const own = await startProgram(program, [join(configs, 'box_stiff.yaml'), '--port', '0', '--set', 'object.points=6000',
+                                           '--set', 'time.control_period=5 ms']);
+  const other = await page.context().newPage();
+  try {
+    await other.goto(own.url);
+    const seen = () => other.evaluate(() => ({effort: window.thenar.state.muscles_N.reduce((a, b) => a + b), time_s: window.thenar.state.time_s[0],
+      across: Math.hypot(...window.thenar.picture.ellipsoids.kinds[0].solid.matrix.elements.slice(0, 3))}));
+    const rest = async (asked) => {
+      await other.waitForFunction((x) => window.thenar?.state?.asked_N_per_m[2] === x && window.thenar.state.stiffness_share[0] === 1, asked,
+                                  {timeout: kPatience_ms});
+      const {time_s} = await seen();
+      await other.waitForFunction((t) => window.thenar.state.time_s[0] > t + 0.3 && window.thenar.picture.ellipsoids.kinds[0].visible, time_s,
+                                  {timeout: kPatience_ms});
+      return seen();
+    };
+    const slide = async (name, value) => {
+      const slider = other.locator(`#stiffness [name="${name}"]`);
+      await slider.fill(String(JSON.parse(await slider.getAttribute('data-values')).indexOf(value)));
+    };
+    await other.keyboard.press('3'); // a fifth of real time
+    const before = await rest(150);
+    await slide('asked_N_per_m x', 50);
+    await slide('asked_Nm_per_rad x', 0.02);
+    const soft = await rest(50);
+    assert.ok(soft.effort < 0.9 * before.effort && soft.across < before.across, JSON.stringify([before, soft]));
+    await other.locator('#alike').uncheck();
+    await slide('asked_N_per_m y', 100);
+    await other.waitForFunction(() => window.thenar.state.asked_N_per_m.join() === '50,100,50', null, {timeout: kPatience_ms});
+    await other.locator('#stiffness-back').click();
+    await rest(150);
+    await other.keyboard.press('k');
+    assert.equal(await other.evaluate(() => window.thenar.picture.ellipsoids.kinds[0].visible), false);
+    assert.equal(await other.locator('#toast').textContent(), '', 'nothing was refused');
+  } finally {
+    await other.close();
+    await own.stop();
+  }
 });

@@ -199,3 +199,28 @@ test('fingertips that feel without a controller are shown, too', async () => {
     assert.equal(await page.locator('#last-reflex').textContent(), '–');
   });
 });
+
+test('a recording of a stiffness that is chosen shows its ellipsoid, and what it costs', async () => {
+  const stiff = join(folder, 'stiff.mcap');
+  thenar('run', join(configs, 'box_stiff.yaml'), '--set', 'object.points=6000', '--time', '0.6 s', '--record', stiff);
+  await open(await exported(stiff), async (page) => {
+    await seek(page, 0.5);
+    await page.waitForFunction(() => document.getElementById('stiffness').rows.length === 7);
+    assert.ok(await page.locator('#panel-stiffness').isVisible());
+    assert.equal(await page.locator('#stiffness input[type=range]').count(), 0, 'nothing can be asked of a recording');
+    const seen = await page.evaluate(() => {
+      const {state, picture: {ellipsoids: {kinds: [along, about]}}} = window.thenar;
+      const across = [0, 4, 8].map((i) => Math.hypot(...along.solid.matrix.elements.slice(i, i + 3)));
+      const least = state.least_muscles_N.reduce((a, b) => a + b);
+      return {visible: along.visible, hidden: !about.visible, across, trace: [0, 4, 8].reduce((sum, i) => sum + state.stiffness_N_per_m[i], 0),
+              asked: state.asked_N_per_m[0], least, effort: state.muscles_N.reduce((a, b) => a + b)};
+    });
+    assert.ok(seen.visible && seen.hidden);
+    // The sum of the principal stiffnesses is the trace; 30 mm for 1000 N/m.
+    const sum = seen.across.reduce((a, b) => a + b);
+    assert.ok(Math.abs(sum / (seen.trace * 30e-6) - 1) < 1e-9, JSON.stringify(seen));
+    assert.ok(Math.min(...seen.across) >= 0.999 * seen.asked * 30e-6, 'what is asked for is inside of what there is');
+    assert.ok(seen.least > 1 && seen.effort > 1.2 * seen.least, JSON.stringify(seen));
+    assert.equal(await page.locator('#muscles .track > b').count(), 23);
+  });
+});
