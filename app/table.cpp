@@ -55,6 +55,16 @@ std::string summary_head(const ordered_json& summary) {
   return table;
 }
 
+/// All of a list: "0.15, 0.15, 0.15"; nothing of null.
+std::string cells(const ordered_json& numbers) {
+  std::string all;
+  for (const ordered_json& value : numbers) {
+    const double number = value.get<double>();
+    all += (all.empty() ? "" : ", ") + (std::isfinite(number) ? fmt::format("{:.3g}", number) : "-");
+  }
+  return all;
+}
+
 std::string grasp_lines(const ordered_json& summary) {
   const ordered_json& grasp = summary.at("grasp");
   std::string table = "\ngrasp\n";
@@ -78,18 +88,14 @@ std::string grasp_lines(const ordered_json& summary) {
     line(table, "largest muscle force", cell(summary, "/muscles/max_force_N", "N"));
     line(table, "  over the most a muscle has", cell(summary, "/muscles/max_activation"), "1: its limit");
   }
+  if (summary.contains("stiffness")) {
+    line(table, "stiffness asked for that was had", cell(summary, "/stiffness/min_share"),
+         "at the least; 1: all of it");
+    line(table, "  at the end, along x, y, z", cells(summary.at("stiffness").at("along_N_per_m")) + " N/m",
+         "about them: " + cells(summary.at("stiffness").at("about_Nm_per_rad")) + " N m/rad");
+  }
   line(table, "least way to a joint's limit", cell(summary, "/joints/least_margin_rad", "rad"));
   return table;
-}
-
-/// Each finger's: "0.15, 0.15, 0.15".
-std::string cells(const ordered_json& fingers) {
-  std::string all;
-  for (const ordered_json& value : fingers) {
-    const double number = value.get<double>();
-    all += (all.empty() ? "" : ", ") + (std::isfinite(number) ? fmt::format("{:.2g}", number) : "-");
-  }
-  return all;
 }
 
 std::string touch_lines(const ordered_json& summary) {

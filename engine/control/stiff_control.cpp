@@ -1,6 +1,7 @@
 #include "engine/control/stiff_control.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace thenar {
@@ -14,9 +15,10 @@ namespace {
 constexpr double kPosture_Nm_per_rad = 0.01;
 // Effort of a newton of squeeze itself: next to nothing, for muscles pay for it.
 constexpr double kSqueezeWeight = 1e-3;
-constexpr double kSqueeze_s = 0.1;   // Time constant with which the squeeze follows what is best.
-constexpr double kLess = 0.8;        // What is asked for after a period without an answer,
-constexpr double kMore_per_s = 0.5;  // and how fast it grows again.
+constexpr double kSqueeze_s = 0.1;  // Time constant with which the squeeze follows what is best.
+// What is tried of the share of the last period, one after the other, and after how long it grows again, how fast.
+constexpr std::array kTries{1.0, 0.97, 0.85, 0.6};
+constexpr double kPause_s = 0.3, kMore_per_s = 0.5;
 
 /// The arm on which rotations compare with translations.
 double arm_m(const ObjectStiffness& wanted) {
@@ -77,18 +79,32 @@ void StiffnessControl::look(const Model& model, const Frame& frame, const HandPo
   }
   wanted_ = wanted_stiffness(wanted, snapshot.X_WO);
   X_WO_ = snapshot.X_WO;
+  centre_m_ = X_WO_.linear() * wanted.centre_m;
 }
 
-void StiffnessControl::say_lack(const StiffMuscleProblem& problem, const StiffMuscleReport& found,
+Matrix6d StiffnessControl::in_object(const Matrix6d& K_W) const {
+  const Matrix6d K = about(K_W, centre_m_);
+  const Eigen::Matrix3d R = X_WO_.linear();
+  Matrix6d K_O;
+  for (int i = 0; i < 6; i += 3) {
+    for (int j = 0; j < 6; j += 3) K_O.block<3, 3>(i, j) = R.transpose() * K.block<3, 3>(i, j) * R;
+  }
+  return K_O;
+}
+
+void StiffnessControl::say_lack(const StiffMuscleProblem& problem, const StiffMuscleReport& found, double share,
                                 StiffnessReport& report) const {
-  if (found.cause == StiffCause::kTorques) return;
   const StiffLack lack = stiff_lack(problem, found);
   report.at_limit = lack.at_limit;
   if (found.cause != StiffCause::kStiffness) return;
-  const Vector3d along = lack.direction.head<3>(), about = lack.direction.tail<3>();
-  report.rotates = about.norm() > along.norm();
+  const Vector3d along = lack.direction.head<3>(), about = lack.direction.tail<3>() / problem.length_m;
+  Vector6d motion;
+  motion << along, about;
+  // The share lacks that, and what was not tried lacks as a whole.
+  const double lacking = lack.lacking_N_per_m + (1.0 - share) * motion.dot(wanted_ * motion);
+  report.rotates = lack.direction.tail<3>().norm() > along.norm();
   report.axis_O = X_WO_.linear().transpose() * (report.rotates ? about : along).normalized();
-  report.lacking = lack.lacking_N_per_m * (report.rotates ? problem.length_m * problem.length_m : 1.0);
+  report.lacking = lacking * (report.rotates ? problem.length_m * problem.length_m : 1.0);
 }
 
 /// What a newton of it changes: forces that keep their directions at their points. The patches stay as they are.
@@ -137,19 +153,37 @@ bool StiffnessControl::choose(const Model& model, std::span<const Belly> bellies
         0.5 * (grasp_.D[k] + grasp_.D[k].transpose());
   }
   if (problem_.squeeze) set_squeeze(model, pose, contacts, more_N);
-  problem_.K_des = share_ * wanted_;
-  const StiffMuscleProblem problem = problem_;
-  const StiffMuscleReport found = solve_stiff_muscles(problem, last_, f);
-  report.share = share_;
-  report.iterations = found.iterations;
-  report.residual = found.residual;
-  report.is_infeasible = found.status != MuscleStatus::kOptimal;
-  if (found.status == MuscleStatus::kInfeasible) say_lack(problem, found, report);
-  share_ = report.is_infeasible ? kLess * share_ : std::min(1.0, share_ + kMore_per_s * period_s);
-  if (report.is_infeasible) return false;
-  if (!object_stiffness(problem, f, found.squeeze, report.K_object)) report.K_object.setZero();
-  squeeze_N_ += (1.0 - std::exp(-period_s / kSqueeze_s)) * found.squeeze;
-  return true;
+  find_forces(period_s, f, report);
+  return report.share > 0.0;
+}
+
+void StiffnessControl::find_forces(double period_s, Eigen::Ref<Eigen::VectorXd> f, StiffnessReport& report) {
+  for (const double less : kTries) {
+    const double share = less * share_;
+    problem_.K_des = share * wanted_;
+    const StiffMuscleProblem problem = problem_;
+    const StiffMuscleReport found = solve_stiff_muscles(problem, last_, f);
+    report.iterations += found.iterations;
+    report.residual = found.residual;
+    if (found.status == MuscleStatus::kOptimal) {
+      report.share = share;
+      Matrix6d K_W;
+      if (object_stiffness(problem, f, found.squeeze, K_W)) report.K_O = in_object(K_W);
+      squeeze_N_ += (1.0 - std::exp(-period_s / kSqueeze_s)) * found.squeeze;
+      break;
+    }
+    if (found.cause == StiffCause::kTorques) return;  // Of which the least forces tell.
+    if (found.status == MuscleStatus::kInfeasible && !report.is_infeasible) say_lack(problem, found, share, report);
+    report.is_infeasible = true;
+  }
+  if (report.is_infeasible) {
+    share_ = std::max(report.share, kTries.back() * share_);
+    waits_s_ = kPause_s;
+  } else if (waits_s_ > 0.0) {
+    waits_s_ -= period_s;
+  } else {
+    share_ = std::min(1.0, share_ + kMore_per_s * period_s);
+  }
 }
 
 }  // namespace thenar

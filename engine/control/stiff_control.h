@@ -18,24 +18,27 @@ namespace thenar {
 /// What a control period found of the stiffness that a scene chooses.
 struct StiffnessReport {
   bool is_chosen = false;  ///< All fingers bear load: before, there is none to choose.
-  /// How much of what is asked for was had; less than 1 while there are no forces for all of it.
-  double share = 1.0;
-  bool is_infeasible = false;  ///< There were none for this share: the least forces were taken.
-  // Then: which motion of the object lacks how much, [N/m] along an axis or [N m/rad] about one, and the muscles that
-  // it takes at their limits, a bit each. Without an axis it is a finger whose posture gives way, or torques.
+  /// How much of what is asked for was had; less than 1 while there are no forces for all of it, 0: the least forces
+  /// were taken.
+  double share = 0.0;
+  bool is_infeasible = false;  ///< There were none for a larger share that was tried.
+  // Then: which motion of the object lacks how much of all that is asked for, [N/m] along an axis or [N m/rad] about
+  // one, and the muscles that it takes at their limits, a bit each. Without an axis it is a finger whose posture gives
+  // way.
   std::optional<Eigen::Vector3d> axis_O = {};
   bool rotates = false;
   double lacking = 0.0;
   std::uint64_t at_limit = 0;
-  Matrix6d K_object = Matrix6d::Zero();  ///< Of the object in the hand, about its origin, world axes [N/m, N m/rad].
-  double squeeze_N = 0.0;                ///< By how much the internal force is above control.grasp.internal_force.
+  /// Of the object in the hand, about the point that the scene names, in the object's axes [N/m, N m/rad].
+  Matrix6d K_O = Matrix6d::Zero();
+  double squeeze_N = 0.0;  ///< By how much the internal force is above control.grasp.internal_force.
   int iterations = 0;
   double residual = 0.0;
 };
 
 /// Chooses muscle forces for the stiffness of the object that a scene asks for: the least with H f = tau and K_o >=
-/// share K_des. If there are none, the next period asks for less, and then slowly for more again. What the scene asks
-/// for may change between periods, but not whether it may squeeze for it. Its memory is taken once.
+/// share K_des. If there are none, it takes less, and after a while tries slowly for more again. What the scene asks for
+/// may change between periods, but not whether it may squeeze for it. Its memory is taken once.
 class StiffnessControl {
  public:
   explicit StiffnessControl(const Model& model);
@@ -53,7 +56,10 @@ class StiffnessControl {
   [[nodiscard]] double squeeze_N() const { return squeeze_N_; }
 
  private:
-  void say_lack(const StiffMuscleProblem& problem, const StiffMuscleReport& found, StiffnessReport& report) const;
+  void find_forces(double period_s, Eigen::Ref<Eigen::VectorXd> f, StiffnessReport& report);
+  [[nodiscard]] Matrix6d in_object(const Matrix6d& K_W) const;
+  void say_lack(const StiffMuscleProblem& problem, const StiffMuscleReport& found, double share,
+                StiffnessReport& report) const;
   void set_squeeze(const Model& model, const HandPose& pose, const PerFinger<GraspContact>& contacts,
                    const FingerForces& more_N);
 
@@ -64,7 +70,9 @@ class StiffnessControl {
   Matrix6d wanted_ = Matrix6d::Zero();
   StiffMuscleData problem_;
   StiffWarmStart last_;
-  double share_ = 1.0, squeeze_N_ = 0.0;
+  Eigen::Vector3d centre_m_ = Eigen::Vector3d::Zero();  ///< That point, from the origin; world axes.
+  double share_ = 1.0, waits_s_ = 0.0;                  ///< What is tried, and how long until it is more.
+  double squeeze_N_ = 0.0;
   Eigen::Isometry3d X_WO_ = Eigen::Isometry3d::Identity();
 };
 

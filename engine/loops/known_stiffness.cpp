@@ -40,9 +40,8 @@ void KnownStiffness::add(double time_s, KnownStiffness& later) {
   if (now->report.is_infeasible) {
     lacked = now;
     lacked_s = time_s;
-  } else if (now->report.is_chosen) {
-    chosen = now;
   }
+  if (now->report.share > 0.0) chosen = now;
   later = *this;
 }
 
@@ -57,7 +56,6 @@ ShownStiffness::ShownStiffness(Index muscles)
 
 ShownStiffness shown_stiffness(const Model& model, const Snapshot& state, const KnownStiffness& known) {
   const Hand& hand = model.scene.hand;
-  const ObjectStiffness& asked = *model.scene.control->muscles->object_stiffness;
   ShownStiffness shown(std::ssize(hand.muscles));
   if (known.now) {
     shown.share = known.now->report.share;
@@ -65,19 +63,15 @@ ShownStiffness shown_stiffness(const Model& model, const Snapshot& state, const 
     shown.least_N = least_forces(hand, state.q, known.now->torques_Nm);
   }
   if (known.chosen) {
-    const Eigen::Matrix3d R = state.X_WO.linear();
-    const Matrix6d K = about(known.chosen->report.K_object, R * asked.centre_m);
-    shown.along_N_per_m = R.transpose() * K.topLeftCorner<3, 3>() * R;
-    shown.about_Nm_per_rad = R.transpose() * K.bottomRightCorner<3, 3>() * R;
+    shown.along_N_per_m = known.chosen->report.K_O.topLeftCorner<3, 3>();
+    shown.about_Nm_per_rad = known.chosen->report.K_O.bottomRightCorner<3, 3>();
   }
   if (known.lacked) {
     const StiffnessReport& lacked = known.lacked->report;
     shown.lack_s = known.lacked_s;
     if (lacked.axis_O) {
       shown.lack_axis = *lacked.axis_O;
-      const Eigen::Vector3d& all = lacked.rotates ? asked.rotation_Nm_per_rad : asked.translation_N_per_m;
-      (lacked.rotates ? shown.lack_Nm_per_rad : shown.lack_N_per_m) =
-          lacked.lacking + (1.0 - lacked.share) * all.dot(shown.lack_axis.cwiseAbs2());
+      (lacked.rotates ? shown.lack_Nm_per_rad : shown.lack_N_per_m) = lacked.lacking;
     }
     for (Index m = 0; m < shown.at_limit.size(); ++m) {
       shown.at_limit[m] = static_cast<double>(lacked.at_limit >> m & 1);

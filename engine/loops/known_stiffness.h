@@ -18,8 +18,8 @@ struct StiffnessRecord {
 /// What is known of it, period by period. Null: nothing yet.
 struct KnownStiffness {
   std::shared_ptr<const StiffnessRecord> now;             ///< Of the last period,
-  std::shared_ptr<const StiffnessRecord> chosen, lacked;  ///< of the last ones with such forces, and without.
-  double lacked_s = 0.0;                                  ///< When the last one was without.
+  std::shared_ptr<const StiffnessRecord> chosen, lacked;  ///< of the last ones that had some, and that lacked some.
+  double lacked_s = 0.0;                                  ///< When the last one lacked some.
 
   /// Nothing of a scene that chooses none.
   [[nodiscard]] static KnownStiffness of(const Scene& scene, const ControlReport& control);
@@ -33,7 +33,7 @@ struct ShownStiffness {
 
   double share, squeeze_N;                          ///< As StiffnessReport has them.
   Eigen::Matrix3d along_N_per_m, about_Nm_per_rad;  ///< Turns held, and moves of the point that the scene names.
-  // What was lacking last of all that was asked for, along an axis or about one: that of the share, and the rest.
+  // What was lacking last of all that was asked for, along an axis or about one.
   double lack_s, lack_N_per_m, lack_Nm_per_rad;
   Eigen::Vector3d lack_axis;
   Eigen::VectorXd at_limit;  ///< 1 for each muscle that it takes at its limit, else 0.
