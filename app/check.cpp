@@ -21,6 +21,7 @@
 #include "engine/studies/model_parts.h"
 #include "engine/studies/reflex_reach.h"
 #include "engine/studies/savings.h"
+#include "engine/studies/stiffness_report.h"
 
 namespace {
 
@@ -251,6 +252,21 @@ void describe_feeling(const Model& model, std::ostream& out) {
   describe_reach(model, out);
 }
 
+/// What stiffness muscles could give the object: the scene is run until it has settled.
+void describe_stiffness(const Model& model, std::ostream& out) {
+  const MuscleSettings* muscles = model.scene.has_muscles() ? &*model.scene.control->muscles : nullptr;
+  if (muscles == nullptr || !muscles->short_range) return;
+  const auto range = settled_stiffness_range(model);
+  if (!range) {
+    out << "\nstiffness of the object\n  nothing is known of it: it is soft, or some finger never bears load\n";
+    return;
+  }
+  out << fmt::format(
+      "\nstiffness of the object that muscles can give it at {:.3g} s, with torques and contacts as then\n",
+      range->at_s);
+  for (const std::string& line : range_lines(model.scene.hand, *range)) out << "  " << line << "\n";
+}
+
 void describe_frames(const Scene& scene, std::ostream& out) {
   out << "  frames          every " << 1e3 * scene.control_period_s << " ms";
   if (scene.control_delay_s > 0.0) {
@@ -311,6 +327,7 @@ std::string description(const Scene& asked, bool with_parts) {
   describe_control(scene, out);
   if (scene.control) describe_feeling(model, out);
   describe_task(scene.task, out);
+  describe_stiffness(model, out);
 
   out << "\nleft out, at no cost\n";
   bool complete = true;

@@ -13,6 +13,7 @@ SECTIONS = (
     ("Sticking, sliding, converging", ("motion",)),
     ("Where methods fail", ("stability", "contact_families")),
     ("Touch and reflex", ("partial_slip", "reflex", "felt_margin", "pose_loop")),
+    ("Stiffness that is chosen", ("stiffness",)),
     ("No more than a scene needs", ("model",)),
     ("Grasps that are found", ("grasp_finding",)),
     ("Growth", ("growth", "contact_growth", "compression")),

@@ -16,7 +16,7 @@ GROWTH = (
 
 
 def headlines(parts):
-    return [line for make in (_contact_computation, _defaults, _nearest_edge, _model, _growth) if (line := make(parts))]
+    return [line for make in (_contact_computation, _defaults, _nearest_edge, _stiffness, _model, _growth) if (line := make(parts))]
 
 
 def _figures(parts, part, kind):
@@ -94,6 +94,18 @@ def _nearest_edge(parts):
     ratio, row = min(edges, key=lambda edge: edge[0])
     return (f"Nearest edge of the reference scene: {row['setting']} may go {row['way']} {number(ratio)} times, no "
             f"further ({analysis.first_clause(row['end'])}).")
+
+
+def _stiffness(parts):
+    rows = _rows(parts, "stiffness", grasp=("grasp",), alike=("their effort, times the least",),
+                 stiffness=("off the stiffness",), effort=("off its least effort",))
+    rows = [row for row in rows if all(_is_number(row[key]) for key in ("alike", "stiffness", "effort"))]
+    if not rows:
+        return ""
+    most = {key: number(max(row[key] for row in rows)) for key in ("alike", "stiffness", "effort")}
+    return (f"A stiffness that is chosen: runs of {len(rows)} grasps have it within {most['stiffness']} %, at an "
+            f"effort within {most['effort']} % of the least; all muscles raised alike take up to {most['alike']} times "
+            "as much.")
 
 
 def _model(parts):

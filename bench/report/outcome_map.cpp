@@ -20,8 +20,9 @@ namespace {
 Variation variation(const MapAxis& axis, int count) {
   Variation vary{axis.key, {}};
   for (const double value : axis.values(count)) {
-    vary.values.push_back(axis.unit == "count" ? fmt::format("{:.0f}", value)
-                                               : fmt::format("{:.6g} {}", value, axis.unit));
+    vary.values.push_back(axis.written           ? axis.written(value)
+                          : axis.unit == "count" ? fmt::format("{:.0f}", value)
+                                                 : fmt::format("{:.6g} {}", value, axis.unit));
   }
   return vary;
 }

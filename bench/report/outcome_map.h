@@ -20,6 +20,8 @@ struct MapAxis {
   std::string label;
   /// What is shown for a value; nothing: the value itself.
   std::function<double(double)> shown = {};
+  /// How a value is written in a scene; nothing: with the unit.
+  std::function<std::string(double)> written = {};
 
   [[nodiscard]] std::vector<double> values(int count) const;
   [[nodiscard]] double show(double value) const { return shown ? shown(value) : value; }

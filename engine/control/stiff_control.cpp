@@ -29,33 +29,74 @@ double arm_m(const ObjectStiffness& wanted) {
 
 }  // namespace
 
-StiffnessControl::StiffnessControl(const Model& model) : work_(model) {
-  const Hand& hand = model.scene.hand;
+StiffMuscleData stiff_problem(const Scene& scene) {
+  const Hand& hand = scene.hand;
   const auto joints = std::ssize(hand.joints), muscles = std::ssize(hand.muscles);
-  places_.reserve(model.max_contacts);
+  StiffMuscleData problem;
   Index pairs = 0;
   for (const Fingertip& tip : hand.fingertips) {
-    problem_.joints.push_back(tip.joints);
+    problem.joints.push_back(tip.joints);
     pairs += tip.joints * (tip.joints + 1) / 2;
   }
-  problem_.H.setZero(joints, muscles);
-  problem_.arm.setZero(joints, muscles);
-  problem_.turn.setZero(pairs, muscles);
-  problem_.tau.setZero(joints);
-  problem_.B.setZero(6, joints);
-  problem_.D.setZero(joints, joints);
-  problem_.limit.resize(muscles);
-  problem_.fibre_per_m.resize(muscles);
-  problem_.tendon_N_per_m.resize(muscles);
+  problem.H.setZero(joints, muscles);
+  problem.arm.setZero(joints, muscles);
+  problem.turn.setZero(pairs, muscles);
+  problem.tau.setZero(joints);
+  problem.B.setZero(6, joints);
+  problem.D.setZero(joints, joints);
+  problem.limit.resize(muscles);
+  problem.fibre_per_m.resize(muscles);
+  problem.tendon_N_per_m.resize(muscles);
   for (Index m = 0; m < muscles; ++m) {
-    problem_.limit[m] = hand.muscles[m].max_force_N;
-    problem_.fibre_per_m[m] = *model.scene.control->muscles->short_range / *hand.muscles[m].fibre_m;
-    problem_.tendon_N_per_m[m] = hand.muscles[m].tendon_N_per_m;
+    problem.limit[m] = hand.muscles[m].max_force_N;
+    problem.fibre_per_m[m] = *scene.control->muscles->short_range / *hand.muscles[m].fibre_m;
+    problem.tendon_N_per_m[m] = hand.muscles[m].tendon_N_per_m;
   }
-  problem_.kappa = kPosture_Nm_per_rad;
-  const ObjectStiffness& wanted = *model.scene.control->muscles->object_stiffness;
-  problem_.length_m = arm_m(wanted);
-  if (!(wanted.most_squeeze_N > 0.0)) return;
+  problem.kappa = kPosture_Nm_per_rad;
+  if (const auto& wanted = scene.control->muscles->object_stiffness) problem.length_m = arm_m(*wanted);
+  return problem;
+}
+
+void set_grasp(const Hand& hand, std::span<const Belly> bellies, const GraspStiffness& grasp,
+               StiffMuscleData& problem) {
+  for (const Belly& belly : bellies) {
+    const Fingertip& tip = hand.fingertips[belly.finger];
+    const auto arms = belly.arms_m.head(tip.joints);
+    problem.H.col(belly.muscle).segment(tip.first_joint, tip.joints) = arms;
+    problem.arm.col(belly.muscle).segment(tip.first_joint, tip.joints) = arms / std::sqrt(belly.share);
+    Index row = 0;
+    for (int k = 0; k < belly.finger; ++k) row += hand.fingertips[k].joints * (hand.fingertips[k].joints + 1) / 2;
+    for (int i = 0; i < tip.joints; ++i) {
+      for (int j = 0; j <= i; ++j) problem.turn(row++, belly.muscle) = belly.slopes_m(i, j);
+    }
+  }
+  problem.A = 0.5 * (grasp.A + grasp.A.transpose());
+  for (int k = 0; k < hand.fingers(); ++k) {
+    const Fingertip& tip = hand.fingertips[k];
+    problem.B.middleCols(tip.first_joint, tip.joints) = 0.5 * (grasp.B[k] + grasp.B_joints[k]);
+    problem.D.block(tip.first_joint, tip.first_joint, tip.joints, tip.joints) =
+        0.5 * (grasp.D[k] + grasp.D[k].transpose());
+  }
+}
+
+void tell_lack(const StiffLack& lack, StiffCause cause, double length_m, const Matrix6d& not_tried,
+               const Eigen::Isometry3d& X_WO, StiffnessReport& report) {
+  if (cause == StiffCause::kTorques) return;
+  report.at_limit = lack.at_limit;
+  if (cause != StiffCause::kStiffness) return;
+  const Vector3d along = lack.direction.head<3>(), about = lack.direction.tail<3>() / length_m;
+  Vector6d motion;
+  motion << along, about;
+  report.rotates = lack.direction.tail<3>().norm() > along.norm();
+  report.axis_O = X_WO.linear().transpose() * (report.rotates ? about : along).normalized();
+  report.lacking =
+      (lack.lacking_N_per_m + motion.dot(not_tried * motion)) * (report.rotates ? length_m * length_m : 1.0);
+}
+
+StiffnessControl::StiffnessControl(const Model& model) : work_(model), problem_(stiff_problem(model.scene)) {
+  places_.reserve(model.max_contacts);
+  if (!(model.scene.control->muscles->object_stiffness->most_squeeze_N > 0.0)) return;
+  const auto joints = std::ssize(model.scene.hand.joints);
   StiffSqueeze& squeeze = problem_.squeeze.emplace();
   squeeze.tau.setZero(joints);
   squeeze.B.setZero(6, joints);
@@ -92,21 +133,6 @@ Matrix6d StiffnessControl::in_object(const Matrix6d& K_W) const {
   return K_O;
 }
 
-void StiffnessControl::say_lack(const StiffMuscleProblem& problem, const StiffMuscleReport& found, double share,
-                                StiffnessReport& report) const {
-  const StiffLack lack = stiff_lack(problem, found);
-  report.at_limit = lack.at_limit;
-  if (found.cause != StiffCause::kStiffness) return;
-  const Vector3d along = lack.direction.head<3>(), about = lack.direction.tail<3>() / problem.length_m;
-  Vector6d motion;
-  motion << along, about;
-  // The share lacks that, and what was not tried lacks as a whole.
-  const double lacking = lack.lacking_N_per_m + (1.0 - share) * motion.dot(wanted_ * motion);
-  report.rotates = lack.direction.tail<3>().norm() > along.norm();
-  report.axis_O = X_WO_.linear().transpose() * (report.rotates ? about : along).normalized();
-  report.lacking = lacking * (report.rotates ? problem.length_m * problem.length_m : 1.0);
-}
-
 /// What a newton of it changes: forces that keep their directions at their points. The patches stay as they are.
 void StiffnessControl::set_squeeze(const Model& model, const HandPose& pose, const PerFinger<GraspContact>& contacts,
                                    const FingerForces& more_N) {
@@ -132,26 +158,8 @@ bool StiffnessControl::choose(const Model& model, std::span<const Belly> bellies
   report = StiffnessReport{.squeeze_N = squeeze_N_};
   if (!is_loaded_) return false;
   report.is_chosen = true;
-  const Hand& hand = model.scene.hand;
-  for (const Belly& belly : bellies) {
-    const Fingertip& tip = hand.fingertips[belly.finger];
-    const auto arms = belly.arms_m.head(tip.joints);
-    problem_.H.col(belly.muscle).segment(tip.first_joint, tip.joints) = arms;
-    problem_.arm.col(belly.muscle).segment(tip.first_joint, tip.joints) = arms / std::sqrt(belly.share);
-    Index row = 0;
-    for (int k = 0; k < belly.finger; ++k) row += hand.fingertips[k].joints * (hand.fingertips[k].joints + 1) / 2;
-    for (int i = 0; i < tip.joints; ++i) {
-      for (int j = 0; j <= i; ++j) problem_.turn(row++, belly.muscle) = belly.slopes_m(i, j);
-    }
-  }
+  set_grasp(model.scene.hand, bellies, grasp_, problem_);
   problem_.tau = tau;
-  problem_.A = 0.5 * (grasp_.A + grasp_.A.transpose());
-  for (int k = 0; k < hand.fingers(); ++k) {
-    const Fingertip& tip = hand.fingertips[k];
-    problem_.B.middleCols(tip.first_joint, tip.joints) = 0.5 * (grasp_.B[k] + grasp_.B_joints[k]);
-    problem_.D.block(tip.first_joint, tip.first_joint, tip.joints, tip.joints) =
-        0.5 * (grasp_.D[k] + grasp_.D[k].transpose());
-  }
   if (problem_.squeeze) set_squeeze(model, pose, contacts, more_N);
   find_forces(period_s, f, report);
   return report.share > 0.0;
@@ -173,7 +181,9 @@ void StiffnessControl::find_forces(double period_s, Eigen::Ref<Eigen::VectorXd> 
       break;
     }
     if (found.cause == StiffCause::kTorques) return;  // Of which the least forces tell.
-    if (found.status == MuscleStatus::kInfeasible && !report.is_infeasible) say_lack(problem, found, share, report);
+    if (found.status == MuscleStatus::kInfeasible && !report.is_infeasible) {
+      tell_lack(stiff_lack(problem, found), found.cause, problem.length_m, (1.0 - share) * wanted_, X_WO_, report);
+    }
     report.is_infeasible = true;
   }
   if (report.is_infeasible) {

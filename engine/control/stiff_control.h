@@ -36,6 +36,18 @@ struct StiffnessReport {
   double residual = 0.0;
 };
 
+/// The problem of a scene's muscles, which have stiffness: what no grasp changes, and room for the rest.
+[[nodiscard]] StiffMuscleData stiff_problem(const Scene& scene);
+
+/// Puts in a grasp, and the arms of the muscles there; torques and what is asked for are the caller's. Does not
+/// allocate.
+void set_grasp(const Hand& hand, std::span<const Belly> bellies, const GraspStiffness& grasp, StiffMuscleData& problem);
+
+/// Puts what an infeasible problem lacks into a report: the motion in the object's axes, how much, and the muscles. What
+/// was not even tried of what is asked for lacks as a whole.
+void tell_lack(const StiffLack& lack, StiffCause cause, double length_m, const Matrix6d& not_tried,
+               const Eigen::Isometry3d& X_WO, StiffnessReport& report);
+
 /// Chooses muscle forces for the stiffness of the object that a scene asks for: the least with H f = tau and K_o >=
 /// share K_des. If there are none, it takes less, and after a while tries slowly for more again. What the scene asks for
 /// may change between periods, but not whether it may squeeze for it. Its memory is taken once.
@@ -58,8 +70,6 @@ class StiffnessControl {
  private:
   void find_forces(double period_s, Eigen::Ref<Eigen::VectorXd> f, StiffnessReport& report);
   [[nodiscard]] Matrix6d in_object(const Matrix6d& K_W) const;
-  void say_lack(const StiffMuscleProblem& problem, const StiffMuscleReport& found, double share,
-                StiffnessReport& report) const;
   void set_squeeze(const Model& model, const HandPose& pose, const PerFinger<GraspContact>& contacts,
                    const FingerForces& more_N);
 

@@ -61,23 +61,6 @@ std::string explain(const Scene& scene, const UnsolvedGrasp& unsolved) {
   return message + "; no friction would do: the fingers do not oppose each other";
 }
 
-/// Why the hand cannot hold the object as stiffly as it is asked to.
-std::string too_soft_in_words(const Hand& hand, const StiffnessReport& found, double time_s) {
-  std::string words = fmt::format("no muscle forces make the object so stiff at {:.3f} s: ", time_s);
-  if (const auto& axis = found.axis_O) {
-    words += fmt::format("{} ({:.2f}, {:.2f}, {:.2f}) of the object lacks {:.3g} {}",
-                         found.rotates ? "rotation about" : "translation along", axis->x(), axis->y(), axis->z(),
-                         found.lacking, found.rotates ? "N m/rad" : "N/m");
-  } else {
-    words += "a finger's posture gives way";
-  }
-  std::string muscles;
-  for (std::size_t m = 0; m < hand.muscles.size(); ++m) {
-    if ((found.at_limit >> m & 1) != 0) muscles += (muscles.empty() ? "" : ", ") + hand.muscles[m].name;
-  }
-  return muscles.empty() ? words : words + "; at their limit: " + muscles;
-}
-
 /// The worst muscles, then the worst joints.
 std::string limits_in_words(std::vector<Excess> beyond) {
   const auto severity = [](const Excess& e) {
@@ -92,6 +75,27 @@ std::string limits_in_words(std::vector<Excess> beyond) {
 }
 
 }  // namespace
+
+std::string muscle_names(const Hand& hand, std::uint64_t which) {
+  std::string names;
+  for (std::size_t m = 0; m < hand.muscles.size(); ++m) {
+    if ((which >> m & 1) != 0) names += (names.empty() ? "" : ", ") + hand.muscles[m].name;
+  }
+  return names;
+}
+
+std::string lack_in_words(const Hand& hand, const StiffnessReport& found) {
+  std::string words;
+  if (const auto& axis = found.axis_O) {
+    words = fmt::format("{} ({:.2f}, {:.2f}, {:.2f}) of the object lacks {:.3g} {}",
+                        found.rotates ? "rotation about" : "translation along", axis->x(), axis->y(), axis->z(),
+                        found.lacking, found.rotates ? "N m/rad" : "N/m");
+  } else {
+    words = "a finger's posture gives way";
+  }
+  const std::string muscles = muscle_names(hand, found.at_limit);
+  return muscles.empty() ? words : words + "; at their limit: " + muscles;
+}
 
 void GraspMonitor::Worst::add(double time_s, double excess, double now) {
   if (!(excess > 0.0)) return;
@@ -114,7 +118,8 @@ GraspMonitor::GraspMonitor(const Model& model)
 
 void GraspMonitor::add(double time_s, const ControlReport& control, const Eigen::VectorXd& muscle_forces_N) {
   if (control.stiffness.is_infeasible && time_s >= kMeasuredFrom_s && !too_soft_) {
-    too_soft_ = Event{time_s, too_soft_in_words(model_.scene.hand, control.stiffness, time_s)};
+    const std::string lack = lack_in_words(model_.scene.hand, control.stiffness);
+    too_soft_ = Event{time_s, fmt::format("no muscle forces make the object so stiff at {:.3f} s: {}", time_s, lack)};
   }
   if (control.grasp != GraspStatus::kOptimal && !unsolved_grasp_) {
     unsolved_grasp_ = UnsolvedGrasp{time_s, control};

@@ -13,6 +13,12 @@
 
 namespace thenar {
 
+/// Of muscles that have a bit in `which`.
+[[nodiscard]] std::string muscle_names(const Hand& hand, std::uint64_t which);
+
+/// Why the hand cannot hold the object as stiffly as it is asked to: the motion, what it lacks, and the muscles.
+[[nodiscard]] std::string lack_in_words(const Hand& hand, const StiffnessReport& found);
+
 /// Watches a grasp tick by tick, and judges it: the only judge of all runs, whoever makes them.
 ///
 /// It takes each control tick and each contact tick once, in the order of their times, and memory only where something

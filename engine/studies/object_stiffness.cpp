@@ -167,7 +167,9 @@ CentredStiffness centred(const Matrix6d& K) {
   return all;
 }
 
-PredictedStiffness predict_stiffness(const GraspRun& run) {
+PredictedStiffness predict_stiffness(const GraspRun& run) { return predict_stiffness(run, run.state.muscle_N); }
+
+PredictedStiffness predict_stiffness(const GraspRun& run, const MuscleVector& forces_N) {
   const Model& model = run.model;
   const Hand& hand = model.scene.hand;
   GraspRun at(model);  // So that the run itself goes on as if nobody had looked.
@@ -187,7 +189,7 @@ PredictedStiffness predict_stiffness(const GraspRun& run) {
   PerFinger<JointMatrix> muscles(model.fingers());
   all.joints_Nm_per_rad = PerFinger<double>(model.fingers());
   for (int k = 0; k < model.fingers(); ++k) {
-    muscles[k] = muscle_stiffness(hand, at.frame.bellies, k, gamma, at.state.muscle_N);
+    muscles[k] = muscle_stiffness(hand, at.frame.bellies, k, gamma, forces_N);
     const MatrixXd joints = grasp.D[k] + muscles[k];
     const MatrixXd even = 0.5 * (joints + joints.transpose());
     all.joints_Nm_per_rad[k] = Eigen::SelfAdjointEigenSolver<MatrixXd>(even).eigenvalues()[0];
@@ -198,7 +200,7 @@ PredictedStiffness predict_stiffness(const GraspRun& run) {
   all.K_O = R.transpose() * grasp.of_object(muscles) * R;
   all.contacts = grasp.contacts;
   all.sliding = grasp.sliding;
-  all.effort = effort_of(hand, at.state.muscle_N);
+  all.effort = effort_of(hand, forces_N);
   const Dynamics laws = dynamics(model, pose, all.X_WO.translation(), grasp, muscles);
   all.modes = modes_of(model, laws, all.X_WO.linear());
   return all;

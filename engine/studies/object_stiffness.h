@@ -73,7 +73,9 @@ struct PredictedStiffness {
   [[nodiscard]] bool is_stable() const { return slowest().rate_per_s > 0.0; }
 };
 
-/// Of a run's state: the muscles with the forces that they have there.
+/// Of a run's state: the muscles with the forces that they have there,
 [[nodiscard]] PredictedStiffness predict_stiffness(const GraspRun& run);
+/// or with others [N], one a muscle, which drive the joints as those do.
+[[nodiscard]] PredictedStiffness predict_stiffness(const GraspRun& run, const MuscleVector& forces_N);
 
 }  // namespace thenar

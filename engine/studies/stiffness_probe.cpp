@@ -154,7 +154,8 @@ double measure_rate(const GraspAt& grasp, const GraspMode& mode, const ProbeSett
 StiffnessStudy study_stiffness(const Model& model, double at_s, Acting acting,
                                const std::optional<ProbeSettings>& settings) {
   const GraspAt grasp(model, at_s, acting);
-  StiffnessStudy study{grasp.run.time_s(), acting, predict_stiffness(grasp.run), {}, {}};
+  StiffnessStudy study{grasp.run.time_s(), acting, predict_stiffness(grasp.run), {}, {}, {}};
+  if (study.predicted.contacts > 0) study.range = stiffness_range(grasp.run);
   if (!settings || study.predicted.contacts == 0) return study;
   study.measured = probe_stiffness(grasp, study.predicted, *settings);
   if (acting == Acting::kMuscles) study.slowest_per_s = measure_rate(grasp, study.predicted.slowest(), *settings);

@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "engine/studies/object_stiffness.h"
+#include "engine/studies/stiffness_range.h"
 
 namespace thenar {
 
@@ -48,6 +49,7 @@ struct StiffnessStudy {
   PredictedStiffness predicted;
   std::optional<MeasuredStiffness> measured;
   std::optional<double> slowest_per_s;  ///< The rate of the slowest mode, measured, if excitations stay.
+  std::optional<StiffnessRange> range;  ///< If all fingers bear load.
 };
 
 /// Without settings it is not probed, and a grasp without contacts never is.

@@ -7,6 +7,8 @@
 #include <array>
 #include <cmath>
 
+#include "engine/results/grasp_monitor.h"
+
 namespace thenar {
 
 using Eigen::Index;
@@ -106,6 +108,11 @@ std::string modes_text(const Hand& hand, const StiffnessStudy& study) {
   return text;
 }
 
+std::string end_text(const Hand& hand, const StiffEnd& end, const std::string& most) {
+  if (!end.most) return "none: " + end_in_words(hand, end.beyond);
+  return fmt::format("up to {}, with {:.4g} N of muscles; {}", most, end.most->sum_N(), end_in_words(hand, end.beyond));
+}
+
 ordered_json to_json(const Matrix6d& M) {
   ordered_json rows = ordered_json::array();
   for (Index i = 0; i < 6; ++i) {
@@ -140,7 +147,76 @@ ordered_json to_json(const Hand& hand, const GraspMode& mode) {
   return json;
 }
 
+ordered_json to_json(const Hand& hand, const StiffnessReport& beyond) {
+  ordered_json json{{"motion", !beyond.axis_O   ? "posture"
+                               : beyond.rotates ? "rotation"
+                                                : "translation"},
+                    {"axis", beyond.axis_O ? to_json(*beyond.axis_O) : ordered_json(nullptr)},
+                    {"lacking", beyond.lacking},
+                    {"at_limit", ordered_json::array()}};
+  for (std::size_t m = 0; m < hand.muscles.size(); ++m) {
+    if ((beyond.at_limit >> m & 1) != 0) json["at_limit"].push_back(hand.muscles[m].name);
+  }
+  return json;
+}
+
+ordered_json to_json(const std::optional<StiffForces>& forces) {
+  if (!forces) return nullptr;
+  return {{"asked", forces->asked},
+          {"sum_N", forces->sum_N()},
+          {"effort_N", forces->effort_N()},
+          {"forces_N", std::vector<double>(forces->forces_N.begin(), forces->forces_N.end())},
+          {"stable", forces->is_stable()},
+          {"K", forces->K_object ? to_json(*forces->K_object) : ordered_json(nullptr)}};
+}
+
+ordered_json to_json(const Hand& hand, const StiffEnd& end) {
+  return {{"most", to_json(end.most)}, {"beyond", to_json(hand, end.beyond)}};
+}
+
 }  // namespace
+
+std::string end_in_words(const Hand& hand, const StiffnessReport& beyond) {
+  std::string words = "a finger's posture";
+  if (const auto& axis = beyond.axis_O) {
+    words = fmt::format("{} ({:.2f}, {:.2f}, {:.2f})", beyond.rotates ? "rotation about" : "translation along",
+                        axis->x(), axis->y(), axis->z());
+  }
+  const std::string muscles = muscle_names(hand, beyond.at_limit);
+  return words + " ends it" + (muscles.empty() ? "" : ", with " + muscles + " at their limits");
+}
+
+std::vector<std::string> range_lines(const Hand& hand, const StiffnessRange& range) {
+  const auto value = [](const StiffEnd& end) { return end.most ? end.most->asked : 0.0; };
+  std::vector<std::string> lines;
+  lines.push_back(!range.least ? "none hold it within their limits"
+                               : fmt::format("the least are {:.4g} N, and the object {}", range.least->sum_N(),
+                                             range.least->is_stable() ? "stands" : "turns away by itself"));
+  lines.push_back("along all directions " +
+                  end_text(hand, range.translation, fmt::format("{:.3g} N/m", value(range.translation))));
+  lines.push_back("about all axes " +
+                  end_text(hand, range.rotation, fmt::format("{:.3g} N m/rad", value(range.rotation))));
+  if (!range.asks) return lines;
+  lines.push_back("of what the scene asks for " +
+                  end_text(hand, range.scene, fmt::format("{:.3g} times as much", value(range.scene))));
+  if (value(range.scene) < 1.0) {
+    lines.push_back("the scene asks for more than there is: " + lack_in_words(hand, range.lack));
+  }
+  return lines;
+}
+
+ordered_json range_json(const Hand& hand, const StiffnessRange& range) {
+  ordered_json front = ordered_json::array();
+  for (const StiffForces& forces : range.front) front.push_back(to_json(std::optional(forces)));
+  return {{"at_s", range.at_s},
+          {"least", to_json(range.least)},
+          {"translation_N_per_m", to_json(hand, range.translation)},
+          {"rotation_Nm_per_rad", to_json(hand, range.rotation)},
+          {"of_scene", to_json(hand, range.scene)},
+          {"asks", range.asks},
+          {"lack", range.lack.is_infeasible ? to_json(hand, range.lack) : ordered_json(nullptr)},
+          {"front", front}};
+}
 
 std::string stiffness_text(const Scene& scene, const StiffnessStudy& study) {
   const PredictedStiffness& predicted = study.predicted;
@@ -163,7 +239,11 @@ std::string stiffness_text(const Scene& scene, const StiffnessStudy& study) {
                       "rotation about it N m/rad");
   text += centred_text("predicted", centred(predicted.K_O));
   if (study.measured) text += centred_text("measured", centred(study.measured->K_O));
-  return text + modes_text(hand, study);
+  text += modes_text(hand, study);
+  if (!study.range) return text;
+  text += "\nwhat muscles could make of it, the torques, contacts and squeeze as they are\n";
+  for (const std::string& line : range_lines(hand, *study.range)) text += "  " + line + "\n";
+  return text;
 }
 
 ordered_json stiffness_json(const Scene& scene, const StiffnessStudy& study) {
@@ -186,7 +266,8 @@ ordered_json stiffness_json(const Scene& scene, const StiffnessStudy& study) {
                     {"stable", predicted.is_stable()},
                     {"modes", modes},
                     {"measured", nullptr},
-                    {"slowest_measured_per_s", nullptr}};
+                    {"slowest_measured_per_s", nullptr},
+                    {"range", study.range ? range_json(hand, *study.range) : ordered_json(nullptr)}};
   if (study.slowest_per_s) json["slowest_measured_per_s"] = *study.slowest_per_s;
   if (!study.measured) return json;
   const MeasuredStiffness& measured = *study.measured;

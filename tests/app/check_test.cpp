@@ -20,6 +20,24 @@ TEST(Program, ChecksAScene) {
   EXPECT_NE(box.find("--parts"), std::string::npos) << box;
 }
 
+TEST(Program, ChecksWhatStiffnessThereIs) {
+  const std::string title = "stiffness of the object that muscles can give it at 0.3 s";
+  const std::string coarse = " --set object.points=6000";
+  const std::string stiff = thenar_program("check " + config("box_stiff.yaml") + coarse).text;
+  EXPECT_NE(stiff.find(title), std::string::npos) << stiff;
+  EXPECT_NE(stiff.find("along all directions up to "), std::string::npos) << stiff;
+  EXPECT_NE(stiff.find("of what the scene asks for up to "), std::string::npos) << stiff;
+  EXPECT_EQ(stiff.find("the scene asks for more than there is"), std::string::npos) << stiff;
+  const std::string more =
+      thenar_program("check " + config("box_stiff.yaml") + coarse +
+                     " --set 'control.muscles.object_stiffness.translation=[900 N/m, 900 N/m, 900 N/m]'")
+          .text;
+  EXPECT_NE(more.find("the scene asks for more than there is: "), std::string::npos) << more;
+  EXPECT_NE(more.find(" of the object lacks "), std::string::npos) << more;
+  const std::string none = thenar_program("check " + config("box_grasp.yaml") + coarse).text;
+  EXPECT_EQ(none.find("stiffness of the object"), std::string::npos) << none;
+}
+
 TEST(Program, ChecksWhatASceneCouldLeaveOut) {
   const std::string scene = "check --parts " + config("box_grasp.yaml") +
                             " --set object.points=2000 --set 'time.duration=0.4 s' --set 'tolerance={force: 0.5 %}'";

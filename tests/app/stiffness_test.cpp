@@ -26,6 +26,11 @@ TEST(Program, SaysHowStiffAnObjectIsHeld) {
   EXPECT_NEAR(measured, predicted, 0.1 * std::abs(predicted));
   EXPECT_NE(said.text.find("turns away"), std::string::npos) << said.text;
   EXPECT_NE(said.text.find("there is no rest"), std::string::npos) << said.text;
+  EXPECT_NE(said.text.find("along all directions up to "), std::string::npos) << said.text;
+  const auto& range = figures.at("range");
+  EXPECT_FALSE(range.at("least").at("stable").get<bool>());
+  EXPECT_GT(range.at("translation_N_per_m").at("most").at("asked").get<double>(), 0.0);
+  EXPECT_GE(range.at("front").size(), 15U);
 
   const Outcome alone = thenar_program("stiffness box_grasp --no-probe --at 0.38" + kStiff);
   EXPECT_EQ(alone.code, 0) << alone.text;
