@@ -43,14 +43,14 @@ struct StiffnessReport {
 /// allocate.
 void set_grasp(const Hand& hand, std::span<const Belly> bellies, const GraspStiffness& grasp, StiffMuscleData& problem);
 
-/// Puts what an infeasible problem lacks into a report: the motion in the object's axes, how much, and the muscles. What
-/// was not even tried of what is asked for lacks as a whole.
+/// Puts what an infeasible problem lacks into a report: the motion in the object's axes, how much, and the muscles.
+/// What was not even tried of what is asked for lacks as a whole.
 void tell_lack(const StiffLack& lack, StiffCause cause, double length_m, const Matrix6d& not_tried,
                const Eigen::Isometry3d& X_WO, StiffnessReport& report);
 
 /// Chooses muscle forces for the stiffness of the object that a scene asks for: the least with H f = tau and K_o >=
-/// share K_des. If there are none, it takes less, and after a while tries slowly for more again. What the scene asks for
-/// may change between periods, but not whether it may squeeze for it. Its memory is taken once.
+/// share K_des. If there are none, it takes less, and after a while tries slowly for more again. What the scene asks
+/// for may change between periods, but not whether it may squeeze for it. Its memory is taken once.
 class StiffnessControl {
  public:
   explicit StiffnessControl(const Model& model);

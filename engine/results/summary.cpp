@@ -260,7 +260,7 @@ ordered_json muscle_measures(const Model& model, const Recording& recording) {
 
 /// Once the grip had built up: how much of what was asked for was had, and at the end the stiffness that was chosen,
 /// along and about the object's axes through the point that the scene names.
-ordered_json stiffness_measures(const Model& model, const Recording& recording) {
+ordered_json stiffness_measures(const Recording& recording) {
   const Values shares = collect(recording, kMeasuredFrom_s, [](const TickRecord& t) {
     return t.stiffness.now ? t.stiffness.now->report.share : std::numeric_limits<double>::quiet_NaN();
   });
@@ -376,7 +376,7 @@ ordered_json summarize(const Model& model, const Recording& recording) {
                           {"stages", stage_measures(recording)},
                           {"real_time_factor", simulated_s / recording.wall_s}};
   if (model.feels()) summary["touch"] = touch_measures(model, recording);
-  if (model.scene.chooses_stiffness()) summary["stiffness"] = stiffness_measures(model, recording);
+  if (model.scene.chooses_stiffness()) summary["stiffness"] = stiffness_measures(recording);
   if (model.scene.control && model.scene.control->reflex) summary["reflex"] = reflex_measures(model, recording);
   return summary;
 }

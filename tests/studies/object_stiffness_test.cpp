@@ -111,7 +111,8 @@ double pushed_m(const GraspAt& grasp, const Vector3d& force_O_N) {
 }
 
 // Muscles that pull against one another hold the object at the same grip more stiffly, by as much as their stiffness
-// says: half a newton moves it as far as that and the contacts' make it. Within 5 %, which ways of two millimetres bend.
+// says: half a newton moves it as far as that and the contacts' make it. Within 5 %, which ways of two millimetres
+// bend.
 TEST(ObjectStiffness, CoContractionTimesFourHoldsAgainstAPush) {
   const Model model = build_model(stiff_scene("box_grasp", {"control.grasp.internal_force=1.5 N", "task={}"}));
   GraspAt grasp(model, 1.0, Acting::kMuscles);
@@ -141,9 +142,9 @@ TEST(ObjectStiffness, CoContractionTimesFourHoldsAgainstAPush) {
   }
 }
 
-// Muscles that pull just so much that the object does not turn away make a grip whose stiffness grows with its force, in
-// proportion: as people's does [Hoeppner et al. 2013, Van Doren 1998]. Nothing here says so but that what squeezes turns
-// the object away, in proportion to itself, and that fibres are stiff in proportion to their force.
+// Muscles that pull just so much that the object does not turn away make a grip whose stiffness grows with its force,
+// in proportion: as people's does [Hoeppner et al. 2013, Van Doren 1998]. Nothing here says so but that what squeezes
+// turns the object away, in proportion to itself, and that fibres are stiff in proportion to their force.
 TEST(ObjectStiffness, OfTheGripGrowsWithItsForce) {
   std::vector<double> force_N, stiffness_N_per_m;
   std::optional<Model> model;
