@@ -21,8 +21,10 @@ constexpr double kTrusted = 1e-9;
 // where it does not, from a later one.
 constexpr std::array kLeft{3e-2, 1e-3, 1e-5, 1e-7};
 constexpr int kNewtonSteps = 12;
-// From the last period's optimum two or three are usual.
+// From the last period's optimum two are usual.
 constexpr int kWarmSteps = 8;
+// A step squares the error, times some number between 0.1 and 10: one from here needs no look at what it comes to.
+constexpr double kUnseen = 3e-6;
 
 template <int kSize>
 class StiffSolver {
@@ -32,8 +34,8 @@ class StiffSolver {
   StiffSolver(const StiffMuscleProblem& problem, StiffMuscleReport& report)
       : problem_(problem), report_(report), model_(problem), newton_(model_) {}
 
-  /// From the last optimum; false if that leads nowhere.
-  bool warm(const StiffWarmStart& last) {
+  /// Takes up the last optimum; false if it is of another problem.
+  bool resume(const StiffWarmStart& last) {
     if (!last.is_set || last.variables != model_.variables || last.joints != model_.joints ||
         last.fingers != model_.fingers) {
       return false;
@@ -50,7 +52,12 @@ class StiffSolver {
     widen(last.Z, 6, candidate_.Z);
     widen(last.basis, 6, newton_.seed);
     for (int k = 0; k < model_.fingers; ++k) widen(last.Y[k], model_.finger[k].joints, candidate_.Y[k]);
-    return newton_.run(candidate_, kWarmSteps, kEnough, kTrusted, report_.iterations);
+    return true;
+  }
+
+  /// From what was taken up; false if that leads nowhere.
+  bool warm(double unseen) {
+    return newton_.run(candidate_, kWarmSteps, {kEnough, kTrusted, unseen}, report_.iterations);
   }
 
   /// Whether forces that were found without a look at stiffness have enough of it.
@@ -225,7 +232,7 @@ bool StiffSolver<kSize>::cold() {
       return true;
     }
     take_candidate(planes, set, x);
-    if (newton_.run(candidate_, kNewtonSteps, kEnough, kTrusted, report_.iterations)) {
+    if (newton_.run(candidate_, kNewtonSteps, {kEnough, kTrusted}, report_.iterations)) {
       report_.status = MuscleStatus::kOptimal;
       return true;
     }
@@ -264,7 +271,11 @@ void StiffSolver<kSize>::take_optimum(Eigen::Ref<VectorXd> found, StiffWarmStart
 
 bool is_usable(const StiffMuscleProblem& p) {
   // No sum of zeros has a number that is none.
-  const auto finite = [](const auto& m) { return (0.0 * m.array()).sum() == 0.0; };
+  const auto finite = [](const auto& m) {
+    double sum = 0.0;
+    for (Index c = 0; c < m.cols(); ++c) sum += (0.0 * m.col(c).array()).sum();
+    return sum == 0.0;
+  };
   if (!finite(p.H) || !finite(p.tau) || !finite(p.arm) || !finite(p.turn) || !finite(p.fibre_per_m) || !finite(p.A) ||
       !finite(p.B) || !finite(p.D) || !finite(p.K_des) || !std::isfinite(p.kappa) || !std::isfinite(p.length_m)) {
     return false;
@@ -293,16 +304,30 @@ void finish(const StiffMuscleProblem& problem, const Eigen::Ref<const VectorXd>&
   if (last != nullptr) last->is_set = report.status == MuscleStatus::kOptimal;
 }
 
+void clear(const StiffMuscleProblem& problem, StiffMuscleReport& report) {
+  report.multiplier.setZero(problem.H.rows());
+  report.Z.setZero();
+  for (std::size_t k = 0; k < problem.joints.size(); ++k) {
+    report.Y[k].setZero();
+    report.motion[k].setZero();
+    report.bend[k].setZero();
+  }
+}
+
 template <int kSize>
 void solve_in_lanes(const StiffMuscleProblem& problem, StiffWarmStart* last, StiffMuscleReport& report,
                     Eigen::Ref<VectorXd> f) {
   std::array<double, kMaxMuscles> memory;
   Eigen::Map<VectorXd> found(memory.data(), problem.H.cols());
   StiffSolver<kSize> solver(problem, report);
-  if (last != nullptr && solver.warm(*last)) {
-    solver.take_optimum(found, last);
-    finish(problem, found, report, last, f);
-    if (report.status == MuscleStatus::kOptimal) return;
+  if (last != nullptr && solver.resume(*last)) {
+    for (const double unseen : {kUnseen, 0.0}) {
+      if (!solver.warm(unseen)) break;
+      solver.take_optimum(found, last);
+      finish(problem, found, report, last, f);
+      if (report.status == MuscleStatus::kOptimal) return;
+    }
+    clear(problem, report);
   }
   if (problem.squeeze == nullptr) {
     const MuscleReport alone = solve_muscle_forces({problem.H, problem.tau, problem.limit}, found);
@@ -326,12 +351,7 @@ StiffMuscleReport solve(const StiffMuscleProblem& problem, StiffWarmStart* last,
   const Index joints = problem.H.rows(), muscles = problem.H.cols();
   assert(joints <= kMaxJoints && muscles <= kMaxMuscles && problem.tau.size() == joints && f.size() == muscles);
   StiffMuscleReport report;
-  report.multiplier.setZero(joints);
-  for (std::size_t k = 0; k < problem.joints.size(); ++k) {
-    report.Y[k].setZero();
-    report.motion[k].setZero();
-    report.bend[k].setZero();
-  }
+  clear(problem, report);
   if (!is_usable(problem)) return report;
   const Index variables = muscles + (problem.squeeze != nullptr ? 1 : 0);
   if (variables <= 24) {

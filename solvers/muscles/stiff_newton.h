@@ -14,6 +14,12 @@ struct StiffCandidate {
   double error = std::numeric_limits<double>::infinity();
 };
 
+/// Errors at which Newton's method ends.
+struct NewtonEnd {
+  double enough, trusted;  ///< Where it stops, and up to where it may, if rounding leaves no more.
+  double unseen = 0.0;     ///< See StiffNewton::run.
+};
+
 /// Newton's method on the conditions of an optimum,
 ///     x = clamp(H'l + <Z, dK_o> + sum <Y_k, dM_k>),  H x = tau,  Z = P_+(Z - c S),  Y_k = P_+(Y_k - c_k S_k),
 /// with S = K_o - K_des, S_k = D_k + M_k - kappa I and P_+ the nearest positive semidefinite matrix. In the
@@ -26,8 +32,9 @@ class StiffNewton {
 
   explicit StiffNewton(StiffModel<kSize>& model) : seed(unit_rows()), model_(model) {}
 
-  /// From a candidate; true if it became the optimum.
-  bool run(StiffCandidate<kSize>& at, int steps, double enough, double trusted, int& iterations);
+  /// From a candidate; true if it became the optimum. After a step from an error below `unseen` it is not looked at
+  /// again: its proof will tell.
+  bool run(StiffCandidate<kSize>& at, int steps, const NewtonEnd& end, int& iterations);
 
   SmallSymmetric seed;  ///< Orthonormal rows, best near the eigenvectors of the object's stiffness.
 
@@ -416,22 +423,27 @@ bool StiffNewton<kSize>::step(StiffCandidate<kSize>& at) {
 }
 
 template <int kSize>
-bool StiffNewton<kSize>::run(StiffCandidate<kSize>& at, int steps, double enough, double trusted, int& iterations) {
+bool StiffNewton<kSize>::run(StiffCandidate<kSize>& at, int steps, const NewtonEnd& end, int& iterations) {
   evaluate(at);
   StiffCandidate<kSize> best = at;
   const double first = at.error;
-  for (int k = 0; k < steps && at.error > enough; ++k) {
+  for (int k = 0; k < steps && at.error > end.enough; ++k) {
     ++iterations;
+    const bool is_last = at.error <= end.unseen;
     if (!std::isfinite(at.error) || !step(at)) break;
+    if (is_last) {
+      at.x = at.x.max(model_.lower).min(model_.upper);
+      return true;
+    }
     evaluate(at);
     if (at.error < best.error) best = at;
     // Where it does not go straight, planes find the way sooner.
     if (k > 0 && !(at.error < first)) break;
     // Rounding is all that is left.
-    if (best.error <= trusted && at.error > 0.1 * best.error && at.error != best.error) break;
+    if (best.error <= end.trusted && at.error > 0.1 * best.error && at.error != best.error) break;
   }
   at = best;
-  return at.error <= trusted;
+  return at.error <= end.trusted;
 }
 
 }  // namespace thenar

@@ -13,7 +13,7 @@ using Eigen::Index;
 using Eigen::VectorXd;
 using VectorRef = Eigen::Ref<const VectorXd>;
 using FingerWrenches = Eigen::Matrix<double, 6, kMaxStiffJoints>;
-using FingerMotions = Eigen::Matrix<double, kMaxStiffJoints, 6>;
+using FingerMotions = Eigen::Matrix<double, kMaxStiffJoints, 6, Eigen::RowMajor>;
 /// One number for each pair of joints of one finger, as the rows of `turn`.
 using Pairs = std::array<double, 3 * kMaxJoints>;
 
@@ -61,6 +61,20 @@ Pairs pair_weights(const StiffMuscleProblem& p, const std::array<FingerMatrix, k
   return weights;
 }
 
+/// Calls visit(pair, a_i a_c) for the pairs of joints about which a muscle has arms.
+template <class Visit>
+void for_each_arm_pair(const StiffMuscleProblem& p, Index muscle, const Visit& visit) {
+  const double* arm = p.arm.col(muscle).data();
+  int pair = 0;
+  for (const int joints : p.joints) {
+    for (int i = 0; i < joints; pair += ++i) {
+      // Most muscles are of one finger.
+      for (int c = 0; c <= i && arm[i] != 0.0; ++c) visit(pair + c, arm[i] * arm[c]);
+    }
+    arm += joints;
+  }
+}
+
 /// sum_k <X_k, M_k> = alpha s_j + beta f_j of a muscle.
 struct MuscleShare {
   double alpha = 0.0, beta = 0.0;
@@ -68,18 +82,37 @@ struct MuscleShare {
 
 MuscleShare share_of(const StiffMuscleProblem& p, Index muscle, const Pairs& weights) {
   MuscleShare share;
-  const double* const arm = p.arm.col(muscle).data();
-  const double* const turn = p.turn.col(muscle).data();
-  int pair = 0;
-  for (int k = 0, first = 0; k < std::ssize(p.joints); first += p.joints[k++]) {
-    for (int i = 0; i < p.joints[k]; ++i) {
-      for (int c = 0; c <= i; ++c, ++pair) {
-        share.alpha += weights[pair] * arm[first + i] * arm[first + c];
-        share.beta -= weights[pair] * turn[pair];
-      }
+  for_each_arm_pair(p, muscle, [&](int pair, double square) { share.alpha += weights[pair] * square; });
+  share.beta = -p.turn.col(muscle).dot(Eigen::Map<const VectorXd>(weights.data(), p.turn.rows()));
+  return share;
+}
+
+/// M_k of all fingers, by pairs of joints.
+Pairs muscle_parts(const StiffMuscleProblem& p, const VectorRef& f) {
+  Pairs M;
+  Eigen::Map<VectorXd> all(M.data(), p.turn.rows());
+  all.setZero();
+  for (Index j = 0; j < f.size(); ++j) {
+    if (f[j] == 0.0) continue;
+    const double spring = f[j] / (1.0 / p.fibre_per_m[j] + f[j] * tendon_of(p, j));
+    all -= f[j] * p.turn.col(j);
+    for_each_arm_pair(p, j, [&](int pair, double square) { M[pair] += spring * square; });
+  }
+  return M;
+}
+
+/// D_k + M_k, of M_k by pairs.
+FingerMatrix finger_stiffness(const StiffMuscleProblem& p, int finger, const Pairs& M, double squeeze) {
+  const int first = first_joint(p, finger), n = p.joints[finger];
+  int pair = first_pair(p, finger);
+  FingerMatrix P = FingerMatrix::Zero();
+  for (int i = 0; i < n; ++i) {
+    for (int c = 0; c <= i; ++c) {
+      const double D_1 = p.squeeze != nullptr ? squeeze * p.squeeze->D(first + i, first + c) : 0.0;
+      P(i, c) = P(c, i) = p.D(first + i, first + c) + D_1 + M[pair++];
     }
   }
-  return share;
+  return P;
 }
 
 template <class Matrix>
@@ -93,12 +126,12 @@ SmallSymmetric widened(const Matrix& X, int n) {
 }
 
 /// What X's first n rows lack of being positive semidefinite, as a share of `scale`: at most this, up to the next power
-/// of ten.
+/// of ten from 1e-12 on.
 template <class Matrix>
 double lacking(const Matrix& X, int n, double scale) {
   const SmallSymmetric wide = widened(X, n);
   if (is_positive(n, wide, 0.0)) return 0.0;
-  for (double share = 1e-15; share < 1e3; share *= 10.0) {
+  for (double share = 1e-12; share < 1e3; share *= 10.0) {
     if (is_positive(n, wide, share * scale)) return share;
   }
   return kInfinity;
@@ -161,46 +194,47 @@ double pull_error_N(const StiffMuscleProblem& p, const VectorRef& f, const Stiff
   return worst;
 }
 
+/// (D_k + M_k)^-1 B_k'. False if that is not positive definite.
+bool solve_finger(const FingerMatrix& P, int n, const FingerWrenches& B, FingerMotions& z) {
+  // P = L D L', U = L D.
+  using Rows = std::array<std::array<double, kMaxStiffJoints>, kMaxStiffJoints>;
+  Rows L, U;
+  std::array<double, kMaxStiffJoints> over;
+  for (int i = 0; i < n; ++i) {
+    double pivot = P(i, i);
+    z.row(i) = B.col(i).transpose();
+    for (int c = 0; c < i; ++c) {
+      U[i][c] = P(i, c);
+      for (int b = 0; b < c; ++b) U[i][c] -= U[i][b] * L[c][b];
+      L[i][c] = U[i][c] * over[c];
+      pivot -= U[i][c] * L[i][c];
+      z.row(i) -= L[i][c] * z.row(c);
+    }
+    if (!(pivot > 0.0)) return false;
+    over[i] = 1.0 / pivot;
+  }
+  for (int i = n - 1; i >= 0; --i) {
+    z.row(i) *= over[i];
+    for (int c = i + 1; c < n; ++c) z.row(i) -= L[c][i] * z.row(c);
+  }
+  z.bottomRows(kMaxStiffJoints - n).setZero();
+  return true;
+}
+
 }  // namespace
 
 FingerMatrix finger_stiffness(const StiffMuscleProblem& p, int finger, const VectorRef& f, double squeeze) noexcept {
-  const int first = first_joint(p, finger), n = p.joints[finger], pairs = first_pair(p, finger);
-  FingerMatrix P = FingerMatrix::Zero();
-  P.topLeftCorner(n, n) = p.D.block(first, first, n, n);
-  if (p.squeeze != nullptr) P.topLeftCorner(n, n) += squeeze * p.squeeze->D.block(first, first, n, n);
-  for (Index j = 0; j < f.size(); ++j) {
-    if (f[j] == 0.0) continue;
-    const double spring = f[j] / (1.0 / p.fibre_per_m[j] + f[j] * tendon_of(p, j));
-    const double* const arm = p.arm.col(j).data() + first;
-    const double* turn = p.turn.col(j).data() + pairs;
-    for (int i = 0; i < n; ++i) {
-      for (int c = 0; c <= i; ++c) P(i, c) += spring * arm[i] * arm[c] - f[j] * *turn++;
-    }
-  }
-  P.triangularView<Eigen::StrictlyUpper>() = P.transpose();
-  return P;
+  return finger_stiffness(p, finger, muscle_parts(p, f), squeeze);
 }
-
-namespace {
-
-/// (D_k + M_k)^-1 B_k'. False if that is not positive definite.
-bool solve_finger(FingerMatrix P, int n, const FingerWrenches& B, FingerMotions& z) {
-  for (int i = n; i < kMaxStiffJoints; ++i) P(i, i) = 1.0;
-  const Eigen::LLT<FingerMatrix> factor(P);
-  z = B.transpose();
-  factor.solveInPlace(z);
-  return factor.info() == Eigen::Success;
-}
-
-}  // namespace
 
 bool object_stiffness(const StiffMuscleProblem& p, const VectorRef& f, double squeeze, Matrix6d& K_o) noexcept {
+  const Pairs M = muscle_parts(p, f);
   K_o = p.A;
   if (p.squeeze != nullptr) K_o += squeeze * p.squeeze->A;
   for (int k = 0; k < std::ssize(p.joints); ++k) {
-    const FingerWrenches B = wrenches(p, k, squeeze);
     FingerMotions z;
-    if (!solve_finger(finger_stiffness(p, k, f, squeeze), p.joints[k], B, z)) {
+    const FingerWrenches B = wrenches(p, k, squeeze);
+    if (!solve_finger(finger_stiffness(p, k, M, squeeze), p.joints[k], B, z)) {
       K_o.setConstant(std::numeric_limits<double>::quiet_NaN());
       return false;
     }
@@ -224,10 +258,11 @@ double stiff_kkt_error(const StiffMuscleProblem& p, const VectorRef& f, const St
   effort = std::max(effort, 1e-300);
 
   double error = 0.0;
+  const Pairs M = muscle_parts(p, f);
   std::array<FingerMatrix, kMaxStiffFingers> W;
   for (int k = 0; k < std::ssize(p.joints); ++k) {
     const int n = p.joints[k], first = first_joint(p, k);
-    FingerMatrix P = finger_stiffness(p, k, f, s);
+    FingerMatrix P = finger_stiffness(p, k, M, s);
     const FingerWrenches B = wrenches(p, k, s);
     FingerMotions z;
     if (!solve_finger(P, n, B, z)) return kInfinity;
