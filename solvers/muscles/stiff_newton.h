@@ -41,6 +41,7 @@ class StiffNewton {
  private:
   // Equations at most: of joints and of pairs of directions.
   static constexpr int kMostRows = 64;
+  static constexpr int kStrip = 16;  // So many of them at a time.
   static constexpr double kDirections = 1e-3;
   // Of each active direction with each joint, and with each direction that is not.
   static constexpr int kMostSquares = 6 * static_cast<int>(kMaxJoints) + 9 + 6 * kMaxStiffFingers;
@@ -71,6 +72,8 @@ class StiffNewton {
   bool step(StiffCandidate<kSize>& at);
   void add_block(Block& block);
   void add_curvature(const Block& block);
+  template <int kFirst>
+  bool factor(int k);
   bool eliminate(int rows, std::array<double, kMostRows>& lambda, Lanes& d);
   void update(const Block& block, const std::array<double, kMostRows>& lambda, const Lanes& d, SmallSymmetric& Z) const;
   void hold_bounds(Lanes& x);
@@ -96,7 +99,8 @@ class StiffNewton {
   int square_count_ = 0;
   Lanes curve_, diagonal_;
   std::array<Lanes, kMostRows> slopes_;
-  std::array<Lanes, kSize> hessian_;
+  std::array<Lanes, kSize> hessian_;  ///< Of free variables, from its diagonal on.
+  std::array<double, kSize> inverse_;  ///< Of its pivots.
   std::array<Wide, kSize> equations_;  ///< By variables; the last column is the gradient.
   std::array<double, kMostRows> residual_;
   Lanes gradient_;
@@ -285,41 +289,71 @@ void StiffNewton<kSize>::add_curvature(const Block& block) {
   }
 }
 
+/// The rows of the hessian's free variables from the k-th on, of which the next is among the lanes kFirst .. kFirst + 3:
+/// each less what those before it have of it. A row stays in registers until it is done.
+template <int kSize>
+template <int kFirst>
+[[gnu::flatten]] bool StiffNewton<kSize>::factor(int k) {
+  if constexpr (kFirst < kSize) {
+    constexpr int kLeft = kSize - kFirst;
+    for (; k < free_count_ && free_[k] < kFirst + 4; ++k) {
+      const int v = free_[k];
+      Eigen::Array<double, kLeft, 1> row = Eigen::Array<double, kLeft, 1>::Zero();
+      for (int i = 0; i < square_count_; ++i) row += squares_[i][v] * squares_[i].template tail<kLeft>();
+      for (int i = 0; i < k; ++i) {
+        const Lanes& before = hessian_[free_[i]];
+        row -= (before[v] * inverse_[i]) * before.template tail<kLeft>();
+      }
+      hessian_[v].template tail<kLeft>() = row;
+      hessian_[v][v] += curve_[v];
+      if (!(hessian_[v][v] > 0.0)) return false;
+      inverse_[k] = 1.0 / hessian_[v][v];
+    }
+    return factor<kFirst + 4>(k);
+  }
+  return true;
+}
+
 /// The step d and the multipliers of
 ///     hessian d + gradient = J' lambda,  J d = -residual.
 template <int kSize>
 [[gnu::flatten]] bool StiffNewton<kSize>::eliminate(int rows, std::array<double, kMostRows>& lambda, Lanes& d) {
   constexpr double kDependent = 1e-13;
-  const int width = (rows + 1 + 3) / 4;  // In fours.
-  const auto subtract = [](double m, const auto& from, auto& to, int first, int last) {
-    for (int c = first; c < last; ++c) to.template segment<4>(4 * c) -= m * from.template segment<4>(4 * c);
-  };
-  std::array<double, kSize> inverse;
+  using Strip = Eigen::Array<double, kStrip, 1>;
+  if (!factor<0>(0)) return false;
   std::array<Wide, kMostRows> M;  // From its diagonal on.
-  for (int r = 0; r < rows; ++r) M[r].head(4 * width).setZero();
-  for (int k = 0; k < free_count_; ++k) {
-    const int v = free_[k];
-    const Lanes& pivot_row = hessian_[v];
-    const Wide& pivot_equations = equations_[v];
-    if (!(pivot_row[v] > 0.0)) return false;
-    inverse[k] = 1.0 / pivot_row[v];
-    for (int i = k + 1; i < free_count_; ++i) {
-      const double m = pivot_row[free_[i]] * inverse[k];
-      if (m == 0.0) continue;
-      subtract(m, pivot_row, hessian_[free_[i]], free_[i] / 4, kSize / 4);
-      subtract(m, pivot_equations, equations_[free_[i]], 0, width);
+  for (int at = 0; at <= rows; at += kStrip) {
+    for (int k = 0; k < free_count_; ++k) {
+      Strip row = equations_[free_[k]].template segment<kStrip>(at);
+      for (int i = 0; i < k; ++i) {
+        const int before = free_[i];
+        row -= (hessian_[before][free_[k]] * inverse_[i]) * equations_[before].template segment<kStrip>(at);
+      }
+      equations_[free_[k]].template segment<kStrip>(at) = row;
     }
-    for (int r = 0; r < rows; ++r) subtract(-pivot_equations[r] * inverse[k], pivot_equations, M[r], r / 4, width);
+  }
+  for (int r = 0; r < rows; ++r) {
+    for (int at = r / kStrip * kStrip; at <= rows; at += kStrip) {
+      Strip row = Strip::Zero();
+      for (int k = 0; k < free_count_; ++k) {
+        const Wide& equations = equations_[free_[k]];
+        row += (equations[r] * inverse_[k]) * equations.template segment<kStrip>(at);
+      }
+      M[r].template segment<kStrip>(at) = row;
+    }
   }
   // M lambda = -residual + J hessian^-1 gradient.
   std::array<double, kMostRows> over;
-  for (int r = 0; r < rows; ++r) M[r][rows] -= residual_[r], over[r] = M[r][r];
-  for (int k = 0; k < rows; ++k) {
-    // A row that depends on those before it, or has no free variable, has no part.
-    over[k] = M[k][k] > kDependent * over[k] ? 1.0 / M[k][k] : 0.0;
-    for (int i = k + 1; i < rows; ++i) {
-      subtract(M[k][i] * over[k], M[k], M[i], i / 4, width);
+  for (int r = 0; r < rows; ++r) {
+    M[r][rows] -= residual_[r];
+    const double whole = M[r][r];
+    for (int at = r / kStrip * kStrip; at <= rows; at += kStrip) {
+      Strip row = M[r].template segment<kStrip>(at);
+      for (int i = 0; i < r; ++i) row -= (M[i][r] * over[i]) * M[i].template segment<kStrip>(at);
+      M[r].template segment<kStrip>(at) = row;
     }
+    // A row that depends on those before it, or has no free variable, has no part.
+    over[r] = M[r][r] > kDependent * whole ? 1.0 / M[r][r] : 0.0;
   }
   for (int k = rows - 1; k >= 0; --k) {
     double rest = M[k][rows];
@@ -333,7 +367,7 @@ template <int kSize>
     for (int r = 0; r < rows; ++r) rest += equations[r] * lambda[r];
     const int v = free_[k];
     for (int i = k + 1; i < free_count_; ++i) rest -= hessian_[v][free_[i]] * d[free_[i]];
-    d[v] = rest * inverse[k];
+    d[v] = rest * inverse_[k];
   }
   return d.isFinite().all();
 }
@@ -398,16 +432,9 @@ bool StiffNewton<kSize>::step(StiffCandidate<kSize>& at) {
   }
   for (int k = 0; k < free_count_; ++k) {
     const int j = free_[k];
-    // From its diagonal on.
-    for (int c = j / 4; c < kSize / 4; ++c) {
-      Eigen::Array4d sum = Eigen::Array4d::Zero();
-      for (int i = 0; i < square_count_; ++i) sum += squares_[i][j] * squares_[i].template segment<4>(4 * c);
-      hessian_[j].template segment<4>(4 * c) = sum;
-    }
-    hessian_[j][j] += curve_[j];
     for (int r = 0; r < rows_; ++r) equations_[j][r] = slopes_[r][j];
     equations_[j][rows_] = gradient_[j];
-    for (int r = rows_ + 1; r < (rows_ + 4) / 4 * 4; ++r) equations_[j][r] = 0.0;
+    for (int r = rows_ + 1; r % kStrip != 0; ++r) equations_[j][r] = 0.0;
   }
   std::array<double, kMostRows> lambda;
   Lanes d;
