@@ -90,7 +90,7 @@ void let_muscles_act(const Model& model, const Frame& frame, const MuscleVector&
     const auto arms = belly.arms_m.head(tip.joints);
     if (more_N != 0.0) drive.torque.segment(tip.first_joint, tip.joints) += more_N * arms;
     if (!gamma) continue;
-    const double k = muscle_stiffness(hand.muscles[belly.muscle], *gamma, f_N) / belly.share;
+    const double k = belly_stiffness(hand, belly, *gamma, f_N);
     drive.stiffness[belly.finger] += (k * arms).lazyProduct(arms.transpose());
     geometric[belly.finger] -= f_N * belly.slopes_m;
   }

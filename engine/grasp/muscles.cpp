@@ -200,7 +200,7 @@ JointMatrix muscle_stiffness(const Hand& hand, std::span<const Belly> bellies, i
   for (const Belly& belly : bellies) {
     if (belly.finger != finger) continue;
     const double f = forces_N[belly.muscle];
-    const double k = muscle_stiffness(hand.muscles[belly.muscle], gamma, f) / belly.share;
+    const double k = belly_stiffness(hand, belly, gamma, f);
     for (int j = 0; j < joints; ++j) {
       for (int i = 0; i < joints; ++i) {
         K(i, j) += k * belly.arms_m[i] * belly.arms_m[j] - f * belly.slopes_m(i, j);

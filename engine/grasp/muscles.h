@@ -55,6 +55,11 @@ inline constexpr double kShortRange = 23.4;
   return force_N / (*muscle.fibre_m / gamma + force_N / muscle.tendon_N_per_m);
 }
 
+/// k / s of a belly whose muscle pulls by f: with h of the belly, its finger gets (k / s) h h' [N/m].
+[[nodiscard]] inline double belly_stiffness(const Hand& hand, const Belly& belly, double gamma, double force_N) {
+  return muscle_stiffness(hand.muscles[belly.muscle], gamma, force_N) / belly.share;
+}
+
 /// H f.
 [[nodiscard]] JointVector muscle_torques(const Hand& hand, std::span<const Belly> bellies,
                                          const Eigen::Ref<const Eigen::VectorXd>& forces_N);

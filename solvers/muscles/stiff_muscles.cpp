@@ -17,6 +17,7 @@ using Eigen::VectorXd;
 // An optimum is exact at this error, and trusted up to the second.
 constexpr double kEnough = 1e-10;
 constexpr double kTrusted = 1e-9;
+constexpr double kProved = 2.0 * kTrusted;  // By the proof's own measure.
 // What the planes may leave of a violation, as a share of what is wanted: from the first Newton ends most problems;
 // where it does not, from a later one.
 constexpr std::array kLeft{3e-2, 1e-3, 1e-5, 1e-7};
@@ -25,6 +26,8 @@ constexpr int kNewtonSteps = 12;
 constexpr int kWarmSteps = 8;
 // A step squares the error, times some number between 0.1 and 10: one from here needs no look at what it comes to.
 constexpr double kUnseen = 3e-6;
+// Where the way to the last optimum leads, as a guess of the error there, by which directions are found.
+constexpr double kGoingOn = 0.03;
 
 template <int kSize>
 class StiffSolver {
@@ -35,25 +38,7 @@ class StiffSolver {
       : problem_(problem), report_(report), model_(problem), newton_(model_) {}
 
   /// Takes up the last optimum; false if it is of another problem.
-  bool resume(const StiffWarmStart& last) {
-    if (!last.is_set || last.variables != model_.variables || last.joints != model_.joints ||
-        last.fingers != model_.fingers) {
-      return false;
-    }
-    candidate_.x.setZero();
-    candidate_.x.head(model_.variables) = last.x.head(model_.variables).array();
-    for (int i = 0; i < model_.joints; ++i) candidate_.l[i] = last.l[i];
-    const auto widen = [](const auto& from, int n, SmallSymmetric& to) {
-      for (int i = 0; i < 6; ++i) {
-        to[i].setZero();
-        for (int c = 0; i < n && c < n; ++c) to[i][c] = from(i, c);
-      }
-    };
-    widen(last.Z, 6, candidate_.Z);
-    widen(last.basis, 6, newton_.seed);
-    for (int k = 0; k < model_.fingers; ++k) widen(last.Y[k], model_.finger[k].joints, candidate_.Y[k]);
-    return true;
-  }
+  bool resume(const StiffWarmStart& last);
 
   /// From what was taken up; false if that leads nowhere.
   bool warm(double unseen) {
@@ -76,7 +61,8 @@ class StiffSolver {
   /// True if the problem is decided: optimal, or infeasible.
   bool cold();
 
-  void take_optimum(Eigen::Ref<VectorXd> found, StiffWarmStart* last) const;
+  void take_optimum(Eigen::Ref<VectorXd> found);
+  void leave(StiffWarmStart& last) const;
 
  private:
   bool start(ActiveSet<kSize>& set, Lanes& x);
@@ -93,6 +79,34 @@ class StiffSolver {
   std::array<std::array<double, kMaxJoints>, kMaxJoints> L_;
   std::array<int, kMaxJoints> joint_;
 };
+
+template <int kSize>
+bool StiffSolver<kSize>::resume(const StiffWarmStart& last) {
+  if (!last.is_set || last.variables != model_.variables || last.joints != model_.joints ||
+      last.fingers != model_.fingers) {
+    return false;
+  }
+  const double on = last.goes_on ? 1.0 : 0.0;
+  candidate_.error = last.goes_on ? kGoingOn : std::numeric_limits<double>::infinity();
+  candidate_.x.setZero();
+  candidate_.x.head(model_.variables) = (last.at.x + on * last.way.x).head(model_.variables).array();
+  for (int i = 0; i < model_.joints; ++i) candidate_.l[i] = last.at.l[i] + on * last.way.l[i];
+  const auto widen = [&](const auto& from, const auto& way, int n, SmallSymmetric& to) {
+    for (int i = 0; i < 6; ++i) {
+      to[i].setZero();
+      for (int c = 0; i < n && c < n; ++c) to[i][c] = from(i, c) + on * way(i, c);
+    }
+  };
+  widen(last.at.Z, last.way.Z, 6, candidate_.Z);
+  for (int k = 0; k < model_.fingers; ++k) {
+    widen(last.at.Y[k], last.way.Y[k], model_.finger[k].joints, candidate_.Y[k]);
+  }
+  for (int i = 0; i < 6; ++i) {
+    newton_.seed[i].setZero();
+    newton_.seed[i].template head<6>() = last.basis.row(i).transpose().array();
+  }
+  return true;
+}
 
 /// The orthonormal rows of H f = tau and the least x; false if a row depends on others and its torque does not agree.
 template <int kSize>
@@ -241,7 +255,7 @@ bool StiffSolver<kSize>::cold() {
 }
 
 template <int kSize>
-void StiffSolver<kSize>::take_optimum(Eigen::Ref<VectorXd> found, StiffWarmStart* last) const {
+void StiffSolver<kSize>::take_optimum(Eigen::Ref<VectorXd> found) {
   found = candidate_.x.head(model_.muscles).matrix();
   report_.status = MuscleStatus::kOptimal;
   if (model_.has_squeeze) report_.squeeze = candidate_.x[model_.muscles] / std::sqrt(problem_.squeeze->weight);
@@ -257,16 +271,36 @@ void StiffSolver<kSize>::take_optimum(Eigen::Ref<VectorXd> found, StiffWarmStart
       for (int c = 0; c < kMaxStiffJoints; ++c) report_.Y[k](i, c) = candidate_.Y[k][i][c];
     }
   }
-  if (last == nullptr) return;
-  last->variables = model_.variables;
-  last->joints = model_.joints;
-  last->fingers = model_.fingers;
-  last->x.head(model_.variables) = candidate_.x.head(model_.variables).matrix();
-  for (int i = 0; i < model_.joints; ++i) last->l[i] = candidate_.l[i];
-  for (int i = 0; i < 6; ++i) last->Z.row(i) = candidate_.Z[i].matrix().template head<6>().transpose();
-  for (int i = 0; i < 6; ++i) last->basis.row(i) = newton_.seed[i].matrix().template head<6>().transpose();
-  for (int k = 0; k < model_.fingers; ++k) last->Y[k] = report_.Y[k];
-  last->is_set = true;
+}
+
+/// An optimum that is proved becomes the next one's start.
+template <int kSize>
+void StiffSolver<kSize>::leave(StiffWarmStart& last) const {
+  const bool follows = last.is_set && last.variables == model_.variables && last.joints == model_.joints &&
+                       last.fingers == model_.fingers;
+  const auto keep = [&](const auto& now, auto&& at, auto&& way) {
+    if (follows) way = now - at;
+    if (!follows) way.setZero();
+    at = now;
+  };
+  const auto n = model_.variables;
+  const Lanes x = candidate_.x;
+  auto way = last.way.x.head(n);
+  const auto moved = (x.head(n).matrix() - last.at.x.head(n)).eval();
+  last.goes_on = follows && (moved - way).squaredNorm() < 0.25 * moved.squaredNorm();
+  keep(x.head(n).matrix(), last.at.x.head(n), way);
+  keep(Eigen::Map<const VectorXd>(candidate_.l.data(), model_.joints), last.at.l.head(model_.joints),
+       last.way.l.head(model_.joints));
+  Matrix6d Z;
+  for (int i = 0; i < 6; ++i) {
+    Z.row(i) = candidate_.Z[i].matrix().template head<6>().transpose();
+    last.basis.row(i) = newton_.seed[i].matrix().template head<6>().transpose();
+  }
+  keep(Z, last.at.Z, last.way.Z);
+  for (int k = 0; k < model_.fingers; ++k) keep(report_.Y[k], last.at.Y[k], last.way.Y[k]);
+  last.variables = n;
+  last.joints = model_.joints;
+  last.fingers = model_.fingers;
 }
 
 bool is_usable(const StiffMuscleProblem& p) {
@@ -288,20 +322,19 @@ bool is_usable(const StiffMuscleProblem& p) {
          std::isfinite(s.low) && std::isfinite(s.weight);
 }
 
-/// No answer without its proof.
-void finish(const StiffMuscleProblem& problem, const Eigen::Ref<const VectorXd>& found, StiffMuscleReport& report,
-            StiffWarmStart* last, Eigen::Ref<VectorXd> f) {
+/// No answer without its proof, of an optimum up to this error.
+void finish(const StiffMuscleProblem& problem, const Eigen::Ref<const VectorXd>& found, double trusted,
+            StiffMuscleReport& report, Eigen::Ref<VectorXd> f) {
   bool is_proved = false;
   if (report.status == MuscleStatus::kOptimal) {
     report.residual = stiff_kkt_error(problem, found, report);
-    is_proved = report.residual <= 2.0 * kTrusted;
+    is_proved = report.residual <= trusted;
     if (is_proved) f = found;
   } else if (report.status == MuscleStatus::kInfeasible) {
     report.residual = stiff_infeasibility_gap(problem, report);
     is_proved = report.residual < 1.0;
   }
   if (!is_proved) report.status = MuscleStatus::kBudgetSpent;
-  if (last != nullptr) last->is_set = report.status == MuscleStatus::kOptimal;
 }
 
 void clear(const StiffMuscleProblem& problem, StiffMuscleReport& report) {
@@ -314,21 +347,32 @@ void clear(const StiffMuscleProblem& problem, StiffMuscleReport& report) {
   }
 }
 
+/// From the last optimum; false if that leads to none.
+template <int kSize>
+bool solve_warm(const StiffMuscleProblem& problem, const StiffWarmStart& last, StiffSolver<kSize>& solver,
+                StiffMuscleReport& report, Eigen::Ref<VectorXd> found, Eigen::Ref<VectorXd> f) {
+  if (!solver.resume(last)) return false;
+  for (const double unseen : {kUnseen, 0.0}) {
+    if (!solver.warm(unseen)) break;
+    solver.take_optimum(found);
+    finish(problem, found, unseen > 0.0 ? kTrusted : kProved, report, f);
+    if (report.status == MuscleStatus::kOptimal) return true;
+  }
+  clear(problem, report);
+  return false;
+}
+
 template <int kSize>
 void solve_in_lanes(const StiffMuscleProblem& problem, StiffWarmStart* last, StiffMuscleReport& report,
                     Eigen::Ref<VectorXd> f) {
   std::array<double, kMaxMuscles> memory;
   Eigen::Map<VectorXd> found(memory.data(), problem.H.cols());
   StiffSolver<kSize> solver(problem, report);
-  if (last != nullptr && solver.resume(*last)) {
-    for (const double unseen : {kUnseen, 0.0}) {
-      if (!solver.warm(unseen)) break;
-      solver.take_optimum(found, last);
-      finish(problem, found, report, last, f);
-      if (report.status == MuscleStatus::kOptimal) return;
-    }
-    clear(problem, report);
+  if (last != nullptr && solve_warm(problem, *last, solver, report, found, f)) {
+    solver.leave(*last);
+    return;
   }
+  if (last != nullptr) last->is_set = false;
   if (problem.squeeze == nullptr) {
     const MuscleReport alone = solve_muscle_forces({problem.H, problem.tau, problem.limit}, found);
     report.iterations += alone.iterations;
@@ -337,19 +381,22 @@ void solve_in_lanes(const StiffMuscleProblem& problem, StiffWarmStart* last, Sti
     if (alone.status == MuscleStatus::kInfeasible || is_enough) {
       report.status = alone.status;
       report.cause = is_enough ? StiffCause::kNone : StiffCause::kTorques;
-      finish(problem, found, report, last, f);
-      if (last != nullptr) last->is_set = false;
+      finish(problem, found, kProved, report, f);
       return;
     }
     report.multiplier.setZero();
   }
-  if (solver.cold() && report.status == MuscleStatus::kOptimal) solver.take_optimum(found, last);
-  finish(problem, found, report, last, f);
+  if (solver.cold() && report.status == MuscleStatus::kOptimal) solver.take_optimum(found);
+  finish(problem, found, kProved, report, f);
+  if (last == nullptr || report.status != MuscleStatus::kOptimal) return;
+  solver.leave(*last);
+  last->is_set = true;
 }
 
 StiffMuscleReport solve(const StiffMuscleProblem& problem, StiffWarmStart* last, Eigen::Ref<VectorXd> f) {
-  const Index joints = problem.H.rows(), muscles = problem.H.cols();
-  assert(joints <= kMaxJoints && muscles <= kMaxMuscles && problem.tau.size() == joints && f.size() == muscles);
+  const Index muscles = problem.H.cols();
+  assert(problem.H.rows() <= kMaxJoints && muscles <= kMaxMuscles && problem.tau.size() == problem.H.rows());
+  assert(f.size() == muscles);
   StiffMuscleReport report;
   clear(problem, report);
   if (!is_usable(problem)) return report;

@@ -7,21 +7,28 @@
 
 namespace thenar {
 
+/// An optimum, or the way from one to the next.
+struct StiffOptimum {
+  Eigen::Matrix<double, kMaxMuscles + 1, 1> x;  ///< Forces, then the squeeze times the root of its weight.
+  Eigen::Matrix<double, kMaxJoints, 1> l;
+  Matrix6d Z;  ///< On `length_m`.
+  std::array<FingerMatrix, kMaxStiffFingers> Y;
+};
+
 /// What a solve leaves to the next one of a like problem; of fixed size.
 struct StiffWarmStart {
   bool is_set = false;
   Eigen::Index variables = 0, joints = 0, fingers = 0;
-  Eigen::Matrix<double, kMaxMuscles + 1, 1> x;  ///< Forces, then the squeeze times the root of its weight.
-  Eigen::Matrix<double, kMaxJoints, 1> l;
-  Matrix6d Z;      ///< On `length_m`.
-  Matrix6d basis;  ///< Rows: about the eigenvectors of K_o - K_des on `length_m`.
-  std::array<FingerMatrix, kMaxStiffFingers> Y;
+  StiffOptimum at;       ///< The last optimum.
+  StiffOptimum way;      ///< To it from the one before.
+  bool goes_on = false;  ///< The way led on from the one before it: the next optimum may be as far again.
+  Matrix6d basis;        ///< Rows: about the eigenvectors of K_o - K_des on `length_m`.
 };
 
 /// Finds the forces by Newton's method on the conditions of an optimum, for which semidefinite matrices are projections
-/// of Z - c (K_o - K_des) and bounds of H'l + ..: from the last optimum, if there is one; else from the optimum between
-/// planes that touch the limits of stiffness, which a dual active set takes up as they are violated. Forces without
-/// need of stiffness are those of solve_muscle_forces.
+/// of Z - c (K_o - K_des) and bounds of H'l + ..: from the last optimum, or where the way to it leads on, if there is
+/// one; else from the optimum between planes that touch the limits of stiffness, which a dual active set takes up as
+/// they are violated. Forces without need of stiffness are those of solve_muscle_forces.
 ///
 /// problem   At most kMaxJoints x kMaxMuscles; A, D, K_des, D_1, A_1 symmetric.
 /// last      In: the last optimum. Out: this one, if it is one.

@@ -99,7 +99,7 @@ class StiffNewton {
   int square_count_ = 0;
   Lanes curve_, diagonal_;
   std::array<Lanes, kMostRows> slopes_;
-  std::array<Lanes, kSize> hessian_;  ///< Of free variables, from its diagonal on.
+  std::array<Lanes, kSize> hessian_;   ///< Of free variables, from its diagonal on.
   std::array<double, kSize> inverse_;  ///< Of its pivots.
   std::array<Wide, kSize> equations_;  ///< By variables; the last column is the gradient.
   std::array<double, kMostRows> residual_;
@@ -289,8 +289,8 @@ void StiffNewton<kSize>::add_curvature(const Block& block) {
   }
 }
 
-/// The rows of the hessian's free variables from the k-th on, of which the next is among the lanes kFirst .. kFirst + 3:
-/// each less what those before it have of it. A row stays in registers until it is done.
+/// The rows of the free variables in the hessian from the k-th on, the next of which is among the lanes kFirst to
+/// kFirst + 3: each less what those before it have of it. A row stays in registers until it is done.
 template <int kSize>
 template <int kFirst>
 [[gnu::flatten]] bool StiffNewton<kSize>::factor(int k) {
