@@ -25,8 +25,8 @@ constexpr int kNewtonSteps = 12;
 // From the last period's optimum two are usual.
 constexpr int kWarmSteps = 8;
 // A step squares the error, times some number between 0.1 and 10: one from here needs no look at what it comes to.
-constexpr double kUnseen = 3e-6;
-// Where the way to the last optimum leads, as a guess of the error there, by which directions are found.
+constexpr double kUnseen = 6e-6;
+// Where the ways to the last optima lead on, as a guess of the error there, by which directions are found.
 constexpr double kGoingOn = 0.03;
 
 template <int kSize>
@@ -86,20 +86,23 @@ bool StiffSolver<kSize>::resume(const StiffWarmStart& last) {
       last.fingers != model_.fingers) {
     return false;
   }
-  const double on = last.goes_on ? 1.0 : 0.0;
-  candidate_.error = last.goes_on ? kGoingOn : std::numeric_limits<double>::infinity();
+  const double on = last.order > 0 ? 1.0 : 0.0, bent = last.order > 1 ? 1.0 : 0.0;
+  candidate_.error = last.order > 0 ? kGoingOn : std::numeric_limits<double>::infinity();
   candidate_.x.setZero();
-  candidate_.x.head(model_.variables) = (last.at.x + on * last.way.x).head(model_.variables).array();
-  for (int i = 0; i < model_.joints; ++i) candidate_.l[i] = last.at.l[i] + on * last.way.l[i];
-  const auto widen = [&](const auto& from, const auto& way, int n, SmallSymmetric& to) {
+  candidate_.x.head(model_.variables) =
+      (last.at.x + on * last.way.x + bent * last.bend.x).head(model_.variables).array();
+  for (int i = 0; i < model_.joints; ++i) {
+    candidate_.l[i] = last.at.l[i] + on * last.way.l[i] + bent * last.bend.l[i];
+  }
+  const auto widen = [&](const auto& from, const auto& way, const auto& bend, int n, SmallSymmetric& to) {
     for (int i = 0; i < 6; ++i) {
       to[i].setZero();
-      for (int c = 0; i < n && c < n; ++c) to[i][c] = from(i, c) + on * way(i, c);
+      for (int c = 0; i < n && c < n; ++c) to[i][c] = from(i, c) + on * way(i, c) + bent * bend(i, c);
     }
   };
-  widen(last.at.Z, last.way.Z, 6, candidate_.Z);
+  widen(last.at.Z, last.way.Z, last.bend.Z, 6, candidate_.Z);
   for (int k = 0; k < model_.fingers; ++k) {
-    widen(last.at.Y[k], last.way.Y[k], model_.finger[k].joints, candidate_.Y[k]);
+    widen(last.at.Y[k], last.way.Y[k], last.bend.Y[k], model_.finger[k].joints, candidate_.Y[k]);
   }
   for (int i = 0; i < 6; ++i) {
     newton_.seed[i].setZero();
@@ -278,26 +281,36 @@ template <int kSize>
 void StiffSolver<kSize>::leave(StiffWarmStart& last) const {
   const bool follows = last.is_set && last.variables == model_.variables && last.joints == model_.joints &&
                        last.fingers == model_.fingers;
-  const auto keep = [&](const auto& now, auto&& at, auto&& way) {
-    if (follows) way = now - at;
-    if (!follows) way.setZero();
+  const auto keep = [&](const auto& now, auto&& at, auto&& way, auto&& bend) {
+    if (follows) {
+      bend = now - at - way;
+      way = now - at;
+    } else {
+      way.setZero();
+      bend.setZero();
+    }
     at = now;
   };
   const auto n = model_.variables;
-  const Lanes x = candidate_.x;
-  auto way = last.way.x.head(n);
-  const auto moved = (x.head(n).matrix() - last.at.x.head(n)).eval();
-  last.goes_on = follows && (moved - way).squaredNorm() < 0.25 * moved.squaredNorm();
-  keep(x.head(n).matrix(), last.at.x.head(n), way);
-  keep(Eigen::Map<const VectorXd>(candidate_.l.data(), model_.joints), last.at.l.head(model_.joints),
-       last.way.l.head(model_.joints));
+  const Eigen::Matrix<double, kSize, 1> x = candidate_.x.matrix();
+  last.order = 0;
+  if (follows) {
+    const double far = (x.head(n) - last.at.x.head(n)).squaredNorm();
+    const double along = (x.head(n) - last.at.x.head(n) - last.way.x.head(n)).squaredNorm();
+    const double bent = (x.head(n) - last.at.x.head(n) - last.way.x.head(n) - last.bend.x.head(n)).squaredNorm();
+    if (along < 0.25 * far) last.order = 1;
+    if (bent < 0.25 * std::min(far, along)) last.order = 2;
+  }
+  keep(x.head(n), last.at.x.head(n), last.way.x.head(n), last.bend.x.head(n));
+  const auto m = model_.joints;
+  keep(Eigen::Map<const VectorXd>(candidate_.l.data(), m), last.at.l.head(m), last.way.l.head(m), last.bend.l.head(m));
   Matrix6d Z;
   for (int i = 0; i < 6; ++i) {
     Z.row(i) = candidate_.Z[i].matrix().template head<6>().transpose();
     last.basis.row(i) = newton_.seed[i].matrix().template head<6>().transpose();
   }
-  keep(Z, last.at.Z, last.way.Z);
-  for (int k = 0; k < model_.fingers; ++k) keep(report_.Y[k], last.at.Y[k], last.way.Y[k]);
+  keep(Z, last.at.Z, last.way.Z, last.bend.Z);
+  for (int k = 0; k < model_.fingers; ++k) keep(report_.Y[k], last.at.Y[k], last.way.Y[k], last.bend.Y[k]);
   last.variables = n;
   last.joints = model_.joints;
   last.fingers = model_.fingers;

@@ -7,7 +7,7 @@
 
 namespace thenar {
 
-/// An optimum, or the way from one to the next.
+/// An optimum, or a difference of some.
 struct StiffOptimum {
   Eigen::Matrix<double, kMaxMuscles + 1, 1> x;  ///< Forces, then the squeeze times the root of its weight.
   Eigen::Matrix<double, kMaxJoints, 1> l;
@@ -19,10 +19,12 @@ struct StiffOptimum {
 struct StiffWarmStart {
   bool is_set = false;
   Eigen::Index variables = 0, joints = 0, fingers = 0;
-  StiffOptimum at;       ///< The last optimum.
-  StiffOptimum way;      ///< To it from the one before.
-  bool goes_on = false;  ///< The way led on from the one before it: the next optimum may be as far again.
-  Matrix6d basis;        ///< Rows: about the eigenvectors of K_o - K_des on `length_m`.
+  StiffOptimum at;    ///< The last optimum,
+  StiffOptimum way;   ///< the way to it from the one before,
+  StiffOptimum bend;  ///< and how that differed from the way before.
+  /// Which guess would have come nearest to the last optimum: 0 that it stays, 1 that its way goes on, 2 with its bend.
+  int order = 0;
+  Matrix6d basis;  ///< Rows: about the eigenvectors of K_o - K_des on `length_m`.
 };
 
 /// Finds the forces by Newton's method on the conditions of an optimum, for which semidefinite matrices are projections

@@ -243,7 +243,7 @@ TEST(StiffMuscles, AlongPathsTheyKeepTheirAccuracy) {
       ++compared;
       if (jitter > 0.0) continue;
       steps += warm.iterations;
-      last_alone.goes_on = false;
+      last_alone.order = 0;
       steps_from_last += solve_stiff_muscles(loop.draw.problem, last_alone, f).iterations;
     }
   }
