@@ -74,6 +74,16 @@ void set_hold(bool held, const Frame& frame, ContactWorkspace& work, State& stat
   state.held = held;
 }
 
+/// k h h' and -f dh/dq of a belly. Four joints are usual, and sums of four numbers are quick.
+template <int kJoints>
+void add_belly(const Belly& belly, double k, double f_N, JointMatrix& stiffness, JointMatrix& geometric) {
+  using Square = Eigen::Matrix<double, kJoints, kJoints>;
+  const Index n = belly.slopes_m.rows();
+  const auto arms = belly.arms_m.head<kJoints>(n);
+  Eigen::Map<Square>(stiffness.data(), n, n) += (k * arms).lazyProduct(arms.transpose());
+  Eigen::Map<Square>(geometric.data(), n, n) -= f_N * Eigen::Map<const Square>(belly.slopes_m.data(), n, n);
+}
+
 /// What muscles that act add to the torques of a frame: they are not as far as they are asked to be, they have been
 /// lengthened since, and their arms and the weight's have changed. To the first order; f are their forces now.
 void let_muscles_act(const Model& model, const Frame& frame, const MuscleVector& f, const JointVector& q,
@@ -82,7 +92,7 @@ void let_muscles_act(const Model& model, const Frame& frame, const MuscleVector&
   const auto& gamma = model.scene.control->muscles->short_range;
   PerFinger<JointMatrix> geometric = frame.turning;
   if (gamma) drive.stiffness = PerFinger<JointMatrix>(hand.fingers());
-  for (int k = 0; k < hand.fingers() && gamma; ++k)
+  for (std::size_t k = 0; k < drive.stiffness.size(); ++k)
     drive.stiffness[k].setZero(geometric[k].rows(), geometric[k].rows());
   for (const Belly& belly : frame.bellies) {
     const Fingertip& tip = hand.fingertips[belly.finger];
@@ -91,8 +101,8 @@ void let_muscles_act(const Model& model, const Frame& frame, const MuscleVector&
     if (more_N != 0.0) drive.torque.segment(tip.first_joint, tip.joints) += more_N * arms;
     if (!gamma) continue;
     const double k = belly_stiffness(hand, belly, *gamma, f_N);
-    drive.stiffness[belly.finger] += (k * arms).lazyProduct(arms.transpose());
-    geometric[belly.finger] -= f_N * belly.slopes_m;
+    const auto add = tip.joints == 4 ? add_belly<4> : add_belly<Eigen::Dynamic>;
+    add(belly, k, f_N, drive.stiffness[belly.finger], geometric[belly.finger]);
   }
   if (!gamma) return;
   for (int k = 0; k < hand.fingers(); ++k) {
