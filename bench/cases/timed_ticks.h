@@ -20,8 +20,8 @@ namespace thenar {
 struct TimedTicks {
   static constexpr int kFrom = 700, kTo = 800;
 
-  TimedTicks(Eigen::Index contacts, const std::vector<std::string>& more)
-      : contacts(contacts), model(changed(contacts, more)), run(model) {
+  TimedTicks(Eigen::Index of_contacts, const std::vector<std::string>& more)
+      : contacts(of_contacts), model(changed(contacts, more)), run(model) {
     while (run.state.tick < kFrom) run.tick();
   }
 
@@ -33,8 +33,8 @@ struct TimedTicks {
   GraspRun run;
 
  private:
-  static Model changed(Eigen::Index contacts, const std::vector<std::string>& more) {
-    std::vector<std::string> changes = changes_for(contacts);
+  static Model changed(Eigen::Index of_contacts, const std::vector<std::string>& more) {
+    std::vector<std::string> changes = changes_for(of_contacts);
     changes.insert(changes.end(), more.begin(), more.end());
     return build_model(load_scene(THENAR_CONFIGS "/box_grasp.yaml", changes));
   }

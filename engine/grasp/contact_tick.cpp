@@ -415,15 +415,6 @@ void press_in(const Model& model, const Frame& frame, ContactWorkspace& work, St
 
 }  // namespace
 
-void Ledger::add(const Ledger& tick) {
-  drive_J += tick.drive_J;
-  viscous_J += tick.viscous_J;
-  deformation_J += tick.deformation_J;
-  stored_J = tick.stored_J;
-  injected_J += tick.injected_J;
-  dissipated_J += tick.dissipated_J;
-}
-
 PerFinger<FingerLoad> first_loads(const Model& model, const Frame& frame) {
   ContactWorkspace work(model);
   State state(model);

@@ -37,7 +37,14 @@ struct Ledger {
   /// What is missing from the balance.
   [[nodiscard]] double unbalanced_J() const { return drive_J - viscous_J - deformation_J + injected_J - dissipated_J; }
   /// Goes on with the next tick's.
-  void add(const Ledger& tick);
+  void add(const Ledger& tick) {
+    drive_J += tick.drive_J;
+    viscous_J += tick.viscous_J;
+    deformation_J += tick.deformation_J;
+    stored_J = tick.stored_J;
+    injected_J += tick.injected_J;
+    dissipated_J += tick.dissipated_J;
+  }
 };
 
 /// What one contact tick returns by value.

@@ -27,7 +27,7 @@ Matrix3d turned_by(const Vector3d& turn) {
 /// Fingers in any posture that hold an object by contacts that stick, with the compliance of a grasp at work. Contacts
 /// are material points of the object; what they are displaced by against their finger is the pulp's to give.
 struct StuckGrasp {
-  StuckGrasp(const Model& model, const Frame& at_work, std::mt19937_64& random);
+  StuckGrasp(const Model& m, const Frame& at_work, std::mt19937_64& random);
 
   /// Forces on the object's contacts, world, with the object moved by X (of its origin, then a rotation vector; world)
   /// and joints q: C f = what is pressed in, in each finger's own axes.
@@ -65,8 +65,8 @@ struct StuckGrasp {
   std::vector<Vector3d> f_C;
 };
 
-StuckGrasp::StuckGrasp(const Model& model, const Frame& at_work, std::mt19937_64& random)
-    : model(model), frame(at_work), q(model.scene.hand.at_zero()) {
+StuckGrasp::StuckGrasp(const Model& m, const Frame& at_work, std::mt19937_64& random)
+    : model(m), frame(at_work), q(m.scene.hand.at_zero()) {
   const Hand& hand = model.scene.hand;
   for (Index j = 0; j < q.size(); ++j) q[j] = uniform(random, hand.joints[j].lower_rad, hand.joints[j].upper_rad);
   const HandPose pose = pose_at(q);
