@@ -9,7 +9,9 @@
 #include <cmath>
 #include <random>
 
+#include "engine/loops/run.h"
 #include "engine/scenes/build_model.h"
+#include "engine/studies/model_parts.h"
 #include "tests/support/coupled_hand.h"
 #include "tests/support/scenes.h"
 
@@ -258,6 +260,26 @@ TEST(HandCapacity, PricesTellWhatAStrongerMuscleGives) {
   EXPECT_GT(stronger.force_N, first.force_N);
   EXPECT_FALSE(box.limits(name, stronger));
   EXPECT_FALSE(stronger.limiting.empty());
+}
+
+// The controller shares a squeeze among fingers and cones its own way: its largest pinch is below the largest of all, by
+// not too much, and what is a little above it is over a muscle's limit.
+TEST(HandCapacity, BoundsWhatARunCanSqueeze) {
+  const auto squeezed_by = [](const std::string& newtons) {
+    return build_model(
+        scene_of("pinch_max", {kCoarseBox, "time.duration=0.6 s", "control.grasp.internal_force=" + newtons}));
+  };
+  const Model model = squeezed_by("30 N");
+  const LargestForce most = largest_pinch(grip_at_start(model), 0.8);
+  GraspRun run(model);
+  while (run.time_s() < 0.6 - 1e-9) run.tick();
+  const double thumb_N = run.state.load[0].normal_N;
+  EXPECT_LT(thumb_N, most.force_N);
+  EXPECT_GT(thumb_N, 0.8 * most.force_N);
+  EXPECT_EQ(run_path(model).verdict.outcome, Outcome::kHeld);
+  const Verdict beyond = run_path(squeezed_by("32 N")).verdict;
+  EXPECT_EQ(beyond.outcome, Outcome::kOverLimits);
+  EXPECT_NE(beyond.reason.find("the muscle "), std::string::npos) << beyond.reason;
 }
 
 // Joints that follow others have muscles, too: the torques of both act on the leader.
