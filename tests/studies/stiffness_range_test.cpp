@@ -44,7 +44,7 @@ struct Asked {
 };
 
 Asked ask(double multiple) {
-  const Model model = box(multiple, {"task={}", "time.duration=1.8 s"});
+  const Model model = box(multiple, {"task={}", "time.duration=2.6 s"});
   GraspRun run(model);
   Asked asked;
   while (run.time_s() < model.scene.duration_s - 1e-9) {
