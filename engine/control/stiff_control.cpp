@@ -18,7 +18,7 @@ constexpr double kSqueezeWeight = 1e-3;
 constexpr double kSqueeze_s = 0.1;  // Time constant with which the squeeze follows what is best.
 // What is tried of the share of the last period, one after the other, and after how long it grows again, how fast.
 constexpr std::array kTries{1.0, 0.97, 0.85, 0.6};
-constexpr double kPause_s = 0.3, kMore_per_s = 0.5;
+constexpr double kPause_s = 0.1, kMore_per_s = 1.0;
 
 /// The arm on which rotations compare with translations.
 double arm_m(const ObjectStiffness& wanted) {

@@ -117,9 +117,12 @@ GraspMonitor::GraspMonitor(const Model& model)
               2 * most_stride(model.scene)) {}
 
 void GraspMonitor::add(double time_s, const ControlReport& control, const Eigen::VectorXd& muscle_forces_N) {
-  if (control.stiffness.is_infeasible && time_s >= kMeasuredFrom_s && !too_soft_) {
-    const std::string lack = lack_in_words(model_.scene.hand, control.stiffness);
-    too_soft_ = Event{time_s, fmt::format("no muscle forces make the object so stiff at {:.3f} s: {}", time_s, lack)};
+  if (const StiffnessReport& found = control.stiffness; found.is_chosen) {
+    is_soft_ = found.share < 1.0;
+    if (found.is_infeasible && !(too_soft_ && too_soft_->time_s >= kMeasuredFrom_s)) {
+      const std::string lack = lack_in_words(model_.scene.hand, found);
+      too_soft_ = Event{time_s, fmt::format("no muscle forces make the object so stiff at {:.3f} s: {}", time_s, lack)};
+    }
   }
   if (control.grasp != GraspStatus::kOptimal && !unsolved_grasp_) {
     unsolved_grasp_ = UnsolvedGrasp{time_s, control};
@@ -387,7 +390,8 @@ Verdict GraspMonitor::verdict() const {
   add(Outcome::kSlipping, slips_in_words());
   add(Outcome::kOffTarget, way_off_in_words());
   add(Outcome::kOverLimits, limits_in_words(verdict.beyond));
-  if (too_soft_) add(Outcome::kOverLimits, too_soft_->what);
+  // What was lacking while the grip built up counts if it has not been had since.
+  if (too_soft_ && (is_soft_ || too_soft_->time_s >= kMeasuredFrom_s)) add(Outcome::kOverLimits, too_soft_->what);
   if (unsolved_ && !cause) add(Outcome::kSolverFailed, unsolved_->what);
   add(Outcome::kUnknown, missed_);
   if (found.empty()) return verdict;

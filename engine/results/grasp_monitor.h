@@ -99,7 +99,9 @@ class GraspMonitor {
   std::optional<double> delays_;  ///< K T / b of the pose's loop, once it is asked for.
   // The hand.
   std::vector<Worst> joints_;
-  std::optional<Event> too_soft_;  ///< A stiffness that was asked for could not be had.
+  /// A stiffness that was asked for could not be had: the first time since kMeasuredFrom_s, or the last one before.
+  std::optional<Event> too_soft_;
+  bool is_soft_ = false;  ///< Nor was it had the last time that it was asked for.
   std::vector<Worst> muscles_;
   // Forces of the last ticks, as far back as chatter looks: a ring.
   std::vector<Forces> forces_;

@@ -103,6 +103,15 @@ TEST(ChosenStiffness, ThatCannotBeHadIsToldInWords) {
   EXPECT_NE(run.verdict.reason.find(" of the object lacks "), std::string::npos) << run.verdict.reason;
 }
 
+// Also where excitations stay before the grip counts as built up: what was not had then is not had later.
+TEST(ChosenStiffness, ThatWasNotHadWhenExcitationsFrozeIsTold) {
+  const Model model = build_model(
+      scene_of("box_grasp", {kCoarseBox, muscles(300.0, 0.16, ", frozen_from: 0.25 s"), "time.duration=0.5 s"}));
+  const PathRun run = run_path(model);
+  EXPECT_EQ(run.verdict.outcome, Outcome::kOverLimits) << run.verdict.reason;
+  EXPECT_NE(run.verdict.reason.find("no muscle forces make the object so stiff at 0."), std::string::npos);
+}
+
 // Where not all can be had, the grip keeps as much as there is: period by period, as near as its tries are, and not the
 // least forces between.
 TEST(ChosenStiffness, ThatCannotBeHadIsHadAsFarAsThereIs) {
