@@ -93,7 +93,8 @@ void tell_lack(const StiffLack& lack, StiffCause cause, double length_m, const M
       (lack.lacking_N_per_m + motion.dot(not_tried * motion)) * (report.rotates ? length_m * length_m : 1.0);
 }
 
-StiffnessControl::StiffnessControl(const Model& model) : work_(model), problem_(stiff_problem(model.scene)) {
+StiffnessControl::StiffnessControl(const Model& model)
+    : work_(model), problem_(stiff_problem(model.scene)), load_N_(model.fingers()) {
   places_.reserve(model.max_contacts);
   if (!(model.scene.control->muscles->object_stiffness->most_squeeze_N > 0.0)) return;
   const auto joints = std::ssize(model.scene.hand.joints);
@@ -121,6 +122,7 @@ void StiffnessControl::look(const Model& model, const Frame& frame, const HandPo
   wanted_ = wanted_stiffness(wanted, snapshot.X_WO);
   X_WO_ = snapshot.X_WO;
   centre_m_ = X_WO_.linear() * wanted.centre_m;
+  for (std::size_t k = 0; k < load_N_.size(); ++k) load_N_[k] = snapshot.load[k].normal_N;
 }
 
 Matrix6d StiffnessControl::in_object(const Matrix6d& K_W) const {
@@ -133,7 +135,8 @@ Matrix6d StiffnessControl::in_object(const Matrix6d& K_W) const {
   return K_O;
 }
 
-/// What a newton of it changes: forces that keep their directions at their points. The patches stay as they are.
+/// What a newton of it changes: forces that keep their directions at their points, and pulps. A pulp under the normal
+/// load N is as stiff as its patch is wide: as N^(1/3) E^(2/3) [Hertz], with E that may grow with N, too.
 void StiffnessControl::set_squeeze(const Model& model, const HandPose& pose, const PerFinger<GraspContact>& contacts,
                                    const FingerForces& more_N) {
   StiffSqueeze& squeeze = *problem_.squeeze;
@@ -141,12 +144,23 @@ void StiffnessControl::set_squeeze(const Model& model, const HandPose& pose, con
   squeeze.A.setZero();
   for (int k = 0; k < hand.fingers(); ++k) {
     const Fingertip& tip = hand.fingertips[k];
+    const Index first = tip.first_joint, n = tip.joints;
     const Vector3d f = more_N.col(k);
     const FingerJacobian J = finger_jacobian(hand, pose, k, contacts[k].point_m);
-    squeeze.tau.segment(tip.first_joint, tip.joints) = J.leftCols(tip.joints).transpose().lazyProduct(f);
+    squeeze.tau.segment(first, n) = J.leftCols(n).transpose().lazyProduct(f);
     squeeze.A.bottomRightCorner<3, 3>() += turning_stiffness(f, contacts[k].point_m - X_WO_.translation());
-    squeeze.D.block(tip.first_joint, tip.first_joint, tip.joints, tip.joints) =
+    squeeze.D.block(first, first, n, n) =
         force_stiffness(hand, pose, hand.segments[tip.segment], contacts[k].point_m, f);
+    if (!model.deformable()) continue;
+    const double beta = model.pulps[k].material.stiffening_per_N, N = load_N_[k];
+    const double growth = contacts[k].axes.col(0).dot(f) * (1.0 / (3.0 * N) + 2.0 / 3.0 * beta / (1.0 + beta * N));
+    ObjectJoints L(6, n);  // The finger's motion at the object's origin.
+    L.topRows<3>() = finger_jacobian(hand, pose, k, X_WO_.translation()).leftCols(n);
+    L.bottomRows<3>() = turning_axes(hand, pose, k).leftCols(n);
+    const Matrix6d pulp = growth * grasp_.pulps[k];
+    squeeze.A += pulp;
+    squeeze.B.middleCols(first, n) = pulp.lazyProduct(L);
+    squeeze.D.block(first, first, n, n) += L.transpose().lazyProduct(squeeze.B.middleCols(first, n));
   }
   squeeze.low = -squeeze_N_;
   squeeze.high = model.scene.control->muscles->object_stiffness->most_squeeze_N - squeeze_N_;

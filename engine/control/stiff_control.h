@@ -79,6 +79,7 @@ class StiffnessControl {
   bool is_loaded_ = false;
   Matrix6d wanted_ = Matrix6d::Zero();
   StiffMuscleData problem_;
+  PerFinger<double> load_N_;  ///< Normal ones.
   StiffWarmStart last_;
   Eigen::Vector3d centre_m_ = Eigen::Vector3d::Zero();  ///< That point, from the origin; world axes.
   double share_ = 1.0, waits_s_ = 0.0;                  ///< What is tried, and how long until it is more.

@@ -123,13 +123,13 @@ void activate(const Model& model, const Frame& frame, State& state) {
     state.muscle_N = frame.muscle_N;
     return;
   }
-  for (Index m = 0; m < state.muscle_N.size(); ++m) {
-    const double most_N = model.scene.hand.muscles[m].max_force_N;
-    double& f_N = state.muscle_N[m];
-    const double wanted_N = frame.muscle_N[m], slowness = 0.5 + 1.5 * f_N / most_N;
-    const double tau_s = wanted_N > f_N ? activation->rise_s * slowness : activation->fall_s / slowness;
-    f_N = wanted_N + (f_N - wanted_N) * std::exp(-model.scene.step_s / tau_s);
+  MuscleVector steps(state.muscle_N.size());  // In time constants.
+  for (Index m = 0; m < steps.size(); ++m) {
+    const double f_N = state.muscle_N[m], slowness = 0.5 + 1.5 * f_N / model.scene.hand.muscles[m].max_force_N;
+    steps[m] = frame.muscle_N[m] > f_N ? model.scene.step_s / (activation->rise_s * slowness)
+                                       : model.scene.step_s * slowness / activation->fall_s;
   }
+  state.muscle_N = frame.muscle_N.array() + (state.muscle_N - frame.muscle_N).array() * (-steps.array()).exp();
 }
 
 Drive drive(const Model& model, const Frame& frame, const Vector6d& wrench, ContactWorkspace& work,

@@ -262,8 +262,8 @@ TEST(HandCapacity, PricesTellWhatAStrongerMuscleGives) {
   EXPECT_FALSE(stronger.limiting.empty());
 }
 
-// The controller shares a squeeze among fingers and cones its own way: its largest pinch is below the largest of all, by
-// not too much, and what is a little above it is over a muscle's limit.
+// The controller shares a squeeze among fingers and cones its own way: its largest pinch is below the largest of all,
+// by not too much, and what is a little above it is over a muscle's limit.
 TEST(HandCapacity, BoundsWhatARunCanSqueeze) {
   const auto squeezed_by = [](const std::string& newtons) {
     return build_model(
