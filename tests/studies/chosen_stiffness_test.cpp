@@ -112,6 +112,27 @@ TEST(ChosenStiffness, ThatWasNotHadWhenExcitationsFrozeIsTold) {
   EXPECT_NE(run.verdict.reason.find("no muscle forces make the object so stiff at 0."), std::string::npos);
 }
 
+// Where pulps are what gives way, muscles alone cannot make the object stiffer, and a harder squeeze can: pulps grow
+// stiffer under it. Where it does not help, as for turns, it is left alone.
+TEST(ChosenStiffness, SqueezesSoftPulps) {
+  const auto run = [](const std::string& squeeze, double translation_N_per_m, double rotation_Nm_per_rad) {
+    std::string how = muscles(translation_N_per_m, rotation_Nm_per_rad);
+    how.insert(how.size() - 2, squeeze);
+    const Model model = build_model(
+        scene_of("box_stiff", {kCoarseBox, how, "task={}", "fingertips.reduced_modulus=0.06 MPa",
+                               "fingertips.stiffening=0.5 1/N", "contact.max_per_finger=60", "time.duration=1.5 s"}));
+    GraspRun grasp(model);
+    while (grasp.time_s() < 1.5 - 1e-9) grasp.tick();
+    return grasp.report.stiffness;
+  };
+  const StiffnessReport alone = run("", 850.0, 0.02), squeezed = run(", squeeze: 10 N", 850.0, 0.02),
+                        turned = run(", squeeze: 10 N", 100.0, 0.04);
+  EXPECT_LT(alone.share, 0.97);
+  EXPECT_EQ(squeezed.share, 1.0);
+  EXPECT_GT(squeezed.squeeze_N, 1.0);
+  EXPECT_LT(turned.squeeze_N, 0.1);
+}
+
 // Where not all can be had, the grip keeps as much as there is: period by period, as near as its tries are, and not the
 // least forces between.
 TEST(ChosenStiffness, ThatCannotBeHadIsHadAsFarAsThereIs) {
