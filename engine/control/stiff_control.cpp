@@ -180,6 +180,7 @@ bool StiffnessControl::choose(const Model& model, std::span<const Belly> bellies
 }
 
 void StiffnessControl::find_forces(double period_s, Eigen::Ref<Eigen::VectorXd> f, StiffnessReport& report) {
+  double next = share_;
   for (const double less : kTries) {
     const double share = less * share_;
     problem_.K_des = share * wanted_;
@@ -188,7 +189,7 @@ void StiffnessControl::find_forces(double period_s, Eigen::Ref<Eigen::VectorXd> 
     report.iterations += found.iterations;
     report.residual = found.residual;
     if (found.status == MuscleStatus::kOptimal) {
-      report.share = share;
+      report.share = next = share;
       Matrix6d K_W;
       if (object_stiffness(problem, f, found.squeeze, K_W)) report.K_O = in_object(K_W);
       squeeze_N_ += (1.0 - std::exp(-period_s / kSqueeze_s)) * found.squeeze;
@@ -199,9 +200,10 @@ void StiffnessControl::find_forces(double period_s, Eigen::Ref<Eigen::VectorXd> 
       tell_lack(stiff_lack(problem, found), found.cause, problem.length_m, (1.0 - share) * wanted_, X_WO_, report);
     }
     report.is_infeasible = true;
+    if (found.cause != StiffCause::kPosture) next = share;  // A finger's posture may give way whatever the share is.
   }
   if (report.is_infeasible) {
-    share_ = std::max(report.share, kTries.back() * share_);
+    share_ = next;
     waits_s_ = kPause_s;
   } else if (waits_s_ > 0.0) {
     waits_s_ -= period_s;
