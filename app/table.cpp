@@ -91,7 +91,7 @@ std::string grasp_lines(const ordered_json& summary) {
   if (summary.contains("stiffness")) {
     line(table, "stiffness asked for that was had", cell(summary, "/stiffness/min_share"),
          "at the least; 1: all of it");
-    line(table, "  at the end, along x, y, z", cells(summary.at("stiffness").at("along_N_per_m")) + " N/m",
+    line(table, "  last chosen, along x, y, z", cells(summary.at("stiffness").at("along_N_per_m")) + " N/m",
          "about them: " + cells(summary.at("stiffness").at("about_Nm_per_rad")) + " N m/rad");
   }
   line(table, "least way to a joint's limit", cell(summary, "/joints/least_margin_rad", "rad"));

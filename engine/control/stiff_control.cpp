@@ -15,7 +15,8 @@ namespace {
 constexpr double kPosture_Nm_per_rad = 0.01;
 // Effort of a newton of squeeze itself: next to nothing, for muscles pay for it.
 constexpr double kSqueezeWeight = 1e-3;
-constexpr double kSqueeze_s = 0.1;  // Time constant with which the squeeze follows what is best.
+constexpr double kSqueeze_N_per_s = 20.0;  // How fast it may change: forces of a period reckon with that much.
+constexpr double kLeastLoad_N = 0.1;       // Below, a patch is too small to foretell how it grows.
 // What is tried of the share of the last period, one after the other, and after how long it grows again, how fast.
 constexpr std::array kTries{1.0, 0.97, 0.85, 0.6};
 constexpr double kPause_s = 0.1, kMore_per_s = 1.0;
@@ -87,10 +88,11 @@ void tell_lack(const StiffLack& lack, StiffCause cause, double length_m, const M
   const Vector3d along = lack.direction.head<3>(), about = lack.direction.tail<3>() / length_m;
   Vector6d motion;
   motion << along, about;
-  report.rotates = lack.direction.tail<3>().norm() > along.norm();
+  report.rotates = length_m * about.norm() > along.norm();
   report.axis_O = X_WO.linear().transpose() * (report.rotates ? about : along).normalized();
-  report.lacking =
-      (lack.lacking_N_per_m + motion.dot(not_tried * motion)) * (report.rotates ? length_m * length_m : 1.0);
+  // The motion is of both kinds: all of what it lacks counts for the one that is named.
+  const double named = report.rotates ? about.squaredNorm() : along.squaredNorm();
+  report.lacking = (lack.lacking_N_per_m + motion.dot(not_tried * motion)) / named;
 }
 
 StiffnessControl::StiffnessControl(const Model& model)
@@ -138,7 +140,7 @@ Matrix6d StiffnessControl::in_object(const Matrix6d& K_W) const {
 /// What a newton of it changes: forces that keep their directions at their points, and pulps. A pulp under the normal
 /// load N is as stiff as its patch is wide: as N^(1/3) E^(2/3) [Hertz], with E that may grow with N, too.
 void StiffnessControl::set_squeeze(const Model& model, const HandPose& pose, const PerFinger<GraspContact>& contacts,
-                                   const FingerForces& more_N) {
+                                   const FingerForces& more_N, double period_s) {
   StiffSqueeze& squeeze = *problem_.squeeze;
   const Hand& hand = model.scene.hand;
   squeeze.A.setZero();
@@ -152,7 +154,7 @@ void StiffnessControl::set_squeeze(const Model& model, const HandPose& pose, con
     squeeze.D.block(first, first, n, n) =
         force_stiffness(hand, pose, hand.segments[tip.segment], contacts[k].point_m, f);
     if (!model.deformable()) continue;
-    const double beta = model.pulps[k].material.stiffening_per_N, N = load_N_[k];
+    const double beta = model.pulps[k].material.stiffening_per_N, N = std::max(kLeastLoad_N, load_N_[k]);
     const double growth = contacts[k].axes.col(0).dot(f) * (1.0 / (3.0 * N) + 2.0 / 3.0 * beta / (1.0 + beta * N));
     ObjectJoints L(6, n);  // The finger's motion at the object's origin.
     L.topRows<3>() = finger_jacobian(hand, pose, k, X_WO_.translation()).leftCols(n);
@@ -162,8 +164,10 @@ void StiffnessControl::set_squeeze(const Model& model, const HandPose& pose, con
     squeeze.B.middleCols(first, n) = pulp.lazyProduct(L);
     squeeze.D.block(first, first, n, n) += L.transpose().lazyProduct(squeeze.B.middleCols(first, n));
   }
-  squeeze.low = -squeeze_N_;
-  squeeze.high = model.scene.control->muscles->object_stiffness->most_squeeze_N - squeeze_N_;
+  const double step_N = kSqueeze_N_per_s * period_s;
+  const double room_N = model.scene.control->muscles->object_stiffness->most_squeeze_N - squeeze_N_;
+  squeeze.low = -std::min(step_N, squeeze_N_);
+  squeeze.high = std::min(step_N, std::max(0.0, room_N));
 }
 
 bool StiffnessControl::choose(const Model& model, std::span<const Belly> bellies, const JointVector& tau,
@@ -174,7 +178,7 @@ bool StiffnessControl::choose(const Model& model, std::span<const Belly> bellies
   report.is_chosen = true;
   set_grasp(model.scene.hand, bellies, grasp_, problem_);
   problem_.tau = tau;
-  if (problem_.squeeze) set_squeeze(model, pose, contacts, more_N);
+  if (problem_.squeeze) set_squeeze(model, pose, contacts, more_N, period_s);
   find_forces(period_s, f, report);
   return report.share > 0.0;
 }
@@ -192,17 +196,17 @@ void StiffnessControl::find_forces(double period_s, Eigen::Ref<Eigen::VectorXd> 
       report.share = next = share;
       Matrix6d K_W;
       if (object_stiffness(problem, f, found.squeeze, K_W)) report.K_O = in_object(K_W);
-      squeeze_N_ += (1.0 - std::exp(-period_s / kSqueeze_s)) * found.squeeze;
+      squeeze_N_ += found.squeeze;
       break;
     }
     if (found.cause == StiffCause::kTorques) return;  // Of which the least forces tell.
     if (found.status == MuscleStatus::kInfeasible && !report.is_infeasible) {
       tell_lack(stiff_lack(problem, found), found.cause, problem.length_m, (1.0 - share) * wanted_, X_WO_, report);
+      report.is_infeasible = true;
     }
-    report.is_infeasible = true;
     if (found.cause != StiffCause::kPosture) next = share;  // A finger's posture may give way whatever the share is.
   }
-  if (report.is_infeasible) {
+  if (report.share < share_) {
     share_ = next;
     waits_s_ = kPause_s;
   } else if (waits_s_ > 0.0) {

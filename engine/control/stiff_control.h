@@ -71,7 +71,7 @@ class StiffnessControl {
   void find_forces(double period_s, Eigen::Ref<Eigen::VectorXd> f, StiffnessReport& report);
   [[nodiscard]] Matrix6d in_object(const Matrix6d& K_W) const;
   void set_squeeze(const Model& model, const HandPose& pose, const PerFinger<GraspContact>& contacts,
-                   const FingerForces& more_N);
+                   const FingerForces& more_N, double period_s);
 
   StiffnessWorkspace work_;
   std::vector<ContactPlace> places_;

@@ -35,13 +35,14 @@ KnownStiffness KnownStiffness::of(const Scene& scene, const ControlReport& contr
 }
 
 void KnownStiffness::add(double time_s, KnownStiffness& later) {
-  if (!later.now) return;
-  now = later.now;
-  if (now->report.is_infeasible) {
-    lacked = now;
-    lacked_s = time_s;
+  if (later.now) {
+    now = later.now;
+    if (now->report.is_infeasible) {
+      lacked = now;
+      lacked_s = time_s;
+    }
+    if (now->report.share > 0.0) chosen = now;
   }
-  if (now->report.share > 0.0) chosen = now;
   later = *this;
 }
 
@@ -57,7 +58,7 @@ ShownStiffness::ShownStiffness(Index muscles)
 ShownStiffness shown_stiffness(const Model& model, const Snapshot& state, const KnownStiffness& known) {
   const Hand& hand = model.scene.hand;
   ShownStiffness shown(std::ssize(hand.muscles));
-  if (known.now) {
+  if (known.now && known.now->report.is_chosen) {
     shown.share = known.now->report.share;
     shown.squeeze_N = known.now->report.squeeze_N;
     shown.least_N = least_forces(hand, state.q, known.now->torques_Nm);

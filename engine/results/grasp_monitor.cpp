@@ -17,6 +17,7 @@ namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kChatterWindow_s = 0.3;
+constexpr double kStillSoft_s = 0.3;               // A stiffness that was lacking so lately still is.
 constexpr double kRests_s = 0.3;                   // A finger that has not slid for so long sticks again.
 constexpr double kStopsWithin_rad = 1e-6;          // Of the ends of their ranges joints come to rest.
 constexpr double kAnyFriction = 0.01;              // A grasp that so little friction would close is closed by any.
@@ -118,7 +119,7 @@ GraspMonitor::GraspMonitor(const Model& model)
 
 void GraspMonitor::add(double time_s, const ControlReport& control, const Eigen::VectorXd& muscle_forces_N) {
   if (const StiffnessReport& found = control.stiffness; found.is_chosen) {
-    is_soft_ = found.share < 1.0;
+    chosen_s_ = time_s;
     if (found.is_infeasible && !(too_soft_ && too_soft_->time_s >= kMeasuredFrom_s)) {
       const std::string lack = lack_in_words(model_.scene.hand, found);
       too_soft_ = Event{time_s, fmt::format("no muscle forces make the object so stiff at {:.3f} s: {}", time_s, lack)};
@@ -390,8 +391,10 @@ Verdict GraspMonitor::verdict() const {
   add(Outcome::kSlipping, slips_in_words());
   add(Outcome::kOffTarget, way_off_in_words());
   add(Outcome::kOverLimits, limits_in_words(verdict.beyond));
-  // What was lacking while the grip built up counts if it has not been had since.
-  if (too_soft_ && (is_soft_ || too_soft_->time_s >= kMeasuredFrom_s)) add(Outcome::kOverLimits, too_soft_->what);
+  // What was lacking while the grip built up counts if no stiffness was chosen for long after it.
+  if (too_soft_ && (too_soft_->time_s >= kMeasuredFrom_s || chosen_s_ - too_soft_->time_s < kStillSoft_s)) {
+    add(Outcome::kOverLimits, too_soft_->what);
+  }
   if (unsolved_ && !cause) add(Outcome::kSolverFailed, unsolved_->what);
   add(Outcome::kUnknown, missed_);
   if (found.empty()) return verdict;

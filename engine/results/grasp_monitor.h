@@ -101,7 +101,7 @@ class GraspMonitor {
   std::vector<Worst> joints_;
   /// A stiffness that was asked for could not be had: the first time since kMeasuredFrom_s, or the last one before.
   std::optional<Event> too_soft_;
-  bool is_soft_ = false;  ///< Nor was it had the last time that it was asked for.
+  double chosen_s_ = 0.0;  ///< When one was chosen last.
   std::vector<Worst> muscles_;
   // Forces of the last ticks, as far back as chatter looks: a ring.
   std::vector<Forces> forces_;

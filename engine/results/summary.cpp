@@ -261,21 +261,21 @@ ordered_json muscle_measures(const Model& model, const Recording& recording) {
 /// Once the grip had built up: how much of what was asked for was had, and at the end the stiffness that was chosen,
 /// along and about the object's axes through the point that the scene names.
 ordered_json stiffness_measures(const Recording& recording) {
-  const Values shares = collect(recording, kMeasuredFrom_s, [](const TickRecord& t) {
-    return t.stiffness.now ? t.stiffness.now->report.share : std::numeric_limits<double>::quiet_NaN();
-  });
-  const Values squeezes_N = collect(recording, kMeasuredFrom_s, [](const TickRecord& t) {
-    return t.stiffness.now ? t.stiffness.now->report.squeeze_N : std::numeric_limits<double>::quiet_NaN();
-  });
-  ordered_json measures = {{"min_share", smallest(shares)},
-                           {"max_squeeze_N", largest(squeezes_N)},
+  const auto chosen = [&](double StiffnessReport::*what) {
+    return collect(recording, kMeasuredFrom_s, [what](const TickRecord& t) {
+      const bool is_chosen = t.stiffness.now && t.stiffness.now->report.is_chosen;
+      return is_chosen ? t.stiffness.now->report.*what : std::numeric_limits<double>::quiet_NaN();
+    });
+  };
+  ordered_json measures = {{"min_share", smallest(chosen(&StiffnessReport::share))},
+                           {"max_squeeze_N", largest(chosen(&StiffnessReport::squeeze_N))},
                            {"along_N_per_m", nullptr},
                            {"about_Nm_per_rad", nullptr},
-                           {"effort_N", recording.muscle_forces_N.rightCols(recording.ticks.empty() ? 0 : 1).sum()}};
+                           {"sum_N", recording.muscle_forces_N.rightCols(recording.ticks.empty() ? 0 : 1).sum()}};
   if (recording.ticks.empty() || !recording.ticks.back().stiffness.chosen) return measures;
-  const StiffnessReport& chosen = recording.ticks.back().stiffness.chosen->report;
-  measures["along_N_per_m"] = {chosen.K_O(0, 0), chosen.K_O(1, 1), chosen.K_O(2, 2)};
-  measures["about_Nm_per_rad"] = {chosen.K_O(3, 3), chosen.K_O(4, 4), chosen.K_O(5, 5)};
+  const StiffnessReport& last = recording.ticks.back().stiffness.chosen->report;
+  measures["along_N_per_m"] = {last.K_O(0, 0), last.K_O(1, 1), last.K_O(2, 2)};
+  measures["about_Nm_per_rad"] = {last.K_O(3, 3), last.K_O(4, 4), last.K_O(5, 5)};
   return measures;
 }
 
