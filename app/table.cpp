@@ -89,7 +89,7 @@ std::string grasp_lines(const ordered_json& summary) {
     line(table, "  over the most a muscle has", cell(summary, "/muscles/max_activation"), "1: its limit");
   }
   if (summary.contains("stiffness")) {
-    line(table, "stiffness asked for that was had", cell(summary, "/stiffness/min_share"),
+    line(table, "share of the stiffness asked for", cell(summary, "/stiffness/min_share"),
          "at the least; 1: all of it");
     line(table, "  last chosen, along x, y, z", cells(summary.at("stiffness").at("along_N_per_m")) + " N/m",
          "about them: " + cells(summary.at("stiffness").at("about_Nm_per_rad")) + " N m/rad");
