@@ -85,7 +85,7 @@ export class Ellipsoids extends Group {
   constructor(scene) {
     super();
     this.kinds = choosesStiffness(scene) ? kKinds.map((kind) => new Ellipsoid(kind)) : [];
-    this.add(...this.kinds);
+    for (const kind of this.kinds) this.add(kind);
     if (this.kinds.length > 0) this.centre = new Matrix4().makeTranslation(...scene.object_stiffness.centre_m);
   }
 
