@@ -87,7 +87,8 @@ void add(ordered_json& part, bool quick) {
       "off its target is the closing grip, and a nudge of 0.17 N for 0.1 s. With x' = -k x(t - T) there is no "
       "overshoot "
       "below k T = 1/e; it rings and comes back up to π/2, and swings wider and wider beyond. k is the largest "
-      "eigenvalue of B⁻¹ K, with the fingers' viscosity in B; towards low gains the rotation counts, too, whose gain "
+      "eigenvalue of B⁻¹ K, with the fingers' viscosity in B; towards low gains the rotation counts, too, whose "
+      "gain "
       "stays, and bends the lines down. T has half a control period in it. A run lasts twelve delays after the nudge, "
       "and 0.6 s at least. Beyond the line `thenar check` warns.",
       kDelay,

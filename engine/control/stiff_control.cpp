@@ -20,11 +20,12 @@ constexpr double kLeastLoad_N = 0.1;       // Below, a patch is too small to for
 // What is tried of the share of the last period, one after the other, and after how long it grows again, how fast.
 constexpr std::array kTries{1.0, 0.97, 0.85, 0.6};
 constexpr double kPause_s = 0.1, kMore_per_s = 1.0;
+const double kUsualArm_m = StiffMuscleData().length_m;  // Where only one kind of stiffness is asked for.
 
 /// The arm on which rotations compare with translations.
 double arm_m(const ObjectStiffness& wanted) {
   const double translation = wanted.translation_N_per_m.mean(), rotation = wanted.rotation_Nm_per_rad.mean();
-  if (!(translation > 0.0 && rotation > 0.0)) return StiffMuscleData().length_m;
+  if (!(translation > 0.0 && rotation > 0.0)) return kUsualArm_m;
   return std::clamp(std::sqrt(rotation / translation), 5e-3, 0.1);
 }
 
@@ -166,7 +167,7 @@ void StiffnessControl::set_squeeze(const Model& model, const HandPose& pose, con
   }
   const double step_N = kSqueeze_N_per_s * period_s;
   const double room_N = model.scene.control->muscles->object_stiffness->most_squeeze_N - squeeze_N_;
-  squeeze.low = -std::min(step_N, squeeze_N_);
+  squeeze.low = -std::min(step_N, std::max(0.0, squeeze_N_));
   squeeze.high = std::min(step_N, std::max(0.0, room_N));
 }
 
