@@ -142,7 +142,7 @@ SweepWorkspace::SweepWorkspace(Index contacts, Index groups_at_most)
   J.setZero(rows, kOwn + kCommon);
 }
 
-void SweepWorkspace::lay_out(std::span<const Index> begin, bool whole) {
+void SweepWorkspace::lay_out(std::span<const Index> begin, bool whole, bool body) {
   groups.clear();
   Index row = 0, block = 0;
   for (std::size_t k = 0; k + 1 < begin.size(); ++k) {
@@ -150,6 +150,8 @@ void SweepWorkspace::lay_out(std::span<const Index> begin, bool whole) {
     groups.push_back({begin[k], begin[k + 1], row, rows, row, rows, 0});
     row += rows;
   }
+  if (body) groups.push_back({begin.back(), begin.back(), row, kPadding, row, kPadding, 0});
+  if (body) row += kPadding;
   for (Group& group : groups) {
     if (whole) group.first = 0, group.span = row;
     group.block = block;
@@ -266,6 +268,10 @@ double sweep(const VectorRef& mu, const VectorRef& delta, SweepWorkspace& work, 
     move_with(common - work.common_after.col(k), work.groups[k], work);
   }
   return work.change.head(rows_used(work)).norm();
+}
+
+void move_body(const SweepWorkspace::Common& motion, SweepWorkspace& work) {
+  for (const Group& group : work.groups) move_with(motion, group, work);
 }
 
 void accelerate(double change_N, SweepWorkspace& work, VectorOut f) {

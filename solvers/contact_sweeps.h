@@ -104,8 +104,9 @@ struct SweepWorkspace {
     Eigen::Index begin, end, row, rows, first, span, block;
   };
 
-  /// Makes contacts begin[k] .. begin[k + 1) group k. whole: blocks are whole columns of W.
-  void lay_out(std::span<const Eigen::Index> begin, bool whole = false);
+  /// Makes contacts begin[k] .. begin[k + 1) group k. whole: blocks are whole columns of W. body: a last group without
+  /// contacts has the common body's own rows, in which `moved` tells its motion; where J_common of these is 1.
+  void lay_out(std::span<const Eigen::Index> begin, bool whole = false, bool body = false);
   /// W's columns of a group's contacts, in the rows of its span, for the caller to fill; the padding, too.
   auto block(const Group& group) {
     return Eigen::Map<Eigen::MatrixXf, Eigen::AlignedMax>(blocks.data() + group.block, group.span,
@@ -142,6 +143,9 @@ void start_sweeps(SweepWorkspace& work);
 double sweep(const Eigen::Ref<const Eigen::VectorXd>& mu, const Eigen::Ref<const Eigen::VectorXd>& delta,
              SweepWorkspace& work, Eigen::Ref<Eigen::VectorXd> f);
 
+/// Moves all contacts with the common body besides, in the coordinates of J_common.
+void move_body(const SweepWorkspace::Common& motion, SweepWorkspace& work);
+
 /// Anderson's step after a sweep [Anderson 1965; Walker, Ni 2011]: combines the last results so that their changes all
 /// but cancel. It halves the number of sweeps and more. Where changes grow it starts anew. Contacts that it takes out
 /// of their cones the next sweep takes back.
@@ -165,10 +169,11 @@ inline constexpr double kExactEvery = 1e-3;
 inline constexpr double kStalled = 0.8;
 
 /// Sweeps from f to settings.tolerance. The workspace is laid out and filled; `gaps(f, delta)` computes
-/// delta = W f + delta_free in double precision.
-template <typename Problem, typename Gaps>
+/// delta = W f + delta_free in double precision; `react(f)` mends what the sweeps know of gaps after each of them,
+/// where W f is not linear.
+template <typename Problem, typename Gaps, typename React>
 SolveReport iterate_sweeps(const Problem& problem, const GaussSeidelSettings& settings, SweepWorkspace& work,
-                           const Gaps& gaps, ContactSolution solution) {
+                           const Gaps& gaps, const React& react, ContactSolution solution) {
   const Eigen::Ref<const Eigen::VectorXd>& mu = problem.mu;
   Eigen::Ref<Eigen::VectorXd>&f = solution.f, &delta = solution.delta;
   const Admission admission = admit([&](Eigen::Index i) { return work.local[i]; }, problem, f);
@@ -188,6 +193,7 @@ SolveReport iterate_sweeps(const Problem& problem, const GaussSeidelSettings& se
   // A stalled sweep moves nothing and solves nothing: judge by the residual, never by the step.
   while (residual.norm > settings.tolerance && report.sweeps < settings.max_sweeps) {
     const double change_N = sweep(mu, delta, work, f);
+    react(f);
     ++report.sweeps;
     if (report.sweeps == 1) per_change = residual.norm / change_N;
     const bool last = report.sweeps == settings.max_sweeps;
@@ -213,6 +219,12 @@ SolveReport iterate_sweeps(const Problem& problem, const GaussSeidelSettings& se
   report.residual_worst = residual.worst;
   if (residual.norm <= settings.tolerance) report.status = solved;
   return report;
+}
+
+template <typename Problem, typename Gaps>
+SolveReport iterate_sweeps(const Problem& problem, const GaussSeidelSettings& settings, SweepWorkspace& work,
+                           const Gaps& gaps, ContactSolution solution) {
+  return iterate_sweeps(problem, settings, work, gaps, [](const auto&) {}, solution);
 }
 
 }  // namespace thenar

@@ -1,5 +1,6 @@
 #include "solvers/grouped_delassus.h"
 
+#include <Eigen/Cholesky>
 #include <cmath>
 
 namespace thenar {
@@ -146,10 +147,11 @@ bool blocks_hold(const GroupedDelassus& W, const GroupedWorkspace& grouped) {
 }
 
 /// The problem as sweeps see it. The Jacobians take the roots of the mobilities: each group's block is J J' + s C.
-void fill(const GroupedDelassus& W, GroupedWorkspace& grouped) {
+void fill(const GroupedContactProblem& problem, GroupedWorkspace& grouped) {
+  const GroupedDelassus& W = problem.W;
   SweepWorkspace& work = grouped.sweeps;
   const SharedCompliance& shared = W.common_compliance;
-  work.lay_out(W.begin, static_cast<bool>(shared));
+  work.lay_out(W.begin, static_cast<bool>(shared), problem.ground != nullptr);
   work.coupled = !shared;
   constexpr int kOwn = GroupedDelassus::kOwn, kCommon = GroupedDelassus::kPadded;
   const float own_root = static_cast<float>(std::sqrt(W.own_mobility));
@@ -160,8 +162,16 @@ void fill(const GroupedDelassus& W, GroupedWorkspace& grouped) {
     auto J = work.J.middleRows(group.row, group.rows);
     J.topLeftCorner(columns, kOwn) = own_root * W.J_own.middleRows(first, columns).cast<float>();
     J.topRightCorner(columns, kCommon) = W.J_common.middleRows(first, columns).cast<float>() * common_root.asDiagonal();
+    if (problem.ground != nullptr) {
+      J.block(0, kOwn, columns, 6) = W.J_common.block<Eigen::Dynamic, 6>(first, 0, columns, 6).lazyProduct(grouped.L).cast<float>();
+    }
     if (W.J_fifth.size() > 0) J.col(kFifth).head(columns) = own_root * W.J_fifth.segment(first, columns).cast<float>();
     J.bottomRows(group.rows - columns).setZero();
+  }
+  if (problem.ground != nullptr) {
+    auto J = work.J.middleRows(work.groups.back().row, work.groups.back().rows);
+    J.setZero();
+    J.block<6, 6>(0, kOwn).setIdentity();
   }
   if (blocks_hold(W, grouped)) return;
   grouped.edition = W.edition;
@@ -260,10 +270,56 @@ void give_way(const SharedCompliance& C, const VectorRef& f, GroupedWorkspace& w
     work.shared_motion.segment<3>(3 * i) = C.scale * (C.T->middleRows<3>(3 * i) * sums.row(i).transpose());
 }
 
+/// The common body's motion by forces f: M_common J_common' f.
+GroupedDelassus::CommonMotion common_motion(const GroupedDelassus& W, const VectorRef& f) {
+  Eigen::Array4d common_1 = Eigen::Array4d::Zero(), common_2 = common_1;
+  for (Index i = 0; i < W.contacts(); ++i) {
+    if (f[3 * i] <= 0.0) continue;
+    for (Index r = 3 * i; r < 3 * i + 3; ++r) {
+      common_1 += f[r] * W.J_common.row(r).head<4>().transpose().array();
+      common_2 += f[r] * W.J_common.row(r).tail<4>().transpose().array();
+    }
+  }
+  GroupedDelassus::CommonMotion motion;
+  motion << common_1, common_2;
+  return motion.cwiseProduct(W.common_mobility);
+}
+
+/// Where the ground lets the body be that its groups move by `by_groups`.
+void stand_on(const CommonGround& ground, const GroupedDelassus::CommonMotion& by_groups, GroupedWorkspace& work) {
+  const GroundReport report = solve_ground(ground.problem, ground.x_free + by_groups.head<6>(), work.ground);
+  work.ground_missing = report.missing;
+  work.ground_status = report.status;
+}
+
+/// Begins with a ground: how mobile the body is on it at the first forces.
+void begin_on(const CommonGround& ground, const GroupedDelassus& W, const VectorRef& f, GroupedWorkspace& work) {
+  stand_on(ground, common_motion(W, f), work);
+  Eigen::Matrix<double, 6, 6> inverse = ground_stiffness(ground.problem, work.ground.x);
+  inverse.diagonal() += ground.problem.mobility.cwiseInverse();
+  work.R = inverse.llt().matrixL();
+  work.L.setIdentity();
+  work.R.transpose().triangularView<Eigen::Upper>().solveInPlace(work.L);
+}
+
+/// After a sweep: moves the body from where the sweep has it to where the ground lets it be.
+void react(const GroupedContactProblem& problem, const VectorRef& f, GroupedWorkspace& work) {
+  stand_on(*problem.ground, common_motion(problem.W, f), work);
+  SweepWorkspace::Common ahead = SweepWorkspace::Common::Zero();
+  ahead.head<6>() = (work.R.transpose() * (work.ground.x - work.x_exact)).cast<float>() -
+                    work.sweeps.moved.segment<6>(work.sweeps.groups.back().row);
+  move_body(ahead, work.sweeps);
+}
+
 /// The motion by forces f, and from it the gaps.
 void gaps(const GroupedContactProblem& problem, const VectorRef& f, GroupedWorkspace& work, VectorOut delta) {
   const GroupedDelassus& W = problem.W;
   find_motion(W, f, work);
+  if (problem.ground != nullptr) {
+    stand_on(*problem.ground, work.common_motion, work);
+    work.x_exact = work.ground.x;
+    work.common_motion.head<6>() = work.ground.x - problem.ground->x_free;
+  }
   const Eigen::Array4d common_1 = work.common_motion.head<4>(), common_2 = work.common_motion.tail<4>();
   for (Index k = 0; k < W.groups(); ++k) {
     const Eigen::Array4d own = work.own_motion.col(k).head<4>();
@@ -286,9 +342,18 @@ void gaps(const GroupedContactProblem& problem, const VectorRef& f, GroupedWorks
 
 SolveReport solve_contacts(const GroupedContactProblem& problem, const GaussSeidelSettings& settings,
                            GroupedWorkspace& work, ContactSolution solution) noexcept {
-  fill(problem.W, work);
   const auto exact = [&](const VectorRef& f, VectorOut delta) { gaps(problem, f, work, delta); };
-  const SolveReport report = iterate_sweeps(problem, settings, work.sweeps, exact, solution);
+  if (problem.ground != nullptr) begin_on(*problem.ground, problem.W, solution.f, work);
+  fill(problem, work);
+  SolveReport report;
+  if (problem.ground == nullptr) {
+    report = iterate_sweeps(problem, settings, work.sweeps, exact, solution);
+  } else {
+    const auto mend = [&](const VectorRef& f) { react(problem, f, work); };
+    report = iterate_sweeps(problem, settings, work.sweeps, exact, mend, solution);
+    report.residual = std::hypot(report.residual, work.ground_missing);
+    if (report.status == SolveStatus::kConverged) report.status = work.ground_status;
+  }
   if (report.status == SolveStatus::kNotFinite) {
     work.own_motion.setZero();
     work.common_motion.setZero();

@@ -7,6 +7,7 @@
 
 #include "solvers/contact_problem.h"
 #include "solvers/contact_sweeps.h"
+#include "solvers/ground_contacts.h"
 
 namespace thenar {
 
@@ -92,11 +93,18 @@ struct GroupedDelassus {
   void to_dense(Eigen::Ref<Eigen::MatrixXd> W) const;
 };
 
+/// The common body touches the ground, too. Its mobility is that of the operator.
+struct CommonGround {
+  GroundProblem problem;
+  GroundProblem::Motion x_free;  ///< The body's motion without any contact.
+};
+
 /// A ContactProblem whose W is in factors.
 struct GroupedContactProblem {
   GroupedDelassus W;
-  Eigen::Ref<const Eigen::VectorXd> delta_free;
+  Eigen::Ref<const Eigen::VectorXd> delta_free;  ///< With the body's motion without any contact.
   Eigen::Ref<const Eigen::VectorXd> mu;
+  const CommonGround* ground = nullptr;  ///< Nothing: the body touches the groups alone.
 };
 
 /// W += s C among contacts first .. first + n - 1; W has 3n rows and columns. Does not allocate.
@@ -120,15 +128,18 @@ struct GroupedWorkspace {
   static constexpr int kMostOwn = GroupedDelassus::kOwn + 1;
   using OwnMotion = Eigen::Matrix<double, kMostOwn, Eigen::Dynamic>;
 
-  /// shared: the common body may give way.
-  GroupedWorkspace(Eigen::Index contacts, Eigen::Index groups, bool shared = false)
-      : sweeps(contacts, groups),
+  /// shared: the common body may give way. ground_contacts: its most contacts with the ground; 0:
+  /// it has none.
+  GroupedWorkspace(Eigen::Index contacts, Eigen::Index groups, bool shared = false,
+                   Eigen::Index ground_contacts = 0)
+      : sweeps(contacts, groups + (ground_contacts > 0 ? 1 : 0)),
         own_motion(OwnMotion::Zero(kMostOwn, groups)),
         surface_motion(3 * contacts),
         axes(3 * contacts + SweepWorkspace::kPadding, 3),
         points(3 * contacts + SweepWorkspace::kPadding, 3),
         heights(3 * contacts + SweepWorkspace::kPadding),
-        J_then(sweeps.J) {
+        J_then(sweeps.J),
+        ground(ground_contacts) {
     loads.reserve(contacts);
     shared_motion.setZero(shared ? 3 * contacts : 0);
     shared_sums.setZero(shared ? contacts : 0, 3);
@@ -138,7 +149,7 @@ struct GroupedWorkspace {
 
   SweepWorkspace sweeps;
   OwnMotion own_motion;                         ///< Out: m_own J_own' f, a column a group.
-  GroupedDelassus::CommonMotion common_motion;  ///< Out: M_common J_common' f, padded.
+  GroupedDelassus::CommonMotion common_motion;  ///< Out: M_common J_common' f, padded; with what the ground does.
   Eigen::VectorXd surface_motion;               ///< Out, if there is a compliance: s C f, 3n rows or more.
   Eigen::VectorXd shared_motion;                ///< Out, if the common body gives way: C_common f, likewise.
   // Of the group whose block is made, three rows a contact and padded with zeros: E', p and E' p.
@@ -152,16 +163,24 @@ struct GroupedWorkspace {
   std::int64_t edition = -1;  // What the blocks were made of.
   double compliance_scale = 0.0;
   decltype(SweepWorkspace::J) J_then;
+  GroundWorkspace ground;  ///< Out, where there is a ground: its forces, and the body's motion.
+  // (M^-1 + J' K J)^-1 = L L' of the body on the ground, L = R^-T; its motion when gaps were last computed.
+  Eigen::Matrix<double, 6, 6> R, L;
+  GroundProblem::Motion x_exact;
+  double ground_missing = 0.0;
+  SolveStatus ground_status = SolveStatus::kConverged;
 };
 
-/// The motion by forces f (3n): own, common, surface and shared motion of `work`. Contacts without a normal force
-/// are taken to bear none. Does not allocate.
+/// The motion by forces f (3n): own, common, surface and shared motion of `work`, the ground left out. Contacts without a
+/// normal force are taken to bear none. Does not allocate.
 void find_motion(const GroupedDelassus& W, const Eigen::Ref<const Eigen::VectorXd>& f, GroupedWorkspace& work);
 
 /// As solve_contacts with a dense W, and no W to form: the Jacobians may be new in every call. Each group's own block
 /// of W is made in single precision, 14 multiply-adds an entry, and swept; groups move one another through the common
 /// body. Where that gives way, blocks have whole columns, 9 multiply-adds an entry. While W's edition lasts, and its
 /// Jacobians hardly change, blocks are kept from call to call.
+/// A ground is eliminated: to the sweeps the body is as mobile as the contacts that hold it leave it, and after each
+/// sweep it is moved to where the ground's laws hold exactly under the groups' forces: see solve_ground.
 /// Cost      With m contacts a group, 9 m n multiply-adds a sweep; where the common body gives way, 9 n^2.
 [[nodiscard]] SolveReport solve_contacts(const GroupedContactProblem& problem, const GaussSeidelSettings& settings,
                                          GroupedWorkspace& work, ContactSolution solution) noexcept;

@@ -74,6 +74,15 @@ std::string csv_cell(const std::string& text) {
   return quoted + '"';
 }
 
+std::string quoted(const std::string& words) {
+  std::string result = "\"";
+  for (const char c : words) {
+    if (c == '"' || c == '\\') result += '\\';
+    result += c;
+  }
+  return result + "\"";
+}
+
 std::string counted(std::int64_t number, std::string_view what) {
   return fmt::format("{} {}{}", number, what, number == 1 ? "" : "s");
 }

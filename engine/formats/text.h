@@ -18,6 +18,9 @@ namespace thenar {
 /// The text as a cell of a table of comma-separated values: in quotes where it needs them (RFC 4180).
 [[nodiscard]] std::string csv_cell(const std::string& text);
 
+/// The text in double quotes, as YAML reads it.
+[[nodiscard]] std::string quoted(const std::string& words);
+
 /// "1 hold", "2 holds".
 [[nodiscard]] std::string counted(std::int64_t number, std::string_view what);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/grasp/deformation_energy.h"
 #include "engine/grasp/handover.h"
 #include "engine/grasp/object_compliance.h"
 #include "engine/grasp/stopwatch.h"
@@ -182,10 +183,11 @@ void free_gaps_and_slips(const Model& model, const Frame& frame, const State& st
   }
 }
 
-SolveReport find_forces(const Model& model, const Frame& frame, const GroupedDelassus& W, ContactWorkspace& work) {
+SolveReport find_forces(const Model& model, const Frame& frame, const GroupedDelassus& W, ContactWorkspace& work,
+                        const CommonGround* ground = nullptr) {
   const Index n = frame.size();
   const GaussSeidelSettings settings{model.scene.contact.tolerance, model.scene.contact.max_sweeps};
-  const GroupedContactProblem factored{W, work.delta_free.head(3 * n), work.mu.head(n)};
+  const GroupedContactProblem factored{W, work.delta_free.head(3 * n), work.mu.head(n), ground};
   const ContactSolution solution{work.f.head(3 * n), work.delta.head(3 * n)};
   return solve_contacts(factored, settings, work.solver, solution);
 }
@@ -246,6 +248,34 @@ void report_contacts(const Frame& frame, const ContactWorkspace& work, TickRepor
   }
 }
 
+/// Finds what the object touches beside the fingers, as far as it might move in the tick.
+void look_around(const Model& model, const Drive& drive, const State& state, ContactWorkspace& work) {
+  const Scene& scene = model.scene;
+  const double reach_m = thenar::reach_m(work.environment.object());
+  const double way_m = drive.mobility.translation * drive.wrench.head<3>().norm() +
+                       reach_m * drive.mobility.rotation * drive.wrench.tail<3>().norm();
+  const double begin_s = static_cast<double>(state.tick) * scene.step_s;
+  find_environment_contacts(*scene.environment, state.X_WO, begin_s, begin_s + scene.step_s,
+                            scene.contact.band_m + way_m, state.environment_forces, work.environment);
+}
+
+/// Keeps what the environment's forces are, and tells of them.
+void keep_environment(const Model& model, const ContactWorkspace& work, State& state, TickReport& report) {
+  const Environment& environment = *model.scene.environment;
+  const double end_s = static_cast<double>(state.tick) * model.scene.step_s;
+  report.environment = environment_report(environment, work.environment, work.solver.ground.f);
+  keep_forces(work.environment, work.solver.ground.f, environment, end_s, state.environment_forces);
+}
+
+/// The object on its environment, if there is one, before any finger touches it.
+std::optional<CommonGround> ground_of(const Model& model, const Drive& drive, const ContactWorkspace& work) {
+  if (!model.scene.environment) return std::nullopt;
+  CommonGround ground{{work.environment.contacts, model.scene.environment->compliance_m_per_N, {}}, {}};
+  ground.problem.mobility << Vector3d::Constant(drive.mobility.translation), Vector3d::Constant(drive.mobility.rotation);
+  ground.x_free = ground.problem.mobility.cwiseProduct(drive.wrench);
+  return ground;
+}
+
 /// The forces of contact and of the joints' stops, and how they and the drive move the bodies.
 RigidMotion solve_motion(const Model& model, const Frame& frame, const Drive& drive, const State& state,
                          ContactWorkspace& work, TickReport& report) {
@@ -253,6 +283,7 @@ RigidMotion solve_motion(const Model& model, const Frame& frame, const Drive& dr
   const Hand& hand = model.scene.hand;
   work.stops.released.fill(false);
   RigidMotion motion;
+  const std::optional<CommonGround> ground = ground_of(model, drive, work);
   for (int solves = 1;; ++solves) {
     work.mobility = drive.mobility;
     stop_joints(hand, work.stops, model.scene.step_s, work.mobility);
@@ -262,7 +293,7 @@ RigidMotion solve_motion(const Model& model, const Frame& frame, const Drive& dr
     move_to_stops(hand, work.stops, state.q, model.scene.step_s, work.mobility, drive.torque, motion.dq);
     free_gaps_and_slips(model, frame, state, motion, work);
     work.f_first.head(3 * frame.size()) = work.f.head(3 * frame.size());
-    report.solve = find_forces(model, frame, W, work);
+    report.solve = find_forces(model, frame, W, work, ground ? &*ground : nullptr);
     add_joint_motion(hand, work.mobility, work.solver, motion.dq);
     motion.dx += work.solver.common_motion.head<6>();
     report.stop_Nm = stop_torques(hand, work.stops, frame, work.kinematics, model.scene.step_s, drive.mobility,
@@ -307,44 +338,14 @@ void book_motion(const Scene& scene, const Drive& drive, const State& state, con
   }
 }
 
-/// Elastic energy a step later of a body that was moved by u = rho u + (1 - rho) C f. With phi the force that holds u,
-/// u = C phi and phi+ = rho phi + (1 - rho) f, energy is phi.u / 2, and only f.u at the loaded points is needed.
-double elastic_energy(double energy_J, double rho, double f_u_before_J, double f_u_after_J) {
-  return rho * rho * energy_J + 0.5 * (1.0 - rho) * (f_u_after_J + rho * f_u_before_J);
-}
-
-/// The deformation's part, when u has moved by a step, or `at_once` as far as the forces press it; and the energies of
-/// the pulps and of a soft object.
-void book_deformation(const Model& model, const Frame& frame, const ContactWorkspace& work, bool at_once, State& state,
-                      Ledger& ledger) {
-  const auto memory = [&](const PulpMaterial& material) {
-    return at_once ? 0.0 : retained_share(material, model.scene.step_s);
-  };
-  double object_before_J = 0.0, object_after_J = 0.0;
-  for (int k = 0; k < model.fingers(); ++k) {
-    double before_J = 0.0, after_J = 0.0;
-    for (const PatchPoint& point : work.patches.of_finger(k)) {
-      const Vector3d f_F = work.kinematics.E_F[point.contact] * work.f.segment<3>(3 * point.contact);
-      before_J += f_F.dot(point.u_F);
-      after_J += f_F.dot(point.u_end_F);
-      if (!model.soft_object()) continue;
-      const Vector3d f_O = work.patches.X_WO.linear().transpose() *
-                           (work.kinematics.E_W[point.contact] * work.f.segment<3>(3 * point.contact));
-      object_before_J += f_O.dot(point.u_O);
-      object_after_J += f_O.dot(point.u_end_O);
-    }
-    // Kept as that of the pulp without load, whose compliance is no frame's.
-    double& energy_J = state.pulp_energy_J[k];
-    energy_J = elastic_energy(energy_J, memory(model.pulps[k].material), frame.softness[k] * before_J,
-                              frame.softness[k] * after_J);
-    ledger.deformation_J += after_J - before_J;
-    ledger.stored_J += energy_J / frame.softness[k];
-  }
-  if (!model.soft_object()) return;
-  state.object_energy_J =
-      elastic_energy(state.object_energy_J, memory(*model.scene.object.compliance), object_before_J, object_after_J);
-  ledger.deformation_J += object_after_J - object_before_J;
-  ledger.stored_J += state.object_energy_J;
+void book_environment(const Environment& environment, const ContactWorkspace& work, Ledger& ledger) {
+  const EnvironmentWork done =
+      environment_work(environment, work.environment, work.solver.ground.f, work.solver.ground.x);
+  ledger.drive_J += done.moving_J;
+  ledger.deformation_J += done.deformation_J;
+  ledger.stored_J += done.stored_J;
+  ledger.injected_J += done.injected_J;
+  ledger.dissipated_J += done.dissipated_J;
 }
 
 /// Moves the bodies by their free and their contact motion, and takes stock of what the fingers do. False, and nothing
@@ -461,11 +462,13 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
   if (!starts) report_left_out(model, frame, work, state, report);
   report.assemble_s = watch.lap();
 
+  if (scene.environment) look_around(model, drive, state, work);
   const RigidMotion motion = solve_motion(model, frame, drive, state, work, report);
   report_contacts(frame, work, report);
   note_points(frame, work.kinematics, state, work.f, work.patches);
   const bool moved = report.solve.status != SolveStatus::kNotFinite && commit(model, frame, work, motion, state);
   ++state.tick;
+  if (moved && scene.environment) keep_environment(model, work, state, report);
   report.solve_s = watch.lap();
   if (!moved) {
     report.solve = {SolveStatus::kNotFinite, report.solve.sweeps, std::numeric_limits<double>::infinity()};
@@ -473,6 +476,7 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
     return report;
   }
   book_motion(scene, drive, state, motion, report);
+  if (scene.environment) book_environment(*scene.environment, work, report.ledger);
   if (model.deformable()) {
     for (int k = 0; k < model.fingers(); ++k)
       deform(model, frame, work.kinematics, k, work.f, work.solver.surface_motion, work.loads, state);

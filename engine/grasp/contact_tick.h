@@ -66,6 +66,7 @@ struct TickReport {
   double penetration_m = 0.0;
   PerFinger<double> left_out_m;  ///< Of the latter alone, by finger; 0: none is in the object.
   PerFinger<PatchReport> patch;
+  EnvironmentReport environment;  ///< Of a scene that has one.
   JointVector stop_Nm;      ///< What the stops at the ends of the joints' ranges bear: see JointStops.
   double assemble_s = 0.0;  ///< Hand-over, drive, gaps and Jacobians: what W is made of.
   double solve_s = 0.0;     ///< Free motion, Gauss-Seidel and commit.

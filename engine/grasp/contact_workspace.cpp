@@ -9,6 +9,15 @@ FramePolicy split_policy(const Scene& scene) {
   return policy;
 }
 
+namespace {
+
+EnvironmentContacts environment_of(const Scene& scene) {
+  const std::optional<Solid> object = solid_of(scene.object.shape);
+  return scene.environment && object ? EnvironmentContacts(*scene.environment, *object) : EnvironmentContacts();
+}
+
+}  // namespace
+
 ContactWorkspace::ContactWorkspace(const Model& model, const FramePolicy& frame_policy)
     : policy(frame_policy),
       kinematics(model),
@@ -19,7 +28,8 @@ ContactWorkspace::ContactWorkspace(const Model& model, const FramePolicy& frame_
       f(3 * model.max_contacts),
       mu(Eigen::VectorXd::Constant(model.max_contacts, model.scene.contact.friction)),
       f_first(3 * model.max_contacts),
-      solver(model.max_contacts, model.fingers(), model.soft_object()),
+      environment(environment_of(model.scene)),
+      solver(model.max_contacts, model.fingers(), model.soft_object(), static_cast<Eigen::Index>(environment.most())),
       torque_Nm(model.scene.hand.at_zero()),
       resumed_Nm(model.scene.hand.at_zero()),
       q_held(model.scene.hand.at_zero()),

@@ -5,6 +5,7 @@
 #include <limits>
 #include <vector>
 
+#include "engine/environment/environment_contacts.h"
 #include "engine/grasp/compliance.h"
 #include "engine/grasp/delassus.h"
 #include "engine/grasp/frame.h"
@@ -43,6 +44,7 @@ struct ContactWorkspace {
   Eigen::VectorXd f_first;  ///< What the last solve began with: the forces of the tick before it.
   Mobility mobility{};      ///< Of the last tick's bodies; none of joints at their stops.
   JointStops stops;         ///< Of the last tick.
+  EnvironmentContacts environment;  ///< Of the last tick, of a scene that has one.
   GroupedWorkspace solver;
   JointVector torque_Nm;               ///< What drove the fingers in the last tick.
   JointVector resumed_Nm;              ///< What is left of the step in the drive when a hold ended.

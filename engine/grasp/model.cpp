@@ -11,10 +11,8 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// From 0 to 1 with no velocity and acceleration at both ends.
 double minimum_jerk(const Move& move, double time_s) {
-  const double s = std::clamp((time_s - move.from_s) / move.over_s, 0.0, 1.0);
-  return s * s * s * (10.0 + s * (6.0 * s - 15.0));
+  return thenar::minimum_jerk((time_s - move.from_s) / move.over_s);
 }
 
 /// Its derivative [1/s].

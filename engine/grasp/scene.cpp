@@ -15,4 +15,11 @@ Eigen::VectorXd DriveTable::at(double at_s) const {
   return values.col(after - 1) + share * (values.col(after) - values.col(after - 1));
 }
 
+std::optional<Solid> solid_of(const Shape& shape) {
+  if (const auto* box = std::get_if<BoxShape>(&shape)) return *box;
+  if (const auto* sphere = std::get_if<SphereShape>(&shape)) return *sphere;
+  if (const auto* cylinder = std::get_if<CylinderShape>(&shape)) return *cylinder;
+  return std::nullopt;
+}
+
 }  // namespace thenar

@@ -11,28 +11,19 @@
 #include <vector>
 
 #include "collision/shapes.h"
+#include "collision/solids/solid.h"
+#include "engine/environment/environment.h"
 #include "engine/grasp/hand.h"
 #include "engine/grasp/pulp.h"
 #include "solvers/grasp_forces.h"
 
 namespace thenar {
 
-// Sizes are full sizes along the object's axes x, y, z; an axis of revolution is z. See collision/shapes.h.
-struct BoxShape {
-  Eigen::Vector3d size_m;
-  bool operator==(const BoxShape&) const = default;
-};
-struct SphereShape {
-  double radius_m = 0.0;
-  bool operator==(const SphereShape&) const = default;
-};
+// Sizes are full sizes along the object's axes x, y, z; an axis of revolution is z. See collision/shapes.h, and
+// collision/solids/solid.h for those that have exact surfaces, too.
 struct EllipsoidShape {
   Eigen::Vector3d size_m;
   bool operator==(const EllipsoidShape&) const = default;
-};
-struct CylinderShape {
-  double radius_m = 0.0, length_m = 0.0;
-  bool operator==(const CylinderShape&) const = default;
 };
 struct SuperquadricShape {
   Eigen::Vector3d size_m;
@@ -226,6 +217,9 @@ struct GraspWish {
   std::string place = {};  ///< Of the wish in its file, for refusals: "file:line:column".
 };
 
+/// The exact solid of a shape that is one; nothing of others.
+[[nodiscard]] std::optional<Solid> solid_of(const Shape& shape);
+
 /// All that a scene file says, in SI. What it does not name is absent here, and costs nothing.
 struct Scene {
   std::string name;
@@ -244,6 +238,7 @@ struct Scene {
   std::optional<FingertipSettings> fingertips;
   ObjectSettings object;
   ContactSettings contact;
+  std::optional<Environment> environment;  ///< Nothing: the object touches the fingers alone.
   std::optional<ControlSettings> control;
   TaskSettings task;
   bool only_needed = false;  ///< Parts that change less than the tolerance are left out: engine/studies/model_parts.h.

@@ -9,6 +9,7 @@
 #include <tuple>
 #include <vector>
 
+#include "engine/environment/environment_contacts.h"
 #include "engine/grasp/hand.h"
 #include "engine/grasp/model.h"
 #include "engine/grasp/muscles.h"
@@ -83,6 +84,7 @@ struct State : Snapshot {
                                          ///< adds to the object's displacement against the finger (the pulp's surface
                                          ///< moves by -u). The memory of friction. Empty for rigid fingertips.
   std::vector<ContactForce> forces;      ///< Sorted by finger and control point; capacity model.max_contacts.
+  std::vector<EnvironmentForce> environment_forces;  ///< On the object, in order.
   std::vector<ObjectLoad> object_loads;  ///< Likewise, kLoadsPerContact times as many; of a rigid object none.
   PerFinger<double> pulp_energy_J;       ///< That by which u is held, of pulps without stiffening.
   double object_energy_J = 0.0;          ///< Likewise, of a soft object.

@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "engine/finder/effort.h"
+#include "engine/formats/text.h"
+#include "engine/scenes/scene_environment.h"
 #include "engine/scenes/units.h"
 
 namespace thenar {
@@ -25,16 +27,6 @@ std::string text(const Eigen::VectorXd& values, Dimension dimension) {
 }
 std::string length(double value_m) { return text(value_m, Dimension::kLength); }
 std::string number(double value) { return text(value, Dimension::kNone); }
-
-/// As YAML's text in double quotes.
-std::string quoted(const std::string& words) {
-  std::string result = "\"";
-  for (const char c : words) {
-    if (c == '"' || c == '\\') result += '\\';
-    result += c;
-  }
-  return result + "\"";
-}
 
 /// Words as comment lines of at most 120 columns.
 std::string comment(const std::string& words) {
@@ -306,6 +298,7 @@ std::string scene_text(const Scene& scene, const SceneTextNotes& notes) {
   out += hand_text(scene, notes);
   if (scene.fingertips) out += fingertips_text(*scene.fingertips);
   out += object_text(scene, notes) + contact_text(scene);
+  if (scene.environment) out += environment_text(*scene.environment);
   if (scene.control) out += control_text(scene);
   out += task_text(scene.task);
   if (!scene.only_needed) return out;

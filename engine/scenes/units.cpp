@@ -26,7 +26,7 @@ struct Units {
 
 const Units& units_of(Dimension dimension) {
   // In the order of Dimension.
-  static const std::array<Units, 20> kTable = {{
+  static const std::array<Units, 21> kTable = {{
       {"a plain number", {}},
       {"a length", {{"m"}, {"cm", 1, 100}, {"mm", 1, 1e3}, {"um", 1, 1e6}}},
       {"a time", {{"s"}, {"ms", 1, 1e3}, {"us", 1, 1e6}}},
@@ -47,6 +47,7 @@ const Units& units_of(Dimension dimension) {
       {"a share", {{"%", 1, 100}}},
       {"a rate of force", {{"N/s"}}},
       {"a rate", {{"1/s"}}},
+      {"a compliance", {{"m/N"}, {"um/N", 1, 1e6}, {"nm/N", 1, 1e9}}},
   }};
   return kTable[static_cast<std::size_t>(dimension)];
 }

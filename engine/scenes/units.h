@@ -28,6 +28,7 @@ enum class Dimension {
   kShare,                   ///< %, a hundredth
   kForceRate,               ///< N/s
   kRate,                    ///< 1/s
+  kCompliance,              ///< m/N, um/N, nm/N
 };
 
 /// A number read from text: its SI value, or what is wrong with the text.

@@ -1,0 +1,146 @@
+#include "engine/environment/environment_contacts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace thenar {
+
+using Eigen::Isometry3d;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+namespace {
+
+// A contact that has gone so far along a circle is another one.
+constexpr double kSameArc_rad = std::numbers::pi / 6.0;
+
+double arc_rad(double a, double b) { return std::abs(std::remainder(a - b, 2.0 * std::numbers::pi)); }
+
+/// Columns n, t1, t2; t1 along the axis that n is farthest from.
+Matrix3d axes_along(const Vector3d& n) {
+  Eigen::Index least = 0;
+  n.cwiseAbs().minCoeff(&least);
+  Matrix3d E;
+  E.col(0) = n;
+  E.col(1) = n.cross(Vector3d::Unit(least)).normalized();
+  E.col(2) = n.cross(Vector3d(E.col(1)));
+  return E;
+}
+
+/// The tangential force of the last tick at a contact, axes of the body; zero where there was none.
+Vector3d last_friction(const std::vector<EnvironmentForce>& forces, int body, const SolidContact& contact) {
+  const auto before = [](const EnvironmentForce& force, const auto& id) { return id_of(force) < id; };
+  const auto id = std::tie(body, contact.place);
+  double least_rad = kSameArc_rad;
+  Vector3d f_E = Vector3d::Zero();
+  for (auto force = std::lower_bound(forces.begin(), forces.end(), id, before);
+       force != forces.end() && id_of(*force) == id; ++force) {
+    const double rad = arc_rad(force->angle_rad, contact.angle_rad);
+    if (rad > least_rad) continue;
+    least_rad = rad;
+    f_E = force->f_E - force->n_E * force->n_E.dot(force->f_E);
+  }
+  return f_E;
+}
+
+}  // namespace
+
+EnvironmentContacts::EnvironmentContacts(const Environment& environment, const Solid& object) {
+  std::size_t most = 0;
+  for (const EnvironmentBody& body : environment.bodies) {
+    pairs.emplace_back(object, body.shape);
+    most += most_contacts(pairs.back());
+  }
+  end.resize(pairs.size());
+  found.reserve(most);
+  contacts.reserve(most);
+  E_W.reserve(most);
+  sheared_m.reserve(most);
+  moved_m.reserve(most);
+}
+
+void find_environment_contacts(const Environment& environment, const Isometry3d& X_WO, double begin_s, double end_s,
+                               double band_m, const std::vector<EnvironmentForce>& forces, EnvironmentContacts& out) {
+  out.found.clear();
+  out.contacts.clear();
+  out.E_W.clear();
+  out.sheared_m.clear();
+  out.moved_m.clear();
+  for (std::size_t k = 0; k < out.pairs.size(); ++k) {
+    const EnvironmentBody& body = environment.bodies[k];
+    const Isometry3d X_WE = pose(body, end_s);
+    const Vector3d moved_m = X_WE.translation() - pose(body, begin_s).translation();
+    const std::size_t first = out.found.size();
+    find_contacts(out.pairs[k], X_WE.inverse() * X_WO, band_m, out.found);
+    out.end[k] = out.found.size();
+    for (std::size_t i = first; i < out.found.size(); ++i) {
+      const SolidContact& at = out.found[i];
+      // The axes are fixed to the body as far as its surface is: forces are carried in them.
+      const Matrix3d E = X_WE.linear() * axes_along(at.n);
+      const Vector3d r = X_WE * at.p_m - X_WO.translation();
+      Matrix3d r_cross;
+      r_cross << 0.0, -r[2], r[1], r[2], 0.0, -r[0], -r[1], r[0], 0.0;
+      const Vector3d f = E.transpose() * (X_WE.linear() * last_friction(forces, static_cast<int>(k), at));
+      const Vector3d back_m = environment.compliance_m_per_N * f, along_m = E.transpose() * moved_m;
+      GroundContact contact;
+      contact.J << E.transpose(), -E.transpose() * r_cross;
+      contact.delta_free = {at.gap_m, -along_m[1] - back_m[1], -along_m[2] - back_m[2]};
+      contact.mu = body.friction;
+      out.contacts.push_back(contact);
+      out.E_W.push_back(E);
+      out.sheared_m.emplace_back(0.0, back_m[1], back_m[2]);
+      out.moved_m.push_back(along_m);
+    }
+  }
+}
+
+EnvironmentReport environment_report(const Environment& environment, const EnvironmentContacts& contacts,
+                                     const std::vector<Vector3d>& f) {
+  EnvironmentReport report;
+  report.contacts = static_cast<int>(contacts.contacts.size());
+  for (std::size_t i = 0; i < contacts.contacts.size(); ++i) {
+    if (!(f[i][0] > 0.0)) continue;
+    ++report.active;
+    report.penetration_m = std::max(report.penetration_m, environment.compliance_m_per_N * f[i][0]);
+    report.wrench += contacts.contacts[i].J.transpose() * f[i];
+    report.normal_N += f[i][0];
+  }
+  return report;
+}
+
+EnvironmentWork environment_work(const Environment& environment, const EnvironmentContacts& contacts,
+                                 const std::vector<Vector3d>& f, const GroundProblem::Motion& x) {
+  EnvironmentWork work;
+  for (std::size_t i = 0; i < contacts.contacts.size(); ++i) {
+    if (!(f[i][0] > 0.0)) continue;
+    const GroundContact& contact = contacts.contacts[i];
+    const Vector3d& moved_m = contacts.moved_m[i];
+    const Vector3d way_m = contact.J.lazyProduct(x) - moved_m;
+    const double gap_m = contact.delta_free[0] + moved_m[0];  // As the tick begins.
+    const Vector3d before_m = contacts.sheared_m[i] + Vector3d(std::max(0.0, -gap_m), 0.0, 0.0);
+    const Vector3d after_m = environment.compliance_m_per_N * f[i];
+    const double deformation_J = f[i].dot(after_m - before_m), rest_J = f[i].dot(way_m) + deformation_J;
+    work.moving_J += f[i].dot(moved_m);
+    work.deformation_J += deformation_J;
+    work.stored_J += 0.5 * f[i].dot(after_m);
+    (rest_J > 0.0 ? work.injected_J : work.dissipated_J) += std::abs(rest_J);
+  }
+  return work;
+}
+
+void keep_forces(const EnvironmentContacts& contacts, const std::vector<Vector3d>& f, const Environment& environment,
+                 double end_s, std::vector<EnvironmentForce>& forces) {
+  forces.clear();
+  std::size_t i = 0;
+  for (std::size_t k = 0; k < contacts.pairs.size(); ++k) {
+    const Matrix3d R_EW = pose(environment.bodies[k], end_s).linear().transpose();
+    for (; i < contacts.end[k]; ++i) {
+      if (!(f[i][0] > 0.0)) continue;
+      forces.push_back({static_cast<int>(k), contacts.found[i].place, contacts.found[i].angle_rad,
+                        R_EW * contacts.E_W[i].col(0), R_EW * (contacts.E_W[i] * f[i])});
+    }
+  }
+}
+
+}  // namespace thenar

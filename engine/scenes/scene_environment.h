@@ -1,0 +1,17 @@
+#pragma once
+
+#include <string>
+
+#include "engine/environment/environment.h"
+#include "engine/grasp/scene.h"
+#include "engine/scenes/config.h"
+
+namespace thenar {
+
+/// What the map `environment` says, for an object of this shape.
+[[nodiscard]] Environment read_environment(const ConfigMap& root, const Shape& object);
+
+/// The map in YAML, as it reads back.
+[[nodiscard]] std::string environment_text(const Environment& environment);
+
+}  // namespace thenar

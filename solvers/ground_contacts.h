@@ -1,0 +1,60 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "solvers/contact_problem.h"
+
+namespace thenar {
+
+/// A contact of a body with six freedoms and what does not answer: a table, a wall.
+struct GroundContact {
+  using Jacobian = Eigen::Matrix<double, 3, 6>;
+  Jacobian J;                 ///< Rows n, t1, t2: how the body's motion changes gap and slips.
+  Eigen::Vector3d delta_free; ///< Gap, and slips less what is left of the last force's shear, for no motion [m].
+  double mu = 0.0;
+};
+
+/// Contacts of one body with the ground, which gives way by c at each of them by itself:
+///     x = M (w + sum_i J_i' f_i),   delta_i = J_i x + delta_free_i + c f_i,
+/// Signorini's and Coulomb's laws between f_i and delta_i. Given x, each force is known: it is a function of
+/// d_i = J_i x + delta_free_i alone,
+///     f_n = max(0, -d_n) / c,    f_t = -d_t / c, scaled back to |f_t| <= mu f_n,
+/// so that the unknowns are six, however many contacts there are; c also decides between forces that a rigid ground
+/// would leave open.
+struct GroundProblem {
+  using Motion = Eigen::Matrix<double, 6, 1>;
+  std::span<const GroundContact> contacts;
+  double compliance = 0.0;  ///< c > 0 [m/N].
+  Motion mobility;          ///< The diagonal of M, > 0.
+};
+
+struct GroundReport {
+  SolveStatus status = SolveStatus::kConverged;
+  int steps = 0;         ///< Newton's.
+  double missing = 0.0;  ///< What is left of x - M (w + J' f), over its parts, in the norm of M^-1.
+};
+
+/// What the solves of one body work in, for up to `contacts` contacts.
+struct GroundWorkspace {
+  explicit GroundWorkspace(Eigen::Index contacts = 0) : f(contacts, Eigen::Vector3d::Zero()) {}
+
+  GroundProblem::Motion x = GroundProblem::Motion::Zero();  ///< In: a guess. Out: the body's motion.
+  std::vector<Eigen::Vector3d> f;                           ///< Out: of each contact [N].
+};
+
+/// Finds the motion x of the body that moves by x_free = M w without the ground, and the forces, by Newton's method on
+/// the six equations. Where friction makes that cycle, the ground is taken softer first, and stiffens.
+///
+/// status    kBudgetSpent: forces of a softer ground, inside their cones; `missing` says how far x is off.
+/// Cost      About 150 multiply-adds a contact and step; mostly a step or two. Does not allocate or throw.
+[[nodiscard]] GroundReport solve_ground(const GroundProblem& problem, const GroundProblem::Motion& x_free,
+                                        GroundWorkspace& work) noexcept;
+
+/// sum J' K J at x, K = -df/dd of each contact: what the ground does to the body's small motions. Of contacts that
+/// slide, without what their friction owes to their normal force: symmetric, positive semi-definite.
+[[nodiscard]] Eigen::Matrix<double, 6, 6> ground_stiffness(const GroundProblem& problem,
+                                                           const GroundProblem::Motion& x);
+
+}  // namespace thenar
