@@ -169,8 +169,8 @@ inline constexpr double kExactEvery = 1e-3;
 inline constexpr double kStalled = 0.8;
 
 /// Sweeps from f to settings.tolerance. The workspace is laid out and filled; `gaps(f, delta)` computes
-/// delta = W f + delta_free in double precision; `react(f)` mends what the sweeps know of gaps after each of them,
-/// where W f is not linear.
+/// delta = W f + delta_free in double precision; `react(f)` mends what the sweeps know of gaps after each of them, where
+/// W f is not linear, and is true where it has changed so much that the workspace has been filled anew.
 template <typename Problem, typename Gaps, typename React>
 SolveReport iterate_sweeps(const Problem& problem, const GaussSeidelSettings& settings, SweepWorkspace& work,
                            const Gaps& gaps, const React& react, ContactSolution solution) {
@@ -193,10 +193,19 @@ SolveReport iterate_sweeps(const Problem& problem, const GaussSeidelSettings& se
   // A stalled sweep moves nothing and solves nothing: judge by the residual, never by the step.
   while (residual.norm > settings.tolerance && report.sweeps < settings.max_sweeps) {
     const double change_N = sweep(mu, delta, work, f);
-    react(f);
+    const bool is_anew = react(f);
     ++report.sweeps;
     if (report.sweeps == 1) per_change = residual.norm / change_N;
     const bool last = report.sweeps == settings.max_sweeps;
+    if (is_anew) {
+      gaps(f, delta);
+      start_sweeps(work);
+      residual = look();
+      exact_residual = residual.norm;
+      per_change = residual.norm / change_N;
+      last_look = report.sweeps;
+      continue;
+    }
     if (last || report.sweeps >= last_look + kLookAfter || !(per_change * change_N > kLookAt * settings.tolerance)) {
       last_look = report.sweeps;
       const double stalled_at = kStalled * residual.norm;
@@ -224,7 +233,7 @@ SolveReport iterate_sweeps(const Problem& problem, const GaussSeidelSettings& se
 template <typename Problem, typename Gaps>
 SolveReport iterate_sweeps(const Problem& problem, const GaussSeidelSettings& settings, SweepWorkspace& work,
                            const Gaps& gaps, ContactSolution solution) {
-  return iterate_sweeps(problem, settings, work, gaps, [](const auto&) {}, solution);
+  return iterate_sweeps(problem, settings, work, gaps, [](const auto&) { return false; }, solution);
 }
 
 }  // namespace thenar

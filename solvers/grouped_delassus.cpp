@@ -1,6 +1,7 @@
 #include "solvers/grouped_delassus.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 
 namespace thenar {
@@ -12,6 +13,10 @@ using VectorOut = Eigen::Ref<Eigen::VectorXd>;
 
 constexpr Index kLanes = SweepWorkspace::kPadding;
 constexpr int kFifth = GroupedDelassus::kOwn + 6;  // The sweeps' column of it: of the padding.
+// Where the ground's answer differs so much from what it was taken for, relative to it, it is linearised again; not more
+// often than this.
+constexpr float kOtherwise = 0.3F;
+constexpr int kMostLinearisations = 12, kWholeLinearisations = 4;
 constexpr float kHardly = 1e-3F;  // Of their largest entry Jacobians may change before blocks are made anew.
 using Lanes = Eigen::Array<float, kLanes, 1>;
 
@@ -292,23 +297,30 @@ void stand_on(const CommonGround& ground, const GroupedDelassus::CommonMotion& b
   work.ground_status = report.status;
 }
 
-/// Begins with a ground: how mobile the body is on it at the first forces.
-void begin_on(const CommonGround& ground, const GroupedDelassus& W, const VectorRef& f, GroupedWorkspace& work) {
-  stand_on(ground, common_motion(W, f), work);
-  Eigen::Matrix<double, 6, 6> inverse = ground_stiffness(ground.problem, work.ground.x);
+/// How mobile the body is on the ground where it is now. Where that changes again and again, it is taken for more mobile
+/// than it is: sweeps then converge in any case.
+void linearise(const CommonGround& ground, GroupedWorkspace& work) {
+  ++work.linearisations;
+  const double share = std::pow(0.5, std::max(0, work.linearisations - kWholeLinearisations));
+  Eigen::Matrix<double, 6, 6> inverse = share * ground_stiffness(ground.problem, work.ground.x);
   inverse.diagonal() += ground.problem.mobility.cwiseInverse();
   work.R = inverse.llt().matrixL();
   work.L.setIdentity();
   work.R.transpose().triangularView<Eigen::Upper>().solveInPlace(work.L);
 }
 
-/// After a sweep: moves the body from where the sweep has it to where the ground lets it be.
-void react(const GroupedContactProblem& problem, const VectorRef& f, GroupedWorkspace& work) {
+/// After a sweep: moves the body from where the sweep has it to where the ground lets it be. True if the ground holds it
+/// in so different a way by now that the sweeps begin anew with that.
+bool react(const GroupedContactProblem& problem, const VectorRef& f, GroupedWorkspace& work) {
   stand_on(*problem.ground, common_motion(problem.W, f), work);
+  const Eigen::Matrix<float, 6, 1> moved = (work.R.transpose() * (work.ground.x - work.x_exact)).cast<float>();
   SweepWorkspace::Common ahead = SweepWorkspace::Common::Zero();
-  ahead.head<6>() = (work.R.transpose() * (work.ground.x - work.x_exact)).cast<float>() -
-                    work.sweeps.moved.segment<6>(work.sweeps.groups.back().row);
+  ahead.head<6>() = moved - work.sweeps.moved.segment<6>(work.sweeps.groups.back().row);
   move_body(ahead, work.sweeps);
+  if (work.linearisations >= kMostLinearisations || ahead.norm() <= kOtherwise * moved.norm()) return false;
+  linearise(*problem.ground, work);
+  fill(problem, work);
+  return true;
 }
 
 /// The motion by forces f, and from it the gaps.
@@ -343,13 +355,17 @@ void gaps(const GroupedContactProblem& problem, const VectorRef& f, GroupedWorks
 SolveReport solve_contacts(const GroupedContactProblem& problem, const GaussSeidelSettings& settings,
                            GroupedWorkspace& work, ContactSolution solution) noexcept {
   const auto exact = [&](const VectorRef& f, VectorOut delta) { gaps(problem, f, work, delta); };
-  if (problem.ground != nullptr) begin_on(*problem.ground, problem.W, solution.f, work);
+  if (problem.ground != nullptr) {
+    work.linearisations = 0;
+    stand_on(*problem.ground, common_motion(problem.W, solution.f), work);
+    linearise(*problem.ground, work);
+  }
   fill(problem, work);
   SolveReport report;
   if (problem.ground == nullptr) {
     report = iterate_sweeps(problem, settings, work.sweeps, exact, solution);
   } else {
-    const auto mend = [&](const VectorRef& f) { react(problem, f, work); };
+    const auto mend = [&](const VectorRef& f) { return react(problem, f, work); };
     report = iterate_sweeps(problem, settings, work.sweeps, exact, mend, solution);
     report.residual = std::hypot(report.residual, work.ground_missing);
     if (report.status == SolveStatus::kConverged) report.status = work.ground_status;

@@ -167,6 +167,7 @@ struct GroupedWorkspace {
   // (M^-1 + J' K J)^-1 = L L' of the body on the ground, L = R^-T; its motion when gaps were last computed.
   Eigen::Matrix<double, 6, 6> R, L;
   GroundProblem::Motion x_exact;
+  int linearisations = 0;
   double ground_missing = 0.0;
   SolveStatus ground_status = SolveStatus::kConverged;
 };
