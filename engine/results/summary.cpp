@@ -346,6 +346,7 @@ ordered_json loop_settings(const Scene& scene) {
   ordered_json grasp = nullptr, muscles = nullptr;
   if (scene.control) grasp = grasp_method(scene.control->cone);
   if (scene.has_muscles()) muscles = "active set";
+  if (scene.chooses_stiffness()) muscles = "Newton for the stiffness, else active set";
   return {{"contact_rate_hz", 1.0 / scene.step_s},
           {"control_rate_hz", 1.0 / scene.control_period_s},
           {"control_delay_ms", 1e3 * scene.control_delay_s},
