@@ -1,6 +1,7 @@
 #include "engine/results/grasp_monitor.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -77,10 +78,10 @@ std::string limits_in_words(std::vector<Excess> beyond) {
 
 }  // namespace
 
-std::string muscle_names(const Hand& hand, std::uint64_t which) {
-  std::string names;
+std::vector<std::string> muscle_names(const Hand& hand, std::uint64_t which) {
+  std::vector<std::string> names;
   for (std::size_t m = 0; m < hand.muscles.size(); ++m) {
-    if ((which >> m & 1) != 0) names += (names.empty() ? "" : ", ") + hand.muscles[m].name;
+    if ((which >> m & 1) != 0) names.push_back(hand.muscles[m].name);
   }
   return names;
 }
@@ -94,8 +95,8 @@ std::string lack_in_words(const Hand& hand, const StiffnessReport& found) {
   } else {
     words = "a finger's posture gives way";
   }
-  const std::string muscles = muscle_names(hand, found.at_limit);
-  return muscles.empty() ? words : words + "; at their limit: " + muscles;
+  const std::vector<std::string> muscles = muscle_names(hand, found.at_limit);
+  return muscles.empty() ? words : fmt::format("{}; at their limit: {}", words, fmt::join(muscles, ", "));
 }
 
 void GraspMonitor::Worst::add(double time_s, double excess, double now) {
