@@ -125,6 +125,10 @@ void GraspMonitor::add(double time_s, const ControlReport& control, const Eigen:
       const std::string lack = lack_in_words(model_.scene.hand, found);
       too_soft_ = Event{time_s, fmt::format("no muscle forces make the object so stiff at {:.3f} s: {}", time_s, lack)};
     }
+    if (found.is_unanswered && !found.is_infeasible && !(found.share > 0.0) && !unsolved_) {
+      unsolved_ = Event{
+          time_s, fmt::format("the problem of muscle forces for a stiffness found no answer at {:.3f} s", time_s)};
+    }
   }
   if (control.grasp != GraspStatus::kOptimal && !unsolved_grasp_) {
     unsolved_grasp_ = UnsolvedGrasp{time_s, control};
