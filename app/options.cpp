@@ -90,7 +90,7 @@ void add_solve(CLI::App& app, SceneFlags& flags, Options& options) {
   command
       ->add_option("--method", options.method,
                    "How; the first is the default. contact: newton (Gauss-Seidel, then Newton), gauss_seidel. P1: "
-                   "active_set, lemke (pyramids), exact_cone. P2: active_set, lemke. P3: active_set. LCP: lemke. all: "
+                   "active_set, lemke (pyramids), exact_cone. P2: active_set, lemke. P3: newton. LCP: lemke. all: "
                    "each that applies")
       ->type_name("METHOD")
       ->check(CLI::IsMember({"newton", "gauss_seidel", "active_set", "lemke", "exact_cone", "all"}).description(""));

@@ -49,7 +49,7 @@ struct Kind {
 Kind kind(const ContactFile&) { return {"contact", {"newton", "gauss_seidel"}}; }
 Kind kind(const GraspFile&) { return {"P1", {"active_set", "lemke", "exact_cone"}}; }
 Kind kind(const MuscleFile&) { return {"P2", {"active_set", "lemke"}}; }
-Kind kind(const StiffMuscleFile&) { return {"P3", {"active_set"}}; }
+Kind kind(const StiffMuscleFile&) { return {"P3", {"newton"}}; }
 Kind kind(const LcpFile&) { return {"LCP", {"lemke"}}; }
 
 double default_tolerance(const ProblemFile& file) {

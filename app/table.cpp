@@ -91,6 +91,8 @@ std::string grasp_lines(const ordered_json& summary) {
   if (summary.contains("stiffness")) {
     line(table, "share of the stiffness asked for", cell(summary, "/stiffness/min_share"),
          "at the least; 1: all of it");
+    line(table, "  periods without an answer", cell(summary, "/stiffness/unanswered"),
+         "neither forces nor a proof that there are none");
     line(table, "  last chosen, along x, y, z", cells(summary.at("stiffness").at("along_N_per_m")) + " N/m",
          "about them: " + cells(summary.at("stiffness").at("about_Nm_per_rad")) + " N m/rad");
   }

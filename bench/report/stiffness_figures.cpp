@@ -165,7 +165,7 @@ Front front_of(const Case& c, bool quick) {
   constexpr int kPoints = 24;
   for (int i = 0; i <= kPoints; ++i) {
     const double left = 1.0 - static_cast<double>(i) / kPoints;  // Closer together where it is steep.
-    const auto found = stiff_forces(grasp, grasp.K_scene, (1.0 - left * left) * end.most->asked);
+    const auto found = stiff_forces(grasp, grasp.K_scene, (1.0 - left * left) * end.near->asked);
     if (found) all.front.add(found->asked * c.translation_N_per_m, found->effort_N());
   }
   const VectorXd first = stiff_forces(grasp, grasp.K_scene, 0.0)->forces_N - least->forces_N;
@@ -177,7 +177,7 @@ Front front_of(const Case& c, bool quick) {
   });
   all.least_N = least->effort_N();
   all.least_stands = least->is_stable();
-  all.most_N = end.most->effort_N();
+  all.most_N = end.near->effort_N();
   all.end_N_per_m = end.most->asked * c.translation_N_per_m;
   all.end = end_in_words(model.scene.hand, end.beyond);
   const std::vector<double> shares = quick ? std::vector{0.3, 0.8} : std::vector{0.2, 0.55, 0.9};
@@ -263,7 +263,7 @@ void add_fronts(ordered_json& part, bool quick) {
   figure["columns"] = {"grasp",
                        "effort of the least forces [N]",
                        "end of the range [N/m]",
-                       "effort there [N]",
+                       fmt::format("effort at {:g} of it [N]", kNearEnd),
                        "what ends it",
                        "raised alike, muscles reach [N/m]",
                        "their effort, times the least",
@@ -309,7 +309,7 @@ double same_effort_activation(const StiffGrasp& grasp, const Matrix6d& K) {
   const auto found = stiff_forces(grasp, K, 1.0);
   const StiffEnd end = found ? StiffEnd{} : stiff_end(grasp, K);
   if (!found && !end.most) return 0.0;
-  return raised_activation(grasp, found ? found->effort_N() : end.most->effort_N());
+  return raised_activation(grasp, found ? found->effort_N() : end.near->effort_N());
 }
 
 /// A run whose muscles all have some activation until they freeze: the effort is that of the stiffness.

@@ -280,7 +280,7 @@ void register_stiff_muscles() {
   const auto add = [](const std::string& name, bool has_tendons, bool has_squeeze) {
     const auto problems = std::make_shared<std::vector<StiffMuscleData>>(drifting_problems(has_tendons, has_squeeze));
     for (const bool warm : {false, true}) {
-      const std::string full = "stiff_muscle/" + name + "/active_set/" + (warm ? "warm" : "cold");
+      const std::string full = "stiff_muscle/" + name + "/newton/" + (warm ? "warm" : "cold");
       benchmark::RegisterBenchmark(full.c_str(), [=](benchmark::State& bench) {
         run_stiff_muscles(bench, *problems, warm);
       })->Unit(benchmark::kMicrosecond);

@@ -200,12 +200,17 @@ void StiffnessControl::find_forces(double period_s, Eigen::Ref<Eigen::VectorXd> 
       squeeze_N_ += found.squeeze;
       break;
     }
+    report.is_unanswered |= found.status == MuscleStatus::kBudgetSpent;
     if (found.cause == StiffCause::kTorques) return;  // Of which the least forces tell.
     if (found.status == MuscleStatus::kInfeasible && !report.is_infeasible) {
       tell_lack(stiff_lack(problem, found), found.cause, problem.length_m, (1.0 - share) * wanted_, X_WO_, report);
       report.is_infeasible = true;
     }
-    if (found.cause != StiffCause::kPosture) next = share;  // A finger's posture may give way whatever the share is.
+    if (found.cause != StiffCause::kPosture) {
+      next = share;
+    } else if (found.status == MuscleStatus::kInfeasible) {
+      break;  // The proof weighs torques and postures alone: no share helps.
+    }
   }
   if (report.share < share_) {
     share_ = next;

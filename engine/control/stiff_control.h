@@ -34,6 +34,7 @@ struct StiffnessReport {
   double squeeze_N = 0.0;  ///< By how much the internal force is above control.grasp.internal_force.
   int iterations = 0;
   double residual = 0.0;
+  bool is_unanswered = false;  ///< For a larger share that was tried there was neither an optimum nor a proof.
 };
 
 /// The problem of a scene's muscles, which have stiffness: what no grasp changes, and room for the rest.

@@ -1,6 +1,7 @@
 #include "engine/results/grasp_monitor.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -77,10 +78,10 @@ std::string limits_in_words(std::vector<Excess> beyond) {
 
 }  // namespace
 
-std::string muscle_names(const Hand& hand, std::uint64_t which) {
-  std::string names;
+std::vector<std::string> muscle_names(const Hand& hand, std::uint64_t which) {
+  std::vector<std::string> names;
   for (std::size_t m = 0; m < hand.muscles.size(); ++m) {
-    if ((which >> m & 1) != 0) names += (names.empty() ? "" : ", ") + hand.muscles[m].name;
+    if ((which >> m & 1) != 0) names.push_back(hand.muscles[m].name);
   }
   return names;
 }
@@ -94,8 +95,8 @@ std::string lack_in_words(const Hand& hand, const StiffnessReport& found) {
   } else {
     words = "a finger's posture gives way";
   }
-  const std::string muscles = muscle_names(hand, found.at_limit);
-  return muscles.empty() ? words : words + "; at their limit: " + muscles;
+  const std::vector<std::string> muscles = muscle_names(hand, found.at_limit);
+  return muscles.empty() ? words : fmt::format("{}; at their limit: {}", words, fmt::join(muscles, ", "));
 }
 
 void GraspMonitor::Worst::add(double time_s, double excess, double now) {
@@ -123,6 +124,10 @@ void GraspMonitor::add(double time_s, const ControlReport& control, const Eigen:
     if (found.is_infeasible && !(too_soft_ && too_soft_->time_s >= kMeasuredFrom_s)) {
       const std::string lack = lack_in_words(model_.scene.hand, found);
       too_soft_ = Event{time_s, fmt::format("no muscle forces make the object so stiff at {:.3f} s: {}", time_s, lack)};
+    }
+    if (found.is_unanswered && !found.is_infeasible && !(found.share > 0.0) && !unsolved_) {
+      unsolved_ = Event{
+          time_s, fmt::format("the problem of muscle forces for a stiffness found no answer at {:.3f} s", time_s)};
     }
   }
   if (control.grasp != GraspStatus::kOptimal && !unsolved_grasp_) {

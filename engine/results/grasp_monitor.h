@@ -14,7 +14,7 @@
 namespace thenar {
 
 /// Of muscles that have a bit in `which`.
-[[nodiscard]] std::string muscle_names(const Hand& hand, std::uint64_t which);
+[[nodiscard]] std::vector<std::string> muscle_names(const Hand& hand, std::uint64_t which);
 
 /// Why the hand cannot hold the object as stiffly as it is asked to: the motion, what it lacks, and the muscles.
 [[nodiscard]] std::string lack_in_words(const Hand& hand, const StiffnessReport& found);

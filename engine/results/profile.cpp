@@ -92,6 +92,7 @@ void LoopProfile::add(const ControlSample& sample) {
   trace.published = sample.step.published;
   trace.grasp_found = control.grasp == GraspStatus::kOptimal;
   trace.muscles_found = control.muscle == MuscleStatus::kOptimal;
+  trace.stiffness_answered = !control.stiffness.is_unanswered;
   control_.push_back(trace);
   control_slipped_ += sample.slipped;
   const double time_s = static_cast<double>(sample.step.snapshot_tick) * model_.scene.step_s;
@@ -290,7 +291,8 @@ ordered_json profile_json(const Model& model, const LoopProfile& profile, const 
           {"hold", hold(profile)},
           {"lcp",
            {{"grasp_unsolved", std::ranges::count(profile.control(), false, &ControlTrace::grasp_found)},
-            {"muscle_unsolved", std::ranges::count(profile.control(), false, &ControlTrace::muscles_found)}}},
+            {"muscle_unsolved", std::ranges::count(profile.control(), false, &ControlTrace::muscles_found)},
+            {"stiffness_unanswered", std::ranges::count(profile.control(), false, &ControlTrace::stiffness_answered)}}},
           {"object", object(model, profile, report)},
           {"floor", nullptr}};
 }

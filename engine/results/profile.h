@@ -40,7 +40,7 @@ struct ControlTrace {
   std::int64_t deadline_ns = 0, start_ns = 0, end_ns = 0;
   std::int64_t sequence = 0, snapshot_tick = 0;
   float find_us = 0.0F, factors_us = 0.0F, grasp_us = 0.0F, muscle_us = 0.0F;
-  bool published = false, grasp_found = true, muscles_found = true;
+  bool published = false, grasp_found = true, muscles_found = true, stiffness_answered = true;
 
   [[nodiscard]] double jitter_us() const { return 1e-3 * static_cast<double>(start_ns - deadline_ns); }
   [[nodiscard]] double total_us() const { return 1e-3 * static_cast<double>(end_ns - start_ns); }

@@ -60,7 +60,8 @@ TickRecord tick_record(const Model& model, const Snapshot& after, const TickRepo
   }
   record.touch = after.touch;
   record.reflex = control.reflex;
-  record.stiffness = KnownStiffness::of(model.scene, control);
+  // All ticks of a frame have the report of its control tick: the first one keeps it, RunSums hands it on.
+  if (contact.handed_over) record.stiffness = KnownStiffness::of(model.scene, control);
   record.time_s = static_cast<double>(after.tick) * model.scene.step_s;
   record.q_rad = after.q;
   record_motion(model, after, record);

@@ -267,8 +267,17 @@ ordered_json stiffness_measures(const Recording& recording) {
       return is_chosen ? t.stiffness.now->report.*what : std::numeric_limits<double>::quiet_NaN();
     });
   };
+  std::int64_t unanswered = 0;
+  const StiffnessRecord* before = nullptr;
+  for (const TickRecord& tick : recording.ticks) {
+    // The ticks of a frame share what its control tick found.
+    const StiffnessRecord* const now = tick.stiffness.now.get();
+    unanswered += now != nullptr && now != before && now->report.is_unanswered ? 1 : 0;
+    before = now;
+  }
   ordered_json measures = {{"min_share", smallest(chosen(&StiffnessReport::share))},
                            {"max_squeeze_N", largest(chosen(&StiffnessReport::squeeze_N))},
+                           {"unanswered", unanswered},
                            {"along_N_per_m", nullptr},
                            {"about_Nm_per_rad", nullptr},
                            {"sum_N", recording.muscle_forces_N.rightCols(recording.ticks.empty() ? 0 : 1).sum()}};
@@ -346,6 +355,7 @@ ordered_json loop_settings(const Scene& scene) {
   ordered_json grasp = nullptr, muscles = nullptr;
   if (scene.control) grasp = grasp_method(scene.control->cone);
   if (scene.has_muscles()) muscles = "active set";
+  if (scene.chooses_stiffness()) muscles = "Newton for the stiffness, else active set";
   return {{"contact_rate_hz", 1.0 / scene.step_s},
           {"control_rate_hz", 1.0 / scene.control_period_s},
           {"control_delay_ms", 1e3 * scene.control_delay_s},

@@ -165,7 +165,9 @@ void report_unused_key(ConfigState& state, const YamlNode::Entry& entry, const s
   std::string meant(nearest_key(state.keys, in_table));
   // Of the same map, which may be a list's item.
   if (!meant.empty() && parent_of(meant) == map) meant.replace(0, map.size(), map_path);
-  state.report(entry.place, path, "unknown key" + did_you_mean(meant));
+  const bool lists = meant.empty() && !map.empty() && !names.empty();
+  const std::string others = lists ? "; known here: " + join(names, ", ") : "";
+  state.report(entry.place, path, "unknown key" + did_you_mean(meant) + others);
   // A key that is only misspelt is not missing besides.
   std::erase_if(state.faults, [&](const YamlFault& f) { return f.key == meant && f.message == kMissing; });
 }

@@ -515,11 +515,15 @@ std::string_view nearest_key(Keys keys, std::string_view path) {
     const auto found = std::ranges::find(candidates, nearest, [](const Key* key) { return name_of(*key); });
     return nearest.empty() ? "" : (*found)->path;
   };
-  const std::string_view sibling = nearest_among(keys_below(keys, parent_of(path)));
+  const std::string_view parent = parent_of(path);
+  const std::vector<const Key*> siblings = keys_below(keys, parent);
+  const std::string_view sibling = nearest_among(siblings);
   if (!sibling.empty()) return sibling;
+  const bool must_agree = !parent.empty() && !siblings.empty();
   std::vector<const Key*> all;
   std::vector<std::string_view> paths;
   for (const Key& key : keys) {
+    if (must_agree && name_of(key) != name) continue;
     all.push_back(&key);
     paths.push_back(key.path);
   }

@@ -149,6 +149,18 @@ GraspAt::GraspAt(const Model& of, double at_s, Acting acting) : model(to_be_prob
   run.go_on_as(until);
 }
 
+SeenRun::SeenRun(const GraspRun& run) : at(run.model) {
+  at.go_on_as(run);
+  at.control();
+  forward_kinematics(run.model.scene.hand, at.state.q, pose);
+}
+
+GraspStiffness SeenRun::grasp(std::span<const ContactPlace> places) const {
+  StiffnessWorkspace work(at.model);
+  const ContactLoads loads{at.state.forces, places, at.model.friction(at.time_s())};
+  return grasp_stiffness(at.model, at.frame, pose, loads, at.model.gravity(at.time_s()), work);
+}
+
 CentredStiffness centred(const Matrix6d& K) {
   CentredStiffness all;
   const Matrix3d K_tt = symmetric(K.topLeftCorner<3, 3>());
@@ -172,17 +184,11 @@ PredictedStiffness predict_stiffness(const GraspRun& run) { return predict_stiff
 PredictedStiffness predict_stiffness(const GraspRun& run, const MuscleVector& forces_N) {
   const Model& model = run.model;
   const Hand& hand = model.scene.hand;
-  GraspRun at(model);  // So that the run itself goes on as if nobody had looked.
-  at.go_on_as(run);
-  at.control();
-  HandPose pose;
-  forward_kinematics(hand, at.state.q, pose);
+  const SeenRun seen(run);
+  const GraspRun& at = seen.at;
   ContactKinematics now(model);
-  contact_kinematics(model, at.frame, pose, at.state, now);
-  const std::vector<ContactPlace> places = places_of(now, at.frame.size());
-  StiffnessWorkspace work(model);
-  const ContactLoads loads{at.state.forces, places, model.friction(at.time_s())};
-  const GraspStiffness grasp = grasp_stiffness(model, at.frame, pose, loads, model.gravity(at.time_s()), work);
+  contact_kinematics(model, at.frame, seen.pose, at.state, now);
+  const GraspStiffness grasp = seen.grasp(places_of(now, at.frame.size()));
 
   PredictedStiffness all;
   const double gamma = *model.scene.control->muscles->short_range;
@@ -201,7 +207,7 @@ PredictedStiffness predict_stiffness(const GraspRun& run, const MuscleVector& fo
   all.contacts = grasp.contacts;
   all.sliding = grasp.sliding;
   all.effort = effort_of(hand, forces_N);
-  const Dynamics laws = dynamics(model, pose, all.X_WO.translation(), grasp, muscles);
+  const Dynamics laws = dynamics(model, seen.pose, all.X_WO.translation(), grasp, muscles);
   all.modes = modes_of(model, laws, all.X_WO.linear());
   return all;
 }

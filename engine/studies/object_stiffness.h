@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "engine/control/grasp_stiffness.h"
@@ -22,6 +23,17 @@ struct GraspAt {
 
   Model model;
   GraspRun run;
+};
+
+/// A copy of a run with a control tick done on its state: the run itself goes on as if nobody had looked.
+struct SeenRun {
+  explicit SeenRun(const GraspRun& run);
+
+  /// Of what the contacts bear at these places of theirs.
+  [[nodiscard]] GraspStiffness grasp(std::span<const ContactPlace> places) const;
+
+  GraspRun at;
+  HandPose pose;
 };
 
 /// A stiffness about the point where turning and moving the object depend on one another the least.

@@ -8,6 +8,8 @@
 #include <limits>
 #include <utility>
 
+#include "engine/studies/object_stiffness.h"
+
 namespace thenar {
 
 using Eigen::VectorXd;
@@ -31,7 +33,9 @@ double never(const StiffGrasp& grasp, const Matrix6d& K) {
   return least;
 }
 
-StiffnessReport lack_of(const StiffGrasp& grasp, const Matrix6d& K_des) {
+/// What is in the way of K_des, which is beyond a range. Proofs are of planes near the end or far beyond it, and may
+/// name muscles that are not at their limits at the end itself, which has the forces `most`: these are left out.
+StiffnessReport lack_of(const StiffGrasp& grasp, const Matrix6d& K_des, const std::optional<StiffForces>& most) {
   StiffMuscleData data = grasp.problem;
   data.K_des = K_des;
   const StiffMuscleProblem problem = data;
@@ -42,17 +46,21 @@ StiffnessReport lack_of(const StiffGrasp& grasp, const Matrix6d& K_des) {
   if (report.is_infeasible) {
     tell_lack(find_stiff_lack(problem), found.cause, problem.length_m, Matrix6d::Zero(), grasp.X_WO, report);
   }
+  for (Eigen::Index m = 0; most && m < most->forces_N.size(); ++m) {
+    const bool is_there = most->forces_N[m] >= kAtLimit * grasp.problem.limit[m];
+    if (!is_there) report.at_limit &= ~(std::uint64_t{1} << m);
+  }
   return report;
 }
 
-std::vector<StiffForces> front_of(const StiffGrasp& grasp, const StiffForces& most) {
+std::vector<StiffForces> front_of(const StiffGrasp& grasp, const StiffForces& last) {
   std::vector<StiffForces> front;
   for (int i = 0; i + 1 < kFrontPoints; ++i) {
-    if (auto forces = stiff_forces(grasp, grasp.K_scene, most.asked * i / (kFrontPoints - 1.0))) {
+    if (auto forces = stiff_forces(grasp, grasp.K_scene, last.asked * i / (kFrontPoints - 1.0))) {
       front.push_back(std::move(*forces));
     }
   }
-  front.push_back(most);
+  front.push_back(last);
   return front;
 }
 
@@ -65,18 +73,11 @@ bool all_bear_load(const GraspRun& run) {
 StiffGrasp::StiffGrasp(const GraspRun& run) : problem(stiff_problem(run.model.scene)), X_WO(run.state.X_WO) {
   const Model& model = run.model;
   const Hand& hand = model.scene.hand;
-  GraspRun at(model);  // So that the run itself goes on as if nobody had looked.
-  at.go_on_as(run);
-  at.control();
-  HandPose pose;
-  forward_kinematics(hand, at.state.q, pose);
+  const SeenRun seen(run);
   std::vector<ContactPlace> places;
-  places_of(at.frame, pose, hand, places);
-  StiffnessWorkspace work(model);
-  const ContactLoads loads{at.state.forces, places, model.friction(at.time_s())};
-  set_grasp(hand, at.frame.bellies, grasp_stiffness(model, at.frame, pose, loads, model.gravity(at.time_s()), work),
-            problem);
-  problem.tau = muscle_torques(hand, at.frame.bellies, at.state.muscle_N);
+  places_of(seen.at.frame, seen.pose, hand, places);
+  set_grasp(hand, seen.at.frame.bellies, seen.grasp(places), problem);
+  problem.tau = muscle_torques(hand, seen.at.frame.bellies, seen.at.state.muscle_N);
   const auto& asked = model.scene.control->muscles->object_stiffness;
   centre_m = asked ? asked->centre_m : Eigen::Vector3d::Zero();
   asks = asked && asked->translation_N_per_m.maxCoeff() + asked->rotation_Nm_per_rad.maxCoeff() > 0.0;
@@ -124,7 +125,7 @@ StiffEnd stiff_end(const StiffGrasp& grasp, const Matrix6d& K) {
   StiffEnd end;
   end.most = stiff_forces(grasp, K, 0.0);
   if (!end.most) {
-    end.beyond = lack_of(grasp, Matrix6d::Zero());
+    end.beyond = lack_of(grasp, Matrix6d::Zero(), std::nullopt);
     return end;
   }
   double low = 0.0, high = never(grasp, K);
@@ -138,14 +139,11 @@ StiffEnd stiff_end(const StiffGrasp& grasp, const Matrix6d& K) {
     }
   }
   for (const double beyond : kBeyond) {
-    end.beyond = lack_of(grasp, (1.0 + beyond) * high * K);
+    end.beyond = lack_of(grasp, (1.0 + beyond) * high * K, end.most);
     if (end.beyond.is_infeasible) break;
   }
-  // Proofs are of planes near the end, and may name a muscle that gets there a little later.
-  for (Eigen::Index m = 0; m < end.most->forces_N.size(); ++m) {
-    const bool is_there = end.most->forces_N[m] >= kAtLimit * grasp.problem.limit[m];
-    if (!is_there) end.beyond.at_limit &= ~(std::uint64_t{1} << m);
-  }
+  end.near = stiff_forces(grasp, K, kNearEnd * end.most->asked);
+  if (!end.near) end.near = end.most;  // Nobody found them, though they are there.
   return end;
 }
 
@@ -159,8 +157,10 @@ std::optional<StiffnessRange> stiffness_range(const GraspRun& run) {
   range.translation = stiff_end(grasp, grasp.wanted(1.0, 0.0));
   range.rotation = stiff_end(grasp, grasp.wanted(0.0, 1.0));
   range.scene = stiff_end(grasp, grasp.K_scene);
-  if (range.scene.most) range.front = front_of(grasp, *range.scene.most);
-  if (range.asks && !(range.scene.most && range.scene.most->asked >= 1.0)) range.lack = lack_of(grasp, grasp.K_scene);
+  if (range.scene.near) range.front = front_of(grasp, *range.scene.near);
+  if (range.asks && !(range.scene.most && range.scene.most->asked >= 1.0)) {
+    range.lack = lack_of(grasp, grasp.K_scene, range.scene.most);
+  }
   return range;
 }
 

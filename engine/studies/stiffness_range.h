@@ -44,11 +44,16 @@ struct StiffForces {
 /// Without any such need; nothing if not even the torques can be had.
 [[nodiscard]] std::optional<StiffForces> least_forces(const StiffGrasp& grasp);
 
+/// The share of the end of a range at which its forces are told: they rise ever more steeply before the end, and there
+/// they change with whatever changes a little.
+inline constexpr double kNearEnd = 0.99;
+
 /// How far a kind of stiffness can be raised.
 struct StiffEnd {
   /// The most there is, to a millionth; nothing: muscles cannot even keep the object from turning away.
   std::optional<StiffForces> most;
-  StiffnessReport beyond;  ///< The motion that lacks something beyond it, and the muscles in its way.
+  std::optional<StiffForces> near;  ///< The least forces for kNearEnd of that.
+  StiffnessReport beyond;           ///< The motion that lacks something beyond it, and the muscles in its way.
 };
 
 /// The largest multiple of K, by halving.
@@ -63,7 +68,7 @@ struct StiffnessRange {
   StiffEnd scene;                    ///< Multiples of K_scene.
   bool asks = false;                 ///< The scene asks for something,
   StiffnessReport lack;              ///< and this is what lacks of it, if scene.most is below 1.
-  std::vector<StiffForces> front;    ///< Least forces over multiples of K_scene, from 0 to the most.
+  std::vector<StiffForces> front;    ///< Least forces over multiples of K_scene, from 0 to kNearEnd of the most.
 };
 
 /// Of a run's state. Nothing: some finger bears no load. Takes some ten milliseconds.

@@ -1,6 +1,7 @@
 #include "engine/studies/stiffness_report.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -110,7 +111,8 @@ std::string modes_text(const Hand& hand, const StiffnessStudy& study) {
 
 std::string end_text(const Hand& hand, const StiffEnd& end, const std::string& most) {
   if (!end.most) return "none: " + end_in_words(hand, end.beyond);
-  return fmt::format("up to {}, with {:.4g} N of muscles; {}", most, end.most->sum_N(), end_in_words(hand, end.beyond));
+  return fmt::format("up to {}, {:g} of it with {:.4g} N of muscles; {}", most, kNearEnd, end.near->sum_N(),
+                     end_in_words(hand, end.beyond));
 }
 
 ordered_json to_json(const Matrix6d& M) {
@@ -148,16 +150,12 @@ ordered_json to_json(const Hand& hand, const GraspMode& mode) {
 }
 
 ordered_json to_json(const Hand& hand, const StiffnessReport& beyond) {
-  ordered_json json{{"motion", !beyond.axis_O   ? "posture"
-                               : beyond.rotates ? "rotation"
-                                                : "translation"},
-                    {"axis", beyond.axis_O ? to_json(*beyond.axis_O) : ordered_json(nullptr)},
-                    {"lacking", beyond.lacking},
-                    {"at_limit", ordered_json::array()}};
-  for (std::size_t m = 0; m < hand.muscles.size(); ++m) {
-    if ((beyond.at_limit >> m & 1) != 0) json["at_limit"].push_back(hand.muscles[m].name);
-  }
-  return json;
+  return {{"motion", !beyond.axis_O   ? "posture"
+                     : beyond.rotates ? "rotation"
+                                      : "translation"},
+          {"axis", beyond.axis_O ? to_json(*beyond.axis_O) : ordered_json(nullptr)},
+          {"lacking", beyond.lacking},
+          {"at_limit", muscle_names(hand, beyond.at_limit)}};
 }
 
 ordered_json to_json(const std::optional<StiffForces>& forces) {
@@ -171,7 +169,9 @@ ordered_json to_json(const std::optional<StiffForces>& forces) {
 }
 
 ordered_json to_json(const Hand& hand, const StiffEnd& end) {
-  return {{"most", to_json(end.most)}, {"beyond", to_json(hand, end.beyond)}};
+  return {{"most", end.most ? ordered_json(end.most->asked) : ordered_json(nullptr)},
+          {"near", to_json(end.near)},
+          {"beyond", to_json(hand, end.beyond)}};
 }
 
 }  // namespace
@@ -182,8 +182,9 @@ std::string end_in_words(const Hand& hand, const StiffnessReport& beyond) {
     words = fmt::format("{} ({:.2f}, {:.2f}, {:.2f})", beyond.rotates ? "rotation about" : "translation along",
                         axis->x(), axis->y(), axis->z());
   }
-  const std::string muscles = muscle_names(hand, beyond.at_limit);
-  return words + " ends it" + (muscles.empty() ? "" : ", with " + muscles + " at their limits");
+  const std::vector<std::string> muscles = muscle_names(hand, beyond.at_limit);
+  words += " ends it";
+  return muscles.empty() ? words : fmt::format("{}, with {} at their limits", words, fmt::join(muscles, ", "));
 }
 
 std::vector<std::string> range_lines(const Hand& hand, const StiffnessRange& range) {

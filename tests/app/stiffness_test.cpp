@@ -29,7 +29,9 @@ TEST(Program, SaysHowStiffAnObjectIsHeld) {
   EXPECT_NE(said.text.find("along all directions up to "), std::string::npos) << said.text;
   const auto& range = figures.at("range");
   EXPECT_FALSE(range.at("least").at("stable").get<bool>());
-  EXPECT_GT(range.at("translation_N_per_m").at("most").at("asked").get<double>(), 0.0);
+  const auto& along = range.at("translation_N_per_m");
+  EXPECT_GT(along.at("most").get<double>(), 0.0);
+  EXPECT_DOUBLE_EQ(along.at("near").at("asked").get<double>(), 0.99 * along.at("most").get<double>());
   EXPECT_GE(range.at("front").size(), 15U);
 
   const Outcome alone = thenar_program("stiffness box_grasp --no-probe --at 0.38" + kStiff);

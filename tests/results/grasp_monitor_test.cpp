@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 #include <string>
+#include <utility>
 
 #include "engine/scenes/build_model.h"
 #include "tests/results/watched_runs.h"
@@ -97,6 +98,26 @@ TEST(Verdict, WhatIsNotANumberIsNotHeld) {
   Watched run = steady_run();
   run.ticks[10].position_m[1] = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(run.outcome(), Outcome::kSolverFailed);
+}
+
+// A stiffness without an answer is told as what it is: neither as torques without forces, nor as a stiffness that
+// cannot be had. Where less of it was had, a run goes on with that, and only counts.
+TEST(Verdict, NamesAStiffnessWithoutAnAnswer) {
+  const auto reason = [](double share, bool is_infeasible) {
+    Watched run = steady_run();
+    ControlReport report = solved();
+    report.stiffness.is_chosen = report.stiffness.is_unanswered = true;
+    report.stiffness.share = share;
+    report.stiffness.is_infeasible = is_infeasible;
+    run.controls.emplace_back(0.4, report);
+    const Verdict verdict = run.verdict();
+    return std::pair(verdict.outcome, verdict.reason);
+  };
+  EXPECT_EQ(reason(0.0, false),
+            std::pair(Outcome::kSolverFailed,
+                      std::string("the problem of muscle forces for a stiffness found no answer at 0.400 s")));
+  EXPECT_EQ(reason(0.0, true).first, Outcome::kOverLimits);
+  EXPECT_EQ(reason(0.97, false).first, Outcome::kHeld);
 }
 
 TEST(Verdict, LostRecordsLeaveItOpen) {

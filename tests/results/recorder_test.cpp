@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
+#include <vector>
+
 #include "engine/results/grasp_monitor.h"
 #include "engine/scenes/build_model.h"
 #include "tests/support/scenes.h"
@@ -49,6 +52,23 @@ TEST(Recorder, KeepsWhatComesAfterTheScenesEnd) {
   const Recording recording = recorder.finish(state, control, 0.0);
   ASSERT_EQ(recording.muscle_forces_N.cols(), 23);
   for (int i = 1; i <= 23; ++i) EXPECT_TRUE((recording.muscle_forces_N.col(i - 1).array() == i).all()) << i;
+}
+
+// What a control period found of a stiffness is kept once, by all ticks of its frame.
+TEST(Recorder, KeepsAStiffnessOncePerFrame) {
+  const Model model = build_model(scene_of("box_stiff", {kCoarseBox, "time.control_period=5 ms"}));
+  Recorder recorder(model);
+  GraspRun run(model);
+  std::vector<Watcher*> watchers{&recorder};
+  run_ticks(run, 50, watchers);
+  const Recording recording = recorder.finish(run.state, run.report, 0.0);
+  ASSERT_EQ(recording.ticks.size(), 50U);
+  std::set<const StiffnessRecord*> records;
+  for (const TickRecord& tick : recording.ticks) {
+    ASSERT_TRUE(tick.stiffness.now);
+    records.insert(tick.stiffness.now.get());
+  }
+  EXPECT_EQ(records.size(), 10U);
 }
 
 // All ticks of a frame report its reflex: it began with the first of them, and is remembered.

@@ -200,6 +200,10 @@ TEST(Keys, AreSuggestedFromTheirOwnMapFirst) {
   EXPECT_EQ(nearest_key(scene_keys(), "contct.friction"), "contact.friction");
   EXPECT_EQ(nearest_key(scene_keys(), "task.push.position"), "object.position");
   EXPECT_EQ(nearest_key(scene_keys(), "temperature_of_the_room"), "");
+  // Neither the map that it is in, nor a key elsewhere with as short a name.
+  EXPECT_EQ(nearest_key(scene_keys(), "control.muscles.foo"), "");
+  EXPECT_EQ(nearest_key(scene_keys(), "control.muscles.stifness"), "control.muscles.stiffness");
+  EXPECT_EQ(nearest_key(scene_keys(), "control.muscls.stiffness"), "control.muscles.stiffness");
 }
 
 TEST(Keys, KnowTheirRanges) {

@@ -1,10 +1,12 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 
 #include "engine/scenes/build_model.h"
 #include "engine/studies/model_parts.h"
 #include "engine/studies/object_stiffness.h"
+#include "engine/studies/stiffness_range.h"
 #include "tests/support/scenes.h"
 
 namespace thenar::chosen_stiffness_test {
@@ -131,6 +133,48 @@ TEST(ChosenStiffness, SqueezesSoftPulps) {
   EXPECT_EQ(squeezed.share, 1.0);
   EXPECT_GT(squeezed.squeeze_N, 1.0);
   EXPECT_LT(turned.squeeze_N, 0.1);
+}
+
+// Where a finger's posture gives way, less stiffness of the object does not help, and is not tried: a period takes the
+// iterations of one solve. Those of another moment may be a few more; four solves take four times as many.
+TEST(ChosenStiffness, ThatAPostureRulesOutIsTriedOnce) {
+  std::string how = muscles(20.0, 0.01);
+  how.replace(how.find("23.4"), 4, "1");  // Fibres that are so soft hold no finger.
+  const Model model = build_model(scene_of("box_stiff", {kCoarseBox, how, "task={}"}));
+  GraspRun run(model);
+  while (run.time_s() < 0.5 - 1e-9) run.tick();
+  const StiffGrasp grasp(run);
+  StiffMuscleData asked = grasp.problem;
+  asked.K_des = grasp.K_scene;
+  Eigen::VectorXd f(asked.limit.size());
+  const StiffMuscleReport once = solve_stiff_muscles(asked, f);
+  ASSERT_EQ(once.cause, StiffCause::kPosture);
+  run.tick();
+  const StiffnessReport& report = run.report.stiffness;
+  EXPECT_TRUE(report.is_infeasible && !report.axis_O);
+  EXPECT_EQ(report.share, 0.0);
+  EXPECT_LT(report.iterations, 2 * once.iterations);
+}
+
+// What docs/guide/stiffness.md warns of: pulps that are far too soft for what is asked for are pressed in beyond
+// Hertz's law, by which a squeeze foretells how they grow stiffer. Squeezed for it the box is lost, within a second;
+// without, the grip keeps half of what is asked for or more.
+TEST(ChosenStiffness, ASqueezeOfPulpsThatAreFarTooSoftLosesTheObject) {
+  const auto box = [](const std::string& squeeze) {
+    std::string how = muscles(500.0, 0.02, ", activation: 10 ms, deactivation: 40 ms");
+    how.insert(how.find('}'), squeeze);
+    return build_model(scene_of("box_stiff", {kCoarseBox, how, "task={}", "fingertips.reduced_modulus=0.03 MPa",
+                                              "contact.max_per_finger=60", "time.duration=1 s"}));
+  };
+  EXPECT_EQ(run_path(box(", squeeze: 3 N")).verdict.outcome, Outcome::kLost);
+  const Model alone = box("");
+  GraspRun run(alone);
+  double least = 1.0;
+  while (run.time_s() < 1.0 - 1e-9) {
+    run.tick();
+    if (run.time_s() > 0.3) least = std::min(least, run.report.stiffness.share);
+  }
+  EXPECT_GT(least, 0.5);
 }
 
 // Where not all can be had, the grip keeps as much as there is: period by period, as near as its tries are, and not the

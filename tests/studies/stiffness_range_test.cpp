@@ -115,6 +115,29 @@ TEST(StiffnessRange, FrontIsConvexAndRises) {
   }
 }
 
+// At the very end forces are a matter of the grasp's last digits: the end is told, and the forces of 0.99 of it.
+TEST(StiffnessRange, ForcesAreToldShortOfTheEnd) {
+  const StiffnessRange range = range_of(box(1.0));
+  for (const StiffEnd* end : {&range.translation, &range.rotation, &range.scene}) {
+    ASSERT_TRUE(end->most && end->near);
+    EXPECT_NEAR(end->near->asked, 0.99 * end->most->asked, 1e-9 * end->most->asked);
+    EXPECT_LT(end->near->effort_N(), end->most->effort_N());
+  }
+  EXPECT_EQ(range.front.back().asked, range.scene.near->asked);
+}
+
+// What lacks of a scene's wish has no other muscles in its way than the end of the range.
+TEST(StiffnessRange, LackNamesMusclesThatAreAtTheEnd) {
+  const Model model = box(9.0);
+  const StiffnessRange range = range_of(model);
+  ASSERT_TRUE(range.lack.is_infeasible && range.scene.most);
+  EXPECT_NE(range.lack.at_limit, 0U);
+  for (Eigen::Index m = 0; m < range.scene.most->forces_N.size(); ++m) {
+    if ((range.lack.at_limit >> m & 1) == 0) continue;
+    EXPECT_GE(range.scene.most->forces_N[m], 0.99 * model.scene.hand.muscles[m].max_force_N);
+  }
+}
+
 TEST(StiffnessRange, ForcesHaveWhatTheyAreAskedFor) {
   const Model model = box(1.0);
   GraspRun run(model);
