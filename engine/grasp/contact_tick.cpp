@@ -75,45 +75,46 @@ void set_hold(bool held, const Frame& frame, ContactWorkspace& work, State& stat
   state.held = held;
 }
 
-/// k h h' and -f dh/dq of a belly. Four joints are usual, and sums of four numbers are quick.
+/// What the muscles of finger k that act add: see below. Four joints are usual, and sums of four numbers are quick.
 template <int kJoints>
-void add_belly(const Belly& belly, double k, double f_N, JointMatrix& stiffness, JointMatrix& geometric) {
-  using Square = Eigen::Matrix<double, kJoints, kJoints>;
-  const Index n = belly.slopes_m.rows();
-  const auto arms = belly.arms_m.head<kJoints>(n);
-  Eigen::Map<Square>(stiffness.data(), n, n) += (k * arms).lazyProduct(arms.transpose());
-  Eigen::Map<Square>(geometric.data(), n, n) -= f_N * Eigen::Map<const Square>(belly.slopes_m.data(), n, n);
+void let_finger_act(const Model& model, const Frame& frame, int k, const MuscleVector& f, const JointVector& q,
+                    Drive& drive) {
+  constexpr int kMost = kJoints == Eigen::Dynamic ? kMaxFingerJoints : kJoints;
+  using Square = Eigen::Matrix<double, kJoints, kJoints, 0, kMost, kMost>;
+  using Column = Eigen::Matrix<double, kJoints, 1, 0, kMost, 1>;
+  const auto& gamma = model.scene.control->muscles->short_range;
+  const Fingertip& tip = model.scene.hand.fingertips[k];
+  const Index n = tip.joints;
+  Square stiffness = Square::Zero(n, n), geometric = stiffness;
+  Column torque = Column::Zero(n);
+  for (const Belly& belly : frame.bellies) {
+    if (belly.finger != k) continue;
+    const double f_N = f[belly.muscle], more_N = f_N - frame.muscle_N[belly.muscle];
+    if (f_N == 0.0 && more_N == 0.0) continue;
+    const auto arms = Eigen::Map<const Column>(belly.arms_m.data(), n);
+    torque += more_N * arms;
+    if (!gamma) continue;
+    stiffness += (belly_stiffness(model.scene.hand, belly, *gamma, f_N) * arms).lazyProduct(arms.transpose());
+    geometric -= f_N * Eigen::Map<const Square>(belly.slopes_m.data(), n, n);
+  }
+  auto all = drive.torque.segment<kJoints>(tip.first_joint, n);
+  all += torque;
+  if (!gamma) return;
+  const auto own = [&](const JointVector& v) { return v.segment<kJoints>(tip.first_joint, n); };
+  geometric += Eigen::Map<const Square>(frame.turning[k].data(), n, n);
+  all -= stiffness.lazyProduct(own(q) - own(frame.q_rest)) + geometric.lazyProduct(own(q) - own(frame.q));
+  drive.stiffness[k] = stiffness + geometric;
 }
 
 /// What muscles that act add to the torques of a frame: they are not as far as they are asked to be, they have been
 /// lengthened since, and their arms and the weight's have changed. To the first order; f are their forces now.
 void let_muscles_act(const Model& model, const Frame& frame, const MuscleVector& f, const JointVector& q,
                      Drive& drive) {
-  const Hand& hand = model.scene.hand;
-  const auto& gamma = model.scene.control->muscles->short_range;
-  PerFinger<JointMatrix> geometric = frame.turning;
-  if (gamma) drive.stiffness = PerFinger<JointMatrix>(hand.fingers());
-  for (std::size_t k = 0; k < drive.stiffness.size(); ++k)
-    drive.stiffness[k].setZero(geometric[k].rows(), geometric[k].rows());
-  for (const Belly& belly : frame.bellies) {
-    const Fingertip& tip = hand.fingertips[belly.finger];
-    const double f_N = f[belly.muscle], more_N = f_N - frame.muscle_N[belly.muscle];
-    const auto arms = belly.arms_m.head(tip.joints);
-    if (more_N != 0.0) drive.torque.segment(tip.first_joint, tip.joints) += more_N * arms;
-    if (!gamma) continue;
-    const double k = belly_stiffness(hand, belly, *gamma, f_N);
-    const auto add = tip.joints == 4 ? add_belly<4> : add_belly<Eigen::Dynamic>;
-    add(belly, k, f_N, drive.stiffness[belly.finger], geometric[belly.finger]);
+  for (int k = 0; k < model.fingers(); ++k) {
+    const bool is_usual = model.scene.hand.fingertips[k].joints == 4;
+    (is_usual ? let_finger_act<4> : let_finger_act<Eigen::Dynamic>)(model, frame, k, f, q, drive);
   }
-  if (!gamma) return;
-  for (int k = 0; k < hand.fingers(); ++k) {
-    const Fingertip& tip = hand.fingertips[k];
-    const auto own = [&](const JointVector& v) { return v.segment(tip.first_joint, tip.joints); };
-    drive.torque.segment(tip.first_joint, tip.joints) -=
-        drive.stiffness[k].lazyProduct(own(q) - own(frame.q_rest)) + geometric[k].lazyProduct(own(q) - own(frame.q));
-    drive.stiffness[k] += geometric[k];
-  }
-  drive.mobility = mobility(model.scene, drive.stiffness);
+  if (drive.stiffness.size() > 0) add_stiffness(model.scene, drive.stiffness, drive.mobility);
 }
 
 /// Muscles' forces a step later: exactly for the time constants of its beginning. A state that has none yet begins with
@@ -125,10 +126,10 @@ void activate(const Model& model, const Frame& frame, State& state) {
     return;
   }
   MuscleVector steps(state.muscle_N.size());  // In time constants.
+  const double rise = model.scene.step_s / activation->rise_s, fall = model.scene.step_s / activation->fall_s;
   for (Index m = 0; m < steps.size(); ++m) {
     const double f_N = state.muscle_N[m], slowness = 0.5 + 1.5 * f_N / model.scene.hand.muscles[m].max_force_N;
-    steps[m] = frame.muscle_N[m] > f_N ? model.scene.step_s / (activation->rise_s * slowness)
-                                       : model.scene.step_s * slowness / activation->fall_s;
+    steps[m] = frame.muscle_N[m] > f_N ? rise / slowness : fall * slowness;
   }
   state.muscle_N = frame.muscle_N.array() + (state.muscle_N - frame.muscle_N).array() * (-steps.array()).exp();
 }
@@ -137,8 +138,9 @@ Drive drive(const Model& model, const Frame& frame, const Vector6d& wrench, Cont
             const State& state) {
   const Scene& scene = model.scene;
   // Muscles that have stiffness hold a posture by themselves.
-  const bool held = state.held && !has_stiff_muscles(scene);
-  Drive drive{frame.torque_Nm + work.resumed_Nm, frame.wrench + wrench, mobility(scene, held ? kHoldStiffness : 0.0)};
+  const bool are_stiff = has_stiff_muscles(scene), held = state.held && !are_stiff;
+  Drive drive{frame.torque_Nm + work.resumed_Nm, frame.wrench + wrench, mobility(scene, held ? kHoldStiffness : 0.0),
+              PerFinger<JointMatrix>(are_stiff ? model.fingers() : 0)};
   if (held) drive.torque = work.torque_held_Nm - kHoldStiffness * (state.q - work.q_held);
   work.resumed_Nm *= std::exp(-scene.step_s / kResume_s);
   work.torque_Nm = drive.torque;

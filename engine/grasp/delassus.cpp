@@ -8,7 +8,9 @@
 namespace thenar {
 
 using Eigen::Index;
+using Eigen::Matrix4d;
 using Eigen::Vector3d;
+using Eigen::Vector4d;
 
 namespace {
 
@@ -34,7 +36,9 @@ void mix_columns(const Hand& hand, const Frame& frame, const PerFinger<JointMatr
   for (int k = 0; k < hand.fingers(); ++k) {
     const int joints = hand.fingertips[k].joints, some = std::min(joints, kOwn);
     const Index first = 3 * frame.begin[k], rows = 3 * frame.begin[k + 1] - first;
-    Eigen::Matrix4d L = Eigen::Matrix4d::Zero();
+    // By rows: a row of J_mobile is then a sum of rows of four numbers.
+    Eigen::Matrix<double, kOwn, kOwn, Eigen::RowMajor> L;
+    if (some < kOwn) L.setZero();
     L.topLeftCorner(some, some) = factor[k].topLeftCorner(some, some);
     auto mobile = kinematics.J_mobile.middleRows(first, rows);
     mobile.noalias() = kinematics.J_finger.middleRows(first, rows) * L;
@@ -49,63 +53,67 @@ void mix_columns(const Hand& hand, const Frame& frame, const PerFinger<JointMatr
   }
 }
 
-/// With B = R R', R lower triangular, h B^-1 = h R^-T R^-1. A joint that is not free is decoupled, and has no part.
-/// Four joints are usual, and a size that is known makes it twice as quick.
+/// Clears the columns of B and of I together: with B U lower triangular, U' B U = D, and h B^-1 = U (h D^-1) U'. A
+/// joint that is not free is decoupled, and has no part. Four joints are usual, and sums of four numbers are quick.
 template <class Square>
 Square factor_of(const Square& damping, double mobility_per_joint, double step_s,
                  const std::array<bool, kMaxFingerJoints>& free) {
+  using Column = Eigen::Matrix<double, Square::RowsAtCompileTime, 1, 0, Square::MaxRowsAtCompileTime, 1>;
   const auto n = damping.rows();
-  Square R = damping;
+  Square B = damping, L = Square::Identity(n, n);
   for (Index j = 0; j < n; ++j) {
     if (free[j]) continue;
-    R.row(j).setZero();
-    R.col(j).setZero();
-    R(j, j) = 1.0;
+    B.row(j).setZero();
+    B.col(j).setZero();
+    B(j, j) = 1.0;
   }
+#pragma GCC unroll 4
   for (Index j = 0; j < n; ++j) {
-    for (Index k = 0; k < j; ++k) {
-      for (Index i = j; i < n; ++i) R(i, j) -= R(i, k) * R(j, k);
-    }
-    R(j, j) = std::sqrt(R(j, j));
-    for (Index i = j + 1; i < n; ++i) R(i, j) /= R(j, j);
-  }
-  Square L = Square::Zero(n, n);
-  const double scale = std::sqrt(step_s / mobility_per_joint);
-  for (Index c = 0; c < n; ++c) {
-    if (!free[c]) continue;
-    // Column c of R^-1 is row c of R^-T.
-    for (Index i = c; i < n; ++i) {
-      double rest = i == c ? scale : 0.0;
-      for (Index k = c; k < i; ++k) rest -= R(i, k) * L(c, k);
-      L(c, i) = rest / R(i, i);
+    const double share = 1.0 / B(j, j);
+#pragma GCC unroll 4
+    for (Index i = j + 1; i < n; ++i) {
+      const double times = B(j, i) * share;
+      B.col(i) -= times * B.col(j);
+      L.col(i) -= times * L.col(j);
     }
   }
+  const Column root = (step_s / mobility_per_joint / B.diagonal().array()).sqrt();
+  for (Index j = 0; j < n; ++j) L.col(j) *= free[j] ? root[j] : 0.0;
   return L;
+}
+
+/// Of a finger's K.
+template <class Square>
+void add_stiffness(const Scene& scene, int k, const Square& stiffness, Mobility& mobility) {
+  std::array<bool, kMaxFingerJoints> free;
+  free.fill(true);
+  Square damping = scene.step_s * stiffness;
+  for (Index j = 0; j < damping.rows(); ++j) {
+    damping(j, j) += scene.viscosity(k) * scene.hand.joints[scene.hand.fingertips[k].first_joint + j].drag;
+  }
+  mobility.damping[k] = damping;
+  mobility.factor[k] = factor_of<Square>(damping, mobility.joint, scene.step_s, free);
 }
 
 }  // namespace
 
 JointMatrix mobility_factor(const JointMatrix& damping, double mobility_per_joint, double step_s,
                             const std::array<bool, kMaxFingerJoints>& free) {
-  if (damping.rows() == 4) return factor_of<Eigen::Matrix4d>(damping, mobility_per_joint, step_s, free);
+  if (damping.rows() == 4) {
+    return factor_of<Matrix4d>(Matrix4d::Map(damping.data()), mobility_per_joint, step_s, free);
+  }
   return factor_of<JointMatrix>(damping, mobility_per_joint, step_s, free);
 }
 
-Mobility mobility(const Scene& scene, const PerFinger<JointMatrix>& stiffness) {
-  Mobility all = mobility(scene);
-  const Hand& hand = scene.hand;
-  all.damping = all.factor = PerFinger<JointMatrix>(hand.fingers());
-  std::array<bool, kMaxFingerJoints> free;
-  free.fill(true);
-  for (int k = 0; k < hand.fingers(); ++k) {
-    const Fingertip& tip = hand.fingertips[k];
-    all.damping[k] = scene.step_s * stiffness[k];
-    for (int j = 0; j < tip.joints; ++j) {
-      all.damping[k](j, j) += scene.viscosity(k) * hand.joints[tip.first_joint + j].drag;
+void add_stiffness(const Scene& scene, const PerFinger<JointMatrix>& stiffness, Mobility& mobility) {
+  mobility.damping = mobility.factor = stiffness;  // As many, of the same sizes.
+  for (int k = 0; k < scene.hand.fingers(); ++k) {
+    if (stiffness[k].rows() == 4) {
+      add_stiffness<Matrix4d>(scene, k, Matrix4d::Map(stiffness[k].data()), mobility);
+    } else {
+      add_stiffness<JointMatrix>(scene, k, stiffness[k], mobility);
     }
-    all.factor[k] = mobility_factor(all.damping[k], all.joint, scene.step_s, free);
   }
-  return all;
 }
 
 JointVector joint_motion(const Hand& hand, const Mobility& mobility, const JointVector& torque_Nm) {
@@ -114,6 +122,12 @@ JointVector joint_motion(const Hand& hand, const Mobility& mobility, const Joint
     for (int k = 0; k < hand.fingers(); ++k) {
       const Fingertip& tip = hand.fingertips[k];
       const JointMatrix& L = mobility.factor[k];
+      if (tip.joints == 4) {
+        const auto L_4 = Matrix4d::Map(L.data());
+        auto own = dq.segment<4>(tip.first_joint);
+        own = L_4 * Vector4d(L_4.transpose() * own);
+        continue;
+      }
       auto own = dq.segment(tip.first_joint, tip.joints);
       own = L.lazyProduct(L.transpose().lazyProduct(own).eval()).eval();
     }
@@ -188,8 +202,13 @@ void add_joint_motion(const Hand& hand, const Mobility& mobility, const GroupedW
   for (int k = 0; k < hand.fingers(); ++k) {
     const Fingertip& tip = hand.fingertips[k];
     if (mobility.is_stiff()) {
-      dq.segment(tip.first_joint, tip.joints) +=
-          mobility.factor[k].lazyProduct(solve.own_motion.col(k).head(tip.joints));
+      const JointMatrix& L = mobility.factor[k];
+      const auto own = solve.own_motion.col(k).head(tip.joints);
+      if (tip.joints == 4) {
+        dq.segment<4>(tip.first_joint) += Matrix4d::Map(L.data()) * own.head<4>();
+      } else {
+        dq.segment(tip.first_joint, tip.joints) += L.lazyProduct(own);
+      }
       continue;
     }
     for (int c = 0; c < tip.joints; ++c) {

@@ -31,8 +31,8 @@ struct Mobility {
 /// The scene's, with the stiffness of the springs on each joint [N m/rad].
 [[nodiscard]] Mobility mobility(const Scene& scene, double joint_stiffness = 0.0);
 
-/// The scene's, with a stiffness K of each finger's joints besides [N m/rad]: see Mobility::factor.
-[[nodiscard]] Mobility mobility(const Scene& scene, const PerFinger<JointMatrix>& stiffness);
+/// Gives each finger's joints a stiffness K [N m/rad] besides the scene's viscosity: see Mobility::factor.
+void add_stiffness(const Scene& scene, const PerFinger<JointMatrix>& stiffness, Mobility& mobility);
 
 /// L of a finger, for its B and for which of its joints are free.
 [[nodiscard]] JointMatrix mobility_factor(const JointMatrix& damping, double mobility_per_joint, double step_s,

@@ -50,14 +50,14 @@ void find_bellies(const Hand& hand, const HandPose& pose, std::span<Belly> belli
 inline constexpr double kShortRange = 23.4;
 
 /// k = (L / (gamma f) + 1 / k_t)^-1: fibres in series with their tendon [N/m]; 0 without force. Needs the fibres'
-/// length.
-[[nodiscard]] inline double muscle_stiffness(const Muscle& muscle, double gamma, double force_N) {
-  return force_N / (*muscle.fibre_m / gamma + force_N / muscle.tendon_N_per_m);
+/// length. With a share s, k / s.
+[[nodiscard]] inline double muscle_stiffness(const Muscle& muscle, double gamma, double force_N, double share = 1.0) {
+  return force_N / (share * (1.0 / gamma * *muscle.fibre_m + force_N / muscle.tendon_N_per_m));
 }
 
 /// k / s of a belly whose muscle pulls by f: with h of the belly, its finger gets (k / s) h h' [N/m].
 [[nodiscard]] inline double belly_stiffness(const Hand& hand, const Belly& belly, double gamma, double force_N) {
-  return muscle_stiffness(hand.muscles[belly.muscle], gamma, force_N) / belly.share;
+  return muscle_stiffness(hand.muscles[belly.muscle], gamma, force_N, belly.share);
 }
 
 /// H f.
