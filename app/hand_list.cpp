@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "engine/formats/text.h"
-#include "engine/grasp/muscles.h"
+#include "engine/hand/muscles.h"
 #include "engine/studies/opposition.h"
 
 namespace {

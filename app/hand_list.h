@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "engine/grasp/hand.h"
+#include "engine/hand/hand.h"
 
 /// "9 joints and 3 that follow"
 [[nodiscard]] std::string joint_count(const thenar::Hand& hand);

@@ -5,8 +5,8 @@ include(CMakePackageConfigHelpers)
 
 set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/thenar)
 set(header_folder ${CMAKE_INSTALL_INCLUDEDIR}/thenar)
-set(core_rooms solvers muscles collision solids environment grasp control)
-set(other_rooms finder formats scenes loops results figures studies)
+set(core_rooms solvers muscles collision solids environment hand grasp control)
+set(other_rooms finder pulps formats scenes loops results figures studies)
 
 # thenar-grasp: the real-time core, which needs Eigen alone. thenar-engine: all the rest.
 foreach(set IN ITEMS core other)

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/grasp/hand.h"
+#include "engine/hand/hand.h"
 
 /// Numbers of the engine as numpy arrays, and back.
 namespace thenar::python {

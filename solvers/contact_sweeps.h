@@ -169,8 +169,8 @@ inline constexpr double kExactEvery = 1e-3;
 inline constexpr double kStalled = 0.8;
 
 /// Sweeps from f to settings.tolerance. The workspace is laid out and filled; `gaps(f, delta)` computes
-/// delta = W f + delta_free in double precision; `react(f)` mends what the sweeps know of gaps after each of them, where
-/// W f is not linear, and is true where it has changed so much that the workspace has been filled anew.
+/// delta = W f + delta_free in double precision; `react(f)` mends what the sweeps know of gaps after each of them,
+/// where W f is not linear, and is true where it has changed so much that the workspace has been filled anew.
 template <typename Problem, typename Gaps, typename React>
 SolveReport iterate_sweeps(const Problem& problem, const GaussSeidelSettings& settings, SweepWorkspace& work,
                            const Gaps& gaps, const React& react, ContactSolution solution) {
@@ -233,7 +233,8 @@ SolveReport iterate_sweeps(const Problem& problem, const GaussSeidelSettings& se
 template <typename Problem, typename Gaps>
 SolveReport iterate_sweeps(const Problem& problem, const GaussSeidelSettings& settings, SweepWorkspace& work,
                            const Gaps& gaps, ContactSolution solution) {
-  return iterate_sweeps(problem, settings, work, gaps, [](const auto&) { return false; }, solution);
+  return iterate_sweeps(
+      problem, settings, work, gaps, [](const auto&) { return false; }, solution);
 }
 
 }  // namespace thenar

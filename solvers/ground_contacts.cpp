@@ -43,8 +43,7 @@ struct Balance {
   double size, scale;
 };
 
-Balance balance(const GroundProblem& problem, const Motion& x_free, const Motion& x,
-                std::vector<Vector3d>& f) {
+Balance balance(const GroundProblem& problem, const Motion& x_free, const Motion& x, std::vector<Vector3d>& f) {
   Motion wrench = Motion::Zero();
   const double per_c = 1.0 / problem.compliance;
   for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
@@ -78,8 +77,7 @@ Matrix6 stiffness(const GroundProblem& problem, const Motion& x, bool symmetric)
 }
 
 /// Newton's method from work.x.
-Balance newton(const GroundProblem& problem, const Motion& x_free, GroundWorkspace& work,
-               int& steps) {
+Balance newton(const GroundProblem& problem, const Motion& x_free, GroundWorkspace& work, int& steps) {
   Balance at = balance(problem, x_free, work.x, work.f);
   for (int k = 0; k < kNewtonSteps && at.size > kTolerance * at.scale; ++k, ++steps) {
     Matrix6 slope = stiffness(problem, work.x, false);

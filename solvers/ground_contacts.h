@@ -11,8 +11,8 @@ namespace thenar {
 /// A contact of a body with six freedoms and what does not answer: a table, a wall.
 struct GroundContact {
   using Jacobian = Eigen::Matrix<double, 3, 6>;
-  Jacobian J;                 ///< Rows n, t1, t2: how the body's motion changes gap and slips.
-  Eigen::Vector3d delta_free; ///< Gap, and slips less what is left of the last force's shear, for no motion [m].
+  Jacobian J;                  ///< Rows n, t1, t2: how the body's motion changes gap and slips.
+  Eigen::Vector3d delta_free;  ///< Gap, and slips less what is left of the last force's shear, for no motion [m].
   double mu = 0.0;
 };
 

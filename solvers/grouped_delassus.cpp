@@ -13,8 +13,8 @@ using VectorOut = Eigen::Ref<Eigen::VectorXd>;
 
 constexpr Index kLanes = SweepWorkspace::kPadding;
 constexpr int kFifth = GroupedDelassus::kOwn + 6;  // The sweeps' column of it: of the padding.
-// Where the ground's answer differs so much from what it was taken for, relative to it, it is linearised again; not more
-// often than this.
+// Where the ground's answer differs so much from what it was taken for, relative to it, it is linearised again; not
+// more often than this.
 constexpr float kOtherwise = 0.3F;
 constexpr int kMostLinearisations = 12, kWholeLinearisations = 4;
 constexpr float kHardly = 1e-3F;  // Of their largest entry Jacobians may change before blocks are made anew.
@@ -168,7 +168,8 @@ void fill(const GroupedContactProblem& problem, GroupedWorkspace& grouped) {
     J.topLeftCorner(columns, kOwn) = own_root * W.J_own.middleRows(first, columns).cast<float>();
     J.topRightCorner(columns, kCommon) = W.J_common.middleRows(first, columns).cast<float>() * common_root.asDiagonal();
     if (problem.ground != nullptr) {
-      J.block(0, kOwn, columns, 6) = W.J_common.block<Eigen::Dynamic, 6>(first, 0, columns, 6).lazyProduct(grouped.L).cast<float>();
+      J.block(0, kOwn, columns, 6) =
+          W.J_common.block<Eigen::Dynamic, 6>(first, 0, columns, 6).lazyProduct(grouped.L).cast<float>();
     }
     if (W.J_fifth.size() > 0) J.col(kFifth).head(columns) = own_root * W.J_fifth.segment(first, columns).cast<float>();
     J.bottomRows(group.rows - columns).setZero();
@@ -297,8 +298,8 @@ void stand_on(const CommonGround& ground, const GroupedDelassus::CommonMotion& b
   work.ground_status = report.status;
 }
 
-/// How mobile the body is on the ground where it is now. Where that changes again and again, it is taken for more mobile
-/// than it is: sweeps then converge in any case.
+/// How mobile the body is on the ground where it is now. Where that changes again and again, it is taken for more
+/// mobile than it is: sweeps then converge in any case.
 void linearise(const CommonGround& ground, GroupedWorkspace& work) {
   ++work.linearisations;
   const double share = std::pow(0.5, std::max(0, work.linearisations - kWholeLinearisations));
@@ -309,8 +310,8 @@ void linearise(const CommonGround& ground, GroupedWorkspace& work) {
   work.R.transpose().triangularView<Eigen::Upper>().solveInPlace(work.L);
 }
 
-/// After a sweep: moves the body from where the sweep has it to where the ground lets it be. True if the ground holds it
-/// in so different a way by now that the sweeps begin anew with that.
+/// After a sweep: moves the body from where the sweep has it to where the ground lets it be. True if the ground holds
+/// it in so different a way by now that the sweeps begin anew with that.
 bool react(const GroupedContactProblem& problem, const VectorRef& f, GroupedWorkspace& work) {
   stand_on(*problem.ground, common_motion(problem.W, f), work);
   const Eigen::Matrix<float, 6, 1> moved = (work.R.transpose() * (work.ground.x - work.x_exact)).cast<float>();

@@ -130,8 +130,7 @@ struct GroupedWorkspace {
 
   /// shared: the common body may give way. ground_contacts: its most contacts with the ground; 0:
   /// it has none.
-  GroupedWorkspace(Eigen::Index contacts, Eigen::Index groups, bool shared = false,
-                   Eigen::Index ground_contacts = 0)
+  GroupedWorkspace(Eigen::Index contacts, Eigen::Index groups, bool shared = false, Eigen::Index ground_contacts = 0)
       : sweeps(contacts, groups + (ground_contacts > 0 ? 1 : 0)),
         own_motion(OwnMotion::Zero(kMostOwn, groups)),
         surface_motion(3 * contacts),
@@ -172,8 +171,8 @@ struct GroupedWorkspace {
   SolveStatus ground_status = SolveStatus::kConverged;
 };
 
-/// The motion by forces f (3n): own, common, surface and shared motion of `work`, the ground left out. Contacts without a
-/// normal force are taken to bear none. Does not allocate.
+/// The motion by forces f (3n): own, common, surface and shared motion of `work`, the ground left out. Contacts without
+/// a normal force are taken to bear none. Does not allocate.
 void find_motion(const GroupedDelassus& W, const Eigen::Ref<const Eigen::VectorXd>& f, GroupedWorkspace& work);
 
 /// As solve_contacts with a dense W, and no W to form: the Jacobians may be new in every call. Each group's own block

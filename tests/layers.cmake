@@ -13,22 +13,24 @@ endmacro()
 
 set(fmt "fmt/format\\.h")
 set(json "nlohmann/json(_fwd)?\\.hpp")
-set(core solvers solvers/muscles collision collision/solids engine/environment engine/grasp engine/control)
+set(core solvers solvers/muscles collision collision/solids engine/environment engine/hand engine/grasp engine/control)
 
 room(solvers)
 room(solvers/muscles SEES solvers)
 room(collision)
 room(collision/solids)
 room(engine/environment SEES solvers collision/solids)
-set(below_grasp solvers solvers/muscles collision collision/solids engine/environment)
+room(engine/hand SEES solvers solvers/muscles collision)
+set(below_grasp solvers solvers/muscles collision collision/solids engine/environment engine/hand)
 room(engine/grasp SEES ${below_grasp})
 room(engine/control SEES ${below_grasp} engine/grasp)
+room(engine/pulps SEES ${below_grasp} engine/grasp)
 room(engine/finder SEES ${core})
 room(engine/formats SEES solvers solvers/muscles collision THIRD ${fmt} ${json} "hdf5\\.h" "boost/crc\\.hpp" "zstd\\.h")
 room(engine/loops SEES ${core} engine/formats THIRD ${fmt} "spdlog/.*" "boost/lockfree/.*")
-room(engine/scenes SEES ${core} engine/finder engine/formats THIRD ${fmt} "yaml-cpp/.*")
-room(engine/results SEES ${core} engine/finder engine/formats engine/loops engine/scenes THIRD ${fmt} ${json})
-set(engine ${core} engine/finder engine/formats engine/loops engine/scenes engine/results)
+room(engine/scenes SEES ${core} engine/pulps engine/finder engine/formats THIRD ${fmt} "yaml-cpp/.*")
+room(engine/results SEES ${core} engine/pulps engine/finder engine/formats engine/loops engine/scenes THIRD ${fmt} ${json})
+set(engine ${core} engine/pulps engine/finder engine/formats engine/loops engine/scenes engine/results)
 room(engine/studies SEES ${engine} THIRD ${fmt} ${json} "tbb/.*")
 room(engine/figures SEES ${engine} THIRD ${fmt} "boost/archive/.*")
 list(APPEND engine engine/studies engine/figures)
@@ -44,7 +46,7 @@ room(bench/report SEES ${engine} bench/cases bench/methods bench/peers THIRD ${f
 room(examples SEES ${engine})
 
 # The core, and what plans for it: no threads, files, logs or other systems' headers.
-set(pure ${core} engine/finder)
+set(pure ${core} engine/pulps engine/finder)
 set(impure "^(thread|stop_token|mutex|shared_mutex|condition_variable|future|semaphore|barrier|latch|fstream|iostream|\
 cstdio|syncstream|[a-z0-9/_]+\\.h)$")
 

@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "engine/grasp/stopwatch.h"
-#include "engine/scenes/pulp_levels.h"
+#include "engine/pulps/pulp_levels.h"
 #include "solvers/contact_newton.h"
 
 namespace thenar {

@@ -16,7 +16,7 @@
 #include "bench/cases/scene_run.h"
 #include "bench/report/figure.h"
 #include "engine/grasp/touch.h"
-#include "engine/scenes/pressed_pulp.h"
+#include "engine/pulps/pressed_pulp.h"
 #include "engine/scenes/scene_file.h"
 
 namespace thenar {

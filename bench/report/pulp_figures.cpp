@@ -12,7 +12,7 @@
 #include "bench/cases/random.h"
 #include "bench/report/figure.h"
 #include "bench/report/measure.h"
-#include "engine/scenes/pressed_pulp.h"
+#include "engine/pulps/pressed_pulp.h"
 
 namespace thenar {
 namespace {

@@ -41,7 +41,9 @@ Vector3d turned(const Vector2d& normal, const Vector3d& x, double rho) {
   return {normal[0] * x[0] / rho, normal[0] * x[1] / rho, normal[1]};
 }
 
-std::optional<Foot> foot_of(const HalfSpace&, int /*facet*/, const Vector3d& x) { return Foot{x[2], Vector3d::UnitZ()}; }
+std::optional<Foot> foot_of(const HalfSpace&, int /*facet*/, const Vector3d& x) {
+  return Foot{x[2], Vector3d::UnitZ()};
+}
 
 std::optional<Foot> foot_of(const BoxShape& box, int /*facet*/, const Vector3d& x) {
   const Nearest<Vector3d> at = nearest<Vector3d>(x.cwiseAbs() - 0.5 * box.size_m);
@@ -58,8 +60,7 @@ std::optional<Foot> foot_of(const SphereShape& sphere, int /*facet*/, const Vect
 
 std::optional<Foot> foot_of(const CylinderShape& cylinder, int /*facet*/, const Vector3d& x) {
   const double rho = x.head<2>().norm();
-  const Nearest<Vector2d> at =
-      nearest<Vector2d>({rho - cylinder.radius_m, std::abs(x[2]) - 0.5 * cylinder.length_m});
+  const Nearest<Vector2d> at = nearest<Vector2d>({rho - cylinder.radius_m, std::abs(x[2]) - 0.5 * cylinder.length_m});
   if (rho == 0.0 && at.along[0] > 0.0) return std::nullopt;
   const Foot::On face = at.along[0] > 0.0 ? Foot::On::kRound : Foot::On::kFlat;
   return Foot{at.gap_m, turned({at.along[0], std::copysign(at.along[1], x[2])}, x, rho),
@@ -82,8 +83,8 @@ MouthFoot mouth_foot(const HoleShape& hole, const Vector2d& at) {
   const Vector2d lower = at - Vector2d(hole.radius_m, -c), upper = at - Vector2d(hole.radius_m + c, 0.0);
   const Vector2d up = Vector2d(1.0, 1.0).normalized(), out = Vector2d(-1.0, 1.0).normalized();
   const double over_plate = at[1], over_chamfer = out.dot(lower), over_bore = -lower[0];
-  const MouthFoot plate{kPlate, over_plate, {0.0, 1.0}, Foot::On::kFlat}, chamfer{kWall, over_chamfer, out, Foot::On::kRound},
-      bore{kWall, over_bore, {-1.0, 0.0}, Foot::On::kRound};
+  const MouthFoot plate{kPlate, over_plate, {0.0, 1.0}, Foot::On::kFlat},
+      chamfer{kWall, over_chamfer, out, Foot::On::kRound}, bore{kWall, over_bore, {-1.0, 0.0}, Foot::On::kRound};
   const auto edge = [](const Vector2d& v, const MouthFoot& face) {
     const double gap = v.norm();
     return gap > 0.0 ? MouthFoot{kWall, gap, v / gap, Foot::On::kEdge} : face;
@@ -132,8 +133,8 @@ std::vector<Feature> features_of(const CylinderShape& cylinder) {
 
 std::vector<Feature> features_of(const BoxShape& box) {
   const auto corner = [&](int i) {
-    return Vector3d(0.5 * box.size_m.cwiseProduct(
-                              Vector3d((i & 1) != 0 ? 1.0 : -1.0, (i & 2) != 0 ? 1.0 : -1.0, (i & 4) != 0 ? 1.0 : -1.0)));
+    return Vector3d(0.5 * box.size_m.cwiseProduct(Vector3d((i & 1) != 0 ? 1.0 : -1.0, (i & 2) != 0 ? 1.0 : -1.0,
+                                                           (i & 4) != 0 ? 1.0 : -1.0)));
   };
   std::vector<Feature> all;
   for (int i = 0; i < 8; ++i) all.push_back(point(corner(i)));

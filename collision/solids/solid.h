@@ -42,8 +42,8 @@ struct Foot {
   On on = On::kFlat;
 };
 
-/// A solid's surface in parts that are convex, or so that a point has one nearest point of each. Most solids have one; a
-/// hole has its plate, its wall with mouth and chamfer, and its floor.
+/// A solid's surface in parts that are convex, or so that a point has one nearest point of each. Most solids have one;
+/// a hole has its plate, its wall with mouth and chamfer, and its floor.
 [[nodiscard]] int facets(const Solid& solid);
 
 /// Where x is over, or not far under, a facet; nothing elsewhere. To rounding.

@@ -12,16 +12,16 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-constexpr int kCircle = 32;           // Places on a circle that are looked at.
+constexpr int kCircle = 32;             // Places on a circle that are looked at.
 constexpr double kConforming_m = 1e-8;  // A circle whose gaps differ by less fits its place all around.
 constexpr int kRefinements = 40;
 
 /// What looks for contacts of a feature: solid `base` in its own frame, to which the feature's solid is at X.
 struct Look {
   const Solid& base;
-  Isometry3d X;         // Of the feature's solid.
-  Isometry3d X_out;     // From base's frame to that of the contacts.
-  bool reversed;        // The base is A.
+  Isometry3d X;      // Of the feature's solid.
+  Isometry3d X_out;  // From base's frame to that of the contacts.
+  bool reversed;     // The base is A.
   double band_m;
   std::vector<SolidContact>& contacts;
 
@@ -149,8 +149,7 @@ void cross_edges(const SolidPair& pair, const Isometry3d& X_BA, double band_m, s
       const double gap_m = n.dot(p_a - p_b);
       if (!(std::abs(gap_m) < band_m) || contacts.size() == contacts.capacity()) continue;
       const Vector3d n_A = X_BA.linear().transpose() * n;
-      if (!is_out_of_edge(p_b, axis_of(of_b), n) ||
-          !is_out_of_edge(of_a.a_m, axis_of(of_a), -n_A)) {
+      if (!is_out_of_edge(p_b, axis_of(of_b), n) || !is_out_of_edge(of_a.a_m, axis_of(of_a), -n_A)) {
         continue;
       }
       contacts.push_back({place, 0.0, gap_m, p_a, n});
@@ -182,8 +181,7 @@ void meet(const Look& look, const std::vector<Feature>& features, std::int32_t& 
 
 }  // namespace
 
-SolidPair::SolidPair(const Solid& one, const Solid& other)
-    : a(one), b(other), of_a(features(a)), of_b(features(b)) {}
+SolidPair::SolidPair(const Solid& one, const Solid& other) : a(one), b(other), of_a(features(a)), of_b(features(b)) {}
 
 std::size_t most_contacts(const SolidPair& pair) {
   const auto of = [](const std::vector<Feature>& features, const Solid& base) {
@@ -198,7 +196,8 @@ std::size_t most_contacts(const SolidPair& pair) {
 
 void find_contacts(const SolidPair& pair, const Isometry3d& X_BA, double band_m, std::vector<SolidContact>& contacts) {
   // Nothing of A is nearer to B than the ball around it.
-  if (const auto* half_space = std::get_if<HalfSpace>(&pair.b); half_space || std::holds_alternative<HoleShape>(pair.b)) {
+  if (const auto* half_space = std::get_if<HalfSpace>(&pair.b);
+      half_space || std::holds_alternative<HoleShape>(pair.b)) {
     if (X_BA.translation()[2] - reach_m(pair.a) > band_m) return;
   } else if (X_BA.translation().norm() > reach_m(pair.a) + reach_m(pair.b) + band_m) {
     return;

@@ -4,9 +4,9 @@
 #include <Eigen/Geometry>
 #include <array>
 
-#include "engine/grasp/hand.h"
 #include "engine/grasp/model.h"
 #include "engine/grasp/state.h"
+#include "engine/hand/hand.h"
 #include "solvers/grasp_forces.h"
 #include "solvers/muscles/muscle_forces.h"
 #include "solvers/muscles/stiff_problem.h"

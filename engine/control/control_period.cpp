@@ -5,8 +5,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "engine/grasp/muscles.h"
 #include "engine/grasp/stopwatch.h"
+#include "engine/hand/muscles.h"
 
 namespace thenar {
 

@@ -12,7 +12,7 @@
 #include "engine/control/stiff_control.h"
 #include "engine/grasp/contact_search.h"
 #include "engine/grasp/model.h"
-#include "engine/grasp/muscles.h"
+#include "engine/hand/muscles.h"
 
 namespace thenar {
 

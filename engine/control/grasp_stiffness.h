@@ -8,8 +8,8 @@
 #include "engine/grasp/contact_kinematics.h"
 #include "engine/grasp/frame.h"
 #include "engine/grasp/model.h"
-#include "engine/grasp/muscles.h"
 #include "engine/grasp/state.h"
+#include "engine/hand/muscles.h"
 
 namespace thenar {
 

@@ -29,9 +29,10 @@ struct EnvironmentReport {
   int contacts = 0;            ///< Within the band.
   int active = 0;              ///< Of them, those that carry force.
   double penetration_m = 0.0;  ///< The deepest, at the tick's end: object and body give way by so much.
-  Eigen::Matrix<double, 6, 1> wrench = Eigen::Matrix<double, 6, 1>::Zero();  ///< On the object, about its origin, world.
-  double normal_N = 0.0;       ///< Sum of the normal forces.
-  int steps = 0;               ///< Of Newton's method, in the last solve of the tick.
+  Eigen::Matrix<double, 6, 1> wrench =
+      Eigen::Matrix<double, 6, 1>::Zero();  ///< On the object, about its origin, world.
+  double normal_N = 0.0;                    ///< Sum of the normal forces.
+  int steps = 0;                            ///< Of Newton's method, in the last solve of the tick.
 };
 
 /// The object's contacts with the environment, found anew in each tick, for both are exact: no frame is too old for
@@ -40,8 +41,8 @@ struct EnvironmentContacts {
   EnvironmentContacts() = default;  ///< Of a scene that has none.
   EnvironmentContacts(const Environment& environment, const Solid& object);
 
-  std::vector<SolidPair> pairs;  ///< The object and each body.
-  std::vector<std::size_t> end;  ///< Contacts of body k are at end[k - 1] .. end[k], from 0 on.
+  std::vector<SolidPair> pairs;     ///< The object and each body.
+  std::vector<std::size_t> end;     ///< Contacts of body k are at end[k - 1] .. end[k], from 0 on.
   std::vector<SolidContact> found;  ///< In the bodies' frames.
   std::vector<GroundContact> contacts;
   std::vector<Eigen::Matrix3d> E_W;        ///< Columns n, t1, t2, world axes.

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/grasp/hand.h"
+#include "engine/hand/hand.h"
 #include "thenar/eigen_layout.h"
 
 // What pictures are painted with: small discs of surfaces, the far ones first.

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "engine/grasp/muscles.h"
+#include "engine/hand/muscles.h"
 #include "solvers/grasp_forces.h"
 #include "solvers/muscles/muscle_forces.h"
 

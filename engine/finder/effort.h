@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "engine/finder/found_grasp.h"
-#include "engine/grasp/hand.h"
+#include "engine/hand/hand.h"
 #include "solvers/grasp_problem.h"
 
 namespace thenar {

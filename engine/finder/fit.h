@@ -10,7 +10,7 @@
 #include "engine/finder/found_grasp.h"
 #include "engine/finder/hand_body.h"
 #include "engine/finder/least_squares.h"
-#include "engine/grasp/hand.h"
+#include "engine/hand/hand.h"
 
 namespace thenar {
 

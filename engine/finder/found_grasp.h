@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "collision/implicit_surface.h"
-#include "engine/grasp/hand.h"
 #include "engine/grasp/pulp.h"
 #include "engine/grasp/scene.h"
+#include "engine/hand/hand.h"
 #include "solvers/grasp_problem.h"
 
 namespace thenar {

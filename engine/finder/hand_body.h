@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "collision/implicit_surface.h"
-#include "engine/grasp/hand.h"
+#include "engine/hand/hand.h"
 #include "solvers/grasp_problem.h"
 
 namespace thenar {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "engine/finder/hand_body.h"
-#include "engine/grasp/hand.h"
+#include "engine/hand/hand.h"
 
 namespace thenar {
 

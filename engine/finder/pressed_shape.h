@@ -4,8 +4,8 @@
 #include <optional>
 
 #include "collision/implicit_surface.h"
-#include "engine/grasp/hand.h"
 #include "engine/grasp/pulp.h"
+#include "engine/hand/hand.h"
 #include "solvers/grasp_problem.h"
 
 namespace thenar {

@@ -4,9 +4,9 @@
 #include <vector>
 
 #include "engine/grasp/frame.h"
-#include "engine/grasp/hand.h"
 #include "engine/grasp/model.h"
 #include "engine/grasp/state.h"
+#include "engine/hand/hand.h"
 #include "solvers/grouped_delassus.h"
 
 namespace thenar {

@@ -5,9 +5,9 @@
 
 #include "collision/contact_finding.h"
 #include "engine/grasp/frame.h"
-#include "engine/grasp/hand.h"
 #include "engine/grasp/model.h"
 #include "engine/grasp/state.h"
+#include "engine/hand/hand.h"
 
 namespace thenar {
 

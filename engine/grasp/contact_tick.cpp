@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/grasp/deformation_energy.h"
 #include "engine/grasp/handover.h"
 #include "engine/grasp/object_compliance.h"
 #include "engine/grasp/stopwatch.h"
@@ -273,7 +272,8 @@ void keep_environment(const Model& model, const ContactWorkspace& work, State& s
 std::optional<CommonGround> ground_of(const Model& model, const Drive& drive, const ContactWorkspace& work) {
   if (!model.scene.environment) return std::nullopt;
   CommonGround ground{{work.environment.contacts, model.scene.environment->compliance_m_per_N, {}}, {}};
-  ground.problem.mobility << Vector3d::Constant(drive.mobility.translation), Vector3d::Constant(drive.mobility.rotation);
+  ground.problem.mobility << Vector3d::Constant(drive.mobility.translation),
+      Vector3d::Constant(drive.mobility.rotation);
   ground.x_free = ground.problem.mobility.cwiseProduct(drive.wrench);
   return ground;
 }
@@ -338,16 +338,6 @@ void book_motion(const Scene& scene, const Drive& drive, const State& state, con
     const double work_J = report.stop_Nm[j] * motion.dq[j];
     (work_J > 0.0 ? ledger.injected_J : ledger.dissipated_J) += std::abs(work_J);
   }
-}
-
-void book_environment(const Environment& environment, const ContactWorkspace& work, Ledger& ledger) {
-  const EnvironmentWork done =
-      environment_work(environment, work.environment, work.solver.ground.f, work.solver.ground.x);
-  ledger.drive_J += done.moving_J;
-  ledger.deformation_J += done.deformation_J;
-  ledger.stored_J += done.stored_J;
-  ledger.injected_J += done.injected_J;
-  ledger.dissipated_J += done.dissipated_J;
 }
 
 /// Moves the bodies by their free and their contact motion, and takes stock of what the fingers do. False, and nothing

@@ -7,6 +7,7 @@
 
 #include "engine/grasp/contact_workspace.h"
 #include "engine/grasp/frame.h"
+#include "engine/grasp/ledger.h"
 #include "engine/grasp/model.h"
 #include "engine/grasp/patches.h"
 #include "engine/grasp/state.h"
@@ -18,33 +19,6 @@ namespace thenar {
 struct TickInput {
   Vector6d wrench = Vector6d::Zero();     ///< On the object beside the frame's, about its origin, world axes [N, N m].
   std::optional<Eigen::Isometry3d> X_WT;  ///< Where the object should be at this tick; nothing: where the task has it.
-};
-
-/// Where the energy of a tick went [J]. With forces held over the tick its law in generalised coordinates, B (dq, dx) /
-/// h = drive + J_c' f with the drive at the tick's end, times the motion (dq, dx) is
-///     drive - viscous + sum_i f_i . J_c,i (dq, dx) = 0,
-/// and in each contact's rows J_c (dq, dx) = w - (u+ - u) - (u_o+ - u_o), w the relative motion of the two deformed
-/// surfaces. So, over any time and to the accuracy of the solve,
-///     drive - viscous - deformation + injected - dissipated = 0.
-struct Ledger {
-  double drive_J = 0.0;        ///< Work of what moves the bodies beside contact: torques, weight, springs, input.
-  double viscous_J = 0.0;      ///< Taken by the bodies' viscosities.
-  double deformation_J = 0.0;  ///< Work of the contact forces on the pulps and a soft object.
-  double stored_J = 0.0;       ///< Elastic energy in these after the tick; the rest of that work their viscosity took.
-  double injected_J = 0.0;    ///< Work of contacts whose forces push their surfaces on, f . w > 0: energy from nowhere.
-  double dissipated_J = 0.0;  ///< Of the others, friction above all. Each contact is booked by its own sign.
-
-  /// What is missing from the balance.
-  [[nodiscard]] double unbalanced_J() const { return drive_J - viscous_J - deformation_J + injected_J - dissipated_J; }
-  /// Goes on with the next tick's.
-  void add(const Ledger& tick) {
-    drive_J += tick.drive_J;
-    viscous_J += tick.viscous_J;
-    deformation_J += tick.deformation_J;
-    stored_J = tick.stored_J;
-    injected_J += tick.injected_J;
-    dissipated_J += tick.dissipated_J;
-  }
 };
 
 /// What one contact tick returns by value.
@@ -67,10 +41,10 @@ struct TickReport {
   PerFinger<double> left_out_m;  ///< Of the latter alone, by finger; 0: none is in the object.
   PerFinger<PatchReport> patch;
   EnvironmentReport environment;  ///< Of a scene that has one.
-  JointVector stop_Nm;      ///< What the stops at the ends of the joints' ranges bear: see JointStops.
-  double assemble_s = 0.0;  ///< Hand-over, drive, gaps and Jacobians: what W is made of.
-  double solve_s = 0.0;     ///< Free motion, Gauss-Seidel and commit.
-  double deform_s = 0.0;    ///< Deformation, and what the patches did.
+  JointVector stop_Nm;            ///< What the stops at the ends of the joints' ranges bear: see JointStops.
+  double assemble_s = 0.0;        ///< Hand-over, drive, gaps and Jacobians: what W is made of.
+  double solve_s = 0.0;           ///< Free motion, Gauss-Seidel and commit.
+  double deform_s = 0.0;          ///< Deformation, and what the patches did.
 };
 
 /// Advances the state by one step h of the contact loop on a frozen frame.

@@ -6,7 +6,7 @@
 #include "engine/grasp/contact_kinematics.h"
 #include "engine/grasp/frame.h"
 #include "engine/grasp/model.h"
-#include "engine/grasp/muscles.h"
+#include "engine/hand/muscles.h"
 #include "solvers/grouped_delassus.h"
 
 namespace thenar {

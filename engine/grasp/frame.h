@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "engine/grasp/hand.h"
 #include "engine/grasp/model.h"
-#include "engine/grasp/muscles.h"
+#include "engine/hand/hand.h"
+#include "engine/hand/muscles.h"
 #include "solvers/grasp_forces.h"
 #include "solvers/grouped_delassus.h"
 

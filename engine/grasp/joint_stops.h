@@ -6,7 +6,7 @@
 #include "engine/grasp/contact_kinematics.h"
 #include "engine/grasp/delassus.h"
 #include "engine/grasp/frame.h"
-#include "engine/grasp/hand.h"
+#include "engine/hand/hand.h"
 
 namespace thenar {
 

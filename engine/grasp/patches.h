@@ -9,9 +9,9 @@
 
 #include "engine/grasp/delassus.h"
 #include "engine/grasp/frame.h"
-#include "engine/grasp/hand.h"
 #include "engine/grasp/model.h"
 #include "engine/grasp/state.h"
+#include "engine/hand/hand.h"
 
 namespace thenar {
 

@@ -8,7 +8,7 @@
 #include "collision/shapes.h"
 #include "collision/surface_cells.h"
 #include "collision/voronoi_cells.h"
-#include "engine/grasp/hand.h"
+#include "engine/hand/hand.h"
 
 namespace thenar {
 

@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 
 #include "collision/implicit_surface.h"
-#include "engine/grasp/hand.h"
+#include "engine/hand/hand.h"
 
 namespace thenar {
 

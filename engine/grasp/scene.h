@@ -13,8 +13,8 @@
 #include "collision/shapes.h"
 #include "collision/solids/solid.h"
 #include "engine/environment/environment.h"
-#include "engine/grasp/hand.h"
 #include "engine/grasp/pulp.h"
+#include "engine/hand/hand.h"
 #include "solvers/grasp_forces.h"
 
 namespace thenar {

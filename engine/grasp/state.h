@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "engine/environment/environment_contacts.h"
-#include "engine/grasp/hand.h"
 #include "engine/grasp/model.h"
-#include "engine/grasp/muscles.h"
+#include "engine/hand/hand.h"
+#include "engine/hand/muscles.h"
 
 namespace thenar {
 
@@ -80,10 +80,10 @@ struct Snapshot {
 struct State : Snapshot {
   explicit State(const Model& model);
 
-  std::vector<Eigen::MatrixX3d> u_m;     ///< Per finger, control points x 3, distal frame: what the pulp's deformation
-                                         ///< adds to the object's displacement against the finger (the pulp's surface
-                                         ///< moves by -u). The memory of friction. Empty for rigid fingertips.
-  std::vector<ContactForce> forces;      ///< Sorted by finger and control point; capacity model.max_contacts.
+  std::vector<Eigen::MatrixX3d> u_m;  ///< Per finger, control points x 3, distal frame: what the pulp's deformation
+                                      ///< adds to the object's displacement against the finger (the pulp's surface
+                                      ///< moves by -u). The memory of friction. Empty for rigid fingertips.
+  std::vector<ContactForce> forces;   ///< Sorted by finger and control point; capacity model.max_contacts.
   std::vector<EnvironmentForce> environment_forces;  ///< On the object, in order.
   std::vector<ObjectLoad> object_loads;  ///< Likewise, kLoadsPerContact times as many; of a rigid object none.
   PerFinger<double> pulp_energy_J;       ///< That by which u is held, of pulps without stiffening.

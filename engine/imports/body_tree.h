@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "engine/grasp/hand.h"
+#include "engine/hand/hand.h"
 #include "thenar/eigen_layout.h"
 
 /// A mechanism as MJCF and URDF both describe it: a tree of bodies, what is fixed in them, and what ties them together.

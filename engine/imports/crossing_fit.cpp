@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-#include "engine/grasp/muscles.h"
+#include "engine/hand/muscles.h"
 
 namespace thenar {
 

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "engine/grasp/hand.h"
+#include "engine/hand/hand.h"
 #include "engine/imports/tendon_route.h"
 
 namespace thenar {

@@ -8,7 +8,7 @@
 #include <set>
 
 #include "engine/formats/text.h"
-#include "engine/grasp/hand.h"
+#include "engine/hand/hand.h"
 #include "engine/scenes/config.h"
 
 namespace thenar {

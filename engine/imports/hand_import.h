@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "engine/grasp/hand.h"
+#include "engine/hand/hand.h"
 #include "engine/imports/body_tree.h"
 #include "engine/imports/hand_request.h"
 #include "engine/imports/imported_hand.h"

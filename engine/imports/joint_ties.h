@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/grasp/coupled_joints.h"
+#include "engine/hand/coupled_joints.h"
 #include "engine/imports/body_tree.h"
 #include "engine/imports/finger_chains.h"
 

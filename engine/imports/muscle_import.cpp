@@ -7,7 +7,7 @@
 #include <random>
 
 #include "engine/formats/text.h"
-#include "engine/grasp/muscles.h"
+#include "engine/hand/muscles.h"
 #include "engine/imports/crossing_fit.h"
 #include "engine/imports/tendon_route.h"
 #include "engine/scenes/config.h"

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/grasp/hand.h"
+#include "engine/hand/hand.h"
 
 namespace thenar {
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "engine/grasp/hand.h"
+#include "engine/hand/hand.h"
 #include "engine/imports/wrapping.h"
 
 namespace thenar {

@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <vector>
 
-#include "engine/grasp/hand.h"
+#include "engine/hand/hand.h"
 #include "engine/imports/body_tree.h"
 #include "engine/imports/finger_chains.h"
 

@@ -3,7 +3,7 @@
 #include <limits>
 #include <span>
 
-#include "engine/grasp/muscles.h"
+#include "engine/hand/muscles.h"
 
 namespace thenar {
 

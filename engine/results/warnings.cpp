@@ -8,10 +8,10 @@
 
 #include "engine/control/control.h"
 #include "engine/control/pose_loop.h"
-#include "engine/grasp/hand.h"
 #include "engine/grasp/state.h"
-#include "engine/scenes/pressed_pulp.h"
-#include "engine/scenes/pulp_levels.h"
+#include "engine/hand/hand.h"
+#include "engine/pulps/pressed_pulp.h"
+#include "engine/pulps/pulp_levels.h"
 
 namespace thenar {
 

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "engine/grasp/model.h"
+#include "engine/pulps/pressed_pulp.h"
 #include "engine/results/recording.h"
-#include "engine/scenes/pressed_pulp.h"
 
 namespace thenar {
 

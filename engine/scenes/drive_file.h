@@ -2,8 +2,8 @@
 
 #include <filesystem>
 
-#include "engine/grasp/hand.h"
 #include "engine/grasp/scene.h"
+#include "engine/hand/hand.h"
 
 namespace thenar {
 

@@ -9,7 +9,7 @@
 
 #include "engine/formats/files.h"
 #include "engine/formats/text.h"
-#include "engine/grasp/coupled_joints.h"
+#include "engine/hand/coupled_joints.h"
 #include "engine/scenes/config.h"
 #include "engine/scenes/keys.h"
 #include "solvers/muscles/muscle_forces.h"

@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "engine/grasp/hand.h"
+#include "engine/hand/hand.h"
 
 namespace thenar {
 

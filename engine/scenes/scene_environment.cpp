@@ -55,7 +55,9 @@ std::string three(const Vector3d& values, Dimension dimension) {
 struct SolidText {
   std::string operator()(const HalfSpace&) const { return "plane: true"; }
   std::string operator()(const BoxShape& box) const { return "box: " + three(box.size_m, Dimension::kLength); }
-  std::string operator()(const SphereShape& sphere) const { return "sphere: " + to_text(sphere.radius_m, Dimension::kLength); }
+  std::string operator()(const SphereShape& sphere) const {
+    return "sphere: " + to_text(sphere.radius_m, Dimension::kLength);
+  }
   std::string operator()(const CylinderShape& cylinder) const {
     return fmt::format("cylinder: {{radius: {}, length: {}}}", to_text(cylinder.radius_m, Dimension::kLength),
                        to_text(cylinder.length_m, Dimension::kLength));
@@ -85,9 +87,9 @@ std::string environment_text(const Environment& environment) {
   std::string out = fmt::format("environment:\n  compliance: {}\n  bodies:\n",
                                 to_text(environment.compliance_m_per_N, Dimension::kCompliance));
   for (const EnvironmentBody& body : environment.bodies) {
-    out += fmt::format("    - name: {}\n      shape: {{{}}}\n      position: {}\n", quoted(body.name),
-                       std::visit(SolidText{}, body.shape),
-                       three(Vector3d(body.X_WE.translation()), Dimension::kLength));
+    out +=
+        fmt::format("    - name: {}\n      shape: {{{}}}\n      position: {}\n", quoted(body.name),
+                    std::visit(SolidText{}, body.shape), three(Vector3d(body.X_WE.translation()), Dimension::kLength));
     const Eigen::Matrix3d R = body.X_WE.linear();
     const auto row = [&](int i) { return three(Vector3d(R.row(i)), Dimension::kNone); };
     out += fmt::format("      rotation: [{},\n                 {},\n                 {}]\n", row(0), row(1), row(2));

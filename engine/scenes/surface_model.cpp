@@ -6,9 +6,9 @@
 
 #include "collision/fine_parts.h"
 #include "engine/finder/settle.h"
+#include "engine/pulps/pulp_levels.h"
 #include "engine/scenes/config.h"
 #include "engine/scenes/object_bounds.h"
-#include "engine/scenes/pulp_levels.h"
 #include "engine/scenes/scene_file.h"
 
 namespace thenar {

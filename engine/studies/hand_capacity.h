@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "engine/grasp/hand.h"
 #include "engine/grasp/model.h"
+#include "engine/hand/hand.h"
 #include "engine/studies/force_limit.h"
 #include "solvers/grasp_problem.h"
 

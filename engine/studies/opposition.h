@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "engine/grasp/hand.h"
+#include "engine/hand/hand.h"
 
 namespace thenar {
 

@@ -7,7 +7,7 @@
 
 #include "engine/control/control_tick.h"
 #include "engine/control/controller.h"
-#include "engine/scenes/pressed_pulp.h"
+#include "engine/pulps/pressed_pulp.h"
 
 namespace thenar {
 

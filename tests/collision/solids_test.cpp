@@ -119,8 +119,8 @@ TEST(SolidContacts, ABoxLiesOnATableByFourCornersAndACylinderByItsCircle) {
 
 TEST(SolidContacts, OnABoxThatIsNarrowerEdgesCross) {
   // A plank across a beam: two edges of either cross, at the corners of where they overlap.
-  const auto contacts = contacts_of(BoxShape{{100e-3, 20e-3, 10e-3}}, BoxShape{{20e-3, 100e-3, 10e-3}},
-                                    at({0.0, 0.0, 10e-3}), 0.1e-3);
+  const auto contacts =
+      contacts_of(BoxShape{{100e-3, 20e-3, 10e-3}}, BoxShape{{20e-3, 100e-3, 10e-3}}, at({0.0, 0.0, 10e-3}), 0.1e-3);
   ASSERT_EQ(contacts.size(), 4U);
   for (const SolidContact& contact : contacts) {
     EXPECT_NEAR(contact.gap_m, 0.0, kRounding_m);
@@ -159,7 +159,8 @@ TEST(SolidContacts, TheLeastGapIsContinuousOnTheWayIntoAHole) {
   constexpr double kStep_m = 1e-6;
   for (int k = 0; k < 6000; ++k) {
     const double way_m = kStep_m * k;
-    const Isometry3d X_BA = at({0.4e-3 * std::max(0.0, 1.0 - way_m / 2e-3), 0.0, 30e-3 + 1e-3 - way_m}, {0.0, 0.003, 0.0});
+    const Isometry3d X_BA =
+        at({0.4e-3 * std::max(0.0, 1.0 - way_m / 2e-3), 0.0, 30e-3 + 1e-3 - way_m}, {0.0, 0.003, 0.0});
     double least_m = 1e-3;
     for (const SolidContact& contact : contacts_of(peg, kHole, X_BA, 1e-3)) least_m = std::min(least_m, contact.gap_m);
     if (k > 0) EXPECT_LE(std::abs(least_m - before_m), 1.5 * kStep_m) << "step " << k;
@@ -197,7 +198,8 @@ TEST(SolidContacts, NormalsAreTheDerivativeOfGaps) {
         if (before[i].place != after[i].place || before[i].gap_m < -0.5e-3) continue;
         const double way_m = before[i].n.dot(v + w.cross(before[i].p_m - X.translation()));
         // Second order: kWay_m^2 over how far a peg is off its hole, some 10 um.
-        EXPECT_NEAR(after[i].gap_m - before[i].gap_m, way_m, 2e-3 * kWay_m) << "place " << before[i].place << ", seed 2";
+        EXPECT_NEAR(after[i].gap_m - before[i].gap_m, way_m, 2e-3 * kWay_m)
+            << "place " << before[i].place << ", seed 2";
         ++compared;
       }
     }

@@ -8,8 +8,8 @@
 #include "engine/finder/finder.h"
 #include "engine/finder/fit.h"
 #include "engine/finder/hand_body.h"
-#include "engine/grasp/coupled_joints.h"
-#include "engine/grasp/muscles.h"
+#include "engine/hand/coupled_joints.h"
+#include "engine/hand/muscles.h"
 #include "tests/finder/known_surfaces.h"
 
 namespace thenar::coupled_hand_test {

@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "engine/finder/pressed_shape.h"
-#include "engine/grasp/muscles.h"
+#include "engine/hand/muscles.h"
 #include "tests/finder/known_surfaces.h"
 
 namespace thenar::hand_body_test {

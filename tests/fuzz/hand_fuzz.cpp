@@ -3,7 +3,7 @@
 
 #include "engine/formats/files.h"
 #include "engine/formats/text.h"
-#include "engine/grasp/hand.h"
+#include "engine/hand/hand.h"
 #include "engine/scenes/config.h"
 #include "engine/scenes/hand_file.h"
 #include "tests/fuzz/memory_file.h"

@@ -1,4 +1,4 @@
-#include "engine/grasp/coupled_joints.h"
+#include "engine/hand/coupled_joints.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 #include "bench/cases/scene_run.h"
 #include "engine/control/control.h"
 #include "engine/grasp/delassus.h"
-#include "engine/grasp/muscles.h"
+#include "engine/hand/muscles.h"
 #include "tests/support/allocation_counter.h"
 #include "tests/support/coupled_hand.h"
 #include "tests/support/scenes.h"

@@ -1,4 +1,4 @@
-#include "engine/grasp/hand.h"
+#include "engine/hand/hand.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "engine/grasp/muscles.h"
+#include "engine/hand/muscles.h"
 #include "engine/scenes/hand_file.h"
 #include "solvers/grasp_forces.h"
 #include "solvers/muscles/muscle_forces.h"

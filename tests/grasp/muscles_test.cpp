@@ -1,11 +1,11 @@
-#include "engine/grasp/muscles.h"
+#include "engine/hand/muscles.h"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
 #include <random>
 
-#include "engine/grasp/coupled_joints.h"
+#include "engine/hand/coupled_joints.h"
 #include "engine/scenes/hand_file.h"
 #include "tests/support/scenes.h"
 

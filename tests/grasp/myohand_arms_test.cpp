@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "engine/grasp/hand.h"
-#include "engine/grasp/muscles.h"
+#include "engine/hand/hand.h"
+#include "engine/hand/muscles.h"
 #include "engine/scenes/hand_file.h"
 #include "tests/support/json_eigen.h"
 #include "tests/support/scenes.h"

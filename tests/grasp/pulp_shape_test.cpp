@@ -13,9 +13,9 @@
 #include <vector>
 
 #include "collision/shapes.h"
-#include "engine/grasp/hand.h"
 #include "engine/grasp/pulp.h"
 #include "engine/grasp/pulp_touch.h"
+#include "engine/hand/hand.h"
 #include "tests/support/scenes.h"
 
 namespace thenar::pulp_shape_test {

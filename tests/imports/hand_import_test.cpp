@@ -9,7 +9,7 @@
 #include <numbers>
 #include <random>
 
-#include "engine/grasp/muscles.h"
+#include "engine/hand/muscles.h"
 #include "tests/imports/imported.h"
 
 namespace thenar::hand_import_test {

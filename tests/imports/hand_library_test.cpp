@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <string>
 
-#include "engine/grasp/muscles.h"
+#include "engine/hand/muscles.h"
 #include "engine/imports/crossing_fit.h"
 #include "engine/scenes/hand_file.h"
 #include "solvers/muscles/muscle_forces.h"

@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/grasp/muscles.h"
+#include "engine/hand/muscles.h"
 #include "engine/imports/wrapping.h"
 #include "tests/imports/imported.h"
 

@@ -1,4 +1,4 @@
-#include "engine/scenes/pressed_pulp.h"
+#include "engine/pulps/pressed_pulp.h"
 
 #include <gtest/gtest.h>
 

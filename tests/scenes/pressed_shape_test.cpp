@@ -9,9 +9,9 @@
 #include <numbers>
 #include <random>
 
-#include "engine/scenes/elliptic_hertz.h"
-#include "engine/scenes/pressed_pulp.h"
-#include "engine/scenes/pulp_levels.h"
+#include "engine/pulps/elliptic_hertz.h"
+#include "engine/pulps/pressed_pulp.h"
+#include "engine/pulps/pulp_levels.h"
 #include "solvers/gauss_seidel.h"
 #include "tests/support/scenes.h"
 

@@ -1,4 +1,4 @@
-#include "engine/scenes/pulp_levels.h"
+#include "engine/pulps/pulp_levels.h"
 
 #include <gtest/gtest.h>
 
@@ -6,9 +6,9 @@
 #include <numbers>
 #include <random>
 
+#include "engine/pulps/pressed_pulp.h"
 #include "engine/scenes/build_model.h"
 #include "engine/scenes/config.h"
-#include "engine/scenes/pressed_pulp.h"
 #include "tests/support/algebra.h"
 #include "tests/support/scenes.h"
 #include "tests/support/three_fingers.h"

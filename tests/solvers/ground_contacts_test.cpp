@@ -85,8 +85,8 @@ Motion pressed_down(std::mt19937& random) {
   return x;
 }
 
-// Six equations hold all the laws: what they find has no residual in the problem of 3n rows. Some problems with friction
-// have no way from a soft ground to theirs, or none that is found: that is told, and happens to one of a hundred. Runs
+// Six equations hold all the laws: what they find has no residual in the problem of 3n rows. Some problems with
+// friction have no way from a soft ground to theirs, or none that is found: that is told, and happens to one of a hundred. Runs
 // begin with the last tick's motion, and then take a step or two; these begin with none.
 TEST(GroundContacts, SolveTheProblemOfAllTheirRows) {
   int steps = 0, unsolved = 0;
@@ -121,7 +121,7 @@ TEST(GroundContacts, AgreeWithTheAccurateSolver) {
     SCOPED_TRACE(seed);
     std::mt19937 random(seed);
     RandomGround ground(1 + static_cast<Index>(seed % 8), 0.1, random);
-    ground.compliance = 1e-5;  // Soft enough for the other.
+    ground.compliance = 1e-5;                                                          // Soft enough for the other.
     for (GroundContact& contact : ground.all) contact.mu = std::min(contact.mu, 0.3);  // Which has one solution.
     const Motion x_free = pressed_down(random);
     GroundWorkspace work(8);
@@ -201,7 +201,8 @@ TEST(GroundContacts, FingersOnABodyOnAGroundSolveTheProblemOfBoth) {
     GroupedContactProblem problem = fingers.problem(delta_free, mu);
     problem.ground = &common;
     const SolveReport report = solve_contacts(problem, {1e-9, 2000}, work, {f, delta});
-    EXPECT_EQ(report.status, SolveStatus::kConverged) << report.residual << " left after " << report.sweeps << " sweeps";
+    EXPECT_EQ(report.status, SolveStatus::kConverged)
+        << report.residual << " left after " << report.sweeps << " sweeps";
 
     // All rows in one: the fingers' W, the ground's, and what they do to one another through the body.
     const ContactData below = dense(ground, x_free);

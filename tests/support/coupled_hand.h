@@ -3,8 +3,8 @@
 #include <utility>
 #include <vector>
 
-#include "engine/grasp/coupled_joints.h"
 #include "engine/grasp/scene.h"
+#include "engine/hand/coupled_joints.h"
 
 namespace thenar {
 

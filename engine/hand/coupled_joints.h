@@ -3,7 +3,7 @@
 #include <span>
 #include <string>
 
-#include "engine/grasp/hand.h"
+#include "engine/hand/hand.h"
 
 namespace thenar {
 

@@ -1,4 +1,4 @@
-#include "engine/grasp/deformation_energy.h"
+#include "engine/grasp/ledger.h"
 
 namespace thenar {
 
@@ -44,6 +44,16 @@ void book_deformation(const Model& model, const Frame& frame, const ContactWorks
       elastic_energy(state.object_energy_J, memory(*model.scene.object.compliance), object_before_J, object_after_J);
   ledger.deformation_J += object_after_J - object_before_J;
   ledger.stored_J += state.object_energy_J;
+}
+
+void book_environment(const Environment& environment, const ContactWorkspace& work, Ledger& ledger) {
+  const EnvironmentWork done =
+      environment_work(environment, work.environment, work.solver.ground.f, work.solver.ground.x);
+  ledger.drive_J += done.moving_J;
+  ledger.deformation_J += done.deformation_J;
+  ledger.stored_J += done.stored_J;
+  ledger.injected_J += done.injected_J;
+  ledger.dissipated_J += done.dissipated_J;
 }
 
 }  // namespace thenar

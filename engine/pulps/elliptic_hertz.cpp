@@ -1,4 +1,4 @@
-#include "engine/scenes/elliptic_hertz.h"
+#include "engine/pulps/elliptic_hertz.h"
 
 #include <cmath>
 #include <numbers>

@@ -1,9 +1,9 @@
-#include "engine/scenes/pressed_pulp.h"
+#include "engine/pulps/pressed_pulp.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "engine/scenes/elliptic_hertz.h"
+#include "engine/pulps/elliptic_hertz.h"
 #include "solvers/gauss_seidel.h"
 
 namespace thenar {

@@ -1,4 +1,4 @@
-#include "engine/grasp/muscles.h"
+#include "engine/hand/muscles.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "engine/grasp/hand.h"
+#include "engine/hand/hand.h"
 
 namespace thenar {
 

@@ -56,7 +56,7 @@ struct Joint {
   double drag = 1.0;                        ///< Its viscosity over its finger's: more than 1 where others follow it.
 };
 
-/// A joint that turns with another one of its finger, nearer to the palm: see engine/grasp/coupled_joints.h. It has no
+/// A joint that turns with another one of its finger, nearer to the palm: see engine/hand/coupled_joints.h. It has no
 /// angle of its own in q.
 struct Follower {
   Joint joint;
@@ -100,7 +100,7 @@ struct Fingertip {
 };
 
 /// Where a tendon crosses joints: it pulls at an attachment distal to them, in the direction of a via point or of a
-/// vector fixed in a segment. How that makes a length is in engine/grasp/muscles.h.
+/// vector fixed in a segment. How that makes a length is in engine/hand/muscles.h.
 struct MuscleCrossing {
   std::vector<int> joints;  ///< From the palm on; followers count on from the joints.
   double share = 1.0;       ///< Of the muscle's force.

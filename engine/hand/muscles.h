@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "engine/grasp/hand.h"
+#include "engine/hand/hand.h"
 #include "solvers/muscles/muscle_forces.h"
 
 namespace thenar {

@@ -1,4 +1,4 @@
-#include "engine/scenes/pulp_levels.h"
+#include "engine/pulps/pulp_levels.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "engine/grasp/model.h"
-#include "engine/scenes/pressed_pulp.h"
+#include "engine/pulps/pressed_pulp.h"
 
 namespace thenar {
 

@@ -1,4 +1,4 @@
-#include "engine/grasp/coupled_joints.h"
+#include "engine/hand/coupled_joints.h"
 
 #include <algorithm>
 #include <utility>
