@@ -163,7 +163,9 @@ TEST(SolidContacts, TheLeastGapIsContinuousOnTheWayIntoAHole) {
         at({0.4e-3 * std::max(0.0, 1.0 - way_m / 2e-3), 0.0, 30e-3 + 1e-3 - way_m}, {0.0, 0.003, 0.0});
     double least_m = 1e-3;
     for (const SolidContact& contact : contacts_of(peg, kHole, X_BA, 1e-3)) least_m = std::min(least_m, contact.gap_m);
-    if (k > 0) EXPECT_LE(std::abs(least_m - before_m), 1.5 * kStep_m) << "step " << k;
+    if (k > 0) {
+      EXPECT_LE(std::abs(least_m - before_m), 1.5 * kStep_m) << "step " << k;
+    }
     before_m = least_m;
   }
 }

@@ -86,8 +86,8 @@ Motion pressed_down(std::mt19937& random) {
 }
 
 // Six equations hold all the laws: what they find has no residual in the problem of 3n rows. Some problems with
-// friction have no way from a soft ground to theirs, or none that is found: that is told, and happens to one of a hundred. Runs
-// begin with the last tick's motion, and then take a step or two; these begin with none.
+// friction have no way from a soft ground to theirs, or none that is found: that is told, and happens to one of a
+// hundred. Runs begin with the last tick's motion, and then take a step or two; these begin with none.
 TEST(GroundContacts, SolveTheProblemOfAllTheirRows) {
   int steps = 0, unsolved = 0;
   for (unsigned seed = 0; seed < 500; ++seed) {
