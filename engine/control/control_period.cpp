@@ -182,7 +182,12 @@ Vector6d published_wrench(ControlPeriod& period) {
   // In a hold nothing that is asked for acts. The error that has gathered there comes back as slowly as the drive does.
   const double fade = std::exp(-controller.period_s / kResume_s);
   controller.acting_share = period.snapshot.held ? 0.0 : 1.0 - fade * (1.0 - controller.acting_share);
-  const Vector6d D = controller.pid->update(period.error(), controller.period_s, controller.acting_share);
+  Vector6d error = period.error();
+  const auto& centre = settings_of(period.model).centre_m;
+  const Vector3d to_centre_m = centre ? Vector3d(period.snapshot.X_WO.linear() * *centre) : Vector3d::Zero();
+  if (centre) error.head<3>() += period.target().linear() * *centre - to_centre_m;
+  Vector6d D = controller.pid->update(error, controller.period_s, controller.acting_share);
+  if (centre) D.tail<3>() += to_centre_m.cross(Vector3d(D.head<3>()));
   const Vector6d known = period.model.weight(period.snapshot.X_WO, period.known_gravity());
   if (!anticipates(period.model)) return D - known;
   const ObjectSettings& object = period.model.scene.object;

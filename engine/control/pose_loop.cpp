@@ -20,6 +20,12 @@ double pose_rate(const Model& model) {
   B.diagonal().tail<3>().setConstant(scene.object.rotation_damping);
   K.diagonal().head<3>().setConstant(scene.control->position.p);
   K.diagonal().tail<3>().setConstant(scene.control->rotation.p);
+  if (const auto& centre = scene.control->centre_m) {
+    Matrix6d to_centre = Matrix6d::Identity();
+    const Vector3d lever_m = start.X_WO.linear() * *centre;
+    for (int axis = 0; axis < 3; ++axis) to_centre.col(3 + axis).head<3>() = Vector3d::Unit(axis).cross(lever_m);
+    K = to_centre.transpose().lazyProduct(K.lazyProduct(to_centre).eval()).eval();
+  }
   for (int k = 0; k < model.fingers(); ++k) {
     const Vector3d point_m = finger_contact(model, pose, start, k).point_m;
     const Matrix3d JJ = damped(squared(finger_jacobian(scene.hand, pose, k, point_m)));

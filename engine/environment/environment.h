@@ -29,6 +29,7 @@ struct EnvironmentBody {
 struct Environment {
   std::vector<EnvironmentBody> bodies;
   double compliance_m_per_N = 0.0;  ///< How object and bodies give way at each contact, in all directions; > 0.
+  std::string place = {};           ///< In its file, for refusals: "file:line:column".
 };
 
 [[nodiscard]] Eigen::Isometry3d pose(const EnvironmentBody& body, double time_s);

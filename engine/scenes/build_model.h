@@ -7,7 +7,8 @@ namespace thenar {
 
 /// Makes a scene ready to run: its object's surface, its fingertips with their level of detail, and how many contacts a
 /// frame must hold. Nothing after it reads files. `begins` is told each stage of it.
-/// Throws ConfigError or FileError where the object's points make no surface, or a place in it lies outside.
+/// Throws ConfigError or FileError where the object's points make no surface, a place in it lies outside, or its
+/// environment leaves it no room.
 [[nodiscard]] Model build_model(Scene scene, const StartWatch& begins = {});
 
 /// The same model, sooner: a known one lends its object's surface where the scene has the same.

@@ -239,6 +239,10 @@ constexpr std::array kSceneKeys = std::to_array<Key>({
     {"control.rotation.p", kQuantity, kRotationalStiffness, ">= 0", "", "Its proportional gain."},
     {"control.rotation.i", kQuantity, kRotationalIntegralGain, ">= 0", "0 N*m/(rad*s)", "Its integral gain."},
     {"control.rotation.d", kQuantity, kRotationalDamping, ">= 0", "0 N*m*s", "Its derivative gain."},
+    {"control.centre", kQuantities, kLength, "", "(Without it: the object's origin.)",
+     "The point of the object that control.position keeps at its place, object frame: where forces do not turn it, and "
+     "moments do not shift it. At the tip of a peg, walls correct its place and its tilt one by one.",
+     3},
     {"control.posture", kQuantity, kRotationalStiffness, "> 0", "(Without it the posture drifts there.)",
      "A spring to the posture of the start, where the fingertips leave the joints free."},
     {"control.feedback_delay", kQuantity, kTime, "0 s .. 1 s", "(Without it what is known is of now.)",

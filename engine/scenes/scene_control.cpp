@@ -149,6 +149,7 @@ ControlSettings read_control(const ConfigMap& map, const Hand& hand, bool presse
   control.cone = grasp.choice("cone") == "exact" ? FrictionCone::kExact : FrictionCone::kPyramid;
   control.position = read_gains(map.map("position"));
   control.rotation = read_gains(map.map("rotation"));
+  if (map.has("centre")) control.centre_m = map.quantities("centre");
   if (map.has("posture")) control.posture_Nm_per_rad = map.quantity("posture");
   if (map.has("feedback_delay")) control.feedback_delay_s = map.quantity("feedback_delay");
   if (map.has("anticipation")) control.anticipation = map.flag("anticipation");

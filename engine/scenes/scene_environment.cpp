@@ -74,6 +74,7 @@ struct SolidText {
 Environment read_environment(const ConfigMap& root, const Shape& object) {
   const ConfigMap map = root.map("environment");
   Environment environment;
+  environment.place = root.location("environment");
   environment.compliance_m_per_N = map.quantity("compliance");
   if (map.has("friction")) static_cast<void>(map.quantity("friction"));  // Read, though all bodies have their own.
   for (const ConfigMap& body : map.list_of_maps("bodies"))

@@ -225,6 +225,7 @@ std::string control_text(const Scene& scene) {
   out += fmt::format("  rotation: {{p: {}, i: {}, d: {}}}\n", text(control.rotation.p, Dimension::kRotationalStiffness),
                      text(control.rotation.i, Dimension::kRotationalIntegralGain),
                      text(control.rotation.d, Dimension::kRotationalDamping));
+  if (control.centre_m) out += fmt::format("  centre: {}\n", text(*control.centre_m, Dimension::kLength));
   if (control.posture_Nm_per_rad) {
     out += fmt::format("  posture: {}\n", text(*control.posture_Nm_per_rad, Dimension::kRotationalStiffness));
   }

@@ -1,0 +1,88 @@
+#include "engine/environment/room_for.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <vector>
+
+#include "engine/environment/environment_contacts.h"
+
+namespace thenar {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr int kMostMoves = 50;
+constexpr double kMoves_m_per_N = 1e-2, kTurns_rad_per_Nm = 1e2;  // Far more than bodies give way.
+
+/// The body of contact i.
+std::size_t body_of(const EnvironmentContacts& contacts, std::size_t i) {
+  return static_cast<std::size_t>(std::upper_bound(contacts.end.begin(), contacts.end.end(), i) - contacts.end.begin());
+}
+
+/// Where a contact is, in its body's frame.
+std::string in_words(const Environment& environment, const EnvironmentContacts& contacts, std::size_t i) {
+  const Vector3d p_mm = 1e3 * contacts.found[i].p_m;
+  char words[160];
+  std::snprintf(words, sizeof words, "'%.80s' at (%.3g, %.3g, %.3g) mm of its frame",
+                environment.bodies[body_of(contacts, i)].name.c_str(), p_mm.x(), p_mm.y(), p_mm.z());
+  return words;
+}
+
+std::string by_mm(double depth_m) {
+  char words[32];
+  std::snprintf(words, sizeof words, "%.3g mm", 1e3 * depth_m);
+  return words;
+}
+
+std::size_t deepest(const EnvironmentContacts& contacts) {
+  const auto least = std::ranges::min_element(contacts.found, {}, &SolidContact::gap_m);
+  return static_cast<std::size_t>(least - contacts.found.begin());
+}
+
+}  // namespace
+
+std::string no_room_in_words(const Environment& environment, const Solid& object, const Isometry3d& X_WO) {
+  EnvironmentContacts contacts(environment, object);
+  const auto look = [&](const Isometry3d& X) {
+    find_environment_contacts(environment, X, 0.0, 0.0, 0.0, {}, contacts);
+    for (GroundContact& contact : contacts.contacts) contact.mu = 0.0;
+  };
+  look(X_WO);
+  if (contacts.found.empty() || contacts.found[deepest(contacts)].gap_m >= -kMostOverlap_m) return "";
+  const std::string lies = "the object lies " + by_mm(-contacts.found[deepest(contacts)].gap_m) + " deep in " +
+                           in_words(environment, contacts, deepest(contacts));
+
+  GroundWorkspace work(static_cast<Eigen::Index>(contacts.most()));
+  GroundProblem::Motion mobility;
+  mobility << Vector3d::Constant(kMoves_m_per_N), Vector3d::Constant(kTurns_rad_per_Nm);
+  Isometry3d X = X_WO;
+  for (int k = 0; k < kMostMoves; ++k) {
+    const GroundProblem problem{contacts.contacts, environment.compliance_m_per_N, mobility};
+    work.x.setZero();
+    static_cast<void>(solve_ground(problem, GroundProblem::Motion::Zero(), work));
+    X.translation() += work.x.head<3>();
+    const Vector3d turn = work.x.tail<3>();
+    if (turn.norm() > 0.0) X.linear() = Eigen::AngleAxisd(turn.norm(), turn.normalized()) * X.linear();
+    look(X);
+    if (contacts.found.empty() || contacts.found[deepest(contacts)].gap_m >= -kMostOverlap_m)
+      return lies + ": move one of them";
+  }
+  // The deepest, and the one that presses most against it.
+  const std::size_t one = deepest(contacts);
+  std::size_t other = one;
+  double most_m = 0.0;
+  for (std::size_t i = 0; i < contacts.found.size(); ++i) {
+    const double against_m = contacts.found[i].gap_m * contacts.E_W[i].col(0).dot(contacts.E_W[one].col(0));
+    if (against_m > most_m) {
+      other = i;
+      most_m = against_m;
+    }
+  }
+  return "the object does not fit: " + in_words(environment, contacts, one) + " and " +
+         in_words(environment, contacts, other) + " press against one another by " +
+         by_mm(-contacts.found[one].gap_m - contacts.found[other].gap_m) + ", and no motion of it opens both";
+}
+
+}  // namespace thenar
