@@ -46,8 +46,15 @@ void contact_tick_over(benchmark::State& bench) {
   run->second.time(bench);
 }
 
-BENCHMARK(contact_tick_over)->Arg(0)->Arg(8)->Arg(32)->Arg(72)->Arg(128)->Arg(200)->UseManualTime()->Unit(
-    benchmark::kMicrosecond);
+BENCHMARK(contact_tick_over)
+    ->Arg(0)
+    ->Arg(8)
+    ->Arg(32)
+    ->Arg(72)
+    ->Arg(128)
+    ->Arg(200)
+    ->UseManualTime()
+    ->Unit(benchmark::kMicrosecond);
 
 }  // namespace
 }  // namespace thenar

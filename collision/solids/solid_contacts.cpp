@@ -25,12 +25,13 @@ struct Look {
   double band_m;
   std::vector<SolidContact>& contacts;
 
-  void add(std::int32_t place, double angle_rad, const Foot& foot, double round_m, const Vector3d& x) const {
+  void add(std::int32_t place, double angle_rad, const Foot& foot, double round_m, const Vector3d& x,
+           bool roams = false) const {
     if (reversed && foot.on == Foot::On::kEdge) return;  // Edges over edges: found from A's side.
     const double gap_m = foot.gap_m - round_m;
     if (!(gap_m < band_m) || contacts.size() == contacts.capacity()) return;
     const Vector3d n = X_out.linear() * foot.normal, p_m = X_out * (x - round_m * foot.normal);
-    contacts.push_back({place, angle_rad, gap_m, p_m, reversed ? Vector3d(-n) : n});
+    contacts.push_back({place, angle_rad, gap_m, p_m, reversed ? Vector3d(-n) : n, roams || round_m > 0.0});
   }
 };
 
@@ -67,7 +68,7 @@ void meet_segment(const Look& look, std::int32_t place, const Feature& edge) {
   constexpr double kLevel = 1e-9;  // A segment along a face meets it at its ends, as sines of angles go.
   if (!(at_0 < -kLevel * d.norm()) || !(at_1 > kLevel * d.norm())) return;
   const double s = root(0.0, 1.0, at_0, at_1, 1e-12, slope);
-  if (const auto at = foot(look.base, 0, a + s * d)) look.add(place, 0.0, *at, edge.round_m, a + s * d);
+  if (const auto at = foot(look.base, 0, a + s * d)) look.add(place, 0.0, *at, edge.round_m, a + s * d, true);
 }
 
 /// A circle at the places kCircle of it: those over flat faces, and from the others the places of least gap.
@@ -108,7 +109,7 @@ void meet_circle(const Look& look, std::int32_t place, const Feature& circle, in
       return at ? slope_at(angle, *at) : 0.0;
     };
     const double angle = root(kStep * i, kStep * (i + 1), at_low, at_high, 1e-9, slope);
-    if (const auto at = foot(look.base, facet, point(angle))) look.add(place, angle, *at, 0.0, point(angle));
+    if (const auto at = foot(look.base, facet, point(angle))) look.add(place, angle, *at, 0.0, point(angle), true);
   }
 }
 
@@ -152,7 +153,7 @@ void cross_edges(const SolidPair& pair, const Isometry3d& X_BA, double band_m, s
       if (!is_out_of_edge(p_b, axis_of(of_b), n) || !is_out_of_edge(of_a.a_m, axis_of(of_a), -n_A)) {
         continue;
       }
-      contacts.push_back({place, 0.0, gap_m, p_a, n});
+      contacts.push_back({place, 0.0, gap_m, p_a, n, true});
     }
   }
 }

@@ -32,7 +32,10 @@ struct EnvironmentReport {
   Eigen::Matrix<double, 6, 1> wrench =
       Eigen::Matrix<double, 6, 1>::Zero();  ///< On the object, about its origin, world.
   double normal_N = 0.0;                    ///< Sum of the normal forces.
-  int steps = 0;                            ///< Of Newton's method, in the last solve of the tick.
+  /// Two contacts stick, and the line through them lies in both friction cones: they can hold the object between them
+  /// by any force, and keep it when all else lets go [Whitney 1982].
+  bool wedged = false;
+  int steps = 0;  ///< Of Newton's method, in the last solve of the tick.
 };
 
 /// The object's contacts with the environment, found anew in each tick, for both are exact: no frame is too old for
@@ -46,8 +49,11 @@ struct EnvironmentContacts {
   std::vector<SolidContact> found;  ///< In the bodies' frames.
   std::vector<GroundContact> contacts;
   std::vector<Eigen::Matrix3d> E_W;        ///< Columns n, t1, t2, world axes.
+  std::vector<Eigen::Vector3d> p_W;        ///< Where they are.
   std::vector<Eigen::Vector3d> sheared_m;  ///< By what the last force has sheared them, in contact rows.
   std::vector<Eigen::Vector3d> moved_m;    ///< By what the body moves in the tick, likewise.
+
+  std::vector<EnvironmentForce> then;  ///< Scratch: forces before the contacts were looked at again.
 
   [[nodiscard]] std::size_t most() const { return contacts.capacity(); }
   [[nodiscard]] const Solid& object() const { return pairs.front().a; }
@@ -55,10 +61,17 @@ struct EnvironmentContacts {
 
 /// Finds the contacts of a tick from `begin_s` to `end_s`, the object at X_WO when it begins: gaps are those to the
 /// bodies where they are at its end, slips those that they make. What is farther than `band_m` then is left out.
-/// `forces` are the last tick's, in order.
+/// `forces` are the last tick's, in order. `x`: the object is looked at where this motion takes it, and what is found
+/// is taken back along its own directions: gaps are right after the motion, not before.
 void find_environment_contacts(const Environment& environment, const Eigen::Isometry3d& X_WO, double begin_s,
                                double end_s, double band_m, const std::vector<EnvironmentForce>& forces,
-                               EnvironmentContacts& contacts);
+                               EnvironmentContacts& contacts,
+                               const GroundProblem::Motion& x = GroundProblem::Motion::Zero());
+
+/// How far the gaps of these contacts after a motion x are from those at which the forces `then` are, at most [m]; of
+/// contacts that roam: places of least gap go elsewhere with the motion, and straight lines miss that.
+[[nodiscard]] double missed_m(const Environment& environment, const EnvironmentContacts& contacts,
+                              const GroundProblem::Motion& x, const std::vector<EnvironmentForce>& then);
 
 /// What forces f of these contacts (n, t1, t2) do.
 [[nodiscard]] EnvironmentReport environment_report(const Environment& environment, const EnvironmentContacts& contacts,

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/grasp/environment_tick.h"
 #include "engine/grasp/handover.h"
 #include "engine/grasp/object_compliance.h"
 #include "engine/grasp/stopwatch.h"
@@ -249,44 +250,16 @@ void report_contacts(const Frame& frame, const ContactWorkspace& work, TickRepor
   }
 }
 
-/// Finds what the object touches beside the fingers, as far as it might move in the tick.
-void look_around(const Model& model, const Drive& drive, const State& state, ContactWorkspace& work) {
-  const Scene& scene = model.scene;
-  const double reach_m = thenar::reach_m(work.environment.object());
-  const double way_m = drive.mobility.translation * drive.wrench.head<3>().norm() +
-                       reach_m * drive.mobility.rotation * drive.wrench.tail<3>().norm();
-  const double begin_s = static_cast<double>(state.tick) * scene.step_s;
-  find_environment_contacts(*scene.environment, state.X_WO, begin_s, begin_s + scene.step_s,
-                            scene.contact.band_m + way_m, state.environment_forces, work.environment);
-}
-
-/// Keeps what the environment's forces are, and tells of them.
-void keep_environment(const Model& model, const ContactWorkspace& work, State& state, TickReport& report) {
-  const Environment& environment = *model.scene.environment;
-  const double end_s = static_cast<double>(state.tick) * model.scene.step_s;
-  report.environment = environment_report(environment, work.environment, work.solver.ground.f);
-  keep_forces(work.environment, work.solver.ground.f, environment, end_s, state.environment_forces);
-}
-
-/// The object on its environment, if there is one, before any finger touches it.
-std::optional<CommonGround> ground_of(const Model& model, const Drive& drive, const ContactWorkspace& work) {
-  if (!model.scene.environment) return std::nullopt;
-  CommonGround ground{{work.environment.contacts, model.scene.environment->compliance_m_per_N, {}}, {}};
-  ground.problem.mobility << Vector3d::Constant(drive.mobility.translation),
-      Vector3d::Constant(drive.mobility.rotation);
-  ground.x_free = ground.problem.mobility.cwiseProduct(drive.wrench);
-  return ground;
-}
-
 /// The forces of contact and of the joints' stops, and how they and the drive move the bodies.
 RigidMotion solve_motion(const Model& model, const Frame& frame, const Drive& drive, const State& state,
                          ContactWorkspace& work, TickReport& report) {
   constexpr int kMostSolves = 8;  // Bounds the time of a tick in which many joints meet their stops.
+  constexpr int kMostLooks = 3;
   const Hand& hand = model.scene.hand;
   work.stops.released.fill(false);
   RigidMotion motion;
-  const std::optional<CommonGround> ground = ground_of(model, drive, work);
-  for (int solves = 1;; ++solves) {
+  std::optional<CommonGround> ground = ground_of(model, drive.mobility, drive.wrench, work);
+  for (int solves = 1, looks = 1;; ++solves) {
     work.mobility = drive.mobility;
     stop_joints(hand, work.stops, model.scene.step_s, work.mobility);
     set_shares(model, frame, work.mobility, work.kinematics);
@@ -300,7 +273,12 @@ RigidMotion solve_motion(const Model& model, const Frame& frame, const Drive& dr
     motion.dx += work.solver.common_motion.head<6>();
     report.stop_Nm = stop_torques(hand, work.stops, frame, work.kinematics, model.scene.step_s, drive.mobility,
                                   drive.torque, motion.dq, work.f);
-    if (!change_stops(hand, state.q, motion.dq, report.stop_Nm, work.stops)) return motion;
+    if (!change_stops(hand, state.q, motion.dq, report.stop_Nm, work.stops)) {
+      if (!ground || looks == kMostLooks || !look_again(model, drive.mobility, drive.wrench, state, motion.dx, work))
+        return motion;
+      ++looks;
+      ground = ground_of(model, drive.mobility, drive.wrench, work);
+    }
     if (solves == kMostSolves) break;
   }
   end_at_stops(hand, state.q, motion.dq);
@@ -439,6 +417,7 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
   if (report.handed_over) {
     state.forces.reserve(model.max_contacts);  // A copied state has lost its spare room.
     if (model.soft_object()) state.object_loads.reserve(kLoadsPerContact * model.max_contacts);
+    state.environment_forces.reserve(work.environment.most());
     hand_over(model, frame, state, work);
     if (starts) press_in(model, frame, work, state);
   }
@@ -454,13 +433,13 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
   if (!starts) report_left_out(model, frame, work, state, report);
   report.assemble_s = watch.lap();
 
-  if (scene.environment) look_around(model, drive, state, work);
+  if (scene.environment) look_around(model, drive.mobility, drive.wrench, state, work.environment);
   const RigidMotion motion = solve_motion(model, frame, drive, state, work, report);
   report_contacts(frame, work, report);
   note_points(frame, work.kinematics, state, work.f, work.patches);
   const bool moved = report.solve.status != SolveStatus::kNotFinite && commit(model, frame, work, motion, state);
   ++state.tick;
-  if (moved && scene.environment) keep_environment(model, work, state, report);
+  if (moved && scene.environment) keep_environment(model, work, state, report.environment);
   report.solve_s = watch.lap();
   if (!moved) {
     report.solve = {SolveStatus::kNotFinite, report.solve.sweeps, std::numeric_limits<double>::infinity()};

@@ -29,6 +29,7 @@ ContactWorkspace::ContactWorkspace(const Model& model, const FramePolicy& frame_
       mu(Eigen::VectorXd::Constant(model.max_contacts, model.scene.contact.friction)),
       f_first(3 * model.max_contacts),
       environment(environment_of(model.scene)),
+      environment_again(environment_of(model.scene)),
       solver(model.max_contacts, model.fingers(), model.soft_object(), static_cast<Eigen::Index>(environment.most())),
       torque_Nm(model.scene.hand.at_zero()),
       resumed_Nm(model.scene.hand.at_zero()),

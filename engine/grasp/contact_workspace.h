@@ -41,10 +41,11 @@ struct ContactWorkspace {
   Eigen::VectorXd offset_m;            ///< e: what the gaps of contacts are raised by since the hand-over; n.
   Eigen::VectorXd old_offset_m;        ///< The last frame's.
   Eigen::VectorXd delta_free, delta, f, mu;
-  Eigen::VectorXd f_first;          ///< What the last solve began with: the forces of the tick before it.
-  Mobility mobility{};              ///< Of the last tick's bodies; none of joints at their stops.
-  JointStops stops;                 ///< Of the last tick.
-  EnvironmentContacts environment;  ///< Of the last tick, of a scene that has one.
+  Eigen::VectorXd f_first;                ///< What the last solve began with: the forces of the tick before it.
+  Mobility mobility{};                    ///< Of the last tick's bodies; none of joints at their stops.
+  JointStops stops;                       ///< Of the last tick.
+  EnvironmentContacts environment;        ///< Of the last tick, of a scene that has one.
+  EnvironmentContacts environment_again;  ///< Scratch.
   GroupedWorkspace solver;
   JointVector torque_Nm;               ///< What drove the fingers in the last tick.
   JointVector resumed_Nm;              ///< What is left of the step in the drive when a hold ended.

@@ -139,7 +139,7 @@ struct ControlSettings {
   FrictionCone cone = FrictionCone::kExact;  ///< Their shape.
   double internal_force_N = 0.0;             ///< lambda of eq. (13).
   PidGains position, rotation;
-  std::optional<Eigen::Vector3d> centre_m;  ///< The point that `position` controls, object frame; nothing: its origin.
+  std::optional<Eigen::Vector3d> centre_m;   ///< The point that `position` controls, object frame; nothing: its origin.
   std::optional<double> posture_Nm_per_rad;  ///< Spring to the start posture, where fingertips leave joints free.
   double feedback_delay_s = 0.0;             ///< The laws see the state as it was so long ago.
   bool anticipation = false;                 ///< What the target's motion will need is fed forward.

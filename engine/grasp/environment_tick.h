@@ -1,0 +1,32 @@
+#pragma once
+
+#include <optional>
+
+#include "engine/environment/environment_contacts.h"
+#include "engine/grasp/contact_workspace.h"
+#include "engine/grasp/delassus.h"
+#include "engine/grasp/model.h"
+#include "engine/grasp/state.h"
+
+// What a contact tick does about an environment, of a scene that has one. `wrench` is what drives the object beside
+// contact, about its origin, world axes.
+
+namespace thenar {
+
+/// Finds what the object touches beside the fingers, as far as it might move in the tick; where a motion x takes it.
+void look_around(const Model& model, const Mobility& mobility, const Vector6d& wrench, const State& state,
+                 EnvironmentContacts& contacts, const Vector6d& x = Vector6d::Zero());
+
+/// Looks again from where the motion x, which the tick has found, takes the object. True if that is news: the tick is
+/// then to be solved again with what work.environment has now.
+[[nodiscard]] bool look_again(const Model& model, const Mobility& mobility, const Vector6d& wrench, const State& state,
+                              const Vector6d& x, ContactWorkspace& work);
+
+/// The object on its environment before any finger touches it; nothing without one.
+[[nodiscard]] std::optional<CommonGround> ground_of(const Model& model, const Mobility& mobility,
+                                                    const Vector6d& wrench, const ContactWorkspace& work);
+
+/// Keeps the environment's forces for the next tick, which begins where the state is now, and tells of them.
+void keep_environment(const Model& model, const ContactWorkspace& work, State& state, EnvironmentReport& report);
+
+}  // namespace thenar
