@@ -1,7 +1,6 @@
 #include "engine/environment/room_for.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <vector>
 
 #include "engine/environment/environment_contacts.h"
@@ -21,19 +20,8 @@ std::size_t body_of(const EnvironmentContacts& contacts, std::size_t i) {
   return static_cast<std::size_t>(std::upper_bound(contacts.end.begin(), contacts.end.end(), i) - contacts.end.begin());
 }
 
-/// Where a contact is, in its body's frame.
-std::string in_words(const Environment& environment, const EnvironmentContacts& contacts, std::size_t i) {
-  const Vector3d p_mm = 1e3 * contacts.found[i].p_m;
-  char words[160];
-  std::snprintf(words, sizeof words, "'%.80s' at (%.3g, %.3g, %.3g) mm of its frame",
-                environment.bodies[body_of(contacts, i)].name.c_str(), p_mm.x(), p_mm.y(), p_mm.z());
-  return words;
-}
-
-std::string by_mm(double depth_m) {
-  char words[32];
-  std::snprintf(words, sizeof words, "%.3g mm", 1e3 * depth_m);
-  return words;
+Overlap::Place place_of(const EnvironmentContacts& contacts, std::size_t i) {
+  return {body_of(contacts, i), contacts.found[i].p_m};
 }
 
 std::size_t deepest(const EnvironmentContacts& contacts) {
@@ -43,16 +31,16 @@ std::size_t deepest(const EnvironmentContacts& contacts) {
 
 }  // namespace
 
-std::string no_room_in_words(const Environment& environment, const Solid& object, const Isometry3d& X_WO) {
+std::optional<Overlap> find_overlap(const Environment& environment, const Solid& object, const Isometry3d& X_WO) {
   EnvironmentContacts contacts(environment, object);
   const auto look = [&](const Isometry3d& X) {
     find_environment_contacts(environment, X, 0.0, 0.0, 0.0, {}, contacts);
     for (GroundContact& contact : contacts.contacts) contact.mu = 0.0;
   };
   look(X_WO);
-  if (contacts.found.empty() || contacts.found[deepest(contacts)].gap_m >= -kMostOverlap_m) return "";
-  const std::string lies = "the object lies " + by_mm(-contacts.found[deepest(contacts)].gap_m) + " deep in " +
-                           in_words(environment, contacts, deepest(contacts));
+  if (contacts.found.empty() || contacts.found[deepest(contacts)].gap_m >= -kMostOverlap_m) return std::nullopt;
+  const std::size_t first = deepest(contacts);
+  const Overlap lies{place_of(contacts, first), -contacts.found[first].gap_m, std::nullopt};
 
   GroundWorkspace work(static_cast<Eigen::Index>(contacts.most()));
   GroundProblem::Motion mobility;
@@ -66,8 +54,7 @@ std::string no_room_in_words(const Environment& environment, const Solid& object
     const Vector3d turn = work.x.tail<3>();
     if (turn.norm() > 0.0) X.linear() = Eigen::AngleAxisd(turn.norm(), turn.normalized()) * X.linear();
     look(X);
-    if (contacts.found.empty() || contacts.found[deepest(contacts)].gap_m >= -kMostOverlap_m)
-      return lies + ": move one of them";
+    if (contacts.found.empty() || contacts.found[deepest(contacts)].gap_m >= -kMostOverlap_m) return lies;
   }
   // The deepest, and the one that presses most against it.
   const std::size_t one = deepest(contacts);
@@ -80,9 +67,8 @@ std::string no_room_in_words(const Environment& environment, const Solid& object
       most_m = against_m;
     }
   }
-  return "the object does not fit: " + in_words(environment, contacts, one) + " and " +
-         in_words(environment, contacts, other) + " press against one another by " +
-         by_mm(-contacts.found[one].gap_m - contacts.found[other].gap_m) + ", and no motion of it opens both";
+  return Overlap{place_of(contacts, one), -contacts.found[one].gap_m - contacts.found[other].gap_m,
+                 place_of(contacts, other)};
 }
 
 }  // namespace thenar

@@ -1,7 +1,8 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <string>
+#include <cstddef>
+#include <optional>
 
 #include "engine/environment/environment.h"
 
@@ -10,12 +11,24 @@ namespace thenar {
 /// What a scene begins with must not overlap by more than this: elasticity has it at 20 N, and no file has more digits.
 inline constexpr double kMostOverlap_m = 2e-6;
 
-/// Why the object cannot be at X_WO as a run begins, in words; empty: it can. Either it lies in a body, and there is
-/// room beside it; or there is none: the two contacts that press against one another are told, and by how much.
+/// The object lies in a body of its environment.
+struct Overlap {
+  struct Place {
+    std::size_t body = 0;
+    Eigen::Vector3d p_E = Eigen::Vector3d::Zero();  ///< In that body's frame.
+  };
+  Place deepest;
+  double depth_m = 0.0;
+  /// Where there is no room beside it: what presses against the deepest contact, and by how much both do. No motion of
+  /// the object opens both.
+  std::optional<Place> against;
+};
+
+/// Whether the object cannot be at X_WO as a run begins; nothing: it can.
 ///
 /// Without friction the forces of bodies that give way minimise an energy. At its least, forces that are left are
 /// y >= 0 with sum y_i J_i = 0 and y . gap < 0: they prove that no motion opens all contacts.
-[[nodiscard]] std::string no_room_in_words(const Environment& environment, const Solid& object,
-                                           const Eigen::Isometry3d& X_WO);
+[[nodiscard]] std::optional<Overlap> find_overlap(const Environment& environment, const Solid& object,
+                                                  const Eigen::Isometry3d& X_WO);
 
 }  // namespace thenar

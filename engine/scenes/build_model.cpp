@@ -1,25 +1,16 @@
 #include "engine/scenes/build_model.h"
 
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "engine/environment/room_for.h"
-#include "engine/scenes/config.h"
+#include "engine/scenes/scene_environment.h"
 #include "engine/scenes/scene_grasp.h"
 #include "engine/scenes/surface_model.h"
 
 namespace thenar {
 
 namespace {
-
-void check_room(const Scene& scene) {
-  const std::optional<Solid> object = solid_of(scene.object.shape);
-  if (!scene.environment || !object) return;
-  const std::string fault = no_room_in_words(*scene.environment, *object, scene.object.X_WO);
-  if (!fault.empty()) throw ConfigError({{scene.environment->place, "environment", fault}});
-}
 
 Model with_surface(Scene scene, std::vector<std::string> notes, ImplicitSurface surface) {
   std::string grasp_notes;

@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <optional>
 #include <vector>
 
+#include "engine/environment/room_for.h"
 #include "engine/formats/text.h"
 #include "engine/scenes/units.h"
 
@@ -82,6 +84,27 @@ Environment read_environment(const ConfigMap& root, const Shape& object) {
   if (!solid_of(object))
     root.refuse("environment", "needs an object that is a box, a sphere or a cylinder: other shapes are of samples");
   return environment;
+}
+
+void check_room(const Scene& scene) {
+  const std::optional<Solid> object = solid_of(scene.object.shape);
+  if (!scene.environment || !object) return;
+  const auto overlap = find_overlap(*scene.environment, *object, scene.object.X_WO);
+  if (!overlap) return;
+  const auto at = [&](const Overlap::Place& place) {
+    const Vector3d p_mm = 1e3 * place.p_E;
+    return fmt::format("'{}' at ({:.3g}, {:.3g}, {:.3g}) mm of its frame", scene.environment->bodies[place.body].name,
+                       p_mm.x(), p_mm.y(), p_mm.z());
+  };
+  const std::string fault =
+      overlap->against
+          ? fmt::format(
+                "the object does not fit: {} and {} press against one another by {:.3g} mm, and no motion of it "
+                "opens both",
+                at(overlap->deepest), at(*overlap->against), 1e3 * overlap->depth_m)
+          : fmt::format("the object lies {:.3g} mm deep in {}: move one of them", 1e3 * overlap->depth_m,
+                        at(overlap->deepest));
+  throw ConfigError({{scene.environment->place, "environment", fault}});
 }
 
 std::string environment_text(const Environment& environment) {

@@ -11,6 +11,9 @@ namespace thenar {
 /// What the map `environment` says, for an object of this shape.
 [[nodiscard]] Environment read_environment(const ConfigMap& root, const Shape& object);
 
+/// Refuses an object that its environment leaves no room: ConfigError.
+void check_room(const Scene& scene);
+
 /// The map in YAML, as it reads back.
 [[nodiscard]] std::string environment_text(const Environment& environment);
 
