@@ -57,10 +57,11 @@ TEST(Environment, TellsOfTheWeightThatRests) {
 
 // A table that falls faster than the box, whose damping lets it sink at 98 mm/s: it lifts off, and is lost 50 ms later.
 TEST(Environment, TellsWhenTheObjectLiftsOff) {
-  const AroundIt run({"time.duration=0.5 s",
-                 "environment={friction: 0.3, bodies: [{name: table, shape: {plane: true}, position: [0 mm, 0 mm, -20 "
-                 "mm], move: [{by: [0 mm, 0 mm, -200 mm], from: 0.2 s, over: 0.2 s}]}]}",
-                 "object.position=[305 mm, 0 mm, 10 mm]", "object.rotation=[[1, 0, 0], [0, 1, 0], [0, 0, 1]]"});
+  const AroundIt run(
+      {"time.duration=0.5 s",
+       "environment={friction: 0.3, bodies: [{name: table, shape: {plane: true}, position: [0 mm, 0 mm, -20 "
+       "mm], move: [{by: [0 mm, 0 mm, -200 mm], from: 0.2 s, over: 0.2 s}]}]}",
+       "object.position=[305 mm, 0 mm, 10 mm]", "object.rotation=[[1, 0, 0], [0, 1, 0], [0, 0, 1]]"});
   const double off_s = run.told.at("lift_off_s");
   EXPECT_EQ(run.told.at("last_touch_s"), off_s);
   EXPECT_GT(off_s, 0.2);
@@ -73,7 +74,7 @@ TEST(Environment, TellsWhenTheObjectLiftsOff) {
 // Nor has a scene without gravity anything vertical, nor one that touches nothing a first touch.
 TEST(Environment, TellsNothingWhereThereIsNothing) {
   const AroundIt run({"time.duration=20 ms", "gravity=[0 m/s^2, 0 m/s^2, 0 m/s^2]",
-                 "environment.bodies=[{shape: {sphere: 5 mm}, position: [0 mm, 0 mm, 500 mm]}]"});
+                      "environment.bodies=[{shape: {sphere: 5 mm}, position: [0 mm, 0 mm, 500 mm]}]"});
   EXPECT_EQ(run.told.at("ticks_with_contact"), 0);
   EXPECT_EQ(run.told.at("max_normal_N"), 0.0);
   for (const char* key : {"first_touch_s", "last_touch_s", "lift_off_s", "min_vertical_N", "max_vertical_N"}) {
@@ -122,11 +123,14 @@ Watched put_down(double until_s) {
 
 TEST(Verdict, WhatTheEnvironmentCarriesIsNotLost) {
   EXPECT_EQ(put_down(0.0).outcome(), Outcome::kLost);
-  EXPECT_EQ(in_words(put_down(1.0).verdict()),
-            "resting: from 0.201 s on the object rests on its environment, and no finger holds it");
+  const std::string rests = in_words(put_down(1.0).verdict());
+  EXPECT_TRUE(rests.starts_with("resting: from 0.201 s on the object rests on its environment, and no finger holds it"))
+      << rests;
   // Less than 50 ms without any load is no loss, and what the environment has carried is none.
   EXPECT_EQ(put_down(0.46).outcome(), Outcome::kResting);
-  EXPECT_EQ(in_words(put_down(0.4).verdict()), "lost: at 0.450 s fewer than two fingers had carried load for 50 ms");
+  const Verdict falls = put_down(0.4).verdict();
+  EXPECT_EQ(falls.outcome, Outcome::kLost);
+  EXPECT_NEAR(falls.lost_s.value_or(0.0), 0.4 + kUnloaded_s, 1.5e-3);
   // Nor is what fingers hold, and something else touches.
   Watched held = steady_run();
   for (TickRecord& tick : held.ticks) tick.contact.environment.normal_N = 1.0;
@@ -136,7 +140,7 @@ TEST(Verdict, WhatTheEnvironmentCarriesIsNotLost) {
 TEST(Verdict, NamesTheFingerThatIsLeft) {
   Watched run = put_down(1.0);
   for (TickRecord& tick : run.ticks) tick.force[0].normal_N = 1.0;
-  EXPECT_TRUE(run.verdict().reason.ends_with("and one finger alone holds it")) << run.verdict().reason;
+  EXPECT_NE(run.verdict().reason.find("and one finger alone holds it"), std::string::npos) << run.verdict().reason;
 }
 
 // A solve without an answer counts where only the environment touches, too: above 1 % of such ticks no run is right.
