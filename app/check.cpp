@@ -70,6 +70,36 @@ void describe_object(const ObjectSettings& object, std::ostream& out) {
   out << "\n";
 }
 
+struct DescribeSolid {
+  std::string operator()(const HalfSpace&) const { return "plane"; }
+  std::string operator()(const BoxShape& box) const {
+    return fmt::format("box of {:.6g} x {:.6g} x {:.6g} mm", 1e3 * box.size_m.x(), 1e3 * box.size_m.y(),
+                       1e3 * box.size_m.z());
+  }
+  std::string operator()(const SphereShape& sphere) const {
+    return fmt::format("sphere of radius {:.6g} mm", 1e3 * sphere.radius_m);
+  }
+  std::string operator()(const CylinderShape& cylinder) const {
+    return fmt::format("cylinder of radius {:.6g} mm, {:.6g} mm long", 1e3 * cylinder.radius_m,
+                       1e3 * cylinder.length_m);
+  }
+  std::string operator()(const HoleShape& hole) const {
+    return fmt::format("plane with a hole of {:.6g} mm, {:.6g} mm deep{}", 2e3 * hole.radius_m, 1e3 * hole.depth_m,
+                       hole.chamfer_m > 0.0 ? fmt::format(", chamfer {:.6g} mm", 1e3 * hole.chamfer_m) : "");
+  }
+};
+
+void describe_environment(const Environment& environment, std::ostream& out) {
+  for (const EnvironmentBody& body : environment.bodies) {
+    out << "  environment     " << body.name << ": a " << std::visit(DescribeSolid{}, body.shape) << " at "
+        << place(body.X_WE.translation()) << ", friction " << body.friction;
+    if (!body.moves.empty()) out << ", which moves";
+    out << "\n";
+  }
+  out << "                  gives way to the object by " << 1e6 * environment.compliance_m_per_N
+      << " um/N at each contact; fingers do not touch it\n";
+}
+
 void describe_warnings(const Model& model, std::ostream& out) {
   const std::vector<std::string> all = warnings(model);
   if (!all.empty()) out << "\nwarnings\n";
@@ -321,6 +351,7 @@ std::string description(const Scene& asked, bool with_parts) {
       << "  hand            " << joint_count(scene.hand) << ", viscosity " << scene.joint_viscosity
       << " N m s, no inertia\n";
   describe_object(scene.object, out);
+  if (scene.environment) describe_environment(*scene.environment, out);
   describe_contact(scene, out);
   describe_levels(scene, out);
   describe_frames(scene, out);

@@ -7,9 +7,9 @@ using thenar::Outcome;
 
 namespace {
 
-/// In the order of Outcome. ::kUnknown is not the NaN of that name.
-constexpr std::array kCodes{kDone,     ::kUnknown, kOverLimits, kOffTarget, kSlipping,
-                            kUnstable, kLost,      kFailed,     kBadUsage};
+/// In the order of Outcome. ::kUnknown is not the NaN of that name. What rests, the hand has lost.
+constexpr std::array kCodes{kDone, ::kUnknown, kOverLimits, kOffTarget, kSlipping,
+                            kLost, kUnstable,  kLost,       kFailed,    kBadUsage};
 static_assert(kCodes.size() == thenar::kOutcomes.size());
 
 }  // namespace

@@ -32,7 +32,6 @@
 #include "engine/formats/files.h"
 #include "engine/formats/text.h"
 #include "engine/loops/realtime.h"
-#include "engine/results/problem_dump.h"
 #include "engine/results/profile.h"
 #include "engine/results/recording_file.h"
 #include "engine/results/scene_run.h"
@@ -44,6 +43,7 @@
 #include "engine/scenes/scene_file.h"
 #include "engine/scenes/shared_data.h"
 #include "engine/studies/model_parts.h"
+#include "engine/studies/problem_dump.h"
 
 namespace {
 

@@ -20,7 +20,7 @@
 #include "engine/formats/fclib_file.h"
 #include "engine/formats/problem_file.h"
 #include "engine/formats/text.h"
-#include "engine/results/problem_check.h"
+#include "engine/studies/problem_check.h"
 #include "solvers/contact_newton.h"
 #include "solvers/gauss_seidel.h"
 

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "engine/results/problem_check.h"
+#include "engine/studies/problem_check.h"
 
 using namespace thenar;
 using nlohmann::ordered_json;

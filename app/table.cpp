@@ -121,6 +121,20 @@ std::string touch_lines(const ordered_json& summary) {
   return table;
 }
 
+std::string environment_lines(const ordered_json& summary) {
+  if (!summary.contains("environment")) return "";
+  std::string table = "\nenvironment\n";
+  line(table, "ticks in which it is touched", cell(summary, "/environment/ticks_with_contact"),
+       "from " + cell(summary, "/environment/first_touch_s", "s") + " to " +
+           cell(summary, "/environment/last_touch_s", "s"));
+  line(table, "lifted off it", cell(summary, "/environment/lift_off_s", "s"));
+  line(table, "largest normal force", cell(summary, "/environment/max_normal_N", "N"));
+  line(table, "vertical force on the object", cell(summary, "/environment/max_vertical_N", "N"),
+       "at the most; at the least " + cell(summary, "/environment/min_vertical_N", "N"));
+  line(table, "deepest penetration", cell(summary, "/environment/max_penetration_um", "um"));
+  return table;
+}
+
 std::string accuracy_lines(const ordered_json& summary) {
   std::string table = "\naccuracy\n";
   line(table, "final position error", cell(summary, "/object/final_error_mm", "mm"));
@@ -172,6 +186,6 @@ std::string time_lines(const ordered_json& summary) {
 
 std::string results_table(const ordered_json& summary) {
   const std::string table = summary_head(summary) + grasp_lines(summary) + touch_lines(summary) +
-                            accuracy_lines(summary) + time_lines(summary);
+                            environment_lines(summary) + accuracy_lines(summary) + time_lines(summary);
   return summary.contains("loops") ? table + loops_table(summary) : table;
 }

@@ -380,6 +380,19 @@ Returns report.)")
       .def_property_readonly("penetration_m",
                              of([](Simulation& s, py::handle) { return s.record.contact.penetration_m; }),
                              "The deepest control point in the object.")
+      .def_property_readonly("environment_wrench",
+                             of([](Simulation& s, py::handle) { return copy(s.record.contact.environment.wrench); }),
+                             "(6,) Of the environment on the object: force [N], and moment about its origin [N m], "
+                             "world axes; zero without one.")
+      .def_property_readonly("environment_normal_N",
+                             of([](Simulation& s, py::handle) { return s.record.contact.environment.normal_N; }),
+                             "Sum of the normal forces there.")
+      .def_property_readonly("environment_contacts",
+                             of([](Simulation& s, py::handle) { return s.record.contact.environment.contacts; }),
+                             "Contacts with the environment within the band; those that carry force are fewer.")
+      .def_property_readonly("environment_penetration_m",
+                             of([](Simulation& s, py::handle) { return s.record.contact.environment.penetration_m; }),
+                             "How far object and environment give way to each other, at the most.")
       .def_property_readonly("rotation_error_rad",
                              of([](Simulation& s, py::handle) { return s.record.rotation_error_rad; }),
                              "Angle between the object and its target.")

@@ -183,7 +183,7 @@ void GraspMonitor::watch_solver(const TickRecord& tick) {
   if (!not_finite_ && !(tick.position_m.allFinite() && std::isfinite(tick.rotation_error_rad))) {
     not_finite_ = Event{tick.time_s, fmt::format("the object's pose was not finite at {:.3f} s", tick.time_s)};
   }
-  if (tick.contact.contacts == 0) return;
+  if (tick.contact.contacts == 0 && tick.contact.environment.contacts == 0) return;
   ++ticks_with_contacts_;
   if (!(solve.residual <= kNotConverged)) ++not_converged_;
 }
@@ -203,10 +203,14 @@ void GraspMonitor::watch_slip(const TickRecord& tick) {
 }
 
 void GraspMonitor::watch_grip(const TickRecord& tick) {
-  const auto loaded =
-      std::count_if(tick.force.begin(), tick.force.end(), [](const auto& f) { return f.normal_N > 0.0; });
-  const bool built_up = tick.is_from(kLoadedFrom_s);
-  unloaded_s_ = built_up && loaded < 2 ? unloaded_s_ + model_.scene.step_s : 0.0;
+  holders_ = static_cast<int>(
+      std::count_if(tick.force.begin(), tick.force.end(), [](const auto& f) { return f.normal_N > 0.0; }));
+  const bool built_up = tick.is_from(kLoadedFrom_s), is_open = built_up && holders_ < 2;
+  const bool is_carried = tick.contact.environment.normal_N > 0.0;
+  // What lies on a table is not lost, though no finger holds it.
+  unloaded_s_ = is_open && !is_carried ? unloaded_s_ + model_.scene.step_s : 0.0;
+  if (!is_open || unloaded_s_ > kUnloaded_s) rests_since_s_.reset();
+  if (is_open && is_carried && !rests_since_s_) rests_since_s_ = tick.time_s;
   // Nobody asks fingers to carry load that no controller moves.
   for (int k = 0; k < model_.fingers() && built_up && model_.scene.control && !idle_finger_; ++k) {
     if (tick.force[k].normal_N > 0.0) continue;
@@ -322,6 +326,12 @@ std::string GraspMonitor::slips_in_words() const {
   return all;
 }
 
+std::string GraspMonitor::rest_in_words() const {
+  if (!rests_since_s_ || last_s_ - *rests_since_s_ < kUnloaded_s) return "";
+  return fmt::format("from {:.3f} s on the object rests on its environment, and {} holds it", *rests_since_s_,
+                     holders_ == 0 ? "no finger" : "one finger alone");
+}
+
 bool GraspMonitor::answers_a_slip() const {
   const double delay_s = model_.scene.fingertips->touch->delay_s;
   return std::ranges::any_of(slips_since_s_,
@@ -393,6 +403,7 @@ Verdict GraspMonitor::verdict() const {
   if (swinging_) add(Outcome::kUnstable, swinging_->what);
   if (loss_) add(Outcome::kLost, loss_->what);
   add(Outcome::kUnstable, chatter);
+  add(Outcome::kResting, rest_in_words());
   add(Outcome::kSlipping, slips_in_words());
   add(Outcome::kOffTarget, way_off_in_words());
   add(Outcome::kOverLimits, limits_in_words(verdict.beyond));

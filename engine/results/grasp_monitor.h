@@ -69,6 +69,7 @@ class GraspMonitor {
   [[nodiscard]] std::optional<std::string> contact_failure() const;
   [[nodiscard]] std::string chatter_in_words() const;
   [[nodiscard]] std::string slips_in_words() const;
+  [[nodiscard]] std::string rest_in_words() const;
   [[nodiscard]] bool answers_a_slip() const;
   [[nodiscard]] std::string answer_in_words(int k) const;
   [[nodiscard]] std::string way_off_in_words() const;
@@ -81,6 +82,8 @@ class GraspMonitor {
   std::int64_t ticks_with_contacts_ = 0, not_converged_ = 0;
   // The grip.
   double last_s_ = 0.0, unloaded_s_ = 0.0;
+  std::optional<double> rests_since_s_;  ///< The environment carries the object, and fewer than two fingers do.
+  int holders_ = 0;                      ///< Fingers that carry load now.
   std::optional<Event> loss_, idle_finger_;
   std::optional<PerFinger<double>> slip_before_m_;  ///< The sums when this watch began.
   PerFinger<double> slip_m_;                        ///< Of patches that slid as a whole, from kMeasuredFrom_s on.

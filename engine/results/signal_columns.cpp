@@ -57,6 +57,8 @@ constexpr std::array kWords{
     Words{"pull_anchor_m", Of::kAxis, "pull_anchor", "mm", 1e3},
     Words{"pull_handle_m", Of::kAxis, "pull_handle", "mm", 1e3},
     Words{"pull_force_N", Of::kAxis, "pull_force", "N", 1.0},
+    Words{"environment_force_N", Of::kAxis, "environment_force", "N", 1.0},
+    Words{"environment_moment_Nm", Of::kAxis, "environment_moment", "N_mm", 1e3},
     Words{"q_rad", Of::kJoint, "", "rad", 1.0},
     Words{"muscles_N", Of::kMuscle, "", "N", 1.0},
     Words{"object", Of::kPose, "object_pose", "mm", 1e3},
@@ -122,6 +124,7 @@ SignalColumn column_of(const Field& field, std::size_t i, const SignalNames& nam
   if (words != kWords.end()) column = column_of(*words, i, names);
   if (field.name == "rotation_error_rad") column = {"rotation_error_deg", "deg", 0, kDegrees};
   if (field.name == "penetration_m") column = {"penetration_um", "um", 0, 1e6};
+  if (field.name == "environment_penetration_m") column = {"environment_penetration_um", "um", 0, 1e6};
   if (column.name.empty()) {
     column = {field.count == 1 ? field.name : fmt::format("{}[{}]", field.name, i), field.unit, 0, 1.0};
   }

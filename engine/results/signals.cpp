@@ -8,7 +8,7 @@ namespace thenar {
 
 namespace {
 
-std::vector<std::string> names_of(const Model& model, const Recording& recording) {
+std::vector<std::string> hand_names(const Model& model, const Recording& recording) {
   std::vector<std::string> names = {"time_s"};
   for (const char* what : {"position", "target"}) {
     for (const char* axis : {"x", "y", "z"}) names.push_back(std::string(what) + "_" + axis + "_mm");
@@ -35,6 +35,40 @@ std::vector<std::string> names_of(const Model& model, const Recording& recording
   return names;
 }
 
+/// Last, of a scene that has one.
+void name_environment(std::vector<std::string>& names) {
+  for (const char* what : {"force_x_N", "force_y_N", "force_z_N", "moment_x_N_mm", "moment_y_N_mm", "moment_z_N_mm",
+                           "normal_N", "contacts", "active", "penetration_um"}) {
+    names.push_back(std::string("environment_") + what);
+  }
+}
+
+std::vector<std::string> names_of(const Model& model, const Recording& recording) {
+  std::vector<std::string> names = hand_names(model, recording);
+  if (model.scene.environment) name_environment(names);
+  return names;
+}
+
+template <class Sink>
+void for_each_touch(const Model& model, const TickRecord& tick, Sink&& sink) {
+  for (int k = 0; k < model.fingers(); ++k) {
+    const Touch& touch = tick.touch[k];
+    for (const double v : {touch.stick, touch.friction, 1e6 * touch.slip_m_per_s}) sink(v);
+    if (!model.scene.control) continue;
+    for (const double v : {tick.reflex.friction[k], tick.reflex.grips[k].internal_force_N}) sink(v);
+  }
+  if (model.scene.control) sink(tick.controlled ? static_cast<double>(tick.reflex.event) : 0.0);
+}
+
+template <class Sink>
+void for_each_of_environment(const EnvironmentReport& report, Sink&& sink) {
+  for (const double force_N : report.wrench.head<3>()) sink(force_N);
+  for (const double moment_Nm : report.wrench.tail<3>()) sink(1e3 * moment_Nm);
+  sink(report.normal_N);
+  for (const int count : {report.contacts, report.active}) sink(static_cast<double>(count));
+  sink(1e6 * report.penetration_m);
+}
+
 /// Calls sink(number) for each name of a tick, in their order.
 template <class Sink>
 void for_each_number(const Model& model, const Recording& recording, std::size_t i, Sink&& sink) {
@@ -59,14 +93,8 @@ void for_each_number(const Model& model, const Recording& recording, std::size_t
   for (Eigen::Index m = 0; m < recording.muscle_forces_N.rows(); ++m) {
     sink(recording.muscle_forces_N(m, static_cast<Eigen::Index>(i)));
   }
-  if (!model.feels()) return;
-  for (int k = 0; k < model.fingers(); ++k) {
-    const Touch& touch = tick.touch[k];
-    for (const double v : {touch.stick, touch.friction, 1e6 * touch.slip_m_per_s}) sink(v);
-    if (!model.scene.control) continue;
-    for (const double v : {tick.reflex.friction[k], tick.reflex.grips[k].internal_force_N}) sink(v);
-  }
-  if (model.scene.control) sink(tick.controlled ? static_cast<double>(tick.reflex.event) : 0.0);
+  if (model.feels()) for_each_touch(model, tick, sink);
+  if (model.scene.environment) for_each_of_environment(tick.contact.environment, sink);
 }
 
 }  // namespace

@@ -147,6 +147,15 @@ void for_each_field(const Model& model, const Picture& picture, const TickRecord
   one("sweeps", "", tick.contact.solve.sweeps);
   one("residual", "", tick.contact.solve.residual);
   one("penetration_m", "m", tick.contact.penetration_m);
+  if (model.scene.environment) {
+    const EnvironmentReport& environment = tick.contact.environment;
+    vector("environment_force_N", "N", Vector3d(environment.wrench.head<3>()));
+    vector("environment_moment_Nm", "N m", Vector3d(environment.wrench.tail<3>()));
+    one("environment_normal_N", "N", environment.normal_N);
+    one("environment_contacts", "", environment.contacts);
+    one("environment_active", "", environment.active);
+    one("environment_penetration_m", "m", environment.penetration_m);
+  }
   one("frame_age_s", "s", static_cast<double>(tick.contact.frame_age) * model.scene.step_s);
   one("grasp_failed", "", tick.grasp == GraspStatus::kOptimal ? 0.0 : 1.0);
   one("muscles_failed", "", tick.muscle == MuscleStatus::kOptimal ? 0.0 : 1.0);

@@ -176,8 +176,8 @@ ordered_json reflex_measures(const Model& model, const Recording& recording) {
 double residual_p99(const Recording& recording) {
   return quantile(collect(recording, 0.0,
                           [](const TickRecord& tick) {
-                            return tick.contact.contacts > 0 ? tick.contact.solve.residual
-                                                             : std::numeric_limits<double>::quiet_NaN();
+                            const bool touches = tick.contact.contacts > 0 || tick.contact.environment.contacts > 0;
+                            return touches ? tick.contact.solve.residual : std::numeric_limits<double>::quiet_NaN();
                           }),
                   0.99);
 }
@@ -288,6 +288,38 @@ ordered_json stiffness_measures(const Recording& recording) {
   return measures;
 }
 
+/// What the object did to its environment. Vertical: against the scene's gravity, in ticks that touch.
+ordered_json environment_measures(const Scene& scene, const Recording& recording) {
+  constexpr double kNever = std::numeric_limits<double>::quiet_NaN();
+  const Vector3d up = -scene.gravity.normalized();  // Zero without gravity: then nothing is vertical.
+  double first_s = kNever, last_s = kNever, off_s = kNever;
+  std::int64_t ticks = 0;
+  for (const TickRecord& tick : recording.ticks) {
+    if (tick.contact.environment.active > 0) {
+      ++ticks;
+      if (std::isnan(first_s)) first_s = tick.time_s;
+      last_s = tick.time_s;
+    }
+    off_s = tick.is_from(last_s + kUnloaded_s) ? last_s : kNever;
+  }
+  const Values normals_N =
+      collect(recording, 0.0, [](const TickRecord& tick) { return tick.contact.environment.normal_N; });
+  const Values penetration_m =
+      collect(recording, 0.0, [](const TickRecord& tick) { return tick.contact.environment.penetration_m; });
+  const Values vertical_N = collect(recording, 0.0, [&](const TickRecord& tick) {
+    const EnvironmentReport& environment = tick.contact.environment;
+    return environment.active > 0 && !up.isZero() ? up.dot(environment.wrench.head<3>()) : kNever;
+  });
+  return {{"ticks_with_contact", ticks},
+          {"first_touch_s", first_s},
+          {"last_touch_s", last_s},
+          {"lift_off_s", off_s},
+          {"max_normal_N", largest(normals_N)},
+          {"min_vertical_N", smallest(vertical_N)},
+          {"max_vertical_N", largest(vertical_N)},
+          {"max_penetration_um", 1e6 * largest(penetration_m)}};
+}
+
 ordered_json stage_measures(const Recording& recording) {
   ordered_json stages;
   const auto add = [&](const char* name, bool control_only, auto seconds) {
@@ -387,6 +419,7 @@ ordered_json summarize(const Model& model, const Recording& recording) {
                           {"real_time_factor", simulated_s / recording.wall_s}};
   if (model.feels()) summary["touch"] = touch_measures(model, recording);
   if (model.scene.chooses_stiffness()) summary["stiffness"] = stiffness_measures(recording);
+  if (model.scene.environment) summary["environment"] = environment_measures(model.scene, recording);
   if (model.scene.control && model.scene.control->reflex) summary["reflex"] = reflex_measures(model, recording);
   return summary;
 }

@@ -24,7 +24,8 @@ namespace thenar {
 /// creep, contact counts. Over the last 0.3 s: the final errors. Slip and spin of the fingers' patches: since their
 /// first contact; `start_` is the part before 0.3 s, `max_` the worst finger's. Ledger: since the start. Warnings:
 /// engine/results/warnings.h. Parts: what `model: auto` left out or not, and why, a line each. Stage times: over the
-/// ticks that ran the stage, null if none did. Touch and reflex: of scenes that name them alone.
+/// ticks that ran the stage, null if none did. Touch, environment and reflex: of scenes that name them
+/// alone.
 [[nodiscard]] nlohmann::ordered_json summarize(const Model& model, const Recording& recording);
 
 }  // namespace thenar

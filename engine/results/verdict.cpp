@@ -8,8 +8,8 @@
 namespace thenar {
 
 const char* to_string(Outcome outcome) {
-  constexpr std::array kWords{"held",     "unknown", "over limits",   "off target", "slipping",
-                              "unstable", "lost",    "solver failed", "refused"};
+  constexpr std::array kWords{"held",    "unknown",  "over limits", "off target",    "slipping",
+                              "resting", "unstable", "lost",        "solver failed", "refused"};
   static_assert(kWords.size() == kOutcomes.size());
   return kWords[static_cast<std::size_t>(outcome)];
 }

@@ -111,6 +111,8 @@ constexpr std::array<PartTraits, kParts.size()> kTraits{{
     {"activation of the muscles (control.muscles.activation)",
      [](const Scene& s) { return s.has_muscles() && s.control->muscles->activation; },
      [](Scene& s) { s.control->muscles->activation.reset(); }},
+    {"environment (environment)", [](const Scene& s) { return s.environment.has_value(); },
+     [](Scene& s) { s.environment.reset(); }},
 }};
 
 /// Two digits; what is next to nothing is 0.
@@ -158,6 +160,8 @@ PartEffect effect_of(Part part, const Scene& without, const Model& model, const 
   const PathRun run = run_path(build_model(without, model));
   PartEffect effect{part, without.contact.level.value_or(0), run.verdict,
                     deviation(run.path, full.path, first_measured(model.scene)), run.us};
+  effect.idle = part == Part::kEnvironment &&
+                std::ranges::all_of(full.path.environment_N, [](const auto& force_N) { return force_N.isZero(0.0); });
   effect.alike = run.ended && run.verdict.outcome == full.verdict.outcome;
   effect.within = effect.alike && is_within(effect.error, model.scene.tolerance);
   return effect;
@@ -179,6 +183,7 @@ bool GraspPath::see_tick(const Tick& tick) {
   FingerForces& force = force_N.emplace_back(3, tick.after.load.size());
   for (Eigen::Index k = 0; k < force.cols(); ++k) force.col(k) = tick.after.load[k].force_N;
   patch.push_back(tick.contact.patch);
+  environment_N.emplace_back(tick.contact.environment.wrench.head<3>());
   return true;
 }
 
@@ -194,6 +199,8 @@ PathDeviation deviation(const GraspPath& path, const GraspPath& reference, std::
     squares_rad2 += off.rotation_final_rad * off.rotation_final_rad;
     squares_N2 += (path.force_N[i] - reference.force_N[i]).squaredNorm();
     reference_N2 += reference.force_N[i].squaredNorm();
+    squares_N2 += (path.environment_N[i] - reference.environment_N[i]).squaredNorm();
+    reference_N2 += reference.environment_N[i].squaredNorm();
     for (std::size_t k = 0; k < path.patch[i].size(); ++k) {
       const PatchReport &patch = path.patch[i][k], &full = reference.patch[i][k];
       moment2 += square(patch.moment_Nm - full.moment_Nm);
@@ -264,6 +271,7 @@ std::string in_words(const PathDeviation& error) {
 
 std::string in_words(const PartEffect& effect) {
   if (!effect.alike) return in_words(effect.verdict);
+  if (effect.idle) return "nothing of it ever touches the object";
   return fmt::format("off by {} rms; {} um, {} deg at the end", in_words(effect.error),
                      brief(1e6 * effect.error.position_final_m), brief(kRadian_deg * effect.error.rotation_final_rad));
 }

@@ -32,12 +32,13 @@ enum class Part {
   kFeedbackDelay,
   kMuscleStiffness,  ///< Without, muscles give the forces that they are asked for, however long they are.
   kActivation,       ///< Without, at once.
+  kEnvironment,      ///< What it does to the object counts as a finger's force does.
 };
 /// Those that save most first: so they are tried.
 inline constexpr std::array kParts{
-    Part::kFingertips,      Part::kSoftObject,    Part::kDetail,          Part::kMuscles,   Part::kObjectMemory,
-    Part::kFingertipMemory, Part::kStiffening,    Part::kPulpShape,       Part::kTouch,     Part::kReflex,
-    Part::kAnticipation,    Part::kFeedbackDelay, Part::kMuscleStiffness, Part::kActivation};
+    Part::kFingertips,      Part::kSoftObject,    Part::kDetail,          Part::kMuscles,    Part::kObjectMemory,
+    Part::kFingertipMemory, Part::kStiffening,    Part::kPulpShape,       Part::kTouch,      Part::kReflex,
+    Part::kAnticipation,    Part::kFeedbackDelay, Part::kMuscleStiffness, Part::kActivation, Part::kEnvironment};
 
 /// In words, with the scene's key: "muscles (control.muscles)".
 [[nodiscard]] const char* to_string(Part part);
@@ -48,11 +49,12 @@ inline constexpr std::array kParts{
 /// The scene as if it had not named the part.
 [[nodiscard]] Scene leave_out(Scene scene, Part part);
 
-/// Where the object was and what the fingers did to it, tick by tick: three lists of one length.
+/// Where the object was and what fingers and environment did to it, tick by tick: lists of one length.
 struct GraspPath : Watcher {
   std::vector<Eigen::Isometry3d> X_WO;
   std::vector<FingerForces> force_N;  ///< On the object, world axes.
   std::vector<PerFinger<PatchReport>> patch;
+  std::vector<Eigen::Vector3d> environment_N;  ///< On the object, likewise; zero without one.
 
   bool see_tick(const Tick& tick) override;
 };
@@ -61,7 +63,7 @@ struct GraspPath : Watcher {
 struct PathDeviation {
   double position_rms_m = 0.0, position_final_m = 0.0;
   double rotation_rms_rad = 0.0, rotation_final_rad = 0.0;
-  double force = 0.0;   ///< rms of what the forces differ by, all fingers together, over that of the reference's.
+  double force = 0.0;   ///< rms of what the forces differ by, all together, over that of the reference's.
   double moment = 0.0;  ///< Likewise of the patches' torsions, over the most that the reference's could carry: M_max.
   double margin = 0.0;  ///< rms of what the margins of loaded fingers differ by; 1 where one path alone loads a finger.
 };
@@ -85,6 +87,7 @@ struct PartEffect {
   double us = 0.0;      ///< PathRun's.
   bool alike = false;   ///< It came to its end with the same outcome.
   bool within = false;  ///< And the error is within the scene's tolerance.
+  bool idle = false;    ///< Of the environment: nothing of it ever touches the object.
 };
 
 /// Is called before each run, with words that say which it is.

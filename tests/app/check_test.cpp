@@ -64,5 +64,17 @@ TEST(Program, ChecksWhatTwoLoopsMakeOfAScene) {
   EXPECT_NE(late.find("5 ms after their snapshot"), std::string::npos) << late;
 }
 
+TEST(Program, ChecksWhatIsAroundAnObject) {
+  const std::string rest = thenar_program("check " + config("resting_box.yaml")).text;
+  EXPECT_NE(rest.find("environment     slope: a plane at [300, 0, 0] mm, friction 0.3\n"), std::string::npos) << rest;
+  EXPECT_NE(rest.find("gives way to the object by 0.1 um/N"), std::string::npos) << rest;
+  const std::string hole = thenar_program("check " + config("resting_box.yaml") +
+                                          " --set 'environment.bodies=[{shape: {hole: {diameter: 20 mm, depth: 30 mm, "
+                                          "chamfer: 2 mm}}, position: [0 mm, 0 mm, 0 mm]}]'")
+                               .text;
+  EXPECT_NE(hole.find("1: a plane with a hole of 20 mm, 30 mm deep, chamfer 2 mm at [0, 0, 0] mm"), std::string::npos)
+      << hole;
+}
+
 }  // namespace
 }  // namespace thenar::check_test

@@ -130,6 +130,23 @@ class Views(unittest.TestCase):
         self.assertEqual(fresh.report["outcome"], "held")
 
 
+class Environment(unittest.TestCase):
+    def test_carries_the_weight(self):
+        """0.01 N: c f of the corners, which are not placed to the last micrometre."""
+        rest = thenar.Simulation(thenar.Scene("resting_box"))
+        rest.step(100)
+        np.testing.assert_allclose(rest.environment_wrench[:3], [0.0, 0.0, 0.1 * 9.80665], atol=0.01)
+        self.assertEqual(rest.environment_contacts, 4)
+        self.assertAlmostEqual(rest.environment_normal_N, 0.1 * 9.80665 * np.cos(np.radians(10.0)), delta=0.01)
+        self.assertLess(rest.environment_penetration_m, 0.1e-6)
+
+    def test_is_none_where_the_scene_names_none(self):
+        grasp = thenar.Simulation(box())
+        grasp.step(1)
+        self.assertEqual(grasp.environment_contacts, 0)
+        self.assertFalse(grasp.environment_wrench.any())
+
+
 class Touch(unittest.TestCase):
     """What fingertips feel, and the grip's answer."""
     ROWS = ("stick", "rim_friction", "slip_speed_m_per_s", "torsion_Nm", "felt_normal_N", "friction_felt",

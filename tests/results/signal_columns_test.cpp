@@ -29,9 +29,9 @@ std::vector<std::string> cells(const std::string& line) {
 }
 
 // One vocabulary: what signals.csv says of a tick, a recording's table and its JSON say by the same names.
-TEST(RecordingFile, SpeaksTheWordsOfSignals) {
-  const Model model = build_model(scene_of("box_grasp", {kCoarseBox, "time.duration=0.1 s"}));
-  const std::filesystem::path file = scratch() / "words.mcap";
+void expect_the_words_of_signals(const std::string& scene) {
+  const Model model = build_model(scene_of(scene, {kCoarseBox, "time.duration=0.1 s"}));
+  const std::filesystem::path file = scratch() / (scene + ".mcap");
   RecordingFile film(file, model);
   State state(model);
   const Recording run = run_scene(model, state, {.lockstep = LockstepSettings{}, .film = &film});
@@ -62,6 +62,11 @@ TEST(RecordingFile, SpeaksTheWordsOfSignals) {
       EXPECT_EQ(json.at(words[i]).get<double>(), shown);
     }
   }
+}
+
+TEST(RecordingFile, SpeaksTheWordsOfSignals) {
+  expect_the_words_of_signals("box_grasp");
+  expect_the_words_of_signals("resting_box");
 }
 
 // Before 0.8 fields had other names, and joints none.

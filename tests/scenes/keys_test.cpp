@@ -99,32 +99,42 @@ std::vector<std::pair<std::string, Changes>> scenes_with_all_keys() {
     return std::pair<std::string, Changes>("minimal", {"object.shape={" + text + "}"});
   };
   const std::string interval = ", from: 0 s, over: 1 s}";
-  return {{"stick", {"hand.mirror=false"}},
-          {"found_carry", {}},
-          {"box_wet",
-           {"control.anticipation=true",
-            "control.muscles={activation: 10 ms, deactivation: 40 ms, stiffness: 23.4, frozen_from: 1 s,"
-            " object_stiffness: {translation: [100 N/m, 100 N/m, 100 N/m],"
-            " rotation: [0.05 N*m/rad, 0.05 N*m/rad, 0.05 N*m/rad], centre: [0 mm, 0 mm, 0 mm], squeeze: 2 N}}",
-            "fingertips.touch={delay: 65 ms, noise: 5 %, seed: 2}",
-            "control.reflex={load_rate: 2 N/s, pulse: 0.2 s, release: 0.5 s, stick: 0.3, regulation: 5 1/s}",
-            "task.push={force: [1 N, 0 N, 0 N], rise: 10 ms" + interval,
-            "task.arm={along: [1, 0, 0], amplitude: 20 mm, frequency: 1 Hz" + interval}},
-          {"scan_grasp",
-           {"time.control_delay=1 ms", "model=auto",
-            "tolerance={position: 1 mm, rotation: 1 deg, force: 5 %, moment: 10 %, margin: 0.1}", "contact.level=auto",
-            "contact.force_error=5 %", "contact.distance_error=2 um", "control.grasp.cone=exact",
-            "control.drive=" THENAR_TEST_DATA "/drive.csv", "fingertips.stiffening=0.5 1/N",
-            "object.centre_of_mass=[1 mm, 0 mm, 0 mm]",
-            "object.compliance={reduced_modulus: 1 MPa, poisson: 0.5, relaxation: 5 ms}",
-            "task.push={force: [1 N, 0 N, 0 N], at: [0 mm, 0 mm, 0 mm], moment: [0 N*m, 0 N*m, 1 N*m]" + interval}},
-          shape("box: [50 mm, 40 mm, 30 mm]"),
-          shape("ellipsoid: [50 mm, 40 mm, 30 mm]"),
-          shape("cylinder: {radius: 12 mm, length: 90 mm}"),
-          shape("superquadric: {size: [24 mm, 24 mm, 90 mm], exponents: [0.3, 1]}"),
-          shape("mug: {radius: 27 mm, height: 80 mm, wall: 3 mm, handle: {radius: 18 mm, thickness: 8 mm}}"),
-          shape("cloud: {file: a.obj, unit: mm}"),
-          shape("sphere: 26.09 mm")};
+  return {
+      {"stick", {"hand.mirror=false"}},
+      {"found_carry", {}},
+      {"box_wet",
+       {"control.anticipation=true",
+        "control.muscles={activation: 10 ms, deactivation: 40 ms, stiffness: 23.4, frozen_from: 1 s,"
+        " object_stiffness: {translation: [100 N/m, 100 N/m, 100 N/m],"
+        " rotation: [0.05 N*m/rad, 0.05 N*m/rad, 0.05 N*m/rad], centre: [0 mm, 0 mm, 0 mm], squeeze: 2 N}}",
+        "fingertips.touch={delay: 65 ms, noise: 5 %, seed: 2}",
+        "control.reflex={load_rate: 2 N/s, pulse: 0.2 s, release: 0.5 s, stick: 0.3, regulation: 5 1/s}",
+        "task.push={force: [1 N, 0 N, 0 N], rise: 10 ms" + interval,
+        "task.arm={along: [1, 0, 0], amplitude: 20 mm, frequency: 1 Hz" + interval}},
+      {"scan_grasp",
+       {"time.control_delay=1 ms", "model=auto",
+        "tolerance={position: 1 mm, rotation: 1 deg, force: 5 %, moment: 10 %, margin: 0.1}", "contact.level=auto",
+        "contact.force_error=5 %", "contact.distance_error=2 um", "control.grasp.cone=exact",
+        "control.drive=" THENAR_TEST_DATA "/drive.csv", "fingertips.stiffening=0.5 1/N",
+        "object.centre_of_mass=[1 mm, 0 mm, 0 mm]",
+        "object.compliance={reduced_modulus: 1 MPa, poisson: 0.5, relaxation: 5 ms}",
+        "task.push={force: [1 N, 0 N, 0 N], at: [0 mm, 0 mm, 0 mm], moment: [0 N*m, 0 N*m, 1 N*m]" + interval}},
+      {"resting_box",
+       {"environment={friction: 0.3, compliance: 1 um/N, bodies: ["
+        "{name: table, shape: {plane: true}, position: [0 mm, 0 mm, 0 mm]},"
+        "{shape: {box: [1 mm, 2 mm, 3 mm]}, position: [0 mm, 0 mm, 0 mm], rotation: [[1, 0, 0], [0, 1, 0], [0, 0, 1]]},"
+        "{shape: {sphere: 3 mm}, position: [0 mm, 0 mm, 0 mm], friction: 0.5},"
+        "{shape: {cylinder: {radius: 3 mm, length: 4 mm}}, position: [0 mm, 0 mm, 0 mm]},"
+        "{shape: {hole: {diameter: 3 mm, depth: 4 mm, chamfer: 1 mm}}, position: [0 mm, 0 mm, 0 mm],"
+        " move: [{by: [0 mm, 0 mm, 1 mm]" +
+        interval + "]}]}"}},
+      shape("box: [50 mm, 40 mm, 30 mm]"),
+      shape("ellipsoid: [50 mm, 40 mm, 30 mm]"),
+      shape("cylinder: {radius: 12 mm, length: 90 mm}"),
+      shape("superquadric: {size: [24 mm, 24 mm, 90 mm], exponents: [0.3, 1]}"),
+      shape("mug: {radius: 27 mm, height: 80 mm, wall: 3 mm, handle: {radius: 18 mm, thickness: 8 mm}}"),
+      shape("cloud: {file: a.obj, unit: mm}"),
+      shape("sphere: 26.09 mm")};
 }
 
 // A key that nobody reads is refused where a scene names it. So where all keys of the table are named by scenes that

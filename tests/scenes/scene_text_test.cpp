@@ -38,10 +38,15 @@ TEST(SceneText, ReadsBackAsTheSameScene) {
       "fingertips.stiffening=0.5 1/N",
       "contact.level=auto",
       "model=auto",
-      "tolerance={force: 2 %}"};
+      "tolerance={force: 2 %}",
+      "environment={compliance: 1 um/N, friction: 0.1, bodies: [{shape: {sphere: 9 mm}, position: [1 m, 0 m, 0 m]},"
+      " {shape: {cylinder: {radius: 4 mm, length: 9 mm}}, position: [1 m, 0 m, 0 m], friction: 0.7},"
+      " {shape: {hole: {diameter: 8 mm, depth: 9 mm, chamfer: 1 mm}}, position: [1 m, 0 m, 0 m],"
+      " move: [{by: [0 mm, 1 mm, 0 mm], from: 1 s, over: 2 s}]},"
+      " {name: a b, shape: {box: [1 mm, 2 mm, 3 mm]}, position: [1 m, 0 m, 0 m]}]}"};
   for (const Scene& scene :
        {scene_of("box_grasp"), scene_of("minimal"), scene_of("stick"), scene_of("mug"), scene_of("box_grasp", all),
-        scene_of("capsule"), scene_of("minimal", {"hand.mirror=true", "hand.settle=true"})}) {
+        scene_of("capsule"), scene_of("resting_box"), scene_of("minimal", {"hand.mirror=true", "hand.settle=true"})}) {
     SCOPED_TRACE(scene.name);
     SceneTextNotes notes;
     notes.hand = config_file("hand");
@@ -51,6 +56,10 @@ TEST(SceneText, ReadsBackAsTheSameScene) {
     // Rotations are made orthonormal to rounding when they are read.
     EXPECT_TRUE(again.object.X_WO.isApprox(scene.object.X_WO, 1e-14));
     again.object.X_WO = scene.object.X_WO;
+    if (scene.environment) {
+      EXPECT_TRUE(again.environment->bodies[0].X_WE.isApprox(scene.environment->bodies[0].X_WE, 1e-14));
+      again.environment->bodies[0].X_WE = scene.environment->bodies[0].X_WE;
+    }
     EXPECT_EQ(scene_text(again, notes), scene_text(scene, notes));
   }
 }

@@ -135,6 +135,7 @@ TEST(ModelParts, DeviationIsOfTheTicksThatCount) {
   for (int i = 0; i < 10; ++i) {
     reference.X_WO.push_back(Eigen::Isometry3d::Identity());
     reference.force_N.push_back(FingerForces::Constant(3, 3, 2.0));
+    for (GraspPath* of : {&path, &reference}) of->environment_N.emplace_back(Eigen::Vector3d::Zero());
     // Far off at first; then by 3 mm along x, and in the last tick by 4 mm along y.
     Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
     X.translation() = i < 5 ? Eigen::Vector3d(1.0, 0.0, 0.0) : Eigen::Vector3d(3e-3, 0.0, 0.0);
@@ -262,6 +263,29 @@ TEST(ModelParts, AutoGivesTheSameBits) {
   const Model one = as_needed(full), other = as_needed(full);
   EXPECT_EQ(one.scene.left_out, other.scene.left_out);
   expect_same_run(one, other);
+}
+
+// A table that the box never reaches is left out, and the reason is told; one that is 10 um in it lifts it by so much,
+// which is more than half of that.
+TEST(ModelParts, AutoKeepsAnEnvironmentThatTouches) {
+  const auto kept = [](double z_mm) {
+    Scene scene = grasp({"model=auto", "tolerance={position: 5 um, rotation: 1 deg, force: 20 %}"}, "0.4 s");
+    EnvironmentBody table{"table", HalfSpace{}, Eigen::Isometry3d::Identity(), 0.3, {}};
+    // Against gravity, which pulls along no axis of the hand.
+    const Eigen::Vector3d up = -scene.gravity.normalized();
+    table.X_WE.linear() = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), up).toRotationMatrix();
+    const Eigen::Vector3d half_m = 0.5 * std::get<BoxShape>(scene.object.shape).size_m;
+    const double lowest_m = (scene.object.X_WO.linear().transpose() * up).cwiseAbs().dot(half_m);
+    table.X_WE.translation() = scene.object.X_WO.translation() - (lowest_m - 1e-3 * z_mm) * up;
+    scene.environment = Environment{{table}, 1e-5};
+    return as_needed(build_model(scene)).scene;
+  };
+  const Scene far = kept(-30.0), near = kept(0.01);
+  EXPECT_FALSE(far.environment);
+  EXPECT_EQ(far.left_out.back(), "left out: environment (environment): nothing of it ever touches the object");
+  EXPECT_TRUE(near.environment);
+  EXPECT_TRUE(near.left_out.back().starts_with("not left out: environment (environment): off by "))
+      << near.left_out.back();
 }
 
 TEST(ModelParts, ASceneThatFailsIsLeftAsItIs) {

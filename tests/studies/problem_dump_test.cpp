@@ -1,6 +1,6 @@
 // What a run hands over as its problems is what it solved.
 
-#include "engine/results/problem_dump.h"
+#include "engine/studies/problem_dump.h"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 #include <cmath>
 
 #include "engine/loops/run.h"
-#include "engine/results/problem_check.h"
 #include "engine/scenes/build_model.h"
+#include "engine/studies/problem_check.h"
 #include "tests/support/scenes.h"
 #include "tests/support/scratch.h"
 

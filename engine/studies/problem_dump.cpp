@@ -1,4 +1,4 @@
-#include "engine/results/problem_dump.h"
+#include "engine/studies/problem_dump.h"
 
 #include <fmt/format.h>
 

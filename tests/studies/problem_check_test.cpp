@@ -1,6 +1,6 @@
 // What an answer is worth: nothing is missed, and what is wrong is missed by as much as it is wrong.
 
-#include "engine/results/problem_check.h"
+#include "engine/studies/problem_check.h"
 
 #include <gtest/gtest.h>
 

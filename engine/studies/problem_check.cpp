@@ -1,4 +1,4 @@
-#include "engine/results/problem_check.h"
+#include "engine/studies/problem_check.h"
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -27,7 +27,7 @@ constexpr double kRests = 1e-12;
 constexpr double kNoPower = 1e-10;
 
 /// Zero if nothing is wrong, whatever the scale.
-double share(double error, double scale) { return error == 0.0 ? 0.0 : error / scale; }
+double part_of(double error, double scale) { return error == 0.0 ? 0.0 : error / scale; }
 
 /// rho_i delta_i of every contact [N], rho_i = 3 / tr(W_ii); zero where no force moves a contact.
 VectorXd scaled_by_rho(const MatrixRef& W, VectorXd delta) {
@@ -98,7 +98,7 @@ Residual contact_residual(const ContactProblem& problem, const VectorXd& f) {
   }
   const double scale_N = scaled_by_rho(problem.W, problem.delta_free).stableNorm();
   // Of extreme units the squares may not fit a double.
-  return {share(errors.stableNorm(), scale_N), share(errors.lpNorm<Eigen::Infinity>(), scale_N)};
+  return {part_of(errors.stableNorm(), scale_N), part_of(errors.lpNorm<Eigen::Infinity>(), scale_N)};
 }
 
 double grasp_rounding(const GraspProblem& problem) {
@@ -125,7 +125,7 @@ double muscle_residual(const MuscleProblem& problem, const VectorXd& f) {
   // What no forces can give counts, too: H H^+ leaves it out.
   const VectorXd torque_error = problem.H * f - problem.tau;
   const VectorXd made_up = H.of(torque_error);
-  const double beyond = share((torque_error - problem.H * made_up).norm(), problem.tau.norm());
+  const double beyond = part_of((torque_error - problem.H * made_up).norm(), problem.tau.norm());
 
   std::vector<VectorXd> pushes;  // Those at their limits push back.
   const double beyond_limit = problem.limit.size() > 0 ? (f - problem.limit).maxCoeff() : 0.0;
@@ -139,14 +139,14 @@ double muscle_residual(const MuscleProblem& problem, const VectorXd& f) {
   for (Index c = 0; c < B.cols(); ++c) B.col(c) = pi(pushes[static_cast<std::size_t>(c)]);
   const VectorXd left = pi(f) - B * nonnegative_least_squares(B, pi(f));
   const double largest = std::max({made_up.norm(), -f.minCoeff(), beyond_limit, left.norm()});
-  return std::max(beyond, share(largest, f.norm()));
+  return std::max(beyond, part_of(largest, f.norm()));
 }
 
 double lcp_residual(const LcpProblem& problem, const VectorXd& z) {
   const double m = problem.M.cwiseAbs().maxCoeff();
   const VectorXd w = problem.M * z + problem.q;
   const double error = w.cwiseMin(m * z).cwiseAbs().maxCoeff();
-  return share(error, problem.q.cwiseAbs().maxCoeff() + m * z.cwiseAbs().sum());
+  return part_of(error, problem.q.cwiseAbs().maxCoeff() + m * z.cwiseAbs().sum());
 }
 
 ContactVerdict contact_verdict(const ContactProblem& problem, const VectorXd& y) {
@@ -178,7 +178,7 @@ double lcp_infeasibility_gap(const LcpProblem& problem, const VectorXd& y) {
   const double done = -y.dot(problem.q);
   if (done <= 0.0 || y.minCoeff() < 0.0) return kInfinite;
   const double left = (problem.M.transpose() * y).cwiseMax(0.0).norm();
-  return share(problem.q.cwiseAbs().maxCoeff() * left, problem.M.cwiseAbs().maxCoeff() * done);
+  return part_of(problem.q.cwiseAbs().maxCoeff() * left, problem.M.cwiseAbs().maxCoeff() * done);
 }
 
 }  // namespace thenar
