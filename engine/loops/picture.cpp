@@ -26,7 +26,11 @@ void take_touches(const ContactWorkspace& work, std::vector<ShownTouch>& touches
 
 std::size_t most_touches(const Scene& scene) {
   const std::optional<Solid> object = scene.environment ? solid_of(scene.object.shape) : std::nullopt;
-  return object ? EnvironmentContacts(*scene.environment, *object).most() : 0;
+  std::size_t most = 0;
+  for (std::size_t k = 0; object && k < scene.environment->bodies.size(); ++k) {
+    most += most_contacts(SolidPair(*object, scene.environment->bodies[k].shape));
+  }
+  return most;
 }
 
 Picture::Picture(const Model& model) {

@@ -312,7 +312,7 @@ constexpr std::array kSceneKeys = std::to_array<Key>({
      "100 nm/N",
      "How far object and body give way at each contact, by a newton in any direction.",
      1,
-     {"around_m_per_N", "compliance of bodies", "m/N", 1e-9, 1e-5}},
+     {"around_m_per_N", "compliance", "m/N", 1e-9, 1e-5}},
     {"environment.bodies", kMaps, kNone, "", "", "The bodies."},
     {"environment.bodies.name", kText, kNone, "", "(Without it: its number.)",
      "What it is called where it is told of."},
