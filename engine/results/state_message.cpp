@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <iterator>
 #include <span>
 
 #include "engine/formats/build_info.h"
@@ -135,9 +136,7 @@ void for_each_field(const Model& model, const Picture& picture, const TickRecord
   if (model.scene.environment) {
     const ShownEnvironment around = shown_environment(model, picture);
     std::vector<double> poses;
-    for (const Isometry3d& X_WE : around.X_WE) {
-      for (const double number : pose_numbers(X_WE)) poses.push_back(number);
-    }
+    for (const Isometry3d& X_WE : around.X_WE) std::ranges::copy(pose_numbers(X_WE), std::back_inserter(poses));
     vector("bodies", "m", poses);
     vector("bodies_N", "N", around.force_N);
     vector("bodies_m", "m", around.mean_m);
