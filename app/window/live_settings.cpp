@@ -20,6 +20,16 @@ void replace(const std::optional<T>& change, T& value) {
   if (change) value = *change;
 }
 
+/// Nothing if the bodies' frictions differ.
+std::optional<double> same_friction(const Environment& environment) {
+  std::optional<double> friction;
+  for (const EnvironmentBody& body : environment.bodies) {
+    if (friction && *friction != body.friction) return std::nullopt;
+    friction = body.friction;
+  }
+  return friction;
+}
+
 const char* name_of(PulpKernel kernel) { return kernel == PulpKernel::kGaussian ? "gaussian" : "boussinesq"; }
 
 }  // namespace
@@ -43,6 +53,10 @@ LiveSettings live_settings(const Model& model) {
     settings.asked_N_per_m = scene.control->muscles->object_stiffness->translation_N_per_m;
     settings.asked_Nm_per_rad = scene.control->muscles->object_stiffness->rotation_Nm_per_rad;
   }
+  if (scene.environment) {
+    settings.around_friction = same_friction(*scene.environment);
+    settings.around_m_per_N = scene.environment->compliance_m_per_N;
+  }
   if (scene.fingertips) {
     settings.kernel = scene.fingertips->material.kernel;
     settings.level = model.level;
@@ -65,6 +79,8 @@ ordered_json settings_json(const LiveSettings& settings) {
   };
   add("asked_N_per_m", settings.asked_N_per_m);
   add("asked_Nm_per_rad", settings.asked_Nm_per_rad);
+  if (settings.around_friction) json["around_friction"] = *settings.around_friction;
+  if (settings.around_m_per_N) json["around_m_per_N"] = *settings.around_m_per_N;
   return json;
 }
 
@@ -105,6 +121,10 @@ std::string change(const Set& changes, LiveSettings& settings) {
   if ((changes.asked_N_per_m || changes.asked_Nm_per_rad) && !settings.asked_N_per_m) {
     return "asked_N_per_m and asked_Nm_per_rad need a scene with control.muscles.object_stiffness";
   }
+  if (changes.around_friction && !settings.around_friction) {
+    return "around_friction needs a scene with an environment whose bodies have the same friction";
+  }
+  if (changes.around_m_per_N && !settings.around_m_per_N) return "around_m_per_N needs a scene with an environment";
   LiveSettings changed = settings;
   replace(changes.friction, changed.friction);
   if (changes.friction) changed.friction_steps = false;
@@ -117,6 +137,8 @@ std::string change(const Set& changes, LiveSettings& settings) {
   if (changes.level) changed.level = changes.level;
   if (changes.asked_N_per_m) changed.asked_N_per_m = changes.asked_N_per_m;
   if (changes.asked_Nm_per_rad) changed.asked_Nm_per_rad = changes.asked_Nm_per_rad;
+  if (changes.around_friction) changed.around_friction = changes.around_friction;
+  if (changes.around_m_per_N) changed.around_m_per_N = changes.around_m_per_N;
   if (changes.kernel) {
     changed.kernel = *changes.kernel == "gaussian" ? PulpKernel::kGaussian : PulpKernel::kBoussinesq;
   }
@@ -141,6 +163,8 @@ LiveSettings carried_over(const LiveSettings& before, const LiveSettings& now, L
   add(before.level, now.level, changes.level);
   add(before.asked_N_per_m, now.asked_N_per_m, changes.asked_N_per_m);
   add(before.asked_Nm_per_rad, now.asked_Nm_per_rad, changes.asked_Nm_per_rad);
+  add(before.around_friction, now.around_friction, changes.around_friction);
+  add(before.around_m_per_N, now.around_m_per_N, changes.around_m_per_N);
   if (now.kernel && now.kernel != before.kernel) changes.kernel = name_of(*now.kernel);
   (void)change(changes, begun);
   return begun;
@@ -160,6 +184,10 @@ void apply(const LiveSettings& now, const LiveSettings& settings, Scene& scene) 
   if (settings.internal_force_N && settings.internal_force_N != now.internal_force_N) {
     scene.control->internal_force_N = *settings.internal_force_N;
   }
+  if (settings.around_friction) {
+    for (EnvironmentBody& body : scene.environment->bodies) body.friction = *settings.around_friction;
+  }
+  if (settings.around_m_per_N) scene.environment->compliance_m_per_N = *settings.around_m_per_N;
   if (settings.asked_N_per_m) {
     ObjectStiffness& asked = *scene.control->muscles->object_stiffness;
     asked.translation_N_per_m = *settings.asked_N_per_m;

@@ -19,7 +19,9 @@ struct LiveSettings {
   std::optional<thenar::PulpKernel> kernel;
   std::optional<int> level;
   std::optional<Eigen::Vector3d> asked_N_per_m, asked_Nm_per_rad;  ///< Of a scene that chooses a stiffness.
-  Eigen::Index leaves = 0;                                         ///< Of a fingertip; stays.
+  std::optional<double> around_friction;  ///< Of an environment whose bodies all have the same.
+  std::optional<double> around_m_per_N;   ///< Compliance of the environment.
+  Eigen::Index leaves = 0;                ///< Of a fingertip; stays.
 
   [[nodiscard]] bool operator==(const LiveSettings&) const = default;
 };

@@ -144,6 +144,8 @@ Set read_set(Keys& keys) {
   set.tolerance = number("tolerance");
   set.contact_Hz = number("contact_Hz");
   set.control_Hz = number("control_Hz");
+  set.around_friction = number("around_friction");
+  set.around_m_per_N = number("around_m_per_N");
   set.max_sweeps = whole("max_sweeps");
   set.delay_periods = whole("delay_periods");
   set.level = whole("level");

@@ -49,7 +49,7 @@ struct Take {
 };
 /// Changes of the scene; nothing: stays as it is.
 struct Set {
-  std::optional<double> friction, internal_force_N, tolerance, contact_Hz, control_Hz;
+  std::optional<double> friction, internal_force_N, tolerance, contact_Hz, control_Hz, around_friction, around_m_per_N;
   std::optional<int> max_sweeps, delay_periods, level;
   std::optional<std::string> kernel;
   std::optional<Eigen::Vector3d> asked_N_per_m, asked_Nm_per_rad;

@@ -12,19 +12,61 @@
 namespace thenar::window {
 
 using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
 using Eigen::VectorXd;
+
+namespace {
+
+/// Of n contacts with fingers and m with the environment, in this order.
+thenar::ContactData problem_of(const thenar::Model& model, const thenar::SolvedTick& tick) {
+  const Index n = tick.frame.size(), m = std::ssize(tick.ground);
+  thenar::ContactData problem{MatrixXd::Zero(3 * (n + m), 3 * (n + m)), VectorXd(3 * (n + m)), VectorXd(n + m)};
+  problem.delta_free.head(3 * n) = tick.delta_free.head(3 * n);
+  problem.mu.head(n) = tick.mu.head(n);
+  if (m == 0) {
+    problem.W = thenar::dense_delassus(model, tick.frame, tick.kinematics, tick.mobility);
+    return problem;
+  }
+  MatrixXd J(3 * (n + m), 6);  // How the object's motion changes all gaps and slips.
+  J.topRows(3 * n) = tick.kinematics.J_object.topLeftCorner(3 * n, 6);
+  for (Index i = 0; i < m; ++i) {
+    const thenar::GroundContact& contact = tick.ground[i];
+    J.middleRows<3>(3 * (n + i)) = contact.J;
+    problem.delta_free.segment<3>(3 * (n + i)) = contact.delta_free + contact.J * tick.x_free;
+    problem.mu[n + i] = contact.mu;
+  }
+  Vector6d mobility;
+  mobility << Vector3d::Constant(tick.mobility.translation), Vector3d::Constant(tick.mobility.rotation);
+  problem.W = J * mobility.asDiagonal() * J.transpose();
+  problem.W.diagonal().tail(3 * m).array() += model.scene.environment->compliance_m_per_N;
+  if (n > 0) {
+    // Which has that of the object, and of all else.
+    problem.W.topLeftCorner(3 * n, 3 * n) = thenar::dense_delassus(model, tick.frame, tick.kinematics, tick.mobility);
+  }
+  return problem;
+}
+
+/// The fingers' forces, and behind them those of the environment.
+VectorXd with_ground(const Eigen::Ref<const VectorXd>& f, const thenar::SolvedTick& tick) {
+  VectorXd all(f.size() + 3 * std::ssize(tick.ground_N));
+  all.head(f.size()) = f;
+  for (Index i = 0; i < std::ssize(tick.ground_N); ++i) all.segment<3>(f.size() + 3 * i) = tick.ground_N[i];
+  return all;
+}
+
+}  // namespace
 
 Reference::Reference() : thread_([this](const std::stop_token& stop) { work(stop); }) {}
 
 void Reference::offer(const thenar::Model& model, const thenar::SolvedTick& tick) {
   const Index n = tick.frame.size();
   const std::lock_guard lock(mutex_);
-  if (n == 0) result_ = ReferenceResult{};  // Nothing is to be solved: what was known of it is not true any more.
-  if (busy_ || n == 0) return;
-  offer_ = Offer{{thenar::dense_delassus(model, tick.frame, tick.kinematics, tick.mobility),
-                  tick.delta_free.head(3 * n), tick.mu.head(n)},
-                 tick.f_first.head(3 * n),
-                 tick.f.head(3 * n)};
+  const bool none = n == 0 && tick.ground.empty();
+  if (none) result_ = ReferenceResult{};  // Nothing is to be solved: what was known of it is not true any more.
+  if (busy_ || none) return;
+  offer_ = Offer{problem_of(model, tick), with_ground(tick.f_first.head(3 * n), tick),
+                 with_ground(tick.f.head(3 * n), tick)};
   busy_ = true;
   offered_.notify_one();
 }

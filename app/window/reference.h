@@ -19,7 +19,8 @@ struct ReferenceResult {
   double residual = thenar::kUnknown;  ///< Of the tick's forces: natural map, W formed anew.
 };
 
-/// Solves contact problems of running loops accurately, on a thread of its own that gives way to all others.
+/// Solves contact problems of running loops accurately, contacts with the environment among them, on a thread of its
+/// own that gives way to all others.
 class Reference {
  public:
   Reference();

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "collision/shapes.h"
+#include "engine/figures/body_picture.h"
 #include "engine/figures/gnuplot.h"
 #include "engine/figures/surfels.h"
 #include "engine/loops/surface_display.h"
@@ -90,6 +91,15 @@ void add_fingertip(const Model& model, const State& state, const HandPose& pose,
   }
 }
 
+/// The lines of the bodies around the object, where they are now.
+void add_environment(const Model& model, const State& state, const Matrix3d& view, std::vector<Surfel>& surfels) {
+  if (!model.scene.environment) return;
+  const double time_s = static_cast<double>(state.tick) * model.scene.step_s;
+  for (const EnvironmentBody& body : model.scene.environment->bodies) {
+    add_outline(body.shape, pose(body, time_s), state.X_WO.translation(), view.row(2).transpose(), surfels);
+  }
+}
+
 /// The fingers' forces on the object: arrows that end where they act, with their size and its place.
 std::string arrows(const State& state, const Matrix3d& view) {
   std::vector<Vector2d> labels;  // [mm], each clear of the others; from the top downwards
@@ -143,6 +153,7 @@ std::string grasp_panel(const Model& model, const State& state, const HandPose& 
                         const Layout& layout) {
   std::vector<Surfel> surfels;
   add_object(model, state, surfels);
+  add_environment(model, state, view, surfels);
   add_bones(model.scene.hand, pose, surfels);
   for (int k = 0; k < model.fingers(); ++k) add_fingertip(model, state, pose, k, surfels);
   return fmt::format(

@@ -23,6 +23,8 @@ Picture touched_picture(const Model& model) {
   Picture picture(model);
   picture.contacts.resize(static_cast<std::size_t>(model.max_contacts));
   picture.contacts.clear();
+  picture.touches.resize(picture.touches.capacity());
+  picture.touches.clear();
   return picture;
 }
 

@@ -10,7 +10,10 @@ SolvedTick::SolvedTick(const Model& model)
       delta_free(3 * model.max_contacts),
       mu(model.max_contacts),
       f_first(3 * model.max_contacts),
-      f(3 * model.max_contacts) {}
+      f(3 * model.max_contacts) {
+  ground.reserve(most_touches(model.scene));
+  ground_N.reserve(ground.capacity());
+}
 
 LiveContact::LiveContact(const Model& model, LatestValue<LiveInput>& live_inputs, LiveHands& live_hands)
     : inputs(live_inputs), hands(live_hands), pictures(model), problems(model) {}
@@ -38,6 +41,10 @@ bool LiveContact::show(const SplitGrasp& grasp) noexcept {
     draft.mu.head(n) = work.mu.head(n);
     draft.f_first.head(3 * n) = work.f_first.head(3 * n);
     draft.f.head(3 * n) = work.f.head(3 * n);
+    const std::vector<GroundContact>& ground = work.environment.contacts;
+    draft.ground.assign(ground.begin(), ground.end());
+    draft.ground_N.assign(work.solver.ground.f.begin(), work.solver.ground.f.begin() + std::ssize(ground));
+    draft.x_free = work.solver.ground.x - work.solver.common_motion.head<6>();
     problems.publish();
   }
   if (grasp.state().tick % picture_ticks != 0) return false;

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <atomic>
 #include <cstdint>
+#include <vector>
 
 #include "engine/grasp/contact_tick.h"
 #include "engine/grasp/delassus.h"
@@ -24,6 +25,12 @@ struct SolvedTick {
   ContactKinematics kinematics;
   Mobility mobility{};
   Eigen::VectorXd delta_free, mu, f_first, f;  ///< As ContactWorkspace has them.
+
+  // Of a scene that has an environment: the object's contacts with it, their forces, and how the object would move
+  // without any contact.
+  std::vector<GroundContact> ground;  ///< Capacity most_touches().
+  std::vector<Eigen::Vector3d> ground_N;
+  GroundProblem::Motion x_free = GroundProblem::Motion::Zero();
 };
 
 /// What people have to do with a contact loop: their newest input goes in, pictures and solved problems come out,

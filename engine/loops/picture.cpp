@@ -1,12 +1,44 @@
 #include "engine/loops/picture.h"
 
+#include <optional>
+#include <vector>
+
 namespace thenar {
+
+namespace {
+
+/// Of the last tick; before the first one there are none.
+void take_touches(const ContactWorkspace& work, std::vector<ShownTouch>& touches) noexcept {
+  touches.clear();
+  const EnvironmentContacts& around = work.environment;
+  std::size_t i = 0;
+  for (std::size_t k = 0; k < around.pairs.size() && !around.contacts.empty(); ++k) {
+    for (; i < around.end[k]; ++i) {
+      const Eigen::Vector3d& f = work.solver.ground.f[i];
+      if (!(f[0] > 0.0)) continue;
+      const Eigen::Matrix3d& E_W = around.E_W[i];
+      touches.push_back({static_cast<int>(k), around.found[i].p_m, E_W.col(0), E_W * f});
+    }
+  }
+}
+
+}  // namespace
+
+std::size_t most_touches(const Scene& scene) {
+  const std::optional<Solid> object = scene.environment ? solid_of(scene.object.shape) : std::nullopt;
+  std::size_t most = 0;
+  for (std::size_t k = 0; object && k < scene.environment->bodies.size(); ++k) {
+    most += most_contacts(SolidPair(*object, scene.environment->bodies[k].shape));
+  }
+  return most;
+}
 
 Picture::Picture(const Model& model) {
   snapshot.q = model.scene.posture;
   snapshot.X_WO = model.scene.object.X_WO;
   for (const Pulp& pulp : model.pulps) u_m.emplace_back(Eigen::MatrixX3d::Zero(pulp.controls(), 3));
   contacts.reserve(model.max_contacts);
+  touches.reserve(most_touches(model.scene));
 }
 
 void take_picture(const State& state, const ContactWorkspace& work, Picture& picture) noexcept {
@@ -20,6 +52,7 @@ void take_picture(const State& state, const ContactWorkspace& work, Picture& pic
     picture.contacts.push_back(
         {contact.finger, contact.control_point, work.kinematics.c_W[i], E_W.col(0), E_W * contact.f_C});
   }
+  take_touches(work, picture.touches);
   for (const PatchPoint& point : work.patches.points) {
     const auto i = static_cast<std::size_t>(point.contact);
     if (i < picture.contacts.size()) picture.contacts[i].slip_m = point.d_W.norm();

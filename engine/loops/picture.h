@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <optional>
 #include <vector>
 
@@ -20,6 +21,17 @@ struct ShownContact {
   double slip_m = 0.0;      ///< How far the finger's point has gone against the object's, in the tick.
 };
 
+/// A contact of the object with a body of its environment that carries force.
+struct ShownTouch {
+  int body = 0;
+  Eigen::Vector3d point_E;  ///< Frame of the body [m].
+  Eigen::Vector3d normal;   ///< Into the object, world axes, as the next.
+  Eigen::Vector3d force_N;  ///< On the object.
+};
+
+/// As many contacts as the object can have with its environment; 0 in a scene that has none.
+[[nodiscard]] std::size_t most_touches(const Scene& scene);
+
 /// The spring by which someone pulls the object, world axes.
 struct ShownPull {
   Eigen::Vector3d anchor_m, handle_m;
@@ -34,6 +46,7 @@ struct Picture {
   Snapshot snapshot;
   std::vector<Eigen::MatrixX3d> u_m;   ///< As State has it.
   std::vector<ShownContact> contacts;  ///< Capacity model.max_contacts.
+  std::vector<ShownTouch> touches;     ///< Capacity most_touches().
   std::optional<ShownPull> pull;
 };
 

@@ -155,7 +155,8 @@ SignalNames signal_names(const ordered_json& scene) {
 }
 
 bool is_signal(const Field& field) {
-  constexpr std::array<std::string_view, 3> kShapes = {"segments", "displacement_m", "latency_counts"};
+  constexpr std::array<std::string_view, 7> kShapes = {"segments",  "displacement_m", "latency_counts", "bodies",
+                                                       "touches_m", "touches_N",      "touches_margin"};
   return std::ranges::find(kShapes, field.name) == kShapes.end();
 }
 

@@ -6,10 +6,12 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <iterator>
 #include <span>
 
 #include "engine/formats/build_info.h"
 #include "engine/loops/live_input.h"
+#include "engine/loops/shown_environment.h"
 
 namespace thenar {
 
@@ -130,6 +132,17 @@ void for_each_field(const Model& model, const Picture& picture, const TickRecord
     vector("lack_axis", "", shown.lack_axis);
     vector("lack_muscles", "", shown.at_limit);
     vector("least_muscles_N", "N", shown.least_N);
+  }
+  if (model.scene.environment) {
+    const ShownEnvironment around = shown_environment(model, picture);
+    std::vector<double> poses;
+    for (const Isometry3d& X_WE : around.X_WE) std::ranges::copy(pose_numbers(X_WE), std::back_inserter(poses));
+    vector("bodies", "m", poses);
+    vector("bodies_N", "N", around.force_N);
+    vector("bodies_m", "m", around.mean_m);
+    vector("touches_m", "m", around.point_m);
+    vector("touches_N", "N", around.touch_N);
+    vector("touches_margin", "", around.margin);
   }
   one("friction", "", model.friction(tick.time_s));
   vector("position_m", "m", tick.position_m);
@@ -254,6 +267,15 @@ ordered_json fingers_json(const Hand& hand) {
   return json;
 }
 
+ordered_json bodies_json(const Environment& environment) {
+  ordered_json json = ordered_json::array();
+  for (const EnvironmentBody& body : environment.bodies) {
+    const ShownSolid solid = shown_solid(body.shape);
+    json.push_back({{"name", body.name}, {"shape", solid.shape}, {"size_m", solid.size_m}});
+  }
+  return json;
+}
+
 ordered_json segments_json(const Hand& hand) {
   ordered_json json = ordered_json::array();
   for (const Segment& segment : hand.segments) {
@@ -347,6 +369,7 @@ ordered_json scene_message(const Model& model, bool live, const TriangleMesh& su
                           {"position_gain_N_per_m", position_gain},
                           {"rotation_gain_Nm_per_rad", rotation_gain},
                           {"pull", {{"stiffness_N_per_m", kPullStiffness_N_per_m}, {"limit_N", kPullLimit_N}}}};
+  if (scene.environment) message["bodies"] = bodies_json(*scene.environment);
   if (scene.has_muscles() && scene.control->muscles->short_range) message["object_stiffness"] = nullptr;
   if (scene.chooses_stiffness()) {
     const MuscleSettings& own = *scene.control->muscles;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <utility>
 
@@ -18,7 +19,7 @@ using nlohmann::ordered_json;
 
 // Fields follow each other without gaps, and the message has all of them and a row a contact.
 TEST(StateMessage, HasTheFieldsThatItsSceneTells) {
-  for (const char* name : {"box_grasp", "minimal", "stick", "box_wet", "box_stiff"}) {
+  for (const char* name : {"box_grasp", "minimal", "stick", "box_wet", "box_stiff", "resting_box"}) {
     SCOPED_TRACE(name);
     Loop loop(scene_of(name));
     loop.run(0.05);
@@ -71,6 +72,35 @@ TEST(StateMessage, SpeaksOfStiffnessWhereTheSceneChoosesOne) {
     EXPECT_EQ(message.contains("object_stiffness"), scene.has_muscles() && scene.control->muscles->short_range);
     EXPECT_EQ(chooses, message.value("object_stiffness", ordered_json()).is_object());
   }
+}
+
+// Nor do bodies around the object, where there are none.
+TEST(StateMessage, SpeaksOfBodiesWhereTheSceneHasSome) {
+  const Model none = build_model(scene_of("box_grasp", {kCoarseBox}));
+  EXPECT_FALSE(scene_message(none, true).contains("bodies"));
+  for (const Field& field : state_fields(none)) {
+    EXPECT_FALSE(field.name.starts_with("bodies") || field.name.starts_with("touches")) << field.name;
+  }
+  Loop loop(scene_of("resting_box"));
+  const ordered_json bodies = scene_message(loop.model, true).at("bodies");
+  EXPECT_EQ(bodies, ordered_json::parse(R"([{"name": "slope", "shape": "plane", "size_m": [0.0, 0.0, 0.0]}])"));
+  loop.run(0.05);
+  Picture picture(loop.model);
+  take_picture(loop.state, loop.work, picture);
+  std::string bytes;
+  const TickRecord tick = tick_record(loop.model, loop.state, loop.tick(), loop.report);
+  write_state_message(loop.model, picture, tick, loop.controller.f_muscle, {}, bytes);
+  const std::vector<double> numbers = read_state_message(bytes);
+  const std::vector<Field> fields = state_fields(loop.model);
+  const auto at = [&](const char* name) { return std::ranges::find(fields, name, &Field::name)->begin; };
+  Eigen::Vector3d sum_N = Eigen::Vector3d::Zero();
+  // A box has 8 corners and 12 edges that can touch a plane: all have a place.
+  for (std::size_t i = 0; std::isfinite(numbers[at("touches_N") + i]); i += 3) {
+    sum_N += Eigen::Map<const Eigen::Vector3d>(&numbers[at("touches_N") + i]);
+  }
+  EXPECT_GT(sum_N.norm(), 0.1);
+  const Eigen::Map<const Eigen::Vector3d> all_N(&numbers[at("bodies_N")]);
+  EXPECT_LE((sum_N - all_N).norm(), 1e-12 * sum_N.norm());  // The same numbers, added in another order.
 }
 
 // What the geometry holds is what the scene counts: the page has no other way to know.

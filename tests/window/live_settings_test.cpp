@@ -87,50 +87,61 @@ std::optional<ordered_json> changed(const std::string& name, const ordered_json&
   return settings_json(settings);
 }
 
+/// A setting of the list is what the server takes, in its range, and what its key says.
+void expect_as_accepted(const ordered_json& one, const LiveSettings& begun) {
+  const std::string name = one.at("name");
+  SCOPED_TRACE(name);
+  const Key* const key = find_key(scene_keys(), one.at("key").get<std::string>());
+  ASSERT_NE(key, nullptr);
+  EXPECT_EQ(one.at("what"), key->sentence);
+  EXPECT_EQ(find_live_key(scene_keys(), name), key);
+  EXPECT_EQ(one.at("default"), settings_json(begun).at(name));
+  EXPECT_FALSE(changed(name, "none of these", begun));
+  if (one.at("type") == "choice") {
+    ASSERT_GT(one.at("choices").size(), 1U);
+    for (const ordered_json& word : one.at("choices")) {
+      const std::optional<ordered_json> now = changed(name, word, begun);
+      ASSERT_TRUE(now) << word;
+      EXPECT_EQ(now->at(name), word);
+    }
+    return;
+  }
+  const double least = one.at("least"), most = name == "control_Hz" ? 2000.0 : one.at("most").get<double>();
+  for (const double value : {least, most}) {
+    const std::optional<ordered_json> now = changed(name, value, begun);
+    ASSERT_TRUE(now) << value;
+    EXPECT_EQ(now->at(name), value);
+  }
+  const double beyond = one.at("type") == "whole" ? 1.0 : 1e-6 * most;
+  EXPECT_FALSE(changed(name, least - beyond, begun));
+  EXPECT_FALSE(changed(name, most + beyond, begun));
+  const bool takes_parts = changed(name, least + std::min(0.5, 0.5 * (most - least)), begun).has_value();
+  EXPECT_NE(one.at("type") == "whole", takes_parts);
+}
+
 // The page makes its controls of the list: it must be all that the server takes, in the ranges that it takes.
 TEST(LiveSettings, TheTableOfKeysIsWhatTheServerAccepts) {
-  LiveSettings begun = live_settings(build_model(held_box()));
-  begun.contact_Hz = 3000.0;  // So that each rate has its whole range, but where the two meet.
-  begun.control_Hz = 20.0;
-  std::set<std::string> listed, accepted;
-  const ordered_json own = settings_json(begun);
-  for (const auto& [name, value] : own.items()) accepted.insert(name);
-  for (const ordered_json& one : settings_list(begun)) {
-    const std::string name = one.at("name");
-    SCOPED_TRACE(name);
-    listed.insert(name);
-    const Key* const key = find_key(scene_keys(), one.at("key").get<std::string>());
-    ASSERT_NE(key, nullptr);
-    EXPECT_EQ(one.at("what"), key->sentence);
-    EXPECT_EQ(find_live_key(scene_keys(), name), key);
-    EXPECT_EQ(one.at("default"), own.at(name));
-    EXPECT_FALSE(changed(name, "none of these", begun));
-    if (one.at("type") == "choice") {
-      ASSERT_GT(one.at("choices").size(), 1U);
-      for (const ordered_json& word : one.at("choices")) {
-        const std::optional<ordered_json> now = changed(name, word, begun);
-        ASSERT_TRUE(now) << word;
-        EXPECT_EQ(now->at(name), word);
-      }
-      continue;
+  std::set<std::string> all;
+  for (const Scene& scene : {held_box(), scene_of("resting_box")}) {
+    LiveSettings begun = live_settings(build_model(scene));
+    begun.contact_Hz = 3000.0;  // So that each rate has its whole range, but where the two meet.
+    begun.control_Hz = 20.0;
+    std::set<std::string> listed, accepted;
+    const ordered_json own = settings_json(begun);
+    for (const auto& [name, value] : own.items()) {
+      if (!value.is_null()) accepted.insert(name);
     }
-    const double least = one.at("least"), most = name == "control_Hz" ? 2000.0 : one.at("most").get<double>();
-    for (const double value : {least, most}) {
-      const std::optional<ordered_json> now = changed(name, value, begun);
-      ASSERT_TRUE(now) << value;
-      EXPECT_EQ(now->at(name), value);
+    for (const ordered_json& one : settings_list(begun)) {
+      listed.insert(one.at("name").get<std::string>());
+      expect_as_accepted(one, begun);
     }
-    const double beyond = one.at("type") == "whole" ? 1.0 : 1e-6 * most;
-    EXPECT_FALSE(changed(name, least - beyond, begun));
-    EXPECT_FALSE(changed(name, most + beyond, begun));
-    const bool takes_parts = changed(name, least + std::min(0.5, 0.5 * (most - least)), begun).has_value();
-    EXPECT_NE(one.at("type") == "whole", takes_parts);
+    EXPECT_EQ(listed, accepted) << scene.name;
+    all.merge(listed);
   }
-  EXPECT_EQ(listed, accepted);
   for (const Key& key : scene_keys()) {
     // Of several numbers: tests/window/live_stiffness_test.cpp.
     if (key.items != 1) continue;
-    EXPECT_TRUE(key.live.name.empty() || listed.contains(std::string(key.live.name))) << key.path;
+    EXPECT_TRUE(key.live.name.empty() || all.contains(std::string(key.live.name))) << key.path;
   }
 }
 

@@ -6,19 +6,23 @@ import {fingerColors, slipping as slippingColor, stuck} from './colors.js';
 import {isFinite3, vector} from './poses.js';
 import {Arrows, Coil, cones} from './rods.js';
 
-const kFinger_m_per_N = 10e-3; // of the arrows
+export const kFinger_m_per_N = 10e-3; // of the arrows
 const kContact_m_per_N = 40e-3;
 const kSlipping = 0.5; // so much of a patch slides
 
 const kWhite = new Color(1, 1, 1);
 const kSafe = new Color(stuck);
 const kSliding = new Color(slippingColor);
-const kEdge = 0.05; // a margin below it is at the cone's edge
+export const kEdge = 0.05; // a margin below it is at the cone's edge
 const color = new Color();
 const from = new Vector3();
 const to = new Vector3();
 const n = new Vector3();
 const f = new Vector3();
+
+/** Red at the cone's edge, blue from a third of the way in. */
+export const marginColor = (color, margin) =>
+  color.copy(kSafe).lerp(kSliding, Number.isFinite(margin) ? 1 - Math.min(1, Math.max(0, margin - kEdge) / 0.3) : 0);
 
 export class Forces extends Group {
   /** `scene`: the message. */
@@ -73,8 +77,7 @@ export class Forces extends Group {
     if (!(f_n > 0)) return;
     const f_t = Math.sqrt(Math.max(0, f.lengthSq() - f_n * f_n));
     const margin = 1 - f_t / (friction * f_n);
-    // Red and with two heads at the cone's edge, blue from a third of the way in.
-    color.copy(kSafe).lerp(kSliding, Number.isFinite(margin) ? 1 - Math.min(1, Math.max(0, margin - kEdge) / 0.3) : 0);
+    marginColor(color, margin); // with two heads at the cone's edge
     // A rigid fingertip has one contact: its force is the finger's, which is drawn already.
     if (options.forces && state.contacts > this.fingers.length) {
       this.contactArrows.put(from.copy(to).addScaledVector(f, -kContact_m_per_N), to, 2.6e-4, color, margin < kEdge);

@@ -3,6 +3,7 @@
 import {Color, Matrix4, PerspectiveCamera, Raycaster, Scene, Vector2, Vector3, WebGLRenderer} from 'three';
 import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
 
+import {Bodies, Touches, bodyLabels} from './bodies.js';
 import {Cells, cellsOf} from './cells.js';
 import {Closeups, kPulpLayer} from './closeups.js';
 import {niceAbove, themed} from './colors.js';
@@ -28,7 +29,7 @@ const kLongest_ms = 2000; // of a drawing: graphics that say nothing were lost
 
 export class Picture {
   options = {
-    forces: true, cones: false, ghost: false, muscles: true, path: true, stiffness: true, turning: false, seeThrough: false, exaggeration: 1,
+    forces: true, cones: false, ghost: false, muscles: true, path: true, bodies: true, stiffness: true, turning: false, seeThrough: false, exaggeration: 1,
   };
   /** Called after a state was drawn. */
   onDrawn = () => {};
@@ -76,6 +77,7 @@ export class Picture {
     this.renderer.setClearColor(new Color(themed('--picture')));
     this.object?.setColor(themed('--object'));
     this.skeleton?.setColor(themed('--bone'));
+    this.bodies?.setColor(themed('--around'), themed('--around-edge'));
     this.request();
   }
 
@@ -93,6 +95,7 @@ export class Picture {
     for (const shown of [this.object, this.ghost]) shown.matrixAutoUpdate = false;
     this.skeleton = this.#keep(this.world, new Skeleton(scene, themed('--bone')));
     this.muscles = this.#keep(this.world, new Muscles(scene));
+    this.bodies = this.#keep(this.world, new Bodies(scene));
     this.pulps = geometry.fingers.map((finger) => {
       if (finger.points.length === 0) return null;
       const pulp = this.#keep(this.world, new Pulp(finger));
@@ -102,9 +105,10 @@ export class Picture {
     });
     this.insets.forEach((inset, k) => (inset.hidden = !this.pulps[k]));
     this.forces = this.#keep(this.above, new Forces(scene));
+    this.touches = this.#keep(this.above, new Touches(scene));
     this.ellipsoids = this.#keep(this.above, new Ellipsoids(scene));
     this.trail = this.#keep(this.above, new Trail());
-    this.labels = makeLabels(this.overlay, [...scene.fingers.map(({name}) => name), ...ellipsoidLabels, 'pull']);
+    this.labels = makeLabels(this.overlay, [...scene.fingers.map(({name}) => name), ...bodyLabels(scene), ...ellipsoidLabels, 'pull']);
     this.#aimed = this.#aimed && this.aimedFor === scene.name;
     this.aimedFor = scene.name;
     this.resize();
@@ -153,10 +157,14 @@ export class Picture {
     const apart = Math.hypot(v.object[0] - v.target[0], v.object[1] - v.target[1], v.object[2] - v.target[2]);
     this.ghost.visible = options.ghost || apart > kGhostFrom_m || angleBetween(this.#object, this.#target) > kGhostFrom_rad;
     this.muscles.visible = options.muscles;
+    this.bodies.visible = options.bodies;
+    this.bodies.show(v, this.#object);
     this.trail.visible = options.path && this.trail.count > 2;
     this.object.setOpacity(options.seeThrough ? 0.35 : 1);
     this.#movePulps(v);
     this.forces.show(this.state, options, this.labels);
+    const fingers = this.scene.fingers.length;
+    this.touches.show(v, options, this.labels.slice(fingers, -1 - ellipsoidLabels.length));
     this.ellipsoids.show(v, this.#object, options, this.labels.slice(-1 - ellipsoidLabels.length, -1));
     this.request();
   }
@@ -293,6 +301,7 @@ export class Picture {
     const {renderer, camera} = this;
     followLamp(this.lamp, camera);
     this.lampAbove.position.copy(this.lamp.position);
+    this.bodies.face(camera);
     renderer.setScissorTest(false);
     renderer.setViewport(0, 0, this.width, this.height);
     renderer.clear();

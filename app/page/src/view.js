@@ -3,7 +3,8 @@
 import {DirectionalLight, HemisphereLight, Vector3} from 'three';
 
 const kTurn = 0.35, kRise = 0.5; // [rad]
-const kRadius_m = 0.088; // of what is to be seen
+const kRadius_m = 0.088; // of what is to be seen, at least,
+const kAround_m = 0.05; // and around an object that is away from the hand
 
 const mean = (points) => points.reduce((sum, p) => sum.add(p), new Vector3()).divideScalar(points.length);
 
@@ -32,9 +33,10 @@ export function aimAt(camera, tips, gravity, centre) {
       .multiplyScalar(Math.cos(kRise)).addScaledVector(up, Math.sin(kRise));
   // A little towards the hand, of which most should be seen.
   const middle = mean(tips);
+  const seen_m = Math.max(kRadius_m, 0.55 * centre.distanceTo(middle) + kAround_m);
   middle.lerp(new Vector3(), 0.35);
   const target = centre.clone().lerp(middle, 0.45);
-  const radius = kRadius_m / Math.min(1, 1.15 * camera.aspect);
+  const radius = seen_m / Math.min(1, 1.15 * camera.aspect);
   camera.up.copy(up);
   camera.position.copy(target).addScaledVector(eye, radius / Math.sin((camera.fov * Math.PI) / 360));
   return target;

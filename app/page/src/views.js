@@ -1,5 +1,6 @@
 // What the picture shows: buttons for it, and a slider for how much deformation is exaggerated.
 
+import {hasBodies} from './bodies.js';
 import {choosesStiffness} from './stiffness.js';
 import {tip} from './tips.js';
 
@@ -9,6 +10,7 @@ const kViews = [
   {key: 'm', option: 'muscles', name: 'Muscles', tip: 'Muscles'},
   {key: 't', option: 'ghost', name: 'Target', tip: 'Target'},
   {key: 'w', option: 'path', name: 'Way', tip: 'Way'},
+  {key: 'o', option: 'bodies', name: 'Surroundings', tip: 'Surroundings', of: hasBodies},
   {key: 'k', option: 'stiffness', name: 'Stiffness', tip: 'Stiffness ellipsoid', of: choosesStiffness},
   {key: 'l', option: 'turning', name: 'Turning', tip: 'Turning ellipsoid', of: choosesStiffness},
   {key: 'x', option: 'seeThrough', name: 'See through', tip: 'See through'},

@@ -108,6 +108,7 @@ test('the page shows the object, contacts and plots', async () => {
             'it is a closed surface');
   assert.ok(await page.locator('#panel-stiffness').isHidden(), 'this scene chooses no stiffness');
   assert.equal(await page.locator('#views button', {hasText: 'Stiffness'}).isVisible(), false);
+  assert.equal(await page.locator('#views button', {hasText: 'Surroundings'}).isVisible(), false);
   assert.deepEqual(browser.problems, []);
 });
 
@@ -463,6 +464,38 @@ test('a slider makes the grasp stiffer, by muscles that pull harder', async () =
     await other.keyboard.press('k');
     assert.equal(await other.evaluate(() => window.thenar.picture.ellipsoids.kinds[0].visible), false);
     assert.equal(await other.locator('#toast').textContent(), '', 'nothing was refused');
+  } finally {
+    await other.close();
+    await own.stop();
+  }
+});
+
+test('a box slides on a slope that a slider makes slippery, and its contacts say so', async () => {
+  const own = await startProgram(program, [join(configs, 'resting_box.yaml'), '--port', '0']);
+  const other = await page.context().newPage();
+  try {
+    await other.goto(own.url);
+    const comes = (condition, argument) => other.waitForFunction(condition, argument, {timeout: kPatience_ms});
+    const x_m = () => other.evaluate(() => window.thenar.state.object[0]);
+    // Sliding contacts have arrows with two heads.
+    const heads = () => other.evaluate(() => {
+      const {shafts, heads: {count}} = window.thenar.picture.touches.arrows;
+      return count / shafts.count;
+    });
+    await comes(() => window.thenar?.state?.time_s[0] > 0.3 && window.thenar.picture.touches.arrows.shafts.count > 0);
+    assert.ok(await other.locator('#views button', {hasText: 'Surroundings'}).isVisible());
+    assert.equal(await heads(), 1);
+    const rest_m = await x_m();
+    await other.keyboard.press('2'); // half of real time
+    await other.keyboard.press('s');
+    const slider = other.locator('#settings [name=around_friction]');
+    await slider.fill(String(JSON.parse(await slider.getAttribute('data-values')).indexOf(0.1)));
+    await comes((x) => window.thenar.state.object[0] > x + 1e-3, rest_m);
+    assert.equal(await heads(), 2);
+    await other.locator('#settings label:has([name=around_friction]) .back').click();
+    await comes(() => window.thenar.state.touches_margin[0] > 0.2);
+    assert.equal(await other.locator('#toast').textContent(), '', 'nothing was refused');
+    if (shots) await other.screenshot({path: join(shots, 'slope.png')});
   } finally {
     await other.close();
     await own.stop();

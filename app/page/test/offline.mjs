@@ -224,3 +224,34 @@ test('a recording of a stiffness that is chosen shows its ellipsoid, and what it
     assert.equal(await page.locator('#muscles .track > b').count(), 23);
   });
 });
+
+test('a recording of a box on a slope shows what it rests on, and with which force', async () => {
+  const rest = join(folder, 'rest.mcap');
+  thenar('run', join(configs, 'resting_box.yaml'), '--time', '0.4 s', '--record', rest);
+  await open(await exported(rest), async (page) => {
+    await seek(page, 0.3);
+    const seen = await page.evaluate(() => {
+      const {state, scene, picture: {bodies, touches, labels}} = window.thenar;
+      const {part} = bodies.bodies[0];
+      part.updateWorldMatrix(true, false);
+      const {elements} = part.matrixWorld;
+      return {shape: scene.bodies[0].shape, visible: bodies.visible, middle: Array.from(elements.slice(12, 15)), pose: Array.from(state.bodies),
+              object: Array.from(state.object.slice(0, 3)), arrows: touches.arrows.shafts.count, sums: touches.sums.shafts.count,
+              force: Math.hypot(...state.bodies_N), weight: scene.object.mass_kg * 9.80665, label: labels.find(({element}) => element.dataset.name === 'around slope').text};
+    });
+    assert.ok(seen.visible && seen.shape === 'plane');
+    // What is drawn of the slope lies in it, and within half of a grid's square of the place below the object.
+    const normal = [5, 8, 11].map((i) => seen.pose[i]);
+    const off = seen.middle.map((x, i) => x - seen.pose[i]).reduce((sum, x, i) => sum + x * normal[i], 0);
+    assert.ok(Math.abs(off) < 1e-12, `${off} m off the slope`);
+    const apart = Math.hypot(...seen.middle.map((x, i) => x - seen.object[i]));
+    assert.ok(apart < 0.03 + 0.01 * Math.SQRT2 + 1e-3, `${apart} m from the object's middle, which is 30 mm above`);
+    assert.ok(seen.arrows >= 3 && seen.sums === 1, JSON.stringify(seen));
+    // It came to rest long ago.
+    assert.ok(Math.abs(seen.force / seen.weight - 1) < 1e-3, JSON.stringify(seen));
+    assert.equal(seen.label, `slope ${seen.force.toFixed(2)} N`);
+    await page.keyboard.press('o');
+    assert.equal(await page.evaluate(() => window.thenar.picture.bodies.visible), false);
+    assert.equal(await page.evaluate(() => window.thenar.picture.touches.sums.shafts.count), 0);
+  });
+});
