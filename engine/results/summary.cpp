@@ -292,14 +292,17 @@ ordered_json stiffness_measures(const Recording& recording) {
 ordered_json environment_measures(const Scene& scene, const Recording& recording) {
   constexpr double kNever = std::numeric_limits<double>::quiet_NaN();
   const Vector3d up = -scene.gravity.normalized();  // Zero without gravity: then nothing is vertical.
-  double first_s = kNever, last_s = kNever, off_s = kNever;
-  std::int64_t ticks = 0;
+  double first_s = kNever, last_s = kNever, off_s = kNever, wedged_s = kNever;
+  std::int64_t ticks = 0, wedged = 0;
   for (const TickRecord& tick : recording.ticks) {
     if (tick.contact.environment.active > 0) {
       ++ticks;
       if (std::isnan(first_s)) first_s = tick.time_s;
       last_s = tick.time_s;
     }
+    wedged += tick.contact.environment.wedged ? 1 : 0;
+    if (!tick.contact.environment.wedged) wedged_s = kNever;
+    if (tick.contact.environment.wedged && std::isnan(wedged_s)) wedged_s = tick.time_s;
     off_s = tick.is_from(last_s + kUnloaded_s) ? last_s : kNever;
   }
   const Values normals_N =
@@ -314,6 +317,8 @@ ordered_json environment_measures(const Scene& scene, const Recording& recording
           {"first_touch_s", first_s},
           {"last_touch_s", last_s},
           {"lift_off_s", off_s},
+          {"ticks_wedged", wedged},
+          {"wedged_from_s", wedged_s},
           {"max_normal_N", largest(normals_N)},
           {"min_vertical_N", smallest(vertical_N)},
           {"max_vertical_N", largest(vertical_N)},
