@@ -38,7 +38,8 @@ thenar::ContactData problem_of(const thenar::Model& model, const thenar::SolvedT
   }
   Vector6d mobility;
   mobility << Vector3d::Constant(tick.mobility.translation), Vector3d::Constant(tick.mobility.rotation);
-  problem.W = J * mobility.asDiagonal() * J.transpose();
+  const MatrixXd by_forces = J * mobility.asDiagonal();
+  problem.W = by_forces.lazyProduct(J.transpose());  // Eigen's other product has functions that the ticks call, too.
   problem.W.diagonal().tail(3 * m).array() += model.scene.environment->compliance_m_per_N;
   if (n > 0) {
     // Which has that of the object, and of all else.

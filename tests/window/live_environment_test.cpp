@@ -65,10 +65,10 @@ TEST(LiveEnvironment, IsPartOfWhatAnAccurateSolveSolves) {
   ASSERT_TRUE(shown.passes(0.8));
   ASSERT_GT(shown.vector("bodies_N").norm(), 0.05);
   ASSERT_TRUE(shown.comes([&] { return shown.value("reference_residual") >= 0.0; }));
-  // The loop ends at a residual of 1e-7, in sweeps of float, and W of this problem is formed anew: without the table's
-  // contacts, the residual is 0.3.
+  // The loop ends at a residual of 1e-7, or after 60 sweeps. W of this problem is formed anew: where it leaves out the
+  // contacts with the table, the residual is 0.02.
   EXPECT_LT(shown.value("reference_residual"), 1e-4);
-  EXPECT_LT(shown.value("reference_error"), 1e-2);
+  EXPECT_LT(shown.value("reference_error"), 1e-3);
 }
 
 TEST(LiveEnvironment, ChangesTheKeysThatItNames) {
