@@ -129,8 +129,8 @@ std::string environment_lines(const ordered_json& summary) {
            cell(summary, "/environment/last_touch_s", "s"));
   line(table, "lifted off it", cell(summary, "/environment/lift_off_s", "s"));
   if (summary.at("environment").at("ticks_wedged") > 0) {
-    line(table, "wedged: two contacts within the cones", cell(summary, "/environment/wedged_from_s", "s"),
-         "to the end; in all " + cell(summary, "/environment/ticks_wedged") + " ticks");
+    line(table, "ticks in which two contacts wedge it", cell(summary, "/environment/ticks_wedged"),
+         "from " + cell(summary, "/environment/first_wedged_s", "s") + " on: the line through them in both cones");
   }
   line(table, "largest normal force", cell(summary, "/environment/max_normal_N", "N"));
   line(table, "vertical force on the object", cell(summary, "/environment/max_vertical_N", "N"),

@@ -301,7 +301,6 @@ ordered_json environment_measures(const Scene& scene, const Recording& recording
       last_s = tick.time_s;
     }
     wedged += tick.contact.environment.wedged ? 1 : 0;
-    if (!tick.contact.environment.wedged) wedged_s = kNever;
     if (tick.contact.environment.wedged && std::isnan(wedged_s)) wedged_s = tick.time_s;
     off_s = tick.is_from(last_s + kUnloaded_s) ? last_s : kNever;
   }
@@ -318,7 +317,7 @@ ordered_json environment_measures(const Scene& scene, const Recording& recording
           {"last_touch_s", last_s},
           {"lift_off_s", off_s},
           {"ticks_wedged", wedged},
-          {"wedged_from_s", wedged_s},
+          {"first_wedged_s", wedged_s},
           {"max_normal_N", largest(normals_N)},
           {"min_vertical_N", smallest(vertical_N)},
           {"max_vertical_N", largest(vertical_N)},
