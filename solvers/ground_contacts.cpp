@@ -1,8 +1,8 @@
 #include "solvers/ground_contacts.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace thenar {
 namespace {
@@ -15,7 +15,7 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 constexpr int kNewtonSteps = 25, kMostSteps = 250, kHalvings = 8;
 // Over the ground's own compliance; and by how much a stage may be stiffer than the last one.
 constexpr double kSoftest = 1e5, kFirstStage = 0.1, kLongestStage = 0.01, kShortestStage = 0.99;
-constexpr double kTolerance = 1e-11, kStageTolerance = 1e-6;
+constexpr double kStageTolerance = 1e-6;
 
 /// A contact's force at d, and K = -df/dd where `K` is asked for.
 Vector3d force_at(const Vector3d& d, double per_c, double mu, Matrix3d* K = nullptr) {
@@ -76,14 +76,31 @@ Matrix6 stiffness(const GroundProblem& problem, const Motion& x, bool symmetric)
   return sum;
 }
 
-/// Newton's method from work.x.
-Balance newton(const GroundProblem& problem, const Motion& x_free, GroundWorkspace& work, int& steps) {
+/// Newton's method from work.x, with the last slope as long as it leaves a tenth of what is missing.
+Balance newton(const GroundProblem& problem, const Motion& x_free, double tolerance, GroundWorkspace& work,
+               int& steps) {
+  constexpr double kStillGood = 0.1;
   Balance at = balance(problem, x_free, work.x, work.f);
-  for (int k = 0; k < kNewtonSteps && at.size > kTolerance * at.scale; ++k, ++steps) {
+  for (int k = 0; k < kNewtonSteps && at.size > tolerance * at.scale; ++k, ++steps) {
+    if (work.has_slope) {
+      const Motion step = work.slope.solve(-at.missing);
+      const Balance trial = balance(problem, x_free, work.x + step, work.f);
+      work.has_slope = trial.size <= kStillGood * at.size;
+      if (work.has_slope) {
+        work.x += step;
+        at = trial;
+        continue;
+      }
+    }
     Matrix6 slope = stiffness(problem, work.x, false);
     slope.diagonal() += problem.mobility.cwiseInverse();
-    const Motion step = slope.partialPivLu().solve(-at.missing);
-    if (!step.allFinite()) break;
+    work.slope.compute(slope);
+    work.has_slope = true;
+    const Motion step = work.slope.solve(-at.missing);
+    if (!step.allFinite()) {
+      work.has_slope = false;
+      break;
+    }
     double part = 1.0;
     Balance trial = balance(problem, x_free, work.x + step, work.f);
     for (int halving = 0; halving < kHalvings && !(trial.size < at.size); ++halving) {
@@ -101,12 +118,13 @@ Balance newton(const GroundProblem& problem, const Motion& x_free, GroundWorkspa
   return at;
 }
 
-bool is_solved(const Balance& at, double tolerance = kTolerance) { return at.size <= tolerance * at.scale; }
+bool is_solved(const Balance& at, double tolerance) { return at.size <= tolerance * at.scale; }
 
 /// From a soft ground to the ground as it is, every stage from the last one's motion. A stage that Newton's method
 /// cannot take is shortened, one that it can is followed by a longer one. Returns how soft the last one was that it
 /// could, and leaves its motion.
-double stiffen(const GroundProblem& problem, const Motion& x_free, GroundWorkspace& work, int& steps) {
+double stiffen(const GroundProblem& problem, const Motion& x_free, double tolerance, GroundWorkspace& work,
+               int& steps) {
   Motion good = work.x;
   double good_softness = kSoftest / kFirstStage, factor = kFirstStage;
   while (good_softness > 1.0 && factor <= kShortestStage && steps < kMostSteps) {
@@ -114,7 +132,8 @@ double stiffen(const GroundProblem& problem, const Motion& x_free, GroundWorkspa
     GroundProblem softer = problem;
     softer.compliance *= softness;
     work.x = good;
-    if (is_solved(newton(softer, x_free, work, steps), softness == 1.0 ? kTolerance : kStageTolerance)) {
+    const double enough = softness == 1.0 ? tolerance : kStageTolerance;
+    if (is_solved(newton(softer, x_free, enough, work, steps), enough)) {
       good = work.x;
       good_softness = softness;
       factor = std::max(kLongestStage, factor * factor);
@@ -128,19 +147,24 @@ double stiffen(const GroundProblem& problem, const Motion& x_free, GroundWorkspa
 
 }  // namespace
 
-GroundReport solve_ground(const GroundProblem& problem, const Motion& x_free, GroundWorkspace& work) noexcept {
+GroundReport solve_ground(const GroundProblem& problem, const Motion& x_free, GroundWorkspace& work,
+                          double tolerance) noexcept {
   GroundReport report;
+  if (!x_free.allFinite()) {
+    for (Vector3d& f : work.f) f.setZero();
+    return {SolveStatus::kNotFinite, 0, std::numeric_limits<double>::infinity()};
+  }
   if (!work.x.allFinite()) work.x = x_free;
   const Motion guess = work.x;
-  Balance at = newton(problem, x_free, work, report.steps);
-  if (!is_solved(at)) {
+  Balance at = newton(problem, x_free, tolerance, work, report.steps);
+  if (!is_solved(at, tolerance)) {
     work.x = guess;
     GroundProblem softer = problem;
-    softer.compliance *= stiffen(problem, x_free, work, report.steps);
+    softer.compliance *= stiffen(problem, x_free, tolerance, work, report.steps);
     at = balance(problem, x_free, work.x, work.f);
     balance(softer, x_free, work.x, work.f);  // Forces that belong to the motion.
   }
-  if (!is_solved(at)) report.status = SolveStatus::kBudgetSpent;
+  if (!is_solved(at, tolerance)) report.status = SolveStatus::kBudgetSpent;
   if (!work.x.allFinite()) {
     report.status = SolveStatus::kNotFinite;
     work.x = x_free;

@@ -147,8 +147,12 @@ void fill_block(const GroupedDelassus& W, Index k, const Jacobian& J, GroupedWor
 /// Whether the blocks are nearly W's still. They only lead the way: gaps are computed from W itself.
 bool blocks_hold(const GroupedDelassus& W, const GroupedWorkspace& grouped) {
   if (W.edition < 0 || W.edition != grouped.edition || W.compliance_scale != grouped.compliance_scale) return false;
-  const auto change = (grouped.sweeps.J - grouped.J_then).cwiseAbs();
-  return change.maxCoeff<Eigen::PropagateNaN>() <= kHardly * grouped.J_then.cwiseAbs().maxCoeff();
+  // Without the rows of the common body itself.
+  const bool body = std::ssize(grouped.sweeps.groups) > W.groups();
+  const Index rows = body ? grouped.sweeps.groups.back().row : grouped.J_then.rows();
+  const auto then = grouped.J_then.topRows(rows);
+  const auto change = (grouped.sweeps.J.topRows(rows) - then).cwiseAbs();
+  return change.maxCoeff<Eigen::PropagateNaN>() <= kHardly * then.cwiseAbs().maxCoeff();
 }
 
 /// The problem as sweeps see it. The Jacobians take the roots of the mobilities: each group's block is J J' + s C.
@@ -292,8 +296,9 @@ GroupedDelassus::CommonMotion common_motion(const GroupedDelassus& W, const Vect
 }
 
 /// Where the ground lets the body be that its groups move by `by_groups`.
-void stand_on(const CommonGround& ground, const GroupedDelassus::CommonMotion& by_groups, GroupedWorkspace& work) {
-  const GroundReport report = solve_ground(ground.problem, ground.x_free + by_groups.head<6>(), work.ground);
+void stand_on(const CommonGround& ground, const GroupedDelassus::CommonMotion& by_groups, GroupedWorkspace& work,
+              double tolerance = kGroundTolerance) {
+  const GroundReport report = solve_ground(ground.problem, ground.x_free + by_groups.head<6>(), work.ground, tolerance);
   work.ground_missing = report.missing;
   work.ground_status = report.status;
 }
@@ -313,7 +318,10 @@ void linearise(const CommonGround& ground, GroupedWorkspace& work) {
 /// After a sweep: moves the body from where the sweep has it to where the ground lets it be. True if the ground holds
 /// it in so different a way by now that the sweeps begin anew with that.
 bool react(const GroupedContactProblem& problem, const VectorRef& f, GroupedWorkspace& work) {
-  stand_on(*problem.ground, common_motion(problem.W, f), work);
+  // Where it cannot be solved, the next gaps try again: in each sweep that would take too long.
+  if (work.ground_status != SolveStatus::kConverged) return false;
+  constexpr double kOnTheWay = 1e-9;  // Far beyond the digits that sweeps have.
+  stand_on(*problem.ground, common_motion(problem.W, f), work, kOnTheWay);
   const Eigen::Matrix<float, 6, 1> moved = (work.R.transpose() * (work.ground.x - work.x_exact)).cast<float>();
   SweepWorkspace::Common ahead = SweepWorkspace::Common::Zero();
   ahead.head<6>() = moved - work.sweeps.moved.segment<6>(work.sweeps.groups.back().row);
@@ -370,6 +378,7 @@ SolveReport solve_contacts(const GroupedContactProblem& problem, const GaussSeid
     report = iterate_sweeps(problem, settings, work.sweeps, exact, mend, solution);
     report.residual = std::hypot(report.residual, work.ground_missing);
     if (report.status == SolveStatus::kConverged) report.status = work.ground_status;
+    if (report.status == SolveStatus::kNotFinite) report = not_finite(report.sweeps, solution);
   }
   if (report.status == SolveStatus::kNotFinite) {
     work.own_motion.setZero();

@@ -7,8 +7,8 @@
 
 namespace thenar {
 
-// Solids with exact surfaces, each in a frame of its own. Sizes are full sizes; an axis of revolution is z. A surface
-// of samples errs by h^2 / (8 R) between them, which is as much as the clearance of a fit: what has to fit is exact.
+// Solids with exact surfaces, each in a frame of its own. Sizes are full sizes; an axis of revolution is z. Samples of
+// a surface err by up to h^2 / (8 R) between them, as much as the clearance of a fit: what has to fit is exact.
 
 /// All that is below z = 0.
 struct HalfSpace {

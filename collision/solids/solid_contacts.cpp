@@ -27,7 +27,9 @@ struct Look {
 
   void add(std::int32_t place, double angle_rad, const Foot& foot, double round_m, const Vector3d& x,
            bool roams = false) const {
-    if (reversed && foot.on == Foot::On::kEdge) return;  // Edges over edges: found from A's side.
+    // An edge is met by its own solid, edges over edges by A, and a round over a round by A: each once.
+    if (foot.on == Foot::On::kEdge && (reversed || round_m > 0.0)) return;
+    if (reversed && round_m > 0.0 && foot.on == Foot::On::kRound) return;
     const double gap_m = foot.gap_m - round_m;
     if (!(gap_m < band_m) || contacts.size() == contacts.capacity()) return;
     const Vector3d n = X_out.linear() * foot.normal, p_m = X_out * (x - round_m * foot.normal);
@@ -132,6 +134,8 @@ int axis_of(const Feature& edge) {
 void cross_edges(const SolidPair& pair, const Isometry3d& X_BA, double band_m, std::int32_t first_place,
                  std::vector<SolidContact>& contacts) {
   std::int32_t place = first_place;
+  const double least_m =
+      std::min(std::get<BoxShape>(pair.a).size_m.minCoeff(), std::get<BoxShape>(pair.b).size_m.minCoeff());
   for (const Feature& of_a : pair.of_a) {
     if (of_a.kind != Feature::Kind::kSegment) continue;
     const Vector3d a = X_BA * of_a.a_m, d_a = X_BA.linear() * (of_a.b_m - of_a.a_m);
@@ -148,7 +152,8 @@ void cross_edges(const SolidPair& pair, const Isometry3d& X_BA, double band_m, s
       Vector3d n = across / std::sqrt(squared);
       if (n.dot(p_b) < 0.0) n = -n;  // Out of B, whose middle is the origin.
       const double gap_m = n.dot(p_a - p_b);
-      if (!(std::abs(gap_m) < band_m) || contacts.size() == contacts.capacity()) continue;
+      // Far edges seem to cross, too, a box's thickness deep.
+      if (!(gap_m < band_m && gap_m > -0.5 * least_m) || contacts.size() == contacts.capacity()) continue;
       const Vector3d n_A = X_BA.linear().transpose() * n;
       if (!is_out_of_edge(p_b, axis_of(of_b), n) || !is_out_of_edge(of_a.a_m, axis_of(of_a), -n_A)) {
         continue;

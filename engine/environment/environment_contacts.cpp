@@ -142,14 +142,15 @@ double missed_m(const Environment& environment, const EnvironmentContacts& conta
   return most_m;
 }
 
-EnvironmentReport environment_report(const Environment& environment, const EnvironmentContacts& contacts,
-                                     const std::vector<Vector3d>& f) {
+EnvironmentReport environment_report(const EnvironmentContacts& contacts, const std::vector<Vector3d>& f,
+                                     const GroundProblem::Motion& x) {
   EnvironmentReport report;
   report.contacts = static_cast<int>(contacts.contacts.size());
   for (std::size_t i = 0; i < contacts.contacts.size(); ++i) {
     if (!(f[i][0] > 0.0)) continue;
     ++report.active;
-    report.penetration_m = std::max(report.penetration_m, environment.compliance_m_per_N * f[i][0]);
+    const GroundContact& contact = contacts.contacts[i];
+    report.penetration_m = std::max(report.penetration_m, -(contact.delta_free[0] + contact.J.row(0).dot(x)));
     report.wrench += contacts.contacts[i].J.transpose() * f[i];
     report.normal_N += f[i][0];
     for (std::size_t j = 0; j < i && !report.wedged; ++j)

@@ -35,7 +35,6 @@ struct EnvironmentReport {
   /// Two contacts stick, and the line through them lies in both friction cones: they can hold the object between them
   /// by any force, and keep it when all else lets go [Whitney 1982].
   bool wedged = false;
-  int steps = 0;  ///< Of Newton's method, in the last solve of the tick.
 };
 
 /// The object's contacts with the environment, found anew in each tick, for both are exact: no frame is too old for
@@ -73,9 +72,10 @@ void find_environment_contacts(const Environment& environment, const Eigen::Isom
 [[nodiscard]] double missed_m(const Environment& environment, const EnvironmentContacts& contacts,
                               const GroundProblem::Motion& x, const std::vector<EnvironmentForce>& then);
 
-/// What forces f of these contacts (n, t1, t2) do.
-[[nodiscard]] EnvironmentReport environment_report(const Environment& environment, const EnvironmentContacts& contacts,
-                                                   const std::vector<Eigen::Vector3d>& f);
+/// What forces f of these contacts (n, t1, t2) do, and the object's motion x.
+[[nodiscard]] EnvironmentReport environment_report(const EnvironmentContacts& contacts,
+                                                   const std::vector<Eigen::Vector3d>& f,
+                                                   const GroundProblem::Motion& x);
 
 /// Where the energy of the contacts went in a tick [J]: forces held over it, and the motions of the bodies.
 struct EnvironmentWork {

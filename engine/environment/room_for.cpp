@@ -32,13 +32,14 @@ std::size_t deepest(const EnvironmentContacts& contacts) {
 }  // namespace
 
 std::optional<Overlap> find_overlap(const Environment& environment, const Solid& object, const Isometry3d& X_WO) {
+  const double most_m = std::max(kMostOverlap_m, kMostOverlap_N * environment.compliance_m_per_N);
   EnvironmentContacts contacts(environment, object);
   const auto look = [&](const Isometry3d& X) {
     find_environment_contacts(environment, X, 0.0, 0.0, 0.0, {}, contacts);
     for (GroundContact& contact : contacts.contacts) contact.mu = 0.0;
   };
   look(X_WO);
-  if (contacts.found.empty() || contacts.found[deepest(contacts)].gap_m >= -kMostOverlap_m) return std::nullopt;
+  if (contacts.found.empty() || contacts.found[deepest(contacts)].gap_m >= -most_m) return std::nullopt;
   const std::size_t first = deepest(contacts);
   const Overlap lies{place_of(contacts, first), -contacts.found[first].gap_m, std::nullopt};
 
@@ -54,19 +55,20 @@ std::optional<Overlap> find_overlap(const Environment& environment, const Solid&
     const Vector3d turn = work.x.tail<3>();
     if (turn.norm() > 0.0) X.linear() = Eigen::AngleAxisd(turn.norm(), turn.normalized()) * X.linear();
     look(X);
-    if (contacts.found.empty() || contacts.found[deepest(contacts)].gap_m >= -kMostOverlap_m) return lies;
+    if (contacts.found.empty() || contacts.found[deepest(contacts)].gap_m >= -most_m) return lies;
   }
   // The deepest, and the one that presses most against it.
   const std::size_t one = deepest(contacts);
   std::size_t other = one;
-  double most_m = 0.0;
+  double against_most_m = 0.0;
   for (std::size_t i = 0; i < contacts.found.size(); ++i) {
     const double against_m = contacts.found[i].gap_m * contacts.E_W[i].col(0).dot(contacts.E_W[one].col(0));
-    if (against_m > most_m) {
+    if (against_m > against_most_m) {
       other = i;
-      most_m = against_m;
+      against_most_m = against_m;
     }
   }
+  if (other == one) return lies;
   return Overlap{place_of(contacts, one), -contacts.found[one].gap_m - contacts.found[other].gap_m,
                  place_of(contacts, other)};
 }

@@ -8,8 +8,8 @@
 
 namespace thenar {
 
-/// What a scene begins with must not overlap by more than this: elasticity has it at 20 N, and no file has more digits.
-inline constexpr double kMostOverlap_m = 2e-6;
+/// What a scene begins with must not overlap by more than this, nor by more than 20 N press in: files have few digits.
+inline constexpr double kMostOverlap_m = 2e-6, kMostOverlap_N = 20.0;
 
 /// The object lies in a body of its environment.
 struct Overlap {

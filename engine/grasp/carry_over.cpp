@@ -69,6 +69,7 @@ State carry_over(const Model& from, const State& state, const Model& to) {
   carried.contact_forces = std::move(room);
   if (!to.scene.muscles_act()) carried.muscle_N.resize(0);
   carried.tick = same_time(from, state.tick, to);
+  carried.environment_forces = state.environment_forces;
   if (!to.deformable()) {
     carried.forces.assign(state.forces.begin(), state.forces.end());
     return carried;

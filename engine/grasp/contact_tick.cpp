@@ -274,8 +274,10 @@ RigidMotion solve_motion(const Model& model, const Frame& frame, const Drive& dr
     report.stop_Nm = stop_torques(hand, work.stops, frame, work.kinematics, model.scene.step_s, drive.mobility,
                                   drive.torque, motion.dq, work.f);
     if (!change_stops(hand, state.q, motion.dq, report.stop_Nm, work.stops)) {
-      if (!ground || looks == kMostLooks || !look_again(model, drive.mobility, drive.wrench, state, motion.dx, work))
+      if (!ground || looks == kMostLooks || solves == kMostSolves ||
+          !look_again(model, drive.mobility, drive.wrench, state, motion.dx, work)) {
         return motion;
+      }
       ++looks;
       ground = ground_of(model, drive.mobility, drive.wrench, work);
     }

@@ -17,6 +17,7 @@ double end_of_tick_s(const Model& model, const State& state) {
 
 void look_around(const Model& model, const Mobility& mobility, const Vector6d& wrench, const State& state,
                  EnvironmentContacts& contacts, const Vector6d& x) {
+  if (contacts.pairs.empty()) return;
   const Scene& scene = model.scene;
   const double way_m = mobility.translation * wrench.head<3>().norm() +
                        reach_m(contacts.object()) * mobility.rotation * wrench.tail<3>().norm();
@@ -28,6 +29,7 @@ void look_around(const Model& model, const Mobility& mobility, const Vector6d& w
 bool look_again(const Model& model, const Mobility& mobility, const Vector6d& wrench, const State& state,
                 const Vector6d& x, ContactWorkspace& work) {
   constexpr double kNews_m = 5e-9;  // What a twentieth of a newton presses in, usually.
+  if (work.solver.ground_status != SolveStatus::kConverged) return false;  // These forces press in more than c f.
   if (std::ranges::none_of(work.environment.found, &SolidContact::roams)) return false;
   const Environment& environment = *model.scene.environment;
   keep_forces(work.environment, work.solver.ground.f, environment, end_of_tick_s(model, state),
@@ -40,7 +42,7 @@ bool look_again(const Model& model, const Mobility& mobility, const Vector6d& wr
 
 std::optional<CommonGround> ground_of(const Model& model, const Mobility& mobility, const Vector6d& wrench,
                                       const ContactWorkspace& work) {
-  if (!model.scene.environment) return std::nullopt;
+  if (!model.scene.environment || work.environment.pairs.empty()) return std::nullopt;
   CommonGround ground{{work.environment.contacts, model.scene.environment->compliance_m_per_N, {}}, {}};
   ground.problem.mobility << Vector3d::Constant(mobility.translation), Vector3d::Constant(mobility.rotation);
   ground.x_free = ground.problem.mobility.cwiseProduct(wrench);
@@ -49,7 +51,7 @@ std::optional<CommonGround> ground_of(const Model& model, const Mobility& mobili
 
 void keep_environment(const Model& model, const ContactWorkspace& work, State& state, EnvironmentReport& report) {
   const Environment& environment = *model.scene.environment;
-  report = environment_report(environment, work.environment, work.solver.ground.f);
+  report = environment_report(work.environment, work.solver.ground.f, work.solver.ground.x);
   keep_forces(work.environment, work.solver.ground.f, environment, static_cast<double>(state.tick) * model.scene.step_s,
               state.environment_forces);
 }

@@ -81,6 +81,7 @@ Environment read_environment(const ConfigMap& root, const Shape& object) {
   if (map.has("friction")) static_cast<void>(map.quantity("friction"));  // Read, though all bodies have their own.
   for (const ConfigMap& body : map.list_of_maps("bodies"))
     environment.bodies.push_back(read_body(body, map, environment.bodies.size() + 1));
+  if (environment.bodies.empty() && !map.is_refused("bodies")) map.refuse("bodies", "names no body");
   if (!solid_of(object))
     root.refuse("environment", "needs an object that is a box, a sphere or a cylinder: other shapes are of samples");
   return environment;

@@ -42,6 +42,11 @@ void hold_task(const Model& of, double at_s, Scene& scene) {
   task.arm.reset();
   scene.contact.friction = of.friction(at_s);
   task.friction.clear();
+  if (!scene.environment) return;
+  for (EnvironmentBody& body : scene.environment->bodies) {
+    body.X_WE = pose(body, at_s);
+    body.moves.clear();
+  }
 }
 
 Model to_be_probed(const Model& of, double at_s, Acting acting) {

@@ -130,6 +130,36 @@ TEST(SolidContacts, OnABoxThatIsNarrowerEdgesCross) {
   }
 }
 
+// Of two solids that both find them, one counts: two contacts at a place would be twice as stiff.
+TEST(SolidContacts, RoundsMeetOnce) {
+  const SphereShape ball{10e-3};
+  const CylinderShape rod{5e-3, 80e-3};
+  const BoxShape box{{40e-3, 40e-3, 20e-3}};
+  const Vector3d across(0.5 * kPi, 0.0, 0.0);
+  const struct {
+    Solid a, b;
+    Isometry3d X_BA;
+    double gap_m;
+  } cases[] = {
+      {ball, SphereShape{20e-3}, at({0.0, 18e-3, 24.1e-3}), std::hypot(18e-3, 24.1e-3) - 30e-3},
+      {ball, rod, at({15.1e-3, 0.0, 10e-3}), 0.1e-3},
+      {rod, ball, at({15.1e-3, 0.0, 10e-3}), 0.1e-3},
+      {CylinderShape{5e-3, 80e-3}, rod, at({10.1e-3, 0.0, 0.0}, across), 0.1e-3},
+      {ball, box, at({3e-3, -2e-3, 20.1e-3}), 0.1e-3},
+      {box, ball, at({3e-3, -2e-3, 20.1e-3}), 0.1e-3},
+      // Over an edge of the box, out at 45 degrees; and over its corner.
+      {ball, box, at({20e-3 + 7.1e-3, 0.0, 10e-3 + 7.1e-3}), std::sqrt(2.0) * 7.1e-3 - 10e-3},
+      {box, ball, at({20e-3 + 7.1e-3, 0.0, 10e-3 + 7.1e-3}), std::sqrt(2.0) * 7.1e-3 - 10e-3},
+      {ball, box, at({20e-3 + 6e-3, 20e-3 + 6e-3, 10e-3 + 6e-3}), std::sqrt(3.0) * 6e-3 - 10e-3},
+  };
+  for (std::size_t i = 0; i < std::size(cases); ++i) {
+    SCOPED_TRACE(i);
+    const auto contacts = contacts_of(cases[i].a, cases[i].b, cases[i].X_BA, 0.5e-3);
+    ASSERT_EQ(contacts.size(), 1U);
+    EXPECT_NEAR(contacts.front().gap_m, cases[i].gap_m, kRounding_m);
+  }
+}
+
 /// A peg in a hole, tilted by t about y and aside by e: its lower circle meets the bore on one side, and the bore's
 /// upper edge its side on the other. In the plane of the tilt both gaps are those of a rectangle in a slot.
 TEST(SolidContacts, ATiltedPegMeetsTheBoreByItsCircleAndTheMouthByItsSide) {

@@ -8,6 +8,7 @@
 #include <memory>
 #include <string>
 
+#include "engine/loops/run.h"
 #include "engine/loops/split_grasp.h"
 #include "engine/scenes/build_model.h"
 #include "engine/scenes/surface_model.h"
@@ -19,6 +20,16 @@ namespace thenar::carry_over_test {
 namespace {
 
 using namespace split_runs;
+
+// What the environment is sheared by goes on, too: else a box on a slope would slip at each change.
+TEST(CarryOver, KeepsTheForcesOfTheEnvironment) {
+  const Model model = build_model(scene_of("resting_box"));
+  GraspRun run(model);
+  while (run.time_s() < 0.1) run.tick();
+  const State carried = carry_over(model, run.state, model);
+  ASSERT_EQ(carried.environment_forces.size(), 4U);
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(carried.environment_forces[i].f_E, run.state.environment_forces[i].f_E);
+}
 
 /// Other fingertips or another step for a running grasp.
 struct Change {

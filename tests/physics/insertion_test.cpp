@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "engine/environment/room_for.h"
 #include "engine/loops/run.h"
 #include "engine/scenes/build_model.h"
 #include "engine/scenes/config.h"
@@ -130,6 +131,22 @@ TEST(Insertion, WhatDoesNotFitIsRefusedByTwoContacts) {
   Scene aside = with_clearance("peg", 0.5e-3);
   aside.environment->bodies.front().X_WE = aside.object.X_WO * Eigen::Translation3d(0.3e-3, 0.0, -20e-3);
   EXPECT_THAT(refusal(aside), testing::HasSubstr("lies 0.05 mm deep in 'hole'"));
+}
+
+// Edges that cross are contacts however deep, and far edges none.
+TEST(Insertion, APlankThatIsPressedIntoABeamIsRefused) {
+  Environment environment;
+  environment.compliance_m_per_N = 1e-7;
+  EnvironmentBody beam;
+  beam.shape = BoxShape{{20e-3, 100e-3, 10e-3}};
+  environment.bodies.push_back(beam);
+  const BoxShape plank{{100e-3, 20e-3, 10e-3}};
+  const auto at = [](double z_m) { return Isometry3d(Eigen::Translation3d(0.0, 0.0, z_m)); };
+  EXPECT_FALSE(find_overlap(environment, plank, at(10e-3)));
+  const auto overlap = find_overlap(environment, plank, at(9.5e-3));
+  ASSERT_TRUE(overlap);
+  EXPECT_NEAR(overlap->depth_m, 0.5e-3, 1e-12);
+  EXPECT_FALSE(overlap->against);
 }
 
 TEST(Insertion, TicksAllocateNothing) {

@@ -157,7 +157,7 @@ TEST(GroundContacts, WhatIsNotFiniteIsTold) {
   Motion x_free = pressed_down(random);
   x_free[1] = std::numeric_limits<double>::quiet_NaN();
   GroundWorkspace work(4);
-  EXPECT_NE(solve_ground(ground.problem(), x_free, work).status, SolveStatus::kConverged);
+  EXPECT_EQ(solve_ground(ground.problem(), x_free, work).status, SolveStatus::kNotFinite);
 }
 
 /// Points that give way by 1e-4 m/N where they are pressed, and less by forces at others.
