@@ -65,10 +65,10 @@ try("configure with the core alone" ${CMAKE_COMMAND} -G Ninja -S ${SOURCE}/examp
     -D EXAMPLES_OF_THE_CORE=ON -D CMAKE_PREFIX_PATH=${prefix} -D CMAKE_CXX_COMPILER=${COMPILER} ${none})
 try("build with the core alone" ${CMAKE_COMMAND} --build ${WORK}/core)
 try("run with the core alone" ${WORK}/core/contact_forces)
-# Its link line: our three libraries and the compiler's own.
+# Its link line: the libraries below thenar::grasp and the compiler's own.
 file(STRINGS ${WORK}/core/build.ninja libraries REGEX "LINK_LIBRARIES = ")
 string(REGEX REPLACE ".*LINK_LIBRARIES = " "" libraries "${libraries}")
-string(REGEX REPLACE "[^ ]*/libthenar_(solvers|muscles|collision|grasp)\\.a" "" others "${libraries}")
+string(REGEX REPLACE "[^ ]*/libthenar_(solvers|muscles|collision|solids|environment|hand|grasp)\\.a" "" others "${libraries}")
 if(others MATCHES "[^ ]")
   message(FATAL_ERROR "thenar::grasp links more than itself: ${libraries}")
 endif()

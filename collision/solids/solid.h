@@ -5,6 +5,8 @@
 #include <variant>
 #include <vector>
 
+#include "thenar/eigen_layout.h"
+
 namespace thenar {
 
 // Solids with exact surfaces, each in a frame of its own. Sizes are full sizes; an axis of revolution is z. Samples of

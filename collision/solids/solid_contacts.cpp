@@ -62,13 +62,18 @@ double root(double low, double high, double at_low, double at_high, double toler
 /// The place of least gap inside of a segment, if there is one: over convex solids, of which the gap is convex.
 void meet_segment(const Look& look, std::int32_t place, const Feature& edge) {
   const Vector3d a = look.X * edge.a_m, d = look.X.linear() * (edge.b_m - edge.a_m);
+  const auto begin = foot(look.base, 0, a), end = foot(look.base, 0, a + d);
+  if (!begin || !end) return;
+  const double at_0 = begin->normal.dot(d), at_1 = end->normal.dot(d);
+  constexpr double kLevel = 1e-9;  // A segment along a face meets it at its ends, as sines of angles go.
+  if (!(at_0 < -kLevel * d.norm()) || !(at_1 > kLevel * d.norm())) return;
+  // The gap is convex along the segment, and so above its tangents at both ends.
+  const double meet = (end->gap_m - at_1 - begin->gap_m) / (at_0 - at_1);
+  if (begin->gap_m + at_0 * meet - edge.round_m >= look.band_m) return;
   const auto slope = [&](double s) {
     const auto at = foot(look.base, 0, a + s * d);
     return at ? at->normal.dot(d) : 0.0;
   };
-  const double at_0 = slope(0.0), at_1 = slope(1.0);
-  constexpr double kLevel = 1e-9;  // A segment along a face meets it at its ends, as sines of angles go.
-  if (!(at_0 < -kLevel * d.norm()) || !(at_1 > kLevel * d.norm())) return;
   const double s = root(0.0, 1.0, at_0, at_1, 1e-12, slope);
   if (const auto at = foot(look.base, 0, a + s * d)) look.add(place, 0.0, *at, edge.round_m, a + s * d, true);
 }
