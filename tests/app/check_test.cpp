@@ -70,9 +70,9 @@ TEST(Program, ChecksWhatIsAroundAnObject) {
   EXPECT_NE(rest.find("gives way to the object by 0.1 um/N"), std::string::npos) << rest;
   const std::string hole = thenar_program("check " + config("resting_box.yaml") +
                                           " --set 'environment.bodies=[{shape: {hole: {diameter: 20 mm, depth: 30 mm, "
-                                          "chamfer: 2 mm}}, position: [0 mm, 0 mm, 0 mm]}]'")
+                                          "chamfer: 2 mm}}, position: [0 mm, 0 mm, -9 mm]}]'")
                                .text;
-  EXPECT_NE(hole.find("1: a plane with a hole of 20 mm, 30 mm deep, chamfer 2 mm at [0, 0, 0] mm"), std::string::npos)
+  EXPECT_NE(hole.find("1: a plane with a hole of 20 mm, 30 mm deep, chamfer 2 mm at [0, 0, -9] mm"), std::string::npos)
       << hole;
 }
 
