@@ -13,7 +13,8 @@
 
 namespace thenar {
 
-/// Finds what the object touches beside the fingers, as far as it might move in the tick; where a motion x takes it.
+/// Finds what the object touches beside the fingers, as far as the drive might move it in the tick; where a motion x
+/// takes it.
 void look_around(const Model& model, const Mobility& mobility, const Vector6d& wrench, const State& state,
                  EnvironmentContacts& contacts, const Vector6d& x = Vector6d::Zero());
 
