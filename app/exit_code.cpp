@@ -8,8 +8,8 @@ using thenar::Outcome;
 namespace {
 
 /// In the order of Outcome. ::kUnknown is not the NaN of that name. What rests, the hand has lost.
-constexpr std::array kCodes{kDone, ::kUnknown, kOverLimits, kOffTarget, kSlipping,
-                            kLost, kUnstable,  kLost,       kFailed,    kBadUsage};
+constexpr std::array kCodes{kDone, kDone,   ::kUnknown, kOverLimits, kOffTarget, kSlipping,
+                            kLost, kFailed, kUnstable,  kLost,       kFailed,    kBadUsage};
 static_assert(kCodes.size() == thenar::kOutcomes.size());
 
 }  // namespace

@@ -9,7 +9,7 @@ enum ExitCode {
   kBadUsage = 2,
   kBadFile = 3,
   kNoPort = 4,
-  kFailed = 6,  ///< A solver failed; of a sweep, rows are missing.
+  kFailed = 6,  ///< A solver or a phase of a task failed; of a sweep, rows are missing.
   kLost = 7,
   kSlipping = 8,
   kOffTarget = 9,

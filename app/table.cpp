@@ -121,6 +121,20 @@ std::string touch_lines(const ordered_json& summary) {
   return table;
 }
 
+std::string task_lines(const ordered_json& summary) {
+  if (!summary.contains("task")) return "";
+  std::string table = "\ntask\n";
+  for (const ordered_json& phase : summary.at("task").at("phases")) {
+    line(table, phase.at("phase").get_ref<const std::string&>().c_str(), cell(phase, "/until_s", "s"),
+         "from " + cell(phase, "/from_s", "s"));
+    if (!phase.contains("lift_off")) continue;
+    line(table, "  correlation of grip and load", cell(phase, "/grip_load_correlation"));
+    line(table, "  borne as the object came off", cell(phase, "/lift_off/borne_N", "N"),
+         "at " + cell(phase, "/lift_off/at_s", "s") + "; it weighs " + cell(summary, "/task/weight_N", "N"));
+  }
+  return table;
+}
+
 std::string environment_lines(const ordered_json& summary) {
   if (!summary.contains("environment")) return "";
   std::string table = "\nenvironment\n";
@@ -189,7 +203,7 @@ std::string time_lines(const ordered_json& summary) {
 }  // namespace
 
 std::string results_table(const ordered_json& summary) {
-  const std::string table = summary_head(summary) + grasp_lines(summary) + touch_lines(summary) +
+  const std::string table = summary_head(summary) + grasp_lines(summary) + touch_lines(summary) + task_lines(summary) +
                             environment_lines(summary) + accuracy_lines(summary) + time_lines(summary);
   return summary.contains("loops") ? table + loops_table(summary) : table;
 }

@@ -18,7 +18,8 @@ SECTIONS = (
     ("Grasps that are found", ("grasp_finding",)),
     ("Growth", ("growth", "contact_growth", "compression")),
 )
-OUTCOMES = ("held", "over limits", "off target", "slipping", "resting", "unstable", "lost", "solver failed", "refused")
+OUTCOMES = ("held", "task done", "over limits", "off target", "slipping", "resting", "task failed", "unstable", "lost",
+            "solver failed", "refused")
 NEAR = 1.10  # On the front, as far as clocks can tell.
 ENOUGH_SCENES = 3  # On which a default should be.
 SAME_ERROR = 1.0000001

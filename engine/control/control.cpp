@@ -53,6 +53,12 @@ Vector6d PosePid::update(const Vector6d& error, double period_s, double share) {
   return wrench;
 }
 
+Vector6d PosePid::held() const {
+  Vector6d wrench;
+  wrench << position_.i * integral_.head<3>(), rotation_.i * integral_.tail<3>();
+  return wrench;
+}
+
 // Flat, as add_fine_contacts: else Eigen's products are calls of copies that other rooms may have made slower.
 [[gnu::flatten]] GraspContact finger_contact(const Model& model, const HandPose& pose, const Snapshot& snapshot,
                                              int finger) {
@@ -189,6 +195,17 @@ JointVector viscous_torques(const Model& model, const HandPose& pose, const PerF
       tau[j] = model.scene.viscosity(k) * hand.joints[j].drag * tau[j];
     }
   }
+  return tau;
+}
+
+FingerVector moving_torques(const Model& model, const HandPose& pose, const PerFinger<GraspContact>& contacts, int k,
+                            const Vector3d& velocity) {
+  const Fingertip& tip = model.scene.hand.fingertips[k];
+  const FingerJacobian J = finger_jacobian(model.scene.hand, pose, k, contacts[k].point_m);
+  const Vector3d pulled = damped(squared(J)).ldlt().solve(velocity);
+  FingerVector tau = FingerVector::Zero(J.cols());
+  for (int j = 0; j < tip.joints; ++j)
+    tau[j] = model.scene.viscosity(k) * model.scene.hand.joints[tip.first_joint + j].drag * J.col(j).dot(pulled);
   return tau;
 }
 

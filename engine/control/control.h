@@ -25,6 +25,11 @@ class PosePid {
   /// integrals wait.
   Vector6d update(const Vector6d& error, double period_s, double share = 1.0);
 
+  /// What the integrals hold by themselves.
+  [[nodiscard]] Vector6d held() const;
+  /// Begins again, with these gains.
+  void restart(const PidGains& position, const PidGains& rotation) { *this = PosePid(position, rotation); }
+
  private:
   PidGains position_, rotation_;
   Vector6d integral_ = Vector6d::Zero();
@@ -89,6 +94,12 @@ class ForceFilter {
 [[nodiscard]] JointVector viscous_torques(const Model& model, const HandPose& pose,
                                           const PerFinger<GraspContact>& contacts, const Eigen::Vector3d& centre_m,
                                           const Vector6d& velocity);
+
+/// What the joints of finger k take where its contact moves with this velocity, world axes: b J^+ v, besides the hand's
+/// weight.
+[[nodiscard]] FingerVector moving_torques(const Model& model, const HandPose& pose,
+                                          const PerFinger<GraspContact>& contacts, int k,
+                                          const Eigen::Vector3d& velocity);
 
 /// The steady force error that eq. (22) leaves without feed-forward, as a share of f^d, mean over the fingers:
 ///     error = (I + S)^-1 S f^d,   S = E diag(K_n, K_t, K_t) E' J J' / K.

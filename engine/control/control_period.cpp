@@ -79,7 +79,9 @@ Eigen::Vector3d ControlPeriod::known_gravity() const {
 
 double ControlPeriod::table_time_s() const { return now_s() + model.scene.step_s; }
 
-Eigen::Isometry3d ControlPeriod::target() const { return snapshot.X_WT.value_or(model.target(time_s())); }
+Eigen::Isometry3d ControlPeriod::target() const {
+  return snapshot.X_WT.value_or(report.task.X_WT ? *report.task.X_WT : model.target(time_s()));
+}
 
 Vector6d ControlPeriod::error() const { return pose_error(target(), snapshot.X_WO); }
 
@@ -175,20 +177,62 @@ const Eigen::VectorXd& ControlPeriod::muscle_forces() {
   return controller.f_muscle;
 }
 
+namespace {
+
+Vector3d to_centre_m(const ControlPeriod& period, const std::optional<Vector3d>& centre_O) {
+  return centre_O ? Vector3d(period.snapshot.X_WO.linear() * *centre_O) : Vector3d::Zero();
+}
+
+/// What the PID controls in this period.
+const std::optional<Vector3d>& centre_of(const ControlPeriod& period, const Phase* phase) {
+  return phase != nullptr && phase->centre_m ? phase->centre_m : settings_of(period.model).centre_m;
+}
+
+/// The gains of another phase. What the integrals held goes on, for the object is as heavy as before; with the weight it
+/// is left to what bears the object.
+void change_gains(ControlPeriod& period, const Phase* phase) {
+  Controller& controller = period.controller;
+  const TaskReport& task = period.report.task;
+  const ControlSettings& settings = settings_of(period.model);
+  if (controller.pid_phase == task.phase && controller.pid_integrates == task.integrates) return;
+  const auto& phases = period.model.scene.task.phases;
+  const auto last = static_cast<std::size_t>(controller.pid_phase);
+  const Phase* const before = controller.pid_phase >= 0 && last < phases.size() ? &phases[last] : nullptr;
+  Vector6d held = controller.pid->held();
+  held.tail<3>() += to_centre_m(period, centre_of(period, before)).cross(Vector3d(held.head<3>()));
+  controller.borne = task.weight_share > 0.0 ? Vector6d(controller.borne + held) : Vector6d::Zero();
+  controller.pid_phase = task.phase;
+  controller.pid_integrates = task.integrates;
+  PidGains position = phase != nullptr ? phase->position.value_or(settings.position) : settings.position;
+  PidGains rotation = phase != nullptr ? phase->rotation.value_or(settings.rotation) : settings.rotation;
+  if (!task.integrates) position.i = rotation.i = 0.0;
+  controller.pid->restart(position, rotation);
+}
+
+}  // namespace
+
 Vector6d published_wrench(ControlPeriod& period) {
   settings_of(period.model);
   expect_first(period.published_wrench_given, "the wrench");
   Controller& controller = period.controller;
+  const TaskReport& task = period.report.task;
+  const Phase* const phase = controller.task ? controller.task->phase(period.model.scene) : nullptr;
+  if (controller.task) change_gains(period, phase);
   // In a hold nothing that is asked for acts. The error that has gathered there comes back as slowly as the drive does.
   const double fade = std::exp(-controller.period_s / kResume_s);
   controller.acting_share = period.snapshot.held ? 0.0 : 1.0 - fade * (1.0 - controller.acting_share);
   Vector6d error = period.error();
-  const auto& centre = settings_of(period.model).centre_m;
-  const Vector3d to_centre_m = centre ? Vector3d(period.snapshot.X_WO.linear() * *centre) : Vector3d::Zero();
+  const auto& centre = centre_of(period, phase);
+  const Vector3d to_centre_m = thenar::to_centre_m(period, centre);
   if (centre) error.head<3>() += period.target().linear() * *centre - to_centre_m;
-  Vector6d D = controller.pid->update(error, controller.period_s, controller.acting_share);
+  Vector6d D = Vector6d::Zero();
+  if (task.poses) D = controller.pid->update(error, controller.period_s, controller.acting_share);
   if (centre) D.tail<3>() += to_centre_m.cross(Vector3d(D.head<3>()));
-  const Vector6d known = period.model.weight(period.snapshot.X_WO, period.known_gravity());
+  Vector6d known = period.model.weight(period.snapshot.X_WO, period.known_gravity());
+  if (controller.task) {
+    D += task.weight_share * controller.borne;
+    known *= task.weight_share;
+  }
   if (!anticipates(period.model)) return D - known;
   const ObjectSettings& object = period.model.scene.object;
   Vector6d drag = period.model.target_velocity(planned_s(period));
@@ -197,16 +241,36 @@ Vector6d published_wrench(ControlPeriod& period) {
   return D + controller.acting_share * drag - known;
 }
 
+namespace {
+
+/// Whether finger k moves by itself, and does not press.
+bool moves_by_itself(const ControlPeriod& period, int k) {
+  const TaskReport& task = period.report.task;
+  return !task.grasps && !(task.touch_N > 0.0 && period.snapshot.load[k].normal_N > 0.0);
+}
+
+/// Of fingers that come and go: those that touch the object press it a little.
+FingerForces touching_forces(ControlPeriod& period) {
+  FingerForces f = FingerForces::Zero(3, period.model.fingers());
+  for (int k = 0; k < period.model.fingers(); ++k) {
+    if (!moves_by_itself(period, k)) f.col(k) = period.report.task.touch_N * period.contacts()[k].axes.col(0);
+  }
+  return f;
+}
+
+}  // namespace
+
 std::optional<FingerForces> published_forces(ControlPeriod& period) {
-  const ControlSettings& settings = settings_of(period.model);
+  settings_of(period.model);
   ControlReport& report = period.report;
+  if (!report.task.grasps) return touching_forces(period);
   const Vector6d& wrench = period.wrench();
   period.contacts();
   const GraspProblem problem = grasp_problem(period.model.scene, report);
   Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3 * kMaxFingers, 1> f = period.controller.f_desired;
   report.grasp = solve_grasp_forces(problem, f).status;
   // Contacts that hardly resist some moment take forces that no finger has: that is no grasp.
-  double squeeze_N = settings.internal_force_N;
+  double squeeze_N = problem.internal_force_N;
   for (const ContactGrip& grip : report.reflex.grips) squeeze_N = std::max(squeeze_N, grip.internal_force_N);
   const double asked_N = squeeze_N + wrench.head<3>().norm() + wrench.tail<3>().norm() / kLeastLever_m;
   if (report.grasp == GraspStatus::kOptimal && f.norm() > kMostForce * asked_N) report.grasp = GraspStatus::kInfeasible;
@@ -248,6 +312,13 @@ JointVector published_torques(ControlPeriod& period) {
   const FingerForces y = controller.filter->update(contacts, error, controller.period_s);
   JointVector tau =
       desired_torques(model, period.snapshot.q, controller.pose, period.known_gravity(), contacts, f_desired, y);
+  for (int k = 0; k < model.fingers() && !period.report.task.grasps; ++k) {
+    if (!moves_by_itself(period, k)) continue;
+    const Fingertip& tip = model.scene.hand.fingertips[k];
+    const Vector3d velocity = period.report.task.speed_m_per_s * contacts[k].axes.col(0);
+    tau.segment(tip.first_joint, tip.joints) +=
+        moving_torques(model, controller.pose, contacts, k, velocity).head(tip.joints);
+  }
   if (anticipates(model)) {
     const Vector6d velocity = controller.acting_share * model.target_velocity(planned_s(period));
     tau += viscous_torques(model, controller.pose, contacts, period.snapshot.X_WO.translation(), velocity);
@@ -301,7 +372,8 @@ const Eigen::VectorXd& published_muscle_forces(ControlPeriod& period) {
   Controller& controller = period.controller;
   const JointVector& tau = period.torques();
   Stopwatch stage;
-  if (!controller.stiffness || !choose_stiff_forces(period, tau)) find_least_forces(period, tau);
+  const bool chooses = controller.stiffness && (!controller.task || period.report.task.holds);
+  if (!chooses || !choose_stiff_forces(period, tau)) find_least_forces(period, tau);
   period.report.muscle_s = stage.lap();
   return controller.f_muscle;
 }

@@ -46,6 +46,17 @@ const Snapshot& seen_by_laws(const Model& model, const Snapshot& snapshot, Contr
   return delay > 0 ? controller.afference.at(snapshot.tick - delay).snapshot : snapshot;
 }
 
+void go_on_with_task(const Model& model, const Snapshot& seen, Controller& controller, ControlReport& report) {
+  controller.task->update(model, seen, controller.f_desired);
+  report.task = controller.task->report();
+  // Fingers that come and go feel loads that nobody has to answer.
+  const double from_N = model.scene.control->internal_force_N;
+  for (ContactGrip& grip : report.reflex.grips) {
+    const double answer_N = report.task.holds ? grip.internal_force_N - from_N : 0.0;
+    grip.internal_force_N = std::max(0.0, report.task.squeeze_N + answer_N);
+  }
+}
+
 }  // namespace
 
 ControlReport control_tick(const Model& model, const Snapshot& snapshot, Controller& controller, Frame& frame) {
@@ -88,6 +99,7 @@ ControlReport control_tick(const Model& model, const Snapshot& snapshot, Control
     const Sensed& felt = controller.afference.at(snapshot.tick - ticks_of(model, scene.fingertips->touch->delay_s));
     report.reflex = controller.reflex->update(model, felt, snapshot, controller.f_desired, controller.period_s);
   }
+  if (controller.task) go_on_with_task(model, seen, controller, report);
   report.centre_m = seen.X_WO.translation();
   ControlPeriod period(model, seen, snapshot.tick, controller, report);
   const JointVector tau = joint_torques(period);
@@ -100,6 +112,8 @@ ControlReport control_tick(const Model& model, const Snapshot& snapshot, Control
   frame.torque_Nm = tau - gravity_torques(scene.hand, controller.pose, gravity);
   if (scene.muscles_act()) hand_over_muscles(model, snapshot, gravity, controller, frame);
   frame.wrench = model.external_wrench(now_s, snapshot.X_WO);
+  frame.phase = report.task.phase;
+  if (controller.task) frame.arm = controller.task->arm();
   if (!controller.stiffness) fill_geometry();
   report.total_s = total.lap();
   return report;

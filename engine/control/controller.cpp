@@ -19,16 +19,18 @@ Controller::Controller(const Model& model)
   pid.emplace(model.scene.control->position, model.scene.control->rotation);
   filter.emplace(model);
   if (model.feels()) reflex.emplace(model);
+  if (!model.scene.task.phases.empty()) task.emplace(model);
   if (model.scene.chooses_stiffness()) stiffness.emplace(model);
 }
 
 GraspProblem grasp_problem(const Scene& scene, const ControlReport& report) {
+  const double squeeze_N = report.task.phase < 0 ? scene.control->internal_force_N : report.task.squeeze_N;
   return {.contacts = report.contacts,
           .centre_m = report.centre_m,
           .wrench = report.wrench_desired,
           .friction = scene.control->grasp_friction,
           .cone = scene.control->cone,
-          .internal_force_N = scene.control->internal_force_N + report.stiffness.squeeze_N,
+          .internal_force_N = squeeze_N + report.stiffness.squeeze_N,
           .grips = report.reflex.grips};
 }
 

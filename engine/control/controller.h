@@ -10,6 +10,7 @@
 #include "engine/control/control.h"
 #include "engine/control/reflex.h"
 #include "engine/control/stiff_control.h"
+#include "engine/control/task_run.h"
 #include "engine/grasp/contact_search.h"
 #include "engine/grasp/model.h"
 #include "engine/hand/muscles.h"
@@ -40,6 +41,7 @@ struct ControlReport {
   FingerForces f_desired;                              ///< World axes [N]; the last feasible ones if these are not.
   JointVector torques_desired_Nm;                      ///< tau^d, which muscles are to give if there are any.
   ReflexReport reflex;
+  TaskReport task;                       ///< Of a task in phases.
   double find_s = 0.0;                   ///< Contact finding.
   double factors_s = 0.0;                ///< Compliance among the contacts.
   double grasp_s = 0.0, muscle_s = 0.0;  ///< Grasp and muscle forces, all included.
@@ -74,6 +76,9 @@ class Controller {
   double period_s;                    ///< Simulated time since then; the scene's control period at first.
   double acting_share = 1.0;          ///< Of the pose error: less than 1 in a hold and after it.
   std::optional<PosePid> pid;         ///< Nothing without control.
+  int pid_phase = -1;                 ///< Whose gains it has, of a task in phases,
+  bool pid_integrates = true;         ///< with integrals,
+  Vector6d borne = Vector6d::Zero();  ///< and what the integrals of the phases before it held, about the object.
   std::optional<ForceFilter> filter;  ///< Nothing without control.
   Eigen::VectorXd f_desired;          ///< 3 a finger, world axes [N].
   Eigen::VectorXd f_muscle;           ///< [N].
@@ -84,6 +89,7 @@ class Controller {
   HandPose pose;
   Afference afference;
   std::optional<Reflex> reflex;               ///< Nothing without touch.
+  std::optional<TaskRun> task;                ///< Nothing without phases.
   std::optional<StiffnessControl> stiffness;  ///< Nothing where no stiffness is chosen.
   ContactSearch search;
   OwnControl own;

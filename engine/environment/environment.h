@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -32,7 +33,38 @@ struct Environment {
   std::string place = {};           ///< In its file, for refusals: "file:line:column".
 };
 
-[[nodiscard]] Eigen::Isometry3d pose(const EnvironmentBody& body, double time_s);
+/// Where the arm that carries the hand is to go from where it is, by a minimum-jerk way, world axes. By nothing: it
+/// stops.
+struct ArmOrder {
+  std::int64_t number = 0;  ///< Rises by one with each; 0: none yet.
+  Eigen::Vector3d by_m = Eigen::Vector3d::Zero();
+  double over_s = 1.0;
+};
+
+/// How the arm goes. The world is the hand's frame, and so what is around the object goes the other way.
+struct ArmWay {
+  std::int64_t order = 0;                            ///< Its number.
+  Eigen::Vector3d from_m = Eigen::Vector3d::Zero();  ///< Where the arm was as it began, against the run's start.
+  Eigen::Vector3d by_m = Eigen::Vector3d::Zero();
+  double begin_s = 0.0;
+  double over_s = 1.0;
+};
+/// Where the arm is, against the run's start.
+[[nodiscard]] Eigen::Vector3d arm_m(const ArmWay& way, double time_s);
+/// An order that is new begins where the arm is now, however late it comes.
+void follow(const ArmOrder& order, double now_s, ArmWay& way);
+
+/// A time, and where the arm is then.
+struct Instant {
+  // NOLINTNEXTLINE(google-explicit-constructor): without an arm an instant is a time.
+  Instant(double t_s, const Eigen::Vector3d& arm = Eigen::Vector3d::Zero()) : time_s(t_s), arm_m(arm) {}
+
+  double time_s;
+  Eigen::Vector3d arm_m;
+};
+[[nodiscard]] inline Instant instant(const ArmWay& way, double time_s) { return {time_s, arm_m(way, time_s)}; }
+
+[[nodiscard]] Eigen::Isometry3d pose(const EnvironmentBody& body, const Instant& at);
 
 /// The part of a minimum-jerk move that is done after a part s of its time: from 0 to 1 with no velocity and
 /// acceleration at both ends [Flash, Hogan 1985]. Before and after it stays.

@@ -82,9 +82,9 @@ EnvironmentContacts::EnvironmentContacts(const Environment& environment, const S
   then.reserve(most);
 }
 
-void find_environment_contacts(const Environment& environment, const Isometry3d& X_WO, double begin_s, double end_s,
-                               double band_m, const std::vector<EnvironmentForce>& forces, EnvironmentContacts& out,
-                               const GroundProblem::Motion& x) {
+void find_environment_contacts(const Environment& environment, const Isometry3d& X_WO, const Instant& begin,
+                               const Instant& end, double band_m, const std::vector<EnvironmentForce>& forces,
+                               EnvironmentContacts& out, const GroundProblem::Motion& x) {
   Isometry3d X_look = X_WO;
   X_look.translation() += x.head<3>();
   const Vector3d turn = x.tail<3>();
@@ -97,8 +97,8 @@ void find_environment_contacts(const Environment& environment, const Isometry3d&
   out.moved_m.clear();
   for (std::size_t k = 0; k < out.pairs.size(); ++k) {
     const EnvironmentBody& body = environment.bodies[k];
-    const Isometry3d X_WE = pose(body, end_s);
-    const Vector3d moved_m = X_WE.translation() - pose(body, begin_s).translation();
+    const Isometry3d X_WE = pose(body, end);
+    const Vector3d moved_m = X_WE.translation() - pose(body, begin).translation();
     const std::size_t first = out.found.size();
     find_contacts(out.pairs[k], X_WE.inverse() * X_look, band_m, out.found);
     out.end[k] = out.found.size();
@@ -180,11 +180,11 @@ EnvironmentWork environment_work(const Environment& environment, const Environme
 }
 
 void keep_forces(const EnvironmentContacts& contacts, const std::vector<Vector3d>& f, const Environment& environment,
-                 double end_s, std::vector<EnvironmentForce>& forces) {
+                 const Instant& end, std::vector<EnvironmentForce>& forces) {
   forces.clear();
   std::size_t i = 0;
   for (std::size_t k = 0; k < contacts.pairs.size(); ++k) {
-    const Matrix3d R_EW = pose(environment.bodies[k], end_s).linear().transpose();
+    const Matrix3d R_EW = pose(environment.bodies[k], end).linear().transpose();
     for (; i < contacts.end[k]; ++i) {
       if (!(f[i][0] > 0.0)) continue;
       forces.push_back({static_cast<int>(k), contacts.found[i].place, contacts.found[i].angle_rad,

@@ -58,12 +58,12 @@ struct EnvironmentContacts {
   [[nodiscard]] const Solid& object() const { return pairs.front().a; }
 };
 
-/// Finds the contacts of a tick from `begin_s` to `end_s`, the object at X_WO when it begins: gaps are those to the
+/// Finds the contacts of a tick from `begin` to `end`, the object at X_WO when it begins: gaps are those to the
 /// bodies where they are at its end, slips those that they make. What is farther than `band_m` then is left out.
 /// `forces` are the last tick's, in order. `x`: the object is looked at where this motion takes it, and what is found
 /// is taken back along its own directions: gaps are right after the motion, not before.
-void find_environment_contacts(const Environment& environment, const Eigen::Isometry3d& X_WO, double begin_s,
-                               double end_s, double band_m, const std::vector<EnvironmentForce>& forces,
+void find_environment_contacts(const Environment& environment, const Eigen::Isometry3d& X_WO, const Instant& begin,
+                               const Instant& end, double band_m, const std::vector<EnvironmentForce>& forces,
                                EnvironmentContacts& contacts,
                                const GroundProblem::Motion& x = GroundProblem::Motion::Zero());
 
@@ -92,6 +92,6 @@ struct EnvironmentWork {
 
 /// Keeps the forces for the next tick, in order.
 void keep_forces(const EnvironmentContacts& contacts, const std::vector<Eigen::Vector3d>& f,
-                 const Environment& environment, double end_s, std::vector<EnvironmentForce>& forces);
+                 const Environment& environment, const Instant& end, std::vector<EnvironmentForce>& forces);
 
 }  // namespace thenar

@@ -94,9 +94,9 @@ void add_fingertip(const Model& model, const State& state, const HandPose& pose,
 /// The lines of the bodies around the object, where they are now.
 void add_environment(const Model& model, const State& state, const Matrix3d& view, std::vector<Surfel>& surfels) {
   if (!model.scene.environment) return;
-  const double time_s = static_cast<double>(state.tick) * model.scene.step_s;
+  const Instant now = instant(state.arm, static_cast<double>(state.tick) * model.scene.step_s);
   for (const EnvironmentBody& body : model.scene.environment->bodies) {
-    add_outline(body.shape, pose(body, time_s), state.X_WO.translation(), view.row(2).transpose(), surfels);
+    add_outline(body.shape, pose(body, now), state.X_WO.translation(), view.row(2).transpose(), surfels);
   }
 }
 

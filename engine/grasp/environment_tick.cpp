@@ -9,8 +9,9 @@ using Eigen::Vector3d;
 
 namespace {
 
-double end_of_tick_s(const Model& model, const State& state) {
-  return static_cast<double>(state.tick + 1) * model.scene.step_s;
+/// So many ticks from now.
+Instant after(const Model& model, const State& state, std::int64_t ticks) {
+  return instant(state.arm, static_cast<double>(state.tick + ticks) * model.scene.step_s);
 }
 
 }  // namespace
@@ -21,9 +22,8 @@ void look_around(const Model& model, const Mobility& mobility, const Vector6d& w
   const Scene& scene = model.scene;
   const double way_m = mobility.translation * wrench.head<3>().norm() +
                        reach_m(contacts.object()) * mobility.rotation * wrench.tail<3>().norm();
-  find_environment_contacts(*scene.environment, state.X_WO, static_cast<double>(state.tick) * scene.step_s,
-                            end_of_tick_s(model, state), scene.contact.band_m + way_m, state.environment_forces,
-                            contacts, x);
+  find_environment_contacts(*scene.environment, state.X_WO, after(model, state, 0), after(model, state, 1),
+                            scene.contact.band_m + way_m, state.environment_forces, contacts, x);
 }
 
 bool look_again(const Model& model, const Mobility& mobility, const Vector6d& wrench, const State& state,
@@ -32,8 +32,7 @@ bool look_again(const Model& model, const Mobility& mobility, const Vector6d& wr
   if (work.solver.ground_status != SolveStatus::kConverged) return false;  // These forces press in more than c f.
   if (std::ranges::none_of(work.environment.found, &SolidContact::roams)) return false;
   const Environment& environment = *model.scene.environment;
-  keep_forces(work.environment, work.solver.ground.f, environment, end_of_tick_s(model, state),
-              work.environment_again.then);
+  keep_forces(work.environment, work.solver.ground.f, environment, after(model, state, 1), work.environment_again.then);
   look_around(model, mobility, wrench, state, work.environment_again, x);
   if (!(missed_m(environment, work.environment_again, x, work.environment_again.then) > kNews_m)) return false;
   std::swap(work.environment, work.environment_again);
@@ -52,8 +51,7 @@ std::optional<CommonGround> ground_of(const Model& model, const Mobility& mobili
 void keep_environment(const Model& model, const ContactWorkspace& work, State& state, EnvironmentReport& report) {
   const Environment& environment = *model.scene.environment;
   report = environment_report(work.environment, work.solver.ground.f, work.solver.ground.x);
-  keep_forces(work.environment, work.solver.ground.f, environment, static_cast<double>(state.tick) * model.scene.step_s,
-              state.environment_forces);
+  keep_forces(work.environment, work.solver.ground.f, environment, after(model, state, 0), state.environment_forces);
 }
 
 }  // namespace thenar

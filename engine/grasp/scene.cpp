@@ -22,4 +22,26 @@ std::optional<Solid> solid_of(const Shape& shape) {
   return std::nullopt;
 }
 
+const char* to_string(Phase::Kind kind) {
+  switch (kind) {
+    case Phase::Kind::kApproach:
+      return "approach";
+    case Phase::Kind::kClose:
+      return "close";
+    case Phase::Kind::kLoad:
+      return "load";
+    case Phase::Kind::kLift:
+      return "lift";
+    case Phase::Kind::kMove:
+      return "move";
+    case Phase::Kind::kInsert:
+      return "insert";
+    case Phase::Kind::kPlace:
+      return "place";
+    case Phase::Kind::kRelease:
+      return "release";
+  }
+  return "";
+}
+
 }  // namespace thenar

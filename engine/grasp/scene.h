@@ -187,7 +187,35 @@ struct FrictionStep {
   double from_s = 0.0, friction = 0.0;
 };
 
+/// A part of a task that ends when something has come about, not at a time. What its kind does not name is 0.
+struct Phase {
+  enum class Kind {
+    kApproach,  ///< The arm goes, with the fingers still and clear of the object.
+    kClose,     ///< The fingers go towards the object until all of them press it.
+    kLoad,      ///< They take over its weight, and their squeeze rises with it.
+    kLift,      ///< The arm goes, and the fingers hold the object by themselves.
+    kMove,      ///< Likewise.
+    kInsert,    ///< The arm goes against what resists.
+    kPlace,     ///< It goes until something bears a part of the weight, and the fingers leave it the rest.
+    kRelease,   ///< The fingers let go and open.
+  };
+  Kind kind = Kind::kClose;
+  Eigen::Vector3d by_m = Eigen::Vector3d::Zero();        ///< How far the arm goes, in kPlace at the most; object
+                                                         ///< axes at the start.
+  double over_s = 0.0;                                   ///< How long that takes; of kLoad, how long the load rises.
+  double press_N = 0.0;                                  ///< Of kClose: internal force, as of the control.
+  double speed_m_per_s = 0.0;                            ///< Of the fingers, in kClose and kRelease.
+  double open_m = 0.0;                                   ///< How far they open.
+  double most_N = 0.0;                                   ///< Of kInsert: what resists the arm's way by more has jammed.
+  std::optional<PidGains> position = {}, rotation = {};  ///< Of kInsert; nothing: the scene's, as the next.
+  std::optional<Eigen::Vector3d> centre_m = {};
+  double within_s = 0.0;  ///< What has not come about by then has failed.
+};
+/// "approach", "close", "load", "lift", "move", "insert", "place", "release".
+[[nodiscard]] const char* to_string(Phase::Kind kind);
+
 struct TaskSettings {
+  std::vector<Phase> phases;  ///< One after the other; none: nothing but times.
   std::optional<Move> translate, rotate;
   std::optional<Spring> spring;
   std::optional<Push> push;

@@ -72,6 +72,8 @@ struct Snapshot {
   /// Of a scene that chooses its stiffness: the contacts' forces, sorted, and behind them entries of no finger; else
   /// none.
   std::vector<ContactForce> contact_forces;
+  ArmWay arm;                             ///< Of a scene whose task has phases, as the next; else it stays.
+  int phase = -1;                         ///< That of the last frame.
   std::optional<Eigen::Isometry3d> X_WT;  ///< Where the caller wants the object; nothing: where the task does.
   bool held = false;                      ///< The drive of an old frame is held: no control acts.
 };

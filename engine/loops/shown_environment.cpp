@@ -35,11 +35,11 @@ ShownSolid shown_solid(const Solid& solid) { return std::visit(SolidWords{}, sol
 
 ShownEnvironment shown_environment(const Model& model, const Picture& picture) {
   const std::vector<EnvironmentBody>& bodies = model.scene.environment->bodies;
-  const double time_s = static_cast<double>(picture.snapshot.tick) * model.scene.step_s;
+  const Instant now = instant(picture.snapshot.arm, static_cast<double>(picture.snapshot.tick) * model.scene.step_s);
   const auto count = std::ssize(bodies);
   const auto places = static_cast<Eigen::Index>(std::min(kMostTouches, most_touches(model.scene)));
   ShownEnvironment shown;
-  for (const EnvironmentBody& body : bodies) shown.X_WE.push_back(pose(body, time_s));
+  for (const EnvironmentBody& body : bodies) shown.X_WE.push_back(pose(body, now));
   shown.force_N.setZero(3, count);
   shown.mean_m.setZero(3, count);
   shown.point_m.setConstant(3, places, kNothing);

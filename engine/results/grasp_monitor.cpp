@@ -11,6 +11,7 @@
 
 #include "engine/control/pose_loop.h"
 #include "engine/finder/grasp_deficit.h"
+#include "engine/results/task_results.h"
 
 namespace thenar {
 
@@ -130,6 +131,9 @@ void GraspMonitor::add(double time_s, const ControlReport& control, const Eigen:
           time_s, fmt::format("the problem of muscle forces for a stiffness found no answer at {:.3f} s", time_s)};
     }
   }
+  phase_ = control.task.phase;
+  if (control.task.fault != PhaseFault::kNone && !task_failed_)
+    task_failed_ = Event{time_s, in_words(model_.scene, control.task, time_s)};
   if (control.grasp != GraspStatus::kOptimal && !unsolved_grasp_) {
     unsolved_grasp_ = UnsolvedGrasp{time_s, control};
     if (!unsolved_) unsolved_ = Event{time_s, explain(model_.scene, *unsolved_grasp_)};
@@ -156,12 +160,19 @@ void GraspMonitor::add(double time_s, const ControlReport& control, const Eigen:
 }
 
 void GraspMonitor::add(const TickRecord& tick) {
-  keep_forces(tick);
   watch_solver(tick);
-  watch_slip(tick);
-  watch_grip(tick);
-  watch_target(tick);
-  watch_swings(tick);
+  // Fingers that come and go slip, chatter and hold nothing, as they should.
+  if (tick.holds) {
+    keep_forces(tick);
+    watch_slip(tick);
+    watch_grip(tick);
+    watch_target(tick);
+    watch_swings(tick);
+  } else {
+    slip_before_m_ = tick.slip_m;
+    rests_since_s_.reset();
+    unloaded_s_ = 0.0;
+  }
   for (std::size_t i = 0; i < joints_.size(); ++i) {
     const Joint& joint = model_.scene.hand.joints[i];
     const double q = tick.q_rad[static_cast<Eigen::Index>(i)];
@@ -366,6 +377,15 @@ std::string GraspMonitor::way_off_in_words() const {
   return all;
 }
 
+/// Of a task that has failed, or was not done when the time was over.
+std::string GraspMonitor::task_in_words() const {
+  if (task_failed_) return task_failed_->what;
+  const auto& phases = model_.scene.task.phases;
+  if (phase_ < 0 || phase_ >= std::ssize(phases)) return "";
+  return fmt::format("its time was over at {:.3f} s in phase {}, {}", last_s_, phase_ + 1,
+                     to_string(phases[static_cast<std::size_t>(phase_)].kind));
+}
+
 std::vector<Excess> GraspMonitor::beyond() const {
   std::vector<Excess> all;
   for (std::size_t m = 0; m < muscles_.size(); ++m) {
@@ -403,6 +423,7 @@ Verdict GraspMonitor::verdict() const {
   if (swinging_) add(Outcome::kUnstable, swinging_->what);
   if (loss_) add(Outcome::kLost, loss_->what);
   add(Outcome::kUnstable, chatter);
+  add(Outcome::kTaskFailed, task_in_words());
   add(Outcome::kResting, rest_in_words());
   add(Outcome::kSlipping, slips_in_words());
   add(Outcome::kOffTarget, way_off_in_words());
@@ -413,6 +434,7 @@ Verdict GraspMonitor::verdict() const {
   }
   if (unsolved_ && !cause) add(Outcome::kSolverFailed, unsolved_->what);
   add(Outcome::kUnknown, missed_);
+  if (found.empty() && phase_ >= 0) verdict.outcome = Outcome::kTaskDone;
   if (found.empty()) return verdict;
   verdict.outcome = found.front().first;
   for (const auto& [outcome, what] : found) verdict.reason += (verdict.reason.empty() ? "" : "; ") + what;

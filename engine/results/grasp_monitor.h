@@ -35,7 +35,8 @@ class GraspMonitor {
   /// Records were lost, as `what` says.
   void miss(const std::string& what) { missed_ = what; }
 
-  [[nodiscard]] bool lost() const { return loss_.has_value(); }
+  /// The object is lost, or a phase of the task has failed: there is nothing more to be done.
+  [[nodiscard]] bool lost() const { return loss_ || task_failed_; }
   /// The first grasp-force problem without a solution.
   [[nodiscard]] const std::optional<UnsolvedGrasp>& unsolved() const { return unsolved_grasp_; }
   /// How much the forces chatter, see Verdict.
@@ -73,6 +74,7 @@ class GraspMonitor {
   [[nodiscard]] bool answers_a_slip() const;
   [[nodiscard]] std::string answer_in_words(int k) const;
   [[nodiscard]] std::string way_off_in_words() const;
+  [[nodiscard]] std::string task_in_words() const;
   [[nodiscard]] std::vector<Excess> beyond() const;
 
   const Model& model_;
@@ -106,6 +108,9 @@ class GraspMonitor {
   std::optional<Event> too_soft_;
   double chosen_s_ = 0.0;  ///< When one was chosen last.
   std::vector<Worst> muscles_;
+  // The task's phases.
+  int phase_ = -1;
+  std::optional<Event> task_failed_;
   // Forces of the last ticks, as far back as chatter looks: a ring.
   std::vector<Forces> forces_;
   std::size_t kept_ = 0;

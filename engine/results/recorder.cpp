@@ -15,12 +15,18 @@ NormalTangential split(const Vector3d& force, const Vector3d& n) {
   return {normal_N, (force - normal_N * n).norm()};
 }
 
+/// Where the object is to be. What nobody holds is there.
+Eigen::Isometry3d target_of(const Model& model, const Snapshot& state, const TaskReport& task, double time_s) {
+  if (state.X_WT) return *state.X_WT;
+  if (!task.holds) return state.X_WO;
+  return task.X_WT ? *task.X_WT : model.target(time_s);
+}
+
 void record_motion(const Model& model, const Snapshot& state, TickRecord& record) {
   const Eigen::Isometry3d& start = model.scene.object.X_WO;
-  const Eigen::Isometry3d target = state.X_WT.value_or(model.target(record.time_s));
   record.position_m = start.linear().transpose() * (state.X_WO.translation() - start.translation());
-  record.target_m = start.linear().transpose() * (target.translation() - start.translation());
-  record.rotation_error_rad = pose_error(target, state.X_WO).tail<3>().norm();
+  record.target_m = start.linear().transpose() * (record.X_WT.translation() - start.translation());
+  record.rotation_error_rad = pose_error(record.X_WT, state.X_WO).tail<3>().norm();
 }
 
 void record_forces(const Model& model, const Snapshot& state, const ControlReport& control, TickRecord& record) {
@@ -64,6 +70,13 @@ TickRecord tick_record(const Model& model, const Snapshot& after, const TickRepo
   if (contact.handed_over) record.stiffness = KnownStiffness::of(model.scene, control);
   record.time_s = static_cast<double>(after.tick) * model.scene.step_s;
   record.q_rad = after.q;
+  record.phase = control.task.phase;
+  record.holds = control.task.holds;
+  const Vector3d& gravity = model.scene.gravity;
+  if (!gravity.isZero(0.0)) {
+    for (const FingerLoad& load : after.load) record.borne_N -= load.force_N.dot(gravity.normalized());
+  }
+  record.X_WT = target_of(model, after, control.task, record.time_s);
   record_motion(model, after, record);
   record_forces(model, after, control, record);
   return record;

@@ -185,7 +185,9 @@ void RecordingFile::add_status(double time_s, const ordered_json& status) {
   put(RecordingTopic::kStatus, time_s, without_unknowns(status).dump());
   const std::string outcome = status.value("outcome", ""), reason = status.value("reason", "");
   const std::string words = reason.empty() ? outcome : outcome + ": " + reason;
-  if (words != last_outcome_) log(time_s, outcome == to_string(Outcome::kHeld), "the grasp is " + words);
+  if (words != last_outcome_)
+    log(time_s, outcome == to_string(Outcome::kHeld) || outcome == to_string(Outcome::kTaskDone),
+        "the grasp is " + words);
   last_outcome_ = words;
   const ordered_json warnings = status.value("warnings", ordered_json::array());
   for (std::size_t i = last_warnings_; i < warnings.size(); ++i) log(time_s, false, warnings[i]);

@@ -35,7 +35,7 @@ std::vector<std::string> hand_names(const Model& model, const Recording& recordi
   return names;
 }
 
-/// Last, of a scene that has one.
+/// Behind the hand's, of a scene that has one.
 void name_environment(std::vector<std::string>& names) {
   for (const char* what : {"force_x_N", "force_y_N", "force_z_N", "moment_x_N_mm", "moment_y_N_mm", "moment_z_N_mm",
                            "normal_N", "contacts", "active", "penetration_um"}) {
@@ -46,6 +46,7 @@ void name_environment(std::vector<std::string>& names) {
 std::vector<std::string> names_of(const Model& model, const Recording& recording) {
   std::vector<std::string> names = hand_names(model, recording);
   if (model.scene.environment) name_environment(names);
+  if (!model.scene.task.phases.empty()) names.emplace_back("phase");
   return names;
 }
 
@@ -95,6 +96,7 @@ void for_each_number(const Model& model, const Recording& recording, std::size_t
   }
   if (model.feels()) for_each_touch(model, tick, sink);
   if (model.scene.environment) for_each_of_environment(tick.contact.environment, sink);
+  if (!model.scene.task.phases.empty()) sink(static_cast<double>(tick.phase));
 }
 
 }  // namespace

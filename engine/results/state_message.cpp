@@ -82,7 +82,7 @@ void for_each_field(const Model& model, const Picture& picture, const TickRecord
   one("frame", "", static_cast<double>(tick.contact.sequence));
   one("held", "", tick.contact.held ? 1.0 : 0.0);
   vector("object", "m", pose_numbers(now.X_WO));
-  vector("target", "m", pose_numbers(now.X_WT.value_or(model.target(tick.time_s))));
+  vector("target", "m", pose_numbers(tick.X_WT));
   vector("q_rad", "rad", now.q);
   vector("stop_Nm", "N m", tick.contact.stop_Nm);
   vector("segments", "m", segment_poses(model.scene.hand, now.q));
@@ -144,6 +144,7 @@ void for_each_field(const Model& model, const Picture& picture, const TickRecord
     vector("touches_N", "N", around.touch_N);
     vector("touches_margin", "", around.margin);
   }
+  if (!model.scene.task.phases.empty()) one("phase", "", tick.phase);
   one("friction", "", model.friction(tick.time_s));
   vector("position_m", "m", tick.position_m);
   vector("path_target_m", "m", tick.target_m);
@@ -370,6 +371,7 @@ ordered_json scene_message(const Model& model, bool live, const TriangleMesh& su
                           {"rotation_gain_Nm_per_rad", rotation_gain},
                           {"pull", {{"stiffness_N_per_m", kPullStiffness_N_per_m}, {"limit_N", kPullLimit_N}}}};
   if (scene.environment) message["bodies"] = bodies_json(*scene.environment);
+  for (const Phase& phase : scene.task.phases) message["phases"].push_back(to_string(phase.kind));
   if (scene.has_muscles() && scene.control->muscles->short_range) message["object_stiffness"] = nullptr;
   if (scene.chooses_stiffness()) {
     const MuscleSettings& own = *scene.control->muscles;

@@ -9,6 +9,7 @@
 #include "engine/formats/build_info.h"
 #include "engine/loops/percentiles.h"
 #include "engine/results/source_id.h"
+#include "engine/results/task_results.h"
 #include "engine/results/warnings.h"
 #include "solvers/grasp_forces.h"
 
@@ -424,6 +425,7 @@ ordered_json summarize(const Model& model, const Recording& recording) {
   if (model.feels()) summary["touch"] = touch_measures(model, recording);
   if (model.scene.chooses_stiffness()) summary["stiffness"] = stiffness_measures(recording);
   if (model.scene.environment) summary["environment"] = environment_measures(model.scene, recording);
+  if (!model.scene.task.phases.empty()) summary["task"] = task_measures(model.scene, recording);
   if (model.scene.control && model.scene.control->reflex) summary["reflex"] = reflex_measures(model, recording);
   return summary;
 }

@@ -8,8 +8,8 @@
 namespace thenar {
 
 const char* to_string(Outcome outcome) {
-  constexpr std::array kWords{"held",    "unknown",  "over limits", "off target",    "slipping",
-                              "resting", "unstable", "lost",        "solver failed", "refused"};
+  constexpr std::array kWords{"held",    "task done",   "unknown",  "over limits", "off target",    "slipping",
+                              "resting", "task failed", "unstable", "lost",        "solver failed", "refused"};
   static_assert(kWords.size() == kOutcomes.size());
   return kWords[static_cast<std::size_t>(outcome)];
 }
@@ -30,7 +30,7 @@ std::string in_words(const Verdict& verdict) {
 }
 
 bool fails(const Scene& scene, Outcome outcome) {
-  if (outcome == Outcome::kHeld) return false;
+  if (outcome == Outcome::kHeld || outcome == Outcome::kTaskDone) return false;
   return scene.control || outcome == Outcome::kSolverFailed || outcome == Outcome::kUnknown ||
          outcome == Outcome::kRefused;
 }

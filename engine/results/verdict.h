@@ -28,22 +28,25 @@ inline constexpr double kMostUnsolved = 0.01;  ///< and more than this share of 
 /// What became of a grasp, the least grave first. Of several the gravest is the word; the reason names all.
 enum class Outcome {
   kHeld,          ///< Nothing of the following.
+  kTaskDone,      ///< Likewise, and all phases of the task are done.
   kUnknown,       ///< Records of ticks were lost, or the run was interrupted: nobody knows.
   kOverLimits,    ///< A joint left its range, or a muscle was asked for more than it has.
   kOffTarget,     ///< The object was 10 mm or 20 degrees off its target; the fingers hold it.
   kSlipping,      ///< A patch slid by 0.1 mm as a whole, or a finger lost its load.
   kResting,       ///< The hand does not hold the object, but the environment carries it.
+  kTaskFailed,    ///< A phase of the task did not come to its end.
   kUnstable,      ///< The forces chatter, or the object swings wider and wider.
   kLost,          ///< The hand no longer holds the object: its grip is open, or a finger has slid off its place.
   kSolverFailed,  ///< A solve found no answer, or there is none.
   kRefused,       ///< The scene was rejected.
 };
-inline constexpr std::array kOutcomes = {
-    Outcome::kHeld,    Outcome::kUnknown,  Outcome::kOverLimits, Outcome::kOffTarget,    Outcome::kSlipping,
-    Outcome::kResting, Outcome::kUnstable, Outcome::kLost,       Outcome::kSolverFailed, Outcome::kRefused};
+inline constexpr std::array kOutcomes = {Outcome::kHeld,       Outcome::kTaskDone,     Outcome::kUnknown,
+                                         Outcome::kOverLimits, Outcome::kOffTarget,    Outcome::kSlipping,
+                                         Outcome::kResting,    Outcome::kTaskFailed,   Outcome::kUnstable,
+                                         Outcome::kLost,       Outcome::kSolverFailed, Outcome::kRefused};
 
-/// As all reports have it: "held", "unknown", "over limits", "off target", "slipping", "resting", "unstable", "lost",
-/// "solver failed", "refused".
+/// As all reports have it: "held", "task done", "unknown", "over limits", "off target", "slipping", "resting", "task
+/// failed", "unstable", "lost", "solver failed", "refused".
 [[nodiscard]] const char* to_string(Outcome outcome);
 
 /// A limit of the hand that a run has passed.

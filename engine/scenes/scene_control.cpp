@@ -5,53 +5,14 @@
 #include "engine/formats/files.h"
 #include "engine/formats/text.h"
 #include "engine/scenes/drive_file.h"
-#include "engine/scenes/object_bounds.h"
 
 namespace thenar {
 
 using Eigen::Vector3d;
 
-namespace {
-
 PidGains read_gains(const ConfigMap& map) { return {map.quantity("p"), map.quantity("i"), map.quantity("d")}; }
 
-Move read_translation(const ConfigMap& map) {
-  Move move;
-  const Vector3d by = map.quantities("by");
-  move.amount = by.norm();
-  if (move.amount > 0.0) move.axis = by / move.amount;
-  move.from_s = map.quantity("from");
-  move.over_s = map.quantity("over");
-  return move;
-}
-
-Move read_rotation_move(const ConfigMap& map) {
-  Move move;
-  move.amount = map.quantity("by");
-  const Vector3d about = map.quantities("about");
-  if (about.squaredNorm() <= 0.0) map.refuse("about", "an axis must not be zero");
-  move.axis = about.stableNormalized();
-  move.from_s = map.quantity("from");
-  move.over_s = map.quantity("over");
-  return move;
-}
-
-Push read_push(const ConfigMap& map, const Shape& shape) {
-  Push push;
-  // One of the two is asked for: the force, unless there is a moment.
-  if (map.has("force") || !map.has("moment")) push.force_N = map.quantities("force");
-  if (map.has("at")) {
-    push.at_m = map.quantities("at");
-    check_is_in_object(map, "at", push.at_m, shape);
-    if (!map.has("force")) map.refuse("at", "is where a force acts, and there is none: name it, or leave this out");
-  }
-  if (map.has("moment")) push.moment_Nm = map.quantities("moment");
-  push.from_s = map.quantity("from");
-  push.over_s = map.quantity("over");
-  if (map.has("rise")) push.rise_s = map.quantity("rise");
-  if (push.rise_s > push.over_s) map.refuse("rise", "must not take longer than the push");
-  return push;
-}
+namespace {
 
 /// The friction of the cones: a number, or felt.
 void read_cones(const ConfigMap& grasp, ControlSettings& control) {
@@ -107,29 +68,6 @@ std::optional<MuscleSettings> read_muscles(const ConfigMap& control, const Hand&
   return muscles;
 }
 
-Arm read_arm(const ConfigMap& map) {
-  Arm arm;
-  const Vector3d along = map.quantities("along");
-  if (along.squaredNorm() <= 0.0) map.refuse("along", "a line must not be zero");
-  arm.axis = along.stableNormalized();
-  arm.amplitude_m = map.quantity("amplitude");
-  arm.frequency_Hz = map.quantity("frequency");
-  arm.from_s = map.quantity("from");
-  arm.over_s = map.quantity("over");
-  return arm;
-}
-
-std::vector<FrictionStep> read_friction_steps(const ConfigMap& map) {
-  std::vector<FrictionStep> steps;
-  for (const ConfigMap& step : map.list_of_maps("friction")) {
-    steps.push_back({step.quantity("at"), step.quantity("to")});
-    if (steps.size() > 1 && !(steps.back().from_s > steps[steps.size() - 2].from_s)) {
-      step.refuse("at", "must be later than that of the step before it");
-    }
-  }
-  return steps;
-}
-
 }  // namespace
 
 ControlSettings read_control(const ConfigMap& map, const Hand& hand, bool pressed, bool feels) {
@@ -160,21 +98,6 @@ ControlSettings read_control(const ConfigMap& map, const Hand& hand, bool presse
   }
   control.muscles = read_muscles(map, hand);
   return control;
-}
-
-TaskSettings read_task(const ConfigMap& map, const Shape& shape) {
-  TaskSettings task;
-  if (map.has("translate")) task.translate = read_translation(map.map("translate"));
-  if (map.has("rotate")) task.rotate = read_rotation_move(map.map("rotate"));
-  if (map.has("spring")) {
-    const ConfigMap spring = map.map("spring");
-    task.spring = Spring{spring.quantity("translation"), spring.quantity("rotation")};
-  }
-  if (map.has("push")) task.push = read_push(map.map("push"), shape);
-  if (map.has("arm")) task.arm = read_arm(map.map("arm"));
-  if (map.has("friction")) task.friction = read_friction_steps(map);
-  if (map.has("lost")) task.lost_m = map.quantity("lost");
-  return task;
 }
 
 bool read_drive(const ConfigMap& map, const Hand& hand, ControlSettings& control) {

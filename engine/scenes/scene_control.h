@@ -9,10 +9,9 @@ namespace thenar {
 /// `feels`: the fingertips do.
 [[nodiscard]] ControlSettings read_control(const ConfigMap& map, const Hand& hand, bool pressed, bool feels);
 
+[[nodiscard]] PidGains read_gains(const ConfigMap& map);
+
 /// Its table `drive`, for this hand. False if the file cannot be read, which is reported.
 bool read_drive(const ConfigMap& map, const Hand& hand, ControlSettings& control);
-
-/// What the map `task` says of an object of this shape.
-[[nodiscard]] TaskSettings read_task(const ConfigMap& map, const Shape& shape);
 
 }  // namespace thenar

@@ -49,14 +49,9 @@ EnvironmentBody read_body(const ConfigMap& map, const ConfigMap& all, std::size_
   return body;
 }
 
-std::string three(const Vector3d& values, Dimension dimension) {
-  return fmt::format("[{}, {}, {}]", to_text(values[0], dimension), to_text(values[1], dimension),
-                     to_text(values[2], dimension));
-}
-
 struct SolidText {
   std::string operator()(const HalfSpace&) const { return "plane: true"; }
-  std::string operator()(const BoxShape& box) const { return "box: " + three(box.size_m, Dimension::kLength); }
+  std::string operator()(const BoxShape& box) const { return "box: " + to_text(box.size_m, Dimension::kLength); }
   std::string operator()(const SphereShape& sphere) const {
     return "sphere: " + to_text(sphere.radius_m, Dimension::kLength);
   }
@@ -112,16 +107,16 @@ std::string environment_text(const Environment& environment) {
   std::string out = fmt::format("environment:\n  compliance: {}\n  bodies:\n",
                                 to_text(environment.compliance_m_per_N, Dimension::kCompliance));
   for (const EnvironmentBody& body : environment.bodies) {
-    out +=
-        fmt::format("    - name: {}\n      shape: {{{}}}\n      position: {}\n", quoted(body.name),
-                    std::visit(SolidText{}, body.shape), three(Vector3d(body.X_WE.translation()), Dimension::kLength));
+    out += fmt::format("    - name: {}\n      shape: {{{}}}\n      position: {}\n", quoted(body.name),
+                       std::visit(SolidText{}, body.shape),
+                       to_text(Vector3d(body.X_WE.translation()), Dimension::kLength));
     const Eigen::Matrix3d R = body.X_WE.linear();
-    const auto row = [&](int i) { return three(Vector3d(R.row(i)), Dimension::kNone); };
+    const auto row = [&](int i) { return to_text(Vector3d(R.row(i)), Dimension::kNone); };
     out += fmt::format("      rotation: [{},\n                 {},\n                 {}]\n", row(0), row(1), row(2));
     out += fmt::format("      friction: {}\n", to_text(body.friction, Dimension::kNone));
     if (!body.moves.empty()) out += "      move:\n";
     for (const EnvironmentMove& move : body.moves) {
-      out += fmt::format("        - {{by: {}, from: {}, over: {}}}\n", three(move.by_m, Dimension::kLength),
+      out += fmt::format("        - {{by: {}, from: {}, over: {}}}\n", to_text(move.by_m, Dimension::kLength),
                          to_text(move.from_s, Dimension::kTime), to_text(move.over_s, Dimension::kTime));
     }
   }

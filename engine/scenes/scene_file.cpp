@@ -18,6 +18,7 @@
 #include "engine/scenes/object_bounds.h"
 #include "engine/scenes/scene_control.h"
 #include "engine/scenes/scene_environment.h"
+#include "engine/scenes/scene_task.h"
 #include "engine/scenes/shared_data.h"
 #include "engine/scenes/units.h"
 
@@ -340,7 +341,7 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
     drive_readable = read_drive(root.map("control"), scene.hand, *scene.control);
   }
   if (root.has("environment")) scene.environment = read_environment(root, scene.object.shape);
-  if (root.has("task")) scene.task = read_task(root.map("task"), scene.object.shape);
+  if (root.has("task")) scene.task = read_task(root, scene);
   scene.only_needed = root.choice("model") == "auto";
   if (root.has("tolerance")) scene.tolerance = read_tolerance(root.map("tolerance"));
   try {

@@ -10,6 +10,7 @@
 #include "engine/finder/effort.h"
 #include "engine/formats/text.h"
 #include "engine/scenes/scene_environment.h"
+#include "engine/scenes/scene_task.h"
 #include "engine/scenes/units.h"
 
 namespace thenar {
@@ -20,11 +21,7 @@ namespace {
 
 std::string list(const std::vector<std::string>& items) { return fmt::format("[{}]", fmt::join(items, ", ")); }
 std::string text(double value, Dimension dimension) { return to_text(value, dimension); }
-std::string text(const Eigen::VectorXd& values, Dimension dimension) {
-  std::vector<std::string> items;
-  for (const double value : values) items.push_back(to_text(value, dimension));
-  return list(items);
-}
+std::string text(const Eigen::VectorXd& values, Dimension dimension) { return to_text(values, dimension); }
 std::string length(double value_m) { return text(value_m, Dimension::kLength); }
 std::string number(double value) { return text(value, Dimension::kNone); }
 
@@ -242,47 +239,6 @@ std::string control_text(const Scene& scene) {
   out += fmt::format("  muscles: {}  # or joint torques\n", muscles_text(control));
   if (control.drive) out += fmt::format("  drive: '{}'\n", std::filesystem::absolute(control.drive->file).string());
   return out;
-}
-
-std::string task_text(const TaskSettings& task) {
-  std::string out;
-  const auto times = [](double from_s, double over_s) {
-    return fmt::format("from: {}, over: {}", text(from_s, Dimension::kTime), text(over_s, Dimension::kTime));
-  };
-  if (const auto& move = task.translate) {
-    out +=
-        fmt::format("  translate: {{by: {}, {}}}  # object axes at the start\n",
-                    text(Vector3d(move->amount * move->axis), Dimension::kLength), times(move->from_s, move->over_s));
-  }
-  if (const auto& move = task.rotate) {
-    out += fmt::format("  rotate: {{by: {}, about: {}, {}}}\n", text(move->amount, Dimension::kAngle),
-                       text(move->axis, Dimension::kNone), times(move->from_s, move->over_s));
-  }
-  if (const auto& spring = task.spring) {
-    out += fmt::format("  spring: {{translation: {}, rotation: {}}}\n",
-                       text(spring->translation_N_per_m, Dimension::kStiffness),
-                       text(spring->rotation_Nm_per_rad, Dimension::kRotationalStiffness));
-  }
-  if (const auto& push = task.push) {
-    const std::string moment =
-        push->moment_Nm.isZero(0.0) ? "" : fmt::format("moment: {}, ", text(push->moment_Nm, Dimension::kTorque));
-    const std::string rise = push->rise_s > 0.0 ? fmt::format(", rise: {}", text(push->rise_s, Dimension::kTime)) : "";
-    out += fmt::format("  push: {{force: {}, at: {}, {}{}{}}}\n", text(push->force_N, Dimension::kForce),
-                       text(push->at_m, Dimension::kLength), moment, times(push->from_s, push->over_s), rise);
-  }
-  if (const auto& arm = task.arm) {
-    out += fmt::format("  arm: {{along: {}, amplitude: {}, frequency: {}, {}}}\n", text(arm->axis, Dimension::kNone),
-                       length(arm->amplitude_m), text(arm->frequency_Hz, Dimension::kFrequency),
-                       times(arm->from_s, arm->over_s));
-  }
-  if (!task.friction.empty()) {
-    out += "  friction:\n";
-    for (const FrictionStep& step : task.friction) {
-      out += fmt::format("    - {{at: {}, to: {}}}\n", text(step.from_s, Dimension::kTime), number(step.friction));
-    }
-  }
-  if (task.lost_m) out += fmt::format("  lost: {}\n", length(*task.lost_m));
-  return out.empty() ? "" : "task:\n" + out;
 }
 
 }  // namespace

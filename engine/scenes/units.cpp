@@ -26,7 +26,7 @@ struct Units {
 
 const Units& units_of(Dimension dimension) {
   // In the order of Dimension.
-  static const std::array<Units, 21> kTable = {{
+  static const std::array<Units, 22> kTable = {{
       {"a plain number", {}},
       {"a length", {{"m"}, {"cm", 1, 100}, {"mm", 1, 1e3}, {"um", 1, 1e6}}},
       {"a time", {{"s"}, {"ms", 1, 1e3}, {"us", 1, 1e6}}},
@@ -48,6 +48,7 @@ const Units& units_of(Dimension dimension) {
       {"a rate of force", {{"N/s"}}},
       {"a rate", {{"1/s"}}},
       {"a compliance", {{"m/N"}, {"um/N", 1, 1e6}, {"nm/N", 1, 1e9}}},
+      {"a speed", {{"m/s"}, {"mm/s", 1, 1e3}}},
   }};
   return kTable[static_cast<std::size_t>(dimension)];
 }
@@ -130,6 +131,12 @@ std::string to_text(double value, Dimension dimension) {
   std::string text(buffer.data(), written.ptr);
   if (!units.empty()) text.append(" ").append(units.front().symbol);
   return text;
+}
+
+std::string to_text(const Eigen::VectorXd& values, Dimension dimension) {
+  std::string all;
+  for (const double value : values) all += (all.empty() ? "" : ", ") + to_text(value, dimension);
+  return "[" + all + "]";
 }
 
 }  // namespace thenar

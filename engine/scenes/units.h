@@ -1,8 +1,11 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "thenar/eigen_layout.h"
 
 namespace thenar {
 
@@ -29,6 +32,7 @@ enum class Dimension {
   kForceRate,               ///< N/s
   kRate,                    ///< 1/s
   kCompliance,              ///< m/N, um/N, nm/N
+  kSpeed,                   ///< m/s, mm/s
 };
 
 /// A number read from text: its SI value, or what is wrong with the text.
@@ -51,5 +55,7 @@ struct Quantity {
 
 /// An SI value with its unit, in the fewest digits that read back the same.
 [[nodiscard]] std::string to_text(double value, Dimension dimension);
+/// Several: "[1 m, 2 m]".
+[[nodiscard]] std::string to_text(const Eigen::VectorXd& values, Dimension dimension);
 
 }  // namespace thenar

@@ -66,6 +66,7 @@ TEST(Config, ReadsEveryUnit) {
            {kFrequency, "4kHz", 4e3},
            {kForceRate, "2 N/s", 2.0},
            {kRate, "5 1/s", 5.0},
+           {kSpeed, "20 mm/s", 0.02},
        }) {
     const Table table{key("value", kQuantity, "", c.dimension)};
     Config config(scene_file(std::string("value: ") + c.text), table);
