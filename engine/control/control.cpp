@@ -106,14 +106,18 @@ FingerForces ForceFilter::update(const PerFinger<GraspContact>& contacts, const 
   return y;
 }
 
+double lag_s(const Scene& scene) {
+  // Muscles that relax are late by their time constant, longest without activation.
+  double lag = scene.control_delay_s + scene.control->feedback_delay_s;
+  if (scene.has_muscles() && scene.control->muscles->activation)
+    lag += 2.0 * scene.control->muscles->activation->fall_s;
+  return lag;
+}
+
 double force_gain(const Scene& scene, int finger) {
   // Sampled with a period and a delay, the loop is stable up to about 2 b / (period + delay). A third of that settles
   // within two periods; with a delay the lag behind a moving target grows, and more than half of it errs less.
-  // Muscles that relax are late by their time constant, longest without activation.
-  const double period_s = scene.control_period_s;
-  double delay_s = scene.control_delay_s + scene.control->feedback_delay_s;
-  if (scene.has_muscles() && scene.control->muscles->activation)
-    delay_s += 2.0 * scene.control->muscles->activation->fall_s;
+  const double period_s = scene.control_period_s, delay_s = lag_s(scene);
   return scene.control->gain.value_or(2.0 * scene.viscosity(finger) *
                                       std::min(0.3 / period_s, 0.6 / (period_s + delay_s)));
 }
@@ -198,15 +202,13 @@ JointVector viscous_torques(const Model& model, const HandPose& pose, const PerF
   return tau;
 }
 
-FingerVector moving_torques(const Model& model, const HandPose& pose, const PerFinger<GraspContact>& contacts, int k,
-                            const Vector3d& velocity) {
-  const Fingertip& tip = model.scene.hand.fingertips[k];
-  const FingerJacobian J = finger_jacobian(model.scene.hand, pose, k, contacts[k].point_m);
+FingerVector joints_with_point(const Hand& hand, const HandPose& pose, const PerFinger<GraspContact>& contacts, int k,
+                               const Vector3d& velocity) {
+  const FingerJacobian J = finger_jacobian(hand, pose, k, contacts[k].point_m);
   const Vector3d pulled = damped(squared(J)).ldlt().solve(velocity);
-  FingerVector tau = FingerVector::Zero(J.cols());
-  for (int j = 0; j < tip.joints; ++j)
-    tau[j] = model.scene.viscosity(k) * model.scene.hand.joints[tip.first_joint + j].drag * J.col(j).dot(pulled);
-  return tau;
+  FingerVector dq = FingerVector::Zero(J.cols());
+  for (int j = 0; j < hand.fingertips[k].joints; ++j) dq[j] = J.col(j).dot(pulled);
+  return dq;
 }
 
 double predicted_paper_law_error(const Model& model, const HandPose& pose, const PerFinger<GraspContact>& contacts,

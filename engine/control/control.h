@@ -66,6 +66,9 @@ class ForceFilter {
   FingerForces y_C_;                ///< Contact axes [m].
 };
 
+/// How late what is asked for acts, on what is known late: delays of frames and of knowledge, and muscles that relax.
+[[nodiscard]] double lag_s(const Scene& scene);
+
 /// K of eq. (22): the scene's, or 0.3 times the stability bound 2 b / (control period), and not more than 0.6 times the
 /// bound 2 b / (control period + delays) of late frames and late knowledge.
 [[nodiscard]] double force_gain(const Scene& scene, int finger);
@@ -95,11 +98,10 @@ class ForceFilter {
                                           const PerFinger<GraspContact>& contacts, const Eigen::Vector3d& centre_m,
                                           const Vector6d& velocity);
 
-/// What the joints of finger k take where its contact moves with this velocity, world axes: b J^+ v, besides the hand's
-/// weight.
-[[nodiscard]] FingerVector moving_torques(const Model& model, const HandPose& pose,
-                                          const PerFinger<GraspContact>& contacts, int k,
-                                          const Eigen::Vector3d& velocity);
+/// How the joints of finger k move where its contact has this velocity, world axes: J^+ v.
+[[nodiscard]] FingerVector joints_with_point(const Hand& hand, const HandPose& pose,
+                                             const PerFinger<GraspContact>& contacts, int k,
+                                             const Eigen::Vector3d& velocity);
 
 /// The steady force error that eq. (22) leaves without feed-forward, as a share of f^d, mean over the fingers:
 ///     error = (I + S)^-1 S f^d,   S = E diag(K_n, K_t, K_t) E' J J' / K.

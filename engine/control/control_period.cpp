@@ -243,17 +243,11 @@ Vector6d published_wrench(ControlPeriod& period) {
 
 namespace {
 
-/// Whether finger k moves by itself, and does not press.
-bool moves_by_itself(const ControlPeriod& period, int k) {
-  const TaskReport& task = period.report.task;
-  return !task.grasps && !(task.touch_N > 0.0 && period.snapshot.load[k].normal_N > 0.0);
-}
-
 /// Of fingers that come and go: those that touch the object press it a little.
 FingerForces touching_forces(ControlPeriod& period) {
   FingerForces f = FingerForces::Zero(3, period.model.fingers());
   for (int k = 0; k < period.model.fingers(); ++k) {
-    if (!moves_by_itself(period, k)) f.col(k) = period.report.task.touch_N * period.contacts()[k].axes.col(0);
+    if (!period.controller.task->is_free(k)) f.col(k) = period.report.task.touch_N * period.contacts()[k].axes.col(0);
   }
   return f;
 }
@@ -299,6 +293,37 @@ void let_muscles_pull(ControlPeriod& period) {
 
 }  // namespace
 
+namespace {
+
+/// Fingers that touch nothing go along the object's normals, and keep to the posture that this makes: muscles that give
+/// way would carry them off.
+void move_free_fingers(ControlPeriod& period, JointVector& tau) {
+  constexpr double kMost_per_s = 10.0;  // How fast they come back to it.
+  const Model& model = period.model;
+  Controller& controller = period.controller;
+  if (controller.q_free.size() == 0) controller.q_free = period.snapshot.q;
+  const double rate_per_s = std::min(kMost_per_s, 0.3 / (model.scene.control_period_s + lag_s(model.scene)));
+  for (int k = 0; k < model.fingers(); ++k) {
+    const Fingertip& tip = model.scene.hand.fingertips[k];
+    auto wanted = controller.q_free.segment(tip.first_joint, tip.joints);
+    const auto q = period.snapshot.q.segment(tip.first_joint, tip.joints);
+    if (!controller.task->is_free(k)) {
+      wanted = q;
+      continue;
+    }
+    const Vector3d velocity = period.report.task.speed_m_per_s * period.contacts()[k].axes.col(0);
+    const FingerVector dq = joints_with_point(model.scene.hand, controller.pose, period.contacts(), k, velocity);
+    wanted += controller.period_s * dq.head(tip.joints);
+    for (int j = 0; j < tip.joints; ++j) {
+      const Joint& joint = model.scene.hand.joints[tip.first_joint + j];
+      wanted[j] = std::clamp(wanted[j], std::min(q[j], joint.lower_rad), std::max(q[j], joint.upper_rad));
+      tau[tip.first_joint + j] += model.scene.viscosity(k) * joint.drag * (dq[j] + rate_per_s * (wanted[j] - q[j]));
+    }
+  }
+}
+
+}  // namespace
+
 JointVector published_torques(ControlPeriod& period) {
   settings_of(period.model);
   const Model& model = period.model;
@@ -312,13 +337,7 @@ JointVector published_torques(ControlPeriod& period) {
   const FingerForces y = controller.filter->update(contacts, error, controller.period_s);
   JointVector tau =
       desired_torques(model, period.snapshot.q, controller.pose, period.known_gravity(), contacts, f_desired, y);
-  for (int k = 0; k < model.fingers() && !period.report.task.grasps; ++k) {
-    if (!moves_by_itself(period, k)) continue;
-    const Fingertip& tip = model.scene.hand.fingertips[k];
-    const Vector3d velocity = period.report.task.speed_m_per_s * contacts[k].axes.col(0);
-    tau.segment(tip.first_joint, tip.joints) +=
-        moving_torques(model, controller.pose, contacts, k, velocity).head(tip.joints);
-  }
+  if (controller.task) move_free_fingers(period, tau);
   if (anticipates(model)) {
     const Vector6d velocity = controller.acting_share * model.target_velocity(planned_s(period));
     tau += viscous_torques(model, controller.pose, contacts, period.snapshot.X_WO.translation(), velocity);

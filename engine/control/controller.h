@@ -90,6 +90,7 @@ class Controller {
   Afference afference;
   std::optional<Reflex> reflex;               ///< Nothing without touch.
   std::optional<TaskRun> task;                ///< Nothing without phases.
+  JointVector q_free;                         ///< Likewise: where the joints of fingers are to be that touch nothing.
   std::optional<StiffnessControl> stiffness;  ///< Nothing where no stiffness is chosen.
   ContactSearch search;
   OwnControl own;

@@ -14,7 +14,7 @@ namespace {
 constexpr double kRamp_s = 0.2;
 // A finger that waits for the others touches the object by this share of what it will press: less than would shift it.
 constexpr double kTouchShare = 0.1;
-constexpr double kPressed = 0.05;   // A force is there if it errs by less than this share,
+constexpr double kPressed = 0.1;    // A force is there if it errs by less than this share,
 constexpr double kLoaded = 0.005;   // the weight more closely: what is left of it, the object would sink for.
 constexpr double kUnaided = 0.05;   // Of the weight, by which it may seem to differ where nothing else bears it.
 constexpr double kSupported = 0.1;  // So much of it is borne by something else: the object has met it.
@@ -32,13 +32,6 @@ Vector3d borne(const Snapshot& seen) {
 int first_loaded(const Snapshot& seen) {
   for (std::size_t k = 0; k < seen.load.size(); ++k) {
     if (seen.load[k].normal_N > 0.0) return static_cast<int>(k);
-  }
-  return -1;
-}
-
-int first_unloaded(const Snapshot& seen) {
-  for (std::size_t k = 0; k < seen.load.size(); ++k) {
-    if (!(seen.load[k].normal_N > 0.0)) return static_cast<int>(k);
   }
   return -1;
 }
@@ -62,7 +55,10 @@ double share_of(double since_s, double now_s, double over_s) {
 
 }  // namespace
 
-TaskRun::TaskRun(const Model& model) : press_N_(model.scene.control->internal_force_N) { report_.squeeze_N = press_N_; }
+TaskRun::TaskRun(const Model& model) : press_N_(model.scene.control->internal_force_N) {
+  report_.squeeze_N = press_N_;
+  report_.has_touched = PerFinger<bool>(model.fingers());
+}
 
 const Phase* TaskRun::phase(const Scene& scene) const {
   const auto& phases = scene.task.phases;
@@ -101,6 +97,7 @@ void TaskRun::begin(const Model& model, const Snapshot& seen, int number) {
   report_.grasps = report_.holds = report_.poses = is_holding(phase->kind);
   report_.integrates = report_.poses && phase->kind != Kind::kLoad;
   report_.touch_N = report_.speed_m_per_s = 0.0;
+  std::ranges::fill(report_.has_touched, false);
   if (report_.poses && !posed) report_.X_WT = seen.X_WO;  // It is held where it was taken.
   switch (phase->kind) {
     case Kind::kApproach:
@@ -167,8 +164,11 @@ bool TaskRun::step(const Model& model, const Snapshot& seen, const Eigen::Vector
 bool TaskRun::close(const Model& model, const Snapshot& seen, const Eigen::VectorXd& asked_N) {
   const Phase& phase = *this->phase(model.scene);
   const bool late = now_s_ - report_.since_s > phase.within_s;
-  const int apart = first_unloaded(seen);
   if (!second_) {
+    for (int k = 0; k < model.fingers(); ++k)
+      report_.has_touched[k] = report_.has_touched[k] || seen.load[k].normal_N > 0.0;
+    const auto unmet = std::ranges::find(report_.has_touched, false);
+    const int apart = unmet == report_.has_touched.end() ? -1 : static_cast<int>(unmet - report_.has_touched.begin());
     if (late && apart >= 0) {
       HandPose pose;
       forward_kinematics(model.scene.hand, seen.q, pose);

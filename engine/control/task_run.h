@@ -30,11 +30,12 @@ struct TaskReport {
   int phase = -1;              ///< Of Scene::task.phases; as many as there are: all are done; -1: the task has none.
   double since_s = 0.0;        ///< When it began.
   bool grasps = true;          ///< Grasp forces hold the object; else fingers move by themselves, at
-  double speed_m_per_s = 0.0;  ///< this speed along the object's inward normals; those that touch it then press
-  double touch_N = 0.0;        ///< so hard; 0: they move, too.
-  bool holds = true;           ///< They are to carry it: what slips is lost.
-  bool integrates = true;      ///< With integrals: not against what else bears the object.
-  bool poses = true;           ///< Its pose is controlled, to
+  double speed_m_per_s = 0.0;  ///< this speed along the object's inward normals, but for those that
+  PerFinger<bool> has_touched = {};       ///< have touched it since they were to close, and wait, pressing
+  double touch_N = 0.0;                   ///< so hard.
+  bool holds = true;                      ///< They are to carry it: what slips is lost.
+  bool integrates = true;                 ///< With integrals: not against what else bears the object.
+  bool poses = true;                      ///< Its pose is controlled, to
   std::optional<Eigen::Isometry3d> X_WT;  ///< here; nothing: to where the scene has it.
   double weight_share = 1.0;              ///< So much of the weight is for the fingers.
   double squeeze_N = 0.0;                 ///< The internal force.
@@ -42,7 +43,6 @@ struct TaskReport {
   int finger = -1;                  ///< Whose fault it is, if it is a finger's.
   double value = 0.0, bound = 0.0;  ///< Force or distance, and what it should have been [N] or [m].
   double way_m = 0.0;               ///< How far the arm had gone in the phase.
-
 };
 
 /// Goes through the phases of a scene's task. A phase ends when what it is for has come about, as far as the control
@@ -60,6 +60,8 @@ class TaskRun {
 
   [[nodiscard]] const TaskReport& report() const { return report_; }
   [[nodiscard]] const ArmOrder& arm() const { return arm_; }
+  /// Whether finger k moves by itself, and does not press.
+  [[nodiscard]] bool is_free(int k) const { return !report_.grasps && !report_.has_touched[k]; }
   /// The phase that runs; null before the first and after the last one.
   [[nodiscard]] const Phase* phase(const Scene& scene) const;
 
