@@ -336,7 +336,10 @@ void describe_task(const TaskSettings& task, std::ostream& out) {
     out << "  task            pulls the object to its target by a spring of " << spring->translation_N_per_m
         << " N/m and " << spring->rotation_Nm_per_rad << " N m/rad\n";
   }
-  const bool idle = !task.translate && !task.rotate && !task.spring && !task.push && !task.arm;
+  std::string phases;
+  for (const Phase& phase : task.phases) phases += (phases.empty() ? "" : ", ") + std::string(to_string(phase.kind));
+  if (!phases.empty()) out << "  task            goes through its phases: " << phases << '\n';
+  const bool idle = !task.translate && !task.rotate && !task.spring && !task.push && !task.arm && phases.empty();
   if (idle) out << "  task            holds the object\n";
 }
 

@@ -380,6 +380,9 @@ Returns report.)")
       .def_property_readonly("penetration_m",
                              of([](Simulation& s, py::handle) { return s.record.contact.penetration_m; }),
                              "The deepest control point in the object.")
+      .def_property_readonly("phase", of([](Simulation& s, py::handle) { return s.record.phase; }),
+                             "Which phase of the task runs, from 0 on; as many as there are: all are done; -1: it "
+                             "has none.")
       .def_property_readonly("environment_wrench",
                              of([](Simulation& s, py::handle) { return copy(s.record.contact.environment.wrench); }),
                              "(6,) Of the environment on the object: force [N], and moment about its origin [N m], "

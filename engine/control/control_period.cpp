@@ -188,8 +188,8 @@ const std::optional<Vector3d>& centre_of(const ControlPeriod& period, const Phas
   return phase != nullptr && phase->centre_m ? phase->centre_m : settings_of(period.model).centre_m;
 }
 
-/// The gains of another phase. What the integrals held goes on, for the object is as heavy as before; with the weight it
-/// is left to what bears the object.
+/// The gains of another phase. What the integrals held goes on, for the object is as heavy as before; with the weight
+/// it is left to what bears the object.
 void change_gains(ControlPeriod& period, const Phase* phase) {
   Controller& controller = period.controller;
   const TaskReport& task = period.report.task;

@@ -18,6 +18,7 @@ constexpr double kPressed = 0.1;    // A force is there if it errs by less than 
 constexpr double kLoaded = 0.005;   // the weight more closely: what is left of it, the object would sink for.
 constexpr double kUnaided = 0.05;   // Of the weight, by which it may seem to differ where nothing else bears it.
 constexpr double kSupported = 0.1;  // So much of it is borne by something else: the object has met it.
+constexpr double kLeft = 0.2;       // What the fingers may still bear of it when they let go.
 constexpr double kLeastWay_m = 1e-9;
 
 bool is_holding(Kind kind) { return kind != Kind::kApproach && kind != Kind::kClose && kind != Kind::kRelease; }
@@ -214,7 +215,7 @@ bool TaskRun::place(const Model& model, const Snapshot& seen, double load) {
   report_.weight_share = 1.0 - share_of(step_since_s_, now_s_, kRamp_s);
   report_.squeeze_N = squeeze_N(model.scene, press_N_, report_.weight_share);
   if (late) fail(PhaseFault::kNotUnloaded, load, 0.0);
-  return report_.weight_share <= 0.0 && std::abs(load) <= kUnaided * full_N;
+  return report_.weight_share <= 0.0 && std::abs(load) <= kLeft * full_N;
 }
 
 bool TaskRun::release(const Phase& phase, const Snapshot& seen) {

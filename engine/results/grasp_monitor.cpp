@@ -381,7 +381,7 @@ std::string GraspMonitor::way_off_in_words() const {
 std::string GraspMonitor::task_in_words() const {
   if (task_failed_) return task_failed_->what;
   const auto& phases = model_.scene.task.phases;
-  if (phase_ < 0 || phase_ >= std::ssize(phases)) return "";
+  if (phase_ < 0 || phase_ >= std::ssize(phases) || last_s_ < model_.scene.duration_s - 1e-9) return "";
   return fmt::format("its time was over at {:.3f} s in phase {}, {}", last_s_, phase_ + 1,
                      to_string(phases[static_cast<std::size_t>(phase_)].kind));
 }
@@ -434,7 +434,8 @@ Verdict GraspMonitor::verdict() const {
   }
   if (unsolved_ && !cause) add(Outcome::kSolverFailed, unsolved_->what);
   add(Outcome::kUnknown, missed_);
-  if (found.empty() && phase_ >= 0) verdict.outcome = Outcome::kTaskDone;
+  const bool done = phase_ >= 0 && phase_ == std::ssize(model_.scene.task.phases);
+  if (found.empty() && done) verdict.outcome = Outcome::kTaskDone;
   if (found.empty()) return verdict;
   verdict.outcome = found.front().first;
   for (const auto& [outcome, what] : found) verdict.reason += (verdict.reason.empty() ? "" : "; ") + what;

@@ -365,7 +365,7 @@ ordered_json verdict_json(const Verdict& verdict) {
   }
   return {{"outcome", to_string(verdict.outcome)},
           {"reason", verdict.reason},
-          {"held", verdict.outcome == Outcome::kHeld},
+          {"held", verdict.outcome == Outcome::kHeld || verdict.outcome == Outcome::kTaskDone},
           {"lost_at_s", verdict.lost_s ? ordered_json(*verdict.lost_s) : ordered_json(nullptr)},
           {"beyond", beyond}};
 }

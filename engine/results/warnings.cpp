@@ -60,6 +60,10 @@ std::string delay_warning(const Model& model) {
 /// Fingers that a controller holds with and that nothing is near to; empty: there is none.
 std::string reach_warning(const Model& model) {
   if (!model.scene.control) return {};
+  const auto& phases = model.scene.task.phases;
+  const bool comes =
+      !phases.empty() && (phases.front().kind == Phase::Kind::kApproach || phases.front().kind == Phase::Kind::kClose);
+  if (comes) return {};
   const State start(model);
   HandPose pose;
   forward_kinematics(model.scene.hand, start.q, pose);

@@ -119,6 +119,14 @@ std::vector<std::pair<std::string, Changes>> scenes_with_all_keys() {
         "object.centre_of_mass=[1 mm, 0 mm, 0 mm]",
         "object.compliance={reduced_modulus: 1 MPa, poisson: 0.5, relaxation: 5 ms}",
         "task.push={force: [1 N, 0 N, 0 N], at: [0 mm, 0 mm, 0 mm], moment: [0 N*m, 0 N*m, 1 N*m]" + interval}},
+      {"peg_assembly",
+       {"task.phases=[{insert: {by: [0 mm, 0 mm, -1 mm], over: 1 s, most_force: 5 N, within: 2 s,"
+        " position: {p: 300 N/m, i: 1 N/(m*s), d: 0 N*s/m}, rotation: {p: 1 N*m/rad, i: 0 N*m/(rad*s), d: 0 N*m*s},"
+        " centre: [0 mm, 0 mm, 0 mm]}}, {close: {press: 1 N, speed: 1 mm/s, within: 1 s}},"
+        " {approach: {by: [0 mm, 0 mm, 1 mm], over: 1 s, within: 1 s}}, {load: {over: 1 s, within: 1 s}},"
+        " {lift: {by: [0 mm, 0 mm, 1 mm], over: 1 s, within: 1 s}}, {move: {by: [0 mm, 0 mm, 1 mm], over: 1 s,"
+        " within: 1 s}}, {place: {by: [0 mm, 0 mm, 1 mm], over: 1 s, within: 1 s}},"
+        " {release: {open: 1 mm, speed: 1 mm/s, within: 1 s}}]"}},
       {"resting_box",
        {"environment={friction: 0.3, compliance: 1 um/N, bodies: ["
         "{name: table, shape: {plane: true}, position: [0 mm, 0 mm, 0 mm]},"

@@ -161,7 +161,13 @@ picture.onDrawn = () => {
   askNext();
 };
 
-const kGrave = new Set(['lost', 'solver failed']);
+const kQuiet = new Set(['held', 'task done']);
+const kGrave = new Set(['lost', 'task failed', 'solver failed']);
+
+/** Which phase of a task runs: 'phase 3 of 5: lift'. */
+function phaseWords(phases, phase) {
+  return phase < phases.length ? `phase ${phase + 1} of ${phases.length}: ${phases[phase]}` : 'the task is done';
+}
 
 /** The loudest of what there is to say. */
 function showBanner() {
@@ -171,10 +177,11 @@ function showBanner() {
       kGrave.has(status?.outcome) ? [`${status.outcome}: ${status.reason}`, ''] :
       v?.grasp_failed[0] ? ['No grasp forces exist: the fingers cannot hold this object so', ''] :
       v?.muscles_failed[0] ? ['The muscles cannot make these torques', 'warn'] :
-      status?.outcome && status.outcome !== 'held' ? [`${status.outcome}: ${status.reason}`, 'warn'] :
+      status?.outcome && !kQuiet.has(status.outcome) ? [`${status.outcome}: ${status.reason}`, 'warn'] :
       v?.held[0] ? ['The frame is too old: its drive is held', 'warn'] :
       status?.note ? [status.note, 'note'] :
-      status?.warnings?.length ? [status.warnings.join('; '), 'warn'] : ['', ''];
+      status?.warnings?.length ? [status.warnings.join('; '), 'warn'] :
+      scene?.phases && v ? [phaseWords(scene.phases, v.phase[0]), 'note'] : ['', ''];
   const banner = byId('banner');
   if (banner.textContent !== text) banner.textContent = text;
   banner.className = kind;
