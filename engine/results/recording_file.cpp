@@ -123,7 +123,7 @@ void RecordingFile::add(const Picture& picture, const TickRecord& tick, const Ei
   add_fields(tick.time_s);
   // Where the simulation was set back, it is shown at once.
   const bool due = !shown_s_ || tick.time_s < *shown_s_ || tick.time_s - *shown_s_ > 1.0 / kShownRate_Hz - 1e-9;
-  if (due) show(picture, tick.time_s);
+  if (due) show(picture, tick);
   last_s_ = tick.time_s;
 }
 
@@ -150,9 +150,10 @@ void RecordingFile::add_fields(double time_s) {
   put(RecordingTopic::kSignals, time_s, signals(columns, read_state_message(message)).dump());
 }
 
-void RecordingFile::show(const Picture& picture, double time_s) {
+void RecordingFile::show(const Picture& picture, const TickRecord& tick) {
+  const double time_s = tick.time_s;
   shown_s_ = time_s;
-  put(RecordingTopic::kFrames, time_s, frame_transforms(model_, picture, time_s).dump());
+  put(RecordingTopic::kFrames, time_s, frame_transforms(model_, picture, tick.X_WT, time_s).dump());
   put(RecordingTopic::kForces, time_s, force_entities(model_, picture, time_s).dump());
   put(RecordingTopic::kPressures, time_s, pressure_entities(model_, picture, time_s).dump());
 }

@@ -78,7 +78,7 @@ class RecordingFile {
   void add_contacts(const TickContacts& tick);
   void end_block();
   void add_fields(double time_s);
-  void show(const Picture& picture, double time_s);
+  void show(const Picture& picture, const TickRecord& tick);
   void log(double time_s, bool fine, const std::string& text);
   void put(RecordingTopic topic, double time_s, const std::string& bytes) {
     file_.add(static_cast<std::size_t>(topic), time_s, bytes);

@@ -7,7 +7,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "engine/formats/foxglove.h"
+#include "engine/formats/foxglove_solid.h"
+#include "engine/loops/shown_environment.h"
 
 namespace thenar {
 
@@ -21,13 +22,15 @@ namespace {
 using foxglove::Color;
 
 const Color kBone(0.87, 0.80, 0.70, 1.0), kPulp(0.93, 0.72, 0.62, 0.45), kSurface(0.55, 0.65, 0.78, 0.3),
-    kContactForce(0.85, 0.25, 0.15, 1.0), kFingerForce(0.10, 0.35, 0.75, 1.0);
+    kContactForce(0.85, 0.25, 0.15, 1.0), kFingerForce(0.10, 0.35, 0.75, 1.0), kBody(0.45, 0.45, 0.42, 0.5),
+    kBodyForce(0.45, 0.30, 0.60, 1.0);
 // Of an object's samples: more would be many MB of JSON.
 constexpr Index kMostSquares = 4000;
 // Below this an arrow is shorter than it is thick.
 constexpr double kLeastShown_N = 1e-3;
 
 std::string frame_of(const Segment& segment) { return "hand/" + segment.name; }
+std::string frame_of(const EnvironmentBody& body) { return "around/" + body.name; }
 
 Isometry3d at(const Vector3d& point_m, const Eigen::Matrix3d& axes = Eigen::Matrix3d::Identity()) {
   Isometry3d X = Isometry3d::Identity();
@@ -71,6 +74,30 @@ void add_metacarpals(const Hand& hand, const Segment& palm, ordered_json& entity
   }
 }
 
+ordered_json closed_surface(const TriangleMesh& surface) {
+  const Eigen::Matrix3Xi corners = surface.triangles.cast<int>();
+  return foxglove::triangles(surface.vertices_m, {corners.data(), corners.data() + corners.size()}, kSurface);
+}
+
+/// One for each of some thousand samples of the object.
+ordered_json squares(const Model& model) {
+  const PointCloud& cloud = model.object.cloud();
+  const Index stride = 1 + (cloud.points_m.cols() - 1) / kMostSquares;
+  // The support of the object's surface is 2.2 spacings. From the middle of a square to a corner it is 1.2 of them, so
+  // that neighbours overlap.
+  const double corner_m = 1.2 * model.object.support_m() / 2.2 * std::sqrt(static_cast<double>(stride));
+  const Index squares = (cloud.points_m.cols() + stride - 1) / stride;
+  Eigen::Matrix3Xd corners_m(3, 4 * squares);
+  std::vector<int> indices;
+  for (Index i = 0; i < squares; ++i) {
+    const Eigen::Matrix3d axes = axes_along(cloud.normals.col(stride * i));
+    const Vector3d x = corner_m * axes.col(0), y = corner_m * axes.col(1), middle = cloud.points_m.col(stride * i);
+    corners_m.middleCols<4>(4 * i) << middle + x, middle + y, middle - x, middle - y;
+    for (const int corner : {0, 1, 2, 0, 2, 3}) indices.push_back(static_cast<int>(4 * i) + corner);
+  }
+  return foxglove::triangles(corners_m, indices, kSurface);
+}
+
 }  // namespace
 
 ordered_json hand_entities(const Model& model, double time_s) {
@@ -95,42 +122,34 @@ ordered_json hand_entities(const Model& model, double time_s) {
 }
 
 ordered_json object_entities(const Model& model, double time_s, const TriangleMesh& surface) {
-  if (surface.triangles.cols() > 0) {
-    ordered_json closed = foxglove::entity("object", "object", time_s, true);
-    const Eigen::Matrix3Xi corners = surface.triangles.cast<int>();
-    closed["triangles"].push_back(
-        foxglove::triangles(surface.vertices_m, {corners.data(), corners.data() + corners.size()}, kSurface));
-    return foxglove::scene_update({std::move(closed)}, time_s, true);
+  std::vector<ordered_json> entities = {foxglove::entity("object", "object", time_s, true)};
+  entities.front()["triangles"].push_back(surface.triangles.cols() > 0 ? closed_surface(surface) : squares(model));
+  if (model.scene.environment) {
+    for (const EnvironmentBody& body : model.scene.environment->bodies) {
+      entities.push_back(foxglove::entity(frame_of(body), frame_of(body), time_s, true));
+      entities.back()["triangles"].push_back(foxglove::solid(body.shape, kBody));
+    }
   }
-  const PointCloud& cloud = model.object.cloud();
-  const Index stride = 1 + (cloud.points_m.cols() - 1) / kMostSquares;
-  // The support of the object's surface is 2.2 spacings. From the middle of a square to a corner it is 1.2 of them, so
-  // that neighbours overlap.
-  const double corner_m = 1.2 * model.object.support_m() / 2.2 * std::sqrt(static_cast<double>(stride));
-  const Index squares = (cloud.points_m.cols() + stride - 1) / stride;
-  Eigen::Matrix3Xd corners_m(3, 4 * squares);
-  std::vector<int> indices;
-  for (Index i = 0; i < squares; ++i) {
-    const Eigen::Matrix3d axes = axes_along(cloud.normals.col(stride * i));
-    const Vector3d x = corner_m * axes.col(0), y = corner_m * axes.col(1), middle = cloud.points_m.col(stride * i);
-    corners_m.middleCols<4>(4 * i) << middle + x, middle + y, middle - x, middle - y;
-    for (const int corner : {0, 1, 2, 0, 2, 3}) indices.push_back(static_cast<int>(4 * i) + corner);
-  }
-  ordered_json entity = foxglove::entity("object", "object", time_s, true);
-  entity["triangles"].push_back(foxglove::triangles(corners_m, indices, kSurface));
-  return foxglove::scene_update({std::move(entity)}, time_s, true);
+  return foxglove::scene_update(std::move(entities), time_s, true);
 }
 
-ordered_json frame_transforms(const Model& model, const Picture& picture, double time_s) {
+ordered_json frame_transforms(const Model& model, const Picture& picture, const Isometry3d& X_WT, double time_s) {
   const Snapshot& now = picture.snapshot;
   const Hand& hand = model.scene.hand;
   HandPose pose;
   forward_kinematics(hand, now.q, pose);
   ordered_json transforms = ordered_json::array();
   transforms.push_back(foxglove::transform("world", "object", now.X_WO, time_s));
-  transforms.push_back(foxglove::transform("world", "target", now.X_WT.value_or(model.target(time_s)), time_s));
+  transforms.push_back(foxglove::transform("world", "target", X_WT, time_s));
   for (std::size_t i = 0; i < hand.segments.size(); ++i) {
     transforms.push_back(foxglove::transform("world", frame_of(hand.segments[i]), pose.segments[i], time_s));
+  }
+  if (model.scene.environment) {
+    const ShownEnvironment around = shown_environment(model, picture);
+    for (std::size_t k = 0; k < around.X_WE.size(); ++k) {
+      const std::string frame = frame_of(model.scene.environment->bodies[k]);
+      transforms.push_back(foxglove::transform("world", frame, around.X_WE[k], time_s));
+    }
   }
   return {{"transforms", transforms}};
 }
@@ -151,7 +170,19 @@ ordered_json force_entities(const Model& model, const Picture& picture, double t
     const Vector3d tip = load.centre_m + kFingerArrow_m_per_N * load.force_N;
     fingers["arrows"].push_back(foxglove::arrow(load.centre_m, tip, 1.2e-3, kFingerForce));
   }
-  return foxglove::scene_update({std::move(contacts), std::move(fingers)}, time_s, false);
+  std::vector<ordered_json> all = {std::move(contacts), std::move(fingers)};
+  if (model.scene.environment) {
+    ordered_json bodies =
+        named(foxglove::entity("bodies", "world", time_s, true), "m per N", fmt::format("{}", kFingerArrow_m_per_N));
+    const ShownEnvironment around = shown_environment(model, picture);
+    for (Index k = 0; k < around.force_N.cols(); ++k) {
+      if (around.force_N.col(k).norm() < kLeastShown_N) continue;
+      const Vector3d from = around.mean_m.col(k), tip = from + kFingerArrow_m_per_N * around.force_N.col(k);
+      bodies["arrows"].push_back(foxglove::arrow(from, tip, 1.2e-3, kBodyForce));
+    }
+    all.push_back(std::move(bodies));
+  }
+  return foxglove::scene_update(std::move(all), time_s, false);
 }
 
 ordered_json pressure_entities(const Model& model, const Picture& picture, double time_s) {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/results/recording_scene.h"
 #include "engine/results/scene_run.h"
 #include "engine/results/signals.h"
 #include "engine/results/summary.h"
@@ -110,6 +111,40 @@ TEST(Environment, AddsItsColumnsLast) {
   EXPECT_EQ(report.active, 4);
   const ordered_json summary = summarize(without, Recording());
   EXPECT_FALSE(summary.contains("environment"));
+}
+
+// Viewers that do not know Thenar see the bodies: each in a frame of its own, where it is, and its force.
+TEST(Environment, OthersSeeItsBodies) {
+  const AroundIt run({"time.duration=5 ms",
+                      "environment.bodies=[{name: slope, shape: {plane: true}, position: [300 mm, 0 mm, 0 mm],"
+                      " rotation: [[0.984807753012208, 0, 0.173648177666930], [0, 1, 0],"
+                      " [-0.173648177666930, 0, 0.984807753012208]]},"
+                      "{shape: {box: [1 mm, 2 mm, 3 mm]}, position: [0 mm, 0 mm, 200 mm]},"
+                      "{shape: {sphere: 3 mm}, position: [0 mm, 0 mm, 300 mm]},"
+                      "{shape: {cylinder: {radius: 3 mm, length: 4 mm}}, position: [0 mm, 0 mm, 400 mm]}]"});
+  const ordered_json entities = object_entities(run.model, 0.0).at("entities");
+  ASSERT_EQ(entities.size(), 5U);
+  const auto farthest_m = [](const ordered_json& entity) {
+    double most_m = 0.0;
+    for (const ordered_json& p : entity.at("triangles").at(0).at("points"))
+      most_m = std::max(most_m, std::hypot(p.at("x").get<double>(), p.at("y").get<double>(), p.at("z").get<double>()));
+    return most_m;
+  };
+  EXPECT_EQ(entities.at(1).at("frame_id"), "around/slope");
+  EXPECT_NEAR(farthest_m(entities.at(2)), 0.5e-3 * std::sqrt(14.0), 1e-12);
+  EXPECT_NEAR(farthest_m(entities.at(3)), 3e-3, 1e-12);
+  EXPECT_NEAR(farthest_m(entities.at(4)), 1e-3 * std::hypot(3.0, 2.0), 1e-12);
+  GraspRun loops(run.model);
+  loops.tick();
+  Picture picture(run.model);
+  take_picture(loops.state, loops.work, picture);
+  const ordered_json frames =
+      frame_transforms(run.model, picture, Eigen::Isometry3d::Identity(), 1e-3).at("transforms");
+  EXPECT_EQ(frames.back().at("child_frame_id"), "around/4");
+  EXPECT_NEAR(frames.back().at("translation").at("z").get<double>(), 0.4, 1e-12);
+  const ordered_json bodies = force_entities(run.model, picture, 1e-3).at("entities").back();
+  EXPECT_EQ(bodies.at("id"), "bodies");
+  EXPECT_EQ(bodies.at("arrows").size(), 1U) << "the others bear nothing";
 }
 
 /// Fingers open after 0.2 s of 0.5 s, and the environment carries the object from then on, until `until_s`.
