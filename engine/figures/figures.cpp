@@ -135,6 +135,43 @@ std::string muscles_script(const Model& model, const Recording& recording, const
   return script + "unset multiplot\n";
 }
 
+/// Grip and load over the phases of a task, what is around the object bears of it, and how far it went from the table.
+std::string task_script(const Model& model, const Recording& recording, const fs::path& folder) {
+  std::string grip, phases;
+  for (const Fingertip& tip : model.scene.hand.fingertips)
+    grip += fmt::format("{}column('{}_normal_N')", grip.empty() ? "" : " + ", tip.finger);
+  int arrow = 1;
+  double left_s = 0.0;
+  for (std::size_t i = 0; i < recording.ticks.size(); ++i) {
+    const TickRecord& tick = recording.ticks[i];
+    const bool ends = i + 1 == recording.ticks.size() || recording.ticks[i + 1].phase != tick.phase;
+    if (!ends) continue;
+    phases += fmt::format("set arrow {} from {}, graph 0 to {}, graph 1 nohead lc rgb '#999999' dashtype 2\n", arrow,
+                          tick.time_s, tick.time_s);
+    if (tick.phase < std::ssize(model.scene.task.phases)) {
+      const Phase& phase = model.scene.task.phases[static_cast<std::size_t>(tick.phase)];
+      phases += fmt::format("set label {} '{}' at {}, graph 0.96 center front font ',12' tc rgb '#555555'\n", arrow,
+                            to_string(phase.kind), 0.5 * (left_s + tick.time_s));
+    }
+    left_s = tick.time_s;
+    ++arrow;
+  }
+  const Eigen::Vector3d up = -model.scene.gravity.normalized();
+  const std::string borne = fmt::format(
+      "data using 'time_s':({}*column('environment_force_x_N') + {}*column('environment_force_y_N') + "
+      "{}*column('environment_force_z_N')) with lines ls 4 title 'load on the environment'",
+      up.x(), up.y(), up.z());
+  return header(recording, folder, 760) +
+         "set multiplot layout 2,1 margins 0.11,0.97,0.09,0.9 spacing 0.11\nset key at screen 0.97,0.97 right top horizontal maxrows 1\n" + phases +
+         panel(0, 2, "force [N]", "[*:*]",
+               fmt::format("data using 'time_s':({}) with lines ls 1 title 'grip', ", grip) +
+                   curve("borne_N", "load on the fingers", 2) + ", " + borne) +
+         "unset label\nset key at screen 0.97,0.515 right top horizontal maxrows 1\n" +
+         panel(1, 2, "arm, object axes at the start [mm]", "[*:*]",
+               curve("arm_x_mm", "x", 4) + ", " + curve("arm_y_mm", "y", 2) + ", " + curve("arm_z_mm", "z", 1)) +
+         "unset multiplot\n";
+}
+
 }  // namespace
 
 bool draw_figures(const Model& model, const Recording& recording, const State& state, const fs::path& folder) {
@@ -143,6 +180,7 @@ bool draw_figures(const Model& model, const Recording& recording, const State& s
          draw_figure(grip_script(model, recording, folder), folder / "grip.svg") &&
          (recording.muscle_forces_N.size() == 0 ||
           draw_figure(muscles_script(model, recording, folder), folder / "muscles.svg")) &&
+         (model.scene.task.phases.empty() || draw_figure(task_script(model, recording, folder), folder / "task.svg")) &&
          draw_figure(grasp_picture_script(model, state), folder / "grasp.png");
 }
 

@@ -72,6 +72,7 @@ TickRecord tick_record(const Model& model, const Snapshot& after, const TickRepo
   record.q_rad = after.q;
   record.phase = control.task.phase;
   record.holds = control.task.holds;
+  record.arm_m = model.scene.object.X_WO.linear().transpose() * arm_m(after.arm, record.time_s);
   const Vector3d& gravity = model.scene.gravity;
   if (!gravity.isZero(0.0)) {
     for (const FingerLoad& load : after.load) record.borne_N -= load.force_N.dot(gravity.normalized());

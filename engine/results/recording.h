@@ -45,11 +45,12 @@ struct TickRecord {
         start_spin_rad(hand.fingers()),
         contact(hand) {}
 
-  double time_s = 0.0;      ///< At the tick's end.
-  bool controlled = false;  ///< A control tick ran before it.
-  int phase = -1;           ///< Of the task, as the last control tick had it; -1: it has none.
-  bool holds = true;        ///< Whether the fingers are to carry the object.
-  double borne_N = 0.0;     ///< What the fingers bear against gravity; 0 without.
+  double time_s = 0.0;                              ///< At the tick's end.
+  bool controlled = false;                          ///< A control tick ran before it.
+  int phase = -1;                                   ///< Of the task, as the last control tick had it; -1: it has none.
+  bool holds = true;                                ///< Whether the fingers are to carry the object.
+  Eigen::Vector3d arm_m = Eigen::Vector3d::Zero();  ///< Where the arm is, object axes at the start.
+  double borne_N = 0.0;                             ///< What the fingers bear against gravity; 0 without.
   Eigen::Isometry3d X_WT = Eigen::Isometry3d::Identity();  ///< The target, world.
   Eigen::Vector3d position_m, target_m;                    ///< Displacement from the start, object axes at the start.
   double rotation_error_rad = 0.0;                         ///< Angle between the object and its target.

@@ -57,6 +57,7 @@ constexpr std::array kWords{
     Words{"pull_anchor_m", Of::kAxis, "pull_anchor", "mm", 1e3},
     Words{"pull_handle_m", Of::kAxis, "pull_handle", "mm", 1e3},
     Words{"pull_force_N", Of::kAxis, "pull_force", "N", 1.0},
+    Words{"arm_m", Of::kAxis, "arm", "mm", 1e3},
     Words{"environment_force_N", Of::kAxis, "environment_force", "N", 1.0},
     Words{"environment_moment_Nm", Of::kAxis, "environment_moment", "N_mm", 1e3},
     Words{"q_rad", Of::kJoint, "", "rad", 1.0},

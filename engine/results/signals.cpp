@@ -46,7 +46,9 @@ void name_environment(std::vector<std::string>& names) {
 std::vector<std::string> names_of(const Model& model, const Recording& recording) {
   std::vector<std::string> names = hand_names(model, recording);
   if (model.scene.environment) name_environment(names);
-  if (!model.scene.task.phases.empty()) names.emplace_back("phase");
+  if (!model.scene.task.phases.empty()) {
+    for (const char* what : {"phase", "borne_N", "arm_x_mm", "arm_y_mm", "arm_z_mm"}) names.emplace_back(what);
+  }
   return names;
 }
 
@@ -96,7 +98,10 @@ void for_each_number(const Model& model, const Recording& recording, std::size_t
   }
   if (model.feels()) for_each_touch(model, tick, sink);
   if (model.scene.environment) for_each_of_environment(tick.contact.environment, sink);
-  if (!model.scene.task.phases.empty()) sink(static_cast<double>(tick.phase));
+  if (model.scene.task.phases.empty()) return;
+  sink(static_cast<double>(tick.phase));
+  sink(tick.borne_N);
+  for (const double x : tick.arm_m) sink(1e3 * x);
 }
 
 }  // namespace

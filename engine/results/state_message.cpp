@@ -144,7 +144,11 @@ void for_each_field(const Model& model, const Picture& picture, const TickRecord
     vector("touches_N", "N", around.touch_N);
     vector("touches_margin", "", around.margin);
   }
-  if (!model.scene.task.phases.empty()) one("phase", "", tick.phase);
+  if (!model.scene.task.phases.empty()) {
+    one("phase", "", tick.phase);
+    one("borne_N", "N", tick.borne_N);
+    vector("arm_m", "m", tick.arm_m);
+  }
   one("friction", "", model.friction(tick.time_s));
   vector("position_m", "m", tick.position_m);
   vector("path_target_m", "m", tick.target_m);
