@@ -162,7 +162,9 @@ std::string task_script(const Model& model, const Recording& recording, const fs
       "{}*column('environment_force_z_N')) with lines ls 4 title 'load on the environment'",
       up.x(), up.y(), up.z());
   return header(recording, folder, 760) +
-         "set multiplot layout 2,1 margins 0.11,0.97,0.09,0.9 spacing 0.11\nset key at screen 0.97,0.97 right top horizontal maxrows 1\n" + phases +
+         "set multiplot layout 2,1 margins 0.11,0.97,0.09,0.9 spacing 0.11\nset key at screen 0.97,0.97 right top "
+         "horizontal maxrows 1\n" +
+         phases +
          panel(0, 2, "force [N]", "[*:*]",
                fmt::format("data using 'time_s':({}) with lines ls 1 title 'grip', ", grip) +
                    curve("borne_N", "load on the fingers", 2) + ", " + borne) +
