@@ -433,7 +433,10 @@ Returns report.)")
       .def("__repr__", [](const Simulation& self) {
         if (self.busy.load()) return fmt::format("<thenar.Simulation of '{}', being stepped>", self.model->scene.name);
         return fmt::format("<thenar.Simulation of '{}' at {:.6g} s{}>", self.model->scene.name, self.run.time_s(),
-                           self.closed ? ", closed" : (self.monitor.lost() ? ", lost" : ""));
+                           self.closed ? ", closed"
+                                       : (self.monitor.lost()        ? ", lost"
+                                          : self.monitor.has_ended() ? ", failed"
+                                                                     : ""));
       });
   bind_views(type);
   bind_touch(type);

@@ -34,7 +34,7 @@ class Simulation {
   /// So many, or until `stop` says so or the object is lost.
   template <typename Stop>
   void ticks(std::int64_t count, bool to_loss, Stop&& stop) {
-    for (std::int64_t i = 0; i < count && !(to_loss && monitor.lost()) && !stop(i); ++i) tick();
+    for (std::int64_t i = 0; i < count && !(to_loss && monitor.has_ended()) && !stop(i); ++i) tick();
   }
 
   [[nodiscard]] const Picture& picture();

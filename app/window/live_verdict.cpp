@@ -36,11 +36,11 @@ void LiveVerdict::add(TickRecord& tick, const ControlSample& control) {
   }
   warnings_->add(tick);
   monitor_->add(tick);
-  const bool watched = tick.time_s - watch_from_s_ > (judged_.outcome == Outcome::kHeld ? kWatch_s : kWatchFailed_s);
+  const bool watched = tick.time_s - watch_from_s_ > (is_fine(judged_.outcome) ? kWatch_s : kWatchFailed_s);
   if (!watched && !monitor_->lost() && tick.time_s - judged_s_ < kJudge_s) return;
   judged_s_ = tick.time_s;
   Verdict verdict = monitor_->verdict();
-  const bool failed = verdict.outcome != Outcome::kHeld;
+  const bool failed = !is_fine(verdict.outcome);
   // Of one trouble the gravest word stays.
   const bool graver = verdict.outcome >= judged_.outcome || tick.time_s - found_s_ > kWatchFailed_s;
   if (failed ? graver : watched) {

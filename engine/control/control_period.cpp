@@ -391,7 +391,7 @@ const Eigen::VectorXd& published_muscle_forces(ControlPeriod& period) {
   Controller& controller = period.controller;
   const JointVector& tau = period.torques();
   Stopwatch stage;
-  const bool chooses = controller.stiffness && (!controller.task || period.report.task.holds);
+  const bool chooses = controller.looks && period.report.task.holds;
   if (!chooses || !choose_stiff_forces(period, tau)) find_least_forces(period, tau);
   period.report.muscle_s = stage.lap();
   return controller.f_muscle;

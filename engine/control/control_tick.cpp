@@ -47,7 +47,7 @@ const Snapshot& seen_by_laws(const Model& model, const Snapshot& snapshot, Contr
 }
 
 void go_on_with_task(const Model& model, const Snapshot& seen, Controller& controller, ControlReport& report) {
-  controller.task->update(model, seen, controller.f_desired);
+  controller.task->update(model, controller.pose, seen, controller.f_desired);
   report.task = controller.task->report();
   // Fingers that come and go feel loads that nobody has to answer.
   const double from_N = model.scene.control->internal_force_N;
@@ -89,7 +89,8 @@ ControlReport control_tick(const Model& model, const Snapshot& snapshot, Control
     forward_kinematics(scene.hand, snapshot.q, controller.pose);
     find_bellies(scene.hand, controller.pose, controller.bellies);
   }
-  if (controller.stiffness) {
+  controller.looks = controller.stiffness && (!controller.task || controller.task->report().holds);
+  if (controller.looks) {
     fill_geometry();
     controller.stiffness->look(model, frame, controller.pose, snapshot);
     report.stiffness.squeeze_N = controller.stiffness->squeeze_N();
@@ -112,9 +113,8 @@ ControlReport control_tick(const Model& model, const Snapshot& snapshot, Control
   frame.torque_Nm = tau - gravity_torques(scene.hand, controller.pose, gravity);
   if (scene.muscles_act()) hand_over_muscles(model, snapshot, gravity, controller, frame);
   frame.wrench = model.external_wrench(now_s, snapshot.X_WO);
-  frame.phase = report.task.phase;
   if (controller.task) frame.arm = controller.task->arm();
-  if (!controller.stiffness) fill_geometry();
+  if (!controller.looks) fill_geometry();
   report.total_s = total.lap();
   return report;
 }

@@ -30,7 +30,7 @@ GraspProblem grasp_problem(const Scene& scene, const ControlReport& report) {
           .wrench = report.wrench_desired,
           .friction = scene.control->grasp_friction,
           .cone = scene.control->cone,
-          .internal_force_N = squeeze_N + report.stiffness.squeeze_N,
+          .internal_force_N = squeeze_N + (report.task.holds ? report.stiffness.squeeze_N : 0.0),
           .grips = report.reflex.grips};
 }
 

@@ -91,6 +91,7 @@ class Controller {
   std::optional<Reflex> reflex;               ///< Nothing without touch.
   std::optional<TaskRun> task;                ///< Nothing without phases.
   JointVector q_free;                         ///< Likewise: where the joints of fingers are to be that touch nothing.
+  bool looks = false;                         ///< At the grasp, for a stiffness: not at one that does not hold yet.
   std::optional<StiffnessControl> stiffness;  ///< Nothing where no stiffness is chosen.
   ContactSearch search;
   OwnControl own;

@@ -14,10 +14,12 @@ namespace {
 constexpr double kRamp_s = 0.2;
 // A finger that waits for the others touches the object by this share of what it will press: less than would shift it.
 constexpr double kTouchShare = 0.1;
-constexpr double kPressed = 0.1;    // A force is there if it errs by less than this share,
-constexpr double kLoaded = 0.005;   // the weight more closely: what is left of it, the object would sink for.
-constexpr double kUnaided = 0.05;   // Of the weight, by which it may seem to differ where nothing else bears it.
-constexpr double kSupported = 0.1;  // So much of it is borne by something else: the object has met it.
+constexpr double kPressed = 0.1;    // A force is there if it errs by less than this share.
+constexpr double kLoaded = 0.005;   // The weight is there if so little of it is missing: the object would sink for it.
+constexpr double kSettle_s = 0.5;   // After so long it is there with what muscles leave.
+constexpr double kUnaided = 0.05;   // That share of the weight; also where nothing else is to bear the object.
+constexpr double kSupported = 0.5;  // Walls that rub bear a smaller share of it, a table all.
+constexpr double kMet_s = 20e-3;    // It must do so for so long: a load that sways does not.
 constexpr double kLeft = 0.2;       // What the fingers may still bear of it when they let go.
 constexpr double kLeastWay_m = 1e-9;
 
@@ -67,17 +69,18 @@ const Phase* TaskRun::phase(const Scene& scene) const {
   return runs ? &phases[static_cast<std::size_t>(report_.phase)] : nullptr;
 }
 
-void TaskRun::update(const Model& model, const Snapshot& seen, const Eigen::VectorXd& asked_N) {
+void TaskRun::update(const Model& model, const HandPose& pose, const Snapshot& seen, const Eigen::VectorXd& asked_N) {
   if (frozen_) return;
   now_s_ = static_cast<double>(seen.tick) * model.scene.step_s;
   if (report_.phase < 0) {
-    arm_.number = seen.arm.order;  // A run that goes on with another model has had some.
-    begin(model, seen, std::max(0, seen.phase));
+    arm_.number = seen.arm.order;
+    begin(model, seen, 0);
   }
   if (report_.fault != PhaseFault::kNone || phase(model.scene) == nullptr) return;
-  const bool done = step(model, seen, asked_N);
+  const bool done = step(model, pose, seen, asked_N);
   if (report_.fault != PhaseFault::kNone) {
-    report_.way_m = (arm_m(seen.arm, now_s_) - seen.arm.from_m).norm();
+    report_.way_m = (arm_m(seen.arm, now_s_) - arm_from_m_).norm();
+    report_.failed_s = now_s_;
     stop_arm();
   } else if (done) {
     begin(model, seen, report_.phase + 1);
@@ -86,7 +89,8 @@ void TaskRun::update(const Model& model, const Snapshot& seen, const Eigen::Vect
 
 void TaskRun::begin(const Model& model, const Snapshot& seen, int number) {
   report_.phase = number;
-  report_.since_s = now_s_;
+  report_.since_s = met_since_s_ = now_s_;
+  arm_from_m_ = arm_m(seen.arm, now_s_);
   second_ = false;
   const Phase* const phase = this->phase(model.scene);
   if (phase == nullptr) {
@@ -113,7 +117,6 @@ void TaskRun::begin(const Model& model, const Snapshot& seen, int number) {
       break;
     case Kind::kLoad:
       report_.weight_share = 0.0;
-      report_.squeeze_N = press_N_;
       break;
     case Kind::kLift:
     case Kind::kMove:
@@ -128,12 +131,15 @@ void TaskRun::begin(const Model& model, const Snapshot& seen, int number) {
   }
 }
 
-bool TaskRun::step(const Model& model, const Snapshot& seen, const Eigen::VectorXd& asked_N) {
+bool TaskRun::step(const Model& model, const HandPose& pose, const Snapshot& seen, const Eigen::VectorXd& asked_N) {
   const Scene& scene = model.scene;
   const Phase& phase = *this->phase(scene);
   const Vector3d borne_N = borne(seen);
   const double load = load_N(scene, borne_N), full_N = weight_N(scene).norm();
-  const bool late = now_s_ - report_.since_s > phase.within_s;
+  const double for_s = now_s_ - report_.since_s, off_N = std::abs(load - full_N);
+  const bool late = for_s > phase.within_s;
+  if (phase.kind == Kind::kLoad) report_.weight_share = share_of(report_.since_s, now_s_, phase.over_s);
+  if (report_.holds) report_.squeeze_N = squeeze_N(scene, press_N_, report_.weight_share);
   switch (phase.kind) {
     case Kind::kApproach:
       if (const int finger = first_loaded(seen); finger >= 0)
@@ -141,16 +147,14 @@ bool TaskRun::step(const Model& model, const Snapshot& seen, const Eigen::Vector
       if (late) fail(PhaseFault::kArmLate, 0.0, phase.by_m.norm());
       return arm_is_there(seen);
     case Kind::kClose:
-      return close(model, seen, asked_N);
+      return close(model, pose, seen, asked_N);
     case Kind::kLoad:
-      report_.weight_share = share_of(report_.since_s, now_s_, phase.over_s);
-      report_.squeeze_N = squeeze_N(model.scene, press_N_, report_.weight_share);
       if (late) fail(PhaseFault::kNotLoaded, load, full_N);
-      return report_.weight_share >= 1.0 && std::abs(load - full_N) <= kLoaded * full_N;
+      return report_.weight_share >= 1.0 && off_N <= (for_s < phase.over_s + kSettle_s ? kLoaded : kUnaided) * full_N;
     case Kind::kLift:
     case Kind::kMove:
       if (late) fail(arm_is_there(seen) ? PhaseFault::kNotFree : PhaseFault::kArmLate, load, full_N);
-      return arm_is_there(seen) && std::abs(load - full_N) <= kUnaided * full_N;
+      return arm_is_there(seen) && off_N <= kUnaided * full_N;
     case Kind::kInsert:
       if (late) fail(PhaseFault::kArmLate, 0.0, phase.by_m.norm());
       return insert(phase, seen, scene.object.X_WO.linear().transpose() * (borne_N + weight_N(scene)));
@@ -162,7 +166,7 @@ bool TaskRun::step(const Model& model, const Snapshot& seen, const Eigen::Vector
   return false;
 }
 
-bool TaskRun::close(const Model& model, const Snapshot& seen, const Eigen::VectorXd& asked_N) {
+bool TaskRun::close(const Model& model, const HandPose& pose, const Snapshot& seen, const Eigen::VectorXd& asked_N) {
   const Phase& phase = *this->phase(model.scene);
   const bool late = now_s_ - report_.since_s > phase.within_s;
   if (!second_) {
@@ -170,11 +174,7 @@ bool TaskRun::close(const Model& model, const Snapshot& seen, const Eigen::Vecto
       report_.has_touched[k] = report_.has_touched[k] || seen.load[k].normal_N > 0.0;
     const auto unmet = std::ranges::find(report_.has_touched, false);
     const int apart = unmet == report_.has_touched.end() ? -1 : static_cast<int>(unmet - report_.has_touched.begin());
-    if (late && apart >= 0) {
-      HandPose pose;
-      forward_kinematics(model.scene.hand, seen.q, pose);
-      fail(PhaseFault::kNotThere, finger_gap_m(model, pose, seen, apart), 0.0, apart);
-    }
+    if (late && apart >= 0) fail(PhaseFault::kNotThere, finger_gap_m(model, pose, seen, apart), 0.0, apart);
     if (apart >= 0) return false;
     second_ = report_.grasps = true;
     step_since_s_ = now_s_;
@@ -184,10 +184,11 @@ bool TaskRun::close(const Model& model, const Snapshot& seen, const Eigen::Vecto
   int worst = -1;
   for (int k = 0; k < model.fingers(); ++k) {
     const Vector3d asked = asked_N.segment<3>(3 * k);
-    if ((asked - seen.load[k].force_N).norm() > kPressed * asked.norm()) worst = k;
+    const double off_N = (asked - seen.load[k].force_N).norm();
+    if (off_N <= kPressed * asked.norm()) continue;
+    worst = k;
+    if (late) fail(PhaseFault::kNotPressing, off_N, asked.norm(), k);
   }
-  if (late && worst >= 0)
-    fail(PhaseFault::kNotThere, seen.load[worst].normal_N, asked_N.segment<3>(3 * worst).norm(), worst);
   return rise >= 1.0 && worst < 0;
 }
 
@@ -203,17 +204,19 @@ bool TaskRun::place(const Model& model, const Snapshot& seen, double load) {
   const double full_N = weight_N(model.scene).norm();
   const bool late = now_s_ - report_.since_s > phase.within_s;
   if (!second_) {
-    if (load > (1.0 - kSupported) * full_N) {
-      if (late || arm_is_there(seen)) fail(PhaseFault::kNothingUnder, load, full_N);
+    if (load > (1.0 - kSupported) * full_N) met_since_s_ = now_s_;
+    if (now_s_ - met_since_s_ < kMet_s + lag_s(model.scene)) {
+      const bool is_over = arm_is_there(seen) && now_s_ > seen.arm.begin_s + seen.arm.over_s + kSettle_s;
+      if (late || is_over) fail(PhaseFault::kNothingUnder, full_N - load, full_N);
       return false;
     }
     second_ = true;
     step_since_s_ = now_s_;
     report_.integrates = false;
+    report_.X_WT = seen.X_WO;  // What has pushed it off bears it now.
     stop_arm();
   }
   report_.weight_share = 1.0 - share_of(step_since_s_, now_s_, kRamp_s);
-  report_.squeeze_N = squeeze_N(model.scene, press_N_, report_.weight_share);
   if (late) fail(PhaseFault::kNotUnloaded, load, 0.0);
   return report_.weight_share <= 0.0 && std::abs(load) <= kLeft * full_N;
 }
@@ -229,8 +232,8 @@ bool TaskRun::release(const Phase& phase, const Snapshot& seen) {
     report_.speed_m_per_s = -phase.speed_m_per_s;
   }
   const int finger = first_loaded(seen);
-  if (finger >= 0 && now_s_ - report_.since_s > phase.within_s)
-    fail(PhaseFault::kNotOpen, seen.load[finger].normal_N, 0.0, finger);
+  if (now_s_ - report_.since_s > phase.within_s)
+    fail(PhaseFault::kNotOpen, finger >= 0 ? seen.load[finger].normal_N : 0.0, 0.0, finger);
   const bool is_open = now_s_ - step_since_s_ >= phase.open_m / phase.speed_m_per_s;
   if (is_open) report_.speed_m_per_s = 0.0;
   return is_open && finger < 0;

@@ -111,6 +111,7 @@ Rehearsal rehearse(Model& model, const FoundGrasp& grasp) {
   scene.control_delay_s = 0.0;
   scene.contact.tolerance = std::max(scene.contact.tolerance, kTolerance);
   scene.contact.max_sweeps = std::min(scene.contact.max_sweeps, kSweeps);
+  scene.task.phases.clear();  // The grasp is what is tried, not how the fingers came to it.
   const bool own_task = has_task(scene.task);
   double duration_s = std::min(scene.duration_s, kMostTask_s);
   if (!own_task && !scene.control) {

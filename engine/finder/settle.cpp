@@ -69,9 +69,8 @@ Miss miss_of(const Model& model, const ControlReport& report, int k) {
   return miss;
 }
 
-}  // namespace
-
-double settle(Model& model) {
+/// The fingers press until what they carry is what they are asked for; see settle().
+double press(Model& model) {
   constexpr int kMostRounds = 24;
   constexpr double kSettled = 2e-3;
   model.start.reset();
@@ -105,6 +104,16 @@ double settle(Model& model) {
       if (shear) (*model.start)[k].sheared_m += misses[k].shear_m;
     }
   }
+}
+
+}  // namespace
+
+double settle(Model& model) {
+  // A task that begins with open fingers begins to press only then.
+  const std::vector<Phase> phases = std::exchange(model.scene.task.phases, {});
+  const double off = press(model);
+  model.scene.task.phases = phases;
+  return off;
 }
 
 }  // namespace thenar

@@ -423,7 +423,6 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
     hand_over(model, frame, state, work);
     if (starts) press_in(model, frame, work, state);
   }
-  state.phase = frame.phase;
   follow(frame.arm, static_cast<double>(state.tick) * scene.step_s, state.arm);
   if (frame.muscle_N.size() > 0) activate(model, frame, state);
   report.held = must_hold(model, frame, state, work);

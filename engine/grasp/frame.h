@@ -52,8 +52,7 @@ struct Frame {
   JointVector q_rest;              ///< q_0: the joints for which muscles that are lengthened have been asked so.
   PerFinger<JointMatrix> turning;  ///< dg/dq [N m/rad].
   Vector6d wrench;                 ///< W_ext on the object, world axes [N, N m].
-  int phase = -1;                  ///< Of the task; -1: it has none.
-  ArmOrder arm;                    ///< The last of them.
+  ArmOrder arm;                    ///< The last one of a task in phases.
 
   [[nodiscard]] Eigen::Index size() const { return static_cast<Eigen::Index>(contacts.size()); }
 };

@@ -72,8 +72,7 @@ struct Snapshot {
   /// Of a scene that chooses its stiffness: the contacts' forces, sorted, and behind them entries of no finger; else
   /// none.
   std::vector<ContactForce> contact_forces;
-  ArmWay arm;                             ///< Of a scene whose task has phases, as the next; else it stays.
-  int phase = -1;                         ///< That of the last frame.
+  ArmWay arm;                             ///< Of a scene whose task has phases; else it stays.
   std::optional<Eigen::Isometry3d> X_WT;  ///< Where the caller wants the object; nothing: where the task does.
   bool held = false;                      ///< The drive of an old frame is held: no control acts.
 };
@@ -92,10 +91,11 @@ struct State : Snapshot {
   double object_energy_J = 0.0;          ///< Likewise, of a soft object.
 };
 
-/// The state without what belonged to the run that left it: its caller's target, and its hold.
+/// The state without what belonged to the run that left it: its caller's target, its hold, and its arm's way.
 [[nodiscard]] inline State start_of_run(State state) {
   state.X_WT.reset();
   state.held = false;
+  state.arm = {};
   return state;
 }
 

@@ -133,7 +133,7 @@ void GraspMonitor::add(double time_s, const ControlReport& control, const Eigen:
   }
   phase_ = control.task.phase;
   if (control.task.fault != PhaseFault::kNone && !task_failed_)
-    task_failed_ = Event{time_s, in_words(model_.scene, control.task, time_s)};
+    task_failed_ = Event{control.task.failed_s, in_words(model_.scene, control.task)};
   if (control.grasp != GraspStatus::kOptimal && !unsolved_grasp_) {
     unsolved_grasp_ = UnsolvedGrasp{time_s, control};
     if (!unsolved_) unsolved_ = Event{time_s, explain(model_.scene, *unsolved_grasp_)};
@@ -169,6 +169,8 @@ void GraspMonitor::add(const TickRecord& tick) {
     watch_target(tick);
     watch_swings(tick);
   } else {
+    chatter_held_ = force_chatter();
+    kept_ = 0;
     slip_before_m_ = tick.slip_m;
     rests_since_s_.reset();
     unloaded_s_ = 0.0;
@@ -306,7 +308,7 @@ double GraspMonitor::chatter(std::size_t stride) const {
 
 double GraspMonitor::force_chatter() const {
   const std::size_t frame = std::min(static_cast<std::size_t>(oldest_frame_) + 1, most_stride(model_.scene));
-  return std::fmax(chatter(1), chatter(frame));
+  return std::fmax(chatter_held_, std::fmax(chatter(1), chatter(frame)));
 }
 
 std::optional<std::string> GraspMonitor::contact_failure() const {
@@ -381,7 +383,7 @@ std::string GraspMonitor::way_off_in_words() const {
 std::string GraspMonitor::task_in_words() const {
   if (task_failed_) return task_failed_->what;
   const auto& phases = model_.scene.task.phases;
-  if (phase_ < 0 || phase_ >= std::ssize(phases) || last_s_ < model_.scene.duration_s - 1e-9) return "";
+  if (phase_ < 0 || phase_ >= std::ssize(phases) || !is_over_ || loss_) return "";
   return fmt::format("its time was over at {:.3f} s in phase {}, {}", last_s_, phase_ + 1,
                      to_string(phases[static_cast<std::size_t>(phase_)].kind));
 }

@@ -32,11 +32,14 @@ class GraspMonitor {
   void add(double time_s, const ControlReport& control, const Eigen::VectorXd& muscle_forces_N);
   /// A contact tick, with the sums of RunSums.
   void add(const TickRecord& tick);
+  /// The time of the run is over: a task should be done.
+  void end() { is_over_ = true; }
   /// Records were lost, as `what` says.
   void miss(const std::string& what) { missed_ = what; }
 
-  /// The object is lost, or a phase of the task has failed: there is nothing more to be done.
-  [[nodiscard]] bool lost() const { return loss_ || task_failed_; }
+  [[nodiscard]] bool lost() const { return loss_.has_value(); }
+  /// There is nothing more to be done: the object is lost, or a phase of the task has failed.
+  [[nodiscard]] bool has_ended() const { return loss_ || task_failed_; }
   /// The first grasp-force problem without a solution.
   [[nodiscard]] const std::optional<UnsolvedGrasp>& unsolved() const { return unsolved_grasp_; }
   /// How much the forces chatter, see Verdict.
@@ -111,9 +114,11 @@ class GraspMonitor {
   // The task's phases.
   int phase_ = -1;
   std::optional<Event> task_failed_;
+  bool is_over_ = false;
   // Forces of the last ticks, as far back as chatter looks: a ring.
   std::vector<Forces> forces_;
   std::size_t kept_ = 0;
+  double chatter_held_ = std::numeric_limits<double>::quiet_NaN();  ///< Of phases that held the object, before.
   std::int64_t oldest_frame_ = 0;
   std::optional<double> trouble_s_;  ///< When a solve, the grip or a finger first failed,
   double chatter_before_ = 0.0;      ///< and the chatter up to then.

@@ -72,14 +72,15 @@ TickRecord tick_record(const Model& model, const Snapshot& after, const TickRepo
   record.q_rad = after.q;
   record.phase = control.task.phase;
   record.holds = control.task.holds;
+  record.X_WT = target_of(model, after, control.task, record.time_s);
+  record_motion(model, after, record);
+  record_forces(model, after, control, record);
+  if (model.scene.task.phases.empty()) return record;
   record.arm_m = model.scene.object.X_WO.linear().transpose() * arm_m(after.arm, record.time_s);
   const Vector3d& gravity = model.scene.gravity;
   if (!gravity.isZero(0.0)) {
     for (const FingerLoad& load : after.load) record.borne_N -= load.force_N.dot(gravity.normalized());
   }
-  record.X_WT = target_of(model, after, control.task, record.time_s);
-  record_motion(model, after, record);
-  record_forces(model, after, control, record);
   return record;
 }
 
@@ -145,13 +146,14 @@ bool Recorder::see_tick(const Tick& tick) {
   if (film_ != nullptr && tick.picture != nullptr) film_->add(*tick.picture, record, tick.muscle_forces_N);
   if (film_ != nullptr && tick.run != nullptr)
     film_->add(tick.run->state, tick.run->work, record, tick.muscle_forces_N);
-  return !(monitor_.lost() && model_.scene.control);
+  return !(monitor_.has_ended() && model_.scene.control);
 }
 
 Recording Recorder::finish(const Snapshot& state, const ControlReport& control, double wall_s) {
   const auto ticks = std::ssize(recording_.ticks);
   recording_.stopped = ticks < planned_;
   recording_.wall_s = wall_s;
+  if (ticks > 0 && !interrupted_) monitor_.end();
   recording_.verdict = monitor_.verdict();
   recording_.unsolved = monitor_.unsolved();
   if (ticks == 0) make_room();

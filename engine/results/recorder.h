@@ -53,7 +53,10 @@ class Recorder : public Watcher {
   /// Records were lost, as `what` says.
   void miss(const std::string& what) { monitor_.miss(what); }
   /// The run was ended from outside: what would have become of it is unknown.
-  void interrupt(double time_s) { monitor_.miss(interruption(time_s)); }
+  void interrupt(double time_s) {
+    monitor_.miss(interruption(time_s));
+    interrupted_ = true;
+  }
   /// Ends and judges the run as the state and the last control tick left it.
   [[nodiscard]] Recording finish(const Snapshot& state, const ControlReport& control, double wall_s);
   /// Ticks of the whole scene.
@@ -70,6 +73,7 @@ class Recorder : public Watcher {
   Recording recording_;
   RunSums sums_;
   GraspMonitor monitor_;
+  bool interrupted_ = false;
 };
 
 }  // namespace thenar

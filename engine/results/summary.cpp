@@ -53,6 +53,14 @@ Vector3d position_error(const TickRecord& tick) { return tick.position_m - tick.
 
 ordered_json object_measures(const Model& model, const Recording& recording) {
   const double final_s = final_window_start(recording);
+  // What nobody holds has no target.
+  const auto collect_held = [&](double from_s, auto get) {
+    Values values;
+    for (const TickRecord& tick : recording.ticks) {
+      if (tick.holds && tick.is_from(from_s)) values.push_back(get(tick));
+    }
+    return values;
+  };
   const auto distance = [](const TickRecord& tick) { return position_error(tick).norm(); };
   const auto angle = [](const TickRecord& tick) { return tick.rotation_error_rad; };
   const Vector3d axis = model.scene.task.translate ? model.scene.task.translate->axis : Vector3d::Zero();
@@ -60,11 +68,11 @@ ordered_json object_measures(const Model& model, const Recording& recording) {
     const Vector3d error = position_error(tick);
     return (error - error.dot(axis) * axis).norm();
   };
-  return {{"final_error_mm", 1e3 * mean(collect(recording, final_s, distance))},
-          {"rms_error_mm", 1e3 * root_mean_square(collect(recording, kMeasuredFrom_s, distance))},
-          {"max_off_axis_error_mm", 1e3 * largest(collect(recording, kMeasuredFrom_s, off_axis))},
-          {"max_rotation_deg", kDegrees * largest(collect(recording, kMeasuredFrom_s, angle))},
-          {"final_rotation_deg", kDegrees * mean(collect(recording, final_s, angle))}};
+  return {{"final_error_mm", 1e3 * mean(collect_held(final_s, distance))},
+          {"rms_error_mm", 1e3 * root_mean_square(collect_held(kMeasuredFrom_s, distance))},
+          {"max_off_axis_error_mm", 1e3 * largest(collect_held(kMeasuredFrom_s, off_axis))},
+          {"max_rotation_deg", kDegrees * largest(collect_held(kMeasuredFrom_s, angle))},
+          {"final_rotation_deg", kDegrees * mean(collect_held(final_s, angle))}};
 }
 
 using OfFingers = PerFinger<double>;
@@ -365,7 +373,7 @@ ordered_json verdict_json(const Verdict& verdict) {
   }
   return {{"outcome", to_string(verdict.outcome)},
           {"reason", verdict.reason},
-          {"held", verdict.outcome == Outcome::kHeld || verdict.outcome == Outcome::kTaskDone},
+          {"held", is_fine(verdict.outcome)},
           {"lost_at_s", verdict.lost_s ? ordered_json(*verdict.lost_s) : ordered_json(nullptr)},
           {"beyond", beyond}};
 }

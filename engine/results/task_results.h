@@ -8,9 +8,9 @@
 
 namespace thenar {
 
-/// Why a phase of the scene's task has failed at `time_s`: "phase 3, lift, failed at 1.204 s: the fingers bear 0.41 N,
+/// Why a phase of the scene's task has failed: "phase 3, lift, failed at 1.204 s: the fingers bear 0.41 N,
 /// and the object weighs 0.98 N". Requires a fault.
-[[nodiscard]] std::string in_words(const Scene& scene, const TaskReport& task, double time_s);
+[[nodiscard]] std::string in_words(const Scene& scene, const TaskReport& task);
 
 /// How a task in phases went: when each began and ended; of the load phase, whether grip and load rose together; what
 /// the fingers bore as the object came off, and how it moved then.

@@ -30,7 +30,7 @@ std::string in_words(const Verdict& verdict) {
 }
 
 bool fails(const Scene& scene, Outcome outcome) {
-  if (outcome == Outcome::kHeld || outcome == Outcome::kTaskDone) return false;
+  if (is_fine(outcome)) return false;
   return scene.control || outcome == Outcome::kSolverFailed || outcome == Outcome::kUnknown ||
          outcome == Outcome::kRefused;
 }

@@ -76,6 +76,11 @@ struct Verdict {
 /// The word and the reason: "held", "slipping: the thumb slipped 0.42 mm from 0.512 s on".
 [[nodiscard]] std::string in_words(const Verdict& verdict);
 
+/// Held, or a task that is done.
+[[nodiscard]] inline bool is_fine(Outcome outcome) {
+  return outcome == Outcome::kHeld || outcome == Outcome::kTaskDone;
+}
+
 /// Whether a run has failed. Without a controller nothing is asked of the grasp: the word is as true, but only a solver
 /// fails, or that nobody knows.
 [[nodiscard]] bool fails(const Scene& scene, Outcome outcome);

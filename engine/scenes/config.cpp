@@ -111,41 +111,58 @@ std::unique_ptr<YamlNode> make_node(Kind kind, const Place& place) {
   return node;
 }
 
-/// Adds "key.path=value" to the tree. The maps on its way are made where they are missing.
+/// The n of a key "list[n]", which is cut off; nothing of others.
+std::optional<std::size_t> take_index(std::string& key) {
+  const std::size_t bracket = key.find('[');
+  std::size_t index = 0;
+  if (bracket == key.npos || key.back() != ']') return std::nullopt;
+  const char* const end = key.data() + key.size() - 1;
+  if (std::from_chars(key.data() + bracket + 1, end, index).ptr != end) return std::nullopt;
+  key.resize(bracket);
+  return index;
+}
+
+/// Adds "key.path=value" to the tree; "list[0].key=value" to a list's map. The maps on its way are made where they are
+/// missing.
 void apply_override(ConfigState& state, const std::string& override_text) {
   const std::size_t equals = override_text.find('=');
   const std::string path = override_text.substr(0, equals);
   state.override_keys.push_back(path);
-  const std::size_t source = state.override_keys.size();
-  const Place place{source};
+  const Place place{state.override_keys.size()};
   const bool has_empty_key = path.empty() || path.front() == '.' || path.back() == '.' || path.find("..") != path.npos;
   if (equals == std::string::npos || has_empty_key) {
     state.report(place, "", "write it as key=value, such as time.step=0.5 ms");
     return;
   }
-  auto value = read_yaml(override_text.substr(equals + 1), source, state.faults);
+  auto value = read_yaml(override_text.substr(equals + 1), place.source, state.faults);
   if (!value) value = make_node(Kind::kNull, place);
 
   YamlNode* map = state.root.get();
   std::string so_far;
   std::istringstream keys(path);
   for (std::string key; std::getline(keys, key, '.');) {
-    if (map->kind != Kind::kMap) {
-      state.report(place, path, so_far + " is not a map of keys and values");
-      return;
-    }
+    const std::optional<std::size_t> item = take_index(key);
+    if (map->kind != Kind::kMap) return state.report(place, path, so_far + " is not a map of keys and values");
     so_far = key_path(so_far, key);
     auto entry = std::ranges::find(map->entries, key, &YamlNode::Entry::key);
     if (entry == map->entries.end()) {
       map->entries.push_back({key, place, make_node(Kind::kMap, place)});
       entry = map->entries.end() - 1;
     }
+    std::unique_ptr<YamlNode>* slot = &entry->value;
+    if (item) {
+      so_far = item_path(so_far, *item);
+      if ((*slot)->kind != Kind::kList || *item >= (*slot)->items.size())
+        return state.report(place, path, so_far + " is not in the file's list");
+      slot = &(*slot)->items[*item];
+    }
     if (so_far == path) {
-      value->heading = entry->place = place;
-      entry->value = std::move(value);
+      value->heading = place;
+      if (!item) entry->place = place;
+      *slot = std::move(value);
       return;
     }
-    map = entry->value.get();
+    map = slot->get();
   }
 }
 

@@ -68,6 +68,8 @@ struct SolidText {
 
 }  // namespace
 
+std::string solid_text(const Solid& solid) { return "{" + std::visit(SolidText{}, solid) + "}"; }
+
 Environment read_environment(const ConfigMap& root, const Shape& object) {
   const ConfigMap map = root.map("environment");
   Environment environment;
@@ -107,9 +109,8 @@ std::string environment_text(const Environment& environment) {
   std::string out = fmt::format("environment:\n  compliance: {}\n  bodies:\n",
                                 to_text(environment.compliance_m_per_N, Dimension::kCompliance));
   for (const EnvironmentBody& body : environment.bodies) {
-    out += fmt::format("    - name: {}\n      shape: {{{}}}\n      position: {}\n", quoted(body.name),
-                       std::visit(SolidText{}, body.shape),
-                       to_text(Vector3d(body.X_WE.translation()), Dimension::kLength));
+    out += fmt::format("    - name: {}\n      shape: {}\n      position: {}\n", quoted(body.name),
+                       solid_text(body.shape), to_text(Vector3d(body.X_WE.translation()), Dimension::kLength));
     const Eigen::Matrix3d R = body.X_WE.linear();
     const auto row = [&](int i) { return to_text(Vector3d(R.row(i)), Dimension::kNone); };
     out += fmt::format("      rotation: [{},\n                 {},\n                 {}]\n", row(0), row(1), row(2));

@@ -14,7 +14,9 @@ namespace thenar {
 /// Refuses an object that its environment leaves no room: ConfigError.
 void check_room(const Scene& scene);
 
-/// The map in YAML, as it reads back.
+/// A solid in YAML, as it reads back: "{sphere: 0.01 m}".
+[[nodiscard]] std::string solid_text(const Solid& solid);
+/// Likewise the map.
 [[nodiscard]] std::string environment_text(const Environment& environment);
 
 }  // namespace thenar

@@ -152,8 +152,6 @@ FingertipSettings read_fingertips(const ConfigMap& map) {
   return tips;
 }
 
-CylinderShape read_cylinder(const ConfigMap& map) { return {map.quantity("radius"), map.quantity("length")}; }
-
 SuperquadricShape read_superquadric(const ConfigMap& map) {
   const Eigen::VectorXd exponents = map.quantities("exponents");
   return {map.quantities("size"), {exponents[0], exponents[1]}};
@@ -191,7 +189,7 @@ Shape read_shape(const ConfigMap& map) {
   if (kind == "box") return BoxShape{map.quantities(kind)};
   if (kind == "sphere") return SphereShape{map.quantity(kind)};
   if (kind == "ellipsoid") return EllipsoidShape{map.quantities(kind)};
-  if (kind == "cylinder") return read_cylinder(map.map(kind));
+  if (kind == "cylinder") return CylinderShape{map.map(kind).quantity("radius"), map.map(kind).quantity("length")};
   if (kind == "superquadric") return read_superquadric(map.map(kind));
   if (kind == "mug") return read_mug(map.map(kind));
   return kind.empty() ? CloudShape{} : read_cloud(map);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "engine/control/task_order.h"
 #include "engine/scenes/object_bounds.h"
 #include "engine/scenes/scene_control.h"
 #include "engine/scenes/units.h"
@@ -75,25 +76,19 @@ std::vector<FrictionStep> read_friction_steps(const ConfigMap& map) {
   return steps;
 }
 
-double read_within(const ConfigMap& map, double over_s = 0.0) {
+/// After so long beyond its way, or what else takes so long, a phase has failed.
+constexpr double kPatience_s = 10.0;
+
+double read_within(const ConfigMap& map, double least_s) {
+  if (!map.has("within")) return least_s + kPatience_s;
   const double within_s = map.quantity("within");
-  if (within_s < over_s) map.refuse("within", "must not be less than over");
+  if (within_s < least_s) map.refuse("within", fmt::format("must not be less than the {:g} s that it takes", least_s));
   return within_s;
 }
 
 void read_arm_way(const ConfigMap& map, Phase& phase) {
   phase.by_m = map.quantities("by");
   phase.over_s = map.quantity("over");
-}
-
-Phase read_insertion(const ConfigMap& map) {
-  Phase phase{.kind = Phase::Kind::kInsert};
-  read_arm_way(map, phase);
-  phase.most_N = map.quantity("most_force");
-  if (map.has("position")) phase.position = read_gains(map.map("position"));
-  if (map.has("rotation")) phase.rotation = read_gains(map.map("rotation"));
-  if (map.has("centre")) phase.centre_m = map.quantities("centre");
-  return phase;
 }
 
 Phase read_phase(const ConfigMap& map) {
@@ -103,7 +98,11 @@ Phase read_phase(const ConfigMap& map) {
   const ConfigMap of = map.map(name);
   Phase phase;
   if (name == "insert") {
-    phase = read_insertion(of);
+    phase = {.kind = Kind::kInsert, .most_N = of.quantity("most_force")};
+    read_arm_way(of, phase);
+    if (of.has("position")) phase.position = read_gains(of.map("position"));
+    if (of.has("rotation")) phase.rotation = read_gains(of.map("rotation"));
+    if (of.has("centre")) phase.centre_m = of.quantities("centre");
   } else if (name == "close") {
     phase = {.kind = Kind::kClose, .press_N = of.quantity("press"), .speed_m_per_s = of.quantity("speed")};
   } else if (name == "release") {
@@ -116,24 +115,32 @@ Phase read_phase(const ConfigMap& map) {
     }
     read_arm_way(of, phase);
   }
-  phase.within_s = read_within(of, phase.over_s);
+  const bool opens = phase.kind == Kind::kRelease && phase.speed_m_per_s > 0.0;
+  phase.within_s = read_within(of, opens ? phase.open_m / phase.speed_m_per_s : phase.over_s);
   return phase;
 }
 
 std::vector<Phase> read_phases(const ConfigMap& root, const ConfigMap& task, const Scene& scene) {
   std::vector<Phase> phases;
-  for (const ConfigMap& phase : task.list_of_maps("phases")) phases.push_back(read_phase(phase));
+  const std::vector<ConfigMap> maps = task.list_of_maps("phases");
+  for (const ConfigMap& phase : maps) phases.push_back(read_phase(phase));
   if (phases.empty() && !task.is_refused("phases")) task.refuse("phases", "names no phase");
+  for (std::size_t i = 0; i < phases.size() && !task.is_refused("phases"); ++i) {
+    const std::string fault = order_fault(phases, i);
+    if (!fault.empty()) maps[i].refuse(to_string(phases[i].kind), fault);
+  }
   if (!root.has("control")) task.refuse("phases", "needs control, which goes through them");
   if (!root.has("environment")) task.refuse("phases", "needs an environment, by which the arm goes");
   for (const char* key : {"translate", "rotate", "spring"}) {
     if (task.has(key)) task.refuse(key, "moves the target by time: phases hold the object where they took it");
   }
-  const auto weighs = [](const Phase& phase) {
-    return phase.kind == Phase::Kind::kLoad || phase.kind == Phase::Kind::kPlace;
-  };
-  if (scene.gravity.isZero(0.0) && std::ranges::any_of(phases, weighs))
-    task.refuse("phases", "load and place need gravity: they are told by the weight");
+  const auto is = [](Phase::Kind kind) { return [kind](const Phase& phase) { return phase.kind == kind; }; };
+  if (scene.gravity.isZero(0.0) && std::ranges::any_of(phases, is(Phase::Kind::kPlace)))
+    task.refuse("phases", "place needs gravity: what bears the object is known by the weight");
+  if (!scene.fingertips && std::ranges::any_of(phases, is(Phase::Kind::kClose)))
+    task.refuse("phases", "close needs fingertips: rigid ones meet the object at once, with any force");
+  if (scene.control && scene.control->law == ControlLaw::kPaper)
+    task.refuse("phases", "need control.law: feedforward, without which forces are not as they are asked for");
   if (scene.control && scene.control->drive) task.refuse("phases", "needs the control law: leave out control.drive");
   return phases;
 }

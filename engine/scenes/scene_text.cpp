@@ -20,8 +20,10 @@ using Eigen::Vector3d;
 namespace {
 
 std::string list(const std::vector<std::string>& items) { return fmt::format("[{}]", fmt::join(items, ", ")); }
-std::string text(double value, Dimension dimension) { return to_text(value, dimension); }
-std::string text(const Eigen::VectorXd& values, Dimension dimension) { return to_text(values, dimension); }
+template <typename Values>
+std::string text(const Values& values, Dimension dimension) {
+  return to_text(values, dimension);
+}
 std::string length(double value_m) { return text(value_m, Dimension::kLength); }
 std::string number(double value) { return text(value, Dimension::kNone); }
 
@@ -43,17 +45,11 @@ std::string comment(const std::string& words) {
 
 struct ShapeText {
   const std::filesystem::path& file;
-  std::string operator()(const BoxShape& box) const {
-    return fmt::format("{{box: {}}}", text(box.size_m, Dimension::kLength));
-  }
-  std::string operator()(const SphereShape& sphere) const {
-    return fmt::format("{{sphere: {}}}", length(sphere.radius_m));
-  }
+  std::string operator()(const BoxShape& box) const { return solid_text(box); }
+  std::string operator()(const SphereShape& sphere) const { return solid_text(sphere); }
+  std::string operator()(const CylinderShape& cylinder) const { return solid_text(cylinder); }
   std::string operator()(const EllipsoidShape& shape) const {
     return fmt::format("{{ellipsoid: {}}}", text(shape.size_m, Dimension::kLength));
-  }
-  std::string operator()(const CylinderShape& shape) const {
-    return fmt::format("{{cylinder: {{radius: {}, length: {}}}}}", length(shape.radius_m), length(shape.length_m));
   }
   std::string operator()(const SuperquadricShape& shape) const {
     return fmt::format("{{superquadric: {{size: {}, exponents: [{}, {}]}}}}", text(shape.size_m, Dimension::kLength),

@@ -152,9 +152,9 @@ GraspAt::GraspAt(const Model& of, double at_s, Acting acting) : model(to_be_prob
   GraspRun until(of);
   while (until.time_s() < at_s - 0.5 * of.scene.step_s) until.tick();
   run.go_on_as(until);
-  ArmWay& arm = run.state.arm;
-  arm = {arm.order, arm_m(arm, run.time_s()), Vector3d::Zero(), run.time_s(), 1.0};
-  if (run.controller.task) run.controller.task->freeze();
+  if (!run.controller.task) return;
+  run.controller.task->freeze();
+  run.state.arm = {run.controller.task->arm().number, arm_m(run.state.arm, run.time_s())};
 }
 
 SeenRun::SeenRun(const GraspRun& run) : at(run.model) {
