@@ -32,9 +32,14 @@ STAR = dict(color="#000000", marker="D", size=1.4, hollow=True, line=False)
 # Face, gnuplot's hatch, and its colour: from light to dark also without colours.
 OUTCOME_LOOKS = {
     "held": ("#dcefe0", None, None),
+    "free": ("#dcefe0", None, None),
+    "two points": ("#a8d5b5", None, None),
     "over limits": ("#cdb6e0", 2, "#5a3d78"),
     "slipping": ("#f5d27a", 4, "#8a6100"),
     "resting": ("#c9c39a", 3, "#5e5830"),
+    "outside": ("#d9d9d9", 2, "#707070"),
+    "jammed": ("#e39ab0", 4, "#7a1f3d"),
+    "wedged": ("#8c2347", 5, "#f0c8d4"),
     "unstable": ("#de6b4e", 1, "#5c1a0a"),
     "lost": ("#a34a28", 6, "#3a1206"),
     "off target": ("#9db8d9", 5, "#1f3f66"),

@@ -6,12 +6,12 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "bench/cases/pegs.h"
 #include "engine/environment/room_for.h"
 #include "engine/loops/run.h"
 #include "engine/scenes/build_model.h"
@@ -74,32 +74,8 @@ Scene with_clearance(const std::string& name, double clearance_m) {
   return scene;
 }
 
-/// What is wrong with where the hole is, and how it is met.
-struct Miss {
-  double tilt_deg = 1.0, aside_m = 0.5e-3;
-  double clearance_m = 0.2e-3, friction = 0.2;
-  bool tip = true;      ///< The centre of control is the peg's tip, else its middle.
-  double over_s = 2.0;  ///< Of the move.
-  double rotation_Nm_per_rad = 0.48;
-};
-
-/// The scene of a peg with such a hole, which comes from 1 mm below its end along its own axis, 26 mm.
-Scene with_miss(const Miss& miss) {
-  Scene scene = with_clearance("peg", miss.clearance_m);
-  EnvironmentBody& hole = scene.environment->bodies.front();
-  const Isometry3d& X_WO = scene.object.X_WO;
-  const Eigen::AngleAxisd tilt(miss.tilt_deg * std::numbers::pi / 180.0, Vector3d::UnitY());
-  hole.X_WE = X_WO * Eigen::Translation3d(miss.aside_m, 0.0, -30e-3) * tilt * Eigen::Translation3d(0.0, 0.0, -1e-3);
-  hole.friction = miss.friction;
-  hole.moves = {{26e-3 * hole.X_WE.linear().col(2), 0.5, miss.over_s}};
-  scene.duration_s = 1.0 + miss.over_s;
-  if (!miss.tip) scene.control->centre_m.reset();
-  scene.control->rotation.p = miss.rotation_Nm_per_rad;
-  return scene;
-}
-
-InsertionStudy study(const Miss& miss) {
-  Scene scene = with_miss(miss);
+InsertionStudy study(const PegMiss& miss) {
+  Scene scene = with_miss(scene_of("peg"), miss);
   const PegScene peg = peg_scene(scene, "");
   return study_insertion(build_model(std::move(scene)), peg);
 }
@@ -144,7 +120,7 @@ TEST(Insertion, ThePushIsThatOfTheTheoryOfCompliantInsertion) {
 }
 
 /// Depth below the chamfer at which it wedges; nothing: it does not.
-std::optional<double> wedges_at(const Miss& miss) {
+std::optional<double> wedges_at(const PegMiss& miss) {
   const InsertionStudy how = study(miss);
   if (!how.wedged) {
     EXPECT_EQ(how.end, PegEnd::kIn);
@@ -180,7 +156,7 @@ struct Corrected {
   double normal_N = 0.0, aside_N = 0.0, tilt_rad = 0.0;
 };
 
-Corrected corrected(const Miss& miss) {
+Corrected corrected(const PegMiss& miss) {
   const InsertionStudy how = study(miss);
   EXPECT_EQ(how.end, PegEnd::kIn);
   Corrected most;
@@ -197,8 +173,8 @@ Corrected corrected(const Miss& miss) {
 // forces of two points, which both errors make, so fall to a third.
 TEST(Insertion, ACentreAtTheTipCorrectsPlaceAndTiltOneByOne) {
   const auto pair = [](double tilt_deg, double aside_m) {
-    const Miss at_tip{.tilt_deg = tilt_deg, .aside_m = aside_m, .clearance_m = 0.1e-3, .over_s = 4.0};
-    Miss in_middle = at_tip;
+    const PegMiss at_tip{.tilt_deg = tilt_deg, .aside_m = aside_m, .clearance_m = 0.1e-3, .over_s = 4.0};
+    PegMiss in_middle = at_tip;
     in_middle.tip = false;
     return std::pair(corrected(at_tip), corrected(in_middle));
   };
