@@ -29,9 +29,9 @@
 #include "app/table.h"
 #include "app/window_program.h"
 #include "engine/figures/figures.h"
-#include "engine/figures/insertion_figure.h"
 #include "engine/formats/files.h"
 #include "engine/formats/text.h"
+#include "engine/insertion/insertion_figure.h"
 #include "engine/insertion/insertion_report.h"
 #include "engine/loops/realtime.h"
 #include "engine/results/profile.h"
@@ -163,33 +163,23 @@ int run(const Options& options) {
 
 /// How the scene's peg goes into its hole.
 int insertion(const Options& options) {
-  const std::vector<std::string> names = {"insertion.json", "insertion.csv", kInsertionFigure};
-  std::vector<Result> files;
-  for (const std::string& name : names) files.push_back({"--out", options.out / name});
   Scene scene = load_scene(options);
   const PegScene peg = peg_scene(scene, options.scene.string());
-  if (!options.out.empty()) check_results(files, scene_files(options.scene, options.overrides));
+  std::vector<Result> files;
   std::optional<FileLock> lock;
-  if (!options.out.empty()) lock.emplace(claim_folder(options.out, "--out"));
+  if (!options.out.empty()) {
+    for (const char* name : kInsertionFiles) files.push_back({"--out", options.out / name});
+    check_results(files, scene_files(options.scene, options.overrides));
+    lock.emplace(claim_folder(options.out, "--out"));
+  }
   const Model model = build_and_tell(std::move(scene), options.quiet);
   RunWatch watch(model.scene, options.quiet);
   const InsertionStudy study = study_insertion(model, peg, {.progress = watch.progress()});
   watch.end();
-  const std::string json = insertion_json(model.scene, study).dump(2) + "\n";
-  if (options.format == "json") std::cout << json;
+  if (options.format == "json") std::cout << insertion_json(model.scene, study).dump(2) << '\n';
   if (options.format != "json" && !options.quiet) std::cout << insertion_text(model.scene, study);
-  if (!options.out.empty()) {
-    write_file(options.out / names[0], json);
-    write_file(options.out / names[1], insertion_csv(study));
-    std::error_code none;
-    fs::remove(options.out / kInsertionFigure, none);  // Of an earlier run.
-    const PegShape& shape = study.peg.shape;
-    const double play_m = 2.0 * (shape.hole_radius_m - shape.radius_m);
-    if (!draw_insertion({shape.friction, shape.radius_m, play_m, shape.chamfer_m, study.deepest_m(),
-                         model.scene.name + ": " + end_in_words(study)},
-                        options.out))
-      std::cerr << "warning: no figure, for gnuplot is missing or failed\n";
-  }
+  if (!options.out.empty() && !write_insertion(model.scene, study, options.out))
+    std::cerr << "warning: no figure, for gnuplot is missing or failed\n";
   return watch.interrupted() ? kInterrupted : report_verdict(model.scene, study.verdict);
 }
 

@@ -1,4 +1,4 @@
-#include "engine/figures/insertion_figure.h"
+#include "engine/insertion/insertion_figure.h"
 
 #include <fmt/format.h>
 
@@ -8,12 +8,22 @@
 #include <numbers>
 
 #include "engine/figures/gnuplot.h"
+#include "engine/formats/files.h"
+#include "engine/insertion/insertion_report.h"
 
 namespace thenar {
 
 namespace fs = std::filesystem;
 
 namespace {
+
+/// What it is drawn to.
+struct Scales {
+  double friction = 0.0, radius_m = 0.0;
+  double play_m = 0.0;  // D - d
+  double chamfer_m = 0.0;
+  double deepest_m = 0.0;  // Of the peg's end below the plate; there is something to be seen.
+};
 
 /// Ways of touching by their number in insertion.csv, and how they look.
 struct Look {
@@ -59,13 +69,13 @@ std::string legend() {
 }
 
 /// Depths below the chamfer whose parallelograms are drawn, the largest first.
-std::array<double, 3> shown_depths_m(const InsertionScales& scales) {
+std::array<double, 3> shown_depths_m(const Scales& scales) {
   const double most_m = std::max(1e-3, scales.deepest_m - scales.chamfer_m);
   return {most_m, 0.5 * most_m, 0.2 * most_m};
 }
 
 /// Within a parallelogram the peg goes on: its slanted sides are two points that slide, its upright ones a line.
-std::string diagram(const InsertionScales& scales) {
+std::string diagram(const Scales& scales) {
   std::string areas;
   const double side = 1.0 / scales.friction;
   double most = 1.0;
@@ -91,7 +101,7 @@ std::string diagram(const InsertionScales& scales) {
 }
 
 /// Panels over the depth, which share its axis; the theory is thin and lies above the run.
-std::string over_depth(const InsertionScales& scales) {
+std::string over_depth(const Scales& scales) {
   const double chamfer_mm = 1e3 * scales.chamfer_m, deepest_mm = 1e3 * scales.deepest_m;
   const double wedging_mm = chamfer_mm + 2e3 * scales.friction * scales.radius_m;
   const double deg_mm = 1e3 * scales.play_m * 180.0 / std::numbers::pi;
@@ -114,11 +124,7 @@ std::string over_depth(const InsertionScales& scales) {
   return script;
 }
 
-}  // namespace
-
-bool draw_insertion(const InsertionScales& asked, const fs::path& folder) {
-  InsertionScales scales = asked;
-  scales.deepest_m = std::max(scales.deepest_m, scales.chamfer_m + 1e-3);  // There is something to be seen.
+bool draw(const Scales& scales, const std::string& title, const fs::path& folder) {
   const std::string script = fmt::format(
       "set terminal svg size 1200,660 font 'Helvetica,15' background rgb 'white'\ndata = {}\n"
       "set datafile separator comma\nset datafile columnheaders\nset datafile missing 'nan'\n"
@@ -129,9 +135,22 @@ bool draw_insertion(const InsertionScales& asked, const fs::path& folder) {
       "set lmargin at screen 0.075\nset rmargin at screen 0.47\nset bmargin at screen 0.11\nset tmargin at screen "
       "0.82\n"
       "{}unset label\nset lmargin at screen 0.57\nset rmargin at screen 0.985\n{}unset multiplot\n",
-      gnuplot_string((folder / "insertion.csv").string()), gnuplot_string(scales.title), legend(),
+      gnuplot_string((folder / "insertion.csv").string()), gnuplot_string(title), legend(),
       scales.friction > 0.0 ? diagram(scales) : "", over_depth(scales));
-  return draw_figure(script, folder / kInsertionFigure);
+  return draw_figure(script, folder / kInsertionFiles[2]);
+}
+
+}  // namespace
+
+bool write_insertion(const Scene& scene, const InsertionStudy& study, const fs::path& folder) {
+  std::error_code none;
+  fs::remove(folder / kInsertionFiles[2], none);  // An earlier run's must not pass for this one's.
+  write_file(folder / kInsertionFiles[0], insertion_json(scene, study).dump(2) + "\n");
+  write_file(folder / kInsertionFiles[1], insertion_csv(study));
+  const PegShape& peg = study.peg.shape;
+  const Scales scales{peg.friction, peg.radius_m, 2.0 * (peg.hole_radius_m - peg.radius_m), peg.chamfer_m,
+                      std::max(study.deepest_m(), peg.chamfer_m + 1e-3)};
+  return draw(scales, scene.name + ": " + end_in_words(study), folder);
 }
 
 }  // namespace thenar
