@@ -328,6 +328,7 @@ void add_insertion(CLI::App& app, Options& options) {
       "insertion", "Runs a scene whose peg goes into a hole, and tells how it touches, jams and wedges");
   add_scene(*command, options.scene, options.overrides);
   add_results(*command, options, "insertion.json, insertion.csv and insertion.svg");
+  command->footer("Exit code: that of thenar run; 2 also for a scene without a peg, which is a cylinder, or a hole.");
 }
 
 void add_check(CLI::App& app, Options& options) {

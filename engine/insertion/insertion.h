@@ -42,9 +42,9 @@ struct PegScene {
   PegShape shape;
   double hole_depth_m = 0.0;
   double length_m = 0.0;
-  double end = -1.0;                     ///< The peg's end that goes in is at z = end * length_m / 2, object frame.
-  Eigen::Matrix3d R_EP;                  ///< Columns x, y, z of the plane, hole's frame; y across it.
-  double tilt_rad = 0.0, aside_m = 0.0;  ///< Of the peg against the hole as the run begins, in the plane.
+  double end = -1.0;  ///< The peg's end that goes in is at z = end * length_m / 2, object frame.
+  Eigen::Matrix3d R_EP = Eigen::Matrix3d::Identity();  ///< Columns x, y, z of the plane, hole's frame; y across it.
+  double tilt_rad = 0.0, aside_m = 0.0;                ///< Of the peg against the hole as the run begins, in the plane.
 };
 
 /// The first hole of the scene, and its cylinder. Throws ConfigError, in the name of `file`, if the object is no
@@ -105,7 +105,8 @@ struct InsertionStudy {
   [[nodiscard]] double off_theory(PegTouch touch) const;
 };
 
-/// Where a tick is in the jamming diagram of its depth.
+/// Where a tick is in the jamming diagram of its depth. The diagram is that of small tilts: friction along a peg that
+/// leans by theta has the ratios off by theta (mu + 1 / mu) of themselves.
 struct JammingPoint {
   double lambda = 0.0;  ///< l / (2 r mu), l below the chamfer.
   double across = 0.0;  ///< F_x / F_z

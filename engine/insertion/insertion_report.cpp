@@ -81,8 +81,9 @@ std::string phases_text(const InsertionStudy& study) {
     text += row.wedged ? "  wedged\n" : "\n";
   }
   return text +
-         "  forces where F_z is largest; depth below the plate; margin: the least, 0 where the peg slides at the "
-         "diagram's\n  lines, and below 0 outside of them\n";
+         "  forces where F_z is largest; depth below the plate; margin: the least while the hole comes, 0 where the "
+         "peg "
+         "slides\n  at the diagram's lines, but for the tilt over mu, and below 0 outside of them\n";
 }
 
 std::string theory_text(const InsertionStudy& study) {
