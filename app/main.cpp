@@ -31,6 +31,8 @@
 #include "engine/figures/figures.h"
 #include "engine/formats/files.h"
 #include "engine/formats/text.h"
+#include "engine/insertion/insertion_figure.h"
+#include "engine/insertion/insertion_report.h"
 #include "engine/loops/realtime.h"
 #include "engine/results/profile.h"
 #include "engine/results/recording_file.h"
@@ -159,6 +161,28 @@ int run(const Options& options) {
   return watch.interrupted() ? kInterrupted : code;
 }
 
+/// How the scene's peg goes into its hole.
+int insertion(const Options& options) {
+  Scene scene = load_scene(options);
+  const PegScene peg = peg_scene(scene, options.scene.string());
+  std::vector<Result> files;
+  std::optional<FileLock> lock;
+  if (!options.out.empty()) {
+    for (const char* name : kInsertionFiles) files.push_back({"--out", options.out / name});
+    check_results(files, scene_files(options.scene, options.overrides));
+    lock.emplace(claim_folder(options.out, "--out"));
+  }
+  const Model model = build_and_tell(std::move(scene), options.quiet);
+  RunWatch watch(model.scene, options.quiet);
+  const InsertionStudy study = study_insertion(model, peg, {.progress = watch.progress()});
+  watch.end();
+  if (options.format == "json") std::cout << insertion_json(model.scene, study).dump(2) << '\n';
+  if (options.format != "json" && !options.quiet) std::cout << insertion_text(model.scene, study);
+  if (!options.out.empty() && !write_insertion(model.scene, study, options.out))
+    std::cerr << "warning: no figure, for gnuplot is missing or failed\n";
+  return watch.interrupted() ? kInterrupted : report_verdict(model.scene, study.verdict);
+}
+
 int print(const std::string& text) {
   std::cout << text;
   return kDone;
@@ -190,6 +214,7 @@ int execute(const Options& options) {
       {"grasp", grasp},
       {"new", new_scene},
       {"sweep", sweep},
+      {"insertion", insertion},
       {"stiffness", [](const Options& o) { return run_stiffness(o.stiffness); }},
       {"export", export_recording},
       {"keys", [](const Options& o) { return print(o.markdown ? keys_as_markdown() : keys_as_text(o.prefix)); }},

@@ -323,6 +323,14 @@ void add_profile(CLI::App& app, SceneFlags& flags, Options& options) {
   add_file(*profile, "--trace", options.trace, "File for the last 5 s as a Chrome trace, which Perfetto opens");
 }
 
+void add_insertion(CLI::App& app, Options& options) {
+  CLI::App* const command = app.add_subcommand(
+      "insertion", "Runs a scene whose peg goes into a hole, and tells how it touches, jams and wedges");
+  add_scene(*command, options.scene, options.overrides);
+  add_results(*command, options, "insertion.json, insertion.csv and insertion.svg");
+  command->footer("Exit code: that of thenar run; 2 also for a scene without a peg, which is a cylinder, or a hole.");
+}
+
 void add_check(CLI::App& app, Options& options) {
   CLI::App* const check = app.add_subcommand(
       "check", "Says what a scene will model, what it leaves out, and the defaults; lists and draws a hand");
@@ -370,6 +378,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
   add_grasp(app, options);
   add_sweep(app, options);
   add_stiffness(app, options.stiffness);
+  add_insertion(app, options);
   add_export(app, options);
   add_keys(app, options);
   app.add_subcommand("schema", "Prints the JSON Schema of scenes, by which editors complete and check them");

@@ -15,18 +15,19 @@
 #include "app/results.h"
 #include "app/solve_muscles.h"
 #include "app/solve_result.h"
-#include "app/timed_solves.h"
 #include "engine/finder/grasp_deficit.h"
 #include "engine/formats/fclib_file.h"
 #include "engine/formats/problem_file.h"
 #include "engine/formats/text.h"
 #include "engine/studies/problem_check.h"
+#include "engine/studies/timed_solves.h"
 #include "solvers/contact_newton.h"
 #include "solvers/gauss_seidel.h"
 
 namespace {
 
 using namespace thenar;
+using ::solve;  // Of muscle problems.
 using Eigen::Index;
 using Eigen::VectorXd;
 using nlohmann::ordered_json;

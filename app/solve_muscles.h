@@ -4,11 +4,11 @@
 #include <vector>
 
 #include "app/solve_result.h"
-#include "app/timed_solves.h"
 #include "engine/formats/problem_file.h"
+#include "engine/studies/timed_solves.h"
 
 /// What `thenar solve` makes of muscle forces by a method, and of those under an object stiffness.
 [[nodiscard]] std::vector<SolveResult> solve(const thenar::MuscleFile& file, const std::string& method,
-                                             double tolerance, const Repetition& repetition);
+                                             double tolerance, const thenar::Repetition& repetition);
 [[nodiscard]] std::vector<SolveResult> solve(const thenar::StiffMuscleFile& file, const std::string& method,
-                                             double tolerance, const Repetition& repetition);
+                                             double tolerance, const thenar::Repetition& repetition);

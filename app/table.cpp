@@ -143,8 +143,9 @@ std::string environment_lines(const ordered_json& summary) {
            cell(summary, "/environment/last_touch_s", "s"));
   line(table, "lifted off it", cell(summary, "/environment/lift_off_s", "s"));
   if (summary.at("environment").at("ticks_wedged") > 0) {
-    line(table, "ticks in which two contacts wedge it", cell(summary, "/environment/ticks_wedged"),
-         "from " + cell(summary, "/environment/first_wedged_s", "s") + " on: the line through them in both cones");
+    line(table, "wedged at", cell(summary, "/environment/wedged_depth_mm", "mm"),
+         "two contacts within the friction cones, from " + cell(summary, "/environment/first_wedged_s", "s") +
+             " on in " + cell(summary, "/environment/ticks_wedged") + " ticks");
   }
   line(table, "largest normal force", cell(summary, "/environment/max_normal_N", "N"));
   line(table, "vertical force on the object", cell(summary, "/environment/max_vertical_N", "N"),

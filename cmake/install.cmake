@@ -6,7 +6,7 @@ include(CMakePackageConfigHelpers)
 set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/thenar)
 set(header_folder ${CMAKE_INSTALL_INCLUDEDIR}/thenar)
 set(core_rooms solvers muscles collision solids environment hand grasp control)
-set(other_rooms finder pulps formats scenes loops results figures studies)
+set(other_rooms finder pulps formats scenes loops results figures studies insertion)
 
 # thenar-grasp: the real-time core, which needs Eigen alone. thenar-engine: all the rest.
 foreach(set IN ITEMS core other)

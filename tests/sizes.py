@@ -8,7 +8,7 @@ from pathlib import Path
 
 ROOMS = ["solvers", "solvers/muscles", "collision", "collision/solids", *(f"engine/{room}" for room in (
     "environment", "hand", "grasp", "control", "pulps", "finder", "formats", "scenes", "loops", "results", "studies",
-    "figures", "imports")), "app", "app/window", "python"]
+    "insertion", "figures", "imports")), "app", "app/window", "python"]
 NARROW = ["solvers", "collision", "engine", "app", "python", "tests", "bench", "examples"]  # Their lines are counted.
 MOST_IN_FILE, MOST_IN_FUNCTION, MOST_IN_ROOM, MOST_COLUMNS = 500, 60, 4600, 120
 # They hold a table, which may be as long as it is: of keys, or of what Python sees.

@@ -14,11 +14,14 @@ SECTIONS = (
     ("Where methods fail", ("stability", "contact_families")),
     ("Touch and reflex", ("partial_slip", "reflex", "felt_margin", "pose_loop")),
     ("Stiffness that is chosen", ("stiffness",)),
+    ("A peg in a hole", ("insertion",)),
     ("No more than a scene needs", ("model",)),
     ("Grasps that are found", ("grasp_finding",)),
     ("Growth", ("growth", "contact_growth", "compression")),
 )
-OUTCOMES = ("held", "task done", "over limits", "off target", "slipping", "resting", "task failed", "unstable", "lost",
+GOOD = ("held", "task done", "free", "two points")
+OUTCOMES = (*GOOD, "over limits", "off target", "slipping", "resting", "outside", "jammed", "wedged", "task failed",
+            "unstable", "lost",
             "solver failed", "refused")
 NEAR = 1.10  # On the front, as far as clocks can tell.
 ENOUGH_SCENES = 3  # On which a default should be.
@@ -171,12 +174,12 @@ def first_clause(reason):
 
 
 def failures(panel):
-    """[(outcome, count, a typical reason)] of the cells that are not held, the most frequent first. Reasons count as
+    """[(outcome, count, a typical reason)] of the cells that are not good, the most frequent first. Reasons count as
     one whose first clause differs in its numbers alone. A cell that fails without a reason has an empty one."""
     groups = {}
     for row in panel["cells"]:
         for cell in row:
-            if cell["outcome"] != "held":
+            if cell["outcome"] not in GOOD:
                 reason = cell.get("reason") or ""
                 clause = re.sub(r"[-+]?\d[\d.]*(e[-+]?\d+)?", "#", first_clause(reason))
                 groups.setdefault((cell["outcome"], clause), []).append(reason)

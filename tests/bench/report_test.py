@@ -145,10 +145,11 @@ class Analysis(unittest.TestCase):
             return {"outcome": "unstable", "reason": reason}
 
         panel = {"cells": [[{"outcome": "held", "reason": ""}, unstable("30 mm off at 1e-3 s; so")],
+                           [{"outcome": "free", "reason": ""}, {"outcome": "two points", "reason": ""}],
                            [unstable("-3.5 mm off at 2 s"), unstable(None)]]}
         self.assertEqual([(outcome, count) for outcome, count, _ in analysis.failures(panel)],
                          [("unstable", 2), ("unstable", 1)])
-        self.assertEqual(analysis.outcome_counts(panel), {"held": 1, "unstable": 3})
+        self.assertEqual(analysis.outcome_counts(panel), {"held": 1, "free": 1, "two points": 1, "unstable": 3})
 
     def test_sections_have_every_figure_once_and_name_what_is_missing(self):
         parts = analysis.read_parts(DATA)
@@ -160,7 +161,7 @@ class Analysis(unittest.TestCase):
         self.assertEqual(layout[-1][0], "Others")
         self.assertEqual([name for _, _, missing in layout for name in missing],
                          ["limits", "grasp_force", "muscle", "finding", "pulp", "rate", "motion", "contact_families",
-                          "partial_slip", "reflex", "felt_margin", "pose_loop", "stiffness", "model", "grasp_finding", "growth",
+                          "partial_slip", "reflex", "felt_margin", "pose_loop", "stiffness", "insertion", "model", "grasp_finding", "growth",
                           "contact_growth", "compression"])
 
     def test_numbers_are_short(self):
@@ -348,7 +349,7 @@ class Page(unittest.TestCase):
     def test_what_is_missing_is_named(self):
         said = re.findall("Not measured: (.*?)\\. ", "".join(self.read.words))
         self.assertEqual(said, ["limits", "grasp_force, muscle, finding, pulp, rate", "motion", "contact_families",
-                                "partial_slip, reflex, felt_margin, pose_loop", "stiffness", "model", "grasp_finding",
+                                "partial_slip, reflex, felt_margin, pose_loop", "stiffness", "insertion", "model", "grasp_finding",
                                 "growth, contact_growth, compression"])
 
     def test_the_summary_tells_defaults_failures_and_candidates_for_deletion(self):

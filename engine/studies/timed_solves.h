@@ -5,6 +5,8 @@
 
 #include "engine/grasp/stopwatch.h"
 
+namespace thenar {
+
 /// How often a problem is solved for its times: until one of the two is spent, and once at least.
 struct Repetition {
   int most = 100;
@@ -37,7 +39,7 @@ class SolveTimes {
  private:
   template <typename Solve>
   static double timed_us(Solve solve) {
-    thenar::Stopwatch watch;
+    Stopwatch watch;
     solve();
     return 1e6 * watch.lap();
   }
@@ -59,3 +61,5 @@ std::vector<double> time_solves(const Repetition& repetition, Reset reset, Solve
   }
   return times.us();
 }
+
+}  // namespace thenar
