@@ -15,6 +15,8 @@ using Eigen::Vector3d;
 constexpr int kCircle = 32;             // Places on a circle that are looked at.
 constexpr double kConforming_m = 1e-8;  // A circle whose gaps differ by less fits its place all around.
 constexpr int kRefinements = 40;
+constexpr double kSameArc_rad = std::numbers::pi / 6.0;  // A contact that has gone farther along a circle is another.
+constexpr double kEverywhere = std::numeric_limits<double>::infinity();
 
 /// What looks for contacts of a feature: solid `base` in its own frame, to which the feature's solid is at X.
 struct Look {
@@ -25,15 +27,17 @@ struct Look {
   double band_m;
   std::vector<SolidContact>& contacts;
 
-  void add(std::int32_t place, double angle_rad, const Foot& foot, double round_m, const Vector3d& x,
-           bool roams = false) const {
+  void add(std::int32_t place, const Foot& foot, double round_m, const Vector3d& x, bool roams = false,
+           double same_m = kEverywhere) const {
     // An edge is met by its own solid, edges over edges by A, and a round over a round by A: each once.
     if (foot.on == Foot::On::kEdge && (reversed || round_m > 0.0)) return;
     if (reversed && round_m > 0.0 && foot.on == Foot::On::kRound) return;
     const double gap_m = foot.gap_m - round_m;
     if (!(gap_m < band_m) || contacts.size() == contacts.capacity()) return;
     const Vector3d n = X_out.linear() * foot.normal, p_m = X_out * (x - round_m * foot.normal);
-    contacts.push_back({place, angle_rad, gap_m, p_m, reversed ? Vector3d(-n) : n, roams || round_m > 0.0});
+    roams = roams || round_m > 0.0;
+    contacts.push_back(
+        {place, same_m, gap_m, p_m, reversed ? Vector3d(-n) : n, roams, roams ? kEverywhere : 0.0, round_m});
   }
 };
 
@@ -75,7 +79,7 @@ void meet_segment(const Look& look, std::int32_t place, const Feature& edge) {
     return at ? at->normal.dot(d) : 0.0;
   };
   const double s = root(0.0, 1.0, at_0, at_1, 1e-12, slope);
-  if (const auto at = foot(look.base, 0, a + s * d)) look.add(place, 0.0, *at, edge.round_m, a + s * d, true);
+  if (const auto at = foot(look.base, 0, a + s * d)) look.add(place, *at, edge.round_m, a + s * d, true);
 }
 
 /// A circle at the places kCircle of it: those over flat faces, and from the others the places of least gap.
@@ -87,6 +91,7 @@ void meet_circle(const Look& look, std::int32_t place, const Feature& circle, in
     return at.normal.dot(std::cos(angle) * v - std::sin(angle) * u);
   };
   constexpr double kStep = 2.0 * std::numbers::pi / kCircle;
+  const double same_m = kSameArc_rad * circle.circle_m;
   std::array<std::optional<Foot>, kCircle> feet;
   double least = std::numeric_limits<double>::infinity(), most = -least;
   bool all_round = true;
@@ -103,7 +108,7 @@ void meet_circle(const Look& look, std::int32_t place, const Feature& circle, in
   for (int i = 0; i < kCircle; ++i) {
     if (!feet[i]) continue;
     if (conforms || feet[i]->on == Foot::On::kFlat) {
-      look.add(place, kStep * i, *feet[i], 0.0, point(kStep * i));
+      look.add(place, *feet[i], 0.0, point(kStep * i), false, same_m);
       continue;
     }
     const int after = (i + 1) % kCircle;
@@ -116,7 +121,7 @@ void meet_circle(const Look& look, std::int32_t place, const Feature& circle, in
       return at ? slope_at(angle, *at) : 0.0;
     };
     const double angle = root(kStep * i, kStep * (i + 1), at_low, at_high, 1e-9, slope);
-    if (const auto at = foot(look.base, facet, point(angle))) look.add(place, angle, *at, 0.0, point(angle), true);
+    if (const auto at = foot(look.base, facet, point(angle))) look.add(place, *at, 0.0, point(angle), true, same_m);
   }
 }
 
@@ -139,8 +144,8 @@ int axis_of(const Feature& edge) {
 void cross_edges(const SolidPair& pair, const Isometry3d& X_BA, double band_m, std::int32_t first_place,
                  std::vector<SolidContact>& contacts) {
   std::int32_t place = first_place;
-  const double least_m =
-      std::min(std::get<BoxShape>(pair.a).size_m.minCoeff(), std::get<BoxShape>(pair.b).size_m.minCoeff());
+  const auto thickness_m = [](const Solid& box) { return std::get<BoxShape>(box).size_m.minCoeff(); };
+  const double least_m = std::min(thickness_m(std::get<Solid>(pair.a)), thickness_m(pair.b));
   for (const Feature& of_a : pair.of_a) {
     if (of_a.kind != Feature::Kind::kSegment) continue;
     const Vector3d a = X_BA * of_a.a_m, d_a = X_BA.linear() * (of_a.b_m - of_a.a_m);
@@ -163,9 +168,29 @@ void cross_edges(const SolidPair& pair, const Isometry3d& X_BA, double band_m, s
       if (!is_out_of_edge(p_b, axis_of(of_b), n) || !is_out_of_edge(of_a.a_m, axis_of(of_a), -n_A)) {
         continue;
       }
-      contacts.push_back({place, 0.0, gap_m, p_a, n, true});
+      contacts.push_back({place, kEverywhere, gap_m, p_a, n, true, kEverywhere, 0.0});
     }
   }
+}
+
+/// The one place where a ball, A or B, is nearest to a convex solid. False if the pair is another one.
+bool meet_ball(const Solid& a, const Solid& b, const Isometry3d& X_BA, double band_m,
+               std::vector<SolidContact>& contacts) {
+  const bool reversed = std::holds_alternative<SphereShape>(b);
+  const auto* const ball = std::get_if<SphereShape>(reversed ? &b : &a);
+  if (ball == nullptr || facets(b) > 1) return false;
+  const Vector3d middle_m =
+      reversed ? Vector3d(X_BA.linear().transpose() * -X_BA.translation()) : Vector3d(X_BA.translation());
+  const auto at = foot(reversed ? a : b, 0, middle_m);
+  if (!at) return true;
+  const double gap_m = at->gap_m - ball->radius_m;
+  if (!(gap_m < band_m) || contacts.size() == contacts.capacity()) return true;
+  const Vector3d n = reversed ? Vector3d(-(X_BA.linear() * at->normal)) : at->normal;
+  const Vector3d p_m = reversed ? Vector3d(ball->radius_m * n) : Vector3d(middle_m - ball->radius_m * n);
+  // No convex surface is bent more around the middle than a point, which is as far.
+  const double bend_per_m = at->on == Foot::On::kFlat ? 0.0 : 1.0 / std::max(0.0, at->gap_m);
+  contacts.push_back({0, kEverywhere, gap_m, p_m, n, true, bend_per_m, ball->radius_m});
+  return true;
 }
 
 void meet(const Look& look, const std::vector<Feature>& features, std::int32_t& place) {
@@ -176,7 +201,7 @@ void meet(const Look& look, const std::vector<Feature>& features, std::int32_t& 
       switch (feature.kind) {
         case Feature::Kind::kPoint:
           if (const auto at = foot(look.base, facet, look.X * feature.a_m))
-            look.add(place, 0.0, *at, feature.round_m, look.X * feature.a_m);
+            look.add(place, *at, feature.round_m, look.X * feature.a_m);
           break;
         case Feature::Kind::kSegment:
           // Edges of two boxes cross: see cross_edges. Over a plane a segment's ends are nearest.
@@ -192,32 +217,38 @@ void meet(const Look& look, const std::vector<Feature>& features, std::int32_t& 
 
 }  // namespace
 
-SolidPair::SolidPair(const Solid& one, const Solid& other) : a(one), b(other), of_a(features(a)), of_b(features(b)) {}
+SolidPair::SolidPair(const TouchingSolid& one, const Solid& other) : a(one), b(other), of_b(features(b)) {
+  if (const Solid* exact = std::get_if<Solid>(&a)) of_a = features(*exact);
+}
 
-std::size_t most_contacts(const SolidPair& pair) {
-  const auto of = [](const std::vector<Feature>& features, const Solid& base) {
+double reach_m(const TouchingSolid& solid) { return reach_m(std::get<Solid>(solid)); }
+
+std::size_t most_contacts(const TouchingSolid& a, const Solid& b) {
+  const auto of = [](const Solid& solid, const Solid& base) {
     std::size_t most = 0;
-    for (const Feature& feature : features) most += feature.kind == Feature::Kind::kCircle ? kCircle : 1;
+    for (const Feature& feature : features(solid)) most += feature.kind == Feature::Kind::kCircle ? kCircle : 1;
     return most * static_cast<std::size_t>(facets(base));
   };
-  std::size_t most = of(pair.of_a, pair.b) + of(pair.of_b, pair.a);
-  if (std::holds_alternative<BoxShape>(pair.a) && std::holds_alternative<BoxShape>(pair.b)) most += 16;
+  const Solid& exact = std::get<Solid>(a);
+  std::size_t most = of(exact, b) + of(b, exact);
+  if (std::holds_alternative<BoxShape>(exact) && std::holds_alternative<BoxShape>(b)) most += 16;
   return most;
 }
 
 void find_contacts(const SolidPair& pair, const Isometry3d& X_BA, double band_m, std::vector<SolidContact>& contacts) {
+  const Solid& a = std::get<Solid>(pair.a);
   // Nothing of A is nearer to B than the ball around it.
-  if (const auto* half_space = std::get_if<HalfSpace>(&pair.b);
-      half_space || std::holds_alternative<HoleShape>(pair.b)) {
-    if (X_BA.translation()[2] - reach_m(pair.a) > band_m) return;
-  } else if (X_BA.translation().norm() > reach_m(pair.a) + reach_m(pair.b) + band_m) {
+  if (std::holds_alternative<HalfSpace>(pair.b) || std::holds_alternative<HoleShape>(pair.b)) {
+    if (X_BA.translation()[2] - reach_m(a) > band_m) return;
+  } else if (X_BA.translation().norm() > reach_m(a) + reach_m(pair.b) + band_m) {
     return;
   }
+  if (meet_ball(a, pair.b, X_BA, band_m, contacts)) return;
   const Isometry3d X_AB = X_BA.inverse();
   std::int32_t place = 0;
   meet({pair.b, X_BA, Isometry3d::Identity(), false, band_m, contacts}, pair.of_a, place);
-  meet({pair.a, X_AB, X_BA, true, band_m, contacts}, pair.of_b, place);
-  if (std::holds_alternative<BoxShape>(pair.a) && std::holds_alternative<BoxShape>(pair.b))
+  meet({a, X_AB, X_BA, true, band_m, contacts}, pair.of_b, place);
+  if (std::holds_alternative<BoxShape>(a) && std::holds_alternative<BoxShape>(pair.b))
     cross_edges(pair, X_BA, band_m, place, contacts);
 }
 
