@@ -16,6 +16,7 @@ SECTIONS = (
     ("Stiffness that is chosen", ("stiffness",)),
     ("No more than a scene needs", ("model",)),
     ("Grasps that are found", ("grasp_finding",)),
+    ("Around the object", ("environment",)),
     ("Growth", ("growth", "contact_growth", "compression")),
 )
 OUTCOMES = ("held", "over limits", "off target", "slipping", "resting", "unstable", "lost", "solver failed", "refused")

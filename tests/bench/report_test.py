@@ -160,8 +160,8 @@ class Analysis(unittest.TestCase):
         self.assertEqual(layout[-1][0], "Others")
         self.assertEqual([name for _, _, missing in layout for name in missing],
                          ["limits", "grasp_force", "muscle", "finding", "pulp", "rate", "motion", "contact_families",
-                          "partial_slip", "reflex", "felt_margin", "pose_loop", "stiffness", "model", "grasp_finding", "growth",
-                          "contact_growth", "compression"])
+                          "partial_slip", "reflex", "felt_margin", "pose_loop", "stiffness", "model", "grasp_finding",
+                          "environment", "growth", "contact_growth", "compression"])
 
     def test_numbers_are_short(self):
         for value, shown in ((0, "0"), (0.0, "0"), (None, "–"), (1.0, "1"), (0.00123456, "0.00123"), (99999.0, "1e5"),
@@ -349,7 +349,7 @@ class Page(unittest.TestCase):
         said = re.findall("Not measured: (.*?)\\. ", "".join(self.read.words))
         self.assertEqual(said, ["limits", "grasp_force, muscle, finding, pulp, rate", "motion", "contact_families",
                                 "partial_slip, reflex, felt_margin, pose_loop", "stiffness", "model", "grasp_finding",
-                                "growth, contact_growth, compression"])
+                                "environment", "growth, contact_growth, compression"])
 
     def test_the_summary_tells_defaults_failures_and_candidates_for_deletion(self):
         words = "".join(self.read.words)
