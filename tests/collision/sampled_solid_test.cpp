@@ -158,6 +158,42 @@ TEST(SampledSolid, ACylinderLiesOnItsSideAndStandsOnItsRim) {
   }
 }
 
+// A plate whose sides have next to no samples has no edges by them; what is at the rim of its faces stands in.
+TEST(SampledSolid, AThinPlateDoesNotFallThrough) {
+  const Vector3d size_m(60e-3, 40e-3, 0.3e-3);
+  const auto plate = sampled(sample_box(size_m, 1500));
+  const auto contacts = contacts_of(plate, HalfSpace{}, turned(Vector3d::Zero(), {0.0, 0.0, 0.15e-3}), 0.1e-3);
+  Eigen::AlignedBox2d support_m;
+  for (const SolidContact& contact : contacts) {
+    EXPECT_NEAR(contact.gap_m, 0.0, 1e-9);
+    support_m.extend(Eigen::Vector2d(contact.p_m.head<2>()));
+  }
+  ASSERT_GE(contacts.size(), 4U);
+  EXPECT_GT(support_m.sizes().x(), size_m.x() - 4.0 * plate->spacing_m());
+  EXPECT_GT(support_m.sizes().y(), size_m.y() - 4.0 * plate->spacing_m());
+}
+
+// Noise makes bumps: a scan stands on the highest of them. It stands as far off as its samples do, and no farther.
+TEST(SampledSolid, ANoisyScanTouchesWithinItsNoise) {
+  PointCloud cloud = sample_sphere(kRadius_m, 6000);
+  std::mt19937 random(4);
+  std::normal_distribution<double> unit;
+  constexpr double kNoise_m = 10e-6;
+  for (Eigen::Index i = 0; i < cloud.points_m.cols(); ++i) {
+    cloud.points_m.col(i) += kNoise_m * unit(random) * cloud.normals.col(i);
+    cloud.normals.col(i) =
+        (cloud.normals.col(i) + 0.02 * Vector3d(unit(random), unit(random), unit(random))).normalized();
+  }
+  const auto scan = sampled(cloud);
+  for (int trial = 0; trial < 300; ++trial) {
+    const Isometry3d X = turned({unit(random), unit(random), unit(random)}, {0.0, 0.0, kRadius_m});
+    const auto contacts = contacts_of(scan, HalfSpace{}, X, 0.2e-3);
+    ASSERT_GE(contacts.size(), 1U) << trial;
+    EXPECT_NEAR(least_gap_m(contacts), 0.0, 5.0 * kNoise_m) << trial;
+  }
+  EXPECT_GT(scan->round_error_m(), 0.1 * kNoise_m);
+}
+
 // Corners and edges of a body meet the samples' surface from below: a box that is larger than the body stands on it.
 TEST(SampledSolid, ABoxStandsOnASmallerBox) {
   const auto box = sampled(sample_box({60e-3, 60e-3, 20e-3}, 8000));
