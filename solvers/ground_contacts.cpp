@@ -16,7 +16,7 @@ using Lanes = GroundLanes::Lanes;
 constexpr int kNewtonSteps = 25, kMostSteps = 250, kHalvings = 8;
 // Over the ground's own compliance; and by how much a stage may be stiffer than the last one.
 constexpr double kSoftest = 1e5, kFirstStage = 0.1, kLongestStage = 0.01, kShortestStage = 0.99;
-constexpr double kStageTolerance = 1e-6, kRough = 1e9;
+constexpr double kStageTolerance = 1e-6;
 
 /// How four contacts stand at a motion: d, and what friction makes of its force there.
 struct FourContacts {
@@ -181,21 +181,6 @@ GroundReport solve_set_ground(const GroundProblem& problem, const Motion& x_free
     work.x = guess;
     work.compliance *= stiffen(problem, x_free, tolerance, work, report.steps);
     at = balance(problem, x_free, work.x, work);
-  }
-  if (!is_solved(at, tolerance)) {
-    // Of two points that hold the body the basin is small; where it would be if nothing slid often lies in it.
-    const Motion soft = work.x;
-    for (GroundLanes& lanes : work.lanes) lanes.mu += kRough;
-    work.known_compliance = 0.0;
-    newton(problem, x_free, kStageTolerance, work, report.steps);
-    set_ground(problem.contacts, work);
-    const Balance stuck = newton(problem, x_free, tolerance, work, report.steps);
-    if (is_solved(stuck, tolerance)) {
-      at = stuck;
-      work.compliance = problem.compliance;
-    } else {
-      work.x = soft;
-    }
   }
   report.status = is_solved(at, tolerance) ? SolveStatus::kConverged : SolveStatus::kBudgetSpent;
   if (!work.x.allFinite()) {

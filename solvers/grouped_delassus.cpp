@@ -386,6 +386,15 @@ SolveReport solve_contacts(const GroupedContactProblem& problem, const GaussSeid
   } else {
     const auto mend = [&](const VectorRef& f) { return react(problem, f, work); };
     report = iterate_sweeps(problem, settings, work.sweeps, exact, mend, solution);
+    if (report.status == SolveStatus::kBudgetSpent || work.ground_status == SolveStatus::kBudgetSpent) {
+      work.ground.x.setZero();  // Once more, from rest, and with a body that is taken for more mobile.
+      work.linearisations = kWholeLinearisations + 2;
+      solution.f.setZero();
+      stand_on(*problem.ground, GroupedDelassus::CommonMotion::Zero(), work);
+      linearise(*problem.ground, work);
+      fill(problem, work);
+      report = iterate_sweeps(problem, settings, work.sweeps, exact, mend, solution);
+    }
     report.residual = std::hypot(report.residual, work.ground_missing);
     if (report.status == SolveStatus::kConverged) report.status = work.ground_status;
     if (report.status == SolveStatus::kNotFinite) report = not_finite(report.sweeps, solution);

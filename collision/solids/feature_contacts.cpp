@@ -38,7 +38,7 @@ double root(double low, double high, double at_low, double at_high, double toler
 
 /// The place of least gap inside of a segment, if there is one: over convex solids, of which the gap is convex.
 void meet_segment(const Look& look, std::int32_t place, const Feature& edge) {
-  const Vector3d a = look.X * edge.a_m, d = look.X.linear() * (edge.b_m - edge.a_m);
+  const Vector3d a = placed(look.X, edge.a_m), d = look.X.linear() * (edge.b_m - edge.a_m);
   const auto begin = look.base.foot(0, a), end = look.base.foot(0, a + d);
   if (!begin || !end) return;
   const double at_0 = begin->normal.dot(d), at_1 = end->normal.dot(d);
@@ -57,7 +57,7 @@ void meet_segment(const Look& look, std::int32_t place, const Feature& edge) {
 
 /// A circle at the places kCirclePlaces of it: those over flat faces, and from the others the places of least gap.
 void meet_circle(const Look& look, std::int32_t place, const Feature& circle, int facet) {
-  const Vector3d middle = look.X * circle.a_m;
+  const Vector3d middle = placed(look.X, circle.a_m);
   const Vector3d u = circle.circle_m * look.X.linear().col(0), v = circle.circle_m * look.X.linear().col(1);
   const auto point = [&](double angle) -> Vector3d { return middle + std::cos(angle) * u + std::sin(angle) * v; };
   const auto slope_at = [&](double angle, const Foot& at) {
@@ -113,7 +113,7 @@ void Look::add(std::int32_t place, const Foot& foot, double round_m, const Vecto
   if (reversed && round_m > 0.0 && foot.on == Foot::On::kRound) return;
   const double gap_m = foot.gap_m - round_m;
   if (!(gap_m < band_m) || contacts.size() == contacts.capacity()) return;
-  const Vector3d n = X_out.linear() * foot.normal, p_m = X_out * (x - round_m * foot.normal);
+  const Vector3d n = X_out.linear() * foot.normal, p_m = placed(X_out, x - round_m * foot.normal);
   roams = roams || round_m > 0.0;
   contacts.push_back(
       {place, same_m, gap_m, p_m, reversed ? Vector3d(-n) : n, roams, roams ? kEverywhere : 0.0, round_m});
@@ -122,8 +122,8 @@ void Look::add(std::int32_t place, const Foot& foot, double round_m, const Vecto
 void meet_feature(const Look& look, const Feature& feature, int facet, std::int32_t place) {
   switch (feature.kind) {
     case Feature::Kind::kPoint:
-      if (const auto at = look.base.foot(facet, look.X * feature.a_m))
-        look.add(place, *at, feature.round_m, look.X * feature.a_m);
+      if (const auto at = look.base.foot(facet, placed(look.X, feature.a_m)))
+        look.add(place, *at, feature.round_m, placed(look.X, feature.a_m));
       break;
     case Feature::Kind::kSegment:
       meet_segment(look, place, feature);

@@ -13,6 +13,11 @@ namespace thenar {
 inline constexpr int kCirclePlaces = 32;  ///< On a circle, that are looked at.
 inline constexpr double kEverywhere = std::numeric_limits<double>::infinity();
 
+/// X x, of which programs that are optimised less have no copy, as they may have of Eigen's own function.
+inline Eigen::Vector3d placed(const Eigen::Isometry3d& X, const Eigen::Vector3d& x) {
+  return X.linear().lazyProduct(x) + X.translation();
+}
+
 /// The solid that features of another meet: exact, or sampled.
 struct FeatureBase {
   const Solid* exact = nullptr;

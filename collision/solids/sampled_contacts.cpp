@@ -82,7 +82,7 @@ std::optional<Touch> touch(const SampledSolid& a, const BentSample& sample, cons
   Touch best{};
   for (int k = 0;; ++k) {
     const Place place(sample, u);
-    const Vector3d x = X_BA * place.p_m;
+    const Vector3d x = placed(X_BA, place.p_m);
     const auto at = foot(b, facet, x);
     // Where B has an edge or a corner, that finds the place.
     if (!at || at->on == Foot::On::kEdge || at->gap_m > band_m + nearer_m) return std::nullopt;
@@ -183,7 +183,7 @@ void meet_sharp(const SampledSolid& a, const Solid& b, const Isometry3d& X_BA, d
   double deepest_chosen_m = band_m;
   for (std::size_t i = 0; i < a.sharp().size(); ++i) {
     if (is_plane && a.sharp()[i].is_straight) break;  // Those are the last ones.
-    const Vector3d x = X_BA * a.sharp()[i].p_m;
+    const Vector3d x = placed(X_BA, a.sharp()[i].p_m);
     if (is_plane && x[2] >= band_m) continue;
     for (int facet = 0; facet < facets(b); ++facet) {
       const auto at = foot(b, facet, x);
@@ -208,7 +208,7 @@ void meet_round(const SampledSolid& a, const Solid& b, const Isometry3d& X_BA, d
                 std::vector<SolidContact>& contacts) {
   const double nearer_m = nearer_by_m(a, a.most_bent_per_m(), b);
   const auto near = [&](const Vector3d& middle_m, double radius_m) {
-    return least_gap_m(b, X_BA * middle_m) - radius_m < band_m + nearer_m;
+    return least_gap_m(b, placed(X_BA, middle_m)) - radius_m < band_m + nearer_m;
   };
   for (int facet = 0; facet < facets(b); ++facet) {
     Gathered places(kCell * a.spacing_m(), band_m);

@@ -36,7 +36,7 @@ void cross_edges(const SolidPair& pair, const Isometry3d& X_BA, double band_m, s
   const double least_m = std::min(thickness_m(std::get<Solid>(pair.a)), thickness_m(pair.b));
   for (const Feature& of_a : pair.of_a) {
     if (of_a.kind != Feature::Kind::kSegment) continue;
-    const Vector3d a = X_BA * of_a.a_m, d_a = X_BA.linear() * (of_a.b_m - of_a.a_m);
+    const Vector3d a = placed(X_BA, of_a.a_m), d_a = X_BA.linear() * (of_a.b_m - of_a.a_m);
     for (const Feature& of_b : pair.of_b) {
       if (of_b.kind != Feature::Kind::kSegment) continue;
       ++place;
