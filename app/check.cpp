@@ -9,6 +9,7 @@
 
 #include "app/hand_list.h"
 #include "app/progress.h"
+#include "collision/solids/sampled_solid.h"
 #include "engine/control/control.h"
 #include "engine/control/pose_loop.h"
 #include "engine/formats/point_cloud_file.h"
@@ -89,7 +90,8 @@ struct DescribeSolid {
   }
 };
 
-void describe_environment(const Environment& environment, std::ostream& out) {
+void describe_environment(const Model& model, std::ostream& out) {
+  const Environment& environment = *model.scene.environment;
   for (const EnvironmentBody& body : environment.bodies) {
     out << "  environment     " << body.name << ": a " << std::visit(DescribeSolid{}, body.shape) << " at "
         << place(body.X_WE.translation()) << ", friction " << body.friction;
@@ -98,6 +100,12 @@ void describe_environment(const Environment& environment, std::ostream& out) {
   }
   out << "                  gives way to the object by " << 1e6 * environment.compliance_m_per_N
       << " um/N at each contact; fingers do not touch it\n";
+  if (!model.sampled) return;
+  out << fmt::format(
+      "                  is touched by the object's samples, up to {:.2g} um off where they are round, and {:.2g} um "
+      "at "
+      "its {} places of edges\n",
+      1e6 * model.sampled->round_error_m(), 1e6 * model.sampled->edge_error_m(), model.sampled->sharp().size());
 }
 
 void describe_warnings(const Model& model, std::ostream& out) {
@@ -354,7 +362,7 @@ std::string description(const Scene& asked, bool with_parts) {
       << "  hand            " << joint_count(scene.hand) << ", viscosity " << scene.joint_viscosity
       << " N m s, no inertia\n";
   describe_object(scene.object, out);
-  if (scene.environment) describe_environment(*scene.environment, out);
+  if (scene.environment) describe_environment(model, out);
   describe_contact(scene, out);
   describe_levels(scene, out);
   describe_frames(scene, out);

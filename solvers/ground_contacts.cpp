@@ -1,5 +1,6 @@
 #include "solvers/ground_contacts.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -7,34 +8,43 @@
 namespace thenar {
 namespace {
 
-using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Motion = GroundProblem::Motion;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
+using Lanes = GroundLanes::Lanes;
 
 constexpr int kNewtonSteps = 25, kMostSteps = 250, kHalvings = 8;
 // Over the ground's own compliance; and by how much a stage may be stiffer than the last one.
 constexpr double kSoftest = 1e5, kFirstStage = 0.1, kLongestStage = 0.01, kShortestStage = 0.99;
 constexpr double kStageTolerance = 1e-6;
 
-/// A contact's force at d, and K = -df/dd where `K` is asked for.
-Vector3d force_at(const Vector3d& d, double per_c, double mu, Matrix3d* K = nullptr) {
-  if (K != nullptr) K->setZero();
-  if (!(d[0] < 0.0)) return Vector3d::Zero();
-  const double d_t = std::sqrt(d[1] * d[1] + d[2] * d[2]), bound_N = -mu * per_c * d[0];
-  const bool sticks = per_c * d_t <= bound_N;
-  const double part = sticks ? per_c : bound_N / d_t;
-  const Vector3d f(-per_c * d[0], -part * d[1], -part * d[2]);
-  if (K == nullptr) return f;
-  K->diagonal() << per_c, part, part;
-  if (sticks) return f;
-  const double c_1 = d[1] / d_t, c_2 = d[2] / d_t;
-  (*K)(1, 1) -= part * c_1 * c_1;
-  (*K)(2, 2) -= part * c_2 * c_2;
-  (*K)(1, 2) = (*K)(2, 1) = -part * c_1 * c_2;
-  (*K)(1, 0) = -mu * c_1 * per_c;
-  (*K)(2, 0) = -mu * c_2 * per_c;
-  return f;
+/// How four contacts stand at a motion: d, and what friction makes of its force there.
+struct FourContacts {
+  FourContacts(const GroundLanes& at, const Motion& x, double per_c) : d(at.delta_free) {
+    for (int j = 0; j < 6; ++j) {
+      for (int r = 0; r < 3; ++r) d[r] += x[j] * at.J[r][j];
+    }
+    f_n = per_c * (-d[0]).max(0.0);
+    d_t = (d[1].square() + d[2].square()).sqrt();
+    sticks = per_c * d_t <= at.mu * f_n;
+    part = sticks.select(Lanes::Constant(per_c), at.mu * f_n / d_t);  // f_t = -part d_t
+  }
+
+  std::array<Lanes, 3> d;
+  Lanes d_t, f_n, part;
+  Eigen::Array<bool, 4, 1> sticks;
+};
+
+Motion wrench_at(const std::vector<GroundLanes>& lanes, const Motion& x, double per_c) {
+  std::array<Lanes, 6> sums;
+  sums.fill(Lanes::Zero());
+  for (const GroundLanes& at : lanes) {
+    const FourContacts four(at, x, per_c);
+    const Lanes f_1 = -four.part * four.d[1], f_2 = -four.part * four.d[2];
+#pragma GCC unroll 6
+    for (int j = 0; j < 6; ++j) sums[j] += at.J[0][j] * four.f_n + at.J[1][j] * f_1 + at.J[2][j] * f_2;
+  }
+  return Motion::NullaryExpr([&](Eigen::Index j) { return sums[j].sum(); });
 }
 
 /// x - M (w + J' f) over M, and what it is judged by.
@@ -43,48 +53,51 @@ struct Balance {
   double size, scale;
 };
 
-Balance balance(const GroundProblem& problem, const Motion& x_free, const Motion& x, std::vector<Vector3d>& f) {
-  Motion wrench = Motion::Zero();
-  const double per_c = 1.0 / problem.compliance;
-  for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
-    const GroundContact& contact = problem.contacts[i];
-    const Vector3d d = contact.J.lazyProduct(x) + contact.delta_free;
-    f[i] = force_at(d, per_c, contact.mu);
-    if (!f[i].isZero(0.0)) wrench += contact.J.transpose().lazyProduct(f[i]);
+Balance balance(const GroundProblem& problem, const Motion& x_free, const Motion& x, GroundWorkspace& work) {
+  if (work.known_compliance != problem.compliance || work.x_known != x) {
+    work.wrench = wrench_at(work.lanes, x, 1.0 / problem.compliance);
+    work.x_known = x;
+    work.known_compliance = problem.compliance;
   }
   const Motion free = (x - x_free).cwiseQuotient(problem.mobility);
   const auto norm = [&](const Motion& v) { return std::sqrt(v.dot(problem.mobility.cwiseProduct(v))); };
-  Balance at{free - wrench, 0.0, norm(free) + norm(wrench) + norm(x_free.cwiseQuotient(problem.mobility))};
-  at.size = norm(at.missing);
-  return at;
+  const Motion missing = free - work.wrench;
+  return {missing, norm(missing), norm(free) + norm(work.wrench) + norm(x_free.cwiseQuotient(problem.mobility))};
 }
 
 /// sum J' K J; symmetric: without what a sliding contact's friction owes to its normal force.
-Matrix6 stiffness(const GroundProblem& problem, const Motion& x, bool symmetric) {
-  Matrix6 sum = Matrix6::Zero();
-  const double per_c = 1.0 / problem.compliance;
-  for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
-    const GroundContact& contact = problem.contacts[i];
-    const Vector3d d = contact.J.lazyProduct(x) + contact.delta_free;
-    if (!(d[0] < 0.0)) continue;
-    Matrix3d K;
-    force_at(d, per_c, contact.mu, &K);
-    if (symmetric) K(1, 0) = K(2, 0) = 0.0;
-    const GroundContact::Jacobian KJ = K.lazyProduct(contact.J);
-    sum += contact.J.transpose().lazyProduct(KJ);
+Matrix6 stiffness(const std::vector<GroundLanes>& lanes, double compliance, const Motion& x, bool symmetric) {
+  std::array<Lanes, 36> sums;
+  sums.fill(Lanes::Zero());
+  const double per_c = 1.0 / compliance;
+  for (const GroundLanes& at : lanes) {
+    const FourContacts four(at, x, per_c);
+    const Eigen::Array<bool, 4, 1> presses = four.d[0] < 0.0;
+    const Lanes zero = Lanes::Zero(), part = presses.select(four.part, zero);
+    const Lanes k_nn = presses.select(Lanes::Constant(per_c), zero);
+    const Lanes c_1 = four.sticks.select(zero, four.d[1] / four.d_t),
+                c_2 = four.sticks.select(zero, four.d[2] / four.d_t);
+    const Lanes k_11 = part * (1.0 - c_1.square()), k_22 = part * (1.0 - c_2.square()), k_12 = -part * c_1 * c_2;
+    const Lanes owes = symmetric ? zero : Lanes(-at.mu * k_nn);
+    for (int j = 0; j < 6; ++j) {
+      const Lanes by_n = k_nn * at.J[0][j], by_1 = owes * c_1 * at.J[0][j] + k_11 * at.J[1][j] + k_12 * at.J[2][j],
+                  by_2 = owes * c_2 * at.J[0][j] + k_12 * at.J[1][j] + k_22 * at.J[2][j];
+#pragma GCC unroll 6
+      for (int i = 0; i < 6; ++i) sums[6 * j + i] += at.J[0][i] * by_n + at.J[1][i] * by_1 + at.J[2][i] * by_2;
+    }
   }
-  return sum;
+  return Matrix6::NullaryExpr([&](Eigen::Index i, Eigen::Index j) { return sums[6 * j + i].sum(); });
 }
 
 /// Newton's method from work.x, with the last slope as long as it leaves a tenth of what is missing.
 Balance newton(const GroundProblem& problem, const Motion& x_free, double tolerance, GroundWorkspace& work,
                int& steps) {
   constexpr double kStillGood = 0.1;
-  Balance at = balance(problem, x_free, work.x, work.f);
+  Balance at = balance(problem, x_free, work.x, work);
   for (int k = 0; k < kNewtonSteps && at.size > tolerance * at.scale; ++k, ++steps) {
     if (work.has_slope) {
-      const Motion step = work.slope.solve(-at.missing);
-      const Balance trial = balance(problem, x_free, work.x + step, work.f);
+      const Motion step = -work.inverse_slope.lazyProduct(at.missing);
+      const Balance trial = balance(problem, x_free, work.x + step, work);
       work.has_slope = trial.size <= kStillGood * at.size;
       if (work.has_slope) {
         work.x += step;
@@ -92,26 +105,18 @@ Balance newton(const GroundProblem& problem, const Motion& x_free, double tolera
         continue;
       }
     }
-    Matrix6 slope = stiffness(problem, work.x, false);
+    Matrix6 slope = stiffness(work.lanes, problem.compliance, work.x, false);
     slope.diagonal() += problem.mobility.cwiseInverse();
-    work.slope.compute(slope);
-    work.has_slope = true;
-    const Motion step = work.slope.solve(-at.missing);
-    if (!step.allFinite()) {
-      work.has_slope = false;
-      break;
-    }
+    work.inverse_slope = slope.partialPivLu().inverse();
+    const Motion step = -work.inverse_slope.lazyProduct(at.missing);
+    work.has_slope = step.allFinite();
+    if (!work.has_slope) break;
+    const auto trial_at = [&](double part) { return balance(problem, x_free, work.x + part * step, work); };
     double part = 1.0;
-    Balance trial = balance(problem, x_free, work.x + step, work.f);
-    for (int halving = 0; halving < kHalvings && !(trial.size < at.size); ++halving) {
-      part *= 0.5;
-      trial = balance(problem, x_free, work.x + part * step, work.f);
-    }
+    Balance trial = trial_at(part);
+    for (int halving = 0; halving < kHalvings && !(trial.size < at.size); ++halving) trial = trial_at(part *= 0.5);
     // Where no part of the step helps, the whole step leads to another piece of the map.
-    if (!(trial.size < at.size)) {
-      part = 1.0;
-      trial = balance(problem, x_free, work.x + step, work.f);
-    }
+    if (!(trial.size < at.size)) trial = trial_at(part = 1.0);
     work.x += part * step;
     at = trial;
   }
@@ -147,35 +152,68 @@ double stiffen(const GroundProblem& problem, const Motion& x_free, double tolera
 
 }  // namespace
 
-GroundReport solve_ground(const GroundProblem& problem, const Motion& x_free, GroundWorkspace& work,
-                          double tolerance) noexcept {
-  GroundReport report;
-  if (!x_free.allFinite()) {
-    for (Vector3d& f : work.f) f.setZero();
-    return {SolveStatus::kNotFinite, 0, std::numeric_limits<double>::infinity()};
+void set_ground(std::span<const GroundContact> contacts, GroundWorkspace& work) noexcept {
+  const GroundContact none{GroundContact::Jacobian::Zero(), Vector3d::UnitX(), 0.0};
+  work.lanes.resize((contacts.size() + 3) / 4);
+  work.known_compliance = 0.0;
+  for (std::size_t i = 0; i < 4 * work.lanes.size(); ++i) {
+    GroundLanes& at = work.lanes[i / 4];
+    const GroundContact& contact = i < contacts.size() ? contacts[i] : none;
+    const auto lane = static_cast<Eigen::Index>(i % 4);
+    for (int r = 0; r < 3; ++r) {
+      for (int j = 0; j < 6; ++j) at.J[r][j][lane] = contact.J(r, j);
+      at.delta_free[r][lane] = contact.delta_free[r];
+    }
+    at.mu[lane] = contact.mu;
   }
+}
+
+GroundReport solve_set_ground(const GroundProblem& problem, const Motion& x_free, GroundWorkspace& work,
+                              double tolerance) noexcept {
+  work.compliance = 0.0;
+  GroundReport report{SolveStatus::kNotFinite, 0, std::numeric_limits<double>::infinity()};
+  if (!x_free.allFinite()) return report;
   if (!work.x.allFinite()) work.x = x_free;
   const Motion guess = work.x;
+  work.compliance = problem.compliance;
   Balance at = newton(problem, x_free, tolerance, work, report.steps);
   if (!is_solved(at, tolerance)) {
     work.x = guess;
-    GroundProblem softer = problem;
-    softer.compliance *= stiffen(problem, x_free, tolerance, work, report.steps);
-    at = balance(problem, x_free, work.x, work.f);
-    balance(softer, x_free, work.x, work.f);  // Forces that belong to the motion.
+    work.compliance *= stiffen(problem, x_free, tolerance, work, report.steps);
+    at = balance(problem, x_free, work.x, work);
   }
-  if (!is_solved(at, tolerance)) report.status = SolveStatus::kBudgetSpent;
+  report.status = is_solved(at, tolerance) ? SolveStatus::kConverged : SolveStatus::kBudgetSpent;
   if (!work.x.allFinite()) {
     report.status = SolveStatus::kNotFinite;
     work.x = x_free;
-    for (Vector3d& f : work.f) f.setZero();
+    work.compliance = 0.0;
   }
   report.missing = at.scale > 0.0 ? at.size / at.scale : 0.0;
   return report;
 }
 
-Eigen::Matrix<double, 6, 6> ground_stiffness(const GroundProblem& problem, const Motion& x) {
-  return stiffness(problem, x, true);
+void write_forces(const GroundProblem& problem, GroundWorkspace& work) noexcept {
+  std::ranges::fill(work.f, Vector3d::Zero());
+  if (work.compliance == 0.0) return;
+  for (std::size_t i = 0; i < problem.contacts.size(); i += 4) {
+    const FourContacts four(work.lanes[i / 4], work.x, 1.0 / work.compliance);
+    for (std::size_t k = 0; k < 4 && i + k < problem.contacts.size(); ++k) {
+      const auto lane = static_cast<Eigen::Index>(k);
+      work.f[i + k] = {four.f_n[lane], -four.part[lane] * four.d[1][lane], -four.part[lane] * four.d[2][lane]};
+    }
+  }
+}
+
+GroundReport solve_ground(const GroundProblem& problem, const Motion& x_free, GroundWorkspace& work,
+                          double tolerance) noexcept {
+  set_ground(problem.contacts, work);
+  const GroundReport report = solve_set_ground(problem, x_free, work, tolerance);
+  write_forces(problem, work);
+  return report;
+}
+
+Eigen::Matrix<double, 6, 6> ground_stiffness(const GroundProblem& problem, const GroundWorkspace& work) noexcept {
+  return stiffness(work.lanes, problem.compliance, work.x, true);
 }
 
 }  // namespace thenar

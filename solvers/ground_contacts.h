@@ -1,7 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/LU>
+#include <array>
 #include <span>
 #include <vector>
 
@@ -40,14 +40,29 @@ struct GroundReport {
   double missing = 0.0;  ///< What is left of x - M (w + J' f), over its parts, in the norm of M^-1.
 };
 
+/// Four contacts side by side, to compute with all at a time; lanes without one have a gap of 1 m and no Jacobian.
+struct GroundLanes {
+  using Lanes = Eigen::Array<double, 4, 1>;
+  std::array<std::array<Lanes, 6>, 3> J;
+  std::array<Lanes, 3> delta_free;
+  Lanes mu;
+};
+
 /// What the solves of one body work in, for up to `contacts` contacts.
 struct GroundWorkspace {
-  explicit GroundWorkspace(Eigen::Index contacts = 0) : f(contacts, Eigen::Vector3d::Zero()) {}
+  explicit GroundWorkspace(Eigen::Index contacts = 0) : f(contacts, Eigen::Vector3d::Zero()) {
+    lanes.reserve((contacts + 3) / 4);
+  }
 
   GroundProblem::Motion x = GroundProblem::Motion::Zero();  ///< In: a guess. Out: the body's motion.
   std::vector<Eigen::Vector3d> f;                           ///< Out: of each contact [N].
-  // M^-1 + J' K J where it was last needed: often it still does.
-  Eigen::PartialPivLU<Eigen::Matrix<double, 6, 6>> slope;
+  std::vector<GroundLanes> lanes;                           // The contacts, as set_ground() has them.
+  // J' f at a motion, for a compliance; 0: of none.
+  GroundProblem::Motion x_known, wrench;
+  double known_compliance = 0.0;
+  double compliance = 0.0;  // Which the forces belong to; 0: they are none.
+  // Of M^-1 + J' K J where it was last needed: often it still does.
+  Eigen::Matrix<double, 6, 6> inverse_slope;
   bool has_slope = false;
 };
 
@@ -55,14 +70,21 @@ struct GroundWorkspace {
 /// the six equations. Where friction makes that cycle, the ground is taken softer first, and stiffens.
 ///
 /// status    kBudgetSpent: forces of a softer ground, inside their cones; `missing` says how far x is off.
-/// Cost      About 40 multiply-adds a contact and step with the last slope, 200 with a new one; mostly a step or two.
+/// Cost      About 20 multiply-adds a contact and step with the last slope, 100 with a new one; mostly a step or two.
 ///           Does not allocate or throw.
 [[nodiscard]] GroundReport solve_ground(const GroundProblem& problem, const GroundProblem::Motion& x_free,
                                         GroundWorkspace& work, double tolerance = kGroundTolerance) noexcept;
 
-/// sum J' K J at x, K = -df/dd of each contact: what the ground does to the body's small motions. Of contacts that
-/// slide, without what their friction owes to their normal force: symmetric, positive semi-definite.
+/// The same in parts, for one who solves again and again with the same contacts, no more than there is room for:
+/// set_ground() once, solve_set_ground() as often as x_free changes, and write_forces() in the end.
+void set_ground(std::span<const GroundContact> contacts, GroundWorkspace& work) noexcept;
+[[nodiscard]] GroundReport solve_set_ground(const GroundProblem& problem, const GroundProblem::Motion& x_free,
+                                            GroundWorkspace& work, double tolerance = kGroundTolerance) noexcept;
+void write_forces(const GroundProblem& problem, GroundWorkspace& work) noexcept;
+
+/// sum J' K J at work.x of the contacts that are set, K = -df/dd: what the ground does to small motions. Of contacts
+/// that slide, without what their friction owes to their normal force: symmetric, positive semi-definite.
 [[nodiscard]] Eigen::Matrix<double, 6, 6> ground_stiffness(const GroundProblem& problem,
-                                                           const GroundProblem::Motion& x);
+                                                           const GroundWorkspace& work) noexcept;
 
 }  // namespace thenar

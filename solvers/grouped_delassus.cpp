@@ -165,15 +165,23 @@ void fill(const GroupedContactProblem& problem, GroupedWorkspace& grouped) {
   constexpr int kOwn = GroupedDelassus::kOwn, kCommon = GroupedDelassus::kPadded;
   const float own_root = static_cast<float>(std::sqrt(W.own_mobility));
   const Eigen::Matrix<float, kCommon, 1> common_root = W.common_mobility.cwiseSqrt().cast<float>();
+  const Eigen::Matrix<float, 6, 6> L = grouped.L.cast<float>();  // Meant where there is a ground.
   for (Index k = 0; k < W.groups(); ++k) {
     const SweepWorkspace::Group& group = work.groups[k];
     const Index first = 3 * group.begin, columns = 3 * (group.end - group.begin);
     auto J = work.J.middleRows(group.row, group.rows);
     J.topLeftCorner(columns, kOwn) = own_root * W.J_own.middleRows(first, columns).cast<float>();
-    J.topRightCorner(columns, kCommon) = W.J_common.middleRows(first, columns).cast<float>() * common_root.asDiagonal();
-    if (problem.ground != nullptr) {
-      J.block(0, kOwn, columns, 6) =
-          W.J_common.block<Eigen::Dynamic, 6>(first, 0, columns, 6).lazyProduct(grouped.L).cast<float>();
+    const auto J_common = W.J_common.middleRows(first, columns);
+    if (problem.ground == nullptr) {
+      J.topRightCorner(columns, kCommon) = J_common.cast<float>() * common_root.asDiagonal();
+    } else {
+      // Times L, which is upper triangular: columns from behind, in place.
+      J.topRightCorner(columns, kCommon) = J_common.cast<float>();
+      for (int j = 5; j >= 0; --j) {
+        auto J_j = J.col(kOwn + j).head(columns);
+        J_j *= L(j, j);
+        for (int i = 0; i < j; ++i) J_j += L(i, j) * J.col(kOwn + i).head(columns);
+      }
     }
     if (W.J_fifth.size() > 0) J.col(kFifth).head(columns) = own_root * W.J_fifth.segment(first, columns).cast<float>();
     J.bottomRows(group.rows - columns).setZero();
@@ -298,7 +306,8 @@ GroupedDelassus::CommonMotion common_motion(const GroupedDelassus& W, const Vect
 /// Where the ground lets the body be that its groups move by `by_groups`.
 void stand_on(const CommonGround& ground, const GroupedDelassus::CommonMotion& by_groups, GroupedWorkspace& work,
               double tolerance = kGroundTolerance) {
-  const GroundReport report = solve_ground(ground.problem, ground.x_free + by_groups.head<6>(), work.ground, tolerance);
+  const GroundReport report =
+      solve_set_ground(ground.problem, ground.x_free + by_groups.head<6>(), work.ground, tolerance);
   work.ground_missing = report.missing;
   work.ground_status = report.status;
 }
@@ -308,7 +317,7 @@ void stand_on(const CommonGround& ground, const GroupedDelassus::CommonMotion& b
 void linearise(const CommonGround& ground, GroupedWorkspace& work) {
   ++work.linearisations;
   const double share = std::pow(0.5, std::max(0, work.linearisations - kWholeLinearisations));
-  Eigen::Matrix<double, 6, 6> inverse = share * ground_stiffness(ground.problem, work.ground.x);
+  Eigen::Matrix<double, 6, 6> inverse = share * ground_stiffness(ground.problem, work.ground);
   inverse.diagonal() += ground.problem.mobility.cwiseInverse();
   work.R = inverse.llt().matrixL();
   work.L.setIdentity();
@@ -366,6 +375,7 @@ SolveReport solve_contacts(const GroupedContactProblem& problem, const GaussSeid
   const auto exact = [&](const VectorRef& f, VectorOut delta) { gaps(problem, f, work, delta); };
   if (problem.ground != nullptr) {
     work.linearisations = 0;
+    set_ground(problem.ground->problem.contacts, work.ground);
     stand_on(*problem.ground, common_motion(problem.W, solution.f), work);
     linearise(*problem.ground, work);
   }
@@ -376,9 +386,19 @@ SolveReport solve_contacts(const GroupedContactProblem& problem, const GaussSeid
   } else {
     const auto mend = [&](const VectorRef& f) { return react(problem, f, work); };
     report = iterate_sweeps(problem, settings, work.sweeps, exact, mend, solution);
+    if (report.status == SolveStatus::kBudgetSpent || work.ground_status == SolveStatus::kBudgetSpent) {
+      work.ground.x.setZero();  // Once more, from rest, and with a body that is taken for more mobile.
+      work.linearisations = kWholeLinearisations + 2;
+      solution.f.setZero();
+      stand_on(*problem.ground, GroupedDelassus::CommonMotion::Zero(), work);
+      linearise(*problem.ground, work);
+      fill(problem, work);
+      report = iterate_sweeps(problem, settings, work.sweeps, exact, mend, solution);
+    }
     report.residual = std::hypot(report.residual, work.ground_missing);
     if (report.status == SolveStatus::kConverged) report.status = work.ground_status;
     if (report.status == SolveStatus::kNotFinite) report = not_finite(report.sweeps, solution);
+    write_forces(problem.ground->problem, work.ground);
   }
   if (report.status == SolveStatus::kNotFinite) {
     work.own_motion.setZero();

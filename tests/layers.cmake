@@ -18,7 +18,7 @@ set(core solvers solvers/muscles collision collision/solids engine/environment e
 room(solvers)
 room(solvers/muscles SEES solvers)
 room(collision)
-room(collision/solids)
+room(collision/solids SEES collision)
 room(engine/environment SEES solvers collision/solids)
 room(engine/hand SEES solvers solvers/muscles collision)
 set(below_grasp solvers solvers/muscles collision collision/solids engine/environment engine/hand)

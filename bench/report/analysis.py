@@ -17,6 +17,7 @@ SECTIONS = (
     ("A peg in a hole", ("insertion",)),
     ("No more than a scene needs", ("model",)),
     ("Grasps that are found", ("grasp_finding",)),
+    ("Around the object", ("environment",)),
     ("Growth", ("growth", "contact_growth", "compression")),
 )
 GOOD = ("held", "task done", "free", "two points")

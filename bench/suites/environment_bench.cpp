@@ -3,11 +3,9 @@
 //
 //     ./dev bench environment --benchmark_repetitions=20 --benchmark_enable_random_interleaving=true
 
-#include <fmt/format.h>
-
-#include <cmath>
 #include <map>
 
+#include "bench/cases/bed_of_balls.h"
 #include "bench/cases/timed_ticks.h"
 
 namespace thenar {
@@ -15,34 +13,10 @@ namespace {
 
 constexpr Eigen::Index kContacts = 60;
 
-/// Balls on a square grid under the box and along its way, n of them always under it, which rise by 0.2 mm.
-std::vector<std::string> bed(int n) {
-  if (n == 0) return {};
-  const Scene scene = load_scene(THENAR_CONFIGS "/box_grasp.yaml");
-  const Eigen::Isometry3d& X = scene.object.X_WO;
-  constexpr double kRadius_m = 1e-3, kHalf_m = 22e-3, kRise_m = 0.2e-3;
-  const int rows = static_cast<int>(std::lround(std::sqrt(0.5 * n))), columns = n / rows;
-  const Eigen::Vector3d up = X.linear().col(2);
-  std::string bodies;
-  for (int i = 0; i < rows; ++i) {
-    for (int j = 0; j < columns; ++j) {
-      const Eigen::Vector3d at_O(kHalf_m * (2.0 * i / (rows - 1) - 1.0), kHalf_m * (2.0 * j / (columns - 1) - 1.0),
-                                 -25e-3 - kRadius_m);
-      const Eigen::Vector3d p = X * at_O;
-      bodies += fmt::format(
-          "{}{{shape: {{sphere: 1 mm}}, position: [{} m, {} m, {} m], "
-          "move: [{{by: [{} m, {} m, {} m], from: 0.1 s, over: 0.3 s}}]}}",
-          bodies.empty() ? "" : ", ", p.x(), p.y(), p.z(), kRise_m * up.x(), kRise_m * up.y(), kRise_m * up.z());
-    }
-  }
-  // The box is to stay over the bed.
-  return {"task.translate.by=[0 mm, 1 mm, 0 mm]", fmt::format("environment={{friction: 0.2, bodies: [{}]}}", bodies)};
-}
-
 void contact_tick_over(benchmark::State& bench) {
   static std::map<int, TimedTicks> runs;
   const int n = static_cast<int>(bench.range(0));
-  const auto run = runs.try_emplace(n, kContacts, bed(n)).first;
+  const auto run = runs.try_emplace(n, kContacts, bed_of_balls(n)).first;
   run->second.time(bench);
 }
 

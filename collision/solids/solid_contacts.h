@@ -1,33 +1,14 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <cstdint>
 #include <vector>
 
-#include "collision/solids/solid.h"
+#include "collision/solids/solid_pair.h"
 
 namespace thenar {
 
-/// Where two solids A and B touch, or nearly. In B's frame.
-struct SolidContact {
-  std::int32_t place = 0;  ///< Which feature of one and facet of the other; the same as long as they meet.
-  double angle_rad = 0.0;  ///< On a circle, where: of several contacts at one place, the nearest is the same.
-  double gap_m = 0.0;      ///< Negative: they overlap.
-  Eigen::Vector3d p_m;     ///< The feature's point, or that on its round: its motion along n is the gap's.
-  Eigen::Vector3d n;       ///< Out of B, into A.
-  bool roams = false;      ///< It is at the place of least gap, and goes elsewhere as the solids move.
-};
-
-/// Two solids made ready to look for contacts.
-struct SolidPair {
-  SolidPair(const Solid& one, const Solid& other);
-
-  Solid a, b;
-  std::vector<Feature> of_a, of_b;
-};
-
-/// Most contacts that a pair can have.
-[[nodiscard]] std::size_t most_contacts(const SolidPair& pair);
+/// Most contacts that A can have with B. Where A is sampled there are as many, whatever its samples: it may be null.
+[[nodiscard]] std::size_t most_contacts(const TouchingSolid& a, const Solid& b);
 
 /// Adds all contacts whose gap is below `band_m`, A at X_BA: features of A over facets of B, features of B over faces
 /// of A, and edges of two boxes that cross. Edges and circles give the places of least gap, to rounding; a circle on a

@@ -11,12 +11,16 @@
 
 namespace thenar {
 
-/// The force at one contact with the environment, which the next tick finds again by body and place, and on a circle by
-/// its angle. It is all that friction remembers: how far the two are sheared there is c f_t.
+/// X moved by x: its origin by x's first three [m], and turned about it by the rotation vector of the others, world
+/// axes.
+[[nodiscard]] Eigen::Isometry3d moved(const Eigen::Isometry3d& X, const GroundProblem::Motion& x);
+
+/// The force at one contact with the environment, which the next tick finds again by body and place. It is all that
+/// friction remembers: how far the two are sheared there is c f_t.
 struct EnvironmentForce {
   int body = 0;
   std::int32_t place = 0;
-  double angle_rad = 0.0;
+  Eigen::Vector3d p_E = Eigen::Vector3d::Zero();  ///< Where it is, in the frame of the body.
   Eigen::Vector3d n_E = Eigen::Vector3d::Zero();  ///< Into the object, axes of the body.
   Eigen::Vector3d f_E = Eigen::Vector3d::Zero();  ///< On the object, likewise [N].
 };
@@ -37,38 +41,58 @@ struct EnvironmentReport {
   bool wedged = false;
 };
 
-/// The object's contacts with the environment, found anew in each tick, for both are exact: no frame is too old for
+/// The object and one body of its environment.
+struct EnvironmentPair {
+  SolidPair solids;
+  Eigen::Isometry3d X_WE = Eigen::Isometry3d::Identity();  ///< The body's, at the end of the tick.
+  Eigen::Vector3d moved_m = Eigen::Vector3d::Zero();       ///< By what it moves in the tick, world axes.
+};
+
+/// A contact, and what the solver does not need to know of it.
+struct EnvironmentContact {
+  int body = 0;
+  SolidContact at;                                      ///< In the body's frame.
+  Eigen::Vector3d sheared_m = Eigen::Vector3d::Zero();  ///< By what the last force has sheared it, in contact rows.
+};
+
+/// The object's contacts with the environment, found again in each tick, for both are exact: no frame is too old for
 /// them. Memory is taken once.
 struct EnvironmentContacts {
   EnvironmentContacts() = default;  ///< Of a scene that has none.
-  EnvironmentContacts(const Environment& environment, const Solid& object);
+  EnvironmentContacts(const Environment& environment, const TouchingSolid& object);
 
-  std::vector<SolidPair> pairs;     ///< The object and each body.
-  std::vector<std::size_t> end;     ///< Contacts of body k are at end[k - 1] .. end[k], from 0 on.
-  std::vector<SolidContact> found;  ///< In the bodies' frames.
-  std::vector<GroundContact> contacts;
-  std::vector<Eigen::Matrix3d> E_W;        ///< Columns n, t1, t2, world axes.
-  std::vector<Eigen::Vector3d> p_W;        ///< Where they are.
-  std::vector<Eigen::Vector3d> sheared_m;  ///< By what the last force has sheared them, in contact rows.
-  std::vector<Eigen::Vector3d> moved_m;    ///< By what the body moves in the tick, likewise.
+  std::vector<EnvironmentPair> pairs;     ///< One a body.
+  std::vector<EnvironmentContact> found;  ///< Body by body.
+  std::vector<GroundContact> contacts;    ///< The same ones as the solver knows them: rows n, t1, t2.
+  GroundProblem::Motion looked_at = GroundProblem::Motion::Zero();  ///< The motion after which gaps are exact.
+  double reach_m = 0.0;                                             ///< The object's, from its origin.
 
-  std::vector<EnvironmentForce> then;  ///< Scratch: forces before the contacts were looked at again.
+  // Scratch: a pair's contacts; forces before the contacts were looked at again.
+  std::vector<SolidContact> of_pair;
+  std::vector<EnvironmentForce> then;
 
-  [[nodiscard]] std::size_t most() const { return contacts.capacity(); }
-  [[nodiscard]] const Solid& object() const { return pairs.front().a; }
+  [[nodiscard]] std::size_t most() const { return most_; }
+
+ private:
+  std::size_t most_ = 0;
 };
 
 /// Finds the contacts of a tick from `begin` to `end`, the object at X_WO when it begins: gaps are those to the
 /// bodies where they are at its end, slips those that they make. What is farther than `band_m` then is left out.
-/// `forces` are the last tick's, in order. `x`: the object is looked at where this motion takes it, and what is found
-/// is taken back along its own directions: gaps are right after the motion, not before.
+/// `forces` are the last tick's, in order; each is taken over by one contact at most. `x`: the object is looked at
+/// where this motion takes it, and what is found is taken back along its own directions: gaps are right after the
+/// motion, not before.
 void find_environment_contacts(const Environment& environment, const Eigen::Isometry3d& X_WO, const Instant& begin,
                                const Instant& end, double band_m, const std::vector<EnvironmentForce>& forces,
                                EnvironmentContacts& contacts,
                                const GroundProblem::Motion& x = GroundProblem::Motion::Zero());
 
+/// By how much gaps after a motion x may differ from what these contacts say, at most [m]; of contacts that roam:
+/// places of least gap go elsewhere with the motion, and straight lines miss that. Infinite where nothing is known.
+[[nodiscard]] double may_miss_m(const EnvironmentContacts& contacts, const GroundProblem::Motion& x);
+
 /// How far the gaps of these contacts after a motion x are from those at which the forces `then` are, at most [m]; of
-/// contacts that roam: places of least gap go elsewhere with the motion, and straight lines miss that.
+/// contacts that roam.
 [[nodiscard]] double missed_m(const Environment& environment, const EnvironmentContacts& contacts,
                               const GroundProblem::Motion& x, const std::vector<EnvironmentForce>& then);
 
@@ -92,6 +116,6 @@ struct EnvironmentWork {
 
 /// Keeps the forces for the next tick, in order.
 void keep_forces(const EnvironmentContacts& contacts, const std::vector<Eigen::Vector3d>& f,
-                 const Environment& environment, const Instant& end, std::vector<EnvironmentForce>& forces);
+                 std::vector<EnvironmentForce>& forces);
 
 }  // namespace thenar

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <optional>
 
+#include "collision/solids/solid_contacts.h"
 #include "engine/environment/environment.h"
 
 namespace thenar {
@@ -28,7 +29,7 @@ struct Overlap {
 ///
 /// Without friction the forces of bodies that give way minimise an energy. At its least, forces that are left are
 /// y >= 0 with sum y_i J_i = 0 and y . gap < 0: they prove that no motion opens all contacts.
-[[nodiscard]] std::optional<Overlap> find_overlap(const Environment& environment, const Solid& object,
+[[nodiscard]] std::optional<Overlap> find_overlap(const Environment& environment, const TouchingSolid& object,
                                                   const Eigen::Isometry3d& X_WO);
 
 }  // namespace thenar

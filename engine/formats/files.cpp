@@ -183,4 +183,12 @@ FileLock::~FileLock() {
   if (descriptor_ >= 0) close(descriptor_);
 }
 
+std::filesystem::path seen_from(const std::filesystem::path& folder, const std::filesystem::path& file) {
+  if (file.empty()) return file;
+  std::error_code none;
+  const std::filesystem::path relative = std::filesystem::proximate(
+      std::filesystem::absolute(file), std::filesystem::absolute(folder.empty() ? "." : folder), none);
+  return relative.empty() ? std::filesystem::absolute(file) : relative;
+}
+
 }  // namespace thenar

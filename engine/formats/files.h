@@ -76,4 +76,7 @@ class FileLock {
   int descriptor_;
 };
 
+/// A file's name as a file in `folder` has to give it.
+[[nodiscard]] std::filesystem::path seen_from(const std::filesystem::path& folder, const std::filesystem::path& file);
+
 }  // namespace thenar

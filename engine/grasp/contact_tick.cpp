@@ -214,10 +214,7 @@ SolveReport find_forces(const Model& model, const Frame& frame, const GroupedDel
 
 void move(const RigidMotion& motion, State& state) {
   state.q += motion.dq;
-  state.X_WO.translation() += motion.dx.head<3>();
-  const Vector3d turn = motion.dx.tail<3>();
-  const double angle = turn.norm();
-  if (angle > 0.0) state.X_WO.linear() = Eigen::AngleAxisd(angle, turn / angle) * state.X_WO.linear();
+  state.X_WO = moved(state.X_WO, motion.dx);
 }
 
 /// How far the control points that the lists have no room for are in the object, at the state that the tick starts
@@ -442,7 +439,7 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
   note_points(frame, work.kinematics, state, work.f, work.patches);
   const bool moved = report.solve.status != SolveStatus::kNotFinite && commit(model, frame, work, motion, state);
   ++state.tick;
-  if (moved && scene.environment) keep_environment(model, work, state, report.environment);
+  if (moved && scene.environment) keep_environment(work, state, report.environment);
   report.solve_s = watch.lap();
   if (!moved) {
     report.solve = {SolveStatus::kNotFinite, report.solve.sweeps, std::numeric_limits<double>::infinity()};

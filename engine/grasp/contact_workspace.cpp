@@ -11,9 +11,11 @@ FramePolicy split_policy(const Scene& scene) {
 
 namespace {
 
-EnvironmentContacts environment_of(const Scene& scene) {
-  const std::optional<Solid> object = solid_of(scene.object.shape);
-  return scene.environment && object ? EnvironmentContacts(*scene.environment, *object) : EnvironmentContacts();
+EnvironmentContacts environment_of(const Model& model) {
+  if (!model.scene.environment) return {};
+  const std::optional<Solid> exact = solid_of(model.scene.object.shape);
+  if (!exact && !model.sampled) return {};
+  return {*model.scene.environment, exact ? TouchingSolid(*exact) : TouchingSolid(model.sampled)};
 }
 
 }  // namespace
@@ -28,8 +30,8 @@ ContactWorkspace::ContactWorkspace(const Model& model, const FramePolicy& frame_
       f(3 * model.max_contacts),
       mu(Eigen::VectorXd::Constant(model.max_contacts, model.scene.contact.friction)),
       f_first(3 * model.max_contacts),
-      environment(environment_of(model.scene)),
-      environment_again(environment_of(model.scene)),
+      environment(environment_of(model)),
+      environment_again(environment_of(model)),
       solver(model.max_contacts, model.fingers(), model.soft_object(), static_cast<Eigen::Index>(environment.most())),
       torque_Nm(model.scene.hand.at_zero()),
       resumed_Nm(model.scene.hand.at_zero()),

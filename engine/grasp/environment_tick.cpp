@@ -1,6 +1,5 @@
 #include "engine/grasp/environment_tick.h"
 
-#include <algorithm>
 #include <utility>
 
 namespace thenar {
@@ -20,8 +19,8 @@ void look_around(const Model& model, const Mobility& mobility, const Vector6d& w
                  EnvironmentContacts& contacts, const Vector6d& x) {
   if (contacts.pairs.empty()) return;
   const Scene& scene = model.scene;
-  const double way_m = mobility.translation * wrench.head<3>().norm() +
-                       reach_m(contacts.object()) * mobility.rotation * wrench.tail<3>().norm();
+  const double way_m =
+      mobility.translation * wrench.head<3>().norm() + contacts.reach_m * mobility.rotation * wrench.tail<3>().norm();
   find_environment_contacts(*scene.environment, state.X_WO, after(model, state, 0), after(model, state, 1),
                             scene.contact.band_m + way_m, state.environment_forces, contacts, x);
 }
@@ -30,11 +29,11 @@ bool look_again(const Model& model, const Mobility& mobility, const Vector6d& wr
                 const Vector6d& x, ContactWorkspace& work) {
   constexpr double kNews_m = 5e-9;  // What a twentieth of a newton presses in, usually.
   if (work.solver.ground_status != SolveStatus::kConverged) return false;  // These forces press in more than c f.
-  if (std::ranges::none_of(work.environment.found, &SolidContact::roams)) return false;
-  const Environment& environment = *model.scene.environment;
-  keep_forces(work.environment, work.solver.ground.f, environment, after(model, state, 1), work.environment_again.then);
+  if (!(may_miss_m(work.environment, x) > kNews_m)) return false;
+  keep_forces(work.environment, work.solver.ground.f, work.environment_again.then);
   look_around(model, mobility, wrench, state, work.environment_again, x);
-  if (!(missed_m(environment, work.environment_again, x, work.environment_again.then) > kNews_m)) return false;
+  const double news_m = missed_m(*model.scene.environment, work.environment_again, x, work.environment_again.then);
+  if (!(news_m > kNews_m)) return false;
   std::swap(work.environment, work.environment_again);
   return true;
 }
@@ -48,10 +47,9 @@ std::optional<CommonGround> ground_of(const Model& model, const Mobility& mobili
   return ground;
 }
 
-void keep_environment(const Model& model, const ContactWorkspace& work, State& state, EnvironmentReport& report) {
-  const Environment& environment = *model.scene.environment;
+void keep_environment(const ContactWorkspace& work, State& state, EnvironmentReport& report) {
   report = environment_report(work.environment, work.solver.ground.f, work.solver.ground.x);
-  keep_forces(work.environment, work.solver.ground.f, environment, after(model, state, 0), state.environment_forces);
+  keep_forces(work.environment, work.solver.ground.f, state.environment_forces);
 }
 
 }  // namespace thenar

@@ -28,6 +28,6 @@ void look_around(const Model& model, const Mobility& mobility, const Vector6d& w
                                                     const Vector6d& wrench, const ContactWorkspace& work);
 
 /// Keeps the environment's forces for the next tick, which begins where the state is now, and tells of them.
-void keep_environment(const Model& model, const ContactWorkspace& work, State& state, EnvironmentReport& report);
+void keep_environment(const ContactWorkspace& work, State& state, EnvironmentReport& report);
 
 }  // namespace thenar

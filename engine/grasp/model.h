@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -27,6 +28,8 @@ struct FingerStart {
                                                         ///< touched, and stuck: world.
 };
 
+class SampledSolid;
+
 /// A scene made ready to run: its data, and what is computed from them once. Made by build_model().
 struct Model {
   Scene scene;
@@ -39,6 +42,8 @@ struct Model {
   std::string grasp_notes = {};   ///< How the grasp was found, and how good it is; empty: it was not.
   /// How the fingers of a scene that settles hold the object when a run begins. Nothing: they carry nothing yet.
   std::optional<PerFinger<FingerStart>> start = {};
+  /// What touches the environment, where that is no exact solid: the object's samples.
+  std::shared_ptr<const SampledSolid> sampled = {};
 
   [[nodiscard]] int fingers() const { return scene.hand.fingers(); }
   [[nodiscard]] bool deformable() const { return !pulps.empty(); }

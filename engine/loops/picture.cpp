@@ -1,5 +1,6 @@
 #include "engine/loops/picture.h"
 
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -11,25 +12,22 @@ namespace {
 void take_touches(const ContactWorkspace& work, std::vector<ShownTouch>& touches) noexcept {
   touches.clear();
   const EnvironmentContacts& around = work.environment;
-  std::size_t i = 0;
-  for (std::size_t k = 0; k < around.pairs.size() && !around.contacts.empty(); ++k) {
-    for (; i < around.end[k]; ++i) {
-      const Eigen::Vector3d& f = work.solver.ground.f[i];
-      if (!(f[0] > 0.0)) continue;
-      const Eigen::Matrix3d& E_W = around.E_W[i];
-      touches.push_back({static_cast<int>(k), around.found[i].p_m, E_W.col(0), E_W * f});
-    }
+  for (std::size_t i = 0; i < around.found.size(); ++i) {
+    const Eigen::Vector3d& f = work.solver.ground.f[i];
+    if (!(f[0] > 0.0)) continue;
+    const auto E_W = around.contacts[i].J.leftCols<3>().transpose();
+    touches.push_back({around.found[i].body, around.found[i].at.p_m, E_W.col(0), E_W * f});
   }
 }
 
 }  // namespace
 
 std::size_t most_touches(const Scene& scene) {
-  const std::optional<Solid> object = scene.environment ? solid_of(scene.object.shape) : std::nullopt;
+  if (!scene.environment) return 0;
+  const std::optional<Solid> exact = solid_of(scene.object.shape);
+  const TouchingSolid object = exact ? TouchingSolid(*exact) : TouchingSolid(std::shared_ptr<const SampledSolid>());
   std::size_t most = 0;
-  for (std::size_t k = 0; object && k < scene.environment->bodies.size(); ++k) {
-    most += most_contacts(SolidPair(*object, scene.environment->bodies[k].shape));
-  }
+  for (const EnvironmentBody& body : scene.environment->bodies) most += most_contacts(object, body.shape);
   return most;
 }
 

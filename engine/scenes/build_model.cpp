@@ -1,9 +1,11 @@
 #include "engine/scenes/build_model.h"
 
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "collision/solids/sampled_solid.h"
 #include "engine/scenes/scene_environment.h"
 #include "engine/scenes/scene_grasp.h"
 #include "engine/scenes/surface_model.h"
@@ -15,8 +17,12 @@ namespace {
 Model with_surface(Scene scene, std::vector<std::string> notes, ImplicitSurface surface) {
   std::string grasp_notes;
   if (scene.grasp) grasp_notes = find_scene_grasp(scene, surface);
-  check_room(scene);
+  std::shared_ptr<const SampledSolid> sampled;
+  if (scene.environment && !solid_of(scene.object.shape))
+    sampled = std::make_shared<const SampledSolid>(surface.cloud());
+  check_room(scene, sampled);
   Model model = surface_model(std::move(scene), std::move(surface));
+  model.sampled = std::move(sampled);
   model.object_notes = std::move(notes);
   model.grasp_notes = std::move(grasp_notes);
   return model;

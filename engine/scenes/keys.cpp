@@ -299,8 +299,7 @@ constexpr std::array kSceneKeys = std::to_array<Key>({
      "JOINT_Nm for each joint, or MUSCLE_N for each muscle, as signals.csv has them."},
 
     {"environment", kMap, kNone, "", "(Without it the object touches the fingers alone.)",
-     "What is around the object: rigid bodies with exact surfaces. The object has to be a box, a sphere or a cylinder; "
-     "fingers do not touch them."},
+     "What is around the object: rigid bodies with exact surfaces. Fingers do not touch them."},
     {"environment.friction",
      kQuantity,
      kNone,

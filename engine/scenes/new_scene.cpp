@@ -45,13 +45,6 @@ fs::path schema_file() {
   return fs::exists(file, none) && file.string().find(' ') == std::string::npos ? file : fs::path();
 }
 
-fs::path seen_from(const fs::path& folder, const fs::path& file) {
-  if (file.empty()) return file;
-  std::error_code none;
-  const fs::path relative = fs::proximate(fs::absolute(file), fs::absolute(folder.empty() ? "." : folder), none);
-  return relative.empty() ? fs::absolute(file) : relative;
-}
-
 Scene scene_of_object(const ObjectWish& wish) {
   expect_object(wish.object);
   Scene scene = scene_to_begin_with(load_hand(find_hand(wish.hand.string())), {wish.object, wish.unit_m}, wish.mass_kg,

@@ -36,7 +36,4 @@ NewScene write_new_scene(const std::filesystem::path& file, const ObjectWish& wi
 /// The schema that comes with the program; empty where it is missing, or where editors could not read its name.
 [[nodiscard]] std::filesystem::path schema_file();
 
-/// A file's name as a file in `folder` has to give it.
-[[nodiscard]] std::filesystem::path seen_from(const std::filesystem::path& folder, const std::filesystem::path& file);
-
 }  // namespace thenar

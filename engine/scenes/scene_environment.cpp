@@ -70,7 +70,7 @@ struct SolidText {
 
 std::string solid_text(const Solid& solid) { return "{" + std::visit(SolidText{}, solid) + "}"; }
 
-Environment read_environment(const ConfigMap& root, const Shape& object) {
+Environment read_environment(const ConfigMap& root) {
   const ConfigMap map = root.map("environment");
   Environment environment;
   environment.place = root.location("environment");
@@ -79,15 +79,14 @@ Environment read_environment(const ConfigMap& root, const Shape& object) {
   for (const ConfigMap& body : map.list_of_maps("bodies"))
     environment.bodies.push_back(read_body(body, map, environment.bodies.size() + 1));
   if (environment.bodies.empty() && !map.is_refused("bodies")) map.refuse("bodies", "names no body");
-  if (!solid_of(object))
-    root.refuse("environment", "needs an object that is a box, a sphere or a cylinder: other shapes are of samples");
   return environment;
 }
 
-void check_room(const Scene& scene) {
-  const std::optional<Solid> object = solid_of(scene.object.shape);
-  if (!scene.environment || !object) return;
-  const auto overlap = find_overlap(*scene.environment, *object, scene.object.X_WO);
+void check_room(const Scene& scene, const std::shared_ptr<const SampledSolid>& sampled) {
+  if (!scene.environment) return;
+  const std::optional<Solid> exact = solid_of(scene.object.shape);
+  const TouchingSolid object = exact ? TouchingSolid(*exact) : TouchingSolid(sampled);
+  const auto overlap = find_overlap(*scene.environment, object, scene.object.X_WO);
   if (!overlap) return;
   const auto at = [&](const Overlap::Place& place) {
     const Vector3d p_mm = 1e3 * place.p_E;

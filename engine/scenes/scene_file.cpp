@@ -338,7 +338,7 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
   if (scene.control && root.map("control").has("drive")) {
     drive_readable = read_drive(root.map("control"), scene.hand, *scene.control);
   }
-  if (root.has("environment")) scene.environment = read_environment(root, scene.object.shape);
+  if (root.has("environment")) scene.environment = read_environment(root);
   if (root.has("task")) scene.task = read_task(root, scene);
   scene.only_needed = root.choice("model") == "auto";
   if (root.has("tolerance")) scene.tolerance = read_tolerance(root.map("tolerance"));

@@ -129,19 +129,20 @@ std::vector<Phase> read_phases(const ConfigMap& root, const ConfigMap& task, con
     const std::string fault = order_fault(phases, i);
     if (!fault.empty()) maps[i].refuse(to_string(phases[i].kind), fault);
   }
-  if (!root.has("control")) task.refuse("phases", "needs control, which goes through them");
-  if (!root.has("environment")) task.refuse("phases", "needs an environment, by which the arm goes");
+  const auto refuse_if = [&](bool wrong, const char* why) {
+    if (wrong) task.refuse("phases", why);
+  };
+  const auto has = [&](Phase::Kind kind) { return std::ranges::find(phases, kind, &Phase::kind) != phases.end(); };
+  refuse_if(!root.has("control"), "needs control, which goes through them");
+  refuse_if(!root.has("environment"), "needs an environment, by which the arm goes");
+  refuse_if(scene.gravity.isZero(0.0) && has(Phase::Kind::kPlace),
+            "place needs gravity: the weight tells what is borne");
+  refuse_if(!scene.fingertips && has(Phase::Kind::kClose), "close needs fingertips: rigid ones meet with any force");
+  refuse_if(scene.control && scene.control->law == ControlLaw::kPaper, "need control.law: feedforward");
+  refuse_if(scene.control && scene.control->drive, "needs the control law: leave out control.drive");
   for (const char* key : {"translate", "rotate", "spring"}) {
     if (task.has(key)) task.refuse(key, "moves the target by time: phases hold the object where they took it");
   }
-  const auto is = [](Phase::Kind kind) { return [kind](const Phase& phase) { return phase.kind == kind; }; };
-  if (scene.gravity.isZero(0.0) && std::ranges::any_of(phases, is(Phase::Kind::kPlace)))
-    task.refuse("phases", "place needs gravity: what bears the object is known by the weight");
-  if (!scene.fingertips && std::ranges::any_of(phases, is(Phase::Kind::kClose)))
-    task.refuse("phases", "close needs fingertips: rigid ones meet the object at once, with any force");
-  if (scene.control && scene.control->law == ControlLaw::kPaper)
-    task.refuse("phases", "need control.law: feedforward, without which forces are not as they are asked for");
-  if (scene.control && scene.control->drive) task.refuse("phases", "needs the control law: leave out control.drive");
   return phases;
 }
 
@@ -168,15 +169,14 @@ namespace {
 
 std::string insertion_text(const Phase& phase) {
   std::string out = fmt::format(", most_force: {}", to_text(phase.most_N, Dimension::kForce));
-  if (const auto& gains = phase.position) {
-    out += fmt::format(", position: {{p: {}, i: {}, d: {}}}", to_text(gains->p, Dimension::kStiffness),
-                       to_text(gains->i, Dimension::kIntegralGain), to_text(gains->d, Dimension::kDamping));
-  }
-  if (const auto& gains = phase.rotation) {
-    out += fmt::format(", rotation: {{p: {}, i: {}, d: {}}}", to_text(gains->p, Dimension::kRotationalStiffness),
-                       to_text(gains->i, Dimension::kRotationalIntegralGain),
-                       to_text(gains->d, Dimension::kRotationalDamping));
-  }
+  const auto add = [&](const char* key, const std::optional<PidGains>& gains, Dimension p, Dimension i, Dimension d) {
+    if (!gains) return;
+    out += fmt::format(", {}: {{p: {}, i: {}, d: {}}}", key, to_text(gains->p, p), to_text(gains->i, i),
+                       to_text(gains->d, d));
+  };
+  using enum Dimension;
+  add("position", phase.position, kStiffness, kIntegralGain, kDamping);
+  add("rotation", phase.rotation, kRotationalStiffness, kRotationalIntegralGain, kRotationalDamping);
   if (phase.centre_m) out += ", centre: " + to_text(*phase.centre_m, Dimension::kLength);
   return out;
 }

@@ -161,8 +161,9 @@ class Analysis(unittest.TestCase):
         self.assertEqual(layout[-1][0], "Others")
         self.assertEqual([name for _, _, missing in layout for name in missing],
                          ["limits", "grasp_force", "muscle", "finding", "pulp", "rate", "motion", "contact_families",
-                          "partial_slip", "reflex", "felt_margin", "pose_loop", "stiffness", "insertion", "model", "grasp_finding", "growth",
-                          "contact_growth", "compression"])
+                          "partial_slip", "reflex", "felt_margin", "pose_loop", "stiffness", "insertion", "model",
+                          "grasp_finding",
+                          "environment", "growth", "contact_growth", "compression"])
 
     def test_numbers_are_short(self):
         for value, shown in ((0, "0"), (0.0, "0"), (None, "–"), (1.0, "1"), (0.00123456, "0.00123"), (99999.0, "1e5"),
@@ -349,8 +350,9 @@ class Page(unittest.TestCase):
     def test_what_is_missing_is_named(self):
         said = re.findall("Not measured: (.*?)\\. ", "".join(self.read.words))
         self.assertEqual(said, ["limits", "grasp_force, muscle, finding, pulp, rate", "motion", "contact_families",
-                                "partial_slip, reflex, felt_margin, pose_loop", "stiffness", "insertion", "model", "grasp_finding",
-                                "growth, contact_growth, compression"])
+                                "partial_slip, reflex, felt_margin, pose_loop", "stiffness", "insertion", "model",
+                                "grasp_finding",
+                                "environment", "growth, contact_growth, compression"])
 
     def test_the_summary_tells_defaults_failures_and_candidates_for_deletion(self):
         words = "".join(self.read.words)

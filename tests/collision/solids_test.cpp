@@ -92,7 +92,7 @@ TEST(Solid, AFootIsTheNearestPointOfTheSurface) {
 std::vector<SolidContact> contacts_of(const Solid& a, const Solid& b, const Isometry3d& X_BA, double band_m) {
   const SolidPair pair(a, b);
   std::vector<SolidContact> contacts;
-  contacts.reserve(most_contacts(pair));
+  contacts.reserve(most_contacts(a, b));
   find_contacts(pair, X_BA, band_m, contacts);
   return contacts;
 }

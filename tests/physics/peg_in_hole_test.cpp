@@ -38,10 +38,8 @@ struct FreeBody {
     report = solve_ground({contacts.contacts, environment.compliance_m_per_N, mobility}, mobility.cwiseProduct(wrench),
                           work);
     ++tick;
-    keep_forces(contacts, work.f, environment, begin_s + kStep_s, forces);
-    X.translation() += work.x.head<3>();
-    const Vector3d turn = work.x.tail<3>();
-    if (turn.norm() > 0.0) X.linear() = Eigen::AngleAxisd(turn.norm(), turn.normalized()) * X.linear();
+    keep_forces(contacts, work.f, forces);
+    X = moved(X, work.x);
     return work.x;
   }
 
