@@ -10,7 +10,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kConforming_m = 1e-8;  // A circle whose gaps differ by less fits its place all around.
+constexpr double kConforming_m = 1e-8;  // A circle whose gaps differ by less fits its place all around,
+constexpr double kNearlyFits_m = 1e-3;  // and one whose gaps differ by less nearly does.
 constexpr int kRefinements = 40;
 constexpr double kSameArc_rad = std::numbers::pi / 6.0;  // A contact that has gone farther along a circle is another.
 
@@ -56,6 +57,8 @@ void meet_segment(const Look& look, std::int32_t place, const Feature& edge) {
 }
 
 /// A circle at the places kCirclePlaces of it: those over flat faces, and from the others the places of least gap.
+/// Where it nearly fits, as a peg's end in its hole, a small motion takes the place of least gap far around. There the
+/// places themselves are contacts, too: to each of them the motion is straight, whichever it comes nearest to.
 void meet_circle(const Look& look, std::int32_t place, const Feature& circle, int facet) {
   const Vector3d middle = placed(look.X, circle.a_m);
   const Vector3d u = circle.circle_m * look.X.linear().col(0), v = circle.circle_m * look.X.linear().col(1);
@@ -78,6 +81,8 @@ void meet_circle(const Look& look, std::int32_t place, const Feature& circle, in
   // Between two places a gap is less than at both by no more than the arc.
   if (!(least < look.band_m + circle.circle_m * kStep)) return;
   const bool conforms = all_round && most - least < kConforming_m;
+  const bool nearly_fits = all_round && most - least < kNearlyFits_m;
+  std::array<bool, kCirclePlaces> is_by_least{};
   for (int i = 0; i < kCirclePlaces; ++i) {
     if (!feet[i]) continue;
     if (conforms || feet[i]->on == Foot::On::kFlat) {
@@ -93,8 +98,13 @@ void meet_circle(const Look& look, std::int32_t place, const Feature& circle, in
       const auto at = look.base.foot(facet, point(angle));
       return at ? slope_at(angle, *at) : 0.0;
     };
+    is_by_least[i] = is_by_least[after] = true;
     const double angle = root(kStep * i, kStep * (i + 1), at_low, at_high, 1e-9, slope);
     if (const auto at = look.base.foot(facet, point(angle))) look.add(place, *at, 0.0, point(angle), true, same_m);
+  }
+  if (conforms || !nearly_fits) return;
+  for (int i = 0; i < kCirclePlaces; ++i) {
+    if (!is_by_least[i]) look.add(place + 1, *feet[i], 0.0, point(kStep * i), false, same_m);
   }
 }
 

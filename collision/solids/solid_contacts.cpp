@@ -85,7 +85,7 @@ void meet(const Look& look, const std::vector<Feature>& features, std::int32_t& 
   const Solid& base = *look.base.exact;
   const bool is_box = std::holds_alternative<BoxShape>(base);
   for (const Feature& feature : features) {
-    for (int facet = 0; facet < facets(base); ++facet, ++place) {
+    for (int facet = 0; facet < facets(base); ++facet, place += 2) {
       // Edges of two boxes cross: see cross_edges. Over a plane a segment's ends are nearest.
       const bool is_segment = feature.kind == Feature::Kind::kSegment;
       if (is_segment && (facets(base) > 1 || (is_box && feature.round_m == 0.0))) continue;
@@ -99,7 +99,7 @@ void meet(const Look& look, const std::vector<Feature>& features, std::int32_t& 
 std::size_t most_contacts(const TouchingSolid& a, const Solid& b) {
   const auto of = [](const Solid& solid, int base_facets) {
     std::size_t most = 0;
-    for (const Feature& feature : features(solid)) most += feature.kind == Feature::Kind::kCircle ? kCirclePlaces : 1;
+    for (const Feature& feature : features(solid)) most += feature.kind == Feature::Kind::kCircle ? 2 * kCirclePlaces : 1;
     return most * static_cast<std::size_t>(base_facets);
   };
   const Solid* const exact = std::get_if<Solid>(&a);
