@@ -22,8 +22,8 @@ constexpr double kStill_s = 20e-3;  // that lasts so long.
 
 /// Where the object is against the hole, in the plane.
 struct PegView {
-  PegView(const PegScene& peg, const EnvironmentBody& hole, double time_s, const Isometry3d& X_WO) : X_PW() {
-    X_PW = (pose(hole, time_s) * Isometry3d(peg.R_EP)).inverse();
+  PegView(const PegScene& peg, const EnvironmentBody& hole, const Instant& now, const Isometry3d& X_WO) : X_PW() {
+    X_PW = (pose(hole, now) * Isometry3d(peg.R_EP)).inverse();
     const Isometry3d X_PO = X_PW * X_WO;
     end_m = X_PO * Vector3d(0.0, 0.0, 0.5 * peg.end * peg.length_m);
     axis = -peg.end * X_PO.linear().col(2);
@@ -61,7 +61,8 @@ class PegWatch : public Watcher {
 
   bool see_tick(const Tick& tick) override {
     const double step_s = scene_.step_s, time_s = static_cast<double>(tick.after.tick) * step_s;
-    const PegView view(peg_, hole_, time_s, tick.after.X_WO);
+    const Instant now = instant(tick.after.arm, time_s), before = instant(tick.after.arm, time_s - step_s);
+    const PegView view(peg_, hole_, now, tick.after.X_WO);
     const EnvironmentReport& report = tick.contact.environment;
     const std::vector<EnvironmentForce>& forces = tick.run->state.environment_forces;
     PegTick seen;
@@ -78,7 +79,7 @@ class PegWatch : public Watcher {
     seen.across_N = f[1];
     seen.moment_Nm = m[1];
     seen.wedged = report.wedged;
-    const Vector3d hole_m = pose(hole_, time_s).translation(), before_m = pose(hole_, time_s - step_s).translation();
+    const Vector3d hole_m = pose(hole_, now).translation(), before_m = pose(hole_, before).translation();
     seen.coming_m_per_s = (R_PW * (hole_m - before_m))[2] / step_s;
     seen.going_m_per_s = ticks_.empty() ? 0.0 : (seen.depth_m - ticks_.back().depth_m) / step_s;
     ticks_.push_back(seen);

@@ -305,7 +305,8 @@ double peg_depth_m(const Scene& scene, const TickRecord& tick) {
   const auto hole = std::ranges::find_if(
       bodies, [](const EnvironmentBody& body) { return std::holds_alternative<HoleShape>(body.shape); });
   if (peg == nullptr || hole == bodies.end()) return std::numeric_limits<double>::quiet_NaN();
-  const Eigen::Isometry3d X_EO = pose(*hole, tick.time_s).inverse() * scene.object.X_WO;
+  const Eigen::Isometry3d& X_WO = scene.object.X_WO;
+  const Eigen::Isometry3d X_EO = pose(*hole, {tick.time_s, X_WO.linear() * tick.arm_m}).inverse() * X_WO;
   const double middle_m = (X_EO * tick.position_m).z(), tilt = std::abs(X_EO.linear()(2, 2));
   return 0.5 * peg->length_m * tilt - middle_m;
 }

@@ -28,7 +28,7 @@ class ArmWatcher : public Watcher {
   explicit ArmWatcher(double step_s) : step_s_(step_s) {}
   bool see_tick(const Tick& tick) override {
     arms_m.push_back(arm_m(tick.after.arm, static_cast<double>(tick.after.tick) * step_s_));
-    phases.push_back(tick.after.phase);
+    phases.push_back(tick.control.task.phase);
     ticks.push_back(tick.after.tick);
     return true;
   }
@@ -219,7 +219,7 @@ TEST(Task, ControlAndContactAllocateNothing) {
   const AllocationCounter counter;
   while (run.time_s() < 4.5) run.tick();
   EXPECT_EQ(counter.count(), 0);
-  EXPECT_EQ(run.state.phase, 5) << "all phases are done";
+  EXPECT_EQ(run.report.task.phase, 5) << "all phases are done";
 }
 
 }  // namespace
