@@ -101,11 +101,13 @@ void describe_environment(const Model& model, std::ostream& out) {
   out << "                  gives way to the object by " << 1e6 * environment.compliance_m_per_N
       << " um/N at each contact; fingers do not touch it\n";
   if (!model.sampled) return;
-  out << fmt::format(
-      "                  is touched by the object's samples, up to {:.2g} um off where they are round, and {:.2g} um "
-      "at "
-      "its {} places of edges\n",
-      1e6 * model.sampled->round_error_m(), 1e6 * model.sampled->edge_error_m(), model.sampled->sharp().size());
+  const auto um = [](double error_m) {
+    return error_m < 5e-9 ? "below 0.01" : fmt::format("some {:.2f}", 1e6 * error_m);
+  };
+  out << "                  is touched by the object's samples, " << um(model.sampled->round_error_m())
+      << " um off where they are round";
+  if (!model.sampled->sharp().empty()) out << ", " << um(model.sampled->edge_error_m()) << " um at edges";
+  out << ", more at tips\n";
 }
 
 void describe_warnings(const Model& model, std::ostream& out) {

@@ -58,11 +58,11 @@ struct GroundWorkspace {
   std::vector<Eigen::Vector3d> f;                           ///< Out: of each contact [N].
   std::vector<GroundLanes> lanes;                           // The contacts, as set_ground() has them.
   // J' f at a motion, for a compliance; 0: of none.
-  GroundProblem::Motion x_known, wrench;
+  GroundProblem::Motion x_known = GroundProblem::Motion::Zero(), wrench = GroundProblem::Motion::Zero();
   double known_compliance = 0.0;
   double compliance = 0.0;  // Which the forces belong to; 0: they are none.
   // Of M^-1 + J' K J where it was last needed: often it still does.
-  Eigen::Matrix<double, 6, 6> inverse_slope;
+  Eigen::Matrix<double, 6, 6> inverse_slope = Eigen::Matrix<double, 6, 6>::Zero();
   bool has_slope = false;
 };
 

@@ -37,9 +37,8 @@ double root(double low, double high, double at_low, double at_high, double toler
   return x;
 }
 
-/// The place of least gap inside of a segment, if there is one: over convex solids, of which the gap is convex.
-void meet_segment(const Look& look, std::int32_t place, const Feature& edge) {
-  const Vector3d a = placed(look.X, edge.a_m), d = look.X.linear() * (edge.b_m - edge.a_m);
+/// The place of least gap inside of a part a .. a + d of a segment, if there is one, where the gap is convex.
+void meet_part(const Look& look, std::int32_t place, const Feature& edge, const Vector3d& a, const Vector3d& d) {
   const auto begin = look.base.foot(0, a), end = look.base.foot(0, a + d);
   if (!begin || !end) return;
   const double at_0 = begin->normal.dot(d), at_1 = end->normal.dot(d);
@@ -54,6 +53,14 @@ void meet_segment(const Look& look, std::int32_t place, const Feature& edge) {
   };
   const double s = root(0.0, 1.0, at_0, at_1, 1e-12, slope);
   if (const auto at = look.base.foot(0, a + s * d)) look.add(place, *at, edge.round_m, a + s * d, true);
+}
+
+/// A segment over a convex solid; over samples, whose gaps rise and fall, part by part.
+void meet_segment(const Look& look, std::int32_t place, const Feature& edge) {
+  constexpr int kParts = 16;
+  const Vector3d a = placed(look.X, edge.a_m), d = look.X.linear() * (edge.b_m - edge.a_m);
+  const int parts = look.base.exact != nullptr ? 1 : kParts;
+  for (int i = 0; i < parts; ++i) meet_part(look, place, edge, a + d * i / parts, d / parts);
 }
 
 /// A circle at the places kCirclePlaces of it: those over flat faces, and from the others the places of least gap.

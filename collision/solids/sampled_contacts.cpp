@@ -131,8 +131,13 @@ class Gathered {
     };
     auto part = std::find_if(parts_.begin(), parts_.begin() + count_, is_same);
     if (part == parts_.begin() + count_) {
-      if (count_ == parts_.size()) return;
-      ++count_;
+      if (count_ < parts_.size()) {
+        ++count_;
+      } else {
+        part = std::max_element(parts_.begin(), parts_.end(),
+                                [](const Part& a, const Part& b) { return a.gap_m / a.weight < b.gap_m / b.weight; });
+        if (touch.gap_m > part->gap_m / part->weight) return;  // All that there is room for are deeper.
+      }
       *part = {touch.p_m, Vector3d::Zero(), Vector3d::Zero(), 0.0, 0.0, 0.0, touch.on_round};
     }
     part->p_m += touch.weight * touch.p_m;
@@ -234,7 +239,8 @@ void find_sampled_contacts(const SampledSolid& a, const SolidPair& pair, const I
   const Look look{{nullptr, &a}, X_BA.inverse(), X_BA, true, band_m, contacts};
   for (const Feature& feature : pair.of_b) {
     if (feature.round_m > 0.0) continue;  // Whose face A's samples have met.
-    meet_feature(look, feature, 0, place++);
+    meet_feature(look, feature, 0, place);
+    place += 2;  // A circle has two.
   }
   meet_sharp(a, pair.b, X_BA, band_m, place, contacts);
   std::sort(contacts.begin() + static_cast<std::ptrdiff_t>(first), contacts.end(),

@@ -98,9 +98,9 @@ void meet(const Look& look, const std::vector<Feature>& features, std::int32_t& 
 
 std::size_t most_contacts(const TouchingSolid& a, const Solid& b) {
   const auto of = [](const Solid& solid, int base_facets) {
+    // A place of least gap on a circle takes the two beside it out.
     std::size_t most = 0;
-    for (const Feature& feature : features(solid))
-      most += feature.kind == Feature::Kind::kCircle ? 2 * kCirclePlaces : 1;
+    for (const Feature& feature : features(solid)) most += feature.kind == Feature::Kind::kCircle ? kCirclePlaces : 1;
     return most * static_cast<std::size_t>(base_facets);
   };
   const Solid* const exact = std::get_if<Solid>(&a);

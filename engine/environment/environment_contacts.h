@@ -55,8 +55,8 @@ struct EnvironmentContact {
   Eigen::Vector3d sheared_m = Eigen::Vector3d::Zero();  ///< By what the last force has sheared it, in contact rows.
 };
 
-/// The object's contacts with the environment, found again in each tick, for both are exact: no frame is too old for
-/// them. Memory is taken once.
+/// The object's contacts with the environment, found again in each tick, for both are rigid surfaces: no frame is too
+/// old for them. Memory is taken once.
 struct EnvironmentContacts {
   EnvironmentContacts() = default;  ///< Of a scene that has none.
   EnvironmentContacts(const Environment& environment, const TouchingSolid& object);

@@ -70,10 +70,16 @@ class PegWatch : public Watcher {
     seen.depth_m = -view.end_m[2];
     seen.tilt_rad = view.tilt_rad;
     seen.touch = touch_of(peg_, forces, seen.depth_m);
-    for (const EnvironmentForce& force : forces) seen.normal_N += force.n_E.dot(force.f_E);
     const Matrix3d R_PW = view.X_PW.linear();
-    const Vector3d f = -(R_PW * report.wrench.head<3>()), origin_m = view.X_PW * tick.after.X_WO.translation();
-    const Vector3d m = -(R_PW * report.wrench.tail<3>()) + (origin_m - view.end_m).cross(f);
+    const Matrix3d R_PE = peg_.R_EP.transpose();
+    Vector3d f = Vector3d::Zero(), m = Vector3d::Zero();
+    for (const EnvironmentForce& force : forces) {
+      if (force.body != static_cast<int>(peg_.body)) continue;
+      const Vector3d by_hand_N = -(R_PE * force.f_E);
+      seen.normal_N += force.n_E.dot(force.f_E);
+      f += by_hand_N;
+      m += (R_PE * force.p_E - view.end_m).cross(by_hand_N);
+    }
     seen.push_N = -f[2];
     seen.aside_N = f[0];
     seen.across_N = f[1];
@@ -130,15 +136,18 @@ std::optional<std::size_t> last_stop(const InsertionStudy& study, double step_s)
 }
 
 PegEnd end_of(const InsertionStudy& study) {
-  if (study.wedged) return PegEnd::kWedged;
+  // What wedges, and is turned free, goes on.
+  const bool ends_wedged = study.wedged && (study.stopped || study.verdict.outcome == Outcome::kLost);
+  if (ends_wedged) return PegEnd::kWedged;
   const double chamfer_m = study.peg.shape.chamfer_m, last_m = study.ticks.empty() ? 0.0 : study.ticks.back().depth_m;
   if (study.stopped && study.ticks[*study.stopped].depth_m > chamfer_m) return PegEnd::kJammed;
   if (study.verdict.outcome == Outcome::kLost) return PegEnd::kLost;
   return last_m > chamfer_m && !study.stopped ? PegEnd::kIn : PegEnd::kOutside;
 }
 
-/// How deep it would be if the hand did not give way.
+/// How deep it would be if the hand did not give way; NaN where a task decides that as it goes.
 double asked_m(const Scene& scene, const PegScene& peg) {
+  if (!scene.task.phases.empty()) return std::numeric_limits<double>::quiet_NaN();
   return -PegView(peg, scene.environment->bodies[peg.body], scene.duration_s, scene.object.X_WO).end_m[2];
 }
 
@@ -147,7 +156,7 @@ std::optional<PegSpring> spring_of(const Scene& scene, const PegScene& peg) {
   if (!scene.control) return std::nullopt;
   const ControlSettings& control = *scene.control;
   const TaskSettings& task = scene.task;
-  const bool moves = task.translate || task.rotate || task.push || task.arm || task.spring;
+  const bool moves = task.translate || task.rotate || task.push || task.arm || task.spring || !task.phases.empty();
   if (control.position.i != 0.0 || control.rotation.i != 0.0 || control.drive || moves) return std::nullopt;
   const Vector3d centre_m = control.centre_m.value_or(Vector3d::Zero());
   constexpr double kOnAxis_m = 1e-4;

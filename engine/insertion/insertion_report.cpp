@@ -14,11 +14,10 @@ using nlohmann::ordered_json;
 
 namespace {
 
-/// A phase in numbers: those of its tick with the largest F_z, and the least margin.
+/// A phase in numbers: those of its tick with the largest F_z.
 struct PhaseRow {
   const PegTick *first, *last, *most;
   std::optional<JammingPoint> at;
-  double least_margin = std::numeric_limits<double>::quiet_NaN();
   bool wedged = false;
 };
 
@@ -28,8 +27,6 @@ PhaseRow row_of(const InsertionStudy& study, const PegPhase& phase) {
     const PegTick& tick = study.ticks[i];
     if (tick.push_N > row.most->push_N) row.most = &tick;
     row.wedged |= tick.wedged;
-    if (const auto at = jamming_point(study.peg, tick); at && tick.comes())
-      row.least_margin = std::fmin(row.least_margin, at->margin);
   }
   row.at = jamming_point(study.peg, *row.most);
   return row;
@@ -75,15 +72,14 @@ std::string phases_text(const InsertionStudy& study) {
                           row.most->aside_N, 1e3 * row.most->moment_Nm, row.most->normal_N);
       if (row.at) {
         text += fmt::format("{:>8.2f}{:>8.2f}{:>7.2f}{:>8.3f}", row.at->across, row.at->moment, row.at->lambda,
-                            row.least_margin);
+                            row.at->margin);
       }
     }
     text += row.wedged ? "  wedged\n" : "\n";
   }
   return text +
-         "  forces where F_z is largest; depth below the plate; margin: the least while the hole comes, 0 where the "
-         "peg "
-         "slides\n  at the diagram's lines, but for the tilt over mu, and below 0 outside of them\n";
+         "  numbers of the tick with the largest F_z; depth below the plate; margin: 0 on the diagram's lines, where "
+         "the peg\n  slides, below 0 outside, where it jams; a tilt is small against mu there\n";
 }
 
 std::string theory_text(const InsertionStudy& study) {
@@ -122,7 +118,6 @@ ordered_json to_json(const InsertionStudy& study, const PegPhase& phase) {
                       {"M_Nmm", 1e3 * row.most->moment_Nm},
                       {"normal_N", row.most->normal_N}}},
                     {"diagram", row.at ? to_json(study.peg, *row.at) : ordered_json(nullptr)}};
-  json["least_margin"] = row.least_margin;
   return json;
 }
 
@@ -143,7 +138,12 @@ std::string end_in_words(const InsertionStudy& study) {
   const double last_mm = study.ticks.empty() ? 0.0 : 1e3 * study.ticks.back().depth_m;
   switch (study.end) {
     case PegEnd::kIn:
-      return fmt::format("in, {:.1f} mm deep of {:.1f} mm", last_mm, 1e3 * study.asked_m);
+      return fmt::format("in, {:.1f} mm deep{}{}", last_mm,
+                         std::isnan(study.asked_m) ? "" : fmt::format(" of {:.1f} mm", 1e3 * study.asked_m),
+                         study.wedged
+                             ? fmt::format(", after two contacts wedged it at {:.1f} mm and the hand turned it free",
+                                           depth(*study.wedged))
+                             : "");
     case PegEnd::kWedged:
       return fmt::format("wedged at {:.1f} mm: two contacts within the friction cones", depth(*study.wedged));
     case PegEnd::kJammed:
@@ -165,9 +165,10 @@ std::string insertion_text(const Scene& scene, const InsertionStudy& study) {
   if (study.two_points) {
     const PegTick& tick = study.ticks[*study.two_points];
     const double l_m = below_m(peg, tick), two_m = two_point_m(peg, tick.tilt_rad);
-    text += fmt::format("  {:<30}{:>10.4g} mm   with {:.4g} deg: {:.4g} mm by theta l = c D, wedging below {:.4g} mm\n",
-                        "it did at", 1e3 * l_m, kDegrees * tick.tilt_rad, 1e3 * two_m,
-                        2e3 * peg.shape.friction * peg.shape.radius_m);
+    text += fmt::format(
+        "  {:<30}{:>10.4g} mm   with {:.4g} deg: {:.4g} mm by theta l = c D; friction can wedge it in the first {:.4g} "
+        "mm\n",
+        "it did at", 1e3 * l_m, kDegrees * tick.tilt_rad, 1e3 * two_m, 2e3 * peg.shape.friction * peg.shape.radius_m);
   }
   text += "\nhow they touched\n";
   for (const PegTouch touch : kPegTouches) {
@@ -202,8 +203,8 @@ ordered_json insertion_json(const Scene& scene, const InsertionStudy& study) {
             {"wedging_tilt_deg", kDegrees * shape.wedging_tilt_rad()},
             {"can_wedge", std::abs(peg.tilt_rad) >= shape.wedging_tilt_rad()},
             {"two_points_mm", 1e3 * two_point_m(peg, peg.tilt_rad)},
-            {"wedging_below_mm", 2e3 * shape.friction * shape.radius_m},
-            {"F_z_off", off}}},
+            {"wedging_within_mm", 2e3 * shape.friction * shape.radius_m},
+            {"F_z_off_share", off}}},
           {"two_points", place_json(study, study.two_points)},
           {"wedged", place_json(study, study.wedged)},
           {"stopped", place_json(study, study.stopped)},

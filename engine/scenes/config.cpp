@@ -115,9 +115,9 @@ std::unique_ptr<YamlNode> make_node(Kind kind, const Place& place) {
 std::optional<std::size_t> take_index(std::string& key) {
   const std::size_t bracket = key.find('[');
   std::size_t index = 0;
-  if (bracket == key.npos || key.back() != ']') return std::nullopt;
-  const char* const end = key.data() + key.size() - 1;
-  if (std::from_chars(key.data() + bracket + 1, end, index).ptr != end) return std::nullopt;
+  if (bracket == key.npos) return std::nullopt;
+  std::from_chars(key.data() + bracket + 1, key.data() + key.size(), index);
+  if (item_path(key.substr(0, bracket), index) != key) return std::nullopt;  // "[]", "[00]", "[1e99]"
   key.resize(bracket);
   return index;
 }

@@ -122,11 +122,11 @@ std::vector<std::pair<std::string, Changes>> scenes_with_all_keys() {
       {"peg_assembly",
        {"task.phases=[{insert: {by: [0 mm, 0 mm, -1 mm], over: 1 s, most_force: 5 N, within: 2 s,"
         " position: {p: 300 N/m, i: 1 N/(m*s), d: 0 N*s/m}, rotation: {p: 1 N*m/rad, i: 0 N*m/(rad*s), d: 0 N*m*s},"
-        " centre: [0 mm, 0 mm, 0 mm]}}, {close: {press: 1 N, speed: 1 mm/s, within: 1 s}},"
-        " {approach: {by: [0 mm, 0 mm, 1 mm], over: 1 s, within: 1 s}}, {load: {over: 1 s, within: 1 s}},"
+        " centre: [0 mm, 0 mm, 0 mm]}}, {release: {open: 1 mm, speed: 1 mm/s, within: 1 s}},"
+        " {approach: {by: [0 mm, 0 mm, 1 mm], over: 1 s, within: 1 s}},"
+        " {close: {press: 1 N, speed: 1 mm/s, within: 1 s}}, {load: {over: 1 s, within: 1 s}},"
         " {lift: {by: [0 mm, 0 mm, 1 mm], over: 1 s, within: 1 s}}, {move: {by: [0 mm, 0 mm, 1 mm], over: 1 s,"
-        " within: 1 s}}, {place: {by: [0 mm, 0 mm, 1 mm], over: 1 s, within: 1 s}},"
-        " {release: {open: 1 mm, speed: 1 mm/s, within: 1 s}}]"}},
+        " within: 1 s}}, {place: {by: [0 mm, 0 mm, 1 mm], over: 1 s, within: 1 s}}]"}},
       {"resting_box",
        {"environment={friction: 0.3, compliance: 1 um/N, bodies: ["
         "{name: table, shape: {plane: true}, position: [0 mm, 0 mm, 0 mm]},"
