@@ -102,7 +102,7 @@ void describe_environment(const Model& model, std::ostream& out) {
       << " um/N at each contact; fingers do not touch it\n";
   if (!model.sampled) return;
   const auto um = [](double error_m) {
-    return error_m < 5e-9 ? "below 0.01" : fmt::format("some {:.2f}", 1e6 * error_m);
+    return error_m < 5e-9 ? "below 0.01" : fmt::format("some {:.3g}", 1e6 * error_m);
   };
   out << "                  is touched by the object's samples, " << um(model.sampled->round_error_m())
       << " um off where they are round";
