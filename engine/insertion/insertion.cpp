@@ -136,10 +136,11 @@ std::optional<std::size_t> last_stop(const InsertionStudy& study, double step_s)
 }
 
 PegEnd end_of(const InsertionStudy& study) {
-  // What wedges, and is turned free, goes on.
-  const bool ends_wedged = study.wedged && (study.stopped || study.verdict.outcome == Outcome::kLost);
-  if (ends_wedged) return PegEnd::kWedged;
+  constexpr double kShort = 0.8;  // Of the way, which no hand falls short of by giving way alone.
   const double chamfer_m = study.peg.shape.chamfer_m, last_m = study.ticks.empty() ? 0.0 : study.ticks.back().depth_m;
+  // What wedges, and is turned free, goes on.
+  const bool ends = study.stopped || study.verdict.outcome == Outcome::kLost || last_m < kShort * study.asked_m;
+  if (study.wedged && ends) return PegEnd::kWedged;
   if (study.stopped && study.ticks[*study.stopped].depth_m > chamfer_m) return PegEnd::kJammed;
   if (study.verdict.outcome == Outcome::kLost) return PegEnd::kLost;
   return last_m > chamfer_m && !study.stopped ? PegEnd::kIn : PegEnd::kOutside;
@@ -327,8 +328,8 @@ InsertionStudy study_insertion(const Model& model, const PegScene& peg, RunSetti
   study.two_points = first([](const PegTick& tick) { return tick.touch == PegTouch::kTwoPoints; });
   study.wedged = first([](const PegTick& tick) { return tick.wedged; });
   study.stopped = last_stop(study, model.scene.step_s);
-  study.end = end_of(study);
   study.asked_m = asked_m(model.scene, peg);
+  study.end = end_of(study);
   study.theory = theory_of(model.scene, peg);
   return study;
 }

@@ -34,7 +34,9 @@ PhaseRow row_of(const InsertionStudy& study, const PegPhase& phase) {
 
 /// l of the theory's two points with this tilt, where it has one.
 double two_point_m(const PegScene& peg, double tilt_rad) {
-  return tilt_rad != 0.0 ? peg.shape.two_point_m(std::abs(tilt_rad)) : std::numeric_limits<double>::infinity();
+  constexpr double kUpright = 1e-9;
+  if (!(std::abs(tilt_rad) > kUpright)) return std::numeric_limits<double>::infinity();
+  return peg.shape.two_point_m(std::abs(tilt_rad));
 }
 
 double below_m(const PegScene& peg, const PegTick& tick) { return tick.depth_m - peg.shape.chamfer_m; }
