@@ -35,7 +35,7 @@ using ExactShape = std::variant<BoxShape, SphereShape, EllipsoidShape, CylinderS
 /// its neighbours. A start that is 1 um off takes two steps.
 ///
 /// Requires  a face of the shape; x and near finite. Coordinates beyond 1e9 m are taken as 1e9 m.
-/// Accuracy  rounding; of ellipsoids 1e-12 of the size; of superquadrics 1e-9 m.
+/// Accuracy  rounding; of ellipsoids 1e-12 of the size; of superquadrics 1e-9 m, but see smooth_body.h.
 /// Does not allocate or throw. Never NaN.
 [[nodiscard]] SurfaceForm foot_on_face(const ExactShape& shape, int face, const Eigen::Vector3d& x_m,
                                        const Eigen::Vector3d& near_m) noexcept;

@@ -24,9 +24,13 @@ struct Gauge {
 /// A coordinate that is 0 counts as this share of the half size: powers and quotients of it stay finite.
 constexpr double kLeastShare = 1e-60;
 
+/// For each of the planes x = 0, y = 0, z = 0, whether something is so.
+using Planes = std::array<bool, 3>;
+
 struct EllipsoidGauge {
   Vector3d half_m, E;  // E the inverse squares.
-  static constexpr std::array<bool, 3> creased{false, false, false};
+  static constexpr Planes creased{false, false, false};
+  static constexpr bool has_sharp_poles = false;
 
   explicit EllipsoidGauge(const EllipsoidShape& shape)
       : half_m(0.5 * shape.size_m), E(half_m.cwiseAbs2().cwiseInverse()) {}
@@ -44,14 +48,15 @@ struct EllipsoidGauge {
 struct SuperquadricGauge {
   Vector3d half_m;
   double p1, p2;
-  /// Across x = 0, y = 0, z = 0 a power below 2 makes the curvature infinite.
-  std::array<bool, 3> creased;
+  Planes creased;        ///< Across them the curvature is infinite, by a power below 2.
+  bool has_sharp_poles;  ///< On the axis z, all around.
 
   explicit SuperquadricGauge(const SuperquadricShape& shape)
       : half_m(0.5 * shape.size_m),
         p1(2.0 / shape.exponents.north_south),
         p2(2.0 / shape.exponents.east_west),
-        creased{p2 < 2.0, p2 < 2.0, p1 < 2.0} {}
+        creased{p2 < 2.0, p2 < 2.0, p1 < 2.0},
+        has_sharp_poles(p1 < 2.0) {}
 
   struct Norm {
     double log, share_a, share_b;
@@ -145,20 +150,20 @@ struct NewtonFoot {
   bool converged = false;
 };
 
-template <typename Shape>
-bool is_on_crease(const Shape& shape, const Tangent& at, int k) {
+/// Whether a place is in a plane of symmetry, to a share of the half size across it.
+bool is_at(const Tangent& at, const Vector3d& half_m, int k) {
   constexpr double kShare = 1e-12;
-  return shape.creased[k] && std::abs(at.point_m[k]) <= kShare * shape.half_m[k];
+  return std::abs(at.point_m[k]) <= kShare * half_m[k];
 }
 
-/// A step that stays on this side of the creases. A place on a crease goes along it, where the step would cross it.
-template <typename Shape>
-Vector3d short_of_creases(const Shape& shape, const Tangent& at, const Vector3d& x, Vector3d step) {
+/// A step that stays on this side of the walls. A place at a wall goes along it, where the step would cross it.
+Vector3d within_walls(const Planes& walls, const Vector3d& half_m, const Tangent& at, const Vector3d& x,
+                      Vector3d step) {
   constexpr double kUpTo = 0.99;
-  const auto crosses = [&](int k) { return shape.creased[k] && (at.point_m[k] + step[k]) * at.point_m[k] <= 0.0; };
+  const auto crosses = [&](int k) { return walls[k] && (at.point_m[k] + step[k]) * at.point_m[k] <= 0.0; };
   int crossed = 0;
-  for (const int k : {0, 1, 2, 0, 1}) {  // Along one crease the step may cross another one.
-    if (!is_on_crease(shape, at, k) || !crosses(k) || step[k] == 0.0) continue;
+  for (const int k : {0, 1, 2, 0, 1}) {  // Along one wall the step may cross another one.
+    if (!crosses(k) || !is_at(at, half_m, k) || step[k] == 0.0) continue;
     if (++crossed > 1) return Vector3d::Zero();
     const Vector3d along = at.n.cross(Vector3d::Unit(k)).normalized();
     const double c = along.dot(at.u), s = along.dot(at.v), K = c * c * at.uu + 2.0 * c * s * at.uv + s * s * at.vv;
@@ -167,32 +172,34 @@ Vector3d short_of_creases(const Shape& shape, const Tangent& at, const Vector3d&
   }
   double part = 1.0;
   for (int k = 0; k < 3; ++k) {
-    if (crosses(k) && !is_on_crease(shape, at, k))
-      part = std::min(part, kUpTo * std::abs(at.point_m[k]) / std::abs(step[k]));
+    if (crosses(k) && !is_at(at, half_m, k)) part = std::min(part, kUpTo * std::abs(at.point_m[k]) / std::abs(step[k]));
   }
   return part * step;
 }
 
-/// Steps on from a start; a step that does not come nearer to x is halved.
+/// Steps on from a start; a step that does not come nearer to x is halved. At a sharp pole many are: a step begins with
+/// what was good for the last one, or some more.
 template <typename Shape>
 NewtonFoot newton_foot(const Shape& shape, const Vector3d& x, const Vector3d& start) {
   const double size_m = shape.half_m.maxCoeff();
-  constexpr int kMostTrials = 100;
-  constexpr double kSmall = 1e-8, kEven = 1e-3, kLeastHalf = 1e-9, kRounding = 4e-16;
+  constexpr int kMostTrials = 120;
+  constexpr double kSmall = 1e-8, kEven = 1e-3, kRounding = 4e-16, kMore = 8.0;
   Tangent best = tangent_at(shape, start, x);
-  for (int trial = 0; trial < kMostTrials; ++trial) {
+  double part = 1.0;
+  int trial = 0;
+  while (true) {
     Vector3d step = newton_step(best, x);
     if (step.squaredNorm() > size_m * size_m) step *= size_m / step.norm();
-    step = short_of_creases(shape, best, x, step);
+    step = within_walls(shape.creased, shape.half_m, best, x, step);
     bool settled = step.squaredNorm() < kSmall * kSmall * size_m * size_m;
     // Powers near a crease are followed by Newton's method only in steps that are small beside the way to it.
     for (int k = 0; k < 3; ++k) {
-      if (shape.creased[k] && !is_on_crease(shape, best, k))
+      if (shape.creased[k] && !is_at(best, shape.half_m, k))
         settled = settled && std::abs(step[k]) <= kEven * std::abs(best.point_m[k]);
     }
     if (settled) return {moved(principal(best), step, x), true};
-    for (double part = 1.0;; part *= 0.5, ++trial) {
-      if (part < kLeastHalf || trial >= kMostTrials) return {principal(best), false};
+    for (part = std::min(1.0, kMore * part);; part *= 0.5) {
+      if (++trial > kMostTrials) return {principal(best), false};
       const Tangent next = tangent_at(shape, best.point_m + part * step, x);
       // |x - next|^2 - |x - best|^2, without the difference of large numbers.
       const Vector3d way = best.point_m - next.point_m, sum = 2.0 * x - best.point_m - next.point_m;
@@ -201,52 +208,52 @@ NewtonFoot newton_foot(const Shape& shape, const Vector3d& x, const Vector3d& st
       break;
     }
   }
-  return {principal(best), false};
 }
 
 /// The foot as it is handed out: no curvature is too sharp. The gradient at a crease is one of all the normals there; seen
-/// from outside it is the one towards x that counts.
+/// from outside it is the one towards x that counts. It may also be that the method has stuck there: it says so.
 template <typename Shape>
-SurfaceForm finished(const Shape& shape, SurfaceForm form, const Vector3d& x) {
+NewtonFoot finished(const Shape& shape, NewtonFoot foot, const Vector3d& x) {
   constexpr double kOver = 1e-11;
+  SurfaceForm& form = foot.form;
   form.k1_per_m = std::min(form.k1_per_m, kSharpest_per_m);
   form.k2_per_m = std::min(form.k2_per_m, kSharpest_per_m);
   const Vector3d off = x - form.point_m, beside = off - form.distance_m * form.normal, gradient = form.normal;
   const double least_m2 = kOver * kOver * std::max(shape.half_m.squaredNorm(), off.squaredNorm());
-  if (beside.squaredNorm() <= least_m2 || shape.at(x).r <= 1.0) return form;
+  if (beside.squaredNorm() <= least_m2 || shape.at(x).r <= 1.0) return foot;
   form.distance_m = off.norm();
   form.normal = off / form.distance_m;
   form.t1 = (gradient - form.normal.dot(gradient) * form.normal).normalized();
   form.k1_per_m = kSharpest_per_m;
-  return form;
+  return {form, false};
 }
 
-/// Where Newton's method may start: near, or x, or anywhere on the surface, if the body's middle is all that they name.
-/// It starts off the creases, and off the poles that creases make sharp, on the same side of them as x; or as near, if x
-/// is deeper in the body than it is beyond the plane between the sides.
+/// Where Newton's method starts: at near, or x, or anywhere on the surface, if the body's middle is all that they name.
+///
+/// The start is off creases and sharp poles, on the same side as x; or as near, if x is deeper in the body than it is
+/// beyond the plane between the sides.
 template <typename Shape>
 Vector3d start_at(const Shape& shape, const Vector3d& x, const Vector3d& near) {
-  constexpr double kMiddle = 1e-3, kOffCrease = 1e-3;
-  const auto has_direction = [&](const Vector3d& s) { return s.cwiseQuotient(shape.half_m).norm() > kMiddle; };
-  Vector3d s = has_direction(near) ? near : has_direction(x) ? x : Vector3d(0.0, 0.0, shape.half_m[2]);
-  if (!shape.creased[0] && !shape.creased[2]) return s;
+  constexpr double kMiddle = 1e-3, kOff = 1e-3;
+  const auto share = [&](const Vector3d& s) { return Vector3d(s.cwiseAbs().cwiseQuotient(shape.half_m)); };
+  Vector3d s = share(near).norm() > kMiddle ? near
+               : share(x).norm() > kMiddle  ? x
+                                            : shape.half_m[2] * Vector3d::UnitZ();
+  if (!shape.creased[0] && !shape.has_sharp_poles) return s;
   const Gauge at = shape.at(x);
   const double depth_m = (1.0 - at.r) / at.gradient.norm();
-  const bool at_pole =
-      shape.creased[2] && s.head<2>().cwiseQuotient(shape.half_m.template head<2>()).norm() < kOffCrease;
+  const bool at_pole = shape.has_sharp_poles && share(s).template head<2>().maxCoeff() < kOff;
   for (int k = 0; k < 3; ++k) {
-    if (!shape.creased[k] && !(at_pole && k < 2)) continue;
+    if (!shape.creased[k] && !at_pole) continue;
     const double side = depth_m > std::abs(x[k]) ? s[k] : x[k];
-    s[k] = std::copysign(std::max(std::abs(s[k]), kOffCrease * shape.half_m[k]), side);
+    s[k] = std::copysign(std::max(std::abs(s[k]), kOff * shape.half_m[k]), side);
   }
   return s;
 }
 
 template <typename Shape>
 NewtonFoot foot_from(const Shape& shape, const Vector3d& x, const Vector3d& near) {
-  NewtonFoot foot = newton_foot(shape, x, start_at(shape, x, near));
-  foot.form = finished(shape, foot.form, x);
-  return foot;
+  return finished(shape, newton_foot(shape, x, start_at(shape, x, near)), x);
 }
 
 template <typename Shape>
@@ -267,7 +274,7 @@ SurfaceForm foot_on(const SuperquadricShape& shape, const Vector3d& x, const Vec
 
 SurfaceForm nearest_on(const EllipsoidShape& shape, const Vector3d& x) noexcept {
   const EllipsoidGauge gauge(shape);
-  return finished(gauge, principal(tangent_at(gauge, nearest_on_ellipsoid(gauge.half_m, x), x)), x);
+  return finished(gauge, {principal(tangent_at(gauge, nearest_on_ellipsoid(gauge.half_m, x), x)), true}, x).form;
 }
 
 // Outside of a convex body a foot that x is over is the nearest one. There are others on the far side.
