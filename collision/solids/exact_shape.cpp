@@ -245,26 +245,37 @@ SurfaceForm nearest_on_cup(const Mug& mug, const Vector3d& x, const Vector3d& ne
 
 /// Places of the handle's torus that are in the mug are none; from outside of the wall the wall is nearer then.
 SurfaceForm nearest(const Mug& mug, const Vector3d& x, const Near& near) {
-  const SurfaceForm cup = nearest_on_cup(mug, x, near.value_or(x));
+  SurfaceForm cup = nearest_on_cup(mug, x, near.value_or(x));
   if (!mug.handle || x.head<2>().norm() < mug.radius_m) return cup;
   const SurfaceForm handle = on_handle(mug, x, near.value_or(x));
   const bool is_surface = handle.distance_m < 0.0 || handle.point_m.head<2>().norm() >= mug.radius_m;
   return is_surface && handle.distance_m < cup.distance_m ? handle : cup;
 }
 
+/// As std::visit, which may throw.
+template <typename Use>
+auto with_body(const ExactShape& shape, const Use& use) {
+  if (const auto* box = std::get_if<BoxShape>(&shape)) return use(*box);
+  if (const auto* sphere = std::get_if<SphereShape>(&shape)) return use(*sphere);
+  if (const auto* ellipsoid = std::get_if<EllipsoidShape>(&shape)) return use(*ellipsoid);
+  if (const auto* cylinder = std::get_if<CylinderShape>(&shape)) return use(*cylinder);
+  if (const auto* superquadric = std::get_if<SuperquadricShape>(&shape)) return use(*superquadric);
+  return use(*std::get_if<Mug>(&shape));
+}
+
 }  // namespace
 
 int face_at(const ExactShape& shape, const Vector3d& s_m, const Vector3d& n, double margin_m) noexcept {
-  return std::visit([&](const auto& body) { return face_of(body, bounded(s_m), n, margin_m); }, shape);
+  return with_body(shape, [&](const auto& body) { return face_of(body, bounded(s_m), n, margin_m); });
 }
 
 SurfaceForm foot_on_face(const ExactShape& shape, int face, const Vector3d& x_m, const Vector3d& near_m) noexcept {
-  return std::visit([&](const auto& body) { return place(body, face, bounded(x_m), bounded(near_m)); }, shape);
+  return with_body(shape, [&](const auto& body) { return place(body, face, bounded(x_m), bounded(near_m)); });
 }
 
 SurfaceForm nearest_place(const ExactShape& shape, const Vector3d& x_m, const Near& near_m) noexcept {
   const Near near = near_m ? Near(bounded(*near_m)) : Near();
-  return std::visit([&](const auto& body) { return nearest(body, bounded(x_m), near); }, shape);
+  return with_body(shape, [&](const auto& body) { return nearest(body, bounded(x_m), near); });
 }
 
 }  // namespace thenar

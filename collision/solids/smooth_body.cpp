@@ -29,8 +29,8 @@ using Planes = std::array<bool, 3>;
 
 struct EllipsoidGauge {
   Vector3d half_m, E;  // E the inverse squares.
-  static constexpr Planes creased{false, false, false};
-  static constexpr bool has_sharp_poles = false;
+  Planes creased{false, false, false};
+  bool has_sharp_poles = false;
 
   explicit EllipsoidGauge(const EllipsoidShape& shape)
       : half_m(0.5 * shape.size_m), E(half_m.cwiseAbs2().cwiseInverse()) {}
@@ -75,11 +75,11 @@ struct SuperquadricGauge {
       inverse[i] = std::copysign(1.0 / (share * half_m[i]), s[i]);
     }
     const Norm across = norm(log[0], log[1], p2), whole = norm(across.log, log[2], p1);
-    const double A1 = whole.share_a, B1 = whole.share_b, A2 = across.share_a, B2 = across.share_b;
+    const double u1 = whole.share_a, v1 = whole.share_b, u2 = across.share_a, v2 = across.share_b;
     const double r = std::exp(whole.log);
-    const Vector3d g = r * Vector3d(A1 * A2 * inverse[0], A1 * B2 * inverse[1], B1 * inverse[2]);
-    const Vector3d a(A2 * inverse[0], B2 * inverse[1], -inverse[2]), b(inverse[0], -inverse[1], 0.0);
-    return {r, g, r * (p1 - 1.0) * A1 * B1 * a * a.transpose() + r * (p2 - 1.0) * A1 * A2 * B2 * b * b.transpose()};
+    const Vector3d g = r * Vector3d(u1 * u2 * inverse[0], u1 * v2 * inverse[1], v1 * inverse[2]);
+    const Vector3d a(u2 * inverse[0], v2 * inverse[1], -inverse[2]), b(inverse[0], -inverse[1], 0.0);
+    return {r, g, r * (p1 - 1.0) * u1 * v1 * a * a.transpose() + r * (p2 - 1.0) * u1 * u2 * v2 * b * b.transpose()};
   }
 };
 

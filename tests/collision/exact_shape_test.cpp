@@ -46,7 +46,7 @@ PointCloud sample(const ExactShape& shape, Index count) {
 
 /// One of each shape, and superquadrics from nearly a box to an octahedron; with 4000 samples each.
 const std::vector<Case>& cases() {
-  static const std::vector<Case> all = [] {
+  static const std::vector<Case> kAll = [] {
     std::vector<Case> some;
     const auto add = [&](const char* name, const ExactShape& shape) {
       some.push_back({name, shape, sample(shape, 4000)});
@@ -76,7 +76,7 @@ const std::vector<Case>& cases() {
     }
     return some;
   }();
-  return all;
+  return kAll;
 }
 
 bool is_superquadric(const Case& one) { return std::holds_alternative<SuperquadricShape>(one.shape); }
@@ -463,7 +463,8 @@ TEST(ExactShape, NothingIsUndefined) {
                                {kMug.radius_m, 7e-3, 0.0}};
   for (const double d : {5e-324, 1e-300, 1e-160, 1e-20, 1e-9, 1e-3, 20e-3, 25e-3, 30e-3, 0.3, 1e6, 1e160, 1e308}) {
     for (int signs = 1; signs < 27; ++signs) {
-      const Vector3d way(signs % 3 - 1, signs / 3 % 3 - 1, signs / 9 - 1);
+      const int y = signs / 3 % 3 - 1, z = signs / 9 - 1;
+      const Vector3d way(signs % 3 - 1, y, z);
       places.emplace_back(d * way);
     }
   }
