@@ -112,8 +112,9 @@ Tangent tangent_at(const Shape& shape, const Vector3d& s, const Vector3d& x) {
 SurfaceForm principal(const Tangent& at) {
   const double half = 0.5 * (at.uu - at.vv), spread = at.spread();
   const Vector2d first = half >= 0.0 ? Vector2d(half + spread, at.uv) : Vector2d(at.uv, spread - half);
+  constexpr double kFlat_per_m = 1e-100;  // Squares of less are no numbers.
   const double length = first.norm();
-  const Vector3d t1 = length > 0.0 ? Vector3d((first[0] / length) * at.u + (first[1] / length) * at.v) : at.u;
+  const Vector3d t1 = length > kFlat_per_m ? Vector3d((first[0] / length) * at.u + (first[1] / length) * at.v) : at.u;
   return {at.distance_m, at.point_m, at.n, t1, at.mean() + spread, std::max(0.0, at.mean() - spread)};
 }
 
@@ -127,7 +128,8 @@ Vector3d newton_step(const Tangent& at, const Vector3d& x) {
   double d = at.distance_m;
   if (d < 0.0) d = std::max(d, -kMostDepth / (at.mean() + at.spread()));
   const double a = 1.0 + d * at.uu, b = d * at.uv, c = 1.0 + d * at.vv, off_u = off.dot(at.u), off_v = off.dot(at.v);
-  const double part = 1.0 / (a * c - b * b);
+  // The determinant of 1 + d K, without the difference of large numbers where K is large in one direction alone.
+  const double part = 1.0 / (1.0 + d * (at.uu + at.vv) + d * d * std::max(0.0, at.uu * at.vv - at.uv * at.uv));
   return part * (c * off_u - b * off_v) * at.u + part * (a * off_v - b * off_u) * at.v;
 }
 
@@ -223,7 +225,7 @@ NewtonFoot finished(const Shape& shape, NewtonFoot foot, const Vector3d& x) {
   if (beside.squaredNorm() <= least_m2 || shape.at(x).r <= 1.0) return foot;
   form.distance_m = off.norm();
   form.normal = off / form.distance_m;
-  form.t1 = (gradient - form.normal.dot(gradient) * form.normal).normalized();
+  form.t1 = form.normal.cross(gradient).cross(form.normal).normalized();
   form.k1_per_m = kSharpest_per_m;
   return {form, false};
 }
