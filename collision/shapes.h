@@ -15,6 +15,10 @@ namespace thenar {
 
 [[nodiscard]] PointCloud sample_sphere(double radius_m, Eigen::Index count, std::uint32_t seed = 1);
 
+struct EllipsoidShape {
+  Eigen::Vector3d size_m;
+  bool operator==(const EllipsoidShape&) const = default;
+};
 [[nodiscard]] PointCloud sample_ellipsoid(const Eigen::Vector3d& size_m, Eigen::Index count, std::uint32_t seed = 1);
 
 [[nodiscard]] PointCloud sample_cylinder(double radius_m, double length_m, Eigen::Index count, std::uint32_t seed = 1);
@@ -26,6 +30,12 @@ struct Exponents {
   bool operator==(const Exponents&) const = default;
 };
 inline constexpr double kLeastExponent = 0.1, kLargestExponent = 2.0;
+
+struct SuperquadricShape {
+  Eigen::Vector3d size_m;
+  Exponents exponents;
+  bool operator==(const SuperquadricShape&) const = default;
+};
 
 /// The superquadric ellipsoid [Barr 1981]: ((x/a)^(2/e2) + (y/b)^(2/e2))^(e2/e1) + (z/c)^(2/e1) = 1 with half sizes
 /// a, b, c. Between the bounds on exponents it is convex.

@@ -19,17 +19,8 @@
 
 namespace thenar {
 
-// Sizes are full sizes along the object's axes x, y, z; an axis of revolution is z. See collision/shapes.h, and
-// collision/solids/solid.h for those that have exact surfaces, too.
-struct EllipsoidShape {
-  Eigen::Vector3d size_m;
-  bool operator==(const EllipsoidShape&) const = default;
-};
-struct SuperquadricShape {
-  Eigen::Vector3d size_m;
-  Exponents exponents;
-  bool operator==(const SuperquadricShape&) const = default;
-};
+// Generated shapes are declared in collision/shapes.h and collision/solids/solid.h.
+
 /// A surface from a file, as engine/formats/point_cloud_file.h reads it.
 struct CloudShape {
   std::filesystem::path file;

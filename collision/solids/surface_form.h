@@ -1,0 +1,22 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "thenar/eigen_layout.h"
+
+namespace thenar {
+
+/// A place on a surface, seen from a point x, with the surface's second-order form there.
+struct SurfaceForm {
+  double distance_m = 0.0;                            ///< Of x from the place: > 0 outside, < 0 inside.
+  Eigen::Vector3d point_m = Eigen::Vector3d::Zero();  ///< The foot: x = point + distance normal.
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< Outward, unit.
+  Eigen::Vector3d t1 = Eigen::Vector3d::UnitX();      ///< First principal direction; the second is normal x t1.
+  /// Principal curvatures: > 0 where the solid is convex, |k1| >= |k2|. None is sharper than kSharpest_per_m.
+  double k1_per_m = 0.0, k2_per_m = 0.0;
+};
+
+/// Edges have this curvature across them, and the creases of superquadrics with exponents above 1, whose own is infinite.
+inline constexpr double kSharpest_per_m = 1e5;
+
+}  // namespace thenar
