@@ -61,9 +61,9 @@ TEST(Program, TwoRunsDoNotShareAFolderOrAFile) {
   const std::string first = THENAR_PROGRAM + (" run " + config("minimal.yaml")) + kSoon + "--time 900 --quiet --out " +
                             out.string() + " --record " + film.string();
   ASSERT_EQ(std::system((first + " >/dev/null 2>&1 & echo $! > " + pid.string()).c_str()), 0);
-  ASSERT_EQ(
-      std::system(("for i in $(seq 500); do [ -s " + film.string() + " ] && exit 0; sleep 0.01; done; exit 1").c_str()),
-      0);
+  ASSERT_EQ(std::system(
+                ("for i in $(seq 6000); do [ -s " + film.string() + " ] && exit 0; sleep 0.01; done; exit 1").c_str()),
+            0);
   const std::string second = "run " + config("minimal.yaml") + " --time '50 ms' ";
   const Outcome same_folder = thenar_program(second + "--out " + out.string());
   EXPECT_EQ(same_folder.code, 2);

@@ -28,9 +28,9 @@ inline int shell(const std::string& script) {
   return WEXITSTATUS(std::system(("{ " + script + "\n} >/dev/null 2>&1").c_str()));
 }
 
-/// Waits up to 10 s until a journal has a row, and kills the process whose number is in a file.
+/// Waits up to a minute until a journal has a row, and kills the process whose number is in a file.
 inline std::string kill_after_a_row(const fs::path& journal, const fs::path& pid) {
-  return "for i in $(seq 1000); do grep -q '}$' " + journal.string() + " && break; sleep 0.01; done; kill -9 $(cat " +
+  return "for i in $(seq 6000); do grep -q '}$' " + journal.string() + " && break; sleep 0.01; done; kill -9 $(cat " +
          pid.string() + ")";
 }
 

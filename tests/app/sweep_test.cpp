@@ -98,7 +98,7 @@ TEST(SweepProgram, IsOfTheFilesAsItFoundThem) {
   ASSERT_EQ(thenar_program(command + (folder / "clean").string()).code, 0);
   const std::string journal = (out / "journal-0.jsonl").string();
   const int code =
-      shell(THENAR_PROGRAM + (" " + command) + out.string() + " & for i in $(seq 1000); do grep -q '}$' " + journal +
+      shell(THENAR_PROGRAM + (" " + command) + out.string() + " & for i in $(seq 6000); do grep -q '}$' " + journal +
             " && break; sleep 0.01; done; rows=$(wc -l < " + journal + "); sed -i 's/mass: .*/mass: 250 g/' " +
             scene.string() + "; rm " + (folder / "hand.yaml").string() + "; [ $rows -lt 6 ] || exit 99; wait $!");
   ASSERT_NE(code, 99) << "it ended before the files changed";

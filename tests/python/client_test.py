@@ -76,15 +76,22 @@ class Client(unittest.TestCase):
         before = self.until(window, lambda state: state["time_s"][0] > 2.5)
         p = window.scene["position_gain_N_per_m"]
         up = before["object"][3:].reshape(3, 3)[:, 1]
+        stood = before
         def pulled(state):
+            nonlocal stood
             window.send("pull", point_m=np.zeros(3), handle_m=state["object"][:3] + 0.02 * up)
-            return state["time_s"][0] > before["time_s"][0] + 1.5
+            # At rest when it has stayed within 0.1 mm for 0.3 s. If other work kept this program from repeating the pull in
+            # time it has let go: the object moves, and is waited for again.
+            away_m = np.linalg.norm((state["object"] - stood["object"])[:3])
+            if np.isnan(state["pull_force_N"]).any() or away_m > 1e-4:
+                stood = state
+            return state["time_s"][0] > stood["time_s"][0] + 0.3
         after = self.until(window, pulled)
         force_N = after["pull_force_N"]
         self.assertGreater(np.linalg.norm(force_N), 1.0)
         moved_m = (after["object"] - before["object"])[:3]
         # The controller is a spring of p N/m: what it pulls back with is the pull. Its steady force error, and what is
-        # left of the way after 1.5 s, are within 10 %.
+        # left of the way, are within 10 %.
         np.testing.assert_allclose(p * moved_m @ force_N, force_N @ force_N, rtol=0.1)
         window.send("release")
         self.until(window, lambda state: np.isnan(state["pull_force_N"]).all())

@@ -50,7 +50,12 @@ TEST(Session, SaysWhenRecordsWereLost) {
   ASSERT_TRUE(shown.passes(0.3));
   EXPECT_EQ(shown.value("lost_records"), 0.0);
   EXPECT_EQ(shown.status()["outcome"], "held") << shown.status()["reason"];
-  shown.be_away(2800);
+  // On a busy machine there may be fewer ticks than that, and it is tried again.
+  for (int tries = 0; tries < 10 && shown.value("lost_records") == 0.0; ++tries) {
+    const int before = shown.states();
+    shown.be_away(2800);
+    ASSERT_TRUE(shown.comes([&] { return shown.states() > before + 1; }));
+  }
   ASSERT_TRUE(shown.comes([&] { return shown.value("lost_records") > 0.0; }));
   EXPECT_TRUE(shown.comes([&] {
     return shown.status()["reason"].get<std::string>().find("were lost") != std::string::npos;
@@ -68,12 +73,12 @@ TEST(Session, CostsNoPictureWhileNobodyLooks) {
   ShownSession shown(held_box());
   ASSERT_TRUE(shown.passes(0.1));
   shown.set_pages(0);
-  std::this_thread::sleep_for(milliseconds(200));
+  ASSERT_TRUE(shown.looks(2));  // The loops know, though a picture or two may be on their way.
   const int before = shown.states();
-  std::this_thread::sleep_for(milliseconds(300));
-  EXPECT_EQ(shown.states(), before);
+  ASSERT_TRUE(shown.looks(100));  // 0.3 s, in which a page would have nine.
+  EXPECT_LE(shown.states(), before + 2);
   shown.set_pages(1);
-  EXPECT_TRUE(shown.comes([&] { return shown.states() > before; }));
+  EXPECT_TRUE(shown.comes([&] { return shown.states() > before + 2; }));
 }
 
 TEST(Session, PausesStepsResumesAndResets) {
@@ -82,15 +87,14 @@ TEST(Session, PausesStepsResumesAndResets) {
   EXPECT_NE(shown.receive(Step{}), "");
   EXPECT_EQ(shown.receive(Pause{}), "");
   ASSERT_TRUE(shown.comes([&] { return shown.status()["paused"] == true && shown.status()["running"] == false; }));
-  shown.settle();
+  ASSERT_TRUE(shown.rests());
   const double paused_s = shown.value("time_s");
-  std::this_thread::sleep_for(milliseconds(200));
+  ASSERT_TRUE(shown.rests());
   EXPECT_EQ(shown.value("time_s"), paused_s);
 
   // Three steps of a control period.
   for (int i = 0; i < 3; ++i) EXPECT_EQ(shown.receive(Step{}), "");
-  ASSERT_TRUE(shown.comes([&] { return shown.value("time_s") > paused_s + 0.0299; }));
-  shown.settle();
+  ASSERT_TRUE(shown.rests());
   EXPECT_NEAR(shown.value("time_s"), paused_s + 0.03, 1e-9);
 
   EXPECT_EQ(shown.receive(Resume{}), "");
@@ -106,7 +110,7 @@ TEST(Session, ShowsTheStartToAPageThatComesInAPause) {
   shown.receive(Pause{});
   ASSERT_TRUE(shown.comes([&] { return shown.status().value("paused", false); }));
   shown.receive(Reset{});
-  std::this_thread::sleep_for(milliseconds(100));
+  ASSERT_TRUE(shown.rests());
   shown.set_pages(1);
   ASSERT_TRUE(shown.comes([&] { return shown.value("time_s") == 0.0; }));
 }
@@ -115,25 +119,31 @@ TEST(Session, RunsSlowly) {
   ShownSession shown(held_box());
   ASSERT_TRUE(shown.passes(0.1));
   shown.receive(Pause{});
-  ASSERT_TRUE(shown.comes([&] { return shown.status()["running"] == false; }));
-  shown.settle();
+  ASSERT_TRUE(shown.rests());
   const double from_s = shown.value("time_s");
-  shown.receive(Speed{0.001});  // a tick in 2 s
+  shown.receive(Speed{0.01});  // a tick in 0.2 s
+  const auto begin = std::chrono::steady_clock::now();
   shown.receive(Resume{});
-  ASSERT_TRUE(shown.comes([&] { return shown.status()["running"] == true; }));
-  std::this_thread::sleep_for(milliseconds(300));
-  EXPECT_LT(shown.value("time_s"), from_s + 0.01);
+  ASSERT_TRUE(shown.passes(from_s + 0.005));
+  // However busy the machine is it is no faster than that, but for a tick at each end.
+  const double simulated_s = shown.value("time_s") - from_s;
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+  EXPECT_LE(simulated_s, 0.01 * took.count() + 0.004);
   shown.receive(Pause{});
   ASSERT_TRUE(shown.comes([&] { return shown.status()["running"] == false; }));
 }
 
-/// Pulls the box at its centre to a handle, for so long.
-void pull(ShownSession& shown, const Eigen::Vector3d& handle, double duration_s) {
-  const double end_s = shown.value("time_s") + duration_s;
-  while (shown.value("time_s") < end_s) {
-    ASSERT_EQ(shown.receive(Pull{Eigen::Vector3d::Zero(), handle, std::nullopt}), "");
-    std::this_thread::sleep_for(milliseconds(20));
-  }
+/// Pulls the box at its centre to a handle until it rests, which it does when it has stayed within 10 um for 0.3 s. If
+/// this thread was kept from repeating the pull in time it has let go: the box moves, and is waited for again.
+ShownSession::Pulled pulled_to_rest(ShownSession& shown, const Eigen::Vector3d& handle) {
+  ShownSession::Pulled stood = shown.pulled(), now = stood;
+  EXPECT_TRUE(shown.comes([&] {
+    EXPECT_EQ(shown.receive(Pull{Eigen::Vector3d::Zero(), handle, std::nullopt}), "");
+    now = shown.pulled();
+    if (std::isnan(now.force_N[0]) || (now.object - stood.object).norm() > 1e-5) stood = now;
+    return now.time_s > stood.time_s + 0.3;
+  }));
+  return now;
 }
 
 // Without its integral the controller holds against a force like a spring: 300 N/m. So the box goes F / p, with F of
@@ -143,8 +153,8 @@ TEST(Session, APullMovesTheBoxByForceOverStiffnessAndLetsGo) {
   ASSERT_TRUE(shown.passes(1.0));
   const Eigen::Vector3d rest = shown.vector("object");
   const Eigen::Vector3d way(0.0, 0.0, 0.008);
-  pull(shown, rest + way, 1.5);
-  const Eigen::Vector3d force = shown.vector("pull_force_N"), moved = shown.vector("object") - rest;
+  const ShownSession::Pulled pulled = pulled_to_rest(shown, rest + way);
+  const Eigen::Vector3d &force = pulled.force_N, moved = pulled.object - rest;
   EXPECT_NEAR(force.norm(), thenar::kPullStiffness_N_per_m * (way - moved).norm(), 0.02 * force.norm());
   EXPECT_LT((moved - force / 300.0).norm(), 0.05 * force.norm() / 300.0) << moved.transpose();
   // The dead man: nobody repeats it.
@@ -224,7 +234,9 @@ TEST(Session, RecordsWhileItRuns) {
     ASSERT_TRUE(shown.passes(shown.value("time_s") + 0.3));
     first_s = shown.value("time_s");
     shown.set_pages(0);
-    std::this_thread::sleep_for(milliseconds(400));
+    ASSERT_TRUE(shown.looks(100));
+    shown.set_pages(1);
+    ASSERT_TRUE(shown.passes(first_s));
     shown.end();
   }
   const thenar::RecordedRun run = thenar::read_recording(settings.record);
@@ -263,7 +275,7 @@ TEST(Session, LevelsThatPourInDoNotFillTheRecording) {
   ASSERT_TRUE(shown.passes(0.1));
   const auto begin = std::chrono::steady_clock::now();
   Set set;
-  for (int i = 0; i < 200; ++i) {
+  for (int i = 0; i < 200 || (shown.scenes() < 2 && i < 6000); ++i) {
     set.level = 1 + i % 2;
     EXPECT_EQ(shown.receive(set), "");
     std::this_thread::sleep_for(milliseconds(10));

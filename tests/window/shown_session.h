@@ -54,7 +54,10 @@ class ShownSession {
                                 std::this_thread::sleep_for(milliseconds(away_ms));
                               }
                             },
-                            [this] { return pages_.load(); }};
+                            [this] {
+                              ++looks_;
+                              return pages_.load();
+                            }};
       session_.run(display, stop_);
     });
   }
@@ -75,8 +78,8 @@ class ShownSession {
 
   /// Whether it comes true.
   template <typename Condition>
-  [[nodiscard]] bool comes(Condition condition) {
-    const auto end = std::chrono::steady_clock::now() + kPatience;
+  [[nodiscard]] bool comes(Condition condition, std::chrono::seconds patience = kPatience) {
+    const auto end = std::chrono::steady_clock::now() + patience;
     while (std::chrono::steady_clock::now() < end) {
       if (condition()) return true;
       std::this_thread::sleep_for(milliseconds(5));
@@ -95,15 +98,24 @@ class ShownSession {
   /// Of the newest state; NaN before the first.
   [[nodiscard]] double value(const std::string& name, std::size_t i = 0) {
     const std::lock_guard lock(mutex_);
-    if (state_.empty()) return thenar::kUnknown;
-    for (const ordered_json& field : fields_of_scene_) {
-      if (field.at("name") == name) return state_.at(field.at("begin").get<std::size_t>() + i);
-    }
-    ADD_FAILURE() << "no field " << name;
-    return thenar::kUnknown;
+    return value_of(name, i);
   }
+  /// The first numbers of a field, all of one state.
   [[nodiscard]] Eigen::Vector3d vector(const std::string& name) {
-    return {value(name, 0), value(name, 1), value(name, 2)};
+    const std::lock_guard lock(mutex_);
+    return {value_of(name, 0), value_of(name, 1), value_of(name, 2)};
+  }
+  /// A time, and where the box is and how it is pulled then: all of one state.
+  struct Pulled {
+    double time_s;
+    Eigen::Vector3d object, force_N;
+  };
+  [[nodiscard]] Pulled pulled() {
+    const std::lock_guard lock(mutex_);
+    const auto vector_of = [this](const std::string& name) {
+      return Eigen::Vector3d(value_of(name, 0), value_of(name, 1), value_of(name, 2));
+    };
+    return {value_of("time_s", 0), vector_of("object"), vector_of("pull_force_N")};
   }
   [[nodiscard]] bool passes(double time_s) {
     return comes([&] { return value("time_s") > time_s; });
@@ -116,12 +128,18 @@ class ShownSession {
     const std::lock_guard lock(mutex_);
     return states_;
   }
-  /// Waits until nothing more is shown.
-  void settle() {
-    for (int before = -1; before != states();) {
-      before = states();
-      std::this_thread::sleep_for(milliseconds(300));
-    }
+  /// After a pause was asked for: whether all that was asked for until now is done, and its state shown. Of a further
+  /// wish the status comes first, and the state next: the status of a second one comes after both.
+  [[nodiscard]] bool rests() {
+    const auto heeds = [this](double speed) {
+      receive(Speed{speed});
+      return comes([&] { return status()["speed"] == speed && status()["running"] == false; });
+    };
+    return heeds(0.999) && heeds(1.0);
+  }
+  /// Whether the session comes to ask so often if a page is there: each 3 ms in a run, more seldom on a busy machine.
+  [[nodiscard]] bool looks(int times) {
+    return comes([this, end = looks_ + times] { return looks_ >= end; });
   }
   [[nodiscard]] int scenes() {
     const std::lock_guard lock(mutex_);
@@ -132,11 +150,20 @@ class ShownSession {
   void be_away(int time_ms) { away_ms_ = time_ms; }
 
  private:
+  double value_of(const std::string& name, std::size_t i) const {
+    if (state_.empty()) return thenar::kUnknown;
+    for (const ordered_json& field : fields_of_scene_) {
+      if (field.at("name") == name) return state_.at(field.at("begin").get<std::size_t>() + i);
+    }
+    ADD_FAILURE() << "no field " << name;
+    return thenar::kUnknown;
+  }
+
   thenar::Model model_;
   std::vector<thenar::Field> fields_;
   Session session_;
   std::atomic<bool> stop_{false};
-  std::atomic<int> pages_{1}, away_ms_{0};
+  std::atomic<int> pages_{1}, looks_{0}, away_ms_{0};
   std::mutex mutex_;
   ordered_json status_ = ordered_json::object(), grasps_ = ordered_json::object(), fields_of_scene_;
   std::vector<double> state_;

@@ -6,6 +6,7 @@ const kFirstWait_ms = 250;
 const kLongestWait_ms = 4000;
 const kPing_ms = 2000;
 const kUnanswered = 3; // so many pings without an answer: the way is dead, though nobody says so
+const kKept = 20; // messages, before the first connection: more than anyone presses meanwhile
 
 const local_s = () => performance.now() / 1e3;
 
@@ -17,10 +18,11 @@ export class Connection {
   #socket = null;
   #wait_ms = kFirstWait_ms;
   #unanswered = 0;
+  #kept = []; // what was said before the first connection; null from when that was made, or failed
 
   /**
-   * `on`: {text(object), binary(Uint8Array), state(connected)}; what they throw is no reason to stop.
-   * The first connection is tried at once.
+   * `on`: {text(object), binary(Uint8Array), state(connected), unsaid()}; what they throw is no reason to stop.
+   * The first connection is tried at once; `unsaid` is called if it fails and something was kept for it.
    */
   constructor(url, on) {
     this.#url = url;
@@ -29,10 +31,16 @@ export class Connection {
     this.#open();
   }
 
-  /** Sends an object as JSON; false if nobody is there. */
+  /**
+   * Sends an object as JSON. A page can be used before it is connected, so what is said until the first connection is
+   * kept for it. After a loss nothing is: nobody expects that what was pressed long ago is still done. False if nobody
+   * will hear it.
+   */
   send(message) {
-    if (this.#socket?.readyState !== WebSocket.OPEN) return false;
-    this.#socket.send(JSON.stringify(message));
+    const text = JSON.stringify(message);
+    if (this.#socket?.readyState === WebSocket.OPEN) this.#socket.send(text);
+    else if (this.#kept?.length < kKept) this.#kept.push(text);
+    else return false;
     return true;
   }
 
@@ -48,8 +56,11 @@ export class Connection {
       this.#wait_ms = kFirstWait_ms;
       this.#unanswered = 0;
       this.clock = new RemoteClock(); // it may be another server
+      const kept = this.#kept ?? [];
+      this.#kept = null;
       this.#set(true);
       this.#ping();
+      for (const text of kept) socket.send(text);
     };
     socket.onmessage = ({data}) => {
       this.#unanswered = 0;
@@ -60,7 +71,10 @@ export class Connection {
     };
     socket.onclose = () => {
       if (socket !== this.#socket) return;
+      const unsaid = this.#kept?.length > 0;
+      this.#kept = null;
       this.#set(false);
+      if (unsaid) this.#on.unsaid();
       setTimeout(() => this.#open(), this.#wait_ms * (0.75 + 0.5 * Math.random()));
       this.#wait_ms = Math.min(2 * this.#wait_ms, kLongestWait_ms);
     };

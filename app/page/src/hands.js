@@ -23,7 +23,7 @@ export class Hands {
   #timer = 0;
   #hovered_ms = 0;
 
-  /** `send(message)` stamps and sends; nothing is done while `enabled` is false. */
+  /** `send(message)` stamps and sends; nothing is dragged while `enabled` is false. */
   constructor(picture, send) {
     this.#picture = picture;
     this.#send = send;
@@ -52,7 +52,7 @@ export class Hands {
 
   /** A push at the object's origin, a world vector [N]. */
   poke(force_N) {
-    if (this.enabled) this.#send({type: 'poke', force_N: force_N.toArray()});
+    if (this.#picture.scene) this.#send({type: 'poke', force_N: force_N.toArray()});
   }
 
   /** Lets go of everything. */

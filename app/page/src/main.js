@@ -67,8 +67,10 @@ picture.onPixels = () => capture.drawn();
 // Messages out.
 
 function send(message) {
-  if (!connection?.send(message) && isLive) toast('not connected: nothing was done');
+  if (!connection?.send(message) && isLive) sayUnsaid();
 }
+
+const sayUnsaid = () => toast('not connected: nothing was done');
 
 function stamp() {
   const stamp_s = connection?.now_s();
@@ -252,7 +254,7 @@ function showLink(text, kind) {
 
 function goLive() {
   const url = `${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/live${location.search}`;
-  connection = new Connection(url, {text: receiveText, binary: receiveBinary, state: setConnected});
+  connection = new Connection(url, {text: receiveText, binary: receiveBinary, state: setConnected, unsaid: sayUnsaid});
 }
 
 // A recording.

@@ -9,6 +9,9 @@ import {chromium} from 'playwright-core';
 
 const kSkipped = 77; // what ctest takes for a test that was skipped
 
+/** How long what must happen may take: machines may be slow, or busy. */
+export const kPatience_ms = 120_000;
+
 /** Where Chromium is; ends the process with a message if it is nowhere. */
 export function findChromium() {
   const places = [process.env.CHROMIUM, '/usr/bin/chromium', '/usr/bin/google-chrome', '/usr/bin/chromium-browser'];
@@ -35,6 +38,7 @@ export async function openBrowser({width = 1280, height = 800, colorScheme = 'li
       '--disable-sync', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader',
     ],
   });
+  context.setDefaultTimeout(kPatience_ms);
   const page = context.pages()[0] ?? (await context.newPage());
   const problems = [];
   const requests = [];

@@ -9,11 +9,10 @@ import {dirname, join} from 'node:path';
 import {after, before, test} from 'node:test';
 import {pathToFileURL} from 'node:url';
 
-import {findChromium, openBrowser} from './browser.mjs';
+import {findChromium, kPatience_ms, openBrowser} from './browser.mjs';
 import {startProgram} from './program.mjs';
 
 const [program, configs] = process.argv.slice(2);
-const kPatience_ms = 60_000;
 findChromium();
 
 let folder = null;
@@ -35,7 +34,7 @@ async function open(url, look, {offline = true} = {}) {
     const {page} = browser;
     await page.context().setOffline(offline);
     await page.goto(url);
-    await page.waitForFunction(() => window.thenar?.drawn > 0, null, {timeout: kPatience_ms});
+    await page.waitForFunction(() => window.thenar?.drawn > 0);
     await page.evaluate(() => window.thenar.replay.pause());
     await look(page, browser);
     assert.deepEqual(browser.problems, []);
@@ -66,7 +65,6 @@ async function expectDrawn(page) {
   const clip = {x: canvas.x + seen.x - 4, y: canvas.y + seen.y - 4, width: 8, height: 8};
   // A machine without a graphics card takes its time.
   for (const end_ms = Date.now() + kPatience_ms; ;) {
-    await page.waitForTimeout(500);
     const drawn = await page.screenshot({clip});
     const empty = await page.screenshot({clip: {...clip, x: canvas.x + 4, y: canvas.y + 4}});
     if (!drawn.equals(empty)) return;
@@ -87,8 +85,8 @@ test('an exported page opens from a file with no network, draws, seeks and plays
     assert.ok(Math.abs(middle_s - start_s - half_s) < 0.021, `a state each 20 ms: ${middle_s} s where ${start_s + half_s} s are due`);
     await slider.fill('0');
     await page.locator('#play').click();
-    await page.waitForFunction((end) => window.thenar.state.time_s[0] === end, end_s, {timeout: kPatience_ms});
-    await page.waitForFunction(() => !window.thenar.replay.playing, null, {timeout: kPatience_ms});
+    await page.waitForFunction((end) => window.thenar.state.time_s[0] === end, end_s);
+    await page.waitForFunction(() => !window.thenar.replay.playing);
     assert.deepEqual(browser.requests.filter((url) => !url.startsWith('file:') && !url.startsWith('data:')), []);
   });
 });
@@ -100,9 +98,7 @@ test('it draws within a page, as notebooks show it', async () => {
   const {page, problems, close} = await openBrowser();
   try {
     await page.goto(pathToFileURL(within).href);
-    await page.frames()[1].waitForFunction(() => window.thenar?.drawn > 0 && window.thenar.contacts > 0, null, {
-      timeout: kPatience_ms,
-    });
+    await page.frames()[1].waitForFunction(() => window.thenar?.drawn > 0 && window.thenar.contacts > 0);
     assert.deepEqual(problems, []);
   } finally {
     await close();
@@ -184,8 +180,7 @@ test('a recording of fingertips that feel shows their cells, touch and the last 
       assert.ok(states.length >= 5 && states.every((state) => state === 'slips'), `before the hand feels it: ${states}`);
     }
     await seek(page, 1.1);
-    await page.waitForFunction(() => /^(thumb|index|major), slip, 0\.8\d s$/.test(document.getElementById('last-reflex').textContent), null,
-                               {timeout: kPatience_ms});
+    await page.waitForFunction(() => /^(thumb|index|major), slip, 0\.8\d s$/.test(document.getElementById('last-reflex').textContent));
     assert.ok(await page.locator('#cells').isVisible());
   });
 });
