@@ -15,6 +15,7 @@
 #include "engine/formats/point_cloud_file.h"
 #include "engine/formats/text.h"
 #include "engine/grasp/model.h"
+#include "engine/grasp/slides.h"
 #include "engine/pulps/pulp_levels.h"
 #include "engine/results/warnings.h"
 #include "engine/scenes/build_model.h"
@@ -238,9 +239,39 @@ std::string gains_in_words(const Scene& scene) {
   return all;
 }
 
+/// One line a fingertip on a slide: where it begins, in which direction it slides, and what drives it.
+void describe_slides(const Scene& scene, std::ostream& out) {
+  for (int k = 0; k < scene.hand.fingers(); ++k) {
+    const Slide& slide = scene.slides[k];
+    const Fingertip& tip = scene.hand.fingertips[k];
+    const Eigen::Isometry3d& X_WS = scene.hand.segments[tip.segment].X_WS_0;
+    const Eigen::Vector3d along = X_WS.linear() * tip.normal;
+    out << (k == 0 ? "  slides          " : "                  ")
+        << fmt::format("{}: radius {:.6g} mm, from {} ", tip.finger, 1e3 * tip.radius_m, place(X_WS.translation()));
+    if (scene.has_path(k)) {
+      double over_s = 0.0;
+      for (const PathLeg& leg : slide.path) over_s += leg.over_s;
+      out << fmt::format("on a path to {} in {:.6g} s, whatever resists\n",
+                         place(X_WS.translation() + path_m(slide, over_s)), over_s);
+      continue;
+    }
+    const Joint& joint = scene.hand.joints[tip.first_joint];
+    out << fmt::format("along [{:.4g}, {:.4g}, {:.4g}], ", along.x(), along.y(), along.z());
+    if (slide.stiffness_N_per_m > 0.0) {
+      out << fmt::format("by a spring of {:.6g} N/m at rest {:.6g} mm along it", slide.stiffness_N_per_m,
+                         1e3 * slide.rest_m);
+    } else {
+      out << fmt::format("by {:.6g} N", slide.force_N);
+      if (slide.rise_s > 0.0) out << fmt::format(", rising for {:.6g} ms", 1e3 * slide.rise_s);
+    }
+    out << fmt::format("; damping {:.6g} N s/m, range {:.6g} .. {:.6g} mm\n", scene.viscosity(k), 1e3 * joint.lower_rad,
+                       1e3 * joint.upper_rad);
+  }
+}
+
 void describe_control(const Scene& scene, std::ostream& out) {
   if (!scene.control) {
-    out << "  drive           given joint torques\n";
+    out << "  drive           " << (scene.hand.slides ? "of each fingertip its own\n" : "given joint torques\n");
     return;
   }
   const bool feedforward = scene.control->law == ControlLaw::kFeedforward;
@@ -361,8 +392,13 @@ std::string description(const Scene& asked, bool with_parts) {
   const Scene& scene = model.scene;  // with the grasp that was found, if one was asked for
   std::ostringstream out;
   out << scene.name << ": " << scene.duration_s << " s in steps of " << 1e3 * scene.step_s << " ms\n\nmodelled\n"
-      << "  hand            " << joint_count(scene.hand) << ", viscosity " << scene.joint_viscosity
-      << " N m s, no inertia\n";
+      << "  hand            ";
+  if (scene.hand.slides) {
+    out << "none: fingertips on slides, no inertia\n";
+    describe_slides(scene, out);
+  } else {
+    out << joint_count(scene.hand) << ", viscosity " << scene.joint_viscosity << " N m s, no inertia\n";
+  }
   describe_object(scene.object, out);
   if (scene.environment) describe_environment(model, out);
   describe_contact(scene, out);
@@ -381,7 +417,7 @@ std::string description(const Scene& asked, bool with_parts) {
   };
   left_out(!scene.fingertips, "deformation of the fingertips (fingertips)");
   left_out(scene.fingertips && !scene.object.compliance, "deformation of the object (object.compliance)");
-  left_out(!scene.control, "control (control): pose, grasp forces, muscles");
+  left_out(!scene.control && !scene.hand.slides, "control (control): pose, grasp forces, muscles");
   left_out(scene.control && !scene.control->muscles, "muscles (control.muscles)");
   left_out(scene.control && !scene.control->posture_Nm_per_rad, "a posture that is kept (control.posture)");
   left_out(scene.fingertips && !scene.fingertips->touch, "what fingertips feel (fingertips.touch)");

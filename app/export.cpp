@@ -54,7 +54,7 @@ int export_recording(const Options& options) {
   }
   if (!options.sto.empty()) {
     const auto of_joints = [](const thenar::Field& field) {
-      return field.name == "time_s" || field.name == "q_rad" || field.name == "muscles_N";
+      return field.name == "time_s" || field.name == "q_rad" || field.name == "q_m" || field.name == "muscles_N";
     };
     const thenar::RecordedRun run = thenar::read_recording(options.recording, {of_joints, false});
     thenar::write_file(options.sto, thenar::run_sto(run, options.recording));

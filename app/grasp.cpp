@@ -84,6 +84,7 @@ Subject subject_of(const Options& options) {
   if (!options.hand_file.empty()) changes.push_back("hand.model=" + fs::absolute(hand_file(options)).string());
   const fs::path file = find_scene(options.subject);
   Scene scene = load_scene(file, changes);
+  if (scene.hand.slides) throw ConfigError({{file.string(), "hand.slides", "are no hand to find a grasp for"}});
   if (!scene.grasp) scene.grasp = GraspWish{};
   if (options.friction) {
     // The controller's cones follow.

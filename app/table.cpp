@@ -96,7 +96,9 @@ std::string grasp_lines(const ordered_json& summary) {
     line(table, "  last chosen, along x, y, z", cells(summary.at("stiffness").at("along_N_per_m")) + " N/m",
          "about them: " + cells(summary.at("stiffness").at("about_Nm_per_rad")) + " N m/rad");
   }
-  line(table, "least way to a joint's limit", cell(summary, "/joints/least_margin_rad", "rad"));
+  const bool slides = summary.at("joints").contains("least_margin_m");
+  line(table, slides ? "least way to the end of a slide" : "least way to a joint's limit",
+       slides ? cell(summary, "/joints/least_margin_m", "m") : cell(summary, "/joints/least_margin_rad", "rad"));
   return table;
 }
 

@@ -43,7 +43,8 @@ py::ssize_t one(const Model&) { return 1; }
 py::ssize_t fingers(const Model& m) { return m.fingers(); }
 py::ssize_t feeling(const Model& m) { return m.feels() ? m.fingers() : 0; }
 py::ssize_t gripping(const Model& m) { return m.scene.control ? feeling(m) : 0; }
-py::ssize_t joints(const Model& m) { return std::ssize(m.scene.hand.joints); }
+py::ssize_t turning(const Model& m) { return m.scene.hand.slides ? 0 : std::ssize(m.scene.hand.joints); }
+py::ssize_t sliding(const Model& m) { return m.scene.hand.slides ? std::ssize(m.scene.hand.joints) : 0; }
 
 template <PerFinger<double> TickRecord::*Field>
 void read_per_finger(const Simulation& s, double* to) {
@@ -63,8 +64,10 @@ const std::vector<Signal>& signals() {
          Eigen::Map<Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> X(to);
          X = s.run.state.X_WO.matrix();
        }},
-      {"q_rad", joints,
-       [](const Simulation& s, double* to) { std::copy_n(s.run.state.q.data(), s.run.state.q.size(), to); }},
+      {"q_rad", turning,
+       [](const Simulation& s, double* to) { std::copy_n(s.run.state.q.data(), turning(*s.model), to); }},
+      {"q_m", sliding,
+       [](const Simulation& s, double* to) { std::copy_n(s.run.state.q.data(), sliding(*s.model), to); }},
       {"position_m", [](const Model&) -> py::ssize_t { return 3; },
        [](const Simulation& s, double* to) { std::copy_n(s.record.position_m.data(), 3, to); }},
       {"rotation_error_rad", one, [](const Simulation& s, double* to) { *to = s.record.rotation_error_rad; }},
@@ -392,8 +395,8 @@ void bind_batch(py::module_& module) {
              R"(Advances many simulations by so many ticks, each on one thread, all at once.
 
 Returns a dict: for each signal an array (simulations, ticks / every, ...), sampled every so many ticks. Names as of
-Simulation: time_s, object, q_rad, position_m, rotation_error_rad, force_N, normal_N, tangential_N, margin, slip_m,
-spin_rad, muscles_N; of scenes with fingertips.touch stick, rim_friction, friction_felt, squeeze_N.
+Simulation: time_s, object, q_rad, q_m, position_m, rotation_error_rad, force_N, normal_N, tangential_N, margin,
+slip_m, spin_rad, muscles_N; of scenes with fingertips.touch stick, rim_friction, friction_felt, squeeze_N.
 The bits are those of step(), whatever the threads.)");
   module.def("sweep", &sweep, py::arg("scene"), py::arg("vary"), py::kw_only(), py::arg("threads") = py::none(),
              R"(Runs all combinations of what varies, as `thenar sweep`.

@@ -188,7 +188,8 @@ given for it, or as published.)");
           "held", [](const Period& self) { return self.now().snapshot.held; },
           "Frames came too late: an old drive is held, and nothing acts that is asked for.")
       .def_property_readonly(
-          "q_rad", [](const Period& self) { return copy(self.now().snapshot.q); }, "(joints,) Joint angles.")
+          "q_rad", [](const Period& self) { return copy(self.now().snapshot.q); },
+          "(joints,) Joint angles; of slides in m.")
       .def_property_readonly(
           "object", [](const Period& self) { return copy(self.now().snapshot.X_WO.matrix()); },
           "(4, 4) Pose of the object.")

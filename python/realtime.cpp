@@ -244,7 +244,7 @@ py::dict state_of(Realtime& run) {
   state["time_s"] = static_cast<double>(newest.tick) * run.model->scene.step_s;
   state["tick"] = newest.tick;
   state["held"] = newest.record.contact.held;
-  state["q_rad"] = copy(newest.after.q);
+  state[run.model->scene.hand.slides ? "q_m" : "q_rad"] = copy(newest.after.q);
   state["object"] = copy(newest.after.X_WO.matrix());
   state["force_N"] = rows([&](int k) { return newest.after.load[k].force_N; });
   state["centre_m"] = rows([&](int k) { return newest.after.load[k].centre_m; });

@@ -206,7 +206,7 @@ Keys and units are those of the file; what has a unit is text. Raises as Scene()
           "Names, in the order of every array that has one row a finger.")
       .def_property_readonly(
           "joints", [](const SceneHandle& self) { return names_of(self.scene().hand.joints); },
-          "Names, in the order of q_rad: finger by finger, from the palm on.")
+          "Names, in the order of q_rad, or of q_m: finger by finger, from the palm on.")
       .def_property_readonly(
           "muscles",
           [](const SceneHandle& self) {

@@ -141,9 +141,20 @@ void bind_views(py::class_<Simulation, std::shared_ptr<Simulation>>& type) {
   const auto add = [&type](const char* name, auto get, const char* doc) {
     type.def_property_readonly(name, of(get), doc);
   };
-  add(
-      "q_rad", [](Simulation& s, py::handle self) { return view_of_vector(s.run.state.q, self); },
-      "(joints,) Joint angles [rad].");
+  // Of joints that turn, or of slides: the others are none.
+  const auto per_joint = [&](const char* name, bool slides, auto get, const char* doc) {
+    add(
+        name,
+        [slides, get](Simulation& s, py::handle self) {
+          const JointVector& all = get(s);
+          const bool are_there = s.model->scene.hand.slides == slides;
+          return view(all.data(), {are_there ? all.size() : 0}, {1}, self);
+        },
+        doc);
+  };
+  const auto q = [](const Simulation& s) -> const JointVector& { return s.run.state.q; };
+  per_joint("q_rad", false, q, "(joints,) Joint angles [rad]; none where fingertips are on slides.");
+  per_joint("q_m", true, q, "(joints,) How far fingertips on slides are from where they began [m]; else none.");
   add(
       "object", [](Simulation& s, py::handle self) { return view_of_pose(s.run.state.X_WO, self); },
       "(4, 4) Pose of the object, world = hand frame; [m].");
@@ -215,9 +226,9 @@ void bind_views(py::class_<Simulation, std::shared_ptr<Simulation>>& type) {
                     {s.model->scene.has_muscles() ? s.run.controller.f_muscle.size() : 0}, {1}, self);
       },
       "(muscles,) Muscle forces [N].");
-  add(
-      "stop_Nm", [](Simulation& s, py::handle self) { return view_of_vector(s.record.contact.stop_Nm, self); },
-      "(joints,) What the ends of the joints' ranges bear [N m].");
+  const auto stops = [](const Simulation& s) -> const JointVector& { return s.record.contact.stop_Nm; };
+  per_joint("stop_Nm", false, stops, "(joints,) What the ends of the joints' ranges bear [N m]; none of slides.");
+  per_joint("stop_N", true, stops, "(joints,) What the ends of slides bear [N]; else none.");
   add(
       "displacement_m",
       [](Simulation& s, py::handle self) {

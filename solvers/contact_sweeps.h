@@ -170,14 +170,18 @@ inline constexpr double kStalled = 0.8;
 
 /// Sweeps from f to settings.tolerance. The workspace is laid out and filled; `gaps(f, delta)` computes
 /// delta = W f + delta_free in double precision; `react(f)` mends what the sweeps know of gaps after each of them,
-/// where W f is not linear, and is true where it has changed so much that the workspace has been filled anew.
+/// where W f is not linear, and is true where it has changed so much that the workspace has been filled anew. There
+/// forces may act though nothing moves freely: where the residual's scale is rounding beside `acting_N`, the size of
+/// those that are known to act, this is the scale.
 template <typename Problem, typename Gaps, typename React>
 SolveReport iterate_sweeps(const Problem& problem, const GaussSeidelSettings& settings, SweepWorkspace& work,
-                           const Gaps& gaps, const React& react, ContactSolution solution) {
+                           const Gaps& gaps, const React& react, ContactSolution solution, double acting_N = 0.0) {
+  constexpr double kRounding = 1e-9;
   const Eigen::Ref<const Eigen::VectorXd>& mu = problem.mu;
   Eigen::Ref<Eigen::VectorXd>&f = solution.f, &delta = solution.delta;
-  const Admission admission = admit([&](Eigen::Index i) { return work.local[i]; }, problem, f);
+  Admission admission = admit([&](Eigen::Index i) { return work.local[i]; }, problem, f);
   if (!std::isfinite(admission.scale_N)) return not_finite(0, solution);
+  if (admission.scale_N < kRounding * acting_N) admission.scale_N = acting_N;
   const SolveStatus solved = admission.no_solution ? SolveStatus::kNoSolution : SolveStatus::kConverged;
   // Without free motion no force is needed, and there is no scale to judge one by.
   if (admission.scale_N == 0.0) f.setZero();

@@ -13,8 +13,7 @@ using VectorOut = Eigen::Ref<Eigen::VectorXd>;
 
 constexpr Index kLanes = SweepWorkspace::kPadding;
 constexpr int kFifth = GroupedDelassus::kOwn + 6;  // The sweeps' column of it: of the padding.
-// Where the ground's answer differs so much from what it was taken for, relative to it, it is linearised again; not
-// more often than this.
+// Where the ground's answer differs so much from the last one, relative to it, it is linearised anew, at most so often.
 constexpr float kOtherwise = 0.3F;
 constexpr int kMostLinearisations = 12, kWholeLinearisations = 4;
 constexpr float kHardly = 1e-3F;  // Of their largest entry Jacobians may change before blocks are made anew.
@@ -385,7 +384,8 @@ SolveReport solve_contacts(const GroupedContactProblem& problem, const GaussSeid
     report = iterate_sweeps(problem, settings, work.sweeps, exact, solution);
   } else {
     const auto mend = [&](const VectorRef& f) { return react(problem, f, work); };
-    report = iterate_sweeps(problem, settings, work.sweeps, exact, mend, solution);
+    const double acting_N = solution.f.norm();  // Where fingertips on paths hold the body on the ground.
+    report = iterate_sweeps(problem, settings, work.sweeps, exact, mend, solution, acting_N);
     if (report.status == SolveStatus::kBudgetSpent || work.ground_status == SolveStatus::kBudgetSpent) {
       work.ground.x.setZero();  // Once more, from rest, and with a body that is taken for more mobile.
       work.linearisations = kWholeLinearisations + 2;
@@ -393,7 +393,7 @@ SolveReport solve_contacts(const GroupedContactProblem& problem, const GaussSeid
       stand_on(*problem.ground, GroupedDelassus::CommonMotion::Zero(), work);
       linearise(*problem.ground, work);
       fill(problem, work);
-      report = iterate_sweeps(problem, settings, work.sweeps, exact, mend, solution);
+      report = iterate_sweeps(problem, settings, work.sweeps, exact, mend, solution, acting_N);
     }
     report.residual = std::hypot(report.residual, work.ground_missing);
     if (report.status == SolveStatus::kConverged) report.status = work.ground_status;

@@ -11,7 +11,7 @@ ROOMS = ["solvers", "solvers/muscles", "collision", "collision/solids", *(f"engi
     "insertion", "figures", "imports")), "app", "app/window", "python"]
 NARROW = ["solvers", "collision", "engine", "app", "python", "tests", "bench", "examples"]  # Their lines are counted.
 MOST_IN_FILE, MOST_IN_FUNCTION, MOST_IN_ROOM, MOST_COLUMNS = 500, 60, 4600, 120
-# They hold a table, which may be as long as it is: of keys, or of what Python sees.
+# They hold a table, which may be as long as it is, and does not count for its room: of keys, or of what Python sees.
 TABLES = {"engine/scenes/keys.cpp", *(f"python/{name}.cpp" for name in ("laws", "realtime", "scene", "simulation"))}
 
 
@@ -54,7 +54,8 @@ def main():
         whole = 0
         for file in sorted([*Path(room).glob("*.h"), *Path(room).glob("*.cpp")]):
             lines = file.read_text(encoding="utf-8").splitlines()
-            whole, read = whole + len(lines), read + 1
+            read += 1
+            whole += 0 if str(file) in TABLES else len(lines)
             if len(lines) > MOST_IN_FILE and str(file) not in TABLES:
                 faults.append(f"{file} has {len(lines)} lines")
             faults += [f"{file}:{first} has a function of {length} lines" for first, length in functions(lines)

@@ -35,6 +35,7 @@ LiveGrasps::LiveGrasps(const Model& model, const std::optional<AskedScene>& aske
       now_asked_(asked_) {}
 
 std::string LiveGrasps::find(const Find& wish, const LiveSettings& begun, const LiveSettings& now) {
+  if (own_.hand.slides) return "fingertips on slides are no hand to find a grasp for";
   AskedScene asked = now_asked_;
   Scene& scene = asked.scene;
   apply(begun, now, scene);

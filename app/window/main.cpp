@@ -216,9 +216,11 @@ void replay(const Options& options) {
 window::AskedScene asked_scene(const Options& options) {
   window::AskedScene asked;
   asked.scene = load_scene(options.file, changes(options), options.rates);
-  const fs::path hand = thenar::scene_files(options.file, changes(options))[1];  // A scene that loads has one.
-  asked.fingers = thenar::load_hand(hand).fingers();
-  asked.hand = thenar::hand_in_scene(hand, fs::absolute(hand));
+  if (!asked.scene.hand.slides) {
+    const fs::path hand = thenar::scene_files(options.file, changes(options))[1];  // A hand that was read has a file.
+    asked.fingers = thenar::load_hand(hand).fingers();
+    asked.hand = thenar::hand_in_scene(hand, fs::absolute(hand));
+  }
   const auto* const cloud = std::get_if<thenar::CloudShape>(&asked.scene.object.shape);
   if (cloud != nullptr) asked.object = fs::absolute(cloud->file);
   return asked;

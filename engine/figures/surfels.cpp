@@ -62,6 +62,7 @@ void add_bones(const Hand& hand, const HandPose& pose, std::vector<Surfel>& surf
     add_rod(joint, pose.segments[s] * Vector3d(segment.length_m, 0.0, 0.0), radius_m, surfels);
     add_ball(joint, 1.25 * radius_m, kBone, surfels);
   }
+  if (hand.slides) return;  // which begin at no wrist
   for (int k = 0; k < hand.fingers(); ++k) {
     const double radius_m = 0.5 * hand.fingertips[k].radius_m;
     add_rod(Vector3d::Zero(), pose.origin_m[hand.fingertips[k].first_joint], radius_m, surfels);

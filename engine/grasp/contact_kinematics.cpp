@@ -62,7 +62,7 @@ void contact_kinematics(const Model& model, const Frame& frame, const HandPose& 
       }
       kinematics.c_W[i] = c_W;
       Eigen::Matrix<double, 3, 4> J;
-      if (tip.followers > 0) {
+      if (tip.followers > 0 || model.scene.hand.slides) {
         J = finger_jacobian(model.scene.hand, pose, k, c_W).leftCols<4>();
       } else {
         for (int j = 0; j < 4; ++j) {

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "engine/grasp/pulp_touch.h"
+#include "engine/grasp/slides.h"
 
 namespace thenar {
 
@@ -321,6 +322,12 @@ Vector6d object_motion(const Model& model, const Snapshot& snapshot, const Frame
   return wrench;
 }
 
+/// How far the object moves at most against a fingertip that stays, whose centre is at r_m from the object's origin.
+[[gnu::noinline]] double object_travel_m(const Fingertip& tip, const Vector3d& r_m, const Vector6d& dx) {
+  const Vector3d turn = dx.tail<3>();
+  return (dx.head<3>() + turn.cross(r_m)).norm() + outer_radius_m(tip) * turn.norm();
+}
+
 }  // namespace
 
 ContactSearch::ContactSearch(const Model& model)
@@ -357,6 +364,11 @@ PerFinger<double> finger_travel_m(const Model& model, const HandPose& pose, cons
     const Fingertip& tip = scene.hand.fingertips[k];
     const FingerLoad& load = snapshot.load[k];
     const Vector3d centre_m = pose.distal(scene.hand, k) * tip.centre_m;
+    if (scene.hand.slides) {
+      push[k] = slide_travel_m(scene, snapshot, frame.torque_Nm, k, time_s);
+      travel[k] = push[k] + object_travel_m(tip, centre_m - snapshot.X_WO.translation(), dx);
+      continue;
+    }
     FingerVector dq = scene.hand.of_finger(k, frame.torque_Nm);
     if (load.normal_N > 0.0) dq -= finger_jacobian(scene.hand, pose, k, load.centre_m).transpose() * load.force_N;
     dq *= time_s / scene.viscosity(k);

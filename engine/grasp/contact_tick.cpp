@@ -6,6 +6,7 @@
 #include "engine/grasp/environment_tick.h"
 #include "engine/grasp/handover.h"
 #include "engine/grasp/object_compliance.h"
+#include "engine/grasp/slides.h"
 #include "engine/grasp/stopwatch.h"
 
 namespace thenar {
@@ -142,6 +143,9 @@ Drive drive(const Model& model, const Frame& frame, const Vector6d& wrench, Cont
   Drive drive{frame.torque_Nm + work.resumed_Nm, frame.wrench + wrench, mobility(scene, held ? kHoldStiffness : 0.0),
               PerFinger<JointMatrix>(are_stiff ? model.fingers() : 0)};
   if (held) drive.torque = work.torque_held_Nm - kHoldStiffness * (state.q - work.q_held);
+  if (scene.hand.slides) {
+    drive_slides(scene, static_cast<double>(state.tick) * scene.step_s, state.q, drive.torque);
+  }
   work.resumed_Nm *= std::exp(-scene.step_s / kResume_s);
   work.torque_Nm = drive.torque;
   if (frame.muscle_N.size() > 0) let_muscles_act(model, frame, state.muscle_N, state.q, drive);
@@ -263,6 +267,9 @@ RigidMotion solve_motion(const Model& model, const Frame& frame, const Drive& dr
     const GroupedDelassus W = delassus_operator(model, frame, work.kinematics, work.mobility);
     motion = viscous_motion(hand, drive.mobility, drive.torque, drive.wrench);
     move_to_stops(hand, work.stops, state.q, model.scene.step_s, work.mobility, drive.torque, motion.dq);
+    if (hand.slides) {
+      follow_paths(model.scene, static_cast<double>(state.tick + 1) * model.scene.step_s, state.q, motion.dq);
+    }
     free_gaps_and_slips(model, frame, state, motion, work);
     work.f_first.head(3 * frame.size()) = work.f.head(3 * frame.size());
     report.solve = find_forces(model, frame, W, work, ground ? &*ground : nullptr);
@@ -447,6 +454,7 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
     return report;
   }
   book_motion(scene, drive, state, motion, report);
+  if (scene.hand.slides) book_slides(scene, frame, work.kinematics, work.f, motion.dq, report.ledger);
   if (scene.environment) book_environment(*scene.environment, work, report.ledger);
   if (model.deformable()) {
     for (int k = 0; k < model.fingers(); ++k)

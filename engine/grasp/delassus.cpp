@@ -82,6 +82,16 @@ Square factor_of(const Square& damping, double mobility_per_joint, double step_s
   return L;
 }
 
+/// Springs of slides are taken at the end of the step, and what goes along a path does not give way.
+[[gnu::noinline]] void set_slides(const Scene& scene, Mobility& all) {
+  all.root.setZero(std::ssize(scene.hand.joints));
+  for (int k = 0; k < std::ssize(scene.slides); ++k) {
+    if (scene.has_path(k)) continue;
+    const double b = scene.viscosity(k), own = scene.step_s / (b + scene.step_s * scene.slides[k].stiffness_N_per_m);
+    all.root[scene.hand.fingertips[k].first_joint] = std::sqrt(own / all.joint);
+  }
+}
+
 /// Of a finger's K.
 template <class Square>
 void add_stiffness(const Scene& scene, int k, const Square& stiffness, Mobility& mobility) {
@@ -153,6 +163,7 @@ Mobility mobility(const Scene& scene, double joint_stiffness) {
       all.root[j] = std::sqrt(h / (b * scene.hand.joints[j].drag + h * joint_stiffness) / all.joint);
     }
   }
+  if (!scene.slides.empty()) set_slides(scene, all);
   return all;
 }
 

@@ -44,7 +44,8 @@ struct Frame {
   std::vector<SurfaceCompliance> compliance;  ///< Among a finger's contacts, with its softness.
   PerFinger<double> softness;                 ///< What its load leaves of a pulp's compliance; 1 without load.
   Eigen::MatrixXd object_kernel;              ///< k_ij of a soft object, among all contacts; of a rigid one none.
-  JointVector torque_Nm;                      ///< tau - g: what drives the fingers beside contact.
+  JointVector torque_Nm;                      ///< tau - g: what drives the fingers beside contact, and
+                                              ///< beside their slides' own forces.
   // Of a scene whose muscles act on the contact side (Scene::muscles_act), else of no muscle:
   MuscleVector muscle_N;           ///< f of tau = H f: what the muscles are asked for.
   std::vector<Belly> bellies;      ///< At the snapshot.

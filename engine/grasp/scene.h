@@ -173,6 +173,22 @@ struct Arm {
   double over_s = 0.0;
 };
 
+/// A part of a path: a displacement, world axes, and how long it takes.
+struct PathLeg {
+  Eigen::Vector3d by_m = Eigen::Vector3d::Zero();
+  double over_s = 1.0;
+  bool smooth = false;  ///< By minimum jerk; else at constant speed.
+};
+
+/// What moves a fingertip on a slide (Hand::slides); what its kind does not name is 0. See engine/grasp/slides.h.
+struct Slide {
+  double force_N = 0.0;            ///< Given force along the slide.
+  double rise_s = 0.0;             ///< It grows linearly from zero for so long from the beginning on.
+  double stiffness_N_per_m = 0.0;  ///< Of a spring along the slide; 0: there is none.
+  double rest_m = 0.0;             ///< Where along the slide, from the start, the spring has no force.
+  std::vector<PathLeg> path;       ///< One leg after the other. None: force or spring move it.
+};
+
 /// From this time on contacts have this friction.
 struct FrictionStep {
   double from_s = 0.0, friction = 0.0;
@@ -255,6 +271,7 @@ struct Scene {
   std::optional<GraspWish> grasp;      ///< Posture, and pose of the object, are to be found: until build_model has.
   double joint_viscosity = 0.0;        ///< b [N m s], of fingers that have no other: viscosity().
   std::optional<JointVector> torques;  ///< Without control: what drives the joints [N m].
+  std::vector<Slide> slides;           ///< What moves the fingertips of a hand that slides; else none.
   std::optional<FingertipSettings> fingertips;
   ObjectSettings object;
   ContactSettings contact;
@@ -271,8 +288,10 @@ struct Scene {
   [[nodiscard]] bool muscles_act() const { return has_muscles() && control->muscles->act(); }
   /// Whether muscle forces are chosen for a stiffness of the object.
   [[nodiscard]] bool chooses_stiffness() const { return has_muscles() && control->muscles->object_stiffness; }
-  /// b of finger k's joints [N m s].
+  /// b of finger k's joints [N m s; N s/m of slides].
   [[nodiscard]] double viscosity(int k) const { return hand.fingertips[k].joint_viscosity.value_or(joint_viscosity); }
+  /// Whether fingertip k goes along a path, whatever resists.
+  [[nodiscard]] bool has_path(int k) const { return !slides.empty() && !slides[k].path.empty(); }
 };
 
 }  // namespace thenar

@@ -13,8 +13,27 @@ namespace {
 /// The displacements that the first joints of a finger make, from none to all of them.
 using FingerChain = std::array<Isometry3d, kMaxFingerJoints + 1>;
 
-// Of a finger in which joints follow others. Calls of their own: inlined, they would have the products of all other
-// fingers contracted otherwise, and results would change in their last bits.
+// Of a finger that slides, or in which joints follow others. Calls of their own: inlined, they would have the products
+// of all other fingers contracted otherwise, and results would change in their last bits.
+
+[[gnu::noinline]] void slide_kinematics(const Hand& hand, const JointVector& q, const Fingertip& tip,
+                                        FingerChain& chain, HandPose& pose) {
+  chain[0].setIdentity();
+  for (int j = 0; j < tip.joints; ++j) {
+    const int i = tip.first_joint + j;
+    const Joint& joint = hand.joints[i];
+    pose.origin_m[i] = chain[j] * joint.origin_m;
+    pose.axis[i] = joint.axis;
+    chain[j + 1] = chain[j];
+    chain[j + 1].translation() += q[i] * joint.axis;
+  }
+}
+
+[[gnu::noinline]] FingerJacobian slide_jacobian(const HandPose& pose, const Fingertip& tip) {
+  FingerJacobian J = FingerJacobian::Zero(3, std::max(4, tip.joints));
+  for (int j = 0; j < tip.joints; ++j) J.col(j) = pose.axis[tip.first_joint + j];
+  return J;
+}
 
 [[gnu::noinline]] void coupled_kinematics(const Hand& hand, const JointVector& q, const Fingertip& tip,
                                           FingerChain& chain, HandPose& pose) {
@@ -101,6 +120,10 @@ void forward_kinematics(const Hand& hand, const JointVector& q, HandPose& pose) 
   // chain[k][j]: the displacement that the first j joints of finger k make.
   std::array<FingerChain, kMaxFingers> chain;
   for (int k = 0; k < hand.fingers(); ++k) {
+    if (hand.slides) {
+      slide_kinematics(hand, q, hand.fingertips[k], chain[k], pose);
+      continue;
+    }
     if (hand.fingertips[k].followers > 0) {
       coupled_kinematics(hand, q, hand.fingertips[k], chain[k], pose);
       continue;
@@ -124,6 +147,7 @@ void forward_kinematics(const Hand& hand, const JointVector& q, HandPose& pose) 
 
 FingerJacobian finger_jacobian(const Hand& hand, const HandPose& pose, int finger, const Vector3d& point_m) {
   const Fingertip& tip = hand.fingertips[finger];
+  if (hand.slides) return slide_jacobian(pose, tip);
   if (tip.followers > 0) return coupled_jacobian(hand, pose, tip, tip.followers, point_m);
   FingerJacobian J(3, std::max(4, tip.joints));
   if (tip.joints == 4) {  // Of nearly all fingers: unrolled.
@@ -144,6 +168,7 @@ FingerJacobian segment_jacobian(const Hand& hand, const HandPose& pose, const Se
 
 FingerJacobian turning_axes(const Hand& hand, const HandPose& pose, int finger) {
   const Fingertip& tip = hand.fingertips[finger];
+  if (hand.slides) return FingerJacobian::Zero(3, std::max(4, tip.joints));
   return coupled_columns(hand, tip, tip.followers, [&](std::size_t i) -> Vector3d { return pose.axis[i]; });
 }
 
@@ -172,6 +197,12 @@ JointVector gravity_torques(const Hand& hand, const HandPose& pose, const Vector
     const Fingertip& tip = hand.fingertips[segment.finger];
     if (tip.followers > 0) {
       add_coupled_gravity(hand, pose, segment, pose.segments[s], gravity, g);
+      continue;
+    }
+    if (hand.slides) {
+      for (int i = tip.first_joint; i < tip.first_joint + segment.joints; ++i) {
+        g[i] -= pose.axis[i].dot(segment.mass_kg * gravity);
+      }
       continue;
     }
     const Vector3d com_m = pose.segments[s] * segment.com_m, weight_N = segment.mass_kg * gravity;

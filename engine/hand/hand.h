@@ -47,12 +47,13 @@ using JointVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, (kMaxHandJoints 
 using FingerVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxFingerJoints, 1>;
 using FingerJacobian = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxFingerJoints>;  ///< Likewise, columns.
 
-/// A revolute joint, as it stands at q = 0, in the hand frame.
+/// A revolute joint, as it stands at q = 0, in the hand frame. In a hand that slides (Hand::slides) it is a slide along
+/// its axis.
 struct Joint {
   std::string name;
   Eigen::Vector3d origin_m;
   Eigen::Vector3d axis;                     ///< Unit; positive angles flex or abduct.
-  double lower_rad = 0.0, upper_rad = 0.0;  ///< Range of motion.
+  double lower_rad = 0.0, upper_rad = 0.0;  ///< Range of motion; of a slide in m.
   double drag = 1.0;                        ///< Its viscosity over its finger's: more than 1 where others follow it.
 };
 
@@ -127,6 +128,9 @@ struct Hand {
   std::vector<Fingertip> fingertips;  ///< One a finger.
   std::vector<Muscle> muscles;
   bool mirrored = false;  ///< It is the other hand than its file's: see mirrored().
+  /// Its joints are slides, which move their fingertips along their axes without a turn: q is in m, what drives them
+  /// in N, viscosity in N s/m. No joint follows another one then, and there are no muscles.
+  bool slides = false;
 
   [[nodiscard]] int fingers() const { return static_cast<int>(fingertips.size()); }
   /// Joint i, where followers count on from the joints.
@@ -170,11 +174,11 @@ struct HandPose {
   }
 };
 
-/// Forward kinematics by products of exponentials: T_k = exp(q_1 A_1 about O_1) ... exp(q_k A_k about O_k).
-/// `pose.segments` keeps its memory.
+/// Forward kinematics by products of exponentials: T_k = exp(q_1 A_1 about O_1) ... exp(q_k A_k about O_k); of slides
+/// the translation by q_1 a_1 + ... + q_k a_k. `pose.segments` keeps its memory.
 void forward_kinematics(const Hand& hand, const JointVector& q, HandPose& pose);
 
-/// The velocity that a joint's unit speed gives a point now at `point_m` (world) of what it moves: a x d. Which
+/// The velocity that a joint's unit speed gives a point now at `point_m` (world) of what it turns: a x d. Which
 /// products are rounded is written out, so that it is the same wherever it is inlined.
 [[nodiscard]] inline Eigen::Vector3d joint_column(const HandPose& pose, int joint, const Eigen::Vector3d& point_m) {
   const Eigen::Vector3d& a = pose.axis[joint];
@@ -191,7 +195,7 @@ void forward_kinematics(const Hand& hand, const JointVector& q, HandPose& pose);
 [[nodiscard]] FingerJacobian segment_jacobian(const Hand& hand, const HandPose& pose, const Segment& segment,
                                               const Eigen::Vector3d& point_m);
 
-/// The angular velocity of finger k's distal segment for its joints' speeds.
+/// The angular velocity of finger k's distal segment for its joints' speeds; zero of slides.
 [[nodiscard]] FingerJacobian turning_axes(const Hand& hand, const HandPose& pose, int finger);
 
 /// a.b, J q' and J J', four joints in a register.
@@ -199,7 +203,7 @@ void forward_kinematics(const Hand& hand, const JointVector& q, HandPose& pose);
 [[nodiscard]] Eigen::Vector3d velocity(const FingerJacobian& J, const FingerVector& speeds);
 [[nodiscard]] Eigen::Matrix3d squared(const FingerJacobian& J);
 
-/// g(q) of eq. (3): b qdot + g = tau - J' f, so g = -sum J_com' m gravity [N m].
+/// g(q) of eq. (3): b qdot + g = tau - J' f, so g = -sum J_com' m gravity [N m; N of slides].
 [[nodiscard]] JointVector gravity_torques(const Hand& hand, const HandPose& pose, const Eigen::Vector3d& gravity);
 
 }  // namespace thenar

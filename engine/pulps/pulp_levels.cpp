@@ -91,6 +91,11 @@ std::vector<Pulp> make_pulps(const Scene& scene) {
 }
 
 double expected_load_N(const Scene& scene, const Pulp& pulp) {
+  if (scene.hand.slides) {
+    double most_N = 0.0;
+    for (const Slide& slide : scene.slides) most_N = std::max(most_N, slide.force_N);
+    return most_N > 0.0 ? most_N : hertz_force_N(pulp, pulp.radius_m / 8.0);
+  }
   // The thumb faces the other fingers, and carries half of the weight by friction.
   const double mu =
       scene.control ? std::min(scene.control->grasp_friction, scene.contact.friction) : scene.contact.friction;

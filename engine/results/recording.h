@@ -54,7 +54,7 @@ struct TickRecord {
   Eigen::Isometry3d X_WT = Eigen::Isometry3d::Identity();  ///< The target, world.
   Eigen::Vector3d position_m, target_m;                    ///< Displacement from the start, object axes at the start.
   double rotation_error_rad = 0.0;                         ///< Angle between the object and its target.
-  JointVector q_rad;
+  JointVector q_rad;                                       ///< Of slides in m.
   PerFinger<NormalTangential> force, force_desired;
   PerFinger<Eigen::Vector3d> desired_N;  ///< f^d, world axes; zero without control.
   PerFinger<double> force_error_N;       ///< |f^d - f|.

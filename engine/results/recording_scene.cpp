@@ -107,7 +107,7 @@ ordered_json hand_entities(const Model& model, double time_s) {
     const Segment& segment = hand.segments[i];
     ordered_json entity = foxglove::entity(segment.name, frame_of(segment), time_s, true);
     if (segment.joints == 0) {
-      add_metacarpals(hand, segment, entity);
+      if (!hand.slides) add_metacarpals(hand, segment, entity);
     } else if (segment.length_m > 1e-6) {
       const double radius_m = 0.5 * hand.fingertips[segment.finger].radius_m;
       entity["cylinders"].push_back(

@@ -107,13 +107,14 @@ std::string run_npz(const RecordedRun& run, const std::filesystem::path& file) {
 }
 
 std::string run_sto(const RecordedRun& run, const std::filesystem::path& file) {
-  const RowMatrix times_s = run.field("time_s"), q_rad = run.field("q_rad"), forces_N = run.field("muscles_N");
-  if (times_s.cols() != 1 || q_rad.cols() + forces_N.cols() == 0) {
+  const RowMatrix times_s = run.field("time_s"), q_m = run.field("q_m"), forces_N = run.field("muscles_N");
+  const RowMatrix q = q_m.cols() > 0 ? q_m : run.field("q_rad");
+  if (times_s.cols() != 1 || q.cols() + forces_N.cols() == 0) {
     throw FileError(file, "has nothing to hold: neither joint angles nor muscle forces were recorded");
   }
   std::string rows, names;
-  for (const auto& columns : {columns_of(run.names.joints, "joint", q_rad.cols()),
-                              columns_of(run.names.muscles, "muscle", forces_N.cols())}) {
+  for (const auto& columns :
+       {columns_of(run.names.joints, "joint", q.cols()), columns_of(run.names.muscles, "muscle", forces_N.cols())}) {
     for (const std::string& name : columns) names += "\t" + name;
   }
   int kept = 0;
@@ -123,7 +124,7 @@ std::string run_sto(const RecordedRun& run, const std::filesystem::path& file) {
     last_s = times_s(row, 0);
     ++kept;
     fmt::format_to(std::back_inserter(rows), "{}", last_s);
-    for (const RowMatrix* part : {&q_rad, &forces_N}) {
+    for (const RowMatrix* part : {&q, &forces_N}) {
       for (const double number : part->row(row)) fmt::format_to(std::back_inserter(rows), "\t{}", number);
     }
     rows += '\n';
@@ -131,8 +132,8 @@ std::string run_sto(const RecordedRun& run, const std::filesystem::path& file) {
   const std::string name = printable(run.name);
   return fmt::format(
       "{}\nversion=1\nnRows={}\nnColumns={}\ninDegrees=no\n\nUnits are S.I. units: seconds, radians for joint angles, "
-      "Newtons for muscle forces.\n\nendheader\ntime{}\n{}",
-      name.empty() ? "thenar" : name, kept, 1 + q_rad.cols() + forces_N.cols(), names, rows);
+      "metres for slides, Newtons for muscle forces.\n\nendheader\ntime{}\n{}",
+      name.empty() ? "thenar" : name, kept, 1 + q.cols() + forces_N.cols(), names, rows);
 }
 
 }  // namespace thenar

@@ -61,6 +61,7 @@ constexpr std::array kWords{
     Words{"environment_force_N", Of::kAxis, "environment_force", "N", 1.0},
     Words{"environment_moment_Nm", Of::kAxis, "environment_moment", "N_mm", 1e3},
     Words{"q_rad", Of::kJoint, "", "rad", 1.0},
+    Words{"q_m", Of::kJoint, "", "mm", 1e3},
     Words{"muscles_N", Of::kMuscle, "", "N", 1.0},
     Words{"object", Of::kPose, "object_pose", "mm", 1e3},
     Words{"target", Of::kPose, "target_pose", "mm", 1e3},

@@ -20,7 +20,8 @@ std::vector<std::string> hand_names(const Model& model, const Recording& recordi
       names.push_back(tip.finger + "_" + what);
     }
   }
-  for (const Joint& joint : model.scene.hand.joints) names.push_back(joint.name + "_rad");
+  const char* const unit = model.scene.hand.slides ? "_mm" : "_rad";
+  for (const Joint& joint : model.scene.hand.joints) names.push_back(joint.name + unit);
   for (const char* what : {"contacts", "active", "sweeps", "residual", "penetration_um"}) names.emplace_back(what);
   for (Eigen::Index m = 0; m < recording.muscle_forces_N.rows(); ++m) {
     names.push_back(model.scene.hand.muscles[m].name + "_N");
@@ -88,7 +89,7 @@ void for_each_number(const Model& model, const Recording& recording, std::size_t
       sink(v);
     }
   }
-  for (const double q : tick.q_rad) sink(q);
+  for (const double q : tick.q_rad) sink(model.scene.hand.slides ? 1e3 * q : q);
   for (const Eigen::Index count : {tick.contact.contacts, tick.contact.active}) sink(static_cast<double>(count));
   sink(static_cast<double>(tick.contact.solve.sweeps));
   sink(tick.contact.solve.residual);

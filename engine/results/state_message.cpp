@@ -83,8 +83,8 @@ void for_each_field(const Model& model, const Picture& picture, const TickRecord
   one("held", "", tick.contact.held ? 1.0 : 0.0);
   vector("object", "m", pose_numbers(now.X_WO));
   vector("target", "m", pose_numbers(tick.X_WT));
-  vector("q_rad", "rad", now.q);
-  vector("stop_Nm", "N m", tick.contact.stop_Nm);
+  vector(model.scene.hand.slides ? "q_m" : "q_rad", model.scene.hand.slides ? "m" : "rad", now.q);
+  vector(model.scene.hand.slides ? "stop_N" : "stop_Nm", model.scene.hand.slides ? "N" : "N m", tick.contact.stop_Nm);
   vector("segments", "m", segment_poses(model.scene.hand, now.q));
   columns("force_N", "N", [&](int k) { return now.load[k].force_N; });
   columns("desired_N", "N", [&](int k) { return tick.desired_N[k]; });
@@ -374,6 +374,7 @@ ordered_json scene_message(const Model& model, bool live, const TriangleMesh& su
                           {"position_gain_N_per_m", position_gain},
                           {"rotation_gain_Nm_per_rad", rotation_gain},
                           {"pull", {{"stiffness_N_per_m", kPullStiffness_N_per_m}, {"limit_N", kPullLimit_N}}}};
+  if (scene.hand.slides) message["slides"] = true;
   if (scene.environment) message["bodies"] = bodies_json(*scene.environment);
   for (const Phase& phase : scene.task.phases) message["phases"].push_back(to_string(phase.kind));
   if (scene.has_muscles() && scene.control->muscles->short_range) message["object_stiffness"] = nullptr;

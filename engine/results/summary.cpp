@@ -254,6 +254,7 @@ ordered_json joint_measures(const Model& model, const Recording& recording) {
   });
   const Values stops_Nm =
       collect(recording, 0.0, [](const TickRecord& tick) { return tick.contact.stop_Nm.cwiseAbs().maxCoeff(); });
+  if (model.scene.hand.slides) return {{"least_margin_m", smallest(margins)}, {"stop_max_N", largest(stops_Nm)}};
   return {{"least_margin_rad", smallest(margins)}, {"stop_max_Nm", largest(stops_Nm)}};
 }
 

@@ -133,10 +133,11 @@ std::vector<std::string> Warnings::sentences() const {
     for (const auto& [stop, end_rad] :
          {std::pair(&stopped_[j].lower, joint.lower_rad), std::pair(&stopped_[j].upper, joint.upper_rad)}) {
       if (stop->ticks == 0) continue;
-      all.push_back(
-          fmt::format("the joint {} carries load at the end of its range, {:.4g} rad, from {:.3f} s on: up to {:.3g} "
-                      "N m at {:.3f} s",
-                      joint.name, end_rad, stop->since_s, stop->worst, stop->worst_s));
+      const bool slides = model_.scene.hand.slides;
+      all.push_back(fmt::format(
+          "the {} {} carries load at the end of its range, {:.4g} {}, from {:.3f} s on: up to {:.3g} {} at {:.3f} s",
+          slides ? "slide" : "joint", joint.name, end_rad, slides ? "m" : "rad", stop->since_s, stop->worst,
+          slides ? "N" : "N m", stop->worst_s));
     }
   }
   return all;

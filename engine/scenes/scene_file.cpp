@@ -18,6 +18,7 @@
 #include "engine/scenes/object_bounds.h"
 #include "engine/scenes/scene_control.h"
 #include "engine/scenes/scene_environment.h"
+#include "engine/scenes/scene_slides.h"
 #include "engine/scenes/scene_task.h"
 #include "engine/scenes/shared_data.h"
 #include "engine/scenes/units.h"
@@ -107,8 +108,19 @@ std::filesystem::path hand_file(const ConfigMap& map) {
   return known.empty() ? beside : known;
 }
 
+/// Refuses what drives the joints of a hand, or places them.
+void refuse_beside_slides(const ConfigMap& root) {
+  if (root.has("control"))
+    root.refuse("control", "is of a hand, and hand.slides take its place: leave out one of them");
+  if (root.has("grasp")) root.refuse("grasp", "is of a hand, and hand.slides take its place: leave out one of them");
+}
+
 /// False if the hand file cannot be read, which is reported.
 bool read_hand(const ConfigMap& map, bool controlled, bool finds, Scene& scene) {
+  if (map.has("slides")) {
+    read_slides(map, scene);
+    return true;
+  }
   bool readable = true;
   const std::filesystem::path model = hand_file(map);
   try {
@@ -322,15 +334,18 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
   scene.name = root.text("name");
   read_time(root.map("time"), scene);
   scene.gravity = root.quantities("gravity");
-  const bool finds = root.has("grasp");
-  const bool hand_readable = read_hand(root.map("hand"), root.has("control"), finds, scene);
+  const ConfigMap hand = root.map("hand");
+  const bool slides = hand.has("slides"), finds = root.has("grasp") && !slides,
+             controlled = root.has("control") && !slides;
+  if (slides) refuse_beside_slides(root);
+  const bool hand_readable = read_hand(hand, controlled, finds, scene);
   if (root.has("fingertips")) scene.fingertips = read_fingertips(root.map("fingertips"));
   scene.object = read_object(root.map("object"), scene.fingertips.has_value(), finds);
   scene.contact = read_contact(root.map("contact"), scene.fingertips);
   if (finds) scene.grasp = read_grasp(root, scene);
   const bool pressed = scene.grasp && scene.grasp->press_N;
   const bool feels = scene.fingertips && scene.fingertips->touch;
-  if (root.has("control")) scene.control = read_control(root.map("control"), scene.hand, pressed, feels);
+  if (controlled) scene.control = read_control(root.map("control"), scene.hand, pressed, feels);
   if (scene.control && scene.control->muscles && !scene.hand.joints.empty() && scene.hand.muscles.empty()) {
     root.map("control").refuse("muscles", "this hand has none: write false, and torques drive its joints");
   }
@@ -365,7 +380,7 @@ std::vector<std::filesystem::path> scene_files(const std::filesystem::path& scen
   };
   const Config config(scene, scene_keys(), overrides);
   const ConfigMap root = config.root();
-  if (root.is_map("hand")) add(hand_file(root.map("hand")));
+  if (root.is_map("hand") && !root.map("hand").has("slides")) add(hand_file(root.map("hand")));
   if (root.is_map("object") && root.map("object").is_map("shape")) {
     const ConfigMap shape = root.map("object").map("shape");
     if (shape.has("cloud")) add(shape.is_map("cloud") ? shape.map("cloud").path("file") : shape.path("cloud"));

@@ -10,6 +10,7 @@
 #include "engine/finder/effort.h"
 #include "engine/formats/text.h"
 #include "engine/scenes/scene_environment.h"
+#include "engine/scenes/scene_slides.h"
 #include "engine/scenes/scene_task.h"
 #include "engine/scenes/units.h"
 
@@ -70,6 +71,7 @@ struct ShapeText {
 };
 
 std::string hand_text(const Scene& scene, const SceneTextNotes& notes) {
+  if (scene.hand.slides) return "hand:\n" + slides_text(scene);
   std::string out = fmt::format("hand:\n  model: {}\n", quoted(notes.hand.string()));
   if (scene.hand.mirrored) out += "  mirror: true  # the other hand than the file's\n";
   if (notes.names_fingers) {

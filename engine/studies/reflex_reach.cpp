@@ -22,9 +22,9 @@ constexpr int kHalvings = 12;
 
 /// The scene's own control tick on what is left of its mechanics along one line: an object and fingers that are
 /// viscous, between them friction, and normal forces that follow what is asked for with a lag.
-class Slide {
+class LineModel {
  public:
-  Slide(const Model& model, const Vector3d& down)
+  LineModel(const Model& model, const Vector3d& down)
       : model_(model), state_(model), frame_(model), controller_(model), down_(down), normal_N_(model.fingers()) {
     HandPose pose;
     const Scene& scene = model.scene;
@@ -145,12 +145,12 @@ std::optional<ReflexReach> reflex_reach(const Model& of) {
   reach.slip_m = scene.hand.fingertips[0].radius_m;
   for (const Fingertip& tip : scene.hand.fingertips) reach.slip_m = std::min(reach.slip_m, tip.radius_m);
   reach.slip_m = task.lost_m.value_or(reach.slip_m);
-  Slide rest(model, line.normalized());
+  LineModel rest(model, line.normalized());
   for (double s = 0.0; s < kRest_s; s += scene.control_period_s) rest.step(friction, 0.0);
   if (!(rest.slip_m() < 0.1 * reach.slip_m)) return std::nullopt;
   rest.forget();
   const auto holds = [&](double to_friction, double load_N) {
-    Slide slide = rest;
+    LineModel slide = rest;
     for (double s = 0.0; s < kAnswer_s; s += scene.control_period_s) {
       slide.step(to_friction, rise_s > s ? load_N * s / rise_s : load_N);
       if (slide.slip_m() - rest.slip_m() > reach.slip_m) return false;
@@ -163,7 +163,8 @@ std::optional<ReflexReach> reflex_reach(const Model& of) {
   if (scene.control->felt_margin) {
     reach.friction = bisect(friction, 0.0, [&](double to) { return holds(to, 0.0); });
   }
-  for (Slide slide = rest; !slide.answered() && reach.answer_s < kAnswer_s; reach.answer_s += scene.control_period_s) {
+  for (LineModel slide = rest; !slide.answered() && reach.answer_s < kAnswer_s;
+       reach.answer_s += scene.control_period_s) {
     slide.step(friction, rise_s > reach.answer_s ? reach.load_N * reach.answer_s / rise_s : reach.load_N);
   }
   return reach;

@@ -286,7 +286,8 @@ SweepRow sweep_row(const Model& model, const Recording& recording) {
                fmt::format("{}", fmt::join(model.scene.left_out, "; "))};
   for (const auto& [section, prefix, keys] : kMeasures) {
     for (const std::string_view key : words_of(keys)) {
-      const nlohmann::ordered_json& value = summary.at(section).at(key);
+      // Slides have ends of their own.
+      const nlohmann::ordered_json value = summary.at(section).value(key, nlohmann::ordered_json(nullptr));
       const bool nothing = value.is_number_float() && !std::isfinite(value.get<double>());
       row.measures[std::string(prefix).append(key)] = nothing ? nlohmann::ordered_json(nullptr) : value;
     }

@@ -13,8 +13,8 @@ _Time = Union[float, str]  # Seconds, or text with a unit: "500 ms".
 _Law = Optional[Callable[[Period], npt.ArrayLike]]
 _ForceLaw = Optional[Callable[[Period], Optional[npt.ArrayLike]]]
 _Signal = Literal[
-    "time_s", "object", "q_rad", "position_m", "rotation_error_rad", "force_N", "normal_N", "tangential_N", "margin",
-    "slip_m", "spin_rad", "muscles_N", "stick", "rim_friction", "friction_felt", "squeeze_N",
+    "time_s", "object", "q_rad", "q_m", "position_m", "rotation_error_rad", "force_N", "normal_N", "tangential_N",
+    "margin", "slip_m", "spin_rad", "muscles_N", "stick", "rim_friction", "friction_felt", "squeeze_N",
 ]
 
 __version__: str
@@ -164,6 +164,8 @@ class Simulation:
     @property
     def q_rad(self) -> _Array: ...
     @property
+    def q_m(self) -> _Array: ...
+    @property
     def object(self) -> _Array: ...
     @property
     def force_N(self) -> _Array: ...
@@ -197,6 +199,8 @@ class Simulation:
     def muscles_N(self) -> _Array: ...
     @property
     def stop_Nm(self) -> _Array: ...
+    @property
+    def stop_N(self) -> _Array: ...
     @property
     def displacement_m(self) -> tuple[_Array, ...]: ...
     @property

@@ -76,5 +76,33 @@ TEST(Program, ChecksWhatIsAroundAnObject) {
       << hole;
 }
 
+TEST(Program, ChecksFingertipsOnSlides) {
+  const std::string ball = thenar_program("check " + config("slides_ball.yaml")).text;
+  EXPECT_NE(ball.find("hand            none: fingertips on slides, no inertia\n"), std::string::npos) << ball;
+  EXPECT_NE(ball.find("slides          tip1: radius 8 mm, from [31.15, 0, 0] mm along [-1, 0, 0], by 2 N; damping 10 N "
+                      "s/m, range -1000 .. 1000 mm\n"),
+            std::string::npos)
+      << ball;
+  EXPECT_EQ(ball.find("N m s"), std::string::npos) << ball;
+  const std::string others =
+      thenar_program("check " + config("slides_ball.yaml") +
+                     " --set 'hand.slides=[{at: [31 mm, 0 mm, 0 mm], along: [-1, 0, 0], radius: 8 mm, spring: "
+                     "{stiffness: 1 N/mm, rest: 2 mm}}, {at: [-31 mm, 0 mm, 0 mm], along: [1, 0, 0], radius: 8 mm, "
+                     "path: [{by: [1 mm, 0 mm, 0 mm], over: 1 s}, {by: [0 mm, 3 mm, 0 mm], over: 2 s}]}]'")
+          .text;
+  EXPECT_NE(others.find("by a spring of 1000 N/m at rest 2 mm along it"), std::string::npos) << others;
+  EXPECT_NE(others.find("tip2: radius 8 mm, from [-31, 0, 0] mm on a path to [-30, 3, 0] mm in 3 s, whatever resists"),
+            std::string::npos)
+      << others;
+}
+
+// What looks for a grasp of a hand says that there is none.
+TEST(Program, FindsNoGraspForFingertipsOnSlides) {
+  const Outcome grasp = thenar_program("grasp " + config("slides_ball.yaml"));
+  EXPECT_EQ(grasp.code, 2);
+  EXPECT_NE(grasp.text.find("slides_ball.yaml: hand.slides: are no hand to find a grasp for"), std::string::npos)
+      << grasp.text;
+}
+
 }  // namespace
 }  // namespace thenar::check_test

@@ -72,7 +72,7 @@ double worst_misprediction_m(GraspRun& run) {
     const FrameContact& contact = run.frame.contacts[i];
     Vector3d predicted = run.work.delta.segment<3>(3 * i);
     predicted[0] -= now.gap_m[i] + run.work.offset_m[i];
-    predicted -= now.J_finger.middleRows<3>(3 * i) * dq.segment<kJointsPerFinger>(kJointsPerFinger * contact.finger);
+    predicted -= now.J_finger.middleRows<3>(3 * i) * model.scene.hand.of_finger(contact.finger, dq).head<4>();
     predicted -= now.J_object.middleRows<3>(3 * i).leftCols<6>() * dx;
     Vector3d committed = now.E_F[i].transpose() * (displacement(after, contact) - displacement(before, contact));
     if (model.soft_object()) {

@@ -200,6 +200,34 @@ class Touch(unittest.TestCase):
                 self.assertTrue(np.array_equal(kept[name][0, :, k], columns[f"{finger}_{column}"], equal_nan=True), name)
 
 
+class Slides(unittest.TestCase):
+    """Fingertips on slides: joints in m and N."""
+
+    def test_views(self):
+        scene = thenar.Scene("slides_ball", {"object.points": 4000})
+        self.assertEqual(scene.joints, ["tip1_travel", "tip2_travel", "tip3_travel"])
+        with thenar.Simulation(scene) as run:
+            run.step(300)
+            self.assertEqual((run.q_m.shape, run.stop_N.shape), ((3,), (3,)))
+            self.assertEqual((run.q_rad.shape, run.stop_Nm.shape), ((0,), (0,)))
+            np.testing.assert_allclose(run.normal_N, 2.0, rtol=0.05)
+            self.assertFalse(run.q_m.flags.writeable)
+        with thenar.Simulation(box()) as run:
+            self.assertEqual((run.q_m.shape, run.stop_N.shape), ((0,), (0,)))
+
+    def test_rollout_and_signals(self):
+        scene = thenar.Scene("slides_ball", {"object.points": 4000, "time.duration": "0.05 s"})
+        arrays = thenar.rollout([thenar.Simulation(scene)], 50, signals=["q_m", "q_rad"])
+        self.assertEqual((arrays["q_m"].shape, arrays["q_rad"].shape), ((1, 50, 3), (1, 50, 0)))
+        whole = thenar.run(scene)
+        np.testing.assert_array_equal(whole.signals["tip1_travel_mm"], 1e3 * arrays["q_m"][0, :, 0])
+
+    def test_bad_slide(self):
+        with self.assertRaises(thenar.SceneError) as caught:
+            thenar.Scene("slides_ball", {"hand.slides[1].spring": "{stiffness: 1 N/m, rest: 0 mm}"})
+        self.assertIn("hand.slides[1].spring", str(caught.exception))
+
+
 class Rules(unittest.TestCase):
     def test_losing_the_object_is_a_value(self):
         run = thenar.Simulation(box(contact__friction=0.02, control__grasp__friction=0.3, time__duration="2 s"))

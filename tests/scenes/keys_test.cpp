@@ -136,6 +136,11 @@ std::vector<std::pair<std::string, Changes>> scenes_with_all_keys() {
         "{shape: {hole: {diameter: 3 mm, depth: 4 mm, chamfer: 1 mm}}, position: [0 mm, 0 mm, 0 mm],"
         " move: [{by: [0 mm, 0 mm, 1 mm]" +
         interval + "]}]}"}},
+      {"slides_ball",
+       {"hand.slides=[{name: one, at: [31 mm, 0 mm, 0 mm], along: [-1, 0, 0], radius: 8 mm, force: 2 N, rise: 1 s,"
+        " damping: 5 N*s/m, range: [-1 mm, 9 mm]}, {at: [-31 mm, 0 mm, 0 mm], along: [1, 0, 0], radius: 8 mm,"
+        " spring: {stiffness: 1 N/mm, rest: 2 mm}}, {at: [0 mm, 31 mm, 0 mm], along: [0, -1, 0], radius: 8 mm,"
+        " path: [{by: [0 mm, -1 mm, 0 mm], over: 1 s, profile: minimum_jerk}]}]"}},
       shape("box: [50 mm, 40 mm, 30 mm]"),
       shape("ellipsoid: [50 mm, 40 mm, 30 mm]"),
       shape("cylinder: {radius: 12 mm, length: 90 mm}"),

@@ -46,6 +46,8 @@ export class Skeleton extends Group {
       tip.position.fromArray(finger.centre_m);
       this.bones[finger.segment]?.add(tip);
     }
+    this.metacarpals = [];
+    if (scene.slides) return; // rods without a hand
     // From the wrist, the world's origin, to where each finger begins.
     this.metacarpals = scene.fingers.map(({radius_m}, finger) => {
       const bone = new Mesh(undefined, this.material);

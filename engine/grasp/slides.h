@@ -1,0 +1,39 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "engine/grasp/contact_kinematics.h"
+#include "engine/grasp/frame.h"
+#include "engine/grasp/ledger.h"
+#include "engine/grasp/scene.h"
+#include "engine/grasp/state.h"
+#include "engine/hand/hand.h"
+
+/// Fingertips on slides. One that a force or a spring moves has one joint, along which b qdot = F + k (rest - q) - n.f
+/// with the contact force f on the object, and is rigid in all other directions. One on a path has three, along the
+/// axes of the world: its motion in a step is given, so that they have no mobility in W, and whatever it takes drives
+/// them.
+namespace thenar {
+
+/// Where the path of a slide has taken its fingertip at this time, from where it began; world axes [m].
+[[nodiscard]] Eigen::Vector3d path_m(const Slide& slide, double time_s);
+
+/// Adds to the drive of the joints [N] what the scene's slides press with at this time and place q; on paths nothing
+/// drives them. Springs are taken at q: that they end a step elsewhere is in the mobility.
+void drive_slides(const Scene& scene, double time_s, const JointVector& q, JointVector& drive_N);
+
+/// How far fingertip k goes from the snapshot on in `time_s`, against the contact forces there and with this drive
+/// beside that of the slides [m].
+[[nodiscard]] double slide_travel_m(const Scene& scene, const Snapshot& snapshot, const JointVector& drive_N, int k,
+                                    double time_s);
+
+/// Gives the joints of paths, in a step that ends then, the motion that takes them where their paths are.
+void follow_paths(const Scene& scene, double end_s, const JointVector& q, JointVector& dq);
+
+/// Books what a tick's ledger, which takes all joints for viscous ones, lacks of slides that have moved by dq under the
+/// forces f of the contact rows: springs, which are taken at the end of the step, and what keeps paths going. That is a
+/// drive, and overcomes the contact forces alone.
+void book_slides(const Scene& scene, const Frame& frame, const ContactKinematics& kinematics, const Eigen::VectorXd& f,
+                 const JointVector& dq, Ledger& ledger);
+
+}  // namespace thenar
