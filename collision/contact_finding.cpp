@@ -32,6 +32,9 @@ bool less_control_point(const ContactCandidate& a, const ContactCandidate& b) {
 void set_up(const Eigen::Matrix3Xd& control_points_m, FindingMemory& memory) {
   memory.known.assign(control_points_m.cols(), KnownSample{});
   memory.wakes_m.assign(control_points_m.cols(), 0.0);
+  memory.wider_m.clear();
+  memory.wider_m.reserve(control_points_m.cols());
+  memory.widest_m = 0.0;
   memory.centre_m = control_points_m.rowwise().mean();
   memory.radius_m = (control_points_m.colwise() - memory.centre_m).colwise().norm().maxCoeff();
 }
@@ -70,6 +73,19 @@ NearestSample find_nearest(const ImplicitSurface& surface, const Vector3d& x_m, 
   return {found.sample, found.sample < 0 ? known.free_m - reach_m : known.free_m};
 }
 
+void widen(std::span<const double> wider_m, FindingMemory& memory) {
+  if (wider_m.empty() && memory.wider_m.empty()) return;
+  memory.wider_m.resize(memory.known.size(), 0.0);
+  memory.widest_m = 0.0;
+  for (std::size_t i = 0; i < memory.wider_m.size(); ++i) {
+    const double wider = wider_m.empty() ? 0.0 : wider_m[i];
+    // A sleeper wakes by so much earlier; by how much later, where its band is narrower, nobody knows.
+    memory.wakes_m[i] -= std::max(0.0, wider - memory.wider_m[i]);
+    memory.wider_m[i] = wider;
+    memory.widest_m = std::max(memory.widest_m, wider);
+  }
+}
+
 void keep_least_gaps(Index most, std::vector<ContactCandidate>& candidates, std::vector<ContactCandidate>* left_out) {
   if (std::ssize(candidates) <= most) return;
   const auto end = candidates.begin() + most;
@@ -95,16 +111,18 @@ void find_contacts(const Eigen::Matrix3Xd& control_points_m, const Eigen::Isomet
   travel(X_SB, settings, memory);
   const Eigen::AlignedBox3d& bounds = surface.bounds();
   // No point is nearer to the surface than to its bounds.
-  if (bounds.exteriorDistance(X_SB * memory.centre_m) - settings.band_m > memory.radius_m + kRounding_m) return;
+  const double around_m = memory.radius_m + settings.band_m + memory.widest_m + kRounding_m;
+  if (bounds.exteriorDistance(X_SB * memory.centre_m) > around_m) return;
   const Vector3d middle_m = bounds.center(), half_m = 0.5 * bounds.sizes();
   Index hint = -1;
   for (Index i = 0; i < control_points_m.cols(); ++i) {
     if (memory.travelled_m < memory.wakes_m[i]) continue;
-    const auto sleep = [&](double way_m) { memory.wakes_m[i] = memory.travelled_m + way_m - kRounding_m; };
+    const double wider_m = memory.wider_m.empty() ? 0.0 : memory.wider_m[i], band_m = settings.band_m + wider_m;
+    const auto sleep = [&](double way_m) { memory.wakes_m[i] = memory.travelled_m + way_m - wider_m - kRounding_m; };
     const Vector3d p_S = X_SB * control_points_m.col(i);
     if (((p_S - middle_m).array().abs() > half_m.array()).any()) {
       const double way_m = bounds.exteriorDistance(p_S);
-      if (way_m >= settings.band_m) {
+      if (way_m >= band_m) {
         sleep(way_m - memory.band_m);
         continue;
       }
@@ -116,8 +134,8 @@ void find_contacts(const Eigen::Matrix3Xd& control_points_m, const Eigen::Isomet
     }
     hint = start.sample;
     const SurfaceDistance to = surface.distance_from(p_S, start.sample);
-    if (to.distance_m < settings.band_m) {
-      found.push_back({i, to.distance_m, to.point_m, to.normal});
+    if (to.distance_m < band_m) {
+      found.push_back({i, to.distance_m, to.point_m, to.normal, start.sample, to.is_smooth});
       continue;
     }
     const ImplicitSurface::Estimate estimate = surface.estimate(p_S, start.sample);

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <span>
 #include <vector>
 
 #include "collision/implicit_surface.h"
@@ -17,10 +18,15 @@ struct ContactFindingSettings {
 
 /// A control point of one body near the surface of the other.
 struct ContactCandidate {
-  Eigen::Index control_point;  ///< Column of the control points.
-  double gap_m;                ///< Signed distance of the control point from the surface.
-  Eigen::Vector3d point_m;     ///< Its projection on the surface, in the surface's frame.
-  Eigen::Vector3d normal;      ///< Outward normal of the surface there, in the surface's frame.
+  Eigen::Index control_point;   ///< Column of the control points.
+  double gap_m;                 ///< Signed distance of the control point from the surface.
+  Eigen::Vector3d point_m;      ///< Its projection on the surface, in the surface's frame.
+  Eigen::Vector3d normal;       ///< Outward normal of the surface there, in the surface's frame.
+  Eigen::Index sample = -1;     ///< Of the surface, the nearest to the control point.
+  bool is_smooth = true;        ///< As SurfaceDistance has it.
+  double deformed_gap_m = 0.0;  ///< Of the control point as it is deformed: whoever deforms it says so.
+  SurfaceBend bend = {};        ///< Likewise, of the surface there.
+  bool is_beyond = false;       ///< Likewise: it is nearest to a face that its body does not look at.
 };
 
 /// The sample of a surface nearest to a point that moves, found when it was at at_m. It is so until the point has moved
@@ -54,6 +60,9 @@ struct FindingMemory {
 
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  // of a sphere around the control points, in their frame
   double radius_m = 0.0;
+
+  std::vector<double> wider_m;  // of each control point, what its band is wider by; none: nothing
+  double widest_m = 0.0;        // of them
 };
 
 /// Keeps the `most` candidates of least gap, ties by control point; the others go to `left_out`, if given, which stays
@@ -61,9 +70,14 @@ struct FindingMemory {
 void keep_least_gaps(Eigen::Index most, std::vector<ContactCandidate>& candidates,
                      std::vector<ContactCandidate>* left_out);
 
+/// From the next call on the bands of control points are wider, each by its own length; empty: as asked for. For memory
+/// that has been used.
+void widen(std::span<const double> wider_m, FindingMemory& memory);
+
 /// Finds the control points of a body (3 x L in its own frame, posed by X_SB in the surface's frame) that lie within
 /// the band of `surface` or inside it: those inside its bounds grown by the band near a sample, whose signed distance
-/// is below the band. Keeps the max_contacts of least gap, ties by number; sorted by control point.
+/// is below the band, which `memory.wider_m` may widen for each of them: change it by `widen`. Keeps the max_contacts
+/// of least gap, ties by number; sorted by control point.
 ///
 /// Requires  band > 0, max_contacts >= 0; reach finite and greater than the band and than the depth to be expected.
 ///           `memory` belongs to one pair of control points and surface.

@@ -68,6 +68,7 @@ void ImplicitSurface::allow_error(double error_m, double depth_m) {
 
 void ImplicitSurface::fill_starts() {
   starts_.reserve(cloud_.points_m.cols());
+  bends_.reserve(cloud_.points_m.cols());
   for (Index i = 0; i < cloud_.points_m.cols(); ++i) {
     // A sample weighs 1 in its own plane: there is one, unless its normal is none.
     const std::optional<Plane> plane = fit(point_m(i), cloud_.normals.col(i));
@@ -82,7 +83,20 @@ void ImplicitSurface::fill_starts() {
     });
     const double least = std::clamp(cosine.minCoeff() - kRounding, 0.0, 1.0);
     starts_.push_back({*plane, least, clear_m(i, *plane, least)});
+    bends_.push_back(bend_at(i));
   }
+}
+
+SurfaceBend ImplicitSurface::bend_at(Index sample) const {
+  const Vector3d p_m = point_m(sample), n = cloud_.normals.col(sample);
+  BendFit fit(p_m, n, support_m_);
+  blocks_.for_each_near(p_m, support_m_, [&](const Block& block, Index number) {
+    for (int k = 0; k < SampleBlocks::kLanes; ++k) {
+      if (SampleBlocks::kLanes * number + k == sample || block.cosines(n)[k] < kUnlike) continue;
+      fit.add(block.point_m(k), block.normal(k));
+    }
+  });
+  return fit.bend();
 }
 
 /// How far from a sample no normal is unlike that of any second projection near it, at least: 0 where that is not
@@ -241,7 +255,7 @@ SurfaceDistance ImplicitSurface::of_several_faces(const Vector3d& x_m, Index sta
     if (meets_convexly ? next.f_m > face.f_m : next.f_m < face.f_m) face = next;
   }
   const Vector3d n = face.f_m < 0.0 ? mean_normal(face, {convex.data(), count}) : face.n;
-  return {face.f_m, x_m - face.f_m * n, n};
+  return {face.f_m, x_m - face.f_m * n, n, n == first.n};
 }
 
 /// The normal inside an edge: the mean of those of the faces nearly as near as the nearest one, up to twice as far, so
@@ -254,6 +268,7 @@ Vector3d ImplicitSurface::mean_normal(const Face& face, std::span<const Face> co
       others += (2.0 - farther) * other.n;
     }
   }
+  if (others.isZero(0.0)) return face.n;
   const Vector3d sum = face.n + others;
   // Samples that are no surface may have any normals.
   return sum.squaredNorm() > 0.01 ? sum.normalized() : face.n;

@@ -10,6 +10,7 @@
 
 #include "collision/point_cloud.h"
 #include "collision/sample_blocks.h"
+#include "collision/surface_bend.h"
 #include "collision/surface_patches.h"
 
 namespace thenar {
@@ -19,6 +20,7 @@ struct SurfaceDistance {
   double distance_m;        ///< Signed, > 0 outside.
   Eigen::Vector3d point_m;  ///< The point's projection on the surface.
   Eigen::Vector3d normal;   ///< Outward unit normal there.
+  bool is_smooth = true;    ///< No other face than the projection's has a say in it.
 };
 
 /// The surface that a point cloud stands for [Adamson & Alexa 2003; Keiser et al. 2004; Guennebaud & Gross 2007]: the
@@ -70,6 +72,9 @@ class ImplicitSurface {
   using Estimate = SurfacePatches::Estimate;
   [[nodiscard]] Estimate estimate(const Eigen::Vector3d& x_m, Eigen::Index sample) const noexcept;
 
+  /// How the surface bends at a sample. At an edge, as the sample's own face does.
+  [[nodiscard]] const SurfaceBend& bend(Eigen::Index sample) const { return bends_[sample]; }
+
   [[nodiscard]] const PointCloud& cloud() const { return cloud_; }  ///< In the order of the blocks.
   [[nodiscard]] const Eigen::AlignedBox3d& bounds() const { return bounds_; }
   [[nodiscard]] double support_m() const { return support_m_; }
@@ -107,6 +112,7 @@ class ImplicitSurface {
 
   void fill_clearances();
   void fill_starts();
+  [[nodiscard]] SurfaceBend bend_at(Eigen::Index sample) const;
   [[nodiscard]] Eigen::Vector3d point_m(Eigen::Index sample) const { return cloud_.points_m.col(sample); }
   [[nodiscard]] double clear_m(Eigen::Index sample, const Plane& plane, double least_cosine) const;
   [[nodiscard]] Eigen::Index nearest_unlike(const Eigen::Vector3d& x_m, const Eigen::Vector3d& c_m, double radius_m,
@@ -131,6 +137,7 @@ class ImplicitSurface {
   double support_m_;
   std::vector<BlockClearance> clearances_;  // of each block
   std::vector<Start> starts_;               // of each sample
+  std::vector<SurfaceBend> bends_;          // likewise
   std::optional<SurfacePatches> patches_;   // of each sample, where an error is allowed
 };
 

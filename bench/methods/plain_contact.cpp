@@ -278,8 +278,7 @@ Recording run(const Model& model, PlainTick& tick, Frame& frame) {
     const double time_s = static_cast<double>(state.tick) * model.scene.step_s;
     const bool controlled = model.control_is_due(state.tick);
     if (controlled) {
-      const Snapshot snapshot = state;
-      control = control_tick(model, snapshot, controller, frame);
+      control = control_tick(model, state, controller, frame);
       if (!recorder.see_control(ControlTick{time_s, control, controller.f_muscle})) break;
     }
     const TickReport contact = tick.tick(frame, state);

@@ -331,7 +331,9 @@ struct SplitRun {
 SplitRun run_split(const Model& model, bool curvature) {
   LockstepSettings settings;
   settings.channel = [&](double, Frame& frame) {
-    for (FrameContact& contact : frame.contacts) contact.curvature_per_m *= curvature ? 1.0 : 0.0;
+    for (FrameContact& contact : frame.contacts) {
+      if (!curvature) contact.curvature_per_m = contact.ring_curvature_per_m = 0.0;
+    }
     return true;
   };
   GraspRun loops(model, settings);

@@ -60,8 +60,8 @@ SurfaceForm on_wall(double radius_m, double side, const Vector3d& x, const Vecto
           0.0};
 }
 
-/// The torus that a mug's handle is part of. Around the rod its curvature is 1/r; along the ring, cos / (R + r cos), cos
-/// that of the angle between the normal and the way out of the ring: inside the ring it is a saddle.
+/// The torus that a mug's handle is part of. Around the rod its curvature is 1/r; along the ring, cos / (R + r cos),
+/// cos that of the angle between the normal and the way out of the ring: inside the ring it is a saddle.
 SurfaceForm on_handle(const Mug& mug, const Vector3d& x, const Vector3d& near) {
   const double R = mug.handle->radius_m, r = 0.5 * mug.handle->thickness_m;
   const Vector3d centre(mug.radius_m, 0.0, 0.0), q = x - centre, q_near = near - centre;
@@ -82,8 +82,8 @@ SurfaceForm on_circle(double radius_m, double z_m, double side, const Vector3d& 
   return ordered(side * way_m, foot, n, along, n.dot(out) / radius_m, side * kSharpest_per_m);
 }
 
-// Faces. place(shape, face, x, near) is its foot, belongs(shape, face, s, margin) whether s is within its edges, faces()
-// how many there are.
+// Faces. place(shape, face, x, near) is its foot, belongs(shape, face, s, margin) whether s is within its edges,
+// faces() how many there are.
 
 int faces(const BoxShape&) { return 6; }
 int faces(const CylinderShape&) { return 3; }

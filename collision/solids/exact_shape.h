@@ -42,7 +42,8 @@ using ExactShape = std::variant<BoxShape, SphereShape, EllipsoidShape, CylinderS
 
 /// The place of the whole surface that is nearest to x, edges and corners included: there the normal is along x - point
 /// outside, and that of the nearest face inside. `near_m` saves time with a superquadric: outside it changes nothing;
-/// inside the place is the one near it, as of foot_on_face(), and without it the nearest that is found from a few starts.
+/// inside the place is the one near it, as of foot_on_face(), and without it the nearest that is found from a few
+/// starts.
 ///
 /// Inside a mug near the seam of its handle the distance is that of the deeper of the two, as if the other one were not
 /// there.

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "collision/point_grid.h"
+#include "collision/surface_bend.h"
 
 namespace thenar {
 namespace {
@@ -35,40 +36,18 @@ Height height(const BentSample& at, const Vector3d& x) {
           at.n + at.k1_per_m * u1 * at.t1 + at.k2_per_m * u2 * t2};
 }
 
-/// Gives a sample the curvatures that make its neighbours' normals and heights, by least squares.
+/// Gives a sample the curvatures that make its neighbours' normals and heights; what is less than `flat_per_m` is flat.
 void bend(const PointCloud& cloud, const PointGrid& grid, Index i, double spacing_m, double flat_per_m,
           BentSample& sample) {
-  const Vector3d t1 = sample.n.unitOrthogonal(), t2 = sample.n.cross(t1);
-  const double support_m = kBends * spacing_m;
-  Matrix3d A = Matrix3d::Zero();  // Of k_11, k_12, k_22.
-  Vector3d b = Vector3d::Zero();
-  grid.for_each_neighbour(i, [&](Index j, double distance_m) {
-    const Vector3d n_j = cloud.normals.col(j), way = Vector3d(cloud.points_m.col(j)) - sample.p_m;
-    if (distance_m >= support_m || n_j.dot(sample.n) < kUnlike) return;
-    const double near = 1.0 - distance_m * distance_m / (support_m * support_m);
-    const double u1 = way.dot(t1), u2 = way.dot(t2), per_way = 2.0 / distance_m;
-    const auto add = [&](const Vector3d& row, double value) {
-      A += near * near * row * row.transpose();
-      b += near * near * value * row;
-    };
-    add({u1, u2, 0.0}, n_j.dot(t1));
-    add({0.0, u1, u2}, n_j.dot(t2));
-    // Of a ball, the height is more than the second order by a quarter of the squared sine.
-    const double over_m = way.dot(sample.n) / (1.25 - 0.25 * std::pow(n_j.dot(sample.n), 2));
-    add(per_way * Vector3d(0.5 * u1 * u1, u1 * u2, 0.5 * u2 * u2), -per_way * over_m);
+  BendFit fit(sample.p_m, sample.n, kBends * spacing_m);
+  grid.for_each_neighbour(i, [&](Index j, double) {
+    if (cloud.normals.col(j).dot(sample.n) >= kUnlike) fit.add(cloud.points_m.col(j), cloud.normals.col(j));
   });
-  sample.t1 = t1;
-  const double size = A.trace();
-  if (!(A.determinant() > 1e-6 * size * size * size)) return;  // Too few neighbours to say.
-  const Vector3d k = A.inverse() * b;
-  const double mean = 0.5 * (k[0] + k[2]), half = 0.5 * (k[0] - k[2]), spread = std::hypot(half, k[1]);
-  const double angle = 0.5 * std::atan2(k[1], half);
-  sample.t1 = std::cos(angle) * t1 + std::sin(angle) * t2;
-  sample.k1_per_m = mean + spread;
-  sample.k2_per_m = mean - spread;
-  for (double* each : {&sample.k1_per_m, &sample.k2_per_m}) {
-    if (std::abs(*each) < flat_per_m) *each = 0.0;
-  }
+  const SurfaceBend bend = fit.bend();
+  const auto or_flat = [&](double k_per_m) { return std::abs(k_per_m) < flat_per_m ? 0.0 : k_per_m; };
+  sample.t1 = bend.t1;
+  sample.k1_per_m = or_flat(bend.k1_per_m);
+  sample.k2_per_m = or_flat(bend.k2_per_m);
 }
 
 /// Where the surfaces around two or three samples meet, nearest to `x`. Newton's method.

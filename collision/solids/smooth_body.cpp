@@ -212,8 +212,8 @@ NewtonFoot newton_foot(const Shape& shape, const Vector3d& x, const Vector3d& st
   }
 }
 
-/// The foot as it is handed out: no curvature is too sharp. The gradient at a crease is one of all the normals there; seen
-/// from outside it is the one towards x that counts. It may also be that the method has stuck there: it says so.
+/// The foot as it is handed out: no curvature is too sharp. The gradient at a crease is one of all the normals there;
+/// seen from outside it is the one towards x that counts. It may also be that the method has stuck there: it says so.
 template <typename Shape>
 NewtonFoot finished(const Shape& shape, NewtonFoot foot, const Vector3d& x) {
   constexpr double kOver = 1e-11;

@@ -14,8 +14,8 @@ namespace thenar {
 //
 // x and near are finite, and no longer than 1e9 m. None allocates or throws, or gives NaN.
 
-/// The foot of x that Newton's method finds from `near_m`: the distance is least among its neighbours. Outside, and from a
-/// start on the side of x, it is the nearest place.
+/// The foot of x that Newton's method finds from `near_m`: the distance is least among its neighbours. Outside, and
+/// from a start on the side of x, it is the nearest place.
 ///
 /// Accuracy  1e-12 of the size of an ellipsoid; on superquadrics 1e-9 m. Creases of exponents from 1.9 to 2 are nearly
 ///           edges, and hold the method up: nearest_on() is then some um off in some of 1e5 cases, and a foot, which is

@@ -16,7 +16,8 @@ struct SurfaceForm {
   double k1_per_m = 0.0, k2_per_m = 0.0;
 };
 
-/// Edges have this curvature across them, and the creases of superquadrics with exponents above 1, whose own is infinite.
+/// Edges have this curvature across them, and the creases of superquadrics with exponents above 1, whose own is
+/// infinite.
 inline constexpr double kSharpest_per_m = 1e5;
 
 }  // namespace thenar

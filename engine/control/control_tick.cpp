@@ -59,7 +59,7 @@ void go_on_with_task(const Model& model, const Snapshot& seen, Controller& contr
 
 }  // namespace
 
-ControlReport control_tick(const Model& model, const Snapshot& snapshot, Controller& controller, Frame& frame) {
+ControlReport control_tick(const Model& model, const ContactSnapshot& snapshot, Controller& controller, Frame& frame) {
   const Scene& scene = model.scene;
   ControlReport report(scene.hand);
   Stopwatch total;

@@ -11,6 +11,6 @@ namespace thenar {
 /// forces, as published but for what `controller.own` says; contact finding; and the frame that the contact tick will
 /// use: contacts, factors and drive at the snapshot. A force problem without a solution is a status: the last forces go
 /// on.
-ControlReport control_tick(const Model& model, const Snapshot& snapshot, Controller& controller, Frame& frame);
+ControlReport control_tick(const Model& model, const ContactSnapshot& snapshot, Controller& controller, Frame& frame);
 
 }  // namespace thenar

@@ -33,6 +33,10 @@ void deform_rows(const Pulp& pulp, double rho, Index first, const PulpLoads& loa
   move(z, 2);
 }
 
+PulpPatch place_of(const Pulp& pulp, const FrameContact& contact) {
+  return {contact.p_F, contact.area_m2 > 0.0 ? contact.area_m2 : pulp.area_m2[contact.control_point]};
+}
+
 }  // namespace
 
 PulpLoads::PulpLoads(const Model& model) {
@@ -53,10 +57,14 @@ void fill_kernels(const Model& model, Frame& frame) {
         std::span(frame.contacts).subspan(frame.begin[k], frame.begin[k + 1] - frame.begin[k]);
     for (Index j = 0; j < std::ssize(contacts); ++j) {
       const Index c_j = contacts[j].control_point;
-      C.p_m.row(j) = pulp.control_points_m.col(c_j);
+      C.p_m.row(j) = contacts[j].area_m2 > 0.0 ? contacts[j].p_F : Vector3d(pulp.control_points_m.col(c_j));
       const double *const k_j = pulp.kernel.col(c_j).data(), *const a_j = pulp.a.col(c_j).data(),
                           *const b_j = pulp.b.col(c_j).data();
       C.set_column(j, std::ssize(contacts), [&](Index i) -> SurfaceCompliance::Entry {
+        if (contacts[i].area_m2 > 0.0 || contacts[j].area_m2 > 0.0) {
+          const PulpCompliance own = pulp_compliance(pulp, place_of(pulp, contacts[i]), place_of(pulp, contacts[j]));
+          return {softness * own.k, softness * own.a, softness * own.b};
+        }
         const Index c_i = contacts[i].control_point;
         return {softness * k_j[c_i], softness * a_j[c_i], softness * b_j[c_i]};
       });

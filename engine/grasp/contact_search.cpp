@@ -6,6 +6,7 @@
 
 #include "engine/grasp/pulp_touch.h"
 #include "engine/grasp/slides.h"
+#include "engine/grasp/small_contacts.h"
 
 namespace thenar {
 
@@ -21,14 +22,21 @@ namespace {
 // off.
 constexpr double kFarSide = -0.5;
 
-/// `n_O` is into the object.
-FrameContact frame_contact(const Fingertip& tip, const Matrix3d& R_OF, int finger, Index control_point,
-                           const Vector3d& p_F, const Vector3d& s_O, const Vector3d& n_O) {
-  return {finger, control_point, p_F, s_O, n_O, 0.0, contact_frame(tip.normal, R_OF.transpose() * n_O)};
-}
+// A sheared point has its own place on the surface looked for, where it has gone so many supports along it, and the
+// normal turns by so much on that way.
+constexpr double kAside = 0.05, kTurn_rad = 1e-3;
+// Less than this is flat: 5 nm lower a millimetre off.
+constexpr double kFlat_per_m = 0.01;
 
-bool is_far_side(const Pulp& pulp, const Matrix3d& R_OF, const ContactCandidate& c) {
-  return c.normal.dot(R_OF * pulp.control_normals.row(c.control_point).transpose()) > kFarSide;
+/// `n_O` is out of the object.
+FrameContact frame_contact(const Fingertip& tip, const Matrix3d& R_OF, int finger, Index control_point,
+                           const Vector3d& p_F, const Vector3d& s_O, const Vector3d& n_O, const SurfaceBend& bend) {
+  FrameContact contact;
+  contact.finger = finger;
+  contact.control_point = control_point;
+  contact.p_F = p_F;
+  put_on_surface(s_O, n_O, bend, tip, R_OF, contact);
+  return contact;
 }
 
 /// Whether both name the same control points with the same normals, to a degree.
@@ -42,6 +50,7 @@ bool agree(const std::vector<ContactCandidate>& a, const std::vector<ContactCand
 /// The search of one finger's pulp.
 struct PulpSearch {
   const Model& model;
+  const ContactSnapshot& snapshot;
   int finger;
   Isometry3d X_OF;
   double band_m, depth_m;
@@ -50,13 +59,39 @@ struct PulpSearch {
   [[nodiscard]] const Pulp& pulp() const { return model.pulps[finger]; }
   [[nodiscard]] Index most() const { return model.scene.contact.max_per_finger; }
 
-  /// The points as they are. A finger at work has contacts enough near the surface: what is farther is not left out.
+  [[nodiscard]] Vector3d p_O(Index c) const { return X_OF * pulp().control_points_m.col(c); }
+  [[nodiscard]] Vector3d u_O(Index c) const { return X_OF.linear() * snapshot.u_m[finger].row(c).transpose(); }
+  /// Out of the pulp at rest, and into what it presses.
+  [[nodiscard]] Vector3d normal_O(Index c) const { return X_OF.linear() * pulp().control_normals.row(c).transpose(); }
+
+  [[nodiscard]] bool faces_away(const ContactCandidate& c) const {
+    return c.normal.dot(normal_O(c.control_point)) > kFarSide;
+  }
+
+  /// A pulp reaches around what bends more than itself, and touches that from all sides that it faces.
+  [[nodiscard]] bool is_round(const ContactCandidate& c) const {
+    return std::max(c.bend.k1_per_m, c.bend.k2_per_m) * model.scene.hand.fingertips[finger].radius_m > 1.0;
+  }
+
+  /// How much farther off at rest points may be near as they are deformed: none of a box's, whose faces are flat.
+  [[nodiscard]] std::span<const double> widened() const {
+    if (model.exact && std::holds_alternative<BoxShape>(*model.exact)) return {};
+    search.moved_m = snapshot.u_m[finger].rowwise().norm();
+    return {search.moved_m.data(), static_cast<std::size_t>(search.moved_m.size())};
+  }
+
+  /// Points that are near the surface at rest, or as they are deformed. A finger at work has contacts enough near the
+  /// surface: what is farther is not left out.
   void find() {
     std::vector<ContactCandidate>& candidates = search.candidates;
-    find_contacts(pulp().control_points_m, X_OF, model.object, {band_m, depth_m + band_m, pulp().controls()},
-                  search.memory[finger], candidates);
+    FindingMemory& memory = search.memory[finger];
+    if (!memory.known.empty()) widen(widened(), memory);
+    find_contacts(pulp().control_points_m, X_OF, model.object, {band_m, depth_m + band_m, pulp().controls()}, memory,
+                  candidates);
+    if (search.draws_in[finger]) search.plain = candidates;
+    std::erase_if(candidates, [&](ContactCandidate& c) { return !place(c); });
     double within_m = model.scene.contact.band_m;
-    const auto is_within = [&](const ContactCandidate& c) { return c.gap_m < within_m; };
+    const auto is_within = [&](const ContactCandidate& c) { return std::min(c.gap_m, c.deformed_gap_m) < within_m; };
     while (within_m < band_m && std::count_if(candidates.begin(), candidates.end(), is_within) < most()) {
       within_m = std::min(2.0 * within_m, band_m);
     }
@@ -67,6 +102,61 @@ struct PulpSearch {
   void keep_least() {
     search.left_out.clear();
     keep_least_gaps(most(), search.candidates, &search.left_out);
+  }
+
+  /// Where on the surface a candidate is as it is deformed. False if that is the back of something round.
+  [[nodiscard]] bool place(ContactCandidate& c) const {
+    c.deformed_gap_m = c.gap_m;
+    c.bend = model.object.bend(c.sample);
+    c.is_beyond = false;
+    if (!c.is_smooth && !is_round(c)) {
+      c.is_beyond = faces_away(c);
+      return true;
+    }
+    const Vector3d u = u_O(c.control_point);
+    const double bend_per_m = std::max(std::abs(c.bend.k1_per_m), std::abs(c.bend.k2_per_m));
+    if (bend_per_m < kFlat_per_m) {  // Its foot may be anywhere on the plane.
+      c.deformed_gap_m -= u.dot(c.normal);
+      c.is_beyond = faces_away(c);
+      return true;
+    }
+    const Vector3d x_O = p_O(c.control_point) - u;
+    if (!move_on_face(x_O, u, c) && !move_on_samples(x_O, u, c)) c.deformed_gap_m -= u.dot(c.normal);
+    c.gap_m = c.deformed_gap_m + u.dot(c.normal);
+    if (!is_round(c)) {
+      c.is_beyond = faces_away(c);
+      return true;
+    }
+    return c.normal.dot(normal_O(c.control_point)) <= 0.0;
+  }
+
+  /// Of an object that has exact faces, and away from their edges.
+  [[nodiscard]] bool move_on_face(const Vector3d& x_O, const Vector3d& u, ContactCandidate& c) const {
+    if (!model.exact) return false;
+    const double aside_m = (u - u.dot(c.normal) * c.normal).norm();
+    const int face = face_at(*model.exact, c.point_m, c.normal, model.object.support_m() + aside_m);
+    if (face < 0) return false;
+    const SurfaceForm at = foot_on_face(*model.exact, face, x_O, c.point_m);
+    c.deformed_gap_m = at.distance_m;
+    c.point_m = at.point_m;
+    c.normal = at.normal;
+    c.bend = {at.t1, at.k1_per_m, at.k2_per_m};
+    return true;
+  }
+
+  [[nodiscard]] bool move_on_samples(const Vector3d& x_O, const Vector3d& u, ContactCandidate& c) const {
+    const double aside_m = (u - u.dot(c.normal) * c.normal).norm();
+    const double bend_per_m = std::max(std::abs(c.bend.k1_per_m), std::abs(c.bend.k2_per_m));
+    if (aside_m < kAside * model.object.support_m() || aside_m * bend_per_m < kTurn_rad) return false;
+    const Index sample = nearest_sample(x_O, search.known_deformed[finger][c.control_point]);
+    if (sample < 0) return false;
+    const SurfaceDistance at = model.object.distance_from(x_O, sample);
+    if (!at.is_smooth) return false;
+    c.deformed_gap_m = at.distance_m;
+    c.point_m = at.point_m;
+    c.normal = at.normal;
+    c.bend = model.object.bend(sample);
+    return true;
   }
 
   [[nodiscard]] Index nearest_sample(const Vector3d& p_O, KnownSample& known) const {
@@ -98,6 +188,7 @@ struct PulpSearch {
     c.gap_m = own.distance_m;
     c.point_m = own.point_m;
     c.normal = own.normal;
+    c.bend = model.object.bend(sample);
   }
 
   /// The points themselves, on the faces that the drawn-in ones see: none of those is beyond a wall's middle.
@@ -107,58 +198,17 @@ struct PulpSearch {
     find_contacts(search.drawn_in_m[finger], X_OF, model.object, {reach_m, reach_m + depth_m, pulp().controls()},
                   search.memory_drawn_in[finger], candidates);
     std::erase_if(candidates, [&](ContactCandidate& c) {
-      const Vector3d p_O = X_OF * pulp().control_points_m.col(c.control_point);
+      const Vector3d p_O = this->p_O(c.control_point);
+      c.bend = model.object.bend(c.sample);
       c.gap_m = c.normal.dot(p_O - c.point_m);
-      if (c.gap_m >= reach_m || is_far_side(pulp(), X_OF.linear(), c)) return true;
+      if (c.gap_m >= reach_m || faces_away(c)) return true;
       move_to_foot(p_O, c);
+      c.deformed_gap_m = c.gap_m;
       return c.gap_m >= band_m || !is_on_object(p_O, c);
     });
     keep_least();
   }
 };
-
-// Normals more than 45 degrees apart are those of two faces. All within half of that of their mean are of one.
-constexpr double kSameFace = 0.7, kOneFace = 0.93;
-
-/// For contacts of one face: what fill_curvatures() sums over pairs, from sums over the contacts.
-bool fill_curvatures_of_one_face(std::span<FrameContact> contacts) {
-  const auto count = static_cast<double>(contacts.size());
-  Vector3d middle = Vector3d::Zero(), n = Vector3d::Zero();
-  for (const FrameContact& c : contacts) {
-    middle += c.s_O / count;
-    n += c.n_O;
-  }
-  const double least = kOneFace * n.norm();
-  double squares = 0.0, turns = 0.0;
-  for (const FrameContact& c : contacts) {
-    if (!(c.n_O.dot(n) > least)) return false;
-    const Vector3d s = c.s_O - middle;
-    squares += s.squaredNorm();
-    turns += s.dot(c.n_O);
-  }
-  for (FrameContact& c : contacts) {
-    const Vector3d s = c.s_O - middle;
-    const double way = squares + count * s.squaredNorm();
-    c.curvature_per_m = way > 0.0 ? (s.dot(n) - turns - count * s.dot(c.n_O)) / way : 0.0;
-  }
-  return true;
-}
-
-/// The curvature of the object's surface at each contact of a finger, from how normals turn among its contacts: on a
-/// sphere n_j - n_i = -(s_j - s_i) / R exactly. Normals of another face do not count.
-void fill_curvatures(std::span<FrameContact> contacts) {
-  if (contacts.empty() || fill_curvatures_of_one_face(contacts)) return;
-  for (FrameContact& contact : contacts) {
-    double turn = 0.0, way = 0.0;
-    for (const FrameContact& other : contacts) {
-      if (other.n_O.dot(contact.n_O) < kSameFace) continue;
-      const Vector3d step = other.s_O - contact.s_O;
-      turn -= step.dot(other.n_O - contact.n_O);
-      way += step.squaredNorm();
-    }
-    contact.curvature_per_m = way > 0.0 ? turn / way : 0.0;
-  }
-}
 
 /// find_fine_samples() of a pulp that is no sphere.
 bool find_fine_samples_of_shape(const Model& model, const Isometry3d& X_OF, int finger, double band_m,
@@ -206,6 +256,20 @@ bool find_fine_samples(const Model& model, const Isometry3d& X_OF, int finger, d
   return any;
 }
 
+/// Hands a finger's contacts to the frame, as many of least gap as there is room for.
+void take_nearest(const Model& model, const Isometry3d& X_FO, std::vector<FrameContact>& contacts, Frame& frame) {
+  const auto gap_m = [&](const FrameContact& contact) { return contact_gap(contact, X_FO, Vector3d::Zero()).gap_m; };
+  const auto end = contacts.begin() + std::min(std::ssize(contacts), model.scene.contact.max_per_finger);
+  if (end != contacts.end()) {
+    std::nth_element(contacts.begin(), end, contacts.end(),
+                     [&](const FrameContact& a, const FrameContact& b) { return gap_m(a) < gap_m(b); });
+  }
+  std::sort(contacts.begin(), end,
+            [](const FrameContact& a, const FrameContact& b) { return a.control_point < b.control_point; });
+  frame.contacts.insert(frame.contacts.end(), contacts.begin(), end);
+  frame.left_out.insert(frame.left_out.end(), end, contacts.end());
+}
+
 /// The reverse pass: fine samples in the pulp, or near it, become contacts of the control points that they passed by,
 /// unless those are deeper contacts themselves. The normal is the pulp's: a tip has none.
 [[gnu::flatten]] void add_fine_contacts(const Model& model, const HandPose& pose, const Isometry3d& X_WO, int finger,
@@ -230,7 +294,7 @@ bool find_fine_samples(const Model& model, const Isometry3d& X_OF, int finger, d
       n_F = place.normal;
       p_F = place.point_m;
     }
-    const FrameContact fine = frame_contact(tip, X_OF.linear(), finger, c, p_F, s_O, X_OF.linear() * n_F);
+    const FrameContact fine = frame_contact(tip, X_OF.linear(), finger, c, p_F, s_O, -(X_OF.linear() * n_F), {});
     const auto end = search.contacts.begin() + static_cast<std::ptrdiff_t>(known);
     while (found != end && found->control_point < c) ++found;
     if (found == end || found->control_point != c) {
@@ -239,67 +303,68 @@ bool find_fine_samples(const Model& model, const Isometry3d& X_OF, int finger, d
       *found = fine;
     }
   }
-  const auto most = std::min(std::ssize(search.contacts), model.scene.contact.max_per_finger);
-  std::nth_element(search.contacts.begin(), search.contacts.begin() + most, search.contacts.end(),
-                   [&](const FrameContact& a, const FrameContact& b) { return gap_m(a) < gap_m(b); });
-  std::sort(search.contacts.begin(), search.contacts.begin() + most,
-            [](const FrameContact& a, const FrameContact& b) { return a.control_point < b.control_point; });
-  frame.contacts.insert(frame.contacts.end(), search.contacts.begin(), search.contacts.begin() + most);
-  frame.left_out.insert(frame.left_out.end(), search.contacts.begin() + most, search.contacts.end());
+  take_nearest(model, X_FO, search.contacts, frame);
 }
 
-/// What there was no room for, with the mean curvature of the finger's contacts: their own surface points are as near
-/// as the planes through the samples there.
-void add_left_out(const Model& model, int finger, const ContactSearch& search, Frame& frame) {
-  const Index begin = frame.begin[finger], n = frame.size() - begin;
-  double curvature = 0.0;
-  for (Index i = begin; i < begin + n; ++i) curvature += frame.contacts[i].curvature_per_m / static_cast<double>(n);
+/// What there was no room for.
+void add_left_out(const Model& model, const Matrix3d& R_OF, int finger, const ContactSearch& search, Frame& frame) {
   const Pulp& pulp = model.pulps[finger];
   for (const ContactCandidate& c : search.left_out) {
-    FrameContact& point = frame.left_out.emplace_back();
-    point.finger = finger;
-    point.control_point = c.control_point;
-    point.p_F = pulp.control_points_m.col(c.control_point);
-    point.s_O = c.point_m;
-    point.n_O = -c.normal;
-    point.curvature_per_m = curvature;
+    frame.left_out.push_back(frame_contact(model.scene.hand.fingertips[finger], R_OF, finger, c.control_point,
+                                           pulp.control_points_m.col(c.control_point), c.point_m, c.normal, c.bend));
   }
 }
 
-void find_pulp_contacts(const Model& model, const HandPose& pose, const Isometry3d& X_WO, int finger, double band_m,
-                        ContactSearch& search, Frame& frame) {
+void find_pulp_contacts(const Model& model, const HandPose& pose, const ContactSnapshot& snapshot, int finger,
+                        double band_m, ContactSearch& search, Frame& frame) {
+  const Isometry3d& X_WO = snapshot.X_WO;
   const double depth_m = kTrustPerRadius * model.scene.hand.fingertips[finger].radius_m;
-  PulpSearch pulp{model, finger, X_WO.inverse() * pose.distal(model.scene.hand, finger), band_m, depth_m, search};
+  PulpSearch pulp{model,  snapshot, finger, X_WO.inverse() * pose.distal(model.scene.hand, finger),
+                  band_m, depth_m,  search};
   pulp.find();
-  const auto is_beyond = [&](const auto& c) { return is_far_side(pulp.pulp(), pulp.X_OF.linear(), c); };
-  const bool beyond = std::any_of(search.candidates.begin(), search.candidates.end(), is_beyond);
+  const bool beyond =
+      std::any_of(search.candidates.begin(), search.candidates.end(), [](const auto& c) { return c.is_beyond; });
   // At an edge the two ways of looking differ: a finger goes back to the plain one where they agree, without a step.
   if (beyond || search.draws_in[finger]) {
-    search.plain = search.candidates;
     pulp.find_drawn_in();
+    std::erase_if(search.plain, [&](const auto& c) { return c.gap_m >= band_m; });
     search.draws_in[finger] = beyond || !agree(search.plain, search.candidates);
   }
   for (const ContactCandidate& c : search.candidates) {
     frame.contacts.push_back(frame_contact(model.scene.hand.fingertips[finger], pulp.X_OF.linear(), finger,
                                            c.control_point, pulp.pulp().control_points_m.col(c.control_point),
-                                           c.point_m, -c.normal));
+                                           c.point_m, c.normal, c.bend));
   }
-  fill_curvatures(std::span(frame.contacts).subspan(frame.begin[finger]));
-  add_left_out(model, finger, search, frame);
+  add_left_out(model, pulp.X_OF.linear(), finger, search, frame);
+  const auto contacts = std::span<const FrameContact>(frame.contacts).subspan(frame.begin[finger]);
+  if (!beyond && !search.draws_in[finger]) {
+    frame.small[finger] = add_small_contacts(model, snapshot, pulp.X_OF, finger, band_m, contacts, search.small);
+  }
+  if (frame.small[finger]) {
+    frame.contacts.resize(frame.begin[finger]);
+    take_nearest(model, pulp.X_OF.inverse(), search.small.contacts, frame);
+    return;
+  }
   add_fine_contacts(model, pose, X_WO, finger, band_m, search, frame);
 }
 
+// A hollow that is hardly wider than the ball: less is as narrow to it.
+constexpr double kLeastOffset = 0.1;
+
 void find_point_contact(const Model& model, const HandPose& pose, const Isometry3d& X_WO, int finger, double band_m,
-                        Frame& frame) {
+                        ContactSearch& search, Frame& frame) {
   const Fingertip& tip = model.scene.hand.fingertips[finger];
   const Isometry3d X_OF = X_WO.inverse() * pose.distal(model.scene.hand, finger);
   const PulpBall ball = touching_ball(tip, model.object, X_OF);
-  const double reach_m = ball.radius_m + band_m + model.object.support_m();
-  const auto nearest = model.object.distance(X_OF * ball.centre_m, reach_m);
+  const std::optional<SurfaceForm> nearest = nearest_surface(
+      model, X_OF * ball.centre_m, ball.radius_m + band_m + model.object.support_m(), search.small.known[finger]);
   if (!nearest || nearest->distance_m - ball.radius_m >= band_m) return;
   const Vector3d n_F = X_OF.linear().transpose() * -nearest->normal;
+  // The ball's centre goes over the surface that is offset by its radius; its contact, fixed in the finger, likewise.
+  const auto offset = [&](double k_per_m) { return k_per_m / std::max(kLeastOffset, 1.0 + k_per_m * ball.radius_m); };
   frame.contacts.push_back(frame_contact(tip, X_OF.linear(), finger, 0, ball.centre_m + ball.radius_m * n_F,
-                                         nearest->point_m, -nearest->normal));
+                                         nearest->point_m, nearest->normal,
+                                         {nearest->t1, offset(nearest->k1_per_m), offset(nearest->k2_per_m)}));
 }
 
 /// The object's free motion in `time_s`: translation, rotation vector.
@@ -334,9 +399,11 @@ ContactSearch::ContactSearch(const Model& model)
     : memory(model.fingers()),
       memory_drawn_in(model.fingers()),
       draws_in(model.fingers()),
+      known_deformed(model.fingers()),
       known_foot(model.fingers()),
       known_below(model.fingers()),
       drawn_in_m(model.fingers()) {
+  small.known = PerFinger<KnownSample>(model.fingers());
   if (!model.deformable()) return;
   const Index controls = model.pulps.front().controls();
   candidates.reserve(controls);
@@ -346,12 +413,14 @@ ContactSearch::ContactSearch(const Model& model)
     const Pulp& pulp = model.pulps[k];
     const double depth_m = kTrustPerRadius * model.scene.hand.fingertips[k].radius_m;
     drawn_in_m[k] = pulp.control_points_m - depth_m * pulp.control_normals.transpose();
+    known_deformed[k].resize(controls);
     known_foot[k].resize(controls);
     known_below[k].resize(controls);
   }
-  if (model.fine_m.cols() == 0) return;
-  deepest.reserve(controls);
   contacts.reserve(controls + model.scene.contact.max_per_finger);
+  small.cells.reserve(controls);
+  small.contacts.reserve(controls);
+  deepest.reserve(controls);
 }
 
 PerFinger<double> finger_travel_m(const Model& model, const HandPose& pose, const Snapshot& snapshot,
@@ -395,18 +464,19 @@ PerFinger<double> finger_travel_m(const Model& model, const HandPose& pose, cons
   return travel;
 }
 
-void find_frame_contacts(const Model& model, const HandPose& pose, const Snapshot& snapshot, ContactSearch& search,
-                         Frame& frame) {
+void find_frame_contacts(const Model& model, const HandPose& pose, const ContactSnapshot& snapshot,
+                         ContactSearch& search, Frame& frame) {
   const PerFinger<double> travel_m = finger_travel_m(model, pose, snapshot, frame);
   frame.contacts.clear();
   frame.left_out.clear();
   for (int k = 0; k < model.fingers(); ++k) {
     frame.begin[k] = frame.size();
+    frame.small[k] = {};
     const double band_m = model.scene.contact.band_m + travel_m[k];
     if (model.deformable()) {
-      find_pulp_contacts(model, pose, snapshot.X_WO, k, band_m, search, frame);
+      find_pulp_contacts(model, pose, snapshot, k, band_m, search, frame);
     } else {
-      find_point_contact(model, pose, snapshot.X_WO, k, band_m, frame);
+      find_point_contact(model, pose, snapshot.X_WO, k, band_m, search, frame);
     }
   }
   frame.begin[model.fingers()] = frame.size();

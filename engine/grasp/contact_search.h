@@ -6,6 +6,7 @@
 #include "collision/contact_finding.h"
 #include "engine/grasp/frame.h"
 #include "engine/grasp/model.h"
+#include "engine/grasp/small_contacts.h"
 #include "engine/grasp/state.h"
 #include "engine/hand/hand.h"
 
@@ -17,12 +18,15 @@ struct ContactSearch {
 
   PerFinger<FindingMemory> memory, memory_drawn_in;
   PerFinger<bool> draws_in;  ///< Fingers that look from drawn-in points, since they met something thin.
+  PerFinger<std::vector<KnownSample>> known_deformed;  ///< Of control points as they are deformed.
   /// Of drawn-in fingers' points: the samples that their feet, and places below them, are nearest to.
   PerFinger<std::vector<KnownSample>> known_foot, known_below;
   PerFinger<Eigen::Matrix3Xd> drawn_in_m;  ///< Control points of pulps drawn in by the trust in them.
   std::vector<ContactCandidate> candidates, left_out, plain;
+  Eigen::VectorXd moved_m;             ///< |u| of one finger's control points.
   std::vector<Eigen::Index> deepest;   ///< Of the object's fine samples, by control point; -1: none.
   std::vector<FrameContact> contacts;  ///< One finger's.
+  SmallContacts small;
 };
 
 /// How far each fingertip may move against the object from a frame's snapshot to the end of its use, a control period
@@ -41,7 +45,7 @@ struct ContactSearch {
 /// Samples of a part too fine to meet a control point for sure (`Model::fine_m`) are looked for in the pulp.
 /// What a finger's list has no room for goes to `frame.left_out`.
 /// `frame` has its drive. Does not allocate, after the first call.
-void find_frame_contacts(const Model& model, const HandPose& pose, const Snapshot& snapshot, ContactSearch& search,
-                         Frame& frame);
+void find_frame_contacts(const Model& model, const HandPose& pose, const ContactSnapshot& snapshot,
+                         ContactSearch& search, Frame& frame);
 
 }  // namespace thenar

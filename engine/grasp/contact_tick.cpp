@@ -467,6 +467,7 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
     book_deformation(model, frame, work, false, state, report.ledger);
   }
   for (int k = 0; k < model.fingers(); ++k) {
+    if (state.load[k].normal_N > 0.0) report.small[k] = frame.small[k];
     report.patch[k] = patch_report(work.patches.of_finger(k), state.load[k], mu, scene.step_s);
   }
   for (int k = 0; k < std::ssize(state.touch); ++k) {

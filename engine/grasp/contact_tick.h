@@ -24,7 +24,8 @@ struct TickInput {
 /// What one contact tick returns by value.
 struct TickReport {
   TickReport() = default;
-  explicit TickReport(const Hand& hand) : left_out_m(hand.fingers()), patch(hand.fingers()), stop_Nm(hand.at_zero()) {}
+  explicit TickReport(const Hand& hand)
+      : left_out_m(hand.fingers()), small(hand.fingers()), patch(hand.fingers()), stop_Nm(hand.at_zero()) {}
 
   SolveReport solve;
   std::int64_t sequence = -1;  ///< Of the frame used.
@@ -39,6 +40,7 @@ struct TickReport {
   /// list has no room for, at its start.
   double penetration_m = 0.0;
   PerFinger<double> left_out_m;  ///< Of the latter alone, by finger; 0: none is in the object.
+  PerFinger<SmallPatch> small;   ///< Of fingers that are loaded.
   PerFinger<PatchReport> patch;
   EnvironmentReport environment;  ///< Of a scene that has one.
   JointVector stop_Nm;            ///< What the stops at the ends of the joints' ranges bear: see JointStops.
@@ -54,7 +56,7 @@ struct TickReport {
 /// 2. Drive: the frame's, the input's, and the pull of the task's spring. A frame too old, or one from which the
 ///    fingers have moved too far, is held: tau = tau_held - K_h (q - q_held).
 /// 3. Free motion of the rigid bodies, h B^-1 (tau - g, W_ext), and of the pulps, u* = rho u; a soft object likewise.
-/// 4. delta_free: gaps, absolute, from the body-fixed geometry at the state (the local sphere of the object's surface);
+/// 4. delta_free: gaps, absolute, from the body-fixed geometry at the state (the local torus of the object's surface);
 ///    slips, relative to the tick. The bodies' free motion enters through J_c, as the contact motion does, so that what
 ///    contact forbids cancels to the last bit.
 /// 5. Contact forces by Gauss-Seidel on W(h) in factors, J_c of this state, from the forces of the last tick. A soft

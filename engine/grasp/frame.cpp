@@ -19,6 +19,21 @@ Vector3d carry(const Vector3d& t, const Vector3d& from, const Vector3d& to) {
   return share > 1e-12 ? Vector3d(t - t.dot(to) / share * (from + to)) : t;
 }
 
+/// How far a point is over a circle of curvature k that goes through the origin: `over` above the tangent there, and
+/// off its normal by a length with this square.
+struct OverCircle {
+  double gap_m;
+  double root;  ///< Its distance from the circle's centre, in radii.
+};
+
+/// (R + gap)^2 = (R + over)^2 + off^2, solved for the gap without a difference of large numbers.
+OverCircle over_circle(double k_per_m, double over_m, double off_m2) {
+  constexpr double kLeast = 1e-12;  // At the centre there is no normal.
+  const double a = 2.0 * over_m + k_per_m * (over_m * over_m + off_m2);
+  const double root = std::sqrt(std::max(kLeast, 1.0 + k_per_m * a));
+  return {a / (1.0 + root), root};
+}
+
 }  // namespace
 
 Matrix3d contact_frame(const Vector3d& pulp_normal, const Vector3d& n_F) {
@@ -34,17 +49,24 @@ Matrix3d axes_of(const Vector3d& n, const Vector3d& t1) {
 }
 
 ContactGap contact_gap(const FrameContact& contact, const Isometry3d& X_FO, const Vector3d& u_F, const Vector3d& u_O) {
-  const Vector3d n_F = X_FO.linear() * contact.n_O;
+  const Vector3d n_F = X_FO.linear() * contact.n_O, t_F = X_FO.linear() * contact.t_O;
   const Vector3d way_F = X_FO * (contact.s_O + u_O) - contact.p_F + u_F;  // finger point to surface point
-  // (R + gap)^2 = (R + plane gap)^2 + tangential way^2, solved for the gap without a difference of large numbers; the
-  // sphere's centre lies R n from the surface point.
-  const double k = contact.curvature_per_m;
-  const double a = 2.0 * n_F.dot(way_F) + k * way_F.squaredNorm();
-  return {a / (1.0 + std::sqrt(std::max(0.0, 1.0 + k * a))), (n_F + k * way_F).normalized()};
+  const double over = n_F.dot(way_F), along = t_F.dot(way_F);
+  const Vector3d across_F = way_F - over * n_F - along * t_F;
+  // In the plane of n and n x t the ring is a circle, over which the point is `over_ring` with the normal m. In the
+  // plane of m and t the tube is one.
+  const double k_ring = contact.ring_curvature_per_m, k_tube = contact.curvature_per_m;
+  const OverCircle ring = over_circle(k_ring, over, across_F.squaredNorm());
+  const OverCircle tube = over_circle(k_tube, ring.gap_m, along * along);
+  const Vector3d m_F = ((1.0 + k_ring * over) * n_F + k_ring * across_F) / ring.root;
+  return {tube.gap_m, ((1.0 + k_tube * ring.gap_m) * m_F + k_tube * along * t_F).normalized()};
 }
 
 Frame::Frame(const Model& model)
-    : X_WF(model.fingers(), Isometry3d::Identity()), begin(model.fingers() + 1), softness(model.fingers(), 1.0) {
+    : X_WF(model.fingers(), Isometry3d::Identity()),
+      begin(model.fingers() + 1),
+      small(model.fingers()),
+      softness(model.fingers(), 1.0) {
   contacts.reserve(model.max_contacts);
   if (model.deformable()) left_out.reserve(2 * model.fingers() * model.pulps.front().controls());
   const Index per_finger = model.deformable() ? model.max_contacts / model.fingers() : 0;

@@ -14,15 +14,28 @@
 
 namespace thenar {
 
-/// One contact of a frame, in body-fixed terms, so that it follows the bodies while the frame is in use.
+/// One contact of a frame, in body-fixed terms, so that it follows the bodies while the frame is in use. The object's
+/// surface around s is a torus that has its two curvatures there: of a rod, a ball and a plane it is the surface
+/// itself.
 struct FrameContact {
   int finger = 0;
   Eigen::Index control_point = 0;
-  Eigen::Vector3d p_F;           ///< Finger point, distal frame; rest shape.
-  Eigen::Vector3d s_O;           ///< Its projection on the object's surface, object frame.
-  Eigen::Vector3d n_O;           ///< Into the object, object frame.
-  double curvature_per_m = 0.0;  ///< Of the object's surface there: 1/R of the local sphere, > 0 convex.
-  Eigen::Matrix3d E_F;           ///< Columns n, t1, t2, distal frame, at the snapshot.
+  Eigen::Vector3d p_F;  ///< Finger point, distal frame; rest shape.
+  Eigen::Vector3d s_O;  ///< Where the deformed point is over the object's surface at the snapshot, object frame.
+  Eigen::Vector3d n_O;  ///< Into the object there, object frame.
+  Eigen::Vector3d t_O = Eigen::Vector3d::Zero();  ///< A principal direction of the surface there, across n.
+  double curvature_per_m = 0.0;                   ///< Along t, of the torus's tube; > 0 convex.
+  double ring_curvature_per_m = 0.0;              ///< Along n x t, of its ring: no larger in size.
+  double area_m2 = 0.0;  ///< What the contact stands for, where that is a part of the control point's cell; else 0.
+  Eigen::Matrix3d E_F = Eigen::Matrix3d::Identity();  ///< Columns n, t1, t2, distal frame, at the snapshot.
+};
+
+/// How far a finger's patch is not what its control points resolve: see engine/grasp/small_contacts.h.
+struct SmallPatch {
+  double narrow = 0.0;    ///< Share of Hertz's patch in its contacts, against those of whole cells.
+  double overhang = 0.0;  ///< Share of the paraboloid that stands for the object, against its surface.
+
+  [[nodiscard]] explicit operator bool() const { return narrow > 0.0 || overhang > 0.0; }
 };
 
 /// What the control / free-motion side hands to the contact side: contacts in body-fixed terms, their compliance, and
@@ -39,8 +52,9 @@ struct Frame {
   PerFinger<Eigen::Isometry3d> X_WF;   ///< Distal segments, at the snapshot.
   std::vector<FrameContact> contacts;  ///< Sorted by finger and control point.
   std::vector<Eigen::Index> begin;     ///< Finger k has contacts begin[k] .. begin[k + 1).
-  /// Control points in the band that their finger's list has no room for: only geometry, without E_F; sorted by finger.
+  /// Control points in the band that their finger's list has no room for: sorted by finger.
   std::vector<FrameContact> left_out;
+  PerFinger<SmallPatch> small;
   std::vector<SurfaceCompliance> compliance;  ///< Among a finger's contacts, with its softness.
   PerFinger<double> softness;                 ///< What its load leaves of a pulp's compliance; 1 without load.
   Eigen::MatrixXd object_kernel;              ///< k_ij of a soft object, among all contacts; of a rigid one none.
@@ -73,7 +87,7 @@ struct ContactGap {
 };
 
 /// The gap with the object at X_FO in the distal frame and both deformed there, the pulp by u, the object by u_o: the
-/// distance of p - u from the sphere of the surface's curvature that is fixed in the object, at s + u_o.
+/// distance of p - u from the contact's torus, which is fixed in the object at s + u_o.
 [[nodiscard]] ContactGap contact_gap(const FrameContact& contact, const Eigen::Isometry3d& X_FO,
                                      const Eigen::Vector3d& u_F, const Eigen::Vector3d& u_O = Eigen::Vector3d::Zero());
 

@@ -35,7 +35,8 @@ struct Model {
   Scene scene;
   std::vector<std::string> object_notes;  ///< What was done to the object's points to make a surface of them.
   ImplicitSurface object;
-  std::vector<Pulp> pulps = {};   ///< One a finger, or none: rigid point contacts.
+  std::optional<ExactShape> exact = {};  ///< Of an object that has one: where its surface is smooth, this is touched.
+  std::vector<Pulp> pulps = {};          ///< One a finger, or none: rigid point contacts.
   Eigen::Matrix3Xd fine_m = {};   ///< Object's samples that control points may pass by (fine_parts): usually none.
   int level = 0;                  ///< Of detail of the pulps.
   Eigen::Index max_contacts = 0;  ///< Capacity of a frame, all fingers together.

@@ -13,7 +13,7 @@ using Eigen::Vector3d;
 namespace {
 
 double area_m2(const Model& model, const FrameContact& contact) {
-  return model.pulps[contact.finger].area_m2[contact.control_point];
+  return contact.area_m2 > 0.0 ? contact.area_m2 : model.pulps[contact.finger].area_m2[contact.control_point];
 }
 
 /// A place on the surface that stands for so much area.

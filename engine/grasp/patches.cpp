@@ -82,9 +82,9 @@ PatchReport patch_report(std::span<const PatchPoint> patch, const FingerLoad& lo
       report.sliding_share += point.normal_N / load.normal_N;
     }
   }
-  if (inertia > 0.0) report.spin_rad = std::abs(turn) / inertia;
 
-  constexpr double kPoint_m = 1e-9;  // A smaller patch is a point, which carries no torsion.
+  constexpr double kPoint_m = 1e-9;  // A smaller patch is a point, which neither turns nor carries torsion.
+  if (inertia > kPoint_m * kPoint_m * load.normal_N) report.spin_rad = std::abs(turn) / inertia;
   if (mu > 0.0 && lever_Nm > kPoint_m * load.normal_N) {
     report.moment_Nm = moment_Nm;
     report.moment_limit_Nm = mu * lever_Nm;

@@ -25,7 +25,7 @@ inline constexpr double kMoves_m_per_s = 1e-6;
 /// its force is to the most that friction lets it carry.
 struct PatchReport {
   double slip_m = 0.0;         ///< Size of the mean displacement of its points, weighted by normal force.
-  double spin_rad = 0.0;       ///< Size of its turn about the mean normal, through the pressure centre.
+  double spin_rad = 0.0;       ///< Size of its turn about the mean normal, through the pressure centre; 0 of a point.
   double sliding_share = 0.0;  ///< Share of the normal force on points that slide: on their cone's surface, and moving.
   double creep_m_per_s = 0.0;  ///< Of the fastest point that is loaded and inside its cone: it should stick.
   double moment_Nm = 0.0;  ///< Torsion M_n: of its forces about the mean normal through the pressure centre; signed.

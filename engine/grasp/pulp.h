@@ -98,6 +98,17 @@ void set_level(Pulp& pulp, int level);
 /// Computes k, a and b of the pulp's control points and their areas. Cost O(controls^2).
 void fill_compliance(Pulp& pulp);
 
+/// A part of the surface that a force acts on.
+struct PulpPatch {
+  Eigen::Vector3d p_m;  ///< Distal frame.
+  double area_m2 = 0.0;
+};
+struct PulpCompliance {
+  double k, a, b;
+};
+/// k_ij, a_ij and b_ij between two parts of a pulp's surface, as its control points have them.
+[[nodiscard]] PulpCompliance pulp_compliance(const Pulp& pulp, const PulpPatch& i, const PulpPatch& j);
+
 /// k_ij of the Boussinesq kernel between points whose distance squared is `squared_m2`, standing for these areas [m/N].
 /// Distances and areas of points j may be arrays.
 template <typename Values>

@@ -1,6 +1,7 @@
 #include "engine/grasp/scene.h"
 
 #include <algorithm>
+#include <type_traits>
 
 namespace thenar {
 
@@ -20,6 +21,18 @@ std::optional<Solid> solid_of(const Shape& shape) {
   if (const auto* sphere = std::get_if<SphereShape>(&shape)) return *sphere;
   if (const auto* cylinder = std::get_if<CylinderShape>(&shape)) return *cylinder;
   return std::nullopt;
+}
+
+std::optional<ExactShape> exact_shape_of(const Shape& shape) {
+  return std::visit(
+      []<typename Kind>(const Kind& kind) -> std::optional<ExactShape> {
+        if constexpr (std::is_same_v<Kind, CloudShape>) {
+          return std::nullopt;
+        } else {
+          return kind;
+        }
+      },
+      shape);
 }
 
 const char* to_string(Phase::Kind kind) {

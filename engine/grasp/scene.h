@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "collision/shapes.h"
+#include "collision/solids/exact_shape.h"
 #include "collision/solids/solid.h"
 #include "engine/environment/environment.h"
 #include "engine/grasp/pulp.h"
@@ -255,6 +256,9 @@ struct GraspWish {
 
 /// The exact solid of a shape that is one; nothing of others.
 [[nodiscard]] std::optional<Solid> solid_of(const Shape& shape);
+
+/// The surface of a shape that has a formula; nothing of one from a file.
+[[nodiscard]] std::optional<ExactShape> exact_shape_of(const Shape& shape);
 
 /// All that a scene file says, in SI. What it does not name is absent here, and costs nothing.
 struct Scene {

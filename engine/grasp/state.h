@@ -77,14 +77,25 @@ struct Snapshot {
   bool held = false;                      ///< The drive of an old frame is held: no control acts.
 };
 
-/// All that moves. Owned and advanced by contact_tick alone.
-struct State : Snapshot {
-  explicit State(const Model& model);
-
+/// And what contacts are found by.
+struct ContactSnapshot : Snapshot {
   std::vector<Eigen::MatrixX3d> u_m;  ///< Per finger, control points x 3, distal frame: what the pulp's deformation
                                       ///< adds to the object's displacement against the finger (the pulp's surface
                                       ///< moves by -u). The memory of friction. Empty for rigid fingertips.
-  std::vector<ContactForce> forces;   ///< Sorted by finger and control point; capacity model.max_contacts.
+};
+
+/// u at the control point of a contact, distal frame; zero for rigid fingertips.
+template <typename Contact>
+[[nodiscard]] Eigen::Vector3d displacement(const ContactSnapshot& state, const Contact& contact) {
+  if (state.u_m.empty()) return Eigen::Vector3d::Zero();
+  return state.u_m[contact.finger].row(contact.control_point).transpose();
+}
+
+/// All that moves. Owned and advanced by contact_tick alone.
+struct State : ContactSnapshot {
+  explicit State(const Model& model);
+
+  std::vector<ContactForce> forces;  ///< Sorted by finger and control point; capacity model.max_contacts.
   std::vector<EnvironmentForce> environment_forces;  ///< On the object, in order.
   std::vector<ObjectLoad> object_loads;  ///< Likewise, kLoadsPerContact times as many; of a rigid object none.
   PerFinger<double> pulp_energy_J;       ///< That by which u is held, of pulps without stiffening.
@@ -97,13 +108,6 @@ struct State : Snapshot {
   state.held = false;
   state.arm = {};
   return state;
-}
-
-/// u at the control point of a contact, distal frame; zero for rigid fingertips.
-template <typename Contact>
-[[nodiscard]] Eigen::Vector3d displacement(const State& state, const Contact& contact) {
-  if (state.u_m.empty()) return Eigen::Vector3d::Zero();
-  return state.u_m[contact.finger].row(contact.control_point).transpose();
 }
 
 }  // namespace thenar

@@ -51,8 +51,7 @@ TickReport GraspRun::contact(const TickInput& input) {
 
 void GraspRun::control() {
   if (lockstep_) return send();
-  const Snapshot snapshot = state;
-  report = control_tick(model, snapshot, controller, frame);
+  report = control_tick(model, state, controller, frame);
 }
 
 void GraspRun::send() {

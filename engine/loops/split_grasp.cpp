@@ -14,7 +14,8 @@ namespace {
 
 bool is_finite(const FrameContact& contact) {
   return contact.p_F.allFinite() && contact.s_O.allFinite() && contact.n_O.allFinite() && contact.E_F.allFinite() &&
-         std::isfinite(contact.curvature_per_m);
+         contact.t_O.allFinite() && std::isfinite(contact.curvature_per_m) &&
+         std::isfinite(contact.ring_curvature_per_m);
 }
 
 /// Whether the contact side may use the frame: one number that is not finite would be in the state for good.
@@ -37,7 +38,7 @@ SplitGrasp::SplitGrasp(const Model& model, const State& start, const OwnControl&
       work_(model, split_policy(model.scene)),
       controller_(model),
       frames_(model),
-      snapshots_(static_cast<const Snapshot&>(state_)) {
+      snapshots_(static_cast<const ContactSnapshot&>(state_)) {
   state_.forces.reserve(model.max_contacts);  // A copied state has lost its spare room.
   controller_.own = own;
   const ControlStep first = control_step();
@@ -51,7 +52,7 @@ SplitGrasp::SplitGrasp(const Model& model, const Model& old, const SplitGrasp& b
       work_(model, split_policy(model.scene)),
       controller_(before.controller_),
       frames_(model),
-      snapshots_(static_cast<const Snapshot&>(state_)) {
+      snapshots_(static_cast<const ContactSnapshot&>(state_)) {
   controller_.search = ContactSearch(model);
   controller_.afference = Afference(model, old, before.controller_.afference);
   controller_.last_tick = same_time(old, controller_.last_tick, model);

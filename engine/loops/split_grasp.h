@@ -69,7 +69,7 @@ class SplitGrasp {
   /// What the control tick of frame 0 found.
   [[nodiscard]] const ControlReport& first_control() const { return first_control_; }
   [[nodiscard]] const LatestValue<Frame>& frames() const { return frames_; }
-  [[nodiscard]] const LatestValue<Snapshot>& snapshots() const { return snapshots_; }
+  [[nodiscard]] const LatestValue<ContactSnapshot>& snapshots() const { return snapshots_; }
 
  private:
   const Model& model_;
@@ -78,7 +78,7 @@ class SplitGrasp {
   Controller controller_;
   ControlReport first_control_;
   LatestValue<Frame> frames_;
-  LatestValue<Snapshot> snapshots_;
+  LatestValue<ContactSnapshot> snapshots_;
   std::vector<Frame> held_back_;    ///< In a ring; sequence -1: none.
   std::size_t next_held_back_ = 0;  ///< The oldest.
 };

@@ -8,6 +8,8 @@
 
 #include "engine/control/control.h"
 #include "engine/control/pose_loop.h"
+#include "engine/grasp/pulp_touch.h"
+#include "engine/grasp/small_contacts.h"
 #include "engine/grasp/state.h"
 #include "engine/hand/hand.h"
 #include "engine/pulps/pressed_pulp.h"
@@ -25,6 +27,18 @@ constexpr double kNoticed_Nm = 1e-4;
 
 // Of a pulp's force: about what its kernel errs by at the scenes' own levels.
 constexpr double kNoticedShare = 0.01;
+
+// Patches are told where more than half of them is Hertz's, or a paraboloid's; of a light touch all are narrow.
+constexpr double kNoticedSmall = 0.5, kNoticed_N = 0.1;
+constexpr double kEdge_per_m = 1e4;  // What bends more is an edge.
+constexpr const char* kNarrowPatch =
+    "patch is narrower than its control points are apart: its force is Hertz's, and how friction and pressure lie in "
+    "it "
+    "is not resolved; more fingertips.leaves would serve";
+constexpr const char* kSwallows =
+    "pulp is pressed in by more than half of the object's radius of curvature: skin would close around it and bone "
+    "bear "
+    "it, and the model has neither, so that the force is uncertain";
 
 /// Hertz's contact radius over the pulp's.
 double patch_share(const Pulp& pulp, const Scene& scene, double normal_N) {
@@ -77,6 +91,31 @@ std::string reach_warning(const Model& model) {
   return all.empty() ? all : all + " at the start: the grasp needs all fingers";
 }
 
+/// What fingers will press that is too small for their pulps, where they are nearest to the object at the start.
+std::string small_warning(const Model& model) {
+  const State start(model);
+  HandPose pose;
+  forward_kinematics(model.scene.hand, start.q, pose);
+  for (int k = 0; k < model.fingers(); ++k) {
+    const Fingertip& tip = model.scene.hand.fingertips[k];
+    const Pulp& pulp = model.pulps[k];
+    if (pulp.material.kernel == PulpKernel::kGaussian) continue;
+    KnownSample known;
+    const Eigen::Vector3d centre_O = start.X_WO.inverse() * (pose.distal(model.scene.hand, k) * tip.centre_m);
+    const auto at = nearest_surface(model, centre_O, 2.0 * outer_radius_m(tip), known);
+    if (!at || std::max(at->k1_per_m, at->k2_per_m) > kEdge_per_m) continue;
+    const Eigen::Vector2d bends(at->k1_per_m, at->k2_per_m);
+    const Eigen::Vector2d relative = bends.array() + 1.0 / tip.radius_m;
+    if (!(relative.minCoeff() > 0.0)) continue;
+    const double load_N = expected_load_N(model.scene, pulp), round_m = 1.0 / std::sqrt(relative.prod());
+    const double depth_m = std::pow(0.75 * load_N / (pulp.material.reduced_modulus_Pa * std::sqrt(round_m)), 2.0 / 3.0);
+    const SmallPatch small = small_patch(bends, tip.radius_m, std::sqrt(pulp.area_m2.mean()), depth_m);
+    if (small.overhang > kNoticedSmall) return fmt::format("with {:.2g} N the {}'s {}", load_N, tip.finger, kSwallows);
+    if (small.narrow > kNoticedSmall) return fmt::format("with {:.2g} N the {}'s {}", load_N, tip.finger, kNarrowPatch);
+  }
+  return {};
+}
+
 }  // namespace
 
 void Warnings::Beyond::add(double time_s, double value) {
@@ -96,6 +135,9 @@ void Warnings::add(const TickRecord& tick) {
     const double depth_m = tick.contact.left_out_m[k], normal_N = tick.force[k].normal_N;
     if (depth_m > kNoticedDepth_m) full_[k].add(tick.time_s, depth_m);
     if (share(k, normal_N) > kHalfSpaceShare) deep_[k].add(tick.time_s, normal_N);
+    const SmallPatch& small = tick.contact.small[k];
+    if (small.narrow > kNoticedSmall && normal_N > kNoticed_N) narrow_[k].add(tick.time_s, small.narrow);
+    if (small.overhang > kNoticedSmall) swallowed_[k].add(tick.time_s, small.overhang);
   }
   for (Eigen::Index j = 0; j < tick.contact.stop_Nm.size(); ++j) {
     const double stop_Nm = tick.contact.stop_Nm[j];
@@ -126,6 +168,15 @@ std::vector<std::string> Warnings::sentences() const {
           "s, of {:g} at most",
           model_.scene.hand.fingertips[k].finger, deep.since_s, share(k, deep.worst), deep.worst, deep.worst_s,
           kHalfSpaceShare));
+    }
+  }
+  for (std::size_t k = 0; k < model_.pulps.size(); ++k) {
+    const std::string& finger = model_.scene.hand.fingertips[k].finger;
+    if (const Beyond& narrow = narrow_[k]; narrow.ticks > 0) {
+      all.push_back(fmt::format("the {}'s {} (from {:.3f} s on)", finger, kNarrowPatch, narrow.since_s));
+    }
+    if (const Beyond& swallowed = swallowed_[k]; swallowed.ticks > 0) {
+      all.push_back(fmt::format("the {}'s {} (from {:.3f} s on)", finger, kSwallows, swallowed.since_s));
     }
   }
   for (std::size_t j = 0; j < stopped_.size(); ++j) {
@@ -169,6 +220,7 @@ std::vector<std::string> warnings(const Model& model) {
     }
     all.push_back(text);
   }
+  if (const std::string small = small_warning(model); !small.empty()) all.push_back(small);
   double load_N = 0.0, share = 0.0;
   for (std::size_t k = 0; k < model.pulps.size(); ++k) {
     const double expected_N = expected_load_N(scene, model.pulps[k]);

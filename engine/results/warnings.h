@@ -20,6 +20,8 @@ inline constexpr double kHalfSpaceShare = 0.5;
 /// Full lists   A control point that `contact.max_per_finger` has no room for is more than 10 um in the object: the
 ///              list is full of loaded contacts, the pulp passes into the object, and its force is too small.
 /// Deep pulps   By Hertz, a finger's load makes a patch wider than kHalfSpaceShare of the pulp's radius.
+/// Small things A finger's patch is narrower than its control points are apart, or what it presses is deeper than it is
+///              wide, so that the pulp would close around it: there is no bone in it.
 /// Stops        A joint rests on an end of its range, and the stop there bears load.
 class Warnings {
  public:
@@ -27,6 +29,8 @@ class Warnings {
       : model_(model),
         full_(model.fingers()),
         deep_(model.fingers()),
+        narrow_(model.fingers()),
+        swallowed_(model.fingers()),
         factor_(model.fingers(), 1.0),
         stopped_(model.scene.hand.joints.size()) {
     for (std::size_t k = 0; k < model.pulps.size(); ++k) {
@@ -53,9 +57,10 @@ class Warnings {
 
   const Model& model_;
   std::int64_t ticks_ = 0;
-  PerFinger<Beyond> full_;    ///< Value: depth of a control point without room [m].
-  PerFinger<Beyond> deep_;    ///< Value: load [N].
-  PerFinger<double> factor_;  ///< share_factor() of each pulp.
+  PerFinger<Beyond> full_;                ///< Value: depth of a control point without room [m].
+  PerFinger<Beyond> deep_;                ///< Value: load [N].
+  PerFinger<Beyond> narrow_, swallowed_;  ///< Values: those of SmallPatch.
+  PerFinger<double> factor_;              ///< share_factor() of each pulp.
   struct Stops {
     Beyond lower, upper;  ///< Value: what the stop bears [N m].
   };

@@ -57,6 +57,7 @@ void make_fingertips(Model& model) {
 
 Model surface_model(Scene scene, ImplicitSurface surface) {
   Model model{.scene = std::move(scene), .object_notes = {}, .object = std::move(surface)};
+  model.exact = exact_shape_of(model.scene.object.shape);
   check_places(model);
   make_fingertips(model);
   if (model.scene.settles) settle(model);

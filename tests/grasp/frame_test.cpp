@@ -23,15 +23,52 @@ TEST(ContactGap, FollowsTheLocalSphere) {
   std::mt19937_64 random(4);
   for (const double R : {0.02, 0.1, -0.05}) {  // convex, and the inside of a ball
     const Vector3d n = random_direction(random), centre(0.3, -0.2, 0.5);
-    const FrameContact contact{0, 0, centre - (R + 1e-4) * n, centre - R * n, n, 1.0 / R, Matrix3d::Identity()};
+    const FrameContact contact{.p_F = centre - (R + 1e-4) * n,
+                               .s_O = centre - R * n,
+                               .n_O = n,
+                               .t_O = n.unitOrthogonal(),
+                               .curvature_per_m = 1.0 / R,
+                               .ring_curvature_per_m = 1.0 / R};
     for (int trial = 0; trial < 20; ++trial) {
       Isometry3d X_FO = random_rotation_about(centre, random);
       X_FO.pretranslate(2e-3 * random_direction(random));
       const double outside_m = (contact.p_F - X_FO * centre).norm() - std::abs(R);
       const auto [gap_m, n_F] = contact_gap(contact, X_FO, Vector3d::Zero());
-      EXPECT_NEAR(gap_m, R > 0.0 ? outside_m : -outside_m, 1e-15);
+      EXPECT_NEAR(gap_m, R > 0.0 ? outside_m : -outside_m, 2e-15);
       const Vector3d inwards = std::copysign(1.0, R) * (X_FO * centre - contact.p_F).normalized();
       EXPECT_LE((n_F - inwards).norm(), 1e-13);
+    }
+  }
+}
+
+// Likewise on a torus about z, whose tube of radius r is around a circle of radius C: at the outer side of that and at
+// the inner one, where it is a saddle. With a tube that is straight it is a rod.
+TEST(ContactGap, FollowsTheLocalTorus) {
+  std::mt19937_64 random(7);
+  for (const double C : {0.012, 1e6}) {
+    for (const double r : {0.004, 0.009}) {
+      for (const double side : {1.0, -1.0}) {
+        const double equator = C + side * r, ring_per_m = side / equator;
+        const Vector3d outward = side * Vector3d::UnitX(), s_O = equator * Vector3d::UnitX();
+        const bool tube_is_sharper = 1.0 / r >= std::abs(ring_per_m);
+        const FrameContact contact{.p_F = s_O + 1e-4 * outward,
+                                   .s_O = s_O,
+                                   .n_O = -outward,
+                                   .t_O = Vector3d::UnitZ(),
+                                   .curvature_per_m = 1.0 / r,
+                                   .ring_curvature_per_m = ring_per_m};
+        if (!tube_is_sharper) continue;
+        for (int trial = 0; trial < 20; ++trial) {
+          const Vector3d p_O = s_O + 2e-3 * random_direction(random);
+          const Isometry3d X_FO(Eigen::Translation3d(contact.p_F - p_O));
+          const double from_axis_m = p_O.head<2>().norm();
+          const double over_m = std::hypot(from_axis_m - C, p_O[2]) - r;
+          const auto [gap_m, n_F] = contact_gap(contact, X_FO, Vector3d::Zero());
+          EXPECT_NEAR(gap_m, over_m, 1e-12 * (1.0 + C));
+          const Vector3d ring_O = C / from_axis_m * Vector3d(p_O[0], p_O[1], 0.0);
+          EXPECT_LE((n_F - (ring_O - p_O).normalized()).norm(), 1e-7);
+        }
+      }
     }
   }
 }

@@ -52,7 +52,12 @@ Frame random_frame(const Model& model, std::mt19937_64& random) {
       const Vector3d n_O = random_direction(random);
       const Eigen::Matrix3d R_FO = frame.X_WF[k].linear().transpose() * frame.X_WO.linear();
       const Eigen::Matrix3d E_F = axes_of(R_FO * n_O, random_direction(random));
-      frame.contacts.push_back({k, c, pulp.control_points_m.col(c), 0.02 * random_direction(random), n_O, 0.0, E_F});
+      frame.contacts.push_back({.finger = k,
+                                .control_point = c,
+                                .p_F = pulp.control_points_m.col(c),
+                                .s_O = 0.02 * random_direction(random),
+                                .n_O = n_O,
+                                .E_F = E_F});
     }
   }
   frame.begin[kFingers] = frame.size();

@@ -74,7 +74,7 @@ class PressedPulp {
       const double gap = tip.radius_m - depth_m - n_F.dot(p - tip.centre_m);
       if (gap >= kBand_m) continue;
       gaps.push_back(gap);
-      frame_.contacts.push_back({kFinger, c, p, p, n_F, 0.0, E_F});
+      frame_.contacts.push_back({.finger = kFinger, .control_point = c, .p_F = p, .s_O = p, .n_O = n_F, .E_F = E_F});
     }
     frame_.begin = {0, 0, frame_.size(), frame_.size()};
     points_m.resize(3, frame_.size());
@@ -293,7 +293,7 @@ MatrixXd compliance_for_random_normals(const Model& model, double tilt, std::mt1
     const Vector3d p = pulp.control_points_m.col(c), N = pulp.control_normals.row(c),
                    n = (N + tilt * random_direction(random)).normalized();
     const Matrix3d E = contact_frame(model.scene.hand.fingertips[kFinger].normal, n);
-    frame.contacts.push_back({kFinger, c, p, p, n, 0.0, E});
+    frame.contacts.push_back({.finger = kFinger, .control_point = c, .p_F = p, .s_O = p, .n_O = n, .E_F = E});
   }
   frame.begin = {0, 0, frame.size(), frame.size()};
   return compliance_of(model, frame);

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "collision/contact_finding.h"
+#include "engine/grasp/frame.h"
+#include "engine/grasp/model.h"
+#include "engine/grasp/state.h"
+
+namespace thenar {
+
+/// How a pulp of this radius and spacing of control points stands to what has these curvatures and is so deep in it.
+/// The patch is Hertz's where the undeformed bodies overlap by more than half of the depth.
+[[nodiscard]] SmallPatch small_patch(const Eigen::Vector2d& object_per_m, double radius_m, double spacing_m,
+                                     double depth_m);
+
+/// What of a patch is nearest to a control point, in the plane of the patch.
+struct PatchCell {
+  Eigen::Index control_point = 0;
+  Eigen::Vector2d y = Eigen::Vector2d::Zero();  ///< The control point [m].
+  double share_m2 = 0.0;
+  Eigen::Vector2d moment_m3 = Eigen::Vector2d::Zero();  ///< Of the share, about the control point.
+};
+
+/// What small contacts are found in, and what is known from frame to frame.
+struct SmallContacts {
+  PerFinger<KnownSample> known;
+  std::vector<PatchCell> cells;
+  std::vector<FrameContact> contacts;
+};
+
+/// Hertz's contact of a pulp with what is so small that it falls between control points, or goes so deep that the pulp
+/// would close around it. It blends into the contacts of control points as both become untrue.
+///
+/// Of a patch narrower than the spacing of control points each bears what lies in its own cell: its contact is in the
+/// middle of that share, and gives way as a patch of that size does, so that the force is Hertz's wherever the patch
+/// lies among control points. A patch is where the undeformed bodies overlap by more than half of the most.
+///
+/// What is deeper than it is wide has sides that hang over. Points that press on these would slip off, as the skin
+/// between them does not let them: there the object is Hertz's paraboloid, pressed along its axis.
+///
+/// What becomes of a finger's contacts, and what is added, one for each control point at most, is in `small`. Zeros,
+/// and nothing has changed, if the finger presses nothing small. A finger has one such patch, where it is deepest;
+/// towards an edge it fades. Contacts are found for the band and what the finger may travel. Does not allocate.
+SmallPatch add_small_contacts(const Model& model, const ContactSnapshot& snapshot, const Eigen::Isometry3d& X_OF,
+                              int finger, double band_m, std::span<const FrameContact> contacts, SmallContacts& small);
+
+/// Where the object is nearest to x, as far as its samples say within reach; exactly, where it has a formula.
+[[nodiscard]] std::optional<SurfaceForm> nearest_surface(const Model& model, const Eigen::Vector3d& x_O, double reach_m,
+                                                         KnownSample& known);
+
+/// A contact with this place of the object, whose normal there is n, outward.
+void put_on_surface(const Eigen::Vector3d& s_O, const Eigen::Vector3d& n_O, const SurfaceBend& bend,
+                    const Fingertip& tip, const Eigen::Matrix3d& R_OF, FrameContact& contact);
+
+}  // namespace thenar
