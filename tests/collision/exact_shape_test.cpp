@@ -141,8 +141,8 @@ void for_samples(const Case& one, Index stride, const auto& use) {
   }
 }
 
-/// How far inside a place the same face has no nearer one, by half of the way to the centre of curvature; and of creases,
-/// how far it is to them.
+/// How far inside a place the same face has no nearer one, by half of the way to the centre of curvature; and of
+/// creases, how far it is to them.
 double depth_m(const Case& one, const Vector3d& s, const SurfaceForm& at) {
   double least_m = 4e-3;
   if (at.k1_per_m > 0.0) least_m = std::min(least_m, 0.5 / at.k1_per_m);
@@ -169,7 +169,8 @@ TEST(ExactShape, FeetOfMovedSamplesAreTheSamples) {
   }
 }
 
-// Where a foot is not known beforehand: it is on the surface by the textbook's formula, below x, and its axes are a frame.
+// Where a foot is not known beforehand: it is on the surface by the textbook's formula, below x, and its axes are a
+// frame.
 TEST(ExactShape, FeetAreOnTheSurfaceBelowThePoint) {
   Random random(2);
   for (const Case& one : cases()) {
@@ -191,8 +192,8 @@ TEST(ExactShape, FeetAreOnTheSurfaceBelowThePoint) {
   }
 }
 
-// Along the surface the normal turns by k1 t1 along t1 and by k2 t2 along t2. By differences over 0.2 um, whose error is
-// that of the third derivative: not where curvature itself grows within micrometres.
+// Along the surface the normal turns by k1 t1 along t1 and by k2 t2 along t2. By differences over 0.2 um, whose error
+// is that of the third derivative: not where curvature itself grows within micrometres.
 TEST(ExactShape, CurvaturesAreHowTheNormalTurns) {
   constexpr double kStep_m = 0.1e-6;
   for (const Case& one : cases()) {
@@ -270,8 +271,8 @@ double to_edge_m(const ExactShape& shape, const Vector3d& s, const Vector3d& n) 
   return std::min(half_m - std::abs(s[2]), seam_m);
 }
 
-// Samples have a face if and only if they are farther than the margin from its edges; it is the one that they are on, also
-// if they are a tenth of a millimetre off, with a normal that leans by 20 degrees.
+// Samples have a face if and only if they are farther than the margin from its edges; it is the one that they are on,
+// also if they are a tenth of a millimetre off, with a normal that leans by 20 degrees.
 TEST(ExactShape, SamplesAwayFromEdgesHaveTheirFace) {
   const double margin_m = 1e-3;
   Random random(4);
@@ -323,8 +324,8 @@ bool is_inside_near_seam(const ExactShape& shape, const Vector3d& x) {
          off_face_m(shape, 5, x) < 1.5 * mug->wall_m;
 }
 
-// No sample of the surface is nearer than the nearest place, which is on the surface: it is the nearest. Its sign is that
-// of the solid, and with samples h apart none is missed by more than that.
+// No sample of the surface is nearer than the nearest place, which is on the surface: it is the nearest. Its sign is
+// that of the solid, and with samples h apart none is missed by more than that.
 TEST(ExactShape, NoSampleIsNearerThanTheNearestPlace) {
   for (const Case& one : cases()) {
     SCOPED_TRACE(one.name);
@@ -354,9 +355,9 @@ double support_m(const SuperquadricShape& shape, const Vector3d& n) {
   return dual(dual(a[0], a[1], 2.0 / shape.exponents.east_west), a[2], 2.0 / shape.exponents.north_south);
 }
 
-// A convex body is below the plane across n through its support: n.x - support is a lower bound of the distance, and the
-// foot an upper one. So they prove the distance, of superquadrics of all exponents, up to ten times as long as thick.
-// Nearly sharp edges and poles, of exponents between 1.9 and 2, hold Newton's method up now and then.
+// A convex body is below the plane across n through its support: n.x - support is a lower bound of the distance, and
+// the foot an upper one. So they prove the distance, of superquadrics of all exponents, up to ten times as long as
+// thick. Nearly sharp edges and poles, of exponents between 1.9 and 2, hold Newton's method up now and then.
 TEST(ExactShape, PlanesProveTheDistancesOfSuperquadrics) {
   Random random(8);
   for (int trial = 0; trial < 20'000; ++trial) {
