@@ -196,8 +196,9 @@ SmallPatch small_patch(const Vector2d& object_per_m, double radius_m, double spa
 
 SmallPatch add_small_contacts(const Model& model, const ContactSnapshot& snapshot, const Isometry3d& X_OF, int finger,
                               double band_m, std::span<const FrameContact> contacts, SmallContacts& small) {
-  // The published kernel knows no areas.
-  if (model.pulps[finger].material.kernel == PulpKernel::kGaussian) return {};
+  // Nothing of a box is round, and the published kernel knows no areas.
+  const bool is_box = model.exact && std::holds_alternative<BoxShape>(*model.exact);
+  if (is_box || model.pulps[finger].material.kernel == PulpKernel::kGaussian) return {};
   const PressedPulp pressed{model, model.scene.hand.fingertips[finger], model.pulps[finger], snapshot.u_m[finger],
                             X_OF};
   const std::optional<Patch> patch = pressed.patch(band_m - model.scene.contact.band_m, small.known[finger]);
