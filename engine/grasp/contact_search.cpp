@@ -418,6 +418,7 @@ ContactSearch::ContactSearch(const Model& model)
     known_below[k].resize(controls);
   }
   contacts.reserve(controls + model.scene.contact.max_per_finger);
+  moved_m.resize(controls);
   small.cells.reserve(controls);
   small.contacts.reserve(controls);
   deepest.reserve(controls);
