@@ -32,13 +32,11 @@ constexpr double kNoticedShare = 0.01;
 constexpr double kNoticedSmall = 0.5, kNoticed_N = 0.1;
 constexpr double kEdge_per_m = 1e4;  // What bends more is an edge.
 constexpr const char* kNarrowPatch =
-    "patch is narrower than its control points are apart: its force is Hertz's, and how friction and pressure lie in "
-    "it "
-    "is not resolved; more fingertips.leaves would serve";
+    "patch is narrower than its control points are apart: its force is Hertz's, and how friction and pressure lie "
+    "in it is not resolved; more fingertips.leaves would serve";
 constexpr const char* kSwallows =
-    "pulp is pressed in by more than half of the object's radius of curvature: skin would close around it and bone "
-    "bear "
-    "it, and the model has neither, so that the force is uncertain";
+    "pulp is pressed in by more than half of the object's radius of curvature: skin would close around it and "
+    "bone bear it, and the model has neither, so that the force is uncertain";
 
 /// Hertz's contact radius over the pulp's.
 double patch_share(const Pulp& pulp, const Scene& scene, double normal_N) {
