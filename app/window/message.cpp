@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <stdexcept>
@@ -20,6 +21,7 @@ using Eigen::Vector3d;
 using nlohmann::json;
 
 constexpr double kPointLimit_m = 1.0;
+constexpr double kRounding = 1e-12;  // Of a length, relative.
 constexpr double kStampLimit_s = 1e9;  // Thirty years of a clock that begins when the machine does.
 
 /// The keys of a message, each of which is asked for. The first thing that is wrong is kept; what is asked for after it
@@ -55,11 +57,13 @@ class Keys {
     const json* const list = find(key, false);
     return list == nullptr ? std::nullopt : std::optional(three_of(*list, key, low, high));
   }
-  /// Three numbers whose length is at most `limit`.
+  /// Three numbers whose length is at most `limit`. Who sends a vector just as long may have rounded it up: it is cut.
   Vector3d vector_within(const char* key, double limit, const char* unit) {
-    Vector3d value = vector(key, limit);
-    if (value.norm() > limit) refuse(fmt::format("{} must not be longer than {} {}", key, limit, unit));
-    return value;
+    const Vector3d value = vector(key, std::numeric_limits<double>::max());
+    const double length = value.stableNorm();
+    if (length <= limit) return value;
+    if (length > (1.0 + kRounding) * limit) refuse(fmt::format("{} must not be longer than {} {}", key, limit, unit));
+    return value * ((1.0 - kRounding) * limit / length);
   }
 
   std::optional<std::string> one_of(const char* key, const std::vector<std::string>& values) {

@@ -2,6 +2,7 @@
 
 #include "app/window/message.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -93,6 +94,28 @@ TEST(ReadMessage, LeavesOutWhatIsNotSent) {
   EXPECT_EQ(read_as<Find>(R"({"type":"find"})").best, 5);
   EXPECT_FALSE(set.internal_force_N || set.tolerance || set.contact_Hz || set.control_Hz || set.max_sweeps ||
                set.delay_periods || set.level || set.kernel || set.asked_N_per_m || set.asked_Nm_per_rad);
+}
+
+// A page pokes along an axis of its camera, with all the force that there is: the rounding of the axis makes the force longer
+// in every fourth view.
+TEST(ReadMessage, TakesVectorsThatRoundingMadeTooLong) {
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  int longer = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const Vector3d axis = Eigen::Quaterniond(normal(random), normal(random), normal(random), normal(random))
+                              .normalized()
+                              .toRotationMatrix()
+                              .col(0);
+    const Vector3d force_N = 5.0 * axis;
+    longer += force_N.norm() > 5.0;
+    const std::string text =
+        fmt::format(R"({{"type":"poke","force_N":[{},{},{}]}})", force_N.x(), force_N.y(), force_N.z());
+    const Vector3d read_N = read_as<Poke>(text).force_N;
+    EXPECT_LE(read_N.norm(), 5.0);
+    EXPECT_LT((read_N - force_N).norm(), 1e-10);
+  }
+  EXPECT_GT(longer, 50);
 }
 
 TEST(ReadMessage, SaysWhatIsWrong) {

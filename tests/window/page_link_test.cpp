@@ -66,7 +66,7 @@ TEST_F(Server, AnswersPingsAndSaysWhyItRefuses) {
   EXPECT_EQ(pong.at("t"), -1.25);
   EXPECT_GT(pong.at("now_s").get<double>(), 0.0);
   page.send(R"({"type":"poke","force_N":[0,0,1e9]})");
-  EXPECT_EQ(page.refusal(), "force_N must lie within -5 .. 5");
+  EXPECT_EQ(page.refusal(), "force_N must not be longer than 5 N");
   page.send(R"({"type":"step"})");
   EXPECT_EQ(page.refusal(), "it is running") << "the session's own reason";
   page.send(R"({"type":"reset"})");
