@@ -76,14 +76,18 @@ NearestSample find_nearest(const ImplicitSurface& surface, const Vector3d& x_m, 
 void widen(std::span<const double> wider_m, FindingMemory& memory) {
   if (wider_m.empty() && memory.wider_m.empty()) return;
   memory.wider_m.resize(memory.known.size(), 0.0);
-  memory.widest_m = 0.0;
-  for (std::size_t i = 0; i < memory.wider_m.size(); ++i) {
-    const double wider = wider_m.empty() ? 0.0 : wider_m[i];
-    // A sleeper wakes by so much earlier; by how much later, where its band is narrower, nobody knows.
-    memory.wakes_m[i] -= std::max(0.0, wider - memory.wider_m[i]);
-    memory.wider_m[i] = wider;
-    memory.widest_m = std::max(memory.widest_m, wider);
+  const auto count = static_cast<Index>(memory.wider_m.size());
+  Eigen::Map<Eigen::ArrayXd> now(memory.wider_m.data(), count), wakes(memory.wakes_m.data(), count);
+  if (wider_m.empty()) {
+    now.setZero();
+    memory.widest_m = 0.0;
+    return;
   }
+  const Eigen::Map<const Eigen::ArrayXd> wider(wider_m.data(), count);
+  // A sleeper wakes by so much earlier; by how much later, where its band is narrower, nobody knows.
+  wakes -= (wider - now).max(0.0);
+  now = wider;
+  memory.widest_m = wider.maxCoeff();
 }
 
 void keep_least_gaps(Index most, std::vector<ContactCandidate>& candidates, std::vector<ContactCandidate>* left_out) {

@@ -2,10 +2,13 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 #include <stdexcept>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "collision/blue_noise.h"
@@ -21,6 +24,45 @@ using Eigen::Vector3d;
 Vector3d area_vector(const TriangleMesh& mesh, Index triangle) {
   const auto corner = [&](int k) { return mesh.vertices_m.col(mesh.triangles(k, triangle)); };
   return Vector3d(corner(1) - corner(0)).cross(Vector3d(corner(2) - corner(0)));
+}
+
+/// The angle of a triangle at one of its corners.
+double angle_at(const TriangleMesh& mesh, Index triangle, int corner) {
+  const auto place = [&](int k) { return mesh.vertices_m.col(mesh.triangles((corner + k) % 3, triangle)); };
+  const Vector3d a = place(1) - place(0), b = place(2) - place(0);
+  return std::atan2(a.cross(b).norm(), a.dot(b));
+}
+
+/// Normals at the corners of triangles, three a triangle: the mean of those that meet there, weighted by their angles.
+/// What leans by more than 20 degrees from the triangle itself is another face, and has no say.
+std::vector<std::array<Vector3d, 3>> corner_normals(const TriangleMesh& mesh) {
+  const double same_face = std::cos(20.0 * std::numbers::pi / 180.0);
+  const Index count = mesh.triangles.cols();
+  std::vector<Vector3d> own(count);
+  std::vector<Index> begin(mesh.vertices_m.cols() + 1, 0);
+  for (Index i = 0; i < count; ++i) {
+    own[i] = area_vector(mesh, i).stableNormalized();
+    for (int k = 0; k < 3; ++k) ++begin[mesh.triangles(k, i) + 1];
+  }
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  std::vector<std::pair<Index, double>> around(3 * count);  // of each vertex, its triangles and their angles there
+  std::vector<Index> next(begin.begin(), begin.end() - 1);
+  for (Index i = 0; i < count; ++i) {
+    for (int k = 0; k < 3; ++k) around[next[mesh.triangles(k, i)]++] = {i, angle_at(mesh, i, k)};
+  }
+  std::vector<std::array<Vector3d, 3>> normals(count);
+  for (Index i = 0; i < count; ++i) {
+    for (int k = 0; k < 3; ++k) {
+      const int vertex = mesh.triangles(k, i);
+      Vector3d sum = Vector3d::Zero();
+      for (Index at = begin[vertex]; at < begin[vertex + 1]; ++at) {
+        const auto [triangle, angle] = around[at];
+        if (own[triangle].dot(own[i]) > same_face) sum += angle * own[triangle];
+      }
+      normals[i][k] = sum.squaredNorm() > 0.0 ? Vector3d(sum.normalized()) : own[i];
+    }
+  }
+  return normals;
 }
 
 /// Gives vertices at one place one number: the least of theirs.
@@ -250,6 +292,7 @@ PointCloud sample_mesh(const TriangleMesh& mesh, Index count, std::uint32_t seed
   for (Index i = 0; i < mesh.triangles.cols(); ++i) areas_m2[i] = 0.5 * area_vector(mesh, i).norm();
   const double area_m2 = std::accumulate(areas_m2.begin(), areas_m2.end(), 0.0);
   if (!(area_m2 > 0.0) || !std::isfinite(area_m2)) throw std::invalid_argument("the triangles have no area");
+  const std::vector<std::array<Vector3d, 3>> normals = corner_normals(mesh);
   return sample_blue_noise(areas_m2, count, seed, [&](Index triangle, Uniform& uniform) {
     // The unit square folded along its diagonal.
     double s = uniform(), t = uniform();
@@ -260,7 +303,8 @@ PointCloud sample_mesh(const TriangleMesh& mesh, Index count, std::uint32_t seed
     const Vector3d a = mesh.vertices_m.col(mesh.triangles(0, triangle));
     const Vector3d b = mesh.vertices_m.col(mesh.triangles(1, triangle));
     const Vector3d c = mesh.vertices_m.col(mesh.triangles(2, triangle));
-    return SurfaceSample{a + s * (b - a) + t * (c - a), area_vector(mesh, triangle).stableNormalized()};
+    const auto& [n_a, n_b, n_c] = normals[triangle];
+    return SurfaceSample{a + s * (b - a) + t * (c - a), ((1.0 - s - t) * n_a + s * n_b + t * n_c).normalized()};
   });
 }
 

@@ -33,7 +33,8 @@ struct MeshMending {
 /// Requires  Finite vertices, numbers of vertices within range.
 MeshMending mend(TriangleMesh& mesh);
 
-/// Exactly `count` blue-noise samples of the triangles, with their normals. Same seed, same cloud.
+/// Exactly `count` blue-noise samples of the triangles. Their normals turn from triangle to triangle as those of the
+/// smooth surface that the mesh stands for, but not over edges of more than 20 degrees. Same seed, same cloud.
 /// Throws std::invalid_argument if count < 1 or if no triangle has area.
 [[nodiscard]] PointCloud sample_mesh(const TriangleMesh& mesh, Eigen::Index count, std::uint32_t seed = 1);
 

@@ -4,7 +4,6 @@
 #include <Eigen/Geometry>
 #include <Eigen/QR>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <filesystem>
 #include <numbers>
@@ -13,35 +12,33 @@
 
 #include "bench/cases/scene_run.h"
 #include "engine/grasp/scene.h"
+#include "engine/grasp/slides.h"
 #include "engine/scenes/scene_file.h"
 
 namespace thenar {
 
-Pads pads_round(const Shape& shape, double radius_m) {
+Pads pads_round(const Shape& shape, double radius_m, int count) {
   Pads pads;
   pads.shape = shape;
   pads.curvature_per_m = 1.0 / radius_m;
-  for (int k = 0; k < kPads; ++k) {
-    const double angle = 2.0 * std::numbers::pi / kPads * k;
+  for (int k = 0; k < count; ++k) {
+    const double angle = 2.0 * std::numbers::pi / count * k;
     const Eigen::Vector3d outward(std::cos(angle), std::sin(angle), 0.0);
-    pads.at_m[k] = radius_m * outward;
-    pads.inward[k] = -outward;
+    pads.pads.push_back({radius_m * outward, -outward});
   }
   return pads;
 }
 
 Pads pads_across(const Shape& shape, double width_m, double apart_m) {
+  const Eigen::Vector3d x = Eigen::Vector3d::UnitX(), side = 0.5 * width_m * x;
+  const Eigen::Vector3d up(0.0, 0.0, 0.5 * apart_m);
   Pads pads;
   pads.shape = shape;
-  pads.at_m = {Eigen::Vector3d(-0.5 * width_m, 0.0, 0.0), Eigen::Vector3d(0.5 * width_m, 0.0, 0.5 * apart_m),
-               Eigen::Vector3d(0.5 * width_m, 0.0, -0.5 * apart_m)};
-  pads.inward = {Eigen::Vector3d::UnitX(), -Eigen::Vector3d::UnitX(), -Eigen::Vector3d::UnitX()};
-  pads.force_N = {2.0, 1.0, 1.0};
+  pads.pads = {{-side, x, 2.0}, {side + up, -x, 1.0}, {side - up, -x, 1.0}};
   return pads;
 }
 
 Scene scene_of(const Pads& pads) {
-  constexpr double kArm_m = 1.0;
   Scene scene = load_scene(std::filesystem::path(THENAR_CONFIGS) / "stick.yaml");
   scene.name = "pads";
   scene.task = {};
@@ -55,27 +52,15 @@ Scene scene_of(const Pads& pads) {
   scene.object.X_WO.setIdentity();
   // With the torsional stiffness of a patch some 6 ms; near the limit, where the patch all but slides, 0.1 s.
   scene.object.rotation_damping = 1e-4;
-  scene.joint_viscosity = 40.0;  // 10 N s/m at the pad
-  scene.posture.setZero();
-  JointVector torques = scene.hand.at_zero();
-  for (Segment& segment : scene.hand.segments) segment.mass_kg = 0.0;
-  for (int k = 0; k < kPads; ++k) {
-    Fingertip& tip = scene.hand.fingertips[k];
-    tip.radius_m = 8e-3;
-    tip.centre_m.setZero();
-    Segment& segment = scene.hand.segments[tip.segment];
-    segment.X_WS_0.linear() = Eigen::Quaterniond::FromTwoVectors(tip.normal, pads.inward[k]).toRotationMatrix();
-    segment.X_WS_0.translation() = pads.at_m[k] - (tip.radius_m - pads.depth_m) * pads.inward[k];
-    const Eigen::Vector3d axis = pads.inward[k].unitOrthogonal();
-    for (int j = tip.first_joint; j < tip.first_joint + tip.joints; ++j) {
-      Joint& joint = scene.hand.joints[j];
-      joint.axis = axis;
-      joint.origin_m = segment.X_WS_0.translation() + kArm_m * axis.cross(pads.inward[k]);
-      joint.lower_rad = -1.0, joint.upper_rad = 1.0;
-      torques[j] = kArm_m * pads.force_N[k];
-    }
+  scene.hand = hand_of_slides();
+  scene.joint_viscosity = kSlideDamping_N_s_per_m;
+  for (const Pad& pad : pads.pads) {
+    const std::string name = "pad" + std::to_string(scene.slides.size() + 1);
+    add_slide(name, pad.at_m - (kPad_m - pads.depth_m) * pad.inward, pad.inward, kPad_m, false, scene.hand);
+    scene.slides.emplace_back().force_N = pad.force_N;
   }
-  scene.torques = torques;
+  scene.posture = scene.hand.at_zero();
+  scene.torques.reset();
   return scene;
 }
 
@@ -91,19 +76,20 @@ bool hold(const Pads& pads) {
   return built_up_m - height_m() < 0.1e-3;
 }
 
-double most_mass_kg(const Pads& pads, double reduced_modulus_Pa, double pad_radius_m) {
+double most_mass_kg(const Pads& pads, double reduced_modulus_Pa) {
   // Of a motion: velocity of the origin, rotation; of a load: force, moment.
   using Vector6 = Eigen::Matrix<double, 6, 1>;
   using Matrix6 = Eigen::Matrix<double, 6, 6>;
   // What a pad can do, by motions along its two tangents and turns.
-  std::array<Eigen::Matrix<double, 3, 6>, kPads> most;
-  for (int k = 0; k < kPads; ++k) {
-    const Eigen::Vector3d n = pads.inward[k], t = n.unitOrthogonal();
-    const double friction_N = pads.friction * pads.force_N[k];
+  std::vector<Eigen::Matrix<double, 3, 6>> most(pads.pads.size());
+  for (std::size_t k = 0; k < most.size(); ++k) {
+    const Pad& pad = pads.pads[k];
+    const Eigen::Vector3d n = pad.inward, t = n.unitOrthogonal();
+    const double friction_N = pads.friction * pad.force_N;
     const double a_m =
-        std::cbrt(0.75 * pads.force_N[k] / (reduced_modulus_Pa * (1.0 / pad_radius_m + pads.curvature_per_m)));
+        std::cbrt(0.75 * pad.force_N / (reduced_modulus_Pa * (1.0 / kPad_m + pads.curvature_per_m)));
     const auto row = [&](int r, const Eigen::Vector3d& axis) {
-      most[k].row(r) << friction_N * axis.transpose(), friction_N * pads.at_m[k].cross(axis).transpose();
+      most[k].row(r) << friction_N * axis.transpose(), friction_N * pad.at_m.cross(axis).transpose();
     };
     row(0, t);
     row(1, n.cross(t));
@@ -111,15 +97,15 @@ double most_mass_kg(const Pads& pads, double reduced_modulus_Pa, double pad_radi
   }
   Vector6 weight;
   weight << pads.gravity, pads.centre_of_mass_m.cross(pads.gravity);
-  std::array<double, kPads> power{1.0, 1.0, 1.0};
+  std::vector<double> power(most.size(), 1.0);
   double sum = 0.0;
   for (int i = 0; i < 1000; ++i) {
     Matrix6 H = Matrix6::Zero();
-    for (int k = 0; k < kPads; ++k) H += most[k].transpose() * most[k] / power[k];
+    for (std::size_t k = 0; k < most.size(); ++k) H += most[k].transpose() * most[k] / power[k];
     const Vector6 motion = H.completeOrthogonalDecomposition().solve(weight);
     const double work = weight.dot(motion);
     sum = 0.0;
-    for (int k = 0; k < kPads; ++k) {
+    for (std::size_t k = 0; k < most.size(); ++k) {
       const double now = (most[k] * motion).norm() / work;
       sum += now;
       power[k] = std::max(now, 1e-9);

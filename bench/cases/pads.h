@@ -1,38 +1,41 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
+#include <vector>
 
 #include "engine/grasp/scene.h"
 
 namespace thenar {
 
-inline constexpr int kPads = 3;
+/// A fingertip of 8 mm on a slide, which presses with a constant force.
+struct Pad {
+  Eigen::Vector3d at_m, inward;  ///< Where it first touches the surface, and the unit vector it presses along.
+  double force_N = 2.0;
+};
 
-/// Three pads of radius 8 mm that press on an object with constant forces, each free to move along its normal alone: a
-/// grasp whose limits can be worked out by hand. Nobody controls it.
+inline constexpr double kPad_m = 8e-3;
+
+/// Pads that press on an object, each free to move along its normal alone: a grasp whose limits can be worked out by
+/// hand. Nobody controls it.
 struct Pads {
   Shape shape = SphereShape{25e-3};
-  std::array<Eigen::Vector3d, kPads> at_m;    ///< Where each first touches the surface, object frame.
-  std::array<Eigen::Vector3d, kPads> inward;  ///< Unit; the direction that it presses in.
-  double curvature_per_m = 0.0;               ///< Of the surface there, where it is the same in all directions.
-  std::array<double, kPads> force_N{2.0, 2.0, 2.0};
-  double depth_m = 0.8e-3;  ///< How deep the rest shapes are pressed in at the start.
+  std::vector<Pad> pads;         ///< Object frame.
+  double curvature_per_m = 0.0;  ///< Of the surface there, where it is the same in all directions.
+  double depth_m = 0.8e-3;       ///< How deep the rest shapes are pressed in at the start.
   Eigen::Vector3d gravity{0.0, 0.0, -9.81};
   double mass_kg = 0.1;
   Eigen::Vector3d centre_of_mass_m = Eigen::Vector3d::Zero();  ///< Object frame.
   double friction = 0.8;
 };
 
-/// Pads at 120 degrees round the z axis, on a surface whose radius there is `radius_m`.
-Pads pads_round(const Shape& shape, double radius_m);
+/// Pads evenly round the z axis, on a surface whose radius there is `radius_m`.
+Pads pads_round(const Shape& shape, double radius_m, int count = 3);
 
 /// A pad against two of half its force, `apart_m` from one another along z: a pinch across x of an object `width_m`
 /// wide.
 Pads pads_across(const Shape& shape, double width_m, double apart_m);
 
-/// The scene of it. A finger's four joints turn together about an axis a metre away, so that its pad moves along its
-/// normal, to 1e-6 of the way for each micrometre; each joint has the torque that the force asks for.
+/// The scene of it: fingertips on slides, which 1 N moves at 0.1 m/s.
 Scene scene_of(const Pads& pads);
 
 /// Whether the pads hold the object: after the grip has built up its centre of mass falls no more, and what little it
@@ -45,6 +48,6 @@ bool hold(const Pads& pads);
 /// M_max of Hertz's pressure on a disc of radius a. By the upper bound theorem it is the least that the pads dissipate,
 /// over all motions of the object in which the weight of 1 kg does work of 1: a sum of norms, which reweighted least
 /// squares find [Weiszfeld 1937]. Requires normal forces in balance.
-double most_mass_kg(const Pads& pads, double reduced_modulus_Pa, double pad_radius_m = 8e-3);
+double most_mass_kg(const Pads& pads, double reduced_modulus_Pa);
 
 }  // namespace thenar

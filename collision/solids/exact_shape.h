@@ -15,13 +15,17 @@ namespace thenar {
 // is centred on the origin, in its own frame, as its generator in collision/shapes.h makes it.
 using ExactShape = std::variant<BoxShape, SphereShape, EllipsoidShape, CylinderShape, SuperquadricShape, Mug>;
 
+/// Whether all of its faces are planes.
+[[nodiscard]] inline bool is_flat(const ExactShape& shape) { return std::holds_alternative<BoxShape>(shape); }
+
 /// The smooth face that a sample of the surface belongs to: s is within 0.5 mm of it, and n, its outward normal, within
 /// 35 degrees of the face's. -1 if s lies within the margin of the face's edge, beyond it, or on no face.
 ///
 /// Box       x-, x+, y-, y+, z-, z+.
 /// Cylinder  side, lower end, upper end.
 /// Mug       bottom, outer wall, rim, inner wall, floor, handle. The seam of handle and outer wall is an edge of both.
-/// Sphere, ellipsoid, superquadric: one, whatever n is. A superquadric's ridges are no edges, however sharp they are.
+/// Sphere, ellipsoid, superquadric: one, wherever s is and whatever n is. A superquadric's ridges are no edges, however
+/// sharp they are.
 ///
 /// Does not allocate or throw.
 [[nodiscard]] int face_at(const ExactShape& shape, const Eigen::Vector3d& s_m, const Eigen::Vector3d& n,

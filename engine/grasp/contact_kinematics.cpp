@@ -43,15 +43,22 @@ void contact_kinematics(const Model& model, const Frame& frame, const HandPose& 
     const Fingertip& tip = model.scene.hand.fingertips[k];
     const Isometry3d& X_WF = pose.distal(model.scene.hand, k);
     const Isometry3d X_FO = X_WF.inverse() * state.X_WO;
+    // Each of these waits for roots and quotients of its own, but for no other one's.
+    for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
+      const FrameContact& contact = frame.contacts[i];
+      const Vector3d u_O = model.soft_object() ? Vector3d(kinematics.u_O.row(i)) : Vector3d::Zero();
+      const auto [gap_m, n_F] = contact_gap(contact, X_FO, displacement(state, contact), u_O);
+      kinematics.gap_m[i] = gap_m;
+      kinematics.E_F[i].col(0) = n_F;
+    }
     for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
       const FrameContact& contact = frame.contacts[i];
       const Vector3d u_F = displacement(state, contact);
       const Vector3d u_O = model.soft_object() ? Vector3d(kinematics.u_O.row(i)) : Vector3d::Zero();
-      const auto [gap_m, n_F] = contact_gap(contact, X_FO, u_F, u_O);
-      const Matrix3d E_F = axes_of(n_F, contact.E_F.col(1)), E_W = X_WF.linear() * E_F;
+      const double gap_m = kinematics.gap_m[i];
+      const Matrix3d E_F = axes_of(kinematics.E_F[i].col(0), contact.E_F.col(1)), E_W = X_WF.linear() * E_F;
       const Vector3d c_W = X_WF * (contact.p_F - u_F) + gap_m * E_W.col(0);
       const Vector3d r = c_W - state.X_WO.translation();
-      kinematics.gap_m[i] = gap_m;
       kinematics.E_F[i] = E_F;
       kinematics.E_W[i] = E_W;
       if (model.deformable()) kinematics.pulp_axes.middleRows<3>(3 * i) = E_F.transpose();

@@ -25,6 +25,11 @@ constexpr double kFarSide = -0.5;
 // A sheared point has its own place on the surface looked for, where it has gone so many supports along it, and the
 // normal turns by so much on that way.
 constexpr double kAside = 0.05, kTurn_rad = 1e-3;
+// A foot is held while its point goes no farther than this: then the torus there has the surface's normal to about the
+// square of the turn, and its height to the cube of it.
+constexpr double kHeld = 0.1, kHeldTurn_rad = 0.01;
+// A thin wall has two faces.
+constexpr double kSameFace = 0.5;
 // Less than this is flat: 5 nm lower a millimetre off.
 constexpr double kFlat_per_m = 0.01;
 
@@ -75,8 +80,8 @@ struct PulpSearch {
 
   /// How much farther off at rest points may be near as they are deformed: none of a box's, whose faces are flat.
   [[nodiscard]] std::span<const double> widened() const {
-    if (model.exact && std::holds_alternative<BoxShape>(*model.exact)) return {};
-    search.moved_m = snapshot.u_m[finger].rowwise().norm();
+    if (model.exact && is_flat(*model.exact)) return {};
+    search.moved_m = snapshot.u_m[finger].cwiseAbs2().rowwise().sum().cwiseSqrt();
     return {search.moved_m.data(), static_cast<std::size_t>(search.moved_m.size())};
   }
 
@@ -130,17 +135,28 @@ struct PulpSearch {
     return c.normal.dot(normal_O(c.control_point)) <= 0.0;
   }
 
-  /// Of an object that has exact faces, and away from their edges.
+  /// Of an object that has exact faces, and away from their edges. The foot is that of x, or of where the point was a
+  /// little before.
   [[nodiscard]] bool move_on_face(const Vector3d& x_O, const Vector3d& u, ContactCandidate& c) const {
     if (!model.exact) return false;
-    const double aside_m = (u - u.dot(c.normal) * c.normal).norm();
-    const int face = face_at(*model.exact, c.point_m, c.normal, model.object.support_m() + aside_m);
-    if (face < 0) return false;
-    const SurfaceForm at = foot_on_face(*model.exact, face, x_O, c.point_m);
-    c.deformed_gap_m = at.distance_m;
-    c.point_m = at.point_m;
-    c.normal = at.normal;
-    c.bend = {at.t1, at.k1_per_m, at.k2_per_m};
+    HeldFoot& held = search.feet[finger][c.control_point];
+    const double moved_m = (x_O - held.x_O).norm(), support_m = model.object.support_m();
+    const bool is_held = moved_m < kHeld * support_m && moved_m * std::abs(held.at.k1_per_m) < kHeldTurn_rad &&
+                         held.at.normal.dot(c.normal) > kSameFace;
+    if (!is_held) {
+      const double aside_m = (u - u.dot(c.normal) * c.normal).norm();
+      const int face = face_at(*model.exact, c.point_m, c.normal, support_m + aside_m);
+      const bool is_near = face == held.face && moved_m < support_m;
+      held.x_O = x_O;
+      held.face = face;
+      held.at.normal = c.normal;
+      if (face >= 0) held.at = foot_on_face(*model.exact, face, x_O, is_near ? held.at.point_m : c.point_m);
+    }
+    if (held.face < 0) return false;
+    c.deformed_gap_m = height_over(held.at, x_O);
+    c.point_m = held.at.point_m;
+    c.normal = held.at.normal;
+    c.bend = {held.at.t1, held.at.k1_per_m, held.at.k2_per_m};
     return true;
   }
 
@@ -400,6 +416,7 @@ ContactSearch::ContactSearch(const Model& model)
       memory_drawn_in(model.fingers()),
       draws_in(model.fingers()),
       known_deformed(model.fingers()),
+      feet(model.fingers()),
       known_foot(model.fingers()),
       known_below(model.fingers()),
       drawn_in_m(model.fingers()) {
@@ -414,6 +431,7 @@ ContactSearch::ContactSearch(const Model& model)
     const double depth_m = kTrustPerRadius * model.scene.hand.fingertips[k].radius_m;
     drawn_in_m[k] = pulp.control_points_m - depth_m * pulp.control_normals.transpose();
     known_deformed[k].resize(controls);
+    if (model.exact) feet[k].resize(controls);
     known_foot[k].resize(controls);
     known_below[k].resize(controls);
   }

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "collision/contact_finding.h"
+#include "collision/solids/surface_form.h"
 #include "engine/grasp/frame.h"
 #include "engine/grasp/model.h"
 #include "engine/grasp/small_contacts.h"
@@ -12,6 +13,14 @@
 
 namespace thenar {
 
+/// The foot that a control point had on an exact face when it was at x. It serves the frames that follow, until the point
+/// has gone so far along the surface that the form there may be another.
+struct HeldFoot {
+  Eigen::Vector3d x_O = Eigen::Vector3d::Constant(1e9);
+  int face = -1;   ///< -1: there is none; of `at` the normal alone counts, the samples'.
+  SurfaceForm at;
+};
+
 /// What finding contacts works in, and what it remembers from frame to frame.
 struct ContactSearch {
   explicit ContactSearch(const Model& model);
@@ -19,6 +28,7 @@ struct ContactSearch {
   PerFinger<FindingMemory> memory, memory_drawn_in;
   PerFinger<bool> draws_in;  ///< Fingers that look from drawn-in points, since they met something thin.
   PerFinger<std::vector<KnownSample>> known_deformed;  ///< Of control points as they are deformed.
+  PerFinger<std::vector<HeldFoot>> feet;               ///< Likewise, on faces that are known exactly.
   /// Of drawn-in fingers' points: the samples that their feet, and places below them, are nearest to.
   PerFinger<std::vector<KnownSample>> known_foot, known_below;
   PerFinger<Eigen::Matrix3Xd> drawn_in_m;  ///< Control points of pulps drawn in by the trust in them.

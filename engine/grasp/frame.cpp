@@ -19,20 +19,19 @@ Vector3d carry(const Vector3d& t, const Vector3d& from, const Vector3d& to) {
   return share > 1e-12 ? Vector3d(t - t.dot(to) / share * (from + to)) : t;
 }
 
-/// How far a point is over a circle of curvature k that goes through the origin: `over` above the tangent there, and
-/// off its normal by a length with this square.
+/// How a point stands to a circle of curvature k that goes through the origin, from which it is `over_m` above the
+/// tangent and off the normal by a length with this square: (R + gap)^2 = (R + over)^2 + off^2, solved for the gap
+/// without a difference of large numbers.
 struct OverCircle {
-  double gap_m;
+  OverCircle(double k_per_m, double over_m, double off_m2) {
+    constexpr double kLeast = 1e-12;  // At the centre there is no normal.
+    const double a = 2.0 * over_m + k_per_m * (over_m * over_m + off_m2);
+    root = std::sqrt(std::max(kLeast, 1.0 + k_per_m * a));
+    gap_m = a / (1.0 + root);
+  }
   double root;  ///< Its distance from the circle's centre, in radii.
+  double gap_m;
 };
-
-/// (R + gap)^2 = (R + over)^2 + off^2, solved for the gap without a difference of large numbers.
-OverCircle over_circle(double k_per_m, double over_m, double off_m2) {
-  constexpr double kLeast = 1e-12;  // At the centre there is no normal.
-  const double a = 2.0 * over_m + k_per_m * (over_m * over_m + off_m2);
-  const double root = std::sqrt(std::max(kLeast, 1.0 + k_per_m * a));
-  return {a / (1.0 + root), root};
-}
 
 }  // namespace
 
@@ -49,17 +48,27 @@ Matrix3d axes_of(const Vector3d& n, const Vector3d& t1) {
 }
 
 ContactGap contact_gap(const FrameContact& contact, const Isometry3d& X_FO, const Vector3d& u_F, const Vector3d& u_O) {
-  const Vector3d n_F = X_FO.linear() * contact.n_O, t_F = X_FO.linear() * contact.t_O;
-  const Vector3d way_F = X_FO * (contact.s_O + u_O) - contact.p_F + u_F;  // finger point to surface point
-  const double over = n_F.dot(way_F), along = t_F.dot(way_F);
-  const Vector3d across_F = way_F - over * n_F - along * t_F;
-  // In the plane of n and n x t the ring is a circle, over which the point is `over_ring` with the normal m. In the
-  // plane of m and t the tube is one.
+  // From the finger point to the surface point.
+  const Vector3d way = contact.s_O + u_O - X_FO.linear().transpose() * (contact.p_F - u_F - X_FO.translation());
   const double k_ring = contact.ring_curvature_per_m, k_tube = contact.curvature_per_m;
-  const OverCircle ring = over_circle(k_ring, over, across_F.squaredNorm());
-  const OverCircle tube = over_circle(k_tube, ring.gap_m, along * along);
-  const Vector3d m_F = ((1.0 + k_ring * over) * n_F + k_ring * across_F) / ring.root;
-  return {tube.gap_m, ((1.0 + k_tube * ring.gap_m) * m_F + k_tube * along * t_F).normalized()};
+  const double over = contact.n_O.dot(way);
+  if (k_tube == 0.0) return {over, X_FO.linear() * contact.n_O};
+  // In the plane of n and n x t the ring is a circle, over which the point is `gap_m` with the normal m. In the plane of
+  // m and t the tube is one.
+  const double along = contact.t_O.dot(way);
+  double gap_m = over;
+  Vector3d m = contact.n_O;
+  if (k_ring != 0.0) {
+    const Vector3d across = way - over * contact.n_O - along * contact.t_O;
+    const OverCircle ring(k_ring, over, across.squaredNorm());
+    gap_m = ring.gap_m;
+    const double part = 1.0 / ring.root;
+    m = part * (1.0 + k_ring * over) * contact.n_O + part * k_ring * across;
+  }
+  const OverCircle tube(k_tube, gap_m, along * along);
+  const double part = 1.0 / tube.root;
+  const Vector3d n_O = part * (1.0 + k_tube * gap_m) * m + part * k_tube * along * contact.t_O;
+  return {tube.gap_m, X_FO.linear() * n_O};
 }
 
 Frame::Frame(const Model& model)

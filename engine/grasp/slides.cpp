@@ -8,6 +8,7 @@
 namespace thenar {
 
 using Eigen::Index;
+using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 namespace {
@@ -28,6 +29,15 @@ double length_m(const Slide& slide, double from_s, double to_s) {
   return length_m;
 }
 
+/// Axes of the segment that carries a fingertip: x from it along the rod that it is drawn with.
+Matrix3d rod_axes(const Vector3d& along) {
+  Matrix3d axes;
+  axes.col(0) = -along;
+  axes.col(1) = along.unitOrthogonal();
+  axes.col(2) = axes.col(0).cross(axes.col(1));
+  return axes;
+}
+
 /// Force and spring of a slide at q [N].
 double force_N(const Slide& slide, double time_s, double q) {
   const double share = slide.rise_s > 0.0 ? std::min(1.0, time_s / slide.rise_s) : 1.0;
@@ -35,6 +45,50 @@ double force_N(const Slide& slide, double time_s, double q) {
 }
 
 }  // namespace
+
+Hand hand_of_slides() {
+  Hand hand;
+  hand.slides = true;
+  Segment frame;
+  frame.name = "frame";
+  frame.X_WS_0.setIdentity();
+  hand.segments.push_back(frame);
+  return hand;
+}
+
+void add_slide(const std::string& name, const Vector3d& at_m, const Vector3d& along, double radius_m, bool has_path,
+               Hand& hand) {
+  constexpr double kRodsPerRadius = 5.0;  // How long the rod is that a fingertip is drawn with.
+  Fingertip tip;
+  tip.finger = name;
+  tip.first_joint = static_cast<int>(hand.joints.size());
+  tip.joints = has_path ? 3 : 1;
+  tip.segment = static_cast<int>(hand.segments.size());
+  tip.centre_m.setZero();
+  tip.radius_m = radius_m;
+  tip.normal = -Vector3d::UnitX();
+  tip.joint_viscosity = kSlideDamping_N_s_per_m;
+  if (has_path) {
+    // Beyond where paths end: no stop is in their way.
+    const char* const axes[] = {"x", "y", "z"};
+    for (int i = 0; i < 3; ++i) {
+      const double stop_m = 2.0 * kSlideReach_m;
+      hand.joints.push_back({name + "_travel_" + axes[i], at_m, Vector3d::Unit(i), -stop_m, stop_m});
+    }
+  } else {
+    hand.joints.push_back({name + "_travel", at_m, along, -kSlideReach_m, kSlideReach_m});
+  }
+  Segment segment;
+  segment.name = name;
+  segment.finger = hand.fingers();
+  segment.joints = tip.joints;
+  segment.X_WS_0.setIdentity();
+  segment.X_WS_0.linear() = rod_axes(along);
+  segment.X_WS_0.translation() = at_m;
+  segment.length_m = kRodsPerRadius * radius_m;
+  hand.segments.push_back(segment);
+  hand.fingertips.push_back(tip);
+}
 
 // Calls of their own: inlined, they would have the products of all other scenes' ticks contracted otherwise.
 

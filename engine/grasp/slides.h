@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <string>
 
 #include "engine/grasp/contact_kinematics.h"
 #include "engine/grasp/frame.h"
@@ -14,6 +15,17 @@
 /// axes of the world: its motion in a step is given, so that they have no mobility in W, and whatever it takes drives
 /// them.
 namespace thenar {
+
+inline constexpr double kSlideDamping_N_s_per_m = 10.0;  ///< Of one that names none: 2 N take it 1 mm far in 5 ms.
+inline constexpr double kSlideReach_m = 1.0;             ///< Where stops are that it does not name; paths stay within.
+
+/// A hand whose fingertips are on slides, as yet without any.
+[[nodiscard]] Hand hand_of_slides();
+
+/// Adds a fingertip of this radius whose centre begins at a place, and which goes along a unit vector from there; or
+/// wherever a path takes it.
+void add_slide(const std::string& name, const Eigen::Vector3d& at_m, const Eigen::Vector3d& along, double radius_m,
+               bool has_path, Hand& hand);
 
 /// Where the path of a slide has taken its fingertip at this time, from where it began; world axes [m].
 [[nodiscard]] Eigen::Vector3d path_m(const Slide& slide, double time_s);

@@ -37,19 +37,19 @@ double rise(double x, double from, double to) {
 /// The object where it is deepest in the pulp, in whose axes it is n z + t1 y1 + t2 y2 from there; object frame.
 struct Patch {
   Vector3d s_O, n_O, t1, t2;
-  Vector2d object_per_m;    ///< The object's curvatures along t1 and t2.
-  Vector2d relative_per_m;  ///< And the pulp's.
+  Vector2d object_per_m;  ///< The object's curvatures along t1 and t2.
+  Vector2d gap_per_m;     ///< And those of the gap.
   double depth_m = 0.0;
   SmallPatch is;
 
   [[nodiscard]] Vector2d aside(const Vector3d& x_O) const { return {t1.dot(x_O - s_O), t2.dot(x_O - s_O)}; }
   /// How far the undeformed bodies overlap there.
-  [[nodiscard]] double depth_at(const Vector2d& y) const { return depth_m - 0.5 * relative_per_m.dot(y.cwiseAbs2()); }
+  [[nodiscard]] double depth_at(const Vector2d& y) const { return depth_m - 0.5 * gap_per_m.dot(y.cwiseAbs2()); }
   [[nodiscard]] Vector3d on_paraboloid(const Vector2d& y) const {
     return s_O + y[0] * t1 + y[1] * t2 - 0.5 * object_per_m.dot(y.cwiseAbs2()) * n_O;
   }
   /// The semi-axes of where they overlap by more than half of the most: Hertz's, of a ball.
-  [[nodiscard]] Vector2d semi_axes_m() const { return (depth_m / relative_per_m.array()).sqrt(); }
+  [[nodiscard]] Vector2d semi_axes_m() const { return (depth_m / gap_per_m.array()).sqrt(); }
 };
 
 /// A finger's pulp against the object.
@@ -85,21 +85,19 @@ struct PressedPulp {
   [[nodiscard]] std::optional<Patch> patch_of(const Vector3d& centre_O, double radius_m, double travel_m,
                                               KnownSample& known) const {
     const auto at = nearest_surface(model, centre_O, radius_m + travel_m + model.object.support_m(), known);
-    if (!at || std::max(at->k1_per_m, at->k2_per_m) > kEdge_per_m) return std::nullopt;
-    if (!(at->distance_m > 0.0)) return std::nullopt;  // The ball's centre is in the object.
+    if (!at || !(at->distance_m > 0.0)) return std::nullopt;  // None, or the ball's centre is in the object.
+    const double depth_m = radius_m - at->distance_m, spacing_m = std::sqrt(pulp.area_m2.mean());
     Patch patch;
+    patch.depth_m = depth_m + travel_m;
+    patch.is = small_patch(*at, radius_m, spacing_m, patch.depth_m);
+    if (!patch.is) return std::nullopt;
+    patch.is.overhang = small_patch(*at, radius_m, spacing_m, depth_m).overhang;
     patch.s_O = at->point_m;
     patch.n_O = at->normal;
     patch.t1 = at->t1;
     patch.t2 = at->normal.cross(at->t1);
     patch.object_per_m = {at->k1_per_m, at->k2_per_m};
-    patch.relative_per_m = patch.object_per_m.array() + 1.0 / radius_m;
-    const double depth_m = radius_m - at->distance_m, spacing_m = std::sqrt(pulp.area_m2.mean());
-    patch.depth_m = depth_m + travel_m;
-    if (!(patch.depth_m > 0.0 && patch.relative_per_m.minCoeff() > 0.0)) return std::nullopt;
-    patch.is = small_patch(patch.object_per_m, radius_m, spacing_m, patch.depth_m);
-    patch.is.overhang = small_patch(patch.object_per_m, radius_m, spacing_m, depth_m).overhang;
-    if (!patch.is) return std::nullopt;
+    patch.gap_per_m = relative_per_m(*at, radius_m);
     const double inside = share_inside(patch, known.sample, patch.semi_axes_m().maxCoeff() + spacing_m);
     patch.is.narrow *= inside;
     patch.is.overhang *= inside;
@@ -115,10 +113,21 @@ struct PressedPulp {
     return rise(steps, 0.0, kSteps);
   }
 
+  /// Whether the samples leave it open that a patch is small: most are not, and need no formula.
+  [[nodiscard]] bool may_be_small(const Vector3d& centre_O, double radius_m, double travel_m, KnownSample& known) const {
+    constexpr double kSure = 0.8;
+    const double reach_m = radius_m + travel_m + model.object.support_m();
+    const Index sample = find_nearest(model.object, centre_O, reach_m, known.sample, known).sample;
+    if (sample < 0) return false;
+    const SurfaceBend& bend = model.object.bend(sample);
+    return std::max(bend.k1_per_m, bend.k2_per_m) * radius_m > kSure * kFlat;
+  }
+
   /// The finger's patch, if it is small.
   [[nodiscard]] std::optional<Patch> patch(double travel_m, KnownSample& known) const {
     const PulpBall ball = touching_ball(tip, model.object, X_OF);
     const Vector3d centre_O = X_OF * ball.centre_m;
+    if (!may_be_small(centre_O, ball.radius_m, travel_m, known)) return std::nullopt;
     const std::optional<Patch> at_rest = patch_of(centre_O, ball.radius_m, travel_m, known);
     if (!at_rest) return std::nullopt;
     return patch_of(centre_O - shear_O(-at_rest->n_O), ball.radius_m, travel_m, known);
@@ -184,21 +193,25 @@ void put_on_surface(const Vector3d& s_O, const Vector3d& n_O, const SurfaceBend&
   contact.t_O = contact.n_O.cross(contact.t_O);
 }
 
-SmallPatch small_patch(const Vector2d& object_per_m, double radius_m, double spacing_m, double depth_m) {
-  const Vector2d relative_per_m = object_per_m.array() + 1.0 / radius_m;
-  if (!(depth_m > 0.0 && relative_per_m.minCoeff() > 0.0)) return {};
-  const Vector2d axes_m = (depth_m / relative_per_m.array()).sqrt();
+Vector2d relative_per_m(const SurfaceForm& object, double radius_m) {
+  return Vector2d(object.k1_per_m, object.k2_per_m).array() + 1.0 / radius_m;
+}
+
+SmallPatch small_patch(const SurfaceForm& object, double radius_m, double spacing_m, double depth_m) {
+  const Vector2d gap_per_m = relative_per_m(object, radius_m);
+  const double roundest_per_m = std::max(object.k1_per_m, object.k2_per_m);
+  if (!(depth_m > 0.0 && gap_per_m.minCoeff() > 0.0) || roundest_per_m > kEdge_per_m) return {};
+  const Vector2d axes_m = (depth_m / gap_per_m.array()).sqrt();
   const double width_m = std::pow(axes_m.minCoeff(), 0.75) * std::pow(axes_m.maxCoeff(), 0.25);
-  const double roundness = object_per_m.maxCoeff() * radius_m;
-  return {(1.0 - rise(width_m / spacing_m, kNarrow, kWide)) * rise(roundness, kFlat, kRound),
-          rise(depth_m * object_per_m.maxCoeff(), kHangsOver, kOverhangs)};
+  return {(1.0 - rise(width_m / spacing_m, kNarrow, kWide)) * rise(roundest_per_m * radius_m, kFlat, kRound),
+          rise(depth_m * roundest_per_m, kHangsOver, kOverhangs)};
 }
 
 SmallPatch add_small_contacts(const Model& model, const ContactSnapshot& snapshot, const Isometry3d& X_OF, int finger,
                               double band_m, std::span<const FrameContact> contacts, SmallContacts& small) {
-  // Nothing of a box is round, and the published kernel knows no areas.
-  const bool is_box = model.exact && std::holds_alternative<BoxShape>(*model.exact);
-  if (is_box || model.pulps[finger].material.kernel == PulpKernel::kGaussian) return {};
+  // Nothing flat is round, and the published kernel knows no areas.
+  const bool is_flat = model.exact && thenar::is_flat(*model.exact);
+  if (is_flat || model.pulps[finger].material.kernel == PulpKernel::kGaussian) return {};
   const PressedPulp pressed{model, model.scene.hand.fingertips[finger], model.pulps[finger], snapshot.u_m[finger],
                             X_OF};
   const std::optional<Patch> patch = pressed.patch(band_m - model.scene.contact.band_m, small.known[finger]);

@@ -6,16 +6,20 @@
 #include <vector>
 
 #include "collision/contact_finding.h"
+#include "collision/solids/surface_form.h"
 #include "engine/grasp/frame.h"
 #include "engine/grasp/model.h"
 #include "engine/grasp/state.h"
 
 namespace thenar {
 
-/// How a pulp of this radius and spacing of control points stands to what has these curvatures and is so deep in it.
-/// The patch is Hertz's where the undeformed bodies overlap by more than half of the depth.
-[[nodiscard]] SmallPatch small_patch(const Eigen::Vector2d& object_per_m, double radius_m, double spacing_m,
-                                     double depth_m);
+/// The curvatures of the gap between a pulp of this radius and a place of an object, along the place's t1 and across it.
+[[nodiscard]] Eigen::Vector2d relative_per_m(const SurfaceForm& object, double radius_m);
+
+/// How a pulp of this radius and spacing of control points stands to a place of an object that is so deep in it. The
+/// patch is Hertz's where the undeformed bodies overlap by more than half of the depth. Zeros at edges and in hollows
+/// that are narrower than the pulp.
+[[nodiscard]] SmallPatch small_patch(const SurfaceForm& object, double radius_m, double spacing_m, double depth_m);
 
 /// What of a patch is nearest to a control point, in the plane of the patch.
 struct PatchCell {

@@ -30,7 +30,6 @@ constexpr double kNoticedShare = 0.01;
 
 // Patches are told where more than half of them is Hertz's, or a paraboloid's; of a light touch all are narrow.
 constexpr double kNoticedSmall = 0.5, kNoticed_N = 0.1;
-constexpr double kEdge_per_m = 1e4;  // What bends more is an edge.
 constexpr const char* kNarrowPatch =
     "patch is narrower than its control points are apart: its force is Hertz's, and how friction and pressure lie "
     "in it is not resolved; more fingertips.leaves would serve";
@@ -101,13 +100,12 @@ std::string small_warning(const Model& model) {
     KnownSample known;
     const Eigen::Vector3d centre_O = start.X_WO.inverse() * (pose.distal(model.scene.hand, k) * tip.centre_m);
     const auto at = nearest_surface(model, centre_O, 2.0 * outer_radius_m(tip), known);
-    if (!at || std::max(at->k1_per_m, at->k2_per_m) > kEdge_per_m) continue;
-    const Eigen::Vector2d bends(at->k1_per_m, at->k2_per_m);
-    const Eigen::Vector2d relative = bends.array() + 1.0 / tip.radius_m;
-    if (!(relative.minCoeff() > 0.0)) continue;
-    const double load_N = expected_load_N(model.scene, pulp), round_m = 1.0 / std::sqrt(relative.prod());
+    if (!at) continue;
+    const Eigen::Vector2d gap_per_m = relative_per_m(*at, tip.radius_m);
+    if (!(gap_per_m.minCoeff() > 0.0)) continue;
+    const double load_N = expected_load_N(model.scene, pulp), round_m = 1.0 / std::sqrt(gap_per_m.prod());
     const double depth_m = std::pow(0.75 * load_N / (pulp.material.reduced_modulus_Pa * std::sqrt(round_m)), 2.0 / 3.0);
-    const SmallPatch small = small_patch(bends, tip.radius_m, std::sqrt(pulp.area_m2.mean()), depth_m);
+    const SmallPatch small = small_patch(*at, tip.radius_m, std::sqrt(pulp.area_m2.mean()), depth_m);
     if (small.overhang > kNoticedSmall) return fmt::format("with {:.2g} N the {}'s {}", load_N, tip.finger, kSwallows);
     if (small.narrow > kNoticedSmall) return fmt::format("with {:.2g} N the {}'s {}", load_N, tip.finger, kNarrowPatch);
   }

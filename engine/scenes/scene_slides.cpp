@@ -6,18 +6,14 @@
 #include <vector>
 
 #include "engine/formats/text.h"
+#include "engine/grasp/slides.h"
 #include "engine/scenes/units.h"
 
 namespace thenar {
 
-using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 namespace {
-
-constexpr double kDamping_N_s_per_m = 10.0;  // A free fingertip moves by 1 mm in 5 ms under 2 N.
-constexpr double kReach_m = 1.0;             // Where stops are that a slide does not name, and how far paths may go.
-constexpr double kRodsPerRadius = 5.0;       // How long the rod is that a fingertip is drawn with.
 
 Vector3d read_direction(const ConfigMap& map) {
   const Vector3d along = map.quantities("along");
@@ -36,7 +32,7 @@ void read_path(const ConfigMap& map, Slide& slide) {
     most_m = std::max(most_m, place_m.maxCoeff());
   }
   if (slide.path.empty()) map.refuse("path", "names no leg");
-  if (least_m < -kReach_m || most_m > kReach_m) map.refuse("path", "leads further than 1 m away from its start");
+  if (least_m < -kSlideReach_m || most_m > kSlideReach_m) map.refuse("path", "leads further than 1 m away from its start");
 }
 
 /// What drives a slide.
@@ -70,58 +66,22 @@ Slide read_drive(const ConfigMap& map) {
   return slide;
 }
 
-/// Axes of the segment that carries a fingertip: x from it along the rod that it is drawn with.
-Matrix3d rod_axes(const Vector3d& along) {
-  Matrix3d axes;
-  axes.col(0) = -along;
-  axes.col(1) = along.unitOrthogonal();
-  axes.col(2) = axes.col(0).cross(axes.col(1));
-  return axes;
-}
-
 /// Adds the finger of a slide to the hand.
-void add_slide(const ConfigMap& map, const Slide& slide, const std::string& name, Hand& hand) {
-  const Vector3d at_m = map.quantities("at"), along = read_direction(map);
+void read_finger(const ConfigMap& map, const Slide& slide, const std::string& name, Hand& hand) {
   const bool has_path = !slide.path.empty();
-  Fingertip tip;
-  tip.finger = name;
-  tip.first_joint = static_cast<int>(hand.joints.size());
-  tip.joints = has_path ? 3 : 1;
-  tip.segment = static_cast<int>(hand.segments.size());
-  tip.centre_m.setZero();
-  tip.radius_m = map.quantity("radius");
-  tip.normal = -Vector3d::UnitX();
-  tip.joint_viscosity = kDamping_N_s_per_m;
+  add_slide(name, map.quantities("at"), read_direction(map), map.quantity("radius"), has_path, hand);
   for (const char* key : {"damping", "range"}) {
     if (has_path && map.has(key)) map.refuse(key, "has no effect on a path: leave it out");
   }
-  if (!has_path && map.has("damping")) tip.joint_viscosity = map.quantity("damping");
-  Eigen::Vector2d range_m(-kReach_m, kReach_m);
-  if (!has_path && map.has("range")) {
-    range_m = map.quantities("range");
-    if (!(range_m[0] <= 0.0 && range_m[1] >= 0.0) || range_m[0] == range_m[1]) {
-      map.refuse("range", "must reach from 0 or less to 0 or more: 0 is where the fingertip is at the start");
-    }
+  if (has_path) return;
+  if (map.has("damping")) hand.fingertips.back().joint_viscosity = map.quantity("damping");
+  if (!map.has("range")) return;
+  const Eigen::Vector2d range_m = map.quantities("range");
+  if (!(range_m[0] <= 0.0 && range_m[1] >= 0.0) || range_m[0] == range_m[1]) {
+    map.refuse("range", "must reach from 0 or less to 0 or more: 0 is where the fingertip is at the start");
   }
-  if (has_path) {
-    // Beyond where paths end: no stop is in their way.
-    const char* const axes[] = {"x", "y", "z"};
-    for (int i = 0; i < 3; ++i) {
-      hand.joints.push_back({name + "_travel_" + axes[i], at_m, Vector3d::Unit(i), -2.0 * kReach_m, 2.0 * kReach_m});
-    }
-  } else {
-    hand.joints.push_back({name + "_travel", at_m, along, range_m[0], range_m[1]});
-  }
-  Segment segment;
-  segment.name = name;
-  segment.finger = hand.fingers();
-  segment.joints = tip.joints;
-  segment.X_WS_0.setIdentity();
-  segment.X_WS_0.linear() = rod_axes(along);
-  segment.X_WS_0.translation() = at_m;
-  segment.length_m = kRodsPerRadius * tip.radius_m;
-  hand.segments.push_back(segment);
-  hand.fingertips.push_back(tip);
+  hand.joints.back().lower_rad = range_m[0];
+  hand.joints.back().upper_rad = range_m[1];
 }
 
 }  // namespace
@@ -135,24 +95,20 @@ void read_slides(const ConfigMap& map, Scene& scene) {
     map.refuse("slides", fmt::format("must list 1 to {} fingertips", kMaxFingers));
   }
   Hand& hand = scene.hand;
-  hand.slides = true;
-  Segment frame;
-  frame.name = "frame";
-  frame.X_WS_0.setIdentity();
-  hand.segments.push_back(frame);
+  hand = hand_of_slides();
   for (const ConfigMap& one : slides) {
     const std::string name = one.has("name") ? one.text("name") : fmt::format("tip{}", scene.slides.size() + 1);
     const auto is_called_so = [&](const Fingertip& other) { return other.finger == name; };
     if (std::ranges::any_of(hand.fingertips, is_called_so)) one.refuse("name", "is there twice: '" + name + "'");
-    if (name == frame.name) one.refuse("name", "'frame' is what slides are fixed to: choose another one");
+    if (name == hand.segments.front().name) one.refuse("name", "'frame' is what slides are fixed to: choose another one");
     // Too many are read for their faults alone.
     const bool fits = hand.fingers() < kMaxFingers;
     Hand left_out;
     const Slide slide = read_drive(one);
-    add_slide(one, slide, name, fits ? hand : left_out);
+    read_finger(one, slide, name, fits ? hand : left_out);
     if (fits) scene.slides.push_back(slide);
   }
-  scene.joint_viscosity = kDamping_N_s_per_m;
+  scene.joint_viscosity = kSlideDamping_N_s_per_m;
   scene.posture = hand.at_zero();
 }
 

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "engine/pulps/elliptic_hertz.h"
-#include "tests/truth/probe.h"
+#include "bench/cases/probe.h"
 
 namespace thenar::press_test {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "collision/solids/exact_shape.h"
 #include "tests/support/scenes.h"
-#include "tests/truth/probe.h"
+#include "bench/cases/probe.h"
 
 namespace thenar::shipped_scenes_test {
 namespace {
