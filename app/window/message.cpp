@@ -21,7 +21,7 @@ using Eigen::Vector3d;
 using nlohmann::json;
 
 constexpr double kPointLimit_m = 1.0;
-constexpr double kRounding = 1e-12;  // Of a length, relative.
+constexpr double kRounding = 1e-12;    // Of a length, relative.
 constexpr double kStampLimit_s = 1e9;  // Thirty years of a clock that begins when the machine does.
 
 /// The keys of a message, each of which is asked for. The first thing that is wrong is kept; what is asked for after it

@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <filesystem>
 
-/// Files, in metres, of surfaces that are known by a formula: as triangles with corners on the surface, and as a scanner
-/// would have them.
+/// Files, in metres, of surfaces that are known by a formula: as triangles with corners on the surface, and as a
+/// scanner would have them.
 namespace thenar {
 
 /// A cylinder about z, whose facets are off it by `chord_m` at most.

@@ -86,8 +86,7 @@ double most_mass_kg(const Pads& pads, double reduced_modulus_Pa) {
     const Pad& pad = pads.pads[k];
     const Eigen::Vector3d n = pad.inward, t = n.unitOrthogonal();
     const double friction_N = pads.friction * pad.force_N;
-    const double a_m =
-        std::cbrt(0.75 * pad.force_N / (reduced_modulus_Pa * (1.0 / kPad_m + pads.curvature_per_m)));
+    const double a_m = std::cbrt(0.75 * pad.force_N / (reduced_modulus_Pa * (1.0 / kPad_m + pads.curvature_per_m)));
     const auto row = [&](int r, const Eigen::Vector3d& axis) {
       most[k].row(r) << friction_N * axis.transpose(), friction_N * pad.at_m.cross(axis).transpose();
     };

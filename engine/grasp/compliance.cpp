@@ -33,10 +33,6 @@ void deform_rows(const Pulp& pulp, double rho, Index first, const PulpLoads& loa
   move(z, 2);
 }
 
-PulpPatch place_of(const Pulp& pulp, const FrameContact& contact) {
-  return {contact.p_F, contact.area_m2 > 0.0 ? contact.area_m2 : pulp.area_m2[contact.control_point]};
-}
-
 }  // namespace
 
 PulpLoads::PulpLoads(const Model& model) {
@@ -62,7 +58,8 @@ void fill_kernels(const Model& model, Frame& frame) {
                           *const b_j = pulp.b.col(c_j).data();
       C.set_column(j, std::ssize(contacts), [&](Index i) -> SurfaceCompliance::Entry {
         if (contacts[i].area_m2 > 0.0 || contacts[j].area_m2 > 0.0) {
-          const PulpCompliance own = pulp_compliance(pulp, place_of(pulp, contacts[i]), place_of(pulp, contacts[j]));
+          const auto patch = [&](Index of) { return PulpPatch{contacts[of].p_F, area_of(model, contacts[of])}; };
+          const PulpCompliance own = pulp_compliance(pulp, patch(i), patch(j));
           return {softness * own.k, softness * own.a, softness * own.b};
         }
         const Index c_i = contacts[i].control_point;

@@ -13,11 +13,11 @@
 
 namespace thenar {
 
-/// The foot that a control point had on an exact face when it was at x. It serves the frames that follow, until the point
-/// has gone so far along the surface that the form there may be another.
+/// The foot that a control point had on an exact face when it was at x. It serves the frames that follow, until the
+/// point has gone so far along the surface that the form there may be another.
 struct HeldFoot {
   Eigen::Vector3d x_O = Eigen::Vector3d::Constant(1e9);
-  int face = -1;   ///< -1: there is none; of `at` the normal alone counts, the samples'.
+  int face = -1;  ///< -1: there is none; of `at` the normal alone counts, the samples'.
   SurfaceForm at;
 };
 
@@ -38,13 +38,6 @@ struct ContactSearch {
   std::vector<FrameContact> contacts;  ///< One finger's.
   SmallContacts small;
 };
-
-/// How far each fingertip may move against the object from a frame's snapshot to the end of its use, a control period
-/// and delay later [m]: the first-order motion |d| + r |turn| of the pulp that the frame's drive leaves when the last
-/// forces of contact are taken from it, and the most that another finger may push the object. Zero for a grip at rest.
-/// `frame` has its drive; `pose` is the hand's at the snapshot. At most the size of the object.
-[[nodiscard]] PerFinger<double> finger_travel_m(const Model& model, const HandPose& pose, const Snapshot& snapshot,
-                                                const Frame& frame);
 
 /// Finds the frame's contacts on the rest shapes of the fingertips: control points of the pulps that are, or while the
 /// frame is in use may come, nearer to the object than the contact band; or, for rigid fingertips, the one point of

@@ -471,7 +471,7 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
     report.patch[k] = patch_report(work.patches.of_finger(k), state.load[k], mu, scene.step_s);
   }
   for (int k = 0; k < std::ssize(state.touch); ++k) {
-    state.touch[k] = felt_touch(model, frame, work.kinematics, k, work.patches.of_finger(k), state.load[k],
+    state.touch[k] = felt_touch(model, frame, work.kinematics, work.patches.of_finger(k), state.load[k],
                                 report.patch[k], mu, work.touch_noise);
   }
   (model.deformable() ? report.deform_s : report.solve_s) += watch.lap();

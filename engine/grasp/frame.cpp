@@ -53,8 +53,8 @@ ContactGap contact_gap(const FrameContact& contact, const Isometry3d& X_FO, cons
   const double k_ring = contact.ring_curvature_per_m, k_tube = contact.curvature_per_m;
   const double over = contact.n_O.dot(way);
   if (k_tube == 0.0) return {over, X_FO.linear() * contact.n_O};
-  // In the plane of n and n x t the ring is a circle, over which the point is `gap_m` with the normal m. In the plane of
-  // m and t the tube is one.
+  // In the plane of n and n x t the ring is a circle, over which the point is `gap_m` with the normal m. In the plane
+  // of m and t the tube is one.
   const double along = contact.t_O.dot(way);
   double gap_m = over;
   Vector3d m = contact.n_O;
@@ -69,6 +69,10 @@ ContactGap contact_gap(const FrameContact& contact, const Isometry3d& X_FO, cons
   const double part = 1.0 / tube.root;
   const Vector3d n_O = part * (1.0 + k_tube * gap_m) * m + part * k_tube * along * contact.t_O;
   return {tube.gap_m, X_FO.linear() * n_O};
+}
+
+double area_of(const Model& model, const FrameContact& contact) {
+  return contact.area_m2 > 0.0 ? contact.area_m2 : model.pulps[contact.finger].area_m2[contact.control_point];
 }
 
 Frame::Frame(const Model& model)

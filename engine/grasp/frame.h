@@ -30,6 +30,9 @@ struct FrameContact {
   Eigen::Matrix3d E_F = Eigen::Matrix3d::Identity();  ///< Columns n, t1, t2, distal frame, at the snapshot.
 };
 
+/// The part of the pulp's surface that a contact stands for: of a deformable fingertip.
+[[nodiscard]] double area_of(const Model& model, const FrameContact& contact);
+
 /// How far a finger's patch is not what its control points resolve: see engine/grasp/small_contacts.h.
 struct SmallPatch {
   double narrow = 0.0;    ///< Share of Hertz's patch in its contacts, against those of whole cells.

@@ -12,10 +12,6 @@ using Eigen::Vector3d;
 
 namespace {
 
-double area_m2(const Model& model, const FrameContact& contact) {
-  return contact.area_m2 > 0.0 ? contact.area_m2 : model.pulps[contact.finger].area_m2[contact.control_point];
-}
-
 /// A place on the surface that stands for so much area.
 struct Place {
   const Vector3d& x_O;
@@ -23,7 +19,7 @@ struct Place {
 };
 
 Place place_of(const Model& model, const Frame& frame, Index i) {
-  return {frame.contacts[i].s_O, area_m2(model, frame.contacts[i])};
+  return {frame.contacts[i].s_O, area_of(model, frame.contacts[i])};
 }
 
 /// The kernel between a place and `count` others, so many at once: roots and divisions are what it costs. take(j, k) is
@@ -92,7 +88,7 @@ Vector3d object_displacement(const Model& model, const State& state, const Frame
   if (!model.soft_object()) return sum;
   const std::vector<ObjectLoad>& loads = state.object_loads;
   for_kernels(
-      *model.scene.object.compliance, {contact.s_O, area_m2(model, contact)}, std::ssize(loads),
+      *model.scene.object.compliance, {contact.s_O, area_of(model, contact)}, std::ssize(loads),
       [&](Index j) {
         return Place{loads[j].x_O, loads[j].area_m2};
       },
@@ -127,7 +123,7 @@ void carry_loads(const Model& model, const Frame& frame, State& state) {
     while (load != state.object_loads.end() && is_before(*load, contact)) ++load;
     if (load == state.object_loads.end() || is_before(contact, *load)) continue;
     load->x_O = contact.s_O;
-    load->area_m2 = area_m2(model, contact);
+    load->area_m2 = area_of(model, contact);
   }
 }
 
@@ -143,7 +139,7 @@ void remember_loads(const Model& model, const Frame& frame, const GroupedDelassu
     const FrameContact& contact = frame.contacts[i];
     ObjectLoad& load = load_of(contact, kLoadsPerContact * model.max_contacts, loads);
     load.x_O = contact.s_O;
-    load.area_m2 = area_m2(model, contact);
+    load.area_m2 = area_of(model, contact);
     load.w_O += (1.0 - rho) * (tensors.middleRows<3>(3 * i).transpose() * f.segment<3>(3 * i));
   }
 }

@@ -114,7 +114,8 @@ struct PressedPulp {
   }
 
   /// Whether the samples leave it open that a patch is small: most are not, and need no formula.
-  [[nodiscard]] bool may_be_small(const Vector3d& centre_O, double radius_m, double travel_m, KnownSample& known) const {
+  [[nodiscard]] bool may_be_small(const Vector3d& centre_O, double radius_m, double travel_m,
+                                  KnownSample& known) const {
     constexpr double kSure = 0.8;
     const double reach_m = radius_m + travel_m + model.object.support_m();
     const Index sample = find_nearest(model.object, centre_O, reach_m, known.sample, known).sample;

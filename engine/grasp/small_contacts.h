@@ -13,7 +13,8 @@
 
 namespace thenar {
 
-/// The curvatures of the gap between a pulp of this radius and a place of an object, along the place's t1 and across it.
+/// The curvatures of the gap between a pulp of this radius and a place of an object, along the place's t1 and across
+/// it.
 [[nodiscard]] Eigen::Vector2d relative_per_m(const SurfaceForm& object, double radius_m);
 
 /// How a pulp of this radius and spacing of control points stands to a place of an object that is so deep in it. The

@@ -7,7 +7,7 @@ namespace thenar {
 
 using Eigen::Vector3d;
 
-Touch felt_touch(const Model& model, const Frame& frame, const ContactKinematics& kinematics, int finger,
+Touch felt_touch(const Model& model, const Frame& frame, const ContactKinematics& kinematics,
                  std::span<const PatchPoint> patch, const FingerLoad& load, const PatchReport& report, double mu,
                  TouchNoise& noise) {
   constexpr double kFelt = 1e-3;
@@ -15,7 +15,6 @@ Touch felt_touch(const Model& model, const Frame& frame, const ContactKinematics
   touch.moment_Nm = report.moment_Nm;
   double most_N = 0.0;
   for (const PatchPoint& point : patch) most_N = std::max(most_N, point.normal_N);
-  const Eigen::VectorXd& area_m2 = model.pulps[finger].area_m2;
   double loaded_m2 = 0.0, slipping_m2 = 0.0, swept_m3 = 0.0, friction_N = 0.0, pressed_N = 0.0;
   Vector3d felt_N = load.force_N;
   for (const PatchPoint& point : patch) {
@@ -27,7 +26,7 @@ Touch felt_touch(const Model& model, const Frame& frame, const ContactKinematics
       felt_N += (normal_factor - 1.0) * normal_W + (tangential_factor - 1.0) * (point.f_W - normal_W);
     }
     if (point.normal_N <= kFelt * most_N) continue;
-    const double at_m2 = area_m2[frame.contacts[point.contact].control_point];
+    const double at_m2 = area_of(model, frame.contacts[point.contact]);
     loaded_m2 += at_m2;
     const double limit_N = (1.0 - kOnCone) * mu * point.normal_N;
     if (squared < limit_N * limit_N) continue;

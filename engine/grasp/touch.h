@@ -24,7 +24,7 @@ struct TouchNoise {
 /// What finger k feels, of its patch's points when they have moved. A point slips where its force is on its friction
 /// cone's surface (kOnCone); points with less than a thousandth of the largest normal force are not felt. With noise
 /// each contact's normal and tangential force is felt with a factor of its own; which points slip is not noisy.
-[[nodiscard]] Touch felt_touch(const Model& model, const Frame& frame, const ContactKinematics& kinematics, int finger,
+[[nodiscard]] Touch felt_touch(const Model& model, const Frame& frame, const ContactKinematics& kinematics,
                                std::span<const PatchPoint> patch, const FingerLoad& load, const PatchReport& report,
                                double mu, TouchNoise& noise);
 

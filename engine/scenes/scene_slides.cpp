@@ -32,7 +32,8 @@ void read_path(const ConfigMap& map, Slide& slide) {
     most_m = std::max(most_m, place_m.maxCoeff());
   }
   if (slide.path.empty()) map.refuse("path", "names no leg");
-  if (least_m < -kSlideReach_m || most_m > kSlideReach_m) map.refuse("path", "leads further than 1 m away from its start");
+  if (least_m < -kSlideReach_m || most_m > kSlideReach_m)
+    map.refuse("path", "leads further than 1 m away from its start");
 }
 
 /// What drives a slide.
@@ -100,7 +101,8 @@ void read_slides(const ConfigMap& map, Scene& scene) {
     const std::string name = one.has("name") ? one.text("name") : fmt::format("tip{}", scene.slides.size() + 1);
     const auto is_called_so = [&](const Fingertip& other) { return other.finger == name; };
     if (std::ranges::any_of(hand.fingertips, is_called_so)) one.refuse("name", "is there twice: '" + name + "'");
-    if (name == hand.segments.front().name) one.refuse("name", "'frame' is what slides are fixed to: choose another one");
+    if (name == hand.segments.front().name)
+      one.refuse("name", "'frame' is what slides are fixed to: choose another one");
     // Too many are read for their faults alone.
     const bool fits = hand.fingers() < kMaxFingers;
     Hand left_out;

@@ -12,6 +12,7 @@
 
 #include "collision/shapes.h"
 #include "engine/formats/ply_file.h"
+#include "engine/grasp/finger_travel.h"
 #include "engine/grasp/frame.h"
 #include "engine/loops/run.h"
 #include "engine/scenes/build_model.h"

@@ -66,7 +66,7 @@ std::vector<Felt> drag(double normal_N, double mu, double direction_rad, const V
     const double n_N = load.force_N.dot(load.normal);
     Felt felt{.eta = (load.force_N - n_N * load.normal).norm() / (mu * n_N), .touch = {}};
     TouchNoise none;
-    felt.touch = felt_touch(loop.model, loop.frame, loop.work.kinematics, 0, loop.work.patches.of_finger(0), load,
+    felt.touch = felt_touch(loop.model, loop.frame, loop.work.kinematics, loop.work.patches.of_finger(0), load,
                             report.patch[0], mu, none);
     double area = 0.0, moving = 0.0, friction_N = 0.0, pressed_N = 0.0;
     for (const PatchPoint& point : loop.work.patches.of_finger(0)) {

@@ -196,8 +196,8 @@ TEST(FullSlide, OfAMugsHandle) {
   expect_at(middle + kRing_m * x + kRod_m * y, y, 0.0, "beside");
 }
 
-// A pulp on a mug's rim hangs over both of its edges, where a normal is any of a fan. All of them lie across the rim: so
-// what is along it is friction, and what is across it is normal force.
+// A pulp on a mug's rim hangs over both of its edges, where a normal is any of a fan. All of them lie across the rim:
+// so what is along it is friction, and what is across it is normal force.
 TEST(FullSlide, OfAMugsRim) {
   Probe probe = mug();
   const Vector3d rim(kMug_m - 0.5 * kWall_m, 0.0, 40e-3);
@@ -206,8 +206,8 @@ TEST(FullSlide, OfAMugsRim) {
   probe.X_WO = pose_on(track, 1e-3, 0.0);
   // It turns about its own axis.
   const Rubbed rubbed = slide(
-      probe, 600, [&](double share) { return probe.X_WO * Eigen::AngleAxisd(share * 6e-3 / rim[0], Vector3d::UnitZ()); },
-      across);
+      probe, 600,
+      [&](double share) { return probe.X_WO * Eigen::AngleAxisd(share * 6e-3 / rim[0], Vector3d::UnitZ()); }, across);
   EXPECT_GT(rubbed.points, 20 * 3);
   // Of a direction along the rim, "normal" is what is along it, and "friction" all else.
   EXPECT_NEAR(1.0 / std::abs(rubbed.least_ratio), 0.4, 0.03 * 0.4);
@@ -252,9 +252,8 @@ TEST(FullSlide, OfARingOfTriangles) {
   const Vector3d x = Vector3d::UnitX(), y = Vector3d::UnitY(), z = Vector3d::UnitZ();
   const Surface ring = ring_surface(kRing_m, kRod_m);
   const double outside_m = kRing_m + kRod_m, inside_m = kRing_m - kRod_m;
-  for (const Track& track :
-       {Track{outside_m * x, x, y, 1.0 / outside_m}, Track{outside_m * x, x, z, 1.0 / kRod_m},
-        Track{inside_m * x, -x, y, -1.0 / inside_m}, Track{inside_m * x, -x, z, 1.0 / kRod_m}}) {
+  for (const Track& track : {Track{outside_m * x, x, y, 1.0 / outside_m}, Track{outside_m * x, x, z, 1.0 / kRod_m},
+                             Track{inside_m * x, -x, y, -1.0 / inside_m}, Track{inside_m * x, -x, z, 1.0 / kRod_m}}) {
     SCOPED_TRACE(std::to_string(track.outward.x()) + ", curvature " + std::to_string(track.curvature_per_m));
     EXPECT_NEAR(slide(probe, track, 5e-3, ring).ratio(), 0.4, 0.01 * 0.4);
   }

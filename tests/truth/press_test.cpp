@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "engine/pulps/elliptic_hertz.h"
 #include "bench/cases/probe.h"
+#include "engine/pulps/elliptic_hertz.h"
 
 namespace thenar::press_test {
 namespace {

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "bench/cases/probe.h"
 #include "collision/solids/exact_shape.h"
 #include "tests/support/scenes.h"
-#include "bench/cases/probe.h"
 
 namespace thenar::shipped_scenes_test {
 namespace {

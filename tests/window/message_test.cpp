@@ -96,8 +96,8 @@ TEST(ReadMessage, LeavesOutWhatIsNotSent) {
                set.delay_periods || set.level || set.kernel || set.asked_N_per_m || set.asked_Nm_per_rad);
 }
 
-// A page pokes along an axis of its camera, with all the force that there is: the rounding of the axis makes the force longer
-// in every fourth view.
+// A page pokes along an axis of its camera, with all the force that there is: the rounding of the axis makes the force
+// longer in every fourth view.
 TEST(ReadMessage, TakesVectorsThatRoundingMadeTooLong) {
   std::mt19937 random(7);
   std::normal_distribution<double> normal;
