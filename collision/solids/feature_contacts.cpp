@@ -63,7 +63,20 @@ void meet_segment(const Look& look, std::int32_t place, const Feature& edge) {
   for (int i = 0; i < parts; ++i) meet_part(look, place, edge, a + d * i / parts, d / parts);
 }
 
+/// Where a circle of the radii u, v leans over a face that one of its places has its foot on: the angle from u of its
+/// lowest place, 0 to 2 pi. Nothing where it lies on the face, so that two places are as low to 10 nm.
+std::optional<double> lowest_angle(const Vector3d& u, const Vector3d& v, const Foot& foot) {
+  if (foot.on != Foot::On::kFlat) return std::nullopt;
+  const double along_u = u.dot(foot.normal), along_v = v.dot(foot.normal);
+  const double between = 1.0 - std::cos(std::numbers::pi / kCirclePlaces);
+  if (!(between * std::hypot(along_u, along_v) > kConforming_m)) return std::nullopt;
+  // The height over a plane is a cosine of the angle.
+  const double angle = std::atan2(-along_v, -along_u);
+  return angle < 0.0 ? angle + 2.0 * std::numbers::pi : angle;
+}
+
 /// A circle at the places kCirclePlaces of it: those over flat faces, and from the others the places of least gap.
+/// Where it leans over a face, its lowest place stands for the two beside it, which rolling comes over one by one.
 /// Where it nearly fits, as a peg's end in its hole, a small motion takes the place of least gap far around. There the
 /// places themselves are contacts, too: to each of them the motion is straight, whichever it comes nearest to.
 void meet_circle(const Look& look, std::int32_t place, const Feature& circle, int facet) {
@@ -78,10 +91,12 @@ void meet_circle(const Look& look, std::int32_t place, const Feature& circle, in
   std::array<std::optional<Foot>, kCirclePlaces> feet;
   double least = std::numeric_limits<double>::infinity(), most = -least;
   bool all_round = true;
+  int lowest = -1;
   for (int i = 0; i < kCirclePlaces; ++i) {
     feet[i] = look.base.foot(facet, point(kStep * i));
     all_round = all_round && feet[i] && feet[i]->on != Foot::On::kFlat;
     if (!feet[i]) continue;
+    if (feet[i]->gap_m < least) lowest = i;
     least = std::min(least, feet[i]->gap_m);
     most = std::max(most, feet[i]->gap_m);
   }
@@ -90,9 +105,18 @@ void meet_circle(const Look& look, std::int32_t place, const Feature& circle, in
   const bool conforms = all_round && most - least < kConforming_m;
   const bool nearly_fits = all_round && most - least < kNearlyFits_m;
   std::array<bool, kCirclePlaces> is_by_least{};
+  if (const auto angle = lowest >= 0 ? lowest_angle(u, v, *feet[lowest]) : std::nullopt) {
+    const auto at = look.base.foot(facet, point(*angle));
+    if (at && at->on == Foot::On::kFlat && at->normal == feet[lowest]->normal) {
+      const int before = static_cast<int>(*angle / kStep) % kCirclePlaces;
+      is_by_least[before] = is_by_least[(before + 1) % kCirclePlaces] = true;
+      look.add(place + 1, *at, 0.0, point(*angle), true, same_m);
+    }
+  }
   for (int i = 0; i < kCirclePlaces; ++i) {
     if (!feet[i]) continue;
     if (conforms || feet[i]->on == Foot::On::kFlat) {
+      if (is_by_least[i]) continue;
       look.add(place, *feet[i], 0.0, point(kStep * i), false, same_m);
       continue;
     }

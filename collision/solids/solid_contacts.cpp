@@ -1,6 +1,7 @@
 #include "collision/solids/solid_contacts.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -28,12 +29,59 @@ int axis_of(const Feature& edge) {
   return static_cast<int>(axis);
 }
 
-/// Edges of two boxes that cross, each inside of the other's ends.
+/// A face of a box.
+struct BoxFace {
+  int axis = 0;
+  double side = 1.0;
+
+  /// Whether an edge is one of its four.
+  [[nodiscard]] bool has(const Feature& edge) const {
+    return axis_of(edge) != axis && std::copysign(1.0, edge.a_m[axis]) == side;
+  }
+};
+
+/// Faces of two boxes that look at one another, but for an angle that is small.
+struct FacingFaces {
+  BoxFace of_a, of_b;
+  Vector3d n;  ///< Out of B.
+};
+
+/// Those of A at R in the axes of B: three pairs at most, and their reverses.
+struct AllFacingFaces {
+  explicit AllFacingFaces(const Eigen::Matrix3d& R) {
+    // Where faces lean more, only their lowest crossing is within a band.
+    constexpr double kFacing = 0.9999;
+    for (int of_a = 0; of_a < 3; ++of_a) {
+      for (int of_b = 0; of_b < 3; ++of_b) {
+        if (std::abs(R(of_b, of_a)) < kFacing) continue;
+        for (const double side : {-1.0, 1.0}) {
+          all[count++] = {
+              {of_a, -std::copysign(side, side * R(of_b, of_a))}, {of_b, side}, side * Vector3d::Unit(of_b)};
+        }
+      }
+    }
+  }
+  /// The pair whose faces these are edges of.
+  [[nodiscard]] const FacingFaces* of(const Feature& of_a, const Feature& of_b) const {
+    for (int i = 0; i < count; ++i) {
+      if (all[i].of_a.has(of_a) && all[i].of_b.has(of_b)) return &all[i];
+    }
+    return nullptr;
+  }
+
+  std::array<FacingFaces, 6> all;
+  int count = 0;
+};
+
+/// Edges of two boxes that cross, each inside of the other's ends. Those of faces that look at one another are seen
+/// along the normal of B's face: with its corners over the other's they are the corners of what two faces share. Edges
+/// elsewhere touch along their common normal, where that is out of both boxes.
 void cross_edges(const SolidPair& pair, const Isometry3d& X_BA, double band_m, std::int32_t first_place,
                  std::vector<SolidContact>& contacts) {
   std::int32_t place = first_place;
   const auto thickness_m = [](const Solid& box) { return std::get<BoxShape>(box).size_m.minCoeff(); };
   const double least_m = std::min(thickness_m(std::get<Solid>(pair.a)), thickness_m(pair.b));
+  const AllFacingFaces faces(X_BA.linear());
   for (const Feature& of_a : pair.of_a) {
     if (of_a.kind != Feature::Kind::kSegment) continue;
     const Vector3d a = placed(X_BA, of_a.a_m), d_a = X_BA.linear() * (of_a.b_m - of_a.a_m);
@@ -41,22 +89,22 @@ void cross_edges(const SolidPair& pair, const Isometry3d& X_BA, double band_m, s
       if (of_b.kind != Feature::Kind::kSegment) continue;
       ++place;
       const Vector3d d_b = of_b.b_m - of_b.a_m, across = d_a.cross(d_b), between = of_b.a_m - a;
-      const double squared = across.squaredNorm();
+      const FacingFaces* const facing = faces.of(of_a, of_b);
+      const Vector3d seen = facing != nullptr ? Vector3d(across.dot(facing->n) * facing->n) : across;
+      const double squared = seen.squaredNorm();
       constexpr double kParallel = 1e-12;  // Of sines squared: such edges meet at their ends, which are corners.
       if (squared < kParallel * d_a.squaredNorm() * d_b.squaredNorm()) continue;
-      const double s = between.cross(d_b).dot(across) / squared, t = between.cross(d_a).dot(across) / squared;
+      const double s = between.cross(d_b).dot(seen) / squared, t = between.cross(d_a).dot(seen) / squared;
       if (!(s > 0.0 && s < 1.0 && t > 0.0 && t < 1.0)) continue;
       const Vector3d p_a = a + s * d_a, p_b = of_b.a_m + t * d_b;
-      Vector3d n = across / std::sqrt(squared);
+      Vector3d n = facing != nullptr ? facing->n : Vector3d(across / std::sqrt(squared));
       if (n.dot(p_b) < 0.0) n = -n;  // Out of B, whose middle is the origin.
       const double gap_m = n.dot(p_a - p_b);
       // Far edges seem to cross, too, a box's thickness deep.
       if (!(gap_m < band_m && gap_m > -0.5 * least_m) || contacts.size() == contacts.capacity()) continue;
       const Vector3d n_A = X_BA.linear().transpose() * n;
-      if (!is_out_of_edge(p_b, axis_of(of_b), n) || !is_out_of_edge(of_a.a_m, axis_of(of_a), -n_A)) {
-        continue;
-      }
-      contacts.push_back({place, kEverywhere, gap_m, p_a, n, true, kEverywhere, 0.0});
+      const bool touch = is_out_of_edge(p_b, axis_of(of_b), n) && is_out_of_edge(of_a.a_m, axis_of(of_a), -n_A);
+      if (facing != nullptr || touch) contacts.push_back({place, kEverywhere, gap_m, p_a, n, true, kEverywhere, 0.0});
     }
   }
 }

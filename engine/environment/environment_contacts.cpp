@@ -139,16 +139,19 @@ void find_environment_contacts(const Environment& environment, const Isometry3d&
                                const Instant& end, double band_m, const std::vector<EnvironmentForce>& forces,
                                EnvironmentContacts& out, const GroundProblem::Motion& x) {
   const Isometry3d X_look = moved(X_WO, x);
+  const bool after_motion = !x.isZero(0.0);
   out.looked_at = x;
   out.found.clear();
   out.contacts.clear();
   for (std::size_t k = 0; k < out.pairs.size(); ++k) {
     EnvironmentPair& pair = out.pairs[k];
     const EnvironmentBody& body = environment.bodies[k];
-    pair.X_WE = pose(body, end);
-    pair.moved_m = pair.X_WE.translation() - pose(body, begin).translation();
+    const Isometry3d X_begin = pose(body, begin), X_end = pose(body, end);
+    pair.moved_m = X_end.translation() - X_begin.translation();
+    pair.X_WE = after_motion ? X_end : X_begin;
+    const Vector3d ahead_m = after_motion ? Vector3d(Vector3d::Zero()) : pair.moved_m;
     out.of_pair.clear();
-    find_contacts(pair.solids, pair.X_WE.inverse() * X_look, band_m, out.of_pair);
+    find_contacts(pair.solids, pair.X_WE.inverse() * X_look, band_m + ahead_m.norm(), out.of_pair);
     const std::size_t first = out.found.size();
     for (const SolidContact& at : out.of_pair) out.found.push_back({static_cast<int>(k), at});
     for (std::size_t i = first; i < out.found.size(); ++i) {
@@ -163,7 +166,8 @@ void find_environment_contacts(const Environment& environment, const Isometry3d&
         contact.J.row(axis).head<3>() = E.col(axis);
         contact.J.row(axis).tail<3>() = r.cross(Vector3d(E.col(axis)));
       }
-      contact.delta_free = {at.gap_m - contact.J.row(0).dot(x), -along_m[1] - back_m[1], -along_m[2] - back_m[2]};
+      contact.delta_free = {at.gap_m - contact.J.row(0).dot(x) - E.col(0).dot(ahead_m), -along_m[1] - back_m[1],
+                            -along_m[2] - back_m[2]};
       contact.mu = body.friction;
       out.found[i].sheared_m = {0.0, back_m[1], back_m[2]};
     }

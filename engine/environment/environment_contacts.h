@@ -44,7 +44,7 @@ struct EnvironmentReport {
 /// The object and one body of its environment.
 struct EnvironmentPair {
   SolidPair solids;
-  Eigen::Isometry3d X_WE = Eigen::Isometry3d::Identity();  ///< The body's, at the end of the tick.
+  Eigen::Isometry3d X_WE = Eigen::Isometry3d::Identity();  ///< The body's, where it was looked at.
   Eigen::Vector3d moved_m = Eigen::Vector3d::Zero();       ///< By what it moves in the tick, world axes.
 };
 
@@ -78,10 +78,11 @@ struct EnvironmentContacts {
 };
 
 /// Finds the contacts of a tick from `begin` to `end`, the object at X_WO when it begins: gaps are those to the
-/// bodies where they are at its end, slips those that they make. What is farther than `band_m` then is left out.
-/// `forces` are the last tick's, in order; each is taken over by one contact at most. `x`: the object is looked at
-/// where this motion takes it, and what is found is taken back along its own directions: gaps are right after the
-/// motion, not before.
+/// bodies where they are at its end, slips those that they make. What is farther than `band_m` and a body's way is
+/// left out. They are looked for where object and bodies are as the tick begins, when neither has gone through the
+/// other, and bodies go on along their normals. `forces` are the last tick's, in order; each is taken over by one
+/// contact at most. `x`, if it is not zero: both are looked at where this motion takes the object, and the bodies are
+/// at the end, and what is found is taken back along its own directions: gaps are right after the motion, not before.
 void find_environment_contacts(const Environment& environment, const Eigen::Isometry3d& X_WO, const Instant& begin,
                                const Instant& end, double band_m, const std::vector<EnvironmentForce>& forces,
                                EnvironmentContacts& contacts,

@@ -1,9 +1,12 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <utility>
+#include <vector>
 
 #include "collision/solids/solid_contacts.h"
 
@@ -128,6 +131,75 @@ TEST(SolidContacts, OnABoxThatIsNarrowerEdgesCross) {
     EXPECT_NEAR(std::abs(contact.p_m.x()), 10e-3, kRounding_m);
     EXPECT_NEAR(std::abs(contact.p_m.y()), 10e-3, kRounding_m);
   }
+}
+
+using Polygon = std::vector<Eigen::Vector2d>;
+
+double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) { return a[0] * b[1] - a[1] * b[0]; }
+
+/// What is left of a polygon where the coordinate along `axis` is at most `most_m`, times sign [Sutherland, Hodgman].
+Polygon cut(const Polygon& polygon, int axis, double sign, double most_m) {
+  Polygon kept;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Eigen::Vector2d &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
+    const double over_a = sign * a[axis] - most_m, over_b = sign * b[axis] - most_m;
+    if (over_a <= 0.0) kept.push_back(a);
+    if ((over_a < 0.0) != (over_b < 0.0)) kept.push_back(a + over_a / (over_a - over_b) * (b - a));
+  }
+  return kept;
+}
+
+/// Seen from above: what the lower face of a box at X shares with the upper face of another.
+Polygon overlap(const BoxShape& a, const Isometry3d& X, const BoxShape& b) {
+  Polygon shared;
+  for (const auto& [x, y] : {std::pair{-1.0, -1.0}, {1.0, -1.0}, {1.0, 1.0}, {-1.0, 1.0}}) {
+    shared.push_back((X * Vector3d(0.5 * a.size_m.cwiseProduct(Vector3d(x, y, -1.0)))).head<2>());
+  }
+  for (const int axis : {0, 1}) {
+    for (const double sign : {-1.0, 1.0}) shared = cut(shared, axis, sign, 0.5 * b.size_m[axis]);
+  }
+  return shared;
+}
+
+// What lies on something rests if its middle is over the hull of the contacts: that must be all that the two faces
+// share, however the upper one is turned, leans, or hangs over.
+TEST(SolidContacts, ContactsOfBoxesAreTheCornersOfWhatTheirFacesShare) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> unit(-1.0, 1.0), size_m(10e-3, 100e-3);
+  constexpr double kBand_m = 1e-3, kClose_m = 1e-6;
+  int corners = 0;
+  for (int trial = 0; trial < 1000; ++trial) {
+    SCOPED_TRACE(trial);
+    const BoxShape a{{size_m(random), size_m(random), size_m(random)}},
+        b{{size_m(random), size_m(random), size_m(random)}};
+    // Tilts from 1e-9 to 1e-3; what leans by more than the band is apart.
+    const double tilt = std::pow(10.0, -6.0 + 3.0 * unit(random)), about = kPi * unit(random);
+    Isometry3d X = Isometry3d::Identity();
+    X.linear() = (Eigen::AngleAxisd(tilt, Vector3d(std::cos(about), std::sin(about), 0.0)) *
+                  Eigen::AngleAxisd(trial % 10 == 0 ? 0.0 : kPi * unit(random), Vector3d::UnitZ()))
+                     .toRotationMatrix();
+    X.translation() = Vector3d(0.5 * b.size_m[0] * unit(random), 0.5 * b.size_m[1] * unit(random),
+                               0.5 * (a.size_m[2] + b.size_m[2]) - 50e-9);
+    const Polygon shared = overlap(a, X, b);
+    if (shared.size() < 3) continue;
+    Polygon found;
+    for (const SolidContact& contact : contacts_of(a, b, X, kBand_m)) {
+      if (contact.n.z() > 0.99) found.emplace_back(contact.p_m.head<2>());
+    }
+    for (const Eigen::Vector2d& corner : shared) {
+      const auto off = [&](const Eigen::Vector2d& p) { return (p - corner).norm(); };
+      ASSERT_TRUE(std::ranges::any_of(found, [&](const auto& p) { return off(p) < kClose_m; })) << corner.transpose();
+      ++corners;
+    }
+    for (const Eigen::Vector2d& p : found) {
+      for (std::size_t i = 0; i < shared.size(); ++i) {
+        const Eigen::Vector2d along = shared[(i + 1) % shared.size()] - shared[i];
+        if (along.norm() < kClose_m) continue;
+        ASSERT_GT(cross(along.normalized(), p - shared[i]), -kClose_m) << p.transpose();
+      }
+    }
+  }
+  EXPECT_GT(corners, 3000);
 }
 
 // Of two solids that both find them, one counts: two contacts at a place would be twice as stiff.

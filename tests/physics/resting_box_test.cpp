@@ -1,4 +1,4 @@
-// What rests has to stay where it is: a box on a slope that friction holds.
+// What rests has to stay where it is: a box on a slope that friction holds, and one over a table's edge.
 
 #include <gtest/gtest.h>
 
@@ -15,9 +15,11 @@ namespace {
 
 using Eigen::Vector3d;
 
+class RestingBox : public testing::TestWithParam<const char*> {};
+
 // Neither friction nor the ground makes energy, and nothing creeps: 1 nm/s would be 50 nm in 50 s.
-TEST(RestingBox, GainsNoEnergyAndDoesNotCreep) {
-  const Model model = build_model(scene_of("resting_box"));
+TEST_P(RestingBox, GainsNoEnergyAndDoesNotCreep) {
+  const Model model = build_model(scene_of(GetParam()));
   State state(model);
   const Recording run = run_scene(model, state);
   ASSERT_EQ(run.ticks.size(), 60'000U);
@@ -30,10 +32,11 @@ TEST(RestingBox, GainsNoEnergyAndDoesNotCreep) {
   EXPECT_LE(52e-3 * std::abs(last.rotation_error_rad - early.rotation_error_rad), 50e-9);
   EXPECT_EQ(run.verdict.outcome, Outcome::kResting) << in_words(run.verdict);
 }
+INSTANTIATE_TEST_SUITE_P(Scenes, RestingBox, testing::Values("resting_box", "resting_edge"));
 
 // The contact tick finds what the environment does by itself: frames that come late, and when they come, change nothing
 // of it.
-TEST(RestingBox, RestsAlikeInAllRunners) {
+TEST(RestingOnASlope, IsAlikeInAllRunners) {
   const Model model = build_model(scene_of("resting_box", {"time.duration=1 s", "time.control_delay=20 ms"}));
   State one(model), late(model), threaded(model);
   const Recording in_one = run_scene(model, one),
