@@ -30,6 +30,9 @@ constexpr double kAside = 0.05, kTurn_rad = 1e-3;
 constexpr double kHeld = 0.1, kHeldTurn_rad = 0.01;
 // A thin wall has two faces.
 constexpr double kSameFace = 0.5;
+
+// A finger that goes less far, in supports, meets what it met.
+constexpr double kStays = 0.02;
 // Less than this is flat: 5 nm lower a millimetre off.
 constexpr double kFlat_per_m = 0.01;
 
@@ -102,6 +105,15 @@ struct PulpSearch {
     }
     std::erase_if(candidates, [&](const ContactCandidate& c) { return !is_within(c); });
     keep_least();
+  }
+
+  /// Whether the finger has gone so far over the object since it was plainly looked at that another look may say
+  /// something else.
+  [[nodiscard]] bool has_moved() const {
+    const FindingMemory& last = search.memory[finger];
+    const double way_m = (X_OF * last.centre_m - last.X_SB * last.centre_m).norm();
+    const double turn = (X_OF.linear() - last.X_SB.linear()).norm();
+    return !(way_m + turn * last.radius_m < kStays * model.object.support_m());
   }
 
   void keep_least() {
@@ -337,14 +349,17 @@ void find_pulp_contacts(const Model& model, const HandPose& pose, const ContactS
   const double depth_m = kTrustPerRadius * model.scene.hand.fingertips[finger].radius_m;
   PulpSearch pulp{model,  snapshot, finger, X_WO.inverse() * pose.distal(model.scene.hand, finger),
                   band_m, depth_m,  search};
-  pulp.find();
-  const bool beyond =
-      std::any_of(search.candidates.begin(), search.candidates.end(), [](const auto& c) { return c.is_beyond; });
+  // In a wall that is thinner than the press the plain look is dear, and only says when it may be gone back to.
+  const bool looks = !search.draws_in[finger] || pulp.has_moved();
+  if (looks) pulp.find();
+  const bool beyond = !looks || std::ranges::any_of(search.candidates, &ContactCandidate::is_beyond);
   // At an edge the two ways of looking differ: a finger goes back to the plain one where they agree, without a step.
   if (beyond || search.draws_in[finger]) {
     pulp.find_drawn_in();
-    std::erase_if(search.plain, [&](const auto& c) { return c.gap_m >= band_m; });
-    search.draws_in[finger] = beyond || !agree(search.plain, search.candidates);
+    if (looks) {
+      std::erase_if(search.plain, [&](const auto& c) { return c.gap_m >= band_m; });
+      search.draws_in[finger] = beyond || !agree(search.plain, search.candidates);
+    }
   }
   for (const ContactCandidate& c : search.candidates) {
     frame.contacts.push_back(frame_contact(model.scene.hand.fingertips[finger], pulp.X_OF.linear(), finger,
