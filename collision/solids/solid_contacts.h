@@ -12,10 +12,10 @@ namespace thenar {
 
 /// Adds all contacts whose gap is below `band_m`, A at X_BA: features of A over facets of B, features of B over faces
 /// of A, and edges of two boxes that cross: with the corners, they are the corners of what two faces share. Edges and
-/// circles give the places of least gap, to rounding; a circle on a flat face, or one that fits its place to 10 nm,
-/// gives 32 points that are fixed on it, for any three of them may carry it, and where it leans over the face its lowest
-/// place, instead of the two beside that. One that fits to 1 mm, as a peg's end in its hole, gives these beside its
-/// places of least gap, but for the neighbours of those.
+/// circles give the places of least gap, to rounding. A circle on a flat face, or one that fits its place to 10 nm,
+/// gives 32 points that are fixed on it, for any three of them may carry it; where it leans over the face its lowest
+/// place is there, too, instead of the two beside it. One that fits to 1 mm, as a peg's end in its hole, gives these
+/// beside its places of least gap, but for the neighbours of those.
 ///
 /// Not found: an edge of a box that crosses the mouth of a hole, unless a face covers the mouth there. Does not
 /// allocate where `contacts` has room.
