@@ -248,6 +248,7 @@ void report_contacts(const Frame& frame, const ContactWorkspace& work, TickRepor
     const double work_J = work.f[3 * i] * (work.delta[3 * i] - work.offset_m[i] - work.kinematics.gap_m[i]) +
                           work.f.segment<2>(3 * i + 1).dot(work.delta.segment<2>(3 * i + 1));
     (work_J > 0.0 ? report.ledger.injected_J : report.ledger.dissipated_J) += std::abs(work_J);
+    report.injected_J[frame.contacts[i].finger] += std::max(0.0, work_J);
   }
 }
 

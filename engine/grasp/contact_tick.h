@@ -25,7 +25,11 @@ struct TickInput {
 struct TickReport {
   TickReport() = default;
   explicit TickReport(const Hand& hand)
-      : left_out_m(hand.fingers()), small(hand.fingers()), patch(hand.fingers()), stop_Nm(hand.at_zero()) {}
+      : left_out_m(hand.fingers()),
+        injected_J(hand.fingers()),
+        small(hand.fingers()),
+        patch(hand.fingers()),
+        stop_Nm(hand.at_zero()) {}
 
   SolveReport solve;
   std::int64_t sequence = -1;  ///< Of the frame used.
@@ -40,6 +44,7 @@ struct TickReport {
   /// list has no room for, at its start.
   double penetration_m = 0.0;
   PerFinger<double> left_out_m;  ///< Of the latter alone, by finger; 0: none is in the object.
+  PerFinger<double> injected_J;  ///< What each finger's contacts have of the ledger's.
   PerFinger<SmallPatch> small;   ///< Of fingers that are loaded.
   PerFinger<PatchReport> patch;
   EnvironmentReport environment;  ///< Of a scene that has one.

@@ -28,6 +28,9 @@ constexpr double kNoticed_Nm = 1e-4;
 // Of a pulp's force: about what its kernel errs by at the scenes' own levels.
 constexpr double kNoticedShare = 0.01;
 
+// Of the energy that drives bodies and is stored: what no reader of a ledger would pass over.
+constexpr double kInjectedShare = 0.01, kNoticed_J = 1e-6;
+
 // Patches are told where more than half of them is Hertz's, or a paraboloid's; of a light touch all are narrow.
 constexpr double kNoticedSmall = 0.5, kNoticed_N = 0.1;
 constexpr const char* kNarrowPatch =
@@ -125,8 +128,23 @@ double Warnings::share(std::size_t finger, double normal_N) const {
   return factor_[finger] * patch_share(model_.pulps[finger], model_.scene, normal_N);
 }
 
+void Warnings::Injected::add(const TickRecord& tick) {
+  driven_J += std::abs(tick.ledger.drive_J - last.drive_J);
+  stored_J = std::max(stored_J, tick.ledger.stored_J);
+  others_J += tick.ledger.injected_J - last.injected_J;
+  for (std::size_t k = 0; k < tick.contact.injected_J.size(); ++k) {
+    fingers_J[k] += tick.contact.injected_J[k];
+    others_J -= tick.contact.injected_J[k];
+  }
+  last = tick.ledger;
+  if (since_s < 0.0 && last.injected_J > kNoticed_J && share() > kInjectedShare) since_s = tick.time_s;
+}
+
+double Warnings::Injected::share() const { return last.injected_J / (driven_J + stored_J); }
+
 void Warnings::add(const TickRecord& tick) {
   ++ticks_;
+  injected_.add(tick);
   for (std::size_t k = 0; k < model_.pulps.size(); ++k) {
     const double depth_m = tick.contact.left_out_m[k], normal_N = tick.force[k].normal_N;
     if (depth_m > kNoticedDepth_m) full_[k].add(tick.time_s, depth_m);
@@ -174,6 +192,17 @@ std::vector<std::string> Warnings::sentences() const {
     if (const Beyond& swallowed = swallowed_[k]; swallowed.ticks > 0) {
       all.push_back(fmt::format("the {}'s {} (from {:.3f} s on)", finger, kSwallows, swallowed.since_s));
     }
+  }
+  if (injected_.since_s >= 0.0) {
+    const auto most = std::ranges::max_element(injected_.fingers_J);
+    const bool by_finger = most != injected_.fingers_J.end() && *most >= injected_.others_J;
+    const std::string where = by_finger
+                                  ? "the " + model_.scene.hand.fingertips[most - injected_.fingers_J.begin()].finger
+                                  : "the environment or a joint's stop";
+    all.push_back(fmt::format(
+        "energy comes from nowhere: contacts have pushed bodies on by {:.3g} mJ, {:.3g} % of what drives them and is "
+        "stored (above {:g} % from {:.3f} s on), most of it at {}; frames that are late do so, and edges",
+        1e3 * injected_.last.injected_J, 100.0 * injected_.share(), 100.0 * kInjectedShare, injected_.since_s, where));
   }
   for (std::size_t j = 0; j < stopped_.size(); ++j) {
     const Joint& joint = model_.scene.hand.joints[j];

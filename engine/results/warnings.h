@@ -22,6 +22,7 @@ inline constexpr double kHalfSpaceShare = 0.5;
 /// Deep pulps   By Hertz, a finger's load makes a patch wider than kHalfSpaceShare of the pulp's radius.
 /// Small things A finger's patch is narrower than its control points are apart, or what it presses is deeper than it is
 ///              wide, so that the pulp would close around it: there is no bone in it.
+/// Energy       Contacts have pushed bodies on, from nowhere, by more than 1 % of the energy that moves and is stored.
 /// Stops        A joint rests on an end of its range, and the stop there bears load.
 class Warnings {
  public:
@@ -33,6 +34,7 @@ class Warnings {
         swallowed_(model.fingers()),
         factor_(model.fingers(), 1.0),
         stopped_(model.scene.hand.joints.size()) {
+    injected_.fingers_J = PerFinger<double>(model.fingers());
     for (std::size_t k = 0; k < model.pulps.size(); ++k) {
       factor_[k] = share_factor(model.pulps[k], model.scene.hand.fingertips[k].normal);
     }
@@ -52,6 +54,19 @@ class Warnings {
     void add(double time_s, double value);
   };
 
+  /// Energy from nowhere, against what there is.
+  struct Injected {
+    Ledger last;            ///< Sums.
+    double driven_J = 0.0;  ///< Of |work| of the drive, tick by tick.
+    double stored_J = 0.0;  ///< The most.
+    double since_s = -1.0;  ///< When it first was too much; < 0: it has not been.
+    double others_J = 0.0;  ///< By joint stops and the environment.
+    PerFinger<double> fingers_J;
+
+    void add(const TickRecord& tick);
+    [[nodiscard]] double share() const;
+  };
+
   /// How wide a finger's patch is, of its pulp.
   [[nodiscard]] double share(std::size_t finger, double normal_N) const;
 
@@ -65,6 +80,7 @@ class Warnings {
     Beyond lower, upper;  ///< Value: what the stop bears [N m].
   };
   std::vector<Stops> stopped_;  ///< Of each joint.
+  Injected injected_;
 };
 
 /// The same of a whole run.
