@@ -60,7 +60,7 @@ class Keys {
   /// Three numbers whose length is at most `limit`. Who sends a vector just as long may have rounded it up: it is cut.
   Vector3d vector_within(const char* key, double limit, const char* unit) {
     const Vector3d value = vector(key, std::numeric_limits<double>::max());
-    const double length = value.stableNorm();
+    const double length = value.norm();
     if (length <= limit) return value;
     if (length > (1.0 + kRounding) * limit) refuse(fmt::format("{} must not be longer than {} {}", key, limit, unit));
     return value * ((1.0 - kRounding) * limit / length);

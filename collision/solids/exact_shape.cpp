@@ -170,10 +170,18 @@ int face_of(const Shape& shape, const Vector3d& s, const Vector3d& n, double mar
   return -1;
 }
 
-// A smooth body is one face.
-int face_of(const SphereShape&, const Vector3d&, const Vector3d&, double) { return 0; }
-int face_of(const EllipsoidShape&, const Vector3d&, const Vector3d&, double) { return 0; }
-int face_of(const SuperquadricShape&, const Vector3d&, const Vector3d&, double) { return 0; }
+// A smooth body is one face, whatever the normal of the sample.
+int face_of(const SphereShape& sphere, const Vector3d& s, const Vector3d& /*n*/, double /*margin_m*/) {
+  return std::abs(s.norm() - sphere.radius_m) <= kOff_m ? 0 : -1;
+}
+
+int face_of(const EllipsoidShape& shape, const Vector3d& s, const Vector3d& /*n*/, double /*margin_m*/) {
+  return std::abs(distance_estimate_m(shape, s)) <= kOff_m ? 0 : -1;
+}
+
+int face_of(const SuperquadricShape& shape, const Vector3d& s, const Vector3d& /*n*/, double /*margin_m*/) {
+  return std::abs(distance_estimate_m(shape, s)) <= kOff_m ? 0 : -1;
+}
 
 // nearest(shape, x, near) is the nearest place of the whole solid.
 

@@ -24,8 +24,7 @@ using ExactShape = std::variant<BoxShape, SphereShape, EllipsoidShape, CylinderS
 /// Box       x-, x+, y-, y+, z-, z+.
 /// Cylinder  side, lower end, upper end.
 /// Mug       bottom, outer wall, rim, inner wall, floor, handle. The seam of handle and outer wall is an edge of both.
-/// Sphere, ellipsoid, superquadric: one, wherever s is and whatever n is. A superquadric's ridges are no edges, however
-/// sharp they are.
+/// Sphere, ellipsoid, superquadric: one, whatever n is. A superquadric's ridges are no edges, however sharp they are.
 ///
 /// Does not allocate or throw.
 [[nodiscard]] int face_at(const ExactShape& shape, const Eigen::Vector3d& s_m, const Eigen::Vector3d& n,

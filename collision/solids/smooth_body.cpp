@@ -258,6 +258,11 @@ NewtonFoot foot_from(const Shape& shape, const Vector3d& x, const Vector3d& near
   return finished(shape, newton_foot(shape, x, start_at(shape, x, near)), x);
 }
 
+template <typename Shape>
+double first_order_m(const Shape& shape, const Vector3d& x) {
+  return tangent_at(shape, start_at(shape, x, x), x).distance_m;
+}
+
 }  // namespace
 
 SurfaceForm foot_on(const EllipsoidShape& shape, const Vector3d& x, const Vector3d& near) noexcept {
@@ -288,6 +293,14 @@ SurfaceForm nearest_on(const SuperquadricShape& shape, const Vector3d& x,
     if (std::abs(other.form.distance_m) < std::abs(best.form.distance_m)) best = other;
   }
   return best.form;
+}
+
+double distance_estimate_m(const EllipsoidShape& shape, const Vector3d& x) noexcept {
+  return first_order_m(EllipsoidGauge(shape), x);
+}
+
+double distance_estimate_m(const SuperquadricShape& shape, const Vector3d& x) noexcept {
+  return first_order_m(SuperquadricGauge(shape), x);
 }
 
 }  // namespace thenar

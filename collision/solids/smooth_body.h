@@ -31,4 +31,8 @@ namespace thenar {
 [[nodiscard]] SurfaceForm nearest_on(const SuperquadricShape& shape, const Eigen::Vector3d& x_m,
                                      const std::optional<Eigen::Vector3d>& near_m) noexcept;
 
+/// About how far x is from the surface, by its first order: exact on the surface.
+[[nodiscard]] double distance_estimate_m(const EllipsoidShape& shape, const Eigen::Vector3d& x_m) noexcept;
+[[nodiscard]] double distance_estimate_m(const SuperquadricShape& shape, const Eigen::Vector3d& x_m) noexcept;
+
 }  // namespace thenar

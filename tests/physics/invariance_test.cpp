@@ -57,7 +57,7 @@ Outcome run(Model model, double duration_s) {
   return outcome;
 }
 
-/// How far two outcomes are apart, over the second's size, by quantity; a turn and joints [rad].
+/// How far two outcomes are apart, over the second's size, by quantity; a turn [rad] and slides [m].
 std::map<std::string, double> differences(const Outcome& a, const Outcome& b) {
   const auto relative = [](const auto& x, const auto& y) { return (x - y).matrix().norm() / y.matrix().norm(); };
   return {{"motion", relative(a.X_OO.translation(), b.X_OO.translation())},
@@ -133,7 +133,7 @@ Isometry3d mirrored(const Isometry3d& X) {
 /// samples of surfaces are what the image's own frames give.
 Scene mirrored(Scene scene) {
   for (Joint& joint : scene.hand.joints) {
-    joint.axis = -kMirror * joint.axis;  // An axis of rotation.
+    joint.axis = kMirror * joint.axis;  // Of a slide.
     joint.origin_m = kMirror * joint.origin_m;
   }
   for (Segment& segment : scene.hand.segments) segment.X_WS_0 = mirrored(segment.X_WS_0);
@@ -204,14 +204,18 @@ Scene scaled(Scene scene, const Scales& by) {
   };
   scene.step_s *= by.time;
   scene.control_period_s *= by.time;
-  for (Joint& joint : scene.hand.joints) joint.origin_m *= by.length;
+  for (Joint& joint : scene.hand.joints) {
+    joint.origin_m *= by.length;
+    joint.lower_rad *= by.length;  // Of a slide, in metres.
+    joint.upper_rad *= by.length;
+  }
   for (Segment& segment : scene.hand.segments) segment.X_WS_0.translation() *= by.length;
   for (Fingertip& tip : scene.hand.fingertips) {
     tip.centre_m *= by.length;
     tip.radius_m *= by.length;
+    tip.joint_viscosity *= by.force / by.length * by.time;
   }
-  scene.joint_viscosity *= moment * by.time;
-  *scene.torques *= moment;
+  for (Slide& slide : scene.slides) slide.force_N *= by.force;
   scale_material(scene.fingertips->material);
   std::get<SphereShape>(scene.object.shape).radius_m *= by.length;
   scene.object.mass_kg *= by.force;  // In the same gravity.
@@ -227,6 +231,7 @@ Scene scaled(Scene scene, const Scales& by) {
 /// Of the scene in those units.
 Outcome scaled(Outcome outcome, const Scales& by) {
   outcome.X_OO.translation() *= by.length;
+  outcome.q *= by.length;
   outcome.slip_m *= by.length;
   outcome.force_N *= by.force;
   outcome.centre_m *= by.length;
