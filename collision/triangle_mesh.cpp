@@ -33,15 +33,17 @@ double angle_at(const TriangleMesh& mesh, Index triangle, int corner) {
   return std::atan2(a.cross(b).norm(), a.dot(b));
 }
 
-/// Normals at the corners of triangles, three a triangle: the mean of those that meet there, weighted by their angles.
-/// What leans by more than 20 degrees from the triangle itself is another face, and has no say.
+/// Normals at the corners of triangles, three a triangle: the mean of those that meet there, weighted by their angles
+/// and areas, so that a large flat face stays flat beside the small ones of a fillet. What leans by more than 20
+/// degrees from the triangle itself is another face, and has no say.
 std::vector<std::array<Vector3d, 3>> corner_normals(const TriangleMesh& mesh) {
   const double same_face = std::cos(20.0 * std::numbers::pi / 180.0);
   const Index count = mesh.triangles.cols();
-  std::vector<Vector3d> own(count);
+  std::vector<Vector3d> own(count), area(count);
   std::vector<Index> begin(mesh.vertices_m.cols() + 1, 0);
   for (Index i = 0; i < count; ++i) {
-    own[i] = area_vector(mesh, i).stableNormalized();
+    area[i] = area_vector(mesh, i);
+    own[i] = area[i].stableNormalized();
     for (int k = 0; k < 3; ++k) ++begin[mesh.triangles(k, i) + 1];
   }
   std::partial_sum(begin.begin(), begin.end(), begin.begin());
@@ -57,9 +59,9 @@ std::vector<std::array<Vector3d, 3>> corner_normals(const TriangleMesh& mesh) {
       Vector3d sum = Vector3d::Zero();
       for (Index at = begin[vertex]; at < begin[vertex + 1]; ++at) {
         const auto [triangle, angle] = around[at];
-        if (own[triangle].dot(own[i]) > same_face) sum += angle * own[triangle];
+        if (own[triangle].dot(own[i]) > same_face) sum += angle * area[triangle];
       }
-      normals[i][k] = sum.squaredNorm() > 0.0 ? Vector3d(sum.normalized()) : own[i];
+      normals[i][k] = sum.stableNormalized();
     }
   }
   return normals;

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
@@ -56,8 +57,8 @@ void add_error_panel(ordered_json& figure, const std::string& name, const std::v
                      double radius_m, Index points, int seeds,
                      const std::function<void(const std::filesystem::path&, double x, int seed)>& write,
                      const std::string& extension) {
-  const std::filesystem::path folder =
-      std::filesystem::temp_directory_path() / fmt::format("thenar_curved_{}", std::hash<std::string>()(name));
+  const std::filesystem::path folder = std::filesystem::temp_directory_path() /
+                                       fmt::format("thenar_curved_{}_{}", getpid(), std::hash<std::string>()(name));
   std::filesystem::create_directories(folder);
   std::vector<double> along(x.size()), around(x.size());
   tbb::parallel_for(std::size_t{0}, x.size(), [&](std::size_t i) {

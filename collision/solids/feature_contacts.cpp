@@ -105,13 +105,12 @@ void meet_circle(const Look& look, std::int32_t place, const Feature& circle, in
   const bool conforms = all_round && most - least < kConforming_m;
   const bool nearly_fits = all_round && most - least < kNearlyFits_m;
   std::array<bool, kCirclePlaces> is_by_least{};
-  if (const auto angle = lowest >= 0 ? lowest_angle(u, v, *feet[lowest]) : std::nullopt) {
-    const auto at = look.base.foot(facet, point(*angle));
-    if (at && at->on == Foot::On::kFlat && at->normal == feet[lowest]->normal) {
-      const int before = static_cast<int>(*angle / kStep) % kCirclePlaces;
-      is_by_least[before] = is_by_least[(before + 1) % kCirclePlaces] = true;
-      look.add(place + 1, *at, 0.0, point(*angle), true, same_m);
-    }
+  const std::optional<double> low_angle = lowest >= 0 ? lowest_angle(u, v, *feet[lowest]) : std::nullopt;
+  std::optional<Foot> low = low_angle ? look.base.foot(facet, point(*low_angle)) : std::nullopt;
+  if (low && (low->on != Foot::On::kFlat || low->normal != feet[lowest]->normal)) low.reset();
+  if (low) {
+    const int before = static_cast<int>(*low_angle / kStep) % kCirclePlaces;
+    is_by_least[before] = is_by_least[(before + 1) % kCirclePlaces] = true;
   }
   for (int i = 0; i < kCirclePlaces; ++i) {
     if (!feet[i]) continue;
@@ -133,6 +132,8 @@ void meet_circle(const Look& look, std::int32_t place, const Feature& circle, in
     const double angle = root(kStep * i, kStep * (i + 1), at_low, at_high, 1e-9, slope);
     if (const auto at = look.base.foot(facet, point(angle))) look.add(place, *at, 0.0, point(angle), true, same_m);
   }
+  // In the order of places, as forces are kept.
+  if (low) look.add(place + 1, *low, 0.0, point(*low_angle), true, same_m);
   if (conforms || !nearly_fits) return;
   for (int i = 0; i < kCirclePlaces; ++i) {
     if (!is_by_least[i]) look.add(place + 1, *feet[i], 0.0, point(kStep * i), false, same_m);

@@ -1,9 +1,9 @@
 #include "collision/solids/solid_contacts.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "collision/solids/feature_contacts.h"
 #include "collision/solids/sampled_contacts.h"
@@ -44,34 +44,30 @@ struct BoxFace {
 struct FacingFaces {
   BoxFace of_a, of_b;
   Vector3d n;  ///< Out of B.
+  double gap_m = -std::numeric_limits<double>::infinity();
 };
 
-/// Those of A at R in the axes of B: three pairs at most, and their reverses.
-struct AllFacingFaces {
-  explicit AllFacingFaces(const Eigen::Matrix3d& R) {
-    // Where faces lean more, only their lowest crossing is within a band.
-    constexpr double kFacing = 0.9999;
-    for (int of_a = 0; of_a < 3; ++of_a) {
-      for (int of_b = 0; of_b < 3; ++of_b) {
-        if (std::abs(R(of_b, of_a)) < kFacing) continue;
-        for (const double side : {-1.0, 1.0}) {
-          all[count++] = {
-              {of_a, -std::copysign(side, side * R(of_b, of_a))}, {of_b, side}, side * Vector3d::Unit(of_b)};
-        }
+/// Of all faces of A at X that look at one of B, those that are the farthest apart: by which the boxes may touch, while
+/// the others overlap. None where the boxes lean.
+std::optional<FacingFaces> facing_faces(const BoxShape& a, const BoxShape& b, const Isometry3d& X_BA) {
+  // Where faces lean more, only their lowest crossing is within a band.
+  constexpr double kFacing = 0.9999;
+  std::optional<FacingFaces> farthest;
+  for (int of_a = 0; of_a < 3; ++of_a) {
+    for (int of_b = 0; of_b < 3; ++of_b) {
+      const double cosine = X_BA.linear()(of_b, of_a);
+      if (!(std::abs(cosine) >= kFacing)) continue;
+      for (const double side : {-1.0, 1.0}) {
+        const double side_a = -std::copysign(side, side * cosine);
+        const Vector3d middle = placed(X_BA, 0.5 * side_a * a.size_m[of_a] * Vector3d::Unit(of_a));
+        const double gap_m = side * middle[of_b] - 0.5 * b.size_m[of_b];
+        if (farthest && !(gap_m > farthest->gap_m)) continue;
+        farthest = {{of_a, side_a}, {of_b, side}, side * Vector3d::Unit(of_b), gap_m};
       }
     }
   }
-  /// The pair whose faces these are edges of.
-  [[nodiscard]] const FacingFaces* of(const Feature& of_a, const Feature& of_b) const {
-    for (int i = 0; i < count; ++i) {
-      if (all[i].of_a.has(of_a) && all[i].of_b.has(of_b)) return &all[i];
-    }
-    return nullptr;
-  }
-
-  std::array<FacingFaces, 6> all;
-  int count = 0;
-};
+  return farthest;
+}
 
 /// Edges of two boxes that cross, each inside of the other's ends. Those of faces that look at one another are seen
 /// along the normal of B's face: with its corners over the other's they are the corners of what two faces share. Edges
@@ -79,9 +75,9 @@ struct AllFacingFaces {
 void cross_edges(const SolidPair& pair, const Isometry3d& X_BA, double band_m, std::int32_t first_place,
                  std::vector<SolidContact>& contacts) {
   std::int32_t place = first_place;
-  const auto thickness_m = [](const Solid& box) { return std::get<BoxShape>(box).size_m.minCoeff(); };
-  const double least_m = std::min(thickness_m(std::get<Solid>(pair.a)), thickness_m(pair.b));
-  const AllFacingFaces faces(X_BA.linear());
+  const BoxShape &box_a = std::get<BoxShape>(std::get<Solid>(pair.a)), &box_b = std::get<BoxShape>(pair.b);
+  const double least_m = std::min(box_a.size_m.minCoeff(), box_b.size_m.minCoeff());
+  const std::optional<FacingFaces> faces = facing_faces(box_a, box_b, X_BA);
   for (const Feature& of_a : pair.of_a) {
     if (of_a.kind != Feature::Kind::kSegment) continue;
     const Vector3d a = placed(X_BA, of_a.a_m), d_a = X_BA.linear() * (of_a.b_m - of_a.a_m);
@@ -89,22 +85,23 @@ void cross_edges(const SolidPair& pair, const Isometry3d& X_BA, double band_m, s
       if (of_b.kind != Feature::Kind::kSegment) continue;
       ++place;
       const Vector3d d_b = of_b.b_m - of_b.a_m, across = d_a.cross(d_b), between = of_b.a_m - a;
-      const FacingFaces* const facing = faces.of(of_a, of_b);
-      const Vector3d seen = facing != nullptr ? Vector3d(across.dot(facing->n) * facing->n) : across;
+      const bool facing = faces && faces->of_a.has(of_a) && faces->of_b.has(of_b);
+      const Vector3d seen = facing ? Vector3d(across.dot(faces->n) * faces->n) : across;
       const double squared = seen.squaredNorm();
       constexpr double kParallel = 1e-12;  // Of sines squared: such edges meet at their ends, which are corners.
       if (squared < kParallel * d_a.squaredNorm() * d_b.squaredNorm()) continue;
       const double s = between.cross(d_b).dot(seen) / squared, t = between.cross(d_a).dot(seen) / squared;
       if (!(s > 0.0 && s < 1.0 && t > 0.0 && t < 1.0)) continue;
       const Vector3d p_a = a + s * d_a, p_b = of_b.a_m + t * d_b;
-      Vector3d n = facing != nullptr ? facing->n : Vector3d(across / std::sqrt(squared));
+      Vector3d n = facing ? faces->n : Vector3d(across / std::sqrt(squared));
       if (n.dot(p_b) < 0.0) n = -n;  // Out of B, whose middle is the origin.
       const double gap_m = n.dot(p_a - p_b);
-      // Far edges seem to cross, too, a box's thickness deep.
+      // Far edges seem to cross, too, a box's thickness deep; and those of faces that overlap more than others.
       if (!(gap_m < band_m && gap_m > -0.5 * least_m) || contacts.size() == contacts.capacity()) continue;
+      if (!facing && faces && gap_m < faces->gap_m) continue;
       const Vector3d n_A = X_BA.linear().transpose() * n;
       const bool touch = is_out_of_edge(p_b, axis_of(of_b), n) && is_out_of_edge(of_a.a_m, axis_of(of_a), -n_A);
-      if (facing != nullptr || touch) contacts.push_back({place, kEverywhere, gap_m, p_a, n, true, kEverywhere, 0.0});
+      if (facing || touch) contacts.push_back({place, kEverywhere, gap_m, p_a, n, true, kEverywhere, 0.0});
     }
   }
 }

@@ -20,8 +20,8 @@ struct SurfaceForm {
 /// infinite.
 inline constexpr double kSharpest_per_m = 1e5;
 
-/// How far x is over the paraboloid that a surface is like around a place: off the surface by the fourth power of the
-/// way from there along it.
+/// How far x is over the paraboloid that a surface is like around a place: off by the third power of the way from there
+/// along it, of circles by the fourth.
 [[nodiscard]] inline double height_over(const SurfaceForm& form, const Eigen::Vector3d& x_m) {
   const Eigen::Vector3d way = x_m - form.point_m;
   const double along = way.dot(form.t1), across = way.dot(form.normal.cross(form.t1));

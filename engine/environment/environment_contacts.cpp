@@ -137,10 +137,11 @@ EnvironmentContacts::EnvironmentContacts(const Environment& environment, const T
 
 void find_environment_contacts(const Environment& environment, const Isometry3d& X_WO, const Instant& begin,
                                const Instant& end, double band_m, const std::vector<EnvironmentForce>& forces,
-                               EnvironmentContacts& out, const GroundProblem::Motion& x) {
+                               EnvironmentContacts& out, const std::optional<GroundProblem::Motion>& after) {
+  const GroundProblem::Motion x = after.value_or(GroundProblem::Motion::Zero());
   const Isometry3d X_look = moved(X_WO, x);
-  const bool after_motion = !x.isZero(0.0);
   out.looked_at = x;
+  out.after_motion = after.has_value();
   out.found.clear();
   out.contacts.clear();
   for (std::size_t k = 0; k < out.pairs.size(); ++k) {
@@ -148,12 +149,15 @@ void find_environment_contacts(const Environment& environment, const Isometry3d&
     const EnvironmentBody& body = environment.bodies[k];
     const Isometry3d X_begin = pose(body, begin), X_end = pose(body, end);
     pair.moved_m = X_end.translation() - X_begin.translation();
-    pair.X_WE = after_motion ? X_end : X_begin;
-    const Vector3d ahead_m = after_motion ? Vector3d(Vector3d::Zero()) : pair.moved_m;
+    pair.X_WE = after ? X_end : X_begin;
+    const Vector3d ahead_m = after ? Vector3d(Vector3d::Zero()) : pair.moved_m;
+    const Vector3d ahead_E = pair.X_WE.linear().transpose() * ahead_m;
     out.of_pair.clear();
     find_contacts(pair.solids, pair.X_WE.inverse() * X_look, band_m + ahead_m.norm(), out.of_pair);
     const std::size_t first = out.found.size();
-    for (const SolidContact& at : out.of_pair) out.found.push_back({static_cast<int>(k), at});
+    for (const SolidContact& at : out.of_pair) {
+      if (at.gap_m - at.n.dot(ahead_E) < band_m) out.found.push_back({static_cast<int>(k), at});
+    }
     for (std::size_t i = first; i < out.found.size(); ++i) {
       const SolidContact& at = out.found[i].at;
       // The axes are fixed to the body as far as its surface is: forces are carried in them.
@@ -179,6 +183,8 @@ double may_miss_m(const EnvironmentContacts& contacts, const GroundProblem::Moti
   const double way_m = on.head<3>().norm(), turn = on.tail<3>().norm();
   double most_m = 0.0;
   for (const EnvironmentContact& contact : contacts.found) {
+    const bool has_moved = !contacts.pairs[contact.body].moved_m.isZero(0.0);
+    if (!contacts.after_motion && has_moved) return std::numeric_limits<double>::infinity();
     if (!contact.at.roams) continue;
     // The feature goes so far that its place turns; and as the object turns, the feature's way bends.
     const double lever_m = contacts.reach_m + std::max(0.0, contact.at.gap_m) + contact.at.round_m;
@@ -191,15 +197,25 @@ double may_miss_m(const EnvironmentContacts& contacts, const GroundProblem::Moti
 
 double missed_m(const Environment& environment, const EnvironmentContacts& contacts, const GroundProblem::Motion& x,
                 const std::vector<EnvironmentForce>& then) {
+  const auto has_moved = [&](int body) { return !contacts.pairs[body].moved_m.isZero(0.0); };
   double most_m = 0.0;
   for (std::size_t i = 0; i < contacts.found.size(); ++i) {
-    if (!contacts.found[i].at.roams) continue;
+    if (!contacts.found[i].at.roams && !has_moved(contacts.found[i].body)) continue;
     const GroundContact& contact = contacts.contacts[i];
     const double gap_m = contact.delta_free[0] + contact.J.row(0).dot(x);
     const EnvironmentForce* const force = last_force(then, contacts.found, i);
     const double expected_m =
         force != nullptr ? -environment.compliance_m_per_N * force->n_E.dot(force->f_E) : std::max(0.0, gap_m);
     most_m = std::max(most_m, std::abs(gap_m - expected_m));
+  }
+  for (const EnvironmentForce& force : then) {
+    if (!has_moved(force.body)) continue;
+    bool is_there = false;
+    for (std::size_t i = 0; i < contacts.found.size() && !is_there; ++i) {
+      is_there = id_of(force) == std::tie(contacts.found[i].body, contacts.found[i].at.place) &&
+                 last_force(then, contacts.found, i) == &force;
+    }
+    if (!is_there) most_m = std::max(most_m, environment.compliance_m_per_N * force.n_E.dot(force.f_E));
   }
   return most_m;
 }

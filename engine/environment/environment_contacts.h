@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <optional>
 #include <tuple>
 #include <vector>
 
@@ -64,8 +65,9 @@ struct EnvironmentContacts {
   std::vector<EnvironmentPair> pairs;     ///< One a body.
   std::vector<EnvironmentContact> found;  ///< Body by body.
   std::vector<GroundContact> contacts;    ///< The same ones as the solver knows them: rows n, t1, t2.
-  GroundProblem::Motion looked_at = GroundProblem::Motion::Zero();  ///< The motion after which gaps are exact.
-  double reach_m = 0.0;                                             ///< The object's, from its origin.
+  GroundProblem::Motion looked_at = GroundProblem::Motion::Zero();  ///< The motion after which gaps are exact,
+  bool after_motion = false;  ///< and the bodies were at the tick's end; else all of it was at its begin.
+  double reach_m = 0.0;       ///< The object's, from its origin.
 
   // Scratch: a pair's contacts; forces before the contacts were looked at again.
   std::vector<SolidContact> of_pair;
@@ -78,22 +80,23 @@ struct EnvironmentContacts {
 };
 
 /// Finds the contacts of a tick from `begin` to `end`, the object at X_WO when it begins: gaps are those to the
-/// bodies where they are at its end, slips those that they make. What is farther than `band_m` and a body's way is
-/// left out. They are looked for where object and bodies are as the tick begins, when neither has gone through the
-/// other, and bodies go on along their normals. `forces` are the last tick's, in order; each is taken over by one
-/// contact at most. `x`, if it is not zero: both are looked at where this motion takes the object, and the bodies are
-/// at the end, and what is found is taken back along its own directions: gaps are right after the motion, not before.
+/// bodies where they are at its end, slips those that they make. What is farther than `band_m` then is left out. They
+/// are looked for where object and bodies are as the tick begins, when neither has gone through the other, and bodies
+/// go on along their normals. `forces` are the last tick's, in order; each is taken over by one contact at most.
+/// `after`: the object is looked at where this motion takes it, the bodies at the end, and what is found is taken back
+/// along its own directions: gaps are right after the motion, not before.
 void find_environment_contacts(const Environment& environment, const Eigen::Isometry3d& X_WO, const Instant& begin,
                                const Instant& end, double band_m, const std::vector<EnvironmentForce>& forces,
                                EnvironmentContacts& contacts,
-                               const GroundProblem::Motion& x = GroundProblem::Motion::Zero());
+                               const std::optional<GroundProblem::Motion>& after = std::nullopt);
 
 /// By how much gaps after a motion x may differ from what these contacts say, at most [m]; of contacts that roam:
-/// places of least gap go elsewhere with the motion, and straight lines miss that. Infinite where nothing is known.
+/// places of least gap go elsewhere with the motion, and straight lines miss that. Infinite where nothing is known, and
+/// where a body has moved since it was looked at.
 [[nodiscard]] double may_miss_m(const EnvironmentContacts& contacts, const GroundProblem::Motion& x);
 
 /// How far the gaps of these contacts after a motion x are from those at which the forces `then` are, at most [m]; of
-/// contacts that roam.
+/// contacts that roam, and of bodies that move also of forces at contacts that are no more.
 [[nodiscard]] double missed_m(const Environment& environment, const EnvironmentContacts& contacts,
                               const GroundProblem::Motion& x, const std::vector<EnvironmentForce>& then);
 

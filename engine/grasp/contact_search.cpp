@@ -159,10 +159,9 @@ struct PulpSearch {
       const double aside_m = (u - u.dot(c.normal) * c.normal).norm();
       const int face = face_at(*model.exact, c.point_m, c.normal, support_m + aside_m);
       const bool is_near = face == held.face && moved_m < support_m;
-      held.x_O = x_O;
-      held.face = face;
-      held.at.normal = c.normal;
-      if (face >= 0) held.at = foot_on_face(*model.exact, face, x_O, is_near ? held.at.point_m : c.point_m);
+      const Vector3d near_m = is_near ? held.at.point_m : c.point_m;
+      held = {x_O, face, {.normal = c.normal}};
+      if (face >= 0) held.at = foot_on_face(*model.exact, face, x_O, near_m);
     }
     if (held.face < 0) return false;
     c.deformed_gap_m = height_over(held.at, x_O);
@@ -352,9 +351,10 @@ void find_pulp_contacts(const Model& model, const HandPose& pose, const ContactS
   // In a wall that is thinner than the press the plain look is dear, and only says when it may be gone back to.
   const bool looks = !search.draws_in[finger] || pulp.has_moved();
   if (looks) pulp.find();
-  const bool beyond = !looks || std::ranges::any_of(search.candidates, &ContactCandidate::is_beyond);
+  const bool beyond = looks && std::ranges::any_of(search.candidates, &ContactCandidate::is_beyond);
+  const bool draws_in = beyond || search.draws_in[finger];
   // At an edge the two ways of looking differ: a finger goes back to the plain one where they agree, without a step.
-  if (beyond || search.draws_in[finger]) {
+  if (draws_in) {
     pulp.find_drawn_in();
     if (looks) {
       std::erase_if(search.plain, [&](const auto& c) { return c.gap_m >= band_m; });

@@ -16,13 +16,13 @@ Instant after(const Model& model, const State& state, std::int64_t ticks) {
 }  // namespace
 
 void look_around(const Model& model, const Mobility& mobility, const Vector6d& wrench, const State& state,
-                 EnvironmentContacts& contacts, const Vector6d& x) {
+                 EnvironmentContacts& contacts, const std::optional<Vector6d>& after_motion) {
   if (contacts.pairs.empty()) return;
   const Scene& scene = model.scene;
   const double way_m =
       mobility.translation * wrench.head<3>().norm() + contacts.reach_m * mobility.rotation * wrench.tail<3>().norm();
   find_environment_contacts(*scene.environment, state.X_WO, after(model, state, 0), after(model, state, 1),
-                            scene.contact.band_m + way_m, state.environment_forces, contacts, x);
+                            scene.contact.band_m + way_m, state.environment_forces, contacts, after_motion);
 }
 
 bool look_again(const Model& model, const Mobility& mobility, const Vector6d& wrench, const State& state,

@@ -13,10 +13,10 @@
 
 namespace thenar {
 
-/// Finds what the object touches beside the fingers, as far as the drive might move it in the tick; where a motion x
-/// takes it.
+/// Finds what the object touches beside the fingers, as far as the drive might move it in the tick; or after a motion
+/// of it, and the tick.
 void look_around(const Model& model, const Mobility& mobility, const Vector6d& wrench, const State& state,
-                 EnvironmentContacts& contacts, const Vector6d& x = Vector6d::Zero());
+                 EnvironmentContacts& contacts, const std::optional<Vector6d>& after_motion = std::nullopt);
 
 /// Looks again from where the motion x, which the tick has found, takes the object. True if that is news: the tick is
 /// then to be solved again with what work.environment has now.

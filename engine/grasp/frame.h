@@ -21,8 +21,9 @@ struct FrameContact {
   int finger = 0;
   Eigen::Index control_point = 0;
   Eigen::Vector3d p_F;  ///< Finger point, distal frame; rest shape.
-  Eigen::Vector3d s_O;  ///< Where the deformed point is over the object's surface at the snapshot, object frame.
-  Eigen::Vector3d n_O;  ///< Into the object there, object frame.
+  Eigen::Vector3d
+      s_O;  ///< Where the deformed point is over the object's surface, or was a little before: see HeldFoot.
+  Eigen::Vector3d n_O;                            ///< Into the object there, object frame.
   Eigen::Vector3d t_O = Eigen::Vector3d::Zero();  ///< A principal direction of the surface there, across n.
   double curvature_per_m = 0.0;                   ///< Along t, of the torus's tube; > 0 convex.
   double ring_curvature_per_m = 0.0;              ///< Along n x t, of its ring: no larger in size.
@@ -85,8 +86,9 @@ struct Frame {
 
 /// How the deformed finger point of a contact stands to the object's surface.
 struct ContactGap {
-  double gap_m;         ///< Signed.
-  Eigen::Vector3d n_F;  ///< Into the object, at the point's projection; distal frame.
+  double gap_m;  ///< Signed.
+  Eigen::Vector3d
+      n_F;  ///< Into the object, at the point's projection; distal frame. Shorter than 1 at a centre of curvature.
 };
 
 /// The gap with the object at X_FO in the distal frame and both deformed there, the pulp by u, the object by u_o: the

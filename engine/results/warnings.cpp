@@ -129,18 +129,14 @@ double Warnings::share(std::size_t finger, double normal_N) const {
 }
 
 void Warnings::Injected::add(const TickRecord& tick) {
-  driven_J += std::abs(tick.ledger.drive_J - last.drive_J);
-  stored_J = std::max(stored_J, tick.ledger.stored_J);
-  others_J += tick.ledger.injected_J - last.injected_J;
-  for (std::size_t k = 0; k < tick.contact.injected_J.size(); ++k) {
-    fingers_J[k] += tick.contact.injected_J[k];
-    others_J -= tick.contact.injected_J[k];
-  }
-  last = tick.ledger;
-  if (since_s < 0.0 && last.injected_J > kNoticed_J && share() > kInjectedShare) since_s = tick.time_s;
+  const Ledger& ledger = tick.contact.ledger;
+  driven_J += std::abs(ledger.drive_J);
+  stored_J = std::max(stored_J, ledger.stored_J);
+  all_J += ledger.injected_J;
+  for (std::size_t k = 0; k < tick.contact.injected_J.size(); ++k) fingers_J[k] += tick.contact.injected_J[k];
+  const double share = all_J / (driven_J + stored_J);
+  if (all_J > kNoticed_J && share > kInjectedShare) beyond.add(tick.time_s, share);
 }
-
-double Warnings::Injected::share() const { return last.injected_J / (driven_J + stored_J); }
 
 void Warnings::add(const TickRecord& tick) {
   ++ticks_;
@@ -193,16 +189,18 @@ std::vector<std::string> Warnings::sentences() const {
       all.push_back(fmt::format("the {}'s {} (from {:.3f} s on)", finger, kSwallows, swallowed.since_s));
     }
   }
-  if (injected_.since_s >= 0.0) {
+  if (const Beyond& beyond = injected_.beyond; beyond.ticks > 0) {
     const auto most = std::ranges::max_element(injected_.fingers_J);
-    const bool by_finger = most != injected_.fingers_J.end() && *most >= injected_.others_J;
+    const bool by_finger = most != injected_.fingers_J.end() && *most >= 0.5 * injected_.all_J;
     const std::string where = by_finger
-                                  ? "the " + model_.scene.hand.fingertips[most - injected_.fingers_J.begin()].finger
-                                  : "the environment or a joint's stop";
+                                  ? "at the " + model_.scene.hand.fingertips[most - injected_.fingers_J.begin()].finger
+                                  : "not at one finger alone";
     all.push_back(fmt::format(
-        "energy comes from nowhere: contacts have pushed bodies on by {:.3g} mJ, {:.3g} % of what drives them and is "
-        "stored (above {:g} % from {:.3f} s on), most of it at {}; frames that are late do so, and edges",
-        1e3 * injected_.last.injected_J, 100.0 * injected_.share(), 100.0 * kInjectedShare, injected_.since_s, where));
+        "energy comes from nowhere: contacts have pushed bodies on by {:.3g} mJ, most of it {}; from {:.3f} s on that "
+        "is more than {:g} % of what drives them and is stored, up to {:.3g} % at {:.3f} s. Late frames and edges "
+        "cause "
+        "this",
+        1e3 * injected_.all_J, where, beyond.since_s, 100.0 * kInjectedShare, 100.0 * beyond.worst, beyond.worst_s));
   }
   for (std::size_t j = 0; j < stopped_.size(); ++j) {
     const Joint& joint = model_.scene.hand.joints[j];

@@ -56,15 +56,13 @@ class Warnings {
 
   /// Energy from nowhere, against what there is.
   struct Injected {
-    Ledger last;            ///< Sums.
     double driven_J = 0.0;  ///< Of |work| of the drive, tick by tick.
     double stored_J = 0.0;  ///< The most.
-    double since_s = -1.0;  ///< When it first was too much; < 0: it has not been.
-    double others_J = 0.0;  ///< By joint stops and the environment.
+    double all_J = 0.0;     ///< Injected so far.
     PerFinger<double> fingers_J;
+    Beyond beyond;  ///< Value: its share.
 
     void add(const TickRecord& tick);
-    [[nodiscard]] double share() const;
   };
 
   /// How wide a finger's patch is, of its pulp.

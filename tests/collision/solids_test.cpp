@@ -184,7 +184,9 @@ TEST(SolidContacts, ContactsOfBoxesAreTheCornersOfWhatTheirFacesShare) {
     if (shared.size() < 3) continue;
     Polygon found;
     for (const SolidContact& contact : contacts_of(a, b, X, kBand_m)) {
+      // Corners beside the other's edges are near them, too, but touch nothing.
       if (contact.n.z() > 0.99) found.emplace_back(contact.p_m.head<2>());
+      ASSERT_GT(contact.gap_m, -2e-4) << contact.n.transpose();
     }
     for (const Eigen::Vector2d& corner : shared) {
       const auto off = [&](const Eigen::Vector2d& p) { return (p - corner).norm(); };

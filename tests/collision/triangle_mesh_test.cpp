@@ -3,10 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
 #include <stdexcept>
+#include <vector>
 
 namespace thenar::triangle_mesh_test {
 namespace {
@@ -155,6 +157,66 @@ TEST(TriangleMesh, CutsPolygonsThatAreNotConvex) {
       area += (b - a).cross(c - a).norm();
     }
     EXPECT_NEAR(area, std::abs(whole.dot(R.col(2))), 1e-12);
+  }
+}
+
+/// What an outline across z sweeps along z, open at its ends; counter-clockwise.
+TriangleMesh swept(const std::vector<Eigen::Vector2d>& outline, double length_m) {
+  const auto count = static_cast<Index>(outline.size());
+  TriangleMesh mesh{Eigen::Matrix3Xd(3, 2 * count), Eigen::Matrix3Xi(3, 2 * count)};
+  for (Index i = 0; i < count; ++i) {
+    mesh.vertices_m.col(i) << outline[i], 0.0;
+    mesh.vertices_m.col(count + i) << outline[i], length_m;
+    const int a = static_cast<int>(i), b = static_cast<int>((i + 1) % count), up = static_cast<int>(count);
+    mesh.triangles.col(2 * i) << a, b, b + up;
+    mesh.triangles.col(2 * i + 1) << a, b + up, a + up;
+  }
+  return mesh;
+}
+
+double degrees_between(const Vector3d& a, const Vector3d& b) {
+  return std::acos(std::min(1.0, a.dot(b))) * 180.0 / std::numbers::pi;
+}
+
+// Triangles stand for what is round; but a flat face beside a fillet stays flat, and edges stay edges.
+TEST(TriangleMesh, NormalsTurnWithWhatIsRound) {
+  std::vector<Eigen::Vector2d> circle;
+  for (int i = 0; i < 24; ++i) {
+    const double angle = std::numbers::pi * i / 12.0;
+    circle.emplace_back(10e-3 * std::cos(angle), 10e-3 * std::sin(angle));
+  }
+  const PointCloud rod = sample_mesh(swept(circle, 50e-3), 2000);
+  for (Index i = 0; i < rod.points_m.cols(); ++i) {
+    const Vector3d out(rod.points_m(0, i), rod.points_m(1, i), 0.0);
+    ASSERT_LT(degrees_between(rod.normals.col(i), out.normalized()), 0.1) << "facets of 15 degrees";
+  }
+
+  // A plate of 60 x 20 mm whose corners are fillets of 4 mm, in facets of a right angle over 8.
+  constexpr double kFillet_m = 4e-3;
+  std::vector<Eigen::Vector2d> plate;
+  for (int corner = 0; corner < 4; ++corner) {
+    const Eigen::Vector2d middle((corner == 0 || corner == 3 ? 1.0 : -1.0) * (30e-3 - kFillet_m),
+                                 (corner < 2 ? 1.0 : -1.0) * (10e-3 - kFillet_m));
+    for (int i = 0; i <= 8; ++i) {
+      const double angle = 0.5 * std::numbers::pi * (corner + i / 8.0);
+      plate.push_back(middle + kFillet_m * Eigen::Vector2d(std::cos(angle), std::sin(angle)));
+    }
+  }
+  const PointCloud filleted = sample_mesh(swept(plate, 50e-3), 4000);
+  for (Index i = 0; i < filleted.points_m.cols(); ++i) {
+    const Vector3d p = filleted.points_m.col(i), n = filleted.normals.col(i);
+    if (std::abs(p.x()) < 30e-3 - kFillet_m) {
+      ASSERT_LT(degrees_between(n, std::copysign(1.0, p.y()) * Vector3d::UnitY()), 0.5);
+    } else if (std::abs(p.y()) > 10e-3 - kFillet_m) {
+      const Vector3d off(p.x() - std::copysign(30e-3 - kFillet_m, p.x()),
+                         p.y() - std::copysign(10e-3 - kFillet_m, p.y()), 0.0);
+      ASSERT_LT(degrees_between(n, off.normalized()), 6.0);  // Half of a facet, where it meets the flat face.
+    }
+  }
+
+  const PointCloud cube = sample_mesh(box({1e-2, 1e-2, 1e-2}), 600);
+  for (Index i = 0; i < cube.points_m.cols(); ++i) {
+    ASSERT_LT(1.0 - cube.normals.col(i).cwiseAbs().maxCoeff(), 1e-15);
   }
 }
 

@@ -93,6 +93,43 @@ TEST(OnBodies, ABarRestsAcrossABar) {
   }
 }
 
+// By 8 mm on either of two blocks: faces that look at one another sideways overlap by as much, and touch nothing.
+TEST(OnBodies, APlankRestsOnTwoBlocks) {
+  for (const double yaw : {0.0, 0.3}) {
+    SCOPED_TRACE(yaw);
+    expect_rest({"{box: [100 mm, 30 mm, 20 mm]}",
+                 "{shape: {box: [40 mm, 40 mm, 40 mm]}, position: [-62 mm, 0 mm, -20 mm]}, "
+                 "{shape: {box: [40 mm, 40 mm, 40 mm]}, position: [62 mm, 0 mm, -20 mm]}",
+                 {0.0, 0.0, 10e-3},
+                 AngleAxisd(yaw * kDegree, Vector3d::UnitZ()).toRotationMatrix()});
+  }
+}
+
+// On a slope that friction holds it presses one side of its end more, and leans there by some 1e-5 rad: its lowest
+// place bears with those beside it.
+TEST(OnBodies, ACylinderRestsOnItsEnd) {
+  for (const double degrees : {0.0, 5.0, 15.0}) {
+    SCOPED_TRACE(degrees);
+    const Matrix3d slope = AngleAxisd(degrees * kDegree, Vector3d::UnitY()).toRotationMatrix();
+    expect_rest({"{cylinder: {radius: 25 mm, length: 60 mm}}",
+                 "{shape: {plane: true}, position: [0 mm, 0 mm, 0 mm], rotation: " + rows(slope) + "}",
+                 30e-3 * slope.col(2), slope});
+  }
+}
+
+// A plate that passes beside a box by 0.1 mm leaves it where it is.
+TEST(OnBodies, ABodyPassesBy) {
+  for (const char* const shape : {"{box: [20 mm, 20 mm, 20 mm]}", "{sphere: 10 mm}"}) {
+    SCOPED_TRACE(shape);
+    const std::string bodies =
+        "{shape: {plane: true}, position: [0 mm, 0 mm, 0 mm]}, {shape: {box: [2 mm, 100 mm, 30 mm]}, "
+        "position: [-100 mm, 60.1 mm, 16 mm], move: [{by: [200 mm, 0 mm, 0 mm], from: 50 ms, over: 75 ms}]}";
+    Loop loop(scene_of({shape, bodies, {0.0, 0.0, 10e-3}}));
+    loop.run(0.2);
+    EXPECT_LT(loop.state.X_WO.translation().head<2>().norm(), 1e-6);
+  }
+}
+
 // Rolling: b_t v + b_r w / r = m g sin a, v = w r.
 TEST(OnBodies, ACylinderRollsOnASlope) {
   constexpr double kRadius_m = 25e-3, kTranslation = 5.0, kRotation = 0.001;
