@@ -64,12 +64,12 @@ void meet_segment(const Look& look, std::int32_t place, const Feature& edge) {
 }
 
 /// Where a circle of the radii u, v leans over a face that one of its places has its foot on: the angle from u of its
-/// lowest place, 0 to 2 pi. Nothing where it lies on the face, so that two places are as low to 10 nm.
-std::optional<double> lowest_angle(const Vector3d& u, const Vector3d& v, const Foot& foot) {
-  if (foot.on != Foot::On::kFlat) return std::nullopt;
+/// lowest place, 0 to 2 pi. -1 where it lies on the face, so that two places are as low to 10 nm.
+double lowest_angle(const Vector3d& u, const Vector3d& v, const Foot& foot) {
+  if (foot.on != Foot::On::kFlat) return -1.0;
   const double along_u = u.dot(foot.normal), along_v = v.dot(foot.normal);
   const double between = 1.0 - std::cos(std::numbers::pi / kCirclePlaces);
-  if (!(between * std::hypot(along_u, along_v) > kConforming_m)) return std::nullopt;
+  if (!(between * std::hypot(along_u, along_v) > kConforming_m)) return -1.0;
   // The height over a plane is a cosine of the angle.
   const double angle = std::atan2(-along_v, -along_u);
   return angle < 0.0 ? angle + 2.0 * std::numbers::pi : angle;
@@ -105,11 +105,11 @@ void meet_circle(const Look& look, std::int32_t place, const Feature& circle, in
   const bool conforms = all_round && most - least < kConforming_m;
   const bool nearly_fits = all_round && most - least < kNearlyFits_m;
   std::array<bool, kCirclePlaces> is_by_least{};
-  const std::optional<double> low_angle = lowest >= 0 ? lowest_angle(u, v, *feet[lowest]) : std::nullopt;
-  std::optional<Foot> low = low_angle ? look.base.foot(facet, point(*low_angle)) : std::nullopt;
+  const double low_angle = lowest >= 0 ? lowest_angle(u, v, *feet[lowest]) : -1.0;
+  std::optional<Foot> low = low_angle >= 0.0 ? look.base.foot(facet, point(low_angle)) : std::nullopt;
   if (low && (low->on != Foot::On::kFlat || low->normal != feet[lowest]->normal)) low.reset();
   if (low) {
-    const int before = static_cast<int>(*low_angle / kStep) % kCirclePlaces;
+    const int before = static_cast<int>(low_angle / kStep) % kCirclePlaces;
     is_by_least[before] = is_by_least[(before + 1) % kCirclePlaces] = true;
   }
   for (int i = 0; i < kCirclePlaces; ++i) {
@@ -133,7 +133,7 @@ void meet_circle(const Look& look, std::int32_t place, const Feature& circle, in
     if (const auto at = look.base.foot(facet, point(angle))) look.add(place, *at, 0.0, point(angle), true, same_m);
   }
   // In the order of places, as forces are kept.
-  if (low) look.add(place + 1, *low, 0.0, point(*low_angle), true, same_m);
+  if (low) look.add(place + 1, *low, 0.0, point(low_angle), true, same_m);
   if (conforms || !nearly_fits) return;
   for (int i = 0; i < kCirclePlaces; ++i) {
     if (!is_by_least[i]) look.add(place + 1, *feet[i], 0.0, point(kStep * i), false, same_m);

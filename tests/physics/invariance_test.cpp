@@ -213,7 +213,7 @@ Scene scaled(Scene scene, const Scales& by) {
   for (Fingertip& tip : scene.hand.fingertips) {
     tip.centre_m *= by.length;
     tip.radius_m *= by.length;
-    tip.joint_viscosity *= by.force / by.length * by.time;
+    *tip.joint_viscosity *= by.force / by.length * by.time;
   }
   for (Slide& slide : scene.slides) slide.force_N *= by.force;
   scale_material(scene.fingertips->material);
