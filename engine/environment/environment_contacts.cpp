@@ -149,8 +149,9 @@ void find_environment_contacts(const Environment& environment, const Isometry3d&
     const EnvironmentBody& body = environment.bodies[k];
     const Isometry3d X_begin = pose(body, begin), X_end = pose(body, end);
     pair.moved_m = X_end.translation() - X_begin.translation();
-    pair.X_WE = after ? X_end : X_begin;
-    const Vector3d ahead_m = after ? Vector3d(Vector3d::Zero()) : pair.moved_m;
+    const bool from_begin = !after && pair.is_fast();
+    pair.X_WE = from_begin ? X_begin : X_end;
+    const Vector3d ahead_m = from_begin ? pair.moved_m : Vector3d(Vector3d::Zero());
     const Vector3d ahead_E = pair.X_WE.linear().transpose() * ahead_m;
     out.of_pair.clear();
     find_contacts(pair.solids, pair.X_WE.inverse() * X_look, band_m + ahead_m.norm(), out.of_pair);
@@ -183,8 +184,8 @@ double may_miss_m(const EnvironmentContacts& contacts, const GroundProblem::Moti
   const double way_m = on.head<3>().norm(), turn = on.tail<3>().norm();
   double most_m = 0.0;
   for (const EnvironmentContact& contact : contacts.found) {
-    const bool has_moved = !contacts.pairs[contact.body].moved_m.isZero(0.0);
-    if (!contacts.after_motion && has_moved) return std::numeric_limits<double>::infinity();
+    if (!contacts.after_motion && contacts.pairs[contact.body].is_fast())
+      return std::numeric_limits<double>::infinity();
     if (!contact.at.roams) continue;
     // The feature goes so far that its place turns; and as the object turns, the feature's way bends.
     const double lever_m = contacts.reach_m + std::max(0.0, contact.at.gap_m) + contact.at.round_m;
@@ -197,10 +198,10 @@ double may_miss_m(const EnvironmentContacts& contacts, const GroundProblem::Moti
 
 double missed_m(const Environment& environment, const EnvironmentContacts& contacts, const GroundProblem::Motion& x,
                 const std::vector<EnvironmentForce>& then) {
-  const auto has_moved = [&](int body) { return !contacts.pairs[body].moved_m.isZero(0.0); };
+  const auto is_fast = [&](int body) { return contacts.pairs[body].is_fast(); };
   double most_m = 0.0;
   for (std::size_t i = 0; i < contacts.found.size(); ++i) {
-    if (!contacts.found[i].at.roams && !has_moved(contacts.found[i].body)) continue;
+    if (!contacts.found[i].at.roams && !is_fast(contacts.found[i].body)) continue;
     const GroundContact& contact = contacts.contacts[i];
     const double gap_m = contact.delta_free[0] + contact.J.row(0).dot(x);
     const EnvironmentForce* const force = last_force(then, contacts.found, i);
@@ -209,7 +210,7 @@ double missed_m(const Environment& environment, const EnvironmentContacts& conta
     most_m = std::max(most_m, std::abs(gap_m - expected_m));
   }
   for (const EnvironmentForce& force : then) {
-    if (!has_moved(force.body)) continue;
+    if (!is_fast(force.body)) continue;
     bool is_there = false;
     for (std::size_t i = 0; i < contacts.found.size() && !is_there; ++i) {
       is_there = id_of(force) == std::tie(contacts.found[i].body, contacts.found[i].at.place) &&

@@ -47,6 +47,10 @@ struct EnvironmentPair {
   SolidPair solids;
   Eigen::Isometry3d X_WE = Eigen::Isometry3d::Identity();  ///< The body's, where it was looked at.
   Eigen::Vector3d moved_m = Eigen::Vector3d::Zero();       ///< By what it moves in the tick, world axes.
+
+  /// It goes so far in the tick that it may be through the object at its end.
+  [[nodiscard]] bool is_fast() const { return moved_m.squaredNorm() > kFast_m * kFast_m; }
+  static constexpr double kFast_m = 0.1e-3;
 };
 
 /// A contact, and what the solver does not need to know of it.
@@ -66,7 +70,7 @@ struct EnvironmentContacts {
   std::vector<EnvironmentContact> found;  ///< Body by body.
   std::vector<GroundContact> contacts;    ///< The same ones as the solver knows them: rows n, t1, t2.
   GroundProblem::Motion looked_at = GroundProblem::Motion::Zero();  ///< The motion after which gaps are exact,
-  bool after_motion = false;  ///< and the bodies were at the tick's end; else all of it was at its begin.
+  bool after_motion = false;  ///< and fast bodies were at the tick's end; else at its begin.
   double reach_m = 0.0;       ///< The object's, from its origin.
 
   // Scratch: a pair's contacts; forces before the contacts were looked at again.
@@ -80,9 +84,9 @@ struct EnvironmentContacts {
 };
 
 /// Finds the contacts of a tick from `begin` to `end`, the object at X_WO when it begins: gaps are those to the
-/// bodies where they are at its end, slips those that they make. What is farther than `band_m` then is left out. They
-/// are looked for where object and bodies are as the tick begins, when neither has gone through the other, and bodies
-/// go on along their normals. `forces` are the last tick's, in order; each is taken over by one contact at most.
+/// bodies where they are at its end, slips those that they make. What is farther than `band_m` then is left out. Bodies
+/// that are fast are looked at where they are as the tick begins, when neither has gone through the other, and go on
+/// along their normals. `forces` are the last tick's, in order; each is taken over by one contact at most.
 /// `after`: the object is looked at where this motion takes it, the bodies at the end, and what is found is taken back
 /// along its own directions: gaps are right after the motion, not before.
 void find_environment_contacts(const Environment& environment, const Eigen::Isometry3d& X_WO, const Instant& begin,
@@ -92,11 +96,11 @@ void find_environment_contacts(const Environment& environment, const Eigen::Isom
 
 /// By how much gaps after a motion x may differ from what these contacts say, at most [m]; of contacts that roam:
 /// places of least gap go elsewhere with the motion, and straight lines miss that. Infinite where nothing is known, and
-/// where a body has moved since it was looked at.
+/// where a fast body has moved since it was looked at.
 [[nodiscard]] double may_miss_m(const EnvironmentContacts& contacts, const GroundProblem::Motion& x);
 
 /// How far the gaps of these contacts after a motion x are from those at which the forces `then` are, at most [m]; of
-/// contacts that roam, and of bodies that move also of forces at contacts that are no more.
+/// contacts that roam; and of fast bodies all, and forces at contacts that are no more.
 [[nodiscard]] double missed_m(const Environment& environment, const EnvironmentContacts& contacts,
                               const GroundProblem::Motion& x, const std::vector<EnvironmentForce>& then);
 
