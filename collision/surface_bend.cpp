@@ -15,7 +15,7 @@ BendFit::BendFit(const Vector3d& p_m, const Vector3d& n, double support_m)
 void BendFit::add(const Vector3d& p_m, const Vector3d& n) {
   const Vector3d way = p_m - p_m_;
   const double distance_m = way.norm();
-  if (distance_m >= support_m_) return;
+  if (distance_m >= support_m_ || distance_m == 0.0) return;  // A point that is there twice says nothing.
   const double near = 1.0 - distance_m * distance_m / (support_m_ * support_m_);
   const double u1 = way.dot(t1_), u2 = way.dot(t2_), per_way = 2.0 / distance_m;
   const auto add_row = [&](const Vector3d& row, double value) {

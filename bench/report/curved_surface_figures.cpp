@@ -35,12 +35,6 @@ constexpr const char* kText =
 
 constexpr double kFriction = 0.3;
 
-std::vector<double> spread(double low, double high, int count) {
-  std::vector<double> values;
-  for (int i = 0; i < count; ++i) values.push_back(low * std::pow(high / low, static_cast<double>(i) / (count - 1)));
-  return values;
-}
-
 /// The error of friction of a rod from a file, relative: along the rod, or around it.
 double rod_error(const std::filesystem::path& file, Index points, double radius_m, bool around) {
   Probe probe;
@@ -89,8 +83,9 @@ void files(ordered_json& part, bool quick) {
   chords["y"] = {{"label", "error of friction, relative"}, {"log", true}};
   for (const double radius_m : {4e-3, 6e-3, 12e-3}) {
     add_error_panel(
-        chords, fmt::format("R = {:g} mm", 1e3 * radius_m), spread(0.1e-6, 300e-6, count), 1e-6, radius_m, 20000, 1,
-        [=](const auto& file, double chord_m, int /*seed*/) { write_rod_mesh(file, radius_m, 50e-3, chord_m); }, "obj");
+        chords, fmt::format("R = {:g} mm", 1e3 * radius_m), equal_ratios(0.1e-6, 300e-6, count), 1e-6, radius_m, 20000,
+        1, [=](const auto& file, double chord_m, int /*seed*/) { write_rod_mesh(file, radius_m, 50e-3, chord_m); },
+        "obj");
   }
   ordered_json& noises = add_figure(
       part, "curves", "scan_noise", "Friction on scanned rods",
@@ -101,7 +96,7 @@ void files(ordered_json& part, bool quick) {
   noises["y"] = {{"label", "error of friction, relative"}, {"log", true}};
   for (const double radius_m : {4e-3, 6e-3, 12e-3}) {
     add_error_panel(
-        noises, fmt::format("R = {:g} mm", 1e3 * radius_m), spread(1e-6, 200e-6, count), 1e-6, radius_m, 0, seeds,
+        noises, fmt::format("R = {:g} mm", 1e3 * radius_m), equal_ratios(1e-6, 200e-6, count), 1e-6, radius_m, 0, seeds,
         [=](const auto& file, double noise_m, int seed) {
           write_rod_scan(file, radius_m, 50e-3, 0.6e-3, noise_m, static_cast<std::uint64_t>(seed));
         },

@@ -67,7 +67,7 @@ ordered_json limits(const MapPanel& panel) {
 
 }  // namespace
 
-std::vector<double> MapAxis::values(int count) const {
+std::vector<double> equal_ratios(double low, double high, int count) {
   std::vector<double> values;
   for (int i = 0; i < count; ++i) values.push_back(low * std::pow(high / low, static_cast<double>(i) / (count - 1)));
   return values;

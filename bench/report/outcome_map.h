@@ -13,6 +13,9 @@
 
 namespace thenar {
 
+/// So many values from low to high, each the same number of times the one before.
+[[nodiscard]] std::vector<double> equal_ratios(double low, double high, int count);
+
 /// A setting of a scene and the values that it takes, from low to high by equal ratios.
 struct MapAxis {
   std::string key, unit;
@@ -23,7 +26,7 @@ struct MapAxis {
   /// How a value is written in a scene; nothing: with the unit.
   std::function<std::string(double)> written = {};
 
-  [[nodiscard]] std::vector<double> values(int count) const;
+  [[nodiscard]] std::vector<double> values(int count) const { return equal_ratios(low, high, count); }
   [[nodiscard]] double show(double value) const { return shown ? shown(value) : value; }
 };
 
