@@ -87,6 +87,30 @@ void ImplicitSurface::fill_starts() {
   }
 }
 
+void ImplicitSurface::find_edges(double reach_m, const std::function<bool(Index, Index)>& are_one) {
+  constexpr double kMostTurn_rad = 0.25 * std::numbers::pi;
+  const auto is_bent = [&](Index i) {
+    return std::max(std::abs(bends_[i].k1_per_m), std::abs(bends_[i].k2_per_m)) * reach_m > kMostTurn_rad;
+  };
+  beside_.assign(starts_.size(), {});
+  for (Index i = 0; i < std::ssize(starts_); ++i) {
+    const Plane& own = starts_[i].plane;
+    if (is_bent(i) && !are_one) continue;
+    std::array<Vector3d, kMostBeside + 1> seen = {own.n};
+    std::size_t looked = 1;
+    while (looked <= kMostBeside) {
+      const Index other = nearest_unlike(point_m(i), point_m(i), reach_m, {seen.data(), looked});
+      if (other < 0) break;
+      const Plane& next = starts_[other].plane;
+      seen[looked++] = cloud_.normals.col(other);
+      const Vector3d way = next.a_m - own.a_m;
+      const bool meets_convexly = own.n.dot(way) < 0.0 && next.n.dot(way) > 0.0;
+      if (!meets_convexly || (are_one ? are_one(i, other) : is_bent(other))) continue;
+      beside_[i].samples[beside_[i].count++] = other;
+    }
+  }
+}
+
 SurfaceBend ImplicitSurface::bend_at(Index sample) const {
   const Vector3d p_m = point_m(sample), n = cloud_.normals.col(sample);
   BendFit fit(p_m, n, support_m_);

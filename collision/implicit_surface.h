@@ -3,7 +3,9 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <concepts>
+#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
@@ -67,6 +69,18 @@ class ImplicitSurface {
   /// from beyond its middle, say.
   [[nodiscard]] SurfaceDistance face_distance(const Eigen::Vector3d& x_m, Eigen::Index sample) const noexcept;
 
+  /// Notes for each sample what other faces are within `reach_m` of it, across convex edges: a sample of each, the
+  /// nearest one, and at most kMostBeside. `are_one(i, j)` says that the faces of two samples are one, however they look.
+  /// What bends by more than half of a right angle on the way is no edge. About 1 us a sample.
+  void find_edges(double reach_m, const std::function<bool(Eigen::Index, Eigen::Index)>& are_one = {});
+  static constexpr std::size_t kMostBeside = 5;
+  /// Their samples; none before find_edges().
+  [[nodiscard]] std::span<const Eigen::Index> beside(Eigen::Index sample) const {
+    if (beside_.empty()) return {};
+    const Beside& found = beside_[sample];
+    return {found.samples.data(), found.count};
+  }
+
   /// What is known of distance_from(x, sample) without it: nothing near edges, where several faces compete, nor where
   /// all is exact.
   using Estimate = SurfacePatches::Estimate;
@@ -95,6 +109,12 @@ class ImplicitSurface {
     Plane plane;
     double cosine;
     double clear_m;  ///< Within this of the sample no normal is unlike a second projection's that stays near.
+  };
+
+  /// Samples of other faces.
+  struct Beside {
+    std::array<Eigen::Index, kMostBeside> samples{};
+    std::size_t count = 0;
   };
 
   /// A face as x sees it: the plane near x's projection.
@@ -138,6 +158,7 @@ class ImplicitSurface {
   std::vector<BlockClearance> clearances_;  // of each block
   std::vector<Start> starts_;               // of each sample
   std::vector<SurfaceBend> bends_;          // likewise
+  std::vector<Beside> beside_;              // likewise, once edges have been looked for
   std::optional<SurfacePatches> patches_;   // of each sample, where an error is allowed
 };
 

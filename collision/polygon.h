@@ -31,13 +31,13 @@ inline double reach2(const Polygon& polygon) {
 }
 
 /// Of a polygon around the origin.
-struct Patch {
+struct PolygonArea {
   double area = 0.0;
   Eigen::Vector2d centroid = Eigen::Vector2d::Zero();
 };
 
-inline Patch patch(const Polygon& polygon) {
-  Patch sum;
+inline PolygonArea area_of(const Polygon& polygon) {
+  PolygonArea sum;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
     const Eigen::Vector2d &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
     const double triangle = 0.5 * (a.x() * b.y() - a.y() * b.x());  // with the origin

@@ -45,7 +45,7 @@ SurfaceCells surface_cells(const Eigen::Matrix3Xd& points_m, const Eigen::Matrix
       clip(across, c, cell, work);
       cell_reach2 = reach2(cell);
     }
-    const Patch flat = patch(cell);
+    const PolygonArea flat = area_of(cell);
     cells.centroids_m.col(i) = p + flat.centroid.x() * e1 + flat.centroid.y() * e2;
     cells.areas_m2[i] = onto ? 0.0 : flat.area;
     if (!onto) continue;

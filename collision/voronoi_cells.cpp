@@ -31,7 +31,7 @@ VoronoiCells voronoi_cells(const Eigen::Matrix3Xd& directions) {
       clip(across, c, cell, work);
       cell_reach2 = reach2(cell);
     }
-    const Patch seen = patch(cell);
+    const PolygonArea seen = area_of(cell);
     cells.areas[i] = seen.area;
     cells.centroids.col(i) = (d + seen.centroid.x() * e1 + seen.centroid.y() * e2).normalized();
   }

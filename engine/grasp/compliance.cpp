@@ -63,6 +63,10 @@ void fill_kernels(const Model& model, Frame& frame) {
           return {softness * own.k, softness * own.a, softness * own.b};
         }
         const Index c_i = contacts[i].control_point;
+        if (i == j && contacts[i].fades()) {
+          const double own = softness / contacts[i].share;
+          return {own * k_j[c_i], own * a_j[c_i], own * b_j[c_i]};
+        }
         return {softness * k_j[c_i], softness * a_j[c_i], softness * b_j[c_i]};
       });
     }
@@ -79,7 +83,12 @@ void deform(const Model& model, const Frame& frame, const ContactKinematics& now
   for (Index i = 0; i < contacts; ++i) {
     const Index c = frame.contacts[begin + i].control_point;
     const Matrix3d& E_F = now.E_F[begin + i];
-    work.u_m.col(i) = rho * u.row(c).transpose() + E_F * surface_motion.segment<3>(3 * (begin + i));
+    const Vector3d moved = surface_motion.segment<3>(3 * (begin + i));
+    if (frame.contacts[begin + i].fades()) {
+      work.u_m.col(i) = rho * u.row(c).transpose() + E_F.transpose().inverse() * moved;
+    } else {
+      work.u_m.col(i) = rho * u.row(c).transpose() + E_F * moved;
+    }
     const Vector3d f_i = f.segment<3>(3 * (begin + i));
     if (f_i[0] <= 0.0) continue;
     const Vector3d mean(1.0, pulp.tangential, pulp.tangential);

@@ -1,6 +1,7 @@
 #include "engine/grasp/contact_kinematics.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "engine/grasp/object_compliance.h"
 
@@ -36,6 +37,32 @@ ContactKinematics::ContactKinematics(const Model& model)
   u_object_m.setZero(3, model.max_contacts);
 }
 
+namespace {
+
+/// The normal force on a contact in the tick before.
+double last_normal_N(const State& state, const FrameContact& contact) {
+  const auto last = std::ranges::lower_bound(state.forces, id_of(contact), {}, [](const auto& f) { return id_of(f); });
+  return last != state.forces.end() && id_of(*last) == id_of(contact) ? last->f_C[0] : 0.0;
+}
+
+/// Leans a contact that fades: its normal turns towards where more of the cell is pressed, and its gap and what it grows
+/// by with u are in units of the new one. On entry the normal is the frame's; `pressed_F` is added to it in E_F.
+void lean(const FrameContact& contact, const Matrix3d& R_FO, double last_N, double& gap_m, Vector3d& n_F,
+          Vector3d& pressed_F) {
+  const Vector3d lean_F = R_FO * contact.lean_O;
+  // f = lambda |v|, v = n + lambda lean: where the lean is all, |v| is a root, which geometric means find at once.
+  double length = 1.0;
+  for (int k = 0; k < 5; ++k) length = std::sqrt(length * (n_F + last_N / length * lean_F).norm());
+  const double lambda_N = last_N / length;
+  const Vector3d v_F = n_F + lambda_N * lean_F;
+  length = v_F.norm();
+  gap_m /= length;
+  n_F = v_F / length;
+  pressed_F = (contact.pressed_F - lambda_N * lean_F) / length;
+}
+
+}  // namespace
+
 void contact_kinematics(const Model& model, const Frame& frame, const HandPose& pose, const State& state,
                         ContactKinematics& kinematics) {
   object_displacements(model, frame, state, kinematics.u_O);
@@ -55,8 +82,14 @@ void contact_kinematics(const Model& model, const Frame& frame, const HandPose& 
       const FrameContact& contact = frame.contacts[i];
       const Vector3d u_F = displacement(state, contact);
       const Vector3d u_O = model.soft_object() ? Vector3d(kinematics.u_O.row(i)) : Vector3d::Zero();
+      Vector3d n_F = kinematics.E_F[i].col(0), pressed_F = Vector3d::Zero();
+      if (contact.fades()) {
+        lean(contact, X_FO.linear(), last_normal_N(state, contact), kinematics.gap_m[i], n_F, pressed_F);
+      }
       const double gap_m = kinematics.gap_m[i];
-      const Matrix3d E_F = axes_of(kinematics.E_F[i].col(0), contact.E_F.col(1)), E_W = X_WF.linear() * E_F;
+      Matrix3d E_F = axes_of(n_F, contact.E_F.col(1));
+      const Matrix3d E_W = X_WF.linear() * E_F;
+      if (contact.fades()) E_F.col(0) += pressed_F;
       const Vector3d c_W = X_WF * (contact.p_F - u_F) + gap_m * E_W.col(0);
       const Vector3d r = c_W - state.X_WO.translation();
       kinematics.E_F[i] = E_F;

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <span>
 
+#include "engine/grasp/edge_contacts.h"
 #include "engine/grasp/finger_travel.h"
 #include "engine/grasp/pulp_touch.h"
 #include "engine/grasp/small_contacts.h"
@@ -31,8 +33,6 @@ constexpr double kHeld = 0.1, kHeldTurn_rad = 0.01;
 // A thin wall has two faces.
 constexpr double kSameFace = 0.5;
 
-// A finger that goes less far, in supports, meets what it met.
-constexpr double kStays = 0.02;
 // Less than this is flat: 5 nm lower a millimetre off.
 constexpr double kFlat_per_m = 0.01;
 
@@ -45,14 +45,6 @@ FrameContact frame_contact(const Fingertip& tip, const Matrix3d& R_OF, int finge
   contact.p_F = p_F;
   put_on_surface(s_O, n_O, bend, tip, R_OF, contact);
   return contact;
-}
-
-/// Whether both name the same control points with the same normals, to a degree.
-bool agree(const std::vector<ContactCandidate>& a, const std::vector<ContactCandidate>& b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
-                    [](const ContactCandidate& of_a, const ContactCandidate& of_b) {
-                      return of_a.control_point == of_b.control_point && of_a.normal.dot(of_b.normal) > 0.9998;
-                    });
 }
 
 /// The search of one finger's pulp.
@@ -96,7 +88,6 @@ struct PulpSearch {
     if (!memory.known.empty()) widen(widened(), memory);
     find_contacts(pulp().control_points_m, X_OF, model.object, {band_m, depth_m + band_m, pulp().controls()}, memory,
                   candidates);
-    if (search.draws_in[finger]) search.plain = candidates;
     std::erase_if(candidates, [&](ContactCandidate& c) { return !place(c); });
     double within_m = model.scene.contact.band_m;
     const auto is_within = [&](const ContactCandidate& c) { return std::min(c.gap_m, c.deformed_gap_m) < within_m; };
@@ -105,15 +96,6 @@ struct PulpSearch {
     }
     std::erase_if(candidates, [&](const ContactCandidate& c) { return !is_within(c); });
     keep_least();
-  }
-
-  /// Whether the finger has gone so far over the object since it was plainly looked at that another look may say
-  /// something else.
-  [[nodiscard]] bool has_moved() const {
-    const FindingMemory& last = search.memory[finger];
-    const double way_m = (X_OF * last.centre_m - last.X_SB * last.centre_m).norm();
-    const double turn = (X_OF.linear() - last.X_SB.linear()).norm();
-    return !(way_m + turn * last.radius_m < kStays * model.object.support_m());
   }
 
   void keep_least() {
@@ -190,50 +172,62 @@ struct PulpSearch {
     return find_nearest(model.object, p_O, depth_m + band_m, -1, known).sample;
   }
 
-  /// Past a rim there is the plane of the face, and no object. Within a small way of it the depth is less in
-  /// proportion, so that no force begins or ends at once.
-  [[nodiscard]] bool is_on_object(const Vector3d& p_O, ContactCandidate& c) const {
-    const double below_m = 0.125 * model.object.support_m();
-    const Vector3d below_O = p_O - (c.gap_m + below_m) * c.normal;
-    const Index sample = nearest_sample(below_O, search.known_below[finger][c.control_point]);
-    if (sample < 0) return false;
-    const double share = std::min(1.0, -model.object.distance_from(below_O, sample).distance_m / (0.8 * below_m));
-    if (share <= 0.0) return false;
-    if (c.gap_m < 0.0 && share < 1.0) {
-      c.gap_m *= share;
-      c.point_m = p_O - c.gap_m * c.normal;
+  /// Whether a finger that has these candidates may have cells that an edge cuts.
+  [[nodiscard]] bool is_at_edge(const PulpBall& ball, KnownSample& known) const {
+    const auto is_beside = [&](Index sample) { return !model.object.beside(sample).empty(); };
+    if (std::ranges::any_of(search.candidates, is_beside, &ContactCandidate::sample)) return true;
+    const Index nearest =
+        find_nearest(model.object, X_OF * ball.centre_m, ball.radius_m + band_m, known.sample, known).sample;
+    return nearest >= 0 && is_beside(nearest);
+  }
+
+  /// The contact of a cell that no edge cuts, with the face of this sample: the one that was found, if it is of that
+  /// face.
+  [[nodiscard]] std::optional<ContactCandidate> whole_cell(Index c, Index sample, const ContactCandidate* found) const {
+    const Vector3d n = model.object.cloud().normals.col(sample);
+    if (found && found->is_smooth && !found->is_beyond && found->normal.dot(n) > kSameFace) return *found;
+    const SurfaceDistance face = model.object.face_distance(p_O(c), sample);
+    ContactCandidate whole{c, face.distance_m, face.point_m, face.normal, sample};
+    if (!place(whole) || std::min(whole.gap_m, whole.deformed_gap_m) >= band_m) return std::nullopt;
+    return whole;
+  }
+
+  /// Sees the object along the normals of the pulp, from its inside, where no face of the object hides another: each
+  /// control point touches the face before it, from whichever side it came, and cells at edges what is in them.
+  void find_along_normals(const PulpBall& ball) {
+    const Pulp& pulp = this->pulp();
+    const std::optional<SurfaceForm> nearest = nearest_surface(
+        model, X_OF * ball.centre_m, ball.radius_m + band_m + model.object.support_m(), search.known_ball[finger]);
+    if (!nearest) return;
+    const double back_m = std::clamp(ball.radius_m - nearest->distance_m, 0.0, depth_m);
+    const double reach_m =
+        back_m + band_m + model.object.support_m() + std::sqrt(pulp.area_m2[0]);
+    const double softness = thenar::softness(pulp.material, snapshot.load[finger].normal_N);
+    auto found = search.candidates.begin();
+    for (Index c = 0; c < pulp.controls(); ++c) {
+      while (found != search.candidates.end() && found->control_point < c) ++found;
+      const bool is_found = found != search.candidates.end() && found->control_point == c;
+      const EdgeCell cell{finger, c, p_O(c), normal_O(c), u_O(c), -1};
+      if (cell.N_O.dot(nearest->normal) >= 0.0) continue;
+      const Vector3d shear = cell.u_O - cell.N_O.dot(cell.u_O) * cell.N_O;
+      const Vector3d before_O = cell.p_O - shear - back_m * cell.N_O;
+      EdgeCell at = cell;
+      at.sample = find_nearest(model.object, before_O, reach_m, -1, search.known_before[finger][c]).sample;
+      if (at.sample < 0) continue;
+      FrameContact contact;
+      const AtEdge is = model.object.beside(at.sample).empty()
+                            ? AtEdge::kWhole
+                            : edge_contact(model, X_OF, at, softness, band_m, search.edges, contact);
+      if (is == AtEdge::kWhole) {
+        const auto whole = whole_cell(c, at.sample, is_found ? &*found : nullptr);
+        if (!whole) continue;
+        contact = frame_contact(model.scene.hand.fingertips[finger], X_OF.linear(), finger, c,
+                                pulp.control_points_m.col(c), whole->point_m, whole->normal, whole->bend);
+      } else if (is == AtEdge::kFree) {
+        continue;
+      }
+      search.contacts.push_back(contact);
     }
-    return true;
-  }
-
-  /// A drawn-in point sees its face beside the foot of the point itself, and a curved face has turned on its way there.
-  /// Past a rim, where there is no sample of the face, its plane goes on.
-  void move_to_foot(const Vector3d& p_O, ContactCandidate& c) const {
-    const Index sample = nearest_sample(p_O - c.gap_m * c.normal, search.known_foot[finger][c.control_point]);
-    if (sample < 0 || model.object.cloud().normals.col(sample).dot(c.normal) < -kFarSide) return;
-    const SurfaceDistance own = model.object.face_distance(p_O, sample);
-    c.gap_m = own.distance_m;
-    c.point_m = own.point_m;
-    c.normal = own.normal;
-    c.bend = model.object.bend(sample);
-  }
-
-  /// The points themselves, on the faces that the drawn-in ones see: none of those is beyond a wall's middle.
-  void find_drawn_in() {
-    std::vector<ContactCandidate>& candidates = search.candidates;
-    const double reach_m = depth_m + band_m;
-    find_contacts(search.drawn_in_m[finger], X_OF, model.object, {reach_m, reach_m + depth_m, pulp().controls()},
-                  search.memory_drawn_in[finger], candidates);
-    std::erase_if(candidates, [&](ContactCandidate& c) {
-      const Vector3d p_O = this->p_O(c.control_point);
-      c.bend = model.object.bend(c.sample);
-      c.gap_m = c.normal.dot(p_O - c.point_m);
-      if (c.gap_m >= reach_m || faces_away(c)) return true;
-      move_to_foot(p_O, c);
-      c.deformed_gap_m = c.gap_m;
-      return c.gap_m >= band_m || !is_on_object(p_O, c);
-    });
-    keep_least();
   }
 };
 
@@ -345,30 +339,27 @@ void add_left_out(const Model& model, const Matrix3d& R_OF, int finger, const Co
 void find_pulp_contacts(const Model& model, const HandPose& pose, const ContactSnapshot& snapshot, int finger,
                         double band_m, ContactSearch& search, Frame& frame) {
   const Isometry3d& X_WO = snapshot.X_WO;
-  const double depth_m = kTrustPerRadius * model.scene.hand.fingertips[finger].radius_m;
+  const Fingertip& tip = model.scene.hand.fingertips[finger];
+  const double depth_m = kTrustPerRadius * tip.radius_m;
   PulpSearch pulp{model,  snapshot, finger, X_WO.inverse() * pose.distal(model.scene.hand, finger),
                   band_m, depth_m,  search};
-  // In a wall that is thinner than the press the plain look is dear, and only says when it may be gone back to.
-  const bool looks = !search.draws_in[finger] || pulp.has_moved();
-  if (looks) pulp.find();
-  const bool beyond = looks && std::ranges::any_of(search.candidates, &ContactCandidate::is_beyond);
-  const bool draws_in = beyond || search.draws_in[finger];
-  // At an edge the two ways of looking differ: a finger goes back to the plain one where they agree, without a step.
-  if (draws_in) {
-    pulp.find_drawn_in();
-    if (looks) {
-      std::erase_if(search.plain, [&](const auto& c) { return c.gap_m >= band_m; });
-      search.draws_in[finger] = beyond || !agree(search.plain, search.candidates);
+  pulp.find();
+  const bool beyond = std::ranges::any_of(search.candidates, &ContactCandidate::is_beyond);
+  const PulpBall ball = touching_ball(tip, model.object, pulp.X_OF);
+  if (beyond || pulp.is_at_edge(ball, search.known_ball[finger])) {
+    search.contacts.clear();
+    pulp.find_along_normals(ball);
+    take_nearest(model, pulp.X_OF.inverse(), search.contacts, frame);
+  } else {
+    for (const ContactCandidate& c : search.candidates) {
+      frame.contacts.push_back(frame_contact(tip, pulp.X_OF.linear(), finger, c.control_point,
+                                             pulp.pulp().control_points_m.col(c.control_point), c.point_m, c.normal,
+                                             c.bend));
     }
+    add_left_out(model, pulp.X_OF.linear(), finger, search, frame);
   }
-  for (const ContactCandidate& c : search.candidates) {
-    frame.contacts.push_back(frame_contact(model.scene.hand.fingertips[finger], pulp.X_OF.linear(), finger,
-                                           c.control_point, pulp.pulp().control_points_m.col(c.control_point),
-                                           c.point_m, c.normal, c.bend));
-  }
-  add_left_out(model, pulp.X_OF.linear(), finger, search, frame);
   const auto contacts = std::span<const FrameContact>(frame.contacts).subspan(frame.begin[finger]);
-  if (!beyond && !search.draws_in[finger]) {
+  if (!beyond) {
     frame.small[finger] = add_small_contacts(model, snapshot, pulp.X_OF, finger, band_m, contacts, search.small);
   }
   if (frame.small[finger]) {
@@ -402,27 +393,19 @@ void find_point_contact(const Model& model, const HandPose& pose, const Isometry
 
 ContactSearch::ContactSearch(const Model& model)
     : memory(model.fingers()),
-      memory_drawn_in(model.fingers()),
-      draws_in(model.fingers()),
       known_deformed(model.fingers()),
       feet(model.fingers()),
-      known_foot(model.fingers()),
-      known_below(model.fingers()),
-      drawn_in_m(model.fingers()) {
+      known_before(model.fingers()),
+      known_ball(model.fingers()) {
   small.known = PerFinger<KnownSample>(model.fingers());
   if (!model.deformable()) return;
   const Index controls = model.pulps.front().controls();
   candidates.reserve(controls);
   left_out.reserve(controls);
-  plain.reserve(controls);
   for (int k = 0; k < model.fingers(); ++k) {
-    const Pulp& pulp = model.pulps[k];
-    const double depth_m = kTrustPerRadius * model.scene.hand.fingertips[k].radius_m;
-    drawn_in_m[k] = pulp.control_points_m - depth_m * pulp.control_normals.transpose();
     known_deformed[k].resize(controls);
     if (model.exact) feet[k].resize(controls);
-    known_foot[k].resize(controls);
-    known_below[k].resize(controls);
+    known_before[k].resize(controls);
   }
   contacts.reserve(controls + model.scene.contact.max_per_finger);
   moved_m.resize(controls);

@@ -5,6 +5,7 @@
 
 #include "collision/contact_finding.h"
 #include "collision/solids/surface_form.h"
+#include "engine/grasp/edge_contacts.h"
 #include "engine/grasp/frame.h"
 #include "engine/grasp/model.h"
 #include "engine/grasp/small_contacts.h"
@@ -25,14 +26,13 @@ struct HeldFoot {
 struct ContactSearch {
   explicit ContactSearch(const Model& model);
 
-  PerFinger<FindingMemory> memory, memory_drawn_in;
-  PerFinger<bool> draws_in;  ///< Fingers that look from drawn-in points, since they met something thin.
+  PerFinger<FindingMemory> memory;
   PerFinger<std::vector<KnownSample>> known_deformed;  ///< Of control points as they are deformed.
   PerFinger<std::vector<HeldFoot>> feet;               ///< Likewise, on faces that are known exactly.
-  /// Of drawn-in fingers' points: the samples that their feet, and places below them, are nearest to.
-  PerFinger<std::vector<KnownSample>> known_foot, known_below;
-  PerFinger<Eigen::Matrix3Xd> drawn_in_m;  ///< Control points of pulps drawn in by the trust in them.
-  std::vector<ContactCandidate> candidates, left_out, plain;
+  PerFinger<std::vector<KnownSample>> known_before;    ///< Likewise, of what is before them along the pulp's normals.
+  PerFinger<KnownSample> known_ball;                   ///< Of what is nearest to the pulp.
+  EdgeWork edges;
+  std::vector<ContactCandidate> candidates, left_out;
   Eigen::VectorXd moved_m;             ///< |u| of one finger's control points.
   std::vector<Eigen::Index> deepest;   ///< Of the object's fine samples, by control point; -1: none.
   std::vector<FrameContact> contacts;  ///< One finger's.
@@ -44,7 +44,8 @@ struct ContactSearch {
 /// each pulp that is nearest to it.
 ///
 /// A pulp pressed on a plate by more than half its thickness has points beyond the plate's middle, nearer to its back.
-/// They touch the side that the pulp comes from: what is found is seen from the pulp drawn in by half its radius.
+/// They touch the side that the pulp comes from: it is seen along the pulp's normals, from its inside, as all is at edges
+/// (edge_contacts.h).
 /// Samples of a part too fine to meet a control point for sure (`Model::fine_m`) are looked for in the pulp.
 /// What a finger's list has no room for goes to `frame.left_out`.
 /// `frame` has its drive. Does not allocate, after the first call.

@@ -51,6 +51,7 @@ ContactGap contact_gap(const FrameContact& contact, const Isometry3d& X_FO, cons
   // From the finger point to the surface point.
   const Vector3d way = contact.s_O + u_O - X_FO.linear().transpose() * (contact.p_F - u_F - X_FO.translation());
   const double k_ring = contact.ring_curvature_per_m, k_tube = contact.curvature_per_m;
+  if (contact.fades()) return {contact.n_O.dot(way) + contact.pressed_F.dot(u_F), X_FO.linear() * contact.n_O};
   const double over = contact.n_O.dot(way);
   if (k_tube == 0.0) return {over, X_FO.linear() * contact.n_O};
   // In the plane of n and n x t the ring is a circle, over which the point is `gap_m` with the normal m. In the plane
@@ -72,7 +73,8 @@ ContactGap contact_gap(const FrameContact& contact, const Isometry3d& X_FO, cons
 }
 
 double area_of(const Model& model, const FrameContact& contact) {
-  return contact.area_m2 > 0.0 ? contact.area_m2 : model.pulps[contact.finger].area_m2[contact.control_point];
+  if (contact.area_m2 > 0.0) return contact.area_m2;
+  return contact.share * model.pulps[contact.finger].area_m2[contact.control_point];
 }
 
 Frame::Frame(const Model& model)

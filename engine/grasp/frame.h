@@ -29,6 +29,12 @@ struct FrameContact {
   double ring_curvature_per_m = 0.0;              ///< Along n x t, of its ring: no larger in size.
   double area_m2 = 0.0;  ///< What the contact stands for, where that is a part of the control point's cell; else 0.
   Eigen::Matrix3d E_F = Eigen::Matrix3d::Identity();  ///< Columns n, t1, t2, distal frame, at the snapshot.
+  // Where an edge of the object is in the control point's cell: see engine/grasp/edge_contacts.h. Else as they are.
+  double share = 1.0;      ///< The cell's own compliance, over that of the part that is pressed.
+  Eigen::Vector3d lean_O = Eigen::Vector3d::Zero();     ///< What n turns by under a force [1/N], object frame.
+  Eigen::Vector3d pressed_F = Eigen::Vector3d::Zero();  ///< What the gap grows with u by beside n; distal frame.
+
+  [[nodiscard]] bool fades() const { return share < 1.0; }
 };
 
 /// The part of the pulp's surface that a contact stands for: of a deformable fingertip.

@@ -239,6 +239,10 @@ SmallPatch add_small_contacts(const Model& model, const ContactSnapshot& snapsho
     while (found != contacts.end() && found->control_point < c) all.push_back(*found++);
     const bool is_known = found != contacts.end() && found->control_point == c;
     const FrameContact known = is_known ? *found++ : FrameContact{};
+    if (known.fades()) {
+      all.push_back(known);
+      continue;
+    }
     const double own_m2 = pressed.pulp.area_m2[c];
     // As an even pressure on a disc, whose middle goes as deep as Hertz's.
     constexpr double kOfDisc = 0.882;

@@ -6,6 +6,7 @@
 
 #include "collision/fine_parts.h"
 #include "engine/finder/settle.h"
+#include "engine/grasp/edge_contacts.h"
 #include "engine/pulps/pulp_levels.h"
 #include "engine/scenes/config.h"
 #include "engine/scenes/object_bounds.h"
@@ -37,6 +38,7 @@ void fit_to_controls(Model& model) {
   double spacing_m = 0.0;  // of control points
   for (const Pulp& pulp : model.pulps) spacing_m = std::max(spacing_m, std::sqrt(pulp.area_m2.mean()));
   model.fine_m = fine_parts(model.object.cloud(), spacing_m);
+  find_edges(model);
 }
 
 void make_fingertips(Model& model) {

@@ -1,0 +1,123 @@
+#include "collision/cell_cover.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace thenar {
+
+using Eigen::Vector2d;
+
+namespace {
+
+// A disc, as a polygon of the same area.
+constexpr int kCorners = 16;
+// A face that N passes by at less than this (a sine) is along it.
+constexpr double kAlong = 1e-9;
+// What is not of a cell's own face has a say from two radii of the cell on, and all of it from one radius on: then it is
+// a fifth of the disc of two radii.
+constexpr double kAround = 2.0, kCut = 0.1955;
+// Faces that are deeper off than this, in radii of the cell, are passed by.
+constexpr double kPassed = 6.0;
+
+void set_to_disc(double area_m2, Polygon& cell) {
+  static const auto corners = [] {
+    std::array<Vector2d, kCorners> on_circle;
+    const double angle = 2.0 * std::numbers::pi / kCorners, unit = std::sqrt(2.0 / (kCorners * std::sin(angle)));
+    for (int k = 0; k < kCorners; ++k) on_circle[k] = unit * Vector2d(std::cos(k * angle), std::sin(k * angle));
+    return on_circle;
+  }();
+  const double root_m = std::sqrt(area_m2);
+  cell.clear();
+  for (const Vector2d& corner : corners) cell.push_back(root_m * corner);
+}
+
+/// Where a face is no deeper than `of` another one: what is left belongs to it.
+void clip_to(const CellFace& face, const CellFace& other, Polygon& polygon, Polygon& scratch) {
+  clip(face.facing * other.slope - other.facing * face.slope,
+       face.height_m * other.facing - other.height_m * face.facing, polygon, scratch);
+}
+
+double depth_m(const CellFace& face, const Vector2d& y) { return -(face.height_m + face.slope.dot(y)) / face.facing; }
+
+bool faces_cell(const CellFace& face) { return face.facing > kAlong; }
+
+/// Takes away what the faces that N does not point at leave free.
+void clip_to_sides(std::span<const CellFace> faces, Polygon& cell, Polygon& scratch) {
+  for (const CellFace& side : faces) {
+    if (faces_cell(side)) continue;
+    if (side.facing > -kAlong) {
+      clip(side.slope, -side.height_m, cell, scratch);
+      continue;
+    }
+    // N comes out there: not before it went in.
+    for (const CellFace& face : faces) {
+      if (!faces_cell(face)) continue;
+      clip(face.facing * side.slope - side.facing * face.slope,
+           side.facing * face.height_m - face.facing * side.height_m, cell, scratch);
+    }
+  }
+}
+
+}  // namespace
+
+CellCover cell_cover(std::span<const CellFace> faces, double area_m2, CellWork& work) {
+  const double around_m2 = kAround * kAround * area_m2, passed_m = kPassed * std::sqrt(area_m2 / std::numbers::pi);
+  set_to_disc(around_m2, work.around);
+  clip_to_sides(faces, work.around, work.scratch);
+  set_to_disc(area_m2, work.cell);
+  clip_to_sides(faces, work.cell, work.scratch);
+
+  const CellFace* main = nullptr;
+  double main_m2 = 0.0, deep_m2 = 0.0, volume_m3 = 0.0, highest_m = -std::numeric_limits<double>::infinity();
+  Vector2d moment_m3 = Vector2d::Zero();
+  for (const CellFace& face : faces) {
+    if (!faces_cell(face)) continue;
+    const auto take_part = [&](const Polygon& of) {
+      work.part = of;
+      for (const CellFace& other : faces) {
+        if (&other != &face && faces_cell(other)) clip_to(face, other, work.part, work.scratch);
+      }
+    };
+    take_part(work.around);
+    clip(face.slope, passed_m * face.facing - face.height_m, work.part, work.scratch);
+    if (work.part.size() >= 3) {
+      const double own_m2 = area_of(work.part).area;
+      if (!main || own_m2 > main_m2) {
+        main = &face;
+        main_m2 = own_m2;
+      }
+    }
+    take_part(work.cell);
+    for (const Vector2d& y : work.part) highest_m = std::max(highest_m, depth_m(face, y));
+    clip(face.slope, -face.height_m, work.part, work.scratch);
+    if (work.part.size() < 3) continue;
+    const PolygonArea deep = area_of(work.part);
+    if (!(deep.area > 0.0)) continue;
+    deep_m2 += deep.area;
+    moment_m3 += deep.area * deep.centroid;
+    volume_m3 += deep.area * depth_m(face, deep.centroid);
+  }
+
+  CellCover cover{.depth_m = std::min(highest_m, 0.0)};
+  if (deep_m2 > 0.0) {
+    cover.depth_m = volume_m3 / deep_m2;
+    cover.share = std::min(1.0, deep_m2 / area_m2);
+    cover.middle_m = moment_m3 / deep_m2;
+  }
+  if (!main) return cover;
+  constexpr double kRounding = 1e-9;
+  const double t = std::clamp((1.0 - main_m2 / around_m2 - kRounding) / kCut, 0.0, 1.0);
+  const double counts = t * t * (3.0 - 2.0 * t);
+  cover.main = static_cast<std::size_t>(main - faces.data());
+  cover.own = 1.0 - counts;
+  if (counts == 1.0) return cover;
+  cover.depth_m = counts * cover.depth_m + (1.0 - counts) * (depth_m(*main, Vector2d::Zero()) + main->own_m);
+  cover.share = 1.0 - counts * (1.0 - cover.share);
+  cover.middle_m *= counts;
+  return cover;
+}
+
+}  // namespace thenar

@@ -1,0 +1,130 @@
+#include "engine/grasp/edge_contacts.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "engine/grasp/small_contacts.h"
+
+namespace thenar {
+
+using Eigen::Index;
+using Eigen::Isometry3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+namespace {
+
+// In roots of a cell's area: an edge has a say within 1.13 of them.
+constexpr double kNearEdge = 1.3;
+// How far a cell is moved to see how it changes.
+constexpr double kStep_m = 1e-6;
+// Of a cell with less than this share nothing is pressed.
+constexpr double kLeastPart = 1e-6;
+
+/// The own stiffness of a part of a cell, over the cell's.
+double stiffness_of(double share) { return share * (2.0 - share); }
+
+struct FacePlane {
+  Vector3d n, point_m;
+};
+
+/// The face of a sample where x is over it.
+FacePlane face_below(const Model& model, const Vector3d& x_O, Index sample) {
+  const Vector3d s_O = model.object.cloud().points_m.col(sample);
+  if (model.exact) {
+    const int face = face_at(*model.exact, s_O, model.object.cloud().normals.col(sample), 0.0);
+    if (face >= 0) {
+      const SurfaceForm foot = foot_on_face(*model.exact, face, x_O, s_O);
+      return {foot.normal, foot.point_m};
+    }
+  }
+  const SurfaceDistance at = model.object.face_distance(x_O, sample);
+  return {at.normal, at.point_m};
+}
+
+/// A cell's cover as its place moves.
+struct CoverAt {
+  const Model& model;
+  const EdgeCell& cell;
+  Vector3d b1, b2;
+  Vector3d shear_O;  ///< What of u is across N.
+  double area_m2;
+  EdgeWork& work;
+
+  /// With the control point at x.
+  [[nodiscard]] CellCover operator()(const Vector3d& x_O) const {
+    work.faces.clear();
+    add(x_O, cell.sample);
+    for (const Index other : model.object.beside(cell.sample)) add(x_O, other);
+    return cell_cover(work.faces, area_m2, work.cells);
+  }
+
+  void add(const Vector3d& x_O, Index sample) const {
+    const FacePlane face = face_below(model, x_O - cell.u_O, sample);
+    const double facing = -face.n.dot(cell.N_O);
+    work.faces.push_back({.slope = {face.n.dot(b1), face.n.dot(b2)},
+                          .facing = facing,
+                          .height_m = face.n.dot(x_O - face.point_m),
+                          .own_m = face.n.dot(shear_O) / facing});
+  }
+};
+
+}  // namespace
+
+void find_edges(Model& model) {
+  if (!model.deformable()) return;
+  double cell_m2 = 0.0;
+  for (const Pulp& pulp : model.pulps) cell_m2 = std::max(cell_m2, pulp.area_m2.maxCoeff());
+  const double near_m = kNearEdge * std::sqrt(cell_m2) + model.object.support_m();
+  if (!model.exact) {
+    model.object.find_edges(near_m);
+    return;
+  }
+  const auto face_of = [&](Index i) {
+    return face_at(*model.exact, model.object.cloud().points_m.col(i), model.object.cloud().normals.col(i), 0.0);
+  };
+  model.object.find_edges(near_m, [&](Index i, Index j) { return face_of(i) == face_of(j); });
+}
+
+AtEdge edge_contact(const Model& model, const Isometry3d& X_OF, const EdgeCell& cell, double softness, double band_m,
+                    EdgeWork& work, FrameContact& contact) {
+  const Pulp& pulp = model.pulps[cell.finger];
+  const double own_m2 = pulp.area_m2[cell.control_point], pressed_m = cell.N_O.dot(cell.u_O);
+  const Vector3d b1 = cell.N_O.unitOrthogonal(), b2 = cell.N_O.cross(b1);
+  const CoverAt cover_at{model, cell, b1, b2, cell.u_O - pressed_m * cell.N_O, own_m2, work};
+  const CellCover cover = cover_at(cell.p_O);
+  if (cover.own == 1.0) return AtEdge::kWhole;
+  if (!(cover.depth_m > -band_m) || cover.share < kLeastPart) return AtEdge::kFree;
+
+  // What u adds to N.u - d.
+  Vector3d grows = cell.N_O;
+  if (cover.own > 0.0) {
+    const CellFace& main = work.faces[cover.main];
+    grows -= cover.own / main.facing * (main.slope[0] * b1 + main.slope[1] * b2);
+  }
+  Vector3d deepens, widens;
+  for (int axis = 0; axis < 3; ++axis) {
+    const CellCover moved = cover_at(cell.p_O + kStep_m * Vector3d::Unit(axis));
+    deepens[axis] = (moved.depth_m - cover.depth_m) / kStep_m;
+    widens[axis] = (moved.share - cover.share) / kStep_m;
+  }
+  const double length = deepens.norm();
+  if (!(length > 1e-3) || !std::isfinite(length)) return AtEdge::kFree;
+  const double stiffness = stiffness_of(cover.share), own = softness * pulp.kernel(cell.control_point, cell.control_point);
+  const Vector3d n = deepens / length;
+  contact.finger = cell.finger;
+  contact.control_point = cell.control_point;
+  contact.share = std::min(stiffness, 1.0 - 1e-12);
+  contact.lean_O = 0.5 * own * 2.0 * (1.0 - cover.share) / (stiffness * stiffness * length * length) * widens;
+  const Vector3d pressed_O = grows / length - n;
+  contact.pressed_F = X_OF.linear().transpose() * pressed_O;
+  const Vector3d middle_O = cell.p_O + cover.middle_m[0] * b1 + cover.middle_m[1] * b2;
+  const double gap_m = (pressed_m - cover.depth_m) / length;
+  contact.p_F = X_OF.inverse() * middle_O;
+  const Fingertip& tip = model.scene.hand.fingertips[cell.finger];
+  put_on_surface(middle_O + (gap_m - (n + pressed_O).dot(cell.u_O)) * n, -n, {}, tip, X_OF.linear(), contact);
+  return AtEdge::kCut;
+}
+
+}  // namespace thenar

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <vector>
+
+#include "collision/cell_cover.h"
+#include "engine/grasp/frame.h"
+#include "engine/grasp/model.h"
+
+namespace thenar {
+
+/// Notes where the object has edges, for pulps whose cells they may cut. A cell that none cuts has the same contact with
+/// them as without.
+void find_edges(Model& model);
+
+/// A cell of a pulp and what of the object is next to it.
+struct EdgeCell {
+  int finger = 0;
+  Eigen::Index control_point = 0;
+  Eigen::Vector3d p_O = Eigen::Vector3d::Zero();  ///< The control point at rest, object frame.
+  Eigen::Vector3d N_O = Eigen::Vector3d::Zero();  ///< Out of the pulp there.
+  Eigen::Vector3d u_O = Eigen::Vector3d::Zero();  ///< The pulp's deformation.
+  Eigen::Index sample = 0;                        ///< Of the face before it: ImplicitSurface::beside() has the others.
+};
+
+/// What edge_contact() works in.
+struct EdgeWork {
+  CellWork cells;
+  std::vector<CellFace> faces;
+};
+
+enum class AtEdge { kWhole, kCut, kFree };
+
+/// The contact of a cell that an edge cuts. All that pulp and object have to do with one another is an energy,
+///     U = min over u of u' C^-1 u / 2   so that   N_i.u_i >= d_i,
+/// where d_i is how deep the object reaches, in the mean, into that part of the cell i that it reaches into at all
+/// (cell_cover), and the point's own compliance is that of a part so large: k_ii / m, m = s (2 - s), about sqrt(s), as
+/// k goes with one over the square root of an area. All are functions of the pose, so that no way leads to energy that
+/// was not put in. The force is lambda_i grad d_i, and by the change of the compliance, lambda_i^2 k_ii m' / (2 m^2)
+/// grad s_i: it leans towards where more of the cell would be pressed. Cells stay where they are as the pulp is sheared:
+/// cells that its lean shears off an edge would snap. Where a face has the whole cell, its depth is that at the sheared
+/// point, as in all other contacts, and by less and less as edges cut it.
+///
+/// kWhole: no edge cuts it, `contact` is as it was. kFree: nothing of it is in the object, nor within the band.
+/// `softness` is the frame's. Does not allocate, once `work` has grown.
+[[nodiscard]] AtEdge edge_contact(const Model& model, const Eigen::Isometry3d& X_OF, const EdgeCell& cell,
+                                  double softness, double band_m, EdgeWork& work, FrameContact& contact);
+
+}  // namespace thenar
