@@ -42,6 +42,21 @@ void clip_to(const CellFace& face, const CellFace& other, Polygon& polygon, Poly
 
 double depth_m(const CellFace& face, const Vector2d& y) { return -(face.height_m + face.slope.dot(y)) / face.facing; }
 
+/// Integrals over a polygon of the first three powers of a depth that is linear over it [m^3, m^4, m^5].
+Eigen::Vector3d integrals(const CellFace& face, const Polygon& polygon) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  const double a = depth_m(face, polygon[0]);
+  for (std::size_t i = 1; i + 1 < polygon.size(); ++i) {
+    const Vector2d to_b = polygon[i] - polygon[0], to_c = polygon[i + 1] - polygon[0];
+    const double area = 0.5 * (to_b.x() * to_c.y() - to_b.y() * to_c.x());
+    const double b = depth_m(face, polygon[i]), c = depth_m(face, polygon[i + 1]);
+    const double ab = a + b, second = a * ab + b * b;
+    sum += area * Eigen::Vector3d((ab + c) / 3.0, (second + c * (ab + c)) / 6.0,
+                                  (a * second + b * b * b + c * (second + c * (ab + c))) / 10.0);
+  }
+  return sum;
+}
+
 bool faces_cell(const CellFace& face) { return face.facing > kAlong; }
 
 /// Takes away what the faces that N does not point at leave free.
@@ -71,7 +86,8 @@ CellCover cell_cover(std::span<const CellFace> faces, double area_m2, CellWork& 
   clip_to_sides(faces, work.cell, work.scratch);
 
   const CellFace* main = nullptr;
-  double main_m2 = 0.0, deep_m2 = 0.0, volume_m3 = 0.0, highest_m = -std::numeric_limits<double>::infinity();
+  double main_m2 = 0.0, deep_m2 = 0.0, highest_m = -std::numeric_limits<double>::infinity();
+  Eigen::Vector3d powers = Eigen::Vector3d::Zero();
   Vector2d moment_m3 = Vector2d::Zero();
   for (const CellFace& face : faces) {
     if (!faces_cell(face)) continue;
@@ -98,12 +114,12 @@ CellCover cell_cover(std::span<const CellFace> faces, double area_m2, CellWork& 
     if (!(deep.area > 0.0)) continue;
     deep_m2 += deep.area;
     moment_m3 += deep.area * deep.centroid;
-    volume_m3 += deep.area * depth_m(face, deep.centroid);
+    powers += integrals(face, work.part);
   }
 
   CellCover cover{.depth_m = std::min(highest_m, 0.0)};
-  if (deep_m2 > 0.0) {
-    cover.depth_m = volume_m3 / deep_m2;
+  if (powers[1] > 0.0) {
+    cover.depth_m = 0.5 * (powers[1] / powers[0] + powers[2] / powers[1]);
     cover.share = std::min(1.0, deep_m2 / area_m2);
     cover.middle_m = moment_m3 / deep_m2;
   }

@@ -103,8 +103,7 @@ void ImplicitSurface::find_edges(double reach_m, const std::function<bool(Index,
       if (other < 0) break;
       const Plane& next = starts_[other].plane;
       seen[looked++] = cloud_.normals.col(other);
-      const Vector3d way = next.a_m - own.a_m;
-      const bool meets_convexly = own.n.dot(way) < 0.0 && next.n.dot(way) > 0.0;
+      const bool meets_convexly = (own.n - next.n).dot(next.a_m - own.a_m) < 0.0;
       if (!meets_convexly || (are_one ? are_one(i, other) : is_bent(other))) continue;
       beside_[i].samples[beside_[i].count++] = other;
     }

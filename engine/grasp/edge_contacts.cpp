@@ -22,8 +22,17 @@ constexpr double kStep_m = 1e-6;
 // Of a cell with less than this share nothing is pressed.
 constexpr double kLeastPart = 1e-6;
 
-/// The own stiffness of a part of a cell, over the cell's.
-double stiffness_of(double share) { return share * (2.0 - share); }
+/// The own stiffness of a part of a cell over the cell's, and how it grows with the part: a root, as k goes with one over
+/// the root of an area, but where the part is so small that a root would rise without a bound.
+struct PartStiffness {
+  explicit PartStiffness(double share) {
+    constexpr double kSmall = 0.05;
+    const double under = share + kSmall * (1.0 - share);
+    value = share / std::sqrt(under);
+    slope = (under - 0.5 * (1.0 - kSmall) * share) / (under * std::sqrt(under));
+  }
+  double value, slope;
+};
 
 struct FacePlane {
   Vector3d n, point_m;
@@ -84,17 +93,23 @@ void find_edges(Model& model) {
   const auto face_of = [&](Index i) {
     return face_at(*model.exact, model.object.cloud().points_m.col(i), model.object.cloud().normals.col(i), 0.0);
   };
-  model.object.find_edges(near_m, [&](Index i, Index j) { return face_of(i) == face_of(j); });
+  model.object.find_edges(near_m, [&](Index i, Index j) {
+    const int face = face_of(i);
+    return face >= 0 && face == face_of(j);
+  });
 }
 
-AtEdge edge_contact(const Model& model, const Isometry3d& X_OF, const EdgeCell& cell, double softness, double band_m,
+AtEdge edge_contact(const Model& model, const Isometry3d& X_OF, EdgeCell& cell, double softness, double band_m,
                     EdgeWork& work, FrameContact& contact) {
   const Pulp& pulp = model.pulps[cell.finger];
   const double own_m2 = pulp.area_m2[cell.control_point], pressed_m = cell.N_O.dot(cell.u_O);
   const Vector3d b1 = cell.N_O.unitOrthogonal(), b2 = cell.N_O.cross(b1);
   const CoverAt cover_at{model, cell, b1, b2, cell.u_O - pressed_m * cell.N_O, own_m2, work};
   const CellCover cover = cover_at(cell.p_O);
-  if (cover.own == 1.0) return AtEdge::kWhole;
+  if (cover.own == 1.0) {
+    if (cover.main > 0) cell.sample = model.object.beside(cell.sample)[cover.main - 1];
+    return AtEdge::kWhole;
+  }
   if (!(cover.depth_m > -band_m) || cover.share < kLeastPart) return AtEdge::kFree;
 
   // What u adds to N.u - d.
@@ -111,12 +126,14 @@ AtEdge edge_contact(const Model& model, const Isometry3d& X_OF, const EdgeCell& 
   }
   const double length = deepens.norm();
   if (!(length > 1e-3) || !std::isfinite(length)) return AtEdge::kFree;
-  const double stiffness = stiffness_of(cover.share), own = softness * pulp.kernel(cell.control_point, cell.control_point);
+  const PartStiffness stiffness(cover.share);
+  const double own = softness * pulp.kernel(cell.control_point, cell.control_point);
   const Vector3d n = deepens / length;
   contact.finger = cell.finger;
   contact.control_point = cell.control_point;
-  contact.share = std::min(stiffness, 1.0 - 1e-12);
-  contact.lean_O = 0.5 * own * 2.0 * (1.0 - cover.share) / (stiffness * stiffness * length * length) * widens;
+  contact.share = std::min(stiffness.value, 1.0 - 1e-12);
+  const double of_lambda = stiffness.value * length;
+  contact.lean_O = 0.5 * own * stiffness.slope / (of_lambda * of_lambda) * widens;
   const Vector3d pressed_O = grows / length - n;
   contact.pressed_F = X_OF.linear().transpose() * pressed_O;
   const Vector3d middle_O = cell.p_O + cover.middle_m[0] * b1 + cover.middle_m[1] * b2;
