@@ -56,7 +56,7 @@ void lean(const FrameContact& contact, const Matrix3d& R_FO, double last_N, doub
   const double lambda_N = last_N / length;
   const Vector3d v_F = n_F + lambda_N * lean_F;
   length = v_F.norm();
-  gap_m /= length;
+  gap_m = (gap_m + lambda_N * contact.lean_m_per_N) / length;
   n_F = v_F / length;
   pressed_F = (contact.pressed_F - lambda_N * lean_F) / length;
 }

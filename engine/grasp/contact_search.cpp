@@ -32,6 +32,8 @@ constexpr double kAside = 0.05, kTurn_rad = 1e-3;
 constexpr double kHeld = 0.1, kHeldTurn_rad = 0.01;
 // A thin wall has two faces.
 constexpr double kSameFace = 0.5;
+// In roots of a cell's area: what is expected to be gone in a frame counts no farther.
+constexpr double kFarthest = 0.1;
 
 // Less than this is flat: 5 nm lower a millimetre off.
 constexpr double kFlat_per_m = 0.01;
@@ -192,6 +194,14 @@ struct PulpSearch {
     return whole;
   }
 
+  /// How often a finger will have gone the way since the last frame again, when this frame is half used.
+  [[nodiscard]] double ways_to_go() const {
+    const auto ticks = static_cast<double>(snapshot.tick - search.tick_then);
+    const bool is_next = search.tick_then >= 0 && ticks > 0.0 &&
+                         ticks * model.scene.step_s < 2.5 * model.scene.control_period_s;
+    return is_next ? 0.5 * (ticks + 1.0) / ticks + model.scene.control_delay_s / (ticks * model.scene.step_s) : 0.0;
+  }
+
   /// Sees the object along the normals of the pulp, from its inside, where no face of the object hides another: each
   /// control point touches the face before it, from whichever side it came, and cells at edges what is in them.
   void find_along_normals(const PulpBall& ball) {
@@ -203,23 +213,29 @@ struct PulpSearch {
     const double reach_m =
         back_m + band_m + model.object.support_m() + std::sqrt(pulp.area_m2[0]);
     const double softness = thenar::softness(pulp.material, snapshot.load[finger].normal_N);
+    const Isometry3d& X_then = search.X_OF_then[finger];
+    const double ways = ways_to_go();
     auto found = search.candidates.begin();
     for (Index c = 0; c < pulp.controls(); ++c) {
       while (found != search.candidates.end() && found->control_point < c) ++found;
       const bool is_found = found != search.candidates.end() && found->control_point == c;
-      const EdgeCell cell{finger, c, p_O(c), normal_O(c), u_O(c), -1};
+      EdgeCell cell{finger, c, p_O(c), normal_O(c), u_O(c)};
       if (cell.N_O.dot(nearest->normal) >= 0.0) continue;
       const Vector3d shear = cell.u_O - cell.N_O.dot(cell.u_O) * cell.N_O;
       const Vector3d before_O = cell.p_O - shear - back_m * cell.N_O;
-      EdgeCell at = cell;
-      at.sample = find_nearest(model.object, before_O, reach_m, -1, search.known_before[finger][c]).sample;
-      if (at.sample < 0) continue;
+      if (ways > 0.0) {
+        cell.way_O = ways * (cell.p_O - X_then * pulp.control_points_m.col(c));
+        const double way_m = cell.way_O.norm(), most_m = kFarthest * std::sqrt(pulp.area_m2[c]);
+        if (way_m > most_m) cell.way_O *= most_m / way_m;
+      }
+      cell.sample = find_nearest(model.object, before_O, reach_m, -1, search.known_before[finger][c]).sample;
+      if (cell.sample < 0) continue;
       FrameContact contact;
-      const AtEdge is = model.object.beside(at.sample).empty()
+      const AtEdge is = model.object.beside(cell.sample).empty()
                             ? AtEdge::kWhole
-                            : edge_contact(model, X_OF, at, softness, band_m, search.edges, contact);
+                            : edge_contact(model, X_OF, cell, softness, band_m, search.edges, contact);
       if (is == AtEdge::kWhole) {
-        const auto whole = whole_cell(c, at.sample, is_found ? &*found : nullptr);
+        const auto whole = whole_cell(c, cell.sample, is_found ? &*found : nullptr);
         if (!whole) continue;
         contact = frame_contact(model.scene.hand.fingertips[finger], X_OF.linear(), finger, c,
                                 pulp.control_points_m.col(c), whole->point_m, whole->normal, whole->bend);
@@ -396,7 +412,8 @@ ContactSearch::ContactSearch(const Model& model)
       known_deformed(model.fingers()),
       feet(model.fingers()),
       known_before(model.fingers()),
-      known_ball(model.fingers()) {
+      known_ball(model.fingers()),
+      X_OF_then(model.fingers(), Isometry3d::Identity()) {
   small.known = PerFinger<KnownSample>(model.fingers());
   if (!model.deformable()) return;
   const Index controls = model.pulps.front().controls();
@@ -430,6 +447,10 @@ void find_frame_contacts(const Model& model, const HandPose& pose, const Contact
     }
   }
   frame.begin[model.fingers()] = frame.size();
+  for (int k = 0; k < model.fingers(); ++k) {
+    search.X_OF_then[k] = snapshot.X_WO.inverse() * pose.distal(model.scene.hand, k);
+  }
+  search.tick_then = snapshot.tick;
 }
 
 }  // namespace thenar

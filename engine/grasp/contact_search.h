@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <vector>
 
 #include "collision/contact_finding.h"
@@ -31,6 +32,8 @@ struct ContactSearch {
   PerFinger<std::vector<HeldFoot>> feet;               ///< Likewise, on faces that are known exactly.
   PerFinger<std::vector<KnownSample>> known_before;    ///< Likewise, of what is before them along the pulp's normals.
   PerFinger<KnownSample> known_ball;                   ///< Of what is nearest to the pulp.
+  PerFinger<Eigen::Isometry3d> X_OF_then;              ///< Where fingers were at the last frame, at this tick;
+  std::int64_t tick_then = -1;                         ///< < 0: there was none.
   EdgeWork edges;
   std::vector<ContactCandidate> candidates, left_out;
   Eigen::VectorXd moved_m;             ///< |u| of one finger's control points.

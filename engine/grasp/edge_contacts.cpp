@@ -112,21 +112,25 @@ AtEdge edge_contact(const Model& model, const Isometry3d& X_OF, EdgeCell& cell, 
   }
   if (!(cover.depth_m > -band_m) || cover.share < kLeastPart) return AtEdge::kFree;
 
+  // How it changes, and its compliance, are those of the end of the way: taken at its begin, they would lag behind.
+  const Vector3d end_O = cell.p_O + cell.way_O;
+  const CellCover then = cell.way_O.isZero(0.0) ? cover : cover_at(end_O);
+  if (!(then.depth_m > -band_m) || then.share < kLeastPart) return AtEdge::kFree;
   // What u adds to N.u - d.
   Vector3d grows = cell.N_O;
-  if (cover.own > 0.0) {
-    const CellFace& main = work.faces[cover.main];
-    grows -= cover.own / main.facing * (main.slope[0] * b1 + main.slope[1] * b2);
+  if (then.own > 0.0) {
+    const CellFace& main = work.faces[then.main];
+    grows -= then.own / main.facing * (main.slope[0] * b1 + main.slope[1] * b2);
   }
   Vector3d deepens, widens;
   for (int axis = 0; axis < 3; ++axis) {
-    const CellCover moved = cover_at(cell.p_O + kStep_m * Vector3d::Unit(axis));
-    deepens[axis] = (moved.depth_m - cover.depth_m) / kStep_m;
-    widens[axis] = (moved.share - cover.share) / kStep_m;
+    const CellCover moved = cover_at(end_O + kStep_m * Vector3d::Unit(axis));
+    deepens[axis] = (moved.depth_m - then.depth_m) / kStep_m;
+    widens[axis] = (moved.share - then.share) / kStep_m;
   }
   const double length = deepens.norm();
   if (!(length > 1e-3) || !std::isfinite(length)) return AtEdge::kFree;
-  const PartStiffness stiffness(cover.share);
+  const PartStiffness stiffness(then.share);
   const double own = softness * pulp.kernel(cell.control_point, cell.control_point);
   const Vector3d n = deepens / length;
   contact.finger = cell.finger;
@@ -134,6 +138,7 @@ AtEdge edge_contact(const Model& model, const Isometry3d& X_OF, EdgeCell& cell, 
   contact.share = std::min(stiffness.value, 1.0 - 1e-12);
   const double of_lambda = stiffness.value * length;
   contact.lean_O = 0.5 * own * stiffness.slope / (of_lambda * of_lambda) * widens;
+  contact.lean_m_per_N = contact.lean_O.dot(cell.way_O);
   const Vector3d pressed_O = grows / length - n;
   contact.pressed_F = X_OF.linear().transpose() * pressed_O;
   const Vector3d middle_O = cell.p_O + cover.middle_m[0] * b1 + cover.middle_m[1] * b2;

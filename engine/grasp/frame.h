@@ -32,6 +32,7 @@ struct FrameContact {
   // Where an edge of the object is in the control point's cell: see engine/grasp/edge_contacts.h. Else as they are.
   double share = 1.0;      ///< The cell's own compliance, over that of the part that is pressed.
   Eigen::Vector3d lean_O = Eigen::Vector3d::Zero();     ///< What n turns by under a force [1/N], object frame.
+  double lean_m_per_N = 0.0;                            ///< On the way that the frame expects.
   Eigen::Vector3d pressed_F = Eigen::Vector3d::Zero();  ///< What the gap grows with u by beside n; distal frame.
 
   [[nodiscard]] bool fades() const { return share < 1.0; }
