@@ -26,7 +26,7 @@ constexpr double kLeastPart = 1e-6;
 /// the root of an area, but where the part is so small that a root would rise without a bound.
 struct PartStiffness {
   explicit PartStiffness(double share) {
-    constexpr double kSmall = 0.05;
+    constexpr double kSmall = 0.15;
     const double under = share + kSmall * (1.0 - share);
     value = share / std::sqrt(under);
     slope = (under - 0.5 * (1.0 - kSmall) * share) / (under * std::sqrt(under));
@@ -137,7 +137,9 @@ AtEdge edge_contact(const Model& model, const Isometry3d& X_OF, EdgeCell& cell, 
   contact.control_point = cell.control_point;
   contact.share = std::min(stiffness.value, 1.0 - 1e-12);
   const double of_lambda = stiffness.value * length;
-  contact.lean_O = 0.5 * own * stiffness.slope / (of_lambda * of_lambda) * widens;
+  // The force that makes it lean is that of the tick before, which was the cell's as it was.
+  const double grown = std::clamp(1.0 + stiffness.slope / stiffness.value * widens.dot(cell.way_O), 0.5, 2.0);
+  contact.lean_O = 0.5 * own * grown * stiffness.slope / (of_lambda * of_lambda) * widens;
   contact.lean_m_per_N = contact.lean_O.dot(cell.way_O);
   const Vector3d pressed_O = grows / length - n;
   contact.pressed_F = X_OF.linear().transpose() * pressed_O;
