@@ -19,6 +19,9 @@ constexpr double kAlong = 1e-9;
 // What is not of a cell's own face has a say from two radii of the cell on, and all of it from one radius on: then it is
 // a fifth of the disc of two radii.
 constexpr double kAround = 2.0, kCut = 0.1955;
+// No point of a pulp that is pressed on a face alone looks at it at less than kTurned, a cosine; and where a face is
+// nearly along N, depth along N says little of what is near.
+constexpr double kSteep = 0.35, kTurned = 0.6;
 // Faces that are deeper off than this, in radii of the cell, are passed by.
 constexpr double kPassed = 6.0;
 
@@ -55,6 +58,11 @@ Eigen::Vector3d integrals(const CellFace& face, const Polygon& polygon) {
                                   (a * second + b * b * b + c * (second + c * (ab + c))) / 10.0);
   }
   return sum;
+}
+
+double rise(double x) {
+  const double t = std::clamp(x, 0.0, 1.0);
+  return t * t * (3.0 - 2.0 * t);
 }
 
 bool faces_cell(const CellFace& face) { return face.facing > kAlong; }
@@ -125,8 +133,8 @@ CellCover cell_cover(std::span<const CellFace> faces, double area_m2, CellWork& 
   }
   if (!main) return cover;
   constexpr double kRounding = 1e-9;
-  const double t = std::clamp((1.0 - main_m2 / around_m2 - kRounding) / kCut, 0.0, 1.0);
-  const double counts = t * t * (3.0 - 2.0 * t);
+  const double alone = 1.0 - rise((1.0 - main_m2 / around_m2 - kRounding) / kCut);
+  const double counts = 1.0 - alone * rise((main->facing - kSteep) / (kTurned - kSteep));
   cover.main = static_cast<std::size_t>(main - faces.data());
   cover.own = 1.0 - counts;
   if (counts == 1.0) return cover;

@@ -45,10 +45,9 @@ double last_normal_N(const State& state, const FrameContact& contact) {
   return last != state.forces.end() && id_of(*last) == id_of(contact) ? last->f_C[0] : 0.0;
 }
 
-/// Leans a contact that fades: its normal turns towards where more of the cell is pressed, and its gap and what it grows
-/// by with u are in units of the new one. On entry the normal is the frame's; `pressed_F` is added to it in E_F.
-void lean(const FrameContact& contact, const Matrix3d& R_FO, double last_N, double& gap_m, Vector3d& n_F,
-          Vector3d& pressed_F) {
+/// Leans a contact that fades: its normal, at first the frame's, turns towards where more of the cell is pressed, and
+/// its gap is in units of the new one. Returns what the gap grows by as the pulp gives way.
+double lean(const FrameContact& contact, const Matrix3d& R_FO, double last_N, double& gap_m, Vector3d& n_F) {
   const Vector3d lean_F = R_FO * contact.lean_O;
   // f = lambda |v|, v = n + lambda lean: where the lean is all, |v| is a root, which geometric means find at once.
   double length = 1.0;
@@ -58,7 +57,7 @@ void lean(const FrameContact& contact, const Matrix3d& R_FO, double last_N, doub
   length = v_F.norm();
   gap_m = (gap_m + lambda_N * contact.lean_m_per_N) / length;
   n_F = v_F / length;
-  pressed_F = (contact.pressed_F - lambda_N * lean_F) / length;
+  return contact.press / length;
 }
 
 }  // namespace
@@ -82,14 +81,18 @@ void contact_kinematics(const Model& model, const Frame& frame, const HandPose& 
       const FrameContact& contact = frame.contacts[i];
       const Vector3d u_F = displacement(state, contact);
       const Vector3d u_O = model.soft_object() ? Vector3d(kinematics.u_O.row(i)) : Vector3d::Zero();
-      Vector3d n_F = kinematics.E_F[i].col(0), pressed_F = Vector3d::Zero();
+      Matrix3d E_F, E_W;
       if (contact.fades()) {
-        lean(contact, X_FO.linear(), last_normal_N(state, contact), kinematics.gap_m[i], n_F, pressed_F);
+        Vector3d n_F = kinematics.E_F[i].col(0);
+        E_F = E_W = contact.E_F;
+        E_F.col(0) *= lean(contact, X_FO.linear(), last_normal_N(state, contact), kinematics.gap_m[i], n_F);
+        E_W.col(0) = n_F;
+        E_W = X_WF.linear() * E_W;
+      } else {
+        E_F = axes_of(kinematics.E_F[i].col(0), contact.E_F.col(1));
+        E_W = X_WF.linear() * E_F;
       }
       const double gap_m = kinematics.gap_m[i];
-      Matrix3d E_F = axes_of(n_F, contact.E_F.col(1));
-      const Matrix3d E_W = X_WF.linear() * E_F;
-      if (contact.fades()) E_F.col(0) += pressed_F;
       const Vector3d c_W = X_WF * (contact.p_F - u_F) + gap_m * E_W.col(0);
       const Vector3d r = c_W - state.X_WO.translation();
       kinematics.E_F[i] = E_F;

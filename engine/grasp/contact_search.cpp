@@ -221,8 +221,7 @@ struct PulpSearch {
       const bool is_found = found != search.candidates.end() && found->control_point == c;
       EdgeCell cell{finger, c, p_O(c), normal_O(c), u_O(c)};
       if (cell.N_O.dot(nearest->normal) >= 0.0) continue;
-      const Vector3d shear = cell.u_O - cell.N_O.dot(cell.u_O) * cell.N_O;
-      const Vector3d before_O = cell.p_O - shear - back_m * cell.N_O;
+      const Vector3d before_O = cell.p_O - back_m * cell.N_O;
       if (ways > 0.0) {
         cell.way_O = ways * (cell.p_O - X_then * pulp.control_points_m.col(c));
         const double way_m = cell.way_O.norm(), most_m = kFarthest * std::sqrt(pulp.area_m2[c]);

@@ -141,13 +141,14 @@ AtEdge edge_contact(const Model& model, const Isometry3d& X_OF, EdgeCell& cell, 
   const double grown = std::clamp(1.0 + stiffness.slope / stiffness.value * widens.dot(cell.way_O), 0.5, 2.0);
   contact.lean_O = 0.5 * own * grown * stiffness.slope / (of_lambda * of_lambda) * widens;
   contact.lean_m_per_N = contact.lean_O.dot(cell.way_O);
-  const Vector3d pressed_O = grows / length - n;
-  contact.pressed_F = X_OF.linear().transpose() * pressed_O;
   const Vector3d middle_O = cell.p_O + cover.middle_m[0] * b1 + cover.middle_m[1] * b2;
   const double gap_m = (pressed_m - cover.depth_m) / length;
   contact.p_F = X_OF.inverse() * middle_O;
+  contact.press = grows.norm() / length;
+  const Vector3d s_O = middle_O + (gap_m - grows.dot(cell.u_O) / length) * n;
   const Fingertip& tip = model.scene.hand.fingertips[cell.finger];
-  put_on_surface(middle_O + (gap_m - (n + pressed_O).dot(cell.u_O)) * n, -n, {}, tip, X_OF.linear(), contact);
+  put_on_surface(s_O, -n, {}, tip, X_OF.linear(), contact);
+  contact.E_F = contact_frame(tip.normal, X_OF.linear().transpose() * grows.normalized());
   return AtEdge::kCut;
 }
 

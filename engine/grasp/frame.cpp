@@ -51,7 +51,10 @@ ContactGap contact_gap(const FrameContact& contact, const Isometry3d& X_FO, cons
   // From the finger point to the surface point.
   const Vector3d way = contact.s_O + u_O - X_FO.linear().transpose() * (contact.p_F - u_F - X_FO.translation());
   const double k_ring = contact.ring_curvature_per_m, k_tube = contact.curvature_per_m;
-  if (contact.fades()) return {contact.n_O.dot(way) + contact.pressed_F.dot(u_F), X_FO.linear() * contact.n_O};
+  if (contact.fades()) {
+    const Vector3d n_F = X_FO.linear() * contact.n_O;
+    return {contact.n_O.dot(way) + (contact.press * contact.E_F.col(0) - n_F).dot(u_F), n_F};
+  }
   const double over = contact.n_O.dot(way);
   if (k_tube == 0.0) return {over, X_FO.linear() * contact.n_O};
   // In the plane of n and n x t the ring is a circle, over which the point is `gap_m` with the normal m. In the plane

@@ -33,7 +33,7 @@ struct FrameContact {
   double share = 1.0;      ///< The cell's own compliance, over that of the part that is pressed.
   Eigen::Vector3d lean_O = Eigen::Vector3d::Zero();     ///< What n turns by under a force [1/N], object frame.
   double lean_m_per_N = 0.0;                            ///< On the way that the frame expects.
-  Eigen::Vector3d pressed_F = Eigen::Vector3d::Zero();  ///< What the gap grows with u by beside n; distal frame.
+  double press = 1.0;  ///< What the gap grows by as the pulp gives way by 1 along E_F's first column, which is not n.
 
   [[nodiscard]] bool fades() const { return share < 1.0; }
 };
