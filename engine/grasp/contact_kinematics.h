@@ -26,7 +26,7 @@ struct ContactKinematics {
   std::vector<Eigen::Matrix3d> E_W;          ///< Columns n, t1, t2, world axes.
   /// The same in the distal frame; of a contact that fades the first is how its gap grows with u, and of another length.
   std::vector<Eigen::Matrix3d> E_F;
-  std::vector<Eigen::Vector3d> c_W;          ///< Where finger and object meet.
+  std::vector<Eigen::Vector3d> c_W;  ///< Where finger and object meet.
   /// Rows E_F', 3 capacity x 3, none for rigid fingertips: the axes of the pulps' compliance. The solver presses in
   /// them and deform() commits u in them: in other axes a finger that sticks would walk.
   GroupedDelassus::Axes pulp_axes;

@@ -197,8 +197,8 @@ struct PulpSearch {
   /// How often a finger will have gone the way since the last frame again, when this frame is half used.
   [[nodiscard]] double ways_to_go() const {
     const auto ticks = static_cast<double>(snapshot.tick - search.tick_then);
-    const bool is_next = search.tick_then >= 0 && ticks > 0.0 &&
-                         ticks * model.scene.step_s < 2.5 * model.scene.control_period_s;
+    const bool is_next =
+        search.tick_then >= 0 && ticks > 0.0 && ticks * model.scene.step_s < 2.5 * model.scene.control_period_s;
     return is_next ? 0.5 * (ticks + 1.0) / ticks + model.scene.control_delay_s / (ticks * model.scene.step_s) : 0.0;
   }
 
@@ -210,8 +210,7 @@ struct PulpSearch {
         model, X_OF * ball.centre_m, ball.radius_m + band_m + model.object.support_m(), search.known_ball[finger]);
     if (!nearest) return;
     const double back_m = std::clamp(ball.radius_m - nearest->distance_m, 0.0, depth_m);
-    const double reach_m =
-        back_m + band_m + model.object.support_m() + std::sqrt(pulp.area_m2[0]);
+    const double reach_m = back_m + band_m + model.object.support_m() + std::sqrt(pulp.area_m2[0]);
     const double softness = thenar::softness(pulp.material, snapshot.load[finger].normal_N);
     const Isometry3d& X_then = search.X_OF_then[finger];
     const double ways = ways_to_go();

@@ -245,8 +245,13 @@ void report_contacts(const Frame& frame, const ContactWorkspace& work, TickRepor
     report.penetration_m = std::max(report.penetration_m, work.offset_m[i] - work.delta[3 * i]);
     if (work.f[3 * i] <= 0.0) continue;
     ++report.active;
-    const double work_J = work.f[3 * i] * (work.delta[3 * i] - work.offset_m[i] - work.kinematics.gap_m[i]) +
-                          work.f.segment<2>(3 * i + 1).dot(work.delta.segment<2>(3 * i + 1));
+    double work_J = work.f[3 * i] * (work.delta[3 * i] - work.offset_m[i] - work.kinematics.gap_m[i]);
+    if (frame.contacts[i].fades()) {
+      // Its compliance changes with the bodies' motion, and what that takes or gives leans.
+      report.ledger.deformation_J -= work_J;
+      work_J = 0.0;
+    }
+    work_J += work.f.segment<2>(3 * i + 1).dot(work.delta.segment<2>(3 * i + 1));
     (work_J > 0.0 ? report.ledger.injected_J : report.ledger.dissipated_J) += std::abs(work_J);
     report.injected_J[frame.contacts[i].finger] += std::max(0.0, work_J);
   }

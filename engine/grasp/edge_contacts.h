@@ -20,8 +20,9 @@ struct EdgeCell {
   Eigen::Vector3d p_O = Eigen::Vector3d::Zero();  ///< The control point at rest, object frame.
   Eigen::Vector3d N_O = Eigen::Vector3d::Zero();  ///< Out of the pulp there.
   Eigen::Vector3d u_O = Eigen::Vector3d::Zero();  ///< The pulp's deformation.
-  Eigen::Vector3d way_O = Eigen::Vector3d::Zero();  ///< Where it will have gone when the frame is used, against the object.
-  Eigen::Index sample = 0;                        ///< Of the face before it: ImplicitSurface::beside() has the others.
+  Eigen::Vector3d way_O =
+      Eigen::Vector3d::Zero();  ///< Where it will have gone when the frame is used, against the object.
+  Eigen::Index sample = 0;      ///< Of the face before it: ImplicitSurface::beside() has the others.
 };
 
 /// What edge_contact() works in.
