@@ -87,6 +87,25 @@ void ImplicitSurface::fill_starts() {
   }
 }
 
+/// Whether a face ends where it meets another one's plane: each lies behind the other's, and no sample of the face, as
+/// far as it is looked for, is before that.
+bool ImplicitSurface::ends_at(const Plane& other, const Plane& face, const Vector3d& p_m, double reach_m) const {
+  constexpr double kSame = 0.9, kRoom = 0.02, kBefore = 0.35;
+  const Vector3d way = other.a_m - face.a_m;
+  const double room_m = kRoom * way.norm();
+  if (face.n.dot(way) > room_m || other.n.dot(way) < -room_m) return false;
+  bool ends = true;
+  blocks_.for_each_near(p_m, reach_m, [&](const Block& block, Index) {
+    for (int k = 0; k < SampleBlocks::kLanes; ++k) {
+      const Vector3d s_m = block.point_m(k);
+      const bool is_own =
+          block.normal(k).dot(face.n) > kSame && std::abs(face.n.dot(s_m - face.a_m)) < kBefore * support_m_;
+      if (is_own && (s_m - p_m).norm() < reach_m && other.n.dot(s_m - other.a_m) > kBefore * support_m_) ends = false;
+    }
+  });
+  return ends;
+}
+
 void ImplicitSurface::find_edges(double reach_m, const std::function<bool(Index, Index)>& are_one) {
   constexpr double kMostTurn_rad = 0.25 * std::numbers::pi;
   const auto is_bent = [&](Index i) {
@@ -94,17 +113,15 @@ void ImplicitSurface::find_edges(double reach_m, const std::function<bool(Index,
   };
   beside_.assign(starts_.size(), {});
   for (Index i = 0; i < std::ssize(starts_); ++i) {
-    const Plane& own = starts_[i].plane;
     if (is_bent(i) && !are_one) continue;
-    std::array<Vector3d, kMostBeside + 1> seen = {own.n};
+    std::array<Vector3d, kMostBeside + 1> seen = {starts_[i].plane.n};
     std::size_t looked = 1;
     while (looked <= kMostBeside) {
       const Index other = nearest_unlike(point_m(i), point_m(i), reach_m, {seen.data(), looked});
       if (other < 0) break;
-      const Plane& next = starts_[other].plane;
       seen[looked++] = cloud_.normals.col(other);
-      const bool meets_convexly = (own.n - next.n).dot(next.a_m - own.a_m) < 0.0;
-      if (!meets_convexly || (are_one ? are_one(i, other) : is_bent(other))) continue;
+      if (are_one ? are_one(i, other) : is_bent(other)) continue;
+      if (!ends_at(starts_[other].plane, starts_[i].plane, point_m(i), reach_m)) continue;
       beside_[i].samples[beside_[i].count++] = other;
     }
   }

@@ -19,6 +19,8 @@ namespace {
 constexpr double kNearEdge = 1.3;
 // How far a cell is moved to see how it changes.
 constexpr double kStep_m = 1e-6;
+// What a cell's stiffness grows by on the way of a frame, at most, over itself.
+constexpr double kMostGrowth = 0.5;
 // Of a cell with less than this share nothing is pressed.
 constexpr double kLeastPart = 1e-6;
 
@@ -136,10 +138,12 @@ AtEdge edge_contact(const Model& model, const Isometry3d& X_OF, EdgeCell& cell, 
   contact.finger = cell.finger;
   contact.control_point = cell.control_point;
   contact.share = std::min(stiffness.value, 1.0 - 1e-12);
-  const double of_lambda = stiffness.value * length;
-  // The force that makes it lean is that of the tick before, which was the cell's as it was.
-  const double grown = std::clamp(1.0 + stiffness.slope / stiffness.value * widens.dot(cell.way_O), 0.5, 2.0);
-  contact.lean_O = 0.5 * own * grown * stiffness.slope / (of_lambda * of_lambda) * widens;
+  // The force that makes it lean is that of the tick before, which was the cell's as it was. On a way on which the cell's
+  // part grows out of all proportion, as where an edge comes in, there is no lean for each of its places.
+  const Vector3d stiffens = stiffness.slope / stiffness.value * widens;
+  const double grown = std::clamp(1.0 + stiffens.dot(cell.way_O), 0.5, 2.0);
+  const double bounded = std::min(1.0, kMostGrowth / std::max(1e-12, stiffens.norm() * cell.way_O.norm()));
+  contact.lean_O = 0.5 * own / (stiffness.value * length * length) * grown * bounded * stiffens;
   contact.lean_m_per_N = contact.lean_O.dot(cell.way_O);
   const Vector3d middle_O = cell.p_O + cover.middle_m[0] * b1 + cover.middle_m[1] * b2;
   const double gap_m = (pressed_m - cover.depth_m) / length;
