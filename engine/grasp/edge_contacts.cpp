@@ -19,6 +19,8 @@ namespace {
 constexpr double kNearEdge = 1.3;
 // How far a cell is moved to see how it changes.
 constexpr double kStep_m = 1e-6;
+// A cell that looks at none of the faces at less than 70 degrees (a cosine) is not one that they press.
+constexpr double kLooks = 0.35;
 // What a cell's stiffness grows by on the way of a frame, at most, over itself.
 constexpr double kMostGrowth = 0.5;
 // Of a cell with less than this share nothing is pressed.
@@ -112,7 +114,10 @@ AtEdge edge_contact(const Model& model, const Isometry3d& X_OF, EdgeCell& cell, 
     if (cover.main > 0) cell.sample = model.object.beside(cell.sample)[cover.main - 1];
     return AtEdge::kWhole;
   }
-  if (!(cover.depth_m > -band_m) || cover.share < kLeastPart) return AtEdge::kFree;
+  const bool looks_at_it = std::ranges::any_of(work.faces, [](const CellFace& face) { return face.facing > kLooks; });
+  const double deepest_m = kTrustPerRadius * pulp.radius_m + band_m;
+  const bool is_near = cover.depth_m > -band_m && cover.depth_m < deepest_m;
+  if (!looks_at_it || !is_near || cover.share < kLeastPart) return AtEdge::kFree;
 
   // How it changes, and its compliance, are those of the end of the way: taken at its begin, they would lag behind.
   const Vector3d end_O = cell.p_O + cell.way_O;
