@@ -96,12 +96,7 @@ Recording run_realtime(const Options& options, const Model& model, State& state,
        {"scheduling", "settings", "loops", "exchange", "snapshots", "frame_age", "handover", "ledger", "hold"}) {
     loops[key] = all.at(key);
   }
-  const double kept =
-      static_cast<double>(run.report.ticks) / static_cast<double>(run.report.ticks + run.report.slipped);
-  if (kept < kKeptShare) {
-    std::cerr << fmt::format("warning: this machine kept {:.0f} % of the contact ticks; simulated time lags behind\n",
-                             100.0 * kept);
-  }
+  for (const std::string& lag : lags(model, profile, run.report)) std::cerr << "warning: " << lag << '\n';
   return std::move(run.recording);
 }
 

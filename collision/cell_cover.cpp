@@ -16,8 +16,8 @@ namespace {
 constexpr int kCorners = 16;
 // A face that N passes by at less than this (a sine) is along it.
 constexpr double kAlong = 1e-9;
-// What is not of a cell's own face has a say from two radii of the cell on, and all of it from one radius on: then it is
-// a fifth of the disc of two radii.
+// What is not of a cell's own face has a say from two radii of the cell on, and all of it from one radius on: there it
+// is a fifth of the disc of two radii.
 constexpr double kAround = 2.0, kCut = 0.1955;
 // No point of a pulp that is pressed on a face alone looks at it at less than kTurned, a cosine; and where a face is
 // nearly along N, depth along N says little of what is near.

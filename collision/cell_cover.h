@@ -31,14 +31,15 @@ struct CellWork {
   Polygon around, cell, part, scratch;
 };
 
-/// The solid is what lies under all planes. Along N a place y of the cell meets it at the depth d(y), the least of those
-/// of the faces that N points at, unless it passes by. The part of the cell where d > 0 has this share of its area. Its
-/// depth is the mean of those weighed with d and with d^2: with it an elastic half space that is pressed there as a disc
-/// of that area holds the energy which it has under a cone, and under a paraboloid, within 2 % (Sneddon, Hertz).
+/// The solid is what lies under all planes. Along N a place y of the cell meets it at the depth d(y), the least of
+/// those of the faces that N points at, unless it passes by. The part of the cell where d > 0 has this share of its
+/// area. Its depth is the mean of those weighed with d and with d^2: with it an elastic half space that is pressed
+/// there as a disc of that area holds the energy which it has under a cone or a paraboloid within 4 % (Sneddon, Hertz).
 ///
 /// A cell that one face covers far around, as most are, has the depth of that face at x, whatever part of it is deep:
 /// what both say goes over into one another as an edge comes from two radii of the cell to one. So depth and share are
-/// continuous in the planes; where nothing is deep, share is 0, and depth the largest of d, or -infinity where nothing is met.
+/// continuous in the planes. Where nothing is deep, share is 0, and depth the largest of d, or -infinity where nothing
+/// is met.
 ///
 /// Does not allocate, once `work` has grown.
 [[nodiscard]] CellCover cell_cover(std::span<const CellFace> faces, double area_m2, CellWork& work);

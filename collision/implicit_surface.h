@@ -69,9 +69,9 @@ class ImplicitSurface {
   /// from beyond its middle, say.
   [[nodiscard]] SurfaceDistance face_distance(const Eigen::Vector3d& x_m, Eigen::Index sample) const noexcept;
 
-  /// Notes for each sample what other faces are within `reach_m` of it, across convex edges: a sample of each, the
-  /// nearest one, and at most kMostBeside. `are_one(i, j)` says that the faces of two samples are one, however they look.
-  /// What bends by more than half of a right angle on the way is no edge. About 1 us a sample.
+  /// Notes for each sample what other faces are within `reach_m` of it, across convex edges: the nearest sample of
+  /// each, of kMostBeside at most. `are_one(i, j)` says that the faces of two samples are one, however they look;
+  /// without it, what bends by more than half of a right angle on the way is no edge. About 1 us a sample.
   void find_edges(double reach_m, const std::function<bool(Eigen::Index, Eigen::Index)>& are_one = {});
   static constexpr std::size_t kMostBeside = 5;
   /// Their samples; none before find_edges().

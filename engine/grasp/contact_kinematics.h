@@ -24,7 +24,8 @@ struct ContactKinematics {
   Eigen::VectorXd J_fifth_mobile;            ///< J_fifth likewise.
   GroupedDelassus::CommonJacobian J_object;  ///< Rows E' [I, -[r]x, 0 0]; 3 capacity x 6, padded to 8.
   std::vector<Eigen::Matrix3d> E_W;          ///< Columns n, t1, t2, world axes.
-  /// The same in the distal frame; of a contact that fades the first is how its gap grows with u, and of another length.
+  /// The same in the distal frame. Of a contact that fades the first is what its gap grows by with u, and not of
+  /// length one.
   std::vector<Eigen::Matrix3d> E_F;
   std::vector<Eigen::Vector3d> c_W;  ///< Where finger and object meet.
   /// Rows E_F', 3 capacity x 3, none for rigid fingertips: the axes of the pulps' compliance. The solver presses in

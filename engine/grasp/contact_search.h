@@ -47,8 +47,8 @@ struct ContactSearch {
 /// each pulp that is nearest to it.
 ///
 /// A pulp pressed on a plate by more than half its thickness has points beyond the plate's middle, nearer to its back.
-/// They touch the side that the pulp comes from: it is seen along the pulp's normals, from its inside, as all is at edges
-/// (edge_contacts.h).
+/// They touch the side that the pulp comes from: it is seen along the pulp's normals, from its inside, as all is at
+/// edges (edge_contacts.h).
 /// Samples of a part too fine to meet a control point for sure (`Model::fine_m`) are looked for in the pulp.
 /// What a finger's list has no room for goes to `frame.left_out`.
 /// `frame` has its drive. Does not allocate, after the first call.

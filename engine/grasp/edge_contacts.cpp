@@ -26,8 +26,8 @@ constexpr double kMostGrowth = 0.5;
 // Of a cell with less than this share nothing is pressed.
 constexpr double kLeastPart = 1e-6;
 
-/// The own stiffness of a part of a cell over the cell's, and how it grows with the part: a root, as k goes with one over
-/// the root of an area, but where the part is so small that a root would rise without a bound.
+/// The own stiffness of a part of a cell over the cell's, and how it grows with the part: a root, as k goes with one
+/// over the root of an area, but where the part is so small that a root would rise without a bound.
 struct PartStiffness {
   explicit PartStiffness(double share) {
     constexpr double kSmall = 0.15;
@@ -143,8 +143,8 @@ AtEdge edge_contact(const Model& model, const Isometry3d& X_OF, EdgeCell& cell, 
   contact.finger = cell.finger;
   contact.control_point = cell.control_point;
   contact.share = std::min(stiffness.value, 1.0 - 1e-12);
-  // The force that makes it lean is that of the tick before, which was the cell's as it was. On a way on which the cell's
-  // part grows out of all proportion, as where an edge comes in, there is no lean for each of its places.
+  // The force that makes it lean is that of the tick before, which was the cell's as it was. On a way on which the
+  // cell's part grows out of all proportion, as where an edge comes in, no lean is good for all of it.
   const Vector3d stiffens = stiffness.slope / stiffness.value * widens;
   const double grown = std::clamp(1.0 + stiffens.dot(cell.way_O), 0.5, 2.0);
   const double bounded = std::min(1.0, kMostGrowth / std::max(1e-12, stiffens.norm() * cell.way_O.norm()));

@@ -100,6 +100,11 @@ class LoopProfile {
 [[nodiscard]] nlohmann::ordered_json profile_json(const Model& model, const LoopProfile& profile,
                                                   const ThreadsReport& report);
 
+/// Why simulated time lags behind: a sentence for each loop that did not keep kKeptShare of its ticks, with how long
+/// they take, and what takes the most of it. None if both kept them.
+[[nodiscard]] std::vector<std::string> lags(const Model& model, const LoopProfile& profile,
+                                            const ThreadsReport& report);
+
 /// That records were lost, in a sentence; nothing if none was.
 [[nodiscard]] std::optional<std::string> lost_records(const ThreadsReport& report);
 

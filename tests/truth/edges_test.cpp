@@ -1,0 +1,215 @@
+// A pulp and a rigid object without friction are one energy: whatever way the object is taken over edges, corners and
+// rims, the hand that moves it gets back what it gave. And forces at edges are those of an elastic half space.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "bench/cases/probe.h"
+
+namespace thenar::edges_test {
+namespace {
+
+using Eigen::AngleAxisd;
+using Eigen::Index;
+using Eigen::Isometry3d;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using namespace truth;
+
+constexpr double kTick_m = 5e-6, kClear_m = 0.2e-3;
+
+/// An object that is pressed into the pulp along -x at `from`, dragged to `to`, and lifted. Of both the x is where the
+/// object would touch a plane through the pulp's tip.
+struct Way {
+  std::string name;
+  Shape shape;
+  Matrix3d R = Matrix3d::Identity();
+  Vector3d from_m, to_m;
+  bool is_pointed = false;  ///< An edge or corner points at the pulp.
+};
+
+const Matrix3d kOnEdge = AngleAxisd(std::numbers::pi / 4.0, Vector3d::UnitZ()).toRotationMatrix();
+const Matrix3d kEndOn = AngleAxisd(std::numbers::pi / 2.0, Vector3d::UnitY()).toRotationMatrix();
+constexpr double kEdge_m = 10e-3 * std::numbers::sqrt2;
+
+const BoxShape kBox{Vector3d(20e-3, 20e-3, 60e-3)};
+const Mug kMug{.radius_m = 20e-3, .height_m = 40e-3, .wall_m = 3e-3, .handle = {}};
+
+std::vector<Way> ways() {
+  return {
+      {"OffAnEdge", kBox, Matrix3d::Identity(), {10e-3, -6e-3, 0.0}, {10e-3, -14e-3, 0.0}},
+      {"OntoAFace", kBox, Matrix3d::Identity(), {10e-3, -14e-3, 0.7e-3}, {10e-3, -6e-3, 0.7e-3}},
+      {"OverACorner", kBox, Matrix3d::Identity(), {10e-3, -6e-3, -26e-3}, {10e-3, -12e-3, -33e-3}},
+      {"AcrossAnEdge", kBox, kOnEdge, {kEdge_m, -2e-3, 0.0}, {kEdge_m, 2e-3, 0.0}, true},
+      {"AlongAnEdgeToItsEnd", kBox, kOnEdge, {kEdge_m, 0.3e-3, -24e-3}, {kEdge_m, 0.3e-3, -34e-3}, true},
+      {"OffARim", CylinderShape{10e-3, 20e-3}, kEndOn, {10e-3, -4e-3, 1e-3}, {10e-3, -14e-3, 1e-3}},
+      {"OffAMugsMouth", kMug, Matrix3d::Identity(), {20e-3, 0.0, -8e-3}, {20e-3, 0.0, -26e-3}},
+      {"OffAMugsBottom", kMug, kEndOn, {20e-3, 0.0, 14e-3}, {20e-3, 0.0, 24e-3}},
+  };
+}
+
+/// What a hand did that took an object along a way.
+struct Taken {
+  double work_J = 0.0, stored_J = 0.0, injected_J = 0.0, dissipated_J = 0.0;
+  double largest_N = 0.0, step_N = 0.0;  ///< Of the drag; the step in a tick.
+};
+
+Taken take(const Way& way, double depth_m, Probe probe, double tick_m = kTick_m) {
+  probe.shape = way.shape;
+  probe.points = 20000;
+  const Vector3d out = Vector3d::UnitX(), tip = kProbeRadius_m * out;
+  probe.X_WO.linear() = way.R;
+  probe.X_WO.translation() = tip + way.from_m + kClear_m * out;
+  Loop loop(scene_of(probe));
+  Taken taken;
+  Vector3d at_m = probe.X_WO.translation(), x_m = at_m, F_N = Vector3d::Zero();
+  const std::vector<Vector3d> stops = {tip + way.from_m - depth_m * out, tip + way.to_m - depth_m * out,
+                                       tip + way.to_m + kClear_m * out};
+  for (std::size_t leg = 0; leg < stops.size(); ++leg) {
+    const Vector3d begin_m = at_m;
+    const auto ticks = std::lround((stops[leg] - begin_m).norm() / tick_m);
+    for (Index k = 1; k <= ticks; ++k) {
+      at_m = begin_m + static_cast<double>(k) / static_cast<double>(ticks) * (stops[leg] - begin_m);
+      TickInput input;
+      input.X_WT = probe.X_WO;
+      input.X_WT->translation() = at_m;
+      const TickReport report = loop.tick(input);
+      const Vector3d force_N = loop.state.load[0].force_N, now_m = loop.state.X_WO.translation();
+      taken.work_J -= 0.5 * (force_N + F_N).dot(now_m - x_m);
+      taken.stored_J = std::max(taken.stored_J, report.ledger.stored_J);
+      taken.injected_J += report.ledger.injected_J;
+      taken.dissipated_J += report.ledger.dissipated_J;
+      if (leg == 1) {
+        taken.largest_N = std::max(taken.largest_N, force_N.norm());
+        if (k > 1) taken.step_N = std::max(taken.step_N, (force_N - F_N).norm());
+      }
+      F_N = force_N;
+      x_m = now_m;
+    }
+  }
+  return taken;
+}
+
+class Edges : public testing::TestWithParam<Way> {};
+
+TEST_P(Edges, GiveBackWhatTheyTake) {
+  for (const double depth_m : {0.3e-3, 1e-3, 3e-3}) {
+    SCOPED_TRACE(depth_m);
+    const Taken taken = take(GetParam(), depth_m, {});
+    EXPECT_LT(std::abs(taken.work_J), 0.02 * taken.stored_J);
+    // The ledger, too, sees nothing from nowhere.
+    EXPECT_LT(taken.injected_J + taken.dissipated_J, 1e-3 * taken.stored_J);
+    EXPECT_LT(taken.step_N, (GetParam().is_pointed ? 0.05 : 0.02) * taken.largest_N);
+  }
+}
+
+TEST_P(Edges, LetAPadThatRubsGoOnEvenly) {
+  Probe probe;
+  probe.friction = 0.8;
+  for (const double depth_m : {0.3e-3, 1e-3}) {
+    SCOPED_TRACE(depth_m);
+    const Taken taken = take(GetParam(), depth_m, probe);
+    EXPECT_GT(taken.work_J, 0.0);
+    EXPECT_LT(taken.step_N, (GetParam().is_pointed ? 0.05 : 0.02) * taken.largest_N);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Ways, Edges, testing::ValuesIn(ways()), [](const auto& way) { return way.param.name; });
+
+TEST(Edges, OfFourTimesThePointsGiveBackAsMuch) {
+  Probe probe;
+  probe.leaves = 1280;
+  for (const Way& way : ways()) {
+    SCOPED_TRACE(way.name);
+    const Taken taken = take(way, 1e-3, probe);
+    EXPECT_LT(std::abs(taken.work_J), 0.025 * taken.stored_J);
+    EXPECT_LT(taken.step_N, 0.03 * taken.largest_N);
+  }
+}
+
+/// The work that a frame costs which is late falls with how late it is, and is the hand's: none comes from nowhere.
+TEST(Edges, OfLateFramesCostTheHandAndGiveNothing) {
+  for (const double frame_s : {5e-3, 20e-3}) {
+    Probe probe;
+    probe.frame_s = frame_s;
+    for (const Way& way : ways()) {
+      SCOPED_TRACE(way.name + " " + std::to_string(frame_s));
+      const Taken taken = take(way, 1e-3, probe);
+      EXPECT_GT(taken.work_J, -0.02 * taken.stored_J);
+      EXPECT_LT(taken.work_J, (frame_s < 10e-3 ? 0.04 : 0.12) * taken.stored_J);
+    }
+  }
+}
+
+/// The force at a depth, along x and across it.
+Vector3d pressed_N(const Shape& shape, const Matrix3d& R, const Vector3d& touches_m, double depth_m, Index leaves) {
+  Probe probe;
+  probe.shape = shape;
+  probe.points = 12000;
+  probe.leaves = leaves;
+  const Vector3d towards = touches_m.normalized();
+  probe.X_WO.linear() = R;
+  probe.X_WO.translation() = touches_m + kClear_m * towards;
+  Loop loop(scene_of(probe));
+  for (double way_m = -kClear_m; way_m < depth_m + 1e-9; way_m += 20e-6) {
+    TickInput input;
+    input.X_WT = probe.X_WO;
+    input.X_WT->translation() = touches_m - std::min(way_m, depth_m) * towards;
+    loop.tick(input);
+  }
+  TickInput input;
+  input.X_WT = probe.X_WO;
+  input.X_WT->translation() = touches_m - depth_m * towards;
+  for (int k = 0; k < 3; ++k) loop.tick(input);
+  return loop.state.load[0].force_N;
+}
+
+/// Bars across the pulp at 1 mm bear what the same kernel has with points ever closer: 0.75, 0.89, 0.91 N (a half space
+/// with 5120 points a sphere). Lines along the normals of the pulp make them wider by d sin(angle): 13 % for 2 mm.
+TEST(Edges, OfBarsBearWhatAHalfSpaceDoes) {
+  const std::vector<std::pair<double, double>> bars = {{2e-3, 0.75}, {4e-3, 0.89}, {10e-3, 0.91}};
+  for (const auto& [width_m, force_N] : bars) {
+    SCOPED_TRACE(width_m);
+    const BoxShape bar{Vector3d(width_m, width_m, 40e-3)};
+    const Vector3d at_m(kProbeRadius_m + 0.5 * width_m, 0.3e-3, 0.4e-3);
+    const double fine_N = pressed_N(bar, Matrix3d::Identity(), at_m, 1e-3, 1280).x();
+    EXPECT_GT(fine_N, 0.98 * force_N);
+    EXPECT_LT(fine_N, 1.14 * force_N);
+    EXPECT_NEAR(pressed_N(bar, Matrix3d::Identity(), at_m, 1e-3, 320).x(), fine_N, 0.08 * fine_N);
+  }
+}
+
+/// A cube's corner against the pulp, from anywhere. The same half space has 0.037 N at 0.5 mm: its sections are
+/// triangles, and a cone through its edges, 0.054 N, is half as large again. Without friction its force is along its
+/// axis but for what the places of points do.
+TEST(Edges, OfACornerBearAConesForceWhereverItComes) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  const Matrix3d corner = Eigen::Quaterniond::FromTwoVectors(Vector3d::Ones(), Vector3d::UnitX()).toRotationMatrix();
+  for (const auto& [leaves, orientations, aside] :
+       {std::tuple{Index{320}, 50, 0.25}, std::tuple{Index{1280}, 12, 0.2}}) {
+    SCOPED_TRACE(leaves);
+    double along_N = 0.0, across = 0.0;
+    for (int k = 0; k < orientations; ++k) {
+      const Vector3d turn = 0.35 * Vector3d(normal(random), normal(random), normal(random));
+      const Matrix3d R = AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix();
+      const Vector3d axis = R * Vector3d::UnitX();
+      const Matrix3d spin = AngleAxisd(std::numbers::pi * normal(random), axis).toRotationMatrix();
+      const Vector3d touches_m = (kProbeRadius_m + 5e-3 * std::sqrt(3.0)) * axis;
+      const Vector3d F_N = pressed_N(BoxShape{Vector3d::Constant(10e-3)}, spin * R * corner, touches_m, 0.5e-3, leaves);
+      along_N += F_N.dot(axis) / orientations;
+      across += (F_N - F_N.dot(axis) * axis).norm() / F_N.dot(axis) / orientations;
+    }
+    EXPECT_NEAR(along_N, 0.037, 0.2 * 0.037);
+    EXPECT_LT(across, aside);
+  }
+}
+
+}  // namespace
+}  // namespace thenar::edges_test
