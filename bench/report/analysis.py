@@ -10,7 +10,7 @@ from pathlib import Path
 SECTIONS = (
     ("The published timings", ("published", "limits")),
     ("Speed against accuracy", ("grasp_force", "muscle", "contact", "finding", "pulp", "rate")),
-    ("Sticking, sliding, converging", ("motion", "curved_surface")),
+    ("Sticking, sliding, converging", ("motion", "curved_surface", "edges")),
     ("Where methods fail", ("stability", "contact_families")),
     ("Touch and reflex", ("partial_slip", "reflex", "felt_margin", "pose_loop")),
     ("Stiffness that is chosen", ("stiffness",)),

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/cases/edge_ways.h"
 #include "bench/cases/probe.h"
 
 namespace thenar::edges_test {
@@ -22,81 +23,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using namespace truth;
 
-constexpr double kTick_m = 5e-6, kClear_m = 0.2e-3;
-
-/// An object that is pressed into the pulp along -x at `from`, dragged to `to`, and lifted. Of both the x is where the
-/// object would touch a plane through the pulp's tip.
-struct Way {
-  std::string name;
-  Shape shape;
-  Matrix3d R = Matrix3d::Identity();
-  Vector3d from_m, to_m;
-  bool is_pointed = false;  ///< An edge or corner points at the pulp.
-};
-
-const Matrix3d kOnEdge = AngleAxisd(std::numbers::pi / 4.0, Vector3d::UnitZ()).toRotationMatrix();
-const Matrix3d kEndOn = AngleAxisd(std::numbers::pi / 2.0, Vector3d::UnitY()).toRotationMatrix();
-constexpr double kEdge_m = 10e-3 * std::numbers::sqrt2;
-
-const BoxShape kBox{Vector3d(20e-3, 20e-3, 60e-3)};
-const Mug kMug{.radius_m = 20e-3, .height_m = 40e-3, .wall_m = 3e-3, .handle = {}};
-
-std::vector<Way> ways() {
-  return {
-      {"OffAnEdge", kBox, Matrix3d::Identity(), {10e-3, -6e-3, 0.0}, {10e-3, -14e-3, 0.0}},
-      {"OntoAFace", kBox, Matrix3d::Identity(), {10e-3, -14e-3, 0.7e-3}, {10e-3, -6e-3, 0.7e-3}},
-      {"OverACorner", kBox, Matrix3d::Identity(), {10e-3, -6e-3, -26e-3}, {10e-3, -12e-3, -33e-3}},
-      {"AcrossAnEdge", kBox, kOnEdge, {kEdge_m, -2e-3, 0.0}, {kEdge_m, 2e-3, 0.0}, true},
-      {"AlongAnEdgeToItsEnd", kBox, kOnEdge, {kEdge_m, 0.3e-3, -24e-3}, {kEdge_m, 0.3e-3, -34e-3}, true},
-      {"OffARim", CylinderShape{10e-3, 20e-3}, kEndOn, {10e-3, -4e-3, 1e-3}, {10e-3, -14e-3, 1e-3}},
-      {"OffAMugsMouth", kMug, Matrix3d::Identity(), {20e-3, 0.0, -8e-3}, {20e-3, 0.0, -26e-3}},
-      {"OffAMugsBottom", kMug, kEndOn, {20e-3, 0.0, 14e-3}, {20e-3, 0.0, 24e-3}},
-  };
-}
-
-/// What a hand did that took an object along a way.
-struct Taken {
-  double work_J = 0.0, stored_J = 0.0, injected_J = 0.0, dissipated_J = 0.0;
-  double largest_N = 0.0, step_N = 0.0;  ///< Of the drag; the step in a tick.
-};
-
-Taken take(const Way& way, double depth_m, Probe probe, double tick_m = kTick_m) {
-  probe.shape = way.shape;
-  probe.points = 20000;
-  const Vector3d out = Vector3d::UnitX(), tip = kProbeRadius_m * out;
-  probe.X_WO.linear() = way.R;
-  probe.X_WO.translation() = tip + way.from_m + kClear_m * out;
-  Loop loop(scene_of(probe));
-  Taken taken;
-  Vector3d at_m = probe.X_WO.translation(), x_m = at_m, F_N = Vector3d::Zero();
-  const std::vector<Vector3d> stops = {tip + way.from_m - depth_m * out, tip + way.to_m - depth_m * out,
-                                       tip + way.to_m + kClear_m * out};
-  for (std::size_t leg = 0; leg < stops.size(); ++leg) {
-    const Vector3d begin_m = at_m;
-    const auto ticks = std::lround((stops[leg] - begin_m).norm() / tick_m);
-    for (Index k = 1; k <= ticks; ++k) {
-      at_m = begin_m + static_cast<double>(k) / static_cast<double>(ticks) * (stops[leg] - begin_m);
-      TickInput input;
-      input.X_WT = probe.X_WO;
-      input.X_WT->translation() = at_m;
-      const TickReport report = loop.tick(input);
-      const Vector3d force_N = loop.state.load[0].force_N, now_m = loop.state.X_WO.translation();
-      taken.work_J -= 0.5 * (force_N + F_N).dot(now_m - x_m);
-      taken.stored_J = std::max(taken.stored_J, report.ledger.stored_J);
-      taken.injected_J += report.ledger.injected_J;
-      taken.dissipated_J += report.ledger.dissipated_J;
-      if (leg == 1) {
-        taken.largest_N = std::max(taken.largest_N, force_N.norm());
-        if (k > 1) taken.step_N = std::max(taken.step_N, (force_N - F_N).norm());
-      }
-      F_N = force_N;
-      x_m = now_m;
-    }
-  }
-  return taken;
-}
-
-class Edges : public testing::TestWithParam<Way> {};
+class Edges : public testing::TestWithParam<EdgeWay> {};
 
 TEST_P(Edges, GiveBackWhatTheyTake) {
   for (const double depth_m : {0.3e-3, 1e-3, 3e-3}) {
@@ -120,12 +47,12 @@ TEST_P(Edges, LetAPadThatRubsGoOnEvenly) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Ways, Edges, testing::ValuesIn(ways()), [](const auto& way) { return way.param.name; });
+INSTANTIATE_TEST_SUITE_P(Ways, Edges, testing::ValuesIn(edge_ways()), [](const auto& way) { return way.param.name; });
 
 TEST(Edges, OfFourTimesThePointsGiveBackAsMuch) {
   Probe probe;
   probe.leaves = 1280;
-  for (const Way& way : ways()) {
+  for (const EdgeWay& way : edge_ways()) {
     SCOPED_TRACE(way.name);
     const Taken taken = take(way, 1e-3, probe);
     EXPECT_LT(std::abs(taken.work_J), 0.025 * taken.stored_J);
@@ -138,7 +65,7 @@ TEST(Edges, OfLateFramesCostTheHandAndGiveNothing) {
   for (const double frame_s : {5e-3, 20e-3}) {
     Probe probe;
     probe.frame_s = frame_s;
-    for (const Way& way : ways()) {
+    for (const EdgeWay& way : edge_ways()) {
       SCOPED_TRACE(way.name + " " + std::to_string(frame_s));
       const Taken taken = take(way, 1e-3, probe);
       EXPECT_GT(taken.work_J, -0.02 * taken.stored_J);
@@ -147,8 +74,9 @@ TEST(Edges, OfLateFramesCostTheHandAndGiveNothing) {
   }
 }
 
-/// The force at a depth, along x and across it.
+/// The force at a depth.
 Vector3d pressed_N(const Shape& shape, const Matrix3d& R, const Vector3d& touches_m, double depth_m, Index leaves) {
+  constexpr double kClear_m = 0.2e-3;
   Probe probe;
   probe.shape = shape;
   probe.points = 12000;

@@ -1,0 +1,97 @@
+// What a hand gets back that takes an object over a pulp, across edges, corners and rims, and how evenly it goes.
+//   edges_figures [--quick] FILE.json
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include <cmath>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "bench/cases/edge_ways.h"
+#include "bench/report/figure.h"
+#include "bench/report/outcome_map.h"
+
+namespace thenar {
+namespace {
+
+using Eigen::Index;
+using nlohmann::ordered_json;
+using truth::EdgeWay, truth::Probe, truth::Taken;
+
+constexpr const char* kText =
+    "A pulp without friction that an object presses and that it leaves again has no energy of its own: the hand that "
+    "moved the object gets back what it gave. An object is pressed into a pulp of 8 mm, dragged over an edge, a corner "
+    "or a rim, and lifted. Its work is that of the forces along the positions; the engine's ledger has no part in it.";
+
+/// Curves over x, one a way, of what `measure` makes of a drag.
+void add_ways(ordered_json& figure, const std::string& name, const std::vector<double>& x, double x_unit,
+              const std::function<double(const EdgeWay&, double)>& measure) {
+  const std::vector<EdgeWay> ways = truth::edge_ways();
+  std::vector<std::vector<double>> values(ways.size(), std::vector<double>(x.size()));
+  tbb::parallel_for(std::size_t{0}, ways.size() * x.size(), [&](std::size_t i) {
+    values[i / x.size()][i % x.size()] = measure(ways[i / x.size()], x[i % x.size()]);
+  });
+  std::vector<double> shown;
+  for (const double value : x) shown.push_back(value / x_unit);
+  std::vector<ordered_json> curves;
+  for (std::size_t w = 0; w < ways.size(); ++w) curves.push_back(plain_curve(ways[w].name, shown, values[w]));
+  figure["panels"].push_back({{"name", name}, {"curves", curves}});
+}
+
+double lost(const Taken& taken) { return std::abs(taken.work_J) / taken.stored_J; }
+double step(const Taken& taken) { return taken.step_N / taken.largest_N; }
+
+void depths(ordered_json& part, bool quick) {
+  const std::vector<double> depths_m = equal_ratios(0.3e-3, 3e-3, quick ? 3 : 7);
+  ordered_json& works = add_figure(part, "curves", "edge_work", "What closed ways cost",
+                                   "The work of a way, over the most energy that the pulp held, at 5 um a tick. "
+                                   "Exact is none.",
+                                   "deterministic");
+  works["x"] = {{"label", "depth [mm]"}, {"log", true}};
+  works["y"] = {{"label", "work over stored energy"}, {"log", true}};
+  ordered_json& steps =
+      add_figure(part, "curves", "edge_steps", "How evenly a drag goes",
+                 "The largest change of the force in a tick of 5 um, over the largest force.", "deterministic");
+  steps["x"] = works["x"];
+  steps["y"] = {{"label", "step over the largest force"}, {"log", true}};
+  for (const Index leaves : quick ? std::vector<Index>{320} : std::vector<Index>{320, 1280}) {
+    Probe probe;
+    probe.leaves = leaves;
+    const std::string name = fmt::format("{} control points", leaves);
+    add_ways(works, name, depths_m, 1e-3, [=](const EdgeWay& way, double d) { return lost(take(way, d, probe)); });
+    add_ways(steps, name, depths_m, 1e-3, [=](const EdgeWay& way, double d) { return step(take(way, d, probe)); });
+  }
+  Probe rough;
+  rough.friction = 0.8;
+  add_ways(steps, "320 control points, friction 0.8", depths_m, 1e-3,
+           [=](const EdgeWay& way, double d) { return step(take(way, d, rough)); });
+}
+
+/// Where it fails: cells are looked at once a frame, and change under it.
+void frames(ordered_json& part, bool quick) {
+  ordered_json& figure = add_figure(
+      part, "curves", "edge_frames", "Where edges fail: ways that are long for a frame",
+      "The work of a way 1 mm deep, over the most energy that the pulp held, against how far the object goes while one "
+      "frame is used, at 5 um a tick and with frames that are ever later. A cell is 1.6 mm wide. Above 0.02 the loop "
+      "does not hold.",
+      "deterministic");
+  figure["x"] = {{"label", "way in a frame [um]"}, {"log", true}};
+  figure["y"] = {{"label", "work over stored energy"}, {"log", true}};
+  const std::vector<double> ways_m =
+      quick ? std::vector{5e-6, 50e-6} : std::vector{5e-6, 10e-6, 25e-6, 50e-6, 100e-6, 200e-6, 400e-6};
+  add_ways(figure, "frames of 1 to 80 ms", ways_m, 1e-6, [](const EdgeWay& way, double way_m) {
+    Probe probe;
+    probe.frame_s = 1e-3 * std::lround(way_m / 5e-6);
+    return lost(take(way, 1e-3, probe));
+  });
+}
+
+}  // namespace
+}  // namespace thenar
+
+int main(int argc, char** argv) {
+  return thenar::run_part(argc, argv, "edges", "Edges, corners and rims", thenar::kText,
+                          {thenar::depths, thenar::frames});
+}
