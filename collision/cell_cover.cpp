@@ -86,6 +86,11 @@ void clip_to_sides(std::span<const CellFace> faces, Polygon& cell, Polygon& scra
 
 }  // namespace
 
+CellWork::CellWork(std::size_t faces) {
+  // Each cut adds a corner at most; sides are cut by each of the faces.
+  for (Polygon* polygon : {&around, &cell, &part, &scratch}) polygon->reserve(kCorners + (faces + 2) * (faces + 2));
+}
+
 CellCover cell_cover(std::span<const CellFace> faces, double area_m2, CellWork& work) {
   const double around_m2 = kAround * kAround * area_m2, passed_m = kPassed * std::sqrt(area_m2 / std::numbers::pi);
   set_to_disc(around_m2, work.around);

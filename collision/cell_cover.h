@@ -28,6 +28,9 @@ struct CellCover {
 
 /// What cell_cover() works in.
 struct CellWork {
+  /// With room for so many faces.
+  explicit CellWork(std::size_t faces = 0);
+
   Polygon around, cell, part, scratch;
 };
 
@@ -41,7 +44,7 @@ struct CellWork {
 /// continuous in the planes. Where nothing is deep, share is 0, and depth the largest of d, or -infinity where nothing
 /// is met.
 ///
-/// Does not allocate, once `work` has grown.
+/// Does not allocate where `work` has room.
 [[nodiscard]] CellCover cell_cover(std::span<const CellFace> faces, double area_m2, CellWork& work);
 
 }  // namespace thenar

@@ -83,7 +83,7 @@ void frames(ordered_json& part, bool quick) {
       quick ? std::vector{5e-6, 50e-6} : std::vector{5e-6, 10e-6, 25e-6, 50e-6, 100e-6, 200e-6, 400e-6};
   add_ways(figure, "frames of 1 to 80 ms", ways_m, 1e-6, [](const EdgeWay& way, double way_m) {
     Probe probe;
-    probe.frame_s = 1e-3 * std::lround(way_m / 5e-6);
+    probe.frame_s = 1e-3 * std::round(way_m / 5e-6);
     return lost(take(way, 1e-3, probe));
   });
 }

@@ -19,9 +19,8 @@ using Eigen::Vector3d;
 
 namespace {
 
-// A face that the pulp there does not look at, to 60 degrees, is not the one that it came through: the far side of
-// something thin, or the side of a pressed edge. On the face itself no point of a pulp within the trust looks further
-// off.
+// A face that the pulp there does not look at, to 60 degrees, is not the one that it came through, but the far side of
+// something thin. On the face itself no point of a pulp within the trust looks further off.
 constexpr double kFarSide = -0.5;
 
 // A sheared point has its own place on the surface looked for, where it has gone so many supports along it, and the
@@ -175,9 +174,15 @@ struct PulpSearch {
   }
 
   /// Whether a finger that has these candidates may have cells that an edge cuts.
-  [[nodiscard]] bool is_at_edge(const PulpBall& ball, KnownSample& known) const {
+  [[nodiscard]] bool is_at_edge() const {
+    KnownSample& known = search.known_ball[finger];
     const auto is_beside = [&](Index sample) { return !model.object.beside(sample).empty(); };
     if (std::ranges::any_of(search.candidates, is_beside, &ContactCandidate::sample)) return true;
+    // A tip may be between control points.
+    const double reach_m = outer_radius_m(model.scene.hand.fingertips[finger]) + band_m;
+    const Vector3d centre_O = X_OF * model.scene.hand.fingertips[finger].centre_m;
+    if (!search.candidates.empty() || model.object.bounds().exteriorDistance(centre_O) > reach_m) return false;
+    const PulpBall ball = touching_ball(model.scene.hand.fingertips[finger], model.object, X_OF);
     const Index nearest =
         find_nearest(model.object, X_OF * ball.centre_m, ball.radius_m + band_m, known.sample, known).sample;
     return nearest >= 0 && is_beside(nearest);
@@ -204,8 +209,9 @@ struct PulpSearch {
 
   /// Sees the object along the normals of the pulp, from its inside, where no face of the object hides another: each
   /// control point touches the face before it, from whichever side it came, and cells at edges what is in them.
-  void find_along_normals(const PulpBall& ball) {
+  void find_along_normals() {
     const Pulp& pulp = this->pulp();
+    const PulpBall ball = touching_ball(model.scene.hand.fingertips[finger], model.object, X_OF);
     const std::optional<SurfaceForm> nearest = nearest_surface(
         model, X_OF * ball.centre_m, ball.radius_m + band_m + model.object.support_m(), search.known_ball[finger]);
     if (!nearest) return;
@@ -219,7 +225,6 @@ struct PulpSearch {
       while (found != search.candidates.end() && found->control_point < c) ++found;
       const bool is_found = found != search.candidates.end() && found->control_point == c;
       EdgeCell cell{finger, c, p_O(c), normal_O(c), u_O(c)};
-      if (cell.N_O.dot(nearest->normal) >= 0.0) continue;
       const Vector3d before_O = cell.p_O - back_m * cell.N_O;
       if (ways > 0.0) {
         cell.way_O = ways * (cell.p_O - X_then * pulp.control_points_m.col(c));
@@ -359,10 +364,9 @@ void find_pulp_contacts(const Model& model, const HandPose& pose, const ContactS
                   band_m, depth_m,  search};
   pulp.find();
   const bool beyond = std::ranges::any_of(search.candidates, &ContactCandidate::is_beyond);
-  const PulpBall ball = touching_ball(tip, model.object, pulp.X_OF);
-  if (beyond || pulp.is_at_edge(ball, search.known_ball[finger])) {
+  if (beyond || pulp.is_at_edge()) {
     search.contacts.clear();
-    pulp.find_along_normals(ball);
+    pulp.find_along_normals();
     take_nearest(model, pulp.X_OF.inverse(), search.contacts, frame);
   } else {
     for (const ContactCandidate& c : search.candidates) {

@@ -1,7 +1,6 @@
 #include "engine/grasp/edge_contacts.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "engine/grasp/small_contacts.h"
@@ -10,7 +9,6 @@ namespace thenar {
 
 using Eigen::Index;
 using Eigen::Isometry3d;
-using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 namespace {
@@ -23,6 +21,8 @@ constexpr double kStep_m = 1e-6;
 constexpr double kLooks = 0.35;
 // What a cell's stiffness grows by on the way of a frame, at most, over itself.
 constexpr double kMostGrowth = 0.5;
+// In roots of a cell's area, in the cell: a contact that is to be.
+constexpr double kAhead = 0.1;
 // Of a cell with less than this share nothing is pressed.
 constexpr double kLeastPart = 1e-6;
 
@@ -36,10 +36,6 @@ struct PartStiffness {
     slope = (under - 0.5 * (1.0 - kSmall) * share) / (under * std::sqrt(under));
   }
   double value, slope;
-};
-
-struct FacePlane {
-  Vector3d n, point_m;
 };
 
 /// The face of a sample where x is over it.
@@ -67,19 +63,24 @@ struct CoverAt {
 
   /// With the control point at x.
   [[nodiscard]] CellCover operator()(const Vector3d& x_O) const {
+    // Of samples the planes are those of the cell's first place: how they turn is less than their noise.
+    const bool turn = model.exact && !is_flat(*model.exact);
+    if (turn || work.planes.empty()) {
+      work.planes.clear();
+      work.planes.push_back(face_below(model, x_O - cell.u_O, cell.sample));
+      for (const Index other : model.object.beside(cell.sample)) {
+        work.planes.push_back(face_below(model, x_O - cell.u_O, other));
+      }
+    }
     work.faces.clear();
-    add(x_O, cell.sample);
-    for (const Index other : model.object.beside(cell.sample)) add(x_O, other);
+    for (const FacePlane& face : work.planes) {
+      const double facing = -face.n.dot(cell.N_O);
+      work.faces.push_back({.slope = {face.n.dot(b1), face.n.dot(b2)},
+                            .facing = facing,
+                            .height_m = face.n.dot(x_O - face.point_m),
+                            .own_m = face.n.dot(shear_O) / facing});
+    }
     return cell_cover(work.faces, area_m2, work.cells);
-  }
-
-  void add(const Vector3d& x_O, Index sample) const {
-    const FacePlane face = face_below(model, x_O - cell.u_O, sample);
-    const double facing = -face.n.dot(cell.N_O);
-    work.faces.push_back({.slope = {face.n.dot(b1), face.n.dot(b2)},
-                          .facing = facing,
-                          .height_m = face.n.dot(x_O - face.point_m),
-                          .own_m = face.n.dot(shear_O) / facing});
   }
 };
 
@@ -109,20 +110,26 @@ AtEdge edge_contact(const Model& model, const Isometry3d& X_OF, EdgeCell& cell, 
   const double own_m2 = pulp.area_m2[cell.control_point], pressed_m = cell.N_O.dot(cell.u_O);
   const Vector3d b1 = cell.N_O.unitOrthogonal(), b2 = cell.N_O.cross(b1);
   const CoverAt cover_at{model, cell, b1, b2, cell.u_O - pressed_m * cell.N_O, own_m2, work};
-  const CellCover cover = cover_at(cell.p_O);
+  work.planes.clear();
+  CellCover cover = cover_at(cell.p_O);
   if (cover.own == 1.0) {
     if (cover.main > 0) cell.sample = model.object.beside(cell.sample)[cover.main - 1];
     return AtEdge::kWhole;
   }
   const bool looks_at_it = std::ranges::any_of(work.faces, [](const CellFace& face) { return face.facing > kLooks; });
   const double deepest_m = kTrustPerRadius * pulp.radius_m + band_m;
-  const bool is_near = cover.depth_m > -band_m && cover.depth_m < deepest_m;
-  if (!looks_at_it || !is_near || cover.share < kLeastPart) return AtEdge::kFree;
-
+  if (!looks_at_it || !(cover.depth_m > -band_m && cover.depth_m < deepest_m)) return AtEdge::kFree;
+  // What is not in the object yet is seen as far on as it is when it touches first.
+  const double ahead_m = cover.share < kLeastPart ? kAhead * std::sqrt(own_m2) - std::min(0.0, cover.depth_m) : 0.0;
+  if (ahead_m > 0.0) {
+    cover = cover_at(cell.p_O + ahead_m * cell.N_O);
+    cover.depth_m -= ahead_m;
+  }
+  if (cover.share < kLeastPart) return AtEdge::kFree;
   // How it changes, and its compliance, are those of the end of the way: taken at its begin, they would lag behind.
-  const Vector3d end_O = cell.p_O + cell.way_O;
-  const CellCover then = cell.way_O.isZero(0.0) ? cover : cover_at(end_O);
-  if (!(then.depth_m > -band_m) || then.share < kLeastPart) return AtEdge::kFree;
+  const Vector3d end_O = cell.p_O + ahead_m * cell.N_O + cell.way_O;
+  const CellCover then = cover_at(end_O);
+  if (then.share < kLeastPart) return AtEdge::kFree;
   // What u adds to N.u - d.
   Vector3d grows = cell.N_O;
   if (then.own > 0.0) {

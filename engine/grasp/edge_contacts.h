@@ -24,10 +24,21 @@ struct EdgeCell {
   Eigen::Index sample = 0;      ///< Of the face before it: ImplicitSurface::beside() has the others.
 };
 
+/// A face as a cell sees it.
+struct FacePlane {
+  Eigen::Vector3d n, point_m;
+};
+
 /// What edge_contact() works in.
 struct EdgeWork {
+  EdgeWork() : cells(ImplicitSurface::kMostBeside + 1) {
+    faces.reserve(ImplicitSurface::kMostBeside + 1);
+    planes.reserve(ImplicitSurface::kMostBeside + 1);
+  }
+
   CellWork cells;
   std::vector<CellFace> faces;
+  std::vector<FacePlane> planes;
 };
 
 enum class AtEdge { kWhole, kCut, kFree };
@@ -45,7 +56,7 @@ enum class AtEdge { kWhole, kCut, kFree };
 /// cut it.
 ///
 /// kWhole: no edge cuts it, `contact` is as it was, and `cell.sample` is of the face that has it. kFree: nothing of it
-/// is in the object, nor within the band. `softness` is the frame's. Does not allocate, once `work` has grown.
+/// is in the object, nor within the band. `softness` is the frame's. Does not allocate.
 [[nodiscard]] AtEdge edge_contact(const Model& model, const Eigen::Isometry3d& X_OF, EdgeCell& cell, double softness,
                                   double band_m, EdgeWork& work, FrameContact& contact);
 

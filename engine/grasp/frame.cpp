@@ -77,7 +77,8 @@ ContactGap contact_gap(const FrameContact& contact, const Isometry3d& X_FO, cons
 
 double area_of(const Model& model, const FrameContact& contact) {
   if (contact.area_m2 > 0.0) return contact.area_m2;
-  return contact.share * model.pulps[contact.finger].area_m2[contact.control_point];
+  // The share is of stiffness, which goes with the root of an area.
+  return contact.share * contact.share * model.pulps[contact.finger].area_m2[contact.control_point];
 }
 
 Frame::Frame(const Model& model)

@@ -33,6 +33,7 @@ void note_points(const Frame& frame, const ContactKinematics& kinematics, const 
                                .r_W = zero,
                                .f_W = kinematics.E_W[i] * f.segment<3>(3 * i),
                                .normal_N = f[3 * i],
+                               .friction_N = f.segment<2>(3 * i + 1).norm(),
                                .d_W = zero});
     }
   }
@@ -75,8 +76,7 @@ PatchReport patch_report(std::span<const PatchPoint> patch, const FingerLoad& lo
     inertia += point.normal_N * across.squaredNorm();
 
     const double speed_m_per_s = point.d_W.norm() / step_s;
-    const double friction_N = std::sqrt(std::max(0.0, point.f_W.squaredNorm() - point.normal_N * point.normal_N));
-    if (friction_N < (1.0 - kOnCone) * mu * point.normal_N) {
+    if (point.friction_N < (1.0 - kOnCone) * mu * point.normal_N) {
       report.creep_m_per_s = std::max(report.creep_m_per_s, speed_m_per_s);
     } else if (speed_m_per_s > kMoves_m_per_s) {
       report.sliding_share += point.normal_N / load.normal_N;

@@ -46,11 +46,12 @@ struct PatchPoint {
   Eigen::Vector3d u_O;       ///< A soft object's, likewise; object frame.
   Eigen::Vector3d u_end_F;   ///< Both at the end.
   Eigen::Vector3d u_end_O;
-  Eigen::Vector3d x_O;    ///< The finger's point against the object's surface, at the start; object frame.
-  Eigen::Vector3d r_W;    ///< Where finger and object meet, from the patch's pressure centre; at the start.
-  Eigen::Vector3d f_W;    ///< On the object [N].
-  double normal_N = 0.0;  ///< Its normal part.
-  Eigen::Vector3d d_W;    ///< Displacement of the finger's point against the object's, along the surface.
+  Eigen::Vector3d x_O;      ///< The finger's point against the object's surface, at the start; object frame.
+  Eigen::Vector3d r_W;      ///< Where finger and object meet, from the patch's pressure centre; at the start.
+  Eigen::Vector3d f_W;      ///< On the object [N].
+  double normal_N = 0.0;    ///< Its normal part.
+  double friction_N = 0.0;  ///< And the size of what rubs.
+  Eigen::Vector3d d_W;      ///< Displacement of the finger's point against the object's, along the surface.
 };
 
 /// The loaded contacts of a tick, noted before they move.

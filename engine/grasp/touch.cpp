@@ -18,7 +18,6 @@ Touch felt_touch(const Model& model, const Frame& frame, const ContactKinematics
   double loaded_m2 = 0.0, slipping_m2 = 0.0, swept_m3 = 0.0, friction_N = 0.0, pressed_N = 0.0;
   Vector3d felt_N = load.force_N;
   for (const PatchPoint& point : patch) {
-    const double squared = point.f_W.squaredNorm() - point.normal_N * point.normal_N;  // of its tangential part
     double normal_factor = 1.0, tangential_factor = 1.0;
     if (noise.share > 0.0) {
       normal_factor = noise.factor(), tangential_factor = noise.factor();
@@ -29,10 +28,10 @@ Touch felt_touch(const Model& model, const Frame& frame, const ContactKinematics
     const double at_m2 = area_of(model, frame.contacts[point.contact]);
     loaded_m2 += at_m2;
     const double limit_N = (1.0 - kOnCone) * mu * point.normal_N;
-    if (squared < limit_N * limit_N) continue;
+    if (point.friction_N < limit_N) continue;
     slipping_m2 += at_m2;
     swept_m3 += at_m2 * point.d_W.norm();
-    friction_N += tangential_factor * std::sqrt(std::max(0.0, squared));
+    friction_N += tangential_factor * point.friction_N;
     pressed_N += normal_factor * point.normal_N;
   }
   touch.normal_N = felt_N.dot(load.normal);

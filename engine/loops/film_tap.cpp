@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/grasp/frame.h"
+
 namespace thenar {
 
 namespace {
@@ -41,13 +43,16 @@ void take_contacts(const State& state, const ContactWorkspace& work, TickContact
     TickContact& contact = to.contacts[i];
     contact.finger = static_cast<std::uint16_t>(force.finger);
     contact.control_point = static_cast<std::uint16_t>(force.control_point);
-    copy(force.f_C, contact.force_N);
+    // A contact at an edge rubs across the pulp's normal, not its own: what is kept is at right angles.
+    const bool is_oblique = std::abs(E_W.col(0).dot(E_W.col(1))) + std::abs(E_W.col(0).dot(E_W.col(2))) > 1e-9;
+    const Eigen::Matrix3d E = is_oblique ? axes_of(E_W.col(0), E_W.col(1)) : E_W;
+    copy(is_oblique ? Eigen::Vector3d(E.transpose() * (E_W * force.f_C)) : force.f_C, contact.force_N);
     for (int axis = 0; axis < 2; ++axis) {
       contact.slip_m[axis] = static_cast<float>(work.delta[3 * static_cast<Eigen::Index>(i) + 1 + axis]);
     }
     copy(work.kinematics.c_W[i], contact.point_m);
     copy(E_W.col(0), contact.normal);
-    copy(E_W.col(1), contact.tangent);
+    copy(E.col(1), contact.tangent);
   }
 }
 

@@ -77,10 +77,13 @@ void expect_valid(const Model& model, const RandomFrame& random) {
       EXPECT_GT(contact.control_point, last);
       EXPECT_NEAR(contact.n_O.norm(), 1.0, 1e-12);
       EXPECT_LE((contact.E_F.transpose() * contact.E_F - Eigen::Matrix3d::Identity()).norm(), 1e-9);
-      EXPECT_LE((contact.E_F.col(0) - X_FO.linear() * contact.n_O).norm(), 1e-9);
+      // A contact at an edge leans beside the pulp's own normal, and is in the middle of its part of a flat cell.
+      if (!contact.fades()) {
+        EXPECT_LE((contact.E_F.col(0) - X_FO.linear() * contact.n_O).norm(), 1e-9);
+      }
       EXPECT_TRUE(std::isfinite(contact.curvature_per_m));
       // The pulp's own, and no deeper than half the pulp with what the object's surface may stray.
-      EXPECT_NEAR((contact.p_F - model.scene.hand.fingertips[k].centre_m).norm(), r, 1e-9);
+      EXPECT_NEAR((contact.p_F - model.scene.hand.fingertips[k].centre_m).norm(), r, contact.fades() ? 0.15e-3 : 1e-9);
       const double gap_m = contact_gap(contact, X_FO, Vector3d::Zero()).gap_m;
       EXPECT_TRUE(std::isfinite(gap_m));
       EXPECT_LT(gap_m, model.scene.contact.band_m + 1e-3);
@@ -172,7 +175,6 @@ TEST(ContactSearch, CurvedThinWallsAreAsCurvedAsTheyAre) {
     Index in_wall = 0;
     for (Index c = 0; c < pulp.controls(); ++c) in_wall += gap_m(X * pulp.control_points_m.col(c)) < -30e-6 ? 1 : 0;
     EXPECT_GE(frame.begin[1], in_wall);
-    EXPECT_EQ(search.draws_in[0], depth_m > 1.55e-3);
     for (Index i = 0; i < frame.begin[1]; ++i) {
       const FrameContact& contact = frame.contacts[i];
       const Vector3d p_O = X * contact.p_F;
