@@ -43,7 +43,9 @@ class ArmWatcher : public Watcher {
 struct TaskOf {
   explicit TaskOf(const std::string& name, const std::vector<std::string>& overrides = {},
                   std::optional<LockstepSettings> lockstep = {})
-      : model(build_model(scene_of(name, overrides))), state(model), arm(model.scene.step_s) {
+      : TaskOf(scene_of(name, overrides), std::move(lockstep)) {}
+  explicit TaskOf(Scene scene, std::optional<LockstepSettings> lockstep = {})
+      : model(build_model(std::move(scene))), state(model), arm(model.scene.step_s) {
     RunSettings settings;
     settings.lockstep = std::move(lockstep);
     settings.watchers = {&arm};
@@ -86,6 +88,27 @@ TEST(Task, GripAndLoadRiseTogetherUntilTheObjectComesOff) {
     EXPECT_NEAR(sum_N, weight_N, 5e-3 * weight_N) << tick.time_s;
   }
   EXPECT_LT(run.carried_m().norm(), 0.1e-3);
+}
+
+// A table ends a little way beside the object's middle, on one side or on two: a box and a mug rest on it as on the
+// whole plane, and are lifted and put back.
+TEST(Task, GripAndLiftWorkOnTheEdgeAndTheCornerOfATable) {
+  for (const bool is_mug : {false, true}) {
+    for (const Vector3d& beyond_m : {Vector3d(0.1, 5e-3, 0.0), Vector3d(8e-3, 6e-3, 0.0)}) {
+      SCOPED_TRACE(std::to_string(beyond_m.x()) + (is_mug ? " mug" : " box"));
+      Scene scene = scene_of("grip_lift");
+      if (is_mug) scene.object.shape = Mug{.radius_m = 25e-3, .height_m = 50e-3, .wall_m = 4e-3, .handle = {}};
+      EnvironmentBody& table = scene.environment->bodies.front();
+      table.shape = BoxShape{Vector3d(0.2, 0.2, 0.04)};
+      table.X_WE.translation() += table.X_WE.linear() * (beyond_m - Vector3d(0.1, 0.1, 0.02));
+      const TaskOf run(std::move(scene));
+      EXPECT_EQ(run.outcome(), Outcome::kTaskDone) << run.words();
+      EXPECT_LT(run.carried_m().norm(), 0.2e-3);
+      for (const TickRecord& tick : run.recording.ticks) {
+        ASSERT_LT(tick.contact.environment.penetration_m, 1e-6) << tick.time_s;
+      }
+    }
+  }
 }
 
 TEST(Task, WhatIsPickedIsPlacedElsewhere) {
