@@ -56,17 +56,19 @@ void depths(ordered_json& part, bool quick) {
                  "The largest change of the force in a tick of 5 um, over the largest force.", "deterministic");
   steps["x"] = works["x"];
   steps["y"] = {{"label", "step over the largest force"}, {"log", true}};
-  for (const Index leaves : quick ? std::vector<Index>{320} : std::vector<Index>{320, 1280}) {
+  const auto taken = [](const EdgeWay& way, double depth_m, Index leaves, double friction) {
     Probe probe;
     probe.leaves = leaves;
+    probe.friction = friction;
+    return take(way, depth_m, probe);
+  };
+  for (const Index leaves : quick ? std::vector<Index>{320} : std::vector<Index>{320, 1280}) {
     const std::string name = fmt::format("{} control points", leaves);
-    add_ways(works, name, depths_m, 1e-3, [=](const EdgeWay& way, double d) { return lost(take(way, d, probe)); });
-    add_ways(steps, name, depths_m, 1e-3, [=](const EdgeWay& way, double d) { return step(take(way, d, probe)); });
+    add_ways(works, name, depths_m, 1e-3, [=](const auto& way, double d) { return lost(taken(way, d, leaves, 0.0)); });
+    add_ways(steps, name, depths_m, 1e-3, [=](const auto& way, double d) { return step(taken(way, d, leaves, 0.0)); });
   }
-  Probe rough;
-  rough.friction = 0.8;
   add_ways(steps, "320 control points, friction 0.8", depths_m, 1e-3,
-           [=](const EdgeWay& way, double d) { return step(take(way, d, rough)); });
+           [=](const auto& way, double d) { return step(taken(way, d, 320, 0.8)); });
 }
 
 /// Where it fails: cells are looked at once a frame, and change under it.

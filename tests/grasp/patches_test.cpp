@@ -29,7 +29,7 @@ struct Patch {
 
   void add(const Vector3d& at, double normal_N) {
     const Vector3d zero = Vector3d::Zero();
-    points.push_back({0, zero, zero, zero, zero, zero, at, {0.0, 0.0, normal_N}, normal_N, zero});
+    points.push_back({0, zero, zero, zero, zero, zero, at, {0.0, 0.0, normal_N}, normal_N, 0.0, zero});
   }
   /// Takes places from the pressure centre.
   void centre() {
@@ -55,6 +55,10 @@ struct Patch {
   void sum_forces() {
     load.force_N.setZero();
     for (const PatchPoint& point : points) load.force_N += point.f_W;
+  }
+  [[nodiscard]] PatchReport report(double mu = kMu) {
+    for (PatchPoint& point : points) point.friction_N = point.f_W.head<2>().norm();
+    return patch_report(points, load, mu, kStep_s);
   }
 };
 
@@ -90,7 +94,7 @@ TEST(PatchReport, SlipAndSpinOfARigidPlateAreItsWayAndTurn) {
     const double turn = uniform(random, -1e-3, 1e-3);
     for (PatchPoint& point : patch.points) point.d_W = way + turn * Vector3d::UnitZ().cross(point.r_W);
     patch.sum_forces();
-    const PatchReport report = patch_report(patch.points, patch.load, kMu, kStep_s);
+    const PatchReport report = patch.report();
     EXPECT_NEAR(report.slip_m, way.norm(), 1e-18);
     EXPECT_NEAR(report.spin_rad, std::abs(turn), 1e-15);
   }
@@ -106,7 +110,7 @@ TEST(PatchReport, SpinIsTheLeastSquaresTurn) {
     slip += point.normal_N / patch.load.normal_N * point.d_W;
   }
   patch.sum_forces();
-  const double spin = patch_report(patch.points, patch.load, kMu, kStep_s).spin_rad;
+  const double spin = patch.report().spin_rad;
   const auto left = [&](double turn) {
     double sum = 0.0;
     for (const PatchPoint& p : patch.points) {
@@ -133,7 +137,7 @@ TEST(PatchReport, TellsPointsThatSlideFromThoseThatCreep) {
   patch.points[2].d_W.x() = 0.5 * kMoves_m_per_s * kStep_s;
   patch.points[3].d_W.y() = 3e-7;
   patch.sum_forces();
-  const PatchReport report = patch_report(patch.points, patch.load, kMu, kStep_s);
+  const PatchReport report = patch.report();
   EXPECT_NEAR(report.sliding_share, 0.5, 1e-15);
   EXPECT_NEAR(report.creep_m_per_s, 3e-4, 1e-18);
 }
@@ -143,12 +147,12 @@ TEST(PatchMargin, IsZeroWhereThePatchSlidesOrTurnsAsAWhole) {
   for (int trial = 0; trial < 20; ++trial) {
     Patch patch = random_patch(random);
     patch.slide_about({1e6, 0.0, 0.0});
-    EXPECT_NEAR(patch_report(patch.points, patch.load, kMu, kStep_s).margin, 0.0, 1e-8);
+    EXPECT_NEAR(patch.report().margin, 0.0, 1e-8);
   }
   // A turn about the centre leaves no resultant where the pressure has an axis.
   Patch hertz = hertz_patch(4000, 2e-3, 1.0);
   hertz.slide_about(Vector3d::Zero());
-  EXPECT_NEAR(patch_report(hertz.points, hertz.load, kMu, kStep_s).margin, 0.0, 1e-5);
+  EXPECT_NEAR(hertz.report().margin, 0.0, 1e-5);
 }
 
 TEST(PatchMargin, OfAPointIsThatOfItsFrictionCone) {
@@ -157,11 +161,11 @@ TEST(PatchMargin, OfAPointIsThatOfItsFrictionCone) {
   patch.centre();
   patch.points[0].f_W.x() = 0.3;
   patch.sum_forces();
-  const PatchReport report = patch_report(patch.points, patch.load, kMu, kStep_s);
+  const PatchReport report = patch.report();
   EXPECT_DOUBLE_EQ(report.margin, 1.0 - 0.3 / (kMu * 0.5));
   EXPECT_EQ(report.moment_Nm, 0.0);
   EXPECT_EQ(report.moment_limit_Nm, 0.0);
-  EXPECT_TRUE(std::isnan(patch_report(patch.points, patch.load, 0.0, kStep_s).margin));
+  EXPECT_TRUE(std::isnan(patch.report(0.0).margin));
   EXPECT_TRUE(std::isnan(patch_report({}, FingerLoad{}, kMu, kStep_s).margin));
 }
 
@@ -178,7 +182,7 @@ TEST(PatchMargin, TorsionOfAHertzPatchIsMeasuredByItsLimit) {
     point.f_W += 0.5 * most_Nm / lever_m * Vector3d::UnitZ().cross(point.r_W).normalized();
   }
   patch.sum_forces();
-  const PatchReport report = patch_report(patch.points, patch.load, kMu, kStep_s);
+  const PatchReport report = patch.report();
   EXPECT_NEAR(report.moment_Nm, 0.5 * most_Nm, 1e-3 * most_Nm);
   EXPECT_NEAR(report.moment_limit_Nm, most_Nm, 1e-3 * most_Nm);
   EXPECT_NEAR(report.margin, 0.5, 1e-3);
@@ -191,7 +195,7 @@ TEST(PatchMargin, EllipsoidAgainstTheExactLimitSurfaceOfAHertzPatch) {
   double least = 1.0, most = -1.0;
   for (double pole = 1e-3; pole < 1e3; pole *= 1.05) {
     patch.slide_about({pole, 0.0, 0.0});
-    const double margin = patch_report(patch.points, patch.load, kMu, kStep_s).margin;
+    const double margin = patch.report().margin;
     least = std::min(least, margin);
     most = std::max(most, margin);
   }
