@@ -57,7 +57,7 @@ void depths(ordered_json& part, bool quick) {
   steps["x"] = works["x"];
   steps["y"] = {{"label", "step over the largest force"}, {"log", true}};
   const auto taken = [](const EdgeWay& way, double depth_m, Index leaves, double friction) {
-    Probe probe;
+    Probe probe{.shape = way.shape};
     probe.leaves = leaves;
     probe.friction = friction;
     return take(way, depth_m, probe);
@@ -84,7 +84,7 @@ void frames(ordered_json& part, bool quick) {
   const std::vector<double> ways_m =
       quick ? std::vector{5e-6, 50e-6} : std::vector{5e-6, 10e-6, 25e-6, 50e-6, 100e-6, 200e-6, 400e-6};
   add_ways(figure, "frames of 1 to 80 ms", ways_m, 1e-6, [](const EdgeWay& way, double way_m) {
-    Probe probe;
+    Probe probe{.shape = way.shape};
     probe.frame_s = 1e-3 * std::round(way_m / 5e-6);
     return lost(take(way, 1e-3, probe));
   });
