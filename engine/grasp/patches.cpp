@@ -48,12 +48,16 @@ void find_displacements(const Model& model, const Frame& frame, const ContactKin
     for (std::size_t j = points.begin[k]; j < points.begin[k + 1]; ++j) {
       PatchPoint& point = points.points[j];
       const FrameContact& contact = frame.contacts[point.contact];
-      const Vector3d n = kinematics.E_W[point.contact].col(0);
+      const Eigen::Matrix3d& E_W = kinematics.E_W[point.contact];
       point.u_end_F = displacement(state, contact);
       if (model.soft_object()) point.u_end_O = points.u_end_O.row(point.contact);
       const Vector3d x_O = X_OF * (contact.p_F - point.u_end_F) - point.u_end_O;
       point.d_W = points.X_WO.linear() * (x_O - point.x_O);
-      point.d_W -= n.dot(point.d_W) * n;
+      if (contact.fades()) {  // It rubs across the pulp's normal, and leans.
+        point.d_W = E_W.col(1).dot(point.d_W) * E_W.col(1) + E_W.col(2).dot(point.d_W) * E_W.col(2);
+      } else {
+        point.d_W -= E_W.col(0).dot(point.d_W) * E_W.col(0);
+      }
       point.r_W = kinematics.c_W[point.contact] - state.load[k].centre_m;
     }
   }
