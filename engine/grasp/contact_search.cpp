@@ -82,8 +82,8 @@ struct PulpSearch {
   }
 
   /// Points that are near the surface at rest, or as they are deformed. A finger at work has contacts enough near the
-  /// surface: what is farther is not left out.
-  void find() {
+  /// surface: what is farther is not left out. Whether any is beyond the middle of something, with room or without.
+  [[nodiscard]] bool find() {
     std::vector<ContactCandidate>& candidates = search.candidates;
     FindingMemory& memory = search.memory[finger];
     if (!memory.known.empty()) widen(widened(), memory);
@@ -96,7 +96,9 @@ struct PulpSearch {
       within_m = std::min(2.0 * within_m, band_m);
     }
     std::erase_if(candidates, [&](const ContactCandidate& c) { return !is_within(c); });
+    const bool beyond = std::ranges::any_of(candidates, &ContactCandidate::is_beyond);
     keep_least();
+    return beyond;
   }
 
   void keep_least() {
@@ -239,7 +241,7 @@ struct PulpSearch {
                             : edge_contact(model, X_OF, cell, softness, band_m, search.edges, contact);
       if (is == AtEdge::kWhole) {
         const auto whole = whole_cell(c, cell.sample, is_found ? &*found : nullptr);
-        if (!whole) continue;
+        if (!whole || whole->is_beyond) continue;
         contact = frame_contact(model.scene.hand.fingertips[finger], X_OF.linear(), finger, c,
                                 pulp.control_points_m.col(c), whole->point_m, whole->normal, whole->bend);
       } else if (is == AtEdge::kFree) {
@@ -362,8 +364,7 @@ void find_pulp_contacts(const Model& model, const HandPose& pose, const ContactS
   const double depth_m = kTrustPerRadius * tip.radius_m;
   PulpSearch pulp{model,  snapshot, finger, X_WO.inverse() * pose.distal(model.scene.hand, finger),
                   band_m, depth_m,  search};
-  pulp.find();
-  const bool beyond = std::ranges::any_of(search.candidates, &ContactCandidate::is_beyond);
+  const bool beyond = pulp.find();
   if (beyond || pulp.is_at_edge()) {
     search.contacts.clear();
     pulp.find_along_normals();

@@ -21,8 +21,6 @@ constexpr double kStep_m = 1e-6;
 constexpr double kLooks = 0.35;
 // What a cell's stiffness grows by on the way of a frame, at most, over itself.
 constexpr double kMostGrowth = 0.5;
-// In roots of a cell's area, in the cell: a contact that is to be.
-constexpr double kAhead = 0.1;
 // Of a cell with less than this share nothing is pressed.
 constexpr double kLeastPart = 1e-6;
 
@@ -111,7 +109,7 @@ AtEdge edge_contact(const Model& model, const Isometry3d& X_OF, EdgeCell& cell, 
   const Vector3d b1 = cell.N_O.unitOrthogonal(), b2 = cell.N_O.cross(b1);
   const CoverAt cover_at{model, cell, b1, b2, cell.u_O - pressed_m * cell.N_O, own_m2, work};
   work.planes.clear();
-  CellCover cover = cover_at(cell.p_O);
+  const CellCover cover = cover_at(cell.p_O);
   if (cover.own == 1.0) {
     if (cover.main > 0) cell.sample = model.object.beside(cell.sample)[cover.main - 1];
     return AtEdge::kWhole;
@@ -119,15 +117,9 @@ AtEdge edge_contact(const Model& model, const Isometry3d& X_OF, EdgeCell& cell, 
   const bool looks_at_it = std::ranges::any_of(work.faces, [](const CellFace& face) { return face.facing > kLooks; });
   const double deepest_m = kTrustPerRadius * pulp.radius_m + band_m;
   if (!looks_at_it || !(cover.depth_m > -band_m && cover.depth_m < deepest_m)) return AtEdge::kFree;
-  // What is not in the object yet is seen as far on as it is when it touches first.
-  const double ahead_m = cover.share < kLeastPart ? kAhead * std::sqrt(own_m2) - std::min(0.0, cover.depth_m) : 0.0;
-  if (ahead_m > 0.0) {
-    cover = cover_at(cell.p_O + ahead_m * cell.N_O);
-    cover.depth_m -= ahead_m;
-  }
   if (cover.share < kLeastPart) return AtEdge::kFree;
   // How it changes, and its compliance, are those of the end of the way: taken at its begin, they would lag behind.
-  const Vector3d end_O = cell.p_O + ahead_m * cell.N_O + cell.way_O;
+  const Vector3d end_O = cell.p_O + cell.way_O;
   const CellCover then = cover_at(end_O);
   if (then.share < kLeastPart) return AtEdge::kFree;
   // What u adds to N.u - d.

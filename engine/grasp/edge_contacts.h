@@ -56,7 +56,7 @@ enum class AtEdge { kWhole, kCut, kFree };
 /// cut it.
 ///
 /// kWhole: no edge cuts it, `contact` is as it was, and `cell.sample` is of the face that has it. kFree: nothing of it
-/// is in the object, nor within the band. `softness` is the frame's. Does not allocate.
+/// is in the object. `softness` is the frame's. Does not allocate.
 [[nodiscard]] AtEdge edge_contact(const Model& model, const Eigen::Isometry3d& X_OF, EdgeCell& cell, double softness,
                                   double band_m, EdgeWork& work, FrameContact& contact);
 

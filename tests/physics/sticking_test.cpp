@@ -46,8 +46,10 @@ double creep_m_per_s(GraspRun& run) {
     const FrameContact& contact = run.frame.contacts[i];
     const Vector3d way_O =
         point_on_object(model, run.state, pose_after, contact) - point_on_object(model, before, pose_before, contact);
-    const Vector3d n_O = before.X_WO.linear().transpose() * run.work.kinematics.E_W[i].col(0);
-    fastest_m = std::max(fastest_m, (way_O - n_O.dot(way_O) * n_O).norm());
+    // What leans at an edge rubs across the pulp's normal, not its own.
+    const Eigen::Matrix<double, 3, 2> across =
+        before.X_WO.linear().transpose() * run.work.kinematics.E_W[i].rightCols<2>();
+    fastest_m = std::max(fastest_m, (across.transpose() * way_O).norm());
   }
   return fastest_m / model.scene.step_s;
 }
