@@ -155,7 +155,7 @@ TEST(Verdict, IsOneForRunAndSweepAndEveryOutcomeButHeldHasAReason) {
         {{"contact.friction=0.05", "time.duration=0.3 s"}, Outcome::kLost},  // before its grip has built up
         {{"control.gain=170 N*m/rad", "time.duration=0.6 s"}, Outcome::kUnstable},
         {{"control.grasp.friction=0"}, Outcome::kSolverFailed},
-        {{"control.grasp.internal_force=15 N", "time.duration=0.6 s"}, Outcome::kOverLimits},
+        {{"control.grasp.internal_force=12 N", "time.duration=0.6 s"}, Outcome::kOverLimits},
         // A joint meets the end of its range, and the finger stays behind.
         {{"task.translate.by=[0 mm, 40 mm, 0 mm]", "time.duration=1.1 s"}, Outcome::kLost},
         {{"task.translate.over=50 ms", "time.duration=0.6 s"}, Outcome::kOffTarget}}) {
