@@ -17,7 +17,7 @@ namespace {
 constexpr double kNearEdge = 1.3;
 // How far a cell is moved to see how it changes.
 constexpr double kStep_m = 1e-6;
-// A cell that looks at none of the faces at less than 70 degrees (a cosine) is not one that they press.
+// A cell that looks at no face at less than 70 degrees (a cosine; cell_cover's kSteep) is not one that they press.
 constexpr double kLooks = 0.35;
 // What a cell's stiffness grows by on the way of a frame, at most, over itself.
 constexpr double kMostGrowth = 0.5;
@@ -120,7 +120,7 @@ AtEdge edge_contact(const Model& model, const Isometry3d& X_OF, EdgeCell& cell, 
   if (cover.share < kLeastPart) return AtEdge::kFree;
   // How it changes, and its compliance, are those of the end of the way: taken at its begin, they would lag behind.
   const Vector3d end_O = cell.p_O + cell.way_O;
-  const CellCover then = cover_at(end_O);
+  const CellCover then = cell.way_O.isZero(0.0) ? cover : cover_at(end_O);
   if (then.share < kLeastPart) return AtEdge::kFree;
   // What u adds to N.u - d.
   Vector3d grows = cell.N_O;
