@@ -19,9 +19,8 @@ constexpr double kAlong = 1e-9;
 // What is not of a cell's own face has a say from two radii of the cell on, and all of it from one radius on: there it
 // is a fifth of the disc of two radii.
 constexpr double kAround = 2.0, kCut = 0.1955;
-// No point of a pulp that is pressed on a face alone looks at it at less than kTurned, a cosine; and where a face is
-// nearly along N, depth along N says little of what is near.
-constexpr double kSteep = 0.35, kTurned = 0.6;
+// No point of a pulp that is pressed on a face alone looks at it at less than this, a cosine.
+constexpr double kTurned = 0.6;
 // Faces that are deeper off than this, in radii of the cell, are passed by.
 constexpr double kPassed = 6.0;
 

@@ -26,6 +26,10 @@ struct CellCover {
   double own = 0.0;  ///< How much of `depth_m` is that of `main` at x itself; 1 if it has the whole cell.
 };
 
+/// Where N is so nearly along a face (a cosine, 70 degrees), depth along N says little of what is near: a cell that
+/// looks at no face at less is not one that they press.
+inline constexpr double kSteep = 0.35;
+
 /// What cell_cover() works in.
 struct CellWork {
   /// With room for so many faces.

@@ -3,14 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <vector>
 
 #include "collision/point_grid.h"
 
 namespace thenar {
 
 using Eigen::Index;
-using Eigen::Matrix3Xd;
 
 namespace {
 
@@ -20,7 +18,7 @@ constexpr double kSamplesADisc = 40.0;  // So many tell the two.
 
 }  // namespace
 
-Matrix3Xd fine_parts(const PointCloud& cloud, double control_spacing_m) {
+std::vector<Index> fine_parts(const PointCloud& cloud, double control_spacing_m) {
   const double spacing_m = sample_spacing_m(cloud);
   const double radius_m = std::max(control_spacing_m, 2.5 * spacing_m);
   const double in_disc = std::numbers::pi * std::pow(radius_m / spacing_m, 2);
@@ -43,7 +41,7 @@ Matrix3Xd fine_parts(const PointCloud& cloud, double control_spacing_m) {
     if (!beside_wide) grid.for_each_neighbour(i, [&](Index j, double) { beside_wide |= wide[j] && is_like(i, j); });
     if (!beside_wide) fine.push_back(i);
   }
-  return cloud.points_m(Eigen::all, fine);
+  return fine;
 }
 
 }  // namespace thenar

@@ -124,6 +124,26 @@ void ImplicitSurface::find_edges(double reach_m, const std::function<bool(Index,
       if (!ends_at(starts_[other].plane, starts_[i].plane, point_m(i), reach_m)) continue;
       beside_[i].samples[beside_[i].count++] = other;
     }
+    drop_unmet(i, reach_m);
+  }
+}
+
+/// Of the faces beside a sample, drops those that meet neither its own nor another one within reach: a thin plate's
+/// back is beside its front only near a side.
+void ImplicitSurface::drop_unmet(Index i, double reach_m) {
+  const auto meet = [&](Index a, Index b) {
+    const Plane &first = starts_[a].plane, &second = starts_[b].plane;
+    const double cosine = first.n.dot(second.n), sine2 = 1.0 - cosine * cosine;
+    const double h1_m = first.n.dot(point_m(i) - first.a_m), h2_m = second.n.dot(point_m(i) - second.a_m);
+    return h1_m * h1_m + h2_m * h2_m - 2.0 * cosine * h1_m * h2_m < reach_m * reach_m * sine2;
+  };
+  const Beside all = beside_[i];
+  const std::span<const Index> others(all.samples.data(), all.count);
+  beside_[i].count = 0;
+  for (const Index one : others) {
+    if (meet(one, i) || std::ranges::any_of(others, [&](Index other) { return other != one && meet(one, other); })) {
+      beside_[i].samples[beside_[i].count++] = one;
+    }
   }
 }
 

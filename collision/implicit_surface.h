@@ -134,6 +134,7 @@ class ImplicitSurface {
   void fill_starts();
   [[nodiscard]] SurfaceBend bend_at(Eigen::Index sample) const;
   [[nodiscard]] bool ends_at(const Plane& other, const Plane& face, const Eigen::Vector3d& p_m, double reach_m) const;
+  void drop_unmet(Eigen::Index i, double reach_m);
   [[nodiscard]] Eigen::Vector3d point_m(Eigen::Index sample) const { return cloud_.points_m.col(sample); }
   [[nodiscard]] double clear_m(Eigen::Index sample, const Plane& plane, double least_cosine) const;
   [[nodiscard]] Eigen::Index nearest_unlike(const Eigen::Vector3d& x_m, const Eigen::Vector3d& c_m, double radius_m,

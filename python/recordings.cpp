@@ -70,7 +70,7 @@ py::array field_of(const RecordedRun& run, const std::string& name) {
 struct StateContact {
   double time_s;
   std::int64_t finger, control_point;
-  double point_m[3], normal[3], force_N[3];
+  double point_m[3], normal[3], force_N[3], normal_N, friction_N, share;
 };
 
 std::int64_t whole(double number) { return std::abs(number) < 1e15 ? static_cast<std::int64_t>(number) : -1; }
@@ -81,7 +81,10 @@ py::array contacts_of(const RecordedRun& run) {
                                     {"control_point", "i8", 1, offsetof(StateContact, control_point)},
                                     {"point_m", "f8", 3, offsetof(StateContact, point_m)},
                                     {"normal", "f8", 3, offsetof(StateContact, normal)},
-                                    {"force_N", "f8", 3, offsetof(StateContact, force_N)}},
+                                    {"force_N", "f8", 3, offsetof(StateContact, force_N)},
+                                    {"normal_N", "f8", 1, offsetof(StateContact, normal_N)},
+                                    {"friction_N", "f8", 1, offsetof(StateContact, friction_N)},
+                                    {"share", "f8", 1, offsetof(StateContact, share)}},
                                    sizeof(StateContact));
   const auto rows = run.contacts();
   py::array array(kind, rows.rows());
@@ -102,6 +105,9 @@ py::array contacts_of(const RecordedRun& run) {
   fill("point_m", 3, [](StateContact& to, const double* from) { std::copy_n(from, 3, to.point_m); });
   fill("normal", 3, [](StateContact& to, const double* from) { std::copy_n(from, 3, to.normal); });
   fill("force_N", 3, [](StateContact& to, const double* from) { std::copy_n(from, 3, to.force_N); });
+  fill("normal_N", 1, [](StateContact& to, const double* from) { to.normal_N = *from; });
+  fill("friction_N", 1, [](StateContact& to, const double* from) { to.friction_N = *from; });
+  fill("share", 1, [](StateContact& to, const double* from) { to.share = *from; });
   return array;
 }
 
@@ -202,7 +208,8 @@ poses, and what is a vector a finger is (states, fingers, 3). What a recording d
           "contacts", [](const RecordingHandle& self) { return contacts_of(self.run); },
           R"(Structured array of all contacts of all states, a row each.
 
-time_s of the state, finger, control_point, point_m, normal, force_N: world axes, the force acts on the object.)")
+time_s of the state, finger, control_point, point_m, normal, force_N: world axes, the force acts on the object;
+normal_N, friction_N and share as `Simulation.contacts` has them, NaN where the recording does not.)")
       .def_property_readonly(
           "tick_contacts", [](const RecordingHandle& self) { return tick_contacts_of(self.run); },
           R"(Structured array of all contacts of all ticks, where `record_contacts` was asked for.

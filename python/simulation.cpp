@@ -30,7 +30,10 @@ py::dtype contact_dtype() {
                     {"control_point", "i8", 1, offsetof(ShownContact, control_point)},
                     {"point_m", "f8", 3, offsetof(ShownContact, point_m)},
                     {"normal", "f8", 3, offsetof(ShownContact, normal)},
-                    {"force_N", "f8", 3, offsetof(ShownContact, force_N)}},
+                    {"force_N", "f8", 3, offsetof(ShownContact, force_N)},
+                    {"normal_N", "f8", 1, offsetof(ShownContact, normal_N)},
+                    {"friction_N", "f8", 1, offsetof(ShownContact, friction_N)},
+                    {"share", "f8", 1, offsetof(ShownContact, share)}},
                    sizeof(ShownContact));
 }
 
@@ -240,9 +243,11 @@ void bind_views(py::class_<Simulation, std::shared_ptr<Simulation>>& type) {
       "The surface moves by its negative.");
   add(
       "contacts", [](Simulation& s, py::handle self) { return contacts_of(s, self); },
-      R"(Structured array of all contacts: finger, control_point, point_m, normal, force_N.
+      R"(Structured array of all contacts: finger, control_point, point_m, normal, force_N, normal_N, friction_N, share.
 
-world axes; normal points into the object, and force_N acts on the object: force_N . normal >= 0.
+world axes; normal points into the object, and force_N acts on the object. normal_N and friction_N are what the cone
+bounds: at an edge, where a contact leans, not the parts of force_N along the normal and across it. share is the part of
+the control point's cell that the contact stands for.
 As long as the array lives it shows the instant at which `contacts` was last read.)");
 }
 

@@ -144,6 +144,12 @@ void find_environment_contacts(const Environment& environment, const Isometry3d&
   out.after_motion = after.has_value();
   out.found.clear();
   out.contacts.clear();
+  const auto held_J = [&](const EnvironmentForce& force) {
+    return 0.5 * environment.compliance_m_per_N * force.f_E.squaredNorm();
+  };
+  out.dropped_J = 0.0;
+  for (const EnvironmentForce& force : forces) out.dropped_J += held_J(force);
+  std::size_t kept = 0;
   for (std::size_t k = 0; k < out.pairs.size(); ++k) {
     EnvironmentPair& pair = out.pairs[k];
     const EnvironmentBody& body = environment.bodies[k];
@@ -164,7 +170,14 @@ void find_environment_contacts(const Environment& environment, const Isometry3d&
       // The axes are fixed to the body as far as its surface is: forces are carried in them.
       const Matrix3d E = pair.X_WE.linear() * axes_along(at.n);
       const Vector3d r = pair.X_WE * at.p_m - X_look.translation();
-      const Vector3d f = E.transpose() * (pair.X_WE.linear() * friction_of(last_force(forces, out.found, i)));
+      const EnvironmentForce* const last = last_force(forces, out.found, i);
+      if (last != nullptr) {
+        ++kept;
+        out.dropped_J -= held_J(*last);
+      } else if (at.gap_m < 0.0) {  // It goes on under another name.
+        out.dropped_J -= 0.5 * at.gap_m * at.gap_m / environment.compliance_m_per_N;
+      }
+      const Vector3d f = E.transpose() * (pair.X_WE.linear() * friction_of(last));
       const Vector3d back_m = environment.compliance_m_per_N * f, along_m = E.transpose() * pair.moved_m;
       GroundContact& contact = out.contacts.emplace_back();
       for (int axis = 0; axis < 3; ++axis) {
@@ -177,6 +190,8 @@ void find_environment_contacts(const Environment& environment, const Isometry3d&
       out.found[i].sheared_m = {0.0, back_m[1], back_m[2]};
     }
   }
+  if (kept == forces.size()) out.dropped_J = 0.0;
+  out.dropped_J = std::max(0.0, out.dropped_J);
 }
 
 double may_miss_m(const EnvironmentContacts& contacts, const GroundProblem::Motion& x) {
@@ -239,7 +254,7 @@ EnvironmentReport environment_report(const EnvironmentContacts& contacts, const 
 
 EnvironmentWork environment_work(const Environment& environment, const EnvironmentContacts& contacts,
                                  const std::vector<Vector3d>& f, const GroundProblem::Motion& x) {
-  EnvironmentWork work;
+  EnvironmentWork work{.dropped_J = contacts.dropped_J};
   for (std::size_t i = 0; i < contacts.contacts.size(); ++i) {
     if (!(f[i][0] > 0.0)) continue;
     const GroundContact& contact = contacts.contacts[i];

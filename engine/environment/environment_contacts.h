@@ -72,6 +72,7 @@ struct EnvironmentContacts {
   GroundProblem::Motion looked_at = GroundProblem::Motion::Zero();  ///< The motion after which gaps are exact,
   bool after_motion = false;  ///< and fast bodies were at the tick's end; else at its begin.
   double reach_m = 0.0;       ///< The object's, from its origin.
+  double dropped_J = 0.0;     ///< Elastic energy that those of the tick before held which are no more.
 
   // Scratch: a pair's contacts; forces before the contacts were looked at again.
   std::vector<SolidContact> of_pair;
@@ -116,6 +117,7 @@ struct EnvironmentWork {
   double stored_J = 0.0;       ///< Elastic energy after the tick.
   double injected_J = 0.0;     ///< Of forces that push the surfaces on.
   double dissipated_J = 0.0;   ///< Of the others: friction, and gaps that close at once.
+  double dropped_J = 0.0;      ///< Elastic energy that went with contacts that are no more.
 };
 
 /// f as a solve left it, x the object's motion.

@@ -72,6 +72,7 @@ State carry_over(const Model& from, const State& state, const Model& to) {
   carried.environment_forces = state.environment_forces;
   if (!to.deformable()) {
     carried.forces.assign(state.forces.begin(), state.forces.end());
+    for (ContactForce& force : carried.forces) force.held_J = 0.0;
     return carried;
   }
   carried.pulp_energy_J = state.pulp_energy_J;
@@ -83,7 +84,11 @@ State carry_over(const Model& from, const State& state, const Model& to) {
     }
   }
   carry(
-      from, to, state.forces, [](const ContactForce& force, ContactForce& sum) { sum.f_C += force.f_C; },
+      from, to, state.forces,
+      [](const ContactForce& force, ContactForce& sum) {
+        sum.f_C += force.f_C;
+        sum.held_J += force.held_J;
+      },
       carried.forces);
   carry(
       from, to, state.object_loads,

@@ -82,13 +82,11 @@ void deform(const Model& model, const Frame& frame, const ContactKinematics& now
   work.loads.clear();
   for (Index i = 0; i < contacts; ++i) {
     const Index c = frame.contacts[begin + i].control_point;
-    const Matrix3d& E_F = now.E_F[begin + i];
+    Matrix3d E_F = now.E_F[begin + i];
     const Vector3d moved = surface_motion.segment<3>(3 * (begin + i));
-    if (frame.contacts[begin + i].fades()) {
-      work.u_m.col(i) = rho * u.row(c).transpose() + E_F.transpose().inverse() * moved;
-    } else {
-      work.u_m.col(i) = rho * u.row(c).transpose() + E_F * moved;
-    }
+    // Its columns are orthogonal; of a contact that fades the first one's length is what the gap grows by.
+    if (frame.contacts[begin + i].fades()) E_F.col(0) /= E_F.col(0).squaredNorm();
+    work.u_m.col(i) = rho * u.row(c).transpose() + E_F * moved;
     const Vector3d f_i = f.segment<3>(3 * (begin + i));
     if (f_i[0] <= 0.0) continue;
     const Vector3d mean(1.0, pulp.tangential, pulp.tangential);

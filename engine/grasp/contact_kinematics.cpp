@@ -32,6 +32,7 @@ ContactKinematics::ContactKinematics(const Model& model)
     pulp_share = PerFinger<double>(model.fingers());
   }
   if (!model.soft_object()) return;
+  E_O.resize(model.max_contacts);
   object_tensors.setZero(3 * model.max_contacts, 3);
   u_O.setZero(model.max_contacts, 3);
   u_object_m.setZero(3, model.max_contacts);
@@ -45,9 +46,15 @@ double last_normal_N(const State& state, const FrameContact& contact) {
   return last != state.forces.end() && id_of(*last) == id_of(contact) ? last->f_C[0] : 0.0;
 }
 
-/// Leans a contact that fades: its normal, at first the frame's, turns towards where more of the cell is pressed, and
-/// its gap is in units of the new one. Returns what the gap grows by as the pulp gives way.
-double lean(const FrameContact& contact, const Matrix3d& R_FO, double last_N, double& gap_m, Vector3d& n_F) {
+/// The axes of a contact in the distal frame: those of its gap and slips, and those of the pulp's and the object's u.
+/// They are all one, but of a contact that fades.
+struct ContactAxes {
+  Matrix3d of_gap, of_pulp, of_object;
+};
+
+/// It rubs across its normal n, as the frame has it; then the normal leans, towards where more of the cell is pressed,
+/// and the gap is in units of the new one.
+ContactAxes lean(const FrameContact& contact, const Matrix3d& R_FO, double last_N, const Vector3d& n_F, double& gap_m) {
   const Vector3d lean_F = R_FO * contact.lean_O;
   // f = lambda |v|, v = n + lambda lean: where the lean is all, |v| is a root, which geometric means find at once.
   double length = 1.0;
@@ -56,8 +63,12 @@ double lean(const FrameContact& contact, const Matrix3d& R_FO, double last_N, do
   const Vector3d v_F = n_F + lambda_N * lean_F;
   length = v_F.norm();
   gap_m = (gap_m + lambda_N * contact.lean_m_per_N) / length;
-  n_F = v_F / length;
-  return contact.press / length;
+  const Matrix3d across_n = Eigen::Quaterniond::FromTwoVectors(contact.E_F.col(0), n_F) * contact.E_F;
+  ContactAxes axes{across_n, contact.E_F, across_n};
+  axes.of_gap.col(0) = v_F / length;
+  axes.of_pulp.col(0) *= contact.press / length;
+  axes.of_object.col(0) /= length;
+  return axes;
 }
 
 }  // namespace
@@ -81,17 +92,15 @@ void contact_kinematics(const Model& model, const Frame& frame, const HandPose& 
       const FrameContact& contact = frame.contacts[i];
       const Vector3d u_F = displacement(state, contact);
       const Vector3d u_O = model.soft_object() ? Vector3d(kinematics.u_O.row(i)) : Vector3d::Zero();
-      Matrix3d E_F, E_W;
+      const Vector3d n_F = kinematics.E_F[i].col(0);
+      ContactAxes axes;
       if (contact.fades()) {
-        Vector3d n_F = kinematics.E_F[i].col(0);
-        E_F = E_W = contact.E_F;
-        E_F.col(0) *= lean(contact, X_FO.linear(), last_normal_N(state, contact), kinematics.gap_m[i], n_F);
-        E_W.col(0) = n_F;
-        E_W = X_WF.linear() * E_W;
+        axes = lean(contact, X_FO.linear(), last_normal_N(state, contact), n_F, kinematics.gap_m[i]);
       } else {
-        E_F = axes_of(kinematics.E_F[i].col(0), contact.E_F.col(1));
-        E_W = X_WF.linear() * E_F;
+        axes.of_gap = axes.of_pulp = axes.of_object = axes_of(n_F, contact.E_F.col(1));
       }
+      const Matrix3d& E_F = axes.of_pulp;
+      const Matrix3d E_W = X_WF.linear() * axes.of_gap;
       const double gap_m = kinematics.gap_m[i];
       const Vector3d c_W = X_WF * (contact.p_F - u_F) + gap_m * E_W.col(0);
       const Vector3d r = c_W - state.X_WO.translation();
@@ -99,7 +108,8 @@ void contact_kinematics(const Model& model, const Frame& frame, const HandPose& 
       kinematics.E_W[i] = E_W;
       if (model.deformable()) kinematics.pulp_axes.middleRows<3>(3 * i) = E_F.transpose();
       if (model.soft_object()) {
-        const Matrix3d E_O = state.X_WO.linear().transpose() * E_W;
+        const Matrix3d E_O = state.X_WO.linear().transpose() * (X_WF.linear() * axes.of_object);
+        kinematics.E_O[i] = E_O;
         kinematics.object_tensors.middleRows<3>(3 * i) = E_O.transpose() * object_tensor(model, contact);
         kinematics.u_object_m.col(i) = E_O.transpose() * u_O;
       }

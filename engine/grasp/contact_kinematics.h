@@ -33,7 +33,10 @@ struct ContactKinematics {
   GroupedDelassus::Axes pulp_axes;
   PerFinger<double> pulp_share;  ///< (1 - rho) of each pulp over that of the first; no entries: they are alike.
   // Of a soft object alone:
-  GroupedDelassus::Axes object_tensors;  ///< Rows E_O' T; E_O columns n, t1, t2 in the object frame.
+  /// Columns n, t1, t2, object frame, of what the object's gap grows by: n does not lean, and is as E_F's of a contact
+  /// that fades.
+  std::vector<Eigen::Matrix3d> E_O;
+  GroupedDelassus::Axes object_tensors;  ///< Rows E_O' T.
   Eigen::MatrixX3d u_O;                  ///< u_o, object frame; capacity x 3.
   Eigen::Matrix3Xd u_object_m;           ///< u_o in contact rows; 3 x capacity.
 };

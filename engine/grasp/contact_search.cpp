@@ -22,6 +22,8 @@ namespace {
 // A face that the pulp there does not look at, to 60 degrees, is not the one that it came through, but the far side of
 // something thin. On the face itself no point of a pulp within the trust looks further off.
 constexpr double kFarSide = -0.5;
+// What a face's normal turns by at most (a cosine's change) from the sample that is before a point to its foot.
+constexpr double kTurned = 0.3;
 
 // A sheared point has its own place on the surface looked for, where it has gone so many supports along it, and the
 // normal turns by so much on that way.
@@ -31,8 +33,6 @@ constexpr double kAside = 0.05, kTurn_rad = 1e-3;
 constexpr double kHeld = 0.1, kHeldTurn_rad = 0.01;
 // A thin wall has two faces.
 constexpr double kSameFace = 0.5;
-// In roots of a cell's area: what is expected to be gone in a frame counts no farther.
-constexpr double kFarthest = 0.1;
 
 // Less than this is flat: 5 nm lower a millimetre off.
 constexpr double kFlat_per_m = 0.01;
@@ -138,7 +138,9 @@ struct PulpSearch {
     if (!model.exact) return false;
     HeldFoot& held = search.feet[finger][c.control_point];
     const double moved_m = (x_O - held.x_O).norm(), support_m = model.object.support_m();
-    const bool is_held = moved_m < kHeld * support_m && moved_m * std::abs(held.at.k1_per_m) < kHeldTurn_rad &&
+    // On a soft object feet are where loads act, and go on evenly.
+    const bool is_held = !model.soft_object() && moved_m < kHeld * support_m &&
+                         moved_m * std::abs(held.at.k1_per_m) < kHeldTurn_rad &&
                          held.at.normal.dot(c.normal) > kSameFace;
     if (!is_held) {
       const double aside_m = (u - u.dot(c.normal) * c.normal).norm();
@@ -180,9 +182,12 @@ struct PulpSearch {
     KnownSample& known = search.known_ball[finger];
     const auto is_beside = [&](Index sample) { return !model.object.beside(sample).empty(); };
     if (std::ranges::any_of(search.candidates, is_beside, &ContactCandidate::sample)) return true;
-    // A tip may be between control points.
+    // A tip or a rib may be between control points.
     const double reach_m = outer_radius_m(model.scene.hand.fingertips[finger]) + band_m;
     const Vector3d centre_O = X_OF * model.scene.hand.fingertips[finger].centre_m;
+    for (Index i = 0; i < model.fine_edges_m.cols(); ++i) {
+      if ((model.fine_edges_m.col(i) - centre_O).squaredNorm() < reach_m * reach_m) return true;
+    }
     if (!search.candidates.empty() || model.object.bounds().exteriorDistance(centre_O) > reach_m) return false;
     const PulpBall ball = touching_ball(model.scene.hand.fingertips[finger], model.object, X_OF);
     const Index nearest =
@@ -190,14 +195,25 @@ struct PulpSearch {
     return nearest >= 0 && is_beside(nearest);
   }
 
+  /// A control point against the face of a sample; of an exact face place() finds the foot.
+  [[nodiscard]] ContactCandidate on_face(Index c, Index sample) const {
+    const Vector3d p = p_O(c), s = model.object.cloud().points_m.col(sample);
+    const Vector3d n = model.object.cloud().normals.col(sample);
+    if (model.exact && face_at(*model.exact, s, n, 0.0) >= 0) return {c, n.dot(p - s), p - n.dot(p - s) * n, n, sample};
+    const SurfaceDistance face = model.object.face_distance(p, sample);
+    return {c, face.distance_m, face.point_m, face.normal, sample};
+  }
+
   /// The contact of a cell that no edge cuts, with the face of this sample: the one that was found, if it is of that
   /// face.
   [[nodiscard]] std::optional<ContactCandidate> whole_cell(Index c, Index sample, const ContactCandidate* found) const {
     const Vector3d n = model.object.cloud().normals.col(sample);
     if (found && found->is_smooth && !found->is_beyond && found->normal.dot(n) > kSameFace) return *found;
-    const SurfaceDistance face = model.object.face_distance(p_O(c), sample);
-    ContactCandidate whole{c, face.distance_m, face.point_m, face.normal, sample};
+    // The face that is before it, unless that is seen from behind.
+    if (n.dot(normal_O(c)) > kFarSide + kTurned) return std::nullopt;
+    ContactCandidate whole = on_face(c, sample);
     if (!place(whole) || std::min(whole.gap_m, whole.deformed_gap_m) >= band_m) return std::nullopt;
+    if (whole.gap_m < -depth_m - model.scene.contact.band_m) return std::nullopt;
     return whole;
   }
 
@@ -228,11 +244,7 @@ struct PulpSearch {
       const bool is_found = found != search.candidates.end() && found->control_point == c;
       EdgeCell cell{finger, c, p_O(c), normal_O(c), u_O(c)};
       const Vector3d before_O = cell.p_O - back_m * cell.N_O;
-      if (ways > 0.0) {
-        cell.way_O = ways * (cell.p_O - X_then * pulp.control_points_m.col(c));
-        const double way_m = cell.way_O.norm(), most_m = kFarthest * std::sqrt(pulp.area_m2[c]);
-        if (way_m > most_m) cell.way_O *= most_m / way_m;
-      }
+      if (ways > 0.0) cell.way_O = ways * (cell.p_O - X_then * pulp.control_points_m.col(c));
       cell.sample = find_nearest(model.object, before_O, reach_m, -1, search.known_before[finger][c]).sample;
       if (cell.sample < 0) continue;
       FrameContact contact;

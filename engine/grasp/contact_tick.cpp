@@ -345,7 +345,9 @@ bool commit(const Model& model, const Frame& frame, const ContactWorkspace& work
   for (int k = 0; k < model.fingers(); ++k) state.load[k] = finger_load(frame, work.kinematics, k, f);
   state.forces.clear();
   for (Index i = 0; i < frame.size(); ++i) {
-    state.forces.push_back({frame.contacts[i].finger, frame.contacts[i].control_point, f.segment<3>(3 * i)});
+    const FrameContact& contact = frame.contacts[i];
+    state.forces.push_back(
+        {contact.finger, contact.control_point, f.segment<3>(3 * i), 0.0, covered_share(model, contact)});
   }
   if (!state.contact_forces.empty()) {
     const auto rest = std::ranges::copy(state.forces, state.contact_forces.begin()).out;
@@ -435,7 +437,7 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
     state.forces.reserve(model.max_contacts);  // A copied state has lost its spare room.
     if (model.soft_object()) state.object_loads.reserve(kLoadsPerContact * model.max_contacts);
     state.environment_forces.reserve(work.environment.most());
-    hand_over(model, frame, state, work);
+    report.ledger.dropped_J = hand_over(model, frame, state, work);
     if (starts) press_in(model, frame, work, state);
   }
   follow(frame.arm, static_cast<double>(state.tick) * scene.step_s, state.arm);

@@ -12,21 +12,25 @@ namespace thenar {
 /// Notes where the object has edges, for pulps whose cells they may cut.
 void find_edges(Model& model);
 
+/// Whether a cell of a pulp that comes along the mean normal there sees the edges at a sample: not those of a spike
+/// that is so slender that all of its faces lie along the way.
+[[nodiscard]] bool has_edges_for_cells(const Model& model, Eigen::Index sample);
+
 /// A cell of a pulp and what of the object is next to it.
 struct EdgeCell {
   int finger = 0;
   Eigen::Index control_point = 0;
-  Eigen::Vector3d p_O = Eigen::Vector3d::Zero();  ///< The control point at rest, object frame.
-  Eigen::Vector3d N_O = Eigen::Vector3d::Zero();  ///< Out of the pulp there.
-  Eigen::Vector3d u_O = Eigen::Vector3d::Zero();  ///< The pulp's deformation.
-  Eigen::Vector3d way_O =
-      Eigen::Vector3d::Zero();  ///< Where it will have gone when the frame is used, against the object.
-  Eigen::Index sample = 0;      ///< Of the face before it: ImplicitSurface::beside() has the others.
+  Eigen::Vector3d p_O = Eigen::Vector3d::Zero();    ///< The control point at rest, object frame.
+  Eigen::Vector3d N_O = Eigen::Vector3d::Zero();    ///< Out of the pulp there.
+  Eigen::Vector3d u_O = Eigen::Vector3d::Zero();    ///< The pulp's deformation.
+  Eigen::Vector3d way_O = Eigen::Vector3d::Zero();  ///< Its expected way against the object until the frame is used.
+  Eigen::Index sample = 0;  ///< Of the face before it: ImplicitSurface::beside() has the others.
 };
 
 /// A face as a cell sees it.
 struct FacePlane {
   Eigen::Vector3d n, point_m;
+  int face = -1;  ///< Of an object that has exact faces.
 };
 
 /// What edge_contact() works in.
@@ -49,16 +53,20 @@ enum class AtEdge { kWhole, kCut, kFree };
 /// all (cell_cover), and the point's own compliance is that of a part so large: k_ii / m, m about sqrt(s), and less
 /// of small parts. All are functions of the pose, so that no way leads to energy that was not put in. The force is
 /// lambda_i grad d_i and, by the change of the compliance, lambda_i^2 k_ii m' / (2 m^2) grad s_i: it leans towards
-/// where more of the cell would be pressed. The pulp gives way along N, and friction acts across it: across what
-/// leans it would hold as glue does.
+/// where more of the cell would be pressed. The pulp gives way along N, and is sheared across it; what shears it is
+/// friction across grad d. Across what leans it would hold as glue does.
 ///
 /// Cells stay where they are as the pulp is sheared: those that their lean shears off an edge would snap. Where a face
 /// has the whole cell, its depth is that at the sheared point, as in all other contacts, and by less and less as edges
 /// cut it.
 ///
-/// kWhole: no edge cuts it, `contact` is as it was, and `cell.sample` is of the face that has it. kFree: nothing of it
-/// is in the object. `softness` is the frame's. Does not allocate.
-[[nodiscard]] AtEdge edge_contact(const Model& model, const Eigen::Isometry3d& X_OF, EdgeCell& cell, double softness,
+/// A cell that is not reached yet, but may be while the frame is in use (`band_m`, with the finger's travel), has the
+/// contact that it will have when it is in by that.
+///
+/// kWhole: no edge cuts it, `contact` is as it was, and `of.sample` is of the face that has it. kFree: nothing of it
+/// is in the object or will be, or it is in too deep, or looks along all faces. `softness` is the frame's. Does not
+/// allocate.
+[[nodiscard]] AtEdge edge_contact(const Model& model, const Eigen::Isometry3d& X_OF, EdgeCell& of, double softness,
                                   double band_m, EdgeWork& work, FrameContact& contact);
 
 }  // namespace thenar

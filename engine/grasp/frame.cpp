@@ -81,6 +81,11 @@ double area_of(const Model& model, const FrameContact& contact) {
   return contact.share * contact.share * model.pulps[contact.finger].area_m2[contact.control_point];
 }
 
+double covered_share(const Model& model, const FrameContact& contact) {
+  if (!(contact.area_m2 > 0.0)) return contact.covered;
+  return std::min(1.0, contact.area_m2 / model.pulps[contact.finger].area_m2[contact.control_point]);
+}
+
 Frame::Frame(const Model& model)
     : X_WF(model.fingers(), Isometry3d::Identity()),
       begin(model.fingers() + 1),

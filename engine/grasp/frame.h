@@ -30,7 +30,8 @@ struct FrameContact {
   double area_m2 = 0.0;  ///< What the contact stands for, where that is a part of the control point's cell; else 0.
   Eigen::Matrix3d E_F = Eigen::Matrix3d::Identity();  ///< Columns n, t1, t2, distal frame, at the snapshot.
   // Where an edge of the object is in the control point's cell: see engine/grasp/edge_contacts.h. Else as they are.
-  double share = 1.0;  ///< The cell's own compliance, over that of the part that is pressed.
+  double share = 1.0;    ///< The cell's own compliance, over that of the part that is pressed.
+  double covered = 1.0;  ///< And how large that part is.
   Eigen::Vector3d lean_O = Eigen::Vector3d::Zero();  ///< What n turns by under a force [1/N], object frame.
   double lean_m_per_N = 0.0;                         ///< On the way that the frame expects.
   double press = 1.0;  ///< What the gap grows by as the pulp gives way by 1 along E_F's first column, which is not n.
@@ -40,6 +41,8 @@ struct FrameContact {
 
 /// The part of the pulp's surface that a contact stands for: of a deformable fingertip.
 [[nodiscard]] double area_of(const Model& model, const FrameContact& contact);
+/// Likewise, of its control point's cell; 1 of a rigid fingertip.
+[[nodiscard]] double covered_share(const Model& model, const FrameContact& contact);
 
 /// How far a finger's patch is not what its control points resolve: see engine/grasp/small_contacts.h.
 struct SmallPatch {

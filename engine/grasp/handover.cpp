@@ -33,6 +33,16 @@ void share_force(const Model& model, const Frame& frame, const ContactForce& los
   }
 }
 
+/// Calls back with each force whose contact the frame has not.
+template <typename See>
+void for_each_dropped(const Frame& frame, const std::vector<ContactForce>& forces, const See& see) {
+  auto contact = frame.contacts.begin();
+  for (const ContactForce& force : forces) {
+    while (contact != frame.contacts.end() && id_of(*contact) < id_of(force)) ++contact;
+    if (contact == frame.contacts.end() || id_of(*contact) != id_of(force)) see(force);
+  }
+}
+
 }  // namespace
 
 void carry_forces(const Model& model, const Frame& frame, const std::vector<ContactForce>& forces, Eigen::VectorXd& f) {
@@ -44,15 +54,14 @@ void carry_forces(const Model& model, const Frame& frame, const std::vector<Cont
     f.segment<3>(3 * i) = known ? old->f_C : Vector3d::Zero();
   }
   if (!model.deformable()) return;
-  auto contact = frame.contacts.begin();
-  for (const ContactForce& force : forces) {
-    while (contact != frame.contacts.end() && id_of(*contact) < id_of(force)) ++contact;
-    const bool kept = contact != frame.contacts.end() && id_of(*contact) == id_of(force);
-    if (!kept && force.f_C[0] > 0.0) share_force(model, frame, force, f);
-  }
+  for_each_dropped(frame, forces, [&](const ContactForce& force) {
+    if (force.f_C[0] > 0.0) share_force(model, frame, force, f);
+  });
 }
 
-void hand_over(const Model& model, const Frame& frame, State& state, ContactWorkspace& work) {
+double hand_over(const Model& model, const Frame& frame, State& state, ContactWorkspace& work) {
+  double dropped_J = 0.0;
+  for_each_dropped(frame, state.forces, [&](const ContactForce& force) { dropped_J += force.held_J; });
   carry_forces(model, frame, state.forces, work.f);
   if (work.policy.offset_decay_s > 0.0) {
     // The old gaps, with the old loads on a soft object.
@@ -80,6 +89,7 @@ void hand_over(const Model& model, const Frame& frame, State& state, ContactWork
     work.contacts.assign(frame.contacts.begin(), frame.contacts.end());
   }
   work.sequence = frame.sequence;
+  return dropped_J;
 }
 
 }  // namespace thenar

@@ -20,6 +20,7 @@ void carry_forces(const Model& model, const Frame& frame, const std::vector<Cont
 /// of its gaps by the old and the new frame, both at this state and deformed, so that noise of the frame moves nothing
 /// at once. A contact that the old frame did not have starts closed at the deepest, not pressed in. Larger than
 /// half a fingertip's radius no offset becomes: that is no noise. Loads on a soft object go along with their contacts.
-void hand_over(const Model& model, const Frame& frame, State& state, ContactWorkspace& work);
+/// Returns the elastic energy that contacts held which the frame has not [J].
+double hand_over(const Model& model, const Frame& frame, State& state, ContactWorkspace& work);
 
 }  // namespace thenar

@@ -26,9 +26,9 @@ void book_deformation(const Model& model, const Frame& frame, const ContactWorks
       const Vector3d f_F = work.kinematics.E_F[point.contact] * work.f.segment<3>(3 * point.contact);
       before_J += f_F.dot(point.u_F);
       after_J += f_F.dot(point.u_end_F);
+      if (!at_once) state.forces[point.contact].held_J = 0.5 * f_F.dot(point.u_end_F);
       if (!model.soft_object()) continue;
-      const Vector3d f_O = work.patches.X_WO.linear().transpose() *
-                           (work.kinematics.E_W[point.contact] * work.f.segment<3>(3 * point.contact));
+      const Vector3d f_O = work.kinematics.E_O[point.contact] * work.f.segment<3>(3 * point.contact);
       object_before_J += f_O.dot(point.u_O);
       object_after_J += f_O.dot(point.u_end_O);
     }
@@ -54,6 +54,7 @@ void book_environment(const Environment& environment, const ContactWorkspace& wo
   ledger.stored_J += done.stored_J;
   ledger.injected_J += done.injected_J;
   ledger.dissipated_J += done.dissipated_J;
+  ledger.dropped_J += done.dropped_J;
 }
 
 }  // namespace thenar

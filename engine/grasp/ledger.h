@@ -21,6 +21,10 @@ struct Ledger {
   double injected_J = 0.0;    ///< Work of contacts whose forces push their surfaces on, f . w > 0: energy from nowhere.
   double dissipated_J = 0.0;  ///< Of the others, friction above all. Each contact is booked by its own sign.
 
+  /// Of what is taken from `stored_J`: what contacts held that the tick before had and this one has not, because a
+  /// frame is older than the motion, or a list is full. It is in no other entry, and so not in the balance.
+  double dropped_J = 0.0;
+
   /// What is missing from the balance.
   [[nodiscard]] double unbalanced_J() const { return drive_J - viscous_J - deformation_J + injected_J - dissipated_J; }
   /// Goes on with the next tick's.
@@ -31,6 +35,7 @@ struct Ledger {
     stored_J = tick.stored_J;
     injected_J += tick.injected_J;
     dissipated_J += tick.dissipated_J;
+    dropped_J += tick.dropped_J;
   }
 };
 

@@ -37,7 +37,8 @@ struct Model {
   ImplicitSurface object;
   std::optional<ExactShape> exact = {};  ///< Of an object that has one: where its surface is smooth, this is touched.
   std::vector<Pulp> pulps = {};          ///< One a finger, or none: rigid point contacts.
-  Eigen::Matrix3Xd fine_m = {};   ///< Object's samples that control points may pass by (fine_parts): usually none.
+  /// The object's samples that control points may pass by (fine_parts): usually none. Those at edges are in cells.
+  Eigen::Matrix3Xd fine_m = {}, fine_edges_m = {};
   int level = 0;                  ///< Of detail of the pulps.
   Eigen::Index max_contacts = 0;  ///< Capacity of a frame, all fingers together.
   std::string grasp_notes = {};   ///< How the grasp was found, and how good it is; empty: it was not.

@@ -53,8 +53,15 @@ void find_displacements(const Model& model, const Frame& frame, const ContactKin
       if (model.soft_object()) point.u_end_O = points.u_end_O.row(point.contact);
       const Vector3d x_O = X_OF * (contact.p_F - point.u_end_F) - point.u_end_O;
       point.d_W = points.X_WO.linear() * (x_O - point.x_O);
-      if (contact.fades()) {  // It rubs across the pulp's normal, and leans.
-        point.d_W = E_W.col(1).dot(point.d_W) * E_W.col(1) + E_W.col(2).dot(point.d_W) * E_W.col(2);
+      if (contact.fades()) {
+        // The bodies slip along the surface, the pulp is sheared across its own normal.
+        const Vector3d by_pulp_F = point.u_end_F - point.u_F;
+        const Vector3d by_bodies_W = point.d_W + pose.distal(model.scene.hand, k).linear() * by_pulp_F;
+        point.d_W.setZero();
+        for (const int t : {1, 2}) {
+          const double sheared_m = kinematics.E_F[point.contact].col(t).dot(by_pulp_F);
+          point.d_W += (E_W.col(t).dot(by_bodies_W) - sheared_m) * E_W.col(t);
+        }
       } else {
         point.d_W -= E_W.col(0).dot(point.d_W) * E_W.col(0);
       }

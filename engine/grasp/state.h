@@ -28,6 +28,8 @@ struct ContactForce {
   int finger = 0;
   Eigen::Index control_point = 0;
   Eigen::Vector3d f_C = Eigen::Vector3d::Zero();  ///< On the object, contact rows (n, t1, t2) [N].
+  double held_J = 0.0;                            ///< Its share of the pulp's elastic energy.
+  double share = 1.0;                             ///< Of the control point's cell, what the contact stands for.
 };
 
 /// By which contacts, their forces and loads are ordered, and found again from frame to frame.

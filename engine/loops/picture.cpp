@@ -47,8 +47,8 @@ void take_picture(const State& state, const ContactWorkspace& work, Picture& pic
     // The state's forces are those of the tick's contacts, in their order.
     const std::size_t i = picture.contacts.size();
     const Eigen::Matrix3d& E_W = work.kinematics.E_W[i];
-    picture.contacts.push_back(
-        {contact.finger, contact.control_point, work.kinematics.c_W[i], E_W.col(0), E_W * contact.f_C});
+    picture.contacts.push_back({contact.finger, contact.control_point, work.kinematics.c_W[i], E_W.col(0),
+                                E_W * contact.f_C, contact.f_C[0], contact.f_C.tail<2>().norm(), contact.share});
   }
   take_touches(work, picture.touches);
   for (const PatchPoint& point : work.patches.points) {

@@ -18,7 +18,11 @@ struct ShownContact {
   Eigen::Vector3d point_m;  ///< Where finger and object meet.
   Eigen::Vector3d normal;   ///< Into the object.
   Eigen::Vector3d force_N;  ///< On the object.
-  double slip_m = 0.0;      ///< How far the finger's point has gone against the object's, in the tick.
+  /// What is on the cone, and what it is held against. Where a contact leans at an edge, they are not the parts of
+  /// `force_N` along its normal and across it.
+  double normal_N = 0.0, friction_N = 0.0;
+  double share = 1.0;   ///< Of the control point's cell, what it stands for: less at edges and on small objects.
+  double slip_m = 0.0;  ///< How far the finger's point has gone against the object's, in the tick.
 };
 
 /// A contact of the object with a body of its environment that carries force.

@@ -14,8 +14,9 @@ namespace {
 
 bool is_finite(const FrameContact& contact) {
   return contact.p_F.allFinite() && contact.s_O.allFinite() && contact.n_O.allFinite() && contact.E_F.allFinite() &&
-         contact.lean_O.allFinite() && std::isfinite(contact.press) && contact.share > 0.0 && contact.t_O.allFinite() &&
-         std::isfinite(contact.curvature_per_m) && std::isfinite(contact.ring_curvature_per_m);
+         contact.lean_O.allFinite() && std::isfinite(contact.lean_m_per_N) && std::isfinite(contact.press) &&
+         contact.share > 0.0 && contact.t_O.allFinite() && std::isfinite(contact.curvature_per_m) &&
+         std::isfinite(contact.ring_curvature_per_m);
 }
 
 /// Whether the contact side may use the frame: one number that is not finite would be in the state for good.

@@ -26,6 +26,8 @@ const Color kBone(0.87, 0.80, 0.70, 1.0), kPulp(0.93, 0.72, 0.62, 0.45), kSurfac
     kBodyForce(0.45, 0.30, 0.60, 1.0);
 // Of an object's samples: more would be many MB of JSON.
 constexpr Index kMostSquares = 4000;
+// An edge has no end of pressure: it is told as the mean over so much of a cell, at least.
+constexpr double kLeastShare = 0.05;
 // Below this an arrow is shorter than it is thick.
 constexpr double kLeastShown_N = 1e-3;
 
@@ -195,10 +197,10 @@ ordered_json pressure_entities(const Model& model, const Picture& picture, doubl
                              "Pa of the strongest colour", fmt::format("{}", kFullPressure_Pa)));
   }
   for (const ShownContact& contact : picture.contacts) {
-    const double normal_N = contact.force_N.dot(contact.normal);
-    if (!model.deformable() || normal_N <= 0.0) continue;
-    const double area_m2 = model.pulps[contact.finger].area_m2[contact.control_point];
-    const double share = std::min(1.0, normal_N / area_m2 / kFullPressure_Pa);
+    if (!model.deformable() || contact.normal_N <= 0.0) continue;
+    const double area_m2 =
+        std::max(kLeastShare, contact.share) * model.pulps[contact.finger].area_m2[contact.control_point];
+    const double share = std::min(1.0, contact.normal_N / area_m2 / kFullPressure_Pa);
     const Isometry3d X_FW = pose.distal(hand, contact.finger).inverse();
     // From yellow to red.
     const Color color(0.95, 0.85 * (1.0 - share), 0.1, 1.0);

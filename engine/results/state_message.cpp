@@ -200,6 +200,7 @@ void for_each_field(const Model& model, const Picture& picture, const TickRecord
   one("stored_J", "J", tick.ledger.stored_J);
   one("injected_J", "J", tick.ledger.injected_J);
   one("dissipated_J", "J", tick.ledger.dissipated_J);
+  one("dropped_J", "J", tick.ledger.dropped_J);
   one("unaccounted", "", loops.unaccounted);
   one("lost_records", "", loops.lost_records);
   one("reference_error", "", loops.reference_error);
@@ -322,7 +323,15 @@ std::vector<Field> contact_fields(const Model& model) {
                                {"point_m", "m", 2, 3},
                                {"normal", "", 5, 3},
                                {"force_N", "N", 8, 3}};
-  if (model.feels()) fields.push_back({"slip_m_per_s", "m/s", 11, 1});
+  const auto add = [&](const char* name, const char* unit) {
+    fields.push_back({name, unit, fields.back().begin + fields.back().count, 1});
+  };
+  if (model.deformable()) {
+    add("normal_N", "N");
+    add("friction_N", "N");
+    add("share", "");
+  }
+  if (model.feels()) add("slip_m_per_s", "m/s");
   return fields;
 }
 
@@ -428,10 +437,15 @@ void write_state_message(const Model& model, const Picture& picture, const TickR
   for_each_field(model, picture, tick, muscle_forces_N, loops,
                  [&bytes](const char*, const char*, std::span<const double> numbers) { append(numbers, bytes); });
   for (const ShownContact& contact : picture.contacts) {
-    Eigen::Vector<double, 12> row;
-    row << static_cast<double>(contact.finger), static_cast<double>(contact.control_point), contact.point_m,
-        contact.normal, contact.force_N, contact.slip_m / model.scene.step_s;
-    append(std::span<const double>(row.data(), model.feels() ? 12 : 11), bytes);
+    Eigen::Vector<double, 15> row;
+    std::size_t count = 11;
+    row.head<11>() << static_cast<double>(contact.finger), static_cast<double>(contact.control_point), contact.point_m,
+        contact.normal, contact.force_N;
+    if (model.deformable()) {
+      for (const double number : {contact.normal_N, contact.friction_N, contact.share}) row[count++] = number;
+    }
+    if (model.feels()) row[count++] = contact.slip_m / model.scene.step_s;
+    append(std::span<const double>(row.data(), count), bytes);
   }
 }
 

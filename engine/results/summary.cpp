@@ -406,13 +406,10 @@ ordered_json build_settings() {
 }
 
 ordered_json ledger_json(const Ledger& ledger) {
-  return {{"drive_J", ledger.drive_J},
-          {"viscous_J", ledger.viscous_J},
-          {"deformation_J", ledger.deformation_J},
-          {"stored_J", ledger.stored_J},
-          {"injected_J", ledger.injected_J},
-          {"dissipated_J", ledger.dissipated_J},
-          {"unbalanced_J", ledger.unbalanced_J()}};
+  return {
+      {"drive_J", ledger.drive_J},     {"viscous_J", ledger.viscous_J},        {"deformation_J", ledger.deformation_J},
+      {"stored_J", ledger.stored_J},   {"injected_J", ledger.injected_J},      {"dissipated_J", ledger.dissipated_J},
+      {"dropped_J", ledger.dropped_J}, {"unbalanced_J", ledger.unbalanced_J()}};
 }
 
 ordered_json loop_settings(const Scene& scene) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <utility>
+#include <vector>
 
 #include "collision/fine_parts.h"
 #include "engine/finder/settle.h"
@@ -14,6 +15,7 @@
 
 namespace thenar {
 
+using Eigen::Index;
 using Eigen::Vector3d;
 
 namespace {
@@ -37,8 +39,14 @@ void fit_to_controls(Model& model) {
   model.max_contacts = model.fingers() * std::min(model.scene.contact.max_per_finger, model.pulps.front().controls());
   double spacing_m = 0.0;  // of control points
   for (const Pulp& pulp : model.pulps) spacing_m = std::max(spacing_m, std::sqrt(pulp.area_m2.mean()));
-  model.fine_m = fine_parts(model.object.cloud(), spacing_m);
   find_edges(model);
+  std::vector<Index> fine = fine_parts(model.object.cloud(), spacing_m);
+  const auto edges = std::ranges::partition(fine, [&](Index sample) { return !has_edges_for_cells(model, sample); });
+  const auto places_m = [&](auto begin, auto end) {
+    return Eigen::Matrix3Xd(model.object.cloud().points_m(Eigen::all, std::vector<Index>(begin, end)));
+  };
+  model.fine_m = places_m(fine.begin(), edges.begin());
+  model.fine_edges_m = places_m(edges.begin(), edges.end());
 }
 
 void make_fingertips(Model& model) {

@@ -158,6 +158,31 @@ TEST(CarryForces, GivesTheForceOfLostContactsToTheirFinger) {
   }
 }
 
+// Elastic energy that no force gives back: f.u / 2 of each contact that a frame misses.
+TEST(HandOver, BooksWhatDroppedContactsHeld) {
+  Loop loop(scene_of("box_grasp", {kCoarseBox}));
+  loop.run(50e-3);
+  std::mt19937_64 random(7);
+  Frame fewer = loop.frame;
+  spoil(loop.model, loop.state, {.drop = 0.3}, random, fewer);
+  double expected_J = 0.0, all_J = 0.0;
+  for (Index i = 0; i < loop.frame.size(); ++i) {
+    const FrameContact& contact = loop.frame.contacts[i];
+    const Vector3d f_F = loop.work.kinematics.E_F[i] * loop.work.f.segment<3>(3 * i);
+    const double held_J = 0.5 * f_F.dot(displacement(loop.state, contact));
+    all_J += held_J;
+    const bool is_kept = std::ranges::any_of(fewer.contacts, [&](const auto& c) { return id_of(c) == id_of(contact); });
+    if (!is_kept) expected_J += held_J;
+  }
+  ASSERT_GT(expected_J, 0.05 * all_J);
+  Frame same = loop.frame;
+  ++same.sequence;
+  fewer.sequence = same.sequence + 1;
+  State state = loop.state;
+  EXPECT_EQ(contact_tick(loop.model, same, loop.work, state).ledger.dropped_J, 0.0);
+  EXPECT_NEAR(contact_tick(loop.model, fewer, loop.work, loop.state).ledger.dropped_J, expected_J, 1e-12 * all_J);
+}
+
 TEST(HandOver, DoesNotAllocateWithNoisyFramesOrInAHold) {
   if (!AllocationCounter::is_available()) GTEST_SKIP() << "malloc is not ours to count";
   const Model model = build_model(scene_of("box_grasp", {kCoarseBox, "time.control_period=5 ms"}));

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "tests/support/allocation_counter.h"
 #include "tests/support/scenes.h"
@@ -35,6 +36,30 @@ TEST(Picture, ShowsHowFarEachContactHasSlipped) {
     EXPECT_EQ(slip_m, point == loop.work.patches.points.end() ? 0.0 : point->d_W.norm());
   }
   EXPECT_GT(most_m, 1e-6 * loop.model.scene.step_s);
+}
+
+// At an edge contacts stand for parts of their cells, and lean: what their cones bound are no parts along the normal
+// and across it.
+TEST(Picture, ShowsContactsAtEdgesAsWhatTheyAre) {
+  Loop loop(scene_of("box_edge"));
+  Picture picture(loop.model);
+  loop.run(0.1);
+  take_picture(loop.state, loop.work, picture);
+  int parts = 0, leaning = 0;
+  for (const ShownContact& contact : picture.contacts) {
+    EXPECT_GT(contact.share, 0.0);
+    EXPECT_LE(contact.share, 1.0);
+    EXPECT_LE(contact.friction_N, (1.0 + 1e-5) * 0.8 * contact.normal_N + 1e-9);
+    const double along_N = contact.force_N.dot(contact.normal);
+    if (contact.share < 1.0 && contact.normal_N > 0.0) {
+      ++parts;
+      leaning += std::abs(along_N - contact.normal_N) > 1e-3 * contact.normal_N ? 1 : 0;
+    } else {
+      EXPECT_NEAR(along_N, contact.normal_N, 1e-12);
+    }
+  }
+  EXPECT_GT(parts, 5);
+  EXPECT_GT(leaning, 0);
 }
 
 }  // namespace

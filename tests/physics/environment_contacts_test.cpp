@@ -54,6 +54,22 @@ TEST(EnvironmentContacts, AForceIsTakenOverByTheNearestContactAlone) {
   for (const EnvironmentContact& contact : contacts.found) EXPECT_TRUE(contact.sheared_m.isZero(0.0));
 }
 
+// What springs held goes with their contacts: c f^2 / 2 of each.
+TEST(EnvironmentContacts, TellWhatDroppedOnesHeld) {
+  const Environment table = around(HalfSpace{});
+  EnvironmentContacts contacts(table, BoxShape{{10e-3, 10e-3, 10e-3}});
+  find_environment_contacts(table, at({0.0, 0.0, 5e-3}), 0.0, 1e-3, kBand_m, {}, contacts);
+  ASSERT_EQ(contacts.found.size(), 4U);
+  const std::vector<Vector3d> f(4, Vector3d(2.0, 0.3, 0.4));
+  std::vector<EnvironmentForce> forces;
+  keep_forces(contacts, f, forces);
+  find_environment_contacts(table, at({0.0, 0.0, 5e-3}), 0.0, 1e-3, kBand_m, forces, contacts);
+  EXPECT_EQ(contacts.dropped_J, 0.0);
+  find_environment_contacts(table, at({0.0, 0.0, 50e-3}), 0.0, 1e-3, kBand_m, forces, contacts);
+  EXPECT_NEAR(contacts.dropped_J, 4.0 * 0.5 * kCompliance * f[0].squaredNorm(), 1e-20);
+  EXPECT_EQ(environment_work(table, contacts, {}, Motion::Zero()).dropped_J, contacts.dropped_J);
+}
+
 // Who does not look again trusts this bound.
 TEST(EnvironmentContacts, StraightLinesMissNoMoreThanTheySay) {
   std::mt19937 random(6);

@@ -46,10 +46,13 @@ double creep_m_per_s(GraspRun& run) {
     const FrameContact& contact = run.frame.contacts[i];
     const Vector3d way_O =
         point_on_object(model, run.state, pose_after, contact) - point_on_object(model, before, pose_before, contact);
-    // What leans at an edge rubs across the pulp's normal, not its own.
-    const Eigen::Matrix<double, 3, 2> across =
-        before.X_WO.linear().transpose() * run.work.kinematics.E_W[i].rightCols<2>();
-    fastest_m = std::max(fastest_m, (across.transpose() * way_O).norm());
+    // At an edge the bodies slip along the surface, and the pulp is sheared across its own normal.
+    const Vector3d sheared_F = displacement(run.state, contact) - displacement(before, contact);
+    const Eigen::Matrix3d R_WF = pose_before.distal(model.scene.hand, contact.finger).linear();
+    const Vector3d bodies_W = before.X_WO.linear() * way_O + R_WF * sheared_F;
+    const Eigen::Vector2d slip_m = run.work.kinematics.E_W[i].rightCols<2>().transpose() * bodies_W -
+                                   run.work.kinematics.E_F[i].rightCols<2>().transpose() * sheared_F;
+    fastest_m = std::max(fastest_m, slip_m.norm());
   }
   return fastest_m / model.scene.step_s;
 }

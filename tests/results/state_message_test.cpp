@@ -58,6 +58,18 @@ TEST(StateMessage, SpeaksOfTouchWhereTheSceneDoes) {
   }
 }
 
+// A rigid fingertip's contact is all of its cell, and its force is split by its normal.
+TEST(StateMessage, SpeaksOfSharesWhereFingertipsAreDeformable) {
+  for (const bool deformable : {true, false}) {
+    Scene scene = scene_of("box_grasp", {kCoarseBox});
+    if (!deformable) scene.fingertips.reset();
+    const std::vector<Field> fields = contact_fields(build_model(scene));
+    for (const char* name : {"normal_N", "friction_N", "share"}) {
+      EXPECT_EQ(std::ranges::find(fields, name, &Field::name) != fields.end(), deformable) << name;
+    }
+  }
+}
+
 // Nor does a stiffness, where the scene chooses none: muscles by themselves make no difference.
 TEST(StateMessage, SpeaksOfStiffnessWhereTheSceneChoosesOne) {
   Scene chosen = scene_of("box_stiff", {kCoarseBox}), none = chosen, torques = scene_of("box_grasp", {kCoarseBox});

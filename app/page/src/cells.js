@@ -3,6 +3,7 @@
 import {BufferAttribute, CircleGeometry, Color, ConeGeometry, Group, InstancedMesh, Matrix4, MeshBasicMaterial, Quaternion, Vector3} from 'three';
 
 import {atLimit, slipping, stuck} from './colors.js';
+import {splitForce} from './messages.js';
 
 const kOnCone = 1e-6; // With less than this share of its friction to spare a point is on its cone, as the engine has it;
 const kMoves_m_per_s = 1e-6; // and what is slower rests, likewise.
@@ -37,15 +38,11 @@ export function cellsOf(state) {
   const most_N = [];
   for (let i = 0; i < state.contacts; ++i) {
     const at = state.contact(i);
-    const f = at + columns.force_N;
-    const n = at + columns.normal;
-    const normal_N = numbers[f] * numbers[n] + numbers[f + 1] * numbers[n + 1] + numbers[f + 2] * numbers[n + 2];
-    const square = numbers[f] ** 2 + numbers[f + 1] ** 2 + numbers[f + 2] ** 2;
-    const tangential_N = Math.sqrt(Math.max(0, square - normal_N ** 2));
+    const {normal_N, friction_N} = splitForce(state, at);
     const finger = numbers[at + columns.finger];
     most_N[finger] = Math.max(most_N[finger] ?? 0, normal_N);
-    cells.push({finger, control: numbers[at + columns.control_point], normal_N, at: n,
-                state: cellState(normal_N, tangential_N, friction, numbers[at + columns.slip_m_per_s])});
+    cells.push({finger, control: numbers[at + columns.control_point], normal_N, at: at + columns.normal,
+                state: cellState(normal_N, friction_N, friction, numbers[at + columns.slip_m_per_s])});
   }
   return cells.filter(({finger, normal_N}) => normal_N > kFelt * most_N[finger]);
 }

@@ -3,6 +3,7 @@
 import {Color, Group, Vector3} from 'three';
 
 import {fingerColors, slipping as slippingColor, stuck} from './colors.js';
+import {splitForce} from './messages.js';
 import {isFinite3, vector} from './poses.js';
 import {Arrows, Coil, cones} from './rods.js';
 
@@ -73,9 +74,8 @@ export class Forces extends Group {
     to.fromArray(numbers, at + columns.point_m);
     n.fromArray(numbers, at + columns.normal);
     f.fromArray(numbers, at + columns.force_N);
-    const f_n = f.dot(n);
+    const {normal_N: f_n, friction_N: f_t} = splitForce(state, at);
     if (!(f_n > 0)) return;
-    const f_t = Math.sqrt(Math.max(0, f.lengthSq() - f_n * f_n));
     const margin = 1 - f_t / (friction * f_n);
     marginColor(color, margin); // with two heads at the cone's edge
     // A rigid fingertip has one contact: its force is the finger's, which is drawn already.

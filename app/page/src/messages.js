@@ -58,6 +58,18 @@ const kOldNames = {
 
 const end = (fields) => Math.max(0, ...fields.map(({begin, count}) => begin + count));
 
+/** A contact's normal force and friction, and the part of its cell that it stands for. `at`: where its row begins. */
+export function splitForce({columns, numbers}, at) {
+  if ('normal_N' in columns) {
+    return {normal_N: numbers[at + columns.normal_N], friction_N: numbers[at + columns.friction_N], share: numbers[at + columns.share]};
+  }
+  const f = at + columns.force_N;
+  const n = at + columns.normal;
+  const normal_N = numbers[f] * numbers[n] + numbers[f + 1] * numbers[n + 1] + numbers[f + 2] * numbers[n + 2];
+  const square = numbers[f] ** 2 + numbers[f + 1] ** 2 + numbers[f + 2] ** 2;
+  return {normal_N, friction_N: Math.sqrt(Math.max(0, square - normal_N ** 2)), share: 1};
+}
+
 /**
  * The newest state. Its memory is taken once: `values.<field>` are views of it, which the next state overwrites.
  * Of contact i, field `name` begins at numbers[state.contact(i) + state.columns.<name>].

@@ -10,6 +10,7 @@ import {niceAbove, themed} from './colors.js';
 import {Ellipsoids, ellipsoidLabels} from './ellipsoids.js';
 import {Forces} from './forces.js';
 import {makeLabels, placeLabels} from './labels.js';
+import {splitForce} from './messages.js';
 import {angleBetween, setPose, vector} from './poses.js';
 import {Pulp} from './pulp.js';
 import {Muscles, Skeleton} from './skeleton.js';
@@ -185,10 +186,9 @@ export class Picture {
       const pulp = this.pulps[numbers[at + columns.finger]];
       if (!pulp) continue;
       const control = numbers[at + columns.control_point];
-      const f = at + columns.force_N;
-      const n = at + columns.normal;
-      const normal_N = numbers[f] * numbers[n] + numbers[f + 1] * numbers[n + 1] + numbers[f + 2] * numbers[n + 2];
-      pulp.pressure_Pa[control] = Math.max(0, normal_N / pulp.areas[control]);
+      const {normal_N, share} = splitForce(this.state, at);
+      // An edge has no end of pressure: it is told as the mean over a twentieth of a cell, at least.
+      pulp.pressure_Pa[control] = Math.max(0, normal_N / (Math.max(0.05, share) * pulp.areas[control]));
       most_Pa = Math.max(most_Pa, pulp.pressure_Pa[control]);
     }
     this.fullPressure_Pa = steadyScale(this.fullPressure_Pa, most_Pa, 5e3);

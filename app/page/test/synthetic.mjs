@@ -10,7 +10,7 @@ const kFields = [
   ['find_us', 1], ['factors_us', 1], ['grasp_us', 1], ['muscle_us', 1], ['assemble_us', 1], ['solve_us', 1], ['deform_us', 1],
   ['contact_Hz', 1], ['contact_compute_us', 3], ['contact_jitter_us', 3], ['contact_overruns', 1], ['contact_slipped', 1],
   ['control_Hz', 1], ['control_compute_us', 3], ['control_slipped', 1], ['realtime_factor', 1], ['drive_J', 1],
-  ['viscous_J', 1], ['deformation_J', 1], ['stored_J', 1], ['injected_J', 1], ['dissipated_J', 1], ['unaccounted', 1], ['lost_records', 1], ['reference_error', 1], ['reference_residual', 1], ['latency_us', 3],
+  ['viscous_J', 1], ['deformation_J', 1], ['stored_J', 1], ['injected_J', 1], ['dissipated_J', 1], ['dropped_J', 1], ['unaccounted', 1], ['lost_records', 1], ['reference_error', 1], ['reference_residual', 1], ['latency_us', 3],
   ['latency_counts', 24], ['displacement_m', 3 * 3 * 40],
 ];
 const kContactFields = [['finger', 1], ['control_point', 1], ['point_m', 3], ['normal', 3], ['force_N', 3]];
