@@ -37,6 +37,10 @@ Scene scene_of(const Probe& probe) {
   tip.centre_m.setZero();
   tip.radius_m = kProbeRadius_m;
   tip.normal = Eigen::Vector3d::UnitX();
+  if (!probe.half_m.isZero()) {
+    tip.shape = PulpShape{.half_m = probe.half_m};
+    tip.radius_m = tip.shape->inner_radius_m();
+  }
   hand.fingertips = {tip};
   scene.hand = hand;
   scene.posture = scene.hand.at_zero();
@@ -47,6 +51,9 @@ Scene scene_of(const Probe& probe) {
     scene.fingertips->material.relaxation_s = probe.relaxation_s;
   } else {
     scene.fingertips.reset();
+  }
+  if (probe.object_modulus_Pa > 0.0) {
+    scene.object.compliance = PulpMaterial{.reduced_modulus_Pa = probe.object_modulus_Pa, .poisson = 0.4};
   }
   scene.object.shape = probe.shape;
   scene.object.points = probe.points;

@@ -18,8 +18,10 @@ struct Probe {
   Eigen::Index points = 12000;  ///< Samples of the shape.
   Eigen::Index leaves = 320;    ///< Control points of the pulp; 0: a rigid tip.
   double friction = 0.0;
-  double frame_s = 1e-3;      ///< How often contacts are found.
-  double relaxation_s = 0.0;  ///< Of the pulp.
+  double frame_s = 1e-3;                             ///< How often contacts are found.
+  double relaxation_s = 0.0;                         ///< Of the pulp.
+  Eigen::Vector3d half_m = Eigen::Vector3d::Zero();  ///< Semi-axes of a pulp that is an ellipsoid; 0: a sphere.
+  double object_modulus_Pa = 0.0;                    ///< E* of an elastic object; 0: it is rigid.
   Eigen::Isometry3d X_WO = Eigen::Isometry3d::Identity();
 };
 

@@ -25,18 +25,29 @@ constexpr const char* kText =
     "moved the object gets back what it gave. An object is pressed into a pulp of 8 mm, dragged over an edge, a corner "
     "or a rim, and lifted. Its work is that of the forces along the positions; the engine's ledger has no part in it.";
 
-/// Curves over x, one a way, of what `measure` makes of a drag.
-void add_ways(ordered_json& figure, const std::string& name, const std::vector<double>& x, double x_unit,
-              const std::function<double(const EdgeWay&, double)>& measure) {
+/// What drags along all ways were, over some x.
+using Drags = std::vector<std::vector<Taken>>;
+
+Drags drag(const std::vector<double>& x, const std::function<Taken(const EdgeWay&, double)>& along) {
   const std::vector<EdgeWay> ways = truth::edge_ways();
-  std::vector<std::vector<double>> values(ways.size(), std::vector<double>(x.size()));
+  Drags drags(ways.size(), std::vector<Taken>(x.size()));
   tbb::parallel_for(std::size_t{0}, ways.size() * x.size(), [&](std::size_t i) {
-    values[i / x.size()][i % x.size()] = measure(ways[i / x.size()], x[i % x.size()]);
+    drags[i / x.size()][i % x.size()] = along(ways[i / x.size()], x[i % x.size()]);
   });
+  return drags;
+}
+
+/// A panel of curves over x, one a way.
+void add_panel(ordered_json& figure, const std::string& name, const std::vector<double>& x, double x_unit,
+               const Drags& drags, double (*measure)(const Taken&)) {
   std::vector<double> shown;
   for (const double value : x) shown.push_back(value / x_unit);
   std::vector<ordered_json> curves;
-  for (std::size_t w = 0; w < ways.size(); ++w) curves.push_back(plain_curve(ways[w].name, shown, values[w]));
+  for (std::size_t w = 0; w < drags.size(); ++w) {
+    std::vector<double> values;
+    for (const Taken& taken : drags[w]) values.push_back(measure(taken));
+    curves.push_back(plain_curve(truth::edge_ways()[w].name, shown, values));
+  }
   figure["panels"].push_back({{"name", name}, {"curves", curves}});
 }
 
@@ -45,30 +56,39 @@ double step(const Taken& taken) { return taken.step_N / taken.largest_N; }
 
 void depths(ordered_json& part, bool quick) {
   const std::vector<double> depths_m = equal_ratios(0.3e-3, 3e-3, quick ? 3 : 7);
-  ordered_json& works = add_figure(part, "curves", "edge_work", "What closed ways cost",
-                                   "The work of a way, over the most energy that the pulp held, at 5 um a tick. "
-                                   "Exact is none.",
-                                   "deterministic");
-  works["x"] = {{"label", "depth [mm]"}, {"log", true}};
-  works["y"] = {{"label", "work over stored energy"}, {"log", true}};
-  ordered_json& steps =
-      add_figure(part, "curves", "edge_steps", "How evenly a drag goes",
-                 "The largest change of the force in a tick of 5 um, over the largest force.", "deterministic");
-  steps["x"] = works["x"];
-  steps["y"] = {{"label", "step over the largest force"}, {"log", true}};
-  const auto taken = [](const EdgeWay& way, double depth_m, Index leaves, double friction) {
-    Probe probe{.shape = way.shape};
-    probe.leaves = leaves;
-    probe.friction = friction;
-    return take(way, depth_m, probe);
+  struct Panel {
+    Index leaves;
+    double friction;
+    Drags drags;
   };
-  for (const Index leaves : quick ? std::vector<Index>{320} : std::vector<Index>{320, 1280}) {
-    const std::string name = fmt::format("{} control points", leaves);
-    add_ways(works, name, depths_m, 1e-3, [=](const auto& way, double d) { return lost(taken(way, d, leaves, 0.0)); });
-    add_ways(steps, name, depths_m, 1e-3, [=](const auto& way, double d) { return step(taken(way, d, leaves, 0.0)); });
+  std::vector<Panel> panels = {{320, 0.0, {}}, {320, 0.8, {}}};
+  if (!quick) panels.push_back({1280, 0.0, {}});
+  for (Panel& panel : panels) {
+    panel.drags = drag(depths_m, [&](const EdgeWay& way, double depth_m) {
+      Probe probe{.shape = way.shape};
+      probe.leaves = panel.leaves;
+      probe.friction = panel.friction;
+      return take(way, depth_m, probe);
+    });
   }
-  add_ways(steps, "320 control points, friction 0.8", depths_m, 1e-3,
-           [=](const auto& way, double d) { return step(taken(way, d, 320, 0.8)); });
+  const auto add = [&](const char* id, const char* title, const char* caption, const char* label,
+                       double (*measure)(const Taken&), bool with_friction) {
+    ordered_json& figure = add_figure(part, "curves", id, title, caption, "deterministic");
+    figure["x"] = {{"label", "depth [mm]"}, {"log", true}};
+    figure["y"] = {{"label", label}, {"log", true}};
+    for (const Panel& panel : panels) {
+      if (panel.friction > 0.0 && !with_friction) continue;
+      const std::string friction = panel.friction > 0.0 ? fmt::format(", friction {}", panel.friction) : "";
+      add_panel(figure, fmt::format("{} control points{}", panel.leaves, friction), depths_m, 1e-3, panel.drags,
+                measure);
+    }
+  };
+  add("edge_work", "What closed ways cost",
+      "The work of a way, over the most energy that the pulp held, at 5 um a tick. Exact is none.",
+      "work over stored energy", lost, false);
+  add("edge_steps", "How evenly a drag goes",
+      "The largest change of the force in a tick of 5 um, over the largest force.", "step over the largest force", step,
+      true);
 }
 
 /// Where it fails: cells are looked at once a frame, and change under it.
@@ -83,11 +103,12 @@ void frames(ordered_json& part, bool quick) {
   figure["y"] = {{"label", "work over stored energy"}, {"log", true}};
   const std::vector<double> ways_m =
       quick ? std::vector{5e-6, 50e-6} : std::vector{5e-6, 10e-6, 25e-6, 50e-6, 100e-6, 200e-6, 400e-6};
-  add_ways(figure, "frames of 1 to 80 ms", ways_m, 1e-6, [](const EdgeWay& way, double way_m) {
+  const Drags drags = drag(ways_m, [](const EdgeWay& way, double way_m) {
     Probe probe{.shape = way.shape};
     probe.frame_s = 1e-3 * std::round(way_m / 5e-6);
-    return lost(take(way, 1e-3, probe));
+    return take(way, 1e-3, probe);
   });
+  add_panel(figure, "frames of 1 to 80 ms", ways_m, 1e-6, drags, lost);
 }
 
 }  // namespace

@@ -213,7 +213,8 @@ struct PulpSearch {
     if (n.dot(normal_O(c)) > kFarSide + kTurned) return std::nullopt;
     ContactCandidate whole = on_face(c, sample);
     if (!place(whole) || std::min(whole.gap_m, whole.deformed_gap_m) >= band_m) return std::nullopt;
-    if (whole.gap_m < -depth_m - model.scene.contact.band_m) return std::nullopt;
+    // What is farther in is seen from the pulp's other side.
+    if (whole.gap_m < -outer_radius_m(model.scene.hand.fingertips[finger])) return std::nullopt;
     return whole;
   }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <span>
 
+#include "engine/grasp/pulp_touch.h"
 #include "engine/grasp/small_contacts.h"
 
 namespace thenar {
@@ -23,6 +24,11 @@ constexpr double kStep_m = 1e-6;
 constexpr double kFarthest = 0.1;
 // What a cell's stiffness grows by on the way of a frame, at most, over itself.
 constexpr double kMostGrowth = 0.5;
+// Friction may shear a pulp by more than a cell. Then what a cell's depth grows by as its face goes over into a part is
+// not all told.
+constexpr double kMostSlope = 2.5;
+// A cosine: what a cell that comes along N reaches.
+constexpr double kStraight = 0.5;
 // Of a cell with less than this share nothing is pressed.
 constexpr double kLeastPart = 1e-6;
 
@@ -56,6 +62,14 @@ FacePlane face_below(const Model& model, const Vector3d& x_O, Index sample, std:
   return {at.normal, at.point_m, -1};
 }
 
+/// The slope of a depth that the pulp's shear makes steep, as an edge comes: as much of what shear adds as leaves it at
+/// kMostSlope.
+Vector3d bounded(const Vector3d& slope, const Vector3d& unsheared) {
+  const double a = (slope - unsheared).squaredNorm(), b = unsheared.dot(slope - unsheared),
+               c = unsheared.squaredNorm() - kMostSlope * kMostSlope;
+  return c < 0.0 ? Vector3d(unsheared + (std::sqrt(b * b - a * c) - b) / a * (slope - unsheared)) : unsheared;
+}
+
 /// A cell, the faces next to it, and what covers it where it moves.
 struct Cell {
   Cell(const Model& model, const EdgeCell& of, EdgeWork& in) : at(of), pulp(model.pulps[of.finger]), work(in) {
@@ -80,6 +94,17 @@ struct Cell {
       work.faces[i].height_m = work.planes[i].n.dot(at.p_O + way_O - work.planes[i].point_m);
     }
     return cell_cover(work.faces, area_m2, work.cells);
+  }
+
+  /// What its depth grows by as it moves, as if the pulp were not sheared. Afterwards its faces are so, too.
+  [[nodiscard]] Vector3d slope_unsheared(const Vector3d& way_O) const {
+    for (CellFace& face : work.faces) face.own_m = 0.0;
+    const double depth_m = cover_after(way_O).depth_m;
+    Vector3d slope;
+    for (int axis = 0; axis < 3; ++axis) {
+      slope[axis] = (cover_after(way_O + kStep_m * Vector3d::Unit(axis)).depth_m - depth_m) / kStep_m;
+    }
+    return slope;
   }
 
   /// Whether it is one that some face presses.
@@ -116,8 +141,11 @@ bool cut_contact(const Cell& cell, const CellCover& now, const CellCover& then, 
     deepens[axis] = (moved.depth_m - then.depth_m) / kStep_m;
     widens[axis] = (moved.share - then.share) / kStep_m;
   }
+  if (!(deepens.norm() > 1e-3) || !deepens.allFinite()) return false;
+  // What would be reached from aside is not seen along N.
+  if (!is_reached(now) && deepens.dot(cell.at.N_O) < kStraight * deepens.norm()) return false;
+  if (deepens.norm() > kMostSlope) deepens = bounded(deepens, cell.slope_unsheared(way_O));
   const double length = deepens.norm();
-  if (!(length > 1e-3) || !std::isfinite(length)) return false;
   const PartStiffness stiffness(then.share);
   const Vector3d n = deepens / length, grows = cell.grows(then);
   const bool is_in = is_reached(now);
@@ -190,7 +218,8 @@ AtEdge edge_contact(const Model& model, const Isometry3d& X_OF, EdgeCell& of, do
   };
   const CellCover now = cell.cover_after(Vector3d::Zero());
   if (now.own == 1.0) return take_whole(now.main);
-  const double deepest_m = kTrustPerRadius * cell.pulp.radius_m + model.scene.contact.band_m;
+  const Fingertip& tip = model.scene.hand.fingertips[of.finger];
+  const double deepest_m = outer_radius_m(tip);
   if (!cell.looks_at_one() || !(now.depth_m > -band_m && now.depth_m < deepest_m)) return AtEdge::kFree;
   const double most_m = kFarthest * std::sqrt(cell.area_m2), far_m = of.way_O.norm();
   const bool is_in = is_reached(now);
@@ -207,7 +236,6 @@ AtEdge edge_contact(const Model& model, const Isometry3d& X_OF, EdgeCell& of, do
   if (model.soft_object()) {
     own.object = half_space_kernel(*model.scene.object.compliance, 0.0, cell.area_m2, cell.area_m2);
   }
-  const Fingertip& tip = model.scene.hand.fingertips[of.finger];
   return cut_contact(cell, now, then, way_O, own, tip, X_OF, contact) ? AtEdge::kCut : AtEdge::kFree;
 }
 

@@ -81,9 +81,8 @@ double worst_misprediction_m(GraspRun& run) {
     predicted -= now.J_object.middleRows<3>(3 * i).leftCols<6>() * dx;
     Vector3d committed = now.E_F[i].transpose() * (displacement(after, contact) - displacement(before, contact));
     if (model.soft_object()) {
-      const Eigen::Matrix3d E_O = before.X_WO.linear().transpose() * now.E_W[i];
       // Of the contacts' points in this frame, which those of the last one may have become.
-      committed += E_O.transpose() * object_displacement(model, after, contact) - now.u_object_m.col(i);
+      committed += now.E_O[i].transpose() * object_displacement(model, after, contact) - now.u_object_m.col(i);
     }
     worst_m = std::max(worst_m, (predicted - committed).norm());
   }

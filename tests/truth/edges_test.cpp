@@ -61,6 +61,35 @@ TEST(Edges, OfFourTimesThePointsGiveBackAsMuch) {
   }
 }
 
+/// How points give way for one another is as if their cells were whole; their own parts are what counts.
+TEST(Edges, OfSoftObjectsGiveBackNearlyAsMuch) {
+  Probe probe;
+  probe.object_modulus_Pa = 1e6;
+  for (const EdgeWay& way : edge_ways()) {
+    for (const double depth_m : {0.3e-3, 1e-3, 3e-3}) {
+      SCOPED_TRACE(way.name + " " + std::to_string(depth_m));
+      const Taken taken = take(way, depth_m, probe);
+      EXPECT_GT(taken.work_J, -0.03 * taken.stored_J);
+      EXPECT_LT(taken.work_J, (depth_m < 2e-3 ? 0.06 : 0.08) * taken.stored_J);
+      EXPECT_LT(taken.stored_J, taken.largest_N * depth_m);
+      EXPECT_LT(taken.step_N, (way.is_pointed ? 0.05 : 0.02) * taken.largest_N);
+    }
+  }
+}
+
+TEST(Edges, OfEllipsoidPulpsGiveBackAsMuch) {
+  Probe probe;
+  probe.half_m = Vector3d(8e-3, 12e-3, 10e-3);
+  for (const EdgeWay& way : edge_ways()) {
+    for (const double depth_m : {1e-3, 3e-3}) {
+      SCOPED_TRACE(way.name + " " + std::to_string(depth_m));
+      const Taken taken = take(way, depth_m, probe);
+      EXPECT_LT(std::abs(taken.work_J), 0.02 * taken.stored_J);
+      EXPECT_LT(taken.step_N, (way.is_pointed ? 0.05 : 0.02) * taken.largest_N);
+    }
+  }
+}
+
 /// Under a frame a cell keeps its part and its slopes: at 20 ms for a way of 0.1 mm, a sixteenth of the cell.
 TEST(Edges, OfLateFramesHoldByHowLateTheyAre) {
   for (const double frame_s : {5e-3, 20e-3}) {
