@@ -52,7 +52,7 @@ class Tables(unittest.TestCase):
 
     def test_every_array_is_read_and_has_a_row_a_state(self):
         of_states = [name for name in self.arrays.files if not name.startswith(("contact_t", "contact_f", "contact_p",
-                     "contact_n", "contact_c", "tick_contact_")) and not name.endswith("_names")]
+                     "contact_n", "contact_c", "contact_s", "tick_contact_")) and not name.endswith("_names")]
         self.assertGreater(len(of_states), 60)
         for name in of_states:
             self.assertEqual(self.arrays[name].shape[0], 80, name)  # 0.4 s at 200 Hz

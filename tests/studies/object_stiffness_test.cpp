@@ -234,11 +234,12 @@ TEST(ObjectStiffness, CoContractionTimesFourHoldsAgainstAPush) {
 
 // Muscles that pull just so much that the object does not turn away make a grip whose stiffness grows with its force,
 // in proportion: as people's does [Hoeppner et al. 2013, Van Doren 1998]. Nothing here says so but that what squeezes
-// turns the object away, in proportion to itself, and that fibres are stiff in proportion to their force.
+// turns the object away, in proportion to itself, and that fibres are stiff in proportion to their force. At 8 N pulps
+// are pressed in by half of their radius, beyond which the model is not trusted.
 TEST(ObjectStiffness, OfTheGripGrowsWithItsForce) {
   std::vector<double> force_N, stiffness_N_per_m;
   std::optional<Model> model;
-  for (const double internal_N : {0.75, 1.5, 2.5, 3.75, 5.0, 6.0, 7.5}) {
+  for (const double internal_N : {0.75, 1.5, 2.5, 3.75, 5.0, 6.0}) {
     Scene scene = stiff_scene("box_grasp", {"control.grasp.internal_force=" + std::to_string(internal_N) + " N",
                                             "task={}", "gravity=[0 m/s^2, 0 m/s^2, 0 m/s^2]"});
     model = model ? build_model(std::move(scene), *model) : build_model(std::move(scene));
@@ -248,7 +249,7 @@ TEST(ObjectStiffness, OfTheGripGrowsWithItsForce) {
     stiffness_N_per_m.push_back(predict_stiffness(grasp.run).K_O(0, 0));
   }
   EXPECT_NEAR(force_N.front(), 1.0, 0.1);
-  EXPECT_NEAR(force_N.back(), 10.0, 0.2);
+  EXPECT_NEAR(force_N.back(), 8.0, 0.2);
   Eigen::MatrixXd A(std::ssize(force_N), 2);
   A.col(0).setOnes();
   A.col(1) = Eigen::VectorXd::Map(force_N.data(), std::ssize(force_N));

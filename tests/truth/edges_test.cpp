@@ -40,11 +40,13 @@ TEST_P(Edges, GiveBackWhatTheyTake) {
 TEST_P(Edges, LetAPadThatRubsGoOnEvenly) {
   Probe probe;
   probe.friction = 0.8;
-  for (const double depth_m : {0.3e-3, 1e-3}) {
+  for (const double depth_m : {0.3e-3, 1e-3, 3e-3}) {
     SCOPED_TRACE(depth_m);
     const Taken taken = take(GetParam(), depth_m, probe);
     EXPECT_GT(taken.work_J, 0.0);
-    EXPECT_LT(taken.step_N, (GetParam().is_pointed ? 0.05 : 0.02) * taken.largest_N);
+    // A pulp that friction has wound by 3 mm leaves a cylinder's rim less evenly.
+    const double most = GetParam().is_pointed ? 0.05 : depth_m > 2e-3 ? 0.035 : 0.02;
+    EXPECT_LT(taken.step_N, most * taken.largest_N);
   }
 }
 
