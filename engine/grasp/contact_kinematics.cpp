@@ -52,6 +52,18 @@ struct ContactAxes {
   Matrix3d of_gap, of_pulp, of_object;
 };
 
+/// E turned by the least angle that takes its first column, of length one, to n. Opposite ones it leaves finite.
+Matrix3d turned(const Matrix3d& E, const Vector3d& n) {
+  const Vector3d axis = E.col(0).cross(n);
+  const double by = 1.0 / std::max(1e-6, 1.0 + E.col(0).dot(n));
+  Matrix3d E_n;
+  for (int k = 0; k < 3; ++k) {
+    const Vector3d across = axis.cross(E.col(k));
+    E_n.col(k) = E.col(k) + across + by * axis.cross(across);
+  }
+  return E_n;
+}
+
 /// It rubs across its normal n, as the frame has it; then the normal leans, towards where more of the cell is pressed,
 /// and the gap is in units of the new one.
 ContactAxes lean(const FrameContact& contact, const Matrix3d& R_FO, double last_N, const Vector3d& n_F, double& gap_m) {
@@ -63,7 +75,7 @@ ContactAxes lean(const FrameContact& contact, const Matrix3d& R_FO, double last_
   const Vector3d v_F = n_F + lambda_N * lean_F;
   length = v_F.norm();
   gap_m = (gap_m + lambda_N * contact.lean_m_per_N) / length;
-  const Matrix3d across_n = Eigen::Quaterniond::FromTwoVectors(contact.E_F.col(0), n_F) * contact.E_F;
+  const Matrix3d across_n = turned(contact.E_F, n_F);
   ContactAxes axes{across_n, contact.E_F, across_n};
   axes.of_gap.col(0) = v_F / length;
   axes.of_pulp.col(0) *= contact.press / length;
