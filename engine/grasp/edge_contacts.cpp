@@ -4,7 +4,6 @@
 #include <cmath>
 #include <span>
 
-#include "engine/grasp/pulp_touch.h"
 #include "engine/grasp/small_contacts.h"
 
 namespace thenar {
@@ -219,7 +218,7 @@ AtEdge edge_contact(const Model& model, const Isometry3d& X_OF, EdgeCell& of, do
   const CellCover now = cell.cover_after(Vector3d::Zero());
   if (now.own == 1.0) return take_whole(now.main);
   const Fingertip& tip = model.scene.hand.fingertips[of.finger];
-  const double deepest_m = outer_radius_m(tip);
+  const double deepest_m = kDeepest * tip.radius_m;
   if (!cell.looks_at_one() || !(now.depth_m > -band_m && now.depth_m < deepest_m)) return AtEdge::kFree;
   const double most_m = kFarthest * std::sqrt(cell.area_m2), far_m = of.way_O.norm();
   const bool is_in = is_reached(now);
