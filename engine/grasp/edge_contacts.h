@@ -46,7 +46,7 @@ struct EdgeWork {
 };
 
 /// In radii of the pulp: what a point along its normal sees farther in is seen from the pulp's other side.
-inline constexpr double kDeepest = 0.9;
+inline constexpr double kDeepest = 1.0;
 
 enum class AtEdge { kWhole, kCut, kFree };
 
