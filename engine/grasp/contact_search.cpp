@@ -214,7 +214,7 @@ struct PulpSearch {
     ContactCandidate whole = on_face(c, sample);
     if (!place(whole) || std::min(whole.gap_m, whole.deformed_gap_m) >= band_m) return std::nullopt;
     // What is farther in is seen from the pulp's other side.
-    if (whole.gap_m < -kDeepest * model.scene.hand.fingertips[finger].radius_m) return std::nullopt;
+    if (whole.gap_m < -model.scene.hand.fingertips[finger].radius_m) return std::nullopt;
     return whole;
   }
 

@@ -95,15 +95,24 @@ struct Cell {
     return cell_cover(work.faces, area_m2, work.cells);
   }
 
-  /// What its depth grows by as it moves, as if the pulp were not sheared. Afterwards its faces are so, too.
+  /// What its depth and its share grow by as it moves on from there.
+  struct Slopes {
+    Vector3d depth, share_per_m;
+  };
+  [[nodiscard]] Slopes slopes(const Vector3d& way_O, const CellCover& there) const {
+    Slopes slopes;
+    for (int axis = 0; axis < 3; ++axis) {
+      const CellCover moved = cover_after(way_O + kStep_m * Vector3d::Unit(axis));
+      slopes.depth[axis] = (moved.depth_m - there.depth_m) / kStep_m;
+      slopes.share_per_m[axis] = (moved.share - there.share) / kStep_m;
+    }
+    return slopes;
+  }
+
+  /// That of its depth as if the pulp were not sheared. Afterwards its faces are so, too.
   [[nodiscard]] Vector3d slope_unsheared(const Vector3d& way_O) const {
     for (CellFace& face : work.faces) face.own_m = 0.0;
-    const double depth_m = cover_after(way_O).depth_m;
-    Vector3d slope;
-    for (int axis = 0; axis < 3; ++axis) {
-      slope[axis] = (cover_after(way_O + kStep_m * Vector3d::Unit(axis)).depth_m - depth_m) / kStep_m;
-    }
-    return slope;
+    return slopes(way_O, cover_after(way_O)).depth;
   }
 
   /// Whether it is one that some face presses.
@@ -134,20 +143,15 @@ struct OwnCompliance {
 /// not change as it moves.
 bool cut_contact(const Cell& cell, const CellCover& now, const CellCover& then, const Vector3d& way_O,
                  const OwnCompliance& own, const Fingertip& tip, const Isometry3d& X_OF, FrameContact& contact) {
-  Vector3d deepens, widens;
-  for (int axis = 0; axis < 3; ++axis) {
-    const CellCover moved = cell.cover_after(way_O + kStep_m * Vector3d::Unit(axis));
-    deepens[axis] = (moved.depth_m - then.depth_m) / kStep_m;
-    widens[axis] = (moved.share - then.share) / kStep_m;
-  }
+  auto [deepens, widens] = cell.slopes(way_O, then);
   if (!(deepens.norm() > 1e-3) || !deepens.allFinite()) return false;
+  const bool is_in = is_reached(now);
   // What would be reached from aside is not seen along N.
-  if (!is_reached(now) && deepens.dot(cell.at.N_O) < kStraight * deepens.norm()) return false;
+  if (!is_in && deepens.dot(cell.at.N_O) < kStraight * deepens.norm()) return false;
   if (deepens.norm() > kMostSlope) deepens = bounded(deepens, cell.slope_unsheared(way_O));
   const double length = deepens.norm();
   const PartStiffness stiffness(then.share);
   const Vector3d n = deepens / length, grows = cell.grows(then);
-  const bool is_in = is_reached(now);
   contact.finger = cell.at.finger;
   contact.control_point = cell.at.control_point;
   contact.share = std::min(stiffness.value, 1.0 - 1e-12);
@@ -218,8 +222,8 @@ AtEdge edge_contact(const Model& model, const Isometry3d& X_OF, EdgeCell& of, do
   const CellCover now = cell.cover_after(Vector3d::Zero());
   if (now.own == 1.0) return take_whole(now.main);
   const Fingertip& tip = model.scene.hand.fingertips[of.finger];
-  const double deepest_m = kDeepest * tip.radius_m;
-  if (!cell.looks_at_one() || !(now.depth_m > -band_m && now.depth_m < deepest_m)) return AtEdge::kFree;
+  // What a point sees farther in than the pulp's radius is seen from the pulp's other side.
+  if (!cell.looks_at_one() || !(now.depth_m > -band_m && now.depth_m < tip.radius_m)) return AtEdge::kFree;
   const double most_m = kFarthest * std::sqrt(cell.area_m2), far_m = of.way_O.norm();
   const bool is_in = is_reached(now);
   Vector3d way_O = far_m > most_m ? Vector3d(most_m / far_m * of.way_O) : of.way_O;

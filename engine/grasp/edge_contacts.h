@@ -45,9 +45,6 @@ struct EdgeWork {
   std::vector<FacePlane> planes;
 };
 
-/// In radii of the pulp: what a point along its normal sees farther in is seen from the pulp's other side.
-inline constexpr double kDeepest = 1.0;
-
 enum class AtEdge { kWhole, kCut, kFree };
 
 /// The contact of a cell that an edge cuts. All that pulp and object have to do with one another is an energy,
