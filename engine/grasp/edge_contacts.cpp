@@ -33,17 +33,14 @@ constexpr double kLeastPart = 1e-6;
 
 bool is_reached(const CellCover& cover) { return cover.depth_m > 0.0 && cover.share >= kLeastPart; }
 
-/// The own stiffness of a part of a cell over the cell's, and how it grows with the part: a root, as k goes with one
-/// over the root of an area, but where the part is so small that a root would rise without a bound.
-struct PartStiffness {
-  explicit PartStiffness(double share) {
-    constexpr double kSmall = 0.15;
-    const double under = share + kSmall * (1.0 - share);
-    value = share / std::sqrt(under);
-    slope = (under - 0.5 * (1.0 - kSmall) * share) / (under * std::sqrt(under));
-  }
-  double value, slope;
-};
+/// The own stiffness of a part of a cell over the cell's: a root of its share, as k goes with one over the root of an
+/// area, but where the part is so small that a root would rise without a bound. A part aside of the cell's middle is
+/// the softer: it is nearer to those of the next cells than the middles of both are, by which they know of each other.
+double part_stiffness(const CellCover& cover, double area_m2) {
+  constexpr double kSmall = 0.15, kOffMiddle = 3.0;
+  const double under = cover.share + kSmall * (1.0 - cover.share);
+  return cover.share / (std::sqrt(under) * (1.0 + kOffMiddle * cover.middle_m.squaredNorm() / area_m2));
+}
 
 /// The face of a sample where x is over it; where there is a plane of that face already, as of a thin rod that is seen
 /// from its end, at the sample.
@@ -95,16 +92,17 @@ struct Cell {
     return cell_cover(work.faces, area_m2, work.cells);
   }
 
-  /// What its depth and its share grow by as it moves on from there.
+  /// What its depth and its stiffness grow by as it moves on from there.
   struct Slopes {
-    Vector3d depth, share_per_m;
+    Vector3d depth, stiffness_per_m;
   };
   [[nodiscard]] Slopes slopes(const Vector3d& way_O, const CellCover& there) const {
     Slopes slopes;
+    const double stiffness = part_stiffness(there, area_m2);
     for (int axis = 0; axis < 3; ++axis) {
       const CellCover moved = cover_after(way_O + kStep_m * Vector3d::Unit(axis));
       slopes.depth[axis] = (moved.depth_m - there.depth_m) / kStep_m;
-      slopes.share_per_m[axis] = (moved.share - there.share) / kStep_m;
+      slopes.stiffness_per_m[axis] = (part_stiffness(moved, area_m2) - stiffness) / kStep_m;
     }
     return slopes;
   }
@@ -143,28 +141,28 @@ struct OwnCompliance {
 /// not change as it moves.
 bool cut_contact(const Cell& cell, const CellCover& now, const CellCover& then, const Vector3d& way_O,
                  const OwnCompliance& own, const Fingertip& tip, const Isometry3d& X_OF, FrameContact& contact) {
-  auto [deepens, widens] = cell.slopes(way_O, then);
+  auto [deepens, stiffer_per_m] = cell.slopes(way_O, then);
   if (!(deepens.norm() > 1e-3) || !deepens.allFinite()) return false;
   const bool is_in = is_reached(now);
   // What would be reached from aside is not seen along N.
   if (!is_in && deepens.dot(cell.at.N_O) < kStraight * deepens.norm()) return false;
   if (deepens.norm() > kMostSlope) deepens = bounded(deepens, cell.slope_unsheared(way_O));
   const double length = deepens.norm();
-  const PartStiffness stiffness(then.share);
+  const double stiffness = part_stiffness(then, cell.area_m2);
   const Vector3d n = deepens / length, grows = cell.grows(then);
   contact.finger = cell.at.finger;
   contact.control_point = cell.at.control_point;
-  contact.share = std::min(stiffness.value, 1.0 - 1e-12);
+  contact.share = std::min(stiffness, 1.0 - 1e-12);
   contact.covered = then.share;
   contact.lean_O.setZero();
   contact.lean_m_per_N = 0.0;
   if (is_in) {
     // The force that makes it lean is that of the tick before, which was the cell's as it was. On a way on which the
     // cell's part grows out of all proportion, as where an edge comes in, no lean is good for all of it.
-    const Vector3d stiffens = stiffness.slope / stiffness.value * widens;
+    const Vector3d stiffens = stiffer_per_m / stiffness;
     const double grown = std::clamp(1.0 + stiffens.dot(way_O), 0.5, 2.0);
     const double bounded = std::min(1.0, kMostGrowth / std::max(1e-12, stiffens.norm() * way_O.norm()));
-    const double gives_m_per_N = (own.pulp / (length * length) + own.object) / stiffness.value;
+    const double gives_m_per_N = (own.pulp / (length * length) + own.object) / stiffness;
     contact.lean_O = 0.5 * gives_m_per_N * grown * bounded * stiffens;
     contact.lean_m_per_N = contact.lean_O.dot(way_O);
   }

@@ -49,12 +49,12 @@ enum class AtEdge { kWhole, kCut, kFree };
 
 /// The contact of a cell that an edge cuts. All that pulp and object have to do with one another is an energy,
 ///     U = min over u of u' C^-1 u / 2   so that   N_i.u_i >= d_i,
-/// where d_i is how deep the object reaches, in the mean, into that part s_i of the cell i that it reaches into at
-/// all (cell_cover), and the point's own compliance is that of a part so large: k_ii / m, m about sqrt(s), and less
-/// of small parts. All are functions of the pose, so that no way leads to energy that was not put in. The force is
-/// lambda_i grad d_i and, by the change of the compliance, lambda_i^2 k_ii m' / (2 m^2) grad s_i: it leans towards
-/// where more of the cell would be pressed. The pulp gives way along N, and is sheared across it; what shears it is
-/// friction across grad d. Across what leans it would hold as glue does.
+/// where d_i is how deep the object reaches, in the mean, into that part of the cell i that it reaches into at all
+/// (cell_cover), and the point's own compliance is that of such a part: k_ii / m, m about the root of its share, and
+/// less where it is small or aside of the cell's middle. All are functions of the pose, so that no way leads to energy
+/// that was not put in. The force is lambda_i grad d_i and, by the change of the compliance, lambda_i^2 k_ii grad m_i /
+/// (2 m_i^2): it leans towards where more of the cell would be pressed. The pulp gives way along N, and is sheared
+/// across it; what shears it is friction across grad d. Across what leans it would hold as glue does.
 ///
 /// Cells stay where they are as the pulp is sheared: those that their lean shears off an edge would snap. Where a face
 /// has the whole cell, its depth is that at the sheared point, as in all other contacts, and by less and less as edges

@@ -29,8 +29,7 @@ TEST_P(Edges, GiveBackWhatTheyTake) {
   for (const double depth_m : {0.3e-3, 1e-3, 3e-3}) {
     SCOPED_TRACE(depth_m);
     const Taken taken = take(GetParam(), depth_m, {});
-    // A mug's wall of 3 mm is as thick as the deepest press.
-    EXPECT_LT(std::abs(taken.work_J), (depth_m > 2e-3 ? 0.025 : 0.02) * taken.stored_J);
+    EXPECT_LT(std::abs(taken.work_J), 0.02 * taken.stored_J);
     // The ledger, too, sees nothing from nowhere.
     EXPECT_LT(taken.injected_J + taken.dissipated_J, 1e-3 * taken.stored_J);
     EXPECT_LT(taken.step_N, (GetParam().is_pointed ? 0.05 : 0.02) * taken.largest_N);
@@ -58,8 +57,8 @@ TEST(Edges, OfFourTimesThePointsGiveBackAsMuch) {
   for (const EdgeWay& way : edge_ways()) {
     SCOPED_TRACE(way.name);
     const Taken taken = take(way, 1e-3, probe);
-    EXPECT_LT(std::abs(taken.work_J), 0.025 * taken.stored_J);
-    EXPECT_LT(taken.step_N, 0.03 * taken.largest_N);
+    EXPECT_LT(std::abs(taken.work_J), 0.02 * taken.stored_J);
+    EXPECT_LT(taken.step_N, 0.02 * taken.largest_N);
   }
 }
 
@@ -71,8 +70,7 @@ TEST(Edges, OfSoftObjectsGiveBackNearlyAsMuch) {
     for (const double depth_m : {0.3e-3, 1e-3, 3e-3}) {
       SCOPED_TRACE(way.name + " " + std::to_string(depth_m));
       const Taken taken = take(way, depth_m, probe);
-      EXPECT_GT(taken.work_J, -0.03 * taken.stored_J);
-      EXPECT_LT(taken.work_J, (depth_m < 2e-3 ? 0.06 : 0.08) * taken.stored_J);
+      EXPECT_LT(std::abs(taken.work_J), (depth_m < 2e-3 ? 0.04 : 0.06) * taken.stored_J);
       EXPECT_LT(taken.stored_J, taken.largest_N * depth_m);
       EXPECT_LT(taken.step_N, (way.is_pointed ? 0.05 : 0.02) * taken.largest_N);
     }
@@ -99,8 +97,11 @@ TEST(Edges, OfLateFramesHoldByHowLateTheyAre) {
     probe.frame_s = frame_s;
     for (const EdgeWay& way : edge_ways()) {
       SCOPED_TRACE(way.name + " " + std::to_string(frame_s));
-      const Taken taken = take(way, 1e-3, probe);
-      EXPECT_LT(std::abs(taken.work_J), (frame_s < 10e-3 ? 0.03 : 0.12) * taken.stored_J);
+      // Where an edge points at a pulp that it hardly presses, its part of a cell changes the most.
+      for (const double depth_m : {0.3e-3, 1e-3}) {
+        const Taken taken = take(way, depth_m, probe);
+        EXPECT_LT(std::abs(taken.work_J), (frame_s < 10e-3 ? 0.025 : depth_m < 1e-3 ? 0.12 : 0.08) * taken.stored_J);
+      }
     }
   }
 }
@@ -152,7 +153,7 @@ TEST(Edges, OfACornerBearAConesForceWhereverItComes) {
   std::normal_distribution<double> normal;
   const Matrix3d corner = Eigen::Quaterniond::FromTwoVectors(Vector3d::Ones(), Vector3d::UnitX()).toRotationMatrix();
   for (const auto& [leaves, orientations, aside] :
-       {std::tuple{Index{320}, 50, 0.25}, std::tuple{Index{1280}, 12, 0.2}}) {
+       {std::tuple{Index{320}, 50, 0.25}, std::tuple{Index{1280}, 12, 0.16}}) {
     SCOPED_TRACE(leaves);
     double along_N = 0.0, across = 0.0;
     for (int k = 0; k < orientations; ++k) {
