@@ -14,6 +14,7 @@ using Eigen::Vector3d;
 
 ContactKinematics::ContactKinematics(const Model& model)
     : gap_m(model.max_contacts),
+      gap_unit(model.max_contacts),
       J_finger(3 * model.max_contacts, 4),
       J_mobile(3 * model.max_contacts, 4),
       J_object(GroupedDelassus::CommonJacobian::Zero(3 * model.max_contacts, GroupedDelassus::kPadded)),
@@ -65,16 +66,21 @@ Matrix3d turned(const Matrix3d& E, const Vector3d& n) {
 }
 
 /// It rubs across its normal n, as the frame has it; then the normal leans, towards where more of the cell is pressed,
-/// and the gap is in units of the new one.
-ContactAxes lean(const FrameContact& contact, const Matrix3d& R_FO, double last_N, const Vector3d& n_F, double& gap_m) {
+/// and the gap is in units of the new one, gap_unit.
+ContactAxes lean(const FrameContact& contact, const Matrix3d& R_FO, double last_N, const Vector3d& n_F, double& gap_m,
+                 double& gap_unit) {
   const Vector3d lean_F = R_FO * contact.lean_O;
   // f = lambda |v|, v = n + lambda lean: where the lean is all, |v| is a root, which geometric means find at once.
   double length = 1.0;
   for (int k = 0; k < 5; ++k) length = std::sqrt(length * (n_F + last_N / length * lean_F).norm());
-  const double lambda_N = last_N / length;
+  // Where hardly anything of a cell is pressed it is far longer than n. Moved that way under its frame, the pulp would
+  // give way by as much more than it was moved.
+  constexpr double kLongest = 20.0;
+  const double lambda_N = last_N / length * std::min(1.0, kLongest / length);
   const Vector3d v_F = n_F + lambda_N * lean_F;
   length = v_F.norm();
-  gap_m = (gap_m + lambda_N * contact.lean_m_per_N) / length;
+  gap_unit = 1.0 / length;
+  gap_m = gap_unit * (gap_m + lambda_N * contact.lean_m_per_N);
   const Matrix3d across_n = turned(contact.E_F, n_F);
   ContactAxes axes{across_n, contact.E_F, across_n};
   axes.of_gap.col(0) = v_F / length;
@@ -105,13 +111,16 @@ void contact_kinematics(const Model& model, const Frame& frame, const HandPose& 
       const Vector3d u_F = displacement(state, contact);
       const Vector3d u_O = model.soft_object() ? Vector3d(kinematics.u_O.row(i)) : Vector3d::Zero();
       const Vector3d n_F = kinematics.E_F[i].col(0);
+      const bool fades = contact.fades();
       ContactAxes axes;
-      if (contact.fades()) {
-        axes = lean(contact, X_FO.linear(), last_normal_N(state, contact), n_F, kinematics.gap_m[i]);
+      if (fades) {
+        axes = lean(contact, X_FO.linear(), last_normal_N(state, contact), n_F, kinematics.gap_m[i],
+                    kinematics.gap_unit[i]);
       } else {
-        axes.of_gap = axes.of_pulp = axes.of_object = axes_of(n_F, contact.E_F.col(1));
+        axes.of_gap = axes_of(n_F, contact.E_F.col(1));
+        kinematics.gap_unit[i] = 1.0;
       }
-      const Matrix3d& E_F = axes.of_pulp;
+      const Matrix3d& E_F = fades ? axes.of_pulp : axes.of_gap;
       const Matrix3d E_W = X_WF.linear() * axes.of_gap;
       const double gap_m = kinematics.gap_m[i];
       const Vector3d c_W = X_WF * (contact.p_F - u_F) + gap_m * E_W.col(0);
@@ -120,7 +129,7 @@ void contact_kinematics(const Model& model, const Frame& frame, const HandPose& 
       kinematics.E_W[i] = E_W;
       if (model.deformable()) kinematics.pulp_axes.middleRows<3>(3 * i) = E_F.transpose();
       if (model.soft_object()) {
-        const Matrix3d E_O = state.X_WO.linear().transpose() * (X_WF.linear() * axes.of_object);
+        const Matrix3d E_O = state.X_WO.linear().transpose() * (X_WF.linear() * (fades ? axes.of_object : axes.of_gap));
         kinematics.E_O[i] = E_O;
         kinematics.object_tensors.middleRows<3>(3 * i) = E_O.transpose() * object_tensor(model, contact);
         kinematics.u_object_m.col(i) = E_O.transpose() * u_O;

@@ -182,7 +182,7 @@ void free_gaps_and_slips(const Model& model, const Frame& frame, const State& st
         double delta = now.J_finger.row(row).dot(dq_4) + now.J_object.row(row).head<6>().dot(free.dx) - back[r];
         if (dq.size() > 4) delta += now.J_fifth[row] * dq[4];
         if (model.soft_object()) delta -= (1.0 - rho_object) * now.u_object_m(r, i);
-        if (r == 0) delta += now.gap_m[i] + work.offset_m[i];
+        if (r == 0) delta += now.gap_m[i] + now.gap_unit[i] * work.offset_m[i];
         work.delta_free[row] = delta;
       }
     }
@@ -247,11 +247,16 @@ void report_left_out(const Model& model, const Frame& frame, const ContactWorksp
 void report_contacts(const Frame& frame, const ContactWorkspace& work, TickReport& report) {
   report.contacts = frame.size();
   for (Index i = 0; i < frame.size(); ++i) {
-    report.penetration_m = std::max(report.penetration_m, work.offset_m[i] - work.delta[3 * i]);
+    const FrameContact& contact = frame.contacts[i];
+    const double unit = work.kinematics.gap_unit[i];
+    // Of a cell that an edge cuts, in the mean over all of it.
+    const double depth_m = contact.fades() ? contact.covered * (work.offset_m[i] - work.delta[3 * i] / unit)
+                                           : work.offset_m[i] - work.delta[3 * i];
+    report.penetration_m = std::max(report.penetration_m, depth_m);
     if (work.f[3 * i] <= 0.0) continue;
     ++report.active;
-    double work_J = work.f[3 * i] * (work.delta[3 * i] - work.offset_m[i] - work.kinematics.gap_m[i]);
-    if (frame.contacts[i].fades()) {
+    double work_J = work.f[3 * i] * (work.delta[3 * i] - unit * work.offset_m[i] - work.kinematics.gap_m[i]);
+    if (contact.fades()) {
       // Its compliance changes with the bodies' motion, and what that takes or gives leans.
       report.ledger.deformation_J -= work_J;
       work_J = 0.0;

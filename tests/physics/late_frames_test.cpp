@@ -254,5 +254,36 @@ TEST(TickInput, WhatIsNotFiniteMovesNothing) {
   EXPECT_EQ(with.X_WO.matrix(), before.X_WO.matrix());
 }
 
+// Where edges cut cells, a frame leans its contacts by forces that it does not know yet. No cell holds a finger's load
+// alone, and none is wound by the pulp's radius. It was 27 to 100 mm while hand-overs were added to leaning gaps as they
+// were to straight ones.
+TEST(LateFrames, AtEdgesWindNoCell) {
+  struct Late {
+    const char *period, *delay;
+    double jitter_s;
+  };
+  for (const auto& [period, delay, jitter_s] : {Late{"1 ms", "1 ms", 0.0}, Late{"5 ms", "5 ms", 0.0},
+                                                Late{"1 ms", "20 ms", 0.0}, Late{"5 ms", "10 ms", 10e-3}}) {
+    SCOPED_TRACE(testing::Message() << delay << " late, " << jitter_s);
+    const Model model =
+        build_model(scene_of("box_edge", {"time.duration=1.2 s", std::string("time.control_delay=") + delay,
+                                          std::string("time.control_period=") + period}));
+    GraspRun loops(model, LockstepSettings{.jitter_s = jitter_s});
+    double wound_m = 0.0, stored_J = 0.0, drive_J = 0.0, injected_J = 0.0, dropped_J = 0.0;
+    while (static_cast<double>(loops.state.tick) * model.scene.step_s < 1.2) {
+      const TickReport report = loops.tick();
+      for (const auto& u_m : loops.state.u_m) wound_m = std::max(wound_m, u_m.rowwise().norm().maxCoeff());
+      for (int k = 0; k < kFingers; ++k) EXPECT_LT(loops.state.load[k].force_N.norm(), 5.0);
+      drive_J += report.ledger.drive_J;
+      injected_J += report.ledger.injected_J;
+      dropped_J += report.ledger.dropped_J;
+      stored_J = std::max(stored_J, report.ledger.stored_J);
+    }
+    EXPECT_LT(wound_m, model.scene.hand.fingertips[0].radius_m);
+    EXPECT_LT(injected_J, 0.01 * (drive_J + stored_J));
+    EXPECT_LT(dropped_J, 0.3 * stored_J);
+  }
+}
+
 }  // namespace
 }  // namespace thenar::late_frames_test
