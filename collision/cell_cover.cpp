@@ -12,8 +12,9 @@ using Eigen::Vector2d;
 
 namespace {
 
-// A disc, as a polygon of the same area.
+// A disc, as a polygon of the same area: its corners are farther out than that by less than so much.
 constexpr int kCorners = 16;
+constexpr double kCorner = 1.02;
 // A face that N passes by at less than this (a sine) is along it.
 constexpr double kAlong = 1e-9;
 // What is not of a cell's own face has a say from two radii of the cell on, and all of it from one radius on: there it
@@ -66,21 +67,34 @@ double rise(double x) {
 
 bool faces_cell(const CellFace& face) { return face.facing > kAlong; }
 
-/// Takes away what the faces that N does not point at leave free.
-void clip_to_sides(std::span<const CellFace> faces, Polygon& cell, Polygon& scratch) {
+/// The half planes n.y <= c that the faces which N does not point at leave of a cell.
+template <typename Take>
+void for_each_side(std::span<const CellFace> faces, const Take& take) {
   for (const CellFace& side : faces) {
     if (faces_cell(side)) continue;
     if (side.facing > -kAlong) {
-      clip(side.slope, -side.height_m, cell, scratch);
+      take(side.slope, -side.height_m);
       continue;
     }
     // N comes out there: not before it went in.
     for (const CellFace& face : faces) {
       if (!faces_cell(face)) continue;
-      clip(face.facing * side.slope - side.facing * face.slope,
-           side.facing * face.height_m - face.facing * side.height_m, cell, scratch);
+      take(face.facing * side.slope - side.facing * face.slope,
+           side.facing * face.height_m - face.facing * side.height_m);
     }
   }
+}
+
+bool leave_nothing(std::span<const CellFace> faces, double radius_m) {
+  bool nothing = false;
+  for_each_side(faces, [&](const Vector2d& n, double c) { nothing = nothing || c < -radius_m * n.norm(); });
+  return nothing;
+}
+
+void clip_to_sides(std::span<const CellFace> faces, double radius_m, Polygon& cell, Polygon& scratch) {
+  for_each_side(faces, [&](const Vector2d& n, double c) {
+    if (c < radius_m * n.norm()) clip(n, c, cell, scratch);
+  });
 }
 
 }  // namespace
@@ -91,11 +105,13 @@ CellWork::CellWork(std::size_t faces) {
 }
 
 CellCover cell_cover(std::span<const CellFace> faces, double area_m2, CellWork& work) {
-  const double around_m2 = kAround * kAround * area_m2, passed_m = kPassed * std::sqrt(area_m2 / std::numbers::pi);
+  const double around_m2 = kAround * kAround * area_m2, radius_m = std::sqrt(area_m2 / std::numbers::pi),
+               passed_m = kPassed * radius_m, corner_m = kCorner * radius_m;
+  if (leave_nothing(faces, corner_m)) return {.depth_m = -std::numeric_limits<double>::infinity()};
   set_to_disc(around_m2, work.around);
-  clip_to_sides(faces, work.around, work.scratch);
+  clip_to_sides(faces, kAround * corner_m, work.around, work.scratch);
   set_to_disc(area_m2, work.cell);
-  clip_to_sides(faces, work.cell, work.scratch);
+  clip_to_sides(faces, corner_m, work.cell, work.scratch);
 
   const CellFace* main = nullptr;
   double main_m2 = 0.0, deep_m2 = 0.0, highest_m = -std::numeric_limits<double>::infinity();

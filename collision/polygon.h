@@ -14,11 +14,14 @@ using Polygon = std::vector<Eigen::Vector2d>;
 /// Leaves of the polygon what lies at n.x <= c [Sutherland, Hodgman 1974].
 inline void clip(const Eigen::Vector2d& n, double c, Polygon& polygon, Polygon& work) {
   work.clear();
+  if (polygon.empty()) return;
+  double beyond_a = n.dot(polygon.front()) - c;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Eigen::Vector2d &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
-    const double beyond_a = n.dot(a) - c, beyond_b = n.dot(b) - c;
+    const Eigen::Vector2d &a = polygon[i], &b = i + 1 < polygon.size() ? polygon[i + 1] : polygon.front();
+    const double beyond_b = n.dot(b) - c;
     if (beyond_a <= 0.0) work.push_back(a);
     if ((beyond_a > 0.0) != (beyond_b > 0.0)) work.emplace_back(a + beyond_a / (beyond_a - beyond_b) * (b - a));
+    beyond_a = beyond_b;
   }
   polygon.swap(work);
 }
@@ -39,7 +42,7 @@ struct PolygonArea {
 inline PolygonArea area_of(const Polygon& polygon) {
   PolygonArea sum;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Eigen::Vector2d &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
+    const Eigen::Vector2d &a = polygon[i], &b = i + 1 < polygon.size() ? polygon[i + 1] : polygon.front();
     const double triangle = 0.5 * (a.x() * b.y() - a.y() * b.x());  // with the origin
     sum.area += triangle;
     sum.centroid += triangle / 3.0 * (a + b);
