@@ -388,7 +388,9 @@ void describe_task(const TaskSettings& task, std::ostream& out) {
 
 std::string description(const Scene& asked, bool with_parts) {
   // Made for shapes, too: whether their samples make a surface shows then.
-  const Model model = build_and_tell(asked, false);
+  ReadyingLine readying(false);
+  const Model model = build_model(asked, readying.begins());
+  readying.hide();
   const Scene& scene = model.scene;  // with the grasp that was found, if one was asked for
   std::ostringstream out;
   out << scene.name << ": " << scene.duration_s << " s in steps of " << 1e3 * scene.step_s << " ms\n\nmodelled\n"

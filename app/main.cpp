@@ -39,12 +39,11 @@
 #include "engine/results/scene_run.h"
 #include "engine/results/signals.h"
 #include "engine/results/summary.h"
-#include "engine/scenes/build_model.h"
 #include "engine/scenes/config.h"
 #include "engine/scenes/hand_file.h"
 #include "engine/scenes/scene_file.h"
 #include "engine/scenes/shared_data.h"
-#include "engine/studies/model_parts.h"
+#include "engine/studies/load_model.h"
 #include "engine/studies/problem_dump.h"
 
 namespace {
@@ -101,20 +100,17 @@ Recording run_realtime(const Options& options, const Model& model, State& state,
 }
 
 int run(const Options& options) {
-  Model model = build_and_tell(load_scene(options), options.quiet);
-  print_object_notes(model.object_notes, options.quiet);
-  check_results(results_of(options), scene_files(options.scene, options.overrides));
   std::optional<FileLock> lock, dump_lock;
-  if (!options.out.empty()) lock.emplace(claim_folder(options.out, "--out"));
   std::optional<ProblemDump> dump;
-  if (!options.dump_problems.empty()) {
+  const Model model = ready_model(options, [&] {
+    check_results(results_of(options), scene_files(options.scene, options.overrides));
+    if (!options.out.empty()) lock.emplace(claim_folder(options.out, "--out"));
+    if (options.dump_problems.empty()) return;
     std::error_code none;
     const bool locked = lock && fs::equivalent(options.out, options.dump_problems, none);
     if (!locked) dump_lock.emplace(claim_folder(options.dump_problems, "--dump-problems"));
     dump.emplace(options.dump_problems, options.dump_every);
-  }
-  choose_control_rate(options, model);
-  model = as_needed(std::move(model));
+  });
   std::optional<RecordingFile> film;
   if (options.record.asked()) check_record(model, options.record);
   if (options.record.file.has_parent_path()) prepare_folder(options.record.file.parent_path());
@@ -167,7 +163,9 @@ int insertion(const Options& options) {
     check_results(files, scene_files(options.scene, options.overrides));
     lock.emplace(claim_folder(options.out, "--out"));
   }
-  const Model model = build_and_tell(std::move(scene), options.quiet);
+  ReadyingLine line(options.quiet);
+  const Model model = load_model(std::move(scene), {.begins = line.begins()});
+  line.hide();
   RunWatch watch(model.scene, options.quiet);
   const InsertionStudy study = study_insertion(model, peg, {.progress = watch.progress()});
   watch.end();

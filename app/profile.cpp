@@ -20,10 +20,9 @@
 #include "engine/results/profile.h"
 #include "engine/results/recording_file.h"
 #include "engine/results/scene_run.h"
-#include "engine/scenes/build_model.h"
 #include "engine/scenes/scene_file.h"
 #include "engine/studies/cyclictest.h"
-#include "engine/studies/model_parts.h"
+#include "engine/studies/load_model.h"
 #include "engine/studies/profile_table.h"
 
 namespace {
@@ -159,23 +158,28 @@ std::vector<Result> profile_results(const Options& options) {
 
 }  // namespace
 
-void choose_control_rate(const Options& options, Model& model) {
-  if (!options.rates.auto_control()) return;
-  model.scene.control_period_s = measured_control_period_s(model);
-  if (options.quiet) return;
-  std::cerr << fmt::format("control rate: {:.4g} Hz, every {:g} ms, which is what this machine keeps\n",
-                           1.0 / model.scene.control_period_s, 1e3 * model.scene.control_period_s);
+Model ready_model(const Options& options, const std::function<void()>& claim) {
+  ReadyingLine line(options.quiet);
+  const auto is_whole = [&](Model& model) {
+    line.hide();
+    print_object_notes(model.object_notes, options.quiet);
+    claim();
+    if (!options.rates.auto_control()) return;
+    model.scene.control_period_s = measured_control_period_s(model);
+    if (options.quiet) return;
+    std::cerr << fmt::format("control rate: {:.4g} Hz, every {:g} ms, which is what this machine keeps\n",
+                             1.0 / model.scene.control_period_s, 1e3 * model.scene.control_period_s);
+  };
+  return load_model(load_scene(options), {.begins = line.begins(), .is_whole = is_whole});
 }
 
 int profile(const Options& options) {
-  Model model = build_and_tell(load_scene(options), options.quiet);
-  print_object_notes(model.object_notes, options.quiet);
-  check_results(profile_results(options), scene_files(options.scene, options.overrides));
   std::optional<FileLock> lock;
-  if (!options.out.empty()) lock.emplace(claim_folder(options.out, "--out"));
-  if (options.trace.has_parent_path()) prepare_folder(options.trace.parent_path());
-  choose_control_rate(options, model);
-  model = as_needed(std::move(model));
+  const Model model = ready_model(options, [&] {
+    check_results(profile_results(options), scene_files(options.scene, options.overrides));
+    if (!options.out.empty()) lock.emplace(claim_folder(options.out, "--out"));
+    if (options.trace.has_parent_path()) prepare_folder(options.trace.parent_path());
+  });
   if (options.record.asked()) check_record(model, options.record);
   if (options.record.file.has_parent_path()) prepare_folder(options.record.file.parent_path());
 

@@ -3,13 +3,10 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <atomic>
 #include <condition_variable>
 #include <csignal>
 #include <cstdio>
 #include <mutex>
-#include <thread>
-#include <utility>
 
 namespace {
 
@@ -41,23 +38,21 @@ void ProgressLine::clear() {
   has_shown_ = false;
 }
 
-thenar::Model build_and_tell(thenar::Scene scene, bool quiet) {
-  using std::chrono::steady_clock;
-  const auto began = steady_clock::now();
-  std::atomic<const char*> stage = "";
-  std::jthread teller([&, line = ProgressLine(quiet)](const std::stop_token& done) mutable {
-    std::mutex mutex;
-    std::unique_lock lock(mutex);
-    std::condition_variable_any wake;
-    const auto pause = [&](std::chrono::milliseconds time) { wake.wait_for(lock, done, time, [] { return false; }); };
-    for (pause(std::chrono::seconds(1)); !done.stop_requested(); pause(std::chrono::milliseconds(200))) {
-      const double taken_s = std::chrono::duration<double>(steady_clock::now() - began).count();
-      line.show(fmt::format("making ready: {}, {:.1f} s", stage.load(), taken_s));
-    }
-    line.clear();
-  });
-  return build_model(std::move(scene), [&](const char* begins) { stage = begins; });
-}
+ReadyingLine::ReadyingLine(bool quiet)
+    : teller_([this, began = std::chrono::steady_clock::now(),
+               line = ProgressLine(quiet)](const std::stop_token& done) mutable {
+        std::mutex mutex;
+        std::unique_lock lock(mutex);
+        std::condition_variable_any wake;
+        const auto pause = [&](std::chrono::milliseconds time) {
+          wake.wait_for(lock, done, time, [] { return false; });
+        };
+        for (pause(std::chrono::seconds(1)); !done.stop_requested(); pause(std::chrono::milliseconds(200))) {
+          const double taken_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+          line.show(fmt::format("making ready: {}, {:.1f} s", stage_.load(), taken_s));
+        }
+        line.clear();
+      }) {}
 
 SearchWatch::SearchWatch(bool quiet) : line_(quiet) { listen_for_stop(); }
 

@@ -1,11 +1,13 @@
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <string>
+#include <thread>
 
 #include "engine/finder/finder.h"
 #include "engine/results/scene_run.h"
-#include "engine/scenes/build_model.h"
+#include "engine/scenes/object_surface.h"
 
 /// One line of stderr that says how far a command is, if somebody is looking.
 class ProgressLine {
@@ -23,9 +25,23 @@ class ProgressLine {
   std::chrono::steady_clock::time_point shown_at_;
 };
 
-/// build_model(), while a line of stderr says from the second second on which stage of it takes so long, if somebody is
-/// looking.
-[[nodiscard]] thenar::Model build_and_tell(thenar::Scene scene, bool quiet);
+/// A line of stderr that says, from the second second on, which stage of making a model ready takes so long, if
+/// somebody is looking.
+class ReadyingLine {
+ public:
+  explicit ReadyingLine(bool quiet);
+
+  /// For load_model() and build_model(); valid as long as this.
+  [[nodiscard]] thenar::StartWatch begins() {
+    return [this](const char* stage) { stage_ = stage; };
+  }
+  /// For good: others may write to stderr again.
+  void hide() { teller_ = {}; }
+
+ private:
+  std::atomic<const char*> stage_ = "";
+  std::jthread teller_;
+};
 
 /// Watches a search for grasps: shows how far it is, and ends it early if a signal asks for that, so that what was
 /// found is kept. A second signal ends the program at once.

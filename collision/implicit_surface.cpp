@@ -21,6 +21,9 @@ using Eigen::Vector3d;
 // weight ends: max(0, 2 cos - 1).
 constexpr double kUnlike = 0.5;
 
+// And those more than 20 degrees apart do where they are like others on both sides.
+constexpr double kBlunt = 0.94;
+
 // Deeper than this, in supports, another face may be as near as the one that was found first.
 constexpr double kDeep = 0.4;
 
@@ -83,13 +86,14 @@ void ImplicitSurface::fill_starts() {
     });
     const double least = std::clamp(cosine.minCoeff() - kRounding, 0.0, 1.0);
     starts_.push_back({*plane, least, clear_m(i, *plane, least)});
-    bends_.push_back(bend_at(i));
+    bends_.push_back(bend_at(i, kUnlike));
   }
 }
 
 /// Whether a face ends where it meets another one's plane: each lies behind the other's, and no sample of the face, as
-/// far as it is looked for, is before that.
-bool ImplicitSurface::ends_at(const Plane& other, const Plane& face, const Vector3d& p_m, double reach_m) const {
+/// far as it is looked for, is before that, or not by more than the other one, the wall of a hole, is hollow.
+bool ImplicitSurface::ends_at(const Plane& other, double hollow_per_m, const Plane& face, const Vector3d& p_m,
+                              double reach_m) const {
   constexpr double kSame = 0.9, kRoom = 0.02, kBefore = 0.35;
   const Vector3d way = other.a_m - face.a_m;
   const double room_m = kRoom * way.norm();
@@ -100,7 +104,8 @@ bool ImplicitSurface::ends_at(const Plane& other, const Plane& face, const Vecto
       const Vector3d s_m = block.point_m(k);
       const bool is_own =
           block.normal(k).dot(face.n) > kSame && std::abs(face.n.dot(s_m - face.a_m)) < kBefore * support_m_;
-      if (is_own && (s_m - p_m).norm() < reach_m && other.n.dot(s_m - other.a_m) > kBefore * support_m_) ends = false;
+      const double before_m = kBefore * support_m_ + 0.5 * hollow_per_m * (s_m - other.a_m).squaredNorm();
+      if (is_own && (s_m - p_m).norm() < reach_m && other.n.dot(s_m - other.a_m) > before_m) ends = false;
     }
   });
   return ends;
@@ -117,15 +122,73 @@ void ImplicitSurface::find_edges(double reach_m, const std::function<bool(Index,
     std::array<Vector3d, kMostBeside + 1> seen = {starts_[i].plane.n};
     std::size_t looked = 1;
     while (looked <= kMostBeside) {
-      const Index other = nearest_unlike(point_m(i), point_m(i), reach_m, {seen.data(), looked});
+      const Index other = nearest_unlike(point_m(i), point_m(i), reach_m, {seen.data(), looked}, kUnlike);
       if (other < 0) break;
       seen[looked++] = cloud_.normals.col(other);
       if (are_one ? are_one(i, other) : is_bent(other)) continue;
-      if (!ends_at(starts_[other].plane, starts_[i].plane, point_m(i), reach_m)) continue;
+      const double hollow_per_m = std::max(0.0, -bends_[other].k2_per_m);
+      if (!ends_at(starts_[other].plane, hollow_per_m, starts_[i].plane, point_m(i), reach_m)) continue;
       beside_[i].samples[beside_[i].count++] = other;
     }
-    drop_unmet(i, reach_m);
   }
+  if (!are_one) find_blunt_edges(reach_m);
+  for (Index i = 0; i < std::ssize(starts_); ++i) drop_unmet(i, reach_m);
+}
+
+/// Edges over which normals turn by 20 to 60 degrees: chamfers, and the sides of prisms.
+void ImplicitSurface::find_blunt_edges(double reach_m) {
+  constexpr std::size_t kMostLooks = 10;
+  std::vector<char> at_edge(starts_.size());
+  for (Index i = 0; i < std::ssize(starts_); ++i) at_edge[i] = is_at_edge(i) ? 1 : 0;
+  std::vector<Index> blunt;
+  for (Index i = 0; i < std::ssize(starts_); ++i) {
+    Beside& found = beside_[i];
+    std::array<Vector3d, kMostLooks + kMostBeside + 1> seen = {cloud_.normals.col(i)};
+    std::size_t looked = 1;
+    for (std::size_t k = 0; k < found.count; ++k) seen[looked++] = cloud_.normals.col(found.samples[k]);
+    const std::size_t known = looked;
+    while (looked < known + kMostLooks && found.count < kMostBeside) {
+      const Index other = nearest_unlike(point_m(i), point_m(i), reach_m, {seen.data(), looked}, kBlunt, at_edge);
+      if (other < 0) break;
+      seen[looked++] = cloud_.normals.col(other);
+      const auto own = fit(point_m(i), cloud_.normals.col(i), true),
+                 across = fit(point_m(other), cloud_.normals.col(other), true);
+      if (own && across && ends_at(*across, 0.0, *own, point_m(i), reach_m)) found.samples[found.count++] = other;
+    }
+    for (std::size_t k = 0; k < found.count; ++k) {
+      const Index other = found.samples[k];
+      if (cloud_.normals.col(other).dot(cloud_.normals.col(i)) > kUnlike) blunt.insert(blunt.end(), {i, other});
+    }
+  }
+  for (const Index i : blunt) {
+    if (starts_[i].is_sharp) continue;
+    starts_[i].plane = *fit(point_m(i), cloud_.normals.col(i), true);
+    starts_[i].plane.least_cosine = 0.0;  // Here no patch knows the surface.
+    starts_[i].is_sharp = true;
+    bends_[i] = bend_at(i, kBlunt);
+  }
+}
+
+/// Whether the samples around one are of two faces that meet, and do not bend into one another: each has others that
+/// are like it.
+bool ImplicitSurface::is_at_edge(Index sample) const {
+  constexpr double kReach = 0.7, kAlike = 0.99;
+  constexpr std::size_t kMost = 64;
+  std::array<Vector3d, kMost> around;
+  std::size_t count = 0;
+  const Vector3d p_m = point_m(sample);
+  blocks_.for_each_near(p_m, kReach * support_m_, [&](const Block& block, Index) {
+    for (int k = 0; k < SampleBlocks::kLanes; ++k) {
+      const bool is_near = (block.point_m(k) - p_m).norm() < kReach * support_m_;
+      if (is_near && count < kMost) around[count++] = block.normal(k);
+    }
+  });
+  const std::span<const Vector3d> normals(around.data(), count);
+  const auto alike = [&](const Vector3d& n) {
+    return std::ranges::count_if(normals, [&](const Vector3d& other) { return other.dot(n) > kAlike; }) > 1;
+  };
+  const Vector3d n = cloud_.normals.col(sample);
+  return alike(n) && std::ranges::any_of(normals, [&](const Vector3d& m) { return m.dot(n) < kBlunt && alike(m); });
 }
 
 /// Of the faces beside a sample, drops those that meet neither its own nor another one within reach: a thin plate's
@@ -147,12 +210,12 @@ void ImplicitSurface::drop_unmet(Index i, double reach_m) {
   }
 }
 
-SurfaceBend ImplicitSurface::bend_at(Index sample) const {
+SurfaceBend ImplicitSurface::bend_at(Index sample, double unlike) const {
   const Vector3d p_m = point_m(sample), n = cloud_.normals.col(sample);
   BendFit fit(p_m, n, support_m_);
   blocks_.for_each_near(p_m, support_m_, [&](const Block& block, Index number) {
     for (int k = 0; k < SampleBlocks::kLanes; ++k) {
-      if (SampleBlocks::kLanes * number + k == sample || block.cosines(n)[k] < kUnlike) continue;
+      if (SampleBlocks::kLanes * number + k == sample || block.cosines(n)[k] < unlike) continue;
       fit.add(block.point_m(k), block.normal(k));
     }
   });
@@ -187,9 +250,11 @@ void ImplicitSurface::fill_clearances() {
   }
 }
 
-/// The sample nearest to x among those within the radius of c whose normals are unlike all of `seen`, or -1.
+/// The sample nearest to x among those within the radius of c whose normals are unlike all of `seen`, or -1. Of all,
+/// or of those whose mark in `of` is not 0.
 Index ImplicitSurface::nearest_unlike(const Vector3d& x_m, const Vector3d& c_m, double radius_m,
-                                      std::span<const Vector3d> seen) const noexcept {
+                                      std::span<const Vector3d> seen, double unlike,
+                                      std::span<const char> of) const noexcept {
   Index found = -1;
   double best_squared = std::numeric_limits<double>::infinity();
   blocks_.for_each_near(c_m, radius_m, [&](const Block& block, Index number) {
@@ -197,7 +262,8 @@ Index ImplicitSurface::nearest_unlike(const Vector3d& x_m, const Vector3d& c_m, 
     Lanes cosine = block.cosines(seen[0]);
     for (const Vector3d& n : seen.subspan(1)) cosine = cosine.max(block.cosines(n));
     for (int k = 0; k < SampleBlocks::kLanes; ++k) {
-      if (cosine[k] >= kUnlike || from_c[k] >= radius_m * radius_m || squared[k] >= best_squared) continue;
+      if (cosine[k] >= unlike || from_c[k] >= radius_m * radius_m || squared[k] >= best_squared) continue;
+      if (!of.empty() && of[SampleBlocks::kLanes * number + k] == 0) continue;
       best_squared = squared[k];
       found = SampleBlocks::kLanes * number + k;
     }
@@ -206,8 +272,9 @@ Index ImplicitSurface::nearest_unlike(const Vector3d& x_m, const Vector3d& c_m, 
 }
 
 /// The plane a(c), n(c). Nothing if no sample near c has a normal like the reference.
-std::optional<ImplicitSurface::Plane> ImplicitSurface::fit(const Vector3d& c_m,
-                                                           const Vector3d& n_reference) const noexcept {
+std::optional<ImplicitSurface::Plane> ImplicitSurface::fit(const Vector3d& c_m, const Vector3d& n_reference,
+                                                           bool is_sharp) const noexcept {
+  const double from = is_sharp ? kBlunt : kUnlike, rise = 1.0 / (1.0 - from), zero = from * rise;
   const double inv_h2 = 1.0 / (support_m_ * support_m_);
   Lanes sum = Lanes::Zero(), a_x = sum, a_y = sum, a_z = sum, n_x = sum, n_y = sum, n_z = sum;
   Lanes squares = sum, turns = sum;
@@ -217,7 +284,7 @@ std::optional<ImplicitSurface::Plane> ImplicitSurface::fit(const Vector3d& c_m,
     const Lanes squared = x.square() + y.square() + z.square();
     const Lanes near = (1.0 - squared * inv_h2).max(0.0);
     const Lanes cosine = block.cosines(n_reference);
-    const Lanes th = (near * (2.0 * cosine - 1.0).max(0.0)).square().square();
+    const Lanes th = (near * (rise * cosine - zero).max(0.0)).square().square();
     sum += th;
     a_x += th * x;
     a_y += th * y;
@@ -252,7 +319,7 @@ ImplicitSurface::Face ImplicitSurface::project(const Vector3d& x_m, Index start)
     if (const auto near = patches_->project(x_m, start, first.a_m, first.n)) return {first.a_m, near->n, near->f_m};
   }
   const double f_m = first.n.dot(x_m - first.a_m);
-  const std::optional<Plane> second = fit(x_m - f_m * first.n, first.n);
+  const std::optional<Plane> second = fit(x_m - f_m * first.n, first.n, starts_[start].is_sharp);
   // Past an edge or over a hole the projection leaves the samples: the first plane, extended, is the face.
   if (!second) return {first.a_m, first.n, f_m};
   return {second->a_m, second->n, second->n.dot(x_m - second->a_m)};
@@ -296,7 +363,7 @@ SurfaceDistance ImplicitSurface::of_several_faces(const Vector3d& x_m, Index sta
   std::size_t count = 1;
   std::array<Vector3d, kMostFaces> seen = {first.n};
   for (std::size_t faces = 1; faces < kMostFaces; ++faces) {
-    const Index beyond = nearest_unlike(x_m, inside ? x_m : point_m(start), radius_m, {seen.data(), faces});
+    const Index beyond = nearest_unlike(x_m, inside ? x_m : point_m(start), radius_m, {seen.data(), faces}, kUnlike);
     if (beyond < 0) break;
     const Face next = project(x_m, beyond);
     seen[faces] = next.n;

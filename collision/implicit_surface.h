@@ -108,7 +108,8 @@ class ImplicitSurface {
   struct Start {
     Plane plane;
     double cosine;
-    double clear_m;  ///< Within this of the sample no normal is unlike a second projection's that stays near.
+    double clear_m;         ///< Within this of the sample no normal is unlike a second projection's that stays near.
+    bool is_sharp = false;  ///< By a blunt edge: its planes are those of samples whose normals are within 20 degrees.
   };
 
   /// Samples of other faces.
@@ -132,14 +133,19 @@ class ImplicitSurface {
 
   void fill_clearances();
   void fill_starts();
-  [[nodiscard]] SurfaceBend bend_at(Eigen::Index sample) const;
-  [[nodiscard]] bool ends_at(const Plane& other, const Plane& face, const Eigen::Vector3d& p_m, double reach_m) const;
+  [[nodiscard]] SurfaceBend bend_at(Eigen::Index sample, double unlike) const;
+  void find_blunt_edges(double reach_m);
+  [[nodiscard]] bool is_at_edge(Eigen::Index sample) const;
+  [[nodiscard]] bool ends_at(const Plane& other, double hollow_per_m, const Plane& face, const Eigen::Vector3d& p_m,
+                             double reach_m) const;
   void drop_unmet(Eigen::Index i, double reach_m);
   [[nodiscard]] Eigen::Vector3d point_m(Eigen::Index sample) const { return cloud_.points_m.col(sample); }
   [[nodiscard]] double clear_m(Eigen::Index sample, const Plane& plane, double least_cosine) const;
   [[nodiscard]] Eigen::Index nearest_unlike(const Eigen::Vector3d& x_m, const Eigen::Vector3d& c_m, double radius_m,
-                                            std::span<const Eigen::Vector3d> seen) const noexcept;
-  [[nodiscard]] std::optional<Plane> fit(const Eigen::Vector3d& c_m, const Eigen::Vector3d& n_reference) const noexcept;
+                                            std::span<const Eigen::Vector3d> seen, double unlike,
+                                            std::span<const char> of = {}) const noexcept;
+  [[nodiscard]] std::optional<Plane> fit(const Eigen::Vector3d& c_m, const Eigen::Vector3d& n_reference,
+                                         bool is_sharp = false) const noexcept;
   /// Whether no sample within the radius of the start has a normal unlike n, a second projection's.
   [[nodiscard]] bool is_clear(Eigen::Index start, const Eigen::Vector3d& n, double radius_m) const noexcept {
     return radius_m <= starts_[start].clear_m && n.dot(starts_[start].plane.n) >= starts_[start].cosine;

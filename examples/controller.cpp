@@ -7,8 +7,7 @@
 #include "engine/control/control_period.h"
 #include "engine/control/control_tick.h"
 #include "engine/grasp/contact_tick.h"
-#include "engine/scenes/build_model.h"
-#include "engine/scenes/scene_file.h"
+#include "engine/studies/load_model.h"
 #include "solvers/grasp_forces.h"
 
 constexpr double kStiffness_N_per_m = 300.0, kStiffness_Nm_per_rad = 0.5, kSqueeze_N = 1.5, kPush_N = 0.5;
@@ -38,8 +37,8 @@ thenar::JointVector impedance(thenar::ControlPeriod& period) {
 }
 
 int main(int argc, char** argv) try {
-  const thenar::Model model = thenar::build_model(thenar::load_scene(
-      argc > 1 ? argv[1] : "configs/box_grasp.yaml", {"time.control_period=5 ms", "control.muscles=false", "task={}"}));
+  const thenar::Model model = thenar::load_model(argc > 1 ? argv[1] : "configs/box_grasp.yaml",
+                                                 {"time.control_period=5 ms", "control.muscles=false", "task={}"});
   thenar::State state(model);
   thenar::Frame frame(model);
   thenar::Controller controller(model);

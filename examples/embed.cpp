@@ -5,11 +5,10 @@
 
 #include "engine/control/control_tick.h"
 #include "engine/grasp/contact_tick.h"
-#include "engine/scenes/build_model.h"
-#include "engine/scenes/scene_file.h"
+#include "engine/studies/load_model.h"
 
 int main(int argc, char** argv) try {
-  const thenar::Model model = thenar::build_model(thenar::load_scene(argc > 1 ? argv[1] : "configs/box_grasp.yaml"));
+  const thenar::Model model = thenar::load_model(argc > 1 ? argv[1] : "configs/box_grasp.yaml");
   thenar::State state(model);  // all that moves: q, object pose, deformation, forces
   thenar::Frame frame(model);  // contacts and drive, frozen between control ticks
   thenar::Controller controller(model);

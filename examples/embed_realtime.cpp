@@ -11,8 +11,7 @@
 
 #include "engine/loops/realtime.h"
 #include "engine/loops/split_grasp.h"
-#include "engine/scenes/build_model.h"
-#include "engine/scenes/scene_file.h"
+#include "engine/studies/load_model.h"
 
 using Eigen::Vector3d;
 
@@ -23,7 +22,7 @@ Vector3d device_position(double time_s) { return {0.0, 0.005 * std::sin(2.0 * M_
 }  // namespace
 
 int main(int argc, char** argv) try {
-  const thenar::Model model = thenar::build_model(thenar::load_scene(argc > 1 ? argv[1] : "configs/box_grasp.yaml"));
+  const thenar::Model model = thenar::load_model(argc > 1 ? argv[1] : "configs/box_grasp.yaml");
   thenar::SplitGrasp grasp(model);  // takes all memory, and makes the first frame
   if (grasp.first_control().grasp != thenar::GraspStatus::kOptimal) {
     std::fprintf(stderr, "no grasp forces hold the object at the start\n");

@@ -300,8 +300,8 @@ bool wait_for(Realtime& run, const py::object& seconds) {
 
 std::unique_ptr<Realtime> realtime_of(std::shared_ptr<const SceneHandle> scene, bool realtime, int core,
                                       py::object wrench, py::object forces, py::object torques, py::object muscles) {
-  OwnControl own =
-      own_control(scene->scene(), std::move(wrench), std::move(forces), std::move(torques), std::move(muscles));
+  OwnControl own = own_control(model_of(*scene)->scene, std::move(wrench), std::move(forces), std::move(torques),
+                               std::move(muscles));
   const py::gil_scoped_release others;
   return std::make_unique<Realtime>(std::move(scene), realtime, core, std::move(own));
 }

@@ -7,12 +7,12 @@
 #include <cctype>
 #include <utility>
 
-#include "engine/scenes/build_model.h"
 #include "engine/scenes/new_scene.h"
 #include "engine/scenes/scene_file.h"
 #include "engine/scenes/scene_grasp.h"
 #include "engine/scenes/shared_data.h"
 #include "engine/scenes/units.h"
+#include "engine/studies/load_model.h"
 #include "python/arrays.h"
 
 namespace thenar::python {
@@ -97,8 +97,13 @@ SceneHandle::SceneHandle(std::filesystem::path file, std::vector<std::string> ch
 
 std::shared_ptr<const Model> SceneHandle::model() const {
   const std::lock_guard lock(making_);
-  if (!model_) model_ = std::make_shared<const Model>(build_model(scene_));
+  if (!model_) model_ = std::make_shared<const Model>(load_model(scene_));
   return model_;
+}
+
+std::shared_ptr<const Model> model_of(const SceneHandle& scene) {
+  const py::gil_scoped_release others;
+  return scene.model();
 }
 
 std::string yaml_text(py::handle value, const std::string& key) {
@@ -184,12 +189,10 @@ Raises SceneError with every fault, its file, line, column and key; FileError fo
 
 Keys and units are those of the file; what has a unit is text. Raises as Scene() does.)")
       .def(
-          "prepare",
-          [](const SceneHandle& self) {
-            const py::gil_scoped_release others;
-            (void)self.model();
-          },
-          "Makes the surfaces now, and finds the grasp where the scene asks for one: the first run would do it.")
+          "prepare", [](const SceneHandle& self) { (void)model_of(self); },
+          "Makes the surfaces now, finds the grasp where the scene asks for one, and, for `model: auto`, which parts "
+          "it "
+          "needs: the first run would do it.")
       .def_property_readonly("file", &SceneHandle::file, "The file it was read from.")
       .def_property_readonly(
           "changes", [](const SceneHandle& self) { return self.changes(); },
@@ -210,9 +213,10 @@ Keys and units are those of the file; what has a unit is text. Raises as Scene()
       .def_property_readonly(
           "muscles",
           [](const SceneHandle& self) {
-            return self.scene().has_muscles() ? names_of(self.scene().hand.muscles) : std::vector<std::string>();
+            const Scene& scene = self.scene().only_needed ? model_of(self)->scene : self.scene();
+            return scene.has_muscles() ? names_of(scene.hand.muscles) : std::vector<std::string>();
           },
-          "Names, in the order of muscles_N; empty where torques drive the joints.")
+          "Names, in the order of muscles_N; empty where torques drive the joints, or `model: auto` needs no muscles.")
       .def("__repr__", [](const SceneHandle& self) {
         return fmt::format("<thenar.Scene '{}'{}>", self.scene().name,
                            self.changes().empty() ? "" : fmt::format(", {} changed", self.changes().size()));

@@ -19,7 +19,7 @@ namespace thenar::python {
 namespace py = pybind11;
 
 /// A scene's file, the changes to it, and what they make. It never changes; its model is made when it is first needed,
-/// and shared by all runs of it.
+/// and shared by all runs of it: that of load_model().
 class SceneHandle {
  public:
   SceneHandle(std::filesystem::path file, std::vector<std::string> changes, std::optional<FoundGrasp> grasp = {});
@@ -39,6 +39,9 @@ class SceneHandle {
   mutable std::mutex making_;
   mutable std::shared_ptr<const Model> model_;
 };
+
+/// Its model; others may have the interpreter while it is made.
+[[nodiscard]] std::shared_ptr<const Model> model_of(const SceneHandle& scene);
 
 /// As a scene file has it: a quantity as text, `[1 mm, 2 mm]`, `{box: [...]}`. Raises TypeError and ValueError.
 [[nodiscard]] std::string yaml_text(py::handle value, const std::string& key);

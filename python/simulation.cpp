@@ -78,11 +78,11 @@ py::object run_until(Simulation& simulation, const py::object& until) {
 std::shared_ptr<Simulation> simulation_of(std::shared_ptr<const SceneHandle> scene, const py::object& lockstep,
                                           py::object wrench, py::object forces, py::object torques,
                                           py::object muscles) {
-  OwnControl own =
-      own_control(scene->scene(), std::move(wrench), std::move(forces), std::move(torques), std::move(muscles));
   const std::optional<LockstepSettings> settings = lockstep_of(lockstep);
+  std::shared_ptr<const Model> model = model_of(*scene);
+  OwnControl own =
+      own_control(model->scene, std::move(wrench), std::move(forces), std::move(torques), std::move(muscles));
   const py::gil_scoped_release others;
-  std::shared_ptr<const Model> model = scene->model();
   return std::make_shared<Simulation>(std::move(scene), std::move(model), settings, std::move(own));
 }
 

@@ -31,12 +31,11 @@
 #include "engine/formats/mcap_reader.h"
 #include "engine/grasp/model.h"
 #include "engine/loops/realtime.h"
-#include "engine/scenes/build_model.h"
 #include "engine/scenes/config.h"
 #include "engine/scenes/hand_file.h"
 #include "engine/scenes/scene_file.h"
 #include "engine/scenes/shared_data.h"
-#include "engine/studies/model_parts.h"
+#include "engine/studies/load_model.h"
 
 namespace {
 
@@ -228,17 +227,17 @@ window::AskedScene asked_scene(const Options& options) {
 
 void run(const Options& options) {
   window::AskedScene asked = asked_scene(options);
-  thenar::Model model = thenar::build_model(asked.scene);
-  if (options.record.asked()) {
-    check_record(model, options.record);
+  if (options.record.asked())
     check_results({{"--record", options.record.file}}, thenar::scene_files(options.file, changes(options)));
-  }
+  thenar::Model model = thenar::load_model(asked.scene, {.is_whole = [&](const thenar::Model& whole) {
+                                             if (options.record.asked()) check_record(whole, options.record);
+                                           }});
   if (options.record.file.has_parent_path()) thenar::prepare_folder(options.record.file.parent_path());
   window::SessionSettings settings = options.session;
   settings.record = options.record.file;
   settings.recording = options.record.settings();
   settings.asked = std::move(asked);
-  window::Session session(thenar::as_needed(std::move(model)), settings);
+  window::Session session(std::move(model), settings);
   WindowServer server(options.server, [&](const window::Message& message) { return session.receive(message); });
   announce(server.url(), options);
   session.run(server, stop);

@@ -66,9 +66,9 @@ Matrix3d turned(const Matrix3d& E, const Vector3d& n) {
 }
 
 /// It rubs across its normal n, as the frame has it; then the normal leans, towards where more of the cell is pressed,
-/// and the gap is in units of the new one, gap_unit.
-ContactAxes lean(const FrameContact& contact, const Matrix3d& R_FO, double last_N, const Vector3d& n_F, double& gap_m,
-                 double& gap_unit) {
+/// and the gap is in units of the new one.
+ContactAxes lean(const FrameContact& contact, const Matrix3d& R_FO, double last_N, const Vector3d& n_F,
+                 ContactKinematics& kinematics, Index i) {
   const Vector3d lean_F = R_FO * contact.lean_O;
   // f = lambda |v|, v = n + lambda lean: where the lean is all, |v| is a root, which geometric means find at once.
   double length = 1.0;
@@ -79,8 +79,8 @@ ContactAxes lean(const FrameContact& contact, const Matrix3d& R_FO, double last_
   const double lambda_N = last_N / length * std::min(1.0, kLongest / length);
   const Vector3d v_F = n_F + lambda_N * lean_F;
   length = v_F.norm();
-  gap_unit = 1.0 / length;
-  gap_m = gap_unit * (gap_m + lambda_N * contact.lean_m_per_N);
+  kinematics.gap_unit[i] = 1.0 / length;
+  kinematics.gap_m[i] = (kinematics.gap_m[i] + lambda_N * contact.lean_m_per_N) / length;
   const Matrix3d across_n = turned(contact.E_F, n_F);
   ContactAxes axes{across_n, contact.E_F, across_n};
   axes.of_gap.col(0) = v_F / length;
@@ -102,9 +102,10 @@ void contact_kinematics(const Model& model, const Frame& frame, const HandPose& 
     for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
       const FrameContact& contact = frame.contacts[i];
       const Vector3d u_O = model.soft_object() ? Vector3d(kinematics.u_O.row(i)) : Vector3d::Zero();
-      const auto [gap_m, n_F] = contact_gap(contact, X_FO, displacement(state, contact), u_O);
-      kinematics.gap_m[i] = gap_m;
-      kinematics.E_F[i].col(0) = n_F;
+      const ContactGap gap = contact_gap(contact, X_FO, displacement(state, contact), u_O);
+      kinematics.gap_m[i] = gap.gap_m;
+      kinematics.gap_unit[i] = 1.0;
+      kinematics.E_F[i].col(0) = gap.n_F;
     }
     for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
       const FrameContact& contact = frame.contacts[i];
@@ -114,16 +115,13 @@ void contact_kinematics(const Model& model, const Frame& frame, const HandPose& 
       const bool fades = contact.fades();
       ContactAxes axes;
       if (fades) {
-        axes = lean(contact, X_FO.linear(), last_normal_N(state, contact), n_F, kinematics.gap_m[i],
-                    kinematics.gap_unit[i]);
+        axes = lean(contact, X_FO.linear(), last_normal_N(state, contact), n_F, kinematics, i);
       } else {
         axes.of_gap = axes_of(n_F, contact.E_F.col(1));
-        kinematics.gap_unit[i] = 1.0;
       }
       const Matrix3d& E_F = fades ? axes.of_pulp : axes.of_gap;
       const Matrix3d E_W = X_WF.linear() * axes.of_gap;
-      const double gap_m = kinematics.gap_m[i];
-      const Vector3d c_W = X_WF * (contact.p_F - u_F) + gap_m * E_W.col(0);
+      const Vector3d c_W = X_WF * (contact.p_F - u_F) + kinematics.gap_m[i] * E_W.col(0);
       const Vector3d r = c_W - state.X_WO.translation();
       kinematics.E_F[i] = E_F;
       kinematics.E_W[i] = E_W;

@@ -23,10 +23,9 @@
 #include "engine/grasp/state.h"
 #include "engine/results/scene_run.h"
 #include "engine/results/summary.h"
-#include "engine/scenes/build_model.h"
 #include "engine/scenes/config.h"
 #include "engine/scenes/scene_file.h"
-#include "engine/studies/model_parts.h"
+#include "engine/studies/load_model.h"
 
 namespace thenar {
 
@@ -150,7 +149,7 @@ std::optional<SweepRow> run_one(const SweepPlan& plan, std::size_t row, const Ru
   };
   try {
     Scene scene = load_scene(plan.scene, plan.changes(row));
-    known = as_needed(known ? build_model(std::move(scene), *known) : build_model(std::move(scene)));
+    known = known ? load_model(std::move(scene), *known) : load_model(std::move(scene));
     return run(*known);
   } catch (const ConfigError& error) {
     return refused(reason(error));

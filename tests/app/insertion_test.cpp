@@ -27,6 +27,21 @@ TEST(Program, TellsHowAPegGoesIn) {
   }
 }
 
+/// The peg's hand has no muscles and does not feel: what its scene does not need are its deformable pulps.
+TEST(Program, StudiesAnInsertionOfWhatASceneNeeds) {
+  const std::string peg = "insertion peg --set object.points=9000 --set model=auto --format json --set tolerance=";
+  const auto phases = [&](const std::string& tolerance) {
+    const Outcome said = thenar_program(peg + "'" + tolerance + "'");
+    EXPECT_EQ(said.code, 0) << said.text;
+    return nlohmann::json::parse(said.text).at("phases");
+  };
+  const Outcome full = thenar_program("insertion peg --set object.points=9000 --format json");
+  EXPECT_EQ(phases("{position: 0 mm, rotation: 0 deg, force: 0 %, moment: 0 %, margin: 0}"),
+            nlohmann::json::parse(full.text).at("phases"));
+  EXPECT_NE(phases("{position: 10 mm, rotation: 20 deg, force: 1000 %, moment: 1000 %, margin: 1}"),
+            nlohmann::json::parse(full.text).at("phases"));
+}
+
 TEST(Program, RefusesAnInsertionWithoutPegOrHole) {
   const Outcome box = thenar_program("insertion resting_box"), alone = thenar_program("insertion minimal");
   for (const Outcome& said : {box, alone}) {

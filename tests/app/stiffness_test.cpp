@@ -39,6 +39,14 @@ TEST(Program, SaysHowStiffAnObjectIsHeld) {
   EXPECT_EQ(alone.text.find("the first of them measured"), std::string::npos) << alone.text;
 }
 
+/// What `model: auto` leaves out has no stiffness either.
+TEST(Program, TellsNoStiffnessOfMusclesThatASceneDoesNotNeed) {
+  const Outcome said =
+      thenar_program("stiffness box_grasp --no-probe --set model=auto --set time.duration=0.3" + kStiff);
+  EXPECT_EQ(said.code, 2);
+  EXPECT_NE(said.text.find("model: auto leaves the stiffness of its muscles out"), std::string::npos) << said.text;
+}
+
 TEST(Program, RefusesTheStiffnessOfMusclesWithoutIt) {
   const Outcome stiffless = thenar_program("stiffness minimal"), none = thenar_program("stiffness leap_carry");
   EXPECT_EQ(stiffless.code, 2);

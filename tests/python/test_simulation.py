@@ -37,6 +37,15 @@ class SameBits(unittest.TestCase):
         """The finder, too, takes the same copies of what Eigen and the solvers share with others."""
         self.expect_same(thenar.run(thenar.Scene("found_carry", QUICK)), *program_signals(scene="found_carry"))
 
+    def test_what_a_scene_needs_is_the_programs(self):
+        """`model: auto` leaves out here what it leaves out there, and says so."""
+        names, rows = program_signals("--set", "model=auto")
+        needed = thenar.run(box(model="auto"))
+        self.expect_same(needed, names, rows)
+        self.assertIn("left out: muscles (control.muscles)", " ".join(needed.summary["parts"]))
+        self.assertEqual(box(model="auto").muscles, [])
+        self.assertNotEqual(list(needed.signals), list(thenar.run(box()).signals))
+
     def test_steps_are_a_run(self):
         """One by one, in batches, and with until: the same state, to the last bit, and that of a run."""
         scene = box()
