@@ -308,11 +308,10 @@ std::vector<std::string> lags(const Model& model, const LoopProfile& profile, co
   if (contact < kKeptShare) {
     const Percentiles us = percentiles(collect(profile.contact(), &ContactTrace::compute_us));
     const Percentiles count = percentiles(collect(profile.contact(), &ContactTrace::contacts));
-    sentences.push_back(
-        fmt::format("this machine kept {:.0f} % of the contact ticks, and simulated time lags behind: a tick takes "
-                    "{:.0f} us in the "
-                    "median and {:.0f} us in one of a hundred, of {:.0f} us, with {:.0f} contacts",
-                    100.0 * contact, us.p50, us.p99, 1e6 * model.scene.step_s, count.p50));
+    sentences.push_back(fmt::format(
+        "this machine kept {:.0f} % of the contact ticks, and simulated time lags behind: a tick takes {:.0f} "
+        "us in the median and {:.0f} us in one of a hundred, of {:.0f} us, with {:.0f} contacts",
+        100.0 * contact, us.p50, us.p99, 1e6 * model.scene.step_s, count.p50));
   }
   const double control = kept(std::ssize(profile.control()), profile.control_slipped());
   if (control < kKeptShare) {
@@ -325,8 +324,7 @@ std::vector<std::string> lags(const Model& model, const LoopProfile& profile, co
         *std::ranges::max_element(stages, {}, [&](const auto& stage) { return median_us(stage.second); });
     sentences.push_back(
         fmt::format("this machine kept {:.0f} % of the control ticks, and frames are older than they should be: a tick "
-                    "takes {:.0f} us "
-                    "in the median, of {:.0f} us, and {} the most of it, {:.0f} us",
+                    "takes {:.0f} us in the median, of {:.0f} us, and {} the most of it, {:.0f} us",
                     100.0 * control, percentiles(collect(profile.control(), &ControlTrace::total_us)).p50,
                     1e6 * model.scene.control_period_s, most.first, median_us(most.second)));
   }
