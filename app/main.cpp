@@ -164,8 +164,9 @@ int insertion(const Options& options) {
     lock.emplace(claim_folder(options.out, "--out"));
   }
   ReadyingLine line(options.quiet);
-  const Model model = load_model(std::move(scene), {.begins = line.begins()});
-  line.hide();
+  const auto is_whole = [&](const Model&) { line.hide(); };
+  const Model model = load_model(std::move(scene), {.begins = line.begins(), .is_whole = is_whole});
+  require_part(model, Part::kEnvironment, options.scene);
   RunWatch watch(model.scene, options.quiet);
   const InsertionStudy study = study_insertion(model, peg, {.progress = watch.progress()});
   watch.end();

@@ -11,7 +11,6 @@
 #include "engine/scenes/config.h"
 #include "engine/scenes/scene_file.h"
 #include "engine/studies/load_model.h"
-#include "engine/studies/model_parts.h"
 #include "engine/studies/stiffness_report.h"
 
 namespace {
@@ -63,11 +62,7 @@ int run_stiffness(const StiffnessOptions& options) {
   if (!options.json.empty()) check_results({{"--json", options.json}}, scene_files(options.scene, options.overrides));
   const double at_s = options.at.empty() ? scene.duration_s : time_s(with_unit(options.at));
   const Model model = load_model(std::move(scene));
-  if (!has(model.scene, Part::kMuscleStiffness)) {
-    throw ConfigError({{options.scene.string(), "model",
-                        "model: auto leaves the stiffness of its muscles out, so that there is none to tell: name "
-                        "--set model=full, or a smaller tolerance"}});
-  }
+  require_part(model, Part::kMuscleStiffness, options.scene);
   const StiffnessStudy study =
       study_stiffness(model, at_s, options.free == "control" ? Acting::kControl : Acting::kMuscles,
                       options.probe ? std::optional(ProbeSettings{}) : std::nullopt);

@@ -24,6 +24,9 @@ constexpr double kUnlike = 0.5;
 // And those more than 20 degrees apart do where they are like others on both sides.
 constexpr double kBlunt = 0.94;
 
+// What bends by more on the way to it is no edge.
+constexpr double kMostTurn_rad = 0.25 * std::numbers::pi;
+
 // Deeper than this, in supports, another face may be as near as the one that was found first.
 constexpr double kDeep = 0.4;
 
@@ -112,11 +115,13 @@ bool ImplicitSurface::ends_at(const Plane& other, double hollow_per_m, const Pla
 }
 
 void ImplicitSurface::find_edges(double reach_m, const std::function<bool(Index, Index)>& are_one) {
-  constexpr double kMostTurn_rad = 0.25 * std::numbers::pi;
-  const auto is_bent = [&](Index i) {
-    return std::max(std::abs(bends_[i].k1_per_m), std::abs(bends_[i].k2_per_m)) * reach_m > kMostTurn_rad;
-  };
+  const auto is_bent = [&](Index i) { return bends_[i].most_per_m() * reach_m > kMostTurn_rad; };
   beside_.assign(starts_.size(), {});
+  for (const Blunted& was : blunted_) {
+    starts_[was.sample] = was.start;
+    bends_[was.sample] = was.bend;
+  }
+  blunted_.clear();
   for (Index i = 0; i < std::ssize(starts_); ++i) {
     if (is_bent(i) && !are_one) continue;
     std::array<Vector3d, kMostBeside + 1> seen = {starts_[i].plane.n};
@@ -151,9 +156,7 @@ void ImplicitSurface::find_blunt_edges(double reach_m) {
       const Index other = nearest_unlike(point_m(i), point_m(i), reach_m, {seen.data(), looked}, kBlunt, at_edge);
       if (other < 0) break;
       seen[looked++] = cloud_.normals.col(other);
-      const auto own = fit(point_m(i), cloud_.normals.col(i), true),
-                 across = fit(point_m(other), cloud_.normals.col(other), true);
-      if (own && across && ends_at(*across, 0.0, *own, point_m(i), reach_m)) found.samples[found.count++] = other;
+      if (is_blunt_end(i, other, reach_m)) found.samples[found.count++] = other;
     }
     for (std::size_t k = 0; k < found.count; ++k) {
       const Index other = found.samples[k];
@@ -161,34 +164,46 @@ void ImplicitSurface::find_blunt_edges(double reach_m) {
     }
   }
   for (const Index i : blunt) {
-    if (starts_[i].is_sharp) continue;
-    starts_[i].plane = *fit(point_m(i), cloud_.normals.col(i), true);
+    const auto plane = fit(point_m(i), cloud_.normals.col(i), true);
+    if (starts_[i].is_sharp || !plane) continue;
+    blunted_.push_back({i, starts_[i], bends_[i]});
+    starts_[i].plane = *plane;
     starts_[i].plane.least_cosine = 0.0;  // Here no patch knows the surface.
     starts_[i].is_sharp = true;
     bends_[i] = bend_at(i, kBlunt);
   }
 }
 
-/// Whether the samples around one are of two faces that meet, and do not bend into one another: each has others that
-/// are like it.
+/// Whether the face of a sample ends at that of another one, both by the samples within 20 degrees of theirs.
+bool ImplicitSurface::is_blunt_end(Index sample, Index other, double reach_m) const {
+  const SurfaceBend own = bend_at(sample, kBlunt), across = bend_at(other, kBlunt);
+  if (std::max(own.most_per_m(), across.most_per_m()) * reach_m > kMostTurn_rad) return false;
+  const auto face = fit(point_m(sample), cloud_.normals.col(sample), true),
+             end = fit(point_m(other), cloud_.normals.col(other), true);
+  return face && end && ends_at(*end, std::max(0.0, -across.k2_per_m), *face, point_m(sample), reach_m);
+}
+
+/// Whether the samples around one are of two faces that meet: each has others that are like it.
 bool ImplicitSurface::is_at_edge(Index sample) const {
   constexpr double kReach = 0.7, kAlike = 0.99;
-  constexpr std::size_t kMost = 64;
-  std::array<Vector3d, kMost> around;
-  std::size_t count = 0;
+  struct Near {
+    Vector3d p_m, n;
+  };
+  std::vector<Near> around;
   const Vector3d p_m = point_m(sample);
   blocks_.for_each_near(p_m, kReach * support_m_, [&](const Block& block, Index) {
     for (int k = 0; k < SampleBlocks::kLanes; ++k) {
-      const bool is_near = (block.point_m(k) - p_m).norm() < kReach * support_m_;
-      if (is_near && count < kMost) around[count++] = block.normal(k);
+      const Near near{block.point_m(k), block.normal(k)};
+      if ((near.p_m - p_m).norm() < kReach * support_m_) around.push_back(near);
     }
   });
-  const std::span<const Vector3d> normals(around.data(), count);
-  const auto alike = [&](const Vector3d& n) {
-    return std::ranges::count_if(normals, [&](const Vector3d& other) { return other.dot(n) > kAlike; }) > 1;
+  const auto has_like = [&](const Near& one) {
+    return std::ranges::any_of(
+        around, [&](const Near& other) { return other.n.dot(one.n) > kAlike && (other.p_m - one.p_m).norm() > 0.0; });
   };
   const Vector3d n = cloud_.normals.col(sample);
-  return alike(n) && std::ranges::any_of(normals, [&](const Vector3d& m) { return m.dot(n) < kBlunt && alike(m); });
+  return has_like({p_m, n}) &&
+         std::ranges::any_of(around, [&](const Near& one) { return one.n.dot(n) < kBlunt && has_like(one); });
 }
 
 /// Of the faces beside a sample, drops those that meet neither its own nor another one within reach: a thin plate's
@@ -362,8 +377,9 @@ SurfaceDistance ImplicitSurface::of_several_faces(const Vector3d& x_m, Index sta
   std::array<Face, kMostFaces> convex = {first};
   std::size_t count = 1;
   std::array<Vector3d, kMostFaces> seen = {first.n};
+  const double unlike = starts_[start].is_sharp ? kBlunt : kUnlike;
   for (std::size_t faces = 1; faces < kMostFaces; ++faces) {
-    const Index beyond = nearest_unlike(x_m, inside ? x_m : point_m(start), radius_m, {seen.data(), faces}, kUnlike);
+    const Index beyond = nearest_unlike(x_m, inside ? x_m : point_m(start), radius_m, {seen.data(), faces}, unlike);
     if (beyond < 0) break;
     const Face next = project(x_m, beyond);
     seen[faces] = next.n;

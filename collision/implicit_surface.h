@@ -70,8 +70,10 @@ class ImplicitSurface {
   [[nodiscard]] SurfaceDistance face_distance(const Eigen::Vector3d& x_m, Eigen::Index sample) const noexcept;
 
   /// Notes for each sample what other faces are within `reach_m` of it, across convex edges: the nearest sample of
-  /// each, of kMostBeside at most. `are_one(i, j)` says that the faces of two samples are one, however they look;
-  /// without it, what bends by more than half of a right angle on the way is no edge. About 1 us a sample.
+  /// each, of kMostBeside at most. `are_one(i, j)` says that the faces of two samples are one, however they look.
+  /// Without it, what bends by more than half of a right angle on the way is no edge, and edges over which normals turn
+  /// by less than 60 degrees, but by 20, are found, too: around these, distances and bends are those of a face's own
+  /// samples from then on. Some us a sample. What an earlier call found is forgotten.
   void find_edges(double reach_m, const std::function<bool(Eigen::Index, Eigen::Index)>& are_one = {});
   static constexpr std::size_t kMostBeside = 5;
   /// Their samples; none before find_edges().
@@ -118,6 +120,13 @@ class ImplicitSurface {
     std::size_t count = 0;
   };
 
+  /// What a sample by a blunt edge had before edges were looked for.
+  struct Blunted {
+    Eigen::Index sample;
+    Start start;
+    SurfaceBend bend;
+  };
+
   /// A face as x sees it: the plane near x's projection.
   struct Face {
     Eigen::Vector3d a_m;  ///< The middle of its samples: near x's projection, or near the start.
@@ -135,6 +144,7 @@ class ImplicitSurface {
   void fill_starts();
   [[nodiscard]] SurfaceBend bend_at(Eigen::Index sample, double unlike) const;
   void find_blunt_edges(double reach_m);
+  [[nodiscard]] bool is_blunt_end(Eigen::Index sample, Eigen::Index other, double reach_m) const;
   [[nodiscard]] bool is_at_edge(Eigen::Index sample) const;
   [[nodiscard]] bool ends_at(const Plane& other, double hollow_per_m, const Plane& face, const Eigen::Vector3d& p_m,
                              double reach_m) const;
@@ -166,8 +176,9 @@ class ImplicitSurface {
   std::vector<BlockClearance> clearances_;  // of each block
   std::vector<Start> starts_;               // of each sample
   std::vector<SurfaceBend> bends_;          // likewise
-  std::vector<Beside> beside_;              // likewise, once edges have been looked for
-  std::optional<SurfacePatches> patches_;   // of each sample, where an error is allowed
+  std::vector<Blunted> blunted_;
+  std::vector<Beside> beside_;             // likewise, once edges have been looked for
+  std::optional<SurfacePatches> patches_;  // of each sample, where an error is allowed
 };
 
 }  // namespace thenar

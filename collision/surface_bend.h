@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
 
 #include "thenar/eigen_layout.h"
 
@@ -11,6 +13,8 @@ namespace thenar {
 struct SurfaceBend {
   Eigen::Vector3d t1 = Eigen::Vector3d::Zero();  ///< A principal direction, unit, across n.
   double k1_per_m = 0.0, k2_per_m = 0.0;         ///< Principal curvatures; > 0 where the solid is round.
+
+  [[nodiscard]] double most_per_m() const { return std::max(std::abs(k1_per_m), std::abs(k2_per_m)); }
 };
 
 /// The bend of a sampled surface around a place p with the normal n: the curvatures that give the normals and heights

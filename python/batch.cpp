@@ -286,15 +286,15 @@ py::dict run(const std::shared_ptr<const SceneHandle>& scene, const py::object& 
              const py::object& record_fields, bool record_contacts, const py::object& lockstep, py::object wrench,
              py::object forces, py::object torques, py::object muscles) {
   RunSettings settings;
-  const std::shared_ptr<const Model> model = model_of(*scene);
-  settings.own =
-      own_control(model->scene, std::move(wrench), std::move(forces), std::move(torques), std::move(muscles));
   settings.lockstep = lockstep_of(lockstep);
   SignalWatch watch;
   std::int64_t ticks = 0;
   settings.progress = [&](double, double) { return !watch(ticks++); };
   std::optional<std::filesystem::path> file;
   if (!record.is_none()) file = path_of(record, "record");
+  const std::shared_ptr<const Model> model = model_of(*scene);
+  settings.own =
+      own_control(model->scene, std::move(wrench), std::move(forces), std::move(torques), std::move(muscles));
   const RecordingSettings kept = recording_settings(*model, record_rate, record_fields, record_contacts);
   Recording recording;
   {

@@ -190,9 +190,8 @@ Raises SceneError with every fault, its file, line, column and key; FileError fo
 Keys and units are those of the file; what has a unit is text. Raises as Scene() does.)")
       .def(
           "prepare", [](const SceneHandle& self) { (void)model_of(self); },
-          "Makes the surfaces now, finds the grasp where the scene asks for one, and, for `model: auto`, which parts "
-          "it "
-          "needs: the first run would do it.")
+          R"(Makes the surfaces now, finds the grasp where the scene asks for one, and, for `model: auto`, which parts
+it needs: the first run would do it.)")
       .def_property_readonly("file", &SceneHandle::file, "The file it was read from.")
       .def_property_readonly(
           "changes", [](const SceneHandle& self) { return self.changes(); },
@@ -216,7 +215,9 @@ Keys and units are those of the file; what has a unit is text. Raises as Scene()
             const Scene& scene = self.scene().only_needed ? model_of(self)->scene : self.scene();
             return scene.has_muscles() ? names_of(scene.hand.muscles) : std::vector<std::string>();
           },
-          "Names, in the order of muscles_N; empty where torques drive the joints, or `model: auto` needs no muscles.")
+          R"(Names, in the order of muscles_N; empty where torques drive the joints, or `model: auto` needs no muscles.
+
+With `model: auto` it does what prepare() does.)")
       .def("__repr__", [](const SceneHandle& self) {
         return fmt::format("<thenar.Scene '{}'{}>", self.scene().name,
                            self.changes().empty() ? "" : fmt::format(", {} changed", self.changes().size()));

@@ -78,7 +78,7 @@ ContactAxes lean(const FrameContact& contact, const Matrix3d& R_FO, double last_
   constexpr double kLongest = 20.0;
   const double lambda_N = last_N / length * std::min(1.0, kLongest / length);
   const Vector3d v_F = n_F + lambda_N * lean_F;
-  length = v_F.norm();
+  length = std::max(1e-6, v_F.norm());
   kinematics.gap_unit[i] = 1.0 / length;
   kinematics.gap_m[i] = (kinematics.gap_m[i] + lambda_N * contact.lean_m_per_N) / length;
   const Matrix3d across_n = turned(contact.E_F, n_F);

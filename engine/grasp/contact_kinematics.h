@@ -18,7 +18,7 @@ struct ContactKinematics {
   explicit ContactKinematics(const Model& model);
 
   Eigen::VectorXd gap_m;  ///< Deformed; capacity.
-  /// What gap_m is over the frame's own gap: less than 1 where a contact leans.
+  /// What gap_m is over the frame's own gap: 1 but where a contact leans.
   Eigen::VectorXd gap_unit;
   GroupedDelassus::OwnJacobian J_finger;     ///< Rows -E' J_k; 3 capacity x 4.
   Eigen::VectorXd J_fifth;                   ///< Its fifth column, where a finger has five joints; else none.

@@ -239,7 +239,7 @@ void report_left_out(const Model& model, const Frame& frame, const ContactWorksp
     }
     const ContactGap gap =
         contact_gap(point, X_FO, displacement(state, point), object_displacement(model, state, point));
-    report.left_out_m[finger] = std::max(report.left_out_m[finger], -gap.gap_m);
+    report.left_out_m[finger] = std::max(report.left_out_m[finger], -point.covered * gap.gap_m);
   }
   for (const double depth_m : report.left_out_m) report.penetration_m = std::max(report.penetration_m, depth_m);
 }
@@ -249,10 +249,8 @@ void report_contacts(const Frame& frame, const ContactWorkspace& work, TickRepor
   for (Index i = 0; i < frame.size(); ++i) {
     const FrameContact& contact = frame.contacts[i];
     const double unit = work.kinematics.gap_unit[i];
-    // Of a cell that an edge cuts, in the mean over all of it.
-    const double depth_m = contact.fades() ? contact.covered * (work.offset_m[i] - work.delta[3 * i] / unit)
-                                           : work.offset_m[i] - work.delta[3 * i];
-    report.penetration_m = std::max(report.penetration_m, depth_m);
+    report.penetration_m =
+        std::max(report.penetration_m, contact.covered * (work.offset_m[i] - work.delta[3 * i] / unit));
     if (work.f[3 * i] <= 0.0) continue;
     ++report.active;
     double work_J = work.f[3 * i] * (work.delta[3 * i] - unit * work.offset_m[i] - work.kinematics.gap_m[i]);

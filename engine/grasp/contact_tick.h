@@ -41,7 +41,7 @@ struct TickReport {
   Eigen::Index contacts = 0;
   Eigen::Index active = 0;  ///< Contacts that carry force.
   /// How deep a deformed control point is in the object: a contact at the tick's end, offset or not, or one that the
-  /// list has no room for, at its start.
+  /// list has no room for, at its start. Of one whose cell an edge cuts, in the mean over the cell.
   double penetration_m = 0.0;
   PerFinger<double> left_out_m;  ///< Of the latter alone, by finger; 0: none is in the object.
   PerFinger<double> injected_J;  ///< What each finger's contacts have of the ledger's.

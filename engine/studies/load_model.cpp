@@ -1,10 +1,11 @@
 #include "engine/studies/load_model.h"
 
+#include <string>
 #include <utility>
 
 #include "engine/scenes/build_model.h"
+#include "engine/scenes/config.h"
 #include "engine/scenes/scene_file.h"
-#include "engine/studies/model_parts.h"
 
 namespace thenar {
 
@@ -19,5 +20,12 @@ Model load_model(const std::filesystem::path& scene, const std::vector<std::stri
 }
 
 Model load_model(Scene scene, const Model& known) { return as_needed(build_model(std::move(scene), known)); }
+
+void require_part(const Model& model, Part part, const std::filesystem::path& scene) {
+  if (has(model.scene, part)) return;
+  throw ConfigError({{scene.string(), "model",
+                      std::string("auto leaves out what this is about, the ") + to_string(part) +
+                          ": name full, or a smaller tolerance"}});
+}
 
 }  // namespace thenar

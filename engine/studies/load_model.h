@@ -7,6 +7,7 @@
 
 #include "engine/grasp/model.h"
 #include "engine/scenes/object_surface.h"
+#include "engine/studies/model_parts.h"
 
 namespace thenar {
 
@@ -29,5 +30,8 @@ struct ModelWatch {
 
 /// The same, sooner: a known model lends its object's surface where the scene has the same.
 [[nodiscard]] Model load_model(Scene scene, const Model& known);
+
+/// For what is all about a part. Throws ConfigError where the model does not have it, for `model: auto` left it out.
+void require_part(const Model& model, Part part, const std::filesystem::path& scene);
 
 }  // namespace thenar

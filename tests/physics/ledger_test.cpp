@@ -109,7 +109,7 @@ TEST(Ledger, NoContactHidesAnother) {
     for (Index i = 0; i < loop.frame.size(); ++i) {
       const Vector3d f = work.f.segment<3>(3 * i);
       Vector3d w = work.delta.segment<3>(3 * i);
-      w[0] -= work.kinematics.gap_m[i] + work.offset_m[i];
+      w[0] -= work.kinematics.gap_m[i] + work.kinematics.gap_unit[i] * work.offset_m[i];
       (f.dot(w) > 0.0 ? injected_J : dissipated_J) += std::abs(f.dot(w));
     }
     EXPECT_NEAR(report.ledger.injected_J, injected_J, 1e-18);

@@ -76,7 +76,7 @@ double worst_misprediction_m(GraspRun& run) {
     if (!(run.work.f[3 * i] > 0.0)) continue;
     const FrameContact& contact = run.frame.contacts[i];
     Vector3d predicted = run.work.delta.segment<3>(3 * i);
-    predicted[0] -= now.gap_m[i] + run.work.offset_m[i];
+    predicted[0] -= now.gap_m[i] + now.gap_unit[i] * run.work.offset_m[i];
     predicted -= now.J_finger.middleRows<3>(3 * i) * model.scene.hand.of_finger(contact.finger, dq).head<4>();
     predicted -= now.J_object.middleRows<3>(3 * i).leftCols<6>() * dx;
     Vector3d committed = now.E_F[i].transpose() * (displacement(after, contact) - displacement(before, contact));
