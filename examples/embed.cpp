@@ -24,7 +24,7 @@ int main(int argc, char** argv) try {
     }
   }
   return 0;
-} catch (const std::exception& error) {  // load_scene says what is wrong with a scene, and where
+} catch (const std::exception& error) {  // load_model says what is wrong with a scene, and where
   std::fprintf(stderr, "%s\n", error.what());
   return 2;
 }

@@ -62,7 +62,7 @@ int main(int argc, char** argv) try {
   std::printf("The device pushed back with up to %.2f N; the thumb presses with %.2f N.\n", force_N,
               grasp.state().load[0].normal_N);
   return 0;
-} catch (const std::exception& error) {  // load_scene says what is wrong with a scene, and where
+} catch (const std::exception& error) {  // load_model says what is wrong with a scene, and where
   std::fprintf(stderr, "%s\n", error.what());
   return 2;
 }
