@@ -177,7 +177,8 @@ void ImplicitSurface::find_blunt_edges(double reach_m) {
 /// Whether the face of a sample ends at that of another one, both by the samples within 20 degrees of theirs.
 bool ImplicitSurface::is_blunt_end(Index sample, Index other, double reach_m) const {
   const SurfaceBend own = bend_at(sample, kBlunt), across = bend_at(other, kBlunt);
-  if (std::max(own.most_per_m(), across.most_per_m()) * reach_m > kMostTurn_rad) return false;
+  // What is hollow has no end of itself.
+  if (std::max(own.k1_per_m, across.k1_per_m) * reach_m > kMostTurn_rad) return false;
   const auto face = fit(point_m(sample), cloud_.normals.col(sample), true),
              end = fit(point_m(other), cloud_.normals.col(other), true);
   return face && end && ends_at(*end, std::max(0.0, -across.k2_per_m), *face, point_m(sample), reach_m);

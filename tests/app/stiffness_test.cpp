@@ -42,7 +42,7 @@ TEST(Program, SaysHowStiffAnObjectIsHeld) {
 /// What `model: auto` leaves out has no stiffness either.
 TEST(Program, TellsNoStiffnessOfMusclesThatASceneDoesNotNeed) {
   const Outcome said =
-      thenar_program("stiffness box_grasp --no-probe --set model=auto --set time.duration=0.3" + kStiff);
+      thenar_program("stiffness box_grasp --no-probe --set model=auto --set 'time.duration=300 ms'" + kStiff);
   EXPECT_EQ(said.code, 2);
   EXPECT_NE(said.text.find("auto leaves out what this is about"), std::string::npos) << said.text;
 }
