@@ -164,8 +164,9 @@ void ImplicitSurface::find_blunt_edges(double reach_m) {
     }
   }
   for (const Index i : blunt) {
+    if (starts_[i].is_sharp) continue;  // It is there once for each face beside it.
     const auto plane = fit(point_m(i), cloud_.normals.col(i), true);
-    if (starts_[i].is_sharp || !plane) continue;
+    if (!plane) continue;
     blunted_.push_back({i, starts_[i], bends_[i]});
     starts_[i].plane = *plane;
     starts_[i].plane.least_cosine = 0.0;  // Here no patch knows the surface.
