@@ -17,8 +17,15 @@ namespace thenar {
 
 /// When a contact solve stops.
 struct GaussSeidelSettings {
-  double tolerance = 1e-6;  ///< Stop at this natural-map residual [no unit]; see residual.h.
-  int max_sweeps = 200;     ///< Bounds the time of one call.
+  double tolerance = 1e-6;    ///< A solve whose natural-map residual [no unit] is this is converged; see residual.h.
+  int max_sweeps = 200;       ///< Bounds the time of one call.
+  double of_first = 1.0;      ///< Sweeps go on below the tolerance to this share of the first residual,
+  double of_tolerance = 1.0;  ///< but no further than to this share of the tolerance.
+
+  /// The residual at which sweeps end that begin with `first_residual`.
+  [[nodiscard]] double stop_at(double first_residual) const {
+    return std::min(tolerance, std::max(of_first * first_residual, of_tolerance * tolerance));
+  }
 };
 
 /// What a contact's local step needs of its own block W_ii.
@@ -168,11 +175,11 @@ inline constexpr int kLookAfter = 6;
 inline constexpr double kExactEvery = 1e-3;
 inline constexpr double kStalled = 0.8;
 
-/// Sweeps from f to settings.tolerance. The workspace is laid out and filled; `gaps(f, delta)` computes
-/// delta = W f + delta_free in double precision; `react(f)` mends what the sweeps know of gaps after each of them,
-/// where W f is not linear, and is true where it has changed so much that the workspace has been filled anew. There
-/// forces may act though nothing moves freely: where the residual's scale is rounding beside `acting_N`, the size of
-/// those that are known to act, this is the scale.
+/// Sweeps from f until the residual is where the settings stop, or stalls below the tolerance. The workspace is laid
+/// out and filled; `gaps(f, delta)` computes delta = W f + delta_free in double precision; `react(f)` mends what the
+/// sweeps know of gaps after each of them, where W f is not linear, and is true where it has changed so much that the
+/// workspace has been filled anew. There forces may act though nothing moves freely: where the residual's scale is
+/// rounding beside `acting_N`, the size of those that are known to act, this is the scale.
 template <typename Problem, typename Gaps, typename React>
 SolveReport iterate_sweeps(const Problem& problem, const GaussSeidelSettings& settings, SweepWorkspace& work,
                            const Gaps& gaps, const React& react, ContactSolution solution, double acting_N = 0.0) {
@@ -192,10 +199,11 @@ SolveReport iterate_sweeps(const Problem& problem, const GaussSeidelSettings& se
   start_sweeps(work);
   SolveReport report{SolveStatus::kBudgetSpent};
   Residual residual = look();
+  const double stop_at = settings.stop_at(residual.norm);
   double exact_residual = residual.norm, per_change = 0.0;
   int last_look = 0;
   // A stalled sweep moves nothing and solves nothing: judge by the residual, never by the step.
-  while (residual.norm > settings.tolerance && report.sweeps < settings.max_sweeps) {
+  while (residual.norm > stop_at && report.sweeps < settings.max_sweeps) {
     const double change_N = sweep(mu, delta, work, f);
     const bool is_anew = react(f);
     ++report.sweeps;
@@ -210,19 +218,19 @@ SolveReport iterate_sweeps(const Problem& problem, const GaussSeidelSettings& se
       last_look = report.sweeps;
       continue;
     }
-    if (last || report.sweeps >= last_look + kLookAfter || !(per_change * change_N > kLookAt * settings.tolerance)) {
+    if (last || report.sweeps >= last_look + kLookAfter || !(per_change * change_N > kLookAt * stop_at)) {
       last_look = report.sweeps;
       const double stalled_at = kStalled * residual.norm;
       residual = look();
-      if (last || residual.norm > stalled_at ||
-          residual.norm <= std::max(settings.tolerance, kExactEvery * exact_residual)) {
+      if (last || residual.norm > stalled_at || residual.norm <= std::max(stop_at, kExactEvery * exact_residual)) {
         gaps(f, delta);
         gaps_are_exact(work);
         residual = look();
         exact_residual = residual.norm;
       }
       per_change = residual.norm / change_N;
-      if (last || residual.norm <= settings.tolerance) break;
+      if (last || residual.norm <= stop_at || (residual.norm <= settings.tolerance && residual.norm > stalled_at))
+        break;
     }
     accelerate(change_N, work, f);
   }

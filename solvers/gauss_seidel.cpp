@@ -78,8 +78,9 @@ SolveReport solve_contacts(const ContactProblem& problem, const GaussSeidelSetti
   };
   SolveReport report{SolveStatus::kBudgetSpent};
   look();
+  const double stop_at = settings.stop_at(residual.norm);
   // A stalled sweep moves nothing and solves nothing: judge by the residual, never by the step.
-  while (residual.norm > settings.tolerance && report.sweeps < settings.max_sweeps) {
+  while (residual.norm > stop_at && report.sweeps < settings.max_sweeps) {
     for (Index i = 0; i < mu.size(); ++i) {
       const Rows old = rows_of(f, i);
       const Rows updated = update_force(local(i), mu[i], rows_of(delta, i), old);
@@ -92,7 +93,7 @@ SolveReport solve_contacts(const ContactProblem& problem, const GaussSeidelSetti
     ++report.sweeps;
     look();
     // Increments gather rounding.
-    if (residual.norm <= settings.tolerance || report.sweeps == settings.max_sweeps) {
+    if (residual.norm <= stop_at || report.sweeps == settings.max_sweeps) {
       gaps(problem, f, delta);
       look();
     }

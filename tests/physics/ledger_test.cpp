@@ -119,6 +119,25 @@ TEST(Ledger, NoContactHidesAnother) {
   EXPECT_GT(both, 0);
 }
 
+// A grasp that rests is pushed to and fro by what the solver leaves, and by nothing else: at most 1 nW a contact that
+// bears, which is 1e-9 of the power of a slow carry (1 N at 1 m/s). The sum is of single ticks, so that none hides
+// another.
+TEST(Ledger, AGraspAtRestInjectsHardlyAnything) {
+  for (const char* scene : {"box_grasp", "capsule", "mug"}) {
+    SCOPED_TRACE(scene);
+    Loop loop(scene_of(scene));
+    loop.run(4.0);
+    double injected_J = 0.0, contact_s = 0.0;
+    for (int tick = 0; tick < 1000; ++tick) {
+      const TickReport report = loop.tick();
+      injected_J += report.ledger.injected_J;
+      contact_s += report.active * loop.model.scene.step_s;
+    }
+    ASSERT_GT(contact_s, 10.0);
+    EXPECT_LE(injected_J, 1e-9 * contact_s);
+  }
+}
+
 /// A pulp on a box, neither of which anything moves, `depth_m` in it at the start.
 Scene pressed_pulp(double depth_m) {
   Scene scene = pressed_thumb(depth_m, Vector3d::Zero(), 1e9);

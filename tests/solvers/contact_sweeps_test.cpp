@@ -92,6 +92,27 @@ TEST_P(GaussSeidel, ContactsThatNoForceMoves) {
   EXPECT_LE((pressed.f - open.f).norm(), 1e-6 * open.f.norm());
 }
 
+// Where a solve begins near its answer it may be asked for a share of the first residual, within the tolerance. It is
+// never left above the tolerance, and never goes on for digits that it was not asked for.
+TEST_P(GaussSeidel, GoesOnBelowTheToleranceAsFarAsAsked) {
+  std::mt19937 random(5);
+  const ContactData problem = random_problem(8, random);
+  const Solution exact = solve(problem, {.tolerance = 1e-12, .max_sweeps = 20000});
+  for (const double off : {1e-2, 1e-4, 1e-6, 1e-8}) {
+    SCOPED_TRACE(off);
+    const VectorXd near = exact.f * (1.0 + off);
+    const double tolerance = 1e-6;
+    const double first = solve(problem, {.tolerance = 1.0, .max_sweeps = 0}, near).report.residual;
+    const Solution plain = solve(problem, {.tolerance = tolerance, .max_sweeps = 20000}, near);
+    const Solution finer =
+        solve(problem, {.tolerance = tolerance, .max_sweeps = 20000, .of_first = 1e-2, .of_tolerance = 0.1}, near);
+    EXPECT_EQ(finer.report.status, SolveStatus::kConverged);
+    EXPECT_LE(finer.report.residual, std::min(tolerance, std::max(1e-2 * first, 0.1 * tolerance)));
+    EXPECT_GE(finer.report.sweeps, plain.report.sweeps);
+    if (1e-2 * first >= tolerance) EXPECT_EQ(finer.report.sweeps, plain.report.sweeps);
+  }
+}
+
 // A gap that only the normal force moves, W_tt = 0: whatever slips does so at the limit of friction.
 TEST_P(GaussSeidel, SlipThatNoForceMoves) {
   const ContactData problem{Vector3d(1e-3, 0.0, 0.0).asDiagonal().toDenseMatrix(), Vector3d(-2e-3, 1e-3, 0.0),
