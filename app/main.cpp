@@ -16,6 +16,7 @@
 #include "app/doctor.h"
 #include "app/exit_code.h"
 #include "app/export.h"
+#include "app/fields.h"
 #include "app/grasp.h"
 #include "app/hand.h"
 #include "app/host.h"
@@ -212,6 +213,7 @@ int execute(const Options& options) {
       {"stiffness", [](const Options& o) { return run_stiffness(o.stiffness); }},
       {"export", export_recording},
       {"keys", [](const Options& o) { return print(o.markdown ? keys_as_markdown() : keys_as_text(o.prefix)); }},
+      {"fields", [](const Options& o) { return print(o.stub ? fields_as_stub() : fields_as_markdown()); }},
       {"schema", [](const Options&) { return print(keys_as_schema()); }},
       {"doctor",
        [](const Options& o) {

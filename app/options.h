@@ -54,6 +54,7 @@ struct Options {
   // Of keys.
   std::string prefix;     ///< Of those that are listed; empty: all.
   bool markdown = false;  ///< As docs/reference/scene.md.
+  bool stub = false;      ///< As python/thenar/_core.pyi.
 
   HandOptions hand;
   StiffnessOptions stiffness;

@@ -14,7 +14,7 @@
 #include "engine/figures/chrome_trace.h"
 #include "engine/figures/profile_figures.h"
 #include "engine/formats/files.h"
-#include "engine/loops/control_period.h"
+#include "engine/loops/measured_period.h"
 #include "engine/loops/percentiles.h"
 #include "engine/loops/threads.h"
 #include "engine/results/profile.h"

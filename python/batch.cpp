@@ -27,92 +27,31 @@
 #include "python/laws.h"
 #include "python/scene.h"
 #include "python/simulation.h"
+#include "python/tick_views.h"
 
 namespace thenar::python {
 
 namespace {
 
-/// Of the numbers that rollout() keeps: name, how many of a model, and where they are.
-struct Signal {
-  const char* name;
-  py::ssize_t (*size)(const Model&);
-  void (*read)(const Simulation&, double*);
-};
-
-py::ssize_t one(const Model&) { return 1; }
-py::ssize_t fingers(const Model& m) { return m.fingers(); }
-py::ssize_t feeling(const Model& m) { return m.feels() ? m.fingers() : 0; }
-py::ssize_t gripping(const Model& m) { return m.scene.control ? feeling(m) : 0; }
-py::ssize_t turning(const Model& m) { return m.scene.hand.slides ? 0 : std::ssize(m.scene.hand.joints); }
-py::ssize_t sliding(const Model& m) { return m.scene.hand.slides ? std::ssize(m.scene.hand.joints) : 0; }
-
-template <PerFinger<double> TickRecord::*Field>
-void read_per_finger(const Simulation& s, double* to) {
-  std::copy_n((s.record.*Field).data(), s.model->fingers(), to);
-}
-
-template <typename T, typename Get>
-void felt(const PerFinger<T>& all, Get get, double* to) {
-  std::ranges::transform(all, to, get);
-}
-
-const std::vector<Signal>& signals() {
-  static const std::vector<Signal> all = {
-      {"time_s", one, [](const Simulation& s, double* to) { *to = s.run.time_s(); }},
-      {"object", [](const Model&) -> py::ssize_t { return 16; },
-       [](const Simulation& s, double* to) {
-         Eigen::Map<Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> X(to);
-         X = s.run.state.X_WO.matrix();
-       }},
-      {"q_rad", turning,
-       [](const Simulation& s, double* to) { std::copy_n(s.run.state.q.data(), turning(*s.model), to); }},
-      {"q_m", sliding,
-       [](const Simulation& s, double* to) { std::copy_n(s.run.state.q.data(), sliding(*s.model), to); }},
-      {"position_m", [](const Model&) -> py::ssize_t { return 3; },
-       [](const Simulation& s, double* to) { std::copy_n(s.record.position_m.data(), 3, to); }},
-      {"rotation_error_rad", one, [](const Simulation& s, double* to) { *to = s.record.rotation_error_rad; }},
-      {"force_N", [](const Model& m) -> py::ssize_t { return 3 * m.fingers(); },
-       [](const Simulation& s, double* to) {
-         for (int k = 0; k < s.model->fingers(); ++k) std::copy_n(s.run.state.load[k].force_N.data(), 3, to + 3 * k);
-       }},
-      {"normal_N", fingers,
-       [](const Simulation& s, double* to) {
-         for (int k = 0; k < s.model->fingers(); ++k) to[k] = s.record.force[k].normal_N;
-       }},
-      {"tangential_N", fingers,
-       [](const Simulation& s, double* to) {
-         for (int k = 0; k < s.model->fingers(); ++k) to[k] = s.record.force[k].tangential_N;
-       }},
-      {"margin", fingers, read_per_finger<&TickRecord::margin>},
-      {"slip_m", fingers, read_per_finger<&TickRecord::slip_m>},
-      {"spin_rad", fingers, read_per_finger<&TickRecord::spin_rad>},
-      {"stick", feeling, [](const Simulation& s, double* to) { felt(s.run.state.touch, &Touch::stick, to); }},
-      {"rim_friction", feeling, [](const Simulation& s, double* to) { felt(s.run.state.touch, &Touch::friction, to); }},
-      {"friction_felt", gripping,
-       [](const Simulation& s, double* to) { felt(s.record.reflex.friction, std::identity(), to); }},
-      {"squeeze_N", gripping,
-       [](const Simulation& s, double* to) { felt(s.record.reflex.grips, &ContactGrip::internal_force_N, to); }},
-      {"muscles_N",
-       [](const Model& m) -> py::ssize_t { return m.scene.has_muscles() ? std::ssize(m.scene.hand.muscles) : 0; },
-       [](const Simulation& s, double* to) {
-         if (s.model->scene.has_muscles())
-           std::copy_n(s.run.controller.f_muscle.data(), s.run.controller.f_muscle.size(), to);
-       }}};
-  return all;
-}
-
-const Signal& signal_called(const std::string& name) {
+const TickField& signal_called(const std::string& name) {
   std::string known;
-  for (const Signal& signal : signals()) {
-    if (name == signal.name) return signal;
-    known += (known.empty() ? "" : ", ") + std::string(signal.name);
+  for (const TickField& field : tick_fields()) {
+    if (!is_in_python(field)) continue;
+    if (name == field.name) return field;
+    known.append(known.empty() ? "" : ", ").append(field.name);
   }
   throw py::value_error(fmt::format("rollout keeps no '{}': {}", name, known));
 }
 
+/// A field's numbers of a simulation as it is now; none where its scene does not have the field.
+std::vector<double> numbers_of(const TickField& field, const Simulation& s) {
+  if (!field.is_in(*s.model)) return {};
+  return SeenTick(*s.model, s.record, s.run.state, s.run.controller.f_muscle).numbers(field);
+}
+
 /// Samples of one signal of all simulations.
 struct Kept {
-  const Signal* signal;
+  const TickField* signal;
   py::ssize_t size;
   Array array;
 };
@@ -131,7 +70,8 @@ void run_one(RolloutPlan& plan, std::size_t row, const std::atomic<bool>& stop) 
     for (std::int64_t i = 0; i < plan.every; ++i) simulation.tick();
     for (std::size_t k = 0; k < plan.kept.size(); ++k) {
       const py::ssize_t size = plan.kept[k].size;
-      plan.kept[k].signal->read(simulation, plan.into[k] + (static_cast<std::int64_t>(row) * samples + sample) * size);
+      std::ranges::copy(numbers_of(*plan.kept[k].signal, simulation),
+                        plan.into[k] + (static_cast<std::int64_t>(row) * samples + sample) * size);
     }
   }
 }
@@ -199,10 +139,10 @@ py::dict rollout(const std::vector<std::shared_ptr<Simulation>>& simulations, st
   bool interrupted = false;
   py::dict result;
   for (const std::string& name : names) {
-    const Signal& signal = signal_called(name);
-    const py::ssize_t size = simulations.empty() ? 0 : signal.size(*simulations[0]->model);
+    const TickField& signal = signal_called(name);
+    const py::ssize_t size = simulations.empty() ? 0 : std::ssize(numbers_of(signal, *simulations[0]));
     for (const auto& simulation : simulations) {
-      if (signal.size(*simulation->model) != size)
+      if (std::ssize(numbers_of(signal, *simulation)) != size)
         throw py::value_error(name + " is of another size in some simulations");
     }
     plan.kept.push_back(
@@ -224,13 +164,9 @@ py::dict rollout(const std::vector<std::shared_ptr<Simulation>>& simulations, st
   }
   if (interrupted) throw py::error_already_set();
   for (Kept& kept : plan.kept) {
-    const std::string name = kept.signal->name;
-    const py::ssize_t rows = kept.array.shape(0), samples = kept.array.shape(1);
-    py::array array = kept.array;
-    if (name == "time_s" || name == "rotation_error_rad") array = array.reshape({rows, samples});
-    if (name == "object") array = array.reshape({rows, samples, py::ssize_t{4}, py::ssize_t{4}});
-    if (name == "force_N") array = array.reshape({rows, samples, kept.size / 3, py::ssize_t{3}});
-    result[py::str(name)] = array;
+    std::vector<py::ssize_t> shape = shape_of(*kept.signal, static_cast<std::size_t>(kept.size));
+    shape.insert(shape.begin(), {kept.array.shape(0), kept.array.shape(1)});
+    result[py::str(std::string(kept.signal->name))] = kept.array.reshape(shape);
   }
   return result;
 }
@@ -391,8 +327,7 @@ void bind_batch(py::module_& module) {
              R"(Advances many simulations by so many ticks, each on one thread, all at once.
 
 Returns a dict: for each signal an array (simulations, ticks / every, ...), sampled every so many ticks. Names as of
-Simulation: time_s, object, q_rad, q_m, position_m, rotation_error_rad, force_N, normal_N, tangential_N, margin,
-slip_m, spin_rad, muscles_N; of scenes with fingertips.touch stick, rim_friction, friction_felt, squeeze_N.
+Simulation: any of its numbers and arrays but reflex, displacement_m and contacts.
 The bits are those of step(), whatever the threads.)");
   module.def("sweep", &sweep, py::arg("scene"), py::arg("vary"), py::kw_only(), py::arg("threads") = py::none(),
              R"(Runs all combinations of what varies, as `thenar sweep`.

@@ -25,7 +25,7 @@
 #include "python/laws.h"
 #include "python/scene.h"
 #include "python/simulation.h"
-#include "python/touch.h"
+#include "python/tick_views.h"
 
 namespace thenar::python {
 
@@ -33,7 +33,6 @@ namespace {
 
 /// What of the newest tick is there to be read.
 struct Newest {
-  std::int64_t tick = 0;
   Snapshot after;
   TickRecord record;
   Eigen::VectorXd muscle_forces_N;
@@ -44,7 +43,7 @@ class NewestTick : public Watcher {
  public:
   explicit NewestTick(const Model& model) : model_(model) {
     newest_.after = State(model);
-    newest_.record = TickRecord(model.scene.hand);
+    newest_.record = tick_record(model, newest_.after, TickReport(model.scene.hand), ControlReport(model.scene.hand));
     newest_.muscle_forces_N.setZero(model.scene.has_muscles() ? std::ssize(model.scene.hand.muscles) : 0);
   }
 
@@ -52,7 +51,7 @@ class NewestTick : public Watcher {
     TickRecord record = tick_record(model_, tick.after, tick.contact, tick.control);
     sums_.add(record);
     const std::lock_guard lock(mutex_);
-    newest_ = {tick.after.tick, tick.after, record, tick.muscle_forces_N};
+    newest_ = {tick.after, record, tick.muscle_forces_N};
     return true;
   }
   [[nodiscard]] Newest get() {
@@ -229,44 +228,12 @@ void Realtime::send(const std::function<void(LiveInput&)>& change) {
 
 py::dict state_of(Realtime& run) {
   const Newest newest = run.newest.get();
-  const int fingers = run.model->fingers();
-  const auto rows = [&](auto get) {
-    FingerForces all(3, fingers);
-    for (int k = 0; k < fingers; ++k) all.col(k) = get(k);
-    return copy(all.transpose());
-  };
-  const auto each = [&](auto get) {
-    Eigen::VectorXd all(fingers);
-    for (int k = 0; k < fingers; ++k) all[k] = get(k);
-    return copy(all);
-  };
+  SeenTick seen(*run.model, newest.record, newest.after, newest.muscle_forces_N);
   py::dict state;
-  state["time_s"] = static_cast<double>(newest.tick) * run.model->scene.step_s;
-  state["tick"] = newest.tick;
-  state["held"] = newest.record.contact.held;
-  state[run.model->scene.hand.slides ? "q_m" : "q_rad"] = copy(newest.after.q);
-  state["object"] = copy(newest.after.X_WO.matrix());
-  state["force_N"] = rows([&](int k) { return newest.after.load[k].force_N; });
-  state["centre_m"] = rows([&](int k) { return newest.after.load[k].centre_m; });
-  state["normal"] = rows([&](int k) { return newest.after.load[k].normal; });
-  state["normal_N"] = each([&](int k) { return newest.record.force[k].normal_N; });
-  state["tangential_N"] = each([&](int k) { return newest.record.force[k].tangential_N; });
-  state["desired_N"] = rows([&](int k) { return newest.record.desired_N[k]; });
-  state["margin"] = each([&](int k) { return newest.record.margin[k]; });
-  state["slip_m"] = each([&](int k) { return newest.record.slip_m[k]; });
-  state["position_m"] = copy(newest.record.position_m);
-  state["path_target_m"] = copy(newest.record.target_m);
-  state["muscles_N"] = copy(newest.muscle_forces_N);
-  if (run.model->feels()) {
-    for (const TouchNumber& number : kTouchNumbers) {
-      state[number.name] = each([&](int k) { return newest.after.touch[k].*number.field; });
-    }
+  for (const TickField& field : tick_fields()) {
+    if (!is_in_python(field) || !field.is_in(*run.model)) continue;
+    state[py::str(std::string(field.name))] = seen.value(field);
   }
-  if (run.model->feels() && run.model->scene.control) {
-    state["friction_felt"] = each([&](int k) { return newest.record.reflex.friction[k]; });
-    state["squeeze_N"] = each([&](int k) { return newest.record.reflex.grips[k].internal_force_N; });
-  }
-  state["residual"] = newest.record.contact.solve.residual;
   return state;
 }
 

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <filesystem>
 #include <limits>
 #include <memory>
@@ -19,8 +20,10 @@
 #include "engine/figures/recording_page.h"
 #include "engine/formats/contact_block.h"
 #include "engine/formats/text.h"
+#include "engine/results/contact_fields.h"
 #include "engine/results/recorded_run.h"
 #include "python/arrays.h"
+#include "python/tick_views.h"
 
 namespace thenar::python {
 
@@ -35,12 +38,10 @@ void write_pose(const double* from, double* to) {
   std::copy_n(std::array{0.0, 0.0, 0.0, 1.0}.data(), 4, to + 12);
 }
 
-constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-constexpr double kNone[3] = {kUnknown, kUnknown, kUnknown};
+constexpr double kNone[3] = {kNotMeasured, kNotMeasured, kNotMeasured};
 
-bool is_pose(const std::string& name) { return name == "object" || name == "target" || name == "segments"; }
-bool is_vector_of_fingers(const std::string& name) {
-  return name == "force_N" || name == "desired_N" || name == "centre_m" || name == "normal";
+bool is_pose(const std::string& name, const TickField* known) {
+  return (known != nullptr && known->of == Of::kPose) || name == "segments";
 }
 
 py::array poses_of(const RowMatrix& numbers) {
@@ -54,10 +55,11 @@ py::array field_of(const RecordedRun& run, const std::string& name) {
   for (const Field& field : run.fields) {
     if (field.name != name) continue;
     const RowMatrix numbers = run.field(name);
-    if (is_pose(name) && field.count % 12 == 0 && field.count > 0) return poses_of(numbers);
+    const TickField* const known = tick_field(name);
+    if (is_pose(name, known) && field.count % 12 == 0 && field.count > 0) return poses_of(numbers);
     Array array({numbers.rows(), numbers.cols()});
     std::copy_n(numbers.data(), numbers.size(), array.mutable_data());
-    if (is_vector_of_fingers(name) && field.count % 3 == 0) {
+    if (known != nullptr && known->of == Of::kFingerAxis && field.count % 3 == 0) {
       return array.reshape({numbers.rows(), numbers.cols() / 3, py::ssize_t{3}});
     }
     return field.count == 1 ? py::array(array.reshape({numbers.rows()})) : py::array(array);
@@ -69,45 +71,32 @@ py::array field_of(const RecordedRun& run, const std::string& name) {
 /// A row for each contact of each state.
 struct StateContact {
   double time_s;
-  std::int64_t finger, control_point;
-  double point_m[3], normal[3], force_N[3], normal_N, friction_N, share;
+  ShownContact contact;
 };
 
 std::int64_t whole(double number) { return std::abs(number) < 1e15 ? static_cast<std::int64_t>(number) : -1; }
 
 py::array contacts_of(const RecordedRun& run) {
-  const py::dtype kind = structure({{"time_s", "f8", 1, offsetof(StateContact, time_s)},
-                                    {"finger", "i8", 1, offsetof(StateContact, finger)},
-                                    {"control_point", "i8", 1, offsetof(StateContact, control_point)},
-                                    {"point_m", "f8", 3, offsetof(StateContact, point_m)},
-                                    {"normal", "f8", 3, offsetof(StateContact, normal)},
-                                    {"force_N", "f8", 3, offsetof(StateContact, force_N)},
-                                    {"normal_N", "f8", 1, offsetof(StateContact, normal_N)},
-                                    {"friction_N", "f8", 1, offsetof(StateContact, friction_N)},
-                                    {"share", "f8", 1, offsetof(StateContact, share)}},
-                                   sizeof(StateContact));
   const auto rows = run.contacts();
-  py::array array(kind, rows.rows());
-  auto* const all = static_cast<StateContact*>(array.mutable_data());
+  py::array array(contact_dtype(offsetof(StateContact, contact), sizeof(StateContact)), rows.rows());
+  auto* const all = static_cast<char*>(array.mutable_data());
   // A recording may have fewer fields, or others of these names.
-  const auto fill = [&](const char* name, std::size_t count, auto write) {
+  const auto fill = [&](std::string_view name, std::size_t count, bool is_whole, std::size_t offset) {
     const auto field = std::ranges::find_if(run.contact_fields,
                                             [&](const Field& one) { return one.name == name && one.count == count; });
     for (Eigen::Index i = 0; i < rows.rows(); ++i) {
-      write(all[i], field == run.contact_fields.end()
-                        ? kNone
-                        : rows.data() + i * rows.cols() + static_cast<Eigen::Index>(field->begin));
+      const double* const from = field == run.contact_fields.end()
+                                     ? kNone
+                                     : rows.data() + i * rows.cols() + static_cast<Eigen::Index>(field->begin);
+      char* const to = all + static_cast<std::size_t>(i) * sizeof(StateContact) + offset;
+      const std::int64_t number = whole(*from);
+      std::memcpy(to, is_whole ? static_cast<const void*>(&number) : from, count * sizeof(double));
     }
   };
-  fill("time_s", 1, [](StateContact& to, const double* from) { to.time_s = *from; });
-  fill("finger", 1, [](StateContact& to, const double* from) { to.finger = whole(*from); });
-  fill("control_point", 1, [](StateContact& to, const double* from) { to.control_point = whole(*from); });
-  fill("point_m", 3, [](StateContact& to, const double* from) { std::copy_n(from, 3, to.point_m); });
-  fill("normal", 3, [](StateContact& to, const double* from) { std::copy_n(from, 3, to.normal); });
-  fill("force_N", 3, [](StateContact& to, const double* from) { std::copy_n(from, 3, to.force_N); });
-  fill("normal_N", 1, [](StateContact& to, const double* from) { to.normal_N = *from; });
-  fill("friction_N", 1, [](StateContact& to, const double* from) { to.friction_N = *from; });
-  fill("share", 1, [](StateContact& to, const double* from) { to.share = *from; });
+  fill("time_s", 1, false, offsetof(StateContact, time_s));
+  for (const ContactField& field : contact_fields()) {
+    fill(field.name, field.count, field.is_whole, offsetof(StateContact, contact) + field.offset);
+  }
   return array;
 }
 

@@ -304,7 +304,7 @@ void Session::Impl::change_scene(const LiveSettings& before) {
   grasp->hold_frames_back(wished.delay_periods);
   if (other_fingertips && display != nullptr) show_scene();
   if (other_fingertips && film) film->file.add_scene(model, time_s());
-  telemetry.set_reference(kUnknown, kUnknown);
+  telemetry.set_reference(kNotMeasured, kNotMeasured);
   still_shown = false;
 }
 

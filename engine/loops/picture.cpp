@@ -31,7 +31,7 @@ std::size_t most_touches(const Scene& scene) {
   return most;
 }
 
-Picture::Picture(const Model& model) {
+Picture::Picture(const Model& model) : step_s(model.scene.step_s) {
   snapshot.q = model.scene.posture;
   snapshot.X_WO = model.scene.object.X_WO;
   for (const Pulp& pulp : model.pulps) u_m.emplace_back(Eigen::MatrixX3d::Zero(pulp.controls(), 3));
@@ -53,7 +53,7 @@ void take_picture(const State& state, const ContactWorkspace& work, Picture& pic
   take_touches(work, picture.touches);
   for (const PatchPoint& point : work.patches.points) {
     const auto i = static_cast<std::size_t>(point.contact);
-    if (i < picture.contacts.size()) picture.contacts[i].slip_m = point.d_W.norm();
+    if (i < picture.contacts.size()) picture.contacts[i].slip_m_per_s = point.d_W.norm() / picture.step_s;
   }
 }
 

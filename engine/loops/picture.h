@@ -13,7 +13,7 @@ namespace thenar {
 
 /// One contact as it is shown, world axes.
 struct ShownContact {
-  int finger = 0;
+  Eigen::Index finger = 0;
   Eigen::Index control_point = 0;
   Eigen::Vector3d point_m;  ///< Where finger and object meet.
   Eigen::Vector3d normal;   ///< Into the object.
@@ -21,8 +21,8 @@ struct ShownContact {
   /// What is on the cone, and what it is held against. Where a contact leans at an edge, they are not the parts of
   /// `force_N` along its normal and across it.
   double normal_N = 0.0, friction_N = 0.0;
-  double share = 1.0;   ///< Of the control point's cell, what it stands for: less at edges and on small objects.
-  double slip_m = 0.0;  ///< How far the finger's point has gone against the object's, in the tick.
+  double share = 1.0;         ///< Of the control point's cell, what it stands for: less at edges and on small objects.
+  double slip_m_per_s = 0.0;  ///< How fast the finger's point goes against the object's, in the tick.
 };
 
 /// A contact of the object with a body of its environment that carries force.
@@ -47,6 +47,7 @@ struct ShownPull {
 struct Picture {
   explicit Picture(const Model& model);
 
+  double step_s;  ///< Of the contact loop.
   Snapshot snapshot;
   std::vector<Eigen::MatrixX3d> u_m;   ///< As State has it.
   std::vector<ShownContact> contacts;  ///< Capacity model.max_contacts.

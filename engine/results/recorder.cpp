@@ -69,7 +69,10 @@ TickRecord tick_record(const Model& model, const Snapshot& after, const TickRepo
   // All ticks of a frame have the report of its control tick: the first one keeps it, RunSums hands it on.
   if (contact.handed_over) record.stiffness = KnownStiffness::of(model.scene, control);
   record.time_s = static_cast<double>(after.tick) * model.scene.step_s;
+  record.X_WO = after.X_WO;
   record.q_rad = after.q;
+  record.load = after.load;
+  if (control.torques_desired_Nm.size() > 0) record.torques_Nm = control.torques_desired_Nm;
   record.phase = control.task.phase;
   record.holds = control.task.holds;
   record.X_WT = target_of(model, after, control.task, record.time_s);

@@ -32,7 +32,10 @@ struct LastReflex {
 struct TickRecord {
   TickRecord() = default;
   explicit TickRecord(const Hand& hand)
-      : force(hand.fingers()),
+      : q_rad(hand.at_zero()),
+        torques_Nm(hand.at_zero()),
+        load(hand.fingers()),
+        force(hand.fingers()),
         force_desired(hand.fingers()),
         desired_N(hand.fingers(), Eigen::Vector3d::Zero()),
         force_error_N(hand.fingers()),
@@ -54,7 +57,10 @@ struct TickRecord {
   Eigen::Isometry3d X_WT = Eigen::Isometry3d::Identity();  ///< The target, world.
   Eigen::Vector3d position_m, target_m;                    ///< Displacement from the start, object axes at the start.
   double rotation_error_rad = 0.0;                         ///< Angle between the object and its target.
+  Eigen::Isometry3d X_WO = Eigen::Isometry3d::Identity();  ///< The object, world.
   JointVector q_rad;                                       ///< Of slides in m.
+  JointVector torques_Nm;                                  ///< What the controller asks of the joints; zero without.
+  PerFinger<FingerLoad> load;
   PerFinger<NormalTangential> force, force_desired;
   PerFinger<Eigen::Vector3d> desired_N;  ///< f^d, world axes; zero without control.
   PerFinger<double> force_error_N;       ///< |f^d - f|.

@@ -201,7 +201,7 @@ ordered_json pressure_entities(const Model& model, const Picture& picture, doubl
     const double area_m2 =
         std::max(kLeastShare, contact.share) * model.pulps[contact.finger].area_m2[contact.control_point];
     const double share = std::min(1.0, contact.normal_N / area_m2 / kFullPressure_Pa);
-    const Isometry3d X_FW = pose.distal(hand, contact.finger).inverse();
+    const Isometry3d X_FW = pose.distal(hand, static_cast<int>(contact.finger)).inverse();
     // From yellow to red.
     const Color color(0.95, 0.85 * (1.0 - share), 0.1, 1.0);
     entities[contact.finger]["cylinders"].push_back(

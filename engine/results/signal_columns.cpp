@@ -6,7 +6,7 @@
 #include <array>
 #include <initializer_list>
 
-#include "engine/results/recording.h"
+#include "engine/results/tick_fields.h"
 
 namespace thenar {
 
@@ -14,63 +14,16 @@ using nlohmann::ordered_json;
 
 namespace {
 
-/// Whose a field's numbers are.
-enum class Of { kFinger, kFingerAxis, kAxis, kJoint, kMuscle, kPose, kPercentile };
+/// Of recordings made before 0.8: the field's name then, and now.
+constexpr std::array<std::array<std::string_view, 2>, 4> kOldNames = {{{"force_n_N", "normal_N"},
+                                                                       {"force_t_N", "tangential_N"},
+                                                                       {"desired_n_N", "desired_normal_N"},
+                                                                       {"desired_t_N", "desired_tangential_N"}}};
 
-/// A field of several numbers, or one in another unit than the message's. A column is named
-/// <whose>_<word>_<axis>_<unit>.
-struct Words {
-  std::string_view field;
-  Of of;
-  std::string_view word, unit;
-  double factor;
-};
-
-constexpr std::array kWords{
-    Words{"normal_N", Of::kFinger, "normal", "N", 1.0},
-    Words{"force_n_N", Of::kFinger, "normal", "N", 1.0},  // This and the next three: before 0.8.
-    Words{"force_t_N", Of::kFinger, "tangential", "N", 1.0},
-    Words{"desired_n_N", Of::kFinger, "desired_normal", "N", 1.0},
-    Words{"desired_t_N", Of::kFinger, "desired_tangential", "N", 1.0},
-    Words{"tangential_N", Of::kFinger, "tangential", "N", 1.0},
-    Words{"desired_normal_N", Of::kFinger, "desired_normal", "N", 1.0},
-    Words{"desired_tangential_N", Of::kFinger, "desired_tangential", "N", 1.0},
-    Words{"margin", Of::kFinger, "margin", "", 1.0},
-    Words{"slip_m", Of::kFinger, "slip", "um", 1e6},
-    Words{"start_slip_m", Of::kFinger, "start_slip", "um", 1e6},
-    Words{"spin_rad", Of::kFinger, "spin", "deg", kDegrees},
-    Words{"start_spin_rad", Of::kFinger, "start_spin", "deg", kDegrees},
-    Words{"sliding_share", Of::kFinger, "sliding_share", "", 1.0},
-    Words{"creep_m_per_s", Of::kFinger, "creep", "um_per_s", 1e6},
-    Words{"stick", Of::kFinger, "stick", "", 1.0},
-    Words{"rim_friction", Of::kFinger, "rim_friction", "", 1.0},
-    Words{"slip_speed_m_per_s", Of::kFinger, "slip_speed", "um_per_s", 1e6},
-    Words{"torsion_Nm", Of::kFinger, "torsion", "N_mm", 1e3},
-    Words{"friction_felt", Of::kFinger, "friction_felt", "", 1.0},
-    Words{"squeeze_N", Of::kFinger, "squeeze", "N", 1.0},
-    Words{"force_N", Of::kFingerAxis, "force", "N", 1.0},
-    Words{"desired_N", Of::kFingerAxis, "desired_force", "N", 1.0},
-    Words{"centre_m", Of::kFingerAxis, "centre", "mm", 1e3},
-    Words{"normal", Of::kFingerAxis, "contact_normal", "", 1.0},
-    Words{"position_m", Of::kAxis, "position", "mm", 1e3},
-    Words{"path_target_m", Of::kAxis, "target", "mm", 1e3},
-    Words{"pull_anchor_m", Of::kAxis, "pull_anchor", "mm", 1e3},
-    Words{"pull_handle_m", Of::kAxis, "pull_handle", "mm", 1e3},
-    Words{"pull_force_N", Of::kAxis, "pull_force", "N", 1.0},
-    Words{"arm_m", Of::kAxis, "arm", "mm", 1e3},
-    Words{"environment_force_N", Of::kAxis, "environment_force", "N", 1.0},
-    Words{"environment_moment_Nm", Of::kAxis, "environment_moment", "N_mm", 1e3},
-    Words{"q_rad", Of::kJoint, "", "rad", 1.0},
-    Words{"q_m", Of::kJoint, "", "mm", 1e3},
-    Words{"muscles_N", Of::kMuscle, "", "N", 1.0},
-    Words{"object", Of::kPose, "object_pose", "mm", 1e3},
-    Words{"target", Of::kPose, "target_pose", "mm", 1e3},
-    Words{"contact_compute_us", Of::kPercentile, "contact_compute", "us", 1.0},
-    Words{"contact_jitter_us", Of::kPercentile, "contact_jitter", "us", 1.0},
-    Words{"control_compute_us", Of::kPercentile, "control_compute", "us", 1.0},
-    Words{"control_jitter_us", Of::kPercentile, "control_jitter", "us", 1.0},
-    Words{"latency_us", Of::kPercentile, "latency", "us", 1.0},
-};
+const TickField* field_of(std::string_view name) {
+  const auto* const old = std::ranges::find(kOldNames, name, [](const auto& names) { return names[0]; });
+  return tick_field(old == kOldNames.end() ? name : (*old)[1]);
+}
 
 constexpr std::array<std::string_view, 3> kAxes = {"x", "y", "z"}, kShares = {"p50", "p99", "p999"};
 
@@ -83,54 +36,52 @@ std::string joined(std::initializer_list<std::string_view> parts) {
   return all;
 }
 
-SignalColumn pose_column(const Words& words, std::size_t i) {
-  // Position, then rotation by rows.
-  if (i < 3) return {joined({words.word, kAxes[i], words.unit}), std::string(words.unit), 0, words.factor};
-  return {fmt::format("{}_R_{}{}", words.word, (i - 3) / 3 + 1, (i - 3) % 3 + 1), "", 0, 1.0};
+/// Whose number i of a field is; nothing where there is no such one.
+std::string_view owner_of(Of of, std::size_t i, const SignalNames& names) {
+  const auto name = [i](const std::vector<std::string>& all, std::size_t numbers) {
+    return i / numbers < all.size() ? std::string_view(all[i / numbers]) : std::string_view();
+  };
+  switch (of) {
+    case Of::kFinger:
+      return name(names.fingers, 1);
+    case Of::kFingerAxis:
+      return name(names.fingers, 3);
+    case Of::kJoint:
+      return name(names.joints, 1);
+    case Of::kMuscle:
+      return name(names.muscles, 1);
+    default:
+      return {};
+  }
 }
 
 /// Number i of a field; without a name where there is none for it.
-SignalColumn column_of(const Words& words, std::size_t i, const SignalNames& names) {
-  SignalColumn column{"", std::string(words.unit), 0, words.factor};
-  switch (words.of) {
+SignalColumn named(const TickField& field, std::size_t i, const SignalNames& names) {
+  SignalColumn column{"", std::string(field.shown_unit), 0, field.factor};
+  const std::string_view owner = owner_of(field.of, i, names);
+  switch (field.of) {
     case Of::kFinger:
-      if (i < names.fingers.size()) column.name = joined({names.fingers[i], words.word, words.unit});
+    case Of::kJoint:
+    case Of::kMuscle:
+      if (!owner.empty()) column.name = joined({owner, field.shown, field.shown_unit});
       break;
     case Of::kFingerAxis:
-      if (i / 3 < names.fingers.size()) {
-        column.name = joined({names.fingers[i / 3], words.word, kAxes[i % 3], words.unit});
-      }
+      if (!owner.empty()) column.name = joined({owner, field.shown, kAxes[i % 3], field.shown_unit});
       break;
     case Of::kAxis:
-      if (i < 3) column.name = joined({words.word, kAxes[i], words.unit});
-      break;
-    case Of::kJoint:
-      if (i < names.joints.size()) column.name = joined({names.joints[i], words.unit});
-      break;
-    case Of::kMuscle:
-      if (i < names.muscles.size()) column.name = joined({names.muscles[i], words.unit});
-      break;
-    case Of::kPose:
-      if (i < 12) column = pose_column(words, i);
+      if (i < 3) column.name = joined({field.shown, kAxes[i], field.shown_unit});
       break;
     case Of::kPercentile:
-      if (i < 3) column.name = joined({words.word, kShares[i], words.unit});
+      if (i < 3) column.name = joined({field.shown, kShares[i], field.shown_unit});
       break;
+    case Of::kPose:
+      // Position, then rotation by rows.
+      if (i < 3) column.name = joined({field.shown, kAxes[i], field.shown_unit});
+      if (i >= 3 && i < 12) column = {fmt::format("{}_R_{}{}", field.shown, i / 3, i % 3 + 1), "", 0, 1.0};
+      break;
+    default:
+      if (!field.shown.empty() && i == 0) column.name = joined({field.shown, field.shown_unit});
   }
-  return column;
-}
-
-SignalColumn column_of(const Field& field, std::size_t i, const SignalNames& names) {
-  SignalColumn column;
-  const auto words = std::ranges::find(kWords, field.name, &Words::field);
-  if (words != kWords.end()) column = column_of(*words, i, names);
-  if (field.name == "rotation_error_rad") column = {"rotation_error_deg", "deg", 0, kDegrees};
-  if (field.name == "penetration_m") column = {"penetration_um", "um", 0, 1e6};
-  if (field.name == "environment_penetration_m") column = {"environment_penetration_um", "um", 0, 1e6};
-  if (column.name.empty()) {
-    column = {field.count == 1 ? field.name : fmt::format("{}[{}]", field.name, i), field.unit, 0, 1.0};
-  }
-  column.at = field.begin + i;
   return column;
 }
 
@@ -157,16 +108,25 @@ SignalNames signal_names(const ordered_json& scene) {
 }
 
 bool is_signal(const Field& field) {
-  constexpr std::array<std::string_view, 7> kShapes = {"segments",  "displacement_m", "latency_counts", "bodies",
-                                                       "touches_m", "touches_N",      "touches_margin"};
-  return std::ranges::find(kShapes, field.name) == kShapes.end();
+  const TickField* known = field_of(field.name);
+  return known == nullptr || known->of != Of::kShape;
+}
+
+SignalColumn signal_column(const Field& field, std::size_t i, const SignalNames& names) {
+  SignalColumn column;
+  if (const TickField* known = field_of(field.name)) column = named(*known, i, names);
+  if (column.name.empty()) {
+    column = {field.count == 1 ? field.name : fmt::format("{}[{}]", field.name, i), field.unit, 0, 1.0};
+  }
+  column.at = field.begin + i;
+  return column;
 }
 
 std::vector<SignalColumn> signal_columns(const std::vector<Field>& fields, const SignalNames& names) {
   std::vector<SignalColumn> columns;
   for (const Field& field : fields) {
     if (!is_signal(field)) continue;
-    for (std::size_t i = 0; i < field.count; ++i) columns.push_back(column_of(field, i, names));
+    for (std::size_t i = 0; i < field.count; ++i) columns.push_back(signal_column(field, i, names));
   }
   return columns;
 }

@@ -27,6 +27,9 @@ struct SignalColumn {
 /// Whether the numbers of a field have names; those of shapes have none.
 [[nodiscard]] bool is_signal(const Field& field);
 
+/// Number i of a field; where the field is unknown, or has no such number, by the field's own name.
+[[nodiscard]] SignalColumn signal_column(const Field& field, std::size_t i, const SignalNames& names);
+
 /// All such fields, number by number. Names of fields may be those of a recording made before 0.8.
 [[nodiscard]] std::vector<SignalColumn> signal_columns(const std::vector<Field>& fields, const SignalNames& names);
 

@@ -2,132 +2,101 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <iterator>
+#include <span>
+
 #include "engine/formats/text.h"
+#include "engine/results/signal_columns.h"
+#include "engine/results/tick_fields.h"
 
 namespace thenar {
 
+using Eigen::Index;
+
 namespace {
 
-std::vector<std::string> hand_names(const Model& model, const Recording& recording) {
-  std::vector<std::string> names = {"time_s"};
-  for (const char* what : {"position", "target"}) {
-    for (const char* axis : {"x", "y", "z"}) names.push_back(std::string(what) + "_" + axis + "_mm");
-  }
-  names.emplace_back("rotation_error_deg");
-  for (const Fingertip& tip : model.scene.hand.fingertips) {
-    for (const char* what : {"normal_N", "tangential_N", "desired_normal_N", "desired_tangential_N", "force_error_N",
-                             "margin", "slip_um", "spin_deg", "sliding_share", "creep_um_per_s"}) {
-      names.push_back(tip.finger + "_" + what);
+/// Which fields signals.csv has, and its columns; their `at` is in the fields' numbers, one after the other.
+struct Layout {
+  std::vector<const TickField*> fields;
+  std::vector<SignalColumn> columns;
+};
+
+TickView view_at(const Model& model, const Recording& recording, std::size_t i) {
+  const Eigen::MatrixXd& all = recording.muscle_forces_N;
+  const auto rows = static_cast<std::size_t>(all.rows());
+  return view_of(model, recording.ticks[i], {rows > 0 ? all.col(static_cast<Index>(i)).data() : nullptr, rows});
+}
+
+bool is_of_fingers(const std::pair<const TickField*, Field>& field) { return field.first->of == Of::kFinger; }
+
+Layout layout_of(const Model& model) {
+  const TickRecord blank(model.scene.hand);
+  const std::vector<double> muscle_N(model.scene.has_muscles() ? model.scene.hand.muscles.size() : 0);
+  const TickView view = view_of(model, blank, muscle_N);
+  const SignalNames names = signal_names(model);
+  Layout layout;
+  std::vector<double> numbers;
+  for (int block = 0; block <= static_cast<int>(Block::kLast); ++block) {
+    std::vector<std::pair<const TickField*, Field>> fields;
+    for (const TickField& field : tick_fields()) {
+      const bool is_here = field.block == static_cast<Block>(block) && field.from == From::kTick;
+      if (!is_here || field.of == Of::kShape || !field.is_in(model)) continue;
+      const std::size_t begin = numbers.size();
+      add_numbers(field, view, numbers);
+      layout.fields.push_back(&field);
+      fields.emplace_back(&field,
+                          Field{std::string(field.name), std::string(field.unit), begin, numbers.size() - begin});
+    }
+    const bool by_finger = block != static_cast<int>(Block::kLast) && std::ranges::all_of(fields, is_of_fingers);
+    for (int k = 0; by_finger && k < model.fingers(); ++k) {
+      for (const auto& [known, field] : fields) layout.columns.push_back(signal_column(field, k, names));
+    }
+    for (const auto& [known, field] : fields) {
+      for (std::size_t i = 0; !by_finger && i < field.count; ++i) {
+        layout.columns.push_back(signal_column(field, i, names));
+      }
     }
   }
-  const char* const unit = model.scene.hand.slides ? "_mm" : "_rad";
-  for (const Joint& joint : model.scene.hand.joints) names.push_back(joint.name + unit);
-  for (const char* what : {"contacts", "active", "sweeps", "residual", "penetration_um"}) names.emplace_back(what);
-  for (Eigen::Index m = 0; m < recording.muscle_forces_N.rows(); ++m) {
-    names.push_back(model.scene.hand.muscles[m].name + "_N");
-  }
-  if (!model.feels()) return names;
-  for (const Fingertip& tip : model.scene.hand.fingertips) {
-    for (const char* what : {"stick", "rim_friction", "slip_speed_um_per_s"}) names.push_back(tip.finger + "_" + what);
-    if (!model.scene.control) continue;
-    for (const char* what : {"friction_felt", "squeeze_N"}) names.push_back(tip.finger + "_" + what);
-  }
-  if (model.scene.control) names.emplace_back("reflex");
-  return names;
+  return layout;
 }
 
-/// Behind the hand's, of a scene that has one.
-void name_environment(std::vector<std::string>& names) {
-  for (const char* what : {"force_x_N", "force_y_N", "force_z_N", "moment_x_N_mm", "moment_y_N_mm", "moment_z_N_mm",
-                           "normal_N", "contacts", "active", "penetration_um"}) {
-    names.push_back(std::string("environment_") + what);
-  }
-}
-
-std::vector<std::string> names_of(const Model& model, const Recording& recording) {
-  std::vector<std::string> names = hand_names(model, recording);
-  if (model.scene.environment) name_environment(names);
-  if (!model.scene.task.phases.empty()) {
-    for (const char* what : {"phase", "borne_N", "arm_x_mm", "arm_y_mm", "arm_z_mm"}) names.emplace_back(what);
-  }
-  return names;
-}
-
-template <class Sink>
-void for_each_touch(const Model& model, const TickRecord& tick, Sink&& sink) {
-  for (int k = 0; k < model.fingers(); ++k) {
-    const Touch& touch = tick.touch[k];
-    for (const double v : {touch.stick, touch.friction, 1e6 * touch.slip_m_per_s}) sink(v);
-    if (!model.scene.control) continue;
-    for (const double v : {tick.reflex.friction[k], tick.reflex.grips[k].internal_force_N}) sink(v);
-  }
-  if (model.scene.control) sink(tick.controlled ? static_cast<double>(tick.reflex.event) : 0.0);
-}
-
-template <class Sink>
-void for_each_of_environment(const EnvironmentReport& report, Sink&& sink) {
-  for (const double force_N : report.wrench.head<3>()) sink(force_N);
-  for (const double moment_Nm : report.wrench.tail<3>()) sink(1e3 * moment_Nm);
-  sink(report.normal_N);
-  for (const int count : {report.contacts, report.active}) sink(static_cast<double>(count));
-  sink(1e6 * report.penetration_m);
-}
-
-/// Calls sink(number) for each name of a tick, in their order.
-template <class Sink>
-void for_each_number(const Model& model, const Recording& recording, std::size_t i, Sink&& sink) {
-  const TickRecord& tick = recording.ticks[i];
-  sink(tick.time_s);
-  for (const double x : tick.position_m) sink(1e3 * x);
-  for (const double x : tick.target_m) sink(1e3 * x);
-  sink(kDegrees * tick.rotation_error_rad);
-  for (int k = 0; k < model.fingers(); ++k) {
-    for (const double v :
-         {tick.force[k].normal_N, tick.force[k].tangential_N, tick.force_desired[k].normal_N,
-          tick.force_desired[k].tangential_N, tick.force_error_N[k], tick.margin[k], 1e6 * tick.slip_m[k],
-          kDegrees * tick.spin_rad[k], tick.sliding_share[k], 1e6 * tick.creep_m_per_s[k]}) {
-      sink(v);
-    }
-  }
-  for (const double q : tick.q_rad) sink(model.scene.hand.slides ? 1e3 * q : q);
-  for (const Eigen::Index count : {tick.contact.contacts, tick.contact.active}) sink(static_cast<double>(count));
-  sink(static_cast<double>(tick.contact.solve.sweeps));
-  sink(tick.contact.solve.residual);
-  sink(1e6 * tick.contact.penetration_m);
-  for (Eigen::Index m = 0; m < recording.muscle_forces_N.rows(); ++m) {
-    sink(recording.muscle_forces_N(m, static_cast<Eigen::Index>(i)));
-  }
-  if (model.feels()) for_each_touch(model, tick, sink);
-  if (model.scene.environment) for_each_of_environment(tick.contact.environment, sink);
-  if (model.scene.task.phases.empty()) return;
-  sink(static_cast<double>(tick.phase));
-  sink(tick.borne_N);
-  for (const double x : tick.arm_m) sink(1e3 * x);
+/// Replaces `numbers` by those of the layout's fields.
+void read_fields(const Layout& layout, const TickView& view, std::vector<double>& numbers) {
+  numbers.clear();
+  for (const TickField* field : layout.fields) add_numbers(*field, view, numbers);
 }
 
 }  // namespace
 
 SignalTable signal_table(const Model& model, const Recording& recording) {
+  const Layout layout = layout_of(model);
   SignalTable table;
-  table.names = names_of(model, recording);
+  for (const SignalColumn& column : layout.columns) table.names.push_back(column.name);
   table.numbers.resize(std::ssize(recording.ticks), std::ssize(table.names));
-  for (std::size_t i = 0; i < recording.ticks.size(); ++i) {
-    Eigen::Index column = 0;
-    for_each_number(model, recording, i,
-                    [&](double number) { table.numbers(static_cast<Eigen::Index>(i), column++) = number; });
+  std::vector<double> numbers;
+  for (Index i = 0; i < table.numbers.rows(); ++i) {
+    read_fields(layout, view_at(model, recording, static_cast<std::size_t>(i)), numbers);
+    for (Index c = 0; c < table.numbers.cols(); ++c) {
+      const SignalColumn& column = layout.columns[static_cast<std::size_t>(c)];
+      table.numbers(i, c) = column.factor * numbers[column.at];
+    }
   }
   return table;
 }
 
 std::string signals_csv(const Model& model, const Recording& recording) {
+  const Layout layout = layout_of(model);
   std::string csv;
-  for (const std::string& name : names_of(model, recording)) csv += (csv.empty() ? "" : ",") + csv_cell(name);
+  for (const SignalColumn& column : layout.columns) csv += (csv.empty() ? "" : ",") + csv_cell(column.name);
+  std::vector<double> numbers;
   for (std::size_t i = 0; i < recording.ticks.size(); ++i) {
+    read_fields(layout, view_at(model, recording, i), numbers);
     const char* before = "\n";
-    for_each_number(model, recording, i, [&](double number) {
-      csv += fmt::format("{}{:.9g}", before, number);
+    for (const SignalColumn& column : layout.columns) {
+      fmt::format_to(std::back_inserter(csv), "{}{:.9g}", before, column.factor * numbers[column.at]);
       before = ",";
-    });
+    }
   }
   return csv + "\n";
 }

@@ -6,12 +6,14 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
-#include <iterator>
+#include <optional>
 #include <span>
 
 #include "engine/formats/build_info.h"
 #include "engine/loops/live_input.h"
 #include "engine/loops/shown_environment.h"
+#include "engine/results/contact_fields.h"
+#include "engine/results/tick_fields.h"
 
 namespace thenar {
 
@@ -53,167 +55,39 @@ std::vector<double> segment_poses(const Hand& hand, const JointVector& q) {
   return numbers;
 }
 
-/// 0 is a stage that did not run.
-double us_or_unknown(double time_s) { return time_s > 0.0 ? 1e6 * time_s : kUnknown; }
-
-/// Everything of a state message before its contacts, in order: calls field(name, unit, numbers) for each part. The
-/// list of fields and the numbers themselves both come from here.
+/// Calls sink(field, numbers) for each field of the scene, in order: what lies before the contacts of a state message.
 template <class Sink>
 void for_each_field(const Model& model, const Picture& picture, const TickRecord& tick,
-                    const Eigen::VectorXd& muscle_forces_N, const LoopFigures& loops, Sink&& field) {
+                    const Eigen::VectorXd& muscle_forces_N, const LoopFigures& loops, Sink&& sink) {
   const Snapshot& now = picture.snapshot;
-  const auto one = [&](const char* name, const char* unit, double number) { field(name, unit, std::span(&number, 1)); };
-  const auto vector = [&](const char* name, const char* unit, const auto& v) {
-    field(name, unit, std::span<const double>(v.data(), static_cast<std::size_t>(v.size())));
-  };
-  const auto of_fingers = [&](const char* name, const char* unit, auto get) {
-    PerFinger<double> numbers(model.fingers());
-    for (int k = 0; k < model.fingers(); ++k) numbers[k] = get(k);
-    vector(name, unit, numbers);
-  };
-  const auto columns = [&](const char* name, const char* unit, auto get) {
-    FingerForces all(3, model.fingers());
-    for (int k = 0; k < model.fingers(); ++k) all.col(k) = get(k);
-    vector(name, unit, all);
-  };
-
-  one("time_s", "s", tick.time_s);
-  one("tick", "", static_cast<double>(now.tick));
-  one("frame", "", static_cast<double>(tick.contact.sequence));
-  one("held", "", tick.contact.held ? 1.0 : 0.0);
-  vector("object", "m", pose_numbers(now.X_WO));
-  vector("target", "m", pose_numbers(tick.X_WT));
-  vector(model.scene.hand.slides ? "q_m" : "q_rad", model.scene.hand.slides ? "m" : "rad", now.q);
-  vector(model.scene.hand.slides ? "stop_N" : "stop_Nm", model.scene.hand.slides ? "N" : "N m", tick.contact.stop_Nm);
-  vector("segments", "m", segment_poses(model.scene.hand, now.q));
-  columns("force_N", "N", [&](int k) { return now.load[k].force_N; });
-  columns("desired_N", "N", [&](int k) { return tick.desired_N[k]; });
-  columns("centre_m", "m", [&](int k) { return now.load[k].centre_m; });
-  columns("normal", "", [&](int k) { return now.load[k].normal; });
-  of_fingers("normal_N", "N", [&](int k) { return tick.force[k].normal_N; });
-  of_fingers("tangential_N", "N", [&](int k) { return tick.force[k].tangential_N; });
-  of_fingers("desired_normal_N", "N", [&](int k) { return tick.force_desired[k].normal_N; });
-  of_fingers("desired_tangential_N", "N", [&](int k) { return tick.force_desired[k].tangential_N; });
-  vector("margin", "", tick.margin);
-  vector("slip_m", "m", tick.slip_m);
-  vector("start_slip_m", "m", tick.start_slip_m);
-  vector("spin_rad", "rad", tick.spin_rad);
-  vector("start_spin_rad", "rad", tick.start_spin_rad);
-  vector("sliding_share", "", tick.sliding_share);
-  vector("creep_m_per_s", "m/s", tick.creep_m_per_s);
-  if (model.feels()) {
-    of_fingers("stick", "", [&](int k) { return tick.touch[k].stick; });
-    of_fingers("rim_friction", "", [&](int k) { return tick.touch[k].friction; });
-    of_fingers("slip_speed_m_per_s", "m/s", [&](int k) { return tick.touch[k].slip_m_per_s; });
-    of_fingers("torsion_Nm", "N m", [&](int k) { return tick.touch[k].moment_Nm; });
+  const bool acts = now.muscle_N.size() > 0;
+  std::span<const double> muscle_N;
+  if (model.scene.has_muscles() || acts) {
+    const double* const first = acts ? now.muscle_N.data() : muscle_forces_N.data();
+    muscle_N = {first, static_cast<std::size_t>(acts ? now.muscle_N.size() : muscle_forces_N.size())};
   }
-  if (model.feels() && model.scene.control) {
-    of_fingers("friction_felt", "", [&](int k) { return tick.reflex.friction[k]; });
-    of_fingers("squeeze_N", "N", [&](int k) { return tick.reflex.grips[k].internal_force_N; });
-    one("reflex", "", static_cast<double>(tick.reflex.event));
-    const LastReflex& last = tick.last_reflex;
-    const bool none = last.event == ReflexEvent::kNone;
-    one("last_reflex", "", static_cast<double>(last.event));
-    one("last_reflex_finger", "", none ? kUnknown : last.finger);
-    one("last_reflex_s", "s", none ? kUnknown : last.time_s);
+  std::optional<ShownStiffness> stiffness;
+  if (model.scene.chooses_stiffness()) stiffness = shown_stiffness(model, now, tick.stiffness);
+  std::optional<ShownEnvironment> environment;
+  if (model.scene.environment) environment = shown_environment(model, picture);
+  const TickView view{.model = model,
+                      .tick = tick,
+                      .number = now.tick,
+                      .q = now.q,
+                      .X_WO = now.X_WO,
+                      .load = now.load,
+                      .muscle_N = muscle_N,
+                      .stiffness = stiffness ? &*stiffness : nullptr,
+                      .picture = &picture,
+                      .environment = environment ? &*environment : nullptr,
+                      .loops = &loops};
+  std::vector<double> numbers;
+  for (const TickField& field : tick_fields()) {
+    if (!field.is_in(model)) continue;
+    numbers.clear();
+    add_numbers(field, view, numbers);
+    sink(field, numbers);
   }
-  if (model.scene.chooses_stiffness()) {
-    const ObjectStiffness& asked = *model.scene.control->muscles->object_stiffness;
-    const ShownStiffness shown = shown_stiffness(model, now, tick.stiffness);
-    vector("asked_N_per_m", "N/m", asked.translation_N_per_m);
-    vector("asked_Nm_per_rad", "N m/rad", asked.rotation_Nm_per_rad);
-    one("stiffness_share", "", shown.share);
-    one("stiffness_squeeze_N", "N", shown.squeeze_N);
-    vector("stiffness_N_per_m", "N/m", shown.along_N_per_m);
-    vector("stiffness_Nm_per_rad", "N m/rad", shown.about_Nm_per_rad);
-    one("lack_s", "s", shown.lack_s);
-    one("lack_N_per_m", "N/m", shown.lack_N_per_m);
-    one("lack_Nm_per_rad", "N m/rad", shown.lack_Nm_per_rad);
-    vector("lack_axis", "", shown.lack_axis);
-    vector("lack_muscles", "", shown.at_limit);
-    vector("least_muscles_N", "N", shown.least_N);
-  }
-  if (model.scene.environment) {
-    const ShownEnvironment around = shown_environment(model, picture);
-    std::vector<double> poses;
-    for (const Isometry3d& X_WE : around.X_WE) std::ranges::copy(pose_numbers(X_WE), std::back_inserter(poses));
-    vector("bodies", "m", poses);
-    vector("bodies_N", "N", around.force_N);
-    vector("bodies_m", "m", around.mean_m);
-    vector("touches_m", "m", around.point_m);
-    vector("touches_N", "N", around.touch_N);
-    vector("touches_margin", "", around.margin);
-  }
-  if (!model.scene.task.phases.empty()) {
-    one("phase", "", tick.phase);
-    one("borne_N", "N", tick.borne_N);
-    vector("arm_m", "m", tick.arm_m);
-  }
-  one("friction", "", model.friction(tick.time_s));
-  vector("position_m", "m", tick.position_m);
-  vector("path_target_m", "m", tick.target_m);
-  one("rotation_error_rad", "rad", tick.rotation_error_rad);
-  const Eigen::VectorXd asked_N = model.scene.has_muscles() ? muscle_forces_N : Eigen::VectorXd();
-  vector("muscles_N", "N", now.muscle_N.size() > 0 ? Eigen::VectorXd(now.muscle_N) : asked_N);
-  const Vector3d unknown = Vector3d::Constant(kUnknown);
-  const ShownPull pull = picture.pull.value_or(ShownPull{unknown, unknown, unknown});
-  vector("pull_anchor_m", "m", pull.anchor_m);
-  vector("pull_handle_m", "m", pull.handle_m);
-  vector("pull_force_N", "N", pull.force_N);
-  one("contacts", "", static_cast<double>(tick.contact.contacts));
-  one("active", "", static_cast<double>(tick.contact.active));
-  one("sweeps", "", tick.contact.solve.sweeps);
-  one("residual", "", tick.contact.solve.residual);
-  one("penetration_m", "m", tick.contact.penetration_m);
-  if (model.scene.environment) {
-    const EnvironmentReport& environment = tick.contact.environment;
-    vector("environment_force_N", "N", Vector3d(environment.wrench.head<3>()));
-    vector("environment_moment_Nm", "N m", Vector3d(environment.wrench.tail<3>()));
-    one("environment_normal_N", "N", environment.normal_N);
-    one("environment_contacts", "", environment.contacts);
-    one("environment_active", "", environment.active);
-    one("environment_penetration_m", "m", environment.penetration_m);
-  }
-  one("frame_age_s", "s", static_cast<double>(tick.contact.frame_age) * model.scene.step_s);
-  one("grasp_failed", "", tick.grasp == GraspStatus::kOptimal ? 0.0 : 1.0);
-  one("muscles_failed", "", tick.muscle == MuscleStatus::kOptimal ? 0.0 : 1.0);
-  one("find_us", "us", us_or_unknown(tick.find_s));
-  one("factors_us", "us", us_or_unknown(tick.factors_s));
-  one("grasp_us", "us", us_or_unknown(tick.grasp_s));
-  one("muscle_us", "us", us_or_unknown(tick.muscle_s));
-  one("assemble_us", "us", us_or_unknown(tick.contact.assemble_s));
-  one("solve_us", "us", us_or_unknown(tick.contact.solve_s));
-  one("deform_us", "us", us_or_unknown(tick.contact.deform_s));
-  one("contact_Hz", "Hz", loops.contact_Hz);
-  vector("contact_compute_us", "us", loops.contact_compute_us);
-  vector("contact_jitter_us", "us", loops.contact_jitter_us);
-  one("contact_overruns", "", loops.contact_overruns);
-  one("contact_slipped", "", loops.contact_slipped);
-  one("control_Hz", "Hz", loops.control_Hz);
-  vector("control_compute_us", "us", loops.control_compute_us);
-  vector("control_jitter_us", "us", loops.control_jitter_us);
-  one("control_slipped", "", loops.control_slipped);
-  one("realtime_factor", "", loops.realtime_factor);
-  one("drive_J", "J", tick.ledger.drive_J);
-  one("viscous_J", "J", tick.ledger.viscous_J);
-  one("deformation_J", "J", tick.ledger.deformation_J);
-  one("stored_J", "J", tick.ledger.stored_J);
-  one("injected_J", "J", tick.ledger.injected_J);
-  one("dissipated_J", "J", tick.ledger.dissipated_J);
-  one("dropped_J", "J", tick.ledger.dropped_J);
-  one("unaccounted", "", loops.unaccounted);
-  one("lost_records", "", loops.lost_records);
-  one("reference_error", "", loops.reference_error);
-  one("reference_residual", "", loops.reference_residual);
-  vector("latency_us", "us", loops.latency_us);
-  vector("latency_counts", "", loops.latency_counts);
-  std::vector<double> displacement;
-  for (const Eigen::MatrixX3d& u_m : picture.u_m) {
-    for (Index i = 0; i < u_m.rows(); ++i) {
-      for (int axis = 0; axis < 3; ++axis) displacement.push_back(u_m(i, axis));
-    }
-  }
-  vector("displacement_m", "m", displacement);
 }
 
 /// Points of a muscle's way across one joint, from its attachment towards the body.
@@ -310,28 +184,21 @@ std::vector<Field> state_fields(const Model& model) {
   std::size_t begin = 0;
   const Eigen::VectorXd none = Eigen::VectorXd::Zero(std::ssize(model.scene.hand.muscles));
   for_each_field(model, Picture(model), TickRecord(model.scene.hand), none, LoopFigures{},
-                 [&](const char* name, const char* unit, std::span<const double> numbers) {
-                   fields.push_back({name, unit, begin, numbers.size()});
+                 [&](const TickField& field, std::span<const double> numbers) {
+                   fields.push_back({std::string(field.name), std::string(field.unit), begin, numbers.size()});
                    begin += numbers.size();
                  });
   return fields;
 }
 
 std::vector<Field> contact_fields(const Model& model) {
-  std::vector<Field> fields = {{"finger", "", 0, 1},
-                               {"control_point", "", 1, 1},
-                               {"point_m", "m", 2, 3},
-                               {"normal", "", 5, 3},
-                               {"force_N", "N", 8, 3}};
-  const auto add = [&](const char* name, const char* unit) {
-    fields.push_back({name, unit, fields.back().begin + fields.back().count, 1});
-  };
-  if (model.deformable()) {
-    add("normal_N", "N");
-    add("friction_N", "N");
-    add("share", "");
+  std::vector<Field> fields;
+  std::size_t begin = 0;
+  for (const ContactField& field : contact_fields()) {
+    if (!field.is_in(model)) continue;
+    fields.push_back({std::string(field.name), std::string(field.unit), begin, field.count});
+    begin += field.count;
   }
-  if (model.feels()) add("slip_m_per_s", "m/s");
   return fields;
 }
 
@@ -435,17 +302,15 @@ void write_state_message(const Model& model, const Picture& picture, const TickR
                          const Eigen::VectorXd& muscle_forces_N, const LoopFigures& loops, std::string& bytes) {
   bytes = header(MessageKind::kState);
   for_each_field(model, picture, tick, muscle_forces_N, loops,
-                 [&bytes](const char*, const char*, std::span<const double> numbers) { append(numbers, bytes); });
+                 [&bytes](const TickField&, std::span<const double> numbers) { append(numbers, bytes); });
   for (const ShownContact& contact : picture.contacts) {
-    Eigen::Vector<double, 15> row;
-    std::size_t count = 11;
-    row.head<11>() << static_cast<double>(contact.finger), static_cast<double>(contact.control_point), contact.point_m,
-        contact.normal, contact.force_N;
-    if (model.deformable()) {
-      for (const double number : {contact.normal_N, contact.friction_N, contact.share}) row[count++] = number;
+    for (const ContactField& field : contact_fields()) {
+      if (!field.is_in(model)) continue;
+      for (std::size_t i = 0; i < field.count; ++i) {
+        const double number = number_of(field, contact, i);
+        append(std::span(&number, 1), bytes);
+      }
     }
-    if (model.feels()) row[count++] = contact.slip_m / model.scene.step_s;
-    append(std::span<const double>(row.data(), count), bytes);
   }
 }
 

@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
-#include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
@@ -12,6 +11,7 @@
 #include "collision/triangle_mesh.h"
 #include "engine/grasp/model.h"
 #include "engine/loops/picture.h"
+#include "engine/results/loop_figures.h"
 #include "engine/results/recording.h"
 
 /// What a window or a recording shows of a grasp: docs/reference/window.md has the format.
@@ -19,30 +19,6 @@ namespace thenar {
 
 inline constexpr std::uint16_t kMessageVersion = 2, kOldestMessageVersion = 1;  ///< What is written, and still read.
 enum class MessageKind : std::uint16_t { kGeometry = 1, kState = 2 };
-
-inline constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-inline constexpr int kLatencyBins = 24;
-inline constexpr double kFirstLatency_s = 50e-6;  ///< Where the second bin begins; each is sqrt(2) wide.
-
-/// What is told of a latency, in us; NaN where nothing was measured.
-using ThreePercentiles = std::array<double, 3>;  // p50, p99, p99.9
-inline constexpr ThreePercentiles kNoPercentiles = {kUnknown, kUnknown, kUnknown};
-
-/// How the two loops do, by the clock on the wall. NaN: not measured.
-struct LoopFigures {
-  double contact_Hz = kUnknown;
-  ThreePercentiles contact_compute_us = kNoPercentiles, contact_jitter_us = kNoPercentiles;
-  double contact_overruns = kUnknown, contact_slipped = kUnknown;
-  double control_Hz = kUnknown;
-  ThreePercentiles control_compute_us = kNoPercentiles, control_jitter_us = kNoPercentiles;
-  double control_slipped = kUnknown;
-  double realtime_factor = kUnknown;
-  double unaccounted = kUnknown;
-  double lost_records = kUnknown;
-  double reference_error = kUnknown, reference_residual = kUnknown;
-  ThreePercentiles latency_us = kNoPercentiles;
-  std::array<double, kLatencyBins> latency_counts{};
-};
 
 /// A named part of a state message, or of a contact's row in it: float64 values begin .. begin + count.
 struct Field {

@@ -1,4 +1,4 @@
-// What `thenar keys` and `thenar schema` print, and that the documents made of it are up to date.
+// What `thenar keys`, `thenar fields` and `thenar schema` print, and that the documents made of it are up to date.
 
 #include <gtest/gtest.h>
 
@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <regex>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -58,6 +59,20 @@ void expect_current(const fs::path& file, const std::string& command) {
 }
 
 TEST(KeysProgram, ThePageOfKeysIsCurrent) { expect_current("docs/reference/scene.md", "keys --markdown"); }
+TEST(FieldsProgram, ThePageOfFieldsIsCurrent) { expect_current("docs/reference/fields.md", "fields"); }
+
+// Python's stub has every field that Python has. Three names mean more there: they are bound by hand.
+TEST(FieldsProgram, TheStubIsCurrent) {
+  const std::string stub = read(kRoot / "python/thenar/_core.pyi");
+  std::istringstream printed(thenar_program("fields --stub").text);
+  int fields = 0;
+  for (std::string first, second; std::getline(printed, first) && std::getline(printed, second); ++fields) {
+    if (std::regex_search(second, std::regex(" (contacts|reflex|target)\\("))) continue;
+    EXPECT_NE(stub.find(first + '\n' + second + '\n'), std::string::npos) << second;
+  }
+  EXPECT_GT(fields, 80);
+}
+
 TEST(KeysProgram, TheSchemaIsCurrent) { expect_current("docs/reference/scene.schema.json", "schema"); }
 
 /// A value of a file as an editor takes it: plain words of digits are numbers, `true` and `false` flags.

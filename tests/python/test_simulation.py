@@ -209,6 +209,42 @@ class Touch(unittest.TestCase):
                 self.assertTrue(np.array_equal(kept[name][0, :, k], columns[f"{finger}_{column}"], equal_nan=True), name)
 
 
+class Fields(unittest.TestCase):
+    """The fields of a tick: what a simulation shows, a rollout keeps and real time tells are one list."""
+
+    def test_rollout_and_views_agree(self):
+        for scene in (wet(), box(), thenar.Scene("resting_box"), thenar.Scene("slides_ball", {"object.points": 4000})):
+            try:
+                thenar.rollout([], 0, signals=["?"])
+            except ValueError as error:
+                names = str(error).split(": ")[1].split(", ")
+            self.assertGreater(len(names), 80)
+            run = thenar.Simulation(scene)
+            kept = thenar.rollout([run], 20, every=20, signals=names)
+            for name in names:
+                value = getattr(run, name)
+                if name in ("contacts", "reflex", "target") or name.endswith("_us"):
+                    continue  # The first three mean more as views; times are of the clock.
+                last = kept[name][0, 0]
+                if value is None:  # A stiffness that the scene does not choose.
+                    self.assertEqual(last.size, 0, name)
+                elif np.size(last) > 0 or np.size(value) == 0:
+                    self.assertTrue(np.array_equal(value, last, equal_nan=True), name)
+                self.assertIn(".", getattr(type(run), name).__doc__, name)
+
+    def test_real_time_tells_them(self):
+        with thenar.Realtime(wet().set({"time.duration": "0.2 s"}), realtime=False) as run:
+            run.wait()
+            state = run.state()
+        shown = thenar.Simulation(wet())
+        shown.step(1)
+        for name, value in state.items():
+            if name not in ("contacts", "reflex", "target"):
+                self.assertEqual(np.shape(value), np.shape(getattr(shown, name)), name)
+        self.assertIsInstance(state["sweeps"], int)
+        self.assertIsInstance(state["held"], bool)
+
+
 class Slides(unittest.TestCase):
     """Fingertips on slides: joints in m and N."""
 

@@ -1,4 +1,4 @@
-#include "engine/loops/control_period.h"
+#include "engine/loops/measured_period.h"
 
 #include <algorithm>
 #include <cmath>

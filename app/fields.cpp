@@ -1,0 +1,107 @@
+#include "app/fields.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cstddef>
+#include <iterator>
+#include <string_view>
+
+#include "engine/results/contact_fields.h"
+#include "engine/results/tick_fields.h"
+
+namespace {
+
+using thenar::From;
+using thenar::Of;
+using thenar::TickField;
+
+struct OfInWords {
+  std::string_view count, owner, place, type;
+};
+/// In the order of Of.
+constexpr std::array<OfInWords, 12> kWords = {{{"1", "", "", "float"},
+                                               {"1", "", "", "int"},
+                                               {"1", "", "", "bool"},
+                                               {"3", "", "x", "_Array"},
+                                               {"12", "", "x", "_Array"},
+                                               {"1 a finger", "FINGER", "", "_Array"},
+                                               {"3 a finger", "FINGER", "x", "_Array"},
+                                               {"1 a joint", "JOINT", "", "_Array"},
+                                               {"1 a muscle", "MUSCLE", "", "_Array"},
+                                               {"3", "", "p50", "_Array"},
+                                               {"some", "", "", "_Array"},
+                                               {"some", "", "", "_Array"}}};
+
+const OfInWords& words_of(const TickField& field) { return kWords.at(static_cast<std::size_t>(field.of)); }
+
+/// Its first column: "FINGER_slip_um".
+std::string column_of(const TickField& field) {
+  if (field.of == Of::kShape) return "";
+  if (field.of == Of::kList) return fmt::format("`{}[0]`", field.name);
+  const OfInWords& words = words_of(field);
+  std::string name;
+  for (const std::string_view part : {words.owner, field.shown, words.place, field.shown_unit}) {
+    if (!part.empty()) name.append(name.empty() ? "" : "_").append(part);
+  }
+  const bool is_named = !field.shown.empty() || !words.owner.empty();
+  return fmt::format("`{}`", is_named ? name : std::string(field.name));
+}
+
+/// What it is, and of which scenes.
+template <typename AnyField>
+std::string sentence_of(const AnyField& field) {
+  if (field.scenes == nullptr) return std::string(field.sentence);
+  return fmt::format("{} Only {}.", field.sentence, field.scenes->which);
+}
+
+std::string_view lists_of(const TickField& field) {
+  switch (field.from) {
+    case From::kTick:
+      return field.of == Of::kShape ? "messages" : "all";
+    case From::kClock:
+    case From::kState:
+      return "all but signals.csv";
+    default:
+      return "messages";
+  }
+}
+
+}  // namespace
+
+std::string fields_as_markdown() {
+  std::string page =
+      "# The fields of a tick\n\n"
+      "This page is written by `thenar fields`, from the rows in `engine/results/tick_fields.cpp` that all of these "
+      "lists are made\nof: state messages and recordings, their columns and exports (\"messages\"), `signals.csv`, and "
+      "in "
+      "Python the views of\n`Simulation`, `rollout()` and `Realtime.state()`.\n\n"
+      "A column is named by the finger, joint or muscle that it belongs to, by its axis and by its unit; of several "
+      "columns the\nfirst is shown. A pose is position, then rotation by rows (columns `_R_11` to `_R_33`); in Python "
+      "it is a matrix of 4 x 4.\nA field with a condition is in scenes that fulfil it; elsewhere messages, columns and "
+      "`Realtime.state()` leave it out, and\nviews have no rows.\n\n"
+      "| field | count | unit | column | in | |\n|---|---|---|---|---|---|\n";
+  for (const TickField& field : thenar::tick_fields()) {
+    fmt::format_to(std::back_inserter(page), "| `{}` | {} | {} | {} | {} | {} |\n", field.name, words_of(field).count,
+                   field.unit, column_of(field), lists_of(field), sentence_of(field));
+  }
+  page +=
+      "\n## The fields of a contact\n\nA row for each contact, behind the fields of a state message; in Python a "
+      "structured array.\n\n| field | count | unit | |\n|---|---|---|---|\n";
+  for (const thenar::ContactField& field : thenar::contact_fields()) {
+    fmt::format_to(std::back_inserter(page), "| `{}` | {} | {} | {} |\n", field.name, field.count, field.unit,
+                   sentence_of(field));
+  }
+  return page;
+}
+
+std::string fields_as_stub() {
+  std::string lines;
+  for (const TickField& field : thenar::tick_fields()) {
+    if (field.of == Of::kShape || field.from == From::kPicture || field.from == From::kLoops) continue;
+    const std::string_view type = words_of(field).type;
+    const std::string optional = field.from == From::kState ? fmt::format("Optional[{}]", type) : std::string(type);
+    fmt::format_to(std::back_inserter(lines), "    @property\n    def {}(self) -> {}: ...\n", field.name, optional);
+  }
+  return lines;
+}

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/grasp/state.h"
+#include "engine/results/tick_fields.h"
+#include "python/arrays.h"
+
+/// The fields of a tick in Python.
+namespace thenar::python {
+
+/// A tick as its fields see it. It refers to what it is made of; a chosen stiffness is its own.
+class SeenTick {
+ public:
+  /// `state`: after the tick.
+  SeenTick(const Model& model, const TickRecord& tick, const Snapshot& state, const Eigen::VectorXd& muscle_N);
+  SeenTick(const SeenTick&) = delete;
+  SeenTick& operator=(const SeenTick&) = delete;
+
+  [[nodiscard]] const TickView& view() const { return view_; }
+  /// Of a field that the scene has.
+  [[nodiscard]] std::vector<double> numbers(const TickField& field);
+  /// As Python has it: a number; an array of the tick's own memory, which `owner` keeps alive, where numbers lie there;
+  /// else a copy. Without an owner all are copies. Of a field that the scene does not have, an array of no rows; None,
+  /// where it is a stiffness.
+  [[nodiscard]] py::object value(const TickField& field, py::handle owner = {});
+
+ private:
+  /// Makes a chosen stiffness, if the field is one.
+  void prepare(const TickField& field);
+
+  const Snapshot& state_;
+  TickView view_;
+  std::optional<ShownStiffness> stiffness_;
+};
+
+/// Those that Python has: all but what is for eyes alone, and the loops' own measures.
+[[nodiscard]] bool is_in_python(const TickField& field);
+
+/// Shape of one sample of a field; empty: a number.
+[[nodiscard]] std::vector<py::ssize_t> shape_of(const TickField& field, std::size_t numbers);
+
+/// What is said of a contact as a structure of so many bytes, in which a ShownContact is at `first`; before it, where
+/// first is not 0, time_s.
+[[nodiscard]] py::dtype contact_dtype(std::size_t first, std::size_t bytes);
+
+/// What help() says of it.
+[[nodiscard]] std::string docstring(const TickField& field);
+
+}  // namespace thenar::python
