@@ -105,6 +105,125 @@ void bind_touch(py::class_<Period>& type) {
           "(fingers,) Likewise: their squeeze [N].");
 }
 
+/// A property of a period that has one row a finger: get(period, k).
+template <typename Get>
+auto of_fingers(Get get) {
+  return [get](const Period& self) {
+    ControlPeriod& period = self.now();
+    FingerForces rows(3, period.model.fingers());
+    for (int k = 0; k < period.model.fingers(); ++k) rows.col(k) = get(period, k);
+    return copy(rows.transpose());
+  };
+}
+
+/// The time, the hand's posture, and the object and its target.
+void bind_state(py::class_<Period>& type) {
+  type.def_property_readonly(
+          "time_s", [](const Period& self) { return self.now().time_s(); }, "Of what is seen.")
+      .def_property_readonly(
+          "now_s", [](const Period& self) { return self.now().now_s(); }, "When the period begins.")
+      .def_property_readonly(
+          "known_gravity", [](const Period& self) { return copy(self.now().known_gravity()); },
+          "(3,) Gravity in the hand's frame [m/s^2]: with control.anticipation the arm's swing is in it.")
+      .def_property_readonly(
+          "period_s", [](const Period& self) { return self.now().controller.period_s; },
+          "Simulated time since the last period.")
+      .def_property_readonly(
+          "held", [](const Period& self) { return self.now().snapshot.held; },
+          "Frames came too late: an old drive is held, and nothing acts that is asked for.")
+      .def_property_readonly(
+          "q_rad", [](const Period& self) { return copy(self.now().snapshot.q); },
+          "(joints,) Joint angles; of slides in m.")
+      .def_property_readonly(
+          "object", [](const Period& self) { return copy(self.now().snapshot.X_WO.matrix()); },
+          "(4, 4) Pose of the object.")
+      .def_property_readonly(
+          "target", [](const Period& self) { return copy(self.now().target().matrix()); },
+          "(4, 4) Where the object should be.")
+      .def_property_readonly(
+          "error", [](const Period& self) { return copy(self.now().error()); },
+          "(6,) From the object to its target: translation [m], then rotation vector [rad].");
+}
+
+/// The fingers' contacts with the object, and how joints move them.
+void bind_contacts(py::class_<Period>& type) {
+  type.def_property_readonly("force_N", of_fingers([](ControlPeriod& p, int k) { return p.snapshot.load[k].force_N; }),
+                             "(fingers, 3) Force of each finger on the object.")
+      .def_property_readonly("point_m", of_fingers([](ControlPeriod& p, int k) { return p.contacts()[k].point_m; }),
+                             "(fingers, 3) Where each finger acts on the object.")
+      .def_property_readonly(
+          "normal", of_fingers([](ControlPeriod& p, int k) -> Eigen::Vector3d { return p.contacts()[k].axes.col(0); }),
+          "(fingers, 3) Into the object, there.")
+      .def(
+          "jacobian",
+          [](const Period& self, int finger) {
+            ControlPeriod& period = self.now();
+            if (finger < 0 || finger >= period.model.fingers()) {
+              throw py::index_error(fmt::format("there is no finger {}: 0 to {}", finger, period.model.fingers() - 1));
+            }
+            const Fingertip& tip = period.model.scene.hand.fingertips[finger];
+            Eigen::MatrixXd all = Eigen::MatrixXd::Zero(3, std::ssize(period.model.scene.hand.joints));
+            all.middleCols(tip.first_joint, tip.joints) = period.jacobian(finger).leftCols(tip.joints);
+            return copy(all);
+          },
+          py::arg("finger"),
+          "(3, joints) Velocity of point_m[finger] for the joints' speeds; zero for other fingers' joints.");
+}
+
+/// Loads by weight, and the muscles' moment arms.
+void bind_loads(py::class_<Period>& type) {
+  type.def_property_readonly(
+          "gravity_Nm",
+          [](const Period& self) {
+            const ControlPeriod& p = self.now();
+            return copy(gravity_torques(p.model.scene.hand, p.controller.pose, p.known_gravity()));
+          },
+          "(joints,) What bears the hand's own weight.")
+      .def_property_readonly(
+          "weight",
+          [](const Period& self) {
+            const ControlPeriod& p = self.now();
+            return copy(p.model.weight(p.snapshot.X_WO, p.known_gravity()));
+          },
+          "(6,) The object's weight, about its origin [N, N m].")
+      .def_property_readonly(
+          "moment_arms_m", [](const Period& self) { return copy(self.now().moment_arms()); },
+          "(joints, muscles) H of torques = H f.");
+}
+
+/// Desired wrench, forces and torques: by the law given for them, or as published.
+void bind_desired(py::class_<Period>& type) {
+  type.def(
+          "wrench", [](const Period& self) { return copy(self.now().wrench()); },
+          "(6,) W^d: asked of the fingers, about the object's origin [N, N m].")
+      .def(
+          "forces", [](const Period& self) { return copy(self.now().forces().transpose()); },
+          "(fingers, 3) f^d: desired force of each finger on the object [N].")
+      .def(
+          "torques", [](const Period& self) { return copy(self.now().torques()); },
+          "(joints,) tau^d: desired joint torques [N m].");
+}
+
+/// The answers of the published laws.
+void bind_published(py::class_<Period>& type) {
+  type.def(
+          "published_wrench", [](const Period& self) { return copy(published_wrench(self.now())); },
+          "(6,) As the PID has it. At most once a period, as all published laws.")
+      .def(
+          "published_forces",
+          [](const Period& self) -> py::object {
+            const auto f = published_forces(self.now());
+            return f ? py::object(copy(f->transpose())) : py::none();
+          },
+          "(fingers, 3) Within the friction cones, for wrench(); None if there are none.")
+      .def(
+          "published_torques", [](const Period& self) { return copy(published_torques(self.now())); },
+          "(joints,) Of the force control, for forces().")
+      .def(
+          "published_muscle_forces", [](const Period& self) { return copy(published_muscle_forces(self.now())); },
+          "(muscles,) The least that give torques() [N].");
+}
+
 }  // namespace
 
 bool is_in_law() { return laws_under_way > 0; }
@@ -160,108 +279,17 @@ OwnControl own_control(const Scene& scene, py::object wrench, py::object forces,
 }
 
 void bind_laws(py::module_& module) {
-  const auto of_fingers = [](auto get) {
-    return [get](const Period& self) {
-      ControlPeriod& period = self.now();
-      FingerForces rows(3, period.model.fingers());
-      for (int k = 0; k < period.model.fingers(); ++k) rows.col(k) = get(period, k);
-      return copy(rows.transpose());
-    };
-  };
   py::class_<Period> type(module, "Period", R"(One control period, as a law of the controller sees it.
 
 All arrays are copies, in SI units, world axes = hand frame. It is over when the law returns. Joints, object and forces
 are those of time_s, which is control.feedback_delay before now_s; touch is fingertips.touch.delay old.
 What comes before in the chain wrench -> forces -> torques -> muscle forces is found when it is asked for: by the law
 given for it, or as published.)");
-  type.def_property_readonly(
-          "time_s", [](const Period& self) { return self.now().time_s(); }, "Of what is seen.")
-      .def_property_readonly(
-          "now_s", [](const Period& self) { return self.now().now_s(); }, "When the period begins.")
-      .def_property_readonly(
-          "known_gravity", [](const Period& self) { return copy(self.now().known_gravity()); },
-          "(3,) Gravity in the hand's frame [m/s^2]: with control.anticipation the arm's swing is in it.")
-      .def_property_readonly(
-          "period_s", [](const Period& self) { return self.now().controller.period_s; },
-          "Simulated time since the last period.")
-      .def_property_readonly(
-          "held", [](const Period& self) { return self.now().snapshot.held; },
-          "Frames came too late: an old drive is held, and nothing acts that is asked for.")
-      .def_property_readonly(
-          "q_rad", [](const Period& self) { return copy(self.now().snapshot.q); },
-          "(joints,) Joint angles; of slides in m.")
-      .def_property_readonly(
-          "object", [](const Period& self) { return copy(self.now().snapshot.X_WO.matrix()); },
-          "(4, 4) Pose of the object.")
-      .def_property_readonly(
-          "target", [](const Period& self) { return copy(self.now().target().matrix()); },
-          "(4, 4) Where the object should be.")
-      .def_property_readonly(
-          "error", [](const Period& self) { return copy(self.now().error()); },
-          "(6,) From the object to its target: translation [m], then rotation vector [rad].")
-      .def_property_readonly("force_N", of_fingers([](ControlPeriod& p, int k) { return p.snapshot.load[k].force_N; }),
-                             "(fingers, 3) Force of each finger on the object.")
-      .def_property_readonly("point_m", of_fingers([](ControlPeriod& p, int k) { return p.contacts()[k].point_m; }),
-                             "(fingers, 3) Where each finger acts on the object.")
-      .def_property_readonly(
-          "normal", of_fingers([](ControlPeriod& p, int k) -> Eigen::Vector3d { return p.contacts()[k].axes.col(0); }),
-          "(fingers, 3) Into the object, there.")
-      .def(
-          "jacobian",
-          [](const Period& self, int finger) {
-            ControlPeriod& period = self.now();
-            if (finger < 0 || finger >= period.model.fingers()) {
-              throw py::index_error(fmt::format("there is no finger {}: 0 to {}", finger, period.model.fingers() - 1));
-            }
-            const Fingertip& tip = period.model.scene.hand.fingertips[finger];
-            Eigen::MatrixXd all = Eigen::MatrixXd::Zero(3, std::ssize(period.model.scene.hand.joints));
-            all.middleCols(tip.first_joint, tip.joints) = period.jacobian(finger).leftCols(tip.joints);
-            return copy(all);
-          },
-          py::arg("finger"),
-          "(3, joints) Velocity of point_m[finger] for the joints' speeds; zero for other fingers' joints.")
-      .def_property_readonly(
-          "gravity_Nm",
-          [](const Period& self) {
-            const ControlPeriod& p = self.now();
-            return copy(gravity_torques(p.model.scene.hand, p.controller.pose, p.known_gravity()));
-          },
-          "(joints,) What bears the hand's own weight.")
-      .def_property_readonly(
-          "weight",
-          [](const Period& self) {
-            const ControlPeriod& p = self.now();
-            return copy(p.model.weight(p.snapshot.X_WO, p.known_gravity()));
-          },
-          "(6,) The object's weight, about its origin [N, N m].")
-      .def_property_readonly(
-          "moment_arms_m", [](const Period& self) { return copy(self.now().moment_arms()); },
-          "(joints, muscles) H of torques = H f.")
-      .def(
-          "wrench", [](const Period& self) { return copy(self.now().wrench()); },
-          "(6,) W^d: asked of the fingers, about the object's origin [N, N m].")
-      .def(
-          "forces", [](const Period& self) { return copy(self.now().forces().transpose()); },
-          "(fingers, 3) f^d: desired force of each finger on the object [N].")
-      .def(
-          "torques", [](const Period& self) { return copy(self.now().torques()); },
-          "(joints,) tau^d: desired joint torques [N m].")
-      .def(
-          "published_wrench", [](const Period& self) { return copy(published_wrench(self.now())); },
-          "(6,) As the PID has it. At most once a period, as all published laws.")
-      .def(
-          "published_forces",
-          [](const Period& self) -> py::object {
-            const auto f = published_forces(self.now());
-            return f ? py::object(copy(f->transpose())) : py::none();
-          },
-          "(fingers, 3) Within the friction cones, for wrench(); None if there are none.")
-      .def(
-          "published_torques", [](const Period& self) { return copy(published_torques(self.now())); },
-          "(joints,) Of the force control, for forces().")
-      .def(
-          "published_muscle_forces", [](const Period& self) { return copy(published_muscle_forces(self.now())); },
-          "(muscles,) The least that give torques() [N].");
+  bind_state(type);
+  bind_contacts(type);
+  bind_loads(type);
+  bind_desired(type);
+  bind_published(type);
   bind_touch(type);
 }
 

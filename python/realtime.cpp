@@ -273,6 +273,20 @@ std::unique_ptr<Realtime> realtime_of(std::shared_ptr<const SceneHandle> scene, 
   return std::make_unique<Realtime>(std::move(scene), realtime, core, std::move(own));
 }
 
+/// None leaves what it is.
+void set_input(Realtime& self, const py::object& wrench, const py::object& shift_m, const py::object& turn_rad) {
+  std::optional<Vector6d> w;
+  std::optional<Eigen::Vector3d> shift, turn;
+  if (!wrench.is_none()) w = vector(wrench, 6, "wrench");
+  if (!shift_m.is_none()) shift = vector(shift_m, 3, "shift_m");
+  if (!turn_rad.is_none()) turn = vector(turn_rad, 3, "turn_rad");
+  self.send([&](LiveInput& input) {
+    if (w) input.wrench = *w;
+    if (shift) input.target_shift_m = *shift;
+    if (turn) input.target_turn_rad = *turn;
+  });
+}
+
 }  // namespace
 
 void bind_realtime(py::module_& module) {
@@ -314,22 +328,8 @@ is refused is told in report. core: the contact thread's. Laws as of Simulation.
            "Until the end of the run, or so long. Whether it has ended. Raises what a law raised.")
       .def_property_readonly("running", &Realtime::running)
       .def("state", &state_of, "The newest tick as a dict of copies; names and units as of Simulation.")
-      .def(
-          "input",
-          [](Realtime& self, const py::object& wrench, const py::object& shift_m, const py::object& turn_rad) {
-            std::optional<Vector6d> w;
-            std::optional<Eigen::Vector3d> shift, turn;
-            if (!wrench.is_none()) w = vector(wrench, 6, "wrench");
-            if (!shift_m.is_none()) shift = vector(shift_m, 3, "shift_m");
-            if (!turn_rad.is_none()) turn = vector(turn_rad, 3, "turn_rad");
-            self.send([&](LiveInput& input) {
-              if (w) input.wrench = *w;
-              if (shift) input.target_shift_m = *shift;
-              if (turn) input.target_turn_rad = *turn;
-            });
-          },
-          py::arg("wrench") = py::none(), py::kw_only(), py::arg("shift_m") = py::none(),
-          py::arg("turn_rad") = py::none(), R"(From the next tick on, until it is changed.
+      .def("input", &set_input, py::arg("wrench") = py::none(), py::kw_only(), py::arg("shift_m") = py::none(),
+           py::arg("turn_rad") = py::none(), R"(From the next tick on, until it is changed.
 
 wrench: (6,) on the object, about its origin, world axes [N, N m].
 shift_m, turn_rad: (3,) of the target against the task's, object axes at the start; within 50 mm and 0.5 rad an axis,

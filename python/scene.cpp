@@ -125,7 +125,32 @@ double time_of(py::handle value, const std::string& name) {
   return py::isinstance<py::str>(value) ? quantity_of(value, Dimension::kTime, name) : number(value, name);
 }
 
-void bind_scene(py::module_& module) {
+namespace {
+
+using SceneClass = py::class_<SceneHandle, std::shared_ptr<SceneHandle>>;
+
+std::shared_ptr<SceneHandle> new_scene(const std::filesystem::path& file, const std::filesystem::path& object,
+                                       const std::filesystem::path& hand, const py::object& unit,
+                                       const py::object& mass, py::handle friction) {
+  ObjectWish wish{.object = object, .hand = hand};
+  // As after --unit: "mm" is one.
+  const bool bare = py::isinstance<py::str>(unit) && py::len(unit) > 0 &&
+                    std::isalpha(static_cast<unsigned char>(unit.cast<std::string>().front())) != 0;
+  wish.unit_m = quantity_of(bare ? py::str("1 ") + unit : py::object(unit), Dimension::kLength, "unit");
+  wish.mass_kg = quantity_of(mass, Dimension::kMass, "mass");
+  wish.friction = number(friction, "friction");
+  if (!(wish.unit_m > 0.0)) throw py::value_error("unit must be greater than zero");
+  if (!(wish.mass_kg > 0.0)) throw py::value_error("mass must be greater than zero");
+  if (!(wish.friction >= 0.0 && wish.friction <= 10.0)) throw py::value_error("friction must lie within 0 .. 10");
+  {
+    const py::gil_scoped_release others;
+    (void)write_new_scene(file, wish);
+  }
+  return make(file, {});
+}
+
+/// Functions of scenes and hands that come with the package, and of new scenes.
+void bind_scene_files(py::module_& module) {
   module.def(
       "use_data", [](const std::filesystem::path& folder) { use_shared_data(folder); }, py::arg("folder"),
       "Where scenes and hands that come with the package lie.");
@@ -137,40 +162,19 @@ void bind_scene(py::module_& module) {
         return all;
       },
       "Scenes that come with the package, by name, and what each shows.");
-  module.def(
-      "new_scene",
-      [](const std::filesystem::path& file, const std::filesystem::path& object, const std::filesystem::path& hand,
-         const py::object& unit, const py::object& mass, py::handle friction) {
-        ObjectWish wish{.object = object, .hand = hand};
-        // As after --unit: "mm" is one.
-        const bool bare = py::isinstance<py::str>(unit) && py::len(unit) > 0 &&
-                          std::isalpha(static_cast<unsigned char>(unit.cast<std::string>().front())) != 0;
-        wish.unit_m = quantity_of(bare ? py::str("1 ") + unit : py::object(unit), Dimension::kLength, "unit");
-        wish.mass_kg = quantity_of(mass, Dimension::kMass, "mass");
-        wish.friction = number(friction, "friction");
-        if (!(wish.unit_m > 0.0)) throw py::value_error("unit must be greater than zero");
-        if (!(wish.mass_kg > 0.0)) throw py::value_error("mass must be greater than zero");
-        if (!(wish.friction >= 0.0 && wish.friction <= 10.0)) throw py::value_error("friction must lie within 0 .. 10");
-        {
-          const py::gil_scoped_release others;
-          (void)write_new_scene(file, wish);
-        }
-        return make(file, {});
-      },
-      py::arg("file"), py::arg("object"), py::arg("hand") = "hand", py::kw_only(), py::arg("unit") = "1 m",
-      py::arg("mass") = "100 g", py::arg("friction") = 0.6,
-      R"(Writes a scene in which a hand is to grasp an object of one's own, as `thenar new`.
+  module.def("new_scene", &new_scene, py::arg("file"), py::arg("object"), py::arg("hand") = "hand", py::kw_only(),
+             py::arg("unit") = "1 m", py::arg("mass") = "100 g", py::arg("friction") = 0.6,
+             R"(Writes a scene in which a hand is to grasp an object of one's own, as `thenar new`.
 
 file: the scene, which is not there yet. object: a mesh (STL, OBJ, OFF, PLY) or a cloud (PLY, PCD, XYZ); unit: what 1
 in it measures, '1 mm'. hand: a file, or the name of one that comes with the package (thenar.hands()). mass: '100 g'.
 Returns the scene; its grasp is found when it first runs.)");
   module.def("hands", &known_hands, "Names of the hands that come with the package.");
+}
 
-  py::class_<SceneHandle, std::shared_ptr<SceneHandle>>(module, "Scene", R"(A scene: what holds what, and how.
-
-Immutable: set() gives another one. It is read and checked when it is made; its surfaces are made when it first runs,
-and shared by all runs of it.)")
-      .def(py::init([](const std::filesystem::path& file, const py::object& changes) {
+/// The constructor, set() and prepare().
+void bind_making(SceneClass& type) {
+  type.def(py::init([](const std::filesystem::path& file, const py::object& changes) {
              std::vector<std::string> all;
              if (!changes.is_none()) all = joined({}, changes.cast<py::dict>());
              return make(find_scene(file.string()), std::move(all));
@@ -191,8 +195,12 @@ Keys and units are those of the file; what has a unit is text. Raises as Scene()
       .def(
           "prepare", [](const SceneHandle& self) { (void)model_of(self); },
           R"(Makes the surfaces now, finds the grasp where the scene asks for one, and, for `model: auto`, which parts
-it needs: the first run would do it.)")
-      .def_property_readonly("file", &SceneHandle::file, "The file it was read from.")
+it needs: the first run would do it.)");
+}
+
+/// A scene's file, changes and numbers.
+void bind_values(SceneClass& type) {
+  type.def_property_readonly("file", &SceneHandle::file, "The file it was read from.")
       .def_property_readonly(
           "changes", [](const SceneHandle& self) { return self.changes(); },
           "What set() has changed, as 'key=value', in order.")
@@ -202,8 +210,12 @@ it needs: the first run would do it.)")
           "step_s", [](const SceneHandle& self) { return self.scene().step_s; }, "Of a contact tick.")
       .def_property_readonly("control_period_s", [](const SceneHandle& self) { return self.scene().control_period_s; })
       .def_property_readonly("friction", [](const SceneHandle& self) { return self.scene().contact.friction; })
-      .def_property_readonly("mass_kg", [](const SceneHandle& self) { return self.scene().object.mass_kg; })
-      .def_property_readonly(
+      .def_property_readonly("mass_kg", [](const SceneHandle& self) { return self.scene().object.mass_kg; });
+}
+
+/// The names of the hand's parts, and a scene as text.
+void bind_names(SceneClass& type) {
+  type.def_property_readonly(
           "fingers", [](const SceneHandle& self) { return names_of(self.scene().hand.fingertips); },
           "Names, in the order of every array that has one row a finger.")
       .def_property_readonly(
@@ -222,6 +234,19 @@ With `model: auto` it does what prepare() does.)")
         return fmt::format("<thenar.Scene '{}'{}>", self.scene().name,
                            self.changes().empty() ? "" : fmt::format(", {} changed", self.changes().size()));
       });
+}
+
+}  // namespace
+
+void bind_scene(py::module_& module) {
+  bind_scene_files(module);
+  SceneClass type(module, "Scene", R"(A scene: what holds what, and how.
+
+Immutable: set() gives another one. It is read and checked when it is made; its surfaces are made when it first runs,
+and shared by all runs of it.)");
+  bind_making(type);
+  bind_values(type);
+  bind_names(type);
 }
 
 }  // namespace thenar::python

@@ -119,6 +119,62 @@ A dict: event, 'load' or 'slip'; finger, which felt it most; rate_N_per_s, how f
 As long as the array lives it shows the instant at which `contacts` was last read.)");
 }
 
+/// What it is of, what became of it, and what it is given.
+void bind_state(py::class_<Simulation, std::shared_ptr<Simulation>>& type) {
+  type.def_property_readonly("scene",
+                             [](const Simulation& self) { return std::const_pointer_cast<SceneHandle>(self.scene); })
+      .def_property_readonly("lost", of([](Simulation& s, py::handle) { return s.monitor.lost(); }),
+                             "Whether the object is lost.")
+      .def_property_readonly(
+          "report", of([](Simulation& s, py::handle) { return of_json(verdict_json(s.monitor.verdict())); }),
+          "What became of the grasp so far, as in summary.json: outcome, reason, held, lost_at_s, beyond.")
+      .def_property_readonly("environment_wrench",
+                             of([](Simulation& s, py::handle) { return copy(s.record.contact.environment.wrench); }),
+                             "(6,) Of the environment on the object: force [N], and moment about its origin [N m], "
+                             "world axes; zero without one.")
+      .def_property(
+          "input_wrench", of([](Simulation& s, py::handle) { return copy(s.input.wrench); }),
+          [](Simulation& self, py::handle wrench) {
+            const Vector6d given = vector(wrench, 6, "input_wrench");
+            const Hold hold(self);
+            self.input.wrench = given;
+          },
+          "(6,) Acts on the object until it is changed: force [N], and moment about its origin [N m], world axes.")
+      .def_property(
+          "target", of([](Simulation& s, py::handle) {
+            return copy(s.run.state.X_WT.value_or(s.model->target(s.run.time_s())).matrix());
+          }),
+          [](Simulation& self, const py::object& target) {
+            std::optional<Eigen::Isometry3d> X_WT;
+            if (!target.is_none()) X_WT = pose(target, "target");
+            const Hold hold(self);
+            self.input.X_WT = X_WT;
+          },
+          "(4, 4) Where the object should be. Set: from the next tick on; None: where the task has it.");
+}
+
+/// What it is like for eyes.
+void bind_shows(py::class_<Simulation, std::shared_ptr<Simulation>>& type) {
+  type.def(
+          "_record_now",
+          [](Simulation& self, const std::filesystem::path& file) {
+            const Hold hold(self);
+            const py::gil_scoped_release others;
+            self.record_now(file);
+          },
+          py::arg("file"), "A recording of this instant alone.")
+      .def("_repr_html_",
+           [](const py::object& self) { return py::module_::import("thenar.notebook").attr("of_simulation")(self); })
+      .def("__repr__", [](const Simulation& self) {
+        if (self.busy.load()) return fmt::format("<thenar.Simulation of '{}', being stepped>", self.model->scene.name);
+        return fmt::format("<thenar.Simulation of '{}' at {:.6g} s{}>", self.model->scene.name, self.run.time_s(),
+                           self.closed ? ", closed"
+                                       : (self.monitor.lost()        ? ", lost"
+                                          : self.monitor.has_ended() ? ", failed"
+                                                                     : ""));
+      });
+}
+
 }  // namespace
 
 Simulation::Simulation(std::shared_ptr<const SceneHandle> of_scene, std::shared_ptr<const Model> of_model,
@@ -247,56 +303,10 @@ Returns report.)")
             self.run.controller.own = {};
           },
           "No more steps and views, and its laws are let go; views that are there stay. Leaving a `with` does so, too.")
-      .def_property_readonly("scene",
-                             [](const Simulation& self) { return std::const_pointer_cast<SceneHandle>(self.scene); })
-      .def_property_readonly("lost", of([](Simulation& s, py::handle) { return s.monitor.lost(); }),
-                             "Whether the object is lost.")
-      .def_property_readonly(
-          "report", of([](Simulation& s, py::handle) { return of_json(verdict_json(s.monitor.verdict())); }),
-          "What became of the grasp so far, as in summary.json: outcome, reason, held, lost_at_s, beyond.")
-      .def_property_readonly("environment_wrench",
-                             of([](Simulation& s, py::handle) { return copy(s.record.contact.environment.wrench); }),
-                             "(6,) Of the environment on the object: force [N], and moment about its origin [N m], "
-                             "world axes; zero without one.")
-      .def_property(
-          "input_wrench", of([](Simulation& s, py::handle) { return copy(s.input.wrench); }),
-          [](Simulation& self, py::handle wrench) {
-            const Vector6d given = vector(wrench, 6, "input_wrench");
-            const Hold hold(self);
-            self.input.wrench = given;
-          },
-          "(6,) Acts on the object until it is changed: force [N], and moment about its origin [N m], world axes.")
-      .def_property(
-          "target", of([](Simulation& s, py::handle) {
-            return copy(s.run.state.X_WT.value_or(s.model->target(s.run.time_s())).matrix());
-          }),
-          [](Simulation& self, const py::object& target) {
-            std::optional<Eigen::Isometry3d> X_WT;
-            if (!target.is_none()) X_WT = pose(target, "target");
-            const Hold hold(self);
-            self.input.X_WT = X_WT;
-          },
-          "(4, 4) Where the object should be. Set: from the next tick on; None: where the task has it.")
-      .def(
-          "_record_now",
-          [](Simulation& self, const std::filesystem::path& file) {
-            const Hold hold(self);
-            const py::gil_scoped_release others;
-            self.record_now(file);
-          },
-          py::arg("file"), "A recording of this instant alone.")
-      .def("_repr_html_",
-           [](const py::object& self) { return py::module_::import("thenar.notebook").attr("of_simulation")(self); })
       .def("__enter__", [](const py::object& self) { return self; })
-      .def("__exit__", [](const py::object& self, const py::args&) { self.attr("close")(); })
-      .def("__repr__", [](const Simulation& self) {
-        if (self.busy.load()) return fmt::format("<thenar.Simulation of '{}', being stepped>", self.model->scene.name);
-        return fmt::format("<thenar.Simulation of '{}' at {:.6g} s{}>", self.model->scene.name, self.run.time_s(),
-                           self.closed ? ", closed"
-                                       : (self.monitor.lost()        ? ", lost"
-                                          : self.monitor.has_ended() ? ", failed"
-                                                                     : ""));
-      });
+      .def("__exit__", [](const py::object& self, const py::args&) { self.attr("close")(); });
+  bind_state(type);
+  bind_shows(type);
 }
 
 }  // namespace thenar::python

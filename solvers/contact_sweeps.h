@@ -175,6 +175,19 @@ inline constexpr int kLookAfter = 6;
 inline constexpr double kExactEvery = 1e-3;
 inline constexpr double kStalled = 0.8;
 
+/// Completes the report of sweeps that ended with this residual: `solved` is their status if it keeps the tolerance.
+inline SolveReport finish_sweeps(const Residual& residual, double tolerance, SolveStatus solved, SolveReport report,
+                                 const ContactSolution& solution) {
+  // What W holds beside its diagonal was not looked at before: it shows here.
+  if (!std::isfinite(residual.norm) || !solution.delta.allFinite() || !solution.f.allFinite()) {
+    return not_finite(report.sweeps, solution);
+  }
+  report.residual = residual.norm;
+  report.residual_worst = residual.worst;
+  if (residual.norm <= tolerance) report.status = solved;
+  return report;
+}
+
 /// Sweeps from f until the residual is where the settings stop, or stalls below the tolerance. The workspace is laid
 /// out and filled; `gaps(f, delta)` computes delta = W f + delta_free in double precision; `react(f)` mends what the
 /// sweeps know of gaps after each of them, where W f is not linear, and is true where it has changed so much that the
@@ -234,12 +247,7 @@ SolveReport iterate_sweeps(const Problem& problem, const GaussSeidelSettings& se
     }
     accelerate(change_N, work, f);
   }
-  // What W holds beside its diagonal was not looked at before: it shows here.
-  if (!std::isfinite(residual.norm) || !delta.allFinite() || !f.allFinite()) return not_finite(report.sweeps, solution);
-  report.residual = residual.norm;
-  report.residual_worst = residual.worst;
-  if (residual.norm <= settings.tolerance) report.status = solved;
-  return report;
+  return finish_sweeps(residual, settings.tolerance, solved, report, solution);
 }
 
 template <typename Problem, typename Gaps>

@@ -209,6 +209,68 @@ void drop(ActiveSet<kSize>& set, Direction<kSize>& s, int l) {
   s.z_squared = s.z.square().sum();
 }
 
+/// Bounds of the rounding of x and of slacks.
+struct RoundingBounds {
+  double way;              ///< Bounds all that x has been.
+  double amplified = 0.0;  ///< Violations up to this were seen to be rounding.
+};
+
+/// Moves x to where a violated constraint holds and takes it up, after dropping those whose multiplier would become
+/// negative on the way; a violation that is only rounding is noted as such. False if the projection ends here, with
+/// the report's status: the constraints contradict one another, or the changes ran out.
+template <int kSize, class Row>
+bool take_up_violated(const Row& constraint, ActiveSet<kSize>& set, typename ActiveSet<kSize>::Vector& x,
+                      RoundingBounds& rounding, ActiveSetReport& report) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  // About one change for each active constraint is usual, and a few times that on degenerate problems.
+  constexpr int kMaxChanges = 50 + 10 * kSize;
+  Direction<kSize> s;
+  typename ActiveSet<kSize>::Numbers r;
+  const double a_squared = constraint.row_squared();
+  split(set, constraint, a_squared, s);
+  double slack = constraint.slack;
+  double multiplier = 0.0;
+  for (;;) {
+    if (++report.changes > kMaxChanges) return false;
+    const double r_sum = falling_rates(set, s, r);
+    const bool is_dependent = set.working() == kSize || s.z_squared <= kDependent * kDependent * a_squared;
+    // To where the constraint holds, or the first multiplier on the way is zero.
+    double step = is_dependent ? kInfinity : -slack / s.z_squared;
+    int blocking = -1;
+    for (int j = 0; j < set.active; ++j) {
+      if (set.multiplier[j] < step * r[j] && r[j] > kZeroRate * r_sum) {
+        step = set.multiplier[j] / r[j];
+        blocking = j;
+      }
+    }
+    if (is_dependent && blocking < 0) {
+      // Its slack is a combination of those of the active constraints, which are rounding of zero.
+      if (multiplier == 0.0 && -slack <= std::min(kRounding * r_sum, kMostRounding) * rounding.way) {
+        rounding.amplified = -slack;
+        return true;
+      }
+      for (int j = 0; j < set.active; ++j) set.multiplier[j] = std::max(0.0, -r[j]);
+      set.id[set.active] = constraint.id;
+      set.multiplier[set.active] = 1.0;
+      ++set.active;
+      report.status = ActiveSetStatus::kInfeasible;
+      return false;
+    }
+    for (int j = 0; j < set.active; ++j) set.multiplier[j] = std::max(0.0, set.multiplier[j] - step * r[j]);
+    multiplier += step;
+    if (!is_dependent) {
+      x += step * s.z;
+      slack += step * s.z_squared;
+      rounding.way += step * std::sqrt(s.z_squared);
+    }
+    if (blocking < 0) {
+      take_up(set, s, constraint.id, multiplier);
+      return true;
+    }
+    drop(set, s, blocking);
+  }
+}
+
 }  // namespace dual_active_set
 
 /// Finds the point of a polyhedron that is nearest to x0,
@@ -231,19 +293,11 @@ template <int kSize, class Constraints>
                                       typename ActiveSet<kSize>::Vector& x, double scale = 0.0,
                                       bool resume = false) noexcept {
   using namespace dual_active_set;
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  // About one change for each active constraint is usual, and a few times that on degenerate problems.
-  constexpr int kMaxChanges = 50 + 10 * kSize;
-
   ActiveSetReport report;
   if (!resume) set.active = 0;
-  double way = std::max(scale, std::sqrt(x.square().sum()));  // Bounds all that x has been.
-  double amplified = 0.0;                                     // Violations up to this were seen to be rounding.
-  Direction<kSize> s;
-  typename ActiveSet<kSize>::Numbers r;
-
+  RoundingBounds rounding{.way = std::max(scale, std::sqrt(x.square().sum()))};
   for (;;) {
-    const double tolerance = std::max(kRounding * way, amplified);
+    const double tolerance = std::max(kRounding * rounding.way, rounding.amplified);
     const auto constraint = constraints.most_violated(x, tolerance);
     // What is not a number compares with nothing.
     if (!std::isfinite(tolerance) || !std::isfinite(constraint.slack)) return report;
@@ -251,49 +305,7 @@ template <int kSize, class Constraints>
       report.status = ActiveSetStatus::kOptimal;
       return report;
     }
-    const double a_squared = constraint.row_squared();
-    split(set, constraint, a_squared, s);
-    double slack = constraint.slack;
-    double multiplier = 0.0;
-    for (;;) {
-      if (++report.changes > kMaxChanges) return report;
-      const double r_sum = falling_rates(set, s, r);
-      const bool is_dependent = set.working() == kSize || s.z_squared <= kDependent * kDependent * a_squared;
-      // To where the constraint holds, or the first multiplier on the way is zero.
-      double step = is_dependent ? kInfinity : -slack / s.z_squared;
-      int blocking = -1;
-      for (int j = 0; j < set.active; ++j) {
-        if (set.multiplier[j] < step * r[j] && r[j] > kZeroRate * r_sum) {
-          step = set.multiplier[j] / r[j];
-          blocking = j;
-        }
-      }
-      if (is_dependent && blocking < 0) {
-        // Its slack is a combination of those of the active constraints, which are rounding of zero.
-        if (multiplier == 0.0 && -slack <= std::min(kRounding * r_sum, kMostRounding) * way) {
-          amplified = -slack;
-          break;
-        }
-        for (int j = 0; j < set.active; ++j) set.multiplier[j] = std::max(0.0, -r[j]);
-        set.id[set.active] = constraint.id;
-        set.multiplier[set.active] = 1.0;
-        ++set.active;
-        report.status = ActiveSetStatus::kInfeasible;
-        return report;
-      }
-      for (int j = 0; j < set.active; ++j) set.multiplier[j] = std::max(0.0, set.multiplier[j] - step * r[j]);
-      multiplier += step;
-      if (!is_dependent) {
-        x += step * s.z;
-        slack += step * s.z_squared;
-        way += step * std::sqrt(s.z_squared);
-      }
-      if (blocking < 0) {
-        take_up(set, s, constraint.id, multiplier);
-        break;
-      }
-      drop(set, s, blocking);
-    }
+    if (!take_up_violated(constraint, set, x, rounding, report)) return report;
   }
 }
 

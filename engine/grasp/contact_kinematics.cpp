@@ -89,6 +89,20 @@ ContactAxes lean(const FrameContact& contact, const Matrix3d& R_FO, double last_
   return axes;
 }
 
+/// The gaps of finger k, and their normals as the first columns of E_F.
+void find_gaps(const Model& model, const Frame& frame, const State& state, int k, const Isometry3d& X_FO,
+               ContactKinematics& kinematics) {
+  // Each of these waits for roots and quotients of its own, but for no other one's.
+  for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
+    const FrameContact& contact = frame.contacts[i];
+    const Vector3d u_O = model.soft_object() ? Vector3d(kinematics.u_O.row(i)) : Vector3d::Zero();
+    const ContactGap gap = contact_gap(contact, X_FO, displacement(state, contact), u_O);
+    kinematics.gap_m[i] = gap.gap_m;
+    kinematics.gap_unit[i] = 1.0;
+    kinematics.E_F[i].col(0) = gap.n_F;
+  }
+}
+
 }  // namespace
 
 void contact_kinematics(const Model& model, const Frame& frame, const HandPose& pose, const State& state,
@@ -98,15 +112,7 @@ void contact_kinematics(const Model& model, const Frame& frame, const HandPose& 
     const Fingertip& tip = model.scene.hand.fingertips[k];
     const Isometry3d& X_WF = pose.distal(model.scene.hand, k);
     const Isometry3d X_FO = X_WF.inverse() * state.X_WO;
-    // Each of these waits for roots and quotients of its own, but for no other one's.
-    for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
-      const FrameContact& contact = frame.contacts[i];
-      const Vector3d u_O = model.soft_object() ? Vector3d(kinematics.u_O.row(i)) : Vector3d::Zero();
-      const ContactGap gap = contact_gap(contact, X_FO, displacement(state, contact), u_O);
-      kinematics.gap_m[i] = gap.gap_m;
-      kinematics.gap_unit[i] = 1.0;
-      kinematics.E_F[i].col(0) = gap.n_F;
-    }
+    find_gaps(model, frame, state, k, X_FO, kinematics);
     for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
       const FrameContact& contact = frame.contacts[i];
       const Vector3d u_F = displacement(state, contact);

@@ -50,8 +50,7 @@ bool is_finite(const TickInput& input) {
   return input.wrench.allFinite() && (!input.X_WT || input.X_WT->matrix().allFinite());
 }
 
-/// Whether the frame is too old, or the fingertips have moved so far against the object since that its contacts mean
-/// little.
+/// Whether the frame is too old, or the fingertips have since moved too far against the object for its contacts.
 bool must_hold(const Model& model, const Frame& frame, const State& state, const ContactWorkspace& work) {
   if (!std::isfinite(work.policy.hold_after_s)) return false;
   if (static_cast<double>(state.tick - frame.tick) * model.scene.step_s > work.policy.hold_after_s) return true;
@@ -143,9 +142,7 @@ Drive drive(const Model& model, const Frame& frame, const Vector6d& wrench, Cont
   Drive drive{frame.torque_Nm + work.resumed_Nm, frame.wrench + wrench, mobility(scene, held ? kHoldStiffness : 0.0),
               PerFinger<JointMatrix>(are_stiff ? model.fingers() : 0)};
   if (held) drive.torque = work.torque_held_Nm - kHoldStiffness * (state.q - work.q_held);
-  if (scene.hand.slides) {
-    drive_slides(scene, static_cast<double>(state.tick) * scene.step_s, state.q, drive.torque);
-  }
+  if (scene.hand.slides) drive_slides(scene, static_cast<double>(state.tick) * scene.step_s, state.q, drive.torque);
   work.resumed_Nm *= std::exp(-scene.step_s / kResume_s);
   work.torque_Nm = drive.torque;
   if (frame.muscle_N.size() > 0) let_muscles_act(model, frame, state.muscle_N, state.q, drive);
@@ -220,11 +217,6 @@ SolveReport find_forces(const Model& model, const Frame& frame, const GroupedDel
     load.normal.normalize();
   }
   return load;
-}
-
-void move(const RigidMotion& motion, State& state) {
-  state.q += motion.dq;
-  state.X_WO = moved(state.X_WO, motion.dx);
 }
 
 /// How far the control points that the lists have no room for are in the object, at the state that the tick starts
@@ -345,7 +337,8 @@ bool commit(const Model& model, const Frame& frame, const ContactWorkspace& work
             State& state) {
   if (!motion.dq.allFinite() || !motion.dx.allFinite()) return false;
   const Eigen::VectorXd& f = work.f;
-  move(motion, state);
+  state.q += motion.dq;
+  state.X_WO = moved(state.X_WO, motion.dx);
   for (int k = 0; k < model.fingers(); ++k) state.load[k] = finger_load(frame, work.kinematics, k, f);
   state.forces.clear();
   for (Index i = 0; i < frame.size(); ++i) {
@@ -405,6 +398,31 @@ void press_in(const Model& model, const Frame& frame, ContactWorkspace& work, St
   find_displacements(model, frame, work.kinematics, work.pose, state, work.patches);
   Ledger start;
   book_deformation(model, frame, work, true, state, start);
+}
+
+/// Once the bodies have moved: deforms pulps and a soft object, finds where the patches have gone, books the energy.
+void deform_bodies(const Model& model, const Frame& frame, ContactWorkspace& work, State& state, Ledger& ledger) {
+  if (model.deformable()) {
+    for (int k = 0; k < model.fingers(); ++k)
+      deform(model, frame, work.kinematics, k, work.f, work.solver.surface_motion, work.loads, state);
+    if (model.soft_object()) remember_loads(model, frame, work.kinematics.object_tensors, work.f, state);
+  }
+  pose_hand(model.scene, state.q, work);
+  find_displacements(model, frame, work.kinematics, work.pose, state, work.patches);
+  if (model.deformable()) book_deformation(model, frame, work, false, state, ledger);
+}
+
+/// Reports slip and load of the fingers' patches, and has the fingertips feel them.
+void report_patches(const Model& model, const Frame& frame, double mu, ContactWorkspace& work, State& state,
+                    TickReport& report) {
+  for (int k = 0; k < model.fingers(); ++k) {
+    if (state.load[k].normal_N > 0.0) report.small[k] = frame.small[k];
+    report.patch[k] = patch_report(work.patches.of_finger(k), state.load[k], mu, model.scene.step_s);
+  }
+  for (int k = 0; k < std::ssize(state.touch); ++k) {
+    state.touch[k] = felt_touch(model, frame, work.kinematics, work.patches.of_finger(k), state.load[k],
+                                report.patch[k], mu, work.touch_noise);
+  }
 }
 
 }  // namespace
@@ -473,24 +491,8 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
   book_motion(scene, drive, state, motion, report);
   if (scene.hand.slides) book_slides(scene, frame, work.kinematics, work.f, motion.dq, report.ledger);
   if (scene.environment) book_environment(*scene.environment, work, report.ledger);
-  if (model.deformable()) {
-    for (int k = 0; k < model.fingers(); ++k)
-      deform(model, frame, work.kinematics, k, work.f, work.solver.surface_motion, work.loads, state);
-    if (model.soft_object()) remember_loads(model, frame, work.kinematics.object_tensors, work.f, state);
-  }
-  pose_hand(scene, state.q, work);
-  find_displacements(model, frame, work.kinematics, work.pose, state, work.patches);
-  if (model.deformable()) {
-    book_deformation(model, frame, work, false, state, report.ledger);
-  }
-  for (int k = 0; k < model.fingers(); ++k) {
-    if (state.load[k].normal_N > 0.0) report.small[k] = frame.small[k];
-    report.patch[k] = patch_report(work.patches.of_finger(k), state.load[k], mu, scene.step_s);
-  }
-  for (int k = 0; k < std::ssize(state.touch); ++k) {
-    state.touch[k] = felt_touch(model, frame, work.kinematics, work.patches.of_finger(k), state.load[k],
-                                report.patch[k], mu, work.touch_noise);
-  }
+  deform_bodies(model, frame, work, state, report.ledger);
+  report_patches(model, frame, mu, work, state, report);
   (model.deformable() ? report.deform_s : report.solve_s) += watch.lap();
   return report;
 }

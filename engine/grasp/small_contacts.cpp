@@ -146,6 +146,19 @@ struct PressedPulp {
   }
 };
 
+/// The control points that face the object and may have a part of the patch.
+void find_cells(const PressedPulp& pressed, const Patch& patch, std::vector<PatchCell>& cells) {
+  const double cell_m = std::sqrt(pressed.pulp.area_m2.maxCoeff());
+  const Vector2d far_m = patch.semi_axes_m() * std::numbers::sqrt2 + Vector2d::Constant(cell_m);
+  const Vector3d inward_F = pressed.X_OF.linear().transpose() * patch.n_O;
+  cells.clear();
+  for (Index c = 0; c < pressed.pulp.controls(); ++c) {
+    if (pressed.pulp.control_normals.row(c).dot(inward_F) >= 0.0) continue;
+    const Vector2d y = pressed.aside(patch, c);
+    if ((y.cwiseAbs().array() < far_m.array()).all()) cells.push_back({.control_point = c, .y = y});
+  }
+}
+
 /// Gives every place of the patch to the control point next to it.
 void share(const Patch& patch, std::span<PatchCell> cells) {
   constexpr int kPlaces = 128;
@@ -219,15 +232,7 @@ SmallPatch add_small_contacts(const Model& model, const ContactSnapshot& snapsho
   if (!patch || !patch->is) return {};
   const double reach_m = outer_radius_m(pressed.tip) + band_m;
 
-  const double cell_m = std::sqrt(pressed.pulp.area_m2.maxCoeff());
-  const Vector2d far_m = patch->semi_axes_m() * std::numbers::sqrt2 + Vector2d::Constant(cell_m);
-  const Vector3d inward_F = X_OF.linear().transpose() * patch->n_O;
-  small.cells.clear();
-  for (Index c = 0; c < pressed.pulp.controls(); ++c) {
-    if (pressed.pulp.control_normals.row(c).dot(inward_F) >= 0.0) continue;
-    const Vector2d y = pressed.aside(*patch, c);
-    if ((y.cwiseAbs().array() < far_m.array()).all()) small.cells.push_back({.control_point = c, .y = y});
-  }
+  find_cells(pressed, *patch, small.cells);
   if (small.cells.empty()) return {};
   share(*patch, small.cells);
 
