@@ -22,6 +22,8 @@ struct PulpShape {
   /// Of the largest sphere about the centre that is in the pulp, and of the least one that it is in.
   [[nodiscard]] double inner_radius_m() const;
   [[nodiscard]] double outer_radius_m() const;
+
+  bool operator==(const PulpShape&) const = default;
 };
 
 /// A place on a pulp's surface.

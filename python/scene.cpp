@@ -82,23 +82,32 @@ std::vector<std::string> names_of(const std::vector<Named>& all) {
 }
 
 std::shared_ptr<SceneHandle> make(const std::filesystem::path& file, std::vector<std::string> changes,
-                                  std::optional<FoundGrasp> grasp = {}) {
+                                  std::optional<FoundGrasp> grasp = {}, const SceneHandle* like = nullptr) {
   const py::gil_scoped_release others;
-  return std::make_shared<SceneHandle>(file, std::move(changes), std::move(grasp));
+  return std::make_shared<SceneHandle>(file, std::move(changes), std::move(grasp),
+                                       like != nullptr ? like->made_model() : nullptr);
 }
 
 }  // namespace
 
-SceneHandle::SceneHandle(std::filesystem::path file, std::vector<std::string> changes, std::optional<FoundGrasp> grasp)
+SceneHandle::SceneHandle(std::filesystem::path file, std::vector<std::string> changes, std::optional<FoundGrasp> grasp,
+                         std::shared_ptr<const Model> known)
     : file_(std::move(file)),
       changes_(std::move(changes)),
       grasp_(std::move(grasp)),
-      scene_(load(file_, changes_, grasp_)) {}
+      scene_(load(file_, changes_, grasp_)),
+      known_(std::move(known)) {}
 
 std::shared_ptr<const Model> SceneHandle::model() const {
   const std::lock_guard lock(making_);
-  if (!model_) model_ = std::make_shared<const Model>(load_model(scene_));
+  if (!model_) model_ = std::make_shared<const Model>(known_ ? load_model(scene_, *known_) : load_model(scene_));
+  known_.reset();
   return model_;
+}
+
+std::shared_ptr<const Model> SceneHandle::made_model() const {
+  const std::lock_guard lock(making_);
+  return model_ ? model_ : known_;
 }
 
 std::shared_ptr<const Model> model_of(const SceneHandle& scene) {
@@ -187,7 +196,7 @@ Raises SceneError with every fault, its file, line, column and key; FileError fo
       .def(
           "set",
           [](const SceneHandle& self, const py::dict& changes) {
-            return make(self.file(), joined(self.changes(), changes), self.grasp());
+            return make(self.file(), joined(self.changes(), changes), self.grasp(), &self);
           },
           py::arg("changes"), R"(The scene with some values changed: {'object.mass': '150 g', 'contact.friction': 0.6}.
 

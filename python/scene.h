@@ -22,7 +22,9 @@ namespace py = pybind11;
 /// and shared by all runs of it: that of load_model().
 class SceneHandle {
  public:
-  SceneHandle(std::filesystem::path file, std::vector<std::string> changes, std::optional<FoundGrasp> grasp = {});
+  /// `known`: a model of a scene like this one, if there is one: load_model().
+  SceneHandle(std::filesystem::path file, std::vector<std::string> changes, std::optional<FoundGrasp> grasp = {},
+              std::shared_ptr<const Model> known = nullptr);
 
   [[nodiscard]] const Scene& scene() const { return scene_; }
   [[nodiscard]] const std::filesystem::path& file() const { return file_; }
@@ -30,6 +32,8 @@ class SceneHandle {
   [[nodiscard]] const std::optional<FoundGrasp>& grasp() const { return grasp_; }
   /// Without the interpreter's lock. Throws ConfigError and FileError.
   [[nodiscard]] std::shared_ptr<const Model> model() const;
+  /// If it has been made; null otherwise.
+  [[nodiscard]] std::shared_ptr<const Model> made_model() const;
 
  private:
   std::filesystem::path file_;
@@ -37,7 +41,7 @@ class SceneHandle {
   std::optional<FoundGrasp> grasp_;
   Scene scene_;
   mutable std::mutex making_;
-  mutable std::shared_ptr<const Model> model_;
+  mutable std::shared_ptr<const Model> model_, known_;
 };
 
 /// Its model; others may have the interpreter while it is made.

@@ -31,6 +31,8 @@ struct PulpMaterial {
   double relaxation_s = 0.0;  ///< Retardation time tau_r of the Kelvin-Voigt law; 0 is elastic.
   PulpKernel kernel = PulpKernel::kBoussinesq;
   double stiffening_per_N = 0.0;  ///< beta: a fingertip under the normal load F has the modulus E* (1 + beta F).
+
+  bool operator==(const PulpMaterial&) const = default;
 };
 
 struct Fingertip;

@@ -74,10 +74,10 @@ void GraspRun::receive() {
   std::erase_if(under_way_, is_due);
 }
 
-void run_ticks(GraspRun& run, std::int64_t ticks, std::span<Watcher* const> watchers) {
+void run_ticks(GraspRun& run, std::int64_t ticks, std::span<Watcher* const> watchers, bool shows) {
   std::vector<SurfaceDisplay> displays;
   for (const Pulp& pulp : run.model.pulps) {
-    if (!run.is_lockstep()) displays.emplace_back(pulp);
+    if (shows && !run.is_lockstep()) displays.emplace_back(pulp);
   }
   const Eigen::VectorXd& muscle_forces_N = run.controller.f_muscle;
   double picture = -1.0;  // the number of the last one

@@ -107,7 +107,8 @@ class Watcher {
 };
 
 /// So many contact ticks, or until a watcher ends it; a control tick that a watcher ends it after is the last. In one
-/// loop the deformed fingertips are shown at every sample 60 times a second, as a viewer would need them.
-void run_ticks(GraspRun& run, std::int64_t ticks, std::span<Watcher* const> watchers);
+/// loop the deformed fingertips are shown at every sample 60 times a second, as a viewer would need them; without
+/// `shows` they are not.
+void run_ticks(GraspRun& run, std::int64_t ticks, std::span<Watcher* const> watchers, bool shows = true);
 
 }  // namespace thenar

@@ -90,6 +90,16 @@ std::vector<Pulp> make_pulps(const Scene& scene) {
   return pulps;
 }
 
+bool have_same_pulps(const Scene& one, const Scene& other) {
+  if (!one.fingertips || !other.fingertips) return false;
+  const auto is_same = [&](const Fingertip& a, const Fingertip& b) {
+    return a.centre_m == b.centre_m && a.radius_m == b.radius_m && a.shape == b.shape &&
+           material_of(a, one.fingertips->material) == material_of(b, other.fingertips->material);
+  };
+  return one.fingertips->points == other.fingertips->points && one.fingertips->leaves == other.fingertips->leaves &&
+         std::ranges::equal(one.hand.fingertips, other.hand.fingertips, is_same);
+}
+
 double expected_load_N(const Scene& scene, const Pulp& pulp) {
   if (scene.hand.slides) {
     double most_N = 0.0;

@@ -73,7 +73,7 @@ Recording run_scene(const Model& model, State& state, const RunSettings& setting
   ProgressWatcher progress(model, settings.progress);
   std::vector<Watcher*> watchers = settings.watchers;
   watchers.insert(watchers.end(), {&recorder, &progress});
-  run_ticks(run, recorder.planned(), watchers);
+  run_ticks(run, recorder.planned(), watchers, settings.shows);
   if (const auto time_s = progress.interrupted_s()) recorder.interrupt(*time_s);
   state = std::move(run.state);
   return recorder.finish(state, run.report, progress.wall_s());

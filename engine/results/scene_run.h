@@ -25,6 +25,7 @@ struct RunSettings {
   Progress progress = {};
   RecordingFile* film = nullptr;        ///< Of what it looks like: what the disk refuses it reports at its end.
   std::vector<Watcher*> watchers = {};  ///< Beside the recorder.
+  bool shows = true;                    ///< In one loop, the fingertips: see run_ticks().
 };
 
 /// Runs a scene on one thread, to its end or until the object is lost or no grasp forces exist at the start. `state` is

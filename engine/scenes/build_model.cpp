@@ -14,14 +14,14 @@ namespace thenar {
 
 namespace {
 
-Model with_surface(Scene scene, std::vector<std::string> notes, ImplicitSurface surface) {
+Model with_surface(Scene scene, std::vector<std::string> notes, ImplicitSurface surface, Model* known = nullptr) {
   std::string grasp_notes;
   if (scene.grasp) grasp_notes = find_scene_grasp(scene, surface);
   std::shared_ptr<const SampledSolid> sampled;
   if (scene.environment && !solid_of(scene.object.shape))
     sampled = std::make_shared<const SampledSolid>(surface.cloud());
   check_room(scene, sampled);
-  Model model = surface_model(std::move(scene), std::move(surface));
+  Model model = surface_model(std::move(scene), std::move(surface), known);
   model.sampled = std::move(sampled);
   model.object_notes = std::move(notes);
   model.grasp_notes = std::move(grasp_notes);
@@ -37,9 +37,9 @@ Model build_model(Scene scene, const StartWatch& begins) {
   return with_surface(std::move(scene), std::move(notes), std::move(surface));
 }
 
-Model build_model(Scene scene, const Model& known) {
+Model build_model(Scene scene, Model known) {
   if (!have_same_surface(scene, known.scene)) return build_model(std::move(scene));
-  return with_surface(std::move(scene), known.object_notes, known.object);
+  return with_surface(std::move(scene), std::move(known.object_notes), std::move(known.object), &known);
 }
 
 }  // namespace thenar

@@ -11,7 +11,8 @@ namespace thenar {
 /// environment leaves it no room.
 [[nodiscard]] Model build_model(Scene scene, const StartWatch& begins = {});
 
-/// The same model, sooner: a known one lends its object's surface where the scene has the same.
-[[nodiscard]] Model build_model(Scene scene, const Model& known);
+/// The same model, sooner: of a known one it takes the object's surface and the fingertips where the scene has the
+/// same.
+[[nodiscard]] Model build_model(Scene scene, Model known);
 
 }  // namespace thenar

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -34,9 +35,13 @@ void check_places(const Model& model) {
   if (scene.task.push) check(scene.task.push->at_m, "task.push.at");
 }
 
+void make_room_for_contacts(Model& model) {
+  model.max_contacts = model.fingers() * std::min(model.scene.contact.max_per_finger, model.pulps.front().controls());
+}
+
 /// What depends on how many control points the pulps have.
 void fit_to_controls(Model& model) {
-  model.max_contacts = model.fingers() * std::min(model.scene.contact.max_per_finger, model.pulps.front().controls());
+  make_room_for_contacts(model);
   double spacing_m = 0.0;  // of control points
   for (const Pulp& pulp : model.pulps) spacing_m = std::max(spacing_m, std::sqrt(pulp.area_m2.mean()));
   find_edges(model);
@@ -49,10 +54,25 @@ void fit_to_controls(Model& model) {
   model.fine_edges_m = places_m(edges.begin(), edges.end());
 }
 
-void make_fingertips(Model& model) {
+/// Whether a model on the same surface has the fingertips that this one would get. A level that is chosen depends on
+/// more than these.
+bool has_same_fingertips(const Model& model, const Model& known) {
+  const std::optional<int>& level = model.scene.contact.level;
+  return level && *level == known.level && have_same_pulps(model.scene, known.scene);
+}
+
+void make_fingertips(Model& model, Model* known) {
   const Scene& scene = model.scene;
   model.max_contacts = model.fingers();
   if (!scene.fingertips) return;
+  if (known != nullptr && has_same_fingertips(model, *known)) {
+    model.pulps = std::move(known->pulps);
+    model.level = known->level;
+    model.fine_m = std::move(known->fine_m);
+    model.fine_edges_m = std::move(known->fine_edges_m);
+    make_room_for_contacts(model);
+    return;
+  }
   model.pulps = make_pulps(scene);
   if (scene.contact.level != 0) {
     model.level = scene.contact.level
@@ -65,11 +85,11 @@ void make_fingertips(Model& model) {
 
 }  // namespace
 
-Model surface_model(Scene scene, ImplicitSurface surface) {
+Model surface_model(Scene scene, ImplicitSurface surface, Model* known) {
   Model model{.scene = std::move(scene), .object_notes = {}, .object = std::move(surface)};
   model.exact = exact_shape_of(model.scene.object.shape);
   check_places(model);
-  make_fingertips(model);
+  make_fingertips(model, known);
   if (model.scene.settles) settle(model);
   return model;
 }

@@ -19,7 +19,7 @@ Model load_model(const std::filesystem::path& scene, const std::vector<std::stri
   return load_model(load_scene(scene, changes), watch);
 }
 
-Model load_model(Scene scene, const Model& known) { return as_needed(build_model(std::move(scene), known)); }
+Model load_model(Scene scene, Model known) { return as_needed(build_model(std::move(scene), std::move(known))); }
 
 void require_part(const Model& model, Part part, const std::filesystem::path& scene) {
   if (has(model.scene, part)) return;

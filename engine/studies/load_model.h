@@ -28,8 +28,8 @@ struct ModelWatch {
 [[nodiscard]] Model load_model(const std::filesystem::path& scene, const std::vector<std::string>& changes = {},
                                const ModelWatch& watch = {});
 
-/// The same, sooner: a known model lends its object's surface where the scene has the same.
-[[nodiscard]] Model load_model(Scene scene, const Model& known);
+/// The same, sooner: what a known model has that the scene has, too, is taken of it, as build_model() does.
+[[nodiscard]] Model load_model(Scene scene, Model known);
 
 /// For what is all about a part. Throws ConfigError where the model does not have it, for `model: auto` left it out.
 void require_part(const Model& model, Part part, const std::filesystem::path& scene);

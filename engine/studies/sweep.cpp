@@ -135,7 +135,7 @@ std::string reason(const ConfigError& error) {
   return text;
 }
 
-/// The result of one row; or why there is none, as `failure`. `known` is the thread's last model, whose surface may
+/// The result of one row; or why there is none, as `failure`. `known` is the thread's last model, of which parts may
 /// serve again, and becomes this one's.
 std::optional<SweepRow> run_one(const SweepPlan& plan, std::size_t row, const RunScene& run,
                                 std::optional<Model>& known, std::string& failure) {
@@ -149,7 +149,8 @@ std::optional<SweepRow> run_one(const SweepPlan& plan, std::size_t row, const Ru
   };
   try {
     Scene scene = load_scene(plan.scene, plan.changes(row));
-    known = known ? load_model(std::move(scene), *known) : load_model(std::move(scene));
+    std::optional<Model> last = std::exchange(known, std::nullopt);
+    known = last ? load_model(std::move(scene), *std::move(last)) : load_model(std::move(scene));
     return run(*known);
   } catch (const ConfigError& error) {
     return refused(reason(error));
@@ -298,7 +299,7 @@ SweepRow sweep_row(const Model& model, const Recording& recording) {
 
 SweepRow run_row(const Model& model) {
   State state(model);
-  return sweep_row(model, run_scene(model, state));
+  return sweep_row(model, run_scene(model, state, {.shows = false}));
 }
 
 void run_sweep(const SweepPlan& plan, const std::vector<std::size_t>& rows, int jobs, const RunScene& run,

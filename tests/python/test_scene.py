@@ -23,6 +23,18 @@ class Scenes(unittest.TestCase):
         self.assertNotEqual(scene.mass_kg, 0.15)
         self.assertIn("object.mass=150 g", heavier.changes)
 
+    def test_set_after_a_start_is_the_same_scene(self):
+        """What a scene has made serves a changed one, and makes no difference to it."""
+        first = thenar.Scene("box_grasp", {"object.points": 3000})
+        first.prepare()
+        for change in ({"contact.friction": 0.5}, {"fingertips.leaves": 160}, {"object.points": 2500}):
+            fresh = thenar.Simulation(thenar.Scene("box_grasp", {"object.points": 3000, **change}))
+            taken = thenar.Simulation(first.set(change))
+            fresh.step(50)
+            taken.step(50)
+            self.assertTrue((fresh.force_N == taken.force_N).all(), change)
+            self.assertTrue((fresh.object == taken.object).all(), change)
+
     def test_values_of_all_kinds(self):
         scene = box()
         self.assertEqual(scene.set({"name": "x"}).name, "x")
