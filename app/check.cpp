@@ -25,9 +25,9 @@
 #include "engine/studies/savings.h"
 #include "engine/studies/stiffness_report.h"
 
-namespace {
+namespace thenar::app {
 
-using namespace thenar;
+namespace {
 
 struct DescribeShape {
   std::ostream& out;
@@ -125,7 +125,7 @@ void describe_mending(const Model& model, std::ostream& out) {
   if (model.object_notes.empty()) out << "  nothing\n";
 }
 
-std::string in_words(const Saving& saving) {
+std::string saving_in_words(const Saving& saving) {
   return fmt::format("{:.0f} ({:.0f} .. {:.0f})", saving.us, saving.low_us, saving.high_us);
 }
 
@@ -134,7 +134,7 @@ void describe_effects(const Scene& scene, const std::vector<PartEffect>& effects
   out << fmt::format("  {:<54}{:>20}  {}\n", "", "saves us", "without it, rms");
   for (std::size_t i = 0; i < effects.size(); ++i) {
     const PartEffect& effect = effects[i];
-    out << fmt::format("  {:<54}{:>20}  {:<64}  {}\n", title(effect), in_words(savings.without[i]),
+    out << fmt::format("  {:<54}{:>20}  {:<64}  {}\n", title(effect), saving_in_words(savings.without[i]),
                        effect.alike ? in_words(effect.error) : in_words(effect),
                        effect.within ? "could be left out" : "needed");
   }
@@ -153,7 +153,7 @@ void describe_needed(const Scene& scene, const NeededParts& needed, const Saving
       << (out_of_it.empty() ? " nothing\n" : ", all together\n");
   for (const PartEffect& effect : out_of_it) out << "    " << title(effect) << "\n";
   if (out_of_it.empty()) return;
-  out << fmt::format("  which saves {} us; {}\n", in_words(savings.without.back()), in_words(out_of_it.back()));
+  out << fmt::format("  which saves {} us; {}\n", saving_in_words(savings.without.back()), in_words(out_of_it.back()));
 }
 
 /// What each part costs and gives, and what could be left out: the scene is run without it.
@@ -438,3 +438,5 @@ std::string description(const Scene& asked, bool with_parts) {
   if (!with_parts) out << "\nwith --parts it is run, and its parts are weighed\n";
   return out.str();
 }
+
+}  // namespace thenar::app

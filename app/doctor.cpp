@@ -16,9 +16,9 @@
 #include "engine/loops/percentiles.h"
 #include "engine/loops/realtime.h"
 
-namespace {
+namespace thenar::app {
 
-using namespace thenar;
+namespace {
 
 constexpr std::array kRates_kHz{10.0, 4.0, 2.0, 1.0};
 constexpr double kMeasured_s = 1.0;  // for each of them
@@ -236,3 +236,5 @@ void doctor(std::ostream& out, int asked_core) {
   }
   out << verdict(wake_ups) << '\n';
 }
+
+}  // namespace thenar::app

@@ -3,23 +3,25 @@
 #include <array>
 #include <iostream>
 
-using thenar::Outcome;
+namespace thenar::app {
 
 namespace {
 
-/// In the order of Outcome. ::kUnknown is not the NaN of that name. What rests, the hand has lost.
-constexpr std::array kCodes{kDone, kDone,   ::kUnknown, kOverLimits, kOffTarget, kSlipping,
-                            kLost, kFailed, kUnstable,  kLost,       kFailed,    kBadUsage};
-static_assert(kCodes.size() == thenar::kOutcomes.size());
+/// In the order of Outcome. What rests, the hand has lost.
+constexpr std::array kCodes{kDone, kDone,   kUnknown,  kOverLimits, kOffTarget, kSlipping,
+                            kLost, kFailed, kUnstable, kLost,       kFailed,    kBadUsage};
+static_assert(kCodes.size() == kOutcomes.size());
 
 }  // namespace
 
-int exit_code(const thenar::Scene& scene, Outcome outcome) {
+int exit_code(const Scene& scene, Outcome outcome) {
   return fails(scene, outcome) ? kCodes[static_cast<std::size_t>(outcome)] : kDone;
 }
 
-int report_verdict(const thenar::Scene& scene, const thenar::Verdict& verdict) {
+int report_verdict(const Scene& scene, const Verdict& verdict) {
   const int code = exit_code(scene, verdict.outcome);
   if (code != kDone) std::cerr << "failed: " << in_words(verdict) << '\n';
   return code;
 }
+
+}  // namespace thenar::app

@@ -2,6 +2,8 @@
 
 #include "engine/results/verdict.h"
 
+namespace thenar::app {
+
 /// What the program ends with: docs/guide/run.md has the table.
 enum ExitCode {
   kDone = 0,
@@ -20,7 +22,9 @@ enum ExitCode {
 };
 
 /// Of a run that came to an end: 0 unless it failed.
-[[nodiscard]] int exit_code(const thenar::Scene& scene, thenar::Outcome outcome);
+[[nodiscard]] int exit_code(const Scene& scene, Outcome outcome);
 
 /// The same, and says on stderr why it failed.
-[[nodiscard]] int report_verdict(const thenar::Scene& scene, const thenar::Verdict& verdict);
+[[nodiscard]] int report_verdict(const Scene& scene, const Verdict& verdict);
+
+}  // namespace thenar::app

@@ -14,16 +14,17 @@
 #include "engine/results/run_tables.h"
 #include "engine/scenes/scene_file.h"
 
-namespace {
+namespace thenar::app {
 
 namespace fs = std::filesystem;
-using thenar::FileError;
+
+namespace {
 
 /// Refuses what has no states, and says what is wrong with the others.
 void look_at(const fs::path& recording) {
   double last_s = 0.0;
   bool has_states = false;
-  const thenar::McapReading reading = thenar::read_mcap(recording, [&](const thenar::McapMessage& message) {
+  const McapReading reading = read_mcap(recording, [&](const McapMessage& message) {
     has_states = has_states || message.topic == "/state";
     last_s = message.time_s;
   });
@@ -46,21 +47,23 @@ int export_recording(const Options& options) {
   check_results(results, {options.recording});
   look_at(options.recording);
   if (!options.html.empty()) {
-    thenar::write_file(options.html, thenar::recording_page(options.recording));
+    write_file(options.html, recording_page(options.recording));
   }
   if (!options.csv.empty()) {
-    const thenar::RecordedRun run = thenar::read_recording(options.recording, {thenar::is_signal, false});
-    thenar::write_file(options.csv, thenar::run_csv(run));
+    const RecordedRun run = read_recording(options.recording, {is_signal, false});
+    write_file(options.csv, run_csv(run));
   }
   if (!options.sto.empty()) {
-    const auto of_joints = [](const thenar::Field& field) {
+    const auto of_joints = [](const Field& field) {
       return field.name == "time_s" || field.name == "q_rad" || field.name == "q_m" || field.name == "muscles_N";
     };
-    const thenar::RecordedRun run = thenar::read_recording(options.recording, {of_joints, false});
-    thenar::write_file(options.sto, thenar::run_sto(run, options.recording));
+    const RecordedRun run = read_recording(options.recording, {of_joints, false});
+    write_file(options.sto, run_sto(run, options.recording));
   }
   if (!options.npz.empty()) {
-    thenar::write_file(options.npz, thenar::run_npz(thenar::read_recording(options.recording), options.npz));
+    write_file(options.npz, run_npz(read_recording(options.recording), options.npz));
   }
   return kDone;
 }
+
+}  // namespace thenar::app

@@ -2,5 +2,9 @@
 
 #include "app/options.h"
 
+namespace thenar::app {
+
 /// `thenar export`: a recording as one page that plays without a network, or as a table. Its exit code.
 [[nodiscard]] int export_recording(const Options& options);
+
+}  // namespace thenar::app

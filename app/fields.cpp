@@ -10,11 +10,9 @@
 #include "engine/results/contact_fields.h"
 #include "engine/results/tick_fields.h"
 
-namespace {
+namespace thenar::app {
 
-using thenar::From;
-using thenar::Of;
-using thenar::TickField;
+namespace {
 
 struct OfInWords {
   std::string_view count, owner, place, type;
@@ -33,13 +31,13 @@ constexpr std::array<OfInWords, 12> kWords = {{{"1", "", "", "float"},
                                                {"some", "", "", "_Array"},
                                                {"some", "", "", "_Array"}}};
 
-const OfInWords& words_of(const TickField& field) { return kWords.at(static_cast<std::size_t>(field.of)); }
+const OfInWords& of_in_words(const TickField& field) { return kWords.at(static_cast<std::size_t>(field.of)); }
 
 /// Its first column: "FINGER_slip_um".
 std::string column_of(const TickField& field) {
   if (field.of == Of::kShape) return "";
   if (field.of == Of::kList) return fmt::format("`{}[0]`", field.name);
-  const OfInWords& words = words_of(field);
+  const OfInWords& words = of_in_words(field);
   std::string name;
   for (const std::string_view part : {words.owner, field.shown, words.place, field.shown_unit}) {
     if (!part.empty()) name.append(name.empty() ? "" : "_").append(part);
@@ -81,14 +79,14 @@ std::string fields_as_markdown() {
       "it is a matrix of 4 x 4.\nA field with a condition is in scenes that fulfil it; elsewhere messages, columns and "
       "`Realtime.state()` leave it out, and\nviews have no rows.\n\n"
       "| field | count | unit | column | in | |\n|---|---|---|---|---|---|\n";
-  for (const TickField& field : thenar::tick_fields()) {
-    fmt::format_to(std::back_inserter(page), "| `{}` | {} | {} | {} | {} | {} |\n", field.name, words_of(field).count,
-                   field.unit, column_of(field), lists_of(field), sentence_of(field));
+  for (const TickField& field : tick_fields()) {
+    fmt::format_to(std::back_inserter(page), "| `{}` | {} | {} | {} | {} | {} |\n", field.name,
+                   of_in_words(field).count, field.unit, column_of(field), lists_of(field), sentence_of(field));
   }
   page +=
       "\n## The fields of a contact\n\nA row for each contact, behind the fields of a state message; in Python a "
       "structured array.\n\n| field | count | unit | |\n|---|---|---|---|\n";
-  for (const thenar::ContactField& field : thenar::contact_fields()) {
+  for (const ContactField& field : contact_fields()) {
     fmt::format_to(std::back_inserter(page), "| `{}` | {} | {} | {} |\n", field.name, field.count, field.unit,
                    sentence_of(field));
   }
@@ -97,11 +95,13 @@ std::string fields_as_markdown() {
 
 std::string fields_as_stub() {
   std::string lines;
-  for (const TickField& field : thenar::tick_fields()) {
+  for (const TickField& field : tick_fields()) {
     if (field.of == Of::kShape || field.from == From::kPicture || field.from == From::kLoops) continue;
-    const std::string_view type = words_of(field).type;
+    const std::string_view type = of_in_words(field).type;
     const std::string optional = field.from == From::kState ? fmt::format("Optional[{}]", type) : std::string(type);
     fmt::format_to(std::back_inserter(lines), "    @property\n    def {}(self) -> {}: ...\n", field.name, optional);
   }
   return lines;
 }
+
+}  // namespace thenar::app

@@ -35,10 +35,11 @@
 #include "engine/scenes/surface_model.h"
 #include "engine/scenes/units.h"
 
-namespace {
+namespace thenar::app {
 
-using namespace thenar;
 namespace fs = std::filesystem;
+
+namespace {
 
 double value_or(const std::string& text, Dimension dimension, double otherwise) {
   return text.empty() ? otherwise : read_quantity(text, dimension).value;
@@ -210,3 +211,5 @@ int new_scene(const Options& options) {
   }
   return kDone;
 }
+
+}  // namespace thenar::app

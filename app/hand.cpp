@@ -19,10 +19,11 @@
 #include "engine/scenes/hand_file.h"
 #include "engine/scenes/shared_data.h"
 
-namespace {
+namespace thenar::app {
 
-using namespace thenar;
 namespace fs = std::filesystem;
+
+namespace {
 
 HandRequest request_of(const HandOptions& options) {
   HandRequest request;
@@ -126,3 +127,5 @@ int run_hand(const HandOptions& options) {
   std::cout << "\npicture in " << options.out.string() << '\n';
   return kDone;
 }
+
+}  // namespace thenar::app

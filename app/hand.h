@@ -10,6 +10,8 @@ namespace CLI {
 class App;
 }  // namespace CLI
 
+namespace thenar::app {
+
 /// What `thenar hand` is asked for.
 struct HandOptions {
   std::string hand;            ///< A hand file, or the name of a hand that comes with the program.
@@ -26,3 +28,5 @@ void add_hand(CLI::App& app, HandOptions& options);
 
 /// Lists and draws a hand, makes one of an MJCF or URDF file, or finds what one can give. Returns the exit code.
 [[nodiscard]] int run_hand(const HandOptions& options);
+
+}  // namespace thenar::app

@@ -13,11 +13,7 @@
 #include "engine/scenes/scene_file.h"
 #include "engine/studies/capacity_report.h"
 
-namespace {
-
-using namespace thenar;
-
-}  // namespace
+namespace thenar::app {
 
 void add_hand_capacity(CLI::App& hand, CapacityOptions& options) {
   CLI::App* const command = hand.add_subcommand(
@@ -50,3 +46,5 @@ int run_hand_capacity(const CapacityOptions& options) {
   std::cout << capacity_text(grip, capacity);
   return capacity.pinch.status == LimitStatus::kUnproved ? kFailed : kDone;
 }
+
+}  // namespace thenar::app

@@ -9,6 +9,8 @@ namespace CLI {
 class App;
 }  // namespace CLI
 
+namespace thenar::app {
+
 /// What `thenar hand capacity` is asked for.
 struct CapacityOptions {
   std::filesystem::path scene;  ///< Or a hand, which is refused. Empty: it is not asked for.
@@ -22,3 +24,5 @@ void add_hand_capacity(CLI::App& hand, CapacityOptions& options);
 
 /// Prints the largest forces that a scene's hand can give at its start. Returns the exit code.
 [[nodiscard]] int run_hand_capacity(const CapacityOptions& options);
+
+}  // namespace thenar::app

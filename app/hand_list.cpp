@@ -12,10 +12,11 @@
 #include "engine/hand/muscles.h"
 #include "engine/studies/opposition.h"
 
-namespace {
+namespace thenar::app {
 
-using namespace thenar;
 using Eigen::Index;
+
+namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 
@@ -121,3 +122,5 @@ std::string hand_list(const Hand& hand, const std::string& name) {
   for (const std::string& warning : warnings) text += fmt::format("  {}\n", warning);
   return text;
 }
+
+}  // namespace thenar::app

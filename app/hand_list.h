@@ -4,9 +4,13 @@
 
 #include "engine/hand/hand.h"
 
+namespace thenar::app {
+
 /// "9 joints and 3 that follow"
-[[nodiscard]] std::string joint_count(const thenar::Hand& hand);
+[[nodiscard]] std::string joint_count(const Hand& hand);
 
 /// What a hand is, in words: fingers, joints, pulps, muscles with their moment arms, which fingers can face each other,
 /// and warnings.
-[[nodiscard]] std::string hand_list(const thenar::Hand& hand, const std::string& name);
+[[nodiscard]] std::string hand_list(const Hand& hand, const std::string& name);
+
+}  // namespace thenar::app

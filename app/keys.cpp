@@ -11,9 +11,9 @@
 #include "engine/scenes/config.h"
 #include "engine/scenes/keys.h"
 
-namespace {
+namespace thenar::app {
 
-using namespace thenar;
+namespace {
 
 /// Key, value, range, default and meaning.
 using Row = std::array<std::string, 5>;
@@ -137,3 +137,5 @@ std::string keys_as_markdown() {
   }
   return page;
 }
+
+}  // namespace thenar::app

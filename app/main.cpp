@@ -47,10 +47,11 @@
 #include "engine/studies/load_model.h"
 #include "engine/studies/problem_dump.h"
 
-namespace {
+namespace thenar::app {
 
-using namespace thenar;
 namespace fs = std::filesystem;
+
+namespace {
 
 void remove_figures(const fs::path& folder) {
   std::error_code none;  // A figure that cannot be removed cannot be drawn either, and then there is a warning.
@@ -81,8 +82,8 @@ std::vector<Result> results_of(const Options& options) {
 }
 
 /// The scene on two threads; what they did goes into `loops`.
-Recording run_realtime(const Options& options, const Model& model, State& state, const Progress& progress,
-                       nlohmann::ordered_json& loops, RecordingFile* film) {
+Recording run_on_two_threads(const Options& options, const Model& model, State& state, const Progress& progress,
+                             nlohmann::ordered_json& loops, RecordingFile* film) {
   ThreadSettings settings;
   settings.duration_s = model.scene.duration_s;
   settings.spin_s = options.spin_s;
@@ -122,7 +123,7 @@ int run(const Options& options) {
   nlohmann::ordered_json loops = nlohmann::ordered_json::object();  // Of two threads.
   const auto record = [&] {
     if (options.runner == Runner::kRealtime) {
-      return run_realtime(options, model, state, progress, loops, film ? &*film : nullptr);
+      return run_on_two_threads(options, model, state, progress, loops, film ? &*film : nullptr);
     }
     RunSettings settings{.progress = progress, .film = film ? &*film : nullptr};
     if (dump) settings.watchers.push_back(&*dump);
@@ -155,7 +156,7 @@ int run(const Options& options) {
 
 /// How the scene's peg goes into its hole.
 int insertion(const Options& options) {
-  Scene scene = load_scene(options);
+  Scene scene = scene_of(options);
   const PegScene peg = peg_scene(scene, options.scene.string());
   std::vector<Result> files;
   std::optional<FileLock> lock;
@@ -190,7 +191,7 @@ int check(const Options& options) {
   };
   if (!is_hand_file(options.scene)) {
     refuse(!options.hand.out.empty(), "--out", " is a scene, and this draws hands: thenar run --out draws a scene");
-    return print(description(load_scene(options), options.parts));
+    return print(description(scene_of(options), options.parts));
   }
   refuse(!options.overrides.empty(), "--set", " is a hand, and this changes scenes");
   refuse(options.parts, "--parts", " is a hand, and this runs scenes");
@@ -205,7 +206,7 @@ int execute(const Options& options) {
       {"profile", profile},
       {"check", check},
       {"hand", [](const Options& o) { return run_hand(o.hand); }},
-      {"solve", ::solve},
+      {"solve", solve},
       {"grasp", grasp},
       {"new", new_scene},
       {"sweep", sweep},
@@ -224,9 +225,8 @@ int execute(const Options& options) {
   return commands.at(options.command)(options);
 }
 
-}  // namespace
-
-int main(int argc, char** argv) try {
+/// The program, from its arguments to its exit code.
+int run_program(int argc, char** argv) try {
   if (!host_can_run()) {
     std::cerr << kHostCannotRun;
     return kInternal;
@@ -254,3 +254,9 @@ int main(int argc, char** argv) try {
   std::cerr << "internal error: " << error.what() << '\n';
   return kInternal;
 }
+
+}  // namespace
+
+}  // namespace thenar::app
+
+int main(int argc, char** argv) { return thenar::app::run_program(argc, argv); }

@@ -17,9 +17,9 @@
 #include "engine/scenes/scene_file.h"
 #include "engine/scenes/units.h"
 
-namespace {
+namespace thenar::app {
 
-using thenar::Dimension;
+namespace {
 
 /// The texts of the flags that change the scene, as they were written.
 struct SceneFlags {
@@ -166,8 +166,8 @@ void add_object(CLI::App& command, Options& options) {
   command.add_option("--unit", options.unit, "What 1 in the object's file measures, such as mm; default: m")
       ->type_name("UNIT")
       ->check({[](const std::string& text) -> std::string {
-                 const bool is_length = thenar::read_quantity(text, Dimension::kLength).fault.empty();
-                 const bool is_unit = thenar::read_quantity("1 " + text, Dimension::kLength).fault.empty();
+                 const bool is_length = read_quantity(text, Dimension::kLength).fault.empty();
+                 const bool is_unit = read_quantity("1 " + text, Dimension::kLength).fault.empty();
                  return is_length || is_unit ? "" : text + " is no unit of length, such as mm or '25.4 mm'";
                },
                ""});
@@ -268,8 +268,8 @@ std::string wrong_command(const CLI::App& app, const std::vector<std::string>& w
   for (const CLI::App* command : app.get_subcommands({})) names.push_back(command->get_name());
   if (word.starts_with("-") || std::find(names.begin(), names.end(), word) != names.end()) return {};
   const std::vector<std::string_view> candidates(names.begin(), names.end());
-  const std::string_view nearest = thenar::nearest_word(word, candidates);
-  return fmt::format("'{}' is no command{}", thenar::printable(word), thenar::did_you_mean(nearest));
+  const std::string_view nearest = nearest_word(word, candidates);
+  return fmt::format("'{}' is no command{}", printable(word), did_you_mean(nearest));
 }
 
 /// What the flags cannot say together.
@@ -366,7 +366,7 @@ void add_doctor(CLI::App& app, Options& options) {
 
 std::optional<Options> parse_options(int argc, const char* const* argv, int& exit_code) {
   CLI::App app{"Real-time human grasp: deformable fingertips, muscles, and grasps that are found", "thenar"};
-  app.set_version_flag("--version", std::string("thenar ") + std::string(thenar::build_info::kVersion));
+  app.set_version_flag("--version", std::string("thenar ") + std::string(build_info::kVersion));
   app.require_subcommand(1);
   Options options;
   SceneFlags flags;
@@ -407,4 +407,6 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
   return options;
 }
 
-thenar::Scene load_scene(const Options& options) { return load_scene(options.scene, options.overrides, options.rates); }
+Scene scene_of(const Options& options) { return scene_at_rates(options.scene, options.overrides, options.rates); }
+
+}  // namespace thenar::app

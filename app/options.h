@@ -12,6 +12,8 @@
 #include "app/stiffness.h"
 #include "engine/scenes/scene_file.h"
 
+namespace thenar::app {
+
 /// Who runs the two loops.
 enum class Runner {
   kMonolithic,  ///< One loop, as the paper.
@@ -84,4 +86,6 @@ struct Options {
 [[nodiscard]] std::optional<Options> parse_options(int argc, const char* const* argv, int& exit_code);
 
 /// The scene as the command line asks for it. Throws ConfigError.
-[[nodiscard]] thenar::Scene load_scene(const Options& options);
+[[nodiscard]] Scene scene_of(const Options& options);
+
+}  // namespace thenar::app

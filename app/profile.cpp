@@ -25,11 +25,12 @@
 #include "engine/studies/load_model.h"
 #include "engine/studies/profile_table.h"
 
-namespace {
+namespace thenar::app {
 
-using namespace thenar;
-namespace fs = std::filesystem;
 using nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+namespace {
 
 constexpr double kTrace_s = 5.0;  // A trace of more is slow to open.
 constexpr int kPairs = 5;
@@ -170,7 +171,7 @@ Model ready_model(const Options& options, const std::function<void()>& claim) {
     std::cerr << fmt::format("control rate: {:.4g} Hz, every {:g} ms, which is what this machine keeps\n",
                              1.0 / model.scene.control_period_s, 1e3 * model.scene.control_period_s);
   };
-  return load_model(load_scene(options), {.begins = line.begins(), .is_whole = is_whole});
+  return load_model(scene_of(options), {.begins = line.begins(), .is_whole = is_whole});
 }
 
 int profile(const Options& options) {
@@ -213,3 +214,5 @@ int profile(const Options& options) {
   results.finish();
   return watch.interrupted() ? kInterrupted : code;
 }
+
+}  // namespace thenar::app

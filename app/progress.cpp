@@ -8,6 +8,8 @@
 #include <cstdio>
 #include <mutex>
 
+namespace thenar::app {
+
 namespace {
 
 // The signal handler's.
@@ -64,7 +66,7 @@ bool SearchWatch::step(double share, int grasps) {
   return !interrupted_;
 }
 
-RunWatch::RunWatch(const thenar::Scene& scene, bool quiet)
+RunWatch::RunWatch(const Scene& scene, bool quiet)
     : duration_s_(scene.duration_s), shows_(!quiet && isatty(STDERR_FILENO) != 0) {
   listen_for_stop();
 }
@@ -82,3 +84,5 @@ bool RunWatch::tick(double simulated_s, double wall_s) {
   }
   return !interrupted_;
 }
+
+}  // namespace thenar::app

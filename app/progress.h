@@ -9,6 +9,8 @@
 #include "engine/results/scene_run.h"
 #include "engine/scenes/object_surface.h"
 
+namespace thenar::app {
+
 /// One line of stderr that says how far a command is, if somebody is looking.
 class ProgressLine {
  public:
@@ -32,7 +34,7 @@ class ReadyingLine {
   explicit ReadyingLine(bool quiet);
 
   /// For load_model() and build_model(); valid as long as this.
-  [[nodiscard]] thenar::StartWatch begins() {
+  [[nodiscard]] StartWatch begins() {
     return [this](const char* stage) { stage_ = stage; };
   }
   /// For good: others may write to stderr again.
@@ -50,7 +52,7 @@ class SearchWatch {
   explicit SearchWatch(bool quiet);
 
   /// For the search; valid as long as this.
-  [[nodiscard]] thenar::FinderProgress progress() {
+  [[nodiscard]] FinderProgress progress() {
     return [this](double share, int grasps) { return step(share, grasps); };
   }
   void end() { line_.clear(); }
@@ -67,10 +69,10 @@ class SearchWatch {
 /// for that (Ctrl-C, SIGTERM, SIGHUP), so that its results are kept. A second signal ends the program at once.
 class RunWatch {
  public:
-  RunWatch(const thenar::Scene& scene, bool quiet);
+  RunWatch(const Scene& scene, bool quiet);
 
   /// For the run; valid as long as this.
-  [[nodiscard]] thenar::Progress progress() {
+  [[nodiscard]] Progress progress() {
     return [this](double simulated_s, double wall_s) { return tick(simulated_s, wall_s); };
   }
   /// The run has ended: the line, too.
@@ -86,3 +88,5 @@ class RunWatch {
   double shown_s_ = 0.0;
   bool interrupted_ = false;
 };
+
+}  // namespace thenar::app

@@ -9,6 +9,8 @@
 #include <mpi.h>
 #endif
 
+namespace thenar::app {
+
 namespace {
 
 /// Open MPI, MPICH and Intel's, and Slurm's srun say so in the environment.
@@ -86,7 +88,8 @@ std::optional<Ranks> meet_ranks(const std::function<Tasks()>& prepare,
   if (fault) std::rethrow_exception(fault);
   return all_well ? std::optional(me) : std::nullopt;
 #else
-  throw thenar::ConfigError(
-      {{"mpirun", "", "this program was built without MPI: install libopenmpi-dev, and build anew"}});
+  throw ConfigError({{"mpirun", "", "this program was built without MPI: install libopenmpi-dev, and build anew"}});
 #endif
 }
+
+}  // namespace thenar::app

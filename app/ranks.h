@@ -5,6 +5,8 @@
 #include <optional>
 #include <vector>
 
+namespace thenar::app {
+
 /// Which of how many processes this one is.
 struct Ranks {
   int rank = 0, ranks = 1;
@@ -19,3 +21,5 @@ using Tasks = std::vector<std::size_t>;
 /// ConfigError under an mpirun if this build has no MPI.
 [[nodiscard]] std::optional<Ranks> meet_ranks(const std::function<Tasks()>& prepare,
                                               const std::function<void(const Ranks& me, const Tasks& tasks)>& enter);
+
+}  // namespace thenar::app

@@ -10,21 +10,20 @@
 #include "engine/scenes/config.h"
 #include "engine/scenes/units.h"
 
-using thenar::ConfigError;
-using thenar::Dimension;
+namespace thenar::app {
 
 namespace {
 
 /// A bare number is one of hertz.
-std::string in_hertz(const std::string& rate) { return thenar::number_in<double>(rate) ? rate + " Hz" : rate; }
+std::string in_hertz(const std::string& rate) { return number_in<double>(rate) ? rate + " Hz" : rate; }
 
 double rate_Hz(const RecordFlags& flags) {
-  if (flags.rate.empty()) return thenar::kRecordingRate_Hz;
-  return thenar::read_quantity(in_hertz(flags.rate), Dimension::kFrequency).value;
+  if (flags.rate.empty()) return kRecordingRate_Hz;
+  return read_quantity(in_hertz(flags.rate), Dimension::kFrequency).value;
 }
 
 CLI::Validator some_rate() {
-  const CLI::Validator rule = quantity(Dimension::kFrequency, thenar::kLeastRecordingRate_Hz, 100e3, "200 Hz");
+  const CLI::Validator rule = quantity(Dimension::kFrequency, kLeastRecordingRate_Hz, 100e3, "200 Hz");
   return {[rule](const std::string& text) {
             std::string rate = in_hertz(text);
             return rule(rate);
@@ -34,7 +33,7 @@ CLI::Validator some_rate() {
 
 }  // namespace
 
-thenar::RecordingSettings RecordFlags::settings() const {
+RecordingSettings RecordFlags::settings() const {
   return {.rate_Hz = rate_Hz(*this), .fields = fields, .contacts = contacts};
 }
 
@@ -59,8 +58,8 @@ void add_record(CLI::App& command, RecordFlags& flags, const char* what) {
       ->needs(record);
 }
 
-void check_record(const thenar::Model& model, const RecordFlags& flags) {
-  const std::string unknown = thenar::unknown_field(model, flags.fields);
+void check_record(const Model& model, const RecordFlags& flags) {
+  const std::string unknown = unknown_field(model, flags.fields);
   if (!unknown.empty()) throw ConfigError({{"--record-fields", "", unknown}});
   const double contact_Hz = 1.0 / model.scene.step_s;
   if (rate_Hz(flags) <= contact_Hz * (1.0 + 1e-9)) return;
@@ -68,7 +67,9 @@ void check_record(const thenar::Model& model, const RecordFlags& flags) {
                       fmt::format("{} is more than the {:.6g} Hz of the contact loop", flags.rate, contact_Hz)}});
 }
 
-void finish_recording(thenar::RecordingFile& film, const thenar::Recording& run) {
+void finish_recording(RecordingFile& film, const Recording& run) {
   if (!film.missing().empty()) std::cerr << "warning: " << film.missing() << '\n';
   film.finish(run);
 }
+
+}  // namespace thenar::app

@@ -11,6 +11,8 @@ namespace CLI {
 class App;
 }  // namespace CLI
 
+namespace thenar::app {
+
 /// The flags of a recording, of all commands that make one.
 struct RecordFlags {
   std::filesystem::path file;  ///< Empty: none is made.
@@ -19,14 +21,16 @@ struct RecordFlags {
   bool contacts = false;
 
   [[nodiscard]] bool asked() const { return !file.empty(); }
-  [[nodiscard]] thenar::RecordingSettings settings() const;
+  [[nodiscard]] RecordingSettings settings() const;
 };
 
 /// --record, of which `what` tells, --record-rate, --record-fields and --record-contacts.
 void add_record(CLI::App& command, RecordFlags& flags, const char* what);
 
 /// Throws ConfigError if a scene has no such fields, or fewer contact ticks than states are to be kept of.
-void check_record(const thenar::Model& model, const RecordFlags& flags);
+void check_record(const Model& model, const RecordFlags& flags);
 
 /// Ends a recording, and says on stderr what it lacks. Throws FileError.
-void finish_recording(thenar::RecordingFile& film, const thenar::Recording& run);
+void finish_recording(RecordingFile& film, const Recording& run);
+
+}  // namespace thenar::app

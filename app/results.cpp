@@ -9,9 +9,9 @@
 
 #include "engine/scenes/config.h"
 
+namespace thenar::app {
+
 namespace fs = std::filesystem;
-using thenar::ConfigError;
-using thenar::FileLock;
 
 void check_results(const std::vector<Result>& results, const std::vector<fs::path>& inputs) {
   std::error_code none;  // What cannot be looked at is refused when it is read or written.
@@ -32,7 +32,7 @@ void check_results(const std::vector<Result>& results, const std::vector<fs::pat
 }
 
 FileLock claim_folder(const fs::path& folder, const std::string& flag) {
-  thenar::prepare_folder(folder);
+  prepare_folder(folder);
   std::optional<FileLock> lock = FileLock::take(folder);
   if (!lock) {
     throw ConfigError({{flag, "", fmt::format("another run writes into {}: name another folder", folder.string())}});
@@ -54,3 +54,5 @@ void print_object_notes(const std::vector<std::string>& notes, bool quiet) {
   if (quiet) return;
   for (const std::string& note : notes) std::cerr << "object: " << note << '\n';
 }
+
+}  // namespace thenar::app

@@ -7,6 +7,8 @@
 
 #include "engine/formats/files.h"
 
+namespace thenar::app {
+
 /// A file that a command will write, and the flag that names it or its folder.
 struct Result {
   std::string flag;
@@ -18,7 +20,7 @@ void check_results(const std::vector<Result>& results, const std::vector<std::fi
 
 /// Makes a folder for results, which belongs to this process while the lock lives: results of two must not mix. Throws
 /// ConfigError if another process writes there, and FileError.
-[[nodiscard]] thenar::FileLock claim_folder(const std::filesystem::path& folder, const std::string& flag);
+[[nodiscard]] FileLock claim_folder(const std::filesystem::path& folder, const std::string& flag);
 
 /// Folders for results that are made while this lives: those that are empty at its end are removed again.
 class NewFolders {
@@ -43,7 +45,7 @@ class Attempts {
   void attempt(const Write& write) {
     try {
       write();
-    } catch (const thenar::FileError&) {
+    } catch (const FileError&) {
       if (!first_) first_ = std::current_exception();
     }
   }
@@ -55,3 +57,5 @@ class Attempts {
  private:
   std::exception_ptr first_;
 };
+
+}  // namespace thenar::app

@@ -13,9 +13,9 @@
 #include "engine/scenes/scene_file.h"
 #include "engine/scenes/shared_data.h"
 
-namespace {
+namespace thenar::app {
 
-using thenar::Dimension;
+namespace {
 
 constexpr double kFastest_Hz = 100e3, kSlowest_Hz = 1.0;  // Of a loop: what may make sense, with room.
 constexpr double kContact_Hz = 4000.0, kControl_Hz = 1000.0;
@@ -25,18 +25,17 @@ CLI::Validator or_auto(const CLI::Validator& rule) {
 }
 CLI::Validator rate() { return quantity(Dimension::kFrequency, kSlowest_Hz, kFastest_Hz, "200Hz"); }
 
-double rate_Hz(const std::string& text) { return thenar::read_quantity(text, Dimension::kFrequency).value; }
-std::string period(double frequency_Hz) { return thenar::to_text(1.0 / frequency_Hz, Dimension::kTime); }
+double rate_Hz(const std::string& text) { return read_quantity(text, Dimension::kFrequency).value; }
+std::string period(double frequency_Hz) { return to_text(1.0 / frequency_Hz, Dimension::kTime); }
 
 }  // namespace
 
 CLI::Validator quantity(Dimension dimension, double low, double high, const char* example) {
   return {[=](const std::string& text) -> std::string {
-            const thenar::Quantity read = thenar::read_quantity(text, dimension);
+            const Quantity read = read_quantity(text, dimension);
             if (!read.fault.empty()) return read.fault + fmt::format(", such as '{}'", example);
             if (read.value >= low && read.value <= high) return "";
-            return fmt::format("{} must lie within {} .. {}", text, thenar::to_text(low, dimension),
-                               thenar::to_text(high, dimension));
+            return fmt::format("{} must lie within {} .. {}", text, to_text(low, dimension), to_text(high, dimension));
           },
           ""};
 }
@@ -57,7 +56,7 @@ void add_core(CLI::App& command, int& core) {
       ->type_name("N")
       ->check({[](const std::string& text) -> std::string {
                  std::string all;
-                 for (const int allowed : thenar::allowed_cores()) {
+                 for (const int allowed : allowed_cores()) {
                    if (text == std::to_string(allowed)) return "";
                    all += (all.empty() ? "" : ", ") + std::to_string(allowed);
                  }
@@ -66,7 +65,7 @@ void add_core(CLI::App& command, int& core) {
                ""});
 }
 
-std::string with_unit(const std::string& text) { return thenar::number_in<double>(text) ? text + " s" : text; }
+std::string with_unit(const std::string& text) { return number_in<double>(text) ? text + " s" : text; }
 
 CLI::Validator some_time() {
   const CLI::Validator rule = quantity(Dimension::kTime, 1e-6, 1e5, "500 ms");
@@ -77,7 +76,7 @@ CLI::Validator some_time() {
           ""};
 }
 
-double time_s(const std::string& text) { return thenar::read_quantity(text, Dimension::kTime).value; }
+double time_s(const std::string& text) { return read_quantity(text, Dimension::kTime).value; }
 
 std::vector<std::string> RateFlags::changes() const {
   std::vector<std::string> asked;
@@ -98,8 +97,7 @@ std::vector<std::string> realtime_defaults() { return {"contact.tolerance=1e-7",
 void add_scene(CLI::App& command, std::filesystem::path& scene, std::vector<std::string>& overrides,
                const char* description, bool or_hand) {
   const CLI::Validator by_name{[or_hand](std::string& text) -> std::string {
-                                 text =
-                                     (or_hand ? thenar::find_scene_or_hand(text) : thenar::find_scene(text)).string();
+                                 text = (or_hand ? find_scene_or_hand(text) : find_scene(text)).string();
                                  return "";
                                },
                                ""};
@@ -127,12 +125,12 @@ void check_rates(const RateFlags& rates) {
   throw CLI::ValidationError("--control-rate", rates.control + " must not be faster than --contact-rate");
 }
 
-thenar::Scene load_scene(const std::filesystem::path& scene, const std::vector<std::string>& overrides,
-                         const RateFlags& rates) try {
-  return thenar::load_scene(scene, overrides);
-} catch (const thenar::ConfigError& error) {
-  std::vector<thenar::ConfigDiagnostic> diagnostics = error.diagnostics();
-  for (thenar::ConfigDiagnostic& fault : diagnostics) {
+Scene scene_at_rates(const std::filesystem::path& scene, const std::vector<std::string>& overrides,
+                     const RateFlags& rates) try {
+  return load_scene(scene, overrides);
+} catch (const ConfigError& error) {
+  std::vector<ConfigDiagnostic> diagnostics = error.diagnostics();
+  for (ConfigDiagnostic& fault : diagnostics) {
     if (fault.key != "time.control_period" || !fault.message.starts_with("must not be shorter")) continue;
     if (!rates.control.empty() && !rates.auto_control()) {
       fault = {"--control-rate", "",
@@ -143,5 +141,7 @@ thenar::Scene load_scene(const std::filesystem::path& scene, const std::vector<s
                rates.contact + " must not be slower than the control loop: give --control-rate, too"};
     }
   }
-  throw thenar::ConfigError(std::move(diagnostics));
+  throw ConfigError(std::move(diagnostics));
 }
+
+}  // namespace thenar::app

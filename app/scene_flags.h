@@ -13,6 +13,8 @@ class App;
 class Validator;
 }  // namespace CLI
 
+namespace thenar::app {
+
 // The flags that change a scene, of all commands that run one.
 
 /// The rates of the two loops.
@@ -31,7 +33,7 @@ struct RateFlags {
 [[nodiscard]] std::vector<std::string> realtime_defaults();
 
 /// Whether the text is a quantity within [low, high], as CLI11 asks: what is wrong, or nothing.
-[[nodiscard]] CLI::Validator quantity(thenar::Dimension dimension, double low, double high, const char* example);
+[[nodiscard]] CLI::Validator quantity(Dimension dimension, double low, double high, const char* example);
 [[nodiscard]] double time_s(const std::string& text);
 /// A time without a unit is one of seconds.
 [[nodiscard]] std::string with_unit(const std::string& text);
@@ -56,5 +58,7 @@ void check_rates(const RateFlags& rates);
 
 /// The scene with its changes, which have those of the rates. ConfigError names the flag where rates do not go
 /// together.
-[[nodiscard]] thenar::Scene load_scene(const std::filesystem::path& scene, const std::vector<std::string>& overrides,
-                                       const RateFlags& rates);
+[[nodiscard]] Scene scene_at_rates(const std::filesystem::path& scene, const std::vector<std::string>& overrides,
+                                   const RateFlags& rates);
+
+}  // namespace thenar::app

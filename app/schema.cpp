@@ -11,9 +11,10 @@
 #include "engine/scenes/keys.h"
 #include "engine/scenes/units.h"
 
+namespace thenar::app {
+
 namespace {
 
-using namespace thenar;
 using Json = nlohmann::ordered_json;
 
 /// The text as a regular expression that matches it alone.
@@ -136,3 +137,5 @@ std::string keys_as_schema() {
   schema.update(map_at("", false));
   return schema.dump(2) + "\n";
 }
+
+}  // namespace thenar::app

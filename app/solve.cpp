@@ -24,13 +24,15 @@
 #include "solvers/contact_newton.h"
 #include "solvers/gauss_seidel.h"
 
-namespace {
+namespace thenar::app {
 
-using namespace thenar;
-using ::solve;  // Of muscle problems.
 using Eigen::Index;
 using Eigen::VectorXd;
 using nlohmann::ordered_json;
+
+namespace {
+
+using app::solve;  // Of muscle problems.
 
 // Solvers that keep gaps by increments are asked for half of the tolerance: recomputed, the residual differs a little.
 constexpr double kMargin = 0.5;
@@ -419,3 +421,5 @@ int solve(const Options& options) {
   if (!options.written.empty()) write_found(*contact, results.front(), options.written);
   return right ? kDone : kFailed;
 }
+
+}  // namespace thenar::app

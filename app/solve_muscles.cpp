@@ -9,7 +9,8 @@
 #include "solvers/muscles/stiff_muscles.h"
 #include "solvers/muscles/stiff_proof.h"
 
-using namespace thenar;
+namespace thenar::app {
+
 using Eigen::Index;
 using Eigen::VectorXd;
 
@@ -121,3 +122,5 @@ std::vector<SolveResult> solve(const StiffMuscleFile& file, const std::string& /
   judge(result, file.status, tolerance);
   return {result};
 }
+
+}  // namespace thenar::app

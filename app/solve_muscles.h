@@ -7,8 +7,12 @@
 #include "engine/formats/problem_file.h"
 #include "engine/studies/timed_solves.h"
 
+namespace thenar::app {
+
 /// What `thenar solve` makes of muscle forces by a method, and of those under an object stiffness.
-[[nodiscard]] std::vector<SolveResult> solve(const thenar::MuscleFile& file, const std::string& method,
-                                             double tolerance, const thenar::Repetition& repetition);
-[[nodiscard]] std::vector<SolveResult> solve(const thenar::StiffMuscleFile& file, const std::string& method,
-                                             double tolerance, const thenar::Repetition& repetition);
+[[nodiscard]] std::vector<SolveResult> solve(const MuscleFile& file, const std::string& method, double tolerance,
+                                             const Repetition& repetition);
+[[nodiscard]] std::vector<SolveResult> solve(const StiffMuscleFile& file, const std::string& method, double tolerance,
+                                             const Repetition& repetition);
+
+}  // namespace thenar::app

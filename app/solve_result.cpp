@@ -6,7 +6,8 @@
 
 #include "engine/studies/problem_check.h"
 
-using namespace thenar;
+namespace thenar::app {
+
 using nlohmann::ordered_json;
 
 std::string listed(const std::vector<std::string>& parts) {
@@ -79,3 +80,5 @@ std::string solve_table(const std::vector<SolveResult>& results, bool forces) {
   }
   return table;
 }
+
+}  // namespace thenar::app

@@ -9,6 +9,8 @@
 
 #include "engine/loops/percentiles.h"
 
+namespace thenar::app {
+
 /// What one method makes of one problem: a row of the results of `thenar solve`.
 struct SolveResult {
   std::string name, problem, method;
@@ -42,3 +44,5 @@ void judge(SolveResult& result, const std::string& expected, double tolerance);
 
 /// A text table; what a verdict means goes below its row.
 [[nodiscard]] std::string solve_table(const std::vector<SolveResult>& results, bool forces);
+
+}  // namespace thenar::app

@@ -13,9 +13,9 @@
 #include "engine/studies/load_model.h"
 #include "engine/studies/stiffness_report.h"
 
-namespace {
+namespace thenar::app {
 
-using namespace thenar;
+namespace {
 
 /// What has no stiffness to tell is refused.
 void check_muscles(const Scene& scene, const std::string& name) {
@@ -71,3 +71,5 @@ int run_stiffness(const StiffnessOptions& options) {
   if (study.predicted.contacts == 0) return kLost;
   return study.measured && !study.measured->is_finite ? kFailed : kDone;
 }
+
+}  // namespace thenar::app

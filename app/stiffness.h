@@ -8,6 +8,8 @@ namespace CLI {
 class App;
 }  // namespace CLI
 
+namespace thenar::app {
+
 /// What `thenar stiffness` is asked for.
 struct StiffnessOptions {
   std::filesystem::path scene;
@@ -22,3 +24,5 @@ void add_stiffness(CLI::App& app, StiffnessOptions& options);
 
 /// Prints the stiffness of a scene's object in the hand. Returns the exit code.
 [[nodiscard]] int run_stiffness(const StiffnessOptions& options);
+
+}  // namespace thenar::app

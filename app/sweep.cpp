@@ -23,9 +23,10 @@
 #include "engine/studies/sweep.h"
 #include "engine/studies/sweep_journal.h"
 
+namespace thenar::app {
+
 namespace {
 
-using namespace thenar;
 using FinishedRows = std::map<std::size_t, SweepRow>;
 
 SweepPlan read_plan(const Options& options) {
@@ -169,3 +170,5 @@ int sweep(const Options& options) {
   run_sweep(plan, rows, jobs, lockstep ? run_row_lockstep : run_row, {done, failed});
   return report(plan, journal->finish(plan), options);
 }
+
+}  // namespace thenar::app

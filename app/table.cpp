@@ -6,9 +6,11 @@
 
 #include "engine/studies/profile_table.h"
 
-namespace {
+namespace thenar::app {
 
 using nlohmann::ordered_json;
+
+namespace {
 
 /// A number of the summary with its unit, or a dash where nothing was measured.
 std::string cell(const ordered_json& summary, const char* pointer, const char* unit = "") {
@@ -210,3 +212,5 @@ std::string results_table(const ordered_json& summary) {
                             environment_lines(summary) + accuracy_lines(summary) + time_lines(summary);
   return summary.contains("loops") ? table + loops_table(summary) : table;
 }
+
+}  // namespace thenar::app

@@ -9,6 +9,8 @@
 
 #include "app/exit_code.h"
 
+namespace thenar::app {
+
 int run_window_program(char** argv) {
   std::error_code none;
   const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", none);
@@ -22,3 +24,5 @@ int run_window_program(char** argv) {
             << self.parent_path().parent_path().string() << " --target thenar-window` where npm was found\n";
   return kBadFile;
 }
+
+}  // namespace thenar::app

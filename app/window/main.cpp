@@ -37,22 +37,22 @@
 #include "engine/scenes/shared_data.h"
 #include "engine/studies/load_model.h"
 
-namespace {
+namespace thenar::window {
 
 namespace fs = std::filesystem;
-namespace window = thenar::window;
-using window::WindowServer;
+
+namespace {
 
 struct Options {
   fs::path file;  ///< A scene, or a recording.
   std::vector<std::string> overrides;
-  RateFlags rates;
-  RecordFlags record;
-  window::ServerSettings server;
-  window::SessionSettings session;
+  app::RateFlags rates;
+  app::RecordFlags record;
+  ServerSettings server;
+  SessionSettings session;
   bool browser = true;
 
-  [[nodiscard]] bool is_recording() const { return thenar::ending_of(file) == ".mcap"; }
+  [[nodiscard]] bool is_recording() const { return ending_of(file) == ".mcap"; }
 };
 
 // The signal handler's.
@@ -61,7 +61,7 @@ static_assert(std::atomic<bool>::is_always_lock_free);
 
 CLI::Validator numeric_address() {
   return {[](const std::string& text) -> std::string {
-            if (window::reach_of(text) != window::Reach::kNoAddress) return "";
+            if (reach_of(text) != Reach::kNoAddress) return "";
             return text + " is no numeric address, such as 127.0.0.1 or 0.0.0.0";
           },
           ""};
@@ -69,17 +69,17 @@ CLI::Validator numeric_address() {
 
 CLI::Validator token() {
   return {[](const std::string& text) -> std::string {
-            if (window::can_be_token(text)) return "";
+            if (can_be_token(text)) return "";
             return "a token is 16 to 128 letters, digits, '-', '.', '_' or '~'";
           },
           ""};
 }
 
 /// The names that were given; throws CLI::ValidationError for what is none.
-std::vector<window::HostName> host_names(const std::vector<std::string>& texts) {
-  std::vector<window::HostName> names;
+std::vector<HostName> host_names(const std::vector<std::string>& texts) {
+  std::vector<HostName> names;
   for (const std::string& text : texts) {
-    const std::optional<window::HostName> name = window::read_host_name(text);
+    const std::optional<HostName> name = read_host_name(text);
     if (!name) throw CLI::ValidationError("--allow-host", text + " is no NAME or NAME:PORT, such as localhost:9000");
     names.push_back(*name);
   }
@@ -94,13 +94,13 @@ void check_recording(const CLI::App& demo) {
 }
 
 std::optional<Options> parse_options(int argc, const char* const* argv, int& exit_code) {
-  CLI::App app{"The live window", "thenar"};
-  app.require_subcommand(1);
+  CLI::App program{"The live window", "thenar"};
+  program.require_subcommand(1);
   Options options;
   CLI::App* const demo =
-      app.add_subcommand("demo", "Shows a scene while it runs, or a recording, in a browser, and lets hands on it");
-  add_scene(*demo, options.file, options.overrides,
-            "Scene file (YAML), the name of a scene that comes with the program, or a recording (.mcap)");
+      program.add_subcommand("demo", "Shows a scene while it runs, or a recording, in a browser, and lets hands on it");
+  app::add_scene(*demo, options.file, options.overrides,
+                 "Scene file (YAML), the name of a scene that comes with the program, or a recording (.mcap)");
   demo->add_option("--port", options.server.port, "Port of the address that is printed; 0: any that is free")
       ->capture_default_str();
   demo->add_option("--listen", options.server.address,
@@ -122,21 +122,21 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
       ->allow_extra_args(false);
   demo->add_flag_callback(
       "--no-browser", [&] { options.browser = false; }, "Opens no browser, only prints the address");
-  add_record(*demo, options.record, "File (.mcap) for what the run looks like");
-  add_rates(*demo, options.rates, false);
+  app::add_record(*demo, options.record, "File (.mcap) for what the run looks like");
+  app::add_rates(*demo, options.rates, false);
   demo->add_flag_callback(
       "--no-realtime", [&] { options.session.realtime = false; },
       "Takes what any thread gets: no SCHED_FIFO, no core of its own");
-  add_core(*demo, options.session.core);
+  app::add_core(*demo, options.session.core);
   demo->add_flag("--quiet", options.session.quiet, "Prints nothing but the address and errors");
   demo->footer("Ctrl-C ends it. Exit code: 0 when ended, 2 for a wrong command or scene, 3 for a file, 4 for a port.");
   try {
-    app.parse(argc, argv);
+    program.parse(argc, argv);
     if (options.is_recording()) check_recording(*demo);
-    check_rates(options.rates);
+    app::check_rates(options.rates);
     options.server.also = host_names(names);
   } catch (const CLI::ParseError& error) {
-    exit_code = app.exit(error) == 0 ? kDone : kBadUsage;
+    exit_code = program.exit(error) == 0 ? app::kDone : app::kBadUsage;
     return std::nullopt;
   }
   return options;
@@ -144,7 +144,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
 
 /// The changes of the scene: defaults of real time, which give way to the user's changes, and those to the flags.
 std::vector<std::string> changes(const Options& options) {
-  std::vector<std::string> overrides = realtime_defaults();
+  std::vector<std::string> overrides = app::realtime_defaults();
   for (const auto& more : {options.rates.defaults(), options.overrides, options.rates.changes()}) {
     overrides.insert(overrides.end(), more.begin(), more.end());
   }
@@ -159,7 +159,7 @@ void end_on_signals() {
 }
 
 std::string way_from_elsewhere(const std::string& url, const Options& options) {
-  if (window::reach_of(options.server.address) == window::Reach::kOthers) {
+  if (reach_of(options.server.address) == Reach::kOthers) {
     return "the same, with a numeric address by which it reaches this one.";
   }
   const std::string place = url.substr(7, url.find('/', 7) - 7);  // Between "http://" and "/".
@@ -195,7 +195,7 @@ void announce(const std::string& url, const Options& options) {
     std::cout << "From another machine: " << way_from_elsewhere(url, options) << "\nCtrl-C ends it." << std::endl;
   }
   // Nobody could find a page whose address is nowhere to be read.
-  if (!std::cout) throw thenar::FileError("standard output", "could not be written in full");
+  if (!std::cout) throw FileError("standard output", "could not be written in full");
   const bool desktop = std::getenv("DISPLAY") != nullptr || std::getenv("WAYLAND_DISPLAY") != nullptr;
   if (!options.browser || !desktop) return;
   open_browser(url);
@@ -203,62 +203,61 @@ void announce(const std::string& url, const Options& options) {
 
 void replay(const Options& options) {
   // Refused before anybody looks at it.
-  if (!thenar::read_mcap(options.file, [](const thenar::McapMessage&) {}).whole) {
+  if (!read_mcap(options.file, [](const McapMessage&) {}).whole) {
     std::cerr << "warning: " << options.file.string() << " was cut off; it is shown to its last whole state\n";
   }
-  const WindowServer server(options.server, [](const window::Message&) { return "a recording takes no orders"; });
+  const WindowServer server(options.server, [](const Message&) { return "a recording takes no orders"; });
   announce(server.url(), options);
   while (!stop) std::this_thread::sleep_for(std::chrono::milliseconds(50));
 }
 
 /// The scene, and the names of its files by which a scene that is kept finds them from any folder.
-window::AskedScene asked_scene(const Options& options) {
-  window::AskedScene asked;
-  asked.scene = load_scene(options.file, changes(options), options.rates);
+AskedScene asked_scene(const Options& options) {
+  AskedScene asked;
+  asked.scene = app::scene_at_rates(options.file, changes(options), options.rates);
   if (!asked.scene.hand.slides) {
-    const fs::path hand = thenar::scene_files(options.file, changes(options))[1];  // A hand that was read has a file.
-    asked.fingers = thenar::load_hand(hand).fingers();
-    asked.hand = thenar::hand_in_scene(hand, fs::absolute(hand));
+    const fs::path hand = scene_files(options.file, changes(options))[1];  // A hand that was read has a file.
+    asked.fingers = load_hand(hand).fingers();
+    asked.hand = hand_in_scene(hand, fs::absolute(hand));
   }
-  const auto* const cloud = std::get_if<thenar::CloudShape>(&asked.scene.object.shape);
+  const auto* const cloud = std::get_if<CloudShape>(&asked.scene.object.shape);
   if (cloud != nullptr) asked.object = fs::absolute(cloud->file);
   return asked;
 }
 
 void run(const Options& options) {
-  window::AskedScene asked = asked_scene(options);
+  AskedScene asked = asked_scene(options);
   if (options.record.asked())
-    check_results({{"--record", options.record.file}}, thenar::scene_files(options.file, changes(options)));
-  thenar::Model model = thenar::load_model(asked.scene, {.is_whole = [&](const thenar::Model& whole) {
-                                             if (options.record.asked()) check_record(whole, options.record);
-                                           }});
-  if (options.record.file.has_parent_path()) thenar::prepare_folder(options.record.file.parent_path());
-  window::SessionSettings settings = options.session;
+    app::check_results({{"--record", options.record.file}}, scene_files(options.file, changes(options)));
+  Model model = load_model(asked.scene, {.is_whole = [&](const Model& whole) {
+                             if (options.record.asked()) app::check_record(whole, options.record);
+                           }});
+  if (options.record.file.has_parent_path()) prepare_folder(options.record.file.parent_path());
+  SessionSettings settings = options.session;
   settings.record = options.record.file;
   settings.recording = options.record.settings();
   settings.asked = std::move(asked);
-  window::Session session(std::move(model), settings);
-  WindowServer server(options.server, [&](const window::Message& message) { return session.receive(message); });
+  Session session(std::move(model), settings);
+  WindowServer server(options.server, [&](const Message& message) { return session.receive(message); });
   announce(server.url(), options);
   session.run(server, stop);
 }
 
-}  // namespace
-
-int main(int argc, char** argv) try {
-  if (!host_can_run()) {
-    std::cerr << kHostCannotRun;
-    return kInternal;
+/// The program, from its arguments to its exit code.
+int run_program(int argc, char** argv) try {
+  if (!app::host_can_run()) {
+    std::cerr << app::kHostCannotRun;
+    return app::kInternal;
   }
-  thenar::widen_thread_stacks();
-  int exit_code = kDone;
+  widen_thread_stacks();
+  int exit_code = app::kDone;
   std::optional<Options> options = parse_options(argc, argv, exit_code);
   if (!options) {
     std::cout.flush();
-    if (!std::cout) throw thenar::FileError("standard output", "could not be written in full");
+    if (!std::cout) throw FileError("standard output", "could not be written in full");
     return exit_code;
   }
-  options->server.page = thenar::shared_data() / "page.html";
+  options->server.page = shared_data() / "page.html";
   end_on_signals();
   if (options->is_recording()) {
     options->server.recording = options->file;
@@ -266,20 +265,26 @@ int main(int argc, char** argv) try {
   } else {
     run(*options);
   }
-  return kDone;
-} catch (const thenar::ConfigError& error) {
+  return app::kDone;
+} catch (const ConfigError& error) {
   std::cerr << error.what() << '\n';
-  return kBadUsage;
-} catch (const thenar::FileError& error) {
+  return app::kBadUsage;
+} catch (const FileError& error) {
   std::cerr << error.what() << '\n';
-  return kBadFile;
-} catch (const window::PortError& error) {
+  return app::kBadFile;
+} catch (const PortError& error) {
   std::cerr << error.what() << '\n';
-  return kNoPort;
+  return app::kNoPort;
 } catch (const std::bad_alloc&) {
   std::cerr << "not enough memory\n";
-  return kInternal;
+  return app::kInternal;
 } catch (const std::exception& error) {
   std::cerr << "internal error: " << error.what() << '\n';
-  return kInternal;
+  return app::kInternal;
 }
+
+}  // namespace
+
+}  // namespace thenar::window
+
+int main(int argc, char** argv) { return thenar::window::run_program(argc, argv); }

@@ -16,7 +16,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (size == 0) return 0;
   const MemoryFile& file = data[0] == 'f' ? kContact : kSmall;
   file.write(text_of(data, size));
-  Options options;
+  app::Options options;
   options.problems = {file.path()};
   options.method = "all";
   options.repeat = 1;
@@ -25,15 +25,15 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   std::ostringstream out, faults;
   std::streambuf* const screen[] = {std::cout.rdbuf(out.rdbuf()), std::cerr.rdbuf(faults.rdbuf())};
   bool refused = false;
-  int code = kDone;
+  int code = app::kDone;
   try {
-    code = solve(options);
+    code = app::solve(options);
   } catch (const FileError&) {
     refused = true;
   }
   std::cout.rdbuf(screen[0]);
   std::cerr.rdbuf(screen[1]);
-  if (!refused && code != kDone && code != kFailed) std::abort();
+  if (!refused && code != app::kDone && code != app::kFailed) std::abort();
   if (!refused && !nlohmann::json::accept(out.str())) std::abort();
   return 0;
 }
