@@ -68,10 +68,10 @@ py::object SeenTick::value(const TickField& field, py::handle owner) {
   if (!is_there && field.from == From::kState) return py::none();
   if (!is_number(field.of) && owner && field.at != nullptr && field.from == From::kTick) {
     const Place place = field.at(view_);
-    if (field.of == Of::kPose) return view(place.first, {4, 4}, {1, 4}, owner);
+    if (field.of == Of::kPose) return python::view(place.first, {4, 4}, {1, 4}, owner);
     const py::ssize_t rows = is_there ? place.rows : 0;
-    if (place.columns == 1) return view(place.first, {rows}, {place.stride}, owner);
-    return view(place.first, {rows, place.columns}, {place.stride, 1}, owner);
+    if (place.columns == 1) return python::view(place.first, {rows}, {place.stride}, owner);
+    return python::view(place.first, {rows, place.columns}, {place.stride, 1}, owner);
   }
   std::vector<double> all;
   if (is_there || is_number(field.of) || field.of == Of::kAxis) all = numbers(field);

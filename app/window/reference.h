@@ -15,8 +15,8 @@ namespace thenar::window {
 
 /// How good a tick's contact forces were.
 struct ReferenceResult {
-  double error = thenar::kUnknown;     ///< |f - f_accurate| / |f_accurate|; NaN where no accurate forces were found.
-  double residual = thenar::kUnknown;  ///< Of the tick's forces: natural map, W formed anew.
+  double error = thenar::kNotMeasured;  ///< |f - f_accurate| / |f_accurate|; NaN where no accurate forces were found.
+  double residual = thenar::kNotMeasured;  ///< Of the tick's forces: natural map, W formed anew.
 };
 
 /// Solves contact problems of running loops accurately, contacts with the environment among them, on a thread of its

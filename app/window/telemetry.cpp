@@ -44,7 +44,7 @@ double spent_s(const std::deque<Timing>& timings) {
 
 template <typename Timing>
 double rate_Hz(const std::deque<Timing>& timings) {
-  if (timings.size() < 2) return thenar::kUnknown;
+  if (timings.size() < 2) return thenar::kNotMeasured;
   return static_cast<double>(timings.size() - 1) / spent_s(timings);
 }
 

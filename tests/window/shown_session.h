@@ -151,12 +151,12 @@ class ShownSession {
 
  private:
   double value_of(const std::string& name, std::size_t i) const {
-    if (state_.empty()) return thenar::kUnknown;
+    if (state_.empty()) return thenar::kNotMeasured;
     for (const ordered_json& field : fields_of_scene_) {
       if (field.at("name") == name) return state_.at(field.at("begin").get<std::size_t>() + i);
     }
     ADD_FAILURE() << "no field " << name;
-    return thenar::kUnknown;
+    return thenar::kNotMeasured;
   }
 
   thenar::Model model_;
