@@ -54,15 +54,8 @@ std::string sentence_of(const AnyField& field) {
 }
 
 std::string_view lists_of(const TickField& field) {
-  switch (field.from) {
-    case From::kTick:
-      return field.of == Of::kShape ? "messages" : "all";
-    case From::kClock:
-    case From::kState:
-      return "all but signals.csv";
-    default:
-      return "messages";
-  }
+  if (field.is_in_signals()) return "all";
+  return field.is_in_python() ? "all but signals.csv" : "messages";
 }
 
 }  // namespace
@@ -77,7 +70,8 @@ std::string fields_as_markdown() {
       "A column is named by the finger, joint or muscle that it belongs to, by its axis and by its unit; of several "
       "columns the\nfirst is shown. A pose is position, then rotation by rows (columns `_R_11` to `_R_33`); in Python "
       "it is a matrix of 4 x 4.\nA field with a condition is in scenes that fulfil it; elsewhere messages, columns and "
-      "`Realtime.state()` leave it out, and\nviews have no rows.\n\n"
+      "`Realtime.state()` leave it out, and\nviews have no rows; a number keeps its default, and a stiffness is None. "
+      "`Simulation` has more than a number of\n`contacts` and `reflex`, and its `target` can be set.\n\n"
       "| field | count | unit | column | in | |\n|---|---|---|---|---|---|\n";
   for (const TickField& field : tick_fields()) {
     fmt::format_to(std::back_inserter(page), "| `{}` | {} | {} | {} | {} | {} |\n", field.name,
@@ -96,7 +90,7 @@ std::string fields_as_markdown() {
 std::string fields_as_stub() {
   std::string lines;
   for (const TickField& field : tick_fields()) {
-    if (field.of == Of::kShape || field.from == From::kPicture || field.from == From::kLoops) continue;
+    if (!field.is_in_python()) continue;
     const std::string_view type = of_in_words(field).type;
     const std::string optional = field.from == From::kState ? fmt::format("Optional[{}]", type) : std::string(type);
     fmt::format_to(std::back_inserter(lines), "    @property\n    def {}(self) -> {}: ...\n", field.name, optional);

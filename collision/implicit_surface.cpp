@@ -116,12 +116,8 @@ bool ImplicitSurface::ends_at(const Plane& other, double hollow_per_m, const Pla
 
 void ImplicitSurface::find_edges(double reach_m, const std::function<bool(Index, Index)>& are_one) {
   const auto is_bent = [&](Index i) { return bends_[i].most_per_m() * reach_m > kMostTurn_rad; };
+  forget_edges();
   beside_.assign(starts_.size(), {});
-  for (const Blunted& was : blunted_) {
-    starts_[was.sample] = was.start;
-    bends_[was.sample] = was.bend;
-  }
-  blunted_.clear();
   for (Index i = 0; i < std::ssize(starts_); ++i) {
     if (is_bent(i) && !are_one) continue;
     std::array<Vector3d, kMostBeside + 1> seen = {starts_[i].plane.n};
@@ -138,6 +134,15 @@ void ImplicitSurface::find_edges(double reach_m, const std::function<bool(Index,
   }
   if (!are_one) find_blunt_edges(reach_m);
   for (Index i = 0; i < std::ssize(starts_); ++i) drop_unmet(i, reach_m);
+}
+
+void ImplicitSurface::forget_edges() {
+  for (const Blunted& was : blunted_) {
+    starts_[was.sample] = was.start;
+    bends_[was.sample] = was.bend;
+  }
+  blunted_.clear();
+  beside_.clear();
 }
 
 /// Edges over which normals turn by 20 to 60 degrees: chamfers, and the sides of prisms.

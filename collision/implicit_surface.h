@@ -73,8 +73,10 @@ class ImplicitSurface {
   /// each, of kMostBeside at most. `are_one(i, j)` says that the faces of two samples are one, however they look.
   /// Without it, what bends by more than half of a right angle on the way is no edge, and edges over which normals turn
   /// by less than 60 degrees, but by 20, are found, too: around these, distances and bends are those of a face's own
-  /// samples from then on. Some us a sample. What an earlier call found is forgotten.
+  /// samples from then on. Some us a sample. It begins with forget_edges().
   void find_edges(double reach_m, const std::function<bool(Eigen::Index, Eigen::Index)>& are_one = {});
+  /// Makes the surface what it was before find_edges().
+  void forget_edges();
   static constexpr std::size_t kMostBeside = 5;
   /// Their samples; none before find_edges().
   [[nodiscard]] std::span<const Eigen::Index> beside(Eigen::Index sample) const {

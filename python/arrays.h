@@ -27,32 +27,9 @@ inline Array view(const double* data, std::vector<py::ssize_t> shape, std::vecto
   return array;
 }
 
-template <typename Vector>
-Array view_of_vector(const Vector& v, py::handle owner) {
-  return view(v.data(), {v.size()}, {1}, owner);
-}
-
-/// A pose as the 4 x 4 matrix that Eigen keeps, column by column.
-inline Array view_of_pose(const Eigen::Isometry3d& X, py::handle owner) {
-  return view(X.data(), {4, 4}, {1, 4}, owner);
-}
-
 template <typename Matrix>
 Array view_of_matrix(const Matrix& m, py::handle owner) {
   return view(m.data(), {m.rows(), m.cols()}, {1, m.outerStride()}, owner);
-}
-
-/// One vector of three a finger, at `first` in the first of records that are `Record` each.
-template <typename Record>
-Array view_of_rows(const double* first, int fingers, py::handle owner) {
-  static_assert(sizeof(Record) % sizeof(double) == 0);
-  return view(first, {fingers, 3}, {sizeof(Record) / sizeof(double), 1}, owner);
-}
-/// One number a finger, likewise.
-template <typename Record>
-Array view_of_column(const double* first, int fingers, py::handle owner) {
-  static_assert(sizeof(Record) % sizeof(double) == 0);
-  return view(first, {fingers}, {sizeof(Record) / sizeof(double)}, owner);
 }
 
 /// A member of a structure: its name, how numpy calls its kind, how many of them, and where they are.

@@ -36,17 +36,17 @@ namespace {
 const TickField& signal_called(const std::string& name) {
   std::string known;
   for (const TickField& field : tick_fields()) {
-    if (!is_in_python(field)) continue;
+    if (!field.is_in_python()) continue;
     if (name == field.name) return field;
     known.append(known.empty() ? "" : ", ").append(field.name);
   }
   throw py::value_error(fmt::format("rollout keeps no '{}': {}", name, known));
 }
 
-/// A field's numbers of a simulation as it is now; none where its scene does not have the field.
-std::vector<double> numbers_of(const TickField& field, const Simulation& s) {
-  if (!field.is_in(*s.model)) return {};
-  return SeenTick(*s.model, s.record, s.run.state, s.run.controller.f_muscle).numbers(field);
+/// How many numbers of a field a simulation has: none where its scene does not have the field.
+py::ssize_t count_of(const TickField& field, const Simulation& s) {
+  if (!field.is_in(*s.model)) return 0;
+  return std::ssize(SeenTick(*s.model, s.record, s.run.state, s.run.controller.f_muscle).numbers(field));
 }
 
 /// Samples of one signal of all simulations.
@@ -68,9 +68,11 @@ void run_one(RolloutPlan& plan, std::size_t row, const std::atomic<bool>& stop) 
   const std::int64_t samples = plan.ticks / plan.every;
   for (std::int64_t sample = 0; sample < samples && !stop.load(std::memory_order_relaxed); ++sample) {
     for (std::int64_t i = 0; i < plan.every; ++i) simulation.tick();
+    SeenTick seen(*simulation.model, simulation.record, simulation.run.state, simulation.run.controller.f_muscle);
     for (std::size_t k = 0; k < plan.kept.size(); ++k) {
       const py::ssize_t size = plan.kept[k].size;
-      std::ranges::copy(numbers_of(*plan.kept[k].signal, simulation),
+      if (size == 0) continue;
+      std::ranges::copy(seen.numbers(*plan.kept[k].signal),
                         plan.into[k] + (static_cast<std::int64_t>(row) * samples + sample) * size);
     }
   }
@@ -140,9 +142,9 @@ py::dict rollout(const std::vector<std::shared_ptr<Simulation>>& simulations, st
   py::dict result;
   for (const std::string& name : names) {
     const TickField& signal = signal_called(name);
-    const py::ssize_t size = simulations.empty() ? 0 : std::ssize(numbers_of(signal, *simulations[0]));
+    const py::ssize_t size = simulations.empty() ? 0 : count_of(signal, *simulations[0]);
     for (const auto& simulation : simulations) {
-      if (std::ssize(numbers_of(signal, *simulation)) != size)
+      if (count_of(signal, *simulation) != size)
         throw py::value_error(name + " is of another size in some simulations");
     }
     plan.kept.push_back(
@@ -327,8 +329,8 @@ void bind_batch(py::module_& module) {
              R"(Advances many simulations by so many ticks, each on one thread, all at once.
 
 Returns a dict: for each signal an array (simulations, ticks / every, ...), sampled every so many ticks. Names as of
-Simulation: any of its numbers and arrays but reflex, displacement_m and contacts.
-The bits are those of step(), whatever the threads.)");
+Simulation; contacts is their number, and reflex is 0, 1 for a load or 2 for a slip. A field that a scene does not have
+has no numbers. The bits are those of step(), whatever the threads.)");
   module.def("sweep", &sweep, py::arg("scene"), py::arg("vary"), py::kw_only(), py::arg("threads") = py::none(),
              R"(Runs all combinations of what varies, as `thenar sweep`.
 

@@ -49,6 +49,7 @@ class NewestTick : public Watcher {
 
   bool see_tick(const Tick& tick) override {
     TickRecord record = tick_record(model_, tick.after, tick.contact, tick.control);
+    record_control(tick.control, record);
     sums_.add(record);
     const std::lock_guard lock(mutex_);
     newest_ = {tick.after, record, tick.muscle_forces_N};
@@ -231,7 +232,7 @@ py::dict state_of(Realtime& run) {
   SeenTick seen(*run.model, newest.record, newest.after, newest.muscle_forces_N);
   py::dict state;
   for (const TickField& field : tick_fields()) {
-    if (!is_in_python(field) || !field.is_in(*run.model)) continue;
+    if (!field.is_in_python() || !field.is_in(*run.model)) continue;
     state[py::str(std::string(field.name))] = seen.value(field);
   }
   return state;

@@ -106,7 +106,8 @@ std::shared_ptr<const Model> SceneHandle::model() const {
 }
 
 std::shared_ptr<const Model> SceneHandle::made_model() const {
-  const std::lock_guard lock(making_);
+  const std::unique_lock lock(making_, std::try_to_lock);  // Another thread may be making it.
+  if (!lock.owns_lock()) return nullptr;
   return model_ ? model_ : known_;
 }
 

@@ -32,7 +32,7 @@ class SceneHandle {
   [[nodiscard]] const std::optional<FoundGrasp>& grasp() const { return grasp_; }
   /// Without the interpreter's lock. Throws ConfigError and FileError.
   [[nodiscard]] std::shared_ptr<const Model> model() const;
-  /// If it has been made; null otherwise.
+  /// If it has been made, or one like it; null otherwise. It does not wait for one that is being made.
   [[nodiscard]] std::shared_ptr<const Model> made_model() const;
 
  private:

@@ -95,7 +95,7 @@ py::object reflex_of(const Simulation& simulation) {
 /// A property for each field of a tick, and what is no field: arrays of the pulps and the contacts.
 void bind_views(py::class_<Simulation, std::shared_ptr<Simulation>>& type) {
   for (const TickField& field : tick_fields()) {
-    if (!is_in_python(field)) continue;
+    if (!field.is_in_python()) continue;
     type.def_property_readonly(
         std::string(field.name).c_str(), of([&field](Simulation& s, py::handle self) {
           return SeenTick(*s.model, s.record, s.run.state, s.run.controller.f_muscle).value(field, self);

@@ -74,20 +74,16 @@ py::object SeenTick::value(const TickField& field, py::handle owner) {
     return python::view(place.first, {rows, place.columns}, {place.stride, 1}, owner);
   }
   std::vector<double> all;
-  if (is_there || is_number(field.of) || field.of == Of::kAxis) all = numbers(field);
+  if (is_there || is_number(field.of)) all = numbers(field);
   if (is_number(field.of)) return number_of(field.of, all.front());
   Array array(shape_of(field, all.size()));
   std::ranges::copy(all, array.mutable_data());
   return array;
 }
 
-bool is_in_python(const TickField& field) {
-  return field.of != Of::kShape && field.from != From::kPicture && field.from != From::kLoops;
-}
-
 std::vector<py::ssize_t> shape_of(const TickField& field, std::size_t numbers) {
   const auto count = static_cast<py::ssize_t>(numbers);
-  if (is_number(field.of)) return {};
+  if (is_number(field.of) && numbers > 0) return {};
   if (field.of == Of::kPose) return {4, 4};
   if (field.of == Of::kFingerAxis) return {count / 3, 3};
   return {count};

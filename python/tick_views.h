@@ -36,10 +36,7 @@ class SeenTick {
   std::optional<ShownStiffness> stiffness_;
 };
 
-/// Those that Python has: all but what is for eyes alone, and the loops' own measures.
-[[nodiscard]] bool is_in_python(const TickField& field);
-
-/// Shape of one sample of a field; empty: a number.
+/// Shape of one sample of a field that has so many numbers; empty: a number.
 [[nodiscard]] std::vector<py::ssize_t> shape_of(const TickField& field, std::size_t numbers);
 
 /// What is said of a contact as a structure of so many bytes, in which a ShownContact is at `first`; before it, where

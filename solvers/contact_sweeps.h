@@ -17,14 +17,14 @@ namespace thenar {
 
 /// When a contact solve stops.
 struct GaussSeidelSettings {
-  double tolerance = 1e-6;    ///< A solve whose natural-map residual [no unit] is this is converged; see residual.h.
-  int max_sweeps = 200;       ///< Bounds the time of one call.
-  double of_first = 1.0;      ///< Sweeps go on below the tolerance to this share of the first residual,
-  double of_tolerance = 1.0;  ///< but no further than to this share of the tolerance.
+  double tolerance = 1e-6;      ///< A solve whose natural-map residual [no unit] is this is converged; see residual.h.
+  int max_sweeps = 200;         ///< Bounds the time of one call.
+  double share_of_first = 1.0;  ///< Sweeps go on below the tolerance until the residual is this share of the first one.
+  double least_share = 1.0;     ///< They never go on below this share of the tolerance.
 
   /// The residual at which sweeps end that begin with `first_residual`.
   [[nodiscard]] double stop_at(double first_residual) const {
-    return std::min(tolerance, std::max(of_first * first_residual, of_tolerance * tolerance));
+    return std::min(tolerance, std::max(share_of_first * first_residual, least_share * tolerance));
   }
 };
 
@@ -242,8 +242,8 @@ SolveReport iterate_sweeps(const Problem& problem, const GaussSeidelSettings& se
         exact_residual = residual.norm;
       }
       per_change = residual.norm / change_N;
-      if (last || residual.norm <= stop_at || (residual.norm <= settings.tolerance && residual.norm > stalled_at))
-        break;
+      const bool is_stalled = report.sweeps > kLookAfter && residual.norm > stalled_at;
+      if (last || residual.norm <= stop_at || (is_stalled && residual.norm <= settings.tolerance)) break;
     }
     accelerate(change_N, work, f);
   }

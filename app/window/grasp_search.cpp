@@ -10,6 +10,7 @@
 
 #include "engine/loops/realtime.h"
 #include "engine/results/state_message.h"
+#include "engine/results/tick_fields.h"
 #include "engine/scenes/scene_grasp.h"
 #include "engine/scenes/scene_text.h"
 

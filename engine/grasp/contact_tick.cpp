@@ -188,14 +188,14 @@ void free_gaps_and_slips(const Model& model, const Frame& frame, const State& st
 
 SolveReport find_forces(const Model& model, const Frame& frame, const GroupedDelassus& W, ContactWorkspace& work,
                         const CommonGround* ground = nullptr) {
-  // What is left of a solve pushes bodies at rest to and fro, at the tolerance by more than 1 nW a contact. Little
-  // changes there from tick to tick, so that they get a few sweeps more; a grasp that moves pays nothing.
-  constexpr double kOfChange = 1e-2, kQuiet = 0.1;
+  // The residual of each tick moves bodies at rest a little, which at the tolerance injects more than 1 nW a contact.
+  // Their forces change little, so that a few more sweeps reach a tenth of it; a moving grasp stops at the tolerance.
+  constexpr double kShareOfFirst = 1e-2, kLeastShare = 0.1;
   const Index n = frame.size();
   const GaussSeidelSettings settings{.tolerance = model.scene.contact.tolerance,
                                      .max_sweeps = model.scene.contact.max_sweeps,
-                                     .of_first = kOfChange,
-                                     .of_tolerance = kQuiet};
+                                     .share_of_first = kShareOfFirst,
+                                     .least_share = kLeastShare};
   const GroupedContactProblem factored{W, work.delta_free.head(3 * n), work.mu.head(n), ground};
   const ContactSolution solution{work.f.head(3 * n), work.delta.head(3 * n)};
   return solve_contacts(factored, settings, work.solver, solution);

@@ -21,7 +21,7 @@ struct LevelEstimate {
 
 /// The scene's fingertips with their leaves as control points.
 [[nodiscard]] std::vector<Pulp> make_pulps(const Scene& scene);
-/// Whether the two scenes have the same pulps at the same level, for certain.
+/// Whether two scenes have the same pulps at the same level. False does not prove that they differ.
 [[nodiscard]] bool have_same_pulps(const Scene& one, const Scene& other);
 
 /// The normal load [N] of the hardest-working finger: what the weight asks of one that alone faces the others, or the

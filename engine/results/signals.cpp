@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cassert>
 #include <iterator>
 #include <span>
 
@@ -40,8 +41,8 @@ Layout layout_of(const Model& model) {
   for (int block = 0; block <= static_cast<int>(Block::kLast); ++block) {
     std::vector<std::pair<const TickField*, Field>> fields;
     for (const TickField& field : tick_fields()) {
-      const bool is_here = field.block == static_cast<Block>(block) && field.from == From::kTick;
-      if (!is_here || field.of == Of::kShape || !field.is_in(model)) continue;
+      const bool is_here = field.block == static_cast<Block>(block) && field.is_in_signals();
+      if (!is_here || !field.is_in(model)) continue;
       const std::size_t begin = numbers.size();
       add_numbers(field, view, numbers);
       layout.fields.push_back(&field);
@@ -61,10 +62,20 @@ Layout layout_of(const Model& model) {
   return layout;
 }
 
-/// Replaces `numbers` by those of the layout's fields.
-void read_fields(const Layout& layout, const TickView& view, std::vector<double>& numbers) {
-  numbers.clear();
-  for (const TickField* field : layout.fields) add_numbers(*field, view, numbers);
+/// Calls sink(tick, column, number) row by row.
+template <class Sink>
+void for_each_number(const Model& model, const Recording& recording, const Layout& layout, Sink&& sink) {
+  std::vector<double> numbers;
+  for (std::size_t i = 0; i < recording.ticks.size(); ++i) {
+    numbers.clear();
+    const TickView view = view_at(model, recording, i);
+    for (const TickField* field : layout.fields) add_numbers(*field, view, numbers);
+    assert(numbers.size() == layout.columns.size());
+    for (std::size_t c = 0; c < layout.columns.size(); ++c) {
+      const SignalColumn& column = layout.columns[c];
+      sink(i, c, column.factor * numbers[column.at]);
+    }
+  }
 }
 
 }  // namespace
@@ -74,14 +85,9 @@ SignalTable signal_table(const Model& model, const Recording& recording) {
   SignalTable table;
   for (const SignalColumn& column : layout.columns) table.names.push_back(column.name);
   table.numbers.resize(std::ssize(recording.ticks), std::ssize(table.names));
-  std::vector<double> numbers;
-  for (Index i = 0; i < table.numbers.rows(); ++i) {
-    read_fields(layout, view_at(model, recording, static_cast<std::size_t>(i)), numbers);
-    for (Index c = 0; c < table.numbers.cols(); ++c) {
-      const SignalColumn& column = layout.columns[static_cast<std::size_t>(c)];
-      table.numbers(i, c) = column.factor * numbers[column.at];
-    }
-  }
+  for_each_number(model, recording, layout, [&](std::size_t i, std::size_t c, double number) {
+    table.numbers(static_cast<Index>(i), static_cast<Index>(c)) = number;
+  });
   return table;
 }
 
@@ -89,15 +95,9 @@ std::string signals_csv(const Model& model, const Recording& recording) {
   const Layout layout = layout_of(model);
   std::string csv;
   for (const SignalColumn& column : layout.columns) csv += (csv.empty() ? "" : ",") + csv_cell(column.name);
-  std::vector<double> numbers;
-  for (std::size_t i = 0; i < recording.ticks.size(); ++i) {
-    read_fields(layout, view_at(model, recording, i), numbers);
-    const char* before = "\n";
-    for (const SignalColumn& column : layout.columns) {
-      fmt::format_to(std::back_inserter(csv), "{}{:.9g}", before, column.factor * numbers[column.at]);
-      before = ",";
-    }
-  }
+  for_each_number(model, recording, layout, [&](std::size_t, std::size_t c, double number) {
+    fmt::format_to(std::back_inserter(csv), "{}{:.9g}", c == 0 ? '\n' : ',', number);
+  });
   return csv + "\n";
 }
 

@@ -266,15 +266,6 @@ ordered_json posture_json(const Hand& hand, const JointVector& q) {
   return {{"fingers", fingers_json(hand)}, {"segments", segments_json(hand)}, {"poses", segment_poses(hand, q)}};
 }
 
-std::array<double, 12> pose_numbers(const Isometry3d& X) {
-  std::array<double, 12> numbers{};
-  Eigen::Map<Vector3d> position(numbers.data());
-  Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> rotation(numbers.data() + 3);
-  position = X.translation();
-  rotation = X.linear();
-  return numbers;
-}
-
 std::string geometry_message(const Model& model, const TriangleMesh& surface) {
   std::string bytes = header(MessageKind::kGeometry);
   const auto add = [&bytes](const auto& numbers) {

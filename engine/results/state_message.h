@@ -38,9 +38,6 @@ struct Field {
 /// `poses`, 12 numbers a segment as a state has them.
 [[nodiscard]] nlohmann::ordered_json posture_json(const Hand& hand, const JointVector& q);
 
-/// A pose as a state has it: position, then rotation by rows.
-[[nodiscard]] std::array<double, 12> pose_numbers(const Eigen::Isometry3d& X);
-
 /// The points of the object, at most 40 000 of them, and of the pulps, and the object's surface, the same as in the
 /// scene's message.
 [[nodiscard]] std::string geometry_message(const Model& model, const TriangleMesh& surface = {});

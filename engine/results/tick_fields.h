@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <array>
 #include <cstdint>
 #include <span>
 #include <string_view>
@@ -102,18 +103,23 @@ struct TickField {
   const Scenes* scenes = nullptr;  ///< Null: all.
   From from = From::kTick;
   Block block = Block::kLast;
-  /// One of these: where the numbers lie, of a pose its matrix of 4 x 4; or they are made, behind what is in the list.
+  /// One of these: where the numbers lie, of a pose its matrix of 4 x 4; or what puts them behind those in a list.
   Place (*at)(const TickView&) = nullptr;
-  void (*make)(const TickView&, std::vector<double>&) = nullptr;
+  void (*compute)(const TickView&, std::vector<double>&) = nullptr;
 
   [[nodiscard]] bool is_in(const Model& model) const { return scenes == nullptr || scenes->have(model); }
+  [[nodiscard]] bool is_in_signals() const { return from == From::kTick && of != Of::kShape; }
+  [[nodiscard]] bool is_in_python() const { return of != Of::kShape && from != From::kPicture && from != From::kLoops; }
 };
 
 /// All of them, in the order of a state message.
 [[nodiscard]] std::span<const TickField> tick_fields();
 
-/// Null: there is none of this name.
+/// Null if no field has this name.
 [[nodiscard]] const TickField* tick_field(std::string_view name);
+
+/// A pose as a state has it: position, then rotation by rows.
+[[nodiscard]] std::array<double, 12> pose_numbers(const Eigen::Isometry3d& X);
 
 /// Puts a field's numbers behind those in the list.
 void add_numbers(const TickField& field, const TickView& view, std::vector<double>& to);

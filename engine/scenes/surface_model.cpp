@@ -70,6 +70,7 @@ void make_fingertips(Model& model, Model* known) {
     model.level = known->level;
     model.fine_m = std::move(known->fine_m);
     model.fine_edges_m = std::move(known->fine_edges_m);
+    find_edges(model);
     make_room_for_contacts(model);
     return;
   }

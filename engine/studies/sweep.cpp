@@ -136,7 +136,7 @@ std::string reason(const ConfigError& error) {
 }
 
 /// The result of one row; or why there is none, as `failure`. `known` is the thread's last model, of which parts may
-/// serve again, and becomes this one's.
+/// serve again, and becomes this one's; none is left where the row is refused.
 std::optional<SweepRow> run_one(const SweepPlan& plan, std::size_t row, const RunScene& run,
                                 std::optional<Model>& known, std::string& failure) {
   const auto refused = [](const std::string& why) {

@@ -244,6 +244,12 @@ class Fields(unittest.TestCase):
         self.assertIsInstance(state["sweeps"], int)
         self.assertIsInstance(state["held"], bool)
 
+    def test_real_time_tells_that_no_forces_were_found(self):
+        run = thenar.Realtime(box().set({"time.duration": "0.2 s"}), realtime=False, forces=lambda period: None)
+        run.start()
+        run.wait()
+        self.assertTrue(run.state()["grasp_failed"])
+
 
 class Slides(unittest.TestCase):
     """Fingertips on slides: joints in m and N."""

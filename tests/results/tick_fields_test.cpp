@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 #include <string>
@@ -35,7 +36,9 @@ TEST(TickFields, AreNamedAndExplained) {
     for (const auto& [end, unit] : units) {
       if (field.name.ends_with(end) && end.size() > suffix.size()) suffix = end;
     }
-    if (!suffix.empty()) EXPECT_EQ(field.unit, units.at(suffix));
+    if (!suffix.empty()) {
+      EXPECT_EQ(field.unit, units.at(suffix));
+    }
   }
   EXPECT_EQ(tick_field("no_such_field"), nullptr);
 }
@@ -70,10 +73,50 @@ TEST(TickFields, AreAllInTheTableOfSignals) {
         const auto at = std::ranges::find(table.names, column.name);
         ASSERT_NE(at, table.names.end()) << column.name;
         const double shown = table.numbers(last, at - table.names.begin());
-        if (!std::isnan(numbers[i])) EXPECT_EQ(shown, column.factor * numbers[i]) << column.name;
+        if (!std::isnan(numbers[i])) {
+          EXPECT_EQ(shown, column.factor * numbers[i]) << column.name;
+        }
       }
     }
     EXPECT_EQ(all, table.names.size());
+  }
+}
+
+// A row takes its numbers from where its name says: one row of each kind of place and of each computation, against the
+// record itself.
+TEST(TickFields, HaveTheNumbersThatTheyName) {
+  const Model model = build_model(scene_of("box_wet", {kCoarseBox, "time.duration=0.1 s"}));
+  State state(model);
+  const Recording run = run_scene(model, state);
+  const TickRecord& tick = run.ticks.back();
+  const TickView view = view_of(model, tick, {});
+  const auto numbers = [&](const char* name) {
+    std::vector<double> all;
+    add_numbers(*tick_field(name), view, all);
+    return all;
+  };
+  EXPECT_EQ(numbers("time_s"), std::vector{tick.time_s});
+  EXPECT_EQ(numbers("tick"), std::vector{100.0});
+  EXPECT_EQ(numbers("active"), std::vector{static_cast<double>(tick.contact.active)});
+  EXPECT_EQ(numbers("sweeps"), std::vector{static_cast<double>(tick.contact.solve.sweeps)});
+  EXPECT_EQ(numbers("penetration_m"), std::vector{tick.contact.penetration_m});
+  EXPECT_EQ(numbers("dissipated_J"), std::vector{tick.ledger.dissipated_J});
+  EXPECT_EQ(numbers("q_rad"), std::vector<double>(state.q.begin(), state.q.end()));
+  EXPECT_EQ(numbers("position_m"), std::vector<double>(tick.position_m.begin(), tick.position_m.end()));
+  const std::vector<double> object = numbers("object"), force_N = numbers("force_N"), normal_N = numbers("normal_N"),
+                            slip_m = numbers("slip_m"), stick = numbers("stick"), squeeze_N = numbers("squeeze_N"),
+                            felt_N = numbers("felt_tangential_N"), desired_N = numbers("desired_N");
+  EXPECT_EQ(object[1], state.X_WO.translation().y());
+  EXPECT_EQ(object[4], state.X_WO.linear()(0, 1)) << "rotation by rows";
+  for (int k = 0; k < model.fingers(); ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    EXPECT_EQ(normal_N[i], tick.force[k].normal_N);
+    EXPECT_EQ(slip_m[i], tick.slip_m[k]);
+    EXPECT_EQ(stick[i], state.touch[k].stick);
+    EXPECT_EQ(squeeze_N[i], tick.reflex.grips[k].internal_force_N);
+    EXPECT_EQ(force_N[3 * i + 2], state.load[k].force_N.z());
+    EXPECT_EQ(desired_N[3 * i + 1], tick.desired_N[k].y());
+    EXPECT_EQ(felt_N[3 * i], state.touch[k].tangential_N.x());
   }
 }
 

@@ -105,11 +105,13 @@ TEST_P(GaussSeidel, GoesOnBelowTheToleranceAsFarAsAsked) {
     const double first = solve(problem, {.tolerance = 1.0, .max_sweeps = 0}, near).report.residual;
     const Solution plain = solve(problem, {.tolerance = tolerance, .max_sweeps = 20000}, near);
     const Solution finer =
-        solve(problem, {.tolerance = tolerance, .max_sweeps = 20000, .of_first = 1e-2, .of_tolerance = 0.1}, near);
+        solve(problem, {.tolerance = tolerance, .max_sweeps = 20000, .share_of_first = 1e-2, .least_share = 0.1}, near);
     EXPECT_EQ(finer.report.status, SolveStatus::kConverged);
     EXPECT_LE(finer.report.residual, std::min(tolerance, std::max(1e-2 * first, 0.1 * tolerance)));
     EXPECT_GE(finer.report.sweeps, plain.report.sweeps);
-    if (1e-2 * first >= tolerance) EXPECT_EQ(finer.report.sweeps, plain.report.sweeps);
+    if (1e-2 * first >= tolerance) {
+      EXPECT_EQ(finer.report.sweeps, plain.report.sweeps);
+    }
   }
 }
 

@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "engine/results/state_message.h"
+#include "engine/results/tick_fields.h"
 #include "engine/scenes/scene_file.h"
 #include "tests/support/scratch.h"
 #include "tests/window/shown_session.h"
