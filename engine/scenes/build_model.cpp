@@ -39,8 +39,11 @@ Model build_model(Scene scene, const StartWatch& begins) {
 
 Model build_model(Scene scene, Model known) {
   if (!have_same_surface(scene, known.scene)) return build_model(std::move(scene));
-  known.object.forget_edges();  // A grasp is found on the surface as it was made.
-  return with_surface(std::move(scene), std::move(known.object_notes), std::move(known.object), &known);
+  // A grasp is found on the surface as it was made, and rigid fingertips touch it so.
+  const bool lends = scene.fingertips && !scene.grasp;
+  if (!lends) known.object.forget_edges();
+  return with_surface(std::move(scene), std::move(known.object_notes), std::move(known.object),
+                      lends ? &known : nullptr);
 }
 
 }  // namespace thenar

@@ -54,8 +54,8 @@ void fit_to_controls(Model& model) {
   model.fine_edges_m = places_m(edges.begin(), edges.end());
 }
 
-/// Whether a model on the same surface has the fingertips that this one would get. A level that is chosen depends on
-/// more than these.
+/// Whether a model on the same surface has the fingertips that this one would get: then the surface has their edges. A
+/// level that is chosen depends on more than these.
 bool has_same_fingertips(const Model& model, const Model& known) {
   const std::optional<int>& level = model.scene.contact.level;
   return level && *level == known.level && have_same_pulps(model.scene, known.scene);
@@ -70,7 +70,6 @@ void make_fingertips(Model& model, Model* known) {
     model.level = known->level;
     model.fine_m = std::move(known->fine_m);
     model.fine_edges_m = std::move(known->fine_edges_m);
-    find_edges(model);
     make_room_for_contacts(model);
     return;
   }
