@@ -131,7 +131,7 @@ TEST(Ledger, AGraspAtRestInjectsHardlyAnything) {
     for (int tick = 0; tick < 1000; ++tick) {
       const TickReport report = loop.tick();
       injected_J += report.ledger.injected_J;
-      contact_s += report.active * loop.model.scene.step_s;
+      contact_s += static_cast<double>(report.active) * loop.model.scene.step_s;
     }
     ASSERT_GT(contact_s, 10.0);
     EXPECT_LE(injected_J, 1e-9 * contact_s);

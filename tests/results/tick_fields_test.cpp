@@ -28,7 +28,7 @@ TEST(TickFields, AreNamedAndExplained) {
   for (const TickField& field : tick_fields()) {
     SCOPED_TRACE(field.name);
     EXPECT_TRUE(names.insert(field.name).second);
-    EXPECT_NE(field.at == nullptr, field.make == nullptr);
+    EXPECT_NE(field.at == nullptr, field.compute == nullptr);
     EXPECT_GT(field.sentence.size(), 10U);
     EXPECT_TRUE(field.sentence.ends_with('.'));
     EXPECT_EQ(tick_field(field.name), &field);

@@ -89,20 +89,19 @@ void expect_same_bits(const Model& one, const Model& other) {
 // A known model makes a start short, never another: whatever a change is about, each part that it touches is made anew,
 // and each that is taken over is what a fresh start makes, to the last bit.
 TEST(Model, OfAKnownOneIsTheSame) {
-  const std::vector<std::string> base{"object.points=3000"};
-  for (const std::string scene : {"box_grasp", "mug"}) {
-    const Model known = build_model(scene_of(scene, base));
-    for (const std::string change :
-         {"contact.friction=0.3", "object.mass=77 g", "contact.max_per_finger=9", "fingertips.leaves=160",
-          "fingertips.points=1200", "fingertips.reduced_modulus=0.3 MPa", "fingertips.kernel=gaussian",
-          "contact.level=1", "contact.level=auto", "object.points=3001", "contact.band=0.2 mm",
-          "fingertips.relaxation=3 ms"}) {
-      SCOPED_TRACE(scene + " " + change);
-      const Scene changed = scene_of(scene, {base.front(), change});
-      expect_same_bits(build_model(changed, known), build_model(changed));
-      // And from there back.
-      expect_same_bits(build_model(scene_of(scene, base), build_model(changed)), known);
-    }
+  const std::string few = "object.points=3000";
+  const Scene scene = scene_of("mug", {few});
+  const Model known = build_model(scene);
+  for (const char* change :
+       {"contact.friction=0.3", "contact.max_per_finger=9", "fingertips.leaves=160", "fingertips.points=1200",
+        "fingertips.reduced_modulus=0.3 MPa", "fingertips.kernel=gaussian", "contact.level=1", "contact.level=auto",
+        "object.points=3001"}) {
+    SCOPED_TRACE(change);
+    const Scene changed = scene_of("mug", {few, change});
+    const Model fresh = build_model(changed);
+    expect_same_bits(build_model(changed, known), fresh);
+    // And from there back.
+    expect_same_bits(build_model(scene, fresh), known);
   }
 }
 
