@@ -142,7 +142,8 @@ py::dict rollout(const std::vector<std::shared_ptr<Simulation>>& simulations, st
   py::dict result;
   for (const std::string& name : names) {
     const TickField& signal = signal_called(name);
-    const py::ssize_t size = simulations.empty() ? 0 : count_of(signal, *simulations[0]);
+    const py::ssize_t size =
+        simulations.empty() ? (shape_of(signal, 1).empty() ? 1 : 0) : count_of(signal, *simulations[0]);
     for (const auto& simulation : simulations) {
       if (count_of(signal, *simulation) != size)
         throw py::value_error(name + " is of another size in some simulations");

@@ -9,6 +9,7 @@ import csv
 import json
 import os
 import sys
+from itertools import takewhile
 from pathlib import Path
 from typing import Any, Mapping, Optional, Sequence, Union
 
@@ -150,9 +151,10 @@ def _grip(signals: Signals, summary: Mapping[str, Any]) -> Any:
 
 
 def _muscles(signals: Signals, summary: Mapping[str, Any]) -> Any:
-    of_fingers = {f"{f}_{what}_N" for f in _fingers(signals)
-                  for what in ("normal", "tangential", "desired_normal", "desired_tangential", "force_error")}
-    names = [name for name in signals if name.endswith("_N") and name not in of_fingers]
+    # The columns of muscles come behind those of the solve.
+    columns = list(signals)
+    behind = columns[columns.index("penetration_um") + 1:] if "penetration_um" in columns else []
+    names = list(takewhile(lambda name: name.endswith("_N") and not name.startswith("environment_"), behind))
     if not names:
         return None
     figure, (panel,) = _stack(summary, signals, ["Muscle forces"], ["N"])

@@ -245,7 +245,8 @@ class Fields(unittest.TestCase):
         self.assertIsInstance(state["held"], bool)
 
     def test_real_time_tells_that_no_forces_were_found(self):
-        run = thenar.Realtime(box().set({"time.duration": "0.2 s"}), realtime=False, forces=lambda period: None)
+        run = thenar.Realtime(box().set({"time.duration": "0.2 s"}), realtime=False, 
+                              forces=lambda period: None if period.now_s > 0.05 else period.published_forces())
         run.start()
         run.wait()
         self.assertTrue(run.state()["grasp_failed"])
