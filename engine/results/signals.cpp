@@ -38,18 +38,17 @@ Layout layout_of(const Model& model) {
   const SignalNames names = signal_names(model);
   Layout layout;
   std::vector<double> numbers;
-  for (int block = 0; block <= static_cast<int>(Block::kLast); ++block) {
+  for (int block = 0; block < static_cast<int>(Block::kNone); ++block) {
     std::vector<std::pair<const TickField*, Field>> fields;
     for (const TickField& field : tick_fields()) {
-      const bool is_here = field.block == static_cast<Block>(block) && field.is_in_signals();
-      if (!is_here || !field.is_in(model)) continue;
+      if (field.block != static_cast<Block>(block) || !field.is_in(model)) continue;
       const std::size_t begin = numbers.size();
       add_numbers(field, view, numbers);
       layout.fields.push_back(&field);
       fields.emplace_back(&field,
                           Field{std::string(field.name), std::string(field.unit), begin, numbers.size() - begin});
     }
-    const bool by_finger = block != static_cast<int>(Block::kLast) && std::ranges::all_of(fields, is_of_fingers);
+    const bool by_finger = std::ranges::all_of(fields, is_of_fingers);
     for (int k = 0; by_finger && k < model.fingers(); ++k) {
       for (const auto& [known, field] : fields) layout.columns.push_back(signal_column(field, k, names));
     }

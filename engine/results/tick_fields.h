@@ -38,8 +38,8 @@ enum class Of : std::uint8_t {
 
 /// What has to be at hand for a field to be known.
 enum class From : std::uint8_t {
-  kTick,     ///< The record of the tick: it is in all lists.
-  kClock,    ///< That, too, but it differs from run to run: signals.csv leaves it out.
+  kTick,     ///< The record of the tick.
+  kClock,    ///< That, too, but it differs from run to run.
   kState,    ///< What is known of a chosen stiffness, and the state.
   kPicture,  ///< What is made for eyes.
   kLoops,    ///< The loops' own measures, by the clock on the wall.
@@ -90,7 +90,7 @@ enum class Block : std::uint8_t {
   kReflex,
   kAround,
   kTask,
-  kLast
+  kNone
 };
 
 struct TickField {
@@ -102,13 +102,14 @@ struct TickField {
   std::string_view sentence = {};
   const Scenes* scenes = nullptr;  ///< Null: all.
   From from = From::kTick;
-  Block block = Block::kLast;
+  Block block = Block::kNone;
   /// One of these: where the numbers lie, of a pose its matrix of 4 x 4; or what puts them behind those in a list.
   Place (*at)(const TickView&) = nullptr;
   void (*compute)(const TickView&, std::vector<double>&) = nullptr;
 
   [[nodiscard]] bool is_in(const Model& model) const { return scenes == nullptr || scenes->have(model); }
-  [[nodiscard]] bool is_in_signals() const { return from == From::kTick && of != Of::kShape; }
+  /// signals.csv has what people plot: the figures read it again and again.
+  [[nodiscard]] bool is_in_signals() const { return block != Block::kNone; }
   [[nodiscard]] bool is_in_python() const { return of != Of::kShape && from != From::kPicture && from != From::kLoops; }
 };
 

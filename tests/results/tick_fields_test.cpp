@@ -43,7 +43,7 @@ TEST(TickFields, AreNamedAndExplained) {
   EXPECT_EQ(tick_field("no_such_field"), nullptr);
 }
 
-// What is known of every tick is in signals.csv: each number once, under a name of its own, with the value that the
+// What signals.csv has of a tick is in it once, under a name of its own, with the value that the
 // field has. A list that forgets a field cannot be made any more; a field without room for its numbers could.
 TEST(TickFields, AreAllInTheTableOfSignals) {
   for (const char* name : {"box_wet", "box_stiff", "pick_and_place", "slides_ball", "human5_carry"}) {
@@ -61,7 +61,7 @@ TEST(TickFields, AreAllInTheTableOfSignals) {
     const TickView view = view_of(model, run.ticks.back(), muscle_N);
     std::size_t all = 0;
     for (const TickField& field : tick_fields()) {
-      if (field.from != From::kTick || field.of == Of::kShape || !field.is_in(model)) continue;
+      if (!field.is_in_signals() || !field.is_in(model)) continue;
       SCOPED_TRACE(field.name);
       std::vector<double> numbers;
       add_numbers(field, view, numbers);
