@@ -9,7 +9,8 @@
 #include "engine/scenes/units.h"
 
 /// All keys of scenes and of hand files, in one table each: what the readers of config.h check, and what `thenar keys`,
-/// docs/reference/scene.md and the JSON schema say.
+/// docs/reference/scene.md and the JSON schema say. That of scenes is made of their description
+/// (engine/scenes/describe.h).
 namespace thenar {
 
 enum class KeyKind {
@@ -39,7 +40,7 @@ struct LiveKey {
 };
 
 struct Key {
-  std::string_view path;  ///< As "contact.friction"; in lists of maps without the number: "joints.name".
+  std::string path;  ///< As "contact.friction"; in lists of maps without the number: "joints.name".
   KeyKind kind;
   Dimension dimension;
   /// Of numbers "> 0", ">= 1 kPa" or "0 .. 10 mm", ends included, where a bare 0 is one of any unit; then, each behind
