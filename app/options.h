@@ -73,7 +73,7 @@ struct Options {
   std::optional<double> friction;
   int best = 5;
 
-  bool figures = true;  ///< Of a run with `out`: draw them.
+  bool figures = true;  ///< Draw the figures of a run into `out`.
 
   // Of the two threads.
   double spin_s = 50e-6;

@@ -43,7 +43,6 @@ TEST(Figures, AreDrawnAfterTheAnswer) {
     EXPECT_EQ(table.find("no figures"), std::string::npos) << "drawn already";
     EXPECT_NE(read(folder / "said").find("warning: no figures, for gnuplot is missing or failed\n"), std::string::npos);
     const std::string json = seen(" --format json");
-
     EXPECT_NE(json.find("\n}\n"), std::string::npos) << "the whole summary: " << json;
   }
 }
