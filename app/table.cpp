@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "engine/studies/profile_table.h"
+#include "app/loops_table.h"
 
 namespace thenar::app {
 
@@ -41,6 +41,22 @@ const char* published_contact_time(const ordered_json& contacts) {
   const long n = contacts.at("max").is_number() ? contacts.at("max").get<long>() : 0;
   if (n < 15) return "";
   return n > 30 ? "published: 20 ms at 60 contacts" : n > 15 ? "published: 10 ms at 30" : "published: 6 ms at 15";
+}
+
+std::string scheduling_in_words(const ordered_json& scheduling) {
+  const int priority = scheduling.at("priority").get<int>();
+  std::string words = scheduling.at("policy").get<std::string>() + (priority > 0 ? fmt::format(" {}", priority) : "");
+  words += scheduling.at("core").is_null() ? ", any core" : ", core " + scheduling.at("core").dump();
+  words += scheduling.at("locked").get<bool>() ? ", memory locked" : ", memory not locked";
+  return words + (scheduling.at("kept_awake").get<bool>() ? ", cores kept awake" : "");
+}
+
+/// What built the program, and what its threads were granted: "…, SCHED_FIFO 80, core 1, memory locked".
+std::string build_line(const ordered_json& summary) {
+  const auto build = [&](const char* key) { return summary.at("build").at(key).get<std::string>(); };
+  return fmt::format("thenar {}, {} ({}), {}, {}\n", build("version"), build("type"), build("flags"), build("compiler"),
+                     summary.contains("scheduling") ? scheduling_in_words(summary.at("scheduling"))
+                                                    : "one thread, no real-time scheduling");
 }
 
 std::string summary_head(const ordered_json& summary) {
