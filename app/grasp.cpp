@@ -107,13 +107,11 @@ friction needed while the weight is as it is
 limit    to the nearest end of a joint's range
 effort   of a muscle, the largest share of what it can give; without muscles, the largest torque of a joint
 patch    least share of a pressed pulp's patch that lies on the surface: less than 1 at edges and holes
-epsilon, volume, isotropy   the quality measures of these names, for normal forces of 1 N in all
 )";
 
 std::string grasps_table(const FinderReport& report, const Hand& hand) {
-  std::string table =
-      fmt::format("{:>4}  {:<24}{:>8}{:>8}{:>8}{:>10}{:>8}{:>11}{:>8}{:>9}{:>9}{:>10}\n", "rank", "fingers", "width",
-                  "press", "margin", "friction", "limit", "effort", "patch", "epsilon", "volume", "isotropy");
+  std::string table = fmt::format("{:>4}  {:<24}{:>8}{:>8}{:>8}{:>10}{:>8}{:>11}{:>8}\n", "rank", "fingers", "width",
+                                  "press", "margin", "friction", "limit", "effort", "patch");
   table += fmt::format("{:>4}  {:<24}{:>8}{:>8}{:>8}{:>10}{:>8}\n", "", "", "mm", "N", "", "needed", "deg");
   for (std::size_t i = 0; i < report.grasps.size(); ++i) {
     const FoundGrasp& grasp = report.grasps[i];
@@ -123,11 +121,9 @@ std::string grasps_table(const FinderReport& report, const Hand& hand) {
     }
     const std::string effort = grasp.muscle_share > 0.0 ? fmt::format("{:.0f} %", 100.0 * grasp.muscle_share)
                                                         : fmt::format("{:.3f} N m", grasp.torque_Nm);
-    table +=
-        fmt::format("{:>4}  {:<24}{:>8.1f}{:>8.2f}{:>8.2f}{:>10.2f}{:>8.0f}{:>11}{:>8.2f}{:>9.3f}{:>9.1e}{:>10.2f}\n",
-                    i + 1, fingers, 1e3 * grasp.width_m, least_press_N(grasp), grasp.margin, grasp.needed_friction,
-                    grasp.limit_rad * 180.0 / std::numbers::pi, effort, least_patch(grasp), grasp.quality.epsilon,
-                    grasp.quality.volume, grasp.quality.isotropy);
+    table += fmt::format("{:>4}  {:<24}{:>8.1f}{:>8.2f}{:>8.2f}{:>10.2f}{:>8.0f}{:>11}{:>8.2f}\n", i + 1, fingers,
+                         1e3 * grasp.width_m, least_press_N(grasp), grasp.margin, grasp.needed_friction,
+                         grasp.limit_rad * 180.0 / std::numbers::pi, effort, least_patch(grasp));
   }
   return table + kColumns;
 }

@@ -96,7 +96,6 @@ What the scene asks of the grasp under `grasp` is heeded. Raises NoGrasp with th
       .def_property_readonly(
           "muscle_share", [](const Found& f) { return f.grasp.muscle_share; },
           "Largest force of a muscle as a share of its limit.")
-      .def_property_readonly("epsilon", [](const Found& f) { return f.grasp.quality.epsilon; })
       .def_property_readonly(
           "cost", [](const Found& f) { return f.grasp.cost; }, "By which grasps are ranked.")
       .def(

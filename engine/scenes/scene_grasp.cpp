@@ -292,8 +292,7 @@ std::string in_words(const FoundGrasp& grasp, const Hand& hand) {
   }
   if (const double worst_patch = least_patch(grasp); worst_patch < 0.9)
     text += fmt::format(". A patch reaches over an edge: {:.0f} % of it touch", 100.0 * worst_patch);
-  return text + fmt::format(". Epsilon {:.3f}, volume {:.2g}, isotropy {:.2f}.", grasp.quality.epsilon,
-                            grasp.quality.volume, grasp.quality.isotropy);
+  return text + ".";
 }
 
 std::string in_words(const Refusal& refusal) {

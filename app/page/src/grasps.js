@@ -19,9 +19,6 @@ const kFigures = [
    text: (g) => (g.muscle_share === null ? fixed(g.torque_Nm, 3) : fixed(100 * g.muscle_share, 0)),
    tip: 'grasp: effort'},
   {name: 'patch', unit: '', text: (g) => fixed(g.patch, 2), tip: 'grasp: patch'},
-  {name: 'epsilon', unit: '', text: (g) => fixed(g.epsilon, 3), tip: 'grasp: epsilon'},
-  {name: 'volume', unit: '', text: (g) => g.volume.toExponential(1), tip: 'grasp: volume'},
-  {name: 'isotropy', unit: '', text: (g) => fixed(g.isotropy, 2), tip: 'grasp: isotropy'},
   {name: 'travel', unit: 'mm', text: (g) => fixed(1e3 * g.travel_m, 0), tip: 'grasp: travel'},
 ];
 
