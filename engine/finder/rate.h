@@ -14,8 +14,8 @@ namespace thenar {
 /// What is wanted of a grasp, in one number: first of all that it holds, then that it is at ease.
 [[nodiscard]] double cost_of(const FoundGrasp& grasp);
 
-/// The grasp that a stance is: places, forces, margin, effort and cost. `hand` has the grasp's fingers alone. The travel
-/// is left out: add_travel() adds it, and without it a grasp has a high cost.
+/// The grasp that a stance is: places, forces, margin, effort and cost. `hand` has the grasp's fingers alone. The
+/// travel is left out: add_travel() adds it, and without it a grasp has a high cost.
 [[nodiscard]] FoundGrasp rate(const FinderProblem& problem, const Hand& hand, const PatchMeter& patches,
                               const Stance& stance, const FitTarget& target, StanceFit& fit);
 
