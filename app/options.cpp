@@ -240,9 +240,9 @@ void add_keys(CLI::App& app, Options& options) {
       ->type_name("KEY")
       ->check(named());
   command->add_flag("--markdown", options.markdown, "Prints the page docs/reference/scene.md")->excludes("PREFIX");
-  CLI::App* const fields =
-      app.add_subcommand("fields", "Prints the page docs/reference/fields.md: what is said of a tick, and where");
-  fields->add_flag("--stub", options.stub, "Prints the fields as properties in python/thenar/_core.pyi instead");
+  CLI::App* const fields = app.add_subcommand(
+      "fields", "Prints the page docs/reference/fields.md: the fields of a tick, and the measures of a found grasp");
+  fields->add_flag("--stub", options.stub, "Prints them as properties in python/thenar/_core.pyi instead");
 }
 
 /// The flags as changes of the scene, around those that the user set by key: a default of ours gives way to them, a
