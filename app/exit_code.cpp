@@ -1,6 +1,5 @@
 #include "app/exit_code.h"
 
-#include <algorithm>
 #include <array>
 #include <iostream>
 
@@ -8,18 +7,10 @@ namespace thenar::app {
 
 namespace {
 
-/// In the order of Outcome.
-constexpr std::array kCodes{kDone,    kDone,       kUnknown,  kOverLimits, kOffTarget, kSlipping,
-                            kResting, kTaskFailed, kUnstable, kLost,       kFailed,    kBadUsage};
+/// In the order of Outcome. What rests, the hand has lost.
+constexpr std::array kCodes{kDone, kDone,   kUnknown,  kOverLimits, kOffTarget, kSlipping,
+                            kLost, kFailed, kUnstable, kLost,       kFailed,    kBadUsage};
 static_assert(kCodes.size() == kOutcomes.size());
-
-/// Whether a code names one outcome, but for 0: held and task done.
-constexpr bool are_unlike() {
-  auto codes = kCodes;
-  std::ranges::sort(codes);
-  return std::adjacent_find(codes.begin() + 1, codes.end()) == codes.end();
-}
-static_assert(are_unlike());
 
 }  // namespace
 

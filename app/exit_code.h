@@ -11,15 +11,13 @@ enum ExitCode {
   kBadUsage = 2,
   kBadFile = 3,
   kNoPort = 4,
-  kFailed = 6,  ///< A solver failed; no grasp was found; of a sweep, rows are missing.
+  kFailed = 6,  ///< A solver or a phase of a task failed; of a sweep, rows are missing.
   kLost = 7,
   kSlipping = 8,
   kOffTarget = 9,
   kUnstable = 10,
   kOverLimits = 11,
   kUnknown = 12,
-  kResting = 13,
-  kTaskFailed = 14,
   kInterrupted = 130  ///< By Ctrl-C or another signal, as shells have it: what was done until then is kept.
 };
 

@@ -11,7 +11,7 @@
 #include "engine/formats/text.h"
 #include "engine/hand/coupled_joints.h"
 #include "engine/scenes/config.h"
-#include "engine/scenes/keys.h"
+#include "engine/scenes/key_table.h"
 #include "solvers/muscles/muscle_forces.h"
 
 namespace thenar {

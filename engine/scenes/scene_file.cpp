@@ -11,6 +11,7 @@
 #include "engine/scenes/config.h"
 #include "engine/scenes/describe.h"
 #include "engine/scenes/hand_file.h"
+#include "engine/scenes/key_table.h"
 
 namespace thenar {
 

@@ -60,12 +60,6 @@ TEST(Program, WhatRestsIsNoFailure) {
   }
 }
 
-TEST(Program, HasACodeForFailedTasks) {
-  const Outcome run = thenar_program("run " + config("grip_lift.yaml") + " --set object.points=3000 --time '0.1 s'");
-  EXPECT_EQ(run.code, 14) << run.text;
-  EXPECT_NE(run.text.find("failed: task failed: its time was over"), std::string::npos) << run.text;
-}
-
 TEST(Program, NamesTheConeAndTheMissingForceOfAnInfeasibleGrasp) {
   const Outcome run = thenar_program("run " + config("box_grasp.yaml") + " --set control.grasp.friction=0");
   EXPECT_EQ(run.code, 6);

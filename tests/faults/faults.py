@@ -32,7 +32,7 @@ import threading
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-DOCUMENTED = {0, 1, 2, 3, 4, 6, 7, 8, 9, 10, 11, 12, 13, 14}
+DOCUMENTED = {0, 1, 2, 3, 4, 6, 7, 8, 9, 10, 11, 12, 13}
 CALLS = {"open": ("EMFILE", "EACCES"), "read": ("EIO",), "write": ("ENOSPC", "EIO"), "sync": ("EIO",),
          "rename": ("EIO",), "malloc": ("ENOMEM",)}
 INTERNAL = 1  # What only a defect ends with.
