@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <variant>
 #include <vector>
 
 #include "engine/scenes/keys.h"
@@ -27,10 +28,10 @@ struct KeyRow {
 [[nodiscard]] bool may_be_missing(const KeyRow& row);
 
 /// Goes through a description of settings: a function describe(Visitor&, Settings&) that shows each key once with the
-/// field that its value belongs to. There are three visitors. The table of keys (engine/scenes/keys.cpp) notes the rows
-/// and visits each branch, the reader (engine/scenes/scene_file.cpp) fills the fields from a file, and the writer
-/// (engine/scenes/scene_text.cpp) makes a file of them. So a description reads a value, takes the same value for
-/// granted that it would write, and asks when() before what only some scenes have.
+/// field that its value belongs to. There are three visitors. The table of keys (engine/scenes/key_table.cpp) notes the
+/// rows and visits each branch, the reader (engine/scenes/config_reader.h) fills the fields from a file, and the writer
+/// (engine/scenes/config_writer.h) makes a file of them. What only some scenes have stands behind when(); what is wrong
+/// between keys is refused where both are known.
 class Visitor {
  public:
   virtual ~Visitor() = default;
