@@ -27,8 +27,8 @@ struct CloudRepair {
 /// `support_m` > 0 is the support of the surface to be made, see covering_support_m(). For use outside of loops.
 CloudRepair repair(PointCloud& cloud, double support_m);
 
-/// Returns the support for a cloud's surface [m]: 2.2 spacings where the density is even; where a tenth of the
-/// samples have spacings a quarter above the median, 2.2 of those. A wide support is less sharp, a narrow one has holes. Unlike
+/// Returns the support for a cloud's surface [m]: 2.2 spacings where the density is even; where a tenth of the samples
+/// have spacings a quarter above the median, 2.2 of those. A wide support is less sharp, a narrow one has holes. Unlike
 /// sample_spacing_m() it treats the two sides of a thin plate as two surfaces.
 /// Throws std::invalid_argument for fewer than two samples, or samples all in one place.
 [[nodiscard]] double covering_support_m(const PointCloud& cloud);
