@@ -190,7 +190,7 @@ void forward_kinematics(const Hand& hand, const JointVector& q, HandPose& pose);
 [[nodiscard]] FingerJacobian finger_jacobian(const Hand& hand, const HandPose& pose, int finger,
                                              const Eigen::Vector3d& point_m);
 
-/// Computes the Jacobian of a point of any segment; columns of joints that do not move it are zero.
+/// Computes the Jacobian of a point of any segment; only the columns of joints that move it are valid.
 [[nodiscard]] FingerJacobian segment_jacobian(const Hand& hand, const HandPose& pose, const Segment& segment,
                                               const Eigen::Vector3d& point_m);
 
