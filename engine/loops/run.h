@@ -60,7 +60,7 @@ struct GraspRun {
   State state;
   Frame frame;  ///< The frame in use.
   Controller controller;
-  ControlReport report;     ///< Of the last control tick.
+  ControlReport report;     ///< Result of the last control tick.
   bool controlled = false;  ///< True if it ran just before the last contact tick.
   ContactWorkspace work;
 
@@ -90,8 +90,9 @@ struct ControlTick {
 struct Tick {
   const Snapshot& after;  ///< State after it.
   const TickReport& contact;
-  const ControlReport& control;  ///< Of the last control tick; with several threads, of that of the tick's frame.
-  const Eigen::VectorXd& muscle_forces_N;  ///< Of that control tick.
+  const ControlReport&
+      control;  ///< Result of the last control tick; with several threads, of that of the tick's frame.
+  const Eigen::VectorXd& muscle_forces_N;  ///< Forces of that control tick.
   bool controlled = false;                 ///< True if that control tick ran just before it, or its frame is new.
   double display_s = 0.0;                  ///< Time to show the deformed fingertips: 60 times a second, else 0.
   const GraspRun* run = nullptr;           ///< The run; null with several threads.
