@@ -21,8 +21,8 @@ using Eigen::Vector3d;
 // Forces are an optimum if they keep all its conditions to this part of their size. Rounding leaves 1e-15, times 1/mu
 // in thin cones; a wrong set of faces leaves parts of 1.
 constexpr double kTrust = 1e-9;
-// What rounding leaves of a multiplier. Where cones are so thin that forces must be 1e5 and more times the least, it is
-// as many times the forces, sums of face multipliers larger still, and what it proves them to grows with it.
+// Relative rounding of a multiplier. Where cones are so thin that forces must be 1e5 and more times the least, it is as
+// many times the forces, sums of face multipliers larger still, and the accuracy of the proof decreases with it.
 constexpr double kMultiplierRounding = 1e-11;
 // But no more than this part of the forces.
 constexpr double kMostRounding = 1e-6;
@@ -37,7 +37,7 @@ struct Answer {
   std::array<double, 6> multiplier{};
 };
 
-/// w - Q y: by how much more of Q' y gives the wrench.
+/// Returns w - Q y, the change of y for which Q' y gives the wrench.
 template <int kLanes>
 std::array<double, 6> missing_wrench(const ReducedGrasp<kLanes>& grasp, const LaneForces<kLanes>& y) {
   std::array<double, 6> missing = reduced_wrench(grasp, y);
@@ -81,7 +81,7 @@ struct Pyramids {
     return {id(lane, face), slack, {n, t}, {mu[lane], face % 2 == 0 ? -1.0 : 1.0}};
   }
 
-  /// Which lane holds the value. Selects and does not branch: which one it is cannot be foreseen.
+  /// Finds the lane that holds the value. Selects without branches: they would be unpredictable.
   [[nodiscard]] static Index first_with(const Lane<kLanes>& lanes, double value) {
     const Lane<kLanes> lane = (lanes == value).select(Lane<kLanes>::LinSpaced(0, kLanes - 1), kLanes - 1);
     return static_cast<Index>(lane.minCoeff());
@@ -221,7 +221,7 @@ LaneForces<kLanes> nearest_inside(FrictionCone cone, const Cones<kLanes>& cones,
   return cone == FrictionCone::kPyramid ? nearest_in_pyramids(cones, f) : nearest_in_cones(cones, f);
 }
 
-/// The force nearest to f that contact i allows, world axes.
+/// Returns the force nearest to f that contact i allows, world axes.
 Vector3d nearest_inside(const GraspProblem& problem, Index i, const Vector3d& f) {
   const Matrix3d& frame = problem.contacts[i].axes;
   const Cones<1> cones(Lane<1>::Constant(problem.friction_of(i)));
@@ -230,7 +230,7 @@ Vector3d nearest_inside(const GraspProblem& problem, Index i, const Vector3d& f)
   return frame * lane.matrix().transpose();
 }
 
-/// The work of unit forces at a contact on a twist.
+/// Returns the work of unit forces at a contact on a twist.
 Vector3d velocity(const GraspProblem& problem, const Vector6d& twist, Index i) {
   return twist.head<3>() + twist.tail<3>().cross(problem.contacts[i].point_m - problem.centre_m);
 }
@@ -252,13 +252,13 @@ double squared_distance_from_projection(const ReducedGrasp<kLanes>& grasp, Frict
   return (answer.f - nearest_inside<kLanes>(cone, grasp.cones, pulled)).square().sum();
 }
 
-/// The square of what errors in forces are measured by.
+/// Returns the squared scale of errors in forces.
 template <int kLanes>
 double squared_size_of(const ReducedGrasp<kLanes>& grasp, const LaneForces<kLanes>& f) {
   return std::max(f.square().sum(), grasp.bias.square().sum());
 }
 
-/// grasp_kkt_error of a reduced problem.
+/// Returns the grasp_kkt_error of a reduced problem.
 template <int kLanes>
 double kkt_error(const ReducedGrasp<kLanes>& grasp, FrictionCone cone, const Answer<kLanes>& answer) {
   const double error =
@@ -266,7 +266,7 @@ double kkt_error(const ReducedGrasp<kLanes>& grasp, FrictionCone cone, const Ans
   return error == 0.0 ? 0.0 : std::sqrt(error / squared_size_of(grasp, answer.f));
 }
 
-/// Whether forces keep the laws, and are the least that do as far as the rounding of their multiplier lets it prove.
+/// Tests whether forces satisfy the laws, and are the least as far as the rounding of their multiplier allows a proof.
 template <int kLanes>
 bool is_optimal_to_rounding(const ReducedGrasp<kLanes>& grasp, FrictionCone cone, const Answer<kLanes>& answer) {
   const double trust = kTrust * std::sqrt(squared_size_of(grasp, answer.f));
@@ -278,7 +278,7 @@ bool is_optimal_to_rounding(const ReducedGrasp<kLanes>& grasp, FrictionCone cone
          squared_distance_from_projection(grasp, cone, answer) <= trust_in_proof * trust_in_proof;
 }
 
-/// infeasibility_gap of a reduced problem.
+/// Returns the infeasibility_gap of a reduced problem.
 template <int kLanes>
 double gap_left(const ReducedGrasp<kLanes>& grasp, FrictionCone cone, const std::array<double, 6>& multiplier) {
   double power = 0.0;
@@ -286,12 +286,12 @@ double gap_left(const ReducedGrasp<kLanes>& grasp, FrictionCone cone, const std:
   if (!(power > 0.0)) return std::numeric_limits<double>::infinity();
   const LaneForces<kLanes> pulled = combine(grasp, multiplier);
   const LaneForces<kLanes> allowed = nearest_inside<kLanes>(cone, grasp.cones, pulled);
-  // What rounding hides of it counts, too: at the border the work is no more than that.
+  // Rounding of it counts, too: at the border the work is no larger than that.
   const double hidden = std::numeric_limits<double>::epsilon() * std::sqrt(pulled.square().sum());
   return std::sqrt(squared_norm(grasp.w)) * (std::sqrt(allowed.square().sum()) + hidden) / power;
 }
 
-/// Checks an answer; a proved one is handed out.
+/// Checks an answer; returns a proved one.
 template <int kLanes>
 GraspReport hand_out(const ReducedGrasp<kLanes>& grasp, FrictionCone cone, const Answer<kLanes>& answer,
                      Eigen::Ref<Eigen::VectorXd> f) {
@@ -395,7 +395,7 @@ GraspReport solve_grasp_forces_by_lemke(const GraspProblem& problem, GraspWorksp
 
 namespace {
 
-/// The problem as given, for checks: plain G about the contacts' centroid, lengths in their mean distance from it, so
+/// The problem as given, for checks: plain G about the contacts' centroid, in units of their mean distance from it, so
 /// that ranks do not depend on units.
 struct PlainGrasp {
   Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, 3 * kMaxGraspContacts> G;

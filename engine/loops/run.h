@@ -90,8 +90,7 @@ struct ControlTick {
 struct Tick {
   const Snapshot& after;  ///< State after it.
   const TickReport& contact;
-  const ControlReport&
-      control;  ///< Result of the last control tick; with several threads, of that of the tick's frame.
+  const ControlReport& control;            ///< Result of the last control tick; with several threads, of the frame's.
   const Eigen::VectorXd& muscle_forces_N;  ///< Forces of that control tick.
   bool controlled = false;                 ///< True if that control tick ran just before it, or its frame is new.
   double display_s = 0.0;                  ///< Time to show the deformed fingertips: 60 times a second, else 0.

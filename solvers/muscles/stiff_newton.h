@@ -58,8 +58,7 @@ class StiffNewton {
     // Joints' motions for each eigenvector, and for the active ones their derivatives by the forces: dM z - dB'e.
     std::array<std::array<double, kMaxJoints>, 6> z;
     std::array<std::array<Lanes, kMaxJoints>, 6> pull;
-    std::array<std::array<int, 6>, 6>
-        row;  ///< Index of the equation of a pair of active ones; else of the pair's square.
+    std::array<std::array<int, 6>, 6> row;  ///< Equation of a pair of active ones; else the pair's square.
   };
 
   /// c m_a / |m_u|. Where a direction is nearly of neither kind, it counts as active.
