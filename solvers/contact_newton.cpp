@@ -56,7 +56,7 @@ struct Stage {
 
   [[nodiscard]] Index contacts() const { return problem.mu.size(); }
   [[nodiscard]] double spring(Index i) const { return eta * mean_compliance(problem.W, i); }
-  /// Zero for a contact that no force moves.
+  /// Returns rho; zero for a contact that no force moves.
   [[nodiscard]] double rho(Index i) const {
     const double compliance = (1.0 + eta) * mean_compliance(problem.W, i);
     return compliance > 0.0 ? push / compliance : 0.0;
@@ -83,7 +83,7 @@ struct LocalError {
   double mu_c_1 = 0.0, mu_c_2 = 0.0;
   double G_11 = 1.0, G_12 = 0.0, G_22 = 1.0;
 
-  /// The part of the derivative that goes through delta.
+  /// Returns the part of the derivative by delta.
   [[nodiscard]] Rows along(const Rows& delta) const {
     return {rho * delta.n, rho * (mu_c_1 * delta.n + G_11 * delta.t1 + G_12 * delta.t2),
             rho * (mu_c_2 * delta.n + G_12 * delta.t1 + G_22 * delta.t2)};
@@ -159,7 +159,8 @@ bool solve_in_place(Eigen::Ref<MatrixXd> A, VectorOut b) {
   return b.allFinite();
 }
 
-/// Newton's step: forces of open contacts go, the others solve their linearised laws. False if it is not finite.
+/// Takes Newton's step: forces of open contacts vanish, the others solve their linearised laws. False if it is not
+/// finite.
 bool newton_step(const Stage& stage, const VectorRef& f, const VectorRef& delta, AccurateWorkspace& work,
                  VectorOut step) {
   auto motion = work.motion.head(f.size());  // of the gaps, by the forces that go

@@ -36,7 +36,7 @@ double dot(const Vector6& a, const Vector6& b) {
   return sum;
 }
 
-/// a + t b
+/// Returns a + t b.
 Vector6 plus(const Vector6& a, double t, const Vector6& b) {
   Vector6 sum;
   for (int k = 0; k < 6; ++k) sum[k] = a[k] + t * b[k];
@@ -113,7 +113,7 @@ class NewtonStep {
     }
   }
 
-  /// x, by elimination. Unrolled, rows stay in registers.
+  /// Solves for x by elimination. Unrolled, rows stay in registers.
   [[nodiscard]] Vector6 solve(double shift) {
     Vector6 inverse, x;
 #pragma GCC unroll 6
@@ -151,7 +151,7 @@ struct Point {
   Vector6 residual;       ///< w - Q f
   double square;          ///< |w - Q f|^2
 
-  /// |w - Q f| / |f|
+  /// Returns |w - Q f| / |f|.
   [[nodiscard]] double kkt_error() const {
     return square == 0.0 ? 0.0 : std::sqrt(square / std::max(to.f.square().sum(), kTiny));
   }

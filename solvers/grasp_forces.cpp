@@ -73,7 +73,7 @@ struct Pyramids {
 
   [[nodiscard]] static int id(Index lane, int face) { return 5 * static_cast<int>(lane) + face; }
 
-  /// a of a face: f_n at `lane`, f_t1 and f_t2 behind by kLanes each.
+  /// Returns a of a face: f_n at `lane`, f_t1 and f_t2 behind by kLanes each.
   [[nodiscard]] Constraint<2> face(Index lane, int face, double slack) const {
     const int n = static_cast<int>(lane);
     if (face == 4) return {id(lane, face), slack, {n, n}, {1.0, 0.0}};
@@ -135,7 +135,7 @@ Answer<kLanes> solve_pyramid(const ReducedGrasp<kLanes>& grasp) {
 
 // ------------------------------------------------------------------------------------------- Lemke's method
 
-/// A y for forces y, eq. (10) with the rows of one kind together: row n face + i for contact i.
+/// Computes A y for forces y, eq. (10) with the rows of one kind together: row n face + i for contact i.
 template <int kLanes>
 void multiply_rows(const ReducedGrasp<kLanes>& grasp, const LaneForces<kLanes>& y, double* rows) {
   const Index n = grasp.contacts;
@@ -149,7 +149,7 @@ void multiply_rows(const ReducedGrasp<kLanes>& grasp, const LaneForces<kLanes>& 
   }
 }
 
-/// A'z
+/// Returns A'z.
 template <int kLanes>
 LaneForces<kLanes> combine_rows(const ReducedGrasp<kLanes>& grasp, const GraspWorkspace::RowVector& z) {
   const Index n = grasp.contacts;
@@ -162,8 +162,8 @@ LaneForces<kLanes> combine_rows(const ReducedGrasp<kLanes>& grasp, const GraspWo
   return f;
 }
 
-/// The LCP of eq. (19) in contact axes: M = A pi A' = A A' - N N' with N = A Q', and q = A f for the forces f that give
-/// the wrench nearest to -c.
+/// Assembles the LCP of eq. (19) in contact axes: M = A pi A' = A A' - N N' with N = A Q', and q = A f for the forces f
+/// that give the wrench nearest to -c.
 template <int kLanes>
 void assemble(const ReducedGrasp<kLanes>& grasp, const LaneForces<kLanes>& start, GraspWorkspace& work) {
   // Columns of whole blocks have no remainder; what lies behind row 5n is not used.
@@ -235,7 +235,7 @@ Vector3d velocity(const GraspProblem& problem, const Vector6d& twist, Index i) {
   return twist.head<3>() + twist.tail<3>().cross(problem.contacts[i].point_m - problem.centre_m);
 }
 
-/// |P_K(G'l)|
+/// Returns |P_K(G'l)|.
 double allowed_forces(const GraspProblem& problem, const Vector6d& twist) {
   double squares = 0.0;
   for (Index i = 0; i < std::ssize(problem.contacts); ++i) {
@@ -244,7 +244,7 @@ double allowed_forces(const GraspProblem& problem, const Vector6d& twist) {
   return std::sqrt(squares);
 }
 
-/// |f - P_K(Q'l + bias)|^2
+/// Returns |f - P_K(Q'l + bias)|^2.
 template <int kLanes>
 double squared_distance_from_projection(const ReducedGrasp<kLanes>& grasp, FrictionCone cone,
                                         const Answer<kLanes>& answer) {
@@ -416,7 +416,7 @@ struct PlainGrasp {
     wrench.tail<3>() = (problem.wrench.tail<3>() - (centroid - problem.centre_m).cross(force)) / length_m;
   }
 
-  /// |G^+ w|
+  /// Returns |G^+ w|.
   [[nodiscard]] double least_forces(const Vector6d& w) const {
     constexpr double kNoPower = 1e-10;  // As collinear contacts are told: see reduced_grasp.cpp.
     decltype(G) turned = G;
@@ -432,7 +432,7 @@ struct PlainGrasp {
   }
 };
 
-/// |c|. Over the largest lambda the squares of equal ones are 1, and their sum has no rounding.
+/// Returns |c|. Over the largest lambda the squares of equal ones are 1, and their sum has no rounding.
 double size_of_bias(const GraspProblem& problem) {
   const Index n = std::ssize(problem.contacts);
   double largest_N = 0.0;

@@ -42,7 +42,7 @@ struct Columns {
   }
 };
 
-/// The three columns of contact j, c = 3 j, of J J' and, with a compliance, of s C.
+/// Fills the three columns of contact j, c = 3 j, of J J' and, with a compliance, of s C.
 template <bool kCompliant, typename Jacobian, typename Block>
 void fill_columns(const Jacobian& J, const GroupedDelassus& W, Index k, const GroupedWorkspace& work, Index c,
                   Block& block) {
@@ -85,8 +85,8 @@ void fill_columns(const Jacobian& J, const GroupedDelassus& W, Index k, const Gr
   }
 }
 
-/// The three columns of contact j of group k, c = 3 j, at the rows of `group`: C_common, added to k's own rows, and in
-/// other rows J_common J_common'.
+/// Fills the three columns of contact j of group k, c = 3 j, at the rows of `group`: C_common, added to k's own rows,
+/// and in other rows J_common J_common'.
 template <typename Block>
 void fill_shared(const SweepWorkspace::Group& own, const SweepWorkspace::Group& group, const GroupedWorkspace& work,
                  Index c, Block& block) {

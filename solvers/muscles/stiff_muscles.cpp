@@ -58,7 +58,7 @@ class StiffSolver {
     return true;
   }
 
-  /// True if the problem is decided: optimal, or infeasible.
+  /// Solves without a start; true if the problem is decided: optimal, or infeasible.
   bool cold();
 
   void take_optimum(Eigen::Ref<VectorXd> found);

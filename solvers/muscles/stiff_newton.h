@@ -61,7 +61,7 @@ class StiffNewton {
     std::array<std::array<int, 6>, 6> row;  ///< Equation of a pair of active ones; else the pair's square.
   };
 
-  /// c m_a / |m_u|. Where a direction is nearly of neither kind, it counts as active.
+  /// Returns c m_a / |m_u|. Where a direction is nearly of neither kind, it counts as active.
   static double kappa_of(const Block& block, int a, int u) {
     return block.c * block.weight[a] / std::max(-block.weight[u], 1e-8 * block.weight[a]);
   }
