@@ -31,8 +31,7 @@ struct SurfaceSample {
   Eigen::Vector3d normal;  ///< Unit, outward.
 };
 
-/// A function that draws a sample of a surface's piece, uniformly by area; nothing if another part of the solid covers
-/// the place.
+/// A function that draws a sample of a surface's piece, uniformly by area; nothing where the solid covers it.
 using DrawSample = std::function<std::optional<SurfaceSample>(Eigen::Index piece, Uniform& uniform)>;
 
 /// Draws exactly `count` blue-noise samples of a surface that consists of pieces of these areas: more samples are drawn

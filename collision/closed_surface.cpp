@@ -89,8 +89,7 @@ void Grid::measure_at(const Vector3i& at) {
   known_.push_back(at);
 }
 
-/// Computes the distances of all points of cells that have samples, and of the cells around these. False if there are
-/// too many.
+/// Computes the distances of all points of cells with samples, and of the cells around these. False if too many.
 bool Grid::measure() {
   f_m_.assign(static_cast<std::size_t>(index(size_)), std::numeric_limits<float>::quiet_NaN());
   std::vector<bool> seen(f_m_.size(), false);
@@ -105,8 +104,7 @@ bool Grid::measure() {
   return true;
 }
 
-/// Computes the distances around all places where the surface continues without samples, as over a hole. False if there
-/// are too many.
+/// Computes the distances where the surface continues without samples, as over a hole. False if too many.
 bool Grid::follow() {
   for (std::size_t i = 0; i < known_.size(); ++i) {
     const Vector3i at = known_[i];

@@ -29,8 +29,7 @@ Vector3d unfolded_step_m(const PointCloud& cloud, Index i, Index j) {
   return along_m + drop_m / turn * outward;
 }
 
-/// Finds the largest empty ball that touches sample i beside its neighbours, or nothing if it is no larger than the
-/// support.
+/// Finds the largest empty ball that touches sample i beside its neighbours; nothing if not larger than the support.
 std::optional<CloudHole> empty_ball(const PointCloud& cloud, const PointGrid& grid, double sight_m, Index i,
                                     double support_m) {
   Vector3d sum_m = Vector3d::Zero();

@@ -39,8 +39,7 @@ void set_up(const Eigen::Matrix3Xd& control_points_m, FindingMemory& memory) {
   memory.radius_m = (control_points_m.colwise() - memory.centre_m).colwise().norm().maxCoeff();
 }
 
-/// Adds the displacement from the last pose to this one: |X c - X' c| + |R - R'| r for the sphere (c, r) around the
-/// points.
+/// Adds the motion from the last pose to this one: |X c - X' c| + |R - R'| r for the sphere (c, r) around the points.
 void travel(const Eigen::Isometry3d& X_SB, const ContactFindingSettings& settings, FindingMemory& memory) {
   const double shift_m = (X_SB * memory.centre_m - memory.X_SB * memory.centre_m).norm();
   const double turn = (X_SB.linear() - memory.X_SB.linear()).norm();

@@ -46,7 +46,7 @@ struct NearestSample {
 [[nodiscard]] NearestSample find_nearest(const ImplicitSurface& surface, const Eigen::Vector3d& x_m, double reach_m,
                                          Eigen::Index hint, KnownSample& known);
 
-/// Memory of the search between a body's control points and a surface: it makes the next call cheaper and changes no
+/// Memory of the search between a body's control points and a surface: it speeds up the next call and changes no
 /// result.
 struct FindingMemory {
   std::vector<KnownSample> known;  // of each control point
@@ -69,8 +69,8 @@ struct FindingMemory {
 void keep_least_gaps(Eigen::Index most, std::vector<ContactCandidate>& candidates,
                      std::vector<ContactCandidate>* left_out);
 
-/// Widens the bands of control points from the next call on, each by its own length; empty: by nothing. For memory that
-/// has been used.
+/// Widens the bands of control points from the next call on, each by its own length; empty: by nothing. For used
+/// memory.
 void widen(std::span<const double> wider_m, FindingMemory& memory);
 
 /// Finds the control points of a body (3 x L in its own frame, posed by X_SB in the surface's frame) that lie within

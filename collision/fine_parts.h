@@ -11,8 +11,7 @@ namespace thenar {
 /// plates. A face is wide at a sample if samples of similar normal (within 60 degrees) cover more than 0.42 of the disc
 /// of a control spacing about it; samples are fine if no sample of their face within that distance is wide. The sides
 /// of an edge or a corner are wide faces. The disc has a radius of 2.5 spacings of the cloud at least, its resolution;
-/// denser clouds are subsampled at a stride: neighbours should be consecutive, as in a tree's order. For use outside of
-/// loops.
+/// denser clouds are subsampled at a stride: neighbours should be consecutive, as in a tree's order. Not for loops.
 [[nodiscard]] std::vector<Eigen::Index> fine_parts(const PointCloud& cloud, double control_spacing_m);
 
 }  // namespace thenar

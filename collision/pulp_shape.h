@@ -42,8 +42,7 @@ struct PulpPlace {
 [[nodiscard]] double extent_m(const PulpShape& shape, const Eigen::Vector3d& n);
 
 /// The principal radii of curvature where the normal is n, the larger first, and their directions. Along a capsule,
-/// which is straight, the radius is that of the ellipsoid of revolution of its length and thickness, so that patches
-/// have a scale.
+/// which is straight, the radius is that of the ellipsoid of revolution of its length and thickness, to scale patches.
 struct PulpCurvature {
   Eigen::Vector2d radii_m;
   Eigen::Matrix<double, 3, 2> directions;

@@ -57,8 +57,8 @@ struct Mug {
   double wall_m = 0.0;
   std::optional<MugHandle> handle;
 
-  /// Tests that the rod leaves a hole in the ring, and that neither the ring is higher than the mug, nor its half wider
-  /// than the mug's.
+  /// Tests that the rod leaves a hole in the ring, the ring is not higher than the mug, nor its half wider than the
+  /// mug's.
   [[nodiscard]] bool handle_fits() const;
   bool operator==(const Mug&) const = default;
 };

@@ -21,8 +21,7 @@ constexpr double kDisc = 0.4;
 constexpr int kTerms = 15, kFitted = 32, kPlaces = 64;
 using Places = Eigen::Array<float, kPlaces, 1>;
 
-// Allowed error at the test points, relative to that between them; and the largest distance of the nearest test point,
-// in discs.
+// Allowed error at the test points, relative to that between them; and largest distance to a test point, in discs.
 constexpr float kShare = 0.4F, kBetween = 0.1F;
 
 // Allowance for lower values between these points, relative to the variation.
@@ -34,8 +33,8 @@ constexpr float kLeastDisc = 0.3F;
 // Smaller weights occur at the rim of a support, where samples end.
 constexpr float kLeastWeight = 1e-6F;
 
-/// Points of a unit disc, equally dense (Vogel's spiral), and the matrix that fits polynomials to values at the first
-/// of them.
+/// Points of a unit disc, equally dense (Vogel's spiral), and the matrix of polynomial fits to values at the first
+/// ones.
 struct Disc {
   Places u, v, radius;
   Eigen::Matrix<float, kPlaces, kTerms> terms;

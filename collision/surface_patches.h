@@ -50,8 +50,7 @@ class SurfacePatches {
     double f_m;
     Eigen::Vector3d n;  ///< Unit normal.
   };
-  /// Computes the second projection of x by a sample's patch, whose first plane is (a, n); nothing where it is not
-  /// good.
+  /// Computes the second projection of x by a sample's patch, whose first plane is (a, n); nothing outside of it.
   [[nodiscard]] std::optional<Projection> project(const Eigen::Vector3d& x_m, Eigen::Index sample,
                                                   const Eigen::Vector3d& a_m, const Eigen::Vector3d& n) const noexcept {
     const Patch& patch = patches_[sample];

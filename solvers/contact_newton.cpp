@@ -159,8 +159,7 @@ bool solve_in_place(Eigen::Ref<MatrixXd> A, VectorOut b) {
   return b.allFinite();
 }
 
-/// Takes Newton's step: forces of open contacts vanish, the others solve their linearised laws. False if it is not
-/// finite.
+/// Takes Newton's step: forces of open contacts vanish, others solve their linearised laws. False if not finite.
 bool newton_step(const Stage& stage, const VectorRef& f, const VectorRef& delta, AccurateWorkspace& work,
                  VectorOut step) {
   auto motion = work.motion.head(f.size());  // of the gaps, by the forces that go

@@ -10,8 +10,8 @@ namespace thenar {
 
 struct GraspReport {
   GraspStatus status = GraspStatus::kBudgetSpent;
-  /// Pivots of Lemke's method; faces added or dropped by the active set, for the exact cone also planes and Newton
-  /// steps.
+  /// Pivots of Lemke's method; faces added or dropped by the active set; for the exact cone planes and Newton steps,
+  /// too.
   int iterations = 0;
   /// Error of the answer [no unit]. Optimal: grasp_kkt_error of the forces. Infeasible: the size of the least forces
   /// that give the wrench without cones, over the lower bound of a solution's (infeasibility_gap).
@@ -70,8 +70,8 @@ void grasp_map(std::span<const GraspContact> contacts, const Eigen::Vector3d& ce
 
 /// Computes the KKT error of forces f with a multiplier l in the problem as given, relative to the forces: the largest
 /// of |f - P_K(G' l - c)| / s, and |R^-1 (G f - W^d)| / s with R R' = G G' (the least forces that would make up for the
-/// wrench that is missing), s the larger of |f| and |c|. Zero at the optimum, and there only. From plain G: for checks,
-/// not for a loop.
+/// wrench that is missing), s the larger of |f| and |c|. Zero at the optimum, and there only. From plain G: not for a
+/// loop.
 [[nodiscard]] double grasp_kkt_error(const GraspProblem& problem, const Vector6d& multiplier,
                                      const Eigen::Ref<const Eigen::VectorXd>& f) noexcept;
 

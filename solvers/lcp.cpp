@@ -95,8 +95,7 @@ double inverse_entry(const Dictionary& t, Index i, Index j) {
   return t.basis[i] == j ? 1.0 : 0.0;
 }
 
-/// Applies the lexicographic rule: of two rows with the same ratio, the one whose row of B^-1 over its pivot entry is
-/// less.
+/// Applies the lexicographic rule: of rows with equal ratio, the one whose row of B^-1 over its pivot entry is less.
 bool is_lexicographically_less(const Dictionary& t, Index a, Index b, const double* falling) {
   for (Index j = 0; j < t.n; ++j) {
     const double ratio_a = inverse_entry(t, a, j) / -falling[a];

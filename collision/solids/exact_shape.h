@@ -31,7 +31,7 @@ using ExactShape = std::variant<BoxShape, SphereShape, EllipsoidShape, CylinderS
                           double margin_m) noexcept;
 
 /// Finds the point of a face nearest to x. Planes, walls and a handle continue beyond their edges, as infinite planes
-/// and cylinders and as a whole torus. Where several points are as near, as from the axis of a cylinder, it is one near
+/// and cylinders and as a whole torus. If several points are as near, as from a cylinder's axis, it is one near
 /// `near_m`.
 ///
 /// On an ellipsoid or superquadric it is the local minimum of distance that Newton's method finds from `near_m`. A

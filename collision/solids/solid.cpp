@@ -69,8 +69,8 @@ std::optional<Foot> foot_of(const CylinderShape& cylinder, int /*facet*/, const 
 
 enum HoleFacet { kPlate, kWall, kFloor };
 
-/// The nearest part of a hole's plate, chamfer and bore, which bound a convex region of the half plane (rho, z), as for
-/// a through hole.
+/// The nearest part of a hole's plate, chamfer and bore, which bound a convex region of the half plane (rho, z): a
+/// through hole.
 struct MouthFoot {
   HoleFacet facet;
   double gap_m;

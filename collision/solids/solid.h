@@ -51,8 +51,7 @@ struct Foot {
 /// Finds the foot of x if it is over, or not far under, a facet, to rounding; nothing elsewhere.
 [[nodiscard]] std::optional<Foot> foot(const Solid& solid, int facet, const Eigen::Vector3d& x);
 
-/// A part of a solid that meets others first: a corner, an edge or a circle, or a rounding of a given radius about
-/// these.
+/// A part of a solid that meets others first: a corner, an edge or a circle, or a rounding about these.
 struct Feature {
   enum class Kind { kPoint, kSegment, kCircle };
   Kind kind = Kind::kPoint;
@@ -62,8 +61,7 @@ struct Feature {
   double round_m = 0.0;                           ///< Distance from it to the solid's surface.
 };
 
-/// Returns the corners, edges, circles and roundings of a solid: with the faces, all parts that can touch. A half space
-/// has none.
+/// Returns the corners, edges, circles and roundings of a solid: with faces, all that can touch. A half space has none.
 [[nodiscard]] std::vector<Feature> features(const Solid& solid);
 
 /// Returns the radius of the smallest ball about the origin around the solid; infinite for half spaces and holes.

@@ -14,8 +14,7 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-/// Tests whether n points out of a box at its edge along `axis` through `at`: between the normals of the two faces
-/// there.
+/// Tests whether n points out of a box at its edge along `axis` through `at`: between the normals of both faces.
 bool is_out_of_edge(const Vector3d& at, int axis, const Vector3d& n) {
   constexpr double kAlong = 1e-9;
   for (int i = 0; i < 3; ++i) {

@@ -7,8 +7,7 @@
 
 namespace thenar {
 
-/// Returns the largest number of contacts of A with B. For a sampled A it does not depend on the samples: A may be
-/// null.
+/// Returns the largest number of contacts of A with B, independent of a sampled A's samples: it may be null.
 [[nodiscard]] std::size_t most_contacts(const TouchingSolid& a, const Solid& b);
 
 /// Adds all contacts whose gap is below `band_m`, A at X_BA: features of A over facets of B, features of B over faces

@@ -51,7 +51,7 @@ class PosePid {
 /// two joints are singular in all postures.
 [[nodiscard]] Eigen::Matrix3d damped(Eigen::Matrix3d JJ);
 
-/// The filter of eq. (21), one lag per direction: K_n y_n + nu_n dy_n/dt = e_n, discretised implicitly; tangential ones
+/// The filter of eq. (21), one lag per direction: K_n y_n + nu_n dy_n/dt = e_n, discretised implicitly; tangential
 /// alike.
 class ForceFilter {
  public:
@@ -66,8 +66,7 @@ class ForceFilter {
   FingerForces y_C_;                ///< Contact axes [m].
 };
 
-/// Returns the delay from the state to the effect of commands based on it: of frames, of feedback, and of muscle
-/// relaxation.
+/// Returns the delay from the state to the effect of its commands: of frames, of feedback, and of muscle relaxation.
 [[nodiscard]] double lag_s(const Scene& scene);
 
 /// Returns K of eq. (22): the scene's, or 0.3 times the stability bound 2 b / (control period), and at most 0.6 times

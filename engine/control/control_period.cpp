@@ -295,8 +295,8 @@ void let_muscles_pull(ControlPeriod& period) {
 
 namespace {
 
-/// Moves free fingers along the object's normals, and holds the resulting posture, from which compliant muscles would
-/// let them drift.
+/// Moves free fingers along the object's normals, and holds the resulting posture, which compliant muscles would let
+/// drift.
 void move_free_fingers(ControlPeriod& period, JointVector& tau) {
   constexpr double kMost_per_s = 10.0;  // Rate of return to it.
   const Model& model = period.model;

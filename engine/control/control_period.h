@@ -32,8 +32,7 @@ class ControlPeriod {
   [[nodiscard]] double now_s() const;
   /// Returns the gravity known to the controller: the present one if it anticipates, else the scene's.
   [[nodiscard]] Eigen::Vector3d known_gravity() const;
-  /// Returns the time at which a scene's table is evaluated: the end of the first tick that this period drives, as in
-  /// signals.csv.
+  /// Returns the time of a scene's table: the end of the first tick that this period drives, as in signals.csv.
   [[nodiscard]] double table_time_s() const;
   /// Returns the object's target pose at the snapshot.
   [[nodiscard]] Eigen::Isometry3d target() const;

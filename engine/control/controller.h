@@ -51,8 +51,7 @@ struct ControlReport {
 /// A caller's functions in place of parts of the published controller; an empty one means the published law or the
 /// scene's table. Each is called once a control period on the thread of the control tick, if its result is requested;
 /// it may request earlier results and the published one (published_wrench(), ...). A vector of wrong size, a number
-/// that is not finite, or a muscle that pushes throws std::invalid_argument; exceptions of a function leave the control
-/// tick.
+/// that is not finite, or a muscle that pushes throws std::invalid_argument; a function's exceptions leave the tick.
 struct OwnControl {
   /// W^d: wrench on the object beside its weight's, about its origin, world axes [N, N m].
   std::function<Vector6d(ControlPeriod&)> wrench = {};
@@ -95,8 +94,7 @@ class Controller {
   OwnControl own;
 };
 
-/// Returns the grasp-force problem of a control tick, about the object's origin; a view of `report`, with the grips of
-/// its reflex.
+/// Returns the grasp-force problem of a control tick, about the object's origin; a view of `report` and its grips.
 [[nodiscard]] GraspProblem grasp_problem(const Scene& scene, const ControlReport& report);
 
 }  // namespace thenar

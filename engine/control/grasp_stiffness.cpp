@@ -57,8 +57,7 @@ struct PulpAnswer {
   Eigen::Matrix<double, 6, 3> tilt;  ///< To its turn against it, which the normals of the contacts follow.
 };
 
-/// Returns the change of C f at a contact, by forces at another one, when the normals of both rotate about the world's
-/// axes.
+/// Returns the change of C f at a contact, by forces at another one, as both normals rotate about the world's axes.
 Matrix3d turned_compliance(const SurfaceCompliance& C, Index i, Index j, const Loaded& at, const Loaded& by,
                            const Matrix3d& R_WF) {
   const Vector3d r = R_WF * (C.p_m.row(i) - C.p_m.row(j)).transpose();

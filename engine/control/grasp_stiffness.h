@@ -74,8 +74,8 @@ struct ContactLoads {
                                              const ContactLoads& loads, const Eigen::Vector3d& gravity,
                                              StiffnessWorkspace& work);
 
-/// Returns the stiffness of the object's rotations under a constant force at its point r from the origin: (f.r) I -
-/// sym(r f').
+/// Returns the object's rotational stiffness under a constant force at its point r from the origin: (f.r) I - sym(r
+/// f').
 [[nodiscard]] Eigen::Matrix3d turning_stiffness(const Eigen::Vector3d& f, const Eigen::Vector3d& r);
 
 /// Transforms a stiffness about the object's origin to another point, or back: K of twists there is P' K P.

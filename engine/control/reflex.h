@@ -34,8 +34,7 @@ struct ReflexReport {
 /// mean of the last kMemory_s), or a patch that hardly sticks, raises the finger's grip force by the amount needed when
 /// the reflex acts, over the pulse's duration as a half sine of rates; then it decays
 /// [Cole & Abbs 1988; Johansson & Westling 1984].
-/// Regulation. The grip force slowly follows s* - stick, so that partial slip has one upper bound [Schiltz et al.
-/// 2022].
+/// Regulation. The grip force slowly follows s* - stick, so that partial slip has one bound [Schiltz et al. 2022].
 ///
 /// In a hold, and until its end has faded, the reflex is off: signals are then caused by the hold.
 class Reflex {
@@ -44,8 +43,8 @@ class Reflex {
 
   explicit Reflex(const Model& model);
 
-  /// Runs one control period at `now`, `period_s` after the last, on the sensed state; `asked_N` are the last commanded
-  /// grasp forces.
+  /// Runs a control period at `now`, `period_s` after the last, on the sensed state; `asked_N` are the last commanded
+  /// forces.
   ReflexReport update(const Model& model, const Sensed& felt, const Snapshot& now, const Eigen::VectorXd& asked_N,
                       double period_s);
 

@@ -35,8 +35,7 @@ struct StiffnessReport {
   bool is_unanswered = false;  ///< True if a larger share that was tried had neither an optimum nor a proof.
 };
 
-/// Returns the problem of a scene's muscles, which have stiffness, with the data that no grasp changes, and room for
-/// the rest.
+/// Returns the problem of a scene's muscles with stiffness: the data that no grasp changes, and room for the rest.
 [[nodiscard]] StiffMuscleData stiff_problem(const Scene& scene);
 
 /// Sets a grasp and the arms of the muscles there; the caller sets torques and the demand. Does not allocate.

@@ -58,7 +58,7 @@ class TaskRun {
  public:
   explicit TaskRun(const Model& model);
 
-  /// Runs a control period at `seen`, with the hand's pose there; the last one commanded `asked_N` (3 per finger, world
+  /// Runs a control period at `seen`, with the hand's pose there; the last commanded `asked_N` (3 per finger, world
   /// axes).
   void update(const Model& model, const HandPose& pose, const Snapshot& seen, const Eigen::VectorXd& asked_N);
 

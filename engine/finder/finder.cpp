@@ -11,8 +11,7 @@ namespace thenar {
 
 namespace {
 
-/// Returns sets of fingers to try, each sorted: the wished one; or all, then those without one of them, and so on down
-/// to three.
+/// Returns sets of fingers to try, each sorted: the wished one; or all, then all but one, and so on down to three.
 std::vector<std::vector<int>> sets_of_fingers(const Hand& hand, const GraspWish& wish) {
   if (!wish.fingers.empty()) {
     std::vector<int> fingers = wish.fingers;

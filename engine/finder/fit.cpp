@@ -141,8 +141,7 @@ void StanceFit::add_touches(const FitTarget& target, NormalEquations& sum) const
   if (target.others_O) anchor(*target.others_O, middle_O, middle);
 }
 
-/// Adds the balance of normal forces alone, the opposer's as large as the others' together, without resultant force and
-/// moment.
+/// Adds the balance of normal forces alone, the opposer's as large as the others' together, in force and moment.
 void StanceFit::add_balance(const FitTarget& target, NormalEquations& sum) const {
   const int fingers = hand_.fingers();
   Vector3d middle_m = Vector3d::Zero();

@@ -8,8 +8,7 @@
 
 namespace thenar {
 
-/// Estimates the fingers' normal loads before their contacts are known: those of an opposition under the internal
-/// force.
+/// Estimates the fingers' normal loads before contacts are known: those of an opposition under the internal force.
 [[nodiscard]] PerFinger<double> expected_loads_N(const FinderProblem& problem, const Hand& hand, int opposer);
 
 /// Returns the cost of a grasp: first whether it holds, then its strain.

@@ -24,8 +24,7 @@ template <typename Number>
   return number;
 }
 
-/// A sequential reader of a file's bytes. Errors are FileErrors with the line or the byte. A view of the bytes and the
-/// name.
+/// A sequential reader of a file's bytes. Errors are FileErrors with line or byte. A view of bytes and name.
 class ByteSource {
  public:
   ByteSource(const std::filesystem::path& file, std::string_view bytes) : file_(file), bytes_(bytes) {}

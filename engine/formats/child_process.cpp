@@ -14,7 +14,7 @@ namespace thenar {
 namespace {
 
 void bound(const ChildLimits& limits) {
-  // Sanitizers have terabytes of addresses, so the bound is on top of what is there.
+  // Sanitizers reserve terabytes of addresses, so the bound adds to the present size.
   std::size_t pages = 0;
   std::ifstream("/proc/self/statm") >> pages;
   const rlim_t most = pages * static_cast<std::size_t>(sysconf(_SC_PAGESIZE)) + limits.memory_bytes;
@@ -57,7 +57,7 @@ std::optional<std::string> in_child_process(const std::function<std::string()>& 
       done = write_all(ends[1], work());
     } catch (...) {
     }
-    _exit(done ? 0 : 1);  // Neither buffers nor what ends with this process are the child's.
+    _exit(done ? 0 : 1);  // The child must not flush buffers or run exit handlers of this process.
   }
   close(ends[1]);
   std::string bytes = child > 0 ? read_all(ends[0]) : "";

@@ -11,9 +11,9 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "messages are little-endian");
 
-// What all messages begin with: docs/reference/window.md.
+// The head of all messages: docs/reference/window.md.
 constexpr std::string_view kBlockHead("THNR\x01\x00\x03\x00", 8);
-constexpr std::size_t kFixedFloats = 9, kMovingFloats = 5;  // Of a contact: once a block, and in each tick.
+constexpr std::size_t kFixedFloats = 9, kMovingFloats = 5;  // Floats of a contact: once per block, and in each tick.
 
 template <class Number>
 void append_number(std::string& bytes, Number number) {
@@ -27,7 +27,7 @@ Number number_at(std::string_view bytes, std::size_t at) {
   return number;
 }
 
-/// Floats as four planes: all first bytes, then all second ones and so on. Neighbours are alike then, and compress.
+/// Writes floats as four planes: all first bytes, then all second ones and so on. Similar bytes compress.
 void append_planes(const std::vector<float>& floats, std::string& bytes) {
   const std::size_t begin = bytes.size(), n = floats.size();
   bytes.resize(begin + sizeof(float) * n);
@@ -89,7 +89,7 @@ ContactBlock read_contact_block(std::string_view bytes) {
   block.time_s = number_at<double>(bytes, 8);
   block.step_s = number_at<double>(bytes, 16);
   const auto n = number_at<std::uint32_t>(bytes, 24), ticks = number_at<std::uint32_t>(bytes, 28);
-  // Of no contacts there are ticks, too, but not more than anybody writes.
+  // Ticks without contacts are valid, too, but bounded in number.
   const std::uint64_t most = n == 0 ? 1 << 16 : bytes.size() / n;
   if (n > bytes.size() || ticks > most) return block;
   const std::size_t size = kFixedBytes + n * (4 + sizeof(float) * (kFixedFloats + kMovingFloats * std::size_t{ticks}));

@@ -21,11 +21,10 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "the doubles of an .fcp file are little-endian");
 
-// What an .fcp header may ask for: far more than any machine solves, and little enough for sizes in bytes to fit 64
-// bits.
+// Limits of an .fcp header: far beyond solvable sizes, and small enough for sizes in bytes to fit 64 bits.
 constexpr Index kMostContacts = 1'000'000, kMostSteps = 1'000'000;
-constexpr std::size_t kLongestLine = 4096;  // Of a header; what has none is no header.
-// What a symmetric matrix, summed up in different orders, may lack of it.
+constexpr std::size_t kLongestLine = 4096;  // Longest line of a header; a longer one is no header.
+// Tolerance on the symmetry of a matrix summed in different orders.
 constexpr double kRounding = 1e-12;
 
 struct HeaderLine {
@@ -33,7 +32,7 @@ struct HeaderLine {
   int line = 0;
 };
 
-/// The header of an .fcp file, and where it ends.
+/// The header of an .fcp file, and its end.
 class FcpHeader {
  public:
   FcpHeader(const fs::path& file, const std::string& bytes) : file_(file) {
@@ -53,14 +52,14 @@ class FcpHeader {
     if (text("fcp") != "1") fail(1, "must be 'fcp 1': this reader knows no other version");
   }
 
-  /// Bytes of the header, its last line end included.
+  /// Returns the bytes of the header, its last line end included.
   [[nodiscard]] std::size_t size() const { return size_; }
-  /// The text of a key; empty if there is none.
+  /// Returns the text of a key; empty if there is none.
   [[nodiscard]] std::string text(const std::string& key) const {
     const auto found = lines_.find(key);
     return found == lines_.end() ? "" : found->second.value;
   }
-  /// A whole number within [low, high]; without the key `otherwise`, or an error if that is less than `low`.
+  /// Returns a whole number within [low, high]; without the key `otherwise`, or an error if that is less than `low`.
   [[nodiscard]] Index integer(const std::string& key, Index low, Index high, Index otherwise = -1) const {
     const auto found = lines_.find(key);
     if (found == lines_.end()) {
@@ -74,7 +73,7 @@ class FcpHeader {
     }
     return *number;
   }
-  /// A number; 0 if there is none.
+  /// Returns a number; 0 if there is none.
   [[nodiscard]] double number(const std::string& key) const {
     const auto found = lines_.find(key);
     if (found == lines_.end()) return 0.0;
@@ -93,7 +92,7 @@ class FcpHeader {
   std::map<std::string, HeaderLine> lines_;
 };
 
-/// Takes the doubles after the header one vector after another.
+/// A reader of the doubles after the header, one vector after another.
 class Doubles {
  public:
   Doubles(const fs::path& file, std::string_view bytes) : file_(file), bytes_(bytes) {}

@@ -28,14 +28,14 @@ bool is_fclib_file(const fs::path& file) {
 #ifdef THENAR_HDF5
 namespace {
 
-// W is dense here, whatever it is in the file: so many contacts are 300 MB of it.
+// W is always dense here: this number of contacts needs 300 MB.
 constexpr Index kMostFclibContacts = 2000;
-// Of a global problem: degrees of freedom, or equations. A dense matrix of these and the contacts is 700 MB.
+// Limit of a global problem's degrees of freedom, or equations. A dense matrix of these and the contacts needs 700 MB.
 constexpr Index kMostUnknowns = 15'000;
-// A linear system whose solution misses it by more than this part was singular.
+// A linear system whose solution has a larger relative residual was singular.
 constexpr double kSolved = 1e-6;
-// The library of FCLIB does not compress what it writes; who did may have put so many numbers of a matrix in a byte. A
-// file that states more asks for memory without having the numbers.
+// FCLIB does not compress; other writers may have compressed up to this number of matrix entries into a byte. A file
+// that states more has fewer numbers than it claims.
 constexpr Index kNumbersPerByte = 64;
 // Entries of one place add up: as many as there are finite elements around a node.
 constexpr Index kMostAtOnePlace = 8;
@@ -67,7 +67,7 @@ const Hdf5& library(const fs::path& file) {
   return *h5;
 }
 
-/// How files in memory are reached. Empty bytes: for a new one.
+/// Returns the access to a file in memory. Empty bytes: for a new one.
 hid_t in_memory(const Hdf5& h5, const std::string& bytes) {
   constexpr std::size_t kGrowth = 1 << 16;
   const hid_t access = h5.H5Pcreate(h5.file_access);
@@ -114,7 +114,7 @@ class Reader {
     }
     return vector;
   }
-  /// A text; empty if there is none, or none of a fixed length.
+  /// Reads a text; empty if there is none, or none of a fixed length.
   [[nodiscard]] std::string text(const std::string& name) const {
     if (!has(name)) return "";
     const Id data(h5_.H5Dopen2(id_, name.c_str(), H5P_DEFAULT), h5_.H5Dclose);
@@ -130,7 +130,7 @@ class Reader {
     if (h5_.H5Dread(data, in_c, H5S_ALL, H5S_ALL, H5P_DEFAULT, text.data()) < 0) return "";
     return text.substr(0, std::min(text.find('\0'), kKeptText));
   }
-  /// A matrix in columns, in rows or as triplets; its shape where it is known, else -1.
+  /// Reads a matrix in columns, in rows or as triplets; its shape where it is known, else -1.
   [[nodiscard]] SparseMatrix matrix(const std::string& name, Index rows, Index cols) const;
 
   [[noreturn]] void fail(const std::string& name, const std::string& what) const {
@@ -204,7 +204,7 @@ SparseMatrix Reader::matrix(const std::string& name, Index rows, Index cols) con
   return matrix;
 }
 
-/// The contacts of a problem with these friction coefficients.
+/// Returns the number of contacts of a problem with these friction coefficients.
 void read_friction(const Reader& reader, const std::string& group, ContactFile& problem) {
   if (reader.integer(group + "/spacedim", 2, 3) != 3) {
     reader.fail(group + "/spacedim", "is 2, and only contacts in space are solved");
@@ -221,7 +221,8 @@ void read_local(const Reader& reader, ContactFile& problem) {
   problem.W = reader.matrix(group + "/W", rows, rows);
 }
 
-/// M v = H r + G l + f, G'v + b = 0, u = H'v + w: v as a function of r, and thereby W = du/dr and q = u(0).
+/// Reads a global problem, M v = H r + G l + f, G'v + b = 0, u = H'v + w: v as a function of r, and thereby W = du/dr
+/// and q = u(0).
 void read_global(const Reader& reader, ContactFile& problem) {
   const std::string group = "/fclib_global";
   read_friction(reader, group, problem);
@@ -243,7 +244,7 @@ void read_global(const Reader& reader, ContactFile& problem) {
       }
     }
   };
-  // M is symmetric, but for the digits that it was printed with; and what these are to M is more to its inverse.
+  // M is symmetric up to its printed digits, whose errors are amplified in its inverse.
   add(M, 0, 0, 0.5, false);
   add(M, 0, 0, 0.5, true);
   add(G, 0, static_cast<int>(n), -1.0, false);
@@ -264,13 +265,13 @@ void read_global(const Reader& reader, ContactFile& problem) {
   problem.delta_free = {u.col(rows) + w};
 }
 
-// Between what a description says of the source and what it says of the units.
+// Separator of source and units in a description.
 const std::string kUnitsMark = "; units: ";
 
-// What is refused begins with it, and no .fcp file does.
+// The head of a refusal, which no .fcp file has.
 const std::string kRefused = "refused: ";
 
-/// The problem in the bytes of a file. Throws FileError.
+/// Reads the problem in the bytes of a file. Throws FileError.
 ContactFile problem_in(const fs::path& file, const std::string& bytes) {
   const Reader reader(file, bytes);
   if (reader.has("/fclib_global_rolling")) reader.fail("/fclib_global_rolling", "rolling friction is not solved");
@@ -360,7 +361,7 @@ class Writer {
   Id access_, id_;
 };
 
-/// In columns; what is zero is left out.
+/// Writes a matrix in columns; zeros are left out.
 void write_matrix(Writer& writer, const std::string& name, const MatrixXd& matrix) {
   std::vector<int> p{0}, i;
   std::vector<double> x;

@@ -24,7 +24,7 @@ namespace {
 
 std::string message(int error) { return std::generic_category().message(error); }
 
-/// The bytes of an open file up to its end; nothing, and errno, if the system refuses them.
+/// Returns the bytes of an open file up to its end; nothing, with errno, if the system refuses them.
 std::optional<std::string> read_all(int descriptor, std::size_t expected) {
   std::string bytes(expected + 1, '\0');  // One more, to see the end.
   std::size_t size = 0;
@@ -50,7 +50,7 @@ bool write_all(int descriptor, std::string_view bytes) {
   return true;
 }
 
-/// Calls `make` with names beside `path` until one is free. A name that exists, be it a link, is somebody's.
+/// Calls `make` with names beside `path` until one is free. An existing name, even of a link, belongs to others.
 template <typename Make>
 fs::path make_beside(const fs::path& path, const Make& make) {
   for (int i = 0;; ++i) {
@@ -119,7 +119,7 @@ void KeptFiles::keep(const fs::path& file) {
 
 void write_file(const fs::path& path, std::string_view bytes) {
   std::error_code unresolved;
-  // What a link names is written, and the link stays; a device or a pipe cannot be put in place of another.
+  // The target of a link is written, and the link stays; a device or a pipe cannot be replaced.
   const fs::path resolved = fs::weakly_canonical(path, unresolved);
   const fs::path& file = unresolved ? path : resolved;
   const bool replace = !fs::exists(file, unresolved) || fs::is_regular_file(file, unresolved);

@@ -19,7 +19,7 @@ namespace {
 
 Json type(const char* name) { return {{"type", name}}; }
 
-/// An object with these members, all of which must be there.
+/// Returns the schema of an object with these required members.
 Json object(const char* title, std::initializer_list<std::pair<const char*, Json>> members) {
   Json properties = Json::object(), required = Json::array();
   for (const auto& [name, schema] : members) {
@@ -31,14 +31,14 @@ Json object(const char* title, std::initializer_list<std::pair<const char*, Json
 
 Json list_of(Json items) { return {{"type", "array"}, {"items", std::move(items)}}; }
 
-/// One of some numbers, by name.
+/// Returns the schema of an enumeration of named numbers.
 Json choice(const char* title, std::initializer_list<std::pair<const char*, int>> names) {
   Json alternatives = Json::array();
   for (const auto& [name, number] : names) alternatives.push_back({{"title", name}, {"const", number}});
   return {{"title", title}, {"oneOf", alternatives}};
 }
 
-/// "time", whose seconds count from 0, or "duration".
+/// Returns the schema of "time", whose seconds count from 0, or "duration".
 Json time_schema(const char* title) {
   Json sec = type("integer");
   if (std::string_view(title) == "time") sec["minimum"] = 0;
@@ -132,7 +132,7 @@ Json entity_schema() {
 
 // ---- Messages.
 
-/// To a tenth of a micrometre, and so much of a unit vector: a drawing needs no more, and short numbers save room.
+/// Rounds to a tenth of a micrometre, or as much of a unit vector: sufficient for display, in short numbers.
 double rounded(double number) { return std::round(1e7 * number) / 1e7; }
 
 Json time(double time_s) {

@@ -23,8 +23,7 @@ using Color = Eigen::Vector4d;
 [[nodiscard]] Json log_schema();
 
 /// Returns an entity without primitives, to which those below are added: entity["arrows"].push_back(arrow(...)). It is
-/// fixed in the frame, with `moves` also when the frame moves later, and persists until another one of its topic has
-/// the same id.
+/// fixed in the frame, with `moves` also when the frame moves later, and persists until replaced by one of the same id.
 [[nodiscard]] Json entity(const std::string& id, const std::string& frame, double time_s, bool moves);
 
 /// Returns an item of "arrows": from `tail` to `tip`, which differ.

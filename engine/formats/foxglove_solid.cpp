@@ -10,10 +10,10 @@ namespace thenar::foxglove {
 namespace {
 
 constexpr int kAround = 48;            // Corners of a circle.
-constexpr double kPlane_m = 0.12;      // Radius of what is shown of a plane,
-constexpr double kPlateWall_m = 0.03;  // and of a plate beyond its hole.
+constexpr double kPlane_m = 0.12;      // Radius of the shown part of a plane.
+constexpr double kPlateWall_m = 0.03;  // Width of the shown plate around a hole.
 
-/// Radius and height of the lines that make a surface when they turn about z.
+/// Radius and height of the profile of a surface of revolution about z.
 using Section = std::vector<std::pair<double, double>>;
 
 Json turned(const Section& section, const Color& color) {

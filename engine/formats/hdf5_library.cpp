@@ -31,7 +31,7 @@ const Hdf5* Hdf5::load(std::string& obstacle) {
     return nullptr;
   }
   static const Hdf5 kHdf5(kLibrary);
-  // Its own words of what went wrong would go to stderr.
+  // Its own error messages would go to stderr.
   const bool ready = kHdf5.open_ && kHdf5.H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr) >= 0;
   if (!ready) obstacle = "FCLIB files need another version of the library " THENAR_HDF5 " than is installed";
   return ready ? &kHdf5 : nullptr;

@@ -15,7 +15,7 @@ namespace thenar {
 
 namespace {
 
-// See docs/decisions/021-recordings-that-others-open.md for what the levels give.
+// docs/decisions/021-recordings-that-others-open.md compares the levels.
 constexpr int kZstdLevel = 1;
 // Less is not worth a reader's time.
 constexpr double kLeastSaved = 0.05;
@@ -26,7 +26,7 @@ FileLock take_for_recording(const std::filesystem::path& file) {
   return *std::move(lock);
 }
 
-/// Empty if it saves too little.
+/// Compresses a chunk; empty if it saves too little.
 std::string zstd_compressed(std::string_view bytes) {
   std::string packed(ZSTD_compressBound(bytes.size()), '\0');
   const std::size_t size = ZSTD_compress(packed.data(), packed.size(), bytes.data(), bytes.size(), kZstdLevel);
@@ -114,7 +114,7 @@ void McapEncoder::finish() {
   append(summary());
 }
 
-/// From the end of the data on: the summary, where its parts are, the footer.
+/// Returns the bytes after the data: the summary, the offsets of its parts, the footer.
 std::string McapEncoder::summary() const {
   std::string bytes, offsets;
   const auto group = [&](mcap::Kind kind, const std::string& records) {
@@ -198,7 +198,7 @@ void McapWriter::finish() {
 
 void McapWriter::save() {
   const std::string bytes = encoder_.take();
-  // A stream that has failed takes nothing more.
+  // A stream that has failed accepts no more data.
   if (!bytes.empty()) file_ << bytes << std::flush;
 }
 

@@ -28,8 +28,7 @@ inline constexpr std::size_t kChunkBytes = 1 << 20;
 inline constexpr double kChunk_s = 1.0;
 
 /// An encoder of an MCAP file (mcap.dev, version 0), message by message: chunks with indexes, compressed by zstd where
-/// that saves space, and at the end a summary for searches. Each chunk is valid alone: the channels precede the first
-/// one.
+/// that saves space, and at the end a summary for searches. Each chunk is valid alone: channels come first.
 class McapEncoder {
  public:
   explicit McapEncoder(const std::vector<McapChannel>& channels);
@@ -77,8 +76,7 @@ class McapWriter {
 
   /// See McapEncoder. A fault of the disk is kept for finish(): the recorded run continues.
   void add(std::size_t channel, double time_s, std::string_view bytes);
-  /// Ends the file. Without it the file counts as truncated. Throws FileError if the disk has failed since the
-  /// beginning.
+  /// Ends the file. Without it the file counts as truncated. Throws FileError if the disk has failed.
   void finish();
 
  private:

@@ -15,10 +15,10 @@ namespace thenar {
 
 namespace {
 
-// Of one chunk, unpacked: those of others have some MiB. What claims more is damaged.
+// Largest unpacked chunk: those of other writers have some MiB. One that claims more is damaged.
 constexpr std::uint64_t kLargestChunk = 1 << 26;
 
-/// What a chunk's records are; nothing if it is damaged, or compressed in a way that is not known.
+/// Returns a chunk's records; nothing if it is damaged, or its compression is not supported.
 std::optional<std::string_view> records_of(mcap::Parts chunk, std::string& unpacked) {
   chunk.take(2 * sizeof(std::uint64_t));
   const auto size = chunk.number<std::uint64_t>();
@@ -27,7 +27,7 @@ std::optional<std::string_view> records_of(mcap::Parts chunk, std::string& unpac
   std::string_view records = chunk.take(chunk.number<std::uint64_t>());
   if (chunk.ended_early() || size > kLargestChunk) return std::nullopt;
   if (compression == "zstd") {
-    // What the frame says itself is known before memory is taken.
+    // The frame's own size is checked before memory is allocated.
     const auto framed = ZSTD_getFrameContentSize(records.data(), records.size());
     if (framed != size && framed != ZSTD_CONTENTSIZE_UNKNOWN) return std::nullopt;
     unpacked.resize(size);
@@ -40,7 +40,7 @@ std::optional<std::string_view> records_of(mcap::Parts chunk, std::string& unpac
   return records;
 }
 
-/// Reads records one after the other.
+/// A sequential reader of records.
 class Reading {
  public:
   Reading(const std::filesystem::path& file, const ReceiveMessage& receive) : file_(file), receive_(receive) {}

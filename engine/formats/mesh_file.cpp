@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 
 static_assert(std::endian::native == std::endian::little, "the numbers of a binary STL file are little-endian");
 
-// Of the edges of a scanned mesh some hundredths are rims of holes; of loose triangles all are.
+// Open edges: some hundredths in a scanned mesh, as rims of holes; all in loose triangles.
 constexpr double kMostOpen = 0.1;
 constexpr double kMostAtOdds = 0.01;
 // More corners than the end of any cylinder has; cutting up a face takes their square in time.
@@ -32,7 +32,7 @@ constexpr std::size_t kMostVertices = 1'000'000'000;  // numbers of vertices are
 
 using Words = std::vector<std::string_view>;
 
-/// Vertices and triangles as they are read.
+/// A builder of vertices and triangles in the order of reading.
 class MeshBuilder {
  public:
   explicit MeshBuilder(const ByteSource& source) : source_(source) {}
@@ -43,12 +43,12 @@ class MeshBuilder {
     if (vertices() == kMostVertices) source_.fail("has too many vertices");
     vertices_.insert(vertices_.end(), {x, y, z});
   }
-  /// Three numbers of the last line, from the word `first` on.
+  /// Adds a vertex of three numbers of the last line, from the word `first` on.
   void add_vertex(const Words& words, std::size_t first) {
     if (words.size() < first + 3) source_.fail_at_line("a vertex needs three coordinates");
     add_vertex(source_.finite(words[first]), source_.finite(words[first + 1]), source_.finite(words[first + 2]));
   }
-  /// A face of the last line by its vertices, counted from 0.
+  /// Adds a face of the last line by its vertices, counted from 0.
   void add_face(const std::vector<int>& corners) {
     if (corners.size() < 3) source_.fail_at_line("a face needs at least three corners");
     if (corners.size() > kMostCorners) source_.fail_at_line("a face must not have more than 1000 corners");
@@ -57,7 +57,7 @@ class MeshBuilder {
       for (const int corner : triangle) triangles_.push_back(corners[corner]);
     }
   }
-  /// The last three vertices.
+  /// Adds a triangle of the last three vertices.
   void add_triangle() {
     const auto end = static_cast<int>(vertices());
     triangles_.insert(triangles_.end(), {end - 3, end - 2, end - 1});
@@ -75,7 +75,7 @@ class MeshBuilder {
   std::vector<int> triangles_;
 };
 
-/// The words of the next line that has any; '#' begins a comment. Nothing at the end of the file.
+/// Takes the words of the next line that has any; '#' begins a comment. Nothing at the end of the file.
 std::optional<Words> next_words(ByteSource& source) {
   while (const auto line = source.take_any_line()) {
     Words words = words_of(line->substr(0, line->find('#')));
@@ -130,7 +130,7 @@ TriangleMesh parse_off(ByteSource& source) {
 
 // ---- OBJ ----
 
-/// The vertex of a corner such as "3", "3/1", "3//2" or, counted from the end, "-1".
+/// Returns the vertex of a corner such as "3", "3/1", "3//2" or, counted from the end, "-1".
 int obj_corner(const ByteSource& source, std::string_view word, std::size_t vertices) {
   const auto number = number_in<std::int64_t>(word.substr(0, word.find('/')));
   const auto count = static_cast<std::int64_t>(vertices);
@@ -159,7 +159,7 @@ TriangleMesh parse_obj(ByteSource& source) {
 
 constexpr std::size_t kStlTitle = 80, kStlFacet = 50;  // bytes
 
-/// The number of facets of a binary file; nothing if the size is not that of one.
+/// Returns the number of facets of a binary file; nothing if its size does not match.
 std::optional<std::uint32_t> binary_stl_facets(std::string_view bytes) {
   std::uint32_t facets = 0;
   if (bytes.size() < kStlTitle + sizeof facets) return std::nullopt;
@@ -207,7 +207,7 @@ TriangleMesh parse_text_stl(ByteSource& source) {
 }
 
 TriangleMesh parse_stl(ByteSource& source) {
-  // Binary files, too, may begin with "solid": their size tells them.
+  // Binary files, too, may begin with "solid": their size identifies them.
   if (const auto facets = binary_stl_facets(source.rest())) return parse_binary_stl(source, *facets);
   if (source.rest().starts_with("solid")) return parse_text_stl(source);
   source.fail("neither begins with 'solid' nor has the size that a binary STL file of its facets has");

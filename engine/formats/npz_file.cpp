@@ -24,7 +24,7 @@ void append_u32(std::string& to, std::size_t number) {
   append_u16(to, number >> 16 & 0xFFFF);
 }
 
-/// What stands before an array's numbers, filled up to a multiple of 64 bytes.
+/// Returns the header before an array's numbers, padded to a multiple of 64 bytes.
 std::string npy_head(const std::vector<std::size_t>& shape, const std::string& type) {
   std::string sides;
   for (const std::size_t side : shape) sides += fmt::format("{}, ", side);
@@ -36,7 +36,7 @@ std::string npy_head(const std::vector<std::size_t>& shape, const std::string& t
   return head + text;
 }
 
-/// The code points of UTF-8; what is none is a question mark.
+/// Decodes the code points of UTF-8; invalid bytes become question marks.
 std::u32string code_points(std::string_view text) {
   std::u32string points;
   for (std::size_t i = 0; i < text.size();) {

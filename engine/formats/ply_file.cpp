@@ -24,7 +24,7 @@ static_assert(std::endian::native == std::endian::little, "binary_little_endian 
 
 constexpr std::array<std::string_view, 6> kNames = {"x", "y", "z", "nx", "ny", "nz"};
 
-/// `bytes` in this machine's order.
+/// Returns `bytes` in this machine's order.
 template <typename Number>
 double unpack(const char* bytes) {
   Number number;
@@ -60,7 +60,7 @@ struct Element {
   std::vector<Property> properties;
 };
 
-/// The type of that name; null if there is none.
+/// Returns the type of that name; null if there is none.
 const Type* type_named(std::string_view name) {
   const auto* const type =
       std::ranges::find_if(kTypes, [&](const Type& t) { return t.name == name || t.other_name == name; });
@@ -166,7 +166,7 @@ void read_ascii(ByteSource& source, const Element& element, std::vector<double>&
   if (next < words.size()) source.fail_at_line("too many values for one " + std::string(element.name));
 }
 
-/// The least number of bytes that one instance takes.
+/// Returns the least number of bytes of one instance.
 std::size_t least_size(const Element& element, PlyFormat format) {
   // In ascii every value has a digit and a blank or the line's end after it.
   if (format == PlyFormat::kAscii) return std::max<std::size_t>(1, 2 * element.properties.size());
@@ -175,7 +175,7 @@ std::size_t least_size(const Element& element, PlyFormat format) {
   return size;
 }
 
-/// Where x y z and, if it has them, nx ny nz stand among the properties of the vertex.
+/// Returns the indices of x y z and, if present, nx ny nz among the properties of the vertex.
 std::vector<std::size_t> columns_of(const ByteSource& source, const Element& vertex) {
   std::vector<std::size_t> columns;
   for (std::size_t i = 0; i < kNames.size(); ++i) {

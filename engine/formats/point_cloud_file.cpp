@@ -50,14 +50,14 @@ void check_surface(const fs::path& file, const PointCloud& cloud) {
   if (spread.eigenvalues()[1] <= 1e-12 * spread.eigenvalues()[2]) throw FileError(file, "all points lie on one line");
 }
 
-/// A length in the unit that reads best.
+/// Formats a length in the most readable unit.
 std::string in_words(double length_m) {
   if (length_m >= 1.0) return fmt::format("{:.3g} m", length_m);
   if (length_m >= 1e-3) return fmt::format("{:.3g} mm", 1e3 * length_m);
   return fmt::format("{:.3g} um", 1e6 * length_m);
 }
 
-/// Refuses what no hand grasps: almost always the units are others than was said.
+/// Refuses sizes that no hand grasps: almost always the stated units are wrong.
 void check_size(const fs::path& file, const PointCloud& cloud, double unit_m) {
   const Vector3d extent_m = cloud.points_m.rowwise().maxCoeff() - cloud.points_m.rowwise().minCoeff();
   const double wide_m = extent_m.maxCoeff();
@@ -80,7 +80,7 @@ void check_size(const fs::path& file, const PointCloud& cloud, double unit_m) {
 void normalise(Eigen::Matrix3Xd& normals) {
   for (auto normal : normals.colwise()) {
     const double length = normal.stableNorm();
-    // What is unit to rounding stays, so that a saved cloud is read back the same.
+    // Normals of unit length to rounding are kept, so that a saved cloud is read back the same.
     if (std::abs(length - 1.0) <= 4.0 * std::numeric_limits<double>::epsilon()) continue;
     // In two steps: 1/length of the smallest normals is infinite.
     normal /= normal.cwiseAbs().maxCoeff();

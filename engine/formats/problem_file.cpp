@@ -27,16 +27,16 @@ namespace {
 
 // Joints, and muscles: solvers make a matrix of each pair, and a row of many is little in a file.
 constexpr Index kMostMuscles = 1000;
-// What a file says twice, geometry and matrices, may differ by the digits it was printed with.
+// Redundant data of a file, geometry and matrices, may differ by its printed digits.
 constexpr double kAgree = 1e-9;
-// A row of A f >= 0 with less slack than this part of the forces has none.
+// A row of A f >= 0 with less relative slack than this has none.
 constexpr double kNoSlack = 1e-9;
 
 [[noreturn]] void fail(const fs::path& file, const std::string& key, const std::string& what) {
   throw FileError(file, "key '" + key + "': " + what);
 }
 
-/// The object in a file, in which no key is there twice.
+/// Reads the object in a file, in which no key may occur twice.
 json parse(const fs::path& file, const std::string& bytes) {
   std::map<std::string, int> keys;
   const auto count = [&](int depth, json::parse_event_t event, json& parsed) {
@@ -80,7 +80,7 @@ bool is_list_of_numbers(const json& list) {
   return list.is_array() && std::all_of(list.begin(), list.end(), [](const json& v) { return v.is_number(); });
 }
 
-/// A list of numbers, of this size if `size` is not -1.
+/// Reads a list of numbers, of this size if `size` is not -1.
 VectorXd vector_of(const fs::path& file, const json& list, const std::string& key, Index size = -1) {
   if (!is_list_of_numbers(list) || (size >= 0 && std::ssize(list) != size)) {
     fail(file, key, "must be a list of " + (size >= 0 ? std::to_string(size) + " " : "") + "numbers");
@@ -90,7 +90,7 @@ VectorXd vector_of(const fs::path& file, const json& list, const std::string& ke
   return values;
 }
 
-/// A list of rows of equal length, of this shape where it is not -1.
+/// Reads a list of rows of equal length, of this shape where it is not -1.
 MatrixXd matrix_of(const fs::path& file, const json& problem, const std::string& key, Index rows, Index cols) {
   const json& list = value_of(file, problem, key);
   const auto shape = [&] {
@@ -113,12 +113,12 @@ MatrixXd matrix_of(const fs::path& file, const json& problem, const std::string&
   return matrix;
 }
 
-/// A vector that need not be there; then empty.
+/// Reads an optional vector; empty if it is missing.
 VectorXd optional_vector_of(const fs::path& file, const json& problem, const std::string& key, Index size) {
   return problem.contains(key) ? vector_of(file, problem.at(key), key, size) : VectorXd();
 }
 
-/// A number for all of n contacts, or a list with one for each.
+/// Reads a number for all of n contacts, or a list with one for each.
 VectorXd number_of_each(const fs::path& file, const json& problem, const std::string& key, Index n) {
   const json& value = value_of(file, problem, key);
   if (value.is_number()) return VectorXd::Constant(n, value.get<double>());
@@ -159,7 +159,7 @@ void check_agreement(const fs::path& file, const json& problem, const std::strin
   fail(file, key, "contradicts the contact points and axes, mu and lambda of '" + text_of(file, problem, "name") + "'");
 }
 
-/// Friction and squeeze: a number of each, or where contacts differ the grips.
+/// Reads friction and internal force: a number of each, or grips if contacts differ.
 void read_grips(const fs::path& file, const json& problem, GraspFile& grasp) {
   const Index n = std::ssize(grasp.contacts);
   const VectorXd mu = number_of_each(file, problem, "mu", n);
@@ -210,7 +210,7 @@ GraspFile read_grasp(const fs::path& file, const json& problem) {
   return grasp;
 }
 
-/// Numbers of each muscle, of which null is no limit; empty if they are not there.
+/// Reads numbers of each muscle, of which null is no limit; empty if they are missing.
 VectorXd limits_of(const fs::path& file, const json& problem, const std::string& key, Index muscles, bool may_be_zero) {
   if (!problem.contains(key)) return {};
   const json& list = problem.at(key);
@@ -249,7 +249,7 @@ Matrix6d matrix6_of(const fs::path& file, const json& problem, const std::string
   return given.selfadjointView<Eigen::Lower>();
 }
 
-/// What the squeeze adds.
+/// Reads the terms of the internal force.
 std::optional<StiffSqueeze> squeeze_of(const fs::path& file, const json& problem, Index joints) {
   if (!problem.contains("squeeze")) return std::nullopt;
   const json& given = problem.at("squeeze");
@@ -267,7 +267,7 @@ std::optional<StiffSqueeze> squeeze_of(const fs::path& file, const json& problem
   return squeeze;
 }
 
-/// Joints of each finger, which are all of H's rows.
+/// Reads the joints of each finger, which are all of H's rows.
 std::vector<int> fingers_of(const fs::path& file, const json& problem, Index joints) {
   const VectorXd given = vector_of(file, value_of(file, problem, "finger_joints"), "finger_joints");
   std::vector<int> fingers;
@@ -349,14 +349,14 @@ ordered_json rows_of(const MatrixXd& matrix) {
   return rows;
 }
 
-/// Limits with null for those that are infinite.
+/// Returns limits with null for infinite ones.
 ordered_json limits_list(const VectorXd& limits) {
   ordered_json list = ordered_json::array();
   for (const double limit : limits) list.push_back(std::isinf(limit) ? ordered_json(nullptr) : ordered_json(limit));
   return list;
 }
 
-/// What `of(i)` gives of n contacts: a number if it is the same for all, else a list.
+/// Returns the values `of(i)` of n contacts: a number if it is the same for all, else a list.
 template <typename Of>
 ordered_json number_or_list(Index n, const Of& of) {
   ordered_json list = ordered_json::array();
@@ -368,7 +368,7 @@ ordered_json number_or_list(Index n, const Of& of) {
   return is_same ? ordered_json(of(0)) : list;
 }
 
-/// A key a line; numbers with the digits that bring back the same bits.
+/// Writes a key per line; numbers have the digits that restore the same bits.
 void write_json(const fs::path& file, const ordered_json& problem) {
   std::string text;
   for (const auto& [key, value] : problem.items()) {
@@ -385,7 +385,7 @@ ordered_json begin_json(const std::string& name, const char* kind, const std::st
   return problem;
 }
 
-/// The optimum of min 1/2 f'f + c'f with A f >= 0, and what can be said of it.
+/// Returns the optimum of min 1/2 f'f + c'f with A f >= 0, with its objective and active rows.
 void add_optimum(const VectorXd& f, const VectorXd& c, const VectorXd& slack, ordered_json& problem) {
   if (f.size() == 0) return;
   problem["f_opt"] = list_of(f);

@@ -12,7 +12,7 @@ namespace thenar {
 
 namespace {
 
-/// Bytes of the printable character that the text begins with; 0: it begins with none.
+/// Returns the number of bytes of the printable character at the text's begin; 0: there is none.
 std::size_t character_size(std::string_view text) {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   const unsigned char first = byte(0);
@@ -30,7 +30,7 @@ std::size_t character_size(std::string_view text) {
   return is_character && code >= 0xA0 ? size : 0;
 }
 
-/// Levenshtein's distance: the fewest insertions, deletions and replacements that make `b` of `a`.
+/// Returns Levenshtein's distance: the fewest insertions, deletions and replacements from `a` to `b`.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> above(b.size() + 1);
   std::iota(above.begin(), above.end(), std::size_t{0});

@@ -17,7 +17,7 @@ using Eigen::Index;
 
 using Words = std::vector<std::string_view>;
 
-/// Points and, if they have six values, normals, one after another.
+/// Returns the cloud of points and, if they have six values, normals, one after another.
 PointCloud cloud_of(const std::vector<double>& values, std::size_t width) {
   if (values.empty()) return {};
   const Eigen::Map<const Eigen::MatrixXd> all(values.data(), static_cast<Index>(width),
@@ -38,7 +38,7 @@ std::uint64_t whole_number(const ByteSource& source, const Words& words) {
   return *number;
 }
 
-/// The fields, each repeated as often as `counts` says.
+/// Returns the fields, each repeated by its number in `counts`.
 std::vector<std::string> columns_of(const ByteSource& source, const std::vector<std::string>& fields,
                                     const std::vector<std::uint64_t>& counts) {
   constexpr std::size_t kMostValues = 10'000;  // of a line: a histogram has some hundreds
@@ -87,7 +87,7 @@ PcdHeader read_pcd_header(ByteSource& source) {
   return {columns_of(source, fields, counts), count};
 }
 
-/// Where x y z and, if there are any, the normals stand in a line.
+/// Returns the positions of x y z and, if present, the normals in a line.
 std::vector<std::size_t> columns_of_surface(const ByteSource& source, const std::vector<std::string>& columns) {
   constexpr std::array<std::string_view, 6> kColumns = {"x", "y", "z", "normal_x", "normal_y", "normal_z"};
   std::vector<std::size_t> found;

@@ -56,8 +56,7 @@ struct Joint {
   double drag = 1.0;                        ///< Its viscosity over its finger's; above 1 if others follow it.
 };
 
-/// A joint coupled to another one of its finger that is nearer to the palm: see engine/hand/coupled_joints.h. It has no
-/// entry in q.
+/// A joint coupled to one of its finger that is nearer to the palm: see engine/hand/coupled_joints.h. It is not in q.
 struct Follower {
   Joint joint;
   int leader = 0;  ///< Index of the joint that it follows.

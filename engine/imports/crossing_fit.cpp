@@ -19,14 +19,14 @@ namespace {
 
 constexpr double kGood_m = 0.3e-3, kShortest_m = 3e-3;
 
-/// What a span's arms should be, and where.
+/// Desired arms of a span, pose by pose.
 struct Samples {
   std::vector<HandPose> poses;
   std::vector<int> joints;  ///< Those that the span moves.
   MatrixXd arms_m;          ///< A row a joint, a column a pose.
 };
 
-/// The joints of the samples whose arms a fit is to meet, as rows.
+/// Joints whose arms a fit must reproduce, as rows.
 using Rows = std::vector<Index>;
 
 double arm_of(const JointVector& arms, const Samples& samples, Index row) { return arms[samples.joints[row]]; }
@@ -35,8 +35,8 @@ double length_m(const HandPose& pose, const RouteSpan& piece) {
   return (pose.segments[piece.to.segment] * piece.to.p_S - pose.segments[piece.from.segment] * piece.from.p_S).norm();
 }
 
-/// Arms of straight pieces minus those wanted, pose after pose. A piece must not become so short that it could turn
-/// round between two poses.
+/// Returns arms of straight pieces minus the desired ones, pose after pose. A piece must not become so short that it
+/// could reverse between two poses.
 VectorXd residuals(const Hand& hand, const Samples& samples, const Rows& rows, const std::vector<RouteSpan>& pieces) {
   VectorXd off(std::ssize(samples.poses) * std::ssize(rows));
   Index next = 0;
@@ -54,14 +54,14 @@ VectorXd residuals(const Hand& hand, const Samples& samples, const Rows& rows, c
   return off;
 }
 
-/// The six numbers of each piece that the fit moves: where it ends.
+/// Returns unknown i; each piece has six, its ends.
 double& parameter(std::vector<RouteSpan>& pieces, Index i) {
   RouteSpan& piece = pieces[static_cast<std::size_t>(i / 6)];
   return i % 6 < 3 ? piece.from.p_S[i % 6] : piece.to.p_S[i % 6 - 3];
 }
 
-/// Levenberg and Marquardt's method on the ends of the pieces. They are held near where they are by a weak spring, so
-/// that what no arm depends on stays. Returns the rms error [m].
+/// Applies Levenberg and Marquardt's method to the ends of the pieces. A weak spring holds them near their start in
+/// directions on which no arm depends. Returns the rms error [m].
 double improve(const Hand& hand, const Samples& samples, const Rows& rows, std::vector<RouteSpan>& pieces) {
   constexpr double kSpring = 1e-2, kStep_m = 1e-7;  // An arm off by 1 um counts as much as a shift by 0.1 mm.
   constexpr int kSteps = 30;
@@ -108,7 +108,7 @@ double improve(const Hand& hand, const Samples& samples, const Rows& rows, std::
   return off.size() == 0 ? 0.0 : std::sqrt(off.squaredNorm() / static_cast<double>(off.size()));
 }
 
-/// Straight pieces between the segments of a span and of its surface: where the string is in the middle of the ranges.
+/// Returns straight pieces between the segments of a span and of its surface: the string's path at middle angles.
 std::vector<RouteSpan> pieces_of(const RouteSpan& span, const HandPose& middle, bool straight) {
   const RouteWrap& wrapped = *span.wrap;
   const Eigen::Isometry3d X_WG = middle.segments[wrapped.segment] * wrapped.X_SG, X_GW = X_WG.inverse();
@@ -153,7 +153,7 @@ Samples samples_of(const Hand& hand, const RouteSpan& span) {
   return samples;
 }
 
-/// The first segment that a joint moves.
+/// Returns the first segment that a joint moves.
 int segment_behind(const Hand& hand, int joint) {
   for (std::size_t s = 1; s < hand.segments.size(); ++s) {
     const Segment& segment = hand.segments[s];
@@ -163,7 +163,7 @@ int segment_behind(const Hand& hand, int joint) {
   return 0;
 }
 
-/// The arms of crossings for one joint, pose by pose.
+/// Returns the arms of crossings for one joint, pose by pose.
 std::vector<double> arms_alone(const Hand& hand, const Samples& samples, int joint,
                                const std::vector<MuscleCrossing>& crossings) {
   Hand alone = hand;
@@ -183,7 +183,7 @@ double rms_alone(const Hand& hand, const Samples& samples, Index row, const std:
   return std::sqrt((ours - samples.arms_m.row(row)).squaredNorm() / static_cast<double>(arms.size()));
 }
 
-/// A crossing of one joint with a constant arm: it pulls along the bone, beside the joint.
+/// Returns a crossing of one joint with a constant arm: it pulls along the bone, beside the joint.
 MuscleCrossing constant_crossing(const Hand& hand, int joint, double arm_m, double share) {
   const Joint& at = hand.joints[joint];
   const int s = segment_behind(hand, joint);
@@ -195,8 +195,8 @@ MuscleCrossing constant_crossing(const Hand& hand, int joint, double arm_m, doub
   return {{joint}, share, s, X_SW * at.origin_m + arm_m / share * D.cross(axis), s, D, false};
 }
 
-/// Crossings of one joint whose arms follow m + a cos(q) + b sin(q), which are fitted: a constant arm, and a point
-/// that turns with the joint and is pulled in a direction that does not.
+/// Fits crossings of one joint with arms m + a cos(q) + b sin(q): a constant arm, and a point that rotates with the
+/// joint and is pulled in a fixed direction.
 std::vector<MuscleCrossing> turning_crossings(const Hand& hand, const Samples& samples, Index row, double share) {
   const int joint = samples.joints[row];
   const Joint& at = hand.joints[joint];
@@ -226,7 +226,7 @@ std::vector<MuscleCrossing> turning_crossings(const Hand& hand, const Samples& s
   return {constant_crossing(hand, joint, fit[0], share), turning};
 }
 
-/// The simplest of several ways for one joint alone that is good, or the best.
+/// Returns the simplest of several crossings for one joint alone that is good, or the best.
 std::vector<MuscleCrossing> fit_joint(const Hand& hand, const RouteSpan& span, const Samples& samples, Index row,
                                       const std::vector<std::vector<RouteSpan>>& starts) {
   const int joint = samples.joints[row];

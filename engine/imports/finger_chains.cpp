@@ -35,7 +35,7 @@ std::vector<std::string_view> names_of(const Items& items) {
   return names;
 }
 
-/// The site or body of this name.
+/// Finds the site or body of this name.
 TipPlace place_of(const BodyTree& tree, const std::string& name, const std::string& flag) {
   if (const int site = index_of_name(tree.sites, name); site >= 0) {
     return {tree.sites[site].body, tree.sites[site].X_BS, true};
@@ -60,8 +60,8 @@ bool turns(const TreeBody& body) {
   return std::ranges::any_of(body.joints, [](const TreeJoint& joint) { return joint.kind == TreeJointKind::kHinge; });
 }
 
-/// How many of the first bodies of all paths are not a finger's: those that they share; of a single finger those up to
-/// the base, or to what its first hinge turns.
+/// Returns the number of first bodies of all paths that are not a finger's: the shared ones; for a single finger those
+/// up to the base, or to the body of its first hinge.
 std::size_t shared_length(const BodyTree& tree, const std::vector<std::vector<int>>& paths, int base) {
   const std::vector<int>& first = paths.front();
   std::size_t shared = first.size();
@@ -77,7 +77,7 @@ std::size_t shared_length(const BodyTree& tree, const std::vector<std::vector<in
   return static_cast<std::size_t>(hinge - first.begin());
 }
 
-/// The joints that a request locks, by name, and their offsets.
+/// Returns the joints that a request locks, by name, with their offsets.
 std::set<std::string> apply_locks(const BodyTree& tree, const HandRequest& request, FingerChains& chains) {
   std::set<std::string> locked;
   for (const LockRequest& lock : request.locks) {
@@ -129,7 +129,7 @@ void expect_hinge(const TreeJoint& joint, const std::string& finger) {
   }
 }
 
-/// The joints of the paths behind their shared part.
+/// Returns the joints of the paths behind their shared part.
 void find_joints(const BodyTree& tree, const HandRequest& request, const std::vector<std::vector<int>>& paths,
                  std::size_t shared, const std::set<std::string>& locked, FingerChains& chains) {
   std::vector<int> taken(tree.bodies.size(), -1);
@@ -184,7 +184,7 @@ void find_moved(const BodyTree& tree, FingerChains& chains) {
   }
 }
 
-/// Why joints cannot be coupled as the file has it.
+/// Explains why joints cannot be coupled as in the file.
 std::string fault_of(const TreeCoupling& coupling, const BodyTree& tree) {
   const std::vector<std::string_view> names = joint_names(tree);
   for (const std::string& joint : coupling.joints) {
@@ -196,7 +196,7 @@ std::string fault_of(const TreeCoupling& coupling, const BodyTree& tree) {
   return "to another joint or drive, and a joint follows one of its own finger, by a multiple of its angle";
 }
 
-/// Takes couplings of the fingers' joints to each other, and refuses those to anything else.
+/// Collects couplings between the fingers' joints, and refuses those to anything else.
 void find_ties(const BodyTree& tree, const HandRequest& request, FingerChains& chains) {
   for (std::size_t i = 0; i < tree.couplings.size(); ++i) {
     const TreeCoupling& coupling = tree.couplings[i];
@@ -234,7 +234,7 @@ void refuse_loops(const BodyTree& tree, FingerChains& chains) {
   }
 }
 
-/// Notes for all joints that do not move: those of the arm and wrist, and those that move no named fingertip.
+/// Adds notes for all fixed joints: those of the arm and wrist, and those that move no named fingertip.
 void note_locked(const BodyTree& tree, const std::vector<int>& arm, const std::set<std::string>& locked,
                  FingerChains& chains) {
   for (std::size_t b = 1; b < tree.bodies.size(); ++b) {

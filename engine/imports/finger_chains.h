@@ -29,8 +29,7 @@ struct FingerChains {
   std::vector<std::vector<ChainJoint>> joints;  ///< Joints of each finger, from the palm on.
   int base = 0;                                 ///< Body of the hand's frame or its site.
   Eigen::Isometry3d X_BH;                       ///< The hand's frame in that body.
-  /// One per body: the last body on its path from the root that a finger's joint moves; -1: none, so it is part of the
-  /// palm.
+  /// One per body: the last body on its path from the root that a finger's joint moves; -1: none, part of the palm.
   std::vector<int> moved_with;
   /// Per body and joint: its rotation or translation from the file's pose at zero of all fingers.
   std::vector<std::vector<double>> offsets;

@@ -25,14 +25,14 @@ using Eigen::Vector3d;
 
 namespace {
 
-// What a hand file holds: beyond it the lengths are hardly in m, or the masses in kg.
+// Limits of a hand file: beyond them lengths are hardly in m, or masses in kg.
 constexpr double kLongest_m = 1.0, kHeaviest_kg = 10.0;
 
 [[noreturn]] void refuse_body(const TreeBody& body, const std::string& what) {
   throw ConfigError({{printable(body.place), fmt::format("body '{}'", printable(body.name)), printable(what)}});
 }
 
-/// All bodies that move with each segment's first one: their mass, and where it is.
+/// Adds the masses and centres of mass of all bodies that move with each segment's first one.
 void add_masses(const BodyTree& tree, const TreePose& pose, TreeSegments& segments, Hand& hand) {
   for (std::size_t b = 1; b < tree.bodies.size(); ++b) {
     const int s = segments.of_body[b];
@@ -68,7 +68,7 @@ void add_joints(const BodyTree& tree, const FingerChains& chains, const TreePose
 
 bool is_capsule(const TreeRound& round) { return round.shape && round.shape->form == PulpShape::Form::kCapsule; }
 
-/// Of a capsule the centre of the round end that is farther from a point; of others the centre.
+/// Returns the centre of a capsule's round end that is farther from a point; of others the centre.
 Vector3d far_end_m(const TreeRound& round, const Vector3d& from_B) {
   if (!is_capsule(round)) return round.centre_m;
   const Vector3d way_m = round.shape->half_m[0] * round.shape->axes.col(0);
@@ -76,7 +76,7 @@ Vector3d far_end_m(const TreeRound& round, const Vector3d& from_B) {
   return round.centre_m + side * way_m;
 }
 
-/// Whether a hand file may have it for a pulp.
+/// Tests whether it is a valid pulp of a hand file.
 bool may_be_pulp(const TreeRound& round) {
   if (round.radius_m < 1e-3 || round.radius_m > 0.05) return false;
   if (!round.shape) return true;
@@ -84,7 +84,7 @@ bool may_be_pulp(const TreeRound& round) {
   return round.shape->half_m.maxCoeff() <= most_m;
 }
 
-/// What of a body's round parts reaches farthest from its last joint.
+/// Returns the round part of a body that reaches farthest from its last joint.
 const TreeRound* farthest_round(const TreeBody& body, const Vector3d& joint_B) {
   const TreeRound* farthest = nullptr;
   double most = 0.0;
@@ -99,7 +99,7 @@ const TreeRound* farthest_round(const TreeBody& body, const Vector3d& joint_B) {
   return farthest;
 }
 
-/// The pulps but for normals that nobody named: these stay zero.
+/// Makes the pulps; normals that were not requested remain zero.
 void add_fingertips(const BodyTree& tree, const HandRequest& request, const FingerChains& chains, const TreePose& pose,
                     const TreeSegments& segments, ImportedHand& made) {
   constexpr double kRadius_m = 8e-3;  // Half of the width of a human fingertip.

@@ -13,13 +13,13 @@ namespace thenar {
 
 namespace {
 
-constexpr double kLeastRatio = 0.01, kMostRatio = 100.0;  // Beyond it a hand file's digits mean little.
+constexpr double kLeastRatio = 0.01, kMostRatio = 100.0;  // Beyond these a hand file's digits are insufficient.
 
 [[noreturn]] void refuse_tie(const TreeCoupling& tie, const std::string& what) {
   throw ConfigError({{printable(tie.place), printable(tie.what), printable(what)}});
 }
 
-/// What a joint's angle is: ratio times that of its root, and an offset. A root is its own.
+/// The angle of a joint: ratio times that of its root, plus an offset. A root is its own root.
 struct Tied {
   int root = 0;
   double ratio = 1.0, offset_rad = 0.0;
@@ -47,7 +47,7 @@ void join(const TreeCoupling& tie, int follower, int leader, std::vector<Tied>& 
   }
 }
 
-/// Each joint that is not the first of its group follows the first.
+/// Makes each joint that is not the first of its group follow the first.
 std::vector<std::pair<Coupling, const TreeCoupling*>> led_by_first(const std::vector<Tied>& joints) {
   std::vector<std::pair<Coupling, const TreeCoupling*>> couplings;
   for (std::size_t i = 0; i < joints.size(); ++i) {

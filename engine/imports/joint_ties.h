@@ -10,8 +10,7 @@
 namespace thenar {
 
 /// Couples the hand's joints by the chains' ties, with notes. Of coupled joints the one nearest to the palm leads.
-/// Throws ConfigError for ties that a finger cannot have: between fingers, redundant ones, joints whose ranges do not
-/// meet.
+/// Throws ConfigError for ties that a finger cannot have: between fingers, redundant ones, disjoint ranges.
 [[nodiscard]] Hand tied(Hand hand, const BodyTree& tree, const FingerChains& chains, std::vector<std::string>& notes);
 
 }  // namespace thenar

@@ -8,7 +8,7 @@ namespace thenar {
 
 namespace {
 
-/// Takes over what `from` names; what both name is that of `from`.
+/// Copies the attributes of `from`, which take precedence.
 void overwrite(XmlElement& element, const XmlElement& from) {
   for (const auto& [attribute, value] : from.attributes) {
     bool known = false;
@@ -40,7 +40,7 @@ MjcfDefaults::MjcfDefaults(const XmlElement& mujoco) {
   classes_.try_emplace(first_);
 }
 
-// A class has what the one around it has, and then its own.
+// A class inherits from the enclosing one, and then has its own.
 void MjcfDefaults::read(const XmlElement& section, Elements elements, bool is_first) {
   const std::string name = is_first ? first_ : section.text("class");
   if (name.empty()) refuse(section, "a class within another one needs a name: class=...");

@@ -21,7 +21,7 @@ namespace {
 
 constexpr std::size_t kMostBodies = 10'000;
 
-/// What the file says of all bodies alike.
+/// Settings of the file for all bodies.
 struct Reader {
   const MjcfDefaults& defaults;
   MjcfAngles angles;
@@ -31,7 +31,7 @@ struct Reader {
   int weightless_meshes = 0;
 };
 
-/// Where an element stands: its body, and the frame in it.
+/// The place of an element: its body, and the frame in it.
 struct Within {
   int body = 0;
   Isometry3d X_BF = Isometry3d::Identity();
@@ -94,7 +94,7 @@ void add_geom(const Reader& reader, const XmlElement& element, const Within& wit
   }
 }
 
-/// Reads what a body, or a frame in it, holds but for the bodies: these go to `inner`, with the frame they stand in.
+/// Reads the elements of a body, or of a frame in it, except bodies: these go to `inner`, with their enclosing frame.
 void read_parts(Reader& reader, const XmlElement& holder, const Within& within, Weights& weights,
                 const XmlElement** inertial, std::vector<std::pair<const XmlElement*, Within>>& inner) {
   for (const XmlElement& child : holder.children) {

@@ -13,9 +13,9 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double kWaterDensity = 1000.0;  // [kg/m^3] What MJCF takes where a geom names neither mass nor density.
+constexpr double kWaterDensity = 1000.0;  // [kg/m^3] MJCF's default for a geom with neither mass nor density.
 
-/// Half sizes: of a capsule or a cylinder the radius and half of the length.
+/// Returns half sizes: of a capsule or a cylinder the radius and half of the length.
 Vector3d size_of(const XmlElement& geom, const std::string& type) {
   const VectorXd size = numbers(geom, "size", 1, 3).value_or(VectorXd::Zero(3));
   const bool is_long = type == "capsule" || type == "cylinder", is_wide = type == "box" || type == "ellipsoid";

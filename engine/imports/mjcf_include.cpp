@@ -27,7 +27,7 @@ void include_into(XmlElement& element, const fs::path& first, const fs::path& cu
     fs::path file = (first.parent_path() / name).lexically_normal();
     if (!is_readable(file)) file = (current.parent_path() / name).lexically_normal();
     if (!is_readable(file)) refuse(child, fmt::format("there is no file '{}'", name));
-    // As MuJoCo has it; so no file includes itself either.
+    // As in MuJoCo; so no file includes itself either.
     if (!read.insert(file).second) refuse(child, fmt::format("'{}' is included twice", name));
     XmlElement included = read_xml(file);
     include_into(included, first, file, read);

@@ -19,7 +19,7 @@ std::string named(const XmlElement& element) {
   return name.empty() ? element.name : fmt::format("{} '{}'", element.name, name);
 }
 
-/// The item that an attribute names; refuses the element if there is no such item.
+/// Returns the item that an attribute names; refuses the element if there is none.
 template <typename Items>
 int item_of(const XmlElement& element, const char* attribute, const Items& items, const char* kind) {
   const std::string name = element.text(attribute);
@@ -62,7 +62,7 @@ TreeCoupling read_fixed(const XmlElement& fixed) {
   return coupling;
 }
 
-/// Most that an actuator can pull, if it says so. A muscle pulls; another actuator pulls with a negative force.
+/// Returns the largest pull of an actuator, if stated. A muscle pulls; another actuator pulls with a negative force.
 std::optional<double> pull_N(const XmlElement& actuator) {
   if (actuator.name == "muscle") {
     const std::optional<double> force = number(actuator, "force");
@@ -103,7 +103,7 @@ void read_actuator(const XmlElement& actuator, BodyTree& tree, std::map<std::str
   if (tendon.muscle.empty()) tendon.muscle = actuator.text("name");
 }
 
-/// The body that an attribute names, or that its site is on; the world if it names nothing.
+/// Returns the body that an attribute names, or that its site is on; the world if it is missing.
 int body_of(const XmlElement& element, const std::string& number, const BodyTree& tree) {
   const std::string body = "body" + number, site = "site" + number;
   if (element.find(site) != nullptr) return tree.sites[item_of(element, site.c_str(), tree.sites, "site")].body;
@@ -121,7 +121,8 @@ const TreeJoint* joint_named(const BodyTree& tree, const std::string& name) {
   refuse(equality, fmt::format("no joint is named '{}'{}", name, did_you_mean(nearest_word(name, joint_names(tree)))));
 }
 
-/// With the references y_0 and x_0 of its joints, y - y_0 = a_0 + a_1 (x - x_0) + a_2 (x - x_0)^2 + ...
+/// Reads a coupling: with the references y_0 and x_0 of its joints, y - y_0 = a_0 + a_1 (x - x_0) + a_2 (x - x_0)^2 +
+/// ...
 TreeCoupling read_joint_equality(const XmlElement& equality, const std::string& what, const BodyTree& tree) {
   TreeCoupling coupling{what, equality.place, {equality.text("joint1")}};
   std::vector<double> a{0.0, 1.0, 0.0, 0.0, 0.0};
@@ -162,7 +163,7 @@ void read_equality(const XmlElement& equality, BodyTree& tree) {
 }  // namespace
 
 void read_ties(const XmlElement& mujoco, const MjcfDefaults& defaults, BodyTree& tree) {
-  // Sections stand in any order, and name what others hold.
+  // Sections are in any order, and refer to one another.
   const auto each = [&](const char* section, const auto& read) {
     for (const XmlElement& element : mujoco.children) {
       if (element.name != section) continue;

@@ -31,7 +31,7 @@ SegmentPoint point_of(const TreePose& pose, const TreeSegments& segments, const 
   return {segment, hand.segments[segment].X_WS_0.inverse() * (pose.X_HB[body] * p_B)};
 }
 
-/// The parts of a tendon that some joint changes.
+/// Returns the parts of a tendon that some joint changes.
 std::vector<RouteSpan> spans_of(const BodyTree& tree, const TreePose& pose, const TreeSegments& segments,
                                 const Hand& hand, const TreeTendon& tendon) {
   const auto site = [&](int index) {
@@ -60,8 +60,8 @@ std::vector<RouteSpan> spans_of(const BodyTree& tree, const TreePose& pose, cons
   return spans;
 }
 
-/// "MCP2 flexion 0.12 (at most 0.31)" for each joint that the tendon moves: how far the muscle's moment arms are off
-/// the tendon's, rms over postures in the joints' ranges.
+/// Returns "MCP2 flexion 0.12 (at most 0.31)" for each joint that the tendon moves: the error of the muscle's moment
+/// arms against the tendon's, rms over postures in the joints' ranges.
 std::string errors_of(const Hand& hand, const std::vector<RouteSpan>& spans, const std::vector<HandPose>& poses,
                       const Muscle& muscle, double& worst_m) {
   Hand alone = hand;

@@ -12,7 +12,7 @@ bool moves(const Hand& hand, int joint, const Segment& segment) {
   return joint >= tip.first_joint && joint < tip.first_joint + segment.joints;
 }
 
-/// A straight piece shortens by u . (the speed of its ends towards each other), u from p to q.
+/// Adds the arms of a straight piece: it shortens by u . (the speed of its ends towards each other), u from p to q.
 void add_straight(const Hand& hand, const HandPose& pose, int p_segment, const Vector3d& p, int q_segment,
                   const Vector3d& q, JointVector& arms) {
   if (p_segment == q_segment) return;

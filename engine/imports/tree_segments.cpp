@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// The axis that z is taken from: the first of the segment's own joints, and then of those behind it, that lies across.
+/// Returns the axis that defines z: the first perpendicular one of the segment's own joints, then of those behind it.
 Vector3d across(const Hand& hand, const Segment& segment, const Vector3d& x, int own_joints) {
   constexpr double kAlong = 0.7;  // As a cosine.
   const Fingertip& tip = hand.fingertips[segment.finger];

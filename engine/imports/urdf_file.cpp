@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::size_t kMostLinks = 10'000;
 
-/// The pose that an element's `origin` gives: roll, pitch and yaw turn about the fixed x, y and z.
+/// Returns the pose of an element's `origin`: roll, pitch and yaw are rotations about the fixed x, y and z.
 Isometry3d origin_of(const XmlElement& element) {
   Isometry3d X = Isometry3d::Identity();
   const XmlElement* const origin = element.child("origin");
@@ -29,7 +29,7 @@ Isometry3d origin_of(const XmlElement& element) {
   return X;
 }
 
-/// An extension of URDF that several simulators read: its straight part is along z, and so long.
+/// Reads a capsule, an extension of URDF in several simulators: `length` is that of its straight part along z.
 TreeRound read_capsule(const XmlElement& capsule, const Isometry3d& X_BC) {
   constexpr double kLeastLength_m = 1e-4;  // Shorter, and it is a sphere.
   TreeRound round{number(capsule, "radius").value_or(0.0), std::nullopt, X_BC.translation()};
@@ -78,7 +78,7 @@ std::array<double, 2> read_limits(const XmlElement& joint) {
   return range;
 }
 
-/// The joint's own part of the child link; nothing if it is fixed.
+/// Returns the joint of the child link; nothing if it is fixed.
 std::vector<TreeJoint> read_joint(const XmlElement& element) {
   TreeJoint joint;
   joint.name = element.text("name");
@@ -100,7 +100,7 @@ std::vector<TreeJoint> read_joint(const XmlElement& element) {
   return {joint};
 }
 
-/// What a joint says of the links at its ends.
+/// The data of a joint about the links at its ends.
 struct LinkJoint {
   const XmlElement* element = nullptr;
   std::string parent;

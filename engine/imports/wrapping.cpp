@@ -18,7 +18,7 @@ using TwoPoints = std::array<Vector2d, 2>;
 
 double cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
 
-/// The point of the segment that is nearest to the origin.
+/// Returns the point of the segment nearest to the origin.
 Vector2d nearest_to_origin(const Vector2d& a, const Vector2d& b) {
   const Vector2d along = b - a;
   const double t = along.squaredNorm() > kTiny * kTiny ? -along.dot(a) / along.squaredNorm() : 0.0;
@@ -32,7 +32,7 @@ bool cross_each_other(const Vector2d& a, const Vector2d& b, const Vector2d& c, c
   return t >= 0.0 && t <= 1.0 && s >= 0.0 && s <= 1.0;
 }
 
-/// Tangent points of the strings from a and b to a circle about the origin that run around it with the turn (1
+/// Returns tangent points of the strings from a and b to a circle about the origin that run around it with the turn (1
 /// counterclockwise, -1 clockwise).
 TwoPoints tangents(const Vector2d& a, const Vector2d& b, double radius, double turn) {
   const double from_a = std::acos(radius / a.norm()), from_b = std::acos(radius / b.norm());
@@ -40,7 +40,7 @@ TwoPoints tangents(const Vector2d& a, const Vector2d& b, double radius, double t
           radius * (Rotation2Dd(-turn * from_b) * b.normalized())};
 }
 
-/// The string around the outside of a circle.
+/// Finds the string around the outside of a circle.
 std::optional<TwoPoints> around(const Vector2d& a, const Vector2d& b, double radius,
                                 const std::optional<Vector2d>& side) {
   const Vector2d nearest = nearest_to_origin(a, b);
@@ -60,10 +60,10 @@ std::optional<TwoPoints> around(const Vector2d& a, const Vector2d& b, double rad
   return best;
 }
 
-/// The string through a ring: it touches the circle from inside, at the point where its way is the shortest.
+/// Finds the string through a ring: it touches the circle from inside, at the point of the shortest path.
 std::optional<TwoPoints> through(const Vector2d& a, const Vector2d& b, double radius) {
   if (nearest_to_origin(a, b).norm() <= radius) return std::nullopt;
-  const double turn = std::atan2(cross(a, b), a.dot(b));  // From the direction of a to that of b, the shorter way.
+  const double turn = std::atan2(cross(a, b), a.dot(b));  // From the direction of a to that of b, the smaller angle.
   const auto point = [&](double share) { return Vector2d(radius * (Rotation2Dd(share * turn) * a.normalized())); };
   // Change of length with the share of the turn: negative at a's direction, positive at b's.
   const auto slope = [&](double share) {
@@ -104,7 +104,7 @@ std::optional<std::array<Vector3d, 2>> wrap(const WrapSurface& surface, const Ve
   if (!ends) return std::nullopt;
   std::array<Vector3d, 2> points{axes * (*ends)[0], axes * (*ends)[1]};
   if (!surface.is_cylinder) return points;
-  // Unrolled, the string is straight: it rises in proportion to its way.
+  // Unrolled, the string is straight: it rises in proportion to its length.
   const double angle = std::abs(std::atan2(cross((*ends)[0], (*ends)[1]), (*ends)[0].dot((*ends)[1])));
   const double first = (a_2 - (*ends)[0]).norm(), last = (b_2 - (*ends)[1]).norm();
   const double free_turn =

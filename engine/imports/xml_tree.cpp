@@ -27,7 +27,7 @@ std::string place_at(const std::filesystem::path& file, std::string_view text, s
   return fmt::format("{}:{}", file.string(), 1 + std::count(text.begin(), end, '\n'));
 }
 
-/// Lines of places that come in the order of the text.
+/// Line numbers of places in the order of the text.
 class LineCounter {
  public:
   LineCounter(const std::filesystem::path& file, std::string_view text) : file_(file), text_(text) {}

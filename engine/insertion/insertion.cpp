@@ -16,11 +16,11 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kBrief_s = 5e-3;   // A way of touching that ends sooner is chatter of another.
-constexpr double kStill = 0.1;      // A peg that goes slower than this share of the hole's speed stands still:
-constexpr double kStill_s = 20e-3;  // that lasts so long.
+constexpr double kBrief_s = 5e-3;   // A contact state that ends sooner is chatter of another.
+constexpr double kStill = 0.1;      // A peg slower than this share of the hole's speed stands still
+constexpr double kStill_s = 20e-3;  // if that lasts so long.
 
-/// Where the object is against the hole, in the plane.
+/// The pose of the object relative to the hole, in the plane.
 struct PegView {
   PegView(const PegScene& peg, const EnvironmentBody& hole, const Instant& now, const Isometry3d& X_WO) : X_PW() {
     X_PW = (pose(hole, now) * Isometry3d(peg.R_EP)).inverse();
@@ -34,9 +34,9 @@ struct PegView {
   double tilt_rad = 0.0;
 };
 
-/// How these forces touch the peg.
+/// Returns the contact state of these forces.
 PegTouch touch_of(const PegScene& peg, const std::vector<EnvironmentForce>& forces, double depth_m) {
-  constexpr double kFlat = 0.9, kSloping = 0.35;  // Of normals along the hole, which a peg that leans tilts.
+  constexpr double kFlat = 0.9, kSloping = 0.35;  // Components of normals along the hole; a tilted peg tilts them.
   std::vector<Vector3d> walls;
   bool chamfer = false, flat = false;
   for (const EnvironmentForce& force : forces) {
@@ -53,7 +53,7 @@ PegTouch touch_of(const PegScene& peg, const std::vector<EnvironmentForce>& forc
   return walls.size() > 1 ? PegTouch::kLine : PegTouch::kOnePoint;
 }
 
-/// Sees each tick of a run.
+/// A watcher of each tick of a run.
 class PegWatch : public Watcher {
  public:
   PegWatch(const Scene& scene, const PegScene& peg, std::vector<PegTick>& ticks)
@@ -120,7 +120,7 @@ std::vector<PegPhase> phases_of(const std::vector<PegTick>& ticks, double step_s
   return merged;
 }
 
-/// Since when the peg stands still in a hole that comes on, as far as that is to be seen.
+/// Returns the tick from which on the peg stands still in a moving hole, if any.
 std::optional<std::size_t> last_stop(const InsertionStudy& study, double step_s) {
   const auto enough = static_cast<std::size_t>(std::lround(kStill_s / step_s));
   std::size_t still = 0, stop = 0;
@@ -136,9 +136,9 @@ std::optional<std::size_t> last_stop(const InsertionStudy& study, double step_s)
 }
 
 PegEnd end_of(const InsertionStudy& study) {
-  constexpr double kShort = 0.8;  // Of the way, which no hand falls short of by giving way alone.
+  constexpr double kShort = 0.8;  // Share of the depth for a rigid hand that any compliant hand reaches.
   const double chamfer_m = study.peg.shape.chamfer_m, last_m = study.ticks.empty() ? 0.0 : study.ticks.back().depth_m;
-  // What wedges, and is turned free, goes on.
+  // A wedged peg that is turned free continues.
   const bool ends = study.stopped || study.verdict.outcome == Outcome::kLost || last_m < kShort * study.asked_m;
   if (study.wedged && ends) return PegEnd::kWedged;
   if (study.stopped && study.ticks[*study.stopped].depth_m > chamfer_m) return PegEnd::kJammed;
@@ -146,13 +146,13 @@ PegEnd end_of(const InsertionStudy& study) {
   return last_m > chamfer_m && !study.stopped ? PegEnd::kIn : PegEnd::kOutside;
 }
 
-/// How deep it would be if the hand did not give way; NaN where a task decides that as it goes.
+/// Returns the depth for a rigid hand; NaN if a task decides it during the run.
 double asked_m(const Scene& scene, const PegScene& peg) {
   if (!scene.task.phases.empty()) return std::numeric_limits<double>::quiet_NaN();
   return -PegView(peg, scene.environment->bodies[peg.body], scene.duration_s, scene.object.X_WO).end_m[2];
 }
 
-/// The controller as a spring; nothing: it is none.
+/// Returns the controller as a spring; nothing if it is none.
 std::optional<PegSpring> spring_of(const Scene& scene, const PegScene& peg) {
   if (!scene.control) return std::nullopt;
   const ControlSettings& control = *scene.control;
@@ -184,12 +184,12 @@ PegTouch touch_of(const PegForce& force) {
   return force.points == 1 ? PegTouch::kOnePoint : PegTouch::kTwoPoints;
 }
 
-/// F_z of the theory at a depth, between two of its poses that touch so; NaN where it has none.
+/// Returns F_z of the theory at a depth, between two of its poses with this contact state; NaN if there are none.
 double push_at(const std::vector<PegForce>& theory, PegTouch touch, double depth_m) {
   const auto after = std::ranges::lower_bound(theory, depth_m, {}, &PegForce::depth_m);
   if (after == theory.begin() || after == theory.end()) return std::numeric_limits<double>::quiet_NaN();
   const PegForce &low = *(after - 1), &high = *after;
-  // Where they touch otherwise the peg slips by itself.
+  // With another contact state the peg slips by itself.
   if (touch_of(low) != touch || touch_of(high) != touch) return std::numeric_limits<double>::quiet_NaN();
   const double share = (depth_m - low.depth_m) / (high.depth_m - low.depth_m);
   return low.push_N + share * (high.push_N - low.push_N);

@@ -17,15 +17,15 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// What it is drawn to.
+/// The limits of the axes.
 struct Scales {
   double friction = 0.0, radius_m = 0.0;
   double play_m = 0.0;  // D - d
   double chamfer_m = 0.0;
-  double deepest_m = 0.0;  // Of the peg's end below the plate; there is something to be seen.
+  double deepest_m = 0.0;  // Depth of the peg's end below the plate, at least a visible one.
 };
 
-/// Ways of touching by their number in insertion.csv, and how they look.
+/// Contact states by their number in insertion.csv, and their style.
 struct Look {
   int touch;
   const char* name;
@@ -38,7 +38,7 @@ constexpr std::array<Look, 6> kLooks{{{1, "plate", "#8e44ad"},
                                       {5, "line", "#2e8b57"},
                                       {6, "bottom", "#666666"}}};
 
-/// Points of a column over another, by how they touch.
+/// Plots a column over another, by contact state.
 std::string by_touch(const std::string& x, const std::string& y) {
   std::string plots;
   for (const Look& look : kLooks) {
@@ -53,7 +53,7 @@ std::string by_touch(const std::string& x, const std::string& y) {
                      x, y);
 }
 
-/// One line of words in the colours of all panels.
+/// Returns the legend: one line of words in the colours of all panels.
 std::string legend() {
   std::string labels;
   double x = 0.075;
@@ -68,13 +68,14 @@ std::string legend() {
   return labels;
 }
 
-/// Depths below the chamfer whose parallelograms are drawn, the largest first.
+/// Returns the depths below the chamfer whose parallelograms are drawn, the largest first.
 std::array<double, 3> shown_depths_m(const Scales& scales) {
   const double most_m = std::max(1e-3, scales.deepest_m - scales.chamfer_m);
   return {most_m, 0.5 * most_m, 0.2 * most_m};
 }
 
-/// Within a parallelogram the peg goes on: its slanted sides are two points that slide, its upright ones a line.
+/// Draws the diagram. The peg moves on inside a parallelogram: slanted sides are two sliding points, upright ones a
+/// line.
 std::string diagram(const Scales& scales) {
   std::string areas;
   const double side = 1.0 / scales.friction;
@@ -100,7 +101,7 @@ std::string diagram(const Scales& scales) {
                      -0.8 * most, by_touch("Fx_over_Fz", "M_over_rFz"));
 }
 
-/// Panels over the depth, which share its axis; the theory is thin and lies above the run.
+/// Draws panels over the depth, which share its axis; the theory is thin and lies above the run.
 std::string over_depth(const Scales& scales) {
   const double chamfer_mm = 1e3 * scales.chamfer_m, deepest_mm = 1e3 * scales.deepest_m;
   const double wedging_mm = chamfer_mm + 2e3 * scales.friction * scales.radius_m;

@@ -32,7 +32,7 @@ PhaseRow row_of(const InsertionStudy& study, const PegPhase& phase) {
   return row;
 }
 
-/// l of the theory's two points with this tilt, where it has one.
+/// Returns l of the theory's two points with this tilt, if any.
 double two_point_m(const PegScene& peg, double tilt_rad) {
   constexpr double kUpright = 1e-9;
   if (!(std::abs(tilt_rad) > kUpright)) return std::numeric_limits<double>::infinity();

@@ -15,7 +15,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-/// A place where the peg may touch: in the plane (x, z).
+/// A possible contact of the peg in the plane (x, z).
 struct PegPlace {
   double gap_m = 1.0;
   bool is_there = false;  ///< The two are beside one another. The gap goes on beyond.
@@ -42,13 +42,13 @@ PegPlace peg_place(const PegShape& shape, const Vector3d& pose, int which) {
           -side * across, along};
 }
 
-/// Where the springs and so many sliding points are in balance.
+/// The equilibrium of the springs and so many sliding points.
 struct PegBalance {
   const PegShape& shape;
   const PegSpring& spring;
   PegPose wanted;
 
-  /// The spring's force and moment about the middle of the peg's end.
+  /// Returns the spring's force and moment about the middle of the peg's end.
   [[nodiscard]] Vector3d pull(const Vector3d& pose) const {
     const double h = spring.above_end_m;
     const Vector2d lever = h * Vector2d(std::sin(pose[2]), std::cos(pose[2]));
@@ -57,7 +57,7 @@ struct PegBalance {
     const double m = spring.rotation_Nm_per_rad * (wanted.tilt_rad - pose[2]);
     return {f[0], f[1], m + lever[1] * f[0] - lever[0] * f[1]};
   }
-  /// z = pose, then a normal force a place.
+  /// Returns the residual of z = (pose, then a normal force per place).
   [[nodiscard]] VectorXd residual(const std::vector<int>& places, const VectorXd& z) const {
     const Vector3d pose = z.head<3>();
     VectorXd r(z.size());
@@ -71,7 +71,7 @@ struct PegBalance {
     }
     return r;
   }
-  /// By Newton's method; nothing: it does not get there.
+  /// Solves by Newton's method; nothing if it does not converge.
   [[nodiscard]] std::optional<VectorXd> solve(const std::vector<int>& places, VectorXd z) const {
     for (int k = 0; k < 30; ++k) {
       const VectorXd r = residual(places, z);
@@ -89,7 +89,7 @@ struct PegBalance {
   }
 };
 
-/// Whether these places touch there, push, and leave no other in the peg.
+/// Tests whether these places touch there, push, and no other penetrates the peg.
 bool is_right(const PegShape& shape, const std::vector<int>& places, const VectorXd& z) {
   const Vector3d pose = z.head<3>();
   for (int which = 0; which < kPlaces; ++which) {
@@ -102,8 +102,8 @@ bool is_right(const PegShape& shape, const std::vector<int>& places, const Vecto
   return true;
 }
 
-/// From pose and places to the next: with the places as they are, or else with those, two at most, that take the peg
-/// the least way.
+/// Steps from pose and places to the next: with the same places, or else with those, two at most, of the least
+/// displacement of the peg.
 bool find_balance(const PegBalance& balance, Vector3d& pose, std::vector<int>& places) {
   const Vector3d before = pose;
   const auto try_places = [&](const std::vector<int>& tried) -> std::optional<Vector3d> {

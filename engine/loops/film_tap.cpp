@@ -20,7 +20,7 @@ void copy(const Eigen::Vector3d& v, float (&to)[3]) noexcept {
   for (int i = 0; i < 3; ++i) to[i] = static_cast<float>(v[i]);
 }
 
-/// One whose pages have all been used.
+/// Returns one whose pages have all been touched.
 Picture touched_picture(const Model& model) {
   Picture picture(model);
   picture.contacts.resize(static_cast<std::size_t>(model.max_contacts));
@@ -43,7 +43,7 @@ void take_contacts(const State& state, const ContactWorkspace& work, TickContact
     TickContact& contact = to.contacts[i];
     contact.finger = static_cast<std::uint16_t>(force.finger);
     contact.control_point = static_cast<std::uint16_t>(force.control_point);
-    // A contact at an edge leans against what it rubs along: what is kept is at right angles.
+    // A contact at an edge is tilted against its sliding direction: the recorded axes are orthogonal.
     const bool is_oblique = std::abs(E_W.col(0).dot(E_W.col(1))) + std::abs(E_W.col(0).dot(E_W.col(2))) > 1e-9;
     const Eigen::Matrix3d E = is_oblique ? axes_of(E_W.col(0), E_W.col(1)) : E_W;
     copy(is_oblique ? Eigen::Vector3d(E.transpose() * (E_W * force.f_C)) : force.f_C, contact.force_N);

@@ -41,8 +41,7 @@ class FilmTap {
   // For one other thread.
   SlotRing<Picture> pictures;
   SlotRing<TickContacts> contacts;
-  /// Returns the picture of a tick, if one was taken, and drops those of ticks before it. It is valid until
-  /// pictures.pop().
+  /// Returns the picture of a tick, if taken, and drops those of ticks before it. It is valid until pictures.pop().
   [[nodiscard]] const Picture* picture_of(std::int64_t tick);
   [[nodiscard]] std::int64_t lost_pictures() const { return lost_pictures_.load(std::memory_order_relaxed); }
   [[nodiscard]] std::int64_t lost_contacts() const { return lost_contacts_.load(std::memory_order_relaxed); }

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
-/// NaN if there are none.
+/// Returns the least forces; NaN if there are none.
 Eigen::VectorXd least_forces(const Hand& hand, const JointVector& q, const JointVector& torques_Nm) {
   HandPose pose;
   forward_kinematics(hand, q, pose);

@@ -18,8 +18,7 @@ struct ExchangeCounts {
   [[nodiscard]] std::int64_t unaccounted() const { return published - consumed - superseded - in_flight; }
 };
 
-/// Two neighbouring cache lines, which Intel's prefetcher fetches together: the distance of data that two threads
-/// write.
+/// Two neighbouring cache lines, which Intel's prefetcher fetches together: the distance of data of two threads.
 inline constexpr std::size_t kSeparate = 128;
 
 /// A value between two stamps, its number: the writer sets the first when it begins and the second when it has ended.

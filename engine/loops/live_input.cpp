@@ -11,13 +11,13 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// The vector, or one of that length along it; zero where its length is beyond all numbers.
+/// Returns the vector, limited to that length; zero if its length overflows.
 Vector3d cut(const Vector3d& v, double longest) { return v * std::min(1.0, longest / v.stableNorm()); }
 
-/// From `from` towards `to`, by `step` at most.
+/// Moves from `from` towards `to`, by `step` at most.
 Vector3d approach(const Vector3d& from, const Vector3d& to, double step) { return from + cut(to - from, step); }
 
-/// Where an input wants the target, each axis within the limit. What is not finite leaves it where it is.
+/// Returns the requested shift of the target, each axis within the limit; unchanged if not finite.
 Vector3d goal(const Vector3d& wanted, const Vector3d& now, double limit) {
   return wanted.allFinite() ? Vector3d(wanted.cwiseMax(-limit).cwiseMin(limit)) : now;
 }
@@ -57,11 +57,11 @@ std::optional<ShownPull> LiveHands::find_pull(const LiveInput& input, const Stat
   const double age_s = 1e-9 * (static_cast<double>(now_ns) - static_cast<double>(input.pull_heard_ns));
   if (std::abs(age_s) > kDeadMan_s) return std::nullopt;
   const Scene& scene = model_.scene;
-  // The spring holds the object itself: what is beside it has no lever.
+  // The spring holds the object itself: points outside it have no lever.
   const Eigen::AlignedBox3d& box = model_.object.bounds();
   const Vector3d arm = state.X_WO.linear() * input.pull->point_O.cwiseMax(box.min()).cwiseMin(box.max());
-  // The force is taken at the tick's start: a spring that could fetch its anchor past the handle in one tick, in an
-  // object that nothing holds, would shake it. No scene of ours comes near that.
+  // The force is that at the tick's start: a spring that could move its anchor past the handle in one tick, on a free
+  // object, would oscillate. No scene of ours comes near that.
   const double mobility = scene.step_s * (1.0 / scene.object.translation_damping +
                                           arm.squaredNorm() / scene.object.rotation_damping);  // of the anchor [m/N]
   const double stiffness = std::min(kPullStiffness_N_per_m, 1.0 / mobility);

@@ -24,7 +24,7 @@ void Pairing::give(bool all) {
     const bool known =
         sequence <= in_use_.step.sequence || (!control_.empty() && control_.back().step.sequence >= sequence);
     if (!known && !all) return;
-    // Before it is given: what a receiver throws at is not given again.
+    // Before it is passed on: a record at which a receiver throws is not passed again.
     const ContactSample sample = std::move(contact_.front());
     contact_.pop_front();
     give(sample);

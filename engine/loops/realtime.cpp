@@ -32,13 +32,13 @@ namespace {
 // The kernel counts what real-time threads take in periods of this length.
 constexpr std::int64_t kThrottlePeriod_ns = 1'000'000'000;
 
-// What a contact tick may use of its stack before a page of it is missing.
+// Stack that a contact tick may use without a page fault.
 constexpr std::size_t kStackBytes = 256 * 1024;
-// What else a thread may have on its stack.
+// Further stack of a thread.
 constexpr std::size_t kSpareStackBytes = 32 * 1024;
 constexpr std::size_t kThreadStackBytes = 2 * 1024 * 1024;
 
-/// What the calling thread has left of its stack.
+/// Returns the remaining stack of the calling thread.
 std::size_t stack_left() noexcept {
   pthread_attr_t attributes;
   if (pthread_getattr_np(pthread_self(), &attributes) != 0) return kStackBytes + kSpareStackBytes;
@@ -50,7 +50,7 @@ std::size_t stack_left() noexcept {
   return static_cast<std::size_t>(&here - static_cast<const char*>(lowest));
 }
 
-/// Uses the stack once, so that its pages are there.
+/// Touches the stack once, so that its pages are present.
 [[gnu::noinline]] void touch_stack() noexcept {
   std::array<char, kStackBytes> pages;
   for (std::size_t i = 0; i < pages.size(); i += 1024) {
@@ -67,11 +67,11 @@ bool may_lock_memory() noexcept {
 }
 
 bool lock_memory() noexcept {
-  // Under a limit, memory locked in advance would make a later allocation fail: then what is there now must do.
+  // Under a limit, memory locked in advance would make a later allocation fail: then the present memory must suffice.
   rlimit limit{};
   const bool unlimited = getrlimit(RLIMIT_MEMLOCK, &limit) == 0 && limit.rlim_cur == RLIM_INFINITY;
   if (mlockall(MCL_CURRENT) != 0) return false;
-  // What is there now is fetched whole. Later comes what a run records: room for a day would fill the memory at once.
+  // The present memory is fetched completely. A run's records follow: room for a day would fill the memory at once.
   if (unlimited || may_lock_memory()) mlockall(MCL_FUTURE | MCL_ONFAULT);
   return true;
 }
@@ -86,8 +86,8 @@ struct SchedulingAttributes {
   std::uint64_t runtime_ns = 0, deadline_ns = 0, period_ns = 0;
 };
 
-/// Asks the fair scheduler for short turns, which it gives sooner; needs no right. Linux 6.12 and later heed it. With
-/// another program busy on the core a 1 kHz thread's p99.9 of lateness was 4 ms so, and 8 to 13 ms without.
+/// Requests short time slices of the fair scheduler, which come sooner; needs no privilege. Linux 6.12 and later heed
+/// it. With another program busy on the core a 1 kHz thread's p99.9 of lateness was 4 ms so, and 8 to 13 ms without.
 void ask_for_short_turns() noexcept {
   SchedulingAttributes attributes;
   if (syscall(SYS_sched_getattr, 0, &attributes, sizeof attributes, 0) != 0) return;
@@ -125,7 +125,7 @@ bool denormals_are_flushed() noexcept {
 #endif
 }
 
-/// A socket that has a core's name, which one program at a time can have; -1 where that failed, and `taken` says
+/// Opens a socket with a core's name, which one program at a time can have; -1 if that failed, and `taken` tells
 /// whether for that reason. It leaves no file, and ends with its process. Programs in other containers do not see it.
 int claim_core(int core, bool& taken) {
   const std::string name = fmt::format("thenar contact thread, core {}", core);
@@ -191,7 +191,7 @@ CoreSetAside::~CoreSetAside() {
 }
 
 AwakeCores::AwakeCores() noexcept : file_(open("/dev/cpu_dma_latency", O_WRONLY | O_CLOEXEC)) {
-  // The kernel takes the number as a wish while the file stays open.
+  // The kernel applies the number as a request while the file stays open.
   const std::int32_t longest_us = 0;
   if (file_ >= 0 && write(file_, &longest_us, sizeof longest_us) == sizeof longest_us) return;
   if (file_ >= 0) close(file_);

@@ -9,7 +9,7 @@
 namespace thenar {
 namespace {
 
-// Eyes see no more.
+// A viewer's frame rate.
 constexpr double kPictures_Hz = 60.0;
 
 }  // namespace

@@ -107,8 +107,8 @@ class Watcher {
 };
 
 /// Runs this number of contact ticks, or until a watcher ends it; a control tick at which a watcher ends it is the
-/// last. In one loop the deformed fingertips are computed at every sample 60 times a second, as for a viewer, if
-/// `shows`.
+/// last. With `shows`, in one loop, the deformed fingertips are computed at every sample 60 times a second, as for a
+/// viewer.
 void run_ticks(GraspRun& run, std::int64_t ticks, std::span<Watcher* const> watchers, bool shows = true);
 
 }  // namespace thenar

@@ -19,7 +19,7 @@ bool is_finite(const FrameContact& contact) {
          std::isfinite(contact.ring_curvature_per_m);
 }
 
-/// Whether the contact side may use the frame: one number that is not finite would be in the state for good.
+/// Tests whether the contact side may use the frame: a number that is not finite would remain in the state.
 bool is_finite(const Model& model, const Frame& frame) {
   if (!frame.torque_Nm.allFinite() || !frame.wrench.allFinite() || !frame.X_WO.matrix().allFinite()) return false;
   for (int k = 0; k < model.fingers(); ++k) {

@@ -27,32 +27,32 @@ namespace {
 
 using std::chrono::milliseconds;
 
-// The records of two seconds: so long may the calling thread be away, or be kept off its core.
+// Records of two seconds, for which the calling thread may be away, or off its core.
 constexpr double kRoom_s = 2.0;
-// However short the step, no tick is done in less.
+// Lower bound of a tick's time for any step.
 constexpr double kShortestTick_s = 5e-6;
-// The calling thread looks for records so often.
+// Period in which the calling thread checks for records.
 constexpr milliseconds kDrainPeriod{3};
 // From the end of the threads' set-up to the first tick: both are asleep by then.
 constexpr std::int64_t kStartDelay_ns = 5'000'000;
 constexpr int kMaxCatchUp = 2;
-// Below the contact thread's. Beside three programs that kept its core busy, a control thread at 1 kHz without it came
-// too late, and its drive was held, 4 to 7 times a second.
+// Control priority, below the contact thread's. Beside three programs that kept its core busy, a control thread at 1
+// kHz without it was late, and its drive held, 4 to 7 times a second.
 constexpr int kControlPriority = 70;
-// Of the time that an overloaded thread is busy: twice what keeps the kernel from stopping it.
+// Share of an overloaded thread's busy time: twice the rest that keeps the kernel from stopping it.
 constexpr double kRestShare = 0.1;
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 // Ticks given up at once for longer than this are no overrun: the process was stopped, or its machine.
 constexpr double kStandstill_s = 0.5;
-// A tick further off is waited for in parts, so that a stop need not wait for it.
+// A more distant tick is waited for in parts, so that a stop need not wait for it.
 constexpr std::int64_t kPatience_ns = 20'000'000;
 
-/// Of records that come with such a period in a run so long.
+/// Returns the room for records of this period in a run of this length.
 std::size_t room_for_records(double period_s, double duration_s) {
   return static_cast<std::size_t>(std::ceil(std::min(kRoom_s, duration_s) / std::max(period_s, kShortestTick_s))) + 16;
 }
 
-/// What the operator of a long run should know, on stderr unless the program has its own logger "thenar".
+/// A log for the operator of a long run, on stderr unless the program has its own logger "thenar".
 class RunLog {
  public:
   RunLog(bool quiet, double step_s) : step_s_(step_s) {
@@ -83,14 +83,14 @@ class RunLog {
     note(sample.end_ns);
   }
 
-  /// Says what has gone wrong since the last time: at most once a second, and ever more rarely, to once a minute.
+  /// Reports faults since the last report: at most once a second, and ever more rarely, to once a minute.
   void say_if_due(std::int64_t now_ns) {
     if (now_ns < next_ns_ || !say(now_ns)) return;
     next_ns_ = now_ns + pause_ns_;
     pause_ns_ = std::min(2 * pause_ns_, 60 * kSecond_ns);
   }
 
-  /// Says it now; false if there is nothing to say.
+  /// Reports now; false if there is nothing to report.
   bool say(std::int64_t now_ns) {
     if (!log_ || nothing()) return false;
     std::string what;
@@ -118,10 +118,10 @@ class RunLog {
 
   [[nodiscard]] bool nothing() const { return overruns_ + slipped_ + holds_ + releases_ + refused_ + lost_ == 0; }
 
-  /// `so_far`: of the run; `before`: as it was at the thread's last record.
+  /// `so_far`: total of the run; `before`: total at the thread's last record.
   void count_lost(std::int64_t so_far, std::int64_t& before) { lost_ += so_far - std::exchange(before, so_far); }
 
-  /// The first thing that is still to be said happened at the time, or before.
+  /// Notes that the first unreported fault happened at this time, or before.
   void note(std::int64_t time_ns) {
     if (!nothing()) since_ns_ = std::min(since_ns_, time_ns);
   }
@@ -136,7 +136,7 @@ class RunLog {
   std::int64_t pause_ns_ = kSecond_ns;
 };
 
-/// As wait_until, or sooner if it is stopped.
+/// Waits as wait_until does, or until it is stopped.
 std::int64_t wait_for_tick(std::int64_t deadline_ns, std::int64_t spin_ns, const std::stop_token& stop) noexcept {
   for (std::int64_t now_ns = steady_now_ns(); deadline_ns - now_ns > 2 * kPatience_ns;) {
     now_ns = wait_until(now_ns + kPatience_ns, 0);
@@ -145,8 +145,8 @@ std::int64_t wait_for_tick(std::int64_t deadline_ns, std::int64_t spin_ns, const
   return wait_until(deadline_ns, spin_ns);
 }
 
-/// The control thread's loop, to its stop. A tick that is late is given up at once: a newer snapshot serves better.
-/// Adds to `lost` the records that found the ring full.
+/// Runs the control thread's loop, until it is stopped. A late tick is given up at once: a newer snapshot is better.
+/// Adds the number of records lost as the ring was full to `lost`.
 void run_control_loop(SplitGrasp& grasp, Schedule schedule, bool muscles, Records<ControlSample>& records,
                       std::int64_t& lost, const std::stop_token& stop) {
   ControlSample sample;
@@ -163,7 +163,7 @@ void run_control_loop(SplitGrasp& grasp, Schedule schedule, bool muscles, Record
   }
 }
 
-/// What a user should know of the contact thread's core.
+/// Reports about the contact thread's core.
 void remark_on(const CoreSetAside& core, Scheduling& contact) {
   if (core.number() < 0) {
     add_remark(contact, "there is one core alone: control has no real-time priority, and waits for the contact thread");
@@ -174,7 +174,7 @@ void remark_on(const CoreSetAside& core, Scheduling& contact) {
   }
 }
 
-/// When the run begins, once that is known; 0 if it is stopped before.
+/// Returns the begin of the run, once that is known; 0 if it is stopped before.
 std::int64_t wait_for_start(const std::atomic<std::int64_t>& start_ns, const std::stop_token& stop) {
   // Relaxed: the number is all that is passed.
   while (start_ns.load(std::memory_order_relaxed) == 0 && !stop.stop_requested()) {

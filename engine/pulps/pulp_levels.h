@@ -28,8 +28,7 @@ struct LevelEstimate {
 /// controller's internal force if larger; without either, Hertz's force at an eighth of the radius.
 [[nodiscard]] double expected_load_N(const Scene& scene, const Pulp& pulp);
 
-/// Estimates pulps at this level, pressed on a plane in a few directions about their middle, up to the depth by the
-/// expected load.
+/// Estimates pulps at this level, pressed on a plane in a few directions about their middle, up to the expected depth.
 [[nodiscard]] LevelEstimate estimate_level(const Scene& scene, const std::vector<Pulp>& pulps, int level);
 
 /// Estimates all levels from the leaves to a handful of control points. Takes the pulps as made by make_pulps, and

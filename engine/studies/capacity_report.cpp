@@ -26,7 +26,7 @@ const char* name_of(LimitStatus status) {
   return status == LimitStatus::kUnbounded ? "unbounded" : "unproved";
 }
 
-/// "PI 0.31, IL 0.27"
+/// Returns "PI 0.31, IL 0.27".
 std::string limits_in_words(const Hand& hand, const LargestForce& force, std::size_t most) {
   std::string text;
   for (std::size_t i = 0; i < std::min(most, force.limiting.size()); ++i) {
@@ -36,7 +36,7 @@ std::string limits_in_words(const Hand& hand, const LargestForce& force, std::si
   return text;
 }
 
-/// Normal force of a finger in a pinch; of one that does not press, rounding may have either sign.
+/// Returns the normal force of a finger in a pinch; rounding may have either sign for one that does not press.
 double normal_N(const HandGrip& grip, const LargestForce& force, int finger) {
   return std::max(0.0, force.contacts_N.col(finger).dot(grip.contacts[finger].axes.col(0)));
 }

@@ -20,28 +20,28 @@ namespace {
 constexpr int kSize = kMaxLimitSize;
 using Set = ActiveSet<kSize>;
 
-// What the planes leave of a cone, as a share of the largest bound: they are then some 1e-3 rad apart. With less their
-// rows, which nearly coincide, cost the digits that are gained.
+// Tolerated violation of a cone, relative to the largest bound: planes are then some 1e-3 rad apart. With less, their
+// nearly coincident rows cost the gained digits.
 constexpr double kLeft = 1e-7;
 // A program between planes is proved at this residual.
 constexpr double kProved = 1e-9;
-// What goes farther than so many of the largest bound goes for ever.
+// A value beyond this multiple of the largest bound is unbounded.
 constexpr double kFar = 1e4;
 // Planes that each cone begins with, and how often those that are left get one more: each halves the angle.
 constexpr int kFirstPlanes = 8, kRounds = 40;
 // Steps from point to point, and how long they become.
 constexpr int kSteps = 30;
 constexpr double kLongest = 1e9;
-// An equation whose row is, but for this part of its length, in the span of those before it adds nothing.
+// An equation whose row is in the span of those before it, up to this part of its length, is redundant.
 constexpr double kDependent = 1e-10;
 
-/// A plane that touches a cone along (1, mu e): a.x >= 0 with a = (mu, -e).
+/// A plane tangent to a cone along (1, mu e): a.x >= 0 with a = (mu, -e).
 struct Plane {
   Index cone = 0;
   double mu = 0.0, e_1 = 0.0, e_2 = 0.0;
 };
 
-/// The bounds as constraints, in units of the largest one, and planes that touch the cones.
+/// The bounds as constraints, in units of the largest one, and planes tangent to the cones.
 class Limits {
  public:
   explicit Limits(const ForceProgram& program) : program_(program), unit_(program.most.maxCoeff()) {
@@ -59,10 +59,10 @@ class Limits {
     return slack < -tolerance ? constraint(id, slack) : Constraint<3>{};
   }
 
-  /// How far x is out of the bounds and planes.
+  /// Returns the violation of bounds and planes by x.
   [[nodiscard]] double violation(const VectorXd& x) const { return std::max(0.0, -least_slack(x).second); }
 
-  /// Planes for the forces that are out of their cones, each the one that faces it. False if all are in.
+  /// Adds planes for the forces outside their cones, each the one that faces it. False if all are inside.
   [[nodiscard]] bool touch(const VectorXd& x) {
     if (!(program_.friction > 0.0)) return false;
     bool is_left = false;
@@ -75,7 +75,7 @@ class Limits {
     return is_left;
   }
 
-  /// The constraint of this name, a.x >= b, as a row.
+  /// Returns the constraint of this name, a.x >= b, as a row.
   [[nodiscard]] VectorXd row(int id) const {
     VectorXd a = VectorXd::Zero(program_.c.size());
     const Constraint<3> one = constraint(id, 0.0);
@@ -126,7 +126,7 @@ class Limits {
   std::vector<Plane> planes_;
 };
 
-/// E's rows made orthonormal, without those that depend on others.
+/// Returns E's rows made orthonormal, without those that depend on others.
 void set_equations(const MatrixXd& E, Set& set) {
   set.equalities = 0;
   for (Index i = 0; i < E.rows(); ++i) {
@@ -143,7 +143,7 @@ void set_equations(const MatrixXd& E, Set& set) {
   }
 }
 
-/// The rows that a projection stopped at: the equations, then the constraints of its set.
+/// The active rows of a projection: the equations, then the constraints of its set.
 struct Stop {
   MatrixXd rows;  ///< By columns.
   VectorXd offsets;
@@ -159,14 +159,14 @@ Stop rows_of(const Set& set, const Limits& limits, Index size) {
   return stop;
 }
 
-/// How far x, in units of the largest bound, is out of the bounds, planes and equations.
+/// Returns the violation of bounds, planes and equations by x, in units of the largest bound.
 double violation(const Limits& limits, const Set& set, const VectorXd& x) {
   double most = limits.violation(x);
   for (int k = 0; k < set.equalities; ++k) most = std::max(most, std::abs(set.basis[k].head(x.size()).matrix().dot(x)));
   return most;
 }
 
-/// The point nearest to from + t c, and the prices that prove it optimal, if they do.
+/// Finds the point nearest to from + t c, and the prices that prove it optimal, if they do.
 ForceLimit step(const ForceProgram& program, const VectorXd& from, double t, const Limits& limits, Set& set) {
   const Index size = program.c.size();
   const VectorXd c = program.c / program.c.norm();
@@ -184,7 +184,7 @@ ForceLimit step(const ForceProgram& program, const VectorXd& from, double t, con
   found.x += columns.solve(stop.offsets - stop.rows.transpose() * found.x);
   const VectorXd y = -rows.solve(c);
   double error = (c + stop.rows * y).norm();
-  const bool is_free = error > 1e-6;  // c points, in part, to where nothing stops it.
+  const bool is_free = error > 1e-6;  // A part of c is unbounded.
   found.price = VectorXd::Zero(limits.bounded());
   for (int j = 0; j < set.active; ++j) {
     const double price = y[set.equalities + j];
@@ -202,7 +202,7 @@ ForceLimit step(const ForceProgram& program, const VectorXd& from, double t, con
   return found;
 }
 
-/// The program with planes in place of cones, from a point near its solution, which becomes it.
+/// Solves the program with planes in place of cones, from a point near its solution, which becomes it.
 ForceLimit between_planes(const ForceProgram& program, const Limits& limits, Set& set, VectorXd& x) {
   ForceLimit best;
   double t = 10.0;
@@ -231,7 +231,7 @@ ForceLimit find_force_limit(const ForceProgram& program) {
   VectorXd x = VectorXd::Zero(program.c.size());
   for (int round = 0; round < kRounds; ++round) {
     found = between_planes(program, limits, *set, x);
-    // Also what goes far, or has no proof, may do so between cones and planes alone.
+    // Large or unproved values, too, may be an effect of the planes alone.
     if (!limits.touch(x)) return found;
   }
   if (found.status == LimitStatus::kOptimal) found.status = LimitStatus::kUnproved;

@@ -29,7 +29,7 @@ class Balance {
     for (Index m = 0; m < muscles_; ++m) program_.most[m] = grip.hand.muscles[m].max_force_N;
   }
 
-  /// An unknown more: the size of a force of this finger along a unit vector.
+  /// Adds an unknown: the size of a force of this finger along a unit vector.
   void add(int finger, const Vector3d& along, double worth) {
     const Fingertip& tip = grip_.hand.fingertips[finger];
     const auto J = finger_jacobian(grip_.hand, grip_.pose, finger, grip_.contacts[finger].point_m);
@@ -40,7 +40,7 @@ class Balance {
     forces_.push_back({finger, along, worth});
   }
 
-  /// The forces of a finger within its cone; `worth` of its normal one.
+  /// Adds the forces of a finger within its cone; `worth` is the objective of its normal force.
   void add_cone(int finger, double friction, double worth) {
     const Eigen::Matrix3d& axes = grip_.contacts[finger].axes;
     program_.friction = friction;
@@ -51,7 +51,7 @@ class Balance {
     add(finger, axes.col(2), 0.0);
   }
 
-  /// The object in balance.
+  /// Adds the equilibrium of the object.
   void add_object() {
     MatrixXd& E = program_.E;
     E.conservativeResize(joints_ + 6, Eigen::NoChange);
@@ -147,7 +147,7 @@ HandCapacity hand_capacity(const HandGrip& grip, double friction) {
     finger.normal_with_friction = largest_normal(grip, k, friction);
     finger.along_axis = largest_along(grip, k, axis);
     finger.against_axis = largest_along(grip, k, -axis);
-    // 0 is where the pulp faces, 90 degrees to the tip: x of the last bone.
+    // 0 is the pulp's direction, 90 degrees that of the tip: x of the last bone.
     Vector3d face = R_WF * tip.normal - axis.dot(R_WF * tip.normal) * axis;
     face = face.norm() > 1e-6 ? face.normalized() : axis.unitOrthogonal();
     Vector3d ahead = axis.cross(face);

@@ -20,8 +20,7 @@ struct ModelWatch {
 };
 
 /// Loads a scene's model: build_model() and, for `model: auto`, as_needed(). Every program runs this one; only
-/// comparisons of models with and without parts build them directly. Throws ConfigError or FileError for an invalid
-/// scene.
+/// comparisons of models with and without parts build them directly. Throws ConfigError or FileError.
 [[nodiscard]] Model load_model(Scene scene, const ModelWatch& watch = {});
 
 /// Loads the model of a scene file with changes, as after --set.

@@ -21,9 +21,9 @@ namespace {
 
 constexpr double kRadian_deg = 180.0 / std::numbers::pi;
 constexpr int kCoarsest = 8;  // Of contact.level.
-// The controller's model of a fingertip that does not give way, as in configs/minimal.yaml: stiff enough.
+// The controller's model of a rigid fingertip, as in configs/minimal.yaml: stiff enough.
 constexpr double kRigidNormal_N_per_m = 50e3, kRigidTangential_N_per_m = 33.3e3;
-// A change so small is none: it is rounding, or what a contact solve leaves open that stops at a residual of 1e-6.
+// Negligible change: rounding, or the error of a contact solve that stops at a residual of 1e-6.
 constexpr Tolerance kNoChange{1e-9, 1e-7, 1e-6, 1e-6, 1e-6};
 
 void leave_out_touch(Scene& scene) {
@@ -45,7 +45,8 @@ void leave_out_fingertips(Scene& scene) {
   }
 }
 
-/// The sphere that touches the same plane across the pulp's normal at the same place, and gives way about as far.
+/// Returns the sphere that touches the plane across the pulp's normal at the same point, with about the same
+/// compliance.
 void make_spherical(Fingertip& tip) {
   if (!tip.shape) return;
   const double radius_m = round_radius_m(tip);
@@ -54,7 +55,7 @@ void make_spherical(Fingertip& tip) {
   tip.shape.reset();
 }
 
-/// What there is to know of a part.
+/// The data of a part.
 struct PartTraits {
   const char* words;
   bool (*has)(const Scene&);
@@ -115,7 +116,7 @@ constexpr std::array<PartTraits, kParts.size()> kTraits{{
      [](Scene& s) { s.environment.reset(); }},
 }};
 
-/// Two digits; what is next to nothing is 0.
+/// Formats two digits; negligible values are 0.
 std::string brief(double value) {
   if (value < 1e-3) return "0";
   return value < 10.0 ? fmt::format("{:.2g}", value) : fmt::format("{:.0f}", value);
@@ -123,13 +124,13 @@ std::string brief(double value) {
 
 double square(double x) { return x * x; }
 double rms(double squares, double count) { return count > 0.0 ? std::sqrt(squares / count) : 0.0; }
-/// What is there where the reference has nothing is off by any share.
+/// Returns a relative rms error; infinite where the reference is zero.
 double share(double squares, double reference) {
   if (squares <= 0.0) return 0.0;
   return reference > 0.0 ? std::sqrt(squares / reference) : std::numeric_limits<double>::infinity();
 }
 
-/// A tick's share of the median control tick, and the median contact tick.
+/// Returns a tick's share of the median control tick, plus the median contact tick.
 double tick_us(const Scene& scene, const Recording& recording) {
   std::vector<double> contact_s, control_s;
   for (const TickRecord& tick : recording.ticks) {
@@ -140,7 +141,7 @@ double tick_us(const Scene& scene, const Recording& recording) {
   return 1e6 * (percentiles(contact_s).p50 + share * percentiles(control_s).p50);
 }
 
-/// Where the measures begin; a scene that ends before is measured from its start.
+/// Returns the first measured tick; a scene that ends before is measured from its start.
 std::size_t first_measured(const Scene& scene) {
   return scene.duration_s > kMeasuredFrom_s ? std::lround(kMeasuredFrom_s / scene.step_s) : 0;
 }
@@ -243,7 +244,7 @@ std::vector<PartEffect> ablate(const Model& model, const PathRun& full, const On
 NeededParts needed_parts(const Model& model, const PathRun& full, const OnRun& on_run) {
   NeededParts needed{model.scene, {}};
   for (const Part part : kParts) {
-    // Of detail there may be more to leave out.
+    // Detail may be reduced further.
     while (has(needed.scene, part)) {
       if (on_run) on_run(fmt::format("all together, also without {}", to_string(part)));
       Scene without = leave_out(needed.scene, part);

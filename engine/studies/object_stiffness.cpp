@@ -20,7 +20,7 @@ namespace {
 constexpr double kTolerance = 1e-9;
 constexpr int kLeastSweeps = 1000;
 
-/// What the task does stays as it is at this time.
+/// Freezes the task at this time.
 void hold_task(const Model& of, double at_s, Scene& scene) {
   TaskSettings& task = scene.task;
   const double last_s = at_s - 0.5 * scene.step_s;
@@ -60,8 +60,8 @@ Model to_be_probed(const Model& of, double at_s, Acting acting) {
 
 Matrix3d symmetric(const Matrix3d& M) { return 0.5 * (M + M.transpose()); }
 
-/// S of the forces that drive (object, joints) back, and V of what resists their speeds: the viscosities, and the
-/// pulps', which are Kelvin and Voigt's: relaxation times stiffness.
+/// The stiffness S of the forces on (object, joints), and the viscosity V against their speeds: the viscosities, and
+/// the pulps', which are Kelvin and Voigt's: relaxation times stiffness.
 struct Dynamics {
   MatrixXd S, V;
   VectorXd b;  ///< The diagonal of V without the pulps.
@@ -118,7 +118,7 @@ void name_mode(const Model& model, const VectorXd& b, const VectorXd& motion, co
   if (mode.axis_O[most] < 0.0) mode.axis_O = -mode.axis_O;
 }
 
-/// Of V dz/dt = -S z: z = sum of modes exp(-rate t).
+/// Returns the modes of V dz/dt = -S z: z = sum of modes exp(-rate t).
 std::vector<GraspMode> modes_of(const Model& model, const Dynamics& all, const Matrix3d& R_WO) {
   const MatrixXd inverse = all.V.inverse();
   const Eigen::EigenSolver<MatrixXd> solver(inverse * all.S);

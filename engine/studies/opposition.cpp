@@ -17,7 +17,7 @@ struct Pad {
   Vector3d centre_m, normal;
 };
 
-/// Van der Corput's sequence: fills 0 .. 1 evenly, differently for each base.
+/// Returns Van der Corput's sequence: fills 0 .. 1 evenly, differently for each base.
 double filling(int index, int base) {
   double value = 0.0, digit = 1.0;
   for (; index > 0; index /= base) {

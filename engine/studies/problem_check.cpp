@@ -20,16 +20,16 @@ namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
-// A muscle that pulls with less than this part of all forces rests: what may keep it from pushing is not missed.
+// A muscle that pulls with less than this part of all forces is idle, and may have a multiplier against pushing.
 constexpr double kRests = 1e-12;
 
-// Contacts that stray from a line by less than this part of their distances are taken to be on it, as the solver does.
+// Contacts that deviate from a line by less than this part of their distances count as collinear, as in the solver.
 constexpr double kNoPower = 1e-10;
 
-/// Zero if nothing is wrong, whatever the scale.
+/// Returns a relative error; zero without error, at any scale.
 double part_of(double error, double scale) { return error == 0.0 ? 0.0 : error / scale; }
 
-/// rho_i delta_i of every contact [N], rho_i = 3 / tr(W_ii); zero where no force moves a contact.
+/// Returns rho_i delta_i of every contact [N], rho_i = 3 / tr(W_ii); zero where no force moves a contact.
 VectorXd scaled_by_rho(const MatrixRef& W, VectorXd delta) {
   for (Index i = 0; i < delta.size(); i += 3) {
     const double trace = W(i, i) + W(i + 1, i + 1) + W(i + 2, i + 2);
@@ -39,8 +39,8 @@ VectorXd scaled_by_rho(const MatrixRef& W, VectorXd delta) {
   return delta;
 }
 
-/// x >= 0 of least |B x - b|, by the LCP of its normal equations: how near it comes to the least does not matter here,
-/// only that no x comes nearer than the least.
+/// Returns x >= 0 of least |B x - b|, by the LCP of its normal equations. Its accuracy does not matter here, only that
+/// no x is better than the optimum.
 VectorXd nonnegative_least_squares(const MatrixRef& B, const VectorXd& b) {
   VectorXd x = VectorXd::Zero(B.cols());
   if (B.cols() == 0) return x;
@@ -50,13 +50,13 @@ VectorXd nonnegative_least_squares(const MatrixRef& B, const VectorXd& b) {
   return x;
 }
 
-/// A^+ of a matrix with fewer rows than columns, by its singular values.
+/// The pseudo-inverse A^+ of a matrix with fewer rows than columns, by its singular values.
 class PseudoInverse {
  public:
   explicit PseudoInverse(const MatrixRef& A) : rows_(A), U_(A.rows(), A.rows()) {
     orthogonalize_rows(rows_, U_);
     lengths_ = rows_.rowwise().norm();
-    // What rounding leaves of a row that depends on others.
+    // A row that depends on others, up to rounding.
     const double none = std::numeric_limits<double>::epsilon() * static_cast<double>(A.cols()) * lengths_.maxCoeff();
     for (Index i = 0; i < lengths_.size(); ++i) {
       if (lengths_[i] > none) {
@@ -69,11 +69,11 @@ class PseudoInverse {
     }
   }
 
-  /// A^+ b
+  /// Returns A^+ b.
   [[nodiscard]] VectorXd of(const VectorXd& b) const {
     return rows_.transpose() * (U_.transpose() * b).cwiseQuotient(lengths_);
   }
-  /// A^+ A x: the part of x that A sees.
+  /// Returns A^+ A x, the part of x in A's row space.
   [[nodiscard]] VectorXd seen(const VectorXd& x) const { return rows_.transpose() * (rows_ * x); }
 
  private:
@@ -89,7 +89,7 @@ Residual contact_residual(const ContactProblem& problem, const VectorXd& f) {
   VectorXd errors(problem.mu.size());
   const double touching = touching_m(problem.delta_free);
   for (Index i = 0; i < errors.size(); ++i) {
-    // As the solvers tell it: no force opens this contact.
+    // As in the solvers: no force opens this contact.
     if (problem.W(3 * i, 3 * i) == 0.0 && problem.delta_free[3 * i] < -touching) return {kInfinite, kInfinite};
     const Vector3d f_i = f.segment<3>(3 * i);
     Vector3d moved = f_i - pulled.segment<3>(3 * i);
@@ -122,7 +122,7 @@ double grasp_rounding(const GraspProblem& problem) {
 
 double muscle_residual(const MuscleProblem& problem, const VectorXd& f) {
   const PseudoInverse H(problem.H);
-  // What no forces can give counts, too: H H^+ leaves it out.
+  // Torques that no forces can give count, too: H H^+ removes them.
   const VectorXd torque_error = problem.H * f - problem.tau;
   const VectorXd made_up = H.of(torque_error);
   const double beyond = part_of((torque_error - problem.H * made_up).norm(), problem.tau.norm());

@@ -15,13 +15,13 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kRest_s = 1.0;    // Until a grip has built up and is regulated,
-constexpr double kAnswer_s = 1.0;  // and until a slip has been caught or is lost.
-constexpr double kRimSlips = 0.1;  // From this share of the limit on some rim slips.
+constexpr double kRest_s = 1.0;    // Time until a grip has built up and is regulated.
+constexpr double kAnswer_s = 1.0;  // Time until a slip has been caught or is lost.
+constexpr double kRimSlips = 0.1;  // Share of the limit from which on a rim slips.
 constexpr int kHalvings = 12;
 
-/// The scene's own control tick on what is left of its mechanics along one line: an object and fingers that are
-/// viscous, between them friction, and normal forces that follow what is asked for with a lag.
+/// The scene's own control tick on reduced mechanics along one line: a viscous object and viscous fingers, friction
+/// between them, and normal forces that follow their commands with a lag.
 class LineModel {
  public:
   LineModel(const Model& model, const Vector3d& down)
@@ -40,7 +40,7 @@ class LineModel {
     }
   }
 
-  /// One control period under a load besides the weight.
+  /// Runs one control period under a load besides the weight.
   void step(double friction, double load_N) {
     const Scene& scene = model_.scene;
     state_.tick = std::llround((time_s_ += scene.control_period_s) / scene.step_s);
@@ -76,7 +76,7 @@ class LineModel {
   void forget() { answered_ = false; }
 
  private:
-  /// By which share a finger's force comes nearer to what is asked for in a period: a viscous finger on its pulp.
+  /// Returns the share by which a finger's force approaches its command in a period: a viscous finger on its pulp.
   [[nodiscard]] double follow(int k) const {
     const Pulp& pulp = model_.pulps[k];
     const double N = normal_N_[k];
@@ -85,7 +85,7 @@ class LineModel {
     return 1.0 - std::exp(-model_.scene.control_period_s / lag_s);
   }
 
-  /// What is carried where eta of what friction can is: as Cattaneo and Mindlin have it.
+  /// Sets what finger k senses at a share eta of the friction limit, by Cattaneo and Mindlin.
   void feel(int k, double friction, double carried_N, double eta) {
     FingerLoad& load = state_.load[k];
     load.normal_N = normal_N_[k];
@@ -111,7 +111,7 @@ class LineModel {
   bool answered_ = false;
 };
 
-/// What of a direction no finger's normal bears.
+/// Returns the part of a direction that no finger's normal bears.
 Vector3d across(const Model& model, const Vector3d& direction) {
   HandPose pose;
   const State start(model);
@@ -120,7 +120,7 @@ Vector3d across(const Model& model, const Vector3d& direction) {
   return direction - axis.dot(direction) * axis;
 }
 
-/// Between a number that is held and one that is not: the last that is.
+/// Finds the largest held value between one that is held and one that is not.
 template <typename Holds>
 double bisect(double good, double bad, Holds&& holds) {
   for (int i = 0; i < kHalvings; ++i) (holds(0.5 * (good + bad)) ? good : bad) = 0.5 * (good + bad);
@@ -132,7 +132,7 @@ double bisect(double good, double bad, Holds&& holds) {
 std::optional<ReflexReach> reflex_reach(const Model& of) {
   if (!of.scene.control || !of.scene.control->reflex) return std::nullopt;
   Model model = of;
-  const TaskSettings task = std::exchange(model.scene.task, {});  // Nothing moves but what slides.
+  const TaskSettings task = std::exchange(model.scene.task, {});  // Only sliding moves.
   const Scene& scene = model.scene;
   const bool pushed = task.push && !task.push->force_N.isZero();
   const Vector3d along = pushed ? Vector3d(scene.object.X_WO.linear() * task.push->force_N) : scene.gravity;

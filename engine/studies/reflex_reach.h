@@ -6,8 +6,7 @@
 
 namespace thenar {
 
-/// The largest disturbances that a reflex can hold before a finger has slid by the allowance of task.lost, or by its
-/// pulp's radius.
+/// The largest disturbances that a reflex can hold before a finger has slid as far as task.lost, or its pulp's radius.
 struct ReflexReach {
   double load_N = 0.0;             ///< Largest load step.
   bool of_push = false;            ///< True if along the scene's push, else along the weight.

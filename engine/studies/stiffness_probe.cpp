@@ -16,9 +16,9 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double kLever_m = 0.02;  // By which turns count as ways, and moments as forces.
+constexpr double kLever_m = 0.02;  // Arm that scales rotations to displacements, and moments to forces.
 constexpr double kPush_s = 0.05, kSettle_s = 0.1;
-constexpr double kSmall = 0.1;  // Of a probe: what is pushed goes on growing, and contacts near their cones must stay.
+constexpr double kSmall = 0.1;  // Factor on a probe: motions may grow, and contacts near their cones must stick.
 
 /// Two runs of one grasp that are pushed in opposite ways.
 struct Pair {
@@ -35,13 +35,13 @@ struct Pair {
       is_finite &= minus.tick(other_way).solve.status != SolveStatus::kNotFinite;
     }
   }
-  /// Half their difference: of the object, about its origin, world axes;
+  /// Returns half their difference, of the object about its origin, world axes.
   [[nodiscard]] Vector6d object() const { return 0.5 * pose_error(plus.state.X_WO, minus.state.X_WO); }
-  /// what both did;
+  /// Returns the common motion of both.
   [[nodiscard]] Vector6d drift(const Eigen::Isometry3d& since) const {
     return 0.5 * (pose_error(plus.state.X_WO, since) + pose_error(minus.state.X_WO, since));
   }
-  /// and the difference with the joints.
+  /// Returns half the difference including the joints.
   [[nodiscard]] VectorXd all() const {
     VectorXd z(6 + plus.state.q.size());
     z << object(), 0.5 * (plus.state.q - minus.state.q);
@@ -63,7 +63,7 @@ Model less_viscous(const Model& of, double share) {
   return model;
 }
 
-/// What a probe did.
+/// The result of a probe.
 struct Probed {
   Vector6d moved;
   double waited_s = 0.0, moving = 0.0, drift_m = 0.0;
@@ -72,7 +72,7 @@ struct Probed {
 
 double length(const Vector6d& moved) { return std::hypot(moved.head<3>().norm(), kLever_m * moved.tail<3>().norm()); }
 
-/// Until at a rate of `slowest_per_s` less than settings.rest is still to come.
+/// Returns the wait until, at a rate of `slowest_per_s`, less than settings.rest of the motion remains.
 Probed probe(Pair& pair, const Vector6d& wrench, double slowest_per_s, const ProbeSettings& settings) {
   Probed done;
   const double wait_s = std::min(0.5 / slowest_per_s, 0.1 * settings.most_s);

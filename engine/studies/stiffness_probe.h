@@ -34,12 +34,10 @@ struct MeasuredStiffness {
                                                                const PredictedStiffness& predicted,
                                                                const ProbeSettings& settings);
 
-/// Returns the relative error of a compliance: the largest entry of the difference, over the roots of the predicted
-/// diagonals.
+/// Returns the relative error of a compliance: the largest entry of the difference, over roots of predicted diagonals.
 [[nodiscard]] double compliance_error(const Matrix6d& measured, const Matrix6d& predicted);
 
-/// Measures the rate at which a mode's amplitude decays or, negative, grows, after a small push: over 1/rate, or
-/// `most_s`.
+/// Measures the rate at which a mode decays or, negative, grows, after a small push: over 1/rate, or `most_s`.
 [[nodiscard]] double measure_rate(const GraspAt& grasp, const GraspMode& mode, const ProbeSettings& settings);
 
 /// The results of a study of a grasp's stiffness.

@@ -17,14 +17,14 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr double kSettled_s = 0.3;
-constexpr double kAccurate = 1e-6;               // Of the largest multiple: forces still rise steeply before it.
-constexpr std::array kBeyond{1e-4, 1e-3, 1e-2};  // The first of which there is a proof.
+constexpr double kAccurate = 1e-6;  // Accuracy of the largest multiple: forces still rise steeply before it.
+constexpr std::array kBeyond{1e-4, 1e-3, 1e-2};  // Excess, the first of which there is a proof.
 constexpr double kAtLimit = 0.99;
 constexpr int kFrontPoints = 15;
-// What a scene that asks for nothing is measured by.
+// Reference stiffness of a scene without demand.
 constexpr double kUsual_N_per_m = 100.0;
 
-/// The first multiple that the contacts alone rule out: with clamped joints the object has A, and never more.
+/// Returns the first multiple that the contacts alone exclude: clamped joints give A, the largest stiffness.
 double never(const StiffGrasp& grasp, const Matrix6d& K) {
   double least = std::numeric_limits<double>::infinity();
   for (int i = 0; i < 6; ++i) {
@@ -33,8 +33,8 @@ double never(const StiffGrasp& grasp, const Matrix6d& K) {
   return least;
 }
 
-/// What is in the way of K_des, which is beyond a range. Proofs are of planes near the end or far beyond it, and may
-/// name muscles that are not at their limits at the end itself, which has the forces `most`: these are left out.
+/// Finds the limit of K_des, which is beyond a range. Proofs are of planes near the end or far beyond it, and may name
+/// muscles that are not at their limits at the end itself, with the forces `most`: these are left out.
 StiffnessReport lack_of(const StiffGrasp& grasp, const Matrix6d& K_des, const std::optional<StiffForces>& most) {
   StiffMuscleData data = grasp.problem;
   data.K_des = K_des;
@@ -143,7 +143,7 @@ StiffEnd stiff_end(const StiffGrasp& grasp, const Matrix6d& K) {
     if (end.beyond.is_infeasible) break;
   }
   end.near = stiff_forces(grasp, K, kNearEnd * end.most->asked);
-  if (!end.near) end.near = end.most;  // Nobody found them, though they are there.
+  if (!end.near) end.near = end.most;  // They exist, but were not found.
   return end;
 }
 

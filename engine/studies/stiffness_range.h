@@ -28,8 +28,7 @@ struct StiffGrasp {
 struct StiffForces {
   double asked = 0.0;        ///< Demand, in its unit.
   Eigen::VectorXd forces_N;  ///< One per muscle.
-  /// Stiffness of the object about its origin, world axes; nothing: a finger's posture is unstable even with the object
-  /// clamped.
+  /// Stiffness of the object about its origin, world axes; nothing: a posture is unstable even with a clamped object.
   std::optional<Matrix6d> K_object;
 
   [[nodiscard]] double sum_N() const { return forces_N.sum(); }

@@ -23,7 +23,7 @@ constexpr std::size_t kModesShown = 5;
 
 std::string vector_text(const Vector3d& v) { return fmt::format("[{:.2f}, {:.2f}, {:.2f}]", v.x(), v.y(), v.z()); }
 
-/// "the object turns about [0.98, 0.10, -0.17]"
+/// Returns "the object turns about [0.98, 0.10, -0.17]".
 std::string in_words(const Hand& hand, const GraspMode& mode) {
   if (mode.moving == Moving::kFinger)
     return fmt::format("the {} changes its posture", hand.fingertips[mode.finger].finger);
@@ -36,7 +36,7 @@ std::string time_text(double rate_per_s) {
   return time_s < 1.0 ? fmt::format("{:.3g} ms", 1e3 * time_s) : fmt::format("{:.3g} s", time_s);
 }
 
-/// Predicted, measured, and the ratio of the second to the first.
+/// Formats predicted, measured, and the ratio of the second to the first.
 std::string cells(double predicted, const std::optional<double>& measured) {
   if (!measured) return fmt::format("{:>11.4g} {:>11} {:>8}", predicted, "-", "-");
   return fmt::format("{:>11.4g} {:>11.4g} {:>8.4g}", predicted, *measured, *measured / predicted);

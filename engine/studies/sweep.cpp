@@ -32,7 +32,7 @@ namespace thenar {
 namespace {
 
 constexpr std::size_t kMostRows = 1'000'000;
-/// So many digits of a value between two bounds: 0.3 of 0.1:0.5:5, and not 0.30000000000000004.
+/// Digits of a value between two bounds: 0.3 of 0.1:0.5:5, and not 0.30000000000000004.
 constexpr int kDigits = 12;
 
 /// Measures of a row, by their section of summary.json, and with a prefix where the name alone would not tell.
@@ -56,7 +56,7 @@ constexpr const char* kChatter = "force_chatter";
   throw ConfigError({{"--vary " + text, "", what}});
 }
 
-/// The parts between separators that stand in no brackets or quotes, without blanks around them.
+/// Splits at separators outside brackets and quotes, and trims blanks.
 std::vector<std::string> split(std::string_view text, char separator) {
   std::vector<std::string> parts(1);
   int depth = 0;
@@ -82,7 +82,7 @@ std::vector<std::string> split(std::string_view text, char separator) {
   return parts;
 }
 
-/// A finite number and the unit after it, if there is one.
+/// A finite number and the unit after it, if any.
 struct NumberWithUnit {
   double number = 0.0;
   std::string unit;
@@ -101,7 +101,7 @@ std::optional<NumberWithUnit> read_number(std::string_view text) {
   return NumberWithUnit{number, std::string(text)};
 }
 
-/// The values of a:b:n or a:b:n:log.
+/// Returns the values of a:b:n or a:b:n:log.
 std::vector<std::string> read_range(const std::string& text, const std::vector<std::string>& parts) {
   const bool logarithmic = parts.size() == 4 && parts[3] == "log";
   if (parts.size() != 3 && !logarithmic) refuse(text, "write a range as from:to:count or from:to:count:log");
@@ -125,7 +125,7 @@ std::vector<std::string> read_range(const std::string& text, const std::vector<s
   return values;
 }
 
-/// What is wrong with a row's scene, in one line that does not say from where it was read.
+/// Describes the error of a row's scene in one line, without its source.
 std::string reason(const ConfigError& error) {
   std::string text;
   for (const ConfigDiagnostic& fault : error.diagnostics()) {
@@ -135,8 +135,8 @@ std::string reason(const ConfigError& error) {
   return text;
 }
 
-/// The result of one row; or why there is none, as `failure`. `known` is the thread's last model, of which parts may
-/// serve again, and becomes this one's; none is left where the row is refused.
+/// Returns the result of one row; or the reason why there is none, as `failure`. `known` is the thread's last model, of
+/// which parts may serve again, and becomes this one's; none is left where the row is refused.
 std::optional<SweepRow> run_one(const SweepPlan& plan, std::size_t row, const RunScene& run,
                                 std::optional<Model>& known, std::string& failure) {
   const auto refused = [](const std::string& why) {
@@ -166,7 +166,7 @@ std::optional<SweepRow> run_one(const SweepPlan& plan, std::size_t row, const Ru
   }
 }
 
-/// The unit that all values share; empty if there is none.
+/// Returns the unit that all values share; empty if there is none.
 std::string common_unit(const Variation& variation) {
   const auto first = read_number(variation.values.front());
   const bool shared = first && std::ranges::all_of(variation.values, [&](const std::string& value) {
@@ -176,7 +176,7 @@ std::string common_unit(const Variation& variation) {
   return shared ? first->unit : "";
 }
 
-/// A measure as a cell: no text is among them.
+/// Formats a measure as a cell: none is text.
 std::string csv_cell(const SweepRow& row, const std::string& name) {
   const auto value = row.measures.find(name);
   return value == row.measures.end() || value->is_null() ? "" : value->dump();
@@ -249,7 +249,7 @@ std::vector<std::filesystem::path> files_of(const SweepPlan& plan) {
 }
 
 void keep_files(const SweepPlan& plan) {
-  // First of all the scene, which says what the others are.
+  // First the scene, which names the others.
   KeptFiles::keep(plan.scene);
   for (const std::filesystem::path& file : files_of(plan)) KeptFiles::keep(file);
 }

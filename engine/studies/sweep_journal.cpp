@@ -27,23 +27,23 @@ namespace {
 
 constexpr const char* kRunsAlready = "this sweep is running already";
 
-/// Whether somebody else holds the lock. A file system without locks knows of nobody.
+/// Tests whether another process holds the lock; never on a file system without locks.
 bool is_held(int descriptor) { return flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK; }
 
-/// A plan as its file holds it.
+/// Returns a plan in the form of its file.
 std::string plan_text(const ordered_json& plan) {
   return plan.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
 }
 
 std::uint32_t checksum(const ordered_json& plan) { return crc32(plan_text(plan)); }
 
-/// A file by its name and contents.
+/// Returns the identity of a file by its name and contents.
 ordered_json fingerprint(const fs::path& file) {
   const std::string bytes = read_file(file);
   return {{"file", file.filename().string()}, {"bytes", bytes.size()}, {"crc32", crc32(bytes)}};
 }
 
-/// The part in which two plans differ.
+/// Returns the part in which two plans differ.
 std::string difference(const ordered_json& one, const ordered_json& other) {
   for (const auto& [key, value] : one.items()) {
     if (!other.is_object() || other.value(key, ordered_json()) != value) return key;
@@ -60,7 +60,7 @@ ordered_json to_line(std::size_t row, const SweepRow& result, std::uint32_t plan
           {"measures", result.measures}};
 }
 
-/// Nothing if the line is torn or another plan's.
+/// Reads a line; nothing if it is truncated or another plan's.
 std::optional<std::pair<std::size_t, SweepRow>> read_line(const std::string& text, std::uint32_t plan) try {
   const ordered_json line = ordered_json::parse(text);
   if (line.at("plan") != plan) return std::nullopt;
@@ -90,7 +90,7 @@ std::vector<fs::path> journals(const fs::path& folder) {
   throw ConfigError({{folder.string(), "", what}});
 }
 
-/// Refuses a folder whose plan is another one.
+/// Refuses a folder with another plan.
 void check_plan(const fs::path& folder, const std::string& text, const ordered_json& plan) {
   if (text == plan_text(plan)) return;
   const ordered_json there = ordered_json::parse(text, nullptr, false);
@@ -123,7 +123,7 @@ FileLock claim_sweep_folder(const fs::path& folder, const ordered_json& plan) {
   std::optional<FileLock> lock = FileLock::take(file);
   if (!lock) refuse(folder, kRunsAlready);
   const std::string text = read_file(file), wanted = plan_text(plan);
-  // A part of it, or nothing, is what a process leaves that is killed while it writes it.
+  // A process that is killed while it writes this leaves a part of it, or nothing.
   if (!has_rows && wanted.starts_with(text) && text != wanted) {
     lock->write(wanted);
   } else {
@@ -146,7 +146,7 @@ std::map<std::size_t, SweepRow> read_journals(const fs::path& folder, const orde
 
 SweepJournal::SweepJournal(const fs::path& folder, int rank, ordered_json plan)
     : folder_(folder), file_(folder / fmt::format("journal-{}.jsonl", rank)), plan_(std::move(plan)) {
-  // Of the process that claimed the folder, which may have read other files than this one.
+  // The plan of the process that claimed the folder, which may have read other files.
   check_plan(folder, read_file(folder / "plan.json"), plan_);
   descriptor_ = open(file_.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
   if (descriptor_ < 0) throw FileError(file_, "cannot be written");
@@ -154,7 +154,7 @@ SweepJournal::SweepJournal(const fs::path& folder, int rank, ordered_json plan)
     close(descriptor_);
     refuse(folder, kRunsAlready);
   }
-  // What a killed process left of a line becomes a line of its own.
+  // A partial line of a killed process becomes a line of its own.
   const std::string text = read_file(file_);
   if (!text.empty() && text.back() != '\n' && write(descriptor_, "\n", 1) != 1) {
     throw FileError(file_, "cannot be written");

@@ -9,8 +9,7 @@
 #include "engine/studies/sweep.h"
 
 // A sweep's folder: plan.json identifies the sweep, journal-<rank>.jsonl holds the finished rows of each process, a
-// line per row, and rows.csv is made of them. Several processes may share it, on one machine or on a common file
-// system.
+// line per row, and rows.csv is made of them. Several processes may share it, on one machine or file system.
 
 namespace thenar {
 
@@ -22,8 +21,7 @@ namespace thenar {
 /// sweep begins there. Throws ConfigError, changing nothing, if it is another's, or FileError.
 [[nodiscard]] FileLock claim_sweep_folder(const std::filesystem::path& folder, const nlohmann::ordered_json& plan);
 
-/// Reads the finished rows of all processes of this plan. Rows of other plans, and lines truncated by a killed process,
-/// are skipped.
+/// Reads the finished rows of all processes of this plan. Skips rows of other plans, and lines cut by a killed process.
 [[nodiscard]] std::map<std::size_t, SweepRow> read_journals(const std::filesystem::path& folder,
                                                             const nlohmann::ordered_json& plan);
 

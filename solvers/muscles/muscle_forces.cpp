@@ -105,8 +105,7 @@ void add_push(const ActiveSet<kSize>& set, double factor, typename ActiveSet<kSi
   }
 }
 
-/// The factors H = L Y with orthonormal rows Y, and L t = tau, of the rows of a block that do not depend on those
-/// before them.
+/// The factors H = L Y with orthonormal rows Y, and L t = tau, of a block's rows that do not depend on earlier ones.
 template <int kSize>
 struct Equations {
   explicit Equations(ActiveSet<kSize>& basis) : set(basis) {}
@@ -223,8 +222,7 @@ MuscleStatus solve_block_of_any_size(const Block& block, const MuscleProblem& pr
   return solve_block<kMaxMuscles>(block, problem, f, report);
 }
 
-/// Checks the proof of an answer: sets the residual, and withdraws an answer that fails, as with input that is not
-/// finite.
+/// Checks the proof of an answer: sets the residual, and withdraws an answer that fails, as with non-finite input.
 MuscleReport finish(const MuscleProblem& problem, const VectorRef& found, MuscleReport report, Eigen::Ref<VectorXd> f) {
   bool proved = false;
   if (report.status == MuscleStatus::kInfeasible) {
@@ -322,8 +320,7 @@ MuscleLack muscle_lack(const MuscleProblem& problem, const VectorRef& l) noexcep
 namespace {
 
 /// Replaces H f = tau by Y f = t with orthonormal rows, H = L Y and tau = L t, by Gram-Schmidt. Rows that depend on
-/// those before them are zero in Y. Stops at such a row whose torque does not agree with theirs, with the remainder in
-/// t.
+/// those before them are zero in Y. Stops at one whose torque does not agree with theirs, with the remainder in t.
 Index orthonormalise(const MuscleProblem& problem, MuscleWorkspace& work) {
   const MatrixRef& H = problem.H;
   auto Y = work.Y.topLeftCorner(H.rows(), H.cols());

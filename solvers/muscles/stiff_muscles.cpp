@@ -111,8 +111,7 @@ bool StiffSolver<kSize>::resume(const StiffWarmStart& last) {
   return true;
 }
 
-/// Computes the orthonormal rows of H f = tau and the least x; false if a row depends on others and its torque does not
-/// agree.
+/// Computes the orthonormal rows of H f = tau and the least x; false if a dependent row's torque does not agree.
 template <int kSize>
 bool StiffSolver<kSize>::start(ActiveSet<kSize>& set, Lanes& x) {
   constexpr double kDependent = 1e-10;

@@ -125,8 +125,7 @@ SmallSymmetric widened(const Matrix& X, int n) {
   return wide;
 }
 
-/// Bounds the negative part of X's first n rows, relative to `scale`: rounded up to the next power of ten from 1e-12
-/// on.
+/// Bounds the negative part of X's first n rows, over `scale`: rounded up to the next power of ten from 1e-12 on.
 template <class Matrix>
 double lacking(const Matrix& X, int n, double scale) {
   const SmallSymmetric wide = widened(X, n);
