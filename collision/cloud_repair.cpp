@@ -319,7 +319,7 @@ CloudRepair repair(PointCloud& original, double support_m) {
 }
 
 double covering_support_m(const PointCloud& cloud) {
-  // As sample_spacing_m() measures it, but with 16 neighbours, so that chance does not look like a sparse region.
+  // Like sample_spacing_m(), but with 16 neighbours, so that chance does not appear as a sparse region.
   constexpr std::ptrdiff_t kNeighbours = 16;
   const double spacing_m = sample_spacing_m(cloud), radius_m = 5.0 * spacing_m;
   if (!(spacing_m > 0.0)) throw std::invalid_argument("covering_support_m: all samples lie in one place");

@@ -24,7 +24,7 @@ void BendFit::add(const Vector3d& p_m, const Vector3d& n) {
   };
   add_row({u1, u2, 0.0}, n.dot(t1_));
   add_row({0.0, u1, u2}, n.dot(t2_));
-  // Of a ball, the height is more than the second order by a quarter of the squared sine.
+  // On a ball the height exceeds the second order by a quarter of the squared sine.
   const double over_m = way.dot(n_) / (1.25 - 0.25 * std::pow(n.dot(n_), 2));
   add_row(per_way * Vector3d(0.5 * u1 * u1, u1 * u2, 0.5 * u2 * u2), -per_way * over_m);
 }

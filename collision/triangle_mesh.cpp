@@ -98,7 +98,7 @@ Index drop_without_area(TriangleMesh& mesh) {
 /// One side of a triangle.
 struct Side {
   int from, to;  ///< The edge, from the lesser vertex to the greater.
-  bool forward;  ///< Whether the triangle runs along it that way.
+  bool forward;  ///< True if the triangle has it in this direction.
   Index triangle;
 };
 

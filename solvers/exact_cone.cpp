@@ -118,7 +118,7 @@ class NewtonStep {
     Vector6 inverse, x;
 #pragma GCC unroll 6
     for (int k = 0; k < 6; ++k) {
-      // Of a positive semidefinite matrix rounding may make a pivot of any sign.
+      // Rounding may give a pivot of a positive semidefinite matrix any sign.
       inverse[k] = 1.0 / std::max(rows_[k][k] + shift, shift);
 #pragma GCC unroll 6
       for (int i = k + 1; i < 6; ++i) rows_[i] -= (rows_[k][i] * inverse[k]) * rows_[k];
@@ -335,7 +335,7 @@ template <int kLanes>
   double last = 0.0;
   for (int step = 0;; ++step) {
     if (is_optimal(point)) return true;
-    // Of infeasible problems the residual stays: it becomes the part of w that is out of reach.
+    // In infeasible problems the residual stays: it becomes the infeasible part of w.
     if (step > 0 && point.square > 0.1 * last && is_certificate(point.residual)) return true;
     last = point.square;
     if (step == steps) return false;

@@ -115,7 +115,7 @@ Index leaving_row(const Dictionary& t, Index entering) {
   for (Index i = 0; i < t.length(); i += kBlock) largest = largest.max(block(column, i).abs());
   const double zero = kZeroPivot * largest.maxCoeff();
 
-  // How far `entering` can grow until the variable of each row is zero.
+  // Growth of `entering` at which the variable of each row is zero.
   double* const room = t.scratch;
   Block block_least = Block::Constant(kInfinity);
   for (Index i = 0; i < t.length(); i += kBlock) {

@@ -159,8 +159,8 @@ template <int kLanes>
     ++grasp.rank;
     grasp.Q[k] = row / arm;
     grasp.B.row(k - 3) = axis.transpose() / arm;
-    // What rounding leaves of the angle with other rows grows as the arm shrinks, to 1e-6. Twice is enough: the first
-    // pass makes it small, the second takes what is left of that.
+    // Rounding of the angle with other rows grows as the arm shrinks, to 1e-6. Twice is enough: the first pass makes it
+    // small, the second takes what is left of that.
     for (int pass = 0; pass < 2; ++pass) {
       for (int j = 0; j < k; ++j) {
         const double part = (grasp.Q[k] * grasp.Q[j]).sum();

@@ -35,7 +35,7 @@ Eigen::Matrix3d bend_of(const Solid& solid, const Foot& at, const Vector3d& x) {
   if (at.on == Foot::On::kFlat) return Eigen::Matrix3d::Zero();
   if (std::holds_alternative<SphereShape>(solid))
     return (Eigen::Matrix3d::Identity() - at.normal * at.normal.transpose()) / x.norm();
-  // Of revolution: around the axis it is bent by as much as the normal points from it.
+  // For solids of revolution the curvature around the axis is proportional to the normal's radial part.
   const double rho = x.head<2>().norm();
   const Vector3d out(x[0] / rho, x[1] / rho, 0.0), around(-out[1], out[0], 0.0);
   return at.normal.dot(out) / rho * around * around.transpose();
@@ -60,7 +60,7 @@ struct Place {
 struct Touch {
   Vector3d p_m, n;
   double gap_m, weight;
-  double round_m;  // Of the flattest round.
+  double round_m;  // Radius of the flattest rounding.
   bool on_round;   // The facet's.
 };
 

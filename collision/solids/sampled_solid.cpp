@@ -157,7 +157,7 @@ void spread_out(std::vector<SharpPoint>& points) {
 
 /// The deviation of point i from the chords between its neighbours along its edge, on both sides of it.
 struct Chords {
-  double least_m = std::numeric_limits<double>::infinity();  ///< How far the nearest one is; infinite: there is none.
+  double least_m = std::numeric_limits<double>::infinity();  ///< Distance of the nearest one; infinite: none.
   double shortest_m = std::numeric_limits<double>::infinity(),
          off_m = 0.0;  ///< The shortest: its length, how far it is.
 };
@@ -192,7 +192,7 @@ std::vector<Vector3d> places_of(const std::vector<BentSample>& samples) {
 
 /// Estimates the error of the surface around a sample at its neighbours, where their cells meet: half way.
 double missed_m(const std::vector<BentSample>& samples, const PointGrid& grid, Index i, double spacing_m) {
-  constexpr double kHalfWay = 0.125;  // Of the third order.
+  constexpr double kHalfWay = 0.125;  // Of the third-order term.
   double most_m = 0.0;
   grid.for_each_neighbour(i, [&](Index j, double distance_m) {
     if (distance_m >= 1.5 * spacing_m || samples[i].n.dot(samples[j].n) < kUnlike) return;

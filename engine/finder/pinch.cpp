@@ -22,7 +22,7 @@ constexpr double kLeast_m = -3e-3;  // Thin objects lie deep in pressed pulps.
 struct Facing {
   Vector3d axis;  ///< From the opposer to the middle of the others.
   double width_m;
-  double worst_cosine;  ///< Of all pulps' normals with the line.
+  double worst_cosine;  ///< Least cosine of all pulps' normals with the line.
 };
 
 class PinchFit {
@@ -226,7 +226,7 @@ PinchRange range_of(const Hand& hand, int opposer, std::uint32_t seed, int start
 }  // namespace
 
 PinchRange find_pinches(const Hand& hand, std::uint32_t seed, int effort) {
-  // Which finger opposes shows at a few starts; the thumb is the only one in nearly all hands.
+  // A few starts reveal the opposing finger; the thumb is the only one in nearly all hands.
   PinchRange best;
   best.best_facing_rad = std::numbers::pi;
   double best_value = 0.0;

@@ -33,7 +33,7 @@ double internal_force_N(const FinderProblem& problem, const std::vector<GraspCon
   constexpr int kRounds = 8;
   if (!problem.wish.press_N) return problem.internal_force_N;
   const double press_N = *problem.wish.press_N;
-  // Of n fingers that share it evenly without weight, each but the opposer presses with 2 lambda / n.
+  // With n fingers that share it evenly without weight, each except the opposer presses with 2 lambda / n.
   const double share = 0.5 * static_cast<double>(contacts.size());
   double lambda_N = share * press_N;
   for (int round = 0; round < kRounds; ++round) {

@@ -115,7 +115,7 @@ std::string reach_of(const Eigen::AlignedBox3d& box) {
 std::optional<Refusal> of_loads(const FinderProblem& problem) {
   const int fingers = problem.wish.fingers.empty() ? std::min(3, problem.hand.fingers())
                                                    : static_cast<int>(problem.wish.fingers.size());
-  double most_N = 0.0, radius_m = 0.0;  // Of the pulp that bears most.
+  double most_N = 0.0, radius_m = 0.0;  // Of the most loaded pulp.
   for (const Fingertip& tip : problem.hand.fingertips) {
     const double load_N = greatest_load_N(problem.material, tip);
     if (load_N <= most_N) continue;

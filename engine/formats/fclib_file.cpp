@@ -178,7 +178,7 @@ SparseMatrix Reader::matrix(const std::string& name, Index rows, Index cols) con
   const Index most = std::min(most_, kMostAtOnePlace * m * n);
   const Index nz = integer(name + "/nz", kRows, most);
   const Index entries = nz >= 0 ? nz : integer(name + "/nzmax", 0, most);
-  // Of triplets, i is the row and p the column, as CSparse has it and Siconos writes it.
+  // In triplets, i is the row and p the column, as in CSparse and Siconos.
   const Index lines = nz == kColumns ? n : m;
   const Index pointers = nz >= 0 ? nz : lines + 1;
   const auto p = integers(name + "/p", pointers, pointers, 0, nz >= 0 ? n - 1 : entries);

@@ -51,7 +51,7 @@ constexpr std::array<Type, 8> kTypes{{{"char", "int8", 1, true, unpack<std::int8
 struct Property {
   std::string_view name;
   const Type* type;
-  const Type* length_type;  ///< Of a list; else null.
+  const Type* length_type;  ///< Type of a list's length; else null.
 };
 
 struct Element {

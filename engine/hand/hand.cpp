@@ -150,7 +150,7 @@ FingerJacobian finger_jacobian(const Hand& hand, const HandPose& pose, int finge
   if (hand.slides) return slide_jacobian(pose, tip);
   if (tip.followers > 0) return coupled_jacobian(hand, pose, tip, tip.followers, point_m);
   FingerJacobian J(3, std::max(4, tip.joints));
-  if (tip.joints == 4) {  // Of nearly all fingers: unrolled.
+  if (tip.joints == 4) {  // Nearly all fingers: unrolled.
     for (int j = 0; j < 4; ++j) J.col(j) = joint_column(pose, tip.first_joint + j, point_m);
     return J;
   }

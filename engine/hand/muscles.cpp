@@ -15,7 +15,7 @@ namespace {
 /// A crossing at a pose, for its joints together, or for one of them alone.
 struct Run {
   Vector3d M, D;          ///< Where it pulls, and the unit vector in which it does; world.
-  double length_m = 0.0;  ///< Of M from the point that it is pulled to; infinity: in a direction.
+  double length_m = 0.0;  ///< Distance of M from its via point; infinity: a direction.
 
   [[nodiscard]] double arm_m(const Vector3d& origin, const Vector3d& axis) const {
     return (M - origin).cross(D).dot(axis);

@@ -248,7 +248,7 @@ std::vector<MuscleCrossing> fit_joint(const Hand& hand, const RouteSpan& span, c
   double best_m = rms_alone(hand, samples, row, ways[0]);
   for (std::size_t i = 1; i < ways.size() && best_m > kGood_m; ++i) {
     const double rms_m = rms_alone(hand, samples, row, ways[i]);
-    if (rms_m > 0.8 * best_m) continue;  // What comes first is easier to read.
+    if (rms_m > 0.8 * best_m) continue;  // Earlier ones are simpler.
     best = i;
     best_m = rms_m;
   }

@@ -88,7 +88,7 @@ std::optional<TwoPoints> in_plane(const Vector2d& a, const Vector2d& b, double r
 
 std::optional<std::array<Vector3d, 2>> wrap(const WrapSurface& surface, const Vector3d& a, const Vector3d& b,
                                             const std::optional<Vector3d>& side) {
-  // Of a sphere the plane through its centre and both ends, of a cylinder the one across it.
+  // For a sphere the plane through its centre and both ends, for a cylinder the one across it.
   Matrix<double, 3, 2> axes = Matrix<double, 3, 2>::Identity();
   if (!surface.is_cylinder) {
     if (a.norm() <= kTiny) return std::nullopt;

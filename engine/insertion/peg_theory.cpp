@@ -77,7 +77,7 @@ struct PegBalance {
       const VectorXd r = residual(places, z);
       if (!r.allFinite()) return std::nullopt;
       if (r.head<3>().norm() < 1e-10 && r.tail(r.size() - 3).norm() < 1e-13) return z;
-      constexpr double kStep = 1e-7;  // Of metres, radians and newtons alike: they enter nearly linearly.
+      constexpr double kStep = 1e-7;  // Step for metres, radians and newtons: they enter nearly linearly.
       Eigen::MatrixXd slopes(z.size(), z.size());
       for (Eigen::Index j = 0; j < z.size(); ++j) {
         const VectorXd by = kStep * VectorXd::Unit(z.size(), j);

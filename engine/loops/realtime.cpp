@@ -104,7 +104,7 @@ void pause() noexcept {
 }
 
 #if defined(__aarch64__)
-// Of the register FPCR: results and operands alike.
+// Bit of the register FPCR, for results and operands.
 constexpr std::uint64_t kFlushToZero = 1U << 24;
 
 std::uint64_t read_fpcr() noexcept {

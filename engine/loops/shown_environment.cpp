@@ -53,7 +53,7 @@ ShownEnvironment shown_environment(const Model& model, const Picture& picture) {
     shown.force_N.col(touch.body) += touch.force_N;
     shown.mean_m.col(touch.body) += f_n * (shown.X_WE[touch.body] * touch.point_E);
   }
-  // Of a body without force 0/0 is NaN.
+  // 0/0 of a body without force is NaN.
   for (Eigen::Index k = 0; k < count; ++k) shown.mean_m.col(k) /= normal_N[k];
   std::vector<ShownTouch> most = picture.touches;
   std::ranges::stable_sort(most, std::ranges::greater(), [](const ShownTouch& touch) { return touch.force_N.norm(); });

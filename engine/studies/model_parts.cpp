@@ -20,7 +20,7 @@ namespace thenar {
 namespace {
 
 constexpr double kRadian_deg = 180.0 / std::numbers::pi;
-constexpr int kCoarsest = 8;  // Of contact.level.
+constexpr int kCoarsest = 8;  // Coarsest contact.level.
 // The controller's model of a rigid fingertip, as in configs/minimal.yaml: stiff enough.
 constexpr double kRigidNormal_N_per_m = 50e3, kRigidTangential_N_per_m = 33.3e3;
 // Negligible change: rounding, or the error of a contact solve that stops at a residual of 1e-6.
@@ -59,7 +59,7 @@ void make_spherical(Fingertip& tip) {
 struct PartTraits {
   const char* words;
   bool (*has)(const Scene&);
-  void (*leave_out)(Scene&);  ///< Of a scene that has it.
+  void (*leave_out)(Scene&);  ///< Removes it from a scene that has it.
 };
 // In the order of Part.
 constexpr std::array<PartTraits, kParts.size()> kTraits{{

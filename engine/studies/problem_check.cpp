@@ -97,7 +97,7 @@ Residual contact_residual(const ContactProblem& problem, const VectorXd& f) {
     errors[i] = (f_i - project_on_cone(moved, problem.mu[i])).norm();
   }
   const double scale_N = scaled_by_rho(problem.W, problem.delta_free).stableNorm();
-  // Of extreme units the squares may not fit a double.
+  // With extreme units the squares may not fit a double.
   return {part_of(errors.stableNorm(), scale_N), part_of(errors.lpNorm<Eigen::Infinity>(), scale_N)};
 }
 

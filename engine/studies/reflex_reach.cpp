@@ -102,11 +102,11 @@ class LineModel {
   State state_;
   Frame frame_;
   Controller controller_;
-  Vector3d down_;  ///< Of the load, unit, across the fingers' normals.
+  Vector3d down_;  ///< Direction of the load, unit, across the fingers' normals.
   PerFinger<double> normal_N_;
-  std::vector<double> press_drag_;  ///< Of each finger along its normal, [N s/m],
+  std::vector<double> press_drag_;  ///< Viscosity of each finger along its normal [N s/m].
   std::vector<double> aside_;       ///< and how much it is pressed by what pulls it against the load.
-  double drag_ = 0.0;               ///< Of all fingers along the load.
+  double drag_ = 0.0;               ///< Viscosity of all fingers along the load.
   double time_s_ = 0.0, slip_m_ = 0.0;
   bool answered_ = false;
 };

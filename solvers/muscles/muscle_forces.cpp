@@ -114,7 +114,7 @@ struct Equations {
   std::array<std::array<double, kSize>, kSize> L;  ///< Below the diagonal.
   std::array<double, kSize> over_diagonal;         ///< 1 / L(k, k)
   std::array<double, kSize> t;
-  std::array<int, kSize> joint;  ///< Of each row.
+  std::array<int, kSize> joint;  ///< Joint of each row.
   int rank = 0;
 
   /// Adds the row of a joint, y. False if it depends on the others and its torque does not agree with theirs; then
@@ -245,7 +245,7 @@ MuscleReport solve_muscle_forces(const MuscleProblem& problem, Eigen::Ref<Vector
   assert(problem.limit.size() == 0 || problem.limit.size() == muscles);
   MuscleReport report;
   report.multiplier.setZero(joints);
-  report.status = MuscleStatus::kOptimal;  // Of no joints at all.
+  report.status = MuscleStatus::kOptimal;  // A problem without joints.
   const Crossings crossings = crossings_of(problem.H);
   std::array<double, kMaxMuscles> found{};
   std::uint64_t joints_left = (std::uint64_t{1} << joints) - 1;
@@ -286,7 +286,7 @@ double muscle_infeasibility_gap(const MuscleProblem& problem, const VectorRef& l
   const VectorRef& tau = problem.tau;
   const double wanted = tau.dot(l);
   if (!(wanted > 0.0)) return kInfinity;
-  double least_N = 0.0;  // What some joint asks for at least.
+  double least_N = 0.0;  // Least force that some joint needs.
   for (Index i = 0; i < H.rows(); ++i) {
     const double arm = H.row(i).lpNorm<Eigen::Infinity>();
     if (arm > 0.0) least_N = std::max(least_N, std::abs(tau[i]) / arm);

@@ -321,7 +321,7 @@ bool are_positive(const StiffMuscleProblem& p, const StiffMuscleReport& report) 
   for (int k = 0; k < std::ssize(p.joints); ++k) {
     Big X;
     X << report.Z, report.motion[k], report.motion[k].transpose(), report.bend[k];
-    // Of units that differ each diagonal entry has its own share.
+    // As units differ, each diagonal entry has its own scale.
     const Eigen::Matrix<double, 6 + kMaxStiffJoints, 1> size = X.diagonal().cwiseMax(0.0).cwiseSqrt();
     const double tiny = 1e-12 * size.maxCoeff();
     X = (X.array() / ((size.array() + tiny).matrix() * (size.array() + tiny).matrix().transpose()).array()).matrix();
