@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "engine/results/contact_fields.h"
+#include "engine/results/run_measures.h"
 #include "engine/results/tick_fields.h"
 
 namespace thenar::app {
@@ -96,6 +97,28 @@ std::string fields_as_stub() {
     fmt::format_to(std::back_inserter(lines), "    @property\n    def {}(self) -> {}: ...\n", field.name, optional);
   }
   return lines;
+}
+
+std::string measures_as_markdown() {
+  std::string page =
+      "# The measures of a run\n\nThis page is written by `thenar fields --measures`, from the rows in "
+      "`engine/results/run_measures.cpp` that `summary.json`,\nthe printed table and the columns of `rows.csv` are "
+      "made of. A dot is an object within; `[]` is a list with an object for\neach. What was not measured is `null`. "
+      "A measure with a condition is in runs that fulfil it.\n\n"
+      "| in `summary.json` | unit | in `rows.csv` | |\n|---|---|---|---|\n";
+  for (const MeasureSection& section : measure_sections()) {
+    const std::string within = std::string(section.key) + (section.items != nullptr ? "[]" : "");
+    for (const RunMeasure& measure : section.measures) {
+      const Runs& runs = measure.runs != nullptr ? *measure.runs : *section.runs;
+      fmt::format_to(std::back_inserter(page), "| {} | {} | {} | {}{} |\n",
+                     section.heading == Heading::kSweepAlone
+                         ? ""
+                         : fmt::format("`{}{}{}`", within, within.empty() ? "" : ".", measure.key),
+                     measure.unit, measure.column > 0 ? fmt::format("`{}`", measure.column_name()) : "",
+                     measure.sentence, runs.which.empty() ? "" : fmt::format(" Only {}.", runs.which));
+    }
+  }
+  return page;
 }
 
 }  // namespace thenar::app

@@ -135,13 +135,14 @@ int run(const Options& options) {
 
   Attempts results;
   if (film) results.attempt([&] { finish_recording(*film, recording); });
-  nlohmann::ordered_json summary = summarize(model, recording);
+  const std::vector<MeasuredSection> measures = measure(view_of(model, recording));
+  nlohmann::ordered_json summary = summary_json(measures);
   summary.update(loops);
   if (!options.out.empty()) write_results(model, recording, state, summary.dump(2) + "\n", options.out, results);
   if (options.format == "json") {
     std::cout << summary.dump(2) << '\n';
   } else if (!options.quiet) {
-    std::cout << results_table(summary);
+    std::cout << results_table(measures, loops);
     if (!options.out.empty()) std::cout << "\nresults in " << options.out.string() << '\n';
     if (dump) {
       std::cout << fmt::format("\nproblems of one tick in {} (--dump-every) in {}: {}\n", options.dump_every,
@@ -214,7 +215,10 @@ int execute(const Options& options) {
       {"stiffness", [](const Options& o) { return run_stiffness(o.stiffness); }},
       {"export", export_recording},
       {"keys", [](const Options& o) { return print(o.markdown ? keys_as_markdown() : keys_as_text(o.prefix)); }},
-      {"fields", [](const Options& o) { return print(o.stub ? fields_as_stub() : fields_as_markdown()); }},
+      {"fields",
+       [](const Options& o) {
+         return print(o.stub ? fields_as_stub() : o.measures ? measures_as_markdown() : fields_as_markdown());
+       }},
       {"schema", [](const Options&) { return print(keys_as_schema()); }},
       {"doctor",
        [](const Options& o) {

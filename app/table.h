@@ -2,10 +2,15 @@
 
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
+
+#include "engine/results/run_measures.h"
 
 namespace thenar::app {
 
-/// The measures of a run as one table for people: build, grasp, accuracy, and time a stage beside the published times.
-[[nodiscard]] std::string results_table(const nlohmann::ordered_json& summary);
+/// The measures of a run as one table for people, heading by heading; with what the loops of a run in real time did,
+/// as a profile has it.
+[[nodiscard]] std::string results_table(const std::vector<MeasuredSection>& measures,
+                                        const nlohmann::ordered_json& loops);
 
 }  // namespace thenar::app
